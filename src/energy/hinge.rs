@@ -1,0 +1,107 @@
+//! Bending term: E_B = k_B Σ 3 (θ − θ̄)² l̄/h̄ over interior edges, h̄ the mean rest height of the two triangles.
+//!
+//! The signed dihedral angle θ is the turn from the normal of the first triangle (a, b, c) to that of the second (b, a, d)
+//! about the edge a → b; it is zero when flat. Differences are wrapped to (−π, π], so a fold through 180° stays finite.
+
+use super::{Energy, RestRow};
+use crate::{Mesh, Vec3};
+use std::f64::consts::{PI, TAU};
+
+/// The bending term over all interior edges.
+pub struct HingeEnergy {
+    /// a, b, c, d of each interior edge: its ends, then the two opposite vertices.
+    hinges: Vec<[u32; 4]>,
+    rest_angle: Vec<f64>,
+    /// 3 k_B l̄/h̄.
+    weight: Vec<f64>,
+    rest_gradient: Vec<[Vec3; 4]>,
+}
+
+impl HingeEnergy {
+    /// Rest angles and weights from the mesh; `k` is k_B.
+    pub fn new(mesh: &Mesh, k: f64) -> Self {
+        let interior = mesh.edges.iter().filter(|e| e.is_interior());
+        let hinges: Vec<[u32; 4]> = interior
+            .map(|e| [e.vertices[0], e.vertices[1], e.opposite[0], e.opposite[1]])
+            .collect();
+        let corners = |h: &[u32; 4]| h.map(|v| mesh.positions[v as usize]);
+        Self {
+            rest_angle: hinges.iter().map(|h| dihedral_angle(&corners(h))).collect(),
+            weight: hinges.iter().map(|h| 3.0 * k * length_over_height(&corners(h))).collect(),
+            rest_gradient: hinges.iter().map(|h| angle_gradient(&corners(h))).collect(),
+            hinges,
+        }
+    }
+}
+
+/// Twice-area normals of the two triangles.
+fn normals([a, b, c, d]: &[Vec3; 4]) -> (Vec3, Vec3) {
+    let e = b - a;
+    (e.cross(&(c - a)), (d - a).cross(&e))
+}
+
+/// θ in (−π, π] of the corners a, b, c, d; the edge is a–b.
+pub fn dihedral_angle(corners: &[Vec3; 4]) -> f64 {
+    let (n1, n2) = normals(corners);
+    let edge = (corners[1] - corners[0]).normalize();
+    n1.cross(&n2).dot(&edge).atan2(n1.dot(&n2))
+}
+
+/// l/h with h the mean of the two heights over the edge: l² / (A₁ + A₂).
+fn length_over_height(corners: &[Vec3; 4]) -> f64 {
+    let (n1, n2) = normals(corners);
+    2.0 * (corners[1] - corners[0]).norm_squared() / (n1.norm() + n2.norm())
+}
+
+/// ∂θ/∂(a, b, c, d): −n̂/height at the opposite vertices, shared out to the edge by where their feet lie.
+/// A collapsed triangle has no normal and contributes nothing.
+fn angle_gradient(corners: &[Vec3; 4]) -> [Vec3; 4] {
+    let [a, b, c, d] = corners;
+    let (n1, n2) = normals(corners);
+    let edge = b - a;
+    let length = edge.norm();
+    let over_height = |n: &Vec3| {
+        let squared = n.norm_squared();
+        if squared > 0.0 { n * (length / squared) } else { Vec3::zeros() }
+    };
+    let (g1, g2) = (over_height(&n1), over_height(&n2));
+    let foot = |p: &Vec3| if length > 0.0 { (p - a).dot(&edge) / (length * length) } else { 0.0 };
+    let (t1, t2) = (foot(c), foot(d));
+    [(1.0 - t1) * g1 + (1.0 - t2) * g2, t1 * g1 + t2 * g2, -g1, -g2]
+}
+
+/// θ − θ̄ on the branch (−π, π].
+fn wrapped_difference(angle: f64, rest: f64) -> f64 {
+    let d = angle - rest;
+    if d > PI {
+        d - TAU
+    } else if d <= -PI {
+        d + TAU
+    } else {
+        d
+    }
+}
+
+impl Energy for HingeEnergy {
+    fn value(&self, x: &[Vec3]) -> f64 {
+        let term = |((h, rest), weight): ((&[u32; 4], &f64), &f64)| {
+            weight * wrapped_difference(dihedral_angle(&h.map(|v| x[v as usize])), *rest).powi(2)
+        };
+        self.hinges.iter().zip(&self.rest_angle).zip(&self.weight).map(term).sum()
+    }
+
+    fn add_gradient(&self, x: &[Vec3], gradient: &mut [Vec3]) {
+        for ((h, rest), weight) in self.hinges.iter().zip(&self.rest_angle).zip(&self.weight) {
+            let corners = h.map(|v| x[v as usize]);
+            let moment = 2.0 * weight * wrapped_difference(dihedral_angle(&corners), *rest);
+            h.iter().zip(angle_gradient(&corners)).for_each(|(&v, d)| gradient[v as usize] += moment * d);
+        }
+    }
+
+    fn visit_rest_rows(&self, visit: &mut dyn FnMut(RestRow)) {
+        for ((h, weight), d_angle) in self.hinges.iter().zip(&self.weight).zip(&self.rest_gradient) {
+            let scale = (2.0 * weight).sqrt();
+            visit((h, &d_angle.map(|d| scale * d)));
+        }
+    }
+}

@@ -1,0 +1,73 @@
+//! Deformation energies of thin shells behind one trait, after Grinspun et al., "Discrete Shells" (SCA 2003):
+//!
+//! E = k_A Σ (A − Ā)²/Ā + k_L Σ (l − l̄)²/l̄ + k_B Σ 3 (θ − θ̄)² l̄/h̄
+//!
+//! over triangles, edges and interior edges. All residuals vanish at rest, so the rest Hessian is exactly the Gauss–Newton
+//! sum K = Σ b bᵀ of outer products, and an energy hands out its rows b.
+
+mod area;
+mod hinge;
+mod length;
+
+pub use area::AreaEnergy;
+pub use hinge::{HingeEnergy, dihedral_angle};
+pub use length::LengthEnergy;
+
+use crate::{Material, Mesh, Vec3};
+
+/// One row b of K = Σ b bᵀ: the vertices it touches (2 to 4) and a 3-vector at each.
+pub type RestRow<'a> = (&'a [u32], &'a [Vec3]);
+
+/// A deformation energy that is zero, with zero gradient, at the rest positions.
+///
+/// `x` holds the deformed positions of all vertices.
+pub trait Energy: Send + Sync {
+    /// E(x).
+    fn value(&self, x: &[Vec3]) -> f64;
+
+    /// Adds ∂E/∂x to `gradient` (n_vertices).
+    fn add_gradient(&self, x: &[Vec3], gradient: &mut [Vec3]);
+
+    /// Hands every row b of the rest Hessian ∂²E/∂x² = Σ b bᵀ to `visit`, always in the same order.
+    fn visit_rest_rows(&self, visit: &mut dyn FnMut(RestRow));
+}
+
+/// A sum of energies is an energy.
+impl Energy for Vec<Box<dyn Energy>> {
+    fn value(&self, x: &[Vec3]) -> f64 {
+        self.iter().map(|e| e.value(x)).sum()
+    }
+
+    fn add_gradient(&self, x: &[Vec3], gradient: &mut [Vec3]) {
+        self.iter().for_each(|e| e.add_gradient(x, gradient));
+    }
+
+    fn visit_rest_rows(&self, visit: &mut dyn FnMut(RestRow)) {
+        self.iter().for_each(|e| e.visit_rest_rows(visit));
+    }
+}
+
+/// The paper's energy: area, length and hinge terms with the material's constants. A term of zero stiffness is left out.
+pub fn discrete_shell(mesh: &Mesh, material: &Material) -> Vec<Box<dyn Energy>> {
+    let mut terms: Vec<Box<dyn Energy>> = Vec::new();
+    if material.k_area > 0.0 {
+        terms.push(Box::new(AreaEnergy::new(mesh, material.k_area)));
+    }
+    if material.k_length > 0.0 {
+        terms.push(Box::new(LengthEnergy::new(mesh, material.k_length)));
+    }
+    if material.k_bend > 0.0 {
+        terms.push(Box::new(HingeEnergy::new(mesh, material.k_bend)));
+    }
+    terms
+}
+
+/// The K-seminorm squared uᵀKu = Σ (b·u)², each term a square: no cancellation, so a rigid motion gives rounding squared.
+pub fn rest_quadratic_form(energy: &dyn Energy, u: &[Vec3]) -> f64 {
+    let mut sum = 0.0;
+    energy.visit_rest_rows(&mut |(vertices, row)| {
+        let strain: f64 = vertices.iter().zip(row).map(|(&v, b)| b.dot(&u[v as usize])).sum();
+        sum += strain * strain;
+    });
+    sum
+}

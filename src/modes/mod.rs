@@ -1,0 +1,392 @@
+//! The lowest vibration modes: KΦ = MΦΛ, ΦᵀMΦ = I, with a certificate.
+//!
+//! Shift-invert block Lanczos on the sparse Cholesky factor of A − σI, A = M^−½ K M^−½. σ = 0 when A is safely positive
+//! definite; otherwise σ < 0, taken from the size of A first and from the spectrum found when that turns out far off. After
+//! convergence the number of eigenvalues below a shift just above the last mode is counted by the inertia of an LBLᵀ
+//! factorization; while it exceeds the number found, the search goes on from fresh directions.
+
+mod canonical;
+mod factor;
+mod lanczos;
+mod stiffness;
+
+pub use canonical::{REPEATED, repeated};
+pub use stiffness::{ScaledStiffness, entries};
+
+use crate::energy::rest_quadratic_form;
+use crate::{Error, ErrorKind, Result, Shell, Vec3};
+use factor::Symbolic;
+use faer::prelude::*;
+use faer::{Mat, Side};
+use lanczos::{BlockLanczos, Ritz};
+use std::time::Instant;
+
+/// No more modes than this: the dense work grows with its cube, and no warp needs so many.
+pub const MAX_MODES: usize = 1024;
+
+/// Converged when ‖Op y − θ y‖ ≤ this · θ. The eigenvalue's relative error is its square; the vector's is this over the
+/// relative gap, so gaps of 1e-6 still leave four digits.
+const TOLERANCE: f64 = 1e-10;
+
+/// An eigenvalue below this multiple of ‖A‖ is a zero mode. Summed as squares, a rigid motion gives (1e-15)²‖A‖ at most; a
+/// Cholesky factor cannot resolve anything between that and 1e-16 ‖A‖.
+const ZERO_MODE: f64 = 1e-20;
+
+/// The first shift of a singular A, as a multiple of ‖A‖: well above the factor's rounding (1e-16), well below most shells'
+/// first mode.
+const FIRST_SHIFT: f64 = 1e-10;
+
+/// The smallest shift that still keeps A − σI safely positive definite.
+const SMALLEST_SHIFT: f64 = 1e-14;
+
+/// Parts of a precompute, in order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Phase {
+    /// Stiffness and masses.
+    Assembly,
+    /// Fill-reducing ordering and symbolic factorization.
+    Ordering,
+    /// Numeric factorization.
+    Factorization,
+    /// Eigenvalue iteration.
+    Modes,
+    /// Inertia count and residuals.
+    Certificate,
+    /// Modal rotations and run-time layout.
+    Rotation,
+}
+
+/// Number of [`Phase`]s.
+pub const PHASES: usize = 6;
+
+/// Told about each phase's start (0), progress and end (1), and seconds spent; may stop the work with an error.
+pub struct Progress<'a> {
+    callback: &'a mut dyn FnMut(Phase, f64) -> Result<()>,
+    /// Seconds spent in each phase.
+    pub seconds: [f64; PHASES],
+    since: Instant,
+}
+
+impl<'a> Progress<'a> {
+    /// Reports to `callback`, whose error stops the work.
+    pub fn new(callback: &'a mut dyn FnMut(Phase, f64) -> Result<()>) -> Self {
+        Self { callback, seconds: [0.0; PHASES], since: Instant::now() }
+    }
+
+    /// Books the time since the last report on `phase` and tells the host.
+    pub fn report(&mut self, phase: Phase, fraction: f64) -> Result<()> {
+        self.seconds[phase as usize] += self.since.elapsed().as_secs_f64();
+        let answer = (self.callback)(phase, fraction);
+        self.since = Instant::now();
+        answer
+    }
+}
+
+/// Evidence that the modes are what they claim to be.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Certificate {
+    /// max ‖Kφ − λMφ‖₂ / (‖K‖₁ ‖φ‖₂).
+    pub residual: f64,
+    /// max |ΦᵀMΦ − I|.
+    pub orthonormality: f64,
+    /// The shift τ below which eigenvalues were counted, between the last mode (with its group) and the next.
+    pub shift: f64,
+    /// Number of eigenvalues below τ by the inertia of K − τM.
+    pub count: usize,
+    /// Number of modes found below τ; may exceed the modes kept when these end inside a repeated group.
+    pub found: usize,
+}
+
+/// The lowest modes of a shell.
+pub struct Modes {
+    /// Eigenvalues λ, ascending; a zero mode's is exactly 0.
+    pub eigenvalues: Vec<f64>,
+    /// Φ: the displacement of each vertex in each mode (modes × n_vertices), M-orthonormal, zero where held.
+    pub shapes: Vec<Vec<Vec3>>,
+    /// How many of the eigenvalues are 0.
+    pub zero_modes: usize,
+    /// Evidence.
+    pub certificate: Certificate,
+    /// Largest estimate of memory held at once, bytes.
+    pub peak_bytes: usize,
+}
+
+/// Computes the `wanted` lowest modes, or as many as there are unknowns.
+pub fn lowest_modes(shell: &Shell, wanted: usize, progress: &mut Progress) -> Result<Modes> {
+    progress.report(Phase::Assembly, 0.0)?;
+    let stiffness = ScaledStiffness::assemble(shell)?;
+    progress.report(Phase::Assembly, 1.0)?;
+    let n = shell.n_unknowns();
+    let wanted = wanted.min(n).min(MAX_MODES);
+    if wanted == 0 {
+        let certificate = Certificate::default();
+        return Ok(Modes { eigenvalues: vec![], shapes: vec![], zero_modes: 0, certificate, peak_bytes: 0 });
+    }
+    progress.report(Phase::Ordering, 0.0)?;
+    let symbolic = Symbolic::analyse(stiffness.lower.symbolic())?;
+    progress.report(Phase::Ordering, 1.0)?;
+
+    let mut search = Search { shell, stiffness: &stiffness, symbolic: &symbolic, wanted };
+    let pairs = if n <= dense_limit(wanted) { search.dense(progress)? } else { search.sparse(progress)? };
+    let lanczos_bytes = if n <= dense_limit(wanted) { 8 * 2 * n * n } else { 8 * n * (Plan::of(wanted, n).capacity * 2) };
+    let peak_bytes = 2 * symbolic.factor_bytes() + lanczos_bytes + 3 * 16 * stiffness.lower.val().len();
+    search.certify(pairs, peak_bytes, progress)
+}
+
+/// Below this many unknowns the dense eigensolver is both faster and simpler.
+fn dense_limit(wanted: usize) -> usize {
+    (4 * wanted).max(240)
+}
+
+/// Block width and basis size for a number of wanted modes.
+struct Plan {
+    width: usize,
+    capacity: usize,
+}
+
+impl Plan {
+    fn of(wanted: usize, n: usize) -> Self {
+        let width = wanted.clamp(4, 8);
+        let capacity = (2 * wanted + 6 * width).min(n - width);
+        Self { width, capacity }
+    }
+}
+
+/// Approximate eigenpairs beyond the wanted ones; the first `converged` are accurate.
+struct Pairs {
+    eigenvalues: Vec<f64>,
+    /// Mass-scaled, orthonormal (n × at least `converged`).
+    vectors: Mat<f64>,
+    converged: usize,
+    count: usize,
+    shift: f64,
+}
+
+struct Search<'a> {
+    shell: &'a Shell,
+    stiffness: &'a ScaledStiffness,
+    symbolic: &'a Symbolic,
+    wanted: usize,
+}
+
+impl Search<'_> {
+    fn n(&self) -> usize {
+        self.shell.n_unknowns()
+    }
+
+    /// All eigenpairs of a small A.
+    fn dense(&mut self, progress: &mut Progress) -> Result<Pairs> {
+        progress.report(Phase::Modes, 0.0)?;
+        let n = self.n();
+        let mut a = Mat::<f64>::zeros(n, n);
+        entries(&self.stiffness.lower).for_each(|(i, j, value)| a[(i, j)] = value);
+        let eigen = a
+            .self_adjoint_eigen(Side::Lower)
+            .map_err(|_| Error::new(ErrorKind::Numerical, "the dense eigenvalue problem did not converge"))?;
+        let eigenvalues: Vec<f64> = (0..n).map(|i| eigen.S()[i]).collect();
+        let (found, shift) = self.shift_above(&eigenvalues).unwrap_or((n, 2.0 * self.stiffness.norm));
+        progress.report(Phase::Modes, 1.0)?;
+        let count = self.count_below(shift, progress)?;
+        Ok(Pairs { eigenvalues, vectors: eigen.U().to_owned(), converged: found, count, shift })
+    }
+
+    /// Shift-invert Lanczos, again with a better shift when the first was far from the spectrum.
+    fn sparse(&mut self, progress: &mut Progress) -> Result<Pairs> {
+        let norm = self.stiffness.norm;
+        let mut sigma = if self.may_be_singular() { -FIRST_SHIFT * norm } else { 0.0 };
+        loop {
+            let pairs = self.sparse_with_shift(sigma, progress)?;
+            let first = pairs.as_ref().and_then(|p| p.eigenvalues.iter().copied().find(|l| *l > SMALLEST_SHIFT * norm));
+            match (pairs, first) {
+                (None, _) if sigma == 0.0 => sigma = -SMALLEST_SHIFT * norm,
+                (None, _) if sigma > -1e-6 * norm => sigma *= 100.0,
+                (None, _) => {
+                    return Err(Error::new(ErrorKind::Numerical, "the stiffness matrix could not be factorized"));
+                }
+                // The wanted modes lie so close together, seen from σ, that the shift hides them.
+                (Some(pairs), Some(first)) if -sigma > 1e3 * first && pairs.eigenvalues[self.wanted - 1] < -sigma => {
+                    sigma = -first.max(SMALLEST_SHIFT * norm);
+                }
+                (Some(pairs), _) => return Ok(pairs),
+            }
+        }
+    }
+
+    /// Whether rigid motions are left free: a component held at fewer than three vertices, or only along a line.
+    fn may_be_singular(&self) -> bool {
+        let shell = self.shell;
+        if shell.material.k_bend == 0.0 || shell.material.k_length == 0.0 {
+            return true;
+        }
+        let mesh = &shell.mesh;
+        let mut points: Vec<Vec<Vec3>> = vec![vec![]; mesh.n_components];
+        for v in (0..mesh.positions.len()).filter(|&v| shell.held[v] && mesh.component[v] != crate::mesh::NONE) {
+            points[mesh.component[v] as usize].push(mesh.positions[v]);
+        }
+        points.iter().any(|held| spanned_area(held) <= 1e-8 * mesh.size * mesh.size)
+    }
+
+    /// `None` when A − σI is not positive definite.
+    fn sparse_with_shift(&mut self, sigma: f64, progress: &mut Progress) -> Result<Option<Pairs>> {
+        progress.report(Phase::Factorization, 0.0)?;
+        let shifted = self.stiffness.shifted(sigma);
+        let Some(cholesky) = self.symbolic.cholesky(&shifted)? else {
+            return Ok(None);
+        };
+        drop(shifted);
+        progress.report(Phase::Factorization, 1.0)?;
+
+        let plan = Plan::of(self.wanted, self.n());
+        let mut lanczos = BlockLanczos::new(self.n(), plan.width, plan.capacity)?;
+        let mut op = |block: MatMut<'_, f64>| cholesky.solve_in_place(block);
+        let mut done = 0.0f64;
+        // Each sweep fills the basis once; a sweep multiplies the error by the decay of a Chebyshev polynomial of its degree.
+        for sweep in 0..60 {
+            let mut ritz = None;
+            while lanczos.room() >= plan.width {
+                lanczos.step(&mut op)?;
+                let found = lanczos.ritz()?;
+                let converged = converged(&found);
+                done = done.max(converged.min(self.wanted) as f64 / self.wanted as f64);
+                progress.report(Phase::Modes, 0.99 * done)?;
+                if converged >= self.wanted
+                    && let Some(pairs) = self.accept(&lanczos, &found, converged, sigma, sweep, progress)?
+                {
+                    progress.report(Phase::Modes, 1.0)?;
+                    return Ok(Some(pairs));
+                }
+                ritz = Some(found);
+            }
+            if let Some(ritz) = ritz {
+                let keep = (self.wanted + plan.width).min(plan.capacity - 2 * plan.width);
+                let stuck = converged(&ritz) >= keep;
+                lanczos.restart(&ritz, keep);
+                if stuck {
+                    lanczos.refresh();
+                }
+            }
+        }
+        Err(Error::new(
+            ErrorKind::Numerical,
+            format!("only {:.0} % of {} modes converged in 60 sweeps", 100.0 * done, self.wanted),
+        ))
+    }
+
+    /// Pairs, if the inertia agrees that none is missing; in late sweeps also without a gap to count in.
+    fn accept(
+        &self,
+        lanczos: &BlockLanczos,
+        ritz: &Ritz,
+        converged: usize,
+        sigma: f64,
+        sweep: usize,
+        progress: &mut Progress,
+    ) -> Result<Option<Pairs>> {
+        let eigenvalues: Vec<f64> = ritz.values.iter().take_while(|t| **t > 0.0).map(|t| sigma + 1.0 / t).collect();
+        let Some((found, shift)) = self.shift_above(&eigenvalues) else {
+            return Ok(None);
+        };
+        if found > converged {
+            return Ok(None);
+        }
+        let count = self.count_below(shift, progress)?;
+        if count > found && sweep < 8 {
+            return Ok(None); // some are missing: go on
+        }
+        let vectors = lanczos.vectors(ritz, found);
+        Ok(Some(Pairs { eigenvalues, vectors, converged: found, count, shift }))
+    }
+
+    /// How many modes to the end of the last wanted one's group, and a shift in the gap behind it.
+    fn shift_above(&self, eigenvalues: &[f64]) -> Option<(usize, f64)> {
+        let floor = SMALLEST_SHIFT * self.stiffness.norm;
+        let at = |i: usize| eigenvalues[i].max(0.0);
+        let wide = |i: usize| at(i + 1) - at(i) > 1e-4 * at(i + 1) + 10.0 * floor;
+        let last = (self.wanted - 1..eigenvalues.len().saturating_sub(1)).find(|&i| wide(i))?;
+        Some((last + 1, at(last) + 0.25 * (at(last + 1) - at(last))))
+    }
+
+    fn count_below(&self, shift: f64, progress: &mut Progress) -> Result<usize> {
+        progress.report(Phase::Certificate, 0.0)?;
+        let mut shift = shift;
+        for _ in 0..4 {
+            if let Some(count) = self.symbolic.negative_eigenvalues(&self.stiffness.shifted(shift))? {
+                progress.report(Phase::Certificate, 0.5)?;
+                return Ok(count);
+            }
+            shift *= 1.0 + 1e-6; // an exactly zero pivot: any other shift will do
+        }
+        Err(Error::new(ErrorKind::Numerical, format!("the inertia at the shift {shift:e} is undecided")))
+    }
+
+    /// Exact Rayleigh quotients, stated order and basis, residuals, and the wanted modes spread over the vertices.
+    fn certify(&self, pairs: Pairs, peak_bytes: usize, progress: &mut Progress) -> Result<Modes> {
+        let root_mass = &self.stiffness.root_mass;
+        let mut vectors = pairs.vectors.subcols(0, pairs.converged).to_owned();
+        let quotient = |j: usize| self.rayleigh_quotient(vectors.col(j));
+        let mut eigenvalues: Vec<f64> = (0..pairs.converged).map(quotient).collect();
+        let zero_found = eigenvalues.iter().filter(|l| **l == 0.0).count();
+        sort_columns(&mut eigenvalues, &mut vectors);
+        canonical::canonicalize(self.shell, root_mass, &eigenvalues, &mut vectors);
+        eigenvalues.truncate(self.wanted);
+
+        let mut certificate = Certificate {
+            orthonormality: orthonormality(&vectors),
+            shift: pairs.shift,
+            count: pairs.count,
+            found: pairs.converged,
+            residual: 0.0,
+        };
+        let norm = self.stiffness.unscaled_norm();
+        let mut shapes = Vec::with_capacity(self.wanted);
+        for (j, &lambda) in eigenvalues.iter().enumerate() {
+            let y: Vec<f64> = vectors.col(j).iter().copied().collect();
+            let phi: Vec<f64> = y.iter().zip(root_mass).map(|(y, r)| y / r).collect();
+            let image = self.stiffness.apply(&y);
+            let residual = (0..y.len()).map(|i| root_mass[i] * (image[i] - lambda * y[i]));
+            certificate.residual = certificate.residual.max(euclidean(residual) / (norm * euclidean(phi.iter().copied())));
+            shapes.push(self.shell.scatter(&phi));
+        }
+        progress.report(Phase::Certificate, 1.0)?;
+        let zero_modes = zero_found.min(self.wanted);
+        Ok(Modes { eigenvalues, shapes, zero_modes, certificate, peak_bytes })
+    }
+
+    /// yᵀAy/yᵀy as a sum of squares, which keeps small eigenvalues accurate; zero modes come out as exactly 0.
+    fn rayleigh_quotient(&self, y: ColRef<'_, f64>) -> f64 {
+        let phi: Vec<f64> = y.iter().zip(&self.stiffness.root_mass).map(|(y, r)| y / r).collect();
+        let quotient = rest_quadratic_form(&*self.shell.energy, &self.shell.scatter(&phi)) / y.squared_norm_l2();
+        if quotient < ZERO_MODE * self.stiffness.norm { 0.0 } else { quotient }
+    }
+}
+
+/// Ritz pairs, counted from the first, whose residual is below the tolerance.
+fn converged(ritz: &Ritz) -> usize {
+    ritz.values.iter().zip(&ritz.residuals).take_while(|(theta, r)| **r <= TOLERANCE * **theta).count()
+}
+
+/// Twice the area of the largest triangle that the first points and any third one span.
+fn spanned_area(points: &[Vec3]) -> f64 {
+    let Some(first) = points.first() else { return 0.0 };
+    let far = points.iter().map(|p| p - first).max_by(|a, b| a.norm_squared().total_cmp(&b.norm_squared()));
+    let far = far.unwrap_or_default();
+    points.iter().map(|p| (p - first).cross(&far).norm()).fold(0.0, f64::max)
+}
+
+fn euclidean(x: impl Iterator<Item = f64>) -> f64 {
+    x.map(|x| x * x).sum::<f64>().sqrt()
+}
+
+fn sort_columns(eigenvalues: &mut [f64], vectors: &mut Mat<f64>) {
+    let mut order: Vec<usize> = (0..eigenvalues.len()).collect();
+    order.sort_by(|&a, &b| eigenvalues[a].total_cmp(&eigenvalues[b]));
+    *vectors = Mat::from_fn(vectors.nrows(), order.len(), |i, j| vectors[(i, order[j])]);
+    eigenvalues.sort_by(f64::total_cmp);
+}
+
+fn orthonormality(vectors: &Mat<f64>) -> f64 {
+    let gram = vectors.transpose() * vectors;
+    let k = gram.ncols();
+    let error = |(i, j): (usize, usize)| (gram[(i, j)] - f64::from(u8::from(i == j))).abs();
+    (0..k * k).map(|ij| error((ij / k, ij % k))).fold(0.0, f64::max)
+}

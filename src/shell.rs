@@ -1,0 +1,72 @@
+//! The physical problem: a mesh of a material, held at its supports.
+
+use crate::energy::{Energy, discrete_shell};
+use crate::{Error, ErrorKind, Material, Mesh, Result, Supports, Vec3};
+
+/// Mesh, material and supports with what follows from them directly. Immutable.
+pub struct Shell {
+    /// Rest geometry.
+    pub mesh: Mesh,
+    /// Constants.
+    pub material: Material,
+    /// The deformation energy.
+    pub energy: Box<dyn Energy>,
+    /// Lumped mass: a third of each incident triangle's rest area times the density; 0 if unreferenced (n_vertices).
+    pub mass: Vec<f64>,
+    /// Held by a support (n_vertices).
+    pub held: Vec<bool>,
+    /// The vertices that move, ascending: referenced and not held. Each has three unknowns.
+    pub free: Vec<u32>,
+    /// Sum of the triangles' rest areas.
+    pub total_area: f64,
+}
+
+impl Shell {
+    /// Checks everything and assembles masses. Fails when a mass or an area leaves the floating-point range.
+    pub fn new(mesh: Mesh, material: Material, supports: &Supports) -> Result<Self> {
+        let material = material.validated()?;
+        let held = supports.held(&mesh)?;
+        let (mass, total_area) = lumped_mass(&mesh, material.area_density)?;
+        let free = (0..mass.len() as u32).filter(|&v| mass[v as usize] > 0.0 && !held[v as usize]).collect();
+        let energy = Box::new(discrete_shell(&mesh, &material));
+        Ok(Self { mesh, material, energy, mass, held, free, total_area })
+    }
+
+    /// Number of unknowns: three per free vertex.
+    pub fn n_unknowns(&self) -> usize {
+        3 * self.free.len()
+    }
+
+    /// Σ m over all vertices, held ones included.
+    pub fn total_mass(&self) -> f64 {
+        self.mass.iter().sum()
+    }
+
+    /// Spreads values at the free vertices, x y z by turns (n_unknowns), over all vertices; zero elsewhere.
+    pub fn scatter(&self, unknowns: &[f64]) -> Vec<Vec3> {
+        let mut field = vec![Vec3::zeros(); self.mass.len()];
+        for (i, &v) in self.free.iter().enumerate() {
+            field[v as usize] = Vec3::new(unknowns[3 * i], unknowns[3 * i + 1], unknowns[3 * i + 2]);
+        }
+        field
+    }
+}
+
+fn lumped_mass(mesh: &Mesh, density: f64) -> Result<(Vec<f64>, f64)> {
+    let mut mass = vec![0.0; mesh.positions.len()];
+    let mut total_area = 0.0;
+    for (t, tri) in mesh.triangles.iter().enumerate() {
+        let area = mesh.area(t);
+        let share = density * area / 3.0;
+        if !(share.is_normal() && area.is_normal()) {
+            let message = format!(
+                "triangle {t} has area {area:e} and mass {:e}: outside the floating-point range; choose other units",
+                3.0 * share
+            );
+            return Err(Error::new(ErrorKind::Numerical, message));
+        }
+        total_area += area;
+        tri.iter().for_each(|&v| mass[v as usize] += share);
+    }
+    Ok((mass, total_area))
+}

@@ -1,0 +1,128 @@
+//! Supports: which vertices are held, and the rigid motion T(t) of the frame that holds them.
+
+use crate::{Error, Mesh, Result, Vec3};
+use nalgebra::UnitQuaternion;
+
+/// Vertices held in place in the support frame.
+#[derive(Clone, Debug, Default)]
+pub struct Supports {
+    /// Lose their three unknowns. A straight row of fixed vertices is a hinge: nothing resists turning about it.
+    pub fixed: Vec<u32>,
+    /// Fixed together with all their edge neighbours, which holds the slope as well: a clamp.
+    pub clamped: Vec<u32>,
+}
+
+impl Supports {
+    /// Per vertex of `mesh`, whether it is held. Fails on a vertex that does not exist.
+    pub fn held(&self, mesh: &Mesh) -> Result<Vec<bool>> {
+        let n = mesh.positions.len();
+        let mut held = vec![false; n];
+        let mut clamped = vec![false; n];
+        for (list, name, mark) in [(&self.fixed, "fixed", &mut held), (&self.clamped, "clamped", &mut clamped)] {
+            for (i, &v) in list.iter().enumerate() {
+                let slot = mark.get_mut(v as usize).ok_or_else(|| {
+                    Error::argument(format!("{name}[{i}] is vertex {v}, but the mesh has {n} vertices"))
+                })?;
+                *slot = true;
+            }
+        }
+        for e in &mesh.edges {
+            let [a, b] = e.vertices.map(|v| v as usize);
+            held[a] |= clamped[a] || clamped[b];
+            held[b] |= clamped[a] || clamped[b];
+        }
+        for v in 0..n {
+            held[v] |= clamped[v];
+        }
+        Ok(held)
+    }
+}
+
+/// Pose of the support frame: world = origin + rotation · local.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pose {
+    /// World position of the frame's origin.
+    pub origin: Vec3,
+    /// Turns frame axes into world axes.
+    pub rotation: UnitQuaternion<f64>,
+}
+
+impl Pose {
+    /// The world frame itself.
+    pub fn identity() -> Self {
+        Self { origin: Vec3::zeros(), rotation: UnitQuaternion::identity() }
+    }
+}
+
+/// First and second derivatives of a [`Pose`], all in world axes.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Rates {
+    /// Velocity of the origin.
+    pub velocity: Vec3,
+    /// Acceleration a of the origin.
+    pub acceleration: Vec3,
+    /// Angular velocity ω.
+    pub angular_velocity: Vec3,
+    /// Angular acceleration α.
+    pub angular_acceleration: Vec3,
+}
+
+/// How the host says the frame moves into its next pose.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Motion {
+    /// Rates follow from the poses of successive steps.
+    Continuous,
+    /// The frame jumps there and is then at rest: no inertial load.
+    Teleport,
+    /// The host knows the rates.
+    Given(Rates),
+}
+
+/// The frame at the end of the last step, and where it goes in the next one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Frame {
+    /// Pose at the end of the last step.
+    pub pose: Pose,
+    /// Velocity of the origin over the last step.
+    pub velocity: Vec3,
+    /// Angular velocity over the last step.
+    pub angular_velocity: Vec3,
+    /// Pose at the end of the next step.
+    pub target: Pose,
+    /// How it gets there.
+    pub motion: Motion,
+}
+
+impl Frame {
+    /// At rest in the world frame.
+    pub fn at_rest(pose: Pose) -> Self {
+        let zero = Vec3::zeros();
+        Self { pose, velocity: zero, angular_velocity: zero, target: pose, motion: Motion::Continuous }
+    }
+
+    /// Moves to the target in a step of `h` and returns the rates the shell feels over it. Differences are taken so that
+    /// the impulse a·h is exactly the change of velocity, whatever the sequence of steps.
+    pub fn advance(&mut self, h: f64) -> Rates {
+        let rates = match self.motion {
+            Motion::Teleport => Rates::default(),
+            Motion::Given(rates) => rates,
+            Motion::Continuous => self.differences(h),
+        };
+        self.pose = self.target;
+        self.velocity = rates.velocity;
+        self.angular_velocity = rates.angular_velocity;
+        self.motion = Motion::Continuous;
+        rates
+    }
+
+    fn differences(&self, h: f64) -> Rates {
+        let velocity = (self.target.origin - self.pose.origin) / h;
+        let angular_velocity = (self.target.rotation * self.pose.rotation.inverse()).scaled_axis() / h;
+        Rates {
+            velocity,
+            acceleration: (velocity - self.velocity) / h,
+            angular_velocity,
+            angular_acceleration: (angular_velocity - self.angular_velocity) / h,
+        }
+    }
+}
