@@ -1,20 +1,29 @@
-//! Real-time thin shells by modal warping, after Choi, Woo and Ko, "Real-Time Simulation of Thin Shells" (2007).
+//! Real-time thin shells by modal warping, after Choi, Woo and Ko, "Real-Time Simulation of Thin Shells" (Eurographics
+//! 2007; "the paper") and Choi and Ko, "Modal Warping" (TVCG 2005; "\[2\]").
 //!
-//! The pipeline: [`mesh`] → [`energy`] → [`modes`] → [`model`] → [`state`] → [`step`] → [`warp`].
-#![doc = ""]
+//! The pipeline reads from top to bottom: [`mesh`] → [`energy`] → [`modes`] → [`model`] → [`state`] → [`step`] → [`warp`].
+//! Hosts use the C ABI (`include/shellwarp.h`, made from `src/ffi`); this Rust interface serves the tests and may change.
 
 pub mod energy;
 pub mod error;
+pub mod ffi;
 pub mod material;
 pub mod mesh;
+pub mod model;
 pub mod modes;
+pub mod real;
 pub mod shell;
+pub mod state;
+pub mod step;
 pub mod support;
+pub mod warp;
 
 pub use error::{Error, ErrorKind, Result};
 pub use material::Material;
 pub use mesh::Mesh;
+pub use model::Model;
 pub use shell::Shell;
+pub use state::State;
 pub use support::Supports;
 
 /// A point, displacement or direction.

@@ -19,6 +19,8 @@ pub struct Shell {
     pub free: Vec<u32>,
     /// Sum of the triangles' rest areas.
     pub total_area: f64,
+    /// Σ m over all vertices, held ones included.
+    pub total_mass: f64,
 }
 
 impl Shell {
@@ -29,17 +31,13 @@ impl Shell {
         let (mass, total_area) = lumped_mass(&mesh, material.area_density)?;
         let free = (0..mass.len() as u32).filter(|&v| mass[v as usize] > 0.0 && !held[v as usize]).collect();
         let energy = Box::new(discrete_shell(&mesh, &material));
-        Ok(Self { mesh, material, energy, mass, held, free, total_area })
+        let total_mass = mass.iter().sum();
+        Ok(Self { mesh, material, energy, mass, held, free, total_area, total_mass })
     }
 
     /// Number of unknowns: three per free vertex.
     pub fn n_unknowns(&self) -> usize {
         3 * self.free.len()
-    }
-
-    /// Σ m over all vertices, held ones included.
-    pub fn total_mass(&self) -> f64 {
-        self.mass.iter().sum()
     }
 
     /// Spreads values at the free vertices, x y z by turns (n_unknowns), over all vertices; zero elsewhere.

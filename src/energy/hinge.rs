@@ -21,9 +21,8 @@ impl HingeEnergy {
     /// Rest angles and weights from the mesh; `k` is k_B.
     pub fn new(mesh: &Mesh, k: f64) -> Self {
         let interior = mesh.edges.iter().filter(|e| e.is_interior());
-        let hinges: Vec<[u32; 4]> = interior
-            .map(|e| [e.vertices[0], e.vertices[1], e.opposite[0], e.opposite[1]])
-            .collect();
+        let hinges: Vec<[u32; 4]> =
+            interior.map(|e| [e.vertices[0], e.vertices[1], e.opposite[0], e.opposite[1]]).collect();
         let corners = |h: &[u32; 4]| h.map(|v| mesh.positions[v as usize]);
         Self {
             rest_angle: hinges.iter().map(|h| dihedral_angle(&corners(h))).collect(),
@@ -40,10 +39,10 @@ fn normals([a, b, c, d]: &[Vec3; 4]) -> (Vec3, Vec3) {
     (e.cross(&(c - a)), (d - a).cross(&e))
 }
 
-/// θ in (−π, π] of the corners a, b, c, d; the edge is a–b.
+/// θ in (−π, π] of the corners a, b, c, d; the edge is a–b. Zero where the edge has collapsed.
 pub fn dihedral_angle(corners: &[Vec3; 4]) -> f64 {
     let (n1, n2) = normals(corners);
-    let edge = (corners[1] - corners[0]).normalize();
+    let edge = (corners[1] - corners[0]).try_normalize(0.0).unwrap_or_default();
     n1.cross(&n2).dot(&edge).atan2(n1.dot(&n2))
 }
 

@@ -89,7 +89,10 @@ impl fmt::Display for Diagnostic {
             Kind::NonManifoldEdge => write!(f, "edge {a}-{b} has {x} triangles, the first is triangle {e}"),
             Kind::NonManifoldVertex => write!(f, "vertex {e} joins {x} separate fans of triangles"),
             Kind::NotOrientable => {
-                write!(f, "triangle {e} (vertices {a}, {b}, {c}) closes a one-sided strip: no consistent orientation exists")
+                write!(
+                    f,
+                    "triangle {e} (vertices {a}, {b}, {c}) closes a one-sided strip: no consistent orientation exists"
+                )
             }
             Kind::InconsistentOrientation => {
                 write!(f, "triangle {e} is turned against its neighbours: vertices {a}, {b}, {c}")
@@ -211,9 +214,8 @@ fn check_duplicates(triangles: &[[u32; 3]], usable: &[bool], out: &mut Vec<Diagn
     sorted.sort_unstable();
     for run in sorted.chunk_by(|x, y| x.0 == y.0) {
         let first = f64::from(run[0].1);
-        let repeat = |&(_, t): &(_, u32)| {
-            at_triangle(Kind::DuplicateTriangle, t as usize, triangles[t as usize], [first, 0.0])
-        };
+        let repeat =
+            |&(_, t): &(_, u32)| at_triangle(Kind::DuplicateTriangle, t as usize, triangles[t as usize], [first, 0.0]);
         out.extend(run[1..].iter().map(repeat));
     }
 }

@@ -1,8 +1,8 @@
 //! Sparse factorizations of A − σI over one symbolic analysis: Cholesky to solve with, LBLᵀ to count eigenvalues with.
 
 use crate::{Error, ErrorKind, Result};
-use faer::prelude::Reborrow;
 use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::prelude::Reborrow;
 use faer::sparse::linalg::SupernodalThreshold;
 use faer::sparse::linalg::cholesky::{
     CholeskySymbolicParams, LltRef, SymbolicCholesky, SymbolicCholeskyRaw, SymmetricOrdering,
@@ -48,7 +48,8 @@ impl Symbolic {
         let mut buffer = MemBuffer::try_new(scratch).map_err(|_| out_of_memory("Cholesky factorization"))?;
         let stack = MemStack::new(&mut buffer);
         let (side, none) = (Side::Lower, Default::default());
-        let done = self.inner.factorize_numeric_llt(&mut values, lower.rb(), side, none, PAR, stack, Default::default());
+        let done =
+            self.inner.factorize_numeric_llt(&mut values, lower.rb(), side, none, PAR, stack, Default::default());
         Ok(if done.is_ok() { Some(Cholesky { symbolic: &self.inner, values }) } else { None })
     }
 

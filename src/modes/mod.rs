@@ -21,12 +21,27 @@ use faer::{Mat, Side};
 use lanczos::{BlockLanczos, Ritz};
 use std::time::Instant;
 
+/// Restarts before giving up; a sweep or two is usual.
+const MAX_SWEEPS: usize = 60;
+
 /// No more modes than this: the dense work grows with its cube, and no warp needs so many.
 pub const MAX_MODES: usize = 1024;
 
 /// Converged when ‖Op y − θ y‖ ≤ this · θ. The eigenvalue's relative error is its square; the vector's is this over the
 /// relative gap, so gaps of 1e-6 still leave four digits.
 const TOLERANCE: f64 = 1e-10;
+
+/// Rounding leaves residuals of about 1e-16 times the largest θ, a hundred times more after many sums: where that is above
+/// the tolerance it takes its place, up to a factor of this on θ.
+const LOOSEST_TOLERANCE: f64 = 1e-7;
+const ROUNDING: f64 = 2e-14;
+
+/// A shift is changed when it spreads the wanted θ over more than this, which costs digits at the small end, or when the
+/// wanted eigenvalues are smaller than its own size by this, which hides their differences.
+const WORST_SPREAD: f64 = 1e6;
+
+/// Shifts tried before what was found is taken as it is.
+const MAX_SHIFTS: usize = 4;
 
 /// An eigenvalue below this multiple of ‖A‖ is a zero mode. Summed as squares, a rigid motion gives (1e-15)²‖A‖ at most; a
 /// Cholesky factor cannot resolve anything between that and 1e-16 ‖A‖.
@@ -128,7 +143,8 @@ pub fn lowest_modes(shell: &Shell, wanted: usize, progress: &mut Progress) -> Re
 
     let mut search = Search { shell, stiffness: &stiffness, symbolic: &symbolic, wanted };
     let pairs = if n <= dense_limit(wanted) { search.dense(progress)? } else { search.sparse(progress)? };
-    let lanczos_bytes = if n <= dense_limit(wanted) { 8 * 2 * n * n } else { 8 * n * (Plan::of(wanted, n).capacity * 2) };
+    let lanczos_bytes =
+        if n <= dense_limit(wanted) { 8 * 2 * n * n } else { 8 * n * (Plan::of(wanted, n).capacity * 2) };
     let peak_bytes = 2 * symbolic.factor_bytes() + lanczos_bytes + 3 * 16 * stiffness.lower.val().len();
     search.certify(pairs, peak_bytes, progress)
 }
@@ -162,6 +178,15 @@ struct Pairs {
     shift: f64,
 }
 
+/// What a shift led to.
+enum Outcome {
+    Found(Pairs),
+    /// A better shift, and what this one has found if anything.
+    BadShift(f64, Option<Pairs>),
+    /// A − σI is not positive definite.
+    Indefinite,
+}
+
 struct Search<'a> {
     shell: &'a Shell,
     stiffness: &'a ScaledStiffness,
@@ -190,26 +215,37 @@ impl Search<'_> {
         Ok(Pairs { eigenvalues, vectors: eigen.U().to_owned(), converged: found, count, shift })
     }
 
-    /// Shift-invert Lanczos, again with a better shift when the first was far from the spectrum.
+    /// Shift-invert Lanczos, again with a better shift while the first turns out far from the spectrum.
     fn sparse(&mut self, progress: &mut Progress) -> Result<Pairs> {
         let norm = self.stiffness.norm;
         let mut sigma = if self.may_be_singular() { -FIRST_SHIFT * norm } else { 0.0 };
-        loop {
-            let pairs = self.sparse_with_shift(sigma, progress)?;
-            let first = pairs.as_ref().and_then(|p| p.eigenvalues.iter().copied().find(|l| *l > SMALLEST_SHIFT * norm));
-            match (pairs, first) {
-                (None, _) if sigma == 0.0 => sigma = -SMALLEST_SHIFT * norm,
-                (None, _) if sigma > -1e-6 * norm => sigma *= 100.0,
-                (None, _) => {
-                    return Err(Error::new(ErrorKind::Numerical, "the stiffness matrix could not be factorized"));
+        let mut best = None;
+        for attempt in 0..MAX_SHIFTS {
+            let may_change = attempt + 1 < MAX_SHIFTS;
+            match self.sparse_with_shift(sigma, may_change, progress)? {
+                Outcome::Indefinite => sigma = (100.0 * sigma).min(-SMALLEST_SHIFT * norm),
+                Outcome::BadShift(better, pairs) => {
+                    sigma = better;
+                    best = pairs.or(best);
                 }
-                // The wanted modes lie so close together, seen from σ, that the shift hides them.
-                (Some(pairs), Some(first)) if -sigma > 1e3 * first && pairs.eigenvalues[self.wanted - 1] < -sigma => {
-                    sigma = -first.max(SMALLEST_SHIFT * norm);
-                }
-                (Some(pairs), _) => return Ok(pairs),
+                Outcome::Found(pairs) => return Ok(pairs),
             }
         }
+        best.ok_or_else(|| Error::new(ErrorKind::Numerical, "no shift makes the stiffness matrix positive definite"))
+    }
+
+    /// The geometric mean of the first and the last wanted nonzero eigenvalue, if that serves much better than `sigma`.
+    fn better_shift(&self, eigenvalues: &[f64], sigma: f64) -> Option<f64> {
+        let floor = SMALLEST_SHIFT * self.stiffness.norm;
+        let noise = floor.max(1e-4 * sigma.abs());
+        let first =
+            eigenvalues.iter().copied().find(|l| *l > noise).or(eigenvalues.iter().copied().find(|l| *l > floor))?;
+        let last = eigenvalues.get(self.wanted - 1)?.max(first);
+        let spread = (last - sigma) / (eigenvalues[0].max(0.0) - sigma).max(floor);
+        let better = -(first * last).sqrt().max(floor);
+        let changes = !(0.1..10.0).contains(&(better / sigma));
+        let hidden = last < sigma.abs() / WORST_SPREAD.sqrt();
+        ((spread > WORST_SPREAD || hidden) && changes).then_some(better)
     }
 
     /// Whether rigid motions are left free: a component held at fewer than three vertices, or only along a line.
@@ -226,12 +262,11 @@ impl Search<'_> {
         points.iter().any(|held| spanned_area(held) <= 1e-8 * mesh.size * mesh.size)
     }
 
-    /// `None` when A − σI is not positive definite.
-    fn sparse_with_shift(&mut self, sigma: f64, progress: &mut Progress) -> Result<Option<Pairs>> {
+    fn sparse_with_shift(&mut self, sigma: f64, may_change: bool, progress: &mut Progress) -> Result<Outcome> {
         progress.report(Phase::Factorization, 0.0)?;
         let shifted = self.stiffness.shifted(sigma);
         let Some(cholesky) = self.symbolic.cholesky(&shifted)? else {
-            return Ok(None);
+            return Ok(Outcome::Indefinite);
         };
         drop(shifted);
         progress.report(Phase::Factorization, 1.0)?;
@@ -241,7 +276,7 @@ impl Search<'_> {
         let mut op = |block: MatMut<'_, f64>| cholesky.solve_in_place(block);
         let mut done = 0.0f64;
         // Each sweep fills the basis once; a sweep multiplies the error by the decay of a Chebyshev polynomial of its degree.
-        for sweep in 0..60 {
+        for sweep in 0..MAX_SWEEPS {
             let mut ritz = None;
             while lanczos.room() >= plan.width {
                 lanczos.step(&mut op)?;
@@ -253,22 +288,27 @@ impl Search<'_> {
                     && let Some(pairs) = self.accept(&lanczos, &found, converged, sigma, sweep, progress)?
                 {
                     progress.report(Phase::Modes, 1.0)?;
-                    return Ok(Some(pairs));
+                    return Ok(match self.better_shift(&pairs.eigenvalues, sigma) {
+                        Some(better) if may_change => Outcome::BadShift(better, Some(pairs)),
+                        _ => Outcome::Found(pairs),
+                    });
                 }
                 ritz = Some(found);
             }
-            if let Some(ritz) = ritz {
-                let keep = (self.wanted + plan.width).min(plan.capacity - 2 * plan.width);
-                let stuck = converged(&ritz) >= keep;
-                lanczos.restart(&ritz, keep);
-                if stuck {
-                    lanczos.refresh();
-                }
+            let Some(ritz) = ritz else { break };
+            if may_change && let Some(better) = self.better_shift(&eigenvalues(&ritz, sigma), sigma) {
+                return Ok(Outcome::BadShift(better, None));
+            }
+            let keep = (self.wanted + plan.width).min(plan.capacity - 2 * plan.width);
+            let all_kept_converged = converged(&ritz) >= keep;
+            lanczos.restart(&ritz, keep);
+            if all_kept_converged {
+                lanczos.refresh();
             }
         }
         Err(Error::new(
             ErrorKind::Numerical,
-            format!("only {:.0} % of {} modes converged in 60 sweeps", 100.0 * done, self.wanted),
+            format!("only {:.0} % of {} modes converged in {MAX_SWEEPS} sweeps", 100.0 * done, self.wanted),
         ))
     }
 
@@ -282,7 +322,7 @@ impl Search<'_> {
         sweep: usize,
         progress: &mut Progress,
     ) -> Result<Option<Pairs>> {
-        let eigenvalues: Vec<f64> = ritz.values.iter().take_while(|t| **t > 0.0).map(|t| sigma + 1.0 / t).collect();
+        let eigenvalues = eigenvalues(ritz, sigma);
         let Some((found, shift)) = self.shift_above(&eigenvalues) else {
             return Ok(None);
         };
@@ -344,7 +384,8 @@ impl Search<'_> {
             let phi: Vec<f64> = y.iter().zip(root_mass).map(|(y, r)| y / r).collect();
             let image = self.stiffness.apply(&y);
             let residual = (0..y.len()).map(|i| root_mass[i] * (image[i] - lambda * y[i]));
-            certificate.residual = certificate.residual.max(euclidean(residual) / (norm * euclidean(phi.iter().copied())));
+            certificate.residual =
+                certificate.residual.max(euclidean(residual) / (norm * euclidean(phi.iter().copied())));
             shapes.push(self.shell.scatter(&phi));
         }
         progress.report(Phase::Certificate, 1.0)?;
@@ -360,9 +401,17 @@ impl Search<'_> {
     }
 }
 
+/// λ = σ + 1/θ of the Ritz values, ascending.
+fn eigenvalues(ritz: &Ritz, sigma: f64) -> Vec<f64> {
+    ritz.values.iter().take_while(|theta| **theta > 0.0).map(|theta| sigma + 1.0 / theta).collect()
+}
+
 /// Ritz pairs, counted from the first, whose residual is below the tolerance.
 fn converged(ritz: &Ritz) -> usize {
-    ritz.values.iter().zip(&ritz.residuals).take_while(|(theta, r)| **r <= TOLERANCE * **theta).count()
+    let rounding = ROUNDING * ritz.values[0];
+    let small =
+        |theta: f64, residual: f64| residual <= (TOLERANCE * theta).max(rounding.min(LOOSEST_TOLERANCE * theta));
+    ritz.values.iter().zip(&ritz.residuals).take_while(|(theta, residual)| small(**theta, **residual)).count()
 }
 
 /// Twice the area of the largest triangle that the first points and any third one span.

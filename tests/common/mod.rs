@@ -100,5 +100,8 @@ pub fn equilateral_sheet(nx: usize, ny: usize, edge: f64) -> (Vec<Vec3>, Vec<[u3
 #[track_caller]
 pub fn assert_close(what: &str, actual: f64, expected: f64, relative: f64, scale: f64) {
     let error = (actual - expected).abs() / expected.abs().max(scale);
-    assert!(error <= relative, "{what}: {actual:e} instead of {expected:e}, relative error {error:.2e} > {relative:.0e}");
+    assert!(
+        error <= relative,
+        "{what}: {actual:e} instead of {expected:e}, relative error {error:.2e} > {relative:.0e}"
+    );
 }

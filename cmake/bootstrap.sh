@@ -1,0 +1,102 @@
+#!/bin/sh
+# Sets up the tools that a machine with Rust, a C and C++ compiler, make and Python 3.10 or later may still lack.
+#
+#     sh cmake/bootstrap.sh [render] [bench]
+#
+#   always   cmake 3.20 or later: the system's own, or a pinned one in .venv/
+#   render   the packages of host_examples/render, in .venv/
+#   bench    scipy and numpy for tests/bench, in .venv/
+#
+# Everything lands in .venv/ and build/ below the project. What is set up is noted in .venv/installed-*, so that a
+# later run does nothing and needs no network. build/tools.sh then names the tools: CMAKE, CTEST, PYTHON.
+set -eu
+
+root=$(CDPATH='' cd -- "$(dirname -- "$0")/.." && pwd)
+cd "$root"
+venv=$root/.venv
+
+say() { printf 'bootstrap: %s\n' "$*"; }
+
+fail() {
+    printf 'bootstrap: %s\n' "$@" >&2
+    exit 1
+}
+
+# What a set consists of: pip requirements, one a line.
+pins() {
+    case $1 in
+    cmake) echo 'cmake==3.31.10' ;;
+    render) grep -v '^#' host_examples/render/requirements.txt ;;
+    bench)
+        echo 'scipy==1.17.1; python_version >= "3.11"'
+        echo 'scipy==1.15.3; python_version < "3.11"'
+        grep '^numpy' host_examples/render/requirements.txt
+        ;;
+    *) fail "unknown argument '$1'; known: render, bench" ;;
+    esac
+}
+
+have_cmake() {
+    version=$("$1" --version 2>/dev/null | sed -n 's/^cmake version //p') || return 1
+    major=${version%%.*}
+    rest=${version#*.}
+    minor=${rest%%.*}
+    [ "${major:-0}" -gt 3 ] || { [ "${major:-0}" -eq 3 ] && [ "${minor:-0}" -ge 20 ]; }
+}
+
+# A virtual environment works only where it was made and with the Python it was made by; .venv/made-for names both.
+make_venv() {
+    command -v python3 >/dev/null ||
+        fail "python3 is missing; install Python 3.10 or later" "(Debian, Ubuntu: apt install python3 python3-venv)"
+    place=$(python3 -c 'import sys; print(*sys.version_info[:2], sep=".")')\ $root
+    if [ "$(cat "$venv/made-for" 2>/dev/null)" = "$place" ] && "$venv/bin/python" -c '' 2>/dev/null; then
+        return
+    fi
+    python3 -c 'import sys; sys.exit(sys.version_info < (3, 10))' ||
+        fail "python3 is $(python3 -V 2>&1); 3.10 or later is needed"
+    python3 -c 'import venv, ensurepip' 2>/dev/null ||
+        fail "python3 cannot make virtual environments; install the package for that" \
+            "(Debian, Ubuntu: apt install python3-venv)"
+    say "making the Python environment .venv/"
+    rm -rf "$venv"
+    python3 -m venv "$venv" || fail "python3 -m venv failed (Debian, Ubuntu: apt install python3-venv)"
+    printf '%s\n' "$place" >"$venv/made-for"
+}
+
+install() {
+    make_venv
+    if pins "$1" | cmp -s - "$venv/installed-$1"; then
+        say "$1: already in .venv/"
+        return
+    fi
+    say "$1: installing into .venv/, needs the network this once:"
+    pins "$1" | tee "$venv/requirements-$1" | sed 's/^/bootstrap:   /'
+    "$venv/bin/python" -m pip install -qq --disable-pip-version-check --retries 2 --only-binary :all: \
+        -r "$venv/requirements-$1" || fail "$1: pip could not install it (see above); is the network reachable?"
+    mv "$venv/requirements-$1" "$venv/installed-$1"
+}
+
+check_compilers() {
+    command -v cargo >/dev/null || fail "cargo is missing; install Rust 1.88 or later with rustup"
+    { command -v cc && command -v c++; } >/dev/null ||
+        fail "a C and a C++ compiler are needed as cc and c++ (Debian, Ubuntu: apt install build-essential)"
+}
+
+for set in "$@"; do
+    pins "$set" >/dev/null
+done
+check_compilers
+if have_cmake cmake; then
+    cmake=$(command -v cmake)
+    say "cmake: the system's own $cmake, $version"
+else
+    install cmake
+    cmake=$venv/bin/cmake
+    have_cmake "$cmake" || fail "$cmake does not run; remove .venv/ and try again"
+fi
+for set in "$@"; do
+    install "$set"
+done
+
+mkdir -p build
+printf "CMAKE='%s'\nCTEST='%s'\nPYTHON='%s'\n" "$cmake" "${cmake%cmake}ctest" "$venv/bin/python" >build/tools.sh

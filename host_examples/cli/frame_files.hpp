@@ -1,0 +1,29 @@
+// What a renderer needs of a run, for a scene called NAME in a directory of its choice:
+//
+//   NAME_rest.obj                      the rest shape
+//   NAME_frame_0042.obj                the shell in the world, frames of largest displacement only
+//   NAME_frame_0042_displacement.txt   how far each vertex is from its rest place as seen in the support frame, one number a
+//                                      line; the same as the difference of the two OBJ files where the supports do not move
+//   NAME_frames.csv                    every frame: frame, time, max_displacement, max_rotation, kinetic_energy,
+//                                      elastic_energy, obj, displacement; the last two name the files, where written
+//
+// Vertices have the order of the mesh file in all of them, and all OBJ files have the same triangles.
+#pragma once
+
+#include "mesh.hpp"
+#include "scene.hpp"
+#include "simulation.hpp"
+
+#include <string>
+#include <vector>
+
+namespace cli {
+
+// Indices into `frames`, ascending: the largest `count` of the local maxima of displacement over time.
+std::vector<std::size_t> extreme_frames(const std::vector<FrameRecord> &frames, std::size_t count);
+
+// `state` is used to go back to the frames that are written, and is left at the last of them.
+void write_frame_files(const std::string &directory, const Scene &scene, const Mesh &mesh, const Run &run,
+                       shellwarp::State &state);
+
+}  // namespace cli

@@ -1,0 +1,34 @@
+// How the frame that carries the supports is shaken: sums of sinusoids under an envelope that begins and ends at rest.
+//
+//   t(s) = e(s) Σ axis · amplitude · sin(2π f s + φ)      translation of the pivot
+//   r(s) = e(s) Σ axis · angle     · sin(2π f s + φ)      rotation vector; R = exp[r]×, about the pivot
+//   world = pivot + t + R (local − pivot)
+//
+// e rises from 0 to 1 and falls back with two continuous derivatives, so that no jolt comes from the envelope.
+#pragma once
+
+#include "shellwarp.hpp"
+
+#include <array>
+#include <vector>
+
+namespace cli {
+
+struct Oscillation {
+  std::array<double, 3> axis{};
+  double amplitude = 0;  // length units, or radians
+  double frequency = 0;  // Hz
+  double phase = 0;      // radians
+};
+
+struct FrameMotion {
+  std::array<double, 3> pivot{};
+  double rise = 1, end = 0, fall = 1;  // s: time to swell, time at which all is still again, time to die away
+  std::vector<Oscillation> translations, rotations;
+
+  bool moves() const { return !translations.empty() || !rotations.empty(); }
+  // Pose at a time in seconds.
+  SwFrameDesc pose(double seconds) const;
+};
+
+}  // namespace cli

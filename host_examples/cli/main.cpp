@@ -1,0 +1,210 @@
+// shellwarp: simulates thin shells from the command line, and shows how a host uses the library from start to end.
+//
+// Exit status: 0 all is well; 1 bad input, a failed call, or an expectation of the scene that does not hold; 2 wrong usage;
+// 130 stopped by Ctrl-C.
+#include "frame_files.hpp"
+#include "mesh.hpp"
+#include "point_cache.hpp"
+#include "progress.hpp"
+#include "scene.hpp"
+#include "shell.hpp"
+#include "simulation.hpp"
+#include "summary.hpp"
+
+#include <cmath>
+#include <cstdio>
+#include <exception>
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "CLI11.hpp"
+
+namespace cli {
+
+namespace {
+
+constexpr int kFailure = 1, kWrongUsage = 2, kInterrupted = 130;
+
+struct RunOptions {
+  std::string out;                 // directory; empty = write nothing
+  std::optional<uint32_t> frames;  // in place of the scene's duration
+  bool quiet = false;
+};
+
+// ---------------------------------------------------------------------------------------------------------- commands
+
+int report(const Summary &summary, const RunOptions &options) {
+  if (!options.quiet) print_summary(summary);
+  if (summary.run.interrupted) {
+    std::fprintf(stderr, "shellwarp: stopped at frame %u\n", summary.run.frames.back().frame);
+    return kInterrupted;
+  }
+  if (options.frames && (summary.scene.expect.max_displacement || summary.scene.expect.final_displacement))
+    std::fprintf(stderr, "shellwarp: displacements are not judged, because --frames changes the length of the run\n");
+  const std::vector<std::string> sentences = violations(summary, !options.frames);
+  for (const std::string &sentence : sentences) std::fprintf(stderr, "shellwarp: not as expected: %s\n", sentence.c_str());
+  return sentences.empty() ? 0 : kFailure;
+}
+
+shellwarp::Model precompute(const Scene &scene, const Mesh &mesh, bool quiet) {
+  ProgressBar progress(quiet);
+  return make_model(scene, mesh, progress);
+}
+
+int run_scene(const Scene &scene, const RunOptions &options) {
+  const Mesh mesh = read_mesh(scene.mesh_path);
+  const shellwarp::Model model = precompute(scene, mesh, options.quiet);
+  shellwarp::State state = make_state(scene, model);
+
+  std::optional<PointCache> cache;
+  if (!options.out.empty()) {
+    std::filesystem::create_directories(options.out);
+    cache.emplace((std::filesystem::path(options.out) / (scene.name + ".pc2")).string(), mesh.n_vertices());
+  }
+  const Run run = simulate(scene, options.frames.value_or(frame_count(scene)), mesh.n_vertices(), state, cache ? &*cache : nullptr);
+  if (cache) {
+    cache->close();
+    write_frame_files(options.out, scene, mesh, run, state);
+  }
+  return report({scene, model.info(), model.frequencies(), run}, options);
+}
+
+int check_mesh(const std::string &path) {
+  const Mesh mesh = read_mesh(path);
+  const std::vector<SwDiagnostic> diagnostics = shellwarp::check_mesh(
+      shellwarp::mesh_desc(mesh.positions.data(), mesh.n_vertices(), mesh.triangles.data(), mesh.n_triangles()));
+  std::size_t errors = 0;
+  for (const SwDiagnostic &d : diagnostics) {
+    const bool error = d.severity == SW_SEVERITY_ERROR;
+    errors += error;
+    std::printf("%s: %s: %s\n", path.c_str(), error ? "error" : "warning", reinterpret_cast<const char *>(d.message));
+  }
+  std::printf("%s: %u vertices, %u triangles, %zu errors, %zu warnings\n", path.c_str(), mesh.n_vertices(), mesh.n_triangles(),
+              errors, diagnostics.size() - errors);
+  return errors ? kFailure : 0;
+}
+
+// ----------------------------------------------------------------------------------------------------------- options
+
+void add_run_options(CLI::App &app, Scene &overrides, RunOptions &options) {
+  app.add_option("--out", options.out, "Directory for the point cache, OBJ frames and the table of frames");
+  app.add_option("--frames", options.frames, "Number of frames, in place of the duration");
+  app.add_option("--modes", overrides.modes, "Number of vibration modes")->check(CLI::PositiveNumber);
+  app.add_flag("--linear", overrides.linear, "Linear modal analysis in place of warping");
+  app.add_flag("--exact", overrides.exact, "Exact propagator in place of implicit Euler");
+  app.add_flag("--double", overrides.double_precision, "Run-time basis in double precision");
+  app.add_flag("-q,--quiet", options.quiet, "No progress and no table; failures are still told");
+}
+
+void apply_overrides(const Scene &overrides, Scene &scene) {
+  if (overrides.modes) scene.modes = overrides.modes;
+  scene.linear |= overrides.linear;
+  scene.exact |= overrides.exact;
+  scene.double_precision |= overrides.double_precision;
+}
+
+struct SupportOptions {
+  std::vector<std::array<double, 6>> boxes;
+  std::vector<std::string> lists;
+};
+
+void add_support_options(CLI::App &app, const std::string &verb, const std::string &meaning, SupportOptions &options) {
+  const auto add_box = [&options](const std::array<double, 6> &box) { options.boxes.push_back(box); };
+  app.add_option_function<std::array<double, 6>>("--" + verb + "-box", add_box, meaning + " the vertices in this box")
+      ->type_name("X0 Y0 Z0 X1 Y1 Z1")
+      ->trigger_on_parse();
+  app.add_option("--" + verb + "-list", options.lists, meaning + " the vertices whose indices (from 0) this file lists")
+      ->type_name("FILE");
+}
+
+void add_supports(const SupportOptions &options, bool clamped, Scene &scene) {
+  for (const std::array<double, 6> &b : options.boxes)
+    scene.supports.push_back({clamped, Bounds{{b[0], b[1], b[2]}, {b[3], b[4], b[5]}}, {}});
+  for (const std::string &path : options.lists) scene.supports.push_back({clamped, std::nullopt, read_vertex_list(path)});
+}
+
+struct SimulateOptions {
+  Scene scene;
+  SupportOptions fixed, clamped;
+  double step = 1.0 / 30;
+  RunOptions run;
+};
+
+void add_simulate_options(CLI::App &app, SimulateOptions &o) {
+  app.add_option("mesh", o.scene.mesh_path, "OBJ, OFF or PLY file")->required();
+  add_support_options(app, "fix", "Hold", o.fixed);
+  add_support_options(app, "clamp", "Hold, with their neighbours and so the slope,", o.clamped);
+  app.add_option("--gravity", o.scene.gravity, "Acceleration, length unit/s^2 (0 0 0)")->type_name("X Y Z");
+  app.add_option("--duration", o.scene.duration, "Seconds (5)")->check(CLI::PositiveNumber);
+  app.add_option("--step", o.step, "Seconds a step, a frame being one step (1/30)")->check(CLI::PositiveNumber);
+  app.add_option("--k-area", o.scene.material.k_area, "Stiffness against change of area (1e4)");
+  app.add_option("--k-length", o.scene.material.k_length, "Stiffness against change of length (1e4)");
+  app.add_option("--k-bend", o.scene.material.k_bend, "Bending stiffness (1)");
+  app.add_option("--density", o.scene.material.density, "Mass an area (1)");
+  app.add_option("--damping-ratio", o.scene.damping.ratio, "Of critical, the same for every mode (0)");
+  app.add_option("--obj-frames", o.scene.obj_frames, "How many frames of largest displacement become OBJ files (3)");
+  add_run_options(app, o.scene, o.run);
+}
+
+int simulate_mesh(SimulateOptions &o) {
+  add_supports(o.fixed, false, o.scene);
+  add_supports(o.clamped, true, o.scene);
+  o.scene.name = std::filesystem::path(o.scene.mesh_path).stem().string();
+  o.scene.title = o.scene.name;
+  o.scene.frame_rate = 1 / o.step;
+  return run_scene(o.scene, o.run);
+}
+
+// -------------------------------------------------------------------------------------------------------------- main
+
+int run_command_line(int argc, char **argv) {
+  CLI::App app{"Thin shells in real time by modal warping"};
+  app.set_version_flag("--version", std::string("shellwarp ") + sw_version_string());
+  app.require_subcommand(1);
+
+  std::string scene_path, mesh_path;
+  Scene overrides;
+  RunOptions run_options;
+  CLI::App *run = app.add_subcommand("run", "Run a scene");
+  run->add_option("scene", scene_path, "TOML file")->required();
+  add_run_options(*run, overrides, run_options);
+
+  SimulateOptions simulate_options;
+  CLI::App *simulate = app.add_subcommand("simulate", "Simulate a mesh under gravity");
+  add_simulate_options(*simulate, simulate_options);
+
+  CLI::App *check = app.add_subcommand("check", "Say what is wrong with a mesh");
+  check->add_option("mesh", mesh_path, "OBJ, OFF or PLY file")->required();
+
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError &error) {
+    return app.exit(error) == 0 ? 0 : kWrongUsage;
+  }
+
+  if (check->parsed()) return check_mesh(mesh_path);
+  if (simulate->parsed()) return simulate_mesh(simulate_options);
+  Scene scene = read_scene(scene_path);
+  apply_overrides(overrides, scene);
+  return run_scene(scene, run_options);
+}
+
+}  // namespace
+
+}  // namespace cli
+
+int main(int argc, char **argv) {
+  cli::catch_interrupt();
+  try {
+    return cli::run_command_line(argc, argv);
+  } catch (const shellwarp::Error &error) {
+    std::fprintf(stderr, "shellwarp: %s\n", error.what());
+    return error.status() == SW_ERROR_CANCELLED ? cli::kInterrupted : cli::kFailure;
+  } catch (const std::bad_alloc &) {
+    std::fprintf(stderr, "shellwarp: out of memory\n");
+  } catch (const std::exception &error) {
+    std::fprintf(stderr, "shellwarp: %s\n", error.what());
+  }
+  return cli::kFailure;
+}

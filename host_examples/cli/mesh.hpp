@@ -1,0 +1,43 @@
+// A triangle mesh as it came from a file: vertices keep the file's order, polygons are cut into fans.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace cli {
+
+struct Mesh {
+  std::vector<double> positions;    // n_vertices() x 3
+  std::vector<uint32_t> triangles;  // n_triangles() x 3
+
+  uint32_t n_vertices() const { return static_cast<uint32_t>(positions.size() / 3); }
+  uint32_t n_triangles() const { return static_cast<uint32_t>(triangles.size() / 3); }
+  std::array<double, 3> vertex(uint32_t i) const {
+    return {positions[3 * std::size_t{i}], positions[3 * std::size_t{i} + 1], positions[3 * std::size_t{i} + 2]};
+  }
+
+  // Throws std::length_error at the 2^32nd vertex: the library counts them in 32 bits.
+  void add_vertex(const std::array<double, 3> &x);
+  // The fan (0, 1, 2), (0, 2, 3), … of a polygon with at least three corners.
+  void add_polygon(const std::vector<uint32_t> &corners);
+};
+
+// The corners of a box that holds every vertex.
+struct Bounds {
+  std::array<double, 3> low, high;
+};
+Bounds bounds(const Mesh &mesh);
+
+// Reads an OBJ, OFF or PLY file, told apart by its extension. Throws FileError (see text_lines.hpp) for anything that is not
+// a whole, well-formed mesh with at least one triangle; a file is never read past its end, whatever it claims to hold.
+Mesh read_mesh(const std::string &path);
+
+// The three readers, on a file's whole contents; `path` is for messages only.
+Mesh read_obj(const std::string &path, const std::string &contents);
+Mesh read_off(const std::string &path, const std::string &contents);
+Mesh read_ply(const std::string &path, const std::string &contents);
+
+}  // namespace cli

@@ -1,0 +1,81 @@
+#include "progress.hpp"
+
+#include <algorithm>
+#include <csignal>
+#include <cstdio>
+#include <string>
+
+#ifdef _WIN32
+#include <io.h>
+#else
+#include <unistd.h>
+#endif
+
+namespace cli {
+
+namespace {
+
+volatile std::sig_atomic_t interrupt_flag = 0;
+
+bool stderr_is_terminal() {
+#ifdef _WIN32
+  return _isatty(_fileno(stderr)) != 0;
+#else
+  return isatty(STDERR_FILENO) != 0;
+#endif
+}
+
+}  // namespace
+
+extern "C" {
+
+static void on_interrupt(int signal) {
+  interrupt_flag = 1;
+  std::signal(signal, SIG_DFL);
+}
+
+static uint32_t on_progress(void *user, uint32_t phase, double fraction) {
+  static_cast<ProgressBar *>(user)->show(phase, fraction);
+  return interrupted() ? SW_PROGRESS_CANCEL : SW_PROGRESS_CONTINUE;
+}
+
+}  // extern "C"
+
+void catch_interrupt() { std::signal(SIGINT, on_interrupt); }
+
+bool interrupted() { return interrupt_flag != 0; }
+
+const char *phase_name(uint32_t phase) {
+  static const char *const kNames[SW_PHASE_COUNT] = {"assembly", "ordering", "factorization",
+                                                     "modes",    "certificate", "modal rotation"};
+  return phase < SW_PHASE_COUNT ? kNames[phase] : "work";
+}
+
+ProgressBar::ProgressBar(bool quiet) : quiet_(quiet), terminal_(stderr_is_terminal()) {}
+
+ProgressBar::~ProgressBar() {
+  if (drawn_ && terminal_) std::fputc('\n', stderr);
+}
+
+void ProgressBar::attach(SwPrecomputeDesc &desc) {
+  desc.progress = on_progress;
+  desc.progress_user = this;
+}
+
+void ProgressBar::show(uint32_t phase, double fraction) {
+  const int percent = static_cast<int>(100 * std::clamp(fraction, 0.0, 1.0));
+  const bool new_phase = phase != phase_;
+  if (quiet_ || (!new_phase && (percent == percent_ || !terminal_))) return;
+  phase_ = phase;
+  percent_ = percent;
+  drawn_ = true;
+  if (!terminal_) {
+    std::fprintf(stderr, "precompute: %s\n", phase_name(phase));
+    return;
+  }
+  const std::string bar(static_cast<std::size_t>(percent) * 30 / 100, '#');
+  std::fprintf(stderr, "\rprecompute: %-14s [%-30s] %3d %%", phase_name(phase), bar.c_str(), percent);
+  std::fflush(stderr);
+}
+
+}  // namespace cli

@@ -1,0 +1,34 @@
+// A progress bar on stderr while a model is precomputed, and Ctrl-C as a polite request to stop.
+#pragma once
+
+#include "shellwarp.hpp"
+
+#include <cstdint>
+
+namespace cli {
+
+// From here on the first Ctrl-C only sets a flag; a second one ends the process the usual way.
+void catch_interrupt();
+bool interrupted();
+
+// Draws on stderr: one line that is redrawn on a terminal, a line for each phase elsewhere, nothing when quiet.
+class ProgressBar {
+public:
+  explicit ProgressBar(bool quiet);
+  ~ProgressBar();
+  ProgressBar(const ProgressBar &) = delete;
+  ProgressBar &operator=(const ProgressBar &) = delete;
+
+  // Fills in the callback; the bar must outlive the precompute.
+  void attach(SwPrecomputeDesc &desc);
+  void show(uint32_t phase, double fraction);
+
+private:
+  bool quiet_, terminal_, drawn_ = false;
+  uint32_t phase_ = SW_PHASE_COUNT;
+  int percent_ = -1;
+};
+
+const char *phase_name(uint32_t phase);
+
+}  // namespace cli

@@ -1,0 +1,113 @@
+// OBJ by tinyobjloader's callbacks: it knows the many forms of a face line, this file keeps vertex order and strictness.
+// The loader reads a malformed coordinate as 0 and lets an index overflow, so both are read again from the line itself.
+#include "mesh.hpp"
+#include "text_lines.hpp"
+
+#include <istream>
+#include <streambuf>
+
+#define TINYOBJLOADER_USE_DOUBLE
+#define TINYOBJLOADER_IMPLEMENTATION
+#include "tiny_obj_loader.h"
+
+namespace cli {
+
+namespace {
+
+// Hands out one line at a time, so that a callback knows on which line it is.
+class LineBuffer : public std::streambuf {
+public:
+  explicit LineBuffer(const std::string &contents) : rest_(contents) {}
+
+  std::size_t line() const { return line_; }
+  std::string_view text() const { return text_; }
+
+protected:
+  int_type underflow() override {
+    if (rest_.empty()) return traits_type::eof();
+    text_ = rest_.substr(0, std::min(rest_.find('\n'), rest_.size() - 1) + 1);
+    rest_.remove_prefix(text_.size());
+    ++line_;
+    char *begin = const_cast<char *>(text_.data());  // a get area is never written to
+    setg(begin, begin, begin + text_.size());
+    return traits_type::to_int_type(*begin);
+  }
+
+private:
+  std::string_view rest_, text_;
+  std::size_t line_ = 0;
+};
+
+struct ObjBuilder {
+  const std::string &path;
+  LineBuffer &lines;
+  Mesh mesh;
+  uint64_t largest = 0;  // largest vertex number used (from 1), and the line that used it
+  std::size_t largest_line = 0;
+
+  [[noreturn]] void fail(const std::string &what) const { throw FileError(path, lines.line(), what); }
+
+  void add_vertex() {
+    const std::string line(lines.text());
+    TextLines words(path, line, 0, lines.line());
+    words.next_line();
+    words.word();  // "v"
+    mesh.add_vertex(words.point("vertex " + std::to_string(mesh.n_vertices() + 1)));
+  }
+
+  // OBJ counts from 1, and backwards from the vertices read so far where negative.
+  uint32_t corner(int index) {
+    if (index == 0) fail("vertex numbers start at 1 (or at -1, counting backwards); found 0 or a word that is no number");
+    const int64_t resolved = index > 0 ? index : int64_t{mesh.n_vertices()} + index + 1;
+    if (resolved < 1)
+      fail("face names vertex " + std::to_string(index) + ", but only " + std::to_string(mesh.n_vertices()) +
+           " vertices stand before it");
+    if (static_cast<uint64_t>(resolved) > largest) {
+      largest = static_cast<uint64_t>(resolved);
+      largest_line = lines.line();
+    }
+    return static_cast<uint32_t>(resolved - 1);
+  }
+
+  void check_index_digits() const {
+    std::size_t digits = 0;
+    for (char c : lines.text()) {
+      digits = c >= '0' && c <= '9' ? digits + 1 : 0;
+      if (digits > 9) fail("a vertex number has more than 9 digits; is the file damaged?");
+    }
+  }
+
+  void add_face(const tinyobj::index_t *indices, int count) {
+    check_index_digits();
+    if (count < 3) fail("a face needs at least three corners; found " + std::to_string(count));
+    std::vector<uint32_t> corners;
+    for (int k = 0; k < count; ++k) corners.push_back(corner(indices[k].vertex_index));
+    mesh.add_polygon(corners);
+  }
+};
+
+ObjBuilder &builder(void *user) { return *static_cast<ObjBuilder *>(user); }
+
+tinyobj::callback_t callbacks() {
+  tinyobj::callback_t callback;
+  callback.vertex_cb = [](void *user, double, double, double, double) { builder(user).add_vertex(); };
+  callback.index_cb = [](void *user, tinyobj::index_t *indices, int count) { builder(user).add_face(indices, count); };
+  return callback;
+}
+
+}  // namespace
+
+Mesh read_obj(const std::string &path, const std::string &contents) {
+  LineBuffer lines(contents);
+  std::istream stream(&lines);
+  ObjBuilder obj{path, lines, {}, 0, 0};
+  std::string warning, error;
+  if (!tinyobj::LoadObjWithCallback(stream, callbacks(), &obj, nullptr, &warning, &error)) throw FileError(path, 0, error);
+  if (obj.largest > obj.mesh.n_vertices())
+    throw FileError(path, obj.largest_line,
+                    "face names vertex " + std::to_string(obj.largest) + ", but the file holds only " +
+                        std::to_string(obj.mesh.n_vertices()) + " vertices");
+  return std::move(obj.mesh);
+}
+
+}  // namespace cli

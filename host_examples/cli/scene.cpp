@@ -1,0 +1,273 @@
+#include "scene.hpp"
+
+#include "text_lines.hpp"
+
+#include <cmath>
+#include <filesystem>
+#include <set>
+
+#include "toml.hpp"
+
+namespace cli {
+
+namespace {
+
+constexpr double kRadians = 0.017453292519943295;
+
+// One table of the file. A key that nobody asks for is an error: it is a misspelling more often than not.
+class Section {
+public:
+  Section(const std::string &path, std::string name, const toml::table &table)
+      : path_(path), name_(std::move(name)), table_(table) {}
+
+  [[noreturn]] void fail(const toml::node &at, const std::string &what) const {
+    throw FileError(path_, at.source().begin.line, (name_.empty() ? "" : "[" + name_ + "] ") + what);
+  }
+  [[noreturn]] void fail(const std::string &what) const { fail(table_, what); }
+
+  const toml::node *find(const char *key) {
+    known_.insert(key);
+    return table_.get(key);
+  }
+
+  template <class T> std::optional<T> get(const char *key, const char *kind) {
+    const toml::node *node = find(key);
+    if (!node) return std::nullopt;
+    const std::optional<T> value = node->value<T>();
+    if (!value) fail(*node, std::string(key) + " must be " + kind);
+    return value;
+  }
+
+  std::optional<double> number(const char *key) {
+    const std::optional<double> value = get<double>(key, "a number");
+    if (value && !std::isfinite(*value)) fail(*table_.get(key), std::string(key) + " must be finite");
+    return value;
+  }
+  std::optional<bool> flag(const char *key) { return get<bool>(key, "true or false"); }
+  std::optional<std::string> text(const char *key) { return get<std::string>(key, "a text in quotes"); }
+  std::optional<uint32_t> count(const char *key) {
+    return get<uint32_t>(key, "a whole number from 0 to 4294967295");
+  }
+
+  double positive(const char *key, double fallback) {
+    const double value = number(key).value_or(fallback);
+    if (!(value > 0)) fail(*table_.get(key), std::string(key) + " must be greater than 0");
+    return value;
+  }
+
+  std::vector<double> numbers(const char *key, std::size_t size) {
+    const toml::node *node = find(key);
+    const toml::array *array = node ? node->as_array() : nullptr;
+    std::vector<double> values;
+    for (std::size_t i = 0; array && i < array->size(); ++i)
+      if (const std::optional<double> value = (*array)[i].value<double>(); value && std::isfinite(*value))
+        values.push_back(*value);
+    if (node && (!array || values.size() != array->size() || values.size() != size))
+      fail(*node, std::string(key) + " must be a list of " + std::to_string(size) + " numbers");
+    return values;  // empty where the key is missing
+  }
+
+  std::array<double, 3> vector(const char *key, const std::array<double, 3> &fallback = {}) {
+    const std::vector<double> v = numbers(key, 3);
+    return v.empty() ? fallback : std::array<double, 3>{v[0], v[1], v[2]};
+  }
+
+  std::optional<Range> range(const char *key) {
+    const std::vector<double> v = numbers(key, 2);
+    if (v.empty()) return std::nullopt;
+    if (v[0] > v[1]) fail(*table_.get(key), std::string(key) + " must be [low, high]");
+    return Range{v[0], v[1]};
+  }
+
+  // One of the words; the first is the default.
+  std::string choice(const char *key, const std::vector<std::string> &words) {
+    const std::string word = text(key).value_or(words[0]);
+    std::string list;
+    for (const std::string &w : words) {
+      if (w == word) return word;
+      list += (list.empty() ? "" : ", ") + w;
+    }
+    fail(*table_.get(key), std::string(key) + " is '" + word + "'; it must be one of " + list);
+  }
+
+  std::optional<Section> section(const char *key) {
+    const toml::node *node = find(key);
+    if (!node) return std::nullopt;
+    if (!node->as_table()) fail(*node, std::string(key) + " must be a table");
+    return Section(path_, name_.empty() ? key : name_ + "." + key, *node->as_table());
+  }
+
+  std::vector<Section> sections(const char *key) {
+    std::vector<Section> all;
+    const toml::node *node = find(key);
+    const toml::array *array = node ? node->as_array() : nullptr;
+    for (std::size_t i = 0; array && i < array->size(); ++i)
+      if (const toml::table *table = (*array)[i].as_table()) all.emplace_back(path_, name_.empty() ? key : name_ + "." + key, *table);
+    if (node && (!array || all.size() != array->size())) fail(*node, std::string(key) + " must be written as [[" + key + "]]");
+    return all;
+  }
+
+  void reject_unknown_keys() const {
+    for (const auto &[key, value] : table_)
+      if (!known_.count(std::string(key.str()))) fail(value, "unknown key '" + std::string(key.str()) + "'");
+  }
+
+private:
+  const std::string &path_;
+  std::string name_;
+  const toml::table &table_;
+  std::set<std::string> known_;
+};
+
+std::string beside(const std::string &scene_path, const std::string &path) {
+  return (std::filesystem::path(scene_path).parent_path() / path).lexically_normal().string();
+}
+
+Material read_material(Section section) {
+  Material m;
+  m.k_area = section.number("k_area").value_or(0);
+  m.k_length = section.number("k_length").value_or(0);
+  m.k_bend = section.number("k_bend").value_or(0);
+  m.density = section.number("density").value_or(0);
+  section.reject_unknown_keys();
+  return m;
+}
+
+std::vector<uint32_t> read_indices(Section &section, const char *key) {
+  std::vector<uint32_t> indices;
+  const toml::node *node = section.find(key);
+  const toml::array *array = node ? node->as_array() : nullptr;
+  for (std::size_t i = 0; array && i < array->size(); ++i)
+    if (const std::optional<uint32_t> index = (*array)[i].value<uint32_t>()) indices.push_back(*index);
+  if (node && (!array || indices.size() != array->size()))
+    section.fail(*node, std::string(key) + " must be a list of vertex indices, counted from 0");
+  return indices;
+}
+
+Support read_support(Section section, const std::string &scene_path) {
+  Support support;
+  support.clamped = section.choice("kind", {"fixed", "clamped"}) == "clamped";
+  const std::vector<double> b = section.numbers("box", 6);
+  if (!b.empty()) support.box = Bounds{{b[0], b[1], b[2]}, {b[3], b[4], b[5]}};
+  support.vertices = read_indices(section, "vertices");
+  if (const auto file = section.text("list")) support.vertices = read_vertex_list(beside(scene_path, *file));
+  if (!support.box && support.vertices.empty()) section.fail("name the vertices by box, vertices or list");
+  section.reject_unknown_keys();
+  return support;
+}
+
+Oscillation read_oscillation(Section section, double unit) {
+  Oscillation o;
+  o.axis = section.vector("axis");
+  o.amplitude = section.number("amplitude").value_or(0) * unit;
+  o.frequency = section.number("frequency").value_or(0);
+  o.phase = section.number("phase_degrees").value_or(0) * kRadians;
+  section.reject_unknown_keys();
+  return o;
+}
+
+FrameMotion read_motion(Section section, double duration) {
+  FrameMotion motion;
+  motion.pivot = section.vector("pivot");
+  motion.rise = section.positive("rise", 1);
+  motion.fall = section.positive("fall", 1);
+  motion.end = section.positive("end", duration);
+  for (Section &s : section.sections("translate")) motion.translations.push_back(read_oscillation(std::move(s), 1));
+  for (Section &s : section.sections("rotate_degrees")) motion.rotations.push_back(read_oscillation(std::move(s), kRadians));
+  section.reject_unknown_keys();
+  return motion;
+}
+
+Damping read_damping(Section section) {
+  Damping d;
+  d.ratio = section.number("ratio").value_or(0);
+  d.mass = section.number("mass").value_or(0);
+  d.stiffness = section.number("stiffness").value_or(0);
+  section.reject_unknown_keys();
+  return d;
+}
+
+void read_simulation(Section section, Scene &scene) {
+  scene.modes = section.count("modes").value_or(0);
+  scene.double_precision = section.choice("precision", {"f32", "f64"}) == "f64";
+  scene.linear = section.choice("method", {"warp", "lma"}) == "lma";
+  scene.exact = section.choice("integrator", {"implicit-euler", "exact"}) == "exact";
+  scene.frame_rate = section.positive("frame_rate", scene.frame_rate);
+  scene.steps_per_frame = section.count("steps_per_frame").value_or(1);
+  if (scene.steps_per_frame == 0) section.fail("steps_per_frame must be at least 1");
+  scene.duration = section.positive("duration", scene.duration);
+  scene.gravity = section.vector("gravity");
+  section.reject_unknown_keys();
+}
+
+Expectations read_expectations(Section section) {
+  Expectations e;
+  e.modes = section.count("modes");
+  e.zero_modes = section.count("zero_modes");
+  e.max_displacement = section.range("max_displacement");
+  e.final_displacement = section.range("final_displacement");
+  e.lowest_frequency = section.range("lowest_frequency");
+  e.in_range = section.flag("in_range").value_or(false);
+  section.reject_unknown_keys();
+  return e;
+}
+
+PaperFigures read_paper(Section section) {
+  PaperFigures p;
+  p.source = section.text("source").value_or("paper");
+  p.vertices = section.number("vertices");
+  p.edges = section.number("edges");
+  p.triangles = section.number("triangles");
+  p.modes = section.number("modes");
+  p.precompute_seconds = section.number("precompute_seconds");
+  p.steps_per_second = section.number("steps_per_second");
+  section.reject_unknown_keys();
+  return p;
+}
+
+toml::table parse(const std::string &path, const std::string &contents) {
+  try {
+    return toml::parse(contents);
+  } catch (const toml::parse_error &error) {
+    throw FileError(path, error.source().begin.line, std::string(error.description()));
+  }
+}
+
+}  // namespace
+
+Scene read_scene(const std::string &path) {
+  const std::string contents = read_file(path);
+  const toml::table table = parse(path, contents);
+  Section top(path, "", table);
+  Scene scene;
+  scene.name = std::filesystem::path(path).stem().string();
+  scene.title = top.text("title").value_or(scene.name);
+  const auto mesh = top.text("mesh");
+  if (!mesh) top.fail("mesh is missing: name the OBJ, OFF or PLY file, relative to the scene");
+  scene.mesh_path = beside(path, *mesh);
+  scene.obj_frames = top.count("obj_frames").value_or(scene.obj_frames);
+  if (auto s = top.section("simulation")) read_simulation(*s, scene);
+  if (auto s = top.section("material")) scene.material = read_material(*s);
+  if (auto s = top.section("damping")) scene.damping = read_damping(*s);
+  for (Section &s : top.sections("support")) scene.supports.push_back(read_support(std::move(s), path));
+  if (auto s = top.section("frame")) scene.motion = read_motion(*s, scene.duration);
+  if (auto s = top.section("expect")) scene.expect = read_expectations(*s);
+  if (auto s = top.section("paper")) scene.paper = read_paper(*s);
+  top.reject_unknown_keys();
+  return scene;
+}
+
+std::vector<uint32_t> read_vertex_list(const std::string &path) {
+  const std::string contents = read_file(path);
+  TextLines lines(path, contents);
+  std::vector<uint32_t> vertices;
+  while (lines.next_line())
+    while (lines.has_word()) {
+      const uint64_t index = lines.index("a vertex index");
+      if (index > UINT32_MAX) lines.fail("vertex index " + std::to_string(index) + " is too large");
+      vertices.push_back(static_cast<uint32_t>(index));
+    }
+  return vertices;
+}
+
+}  // namespace cli

@@ -1,0 +1,81 @@
+// What to simulate: a mesh, its material and supports, how the support frame moves, what is expected to come out.
+// Filled from a TOML file (read_scene) or from command line options.
+#pragma once
+
+#include "frame_motion.hpp"
+#include "mesh.hpp"
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace cli {
+
+// Holds the vertices of a box, or the listed ones. Clamped also holds their edge neighbours, and so the slope.
+struct Support {
+  bool clamped = false;
+  std::optional<Bounds> box;
+  std::vector<uint32_t> vertices;
+};
+
+// 0 = the library's default.
+struct Material {
+  double k_area = 0, k_length = 0, k_bend = 0, density = 0;
+};
+
+struct Damping {
+  double ratio = 0;      // of critical, the same for every mode
+  double mass = 0;       // Rayleigh xi, 1/s
+  double stiffness = 0;  // Rayleigh zeta, s
+};
+
+using Range = std::pair<double, double>;
+
+// What must hold at the end of a run. That every position is finite is always expected.
+struct Expectations {
+  std::optional<uint32_t> modes, zero_modes;
+  std::optional<Range> max_displacement;    // largest over the whole run
+  std::optional<Range> final_displacement;  // at its end
+  std::optional<Range> lowest_frequency;    // Hz
+  bool in_range = false;                    // at every frame
+};
+
+// Another's figures for the same scene, printed beside ours.
+struct PaperFigures {
+  std::string source;
+  std::optional<double> vertices, edges, triangles, modes, precompute_seconds, steps_per_second;
+};
+
+struct Scene {
+  std::string name;  // stem of the files that are written
+  std::string title;
+  std::string mesh_path;
+  Material material;
+  std::vector<Support> supports;
+  uint32_t modes = 0;       // 0 = the library's default
+  bool double_precision = false;
+  bool linear = false;      // linear modal analysis in place of warping
+  bool exact = false;       // exact propagator in place of implicit Euler
+  double frame_rate = 30;   // Hz
+  uint32_t steps_per_frame = 1;
+  double duration = 5;      // s
+  std::array<double, 3> gravity{};
+  Damping damping;
+  FrameMotion motion;
+  uint32_t obj_frames = 3;  // how many frames of largest displacement are written
+  Expectations expect;
+  std::optional<PaperFigures> paper;
+
+  double step() const { return 1.0 / (frame_rate * steps_per_frame); }
+};
+
+// Paths in the file are relative to it. Throws FileError with the line for anything missing, malformed or unknown.
+Scene read_scene(const std::string &path);
+
+// Vertex indices from 0, white space between, '#' begins a comment.
+std::vector<uint32_t> read_vertex_list(const std::string &path);
+
+}  // namespace cli

@@ -1,0 +1,105 @@
+#include "shell.hpp"
+
+#include "progress.hpp"
+
+#include <algorithm>
+#include <cstdio>
+#include <stdexcept>
+
+namespace cli {
+
+namespace {
+
+bool inside(const Bounds &box, const std::array<double, 3> &x) {
+  for (std::size_t k = 0; k < 3; ++k)
+    if (!(x[k] >= box.low[k] && x[k] <= box.high[k])) return false;
+  return true;
+}
+
+std::string describe(const Bounds &box) {
+  char text[256];
+  std::snprintf(text, sizeof text, "(%g %g %g) to (%g %g %g)", box.low[0], box.low[1], box.low[2], box.high[0], box.high[1],
+                box.high[2]);
+  return text;
+}
+
+std::vector<uint32_t> vertices_inside(const Bounds &box, const Mesh &mesh) {
+  std::vector<uint32_t> vertices;
+  for (uint32_t i = 0; i < mesh.n_vertices(); ++i)
+    if (inside(box, mesh.vertex(i))) vertices.push_back(i);
+  if (vertices.empty())
+    throw std::runtime_error("support box " + describe(box) + " holds no vertex; the mesh lies in " + describe(bounds(mesh)));
+  return vertices;
+}
+
+void add_support(const Support &support, const Mesh &mesh, std::vector<uint32_t> &vertices) {
+  vertices.insert(vertices.end(), support.vertices.begin(), support.vertices.end());
+  if (!support.box) return;
+  const std::vector<uint32_t> boxed = vertices_inside(*support.box, mesh);
+  vertices.insert(vertices.end(), boxed.begin(), boxed.end());
+}
+
+void remove_repetitions(std::vector<uint32_t> &vertices) {
+  std::sort(vertices.begin(), vertices.end());
+  vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
+}
+
+SwMaterialDesc material_desc(const Material &material) {
+  SwMaterialDesc desc = shellwarp::material_desc();
+  desc.k_area = material.k_area;
+  desc.k_length = material.k_length;
+  desc.k_bend = material.k_bend;
+  desc.area_density = material.density;
+  return desc;
+}
+
+SwSupportDesc support_desc(const SupportVertices &vertices) {
+  SwSupportDesc desc = shellwarp::support_desc();
+  desc.fixed = vertices.fixed.data();
+  desc.n_fixed = static_cast<uint32_t>(vertices.fixed.size());
+  desc.clamped = vertices.clamped.data();
+  desc.n_clamped = static_cast<uint32_t>(vertices.clamped.size());
+  return desc;
+}
+
+}  // namespace
+
+SupportVertices find_supports(const Scene &scene, const Mesh &mesh) {
+  SupportVertices all;
+  for (const Support &support : scene.supports) add_support(support, mesh, support.clamped ? all.clamped : all.fixed);
+  remove_repetitions(all.fixed);
+  remove_repetitions(all.clamped);
+  return all;
+}
+
+shellwarp::Model make_model(const Scene &scene, const Mesh &mesh, ProgressBar &progress) {
+  const SupportVertices supports = find_supports(scene, mesh);
+  shellwarp::Model model(
+      shellwarp::mesh_desc(mesh.positions.data(), mesh.n_vertices(), mesh.triangles.data(), mesh.n_triangles()),
+      material_desc(scene.material), support_desc(supports));
+
+  SwPrecomputeDesc desc = shellwarp::precompute_desc();
+  desc.modes = scene.modes;
+  desc.precision = scene.double_precision ? SW_PRECISION_F64 : SW_PRECISION_F32;
+  progress.attach(desc);
+  model.precompute(desc);
+  return model;
+}
+
+shellwarp::State make_state(const Scene &scene, const shellwarp::Model &model) {
+  SwStateDesc desc = shellwarp::state_desc();
+  desc.method = scene.linear ? SW_METHOD_LMA : SW_METHOD_WARP;
+  desc.integrator = scene.exact ? SW_INTEGRATOR_EXACT : SW_INTEGRATOR_IMPLICIT_EULER;
+  shellwarp::State state(model, desc);
+  state.set_gravity(scene.gravity[0], scene.gravity[1], scene.gravity[2]);
+
+  SwDampingDesc damping = shellwarp::damping_desc();
+  damping.mass_coefficient = scene.damping.mass;
+  damping.stiffness_coefficient = scene.damping.stiffness;
+  damping.ratios = &scene.damping.ratio;
+  damping.n_ratios = 1;
+  state.set_damping(damping);
+  return state;
+}
+
+}  // namespace cli

@@ -1,0 +1,23 @@
+// From a scene to a precomputed model and a state ready to step.
+#pragma once
+
+#include "mesh.hpp"
+#include "scene.hpp"
+#include "shellwarp.hpp"
+
+#include <vector>
+
+namespace cli {
+
+class ProgressBar;
+
+// The vertices that the scene's supports name, in the order of the supports, without repetition.
+struct SupportVertices {
+  std::vector<uint32_t> fixed, clamped;
+};
+SupportVertices find_supports(const Scene &scene, const Mesh &mesh);
+
+shellwarp::Model make_model(const Scene &scene, const Mesh &mesh, ProgressBar &progress);
+shellwarp::State make_state(const Scene &scene, const shellwarp::Model &model);
+
+}  // namespace cli

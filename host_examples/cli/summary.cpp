@@ -1,0 +1,170 @@
+#include "summary.hpp"
+
+#include "progress.hpp"
+
+#include <algorithm>
+#include <cstdarg>
+#include <cstdio>
+
+namespace cli {
+
+namespace {
+
+std::string format(const char *pattern, ...)
+#if defined(__GNUC__)
+    __attribute__((format(printf, 1, 2)))
+#endif
+    ;
+std::string format(const char *pattern, ...) {
+  char text[256];
+  std::va_list arguments;
+  va_start(arguments, pattern);
+  std::vsnprintf(text, sizeof text, pattern, arguments);
+  va_end(arguments);
+  return text;
+}
+
+void row(const char *label, const std::string &value, const std::optional<double> &paper = std::nullopt) {
+  std::printf("  %-30s %14s", label, value.c_str());
+  if (paper) std::printf(" %14g", *paper);
+  std::putchar('\n');
+}
+
+void heading(const char *text) { std::printf("%s\n", text); }
+
+std::string count(uint64_t n) { return format("%llu", static_cast<unsigned long long>(n)); }
+
+std::string seconds(double s) { return format("%.3f s", s); }
+
+std::string bytes(uint64_t n) {
+  const double size = static_cast<double>(n);
+  if (size < 1024) return format("%.0f B", size);
+  if (size < 1024 * 1024) return format("%.1f KiB", size / 1024);
+  return format("%.1f MiB", size / (1024 * 1024));
+}
+
+void print_mesh(const SwModelInfo &info, const PaperFigures &paper) {
+  heading("mesh");
+  row("vertices", count(info.n_vertices), paper.vertices);
+  row("edges", count(info.n_edges), paper.edges);
+  row("triangles", count(info.n_triangles), paper.triangles);
+  row("components", count(info.n_components));
+  if (info.n_unreferenced) row("vertices of no triangle", count(info.n_unreferenced));
+  if (info.n_reoriented) row("triangles turned over", count(info.n_reoriented));
+  row("held vertices", count(info.n_fixed));
+  row("unknowns", count(info.n_unknowns));
+}
+
+void print_modes(const SwModelInfo &info, const std::vector<double> &hertz, const PaperFigures &paper) {
+  heading("modes");
+  row("modes", count(info.modes), paper.modes);
+  row("zero modes", count(info.zero_modes));
+  for (std::size_t k = 0; k < std::min<std::size_t>(hertz.size(), 8); ++k)
+    row(format("frequency %zu", k + 1).c_str(), format("%.5g Hz", hertz[k]));
+  if (hertz.size() > 8) row(format("frequency %zu", hertz.size()).c_str(), format("%.5g Hz", hertz.back()));
+  row("largest relative residual", format("%.1e", info.residual));
+  row("largest orthonormality error", format("%.1e", info.orthonormality));
+  row("eigenvalues counted / found", count(info.inertia_count) + " / " + count(info.inertia_found));
+  row("  below", format("%.6g 1/s^2", info.inertia_shift));
+}
+
+void print_precompute(const SwModelInfo &info, const PaperFigures &paper) {
+  heading("precompute");
+  double total = 0;
+  for (uint32_t phase = 0; phase < SW_PHASE_COUNT; ++phase) {
+    row(phase_name(phase), seconds(info.seconds[phase]));
+    total += info.seconds[phase];
+  }
+  row("total", seconds(total), paper.precompute_seconds);
+}
+
+void print_run(const SwModelInfo &info, const Run &run, const PaperFigures &paper) {
+  heading("run");
+  const double steps = static_cast<double>(run.steps), frames = static_cast<double>(run.frames.size() - 1);
+  if (frames < 1) return;
+  const double per_step = run.step_seconds / steps;
+  const double per_frame = (run.step_seconds + run.position_seconds) / frames;
+  row("steps", count(run.steps));
+  row("frames", count(run.frames.size() - 1));
+  row("step", format("%.3f us", 1e6 * per_step));
+  row("positions of all vertices", format("%.3f us", 1e6 * run.position_seconds / frames));
+  row("steps/s, positions included", format("%.0f", steps / (per_frame * frames)), paper.steps_per_second);
+  row("a step with positions", format("%.2f ns/vertex", 1e9 * per_frame * frames / steps / info.n_vertices));
+}
+
+void print_memory(const SwModelInfo &info) {
+  heading("memory");
+  row("model", bytes(info.bytes_model));
+  row("state", bytes(info.bytes_state));
+  row("most during precompute", bytes(info.bytes_precompute_peak));
+}
+
+void print_motion(const Run &run) {
+  heading("motion");
+  double displacement = 0, rotation = 0;
+  for (const FrameRecord &f : run.frames) {
+    displacement = std::max(displacement, f.report.max_displacement);
+    rotation = std::max(rotation, f.report.max_rotation);
+  }
+  row("largest displacement", format("%.6g", displacement));
+  row("displacement at the end", format("%.6g", run.frames.back().report.max_displacement));
+  row("largest local rotation", format("%.3f rad", rotation));
+  row("frames out of range", count(static_cast<uint64_t>(std::count_if(run.frames.begin(), run.frames.end(),
+                                                                      [](const FrameRecord &f) { return !f.report.in_range; }))));
+}
+
+double largest_displacement(const Run &run) {
+  double largest = 0;
+  for (const FrameRecord &f : run.frames) largest = std::max(largest, f.report.max_displacement);
+  return largest;
+}
+
+class Judge {
+public:
+  std::vector<std::string> sentences;
+
+  void equal(const char *what, uint32_t value, const std::optional<uint32_t> &expected) {
+    if (expected && value != *expected) sentences.push_back(format("%s: expected %u, got %u", what, *expected, value));
+  }
+
+  void within(const char *what, double value, const std::optional<Range> &range) {
+    if (range && !(value >= range->first && value <= range->second))
+      sentences.push_back(format("%s: expected %g to %g, got %g", what, range->first, range->second, value));
+  }
+};
+
+}  // namespace
+
+void print_summary(const Summary &summary) {
+  const PaperFigures paper = summary.scene.paper.value_or(PaperFigures{});
+  std::printf("%s\n", summary.scene.title.c_str());
+  if (summary.scene.paper) std::printf("  %-30s %14s %14s\n", "", "here", paper.source.c_str());
+  print_mesh(summary.info, paper);
+  print_modes(summary.info, summary.frequencies, paper);
+  print_precompute(summary.info, paper);
+  print_run(summary.info, summary.run, paper);
+  print_motion(summary.run);
+  print_memory(summary.info);
+}
+
+std::vector<std::string> violations(const Summary &summary, bool whole) {
+  const Expectations &expect = summary.scene.expect;
+  const Run &run = summary.run;
+  Judge judge;
+  judge.equal("modes", summary.info.modes, expect.modes);
+  judge.equal("zero modes", summary.info.zero_modes, expect.zero_modes);
+  judge.within("lowest frequency", summary.frequencies.empty() ? 0 : summary.frequencies[0], expect.lowest_frequency);
+  if (!run.all_finite) judge.sentences.push_back("positions: some are not finite");
+  for (const FrameRecord &f : run.frames)
+    if (expect.in_range && !f.report.in_range) {
+      judge.sentences.push_back(format("range: left at frame %u, local rotation %.3f rad", f.frame, f.report.max_rotation));
+      break;
+    }
+  if (whole) {
+    judge.within("largest displacement", largest_displacement(run), expect.max_displacement);
+    judge.within("displacement at the end", run.frames.back().report.max_displacement, expect.final_displacement);
+  }
+  return judge.sentences;
+}
+
+}  // namespace cli

@@ -1,0 +1,27 @@
+// The plain table at the end of a run, and the judgement of what the scene expects.
+#pragma once
+
+#include "mesh.hpp"
+#include "scene.hpp"
+#include "shellwarp.hpp"
+#include "simulation.hpp"
+
+#include <string>
+#include <vector>
+
+namespace cli {
+
+struct Summary {
+  const Scene &scene;
+  SwModelInfo info;
+  std::vector<double> frequencies;
+  const Run &run;
+};
+
+// The figures to stdout; a third column holds another's figures where the scene states them.
+void print_summary(const Summary &summary);
+
+// A sentence for each expectation that does not hold. What depends on the length of the run is judged only if `whole`.
+std::vector<std::string> violations(const Summary &summary, bool whole);
+
+}  // namespace cli

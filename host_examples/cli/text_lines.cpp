@@ -1,0 +1,109 @@
+#include "text_lines.hpp"
+
+#include <algorithm>
+#include <cerrno>
+#include <charconv>
+#include <cmath>
+#include <cstdlib>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+
+namespace cli {
+
+namespace {
+
+constexpr std::string_view kBlank = " \t\r\v\f";
+
+std::string located(const std::string &path, std::size_t line, const std::string &what) {
+  return path + (line ? ":" + std::to_string(line) : "") + ": " + what;
+}
+
+// At most `limit` bytes of a word, control characters shown as '?': the file may hold anything.
+std::string printable(std::string_view word, std::size_t limit = 40) {
+  std::string text(word.substr(0, limit));
+  for (char &c : text)
+    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = '?';
+  return text + (word.size() > limit ? "…" : "");
+}
+
+std::string found(std::string_view word) {
+  return word.empty() ? "the line ends" : "found '" + printable(word) + "'";
+}
+
+}  // namespace
+
+FileError::FileError(const std::string &path, std::size_t line, const std::string &what)
+    : std::runtime_error(located(path, line, what)) {}
+
+std::string read_file(const std::string &path) {
+  errno = 0;
+  std::ifstream in(path, std::ios::binary);
+  std::string contents;
+  if (in) contents.assign(std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>());
+  if (!in || in.bad()) throw FileError(path, 0, std::string("cannot read: ") + (errno ? std::strerror(errno) : "read error"));
+  return contents;
+}
+
+TextLines::TextLines(const std::string &path, const std::string &contents, std::size_t start, std::size_t line)
+    : path_(path), contents_(contents), at_(start), end_(start), line_(line - 1) {}
+
+bool TextLines::next_line() {
+  while (end_ < contents_.size()) {
+    at_ = end_;
+    const std::size_t newline = contents_.find('\n', at_);
+    const std::size_t line_end = newline == std::string::npos ? contents_.size() : newline;
+    end_ = newline == std::string::npos ? line_end : newline + 1;
+    stop_ = std::min(contents_.find('#', at_), line_end);
+    ++line_;
+    at_ = std::min(contents_.find_first_not_of(kBlank, at_), stop_);
+    if (at_ < stop_) return true;
+  }
+  return false;
+}
+
+std::string_view TextLines::word() {
+  const std::size_t begin = std::min(contents_.find_first_not_of(kBlank, at_), stop_);
+  at_ = std::min(contents_.find_first_of(kBlank, begin), stop_);
+  return std::string_view(contents_).substr(begin, at_ - begin);
+}
+
+bool TextLines::has_word() const { return contents_.find_first_not_of(kBlank, at_) < stop_; }
+
+double TextLines::number(const std::string &what) {
+  const std::string_view text = word();
+  double value = 0;
+  if (!parse_number(text, value)) fail(what + " must be a finite number; " + found(text));
+  return value;
+}
+
+uint64_t TextLines::index(const std::string &what) {
+  const std::string_view text = word();
+  uint64_t value = 0;
+  const auto result = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (text.empty() || result.ec != std::errc() || result.ptr != text.data() + text.size())
+    fail(what + " must be a whole number, 0 or more; " + found(text));
+  return value;
+}
+
+std::array<double, 3> TextLines::point(const std::string &what) {
+  std::array<double, 3> x{};
+  const char *names[] = {"x of ", "y of ", "z of "};
+  for (std::size_t k = 0; k < 3; ++k) x[k] = number(names[k] + what);
+  return x;
+}
+
+void TextLines::fail(const std::string &what) const { throw FileError(path_, line_, what); }
+
+bool parse_number(std::string_view word, double &value) {
+  // A copy, because strtod needs an end that it can see; std::from_chars for double is not in every C++17 library.
+  char text[64];
+  if (word.empty() || word.size() >= sizeof text) return false;
+  std::memcpy(text, word.data(), word.size());
+  text[word.size()] = '\0';
+  char *end = nullptr;
+  value = std::strtod(text, &end);
+  return end == text + word.size() && std::isfinite(value);
+}
+
+}  // namespace cli

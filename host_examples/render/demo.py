@@ -1,0 +1,119 @@
+#!/usr/bin/env python3
+"""Runs the demonstration scenes by the command-line program and draws what comes out; `make demo` calls it.
+
+    demo.py --cli build/bin/shellwarp --python .venv/bin/python --out out/demo
+
+Each scene's rest shape and the frames that the program wrote (those of largest displacement) become stills in --out,
+coloured by displacement on one scale and from one camera, and a sheet of them. Without the renderer's packages the
+scenes still run. Any Python 3 will do: only the stills need the Python given by --python.
+"""
+
+import argparse
+import csv
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent
+SCENES = HERE.parent.parent / "tests" / "scenes"
+VIEWS = {
+    "dinosaur": ["--view", "35", "18"],
+    "flat_beam": ["--up", "z", "--gap", "0.15", "--view", "32", "20"],
+    "v_beam": ["--up", "z", "--gap", "0.15", "--view", "48", "22"],
+}
+
+
+def run_scene(cli, name, folder):
+    """What the program prints for one scene, and whether it succeeded; its progress goes straight to the terminal."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for old in folder.glob("*_frames.csv"):
+        old.unlink()
+    print(f"demo: running {name}", flush=True)
+    started = time.monotonic()
+    try:
+        done = subprocess.run([cli, "run", str(SCENES / f"{name}.toml"), "--out", str(folder)],
+                              stdout=subprocess.PIPE, text=True, check=False)
+    except OSError as error:
+        return f"cannot run {cli}: {error.strerror}\n", False
+    print(f"demo: {name} took {time.monotonic() - started:.1f} s", flush=True)
+    return done.stdout, done.returncode == 0
+
+
+def written_frames(folder):
+    """The rest shape that a run wrote, and its frames: rows of NAME_frames.csv that name an OBJ file."""
+    for table in folder.glob("*_frames.csv"):
+        with open(table, encoding="utf-8", newline="") as file:
+            frames = [row for row in csv.DictReader(file) if row["obj"]]
+        return table.with_name(table.name.replace("_frames.csv", "_rest.obj")), frames
+    return None, []
+
+
+def draw(python, out, *arguments):
+    """Calls the renderer for one picture and returns the picture's path, None if that failed."""
+    command = [python, str(HERE / "render.py"), "--out", str(out), *map(str, arguments)]
+    return out if subprocess.run(command, check=False).returncode == 0 else None
+
+
+def draw_scene(python, name, folder, out):
+    """The stills of one scene and their sheet; None stands for a picture that could not be drawn."""
+    for old in out.glob(f"{name}_*.png"):
+        old.unlink()
+    rest, frames = written_frames(folder)
+    if not frames:
+        print(f"demo: no frames of {name} in {folder}", file=sys.stderr)
+        return [None]
+    view = VIEWS[name] + ["--size", 800, 600]
+    for path in [rest] + [folder / row["obj"] for row in frames]:
+        view += ["--frame-on", path]
+    top = max(float(row["max_displacement"]) for row in frames)
+    scale = ["--caption", "displacement", "--range", 0, top or 1]
+    stills, labels = [draw(python, out / f"{name}_rest.png", *view, rest)], ["at rest"]
+    for row in frames:
+        picture = out / f"{name}_{int(row['frame']):04d}.png"
+        stills.append(draw(python, picture, *view, *scale, "--values", folder / row["displacement"], folder / row["obj"]))
+        labels.append(f"after {float(row['time']):.3g} s: moved by up to {float(row['max_displacement']):.3g}")
+    if None in stills:
+        return stills
+    columns = 2 if len(stills) == 4 else 3
+    sheet = out / f"{name}_sheet.png"
+    return stills + [draw(python, sheet, "--contact-sheet", "--columns", columns, *stills, "--labels", *labels)]
+
+
+def can_draw(python):
+    try:
+        return subprocess.run([python, "-c", "import mitsuba, numpy, PIL"], check=False, capture_output=True).returncode == 0
+    except OSError:
+        return False
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--cli", required=True, help="the command-line program")
+    parser.add_argument("--python", default=sys.executable, help="a Python that has the renderer's packages")
+    parser.add_argument("--out", type=Path, default=Path("out/demo"), help="folder for everything written (out/demo)")
+    parser.add_argument("--scenes", nargs="+", choices=VIEWS, default=list(VIEWS), help="which scenes (all)")
+    args = parser.parse_args()
+
+    results = {name: run_scene(args.cli, name, args.out / name) for name in args.scenes}
+    drawing = can_draw(args.python)
+    pictures = []
+    for name in (args.scenes if drawing else []):
+        if results[name][1]:
+            pictures += draw_scene(args.python, name, args.out / name, args.out)
+
+    for name, (printed, _) in results.items():
+        print(f"\n== {name}\n{printed}", end="")
+    print("\n== pictures\n" + ("\n".join(f"{path}" for path in pictures if path) or "none"))
+    failed = [name for name, (_, good) in results.items() if not good] + ["pictures"] * (None in pictures)
+    if failed:
+        print("demo: FAILED: " + ", ".join(failed))
+    elif not drawing:
+        print("demo: OK, but without pictures: the renderer is not installed (sh cmake/bootstrap.sh render)")
+    else:
+        print("demo: OK")
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,185 @@
+"""Tests of the still renderer: python -m unittest discover host_examples/render"""
+
+import contextlib
+import io
+import tempfile
+import unittest
+from pathlib import Path
+
+import numpy as np
+from PIL import Image
+
+import demo
+import meshes
+import render
+
+TENT = "v 0 0 0\nv 1 0 0\nv 1 0 1\nv 0 0 1\nv .5 .6 .5\nf 2 1 5\nf 3 2 5\nf 4 3 5\nf 1 4 5\n"
+
+
+class WithFiles(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = Path(folder.name)
+
+    def file(self, text, name="mesh.obj"):
+        path = self.folder / name
+        path.write_text(text)
+        return str(path)
+
+    def run_main(self, *argv):
+        """Exit code, standard output and standard error of one command line."""
+        out, err = io.StringIO(), io.StringIO()
+        with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+            code = render.main([str(word) for word in argv])
+        return code, out.getvalue(), err.getvalue()
+
+
+class ReadingObj(WithFiles):
+    def triangles(self, text):
+        return meshes.read_obj(self.file(text))[1].tolist()
+
+    def test_every_corner_form_names_the_same_triangle(self):
+        points = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvn 0 0 1\n"
+        for face in ("f 1 2 3", "f 1/1 2/1 3/1", "f 1//1 2//1 3//1", "f 1/1/1 2/1/1 3/1/1", "f -3 -2 -1", "f\t1  2 3 "):
+            self.assertEqual(self.triangles(points + face + "\n"), [[0, 1, 2]], face)
+
+    def test_a_negative_index_counts_from_the_vertices_read_so_far(self):
+        text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf -3 -2 -1\nv 0 0 1\nf -4 -3 -1\n"
+        self.assertEqual(self.triangles(text), [[0, 1, 2], [0, 1, 3]])
+
+    def test_a_polygon_becomes_a_fan(self):
+        text = "".join(f"v {k} {k * k} 0\n" for k in range(5)) + "f 1 2 3 4 5\n"
+        self.assertEqual(self.triangles(text), [[0, 1, 2], [0, 2, 3], [0, 3, 4]])
+
+    def test_comments_groups_vertex_colours_and_windows_line_ends_are_accepted(self):
+        text = "# a\r\no part\r\nv 0 0 0 1 1 1\r\nv 1 0 0 .5 .5 .5\r\nv 0 1 0 0 0 0\r\ns off\r\ng\r\nf 1 2 3\r\n"
+        vertices, triangles = meshes.read_obj(self.file(text))
+        self.assertEqual(vertices.tolist(), [[0, 0, 0], [1, 0, 0], [0, 1, 0]])
+        self.assertEqual(triangles.tolist(), [[0, 1, 2]])
+
+    def test_a_broken_file_is_named_with_its_line(self):
+        points = "v 0 0 0\nv 1 0 0\nv 0 1 0\n"
+        for text, message in (
+                ("", "no vertices"), (points, "no faces"), ("v 0 0\n" + points + "f 1 2 3\n", ":1: vertex 1 needs three"),
+                (points + "v 0 x 0\nf 1 2 3\n", ":4: vertex 4 needs three"), (points + "v 0 nan 0\nf 1 2 3\n", "finite"),
+                (points + "f 1 2\n", ":4: a face needs three corners"), (points + "f 1 2 4\n", "outside 1..3"),
+                (points + "f 0 1 2\n", "outside 1..3"), (points + "f -4 1 2\n", "outside 1..3"),
+                (points + "f 1 b 2\n", ":4: cannot read the face")):
+            with self.assertRaises(meshes.RenderError, msg=text) as caught:
+                meshes.read_obj(self.file(text))
+            self.assertIn(message, str(caught.exception))
+            self.assertIn("mesh.obj", str(caught.exception))
+
+
+class CommandLine(WithFiles):
+    def assert_refused(self, message, *argv):
+        code, _, err = self.run_main("--out", self.folder / "x.png", *argv)
+        self.assertEqual(code, 2)
+        self.assertIn(message, err)
+        self.assertFalse((self.folder / "x.png").exists())
+
+    def test_what_cannot_be_drawn_is_refused_with_a_message(self):
+        mesh = self.file(TENT)
+        self.assert_refused("cannot read", self.folder / "missing.obj")
+        self.assert_refused("at least one file")
+        self.assert_refused("2 colours for 1 meshes", "--colors", "red", "blue", mesh)
+        self.assert_refused("unknown colour 'plaid'", "--colors", "plaid", mesh)
+        self.assert_refused("x y z radius", "--spheres", "1", "2", "3", mesh)
+        self.assert_refused("has 3 vertices", "--displacement",
+                            self.file("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "rest.obj"), mesh)
+        self.assert_refused("5 finite numbers", "--values", self.file("1 2 3", "values.txt"), mesh)
+
+    def test_a_contact_sheet_needs_a_label_for_each_picture(self):
+        Image.new("RGB", (8, 6)).save(self.folder / "a.png")
+        self.assert_refused("1 labels for 2 pictures", "--contact-sheet", "--labels", "a",
+                            self.folder / "a.png", self.folder / "a.png")
+
+
+class Shading(unittest.TestCase):
+    def test_a_shallow_fold_is_smooth_and_a_sharp_one_is_an_edge(self):
+        triangles = np.array([[0, 1, 2], [1, 0, 3]])
+        for height, smooth in ((0.2, True), (2.0, False)):
+            vertices = np.array([[0, 0, 0], [1, 0, 0], [0.5, -height, -1], [0.5, -height, 1.0]])
+            normals = meshes.corner_normals(vertices, triangles)
+            self.assertEqual(np.allclose(normals[0, 0], normals[1, 1]), smooth)
+            np.testing.assert_allclose(np.linalg.norm(normals, axis=2), 1.0, atol=1e-12)
+
+    def test_the_camera_keeps_every_point_inside_the_picture(self):
+        points = np.random.default_rng(3).normal(size=(200, 3)) * [5, 1, 2] + [7, -3, 1]
+        camera = render.Camera(points, 35, 18, 4 / 3)
+        seen = points - camera.eye
+        depth = -seen @ camera.back * np.tan(np.radians(render.FIELD_OF_VIEW / 2))
+        extent = [np.abs(seen @ camera.right / depth / (4 / 3)).max(), np.abs(seen @ camera.above / depth).max()]
+        self.assertAlmostEqual(max(extent) * render.MARGIN, 1.0, places=9)
+
+    def test_the_noise_filter_keeps_an_edge_of_albedo_and_smooths_either_side(self):
+        rng = np.random.default_rng(1)
+        features = np.zeros((32, 32, 6))
+        features[:, 16:, :3] = 0.6
+        clean = np.repeat(np.where(np.arange(32) < 16, 0.2, 0.8)[None, :, None], 32, axis=0) * np.ones((32, 32, 3))
+        result = render.denoise(clean + 0.05 * rng.normal(size=clean.shape), features)
+        self.assertLess(np.abs(result - clean).std(), 0.01)
+
+
+class Pictures(WithFiles):
+    def draw(self, *argv):
+        out = self.folder / "still.png"
+        code, printed, err = self.run_main("--out", out, "--size", 64, 48, "--samples", 2, *argv)
+        self.assertEqual((code, err), (0, ""))
+        self.assertIn("wrote", printed)
+        return np.asarray(Image.open(out)).astype(int), printed
+
+    def test_a_still_shows_the_mesh_on_a_light_ground(self):
+        picture, _ = self.draw("--colors", "red", self.file(TENT))
+        self.assertEqual(picture.shape, (48, 64, 3))
+        red = (picture[..., 0] > picture[..., 1] + 60).mean()
+        self.assertGreater(red, 0.05)
+        self.assertGreater(picture[2, 32].min(), 180)
+
+    def test_displacement_is_measured_and_coloured(self):
+        moved = self.file(TENT.replace("v .5 .6 .5", "v .5 .9 .5"), "moved.obj")
+        picture, printed = self.draw("--displacement", self.file(TENT), moved)
+        self.assertIn("largest displacement 0.3 at vertex 5", printed)
+        self.assertGreater((picture[..., 1] > picture[..., 2] + 40).sum(), 5, "the moved tip is green or yellow")
+
+    def test_a_mesh_far_from_the_origin_and_very_small_looks_the_same(self):
+        picture, _ = self.draw("--colors", "red", self.file(TENT))
+        far = TENT.splitlines()
+        for k, line in enumerate(far[:5]):
+            far[k] = "v " + " ".join(f"{1000 + 1e-4 * float(x):.9f}" for x in line.split()[1:])
+        same, _ = self.draw("--colors", "red", self.file("\n".join(far), "far.obj"))
+        self.assertLess(np.abs(picture - same).mean(), 1.0)
+
+    def test_overlays_titles_and_several_meshes_with_z_up_share_a_picture(self):
+        mesh = self.file(TENT)
+        picture, _ = self.draw("--up", "z", "--title", "tent", "--axes", 0, 0, 0, "--spheres", "0", "0", "1", ".2",
+                               "--frame-on", mesh, "--colors", "red", "blue", mesh, mesh)
+        self.assertGreater(picture.std(), 5)
+
+    def test_a_contact_sheet_holds_every_picture(self):
+        for name, shade in (("a.png", "red"), ("b.png", "blue")):
+            Image.new("RGB", (64, 48), shade).save(self.folder / name)
+        out = self.folder / "sheet.png"
+        code, _, _ = self.run_main("--out", out, "--contact-sheet", self.folder / "a.png", self.folder / "b.png")
+        self.assertEqual(code, 0)
+        seen = {tuple(pixel) for pixel in np.asarray(Image.open(out)).reshape(-1, 3)}
+        self.assertLessEqual({(255, 0, 0), (0, 0, 255), (255, 255, 255)}, seen)
+
+
+class Demo(WithFiles):
+    def test_the_frames_to_draw_are_those_the_table_names_a_mesh_for(self):
+        rows = "frame,time,max_displacement,obj,displacement\n0,0,0,,\n7,.25,1.5,tent_7.obj,tent_7.txt\n"
+        self.file(rows, "tent_frames.csv")
+        rest, frames = demo.written_frames(self.folder)
+        self.assertEqual(rest, self.folder / "tent_rest.obj")
+        self.assertEqual([(row["frame"], row["obj"]) for row in frames], [("7", "tent_7.obj")])
+
+    def test_a_program_that_is_missing_or_fails_is_a_failed_scene(self):
+        with contextlib.redirect_stdout(io.StringIO()):
+            self.assertIn("cannot run", demo.run_scene(str(self.folder / "missing"), "v_beam", self.folder)[0])
+            self.assertFalse(demo.run_scene("false", "v_beam", self.folder)[1])
+
+
+if __name__ == "__main__":
+    unittest.main()

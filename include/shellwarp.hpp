@@ -1,0 +1,219 @@
+/* shellwarp.hpp: the C interface of shellwarp.h for C++17. Handles that destroy themselves, errors as exceptions, overloads
+   that choose the buffer format. Nothing is computed here; what a call does, its shapes, units and threads are told in
+   shellwarp.h under the name of the C function.
+
+   A pointer and a count stand for a span. `stride` is the byte distance between vertices, 0 = packed. A buffer is never
+   touched by a call that throws. */
+#ifndef SHELLWARP_HPP
+#define SHELLWARP_HPP
+
+#include "shellwarp.h"
+
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace shellwarp {
+
+/* A status other than SW_OK, with the message of sw_last_error_message(). */
+class Error : public std::runtime_error {
+public:
+  explicit Error(SwStatus status) : std::runtime_error(message(status)), status_(status) {}
+
+  SwStatus status() const noexcept { return status_; }
+
+private:
+  static std::string message(SwStatus status) {
+    return std::string(sw_status_string(status)) + ": " + sw_last_error_message();
+  }
+
+  SwStatus status_;
+};
+
+/* Throws Error unless `status` is SW_OK. */
+inline void check(SwStatus status) {
+  if (status != SW_OK) throw Error(status);
+}
+
+namespace detail {
+
+template <class Desc> Desc initialized(void (*init)(Desc *)) {
+  Desc desc;
+  init(&desc);
+  return desc;
+}
+
+struct Destroy {
+  void operator()(SwModel *model) const noexcept { sw_model_destroy(model); }
+  void operator()(SwState *state) const noexcept { sw_state_destroy(state); }
+};
+
+}  // namespace detail
+
+/* Descriptors with every field at its default. */
+inline SwMeshDesc mesh_desc() { return detail::initialized(sw_mesh_desc_init); }
+inline SwMaterialDesc material_desc() { return detail::initialized(sw_material_desc_init); }
+inline SwSupportDesc support_desc() { return detail::initialized(sw_support_desc_init); }
+inline SwPrecomputeDesc precompute_desc() { return detail::initialized(sw_precompute_desc_init); }
+inline SwStateDesc state_desc() { return detail::initialized(sw_state_desc_init); }
+inline SwDampingDesc damping_desc() { return detail::initialized(sw_damping_desc_init); }
+inline SwFrameDesc frame_desc() { return detail::initialized(sw_frame_desc_init); }
+
+/* A mesh of packed positions (n_vertices x 3) and packed triangles (n_triangles x 3). */
+inline SwMeshDesc mesh_desc(const void *positions, uint32_t format, uint32_t n_vertices, const uint32_t *triangles,
+                            uint32_t n_triangles) {
+  SwMeshDesc desc = mesh_desc();
+  desc.positions = positions;
+  desc.position_format = format;
+  desc.triangles = triangles;
+  desc.n_vertices = n_vertices;
+  desc.n_triangles = n_triangles;
+  return desc;
+}
+
+inline SwMeshDesc mesh_desc(const float *positions, uint32_t n_vertices, const uint32_t *triangles, uint32_t n_triangles) {
+  return mesh_desc(positions, SW_FORMAT_F32, n_vertices, triangles, n_triangles);
+}
+
+inline SwMeshDesc mesh_desc(const double *positions, uint32_t n_vertices, const uint32_t *triangles, uint32_t n_triangles) {
+  return mesh_desc(positions, SW_FORMAT_F64, n_vertices, triangles, n_triangles);
+}
+
+/* All diagnostics of a mesh; a broken mesh is not an exception here. */
+inline std::vector<SwDiagnostic> check_mesh(const SwMeshDesc &mesh) {
+  uint32_t count = 0;
+  check(sw_mesh_check(&mesh, nullptr, 0, &count));
+  std::vector<SwDiagnostic> diagnostics(count);
+  check(sw_mesh_check(&mesh, diagnostics.data(), count, &count));
+  return diagnostics;
+}
+
+/* Owns an SwModel. Move only. */
+class Model {
+public:
+  explicit Model(const SwMeshDesc &mesh, const SwMaterialDesc &material = material_desc(),
+                 const SwSupportDesc &supports = support_desc()) {
+    SwModel *model = nullptr;
+    check(sw_model_create(&mesh, &material, &supports, &model));
+    handle_.reset(model);
+  }
+
+  void precompute(const SwPrecomputeDesc &desc = precompute_desc()) { check(sw_model_precompute(get(), &desc)); }
+
+  SwModelInfo info() const {
+    SwModelInfo info = detail::initialized(sw_model_info_init);
+    check(sw_model_info(get(), &info));
+    return info;
+  }
+
+  /* Hertz, ascending, one for each mode. */
+  std::vector<double> frequencies() const {
+    uint32_t count = 0;
+    check(sw_model_frequencies(get(), nullptr, 0, &count));
+    std::vector<double> hertz(count);
+    check(sw_model_frequencies(get(), hertz.data(), count, &count));
+    return hertz;
+  }
+
+  /* `shape` is SW_SHAPE_DISPLACEMENT or SW_SHAPE_ROTATION; out is n_vertices x 3. */
+  void mode_shape(uint32_t mode, uint32_t shape, float *out, uint32_t n_vertices, uint64_t stride = 0) const {
+    check(sw_model_mode_shape(get(), mode, shape, SW_FORMAT_F32, out, stride, n_vertices));
+  }
+  void mode_shape(uint32_t mode, uint32_t shape, double *out, uint32_t n_vertices, uint64_t stride = 0) const {
+    check(sw_model_mode_shape(get(), mode, shape, SW_FORMAT_F64, out, stride, n_vertices));
+  }
+
+  SwModel *get() const noexcept { return handle_.get(); }
+
+private:
+  std::unique_ptr<SwModel, detail::Destroy> handle_;
+};
+
+/* q and its time derivative, one entry for each mode. */
+struct Amplitudes {
+  std::vector<double> value, velocity;
+};
+
+/* Owns an SwState. Move only; clone() copies. May outlive the model it was made from. */
+class State {
+public:
+  explicit State(const Model &model, const SwStateDesc &desc = state_desc()) {
+    SwState *state = nullptr;
+    check(sw_state_create(model.get(), &desc, &state));
+    handle_.reset(state);
+  }
+
+  State clone() const {
+    SwState *copy = nullptr;
+    check(sw_state_clone(get(), &copy));
+    return State(copy);
+  }
+
+  void reset() { check(sw_state_reset(get())); }
+  void set_gravity(double x, double y, double z) {
+    const double gravity[3] = {x, y, z};
+    check(sw_state_set_gravity(get(), gravity));
+  }
+  void set_damping(const SwDampingDesc &desc) { check(sw_state_set_damping(get(), &desc)); }
+  void set_frame(const SwFrameDesc &desc) { check(sw_state_set_frame(get(), &desc)); }
+  void set_amplitudes(const double *amplitudes, const double *velocities, uint32_t count) {
+    check(sw_state_set_amplitudes(get(), amplitudes, velocities, count));
+  }
+  void step(double seconds) { check(sw_state_step(get(), seconds)); }
+
+  Amplitudes amplitudes() const {
+    uint32_t count = 0;
+    check(sw_state_amplitudes(get(), nullptr, nullptr, 0, &count));
+    Amplitudes q{std::vector<double>(count), std::vector<double>(count)};
+    check(sw_state_amplitudes(get(), q.value.data(), q.velocity.data(), count, &count));
+    return q;
+  }
+
+  /* out is n_vertices x 3. */
+  void positions(float *out, uint32_t n_vertices, uint32_t space = SW_SPACE_WORLD, uint64_t stride = 0) const {
+    check(sw_state_positions(get(), space, SW_FORMAT_F32, out, stride, n_vertices));
+  }
+  void positions(double *out, uint32_t n_vertices, uint32_t space = SW_SPACE_WORLD, uint64_t stride = 0) const {
+    check(sw_state_positions(get(), space, SW_FORMAT_F64, out, stride, n_vertices));
+  }
+  void normals(float *out, uint32_t n_vertices, uint32_t space = SW_SPACE_WORLD, uint64_t stride = 0) const {
+    check(sw_state_normals(get(), space, SW_FORMAT_F32, out, stride, n_vertices));
+  }
+  void normals(double *out, uint32_t n_vertices, uint32_t space = SW_SPACE_WORLD, uint64_t stride = 0) const {
+    check(sw_state_normals(get(), space, SW_FORMAT_F64, out, stride, n_vertices));
+  }
+  /* out is n_vertices x 4: unit quaternions w x y z. */
+  void rotations(float *out, uint32_t n_vertices, uint32_t space = SW_SPACE_WORLD, uint64_t stride = 0) const {
+    check(sw_state_rotations(get(), space, SW_FORMAT_F32, out, stride, n_vertices));
+  }
+  void rotations(double *out, uint32_t n_vertices, uint32_t space = SW_SPACE_WORLD, uint64_t stride = 0) const {
+    check(sw_state_rotations(get(), space, SW_FORMAT_F64, out, stride, n_vertices));
+  }
+
+  SwStateReport report() const {
+    SwStateReport report = detail::initialized(sw_state_report_init);
+    check(sw_state_report(get(), &report));
+    return report;
+  }
+
+  std::vector<unsigned char> save() const {
+    uint64_t size = 0;
+    check(sw_state_save(get(), nullptr, 0, &size));
+    std::vector<unsigned char> bytes(size);
+    check(sw_state_save(get(), bytes.data(), size, &size));
+    return bytes;
+  }
+  void load(const std::vector<unsigned char> &bytes) { check(sw_state_load(get(), bytes.data(), bytes.size())); }
+
+  SwState *get() const noexcept { return handle_.get(); }
+
+private:
+  explicit State(SwState *state) noexcept : handle_(state) {}
+
+  std::unique_ptr<SwState, detail::Destroy> handle_;
+};
+
+}  // namespace shellwarp
+
+#endif

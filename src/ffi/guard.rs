@@ -1,0 +1,75 @@
+//! The panic boundary: whatever happens inside, the host gets a status code and nothing is printed.
+
+use super::status::{Fault, SW_ERROR_INTERNAL, SW_OK, SwStatus, remember};
+use std::cell::{Cell, RefCell};
+use std::panic::{AssertUnwindSafe, catch_unwind, set_hook, take_hook};
+use std::sync::{Once, PoisonError, RwLock, RwLockReadGuard, RwLockWriteGuard, TryLockError};
+
+thread_local! {
+    static INSIDE: Cell<bool> = const { Cell::new(false) };
+    static PANIC: RefCell<Option<String>> = const { RefCell::new(None) };
+}
+
+/// Keeps a panic's text for [`guard`] instead of printing it, on threads that are inside a call; others go on as before.
+fn silence_panics() {
+    static ONCE: Once = Once::new();
+    ONCE.call_once(|| {
+        let previous = take_hook();
+        set_hook(Box::new(move |info| {
+            if INSIDE.get() {
+                PANIC.with(|text| *text.borrow_mut() = Some(info.to_string().replace('\n', ": ")));
+            } else {
+                previous(info);
+            }
+        }));
+    });
+}
+
+/// Runs one exported function's body.
+pub(super) fn guard(body: impl FnOnce() -> Result<(), Fault>) -> SwStatus {
+    silence_panics();
+    let outer = INSIDE.replace(true); // a callback may call back into the library
+    let outcome = catch_unwind(AssertUnwindSafe(|| {
+        #[cfg(test)]
+        super::tests::panic_if_asked(super::tests::Point::Guard);
+        body()
+    }));
+    INSIDE.set(outer);
+    match outcome {
+        Ok(Ok(())) => SW_OK,
+        Ok(Err(fault)) => {
+            remember(&fault.message);
+            fault.status
+        }
+        Err(payload) => {
+            std::mem::forget(payload); // its destructor could panic again
+            let text = PANIC.with(|text| text.borrow_mut().take()).unwrap_or_default();
+            remember(&format!("internal error, please report: {text}"));
+            SW_ERROR_INTERNAL
+        }
+    }
+}
+
+fn refuse<G>(what: &str, error: TryLockError<G>) -> Fault {
+    match error {
+        TryLockError::Poisoned(PoisonError { .. }) => {
+            Fault::new(SW_ERROR_INTERNAL, format!("the {what} is poisoned by an earlier internal error"))
+        }
+        TryLockError::WouldBlock => {
+            Fault::new(super::status::SW_ERROR_BUSY, format!("the {what} is in use by another thread"))
+        }
+    }
+}
+
+/// Shared use of a handle's content; never waits.
+pub(super) fn read<'a, T>(what: &str, lock: &'a RwLock<T>) -> Result<RwLockReadGuard<'a, T>, Fault> {
+    lock.try_read().map_err(|e| refuse(what, e))
+}
+
+/// Exclusive use of a handle's content; never waits. A panic while it is held poisons the handle.
+pub(super) fn write<'a, T>(what: &str, lock: &'a RwLock<T>) -> Result<RwLockWriteGuard<'a, T>, Fault> {
+    let held = lock.try_write().map_err(|e| refuse(what, e))?;
+    #[cfg(test)]
+    super::tests::panic_if_asked(super::tests::Point::Exclusive);
+    Ok(held)
+}

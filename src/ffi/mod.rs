@@ -1,0 +1,17 @@
+//! The C ABI: convert, check, one core call, convert back. `include/shellwarp.h` is made from this folder by cbindgen.
+//!
+//! One file per C object; the mechanics – status and messages, panic boundary, pointers – in files of their own.
+
+// Every function's contract on its pointers is stated once, at the top of the header, and checked as far as C allows.
+#![allow(unsafe_code, clippy::missing_safety_doc)]
+
+pub mod guard;
+pub mod log;
+pub mod mesh;
+pub mod model;
+pub mod pointer;
+pub mod state;
+pub mod status;
+
+#[cfg(test)]
+mod tests;

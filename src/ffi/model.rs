@@ -1,0 +1,474 @@
+//! Models: the shell, and after precompute its modes.
+
+use super::guard::{guard, read, write};
+use super::log::{SW_LOG_INFO, SW_LOG_WARNING, log};
+use super::mesh::{SwMeshDesc, read_mesh};
+use super::pointer::{
+    VectorRows, check_flags, copy_out, enumerant, initialise, not_null, object, put, read_array, read_descriptor,
+    read_descriptor_or_default, sized,
+};
+use super::status::{Fault, SW_ERROR_NOT_PRECOMPUTED, SwStatus};
+use crate::model::{Model, Options, Precision};
+use crate::modes::{PHASES, Phase};
+use crate::{Error, ErrorKind, Material, Mesh, Shell, State, Supports};
+use std::ffi::c_void;
+use std::sync::{Arc, RwLock};
+
+/// Discrete shells: area, length and dihedral-angle terms (Grinspun et al. 2003), as in the paper.
+pub const SW_ENERGY_DISCRETE_SHELLS: u32 = 1;
+
+/// Material constants, uniform over the shell. 0 means the default; stiffnesses must not be negative.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct SwMaterialDesc {
+    /// Set by sw_material_desc_init.
+    pub struct_size: u32,
+    /// SW_ENERGY_...; 0 = SW_ENERGY_DISCRETE_SHELLS.
+    pub energy: u32,
+    /// Area stiffness k_A, energy per area. Default 1e4.
+    pub k_area: f64,
+    /// Length stiffness k_L, energy per length. Default 1e4. On a near-equilateral mesh of edge l the membrane stiffness
+    /// (Young's modulus times thickness) is about 4 k_L / (sqrt(3) l).
+    pub k_length: f64,
+    /// Bending stiffness k_B, energy. Default 1. The plate rigidity is D = 6 k_B with Poisson's ratio -1/3.
+    pub k_bend: f64,
+    /// Mass per area. Default 1.
+    pub area_density: f64,
+}
+
+sized!(SwMaterialDesc);
+
+/// Writes struct_size and zeros. NULL is allowed and does nothing.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn sw_material_desc_init(desc: *mut SwMaterialDesc) {
+    // SAFETY: the header's contract.
+    unsafe { initialise(desc) }
+}
+
+/// Which vertices are held in place in the support frame. Lists may repeat vertices.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct SwSupportDesc {
+    /// Set by sw_support_desc_init.
+    pub struct_size: u32,
+    /// Must be 0.
+    pub flags: u32,
+    /// Fixed vertices (n_fixed). A straight row of them is a hinge: nothing resists turning about it.
+    pub fixed: *const u32,
+    /// Clamped vertices (n_clamped): fixed together with all their edge neighbours, which holds the slope as well.
+    pub clamped: *const u32,
+    /// Length of fixed.
+    pub n_fixed: u32,
+    /// Length of clamped.
+    pub n_clamped: u32,
+}
+
+sized!(SwSupportDesc);
+
+/// Writes struct_size and zeros. NULL is allowed and does nothing.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn sw_support_desc_init(desc: *mut SwSupportDesc) {
+    // SAFETY: the header's contract.
+    unsafe { initialise(desc) }
+}
+
+/// Go on.
+pub const SW_PROGRESS_CONTINUE: u32 = 0x100;
+/// Stop: sw_model_precompute returns SW_ERROR_CANCELLED and the model stays as it was.
+pub const SW_PROGRESS_CANCEL: u32 = 0x200;
+
+/// Stiffness and masses.
+pub const SW_PHASE_ASSEMBLY: u32 = 0;
+/// Fill-reducing ordering, symbolic factorization.
+pub const SW_PHASE_ORDERING: u32 = 1;
+/// Numeric factorization.
+pub const SW_PHASE_FACTORIZATION: u32 = 2;
+/// Eigenvalue iteration.
+pub const SW_PHASE_MODES: u32 = 3;
+/// Inertia count and residuals.
+pub const SW_PHASE_CERTIFICATE: u32 = 4;
+/// Modal rotations and run-time layout.
+pub const SW_PHASE_ROTATION: u32 = 5;
+/// Number of phases.
+pub const SW_PHASE_COUNT: usize = 6;
+
+/// Hears of progress on the thread that called sw_model_precompute: SW_PHASE_... and the fraction of that phase, 0 to 1. A
+/// phase may come up more than once. Must return SW_PROGRESS_CONTINUE or SW_PROGRESS_CANCEL; anything else is an error, so
+/// that a callback which forgets to return is found out. Must not throw or long-jump, nor destroy the model.
+pub type SwProgressFn = Option<unsafe extern "C" fn(user: *mut c_void, phase: u32, fraction: f64) -> u32>;
+
+/// The run-time basis in 32 bits: half the memory and time; positions good to about 1e-6 of the displacement.
+pub const SW_PRECISION_F32: u32 = 1;
+/// The run-time basis in 64 bits.
+pub const SW_PRECISION_F64: u32 = 2;
+
+/// What to precompute.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct SwPrecomputeDesc {
+    /// Set by sw_precompute_desc_init.
+    pub struct_size: u32,
+    /// Number of lowest modes, zero modes included; default 16. Given are at most as many as there are unknowns, and at
+    /// most 1024; sw_model_info tells.
+    pub modes: u32,
+    /// SW_PRECISION_... of the run-time basis; 0 = SW_PRECISION_F32. Modes are always computed in 64 bits.
+    pub precision: u32,
+    /// Must be 0.
+    pub flags: u32,
+    /// NULL = none.
+    pub progress: SwProgressFn,
+    /// Passed to progress.
+    pub progress_user: *mut c_void,
+}
+
+sized!(SwPrecomputeDesc);
+
+/// Writes struct_size and zeros. NULL is allowed and does nothing.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn sw_precompute_desc_init(desc: *mut SwPrecomputeDesc) {
+    // SAFETY: the header's contract.
+    unsafe { initialise(desc) }
+}
+
+/// Facts about a model. The caller sets struct_size with sw_model_info_init.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct SwModelInfo {
+    /// Set by sw_model_info_init.
+    pub struct_size: u32,
+    /// Vertices of the mesh.
+    pub n_vertices: u32,
+    /// Triangles of the mesh.
+    pub n_triangles: u32,
+    /// Edges.
+    pub n_edges: u32,
+    /// Edges with two triangles.
+    pub n_interior_edges: u32,
+    /// Connected components.
+    pub n_components: u32,
+    /// Vertices that no triangle uses.
+    pub n_unreferenced: u32,
+    /// Triangles turned over internally.
+    pub n_reoriented: u32,
+    /// Vertices held by supports, clamped neighbours included.
+    pub n_fixed: u32,
+    /// Three per vertex that moves.
+    pub n_unknowns: u32,
+    /// 1 after sw_model_precompute, else 0; all fields below but mass, area and size are 0 before.
+    pub precomputed: u32,
+    /// Number of modes.
+    pub modes: u32,
+    /// How many of them have eigenvalue 0: rigid motions and mechanisms that nothing resists.
+    pub zero_modes: u32,
+    /// Eigenvalues below inertia_shift by the inertia of an LBL^T factorization.
+    pub inertia_count: u32,
+    /// Modes found below inertia_shift. Equal to inertia_count: none is missing. Larger than modes when these end inside a
+    /// group of repeated eigenvalues.
+    pub inertia_found: u32,
+    /// SW_PRECISION_....
+    pub precision: u32,
+    /// Sum of the lumped masses.
+    pub total_mass: f64,
+    /// Sum of the rest areas.
+    pub total_area: f64,
+    /// Diagonal of the bounding box.
+    pub size: f64,
+    /// max |K phi - lambda M phi| / (|K| |phi|) over the modes, 2-norms and the 1-norm of K.
+    pub residual: f64,
+    /// max |Phi^T M Phi - I|.
+    pub orthonormality: f64,
+    /// Where eigenvalues were counted, 1/s^2.
+    pub inertia_shift: f64,
+    /// Seconds by SW_PHASE_....
+    pub seconds: [f64; SW_PHASE_COUNT],
+    /// Bytes that the model holds for the run.
+    pub bytes_model: u64,
+    /// Bytes of one state.
+    pub bytes_state: u64,
+    /// Estimate of the most bytes held at once during precompute.
+    pub bytes_precompute_peak: u64,
+}
+
+sized!(SwModelInfo);
+
+/// Writes struct_size and zeros. NULL is allowed and does nothing.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn sw_model_info_init(info: *mut SwModelInfo) {
+    // SAFETY: the header's contract.
+    unsafe { initialise(info) }
+}
+
+pub(super) struct ModelContent {
+    shell: Arc<Shell>,
+    pub(super) model: Option<Arc<Model>>,
+}
+
+/// A shell and, after precompute, its modes. Opaque.
+pub struct SwModel(pub(super) RwLock<ModelContent>);
+
+impl SwModel {
+    /// The precomputed model, or the status that says it is missing.
+    pub(super) fn precomputed(&self) -> Result<Arc<Model>, Fault> {
+        let content = read("model", &self.0)?;
+        let missing =
+            || Fault::new(SW_ERROR_NOT_PRECOMPUTED, "the model has no modes yet: call sw_model_precompute first");
+        content.model.clone().ok_or_else(missing)
+    }
+}
+
+fn material_of(desc: &SwMaterialDesc) -> Result<Material, Fault> {
+    enumerant("material->energy", desc.energy, &[(0, ()), (SW_ENERGY_DISCRETE_SHELLS, ())])?;
+    let default = Material::default();
+    let or = |value: f64, default: f64| if value == 0.0 { default } else { value };
+    Ok(Material {
+        k_area: or(desc.k_area, default.k_area),
+        k_length: or(desc.k_length, default.k_length),
+        k_bend: or(desc.k_bend, default.k_bend),
+        area_density: or(desc.area_density, default.area_density),
+    })
+}
+
+unsafe fn supports_of(desc: &SwSupportDesc) -> Result<Supports, Fault> {
+    check_flags("supports->flags", desc.flags, 0)?;
+    // SAFETY: the host's lists hold as many vertices as the descriptor says.
+    unsafe {
+        Ok(Supports {
+            fixed: read_array("supports->fixed", desc.fixed, desc.n_fixed.into())?,
+            clamped: read_array("supports->clamped", desc.clamped, desc.n_clamped.into())?,
+        })
+    }
+}
+
+/// Makes a model of a mesh, a material (NULL = defaults) and supports (NULL = none: the shell floats free).
+///
+/// On success *model is a new handle, to be given to sw_model_destroy; on failure it is untouched. The descriptors and what
+/// they point to are copied. Callable from any thread.
+/// Errors: SW_ERROR_INVALID_DESC, SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_MESH, SW_ERROR_NUMERICAL when masses leave the
+/// floating-point range, SW_ERROR_OUT_OF_MEMORY.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn sw_model_create(
+    mesh: *const SwMeshDesc,
+    material: *const SwMaterialDesc,
+    supports: *const SwSupportDesc,
+    model: *mut *mut SwModel,
+) -> SwStatus {
+    guard(|| {
+        not_null("model", model)?;
+        // SAFETY: the header's contract; NULL is excluded above.
+        unsafe {
+            let material = material_of(&read_descriptor_or_default("material", material)?)?;
+            let supports = supports_of(&read_descriptor_or_default("supports", supports)?)?;
+            let (positions, triangles) = read_mesh(mesh)?;
+            let shell = Arc::new(Shell::new(Mesh::new(positions, &triangles)?, material, &supports)?);
+            log_repairs(&shell.mesh);
+            let content = ModelContent { shell, model: None };
+            put(model, Box::into_raw(Box::new(SwModel(RwLock::new(content)))));
+        }
+        Ok(())
+    })
+}
+
+fn log_repairs(mesh: &Mesh) {
+    if mesh.n_reoriented > 0 {
+        log(
+            SW_LOG_WARNING,
+            &format!("{} triangles were turned over to agree with their neighbours", mesh.n_reoriented),
+        );
+    }
+    if mesh.n_unreferenced > 0 {
+        log(SW_LOG_WARNING, &format!("{} vertices belong to no triangle and are carried along", mesh.n_unreferenced));
+    }
+}
+
+/// Computes modes and modal rotations; `desc` may be NULL for defaults. May be called again with other options: states made
+/// before keep the modes they were made with.
+///
+/// Blocks for seconds on large meshes. On failure or cancellation the model is as it was before. Not to be called at the
+/// same time as any other function on this model.
+/// Errors: SW_ERROR_INVALID_DESC, SW_ERROR_INVALID_ARGUMENT, SW_ERROR_CANCELLED, SW_ERROR_NUMERICAL,
+/// SW_ERROR_OUT_OF_MEMORY, SW_ERROR_BUSY.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn sw_model_precompute(model: *mut SwModel, desc: *const SwPrecomputeDesc) -> SwStatus {
+    guard(|| {
+        // SAFETY: the header's contract.
+        let (handle, desc) = unsafe { (object("model", model)?, read_descriptor_or_default("desc", desc)?) };
+        check_flags("desc->flags", desc.flags, 0)?;
+        let precision = [(0, Precision::F32), (SW_PRECISION_F32, Precision::F32), (SW_PRECISION_F64, Precision::F64)];
+        let precision = enumerant("desc->precision", desc.precision, &precision)?;
+        let modes = if desc.modes == 0 { Options::default().modes } else { desc.modes as usize };
+        let mut content = write("model", &handle.0)?;
+        let mut progress = |phase: Phase, fraction: f64| call_progress(&desc, phase, fraction);
+        let computed = Model::precompute(content.shell.clone(), &Options { modes, precision }, &mut progress)?;
+        log_certificate(&computed);
+        content.model = Some(Arc::new(computed));
+        Ok(())
+    })
+}
+
+fn call_progress(desc: &SwPrecomputeDesc, phase: Phase, fraction: f64) -> crate::Result<()> {
+    let Some(callback) = desc.progress else { return Ok(()) };
+    // SAFETY: the host gave this callback with this user pointer.
+    match unsafe { callback(desc.progress_user, phase as u32, fraction) } {
+        SW_PROGRESS_CONTINUE => Ok(()),
+        SW_PROGRESS_CANCEL => Err(Error::new(ErrorKind::Cancelled, "the progress callback cancelled the precompute")),
+        other => {
+            Err(Error::argument(format!("the progress callback returned {other:#x}: neither continue nor cancel")))
+        }
+    }
+}
+
+fn log_certificate(model: &Model) {
+    let c = &model.certificate;
+    if c.count != c.found {
+        log(SW_LOG_WARNING, &format!("{} eigenvalues lie below {:e}, but {} were found", c.count, c.shift, c.found));
+    }
+    if model.zero_modes > 0 {
+        log(
+            SW_LOG_INFO,
+            &format!("{} of {} modes are zero modes: nothing resists them", model.zero_modes, model.n_modes()),
+        );
+    }
+}
+
+/// Destroys a model. NULL does nothing. States made from it live on. A handle must not be destroyed twice or during a call.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn sw_model_destroy(model: *mut SwModel) {
+    guard(|| {
+        if !model.is_null() {
+            // SAFETY: made by sw_model_create and not destroyed before.
+            drop(unsafe { Box::from_raw(model) });
+        }
+        Ok(())
+    });
+}
+
+fn info_of(content: &ModelContent) -> SwModelInfo {
+    let shell = &content.shell;
+    let mut info: SwModelInfo = super::pointer::Sized32::initial();
+    info.n_vertices = shell.mesh.positions.len() as u32;
+    info.n_triangles = shell.mesh.triangles.len() as u32;
+    info.n_edges = shell.mesh.edges.len() as u32;
+    info.n_interior_edges = shell.mesh.n_interior_edges() as u32;
+    info.n_components = shell.mesh.n_components as u32;
+    info.n_unreferenced = shell.mesh.n_unreferenced as u32;
+    info.n_reoriented = shell.mesh.n_reoriented as u32;
+    info.n_fixed = shell.held.iter().filter(|held| **held).count() as u32;
+    info.n_unknowns = shell.n_unknowns() as u32;
+    (info.total_mass, info.total_area, info.size) = (shell.total_mass, shell.total_area, shell.mesh.size);
+    if let Some(model) = &content.model {
+        fill_precomputed(&mut info, model);
+    }
+    info
+}
+
+fn fill_precomputed(info: &mut SwModelInfo, model: &Arc<Model>) {
+    const { assert!(SW_PHASE_COUNT == PHASES) };
+    let certificate = &model.certificate;
+    info.precomputed = 1;
+    info.modes = model.n_modes() as u32;
+    info.zero_modes = model.zero_modes as u32;
+    info.inertia_count = certificate.count as u32;
+    info.inertia_found = certificate.found as u32;
+    info.precision = match model.precision() {
+        Precision::F32 => SW_PRECISION_F32,
+        Precision::F64 => SW_PRECISION_F64,
+    };
+    info.residual = certificate.residual;
+    info.orthonormality = certificate.orthonormality;
+    info.inertia_shift = certificate.shift;
+    info.seconds = model.seconds;
+    info.bytes_model = model.bytes() as u64;
+    info.bytes_state = State::bytes_for(model.n_modes()) as u64;
+    info.bytes_precompute_peak = model.peak_bytes as u64;
+}
+
+/// Counts, sizes, certificate and timings. `info` must be initialised by sw_model_info_init. Callable concurrently.
+/// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_BUSY during a precompute.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn sw_model_info(model: *const SwModel, info: *mut SwModelInfo) -> SwStatus {
+    guard(|| {
+        // SAFETY: the header's contract.
+        unsafe {
+            let handle = object("model", model)?;
+            read_descriptor("info", info.cast_const())?;
+            let content = read("model", &handle.0)?;
+            put(info, info_of(&content));
+        }
+        Ok(())
+    })
+}
+
+/// Frequencies sqrt(lambda)/(2 pi) in Hz, ascending; a zero mode's is exactly 0. Two calls: with `hertz` NULL and `capacity` 0
+/// only *count is written. Callable concurrently.
+/// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_BUFFER_SIZE when capacity < *count, SW_ERROR_NOT_PRECOMPUTED, SW_ERROR_BUSY.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn sw_model_frequencies(
+    model: *const SwModel,
+    hertz: *mut f64,
+    capacity: u32,
+    count: *mut u32,
+) -> SwStatus {
+    guard(|| {
+        not_null("count", count)?;
+        // SAFETY: the header's contract; NULL is excluded above.
+        unsafe {
+            let model = object("model", model)?.precomputed()?;
+            let values: Vec<f64> = model.frequencies().collect();
+            copy_out("hertz", &values, hertz, capacity.into())?;
+            put(count, values.len() as u32);
+        }
+        Ok(())
+    })
+}
+
+/// Phi: displacement per unit amplitude, mass-orthonormal, 1/sqrt(mass).
+pub const SW_SHAPE_DISPLACEMENT: u32 = 1;
+/// Psi = W Phi: rotation vector per unit amplitude (paper eq. 10).
+pub const SW_SHAPE_ROTATION: u32 = 2;
+
+/// One mode (n_vertices x 3) as SW_SHAPE_..., in SW_FORMAT_..., `stride` bytes from vertex to vertex (0 = packed). The sign and
+/// the basis of repeated modes follow a fixed rule: modes agree with the translations along x, y, z, then the rotations about
+/// them, then a fixed random field, the first that they see. Callable concurrently.
+/// Errors: SW_ERROR_INVALID_ARGUMENT, also when n_vertices is not the mesh's; SW_ERROR_NOT_PRECOMPUTED; SW_ERROR_BUSY.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn sw_model_mode_shape(
+    model: *const SwModel,
+    mode: u32,
+    shape: u32,
+    format: u32,
+    out: *mut c_void,
+    stride: u64,
+    n_vertices: u32,
+) -> SwStatus {
+    guard(|| {
+        // SAFETY: the header's contract.
+        let model = unsafe { object("model", model)? }.precomputed()?;
+        if mode as usize >= model.n_modes() {
+            return Err(Fault::argument(format!("mode is {mode}, but the model has {} modes", model.n_modes())));
+        }
+        let rotation = enumerant("shape", shape, &[(SW_SHAPE_DISPLACEMENT, false), (SW_SHAPE_ROTATION, true)])?;
+        let rows = vertex_rows(&model, out, format, 3, stride, n_vertices)?;
+        for v in 0..n_vertices as usize {
+            let (phi, psi) = model.mode_at(mode as usize, v);
+            // SAFETY: the host's buffer has n_vertices rows.
+            unsafe { rows.write::<3>(v, (if rotation { psi } else { phi }).into()) };
+        }
+        Ok(())
+    })
+}
+
+/// An output buffer with one row per vertex of the model.
+pub(super) fn vertex_rows(
+    model: &Model,
+    out: *mut c_void,
+    format: u32,
+    components: usize,
+    stride: u64,
+    n_vertices: u32,
+) -> Result<VectorRows, Fault> {
+    let expected = model.shell.mesh.positions.len();
+    if n_vertices as usize != expected {
+        return Err(Fault::argument(format!("n_vertices is {n_vertices}, but the mesh has {expected} vertices")));
+    }
+    VectorRows::checked("out", out, format, components, stride, n_vertices.into())
+}

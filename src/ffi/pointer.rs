@@ -1,0 +1,219 @@
+//! Checked passage of pointers, descriptors and strided buffers.
+
+use super::status::{Fault, SW_ERROR_BUFFER_SIZE, SW_ERROR_INVALID_DESC};
+use crate::Vec3;
+use std::ffi::c_void;
+
+/// 32-bit floating point.
+pub const SW_FORMAT_F32: u32 = 1;
+/// 64-bit floating point.
+pub const SW_FORMAT_F64: u32 = 2;
+
+/// A struct that begins with `struct_size`.
+///
+/// # Safety
+/// The type is repr(C), its first field is a u32 holding the size, and any bit pattern of it is valid.
+pub unsafe trait Sized32: Copy {
+    /// Its C name.
+    const NAME: &'static str;
+    /// The value that its init function writes.
+    fn initial() -> Self;
+}
+
+/// Implements [`Sized32`] for a struct of numbers and nullable pointers.
+macro_rules! sized {
+    ($type:ident) => {
+        // SAFETY: repr(C), struct_size first, and only numbers and nullable pointers inside.
+        unsafe impl $crate::ffi::pointer::Sized32 for $type {
+            const NAME: &'static str = stringify!($type);
+            fn initial() -> Self {
+                // SAFETY: all-zero bytes are a valid value of such a struct: 0 and NULL everywhere.
+                let mut value: Self = unsafe { std::mem::zeroed() };
+                value.struct_size = size_of::<Self>() as u32;
+                value
+            }
+        }
+    };
+}
+pub(super) use sized;
+
+/// Body of the init functions.
+pub(super) unsafe fn initialise<T: Sized32>(out: *mut T) {
+    super::guard::guard(|| {
+        if !out.is_null() {
+            // SAFETY: the host passes a struct of this type.
+            unsafe { out.write_unaligned(T::initial()) };
+        }
+        Ok(())
+    });
+}
+
+/// Copies a descriptor after checking its size. `name` is the argument's.
+pub(super) unsafe fn read_descriptor<T: Sized32>(name: &str, pointer: *const T) -> Result<T, Fault> {
+    not_null(name, pointer)?;
+    // SAFETY: not NULL; the host passes a struct that begins with a u32.
+    let size = unsafe { pointer.cast::<u32>().read_unaligned() };
+    if size as usize != size_of::<T>() {
+        let message = format!(
+            "{name}->struct_size is {size}, but {} has {} bytes: initialise it with its init function",
+            T::NAME,
+            size_of::<T>()
+        );
+        return Err(Fault::new(SW_ERROR_INVALID_DESC, message));
+    }
+    // SAFETY: the size says it is this struct; any bits are valid.
+    Ok(unsafe { pointer.read_unaligned() })
+}
+
+/// As [`read_descriptor`], with NULL standing for an initialised descriptor.
+pub(super) unsafe fn read_descriptor_or_default<T: Sized32>(name: &str, pointer: *const T) -> Result<T, Fault> {
+    if pointer.is_null() {
+        return Ok(T::initial());
+    }
+    // SAFETY: passed on unchanged.
+    unsafe { read_descriptor(name, pointer) }
+}
+
+/// Fails on NULL, naming the argument.
+pub(super) fn not_null<T>(name: &str, pointer: *const T) -> Result<(), Fault> {
+    if pointer.is_null() { Err(Fault::argument(format!("{name} is NULL"))) } else { Ok(()) }
+}
+
+/// The object behind a handle.
+pub(super) unsafe fn object<'a, T>(name: &str, handle: *const T) -> Result<&'a T, Fault> {
+    not_null(name, handle)?;
+    if !handle.is_aligned() {
+        return Err(Fault::argument(format!("{name} is not a handle of this library")));
+    }
+    // SAFETY: not NULL; the host passes a live handle, and objects are only ever used through locks.
+    Ok(unsafe { &*handle })
+}
+
+/// Fails unless every bit of `flags` is in `known`.
+pub(super) fn check_flags(name: &str, flags: u32, known: u32) -> Result<(), Fault> {
+    match flags & !known {
+        0 => Ok(()),
+        unknown => Err(Fault::argument(format!("{name} has the unknown bits {unknown:#x}"))),
+    }
+}
+
+/// An enumerant's meaning, by its number.
+pub(super) fn enumerant<T: Copy>(name: &str, value: u32, known: &[(u32, T)]) -> Result<T, Fault> {
+    let found = known.iter().find(|(number, _)| *number == value);
+    found.map(|(_, meaning)| *meaning).ok_or_else(|| Fault::argument(format!("{name} is {value}, which is unknown")))
+}
+
+/// Copies `count` packed values. NULL is allowed when `count` is 0.
+pub(super) unsafe fn read_array<T: Copy>(name: &str, pointer: *const T, count: u64) -> Result<Vec<T>, Fault> {
+    if count == 0 {
+        return Ok(vec![]);
+    }
+    let rows = Rows::checked(name, pointer.cast(), size_of::<T>(), 0, count)?;
+    // SAFETY: the host passes `count` values behind the pointer.
+    (0..rows.count).map(|i| Ok(unsafe { rows.at(i).cast::<T>().read_unaligned() })).collect()
+}
+
+/// `count` rows of at least `row` bytes, `stride` bytes apart (0 = packed).
+pub(super) struct Rows {
+    base: *mut u8,
+    stride: usize,
+    count: usize,
+}
+
+impl Rows {
+    pub fn checked(name: &str, base: *const c_void, row: usize, stride: u64, count: u64) -> Result<Self, Fault> {
+        not_null(name, base)?;
+        let stride = if stride == 0 { row as u64 } else { stride };
+        if stride < row as u64 {
+            return Err(Fault::argument(format!("the stride of {name} is {stride} bytes, but an element has {row}")));
+        }
+        let end = count.checked_mul(stride).and_then(|bytes| bytes.checked_add(base as u64));
+        if end.is_none_or(|end| end > i64::MAX as u64) {
+            return Err(Fault::argument(format!(
+                "{name}: {count} elements {stride} bytes apart exceed the address space"
+            )));
+        }
+        Ok(Self { base: base.cast_mut().cast(), stride: stride as usize, count: count as usize })
+    }
+
+    /// Start of row `i`.
+    pub fn at(&self, i: usize) -> *mut u8 {
+        assert!(i < self.count, "row {i} of {}", self.count);
+        self.base.wrapping_add(i * self.stride)
+    }
+}
+
+/// A host's buffer of vectors in either format, unaligned and strided as it may be.
+pub(super) struct VectorRows {
+    rows: Rows,
+    double: bool,
+}
+
+impl VectorRows {
+    /// `components` numbers in each of `count` rows.
+    pub fn checked(
+        name: &str,
+        base: *const c_void,
+        format: u32,
+        components: usize,
+        stride: u64,
+        count: u64,
+    ) -> Result<Self, Fault> {
+        let double =
+            enumerant(&format!("the format of {name}"), format, &[(SW_FORMAT_F32, false), (SW_FORMAT_F64, true)])?;
+        let row = components * if double { 8 } else { 4 };
+        Ok(Self { rows: Rows::checked(name, base, row, stride, count)?, double })
+    }
+
+    /// Reads the 3-vector `i`.
+    pub unsafe fn read(&self, i: usize) -> Vec3 {
+        let row = self.rows.at(i);
+        // SAFETY: the host's buffer holds this row.
+        unsafe {
+            if self.double {
+                let [x, y, z] = row.cast::<[f64; 3]>().read_unaligned();
+                Vec3::new(x, y, z)
+            } else {
+                let [x, y, z] = row.cast::<[f32; 3]>().read_unaligned();
+                Vec3::new(f64::from(x), f64::from(y), f64::from(z))
+            }
+        }
+    }
+
+    /// Writes row `i`.
+    pub unsafe fn write<const N: usize>(&self, i: usize, values: [f64; N]) {
+        let row = self.rows.at(i);
+        // SAFETY: the host's buffer holds this row, of N components as checked.
+        unsafe {
+            if self.double {
+                row.cast::<[f64; N]>().write_unaligned(values);
+            } else {
+                row.cast::<[f32; N]>().write_unaligned(values.map(|x| x as f32));
+            }
+        }
+    }
+}
+
+/// The second of two calls, or the first that asks for the size: always tells `needed`, and copies when it fits. With a
+/// NULL buffer of capacity 0 only the size is told.
+pub(super) unsafe fn copy_out<T: Copy>(name: &str, values: &[T], buffer: *mut T, capacity: u64) -> Result<(), Fault> {
+    if buffer.is_null() && capacity == 0 {
+        return Ok(());
+    }
+    not_null(name, buffer)?;
+    if capacity < values.len() as u64 {
+        let message = format!("{name} has room for {capacity} elements, but {} are needed", values.len());
+        return Err(Fault::new(SW_ERROR_BUFFER_SIZE, message));
+    }
+    for (i, value) in values.iter().enumerate() {
+        // SAFETY: the host's buffer has room for `capacity` elements.
+        unsafe { buffer.wrapping_add(i).write_unaligned(*value) };
+    }
+    Ok(())
+}
+
+/// Writes one output.
+pub(super) unsafe fn put<T>(out: *mut T, value: T) {
+    // SAFETY: the caller has checked for NULL; the host passes a place for one T.
+    unsafe { out.write_unaligned(value) };
+}

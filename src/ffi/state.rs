@@ -1,0 +1,524 @@
+//! States: amplitudes, loads, steps and output.
+
+use super::guard::{guard, read, write};
+use super::model::{SwModel, vertex_rows};
+use super::pointer::{
+    check_flags, copy_out, enumerant, initialise, not_null, object, put, read_array, read_descriptor,
+    read_descriptor_or_default, sized,
+};
+use super::status::{Fault, SwStatus};
+use crate::error::require_finite;
+use crate::state::{Damping, Method, ROTATION_RANGE, Space, State};
+use crate::step::Integrator;
+use crate::support::{Motion, Pose, Rates};
+use crate::{Model, Vec3};
+use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
+use std::ffi::c_void;
+use std::sync::RwLock;
+
+/// Modal warping (the paper): u = R~(Psi q) Phi q, modal force Phi^T R^T F.
+pub const SW_METHOD_WARP: u32 = 1;
+/// Linear modal analysis: u = Phi q, modal force Phi^T F.
+pub const SW_METHOD_LMA: u32 = 2;
+
+/// Backward Euler: first order, stable for every step, damps what the step does not resolve.
+pub const SW_INTEGRATOR_IMPLICIT_EULER: u32 = 1;
+/// The closed-form motion of each mode under a force constant over the step: no numerical damping of its own.
+pub const SW_INTEGRATOR_EXACT: u32 = 2;
+
+/// World axes and origin.
+pub const SW_SPACE_WORLD: u32 = 0;
+/// Axes and origin of the support frame.
+pub const SW_SPACE_FRAME: u32 = 1;
+
+/// How a state moves.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct SwStateDesc {
+    /// Set by sw_state_desc_init.
+    pub struct_size: u32,
+    /// SW_METHOD_...; 0 = SW_METHOD_WARP.
+    pub method: u32,
+    /// SW_INTEGRATOR_...; 0 = SW_INTEGRATOR_IMPLICIT_EULER.
+    pub integrator: u32,
+    /// Must be 0.
+    pub flags: u32,
+}
+
+sized!(SwStateDesc);
+
+/// Writes struct_size and zeros. NULL is allowed and does nothing.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn sw_state_desc_init(desc: *mut SwStateDesc) {
+    // SAFETY: the header's contract.
+    unsafe { initialise(desc) }
+}
+
+/// Damping of each mode: c = xi + zeta lambda + 2 ratio sqrt(lambda). All must be finite and not negative; 0 = none.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct SwDampingDesc {
+    /// Set by sw_damping_desc_init.
+    pub struct_size: u32,
+    /// 0, 1 (one ratio for all modes) or the number of modes.
+    pub n_ratios: u32,
+    /// Rayleigh's xi, 1/s.
+    pub mass_coefficient: f64,
+    /// Rayleigh's zeta, s.
+    pub stiffness_coefficient: f64,
+    /// Fractions of critical damping (n_ratios).
+    pub ratios: *const f64,
+}
+
+sized!(SwDampingDesc);
+
+/// Writes struct_size and zeros. NULL is allowed and does nothing.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn sw_damping_desc_init(desc: *mut SwDampingDesc) {
+    // SAFETY: the header's contract.
+    unsafe { initialise(desc) }
+}
+
+/// The frame jumps to its new pose and is at rest there: no inertial load.
+pub const SW_FRAME_TELEPORT: u32 = 1;
+/// The velocities and accelerations of the descriptor are used instead of differences of poses.
+pub const SW_FRAME_MOTION_GIVEN: u32 = 2;
+
+/// A pose of the support frame, world = origin + rotation local, and optionally its motion, all in world axes.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct SwFrameDesc {
+    /// Set by sw_frame_desc_init.
+    pub struct_size: u32,
+    /// SW_FRAME_... or 0. SW_FRAME_TELEPORT wins.
+    pub flags: u32,
+    /// World position of the frame's origin.
+    pub origin: [f64; 3],
+    /// Row-major rotation matrix, its columns the frame's axes in world space. All zero = identity. Must be orthonormal to
+    /// 1e-4 and right-handed; the nearest rotation is used.
+    pub rotation: [f64; 9],
+    /// Velocity of the origin, read with SW_FRAME_MOTION_GIVEN only, as the three below.
+    pub velocity: [f64; 3],
+    /// Acceleration of the origin.
+    pub acceleration: [f64; 3],
+    /// Angular velocity, rad/s.
+    pub angular_velocity: [f64; 3],
+    /// Angular acceleration, rad/s^2.
+    pub angular_acceleration: [f64; 3],
+}
+
+sized!(SwFrameDesc);
+
+/// Writes struct_size and zeros: the world frame. NULL is allowed and does nothing.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn sw_frame_desc_init(desc: *mut SwFrameDesc) {
+    // SAFETY: the header's contract.
+    unsafe { initialise(desc) }
+}
+
+/// Measures of a state. The caller sets struct_size with sw_state_report_init.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct SwStateReport {
+    /// Set by sw_state_report_init.
+    pub struct_size: u32,
+    /// 1 while max_rotation is at most a quarter turn, where the method's own error reaches a fifth of the displacement.
+    pub in_range: u32,
+    /// Seconds stepped since creation or reset.
+    pub time: f64,
+    /// Of the modal motion in the frame.
+    pub kinetic_energy: f64,
+    /// Of the modal deformation.
+    pub elastic_energy: f64,
+    /// Largest modal rotation |w|, rad.
+    pub max_rotation: f64,
+    /// Largest displacement in the frame.
+    pub max_displacement: f64,
+}
+
+sized!(SwStateReport);
+
+/// Writes struct_size and zeros. NULL is allowed and does nothing.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn sw_state_report_init(report: *mut SwStateReport) {
+    // SAFETY: the header's contract.
+    unsafe { initialise(report) }
+}
+
+/// A moving shell. Opaque. One thread at a time, but functions that take it const may run at the same time as each other;
+/// a violation returns SW_ERROR_BUSY.
+pub struct SwState(RwLock<State>);
+
+fn new_handle(state: State) -> *mut SwState {
+    Box::into_raw(Box::new(SwState(RwLock::new(state))))
+}
+
+/// Runs `body` with shared use of the state.
+unsafe fn reading(state: *const SwState, body: impl FnOnce(&State) -> Result<(), Fault>) -> SwStatus {
+    guard(|| {
+        // SAFETY: the header's contract.
+        let handle = unsafe { object("state", state)? };
+        body(&*read("state", &handle.0)?)
+    })
+}
+
+/// Runs `body` with exclusive use of the state.
+unsafe fn writing(state: *mut SwState, body: impl FnOnce(&mut State) -> Result<(), Fault>) -> SwStatus {
+    guard(|| {
+        // SAFETY: the header's contract.
+        let handle = unsafe { object("state", state.cast_const())? };
+        body(&mut *write("state", &handle.0)?)
+    })
+}
+
+/// Makes a state at rest on a precomputed model; `desc` may be NULL for defaults. No loads, no damping, the frame at the
+/// world's origin. The state keeps alive what it needs of the model. Callable concurrently on one model.
+/// On success *state is a new handle, to be given to sw_state_destroy; on failure it is untouched.
+/// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_NOT_PRECOMPUTED, SW_ERROR_BUSY.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn sw_state_create(
+    model: *const SwModel,
+    desc: *const SwStateDesc,
+    state: *mut *mut SwState,
+) -> SwStatus {
+    guard(|| {
+        not_null("state", state)?;
+        // SAFETY: the header's contract; NULL is excluded above.
+        unsafe {
+            let desc = read_descriptor_or_default("desc", desc)?;
+            check_flags("desc->flags", desc.flags, 0)?;
+            let methods =
+                [(0, Method::Warp), (SW_METHOD_WARP, Method::Warp), (SW_METHOD_LMA, Method::LinearModalAnalysis)];
+            let integrators = [
+                (0, Integrator::ImplicitEuler),
+                (SW_INTEGRATOR_IMPLICIT_EULER, Integrator::ImplicitEuler),
+                (SW_INTEGRATOR_EXACT, Integrator::Exact),
+            ];
+            let method = enumerant("desc->method", desc.method, &methods)?;
+            let integrator = enumerant("desc->integrator", desc.integrator, &integrators)?;
+            let model = object("model", model)?.precomputed()?;
+            put(state, new_handle(State::new(model, method, integrator)));
+        }
+        Ok(())
+    })
+}
+
+/// Destroys a state. NULL does nothing. A handle must not be destroyed twice or during a call.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn sw_state_destroy(state: *mut SwState) {
+    guard(|| {
+        if !state.is_null() {
+            // SAFETY: made by this library and not destroyed before.
+            drop(unsafe { Box::from_raw(state) });
+        }
+        Ok(())
+    });
+}
+
+/// Back to rest and time 0. Loads and damping stay; the frame stays at its last pose, at rest.
+/// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_BUSY.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn sw_state_reset(state: *mut SwState) -> SwStatus {
+    // SAFETY: the header's contract.
+    unsafe {
+        writing(state, |state| {
+            state.reset();
+            Ok(())
+        })
+    }
+}
+
+/// Makes an independent copy, loads and damping included; stepping both alike gives the same bits. *clone is a new handle.
+/// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_BUSY.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn sw_state_clone(state: *const SwState, clone: *mut *mut SwState) -> SwStatus {
+    // SAFETY: the header's contract; NULL is excluded.
+    unsafe {
+        reading(state, |state| {
+            not_null("clone", clone)?;
+            put(clone, new_handle(state.clone()));
+            Ok(())
+        })
+    }
+}
+
+/// Sets gravity: 3 doubles, world axes, acceleration (length unit / s^2). 0 at first. Loads turn with the shell.
+/// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_BUSY.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn sw_state_set_gravity(state: *mut SwState, gravity: *const f64) -> SwStatus {
+    // SAFETY: the header's contract.
+    unsafe {
+        writing(state, |state| {
+            let gravity = read_array("gravity", gravity, 3)?;
+            Ok(state.set_gravity(Vec3::from_column_slice(&gravity))?)
+        })
+    }
+}
+
+/// Replaces all damping.
+/// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_BUSY.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn sw_state_set_damping(state: *mut SwState, desc: *const SwDampingDesc) -> SwStatus {
+    // SAFETY: the header's contract.
+    unsafe {
+        writing(state, |state| {
+            let desc = read_descriptor("desc", desc)?;
+            Ok(state.set_damping(&Damping {
+                mass_coefficient: desc.mass_coefficient,
+                stiffness_coefficient: desc.stiffness_coefficient,
+                ratios: read_array("desc->ratios", desc.ratios, desc.n_ratios.into())?,
+            })?)
+        })
+    }
+}
+
+fn vector(name: &str, values: &[f64; 3]) -> Result<Vec3, Fault> {
+    for (i, x) in values.iter().enumerate() {
+        require_finite(&format!("desc->{name}[{i}]"), *x)?;
+    }
+    Ok(Vec3::from(*values))
+}
+
+fn rotation(values: &[f64; 9]) -> Result<UnitQuaternion<f64>, Fault> {
+    for (i, x) in values.iter().enumerate() {
+        require_finite(&format!("desc->rotation[{i}]"), *x)?;
+    }
+    if values.iter().all(|x| *x == 0.0) {
+        return Ok(UnitQuaternion::identity());
+    }
+    let matrix = Matrix3::from_row_slice(values);
+    let error = (matrix.transpose() * matrix - Matrix3::identity()).amax();
+    if error > 1e-4 || matrix.determinant() < 0.0 {
+        let message =
+            format!("desc->rotation is no rotation: |R^T R - I| is {error:.1e}, det {:.3}", matrix.determinant());
+        return Err(Fault::argument(message));
+    }
+    // Newton's iteration for the orthogonal polar factor; quadratic, so three steps from 1e-4 reach rounding.
+    let nearest = (0..3).fold(matrix, |r, _| 0.5 * (r * (3.0 * Matrix3::identity() - r.transpose() * r)));
+    Ok(UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(nearest)))
+}
+
+/// Sets where the support frame is at the end of the next step; call it before each step while the frame moves. It stays
+/// where it is when not called. Before the first step after creation or reset the frame is simply placed there.
+///
+/// The shell feels gravity less the frame's acceleration, and the Euler, centrifugal and Coriolis forces of its rotation.
+/// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_BUSY.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn sw_state_set_frame(state: *mut SwState, desc: *const SwFrameDesc) -> SwStatus {
+    // SAFETY: the header's contract.
+    unsafe {
+        writing(state, |state| {
+            let desc = read_descriptor("desc", desc)?;
+            check_flags("desc->flags", desc.flags, SW_FRAME_TELEPORT | SW_FRAME_MOTION_GIVEN)?;
+            let pose = Pose { origin: vector("origin", &desc.origin)?, rotation: rotation(&desc.rotation)? };
+            let motion = if desc.flags & SW_FRAME_TELEPORT != 0 {
+                Motion::Teleport
+            } else if desc.flags & SW_FRAME_MOTION_GIVEN != 0 {
+                Motion::Given(Rates {
+                    velocity: vector("velocity", &desc.velocity)?,
+                    acceleration: vector("acceleration", &desc.acceleration)?,
+                    angular_velocity: vector("angular_velocity", &desc.angular_velocity)?,
+                    angular_acceleration: vector("angular_acceleration", &desc.angular_acceleration)?,
+                })
+            } else {
+                Motion::Continuous
+            };
+            state.set_frame(pose, motion);
+            Ok(())
+        })
+    }
+}
+
+/// Sets modal amplitudes and their rates (count each, count = number of modes); unit: length times sqrt(mass).
+/// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_BUSY.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn sw_state_set_amplitudes(
+    state: *mut SwState,
+    amplitudes: *const f64,
+    velocities: *const f64,
+    count: u32,
+) -> SwStatus {
+    // SAFETY: the header's contract.
+    unsafe {
+        writing(state, |state| {
+            check_count(state.model(), count)?;
+            let q = read_array("amplitudes", amplitudes, count.into())?;
+            let q_dot = read_array("velocities", velocities, count.into())?;
+            Ok(state.set_amplitudes(&q, &q_dot)?)
+        })
+    }
+}
+
+/// The host's arrays are only as long as it says: read nothing when the number is wrong.
+fn check_count(model: &Model, count: u32) -> Result<(), Fault> {
+    match model.n_modes() {
+        n if n == count as usize => Ok(()),
+        n => Err(Fault::argument(format!("count is {count}, but the model has {n} modes"))),
+    }
+}
+
+/// Modal amplitudes q and rates. Two calls: with both pointers NULL and `capacity` 0 only *count is written.
+/// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_BUFFER_SIZE when capacity < *count, SW_ERROR_BUSY.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn sw_state_amplitudes(
+    state: *const SwState,
+    amplitudes: *mut f64,
+    velocities: *mut f64,
+    capacity: u32,
+    count: *mut u32,
+) -> SwStatus {
+    // SAFETY: the header's contract; NULL is excluded.
+    unsafe {
+        reading(state, |state| {
+            not_null("count", count)?;
+            let (q, q_dot) = state.amplitudes();
+            if amplitudes.is_null() != velocities.is_null() {
+                not_null("amplitudes", amplitudes)?;
+                not_null("velocities", velocities)?;
+            }
+            copy_out("amplitudes", q, amplitudes, capacity.into())?;
+            copy_out("velocities", q_dot, velocities, capacity.into())?;
+            put(count, q.len() as u32);
+            Ok(())
+        })
+    }
+}
+
+/// Advances by `seconds` > 0; any step, changing from call to call. Does not allocate. On failure nothing has moved.
+/// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_NUMERICAL when the result would not be finite, SW_ERROR_BUSY.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn sw_state_step(state: *mut SwState, seconds: f64) -> SwStatus {
+    // SAFETY: the header's contract.
+    unsafe { writing(state, |state| Ok(state.step(seconds)?)) }
+}
+
+fn space_of(space: u32) -> Result<Space, Fault> {
+    enumerant("space", space, &[(SW_SPACE_WORLD, Space::World), (SW_SPACE_FRAME, Space::Frame)])
+}
+
+/// Deformed positions (n_vertices x 3) in SW_SPACE_..., as SW_FORMAT_..., `stride` bytes from vertex to vertex (0 = packed).
+/// Order and number of vertices are those of the mesh. Callable concurrently.
+/// Errors: SW_ERROR_INVALID_ARGUMENT, also when n_vertices is not the mesh's; SW_ERROR_BUSY.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn sw_state_positions(
+    state: *const SwState,
+    space: u32,
+    format: u32,
+    out: *mut c_void,
+    stride: u64,
+    n_vertices: u32,
+) -> SwStatus {
+    // SAFETY: the header's contract; the buffer is checked.
+    unsafe {
+        reading(state, |state| {
+            let rows = vertex_rows(state.model(), out, format, 3, stride, n_vertices)?;
+            state.positions(space_of(space)?, |v, x| rows.write::<3>(v, x.into()));
+            Ok(())
+        })
+    }
+}
+
+/// Area-weighted unit normals of the deformed shell (n_vertices x 3), as sw_state_positions; zero at unreferenced vertices.
+/// They follow the orientation of the mesh's triangles, as re-oriented where these disagree. Allocates.
+/// Errors: as sw_state_positions, SW_ERROR_OUT_OF_MEMORY.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn sw_state_normals(
+    state: *const SwState,
+    space: u32,
+    format: u32,
+    out: *mut c_void,
+    stride: u64,
+    n_vertices: u32,
+) -> SwStatus {
+    // SAFETY: the header's contract; the buffer is checked.
+    unsafe {
+        reading(state, |state| {
+            let rows = vertex_rows(state.model(), out, format, 3, stride, n_vertices)?;
+            Ok(state.normals(space_of(space)?, |v, n| rows.write::<3>(v, n.into()))?)
+        })
+    }
+}
+
+/// Rotation of each vertex's frame from rest, exp of its modal rotation, as unit quaternions w x y z (n_vertices x 4), for
+/// hosts that carry tangent frames, hair or instances along. Otherwise as sw_state_positions.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn sw_state_rotations(
+    state: *const SwState,
+    space: u32,
+    format: u32,
+    out: *mut c_void,
+    stride: u64,
+    n_vertices: u32,
+) -> SwStatus {
+    // SAFETY: the header's contract; the buffer is checked.
+    unsafe {
+        reading(state, |state| {
+            let rows = vertex_rows(state.model(), out, format, 4, stride, n_vertices)?;
+            state.rotations(space_of(space)?, |v, r| rows.write(v, [r.w, r.i, r.j, r.k]));
+            Ok(())
+        })
+    }
+}
+
+/// Energies, and how far the shell is bent. `report` must be initialised by sw_state_report_init. Visits every vertex, so
+/// costs as much as reading the positions. Callable concurrently.
+/// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_BUSY.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn sw_state_report(state: *const SwState, report: *mut SwStateReport) -> SwStatus {
+    // SAFETY: the header's contract; NULL is excluded by the descriptor's check.
+    unsafe {
+        reading(state, |state| {
+            let mut out = read_descriptor("report", report.cast_const())?;
+            let measured = state.report();
+            out.in_range = u32::from(measured.max_rotation <= ROTATION_RANGE);
+            out.time = measured.time;
+            out.kinetic_energy = measured.kinetic_energy;
+            out.elastic_energy = measured.elastic_energy;
+            out.max_rotation = measured.max_rotation;
+            out.max_displacement = measured.max_displacement;
+            put(report, out);
+            Ok(())
+        })
+    }
+}
+
+/// Saves the dynamic state (time, frame, amplitudes and rates), 944 bytes at 50 modes; loads and damping are inputs and not
+/// saved. Two calls: with `bytes` NULL and `capacity` 0 only *size is written. Callable concurrently.
+/// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_BUFFER_SIZE when capacity < *size, SW_ERROR_BUSY.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn sw_state_save(
+    state: *const SwState,
+    bytes: *mut c_void,
+    capacity: u64,
+    size: *mut u64,
+) -> SwStatus {
+    // SAFETY: the header's contract; NULL is excluded.
+    unsafe {
+        reading(state, |state| {
+            not_null("size", size)?;
+            let saved = state.save();
+            copy_out("bytes", &saved, bytes.cast(), capacity)?;
+            put(size, saved.len() as u64);
+            Ok(())
+        })
+    }
+}
+
+/// Restores what sw_state_save gave on a model made from the same inputs; the run then goes on with the same bits. Safe on
+/// any bytes: they carry a version, sizes, the model's fingerprint and a checksum. On failure nothing has changed.
+/// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DATA, SW_ERROR_BUSY.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn sw_state_load(state: *mut SwState, bytes: *const c_void, size: u64) -> SwStatus {
+    // SAFETY: the header's contract.
+    unsafe {
+        writing(state, |state| {
+            not_null("bytes", bytes)?;
+            if size != state.saved_size() as u64 {
+                let message =
+                    format!("{size} bytes are not a saved state of this model, which has {}", state.saved_size());
+                return Err(Fault::new(super::status::SW_ERROR_INVALID_DATA, message));
+            }
+            Ok(state.load(&read_array("bytes", bytes.cast::<u8>(), size)?)?)
+        })
+    }
+}

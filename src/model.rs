@@ -1,0 +1,151 @@
+//! The precomputed model: everything a state needs, immutable, shared by any number of states on any threads.
+
+use crate::modes::{Certificate, PHASES, Phase, Progress, lowest_modes};
+use crate::real::Real;
+use crate::warp::{Basis, ModalRotation};
+use crate::{Result, Shell, Vec3};
+use std::sync::Arc;
+use xxhash_rust::xxh3::Xxh3;
+
+/// Floating-point type of the run-time basis.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Precision {
+    /// Half the memory; positions good to about 1e-6 of the displacement.
+    #[default]
+    F32,
+    /// For reference and for sums of very many modes.
+    F64,
+}
+
+/// What to precompute.
+#[derive(Clone, Copy, Debug)]
+pub struct Options {
+    /// Modes wanted; at most as many as there are unknowns are given.
+    pub modes: usize,
+    /// Of the run-time basis; modes are always computed in f64.
+    pub precision: Precision,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self { modes: 16, precision: Precision::F32 }
+    }
+}
+
+/// Φ and Ψ in the precision asked for.
+pub enum AnyBasis {
+    /// [`Precision::F32`].
+    F32(Basis<f32>),
+    /// [`Precision::F64`].
+    F64(Basis<f64>),
+}
+
+/// Calls the same code on the basis of either precision.
+macro_rules! with_basis {
+    ($any:expr, $basis:ident => $body:expr) => {
+        match $any {
+            $crate::model::AnyBasis::F32($basis) => $body,
+            $crate::model::AnyBasis::F64($basis) => $body,
+        }
+    };
+}
+pub(crate) use with_basis;
+
+/// See the module's text.
+pub struct Model {
+    /// The physical problem.
+    pub shell: Arc<Shell>,
+    /// λ of each mode, 1/s², ascending; zero modes exactly 0.
+    pub eigenvalues: Vec<f64>,
+    /// Number of zero modes among them.
+    pub zero_modes: usize,
+    /// Evidence for the modes.
+    pub certificate: Certificate,
+    /// Φ and Ψ.
+    pub basis: AnyBasis,
+    /// Seconds by [`Phase`].
+    pub seconds: [f64; PHASES],
+    /// Estimate of the most memory held at once during precompute, bytes.
+    pub peak_bytes: usize,
+    /// Tells models apart that cannot share saved states.
+    pub fingerprint: u64,
+}
+
+impl Model {
+    /// Computes modes and modal rotations. `callback` hears of progress and may stop the work with an error.
+    pub fn precompute(
+        shell: Arc<Shell>,
+        options: &Options,
+        callback: &mut dyn FnMut(Phase, f64) -> Result<()>,
+    ) -> Result<Self> {
+        let mut progress = Progress::new(callback);
+        let modes = lowest_modes(&shell, options.modes, &mut progress)?;
+        let basis = match options.precision {
+            Precision::F32 => AnyBasis::F32(run_time_basis(&shell, &modes.shapes, &mut progress)?),
+            Precision::F64 => AnyBasis::F64(run_time_basis(&shell, &modes.shapes, &mut progress)?),
+        };
+        let fingerprint = fingerprint(&shell, &modes.eigenvalues);
+        Ok(Self {
+            shell,
+            eigenvalues: modes.eigenvalues,
+            zero_modes: modes.zero_modes,
+            certificate: modes.certificate,
+            basis,
+            seconds: progress.seconds,
+            peak_bytes: modes.peak_bytes,
+            fingerprint,
+        })
+    }
+
+    /// Number of modes.
+    pub fn n_modes(&self) -> usize {
+        self.eigenvalues.len()
+    }
+
+    /// √λ/2π of each mode.
+    pub fn frequencies(&self) -> impl Iterator<Item = f64> + '_ {
+        self.eigenvalues.iter().map(|l| l.sqrt() / std::f64::consts::TAU)
+    }
+
+    /// Φ and Ψ of one vertex in one mode, as the run-time basis holds them.
+    pub fn mode_at(&self, mode: usize, vertex: usize) -> (Vec3, Vec3) {
+        with_basis!(&self.basis, basis => basis.at(mode, vertex))
+    }
+
+    /// Precision of the run-time basis.
+    pub fn precision(&self) -> Precision {
+        match self.basis {
+            AnyBasis::F32(_) => Precision::F32,
+            AnyBasis::F64(_) => Precision::F64,
+        }
+    }
+
+    /// Bytes that stay for the run: basis, mesh, masses.
+    pub fn bytes(&self) -> usize {
+        let mesh = &self.shell.mesh;
+        let vertices = mesh.positions.len() * (size_of::<Vec3>() + size_of::<f64>() + size_of::<u32>() + 1);
+        let connectivity = mesh.triangles.len() * 12 + mesh.edges.len() * 16;
+        with_basis!(&self.basis, basis => basis.bytes()) + vertices + connectivity + 8 * self.n_modes()
+    }
+}
+
+fn run_time_basis<T: Real>(shell: &Shell, shapes: &[Vec<Vec3>], progress: &mut Progress) -> Result<Basis<T>> {
+    progress.report(Phase::Rotation, 0.0)?;
+    let rotation = ModalRotation::new(&shell.mesh);
+    let mut basis = Basis::zeros(shell.mass.len(), shapes.len(), shell.total_mass)?;
+    for (k, phi) in shapes.iter().enumerate() {
+        basis.set_mode(k, phi, &rotation.apply(phi));
+        progress.report(Phase::Rotation, (k + 1) as f64 / shapes.len() as f64)?;
+    }
+    Ok(basis)
+}
+
+fn fingerprint(shell: &Shell, eigenvalues: &[f64]) -> u64 {
+    let mut hash = Xxh3::new();
+    hash.update(&(shell.mesh.positions.len() as u64).to_le_bytes());
+    hash.update(&(shell.mesh.triangles.len() as u64).to_le_bytes());
+    for x in eigenvalues.iter().chain(&[shell.total_mass, shell.total_area, shell.mesh.size]) {
+        hash.update(&x.to_le_bytes());
+    }
+    hash.digest()
+}

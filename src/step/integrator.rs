@@ -1,0 +1,107 @@
+//! A single mode over one step: q̈ + c q̇ + λ q = f with f constant.
+
+/// How a step is taken.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Integrator {
+    /// Backward Euler ([2] eq. 16): first order, stable for every h, damps what it does not resolve.
+    ImplicitEuler,
+    /// The closed-form solution for constant f: exact for every h and damping.
+    Exact,
+}
+
+/// Coefficients of one mode: c ≥ 0 and λ ≥ 0.
+#[derive(Clone, Copy, Debug)]
+pub struct Oscillator {
+    /// Damping coefficient c, 1/s.
+    pub damping: f64,
+    /// Eigenvalue λ, 1/s².
+    pub eigenvalue: f64,
+}
+
+impl Oscillator {
+    /// (q, q̇) after a step of `h` > 0 under the force `f`.
+    pub fn advance(&self, integrator: Integrator, q: f64, velocity: f64, f: f64, h: f64) -> (f64, f64) {
+        match integrator {
+            Integrator::ImplicitEuler => self.implicit_euler(q, velocity, f, h),
+            Integrator::Exact => self.exact(q, velocity, f, h),
+        }
+    }
+
+    /// d = 1 + hc + h²λ,  q̇⁺ = (q̇ + h (f − λq))/d,  q⁺ = q + h q̇⁺.
+    fn implicit_euler(&self, q: f64, velocity: f64, f: f64, h: f64) -> (f64, f64) {
+        let d = 1.0 + h * self.damping + h * h * self.eigenvalue;
+        let velocity = (velocity + h * (f - self.eigenvalue * q)) / d;
+        (q + h * velocity, velocity)
+    }
+
+    /// q⁺ = P q + S q̇ + G f,  q̇⁺ = −λS q + V q̇ + S f.
+    fn exact(&self, q: f64, velocity: f64, f: f64, h: f64) -> (f64, f64) {
+        let Propagator { p, s, v, g } = self.propagator(h);
+        (p * q + s * velocity + g * f, -self.eigenvalue * s * q + v * velocity + s * f)
+    }
+
+    /// With a = c/2 and δ = √|a² − λ|: S = e^(−ah) sinh(δh)/δ or sin(δh)/δ, P and V = e^(−ah) cosh(δh) ± aS, G = ∫₀ʰ S.
+    /// Each regime is written so that no two nearly equal numbers are subtracted.
+    fn propagator(&self, h: f64) -> Propagator {
+        let (a, lambda) = (0.5 * self.damping, self.eigenvalue);
+        if self.damping * h <= 2.0 && lambda * h * h <= 1.0 {
+            return self.series_propagator(h);
+        }
+        let discriminant = a * a - lambda;
+        let delta = discriminant.abs().sqrt();
+        let (p, s, v) = if discriminant < 0.0 {
+            let decay = (-a * h).exp();
+            let (sine, cosine) = (delta * h).sin_cos();
+            let s = if delta > 0.0 { decay * sine / delta } else { decay * h };
+            (decay * cosine + a * s, s, decay * cosine - a * s)
+        } else {
+            overdamped(a, delta, lambda, h)
+        };
+        let g = if lambda * h * h > 0.25 {
+            (1.0 - p) / lambda
+        } else {
+            // Clearly overdamped here: G = (φ(r₁h) − φ(r₂h)) h/(r₂ − r₁) with φ(z) = (1 − e⁻ᶻ)/z.
+            let (slow, fast) = (lambda / (a + delta), a + delta);
+            h * (relaxation(slow * h) - relaxation(fast * h)) / (fast - slow)
+        };
+        Propagator { p, s, v, g }
+    }
+
+    /// Taylor series in h of S and G for small ch and λh²; P = 1 − λG and V = 1 − cS − λG follow.
+    fn series_propagator(&self, h: f64) -> Propagator {
+        let (c, lambda) = (self.damping * h, self.eigenvalue * h * h);
+        // Unit force from rest in unit time: y'' = 1 − c y' − λ y, y = Σ y_k.
+        let (mut previous, mut term) = (0.0, 0.5);
+        let (mut g, mut s) = (term, 1.0);
+        for k in 1..40 {
+            let k = f64::from(k);
+            let next = (-c * (k + 1.0) * term - lambda * previous) / ((k + 1.0) * (k + 2.0));
+            s += (k + 2.0) * next;
+            g += next;
+            (previous, term) = (term, next);
+        }
+        Propagator { p: 1.0 - lambda * g, s: s * h, v: 1.0 - c * s - lambda * g, g: g * h * h }
+    }
+}
+
+struct Propagator {
+    p: f64,
+    s: f64,
+    v: f64,
+    g: f64,
+}
+
+/// P, S, V for rates r₁ = λ/(a + δ) ≤ r₂ = a + δ.
+fn overdamped(a: f64, delta: f64, lambda: f64, h: f64) -> (f64, f64, f64) {
+    let (slow, fast) = (lambda / (a + delta), a + delta);
+    let (e_slow, e_fast) = ((-slow * h).exp(), (-fast * h).exp());
+    let s = e_slow * h * relaxation(2.0 * delta * h);
+    let mean = 0.5 * (e_slow + e_fast);
+    let v = if delta * h > 0.5 { (fast * e_fast - slow * e_slow) / (2.0 * delta) } else { mean - a * s };
+    (mean + a * s, s, v)
+}
+
+/// (1 − e⁻ᶻ)/z.
+fn relaxation(z: f64) -> f64 {
+    if z == 0.0 { 1.0 } else { -(-z).exp_m1() / z }
+}

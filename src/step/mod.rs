@@ -1,0 +1,6 @@
+//! One step: modal force from the loads, then each mode on its own.
+
+pub mod integrator;
+pub mod modal_force;
+
+pub use integrator::{Integrator, Oscillator};

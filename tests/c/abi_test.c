@@ -1,0 +1,805 @@
+/* The whole path of a host, from a mesh to positions, with the physics that must come out. */
+#include "test_support.h"
+
+static const double kPi = 3.14159265358979323846;
+
+typedef struct {
+  double x[3 * STRIP_VERTICES];
+} Positions;
+
+static Positions positions_of(const SwState *state, uint32_t space) {
+  Positions p;
+  OK(sw_state_positions(state, space, SW_FORMAT_F64, p.x, 0, STRIP_VERTICES));
+  return p;
+}
+
+static const double *vertex(const Positions *p, uint32_t i) { return &p->x[3 * i]; }
+
+static double distance(const double *a, const double *b) {
+  return sqrt(pow(a[0] - b[0], 2) + pow(a[1] - b[1], 2) + pow(a[2] - b[2], 2));
+}
+
+static void set_gravity(SwState *state, double x, double y, double z) {
+  const double gravity[3] = {x, y, z};
+  OK(sw_state_set_gravity(state, gravity));
+}
+
+static void set_damping_ratio(SwState *state, double ratio) {
+  SwDampingDesc damping;
+  sw_damping_desc_init(&damping);
+  damping.ratios = &ratio;
+  damping.n_ratios = 1;
+  OK(sw_state_set_damping(state, &damping));
+}
+
+static void step(SwState *state, int count, double seconds) {
+  for (int k = 0; k < count; ++k) OK(sw_state_step(state, seconds));
+}
+
+/* A clamped strip that sags far: its free end turns by about half a radian. */
+static SwModel *sagging_model(void) {
+  const Strip strip = make_strip();
+  SwModel *model = strip_model(&strip);
+  precompute(model, 6, SW_PRECISION_F64);
+  return model;
+}
+
+static SwState *sagging_state(const SwModel *model, uint32_t method) {
+  SwState *state = new_state(model, method, SW_INTEGRATOR_IMPLICIT_EULER);
+  set_gravity(state, 0, 0, -0.4);
+  set_damping_ratio(state, 0.5);
+  return state;
+}
+
+/* ------------------------------------------------------------------------------------------------------------ model */
+
+static void counts_are_those_of_the_strip(void) {
+  const Strip strip = make_strip();
+  SwModel *model = strip_model(&strip);
+  const SwModelInfo before = info_of(model);
+  CHECK(before.n_vertices == STRIP_VERTICES && before.n_triangles == STRIP_TRIANGLES);
+  CHECK(before.n_edges == STRIP_VERTICES + STRIP_TRIANGLES - 1); /* Euler: V - E + F = 1 for a disk */
+  CHECK(before.n_interior_edges == before.n_edges - 2 * (STRIP_COLUMNS - 1) - 2 * (STRIP_ROWS - 1));
+  CHECK(before.n_components == 1 && before.n_unreferenced == 0 && before.n_reoriented == 0);
+  CHECK(before.n_fixed == 2 * STRIP_ROWS); /* the clamped column and its neighbours */
+  CHECK(before.n_unknowns == 3 * (STRIP_VERTICES - 2 * STRIP_ROWS));
+  CHECK(before.precomputed == 0 && before.modes == 0 && before.bytes_state == 0);
+  /* Rounding of a sum of 80 terms. */
+  CHECK_NEAR(before.total_area, STRIP_LENGTH * STRIP_WIDTH, 1e-13);
+  CHECK_NEAR(before.total_mass, STRIP_LENGTH * STRIP_WIDTH, 1e-13);
+  CHECK_NEAR(before.size, hypot(STRIP_LENGTH, STRIP_WIDTH), 1e-14);
+
+  precompute(model, 6, 0);
+  const SwModelInfo after = info_of(model);
+  CHECK(after.precomputed == 1 && after.modes == 6 && after.zero_modes == 0);
+  CHECK(after.precision == SW_PRECISION_F32);
+  CHECK(after.inertia_count == after.inertia_found && after.inertia_found >= 6);
+  CHECK(after.bytes_model > 0 && after.bytes_state > 0 && after.bytes_precompute_peak > 0);
+  sw_model_destroy(model);
+}
+
+static void a_free_strip_has_six_zero_modes(void) {
+  const Strip strip = make_strip();
+  const SwMeshDesc mesh = strip_mesh(&strip);
+  SwModel *model = NULL;
+  double hertz[8];
+  uint32_t count = 0;
+  OK(sw_model_create(&mesh, NULL, NULL, &model));
+  precompute(model, 8, SW_PRECISION_F64);
+  CHECK(info_of(model).zero_modes == 6);
+  OK(sw_model_frequencies(model, hertz, 8, &count));
+  CHECK(count == 8);
+  for (int k = 0; k < 6; ++k) CHECK(hertz[k] == 0);
+  CHECK(hertz[6] > 0 && hertz[7] >= hertz[6]);
+  sw_model_destroy(model);
+}
+
+/* Lumped masses, a third of each triangle's area: computed here from the mesh alone, for area density 1. */
+static void lumped_masses(const Strip *strip, double *mass) {
+  const double share = STRIP_LENGTH * STRIP_WIDTH / STRIP_TRIANGLES / 3;
+  memset(mass, 0, STRIP_VERTICES * sizeof *mass);
+  for (int k = 0; k < 3 * STRIP_TRIANGLES; ++k) mass[strip->triangles[k]] += share;
+}
+
+static void mode_shapes_are_orthonormal_in_the_mass(void) {
+  const Strip strip = make_strip();
+  SwModel *model = strip_model(&strip);
+  double mass[STRIP_VERTICES];
+  Positions shape[6];
+  precompute(model, 6, SW_PRECISION_F64);
+  lumped_masses(&strip, mass);
+  for (uint32_t k = 0; k < 6; ++k)
+    OK(sw_model_mode_shape(model, k, SW_SHAPE_DISPLACEMENT, SW_FORMAT_F64, shape[k].x, 0, STRIP_VERTICES));
+  for (int a = 0; a < 6; ++a)
+    for (int b = 0; b <= a; ++b) {
+      double product = 0;
+      for (int i = 0; i < 3 * STRIP_VERTICES; ++i) product += mass[i / 3] * shape[a].x[i] * shape[b].x[i];
+      CHECK_NEAR(product, a == b, 1e-10); /* eigenvectors of a matrix of condition 1e6, in doubles */
+    }
+  sw_model_destroy(model);
+}
+
+/* The rotation of a vertex is the mean of its triangles' best rotations; under a bending mode w_y = -dz/dx. */
+static void rotation_shapes_are_the_slopes_of_displacement_shapes(void) {
+  const Strip strip = make_strip();
+  SwModel *model = strip_model(&strip);
+  Positions phi, psi;
+  precompute(model, 1, SW_PRECISION_F64);
+  OK(sw_model_mode_shape(model, 0, SW_SHAPE_DISPLACEMENT, SW_FORMAT_F64, phi.x, 0, STRIP_VERTICES));
+  OK(sw_model_mode_shape(model, 0, SW_SHAPE_ROTATION, SW_FORMAT_F64, psi.x, 0, STRIP_VERTICES));
+  const int column = STRIP_COLUMNS / 2;
+  const double rise = vertex(&phi, strip_vertex(column + 1, 1))[2] - vertex(&phi, strip_vertex(column - 1, 1))[2];
+  const double slope = rise / (2 * STRIP_LENGTH / (STRIP_COLUMNS - 1));
+  /* A fiftieth: the two differences are taken over different stretches of a curved line. */
+  CHECK_NEAR(vertex(&psi, strip_vertex(column, 1))[1], -slope, 0.02 * fabs(slope));
+  CHECK(fabs(slope) > 0.1);
+  sw_model_destroy(model);
+}
+
+static void more_modes_than_unknowns_are_clamped(void) {
+  const double x[] = {0, 0, 0, 1, 0, 0, 0, 1, 0};
+  const uint32_t t[] = {0, 1, 2}, fixed[] = {0, 1};
+  SwMeshDesc mesh;
+  SwSupportDesc supports;
+  SwModel *model = NULL;
+  sw_mesh_desc_init(&mesh);
+  sw_support_desc_init(&supports);
+  mesh.positions = x;
+  mesh.position_format = SW_FORMAT_F64;
+  mesh.triangles = t;
+  mesh.n_vertices = 3;
+  mesh.n_triangles = 1;
+  supports.fixed = fixed;
+  supports.n_fixed = 2;
+  OK(sw_model_create(&mesh, NULL, &supports, &model));
+  precompute(model, UINT32_MAX, 0);
+  CHECK(info_of(model).modes == 3); /* one vertex moves */
+  CHECK(info_of(model).zero_modes == 1); /* nothing resists a single triangle out of its plane */
+  sw_model_destroy(model);
+}
+
+/* ----------------------------------------------------------------------------------------------------------- motion */
+
+static void a_new_state_is_the_rest_shape(void) {
+  const Strip strip = make_strip();
+  SwModel *model = strip_model(&strip);
+  precompute(model, 4, 0);
+  SwState *state = new_state(model, 0, 0);
+  const Positions world = positions_of(state, SW_SPACE_WORLD), frame = positions_of(state, SW_SPACE_FRAME);
+  CHECK(memcmp(world.x, strip.positions, sizeof world.x) == 0);
+  CHECK(memcmp(frame.x, strip.positions, sizeof frame.x) == 0);
+  const SwStateReport report = report_of(state);
+  CHECK(report.time == 0 && report.kinetic_energy == 0 && report.elastic_energy == 0);
+  CHECK(report.max_rotation == 0 && report.max_displacement == 0 && report.in_range == 1);
+  sw_state_destroy(state);
+  sw_model_destroy(model);
+}
+
+static void held_vertices_stay_and_the_free_end_sinks(void) {
+  const Strip strip = make_strip();
+  SwModel *model = sagging_model();
+  SwState *state = sagging_state(model, SW_METHOD_WARP);
+  step(state, 600, 1.0 / 30);
+  const Positions p = positions_of(state, SW_SPACE_WORLD);
+  for (int i = 0; i < 2; ++i)
+    for (int j = 0; j < STRIP_ROWS; ++j) {
+      const uint32_t v = strip_vertex(i, j);
+      CHECK(memcmp(vertex(&p, v), &strip.positions[3 * v], 3 * sizeof(double)) == 0);
+    }
+  const double *tip = vertex(&p, strip_vertex(STRIP_COLUMNS - 1, 1));
+  CHECK(tip[2] < -0.2 * STRIP_LENGTH);
+  CHECK(tip[0] > 0 && tip[0] < STRIP_LENGTH);
+  CHECK_NEAR(tip[1], 0, 1e-8); /* symmetry; rounding of the modes, magnified by steps */
+  CHECK(report_of(state).in_range == 1);
+  sw_state_destroy(state);
+  sw_model_destroy(model);
+}
+
+/* A thin strip bends and does not stretch. Linear modes move every vertex straight down and so lengthen it; warping, the
+   paper's point, keeps the length of the middle line. */
+static double middle_line(const SwState *state) {
+  const Positions p = positions_of(state, SW_SPACE_FRAME);
+  double length = 0;
+  for (int i = 1; i < STRIP_COLUMNS; ++i)
+    length += distance(vertex(&p, strip_vertex(i, 1)), vertex(&p, strip_vertex(i - 1, 1)));
+  return length;
+}
+
+static void warping_keeps_the_length_that_linear_modes_lose(void) {
+  SwModel *model = sagging_model();
+  SwState *warped = sagging_state(model, SW_METHOD_WARP), *linear = sagging_state(model, SW_METHOD_LMA);
+  step(warped, 600, 1.0 / 30);
+  step(linear, 600, 1.0 / 30);
+  const double lengthening = middle_line(linear) / STRIP_LENGTH - 1;
+  CHECK(lengthening > 0.05);
+  CHECK(fabs(middle_line(warped) / STRIP_LENGTH - 1) < 0.25 * lengthening);
+  sw_state_destroy(warped);
+  sw_state_destroy(linear);
+  sw_model_destroy(model);
+}
+
+static void free_vibration_returns_after_one_period(void) {
+  SwModel *model = sagging_model();
+  SwState *state = new_state(model, SW_METHOD_WARP, SW_INTEGRATOR_EXACT);
+  const double start[6] = {0.1, 0, 0, 0, 0, 0}, still[6] = {0};
+  double hertz[6], q[6], rate[6];
+  uint32_t count;
+  OK(sw_model_frequencies(model, hertz, 6, &count));
+  OK(sw_state_set_amplitudes(state, start, still, 6));
+  step(state, 1000, 1 / (1000 * hertz[0]));
+  OK(sw_state_amplitudes(state, q, rate, 6, &count));
+  CHECK(count == 6);
+  CHECK_NEAR(q[0], 0.1, 1e-12);  /* rounding of 1000 steps of size 1e-16 each */
+  CHECK_NEAR(rate[0], 0, 1e-12);
+  step(state, 500, 1 / (1000 * hertz[0]));
+  OK(sw_state_amplitudes(state, q, rate, 6, &count));
+  CHECK_NEAR(q[0], -0.1, 1e-12);
+  sw_state_destroy(state);
+  sw_model_destroy(model);
+}
+
+static void energy_is_kept_by_the_exact_propagator_and_lost_by_implicit_euler(void) {
+  SwModel *model = sagging_model();
+  SwState *exact = new_state(model, SW_METHOD_WARP, SW_INTEGRATOR_EXACT);
+  SwState *euler = new_state(model, SW_METHOD_WARP, SW_INTEGRATOR_IMPLICIT_EULER);
+  const double q[6] = {0.3, -0.1, 0.02, 0.01, -0.005, 0.002}, rate[6] = {0, 0.1, 0, -0.2, 0, 0.05};
+  OK(sw_state_set_amplitudes(exact, q, rate, 6));
+  OK(sw_state_set_amplitudes(euler, q, rate, 6));
+  const SwStateReport start = report_of(exact);
+  const double energy = start.kinetic_energy + start.elastic_energy;
+  double last = energy;
+  CHECK(start.kinetic_energy > 0 && start.elastic_energy > 0);
+  for (int k = 0; k < 1000; ++k) {
+    step(exact, 1, 1.0 / 30);
+    step(euler, 1, 1.0 / 30);
+    const SwStateReport e = report_of(euler);
+    CHECK(isfinite(e.kinetic_energy) && isfinite(e.elastic_energy));
+    CHECK(e.kinetic_energy + e.elastic_energy <= last);
+    last = e.kinetic_energy + e.elastic_energy;
+  }
+  const SwStateReport end = report_of(exact);
+  CHECK_NEAR(end.kinetic_energy + end.elastic_energy, energy, 1e-11 * energy); /* rounding of 1000 steps */
+  CHECK(last < 0.9 * energy);
+  sw_state_destroy(exact);
+  sw_state_destroy(euler);
+  sw_model_destroy(model);
+}
+
+static void time_is_the_sum_of_the_steps(void) {
+  SwModel *model = sagging_model();
+  SwState *state = new_state(model, 0, 0);
+  step(state, 3, 0.25);
+  step(state, 1, 0.125);
+  CHECK(report_of(state).time == 0.875);
+  sw_state_destroy(state);
+  sw_model_destroy(model);
+}
+
+static void reset_returns_to_rest_and_keeps_loads_and_damping(void) {
+  SwModel *model = sagging_model();
+  SwState *state = sagging_state(model, SW_METHOD_WARP);
+  step(state, 20, 1.0 / 30);
+  const Positions once = positions_of(state, SW_SPACE_WORLD);
+  OK(sw_state_reset(state));
+  CHECK(report_of(state).time == 0 && report_of(state).max_displacement == 0);
+  step(state, 20, 1.0 / 30);
+  const Positions again = positions_of(state, SW_SPACE_WORLD);
+  CHECK(memcmp(&once, &again, sizeof once) == 0);
+  sw_state_destroy(state);
+  sw_model_destroy(model);
+}
+
+/* ------------------------------------------------------------------------------------------------- save, load, clone */
+
+/* A frame that moves and turns, so that what is saved of the frame matters. */
+static void shake(SwState *state, int first, int count) {
+  for (int k = first; k < first + count; ++k) {
+    const double t = (k + 1) / 30.0, angle = 0.2 * t * t;
+    const double rotation[9] = {cos(angle), -sin(angle), 0, sin(angle), cos(angle), 0, 0, 0, 1};
+    SwFrameDesc frame;
+    sw_frame_desc_init(&frame);
+    frame.origin[0] = 0.1 * t * t;
+    memcpy(frame.rotation, rotation, sizeof rotation);
+    OK(sw_state_set_frame(state, &frame));
+    step(state, 1, 1.0 / 30);
+  }
+}
+
+static void a_run_goes_on_with_the_same_bytes_after_load_and_in_a_clone(void) {
+  SwModel *model = sagging_model();
+  SwState *state = sagging_state(model, SW_METHOD_WARP), *clone = NULL;
+  unsigned char saved[1024];
+  uint64_t size = 0;
+  shake(state, 0, 15);
+  OK(sw_state_save(state, NULL, 0, &size));
+  CHECK(size > 0 && size <= sizeof saved);
+  OK(sw_state_save(state, saved, sizeof saved, &size));
+  OK(sw_state_clone(state, &clone));
+
+  shake(state, 15, 15);
+  const Positions straight = positions_of(state, SW_SPACE_WORLD);
+  shake(clone, 15, 15);
+  const Positions cloned = positions_of(clone, SW_SPACE_WORLD);
+  OK(sw_state_load(state, saved, size));
+  CHECK_NEAR(report_of(state).time, 0.5, 1e-15); /* rounding of 15 sums */
+  shake(state, 15, 15);
+  const Positions loaded = positions_of(state, SW_SPACE_WORLD);
+
+  CHECK(memcmp(&straight, &cloned, sizeof straight) == 0);
+  CHECK(memcmp(&straight, &loaded, sizeof straight) == 0);
+  sw_state_destroy(state);
+  sw_state_destroy(clone);
+  sw_model_destroy(model);
+}
+
+static void a_clone_is_independent(void) {
+  SwModel *model = sagging_model();
+  SwState *state = sagging_state(model, SW_METHOD_WARP), *clone = NULL;
+  step(state, 10, 1.0 / 30);
+  OK(sw_state_clone(state, &clone));
+  const Positions before = positions_of(clone, SW_SPACE_WORLD);
+  step(state, 10, 1.0 / 30);
+  const Positions after = positions_of(clone, SW_SPACE_WORLD), moved = positions_of(state, SW_SPACE_WORLD);
+  CHECK(memcmp(&before, &after, sizeof before) == 0);
+  CHECK(memcmp(&before, &moved, sizeof before) != 0);
+  sw_state_destroy(state);
+  sw_state_destroy(clone);
+  sw_model_destroy(model);
+}
+
+static void a_state_outlives_its_model(void) {
+  SwModel *model = sagging_model();
+  SwState *state = sagging_state(model, SW_METHOD_WARP), *other = sagging_state(model, SW_METHOD_WARP);
+  step(other, 30, 1.0 / 30);
+  const Positions expected = positions_of(other, SW_SPACE_WORLD);
+  sw_model_destroy(model);
+  step(state, 30, 1.0 / 30);
+  const Positions alone = positions_of(state, SW_SPACE_WORLD);
+  CHECK(memcmp(&expected, &alone, sizeof alone) == 0);
+  sw_state_destroy(state);
+  sw_state_destroy(other);
+}
+
+static void a_second_precompute_leaves_existing_states_alone(void) {
+  SwModel *model = sagging_model();
+  SwState *before = sagging_state(model, SW_METHOD_WARP);
+  double q[6], rate[6];
+  uint32_t count = 0;
+  precompute(model, 3, 0);
+  CHECK(info_of(model).modes == 3);
+  step(before, 1, 1.0 / 30);
+  OK(sw_state_amplitudes(before, q, rate, 6, &count));
+  CHECK(count == 6);
+  SwState *after = new_state(model, 0, 0);
+  OK(sw_state_amplitudes(after, NULL, NULL, 0, &count));
+  CHECK(count == 3);
+  sw_state_destroy(before);
+  sw_state_destroy(after);
+  sw_model_destroy(model);
+}
+
+/* ------------------------------------------------------------------------------------------------------------ frames */
+
+static SwFrameDesc turned_frame(uint32_t flags) {
+  /* A third of a turn about (1 1 1): x to y, y to z, z to x; exact in floating point. */
+  const double rotation[9] = {0, 0, 1, 1, 0, 0, 0, 1, 0};
+  SwFrameDesc frame;
+  sw_frame_desc_init(&frame);
+  frame.flags = flags;
+  frame.origin[0] = 3;
+  frame.origin[1] = -2;
+  frame.origin[2] = 0.5;
+  memcpy(frame.rotation, rotation, sizeof rotation);
+  return frame;
+}
+
+static void to_world(const SwFrameDesc *frame, const double *local, double *world) {
+  for (int i = 0; i < 3; ++i) {
+    world[i] = frame->origin[i];
+    for (int j = 0; j < 3; ++j) world[i] += frame->rotation[3 * i + j] * local[j];
+  }
+}
+
+static void a_teleported_shell_at_rest_moves_rigidly(void) {
+  const Strip strip = make_strip();
+  SwModel *model = sagging_model();
+  SwState *state = new_state(model, 0, 0);
+  const SwFrameDesc frame = turned_frame(SW_FRAME_TELEPORT);
+  step(state, 3, 1.0 / 30);
+  OK(sw_state_set_frame(state, &frame));
+  step(state, 3, 1.0 / 30);
+  const Positions world = positions_of(state, SW_SPACE_WORLD), local = positions_of(state, SW_SPACE_FRAME);
+  CHECK(memcmp(local.x, strip.positions, sizeof local.x) == 0);
+  for (uint32_t v = 0; v < STRIP_VERTICES; ++v) {
+    double expected[3];
+    to_world(&frame, &strip.positions[3 * v], expected);
+    CHECK_NEAR(distance(vertex(&world, v), expected), 0, 1e-14); /* rounding of numbers below 8 */
+  }
+  sw_state_destroy(state);
+  sw_model_destroy(model);
+}
+
+static void a_frame_that_moves_without_teleport_stirs_the_shell(void) {
+  SwModel *model = sagging_model();
+  SwState *state = new_state(model, 0, 0);
+  SwFrameDesc frame;
+  sw_frame_desc_init(&frame);
+  step(state, 1, 1.0 / 30);
+  frame.origin[2] = 0.01; /* the support jerks upwards: the free end lags behind, below it */
+  OK(sw_state_set_frame(state, &frame));
+  step(state, 1, 1.0 / 30);
+  const Positions local = positions_of(state, SW_SPACE_FRAME);
+  CHECK(vertex(&local, strip_vertex(STRIP_COLUMNS - 1, 1))[2] < -0.005);
+  sw_state_destroy(state);
+  sw_model_destroy(model);
+}
+
+/* In a frame that falls freely nothing is felt; at constant acceleration a = g upwards twice the weight is. */
+static void given_acceleration_of_the_frame_adds_to_gravity(void) {
+  SwModel *model = sagging_model();
+  SwState *falling = new_state(model, SW_METHOD_LMA, 0), *rising = new_state(model, SW_METHOD_LMA, 0);
+  SwState *standing = new_state(model, SW_METHOD_LMA, 0);
+  SwState *all[3] = {falling, rising, standing};
+  const double acceleration[3] = {-0.1, 0.1, 0};
+  double height[3];
+  for (int s = 0; s < 3; ++s) {
+    set_gravity(all[s], 0, 0, -0.1);
+    for (int k = 0; k < 30; ++k) {
+      SwFrameDesc frame;
+      sw_frame_desc_init(&frame);
+      frame.flags = SW_FRAME_MOTION_GIVEN;
+      frame.acceleration[2] = acceleration[s];
+      OK(sw_state_set_frame(all[s], &frame));
+      step(all[s], 1, 1.0 / 30);
+    }
+    const Positions local = positions_of(all[s], SW_SPACE_FRAME);
+    height[s] = vertex(&local, strip_vertex(STRIP_COLUMNS - 1, 1))[2];
+  }
+  CHECK(height[2] < -1e-3);
+  CHECK_NEAR(height[0], 0, 1e-12);                             /* forces cancel to rounding */
+  CHECK_NEAR(height[1], 2 * height[2], 1e-9 * fabs(height[2])); /* linear: doubled, to the rounding of 30 steps */
+  for (int s = 0; s < 3; ++s) sw_state_destroy(all[s]);
+  sw_model_destroy(model);
+}
+
+static void gravity_is_given_in_world_axes(void) {
+  SwModel *model = sagging_model();
+  SwState *upright = sagging_state(model, SW_METHOD_WARP), *turned = sagging_state(model, SW_METHOD_WARP);
+  const SwFrameDesc frame = turned_frame(0);
+  OK(sw_state_set_frame(turned, &frame));
+  set_gravity(turned, -0.4, 0, 0); /* the frame's z is the world's x */
+  step(upright, 30, 1.0 / 30);
+  step(turned, 30, 1.0 / 30);
+  const Positions a = positions_of(upright, SW_SPACE_FRAME), b = positions_of(turned, SW_SPACE_FRAME);
+  for (uint32_t v = 0; v < STRIP_VERTICES; ++v)
+    CHECK_NEAR(distance(vertex(&a, v), vertex(&b, v)), 0, 1e-12); /* rounding of the turned gravity, over 30 steps */
+  sw_state_destroy(upright);
+  sw_state_destroy(turned);
+  sw_model_destroy(model);
+}
+
+/* ------------------------------------------------------------------------------------------------------------ output */
+
+static void single_precision_output_is_double_output_rounded(void) {
+  SwModel *model = sagging_model();
+  SwState *state = sagging_state(model, SW_METHOD_WARP);
+  float single[3 * STRIP_VERTICES];
+  step(state, 40, 1.0 / 30);
+  const Positions p = positions_of(state, SW_SPACE_WORLD);
+  OK(sw_state_positions(state, SW_SPACE_WORLD, SW_FORMAT_F32, single, 0, STRIP_VERTICES));
+  for (int i = 0; i < 3 * STRIP_VERTICES; ++i) CHECK(single[i] == (float)p.x[i]);
+  sw_state_destroy(state);
+  sw_model_destroy(model);
+}
+
+/* 29 bytes from vertex to vertex: more than three doubles, and never aligned twice. */
+static void strided_unaligned_buffers_are_filled_without_touching_the_gaps(void) {
+  enum { STRIDE = 29 };
+  SwModel *model = sagging_model();
+  SwState *state = sagging_state(model, SW_METHOD_WARP);
+  static unsigned char bytes[STRIDE * STRIP_VERTICES];
+  memset(bytes, 0xAB, sizeof bytes);
+  step(state, 40, 1.0 / 30);
+  const Positions p = positions_of(state, SW_SPACE_WORLD);
+  OK(sw_state_positions(state, SW_SPACE_WORLD, SW_FORMAT_F64, bytes, STRIDE, STRIP_VERTICES));
+  for (uint32_t v = 0; v < STRIP_VERTICES; ++v) {
+    CHECK(memcmp(&bytes[STRIDE * v], vertex(&p, v), 24) == 0);
+    for (int k = 24; k < STRIDE; ++k) CHECK(bytes[STRIDE * v + (uint32_t)k] == 0xAB);
+  }
+  sw_state_destroy(state);
+  sw_model_destroy(model);
+}
+
+/* The same mesh as packed doubles, as floats in rows of four, and as padded triangles. */
+static void mesh_buffers_may_be_strided_and_single(void) {
+  const Strip strip = make_strip();
+  float points[4 * STRIP_VERTICES];
+  uint32_t corners[5 * STRIP_TRIANGLES];
+  SwMeshDesc mesh = strip_mesh(&strip);
+  SwModel *model = NULL;
+  memset(points, 0xFF, sizeof points); /* NaN, and indices out of range, where nothing may be read */
+  memset(corners, 0xFF, sizeof corners);
+  for (int i = 0; i < 3 * STRIP_VERTICES; ++i) points[4 * (i / 3) + i % 3] = (float)strip.positions[i];
+  for (int k = 0; k < 3 * STRIP_TRIANGLES; ++k) corners[5 * (k / 3) + k % 3] = strip.triangles[k];
+  mesh.positions = points;
+  mesh.position_format = SW_FORMAT_F32;
+  mesh.position_stride = 16;
+  mesh.triangles = corners;
+  mesh.triangle_stride = 20;
+  OK(sw_model_create(&mesh, NULL, NULL, &model));
+  CHECK_NEAR(info_of(model).total_area, STRIP_LENGTH * STRIP_WIDTH, 1e-6); /* coordinates rounded to floats */
+  sw_model_destroy(model);
+}
+
+static void normals_are_unit_and_turn_with_the_strip(void) {
+  SwModel *model = sagging_model();
+  SwState *state = sagging_state(model, SW_METHOD_WARP);
+  Positions n;
+  OK(sw_state_normals(state, SW_SPACE_WORLD, SW_FORMAT_F64, n.x, 0, STRIP_VERTICES));
+  for (uint32_t v = 0; v < STRIP_VERTICES; ++v) {
+    const double up[3] = {0, 0, 1};
+    CHECK_NEAR(distance(vertex(&n, v), up), 0, 1e-15); /* all triangles lie in the xy-plane, turned to +z */
+  }
+  step(state, 600, 1.0 / 30);
+  OK(sw_state_normals(state, SW_SPACE_WORLD, SW_FORMAT_F64, n.x, 0, STRIP_VERTICES));
+  const double origin[3] = {0, 0, 0};
+  for (uint32_t v = 0; v < STRIP_VERTICES; ++v) CHECK_NEAR(distance(vertex(&n, v), origin), 1, 1e-14); /* rounding */
+  const double *tip = vertex(&n, strip_vertex(STRIP_COLUMNS - 1, 1));
+  CHECK(tip[0] > 0.2 && tip[2] > 0); /* the end hangs down: its upper side looks outwards */
+
+  const Positions p = positions_of(state, SW_SPACE_WORLD);
+  const double *end = vertex(&p, strip_vertex(STRIP_COLUMNS - 1, 1)), *before = vertex(&p, strip_vertex(STRIP_COLUMNS - 2, 1));
+  const double along = (end[0] - before[0]) * tip[0] + (end[1] - before[1]) * tip[1] + (end[2] - before[2]) * tip[2];
+  CHECK_NEAR(along / distance(end, before), 0, 0.05); /* radians: the normal is the mean over neighbouring triangles */
+  sw_state_destroy(state);
+  sw_model_destroy(model);
+}
+
+static void rotations_are_unit_quaternions_that_turn_the_end_downwards(void) {
+  SwModel *model = sagging_model();
+  SwState *state = sagging_state(model, SW_METHOD_WARP);
+  double r[4 * STRIP_VERTICES];
+  OK(sw_state_rotations(state, SW_SPACE_WORLD, SW_FORMAT_F64, r, 0, STRIP_VERTICES));
+  for (int i = 0; i < 4 * STRIP_VERTICES; ++i) CHECK(r[i] == (i % 4 == 0));
+  step(state, 600, 1.0 / 30);
+  OK(sw_state_rotations(state, SW_SPACE_FRAME, SW_FORMAT_F64, r, 0, STRIP_VERTICES));
+  double largest = 0;
+  for (int v = 0; v < STRIP_VERTICES; ++v) {
+    const double *q = &r[4 * v];
+    CHECK_NEAR(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3], 1, 1e-14); /* rounding */
+    largest = fmax(largest, 2 * acos(fmin(1, fabs(q[0]))));
+  }
+  CHECK_NEAR(largest, report_of(state).max_rotation, 1e-7); /* acos near 1 halves the digits */
+  CHECK(r[4 * strip_vertex(STRIP_COLUMNS - 1, 1) + 2] > 0.1); /* about +y: x towards -z */
+  sw_state_destroy(state);
+  sw_model_destroy(model);
+}
+
+static void world_output_is_frame_output_carried_by_the_frame(void) {
+  SwModel *model = sagging_model();
+  SwState *state = sagging_state(model, SW_METHOD_WARP);
+  const SwFrameDesc frame = turned_frame(0);
+  Positions normal_world, normal_frame;
+  OK(sw_state_set_frame(state, &frame));
+  step(state, 60, 1.0 / 30);
+  const Positions world = positions_of(state, SW_SPACE_WORLD), local = positions_of(state, SW_SPACE_FRAME);
+  OK(sw_state_normals(state, SW_SPACE_WORLD, SW_FORMAT_F64, normal_world.x, 0, STRIP_VERTICES));
+  OK(sw_state_normals(state, SW_SPACE_FRAME, SW_FORMAT_F64, normal_frame.x, 0, STRIP_VERTICES));
+  SwFrameDesc turn_only = frame;
+  memset(turn_only.origin, 0, sizeof turn_only.origin);
+  for (uint32_t v = 0; v < STRIP_VERTICES; ++v) {
+    double expected[3];
+    to_world(&frame, vertex(&local, v), expected);
+    CHECK_NEAR(distance(vertex(&world, v), expected), 0, 1e-14); /* rounding of numbers below 8 */
+    to_world(&turn_only, vertex(&normal_frame, v), expected);
+    CHECK_NEAR(distance(vertex(&normal_world, v), expected), 0, 1e-14);
+  }
+  sw_state_destroy(state);
+  sw_model_destroy(model);
+}
+
+static void the_report_measures_what_positions_show(void) {
+  const Strip strip = make_strip();
+  SwModel *model = sagging_model();
+  SwState *state = sagging_state(model, SW_METHOD_WARP);
+  step(state, 60, 1.0 / 30);
+  const Positions p = positions_of(state, SW_SPACE_FRAME);
+  double largest = 0;
+  for (uint32_t v = 0; v < STRIP_VERTICES; ++v) largest = fmax(largest, distance(vertex(&p, v), &strip.positions[3 * v]));
+  CHECK_NEAR(report_of(state).max_displacement, largest, 1e-14); /* rounding of rest + displacement */
+  sw_state_destroy(state);
+  sw_model_destroy(model);
+}
+
+static void leaving_the_range_is_reported(void) {
+  SwModel *model = sagging_model();
+  SwState *state = new_state(model, 0, 0);
+  const double still[6] = {0};
+  double q[6] = {0};
+  for (q[0] = 0.1; report_of(state).max_rotation <= kPi / 2; q[0] *= 1.2) {
+    OK(sw_state_set_amplitudes(state, q, still, 6));
+    CHECK(report_of(state).in_range == (report_of(state).max_rotation <= kPi / 2));
+  }
+  CHECK(report_of(state).in_range == 0);
+  sw_state_destroy(state);
+  sw_model_destroy(model);
+}
+
+/* ----------------------------------------------------------------------------------------------------- mesh and log */
+
+typedef struct {
+  const char *name;
+  uint32_t kind, severity;
+  double x[7][3];
+  uint32_t n_vertices;
+  uint32_t t[4][3];
+  uint32_t n_triangles;
+} BrokenMesh;
+
+static const BrokenMesh broken_meshes[] = {
+    {"index", SW_DIAGNOSTIC_INDEX_OUT_OF_RANGE, SW_SEVERITY_ERROR, {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, 3, {{0, 1, 3}}, 1},
+    {"repeated", SW_DIAGNOSTIC_REPEATED_VERTEX, SW_SEVERITY_ERROR, {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, 3, {{0, 1, 1}}, 1},
+    {"infinite", SW_DIAGNOSTIC_NON_FINITE_COORDINATE, SW_SEVERITY_ERROR, {{0, 0, 0}, {1, 0, 0}, {0, HUGE_VAL, 0}}, 3, {{0, 1, 2}}, 1},
+    {"flat", SW_DIAGNOSTIC_ZERO_AREA, SW_SEVERITY_ERROR, {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}}, 3, {{0, 1, 2}}, 1},
+    {"duplicate", SW_DIAGNOSTIC_DUPLICATE_TRIANGLE, SW_SEVERITY_ERROR, {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, 3, {{0, 1, 2}, {1, 2, 0}}, 2},
+    {"three on an edge", SW_DIAGNOSTIC_NON_MANIFOLD_EDGE, SW_SEVERITY_ERROR,
+     {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}}, 5, {{0, 1, 2}, {1, 0, 3}, {0, 1, 4}}, 3},
+    {"two fans", SW_DIAGNOSTIC_NON_MANIFOLD_VERTEX, SW_SEVERITY_ERROR,
+     {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {-1, 0, 0}, {0, -1, 0}}, 5, {{0, 1, 2}, {0, 3, 4}}, 2},
+    {"turned", SW_DIAGNOSTIC_INCONSISTENT_ORIENTATION, SW_SEVERITY_WARNING,
+     {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}, {2, 0, 0}, {2, 1, 0}}, 6, {{0, 1, 2}, {1, 3, 2}, {1, 3, 4}}, 3},
+    {"lone vertex", SW_DIAGNOSTIC_UNREFERENCED_VERTEX, SW_SEVERITY_WARNING,
+     {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {5, 5, 5}}, 4, {{0, 1, 2}}, 1},
+    {"seam", SW_DIAGNOSTIC_COINCIDENT_VERTICES, SW_SEVERITY_WARNING,
+     {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}}, 6, {{0, 1, 2}, {3, 4, 5}}, 2},
+    {"sliver", SW_DIAGNOSTIC_SLIVER, SW_SEVERITY_WARNING, {{0, 0, 0}, {1, 0, 0}, {0.5, 1e-3, 0}}, 3, {{0, 1, 2}}, 1},
+};
+
+static SwMeshDesc broken_mesh(const BrokenMesh *broken) {
+  SwMeshDesc mesh;
+  sw_mesh_desc_init(&mesh);
+  mesh.positions = broken->x;
+  mesh.position_format = SW_FORMAT_F64;
+  mesh.triangles = broken->t[0];
+  mesh.n_vertices = broken->n_vertices;
+  mesh.n_triangles = broken->n_triangles;
+  return mesh;
+}
+
+static void check_broken_mesh(const BrokenMesh *broken) {
+  const SwMeshDesc mesh = broken_mesh(broken);
+  SwDiagnostic found[8];
+  SwModel *model = NULL;
+  uint32_t count = 0, hits = 0;
+  OK(sw_mesh_check(&mesh, found, 8, &count));
+  CHECK(count >= 1 && count <= 8);
+  for (uint32_t k = 0; k < count; ++k) {
+    if (found[k].kind != broken->kind) continue;
+    ++hits;
+    CHECK(found[k].severity == broken->severity);
+    CHECK(memchr(found[k].message, '\0', sizeof found[k].message) != NULL && found[k].message[0] != '\0');
+  }
+  if (hits == 0) printf("not found: %s\n", broken->name);
+  CHECK(hits > 0);
+  if (broken->severity == SW_SEVERITY_ERROR)
+    FAILS(sw_model_create(&mesh, NULL, NULL, &model), SW_ERROR_INVALID_MESH, found[0].message);
+  else
+    OK(sw_model_create(&mesh, NULL, NULL, &model));
+  sw_model_destroy(model);
+}
+
+static void every_fault_of_a_mesh_is_found_and_named(void) {
+  for (size_t k = 0; k < sizeof broken_meshes / sizeof broken_meshes[0]; ++k) check_broken_mesh(&broken_meshes[k]);
+}
+
+static void a_moebius_strip_is_not_orientable(void) {
+  enum { N = 12 };
+  double x[2 * N][3];
+  uint32_t t[2 * N][3], count = 0;
+  SwMeshDesc mesh;
+  SwDiagnostic found[4];
+  for (int i = 0; i < N; ++i)
+    for (int side = 0; side < 2; ++side) {
+      const double turn = 2 * kPi * i / N, across = (side ? 0.3 : -0.3);
+      x[2 * i + side][0] = (1 + across * cos(turn / 2)) * cos(turn);
+      x[2 * i + side][1] = (1 + across * cos(turn / 2)) * sin(turn);
+      x[2 * i + side][2] = across * sin(turn / 2);
+    }
+  for (uint32_t i = 0; i < N; ++i) {
+    const uint32_t a = 2 * i, flip = i + 1 == N, c = flip ? 1 : a + 2, d = flip ? 0 : a + 3;
+    const uint32_t pair[2][3] = {{a, a + 1, c}, {a + 1, d, c}};
+    memcpy(t[2 * i], pair, sizeof pair);
+  }
+  sw_mesh_desc_init(&mesh);
+  mesh.positions = x;
+  mesh.position_format = SW_FORMAT_F64;
+  mesh.triangles = t[0];
+  mesh.n_vertices = mesh.n_triangles = 2 * N;
+  OK(sw_mesh_check(&mesh, found, 4, &count));
+  CHECK(count == 1 && found[0].kind == SW_DIAGNOSTIC_NOT_ORIENTABLE && found[0].severity == SW_SEVERITY_ERROR);
+}
+
+static void mesh_check_writes_no_more_than_the_capacity(void) {
+  /* Two faults: a lone vertex, and a repeated one. */
+  const BrokenMesh broken = {"two", 0, 0, {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {5, 5, 5}}, 4, {{0, 1, 1}}, 1};
+  const SwMeshDesc mesh = broken_mesh(&broken);
+  SwDiagnostic found[2], untouched;
+  uint32_t count = 0;
+  OK(sw_mesh_check(&mesh, NULL, 0, &count));
+  CHECK(count >= 2);
+  memset(found, 0xAB, sizeof found);
+  memset(&untouched, 0xAB, sizeof untouched);
+  OK(sw_mesh_check(&mesh, found, 1, &count));
+  CHECK(count >= 2);
+  CHECK(found[0].severity == SW_SEVERITY_ERROR); /* errors first */
+  CHECK(memcmp(&found[1], &untouched, sizeof untouched) == 0);
+}
+
+static int log_lines = 0;
+static uint32_t log_level = 0;
+
+static void on_log(void *user, uint32_t level, const char *message) {
+  *(int *)user += 1;
+  log_level = level;
+  CHECK(strlen(message) > 0);
+}
+
+static void repairs_of_a_mesh_are_logged_while_a_callback_is_set(void) {
+  const BrokenMesh lone = {"lone", 0, 0, {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {5, 5, 5}}, 4, {{0, 1, 2}}, 1};
+  const SwMeshDesc mesh = broken_mesh(&lone);
+  SwModel *model = NULL;
+  OK(sw_set_log_callback(on_log, &log_lines));
+  OK(sw_model_create(&mesh, NULL, NULL, &model));
+  sw_model_destroy(model);
+  CHECK(log_lines == 1 && log_level == SW_LOG_WARNING);
+  OK(sw_set_log_callback(NULL, NULL));
+  OK(sw_model_create(&mesh, NULL, NULL, &model));
+  sw_model_destroy(model);
+  CHECK(log_lines == 1);
+}
+
+static void constants_and_strings_are_there(void) {
+  CHECK(sw_abi_version() == SW_ABI_VERSION);
+  CHECK(strchr(sw_version_string(), '.') != NULL);
+  for (SwStatus status = SW_OK; status <= SW_ERROR_INTERNAL; ++status) {
+    CHECK(strlen(sw_status_string(status)) > 0);
+    CHECK(strcmp(sw_status_string(status), sw_status_string(12345)) != 0);
+  }
+}
+
+int main(void) {
+  RUN(constants_and_strings_are_there);
+  RUN(counts_are_those_of_the_strip);
+  RUN(a_free_strip_has_six_zero_modes);
+  RUN(mode_shapes_are_orthonormal_in_the_mass);
+  RUN(rotation_shapes_are_the_slopes_of_displacement_shapes);
+  RUN(more_modes_than_unknowns_are_clamped);
+  RUN(a_new_state_is_the_rest_shape);
+  RUN(held_vertices_stay_and_the_free_end_sinks);
+  RUN(warping_keeps_the_length_that_linear_modes_lose);
+  RUN(free_vibration_returns_after_one_period);
+  RUN(energy_is_kept_by_the_exact_propagator_and_lost_by_implicit_euler);
+  RUN(time_is_the_sum_of_the_steps);
+  RUN(reset_returns_to_rest_and_keeps_loads_and_damping);
+  RUN(a_run_goes_on_with_the_same_bytes_after_load_and_in_a_clone);
+  RUN(a_clone_is_independent);
+  RUN(a_state_outlives_its_model);
+  RUN(a_second_precompute_leaves_existing_states_alone);
+  RUN(a_teleported_shell_at_rest_moves_rigidly);
+  RUN(a_frame_that_moves_without_teleport_stirs_the_shell);
+  RUN(given_acceleration_of_the_frame_adds_to_gravity);
+  RUN(gravity_is_given_in_world_axes);
+  RUN(single_precision_output_is_double_output_rounded);
+  RUN(strided_unaligned_buffers_are_filled_without_touching_the_gaps);
+  RUN(mesh_buffers_may_be_strided_and_single);
+  RUN(normals_are_unit_and_turn_with_the_strip);
+  RUN(rotations_are_unit_quaternions_that_turn_the_end_downwards);
+  RUN(world_output_is_frame_output_carried_by_the_frame);
+  RUN(the_report_measures_what_positions_show);
+  RUN(leaving_the_range_is_reported);
+  RUN(every_fault_of_a_mesh_is_found_and_named);
+  RUN(a_moebius_strip_is_not_orientable);
+  RUN(mesh_check_writes_no_more_than_the_capacity);
+  RUN(repairs_of_a_mesh_are_logged_while_a_callback_is_set);
+  return report_failures();
+}
