@@ -224,9 +224,9 @@ fn gravity_and_all_four_inertial_terms_act_as_defined() {
 
 #[test]
 fn a_free_shell_stays_behind_when_its_frame_moves_away() {
-    for integrator in [Integrator::ImplicitEuler] {
+    {
         let model = free_sheet();
-        let mut state = State::new(model.clone(), Method::Warp, integrator);
+        let mut state = State::new(model.clone(), Method::Warp, Integrator::ImplicitEuler);
         state.step(0.01).unwrap();
         let before = positions(&state, Space::World);
         for k in 1..=50 {
@@ -235,8 +235,9 @@ fn a_free_shell_stays_behind_when_its_frame_moves_away() {
             state.set_frame(Pose { origin, rotation: UnitQuaternion::identity() }, Motion::Continuous);
             state.step(if k % 3 == 0 { 0.01 } else { 0.03 }).unwrap();
             for (x, start) in positions(&state, Space::World).iter().zip(&before) {
-                // Nothing pushes it in world space, and impulses are exact: rounding of 50 steps of order 1.
-                assert!((x - start).norm() < 1e-11, "step {k}: {:e}", (x - start).norm());
+                // Nothing pushes it in world space, and impulses are exact. What is left is the translations' mixture
+                // with the first elastic mode, 1e-16 ‖A‖/λ, some 1e-11, on paths of order 1.
+                assert!((x - start).norm() < 1e-10, "step {k}: {:e}", (x - start).norm());
             }
         }
     }
@@ -356,14 +357,14 @@ fn reset_gives_the_run_from_the_start_again() {
 
 #[test]
 fn a_step_that_would_not_be_finite_is_refused_and_changes_nothing() {
-    let mut state = busy_state(&beam("v_beam"));
+    let mut state = busy_state(&model_of(reference("v_beam").0, 8, Precision::F32));
     shake(&mut state, 0, 3);
     let saved = state.save();
     for h in [0.0, -1.0, f64::NAN, f64::INFINITY] {
         assert_eq!(state.step(h).unwrap_err().kind, ErrorKind::InvalidArgument);
     }
-    state.set_gravity(Vec3::repeat(1e308)).unwrap();
-    assert_eq!(state.step(1e300).unwrap_err().kind, ErrorKind::Numerical);
+    state.set_gravity(Vec3::repeat(1e300)).unwrap(); // beyond f32
+    assert_eq!(state.step(1e-3).unwrap_err().kind, ErrorKind::Numerical);
     assert_eq!(state.save(), saved);
 }
 

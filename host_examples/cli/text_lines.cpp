@@ -4,10 +4,10 @@
 #include <cerrno>
 #include <charconv>
 #include <cmath>
+#include <cstdio>
 #include <cstdlib>
 #include <cstring>
-#include <fstream>
-#include <iterator>
+#include <memory>
 
 namespace cli {
 
@@ -37,11 +37,13 @@ FileError::FileError(const std::string &path, std::size_t line, const std::strin
     : std::runtime_error(located(path, line, what)) {}
 
 std::string read_file(const std::string &path) {
-  errno = 0;
-  std::ifstream in(path, std::ios::binary);
+  // stdio, because its failures (a directory, a bad disk) come as errno and not as an exception of the library's choice.
+  const std::unique_ptr<std::FILE, int (*)(std::FILE *)> file(std::fopen(path.c_str(), "rb"), std::fclose);
+  if (!file) throw FileError(path, 0, std::string("cannot read: ") + std::strerror(errno));
   std::string contents;
-  if (in) contents.assign(std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>());
-  if (!in || in.bad()) throw FileError(path, 0, std::string("cannot read: ") + (errno ? std::strerror(errno) : "read error"));
+  char chunk[65536];
+  while (const std::size_t size = std::fread(chunk, 1, sizeof chunk, file.get())) contents.append(chunk, size);
+  if (std::ferror(file.get())) throw FileError(path, 0, std::string("cannot read: ") + std::strerror(errno));
   return contents;
 }
 

@@ -12,7 +12,7 @@ use faer::prelude::*;
 
 /// Eigenvalues closer than this, relative to the larger, count as repeated. Mesh symmetry makes pairs equal to rounding;
 /// modes that differ by less than this cannot be told apart by eye or by any tolerance that hosts use.
-pub const REPEATED: f64 = 1e-7;
+pub const REPEATED: f64 = 1e-9;
 
 /// A field whose unit projection onto the space is shorter than this is passed over: by symmetry many are zero, and rounding
 /// must not decide.

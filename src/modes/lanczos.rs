@@ -8,7 +8,7 @@
 use crate::{Error, ErrorKind, Result};
 use faer::linalg::matmul::matmul;
 use faer::prelude::*;
-use faer::{Accum, Mat, MatMut, MatRef, Par, Side};
+use faer::{Accum, Mat, MatMut, MatRef, Par};
 
 /// A new direction is kept only if this much of the operator's result is left after removing the old ones; what remains
 /// below is rounding.
@@ -90,15 +90,12 @@ impl BlockLanczos {
     /// Solves the projected problem.
     pub fn ritz(&self) -> Result<Ritz> {
         let p = self.processed;
-        let t = self.projected.submatrix(0, 0, p, p);
-        let eigen = t
-            .self_adjoint_eigen(Side::Lower)
-            .map_err(|_| Error::new(ErrorKind::Numerical, "the projected eigenvalue problem did not converge"))?;
-        let coefficients = Mat::from_fn(p, p, |i, j| eigen.U()[(i, p - 1 - j)]);
+        let (values, vectors) = super::dense::symmetric_eigen(self.projected.submatrix(0, 0, p, p))?;
+        let coefficients = Mat::from_fn(p, p, |i, j| vectors[(i, p - 1 - j)]);
         let width = self.coupling.ncols();
         let tail = &self.coupling * coefficients.subrows(p - width, width);
         Ok(Ritz {
-            values: (0..p).map(|j| eigen.S()[p - 1 - j]).collect(),
+            values: values.into_iter().rev().collect(),
             residuals: (0..p).map(|j| tail.col(j).norm_l2()).collect(),
             coefficients,
         })
@@ -107,6 +104,18 @@ impl BlockLanczos {
     /// The first `count` Ritz vectors (n × count), orthonormal.
     pub fn vectors(&self, ritz: &Ritz, count: usize) -> Mat<f64> {
         self.basis.subcols(0, self.processed) * ritz.coefficients.subcols(0, count)
+    }
+
+    /// The first `count` Ritz vectors after one more application of the operator, which comes for free: Op y = θ y + Q R s.
+    /// It removes what ‖A‖ would blow up, so ‖Ay − λy‖ falls from ‖A‖ to λ times the relative residual.
+    pub fn purified_vectors(&self, ritz: &Ritz, count: usize) -> Mat<f64> {
+        let width = self.coupling.ncols();
+        let tail = ritz.coefficients.submatrix(self.processed - width, 0, width, count);
+        let mut correction = &self.coupling * tail;
+        for j in 0..count {
+            correction.as_mut().col_mut(j).iter_mut().for_each(|x| *x /= ritz.values[j]);
+        }
+        self.vectors(ritz, count) + self.basis.subcols(self.processed, width) * correction
     }
 
     /// Keeps the first `keep` Ritz vectors and the pending block.

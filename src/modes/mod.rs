@@ -6,6 +6,7 @@
 //! factorization; while it exceeds the number found, the search goes on from fresh directions.
 
 mod canonical;
+mod dense;
 mod factor;
 mod lanczos;
 mod stiffness;
@@ -16,8 +17,8 @@ pub use stiffness::{ScaledStiffness, entries};
 use crate::energy::rest_quadratic_form;
 use crate::{Error, ErrorKind, Result, Shell, Vec3};
 use factor::Symbolic;
+use faer::Mat;
 use faer::prelude::*;
-use faer::{Mat, Side};
 use lanczos::{BlockLanczos, Ritz};
 use std::time::Instant;
 
@@ -205,14 +206,11 @@ impl Search<'_> {
         let n = self.n();
         let mut a = Mat::<f64>::zeros(n, n);
         entries(&self.stiffness.lower).for_each(|(i, j, value)| a[(i, j)] = value);
-        let eigen = a
-            .self_adjoint_eigen(Side::Lower)
-            .map_err(|_| Error::new(ErrorKind::Numerical, "the dense eigenvalue problem did not converge"))?;
-        let eigenvalues: Vec<f64> = (0..n).map(|i| eigen.S()[i]).collect();
+        let (eigenvalues, vectors) = dense::symmetric_eigen(a.as_ref())?;
         let (found, shift) = self.shift_above(&eigenvalues).unwrap_or((n, 2.0 * self.stiffness.norm));
         progress.report(Phase::Modes, 1.0)?;
         let count = self.count_below(shift, progress)?;
-        Ok(Pairs { eigenvalues, vectors: eigen.U().to_owned(), converged: found, count, shift })
+        Ok(Pairs { eigenvalues, vectors, converged: found, count, shift })
     }
 
     /// Shift-invert Lanczos, again with a better shift while the first turns out far from the spectrum.
@@ -333,7 +331,7 @@ impl Search<'_> {
         if count > found && sweep < 8 {
             return Ok(None); // some are missing: go on
         }
-        let vectors = lanczos.vectors(ritz, found);
+        let vectors = lanczos.purified_vectors(ritz, found);
         Ok(Some(Pairs { eigenvalues, vectors, converged: found, count, shift }))
     }
 

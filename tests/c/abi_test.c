@@ -64,7 +64,7 @@ static void counts_are_those_of_the_strip(void) {
   CHECK(before.n_fixed == 2 * STRIP_ROWS); /* the clamped column and its neighbours */
   CHECK(before.n_unknowns == 3 * (STRIP_VERTICES - 2 * STRIP_ROWS));
   CHECK(before.precomputed == 0 && before.modes == 0 && before.bytes_state == 0);
-  /* Rounding of a sum of 80 terms. */
+  /* Rounding of a sum of 160 terms. */
   CHECK_NEAR(before.total_area, STRIP_LENGTH * STRIP_WIDTH, 1e-13);
   CHECK_NEAR(before.total_mass, STRIP_LENGTH * STRIP_WIDTH, 1e-13);
   CHECK_NEAR(before.size, hypot(STRIP_LENGTH, STRIP_WIDTH), 1e-14);

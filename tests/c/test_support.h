@@ -42,6 +42,7 @@ static int failures = 0;
     const int before_ = failures;                                             \
     test();                                                                   \
     printf("%-4s %s\n", failures == before_ ? "ok" : "FAIL", #test);          \
+    fflush(stdout); /* what went before a crash must be seen */               \
   } while (0)
 
 static inline int report_failures(void) {
@@ -65,11 +66,17 @@ static inline void check_fails(SwStatus status, SwStatus expected, const char *t
          status == SW_OK ? "" : sw_last_error_message());
 }
 
-/* A flat strip of 2 x 20 squares in the xy-plane, its long side along x; vertices in columns of three. The diagonals of the
-   two rows mirror each other, so that the strip is symmetric about y = 0 and bends without twisting. */
-enum { STRIP_COLUMNS = 21, STRIP_ROWS = 3, STRIP_VERTICES = STRIP_COLUMNS * STRIP_ROWS, STRIP_TRIANGLES = 80 };
+/* A flat strip of 2 x 40 squares in the xy-plane, its long side along x; vertices in columns of three. The diagonals of the
+   two rows mirror each other, so that the strip is symmetric about y = 0 and bends without twisting. It has enough vertices
+   for the sparse eigensolver; a smaller one would be given to the dense one, which has fewer phases. */
+enum {
+  STRIP_COLUMNS = 41,
+  STRIP_ROWS = 3,
+  STRIP_VERTICES = STRIP_COLUMNS * STRIP_ROWS,
+  STRIP_TRIANGLES = 4 * (STRIP_COLUMNS - 1)
+};
 #define STRIP_LENGTH 4.0
-#define STRIP_WIDTH 0.4
+#define STRIP_WIDTH 0.2
 
 typedef struct {
   double positions[3 * STRIP_VERTICES];

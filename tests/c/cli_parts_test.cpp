@@ -1,0 +1,492 @@
+// The parts of the command line host that stand alone: mesh readers, above all on files that are broken, writers, scenes.
+// Writes its files into the directory given as the first argument.
+#include "frame_files.hpp"
+#include "frame_motion.hpp"
+#include "mesh.hpp"
+#include "point_cache.hpp"
+#include "scene.hpp"
+#include "shell.hpp"
+#include "text_lines.hpp"
+
+#include "test_support.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <vector>
+
+namespace {
+
+std::string directory;
+
+std::string in_directory(const std::string &name) { return (std::filesystem::path(directory) / name).string(); }
+
+std::string write_file(const std::string &name, const std::string &contents) {
+  const std::string path = in_directory(name);
+  std::ofstream(path, std::ios::binary) << contents;
+  return path;
+}
+
+// ---------------------------------------------------------------------------------------------------- the same mesh
+
+// Two quads and a triangle beside them. Coordinates have few binary digits, so that text and floats hold them exactly.
+const double kPoints[7][3] = {{0, 0, 0}, {0.5, 0, 0.25}, {1, 0, -0.125}, {0, 0.75, 0}, {0.5, 0.75, 1e3}, {1, 0.75, 0}, {1.5, 0.375, -2}};
+const std::vector<std::vector<uint32_t>> kFaces = {{0, 1, 4, 3}, {1, 2, 5, 4}, {2, 6, 5}};
+const std::vector<uint32_t> kTriangles = {0, 1, 4, 0, 4, 3, 1, 2, 5, 1, 5, 4, 2, 6, 5};
+
+std::string coordinates(const double *x) {
+  char text[96];
+  std::snprintf(text, sizeof text, "%.17g %.17g %.17g", x[0], x[1], x[2]);
+  return text;
+}
+
+// `corner` writes a vertex of a face; `before` is written at the start of the file.
+template <class Corner> std::string obj_text(const std::string &before, Corner corner) {
+  std::string text = before;
+  for (const auto &x : kPoints) text += "v " + coordinates(x) + "\n";
+  for (const auto &face : kFaces) {
+    text += "f";
+    for (uint32_t v : face) text += " " + corner(v);
+    text += "\n";
+  }
+  return text;
+}
+
+std::string number(int64_t n) { return std::to_string(n); }
+
+std::string off_text() {
+  std::string text = "OFF\n# a comment\n7 3 0\n\n";
+  for (const auto &x : kPoints) text += coordinates(x) + "  0.1 0.2 0.3 # colour\n";
+  for (const auto &face : kFaces) {
+    text += number(static_cast<int64_t>(face.size()));
+    for (uint32_t v : face) text += " " + number(v);
+    text += " 255 0 0\n";
+  }
+  return text;
+}
+
+std::string ply_header(const std::string &format) {
+  return "ply\nformat " + format + " 1.0\ncomment made by hand\nelement vertex 7\nproperty float x\nproperty double y\n"
+         "property float z\nproperty uchar red\nelement face 3\nproperty list uchar int vertex_indices\n"
+         "property short group\nelement edge 1\nproperty int vertex1\nend_header\n";
+}
+
+std::string ply_ascii() {
+  std::string text = ply_header("ascii");
+  for (const auto &x : kPoints) text += coordinates(x) + " nan\n";  // a property that is passed over may hold anything
+  for (const auto &face : kFaces) {
+    text += number(static_cast<int64_t>(face.size()));
+    for (uint32_t v : face) text += " " + number(v);
+    text += " -7\n";
+  }
+  return text + "3\n";
+}
+
+template <class T> void append(std::string &bytes, T value, bool big_endian) {
+  unsigned char raw[sizeof value];
+  std::memcpy(raw, &value, sizeof value);
+  const uint16_t one = 1;
+  unsigned char low;
+  std::memcpy(&low, &one, 1);
+  if (big_endian == (low == 1)) std::reverse(raw, raw + sizeof value);
+  bytes.append(reinterpret_cast<const char *>(raw), sizeof value);
+}
+
+std::string ply_binary(bool big_endian) {
+  std::string bytes = ply_header(big_endian ? "binary_big_endian" : "binary_little_endian");
+  for (const auto &x : kPoints) {
+    append(bytes, static_cast<float>(x[0]), big_endian);
+    append(bytes, x[1], big_endian);
+    append(bytes, static_cast<float>(x[2]), big_endian);
+    append(bytes, uint8_t{200}, big_endian);
+  }
+  for (const auto &face : kFaces) {
+    append(bytes, static_cast<uint8_t>(face.size()), big_endian);
+    for (uint32_t v : face) append(bytes, static_cast<int32_t>(v), big_endian);
+    append(bytes, int16_t{-7}, big_endian);
+  }
+  append(bytes, int32_t{3}, big_endian);
+  return bytes;
+}
+
+struct Sample {
+  const char *name;
+  std::string contents;
+};
+
+std::vector<Sample> samples() {
+  return {
+      {"plain.obj", obj_text("", [](uint32_t v) { return number(v + 1); })},
+      {"negative.obj", obj_text("", [](uint32_t v) { return number(int64_t{v} - 7); })},
+      {"textured.obj", obj_text("mtllib none.mtl\no thing\nvt 0 0\nvn 0 0 1\n", [](uint32_t v) { return number(v + 1) + "/1/1"; })},
+      {"normals.obj", obj_text("# comment\r\n\nvn 0 0 1\ng group\nusemtl m\ns 1\n", [](uint32_t v) { return number(v + 1) + "//1"; })},
+      {"plain.off", off_text()},
+      {"ascii.ply", ply_ascii()},
+      {"little.ply", ply_binary(false)},
+      {"big.ply", ply_binary(true)},
+  };
+}
+
+bool is_the_mesh(const cli::Mesh &mesh) {
+  if (mesh.n_vertices() != 7 || mesh.triangles != kTriangles) return false;
+  return std::memcmp(mesh.positions.data(), kPoints, sizeof kPoints) == 0;
+}
+
+void every_format_gives_the_same_vertices_and_fans() {
+  for (const Sample &sample : samples()) {
+    const bool same = is_the_mesh(cli::read_mesh(write_file(sample.name, sample.contents)));
+    if (!same) printf("differs: %s\n", sample.name);
+    CHECK(same);
+  }
+}
+
+void line_endings_of_other_systems_do_not_matter() {
+  for (const Sample &sample : samples()) {
+    if (sample.contents.find("binary") != std::string::npos) continue;
+    std::string contents;
+    for (char c : sample.contents)
+      if (c == '\n')
+        contents += "\r\n";
+      else
+        contents += c;
+    CHECK(is_the_mesh(cli::read_mesh(write_file(std::string("crlf_") + sample.name, contents))));
+  }
+}
+
+// ------------------------------------------------------------------------------------------------------ broken files
+
+// A damaged file may still be a mesh, then a sound one; otherwise it is refused with a message that names it.
+enum class Outcome { mesh, refused, unsound };
+
+Outcome read_damaged(const std::string &path, const std::string &contents) {
+  try {
+    const std::string name = path;
+    const cli::Mesh mesh = path.find(".obj") != std::string::npos   ? cli::read_obj(name, contents)
+                           : path.find(".off") != std::string::npos ? cli::read_off(name, contents)
+                                                                    : cli::read_ply(name, contents);
+    for (uint32_t v : mesh.triangles)
+      if (v >= mesh.n_vertices()) return Outcome::unsound;
+    for (double x : mesh.positions)
+      if (!std::isfinite(x)) return Outcome::unsound;
+    return Outcome::mesh;
+  } catch (const cli::FileError &error) {
+    return std::strstr(error.what(), path.c_str()) ? Outcome::refused : Outcome::unsound;
+  }
+}
+
+void files_cut_anywhere_are_refused_or_sound() {
+  for (const Sample &sample : samples())
+    for (std::size_t size = 0; size < sample.contents.size(); ++size) {
+      const Outcome outcome = read_damaged(sample.name, sample.contents.substr(0, size));
+      if (outcome == Outcome::unsound) printf("%s cut to %zu bytes\n", sample.name, size);
+      CHECK(outcome != Outcome::unsound);
+    }
+}
+
+// Where the file announces how much it holds, a cut is always noticed, up to the digits of its last word.
+void cut_off_and_ply_files_are_always_refused() {
+  for (const Sample &sample : samples()) {
+    if (std::strstr(sample.name, ".obj")) continue;
+    const bool binary = sample.contents.find("binary") != std::string::npos;
+    const std::size_t last_needed = binary ? sample.contents.size() : sample.contents.rfind(' ') - 20;
+    for (std::size_t size = 0; size < last_needed; ++size)
+      CHECK(read_damaged(sample.name, sample.contents.substr(0, size)) == Outcome::refused);
+  }
+}
+
+void files_with_any_flipped_bit_are_refused_or_sound() {
+  for (const Sample &sample : samples())
+    for (std::size_t k = 0; k < 8 * sample.contents.size(); ++k) {
+      std::string contents = sample.contents;
+      contents[k / 8] = static_cast<char>(contents[k / 8] ^ (1 << k % 8));
+      const Outcome outcome = read_damaged(sample.name, contents);
+      if (outcome == Outcome::unsound) printf("%s with bit %zu flipped\n", sample.name, k);
+      CHECK(outcome != Outcome::unsound);
+    }
+}
+
+struct BadFile {
+  const char *name;
+  std::string contents;
+  const char *place;  // "NAME:LINE:" or "NAME:"
+  const char *words;
+};
+
+std::vector<BadFile> bad_files() {
+  const std::string ply = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n";
+  const std::string faces = "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n";
+  return {
+      {"word.obj", "v 0 0 0\nv 1 zero 0\nv 0 1 0\nf 1 2 3\n", "word.obj:2:", "y of vertex 2 must be a finite number; found 'zero'"},
+      {"short.obj", "v 0 0 0\nv 1 0\n", "short.obj:2:", "the line ends"},
+      {"nan.obj", "v 0 0 nan\n", "nan.obj:1:", "finite"},
+      {"large.obj", "v 0 0 1e999\n", "large.obj:1:", "finite"},
+      {"zero.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 0 1 2\n", "zero.obj:4:", "start at 1"},
+      {"beyond.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\n\nf 1 2 4\n", "beyond.obj:5:", "names vertex 4, but the file holds only 3"},
+      {"before.obj", "v 0 0 0\nf -1 -2 -3\n", "before.obj:2:", "names vertex -2"},
+      {"two.obj", "v 0 0 0\nv 1 0 0\nf 1 2\n", "two.obj:3:", "at least three corners; found 2"},
+      {"overflow.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 4294967299\n", "overflow.obj:4:", "more than 9 digits"},
+      {"empty.obj", "", "empty.obj:", "holds no vertices"},
+      {"cloud.obj", "v 0 0 0\n", "cloud.obj:", "holds no faces"},
+      {"junk.obj", std::string("\x7f" "ELF\0\x01\xff\xfe v\0\n\n\xc3(", 16), "junk.obj:", "holds no vertices"},
+      {"word.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 x\n", "word.off:6:", "corner 2 of face 0 must be a whole number"},
+      {"magic.off", "OOF\n3 1 0\n", "magic.off:1:", "begins with the word OFF"},
+      {"negative.off", "OFF\n-3 1 0\n", "negative.off:2:", "whole number"},
+      {"beyond.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 3\n", "beyond.off:6:", "names vertex 3, but there are only 3"},
+      {"huge.off", "OFF\n4294967295 4294967295 0\n0 0 0\n", "huge.off:3:", "ends before vertex 1 of 4294967295"},
+      {"polygon.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n4000000000 0 1 2\n", "polygon.off:6:", "the line ends"},
+      {"magic.ply", "plx\n", "magic.ply:1:", "begins with the word ply"},
+      {"type.ply", "ply\nformat ascii 1.0\nelement vertex 1\nproperty real x\n", "type.ply:4:", "unknown property type 'real'"},
+      {"version.ply", "ply\nformat ascii 2.0\n", "version.ply:2:", "version 1.0"},
+      {"cloud.ply", ply + "end_header\n0 0 0\n1 0 0\n0 1 0\n", "cloud.ply:", "point cloud"},
+      {"hole.ply", "ply\nformat ascii 1.0\nelement nothing 4000000000000\nend_header\n", "hole.ply:", "no properties"},
+      {"beyond.ply", ply + faces + "3 0 1 3\n", "beyond.ply:", "names vertex 3, but there are only 3"},
+      {"fraction.ply", ply + faces + "3 0 1 1.5\n", "fraction.ply:13:", "whole number"},
+      {"list.ply", ply + faces + "4000000000 0 1 2\n", "list.ply:13:", "the line ends"},
+      {"huge.ply", "ply\nformat binary_little_endian 1.0\nelement vertex 4000000000\nproperty float x\nproperty float y\n"
+                   "property float z\nelement face 1\nproperty list uint int vertex_indices\nend_header\n0123456789ab",
+       "huge.ply:", "ends before x of vertex 1"},
+      {"mesh.stl", "solid\n", "mesh.stl:", ".obj, .off or .ply"},
+  };
+}
+
+void bad_files_are_refused_with_place_and_reason() {
+  for (const BadFile &bad : bad_files()) {
+    std::string message = "read without complaint";
+    try {
+      cli::read_mesh(write_file(bad.name, bad.contents));
+    } catch (const cli::FileError &error) {
+      message = error.what();
+    }
+    const bool good = message.find(bad.place) != std::string::npos && message.find(bad.words) != std::string::npos;
+    if (!good) printf("%s: %s\n", bad.name, message.c_str());
+    CHECK(good);
+  }
+}
+
+void missing_files_and_directories_are_refused() {
+  for (const std::string &path : {in_directory("does_not_exist.obj"), directory}) {
+    bool refused = false;
+    try {
+      cli::read_file(path);
+    } catch (const cli::FileError &error) {
+      refused = std::strstr(error.what(), "cannot read") != nullptr;
+    }
+    CHECK(refused);
+  }
+}
+
+// ---------------------------------------------------------------------------------------------------------- writing
+
+void a_point_cache_has_the_bytes_of_the_format() {
+  const std::string path = in_directory("two_points.pc2");
+  const float first[6] = {0, 1, 2, 3, 4, 5}, second[6] = {-1, -2, -3, -4, -5, 0.5f};
+  cli::PointCache cache(path, 2);
+  cache.append(first);
+  cache.append(second);
+  cache.close();
+
+  std::string expected("POINTCACHE2\0", 12);
+  append(expected, int32_t{1}, false);
+  append(expected, int32_t{2}, false);
+  append(expected, 0.0f, false);
+  append(expected, 1.0f, false);
+  append(expected, int32_t{2}, false);
+  for (float x : first) append(expected, x, false);
+  for (float x : second) append(expected, x, false);
+  CHECK(cli::read_file(path) == expected);
+}
+
+void an_unwritable_file_is_an_error_that_names_it() {
+  bool refused = false;
+  try {
+    cli::PointCache cache(in_directory("no_such_directory/x.pc2"), 2);
+  } catch (const std::runtime_error &error) {
+    refused = std::strstr(error.what(), "x.pc2") != nullptr;
+  }
+  CHECK(refused);
+}
+
+cli::FrameRecord frame_of_height(uint32_t frame, double height) {
+  cli::FrameRecord record{};
+  record.frame = frame;
+  record.report.max_displacement = height;
+  return record;
+}
+
+void extreme_frames_are_the_largest_local_maxima_in_order() {
+  const double heights[] = {0, 3, 1, 5, 5, 2, 4, 1, 1, 2};
+  std::vector<cli::FrameRecord> frames;
+  for (uint32_t k = 0; k < 10; ++k) frames.push_back(frame_of_height(k, heights[k]));
+  CHECK((cli::extreme_frames(frames, 2) == std::vector<std::size_t>{3, 6}));
+  CHECK((cli::extreme_frames(frames, 10) == std::vector<std::size_t>{1, 3, 6, 9}));
+  CHECK(cli::extreme_frames(frames, 0).empty());
+}
+
+// ---------------------------------------------------------------------------------------------------- frame motion
+
+cli::FrameMotion shaking() {
+  cli::FrameMotion motion;
+  motion.pivot = {1, 2, 3};
+  motion.rise = 1;
+  motion.fall = 1;
+  motion.end = 4;
+  motion.translations = {{{1, 0, 0}, 0.5, 0.7, 1.0}, {{0, 0, 1}, 0.3, 1.1, 0.0}};
+  motion.rotations = {{{0, 1, 0}, 0.4, 0.6, 0.5}, {{0, 0, 1}, 0.2, 0.9, 0.0}};
+  return motion;
+}
+
+double largest_difference(const SwFrameDesc &a, const SwFrameDesc &b) {
+  double largest = 0;
+  for (int i = 0; i < 3; ++i) largest = std::fmax(largest, std::fabs(a.origin[i] - b.origin[i]));
+  for (int i = 0; i < 9; ++i) largest = std::fmax(largest, std::fabs(a.rotation[i] - b.rotation[i]));
+  return largest;
+}
+
+void shaking_begins_and_ends_at_rest_in_the_world_frame() {
+  SwFrameDesc world = shellwarp::frame_desc();
+  world.rotation[0] = world.rotation[4] = world.rotation[8] = 1;
+  const cli::FrameMotion motion = shaking();
+  CHECK(largest_difference(motion.pose(0), world) == 0);
+  CHECK(largest_difference(motion.pose(4), world) == 0);
+  CHECK(largest_difference(motion.pose(9), world) == 0);
+  CHECK(largest_difference(motion.pose(2), world) > 0.1);
+  // The envelope starts as 10 t^3, its slope and curvature zero: at t = 1e-3 that is 1e-8, times amplitudes below 5.
+  CHECK(largest_difference(motion.pose(1e-3), world) < 5e-8);
+}
+
+void poses_are_rotations_about_the_pivot() {
+  cli::FrameMotion motion = shaking();
+  motion.translations.clear();
+  for (double t = 0; t < 5; t += 0.37) {
+    const SwFrameDesc pose = motion.pose(t);
+    for (int i = 0; i < 3; ++i) {
+      double moved = pose.origin[i];
+      for (int j = 0; j < 3; ++j) moved += pose.rotation[3 * i + j] * motion.pivot[static_cast<std::size_t>(j)];
+      CHECK_NEAR(moved, motion.pivot[static_cast<std::size_t>(i)], 1e-14);  // rounding
+      for (int k = 0; k < 3; ++k) {
+        double product = 0;
+        for (int j = 0; j < 3; ++j) product += pose.rotation[3 * i + j] * pose.rotation[3 * k + j];
+        CHECK_NEAR(product, i == k, 1e-14);  // rounding
+      }
+    }
+  }
+}
+
+// ------------------------------------------------------------------------------------------------------------ scenes
+
+void a_scene_is_read_in_full() {
+  write_file("strip.off", off_text());
+  const std::string path = write_file("full.toml",
+                                      "title = 'full'\nmesh = 'strip.off'\nobj_frames = 7\n[material]\nk_area = 1\nk_length = 2\n"
+                                      "k_bend = 3\ndensity = 4\n[[support]]\nkind = 'clamped'\nbox = [0, 0, 0, 1, 1, 1]\n"
+                                      "[[support]]\nvertices = [4, 5]\n[simulation]\nmodes = 5\nprecision = 'f64'\n"
+                                      "method = 'lma'\nintegrator = 'exact'\nframe_rate = 25\nsteps_per_frame = 4\n"
+                                      "duration = 2\ngravity = [0, -9.8, 0]\n[damping]\nratio = 0.1\nmass = 0.2\n"
+                                      "stiffness = 0.3\n[frame]\nrise = 0.5\n[[frame.translate]]\naxis = [1, 0, 0]\n"
+                                      "amplitude = 2\nfrequency = 3\n[[frame.rotate_degrees]]\naxis = [0, 1, 0]\n"
+                                      "amplitude = 180\nfrequency = 1\nphase_degrees = 90\n[expect]\nmodes = 5\n"
+                                      "in_range = true\nmax_displacement = [1, 2]\n[paper]\nsource = 'x'\nmodes = 4\n");
+  const cli::Scene s = cli::read_scene(path);
+  CHECK(s.name == "full" && s.title == "full" && s.obj_frames == 7);
+  CHECK(cli::read_mesh(s.mesh_path).n_vertices() == 7);
+  CHECK(s.material.k_area == 1 && s.material.k_length == 2 && s.material.k_bend == 3 && s.material.density == 4);
+  CHECK(s.supports.size() == 2 && s.supports[0].clamped && s.supports[0].box && !s.supports[1].clamped);
+  CHECK((s.supports[1].vertices == std::vector<uint32_t>{4, 5}));
+  CHECK(s.modes == 5 && s.double_precision && s.linear && s.exact && s.duration == 2 && s.gravity[1] == -9.8);
+  CHECK(s.frame_rate == 25 && s.steps_per_frame == 4 && s.step() == 0.01);
+  CHECK(s.damping.ratio == 0.1 && s.damping.mass == 0.2 && s.damping.stiffness == 0.3);
+  CHECK(s.motion.moves() && s.motion.rise == 0.5 && s.motion.end == 2 && s.motion.translations[0].frequency == 3);
+  CHECK_NEAR(s.motion.rotations[0].amplitude, 3.141592653589793, 1e-15);  // rounding of degrees
+  CHECK(s.expect.modes == 5u && s.expect.in_range && s.expect.max_displacement->second == 2 && s.paper->modes == 4.0);
+}
+
+void mistakes_in_scenes_are_located() {
+  const struct {
+    const char *text, *place, *words;
+  } mistakes[] = {
+      {"mesh = 'a.obj'\nmush = 1\n", "bad.toml:2:", "unknown key 'mush'"},
+      {"mesh = 'a.obj'\n[material]\n\nk_bent = 1\n", "bad.toml:4:", "[material] unknown key 'k_bent'"},
+      {"mesh = 'a.obj'\n[material]\nk_bend = 'soft'\n", "bad.toml:3:", "k_bend must be a number"},
+      {"mesh = 'a.obj'\n[simulation]\nmodes = -1\n", "bad.toml:3:", "modes must be a whole number"},
+      {"mesh = 'a.obj'\n[simulation]\nmethod = 'magic'\n", "bad.toml:3:", "it must be one of warp, lma"},
+      {"mesh = 'a.obj'\n[simulation]\nduration = 0\n", "bad.toml:3:", "must be greater than 0"},
+      {"mesh = 'a.obj'\n[simulation]\ngravity = [0, 1]\n", "bad.toml:3:", "must be a list of 3 numbers"},
+      {"mesh = 'a.obj'\n[simulation]\ngravity = [0, nan, 0]\n", "bad.toml:3:", "must be a list of 3 numbers"},
+      {"mesh = 'a.obj'\n[support]\nbox = [0, 0, 0, 0, 0, 0]\n", "bad.toml:2:", "must be written as [[support]]"},
+      {"mesh = 'a.obj'\n[[support]]\nkind = 'fixed'\n", "bad.toml:2:", "by box, vertices or list"},
+      {"mesh = 'a.obj'\n[expect]\nmax_displacement = [2, 1]\n", "bad.toml:3:", "[low, high]"},
+      {"title = 'x'\n", "bad.toml", "mesh is missing"},
+      {"mesh = 'a.obj\n", "bad.toml:1:", ""},
+      {"[frame]\n[[frame.translate]]\naxe = [1, 0, 0]\n", "bad.toml", "mesh is missing"},
+      {"mesh = 'a'\n[frame]\n[[frame.translate]]\naxe = [1, 0, 0]\n", "bad.toml:4:", "unknown key 'axe'"},
+  };
+  for (const auto &mistake : mistakes) {
+    std::string message = "read without complaint";
+    try {
+      cli::read_scene(write_file("bad.toml", mistake.text));
+    } catch (const cli::FileError &error) {
+      message = error.what();
+    }
+    const bool good = message.find(mistake.place) != std::string::npos && message.find(mistake.words) != std::string::npos;
+    if (!good) printf("%s%s\n", mistake.text, message.c_str());
+    CHECK(good);
+  }
+}
+
+void lists_of_vertices_are_read_strictly() {
+  CHECK((cli::read_vertex_list(write_file("list.txt", "3 1 # two\n\n# none\n4294967295")) == std::vector<uint32_t>{3, 1, UINT32_MAX}));
+  bool refused = false;
+  try {
+    cli::read_vertex_list(write_file("list.txt", "3\n-1\n"));
+  } catch (const cli::FileError &error) {
+    refused = std::strstr(error.what(), "list.txt:2:") != nullptr;
+  }
+  CHECK(refused);
+}
+
+void supports_are_found_by_box_and_list_without_repetition() {
+  const cli::Mesh mesh = cli::read_mesh(write_file("strip.off", off_text()));
+  cli::Scene scene;
+  scene.supports.push_back({false, cli::Bounds{{0, 0, -5}, {0.5, 0, 5}}, {1, 6}});
+  scene.supports.push_back({true, cli::Bounds{{1, 0.75, 0}, {1, 0.75, 0}}, {}});  // a box of one point
+  const cli::SupportVertices found = cli::find_supports(scene, mesh);
+  CHECK((found.fixed == std::vector<uint32_t>{0, 1, 6}));
+  CHECK((found.clamped == std::vector<uint32_t>{5}));
+
+  scene.supports.push_back({false, cli::Bounds{{9, 9, 9}, {10, 10, 10}}, {}});
+  bool refused = false;
+  try {
+    cli::find_supports(scene, mesh);
+  } catch (const std::runtime_error &error) {
+    refused = std::strstr(error.what(), "holds no vertex") != nullptr;
+  }
+  CHECK(refused);
+}
+
+}  // namespace
+
+int main(int argc, char **argv) {
+  if (argc != 2) return EXIT_FAILURE;
+  directory = argv[1];
+  std::filesystem::create_directories(directory);
+  RUN(every_format_gives_the_same_vertices_and_fans);
+  RUN(line_endings_of_other_systems_do_not_matter);
+  RUN(files_cut_anywhere_are_refused_or_sound);
+  RUN(cut_off_and_ply_files_are_always_refused);
+  RUN(files_with_any_flipped_bit_are_refused_or_sound);
+  RUN(bad_files_are_refused_with_place_and_reason);
+  RUN(missing_files_and_directories_are_refused);
+  RUN(a_point_cache_has_the_bytes_of_the_format);
+  RUN(an_unwritable_file_is_an_error_that_names_it);
+  RUN(extreme_frames_are_the_largest_local_maxima_in_order);
+  RUN(shaking_begins_and_ends_at_rest_in_the_world_frame);
+  RUN(poses_are_rotations_about_the_pivot);
+  RUN(a_scene_is_read_in_full);
+  RUN(mistakes_in_scenes_are_located);
+  RUN(lists_of_vertices_are_read_strictly);
+  RUN(supports_are_found_by_box_and_list_without_repetition);
+  return report_failures();
+}

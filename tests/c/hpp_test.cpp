@@ -1,0 +1,224 @@
+// The C++ wrapper: ownership, exceptions, overloads; and the threads that the C interface allows.
+#include "shellwarp.hpp"
+
+#include "test_support.h"
+
+#include <array>
+#include <thread>
+#include <type_traits>
+#include <utility>
+
+namespace {
+
+using shellwarp::Model;
+using shellwarp::State;
+
+static_assert(!std::is_copy_constructible<Model>::value && !std::is_copy_assignable<Model>::value, "a model is not copied");
+static_assert(!std::is_copy_constructible<State>::value && !std::is_copy_assignable<State>::value, "a state is cloned instead");
+static_assert(std::is_nothrow_move_constructible<Model>::value && std::is_nothrow_move_assignable<Model>::value, "");
+static_assert(std::is_nothrow_move_constructible<State>::value && std::is_nothrow_move_assignable<State>::value, "");
+
+Model make_model(uint32_t modes = 4) {
+  const Strip strip = make_strip();
+  SwSupportDesc supports = shellwarp::support_desc();
+  supports.clamped = strip.held;
+  supports.n_clamped = STRIP_ROWS;
+  Model model(shellwarp::mesh_desc(strip.positions, STRIP_VERTICES, strip.triangles, STRIP_TRIANGLES),
+              shellwarp::material_desc(), supports);
+  SwPrecomputeDesc desc = shellwarp::precompute_desc();
+  desc.modes = modes;
+  model.precompute(desc);
+  return model;
+}
+
+State make_state(const Model &model) {
+  State state(model);
+  state.set_gravity(0, 0, -0.4);
+  return state;
+}
+
+using Positions = std::array<double, 3 * STRIP_VERTICES>;
+
+Positions run(State &state, int steps) {
+  Positions x;
+  for (int k = 0; k < steps; ++k) state.step(1.0 / 30);
+  state.positions(x.data(), STRIP_VERTICES);
+  return x;
+}
+
+void moving_hands_the_object_over() {
+  Model model = make_model();
+  SwModel *handle = model.get();
+  Model other = std::move(model);
+  CHECK(other.get() == handle && model.get() == nullptr);
+  State state = make_state(other);
+  State next = make_state(other);
+  next = std::move(state); // the state that `next` held is destroyed
+  CHECK(state.get() == nullptr && next.get() != nullptr);
+  next.step(0.1);
+}
+
+void a_failed_call_throws_its_status_and_message() {
+  const Model model = make_model();
+  State state(model);
+  bool thrown = false;
+  try {
+    state.step(-1);
+  } catch (const shellwarp::Error &error) {
+    thrown = error.status() == SW_ERROR_INVALID_ARGUMENT && strstr(error.what(), "step") != nullptr;
+  }
+  CHECK(thrown);
+}
+
+void a_constructor_that_fails_throws() {
+  const double x[9] = {0, 0, 0, 1, 0, 0, 2, 0, 0};
+  const uint32_t t[3] = {0, 1, 2};
+  SwStatus status = SW_OK;
+  try {
+    const Model model(shellwarp::mesh_desc(x, 3, t, 1));
+  } catch (const shellwarp::Error &error) {
+    status = error.status();
+  }
+  CHECK(status == SW_ERROR_INVALID_MESH);
+}
+
+void a_moved_from_object_is_a_null_handle() {
+  Model model = make_model();
+  State state = make_state(model);
+  const State taken = std::move(state);
+  SwStatus status = SW_OK;
+  try {
+    state.step(0.1);
+  } catch (const shellwarp::Error &error) {
+    status = error.status();
+  }
+  CHECK(status == SW_ERROR_INVALID_ARGUMENT);
+}
+
+void overloads_choose_the_format() {
+  const Model model = make_model();
+  State state = make_state(model);
+  const Positions x = run(state, 20);
+  std::array<float, 3 * STRIP_VERTICES> single;
+  state.positions(single.data(), STRIP_VERTICES);
+  for (std::size_t i = 0; i < x.size(); ++i) CHECK(single[i] == static_cast<float>(x[i]));
+
+  std::array<float, 4 * STRIP_VERTICES> rotations;
+  std::array<double, 4 * STRIP_VERTICES> exact;
+  state.rotations(rotations.data(), STRIP_VERTICES, SW_SPACE_FRAME);
+  state.rotations(exact.data(), STRIP_VERTICES, SW_SPACE_FRAME);
+  for (std::size_t i = 0; i < exact.size(); ++i) CHECK(rotations[i] == static_cast<float>(exact[i]));
+
+  state.normals(single.data(), STRIP_VERTICES, SW_SPACE_FRAME);
+  Positions normals;
+  state.normals(normals.data(), STRIP_VERTICES, SW_SPACE_FRAME);
+  for (std::size_t i = 0; i < normals.size(); ++i) CHECK(single[i] == static_cast<float>(normals[i]));
+
+  Positions shape;
+  model.mode_shape(0, SW_SHAPE_ROTATION, shape.data(), STRIP_VERTICES);
+  model.mode_shape(0, SW_SHAPE_ROTATION, single.data(), STRIP_VERTICES);
+  for (std::size_t i = 0; i < shape.size(); ++i) CHECK(single[i] == static_cast<float>(shape[i]));
+}
+
+void floats_and_doubles_make_the_same_mesh() {
+  const Strip strip = make_strip();
+  std::array<float, 3 * STRIP_VERTICES> points;
+  for (std::size_t i = 0; i < points.size(); ++i) points[i] = static_cast<float>(strip.positions[i]);
+  const Model model(shellwarp::mesh_desc(points.data(), STRIP_VERTICES, strip.triangles, STRIP_TRIANGLES));
+  CHECK(model.info().n_vertices == STRIP_VERTICES);
+  CHECK_NEAR(model.info().total_area, STRIP_LENGTH * STRIP_WIDTH, 1e-6);  // coordinates rounded to floats
+}
+
+void save_load_and_clone_repeat_the_run() {
+  const Model model = make_model();
+  State state = make_state(model);
+  run(state, 10);
+  const std::vector<unsigned char> saved = state.save();
+  State clone = state.clone();
+  const Positions first = run(state, 10), cloned = run(clone, 10);
+  state.load(saved);
+  const Positions loaded = run(state, 10);
+  CHECK(first == cloned && first == loaded);
+}
+
+void vectors_have_the_length_of_the_modes() {
+  const Model model = make_model(5);
+  const State state = make_state(model);
+  CHECK(model.frequencies().size() == 5 && model.frequencies()[0] > 0);
+  CHECK(state.amplitudes().value.size() == 5 && state.amplitudes().velocity.size() == 5);
+  CHECK(model.info().modes == 5);
+}
+
+void diagnostics_come_as_a_vector() {
+  const double x[12] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 5, 5, 5};
+  const uint32_t t[6] = {0, 1, 2, 0, 1, 2};
+  const std::vector<SwDiagnostic> found = shellwarp::check_mesh(shellwarp::mesh_desc(x, 4, t, 2));
+  CHECK(found.size() >= 2);
+  CHECK(!found.empty() && found.front().severity == SW_SEVERITY_ERROR && found.back().severity == SW_SEVERITY_WARNING);
+}
+
+// A model is shared by states on any threads, and a state that nobody changes by any number of readers.
+void states_on_threads_move_as_they_do_one_by_one() {
+  const Model model = make_model();
+  State alone = make_state(model);
+  const Positions expected = run(alone, 200);
+  std::array<Positions, 4> results;
+  std::vector<std::thread> threads;
+  for (Positions &result : results)
+    threads.emplace_back([&model, &result] {
+      State state = make_state(model);
+      result = run(state, 200);
+    });
+  for (std::thread &thread : threads) thread.join();
+  for (const Positions &result : results) CHECK(result == expected);
+}
+
+void readers_of_one_state_do_not_disturb_each_other() {
+  const Model model = make_model();
+  State state = make_state(model);
+  const Positions expected = run(state, 20);
+  std::array<int, 4> good{};
+  std::vector<std::thread> threads;
+  for (int &count : good)
+    threads.emplace_back([&state, &expected, &count] {
+      Positions x;
+      for (int k = 0; k < 200; ++k) {
+        state.positions(x.data(), STRIP_VERTICES);
+        count += x == expected && state.report().max_displacement > 0;
+      }
+    });
+  for (std::thread &thread : threads) thread.join();
+  for (const int count : good) CHECK(count == 200);
+}
+
+// Messages are per thread: another thread's failure does not overwrite this one's.
+void messages_are_kept_by_thread() {
+  CHECK(sw_state_reset(nullptr) == SW_ERROR_INVALID_ARGUMENT);
+  const std::string mine = sw_last_error_message();
+  std::string others_before, others_after;
+  std::thread([&] {
+    others_before = sw_last_error_message();
+    sw_model_precompute(nullptr, nullptr);
+    others_after = sw_last_error_message();
+  }).join();
+  CHECK(others_before.empty() && others_after.find("model") != std::string::npos);
+  CHECK(mine == sw_last_error_message() && mine.find("state") != std::string::npos);
+}
+
+}  // namespace
+
+int main() {
+  RUN(moving_hands_the_object_over);
+  RUN(a_failed_call_throws_its_status_and_message);
+  RUN(a_constructor_that_fails_throws);
+  RUN(a_moved_from_object_is_a_null_handle);
+  RUN(overloads_choose_the_format);
+  RUN(floats_and_doubles_make_the_same_mesh);
+  RUN(save_load_and_clone_repeat_the_run);
+  RUN(vectors_have_the_length_of_the_modes);
+  RUN(diagnostics_come_as_a_vector);
+  RUN(states_on_threads_move_as_they_do_one_by_one);
+  RUN(readers_of_one_state_do_not_disturb_each_other);
+  RUN(messages_are_kept_by_thread);
+  return report_failures();
+}
