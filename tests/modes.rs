@@ -168,11 +168,12 @@ fn two_disconnected_shells_have_everything_twice() {
 #[test]
 fn zero_modes_count_what_supports_leave_free() {
     let sheet = || equilateral_sheet(12, 8, 1.0);
-    let cases: [(&str, usize, Box<dyn Fn(&Vec3) -> bool>); 4] = [
-        ("free", 6, Box::new(|_| false)),
-        ("one vertex", 3, Box::new(|p| p.norm() < 0.1)),
-        ("hinge along a row", 1, Box::new(|p| p.x == 0.0)),
-        ("clamped", 0, Box::new(|p| p.x <= 1.0)),
+    type Held = fn(&Vec3) -> bool;
+    let cases: [(&str, usize, Held); 4] = [
+        ("free", 6, |_| false),
+        ("one vertex", 3, |p| p.norm() < 0.1),
+        ("hinge along a row", 1, |p| p.x == 0.0),
+        ("clamped", 0, |p| p.x <= 1.0),
     ];
     for (name, expected, held) in cases {
         let shell = shell_of(sheet(), Material::default(), held);

@@ -54,15 +54,15 @@ shellwarp::Model precompute(const Scene &scene, const Mesh &mesh, bool quiet) {
 
 int run_scene(const Scene &scene, const RunOptions &options) {
   const Mesh mesh = read_mesh(scene.mesh_path);
-  const shellwarp::Model model = precompute(scene, mesh, options.quiet);
-  shellwarp::State state = make_state(scene, model);
-
-  std::optional<PointCache> cache;
+  std::optional<PointCache> cache;  // opened first: a folder that cannot be written is told before the long work
   if (!options.out.empty()) {
     std::filesystem::create_directories(options.out);
     cache.emplace((std::filesystem::path(options.out) / (scene.name + ".pc2")).string(), mesh.n_vertices());
   }
-  const Run run = simulate(scene, options.frames.value_or(frame_count(scene)), mesh.n_vertices(), state, cache ? &*cache : nullptr);
+  const shellwarp::Model model = precompute(scene, mesh, options.quiet);
+  shellwarp::State state = make_state(scene, model);
+  const uint32_t n_frames = options.frames.value_or(frame_count(scene));
+  const Run run = simulate(scene, n_frames, mesh.n_vertices(), state, cache ? &*cache : nullptr);
   if (cache) {
     cache->close();
     write_frame_files(options.out, scene, mesh, run, state);

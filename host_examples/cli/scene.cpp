@@ -215,6 +215,7 @@ Expectations read_expectations(Section section) {
 PaperFigures read_paper(Section section) {
   PaperFigures p;
   p.source = section.text("source").value_or("paper");
+  p.note = section.text("note").value_or("");
   p.vertices = section.number("vertices");
   p.edges = section.number("edges");
   p.triangles = section.number("triangles");

@@ -45,7 +45,7 @@ struct Expectations {
 
 // Another's figures for the same scene, printed beside ours.
 struct PaperFigures {
-  std::string source;
+  std::string source, note;  // heading of the column, and a line below it
   std::optional<double> vertices, edges, triangles, modes, precompute_seconds, steps_per_second;
 };
 

@@ -145,6 +145,7 @@ void print_summary(const Summary &summary) {
   print_run(summary.info, summary.run, paper);
   print_motion(summary.run);
   print_memory(summary.info);
+  if (!paper.note.empty()) std::printf("%s: %s\n", paper.source.c_str(), paper.note.c_str());
 }
 
 std::vector<std::string> violations(const Summary &summary, bool whole) {

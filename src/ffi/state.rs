@@ -147,7 +147,7 @@ pub unsafe extern "C" fn sw_state_report_init(report: *mut SwStateReport) {
 
 /// A moving shell. Opaque. One thread at a time, but functions that take it const may run at the same time as each other;
 /// a violation returns SW_ERROR_BUSY.
-pub struct SwState(RwLock<State>);
+pub struct SwState(pub(super) RwLock<State>);
 
 fn new_handle(state: State) -> *mut SwState {
     Box::into_raw(Box::new(SwState(RwLock::new(state))))

@@ -1,11 +1,20 @@
 //! A panic forced inside every exported function becomes SW_ERROR_INTERNAL, prints nothing and poisons the handle.
 
+use super::log::sw_set_log_callback;
+use super::mesh::*;
+use super::model::*;
+use super::state::*;
+use super::status::*;
 use std::cell::Cell;
+use std::ffi::CStr;
+use std::ptr::{null, null_mut};
 
 /// Where a panic can be forced.
 #[derive(Clone, Copy, PartialEq)]
 pub enum Point {
+    /// At the start of an exported function's body.
     Guard,
+    /// While a handle is held exclusively.
     Exclusive,
 }
 
@@ -18,4 +27,168 @@ pub fn panic_if_asked(point: Point) {
         ASKED.set(None);
         panic!("forced by the test");
     }
+}
+
+fn last_message() -> String {
+    // SAFETY: never NULL, NUL-terminated.
+    unsafe { CStr::from_ptr(sw_last_error_message()) }.to_str().unwrap().to_owned()
+}
+
+const POSITIONS: [f64; 12] = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 1.0, 0.0];
+const TRIANGLES: [u32; 6] = [0, 1, 2, 0, 2, 3];
+
+fn square() -> SwMeshDesc {
+    let mut mesh: SwMeshDesc = super::pointer::Sized32::initial();
+    mesh.position_format = super::pointer::SW_FORMAT_F64;
+    mesh.positions = POSITIONS.as_ptr().cast();
+    mesh.triangles = TRIANGLES.as_ptr();
+    (mesh.n_vertices, mesh.n_triangles) = (4, 2);
+    mesh
+}
+
+/// A precomputed model and a state of the square.
+fn objects() -> (*mut SwModel, *mut SwState) {
+    let (mut model, mut state) = (null_mut(), null_mut());
+    // SAFETY: valid descriptors and outputs.
+    unsafe {
+        assert_eq!(sw_model_create(&square(), null(), null(), &mut model), SW_OK);
+        assert_eq!(sw_model_precompute(model, null()), SW_OK);
+        assert_eq!(sw_state_create(model, null(), &mut state), SW_OK);
+    }
+    (model, state)
+}
+
+type Call<'a> = (&'static str, Box<dyn Fn() -> SwStatus + 'a>);
+
+/// Every exported function that returns a status, by name, with arguments that matter only to the functions' bodies.
+fn status_calls<'a>(model: *mut SwModel, state: *mut SwState) -> Vec<Call<'a>> {
+    macro_rules! calls {
+        ($($name:ident($($argument:expr),*)),* $(,)?) => {
+            // SAFETY: each call panics before it looks at its arguments.
+            vec![$((stringify!($name), Box::new(move || unsafe { $name($($argument),*) }) as Box<dyn Fn() -> SwStatus>)),*]
+        };
+    }
+    calls![
+        sw_set_log_callback(None, null_mut()),
+        sw_mesh_check(null(), null_mut(), 0, null_mut()),
+        sw_model_create(null(), null(), null(), null_mut()),
+        sw_model_precompute(model, null()),
+        sw_model_info(model, null_mut()),
+        sw_model_frequencies(model, null_mut(), 0, null_mut()),
+        sw_model_mode_shape(model, 0, 0, 0, null_mut(), 0, 0),
+        sw_state_create(model, null(), null_mut()),
+        sw_state_reset(state),
+        sw_state_clone(state, null_mut()),
+        sw_state_set_gravity(state, null()),
+        sw_state_set_damping(state, null()),
+        sw_state_set_frame(state, null()),
+        sw_state_set_amplitudes(state, null(), null(), 0),
+        sw_state_amplitudes(state, null_mut(), null_mut(), 0, null_mut()),
+        sw_state_step(state, 0.0),
+        sw_state_positions(state, 0, 0, null_mut(), 0, 0),
+        sw_state_normals(state, 0, 0, null_mut(), 0, 0),
+        sw_state_rotations(state, 0, 0, null_mut(), 0, 0),
+        sw_state_report(state, null_mut()),
+        sw_state_save(state, null_mut(), 0, null_mut()),
+        sw_state_load(state, null(), 0),
+    ]
+}
+
+/// The exported functions that cannot fail and so have no status.
+const WITHOUT_STATUS: [&str; 15] = [
+    "sw_abi_version",
+    "sw_version_string",
+    "sw_status_string",
+    "sw_last_error_message",
+    "sw_mesh_desc_init",
+    "sw_material_desc_init",
+    "sw_support_desc_init",
+    "sw_precompute_desc_init",
+    "sw_model_info_init",
+    "sw_state_desc_init",
+    "sw_damping_desc_init",
+    "sw_frame_desc_init",
+    "sw_state_report_init",
+    "sw_model_destroy",
+    "sw_state_destroy",
+];
+
+#[test]
+fn every_exported_function_is_in_the_panic_test() {
+    let (model, state) = (null_mut(), null_mut());
+    let mut tested: Vec<&str> = status_calls(model, state).iter().map(|(name, _)| *name).collect();
+    tested.extend(WITHOUT_STATUS);
+    tested.sort_unstable();
+    let listed = include_str!("../../tests/c/exported_symbols.txt");
+    let listed: Vec<&str> = listed.lines().map(str::trim).filter(|l| l.starts_with("sw_")).collect();
+    assert_eq!(tested, listed);
+}
+
+#[test]
+fn a_panic_in_any_exported_function_becomes_a_status() {
+    let (model, state) = objects();
+    for (name, call) in status_calls(model, state) {
+        ASKED.set(Some(Point::Guard));
+        assert_eq!(call(), SW_ERROR_INTERNAL, "{name}");
+        assert!(last_message().contains("forced by the test"), "{name}: {}", last_message());
+    }
+    // SAFETY: valid descriptor, live handles.
+    unsafe {
+        let mut desc: SwStateDesc = super::pointer::Sized32::initial();
+        desc.struct_size = 0;
+        ASKED.set(Some(Point::Guard));
+        sw_state_desc_init(&mut desc);
+        assert_eq!((ASKED.get().is_none(), desc.struct_size), (true, 0), "the panic came, and stayed inside");
+        // The handles were not poisoned: nothing held them.
+        assert_eq!(sw_state_step(state, 0.1), SW_OK);
+        sw_state_destroy(state);
+        sw_model_destroy(model);
+    }
+}
+
+#[test]
+fn a_panic_while_a_handle_is_held_poisons_it_alone() {
+    let (model, state) = objects();
+    // SAFETY: live handles.
+    unsafe {
+        ASKED.set(Some(Point::Exclusive));
+        assert_eq!(sw_state_step(state, 0.1), SW_ERROR_INTERNAL);
+        assert_eq!(sw_state_step(state, 0.1), SW_ERROR_INTERNAL);
+        assert_eq!(last_message(), "the state is poisoned by an earlier internal error");
+        assert_eq!(sw_state_positions(state, 0, 2, null_mut(), 0, 4), SW_ERROR_INTERNAL);
+        let mut other = null_mut();
+        assert_eq!(sw_state_create(model, null(), &mut other), SW_OK);
+        assert_eq!(sw_state_step(other, 0.1), SW_OK);
+        ASKED.set(Some(Point::Exclusive));
+        assert_eq!(sw_model_precompute(model, null()), SW_ERROR_INTERNAL);
+        assert_eq!(sw_model_precompute(model, null()), SW_ERROR_INTERNAL);
+        assert_eq!(last_message(), "the model is poisoned by an earlier internal error");
+        assert_eq!(sw_state_step(other, 0.1), SW_OK, "states of a poisoned model live on");
+        sw_state_destroy(state);
+        sw_state_destroy(other);
+        sw_model_destroy(model);
+    }
+}
+
+#[test]
+fn a_handle_in_use_is_busy() {
+    let (model, state) = objects();
+    // SAFETY: live handles.
+    unsafe {
+        let held = (*state).0.read().unwrap();
+        assert_eq!(sw_state_step(state, 0.1), SW_ERROR_BUSY);
+        let mut size = 0;
+        assert_eq!(sw_state_save(state, null_mut(), 0, &mut size), SW_OK, "const functions may run together");
+        drop(held);
+        assert_eq!(sw_state_step(state, 0.1), SW_OK);
+        sw_state_destroy(state);
+        sw_model_destroy(model);
+    }
+}
+
+#[test]
+fn long_messages_are_cut_at_a_character() {
+    remember(&"ä".repeat(2000));
+    let message = last_message();
+    assert!(message.len() < 1024 && message.chars().all(|c| c == 'ä'));
 }
