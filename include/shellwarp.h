@@ -25,828 +25,488 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/*
- Version of the interface: SW_ABI_VERSION of the header that the library was built with. It grows when functions, fields
- or constants are added; a host works with any library whose number is at least its own.
- */
+// Version of the interface: SW_ABI_VERSION of the header that the library was built with. It grows when functions, fields
+// or constants are added; a host works with any library whose number is at least its own.
 #define SW_ABI_VERSION 1
 
-/*
- 32-bit floating point.
- */
+// 32-bit floating point.
 #define SW_FORMAT_F32 1
 
-/*
- 64-bit floating point.
- */
+// 64-bit floating point.
 #define SW_FORMAT_F64 2
 
-/*
- Something a curious user may want to know.
- */
+// Something a curious user may want to know.
 #define SW_LOG_INFO 1
 
-/*
- Something was handled that the user should know of.
- */
+// Something was handled that the user should know of.
 #define SW_LOG_WARNING 2
 
-/*
- Handled: the mesh can be used.
- */
+// Handled: the mesh can be used.
 #define SW_SEVERITY_WARNING 1
 
-/*
- The mesh is refused by sw_model_create.
- */
+// The mesh is refused by sw_model_create.
 #define SW_SEVERITY_ERROR 2
 
-/*
- Error. A triangle names a vertex that does not exist. element: triangle; value[0]: the index.
- */
+// Error. A triangle names a vertex that does not exist. element: triangle; value[0]: the index.
 #define SW_DIAGNOSTIC_INDEX_OUT_OF_RANGE 1
 
-/*
- Error. A triangle names a vertex twice. element: triangle.
- */
+// Error. A triangle names a vertex twice. element: triangle.
 #define SW_DIAGNOSTIC_REPEATED_VERTEX 2
 
-/*
- Error. A coordinate is NaN or infinite. element: vertex; value[0]: the coordinate.
- */
+// Error. A coordinate is NaN or infinite. element: vertex; value[0]: the coordinate.
 #define SW_DIAGNOSTIC_NON_FINITE_COORDINATE 3
 
-/*
- Error. Area at most 1e-12 of the longest edge squared. element: triangle; value: area, longest edge.
- */
+// Error. Area at most 1e-12 of the longest edge squared. element: triangle; value: area, longest edge.
 #define SW_DIAGNOSTIC_ZERO_AREA 4
 
-/*
- Error. Two triangles on the same vertices. element: the second; value[0]: the first.
- */
+// Error. Two triangles on the same vertices. element: the second; value[0]: the first.
 #define SW_DIAGNOSTIC_DUPLICATE_TRIANGLE 5
 
-/*
- Error. More than two triangles on an edge. element: its first triangle; vertices: the edge; value[0]: how many.
- */
+// Error. More than two triangles on an edge. element: its first triangle; vertices: the edge; value[0]: how many.
 #define SW_DIAGNOSTIC_NON_MANIFOLD_EDGE 6
 
-/*
- Error. The triangles around a vertex form several fans. element: vertex; value[0]: how many fans.
- */
+// Error. The triangles around a vertex form several fans. element: vertex; value[0]: how many fans.
 #define SW_DIAGNOSTIC_NON_MANIFOLD_VERTEX 7
 
-/*
- Error. No consistent orientation exists, as on a Moebius strip. element: a triangle where it fails.
- */
+// Error. No consistent orientation exists, as on a Moebius strip. element: a triangle where it fails.
 #define SW_DIAGNOSTIC_NOT_ORIENTABLE 8
 
-/*
- Warning. The triangle is turned against its neighbours; it is re-oriented internally. element: triangle.
- */
+// Warning. The triangle is turned against its neighbours; it is re-oriented internally. element: triangle.
 #define SW_DIAGNOSTIC_INCONSISTENT_ORIENTATION 9
 
-/*
- Warning. No triangle uses the vertex; it is carried along with the support frame. element: vertex.
- */
+// Warning. No triangle uses the vertex; it is carried along with the support frame. element: vertex.
 #define SW_DIAGNOSTIC_UNREFERENCED_VERTEX 10
 
-/*
- Warning. Two vertices at the same place, perhaps an unwelded seam. element: the second; value[0]: the first.
- */
+// Warning. Two vertices at the same place, perhaps an unwelded seam. element: the second; value[0]: the first.
 #define SW_DIAGNOSTIC_COINCIDENT_VERTICES 11
 
-/*
- Warning. element: triangle; value[0]: quality 4 sqrt(3) area / sum of squared sides, below 0.02.
- */
+// Warning. element: triangle; value[0]: quality 4 sqrt(3) area / sum of squared sides, below 0.02.
 #define SW_DIAGNOSTIC_SLIVER 12
 
-/*
- Length of SwDiagnostic::message, the closing NUL included.
- */
+// Length of SwDiagnostic::message, the closing NUL included.
 #define SW_DIAGNOSTIC_MESSAGE_SIZE 160
 
-/*
- Discrete shells: area, length and dihedral-angle terms (Grinspun et al. 2003), as in the paper.
- */
+// Discrete shells: area, length and dihedral-angle terms (Grinspun et al. 2003), as in the paper.
 #define SW_ENERGY_DISCRETE_SHELLS 1
 
-/*
- Go on.
- */
+// Go on.
 #define SW_PROGRESS_CONTINUE 256
 
-/*
- Stop: sw_model_precompute returns SW_ERROR_CANCELLED and the model stays as it was.
- */
+// Stop: sw_model_precompute returns SW_ERROR_CANCELLED and the model stays as it was.
 #define SW_PROGRESS_CANCEL 512
 
-/*
- Stiffness and masses.
- */
+// Stiffness and masses.
 #define SW_PHASE_ASSEMBLY 0
 
-/*
- Fill-reducing ordering, symbolic factorization.
- */
+// Fill-reducing ordering, symbolic factorization.
 #define SW_PHASE_ORDERING 1
 
-/*
- Numeric factorization.
- */
+// Numeric factorization.
 #define SW_PHASE_FACTORIZATION 2
 
-/*
- Eigenvalue iteration.
- */
+// Eigenvalue iteration.
 #define SW_PHASE_MODES 3
 
-/*
- Inertia count and residuals.
- */
+// Inertia count and residuals.
 #define SW_PHASE_CERTIFICATE 4
 
-/*
- Modal rotations and run-time layout.
- */
+// Modal rotations and run-time layout.
 #define SW_PHASE_ROTATION 5
 
-/*
- Number of phases.
- */
+// Number of phases.
 #define SW_PHASE_COUNT 6
 
-/*
- The run-time basis in 32 bits: half the memory and time; positions good to about 1e-6 of the displacement.
- */
+// The run-time basis in 32 bits: half the memory and time; positions good to about 1e-6 of the displacement.
 #define SW_PRECISION_F32 1
 
-/*
- The run-time basis in 64 bits.
- */
+// The run-time basis in 64 bits.
 #define SW_PRECISION_F64 2
 
-/*
- Phi: displacement per unit amplitude, mass-orthonormal, 1/sqrt(mass).
- */
+// Phi: displacement per unit amplitude, mass-orthonormal, 1/sqrt(mass).
 #define SW_SHAPE_DISPLACEMENT 1
 
-/*
- Psi = W Phi: rotation vector per unit amplitude (paper eq. 10).
- */
+// Psi = W Phi: rotation vector per unit amplitude (paper eq. 10).
 #define SW_SHAPE_ROTATION 2
 
-/*
- Modal warping (the paper): u = R~(Psi q) Phi q, modal force Phi^T R^T F.
- */
+// Modal warping (the paper): u = R~(Psi q) Phi q, modal force Phi^T R^T F.
 #define SW_METHOD_WARP 1
 
-/*
- Linear modal analysis: u = Phi q, modal force Phi^T F.
- */
+// Linear modal analysis: u = Phi q, modal force Phi^T F.
 #define SW_METHOD_LMA 2
 
-/*
- Backward Euler: first order, stable for every step, damps what the step does not resolve.
- */
+// Backward Euler: first order, stable for every step, damps what the step does not resolve.
 #define SW_INTEGRATOR_IMPLICIT_EULER 1
 
-/*
- The closed-form motion of each mode under a force constant over the step: no numerical damping of its own.
- */
+// The closed-form motion of each mode under a force constant over the step: no numerical damping of its own.
 #define SW_INTEGRATOR_EXACT 2
 
-/*
- World axes and origin.
- */
+// World axes and origin.
 #define SW_SPACE_WORLD 0
 
-/*
- Axes and origin of the support frame.
- */
+// Axes and origin of the support frame.
 #define SW_SPACE_FRAME 1
 
-/*
- The frame jumps to its new pose and is at rest there: no inertial load.
- */
+// The frame jumps to its new pose and is at rest there: no inertial load.
 #define SW_FRAME_TELEPORT 1
 
-/*
- The velocities and accelerations of the descriptor are used instead of differences of poses.
- */
+// The velocities and accelerations of the descriptor are used instead of differences of poses.
 #define SW_FRAME_MOTION_GIVEN 2
 
-/*
- A shell and, after precompute, its modes. Opaque.
- */
+// A shell and, after precompute, its modes. Opaque.
 typedef struct SwModel SwModel;
 
-/*
- A moving shell. Opaque. One thread at a time, but functions that take it const may run at the same time as each other;
- a violation returns SW_ERROR_BUSY.
- */
+// A moving shell. Opaque. One thread at a time, but functions that take it const may run at the same time as each other;
+// a violation returns SW_ERROR_BUSY.
 typedef struct SwState SwState;
 
-/*
- Result of a call: SW_OK or one of SW_ERROR_…. The message is in sw_last_error_message().
- */
+// Result of a call: SW_OK or one of SW_ERROR_.... The message is in sw_last_error_message().
 typedef uint32_t SwStatus;
 
-/*
- Receives a message. Called on the thread that makes the call concerned; must not throw or long-jump.
- */
+// Receives a message. Called on the thread that makes the call concerned; must not throw or long-jump.
 typedef void (*SwLogFn)(void *user, uint32_t level, const char *message);
 
-/*
- A triangle mesh in the host's memory. Nothing is kept: the library copies what it needs during the call.
- */
+// A triangle mesh in the host's memory. Nothing is kept: the library copies what it needs during the call.
 typedef struct {
-  /*
-   Set by sw_mesh_desc_init.
-   */
+  // Set by sw_mesh_desc_init.
   uint32_t struct_size;
-  /*
-   SW_FORMAT_F32 or SW_FORMAT_F64: type of the coordinates. Required.
-   */
+  // SW_FORMAT_F32 or SW_FORMAT_F64: type of the coordinates. Required.
   uint32_t position_format;
-  /*
-   Rest positions (n_vertices x 3), in any unit of length; all else follows in that unit. Required.
-   */
+  // Rest positions (n_vertices x 3), in any unit of length; all else follows in that unit. Required.
   const void *positions;
-  /*
-   Bytes from one vertex to the next, 0 = packed. Maya points: 32; Houdini P: 12.
-   */
+  // Bytes from one vertex to the next, 0 = packed. Maya points: 32; Houdini P: 12.
   uint64_t position_stride;
-  /*
-   Vertex indices from 0 (n_triangles x 3). Required.
-   */
+  // Vertex indices from 0 (n_triangles x 3). Required.
   const uint32_t *triangles;
-  /*
-   Bytes from one triangle to the next, 0 = packed.
-   */
+  // Bytes from one triangle to the next, 0 = packed.
   uint64_t triangle_stride;
-  /*
-   At least 1, below UINT32_MAX.
-   */
+  // At least 1, below UINT32_MAX.
   uint32_t n_vertices;
-  /*
-   At least 1, below 2^30.
-   */
+  // At least 1, below 2^30.
   uint32_t n_triangles;
 } SwMeshDesc;
 
-/*
- One located problem of a mesh. Output only.
- */
+// One located problem of a mesh. Output only.
 typedef struct {
-  /*
-   SW_DIAGNOSTIC_….
-   */
+  // SW_DIAGNOSTIC_....
   uint32_t kind;
-  /*
-   SW_SEVERITY_….
-   */
+  // SW_SEVERITY_....
   uint32_t severity;
-  /*
-   Triangle or vertex, as the kind says.
-   */
+  // Triangle or vertex, as the kind says.
   uint32_t element;
-  /*
-   The vertices concerned, UINT32_MAX where unused.
-   */
+  // The vertices concerned, UINT32_MAX where unused.
   uint32_t vertices[4];
-  /*
-   0.
-   */
+  // 0.
   uint32_t reserved;
-  /*
-   Numbers, as the kind says.
-   */
+  // Numbers, as the kind says.
   double value[2];
-  /*
-   The same in words, NUL-terminated.
-   */
+  // The same in words, NUL-terminated.
   char message[SW_DIAGNOSTIC_MESSAGE_SIZE];
 } SwDiagnostic;
 
-/*
- Material constants, uniform over the shell. 0 means the default; stiffnesses must not be negative.
- */
+// Material constants, uniform over the shell. 0 means the default; stiffnesses must not be negative.
 typedef struct {
-  /*
-   Set by sw_material_desc_init.
-   */
+  // Set by sw_material_desc_init.
   uint32_t struct_size;
-  /*
-   SW_ENERGY_…; 0 = SW_ENERGY_DISCRETE_SHELLS.
-   */
+  // SW_ENERGY_...; 0 = SW_ENERGY_DISCRETE_SHELLS.
   uint32_t energy;
-  /*
-   Area stiffness k_A, energy per area. Default 1e4.
-   */
+  // Area stiffness k_A, energy per area. Default 1e4.
   double k_area;
-  /*
-   Length stiffness k_L, energy per length. Default 1e4. On a near-equilateral mesh of edge l the membrane stiffness
-   (Young's modulus times thickness) is about 4 k_L / (sqrt(3) l).
-   */
+  // Length stiffness k_L, energy per length. Default 1e4. On a near-equilateral mesh of edge l the membrane stiffness
+  // (Young's modulus times thickness) is about 4 k_L / (sqrt(3) l).
   double k_length;
-  /*
-   Bending stiffness k_B, energy. Default 1. The plate rigidity is D = 6 k_B with Poisson's ratio -1/3.
-   */
+  // Bending stiffness k_B, energy. Default 1. The plate rigidity is D = 6 k_B with Poisson's ratio -1/3.
   double k_bend;
-  /*
-   Mass per area. Default 1.
-   */
+  // Mass per area. Default 1.
   double area_density;
 } SwMaterialDesc;
 
-/*
- Which vertices are held in place in the support frame. Lists may repeat vertices.
- */
+// Which vertices are held in place in the support frame. Lists may repeat vertices.
 typedef struct {
-  /*
-   Set by sw_support_desc_init.
-   */
+  // Set by sw_support_desc_init.
   uint32_t struct_size;
-  /*
-   Must be 0.
-   */
+  // Must be 0.
   uint32_t flags;
-  /*
-   Fixed vertices (n_fixed). A straight row of them is a hinge: nothing resists turning about it.
-   */
+  // Fixed vertices (n_fixed). A straight row of them is a hinge: nothing resists turning about it.
   const uint32_t *fixed;
-  /*
-   Clamped vertices (n_clamped): fixed together with all their edge neighbours, which holds the slope as well.
-   */
+  // Clamped vertices (n_clamped): fixed together with all their edge neighbours, which holds the slope as well.
   const uint32_t *clamped;
-  /*
-   Length of fixed.
-   */
+  // Length of fixed.
   uint32_t n_fixed;
-  /*
-   Length of clamped.
-   */
+  // Length of clamped.
   uint32_t n_clamped;
 } SwSupportDesc;
 
-/*
- Hears of progress on the thread that called sw_model_precompute: SW_PHASE_… and the fraction of that phase, 0 to 1. A
- phase may come up more than once. Must return SW_PROGRESS_CONTINUE or SW_PROGRESS_CANCEL; anything else is an error, so
- that a callback which forgets to return is found out. Must not throw or long-jump, nor destroy the model.
- */
+// Hears of progress on the thread that called sw_model_precompute: SW_PHASE_... and the fraction of that phase, 0 to 1. A
+// phase may come up more than once. Must return SW_PROGRESS_CONTINUE or SW_PROGRESS_CANCEL; anything else is an error, so
+// that a callback which forgets to return is found out. Must not throw or long-jump, nor destroy the model.
 typedef uint32_t (*SwProgressFn)(void *user, uint32_t phase, double fraction);
 
-/*
- What to precompute.
- */
+// What to precompute.
 typedef struct {
-  /*
-   Set by sw_precompute_desc_init.
-   */
+  // Set by sw_precompute_desc_init.
   uint32_t struct_size;
-  /*
-   Number of lowest modes, zero modes included; default 16. Given are at most as many as there are unknowns, and at
-   most 1024; sw_model_info tells.
-   */
+  // Number of lowest modes, zero modes included; default 16. Given are at most as many as there are unknowns, and at
+  // most 1024; sw_model_info tells.
   uint32_t modes;
-  /*
-   SW_PRECISION_… of the run-time basis; 0 = SW_PRECISION_F32. Modes are always computed in 64 bits.
-   */
+  // SW_PRECISION_... of the run-time basis; 0 = SW_PRECISION_F32. Modes are always computed in 64 bits.
   uint32_t precision;
-  /*
-   Must be 0.
-   */
+  // Must be 0.
   uint32_t flags;
-  /*
-   NULL = none.
-   */
+  // NULL = none.
   SwProgressFn progress;
-  /*
-   Passed to progress.
-   */
+  // Passed to progress.
   void *progress_user;
 } SwPrecomputeDesc;
 
-/*
- Facts about a model. The caller sets struct_size with sw_model_info_init.
- */
+// Facts about a model. The caller sets struct_size with sw_model_info_init.
 typedef struct {
-  /*
-   Set by sw_model_info_init.
-   */
+  // Set by sw_model_info_init.
   uint32_t struct_size;
-  /*
-   Vertices of the mesh.
-   */
+  // Vertices of the mesh.
   uint32_t n_vertices;
-  /*
-   Triangles of the mesh.
-   */
+  // Triangles of the mesh.
   uint32_t n_triangles;
-  /*
-   Edges.
-   */
+  // Edges.
   uint32_t n_edges;
-  /*
-   Edges with two triangles.
-   */
+  // Edges with two triangles.
   uint32_t n_interior_edges;
-  /*
-   Connected components.
-   */
+  // Connected components.
   uint32_t n_components;
-  /*
-   Vertices that no triangle uses.
-   */
+  // Vertices that no triangle uses.
   uint32_t n_unreferenced;
-  /*
-   Triangles turned over internally.
-   */
+  // Triangles turned over internally.
   uint32_t n_reoriented;
-  /*
-   Vertices held by supports, clamped neighbours included.
-   */
+  // Vertices held by supports, clamped neighbours included.
   uint32_t n_fixed;
-  /*
-   Three per vertex that moves.
-   */
+  // Three per vertex that moves.
   uint32_t n_unknowns;
-  /*
-   1 after sw_model_precompute, else 0; all fields below but mass, area and size are 0 before.
-   */
+  // 1 after sw_model_precompute, else 0; all fields below but mass, area and size are 0 before.
   uint32_t precomputed;
-  /*
-   Number of modes.
-   */
+  // Number of modes.
   uint32_t modes;
-  /*
-   How many of them have eigenvalue 0: rigid motions and mechanisms that nothing resists.
-   */
+  // How many of them have eigenvalue 0: rigid motions and mechanisms that nothing resists.
   uint32_t zero_modes;
-  /*
-   Eigenvalues below inertia_shift by the inertia of an LBL^T factorization.
-   */
+  // Eigenvalues below inertia_shift by the inertia of an LBL^T factorization.
   uint32_t inertia_count;
-  /*
-   Modes found below inertia_shift. Equal to inertia_count: none is missing. Larger than modes when these end inside a
-   group of repeated eigenvalues.
-   */
+  // Modes found below inertia_shift. Equal to inertia_count: none is missing. Larger than modes when these end inside a
+  // group of repeated eigenvalues.
   uint32_t inertia_found;
-  /*
-   SW_PRECISION_….
-   */
+  // SW_PRECISION_....
   uint32_t precision;
-  /*
-   Sum of the lumped masses.
-   */
+  // Sum of the lumped masses.
   double total_mass;
-  /*
-   Sum of the rest areas.
-   */
+  // Sum of the rest areas.
   double total_area;
-  /*
-   Diagonal of the bounding box.
-   */
+  // Diagonal of the bounding box.
   double size;
-  /*
-   max |K phi - lambda M phi| / (|K| |phi|) over the modes, 2-norms and the 1-norm of K.
-   */
+  // max |K phi - lambda M phi| / (|K| |phi|) over the modes, 2-norms and the 1-norm of K.
   double residual;
-  /*
-   max |Phi^T M Phi - I|.
-   */
+  // max |Phi^T M Phi - I|.
   double orthonormality;
-  /*
-   Where eigenvalues were counted, 1/s^2.
-   */
+  // Where eigenvalues were counted, 1/s^2.
   double inertia_shift;
-  /*
-   Seconds by SW_PHASE_….
-   */
+  // Seconds by SW_PHASE_....
   double seconds[SW_PHASE_COUNT];
-  /*
-   Bytes that the model holds for the run.
-   */
+  // Bytes that the model holds for the run.
   uint64_t bytes_model;
-  /*
-   Bytes of one state.
-   */
+  // Bytes of one state.
   uint64_t bytes_state;
-  /*
-   Estimate of the most bytes held at once during precompute.
-   */
+  // Estimate of the most bytes held at once during precompute.
   uint64_t bytes_precompute_peak;
 } SwModelInfo;
 
-/*
- How a state moves.
- */
+// How a state moves.
 typedef struct {
-  /*
-   Set by sw_state_desc_init.
-   */
+  // Set by sw_state_desc_init.
   uint32_t struct_size;
-  /*
-   SW_METHOD_…; 0 = SW_METHOD_WARP.
-   */
+  // SW_METHOD_...; 0 = SW_METHOD_WARP.
   uint32_t method;
-  /*
-   SW_INTEGRATOR_…; 0 = SW_INTEGRATOR_IMPLICIT_EULER.
-   */
+  // SW_INTEGRATOR_...; 0 = SW_INTEGRATOR_IMPLICIT_EULER.
   uint32_t integrator;
-  /*
-   Must be 0.
-   */
+  // Must be 0.
   uint32_t flags;
 } SwStateDesc;
 
-/*
- Damping of each mode: c = xi + zeta lambda + 2 ratio sqrt(lambda). All must be finite and not negative; 0 = none.
- */
+// Damping of each mode: c = xi + zeta lambda + 2 ratio sqrt(lambda). All must be finite and not negative; 0 = none.
 typedef struct {
-  /*
-   Set by sw_damping_desc_init.
-   */
+  // Set by sw_damping_desc_init.
   uint32_t struct_size;
-  /*
-   0, 1 (one ratio for all modes) or the number of modes.
-   */
+  // 0, 1 (one ratio for all modes) or the number of modes.
   uint32_t n_ratios;
-  /*
-   Rayleigh's xi, 1/s.
-   */
+  // Rayleigh's xi, 1/s.
   double mass_coefficient;
-  /*
-   Rayleigh's zeta, s.
-   */
+  // Rayleigh's zeta, s.
   double stiffness_coefficient;
-  /*
-   Fractions of critical damping (n_ratios).
-   */
+  // Fractions of critical damping (n_ratios).
   const double *ratios;
 } SwDampingDesc;
 
-/*
- A pose of the support frame, world = origin + rotation local, and optionally its motion, all in world axes.
- */
+// A pose of the support frame, world = origin + rotation local, and optionally its motion, all in world axes.
 typedef struct {
-  /*
-   Set by sw_frame_desc_init.
-   */
+  // Set by sw_frame_desc_init.
   uint32_t struct_size;
-  /*
-   SW_FRAME_… or 0. SW_FRAME_TELEPORT wins.
-   */
+  // SW_FRAME_... or 0. SW_FRAME_TELEPORT wins.
   uint32_t flags;
-  /*
-   World position of the frame's origin.
-   */
+  // World position of the frame's origin.
   double origin[3];
-  /*
-   Row-major rotation matrix, its columns the frame's axes in world space. All zero = identity. Must be orthonormal to
-   1e-4 and right-handed; the nearest rotation is used.
-   */
+  // Row-major rotation matrix, its columns the frame's axes in world space. All zero = identity. Must be orthonormal to
+  // 1e-4 and right-handed; the nearest rotation is used.
   double rotation[9];
-  /*
-   Velocity of the origin, read with SW_FRAME_MOTION_GIVEN only, as the three below.
-   */
+  // Velocity of the origin, read with SW_FRAME_MOTION_GIVEN only, as the three below.
   double velocity[3];
-  /*
-   Acceleration of the origin.
-   */
+  // Acceleration of the origin.
   double acceleration[3];
-  /*
-   Angular velocity, rad/s.
-   */
+  // Angular velocity, rad/s.
   double angular_velocity[3];
-  /*
-   Angular acceleration, rad/s^2.
-   */
+  // Angular acceleration, rad/s^2.
   double angular_acceleration[3];
 } SwFrameDesc;
 
-/*
- Measures of a state. The caller sets struct_size with sw_state_report_init.
- */
+// Measures of a state. The caller sets struct_size with sw_state_report_init.
 typedef struct {
-  /*
-   Set by sw_state_report_init.
-   */
+  // Set by sw_state_report_init.
   uint32_t struct_size;
-  /*
-   1 while max_rotation is at most a quarter turn, where the method's own error reaches a fifth of the displacement.
-   */
+  // 1 while max_rotation is at most a quarter turn, where the method's own error reaches a fifth of the displacement.
   uint32_t in_range;
-  /*
-   Seconds stepped since creation or reset.
-   */
+  // Seconds stepped since creation or reset.
   double time;
-  /*
-   Of the modal motion in the frame.
-   */
+  // Of the modal motion in the frame.
   double kinetic_energy;
-  /*
-   Of the modal deformation.
-   */
+  // Of the modal deformation.
   double elastic_energy;
-  /*
-   Largest modal rotation |w|, rad.
-   */
+  // Largest modal rotation |w|, rad.
   double max_rotation;
-  /*
-   Largest displacement in the frame.
-   */
+  // Largest displacement in the frame.
   double max_displacement;
 } SwStateReport;
 
-/*
- Done.
- */
+// Done.
 #define SW_OK 0
 
-/*
- A pointer is NULL, a value is not finite or out of its range, an enumerant or a flag is unknown.
- */
+// A pointer is NULL, a value is not finite or out of its range, an enumerant or a flag is unknown.
 #define SW_ERROR_INVALID_ARGUMENT 1
 
-/*
- A descriptor's struct_size is not one that this library knows: call its sw_…_init first.
- */
+// A descriptor's struct_size is not one that this library knows: call its sw_..._init first.
 #define SW_ERROR_INVALID_DESC 2
 
-/*
- The mesh has a problem of severity error; sw_mesh_check lists them all.
- */
+// The mesh has a problem of severity error; sw_mesh_check lists them all.
 #define SW_ERROR_INVALID_MESH 3
 
-/*
- The model has no modes yet: call sw_model_precompute first.
- */
+// The model has no modes yet: call sw_model_precompute first.
 #define SW_ERROR_NOT_PRECOMPUTED 4
 
-/*
- The progress callback returned SW_PROGRESS_CANCEL.
- */
+// The progress callback returned SW_PROGRESS_CANCEL.
 #define SW_ERROR_CANCELLED 5
 
-/*
- The memory could not be had.
- */
+// The memory could not be had.
 #define SW_ERROR_OUT_OF_MEMORY 6
 
-/*
- A factorization or iteration failed, or a result would not be finite.
- */
+// A factorization or iteration failed, or a result would not be finite.
 #define SW_ERROR_NUMERICAL 7
 
-/*
- A buffer is too small; the message says what is needed.
- */
+// A buffer is too small; the message says what is needed.
 #define SW_ERROR_BUFFER_SIZE 8
 
-/*
- Saved bytes are damaged, of another version, or belong to another model.
- */
+// Saved bytes are damaged, of another version, or belong to another model.
 #define SW_ERROR_INVALID_DATA 9
 
-/*
- The handle is in use by another thread.
- */
+// The handle is in use by another thread.
 #define SW_ERROR_BUSY 10
 
-/*
- This build or this version does not offer what was asked for.
- */
+// This build or this version does not offer what was asked for.
 #define SW_ERROR_UNSUPPORTED 11
 
-/*
- A defect of the library was caught. The handle concerned is poisoned: all but its destruction fails from now on.
- */
+// A defect of the library was caught. The handle concerned is poisoned: all but its destruction fails from now on.
 #define SW_ERROR_INTERNAL 12
 
 #ifdef __cplusplus
 extern "C" {
 #endif // __cplusplus
 
-/*
- The message of the last failed call on this thread, "" if none failed. Never NULL. The text names the item and the
- numbers. The pointer stays valid until the next failed call on this thread or its end.
- */
+// The message of the last failed call on this thread, "" if none failed. Never NULL. The text names the item and the
+// numbers. The pointer stays valid until the next failed call on this thread or its end.
 const char *sw_last_error_message(void);
 
-/*
- A short constant description of a status code; "unknown status" for any other number. Never NULL.
- */
+// A short constant description of a status code; "unknown status" for any other number. Never NULL.
 const char *sw_status_string(SwStatus status);
 
-/*
- SW_ABI_VERSION of the library itself.
- */
+// SW_ABI_VERSION of the library itself.
 uint32_t sw_abi_version(void);
 
-/*
- Version of the library, such as "0.1.0". Never NULL.
- */
+// Version of the library, such as "0.1.0". Never NULL.
 const char *sw_version_string(void);
 
-/*
- Sets the receiver of log messages for the whole process, NULL for none (the default). The library never prints. When
- this returns, calls under way on other threads may still use the old callback once.
- */
+// Sets the receiver of log messages for the whole process, NULL for none (the default). The library never prints. When
+// this returns, calls under way on other threads may still use the old callback once.
 SwStatus sw_set_log_callback(SwLogFn callback,
                              void *user);
 
-/*
- Writes struct_size and zeros. NULL is allowed and does nothing.
- */
+// Writes struct_size and zeros. NULL is allowed and does nothing.
 void sw_mesh_desc_init(SwMeshDesc *desc);
 
-/*
- Finds every problem of a mesh without building anything; errors come first, then warnings, each by kind and element.
-
- Writes min(capacity, *count) diagnostics; `count` is how many there are in all. `diagnostics` may be NULL if `capacity`
- is 0. SW_OK says that the check was done, not that the mesh is good: read the severities. Callable from any thread.
- Errors: SW_ERROR_INVALID_DESC, SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_MESH when a count is out of range.
- */
+// Finds every problem of a mesh without building anything; errors come first, then warnings, each by kind and element.
+//
+// Writes min(capacity, *count) diagnostics; `count` is how many there are in all. `diagnostics` may be NULL if `capacity`
+// is 0. SW_OK says that the check was done, not that the mesh is good: read the severities. Callable from any thread.
+// Errors: SW_ERROR_INVALID_DESC, SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_MESH when a count is out of range.
 SwStatus sw_mesh_check(const SwMeshDesc *mesh,
                        SwDiagnostic *diagnostics,
                        uint32_t capacity,
                        uint32_t *count);
 
-/*
- Writes struct_size and zeros. NULL is allowed and does nothing.
- */
+// Writes struct_size and zeros. NULL is allowed and does nothing.
 void sw_material_desc_init(SwMaterialDesc *desc);
 
-/*
- Writes struct_size and zeros. NULL is allowed and does nothing.
- */
+// Writes struct_size and zeros. NULL is allowed and does nothing.
 void sw_support_desc_init(SwSupportDesc *desc);
 
-/*
- Writes struct_size and zeros. NULL is allowed and does nothing.
- */
+// Writes struct_size and zeros. NULL is allowed and does nothing.
 void sw_precompute_desc_init(SwPrecomputeDesc *desc);
 
-/*
- Writes struct_size and zeros. NULL is allowed and does nothing.
- */
+// Writes struct_size and zeros. NULL is allowed and does nothing.
 void sw_model_info_init(SwModelInfo *info);
 
-/*
- Makes a model of a mesh, a material (NULL = defaults) and supports (NULL = none: the shell floats free).
-
- On success *model is a new handle, to be given to sw_model_destroy; on failure it is untouched. The descriptors and what
- they point to are copied. Callable from any thread.
- Errors: SW_ERROR_INVALID_DESC, SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_MESH, SW_ERROR_NUMERICAL when masses leave the
- floating-point range, SW_ERROR_OUT_OF_MEMORY.
- */
+// Makes a model of a mesh, a material (NULL = defaults) and supports (NULL = none: the shell floats free).
+//
+// On success *model is a new handle, to be given to sw_model_destroy; on failure it is untouched. The descriptors and what
+// they point to are copied. Callable from any thread.
+// Errors: SW_ERROR_INVALID_DESC, SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_MESH, SW_ERROR_NUMERICAL when masses leave the
+// floating-point range, SW_ERROR_OUT_OF_MEMORY.
 SwStatus sw_model_create(const SwMeshDesc *mesh,
                          const SwMaterialDesc *material,
                          const SwSupportDesc *supports,
                          SwModel **model);
 
-/*
- Computes modes and modal rotations; `desc` may be NULL for defaults. May be called again with other options: states made
- before keep the modes they were made with.
-
- Blocks for seconds on large meshes. On failure or cancellation the model is as it was before. Not to be called at the
- same time as any other function on this model.
- Errors: SW_ERROR_INVALID_DESC, SW_ERROR_INVALID_ARGUMENT, SW_ERROR_CANCELLED, SW_ERROR_NUMERICAL,
- SW_ERROR_OUT_OF_MEMORY, SW_ERROR_BUSY.
- */
+// Computes modes and modal rotations; `desc` may be NULL for defaults. May be called again with other options: states made
+// before keep the modes they were made with.
+//
+// Blocks for seconds on large meshes. On failure or cancellation the model is as it was before. Not to be called at the
+// same time as any other function on this model.
+// Errors: SW_ERROR_INVALID_DESC, SW_ERROR_INVALID_ARGUMENT, SW_ERROR_CANCELLED, SW_ERROR_NUMERICAL,
+// SW_ERROR_OUT_OF_MEMORY, SW_ERROR_BUSY.
 SwStatus sw_model_precompute(SwModel *model,
                              const SwPrecomputeDesc *desc);
 
-/*
- Destroys a model. NULL does nothing. States made from it live on. A handle must not be destroyed twice or during a call.
- */
+// Destroys a model. NULL does nothing. States made from it live on. A handle must not be destroyed twice or during a call.
 void sw_model_destroy(SwModel *model);
 
-/*
- Counts, sizes, certificate and timings. `info` must be initialised by sw_model_info_init. Callable concurrently.
- Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_BUSY during a precompute.
- */
+// Counts, sizes, certificate and timings. `info` must be initialised by sw_model_info_init. Callable concurrently.
+// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_BUSY during a precompute.
 SwStatus sw_model_info(const SwModel *model,
                        SwModelInfo *info);
 
-/*
- Frequencies sqrt(lambda)/(2 pi) in Hz, ascending; a zero mode's is exactly 0. Two calls: with `hertz` NULL and `capacity` 0
- only *count is written. Callable concurrently.
- Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_BUFFER_SIZE when capacity < *count, SW_ERROR_NOT_PRECOMPUTED, SW_ERROR_BUSY.
- */
+// Frequencies sqrt(lambda)/(2 pi) in Hz, ascending; a zero mode's is exactly 0. Two calls: with `hertz` NULL and `capacity` 0
+// only *count is written. Callable concurrently.
+// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_BUFFER_SIZE when capacity < *count, SW_ERROR_NOT_PRECOMPUTED, SW_ERROR_BUSY.
 SwStatus sw_model_frequencies(const SwModel *model,
                               double *hertz,
                               uint32_t capacity,
                               uint32_t *count);
 
-/*
- One mode (n_vertices x 3) as SW_SHAPE_…, in SW_FORMAT_…, `stride` bytes from vertex to vertex (0 = packed). The sign and
- the basis of repeated modes follow a fixed rule: modes agree with the translations along x, y, z, then the rotations about
- them, then a fixed random field, the first that they see. Callable concurrently.
- Errors: SW_ERROR_INVALID_ARGUMENT, also when n_vertices is not the mesh's; SW_ERROR_NOT_PRECOMPUTED; SW_ERROR_BUSY.
- */
+// One mode (n_vertices x 3) as SW_SHAPE_..., in SW_FORMAT_..., `stride` bytes from vertex to vertex (0 = packed). The sign and
+// the basis of repeated modes follow a fixed rule: modes agree with the translations along x, y, z, then the rotations about
+// them, then a fixed random field, the first that they see. Callable concurrently.
+// Errors: SW_ERROR_INVALID_ARGUMENT, also when n_vertices is not the mesh's; SW_ERROR_NOT_PRECOMPUTED; SW_ERROR_BUSY.
 SwStatus sw_model_mode_shape(const SwModel *model,
                              uint32_t mode,
                              uint32_t shape,
@@ -855,107 +515,78 @@ SwStatus sw_model_mode_shape(const SwModel *model,
                              uint64_t stride,
                              uint32_t n_vertices);
 
-/*
- Writes struct_size and zeros. NULL is allowed and does nothing.
- */
+// Writes struct_size and zeros. NULL is allowed and does nothing.
 void sw_state_desc_init(SwStateDesc *desc);
 
-/*
- Writes struct_size and zeros. NULL is allowed and does nothing.
- */
+// Writes struct_size and zeros. NULL is allowed and does nothing.
 void sw_damping_desc_init(SwDampingDesc *desc);
 
-/*
- Writes struct_size and zeros: the world frame. NULL is allowed and does nothing.
- */
+// Writes struct_size and zeros: the world frame. NULL is allowed and does nothing.
 void sw_frame_desc_init(SwFrameDesc *desc);
 
-/*
- Writes struct_size and zeros. NULL is allowed and does nothing.
- */
+// Writes struct_size and zeros. NULL is allowed and does nothing.
 void sw_state_report_init(SwStateReport *report);
 
-/*
- Makes a state at rest on a precomputed model; `desc` may be NULL for defaults. No loads, no damping, the frame at the
- world's origin. The state keeps alive what it needs of the model. Callable concurrently on one model.
- On success *state is a new handle, to be given to sw_state_destroy; on failure it is untouched.
- Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_NOT_PRECOMPUTED, SW_ERROR_BUSY.
- */
+// Makes a state at rest on a precomputed model; `desc` may be NULL for defaults. No loads, no damping, the frame at the
+// world's origin. The state keeps alive what it needs of the model. Callable concurrently on one model.
+// On success *state is a new handle, to be given to sw_state_destroy; on failure it is untouched.
+// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_NOT_PRECOMPUTED, SW_ERROR_BUSY.
 SwStatus sw_state_create(const SwModel *model,
                          const SwStateDesc *desc,
                          SwState **state);
 
-/*
- Destroys a state. NULL does nothing. A handle must not be destroyed twice or during a call.
- */
+// Destroys a state. NULL does nothing. A handle must not be destroyed twice or during a call.
 void sw_state_destroy(SwState *state);
 
-/*
- Back to rest and time 0. Loads and damping stay; the frame stays at its last pose, at rest.
- Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_BUSY.
- */
+// Back to rest and time 0. Loads and damping stay; the frame stays at its last pose, at rest.
+// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_BUSY.
 SwStatus sw_state_reset(SwState *state);
 
-/*
- Makes an independent copy, loads and damping included; stepping both alike gives the same bits. *clone is a new handle.
- Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_BUSY.
- */
+// Makes an independent copy, loads and damping included; stepping both alike gives the same bits. *clone is a new handle.
+// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_BUSY.
 SwStatus sw_state_clone(const SwState *state,
                         SwState **clone);
 
-/*
- Sets gravity: 3 doubles, world axes, acceleration (length unit / s^2). 0 at first. Loads turn with the shell.
- Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_BUSY.
- */
-SwStatus sw_state_set_gravity(SwState *state, const double *gravity);
+// Sets gravity: 3 doubles, world axes, acceleration (length unit / s^2). 0 at first. Loads turn with the shell.
+// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_BUSY.
+SwStatus sw_state_set_gravity(SwState *state,
+                              const double *gravity);
 
-/*
- Replaces all damping.
- Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_BUSY.
- */
+// Replaces all damping.
+// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_BUSY.
 SwStatus sw_state_set_damping(SwState *state, const SwDampingDesc *desc);
 
-/*
- Sets where the support frame is at the end of the next step; call it before each step while the frame moves. It stays
- where it is when not called. Before the first step after creation or reset the frame is simply placed there.
-
- The shell feels gravity less the frame's acceleration, and the Euler, centrifugal and Coriolis forces of its rotation.
- Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_BUSY.
- */
+// Sets where the support frame is at the end of the next step; call it before each step while the frame moves. It stays
+// where it is when not called. Before the first step after creation or reset the frame is simply placed there.
+//
+// The shell feels gravity less the frame's acceleration, and the Euler, centrifugal and Coriolis forces of its rotation.
+// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_BUSY.
 SwStatus sw_state_set_frame(SwState *state,
                             const SwFrameDesc *desc);
 
-/*
- Sets modal amplitudes and their rates (count each, count = number of modes); unit: length times sqrt(mass).
- Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_BUSY.
- */
+// Sets modal amplitudes and their rates (count each, count = number of modes); unit: length times sqrt(mass).
+// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_BUSY.
 SwStatus sw_state_set_amplitudes(SwState *state,
                                  const double *amplitudes,
                                  const double *velocities,
                                  uint32_t count);
 
-/*
- Modal amplitudes q and rates. Two calls: with both pointers NULL and `capacity` 0 only *count is written.
- Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_BUFFER_SIZE when capacity < *count, SW_ERROR_BUSY.
- */
+// Modal amplitudes q and rates. Two calls: with both pointers NULL and `capacity` 0 only *count is written.
+// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_BUFFER_SIZE when capacity < *count, SW_ERROR_BUSY.
 SwStatus sw_state_amplitudes(const SwState *state,
                              double *amplitudes,
                              double *velocities,
                              uint32_t capacity,
                              uint32_t *count);
 
-/*
- Advances by `seconds` > 0; any step, changing from call to call. Does not allocate. On failure nothing has moved.
- Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_NUMERICAL when the result would not be finite, SW_ERROR_BUSY.
- */
+// Advances by `seconds` > 0; any step, changing from call to call. Does not allocate. On failure nothing has moved.
+// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_NUMERICAL when the result would not be finite, SW_ERROR_BUSY.
 SwStatus sw_state_step(SwState *state,
                        double seconds);
 
-/*
- Deformed positions (n_vertices x 3) in SW_SPACE_…, as SW_FORMAT_…, `stride` bytes from vertex to vertex (0 = packed).
- Order and number of vertices are those of the mesh. Callable concurrently.
- Errors: SW_ERROR_INVALID_ARGUMENT, also when n_vertices is not the mesh's; SW_ERROR_BUSY.
- */
+// Deformed positions (n_vertices x 3) in SW_SPACE_..., as SW_FORMAT_..., `stride` bytes from vertex to vertex (0 = packed).
+// Order and number of vertices are those of the mesh. Callable concurrently.
+// Errors: SW_ERROR_INVALID_ARGUMENT, also when n_vertices is not the mesh's; SW_ERROR_BUSY.
 SwStatus sw_state_positions(const SwState *state,
                             uint32_t space,
                             uint32_t format,
@@ -963,11 +594,9 @@ SwStatus sw_state_positions(const SwState *state,
                             uint64_t stride,
                             uint32_t n_vertices);
 
-/*
- Area-weighted unit normals of the deformed shell (n_vertices x 3), as sw_state_positions; zero at unreferenced vertices.
- They follow the orientation of the mesh's triangles, as re-oriented where these disagree. Allocates.
- Errors: as sw_state_positions, SW_ERROR_OUT_OF_MEMORY.
- */
+// Area-weighted unit normals of the deformed shell (n_vertices x 3), as sw_state_positions; zero at unreferenced vertices.
+// They follow the orientation of the mesh's triangles, as re-oriented where these disagree. Allocates.
+// Errors: as sw_state_positions, SW_ERROR_OUT_OF_MEMORY.
 SwStatus sw_state_normals(const SwState *state,
                           uint32_t space,
                           uint32_t format,
@@ -975,10 +604,8 @@ SwStatus sw_state_normals(const SwState *state,
                           uint64_t stride,
                           uint32_t n_vertices);
 
-/*
- Rotation of each vertex's frame from rest, exp of its modal rotation, as unit quaternions w x y z (n_vertices x 4), for
- hosts that carry tangent frames, hair or instances along. Otherwise as sw_state_positions.
- */
+// Rotation of each vertex's frame from rest, exp of its modal rotation, as unit quaternions w x y z (n_vertices x 4), for
+// hosts that carry tangent frames, hair or instances along. Otherwise as sw_state_positions.
 SwStatus sw_state_rotations(const SwState *state,
                             uint32_t space,
                             uint32_t format,
@@ -986,29 +613,23 @@ SwStatus sw_state_rotations(const SwState *state,
                             uint64_t stride,
                             uint32_t n_vertices);
 
-/*
- Energies, and how far the shell is bent. `report` must be initialised by sw_state_report_init. Visits every vertex, so
- costs as much as reading the positions. Callable concurrently.
- Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_BUSY.
- */
+// Energies, and how far the shell is bent. `report` must be initialised by sw_state_report_init. Visits every vertex, so
+// costs as much as reading the positions. Callable concurrently.
+// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_BUSY.
 SwStatus sw_state_report(const SwState *state,
                          SwStateReport *report);
 
-/*
- Saves the dynamic state (time, frame, amplitudes and rates), 944 bytes at 50 modes; loads and damping are inputs and not
- saved. Two calls: with `bytes` NULL and `capacity` 0 only *size is written. Callable concurrently.
- Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_BUFFER_SIZE when capacity < *size, SW_ERROR_BUSY.
- */
+// Saves the dynamic state (time, frame, amplitudes and rates), 944 bytes at 50 modes; loads and damping are inputs and not
+// saved. Two calls: with `bytes` NULL and `capacity` 0 only *size is written. Callable concurrently.
+// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_BUFFER_SIZE when capacity < *size, SW_ERROR_BUSY.
 SwStatus sw_state_save(const SwState *state,
                        void *bytes,
                        uint64_t capacity,
                        uint64_t *size);
 
-/*
- Restores what sw_state_save gave on a model made from the same inputs; the run then goes on with the same bits. Safe on
- any bytes: they carry a version, sizes, the model's fingerprint and a checksum. On failure nothing has changed.
- Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DATA, SW_ERROR_BUSY.
- */
+// Restores what sw_state_save gave on a model made from the same inputs; the run then goes on with the same bits. Safe on
+// any bytes: they carry a version, sizes, the model's fingerprint and a checksum. On failure nothing has changed.
+// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DATA, SW_ERROR_BUSY.
 SwStatus sw_state_load(SwState *state,
                        const void *bytes,
                        uint64_t size);

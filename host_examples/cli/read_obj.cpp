@@ -1,5 +1,6 @@
 // OBJ by tinyobjloader's callbacks: it knows the many forms of a face line, this file keeps vertex order and strictness.
-// The loader reads a malformed coordinate as 0 and lets an index overflow, so both are read again from the line itself.
+// The loader reads a malformed coordinate as 0, so coordinates are read again from the line itself; and its integers
+// overflow silently, so numbers that are too long for them are refused before it sees any.
 #include "mesh.hpp"
 #include "text_lines.hpp"
 
@@ -69,22 +70,37 @@ struct ObjBuilder {
     return static_cast<uint32_t>(resolved - 1);
   }
 
-  void check_index_digits() const {
-    std::size_t digits = 0;
-    for (char c : lines.text()) {
-      digits = c >= '0' && c <= '9' ? digits + 1 : 0;
-      if (digits > 9) fail("a vertex number has more than 9 digits; is the file damaged?");
-    }
-  }
-
   void add_face(const tinyobj::index_t *indices, int count) {
-    check_index_digits();
     if (count < 3) fail("a face needs at least three corners; found " + std::to_string(count));
     std::vector<uint32_t> corners;
     for (int k = 0; k < count; ++k) corners.push_back(corner(indices[k].vertex_index));
     mesh.add_polygon(corners);
   }
 };
+
+// Indices and exponents of more than nine digits do not fit the loader's integers; digits of a mantissa may be as many as
+// there are.
+bool has_overlong_number(std::string_view line) {
+  const bool face = line[0] == 'f';
+  std::size_t digits = 0;
+  bool exponent = false;
+  for (std::size_t k = 1; k < line.size(); ++k) {
+    const bool digit = line[k] >= '0' && line[k] <= '9';
+    if (!digit && line[k] != '+' && line[k] != '-') exponent = line[k] == 'e' || line[k] == 'E';
+    digits = digit ? digits + 1 : 0;
+    if (digits > 9 && (face || exponent)) return true;
+  }
+  return false;
+}
+
+void refuse_overlong_numbers(const std::string &path, const std::string &contents) {
+  TextLines lines(path, contents);
+  while (lines.next_line()) {
+    const std::string_view line = lines.rest();
+    if ((line[0] == 'f' || line[0] == 'v') && has_overlong_number(line))
+      lines.fail("an index or exponent has more than 9 digits; is the file damaged?");
+  }
+}
 
 ObjBuilder &builder(void *user) { return *static_cast<ObjBuilder *>(user); }
 
@@ -98,6 +114,7 @@ tinyobj::callback_t callbacks() {
 }  // namespace
 
 Mesh read_obj(const std::string &path, const std::string &contents) {
+  refuse_overlong_numbers(path, contents);
   LineBuffer lines(contents);
   std::istream stream(&lines);
   ObjBuilder obj{path, lines, {}, 0, 0};

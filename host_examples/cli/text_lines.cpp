@@ -72,6 +72,8 @@ std::string_view TextLines::word() {
 
 bool TextLines::has_word() const { return contents_.find_first_not_of(kBlank, at_) < stop_; }
 
+std::string_view TextLines::rest() const { return std::string_view(contents_).substr(at_, end_ - at_); }
+
 double TextLines::number(const std::string &what) {
   const std::string_view text = word();
   double value = 0;

@@ -29,6 +29,8 @@ public:
   // Next word of this line; empty when there is none left.
   std::string_view word();
   bool has_word() const;
+  // All that is left of this line, comment and line end included.
+  std::string_view rest() const;
 
   // Next word as a finite number, or as an index; `what` names it in the message ("x of vertex 12").
   double number(const std::string &what);

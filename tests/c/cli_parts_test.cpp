@@ -228,6 +228,7 @@ std::vector<BadFile> bad_files() {
       {"before.obj", "v 0 0 0\nf -1 -2 -3\n", "before.obj:2:", "names vertex -2"},
       {"two.obj", "v 0 0 0\nv 1 0 0\nf 1 2\n", "two.obj:3:", "at least three corners; found 2"},
       {"overflow.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 4294967299\n", "overflow.obj:4:", "more than 9 digits"},
+      {"exponent.obj", "v 0 0 0\nvt 1e-12345678901 0\n", "exponent.obj:2:", "more than 9 digits"},
       {"empty.obj", "", "empty.obj:", "holds no vertices"},
       {"cloud.obj", "v 0 0 0\n", "cloud.obj:", "holds no faces"},
       {"junk.obj", std::string("\x7f" "ELF\0\x01\xff\xfe v\0\n\n\xc3(", 16), "junk.obj:", "holds no vertices"},
