@@ -26,7 +26,7 @@ public:
 protected:
   int_type underflow() override {
     if (rest_.empty()) return traits_type::eof();
-    text_ = rest_.substr(0, std::min(rest_.find('\n'), rest_.size() - 1) + 1);
+    text_ = rest_.substr(0, line_length(rest_));
     rest_.remove_prefix(text_.size());
     ++line_;
     char *begin = const_cast<char *>(text_.data());  // a get area is never written to
