@@ -619,7 +619,7 @@ SwStatus sw_state_rotations(const struct SwState *state,
 SwStatus sw_state_report(const struct SwState *state,
                          struct SwStateReport *report);
 
-// Saves the dynamic state (time, frame, amplitudes and rates), 944 bytes at 50 modes; loads and damping are inputs and not
+// Saves the dynamic state (time, frame, amplitudes and rates), 952 bytes at 50 modes; loads and damping are inputs and not
 // saved. Two calls: with `bytes` NULL and `capacity` 0 only *size is written. Callable concurrently.
 // Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_BUFFER_SIZE when capacity < *size, SW_ERROR_BUSY.
 SwStatus sw_state_save(const struct SwState *state,

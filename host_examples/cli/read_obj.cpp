@@ -102,6 +102,13 @@ void refuse_overlong_numbers(const std::string &path, const std::string &content
   }
 }
 
+// A lone "\r" made "\n": the loader looks past a "\r" for its "\n", and LineBuffer would be a line ahead of it.
+std::string with_plain_line_ends(std::string contents) {
+  for (std::size_t k = 0; k < contents.size(); ++k)
+    if (contents[k] == '\r' && (k + 1 == contents.size() || contents[k + 1] != '\n')) contents[k] = '\n';
+  return contents;
+}
+
 ObjBuilder &builder(void *user) { return *static_cast<ObjBuilder *>(user); }
 
 tinyobj::callback_t callbacks() {
@@ -113,7 +120,8 @@ tinyobj::callback_t callbacks() {
 
 }  // namespace
 
-Mesh read_obj(const std::string &path, const std::string &contents) {
+Mesh read_obj(const std::string &path, const std::string &raw_contents) {
+  const std::string contents = with_plain_line_ends(raw_contents);
   refuse_overlong_numbers(path, contents);
   LineBuffer lines(contents);
   std::istream stream(&lines);

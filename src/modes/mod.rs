@@ -152,7 +152,7 @@ pub fn lowest_modes(shell: &Shell, wanted: usize, progress: &mut Progress) -> Re
 
 /// Below this many unknowns the dense eigensolver is both faster and simpler.
 fn dense_limit(wanted: usize) -> usize {
-    (4 * wanted).max(240)
+    (5 * wanted / 2).max(240)
 }
 
 /// Block width and basis size for a number of wanted modes.
@@ -186,6 +186,8 @@ enum Outcome {
     BadShift(f64, Option<Pairs>),
     /// A − σI is not positive definite.
     Indefinite,
+    /// All wanted pairs converged, but the spectrum was not seen far enough to count them: a group larger than the basis.
+    Crowded(Option<Pairs>),
 }
 
 struct Search<'a> {
@@ -217,10 +219,26 @@ impl Search<'_> {
     fn sparse(&mut self, progress: &mut Progress) -> Result<Pairs> {
         let norm = self.stiffness.norm;
         let mut sigma = if self.may_be_singular() { -FIRST_SHIFT * norm } else { 0.0 };
-        let mut best = None;
-        for attempt in 0..MAX_SHIFTS {
+        let mut best: Option<Pairs> = None;
+        let mut attempt = 0;
+        let mut target = self.wanted;
+        while attempt < MAX_SHIFTS {
             let may_change = attempt + 1 < MAX_SHIFTS;
-            match self.sparse_with_shift(sigma, may_change, progress)? {
+            let outcome = self.sparse_with_shift(sigma, target, may_change, progress)?;
+            if let Outcome::Crowded(pairs) = outcome {
+                best = pairs.or(best);
+                target = 2 * target + 8;
+                if self.n() <= dense_limit(target) {
+                    return self.dense(progress);
+                }
+                if target > 2 * MAX_MODES {
+                    break;
+                }
+                continue;
+            }
+            attempt += 1;
+            match outcome {
+                Outcome::Crowded(_) => unreachable!(),
                 Outcome::Indefinite => sigma = (100.0 * sigma).min(-SMALLEST_SHIFT * norm),
                 Outcome::BadShift(better, pairs) => {
                     sigma = better;
@@ -260,7 +278,13 @@ impl Search<'_> {
         points.iter().any(|held| spanned_area(held) <= 1e-8 * mesh.size * mesh.size)
     }
 
-    fn sparse_with_shift(&mut self, sigma: f64, may_change: bool, progress: &mut Progress) -> Result<Outcome> {
+    fn sparse_with_shift(
+        &mut self,
+        sigma: f64,
+        target: usize,
+        may_change: bool,
+        progress: &mut Progress,
+    ) -> Result<Outcome> {
         progress.report(Phase::Factorization, 0.0)?;
         let shifted = self.stiffness.shifted(sigma);
         let Some(cholesky) = self.symbolic.cholesky(&shifted)? else {
@@ -269,15 +293,24 @@ impl Search<'_> {
         drop(shifted);
         progress.report(Phase::Factorization, 1.0)?;
 
-        let plan = Plan::of(self.wanted, self.n());
+        let plan = Plan::of(target, self.n());
         let mut lanczos = BlockLanczos::new(self.n(), plan.width, plan.capacity)?;
         let mut op = |block: MatMut<'_, f64>| cholesky.solve_in_place(block);
         let mut done = 0.0f64;
+        let mut crowded_sweeps = 0;
+        let mut last_pairs = None;
         // Each sweep fills the basis once; a sweep multiplies the error by the decay of a Chebyshev polynomial of its degree.
         for sweep in 0..MAX_SWEEPS {
             let mut ritz = None;
+            let mut next_check = self.wanted + plan.width;
             while lanczos.room() >= plan.width {
                 lanczos.step(&mut op)?;
+                // A Ritz solve costs p³: only when it can show something new, and at the end.
+                if lanczos.room() >= plan.width && lanczos.processed() < next_check {
+                    progress.report(Phase::Modes, 0.99 * done)?;
+                    continue;
+                }
+                next_check = lanczos.processed() + (lanczos.processed() / 6).max(plan.width);
                 let found = lanczos.ritz()?;
                 let converged = converged(&found);
                 done = done.max(converged.min(self.wanted) as f64 / self.wanted as f64);
@@ -285,6 +318,11 @@ impl Search<'_> {
                 if converged >= self.wanted
                     && let Some(pairs) = self.accept(&lanczos, &found, converged, sigma, sweep, progress)?
                 {
+                    if pairs.count != pairs.converged {
+                        last_pairs = Some(pairs);
+                        ritz = Some(found);
+                        continue;
+                    }
                     progress.report(Phase::Modes, 1.0)?;
                     return Ok(match self.better_shift(&pairs.eigenvalues, sigma) {
                         Some(better) if may_change => Outcome::BadShift(better, Some(pairs)),
@@ -297,12 +335,21 @@ impl Search<'_> {
             if may_change && let Some(better) = self.better_shift(&eigenvalues(&ritz, sigma), sigma) {
                 return Ok(Outcome::BadShift(better, None));
             }
-            let keep = (self.wanted + plan.width).min(plan.capacity - 2 * plan.width);
+            if converged(&ritz) >= self.wanted {
+                crowded_sweeps += 1;
+                if crowded_sweeps >= 2 {
+                    return Ok(Outcome::Crowded(last_pairs));
+                }
+            }
+            let keep = (target + plan.width).min(plan.capacity - 2 * plan.width);
             let all_kept_converged = converged(&ritz) >= keep;
             lanczos.restart(&ritz, keep);
             if all_kept_converged {
                 lanczos.refresh();
             }
+        }
+        if done >= 1.0 {
+            return Ok(Outcome::Crowded(last_pairs));
         }
         Err(Error::new(
             ErrorKind::Numerical,
@@ -321,16 +368,24 @@ impl Search<'_> {
         progress: &mut Progress,
     ) -> Result<Option<Pairs>> {
         let eigenvalues = eigenvalues(ritz, sigma);
-        let Some((found, shift)) = self.shift_above(&eigenvalues) else {
-            return Ok(None);
-        };
-        if found > converged {
-            return Ok(None);
+        let _ = sweep;
+        let mut tried = None;
+        // The nearest gap between converged values first, even below what ‖A‖ lets one trust: agreement of two independent
+        // counts is the evidence. Then the first gap that is wide also against ‖A‖.
+        let at = |i: usize| eigenvalues[i].max(0.0);
+        let near = (self.wanted - 1..converged.min(eigenvalues.len()) - 1)
+            .find(|&i| at(i + 1) - at(i) > 1e-4 * at(i + 1) && at(i + 1) > 1e-4 * sigma.abs())
+            .map(|i| (i + 1, at(i) + 0.25 * (at(i + 1) - at(i))));
+        let safe = self.shift_above(&eigenvalues).filter(|(found, _)| *found <= converged);
+        for (found, shift) in near.into_iter().chain(safe) {
+            let count = self.count_below(shift, progress)?;
+            let agrees = count == found;
+            tried = Some((found, shift, count));
+            if agrees {
+                break;
+            }
         }
-        let count = self.count_below(shift, progress)?;
-        if count > found && sweep < 8 {
-            return Ok(None); // some are missing: go on
-        }
+        let Some((found, shift, count)) = tried else { return Ok(None) };
         let vectors = lanczos.purified_vectors(ritz, found);
         Ok(Some(Pairs { eigenvalues, vectors, converged: found, count, shift }))
     }
@@ -363,8 +418,12 @@ impl Search<'_> {
         let mut vectors = pairs.vectors.subcols(0, pairs.converged).to_owned();
         let quotient = |j: usize| self.rayleigh_quotient(vectors.col(j));
         let mut eigenvalues: Vec<f64> = (0..pairs.converged).map(quotient).collect();
-        let zero_found = eigenvalues.iter().filter(|l| **l == 0.0).count();
         sort_columns(&mut eigenvalues, &mut vectors);
+        let zero_found = match self.rigid_freedoms() {
+            Some(freedoms) => freedoms.min(eigenvalues.len()),
+            None => eigenvalues.iter().filter(|l| **l < ZERO_MODE * self.stiffness.norm).count(),
+        };
+        eigenvalues[..zero_found].fill(0.0);
         canonical::canonicalize(self.shell, root_mass, &eigenvalues, &mut vectors);
         eigenvalues.truncate(self.wanted);
 
@@ -394,8 +453,38 @@ impl Search<'_> {
     /// yᵀAy/yᵀy as a sum of squares, which keeps small eigenvalues accurate; zero modes come out as exactly 0.
     fn rayleigh_quotient(&self, y: ColRef<'_, f64>) -> f64 {
         let phi: Vec<f64> = y.iter().zip(&self.stiffness.root_mass).map(|(y, r)| y / r).collect();
-        let quotient = rest_quadratic_form(&*self.shell.energy, &self.shell.scatter(&phi)) / y.squared_norm_l2();
-        if quotient < ZERO_MODE * self.stiffness.norm { 0.0 } else { quotient }
+        rest_quadratic_form(&*self.shell.energy, &self.shell.scatter(&phi)) / y.squared_norm_l2()
+    }
+
+    /// The dimension of the null space of K, known from the supports when lengths and angles both resist: the rigid motions
+    /// that each component keeps. `None` when one of them is missing, so that there are further mechanisms.
+    fn rigid_freedoms(&self) -> Option<usize> {
+        let shell = self.shell;
+        if shell.material.k_bend == 0.0 || shell.material.k_length == 0.0 {
+            return None;
+        }
+        let mesh = &shell.mesh;
+        let mut held: Vec<Vec<Vec3>> = vec![vec![]; mesh.n_components];
+        for v in (0..mesh.positions.len()).filter(|&v| shell.held[v] && mesh.component[v] != crate::mesh::NONE) {
+            held[mesh.component[v] as usize].push(mesh.positions[v]);
+        }
+        Some(
+            held.iter()
+                .map(|points| match points.as_slice() {
+                    [] => 6,
+                    [first, ..] => {
+                        let far = points.iter().map(|p| (p - first).norm_squared()).fold(0.0, f64::max);
+                        if far == 0.0 {
+                            3
+                        } else if spanned_area(points) <= 1e-8 * far {
+                            1
+                        } else {
+                            0
+                        }
+                    }
+                })
+                .sum(),
+        )
     }
 }
 

@@ -434,6 +434,29 @@ static void a_frame_that_moves_without_teleport_stirs_the_shell(void) {
   sw_model_destroy(model);
 }
 
+/* The frame flies along evenly when the shell is reset. Had its velocity been kept, the next step, in which the frame stands,
+   would feel it stop. */
+static void reset_leaves_the_frame_where_it_is_and_at_rest(void) {
+  const Strip strip = make_strip();
+  SwModel *model = sagging_model();
+  SwState *state = new_state(model, 0, 0);
+  SwFrameDesc frame;
+  sw_frame_desc_init(&frame);
+  for (int k = 0; k < 5; ++k) {
+    OK(sw_state_set_frame(state, &frame));
+    step(state, 1, 0.125);
+    frame.origin[2] += 0.25;
+  }
+  CHECK(report_of(state).max_displacement > 0.1);
+  OK(sw_state_reset(state));
+  step(state, 1, 0.125);
+  CHECK(report_of(state).max_displacement == 0);
+  const Positions p = positions_of(state, SW_SPACE_WORLD);
+  for (uint32_t v = 0; v < STRIP_VERTICES; ++v) CHECK(vertex(&p, v)[2] == strip.positions[3 * v + 2] + 1.0);
+  sw_state_destroy(state);
+  sw_model_destroy(model);
+}
+
 /* In a frame that falls freely nothing is felt; at constant acceleration a = g upwards twice the weight is. */
 static void given_acceleration_of_the_frame_adds_to_gravity(void) {
   SwModel *model = sagging_model();
@@ -787,6 +810,7 @@ int main(void) {
   RUN(a_second_precompute_leaves_existing_states_alone);
   RUN(a_teleported_shell_at_rest_moves_rigidly);
   RUN(a_frame_that_moves_without_teleport_stirs_the_shell);
+  RUN(reset_leaves_the_frame_where_it_is_and_at_rest);
   RUN(given_acceleration_of_the_frame_adds_to_gravity);
   RUN(gravity_is_given_in_world_axes);
   RUN(single_precision_output_is_double_output_rounded);
