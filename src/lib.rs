@@ -13,6 +13,7 @@ pub mod model;
 pub mod modes;
 pub mod real;
 pub mod shell;
+pub mod sparse;
 pub mod state;
 pub mod step;
 pub mod support;

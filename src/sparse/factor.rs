@@ -1,0 +1,153 @@
+//! Sparse factorizations over one symbolic analysis: Cholesky to solve with, LBLᵀ to count negative eigenvalues with.
+
+use crate::{Error, ErrorKind, Result};
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::prelude::Reborrow;
+use faer::sparse::linalg::SupernodalThreshold;
+use faer::sparse::linalg::cholesky::{
+    CholeskySymbolicParams, LltRef, SymbolicCholesky, SymbolicCholeskyRaw, SymmetricOrdering,
+    factorize_symbolic_cholesky, supernodal::SupernodalIntranodeLbltRef,
+};
+use faer::sparse::{SparseColMat, SymbolicSparseColMatRef};
+use faer::{Conj, MatMut, Par, Side};
+
+/// One thread: results must not depend on the number of threads.
+const PAR: Par = Par::Seq;
+
+fn out_of_memory(what: &str) -> Error {
+    Error::new(ErrorKind::OutOfMemory, format!("not enough memory for the {what}"))
+}
+
+/// Fill-reducing ordering (approximate minimum degree) and elimination structure of a lower-triangular pattern.
+pub struct Symbolic {
+    inner: SymbolicCholesky<usize>,
+}
+
+impl Symbolic {
+    /// Analyses the pattern.
+    pub fn analyse(lower: SymbolicSparseColMatRef<'_, usize>) -> Result<Self> {
+        // Always supernodal, because only that form pivots and so gives a reliable inertia.
+        let params = CholeskySymbolicParams {
+            supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SUPERNODAL,
+            ..Default::default()
+        };
+        let inner = factorize_symbolic_cholesky(lower, Side::Lower, SymmetricOrdering::Amd, params)
+            .map_err(|_| out_of_memory("symbolic factorization"))?;
+        Ok(Self { inner })
+    }
+
+    /// Bytes of the values of one factor.
+    pub fn factor_bytes(&self) -> usize {
+        self.inner.len_val() * size_of::<f64>()
+    }
+
+    /// A = LLᵀ, or `None` when A is not numerically positive definite.
+    pub fn cholesky(&self, lower: &SparseColMat<usize, f64>) -> Result<Option<Cholesky<'_>>> {
+        let mut factor = self.factor()?;
+        Ok(if self.refactorize(lower, &mut factor)? { Some(Cholesky { symbolic: self, factor }) } else { None })
+    }
+
+    /// Room for the values of a factor.
+    pub fn factor(&self) -> Result<Factor> {
+        Ok(Factor { values: crate::error::try_zeroed("the Cholesky factor", self.inner.len_val())? })
+    }
+
+    /// A = LLᵀ into `factor`, whose values mean nothing when the answer is no: A is not numerically positive definite.
+    pub fn refactorize(&self, lower: &SparseColMat<usize, f64>, factor: &mut Factor) -> Result<bool> {
+        let scratch = self.inner.factorize_numeric_llt_scratch::<f64>(PAR, Default::default());
+        let mut buffer = MemBuffer::try_new(scratch).map_err(|_| out_of_memory("Cholesky factorization"))?;
+        let stack = MemStack::new(&mut buffer);
+        let (side, none) = (Side::Lower, Default::default());
+        let values = &mut factor.values;
+        Ok(self.inner.factorize_numeric_llt(values, lower.rb(), side, none, PAR, stack, Default::default()).is_ok())
+    }
+
+    /// X ← A⁻¹X for all columns at once, with A's factor.
+    pub fn solve_in_place(&self, factor: &Factor, x: MatMut<'_, f64>) -> Result<()> {
+        let scratch = self.inner.solve_in_place_scratch::<f64>(x.ncols(), PAR);
+        let mut buffer = MemBuffer::try_new(scratch).map_err(|_| out_of_memory("triangular solve"))?;
+        let factor = LltRef::new(&self.inner, &factor.values);
+        factor.solve_in_place_with_conj(Conj::No, x, PAR, MemStack::new(&mut buffer));
+        Ok(())
+    }
+
+    /// The number of negative eigenvalues of A by Sylvester's law of inertia: A = LBLᵀ with Bunch–Kaufman pivoting inside
+    /// supernodes. `None` when a pivot is zero or not finite, so that the sign is undecided.
+    pub fn negative_eigenvalues(&self, lower: &SparseColMat<usize, f64>) -> Result<Option<usize>> {
+        let n = self.inner.nrows();
+        let mut values: Vec<f64> = crate::error::try_zeroed("the LBLᵀ factor", self.inner.len_val())?;
+        let mut subdiagonal = vec![0.0; n];
+        let (mut forward, mut inverse) = (vec![0; n], vec![0; n]);
+        let scratch = self.inner.factorize_numeric_intranode_lblt_scratch::<f64>(PAR, Default::default());
+        let mut buffer = MemBuffer::try_new(scratch).map_err(|_| out_of_memory("LBLᵀ factorization"))?;
+        self.inner.factorize_numeric_intranode_lblt(
+            &mut values,
+            &mut subdiagonal,
+            &mut forward,
+            &mut inverse,
+            lower.rb(),
+            Side::Lower,
+            PAR,
+            MemStack::new(&mut buffer),
+            Default::default(),
+        );
+        let SymbolicCholeskyRaw::Supernodal(structure) = self.inner.raw() else {
+            unreachable!("the analysis is always supernodal");
+        };
+        let perm = faer::perm::PermRef::new_checked(&forward, &inverse, n);
+        let factor = SupernodalIntranodeLbltRef::new(structure, &values, &subdiagonal, perm);
+        let mut negative = 0;
+        for s in 0..structure.n_supernodes() {
+            let (node, start) = (factor.supernode(s), structure.supernode_begin()[s]);
+            let block = node.val();
+            let Some(count) = negative_pivots(block.ncols(), |j| block[(j, j)], |j| subdiagonal[start + j]) else {
+                return Ok(None);
+            };
+            negative += count;
+        }
+        Ok(Some(negative))
+    }
+}
+
+/// Negative eigenvalues of the block diagonal B of 1 × 1 and 2 × 2 pivots.
+fn negative_pivots(n: usize, diagonal: impl Fn(usize) -> f64, below: impl Fn(usize) -> f64) -> Option<usize> {
+    let mut negative = 0;
+    let mut j = 0;
+    while j < n {
+        if below(j) == 0.0 {
+            let d = diagonal(j);
+            if !(d.is_finite() && d != 0.0) {
+                return None;
+            }
+            negative += usize::from(d < 0.0);
+            j += 1;
+        } else {
+            let (a, b, c) = (diagonal(j), below(j), diagonal(j + 1));
+            let determinant = (a / b) * (c / b) - 1.0;
+            if !(determinant.is_finite() && determinant != 0.0) {
+                return None;
+            }
+            negative += if determinant < 0.0 { 1 } else { 2 * usize::from(a + c < 0.0) };
+            j += 2;
+        }
+    }
+    Some(negative)
+}
+
+/// The values of a Cholesky factor, to be filled again and again.
+pub struct Factor {
+    values: Vec<f64>,
+}
+
+/// A numeric Cholesky factor with its analysis.
+pub struct Cholesky<'a> {
+    symbolic: &'a Symbolic,
+    factor: Factor,
+}
+
+impl Cholesky<'_> {
+    /// X ← A⁻¹X for all columns at once.
+    pub fn solve_in_place(&self, x: MatMut<'_, f64>) -> Result<()> {
+        self.symbolic.solve_in_place(&self.factor, x)
+    }
+}
