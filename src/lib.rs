@@ -12,6 +12,7 @@ pub mod mesh;
 pub mod model;
 pub mod modes;
 pub mod real;
+pub mod reference;
 pub mod shell;
 pub mod sparse;
 pub mod state;
