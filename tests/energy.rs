@@ -3,7 +3,9 @@
 mod common;
 use common::*;
 use rand::{Rng, SeedableRng, rngs::StdRng};
-use shellwarp::energy::{AreaEnergy, Energy, HingeEnergy, LengthEnergy, dihedral_angle, rest_quadratic_form};
+use shellwarp::energy::{
+    AreaEnergy, Curvature, Energy, HingeEnergy, LengthEnergy, Mat3, dihedral_angle, rest_quadratic_form,
+};
 use shellwarp::{Mesh, Vec3};
 
 fn random_field(rng: &mut StdRng, n: usize) -> Vec<Vec3> {
@@ -31,6 +33,36 @@ fn directional_derivative(energy: &dyn Energy, x: &[Vec3], d: &[Vec3], h: f64) -
     let (a, b, c) = (central(h), central(h / 2.0), central(h / 4.0));
     let (ab, bc) = ((4.0 * b - a) / 3.0, (4.0 * c - b) / 3.0);
     (16.0 * bc - ab) / 15.0
+}
+
+/// (∂²E/∂x²) d.
+fn hessian_times(energy: &dyn Energy, x: &[Vec3], curvature: Curvature, d: &[Vec3]) -> Vec<Vec3> {
+    let mut image = vec![Vec3::zeros(); x.len()];
+    energy.visit_hessian(x, curvature, &mut |(vertices, blocks)| {
+        for (ij, block) in blocks.iter().enumerate() {
+            let (i, j) = (vertices[ij / vertices.len()], vertices[ij % vertices.len()]);
+            image[i as usize] += block * d[j as usize];
+        }
+    });
+    image
+}
+
+/// The derivative of the gradient along d, by the differences of [`directional_derivative`].
+fn gradient_derivative(energy: &dyn Energy, x: &[Vec3], d: &[Vec3], h: f64) -> Vec<Vec3> {
+    let slope = |h: f64| {
+        let (ahead, behind) = (gradient(energy, &along(x, d, h)), gradient(energy, &along(x, d, -h)));
+        along(&ahead, &behind, -1.0).iter().map(|g| g / (2.0 * h)).collect::<Vec<_>>()
+    };
+    let (a, b, c) = (slope(h), slope(h / 2.0), slope(h / 4.0));
+    let extrapolated = |i: usize| (64.0 * c[i] - 20.0 * b[i] + a[i]) / 45.0;
+    (0..x.len()).map(extrapolated).collect()
+}
+
+#[track_caller]
+fn assert_same_field(what: &str, actual: &[Vec3], expected: &[Vec3], relative: f64, scale: f64) {
+    let error = along(actual, expected, -1.0);
+    let error = inner(&error, &error).sqrt() / inner(expected, expected).sqrt().max(scale);
+    assert!(error <= relative, "{what}: relative error {error:.2e} > {relative:.0e}");
 }
 
 #[test]
@@ -63,14 +95,8 @@ fn energies_and_gradient_match_the_reference() {
 #[test]
 fn gradients_match_finite_differences_on_random_configurations() {
     let mut rng = StdRng::seed_from_u64(1);
-    let (rest, triangles) = equilateral_sheet(5, 4, 1.0);
-    let bumpy = along(&rest, &random_field(&mut rng, rest.len()), 0.15);
-    let mesh = Mesh::new(bumpy.clone(), &triangles).unwrap();
-    let terms: [(&str, Box<dyn Energy>); 3] = [
-        ("area", Box::new(AreaEnergy::new(&mesh, 3.0))),
-        ("length", Box::new(LengthEnergy::new(&mesh, 5.0))),
-        ("hinge", Box::new(HingeEnergy::new(&mesh, 7.0))),
-    ];
+    let (mesh, terms) = bumpy_sheet(&mut rng);
+    let bumpy = mesh.positions;
     for trial in 0..20 {
         let x = along(&bumpy, &random_field(&mut rng, bumpy.len()), 0.02 * f64::from(trial));
         let d = random_field(&mut rng, bumpy.len());
@@ -81,6 +107,104 @@ fn gradients_match_finite_differences_on_random_configurations() {
             let numeric = directional_derivative(&**energy, &x, &d, 1e-4);
             assert_close(&format!("{name}, trial {trial}"), inner(&g, &d), numeric, 1e-8, scale);
         }
+    }
+}
+
+/// A bumpy sheet and its three terms.
+fn bumpy_sheet(rng: &mut StdRng) -> (Mesh, [(&'static str, Box<dyn Energy>); 3]) {
+    let (rest, triangles) = equilateral_sheet(5, 4, 1.0);
+    let mesh = Mesh::new(along(&rest, &random_field(rng, rest.len()), 0.15), &triangles).unwrap();
+    let terms: [(&str, Box<dyn Energy>); 3] = [
+        ("area", Box::new(AreaEnergy::new(&mesh, 3.0))),
+        ("length", Box::new(LengthEnergy::new(&mesh, 5.0))),
+        ("hinge", Box::new(HingeEnergy::new(&mesh, 7.0))),
+    ];
+    (mesh, terms)
+}
+
+#[test]
+fn hessians_match_finite_differences_on_random_configurations() {
+    let mut rng = StdRng::seed_from_u64(5);
+    let (mesh, terms) = bumpy_sheet(&mut rng);
+    let n = mesh.positions.len();
+    for trial in 0..20 {
+        let x = along(&mesh.positions, &random_field(&mut rng, n), 0.02 * f64::from(trial));
+        let d = random_field(&mut rng, n);
+        for (name, energy) in &terms {
+            let exact = hessian_times(&**energy, &x, Curvature::Exact, &d);
+            // As for the gradients: room for the large higher derivatives of randomly thin triangles.
+            let numeric = gradient_derivative(&**energy, &x, &d, 1e-4);
+            assert_same_field(&format!("{name}, trial {trial}"), &exact, &numeric, 1e-8, 1.0);
+            let e = random_field(&mut rng, n);
+            let other = hessian_times(&**energy, &x, Curvature::Exact, &e);
+            // Both orders sum the same few hundred products.
+            assert_close("symmetry", inner(&exact, &e), inner(&other, &d), 1e-12, inner(&exact, &exact).sqrt());
+        }
+    }
+}
+
+#[test]
+fn hessians_at_rest_are_the_sum_of_the_rest_rows() {
+    let mut rng = StdRng::seed_from_u64(6);
+    let (mesh, terms) = bumpy_sheet(&mut rng);
+    let d = random_field(&mut rng, mesh.positions.len());
+    for (name, energy) in &terms {
+        let mut rows = vec![Vec3::zeros(); d.len()];
+        energy.visit_rest_rows(&mut |(vertices, row)| {
+            let strain: f64 = vertices.iter().zip(row).map(|(&v, b)| b.dot(&d[v as usize])).sum();
+            vertices.iter().zip(row).for_each(|(&v, b)| rows[v as usize] += strain * b);
+        });
+        for curvature in [Curvature::Exact, Curvature::Semidefinite] {
+            let image = hessian_times(&**energy, &mesh.positions, curvature, &d);
+            // The same outer products; strains at rest are rounding.
+            assert_same_field(name, &image, &rows, 1e-13, 0.0);
+        }
+    }
+}
+
+#[test]
+fn semidefinite_hessians_are_so_and_bound_the_exact_ones_of_area_and_length() {
+    let mut rng = StdRng::seed_from_u64(7);
+    let (mesh, terms) = bumpy_sheet(&mut rng);
+    for trial in 0..20 {
+        let x = along(&mesh.positions, &random_field(&mut rng, mesh.positions.len()), 0.02 * f64::from(trial));
+        for (name, energy) in &terms {
+            let mut exact: Vec<Vec<Mat3>> = vec![];
+            energy.visit_hessian(&x, Curvature::Exact, &mut |(_, blocks)| exact.push(blocks.to_vec()));
+            let mut exact = exact.into_iter();
+            energy.visit_hessian(&x, Curvature::Semidefinite, &mut |(vertices, blocks)| {
+                let difference: Vec<Mat3> = blocks.iter().zip(exact.next().unwrap()).map(|(s, e)| s - e).collect();
+                let largest = dense(blocks, vertices.len()).norm();
+                // Eigenvalues carry the matrix's rounding.
+                assert!(lowest_eigenvalue(blocks, vertices.len()) >= -1e-14 * largest, "{name}");
+                let excess = lowest_eigenvalue(&difference, vertices.len());
+                assert!(*name == "hinge" || excess >= -1e-13 * largest, "{name}: {excess:e} of {largest:e}");
+            });
+        }
+    }
+}
+
+fn dense(blocks: &[Mat3], k: usize) -> nalgebra::DMatrix<f64> {
+    nalgebra::DMatrix::from_fn(3 * k, 3 * k, |r, c| blocks[(r / 3) * k + c / 3][(r % 3, c % 3)])
+}
+
+fn lowest_eigenvalue(blocks: &[Mat3], k: usize) -> f64 {
+    dense(blocks, k).symmetric_eigenvalues().min()
+}
+
+#[test]
+fn rows_vanish_on_rigid_motions_of_any_configuration() {
+    let mut rng = StdRng::seed_from_u64(8);
+    let (mesh, terms) = bumpy_sheet(&mut rng);
+    let x = along(&mesh.positions, &random_field(&mut rng, mesh.positions.len()), 0.2);
+    let (shift, spin) = (Vec3::new(0.3, -0.2, 0.5), Vec3::new(-1.0, 0.4, 0.7));
+    for (name, energy) in &terms {
+        energy.visit_rows(&x, &mut |(vertices, row)| {
+            let rate: f64 = vertices.iter().zip(row).map(|(&v, b)| b.dot(&(shift + spin.cross(&x[v as usize])))).sum();
+            let size: f64 = row.iter().map(|b| b.norm()).sum();
+            // Rounding of lengths up to 6 edges.
+            assert!(rate.abs() <= 1e-13 * size, "{name}: {rate:e} of {size:e}");
+        });
     }
 }
 
@@ -114,6 +238,24 @@ fn hinge_gradient_holds_past_a_right_angle_and_near_a_half_turn() {
 }
 
 #[test]
+fn hinge_hessian_holds_past_a_right_angle_and_near_a_half_turn() {
+    let mut rng = StdRng::seed_from_u64(9);
+    for rest in [0.0, 1.0, -1.5, 3.1] {
+        let energy = HingeEnergy::new(&Mesh::new(hinge(rest), &[[0, 1, 2], [1, 0, 3]]).unwrap(), 2.0);
+        for degrees in [0.0f64, 1e-3, 30.0, 89.0, 91.0, 135.0, 170.0, 179.0, 179.9, -45.0, -120.0, -179.0] {
+            let x = hinge(degrees.to_radians());
+            for _ in 0..5 {
+                let d = random_field(&mut rng, 4);
+                let exact = hessian_times(&energy, &x, Curvature::Exact, &d);
+                // As for the gradient, h keeps 179.9° on its branch.
+                let numeric = gradient_derivative(&energy, &x, &d, 2e-4);
+                assert_same_field(&format!("rest {rest}, fold {degrees}"), &exact, &numeric, 1e-9, 1.0);
+            }
+        }
+    }
+}
+
+#[test]
 fn a_fold_through_a_half_turn_stays_finite() {
     let mesh = Mesh::new(hinge(0.0), &[[0, 1, 2], [1, 0, 3]]).unwrap();
     let energy = HingeEnergy::new(&mesh, 1.0);
@@ -138,6 +280,10 @@ fn collapsed_triangles_give_finite_energy_and_force() {
     for (x, energy) in terms.iter().flat_map(|e| [(&collapsed, e), (&line, e)]) {
         assert!(energy.value(x).is_finite());
         assert!(gradient(&**energy, x).iter().all(|g| g.iter().all(|c| c.is_finite())));
+        for curvature in [Curvature::Exact, Curvature::Semidefinite] {
+            let image = hessian_times(&**energy, x, curvature, &line);
+            assert!(image.iter().all(|g| g.iter().all(|c| c.is_finite())));
+        }
     }
 }
 

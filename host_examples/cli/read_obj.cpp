@@ -58,7 +58,8 @@ struct ObjBuilder {
 
   // OBJ counts from 1, and backwards from the vertices read so far where negative.
   uint32_t corner(int index) {
-    if (index == 0) fail("vertex numbers start at 1 (or at -1, counting backwards); found 0 or a word that is no number");
+    if (index == 0)
+      fail("vertex numbers start at 1 (or at -1, counting backwards); found 0 or a word that is no number");
     const int64_t resolved = index > 0 ? index : int64_t{mesh.n_vertices()} + index + 1;
     if (resolved < 1)
       fail("face names vertex " + std::to_string(index) + ", but only " + std::to_string(mesh.n_vertices()) +
@@ -127,7 +128,8 @@ Mesh read_obj(const std::string &path, const std::string &raw_contents) {
   std::istream stream(&lines);
   ObjBuilder obj{path, lines, {}, 0, 0};
   std::string warning, error;
-  if (!tinyobj::LoadObjWithCallback(stream, callbacks(), &obj, nullptr, &warning, &error)) throw FileError(path, 0, error);
+  if (!tinyobj::LoadObjWithCallback(stream, callbacks(), &obj, nullptr, &warning, &error))
+    throw FileError(path, 0, error);
   if (obj.largest > obj.mesh.n_vertices())
     throw FileError(path, obj.largest_line,
                     "face names vertex " + std::to_string(obj.largest) + ", but the file holds only " +

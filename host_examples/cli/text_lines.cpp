@@ -27,9 +27,7 @@ std::string printable(std::string_view word, std::size_t limit = 40) {
   return text + (word.size() > limit ? "…" : "");
 }
 
-std::string found(std::string_view word) {
-  return word.empty() ? "the line ends" : "found '" + printable(word) + "'";
-}
+std::string found(std::string_view word) { return word.empty() ? "the line ends" : "found '" + printable(word) + "'"; }
 
 }  // namespace
 

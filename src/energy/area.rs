@@ -1,6 +1,9 @@
 //! Area term: E_A = k_A Σ (A − Ā)²/Ā, ∇A = ½ n̂ × (opposite edge).
+//!
+//! With e_i the edge opposite vertex i, ∂²A/∂i∂j = (e_i·e_j)/(4A) n̂n̂ᵀ − ½ s_ij [n̂]×, s_ij = 1 if j follows i, −1 if it
+//! precedes. The first part is positive semidefinite. The second has the eigenvalues ±√3/2 and 0 whatever the shape.
 
-use super::{Energy, RestRow};
+use super::{Curvature, ElementHessian, Energy, Mat3, RestRow};
 use crate::{Mesh, Vec3};
 
 /// The area term over all triangles.
@@ -28,6 +31,35 @@ fn area_and_gradient([a, b, c]: &[Vec3; 3]) -> (f64, [Vec3; 3]) {
     (0.5 * norm, [half_normal.cross(&(c - b)), half_normal.cross(&(a - c)), half_normal.cross(&(b - a))])
 }
 
+/// The blocks of σ ∂²A, or of its positive semidefinite part.
+fn area_curvature([a, b, c]: &[Vec3; 3], sigma: f64, curvature: Curvature) -> [Mat3; 9] {
+    let double = (b - a).cross(&(c - a));
+    let norm = double.norm();
+    if norm == 0.0 {
+        return [Mat3::zeros(); 9];
+    }
+    let normal = double / norm;
+    let across = normal * normal.transpose();
+    let turn = 0.5 * sigma * normal.cross_matrix();
+    let (out_of_plane, in_plane, turn) = match curvature {
+        Curvature::Exact => (sigma, 0.0, turn),
+        Curvature::Semidefinite => (sigma.max(0.0), 0.25 * 3f64.sqrt() * sigma.abs(), 0.5 * turn),
+    };
+    let edges = [c - b, a - c, b - a];
+    std::array::from_fn(|ij| {
+        let (i, j) = (ij / 3, ij % 3);
+        // Off the translations: I − J/3 with J all ones.
+        let apart = if i == j { 2.0 / 3.0 } else { -1.0 / 3.0 };
+        let block = (out_of_plane * edges[i].dot(&edges[j]) / (2.0 * norm)) * across
+            + (in_plane * apart) * (Mat3::identity() - across);
+        match (3 + j - i) % 3 {
+            0 => block,
+            1 => block - turn,
+            _ => block + turn,
+        }
+    })
+}
+
 impl Energy for AreaEnergy {
     fn value(&self, x: &[Vec3]) -> f64 {
         let term = |(t, rest): (&[u32; 3], &f64)| {
@@ -49,6 +81,26 @@ impl Energy for AreaEnergy {
         for ((t, rest), d_area) in self.triangles.iter().zip(&self.rest_area).zip(&self.rest_gradient) {
             let weight = (2.0 * self.k / rest).sqrt();
             visit((t, &d_area.map(|d| weight * d)));
+        }
+    }
+
+    fn visit_rows(&self, x: &[Vec3], visit: &mut dyn FnMut(RestRow)) {
+        for (t, rest) in self.triangles.iter().zip(&self.rest_area) {
+            let (_, d_area) = area_and_gradient(&t.map(|v| x[v as usize]));
+            let weight = (2.0 * self.k / rest).sqrt();
+            visit((t, &d_area.map(|d| weight * d)));
+        }
+    }
+
+    fn visit_hessian(&self, x: &[Vec3], curvature: Curvature, visit: &mut dyn FnMut(ElementHessian)) {
+        for (t, rest) in self.triangles.iter().zip(&self.rest_area) {
+            let corners = t.map(|v| x[v as usize]);
+            let (area, d_area) = area_and_gradient(&corners);
+            let mut blocks = area_curvature(&corners, area - rest, curvature);
+            for (ij, block) in blocks.iter_mut().enumerate() {
+                *block = (2.0 * self.k / rest) * (*block + d_area[ij / 3] * d_area[ij % 3].transpose());
+            }
+            visit((t, &blocks));
         }
     }
 }

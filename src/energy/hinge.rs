@@ -3,7 +3,7 @@
 //! The signed dihedral angle θ is the turn from the normal of the first triangle (a, b, c) to that of the second (b, a, d)
 //! about the edge a → b; it is zero when flat. Differences are wrapped to (−π, π], so a fold through 180° stays finite.
 
-use super::{Energy, RestRow};
+use super::{Curvature, ElementHessian, Energy, Mat3, RestRow};
 use crate::{Mesh, Vec3};
 use std::f64::consts::{PI, TAU};
 
@@ -69,6 +69,47 @@ fn angle_gradient(corners: &[Vec3; 4]) -> [Vec3; 4] {
     [(1.0 - t1) * g1 + (1.0 - t2) * g2, t1 * g1 + t2 * g2, -g1, -g2]
 }
 
+/// The derivative of one triangle's share of ∇θ, [−(1 − t) g, −t g, g] of (p, q, r) with the hinge p–q, by (p, q, r).
+/// g = −N l/|N|² and t the foot of r along the hinge. Zero for a collapsed triangle.
+fn angle_curvature_share([p, q, r]: [&Vec3; 3]) -> [Mat3; 9] {
+    let edge = q - p;
+    let (squared, normal) = (edge.norm_squared(), edge.cross(&(r - p)));
+    let double_area = normal.norm();
+    if double_area == 0.0 {
+        return [Mat3::zeros(); 9];
+    }
+    let (length, unit) = (squared.sqrt(), normal / double_area);
+    let g = -unit * (length / double_area);
+    let t = (r - p).dot(&edge) / squared;
+    let along = edge / squared;
+    let d_t = [(2.0 * t - 1.0) * along - (r - p) / squared, (r - p) / squared - 2.0 * t * along, along];
+    // dg = g dl/l − (l/|N|²)(I − 2n̂n̂ᵀ) dN with dN = Σ (opposite edge) × d(vertex).
+    let mirror = (2.0 * unit * unit.transpose() - Mat3::identity()) * (length / (double_area * double_area));
+    let stretch = g * along.transpose();
+    let by_normal = |opposite: Vec3| mirror * opposite.cross_matrix();
+    let d_g = [by_normal(r - q) - stretch, by_normal(p - r) + stretch, by_normal(edge)];
+    std::array::from_fn(|ij| {
+        let (i, j) = (ij / 3, ij % 3);
+        let turn = g * d_t[j].transpose();
+        match i {
+            0 => (t - 1.0) * d_g[j] + turn,
+            1 => -t * d_g[j] - turn,
+            _ => d_g[j],
+        }
+    })
+}
+
+/// The blocks of ∂²θ. The two shares are unsymmetric in (a, b), by opposite amounts; their sum is symmetric.
+fn angle_curvature([a, b, c, d]: &[Vec3; 4]) -> [Mat3; 16] {
+    let mut blocks = [Mat3::zeros(); 16];
+    for (corners, slots) in [([a, b, c], [0, 1, 2]), ([b, a, d], [1, 0, 3])] {
+        for (ij, block) in angle_curvature_share(corners).iter().enumerate() {
+            blocks[4 * slots[ij / 3] + slots[ij % 3]] += block;
+        }
+    }
+    blocks
+}
+
 /// θ − θ̄ on the branch (−π, π].
 fn wrapped_difference(angle: f64, rest: f64) -> f64 {
     let d = angle - rest;
@@ -101,6 +142,30 @@ impl Energy for HingeEnergy {
         for ((h, weight), d_angle) in self.hinges.iter().zip(&self.weight).zip(&self.rest_gradient) {
             let scale = (2.0 * weight).sqrt();
             visit((h, &d_angle.map(|d| scale * d)));
+        }
+    }
+
+    fn visit_rows(&self, x: &[Vec3], visit: &mut dyn FnMut(RestRow)) {
+        for (h, weight) in self.hinges.iter().zip(&self.weight) {
+            let scale = (2.0 * weight).sqrt();
+            visit((h, &angle_gradient(&h.map(|v| x[v as usize])).map(|d| scale * d)));
+        }
+    }
+
+    /// 2w (∇θ∇θᵀ + (θ − θ̄) ∂²θ); the semidefinite one is Gauss–Newton's, without the second part.
+    fn visit_hessian(&self, x: &[Vec3], curvature: Curvature, visit: &mut dyn FnMut(ElementHessian)) {
+        for ((h, rest), weight) in self.hinges.iter().zip(&self.rest_angle).zip(&self.weight) {
+            let corners = h.map(|v| x[v as usize]);
+            let d_angle = angle_gradient(&corners);
+            let mut blocks = [Mat3::zeros(); 16];
+            if curvature == Curvature::Exact {
+                let turn = wrapped_difference(dihedral_angle(&corners), *rest);
+                blocks = angle_curvature(&corners).map(|block| turn * block);
+            }
+            for (ij, block) in blocks.iter_mut().enumerate() {
+                *block = (2.0 * weight) * (*block + d_angle[ij / 4] * d_angle[ij % 4].transpose());
+            }
+            visit((h, &blocks));
         }
     }
 }

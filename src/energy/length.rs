@@ -1,6 +1,6 @@
-//! Length term: E_L = k_L Σ (l − l̄)²/l̄, ∇l = ± unit edge.
+//! Length term: E_L = k_L Σ (l − l̄)²/l̄, ∇l = ± unit edge d, ∂²l/∂b² = (I − ddᵀ)/l.
 
-use super::{Energy, RestRow};
+use super::{Curvature, ElementHessian, Energy, Mat3, RestRow};
 use crate::{Mesh, Vec3};
 
 /// The length term over all edges.
@@ -50,6 +50,26 @@ impl Energy for LengthEnergy {
         for ((e, rest), direction) in self.edges.iter().zip(&self.rest_length).zip(&self.rest_direction) {
             let row = (2.0 * self.k / rest).sqrt() * direction;
             visit((e, &[-row, row]));
+        }
+    }
+
+    fn visit_rows(&self, x: &[Vec3], visit: &mut dyn FnMut(RestRow)) {
+        for (e, rest) in self.edges.iter().zip(&self.rest_length) {
+            let (_, direction) = length_and_direction(&e.map(|v| x[v as usize]));
+            let row = (2.0 * self.k / rest).sqrt() * direction;
+            visit((e, &[-row, row]));
+        }
+    }
+
+    /// 2k/l̄ (ddᵀ + (1 − l̄/l)(I − ddᵀ)); a compressed edge's second part is negative and left out of the semidefinite one.
+    fn visit_hessian(&self, x: &[Vec3], curvature: Curvature, visit: &mut dyn FnMut(ElementHessian)) {
+        for (e, rest) in self.edges.iter().zip(&self.rest_length) {
+            let (length, direction) = length_and_direction(&e.map(|v| x[v as usize]));
+            let along = direction * direction.transpose();
+            let tension = if length > 0.0 { 1.0 - rest / length } else { 0.0 };
+            let tension = if curvature == Curvature::Exact { tension } else { tension.max(0.0) };
+            let block = (2.0 * self.k / rest) * (along + tension * (Mat3::identity() - along));
+            visit((e, &[block, -block, -block, block]));
         }
     }
 }

@@ -15,8 +15,23 @@ pub use length::LengthEnergy;
 
 use crate::{Material, Mesh, Vec3};
 
-/// One row b of K = Σ b bᵀ: the vertices it touches (2 to 4) and a 3-vector at each.
+/// A 3 × 3 block.
+pub type Mat3 = nalgebra::Matrix3<f64>;
+
+/// One row b of a sum Σ b bᵀ, of K at rest: the vertices it touches (2 to 4) and a 3-vector at each.
 pub type RestRow<'a> = (&'a [u32], &'a [Vec3]);
+
+/// The Hessian of one element: its k vertices and its k × k blocks, row by row.
+pub type ElementHessian<'a> = (&'a [u32], &'a [Mat3]);
+
+/// Which second derivative. With a strain s of weight w, E = Σ w s², it is Σ 2w (∇s∇sᵀ + s ∇²s).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Curvature {
+    /// All of it; indefinite where the shell is about to buckle.
+    Exact,
+    /// Each element's s ∇²s is replaced by a positive semidefinite part of it, or left out.
+    Semidefinite,
+}
 
 /// A deformation energy that is zero, with zero gradient, at the rest positions.
 ///
@@ -30,6 +45,13 @@ pub trait Energy: Send + Sync {
 
     /// Hands every row b of the rest Hessian ∂²E/∂x² = Σ b bᵀ to `visit`, always in the same order.
     fn visit_rest_rows(&self, visit: &mut dyn FnMut(RestRow));
+
+    /// Hands the rows √(2w) ∇s of the configuration `x` to `visit`, in the order of the rest rows, which they are at rest.
+    /// They vanish on every rigid motion of `x`, so Σ b bᵀ is a viscosity that damps deformation alone.
+    fn visit_rows(&self, x: &[Vec3], visit: &mut dyn FnMut(RestRow));
+
+    /// Hands ∂²E/∂x² to `visit` element by element, in the order of the rest rows, whose Σ b bᵀ it is at rest.
+    fn visit_hessian(&self, x: &[Vec3], curvature: Curvature, visit: &mut dyn FnMut(ElementHessian));
 }
 
 /// A sum of energies is an energy.
@@ -44,6 +66,14 @@ impl Energy for Vec<Box<dyn Energy>> {
 
     fn visit_rest_rows(&self, visit: &mut dyn FnMut(RestRow)) {
         self.iter().for_each(|e| e.visit_rest_rows(visit));
+    }
+
+    fn visit_rows(&self, x: &[Vec3], visit: &mut dyn FnMut(RestRow)) {
+        self.iter().for_each(|e| e.visit_rows(x, visit));
+    }
+
+    fn visit_hessian(&self, x: &[Vec3], curvature: Curvature, visit: &mut dyn FnMut(ElementHessian)) {
+        self.iter().for_each(|e| e.visit_hessian(x, curvature, visit));
     }
 }
 

@@ -1,4 +1,4 @@
-//! Sparse factorizations of A − σI over one symbolic analysis: Cholesky to solve with, LBLᵀ to count eigenvalues with.
+//! Sparse factorizations over one symbolic analysis: Cholesky to solve with, LBLᵀ to count negative eigenvalues with.
 
 use crate::{Error, ErrorKind, Result};
 use faer::dyn_stack::{MemBuffer, MemStack};
@@ -43,14 +43,32 @@ impl Symbolic {
 
     /// A = LLᵀ, or `None` when A is not numerically positive definite.
     pub fn cholesky(&self, lower: &SparseColMat<usize, f64>) -> Result<Option<Cholesky<'_>>> {
-        let mut values = crate::error::try_zeroed("the Cholesky factor", self.inner.len_val())?;
+        let mut factor = self.factor()?;
+        Ok(if self.refactorize(lower, &mut factor)? { Some(Cholesky { symbolic: self, factor }) } else { None })
+    }
+
+    /// Room for the values of a factor.
+    pub fn factor(&self) -> Result<Factor> {
+        Ok(Factor { values: crate::error::try_zeroed("the Cholesky factor", self.inner.len_val())? })
+    }
+
+    /// A = LLᵀ into `factor`, whose values mean nothing when the answer is no: A is not numerically positive definite.
+    pub fn refactorize(&self, lower: &SparseColMat<usize, f64>, factor: &mut Factor) -> Result<bool> {
         let scratch = self.inner.factorize_numeric_llt_scratch::<f64>(PAR, Default::default());
         let mut buffer = MemBuffer::try_new(scratch).map_err(|_| out_of_memory("Cholesky factorization"))?;
         let stack = MemStack::new(&mut buffer);
         let (side, none) = (Side::Lower, Default::default());
-        let done =
-            self.inner.factorize_numeric_llt(&mut values, lower.rb(), side, none, PAR, stack, Default::default());
-        Ok(if done.is_ok() { Some(Cholesky { symbolic: &self.inner, values }) } else { None })
+        let values = &mut factor.values;
+        Ok(self.inner.factorize_numeric_llt(values, lower.rb(), side, none, PAR, stack, Default::default()).is_ok())
+    }
+
+    /// X ← A⁻¹X for all columns at once, with A's factor.
+    pub fn solve_in_place(&self, factor: &Factor, x: MatMut<'_, f64>) -> Result<()> {
+        let scratch = self.inner.solve_in_place_scratch::<f64>(x.ncols(), PAR);
+        let mut buffer = MemBuffer::try_new(scratch).map_err(|_| out_of_memory("triangular solve"))?;
+        let factor = LltRef::new(&self.inner, &factor.values);
+        factor.solve_in_place_with_conj(Conj::No, x, PAR, MemStack::new(&mut buffer));
+        Ok(())
     }
 
     /// The number of negative eigenvalues of A by Sylvester's law of inertia: A = LBLᵀ with Bunch–Kaufman pivoting inside
@@ -116,19 +134,20 @@ fn negative_pivots(n: usize, diagonal: impl Fn(usize) -> f64, below: impl Fn(usi
     Some(negative)
 }
 
-/// A numeric Cholesky factor.
-pub struct Cholesky<'a> {
-    symbolic: &'a SymbolicCholesky<usize>,
+/// The values of a Cholesky factor, to be filled again and again.
+pub struct Factor {
     values: Vec<f64>,
+}
+
+/// A numeric Cholesky factor with its analysis.
+pub struct Cholesky<'a> {
+    symbolic: &'a Symbolic,
+    factor: Factor,
 }
 
 impl Cholesky<'_> {
     /// X ← A⁻¹X for all columns at once.
     pub fn solve_in_place(&self, x: MatMut<'_, f64>) -> Result<()> {
-        let scratch = self.symbolic.solve_in_place_scratch::<f64>(x.ncols(), PAR);
-        let mut buffer = MemBuffer::try_new(scratch).map_err(|_| out_of_memory("triangular solve"))?;
-        let factor = LltRef::new(self.symbolic, &self.values);
-        factor.solve_in_place_with_conj(Conj::No, x, PAR, MemStack::new(&mut buffer));
-        Ok(())
+        self.symbolic.solve_in_place(&self.factor, x)
     }
 }

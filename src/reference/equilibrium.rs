@@ -1,0 +1,179 @@
+//! Static equilibrium under dead forces: ∇E(x̄ + u) = F over the free vertices.
+//!
+//! The load moves from the one the start balances, ∇E at the start (zero at rest), to F, in increments that shrink where
+//! Newton's method does not converge and grow again. So the solution is the one that loading leads to, not just any.
+
+use super::newton::{Convergence, Stop};
+use super::potential::Potential;
+use super::{Solver, free_norm};
+use crate::{Error, ErrorKind, Result, Vec3};
+
+/// Newton iterations for one increment before it is halved.
+const ITERATIONS_PER_INCREMENT: usize = 60;
+
+/// On the way the load is only followed, to this part of F.
+const LOOSE_TOLERANCE: f64 = 1e-3;
+
+/// The smallest increment.
+const SMALLEST_INCREMENT: f64 = 1e-4;
+
+/// How well and how long.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EquilibriumOptions {
+    /// Converged at ‖F − ∇E‖ ≤ tolerance · ‖F‖ over the free vertices, or as near as rounding of the coordinates allows.
+    pub tolerance: f64,
+    /// The first increment of the load, a share in (0, 1].
+    pub first_increment: f64,
+    /// Newton iterations at most, of all increments.
+    pub max_iterations: usize,
+}
+
+impl Default for EquilibriumOptions {
+    fn default() -> Self {
+        Self { tolerance: 1e-8, first_increment: 0.25, max_iterations: 2000 }
+    }
+}
+
+/// Where a solve stands.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EquilibriumProgress {
+    /// Share of the load being solved for.
+    pub load: f64,
+    /// Newton iterations so far, of all increments.
+    pub iterations: usize,
+    /// ‖F − ∇E‖/‖F‖ under that share.
+    pub residual: f64,
+}
+
+/// A solution.
+#[derive(Clone, Debug)]
+pub struct Equilibrium {
+    /// u (n_vertices).
+    pub displacement: Vec<Vec3>,
+    /// ‖F − ∇E‖/‖F‖; relative to the start's ‖∇E‖ when there is no load.
+    pub residual: f64,
+    /// Newton iterations, of all increments.
+    pub iterations: usize,
+    /// Load increments that converged.
+    pub increments: usize,
+}
+
+impl Solver {
+    /// The equilibrium that leads from the displacements `start` to the dead `forces` (both n_vertices). `watch` hears of
+    /// each iteration and may stop the work with an error. Fails with [`ErrorKind::Numerical`] when it does not converge.
+    pub fn equilibrium(
+        &mut self,
+        start: &[Vec3],
+        forces: &[Vec3],
+        options: &EquilibriumOptions,
+        watch: &mut dyn FnMut(EquilibriumProgress) -> Result<()>,
+    ) -> Result<Equilibrium> {
+        self.check_fields(&[("start", start), ("forces", forces)])?;
+        self.place(start);
+        let mut path = LoadPath::new(self, forces, options);
+        while path.done < 1.0 {
+            path.advance(self, forces, options, watch)?;
+        }
+        let mut displacement = start.to_vec();
+        for v in self.shell.free.iter().map(|&v| v as usize) {
+            displacement[v] = self.x[v] - self.shell.mesh.positions[v];
+        }
+        Ok(Equilibrium {
+            displacement,
+            residual: path.residual,
+            iterations: path.iterations,
+            increments: path.increments,
+        })
+    }
+}
+
+/// The load's way from the start's to the whole.
+struct LoadPath {
+    /// The load that the start balances (n_vertices).
+    first: Vec<Vec3>,
+    /// ‖F‖, or the first load's without one.
+    scale: f64,
+    /// Share of the load that is in equilibrium.
+    done: f64,
+    increment: f64,
+    residual: f64,
+    iterations: usize,
+    increments: usize,
+}
+
+impl LoadPath {
+    fn new(solver: &Solver, forces: &[Vec3], options: &EquilibriumOptions) -> Self {
+        let shell = &solver.shell;
+        let mut first = vec![Vec3::zeros(); forces.len()];
+        shell.energy.add_gradient(&solver.x, &mut first);
+        let loads = [free_norm(shell, forces), free_norm(shell, &first), 1.0];
+        Self {
+            scale: loads.into_iter().find(|load| *load > 0.0).unwrap_or(1.0),
+            first,
+            done: 0.0,
+            increment: options.first_increment.clamp(SMALLEST_INCREMENT, 1.0),
+            residual: 0.0,
+            iterations: 0,
+            increments: 0,
+        }
+    }
+
+    /// Solves for one more increment, or halves it.
+    fn advance(
+        &mut self,
+        solver: &mut Solver,
+        forces: &[Vec3],
+        options: &EquilibriumOptions,
+        watch: &mut dyn FnMut(EquilibriumProgress) -> Result<()>,
+    ) -> Result<()> {
+        let load = if self.done + 1.01 * self.increment >= 1.0 { 1.0 } else { self.done + self.increment };
+        let outcome = self.solve(solver, forces, load, options, watch)?;
+        self.iterations += outcome.iterations;
+        if outcome.converged {
+            self.done = load;
+            self.residual = outcome.residual;
+            self.increments += 1;
+            self.increment *= 2.0;
+            return Ok(());
+        }
+        solver.x.copy_from_slice(&solver.origin);
+        self.increment = 0.5 * (load - self.done);
+        if self.increment >= SMALLEST_INCREMENT && self.iterations < options.max_iterations {
+            return Ok(());
+        }
+        let message = format!(
+            "no equilibrium: after {} iterations {:.2} % of the load are balanced; at {:.2} % the residual is {:.2e} of the load",
+            self.iterations,
+            100.0 * self.done,
+            100.0 * load,
+            outcome.residual
+        );
+        Err(Error::new(ErrorKind::Numerical, message))
+    }
+
+    /// From `solver.x` to the equilibrium under a share of the load.
+    fn solve(
+        &self,
+        solver: &mut Solver,
+        forces: &[Vec3],
+        load: f64,
+        options: &EquilibriumOptions,
+        watch: &mut dyn FnMut(EquilibriumProgress) -> Result<()>,
+    ) -> Result<Convergence> {
+        solver.origin.copy_from_slice(&solver.x);
+        let between = |(first, last): (&Vec3, &Vec3)| first.lerp(last, load);
+        let shares = self.first.iter().zip(forces).map(between);
+        solver.force.iter_mut().zip(shares).for_each(|(f, share)| *f = share);
+        let tolerance = if load < 1.0 { LOOSE_TOLERANCE.max(options.tolerance) } else { options.tolerance };
+        let left = options.max_iterations - self.iterations.min(options.max_iterations);
+        let stop = Stop { tolerance, scale: self.scale, max_iterations: left.min(ITERATIONS_PER_INCREMENT) };
+        let Solver { shell, newton, origin, x, force } = solver;
+        let potential = Potential { shell, origin, load: force, step: None };
+        let mut iterations = self.iterations;
+        newton.minimize(&potential, x, stop, &mut |residual| {
+            let heard = watch(EquilibriumProgress { load, iterations, residual });
+            iterations += 1;
+            heard
+        })
+    }
+}

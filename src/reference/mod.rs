@@ -1,0 +1,113 @@
+//! The full nonlinear shell, without modes: the ground truth that modal methods are measured against.
+//!
+//! M ü + C u̇ + ∇E(x̄ + u) = F over the free vertices, with the shell's own energy E at whatever deformation, lumped masses
+//! M, and forces F (n_vertices) that the caller sets for every call. State is two arrays, displacements u and velocities u̇
+//! per vertex in the axes of the rest positions; vertices that are not free keep what they have there, zero by rights.
+//!
+//! Damping is Rayleigh's with the stiffness of the present shape: C = ξM + ζ Σ b bᵀ, b the rows √(2w) ∇s(x) of the strains.
+//! At rest that is ξM + ζK. Unlike the rest stiffness it leaves rigid motion of the bent shell alone, so angular momentum is
+//! kept; unlike the exact tangent it is never indefinite, so damping only ever takes energy.
+
+mod equilibrium;
+mod explicit;
+mod implicit;
+mod newton;
+mod potential;
+
+pub use equilibrium::{Equilibrium, EquilibriumOptions, EquilibriumProgress};
+pub use implicit::StepReport;
+
+use crate::error::{require_finite, require_non_negative};
+use crate::{Error, Result, Shell, Vec3};
+use newton::Newton;
+use std::sync::Arc;
+
+/// C = ξM + ζ Σ b bᵀ.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Rayleigh {
+    /// ξ ≥ 0, 1/s.
+    pub mass: f64,
+    /// ζ ≥ 0, s.
+    pub stiffness: f64,
+}
+
+/// Solves one shell; holds the symbolic factorization and all scratch, so that steps allocate nothing of their own.
+pub struct Solver {
+    shell: Arc<Shell>,
+    newton: Newton,
+    /// Positions the call starts from (n_vertices).
+    origin: Vec<Vec3>,
+    /// Positions being found (n_vertices).
+    x: Vec<Vec3>,
+    /// Forces per vertex (n_vertices).
+    force: Vec<Vec3>,
+}
+
+impl Solver {
+    /// Analyses the pattern of the shell's stiffness. Fails when memory does not suffice.
+    pub fn new(shell: Arc<Shell>) -> Result<Self> {
+        let zeros = vec![Vec3::zeros(); shell.mass.len()];
+        let newton = Newton::new(&shell)?;
+        Ok(Self { newton, origin: zeros.clone(), x: zeros.clone(), force: zeros, shell })
+    }
+
+    /// The shell it was built for.
+    pub fn shell(&self) -> &Arc<Shell> {
+        &self.shell
+    }
+
+    /// E(x̄ + u).
+    pub fn elastic_energy(&mut self, u: &[Vec3]) -> f64 {
+        self.place(u);
+        self.shell.energy.value(&self.x)
+    }
+
+    /// ½ u̇ᵀMu̇.
+    pub fn kinetic_energy(&self, velocity: &[Vec3]) -> f64 {
+        self.shell.mass.iter().zip(velocity).map(|(m, v)| 0.5 * m * v.norm_squared()).sum()
+    }
+
+    /// x ← x̄ + u.
+    fn place(&mut self, u: &[Vec3]) {
+        let rest = &self.shell.mesh.positions;
+        self.x.iter_mut().zip(rest).zip(u).for_each(|((x, rest), u)| *x = rest + u);
+    }
+
+    /// Fails unless every field has a finite vector per vertex.
+    fn check_fields(&self, fields: &[(&str, &[Vec3])]) -> Result<()> {
+        let n = self.shell.mass.len();
+        for (name, field) in fields {
+            if field.len() != n {
+                return Err(Error::argument(format!("{name} has {} vectors for {n} vertices", field.len())));
+            }
+            if let Some(v) = field.iter().position(|f| !f.iter().all(|c| c.is_finite())) {
+                return Err(Error::argument(format!("{name}[{v}] is {:?}: it must be finite", field[v].data.0[0])));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Fails unless h > 0 and both coefficients are finite and not negative.
+fn check_step(h: f64, damping: Rayleigh) -> Result<()> {
+    require_non_negative("the mass damping", damping.mass)?;
+    require_non_negative("the stiffness damping", damping.stiffness)?;
+    if require_finite("the step h", h)? > 0.0 {
+        Ok(())
+    } else {
+        Err(Error::argument(format!("the step h is {h}: it must be positive")))
+    }
+}
+
+/// Adds ζ Σ b (b·rate) with the rows at `x` to `force`.
+fn add_viscous_force(shell: &Shell, x: &[Vec3], rate: impl Fn(usize) -> Vec3, zeta: f64, force: &mut [Vec3]) {
+    shell.energy.visit_rows(x, &mut |(vertices, row)| {
+        let strain_rate: f64 = vertices.iter().zip(row).map(|(&v, b)| b.dot(&rate(v as usize))).sum();
+        vertices.iter().zip(row).for_each(|(&v, b)| force[v as usize] += (zeta * strain_rate) * b);
+    });
+}
+
+/// ‖f‖ over the free vertices.
+fn free_norm(shell: &Shell, f: &[Vec3]) -> f64 {
+    shell.free.iter().map(|&v| f[v as usize].norm_squared()).sum::<f64>().sqrt()
+}

@@ -1,0 +1,111 @@
+//! The potential whose minimum is an equilibrium, or the end of an implicit step from x₀ (d = x − x₀, ‖d‖²_M = dᵀMd):
+//!
+//! Φ(x) = E(x) − F·d + ‖d − h u̇‖²_M/(2h²) + ξ ‖d‖²_M/(2h) + ζ Σ (b(x₀)·d)²/(2h)
+//!
+//! Its gradient is zero where M (u̇⁺ − u̇)/h + C(x₀) u̇⁺ + ∇E(x) = F with u̇⁺ = d/h. An equilibrium has the first two terms.
+
+use super::{Rayleigh, add_viscous_force};
+use crate::energy::Curvature;
+use crate::sparse::BlockMatrix;
+use crate::{Shell, Vec3};
+
+/// Φ, with all fields of n_vertices.
+pub struct Potential<'a> {
+    pub shell: &'a Shell,
+    /// x₀.
+    pub origin: &'a [Vec3],
+    /// F.
+    pub load: &'a [Vec3],
+    /// The terms of a step; `None` for an equilibrium.
+    pub step: Option<Step<'a>>,
+}
+
+/// What makes a step of Φ.
+#[derive(Clone, Copy)]
+pub struct Step<'a> {
+    pub h: f64,
+    /// u̇ at the start.
+    pub velocity: &'a [Vec3],
+    /// ξ and ζ.
+    pub damping: Rayleigh,
+}
+
+impl Potential<'_> {
+    /// Φ(x), and the sum of its terms' magnitudes that its rounding error grows with.
+    pub fn value(&self, x: &[Vec3]) -> (f64, f64) {
+        let elastic = self.shell.energy.value(x);
+        let (mut value, mut magnitude) = (elastic, elastic);
+        for v in self.free() {
+            let d = x[v] - self.origin[v];
+            let work = self.load[v].dot(&d);
+            let inertia = self.step.map_or(0.0, |s| s.inertia(self.shell.mass[v], &d, &s.velocity[v]));
+            value += inertia - work;
+            magnitude += inertia + work.abs();
+        }
+        if let Some(s) = self.step.filter(|s| s.damping.stiffness > 0.0) {
+            let loss = 0.5 * s.damping.stiffness / s.h * self.squared_strains(x);
+            value += loss;
+            magnitude += loss;
+        }
+        (value, magnitude)
+    }
+
+    /// ∇Φ(x); meaningless at vertices that are not free.
+    pub fn gradient(&self, x: &[Vec3], gradient: &mut [Vec3]) {
+        gradient.fill(Vec3::zeros());
+        self.shell.energy.add_gradient(x, gradient);
+        for v in self.free() {
+            gradient[v] -= self.load[v];
+            if let Some(s) = self.step {
+                let rate = (x[v] - self.origin[v]) / s.h;
+                gradient[v] += self.shell.mass[v] * ((rate - s.velocity[v]) / s.h + s.damping.mass * rate);
+            }
+        }
+        if let Some(s) = self.step.filter(|s| s.damping.stiffness > 0.0) {
+            let rate = |v: usize| (x[v] - self.origin[v]) / s.h;
+            add_viscous_force(self.shell, self.origin, rate, s.damping.stiffness, gradient);
+        }
+    }
+
+    /// ∂²Φ/∂x² over the free vertices.
+    pub fn assemble(&self, x: &[Vec3], curvature: Curvature, matrix: &mut BlockMatrix) {
+        matrix.clear();
+        self.shell.energy.visit_hessian(x, curvature, &mut |(vertices, blocks)| {
+            matrix.add_element(vertices, |p, q| blocks[p * vertices.len() + q]);
+        });
+        let Some(s) = self.step else { return };
+        for (i, v) in self.free().enumerate() {
+            matrix.add_diagonal(i, self.shell.mass[v] * (1.0 / s.h + s.damping.mass) / s.h);
+        }
+        if s.damping.stiffness > 0.0 {
+            let weight = s.damping.stiffness / s.h;
+            self.shell.energy.visit_rows(self.origin, &mut |(vertices, row)| {
+                matrix.add_element(vertices, |p, q| row[p] * (weight * row[q]).transpose());
+            });
+        }
+    }
+
+    /// The vertices that move.
+    pub fn free(&self) -> impl Iterator<Item = usize> {
+        self.shell.free.iter().map(|&v| v as usize)
+    }
+
+    /// Σ (b(x₀)·d)².
+    fn squared_strains(&self, x: &[Vec3]) -> f64 {
+        let mut sum = 0.0;
+        self.shell.energy.visit_rows(self.origin, &mut |(vertices, row)| {
+            let d = |v: u32| x[v as usize] - self.origin[v as usize];
+            let strain: f64 = vertices.iter().zip(row).map(|(&v, b)| b.dot(&d(v))).sum();
+            sum += strain * strain;
+        });
+        sum
+    }
+}
+
+impl Step<'_> {
+    /// The inertia and mass damping of one vertex.
+    fn inertia(&self, mass: f64, d: &Vec3, velocity: &Vec3) -> f64 {
+        let h = self.h;
+        0.5 * mass * ((d / h - velocity).norm_squared() + self.damping.mass * d.norm_squared() / h)
+    }
+}

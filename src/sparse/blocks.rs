@@ -1,0 +1,140 @@
+//! The lower triangle of a symmetric matrix made of elements: 3 × 3 blocks between the free vertices of an element.
+
+use crate::mesh::NONE;
+use crate::{Error, ErrorKind, Result, Shell};
+use faer::sparse::{SparseColMat, SymbolicSparseColMat};
+use nalgebra::Matrix3;
+
+/// For each free vertex, the free vertices not before it that share an element with it; the first is itself.
+struct BlockPattern {
+    start: Vec<usize>,
+    rows: Vec<u32>,
+}
+
+impl BlockPattern {
+    fn column(&self, j: usize) -> &[u32] {
+        &self.rows[self.start[j]..self.start[j + 1]]
+    }
+
+    fn of(shell: &Shell, index: &[u32]) -> Self {
+        let n = shell.free.len();
+        let mut columns: Vec<Vec<u32>> = (0..n as u32).map(|j| vec![j]).collect();
+        shell.energy.visit_rest_rows(&mut |(vertices, _)| {
+            for &v in vertices {
+                for &w in vertices {
+                    let (j, i) = (index[v as usize], index[w as usize]);
+                    if j < i && i != NONE && !columns[j as usize].contains(&i) {
+                        columns[j as usize].push(i);
+                    }
+                }
+            }
+        });
+        let mut start = vec![0];
+        let mut rows = Vec::new();
+        for column in &mut columns {
+            column.sort_unstable();
+            rows.extend_from_slice(column);
+            start.push(rows.len());
+        }
+        Self { start, rows }
+    }
+
+    /// Expands blocks into the scalar lower triangle.
+    fn scalar_pattern(&self) -> SymbolicSparseColMat<usize> {
+        let n = self.start.len() - 1;
+        let mut col_ptr = vec![0];
+        let mut row_idx = Vec::with_capacity(9 * self.rows.len());
+        for j in 0..n {
+            for c in 0..3 {
+                let scalars = self.column(j).iter().flat_map(|&i| (0..3).map(move |d| 3 * i as usize + d));
+                row_idx.extend(scalars.skip(c));
+                col_ptr.push(row_idx.len());
+            }
+        }
+        SymbolicSparseColMat::new_checked(3 * n, 3 * n, col_ptr, None, row_idx)
+    }
+}
+
+/// A symmetric matrix with the pattern of the shell's stiffness, three unknowns per free vertex.
+pub struct BlockMatrix {
+    /// Lower triangle, columns sorted (n_unknowns × n_unknowns).
+    pub lower: SparseColMat<usize, f64>,
+    pattern: BlockPattern,
+    /// Free index of each vertex, [`NONE`] for one that does not move (n_vertices).
+    index: Vec<u32>,
+}
+
+impl BlockMatrix {
+    /// The zero matrix.
+    pub fn of(shell: &Shell) -> Self {
+        let mut index = vec![NONE; shell.mass.len()];
+        shell.free.iter().enumerate().for_each(|(i, &v)| index[v as usize] = i as u32);
+        let pattern = BlockPattern::of(shell, &index);
+        let scalar = pattern.scalar_pattern();
+        let values = vec![0.0; scalar.row_idx().len()];
+        Self { lower: SparseColMat::new(scalar, values), pattern, index }
+    }
+
+    /// Back to zero.
+    pub fn clear(&mut self) {
+        self.lower.val_mut().fill(0.0);
+    }
+
+    /// Adds the element with these vertices; `block(p, q)` couples the p-th (row) with the q-th (column) of them, and is
+    /// asked for the lower triangle and the free vertices only.
+    pub fn add_element(&mut self, vertices: &[u32], block: impl Fn(usize, usize) -> Matrix3<f64>) {
+        for (q, &v) in vertices.iter().enumerate() {
+            let j = self.index[v as usize];
+            for (p, &w) in vertices.iter().enumerate() {
+                let i = self.index[w as usize];
+                if i != NONE && j <= i {
+                    self.add_block(i, j, &block(p, q));
+                }
+            }
+        }
+    }
+
+    fn add_block(&mut self, i: u32, j: u32, block: &Matrix3<f64>) {
+        let j_first = 3 * j as usize;
+        let found = self.pattern.column(j as usize).binary_search(&i);
+        let below = 3 * found.expect("the pattern holds every pair of an element");
+        for c in 0..3 {
+            let first = self.lower.symbolic().col_ptr()[j_first + c] + below - c;
+            for d in (if i == j { c } else { 0 })..3 {
+                self.lower.val_mut()[first + d] += block[(d, c)];
+            }
+        }
+    }
+
+    /// Adds `value` to the three diagonal entries of the i-th free vertex.
+    pub fn add_diagonal(&mut self, i: usize, value: f64) {
+        for j in 3 * i..3 * i + 3 {
+            let first = self.lower.symbolic().col_ptr()[j];
+            self.lower.val_mut()[first] += value;
+        }
+    }
+
+    /// The diagonal entries, by unknown.
+    pub fn diagonal(&self) -> impl Iterator<Item = f64> + '_ {
+        let first = &self.lower.symbolic().col_ptr()[..self.lower.ncols()];
+        first.iter().map(|&k| self.lower.val()[k])
+    }
+
+    /// Fails with the first entry that is not finite.
+    pub fn require_finite(&self) -> Result<()> {
+        let Some(bad) = self.lower.val().iter().find(|v| !v.is_finite()) else {
+            return Ok(());
+        };
+        let message = format!("the stiffness matrix has the entry {bad}: stiffness, density or size out of range");
+        Err(Error::new(ErrorKind::Numerical, message))
+    }
+}
+
+/// (row, column, value) of every stored entry.
+pub fn entries(lower: &SparseColMat<usize, f64>) -> impl Iterator<Item = (usize, usize, f64)> + '_ {
+    let (pattern, values) = (lower.symbolic(), lower.val());
+    (0..lower.ncols()).flat_map(move |j| {
+        let range = pattern.col_ptr()[j]..pattern.col_ptr()[j + 1];
+        range.map(move |k| (pattern.row_idx()[k], j, values[k]))
+    })
+}

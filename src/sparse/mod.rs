@@ -1,0 +1,7 @@
+//! Sparse symmetric matrices of 3 × 3 blocks over the free vertices of a shell, and their factorizations.
+
+mod blocks;
+mod factor;
+
+pub use blocks::{BlockMatrix, entries};
+pub use factor::{Cholesky, Factor, Symbolic};
