@@ -152,6 +152,24 @@
 // The velocities and accelerations of the descriptor are used instead of differences of poses.
 #define SW_FRAME_MOTION_GIVEN 2
 
+// Holds the vertex's position.
+#define SW_CONSTRAINT_POSITION 1
+
+// Holds the orientation of the vertex's frame (sw_state_rotations), which at rest is the support frame's.
+#define SW_CONSTRAINT_ORIENTATION 2
+
+// World x axis.
+#define SW_AXIS_X 1
+
+// World y axis.
+#define SW_AXIS_Y 2
+
+// World z axis.
+#define SW_AXIS_Z 4
+
+// Stands for every constraint in sw_state_clear_constraint.
+#define SW_ALL_CONSTRAINTS 4294967295
+
 // A shell and, after precompute, its modes. Opaque.
 typedef struct SwModel SwModel;
 
@@ -237,7 +255,7 @@ typedef struct SwSupportDesc {
 } SwSupportDesc;
 
 // Hears of progress on the thread that called sw_model_precompute: SW_PHASE_... and the fraction of that phase, 0 to 1. A
-// phase may come up more than once. Must return SW_PROGRESS_CONTINUE or SW_PROGRESS_CANCEL; anything else is an error, so
+// phase may come up more than once, or not at all on a small mesh. Must return SW_PROGRESS_CONTINUE or SW_PROGRESS_CANCEL; anything else is an error, so
 // that a callback which forgets to return is found out. Must not throw or long-jump, nor destroy the model.
 typedef uint32_t (*SwProgressFn)(void *user, uint32_t phase, double fraction);
 
@@ -374,11 +392,57 @@ typedef struct SwStateReport {
   double kinetic_energy;
   // Of the modal deformation.
   double elastic_energy;
+  // Work done on the shell by constraints since creation or reset.
+  double constraint_work;
   // Largest modal rotation |w|, rad.
   double max_rotation;
   // Largest displacement in the frame.
   double max_displacement;
 } SwStateReport;
+
+// A handle (paper section 4.4). Position and orientation of one vertex are two constraints.
+typedef struct SwConstraintDesc {
+  // Set by sw_constraint_desc_init.
+  uint32_t struct_size;
+  // The host's number for it, below SW_ALL_CONSTRAINTS; setting a number again replaces the constraint.
+  uint32_t id;
+  // SW_CONSTRAINT_.... Required.
+  uint32_t kind;
+  // Vertex held.
+  uint32_t vertex;
+  // SW_AXIS_... bits along or about which it holds; 0 = all.
+  uint32_t axes;
+  // Must be 0.
+  uint32_t flags;
+  // Displacement per force (length/force) or rotation per torque (rad/torque), not negative; 0 = hard.
+  double compliance;
+  // World position (SW_CONSTRAINT_POSITION).
+  double position[3];
+  // World orientation, row-major rotation matrix as in SwFrameDesc (SW_CONSTRAINT_ORIENTATION); all zero = identity. Of
+  // all rotation vectors that mean it the one nearest to the present is taken, so a handle can be turned round and round.
+  double rotation[9];
+} SwConstraintDesc;
+
+// What the last step made of a constraint. Output only.
+typedef struct SwConstraintReport {
+  // The host's number.
+  uint32_t id;
+  // SW_CONSTRAINT_....
+  uint32_t kind;
+  // Vertex held.
+  uint32_t vertex;
+  // 1 if the residual is at most a millionth of the model's size, or a microradian, beyond what the compliance gives way.
+  // 0 before the first step.
+  uint32_t met;
+  // Linearizations that the whole set took in the last step.
+  uint32_t iterations;
+  // 0.
+  uint32_t reserved;
+  // What is missing along the held axes: length or rad.
+  double residual;
+  // Force or torque on the shell, world axes, over the last step.
+  double force[3];
+} SwConstraintReport;
 
 // Done.
 #define SW_OK 0
@@ -538,7 +602,7 @@ SwStatus sw_state_create(const struct SwModel *model,
 // Destroys a state. NULL does nothing. A handle must not be destroyed twice or during a call.
 void sw_state_destroy(struct SwState *state);
 
-// Back to rest and time 0. Loads and damping stay; the frame stays at its last pose, at rest.
+// Back to rest and time 0. Loads, damping and constraints stay; the frame stays where it was last set, at rest.
 // Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_BUSY.
 SwStatus sw_state_reset(struct SwState *state);
 
@@ -557,7 +621,7 @@ SwStatus sw_state_set_gravity(struct SwState *state,
 SwStatus sw_state_set_damping(struct SwState *state, const struct SwDampingDesc *desc);
 
 // Sets where the support frame is at the end of the next step; call it before each step while the frame moves. It stays
-// where it is when not called. Before the first step after creation or reset the frame is simply placed there.
+// where it is when not called. The first call after creation or reset, before any step, simply places the frame.
 //
 // The shell feels gravity less the frame's acceleration, and the Euler, centrifugal and Coriolis forces of its rotation.
 // Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_BUSY.
@@ -565,7 +629,7 @@ SwStatus sw_state_set_frame(struct SwState *state,
                             const struct SwFrameDesc *desc);
 
 // Sets modal amplitudes and their rates (count each, count = number of modes); unit: length times sqrt(mass).
-// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_BUSY.
+// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_NUMERICAL when vertices would turn by more than 1e6 rad, SW_ERROR_BUSY.
 SwStatus sw_state_set_amplitudes(struct SwState *state,
                                  const double *amplitudes,
                                  const double *velocities,
@@ -580,7 +644,8 @@ SwStatus sw_state_amplitudes(const struct SwState *state,
                              uint32_t *count);
 
 // Advances by `seconds` > 0; any step, changing from call to call. Does not allocate. On failure nothing has moved.
-// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_NUMERICAL when the result would not be finite, SW_ERROR_BUSY.
+// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_NUMERICAL when the result would leave the range of numbers (turns of 1e6 rad),
+// SW_ERROR_BUSY.
 SwStatus sw_state_step(struct SwState *state,
                        double seconds);
 
@@ -628,11 +693,34 @@ SwStatus sw_state_save(const struct SwState *state,
                        uint64_t *size);
 
 // Restores what sw_state_save gave on a model made from the same inputs; the run then goes on with the same bits. Safe on
-// any bytes: they carry a version, sizes, the model's fingerprint and a checksum. On failure nothing has changed.
+// any bytes: they carry a version, sizes, the model's fingerprint and a checksum. On failure nothing has changed. A pose set
+// for the next step is dropped: set it after loading.
 // Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DATA, SW_ERROR_BUSY.
 SwStatus sw_state_load(struct SwState *state,
                        const void *bytes,
                        uint64_t size);
+
+// Writes struct_size and zeros. NULL is allowed and does nothing.
+void sw_constraint_desc_init(struct SwConstraintDesc *desc);
+
+// Adds a constraint, or moves or replaces the one with its id; needs no new precompute. From the next step on the handle is
+// where it was put (`met` in the report), or as near as the modes allow: constraints out of reach, conflicting or more than the
+// modes get the least-squares answer. Allocates unless it replaces one of the same axes.
+// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_BUSY.
+SwStatus sw_state_set_constraint(struct SwState *state,
+                                 const struct SwConstraintDesc *desc);
+
+// Removes a constraint, or all with SW_ALL_CONSTRAINTS.
+// Errors: SW_ERROR_INVALID_ARGUMENT, also when there is none with this id; SW_ERROR_BUSY.
+SwStatus sw_state_clear_constraint(struct SwState *state, uint32_t id);
+
+// What the last step made of each constraint, by ascending id. Two calls: with `reports` NULL and `capacity` 0 only *count is
+// written. Callable concurrently.
+// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_BUFFER_SIZE when capacity < *count, SW_ERROR_BUSY.
+SwStatus sw_state_constraint_report(const struct SwState *state,
+                                    struct SwConstraintReport *reports,
+                                    uint32_t capacity,
+                                    uint32_t *count);
 
 #ifdef __cplusplus
 }  // extern "C"

@@ -218,10 +218,17 @@ pub struct Step<'a> {
     pub rest: &'a [Vec3],
     /// The model's size.
     pub size: f64,
-    /// Largest rotation per unit amplitude of each mode, 0 for zero modes.
-    pub bend: &'a [f64],
+    /// Largest rotation per unit amplitude of each mode.
+    pub largest_rotation: &'a [f64],
     /// u = R̃Φq, or u = Φq.
     pub warped: bool,
+}
+
+impl Step<'_> {
+    /// Rotation per unit amplitude of an elastic mode; 0 for a zero mode, which bends nothing.
+    fn bend(&self, k: usize) -> f64 {
+        if self.modes.1[k] > 0.0 { self.largest_rotation[k] } else { 0.0 }
+    }
 }
 
 impl Constraints {
@@ -340,7 +347,7 @@ impl Constraints {
         self.work.first.copy_from_slice(q);
         for bend in [0.0, KICK] {
             for k in 0..q.len() {
-                q[k] = q_before[k] + if step.bend[k] > 0.0 { bend / step.bend[k] } else { 0.0 };
+                q[k] = q_before[k] + if step.bend(k) > 0.0 { bend / step.bend(k) } else { 0.0 };
             }
             let (more, distance) = self.search_in_stages(basis, step, q);
             iterations += more;
@@ -524,7 +531,7 @@ impl Constraints {
 
 /// Root sum of squares of the largest rotations that the elastic amplitudes make.
 fn bend(step: &Step, amplitude: impl Fn(usize) -> f64) -> f64 {
-    step.bend.iter().enumerate().map(|(k, bend)| (bend * amplitude(k)).powi(2)).sum::<f64>().sqrt()
+    (0..step.largest_rotation.len()).map(|k| (step.bend(k) * amplitude(k)).powi(2)).sum::<f64>().sqrt()
 }
 
 /// A handle that pulls at a target out of reach gives no more speed than the next step can stand.
@@ -534,7 +541,7 @@ fn tame(step: &Step, q: &[f64], q_dot: &mut [f64]) {
         if bend(step, |k| q[k] + step.h * q_dot[k]) <= limit {
             return;
         }
-        q_dot.iter_mut().zip(step.bend).filter(|(_, bend)| **bend > 0.0).for_each(|(v, _)| *v *= 0.5);
+        (0..q.len()).filter(|k| step.bend(*k) > 0.0).for_each(|k| q_dot[k] *= 0.5);
     }
 }
 

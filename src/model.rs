@@ -57,8 +57,8 @@ pub struct Model {
     pub shell: Arc<Shell>,
     /// λ of each mode, 1/s², ascending; zero modes exactly 0.
     pub eigenvalues: Vec<f64>,
-    /// Largest |Ψ| of each mode: rotation per unit amplitude; 0 for zero modes, which bend nothing.
-    pub bend: Vec<f64>,
+    /// Largest |Ψ| of each mode: rotation per unit amplitude.
+    pub largest_rotation: Vec<f64>,
     /// Number of zero modes among them.
     pub zero_modes: usize,
     /// Evidence for the modes.
@@ -86,12 +86,12 @@ impl Model {
             Precision::F32 => AnyBasis::F32(run_time_basis(&shell, &modes.shapes, &mut progress)?),
             Precision::F64 => AnyBasis::F64(run_time_basis(&shell, &modes.shapes, &mut progress)?),
         };
-        let bend = largest_bend(&shell, &modes);
+        let largest_rotation = largest_rotation(&shell, &modes);
         let fingerprint = fingerprint(&shell, &modes.eigenvalues, options.precision);
         Ok(Self {
             shell,
             eigenvalues: modes.eigenvalues,
-            bend,
+            largest_rotation,
             zero_modes: modes.zero_modes,
             certificate: modes.certificate,
             basis,
@@ -144,11 +144,10 @@ fn run_time_basis<T: Real>(shell: &Shell, shapes: &[Vec<Vec3>], progress: &mut P
     Ok(basis)
 }
 
-fn largest_bend(shell: &Shell, modes: &Modes) -> Vec<f64> {
+fn largest_rotation(shell: &Shell, modes: &Modes) -> Vec<f64> {
     let rotation = ModalRotation::new(&shell.mesh);
     let largest = |phi: &Vec<Vec3>| rotation.apply(phi).iter().map(|w| w.norm()).fold(0.0, f64::max);
-    let of_mode = |(phi, lambda): (&Vec<Vec3>, &f64)| if *lambda > 0.0 { largest(phi) } else { 0.0 };
-    modes.shapes.iter().zip(&modes.eigenvalues).map(of_mode).collect()
+    modes.shapes.iter().map(largest).collect()
 }
 
 /// Hash of everything that amplitudes mean something by: mesh, supports, eigenvalues, precision.

@@ -61,6 +61,10 @@ pub struct Report {
 /// Beyond a quarter turn the warp's own error exceeds a fifth of the displacement (closed form of a strip bent to an arc).
 pub const ROTATION_RANGE: f64 = std::f64::consts::FRAC_PI_2;
 
+/// Past this rotation, rad, or this displacement, in units of 1/√M, an amplitude has no meaning left and f32 no room.
+const LARGEST_ROTATION: f64 = 1e6;
+const LARGEST_AMPLITUDE: f64 = 1e30;
+
 /// See the module's text.
 #[derive(Clone)]
 pub struct State {
@@ -71,6 +75,8 @@ pub struct State {
     /// c of each mode.
     damping: Vec<f64>,
     frame: Frame,
+    /// The frame was set since creation or reset.
+    placed: bool,
     time: f64,
     constraints: Constraints,
     constraint_work: f64,
@@ -91,6 +97,7 @@ impl State {
             gravity: Vec3::zeros(),
             damping: zeros.clone(),
             frame: Frame::at_rest(Pose::identity()),
+            placed: false,
             time: 0.0,
             constraints: Constraints::new(zeros.len()),
             constraint_work: 0.0,
@@ -122,13 +129,14 @@ impl State {
         size_of::<Self>() + 6 * size_of::<f64>() * n_modes
     }
 
-    /// Back to rest and time 0. Loads, damping and constraints stay; the frame stays where it is, at rest.
+    /// Back to rest and time 0. Loads, damping and constraints stay; the frame stays where it was last set, at rest.
     pub fn reset(&mut self) {
         self.q.fill(0.0);
         self.q_dot.fill(0.0);
         self.time = 0.0;
         self.constraint_work = 0.0;
         self.frame = Frame::at_rest(self.frame.target);
+        self.placed = false;
     }
 
     /// World axes, acceleration.
@@ -177,11 +185,13 @@ impl State {
         self.constraints.report()
     }
 
-    /// Where the support frame is at the end of the next step. Before the first step it is simply placed there.
+    /// Where the support frame is at the end of the next step. Set for the first time since creation or reset, and before any
+    /// step, it is simply placed there.
     pub fn set_frame(&mut self, target: Pose, motion: Motion) {
-        if self.time == 0.0 {
+        if self.time == 0.0 && !self.placed {
             self.frame = Frame::at_rest(target);
         }
+        self.placed = true;
         self.frame.target = target;
         self.frame.motion = motion;
     }
@@ -196,9 +206,19 @@ impl State {
                 require_finite(&format!("{name}[{k}]"), *x)?;
             }
         }
+        if !self.has_meaning(q) {
+            return Err(Error::new(ErrorKind::Numerical, "these amplitudes turn or move vertices beyond all range"));
+        }
         self.q.copy_from_slice(q);
         self.q_dot.copy_from_slice(q_dot);
         Ok(())
+    }
+
+    /// Whether the warp at amplitudes `q` gives finite positions in either precision.
+    fn has_meaning(&self, q: &[f64]) -> bool {
+        let turn: f64 = q.iter().zip(&self.model.largest_rotation).map(|(q, r)| (q * r).abs()).sum();
+        let largest = LARGEST_AMPLITUDE * self.model.shell.total_mass.sqrt();
+        turn <= LARGEST_ROTATION && q.iter().all(|q| q.abs() <= largest)
     }
 
     /// Advances by `h` > 0 seconds. Loads turn with the shell as it was at the start of the step (paper eq. 12). Fails, and
@@ -213,8 +233,8 @@ impl State {
         self.move_freely(h);
         let work = self.meet_constraints(&frame.pose, h);
         let finite = self.next.iter().flatten().all(|x| x.is_finite()) && (self.time + h + work).is_finite();
-        if !finite {
-            let message = format!("the step of {h} s from time {} s does not give finite amplitudes", self.time);
+        if !finite || !self.has_meaning(&self.next[0]) {
+            let message = format!("the step of {h} s from time {} s does not give finite positions", self.time);
             return Err(Error::new(ErrorKind::Numerical, message));
         }
         let [next_q, next_q_dot] = &mut self.next;
@@ -250,7 +270,7 @@ impl State {
             modes,
             rest: &mesh.positions,
             size: mesh.size,
-            bend: &model.bend,
+            largest_rotation: &model.largest_rotation,
             warped: *method == Method::Warp,
         };
         with_basis!(&model.basis, basis => constraints.project(basis, &step, q, (next_q, next_q_dot)))

@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-const SOURCES: [&str; 6] = ["status", "pointer", "log", "mesh", "model", "state"];
+const SOURCES: [&str; 7] = ["status", "pointer", "log", "mesh", "model", "state", "constraint"];
 
 #[test]
 fn header_is_current() {

@@ -55,9 +55,10 @@ fn refuse<G>(what: &str, error: TryLockError<G>) -> Fault {
         TryLockError::Poisoned(PoisonError { .. }) => {
             Fault::new(SW_ERROR_INTERNAL, format!("the {what} is poisoned by an earlier internal error"))
         }
-        TryLockError::WouldBlock => {
-            Fault::new(super::status::SW_ERROR_BUSY, format!("the {what} is in use by another thread"))
-        }
+        TryLockError::WouldBlock => Fault::new(
+            super::status::SW_ERROR_BUSY,
+            format!("the {what} is in use by another thread or an enclosing call"),
+        ),
     }
 }
 

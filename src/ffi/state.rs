@@ -130,6 +130,8 @@ pub struct SwStateReport {
     pub kinetic_energy: f64,
     /// Of the modal deformation.
     pub elastic_energy: f64,
+    /// Work done on the shell by constraints since creation or reset.
+    pub constraint_work: f64,
     /// Largest modal rotation |w|, rad.
     pub max_rotation: f64,
     /// Largest displacement in the frame.
@@ -215,7 +217,7 @@ pub unsafe extern "C" fn sw_state_destroy(state: *mut SwState) {
     });
 }
 
-/// Back to rest and time 0. Loads and damping stay; the frame stays at its last pose, at rest.
+/// Back to rest and time 0. Loads, damping and constraints stay; the frame stays where it was last set, at rest.
 /// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_BUSY.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn sw_state_reset(state: *mut SwState) -> SwStatus {
@@ -272,14 +274,14 @@ pub unsafe extern "C" fn sw_state_set_damping(state: *mut SwState, desc: *const 
     }
 }
 
-fn vector(name: &str, values: &[f64; 3]) -> Result<Vec3, Fault> {
+pub(super) fn vector(name: &str, values: &[f64; 3]) -> Result<Vec3, Fault> {
     for (i, x) in values.iter().enumerate() {
         require_finite(&format!("desc->{name}[{i}]"), *x)?;
     }
     Ok(Vec3::from(*values))
 }
 
-fn rotation(values: &[f64; 9]) -> Result<UnitQuaternion<f64>, Fault> {
+pub(super) fn rotation(values: &[f64; 9]) -> Result<UnitQuaternion<f64>, Fault> {
     for (i, x) in values.iter().enumerate() {
         require_finite(&format!("desc->rotation[{i}]"), *x)?;
     }
@@ -299,7 +301,7 @@ fn rotation(values: &[f64; 9]) -> Result<UnitQuaternion<f64>, Fault> {
 }
 
 /// Sets where the support frame is at the end of the next step; call it before each step while the frame moves. It stays
-/// where it is when not called. Before the first step after creation or reset the frame is simply placed there.
+/// where it is when not called. The first call after creation or reset, before any step, simply places the frame.
 ///
 /// The shell feels gravity less the frame's acceleration, and the Euler, centrifugal and Coriolis forces of its rotation.
 /// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_BUSY.
@@ -330,7 +332,7 @@ pub unsafe extern "C" fn sw_state_set_frame(state: *mut SwState, desc: *const Sw
 }
 
 /// Sets modal amplitudes and their rates (count each, count = number of modes); unit: length times sqrt(mass).
-/// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_BUSY.
+/// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_NUMERICAL when vertices would turn by more than 1e6 rad, SW_ERROR_BUSY.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn sw_state_set_amplitudes(
     state: *mut SwState,
@@ -385,7 +387,8 @@ pub unsafe extern "C" fn sw_state_amplitudes(
 }
 
 /// Advances by `seconds` > 0; any step, changing from call to call. Does not allocate. On failure nothing has moved.
-/// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_NUMERICAL when the result would not be finite, SW_ERROR_BUSY.
+/// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_NUMERICAL when the result would leave the range of numbers (turns of 1e6 rad),
+/// SW_ERROR_BUSY.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn sw_state_step(state: *mut SwState, seconds: f64) -> SwStatus {
     // SAFETY: the header's contract.
@@ -474,6 +477,7 @@ pub unsafe extern "C" fn sw_state_report(state: *const SwState, report: *mut SwS
             out.time = measured.time;
             out.kinetic_energy = measured.kinetic_energy;
             out.elastic_energy = measured.elastic_energy;
+            out.constraint_work = measured.constraint_work;
             out.max_rotation = measured.max_rotation;
             out.max_displacement = measured.max_displacement;
             put(report, out);
@@ -505,7 +509,8 @@ pub unsafe extern "C" fn sw_state_save(
 }
 
 /// Restores what sw_state_save gave on a model made from the same inputs; the run then goes on with the same bits. Safe on
-/// any bytes: they carry a version, sizes, the model's fingerprint and a checksum. On failure nothing has changed.
+/// any bytes: they carry a version, sizes, the model's fingerprint and a checksum. On failure nothing has changed. A pose set
+/// for the next step is dropped: set it after loading.
 /// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DATA, SW_ERROR_BUSY.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn sw_state_load(state: *mut SwState, bytes: *const c_void, size: u64) -> SwStatus {

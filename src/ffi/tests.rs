@@ -1,5 +1,6 @@
 //! A panic forced inside every exported function becomes SW_ERROR_INTERNAL, prints nothing and poisons the handle.
 
+use super::constraint::*;
 use super::log::sw_set_log_callback;
 use super::mesh::*;
 use super::model::*;
@@ -84,6 +85,9 @@ fn status_calls<'a>(model: *mut SwModel, state: *mut SwState) -> Vec<Call<'a>> {
         sw_state_set_frame(state, null()),
         sw_state_set_amplitudes(state, null(), null(), 0),
         sw_state_amplitudes(state, null_mut(), null_mut(), 0, null_mut()),
+        sw_state_set_constraint(state, null()),
+        sw_state_clear_constraint(state, 0),
+        sw_state_constraint_report(state, null_mut(), 0, null_mut()),
         sw_state_step(state, 0.0),
         sw_state_positions(state, 0, 0, null_mut(), 0, 0),
         sw_state_normals(state, 0, 0, null_mut(), 0, 0),
@@ -95,7 +99,7 @@ fn status_calls<'a>(model: *mut SwModel, state: *mut SwState) -> Vec<Call<'a>> {
 }
 
 /// The exported functions that cannot fail and so have no status.
-const WITHOUT_STATUS: [&str; 15] = [
+const WITHOUT_STATUS: [&str; 16] = [
     "sw_abi_version",
     "sw_version_string",
     "sw_status_string",
@@ -108,6 +112,7 @@ const WITHOUT_STATUS: [&str; 15] = [
     "sw_state_desc_init",
     "sw_damping_desc_init",
     "sw_frame_desc_init",
+    "sw_constraint_desc_init",
     "sw_state_report_init",
     "sw_model_destroy",
     "sw_state_destroy",

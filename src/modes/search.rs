@@ -201,7 +201,11 @@ impl Search<'_> {
                 lanczos.refresh();
             }
         }
-        let message = format!("only {:.0} % of {} modes converged in {MAX_SWEEPS} sweeps", 100.0 * done, self.wanted);
+        let message = format!(
+            "only {:.0} % of {} modes converged: stiffness or triangle sizes differ too much for 64-bit numbers",
+            100.0 * done,
+            self.wanted
+        );
         Err(Error::new(ErrorKind::Numerical, message))
     }
 
