@@ -166,7 +166,7 @@ typedef uint32_t SwStatus;
 typedef void (*SwLogFn)(void *user, uint32_t level, const char *message);
 
 // A triangle mesh in the host's memory. Nothing is kept: the library copies what it needs during the call.
-typedef struct {
+typedef struct SwMeshDesc {
   // Set by sw_mesh_desc_init.
   uint32_t struct_size;
   // SW_FORMAT_F32 or SW_FORMAT_F64: type of the coordinates. Required.
@@ -186,7 +186,7 @@ typedef struct {
 } SwMeshDesc;
 
 // One located problem of a mesh. Output only.
-typedef struct {
+typedef struct SwDiagnostic {
   // SW_DIAGNOSTIC_....
   uint32_t kind;
   // SW_SEVERITY_....
@@ -204,7 +204,7 @@ typedef struct {
 } SwDiagnostic;
 
 // Material constants, uniform over the shell. 0 means the default; stiffnesses must not be negative.
-typedef struct {
+typedef struct SwMaterialDesc {
   // Set by sw_material_desc_init.
   uint32_t struct_size;
   // SW_ENERGY_...; 0 = SW_ENERGY_DISCRETE_SHELLS.
@@ -221,7 +221,7 @@ typedef struct {
 } SwMaterialDesc;
 
 // Which vertices are held in place in the support frame. Lists may repeat vertices.
-typedef struct {
+typedef struct SwSupportDesc {
   // Set by sw_support_desc_init.
   uint32_t struct_size;
   // Must be 0.
@@ -242,7 +242,7 @@ typedef struct {
 typedef uint32_t (*SwProgressFn)(void *user, uint32_t phase, double fraction);
 
 // What to precompute.
-typedef struct {
+typedef struct SwPrecomputeDesc {
   // Set by sw_precompute_desc_init.
   uint32_t struct_size;
   // Number of lowest modes, zero modes included; default 16. Given are at most as many as there are unknowns, and at
@@ -259,7 +259,7 @@ typedef struct {
 } SwPrecomputeDesc;
 
 // Facts about a model. The caller sets struct_size with sw_model_info_init.
-typedef struct {
+typedef struct SwModelInfo {
   // Set by sw_model_info_init.
   uint32_t struct_size;
   // Vertices of the mesh.
@@ -316,7 +316,7 @@ typedef struct {
 } SwModelInfo;
 
 // How a state moves.
-typedef struct {
+typedef struct SwStateDesc {
   // Set by sw_state_desc_init.
   uint32_t struct_size;
   // SW_METHOD_...; 0 = SW_METHOD_WARP.
@@ -328,7 +328,7 @@ typedef struct {
 } SwStateDesc;
 
 // Damping of each mode: c = xi + zeta lambda + 2 ratio sqrt(lambda). All must be finite and not negative; 0 = none.
-typedef struct {
+typedef struct SwDampingDesc {
   // Set by sw_damping_desc_init.
   uint32_t struct_size;
   // 0, 1 (one ratio for all modes) or the number of modes.
@@ -342,7 +342,7 @@ typedef struct {
 } SwDampingDesc;
 
 // A pose of the support frame, world = origin + rotation local, and optionally its motion, all in world axes.
-typedef struct {
+typedef struct SwFrameDesc {
   // Set by sw_frame_desc_init.
   uint32_t struct_size;
   // SW_FRAME_... or 0. SW_FRAME_TELEPORT wins.
@@ -363,7 +363,7 @@ typedef struct {
 } SwFrameDesc;
 
 // Measures of a state. The caller sets struct_size with sw_state_report_init.
-typedef struct {
+typedef struct SwStateReport {
   // Set by sw_state_report_init.
   uint32_t struct_size;
   // 1 while max_rotation is at most a quarter turn, where the method's own error reaches a fifth of the displacement.
@@ -442,29 +442,29 @@ SwStatus sw_set_log_callback(SwLogFn callback,
                              void *user);
 
 // Writes struct_size and zeros. NULL is allowed and does nothing.
-void sw_mesh_desc_init(SwMeshDesc *desc);
+void sw_mesh_desc_init(struct SwMeshDesc *desc);
 
 // Finds every problem of a mesh without building anything; errors come first, then warnings, each by kind and element.
 //
 // Writes min(capacity, *count) diagnostics; `count` is how many there are in all. `diagnostics` may be NULL if `capacity`
 // is 0. SW_OK says that the check was done, not that the mesh is good: read the severities. Callable from any thread.
 // Errors: SW_ERROR_INVALID_DESC, SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_MESH when a count is out of range.
-SwStatus sw_mesh_check(const SwMeshDesc *mesh,
-                       SwDiagnostic *diagnostics,
+SwStatus sw_mesh_check(const struct SwMeshDesc *mesh,
+                       struct SwDiagnostic *diagnostics,
                        uint32_t capacity,
                        uint32_t *count);
 
 // Writes struct_size and zeros. NULL is allowed and does nothing.
-void sw_material_desc_init(SwMaterialDesc *desc);
+void sw_material_desc_init(struct SwMaterialDesc *desc);
 
 // Writes struct_size and zeros. NULL is allowed and does nothing.
-void sw_support_desc_init(SwSupportDesc *desc);
+void sw_support_desc_init(struct SwSupportDesc *desc);
 
 // Writes struct_size and zeros. NULL is allowed and does nothing.
-void sw_precompute_desc_init(SwPrecomputeDesc *desc);
+void sw_precompute_desc_init(struct SwPrecomputeDesc *desc);
 
 // Writes struct_size and zeros. NULL is allowed and does nothing.
-void sw_model_info_init(SwModelInfo *info);
+void sw_model_info_init(struct SwModelInfo *info);
 
 // Makes a model of a mesh, a material (NULL = defaults) and supports (NULL = none: the shell floats free).
 //
@@ -472,10 +472,10 @@ void sw_model_info_init(SwModelInfo *info);
 // they point to are copied. Callable from any thread.
 // Errors: SW_ERROR_INVALID_DESC, SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_MESH, SW_ERROR_NUMERICAL when masses leave the
 // floating-point range, SW_ERROR_OUT_OF_MEMORY.
-SwStatus sw_model_create(const SwMeshDesc *mesh,
-                         const SwMaterialDesc *material,
-                         const SwSupportDesc *supports,
-                         SwModel **model);
+SwStatus sw_model_create(const struct SwMeshDesc *mesh,
+                         const struct SwMaterialDesc *material,
+                         const struct SwSupportDesc *supports,
+                         struct SwModel **model);
 
 // Computes modes and modal rotations; `desc` may be NULL for defaults. May be called again with other options: states made
 // before keep the modes they were made with.
@@ -484,21 +484,21 @@ SwStatus sw_model_create(const SwMeshDesc *mesh,
 // same time as any other function on this model.
 // Errors: SW_ERROR_INVALID_DESC, SW_ERROR_INVALID_ARGUMENT, SW_ERROR_CANCELLED, SW_ERROR_NUMERICAL,
 // SW_ERROR_OUT_OF_MEMORY, SW_ERROR_BUSY.
-SwStatus sw_model_precompute(SwModel *model,
-                             const SwPrecomputeDesc *desc);
+SwStatus sw_model_precompute(struct SwModel *model,
+                             const struct SwPrecomputeDesc *desc);
 
 // Destroys a model. NULL does nothing. States made from it live on. A handle must not be destroyed twice or during a call.
-void sw_model_destroy(SwModel *model);
+void sw_model_destroy(struct SwModel *model);
 
 // Counts, sizes, certificate and timings. `info` must be initialised by sw_model_info_init. Callable concurrently.
 // Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_BUSY during a precompute.
-SwStatus sw_model_info(const SwModel *model,
-                       SwModelInfo *info);
+SwStatus sw_model_info(const struct SwModel *model,
+                       struct SwModelInfo *info);
 
 // Frequencies sqrt(lambda)/(2 pi) in Hz, ascending; a zero mode's is exactly 0. Two calls: with `hertz` NULL and `capacity` 0
 // only *count is written. Callable concurrently.
 // Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_BUFFER_SIZE when capacity < *count, SW_ERROR_NOT_PRECOMPUTED, SW_ERROR_BUSY.
-SwStatus sw_model_frequencies(const SwModel *model,
+SwStatus sw_model_frequencies(const struct SwModel *model,
                               double *hertz,
                               uint32_t capacity,
                               uint32_t *count);
@@ -507,7 +507,7 @@ SwStatus sw_model_frequencies(const SwModel *model,
 // the basis of repeated modes follow a fixed rule: modes agree with the translations along x, y, z, then the rotations about
 // them, then a fixed random field, the first that they see. Callable concurrently.
 // Errors: SW_ERROR_INVALID_ARGUMENT, also when n_vertices is not the mesh's; SW_ERROR_NOT_PRECOMPUTED; SW_ERROR_BUSY.
-SwStatus sw_model_mode_shape(const SwModel *model,
+SwStatus sw_model_mode_shape(const struct SwModel *model,
                              uint32_t mode,
                              uint32_t shape,
                              uint32_t format,
@@ -516,64 +516,64 @@ SwStatus sw_model_mode_shape(const SwModel *model,
                              uint32_t n_vertices);
 
 // Writes struct_size and zeros. NULL is allowed and does nothing.
-void sw_state_desc_init(SwStateDesc *desc);
+void sw_state_desc_init(struct SwStateDesc *desc);
 
 // Writes struct_size and zeros. NULL is allowed and does nothing.
-void sw_damping_desc_init(SwDampingDesc *desc);
+void sw_damping_desc_init(struct SwDampingDesc *desc);
 
 // Writes struct_size and zeros: the world frame. NULL is allowed and does nothing.
-void sw_frame_desc_init(SwFrameDesc *desc);
+void sw_frame_desc_init(struct SwFrameDesc *desc);
 
 // Writes struct_size and zeros. NULL is allowed and does nothing.
-void sw_state_report_init(SwStateReport *report);
+void sw_state_report_init(struct SwStateReport *report);
 
 // Makes a state at rest on a precomputed model; `desc` may be NULL for defaults. No loads, no damping, the frame at the
 // world's origin. The state keeps alive what it needs of the model. Callable concurrently on one model.
 // On success *state is a new handle, to be given to sw_state_destroy; on failure it is untouched.
 // Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_NOT_PRECOMPUTED, SW_ERROR_BUSY.
-SwStatus sw_state_create(const SwModel *model,
-                         const SwStateDesc *desc,
-                         SwState **state);
+SwStatus sw_state_create(const struct SwModel *model,
+                         const struct SwStateDesc *desc,
+                         struct SwState **state);
 
 // Destroys a state. NULL does nothing. A handle must not be destroyed twice or during a call.
-void sw_state_destroy(SwState *state);
+void sw_state_destroy(struct SwState *state);
 
 // Back to rest and time 0. Loads and damping stay; the frame stays at its last pose, at rest.
 // Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_BUSY.
-SwStatus sw_state_reset(SwState *state);
+SwStatus sw_state_reset(struct SwState *state);
 
 // Makes an independent copy, loads and damping included; stepping both alike gives the same bits. *clone is a new handle.
 // Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_BUSY.
-SwStatus sw_state_clone(const SwState *state,
-                        SwState **clone);
+SwStatus sw_state_clone(const struct SwState *state,
+                        struct SwState **clone);
 
 // Sets gravity: 3 doubles, world axes, acceleration (length unit / s^2). 0 at first. Loads turn with the shell.
 // Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_BUSY.
-SwStatus sw_state_set_gravity(SwState *state,
+SwStatus sw_state_set_gravity(struct SwState *state,
                               const double *gravity);
 
 // Replaces all damping.
 // Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_BUSY.
-SwStatus sw_state_set_damping(SwState *state, const SwDampingDesc *desc);
+SwStatus sw_state_set_damping(struct SwState *state, const struct SwDampingDesc *desc);
 
 // Sets where the support frame is at the end of the next step; call it before each step while the frame moves. It stays
 // where it is when not called. Before the first step after creation or reset the frame is simply placed there.
 //
 // The shell feels gravity less the frame's acceleration, and the Euler, centrifugal and Coriolis forces of its rotation.
 // Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_BUSY.
-SwStatus sw_state_set_frame(SwState *state,
-                            const SwFrameDesc *desc);
+SwStatus sw_state_set_frame(struct SwState *state,
+                            const struct SwFrameDesc *desc);
 
 // Sets modal amplitudes and their rates (count each, count = number of modes); unit: length times sqrt(mass).
 // Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_BUSY.
-SwStatus sw_state_set_amplitudes(SwState *state,
+SwStatus sw_state_set_amplitudes(struct SwState *state,
                                  const double *amplitudes,
                                  const double *velocities,
                                  uint32_t count);
 
 // Modal amplitudes q and rates. Two calls: with both pointers NULL and `capacity` 0 only *count is written.
 // Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_BUFFER_SIZE when capacity < *count, SW_ERROR_BUSY.
-SwStatus sw_state_amplitudes(const SwState *state,
+SwStatus sw_state_amplitudes(const struct SwState *state,
                              double *amplitudes,
                              double *velocities,
                              uint32_t capacity,
@@ -581,13 +581,13 @@ SwStatus sw_state_amplitudes(const SwState *state,
 
 // Advances by `seconds` > 0; any step, changing from call to call. Does not allocate. On failure nothing has moved.
 // Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_NUMERICAL when the result would not be finite, SW_ERROR_BUSY.
-SwStatus sw_state_step(SwState *state,
+SwStatus sw_state_step(struct SwState *state,
                        double seconds);
 
 // Deformed positions (n_vertices x 3) in SW_SPACE_..., as SW_FORMAT_..., `stride` bytes from vertex to vertex (0 = packed).
 // Order and number of vertices are those of the mesh. Callable concurrently.
 // Errors: SW_ERROR_INVALID_ARGUMENT, also when n_vertices is not the mesh's; SW_ERROR_BUSY.
-SwStatus sw_state_positions(const SwState *state,
+SwStatus sw_state_positions(const struct SwState *state,
                             uint32_t space,
                             uint32_t format,
                             void *out,
@@ -597,7 +597,7 @@ SwStatus sw_state_positions(const SwState *state,
 // Area-weighted unit normals of the deformed shell (n_vertices x 3), as sw_state_positions; zero at unreferenced vertices.
 // They follow the orientation of the mesh's triangles, as re-oriented where these disagree. Allocates.
 // Errors: as sw_state_positions, SW_ERROR_OUT_OF_MEMORY.
-SwStatus sw_state_normals(const SwState *state,
+SwStatus sw_state_normals(const struct SwState *state,
                           uint32_t space,
                           uint32_t format,
                           void *out,
@@ -606,7 +606,7 @@ SwStatus sw_state_normals(const SwState *state,
 
 // Rotation of each vertex's frame from rest, exp of its modal rotation, as unit quaternions w x y z (n_vertices x 4), for
 // hosts that carry tangent frames, hair or instances along. Otherwise as sw_state_positions.
-SwStatus sw_state_rotations(const SwState *state,
+SwStatus sw_state_rotations(const struct SwState *state,
                             uint32_t space,
                             uint32_t format,
                             void *out,
@@ -616,13 +616,13 @@ SwStatus sw_state_rotations(const SwState *state,
 // Energies, and how far the shell is bent. `report` must be initialised by sw_state_report_init. Visits every vertex, so
 // costs as much as reading the positions. Callable concurrently.
 // Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_BUSY.
-SwStatus sw_state_report(const SwState *state,
-                         SwStateReport *report);
+SwStatus sw_state_report(const struct SwState *state,
+                         struct SwStateReport *report);
 
-// Saves the dynamic state (time, frame, amplitudes and rates), 944 bytes at 50 modes; loads and damping are inputs and not
+// Saves the dynamic state (time, frame, amplitudes and rates), 952 bytes at 50 modes; loads and damping are inputs and not
 // saved. Two calls: with `bytes` NULL and `capacity` 0 only *size is written. Callable concurrently.
 // Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_BUFFER_SIZE when capacity < *size, SW_ERROR_BUSY.
-SwStatus sw_state_save(const SwState *state,
+SwStatus sw_state_save(const struct SwState *state,
                        void *bytes,
                        uint64_t capacity,
                        uint64_t *size);
@@ -630,7 +630,7 @@ SwStatus sw_state_save(const SwState *state,
 // Restores what sw_state_save gave on a model made from the same inputs; the run then goes on with the same bits. Safe on
 // any bytes: they carry a version, sizes, the model's fingerprint and a checksum. On failure nothing has changed.
 // Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DATA, SW_ERROR_BUSY.
-SwStatus sw_state_load(SwState *state,
+SwStatus sw_state_load(struct SwState *state,
                        const void *bytes,
                        uint64_t size);
 

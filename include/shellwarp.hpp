@@ -38,7 +38,8 @@ inline void check(SwStatus status) {
 
 namespace detail {
 
-template <class Desc> Desc initialized(void (*init)(Desc *)) {
+template <class Desc>
+Desc initialized(void (*init)(Desc *)) {
   Desc desc;
   init(&desc);
   return desc;
@@ -72,11 +73,13 @@ inline SwMeshDesc mesh_desc(const void *positions, uint32_t format, uint32_t n_v
   return desc;
 }
 
-inline SwMeshDesc mesh_desc(const float *positions, uint32_t n_vertices, const uint32_t *triangles, uint32_t n_triangles) {
+inline SwMeshDesc mesh_desc(const float *positions, uint32_t n_vertices, const uint32_t *triangles,
+                            uint32_t n_triangles) {
   return mesh_desc(positions, SW_FORMAT_F32, n_vertices, triangles, n_triangles);
 }
 
-inline SwMeshDesc mesh_desc(const double *positions, uint32_t n_vertices, const uint32_t *triangles, uint32_t n_triangles) {
+inline SwMeshDesc mesh_desc(const double *positions, uint32_t n_vertices, const uint32_t *triangles,
+                            uint32_t n_triangles) {
   return mesh_desc(positions, SW_FORMAT_F64, n_vertices, triangles, n_triangles);
 }
 

@@ -33,6 +33,9 @@ impl Material {
         require_non_negative("k_length", self.k_length)?;
         require_non_negative("k_bend", self.k_bend)?;
         require_non_negative("area_density", self.area_density)?;
+        if self.k_area == 0.0 && self.k_length == 0.0 && self.k_bend == 0.0 {
+            return Err(Error::argument("k_area, k_length and k_bend are all 0: nothing would resist anything"));
+        }
         if self.area_density < f64::MIN_POSITIVE {
             return Err(Error::argument(format!("area_density is {}: it must be positive", self.area_density)));
         }

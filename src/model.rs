@@ -1,6 +1,6 @@
 //! The precomputed model: everything a state needs, immutable, shared by any number of states on any threads.
 
-use crate::modes::{Certificate, PHASES, Phase, Progress, lowest_modes};
+use crate::modes::{Certificate, Modes, PHASES, Phase, Progress, lowest_modes};
 use crate::real::Real;
 use crate::warp::{Basis, ModalRotation};
 use crate::{Result, Shell, Vec3};
@@ -57,6 +57,8 @@ pub struct Model {
     pub shell: Arc<Shell>,
     /// λ of each mode, 1/s², ascending; zero modes exactly 0.
     pub eigenvalues: Vec<f64>,
+    /// Largest |Ψ| of each mode: rotation per unit amplitude; 0 for zero modes, which bend nothing.
+    pub bend: Vec<f64>,
     /// Number of zero modes among them.
     pub zero_modes: usize,
     /// Evidence for the modes.
@@ -84,10 +86,12 @@ impl Model {
             Precision::F32 => AnyBasis::F32(run_time_basis(&shell, &modes.shapes, &mut progress)?),
             Precision::F64 => AnyBasis::F64(run_time_basis(&shell, &modes.shapes, &mut progress)?),
         };
-        let fingerprint = fingerprint(&shell, &modes.eigenvalues);
+        let bend = largest_bend(&shell, &modes);
+        let fingerprint = fingerprint(&shell, &modes.eigenvalues, options.precision);
         Ok(Self {
             shell,
             eigenvalues: modes.eigenvalues,
+            bend,
             zero_modes: modes.zero_modes,
             certificate: modes.certificate,
             basis,
@@ -140,12 +144,20 @@ fn run_time_basis<T: Real>(shell: &Shell, shapes: &[Vec<Vec3>], progress: &mut P
     Ok(basis)
 }
 
-fn fingerprint(shell: &Shell, eigenvalues: &[f64]) -> u64 {
+fn largest_bend(shell: &Shell, modes: &Modes) -> Vec<f64> {
+    let rotation = ModalRotation::new(&shell.mesh);
+    let largest = |phi: &Vec<Vec3>| rotation.apply(phi).iter().map(|w| w.norm()).fold(0.0, f64::max);
+    let of_mode = |(phi, lambda): (&Vec<Vec3>, &f64)| if *lambda > 0.0 { largest(phi) } else { 0.0 };
+    modes.shapes.iter().zip(&modes.eigenvalues).map(of_mode).collect()
+}
+
+/// Hash of everything that amplitudes mean something by: mesh, supports, eigenvalues, precision.
+fn fingerprint(shell: &Shell, eigenvalues: &[f64], precision: Precision) -> u64 {
     let mut hash = Xxh3::new();
-    hash.update(&(shell.mesh.positions.len() as u64).to_le_bytes());
-    hash.update(&(shell.mesh.triangles.len() as u64).to_le_bytes());
-    for x in eigenvalues.iter().chain(&[shell.total_mass, shell.total_area, shell.mesh.size]) {
-        hash.update(&x.to_le_bytes());
-    }
+    shell.mesh.positions.iter().flatten().for_each(|x| hash.update(&x.to_le_bytes()));
+    shell.mesh.triangles.iter().flatten().for_each(|v| hash.update(&v.to_le_bytes()));
+    shell.held.iter().for_each(|held| hash.update(&[u8::from(*held)]));
+    eigenvalues.iter().for_each(|x| hash.update(&x.to_le_bytes()));
+    hash.update(&[precision as u8]);
     hash.digest()
 }

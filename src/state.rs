@@ -1,5 +1,6 @@
 //! A moving shell: modal amplitudes over a shared [`Model`], and the loads on it. Cheap to make, clone and save.
 
+use crate::constraint::{Constraint, Constraints, Outcome, Step};
 use crate::error::{require_finite, require_non_negative};
 use crate::model::with_basis;
 use crate::step::modal_force::{self, BodyLoad};
@@ -49,6 +50,8 @@ pub struct Report {
     pub kinetic_energy: f64,
     /// ½ qᵀΛq.
     pub elastic_energy: f64,
+    /// Work done on the shell by constraints since creation or reset.
+    pub constraint_work: f64,
     /// Largest |w|, rad.
     pub max_rotation: f64,
     /// Largest |u| in the frame.
@@ -69,6 +72,8 @@ pub struct State {
     damping: Vec<f64>,
     frame: Frame,
     time: f64,
+    constraints: Constraints,
+    constraint_work: f64,
     q: Vec<f64>,
     q_dot: Vec<f64>,
     /// The next q and q̇ until they are known to be finite, and the modal force.
@@ -87,6 +92,8 @@ impl State {
             damping: zeros.clone(),
             frame: Frame::at_rest(Pose::identity()),
             time: 0.0,
+            constraints: Constraints::new(zeros.len()),
+            constraint_work: 0.0,
             q: zeros.clone(),
             q_dot: zeros.clone(),
             next: [zeros.clone(), zeros.clone()],
@@ -115,11 +122,12 @@ impl State {
         size_of::<Self>() + 6 * size_of::<f64>() * n_modes
     }
 
-    /// Back to rest and time 0. Loads and damping stay; the frame stays where it is, at rest.
+    /// Back to rest and time 0. Loads, damping and constraints stay; the frame stays where it is, at rest.
     pub fn reset(&mut self) {
         self.q.fill(0.0);
         self.q_dot.fill(0.0);
         self.time = 0.0;
+        self.constraint_work = 0.0;
         self.frame = Frame::at_rest(self.frame.target);
     }
 
@@ -147,6 +155,26 @@ impl State {
         let coefficient = |(k, lambda): (usize, &f64)| xi + zeta * lambda + 2.0 * ratio(k) * lambda.sqrt();
         self.damping = self.model.eigenvalues.iter().enumerate().map(coefficient).collect();
         Ok(())
+    }
+
+    /// Adds a constraint, or replaces the one with its id.
+    pub fn set_constraint(&mut self, constraint: Constraint) -> Result<()> {
+        self.constraints.set(constraint, self.model.shell.mass.len())
+    }
+
+    /// Removes a constraint. Fails if there is none with this id.
+    pub fn clear_constraint(&mut self, id: u32) -> Result<()> {
+        if self.constraints.clear(id) { Ok(()) } else { Err(Error::argument(format!("there is no constraint {id}"))) }
+    }
+
+    /// Removes all constraints.
+    pub fn clear_constraints(&mut self) {
+        self.constraints.clear_all();
+    }
+
+    /// The constraints, by ascending id, with what the last step made of them.
+    pub fn constraints(&self) -> impl ExactSizeIterator<Item = (&Constraint, &Outcome)> {
+        self.constraints.report()
     }
 
     /// Where the support frame is at the end of the next step. Before the first step it is simply placed there.
@@ -182,23 +210,50 @@ impl State {
         let mut frame = self.frame;
         let rates = frame.advance(h);
         self.compute_force(&frame.pose, &rates);
-        let [next_q, next_q_dot] = &mut self.next;
-        let mut finite = (self.time + h).is_finite();
-        for k in 0..self.q.len() {
-            let oscillator = Oscillator { damping: self.damping[k], eigenvalue: self.model.eigenvalues[k] };
-            let (q, q_dot) = oscillator.advance(self.integrator, self.q[k], self.q_dot[k], self.force[k], h);
-            finite &= q.is_finite() && q_dot.is_finite();
-            (next_q[k], next_q_dot[k]) = (q, q_dot);
-        }
+        self.move_freely(h);
+        let work = self.meet_constraints(&frame.pose, h);
+        let finite = self.next.iter().flatten().all(|x| x.is_finite()) && (self.time + h + work).is_finite();
         if !finite {
             let message = format!("the step of {h} s from time {} s does not give finite amplitudes", self.time);
             return Err(Error::new(ErrorKind::Numerical, message));
         }
+        let [next_q, next_q_dot] = &mut self.next;
         std::mem::swap(&mut self.q, next_q);
         std::mem::swap(&mut self.q_dot, next_q_dot);
         self.frame = frame;
         self.time += h;
+        self.constraint_work += work;
         Ok(())
+    }
+
+    /// The next q and q̇ without constraints.
+    fn move_freely(&mut self, h: f64) {
+        let [next_q, next_q_dot] = &mut self.next;
+        for k in 0..self.q.len() {
+            let oscillator = Oscillator { damping: self.damping[k], eigenvalue: self.model.eigenvalues[k] };
+            (next_q[k], next_q_dot[k]) =
+                oscillator.advance(self.integrator, self.q[k], self.q_dot[k], self.force[k], h);
+        }
+    }
+
+    /// Moves the next q and q̇ to where the constraints are met; returns the work done.
+    fn meet_constraints(&mut self, pose: &Pose, h: f64) -> f64 {
+        let Self { model, method, constraints, damping, q, next: [next_q, next_q_dot], .. } = self;
+        if constraints.is_empty() {
+            return 0.0;
+        }
+        let mesh = &model.shell.mesh;
+        let modes = (&damping[..], &model.eigenvalues[..]);
+        let step = Step {
+            pose,
+            h,
+            modes,
+            rest: &mesh.positions,
+            size: mesh.size,
+            bend: &model.bend,
+            warped: *method == Method::Warp,
+        };
+        with_basis!(&model.basis, basis => constraints.project(basis, &step, q, (next_q, next_q_dot)))
     }
 
     fn compute_force(&mut self, pose: &Pose, rates: &Rates) {
@@ -274,6 +329,7 @@ impl State {
         Report {
             time: self.time,
             kinetic_energy: half_sum(&mut self.q_dot.iter().map(|v| v * v)),
+            constraint_work: self.constraint_work,
             elastic_energy: half_sum(&mut self.q.iter().zip(eigenvalues).map(|(q, lambda)| lambda * q * q)),
             max_rotation: rotation.sqrt(),
             max_displacement: displacement.sqrt(),
@@ -282,11 +338,11 @@ impl State {
 }
 
 /// The saved form: magic, version, model fingerprint, number of modes, then little-endian doubles (time, frame pose and
-/// velocities, q, q̇), then a checksum of all before it. Loads, damping and the pose asked for next are inputs, not saved.
+/// velocities, constraint work, q, q̇), then a checksum of all before it. Loads, damping and the pose asked for next are inputs, not saved.
 const MAGIC: [u8; 4] = *b"SWST";
 const VERSION: u32 = 1;
 const HEADER: usize = 24;
-const FIXED_DOUBLES: usize = 14;
+const FIXED_DOUBLES: usize = 15;
 
 impl State {
     /// Size of [`State::save`].
@@ -304,7 +360,8 @@ impl State {
         let Frame { pose, velocity, angular_velocity, .. } = &self.frame;
         let fixed =
             [self.time].into_iter().chain(pose.origin.iter().copied()).chain(pose.rotation.coords.iter().copied());
-        let fixed = fixed.chain(velocity.iter().copied()).chain(angular_velocity.iter().copied());
+        let fixed =
+            fixed.chain(velocity.iter().copied()).chain(angular_velocity.iter().copied()).chain([self.constraint_work]);
         fixed
             .chain(self.q.iter().copied())
             .chain(self.q_dot.iter().copied())
@@ -350,6 +407,7 @@ impl State {
         // Not renormalized: the same bits must come back.
         let pose = Pose { origin: vector(1), rotation: UnitQuaternion::new_unchecked(rotation) };
         self.time = numbers[0];
+        self.constraint_work = numbers[14];
         self.frame = Frame { velocity: vector(8), angular_velocity: vector(11), ..Frame::at_rest(pose) };
         let (q, q_dot) = numbers[FIXED_DOUBLES..].split_at(self.q.len());
         self.q.copy_from_slice(q);

@@ -346,3 +346,44 @@ fn the_assembled_matrix_is_the_energys() {
     // Two sums of the same few thousand terms.
     assert_close("yᵀAy", quadratic, direct, 1e-12, 0.0);
 }
+
+/// `count` copies of a sheet above one another.
+fn stacked(count: usize, (one, faces): (Vec<Vec3>, Vec<[u32; 3]>)) -> (Vec<Vec3>, Vec<[u32; 3]>) {
+    let copies = 0..count;
+    let positions = copies.clone().flat_map(|k| one.iter().map(move |p| p + 5.0 * k as f64 * Vec3::z())).collect();
+    let shift = |k: usize| (k * one.len()) as u32;
+    let triangles = copies.flat_map(|k| faces.iter().map(move |t| t.map(|v| v + shift(k)))).collect();
+    (positions, triangles)
+}
+
+#[test]
+fn a_group_of_eigenvalues_larger_than_the_basis_is_found_whole() {
+    // Thirty identical clamped sheets: each eigenvalue thirty times, more than the basis for 40 modes keeps.
+    let shell = shell_of(stacked(30, equilateral_sheet(8, 4, 1.0)), Material::default(), |p| p.x <= 1.0);
+    let modes = modes_of(&shell, 40);
+    assert_certified("thirty sheets", &shell, &modes);
+    assert_eq!(modes.certificate.found, 60);
+    for k in 1..30 {
+        assert!(repeated(modes.eigenvalues[0], modes.eigenvalues[k]), "{:?}", modes.eigenvalues);
+    }
+    assert!(!repeated(modes.eigenvalues[29], modes.eigenvalues[30]));
+}
+
+#[test]
+fn zero_modes_are_counted_on_very_stiff_free_shells() {
+    // 1e10 stiffer in the plane: rounding of ‖A‖ is larger than the first elastic modes, yet six modes are rigid.
+    for columns in [25, 80] {
+        let material = Material { k_area: 1e10, k_length: 1e10, k_bend: 1.0, area_density: 1.0 };
+        let shell = shell_of(equilateral_sheet(columns, 2, 0.1), material, |_| false);
+        let modes = modes_of(&shell, 8);
+        assert_eq!(modes.zero_modes, 6, "{:?}", modes.eigenvalues);
+        assert!(modes.eigenvalues[6] > 0.0);
+    }
+}
+
+#[test]
+fn a_strip_of_four_thousand_columns_is_certified() {
+    // λ₁/‖A‖ = 3e-19.
+    let shell = shell_of(equilateral_sheet(4000, 2, 1.0), Material::default(), |p| p.x <= 1.0);
+    assert_certified("long strip", &shell, &modes_of(&shell, 8));
+}

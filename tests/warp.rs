@@ -25,6 +25,27 @@ fn a_rigid_field_has_its_own_rotation_at_every_vertex() {
     }
 }
 
+#[test]
+fn a_single_triangle_has_its_own_rotation_in_every_plane() {
+    let mut rng = StdRng::seed_from_u64(8);
+    for trial in 0..3000 {
+        let mut corners: Vec<Vec3> = (0..3).map(|_| Vec3::from_fn(|_, _| rng.random_range(-1.0..1.0))).collect();
+        if trial % 4 < 3 {
+            corners.iter_mut().for_each(|p| p[trial % 4] = 0.0); // in a coordinate plane
+        }
+        let mesh = Mesh::new(corners.clone(), &[[0, 1, 2]]).unwrap();
+        let omega = Vec3::from_fn(|_, _| rng.random_range(-1.0..1.0));
+        let u: Vec<Vec3> = corners.iter().map(|p| omega.cross(p)).collect();
+        let [a, b] = [corners[1] - corners[0], corners[2] - corners[0]];
+        let longest = a.norm_squared().max(b.norm_squared()).max((b - a).norm_squared());
+        let thinness = longest / a.cross(&b).norm();
+        for w in ModalRotation::new(&mesh).apply(&u) {
+            // Rounding, times the square of the triangle's thinness (the condition of its inertia).
+            assert!((w - omega).norm() <= 1e-13 * thinness * thinness, "{corners:?}: {w:?} instead of {omega:?}");
+        }
+    }
+}
+
 /// sin θ/θ, (1 − cos θ)/θ², (θ − sin θ)/θ³ without cancellation: half-angle form, and a long series below 1.
 fn closed_forms(theta: f64) -> [f64; 3] {
     if theta > 1.0 {

@@ -21,7 +21,8 @@ std::string frame_name(const Scene &scene, uint32_t frame) {
   return scene.name + "_frame_" + number;
 }
 
-template <class Real> void write_obj(const std::string &path, const std::vector<Real> &positions, const Mesh &mesh) {
+template <class Real>
+void write_obj(const std::string &path, const std::vector<Real> &positions, const Mesh &mesh) {
   OutputFile file(path);
   for (std::size_t i = 0; i < positions.size(); i += 3)  // nine digits bring a float back exactly
     file.print("v %.9g %.9g %.9g\n", double{positions[i]}, double{positions[i + 1]}, double{positions[i + 2]});
@@ -35,7 +36,8 @@ void write_displacement(const std::string &path, const Mesh &mesh, const shellwa
   state.positions(x.data(), mesh.n_vertices(), SW_SPACE_FRAME);
   OutputFile file(path);
   for (std::size_t i = 0; i < x.size(); i += 3)
-    file.print("%.9g\n", std::hypot(x[i] - mesh.positions[i], x[i + 1] - mesh.positions[i + 1], x[i + 2] - mesh.positions[i + 2]));
+    file.print("%.9g\n", std::hypot(x[i] - mesh.positions[i], x[i + 1] - mesh.positions[i + 1],
+                                    x[i + 2] - mesh.positions[i + 2]));
   file.close();
 }
 

@@ -43,7 +43,8 @@ int report(const Summary &summary, const RunOptions &options) {
   if (options.frames && (summary.scene.expect.max_displacement || summary.scene.expect.final_displacement))
     std::fprintf(stderr, "shellwarp: displacements are not judged, because --frames changes the length of the run\n");
   const std::vector<std::string> sentences = violations(summary, !options.frames);
-  for (const std::string &sentence : sentences) std::fprintf(stderr, "shellwarp: not as expected: %s\n", sentence.c_str());
+  for (const std::string &sentence : sentences)
+    std::fprintf(stderr, "shellwarp: not as expected: %s\n", sentence.c_str());
   return sentences.empty() ? 0 : kFailure;
 }
 
@@ -80,8 +81,8 @@ int check_mesh(const std::string &path) {
     errors += error;
     std::printf("%s: %s: %s\n", path.c_str(), error ? "error" : "warning", reinterpret_cast<const char *>(d.message));
   }
-  std::printf("%s: %u vertices, %u triangles, %zu errors, %zu warnings\n", path.c_str(), mesh.n_vertices(), mesh.n_triangles(),
-              errors, diagnostics.size() - errors);
+  std::printf("%s: %u vertices, %u triangles, %zu errors, %zu warnings\n", path.c_str(), mesh.n_vertices(),
+              mesh.n_triangles(), errors, diagnostics.size() - errors);
   return errors ? kFailure : 0;
 }
 
@@ -121,7 +122,8 @@ void add_support_options(CLI::App &app, const std::string &verb, const std::stri
 void add_supports(const SupportOptions &options, bool clamped, Scene &scene) {
   for (const std::array<double, 6> &b : options.boxes)
     scene.supports.push_back({clamped, Bounds{{b[0], b[1], b[2]}, {b[3], b[4], b[5]}}, {}});
-  for (const std::string &path : options.lists) scene.supports.push_back({clamped, std::nullopt, read_vertex_list(path)});
+  for (const std::string &path : options.lists)
+    scene.supports.push_back({clamped, std::nullopt, read_vertex_list(path)});
 }
 
 struct SimulateOptions {

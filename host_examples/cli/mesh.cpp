@@ -34,7 +34,8 @@ void Mesh::add_vertex(const std::array<double, 3> &x) {
 
 void Mesh::add_polygon(const std::vector<uint32_t> &corners) {
   if (triangles.size() / 3 + corners.size() > UINT32_MAX) throw std::length_error("more than 4294967295 triangles");
-  for (std::size_t k = 2; k < corners.size(); ++k) triangles.insert(triangles.end(), {corners[0], corners[k - 1], corners[k]});
+  for (std::size_t k = 2; k < corners.size(); ++k)
+    triangles.insert(triangles.end(), {corners[0], corners[k - 1], corners[k]});
 }
 
 Bounds bounds(const Mesh &mesh) {

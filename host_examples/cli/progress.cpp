@@ -46,7 +46,7 @@ void catch_interrupt() { std::signal(SIGINT, on_interrupt); }
 bool interrupted() { return interrupt_flag != 0; }
 
 const char *phase_name(uint32_t phase) {
-  static const char *const kNames[SW_PHASE_COUNT] = {"assembly", "ordering", "factorization",
+  static const char *const kNames[SW_PHASE_COUNT] = {"assembly", "ordering",    "factorization",
                                                      "modes",    "certificate", "modal rotation"};
   return phase < SW_PHASE_COUNT ? kNames[phase] : "work";
 }

@@ -26,7 +26,7 @@ public:
 protected:
   int_type underflow() override {
     if (rest_.empty()) return traits_type::eof();
-    text_ = rest_.substr(0, std::min(rest_.find('\n'), rest_.size() - 1) + 1);
+    text_ = rest_.substr(0, line_length(rest_));
     rest_.remove_prefix(text_.size());
     ++line_;
     char *begin = const_cast<char *>(text_.data());  // a get area is never written to
@@ -58,7 +58,8 @@ struct ObjBuilder {
 
   // OBJ counts from 1, and backwards from the vertices read so far where negative.
   uint32_t corner(int index) {
-    if (index == 0) fail("vertex numbers start at 1 (or at -1, counting backwards); found 0 or a word that is no number");
+    if (index == 0)
+      fail("vertex numbers start at 1 (or at -1, counting backwards); found 0 or a word that is no number");
     const int64_t resolved = index > 0 ? index : int64_t{mesh.n_vertices()} + index + 1;
     if (resolved < 1)
       fail("face names vertex " + std::to_string(index) + ", but only " + std::to_string(mesh.n_vertices()) +
@@ -102,6 +103,13 @@ void refuse_overlong_numbers(const std::string &path, const std::string &content
   }
 }
 
+// A lone "\r" made "\n": the loader looks past a "\r" for its "\n", and LineBuffer would be a line ahead of it.
+std::string with_plain_line_ends(std::string contents) {
+  for (std::size_t k = 0; k < contents.size(); ++k)
+    if (contents[k] == '\r' && (k + 1 == contents.size() || contents[k + 1] != '\n')) contents[k] = '\n';
+  return contents;
+}
+
 ObjBuilder &builder(void *user) { return *static_cast<ObjBuilder *>(user); }
 
 tinyobj::callback_t callbacks() {
@@ -113,13 +121,15 @@ tinyobj::callback_t callbacks() {
 
 }  // namespace
 
-Mesh read_obj(const std::string &path, const std::string &contents) {
+Mesh read_obj(const std::string &path, const std::string &raw_contents) {
+  const std::string contents = with_plain_line_ends(raw_contents);
   refuse_overlong_numbers(path, contents);
   LineBuffer lines(contents);
   std::istream stream(&lines);
   ObjBuilder obj{path, lines, {}, 0, 0};
   std::string warning, error;
-  if (!tinyobj::LoadObjWithCallback(stream, callbacks(), &obj, nullptr, &warning, &error)) throw FileError(path, 0, error);
+  if (!tinyobj::LoadObjWithCallback(stream, callbacks(), &obj, nullptr, &warning, &error))
+    throw FileError(path, 0, error);
   if (obj.largest > obj.mesh.n_vertices())
     throw FileError(path, obj.largest_line,
                     "face names vertex " + std::to_string(obj.largest) + ", but the file holds only " +

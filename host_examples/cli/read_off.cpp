@@ -26,8 +26,8 @@ std::vector<uint32_t> read_corners(TextLines &lines, uint64_t face, uint64_t n_v
   for (uint64_t k = 0; k < count; ++k) {  // a wild count ends at the end of the line
     const uint64_t vertex = lines.index("corner " + std::to_string(k) + " of " + name);
     if (vertex >= n_vertices)
-      lines.fail(name + " names vertex " + std::to_string(vertex) + ", but there are only " + std::to_string(n_vertices) +
-                 " (numbered from 0)");
+      lines.fail(name + " names vertex " + std::to_string(vertex) + ", but there are only " +
+                 std::to_string(n_vertices) + " (numbered from 0)");
     corners.push_back(static_cast<uint32_t>(vertex));
   }
   return corners;

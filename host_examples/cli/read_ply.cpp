@@ -39,9 +39,9 @@ struct Header {
 
 Type type_of(std::string_view word) {
   static constexpr std::pair<std::string_view, Type> kNames[] = {
-      {"char", Type::i8},  {"uchar", Type::u8},  {"short", Type::i16},  {"ushort", Type::u16},
-      {"int", Type::i32},  {"uint", Type::u32},  {"float", Type::f32},  {"double", Type::f64},
-      {"int8", Type::i8},  {"uint8", Type::u8},  {"int16", Type::i16},  {"uint16", Type::u16},
+      {"char", Type::i8},   {"uchar", Type::u8},   {"short", Type::i16},   {"ushort", Type::u16},
+      {"int", Type::i32},   {"uint", Type::u32},   {"float", Type::f32},   {"double", Type::f64},
+      {"int8", Type::i8},   {"uint8", Type::u8},   {"int16", Type::i16},   {"uint16", Type::u16},
       {"int32", Type::i32}, {"uint32", Type::u32}, {"float32", Type::f32}, {"float64", Type::f64}};
   for (const auto &[name, type] : kNames)
     if (name == word) return type;
@@ -69,7 +69,8 @@ Property read_property(TextLines &lines) {
   std::string_view word = lines.word();
   if (word == "list") {
     property.count = type_of(lines.word());
-    if (property.count == Type::none || property.count >= Type::f32) lines.fail("a list's length must have a whole-number type");
+    if (property.count == Type::none || property.count >= Type::f32)
+      lines.fail("a list's length must have a whole-number type");
     word = lines.word();
   }
   property.type = type_of(word);
@@ -127,7 +128,8 @@ private:
   TextLines &lines_;
 };
 
-template <class T> double decode(const unsigned char *bytes) {
+template <class T>
+double decode(const unsigned char *bytes) {
   T value;
   std::memcpy(&value, bytes, sizeof value);
   return static_cast<double>(value);
@@ -163,14 +165,22 @@ public:
 private:
   static double decode(Type type, const unsigned char *bytes) {
     switch (type) {
-      case Type::i8: return cli::decode<int8_t>(bytes);
-      case Type::u8: return cli::decode<uint8_t>(bytes);
-      case Type::i16: return cli::decode<int16_t>(bytes);
-      case Type::u16: return cli::decode<uint16_t>(bytes);
-      case Type::i32: return cli::decode<int32_t>(bytes);
-      case Type::u32: return cli::decode<uint32_t>(bytes);
-      case Type::f32: return cli::decode<float>(bytes);
-      default: return cli::decode<double>(bytes);
+      case Type::i8:
+        return cli::decode<int8_t>(bytes);
+      case Type::u8:
+        return cli::decode<uint8_t>(bytes);
+      case Type::i16:
+        return cli::decode<int16_t>(bytes);
+      case Type::u16:
+        return cli::decode<uint16_t>(bytes);
+      case Type::i32:
+        return cli::decode<int32_t>(bytes);
+      case Type::u32:
+        return cli::decode<uint32_t>(bytes);
+      case Type::f32:
+        return cli::decode<float>(bytes);
+      default:
+        return cli::decode<double>(bytes);
     }
   }
 
@@ -199,12 +209,14 @@ std::vector<uint32_t> read_list(Body &body, const Property &property, const std:
 
 void skip(Body &body, const Property &property, const std::string &owner) {
   uint32_t count = 1;
-  if (property.count != Type::none) count = read_whole(body, property.count, "the length of " + property.name + " of " + owner);
+  if (property.count != Type::none)
+    count = read_whole(body, property.count, "the length of " + property.name + " of " + owner);
   for (uint32_t k = 0; k < count; ++k) body.pass_over(property.type, property.name + " of " + owner);
 }
 
 bool is_coordinate(const Property &property) {
-  return property.count == Type::none && property.name.size() == 1 && property.name[0] >= 'x' && property.name[0] <= 'z';
+  return property.count == Type::none && property.name.size() == 1 && property.name[0] >= 'x' &&
+         property.name[0] <= 'z';
 }
 
 bool is_corner_list(const Property &property) {
@@ -232,7 +244,8 @@ void read_face(Body &body, const Element &element, const std::string &owner, Mes
       continue;
     }
     const std::vector<uint32_t> corners = read_list(body, property, owner);
-    if (corners.size() < 3) body.fail(owner + " has " + std::to_string(corners.size()) + " corners; at least three are needed");
+    if (corners.size() < 3)
+      body.fail(owner + " has " + std::to_string(corners.size()) + " corners; at least three are needed");
     mesh.add_polygon(corners);
   }
 }
@@ -250,10 +263,12 @@ void read_element(Body &body, const Element &element, Mesh &mesh) {
   }
 }
 
-template <class Predicate> std::size_t count_properties(const Header &header, const char *element, Predicate predicate) {
+template <class Predicate>
+std::size_t count_properties(const Header &header, const char *element, Predicate predicate) {
   std::size_t count = 0;
   for (const Element &e : header.elements)
-    if (e.name == element) count += static_cast<std::size_t>(std::count_if(e.properties.begin(), e.properties.end(), predicate));
+    if (e.name == element)
+      count += static_cast<std::size_t>(std::count_if(e.properties.begin(), e.properties.end(), predicate));
   return count;
 }
 
@@ -263,7 +278,8 @@ void check_header(const std::string &path, const Header &header) {
   if (count_properties(header, "vertex", is_coordinate) != 3)
     throw FileError(path, 0, "needs an element 'vertex' with the properties x, y and z, once each");
   if (count_properties(header, "face", is_corner_list) != 1)
-    throw FileError(path, 0, "needs an element 'face' with one list property vertex_indices; a point cloud is no shell");
+    throw FileError(path, 0,
+                    "needs an element 'face' with one list property vertex_indices; a point cloud is no shell");
 }
 
 void check_corners(const std::string &path, const Mesh &mesh) {

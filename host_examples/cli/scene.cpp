@@ -30,7 +30,8 @@ public:
     return table_.get(key);
   }
 
-  template <class T> std::optional<T> get(const char *key, const char *kind) {
+  template <class T>
+  std::optional<T> get(const char *key, const char *kind) {
     const toml::node *node = find(key);
     if (!node) return std::nullopt;
     const std::optional<T> value = node->value<T>();
@@ -45,9 +46,7 @@ public:
   }
   std::optional<bool> flag(const char *key) { return get<bool>(key, "true or false"); }
   std::optional<std::string> text(const char *key) { return get<std::string>(key, "a text in quotes"); }
-  std::optional<uint32_t> count(const char *key) {
-    return get<uint32_t>(key, "a whole number from 0 to 4294967295");
-  }
+  std::optional<uint32_t> count(const char *key) { return get<uint32_t>(key, "a whole number from 0 to 4294967295"); }
 
   double positive(const char *key, double fallback) {
     const double value = number(key).value_or(fallback);
@@ -102,8 +101,10 @@ public:
     const toml::node *node = find(key);
     const toml::array *array = node ? node->as_array() : nullptr;
     for (std::size_t i = 0; array && i < array->size(); ++i)
-      if (const toml::table *table = (*array)[i].as_table()) all.emplace_back(path_, name_.empty() ? key : name_ + "." + key, *table);
-    if (node && (!array || all.size() != array->size())) fail(*node, std::string(key) + " must be written as [[" + key + "]]");
+      if (const toml::table *table = (*array)[i].as_table())
+        all.emplace_back(path_, name_.empty() ? key : name_ + "." + key, *table);
+    if (node && (!array || all.size() != array->size()))
+      fail(*node, std::string(key) + " must be written as [[" + key + "]]");
     return all;
   }
 
@@ -173,7 +174,8 @@ FrameMotion read_motion(Section section, double duration) {
   motion.fall = section.positive("fall", 1);
   motion.end = section.positive("end", duration);
   for (Section &s : section.sections("translate")) motion.translations.push_back(read_oscillation(std::move(s), 1));
-  for (Section &s : section.sections("rotate_degrees")) motion.rotations.push_back(read_oscillation(std::move(s), kRadians));
+  for (Section &s : section.sections("rotate_degrees"))
+    motion.rotations.push_back(read_oscillation(std::move(s), kRadians));
   section.reject_unknown_keys();
   return motion;
 }

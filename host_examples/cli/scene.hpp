@@ -55,13 +55,13 @@ struct Scene {
   std::string mesh_path;
   Material material;
   std::vector<Support> supports;
-  uint32_t modes = 0;       // 0 = the library's default
+  uint32_t modes = 0;  // 0 = the library's default
   bool double_precision = false;
-  bool linear = false;      // linear modal analysis in place of warping
-  bool exact = false;       // exact propagator in place of implicit Euler
-  double frame_rate = 30;   // Hz
+  bool linear = false;     // linear modal analysis in place of warping
+  bool exact = false;      // exact propagator in place of implicit Euler
+  double frame_rate = 30;  // Hz
   uint32_t steps_per_frame = 1;
-  double duration = 5;      // s
+  double duration = 5;  // s
   std::array<double, 3> gravity{};
   Damping damping;
   FrameMotion motion;

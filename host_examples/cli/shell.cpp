@@ -18,8 +18,8 @@ bool inside(const Bounds &box, const std::array<double, 3> &x) {
 
 std::string describe(const Bounds &box) {
   char text[256];
-  std::snprintf(text, sizeof text, "(%g %g %g) to (%g %g %g)", box.low[0], box.low[1], box.low[2], box.high[0], box.high[1],
-                box.high[2]);
+  std::snprintf(text, sizeof text, "(%g %g %g) to (%g %g %g)", box.low[0], box.low[1], box.low[2], box.high[0],
+                box.high[1], box.high[2]);
   return text;
 }
 
@@ -28,7 +28,8 @@ std::vector<uint32_t> vertices_inside(const Bounds &box, const Mesh &mesh) {
   for (uint32_t i = 0; i < mesh.n_vertices(); ++i)
     if (inside(box, mesh.vertex(i))) vertices.push_back(i);
   if (vertices.empty())
-    throw std::runtime_error("support box " + describe(box) + " holds no vertex; the mesh lies in " + describe(bounds(mesh)));
+    throw std::runtime_error("support box " + describe(box) + " holds no vertex; the mesh lies in " +
+                             describe(bounds(mesh)));
   return vertices;
 }
 

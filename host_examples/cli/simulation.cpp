@@ -41,7 +41,7 @@ void record(uint32_t frame, const shellwarp::State &state, std::vector<float> &p
     state.positions(positions.data(), static_cast<uint32_t>(positions.size() / 3));
   }
   run.all_finite &= std::all_of(positions.begin(), positions.end(), [](float x) { return std::isfinite(x); });
-  run.frames.push_back({frame, state.report(), state.save()});
+  run.frames.push_back({frame, state.report(), cache ? state.save() : std::vector<unsigned char>()});
   if (cache) cache->append(positions.data());
 }
 

@@ -10,7 +10,7 @@
 
 namespace cli {
 
-// One frame as it was after its last step. `saved` brings the state back (sw_state_load).
+// One frame as it was after its last step. `saved` brings the state back (sw_state_load); kept only where files are written.
 struct FrameRecord {
   uint32_t frame;
   SwStateReport report;

@@ -109,8 +109,9 @@ void print_motion(const Run &run) {
   row("largest displacement", format("%.6g", displacement));
   row("displacement at the end", format("%.6g", run.frames.back().report.max_displacement));
   row("largest local rotation", format("%.3f rad", rotation));
-  row("frames out of range", count(static_cast<uint64_t>(std::count_if(run.frames.begin(), run.frames.end(),
-                                                                      [](const FrameRecord &f) { return !f.report.in_range; }))));
+  row("frames out of range",
+      count(static_cast<uint64_t>(std::count_if(run.frames.begin(), run.frames.end(),
+                                                [](const FrameRecord &f) { return !f.report.in_range; }))));
 }
 
 double largest_displacement(const Run &run) {
@@ -158,7 +159,8 @@ std::vector<std::string> violations(const Summary &summary, bool whole) {
   if (!run.all_finite) judge.sentences.push_back("positions: some are not finite");
   for (const FrameRecord &f : run.frames)
     if (expect.in_range && !f.report.in_range) {
-      judge.sentences.push_back(format("range: left at frame %u, local rotation %.3f rad", f.frame, f.report.max_rotation));
+      judge.sentences.push_back(
+          format("range: left at frame %u, local rotation %.3f rad", f.frame, f.report.max_rotation));
       break;
     }
   if (whole) {

@@ -13,7 +13,7 @@ namespace cli {
 
 namespace {
 
-constexpr std::string_view kBlank = " \t\r\v\f";
+constexpr std::string_view kBlank = " \t\r\n\v\f";
 
 std::string located(const std::string &path, std::size_t line, const std::string &what) {
   return path + (line ? ":" + std::to_string(line) : "") + ": " + what;
@@ -27,9 +27,7 @@ std::string printable(std::string_view word, std::size_t limit = 40) {
   return text + (word.size() > limit ? "…" : "");
 }
 
-std::string found(std::string_view word) {
-  return word.empty() ? "the line ends" : "found '" + printable(word) + "'";
-}
+std::string found(std::string_view word) { return word.empty() ? "the line ends" : "found '" + printable(word) + "'"; }
 
 }  // namespace
 
@@ -53,10 +51,8 @@ TextLines::TextLines(const std::string &path, const std::string &contents, std::
 bool TextLines::next_line() {
   while (end_ < contents_.size()) {
     at_ = end_;
-    const std::size_t newline = contents_.find('\n', at_);
-    const std::size_t line_end = newline == std::string::npos ? contents_.size() : newline;
-    end_ = newline == std::string::npos ? line_end : newline + 1;
-    stop_ = std::min(contents_.find('#', at_), line_end);
+    end_ += line_length(std::string_view(contents_).substr(end_));
+    stop_ = std::min(contents_.find('#', at_), end_);
     ++line_;
     at_ = std::min(contents_.find_first_not_of(kBlank, at_), stop_);
     if (at_ < stop_) return true;
@@ -98,6 +94,12 @@ std::array<double, 3> TextLines::point(const std::string &what) {
 }
 
 void TextLines::fail(const std::string &what) const { throw FileError(path_, line_, what); }
+
+std::size_t line_length(std::string_view text) {
+  const std::size_t end = text.find_first_of("\r\n");
+  if (end == std::string_view::npos) return text.size();
+  return end + (text.substr(end, 2) == "\r\n" ? 2 : 1);
+}
 
 bool parse_number(std::string_view word, double &value) {
   // A copy, because strtod needs an end that it can see; std::from_chars for double is not in every C++17 library.

@@ -50,6 +50,9 @@ private:
   std::size_t stop_ = 0;  // where the words of this line end: its end or a comment
 };
 
+// Bytes up to the end of the first line, its "\n", "\r\n" or "\r" included.
+std::size_t line_length(std::string_view text);
+
 // The whole of `word` as a number; false if it is not one, or not finite.
 bool parse_number(std::string_view word, double &value);
 

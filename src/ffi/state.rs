@@ -482,7 +482,7 @@ pub unsafe extern "C" fn sw_state_report(state: *const SwState, report: *mut SwS
     }
 }
 
-/// Saves the dynamic state (time, frame, amplitudes and rates), 944 bytes at 50 modes; loads and damping are inputs and not
+/// Saves the dynamic state (time, frame, amplitudes and rates), 952 bytes at 50 modes; loads and damping are inputs and not
 /// saved. Two calls: with `bytes` NULL and `capacity` 0 only *size is written. Callable concurrently.
 /// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_BUFFER_SIZE when capacity < *size, SW_ERROR_BUSY.
 #[unsafe(no_mangle)]

@@ -42,7 +42,7 @@ fn stated_basis(span: &Mat<f64>, fields: &[Col<f64>]) -> Mat<f64> {
     let mut rotation = Mat::<f64>::zeros(k, k);
     let mut chosen = 0;
     let mut next = 0;
-    while chosen < k {
+    while chosen < k && next < fields.len() + 100 * k {
         let field = fields.get(next).cloned().unwrap_or_else(|| unit(Col::from_fn(n, |_| random.symmetric())));
         // A random unit field sees a k-dimensional space with about √(k/n); past the rigid fields only rounding is refused.
         let visible = if next < fields.len() { VISIBLE } else { VISIBLE / (n as f64).sqrt() };
@@ -60,7 +60,7 @@ fn stated_basis(span: &Mat<f64>, fields: &[Col<f64>]) -> Mat<f64> {
             chosen += 1;
         }
     }
-    span * rotation
+    if chosen == k { span * rotation } else { span.clone() } // numbers that are not finite have no stated basis
 }
 
 /// The six mass-scaled unit rigid fields on the free unknowns; those that vanish are left out.

@@ -57,6 +57,11 @@ impl BlockLanczos {
         self.projected.ncols() - self.processed
     }
 
+    /// Columns processed so far.
+    pub fn processed(&self) -> usize {
+        self.processed
+    }
+
     /// Applies the operator to the pending block and orthogonalizes the result into a new pending block.
     pub fn step(&mut self, op: &mut dyn FnMut(MatMut<'_, f64>) -> Result<()>) -> Result<()> {
         let first = self.processed;

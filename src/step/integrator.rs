@@ -57,7 +57,7 @@ impl Oscillator {
         } else {
             overdamped(a, delta, lambda, h)
         };
-        let g = if lambda * h * h > 0.25 {
+        let g = if discriminant <= 0.0 || (lambda * h * h > 0.25 && delta < 0.5 * a) {
             (1.0 - p) / lambda
         } else {
             // Clearly overdamped here: G = (φ(r₁h) − φ(r₂h)) h/(r₂ − r₁) with φ(z) = (1 − e⁻ᶻ)/z.

@@ -3,10 +3,12 @@
 
 mod basis;
 mod coefficients;
+mod derivative;
 mod modal_rotation;
 
 pub use basis::{Basis, Lanes3};
 pub use coefficients::{Coefficients, coefficients};
+pub use derivative::warp_with_derivative;
 pub use modal_rotation::ModalRotation;
 
 use crate::Vec3;

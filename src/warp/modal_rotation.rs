@@ -47,8 +47,17 @@ fn rotation_of_corners(corners: &[Vec3; 3]) -> [Matrix3<f64>; 3] {
     let thirds = [(a - b) + (a - c), (b - c) + (b - a), (c - a) + (c - b)];
     let longest = thirds.iter().map(|p| p.norm()).fold(0.0, f64::max);
     let p = thirds.map(|p| p / longest);
-    let j: Matrix3<f64> = p.iter().map(|p| Matrix3::identity() * p.norm_squared() - p * p.transpose()).sum();
+    let j = inertia(&p);
     // Distinct, non-collinear corners were checked with the mesh, so J is invertible.
     let inverse = j.try_inverse().unwrap_or_else(Matrix3::zeros);
     p.map(|p| inverse * p.cross_matrix() * (3.0 / longest))
+}
+
+/// Σ (|p|² I − p pᵀ), entry by entry: rustc 1.95 with optimization turned the matrix expression into a wrong off-diagonal
+/// entry for corners in a coordinate plane.
+fn inertia(p: &[Vec3; 3]) -> Matrix3<f64> {
+    let moment = |i: usize, k: usize| p[0][i] * p[0][k] + p[1][i] * p[1][k] + p[2][i] * p[2][k];
+    let (xx, yy, zz) = (moment(0, 0), moment(1, 1), moment(2, 2));
+    let (xy, yz, zx) = (moment(0, 1), moment(1, 2), moment(2, 0));
+    Matrix3::new(yy + zz, -xy, -zx, -xy, zz + xx, -yz, -zx, -yz, xx + yy)
 }

@@ -153,7 +153,7 @@ static void more_modes_than_unknowns_are_clamped(void) {
   supports.n_fixed = 2;
   OK(sw_model_create(&mesh, NULL, &supports, &model));
   precompute(model, UINT32_MAX, 0);
-  CHECK(info_of(model).modes == 3); /* one vertex moves */
+  CHECK(info_of(model).modes == 3);      /* one vertex moves */
   CHECK(info_of(model).zero_modes == 1); /* nothing resists a single triangle out of its plane */
   sw_model_destroy(model);
 }
@@ -229,7 +229,7 @@ static void free_vibration_returns_after_one_period(void) {
   step(state, 1000, 1 / (1000 * hertz[0]));
   OK(sw_state_amplitudes(state, q, rate, 6, &count));
   CHECK(count == 6);
-  CHECK_NEAR(q[0], 0.1, 1e-12);  /* rounding of 1000 steps of size 1e-16 each */
+  CHECK_NEAR(q[0], 0.1, 1e-12); /* rounding of 1000 steps of size 1e-16 each */
   CHECK_NEAR(rate[0], 0, 1e-12);
   step(state, 500, 1 / (1000 * hertz[0]));
   OK(sw_state_amplitudes(state, q, rate, 6, &count));
@@ -434,6 +434,29 @@ static void a_frame_that_moves_without_teleport_stirs_the_shell(void) {
   sw_model_destroy(model);
 }
 
+/* The frame flies along evenly when the shell is reset. Had its velocity been kept, the next step, in which the frame stands,
+   would feel it stop. */
+static void reset_leaves_the_frame_where_it_is_and_at_rest(void) {
+  const Strip strip = make_strip();
+  SwModel *model = sagging_model();
+  SwState *state = new_state(model, 0, 0);
+  SwFrameDesc frame;
+  sw_frame_desc_init(&frame);
+  for (int k = 0; k < 5; ++k) {
+    OK(sw_state_set_frame(state, &frame));
+    step(state, 1, 0.125);
+    frame.origin[2] += 0.25;
+  }
+  CHECK(report_of(state).max_displacement > 0.1);
+  OK(sw_state_reset(state));
+  step(state, 1, 0.125);
+  CHECK(report_of(state).max_displacement == 0);
+  const Positions p = positions_of(state, SW_SPACE_WORLD);
+  for (uint32_t v = 0; v < STRIP_VERTICES; ++v) CHECK(vertex(&p, v)[2] == strip.positions[3 * v + 2] + 1.0);
+  sw_state_destroy(state);
+  sw_model_destroy(model);
+}
+
 /* In a frame that falls freely nothing is felt; at constant acceleration a = g upwards twice the weight is. */
 static void given_acceleration_of_the_frame_adds_to_gravity(void) {
   SwModel *model = sagging_model();
@@ -456,7 +479,7 @@ static void given_acceleration_of_the_frame_adds_to_gravity(void) {
     height[s] = vertex(&local, strip_vertex(STRIP_COLUMNS - 1, 1))[2];
   }
   CHECK(height[2] < -1e-3);
-  CHECK_NEAR(height[0], 0, 1e-12);                             /* forces cancel to rounding */
+  CHECK_NEAR(height[0], 0, 1e-12);                              /* forces cancel to rounding */
   CHECK_NEAR(height[1], 2 * height[2], 1e-9 * fabs(height[2])); /* linear: doubled, to the rounding of 30 steps */
   for (int s = 0; s < 3; ++s) sw_state_destroy(all[s]);
   sw_model_destroy(model);
@@ -548,7 +571,8 @@ static void normals_are_unit_and_turn_with_the_strip(void) {
   CHECK(tip[0] > 0.2 && tip[2] > 0); /* the end hangs down: its upper side looks outwards */
 
   const Positions p = positions_of(state, SW_SPACE_WORLD);
-  const double *end = vertex(&p, strip_vertex(STRIP_COLUMNS - 1, 1)), *before = vertex(&p, strip_vertex(STRIP_COLUMNS - 2, 1));
+  const double *end = vertex(&p, strip_vertex(STRIP_COLUMNS - 1, 1)),
+               *before = vertex(&p, strip_vertex(STRIP_COLUMNS - 2, 1));
   const double along = (end[0] - before[0]) * tip[0] + (end[1] - before[1]) * tip[1] + (end[2] - before[2]) * tip[2];
   CHECK_NEAR(along / distance(end, before), 0, 0.05); /* radians: the normal is the mean over neighbouring triangles */
   sw_state_destroy(state);
@@ -569,7 +593,7 @@ static void rotations_are_unit_quaternions_that_turn_the_end_downwards(void) {
     CHECK_NEAR(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3], 1, 1e-14); /* rounding */
     largest = fmax(largest, 2 * acos(fmin(1, fabs(q[0]))));
   }
-  CHECK_NEAR(largest, report_of(state).max_rotation, 1e-7); /* acos near 1 halves the digits */
+  CHECK_NEAR(largest, report_of(state).max_rotation, 1e-7);   /* acos near 1 halves the digits */
   CHECK(r[4 * strip_vertex(STRIP_COLUMNS - 1, 1) + 2] > 0.1); /* about +y: x towards -z */
   sw_state_destroy(state);
   sw_model_destroy(model);
@@ -605,7 +629,8 @@ static void the_report_measures_what_positions_show(void) {
   step(state, 60, 1.0 / 30);
   const Positions p = positions_of(state, SW_SPACE_FRAME);
   double largest = 0;
-  for (uint32_t v = 0; v < STRIP_VERTICES; ++v) largest = fmax(largest, distance(vertex(&p, v), &strip.positions[3 * v]));
+  for (uint32_t v = 0; v < STRIP_VERTICES; ++v)
+    largest = fmax(largest, distance(vertex(&p, v), &strip.positions[3 * v]));
   CHECK_NEAR(report_of(state).max_displacement, largest, 1e-14); /* rounding of rest + displacement */
   sw_state_destroy(state);
   sw_model_destroy(model);
@@ -637,21 +662,70 @@ typedef struct {
 } BrokenMesh;
 
 static const BrokenMesh broken_meshes[] = {
-    {"index", SW_DIAGNOSTIC_INDEX_OUT_OF_RANGE, SW_SEVERITY_ERROR, {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, 3, {{0, 1, 3}}, 1},
-    {"repeated", SW_DIAGNOSTIC_REPEATED_VERTEX, SW_SEVERITY_ERROR, {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, 3, {{0, 1, 1}}, 1},
-    {"infinite", SW_DIAGNOSTIC_NON_FINITE_COORDINATE, SW_SEVERITY_ERROR, {{0, 0, 0}, {1, 0, 0}, {0, HUGE_VAL, 0}}, 3, {{0, 1, 2}}, 1},
+    {"index",
+     SW_DIAGNOSTIC_INDEX_OUT_OF_RANGE,
+     SW_SEVERITY_ERROR,
+     {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}},
+     3,
+     {{0, 1, 3}},
+     1},
+    {"repeated",
+     SW_DIAGNOSTIC_REPEATED_VERTEX,
+     SW_SEVERITY_ERROR,
+     {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}},
+     3,
+     {{0, 1, 1}},
+     1},
+    {"infinite",
+     SW_DIAGNOSTIC_NON_FINITE_COORDINATE,
+     SW_SEVERITY_ERROR,
+     {{0, 0, 0}, {1, 0, 0}, {0, HUGE_VAL, 0}},
+     3,
+     {{0, 1, 2}},
+     1},
     {"flat", SW_DIAGNOSTIC_ZERO_AREA, SW_SEVERITY_ERROR, {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}}, 3, {{0, 1, 2}}, 1},
-    {"duplicate", SW_DIAGNOSTIC_DUPLICATE_TRIANGLE, SW_SEVERITY_ERROR, {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, 3, {{0, 1, 2}, {1, 2, 0}}, 2},
-    {"three on an edge", SW_DIAGNOSTIC_NON_MANIFOLD_EDGE, SW_SEVERITY_ERROR,
-     {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}}, 5, {{0, 1, 2}, {1, 0, 3}, {0, 1, 4}}, 3},
-    {"two fans", SW_DIAGNOSTIC_NON_MANIFOLD_VERTEX, SW_SEVERITY_ERROR,
-     {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {-1, 0, 0}, {0, -1, 0}}, 5, {{0, 1, 2}, {0, 3, 4}}, 2},
-    {"turned", SW_DIAGNOSTIC_INCONSISTENT_ORIENTATION, SW_SEVERITY_WARNING,
-     {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}, {2, 0, 0}, {2, 1, 0}}, 6, {{0, 1, 2}, {1, 3, 2}, {1, 3, 4}}, 3},
-    {"lone vertex", SW_DIAGNOSTIC_UNREFERENCED_VERTEX, SW_SEVERITY_WARNING,
-     {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {5, 5, 5}}, 4, {{0, 1, 2}}, 1},
-    {"seam", SW_DIAGNOSTIC_COINCIDENT_VERTICES, SW_SEVERITY_WARNING,
-     {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}}, 6, {{0, 1, 2}, {3, 4, 5}}, 2},
+    {"duplicate",
+     SW_DIAGNOSTIC_DUPLICATE_TRIANGLE,
+     SW_SEVERITY_ERROR,
+     {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}},
+     3,
+     {{0, 1, 2}, {1, 2, 0}},
+     2},
+    {"three on an edge",
+     SW_DIAGNOSTIC_NON_MANIFOLD_EDGE,
+     SW_SEVERITY_ERROR,
+     {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}},
+     5,
+     {{0, 1, 2}, {1, 0, 3}, {0, 1, 4}},
+     3},
+    {"two fans",
+     SW_DIAGNOSTIC_NON_MANIFOLD_VERTEX,
+     SW_SEVERITY_ERROR,
+     {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {-1, 0, 0}, {0, -1, 0}},
+     5,
+     {{0, 1, 2}, {0, 3, 4}},
+     2},
+    {"turned",
+     SW_DIAGNOSTIC_INCONSISTENT_ORIENTATION,
+     SW_SEVERITY_WARNING,
+     {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}, {2, 0, 0}, {2, 1, 0}},
+     6,
+     {{0, 1, 2}, {1, 3, 2}, {1, 3, 4}},
+     3},
+    {"lone vertex",
+     SW_DIAGNOSTIC_UNREFERENCED_VERTEX,
+     SW_SEVERITY_WARNING,
+     {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {5, 5, 5}},
+     4,
+     {{0, 1, 2}},
+     1},
+    {"seam",
+     SW_DIAGNOSTIC_COINCIDENT_VERTICES,
+     SW_SEVERITY_WARNING,
+     {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}},
+     6,
+     {{0, 1, 2}, {3, 4, 5}},
+     2},
     {"sliver", SW_DIAGNOSTIC_SLIVER, SW_SEVERITY_WARNING, {{0, 0, 0}, {1, 0, 0}, {0.5, 1e-3, 0}}, 3, {{0, 1, 2}}, 1},
 };
 
@@ -787,6 +861,7 @@ int main(void) {
   RUN(a_second_precompute_leaves_existing_states_alone);
   RUN(a_teleported_shell_at_rest_moves_rigidly);
   RUN(a_frame_that_moves_without_teleport_stirs_the_shell);
+  RUN(reset_leaves_the_frame_where_it_is_and_at_rest);
   RUN(given_acceleration_of_the_frame_adds_to_gravity);
   RUN(gravity_is_given_in_world_axes);
   RUN(single_precision_output_is_double_output_rounded);

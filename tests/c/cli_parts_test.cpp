@@ -33,7 +33,8 @@ std::string write_file(const std::string &name, const std::string &contents) {
 // ---------------------------------------------------------------------------------------------------- the same mesh
 
 // Two quads and a triangle beside them. Coordinates have few binary digits, so that text and floats hold them exactly.
-const double kPoints[7][3] = {{0, 0, 0}, {0.5, 0, 0.25}, {1, 0, -0.125}, {0, 0.75, 0}, {0.5, 0.75, 1e3}, {1, 0.75, 0}, {1.5, 0.375, -2}};
+const double kPoints[7][3] = {{0, 0, 0},        {0.5, 0, 0.25}, {1, 0, -0.125},  {0, 0.75, 0},
+                              {0.5, 0.75, 1e3}, {1, 0.75, 0},   {1.5, 0.375, -2}};
 const std::vector<std::vector<uint32_t>> kFaces = {{0, 1, 4, 3}, {1, 2, 5, 4}, {2, 6, 5}};
 const std::vector<uint32_t> kTriangles = {0, 1, 4, 0, 4, 3, 1, 2, 5, 1, 5, 4, 2, 6, 5};
 
@@ -44,7 +45,8 @@ std::string coordinates(const double *x) {
 }
 
 // `corner` writes a vertex of a face; `before` is written at the start of the file.
-template <class Corner> std::string obj_text(const std::string &before, Corner corner) {
+template <class Corner>
+std::string obj_text(const std::string &before, Corner corner) {
   std::string text = before;
   for (const auto &x : kPoints) text += "v " + coordinates(x) + "\n";
   for (const auto &face : kFaces) {
@@ -69,7 +71,8 @@ std::string off_text() {
 }
 
 std::string ply_header(const std::string &format) {
-  return "ply\nformat " + format + " 1.0\ncomment made by hand\nelement vertex 7\nproperty float x\nproperty double y\n"
+  return "ply\nformat " + format +
+         " 1.0\ncomment made by hand\nelement vertex 7\nproperty float x\nproperty double y\n"
          "property float z\nproperty uchar red\nelement face 3\nproperty list uchar int vertex_indices\n"
          "property short group\nelement edge 1\nproperty int vertex1\nend_header\n";
 }
@@ -85,7 +88,8 @@ std::string ply_ascii() {
   return text + "3\n";
 }
 
-template <class T> void append(std::string &bytes, T value, bool big_endian) {
+template <class T>
+void append(std::string &bytes, T value, bool big_endian) {
   unsigned char raw[sizeof value];
   std::memcpy(raw, &value, sizeof value);
   const uint16_t one = 1;
@@ -121,8 +125,10 @@ std::vector<Sample> samples() {
   return {
       {"plain.obj", obj_text("", [](uint32_t v) { return number(v + 1); })},
       {"negative.obj", obj_text("", [](uint32_t v) { return number(int64_t{v} - 7); })},
-      {"textured.obj", obj_text("mtllib none.mtl\no thing\nvt 0 0\nvn 0 0 1\n", [](uint32_t v) { return number(v + 1) + "/1/1"; })},
-      {"normals.obj", obj_text("# comment\r\n\nvn 0 0 1\ng group\nusemtl m\ns 1\n", [](uint32_t v) { return number(v + 1) + "//1"; })},
+      {"textured.obj",
+       obj_text("mtllib none.mtl\no thing\nvt 0 0\nvn 0 0 1\n", [](uint32_t v) { return number(v + 1) + "/1/1"; })},
+      {"normals.obj",
+       obj_text("# comment\r\n\nvn 0 0 1\ng group\nusemtl m\ns 1\n", [](uint32_t v) { return number(v + 1) + "//1"; })},
       {"plain.off", off_text()},
       {"ascii.ply", ply_ascii()},
       {"little.ply", ply_binary(false)},
@@ -143,16 +149,22 @@ void every_format_gives_the_same_vertices_and_fans() {
   }
 }
 
-void line_endings_of_other_systems_do_not_matter() {
+std::string with_line_ends(const std::string &contents, const char *line_end) {
+  std::string changed;
+  for (char c : contents)
+    if (c == '\n')
+      changed += line_end;
+    else
+      changed += c;
+  return changed;
+}
+
+void line_ends_of_other_systems_do_not_matter() {
   for (const Sample &sample : samples()) {
     if (sample.contents.find("binary") != std::string::npos) continue;
-    std::string contents;
-    for (char c : sample.contents)
-      if (c == '\n')
-        contents += "\r\n";
-      else
-        contents += c;
-    CHECK(is_the_mesh(cli::read_mesh(write_file(std::string("crlf_") + sample.name, contents))));
+    for (const char *line_end : {"\r\n", "\r"})
+      CHECK(is_the_mesh(
+          cli::read_mesh(write_file(std::string("lines_") + sample.name, with_line_ends(sample.contents, line_end)))));
   }
 }
 
@@ -216,38 +228,49 @@ struct BadFile {
 };
 
 std::vector<BadFile> bad_files() {
-  const std::string ply = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n";
+  const std::string ply =
+      "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n";
   const std::string faces = "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n";
   return {
-      {"word.obj", "v 0 0 0\nv 1 zero 0\nv 0 1 0\nf 1 2 3\n", "word.obj:2:", "y of vertex 2 must be a finite number; found 'zero'"},
+      {"word.obj", "v 0 0 0\nv 1 zero 0\nv 0 1 0\nf 1 2 3\n",
+       "word.obj:2:", "y of vertex 2 must be a finite number; found 'zero'"},
       {"short.obj", "v 0 0 0\nv 1 0\n", "short.obj:2:", "the line ends"},
       {"nan.obj", "v 0 0 nan\n", "nan.obj:1:", "finite"},
       {"large.obj", "v 0 0 1e999\n", "large.obj:1:", "finite"},
       {"zero.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 0 1 2\n", "zero.obj:4:", "start at 1"},
-      {"beyond.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\n\nf 1 2 4\n", "beyond.obj:5:", "names vertex 4, but the file holds only 3"},
+      {"beyond.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\n\nf 1 2 4\n",
+       "beyond.obj:5:", "names vertex 4, but the file holds only 3"},
       {"before.obj", "v 0 0 0\nf -1 -2 -3\n", "before.obj:2:", "names vertex -2"},
       {"two.obj", "v 0 0 0\nv 1 0 0\nf 1 2\n", "two.obj:3:", "at least three corners; found 2"},
       {"overflow.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 4294967299\n", "overflow.obj:4:", "more than 9 digits"},
       {"exponent.obj", "v 0 0 0\nvt 1e-12345678901 0\n", "exponent.obj:2:", "more than 9 digits"},
       {"empty.obj", "", "empty.obj:", "holds no vertices"},
       {"cloud.obj", "v 0 0 0\n", "cloud.obj:", "holds no faces"},
-      {"junk.obj", std::string("\x7f" "ELF\0\x01\xff\xfe v\0\n\n\xc3(", 16), "junk.obj:", "holds no vertices"},
-      {"word.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 x\n", "word.off:6:", "corner 2 of face 0 must be a whole number"},
+      {"junk.obj",
+       std::string("\x7f"
+                   "ELF\0\x01\xff\xfe v\0\n\n\xc3(",
+                   16),
+       "junk.obj:", "holds no vertices"},
+      {"word.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 x\n",
+       "word.off:6:", "corner 2 of face 0 must be a whole number"},
       {"magic.off", "OOF\n3 1 0\n", "magic.off:1:", "begins with the word OFF"},
       {"negative.off", "OFF\n-3 1 0\n", "negative.off:2:", "whole number"},
-      {"beyond.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 3\n", "beyond.off:6:", "names vertex 3, but there are only 3"},
+      {"beyond.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 3\n",
+       "beyond.off:6:", "names vertex 3, but there are only 3"},
       {"huge.off", "OFF\n4294967295 4294967295 0\n0 0 0\n", "huge.off:3:", "ends before vertex 1 of 4294967295"},
       {"polygon.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n4000000000 0 1 2\n", "polygon.off:6:", "the line ends"},
       {"magic.ply", "plx\n", "magic.ply:1:", "begins with the word ply"},
-      {"type.ply", "ply\nformat ascii 1.0\nelement vertex 1\nproperty real x\n", "type.ply:4:", "unknown property type 'real'"},
+      {"type.ply", "ply\nformat ascii 1.0\nelement vertex 1\nproperty real x\n",
+       "type.ply:4:", "unknown property type 'real'"},
       {"version.ply", "ply\nformat ascii 2.0\n", "version.ply:2:", "version 1.0"},
       {"cloud.ply", ply + "end_header\n0 0 0\n1 0 0\n0 1 0\n", "cloud.ply:", "point cloud"},
       {"hole.ply", "ply\nformat ascii 1.0\nelement nothing 4000000000000\nend_header\n", "hole.ply:", "no properties"},
       {"beyond.ply", ply + faces + "3 0 1 3\n", "beyond.ply:", "names vertex 3, but there are only 3"},
       {"fraction.ply", ply + faces + "3 0 1 1.5\n", "fraction.ply:13:", "whole number"},
       {"list.ply", ply + faces + "4000000000 0 1 2\n", "list.ply:13:", "the line ends"},
-      {"huge.ply", "ply\nformat binary_little_endian 1.0\nelement vertex 4000000000\nproperty float x\nproperty float y\n"
-                   "property float z\nelement face 1\nproperty list uint int vertex_indices\nend_header\n0123456789ab",
+      {"huge.ply",
+       "ply\nformat binary_little_endian 1.0\nelement vertex 4000000000\nproperty float x\nproperty float y\n"
+       "property float z\nelement face 1\nproperty list uint int vertex_indices\nend_header\n0123456789ab",
        "huge.ply:", "ends before x of vertex 1"},
       {"mesh.stl", "solid\n", "mesh.stl:", ".obj, .off or .ply"},
   };
@@ -380,16 +403,17 @@ void poses_are_rotations_about_the_pivot() {
 
 void a_scene_is_read_in_full() {
   write_file("strip.off", off_text());
-  const std::string path = write_file("full.toml",
-                                      "title = 'full'\nmesh = 'strip.off'\nobj_frames = 7\n[material]\nk_area = 1\nk_length = 2\n"
-                                      "k_bend = 3\ndensity = 4\n[[support]]\nkind = 'clamped'\nbox = [0, 0, 0, 1, 1, 1]\n"
-                                      "[[support]]\nvertices = [4, 5]\n[simulation]\nmodes = 5\nprecision = 'f64'\n"
-                                      "method = 'lma'\nintegrator = 'exact'\nframe_rate = 25\nsteps_per_frame = 4\n"
-                                      "duration = 2\ngravity = [0, -9.8, 0]\n[damping]\nratio = 0.1\nmass = 0.2\n"
-                                      "stiffness = 0.3\n[frame]\nrise = 0.5\n[[frame.translate]]\naxis = [1, 0, 0]\n"
-                                      "amplitude = 2\nfrequency = 3\n[[frame.rotate_degrees]]\naxis = [0, 1, 0]\n"
-                                      "amplitude = 180\nfrequency = 1\nphase_degrees = 90\n[expect]\nmodes = 5\n"
-                                      "in_range = true\nmax_displacement = [1, 2]\n[paper]\nsource = 'x'\nmodes = 4\n");
+  const std::string path =
+      write_file("full.toml",
+                 "title = 'full'\nmesh = 'strip.off'\nobj_frames = 7\n[material]\nk_area = 1\nk_length = 2\n"
+                 "k_bend = 3\ndensity = 4\n[[support]]\nkind = 'clamped'\nbox = [0, 0, 0, 1, 1, 1]\n"
+                 "[[support]]\nvertices = [4, 5]\n[simulation]\nmodes = 5\nprecision = 'f64'\n"
+                 "method = 'lma'\nintegrator = 'exact'\nframe_rate = 25\nsteps_per_frame = 4\n"
+                 "duration = 2\ngravity = [0, -9.8, 0]\n[damping]\nratio = 0.1\nmass = 0.2\n"
+                 "stiffness = 0.3\n[frame]\nrise = 0.5\n[[frame.translate]]\naxis = [1, 0, 0]\n"
+                 "amplitude = 2\nfrequency = 3\n[[frame.rotate_degrees]]\naxis = [0, 1, 0]\n"
+                 "amplitude = 180\nfrequency = 1\nphase_degrees = 90\n[expect]\nmodes = 5\n"
+                 "in_range = true\nmax_displacement = [1, 2]\n[paper]\nsource = 'x'\nmodes = 4\n");
   const cli::Scene s = cli::read_scene(path);
   CHECK(s.name == "full" && s.title == "full" && s.obj_frames == 7);
   CHECK(cli::read_mesh(s.mesh_path).n_vertices() == 7);
@@ -431,14 +455,16 @@ void mistakes_in_scenes_are_located() {
     } catch (const cli::FileError &error) {
       message = error.what();
     }
-    const bool good = message.find(mistake.place) != std::string::npos && message.find(mistake.words) != std::string::npos;
+    const bool good =
+        message.find(mistake.place) != std::string::npos && message.find(mistake.words) != std::string::npos;
     if (!good) printf("%s%s\n", mistake.text, message.c_str());
     CHECK(good);
   }
 }
 
 void lists_of_vertices_are_read_strictly() {
-  CHECK((cli::read_vertex_list(write_file("list.txt", "3 1 # two\n\n# none\n4294967295")) == std::vector<uint32_t>{3, 1, UINT32_MAX}));
+  CHECK((cli::read_vertex_list(write_file("list.txt", "3 1 # two\n\n# none\n4294967295")) ==
+         std::vector<uint32_t>{3, 1, UINT32_MAX}));
   bool refused = false;
   try {
     cli::read_vertex_list(write_file("list.txt", "3\n-1\n"));
@@ -474,7 +500,7 @@ int main(int argc, char **argv) {
   directory = argv[1];
   std::filesystem::create_directories(directory);
   RUN(every_format_gives_the_same_vertices_and_fans);
-  RUN(line_endings_of_other_systems_do_not_matter);
+  RUN(line_ends_of_other_systems_do_not_matter);
   RUN(files_cut_anywhere_are_refused_or_sound);
   RUN(cut_off_and_ply_files_are_always_refused);
   RUN(files_with_any_flipped_bit_are_refused_or_sound);

@@ -13,8 +13,10 @@ namespace {
 using shellwarp::Model;
 using shellwarp::State;
 
-static_assert(!std::is_copy_constructible<Model>::value && !std::is_copy_assignable<Model>::value, "a model is not copied");
-static_assert(!std::is_copy_constructible<State>::value && !std::is_copy_assignable<State>::value, "a state is cloned instead");
+static_assert(!std::is_copy_constructible<Model>::value && !std::is_copy_assignable<Model>::value,
+              "a model is not copied");
+static_assert(!std::is_copy_constructible<State>::value && !std::is_copy_assignable<State>::value,
+              "a state is cloned instead");
 static_assert(std::is_nothrow_move_constructible<Model>::value && std::is_nothrow_move_assignable<Model>::value, "");
 static_assert(std::is_nothrow_move_constructible<State>::value && std::is_nothrow_move_assignable<State>::value, "");
 
@@ -53,7 +55,7 @@ void moving_hands_the_object_over() {
   CHECK(other.get() == handle && model.get() == nullptr);
   State state = make_state(other);
   State next = make_state(other);
-  next = std::move(state); // the state that `next` held is destroyed
+  next = std::move(state);  // the state that `next` held is destroyed
   CHECK(state.get() == nullptr && next.get() != nullptr);
   next.step(0.1);
 }

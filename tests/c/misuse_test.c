@@ -200,11 +200,16 @@ static void wrong_vertex_buffers_are_refused_and_left_alone(void) {
     FAILS(output(state, 2, SW_FORMAT_F32, &out, 0, STRIP_VERTICES), SW_ERROR_INVALID_ARGUMENT, "space");
     FAILS(output(state, SW_SPACE_WORLD, 0, &out, 0, STRIP_VERTICES), SW_ERROR_INVALID_ARGUMENT, "format");
     FAILS(output(state, SW_SPACE_WORLD, 3, &out, 0, STRIP_VERTICES), SW_ERROR_INVALID_ARGUMENT, "format");
-    FAILS(output(state, SW_SPACE_WORLD, SW_FORMAT_F32, &out, row - 1, STRIP_VERTICES), SW_ERROR_INVALID_ARGUMENT, "stride");
-    FAILS(output(state, SW_SPACE_WORLD, SW_FORMAT_F64, &out, 2 * row - 1, STRIP_VERTICES), SW_ERROR_INVALID_ARGUMENT, "stride");
-    FAILS(output(state, SW_SPACE_WORLD, SW_FORMAT_F32, &out, UINT64_MAX / 2, STRIP_VERTICES), SW_ERROR_INVALID_ARGUMENT, "out");
-    FAILS(output(state, SW_SPACE_WORLD, SW_FORMAT_F32, &out, 0, STRIP_VERTICES - 1), SW_ERROR_INVALID_ARGUMENT, "n_vertices");
-    FAILS(output(state, SW_SPACE_WORLD, SW_FORMAT_F32, &out, 0, STRIP_VERTICES + 1), SW_ERROR_INVALID_ARGUMENT, "n_vertices");
+    FAILS(output(state, SW_SPACE_WORLD, SW_FORMAT_F32, &out, row - 1, STRIP_VERTICES), SW_ERROR_INVALID_ARGUMENT,
+          "stride");
+    FAILS(output(state, SW_SPACE_WORLD, SW_FORMAT_F64, &out, 2 * row - 1, STRIP_VERTICES), SW_ERROR_INVALID_ARGUMENT,
+          "stride");
+    FAILS(output(state, SW_SPACE_WORLD, SW_FORMAT_F32, &out, UINT64_MAX / 2, STRIP_VERTICES), SW_ERROR_INVALID_ARGUMENT,
+          "out");
+    FAILS(output(state, SW_SPACE_WORLD, SW_FORMAT_F32, &out, 0, STRIP_VERTICES - 1), SW_ERROR_INVALID_ARGUMENT,
+          "n_vertices");
+    FAILS(output(state, SW_SPACE_WORLD, SW_FORMAT_F32, &out, 0, STRIP_VERTICES + 1), SW_ERROR_INVALID_ARGUMENT,
+          "n_vertices");
     FAILS(output(state, SW_SPACE_WORLD, SW_FORMAT_F32, &out, 0, 0), SW_ERROR_INVALID_ARGUMENT, "n_vertices");
     FAILS(output(state, SW_SPACE_WORLD, SW_FORMAT_F32, &out, 0, UINT32_MAX), SW_ERROR_INVALID_ARGUMENT, "n_vertices");
   }
@@ -222,7 +227,8 @@ static void wrong_mode_shape_arguments_are_refused(void) {
         SW_ERROR_INVALID_ARGUMENT, "mode");
   FAILS(sw_model_mode_shape(model, 0, 0, SW_FORMAT_F32, &out, 0, STRIP_VERTICES), SW_ERROR_INVALID_ARGUMENT, "shape");
   FAILS(sw_model_mode_shape(model, 0, 3, SW_FORMAT_F32, &out, 0, STRIP_VERTICES), SW_ERROR_INVALID_ARGUMENT, "shape");
-  FAILS(sw_model_mode_shape(model, 0, SW_SHAPE_ROTATION, 0, &out, 0, STRIP_VERTICES), SW_ERROR_INVALID_ARGUMENT, "format");
+  FAILS(sw_model_mode_shape(model, 0, SW_SHAPE_ROTATION, 0, &out, 0, STRIP_VERTICES), SW_ERROR_INVALID_ARGUMENT,
+        "format");
   FAILS(sw_model_mode_shape(model, 0, SW_SHAPE_ROTATION, SW_FORMAT_F32, &out, 11, STRIP_VERTICES),
         SW_ERROR_INVALID_ARGUMENT, "stride");
   FAILS(sw_model_mode_shape(model, 0, SW_SHAPE_ROTATION, SW_FORMAT_F32, &out, 0, STRIP_VERTICES + 1),
@@ -467,8 +473,10 @@ static void bad_frames_are_named_and_change_nothing(void) {
         FAILS(sw_state_set_frame(state, &frame), SW_ERROR_INVALID_ARGUMENT, names[field]);
       }
   /* A reflection, a scaling, a shear, and a single entry. */
-  const double not_rotations[4][9] = {
-      {1, 0, 0, 0, 1, 0, 0, 0, -1}, {2, 0, 0, 0, 2, 0, 0, 0, 2}, {1, 0.01, 0, 0, 1, 0, 0, 0, 1}, {1, 0, 0, 0, 0, 0, 0, 0, 0}};
+  const double not_rotations[4][9] = {{1, 0, 0, 0, 1, 0, 0, 0, -1},
+                                      {2, 0, 0, 0, 2, 0, 0, 0, 2},
+                                      {1, 0.01, 0, 0, 1, 0, 0, 0, 1},
+                                      {1, 0, 0, 0, 0, 0, 0, 0, 0}};
   for (int k = 0; k < 4; ++k) {
     SwFrameDesc frame;
     sw_frame_desc_init(&frame);
@@ -502,8 +510,11 @@ static void rates_of_the_frame_are_not_read_unless_given(void) {
 
 static void impossible_mesh_counts_are_refused(void) {
   const Strip strip = make_strip();
-  const uint32_t counts[5][2] = {
-      {0, STRIP_TRIANGLES}, {STRIP_VERTICES, 0}, {UINT32_MAX, STRIP_TRIANGLES}, {STRIP_VERTICES, 1u << 30}, {STRIP_VERTICES, UINT32_MAX}};
+  const uint32_t counts[5][2] = {{0, STRIP_TRIANGLES},
+                                 {STRIP_VERTICES, 0},
+                                 {UINT32_MAX, STRIP_TRIANGLES},
+                                 {STRIP_VERTICES, 1u << 30},
+                                 {STRIP_VERTICES, UINT32_MAX}};
   SwModel *model = no_model;
   uint32_t count = 77;
   for (int k = 0; k < 5; ++k) {
@@ -680,7 +691,8 @@ static void truncated_and_lengthened_states_are_refused(void) {
   SwState *state = moving_state(model);
   const Snapshot before = snapshot(state);
   Saved saved = save(state);
-  for (uint64_t size = 0; size < saved.size; ++size) FAILS(sw_state_load(state, saved.bytes, size), SW_ERROR_INVALID_DATA, "bytes");
+  for (uint64_t size = 0; size < saved.size; ++size)
+    FAILS(sw_state_load(state, saved.bytes, size), SW_ERROR_INVALID_DATA, "bytes");
   saved.bytes[saved.size] = 0;
   FAILS(sw_state_load(state, saved.bytes, saved.size + 1), SW_ERROR_INVALID_DATA, "bytes");
   FAILS(sw_state_load(state, saved.bytes, UINT64_MAX), SW_ERROR_INVALID_DATA, "bytes");

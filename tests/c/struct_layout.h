@@ -7,7 +7,7 @@
 
 #if UINTPTR_MAX == UINT64_MAX
 #define STRUCT(type, size) STATIC_CHECK(sizeof(type) == (size));
-#define FIELD(type, name, place, size)         \
+#define FIELD(type, name, place, size)           \
   STATIC_CHECK(offsetof(type, name) == (place)); \
   STATIC_CHECK(sizeof(((type *)0)->name) == (size));
 #include "struct_layout.def"

@@ -13,23 +13,23 @@
 
 static int failures = 0;
 
-#define CHECK(condition)                                                       \
-  do {                                                                         \
-    if (!(condition)) {                                                        \
-      ++failures;                                                              \
-      printf("%s:%d: does not hold: %s\n", __FILE__, __LINE__, #condition);    \
-    }                                                                          \
+#define CHECK(condition)                                                    \
+  do {                                                                      \
+    if (!(condition)) {                                                     \
+      ++failures;                                                           \
+      printf("%s:%d: does not hold: %s\n", __FILE__, __LINE__, #condition); \
+    }                                                                       \
   } while (0)
 
 /* A value against another, with an absolute tolerance whose reason stands at the call. */
-#define CHECK_NEAR(value, expected, tolerance)                                                              \
-  do {                                                                                                      \
-    const double value_ = (value), expected_ = (expected), tolerance_ = (tolerance);                        \
-    if (!(fabs(value_ - expected_) <= tolerance_)) {                                                        \
-      ++failures;                                                                                           \
+#define CHECK_NEAR(value, expected, tolerance)                                                               \
+  do {                                                                                                       \
+    const double value_ = (value), expected_ = (expected), tolerance_ = (tolerance);                         \
+    if (!(fabs(value_ - expected_) <= tolerance_)) {                                                         \
+      ++failures;                                                                                            \
       printf("%s:%d: %s is %.17g, not within %g of %.17g\n", __FILE__, __LINE__, #value, value_, tolerance_, \
-             expected_);                                                                                    \
-    }                                                                                                       \
+             expected_);                                                                                     \
+    }                                                                                                        \
   } while (0)
 
 #define OK(call) check_ok((call), __FILE__, __LINE__, #call)
@@ -37,12 +37,12 @@ static int failures = 0;
 /* The call must fail with this status and a message that holds this text. */
 #define FAILS(call, status, text) check_fails((call), (status), (text), __FILE__, __LINE__, #call)
 
-#define RUN(test)                                                             \
-  do {                                                                        \
-    const int before_ = failures;                                             \
-    test();                                                                   \
-    printf("%-4s %s\n", failures == before_ ? "ok" : "FAIL", #test);          \
-    fflush(stdout); /* what went before a crash must be seen */               \
+#define RUN(test)                                                    \
+  do {                                                               \
+    const int before_ = failures;                                    \
+    test();                                                          \
+    printf("%-4s %s\n", failures == before_ ? "ok" : "FAIL", #test); \
+    fflush(stdout); /* what went before a crash must be seen */      \
   } while (0)
 
 static inline int report_failures(void) {
@@ -62,8 +62,7 @@ static inline void check_fails(SwStatus status, SwStatus expected, const char *t
   if (status == expected && strlen(text) > 0 && strstr(sw_last_error_message(), text)) return;
   ++failures;
   printf("%s:%d: %s: expected '%s' with '%s' in its message, got '%s': '%s'\n", file, line, call,
-         sw_status_string(expected), text, sw_status_string(status),
-         status == SW_OK ? "" : sw_last_error_message());
+         sw_status_string(expected), text, sw_status_string(status), status == SW_OK ? "" : sw_last_error_message());
 }
 
 /* A flat strip of 2 x 40 squares in the xy-plane, its long side along x; vertices in columns of three. The diagonals of the

@@ -1,0 +1,549 @@
+//! Manipulation constraints (paper section 4.4; [2] section 5): handles that hold a vertex's position or orientation.
+//!
+//! With q⁺ = q_free + Γ p, Γ = h²/(1 + hc + h²λ) and p = Jᵀμ, the constraint forces μ make the residual of every handle
+//! vanish, ρ = d − g(q⁺) − γμ with the compliance γ (0 = hard). Levenberg–Marquardt steps with the true Jacobian J = ∂g/∂q:
+//!
+//!   (J Γ Jᵀ + γ + ε) Δμ = ρ + J (q − q_free − Γ Jᵀ μ),     μ' = μ + Δμ,     q' = q_free + Γ Jᵀ μ'
+//!
+//! ε falls while the residual does and rises when it does not, so that constraints that are out of reach, conflict, repeat
+//! or outnumber the modes end at the least residual that can be had; it is reported. The change acts as an impulse,
+//! q̇⁺ = q̇_free + (q⁺ − q_free)/h, so a held handle does not ring with any integrator.
+//!
+//! A handle never drives the elastic modes past [`LARGEST_BEND`]: beyond it the warp has no meaning.
+//!
+//! Rows are dimensionless: lengths are divided by the model's size.
+
+use crate::real::Real;
+use crate::support::Pose;
+use crate::warp::{Basis, warp_with_derivative};
+use crate::{Error, Result, Vec3};
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn, UnitQuaternion};
+use std::f64::consts::TAU;
+
+/// What a constraint holds, and where. World space.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Target {
+    /// The vertex's position.
+    Position(Vec3),
+    /// The orientation of the vertex's frame, which at rest is the support frame's.
+    Orientation(UnitQuaternion<f64>),
+}
+
+/// One handle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Constraint {
+    /// The host's number for it; setting a number again replaces.
+    pub id: u32,
+    /// Vertex held.
+    pub vertex: u32,
+    /// World axes along (position) or about (orientation) which it holds.
+    pub axes: [bool; 3],
+    /// Displacement per force, or rotation per torque; 0 = hard.
+    pub compliance: f64,
+    /// Where to.
+    pub target: Target,
+}
+
+/// How well a constraint was met in the last step.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Outcome {
+    /// What is missing along the held axes: length or rad.
+    pub residual: f64,
+    /// Force (world axes) or torque on the shell over the step.
+    pub force: Vec3,
+    /// Linearizations that the whole set took.
+    pub iterations: u32,
+}
+
+/// A hard constraint is met below this, in model sizes or rad; the iteration aims two digits lower.
+pub const MET: f64 = 1e-6;
+const GOAL: f64 = 1e-8;
+
+/// Once met, a step may grow the residual up to this for once: moving along a curved constraint needs it.
+const TUBE: f64 = 1e-3;
+
+/// A reachable target takes 3 to 10.
+const MAX_ITERATIONS: u32 = 60;
+
+/// ε relative to the largest diagonal entry: the least, against rounding, and the most, where nothing moves any more.
+const LEAST_DAMPING: f64 = 1e-12;
+const MOST_DAMPING: f64 = 1e4;
+
+/// The largest change of rotation at a handle in one iteration, rad: the derivative is trusted no further.
+const MAX_TURN: f64 = 0.5;
+
+/// Bound on the root sum of squares, over the elastic modes, of the largest rotation that each mode's amplitude makes, rad.
+const LARGEST_BEND: f64 = std::f64::consts::PI;
+
+/// Stages of a target that is not met at once.
+const STAGES: u32 = 8;
+
+/// Rotation that each elastic mode is given, rad, to leave a straight pose by.
+const KICK: f64 = 0.1;
+
+/// All constraints of a state with room for the work, so that a step does not allocate.
+#[derive(Clone)]
+pub struct Constraints {
+    items: Vec<Constraint>,
+    outcomes: Vec<Outcome>,
+    /// First row of each constraint, and the end.
+    first_row: Vec<usize>,
+    work: Work,
+}
+
+#[derive(Clone)]
+struct Work {
+    /// J (rows × modes).
+    jacobian: DMatrix<f64>,
+    /// J Γ Jᵀ + γ + ε, then its factor (rows × rows). Taken out while it is factorized.
+    normal: Option<DMatrix<f64>>,
+    /// d − g, less what a later stage asks for (rows).
+    missing: DVector<f64>,
+    deferred: DVector<f64>,
+    start_missing: DVector<f64>,
+    /// γ (rows).
+    compliance: DVector<f64>,
+    /// μ and μ' (rows).
+    multipliers: DVector<f64>,
+    trial_multipliers: DVector<f64>,
+    /// Target rotation vectors on the nearest branch (one a constraint).
+    branch: Vec<Vec3>,
+    /// Γ, the static flexibility 1/λ that restoring steps use instead, q_free and q' (modes).
+    gamma: Vec<f64>,
+    flexibility: Vec<f64>,
+    q_free: Vec<f64>,
+    trial: Vec<f64>,
+    /// What the search from the free motion found (modes).
+    first: Vec<f64>,
+    /// What a search in stages found before it looks for the nearest to the free motion (modes).
+    feasible: Vec<f64>,
+}
+
+impl Work {
+    fn new(constraints: usize, rows: usize, modes: usize) -> Self {
+        let (per_row, per_mode) = (DVector::zeros(rows), vec![0.0; modes]);
+        Self {
+            jacobian: DMatrix::zeros(rows, modes),
+            normal: Some(DMatrix::zeros(rows, rows)),
+            missing: per_row.clone(),
+            deferred: per_row.clone(),
+            start_missing: per_row.clone(),
+            compliance: per_row.clone(),
+            multipliers: per_row.clone(),
+            trial_multipliers: per_row,
+            branch: vec![Vec3::zeros(); constraints],
+            gamma: per_mode.clone(),
+            flexibility: per_mode.clone(),
+            q_free: per_mode.clone(),
+            trial: per_mode.clone(),
+            first: per_mode.clone(),
+            feasible: per_mode,
+        }
+    }
+
+    /// |ρ| with the multipliers `mu`.
+    fn distance(&self, mu: &DVector<f64>) -> f64 {
+        let rows = self.missing.iter().zip(self.compliance.iter()).zip(mu.iter());
+        rows.map(|((missing, compliance), mu)| (missing - compliance * mu).powi(2)).sum::<f64>().sqrt()
+    }
+
+    /// Fills J Γ Jᵀ + γ + ε and factorizes it; `None` when it is not positive definite, as with numbers that are not finite.
+    fn factorize(&mut self, damping: f64, restoring: bool) -> Option<Cholesky<f64, Dyn>> {
+        let (rows, modes) = self.jacobian.shape();
+        let weight = if restoring { &self.flexibility } else { &self.gamma };
+        let mut normal = self.normal.take().unwrap_or_else(|| DMatrix::zeros(rows, rows));
+        for i in 0..rows {
+            for j in 0..=i {
+                let product = |k: usize| self.jacobian[(i, k)] * weight[k] * self.jacobian[(j, k)];
+                normal[(i, j)] = (0..modes).map(product).sum();
+            }
+        }
+        let largest = (0..rows).map(|i| normal[(i, i)]).fold(f64::MIN_POSITIVE, f64::max);
+        (0..rows).for_each(|i| normal[(i, i)] += self.compliance[i] + damping * largest);
+        Cholesky::new(normal)
+    }
+
+    /// q_free + Γ Jᵀ `mu`, mode `k`.
+    fn moved(&self, mu: &DVector<f64>, k: usize) -> f64 {
+        self.q_free[k] + self.gamma[k] * self.jacobian.column(k).dot(mu)
+    }
+
+    /// Solves for the trial multipliers and amplitudes from `q`; false without a finite answer. A restoring step only
+    /// reduces the residual, by the change of q that costs the least elastic energy; otherwise the answer is also the one nearest to the free motion.
+    fn solve(&mut self, q: &[f64], damping: f64, restoring: bool) -> bool {
+        let Some(factor) = self.factorize(damping, restoring) else { return false };
+        let mut step = std::mem::take(&mut self.trial_multipliers);
+        for i in 0..step.len() {
+            let stray = |k: usize| self.jacobian[(i, k)] * (q[k] - self.moved(&self.multipliers, k));
+            let stray: f64 = if restoring { 0.0 } else { (0..q.len()).map(stray).sum() };
+            step[i] = self.missing[i] - self.compliance[i] * self.multipliers[i] + stray;
+        }
+        factor.solve_mut(&mut step);
+        self.normal = Some(factor.unpack_dirty());
+        if restoring {
+            for k in 0..q.len() {
+                self.trial[k] = q[k] + self.flexibility[k] * self.jacobian.column(k).dot(&step);
+            }
+            step.fill(0.0);
+        } else {
+            step += &self.multipliers;
+            for k in 0..q.len() {
+                self.trial[k] = self.moved(&step, k);
+            }
+        }
+        self.trial_multipliers = step;
+        self.trial.iter().all(|q| q.is_finite())
+    }
+
+    /// The least multipliers that explain the present q, for the report.
+    fn settle_multipliers(&mut self, q: &[f64]) {
+        self.multipliers.fill(0.0);
+        self.missing.fill(0.0);
+        self.compliance.fill(0.0);
+        if self.solve(q, 1e-9, false) {
+            std::mem::swap(&mut self.multipliers, &mut self.trial_multipliers);
+        }
+    }
+}
+
+/// Everything about a step that constraints depend on.
+pub struct Step<'a> {
+    /// Pose of the support frame at its end.
+    pub pose: &'a Pose,
+    /// Its length.
+    pub h: f64,
+    /// c and λ of each mode.
+    pub modes: (&'a [f64], &'a [f64]),
+    /// Rest positions.
+    pub rest: &'a [Vec3],
+    /// The model's size.
+    pub size: f64,
+    /// Largest rotation per unit amplitude of each mode, 0 for zero modes.
+    pub bend: &'a [f64],
+    /// u = R̃Φq, or u = Φq.
+    pub warped: bool,
+}
+
+impl Constraints {
+    /// None.
+    pub fn new(modes: usize) -> Self {
+        Self { items: vec![], outcomes: vec![], first_row: vec![0], work: Work::new(0, 0, modes) }
+    }
+
+    /// Whether there are any.
+    pub fn is_empty(&self) -> bool {
+        self.items.is_empty()
+    }
+
+    /// The constraints with their outcomes, in order of their ids.
+    pub fn report(&self) -> impl ExactSizeIterator<Item = (&Constraint, &Outcome)> {
+        self.items.iter().zip(&self.outcomes)
+    }
+
+    /// Adds a constraint, or replaces the one with its id. Moving a target does not allocate.
+    pub fn set(&mut self, constraint: Constraint, n_vertices: usize) -> Result<()> {
+        let Constraint { id, vertex, axes, compliance, .. } = constraint;
+        if vertex as usize >= n_vertices {
+            return Err(Error::argument(format!("constraint {id} is at vertex {vertex} of {n_vertices}")));
+        }
+        if !(compliance.is_finite() && compliance >= 0.0) {
+            return Err(Error::argument(format!("constraint {id} has the compliance {compliance}")));
+        }
+        if axes == [false; 3] {
+            return Err(Error::argument(format!("constraint {id} holds no axis")));
+        }
+        match self.items.binary_search_by_key(&id, |c| c.id) {
+            Ok(at) => {
+                let same_rows = self.items[at].axes == axes;
+                self.items[at] = constraint;
+                if !same_rows {
+                    self.resize();
+                }
+            }
+            Err(at) => {
+                self.items.insert(at, constraint);
+                self.outcomes.insert(at, Outcome::default());
+                self.resize();
+            }
+        }
+        Ok(())
+    }
+
+    /// Removes the constraint with this id; false if there is none.
+    pub fn clear(&mut self, id: u32) -> bool {
+        let found = self.items.binary_search_by_key(&id, |c| c.id);
+        if let Ok(at) = found {
+            self.items.remove(at);
+            self.outcomes.remove(at);
+            self.resize();
+        }
+        found.is_ok()
+    }
+
+    /// Removes all.
+    pub fn clear_all(&mut self) {
+        self.items.clear();
+        self.outcomes.clear();
+        self.resize();
+    }
+
+    fn resize(&mut self) {
+        self.first_row.clear();
+        self.first_row.push(0);
+        for c in &self.items {
+            let rows = c.axes.iter().filter(|held| **held).count();
+            self.first_row.push(self.first_row[self.first_row.len() - 1] + rows);
+        }
+        self.work = Work::new(self.items.len(), self.first_row[self.items.len()], self.work.q_free.len());
+    }
+
+    /// Moves q and q̇, the free motion of the step, to where the constraints are met; `q_before` is where the step began.
+    /// Returns the work done on the shell by the handles. Does not allocate.
+    pub fn project<T: Real>(
+        &mut self,
+        basis: &Basis<T>,
+        step: &Step,
+        q_before: &[f64],
+        (q, q_dot): (&mut [f64], &mut [f64]),
+    ) -> f64 {
+        let (damping, eigenvalues) = step.modes;
+        let softest = eigenvalues.iter().copied().find(|lambda| *lambda > 0.0).unwrap_or(1.0);
+        for k in 0..q.len() {
+            self.work.flexibility[k] = 1.0 / (eigenvalues[k] + softest);
+            self.work.gamma[k] = step.h * step.h / (1.0 + step.h * damping[k] + step.h * step.h * eigenvalues[k]);
+        }
+        self.work.q_free.copy_from_slice(q);
+        self.prepare(basis, step, q_before);
+        let (iterations, met) = self.solve(basis, step, q_before, q);
+        let mut work_done = 0.0;
+        for k in 0..q.len() {
+            let change = q[k] - self.work.q_free[k];
+            q_dot[k] += change / step.h;
+            work_done += change / self.work.gamma[k] * (q[k] - q_before[k]);
+        }
+        if !met {
+            tame(step, q, q_dot);
+        }
+        self.conclude(step, iterations, q);
+        work_done
+    }
+
+    /// Meets the constraints from the free motion; when that fails, by moving the targets there in stages from the pose
+    /// before the step, and from that pose slightly bent, because a straight shell does not know which way to buckle.
+    /// Leaves q with its residuals. Returns the iterations and whether all was met.
+    fn solve<T: Real>(&mut self, basis: &Basis<T>, step: &Step, q_before: &[f64], q: &mut [f64]) -> (u32, bool) {
+        self.work.deferred.fill(0.0);
+        let (mut iterations, distance) = self.search(basis, step, q, false);
+        if distance <= MET {
+            return (iterations, true);
+        }
+        self.work.first.copy_from_slice(q);
+        for bend in [0.0, KICK] {
+            for k in 0..q.len() {
+                q[k] = q_before[k] + if step.bend[k] > 0.0 { bend / step.bend[k] } else { 0.0 };
+            }
+            let (more, distance) = self.search_in_stages(basis, step, q);
+            iterations += more;
+            if distance <= MET {
+                return (iterations, true);
+            }
+        }
+        q.copy_from_slice(&self.work.first); // out of reach: the answer that follows from the motion, without a jump
+        self.linearize(basis, step, q);
+        (iterations, false)
+    }
+
+    /// As `search`, with the targets moving from where the handles are at `q` to where they shall be.
+    fn search_in_stages<T: Real>(&mut self, basis: &Basis<T>, step: &Step, q: &mut [f64]) -> (u32, f64) {
+        self.work.deferred.fill(0.0);
+        self.linearize(basis, step, q);
+        self.work.start_missing.copy_from(&self.work.missing);
+        let (mut iterations, mut distance) = (0, 0.0);
+        for stage in 1..=STAGES {
+            let left = 1.0 - f64::from(stage) / f64::from(STAGES);
+            let Work { deferred, start_missing, .. } = &mut self.work;
+            deferred.iter_mut().zip(start_missing.iter()).for_each(|(d, m)| *d = left * m);
+            let (more, after) = self.search(basis, step, q, true);
+            iterations += more;
+            distance = after;
+        }
+        if distance <= MET {
+            self.work.feasible.copy_from_slice(q);
+            let (more, after) = self.search(basis, step, q, false);
+            iterations += more;
+            if after > MET {
+                q.copy_from_slice(&self.work.feasible);
+                self.linearize(basis, step, q);
+            }
+        }
+        (iterations, distance)
+    }
+
+    /// Levenberg–Marquardt from `q`. Returns the iterations and |ρ|; leaves the Jacobian and residuals at q.
+    fn search<T: Real>(&mut self, basis: &Basis<T>, step: &Step, q: &mut [f64], restoring: bool) -> (u32, f64) {
+        self.work.multipliers.fill(0.0);
+        self.linearize(basis, step, q);
+        let mut distance = self.work.distance(&self.work.multipliers);
+        let mut damping = LEAST_DAMPING;
+        let mut stalled = 0;
+        for iteration in 1..=MAX_ITERATIONS {
+            if damping > MOST_DAMPING || !self.work.solve(q, damping, restoring) {
+                return (iteration, distance);
+            }
+            let fraction = self.shorten(basis, step, q);
+            if restoring && fraction < 0.5 && damping < 0.1 {
+                damping *= 10.0; // rather do without what this pose can hardly do than run into the limits for it
+                continue;
+            }
+            let moved = self.largest_move(q);
+            let trial = std::mem::take(&mut self.work.trial);
+            self.linearize(basis, step, &trial);
+            self.work.trial = trial;
+            let after = self.work.distance(&self.work.trial_multipliers);
+            if after < distance || (distance <= MET && after <= TUBE) {
+                q.copy_from_slice(&self.work.trial);
+                std::mem::swap(&mut self.work.multipliers, &mut self.work.trial_multipliers);
+                stalled = if after > 0.999 * distance && after > GOAL { stalled + 1 } else { 0 };
+                (distance, damping) = (after, (0.1 * damping).max(LEAST_DAMPING));
+                if (after <= GOAL && moved <= GOAL) || stalled > 3 {
+                    return (iteration, distance);
+                }
+            } else {
+                damping *= 10.0;
+                self.linearize(basis, step, q);
+            }
+        }
+        (MAX_ITERATIONS, distance)
+    }
+
+    /// Shortens the trial step where it turns a handle, or bends the shell, further than the method can be trusted. Returns
+    /// the fraction left.
+    fn shorten<T: Real>(&mut self, basis: &Basis<T>, step: &Step, q: &[f64]) -> f64 {
+        let turn = self.largest_turn(basis, q);
+        let mut fraction = if turn > MAX_TURN { MAX_TURN / turn } else { 1.0 };
+        let limit = LARGEST_BEND.max(bend(step, |k| q[k]));
+        while fraction > 1e-6 && bend(step, |k| q[k] + fraction * (self.work.trial[k] - q[k])) > limit {
+            fraction *= 0.5;
+        }
+        let Work { trial, trial_multipliers, multipliers, .. } = &mut self.work;
+        for k in 0..q.len() {
+            trial[k] = q[k] + fraction * (trial[k] - q[k]);
+        }
+        for i in 0..multipliers.len() {
+            trial_multipliers[i] = multipliers[i] + fraction * (trial_multipliers[i] - multipliers[i]);
+        }
+        fraction
+    }
+
+    /// Largest change of a mode's share of the handles between `q` and the trial, in model sizes or rad.
+    fn largest_move(&self, q: &[f64]) -> f64 {
+        let Work { jacobian, trial, .. } = &self.work;
+        let share = |k: usize| (trial[k] - q[k]).abs() * jacobian.column(k).amax();
+        (0..q.len()).map(share).fold(0.0, f64::max)
+    }
+
+    /// Largest rotation at a handle from `q` to the trial, rad.
+    fn largest_turn<T: Real>(&self, basis: &Basis<T>, q: &[f64]) -> f64 {
+        let turn = |c: &Constraint| -> f64 {
+            let change = |k: usize| (self.work.trial[k] - q[k]) * basis.at(k, c.vertex as usize).1;
+            (0..q.len()).map(change).sum::<Vec3>().norm()
+        };
+        self.items.iter().map(turn).fold(0.0, f64::max)
+    }
+
+    /// Compliances in rows' units, and the branch of each target rotation that lies nearest to the present one.
+    fn prepare<T: Real>(&mut self, basis: &Basis<T>, step: &Step, q: &[f64]) {
+        for (i, c) in self.items.iter().enumerate() {
+            let unit = match c.target {
+                Target::Position(_) => step.size,
+                Target::Orientation(_) => 1.0,
+            };
+            for row in self.first_row[i]..self.first_row[i + 1] {
+                self.work.compliance[row] = c.compliance / (unit * unit);
+            }
+            if let Target::Orientation(world) = c.target {
+                let present: Vec3 = (0..q.len()).map(|k| q[k] * basis.at(k, c.vertex as usize).1).sum();
+                self.work.branch[i] = nearest_branch(&(step.pose.rotation.inverse() * world), &present);
+            }
+        }
+    }
+
+    /// Residuals and Jacobian at `q`.
+    fn linearize<T: Real>(&mut self, basis: &Basis<T>, step: &Step, q: &[f64]) {
+        for (i, c) in self.items.iter().enumerate() {
+            let v = c.vertex as usize;
+            let shapes = |k: usize| basis.at(k, v);
+            let linear: Vec3 = (0..q.len()).map(|k| q[k] * shapes(k).0).sum();
+            let w: Vec3 = (0..q.len()).map(|k| q[k] * shapes(k).1).sum();
+            let (u, by_linear, by_w) = warp_with_derivative(&w, &linear, step.warped);
+            let (missing, scale) = match c.target {
+                Target::Position(world) => {
+                    let target = step.pose.rotation.inverse() * (world - step.pose.origin);
+                    (target - step.rest[v] - u, 1.0 / step.size)
+                }
+                Target::Orientation(_) => (self.work.branch[i] - w, 1.0),
+            };
+            let axes = (0..3).filter(|axis| c.axes[*axis]);
+            for (row, axis) in (self.first_row[i]..).zip(axes) {
+                let mut direction = Vec3::zeros();
+                direction[axis] = scale;
+                let direction = step.pose.rotation.inverse() * direction;
+                self.work.missing[row] = direction.dot(&missing) - self.work.deferred[row];
+                for k in 0..q.len() {
+                    let (phi, psi) = shapes(k);
+                    let motion = match c.target {
+                        Target::Position(_) => by_linear * phi + by_w * psi,
+                        Target::Orientation(_) => psi,
+                    };
+                    self.work.jacobian[(row, k)] = direction.dot(&motion);
+                }
+            }
+        }
+    }
+
+    /// Residuals and forces for the report.
+    fn conclude(&mut self, step: &Step, iterations: u32, q: &[f64]) {
+        let unit = |c: &Constraint| match c.target {
+            Target::Position(_) => step.size,
+            Target::Orientation(_) => 1.0,
+        };
+        for (i, c) in self.items.iter().enumerate() {
+            let rows = self.first_row[i]..self.first_row[i + 1];
+            let squares: f64 = rows.map(|row| (unit(c) * self.work.missing[row]).powi(2)).sum();
+            self.outcomes[i] = Outcome { residual: squares.sqrt(), force: Vec3::zeros(), iterations };
+        }
+        self.work.settle_multipliers(q);
+        for (i, c) in self.items.iter().enumerate() {
+            let rows = self.first_row[i]..self.first_row[i + 1];
+            for (row, axis) in rows.zip((0..3).filter(|axis| c.axes[*axis])) {
+                self.outcomes[i].force[axis] = self.work.multipliers[row] / unit(c);
+            }
+        }
+    }
+}
+
+/// Root sum of squares of the largest rotations that the elastic amplitudes make.
+fn bend(step: &Step, amplitude: impl Fn(usize) -> f64) -> f64 {
+    step.bend.iter().enumerate().map(|(k, bend)| (bend * amplitude(k)).powi(2)).sum::<f64>().sqrt()
+}
+
+/// A handle that pulls at a target out of reach gives no more speed than the next step can stand.
+fn tame(step: &Step, q: &[f64], q_dot: &mut [f64]) {
+    let limit = LARGEST_BEND.max(bend(step, |k| q[k]));
+    for _ in 0..60 {
+        if bend(step, |k| q[k] + step.h * q_dot[k]) <= limit {
+            return;
+        }
+        q_dot.iter_mut().zip(step.bend).filter(|(_, bend)| **bend > 0.0).for_each(|(v, _)| *v *= 0.5);
+    }
+}
+
+/// The rotation vector of `target`, among all θ + 2πk about its axis, that is nearest to `present`.
+fn nearest_branch(target: &UnitQuaternion<f64>, present: &Vec3) -> Vec3 {
+    let principal = target.scaled_axis();
+    let angle = principal.norm();
+    // A full turn has no axis of its own: it keeps the present one.
+    let axis = if angle > 1e-9 { principal / angle } else { present.try_normalize(1e-9).unwrap_or_default() };
+    let turns = ((axis.dot(present) - angle) / TAU).round();
+    axis * (angle + TAU * turns)
+}
