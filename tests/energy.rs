@@ -110,11 +110,13 @@ fn gradients_match_finite_differences_on_random_configurations() {
     }
 }
 
+type NamedTerms = [(&'static str, Box<dyn Energy>); 3];
+
 /// A bumpy sheet and its three terms.
-fn bumpy_sheet(rng: &mut StdRng) -> (Mesh, [(&'static str, Box<dyn Energy>); 3]) {
+fn bumpy_sheet(rng: &mut StdRng) -> (Mesh, NamedTerms) {
     let (rest, triangles) = equilateral_sheet(5, 4, 1.0);
     let mesh = Mesh::new(along(&rest, &random_field(rng, rest.len()), 0.15), &triangles).unwrap();
-    let terms: [(&str, Box<dyn Energy>); 3] = [
+    let terms: NamedTerms = [
         ("area", Box::new(AreaEnergy::new(&mesh, 3.0))),
         ("length", Box::new(LengthEnergy::new(&mesh, 5.0))),
         ("hinge", Box::new(HingeEnergy::new(&mesh, 7.0))),

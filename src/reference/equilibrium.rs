@@ -6,6 +6,7 @@
 use super::newton::{Convergence, Stop};
 use super::potential::Potential;
 use super::{Solver, free_norm};
+use crate::error::{require_finite, require_non_negative};
 use crate::{Error, ErrorKind, Result, Vec3};
 
 /// Newton iterations for one increment before it is halved.
@@ -31,6 +32,17 @@ pub struct EquilibriumOptions {
 impl Default for EquilibriumOptions {
     fn default() -> Self {
         Self { tolerance: 1e-8, first_increment: 0.25, max_iterations: 2000 }
+    }
+}
+
+impl EquilibriumOptions {
+    fn check(&self) -> Result<()> {
+        require_non_negative("the tolerance", self.tolerance)?;
+        let first = require_finite("the first increment", self.first_increment)?;
+        if first > 0.0 && first <= 1.0 {
+            return Ok(());
+        }
+        Err(Error::argument(format!("the first increment is {first}: it must be in (0, 1]")))
     }
 }
 
@@ -69,6 +81,7 @@ impl Solver {
         watch: &mut dyn FnMut(EquilibriumProgress) -> Result<()>,
     ) -> Result<Equilibrium> {
         self.check_fields(&[("start", start), ("forces", forces)])?;
+        options.check()?;
         self.place(start);
         let mut path = LoadPath::new(self, forces, options);
         while path.done < 1.0 {
@@ -111,7 +124,7 @@ impl LoadPath {
             scale: loads.into_iter().find(|load| *load > 0.0).unwrap_or(1.0),
             first,
             done: 0.0,
-            increment: options.first_increment.clamp(SMALLEST_INCREMENT, 1.0),
+            increment: options.first_increment.max(SMALLEST_INCREMENT),
             residual: 0.0,
             iterations: 0,
             increments: 0,

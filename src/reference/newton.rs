@@ -2,6 +2,10 @@
 //!
 //! The direction is −H⁻¹∇Φ with the exact Hessian H. Where its Cholesky factorization fails, the semidefinite Hessian plus τM
 //! takes its place: τ is such that no direction is longer than the shell is large, and vanishes with ∇Φ.
+//!
+//! A thin shell hardly stretches, so a straight step that bends it far enough raises Φ, and a search for less along the line
+//! makes many small steps. But the next Newton step takes the stretch out again. So steps may raise Φ a few times in a row as
+//! long as Φ then falls below where it was (the watchdog of Chamberlain et al. 1982); if not, back to there and search.
 
 use super::free_norm;
 use super::potential::Potential;
@@ -16,11 +20,17 @@ const DECREASE: f64 = 1e-4;
 /// Halvings, at least, before a line search gives up: α falls to 1e-12.
 const TRIALS: usize = 40;
 
-/// Differences of Φ below this times its terms are rounding: the slope decides then.
-const VALUE_NOISE: f64 = 1e-13;
+/// Rounding error of the sum Φ, relative to its terms.
+const SUM_NOISE: f64 = 1e-13;
 
-/// A residual within this many of the expected rounding errors is as small as it gets.
+/// A force within this many of its expected rounding errors is as small as it gets.
 const FORCE_NOISE: f64 = 10.0;
+
+/// Steps in a row that may leave Φ above the mark.
+const VENTURES: usize = 2;
+
+/// The shortest share of Δ to venture.
+const SHORTEST_REACH: f64 = 0.05;
 
 /// When to stop.
 #[derive(Clone, Copy)]
@@ -55,8 +65,40 @@ pub struct Newton {
     direction: Vec<f64>,
     /// x + αΔ (n_vertices).
     trial: Vec<Vec3>,
-    /// Rounding error to expect in ‖∇Φ‖: that of the coordinates times the diagonal of H.
-    noise: f64,
+    noise: Noise,
+    /// Whether the last direction is of the exact Hessian.
+    exact: bool,
+    mark: Mark,
+}
+
+/// What rounding of the coordinates by δ does, given the diagonal of H.
+#[derive(Clone, Copy, Default)]
+struct Noise {
+    /// In ‖∇Φ‖: δ ‖diag H‖.
+    force: f64,
+    /// In Φ, over √Φ: an element of stiffness k and energy e pulls with √(2ke), and Σ √(2ke) δ ≤ δ √(2 trace H Φ).
+    root_value: f64,
+}
+
+impl Noise {
+    /// In a Φ whose terms have this sum of magnitudes.
+    fn of_value(&self, magnitude: f64) -> f64 {
+        SUM_NOISE * magnitude + self.root_value * magnitude.sqrt()
+    }
+}
+
+/// The last iterate that Φ fell to, and how far it is left behind.
+struct Mark {
+    x: Vec<Vec3>,
+    direction: Vec<f64>,
+    value: f64,
+    slope: f64,
+    /// ‖∇Φ‖.
+    force: f64,
+    /// Steps since.
+    ventures: usize,
+    /// Share of Δ to venture next.
+    reach: f64,
 }
 
 impl Newton {
@@ -67,7 +109,11 @@ impl Newton {
         let factor = symbolic.factor()?;
         let zeros = vec![Vec3::zeros(); shell.mass.len()];
         let direction = vec![0.0; shell.n_unknowns()];
-        Ok(Self { matrix, symbolic, factor, gradient: zeros.clone(), direction, trial: zeros, noise: 0.0 })
+        let (value, slope, force) = (0.0, 0.0, 0.0);
+        let mark =
+            Mark { x: zeros.clone(), direction: direction.clone(), value, slope, force, ventures: 0, reach: 1.0 };
+        let (gradient, trial) = (zeros.clone(), zeros);
+        Ok(Self { matrix, symbolic, factor, gradient, direction, trial, noise: Noise::default(), exact: true, mark })
     }
 
     /// Moves `x` to a minimum of Φ. `watch` hears of each iterate's residual.
@@ -79,33 +125,81 @@ impl Newton {
         watch: &mut dyn FnMut(f64) -> Result<()>,
     ) -> Result<Convergence> {
         let mut last = f64::INFINITY;
-        self.noise = 0.0;
+        self.noise = Noise::default();
+        (self.mark.ventures, self.mark.reach) = (0, 1.0);
         for iterations in 0.. {
             potential.gradient(x, &mut self.gradient);
             let force = free_norm(potential.shell, &self.gradient);
             let residual = force / stop.scale;
             watch(residual)?;
-            let stagnates = force <= FORCE_NOISE * self.noise && force > 0.5 * last;
-            let converged = residual <= stop.tolerance || stagnates;
+            let stagnates = force <= FORCE_NOISE * self.noise.force && force > 0.5 * last;
+            let settled = residual <= stop.tolerance || stagnates;
+            let converged = settled && self.is_below_mark(potential, x);
             if converged || iterations == stop.max_iterations {
                 return Ok(Convergence { converged, iterations, residual });
             }
-            let slope = self.find_direction(potential, x)?;
-            if !self.search_line(potential, x, slope) {
-                return Ok(Convergence { converged: force <= FORCE_NOISE * self.noise, iterations, residual });
-            }
             last = force;
+            if !settled && self.venture(potential, x, force)? {
+                continue;
+            }
+            if !self.search_from_mark(potential, x) {
+                let residual = self.mark.force / stop.scale;
+                let converged = self.mark.force <= FORCE_NOISE * self.noise.force;
+                return Ok(Convergence { converged, iterations, residual });
+            }
         }
         unreachable!("the loop ends at the last iteration allowed")
+    }
+
+    /// Whether Φ is no higher than at the mark, to rounding; true at the mark itself.
+    fn is_below_mark(&self, potential: &Potential, x: &[Vec3]) -> bool {
+        let near = |(value, magnitude): (f64, f64)| value <= self.mark.value + self.noise.of_value(magnitude);
+        self.mark.ventures == 0 || near(potential.value(x))
+    }
+
+    /// Steps along a new direction, if that lowers Φ below the mark or may yet come to. Then the mark moves along.
+    fn venture(&mut self, potential: &Potential, x: &mut [Vec3], force: f64) -> Result<bool> {
+        let slope = self.find_direction(potential, x)?;
+        let mark = &mut self.mark;
+        if mark.ventures == 0 {
+            mark.x.copy_from_slice(x);
+            mark.direction.copy_from_slice(&self.direction);
+            (mark.value, mark.slope, mark.force) = (potential.value(x).0, slope, force);
+        }
+        let alpha = if mark.ventures == 0 { mark.reach } else { 1.0 };
+        self.try_step(potential, x, alpha);
+        let value = potential.value(&self.trial).0;
+        let mark = &mut self.mark;
+        if value <= mark.value + DECREASE * alpha * mark.slope {
+            (mark.ventures, mark.reach) = (0, (2.0 * mark.reach).min(1.0));
+        } else if self.exact && mark.ventures < VENTURES && value.is_finite() {
+            mark.ventures += 1;
+        } else {
+            return Ok(false);
+        }
+        x.copy_from_slice(&self.trial);
+        Ok(true)
+    }
+
+    /// Returns to the mark and steps along its direction to a sufficient decrease of Φ; false when there is none.
+    fn search_from_mark(&mut self, potential: &Potential, x: &mut [Vec3]) -> bool {
+        let mark = &mut self.mark;
+        x.copy_from_slice(&mark.x);
+        self.direction.copy_from_slice(&mark.direction);
+        (mark.ventures, mark.reach) = (0, (0.25 * mark.reach).max(SHORTEST_REACH));
+        let slope = mark.slope;
+        self.search_line(potential, x, slope)
     }
 
     /// Finds Δ and returns the slope ∇Φ·Δ < 0.
     fn find_direction(&mut self, potential: &Potential, x: &[Vec3]) -> Result<f64> {
         potential.assemble(x, Curvature::Exact, &mut self.matrix);
         self.noise = self.expected_noise(potential, x);
+        self.exact = true;
         if let Some(slope) = self.solve(potential)? {
             return Ok(slope);
         }
+        self.exact = false;
         potential.assemble(x, Curvature::Semidefinite, &mut self.matrix);
         let mut shift = self.shift(potential);
         for _ in 0..TRIALS {
@@ -115,7 +209,7 @@ impl Newton {
             if let Some(slope) = self.solve(potential)? {
                 return Ok(slope);
             }
-            shift *= 9.0; // added to what is there: ten times in all
+            shift *= 9.0; // on top of what is there: about ten times as much in all
         }
         Err(Error::new(ErrorKind::Numerical, format!("no shift up to {shift:e} makes the Hessian positive definite")))
     }
@@ -148,13 +242,10 @@ impl Newton {
     /// Steps to x + αΔ with a sufficient decrease of Φ; false when there is none.
     fn search_line(&mut self, potential: &Potential, x: &mut [Vec3], slope: f64) -> bool {
         let (start, magnitude) = potential.value(x);
-        let noise = VALUE_NOISE * magnitude;
-        self.trial.copy_from_slice(x);
+        let noise = self.noise.of_value(magnitude);
         let mut alpha = 1.0;
         for _ in 0..TRIALS {
-            for (i, v) in potential.free().enumerate() {
-                self.trial[v] = x[v] + alpha * self.along(i);
-            }
+            self.try_step(potential, x, alpha);
             let change = potential.value(&self.trial).0 - start;
             if change <= DECREASE * alpha * slope || (change.abs() <= noise && self.flattens(potential, slope)) {
                 x.copy_from_slice(&self.trial);
@@ -165,6 +256,14 @@ impl Newton {
             alpha = if parabola.is_finite() { parabola.clamp(0.1 * alpha, 0.5 * alpha) } else { 0.1 * alpha };
         }
         false
+    }
+
+    /// trial ← x + αΔ.
+    fn try_step(&mut self, potential: &Potential, x: &[Vec3], alpha: f64) {
+        self.trial.copy_from_slice(x);
+        for (i, v) in potential.free().enumerate() {
+            self.trial[v] = x[v] + alpha * self.along(i);
+        }
     }
 
     /// Whether the slope at the trial is smaller than at the start.
@@ -180,9 +279,14 @@ impl Newton {
         (squared / shell.total_mass).sqrt() / shell.mesh.size
     }
 
-    fn expected_noise(&self, potential: &Potential, x: &[Vec3]) -> f64 {
+    fn expected_noise(&self, potential: &Potential, x: &[Vec3]) -> Noise {
         let furthest = potential.free().map(|v| x[v].amax()).fold(0.0, f64::max);
-        let diagonal = self.matrix.diagonal().map(|d| d * d).sum::<f64>().sqrt();
-        f64::EPSILON * furthest * diagonal
+        let (mut trace, mut squares) = (0.0, 0.0);
+        for d in self.matrix.diagonal() {
+            trace += d.abs();
+            squares += d * d;
+        }
+        let delta = f64::EPSILON * furthest;
+        Noise { force: delta * f64::sqrt(squares), root_value: delta * f64::sqrt(2.0 * trace) }
     }
 }
