@@ -134,6 +134,13 @@
 // Linear modal analysis: u = Phi q, modal force Phi^T F.
 #define SW_METHOD_LMA 2
 
+// The full nonlinear shell by backward Euler with Newton's method: ground truth, seconds a frame on large meshes. No
+// constraints, amplitudes or damping ratios; saved states hold every vertex.
+#define SW_METHOD_SHELL_IMPLICIT 3
+
+// The same by symplectic Euler; steps must be very short (the paper: 1/30000 s).
+#define SW_METHOD_SHELL_EXPLICIT 4
+
 // Backward Euler: first order, stable for every step, damps what the step does not resolve.
 #define SW_INTEGRATOR_IMPLICIT_EULER 1
 
@@ -169,6 +176,9 @@
 
 // Stands for every constraint in sw_state_clear_constraint.
 #define SW_ALL_CONSTRAINTS 4294967295
+
+// The forces act in the next step, or the next sw_state_equilibrium, and are then forgotten.
+#define SW_FORCES_ONE_STEP 1
 
 // A shell and, after precompute, its modes. Opaque.
 typedef struct SwModel SwModel;
@@ -339,7 +349,7 @@ typedef struct SwStateDesc {
   uint32_t struct_size;
   // SW_METHOD_...; 0 = SW_METHOD_WARP.
   uint32_t method;
-  // SW_INTEGRATOR_...; 0 = SW_INTEGRATOR_IMPLICIT_EULER.
+  // SW_INTEGRATOR_... of modal methods; 0 = SW_INTEGRATOR_IMPLICIT_EULER.
   uint32_t integrator;
   // Must be 0.
   uint32_t flags;
@@ -384,17 +394,18 @@ typedef struct SwFrameDesc {
 typedef struct SwStateReport {
   // Set by sw_state_report_init.
   uint32_t struct_size;
-  // 1 while max_rotation is at most a quarter turn, where the method's own error reaches a fifth of the displacement.
+  // 1 while max_rotation is at most a quarter turn, where a modal method's own error reaches a fifth of the displacement;
+  // always 1 for a nonlinear shell.
   uint32_t in_range;
   // Seconds stepped since creation or reset.
   double time;
-  // Of the modal motion in the frame.
+  // Of the motion in the frame.
   double kinetic_energy;
-  // Of the modal deformation.
+  // Of the deformation.
   double elastic_energy;
   // Work done on the shell by constraints since creation or reset.
   double constraint_work;
-  // Largest modal rotation |w|, rad.
+  // Largest rotation of a vertex, rad: |w| of modal methods, which counts turns.
   double max_rotation;
   // Largest displacement in the frame.
   double max_displacement;
@@ -443,6 +454,55 @@ typedef struct SwConstraintReport {
   // Force or torque on the shell, world axes, over the last step.
   double force[3];
 } SwConstraintReport;
+
+// Forces on vertices, world axes. Copied during the call.
+typedef struct SwForceDesc {
+  // Set by sw_force_desc_init.
+  uint32_t struct_size;
+  // SW_FORCES_... or 0: the forces stay until replaced.
+  uint32_t flags;
+  // SW_FORMAT_... of forces. Required unless count is 0.
+  uint32_t format;
+  // Number of forces: 0 removes all; with vertices NULL it must be the number of vertices.
+  uint32_t count;
+  // Forces (count x 3).
+  const void *forces;
+  // Bytes from one force to the next, 0 = packed.
+  uint64_t stride;
+  // The vertex of each force (count), or NULL: one for every vertex in order. A vertex may come more than once.
+  const uint32_t *vertices;
+} SwForceDesc;
+
+// Air that drags at the shell's triangles as they are turned and move: on each of area A, with the air's velocity relative to
+// it split into the part n along its normal and the rest t, 1/2 density A (normal_drag |n| n + tangential_drag |t| t).
+typedef struct SwWindDesc {
+  // Set by sw_wind_desc_init.
+  uint32_t struct_size;
+  // SW_FORMAT_... of local_velocities, when given.
+  uint32_t local_format;
+  // Of the air everywhere, world axes.
+  double velocity[3];
+  // Mass per volume, not negative; 0 = no wind. Air: 1.2 kg/m^3.
+  double density;
+  // Drag coefficient against the face, not negative; about 1 to 2.
+  double normal_drag;
+  // Drag coefficient along the face, not negative; about 0.01 to 0.1.
+  double tangential_drag;
+  // Velocity of the air at each vertex beside the one everywhere (n_vertices x 3, world axes), or NULL. Copied.
+  const void *local_velocities;
+  // Bytes from one to the next, 0 = packed.
+  uint64_t local_stride;
+} SwWindDesc;
+
+// How a static solution was found. The caller sets struct_size with sw_equilibrium_report_init.
+typedef struct SwEquilibriumReport {
+  // Set by sw_equilibrium_report_init.
+  uint32_t struct_size;
+  // Fixed-point or Newton iterations.
+  uint32_t iterations;
+  // |q - f(q)/lambda| / |q| of a modal method, |F - dE/dx| / |F| of a nonlinear shell.
+  double residual;
+} SwEquilibriumReport;
 
 // Done.
 #define SW_OK 0
@@ -636,14 +696,15 @@ SwStatus sw_state_set_amplitudes(struct SwState *state,
                                  uint32_t count);
 
 // Modal amplitudes q and rates. Two calls: with both pointers NULL and `capacity` 0 only *count is written.
-// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_BUFFER_SIZE when capacity < *count, SW_ERROR_BUSY.
+// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_UNSUPPORTED by a nonlinear shell, SW_ERROR_BUFFER_SIZE when capacity < *count, SW_ERROR_BUSY.
 SwStatus sw_state_amplitudes(const struct SwState *state,
                              double *amplitudes,
                              double *velocities,
                              uint32_t capacity,
                              uint32_t *count);
 
-// Advances by `seconds` > 0; any step, changing from call to call. Does not allocate. On failure nothing has moved.
+// Advances by `seconds` > 0; any step, changing from call to call. Modal methods do not allocate. On failure nothing has
+// moved.
 // Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_NUMERICAL when the result would leave the range of numbers (turns of 1e6 rad),
 // SW_ERROR_BUSY.
 SwStatus sw_state_step(struct SwState *state,
@@ -669,7 +730,7 @@ SwStatus sw_state_normals(const struct SwState *state,
                           uint64_t stride,
                           uint32_t n_vertices);
 
-// Rotation of each vertex's frame from rest, exp of its modal rotation, as unit quaternions w x y z (n_vertices x 4), for
+// Rotation of each vertex's frame from rest (exp of its modal rotation, or the mean of its triangles'), as unit quaternions w x y z (n_vertices x 4), for
 // hosts that carry tangent frames, hair or instances along. Otherwise as sw_state_positions.
 SwStatus sw_state_rotations(const struct SwState *state,
                             uint32_t space,
@@ -721,6 +782,29 @@ SwStatus sw_state_constraint_report(const struct SwState *state,
                                     struct SwConstraintReport *reports,
                                     uint32_t capacity,
                                     uint32_t *count);
+
+// Writes struct_size and zeros: no forces. NULL is allowed and does nothing.
+void sw_force_desc_init(struct SwForceDesc *desc);
+
+// Writes struct_size and zeros: no wind. NULL is allowed and does nothing.
+void sw_wind_desc_init(struct SwWindDesc *desc);
+
+// Replaces all forces on vertices. They turn the modal force with the shell, as gravity does.
+// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_OUT_OF_MEMORY, SW_ERROR_BUSY.
+SwStatus sw_state_set_forces(struct SwState *state, const struct SwForceDesc *desc);
+
+// Replaces the wind.
+// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_OUT_OF_MEMORY, SW_ERROR_BUSY.
+SwStatus sw_state_set_wind(struct SwState *state, const struct SwWindDesc *desc);
+
+// Writes struct_size and zeros. NULL is allowed and does nothing.
+void sw_equilibrium_report_init(struct SwEquilibriumReport *report);
+
+// Moves the state to the static solution of its method under the present loads and constraints, at rest in the present frame;
+// time does not pass. The search starts from the present shape. `report` may be NULL. Blocks; on failure nothing has moved.
+// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_NUMERICAL when none is found, SW_ERROR_BUSY.
+SwStatus sw_state_equilibrium(struct SwState *state,
+                              struct SwEquilibriumReport *report);
 
 #ifdef __cplusplus
 }  // extern "C"

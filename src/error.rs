@@ -17,6 +17,8 @@ pub enum ErrorKind {
     Numerical,
     /// Saved bytes are damaged or belong to another model.
     InvalidData,
+    /// The method chosen has no such thing.
+    Unsupported,
 }
 
 /// An [`ErrorKind`] with its message.

@@ -8,6 +8,7 @@ pub mod constraint;
 pub mod energy;
 pub mod error;
 pub mod ffi;
+pub mod load;
 pub mod material;
 pub mod mesh;
 pub mod model;

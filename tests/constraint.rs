@@ -25,7 +25,7 @@ fn beam(name: &str, modes: usize) -> Arc<Model> {
 }
 
 fn damped(model: &Arc<Model>, integrator: Integrator) -> State {
-    let mut state = State::new(model.clone(), Method::Warp, integrator);
+    let mut state = State::new(model.clone(), Method::Warp, integrator).unwrap();
     state.set_damping(&Damping { ratios: vec![0.05], ..Damping::default() }).unwrap();
     state
 }
@@ -83,7 +83,7 @@ fn the_warps_derivatives_match_finite_differences() {
 
 /// Targets that the shell can reach: where its vertices are at random amplitudes of up to `reach` rad.
 fn reachable(model: &Arc<Model>, rng: &mut StdRng, reach: f64) -> State {
-    let mut state = State::new(model.clone(), Method::Warp, Integrator::ImplicitEuler);
+    let mut state = State::new(model.clone(), Method::Warp, Integrator::ImplicitEuler).unwrap();
     let scale = |k: usize| (model.eigenvalues[0].max(1.0) / model.eigenvalues[k].max(1.0)).sqrt();
     let q: Vec<f64> = (0..model.n_modes()).map(|k| rng.random_range(-1.0..1.0) * scale(k)).collect();
     let zeros = vec![0.0; model.n_modes()];
@@ -205,7 +205,7 @@ fn a_free_shell_follows_a_position_and_an_orientation_like_a_carried_object() {
     let (rest, triangles) = equilateral_sheet(12, 8, 0.1);
     let mesh = Mesh::new(rest.clone(), &triangles).unwrap();
     let model = model_of(Shell::new(mesh, Material::default(), &Supports::default()).unwrap(), 12, Precision::F64);
-    let mut state = State::new(model.clone(), Method::Warp, Integrator::ImplicitEuler);
+    let mut state = State::new(model.clone(), Method::Warp, Integrator::ImplicitEuler).unwrap();
     state.set_damping(&Damping { ratios: vec![0.5], ..Damping::default() }).unwrap();
     let size = model.shell.mesh.size;
     let mut pose = Pose::identity();
@@ -238,7 +238,7 @@ fn dragging_at_a_length_a_frame_stays_bounded_and_settles_after_release() {
         let model = beam("flat_beam", 8);
         let size = model.shell.mesh.size;
         let rest = model.shell.mesh.positions[TIP as usize];
-        let mut state = State::new(model.clone(), Method::Warp, integrator);
+        let mut state = State::new(model.clone(), Method::Warp, integrator).unwrap();
         state.set_damping(&Damping { ratios: vec![0.2], ..Damping::default() }).unwrap();
         for frame in 1..=60 {
             let away = f64::from(if frame <= 30 { frame } else { 60 - frame }) * size;
@@ -259,7 +259,7 @@ fn dragging_at_a_length_a_frame_stays_bounded_and_settles_after_release() {
 fn a_held_handle_does_not_ring() {
     for integrator in [Integrator::ImplicitEuler, Integrator::Exact] {
         let model = beam("v_beam", 8);
-        let mut state = State::new(model.clone(), Method::Warp, integrator); // undamped
+        let mut state = State::new(model.clone(), Method::Warp, integrator).unwrap(); // undamped
         let target = model.shell.mesh.positions[TIP as usize] - Vec3::z() * 0.1;
         state.set_constraint(position(1, TIP, target)).unwrap();
         let speed = |state: &State| state.report().kinetic_energy.sqrt();
@@ -302,7 +302,7 @@ fn the_constraint_force_holds_the_shells_weight() {
     let (rest, triangles) = equilateral_sheet(12, 8, 0.1);
     let mesh = Mesh::new(rest.clone(), &triangles).unwrap();
     let model = model_of(Shell::new(mesh, Material::default(), &Supports::default()).unwrap(), 16, Precision::F64);
-    let mut state = State::new(model.clone(), Method::Warp, Integrator::ImplicitEuler);
+    let mut state = State::new(model.clone(), Method::Warp, Integrator::ImplicitEuler).unwrap();
     state.set_damping(&Damping { ratios: vec![0.2], ..Damping::default() }).unwrap();
     state.set_gravity(Vec3::new(0.0, 0.0, -0.5)).unwrap();
     state.set_constraint(position(1, 50, rest[50])).unwrap();

@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-const SOURCES: [&str; 7] = ["status", "pointer", "log", "mesh", "model", "state", "constraint"];
+const SOURCES: [&str; 8] = ["status", "pointer", "log", "mesh", "model", "state", "constraint", "load"];
 
 #[test]
 fn header_is_current() {

@@ -7,6 +7,7 @@
 
 pub mod constraint;
 pub mod guard;
+pub mod load;
 pub mod log;
 pub mod mesh;
 pub mod model;

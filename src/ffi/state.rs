@@ -8,7 +8,7 @@ use super::pointer::{
 };
 use super::status::{Fault, SwStatus};
 use crate::error::require_finite;
-use crate::state::{Damping, Method, ROTATION_RANGE, Space, State};
+use crate::state::{Damping, Method, Space, State};
 use crate::step::Integrator;
 use crate::support::{Motion, Pose, Rates};
 use crate::{Model, Vec3};
@@ -20,6 +20,11 @@ use std::sync::RwLock;
 pub const SW_METHOD_WARP: u32 = 1;
 /// Linear modal analysis: u = Phi q, modal force Phi^T F.
 pub const SW_METHOD_LMA: u32 = 2;
+/// The full nonlinear shell by backward Euler with Newton's method: ground truth, seconds a frame on large meshes. No
+/// constraints, amplitudes or damping ratios; saved states hold every vertex.
+pub const SW_METHOD_SHELL_IMPLICIT: u32 = 3;
+/// The same by symplectic Euler; steps must be very short (the paper: 1/30000 s).
+pub const SW_METHOD_SHELL_EXPLICIT: u32 = 4;
 
 /// Backward Euler: first order, stable for every step, damps what the step does not resolve.
 pub const SW_INTEGRATOR_IMPLICIT_EULER: u32 = 1;
@@ -39,7 +44,7 @@ pub struct SwStateDesc {
     pub struct_size: u32,
     /// SW_METHOD_...; 0 = SW_METHOD_WARP.
     pub method: u32,
-    /// SW_INTEGRATOR_...; 0 = SW_INTEGRATOR_IMPLICIT_EULER.
+    /// SW_INTEGRATOR_... of modal methods; 0 = SW_INTEGRATOR_IMPLICIT_EULER.
     pub integrator: u32,
     /// Must be 0.
     pub flags: u32,
@@ -122,17 +127,18 @@ pub unsafe extern "C" fn sw_frame_desc_init(desc: *mut SwFrameDesc) {
 pub struct SwStateReport {
     /// Set by sw_state_report_init.
     pub struct_size: u32,
-    /// 1 while max_rotation is at most a quarter turn, where the method's own error reaches a fifth of the displacement.
+    /// 1 while max_rotation is at most a quarter turn, where a modal method's own error reaches a fifth of the displacement;
+    /// always 1 for a nonlinear shell.
     pub in_range: u32,
     /// Seconds stepped since creation or reset.
     pub time: f64,
-    /// Of the modal motion in the frame.
+    /// Of the motion in the frame.
     pub kinetic_energy: f64,
-    /// Of the modal deformation.
+    /// Of the deformation.
     pub elastic_energy: f64,
     /// Work done on the shell by constraints since creation or reset.
     pub constraint_work: f64,
-    /// Largest modal rotation |w|, rad.
+    /// Largest rotation of a vertex, rad: |w| of modal methods, which counts turns.
     pub max_rotation: f64,
     /// Largest displacement in the frame.
     pub max_displacement: f64,
@@ -199,7 +205,7 @@ pub unsafe extern "C" fn sw_state_create(
             let method = enumerant("desc->method", desc.method, &methods)?;
             let integrator = enumerant("desc->integrator", desc.integrator, &integrators)?;
             let model = object("model", model)?.precomputed()?;
-            put(state, new_handle(State::new(model, method, integrator)));
+            put(state, new_handle(State::new(model, method, integrator)?));
         }
         Ok(())
     })
@@ -238,7 +244,7 @@ pub unsafe extern "C" fn sw_state_clone(state: *const SwState, clone: *mut *mut 
     unsafe {
         reading(state, |state| {
             not_null("clone", clone)?;
-            put(clone, new_handle(state.clone()));
+            put(clone, new_handle(state.try_clone()?));
             Ok(())
         })
     }
@@ -360,7 +366,7 @@ fn check_count(model: &Model, count: u32) -> Result<(), Fault> {
 }
 
 /// Modal amplitudes q and rates. Two calls: with both pointers NULL and `capacity` 0 only *count is written.
-/// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_BUFFER_SIZE when capacity < *count, SW_ERROR_BUSY.
+/// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_UNSUPPORTED by a nonlinear shell, SW_ERROR_BUFFER_SIZE when capacity < *count, SW_ERROR_BUSY.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn sw_state_amplitudes(
     state: *const SwState,
@@ -373,7 +379,7 @@ pub unsafe extern "C" fn sw_state_amplitudes(
     unsafe {
         reading(state, |state| {
             not_null("count", count)?;
-            let (q, q_dot) = state.amplitudes();
+            let (q, q_dot) = state.amplitudes()?;
             if amplitudes.is_null() != velocities.is_null() {
                 not_null("amplitudes", amplitudes)?;
                 not_null("velocities", velocities)?;
@@ -386,7 +392,8 @@ pub unsafe extern "C" fn sw_state_amplitudes(
     }
 }
 
-/// Advances by `seconds` > 0; any step, changing from call to call. Does not allocate. On failure nothing has moved.
+/// Advances by `seconds` > 0; any step, changing from call to call. Modal methods do not allocate. On failure nothing has
+/// moved.
 /// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_NUMERICAL when the result would leave the range of numbers (turns of 1e6 rad),
 /// SW_ERROR_BUSY.
 #[unsafe(no_mangle)]
@@ -442,7 +449,7 @@ pub unsafe extern "C" fn sw_state_normals(
     }
 }
 
-/// Rotation of each vertex's frame from rest, exp of its modal rotation, as unit quaternions w x y z (n_vertices x 4), for
+/// Rotation of each vertex's frame from rest (exp of its modal rotation, or the mean of its triangles'), as unit quaternions w x y z (n_vertices x 4), for
 /// hosts that carry tangent frames, hair or instances along. Otherwise as sw_state_positions.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn sw_state_rotations(
@@ -473,7 +480,7 @@ pub unsafe extern "C" fn sw_state_report(state: *const SwState, report: *mut SwS
         reading(state, |state| {
             let mut out = read_descriptor("report", report.cast_const())?;
             let measured = state.report();
-            out.in_range = u32::from(measured.max_rotation <= ROTATION_RANGE);
+            out.in_range = u32::from(state.in_range(&measured));
             out.time = measured.time;
             out.kinetic_energy = measured.kinetic_energy;
             out.elastic_energy = measured.elastic_energy;

@@ -64,6 +64,7 @@ impl From<crate::Error> for Fault {
             ErrorKind::OutOfMemory => SW_ERROR_OUT_OF_MEMORY,
             ErrorKind::Numerical => SW_ERROR_NUMERICAL,
             ErrorKind::InvalidData => SW_ERROR_INVALID_DATA,
+            ErrorKind::Unsupported => SW_ERROR_UNSUPPORTED,
         };
         Self::new(status, error.message)
     }

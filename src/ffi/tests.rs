@@ -1,6 +1,7 @@
 //! A panic forced inside every exported function becomes SW_ERROR_INTERNAL, prints nothing and poisons the handle.
 
 use super::constraint::*;
+use super::load::*;
 use super::log::sw_set_log_callback;
 use super::mesh::*;
 use super::model::*;
@@ -88,6 +89,9 @@ fn status_calls<'a>(model: *mut SwModel, state: *mut SwState) -> Vec<Call<'a>> {
         sw_state_set_constraint(state, null()),
         sw_state_clear_constraint(state, 0),
         sw_state_constraint_report(state, null_mut(), 0, null_mut()),
+        sw_state_set_forces(state, null()),
+        sw_state_set_wind(state, null()),
+        sw_state_equilibrium(state, null_mut()),
         sw_state_step(state, 0.0),
         sw_state_positions(state, 0, 0, null_mut(), 0, 0),
         sw_state_normals(state, 0, 0, null_mut(), 0, 0),
@@ -99,7 +103,7 @@ fn status_calls<'a>(model: *mut SwModel, state: *mut SwState) -> Vec<Call<'a>> {
 }
 
 /// The exported functions that cannot fail and so have no status.
-const WITHOUT_STATUS: [&str; 16] = [
+const WITHOUT_STATUS: [&str; 19] = [
     "sw_abi_version",
     "sw_version_string",
     "sw_status_string",
@@ -113,6 +117,9 @@ const WITHOUT_STATUS: [&str; 16] = [
     "sw_damping_desc_init",
     "sw_frame_desc_init",
     "sw_constraint_desc_init",
+    "sw_force_desc_init",
+    "sw_wind_desc_init",
+    "sw_equilibrium_report_init",
     "sw_state_report_init",
     "sw_model_destroy",
     "sw_state_destroy",

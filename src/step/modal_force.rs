@@ -42,7 +42,7 @@ impl BodyLoad {
     }
 
     /// Force on vertex mass `m` at `r` moving with `velocity`.
-    fn at(&self, m: f64, r: Vec3, velocity: Vec3) -> Vec3 {
+    pub fn at(&self, m: f64, r: Vec3, velocity: Vec3) -> Vec3 {
         match &self.spin {
             None => m * self.uniform,
             Some(spin) => m * (self.uniform - spin.gradient * r - spin.coriolis.cross(&velocity)),
@@ -50,17 +50,18 @@ impl BodyLoad {
     }
 }
 
-/// Sets `force` (modes) to the modal force of `load` at amplitudes `q` and velocities `q_dot`.
+/// Sets `force` (modes) to the modal force of `load` and of `external` forces (frame axes, n_vertices) at amplitudes `q` and velocities `q_dot`.
 pub fn project<T: Real>(
     basis: &Basis<T>,
     shell: &Shell,
     load: &BodyLoad,
+    external: Option<&[Vec3]>,
     warped: bool,
     (q, q_dot): (&[f64], &[f64]),
     force: &mut [f64],
 ) {
     force.fill(0.0);
-    if load.is_zero() {
+    if load.is_zero() && external.is_none() {
         return;
     }
     for block in 0..basis.n_blocks() {
@@ -73,7 +74,8 @@ pub fn project<T: Real>(
         for i in 0..LANES.min(basis.n_vertices - block * LANES) {
             let v = block * LANES + i;
             let (u, velocity) = moving.as_ref().map_or_else(Default::default, |(u, rate)| (lane(u, i), lane(rate, i)));
-            let total = load.at(shell.mass[v], shell.mesh.positions[v] + u, velocity);
+            let body = load.at(shell.mass[v], shell.mesh.positions[v] + u, velocity);
+            let total = body + external.map_or(Vec3::zeros(), |f| f[v]);
             (0..3).for_each(|c| f[c][i] = T::of(total[c] / shell.total_mass));
         }
         let f = if warped { state.rotate_back(&f) } else { f };

@@ -1,0 +1,179 @@
+//! External loads, and the static solution under them.
+
+use super::guard::{guard, write};
+use super::pointer::{
+    VectorRows, check_flags, initialise, object, put, read_array, read_descriptor, read_descriptor_or_default, sized,
+};
+use super::state::{SwState, vector};
+use super::status::{Fault, SwStatus};
+use crate::Vec3;
+use crate::load::Wind;
+use std::ffi::c_void;
+
+/// The forces act in the next step, or the next sw_state_equilibrium, and are then forgotten.
+pub const SW_FORCES_ONE_STEP: u32 = 1;
+
+/// Forces on vertices, world axes. Copied during the call.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct SwForceDesc {
+    /// Set by sw_force_desc_init.
+    pub struct_size: u32,
+    /// SW_FORCES_... or 0: the forces stay until replaced.
+    pub flags: u32,
+    /// SW_FORMAT_... of forces. Required unless count is 0.
+    pub format: u32,
+    /// Number of forces: 0 removes all; with vertices NULL it must be the number of vertices.
+    pub count: u32,
+    /// Forces (count x 3).
+    pub forces: *const c_void,
+    /// Bytes from one force to the next, 0 = packed.
+    pub stride: u64,
+    /// The vertex of each force (count), or NULL: one for every vertex in order. A vertex may come more than once.
+    pub vertices: *const u32,
+}
+
+sized!(SwForceDesc);
+
+/// Writes struct_size and zeros: no forces. NULL is allowed and does nothing.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn sw_force_desc_init(desc: *mut SwForceDesc) {
+    // SAFETY: the header's contract.
+    unsafe { initialise(desc) }
+}
+
+/// Air that drags at the shell's triangles as they are turned and move: on each of area A, with the air's velocity relative to
+/// it split into the part n along its normal and the rest t, 1/2 density A (normal_drag |n| n + tangential_drag |t| t).
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct SwWindDesc {
+    /// Set by sw_wind_desc_init.
+    pub struct_size: u32,
+    /// SW_FORMAT_... of local_velocities, when given.
+    pub local_format: u32,
+    /// Of the air everywhere, world axes.
+    pub velocity: [f64; 3],
+    /// Mass per volume, not negative; 0 = no wind. Air: 1.2 kg/m^3.
+    pub density: f64,
+    /// Drag coefficient against the face, not negative; about 1 to 2.
+    pub normal_drag: f64,
+    /// Drag coefficient along the face, not negative; about 0.01 to 0.1.
+    pub tangential_drag: f64,
+    /// Velocity of the air at each vertex beside the one everywhere (n_vertices x 3, world axes), or NULL. Copied.
+    pub local_velocities: *const c_void,
+    /// Bytes from one to the next, 0 = packed.
+    pub local_stride: u64,
+}
+
+sized!(SwWindDesc);
+
+/// Writes struct_size and zeros: no wind. NULL is allowed and does nothing.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn sw_wind_desc_init(desc: *mut SwWindDesc) {
+    // SAFETY: the header's contract.
+    unsafe { initialise(desc) }
+}
+
+unsafe fn forces_of(desc: &SwForceDesc, n_vertices: usize) -> Result<Vec<(u32, Vec3)>, Fault> {
+    check_flags("desc->flags", desc.flags, SW_FORCES_ONE_STEP)?;
+    if desc.count == 0 {
+        return Ok(vec![]);
+    }
+    let rows = VectorRows::checked("desc->forces", desc.forces, desc.format, 3, desc.stride, desc.count.into())?;
+    let vertices = if desc.vertices.is_null() {
+        if desc.count as usize != n_vertices {
+            let message = format!("desc->count is {}, but the mesh has {n_vertices} vertices", desc.count);
+            return Err(Fault::argument(message));
+        }
+        (0..desc.count).collect()
+    } else {
+        // SAFETY: the host's list holds count vertices.
+        unsafe { read_array("desc->vertices", desc.vertices, desc.count.into())? }
+    };
+    // SAFETY: the host's buffer holds count rows.
+    Ok(vertices.into_iter().enumerate().map(|(i, v)| (v, unsafe { rows.read(i) })).collect())
+}
+
+/// Replaces all forces on vertices. They turn the modal force with the shell, as gravity does.
+/// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_OUT_OF_MEMORY, SW_ERROR_BUSY.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn sw_state_set_forces(state: *mut SwState, desc: *const SwForceDesc) -> SwStatus {
+    guard(|| {
+        // SAFETY: the header's contract.
+        unsafe {
+            let handle = object("state", state.cast_const())?;
+            let desc = read_descriptor("desc", desc)?;
+            let mut state = write("state", &handle.0)?;
+            let forces = forces_of(&desc, state.model().shell.mass.len())?;
+            Ok(state.set_forces(forces, desc.flags & SW_FORCES_ONE_STEP != 0)?)
+        }
+    })
+}
+
+/// Replaces the wind.
+/// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_OUT_OF_MEMORY, SW_ERROR_BUSY.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn sw_state_set_wind(state: *mut SwState, desc: *const SwWindDesc) -> SwStatus {
+    guard(|| {
+        // SAFETY: the header's contract.
+        let (handle, desc) = unsafe { (object("state", state.cast_const())?, read_descriptor("desc", desc)?) };
+        let mut state = write("state", &handle.0)?;
+        let n = state.model().shell.mass.len();
+        let mut local = vec![];
+        if !desc.local_velocities.is_null() {
+            let (format, stride) = (desc.local_format, desc.local_stride);
+            let rows =
+                VectorRows::checked("desc->local_velocities", desc.local_velocities, format, 3, stride, n as u64)?;
+            // SAFETY: the host's buffer holds a row per vertex.
+            local = (0..n).map(|v| unsafe { rows.read(v) }).collect();
+        }
+        Ok(state.set_wind(Wind {
+            velocity: vector("velocity", &desc.velocity)?,
+            density: desc.density,
+            normal_drag: desc.normal_drag,
+            tangential_drag: desc.tangential_drag,
+            local,
+        })?)
+    })
+}
+
+/// How a static solution was found. The caller sets struct_size with sw_equilibrium_report_init.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct SwEquilibriumReport {
+    /// Set by sw_equilibrium_report_init.
+    pub struct_size: u32,
+    /// Fixed-point or Newton iterations.
+    pub iterations: u32,
+    /// |q - f(q)/lambda| / |q| of a modal method, |F - dE/dx| / |F| of a nonlinear shell.
+    pub residual: f64,
+}
+
+sized!(SwEquilibriumReport);
+
+/// Writes struct_size and zeros. NULL is allowed and does nothing.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn sw_equilibrium_report_init(report: *mut SwEquilibriumReport) {
+    // SAFETY: the header's contract.
+    unsafe { initialise(report) }
+}
+
+/// Moves the state to the static solution of its method under the present loads and constraints, at rest in the present frame;
+/// time does not pass. The search starts from the present shape. `report` may be NULL. Blocks; on failure nothing has moved.
+/// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_NUMERICAL when none is found, SW_ERROR_BUSY.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn sw_state_equilibrium(state: *mut SwState, report: *mut SwEquilibriumReport) -> SwStatus {
+    guard(|| {
+        // SAFETY: the header's contract; the report is NULL or checked.
+        unsafe {
+            let handle = object("state", state.cast_const())?;
+            let mut out = read_descriptor_or_default("report", report.cast_const())?;
+            let (residual, iterations) = write("state", &handle.0)?.equilibrium()?;
+            (out.residual, out.iterations) = (residual, iterations as u32);
+            if !report.is_null() {
+                put(report, out);
+            }
+        }
+        Ok(())
+    })
+}

@@ -1,0 +1,118 @@
+//! External loads beside gravity: forces on vertices, and wind on triangles.
+//!
+//! Wind acts on each deformed triangle of area A and unit normal n̂ that moves with velocity v in air of velocity a, with
+//! s = a − v split into s_n = (s·n̂) n̂ and the rest s_t:
+//!
+//!   F = ½ ρ A (C_n |s_n| s_n + C_t |s_t| s_t),   a third on each corner.
+//!
+//! It turns with the shell because n̂ is the deformed normal.
+
+use crate::error::{Result, require_finite, require_non_negative};
+use crate::{Error, Mesh, Vec3};
+
+/// Air around the shell. World axes.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Wind {
+    /// Velocity everywhere.
+    pub velocity: Vec3,
+    /// ρ, mass per volume.
+    pub density: f64,
+    /// C_n, against the face.
+    pub normal_drag: f64,
+    /// C_t, along the face.
+    pub tangential_drag: f64,
+    /// Velocity at each vertex, beside the one everywhere; empty for none.
+    pub local: Vec<Vec3>,
+}
+
+/// Forces and wind on one state.
+#[derive(Clone, Default)]
+pub struct Loads {
+    /// World force on a vertex; a vertex may come more than once.
+    forces: Vec<(u32, Vec3)>,
+    wind: Option<Wind>,
+}
+
+/// A moving configuration: positions and velocities per vertex, world axes.
+pub struct Moving<'a> {
+    /// Deformed positions (n_vertices).
+    pub x: &'a [Vec3],
+    /// Velocities (n_vertices).
+    pub v: &'a [Vec3],
+}
+
+impl Loads {
+    /// Replaces all forces. Fails on a vertex that does not exist and on numbers that are not finite.
+    pub fn set_forces(&mut self, forces: Vec<(u32, Vec3)>, n_vertices: usize) -> Result<()> {
+        for (i, (v, f)) in forces.iter().enumerate() {
+            if *v as usize >= n_vertices {
+                return Err(Error::argument(format!("force {i} is on vertex {v} of {n_vertices}")));
+            }
+            for c in f.iter() {
+                require_finite(&format!("force {i} on vertex {v}"), *c)?;
+            }
+        }
+        self.forces = forces;
+        Ok(())
+    }
+
+    /// Replaces the wind; a density of 0 is no wind.
+    pub fn set_wind(&mut self, wind: Wind, n_vertices: usize) -> Result<()> {
+        require_non_negative("density", wind.density)?;
+        require_non_negative("normal_drag", wind.normal_drag)?;
+        require_non_negative("tangential_drag", wind.tangential_drag)?;
+        if !wind.local.is_empty() && wind.local.len() != n_vertices {
+            return Err(Error::argument(format!("{} local velocities for {n_vertices} vertices", wind.local.len())));
+        }
+        for c in wind.velocity.iter().chain(wind.local.iter().flatten()) {
+            require_finite("a wind velocity", *c)?;
+        }
+        self.wind = (wind.density > 0.0).then_some(wind);
+        Ok(())
+    }
+
+    /// Removes all forces.
+    pub fn clear_forces(&mut self) {
+        self.forces.clear();
+    }
+
+    /// No force and no wind.
+    pub fn is_empty(&self) -> bool {
+        self.forces.is_empty() && self.wind.is_none()
+    }
+
+    /// Wind needs the deformed positions and velocities.
+    pub fn needs_motion(&self) -> bool {
+        self.wind.is_some()
+    }
+
+    /// Sets `out` (n_vertices, world axes) to the forces on the configuration.
+    pub fn evaluate(&self, mesh: &Mesh, moving: &Moving, out: &mut [Vec3]) {
+        out.fill(Vec3::zeros());
+        for (v, force) in &self.forces {
+            out[*v as usize] += force;
+        }
+        if let Some(wind) = &self.wind {
+            mesh.triangles.iter().for_each(|t| wind.press(t, moving, out));
+        }
+    }
+}
+
+impl Wind {
+    /// Adds the force on one triangle.
+    fn press(&self, t: &[u32; 3], moving: &Moving, out: &mut [Vec3]) {
+        let corners = t.map(|v| v as usize);
+        let [a, b, c] = corners.map(|v| moving.x[v]);
+        let double_area = (b - a).cross(&(c - a));
+        let area = 0.5 * double_area.norm();
+        let Some(normal) = double_area.try_normalize(0.0) else { return };
+        let mean = |field: &[Vec3]| corners.iter().map(|v| field[*v]).sum::<Vec3>() / 3.0;
+        let local = if self.local.is_empty() { Vec3::zeros() } else { mean(&self.local) };
+        let relative = self.velocity + local - mean(moving.v);
+        let across = normal * relative.dot(&normal);
+        let along = relative - across;
+        let drag = self.normal_drag * across.norm() * across + self.tangential_drag * along.norm() * along;
+        let share = drag * (0.5 * self.density * area / 3.0);
+        corners.iter().for_each(|v| out[*v] += share);
+    }
+}

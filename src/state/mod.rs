@@ -1,0 +1,453 @@
+//! A moving shell: its motion over a shared [`Model`], and the loads on it.
+
+mod modal;
+mod nodal;
+mod saved;
+
+use crate::constraint::{Constraint, Outcome};
+use crate::error::{require_finite, require_non_negative};
+use crate::load::{Loads, Moving, Wind};
+use crate::reference::Rayleigh;
+use crate::step::Integrator;
+use crate::step::modal_force::BodyLoad;
+use crate::support::{Frame, Motion, Pose, Rates};
+use crate::{Error, ErrorKind, Model, Result, Vec3};
+use modal::Modal;
+use nalgebra::UnitQuaternion;
+use nodal::Nodal;
+use std::sync::Arc;
+
+/// How a shell moves.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Method {
+    /// Modal warping: u = R̃(Ψq) Φq, f = Φᵀ RᵀF (the paper).
+    Warp,
+    /// Linear modal analysis: u = Φq, f = ΦᵀF.
+    LinearModalAnalysis,
+    /// The full nonlinear shell by backward Euler.
+    ImplicitShell,
+    /// The full nonlinear shell by symplectic Euler; steps must be short.
+    ExplicitShell,
+}
+
+/// Axes in which output is given.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Space {
+    /// World axes and origin.
+    World,
+    /// The support frame's.
+    Frame,
+}
+
+/// Rayleigh damping and a ratio per mode: c = ξ + ζλ + 2 ratio √λ.
+#[derive(Clone, Debug, Default)]
+pub struct Damping {
+    /// ξ, 1/s.
+    pub mass_coefficient: f64,
+    /// ζ, s.
+    pub stiffness_coefficient: f64,
+    /// Of critical, per mode; empty for none, one value for all modes.
+    pub ratios: Vec<f64>,
+}
+
+/// Measures of the present state.
+#[derive(Clone, Copy, Debug)]
+pub struct Report {
+    /// Seconds stepped since creation or reset.
+    pub time: f64,
+    /// ½ q̇ᵀq̇, or ½ u̇ᵀMu̇.
+    pub kinetic_energy: f64,
+    /// ½ qᵀΛq, or E(x).
+    pub elastic_energy: f64,
+    /// Work done on the shell by constraints since creation or reset.
+    pub constraint_work: f64,
+    /// Largest |w|, rad.
+    pub max_rotation: f64,
+    /// Largest |u| in the frame.
+    pub max_displacement: f64,
+}
+
+/// Beyond a quarter turn the warp's own error exceeds a fifth of the displacement (closed form of a strip bent to an arc).
+pub const ROTATION_RANGE: f64 = std::f64::consts::FRAC_PI_2;
+
+/// The unknowns and how they move.
+enum Dynamics {
+    Modal(Box<Modal>),
+    Nodal(Box<Nodal>),
+}
+
+/// Room for loads beside gravity: positions, velocities, and forces first in world, then in frame axes (n_vertices each).
+#[derive(Clone, Default)]
+struct LoadScratch {
+    x: Vec<Vec3>,
+    v: Vec<Vec3>,
+    force: Vec<Vec3>,
+}
+
+/// See the module's text.
+pub struct State {
+    model: Arc<Model>,
+    dynamics: Dynamics,
+    gravity: Vec3,
+    loads: Loads,
+    /// Forces act in the next step only.
+    forces_once: bool,
+    scratch: LoadScratch,
+    frame: Frame,
+    /// The frame was set since creation or reset.
+    placed: bool,
+    time: f64,
+}
+
+fn unsupported<T>(what: &str) -> Result<T> {
+    Err(Error::new(ErrorKind::Unsupported, format!("{what}: this state's method has no modes")))
+}
+
+impl State {
+    /// At rest, without loads, undamped, the frame at the world's origin. `integrator` is for modal methods. Fails when
+    /// memory does not suffice for a nonlinear shell's factorization.
+    pub fn new(model: Arc<Model>, method: Method, integrator: Integrator) -> Result<Self> {
+        let modal = |warped| Dynamics::Modal(Box::new(Modal::new(model.n_modes(), warped, integrator)));
+        let dynamics = match method {
+            Method::Warp => modal(true),
+            Method::LinearModalAnalysis => modal(false),
+            Method::ImplicitShell => Dynamics::Nodal(Box::new(Nodal::new(&model, false)?)),
+            Method::ExplicitShell => Dynamics::Nodal(Box::new(Nodal::new(&model, true)?)),
+        };
+        Ok(Self {
+            dynamics,
+            gravity: Vec3::zeros(),
+            loads: Loads::default(),
+            forces_once: false,
+            scratch: LoadScratch::default(),
+            frame: Frame::at_rest(Pose::identity()),
+            placed: false,
+            time: 0.0,
+            model,
+        })
+    }
+
+    /// An independent copy.
+    pub fn try_clone(&self) -> Result<Self> {
+        let dynamics = match &self.dynamics {
+            Dynamics::Modal(modal) => Dynamics::Modal(modal.clone()),
+            Dynamics::Nodal(nodal) => Dynamics::Nodal(Box::new(nodal.try_clone()?)),
+        };
+        Ok(Self {
+            model: self.model.clone(),
+            dynamics,
+            gravity: self.gravity,
+            loads: self.loads.clone(),
+            forces_once: self.forces_once,
+            scratch: self.scratch.clone(),
+            frame: self.frame,
+            placed: self.placed,
+            time: self.time,
+        })
+    }
+
+    /// The model it moves on.
+    pub fn model(&self) -> &Arc<Model> {
+        &self.model
+    }
+
+    /// Modal amplitudes q and their rates q̇.
+    pub fn amplitudes(&self) -> Result<(&[f64], &[f64])> {
+        match &self.dynamics {
+            Dynamics::Modal(modal) => Ok((&modal.q, &modal.q_dot)),
+            Dynamics::Nodal(_) => unsupported("amplitudes"),
+        }
+    }
+
+    /// Pose of the support frame at the end of the last step.
+    pub fn pose(&self) -> &Pose {
+        &self.frame.pose
+    }
+
+    /// Bytes of a modal state of `n_modes` modes.
+    pub fn bytes_for(n_modes: usize) -> usize {
+        size_of::<Self>() + 6 * size_of::<f64>() * n_modes
+    }
+
+    /// Back to rest and time 0. Loads, damping and constraints stay; the frame stays where it was last set, at rest.
+    pub fn reset(&mut self) {
+        match &mut self.dynamics {
+            Dynamics::Modal(modal) => modal.reset(),
+            Dynamics::Nodal(nodal) => nodal.reset(),
+        }
+        self.time = 0.0;
+        self.frame = Frame::at_rest(self.frame.target);
+        self.placed = false;
+    }
+
+    /// World axes, acceleration.
+    pub fn set_gravity(&mut self, gravity: Vec3) -> Result<()> {
+        for (c, name) in gravity.iter().zip(["gravity[0]", "gravity[1]", "gravity[2]"]) {
+            require_finite(name, *c)?;
+        }
+        self.gravity = gravity;
+        Ok(())
+    }
+
+    /// Replaces the forces on vertices (world axes), for good or for the next step only.
+    pub fn set_forces(&mut self, forces: Vec<(u32, Vec3)>, once: bool) -> Result<()> {
+        self.loads.set_forces(forces, self.model.shell.mass.len())?;
+        self.forces_once = once;
+        self.make_room()
+    }
+
+    /// Replaces the wind.
+    pub fn set_wind(&mut self, wind: Wind) -> Result<()> {
+        self.loads.set_wind(wind, self.model.shell.mass.len())?;
+        self.make_room()
+    }
+
+    fn make_room(&mut self) -> Result<()> {
+        let n = self.model.shell.mass.len();
+        if !self.loads.is_empty() && self.scratch.force.len() != n {
+            let room = || crate::error::try_zeroed::<Vec3>("the loads", n);
+            self.scratch = LoadScratch { x: room()?, v: room()?, force: room()? };
+        }
+        Ok(())
+    }
+
+    /// Replaces all damping. The nonlinear shell takes no ratios.
+    pub fn set_damping(&mut self, damping: &Damping) -> Result<()> {
+        let xi = require_non_negative("mass_coefficient", damping.mass_coefficient)?;
+        let zeta = require_non_negative("stiffness_coefficient", damping.stiffness_coefficient)?;
+        for (k, ratio) in damping.ratios.iter().enumerate() {
+            require_non_negative(&format!("ratios[{k}]"), *ratio)?;
+        }
+        let eigenvalues = &self.model.eigenvalues;
+        let (given, modes) = (damping.ratios.len(), eigenvalues.len());
+        match &mut self.dynamics {
+            Dynamics::Nodal(_) if given > 0 => unsupported("damping ratios"),
+            Dynamics::Nodal(nodal) => {
+                nodal.damping = Rayleigh { mass: xi, stiffness: zeta };
+                Ok(())
+            }
+            Dynamics::Modal(_) if given > 1 && given != modes => {
+                Err(Error::argument(format!("{given} damping ratios for {modes} modes: give none, 1 or {modes}")))
+            }
+            Dynamics::Modal(modal) => {
+                let ratio = |k: usize| damping.ratios.get(k).or(damping.ratios.first()).copied().unwrap_or(0.0);
+                let coefficient = |(k, lambda): (usize, &f64)| xi + zeta * lambda + 2.0 * ratio(k) * lambda.sqrt();
+                modal.damping = eigenvalues.iter().enumerate().map(coefficient).collect();
+                Ok(())
+            }
+        }
+    }
+
+    /// Adds a constraint, or replaces the one with its id.
+    pub fn set_constraint(&mut self, constraint: Constraint) -> Result<()> {
+        match &mut self.dynamics {
+            Dynamics::Modal(modal) => modal.constraints.set(constraint, self.model.shell.mass.len()),
+            Dynamics::Nodal(_) => unsupported("constraints"),
+        }
+    }
+
+    /// Removes a constraint. Fails if there is none with this id.
+    pub fn clear_constraint(&mut self, id: u32) -> Result<()> {
+        let found = match &mut self.dynamics {
+            Dynamics::Modal(modal) => modal.constraints.clear(id),
+            Dynamics::Nodal(_) => false,
+        };
+        if found { Ok(()) } else { Err(Error::argument(format!("there is no constraint {id}"))) }
+    }
+
+    /// Removes all constraints.
+    pub fn clear_constraints(&mut self) {
+        if let Dynamics::Modal(modal) = &mut self.dynamics {
+            modal.constraints.clear_all();
+        }
+    }
+
+    /// The constraints, by ascending id, with what the last step made of them.
+    pub fn constraints(&self) -> impl Iterator<Item = (&Constraint, &Outcome)> {
+        let constraints = match &self.dynamics {
+            Dynamics::Modal(modal) => Some(&modal.constraints),
+            Dynamics::Nodal(_) => None,
+        };
+        constraints.into_iter().flat_map(|c| c.report())
+    }
+
+    /// Where the support frame is at the end of the next step. Set for the first time since creation or reset, and before any
+    /// step, it is simply placed there.
+    pub fn set_frame(&mut self, target: Pose, motion: Motion) {
+        if self.time == 0.0 && !self.placed {
+            self.frame = Frame::at_rest(target);
+        }
+        self.placed = true;
+        self.frame.target = target;
+        self.frame.motion = motion;
+    }
+
+    /// Replaces q and q̇ (modes each).
+    pub fn set_amplitudes(&mut self, q: &[f64], q_dot: &[f64]) -> Result<()> {
+        let Dynamics::Modal(modal) = &mut self.dynamics else { return unsupported("amplitudes") };
+        for (name, given) in [("amplitudes", q), ("velocities", q_dot)] {
+            if given.len() != modal.q.len() {
+                return Err(Error::argument(format!("{} {name} for {} modes", given.len(), modal.q.len())));
+            }
+            for (k, x) in given.iter().enumerate() {
+                require_finite(&format!("{name}[{k}]"), *x)?;
+            }
+        }
+        modal.set_amplitudes(&self.model, q, q_dot)
+    }
+
+    /// Advances by `h` > 0 seconds. Loads turn with the shell as it was at the start of the step (paper eq. 12). Fails, and
+    /// leaves everything as it was, when the result would not be finite. Modal methods do not allocate.
+    pub fn step(&mut self, h: f64) -> Result<()> {
+        if !(h.is_finite() && h > 0.0 && (self.time + h).is_finite()) {
+            return Err(Error::argument(format!("the step is {h} s: it must be positive and finite")));
+        }
+        let mut frame = self.frame;
+        let rates = frame.advance(h);
+        self.evaluate_loads(&frame.pose, &rates);
+        let load = BodyLoad::new(self.gravity, &frame.pose, &rates);
+        let Self { model, dynamics, loads, scratch, .. } = self;
+        let external = (!loads.is_empty()).then_some(&scratch.force[..]);
+        match dynamics {
+            Dynamics::Modal(modal) => modal.step(model, &load, external, &frame.pose, h)?,
+            Dynamics::Nodal(nodal) => nodal.step(model, &load, external, h)?,
+        }
+        self.frame = frame;
+        self.time += h;
+        self.forget_forces();
+        Ok(())
+    }
+
+    fn forget_forces(&mut self) {
+        if self.forces_once {
+            self.loads.clear_forces();
+            self.forces_once = false;
+        }
+    }
+
+    /// Fills the scratch with the external forces in the axes of the frame at `pose`.
+    fn evaluate_loads(&mut self, pose: &Pose, rates: &Rates) {
+        if self.loads.is_empty() {
+            return;
+        }
+        let mut scratch = std::mem::take(&mut self.scratch);
+        let rotation = pose.rotation.to_rotation_matrix();
+        if self.loads.needs_motion() {
+            let rest = &self.model.shell.mesh.positions;
+            let mut place = |v: usize, u: Vec3, rate: Vec3| {
+                let arm = rotation * (rest[v] + u);
+                scratch.x[v] = pose.origin + arm;
+                scratch.v[v] = rates.velocity + rates.angular_velocity.cross(&arm) + rotation * rate;
+            };
+            match &self.dynamics {
+                Dynamics::Modal(modal) => modal.visit_motion(&self.model, place),
+                Dynamics::Nodal(nodal) => (0..nodal.u.len()).for_each(|v| place(v, nodal.u[v], nodal.velocity[v])),
+            }
+        }
+        let moving = Moving { x: &scratch.x, v: &scratch.v };
+        self.loads.evaluate(&self.model.shell.mesh, &moving, &mut scratch.force);
+        scratch.force.iter_mut().for_each(|f| *f = rotation.inverse() * *f);
+        self.scratch = scratch;
+    }
+
+    /// Moves to the static solution under the present loads and constraints, at rest, in the frame's present pose; time does
+    /// not pass. Returns the residual relative to the load, and the iterations. Fails, changing nothing, when none is found.
+    pub fn equilibrium(&mut self) -> Result<(f64, usize)> {
+        let (pose, rates) = (self.frame.target, Rates::default());
+        self.evaluate_loads(&pose, &rates);
+        let load = BodyLoad::new(self.gravity, &pose, &rates);
+        let Self { model, dynamics, loads, scratch, .. } = self;
+        let external = (!loads.is_empty()).then_some(&scratch.force[..]);
+        let found = match dynamics {
+            Dynamics::Modal(modal) => modal.settle(model, &load, external, &pose)?,
+            Dynamics::Nodal(nodal) => nodal.settle(model, &load, external)?,
+        };
+        self.frame = Frame::at_rest(pose);
+        self.forget_forces();
+        Ok(found)
+    }
+
+    /// Hands the displacement of every vertex (frame axes) to `visit`, in order.
+    fn visit_displacements(&self, mut visit: impl FnMut(usize, Vec3)) {
+        match &self.dynamics {
+            Dynamics::Modal(modal) => modal.visit(&self.model, |v, u, _| visit(v, u)),
+            Dynamics::Nodal(nodal) => nodal.u.iter().enumerate().for_each(|(v, u)| visit(v, *u)),
+        }
+    }
+
+    fn rotation_to(&self, space: Space) -> UnitQuaternion<f64> {
+        match space {
+            Space::World => self.frame.pose.rotation,
+            Space::Frame => UnitQuaternion::identity(),
+        }
+    }
+
+    /// Hands the deformed position of every vertex to `write`, in order.
+    pub fn positions(&self, space: Space, mut write: impl FnMut(usize, Vec3)) {
+        let rest = &self.model.shell.mesh.positions;
+        let Pose { origin, rotation } = match space {
+            Space::World => self.frame.pose,
+            Space::Frame => Pose::identity(),
+        };
+        if rotation == UnitQuaternion::identity() {
+            self.visit_displacements(|v, u| write(v, origin + (rest[v] + u))); // exact at rest
+        } else {
+            let matrix = rotation.to_rotation_matrix();
+            self.visit_displacements(|v, u| write(v, origin + matrix * (rest[v] + u)));
+        }
+    }
+
+    /// Hands the area-weighted unit normal of the deformed shell at every vertex to `write`; zero at unreferenced ones.
+    pub fn normals(&self, space: Space, mut write: impl FnMut(usize, Vec3)) -> Result<()> {
+        let mut x = crate::error::try_zeroed("the deformed positions", self.model.shell.mass.len())?;
+        self.positions(Space::Frame, |v, position| x[v] = position);
+        let rotation = self.rotation_to(space);
+        self.model.shell.mesh.normals(&x).into_iter().enumerate().for_each(|(v, n)| write(v, rotation * n));
+        Ok(())
+    }
+
+    /// Hands the rotation of every vertex's frame to `write`, in world space turned with the support frame: exp [w]× with
+    /// the modal rotation w, or for a nonlinear shell the mean rotation of the vertex's triangles.
+    pub fn rotations(&self, space: Space, mut write: impl FnMut(usize, UnitQuaternion<f64>)) {
+        let frame = self.rotation_to(space);
+        match &self.dynamics {
+            Dynamics::Modal(modal) => {
+                modal.visit(&self.model, |v, _, w| write(v, frame * UnitQuaternion::from_scaled_axis(w)));
+            }
+            Dynamics::Nodal(nodal) => {
+                nodal.rotations(&self.model).into_iter().enumerate().for_each(|(v, r)| write(v, frame * r));
+            }
+        }
+    }
+
+    /// Energies, and how far the shell is bent.
+    pub fn report(&self) -> Report {
+        let (mut rotation, mut displacement) = (0.0f64, 0.0f64);
+        self.visit_displacements(|_, u| displacement = displacement.max(u.norm_squared()));
+        let (elastic_energy, kinetic_energy, constraint_work) = match &self.dynamics {
+            Dynamics::Modal(modal) => {
+                modal.visit(&self.model, |_, _, w| rotation = rotation.max(w.norm()));
+                let (elastic, kinetic) = modal.energies(&self.model);
+                (elastic, kinetic, modal.constraint_work)
+            }
+            Dynamics::Nodal(nodal) => {
+                rotation = nodal.rotations(&self.model).iter().map(|r| r.angle()).fold(0.0, f64::max);
+                let (elastic, kinetic) = nodal.energies(&self.model);
+                (elastic, kinetic, 0.0)
+            }
+        };
+        Report {
+            time: self.time,
+            kinetic_energy,
+            elastic_energy,
+            constraint_work,
+            max_rotation: rotation,
+            max_displacement: displacement.sqrt(),
+        }
+    }
+
+    /// Whether the present pose is one that the method describes well: always for the nonlinear shell.
+    pub fn in_range(&self, report: &Report) -> bool {
+        matches!(self.dynamics, Dynamics::Nodal(_)) || report.max_rotation <= ROTATION_RANGE
+    }
+}

@@ -1,0 +1,211 @@
+//! Motion in modal coordinates: the warp and linear modal analysis.
+
+use crate::constraint::{Constraints, Step};
+use crate::model::with_basis;
+use crate::step::modal_force::{self, BodyLoad};
+use crate::step::{Integrator, Oscillator};
+use crate::support::Pose;
+use crate::warp::{LANES, WarpedBlock, lane};
+use crate::{Error, ErrorKind, Model, Result, Vec3};
+
+/// Past this rotation, rad, or this displacement, in units of 1/√M, an amplitude has no meaning left and f32 no room.
+const LARGEST_ROTATION: f64 = 1e6;
+const LARGEST_AMPLITUDE: f64 = 1e30;
+
+/// A fixed point is accepted at this relative residual; the fraction of the way per iteration never falls below the other.
+const SETTLED: f64 = 1e-11;
+const LEAST_FRACTION: f64 = 1.0 / 16.0;
+const SETTLE_ITERATIONS: usize = 1000;
+
+/// Seconds; its square times any elastic eigenvalue is beyond all rounding.
+const LONG_STEP: f64 = 1e9;
+
+/// Amplitudes and what acts on them.
+#[derive(Clone)]
+pub struct Modal {
+    pub warped: bool,
+    pub integrator: Integrator,
+    /// c of each mode.
+    pub damping: Vec<f64>,
+    pub constraints: Constraints,
+    pub constraint_work: f64,
+    pub q: Vec<f64>,
+    pub q_dot: Vec<f64>,
+    /// The next q and q̇ until they are known to be good, and the modal force.
+    next: [Vec<f64>; 2],
+    force: Vec<f64>,
+}
+
+impl Modal {
+    /// At rest, undamped.
+    pub fn new(modes: usize, warped: bool, integrator: Integrator) -> Self {
+        let zeros = vec![0.0; modes];
+        Self {
+            warped,
+            integrator,
+            damping: zeros.clone(),
+            constraints: Constraints::new(modes),
+            constraint_work: 0.0,
+            q: zeros.clone(),
+            q_dot: zeros.clone(),
+            next: [zeros.clone(), zeros.clone()],
+            force: zeros,
+        }
+    }
+
+    /// Back to rest.
+    pub fn reset(&mut self) {
+        self.q.fill(0.0);
+        self.q_dot.fill(0.0);
+        self.constraint_work = 0.0;
+    }
+
+    /// Whether the warp at amplitudes `q` gives finite positions in either precision.
+    fn has_meaning(model: &Model, q: &[f64]) -> bool {
+        let turn: f64 = q.iter().zip(&model.largest_rotation).map(|(q, r)| (q * r).abs()).sum();
+        let largest = LARGEST_AMPLITUDE * model.shell.total_mass.sqrt();
+        turn <= LARGEST_ROTATION && q.iter().all(|q| q.abs() <= largest)
+    }
+
+    /// Replaces q and q̇, finite and of the right number.
+    pub fn set_amplitudes(&mut self, model: &Model, q: &[f64], q_dot: &[f64]) -> Result<()> {
+        if !Self::has_meaning(model, q) {
+            return Err(Error::new(ErrorKind::Numerical, "these amplitudes turn or move vertices beyond all range"));
+        }
+        self.q.copy_from_slice(q);
+        self.q_dot.copy_from_slice(q_dot);
+        Ok(())
+    }
+
+    /// One step of `h` under `load` and `external` forces (frame axes, n_vertices, or none). Changes nothing on failure.
+    pub fn step(
+        &mut self,
+        model: &Model,
+        load: &BodyLoad,
+        external: Option<&[Vec3]>,
+        pose: &Pose,
+        h: f64,
+    ) -> Result<()> {
+        let Self { warped, q, q_dot, force, .. } = self;
+        with_basis!(&model.basis, basis => {
+            modal_force::project(basis, &model.shell, load, external, *warped, (q, q_dot), force);
+        });
+        self.move_freely(model, h);
+        let work = self.meet_constraints(model, pose, h);
+        let finite = self.next.iter().flatten().all(|x| x.is_finite()) && work.is_finite();
+        if !finite || !Self::has_meaning(model, &self.next[0]) {
+            return Err(Error::new(ErrorKind::Numerical, format!("the step of {h} s does not give finite positions")));
+        }
+        let [next_q, next_q_dot] = &mut self.next;
+        std::mem::swap(&mut self.q, next_q);
+        std::mem::swap(&mut self.q_dot, next_q_dot);
+        self.constraint_work += work;
+        Ok(())
+    }
+
+    /// The next q and q̇ without constraints.
+    fn move_freely(&mut self, model: &Model, h: f64) {
+        let [next_q, next_q_dot] = &mut self.next;
+        for k in 0..self.q.len() {
+            let oscillator = Oscillator { damping: self.damping[k], eigenvalue: model.eigenvalues[k] };
+            (next_q[k], next_q_dot[k]) =
+                oscillator.advance(self.integrator, self.q[k], self.q_dot[k], self.force[k], h);
+        }
+    }
+
+    /// Moves the next q and q̇ to where the constraints are met; returns the work done.
+    fn meet_constraints(&mut self, model: &Model, pose: &Pose, h: f64) -> f64 {
+        let Self { warped, constraints, damping, q, next: [next_q, next_q_dot], .. } = self;
+        if constraints.is_empty() {
+            return 0.0;
+        }
+        let mesh = &model.shell.mesh;
+        let step = Step {
+            pose,
+            h,
+            modes: (damping, &model.eigenvalues),
+            rest: &mesh.positions,
+            size: mesh.size,
+            largest_rotation: &model.largest_rotation,
+            warped: *warped,
+        };
+        with_basis!(&model.basis, basis => constraints.project(basis, &step, q, (next_q, next_q_dot)))
+    }
+
+    /// Hands displacement u, its rate and the rotation vector w (frame axes) of every vertex to `visit`, in order.
+    pub fn visit(&self, model: &Model, mut visit: impl FnMut(usize, Vec3, Vec3)) {
+        with_basis!(&model.basis, basis => for block in 0..basis.n_blocks() {
+            let state = WarpedBlock::new(basis, block, &self.q);
+            let u = if self.warped { state.displacement() } else { *state.linear() };
+            let first = block * LANES;
+            for i in 0..LANES.min(basis.n_vertices - first) {
+                visit(first + i, lane(&u, i), lane(&state.w, i));
+            }
+        });
+    }
+
+    /// Hands displacement u and its rate u̇ = R Φq̇ (frame axes) of every vertex to `visit`, in order.
+    pub fn visit_motion(&self, model: &Model, mut visit: impl FnMut(usize, Vec3, Vec3)) {
+        with_basis!(&model.basis, basis => for block in 0..basis.n_blocks() {
+            let state = WarpedBlock::new(basis, block, &self.q);
+            let rate = basis.combine(block, &self.q_dot).0;
+            let (u, rate) = if self.warped { (state.displacement(), state.rotate(&rate)) } else { (*state.linear(), rate) };
+            let first = block * LANES;
+            for i in 0..LANES.min(basis.n_vertices - first) {
+                visit(first + i, lane(&u, i), lane(&rate, i));
+            }
+        });
+    }
+
+    /// ½ qᵀΛq and ½ q̇ᵀq̇.
+    pub fn energies(&self, model: &Model) -> (f64, f64) {
+        let elastic: f64 = self.q.iter().zip(&model.eigenvalues).map(|(q, lambda)| lambda * q * q).sum();
+        (0.5 * elastic, 0.5 * self.q_dot.iter().map(|v| v * v).sum::<f64>())
+    }
+
+    /// The static solution Λq = f(q) + Jᵀμ by fixed point, from the present q: a step of backward Euler so long that inertia
+    /// and damping vanish gives Λ⁻¹f, and q moves a fraction of the way there, which is halved when the residual grows.
+    /// Returns the residual |q − Λ⁻¹f|/|Λ⁻¹f| and the iterations. Changes nothing on failure.
+    pub fn settle(
+        &mut self,
+        model: &Model,
+        load: &BodyLoad,
+        external: Option<&[Vec3]>,
+        pose: &Pose,
+    ) -> Result<(f64, usize)> {
+        let start = (self.q.clone(), self.q_dot.clone(), self.integrator, self.constraint_work);
+        self.integrator = Integrator::ImplicitEuler;
+        let outcome = self.fixed_point(model, load, external, pose);
+        (self.integrator, self.constraint_work) = (start.2, start.3);
+        if outcome.is_err() {
+            (self.q, self.q_dot) = (start.0, start.1);
+        }
+        outcome
+    }
+
+    fn fixed_point(
+        &mut self,
+        model: &Model,
+        load: &BodyLoad,
+        external: Option<&[Vec3]>,
+        pose: &Pose,
+    ) -> Result<(f64, usize)> {
+        let (mut fraction, mut last) = (1.0f64, f64::INFINITY);
+        for iteration in 1..=SETTLE_ITERATIONS {
+            let before = self.q.clone();
+            self.q_dot.fill(0.0);
+            self.step(model, load, external, pose, LONG_STEP)?;
+            self.q_dot.fill(0.0);
+            let moved: f64 = before.iter().zip(&self.q).map(|(a, b)| (a - b).powi(2)).sum();
+            let residual = (moved / self.q.iter().map(|q| q * q).sum::<f64>().max(f64::MIN_POSITIVE)).sqrt();
+            if residual <= SETTLED {
+                return Ok((residual, iteration));
+            }
+            fraction = if residual > last { (0.5 * fraction).max(LEAST_FRACTION) } else { fraction };
+            last = residual;
+            before.iter().zip(&mut self.q).for_each(|(before, q)| *q = before + fraction * (*q - before));
+        }
+        let message = format!("no equilibrium: the residual is {last:.1e} after {SETTLE_ITERATIONS} iterations");
+        Err(Error::new(ErrorKind::Numerical, message))
+    }
+}

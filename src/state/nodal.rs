@@ -1,0 +1,107 @@
+//! Motion vertex by vertex: the nonlinear discrete shell, the baseline that modal methods are measured against.
+
+use crate::reference::{Rayleigh, Solver};
+use crate::step::modal_force::BodyLoad;
+use crate::{Model, Result, Vec3};
+use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
+
+/// Displacements and velocities in frame axes, with the solver and its scratch.
+pub struct Nodal {
+    solver: Solver,
+    explicit: bool,
+    pub damping: Rayleigh,
+    pub u: Vec<Vec3>,
+    pub velocity: Vec<Vec3>,
+    force: Vec<Vec3>,
+}
+
+impl Nodal {
+    /// At rest, undamped. Fails when memory does not suffice for the factorization's analysis.
+    pub fn new(model: &Model, explicit: bool) -> Result<Self> {
+        let zeros = vec![Vec3::zeros(); model.shell.mass.len()];
+        Ok(Self {
+            solver: Solver::new(model.shell.clone())?,
+            explicit,
+            damping: Rayleigh::default(),
+            u: zeros.clone(),
+            velocity: zeros.clone(),
+            force: zeros,
+        })
+    }
+
+    /// The same motion with a solver of its own.
+    pub fn try_clone(&self) -> Result<Self> {
+        Ok(Self {
+            solver: Solver::new(self.solver.shell().clone())?,
+            explicit: self.explicit,
+            damping: self.damping,
+            u: self.u.clone(),
+            velocity: self.velocity.clone(),
+            force: self.force.clone(),
+        })
+    }
+
+    /// Back to rest.
+    pub fn reset(&mut self) {
+        self.u.fill(Vec3::zeros());
+        self.velocity.fill(Vec3::zeros());
+    }
+
+    fn set_force(&mut self, model: &Model, load: &BodyLoad, external: Option<&[Vec3]>) {
+        let shell = &model.shell;
+        for v in 0..self.force.len() {
+            let r = shell.mesh.positions[v] + self.u[v];
+            self.force[v] = load.at(shell.mass[v], r, self.velocity[v]) + external.map_or(Vec3::zeros(), |f| f[v]);
+        }
+    }
+
+    /// One step of `h`. Changes nothing on failure.
+    pub fn step(&mut self, model: &Model, load: &BodyLoad, external: Option<&[Vec3]>, h: f64) -> Result<()> {
+        self.set_force(model, load, external);
+        let Self { solver, explicit, damping, u, velocity, force } = self;
+        if *explicit {
+            solver.symplectic_euler(u, velocity, force, *damping, h)
+        } else {
+            solver.implicit_euler(u, velocity, force, *damping, h).map(|_| ())
+        }
+    }
+
+    /// The static solution under the present loads, from the present shape. Returns residual and iterations.
+    pub fn settle(&mut self, model: &Model, load: &BodyLoad, external: Option<&[Vec3]>) -> Result<(f64, usize)> {
+        self.velocity.fill(Vec3::zeros());
+        self.set_force(model, load, external);
+        let found = self.solver.equilibrium(&self.u, &self.force, &Default::default(), &mut |_| Ok(()))?;
+        self.u = found.displacement;
+        Ok((found.residual, found.iterations))
+    }
+
+    /// Elastic and kinetic energy.
+    pub fn energies(&self, model: &Model) -> (f64, f64) {
+        let x: Vec<Vec3> = model.shell.mesh.positions.iter().zip(&self.u).map(|(x, u)| x + u).collect();
+        (model.shell.energy.value(&x), self.solver.kinetic_energy(&self.velocity))
+    }
+
+    /// Rotation of each vertex from rest: the mean of its triangles', each from the frame of its first edge and normal.
+    pub fn rotations(&self, model: &Model) -> Vec<UnitQuaternion<f64>> {
+        let mesh = &model.shell.mesh;
+        let mut sums = vec![nalgebra::Quaternion::from_parts(0.0, Vec3::zeros()); self.u.len()];
+        for t in &mesh.triangles {
+            let corners = t.map(|v| v as usize);
+            let turned = triangle_frame(corners.map(|v| mesh.positions[v] + self.u[v]));
+            let rest = triangle_frame(corners.map(|v| mesh.positions[v]));
+            let turn = Rotation3::from_matrix_unchecked(turned * rest.transpose());
+            let q = UnitQuaternion::from_rotation_matrix(&turn).into_inner();
+            for v in corners {
+                let same_side = sums[v].dot(&q) >= 0.0; // q and −q are one rotation
+                sums[v] += if same_side { q } else { -q };
+            }
+        }
+        sums.into_iter().map(|q| UnitQuaternion::try_new(q, 1e-12).unwrap_or_else(UnitQuaternion::identity)).collect()
+    }
+}
+
+/// Unit axes along the first edge, in the plane, and along the normal; the identity for a collapsed triangle.
+fn triangle_frame([a, b, c]: [Vec3; 3]) -> Matrix3<f64> {
+    let axes = (b - a).try_normalize(0.0).zip((b - a).cross(&(c - a)).try_normalize(0.0));
+    axes.map_or_else(Matrix3::identity, |(x, z)| Matrix3::from_columns(&[x, z.cross(&x), z]))
+}

@@ -1,0 +1,119 @@
+//! The saved form of a state: magic, version, model fingerprint, number of unknowns, then little-endian doubles (time, frame
+//! pose and velocities, constraint work, unknowns, their rates), then a checksum of all before it. The unknowns are the modal
+//! amplitudes, or three displacements per vertex of a nonlinear shell. Loads, damping, constraints and the pose asked for next
+//! are inputs and not saved.
+
+use super::{Dynamics, State};
+use crate::support::{Frame, Pose};
+use crate::{Error, ErrorKind, Result, Vec3};
+use nalgebra::{Quaternion, UnitQuaternion, Vector4};
+use xxhash_rust::xxh3::xxh3_64;
+
+const MAGIC: [u8; 4] = *b"SWST";
+const VERSION: u32 = 1;
+const HEADER: usize = 24;
+const FIXED_DOUBLES: usize = 15;
+
+fn invalid<T>(message: impl Into<String>) -> Result<T> {
+    Err(Error::new(ErrorKind::InvalidData, message))
+}
+
+fn word(bytes: &[u8], at: usize) -> u64 {
+    u64::from_le_bytes(bytes[at..at + 8].try_into().expect("eight bytes"))
+}
+
+impl State {
+    fn n_unknowns(&self) -> usize {
+        match &self.dynamics {
+            Dynamics::Modal(modal) => modal.q.len(),
+            Dynamics::Nodal(nodal) => 3 * nodal.u.len(),
+        }
+    }
+
+    /// Size of [`State::save`].
+    pub fn saved_size(&self) -> usize {
+        HEADER + 8 * (FIXED_DOUBLES + 2 * self.n_unknowns()) + 8
+    }
+
+    /// The dynamic state: restoring it continues bit for bit.
+    pub fn save(&self) -> Vec<u8> {
+        let mut bytes = Vec::with_capacity(self.saved_size());
+        bytes.extend(MAGIC);
+        bytes.extend(VERSION.to_le_bytes());
+        bytes.extend(self.model.fingerprint.to_le_bytes());
+        bytes.extend((self.n_unknowns() as u64).to_le_bytes());
+        let mut push = |x: &f64| bytes.extend(x.to_le_bytes());
+        let Frame { pose, velocity, angular_velocity, .. } = &self.frame;
+        push(&self.time);
+        pose.origin.iter().chain(pose.rotation.coords.iter()).for_each(&mut push);
+        velocity.iter().chain(angular_velocity.iter()).for_each(&mut push);
+        match &self.dynamics {
+            Dynamics::Modal(modal) => {
+                push(&modal.constraint_work);
+                modal.q.iter().chain(&modal.q_dot).for_each(push);
+            }
+            Dynamics::Nodal(nodal) => {
+                push(&0.0);
+                nodal.u.iter().chain(&nodal.velocity).flat_map(|v| v.iter()).for_each(push);
+            }
+        }
+        bytes.extend(xxh3_64(&bytes).to_le_bytes());
+        bytes
+    }
+
+    /// Restores what [`State::save`] gave, on the same model. Fails without changing anything on damaged or foreign bytes.
+    pub fn load(&mut self, bytes: &[u8]) -> Result<()> {
+        let numbers = self.checked_numbers(bytes)?;
+        let vector = |at: usize| Vec3::from_column_slice(&numbers[at..at + 3]);
+        // Not renormalized: the same bits must come back.
+        let rotation = UnitQuaternion::new_unchecked(Quaternion::from(Vector4::from_column_slice(&numbers[4..8])));
+        let pose = Pose { origin: vector(1), rotation };
+        self.time = numbers[0];
+        self.placed = true;
+        self.frame = Frame { velocity: vector(8), angular_velocity: vector(11), ..Frame::at_rest(pose) };
+        let (unknowns, rates) = numbers[FIXED_DOUBLES..].split_at(self.n_unknowns());
+        match &mut self.dynamics {
+            Dynamics::Modal(modal) => {
+                modal.constraint_work = numbers[14];
+                modal.q.copy_from_slice(unknowns);
+                modal.q_dot.copy_from_slice(rates);
+            }
+            Dynamics::Nodal(nodal) => {
+                let copy = |to: &mut [Vec3], from: &[f64]| {
+                    to.iter_mut().zip(from.chunks_exact(3)).for_each(|(to, from)| to.copy_from_slice(from));
+                };
+                copy(&mut nodal.u, unknowns);
+                copy(&mut nodal.velocity, rates);
+            }
+        }
+        Ok(())
+    }
+
+    fn checked_numbers(&self, bytes: &[u8]) -> Result<Vec<f64>> {
+        if bytes.len() < HEADER + 8 || bytes[..4] != MAGIC {
+            return invalid(format!("these {} bytes are not a saved state", bytes.len()));
+        }
+        let version = u32::from_le_bytes(bytes[4..8].try_into().expect("four bytes"));
+        if version != VERSION {
+            return invalid(format!("the saved state has format version {version}; this library reads {VERSION}"));
+        }
+        let (found, expected) = (word(bytes, 16), self.n_unknowns() as u64);
+        if found != expected || bytes.len() != self.saved_size() {
+            let sizes = format!("{} bytes for {found} unknowns", bytes.len());
+            return invalid(format!("the saved state has {sizes}; this one has {} for {expected}", self.saved_size()));
+        }
+        let body = bytes.len() - 8;
+        if xxh3_64(&bytes[..body]) != word(bytes, body) {
+            return invalid("the saved state is damaged: its checksum does not match");
+        }
+        if word(bytes, 8) != self.model.fingerprint {
+            return invalid("the saved state belongs to another model");
+        }
+        let numbers: Vec<f64> = (HEADER..body).step_by(8).map(|at| f64::from_bits(word(bytes, at))).collect();
+        let turn = Vector4::from_column_slice(&numbers[4..8]).norm();
+        if numbers.iter().any(|x| !x.is_finite()) || (turn - 1.0).abs() > 1e-9 || numbers[0] < 0.0 {
+            return invalid("the saved state holds numbers out of range");
+        }
+        Ok(numbers)
+    }
+}

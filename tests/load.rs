@@ -1,0 +1,271 @@
+//! Forces, wind, and equilibria of every method behind one state.
+#![allow(missing_docs)]
+mod common;
+use common::*;
+use shellwarp::load::Wind;
+use shellwarp::model::{Model, Options, Precision};
+use shellwarp::state::{Damping, Method, Space, State};
+use shellwarp::step::Integrator;
+use shellwarp::support::{Motion, Pose};
+use shellwarp::{ErrorKind, Material, Mesh, Shell, Supports, Vec3};
+use std::sync::Arc;
+
+fn model_of(shell: Shell, modes: usize) -> Arc<Model> {
+    let options = Options { modes, precision: Precision::F64 };
+    Arc::new(Model::precompute(Arc::new(shell), &options, &mut |_, _| Ok(())).unwrap())
+}
+
+fn state(model: &Arc<Model>, method: Method) -> State {
+    State::new(model.clone(), method, Integrator::ImplicitEuler).unwrap()
+}
+
+fn displacements(state: &State) -> Vec<Vec3> {
+    let rest = &state.model().shell.mesh.positions;
+    let mut u = vec![Vec3::zeros(); rest.len()];
+    state.positions(Space::Frame, |v, x| u[v] = x - rest[v]);
+    u
+}
+
+const METHODS: [Method; 3] = [Method::LinearModalAnalysis, Method::Warp, Method::ImplicitShell];
+
+#[test]
+fn equilibria_of_every_method_match_the_reference() {
+    for name in ["flat_beam", "v_beam"] {
+        let (shell, json) = reference(name);
+        let model = model_of(shell, 8);
+        for case in json["equilibria"].as_array().unwrap() {
+            let gravity: Vec<f64> = case["gravity"].as_array().unwrap().iter().map(|x| x.as_f64().unwrap()).collect();
+            for (method, key) in METHODS.iter().zip(["lma_l2", "mwts_l2", "ds_l2"]) {
+                let mut state = state(&model, *method);
+                state.set_gravity(Vec3::from_vec(gravity.clone())).unwrap();
+                let (residual, iterations) = state.equilibrium().unwrap();
+                let l2 = displacements(&state).iter().map(|u| u.norm_squared()).sum::<f64>().sqrt();
+                println!("{name} {gravity:?} {key}: {l2}, residual {residual:.1e}, {iterations} iterations");
+                assert_close(&format!("{name} {gravity:?} {key}"), l2, case[key].as_f64().unwrap(), 1e-5, 0.0);
+            }
+        }
+    }
+}
+
+#[test]
+fn forces_of_the_weight_do_what_gravity_does() {
+    let model = model_of(reference("v_beam").0, 8);
+    let gravity = Vec3::new(0.0, 0.6, -0.8);
+    for method in METHODS {
+        let (mut by_gravity, mut by_force) = (state(&model, method), state(&model, method));
+        by_gravity.set_gravity(gravity).unwrap();
+        let weights = model.shell.mass.iter().enumerate().map(|(v, m)| (v as u32, *m * gravity)).collect();
+        by_force.set_forces(weights, false).unwrap();
+        for _ in 0..10 {
+            by_gravity.step(1.0 / 30.0).unwrap();
+            by_force.step(1.0 / 30.0).unwrap();
+        }
+        for (a, b) in displacements(&by_gravity).iter().zip(displacements(&by_force)) {
+            // Newton's stopping residual, 1e-8 of the load or better; rounding for the modal methods.
+            assert!((a - b).norm() < 1e-7, "{method:?}");
+        }
+    }
+}
+
+#[test]
+fn forces_for_one_step_are_forgotten_after_it() {
+    let model = model_of(reference("v_beam").0, 8);
+    let mut state = state(&model, Method::Warp);
+    state.set_forces(vec![(204, Vec3::z()), (204, Vec3::z())], true).unwrap();
+    state.step(0.01).unwrap();
+    let pushed = state.amplitudes().unwrap().1.to_vec();
+    assert!(pushed.iter().any(|v| v.abs() > 1e-6));
+    let mut free = state.try_clone().unwrap();
+    free.set_forces(vec![], false).unwrap();
+    free.step(0.01).unwrap();
+    state.step(0.01).unwrap();
+    assert_eq!(state.amplitudes().unwrap(), free.amplitudes().unwrap());
+}
+
+#[test]
+fn forces_are_in_world_axes_whatever_the_frame() {
+    let model = model_of(reference("v_beam").0, 8);
+    let turn = nalgebra::UnitQuaternion::from_scaled_axis(Vec3::new(0.3, 1.2, -0.4));
+    let (mut turned, mut plain) = (state(&model, Method::Warp), state(&model, Method::Warp));
+    let force = Vec3::new(0.1, -0.2, 0.3);
+    plain.set_forces(vec![(204, force)], false).unwrap();
+    turned.set_frame(Pose { origin: Vec3::zeros(), rotation: turn }, Motion::Teleport);
+    turned.set_forces(vec![(204, turn * force)], false).unwrap();
+    for state in [&mut turned, &mut plain] {
+        state.equilibrium().unwrap();
+    }
+    for (a, b) in displacements(&turned).iter().zip(displacements(&plain)) {
+        // Rounding of the rotation, there and back.
+        assert!((a - b).norm() < 1e-10);
+    }
+}
+
+/// A clamped square sheet in the plane z = 0.
+fn sheet() -> Arc<Model> {
+    let (positions, triangles) = equilateral_sheet(12, 12, 0.1);
+    let fixed = (0..positions.len() as u32).filter(|&v| positions[v as usize].x < 0.11).collect();
+    let material = Material { k_area: 1e4, k_length: 1e4, k_bend: 20.0, area_density: 1.0 };
+    model_of(
+        Shell::new(Mesh::new(positions, &triangles).unwrap(), material, &Supports { fixed, clamped: vec![] }).unwrap(),
+        12,
+    )
+}
+
+#[test]
+fn wind_presses_with_half_rho_c_a_v_squared() {
+    let model = sheet();
+    let (mut blown, mut pressed) =
+        (state(&model, Method::LinearModalAnalysis), state(&model, Method::LinearModalAnalysis));
+    let (speed, density, drag) = (2.0, 1.2, 1.3);
+    let wind = Wind { velocity: Vec3::z() * speed, density, normal_drag: drag, ..Wind::default() };
+    blown.set_wind(wind).unwrap();
+    let pressure = 0.5 * density * drag * speed * speed;
+    let mut forces = vec![];
+    for (t, corners) in model.shell.mesh.triangles.iter().enumerate() {
+        let share = Vec3::z() * (pressure * model.shell.mesh.area(t) / 3.0);
+        forces.extend(corners.map(|v| (v, share)));
+    }
+    pressed.set_forces(forces, true).unwrap();
+    for state in [&mut blown, &mut pressed] {
+        state.step(1e-3).unwrap(); // from rest and flat
+    }
+    let (a, b) = (blown.amplitudes().unwrap().0, pressed.amplitudes().unwrap().0);
+    for k in 0..12 {
+        assert_close(&format!("mode {k}"), a[k], b[k], 1e-12, b[0].abs());
+    }
+}
+
+#[test]
+fn a_sheet_that_moves_with_the_air_feels_none_and_still_air_damps() {
+    let model = sheet();
+    let mut state = state(&model, Method::Warp);
+    state.set_wind(Wind { density: 1.2, normal_drag: 1.0, tangential_drag: 0.1, ..Wind::default() }).unwrap();
+    let mut q = vec![0.0; 12];
+    q[0] = 0.2;
+    state.set_amplitudes(&q, &[0.0; 12]).unwrap();
+    let mut free = state.try_clone().unwrap();
+    free.set_wind(Wind::default()).unwrap();
+    for _ in 0..300 {
+        state.step(1e-3).unwrap();
+        free.step(1e-3).unwrap();
+    }
+    let energy = |s: &State| s.report().elastic_energy + s.report().kinetic_energy;
+    assert!(energy(&state) < 0.98 * energy(&free), "{} {}", energy(&state), energy(&free));
+
+    let drift = Vec3::new(0.3, -0.1, 0.7);
+    let mut carried = self::state(&model, Method::Warp);
+    carried
+        .set_wind(Wind { velocity: drift, density: 1.2, normal_drag: 1.0, tangential_drag: 0.1, local: vec![] })
+        .unwrap();
+    let mut origin = Vec3::zeros();
+    for frame in 0..100 {
+        origin += drift * 0.01;
+        let motion = if frame == 0 {
+            Motion::Given(shellwarp::support::Rates { velocity: drift, ..Default::default() })
+        } else {
+            Motion::Continuous
+        };
+        carried.set_frame(Pose { origin, rotation: nalgebra::UnitQuaternion::identity() }, motion);
+        carried.step(0.01).unwrap();
+    }
+    // Relative velocity is rounding, 1e-16, and its square acts.
+    assert!(carried.report().max_displacement < 1e-12, "{:?}", carried.report());
+}
+
+#[test]
+fn local_velocities_add_to_the_wind() {
+    let model = sheet();
+    let n = model.shell.mass.len();
+    let (mut a, mut b) = (state(&model, Method::Warp), state(&model, Method::Warp));
+    let wind = |velocity: Vec3, local: Vec<Vec3>| Wind {
+        velocity,
+        density: 1.0,
+        normal_drag: 1.0,
+        tangential_drag: 0.1,
+        local,
+    };
+    a.set_wind(wind(Vec3::new(1.0, 0.5, 2.0), vec![])).unwrap();
+    b.set_wind(wind(Vec3::new(1.0, 0.0, 0.0), vec![Vec3::new(0.0, 0.5, 2.0); n])).unwrap();
+    for state in [&mut a, &mut b] {
+        (0..30).for_each(|_| state.step(0.01).unwrap());
+    }
+    for (a, b) in a.amplitudes().unwrap().0.iter().zip(b.amplitudes().unwrap().0) {
+        assert_close("amplitude", *a, *b, 1e-12, 1e-3);
+    }
+}
+
+#[test]
+fn loads_do_not_make_a_step_allocate() {
+    let model = sheet();
+    let mut state = state(&model, Method::Warp);
+    state.set_forces(vec![(5, Vec3::x())], false).unwrap();
+    state.set_wind(Wind { velocity: Vec3::z(), density: 1.0, normal_drag: 1.0, ..Wind::default() }).unwrap();
+    let counted = allocation_counter::measure(|| (0..10).for_each(|_| state.step(0.01).unwrap()));
+    assert_eq!(counted.count_total, 0);
+}
+
+#[test]
+fn the_nonlinear_shell_swings_like_the_warp_when_little_bent() {
+    let model = sheet();
+    let run = |method| {
+        let mut state = state(&model, method);
+        state.set_damping(&Damping { mass_coefficient: 0.5, stiffness_coefficient: 1e-4, ratios: vec![] }).unwrap();
+        state.set_gravity(-0.2 * Vec3::z()).unwrap();
+        (0..200).for_each(|_| state.step(1.0 / 100.0).unwrap());
+        displacements(&state)
+    };
+    let (warp, shell) = (run(Method::Warp), run(Method::ImplicitShell));
+    let norm = |u: &mut dyn Iterator<Item = Vec3>| u.map(|u| u.norm_squared()).sum::<f64>().sqrt();
+    let error = norm(&mut warp.iter().zip(&shell).map(|(a, b)| a - b)) / norm(&mut shell.iter().copied());
+    // A sag of some per cent: the modes left out and the nonlinearity of the same order.
+    assert!(error < 0.02, "{error}");
+}
+
+#[test]
+fn a_nonlinear_state_saves_restores_and_says_what_it_does_not_offer() {
+    let model = sheet();
+    let mut one = state(&model, Method::ImplicitShell);
+    one.set_gravity(-Vec3::z()).unwrap();
+    (0..3).for_each(|_| one.step(0.02).unwrap());
+    let mut other = state(&model, Method::ImplicitShell);
+    other.set_gravity(-Vec3::z()).unwrap();
+    other.load(&one.save()).unwrap();
+    let mut clone = one.try_clone().unwrap();
+    for state in [&mut one, &mut other, &mut clone] {
+        state.step(0.02).unwrap();
+    }
+    assert_eq!(one.save(), other.save());
+    assert_eq!(one.save(), clone.save());
+    assert_eq!(one.amplitudes().unwrap_err().kind, ErrorKind::Unsupported);
+    assert_eq!(
+        one.set_damping(&Damping { ratios: vec![0.1], ..Damping::default() }).unwrap_err().kind,
+        ErrorKind::Unsupported
+    );
+    assert!(one.in_range(&one.report()) && one.report().elastic_energy > 0.0);
+}
+
+#[test]
+fn a_shell_that_nothing_holds_has_no_equilibrium_under_gravity() {
+    let (positions, triangles) = equilateral_sheet(12, 8, 0.1);
+    let shell =
+        Shell::new(Mesh::new(positions, &triangles).unwrap(), Material::default(), &Supports::default()).unwrap();
+    let model = model_of(shell, 8);
+    for method in METHODS {
+        let mut state = state(&model, method);
+        state.set_gravity(-Vec3::z()).unwrap();
+        assert_eq!(state.equilibrium().unwrap_err().kind, ErrorKind::Numerical, "{method:?}");
+        assert_eq!(state.report().max_displacement, 0.0, "nothing has moved");
+    }
+}
+
+#[test]
+fn wrong_loads_are_named() {
+    let mut state = state(&sheet(), Method::Warp);
+    let message = |e: shellwarp::Result<()>| e.unwrap_err().message;
+    assert!(message(state.set_forces(vec![(100_000, Vec3::x())], false)).contains("vertex 100000"));
+    assert!(message(state.set_forces(vec![(1, Vec3::repeat(f64::NAN))], false)).contains("NaN"));
+    assert!(message(state.set_wind(Wind { density: -1.0, ..Wind::default() })).contains("density"));
+    assert!(
+        message(state.set_wind(Wind { density: 1.0, local: vec![Vec3::x()], ..Wind::default() })).contains("1 local")
+    );
+}
