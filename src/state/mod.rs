@@ -166,7 +166,7 @@ impl State {
 
     /// Bytes of a modal state of `n_modes` modes.
     pub fn bytes_for(n_modes: usize) -> usize {
-        size_of::<Self>() + 6 * size_of::<f64>() * n_modes
+        size_of::<Self>() + 8 * size_of::<f64>() * n_modes
     }
 
     /// Back to rest and time 0. Loads, damping and constraints stay; the frame stays where it was last set, at rest.
@@ -296,7 +296,8 @@ impl State {
         modal.set_amplitudes(&self.model, q, q_dot)
     }
 
-    /// Advances by `h` > 0 seconds. Loads turn with the shell as it was at the start of the step (paper eq. 12). Fails, and
+    /// Advances by `h` > 0 seconds. Loads turn with the shell as it was at the start of the step (paper eq. 12), or
+    /// in the middle of it in a spinning frame. Fails, and
     /// leaves everything as it was, when the result would not be finite. Modal methods do not allocate.
     pub fn step(&mut self, h: f64) -> Result<()> {
         if !(h.is_finite() && h > 0.0 && (self.time + h).is_finite()) {

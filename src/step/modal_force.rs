@@ -36,6 +36,11 @@ impl BodyLoad {
         Self { uniform: to_frame(gravity - rates.acceleration), spin }
     }
 
+    /// The load depends on position and velocity.
+    pub fn is_spinning(&self) -> bool {
+        self.spin.is_some()
+    }
+
     /// Nothing acts.
     pub fn is_zero(&self) -> bool {
         self.uniform == Vec3::zeros() && self.spin.is_none()
