@@ -1,5 +1,7 @@
 /* shellwarp: real-time thin shells by modal warping. C99 interface; generated from src/ffi by `make header`, do not edit.
  *
+ * The paper: Choi, Woo, Ko, Real-Time Simulation of Thin Shells (Eurographics 2007).
+ *
  * Objects. A model is a mesh with material and supports, and after sw_model_precompute its vibration modes; it does not change
  * afterwards and may be shared by any number of states on any threads. A state is one moving shell on a model.
  *
@@ -264,9 +266,10 @@ typedef struct SwSupportDesc {
   uint32_t n_clamped;
 } SwSupportDesc;
 
-// Hears of progress on the thread that called sw_model_precompute: SW_PHASE_... and the fraction of that phase, 0 to 1. A
-// phase may come up more than once, or not at all on a small mesh. Must return SW_PROGRESS_CONTINUE or SW_PROGRESS_CANCEL; anything else is an error, so
-// that a callback which forgets to return is found out. Must not throw or long-jump, nor destroy the model.
+// Hears of progress on the thread that called sw_model_precompute: SW_PHASE_... and the fraction of that phase, 0 to 1.
+// A phase may come up more than once, or not at all on a small mesh. Must return SW_PROGRESS_CONTINUE or
+// SW_PROGRESS_CANCEL; anything else is an error, so that a callback which forgets to return is found out. Must not throw or
+// long-jump, nor destroy the model.
 typedef uint32_t (*SwProgressFn)(void *user, uint32_t phase, double fraction);
 
 // What to precompute.
@@ -666,7 +669,7 @@ void sw_state_destroy(struct SwState *state);
 // Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_BUSY.
 SwStatus sw_state_reset(struct SwState *state);
 
-// Makes an independent copy, loads and damping included; stepping both alike gives the same bits. *clone is a new handle.
+// Makes an independent copy, loads, damping and constraints included; stepping both alike gives the same bits. *clone is a new handle.
 // Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_BUSY.
 SwStatus sw_state_clone(const struct SwState *state,
                         struct SwState **clone);
@@ -745,8 +748,8 @@ SwStatus sw_state_rotations(const struct SwState *state,
 SwStatus sw_state_report(const struct SwState *state,
                          struct SwStateReport *report);
 
-// Saves the dynamic state (time, frame, amplitudes and rates), 952 bytes at 50 modes; loads and damping are inputs and not
-// saved. Two calls: with `bytes` NULL and `capacity` 0 only *size is written. Callable concurrently.
+// Saves the dynamic state (time, frame, amplitudes and rates, constraint work), 952 bytes at 50 modes; loads, damping and
+// constraints are inputs and not saved. Two calls: with `bytes` NULL and `capacity` 0 only *size is written. Callable concurrently.
 // Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_BUFFER_SIZE when capacity < *size, SW_ERROR_BUSY.
 SwStatus sw_state_save(const struct SwState *state,
                        void *bytes,
@@ -764,9 +767,15 @@ SwStatus sw_state_load(struct SwState *state,
 // Writes struct_size and zeros. NULL is allowed and does nothing.
 void sw_constraint_desc_init(struct SwConstraintDesc *desc);
 
-// Adds a constraint, or moves or replaces the one with its id; needs no new precompute. From the next step on the handle is
-// where it was put (`met` in the report), or as near as the modes allow: constraints out of reach, conflicting or more than the
-// modes get the least-squares answer. Allocates unless it replaces one of the same axes.
+// Adds a constraint, or moves or replaces the one with its id; it stays until cleared, and needs no new precompute. From the
+// next step on the handle is where it was put (`met` in the report), or as near as the modes allow: constraints out of reach,
+// at a vertex that a support holds, conflicting or more than the modes get the least-squares answer.
+//
+// A hard handle may ask for more than the shell can do gracefully: pulled along the surface, a sheet that hardly stretches has
+// to crumple. Watch in_range of sw_state_report; hold only the axes that matter, or give a compliance.
+//
+// Constraints are cloned with a state and survive its reset, but are not saved. Allocates unless it replaces one of the same
+// axes. A nonlinear shell takes none: SW_ERROR_UNSUPPORTED.
 // Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_BUSY.
 SwStatus sw_state_set_constraint(struct SwState *state,
                                  const struct SwConstraintDesc *desc);

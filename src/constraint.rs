@@ -9,7 +9,7 @@
 //! or outnumber the modes end at the least residual that can be had; it is reported. The change acts as an impulse,
 //! q̇⁺ = q̇_free + (q⁺ − q_free)/h, so a held handle does not ring with any integrator.
 //!
-//! A handle never drives the elastic modes past [`LARGEST_BEND`]: beyond it the warp has no meaning.
+//! A handle never drives the elastic modes past a bound on their joint bend: beyond it the warp has no meaning.
 //!
 //! Rows are dimensionless: lengths are divided by the model's size.
 
@@ -62,7 +62,7 @@ const GOAL: f64 = 1e-8;
 /// Once met, a step may grow the residual up to this for once: moving along a curved constraint needs it.
 const TUBE: f64 = 1e-3;
 
-/// A reachable target takes 3 to 10.
+/// Per search; a target near the last takes 3 to 10, a far one several searches.
 const MAX_ITERATIONS: u32 = 60;
 
 /// ε relative to the largest diagonal entry: the least, against rounding, and the most, where nothing moves any more.

@@ -95,9 +95,15 @@ fn constraint_of(desc: &SwConstraintDesc) -> Result<Constraint, Fault> {
     Ok(Constraint { id: desc.id, vertex: desc.vertex, axes, compliance: desc.compliance, target })
 }
 
-/// Adds a constraint, or moves or replaces the one with its id; needs no new precompute. From the next step on the handle is
-/// where it was put (`met` in the report), or as near as the modes allow: constraints out of reach, conflicting or more than the
-/// modes get the least-squares answer. Allocates unless it replaces one of the same axes.
+/// Adds a constraint, or moves or replaces the one with its id; it stays until cleared, and needs no new precompute. From the
+/// next step on the handle is where it was put (`met` in the report), or as near as the modes allow: constraints out of reach,
+/// at a vertex that a support holds, conflicting or more than the modes get the least-squares answer.
+///
+/// A hard handle may ask for more than the shell can do gracefully: pulled along the surface, a sheet that hardly stretches has
+/// to crumple. Watch in_range of sw_state_report; hold only the axes that matter, or give a compliance.
+///
+/// Constraints are cloned with a state and survive its reset, but are not saved. Allocates unless it replaces one of the same
+/// axes. A nonlinear shell takes none: SW_ERROR_UNSUPPORTED.
 /// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_BUSY.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn sw_state_set_constraint(state: *mut SwState, desc: *const SwConstraintDesc) -> SwStatus {

@@ -236,7 +236,7 @@ pub unsafe extern "C" fn sw_state_reset(state: *mut SwState) -> SwStatus {
     }
 }
 
-/// Makes an independent copy, loads and damping included; stepping both alike gives the same bits. *clone is a new handle.
+/// Makes an independent copy, loads, damping and constraints included; stepping both alike gives the same bits. *clone is a new handle.
 /// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_BUSY.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn sw_state_clone(state: *const SwState, clone: *mut *mut SwState) -> SwStatus {
@@ -493,8 +493,8 @@ pub unsafe extern "C" fn sw_state_report(state: *const SwState, report: *mut SwS
     }
 }
 
-/// Saves the dynamic state (time, frame, amplitudes and rates), 952 bytes at 50 modes; loads and damping are inputs and not
-/// saved. Two calls: with `bytes` NULL and `capacity` 0 only *size is written. Callable concurrently.
+/// Saves the dynamic state (time, frame, amplitudes and rates, constraint work), 952 bytes at 50 modes; loads, damping and
+/// constraints are inputs and not saved. Two calls: with `bytes` NULL and `capacity` 0 only *size is written. Callable concurrently.
 /// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_BUFFER_SIZE when capacity < *size, SW_ERROR_BUSY.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn sw_state_save(

@@ -1,4 +1,6 @@
-# Compiles and runs the first ```c block of README.md, which must be a whole program. Finding none is a failure.
+# Compiles and runs the first ```c block of README.md, which must be a whole program: with every warning an error, and with the
+# README's own `cc` line, run in a folder where include and build are what they are in the project's. Finding either missing
+# is a failure.
 #
 #   cmake -DREADME=… -DCC=… -DINCLUDE=dir -DLIBRARY_DIRECTORY=dir -DOUT=dir -P readme_snippet.cmake
 if(NOT EXISTS "${README}")
@@ -31,4 +33,20 @@ execute_process(COMMAND "${OUT}/snippet" RESULT_VARIABLE exit OUTPUT_VARIABLE st
 message("${stdout}${stderr}")
 if(NOT exit EQUAL 0)
   message(FATAL_ERROR "the first \`\`\`c block of ${README} compiles, but exits with ${exit}")
+endif()
+
+string(REGEX MATCH "\n    (cc [^\n]*example\\.c[^\n]*)\n" found "${text}")
+set(line "${CMAKE_MATCH_1}")
+if(NOT found)
+  message(FATAL_ERROR "${README} has no `cc … example.c …` line after its \`\`\`c block")
+endif()
+get_filename_component(build "${LIBRARY_DIRECTORY}" DIRECTORY)
+file(REMOVE_RECURSE "${OUT}/as_told")
+file(MAKE_DIRECTORY "${OUT}/as_told")
+file(CREATE_LINK "${INCLUDE}" "${OUT}/as_told/include" SYMBOLIC)
+file(CREATE_LINK "${build}" "${OUT}/as_told/build" SYMBOLIC)
+file(WRITE "${OUT}/as_told/example.c" "${snippet}\n")
+execute_process(COMMAND sh -c "${line} && ./a.out" WORKING_DIRECTORY "${OUT}/as_told" RESULT_VARIABLE exit)
+if(NOT exit EQUAL 0)
+  message(FATAL_ERROR "the README's line fails: ${line}")
 endif()
