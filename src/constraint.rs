@@ -287,6 +287,11 @@ impl Constraints {
         found.is_ok()
     }
 
+    /// Forgets what the last step made of them.
+    pub fn reset(&mut self) {
+        self.outcomes.fill(Outcome::default());
+    }
+
     /// Removes all.
     pub fn clear_all(&mut self) {
         self.items.clear();

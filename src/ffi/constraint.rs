@@ -102,7 +102,7 @@ fn constraint_of(desc: &SwConstraintDesc) -> Result<Constraint, Fault> {
 /// A hard handle may ask for more than the shell can do gracefully: pulled along the surface, a sheet that hardly stretches has
 /// to crumple. Watch in_range of sw_state_report; hold only the axes that matter, or give a compliance.
 ///
-/// Constraints are cloned with a state and survive its reset, but are not saved. Allocates unless it replaces one of the same
+/// Constraints are cloned with a state and survive its reset and loading, but are not saved. Allocates unless it replaces one of the same
 /// axes. A nonlinear shell takes none: SW_ERROR_UNSUPPORTED.
 /// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_BUSY.
 #[unsafe(no_mangle)]
@@ -114,7 +114,7 @@ pub unsafe extern "C" fn sw_state_set_constraint(state: *mut SwState, desc: *con
     })
 }
 
-/// Removes a constraint, or all with SW_ALL_CONSTRAINTS.
+/// Removes a constraint, or all there are with SW_ALL_CONSTRAINTS.
 /// Errors: SW_ERROR_INVALID_ARGUMENT, also when there is none with this id; SW_ERROR_BUSY.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn sw_state_clear_constraint(state: *mut SwState, id: u32) -> SwStatus {

@@ -64,6 +64,7 @@ impl Modal {
     pub fn reset(&mut self) {
         self.q.fill(0.0);
         self.q_dot.fill(0.0);
+        self.constraints.reset();
         self.constraint_work = 0.0;
     }
 
