@@ -22,10 +22,11 @@ VIEWS = {
     "dinosaur": ["--view", "35", "18"],
     "flat_beam": ["--up", "z", "--gap", "0.15", "--view", "32", "20"],
     "v_beam": ["--up", "z", "--gap", "0.15", "--view", "48", "22"],
-    "handles_position": ["--up", "z", "--gap", "0.15", "--view", "32", "20"],
+    "handles_position": ["--up", "z", "--gap", "0.15", "--view", "40", "50"],
     "handles_orientation": ["--up", "z", "--gap", "0.15", "--view", "32", "20"],
     "handles_both": ["--up", "z", "--gap", "0.15", "--view", "32", "20"],
 }
+HELD = {"handles_position": "position", "handles_orientation": "orientation", "handles_both": "orientation and height"}
 BALL = 0.08                  # radius of a handle that holds a position, in the mesh's unit
 
 
@@ -106,7 +107,7 @@ def draw_handles(python, name, folder, out):
     row = max(frames, key=lambda row: float(row["max_displacement"]))
     picture = draw(python, out / f"{name}.png", *VIEWS[name], "--size", 800, 600, "--caption", "displacement",
                    "--values", folder / row["displacement"], *handle_marks(folder / row["handles"]), folder / row["obj"])
-    return picture, f"{name.replace('_', ', ')}, after {float(row['time']):.3g} s"
+    return picture, f"{HELD[name]} held, after {float(row['time']):.3g} s"
 
 
 def draw_handle_scenes(python, names, out):
@@ -136,7 +137,7 @@ def main():
     drawing = can_draw(args.python)
     pictures = []
     ready = [name for name in args.scenes if drawing and results[name][1]]
-    handles = [name for name in ready if name.startswith("handles_")]
+    handles = [name for name in ready if name in HELD]
     for name in ready:
         if name not in handles:
             pictures += draw_scene(args.python, name, args.out / name, args.out)
