@@ -5,8 +5,8 @@
 
 Each scene's rest shape and the frames that the program wrote (those of largest displacement) become stills in --out,
 coloured by displacement on one scale and from one camera, and a sheet of them. Of the scenes with handles each has
-one still, its handles as yellow spheres and red, green, blue axes, and they share handles_sheet.png. Without the renderer's packages the
-scenes still run. Any Python 3 will do: only the stills need the Python given by --python.
+one still, its handles as yellow spheres and red, green, blue axes, and they share handles_sheet.png. Without the
+renderer's packages the scenes still run. Any Python 3 will do: only the stills need the Python given by --python.
 """
 
 import argparse
@@ -22,7 +22,7 @@ VIEWS = {
     "dinosaur": ["--view", "35", "18"],
     "flat_beam": ["--up", "z", "--gap", "0.15", "--view", "32", "20"],
     "v_beam": ["--up", "z", "--gap", "0.15", "--view", "48", "22"],
-    "handles_position": ["--up", "z", "--gap", "0.15", "--view", "40", "50"],
+    "handles_position": ["--up", "z", "--gap", "0.15", "--view", "-12", "24"],
     "handles_orientation": ["--up", "z", "--gap", "0.15", "--view", "32", "20"],
     "handles_both": ["--up", "z", "--gap", "0.15", "--view", "32", "20"],
 }
