@@ -60,6 +60,7 @@ inline SwPrecomputeDesc precompute_desc() { return detail::initialized(sw_precom
 inline SwStateDesc state_desc() { return detail::initialized(sw_state_desc_init); }
 inline SwDampingDesc damping_desc() { return detail::initialized(sw_damping_desc_init); }
 inline SwFrameDesc frame_desc() { return detail::initialized(sw_frame_desc_init); }
+inline SwConstraintDesc constraint_desc() { return detail::initialized(sw_constraint_desc_init); }
 
 /* A mesh of packed positions (n_vertices x 3) and packed triangles (n_triangles x 3). */
 inline SwMeshDesc mesh_desc(const void *positions, uint32_t format, uint32_t n_vertices, const uint32_t *triangles,
@@ -163,6 +164,9 @@ public:
   void set_amplitudes(const double *amplitudes, const double *velocities, uint32_t count) {
     check(sw_state_set_amplitudes(get(), amplitudes, velocities, count));
   }
+  void set_constraint(const SwConstraintDesc &desc) { check(sw_state_set_constraint(get(), &desc)); }
+  /* SW_ALL_CONSTRAINTS removes them all. */
+  void clear_constraint(uint32_t id) { check(sw_state_clear_constraint(get(), id)); }
   void step(double seconds) { check(sw_state_step(get(), seconds)); }
 
   Amplitudes amplitudes() const {
@@ -198,6 +202,15 @@ public:
     SwStateReport report = detail::initialized(sw_state_report_init);
     check(sw_state_report(get(), &report));
     return report;
+  }
+
+  /* What the last step made of each constraint, by ascending id. */
+  std::vector<SwConstraintReport> constraint_report() const {
+    uint32_t count = 0;
+    check(sw_state_constraint_report(get(), nullptr, 0, &count));
+    std::vector<SwConstraintReport> reports(count);
+    check(sw_state_constraint_report(get(), reports.data(), count, &count));
+    return reports;
   }
 
   std::vector<unsigned char> save() const {

@@ -41,23 +41,76 @@ void write_displacement(const std::string &path, const Mesh &mesh, const shellwa
   file.close();
 }
 
-void write_frame(const std::string &directory, const std::string &name, const Mesh &mesh, const FrameRecord &frame,
-                 shellwarp::State &state) {
+bool any_held(const std::vector<PlacedHandle> &handles, const FrameRecord &frame) {
+  return std::any_of(handles.begin(), handles.end(),
+                     [&](const PlacedHandle &placed) { return placed.handle.held(frame.report.time); });
+}
+
+const char *kind_name(const Handle &handle) {
+  return !handle.holds_orientation ? "position" : !handle.holds_position ? "orientation" : "both";
+}
+
+// The columns of a unit quaternion's rotation matrix (w, x, y, z), one after the other.
+std::array<double, 9> matrix_columns(const double *q) {
+  const double w = q[0], x = q[1], y = q[2], z = q[3];
+  return {1 - 2 * (y * y + z * z), 2 * (x * y + w * z),     2 * (x * z - w * y),
+          2 * (x * y - w * z),     1 - 2 * (x * x + z * z), 2 * (y * z + w * x),
+          2 * (x * z + w * y),     2 * (y * z - w * x),     1 - 2 * (x * x + y * y)};
+}
+
+// Where the handle is to be; along axes that it does not hold, where its vertex is.
+std::array<double, 3> handle_point(const PlacedHandle &placed, double seconds, const std::vector<double> &positions) {
+  const std::array<double, 3> target = placed.position(seconds);
+  std::array<double, 3> x{};
+  for (std::size_t i = 0; i < 3; ++i) {
+    const bool held = placed.handle.holds_position && (placed.handle.axes >> i & 1);
+    x[i] = held ? target[i] : positions[3 * std::size_t{placed.vertex} + i];
+  }
+  return x;
+}
+
+void write_handles(const std::string &path, const std::vector<PlacedHandle> &handles, double seconds, const Mesh &mesh,
+                   const shellwarp::State &state) {
+  std::vector<double> positions(mesh.positions.size()), rotations(mesh.positions.size() / 3 * 4);
+  state.positions(positions.data(), mesh.n_vertices());
+  state.rotations(rotations.data(), mesh.n_vertices());
+  OutputFile file(path);
+  file.print("vertex,kind,x,y,z,xx,xy,xz,yx,yy,yz,zx,zy,zz\n");
+  for (const PlacedHandle &placed : handles) {
+    if (!placed.handle.held(seconds)) continue;
+    const std::array<double, 3> x = handle_point(placed, seconds, positions);
+    file.print("%u,%s,%.9g,%.9g,%.9g", placed.vertex, kind_name(placed.handle), x[0], x[1], x[2]);
+    const std::array<double, 9> columns = matrix_columns(&rotations[4 * std::size_t{placed.vertex}]);
+    for (double m : columns)
+      if (placed.handle.holds_orientation)
+        file.print(",%.9g", m);
+      else
+        file.print(",");
+    file.print("\n");
+  }
+  file.close();
+}
+
+void write_frame(const std::string &directory, const std::string &name, const Mesh &mesh,
+                 const std::vector<PlacedHandle> &handles, const FrameRecord &frame, shellwarp::State &state) {
   state.load(frame.saved);
   std::vector<float> positions(mesh.positions.size());
   state.positions(positions.data(), mesh.n_vertices());
   write_obj(join(directory, name + ".obj"), positions, mesh);
   write_displacement(join(directory, name + "_displacement.txt"), mesh, state);
+  if (any_held(handles, frame))
+    write_handles(join(directory, name + "_handles.csv"), handles, frame.report.time, mesh, state);
 }
 
-void write_table_row(OutputFile &file, const FrameRecord &frame, const std::string &name) {
+void write_table_row(OutputFile &file, const FrameRecord &frame, const std::string &name, bool has_handles) {
   const SwStateReport &r = frame.report;
   file.print("%u,%.9g,%.9g,%.9g,%.9g,%.9g,", frame.frame, r.time, r.max_displacement, r.max_rotation, r.kinetic_energy,
              r.elastic_energy);
   if (name.empty())
-    file.print(",\n");
+    file.print(",,\n");
   else
-    file.print("%s.obj,%s_displacement.txt\n", name.c_str(), name.c_str());
+    file.print("%s.obj,%s_displacement.txt,%s\n", name.c_str(), name.c_str(),
+               has_handles ? (name + "_handles.csv").c_str() : "");
 }
 
 }  // namespace
@@ -73,18 +126,18 @@ std::vector<std::size_t> extreme_frames(const std::vector<FrameRecord> &frames, 
   return peaks;
 }
 
-void write_frame_files(const std::string &directory, const Scene &scene, const Mesh &mesh, const Run &run,
-                       shellwarp::State &state) {
+void write_frame_files(const std::string &directory, const Scene &scene, const Mesh &mesh,
+                       const std::vector<PlacedHandle> &handles, const Run &run, shellwarp::State &state) {
   write_obj(join(directory, scene.name + "_rest.obj"), mesh.positions, mesh);
   const std::vector<std::size_t> chosen = extreme_frames(run.frames, scene.obj_frames);
 
   OutputFile table(join(directory, scene.name + "_frames.csv"));
-  table.print("frame,time,max_displacement,max_rotation,kinetic_energy,elastic_energy,obj,displacement\n");
+  table.print("frame,time,max_displacement,max_rotation,kinetic_energy,elastic_energy,obj,displacement,handles\n");
   for (std::size_t i = 0; i < run.frames.size(); ++i) {
     const bool write = std::binary_search(chosen.begin(), chosen.end(), i);
     const std::string name = write ? frame_name(scene, run.frames[i].frame) : "";
-    if (write) write_frame(directory, name, mesh, run.frames[i], state);
-    write_table_row(table, run.frames[i], name);
+    if (write) write_frame(directory, name, mesh, handles, run.frames[i], state);
+    write_table_row(table, run.frames[i], name, any_held(handles, run.frames[i]));
   }
   table.close();
 }

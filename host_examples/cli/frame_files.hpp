@@ -4,12 +4,17 @@
 //   NAME_frame_0042.obj                the shell in the world, frames of largest displacement only
 //   NAME_frame_0042_displacement.txt   how far each vertex is from its rest place as seen in the support frame, one number a
 //                                      line; the same as the difference of the two OBJ files where the supports do not move
+//   NAME_frame_0042_handles.csv        the handles held then, a row each: vertex, kind, where it is to be (x, y, z; along an
+//                                      axis that is not held, where the vertex is), and for an orientation the world axes of
+//                                      the vertex's frame (xx, xy, xz is what x has become, and so on to zz)
 //   NAME_frames.csv                    every frame: frame, time, max_displacement, max_rotation, kinetic_energy,
-//                                      elastic_energy, obj, displacement; the last two name the files, where written
+//                                      elastic_energy, obj, displacement, handles; the last three name the files, where
+//                                      written
 //
 // Vertices have the order of the mesh file in all of them, and all OBJ files have the same triangles.
 #pragma once
 
+#include "handle_motion.hpp"
 #include "mesh.hpp"
 #include "scene.hpp"
 #include "simulation.hpp"
@@ -23,7 +28,7 @@ namespace cli {
 std::vector<std::size_t> extreme_frames(const std::vector<FrameRecord> &frames, std::size_t count);
 
 // `state` is used to go back to the frames that are written, and is left at the last of them.
-void write_frame_files(const std::string &directory, const Scene &scene, const Mesh &mesh, const Run &run,
-                       shellwarp::State &state);
+void write_frame_files(const std::string &directory, const Scene &scene, const Mesh &mesh,
+                       const std::vector<PlacedHandle> &handles, const Run &run, shellwarp::State &state);
 
 }  // namespace cli

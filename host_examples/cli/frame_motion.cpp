@@ -26,8 +26,10 @@ Vec3 sum(const std::vector<Oscillation> &oscillations, double seconds, double en
   return total;
 }
 
-// exp[r]× = I + a [r]× + b [r]×², by Rodrigues.
+}  // namespace
+
 Mat3 rotation_matrix(const Vec3 &r) {
+  // I + a [r]× + b [r]×², by Rodrigues
   const double angle = std::sqrt(r[0] * r[0] + r[1] * r[1] + r[2] * r[2]);
   const double half = angle / 2;
   const double a = angle > 0 ? std::sin(angle) / angle : 1;
@@ -41,8 +43,6 @@ Mat3 rotation_matrix(const Vec3 &r) {
     }
   return m;
 }
-
-}  // namespace
 
 SwFrameDesc FrameMotion::pose(double seconds) const {
   const double envelope = smooth_step(seconds / rise) * smooth_step((end - seconds) / fall);

@@ -31,4 +31,7 @@ struct FrameMotion {
   SwFrameDesc pose(double seconds) const;
 };
 
+// exp[r]× of a rotation vector, row-major.
+std::array<double, 9> rotation_matrix(const std::array<double, 3> &r);
+
 }  // namespace cli

@@ -55,6 +55,7 @@ shellwarp::Model precompute(const Scene &scene, const Mesh &mesh, bool quiet) {
 
 int run_scene(const Scene &scene, const RunOptions &options) {
   const Mesh mesh = read_mesh(scene.mesh_path);
+  const std::vector<PlacedHandle> handles = place_handles(scene.handles, mesh);
   std::optional<PointCache> cache;  // opened first: a folder that cannot be written is told before the long work
   if (!options.out.empty()) {
     std::filesystem::create_directories(options.out);
@@ -63,10 +64,10 @@ int run_scene(const Scene &scene, const RunOptions &options) {
   const shellwarp::Model model = precompute(scene, mesh, options.quiet);
   shellwarp::State state = make_state(scene, model);
   const uint32_t n_frames = options.frames.value_or(frame_count(scene));
-  const Run run = simulate(scene, n_frames, mesh.n_vertices(), state, cache ? &*cache : nullptr);
+  const Run run = simulate(scene, n_frames, mesh, handles, state, cache ? &*cache : nullptr);
   if (cache) {
     cache->close();
-    write_frame_files(options.out, scene, mesh, run, state);
+    write_frame_files(options.out, scene, mesh, handles, run, state);
   }
   return report({scene, model.info(), model.frequencies(), run}, options);
 }

@@ -180,6 +180,50 @@ FrameMotion read_motion(Section section, double duration) {
   return motion;
 }
 
+HandleKey read_key(Section section, const Handle &handle) {
+  HandleKey key;
+  const std::optional<double> time = section.number("time");
+  if (!time || *time < 0) section.fail("time must be 0 or more");
+  key.time = *time;
+  if (!handle.keys.empty() && key.time <= handle.keys.back().time) section.fail("the times of keys must ascend");
+  if (handle.holds_position) key.offset = section.vector("offset");
+  if (handle.holds_orientation) key.rotation = section.vector("rotate_degrees");
+  for (double &r : key.rotation) r *= kRadians;
+  section.reject_unknown_keys();  // an offset of what does not hold a position, too
+  return key;
+}
+
+uint32_t read_axes(Section &section) {
+  const std::string letters = section.text("axes").value_or("xyz");
+  const std::string known = "xyz";
+  uint32_t axes = 0;
+  for (char letter : letters) {
+    const std::size_t axis = known.find(letter);
+    if (axis == std::string::npos) section.fail(*section.find("axes"), "axes must be some of the letters xyz");
+    axes |= uint32_t{1} << axis;  // SW_AXIS_X, SW_AXIS_Y, SW_AXIS_Z
+  }
+  if (axes == 0) section.fail(*section.find("axes"), "axes must be some of the letters xyz");
+  return axes;
+}
+
+Handle read_handle(Section section) {
+  Handle handle;
+  const std::string kind = section.choice("kind", {"position", "orientation", "both"});
+  handle.holds_position = kind != "orientation";
+  handle.holds_orientation = kind != "position";
+  handle.vertex = section.count("vertex");
+  const std::vector<double> nearest = section.numbers("nearest", 3);
+  if (handle.vertex.has_value() != nearest.empty()) section.fail("name the vertex by vertex or nearest");
+  handle.nearest = section.vector("nearest");
+  handle.axes = read_axes(section);
+  handle.compliance = section.number("compliance").value_or(0);
+  if (handle.compliance < 0) section.fail(*section.find("compliance"), "compliance must not be negative");
+  handle.release = section.number("release");
+  for (Section &s : section.sections("key")) handle.keys.push_back(read_key(std::move(s), handle));
+  section.reject_unknown_keys();
+  return handle;
+}
+
 Damping read_damping(Section section) {
   Damping d;
   d.ratio = section.number("ratio").value_or(0);
@@ -209,6 +253,8 @@ Expectations read_expectations(Section section) {
   e.max_displacement = section.range("max_displacement");
   e.final_displacement = section.range("final_displacement");
   e.lowest_frequency = section.range("lowest_frequency");
+  e.handle_residual = section.number("handle_residual");
+  e.handles_met = section.flag("handles_met").value_or(false);
   e.in_range = section.flag("in_range").value_or(false);
   section.reject_unknown_keys();
   return e;
@@ -254,6 +300,7 @@ Scene read_scene(const std::string &path) {
   if (auto s = top.section("damping")) scene.damping = read_damping(*s);
   for (Section &s : top.sections("support")) scene.supports.push_back(read_support(std::move(s), path));
   if (auto s = top.section("frame")) scene.motion = read_motion(*s, scene.duration);
+  for (Section &s : top.sections("handle")) scene.handles.push_back(read_handle(std::move(s)));
   if (auto s = top.section("expect")) scene.expect = read_expectations(*s);
   if (auto s = top.section("paper")) scene.paper = read_paper(*s);
   top.reject_unknown_keys();

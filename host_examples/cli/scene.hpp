@@ -1,8 +1,9 @@
-// What to simulate: a mesh, its material and supports, how the support frame moves, what is expected to come out.
+// What to simulate: a mesh, its material and supports, how the support frame and handles move, what is expected to come out.
 // Filled from a TOML file (read_scene) or from command line options.
 #pragma once
 
 #include "frame_motion.hpp"
+#include "handle_motion.hpp"
 #include "mesh.hpp"
 
 #include <array>
@@ -41,6 +42,8 @@ struct Expectations {
   std::optional<Range> final_displacement;  // at its end
   std::optional<Range> lowest_frequency;    // Hz
   bool in_range = false;                    // at every frame
+  std::optional<double> handle_residual;    // at most, at every step: in model sizes, or radians
+  bool handles_met = false;                 // at every step
 };
 
 // Another's figures for the same scene, printed beside ours.
@@ -65,6 +68,7 @@ struct Scene {
   std::array<double, 3> gravity{};
   Damping damping;
   FrameMotion motion;
+  std::vector<Handle> handles;
   uint32_t obj_frames = 3;  // how many frames of largest displacement are written
   Expectations expect;
   std::optional<PaperFigures> paper;

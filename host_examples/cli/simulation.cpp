@@ -24,14 +24,32 @@ private:
   Clock::time_point start_;
 };
 
-// The frame's pose is given for the end of each step; the library takes velocities from the differences.
-void step_to_next_frame(const Scene &scene, shellwarp::State &state, Run &run) {
+void note_handles(const shellwarp::State &state, HandleFigures &figures) {
+  bool all_met = true;
+  const std::vector<SwConstraintReport> reports = state.constraint_report();
+  for (const SwConstraintReport &r : reports) {
+    double &worst = r.kind == SW_CONSTRAINT_POSITION ? figures.position_residual : figures.orientation_residual;
+    worst = std::max(worst, r.residual);
+    figures.iterations = std::max(figures.iterations, r.iterations);
+    all_met &= r.met == 1;
+  }
+  figures.steps += !reports.empty();
+  figures.steps_missed += !all_met;
+}
+
+// The frame's pose and the handles' places are given for the end of each step; the library takes velocities from the
+// differences.
+void step_to_next_frame(const Scene &scene, std::vector<PlacedHandle> &handles, shellwarp::State &state, Run &run) {
   for (uint32_t k = 0; k < scene.steps_per_frame; ++k) {
     const double end_time = static_cast<double>(run.steps + 1) * scene.step();
-    Stopwatch stopwatch(run.step_seconds);
-    if (scene.motion.moves()) state.set_frame(scene.motion.pose(end_time));
-    state.step(scene.step());
+    {
+      Stopwatch stopwatch(run.step_seconds);
+      if (scene.motion.moves()) state.set_frame(scene.motion.pose(end_time));
+      move_handles(handles, end_time, state);
+      state.step(scene.step());
+    }
     ++run.steps;
+    if (!handles.empty()) note_handles(state, run.handles);
   }
 }
 
@@ -51,13 +69,14 @@ uint32_t frame_count(const Scene &scene) {
   return static_cast<uint32_t>(std::clamp(std::round(scene.duration * scene.frame_rate), 1.0, 1e9));
 }
 
-Run simulate(const Scene &scene, uint32_t n_frames, uint32_t n_vertices, shellwarp::State &state, PointCache *cache) {
+Run simulate(const Scene &scene, uint32_t n_frames, const Mesh &mesh, std::vector<PlacedHandle> handles,
+             shellwarp::State &state, PointCache *cache) {
   Run run;
-  std::vector<float> positions(std::size_t{3} * n_vertices);
+  std::vector<float> positions(mesh.positions.size());
   record(0, state, positions, run, cache);
   run.position_seconds = 0;  // the start is not a frame that was stepped to
   for (uint32_t frame = 1; frame <= n_frames && !run.interrupted; ++frame) {
-    step_to_next_frame(scene, state, run);
+    step_to_next_frame(scene, handles, state, run);
     record(frame, state, positions, run, cache);
     run.interrupted = interrupted();
   }

@@ -1,6 +1,8 @@
 // Stepping a scene through its frames, with the clock on the library alone: steps and positions are timed, files are not.
 #pragma once
 
+#include "handle_motion.hpp"
+#include "mesh.hpp"
 #include "point_cache.hpp"
 #include "scene.hpp"
 #include "shellwarp.hpp"
@@ -17,16 +19,25 @@ struct FrameRecord {
   std::vector<unsigned char> saved;
 };
 
+// What became of the handles, over all steps in which any was held.
+struct HandleFigures {
+  uint64_t steps = 0, steps_missed = 0;                    // missed: not all constraints were met
+  double position_residual = 0, orientation_residual = 0;  // the worst; length, radians
+  uint32_t iterations = 0;                                 // the most in one step
+};
+
 struct Run {
   std::vector<FrameRecord> frames;  // frame 0 is the start
   uint64_t steps = 0;
   double step_seconds = 0, position_seconds = 0;
+  HandleFigures handles;
   bool all_finite = true;
   bool interrupted = false;
 };
 
 // Writes one sample a frame into `cache` unless it is null.
-Run simulate(const Scene &scene, uint32_t n_frames, uint32_t n_vertices, shellwarp::State &state, PointCache *cache);
+Run simulate(const Scene &scene, uint32_t n_frames, const Mesh &mesh, std::vector<PlacedHandle> handles,
+             shellwarp::State &state, PointCache *cache);
 
 // The duration in frames, at least one.
 uint32_t frame_count(const Scene &scene);

@@ -114,6 +114,22 @@ void print_motion(const Run &run) {
                                                 [](const FrameRecord &f) { return !f.report.in_range; }))));
 }
 
+// In model sizes, or radians.
+double handle_residual(const Summary &summary) {
+  const HandleFigures &handles = summary.run.handles;
+  return std::max(handles.position_residual / summary.info.size, handles.orientation_residual);
+}
+
+void print_handles(const Summary &summary) {
+  const HandleFigures &handles = summary.run.handles;
+  heading("handles");
+  row("steps with a handle held", count(handles.steps));
+  row("steps with all met", count(handles.steps - handles.steps_missed));
+  row("worst residual of a position", format("%.1e", handles.position_residual));
+  row("worst residual of a rotation", format("%.1e rad", handles.orientation_residual));
+  row("most iterations in a step", count(handles.iterations));
+}
+
 double largest_displacement(const Run &run) {
   double largest = 0;
   for (const FrameRecord &f : run.frames) largest = std::max(largest, f.report.max_displacement);
@@ -145,6 +161,7 @@ void print_summary(const Summary &summary) {
   print_precompute(summary.info, paper);
   print_run(summary.info, summary.run, paper);
   print_motion(summary.run);
+  if (!summary.scene.handles.empty()) print_handles(summary);
   print_memory(summary.info);
   if (!paper.note.empty()) std::printf("%s: %s\n", paper.source.c_str(), paper.note.c_str());
 }
@@ -163,6 +180,12 @@ std::vector<std::string> violations(const Summary &summary, bool whole) {
           format("range: left at frame %u, local rotation %.3f rad", f.frame, f.report.max_rotation));
       break;
     }
+  if (expect.handle_residual)
+    judge.within("worst residual of handles", handle_residual(summary), Range{0, *expect.handle_residual});
+  if (expect.handles_met && (run.handles.steps == 0 || run.handles.steps_missed > 0))
+    judge.sentences.push_back(format("handles: met in %s of %s steps",
+                                     count(run.handles.steps - run.handles.steps_missed).c_str(),
+                                     count(run.handles.steps).c_str()));
   if (whole) {
     judge.within("largest displacement", largest_displacement(run), expect.max_displacement);
     judge.within("displacement at the end", run.frames.back().report.max_displacement, expect.final_displacement);

@@ -4,8 +4,9 @@
     demo.py --cli build/bin/shellwarp --python .venv/bin/python --out out/demo
 
 Each scene's rest shape and the frames that the program wrote (those of largest displacement) become stills in --out,
-coloured by displacement on one scale and from one camera, and a sheet of them. Without the renderer's packages the
-scenes still run. Any Python 3 will do: only the stills need the Python given by --python.
+coloured by displacement on one scale and from one camera, and a sheet of them. Of the scenes with handles each has
+one still, its handles as yellow spheres and red, green, blue axes, and they share handles_sheet.png. Without the
+renderer's packages the scenes still run. Any Python 3 will do: only the stills need the Python given by --python.
 """
 
 import argparse
@@ -21,7 +22,12 @@ VIEWS = {
     "dinosaur": ["--view", "35", "18"],
     "flat_beam": ["--up", "z", "--gap", "0.15", "--view", "32", "20"],
     "v_beam": ["--up", "z", "--gap", "0.15", "--view", "48", "22"],
+    "handles_position": ["--up", "z", "--gap", "0.15", "--view", "-12", "24"],
+    "handles_orientation": ["--up", "z", "--gap", "0.15", "--view", "32", "20"],
+    "handles_both": ["--up", "z", "--gap", "0.15", "--view", "32", "20"],
 }
+HELD = {"handles_position": "position", "handles_orientation": "orientation", "handles_both": "orientation and height"}
+BALL = 0.08                  # radius of a handle that holds a position, in the mesh's unit
 
 
 def run_scene(cli, name, folder):
@@ -80,6 +86,38 @@ def draw_scene(python, name, folder, out):
     return stills + [draw(python, sheet, "--contact-sheet", "--columns", columns, *stills, "--labels", *labels)]
 
 
+def handle_marks(table):
+    """The renderer's options for the handles that a file of them lists; several on one vertex share the axes."""
+    with open(table, encoding="utf-8", newline="") as file:
+        handles = list(csv.DictReader(file))
+    places = [[float(row[c]) for c in ("x", "y", "z")] for row in handles]
+    balls = [x + [BALL] for x, row in zip(places, handles) if row["kind"] != "orientation"]
+    frames = [x + [float(row[i + j]) for i in "xyz" for j in "xyz"]
+              for x, row in zip(places, handles) if row["kind"] != "position"]
+    words = [f"{n:.6f}" for ball in balls for n in ball]   # no exponents: -1e-7 looks like an option
+    return (["--spheres", *words] if balls else []) + (["--axes", *(f"{n:.6f}" for n in frames[0])] if frames else [])
+
+
+def draw_handles(python, name, folder, out):
+    """One still of a scene with handles, where they have moved it most, and its label; None if it could not be drawn."""
+    frames = [row for row in written_frames(folder)[1] if row["handles"]]
+    if not frames:
+        print(f"demo: no frames with handles of {name} in {folder}", file=sys.stderr)
+        return None, ""
+    row = max(frames, key=lambda row: float(row["max_displacement"]))
+    picture = draw(python, out / f"{name}.png", *VIEWS[name], "--size", 800, 600, "--caption", "displacement",
+                   "--values", folder / row["displacement"], *handle_marks(folder / row["handles"]), folder / row["obj"])
+    return picture, f"{HELD[name]} held, after {float(row['time']):.3g} s"
+
+
+def draw_handle_scenes(python, names, out):
+    """A still for each scene with handles, and their sheet."""
+    stills, labels = zip(*(draw_handles(python, name, out / name, out) for name in names))
+    if None in stills:
+        return list(stills)
+    return [*stills, draw(python, out / "handles_sheet.png", "--contact-sheet", *stills, "--labels", *labels)]
+
+
 def can_draw(python):
     try:
         return subprocess.run([python, "-c", "import mitsuba, numpy, PIL"], check=False, capture_output=True).returncode == 0
@@ -98,9 +136,13 @@ def main():
     results = {name: run_scene(args.cli, name, args.out / name) for name in args.scenes}
     drawing = can_draw(args.python)
     pictures = []
-    for name in (args.scenes if drawing else []):
-        if results[name][1]:
+    ready = [name for name in args.scenes if drawing and results[name][1]]
+    handles = [name for name in ready if name in HELD]
+    for name in ready:
+        if name not in handles:
             pictures += draw_scene(args.python, name, args.out / name, args.out)
+    if handles:
+        pictures += draw_handle_scenes(args.python, handles, args.out)
 
     for name, (printed, _) in results.items():
         print(f"\n== {name}\n{printed}", end="")

@@ -113,16 +113,22 @@ def lights_and_ground(mi, camera, level):
 
 
 def overlays(spheres, axes, place, reach):
-    """Yellow spheres (rows x y z r) and, from the point `axes` if given, cylinders along x, y, z in red, green, blue."""
+    """Yellow spheres (rows x y z r) and red, green, blue cylinders along axes: none, a point, or a point and directions."""
     shapes = {}
     for i, (x, y, z, r) in enumerate(spheres):
         shapes[f"sphere{i}"] = {"type": "sphere", "center": place((x, y, z)).tolist(), "radius": r / reach,
                                 "bsdf": matte(rgb(reflectance(color("yellow"))))}
-    for k, name in enumerate(("red", "green", "blue") if axes is not None else ()):
-        start, end = place(axes), place(axes + AXIS * reach * np.eye(3)[k])
+    for name, tip in zip(("red", "green", "blue"), axis_tips(axes, reach)):
+        start, end = place(axes[:3]), place(tip)
         shapes[name] = {"type": "cylinder", "p0": start.tolist(), "p1": end.tolist(), "radius": 0.012,
                         "bsdf": matte(rgb(reflectance(color(name))))}
     return shapes
+
+
+def axis_tips(axes, reach):
+    """Ends of the axes, rows; none for no axes."""
+    directions = axes[3:].reshape(3, 3) if len(axes) == 12 else np.eye(3)
+    return axes[:3] + AXIS * reach * directions if len(axes) else np.empty((0, 3))
 
 
 # -------------------------------------------------------------------------------------------------------- rendering
@@ -170,7 +176,8 @@ def arguments(argv):
     add("--caption", help="words above the colour scale")
     add("--colors", nargs="+", default=[], metavar="COLOR", help=f"one for each mesh: {', '.join(COLORS)}, #rrggbb")
     add("--spheres", nargs="+", default=[], metavar="N", help="x y z radius, repeated: yellow spheres")
-    add("--axes", nargs=3, type=float, metavar=("X", "Y", "Z"), help="axes from this point: x red, y green, z blue")
+    add("--axes", nargs="+", default=[], metavar="N",
+        help="x y z: axes from this point, x red, y green, z blue; nine more numbers: directions of the three")
     add("--frame-on", action="append", default=[], metavar="FILE.obj", help="frame on these meshes instead; may be repeated")
     add("--view", nargs=2, type=float, default=(35, 18), metavar=("AZIMUTH", "ELEVATION"), help="degrees (35 18)")
     add("--up", choices="yz", default="y", help="which way is up (y)")
@@ -186,7 +193,7 @@ def arguments(argv):
 
 def check(args):
     """Files written right after a list of colours, numbers or labels are taken out of it; nonsense is refused."""
-    for name in ("colors", "spheres", "labels"):
+    for name in ("colors", "spheres", "axes", "labels"):
         words = getattr(args, name)
         args.files += [word for word in words if word.lower().endswith((".obj", ".png"))]
         setattr(args, name, [word for word in words if not word.lower().endswith((".obj", ".png"))])
@@ -200,6 +207,12 @@ def check(args):
         args.spheres = np.array(args.spheres, dtype=np.float64).reshape(-1, 4)
     except ValueError:
         raise RenderError(f"--spheres takes x y z radius for each sphere; found {' '.join(args.spheres)}") from None
+    try:
+        args.axes = np.array(args.axes, dtype=np.float64)
+        if len(args.axes) not in (0, 3, 12):
+            raise ValueError
+    except ValueError:
+        raise RenderError(f"--axes takes x y z or twelve numbers; found {' '.join(map(str, args.axes))}") from None
     if min(args.size) < 16 or max(args.size) > 8192 or not 1 <= args.samples <= 4096:
         raise RenderError("--size goes from 16 to 8192, --samples from 1 to 4096")
     if not 1 <= args.view[1] <= 89:
@@ -256,8 +269,7 @@ def framing(args, meshes):
     if reach == 0:
         raise RenderError(f"{args.files[0]}: all vertices are at one point")
     if not args.frame_on:
-        tips = [] if args.axes is None else args.axes + AXIS * reach * np.eye(3)
-        shown = np.concatenate([shown, args.spheres[:, :3], np.reshape(tips, (-1, 3))])
+        shown = np.concatenate([shown, args.spheres[:, :3], axis_tips(args.axes, reach)])
     return shown, middle, reach
 
 

@@ -157,6 +157,18 @@ class Pictures(WithFiles):
                                "--frame-on", mesh, "--colors", "red", "blue", mesh, mesh)
         self.assertGreater(picture.std(), 5)
 
+    def test_axes_may_be_turned(self):
+        mesh = self.file(TENT)
+        turned = ["--axes", 0, 0, 1, "0", "1", "0", "-1.000000", "0", "0", "0", "0", "1"]
+        picture, _ = self.draw("--samples", 1, *turned, mesh)
+        plain, _ = self.draw("--samples", 1, "--axes", 0, 0, 1, mesh)
+        self.assertGreater(np.abs(picture - plain).max(), 50)
+
+    def test_axes_of_another_length_are_refused(self):
+        code, _, printed = self.run_main("--out", self.folder / "x.png", "--axes", 0, 0, 1, 1, self.file(TENT))
+        self.assertEqual(code, 2)
+        self.assertIn("--axes takes", printed)
+
     def test_a_contact_sheet_holds_every_picture(self):
         for name, shade in (("a.png", "red"), ("b.png", "blue")):
             Image.new("RGB", (64, 48), shade).save(self.folder / name)
@@ -174,6 +186,13 @@ class Demo(WithFiles):
         rest, frames = demo.written_frames(self.folder)
         self.assertEqual(rest, self.folder / "tent_rest.obj")
         self.assertEqual([(row["frame"], row["obj"]) for row in frames], [("7", "tent_7.obj")])
+
+    def test_handles_become_spheres_and_one_set_of_axes(self):
+        table = self.file("vertex,kind,x,y,z,xx,xy,xz,yx,yy,yz,zx,zy,zz\n"
+                          "4,position,1,2,-1e-7,,,,,,,,,\n4,orientation,1,2,3,0,1,0,-1,0,0,0,0,1\n", "tent_handles.csv")
+        marks = demo.handle_marks(table)
+        self.assertEqual(marks[:5], ["--spheres", "1.000000", "2.000000", "-0.000000", f"{demo.BALL:.6f}"])
+        self.assertEqual([float(x) for x in marks[6:]], [1, 2, 3, 0, 1, 0, -1, 0, 0, 0, 0, 1])
 
     def test_a_program_that_is_missing_or_fails_is_a_failed_scene(self):
         with contextlib.redirect_stdout(io.StringIO()):

@@ -650,6 +650,310 @@ static void leaving_the_range_is_reported(void) {
   sw_model_destroy(model);
 }
 
+/* ------------------------------------------------------------------------------------------------------ constraints */
+
+static const uint32_t kTip = STRIP_VERTICES - 2; /* the middle of the free end, at (4, 0, 0) */
+
+/* A hard constraint on the tip. */
+static SwConstraintDesc tip_constraint(uint32_t id, uint32_t kind, uint32_t axes) {
+  SwConstraintDesc desc;
+  sw_constraint_desc_init(&desc);
+  desc.id = id;
+  desc.kind = kind;
+  desc.vertex = kTip;
+  desc.axes = axes;
+  desc.position[0] = STRIP_LENGTH;
+  return desc;
+}
+
+static SwConstraintDesc height_of_tip(uint32_t id, double z) {
+  SwConstraintDesc desc = tip_constraint(id, SW_CONSTRAINT_POSITION, SW_AXIS_Z);
+  desc.position[2] = z;
+  return desc;
+}
+
+static void set_turn(SwConstraintDesc *desc, const double axis[3], double angle) {
+  const double c = cos(angle), s = sin(angle), *a = axis;
+  const double cross[9] = {0, -a[2], a[1], a[2], 0, -a[0], -a[1], a[0], 0};
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) desc->rotation[3 * i + j] = c * (i == j) + s * cross[3 * i + j] + (1 - c) * a[i] * a[j];
+}
+
+/* Angle between the tip's frame and a rotation about an axis. */
+static double angle_from_turn(const SwState *state, const double axis[3], double angle) {
+  double q[4 * STRIP_VERTICES];
+  OK(sw_state_rotations(state, SW_SPACE_WORLD, SW_FORMAT_F64, q, 0, STRIP_VERTICES));
+  const double *tip = &q[4 * kTip], c = cos(angle / 2), s = sin(angle / 2);
+  /* The vector part of q conj(p): accurate for small angles, where the cosine is not. */
+  const double p[4] = {c, s * axis[0], s * axis[1], s * axis[2]};
+  const double x = -tip[0] * p[1] + tip[1] * p[0] - tip[2] * p[3] + tip[3] * p[2];
+  const double y = -tip[0] * p[2] + tip[2] * p[0] - tip[3] * p[1] + tip[1] * p[3];
+  const double z = -tip[0] * p[3] + tip[3] * p[0] - tip[1] * p[2] + tip[2] * p[1];
+  return 2 * asin(fmin(1, sqrt(x * x + y * y + z * z)));
+}
+
+static uint32_t count_constraints(const SwState *state) {
+  uint32_t count = 77;
+  OK(sw_state_constraint_report(state, NULL, 0, &count));
+  return count;
+}
+
+static SwConstraintReport only_report(const SwState *state) {
+  SwConstraintReport report;
+  uint32_t count = 0;
+  OK(sw_state_constraint_report(state, &report, 1, &count));
+  CHECK(count == 1);
+  return report;
+}
+
+/* A millionth of the size, the header's bound for `met`. */
+static double met_length(const SwModel *model) { return 1e-6 * info_of(model).size; }
+
+static void a_position_is_met_from_the_next_step_on_and_reported(void) {
+  SwModel *model = sagging_model();
+  const uint32_t integrators[2] = {SW_INTEGRATOR_IMPLICIT_EULER, SW_INTEGRATOR_EXACT};
+  for (int k = 0; k < 2; ++k) {
+    SwState *state = new_state(model, 0, integrators[k]);
+    set_gravity(state, 0, 0, -0.4);
+    set_damping_ratio(state, 0.5);
+    SwConstraintDesc desc = tip_constraint(4, SW_CONSTRAINT_POSITION, 0);
+    desc.position[0] = STRIP_LENGTH - 0.4;
+    desc.position[2] = 1;
+    OK(sw_state_set_constraint(state, &desc));
+    SwConstraintReport report = only_report(state);
+    CHECK(report.met == 0 && report.iterations == 0 && report.residual == 0); /* nothing was asked of it yet */
+    step(state, 1, 1.0 / 30);
+    report = only_report(state);
+    const Positions p = positions_of(state, SW_SPACE_WORLD);
+    CHECK(report.id == 4 && report.kind == SW_CONSTRAINT_POSITION && report.vertex == kTip && report.reserved == 0);
+    CHECK(report.met == 1 && report.iterations > 0 && report.residual <= met_length(model));
+    CHECK(distance(vertex(&p, kTip), desc.position) <= met_length(model));
+    CHECK(report.force[2] > 0); /* it lifts */
+    step(state, 300, 1.0 / 30);
+    CHECK(only_report(state).met == 1 && report_of(state).constraint_work > 0);
+    sw_state_destroy(state);
+  }
+  sw_model_destroy(model);
+}
+
+static void an_orientation_is_met_and_reported(void) {
+  const double axis[3] = {0.6, -0.8, 0};
+  const Strip strip = make_strip();
+  SwModel *model = strip_model(&strip);
+  precompute(model, 16, SW_PRECISION_F64); /* the strip is so narrow that fewer hold no twist */
+  SwState *state = sagging_state(model, SW_METHOD_WARP);
+  for (int k = 1; k <= 60; ++k) {
+    SwConstraintDesc desc = tip_constraint(0, SW_CONSTRAINT_ORIENTATION, 0);
+    set_turn(&desc, axis, 0.01 * k);
+    desc.position[0] = NAN; /* not read */
+    OK(sw_state_set_constraint(state, &desc));
+    step(state, 1, 1.0 / 30);
+    CHECK(only_report(state).met == 1 && only_report(state).residual <= 1e-6);
+    CHECK(angle_from_turn(state, axis, 0.01 * k) <= 1e-6); /* a microradian, the header's bound */
+  }
+  sw_state_destroy(state);
+  sw_model_destroy(model);
+}
+
+static void a_zero_rotation_matrix_means_the_identity(void) {
+  const double axis[3] = {1, 0, 0};
+  SwModel *model = sagging_model();
+  SwState *state = sagging_state(model, SW_METHOD_WARP);
+  const SwConstraintDesc desc = tip_constraint(0, SW_CONSTRAINT_ORIENTATION, SW_AXIS_X | SW_AXIS_Y | SW_AXIS_Z);
+  OK(sw_state_set_constraint(state, &desc));
+  step(state, 30, 1.0 / 30);
+  CHECK(only_report(state).met == 1);
+  CHECK(angle_from_turn(state, axis, 0) <= 1e-6);
+  CHECK(report_of(state).max_displacement > 0.01); /* it sags, its end level */
+  sw_state_destroy(state);
+  sw_model_destroy(model);
+}
+
+static void constraints_are_reported_by_ascending_id(void) {
+  const uint32_t ids[4] = {9, 2, SW_ALL_CONSTRAINTS - 1, 0}, sorted[4] = {0, 2, 9, SW_ALL_CONSTRAINTS - 1};
+  SwModel *model = sagging_model();
+  SwState *state = sagging_state(model, SW_METHOD_WARP);
+  SwConstraintReport reports[5], untouched;
+  uint32_t count = 0;
+  CHECK(count_constraints(state) == 0);
+  for (int k = 0; k < 4; ++k) {
+    const SwConstraintDesc desc = height_of_tip(ids[k], 0.5); /* four times the same: no conflict */
+    OK(sw_state_set_constraint(state, &desc));
+  }
+  step(state, 1, 1.0 / 30);
+  memset(reports, 0xAB, sizeof reports);
+  memset(&untouched, 0xAB, sizeof untouched);
+  OK(sw_state_constraint_report(state, reports, 5, &count));
+  CHECK(count == 4);
+  for (int k = 0; k < 4; ++k) CHECK(reports[k].id == sorted[k] && reports[k].met == 1);
+  CHECK(memcmp(&reports[4], &untouched, sizeof untouched) == 0);
+  sw_state_destroy(state);
+  sw_model_destroy(model);
+}
+
+static void a_cleared_constraint_lets_go(void) {
+  SwModel *model = sagging_model();
+  SwState *state = sagging_state(model, SW_METHOD_WARP), *never = sagging_state(model, SW_METHOD_WARP);
+  const SwConstraintDesc up = height_of_tip(1, 1), also = tip_constraint(2, SW_CONSTRAINT_ORIENTATION, SW_AXIS_X);
+  OK(sw_state_set_constraint(state, &up));
+  OK(sw_state_set_constraint(state, &also));
+  step(state, 30, 1.0 / 30);
+  OK(sw_state_clear_constraint(state, 1));
+  CHECK(count_constraints(state) == 1 && only_report(state).id == 2);
+  OK(sw_state_clear_constraint(state, SW_ALL_CONSTRAINTS));
+  OK(sw_state_clear_constraint(state, SW_ALL_CONSTRAINTS)); /* all of none */
+  CHECK(count_constraints(state) == 0);
+  step(state, 3000, 1.0 / 30);
+  step(never, 3000, 1.0 / 30);
+  const Positions a = positions_of(state, SW_SPACE_WORLD), b = positions_of(never, SW_SPACE_WORLD);
+  /* At half of critical damping and a period of 12.5 s, 100 s leave e^-25 of the motion. */
+  CHECK(distance(vertex(&a, kTip), vertex(&b, kTip)) < 1e-9);
+  sw_state_destroy(state);
+  sw_state_destroy(never);
+  sw_model_destroy(model);
+}
+
+static void a_constraint_with_a_known_id_replaces_the_old_one(void) {
+  const double level[3] = {1, 0, 0};
+  SwModel *model = sagging_model();
+  SwState *state = sagging_state(model, SW_METHOD_WARP);
+  for (int k = 0; k < 3; ++k) {
+    const SwConstraintDesc moved = height_of_tip(7, 0.2 * k);
+    OK(sw_state_set_constraint(state, &moved));
+    step(state, 1, 1.0 / 30);
+    const Positions p = positions_of(state, SW_SPACE_WORLD);
+    CHECK(only_report(state).met == 1);
+    CHECK_NEAR(vertex(&p, kTip)[2], 0.2 * k, met_length(model));
+  }
+  const SwConstraintDesc other = tip_constraint(7, SW_CONSTRAINT_ORIENTATION, 0);
+  OK(sw_state_set_constraint(state, &other));
+  step(state, 1, 1.0 / 30);
+  CHECK(only_report(state).kind == SW_CONSTRAINT_ORIENTATION && only_report(state).met == 1);
+  CHECK(angle_from_turn(state, level, 0) <= 1e-6);
+  SwConstraintDesc elsewhere = height_of_tip(7, 0.1);
+  elsewhere.vertex = strip_vertex(STRIP_COLUMNS / 2, 1);
+  OK(sw_state_set_constraint(state, &elsewhere));
+  step(state, 1, 1.0 / 30);
+  const Positions p = positions_of(state, SW_SPACE_WORLD);
+  CHECK(only_report(state).vertex == elsewhere.vertex && only_report(state).met == 1);
+  CHECK_NEAR(vertex(&p, elsewhere.vertex)[2], 0.1, met_length(model));
+  sw_state_destroy(state);
+  sw_model_destroy(model);
+}
+
+static void a_free_strip_is_turned_through_several_revolutions(void) {
+  const double axis[3] = {0.48, -0.6, 0.64};
+  const Strip strip = make_strip();
+  const SwMeshDesc mesh = strip_mesh(&strip);
+  SwModel *model = NULL;
+  OK(sw_model_create(&mesh, NULL, NULL, &model));
+  precompute(model, 10, SW_PRECISION_F64);
+  SwState *state = new_state(model, 0, 0);
+  set_damping_ratio(state, 0.1);
+  for (int k = 1; k <= 200; ++k) {
+    SwConstraintDesc desc = tip_constraint(0, SW_CONSTRAINT_ORIENTATION, 0);
+    set_turn(&desc, axis, 0.1 * k);
+    OK(sw_state_set_constraint(state, &desc));
+    step(state, 1, 1.0 / 30);
+    CHECK(only_report(state).met == 1);
+    CHECK(angle_from_turn(state, axis, 0.1 * k) <= 1e-6);
+  }
+  CHECK(report_of(state).max_rotation > 6 * kPi); /* 20 rad, three whole turns, were not unwound */
+  sw_state_destroy(state);
+  sw_model_destroy(model);
+}
+
+static void lead(SwState *state, int first, int count) {
+  const double axis[3] = {0.6, -0.8, 0};
+  for (int k = first; k < first + count; ++k) {
+    const SwConstraintDesc up = height_of_tip(1, 0.02 * k);
+    SwConstraintDesc turn = tip_constraint(2, SW_CONSTRAINT_ORIENTATION, 0);
+    set_turn(&turn, axis, 0.01 * k);
+    OK(sw_state_set_constraint(state, &up));
+    OK(sw_state_set_constraint(state, &turn));
+    step(state, 1, 1.0 / 30);
+  }
+}
+
+/* The saved bytes hold no constraints: they are inputs, set again by the host. */
+static void a_led_run_goes_on_with_the_same_bytes_once_its_constraints_are_set_again(void) {
+  SwModel *model = sagging_model();
+  SwState *state = sagging_state(model, SW_METHOD_WARP), *fresh = sagging_state(model, SW_METHOD_WARP), *clone = NULL;
+  unsigned char saved[1024];
+  uint64_t size = 0;
+  lead(state, 0, 15);
+  OK(sw_state_save(state, saved, sizeof saved, &size));
+  OK(sw_state_clone(state, &clone));
+  CHECK(count_constraints(clone) == 2);
+  lead(state, 15, 15);
+  const Positions straight = positions_of(state, SW_SPACE_WORLD);
+  lead(clone, 15, 15);
+  const Positions cloned = positions_of(clone, SW_SPACE_WORLD);
+  OK(sw_state_load(state, saved, size));
+  CHECK(count_constraints(state) == 2); /* the host's inputs are not undone */
+  lead(state, 15, 15);
+  const Positions loaded = positions_of(state, SW_SPACE_WORLD);
+  OK(sw_state_load(fresh, saved, size));
+  CHECK(count_constraints(fresh) == 0);
+  lead(fresh, 15, 15);
+  const Positions elsewhere = positions_of(fresh, SW_SPACE_WORLD);
+  CHECK(memcmp(&straight, &cloned, sizeof straight) == 0);
+  CHECK(memcmp(&straight, &loaded, sizeof straight) == 0);
+  CHECK(memcmp(&straight, &elsewhere, sizeof straight) == 0);
+  sw_state_destroy(state);
+  sw_state_destroy(fresh);
+  sw_state_destroy(clone);
+  sw_model_destroy(model);
+}
+
+static void reset_keeps_constraints_and_repeats_the_run(void) {
+  SwModel *model = sagging_model();
+  SwState *state = sagging_state(model, SW_METHOD_WARP);
+  const SwConstraintDesc up = height_of_tip(1, 0.7);
+  OK(sw_state_set_constraint(state, &up));
+  step(state, 20, 1.0 / 30);
+  const Positions once = positions_of(state, SW_SPACE_WORLD);
+  OK(sw_state_reset(state));
+  CHECK(count_constraints(state) == 1);
+  CHECK(report_of(state).constraint_work == 0);
+  step(state, 20, 1.0 / 30);
+  const Positions again = positions_of(state, SW_SPACE_WORLD);
+  CHECK(memcmp(&once, &again, sizeof once) == 0);
+  sw_state_destroy(state);
+  sw_model_destroy(model);
+}
+
+static void compliance_gives_way_in_proportion_to_the_force(void) {
+  SwModel *model = sagging_model();
+  SwState *state = sagging_state(model, SW_METHOD_WARP);
+  SwConstraintDesc desc = height_of_tip(1, 0.5);
+  desc.compliance = 2;
+  OK(sw_state_set_constraint(state, &desc));
+  step(state, 3000, 1.0 / 30); /* to rest */
+  const SwConstraintReport report = only_report(state);
+  const Positions p = positions_of(state, SW_SPACE_WORLD);
+  CHECK(report.met == 1 && report.residual > 0.01);
+  CHECK_NEAR(0.5 - vertex(&p, kTip)[2], report.residual, met_length(model));
+  CHECK_NEAR(report.force[2] * 2, report.residual, met_length(model));
+  sw_state_destroy(state);
+  sw_model_destroy(model);
+}
+
+static void what_is_out_of_reach_is_reported_as_missing(void) {
+  SwModel *model = sagging_model();
+  SwState *state = sagging_state(model, SW_METHOD_WARP);
+  SwConstraintDesc desc = tip_constraint(1, SW_CONSTRAINT_POSITION, 0);
+  desc.position[0] = 20; /* the strip is 4 long and hardly stretches */
+  OK(sw_state_set_constraint(state, &desc));
+  step(state, 30, 1.0 / 30);
+  const Positions p = positions_of(state, SW_SPACE_WORLD);
+  CHECK(only_report(state).met == 0);
+  CHECK_NEAR(only_report(state).residual, distance(vertex(&p, kTip), desc.position), met_length(model));
+  CHECK(report_of(state).max_displacement < 10 * STRIP_LENGTH);
+  sw_state_destroy(state);
+  sw_model_destroy(model);
+}
+
 /* ----------------------------------------------------------------------------------------------------- mesh and log */
 
 typedef struct {
@@ -872,6 +1176,17 @@ int main(void) {
   RUN(world_output_is_frame_output_carried_by_the_frame);
   RUN(the_report_measures_what_positions_show);
   RUN(leaving_the_range_is_reported);
+  RUN(a_position_is_met_from_the_next_step_on_and_reported);
+  RUN(an_orientation_is_met_and_reported);
+  RUN(a_zero_rotation_matrix_means_the_identity);
+  RUN(constraints_are_reported_by_ascending_id);
+  RUN(a_cleared_constraint_lets_go);
+  RUN(a_constraint_with_a_known_id_replaces_the_old_one);
+  RUN(a_free_strip_is_turned_through_several_revolutions);
+  RUN(a_led_run_goes_on_with_the_same_bytes_once_its_constraints_are_set_again);
+  RUN(reset_keeps_constraints_and_repeats_the_run);
+  RUN(compliance_gives_way_in_proportion_to_the_force);
+  RUN(what_is_out_of_reach_is_reported_as_missing);
   RUN(every_fault_of_a_mesh_is_found_and_named);
   RUN(a_moebius_strip_is_not_orientable);
   RUN(mesh_check_writes_no_more_than_the_capacity);

@@ -2,10 +2,13 @@
 // Writes its files into the directory given as the first argument.
 #include "frame_files.hpp"
 #include "frame_motion.hpp"
+#include "handle_motion.hpp"
 #include "mesh.hpp"
 #include "point_cache.hpp"
+#include "progress.hpp"
 #include "scene.hpp"
 #include "shell.hpp"
+#include "simulation.hpp"
 #include "text_lines.hpp"
 
 #include "test_support.h"
@@ -399,6 +402,145 @@ void poses_are_rotations_about_the_pivot() {
   }
 }
 
+// ----------------------------------------------------------------------------------------------------------- handles
+
+cli::Handle led_handle() {
+  cli::Handle handle;
+  handle.vertex = strip_vertex(STRIP_COLUMNS - 1, 1);
+  handle.holds_orientation = true;
+  handle.release = 3;
+  // Rises, stays from 1 to 2, comes halfway back.
+  handle.keys = {{1, {-0.5, 0, 1}, {0, 0, 0}}, {2, {-0.5, 0, 1}, {0, -0.5, 0}}, {4, {0, 0, 0.5}, {0, -8, 0}}};
+  return handle;
+}
+
+void handles_go_through_their_keys_and_never_beyond_them() {
+  const cli::Handle handle = led_handle();
+  CHECK(handle.target(0).offset[2] == 0 && handle.target(0).rotation[1] == 0);  // no key at 0: at rest there
+  for (const cli::HandleKey &key : handle.keys)
+    for (std::size_t i = 0; i < 3; ++i) {
+      CHECK_NEAR(handle.target(key.time).offset[i], key.offset[i], 1e-15);  // rounding
+      CHECK_NEAR(handle.target(key.time).rotation[i], key.rotation[i], 1e-15);
+    }
+  CHECK(handle.target(9).offset[2] == 0.5 && handle.target(9).rotation[1] == -8);
+  CHECK(handle.target(1.5).offset[0] == -0.5 && handle.target(1.5).offset[2] == 1);  // stays between equal keys
+  double last = 0;
+  for (double t = 0; t <= 4; t += 0.01) {
+    const double z = handle.target(t).offset[2], turn = handle.target(t).rotation[1];
+    CHECK(z >= 0 && z <= 1);
+    CHECK(turn <= last);  // its keys only descend
+    last = turn;
+  }
+}
+
+void handles_move_without_jolts() {
+  const cli::Handle handle = led_handle();
+  const double h = 1e-4;
+  const auto speed = [&](double t) {
+    return (handle.target(t + h).rotation[1] - handle.target(t - h).rotation[1]) / (2 * h);
+  };
+  // Speeds of at most 8 a second change within 1e-3 s by accelerations of some 20: 0.02.
+  for (double t = 0; t <= 5; t += 1e-3) CHECK_NEAR(speed(t + 1e-3), speed(t), 0.05);
+  CHECK(std::fabs(speed(2)) > 0.1);                                 // passes through a key on its way
+  CHECK(std::fabs(speed(0)) < 0.01 && std::fabs(speed(4)) < 0.01);  // 20 times h
+}
+
+cli::Mesh strip_as_mesh() {
+  const Strip strip = make_strip();
+  return {std::vector<double>(strip.positions, strip.positions + 3 * STRIP_VERTICES),
+          std::vector<uint32_t>(strip.triangles, strip.triangles + 3 * STRIP_TRIANGLES)};
+}
+
+void handles_are_placed_on_the_nearest_vertex() {
+  const cli::Mesh mesh = strip_as_mesh();
+  cli::Handle handle;
+  handle.nearest = {3.96, 0.02, 7};
+  const std::vector<cli::PlacedHandle> placed = cli::place_handles({handle, led_handle()}, mesh);
+  CHECK(placed.size() == 2 && placed[0].vertex == strip_vertex(STRIP_COLUMNS - 1, 1) && placed[0].rest[0] == 4);
+  CHECK(placed[1].vertex == placed[0].vertex);
+  handle.vertex = STRIP_VERTICES;
+  std::string message;
+  try {
+    cli::place_handles({led_handle(), handle}, mesh);
+  } catch (const std::runtime_error &error) {
+    message = error.what();
+  }
+  CHECK(message == "handle 1 is at vertex 123 of 123");
+}
+
+cli::Scene led_scene() {
+  cli::Scene scene;
+  scene.name = "led";
+  scene.supports.push_back({true, std::nullopt, {0, 1, 2}});
+  scene.modes = 8;
+  scene.damping.ratio = 0.3;
+  scene.obj_frames = 1;
+  cli::Handle height, slope;
+  height.vertex = slope.vertex = strip_vertex(STRIP_COLUMNS - 1, 1);
+  height.axes = SW_AXIS_Z;
+  slope.axes = SW_AXIS_Y;
+  slope.holds_position = false;
+  slope.holds_orientation = true;
+  height.release = slope.release = 2;
+  height.keys = {{1, {0, 0, 1}, {}}};
+  slope.keys = {{1, {}, {0, -0.6, 0}}};
+  scene.handles = {height, slope};
+  return scene;
+}
+
+std::vector<double> numbers_after(const std::string &text, const std::string &row_start) {
+  std::vector<double> numbers;
+  const std::size_t at = text.find("\n" + row_start);
+  if (at == std::string::npos) return numbers;
+  const char *next = text.c_str() + at + 1 + row_start.size();
+  char *end = nullptr;
+  for (; *next != '\n' && *next != '\0'; next = *end == ',' ? end + 1 : end) {
+    numbers.push_back(std::strtod(next, &end));
+    if (end == next && *end != ',') break;
+  }
+  return numbers;
+}
+
+// The whole way: led, met at every step, let go, and what a renderer gets of it.
+void a_led_strip_is_where_its_handles_are_and_is_let_go() {
+  const cli::Scene scene = led_scene();
+  const cli::Mesh mesh = strip_as_mesh();
+  const std::vector<cli::PlacedHandle> handles = cli::place_handles(scene.handles, mesh);
+  cli::ProgressBar progress(true);
+  const shellwarp::Model model = cli::make_model(scene, mesh, progress);
+  shellwarp::State state = cli::make_state(scene, model);
+  cli::PointCache cache(in_directory("led.pc2"), mesh.n_vertices());
+  const cli::Run run = cli::simulate(scene, 75, mesh, handles, state, &cache);
+  CHECK(run.handles.steps == 60 && run.handles.steps_missed == 0);  // the step that ends at 2 s is the last one held
+  CHECK(run.handles.iterations >= 1 && run.handles.position_residual < 4e-6);
+  CHECK(state.constraint_report().empty());
+
+  // The largest displacement before the release, at a frame that this picks.
+  cli::Run held = run;
+  held.frames.resize(61);
+  cli::write_frame_files(directory, scene, mesh, handles, held, state);
+  const std::string table = cli::read_file(in_directory("led_frames.csv"));
+  CHECK(table.find("elastic_energy,obj,displacement,handles\n0,0,") != std::string::npos);
+  const std::vector<std::size_t> chosen = cli::extreme_frames(held.frames, 1);
+  char name[64];
+  std::snprintf(name, sizeof name, "led_frame_%04u", held.frames[chosen.at(0)].frame);
+  CHECK(table.find(std::string(name) + ".obj," + name + "_displacement.txt," + name + "_handles.csv\n") !=
+        std::string::npos);
+  const double seconds = held.frames[chosen[0]].report.time;
+  const std::string marks = cli::read_file(in_directory(std::string(name) + "_handles.csv"));
+  const std::vector<double> height = numbers_after(marks, "121,position,");
+  const std::vector<double> slope = numbers_after(marks, "121,orientation,");
+  CHECK(height.size() >= 3 && slope.size() == 12);
+  if (height.size() < 3 || slope.size() < 12) return;
+  CHECK_NEAR(height[2], handles[0].position(seconds)[2], 1e-8);               // nine digits
+  CHECK(height[0] < 4 && height[0] > 3);                                      // not held along x: where the vertex is
+  for (std::size_t i = 0; i < 3; ++i) CHECK_NEAR(slope[i], height[i], 4e-6);  // the vertex itself: met
+  const double angle = -handles[1].handle.target(seconds).rotation[1];
+  CHECK_NEAR(slope[3], std::cos(angle), 1e-6);  // a turn about y: x goes to (cos, 0, sin)
+  CHECK_NEAR(slope[5], std::sin(angle), 1e-6);
+  CHECK_NEAR(slope[7], 1, 1e-6);
+}
+
 // ------------------------------------------------------------------------------------------------------------ scenes
 
 void a_scene_is_read_in_full() {
@@ -413,7 +555,10 @@ void a_scene_is_read_in_full() {
                  "stiffness = 0.3\n[frame]\nrise = 0.5\n[[frame.translate]]\naxis = [1, 0, 0]\n"
                  "amplitude = 2\nfrequency = 3\n[[frame.rotate_degrees]]\naxis = [0, 1, 0]\n"
                  "amplitude = 180\nfrequency = 1\nphase_degrees = 90\n[expect]\nmodes = 5\n"
-                 "in_range = true\nmax_displacement = [1, 2]\n[paper]\nsource = 'x'\nmodes = 4\n");
+                 "in_range = true\nmax_displacement = [1, 2]\nhandles_met = true\nhandle_residual = 0.01\n"
+                 "[[handle]]\nnearest = [1, 2, 3]\nkind = 'both'\naxes = 'zx'\ncompliance = 0.5\nrelease = 2\n"
+                 "key = [{ time = 1, offset = [1, 2, 3], rotate_degrees = [0, 180, 0] }, { time = 2 }]\n"
+                 "[[handle]]\nvertex = 3\n[paper]\nsource = 'x'\nmodes = 4\n");
   const cli::Scene s = cli::read_scene(path);
   CHECK(s.name == "full" && s.title == "full" && s.obj_frames == 7);
   CHECK(cli::read_mesh(s.mesh_path).n_vertices() == 7);
@@ -425,6 +570,14 @@ void a_scene_is_read_in_full() {
   CHECK(s.damping.ratio == 0.1 && s.damping.mass == 0.2 && s.damping.stiffness == 0.3);
   CHECK(s.motion.moves() && s.motion.rise == 0.5 && s.motion.end == 2 && s.motion.translations[0].frequency == 3);
   CHECK_NEAR(s.motion.rotations[0].amplitude, 3.141592653589793, 1e-15);  // rounding of degrees
+  CHECK(s.expect.handles_met && s.expect.handle_residual == 0.01 && s.handles.size() == 2);
+  const cli::Handle &led = s.handles[0], &held = s.handles[1];
+  CHECK(!led.vertex && led.nearest[2] == 3 && led.holds_position && led.holds_orientation);
+  CHECK(led.axes == (SW_AXIS_X | SW_AXIS_Z) && led.compliance == 0.5 && led.release == 2.0 && led.keys.size() == 2);
+  CHECK(led.keys[0].offset[1] == 2 && led.keys[1].time == 2 && led.keys[1].offset[1] == 0);
+  CHECK_NEAR(led.keys[0].rotation[1], 3.141592653589793, 1e-15);
+  CHECK(held.vertex == 3u && held.holds_position && !held.holds_orientation && held.keys.empty() && !held.release);
+  CHECK(held.axes == (SW_AXIS_X | SW_AXIS_Y | SW_AXIS_Z) && held.held(1e9));
   CHECK(s.expect.modes == 5u && s.expect.in_range && s.expect.max_displacement->second == 2 && s.paper->modes == 4.0);
 }
 
@@ -443,6 +596,16 @@ void mistakes_in_scenes_are_located() {
       {"mesh = 'a.obj'\n[support]\nbox = [0, 0, 0, 0, 0, 0]\n", "bad.toml:2:", "must be written as [[support]]"},
       {"mesh = 'a.obj'\n[[support]]\nkind = 'fixed'\n", "bad.toml:2:", "by box, vertices or list"},
       {"mesh = 'a.obj'\n[expect]\nmax_displacement = [2, 1]\n", "bad.toml:3:", "[low, high]"},
+      {"mesh = 'a.obj'\n[[handle]]\nkind = 'both'\n", "bad.toml:2:", "by vertex or nearest"},
+      {"mesh = 'a.obj'\n[[handle]]\nvertex = 1\nnearest = [0, 0, 0]\n", "bad.toml:2:", "by vertex or nearest"},
+      {"mesh = 'a.obj'\n[[handle]]\nvertex = 1\nkind = 'torque'\n", "bad.toml:4:", "position, orientation, both"},
+      {"mesh = 'a.obj'\n[[handle]]\nvertex = 1\naxes = 'xw'\n", "bad.toml:4:", "letters xyz"},
+      {"mesh = 'a.obj'\n[[handle]]\nvertex = 1\naxes = ''\n", "bad.toml:4:", "letters xyz"},
+      {"mesh = 'a.obj'\n[[handle]]\nvertex = 1\ncompliance = -1\n", "bad.toml:4:", "not be negative"},
+      {"mesh = 'a.obj'\n[[handle]]\nvertex = 1\nkey = [\n{ offset = [0, 0, 0] }]\n", "bad.toml:5:", "time must"},
+      {"mesh = 'a.obj'\n[[handle]]\nvertex = 1\nkey = [\n{ time = 1 },\n{ time = 1 }]\n", "bad.toml:6:", "ascend"},
+      {"mesh = 'a.obj'\n[[handle]]\nvertex = 1\nkey = [\n{ time = 1, rotate_degrees = [1, 0, 0] }]\n",
+       "bad.toml:5:", "unknown key 'rotate_degrees'"},
       {"title = 'x'\n", "bad.toml", "mesh is missing"},
       {"mesh = 'a.obj\n", "bad.toml:1:", ""},
       {"[frame]\n[[frame.translate]]\naxe = [1, 0, 0]\n", "bad.toml", "mesh is missing"},
@@ -511,6 +674,10 @@ int main(int argc, char **argv) {
   RUN(extreme_frames_are_the_largest_local_maxima_in_order);
   RUN(shaking_begins_and_ends_at_rest_in_the_world_frame);
   RUN(poses_are_rotations_about_the_pivot);
+  RUN(handles_go_through_their_keys_and_never_beyond_them);
+  RUN(handles_move_without_jolts);
+  RUN(handles_are_placed_on_the_nearest_vertex);
+  RUN(a_led_strip_is_where_its_handles_are_and_is_let_go);
   RUN(a_scene_is_read_in_full);
   RUN(mistakes_in_scenes_are_located);
   RUN(lists_of_vertices_are_read_strictly);

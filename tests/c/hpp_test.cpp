@@ -143,6 +143,25 @@ void save_load_and_clone_repeat_the_run() {
   CHECK(first == cloned && first == loaded);
 }
 
+void a_constraint_is_set_met_reported_and_cleared() {
+  const Model model = make_model();
+  State state = make_state(model);
+  CHECK(state.constraint_report().empty());
+  SwConstraintDesc hold = shellwarp::constraint_desc();
+  hold.id = 3;
+  hold.kind = SW_CONSTRAINT_POSITION;
+  hold.vertex = strip_vertex(STRIP_COLUMNS - 1, 1);
+  hold.axes = SW_AXIS_Z;
+  hold.position[2] = 0.5;
+  state.set_constraint(hold);
+  const Positions x = run(state, 1);
+  const std::vector<SwConstraintReport> reports = state.constraint_report();
+  CHECK(reports.size() == 1 && reports[0].id == 3 && reports[0].met == 1 && reports[0].iterations > 0);
+  CHECK_NEAR(x[3 * hold.vertex + 2], 0.5, 5e-6);  // a millionth of the size, and the basis is in floats
+  state.clear_constraint(SW_ALL_CONSTRAINTS);
+  CHECK(state.constraint_report().empty());
+}
+
 void vectors_have_the_length_of_the_modes() {
   const Model model = make_model(5);
   const State state = make_state(model);
@@ -217,6 +236,7 @@ int main() {
   RUN(overloads_choose_the_format);
   RUN(floats_and_doubles_make_the_same_mesh);
   RUN(save_load_and_clone_repeat_the_run);
+  RUN(a_constraint_is_set_met_reported_and_cleared);
   RUN(vectors_have_the_length_of_the_modes);
   RUN(diagnostics_come_as_a_vector);
   RUN(states_on_threads_move_as_they_do_one_by_one);

@@ -70,6 +70,7 @@ static void init_and_destroy_take_null(void) {
   sw_state_desc_init(NULL);
   sw_damping_desc_init(NULL);
   sw_frame_desc_init(NULL);
+  sw_constraint_desc_init(NULL);
   sw_model_info_init(NULL);
   sw_state_report_init(NULL);
   sw_model_destroy(NULL);
@@ -257,6 +258,9 @@ static void uninitialised_descriptors_are_found_out(void) {
     SwDampingDesc damping = {0};
     SwFrameDesc frame = {0};
     SwStateReport report = {0};
+    SwConstraintDesc constraint = {0};
+    constraint.kind = SW_CONSTRAINT_POSITION;
+    constraint.struct_size = wrong_sizes[k];
     mesh.struct_size = material.struct_size = supports.struct_size = options.struct_size = wrong_sizes[k];
     info.struct_size = desc.struct_size = damping.struct_size = frame.struct_size = report.struct_size = wrong_sizes[k];
     FAILS(sw_mesh_check(&mesh, NULL, 0, &count), SW_ERROR_INVALID_DESC, "SwMeshDesc");
@@ -270,6 +274,7 @@ static void uninitialised_descriptors_are_found_out(void) {
     FAILS(sw_state_set_damping(state, &damping), SW_ERROR_INVALID_DESC, "SwDampingDesc");
     FAILS(sw_state_set_frame(state, &frame), SW_ERROR_INVALID_DESC, "SwFrameDesc");
     FAILS(sw_state_report(state, &report), SW_ERROR_INVALID_DESC, "SwStateReport");
+    FAILS(sw_state_set_constraint(state, &constraint), SW_ERROR_INVALID_DESC, "SwConstraintDesc");
     CHECK(info.n_vertices == 0 && report.max_displacement == 0);
   }
   CHECK(count == 77 && model == no_model && other == no_state);
@@ -489,6 +494,217 @@ static void bad_frames_are_named_and_change_nothing(void) {
   CHECK(unchanged(state, &expected));
   sw_state_destroy(state);
   sw_state_destroy(twin);
+  sw_model_destroy(model);
+}
+
+/* ------------------------------------------------------------------------------------------------------ constraints */
+
+static SwConstraintDesc constraint(uint32_t id, uint32_t kind) {
+  SwConstraintDesc desc;
+  sw_constraint_desc_init(&desc);
+  desc.id = id;
+  desc.kind = kind;
+  desc.vertex = STRIP_VERTICES - 2;
+  desc.axes = SW_AXIS_Z;
+  desc.position[0] = STRIP_LENGTH;
+  desc.position[2] = 0.3;
+  desc.rotation[0] = desc.rotation[4] = desc.rotation[8] = 1;
+  return desc;
+}
+
+/* Two held constraints, so that a failed call has something to spoil. */
+static SwState *held_state(const SwModel *model) {
+  SwState *state = moving_state(model);
+  const SwConstraintDesc place = constraint(1, SW_CONSTRAINT_POSITION), turn = constraint(2, SW_CONSTRAINT_ORIENTATION);
+  OK(sw_state_set_constraint(state, &place));
+  OK(sw_state_set_constraint(state, &turn));
+  OK(sw_state_step(state, 0.01));
+  return state;
+}
+
+typedef struct {
+  SwConstraintReport reports[2];
+  uint32_t count;
+} Reports;
+
+static Reports reports_of(const SwState *state) {
+  Reports r;
+  memset(&r, 0, sizeof r);
+  OK(sw_state_constraint_report(state, r.reports, 2, &r.count));
+  return r;
+}
+
+/* The shell, the reports, and what the next step makes of the constraints are those of a twin that nobody misused. */
+static void check_same_as_untouched(const SwModel *model, SwState *state) {
+  SwState *twin = held_state(model);
+  for (int k = 0; k < 2; ++k) {
+    const Snapshot expected = snapshot(twin);
+    const Reports mine = reports_of(state), its = reports_of(twin);
+    CHECK(unchanged(state, &expected));
+    CHECK(mine.count == 2 && memcmp(&mine, &its, sizeof mine) == 0);
+    OK(sw_state_step(state, 0.1));
+    OK(sw_state_step(twin, 0.1));
+  }
+  sw_state_destroy(twin);
+}
+
+static void null_constraint_arguments_are_named(void) {
+  SwModel *model = ready_model();
+  SwState *state = held_state(model);
+  const SwConstraintDesc desc = constraint(3, SW_CONSTRAINT_POSITION);
+  Untouched out = canary();
+  SwConstraintReport *reports = (SwConstraintReport *)(void *)&out;
+  uint32_t count = 77;
+  FAILS(sw_state_set_constraint(NULL, &desc), SW_ERROR_INVALID_ARGUMENT, "state");
+  FAILS(sw_state_set_constraint(state, NULL), SW_ERROR_INVALID_ARGUMENT, "desc");
+  FAILS(sw_state_clear_constraint(NULL, 1), SW_ERROR_INVALID_ARGUMENT, "state");
+  FAILS(sw_state_clear_constraint(NULL, SW_ALL_CONSTRAINTS), SW_ERROR_INVALID_ARGUMENT, "state");
+  FAILS(sw_state_constraint_report(NULL, reports, 2, &count), SW_ERROR_INVALID_ARGUMENT, "state");
+  FAILS(sw_state_constraint_report(state, NULL, 2, &count), SW_ERROR_INVALID_ARGUMENT, "reports");
+  FAILS(sw_state_constraint_report(state, reports, 2, NULL), SW_ERROR_INVALID_ARGUMENT, "count");
+  CHECK(count == 77 && is_untouched(&out));
+  check_same_as_untouched(model, state);
+  sw_state_destroy(state);
+  sw_model_destroy(model);
+}
+
+static void unknown_kinds_axes_flags_ids_and_vertices_of_constraints_are_refused(void) {
+  SwModel *model = ready_model();
+  SwState *state = held_state(model);
+  const uint32_t kinds[3] = {0, 3, UINT32_MAX}, axes[3] = {8, 15, UINT32_MAX}, flags[2] = {1, 0x80000000u};
+  const uint32_t vertices[2] = {STRIP_VERTICES, UINT32_MAX};
+  for (uint32_t id = 1; id <= 3; ++id) { /* two that are there, and a new one */
+    SwConstraintDesc desc;
+    for (int k = 0; k < 3; ++k) {
+      desc = constraint(id, kinds[k]);
+      FAILS(sw_state_set_constraint(state, &desc), SW_ERROR_INVALID_ARGUMENT, "kind");
+      desc = constraint(id, SW_CONSTRAINT_POSITION);
+      desc.axes = axes[k];
+      FAILS(sw_state_set_constraint(state, &desc), SW_ERROR_INVALID_ARGUMENT, "axes");
+    }
+    for (int k = 0; k < 2; ++k) {
+      desc = constraint(id, SW_CONSTRAINT_ORIENTATION);
+      desc.flags = flags[k];
+      FAILS(sw_state_set_constraint(state, &desc), SW_ERROR_INVALID_ARGUMENT, "flags");
+      desc = constraint(id, SW_CONSTRAINT_ORIENTATION);
+      desc.vertex = vertices[k];
+      FAILS(sw_state_set_constraint(state, &desc), SW_ERROR_INVALID_ARGUMENT, "vertex");
+    }
+  }
+  SwConstraintDesc reserved = constraint(SW_ALL_CONSTRAINTS, SW_CONSTRAINT_POSITION);
+  FAILS(sw_state_set_constraint(state, &reserved), SW_ERROR_INVALID_ARGUMENT, "id");
+  check_same_as_untouched(model, state);
+  sw_state_destroy(state);
+  sw_model_destroy(model);
+}
+
+static void bad_numbers_of_constraints_are_named(void) {
+  SwModel *model = ready_model();
+  SwState *state = held_state(model);
+  for (uint32_t id = 1; id <= 3; ++id)
+    for (int k = 0; k < N_BAD; ++k) {
+      for (uint32_t kind = SW_CONSTRAINT_POSITION; kind <= SW_CONSTRAINT_ORIENTATION; ++kind) {
+        SwConstraintDesc desc = constraint(id, kind);
+        desc.compliance = bad_numbers[k];
+        FAILS(sw_state_set_constraint(state, &desc), SW_ERROR_INVALID_ARGUMENT, "compliance");
+        desc.compliance = -1e-300;
+        FAILS(sw_state_set_constraint(state, &desc), SW_ERROR_INVALID_ARGUMENT, "compliance");
+      }
+      for (int i = 0; i < 3; ++i) { /* on axes that it does not hold, too */
+        SwConstraintDesc desc = constraint(id, SW_CONSTRAINT_POSITION);
+        desc.position[i] = bad_numbers[k];
+        FAILS(sw_state_set_constraint(state, &desc), SW_ERROR_INVALID_ARGUMENT, "position");
+      }
+      for (int i = 0; i < 9; ++i) {
+        SwConstraintDesc desc = constraint(id, SW_CONSTRAINT_ORIENTATION);
+        desc.rotation[i] = bad_numbers[k];
+        FAILS(sw_state_set_constraint(state, &desc), SW_ERROR_INVALID_ARGUMENT, "rotation");
+      }
+    }
+  check_same_as_untouched(model, state);
+  sw_state_destroy(state);
+  sw_model_destroy(model);
+}
+
+static void matrices_of_constraints_that_do_not_turn_are_refused(void) {
+  /* A reflection, a scaling, a shear, and a single entry. */
+  const double not_rotations[4][9] = {{1, 0, 0, 0, 1, 0, 0, 0, -1},
+                                      {2, 0, 0, 0, 2, 0, 0, 0, 2},
+                                      {1, 0.01, 0, 0, 1, 0, 0, 0, 1},
+                                      {1, 0, 0, 0, 0, 0, 0, 0, 0}};
+  SwModel *model = ready_model();
+  SwState *state = held_state(model);
+  for (int k = 0; k < 4; ++k) {
+    SwConstraintDesc desc = constraint(2, SW_CONSTRAINT_ORIENTATION);
+    memcpy(desc.rotation, not_rotations[k], sizeof desc.rotation);
+    FAILS(sw_state_set_constraint(state, &desc), SW_ERROR_INVALID_ARGUMENT, "rotation");
+  }
+  check_same_as_untouched(model, state);
+  sw_state_destroy(state);
+  sw_model_destroy(model);
+}
+
+/* The header says which of the two targets a kind reads. */
+static void the_other_kinds_target_is_not_read(void) {
+  SwModel *model = ready_model();
+  SwState *state = moving_state(model);
+  SwConstraintDesc place = constraint(1, SW_CONSTRAINT_POSITION), turn = constraint(2, SW_CONSTRAINT_ORIENTATION);
+  for (int i = 0; i < 9; ++i) place.rotation[i] = NAN;
+  for (int i = 0; i < 3; ++i) turn.position[i] = NAN;
+  OK(sw_state_set_constraint(state, &place));
+  OK(sw_state_set_constraint(state, &turn));
+  OK(sw_state_step(state, 0.1));
+  CHECK(reports_of(state).reports[0].met == 1 && reports_of(state).reports[1].met == 1);
+  sw_state_destroy(state);
+  sw_model_destroy(model);
+}
+
+static void clearing_what_is_not_there_is_told(void) {
+  SwModel *model = ready_model();
+  SwState *state = held_state(model);
+  FAILS(sw_state_clear_constraint(state, 0), SW_ERROR_INVALID_ARGUMENT, "constraint 0");
+  FAILS(sw_state_clear_constraint(state, 3), SW_ERROR_INVALID_ARGUMENT, "constraint 3");
+  FAILS(sw_state_clear_constraint(state, SW_ALL_CONSTRAINTS - 1), SW_ERROR_INVALID_ARGUMENT, "constraint 4294967294");
+  check_same_as_untouched(model, state);
+  OK(sw_state_clear_constraint(state, 1));
+  FAILS(sw_state_clear_constraint(state, 1), SW_ERROR_INVALID_ARGUMENT, "constraint 1");
+  sw_state_destroy(state);
+  sw_model_destroy(model);
+}
+
+static void report_buffers_too_small_are_refused_and_left_alone(void) {
+  SwModel *model = ready_model();
+  SwState *state = held_state(model);
+  Untouched out = canary();
+  SwConstraintReport *reports = (SwConstraintReport *)(void *)&out;
+  uint32_t count = 77;
+  FAILS(sw_state_constraint_report(state, reports, 1, &count), SW_ERROR_BUFFER_SIZE, "2");
+  FAILS(sw_state_constraint_report(state, reports, 0, &count), SW_ERROR_BUFFER_SIZE, "2");
+  CHECK(count == 77 && is_untouched(&out));
+  check_same_as_untouched(model, state);
+  sw_state_destroy(state);
+  sw_model_destroy(model);
+}
+
+/* Targets at the end of the range of numbers are not met, and do no harm. */
+static void absurd_targets_leave_a_finite_and_usable_state(void) {
+  const double absurd[4] = {1e12, -1e100, 1e300, -1.7e308};
+  SwModel *model = ready_model();
+  for (int k = 0; k < 4; ++k) {
+    SwState *state = held_state(model);
+    SwConstraintDesc desc = constraint(1, SW_CONSTRAINT_POSITION);
+    desc.axes = 0;
+    for (int i = 0; i < 3; ++i) desc.position[i] = absurd[k];
+    OK(sw_state_set_constraint(state, &desc));
+    const SwStatus status = sw_state_step(state, 0.1);
+    CHECK(status == SW_OK || status == SW_ERROR_NUMERICAL);
+    CHECK(isfinite(report_of(state).max_displacement) && isfinite(report_of(state).kinetic_energy));
+    CHECK(reports_of(state).reports[0].met == (status != SW_OK)); /* a failed step leaves the last one's report */
+    OK(sw_state_clear_constraint(state, SW_ALL_CONSTRAINTS));
+    OK(sw_state_step(state, 0.1));
+    CHECK(isfinite(report_of(state).max_displacement) && isfinite(report_of(state).kinetic_energy));
+    sw_state_destroy(state);
+  }
   sw_model_destroy(model);
 }
 
@@ -770,6 +986,14 @@ int main(void) {
   RUN(bad_damping_is_named);
   RUN(bad_frames_are_named_and_change_nothing);
   RUN(rates_of_the_frame_are_not_read_unless_given);
+  RUN(null_constraint_arguments_are_named);
+  RUN(unknown_kinds_axes_flags_ids_and_vertices_of_constraints_are_refused);
+  RUN(bad_numbers_of_constraints_are_named);
+  RUN(matrices_of_constraints_that_do_not_turn_are_refused);
+  RUN(the_other_kinds_target_is_not_read);
+  RUN(clearing_what_is_not_there_is_told);
+  RUN(report_buffers_too_small_are_refused_and_left_alone);
+  RUN(absurd_targets_leave_a_finite_and_usable_state);
   RUN(impossible_mesh_counts_are_refused);
   RUN(impossible_mesh_strides_are_refused);
   RUN(huge_mode_counts_are_clamped);

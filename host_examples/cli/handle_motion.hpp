@@ -1,0 +1,58 @@
+// A handle: a vertex that is led by the hand along keyframes, and later perhaps let go.
+//
+//   target position     = rest position + offset(t)      world axes
+//   target orientation  = exp[r(t)]×                     world axes, the identity at rest
+//
+// offset and r go through the keys with a continuous velocity, and never beyond the keys on either side: where a number turns
+// back, stays or ends, its velocity is 0 (M. Steffen, A simple method for monotonic interpolation in one dimension, 1990).
+#pragma once
+
+#include "mesh.hpp"
+#include "shellwarp.hpp"
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+namespace cli {
+
+struct HandleKey {
+  double time = 0;  // s
+  std::array<double, 3> offset{};
+  std::array<double, 3> rotation{};  // rotation vector, radians
+};
+
+struct Handle {
+  std::optional<uint32_t> vertex;   // or else
+  std::array<double, 3> nearest{};  // the vertex next to this point
+  bool holds_position = true, holds_orientation = false;
+  uint32_t axes = SW_AXIS_X | SW_AXIS_Y | SW_AXIS_Z;
+  double compliance = 0;          // length/force, rad/torque
+  std::optional<double> release;  // s; never where missing
+  std::vector<HandleKey> keys;    // by ascending time; at rest at time 0 unless there is a key
+
+  bool held(double seconds) const;
+  // Offset and rotation at a time; before the first key and after the last as there.
+  HandleKey target(double seconds) const;
+};
+
+// A handle on a mesh.
+struct PlacedHandle {
+  Handle handle;
+  uint32_t vertex = 0;
+  std::array<double, 3> rest{};
+  bool in_hand = false;  // its constraints are set
+
+  std::array<double, 3> position(double seconds) const;
+  std::array<double, 9> rotation(double seconds) const;  // row-major matrix
+};
+
+// Throws where a vertex is not in the mesh.
+std::vector<PlacedHandle> place_handles(const std::vector<Handle> &handles, const Mesh &mesh);
+
+// Puts every handle where it is to be at the end of the next step, and lets go of those whose time is over. Handle k has the
+// constraints 2 k (position) and 2 k + 1 (orientation).
+void move_handles(std::vector<PlacedHandle> &handles, double seconds, shellwarp::State &state);
+
+}  // namespace cli
