@@ -13,6 +13,7 @@
 
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <exception>
 #include <filesystem>
 #include <optional>
@@ -89,10 +90,20 @@ int check_mesh(const std::string &path) {
 
 // ----------------------------------------------------------------------------------------------------------- options
 
+// CLI11's own check prints the largest double, and 0 as the least value allowed.
+CLI::Validator positive() {
+  const auto complaint = [](const std::string &text) {
+    char *end = nullptr;
+    const double value = std::strtod(text.c_str(), &end);
+    return *end == 0 && end != text.c_str() && value > 0 ? std::string() : text + " is not a number above 0";
+  };
+  return CLI::Validator(complaint, "above 0");
+}
+
 void add_run_options(CLI::App &app, Scene &overrides, RunOptions &options) {
   app.add_option("--out", options.out, "Directory for the point cache, OBJ frames and the table of frames");
   app.add_option("--frames", options.frames, "Number of frames, in place of the duration");
-  app.add_option("--modes", overrides.modes, "Number of vibration modes")->check(CLI::PositiveNumber);
+  app.add_option("--modes", overrides.modes, "Number of vibration modes")->check(positive());
   app.add_flag("--linear", overrides.linear, "Linear modal analysis in place of warping");
   app.add_flag("--exact", overrides.exact, "Exact propagator in place of implicit Euler");
   app.add_flag("--double", overrides.double_precision, "Run-time basis in double precision");
@@ -139,12 +150,12 @@ void add_simulate_options(CLI::App &app, SimulateOptions &o) {
   add_support_options(app, "fix", "Hold", o.fixed);
   add_support_options(app, "clamp", "Hold, with their neighbours and so the slope,", o.clamped);
   app.add_option("--gravity", o.scene.gravity, "Acceleration, length unit/s^2 (0 0 0)")->type_name("X Y Z");
-  app.add_option("--duration", o.scene.duration, "Seconds (5)")->check(CLI::PositiveNumber);
-  app.add_option("--step", o.step, "Seconds a step, a frame being one step (1/30)")->check(CLI::PositiveNumber);
-  app.add_option("--k-area", o.scene.material.k_area, "Stiffness against change of area (1e4)");
-  app.add_option("--k-length", o.scene.material.k_length, "Stiffness against change of length (1e4)");
-  app.add_option("--k-bend", o.scene.material.k_bend, "Bending stiffness (1)");
-  app.add_option("--density", o.scene.material.density, "Mass an area (1)");
+  app.add_option("--duration", o.scene.duration, "Seconds (5)")->check(positive());
+  app.add_option("--step", o.step, "Seconds a step, a frame being one step (1/30)")->check(positive());
+  app.add_option("--k-area", o.scene.material.k_area, "Stiffness against change of area; 0 means the default (1e4)");
+  app.add_option("--k-length", o.scene.material.k_length, "Stiffness against change of length; 0 means the default (1e4)");
+  app.add_option("--k-bend", o.scene.material.k_bend, "Bending stiffness; 0 means the default (1)");
+  app.add_option("--density", o.scene.material.density, "Mass an area; 0 means the default (1)");
   app.add_option("--damping-ratio", o.scene.damping.ratio, "Of critical, the same for every mode (0)");
   app.add_option("--obj-frames", o.scene.obj_frames, "How many frames of largest displacement become OBJ files (3)");
   add_run_options(app, o.scene, o.run);
@@ -174,7 +185,7 @@ int run_command_line(int argc, char **argv) {
   add_run_options(*run, overrides, run_options);
 
   SimulateOptions simulate_options;
-  CLI::App *simulate = app.add_subcommand("simulate", "Simulate a mesh under gravity");
+  CLI::App *simulate = app.add_subcommand("simulate", "Simulate a mesh held at some vertices under gravity");
   add_simulate_options(*simulate, simulate_options);
 
   CLI::App *check = app.add_subcommand("check", "Say what is wrong with a mesh");

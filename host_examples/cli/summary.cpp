@@ -136,6 +136,22 @@ double largest_displacement(const Run &run) {
   return largest;
 }
 
+// What a reader of the figures should know before trusting them.
+void print_advice(const Summary &summary) {
+  const std::vector<FrameRecord> &frames = summary.run.frames;
+  const auto outside = std::count_if(frames.begin(), frames.end(), [](const FrameRecord &f) { return !f.report.in_range; });
+  if (outside)
+    std::printf("note: %lld of %zu frames bend further than the method describes well (a quarter turn):\n"
+                "      stiffen the shell, lower the loads, or check that units and material fit together\n",
+                static_cast<long long>(outside), frames.size());
+  if (summary.info.n_unknowns == 0)
+    std::printf("note: every vertex is held, so nothing can move\n");
+  else if (largest_displacement(summary.run) == 0)
+    std::printf("note: nothing has moved: no gravity, no moving frame, no handle\n");
+  if (summary.info.zero_modes)
+    std::printf("note: nothing resists %u of the modes: the shell floats or turns freely\n", summary.info.zero_modes);
+}
+
 class Judge {
 public:
   std::vector<std::string> sentences;
@@ -164,6 +180,7 @@ void print_summary(const Summary &summary) {
   if (!summary.scene.handles.empty()) print_handles(summary);
   print_memory(summary.info);
   if (!paper.note.empty()) std::printf("%s: %s\n", paper.source.c_str(), paper.note.c_str());
+  print_advice(summary);
 }
 
 std::vector<std::string> violations(const Summary &summary, bool whole) {
