@@ -210,7 +210,8 @@ fn gravity_and_all_four_inertial_terms_act_as_defined() {
         state.step(h).unwrap();
         // In a spinning frame the load is that of the middle of the step.
         let mut middle = before;
-        if w != Vec3::zeros() || a != Vec3::zeros() {
+        let spinning = w != Vec3::zeros() || a != Vec3::zeros();
+        if spinning {
             let (q_after, rate_after) = state.amplitudes().unwrap();
             let mean = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| 0.5 * (a + b)).collect::<Vec<_>>();
             middle.set_amplitudes(&mean(&q, q_after), &mean(&q_dot, rate_after)).unwrap();
@@ -222,8 +223,10 @@ fn gravity_and_all_four_inertial_terms_act_as_defined() {
             // Implicit Euler solved for the force it was given.
             let lambda = model.eigenvalues[k];
             let f = ((1.0 + h * h * lambda) * state.amplitudes().unwrap().1[k] - q_dot[k]) / h + lambda * q[k];
-            // The difference above loses 1e-16 q̇/h, some 1e-12.
-            assert_close(&format!("{name}, mode {k}"), f, expected[k], 1e-10, 1.0);
+            // The difference above loses 1e-16 q̇/h, some 1e-12. In a spinning frame the one pass to the middle of the step
+            // leaves a share ωh = 2e-3 of what the force changes by in half a step, here a thousandth.
+            let tolerance = if spinning { 1e-5 } else { 1e-10 };
+            assert_close(&format!("{name}, mode {k}"), f, expected[k], tolerance, 1.0);
         }
         assert!(!earlier.contains(&expected), "{name} must make a difference");
         earlier.push(expected);

@@ -12,9 +12,17 @@ use crate::{Error, ErrorKind, Model, Result, Vec3};
 const LARGEST_ROTATION: f64 = 1e6;
 const LARGEST_AMPLITUDE: f64 = 1e30;
 
-/// In a spinning frame the load is taken at the middle of the step, found by this many passes: at its start the Coriolis force
-/// would lag by half a step and feed energy into one sense of whirling, without bound. Elsewhere the start will do (paper).
-const MIDPOINT_PASSES: usize = 4;
+/// In a spinning frame the load is taken at the middle of the step: at its start the Coriolis force would lag by half a step and
+/// feed energy into one sense of whirling, without bound. Elsewhere the start will do (paper). The middle is found by fixed
+/// point, each pass of which gains a factor ωh: enough passes to keep a whirling tube's energy to 5 % over 3000 steps.
+fn midpoint_passes(load: &BodyLoad, h: f64) -> usize {
+    match load.spin_rate().map(|rate| rate * h) {
+        None => 0,
+        Some(angle) if angle <= 0.03 => 1,
+        Some(angle) if angle <= 0.1 => 2,
+        Some(_) => 4,
+    }
+}
 
 /// A fixed point is accepted at this relative residual; the fraction of the way per iteration never falls below the other.
 const SETTLED: f64 = 1e-11;
@@ -98,7 +106,7 @@ impl Modal {
         self.mean[1].copy_from_slice(&self.q_dot);
         self.project_load(model, load, external);
         self.move_freely(model, h);
-        for _ in 0..if load.is_spinning() { MIDPOINT_PASSES } else { 0 } {
+        for _ in 0..midpoint_passes(load, h) {
             for (mean, (now, next)) in self.mean.iter_mut().zip([&self.q, &self.q_dot].into_iter().zip(&self.next)) {
                 mean.iter_mut().zip(now.iter().zip(next)).for_each(|(mean, (a, b))| *mean = 0.5 * (a + b));
             }

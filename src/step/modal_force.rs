@@ -36,9 +36,9 @@ impl BodyLoad {
         Self { uniform: to_frame(gravity - rates.acceleration), spin }
     }
 
-    /// The load depends on position and velocity.
-    pub fn is_spinning(&self) -> bool {
-        self.spin.is_some()
+    /// |ω| of the frame, when the load depends on position and velocity.
+    pub fn spin_rate(&self) -> Option<f64> {
+        self.spin.as_ref().map(|spin| 0.5 * spin.coriolis.norm())
     }
 
     /// Nothing acts.
