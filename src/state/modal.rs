@@ -162,7 +162,7 @@ impl Modal {
         with_basis!(&model.basis, basis => constraints.project(basis, &step, q, (next_q, next_q_dot)))
     }
 
-    /// Hands displacement u, its rate and the rotation vector w (frame axes) of every vertex to `visit`, in order.
+    /// Hands displacement u and rotation vector w (frame axes) of every vertex to `visit`, in order.
     pub fn visit(&self, model: &Model, mut visit: impl FnMut(usize, Vec3, Vec3)) {
         with_basis!(&model.basis, basis => for block in 0..basis.n_blocks() {
             let state = WarpedBlock::new(basis, block, &self.q);
