@@ -32,9 +32,9 @@ struct Handle {
   std::array<double, 3> nearest{};  // the vertex next to this point
   bool holds_position = true, holds_orientation = false;
   uint32_t axes = SW_AXIS_X | SW_AXIS_Y | SW_AXIS_Z;
-  double compliance = 0;          // length/force, rad/torque
-  std::optional<double> release;  // s; never where missing
-  std::vector<HandleKey> keys;    // by ascending time; at rest at time 0 unless there is a key
+  double compliance = 0;                    // length/force, rad/torque
+  std::optional<double> release;            // s; never where missing
+  std::vector<HandleKey> keys;              // by ascending time; at rest at time 0 unless there is a key
   std::shared_ptr<const FrameMotion> bone;  // carries the targets; null = the world
 
   bool held(double seconds) const;

@@ -70,7 +70,7 @@ struct Scene {
   Damping damping;
   FrameMotion motion;
   std::vector<Handle> handles;
-  uint32_t obj_frames = 3;  // how many frames of largest displacement are written
+  uint32_t obj_frames = 3;        // how many frames of largest displacement are written
   std::vector<double> obj_times;  // s: these frames in their place, unless empty
   Expectations expect;
   std::optional<PaperFigures> paper;

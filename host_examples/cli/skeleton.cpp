@@ -20,7 +20,8 @@ void write_bone(OutputFile &file, const Bone &bone, double seconds) {
 }  // namespace
 
 const Bone *find_bone(const Skeleton &skeleton, const std::string &name) {
-  const auto found = std::find_if(skeleton.begin(), skeleton.end(), [&](const Bone &bone) { return bone.name == name; });
+  const auto found =
+      std::find_if(skeleton.begin(), skeleton.end(), [&](const Bone &bone) { return bone.name == name; });
   return found == skeleton.end() ? nullptr : &*found;
 }
 

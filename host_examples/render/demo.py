@@ -5,7 +5,8 @@
 
 Each scene's rest shape and the frames that the program wrote (those of largest displacement) become stills in --out,
 coloured by displacement on one scale and from one camera, and a sheet of them. Of the scenes with handles each has
-one still, its handles as yellow spheres and red, green, blue axes, and they share handles_sheet.png. Without the
+one still, its handles as yellow spheres and red, green, blue axes, and they share handles_sheet.png. The character has
+a still of all its shells, on the body that wears them, at each of the times that its scene lists. Without the
 renderer's packages the scenes still run. Any Python 3 will do: only the stills need the Python given by --python.
 """
 
@@ -122,7 +123,8 @@ def joint_marks(tables):
             for row in csv.DictReader(file):
                 place = [f"{float(row[c]):.6f}" for c in ("x", "y", "z")]
                 balls += [*place, JOINT_BALL] if row["kind"] != "orientation" else []
-                axes += place + [f"{float(row[i + j]):.6f}" for i in "xyz" for j in "xyz"] if row["kind"] != "position" else []
+                if row["kind"] != "position":
+                    axes += place + [f"{float(row[i + j]):.6f}" for i in "xyz" for j in "xyz"]
     return ["--spheres", *balls, "--axes", *axes, "--axes-length", 0.1]
 
 

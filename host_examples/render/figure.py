@@ -38,7 +38,7 @@ def limbs(side, s):
 
 
 SOLIDS = [
-    ellipsoid("head", (0, 161.5, -6), (9.6, 11.5, 10)),
+    ellipsoid("head", (0, 161.5, -6), (9.4, 12, 9.8)),
     ellipsoid("head", (0, 158.5, 4.2), (1.5, 1.7, 1.7)),
     capsule("chest", (0, 140, -6.5), (0, 156, -6), 4.6),
     capsule("chest", (0, 108, -6.5), (0, 136, -6.5), 4.5),

@@ -90,7 +90,8 @@ def read_cache(path, wanted):
     """For each sample the places of the wanted vertices."""
     data = path.read_bytes()
     n_points, _, _, n_samples = struct.unpack_from("<iffi", data, 16)
-    return [[struct.unpack_from("<3f", data, 32 + 12 * (sample * n_points + v)) for v in wanted] for sample in range(n_samples)]
+    at = [[32 + 12 * (sample * n_points + v) for v in wanted] for sample in range(n_samples)]
+    return [[struct.unpack_from("<3f", data, offset) for offset in row] for row in at]
 
 
 class Judge:

@@ -72,9 +72,7 @@ void a_bone_moves_as_its_parents_and_then_itself() {
   check_near({pose.rotation[2], pose.rotation[5], pose.rotation[8]}, {1, 0, 0}, 1e-15);
 }
 
-void bones_start_in_their_rest_pose() {
-  check_near(cli::transform(forearm()->pose(0), {3, 1, -4}), {3, 1, -4}, 0);
-}
+void bones_start_in_their_rest_pose() { check_near(cli::transform(forearm()->pose(0), {3, 1, -4}), {3, 1, -4}, 0); }
 
 void a_bone_without_waves_moves_where_its_parent_does() {
   cli::FrameMotion hand = still({4, 0, 0});
@@ -152,7 +150,8 @@ Vec3 end_of_sagging_strip(double yaw, bool in_frame) {
   SwDampingDesc damping = shellwarp::damping_desc();
   damping.mass_coefficient = 1;  // a damping ratio would leave the rigid modes, which carry the strip, undamped
   state.set_damping(damping);
-  const cli::Run run = cli::simulate(scene, cli::frame_count(scene), mesh, cli::place_handles({joint}, mesh), state, nullptr);
+  const cli::Run run =
+      cli::simulate(scene, cli::frame_count(scene), mesh, cli::place_handles({joint}, mesh), state, nullptr);
   CHECK(run.handles.steps == 1800 && run.handles.steps_missed == 0);
 
   std::vector<double> x(mesh.positions.size());
@@ -232,8 +231,8 @@ void mistakes_in_skeletons_are_located() {
       {"[[shell]]\nname = 's'\nmesh = 'a'\nframe = 'b'\n", "bad.toml:4:", "no bone is called 'b'"},
       {"[[shell]]\nname = 's'\nmesh = 'a'\nattach = [\n{ nearest = [0, 0, 0] }]\n", "bad.toml:5:", "bone is missing"},
       {"[[shell]]\nname = 's'\nmesh = 'a'\nattach = [\n{ bone = 'b', nearest = [0, 0, 0] }]\n", "bad.toml:5:", "'b'"},
-      {"[[bone]]\nname = 'b'\n[[shell]]\nname = 's'\nmesh = 'a'\nattach = [\n{ bone = 'b' }]\n", "bad.toml:7:",
-       "by vertex or nearest"},
+      {"[[bone]]\nname = 'b'\n[[shell]]\nname = 's'\nmesh = 'a'\nattach = [\n{ bone = 'b' }]\n",
+       "bad.toml:7:", "by vertex or nearest"},
       {"obj_times = 3\nmesh = 'a'\n", "bad.toml:1:", "obj_times must be a list"},
       {"obj_times = [1, 'x']\nmesh = 'a'\n", "bad.toml:1:", "obj_times must be a list"},
   };

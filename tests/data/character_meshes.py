@@ -19,10 +19,11 @@ SAME = 2e-5                     # cm: files hold five decimals, and sine and cos
 
 # The hat: from its tip to the edge of the brim, (distance from the axis, height). The head's bone is at (0, 150, -6).
 HAT = [(0.0, 206.0), (1.6, 202.0), (4.2, 191.0), (6.9, 180.0), (8.9, 172.0), (9.6, 168.6), (10.9, 167.2), (14.0, 166.6),
-       (18.0, 166.2), (22.5, 165.2), (24.5, 164.2)]
+       (17.5, 166.2), (21.0, 165.4), (23.0, 164.4)]
 HAT_EDGE = 1.7
-HAT_BAND = 168.6                # above it the hat leans back
+HAT_BAND = 168.6                # height about which it is tilted, and above which it leans back
 HAT_AXIS = -6.0                 # z
+HAT_TILT = math.radians(14)     # the brim is up in front
 
 # The left leg, to the viewer's right: (height, half width along x, half depth along z, middle x, middle z).
 LEG = [(89.0, 7.6, 9.6, 8.4, -6.6), (80.0, 7.7, 9.4, 8.6, -6.2), (66.0, 7.3, 8.2, 9.2, -5.2), (48.0, 6.6, 7.0, 10.2, -4.4),
@@ -78,7 +79,8 @@ def stitch(points, first, n_first, second, n_second):
     while i < n_first or j < n_second:
         a, b = first + i % n_first, second + j % n_second
         a_next, b_next = first + (i + 1) % n_first, second + (j + 1) % n_second
-        along_first = j == n_second or (i < n_first and math.dist(points[a_next], points[b]) <= math.dist(points[a], points[b_next]))
+        shorter = math.dist(points[a_next], points[b]) <= math.dist(points[a], points[b_next])
+        along_first = j == n_second or (i < n_first and shorter)
         band.append((a, a_next, b) if along_first else (a, b_next, b))
         i, j = (i + 1, j) if along_first else (i, j + 1)
     return band
@@ -98,9 +100,11 @@ def stack(rings, tip=None):
 
 
 def lean(x, y, z):
-    """The cone leans back and a little aside, more towards its tip."""
+    """The cone leans back and a little aside, more towards its tip, and all of the hat is tilted."""
     t = max(0.0, y - HAT_BAND) / (HAT[0][1] - HAT_BAND)
-    return x + 3.5 * t * t, y - 5.0 * t ** 3, z - 13.0 * t * t
+    up, front = y - 5.0 * t ** 3 - HAT_BAND, z - 7.0 * t * t - HAT_AXIS
+    return (x + 3.5 * t * t, HAT_BAND + up * math.cos(HAT_TILT) + front * math.sin(HAT_TILT),
+            HAT_AXIS + front * math.cos(HAT_TILT) - up * math.sin(HAT_TILT))
 
 
 def hat():
