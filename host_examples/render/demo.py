@@ -31,7 +31,7 @@ HELD = {"handles_position": "position", "handles_orientation": "orientation", "h
 BALL = 0.08                  # radius of a handle that holds a position, in the mesh's unit
 CHARACTER = "character"      # several shells on a skeleton, drawn together
 SHELLS = {"hat": "#6a3fb0", "torso": "#c8372d", "leg_left": "#2d62ad", "leg_right": "#2d62ad"}
-CHARACTER_VIEW = ["--view", 24, 15, "--size", 600, 800]
+CHARACTER_VIEW = ["--view", 24, 15, "--size", 480, 640]
 JOINT_BALL = 1.5             # cm
 
 
@@ -162,7 +162,7 @@ def draw_character(python, folder, out):
     if None in pictures:
         return pictures
     sheet = out / f"{CHARACTER}_sheet.png"
-    return pictures + [draw(python, sheet, "--contact-sheet", "--columns", 4, *pictures, "--labels", *labels)]
+    return pictures + [draw(python, sheet, "--contact-sheet", "--columns", 4, "--cell", 480, *pictures, "--labels", *labels)]
 
 
 def draw_handle_scenes(python, names, out):

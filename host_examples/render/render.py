@@ -190,6 +190,7 @@ def arguments(argv):
     add("--contact-sheet", action="store_true", help="put several pictures on one sheet")
     add("--labels", nargs="+", default=[], help="words below each picture of the sheet (the file names)")
     add("--columns", type=int, help="pictures in a row of the sheet (all)")
+    add("--cell", type=int, default=640, help="width of a picture on the sheet, pixels (640)")
     return check(parser.parse_intermixed_args(argv))
 
 
@@ -216,8 +217,8 @@ def check(args):
         args.axes = args.axes.reshape(-1, 12)
     except ValueError:
         raise RenderError(f"--axes takes x y z, or twelve numbers for each; found {' '.join(map(str, args.axes))}") from None
-    if min(args.size) < 16 or max(args.size) > 8192 or not 1 <= args.samples <= 4096:
-        raise RenderError("--size goes from 16 to 8192, --samples from 1 to 4096")
+    if min(*args.size, args.cell) < 16 or max(*args.size, args.cell) > 8192 or not 1 <= args.samples <= 4096:
+        raise RenderError("--size and --cell go from 16 to 8192, --samples from 1 to 4096")
     if not 1 <= args.view[1] <= 89:
         raise RenderError(f"--view: the elevation goes from 1 to 89 degrees; found {args.view[1]:g}")
     return args
@@ -292,7 +293,7 @@ def main(argv=None):
         args = arguments(argv)
         if args.contact_sheet:
             labels = args.labels or [Path(path).stem for path in args.files]
-            image = contact_sheet(args.files, labels, args.columns, args.title)
+            image = contact_sheet(args.files, labels, args.columns, args.title, args.cell)
         else:
             image = still(args)
         Path(args.out).parent.mkdir(parents=True, exist_ok=True)
