@@ -77,7 +77,7 @@ install() {
 }
 
 check_compilers() {
-    command -v cargo >/dev/null || fail "cargo is missing; install Rust 1.88 or later with rustup"
+    command -v cargo >/dev/null || fail "cargo is missing; install Rust 1.89 or later with rustup"
     { command -v cc && command -v c++; } >/dev/null ||
         fail "a C and a C++ compiler are needed as cc and c++ (Debian, Ubuntu: apt install build-essential)"
 }

@@ -111,7 +111,7 @@ impl State {
     /// At rest, without loads, undamped, the frame at the world's origin. `integrator` is for modal methods. Fails when
     /// memory does not suffice for a nonlinear shell's factorization.
     pub fn new(model: Arc<Model>, method: Method, integrator: Integrator) -> Result<Self> {
-        let modal = |law| Dynamics::Modal(Box::new(Modal::new(model.n_modes(), law, integrator)));
+        let modal = |law| Dynamics::Modal(Box::new(Modal::new(&model, law, integrator)));
         let dynamics = match method {
             Method::Warp => modal(ForceLaw::Rotated),
             Method::VirtualWorkWarp => modal(ForceLaw::VirtualWork),

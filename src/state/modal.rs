@@ -1,11 +1,11 @@
 //! Motion in modal coordinates: the warp and linear modal analysis.
 
 use crate::constraint::{Constraints, Step};
-use crate::model::with_basis;
-use crate::step::modal_force::{self, BodyLoad};
+use crate::model::{AnyBasis, with_basis};
+use crate::step::modal_force::{self, Acting, BodyLoad, Scratch};
 use crate::step::{ForceLaw, Integrator, Oscillator};
 use crate::support::Pose;
-use crate::warp::{LANES, WarpedBlock, lane};
+use crate::warp::visit_displacements;
 use crate::{Error, ErrorKind, Model, Result, Vec3};
 
 /// Past this rotation, rad, or this displacement, in units of 1/√M, an amplitude has no meaning left and f32 no room.
@@ -32,6 +32,13 @@ const SETTLE_ITERATIONS: usize = 1000;
 /// Seconds; its square times any elastic eigenvalue is beyond all rounding.
 const LONG_STEP: f64 = 1e9;
 
+/// Room for projections in the basis's precision.
+#[derive(Clone)]
+enum AnyScratch {
+    F32(Scratch<f32>),
+    F64(Scratch<f64>),
+}
+
 /// Amplitudes and what acts on them.
 #[derive(Clone)]
 pub struct Modal {
@@ -48,14 +55,20 @@ pub struct Modal {
     force: Vec<f64>,
     /// Σ|F| over the vertices.
     load: f64,
+    scratch: AnyScratch,
     /// The state that loads are taken at.
     mean: [Vec<f64>; 2],
 }
 
 impl Modal {
     /// At rest, undamped.
-    pub fn new(modes: usize, law: ForceLaw, integrator: Integrator) -> Self {
+    pub fn new(model: &Model, law: ForceLaw, integrator: Integrator) -> Self {
+        let modes = model.n_modes();
         let zeros = vec![0.0; modes];
+        let scratch = match model.basis {
+            AnyBasis::F32(_) => AnyScratch::F32(Scratch::new(modes)),
+            AnyBasis::F64(_) => AnyScratch::F64(Scratch::new(modes)),
+        };
         Self {
             law,
             integrator,
@@ -67,6 +80,7 @@ impl Modal {
             next: [zeros.clone(), zeros.clone()],
             force: zeros.clone(),
             load: 0.0,
+            scratch,
             mean: [zeros.clone(), zeros],
         }
     }
@@ -130,10 +144,13 @@ impl Modal {
 
     /// The modal force at the mean state.
     fn project_load(&mut self, model: &Model, load: &BodyLoad, external: Option<&[Vec3]>) {
-        let Self { law, mean: [q, q_dot], force, .. } = self;
-        self.load = with_basis!(&model.basis, basis => {
-            modal_force::project(basis, &model.shell, load, external, *law, (q, q_dot), force)
-        });
+        let Self { law, mean: [q, q_dot], force, scratch, .. } = self;
+        let acting = Acting { load, external, law: *law, q, q_dot, total_mass: model.shell.total_mass };
+        self.load = match (&model.basis, scratch) {
+            (AnyBasis::F32(basis), AnyScratch::F32(scratch)) => modal_force::project(basis, &acting, scratch, force),
+            (AnyBasis::F64(basis), AnyScratch::F64(scratch)) => modal_force::project(basis, &acting, scratch, force),
+            _ => unreachable!("a state's scratch has its model's precision"),
+        };
     }
 
     /// The next q and q̇ without constraints.
@@ -169,15 +186,8 @@ impl Modal {
     }
 
     /// Hands displacement u and rotation vector w (frame axes) of every vertex to `visit`, in order.
-    pub fn visit(&self, model: &Model, mut visit: impl FnMut(usize, Vec3, Vec3)) {
-        with_basis!(&model.basis, basis => for block in 0..basis.n_blocks() {
-            let state = WarpedBlock::new(basis, block, &self.q);
-            let u = if self.law.warped() { state.displacement() } else { *state.linear() };
-            let first = block * LANES;
-            for i in 0..LANES.min(basis.n_vertices - first) {
-                visit(first + i, lane(&u, i), lane(&state.w, i));
-            }
-        });
+    pub fn visit(&self, model: &Model, visit: impl FnMut(usize, Vec3, Vec3)) {
+        with_basis!(&model.basis, basis => visit_displacements(basis, self.law.warped(), &self.q, visit));
     }
 
     /// Hands displacement u and its rate u̇ (frame axes) of every vertex to `visit`, in order.
