@@ -224,7 +224,8 @@ impl Modal {
         for iteration in 1..=SETTLE_ITERATIONS {
             let before = self.q.clone();
             self.q_dot.fill(0.0);
-            self.step(model, load, external, pose, LONG_STEP)?;
+            let grew = |e: Error| Error::new(e.kind, "no equilibrium: the amplitudes grow without bound");
+            self.step(model, load, external, pose, LONG_STEP).map_err(grew)?;
             self.q_dot.fill(0.0);
             let moved: f64 = before.iter().zip(&self.q).map(|(a, b)| (a - b).powi(2)).sum();
             let residual = (moved / self.q.iter().map(|q| q * q).sum::<f64>().max(f64::MIN_POSITIVE)).sqrt();
