@@ -508,7 +508,7 @@ void a_led_strip_is_where_its_handles_are_and_is_let_go() {
   const std::vector<cli::PlacedHandle> handles = cli::place_handles(scene.handles, mesh);
   cli::ProgressBar progress(true);
   const shellwarp::Model model = cli::make_model(scene, mesh, progress);
-  shellwarp::State state = cli::make_state(scene, model);
+  shellwarp::State state = cli::make_state(scene, mesh, model);
   cli::PointCache cache(in_directory("led.pc2"), mesh.n_vertices());
   const cli::Run run = cli::simulate(scene, 75, mesh, handles, state, &cache);
   CHECK(run.handles.steps == 60 && run.handles.steps_missed == 0);  // the step that ends at 2 s is the last one held
@@ -565,7 +565,7 @@ void a_scene_is_read_in_full() {
   CHECK(s.material.k_area == 1 && s.material.k_length == 2 && s.material.k_bend == 3 && s.material.density == 4);
   CHECK(s.supports.size() == 2 && s.supports[0].clamped && s.supports[0].box && !s.supports[1].clamped);
   CHECK((s.supports[1].vertices == std::vector<uint32_t>{4, 5}));
-  CHECK(s.modes == 5 && s.double_precision && s.linear && s.exact && s.duration == 2 && s.gravity[1] == -9.8);
+  CHECK(s.modes == 5 && s.double_precision && s.method == SW_METHOD_LMA && s.exact && s.duration == 2 && s.gravity[1] == -9.8);
   CHECK(s.frame_rate == 25 && s.steps_per_frame == 4 && s.step() == 0.01);
   CHECK(s.damping.ratio == 0.1 && s.damping.mass == 0.2 && s.damping.stiffness == 0.3);
   CHECK(s.motion.moves() && s.motion.rise == 0.5 && s.motion.end == 2 && s.motion.translations[0].frequency == 3);
