@@ -153,7 +153,8 @@ void add_run_options(CLI::App &app, Scene &overrides, RunOptions &options) {
   app.add_option("--out", options.out, "Directory for the point cache, OBJ frames and the table of frames");
   app.add_option("--frames", options.frames, "Number of frames, in place of the duration")->check(whole());
   app.add_option("--modes", overrides.modes, "Number of vibration modes")->check(whole());
-  app.add_option("--method", options.method, "warp, lma (linear modal analysis), or the nonlinear shell: implicit, explicit")
+  app.add_option("--method", options.method, "warp, virtual-work (the warp with its exact force), lma (linear modal analysis), or the nonlinear "
+                 "shell: implicit, explicit")
       ->check(CLI::IsMember(method_names()));
   app.add_flag("--linear", options.linear, "The same as --method lma");
   app.add_flag("--static", overrides.is_static, "The equilibrium in place of the motion");

@@ -6,12 +6,13 @@ namespace cli {
 
 namespace {
 
-constexpr uint32_t kMethods[] = {SW_METHOD_WARP, SW_METHOD_LMA, SW_METHOD_SHELL_IMPLICIT, SW_METHOD_SHELL_EXPLICIT};
+constexpr uint32_t kMethods[] = {SW_METHOD_WARP, SW_METHOD_LMA, SW_METHOD_SHELL_IMPLICIT, SW_METHOD_SHELL_EXPLICIT,
+                                SW_METHOD_WARP_VIRTUAL_WORK};
 
 }  // namespace
 
 const std::vector<std::string> &method_names() {
-  static const std::vector<std::string> names = {"warp", "lma", "implicit", "explicit"};  // in the order of kMethods
+  static const std::vector<std::string> names = {"warp", "lma", "implicit", "explicit", "virtual-work"};  // in the order of kMethods
   return names;
 }
 

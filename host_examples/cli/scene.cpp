@@ -308,6 +308,7 @@ Expectations read_expectations(Section section) {
 std::vector<ComparisonNumbers> read_numbers(Section &expect, std::optional<Section> &reference, const char *what) {
   std::vector<ComparisonNumbers> all;
   for (const auto &[word, method] : {std::pair{"warp", SW_METHOD_WARP}, std::pair{"lma", SW_METHOD_LMA},
+                                     std::pair{"virtual_work", SW_METHOD_WARP_VIRTUAL_WORK},
                                      std::pair{"shell", SW_METHOD_SHELL_IMPLICIT}}) {
     const std::string key = std::string(word) + "_" + what;
     ComparisonNumbers numbers;
@@ -344,7 +345,7 @@ Comparison read_comparison(Section section, const Scene &scene) {
     if (const auto method = find_method((*array)[i].value<std::string>().value_or("")); method && !is_nonlinear(*method))
       c.methods.push_back(*method);
   if (!array || c.methods.empty() || c.methods.size() != array->size())
-    section.fail(node ? *node : section.table(), "methods must be a list of \"warp\" and \"lma\"");
+    section.fail(node ? *node : section.table(), "methods must be a list of warp, lma and virtual-work, in quotes");
   c.gravities = section.list("gravities");
   if (c.gravities.empty()) section.fail("gravities is missing: the lengths that gravity is to have, ascending");
   if (const std::vector<double> factors = section.list("bending"); !factors.empty()) c.bending = factors;

@@ -956,8 +956,9 @@ static void what_is_out_of_reach_is_reported_as_missing(void) {
 
 /* ------------------------------------------------------------------------------------------- methods, loads, equilibria */
 
-static const uint32_t methods[4] = {SW_METHOD_WARP, SW_METHOD_LMA, SW_METHOD_SHELL_IMPLICIT, SW_METHOD_SHELL_EXPLICIT};
-enum { N_METHODS = 4, N_STATIC = 3 }; /* the two nonlinear methods share one equilibrium */
+static const uint32_t methods[5] = {SW_METHOD_WARP, SW_METHOD_LMA, SW_METHOD_SHELL_IMPLICIT, SW_METHOD_WARP_VIRTUAL_WORK,
+                                    SW_METHOD_SHELL_EXPLICIT};
+enum { N_METHODS = 5, N_STATIC = 4 }; /* the two nonlinear methods share one equilibrium */
 
 /* The strip with so many modes that what they leave out of a static sag is below a thousandth. */
 static SwModel *many_mode_model(void) {
@@ -1023,7 +1024,8 @@ static void a_large_load_parts_the_methods(void) {
     set_gravity(state[m], 0, 0, -0.3);
     settle(state[m]);
   }
-  CHECK(largest_difference(state[0], state[2]) < 0.25 * largest_difference(state[1], state[2]));
+  for (int m = 0; m < N_STATIC; m += 3)
+    CHECK(largest_difference(state[m], state[2]) < 0.25 * largest_difference(state[1], state[2]));
   for (int m = 0; m < N_STATIC; ++m) sw_state_destroy(state[m]);
   sw_model_destroy(model);
 }
@@ -1234,6 +1236,26 @@ static void the_search_starts_from_the_present_shape(void) {
     sw_state_destroy(state);
   }
   sw_model_destroy(model);
+}
+
+/* Rounding of the 32-bit basis must not keep the search from ending, at any load. */
+static void equilibria_are_found_with_a_basis_of_32_bits(void) {
+  const Strip strip = make_strip();
+  SwModel *single = strip_model(&strip), *exact = strip_model(&strip);
+  precompute(single, 8, SW_PRECISION_F32);
+  precompute(exact, 8, SW_PRECISION_F64);
+  for (int k = 1; k <= 20; ++k) {
+    SwState *a = new_state(single, SW_METHOD_WARP, 0), *b = new_state(exact, SW_METHOD_WARP, 0);
+    set_gravity(a, 0, 0, -0.03 * k);
+    set_gravity(b, 0, 0, -0.03 * k);
+    settle(a);
+    settle(b);
+    CHECK(largest_difference(a, b) < 1e-5 * STRIP_LENGTH); /* accepted at 1e-6, times how slowly the search converges */
+    sw_state_destroy(a);
+    sw_state_destroy(b);
+  }
+  sw_model_destroy(single);
+  sw_model_destroy(exact);
 }
 
 static void a_nonlinear_shell_is_saved_restored_and_cloned(void) {
@@ -1503,6 +1525,7 @@ int main(void) {
   RUN(wind_presses_like_a_weight_of_half_rho_c_v_squared);
   RUN(still_air_takes_energy_and_no_wind_takes_none);
   RUN(the_search_starts_from_the_present_shape);
+  RUN(equilibria_are_found_with_a_basis_of_32_bits);
   RUN(a_nonlinear_shell_is_saved_restored_and_cloned);
   RUN(every_fault_of_a_mesh_is_found_and_named);
   RUN(a_moebius_strip_is_not_orientable);

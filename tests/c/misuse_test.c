@@ -318,7 +318,7 @@ static void unknown_enumerants_and_flags_are_refused(void) {
 
   SwStateDesc desc;
   sw_state_desc_init(&desc);
-  const uint32_t unknown_methods[2] = {SW_METHOD_SHELL_EXPLICIT + 1, UINT32_MAX};
+  const uint32_t unknown_methods[2] = {SW_METHOD_WARP_VIRTUAL_WORK + 1, UINT32_MAX};
   for (int k = 0; k < 2; ++k) {
     desc.method = unknown_methods[k];
     FAILS(sw_state_create(ready, &desc, &other), SW_ERROR_INVALID_ARGUMENT, "method");
@@ -897,7 +897,7 @@ static void an_equilibrium_that_does_not_exist_moves_nothing(void) {
   SwModel *model = NULL;
   OK(sw_model_create(&mesh, NULL, NULL, &model));
   precompute(model, 8, 0);
-  for (uint32_t method = SW_METHOD_WARP; method <= SW_METHOD_SHELL_EXPLICIT; ++method) {
+  for (uint32_t method = SW_METHOD_WARP; method <= SW_METHOD_WARP_VIRTUAL_WORK; ++method) {
     SwState *state = free_shell_state(model, method), *same = free_shell_state(model, method);
     SwEquilibriumReport report;
     sw_equilibrium_report_init(&report);
