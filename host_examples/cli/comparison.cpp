@@ -167,8 +167,8 @@ void print_comparison(const Scene &scene, const ComparisonRun &run) {
   std::printf("  %u vertices, %u modes, lowest frequency %.5g Hz\n", run.info.n_vertices, run.info.modes,
               run.frequencies.empty() ? 0.0 : run.frequencies[0]);
   std::printf("equilibria; error and area change are relative, error is that to the nonlinear shell (implicit)\n");
-  std::printf("  %8s %8s  %-9s %11s %11s %11s %10s  %s\n", "bending", "gravity", "method", "moved by", "error", "area change",
-              "residual", "in range");
+  std::printf("  %8s %8s  %-9s %11s %11s %11s %10s  %s\n", "bending", "gravity", "method", "moved by", "error",
+              "area change", "residual", "in range");
   for (const ComparisonRow &row : run.rows) {
     std::printf("  %7gx %8g  %-9s ", row.bending, row.gravity, method_name(row.method));
     if (row.found)

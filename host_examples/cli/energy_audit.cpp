@@ -6,8 +6,10 @@
 namespace cli {
 
 EnergyAudit::EnergyAudit(const Scene &scene, const Mesh &mesh)
-    : applies_(!scene.loads.wind && scene.handles.empty() && !scene.motion.moves()), mesh_(mesh),
-      load_(mesh.positions.size()), positions_(mesh.positions.size()) {
+    : applies_(!scene.loads.wind && scene.handles.empty() && !scene.motion.moves()),
+      mesh_(mesh),
+      load_(mesh.positions.size()),
+      positions_(mesh.positions.size()) {
   if (!applies_) return;
   const double density = scene.material.density > 0 ? scene.material.density : 1;  // the library's default
   const std::vector<uint32_t> &t = mesh.triangles;

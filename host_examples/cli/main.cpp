@@ -34,7 +34,7 @@ constexpr int kFailure = 1, kWrongUsage = 2, kInterrupted = 130;
 struct RunOptions {
   std::string out;                 // directory; empty = write nothing
   std::optional<uint32_t> frames;  // in place of the scene's duration
-  std::string method;  // in place of the scene's; empty = that
+  std::string method;              // in place of the scene's; empty = that
   bool linear = false;
   bool quiet = false;
 };
@@ -114,12 +114,11 @@ int run_shells(const SceneFile &file, const RunOptions &options) {
   return worst;
 }
 
-std::string counted(std::size_t n, const char *noun) {
-  return std::to_string(n) + " " + noun + (n == 1 ? "" : "s");
-}
+std::string counted(std::size_t n, const char *noun) { return std::to_string(n) + " " + noun + (n == 1 ? "" : "s"); }
 
 // All of one kind: each on its line if they are few, else the first and how many more.
-void print_diagnostics(const std::string &path, const char *severity, const SwDiagnostic *diagnostics, std::size_t count) {
+void print_diagnostics(const std::string &path, const char *severity, const SwDiagnostic *diagnostics,
+                       std::size_t count) {
   constexpr std::size_t kFew = 3;
   for (std::size_t k = 0; k < (count > kFew ? 1 : count); ++k)
     std::printf("%s: %s: %s%s\n", path.c_str(), severity, reinterpret_cast<const char *>(diagnostics[k].message),
@@ -171,7 +170,8 @@ void add_run_options(CLI::App &app, Scene &overrides, RunOptions &options) {
   app.add_option("--out", options.out, "Directory for the point cache, OBJ frames and the table of frames");
   app.add_option("--frames", options.frames, "Number of frames, in place of the duration")->check(whole());
   app.add_option("--modes", overrides.modes, "Number of vibration modes")->check(whole());
-  app.add_option("--method", options.method, "warp, virtual-work (the warp with its exact force), lma (linear modal analysis), or the nonlinear "
+  app.add_option("--method", options.method,
+                 "warp, virtual-work (the warp with its exact force), lma (linear modal analysis), or the nonlinear "
                  "shell: implicit, explicit")
       ->check(CLI::IsMember(method_names()));
   app.add_flag("--linear", options.linear, "The same as --method lma");
@@ -226,11 +226,16 @@ void add_simulate_options(CLI::App &app, SimulateOptions &o) {
   app.add_option("mesh", o.scene.mesh_path, "OBJ, OFF or PLY file")->required();
   add_support_options(app, "fix", "Hold", o.fixed);
   add_support_options(app, "clamp", "Hold, with their neighbours and so the slope,", o.clamped);
-  app.add_option("--gravity", o.scene.gravity, "Acceleration, length unit/s^2 (0 0 0)")->type_name("X Y Z")->check(number());
+  app.add_option("--gravity", o.scene.gravity, "Acceleration, length unit/s^2 (0 0 0)")
+      ->type_name("X Y Z")
+      ->check(number());
   app.add_option("--duration", o.scene.duration, "Seconds (5)")->check(positive());
   app.add_option("--step", o.step, "Seconds a step, a frame being one step (1/30)")->check(positive());
-  app.add_option("--k-area", o.scene.material.k_area, "Stiffness against change of area; 0 means the default (1e4)")->check(number());
-  app.add_option("--k-length", o.scene.material.k_length, "Stiffness against change of length; 0 means the default (1e4)")->check(number());
+  app.add_option("--k-area", o.scene.material.k_area, "Stiffness against change of area; 0 means the default (1e4)")
+      ->check(number());
+  app.add_option("--k-length", o.scene.material.k_length,
+                 "Stiffness against change of length; 0 means the default (1e4)")
+      ->check(number());
   app.add_option("--k-bend", o.scene.material.k_bend, "Bending stiffness; 0 means the default (1)")->check(number());
   app.add_option("--density", o.scene.material.density, "Mass an area; 0 means the default (1)")->check(number());
   app.add_option("--damping-ratio", o.scene.damping.ratio, "Of critical, the same for every mode (0)")->check(number());
@@ -271,7 +276,8 @@ int run_command_line(int argc, char **argv) {
 
   const auto named = [&](const CLI::App *command) { return argc > 1 && command->get_name() == argv[1]; };
   if (argc > 1 && argv[1][0] != '-' && !named(run) && !named(simulate) && !named(check)) {
-    std::fprintf(stderr, "shellwarp: there is no command '%s'; it must be run, simulate or check (see --help)\n", argv[1]);
+    std::fprintf(stderr, "shellwarp: there is no command '%s'; it must be run, simulate or check (see --help)\n",
+                 argv[1]);
     return kWrongUsage;
   }
   try {

@@ -7,12 +7,13 @@ namespace cli {
 namespace {
 
 constexpr uint32_t kMethods[] = {SW_METHOD_WARP, SW_METHOD_LMA, SW_METHOD_SHELL_IMPLICIT, SW_METHOD_SHELL_EXPLICIT,
-                                SW_METHOD_WARP_VIRTUAL_WORK};
+                                 SW_METHOD_WARP_VIRTUAL_WORK};
 
 }  // namespace
 
 const std::vector<std::string> &method_names() {
-  static const std::vector<std::string> names = {"warp", "lma", "implicit", "explicit", "virtual-work"};  // in the order of kMethods
+  static const std::vector<std::string> names = {"warp", "lma", "implicit", "explicit",
+                                                 "virtual-work"};  // in the order of kMethods
   return names;
 }
 
@@ -28,8 +29,6 @@ std::optional<uint32_t> find_method(const std::string &name) {
   return std::nullopt;
 }
 
-bool is_nonlinear(uint32_t method) {
-  return method == SW_METHOD_SHELL_IMPLICIT || method == SW_METHOD_SHELL_EXPLICIT;
-}
+bool is_nonlinear(uint32_t method) { return method == SW_METHOD_SHELL_IMPLICIT || method == SW_METHOD_SHELL_EXPLICIT; }
 
 }  // namespace cli

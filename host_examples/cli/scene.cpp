@@ -343,9 +343,9 @@ Expectations read_expectations(Section section) {
 // Keys such as warp_error = [low, high], and in [expect.reference] a number for each equilibrium.
 std::vector<ComparisonNumbers> read_numbers(Section &expect, std::optional<Section> &reference, const char *what) {
   std::vector<ComparisonNumbers> all;
-  for (const auto &[word, method] : {std::pair{"warp", SW_METHOD_WARP}, std::pair{"lma", SW_METHOD_LMA},
-                                     std::pair{"virtual_work", SW_METHOD_WARP_VIRTUAL_WORK},
-                                     std::pair{"shell", SW_METHOD_SHELL_IMPLICIT}}) {
+  for (const auto &[word, method] :
+       {std::pair{"warp", SW_METHOD_WARP}, std::pair{"lma", SW_METHOD_LMA},
+        std::pair{"virtual_work", SW_METHOD_WARP_VIRTUAL_WORK}, std::pair{"shell", SW_METHOD_SHELL_IMPLICIT}}) {
     const std::string key = std::string(word) + "_" + what;
     ComparisonNumbers numbers;
     numbers.method = static_cast<uint32_t>(method);
@@ -378,7 +378,8 @@ Comparison read_comparison(Section section, const Scene &scene) {
   const toml::node *node = section.find("methods");
   const toml::array *array = node ? node->as_array() : nullptr;
   for (std::size_t i = 0; array && i < array->size(); ++i)
-    if (const auto method = find_method((*array)[i].value<std::string>().value_or("")); method && !is_nonlinear(*method))
+    if (const auto method = find_method((*array)[i].value<std::string>().value_or(""));
+        method && !is_nonlinear(*method))
       c.methods.push_back(*method);
   if (!array || c.methods.empty() || c.methods.size() != array->size())
     section.fail(node ? *node : section.table(), "methods must be a list of warp, lma and virtual-work, in quotes");

@@ -70,8 +70,8 @@ struct ComparisonExpectations {
 
 // Equilibria of several methods over gravity and bending stiffness; see comparison.hpp.
 struct Comparison {
-  std::vector<uint32_t> methods;     // beside the nonlinear shell, which is always there
-  std::vector<double> gravities;     // lengths of the gravity vector
+  std::vector<uint32_t> methods;      // beside the nonlinear shell, which is always there
+  std::vector<double> gravities;      // lengths of the gravity vector
   std::vector<double> bending = {1};  // factors on k_bend
   ComparisonExpectations expect;
 };
@@ -103,8 +103,8 @@ struct Scene {
   Loads loads;  // beside gravity
   std::vector<Handle> handles;
   std::optional<Comparison> comparison;  // in place of a run
-  uint32_t obj_frames = 3;        // how many frames of largest displacement are written
-  std::vector<double> obj_times;  // s: these frames in their place, unless empty
+  uint32_t obj_frames = 3;               // how many frames of largest displacement are written
+  std::vector<double> obj_times;         // s: these frames in their place, unless empty
   Expectations expect;
   std::optional<PaperFigures> paper;
 

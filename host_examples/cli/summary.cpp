@@ -145,11 +145,13 @@ double largest_displacement(const Run &run) {
 // What a reader of the figures should know before trusting them.
 void print_advice(const Summary &summary) {
   const std::vector<FrameRecord> &frames = summary.run.frames;
-  const auto outside = std::count_if(frames.begin(), frames.end(), [](const FrameRecord &f) { return !f.report.in_range; });
+  const auto outside =
+      std::count_if(frames.begin(), frames.end(), [](const FrameRecord &f) { return !f.report.in_range; });
   if (outside)
-    std::printf("note: %lld of %zu frames bend further than the method describes well (a quarter turn):\n"
-                "      stiffen the shell, lower the loads, or check that units and material fit together\n",
-                static_cast<long long>(outside), frames.size());
+    std::printf(
+        "note: %lld of %zu frames bend further than the method describes well (a quarter turn):\n"
+        "      stiffen the shell, lower the loads, or check that units and material fit together\n",
+        static_cast<long long>(outside), frames.size());
   if (summary.info.n_unknowns == 0)
     std::printf("note: every vertex is held, so nothing can move\n");
   else if (largest_displacement(summary.run) == 0)

@@ -956,8 +956,8 @@ static void what_is_out_of_reach_is_reported_as_missing(void) {
 
 /* ------------------------------------------------------------------------------------------- methods, loads, equilibria */
 
-static const uint32_t methods[5] = {SW_METHOD_WARP, SW_METHOD_LMA, SW_METHOD_SHELL_IMPLICIT, SW_METHOD_WARP_VIRTUAL_WORK,
-                                    SW_METHOD_SHELL_EXPLICIT};
+static const uint32_t methods[5] = {SW_METHOD_WARP, SW_METHOD_LMA, SW_METHOD_SHELL_IMPLICIT,
+                                    SW_METHOD_WARP_VIRTUAL_WORK, SW_METHOD_SHELL_EXPLICIT};
 enum { N_METHODS = 5, N_STATIC = 4 }; /* the two nonlinear methods share one equilibrium */
 
 /* The strip with so many modes that what they leave out of a static sag is below a thousandth. */

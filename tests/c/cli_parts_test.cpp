@@ -567,7 +567,8 @@ void a_scene_is_read_in_full() {
   CHECK(s.material.k_area == 1 && s.material.k_length == 2 && s.material.k_bend == 3 && s.material.density == 4);
   CHECK(s.supports.size() == 2 && s.supports[0].clamped && s.supports[0].box && !s.supports[1].clamped);
   CHECK((s.supports[1].vertices == std::vector<uint32_t>{4, 5}));
-  CHECK(s.modes == 5 && s.double_precision && s.method == SW_METHOD_LMA && s.exact && s.duration == 2 && s.gravity[1] == -9.8);
+  CHECK(s.modes == 5 && s.double_precision && s.method == SW_METHOD_LMA && s.exact && s.duration == 2 &&
+        s.gravity[1] == -9.8);
   CHECK(s.frame_rate == 25 && s.steps_per_frame == 4 && s.step() == 0.01);
   CHECK(s.damping.ratio == 0.1 && s.damping.mass == 0.2 && s.damping.stiffness == 0.3);
   CHECK(s.motion.moves() && s.motion.rise == 0.5 && s.motion.end == 2 && s.motion.translations[0].frequency == 3);
@@ -585,19 +586,20 @@ void a_scene_is_read_in_full() {
 
 void loads_and_comparisons_are_read() {
   const std::string start = "mesh = 'strip.off'\nlength_unit = 'cm'\n[simulation]\ngravity = [0, 0, -2]\n";
-  const cli::Scene loaded = cli::read_scene(
-      write_file("loads.toml", start + "method = 'explicit'\nstatic = true\n[[force]]\nvertex = 7\nvector = [1, 2, 3]\n"
-                               "[[force]]\nnearest = [1, 0, 0]\nvector = [0, 0, 1]\n[wind]\nvelocity = [0, 5, 0]\n"
-                               "normal_drag = 1.5\n[expect]\nenergy_never_grows = true\nsettled = 0.1\n"));
+  const cli::Scene loaded = cli::read_scene(write_file(
+      "loads.toml", start + "method = 'explicit'\nstatic = true\n[[force]]\nvertex = 7\nvector = [1, 2, 3]\n"
+                            "[[force]]\nnearest = [1, 0, 0]\nvector = [0, 0, 1]\n[wind]\nvelocity = [0, 5, 0]\n"
+                            "normal_drag = 1.5\n[expect]\nenergy_never_grows = true\nsettled = 0.1\n"));
   CHECK(loaded.method == SW_METHOD_SHELL_EXPLICIT && loaded.is_static && loaded.length_unit == "cm");
   CHECK(loaded.loads.forces.size() == 2 && loaded.loads.forces[0].vertex == 7u && !loaded.loads.forces[1].vertex);
-  CHECK(loaded.loads.forces[0].vector[2] == 3 && loaded.loads.wind->velocity[1] == 5 && loaded.loads.wind->density == 1.2);
+  CHECK(loaded.loads.forces[0].vector[2] == 3 && loaded.loads.wind->velocity[1] == 5 &&
+        loaded.loads.wind->density == 1.2);
   CHECK(loaded.expect.energy_never_grows && loaded.expect.settled == 0.1 && !loaded.comparison);
 
   const cli::Scene compared = cli::read_scene(
       write_file("compared.toml", start + "[comparison]\nmethods = ['lma', 'virtual-work']\ngravities = [1, 2.5]\n"
-                                  "bending = [1, 10]\n[expect]\nwarp_below_lma = true\nlma_error = [0, 1]\n"
-                                  "[expect.reference]\ntolerance = 0.1\nlma_error = [1, 2, 3, 4]\n"));
+                                          "bending = [1, 10]\n[expect]\nwarp_below_lma = true\nlma_error = [0, 1]\n"
+                                          "[expect.reference]\ntolerance = 0.1\nlma_error = [1, 2, 3, 4]\n"));
   const cli::Comparison &c = *compared.comparison;
   CHECK(c.methods.size() == 2 && c.methods[1] == SW_METHOD_WARP_VIRTUAL_WORK && c.gravities[1] == 2.5);
   CHECK(c.bending.size() == 2 && c.expect.warp_below_lma && !c.expect.errors_grow && c.expect.tolerance == 0.1);
@@ -615,7 +617,8 @@ void a_comparison_is_judged_row_by_row() {
   c.bending = {1, 10};
   c.expect.warp_below_lma = c.expect.errors_grow = c.expect.stiffer_differs_less = c.expect.in_range = true;
   c.expect.tolerance = 1e-3;
-  c.expect.errors = {{SW_METHOD_LMA, cli::Range{0.05, 0.5}, {}}, {SW_METHOD_WARP, std::nullopt, {0.1, 0.2, 0.01, 0.02}}};
+  c.expect.errors = {{SW_METHOD_LMA, cli::Range{0.05, 0.5}, {}},
+                     {SW_METHOD_WARP, std::nullopt, {0.1, 0.2, 0.01, 0.02}}};
   cli::ComparisonRun good{};
   const double lma[4] = {0.2, 0.4, 0.1, 0.2}, warp[4] = {0.1, 0.2, 0.01, 0.02};
   for (std::size_t k = 0; k < 4; ++k)
@@ -689,8 +692,10 @@ void mistakes_in_scenes_are_located() {
       {"mesh = 'a.obj'\n[wind]\nvelocity = [1, 0, 0]\ndensity = -1\n", "bad.toml:4:", "must not be negative"},
       {"mesh = 'a.obj'\n[comparison]\nmethods = ['implicit']\ngravities = [1]\n", "bad.toml:3:", "list of warp, lma"},
       {"mesh = 'a.obj'\n[comparison]\nmethods = ['lma']\n", "bad.toml:2:", "gravities is missing"},
-      {"mesh = 'a.obj'\n[comparison]\nmethods = ['lma']\ngravities = [2, 1]\n", "bad.toml:4:", "must be above 0 and ascend"},
-      {"mesh = 'a.obj'\n[comparison]\nmethods = ['lma']\ngravities = [1, 2]\n", "bad.toml:2:", "must give the direction"},
+      {"mesh = 'a.obj'\n[comparison]\nmethods = ['lma']\ngravities = [2, 1]\n",
+       "bad.toml:4:", "must be above 0 and ascend"},
+      {"mesh = 'a.obj'\n[comparison]\nmethods = ['lma']\ngravities = [1, 2]\n",
+       "bad.toml:2:", "must give the direction"},
       {"mesh = 'a.obj'\n[simulation]\nduration = 0\n", "bad.toml:3:", "must be greater than 0"},
       {"mesh = 'a.obj'\n[simulation]\ngravity = [0, 1]\n", "bad.toml:3:", "must be a list of 3 numbers"},
       {"mesh = 'a.obj'\n[simulation]\ngravity = [0, nan, 0]\n", "bad.toml:3:", "must be a list of 3 numbers"},
