@@ -242,7 +242,7 @@ def vertex_colors(args, vertices):
     if args.range and not low < high:
         raise RenderError(f"--range needs LOW below HIGH; found {low:g} {high:g}")
     top = values.argmax()
-    print(f"{args.files[0]}: largest {caption} {values[top]:.6g} at vertex {top + 1}; colours {low:g} to {high:g}")
+    print(f"{args.files[0]}: largest {caption} {values[top]:.6g} at vertex {top}, counted from 0; colours {low:g} to {high:g}")
     return viridis((values - low) / max(high - low, 1e-300)), (caption, low, high)
 
 

@@ -142,7 +142,7 @@ class Pictures(WithFiles):
     def test_displacement_is_measured_and_coloured(self):
         moved = self.file(TENT.replace("v .5 .6 .5", "v .5 .9 .5"), "moved.obj")
         picture, printed = self.draw("--displacement", self.file(TENT), moved)
-        self.assertIn("largest displacement 0.3 at vertex 5", printed)
+        self.assertIn("largest displacement 0.3 at vertex 4, counted from 0", printed)
         self.assertGreater((picture[..., 1] > picture[..., 2] + 40).sum(), 5, "the moved tip is green or yellow")
 
     def test_a_mesh_far_from_the_origin_and_very_small_looks_the_same(self):
