@@ -24,7 +24,7 @@ native: ## build the library and the command-line program by CMake, in build/
 	@. ./$(BUILD)/tools.sh && "$$CMAKE" -S . -B $(BUILD) -DCMAKE_BUILD_TYPE=Release && \
 	    "$$CMAKE" --build $(BUILD) --target $(WHAT)
 
-demo: ## run the dinosaur, the beams, three handles and a dancer, and draw them: out/demo/*.png
+demo: ## run the paper's scenes, draw and plot them: out/demo/*.png
 	@$(MAKE) native WHAT=shellwarp_cli || { echo "demo: FAILED: the program could not be built"; exit 1; }
 	@sh cmake/bootstrap.sh render || echo "demo: the renderer could not be installed (see above); going on without pictures"
 	@. ./$(BUILD)/tools.sh && python3 host_examples/render/demo.py --cli $(CLI) --python "$$PYTHON" --out out/demo
@@ -43,7 +43,7 @@ test-c: native ## run the C and C++ tests (ctest)
 	@. ./$(BUILD)/tools.sh && "$$CTEST" --test-dir $(BUILD) --output-on-failure --no-tests=error -j $(JOBS)
 
 test-render: ## test the renderer, where cmake/bootstrap.sh render has set it up
-	@if .venv/bin/python -c 'import mitsuba, numpy, PIL' 2>/dev/null; then \
+	@if .venv/bin/python -c 'import matplotlib, mitsuba, numpy, PIL' 2>/dev/null; then \
 	    .venv/bin/python -m unittest discover -s host_examples/render; \
 	else \
 	    echo "skipped: the renderer is not set up (sh cmake/bootstrap.sh render, or make demo)"; \

@@ -66,12 +66,13 @@ impl Nodal {
         }
     }
 
-    /// The static solution under the present loads, from the present shape. Returns residual and iterations.
+    /// The static solution under the present loads, from the present shape. Returns residual and iterations. Changes nothing
+    /// on failure.
     pub fn settle(&mut self, model: &Model, load: &BodyLoad, external: Option<&[Vec3]>) -> Result<(f64, usize)> {
-        self.velocity.fill(Vec3::zeros());
         self.set_force(model, load, external);
         let found = self.solver.equilibrium(&self.u, &self.force, &Default::default(), &mut |_| Ok(()))?;
         self.u = found.displacement;
+        self.velocity.fill(Vec3::zeros());
         Ok((found.residual, found.iterations))
     }
 
