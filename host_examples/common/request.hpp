@@ -70,7 +70,8 @@ struct Request {
   Build build;
   Motion motion;
   Inputs inputs;
-  std::function<bool()> interrupted;  // true: give up; may be empty
+  // True: give up. Asked while a model is built and while frames are caught up with, never for a single step. May be empty.
+  std::function<bool()> interrupted;
 };
 
 }  // namespace host

@@ -127,6 +127,10 @@ void check_build(const Mesh &mesh, const Build &build) {
   if (mesh.points.empty() || mesh.triangles.empty())
     throw HostError("there is no surface: " + number(uint64_t(mesh.n_points())) + " points, " +
                     number(uint64_t(mesh.n_triangles())) + " triangles");
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i)
+    if (mesh.triangles[i] >= mesh.n_points())
+      throw HostError("triangle " + number(uint64_t(i / 3)) + " names vertex " + number(uint64_t(mesh.triangles[i])) +
+                      ", but there are " + number(uint64_t(mesh.n_points())));
   require(build.modes >= 1 && build.modes <= 1024, "the number of modes", build.modes, "1 to 1024");
   const Stiffness &s = build.stiffness;
   if (s.by == Stiffness::By::frequency) {

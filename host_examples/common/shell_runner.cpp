@@ -206,7 +206,7 @@ void ShellRunner::step_to(const Request &request, uint64_t frame, uint64_t key) 
   const bool exact = base.exact && (!jump || still);
   state_->load(base.state);
   for (uint64_t k = from + 1; k <= frame; ++k) {
-    if (request.interrupted && request.interrupted()) throw Interrupted();
+    if (jump && request.interrupted && request.interrupted()) throw Interrupted();
     step(*state_, request.inputs, 1, jump && !still && k == from + 1);
     ++notes_.steps;
     missed_ = 0;

@@ -585,7 +585,7 @@ void values_out_of_range_are_refused_by_name() {
   FAILS_WITH(with([](Request &r) { r.motion.damping_ratio = -0.5; }), "damping ratio is -0.5");
   FAILS_WITH(with([](Request &r) { r.motion.drag = NAN; }), "drag is nan");
   FAILS_WITH(with([](Request &r) { r.motion.frame_rate = 0; }), "frame rate is 0");
-  FAILS_WITH(with([](Request &r) { r.mesh.triangles[5] = 999; }), "999");
+  FAILS_WITH(with([](Request &r) { r.mesh.triangles[5] = 999; }), "triangle 1 names vertex 999, but there are 123");
   FAILS_WITH(with([](Request &r) { r.build.held.push_back(12345); }), "12345");
   FAILS_WITH(with([](Request &r) { r.build.held.clear(), r.build.modes = 6; }), "none of the modes swings");
 }

@@ -1,0 +1,229 @@
+// The attributes of shellWarp: created, added, and each declared to affect the output.
+#include "shell_warp_node.hpp"
+
+#include <maya/MFnCompoundAttribute.h>
+#include <maya/MFnEnumAttribute.h>
+#include <maya/MFnMatrixAttribute.h>
+#include <maya/MFnNumericAttribute.h>
+#include <maya/MFnTypedAttribute.h>
+#include <maya/MFnUnitAttribute.h>
+#include <maya/MGlobal.h>
+
+MObject ShellWarpNode::time, ShellWarpNode::startFrame;
+MObject ShellWarpNode::gravity, ShellWarpNode::gravityX, ShellWarpNode::gravityY, ShellWarpNode::gravityZ;
+MObject ShellWarpNode::stiffnessFrom, ShellWarpNode::frequency, ShellWarpNode::thickness, ShellWarpNode::bendStiffness,
+    ShellWarpNode::stretchStiffness, ShellWarpNode::density;
+MObject ShellWarpNode::dampingRatio, ShellWarpNode::drag;
+MObject ShellWarpNode::modes, ShellWarpNode::doublePrecision, ShellWarpNode::method, ShellWarpNode::integrator;
+MObject ShellWarpNode::supportKind, ShellWarpNode::supportComponents, ShellWarpNode::supportWeightList,
+    ShellWarpNode::supportWeights;
+MObject ShellWarpNode::frameFrom, ShellWarpNode::supportFrame;
+MObject ShellWarpNode::handles, ShellWarpNode::handleVertex, ShellWarpNode::handleTarget, ShellWarpNode::handlePosition,
+    ShellWarpNode::handleOrientation, ShellWarpNode::handleCompliance;
+
+namespace {
+
+struct Range {
+  double least, soft_most;
+};
+
+MStatus create_number(MObject &attribute, const char *name, const char *brief, double value, Range range) {
+  MStatus status;
+  MFnNumericAttribute fn;
+  attribute = fn.create(name, brief, MFnNumericData::kDouble, value, &status);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  fn.setKeyable(true);
+  fn.setMin(range.least);
+  fn.setSoftMax(range.soft_most);
+  return MS::kSuccess;
+}
+
+MStatus create_plain(MObject &attribute, const char *name, const char *brief, MFnNumericData::Type type, double value) {
+  MStatus status;
+  MFnNumericAttribute fn;
+  attribute = fn.create(name, brief, type, value, &status);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  fn.setKeyable(true);
+  return MS::kSuccess;
+}
+
+// A choice of two, the first the default.
+MStatus create_choice(MObject &attribute, const char *name, const char *brief, const char *first, const char *second) {
+  MStatus status;
+  MFnEnumAttribute fn;
+  attribute = fn.create(name, brief, 0, &status);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  fn.addField(first, 0);
+  fn.addField(second, 1);
+  fn.setKeyable(false);
+  fn.setChannelBox(true);
+  return MS::kSuccess;
+}
+
+MStatus create_matrix(MObject &attribute, const char *name, const char *brief) {
+  MStatus status;
+  MFnMatrixAttribute fn;
+  attribute = fn.create(name, brief, MFnMatrixAttribute::kDouble, &status);
+  return status;
+}
+
+MStatus create_clock_and_loads() {
+  MStatus status;
+  MFnUnitAttribute unit;
+  ShellWarpNode::time = unit.create("time", "tim", MFnUnitAttribute::kTime, 0.0, &status);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  status = create_plain(ShellWarpNode::startFrame, "startFrame", "stf", MFnNumericData::kDouble, 1);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  status = create_plain(ShellWarpNode::gravityX, "gravityX", "grx", MFnNumericData::kDouble, 0);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  status = create_plain(ShellWarpNode::gravityY, "gravityY", "gry", MFnNumericData::kDouble, -981);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  status = create_plain(ShellWarpNode::gravityZ, "gravityZ", "grz", MFnNumericData::kDouble, 0);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  MFnNumericAttribute triple;
+  ShellWarpNode::gravity = triple.create("gravity", "grv", ShellWarpNode::gravityX, ShellWarpNode::gravityY,
+                                         ShellWarpNode::gravityZ, &status);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  triple.setKeyable(true);
+  return MS::kSuccess;
+}
+
+MStatus create_material() {
+  MStatus status;
+  status = create_choice(ShellWarpNode::stiffnessFrom, "stiffnessFrom", "sfr", "frequency", "material");
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  status = create_number(ShellWarpNode::frequency, "frequency", "frq", 2, {1e-3, 10});
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  status = create_number(ShellWarpNode::thickness, "thickness", "thk", 0, {0, 1});
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  status = create_number(ShellWarpNode::bendStiffness, "bendStiffness", "bst", 1, {1e-12, 100});
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  status = create_number(ShellWarpNode::stretchStiffness, "stretchStiffness", "sst", 1e4, {1e-12, 1e6});
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  status = create_number(ShellWarpNode::density, "density", "dns", 1, {1e-12, 10});
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  status = create_number(ShellWarpNode::dampingRatio, "dampingRatio", "dra", 0.05, {0, 1});
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  status = create_number(ShellWarpNode::drag, "drag", "drg", 0, {0, 10});
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  status = create_plain(ShellWarpNode::modes, "modes", "mod", MFnNumericData::kInt, 16);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  MFnNumericAttribute count(ShellWarpNode::modes);
+  count.setMin(1);
+  count.setMax(1024);
+  count.setSoftMax(64);
+  status = create_plain(ShellWarpNode::doublePrecision, "doublePrecision", "dbp", MFnNumericData::kBoolean, 0);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  status = create_choice(ShellWarpNode::method, "method", "mth", "warp", "linear");
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  status = create_choice(ShellWarpNode::integrator, "integrator", "igr", "exact", "implicitEuler");
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  return MS::kSuccess;
+}
+
+MStatus create_supports() {
+  MStatus status;
+  status = create_choice(ShellWarpNode::supportKind, "supportKind", "skd", "clamped", "hinged");
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  MFnTypedAttribute typed;
+  ShellWarpNode::supportComponents =
+      typed.create("supportComponents", "scp", MFnData::kComponentList, MObject::kNullObj, &status);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  MFnNumericAttribute weight;
+  ShellWarpNode::supportWeights = weight.create("supportWeights", "sws", MFnNumericData::kFloat, 0, &status);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  weight.setMin(0);
+  weight.setMax(1);
+  weight.setArray(true);
+  weight.setUsesArrayDataBuilder(true);
+  MFnCompoundAttribute list;
+  ShellWarpNode::supportWeightList = list.create("supportWeightList", "swl", &status);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  list.addChild(ShellWarpNode::supportWeights);
+  list.setArray(true);
+  list.setUsesArrayDataBuilder(true);
+  status = create_choice(ShellWarpNode::frameFrom, "frameFrom", "ffr", "object", "supportFrame");
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  return create_matrix(ShellWarpNode::supportFrame, "supportFrame", "sfm");
+}
+
+MStatus create_handles() {
+  MStatus status;
+  status = create_plain(ShellWarpNode::handleVertex, "handleVertex", "hvx", MFnNumericData::kInt, 0);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  status = create_matrix(ShellWarpNode::handleTarget, "handleTarget", "htg");
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  status = create_plain(ShellWarpNode::handlePosition, "handlePosition", "hps", MFnNumericData::kBoolean, 1);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  status = create_plain(ShellWarpNode::handleOrientation, "handleOrientation", "hor", MFnNumericData::kBoolean, 0);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  status = create_number(ShellWarpNode::handleCompliance, "handleCompliance", "hcp", 0, {0, 1});
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  MFnCompoundAttribute list;
+  ShellWarpNode::handles = list.create("handles", "hnd", &status);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  for (const MObject &child : {ShellWarpNode::handleVertex, ShellWarpNode::handleTarget, ShellWarpNode::handlePosition,
+                               ShellWarpNode::handleOrientation, ShellWarpNode::handleCompliance})
+    list.addChild(child);
+  list.setArray(true);
+  return MS::kSuccess;
+}
+
+// Children come with their parents; but each of them must be declared to affect the output by itself.
+MStatus add_all(const MObject &output) {
+  MStatus status;
+  using Node = ShellWarpNode;
+  for (const MObject &attribute : {Node::time,
+                                   Node::startFrame,
+                                   Node::gravity,
+                                   Node::stiffnessFrom,
+                                   Node::frequency,
+                                   Node::thickness,
+                                   Node::bendStiffness,
+                                   Node::stretchStiffness,
+                                   Node::density,
+                                   Node::dampingRatio,
+                                   Node::drag,
+                                   Node::modes,
+                                   Node::doublePrecision,
+                                   Node::method,
+                                   Node::integrator,
+                                   Node::supportKind,
+                                   Node::supportComponents,
+                                   Node::supportWeightList,
+                                   Node::frameFrom,
+                                   Node::supportFrame,
+                                   Node::handles}) {
+    status = MPxNode::addAttribute(attribute);
+    CHECK_MSTATUS_AND_RETURN_IT(status);
+    status = MPxNode::attributeAffects(attribute, output);
+    CHECK_MSTATUS_AND_RETURN_IT(status);
+  }
+  for (const MObject &child :
+       {Node::gravityX, Node::gravityY, Node::gravityZ, Node::supportWeights, Node::handleVertex, Node::handleTarget,
+        Node::handlePosition, Node::handleOrientation, Node::handleCompliance}) {
+    status = MPxNode::attributeAffects(child, output);
+    CHECK_MSTATUS_AND_RETURN_IT(status);
+  }
+  return MS::kSuccess;
+}
+
+}  // namespace
+
+MStatus ShellWarpNode::initialize() {
+  MStatus status;
+  status = create_clock_and_loads();
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  status = create_material();
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  status = create_supports();
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  status = create_handles();
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  status = add_all(outputGeom);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  // What Artisan offers in the Paint Attributes tool.
+  for (const char *map : {"weights", "supportWeights"})
+    MGlobal::executeCommand(MString("makePaintable -attrType multiFloat -sm deformer ") + typeName + " " + map);
+  return MS::kSuccess;
+}
