@@ -1,11 +1,12 @@
-// The shellWarp plug-in, loaded and evaluated as Maya would, in the stand-in of tests/hosts/maya. Argument: the plug-in.
-// A second argument is a folder: the first scene of docs/maya.md is written there as OBJ files, for its picture.
+// The shellWarp plug-in, loaded and evaluated as Maya would, in the stand-in of tests/hosts/maya. Arguments: the plug-in, docs/maya.md.
+// A third argument is a folder: the first scene of docs/maya.md is written there as OBJ files, for its picture.
 #include "fake_graph.hpp"
 #include "test_support.h"
 
 #include <algorithm>
 #include <fstream>
 #include <functional>
+#include <iterator>
 #include <random>
 #include <set>
 #include <string>
@@ -118,6 +119,18 @@ void supports_can_be_painted_and_handles_are_an_array() {
     CHECK(attribute.is_array == array);
   }
   CHECK(contains(fake::session().commands.at(0), "makePaintable -attrType multiFloat -sm deformer shellWarp weights"));
+}
+
+void the_documentation_names_every_attribute(const char *page) {
+  std::ifstream file(page);
+  const std::string text((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
+  for (const fake::AttributeInfo &attribute : fake::Deformer("shellWarp").attributes()) {
+    const bool row = contains(text, ("| `" + attribute.name + "` | `" + attribute.brief + "` |").c_str());
+    const bool child = contains(text, ("`" + attribute.name + "` (`" + attribute.brief + "`)").c_str()) ||
+                       contains(text, ("`" + attribute.name + "` `" + attribute.brief + "`").c_str());
+    CHECK(row || (child && !attribute.parent.empty()));
+    if (!row && !child) printf("   %s is not in %s\n", attribute.name.c_str(), page);
+  }
 }
 
 // ---------------------------------------------------------------------------------------------------------------- time
@@ -501,10 +514,12 @@ void the_first_scene_of_the_documentation_works(const char *folder) {
 }  // namespace
 
 int main(int argc, char **argv) {
-  if (argc < 2) return EXIT_FAILURE;
+  if (argc < 3) return EXIT_FAILURE;
   try {
     const fake::Plugin plugin(argv[1]);
     RUN(every_attribute_has_its_own_names_and_affects_the_output);
+    const auto the_documentation_is_complete = [&] { the_documentation_names_every_attribute(argv[2]); };
+    RUN(the_documentation_is_complete);
     RUN(supports_can_be_painted_and_handles_are_an_array);
     RUN(the_start_frame_shows_the_mesh_as_it_came_in);
     RUN(playing_lets_the_strip_sag_and_keeps_its_support);
@@ -527,7 +542,7 @@ int main(int argc, char **argv) {
     RUN(a_jump_is_warned_of_when_the_object_moves);
     RUN(escape_stops_the_precompute_and_leaves_nothing_open);
     const auto the_first_scene_works = [&] {
-      the_first_scene_of_the_documentation_works(argc > 2 ? argv[2] : nullptr);
+      the_first_scene_of_the_documentation_works(argc > 3 ? argv[3] : nullptr);
     };
     RUN(the_first_scene_works);
   } catch (const std::exception &error) {
