@@ -8,8 +8,8 @@ use crate::constraint::{Constraint, Outcome};
 use crate::error::{require_finite, require_non_negative};
 use crate::load::{Loads, Moving, Wind};
 use crate::reference::Rayleigh;
-use crate::step::Integrator;
 use crate::step::modal_force::BodyLoad;
+use crate::step::{ForceLaw, Integrator};
 use crate::support::{Frame, Motion, Pose, Rates};
 use crate::{Error, ErrorKind, Model, Result, Vec3};
 use modal::Modal;
@@ -22,6 +22,8 @@ use std::sync::Arc;
 pub enum Method {
     /// Modal warping: u = R̃(Ψq) Φq, f = Φᵀ RᵀF (the paper).
     Warp,
+    /// Modal warping with the exact force of its own positions: u = R̃(Ψq) Φq, f = (∂u/∂q)ᵀF.
+    VirtualWorkWarp,
     /// Linear modal analysis: u = Φq, f = ΦᵀF.
     LinearModalAnalysis,
     /// The full nonlinear shell by backward Euler.
@@ -65,6 +67,8 @@ pub struct Report {
     pub max_rotation: f64,
     /// Largest |u| in the frame.
     pub max_displacement: f64,
+    /// Of all vertices, the share that is turned beyond [`ROTATION_RANGE`].
+    pub fraction_out_of_range: f64,
 }
 
 /// Beyond a quarter turn the warp's own error exceeds a fifth of the displacement (closed form of a strip bent to an arc).
@@ -107,10 +111,11 @@ impl State {
     /// At rest, without loads, undamped, the frame at the world's origin. `integrator` is for modal methods. Fails when
     /// memory does not suffice for a nonlinear shell's factorization.
     pub fn new(model: Arc<Model>, method: Method, integrator: Integrator) -> Result<Self> {
-        let modal = |warped| Dynamics::Modal(Box::new(Modal::new(model.n_modes(), warped, integrator)));
+        let modal = |law| Dynamics::Modal(Box::new(Modal::new(model.n_modes(), law, integrator)));
         let dynamics = match method {
-            Method::Warp => modal(true),
-            Method::LinearModalAnalysis => modal(false),
+            Method::Warp => modal(ForceLaw::Rotated),
+            Method::VirtualWorkWarp => modal(ForceLaw::VirtualWork),
+            Method::LinearModalAnalysis => modal(ForceLaw::Linear),
             Method::ImplicitShell => Dynamics::Nodal(Box::new(Nodal::new(&model, false)?)),
             Method::ExplicitShell => Dynamics::Nodal(Box::new(Nodal::new(&model, true)?)),
         };
@@ -423,16 +428,20 @@ impl State {
 
     /// Energies, and how far the shell is bent.
     pub fn report(&self) -> Report {
-        let (mut rotation, mut displacement) = (0.0f64, 0.0f64);
+        let (mut rotation, mut displacement, mut beyond) = (0.0f64, 0.0f64, 0usize);
+        let mut note = |angle: f64| {
+            rotation = rotation.max(angle);
+            beyond += usize::from(angle > ROTATION_RANGE);
+        };
         self.visit_displacements(|_, u| displacement = displacement.max(u.norm_squared()));
         let (elastic_energy, kinetic_energy, constraint_work) = match &self.dynamics {
             Dynamics::Modal(modal) => {
-                modal.visit(&self.model, |_, _, w| rotation = rotation.max(w.norm()));
+                modal.visit(&self.model, |_, _, w| note(w.norm()));
                 let (elastic, kinetic) = modal.energies(&self.model);
                 (elastic, kinetic, modal.constraint_work)
             }
             Dynamics::Nodal(nodal) => {
-                rotation = nodal.rotations(&self.model).iter().map(|r| r.angle()).fold(0.0, f64::max);
+                nodal.rotations(&self.model).iter().for_each(|r| note(r.angle()));
                 let (elastic, kinetic) = nodal.energies(&self.model);
                 (elastic, kinetic, 0.0)
             }
@@ -444,6 +453,7 @@ impl State {
             constraint_work,
             max_rotation: rotation,
             max_displacement: displacement.sqrt(),
+            fraction_out_of_range: beyond as f64 / self.model.shell.mass.len() as f64,
         }
     }
 
