@@ -41,7 +41,9 @@ struct Build {
 
 // How the shell moves; a change starts again from the start frame.
 struct Motion {
-  bool linear = false;          // linear modes in place of the warp
+  // The warp; linear modes; the warp by virtual work, which loads drive without gain or loss of energy.
+  enum class Method { warp, linear, warp_virtual_work };
+  Method method = Method::warp;
   bool implicit_euler = false;  // in place of the exact integrator; damps with the step
   double damping_ratio = 0.05;  // of critical, 0 or more
   double drag = 0;              // 1/s, 0 or more: slows whatever moves, swinging or not

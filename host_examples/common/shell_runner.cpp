@@ -10,6 +10,18 @@ namespace host {
 
 namespace {
 
+uint32_t number_of(Motion::Method method) {
+  switch (method) {
+    case Motion::Method::linear:
+      return SW_METHOD_LMA;
+    case Motion::Method::warp_virtual_work:
+      return SW_METHOD_WARP_VIRTUAL_WORK;
+    case Motion::Method::warp:
+      break;
+  }
+  return SW_METHOD_WARP;
+}
+
 // Whole frames to within this: hosts round times (Maya to 1/141120000 s, Houdini to double precision).
 constexpr double kWholeFrame = 1e-4;
 
@@ -41,7 +53,7 @@ void check_handles(const Request &request) {
 
 uint64_t key_of(const Motion &m, const Stiffness &stiffness) {
   return Hash()
-      .add(m.linear)
+      .add(m.method)
       .add(m.implicit_euler)
       .add(m.damping_ratio)
       .add(m.drag)
@@ -146,7 +158,7 @@ void ShellRunner::build(const Request &request) {
 
 void ShellRunner::restart(const Motion &motion, double clock) {
   SwStateDesc desc = shellwarp::state_desc();
-  desc.method = motion.linear ? SW_METHOD_LMA : SW_METHOD_WARP;
+  desc.method = number_of(motion.method);
   desc.integrator = motion.implicit_euler ? SW_INTEGRATOR_IMPLICIT_EULER : SW_INTEGRATOR_EXACT;
   shellwarp::State state(model_->model(), desc);
 

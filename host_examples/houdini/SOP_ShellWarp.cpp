@@ -46,7 +46,7 @@ static const char *theDsFile = R"THEDSFILE(
     parm { name "drag" label "Drag" type float default { "0" } range { 0! 10 } }
     parm { name "modes" label "Modes" type integer default { "16" } range { 1! 64 } }
     parm { name "doubleprecision" label "Double Precision" type toggle default { "0" } }
-    parm { name "method" label "Method" type ordinal default { "0" } menu { "warp" "Warp" "linear" "Linear" } }
+    parm { name "method" label "Method" type ordinal default { "0" } menu { "warp" "Warp" "linear" "Linear" "virtualwork" "Warp by Virtual Work" } }
     parm {
         name "integrator" label "Integrator" type ordinal default { "0" }
         menu { "exact" "Exact" "impliciteuler" "Implicit Euler" }
@@ -105,7 +105,7 @@ void pull_settings(const SOP_ShellWarpParms &parms, host::Request &request) {
   motion.frame_rate = parms.getFramerate();
   // Frame 1 is at time 0.
   motion.start_time = motion.frame_rate > 0 ? (parms.getStartframe() - 1) / motion.frame_rate : 0;
-  motion.linear = static_cast<int>(parms.getMethod()) == 1;
+  motion.method = static_cast<host::Motion::Method>(static_cast<int>(parms.getMethod()));
   motion.implicit_euler = static_cast<int>(parms.getIntegrator()) == 1;
   motion.damping_ratio = parms.getDampingratio();
   motion.drag = parms.getDrag();

@@ -11,11 +11,11 @@
 
 SHELLWARP_PLUGIN_EXPORT MStatus initializePlugin(MObject object) {
   MFnPlugin plugin(object, "shellwarp", sw_version_string(), "Any");
-  return plugin.registerNode(ShellWarpNode::typeName, ShellWarpNode::typeId, ShellWarpNode::creator,
+  return plugin.registerNode(ShellWarpNode::nodeName, ShellWarpNode::nodeId, ShellWarpNode::creator,
                              ShellWarpNode::initialize, MPxNode::kDeformerNode);
 }
 
 SHELLWARP_PLUGIN_EXPORT MStatus uninitializePlugin(MObject object) {
   MFnPlugin plugin(object);
-  return plugin.deregisterNode(ShellWarpNode::typeId);
+  return plugin.deregisterNode(ShellWarpNode::nodeId);
 }

@@ -106,7 +106,7 @@ void pull_settings(MDataBlock &block, host::Request &request) {
   request.time = block.inputValue(Node::time).asTime().as(MTime::kSeconds);
   request.motion.start_time = MTime(real(Node::startFrame), MTime::uiUnit()).as(MTime::kSeconds);
   request.motion.frame_rate = MTime(1.0, MTime::kSeconds).as(MTime::uiUnit());
-  request.motion.linear = second(Node::method);
+  request.motion.method = static_cast<host::Motion::Method>(block.inputValue(Node::method).asShort());
   request.motion.implicit_euler = second(Node::integrator);
   request.motion.damping_ratio = real(Node::dampingRatio);
   request.motion.drag = real(Node::drag);

@@ -9,6 +9,8 @@
 #include <maya/MFnUnitAttribute.h>
 #include <maya/MGlobal.h>
 
+#include <initializer_list>
+
 MObject ShellWarpNode::time, ShellWarpNode::startFrame;
 MObject ShellWarpNode::gravity, ShellWarpNode::gravityX, ShellWarpNode::gravityY, ShellWarpNode::gravityZ;
 MObject ShellWarpNode::stiffnessFrom, ShellWarpNode::frequency, ShellWarpNode::thickness, ShellWarpNode::bendStiffness,
@@ -20,6 +22,8 @@ MObject ShellWarpNode::supportKind, ShellWarpNode::supportComponents, ShellWarpN
 MObject ShellWarpNode::frameFrom, ShellWarpNode::supportFrame;
 MObject ShellWarpNode::handles, ShellWarpNode::handleVertex, ShellWarpNode::handleTarget, ShellWarpNode::handlePosition,
     ShellWarpNode::handleOrientation, ShellWarpNode::handleCompliance;
+
+using Node = ShellWarpNode;
 
 namespace {
 
@@ -47,14 +51,15 @@ MStatus create_plain(MObject &attribute, const char *name, const char *brief, MF
   return MS::kSuccess;
 }
 
-// A choice of two, the first the default.
-MStatus create_choice(MObject &attribute, const char *name, const char *brief, const char *first, const char *second) {
+// The first is the default.
+MStatus create_choice(MObject &attribute, const char *name, const char *brief,
+                      std::initializer_list<const char *> fields) {
   MStatus status;
   MFnEnumAttribute fn;
   attribute = fn.create(name, brief, 0, &status);
   CHECK_MSTATUS_AND_RETURN_IT(status);
-  fn.addField(first, 0);
-  fn.addField(second, 1);
+  short number = 0;
+  for (const char *field : fields) fn.addField(field, number++);
   fn.setKeyable(false);
   fn.setChannelBox(true);
   return MS::kSuccess;
@@ -70,19 +75,18 @@ MStatus create_matrix(MObject &attribute, const char *name, const char *brief) {
 MStatus create_clock_and_loads() {
   MStatus status;
   MFnUnitAttribute unit;
-  ShellWarpNode::time = unit.create("time", "tim", MFnUnitAttribute::kTime, 0.0, &status);
+  Node::time = unit.create("time", "tim", MFnUnitAttribute::kTime, 0.0, &status);
   CHECK_MSTATUS_AND_RETURN_IT(status);
-  status = create_plain(ShellWarpNode::startFrame, "startFrame", "stf", MFnNumericData::kDouble, 1);
+  status = create_plain(Node::startFrame, "startFrame", "stf", MFnNumericData::kDouble, 1);
   CHECK_MSTATUS_AND_RETURN_IT(status);
-  status = create_plain(ShellWarpNode::gravityX, "gravityX", "grx", MFnNumericData::kDouble, 0);
+  status = create_plain(Node::gravityX, "gravityX", "grx", MFnNumericData::kDouble, 0);
   CHECK_MSTATUS_AND_RETURN_IT(status);
-  status = create_plain(ShellWarpNode::gravityY, "gravityY", "gry", MFnNumericData::kDouble, -981);
+  status = create_plain(Node::gravityY, "gravityY", "gry", MFnNumericData::kDouble, -981);
   CHECK_MSTATUS_AND_RETURN_IT(status);
-  status = create_plain(ShellWarpNode::gravityZ, "gravityZ", "grz", MFnNumericData::kDouble, 0);
+  status = create_plain(Node::gravityZ, "gravityZ", "grz", MFnNumericData::kDouble, 0);
   CHECK_MSTATUS_AND_RETURN_IT(status);
   MFnNumericAttribute triple;
-  ShellWarpNode::gravity = triple.create("gravity", "grv", ShellWarpNode::gravityX, ShellWarpNode::gravityY,
-                                         ShellWarpNode::gravityZ, &status);
+  Node::gravity = triple.create("gravity", "grv", Node::gravityX, Node::gravityY, Node::gravityZ, &status);
   CHECK_MSTATUS_AND_RETURN_IT(status);
   triple.setKeyable(true);
   return MS::kSuccess;
@@ -90,80 +94,80 @@ MStatus create_clock_and_loads() {
 
 MStatus create_material() {
   MStatus status;
-  status = create_choice(ShellWarpNode::stiffnessFrom, "stiffnessFrom", "sfr", "frequency", "material");
+  status = create_choice(Node::stiffnessFrom, "stiffnessFrom", "sfr", {"frequency", "material"});
   CHECK_MSTATUS_AND_RETURN_IT(status);
-  status = create_number(ShellWarpNode::frequency, "frequency", "frq", 2, {1e-3, 10});
+  status = create_number(Node::frequency, "frequency", "frq", 2, {1e-3, 10});
   CHECK_MSTATUS_AND_RETURN_IT(status);
-  status = create_number(ShellWarpNode::thickness, "thickness", "thk", 0, {0, 1});
+  status = create_number(Node::thickness, "thickness", "thk", 0, {0, 1});
   CHECK_MSTATUS_AND_RETURN_IT(status);
-  status = create_number(ShellWarpNode::bendStiffness, "bendStiffness", "bst", 1, {1e-12, 100});
+  status = create_number(Node::bendStiffness, "bendStiffness", "bst", 1, {1e-12, 100});
   CHECK_MSTATUS_AND_RETURN_IT(status);
-  status = create_number(ShellWarpNode::stretchStiffness, "stretchStiffness", "sst", 1e4, {1e-12, 1e6});
+  status = create_number(Node::stretchStiffness, "stretchStiffness", "sst", 1e4, {1e-12, 1e6});
   CHECK_MSTATUS_AND_RETURN_IT(status);
-  status = create_number(ShellWarpNode::density, "density", "dns", 1, {1e-12, 10});
+  status = create_number(Node::density, "density", "dns", 1, {1e-12, 10});
   CHECK_MSTATUS_AND_RETURN_IT(status);
-  status = create_number(ShellWarpNode::dampingRatio, "dampingRatio", "dra", 0.05, {0, 1});
+  status = create_number(Node::dampingRatio, "dampingRatio", "dra", 0.05, {0, 1});
   CHECK_MSTATUS_AND_RETURN_IT(status);
-  status = create_number(ShellWarpNode::drag, "drag", "drg", 0, {0, 10});
+  status = create_number(Node::drag, "drag", "drg", 0, {0, 10});
   CHECK_MSTATUS_AND_RETURN_IT(status);
-  status = create_plain(ShellWarpNode::modes, "modes", "mod", MFnNumericData::kInt, 16);
+  status = create_plain(Node::modes, "modes", "mod", MFnNumericData::kInt, 16);
   CHECK_MSTATUS_AND_RETURN_IT(status);
-  MFnNumericAttribute count(ShellWarpNode::modes);
+  MFnNumericAttribute count(Node::modes);
   count.setMin(1);
   count.setMax(1024);
   count.setSoftMax(64);
-  status = create_plain(ShellWarpNode::doublePrecision, "doublePrecision", "dbp", MFnNumericData::kBoolean, 0);
+  status = create_plain(Node::doublePrecision, "doublePrecision", "dbp", MFnNumericData::kBoolean, 0);
   CHECK_MSTATUS_AND_RETURN_IT(status);
-  status = create_choice(ShellWarpNode::method, "method", "mth", "warp", "linear");
+  status = create_choice(Node::method, "method", "mth", {"warp", "linear", "warpVirtualWork"});
   CHECK_MSTATUS_AND_RETURN_IT(status);
-  status = create_choice(ShellWarpNode::integrator, "integrator", "igr", "exact", "implicitEuler");
+  status = create_choice(Node::integrator, "integrator", "igr", {"exact", "implicitEuler"});
   CHECK_MSTATUS_AND_RETURN_IT(status);
   return MS::kSuccess;
 }
 
 MStatus create_supports() {
   MStatus status;
-  status = create_choice(ShellWarpNode::supportKind, "supportKind", "skd", "clamped", "hinged");
+  status = create_choice(Node::supportKind, "supportKind", "skd", {"clamped", "hinged"});
   CHECK_MSTATUS_AND_RETURN_IT(status);
   MFnTypedAttribute typed;
-  ShellWarpNode::supportComponents =
+  Node::supportComponents =
       typed.create("supportComponents", "scp", MFnData::kComponentList, MObject::kNullObj, &status);
   CHECK_MSTATUS_AND_RETURN_IT(status);
   MFnNumericAttribute weight;
-  ShellWarpNode::supportWeights = weight.create("supportWeights", "sws", MFnNumericData::kFloat, 0, &status);
+  Node::supportWeights = weight.create("supportWeights", "sws", MFnNumericData::kFloat, 0, &status);
   CHECK_MSTATUS_AND_RETURN_IT(status);
   weight.setMin(0);
   weight.setMax(1);
   weight.setArray(true);
   weight.setUsesArrayDataBuilder(true);
   MFnCompoundAttribute list;
-  ShellWarpNode::supportWeightList = list.create("supportWeightList", "swl", &status);
+  Node::supportWeightList = list.create("supportWeightList", "swl", &status);
   CHECK_MSTATUS_AND_RETURN_IT(status);
-  list.addChild(ShellWarpNode::supportWeights);
+  list.addChild(Node::supportWeights);
   list.setArray(true);
   list.setUsesArrayDataBuilder(true);
-  status = create_choice(ShellWarpNode::frameFrom, "frameFrom", "ffr", "object", "supportFrame");
+  status = create_choice(Node::frameFrom, "frameFrom", "ffr", {"object", "supportFrame"});
   CHECK_MSTATUS_AND_RETURN_IT(status);
-  return create_matrix(ShellWarpNode::supportFrame, "supportFrame", "sfm");
+  return create_matrix(Node::supportFrame, "supportFrame", "sfm");
 }
 
 MStatus create_handles() {
   MStatus status;
-  status = create_plain(ShellWarpNode::handleVertex, "handleVertex", "hvx", MFnNumericData::kInt, 0);
+  status = create_plain(Node::handleVertex, "handleVertex", "hvx", MFnNumericData::kInt, 0);
   CHECK_MSTATUS_AND_RETURN_IT(status);
-  status = create_matrix(ShellWarpNode::handleTarget, "handleTarget", "htg");
+  status = create_matrix(Node::handleTarget, "handleTarget", "htg");
   CHECK_MSTATUS_AND_RETURN_IT(status);
-  status = create_plain(ShellWarpNode::handlePosition, "handlePosition", "hps", MFnNumericData::kBoolean, 1);
+  status = create_plain(Node::handlePosition, "handlePosition", "hps", MFnNumericData::kBoolean, 1);
   CHECK_MSTATUS_AND_RETURN_IT(status);
-  status = create_plain(ShellWarpNode::handleOrientation, "handleOrientation", "hor", MFnNumericData::kBoolean, 0);
+  status = create_plain(Node::handleOrientation, "handleOrientation", "hor", MFnNumericData::kBoolean, 0);
   CHECK_MSTATUS_AND_RETURN_IT(status);
-  status = create_number(ShellWarpNode::handleCompliance, "handleCompliance", "hcp", 0, {0, 1});
+  status = create_number(Node::handleCompliance, "handleCompliance", "hcp", 0, {0, 1});
   CHECK_MSTATUS_AND_RETURN_IT(status);
   MFnCompoundAttribute list;
-  ShellWarpNode::handles = list.create("handles", "hnd", &status);
+  Node::handles = list.create("handles", "hnd", &status);
   CHECK_MSTATUS_AND_RETURN_IT(status);
-  for (const MObject &child : {ShellWarpNode::handleVertex, ShellWarpNode::handleTarget, ShellWarpNode::handlePosition,
-                               ShellWarpNode::handleOrientation, ShellWarpNode::handleCompliance})
+  for (const MObject &child :
+       {Node::handleVertex, Node::handleTarget, Node::handlePosition, Node::handleOrientation, Node::handleCompliance})
     list.addChild(child);
   list.setArray(true);
   return MS::kSuccess;
@@ -172,7 +176,6 @@ MStatus create_handles() {
 // Children come with their parents; but each of them must be declared to affect the output by itself.
 MStatus add_all(const MObject &output) {
   MStatus status;
-  using Node = ShellWarpNode;
   for (const MObject &attribute : {Node::time,
                                    Node::startFrame,
                                    Node::gravity,
@@ -224,6 +227,6 @@ MStatus ShellWarpNode::initialize() {
   CHECK_MSTATUS_AND_RETURN_IT(status);
   // What Artisan offers in the Paint Attributes tool.
   for (const char *map : {"weights", "supportWeights"})
-    MGlobal::executeCommand(MString("makePaintable -attrType multiFloat -sm deformer ") + typeName + " " + map);
+    MGlobal::executeCommand(MString("makePaintable -attrType multiFloat -sm deformer ") + nodeName + " " + map);
   return MS::kSuccess;
 }

@@ -10,9 +10,9 @@
 
 #include <exception>
 
-const char *const ShellWarpNode::typeName = "shellWarp";
+const char *const ShellWarpNode::nodeName = "shellWarp";
 // From the block that Autodesk leaves to plug-ins that are not published; a studio puts one of its own here.
-const MTypeId ShellWarpNode::typeId(0x0007F5A1);
+const MTypeId ShellWarpNode::nodeId(0x0007F5A1);
 
 void *ShellWarpNode::creator() { return new ShellWarpNode; }
 

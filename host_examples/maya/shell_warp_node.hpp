@@ -19,8 +19,8 @@
 
 class ShellWarpNode : public MPxDeformerNode {
 public:
-  static const char *const typeName;
-  static const MTypeId typeId;
+  static const char *const nodeName;
+  static const MTypeId nodeId;
 
   static void *creator();
   static MStatus initialize();
