@@ -1,4 +1,4 @@
-# Maya's C++ API: the devkit that Autodesk offers beside Maya, or a Maya that carries its headers (up to 2016).
+# Maya's C++ API: the devkit that Autodesk offers beside Maya, or a Maya that carries its headers (up to 2015).
 #
 # Looked for in the CMake or environment variables, in this order
 #   DEVKIT_LOCATION   the unpacked devkit (its devkitBase)

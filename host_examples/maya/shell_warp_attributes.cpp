@@ -173,45 +173,46 @@ MStatus create_handles() {
   return MS::kSuccess;
 }
 
+}  // namespace
+
 // Children come with their parents; but each of them must be declared to affect the output by itself.
-MStatus add_all(const MObject &output) {
+MStatus ShellWarpNode::addAttributes() {
+  const MObject parents[] = {time,
+                             startFrame,
+                             gravity,
+                             stiffnessFrom,
+                             frequency,
+                             thickness,
+                             bendStiffness,
+                             stretchStiffness,
+                             density,
+                             dampingRatio,
+                             drag,
+                             modes,
+                             doublePrecision,
+                             method,
+                             integrator,
+                             supportKind,
+                             supportComponents,
+                             supportWeightList,
+                             frameFrom,
+                             supportFrame,
+                             handles};
+  const MObject children[] = {gravityX,     gravityY,       gravityZ,          supportWeights,  handleVertex,
+                              handleTarget, handlePosition, handleOrientation, handleCompliance};
   MStatus status;
-  for (const MObject &attribute : {Node::time,
-                                   Node::startFrame,
-                                   Node::gravity,
-                                   Node::stiffnessFrom,
-                                   Node::frequency,
-                                   Node::thickness,
-                                   Node::bendStiffness,
-                                   Node::stretchStiffness,
-                                   Node::density,
-                                   Node::dampingRatio,
-                                   Node::drag,
-                                   Node::modes,
-                                   Node::doublePrecision,
-                                   Node::method,
-                                   Node::integrator,
-                                   Node::supportKind,
-                                   Node::supportComponents,
-                                   Node::supportWeightList,
-                                   Node::frameFrom,
-                                   Node::supportFrame,
-                                   Node::handles}) {
-    status = MPxNode::addAttribute(attribute);
+  for (const MObject &attribute : parents) {
+    status = addAttribute(attribute);
     CHECK_MSTATUS_AND_RETURN_IT(status);
-    status = MPxNode::attributeAffects(attribute, output);
+    status = attributeAffects(attribute, outputGeom);
     CHECK_MSTATUS_AND_RETURN_IT(status);
   }
-  for (const MObject &child :
-       {Node::gravityX, Node::gravityY, Node::gravityZ, Node::supportWeights, Node::handleVertex, Node::handleTarget,
-        Node::handlePosition, Node::handleOrientation, Node::handleCompliance}) {
-    status = MPxNode::attributeAffects(child, output);
+  for (const MObject &attribute : children) {
+    status = attributeAffects(attribute, outputGeom);
     CHECK_MSTATUS_AND_RETURN_IT(status);
   }
   return MS::kSuccess;
 }
-
-}  // namespace
 
 MStatus ShellWarpNode::initialize() {
   MStatus status;
@@ -223,7 +224,7 @@ MStatus ShellWarpNode::initialize() {
   CHECK_MSTATUS_AND_RETURN_IT(status);
   status = create_handles();
   CHECK_MSTATUS_AND_RETURN_IT(status);
-  status = add_all(outputGeom);
+  status = addAttributes();
   CHECK_MSTATUS_AND_RETURN_IT(status);
   // What Artisan offers in the Paint Attributes tool.
   for (const char *map : {"weights", "supportWeights"})

@@ -28,6 +28,8 @@ public:
   MStatus deform(MDataBlock &block, MItGeometry &points, const MMatrix &toWorld, unsigned int multiIndex) override;
 
 private:
+  static MStatus addAttributes();
+
   // One geometry that the node deforms.
   struct Shell {
     host::ShellRunner runner;
