@@ -29,6 +29,7 @@ namespace host {
 struct Notes {
   bool in_range = true;     // SwStateReport.in_range
   double max_rotation = 0;  // rad
+  double out_of_range = 0;  // share of the vertices that turn too far, SwStateReport.fraction_out_of_range
   uint32_t handles_missed = 0;
   bool jumped = false;             // the frames before this one were not all seen with their own inputs
   bool floats = false;             // nothing is held
@@ -36,6 +37,9 @@ struct Notes {
 
   // What a user should be told, one sentence a line; empty where all is well.
   std::string warning() const;
+  // Which of the sentences there are, as bits: a host that tells of a change once goes by this, as the numbers in them change
+  // from frame to frame.
+  uint32_t warnings() const { return 1u * !in_range | 2u * (handles_missed > 0) | 4u * jumped | 8u * floats; }
 };
 
 class ShellRunner {

@@ -33,12 +33,12 @@ MStatus ShellWarpNode::deform(MDataBlock &block, MItGeometry &points, const MMat
     shell.runner.evaluate(request);
     status = push(block, points, multiIndex, amount, shell.runner);
     CHECK_MSTATUS_AND_RETURN_IT(status);
-    tell(shell, shell.runner.notes().warning(), false);
+    warn(shell);
     return MS::kSuccess;
   } catch (const std::exception &error) {
-    tell(shell, error.what(), true);
+    fail(shell, error.what());
   } catch (...) {
-    tell(shell, "an unknown error", true);
+    fail(shell, "an unknown error");
   }
   return MS::kFailure;  // Maya shows the geometry as it came in
 }
@@ -81,14 +81,17 @@ MStatus ShellWarpNode::push(MDataBlock &block, MItGeometry &points, unsigned int
   return points.setAllPositions(positions);
 }
 
-// Once for each change, not at every frame.
-void ShellWarpNode::tell(Shell &shell, const std::string &message, bool error) const {
+// Both tell once for each change, not at every frame.
+void ShellWarpNode::warn(Shell &shell) const {
+  const host::Notes &notes = shell.runner.notes();
+  const std::string what = host::number(uint64_t(notes.warnings()));
+  if (what == shell.told) return;
+  shell.told = what;
+  if (notes.warnings()) MGlobal::displayWarning(name() + ": " + notes.warning().c_str());
+}
+
+void ShellWarpNode::fail(Shell &shell, const std::string &message) const {
   if (message == shell.told) return;
   shell.told = message;
-  if (message.empty()) return;
-  const MString text = name() + ": " + message.c_str();
-  if (error)
-    MGlobal::displayError(text);
-  else
-    MGlobal::displayWarning(text);
+  MGlobal::displayError(name() + ": " + message.c_str());
 }

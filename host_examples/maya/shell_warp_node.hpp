@@ -33,13 +33,14 @@ private:
   // One geometry that the node deforms.
   struct Shell {
     host::ShellRunner runner;
-    std::string told;  // the message that the user has seen last
+    std::string told;  // what the user was told of last
   };
 
   MStatus pull(MDataBlock &block, const MMatrix &toWorld, unsigned int multiIndex, host::Request &request) const;
   MStatus push(MDataBlock &block, MItGeometry &points, unsigned int multiIndex, float amount,
                const host::ShellRunner &runner);
-  void tell(Shell &shell, const std::string &message, bool error) const;
+  void warn(Shell &shell) const;
+  void fail(Shell &shell, const std::string &message) const;
 
   std::mutex mutex_;  // background and foreground evaluation may meet
   std::map<unsigned int, Shell> shells_;

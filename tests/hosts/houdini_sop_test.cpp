@@ -290,7 +290,7 @@ void a_shell_out_of_range_is_warned_of() {
   attributes["orient"] = {0, 0, std::sin(1.0472), std::cos(1.0472)};  // turns the free end by a third of a circle
   scene.play(3);
   CHECK(scene.cook.errors.empty() && scene.cook.warnings.size() == 1);
-  if (!scene.cook.warnings.empty()) CHECK(contains(scene.cook.warnings[0], "beyond the quarter turn"));
+  if (!scene.cook.warnings.empty()) CHECK(contains(scene.cook.warnings[0], "% of it beyond the quarter turn"));
 }
 
 void escape_stops_the_precompute() {

@@ -451,12 +451,10 @@ void a_shell_out_of_range_is_warned_of_once() {
   scene.node.set("handles[0].handlePosition", 0);
   scene.node.set("handles[0].handleOrientation", 1);
   scene.at(1);
-  for (int k = 0; k < 3; ++k) {
-    scene.at(2);
-    scene.node.set("envelope", 1 - 0.1 * k);  // another evaluation, the same message
-  }
+  for (int frame = 2; frame <= 8; ++frame) scene.at(frame);  // other numbers in the message, the same warning
   CHECK(!scene.node.failed() && fake::session().errors.empty() && fake::session().warnings.size() == 1);
-  if (!fake::session().warnings.empty()) CHECK(contains(fake::session().warnings[0], "beyond the quarter turn"));
+  if (!fake::session().warnings.empty())
+    CHECK(contains(fake::session().warnings[0], "% of it beyond the quarter turn"));
 }
 
 void a_jump_is_warned_of_when_the_object_moves() {
