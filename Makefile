@@ -10,7 +10,7 @@ export CMAKE_BUILD_PARALLEL_LEVEL ?= $(JOBS)
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
-.PHONY: help build native demo test test-cargo test-c test-render test-blender header python-abi lint bench-precompute clean
+.PHONY: help build native demo test test-cargo test-c test-render test-blender blender-addon header python-abi lint bench-precompute clean
 
 help: ## list the targets
 	@echo "usage: make TARGET [JOBS=2]"
@@ -49,6 +49,9 @@ test-render: ## test the renderer, where cmake/bootstrap.sh render has set it up
 	else \
 	    echo "skipped: the renderer is not set up (sh cmake/bootstrap.sh render, or make demo)"; \
 	fi
+
+blender-addon: native ## pack the Blender add-on: out/blender/*.zip
+	python3 host_examples/blender/build_addon.py
 
 test-blender: native ## install Blender as a Python module (1 GB) and test the add-on in it
 	@sh cmake/bootstrap.sh blender
