@@ -3,6 +3,7 @@ JOBS ?= 2
 BUILD := build
 CLI := $(BUILD)/bin/shellwarp
 WHAT := all
+PREFIX ?= /usr/local
 
 MAKEFLAGS += --no-print-directory
 export CARGO_BUILD_JOBS ?= $(JOBS)
@@ -10,7 +11,7 @@ export CMAKE_BUILD_PARALLEL_LEVEL ?= $(JOBS)
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
-.PHONY: help build native demo test test-cargo test-c test-render test-blender blender-addon header python-abi lint bench-precompute clean
+.PHONY: help build native demo test test-cargo test-c test-render test-blender install package blender-addon header python-abi lint bench-precompute clean
 
 help: ## list the targets
 	@echo "usage: make TARGET [JOBS=2]"
@@ -49,6 +50,12 @@ test-render: ## test the renderer, where cmake/bootstrap.sh render has set it up
 	else \
 	    echo "skipped: the renderer is not set up (sh cmake/bootstrap.sh render, or make demo)"; \
 	fi
+
+install: native ## install headers, libraries and the program: PREFIX=/usr/local
+	@. ./$(BUILD)/tools.sh && "$$CMAKE" --install $(BUILD) --prefix "$(PREFIX)"
+
+package: native ## pack the same into out/package/shellwarp-VERSION-SYSTEM.tar.gz, to be unpacked anywhere
+	@. ./$(BUILD)/tools.sh && "$${CTEST%ctest}cpack" --config $(BUILD)/CPackConfig.cmake -B out/package
 
 blender-addon: native ## pack the Blender add-on: out/blender/*.zip
 	python3 host_examples/blender/build_addon.py

@@ -67,7 +67,7 @@ def _candidates():
     if len(roots) > 2:  # host_examples/python/shellwarp in a checkout, share/shellwarp/python/shellwarp when installed
         places += [roots[2] / "build" / "lib" / FILE_NAME]
     if len(roots) > 3:
-        places += [roots[3] / "lib" / FILE_NAME]
+        places += [roots[3] / folder / FILE_NAME for folder in ("lib", "lib64", "bin")]
     return [str(place) for place in places if place.is_file()] + [FILE_NAME]
 
 
