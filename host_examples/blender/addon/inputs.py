@@ -117,7 +117,7 @@ def read_shell(obj, depsgraph):
     fixed, clamped = (group_vertices(obj, name) for name in (settings.fixed_group, settings.clamped_group))
     shell = package.Shell(rest, triangles(obj.data), material, fixed, clamped)
     key = hashlib.blake2b(rest.tobytes() + shell.triangles.tobytes())
-    key.update(repr((material, fixed, clamped, settings.modes, settings.integrator)).encode())
+    key.update(repr((material, fixed, clamped, settings.modes, settings.method, settings.integrator)).encode())
     return shell, scale, key.digest()
 
 

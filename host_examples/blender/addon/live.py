@@ -61,7 +61,7 @@ def prepare(obj, depsgraph, progress=None):
     run = simulation(obj)
     if run is None or run.key != key:
         forget(obj)
-        run = Simulation(library.package(), shell, scale, key, settings.modes, settings.integrator, progress)
+        run = Simulation(library.package(), shell, scale, key, settings.modes, settings.method, settings.integrator, progress)
         store(obj, run)
     return run
 

@@ -54,7 +54,7 @@ class SHELLWARP_OT_precompute(ShellOperator, bpy.types.Operator):
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
         settings = context.object.shellwarp
-        modes, integrator = settings.modes, settings.integrator
+        options = settings.modes, settings.method, settings.integrator
         self.cancel, self.made, self.failed, self.fraction = False, None, None, 0.0
         self.name = context.object.name
 
@@ -64,7 +64,7 @@ class SHELLWARP_OT_precompute(ShellOperator, bpy.types.Operator):
 
         def work():
             try:
-                self.made = Simulation(library, shell, scale, key, modes, integrator, progress)
+                self.made = Simulation(library, shell, scale, key, *options, progress)
             except Exception as error:
                 self.failed = error
         self.thread = threading.Thread(target=work)

@@ -6,7 +6,7 @@ from . import bake, live, operators
 
 GROUPS = [
     ("Material", ("area_density", "k_bend", "k_length", "k_area")),
-    ("Modes", ("modes", "integrator")),
+    ("Modes", ("modes", "method", "integrator")),
     ("Damping", ("damping_ratio", "damping_mass", "damping_stiffness")),
     ("Loads", ("gravity", "wind", "air_density", "normal_drag", "tangential_drag")),
     ("Time", ("frame_start", "frame_end", "substeps")),

@@ -51,6 +51,10 @@ class ShellwarpSettings(bpy.types.PropertyGroup):
     clamped_group: StringProperty(name="Clamped", options=NOT_KEYED,
                                   description="Held together with the neighbouring vertices, so the slope as well")
     modes: IntProperty(name="Modes", default=16, min=1, max=1024, options=NOT_KEYED)
+    method: EnumProperty(name="Method", default="warp", options=NOT_KEYED, items=[
+        ("warp", "Warp", "Modal warping, as in the paper"),
+        ("warp-virtual-work", "Warp, virtual work", "Forces that belong exactly to the warped positions; half as much again a step"),
+        ("lma", "Linear", "Plain modal analysis, to compare with: large bends blow up")])
     integrator: EnumProperty(name="Integrator", default="implicit-euler", options=NOT_KEYED, items=[
         ("implicit-euler", "Backward Euler", "Calms what a step does not resolve"),
         ("exact", "Exact", "No numerical damping: rings until the damping below stops it")])

@@ -25,12 +25,12 @@ class Known:
 class Simulation:
     """Model, state and known frames of one shell."""
 
-    def __init__(self, package, shell, scale, key, modes, integrator, progress=None):
+    def __init__(self, package, shell, scale, key, modes, method, integrator, progress=None):
         self.key, self.scale = key, scale
         self._rest = numpy.asarray(shell.positions / scale, numpy.float32)
         self.model = package.Model(shell)
         self.model.precompute(modes=modes, progress=progress)
-        self._state = self.model.state(integrator=integrator)
+        self._state = self.model.state(method, integrator)
         self._at = None
         self.known = {}
         self._buffer = numpy.empty_like(self._rest)

@@ -308,6 +308,21 @@ class Running(unittest.TestCase):
         state = swinging(made)
         self.assertLess(state.equilibrium()["residual"], 1e-6)
 
+    def test_every_method_steps(self):
+        from shellwarp.state import METHODS
+        made = model()
+        for method in METHODS:
+            # 1e-6 s is within the explicit shell's stable step here
+            made.state(method).step(1e-6)
+
+    def test_every_constant_of_a_choice_has_a_word(self):
+        from shellwarp import model as models, state as states
+        for prefix, table in [("SW_METHOD_", states.METHODS), ("SW_INTEGRATOR_", states.INTEGRATORS), ("SW_AXIS_", states.AXES),
+                              ("SW_SPACE_", states.SPACES), ("SW_CONSTRAINT_", states.KINDS), ("SW_SHAPE_", models.SHAPES),
+                              ("SW_PRECISION_", models.PRECISIONS)]:
+            values = {value for name, value in vars(sw.abi).items() if name.startswith(prefix)}
+            self.assertEqual(values, set(table.values()), prefix)
+
     def test_log_messages_arrive_and_a_receiver_that_raises_harms_nothing(self):
         turned = strip.triangles()
         turned[5] = turned[5][::-1]
