@@ -11,7 +11,7 @@ export CMAKE_BUILD_PARALLEL_LEVEL ?= $(JOBS)
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
-.PHONY: help build native demo test test-cargo test-c test-render test-blender install package blender-addon header python-abi lint bench-precompute clean
+.PHONY: help build native demo test test-cargo test-c test-render test-blender demo-blender install package blender-addon header python-abi lint bench-precompute clean
 
 help: ## list the targets
 	@echo "usage: make TARGET [JOBS=2]"
@@ -56,6 +56,11 @@ install: native ## install headers, libraries and the program: PREFIX=/usr/local
 
 package: native ## pack the same into out/package/shellwarp-VERSION-SYSTEM.tar.gz, to be unpacked anywhere
 	@. ./$(BUILD)/tools.sh && "$${CTEST%ctest}cpack" --config $(BUILD)/CPackConfig.cmake -B out/package
+
+demo-blender: blender-addon ## make, bake, export and draw the first scene of docs/blender.md: out/blender
+	@sh cmake/bootstrap.sh blender
+	BLENDER_USER_RESOURCES=$(CURDIR)/$(BUILD)/blender-user .venv/blender/bin/python host_examples/blender/first_scene.py \
+	    --out out/blender --addon out/blender/*.zip
 
 blender-addon: native ## pack the Blender add-on: out/blender/*.zip
 	python3 host_examples/blender/build_addon.py
