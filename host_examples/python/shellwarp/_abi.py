@@ -212,6 +212,7 @@ class SwStateReport(Structure):
         ("constraint_work", c_double),
         ("max_rotation", c_double),
         ("max_displacement", c_double),
+        ("fraction_out_of_range", c_double),
     ]
 
 
