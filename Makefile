@@ -57,10 +57,12 @@ install: native ## install headers, libraries and the program: PREFIX=/usr/local
 package: native ## pack the same into out/package/shellwarp-VERSION-SYSTEM.tar.gz, to be unpacked anywhere
 	@. ./$(BUILD)/tools.sh && "$${CTEST%ctest}cpack" --config $(BUILD)/CPackConfig.cmake -B out/package
 
-demo-blender: blender-addon ## make, bake, export and draw the first scene of docs/blender.md: out/blender
+demo-blender: blender-addon ## make, bake, export and draw the scenes of docs/blender.md: out/blender
 	@sh cmake/bootstrap.sh blender
-	BLENDER_USER_RESOURCES=$(CURDIR)/$(BUILD)/blender-user .venv/blender/bin/python host_examples/blender/first_scene.py \
-	    --out out/blender --addon out/blender/*.zip
+	for scene in first character; do \
+	    BLENDER_USER_RESOURCES=$(CURDIR)/$(BUILD)/blender-user .venv/blender/bin/python \
+	        host_examples/blender/$${scene}_scene.py --addon out/blender/shellwarp-blender-*.zip --out out/blender || exit 1; \
+	done
 
 blender-addon: native ## pack the Blender add-on: out/blender/*.zip
 	python3 host_examples/blender/build_addon.py

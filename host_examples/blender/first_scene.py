@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
 """The first scene of docs/blender.md, step by step, without a window: run in Blender, or by a Python that has bpy.
 
-    first_scene.py --out out/blender [--frames 90] [--size 480 360] [--samples 16]
+    first_scene.py --out out/blender [--frames 90] [--size 400 300] [--samples 16]
 
 The dinosaur stands on its feet, is shaken, baked, exported to Alembic and USD, read back, and drawn; a sheet of paper is
 led by an empty in the wind. The add-on must be installed; with --addon ZIP it is installed first. What is written: the
-blend files, caches, exports, stills, and dinosaur.jpg, sheet.jpg of three stills each.
+blend files, caches, exports, stills, and dinosaur.png, sheet.png of three stills each.
 """
 
 import argparse
@@ -19,6 +19,12 @@ from mathutils import Vector
 
 ROOT = Path(__file__).resolve().parents[2]
 CLAY, PAPER, GROUND = (0.16, 0.33, 0.2, 1), (0.6, 0.5, 0.33, 1), (0.5, 0.5, 0.52, 1)
+
+
+def install(addon):
+    """Installs the add-on from a zip, if one is given: Blender as a module begins without the user's add-ons."""
+    if addon:
+        bpy.ops.extensions.package_install_files(filepath=str(addon), repo="user_default", enable_on_install=True)
 
 
 def empty_scene(frames):
@@ -148,8 +154,8 @@ def draw(path, frames, size, samples):
     joined = numpy.concatenate(stills, axis=1)
     out = bpy.data.images.new(path.stem, joined.shape[1], joined.shape[0])
     out.pixels.foreach_set(joined.ravel())
-    out.filepath_raw, out.file_format = str(path), "JPEG"
-    out.save(quality=90)
+    out.filepath_raw, out.file_format = str(path), "PNG"
+    out.save()
 
 
 def difference(obj, path, frames, load):
@@ -187,7 +193,7 @@ def make(name, build, colour, direction, floor, given):
     scene.frame_set(1)
     stage(obj, direction, floor)
     bpy.ops.wm.save_mainfile()
-    draw(given.out / f"{name}.jpg", chosen, given.size, given.samples)
+    draw(given.out / f"{name}.png", chosen, given.size, given.samples)
 
 
 def main():
@@ -195,13 +201,12 @@ def main():
     options.add_argument("--out", type=Path, required=True)
     options.add_argument("--addon", type=Path, help="the add-on's zip, to be installed first")
     options.add_argument("--frames", type=int, default=90)
-    options.add_argument("--size", type=int, nargs=2, default=(480, 360))
+    options.add_argument("--size", type=int, nargs=2, default=(400, 300))
     options.add_argument("--samples", type=int, default=16)
     given = options.parse_args(sys.argv[sys.argv.index("--") + 1:] if "--" in sys.argv else None)
     given.out = given.out.resolve()
     given.out.mkdir(parents=True, exist_ok=True)
-    if given.addon:
-        bpy.ops.extensions.package_install_files(filepath=str(given.addon), repo="user_default", enable_on_install=True)
+    install(given.addon)
     make("dinosaur", dinosaur, CLAY, (0.75, -1, 0.35), True, given)
     make("sheet", sheet, PAPER, (0.7, -1, 0.75), False, given)
 

@@ -160,4 +160,5 @@ def lerp(a, b, t):
 
 def turn(a, b, t):
     first, last = (Matrix((m[0:3], m[3:6], m[6:9])).to_quaternion() for m in (a, b))
-    return tuple(x for row in first.slerp(last, t).to_matrix() for x in row)
+    between = first.slerp(last, t).normalized()  # straight, and so too short by 1e-4, where the two are near each other
+    return tuple(x for row in between.to_matrix() for x in row)

@@ -11,6 +11,7 @@ import unittest
 from pathlib import Path
 
 import bpy
+import mathutils
 import numpy
 import scene as scenes
 import shellwarp as sw  # the package alone, outside the add-on: the judge of what the add-on shows
@@ -184,6 +185,15 @@ class Live(Case):
         report = part("live").simulation(obj).report()
         # ten frames of four steps each
         self.assertAlmostEqual(report["time"], 10 / 30, delta=1e-12)
+
+    def test_turns_between_two_poses_stay_rotations(self):
+        for angle in (1e-4, 0.01, 0.028, 0.03, 0.5, 3.0):  # at 0.028 Blender's slerp goes over from a straight line to an arc
+            first, last, between = (numpy.array(mathutils.Matrix.Rotation(a, 3, (0.6, 0.0, 0.8)))
+                                    for a in (0.2, 0.2 + angle, 0.2 + angle / 2))
+            got = numpy.reshape(part("simulation").turn(first.ravel(), last.ravel(), 0.5), (3, 3))
+            # float32 quaternions
+            self.assertLess(numpy.abs(got - between).max(), 2e-6)
+            self.assertLess(numpy.abs(got.T @ got - numpy.eye(3)).max(), 2e-6)
 
     def test_methods_and_integrators_differ(self):
         obj, seen = add_strip(), []
