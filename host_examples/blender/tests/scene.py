@@ -9,6 +9,7 @@ import bpy
 import numpy
 
 ROOT = Path(__file__).resolve().parents[3]
+LIBRARY = os.environ.pop("SHELLWARP_LIBRARY")  # for the judge and the zip; the add-on has to find its own copy
 MODULE = "bl_ext.user_default.shellwarp"
 N = 124  # vertices of the strip
 
@@ -16,7 +17,7 @@ N = 124  # vertices of the strip
 def install(folder):
     """Builds the zip from the sources and installs it as a user does: Preferences > Get Extensions > Install from Disk."""
     made = subprocess.run([sys.executable, ROOT / "host_examples" / "blender" / "build_addon.py", "--out", folder,
-                           "--library", os.environ["SHELLWARP_LIBRARY"]], stdout=subprocess.PIPE, text=True, check=True)
+                           "--library", LIBRARY], stdout=subprocess.PIPE, text=True, check=True)
     bpy.ops.extensions.package_install_files(filepath=made.stdout.strip(), repo="user_default", enable_on_install=True)
 
 

@@ -20,6 +20,7 @@ from scene import add_strip, key, play, shown
 
 def setUpModule():
     global FOLDER
+    sw.load(scenes.LIBRARY)
     FOLDER = tempfile.TemporaryDirectory()
     scenes.install(Path(FOLDER.name) / "zip")
 
@@ -71,12 +72,13 @@ class Install(Case):
         self.assertTrue(hasattr(bpy.types, "SHELLWARP_PT_shell"))
         package = part("library").package()
         self.assertEqual(package.__name__, f"{scenes.MODULE}.shellwarp")
+        self.assertEqual(Path(package.library_path()).parent, Path(package.__file__).parent)
 
     def test_the_zips_bytes_depend_on_its_inputs_only(self):
         found = []
         for name in "ab":
             command = [sys.executable, scenes.ROOT / "host_examples/blender/build_addon.py", "--out", self.folder / name,
-                       "--library", os.environ["SHELLWARP_LIBRARY"]]
+                       "--library", scenes.LIBRARY]
             subprocess.run(command, stdout=subprocess.DEVNULL, check=True)
             found.append(next((self.folder / name).iterdir()).read_bytes())
         self.assertEqual(found[0], found[1])
