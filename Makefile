@@ -3,6 +3,7 @@ JOBS ?= 2
 BUILD := build
 CLI := $(BUILD)/bin/shellwarp
 WHAT := all
+PREFIX ?= /usr/local
 
 MAKEFLAGS += --no-print-directory
 export CARGO_BUILD_JOBS ?= $(JOBS)
@@ -10,7 +11,7 @@ export CMAKE_BUILD_PARALLEL_LEVEL ?= $(JOBS)
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
-.PHONY: help build native demo test test-cargo test-c test-render header lint bench-precompute clean
+.PHONY: help build native demo test test-cargo test-c test-render test-blender demo-blender install package blender-addon header python-abi lint bench-precompute clean
 
 help: ## list the targets
 	@echo "usage: make TARGET [JOBS=2]"
@@ -39,7 +40,8 @@ test: ## run every test: Rust, then C and C++, then the renderer's; ends in test
 test-cargo: ## run the Rust tests
 	cargo test --release --no-fail-fast
 
-test-c: native ## run the C and C++ tests (ctest)
+test-c: native ## run the C, C++ and Python tests (ctest)
+	@sh cmake/bootstrap.sh python || echo "test-c: the Python packages could not be installed (see above); their tests are skipped"
 	@. ./$(BUILD)/tools.sh && "$$CTEST" --test-dir $(BUILD) --output-on-failure --no-tests=error -j $(JOBS)
 
 test-render: ## test the renderer, where cmake/bootstrap.sh render has set it up
@@ -49,8 +51,33 @@ test-render: ## test the renderer, where cmake/bootstrap.sh render has set it up
 	    echo "skipped: the renderer is not set up (sh cmake/bootstrap.sh render, or make demo)"; \
 	fi
 
-header: ## write include/shellwarp.h anew from the Rust sources
+install: native ## install headers, libraries and the program: PREFIX=/usr/local
+	@. ./$(BUILD)/tools.sh && "$$CMAKE" --install $(BUILD) --prefix "$(PREFIX)"
+
+package: native ## pack the same into out/package/shellwarp-VERSION-SYSTEM.tar.gz, to be unpacked anywhere
+	@. ./$(BUILD)/tools.sh && "$${CTEST%ctest}cpack" --config $(BUILD)/CPackConfig.cmake -B out/package
+
+demo-blender: blender-addon ## make, bake, export and draw the scenes of docs/blender.md: out/blender
+	@sh cmake/bootstrap.sh blender
+	for scene in first character; do \
+	    BLENDER_USER_RESOURCES=$(CURDIR)/$(BUILD)/blender-user .venv/blender/bin/python \
+	        host_examples/blender/$${scene}_scene.py --addon out/blender/shellwarp-blender-*.zip --out out/blender || exit 1; \
+	done
+
+blender-addon: native ## pack the Blender add-on: out/blender/*.zip
+	python3 host_examples/blender/build_addon.py
+
+test-blender: native ## install Blender as a Python module (1 GB) and test the add-on in it
+	@sh cmake/bootstrap.sh blender
+	@. ./$(BUILD)/tools.sh && "$$CTEST" --test-dir $(BUILD) --output-on-failure --no-tests=error -L blender
+
+header: ## write include/shellwarp.h anew from the Rust sources, and Python's declarations from it
 	UPDATE_HEADER=1 cargo test --release --test header
+	@$(MAKE) python-abi
+
+python-abi: ## write the Python package's declarations anew from include/shellwarp.h
+	python3 host_examples/python/generate_abi.py include/shellwarp.h >$(BUILD)-abi.tmp
+	mv $(BUILD)-abi.tmp host_examples/python/shellwarp/_abi.py
 
 lint: ## check formatting and run clippy, warnings as errors
 	cargo fmt --check
