@@ -195,8 +195,13 @@ pub unsafe extern "C" fn sw_state_create(
         unsafe {
             let desc = read_descriptor_or_default("desc", desc)?;
             check_flags("desc->flags", desc.flags, 0)?;
-            let methods =
-                [(0, Method::Warp), (SW_METHOD_WARP, Method::Warp), (SW_METHOD_LMA, Method::LinearModalAnalysis)];
+            let methods = [
+                (0, Method::Warp),
+                (SW_METHOD_WARP, Method::Warp),
+                (SW_METHOD_LMA, Method::LinearModalAnalysis),
+                (SW_METHOD_SHELL_IMPLICIT, Method::ImplicitShell),
+                (SW_METHOD_SHELL_EXPLICIT, Method::ExplicitShell),
+            ];
             let integrators = [
                 (0, Integrator::ImplicitEuler),
                 (SW_INTEGRATOR_IMPLICIT_EULER, Integrator::ImplicitEuler),
