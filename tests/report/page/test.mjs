@@ -72,11 +72,11 @@ try {
     assert.ok(later.colours > 100, `${scenes[k]}: ${later.colours} colours`);
     assert.notEqual(first.hash, later.hash, `${scenes[k]}: the slider moves the shells`);
     await page.$eval("#player", (e) => e.scrollIntoView());
-    await shot(`player_${k}.png`);
-    await page.check("#player [name=beside]");
-    assert.notEqual((await look(page)).hash, later.hash, `${scenes[k]}: side by side looks different`);
     await shot(`player_${k}_beside.png`);
     await page.uncheck("#player [name=beside]");
+    assert.notEqual((await look(page)).hash, later.hash, `${scenes[k]}: overlaid looks different`);
+    await shot(`player_${k}.png`);
+    await page.check("#player [name=beside]");
   }
   await shot("desktop.png", { fullPage: true });
 

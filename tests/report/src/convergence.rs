@@ -19,8 +19,8 @@ pub struct StepPoint {
     pub order: f64,
 }
 
-/// The first seconds are enough, and keep it cheap.
-const FRAMES: usize = 60;
+/// The first second is enough, and keep it cheap.
+const FRAMES: usize = 30;
 
 /// Distances to the finest run; the order is that of neighbours, so the last one shown is half the finest's step or longer.
 pub fn steps(scene: &Scene, library: &Library, cache: &Cache, effort: Effort) -> Result<Vec<StepPoint>> {
@@ -28,7 +28,7 @@ pub fn steps(scene: &Scene, library: &Library, cache: &Cache, effort: Effort) ->
     let mut all = vec![];
     for method in METHODS {
         let steps: &[f64] = match (method.key, effort) {
-            ("shell_explicit", Effort::Full) => &[250.0, 500.0, 1000.0, 4000.0],
+            ("shell_explicit", Effort::Full) => &[500.0, 1000.0, 2000.0, 8000.0],
             ("shell_explicit", _) => continue,
             ("shell_implicit", Effort::Full) => &[1.0, 2.0, 4.0, 8.0, 64.0],
             ("shell_implicit", _) => &[1.0, 2.0, 8.0],

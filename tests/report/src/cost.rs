@@ -17,6 +17,8 @@ pub struct Cost {
     pub size: usize,
     pub us: f64,
     pub floor: f64,
+    /// Vertices times modes times states.
+    pub work: usize,
 }
 
 /// One precompute.
@@ -121,7 +123,9 @@ pub fn parts(library: &Library, vertices: usize, modes: usize) -> Result<Vec<Cos
         ("vertex rotations, where asked for", rotations),
         ("energy report, where asked for", report),
     ];
-    Ok(parts.map(|(series, us)| Cost { series: series.to_owned(), size: n, us, floor: us / floor }).into())
+    Ok(parts
+        .map(|(series, us)| Cost { series: series.to_owned(), size: n, us, floor: us / floor, work: n * modes })
+        .into())
 }
 
 /// How a step and reading the positions grow with vertices, modes, constraints and instances.
@@ -139,7 +143,7 @@ pub fn growth(library: &Library, effort: Effort, progress: &mut Progress) -> Res
         let model = library.model(&mesh, SHEET, &mesh.root(), 8, false)?;
         let floor = floor_us(n, 8)?;
         let mut put = |series: &str, us: f64| {
-            all.push(Cost { series: format!("vertices: {series}"), size: n, us, floor: us / floor });
+            all.push(Cost { series: format!("vertices: {series}"), size: n, us, floor: us / floor, work: 8 * n });
         };
         put("step, LMA", step_us(&model, "lma_implicit")?);
         put("step, warp", step_us(&model, "warp_implicit")?);
@@ -159,7 +163,7 @@ pub fn growth(library: &Library, effort: Effort, progress: &mut Progress) -> Res
         for (series, us) in
             [("step, warp", step_us(&model, "warp_implicit")?), ("positions, warp", positions), ("floor", floor)]
         {
-            all.push(Cost { series: format!("modes: {series}"), size: modes, us, floor: us / floor });
+            all.push(Cost { series: format!("modes: {series}"), size: modes, us, floor: us / floor, work: n * modes });
         }
     }
     let model = library.model(&mesh, SHEET, &mesh.root(), 16, false)?;
@@ -172,7 +176,13 @@ pub fn growth(library: &Library, effort: Effort, progress: &mut Progress) -> Res
             state.hold(k as u32, v, 4, mesh.positions[v as usize])?;
         }
         let us = median_us(|| state.step(FRAME))?;
-        all.push(Cost { series: "constraints: step, warp".to_owned(), size: count, us, floor: us / floor });
+        all.push(Cost {
+            series: "constraints: step, warp".to_owned(),
+            size: count,
+            us,
+            floor: us / floor,
+            work: n * 16,
+        });
     }
     for count in [1, 4, 16, 64] {
         let mut states = (0..count).map(|_| moving(&model, "warp_implicit")).collect::<Result<Vec<_>>>()?;
@@ -182,6 +192,7 @@ pub fn growth(library: &Library, effort: Effort, progress: &mut Progress) -> Res
             size: count,
             us,
             floor: us / floor / count as f64,
+            work: n * 16 * count,
         });
     }
     Ok(all)

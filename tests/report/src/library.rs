@@ -80,7 +80,6 @@ functions! {
     constraint::sw_state_set_constraint(*mut SwState, *const SwConstraintDesc) -> u32;
     load::sw_force_desc_init(*mut SwForceDesc);
     load::sw_state_set_forces(*mut SwState, *const SwForceDesc) -> u32;
-    load::sw_equilibrium_report_init(*mut SwEquilibriumReport);
     load::sw_state_equilibrium(*mut SwState, *mut SwEquilibriumReport) -> u32;
 }
 

@@ -18,6 +18,7 @@ mod row;
 mod scenes;
 mod statics;
 mod summary;
+mod summary_page;
 mod table;
 
 use anyhow::{Context, Result};
@@ -149,7 +150,17 @@ fn measure(o: &Options, data: &Path, peers: &Path) -> Result<summary::Report> {
     })
 }
 
-fn main() -> Result<()> {
+fn main() -> std::process::ExitCode {
+    match run() {
+        Ok(()) => std::process::ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("report: FAILED: {error:#}");
+            std::process::ExitCode::FAILURE
+        }
+    }
+}
+
+fn run() -> Result<()> {
     let o = options()?;
     std::fs::create_dir_all(&o.out)?;
     let here = Path::new(env!("CARGO_MANIFEST_DIR"));
@@ -162,6 +173,9 @@ fn main() -> Result<()> {
     }
     let viewer = o.viewer.as_ref().map(std::fs::read_to_string).transpose().context("the bundled player")?;
     page::write(&o.out, &report, &figures, &machine(), viewer.as_deref())?;
+    if let Some(docs) = &o.docs {
+        summary_page::write(docs, &report, &figures)?;
+    }
     println!("report: {}", o.out.join("index.html").display());
     Ok(())
 }

@@ -68,7 +68,7 @@ pub fn entry(scene: &Scene, outcome: &Outcome) -> Result<Value> {
     let index: Vec<u8> = scene.mesh.triangles.iter().flatten().flat_map(|v| v.to_le_bytes()).collect();
     let dinosaur = scene.gravity == [0.0; 3] && scene.coarse.is_none();
     let (up, view, beside) =
-        if dinosaur { ([0, 1, 0], [0.25, 0.35, 1.0], 0) } else { ([0, 0, 1], [0.55, -1.0, 0.35], 1) };
+        if dinosaur { ([0, 1, 0], [0.25, 0.35, 1.0], 0) } else { ([0, 0, 1], [0.9, -1.0, 0.55], 1) };
     Ok(json!({
         "key": scene.key, "title": scene.title, "vertices": rest.len(), "frames": frames, "every": EVERY,
         "low": low, "high": high, "poses": poses, "up": up, "view": view, "beside": beside,

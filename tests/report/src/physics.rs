@@ -19,9 +19,8 @@ pub struct Elastica {
     pub kind: &'static str,
     pub load: f64,
     pub slope_degrees: f64,
-    /// Length over width, and rows of triangles across.
+    /// Length over width; rows of triangles across: a fifth of it.
     pub slenderness: f64,
-    pub rows: usize,
     /// Distance of the tip to the elastica's, over the elastica's tip displacement.
     pub shell: f64,
     /// Distance of all vertices to the nonlinear shell's on the same mesh, relative.
@@ -86,7 +85,6 @@ fn elastica_case(
         load: row[0],
         slope_degrees: row[3].to_degrees(),
         slenderness,
-        rows,
         shell: (drop - row[1]).hypot(shortening - row[2]) / row[1].hypot(row[2]),
         warp: against(solved(PAPER)),
         lma: against(solved("lma_implicit")),

@@ -241,9 +241,11 @@ impl Report {
     }
 
     pub fn growth_table(&self) -> Table {
-        let mut table = Table::new("step_growth", &["series", "size", "us", "times the floor"]);
+        let header = ["series", "size", "us", "times the floor", "ns per vertex and mode"];
+        let mut table = Table::new("step_growth", &header);
         for c in &self.growth {
-            table.push([c.series.clone(), c.size.to_string(), format!("{:.2}", c.us), decimal(c.floor)]);
+            let each = if c.work > 0 { format!("{:.1}", 1e3 * c.us / c.work as f64) } else { "–".to_owned() };
+            table.push([c.series.clone(), c.size.to_string(), format!("{:.2}", c.us), decimal(c.floor), each]);
         }
         table
     }

@@ -42,7 +42,7 @@ fn strip(key: &'static str, shape: fn(usize) -> Mesh, membrane: f64, bend: f64) 
         drive: Drive::Released,
         probe: ([4.0, 0.0], 2),
         paper_modes: 8,
-        reference: Reference::Explicit { steps: 500, check: 250 },
+        reference: Reference::Explicit { steps: 500, check: 400 },
         most_modes: 64,
     }
 }
@@ -63,9 +63,9 @@ pub fn vee() -> Scene {
         title: "V-beam, released",
         text: "A strip folded to a V, of a membrane soft enough that it bends rather than flattens, is let go and swings freely, \
             without any damping.",
-        gravity: [0.0, 0.0, -0.8],
+        gravity: [0.0, 0.0, -2.4],
         frames: 180,
-        reference: Reference::Explicit { steps: 400, check: 200 },
+        reference: Reference::Explicit { steps: 400, check: 300 },
         ..strip("vee_release", vee_mesh, 1e3, 10.0)
     }
 }
