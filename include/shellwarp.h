@@ -143,6 +143,10 @@
 // The same by symplectic Euler; steps must be very short (the paper: 1/30000 s).
 #define SW_METHOD_SHELL_EXPLICIT 4
 
+// Modal warping with the exact modal force of its own positions, (du/dq)^T F: dead loads are conservative. Costs half as much
+// again as a step of SW_METHOD_WARP.
+#define SW_METHOD_WARP_VIRTUAL_WORK 5
+
 // Backward Euler: first order, stable for every step, damps what the step does not resolve.
 #define SW_INTEGRATOR_IMPLICIT_EULER 1
 

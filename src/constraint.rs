@@ -9,7 +9,9 @@
 //! or outnumber the modes end at the least residual that can be had; it is reported. The change acts as an impulse,
 //! q̇⁺ = q̇_free + (q⁺ − q_free)/h, so a held handle does not ring with any integrator.
 //!
-//! A handle never drives the elastic modes past a bound on their joint bend: beyond it the warp has no meaning.
+//! A handle never drives the elastic modes past a bound on their joint bend: beyond it the warp has no meaning. The bound
+//! grows with the distance of the targets from the rest pose, because a warped vertex can also come a little inward by half a
+//! turn, which no hand means.
 //!
 //! Rows are dimensionless: lengths are divided by the model's size.
 
@@ -75,6 +77,12 @@ const MAX_TURN: f64 = 0.5;
 /// Bound on the root sum of squares, over the elastic modes, of the largest rotation that each mode's amplitude makes, rad.
 const LARGEST_BEND: f64 = std::f64::consts::PI;
 
+/// The same bound for targets near the rest pose: at rest, and per model size or rad that targets are away from it; and how
+/// much more is allowed where that meets them.
+const LEAST_BEND: f64 = 0.25;
+const BEND_PER_DISTANCE: f64 = 10.0;
+const EXTRA_BEND: f64 = 1.0;
+
 /// Stages of a target that is not met at once.
 const STAGES: u32 = 8;
 
@@ -113,6 +121,10 @@ struct Work {
     flexibility: Vec<f64>,
     q_free: Vec<f64>,
     trial: Vec<f64>,
+    /// Σ Γ|ψ|² and Σ |ψ|²/λ with the largest rotation ψ of each mode: what a row of J Γ Jᵀ is where the pose can move.
+    pliancy: [f64; 2],
+    /// Bound on the bend that the present targets warrant, rad.
+    bend_limit: f64,
     /// What the search from the free motion found (modes).
     first: Vec<f64>,
     /// What a search in stages found before it looks for the nearest to the free motion (modes).
@@ -136,6 +148,8 @@ impl Work {
             flexibility: per_mode.clone(),
             q_free: per_mode.clone(),
             trial: per_mode.clone(),
+            pliancy: [f64::MIN_POSITIVE; 2],
+            bend_limit: LARGEST_BEND,
             first: per_mode.clone(),
             feasible: per_mode,
         }
@@ -158,7 +172,7 @@ impl Work {
                 normal[(i, j)] = (0..modes).map(product).sum();
             }
         }
-        let largest = (0..rows).map(|i| normal[(i, i)]).fold(f64::MIN_POSITIVE, f64::max);
+        let largest = (0..rows).map(|i| normal[(i, i)]).fold(self.pliancy[usize::from(restoring)], f64::max);
         (0..rows).for_each(|i| normal[(i, i)] += self.compliance[i] + damping * largest);
         Cholesky::new(normal)
     }
@@ -324,6 +338,11 @@ impl Constraints {
             self.work.flexibility[k] = 1.0 / (eigenvalues[k] + softest);
             self.work.gamma[k] = step.h * step.h / (1.0 + step.h * damping[k] + step.h * step.h * eigenvalues[k]);
         }
+        let pliancy = |weight: &[f64]| {
+            let terms = weight.iter().zip(step.largest_rotation).map(|(weight, psi)| weight * psi * psi);
+            terms.fold(f64::MIN_POSITIVE, f64::max)
+        };
+        self.work.pliancy = [pliancy(&self.work.gamma), pliancy(&self.work.flexibility)];
         self.work.q_free.copy_from_slice(q);
         self.prepare(basis, step, q_before);
         let (iterations, met) = self.solve(basis, step, q_before, q);
@@ -334,22 +353,31 @@ impl Constraints {
             work_done += change / self.work.gamma[k] * (q[k] - q_before[k]);
         }
         if !met {
-            tame(step, q, q_dot);
+            tame(step, self.work.bend_limit, q, q_dot);
         }
         self.conclude(step, iterations, q);
         work_done
     }
 
-    /// Meets the constraints from the free motion; when that fails, by moving the targets there in stages from the pose
-    /// before the step, and from that pose slightly bent, because a straight shell does not know which way to buckle.
-    /// Leaves q with its residuals. Returns the iterations and whether all was met.
+    /// Meets the constraints from the free motion, bent as little as it can; when that fails, by moving the targets there in
+    /// stages from the pose before the step, and from that pose slightly bent, because a straight shell does not know which
+    /// way to buckle. Leaves q with its residuals. Returns the iterations and whether all was met.
     fn solve<T: Real>(&mut self, basis: &Basis<T>, step: &Step, q_before: &[f64], q: &mut [f64]) -> (u32, bool) {
         self.work.deferred.fill(0.0);
-        let (mut iterations, distance) = self.search(basis, step, q, false);
-        if distance <= MET {
-            return (iterations, true);
+        let mut iterations = 0;
+        let warranted = self.work.bend_limit;
+        for limit in [warranted, (warranted + EXTRA_BEND).min(LARGEST_BEND)] {
+            self.work.bend_limit = limit;
+            q.copy_from_slice(&self.work.q_free);
+            let (more, distance) = self.search(basis, step, q, false);
+            iterations += more;
+            if distance <= MET {
+                return (iterations, true);
+            }
+            if limit == warranted {
+                self.work.first.copy_from_slice(q);
+            }
         }
-        self.work.first.copy_from_slice(q);
         for bend in [0.0, KICK] {
             for k in 0..q.len() {
                 q[k] = q_before[k] + if step.bend(k) > 0.0 { bend / step.bend(k) } else { 0.0 };
@@ -361,6 +389,7 @@ impl Constraints {
             }
         }
         q.copy_from_slice(&self.work.first); // out of reach: the answer that follows from the motion, without a jump
+        self.work.bend_limit = warranted;
         self.linearize(basis, step, q);
         (iterations, false)
     }
@@ -396,13 +425,13 @@ impl Constraints {
         self.work.multipliers.fill(0.0);
         self.linearize(basis, step, q);
         let mut distance = self.work.distance(&self.work.multipliers);
-        let mut damping = LEAST_DAMPING;
+        let (mut damping, mut radius) = (LEAST_DAMPING, MAX_TURN);
         let mut stalled = 0;
         for iteration in 1..=MAX_ITERATIONS {
             if damping > MOST_DAMPING || !self.work.solve(q, damping, restoring) {
                 return (iteration, distance);
             }
-            let fraction = self.shorten(basis, step, q);
+            let (fraction, turn) = self.shorten(basis, step, q, radius);
             if restoring && fraction < 0.5 && damping < 0.1 {
                 damping *= 10.0; // rather do without what this pose can hardly do than run into the limits for it
                 continue;
@@ -417,34 +446,36 @@ impl Constraints {
                 std::mem::swap(&mut self.work.multipliers, &mut self.work.trial_multipliers);
                 stalled = if after > 0.999 * distance && after > GOAL { stalled + 1 } else { 0 };
                 (distance, damping) = (after, (0.1 * damping).max(LEAST_DAMPING));
+                radius = (2.0 * radius).min(MAX_TURN);
                 if (after <= GOAL && moved <= GOAL) || stalled > 3 {
                     return (iteration, distance);
                 }
             } else {
                 damping *= 10.0;
+                radius = 0.25 * turn;
                 self.linearize(basis, step, q);
             }
         }
         (MAX_ITERATIONS, distance)
     }
 
-    /// Shortens the trial step where it turns a handle, or bends the shell, further than the method can be trusted. Returns
-    /// the fraction left.
-    fn shorten<T: Real>(&mut self, basis: &Basis<T>, step: &Step, q: &[f64]) -> f64 {
-        let turn = self.largest_turn(basis, q);
-        let mut fraction = if turn > MAX_TURN { MAX_TURN / turn } else { 1.0 };
-        let limit = LARGEST_BEND.max(bend(step, |k| q[k]));
-        while fraction > 1e-6 && bend(step, |k| q[k] + fraction * (self.work.trial[k] - q[k])) > limit {
-            fraction *= 0.5;
-        }
-        let Work { trial, trial_multipliers, multipliers, .. } = &mut self.work;
+    /// Shortens the trial step to one that turns no handle and bends the shell by no more than `radius`, and stays within
+    /// what the method can be trusted for. Returns the fraction left and the turn made.
+    fn shorten<T: Real>(&mut self, basis: &Basis<T>, step: &Step, q: &[f64], radius: f64) -> (f64, f64) {
+        let turn = self.largest_turn(basis, q).max(bend(step, |k| self.work.trial[k] - q[k]));
+        let fraction = if turn > radius { radius / turn } else { 1.0 };
+        let Work { trial, trial_multipliers, multipliers, bend_limit, .. } = &mut self.work;
         for k in 0..q.len() {
             trial[k] = q[k] + fraction * (trial[k] - q[k]);
         }
         for i in 0..multipliers.len() {
             trial_multipliers[i] = multipliers[i] + fraction * (trial_multipliers[i] - multipliers[i]);
         }
-        fraction
+        let (bent, limit) = (bend(step, |k| trial[k]), bend_limit.max(bend(step, |k| q[k])));
+        if bent > limit {
+            (0..q.len()).filter(|k| step.bend(*k) > 0.0).for_each(|k| trial[k] *= limit / bent);
+        }
+        (fraction, fraction * turn)
     }
 
     /// Largest change of a mode's share of the handles between `q` and the trial, in model sizes or rad.
@@ -465,6 +496,7 @@ impl Constraints {
 
     /// Compliances in rows' units, and the branch of each target rotation that lies nearest to the present one.
     fn prepare<T: Real>(&mut self, basis: &Basis<T>, step: &Step, q: &[f64]) {
+        let mut distance = 0.0;
         for (i, c) in self.items.iter().enumerate() {
             let unit = match c.target {
                 Target::Position(_) => step.size,
@@ -477,7 +509,15 @@ impl Constraints {
                 let present: Vec3 = (0..q.len()).map(|k| q[k] * basis.at(k, c.vertex as usize).1).sum();
                 self.work.branch[i] = nearest_branch(&(step.pose.rotation.inverse() * world), &present);
             }
+            let away = match c.target {
+                Target::Position(world) => {
+                    step.pose.rotation.inverse() * (world - step.pose.origin) - step.rest[c.vertex as usize]
+                }
+                Target::Orientation(_) => self.work.branch[i],
+            };
+            distance += away.norm() / unit;
         }
+        self.work.bend_limit = (LEAST_BEND + BEND_PER_DISTANCE * distance).min(LARGEST_BEND);
     }
 
     /// Residuals and Jacobian at `q`.
@@ -540,8 +580,8 @@ fn bend(step: &Step, amplitude: impl Fn(usize) -> f64) -> f64 {
 }
 
 /// A handle that pulls at a target out of reach gives no more speed than the next step can stand.
-fn tame(step: &Step, q: &[f64], q_dot: &mut [f64]) {
-    let limit = LARGEST_BEND.max(bend(step, |k| q[k]));
+fn tame(step: &Step, limit: f64, q: &[f64], q_dot: &mut [f64]) {
+    let limit = limit.max(bend(step, |k| q[k]));
     for _ in 0..60 {
         if bend(step, |k| q[k] + step.h * q_dot[k]) <= limit {
             return;

@@ -97,11 +97,11 @@ fn reachable(model: &Arc<Model>, rng: &mut StdRng, reach: f64) -> State {
 fn a_thousand_reachable_targets_are_met() {
     let mut rng = StdRng::seed_from_u64(12);
     let mut worst_iterations = 0;
-    for (name, modes, reach) in [("flat_beam", 12, 1.0), ("v_beam", 12, 0.4)] {
+    for (name, modes) in [("flat_beam", 12), ("v_beam", 12)] {
         let model = beam(name, modes);
         let size = model.shell.mesh.size;
         for trial in 0..500 {
-            let goal = reachable(&model, &mut rng, reach);
+            let goal = reachable(&model, &mut rng, 1.0);
             let integrator = [Integrator::ImplicitEuler, Integrator::Exact][trial % 2];
             let mut state = damped(&model, integrator);
             let (x, r) = (positions(&goal)[TIP as usize], rotation(&goal, TIP));
@@ -256,6 +256,27 @@ fn dragging_at_a_length_a_frame_stays_bounded_and_settles_after_release() {
 }
 
 #[test]
+fn a_strip_pushed_along_itself_gives_way_a_little_and_does_not_crumple() {
+    // Bending alone moves the warp's tip inward, with no sideways motion, only at a half turn of the tip: the target is met
+    // there and nowhere else. Least squares near the rest pose is what a hand expects.
+    let model = beam("flat_beam", 10);
+    let rest = model.shell.mesh.positions[TIP as usize];
+    let mut state = damped(&model, Integrator::ImplicitEuler);
+    for frame in 1..=60 {
+        let inward = 0.0017 * f64::from(frame);
+        state.set_constraint(position(1, TIP, rest - Vec3::x() * inward)).unwrap();
+        state.step(1.0 / 30.0).unwrap();
+        let (_, outcome) = state.constraints().next().unwrap();
+        assert!(outcome.residual <= inward, "frame {frame}: {outcome:?}"); // no worse than standing still
+        // 10 rad per model size of distance and 0.25 rad, twice that for momentum.
+        assert!(state.report().max_rotation < 1.0, "frame {frame}: {}", state.report().max_rotation);
+    }
+    state.clear_constraint(1).unwrap();
+    (0..6000).for_each(|_| state.step(1.0 / 30.0).unwrap());
+    assert!(state.report().max_rotation < 1e-3, "{}", state.report().max_rotation);
+}
+
+#[test]
 fn a_held_handle_does_not_ring() {
     for integrator in [Integrator::ImplicitEuler, Integrator::Exact] {
         let model = beam("v_beam", 8);
@@ -339,7 +360,10 @@ fn handles_follow_world_targets_on_a_moving_support() {
         let rotation = UnitQuaternion::from_scaled_axis(Vec3::y() * 0.2 * t.sin());
         let origin = Vec3::new(0.0, 0.3 * t.sin(), 0.0);
         state.set_frame(Pose { origin, rotation }, Motion::Continuous);
-        let target = rest + Vec3::new(-0.1, 0.2 * t.sin(), 0.3 * (2.0 * t).sin());
+        // As seen in the frame the tip keeps the strip's length: its own arc to second order.
+        let height = 0.5 * (2.0 * t).sin();
+        let local = rest + Vec3::new(-0.15 * height * height, 0.05 * t.sin(), height);
+        let target = origin + rotation * local;
         state.set_constraint(position(1, TIP, target)).unwrap();
         state.step(1.0 / 30.0).unwrap();
         let missing = (positions(&state)[TIP as usize] - target).norm();

@@ -105,7 +105,13 @@ fn every_method_of_the_header_makes_a_state_that_steps() {
         let mut model = null_mut();
         assert_eq!(library.get::<Create>(b"sw_model_create").unwrap()(&mesh, null(), null(), &mut model), 0);
         assert_eq!(library.get::<Precompute>(b"sw_model_precompute").unwrap()(model, null()), 0);
-        for method in [SW_METHOD_WARP, SW_METHOD_LMA, SW_METHOD_SHELL_IMPLICIT, SW_METHOD_SHELL_EXPLICIT] {
+        for method in [
+            SW_METHOD_WARP,
+            SW_METHOD_LMA,
+            SW_METHOD_SHELL_IMPLICIT,
+            SW_METHOD_SHELL_EXPLICIT,
+            SW_METHOD_WARP_VIRTUAL_WORK,
+        ] {
             let mut desc: SwStateDesc = std::mem::zeroed();
             library.get::<Init<SwStateDesc>>(b"sw_state_desc_init").unwrap()(&mut desc);
             desc.method = method;

@@ -25,6 +25,9 @@ pub const SW_METHOD_LMA: u32 = 2;
 pub const SW_METHOD_SHELL_IMPLICIT: u32 = 3;
 /// The same by symplectic Euler; steps must be very short (the paper: 1/30000 s).
 pub const SW_METHOD_SHELL_EXPLICIT: u32 = 4;
+/// Modal warping with the exact modal force of its own positions, (du/dq)^T F: dead loads are conservative. Costs half as much
+/// again as a step of SW_METHOD_WARP.
+pub const SW_METHOD_WARP_VIRTUAL_WORK: u32 = 5;
 
 /// Backward Euler: first order, stable for every step, damps what the step does not resolve.
 pub const SW_INTEGRATOR_IMPLICIT_EULER: u32 = 1;
@@ -201,6 +204,7 @@ pub unsafe extern "C" fn sw_state_create(
                 (SW_METHOD_LMA, Method::LinearModalAnalysis),
                 (SW_METHOD_SHELL_IMPLICIT, Method::ImplicitShell),
                 (SW_METHOD_SHELL_EXPLICIT, Method::ExplicitShell),
+                (SW_METHOD_WARP_VIRTUAL_WORK, Method::VirtualWorkWarp),
             ];
             let integrators = [
                 (0, Integrator::ImplicitEuler),

@@ -8,8 +8,8 @@ use crate::constraint::{Constraint, Outcome};
 use crate::error::{require_finite, require_non_negative};
 use crate::load::{Loads, Moving, Wind};
 use crate::reference::Rayleigh;
-use crate::step::Integrator;
 use crate::step::modal_force::BodyLoad;
+use crate::step::{ForceLaw, Integrator};
 use crate::support::{Frame, Motion, Pose, Rates};
 use crate::{Error, ErrorKind, Model, Result, Vec3};
 use modal::Modal;
@@ -22,6 +22,8 @@ use std::sync::Arc;
 pub enum Method {
     /// Modal warping: u = R̃(Ψq) Φq, f = Φᵀ RᵀF (the paper).
     Warp,
+    /// Modal warping with the exact force of its own positions: u = R̃(Ψq) Φq, f = (∂u/∂q)ᵀF.
+    VirtualWorkWarp,
     /// Linear modal analysis: u = Φq, f = ΦᵀF.
     LinearModalAnalysis,
     /// The full nonlinear shell by backward Euler.
@@ -107,10 +109,11 @@ impl State {
     /// At rest, without loads, undamped, the frame at the world's origin. `integrator` is for modal methods. Fails when
     /// memory does not suffice for a nonlinear shell's factorization.
     pub fn new(model: Arc<Model>, method: Method, integrator: Integrator) -> Result<Self> {
-        let modal = |warped| Dynamics::Modal(Box::new(Modal::new(model.n_modes(), warped, integrator)));
+        let modal = |law| Dynamics::Modal(Box::new(Modal::new(model.n_modes(), law, integrator)));
         let dynamics = match method {
-            Method::Warp => modal(true),
-            Method::LinearModalAnalysis => modal(false),
+            Method::Warp => modal(ForceLaw::Rotated),
+            Method::VirtualWorkWarp => modal(ForceLaw::VirtualWork),
+            Method::LinearModalAnalysis => modal(ForceLaw::Linear),
             Method::ImplicitShell => Dynamics::Nodal(Box::new(Nodal::new(&model, false)?)),
             Method::ExplicitShell => Dynamics::Nodal(Box::new(Nodal::new(&model, true)?)),
         };

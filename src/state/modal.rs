@@ -1,9 +1,9 @@
 //! Motion in modal coordinates: the warp and linear modal analysis.
 
 use crate::constraint::{Constraints, Step};
-use crate::model::with_basis;
+use crate::model::{Precision, with_basis};
 use crate::step::modal_force::{self, BodyLoad};
-use crate::step::{Integrator, Oscillator};
+use crate::step::{ForceLaw, Integrator, Oscillator};
 use crate::support::Pose;
 use crate::warp::{LANES, WarpedBlock, lane};
 use crate::{Error, ErrorKind, Model, Result, Vec3};
@@ -24,8 +24,10 @@ fn midpoint_passes(load: &BodyLoad, h: f64) -> usize {
     }
 }
 
-/// A fixed point is accepted at this relative residual; the fraction of the way per iteration never falls below the other.
+/// A fixed point is accepted at this relative residual, by precision of the basis: with 32 bits, rounding of the force keeps
+/// moving it by some 1e-8. The fraction of the way per iteration never falls below the other.
 const SETTLED: f64 = 1e-11;
+const SETTLED_F32: f64 = 1e-6;
 const LEAST_FRACTION: f64 = 1.0 / 16.0;
 const SETTLE_ITERATIONS: usize = 1000;
 
@@ -35,7 +37,7 @@ const LONG_STEP: f64 = 1e9;
 /// Amplitudes and what acts on them.
 #[derive(Clone)]
 pub struct Modal {
-    pub warped: bool,
+    pub law: ForceLaw,
     pub integrator: Integrator,
     /// c of each mode.
     pub damping: Vec<f64>,
@@ -52,10 +54,10 @@ pub struct Modal {
 
 impl Modal {
     /// At rest, undamped.
-    pub fn new(modes: usize, warped: bool, integrator: Integrator) -> Self {
+    pub fn new(modes: usize, law: ForceLaw, integrator: Integrator) -> Self {
         let zeros = vec![0.0; modes];
         Self {
-            warped,
+            law,
             integrator,
             damping: zeros.clone(),
             constraints: Constraints::new(modes),
@@ -127,9 +129,9 @@ impl Modal {
 
     /// The modal force at the mean state.
     fn project_load(&mut self, model: &Model, load: &BodyLoad, external: Option<&[Vec3]>) {
-        let Self { warped, mean: [q, q_dot], force, .. } = self;
+        let Self { law, mean: [q, q_dot], force, .. } = self;
         with_basis!(&model.basis, basis => {
-            modal_force::project(basis, &model.shell, load, external, *warped, (q, q_dot), force);
+            modal_force::project(basis, &model.shell, load, external, *law, (q, q_dot), force);
         });
     }
 
@@ -145,7 +147,7 @@ impl Modal {
 
     /// Moves the next q and q̇ to where the constraints are met; returns the work done.
     fn meet_constraints(&mut self, model: &Model, pose: &Pose, h: f64) -> f64 {
-        let Self { warped, constraints, damping, q, next: [next_q, next_q_dot], .. } = self;
+        let Self { law, constraints, damping, q, next: [next_q, next_q_dot], .. } = self;
         if constraints.is_empty() {
             return 0.0;
         }
@@ -157,7 +159,7 @@ impl Modal {
             rest: &mesh.positions,
             size: mesh.size,
             largest_rotation: &model.largest_rotation,
-            warped: *warped,
+            warped: law.warped(),
         };
         with_basis!(&model.basis, basis => constraints.project(basis, &step, q, (next_q, next_q_dot)))
     }
@@ -166,7 +168,7 @@ impl Modal {
     pub fn visit(&self, model: &Model, mut visit: impl FnMut(usize, Vec3, Vec3)) {
         with_basis!(&model.basis, basis => for block in 0..basis.n_blocks() {
             let state = WarpedBlock::new(basis, block, &self.q);
-            let u = if self.warped { state.displacement() } else { *state.linear() };
+            let u = if self.law.warped() { state.displacement() } else { *state.linear() };
             let first = block * LANES;
             for i in 0..LANES.min(basis.n_vertices - first) {
                 visit(first + i, lane(&u, i), lane(&state.w, i));
@@ -174,17 +176,9 @@ impl Modal {
         });
     }
 
-    /// Hands displacement u and its rate u̇ = R Φq̇ (frame axes) of every vertex to `visit`, in order.
-    pub fn visit_motion(&self, model: &Model, mut visit: impl FnMut(usize, Vec3, Vec3)) {
-        with_basis!(&model.basis, basis => for block in 0..basis.n_blocks() {
-            let state = WarpedBlock::new(basis, block, &self.q);
-            let rate = basis.combine(block, &self.q_dot).0;
-            let (u, rate) = if self.warped { (state.displacement(), state.rotate(&rate)) } else { (*state.linear(), rate) };
-            let first = block * LANES;
-            for i in 0..LANES.min(basis.n_vertices - first) {
-                visit(first + i, lane(&u, i), lane(&rate, i));
-            }
-        });
+    /// Hands displacement u and its rate u̇ (frame axes) of every vertex to `visit`, in order.
+    pub fn visit_motion(&self, model: &Model, visit: impl FnMut(usize, Vec3, Vec3)) {
+        with_basis!(&model.basis, basis => modal_force::visit_motion(basis, self.law, (&self.q, &self.q_dot), visit));
     }
 
     /// ½ qᵀΛq and ½ q̇ᵀq̇.
@@ -221,6 +215,7 @@ impl Modal {
         pose: &Pose,
     ) -> Result<(f64, usize)> {
         let (mut fraction, mut last) = (1.0f64, f64::INFINITY);
+        let settled = if model.precision() == Precision::F32 { SETTLED_F32 } else { SETTLED };
         for iteration in 1..=SETTLE_ITERATIONS {
             let before = self.q.clone();
             self.q_dot.fill(0.0);
@@ -228,7 +223,7 @@ impl Modal {
             self.q_dot.fill(0.0);
             let moved: f64 = before.iter().zip(&self.q).map(|(a, b)| (a - b).powi(2)).sum();
             let residual = (moved / self.q.iter().map(|q| q * q).sum::<f64>().max(f64::MIN_POSITIVE)).sqrt();
-            if residual <= SETTLED {
+            if residual <= settled {
                 return Ok((residual, iteration));
             }
             fraction = if residual > last { (0.5 * fraction).max(LEAST_FRACTION) } else { fraction };

@@ -4,3 +4,4 @@ pub mod integrator;
 pub mod modal_force;
 
 pub use integrator::{Integrator, Oscillator};
+pub use modal_force::ForceLaw;

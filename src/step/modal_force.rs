@@ -1,14 +1,39 @@
-//! The modal force f = Φᵀ Rᵀ F of body loads (paper eq. 12): gravity and the inertia of the moving support frame.
+//! The modal force of body loads, gravity and the inertia of the moving support frame, and of external forces:
+//! f = Φᵀ RᵀF (paper eq. 12), or the exact f = (∂x/∂q)ᵀF by virtual work, or ΦᵀF of linear modal analysis.
 //!
 //! In the frame each vertex feels F = m [g − a − α × r − ω × (ω × r) − 2 ω × ṙ], all in frame axes, with its deformed
-//! position r and velocity ṙ = R Φ q̇. Linear modal analysis takes R = I.
+//! position r and velocity ṙ = R Φ q̇, or (∂x/∂q) q̇, or Φ q̇.
 
 use crate::Vec3;
 use crate::real::Real;
 use crate::shell::Shell;
 use crate::support::{Pose, Rates};
-use crate::warp::{Basis, LANES, Lanes3, WarpedBlock, lane};
+use crate::warp::{Basis, LANES, Lanes3, Tangent, WarpedBlock, lane};
 use nalgebra::Matrix3;
+
+/// How a force on a vertex becomes a force on the modes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ForceLaw {
+    /// ΦᵀF, for u = Φq.
+    Linear,
+    /// Φᵀ RᵀF, for the warp (the paper).
+    Rotated,
+    /// (∂x/∂q)ᵀF, for the warp.
+    VirtualWork,
+}
+
+impl ForceLaw {
+    /// Whether positions are warped.
+    pub fn warped(self) -> bool {
+        self != Self::Linear
+    }
+}
+
+/// One block of the shell at amplitudes q, as the law sees it.
+enum Block<T> {
+    Warped(WarpedBlock<T>),
+    Tangent(Tangent<T>),
+}
 
 /// Body loads in frame axes, constant over a step.
 pub struct BodyLoad {
@@ -55,13 +80,59 @@ impl BodyLoad {
     }
 }
 
+impl<T: Real> Block<T> {
+    fn new(law: ForceLaw, basis: &Basis<T>, block: usize, q: &[f64]) -> Self {
+        match law {
+            ForceLaw::VirtualWork => Self::Tangent(Tangent::new(basis, block, q)),
+            ForceLaw::Linear | ForceLaw::Rotated => Self::Warped(WarpedBlock::new(basis, block, q)),
+        }
+    }
+
+    /// Displacement and its rate from (Φq̇, Ψq̇).
+    fn motion(&self, law: ForceLaw, rates: &(Lanes3<T>, Lanes3<T>)) -> (Lanes3<T>, Lanes3<T>) {
+        match self {
+            Self::Tangent(block) => (block.displacement(), block.rate(rates)),
+            Self::Warped(block) if law.warped() => (block.displacement(), block.rotate(&rates.0)),
+            Self::Warped(block) => (*block.linear(), rates.0),
+        }
+    }
+
+    /// What Φᵀ and Ψᵀ are applied to.
+    fn pull_back(&self, law: ForceLaw, f: &Lanes3<T>) -> (Lanes3<T>, Option<Lanes3<T>>) {
+        match self {
+            Self::Tangent(block) => {
+                let (on_y, on_w) = block.pull_back(f);
+                (on_y, Some(on_w))
+            }
+            Self::Warped(block) if law.warped() => (block.rotate_back(f), None),
+            Self::Warped(_) => (*f, None),
+        }
+    }
+}
+
+/// Displacement u and its rate u̇ (frame axes) of every vertex at amplitudes `q` and velocities `q_dot`, in order.
+pub fn visit_motion<T: Real>(
+    basis: &Basis<T>,
+    law: ForceLaw,
+    (q, q_dot): (&[f64], &[f64]),
+    mut visit: impl FnMut(usize, Vec3, Vec3),
+) {
+    for block in 0..basis.n_blocks() {
+        let (u, rate) = Block::new(law, basis, block, q).motion(law, &basis.combine(block, q_dot));
+        let first = block * LANES;
+        for i in 0..LANES.min(basis.n_vertices - first) {
+            visit(first + i, lane(&u, i), lane(&rate, i));
+        }
+    }
+}
+
 /// Sets `force` (modes) to the modal force of `load` and of `external` forces (frame axes, n_vertices) at amplitudes `q` and velocities `q_dot`.
 pub fn project<T: Real>(
     basis: &Basis<T>,
     shell: &Shell,
     load: &BodyLoad,
     external: Option<&[Vec3]>,
-    warped: bool,
+    law: ForceLaw,
     (q, q_dot): (&[f64], &[f64]),
     force: &mut [f64],
 ) {
@@ -70,11 +141,8 @@ pub fn project<T: Real>(
         return;
     }
     for block in 0..basis.n_blocks() {
-        let state = WarpedBlock::new(basis, block, q);
-        let moving = load.spin.is_some().then(|| {
-            let rate = basis.combine(block, q_dot).0;
-            if warped { (state.displacement(), state.rotate(&rate)) } else { (*state.linear(), rate) }
-        });
+        let state = Block::new(law, basis, block, q);
+        let moving = load.spin.is_some().then(|| state.motion(law, &basis.combine(block, q_dot)));
         let mut f: Lanes3<T> = [[T::default(); LANES]; 3];
         for i in 0..LANES.min(basis.n_vertices - block * LANES) {
             let v = block * LANES + i;
@@ -83,8 +151,8 @@ pub fn project<T: Real>(
             let total = body + external.map_or(Vec3::zeros(), |f| f[v]);
             (0..3).for_each(|c| f[c][i] = T::of(total[c] / shell.total_mass));
         }
-        let f = if warped { state.rotate_back(&f) } else { f };
-        basis.project(block, &f, force);
+        let (on_y, on_w) = state.pull_back(law, &f);
+        basis.project(block, &on_y, on_w.as_ref(), force);
     }
     force.iter_mut().for_each(|f| *f *= shell.total_mass);
 }

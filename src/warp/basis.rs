@@ -78,14 +78,21 @@ impl<T: Real> Basis<T> {
         ([lanes(0), lanes(1), lanes(2)], [lanes(3), lanes(4), lanes(5)])
     }
 
-    /// Adds Φᵀg of one block to `force` (modes).
-    pub fn project(&self, block: usize, g: &Lanes3<T>, force: &mut [f64]) {
+    /// Adds Φᵀg, and Ψᵀg' where a second vector is given, of one block to `force` (modes).
+    pub fn project(&self, block: usize, g: &Lanes3<T>, couple: Option<&Lanes3<T>>, force: &mut [f64]) {
         for (chunk, force) in self.mode_chunks(block).zip(force) {
             let mut sum = [T::default(); LANES];
-            for c in 0..3 {
-                for i in 0..LANES {
-                    sum[i] += chunk[c * LANES + i] * g[c][i];
+            let mut add = |shapes: &[T], g: &Lanes3<T>| {
+                for c in 0..3 {
+                    for i in 0..LANES {
+                        sum[i] += shapes[c * LANES + i] * g[c][i];
+                    }
                 }
+            };
+            let (phi, psi) = chunk.split_at(3 * LANES);
+            add(phi, g);
+            if let Some(couple) = couple {
+                add(psi, couple);
             }
             *force += sum.iter().fold(T::default(), |total, x| total + *x).to_f64() / self.root_mass;
         }

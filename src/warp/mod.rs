@@ -5,11 +5,13 @@ mod basis;
 mod coefficients;
 mod derivative;
 mod modal_rotation;
+mod tangent;
 
 pub use basis::{Basis, Lanes3};
-pub use coefficients::{Coefficients, coefficients};
+pub use coefficients::{Coefficients, Slopes, coefficients, coefficients_and_slopes};
 pub use derivative::warp_with_derivative;
 pub use modal_rotation::ModalRotation;
+pub use tangent::Tangent;
 
 use crate::Vec3;
 use crate::real::Real;

@@ -315,7 +315,7 @@ static void unknown_enumerants_and_flags_are_refused(void) {
 
   SwStateDesc desc;
   sw_state_desc_init(&desc);
-  desc.method = 3;
+  desc.method = 99;
   FAILS(sw_state_create(ready, &desc, &other), SW_ERROR_INVALID_ARGUMENT, "method");
   desc.method = 0;
   desc.integrator = 3;

@@ -108,7 +108,7 @@ pub fn parts(library: &Library, vertices: usize, modes: usize) -> Result<Vec<Cos
             Ok(())
         })?
     };
-    let end = mesh.vertices_where(|_, p| p[0] > 1.0 - 1e-9);
+    let end = mesh.vertices_where(|_, p| p[0] > mesh.length() - 1e-9);
     let mut held = moving(&model, "warp_implicit")?;
     held.hold(0, end[end.len() / 2], 4, mesh.positions[end[end.len() / 2] as usize])?;
     let constrained = median_us(|| held.step(FRAME))?;
@@ -168,7 +168,7 @@ pub fn growth(library: &Library, effort: Effort, progress: &mut Progress) -> Res
     }
     let model = library.model(&mesh, SHEET, &mesh.root(), 16, false)?;
     let floor = floor_us(n, 16)?;
-    let end = mesh.vertices_where(|_, p| p[0] > 1.0 - 1e-9);
+    let end = mesh.vertices_where(|_, p| p[0] > mesh.length() - 1e-9);
     for count in [0, 1, 2, 4, 8, 16] {
         let mut state = moving(&model, "warp_implicit")?;
         for k in 0..count.min(end.len()) {

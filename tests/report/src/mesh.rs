@@ -48,37 +48,34 @@ impl Mesh {
         Ok(Self { positions, triangles, place })
     }
 
-    /// A strip in the plane z = 0 with `rows` rows of triangles across −width/2 ≤ y ≤ width/2, from x = −edge/2 to `length`.
+    /// A strip in the plane z = 0 of equilateral triangles, cut straight at the ends, with `rows` of them across
+    /// −width/2 ≤ y ≤ width/2, from x = −edge/2 to about `length`: to a whole number of half edges.
     ///
     /// Two columns of vertices fixed at x ≤ edge/2 clamp it at x = 0: the curvature of the first row of hinges that can bend
     /// belongs to half an edge on either side of it.
     pub fn strip(length: f64, width: f64, rows: usize) -> Self {
         let height = width / rows as f64;
-        let columns = (length * 3f64.sqrt() / (2.0 * height) + 0.5).round();
-        let edge = length / (columns - 0.5);
+        let edge = 2.0 * height / 3f64.sqrt();
+        let halves = (2.0 * length / edge).round() as usize + 1;
         let (mut place, mut lines): (Vec<[f64; 2]>, Vec<Vec<u32>>) = (vec![], vec![]);
         for j in 0..=rows {
-            let n = columns as usize;
-            let mut xs: Vec<f64> = (0..=n).map(|i| i as f64).collect();
-            if j % 2 == 1 {
-                xs = [0.0].into_iter().chain((0..n).map(|i| i as f64 + 0.5)).chain([n as f64]).collect();
-            }
+            // In half edges: even lines 0, 2, 4 …, odd ones 0, 1, 3, 5 …, both up to the end.
+            let inner = (j % 2..halves).step_by(2).filter(|k| *k > 0);
+            let xs: Vec<usize> = std::iter::once(0).chain(inner).chain([halves]).collect();
             lines.push((place.len() as u32..(place.len() + xs.len()) as u32).collect());
-            place.extend(xs.iter().map(|x| [(x - 0.5) * edge, j as f64 * height - 0.5 * width]));
+            place.extend(xs.iter().map(|k| [0.5 * (*k as f64 - 1.0) * edge, j as f64 * height - 0.5 * width]));
         }
         let mut triangles = vec![];
-        for j in 0..rows {
-            let (even, odd) = if j % 2 == 0 { (&lines[j], &lines[j + 1]) } else { (&lines[j + 1], &lines[j]) };
-            let turn = |t: [u32; 3]| if j % 2 == 0 { t } else { [t[0], t[2], t[1]] };
-            for i in 0..even.len() {
-                triangles.push(turn([even[i], odd[i + 1], odd[i]]));
-                if i + 1 < even.len() {
-                    triangles.push(turn([even[i], even[i + 1], odd[i + 1]]));
-                }
-            }
+        for pair in lines.windows(2) {
+            fill_between(&pair[0], &pair[1], &place, &mut triangles);
         }
         let positions = place.iter().map(|p| [p[0], p[1], 0.0]).collect();
         Self { positions, triangles, place }
+    }
+
+    /// Where the strip ends.
+    pub fn length(&self) -> f64 {
+        self.place.iter().map(|p| p[0]).fold(0.0, f64::max)
     }
 
     /// The same sheet in another shape.
@@ -142,6 +139,25 @@ impl Mesh {
     }
 }
 
+/// Triangles between two lines of vertices that begin and end at the same x, counterclockwise.
+fn fill_between(lower: &[u32], upper: &[u32], place: &[[f64; 2]], triangles: &mut Vec<[u32; 3]>) {
+    let x = |v: u32| place[v as usize][0];
+    let (mut i, mut j) = (0, 0);
+    while i + 1 < lower.len() || j + 1 < upper.len() {
+        let next = |line: &[u32], k: usize| line.get(k + 1).map_or(f64::INFINITY, |&v| x(v));
+        let (low, high) = (next(lower, i), next(upper, j));
+        // At the end, where both lines end together, the longer edge first.
+        let tie = (low - high).abs() < 1e-9 && x(lower[i]) < x(upper[j]);
+        if low < high - 1e-9 || tie {
+            triangles.push([lower[i], lower[i + 1], upper[j]]);
+            i += 1;
+        } else {
+            triangles.push([lower[i], upper[j + 1], upper[j]]);
+            j += 1;
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -152,7 +168,7 @@ mod tests {
             let mesh = Mesh::strip(4.0, 0.8, rows);
             let first = mesh.place.iter().map(|p| p[0]).fold(f64::INFINITY, f64::min);
             // Sums of some hundred products of numbers near 1.
-            assert!((mesh.area(&mesh.positions) - (4.0 - first) * 0.8).abs() < 1e-12);
+            assert!((mesh.area(&mesh.positions) - (mesh.length() - first) * 0.8).abs() < 1e-12);
             assert!(mesh.triangles.iter().all(|t| {
                 let [a, b, c] = t.map(|v| mesh.positions[v as usize]);
                 cross(sub(b, a), sub(c, a))[2] > 0.0
@@ -163,9 +179,24 @@ mod tests {
     }
 
     #[test]
+    fn a_strip_is_equilateral_but_for_its_ends_and_as_long_at_every_resolution() {
+        for rows in [4, 8, 16] {
+            let mesh = Mesh::strip(7.0 / 3f64.sqrt(), 0.8, rows);
+            assert!((mesh.length() - 7.0 / 3f64.sqrt()).abs() < 1e-12, "17.5 edges of the coarsest");
+            let edge = 1.6 / (rows as f64 * 3f64.sqrt());
+            let whole = 0.25 * 3f64.sqrt() * edge * edge;
+            let areas = mesh.triangles.iter().map(|t| Mesh::triangle_area(&mesh.positions, t));
+            // Halves at both ends of each row.
+            let halves = areas.filter(|a| (a / whole - 1.0).abs() > 1e-9).collect::<Vec<_>>();
+            assert_eq!(halves.len(), 2 * rows);
+            assert!(halves.iter().all(|a| (a / whole - 0.5).abs() < 1e-9));
+        }
+    }
+
+    #[test]
     fn a_sample_reproduces_linear_fields() {
         let mesh = Mesh::strip(4.0, 0.8, 4);
-        for place in [[0.01, 0.0], [1.3, 0.21], [3.999, -0.39]] {
+        for place in [[0.01, 0.0], [1.3, 0.21], [3.9, -0.39]] {
             let value: f64 =
                 mesh.sample(place).iter().map(|&(v, w)| w * (2.0 * mesh.place[v][0] - mesh.place[v][1])).sum();
             assert!((value - (2.0 * place[0] - place[1])).abs() < 1e-12, "exact but for rounding");

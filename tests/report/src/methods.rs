@@ -35,9 +35,10 @@ pub enum Marker {
 
 const RED: (u8, u8, u8) = (200, 55, 45);
 const BLUE: (u8, u8, u8) = (35, 95, 190);
+const VIOLET: (u8, u8, u8) = (125, 60, 165);
 const GREEN: (u8, u8, u8) = (30, 135, 75);
 
-/// Linear modal analysis red, warps blue, discrete shells green, as on every page of the report.
+/// Linear modal analysis red, warps blue and violet, discrete shells green, as on every page of the report.
 pub const METHODS: &[Method] = &[
     Method {
         key: "lma_implicit",
@@ -73,6 +74,24 @@ pub const METHODS: &[Method] = &[
         method: SW_METHOD_WARP,
         integrator: SW_INTEGRATOR_EXACT,
         colour: BLUE,
+        marker: Marker::Ring,
+    },
+    Method {
+        key: "virtual_work_implicit",
+        label: "warp by virtual work, implicit Euler",
+        family: Family::Warp,
+        method: SW_METHOD_WARP_VIRTUAL_WORK,
+        integrator: SW_INTEGRATOR_IMPLICIT_EULER,
+        colour: VIOLET,
+        marker: Marker::Disc,
+    },
+    Method {
+        key: "virtual_work_exact",
+        label: "warp by virtual work, exact propagator",
+        family: Family::Warp,
+        method: SW_METHOD_WARP_VIRTUAL_WORK,
+        integrator: SW_INTEGRATOR_EXACT,
+        colour: VIOLET,
         marker: Marker::Ring,
     },
     Method {

@@ -160,7 +160,12 @@ pub fn run(
         let play = || scene.play(&models[&key], s);
         let played = if s.method.family == Family::Shell { cache.played(scene, s, play) } else { play() };
         let truth_here = if s.coarse { truth_on_coarse.as_ref().unwrap_or(&truth.frames) } else { &truth.frames };
-        rows.push(measured(scene, s, played, &truth, truth_here));
+        let mut row = measured(scene, s, played, &truth, truth_here);
+        let explicit = |steps: usize| s.method.key == "shell_explicit" && s.steps == steps as f64 && !s.coarse;
+        if matches!(scene.reference, Reference::Explicit { steps, .. } if explicit(steps)) {
+            row.l2 = reference_error; // it is the reference
+        }
+        rows.push(row);
     }
     let [lma, warp] = ["lma_exact", "warp_exact"].map(|key| setting(method(key), scene.paper_modes, 1.0));
     let play = |s: &Setting| -> Result<Vec<Vec<P3>>> { Ok(scene.play(&scene.model(library, s)?, s)?.frames) };

@@ -8,7 +8,7 @@ use crate::mesh::{Mesh, P3, dot, sub};
 use crate::methods::{Family, METHODS, Method, PAPER, method};
 use crate::row::Row;
 use crate::scenes::FRAME;
-use crate::scenes::beams::{ROWS, flat_mesh, material, vee_mesh};
+use crate::scenes::beams::{LENGTH, ROWS, flat_mesh, material, vee_mesh};
 use anyhow::{Context, Result};
 use std::path::Path;
 
@@ -29,7 +29,7 @@ pub const SWEEPS: &[Sweep] = &[
     Sweep {
         key: "flat_static",
         title: "Flat beam, at rest under gravity",
-        text: "A flat strip, 4 × 0.8, clamped at one end, hangs still. At g = 0.4 it bends by about 45°.",
+        text: "A flat strip, 4.04 × 0.8, clamped at one end, hangs still. At g = 0.4 it bends by about 45°.",
         shape: flat_mesh,
         membrane: 1e4,
         direction: [0.0, 0.0, -1.0],
@@ -113,7 +113,7 @@ fn frame_times(model: &Model, method: &Method, gravity: P3, n: usize, frames: us
 
 /// Displacements where the meshes are compared: 40 x 8 places of the sheet.
 fn sampled(mesh: &Mesh, x: &[P3]) -> Vec<P3> {
-    let places = (0..320).map(|k| [4.0 * ((k / 8) as f64 + 0.5) / 40.0, 0.8 * ((k % 8) as f64 + 0.5) / 8.0 - 0.4]);
+    let places = (0..320).map(|k| [LENGTH * ((k / 8) as f64 + 0.5) / 40.0, 0.8 * ((k % 8) as f64 + 0.5) / 8.0 - 0.4]);
     let displacement = |place| -> P3 {
         let sample = mesh.sample(place);
         std::array::from_fn(|c| sample.iter().map(|&(v, w)| w * (x[v][c] - mesh.positions[v][c])).sum())

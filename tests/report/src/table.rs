@@ -56,6 +56,9 @@ pub fn percent(x: f64) -> String {
         return "–".to_owned();
     }
     let p = 100.0 * x;
+    if (p - p.round()).abs() < 1e-9 {
+        return format!("{} %", p.round());
+    }
     let digits = if p == 0.0 { 0 } else { (1 - p.abs().log10().floor() as i32).clamp(0, 9) };
     format!("{p:.*} %", digits as usize)
 }

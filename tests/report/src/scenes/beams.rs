@@ -1,4 +1,4 @@
-//! Strips of 4 x 0.8 held at one end: flat, folded to a V, and led by the tip.
+//! Strips of 4.04 x 0.8 held at one end: flat, folded to a V, and led by the tip.
 
 use super::{Drive, Reference, Scene};
 use crate::library::Material;
@@ -17,8 +17,11 @@ pub fn material(rows: usize, membrane: f64, bend: f64) -> Material {
     Material { area: membrane, length: membrane * edge / 0.1, bend, density: 1.0 }
 }
 
+/// 4.04: a whole number of half edges at 4, 8, 16 … rows.
+pub const LENGTH: f64 = 4.041451884327381;
+
 pub fn flat_mesh(rows: usize) -> Mesh {
-    Mesh::strip(4.0, 0.8, rows)
+    Mesh::strip(LENGTH, 0.8, rows)
 }
 
 /// Folded along its middle by 20° on either side.
@@ -40,7 +43,7 @@ fn strip(key: &'static str, shape: fn(usize) -> Mesh, membrane: f64, bend: f64) 
         damping: 0.0,
         frames: 0,
         drive: Drive::Released,
-        probe: ([4.0, 0.0], 2),
+        probe: ([LENGTH, 0.0], 2),
         paper_modes: 8,
         reference: Reference::Explicit { steps: 500, check: 400 },
         most_modes: 64,
@@ -77,7 +80,7 @@ fn path(time: f64) -> f64 {
 
 pub fn led() -> Scene {
     let strip = strip("handle", flat_mesh, 1e4, 10.0);
-    let vertex = strip.mesh.nearest([4.0, 0.0]) as u32;
+    let vertex = strip.mesh.nearest([LENGTH, 0.0]) as u32;
     Scene {
         title: "A handle dragged on a path",
         text: "The middle of a flat strip's free end is lifted by 1.5 and brought back in four seconds; its other two coordinates \

@@ -6,9 +6,12 @@ use crate::mesh::Mesh;
 
 const ROWS: usize = 12;
 
+/// 2.41: 12.5 edges of the coarse mesh.
+const LENGTH: f64 = 2.405626121623441;
+
 fn leaf(rows: usize) -> Mesh {
-    Mesh::strip(2.4, 1.0, rows).shaped(|[x, y]| {
-        let s = (x / 2.4).max(0.0);
+    Mesh::strip(LENGTH, 1.0, rows).shaped(|[x, y]| {
+        let s = (x / LENGTH).max(0.0);
         let y = y * (0.25 + 0.9 * (std::f64::consts::PI * (0.08 + 0.86 * s)).sin());
         [x, y, 0.5 * y * y + 0.25 * (2.0 * s).sin()]
     })
@@ -45,7 +48,7 @@ pub fn scene() -> Scene {
         damping: 0.5,
         frames: 120,
         drive: Drive::Shaken(sway),
-        probe: ([2.4, 0.0], 2),
+        probe: ([LENGTH, 0.0], 2),
         paper_modes: 8,
         reference: Reference::Explicit { steps: 1000, check: 750 },
         most_modes: 64,
