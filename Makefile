@@ -10,7 +10,7 @@ export CMAKE_BUILD_PARALLEL_LEVEL ?= $(JOBS)
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
-.PHONY: help build native demo test test-cargo test-c test-render header lint bench-precompute clean
+.PHONY: help build native demo test test-cargo test-c test-render header lint bench-precompute report report-docs test-report clean
 
 help: ## list the targets
 	@echo "usage: make TARGET [JOBS=2]"
@@ -31,7 +31,7 @@ demo: ## run the dinosaur, the two beams and three handles, and draw them: out/d
 
 test: ## run every test: Rust, then C and C++, then the renderer's; ends in test: OK or test: FAILED
 	@failed=; \
-	for suite in test-cargo test-c test-render; do \
+	for suite in test-cargo test-c test-render test-report; do \
 	    echo "== $$suite"; $(MAKE) $$suite || failed="$$failed $$suite"; \
 	done; \
 	if [ -z "$$failed" ]; then echo "test: OK"; else echo "test: FAILED:$$failed"; exit 1; fi
@@ -53,12 +53,41 @@ header: ## write include/shellwarp.h anew from the Rust sources
 	UPDATE_HEADER=1 cargo test --release --test header
 
 lint: ## check formatting and run clippy, warnings as errors
-	cargo fmt --check
-	cargo clippy --all-targets -- -D warnings
+	cargo fmt --all --check
+	cargo clippy --workspace --all-targets -- -D warnings
 
 bench-precompute: build ## time the precompute against scipy's eigensolver
 	@sh cmake/bootstrap.sh bench
 	.venv/bin/python tests/bench/precompute_vs_scipy.py
+
+# The report's page: its player is bundled by npm, its peers run in .venv/; what is missing is left out with a line.
+REPORT = cargo run --release --quiet --package shellwarp-report -- --library $(LIBRARY) --python .venv/bin/python $$(test -s $(BUILD)/viewer.js && echo --viewer $(BUILD)/viewer.js) \
+    $(if $(QUICK),--quick) $(if $(FRESH),--fresh)
+LIBRARY = $(or $(CARGO_TARGET_DIR),target)/release/$(if $(filter Darwin,$(shell uname)),libshellwarp.dylib,libshellwarp.so)
+PAGE := tests/report/page
+
+$(BUILD)/viewer.js: $(PAGE)/viewer.js $(PAGE)/package-lock.json
+	@mkdir -p $(BUILD)
+	@if command -v npm >/dev/null; then \
+	    npm ci --silent --prefix $(PAGE) && npm run --silent --prefix $(PAGE) build >$@.part && mv $@.part $@; \
+	else echo "report: npm is missing; the page will have no player"; fi
+
+report: build $(BUILD)/viewer.js ## measure errors and run times of every method: out/report/index.html (QUICK=1: two minutes)
+	@$(if $(QUICK),:,sh cmake/bootstrap.sh bench cloth || echo "report: going on without peers (see above)")
+	$(REPORT)
+
+report-docs: build $(BUILD)/viewer.js ## the same from scratch, and write docs/error_and_speed.md; on an idle machine
+	@sh cmake/bootstrap.sh bench cloth || echo "report: going on without peers (see above)"
+	$(REPORT) --fresh --docs docs
+
+test-report: build ## test the report's arithmetic, that a small run repeats to the digit, and its page where a browser is installed
+	cargo test --release --quiet --package shellwarp-report
+	@$(MAKE) $(BUILD)/viewer.js || true
+	$(REPORT) --smoke --out out/report-smoke
+	@cp out/report-smoke/errors.csv out/report-smoke/errors_before.csv
+	$(REPORT) --smoke --out out/report-smoke
+	@cmp out/report-smoke/errors.csv out/report-smoke/errors_before.csv
+	@tests/report/page/test.sh out/report-smoke
 
 clean: ## remove what was built and drawn; .venv/ and compiled dependencies stay
 	rm -rf $(BUILD) out

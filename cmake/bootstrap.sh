@@ -1,11 +1,12 @@
 #!/bin/sh
 # Sets up the tools that a machine with Rust, a C and C++ compiler, make and Python 3.10 or later may still lack.
 #
-#     sh cmake/bootstrap.sh [render] [bench]
+#     sh cmake/bootstrap.sh [render] [bench] [cloth]
 #
 #   always   cmake 3.20 or later: the system's own, or a pinned one in .venv/
 #   render   the packages of host_examples/render, in .venv/
 #   bench    scipy and numpy for tests/bench, in .venv/
+#   cloth    the cloth solver that tests/report sets beside the library, in .venv/
 #
 # Everything lands in .venv/ and build/ below the project. What is set up is noted in .venv/installed-*, so that a
 # later run does nothing and needs no network. build/tools.sh then names the tools: CMAKE, CTEST, PYTHON.
@@ -32,7 +33,12 @@ pins() {
         echo 'scipy==1.15.3; python_version < "3.11"'
         grep '^numpy' host_examples/render/requirements.txt
         ;;
-    *) fail "unknown argument '$1'; known: render, bench" ;;
+    cloth)
+        echo 'newton==1.8.0'
+        echo 'warp-lang==1.19.0'
+        grep '^numpy' host_examples/render/requirements.txt
+        ;;
+    *) fail "unknown argument '$1'; known: render, bench, cloth" ;;
     esac
 }
 

@@ -151,8 +151,10 @@ pub fn growth(library: &Library, effort: Effort, progress: &mut Progress) -> Res
         put("positions, warp", median_us(|| state.write_f32(&mut points))?);
         put("floor", floor);
     }
-    let vertices = if effort == Effort::Smoke { 300 } else { 3000 };
-    let mesh = sheet(vertices);
+    if effort == Effort::Smoke {
+        return Ok(all);
+    }
+    let mesh = sheet(3000);
     let n = mesh.positions.len();
     for modes in [1, 2, 4, 8, 16, 32, 64] {
         progress.say(&format!("steps of {modes} modes"));

@@ -4,7 +4,7 @@ use crate::effort::Effort;
 use crate::error::pareto_front;
 use crate::methods::{Family, METHODS, Marker};
 use crate::motions;
-use crate::plots::{Marks, Plot, Scale, Series};
+use crate::plots::{HALF, Marks, Plot, Scale, Series, WHOLE};
 use crate::row::Row;
 use crate::scenes::FRAME;
 use crate::summary::{Report, points};
@@ -36,6 +36,7 @@ pub fn pareto_plot(rows: &[&Row]) -> Plot<'static> {
         y: ("relative L2 error", Scale::Percent),
         series: shown,
         marks: Marks { front, ringed: paper, limit: Some((1e6 / 30.0, "real time".to_owned())) },
+        size: WHOLE,
     }
 }
 
@@ -83,7 +84,7 @@ pub fn figures(report: &Report) -> Result<Vec<Figure>> {
                 .collect()
         };
         let x = ("gravity", Scale::Linear);
-        let plot = |y, series| Plot { x, y, series, marks: Marks::default() };
+        let plot = |y, series| Plot { x, y, series, marks: Marks::default(), size: HALF };
         put(
             format!("sweep_error_{}", sweep.key),
             plot(("relative L2 error", Scale::Percent), by_load(|r| r.l2, false)),
@@ -104,7 +105,7 @@ pub fn figures(report: &Report) -> Result<Vec<Figure>> {
         let y = (["displacement along x", "displacement along y", "displacement along z"][c], Scale::Linear);
         put(
             format!("trace_{}", scene.key),
-            Plot { x: ("time, s", Scale::Linear), y, series: traces.collect(), marks: Marks::default() },
+            Plot { x: ("time, s", Scale::Linear), y, series: traces.collect(), marks: Marks::default(), size: WHOLE },
         )?;
     }
     convergence_figures(report, &mut put)?;
@@ -121,7 +122,10 @@ fn convergence_figures(report: &Report, put: &mut Put) -> Result<()> {
     });
     let y = ("distance to its own limit", Scale::Percent);
     let series = series.filter(|s| !s.points.is_empty()).collect();
-    put("convergence_steps".into(), Plot { x: ("step, s", Scale::Log), y, series, marks: Marks::default() })?;
+    put(
+        "convergence_steps".into(),
+        Plot { x: ("step, s", Scale::Log), y, series, marks: Marks::default(), size: WHOLE },
+    )?;
     let mut series: Vec<Series> = report
         .sweeps
         .iter()
@@ -134,14 +138,17 @@ fn convergence_figures(report: &Report, put: &mut Put) -> Result<()> {
     let plate = report.plate.iter().filter(|p| p.mode == 1).map(|p| (p.edge, (p.here / p.there - 1.0).abs()));
     series.push(line("square plate, first frequency", (20, 20, 20), Some(Marker::Cross), plate.collect()));
     let y = ("relative error", Scale::Percent);
-    put("convergence_mesh".into(), Plot { x: ("edge length", Scale::Log), y, series, marks: Marks::default() })?;
+    put(
+        "convergence_mesh".into(),
+        Plot { x: ("edge length", Scale::Log), y, series, marks: Marks::default(), size: WHOLE },
+    )?;
     let by = |k: usize| report.modes.iter().map(|(m, e)| (*m as f64, e[k])).collect::<Vec<_>>();
     let series = vec![
         line("LMA", colour("lma_implicit"), Some(Marker::Disc), by(0)),
         line("warp", colour("warp_implicit"), Some(Marker::Disc), by(1)),
     ];
     let y = ("relative L2 error", Scale::Percent);
-    put("convergence_modes".into(), Plot { x: ("modes", Scale::Log), y, series, marks: Marks::default() })
+    put("convergence_modes".into(), Plot { x: ("modes", Scale::Log), y, series, marks: Marks::default(), size: WHOLE })
 }
 
 fn cost_figures(report: &Report, put: &mut Put) -> Result<()> {
@@ -158,7 +165,8 @@ fn cost_figures(report: &Report, put: &mut Put) -> Result<()> {
             line(name, colour(key), Some(marker), own.map(|c| (c.size as f64, c.us)).collect())
         });
         let series = series.filter(|s| !s.points.is_empty()).collect();
-        let plot = Plot { x: (label, Scale::Log), y: ("time", Scale::Time), series, marks: Marks::default() };
+        let plot =
+            Plot { x: (label, Scale::Log), y: ("time", Scale::Time), series, marks: Marks::default(), size: HALF };
         put(format!("cost_{what}"), plot)?;
     }
     let all = |measure: &dyn Fn(&crate::cost::Precompute) -> f64| -> Vec<(f64, f64)> {
@@ -170,7 +178,7 @@ fn cost_figures(report: &Report, put: &mut Put) -> Result<()> {
         series.push(line(phase, grey(k, 6), None, points));
     }
     let x = ("vertices (16 modes)", Scale::Log);
-    put("precompute".into(), Plot { x, y: ("time", Scale::Time), series, marks: Marks::default() })
+    put("precompute".into(), Plot { x, y: ("time", Scale::Time), series, marks: Marks::default(), size: WHOLE })
 }
 
 /// Writes index.html; `viewer` is the bundled player, if there is one.

@@ -40,9 +40,13 @@ pub struct Plot<'a> {
     pub y: (&'a str, Scale),
     pub series: Vec<Series>,
     pub marks: Marks,
+    pub size: (u32, u32),
 }
 
-const SIZE: (u32, u32) = (900, 520);
+/// A plot by itself, and one of two side by side.
+pub const WHOLE: (u32, u32) = (900, 520);
+pub const HALF: (u32, u32) = (560, 430);
+
 const INK: RGBColor = RGBColor(40, 44, 52);
 const GRID: RGBColor = RGBColor(226, 228, 232);
 
@@ -82,7 +86,7 @@ impl Scale {
         }
         if self == Scale::Linear {
             let air = 0.05 * (high - low).max(1e-12);
-            return low - air..high + air;
+            return low - air..high + 6.0 * air; // room for the legend
         }
         (low - 0.05).floor()..(high + 0.05).ceil()
     }
@@ -104,7 +108,7 @@ impl Plot<'_> {
     }
 
     fn draw_into(&self, text: &mut String) -> std::result::Result<(), Box<dyn std::error::Error>> {
-        let root = SVGBackend::with_string(text, SIZE).into_drawing_area();
+        let root = SVGBackend::with_string(text, self.size).into_drawing_area();
         root.fill(&WHITE)?;
         let all = || self.series.iter().flat_map(|s| &s.points);
         let (x, y) = (self.x.1.range(all().map(|p| p.0)), self.y.1.range(all().map(|p| p.1)));
@@ -162,7 +166,7 @@ impl Plot<'_> {
             if x.contains(&place) {
                 let style = RGBColor(150, 150, 150).stroke_width(1);
                 chart.draw_series(DashedLineSeries::new([(place, y.start), (place, y.end)], 5, 5, style))?;
-                let style = ("sans-serif", 13, &RGBColor(110, 110, 110)).into_text_style(&(SIZE.0, SIZE.1));
+                let style = ("sans-serif", 13, &RGBColor(110, 110, 110)).into_text_style(&self.size);
                 chart.draw_series([Text::new(
                     format!(" {name}"),
                     (place, y.start + 0.05 * (y.end - y.start)),
@@ -232,7 +236,7 @@ impl Plot<'_> {
         if !(p.0.is_finite() && p.1.is_finite()) {
             return Ok(());
         }
-        let style = ("sans-serif", 15, &INK).into_text_style(&(SIZE.0, SIZE.1));
+        let style = ("sans-serif", 15, &INK).into_text_style(&self.size);
         chart.draw_series([Circle::new(p, 10, INK.stroke_width(2))])?;
         let name = name.clone();
         chart.draw_series([EmptyElement::at(p) + Text::new(name, (14, -20), style)])?;

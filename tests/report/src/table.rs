@@ -26,9 +26,12 @@ impl Table {
 
     pub fn html(&self) -> String {
         let cells = |tag: &str, row: &mut dyn Iterator<Item = &str>| -> String {
-            row.map(|cell| format!("<{tag}>{}</{tag}>", escape(cell))).collect()
+            let open = |cell: &str| {
+                if cell.chars().count() < 12 { format!("<{tag} class=\"short\">") } else { format!("<{tag}>") }
+            };
+            row.map(|cell| format!("{}{}</{tag}>", open(cell), escape(cell))).collect()
         };
-        let head = cells("th", &mut self.header.iter().map(|h| *h));
+        let head = cells("th", &mut self.header.iter().copied());
         let body: String =
             self.rows.iter().map(|r| format!("<tr>{}</tr>\n", cells("td", &mut r.iter().map(|c| &c[..])))).collect();
         let file = format!("<p class=\"file\">{}.csv</p>", self.name);

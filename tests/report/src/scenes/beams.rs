@@ -66,7 +66,7 @@ pub fn vee() -> Scene {
         title: "V-beam, released",
         text: "A strip folded to a V, of a membrane soft enough that it bends rather than flattens, is let go and swings freely, \
             without any damping.",
-        gravity: [0.0, 0.0, -2.4],
+        gravity: [0.0, 0.0, -1.2],
         frames: 180,
         reference: Reference::Explicit { steps: 400, check: 300 },
         ..strip("vee_release", vee_mesh, 1e3, 10.0)
