@@ -24,7 +24,7 @@ native: ## build the library and the command-line program by CMake, in build/
 	@. ./$(BUILD)/tools.sh && "$$CMAKE" -S . -B $(BUILD) -DCMAKE_BUILD_TYPE=Release && \
 	    "$$CMAKE" --build $(BUILD) --target $(WHAT)
 
-demo: ## run the dinosaur, the two beams and three handles, and draw them: out/demo/*.png
+demo: ## run the dinosaur, the beams, three handles and a dancer, and draw them: out/demo/*.png
 	@$(MAKE) native WHAT=shellwarp_cli || { echo "demo: FAILED: the program could not be built"; exit 1; }
 	@sh cmake/bootstrap.sh render || echo "demo: the renderer could not be installed (see above); going on without pictures"
 	@. ./$(BUILD)/tools.sh && python3 host_examples/render/demo.py --cli $(CLI) --python "$$PYTHON" --out out/demo

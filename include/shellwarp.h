@@ -143,8 +143,8 @@
 // The same by symplectic Euler; steps must be very short (the paper: 1/30000 s).
 #define SW_METHOD_SHELL_EXPLICIT 4
 
-// Modal warping with the exact modal force of its own positions, (du/dq)^T F: dead loads are conservative. Costs half as much
-// again as a step of SW_METHOD_WARP.
+// Modal warping with the exact modal force of its own positions, (du/dq)^T F: dead loads are conservative. A step costs up
+// to twice that of SW_METHOD_WARP.
 #define SW_METHOD_WARP_VIRTUAL_WORK 5
 
 // Backward Euler: first order, stable for every step, damps what the step does not resolve.
@@ -416,6 +416,8 @@ typedef struct SwStateReport {
   double max_rotation;
   // Largest displacement in the frame.
   double max_displacement;
+  // Of all vertices, the share turned by more than a quarter turn: what an artist should be warned of.
+  double fraction_out_of_range;
 } SwStateReport;
 
 // A handle (paper section 4.4). Position and orientation of one vertex are two constraints.
@@ -711,7 +713,8 @@ SwStatus sw_state_amplitudes(const struct SwState *state,
                              uint32_t *count);
 
 // Advances by `seconds` > 0; any step, changing from call to call. Modal methods do not allocate. On failure nothing has
-// moved.
+// moved. Loads that would bend a modal method's shell beyond half a turn meet a growing resistance, which ordinary scenes
+// never feel: whatever the load, the elastic modes together turn by less than three quarters of a turn.
 // Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_NUMERICAL when the result would leave the range of numbers (turns of 1e6 rad),
 // SW_ERROR_BUSY.
 SwStatus sw_state_step(struct SwState *state,
@@ -775,8 +778,9 @@ void sw_constraint_desc_init(struct SwConstraintDesc *desc);
 // next step on the handle is where it was put (`met` in the report), or as near as the modes allow: constraints out of reach,
 // at a vertex that a support holds, conflicting or more than the modes get the least-squares answer.
 //
-// A hard handle may ask for more than the shell can do gracefully: pulled along the surface, a sheet that hardly stretches has
-// to crumple. Watch in_range of sw_state_report; hold only the axes that matter, or give a compliance.
+// A hard handle may ask for more than the shell can do gracefully: pushed along itself, a sheet that hardly stretches can
+// only crumple. Near the rest pose it does not, and gets the least-squares answer; further away, watch in_range of
+// sw_state_report, hold only the axes that matter, or give a compliance.
 //
 // Constraints are cloned with a state and survive its reset and loading, but are not saved. Allocates unless it replaces one of the same
 // axes. A nonlinear shell takes none: SW_ERROR_UNSUPPORTED.

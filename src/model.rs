@@ -2,6 +2,7 @@
 
 use crate::modes::{Certificate, Modes, PHASES, Phase, Progress, lowest_modes};
 use crate::real::Real;
+use crate::step::Guard;
 use crate::warp::{Basis, ModalRotation};
 use crate::{Result, Shell, Vec3};
 use std::sync::Arc;
@@ -59,6 +60,8 @@ pub struct Model {
     pub eigenvalues: Vec<f64>,
     /// Largest |Ψ| of each mode: rotation per unit amplitude.
     pub largest_rotation: Vec<f64>,
+    /// Largest |Φ||Ψ| of a vertex of each mode: how a force swings with the shell.
+    pub largest_swing: Vec<f64>,
     /// Number of zero modes among them.
     pub zero_modes: usize,
     /// Evidence for the modes.
@@ -86,12 +89,13 @@ impl Model {
             Precision::F32 => AnyBasis::F32(run_time_basis(&shell, &modes.shapes, &mut progress)?),
             Precision::F64 => AnyBasis::F64(run_time_basis(&shell, &modes.shapes, &mut progress)?),
         };
-        let largest_rotation = largest_rotation(&shell, &modes);
+        let (largest_rotation, largest_swing) = largest_rotation_and_swing(&shell, &modes);
         let fingerprint = fingerprint(&shell, &modes.eigenvalues, options.precision);
         Ok(Self {
             shell,
             eigenvalues: modes.eigenvalues,
             largest_rotation,
+            largest_swing,
             zero_modes: modes.zero_modes,
             certificate: modes.certificate,
             basis,
@@ -99,6 +103,12 @@ impl Model {
             peak_bytes: modes.peak_bytes,
             fingerprint,
         })
+    }
+
+    /// What the guard needs to know of it.
+    pub fn guard(&self) -> Guard<'_> {
+        let Self { eigenvalues, largest_rotation, largest_swing, .. } = self;
+        Guard { eigenvalues, largest_rotation, largest_swing }
     }
 
     /// Number of modes.
@@ -144,10 +154,14 @@ fn run_time_basis<T: Real>(shell: &Shell, shapes: &[Vec<Vec3>], progress: &mut P
     Ok(basis)
 }
 
-fn largest_rotation(shell: &Shell, modes: &Modes) -> Vec<f64> {
+fn largest_rotation_and_swing(shell: &Shell, modes: &Modes) -> (Vec<f64>, Vec<f64>) {
     let rotation = ModalRotation::new(&shell.mesh);
-    let largest = |phi: &Vec<Vec3>| rotation.apply(phi).iter().map(|w| w.norm()).fold(0.0, f64::max);
-    modes.shapes.iter().map(largest).collect()
+    let largest = |phi: &Vec<Vec3>| {
+        let psi = rotation.apply(phi);
+        let swings = psi.iter().zip(phi).map(|(w, u)| w.norm() * u.norm());
+        (psi.iter().map(|w| w.norm()).fold(0.0, f64::max), swings.fold(0.0, f64::max))
+    };
+    modes.shapes.iter().map(largest).unzip()
 }
 
 /// Hash of everything that amplitudes mean something by: mesh, supports, eigenvalues, precision.

@@ -126,10 +126,27 @@ std::vector<std::size_t> extreme_frames(const std::vector<FrameRecord> &frames, 
   return peaks;
 }
 
+std::vector<std::size_t> timed_frames(const std::vector<FrameRecord> &frames, const std::vector<double> &times) {
+  std::vector<std::size_t> nearest;
+  for (double time : times) {
+    const auto distance = [&](const FrameRecord &f) { return std::fabs(f.report.time - time); };
+    const auto closest =
+        std::min_element(frames.begin(), frames.end(),
+                         [&](const FrameRecord &a, const FrameRecord &b) { return distance(a) < distance(b); });
+    const double spacing = frames.size() > 1 ? frames[1].report.time - frames[0].report.time : 0;
+    if (closest != frames.end() && distance(*closest) <= spacing)
+      nearest.push_back(static_cast<std::size_t>(closest - frames.begin()));
+  }
+  std::sort(nearest.begin(), nearest.end());
+  nearest.erase(std::unique(nearest.begin(), nearest.end()), nearest.end());
+  return nearest;
+}
+
 void write_frame_files(const std::string &directory, const Scene &scene, const Mesh &mesh,
                        const std::vector<PlacedHandle> &handles, const Run &run, shellwarp::State &state) {
   write_obj(join(directory, scene.name + "_rest.obj"), mesh.positions, mesh);
-  const std::vector<std::size_t> chosen = extreme_frames(run.frames, scene.obj_frames);
+  const std::vector<std::size_t> chosen = scene.obj_times.empty() ? extreme_frames(run.frames, scene.obj_frames)
+                                                                  : timed_frames(run.frames, scene.obj_times);
 
   OutputFile table(join(directory, scene.name + "_frames.csv"));
   table.print("frame,time,max_displacement,max_rotation,kinetic_energy,elastic_energy,obj,displacement,handles\n");

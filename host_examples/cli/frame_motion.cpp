@@ -26,6 +26,15 @@ Vec3 sum(const std::vector<Oscillation> &oscillations, double seconds, double en
   return total;
 }
 
+SwFrameDesc carried(const SwFrameDesc &parent, const SwFrameDesc &own) {
+  SwFrameDesc frame = own;
+  const Vec3 origin = transform(parent, {own.origin[0], own.origin[1], own.origin[2]});
+  const Mat3 rotation = product(parent.rotation, own.rotation);
+  std::copy(origin.begin(), origin.end(), frame.origin);
+  std::copy(rotation.begin(), rotation.end(), frame.rotation);
+  return frame;
+}
+
 }  // namespace
 
 Mat3 rotation_matrix(const Vec3 &r) {
@@ -44,6 +53,23 @@ Mat3 rotation_matrix(const Vec3 &r) {
   return m;
 }
 
+Vec3 transform(const SwFrameDesc &pose, const Vec3 &x) {
+  Vec3 y{};
+  for (std::size_t i = 0; i < 3; ++i) {
+    y[i] = pose.origin[i];
+    for (std::size_t j = 0; j < 3; ++j) y[i] += pose.rotation[3 * i + j] * x[j];
+  }
+  return y;
+}
+
+Mat3 product(const double *a, const double *b) {
+  Mat3 c{};
+  for (std::size_t i = 0; i < 3; ++i)
+    for (std::size_t j = 0; j < 3; ++j)
+      for (std::size_t k = 0; k < 3; ++k) c[3 * i + j] += a[3 * i + k] * b[3 * k + j];
+  return c;
+}
+
 SwFrameDesc FrameMotion::pose(double seconds) const {
   const double envelope = smooth_step(seconds / rise) * smooth_step((end - seconds) / fall);
   const Vec3 shift = sum(translations, seconds, envelope);
@@ -57,7 +83,7 @@ SwFrameDesc FrameMotion::pose(double seconds) const {
       frame.origin[i] -= m[3 * i + j] * pivot[j];
     }
   }
-  return frame;
+  return parent ? carried(parent->pose(seconds), frame) : frame;
 }
 
 }  // namespace cli

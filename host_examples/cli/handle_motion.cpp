@@ -1,7 +1,5 @@
 #include "handle_motion.hpp"
 
-#include "frame_motion.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -105,11 +103,13 @@ HandleKey Handle::target(double seconds) const {
 
 std::array<double, 3> PlacedHandle::position(double seconds) const {
   const Vec3 offset = handle.target(seconds).offset;
-  return {rest[0] + offset[0], rest[1] + offset[1], rest[2] + offset[2]};
+  const Vec3 place = {rest[0] + offset[0], rest[1] + offset[1], rest[2] + offset[2]};
+  return handle.bone ? transform(handle.bone->pose(seconds), place) : place;
 }
 
 std::array<double, 9> PlacedHandle::rotation(double seconds) const {
-  return rotation_matrix(handle.target(seconds).rotation);
+  const std::array<double, 9> own = rotation_matrix(handle.target(seconds).rotation);
+  return handle.bone ? product(handle.bone->pose(seconds).rotation, own.data()) : own;
 }
 
 std::vector<PlacedHandle> place_handles(const std::vector<Handle> &handles, const Mesh &mesh) {

@@ -3,15 +3,19 @@
 //   target position     = rest position + offset(t)      world axes
 //   target orientation  = exp[r(t)]×                     world axes, the identity at rest
 //
+// and then as a bone moves, where the handle is attached to one: it takes both the position and the orientation with it.
+//
 // offset and r go through the keys with a continuous velocity, and never beyond the keys on either side: where a number turns
 // back, stays or ends, its velocity is 0 (M. Steffen, A simple method for monotonic interpolation in one dimension, 1990).
 #pragma once
 
+#include "frame_motion.hpp"
 #include "mesh.hpp"
 #include "shellwarp.hpp"
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -28,9 +32,10 @@ struct Handle {
   std::array<double, 3> nearest{};  // the vertex next to this point
   bool holds_position = true, holds_orientation = false;
   uint32_t axes = SW_AXIS_X | SW_AXIS_Y | SW_AXIS_Z;
-  double compliance = 0;          // length/force, rad/torque
-  std::optional<double> release;  // s; never where missing
-  std::vector<HandleKey> keys;    // by ascending time; at rest at time 0 unless there is a key
+  double compliance = 0;                    // length/force, rad/torque
+  std::optional<double> release;            // s; never where missing
+  std::vector<HandleKey> keys;              // by ascending time; at rest at time 0 unless there is a key
+  std::shared_ptr<const FrameMotion> bone;  // carries the targets; null = the world
 
   bool held(double seconds) const;
   // Offset and rotation at a time; before the first key and after the last as there.

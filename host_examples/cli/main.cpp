@@ -9,8 +9,10 @@
 #include "scene.hpp"
 #include "shell.hpp"
 #include "simulation.hpp"
+#include "skeleton.hpp"
 #include "summary.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -71,6 +73,22 @@ int run_scene(const Scene &scene, const RunOptions &options) {
     write_frame_files(options.out, scene, mesh, handles, run, state);
   }
   return report({scene, model.info(), model.frequencies(), run}, options);
+}
+
+// Shells do not touch, so they may run one after the other. The worst exit status; an interruption ends all.
+int run_shells(const SceneFile &file, const RunOptions &options) {
+  int worst = 0;
+  for (const Scene &scene : file.shells) {
+    const int status = run_scene(scene, options);
+    if (status == kInterrupted) return status;
+    worst = std::max(worst, status);
+  }
+  if (!options.out.empty() && !file.skeleton.empty()) {
+    const Scene &scene = file.shells.front();
+    write_bones((std::filesystem::path(options.out) / (file.name + "_bones.csv")).string(), file.skeleton,
+                options.frames.value_or(frame_count(scene)), scene.frame_rate);
+  }
+  return worst;
 }
 
 int check_mesh(const std::string &path) {
@@ -199,9 +217,9 @@ int run_command_line(int argc, char **argv) {
 
   if (check->parsed()) return check_mesh(mesh_path);
   if (simulate->parsed()) return simulate_mesh(simulate_options);
-  Scene scene = read_scene(scene_path);
-  apply_overrides(overrides, scene);
-  return run_scene(scene, run_options);
+  SceneFile file = read_scene_file(scene_path);
+  for (Scene &scene : file.shells) apply_overrides(overrides, scene);
+  return run_shells(file, run_options);
 }
 
 }  // namespace

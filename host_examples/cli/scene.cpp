@@ -167,17 +167,40 @@ Oscillation read_oscillation(Section section, double unit) {
   return o;
 }
 
-FrameMotion read_motion(Section section, double duration) {
+FrameMotion read_motion(Section &section, const char *pivot, double duration) {
   FrameMotion motion;
-  motion.pivot = section.vector("pivot");
+  motion.pivot = section.vector(pivot);
   motion.rise = section.positive("rise", 1);
   motion.fall = section.positive("fall", 1);
   motion.end = section.positive("end", duration);
   for (Section &s : section.sections("translate")) motion.translations.push_back(read_oscillation(std::move(s), 1));
   for (Section &s : section.sections("rotate_degrees"))
     motion.rotations.push_back(read_oscillation(std::move(s), kRadians));
-  section.reject_unknown_keys();
   return motion;
+}
+
+const Bone &named_bone(Section &section, const char *key, const Skeleton &skeleton) {
+  const std::optional<std::string> name = section.text(key);
+  if (!name) section.fail(std::string(key) + " is missing: name a bone");
+  const Bone *bone = find_bone(skeleton, *name);
+  if (!bone) section.fail(*section.find(key), "no bone is called '" + *name + "' up to here");
+  return *bone;
+}
+
+Bone read_bone(Section section, const Skeleton &skeleton, double duration) {
+  Bone bone;
+  bone.name = section.text("name").value_or("");
+  if (bone.name.empty()) section.fail("a bone needs a name");
+  if (find_bone(skeleton, bone.name)) section.fail(*section.find("name"), "two bones are called '" + bone.name + "'");
+  FrameMotion motion = read_motion(section, "joint", duration);
+  if (section.find("parent")) {
+    const Bone &parent = named_bone(section, "parent", skeleton);
+    bone.parent = parent.name;
+    motion.parent = parent.motion;
+  }
+  section.reject_unknown_keys();
+  bone.motion = std::make_shared<const FrameMotion>(std::move(motion));
+  return bone;
 }
 
 HandleKey read_key(Section section, const Handle &handle) {
@@ -206,7 +229,8 @@ uint32_t read_axes(Section &section) {
   return axes;
 }
 
-Handle read_handle(Section section) {
+// All of a handle but what moves it.
+Handle read_grip(Section &section) {
   Handle handle;
   const std::string kind = section.choice("kind", {"position", "orientation", "both"});
   handle.holds_position = kind != "orientation";
@@ -219,7 +243,19 @@ Handle read_handle(Section section) {
   handle.compliance = section.number("compliance").value_or(0);
   if (handle.compliance < 0) section.fail(*section.find("compliance"), "compliance must not be negative");
   handle.release = section.number("release");
+  return handle;
+}
+
+Handle read_handle(Section section) {
+  Handle handle = read_grip(section);
   for (Section &s : section.sections("key")) handle.keys.push_back(read_key(std::move(s), handle));
+  section.reject_unknown_keys();
+  return handle;
+}
+
+Handle read_attachment(Section section, const Skeleton &skeleton) {
+  Handle handle = read_grip(section);
+  handle.bone = named_bone(section, "bone", skeleton).motion;
   section.reject_unknown_keys();
   return handle;
 }
@@ -282,29 +318,77 @@ toml::table parse(const std::string &path, const std::string &contents) {
   }
 }
 
+// What a file says of its one shell at the top, and of several in a table each.
+void read_substance(Section &section, const std::string &path, Scene &scene) {
+  const auto mesh = section.text("mesh");
+  if (!mesh) section.fail("mesh is missing: name the OBJ, OFF or PLY file, relative to the scene");
+  scene.mesh_path = beside(path, *mesh);
+  if (auto s = section.section("material")) scene.material = read_material(*s);
+  if (auto s = section.section("damping")) scene.damping = read_damping(*s);
+  for (Section &s : section.sections("support")) scene.supports.push_back(read_support(std::move(s), path));
+  if (auto s = section.section("expect")) scene.expect = read_expectations(*s);
+}
+
+void read_single(Section &top, const std::string &path, Scene &scene) {
+  read_substance(top, path, scene);
+  if (auto s = top.section("frame")) {
+    scene.motion = read_motion(*s, "pivot", scene.duration);
+    s->reject_unknown_keys();
+  }
+  for (Section &s : top.sections("handle")) scene.handles.push_back(read_handle(std::move(s)));
+  if (auto s = top.section("paper")) scene.paper = read_paper(*s);
+}
+
+// One of several shells; `scene` has what they share.
+Scene read_shell(Section section, const std::string &path, const SceneFile &file, Scene scene) {
+  const std::string name = section.text("name").value_or("");
+  if (name.empty()) section.fail("a shell needs a name");
+  scene.name = file.name + "_" + name;
+  scene.title += ": " + name;
+  for (const Scene &other : file.shells)
+    if (other.name == scene.name) section.fail(*section.find("name"), "two shells are called '" + name + "'");
+  scene.modes = section.count("modes").value_or(scene.modes);
+  read_substance(section, path, scene);
+  if (section.find("frame")) scene.motion = *named_bone(section, "frame", file.skeleton).motion;
+  for (Section &s : section.sections("attach")) scene.handles.push_back(read_attachment(std::move(s), file.skeleton));
+  section.reject_unknown_keys();
+  return scene;
+}
+
+std::vector<double> read_times(Section &section, const char *key) {
+  const toml::node *node = section.find(key);
+  return node && node->as_array() ? section.numbers(key, node->as_array()->size()) : section.numbers(key, 0);
+}
+
 }  // namespace
 
-Scene read_scene(const std::string &path) {
+SceneFile read_scene_file(const std::string &path) {
   const std::string contents = read_file(path);
   const toml::table table = parse(path, contents);
   Section top(path, "", table);
+  SceneFile file;
   Scene scene;
-  scene.name = std::filesystem::path(path).stem().string();
+  file.name = scene.name = std::filesystem::path(path).stem().string();
   scene.title = top.text("title").value_or(scene.name);
-  const auto mesh = top.text("mesh");
-  if (!mesh) top.fail("mesh is missing: name the OBJ, OFF or PLY file, relative to the scene");
-  scene.mesh_path = beside(path, *mesh);
   scene.obj_frames = top.count("obj_frames").value_or(scene.obj_frames);
+  scene.obj_times = read_times(top, "obj_times");
   if (auto s = top.section("simulation")) read_simulation(*s, scene);
-  if (auto s = top.section("material")) scene.material = read_material(*s);
-  if (auto s = top.section("damping")) scene.damping = read_damping(*s);
-  for (Section &s : top.sections("support")) scene.supports.push_back(read_support(std::move(s), path));
-  if (auto s = top.section("frame")) scene.motion = read_motion(*s, scene.duration);
-  for (Section &s : top.sections("handle")) scene.handles.push_back(read_handle(std::move(s)));
-  if (auto s = top.section("expect")) scene.expect = read_expectations(*s);
-  if (auto s = top.section("paper")) scene.paper = read_paper(*s);
+  for (Section &s : top.sections("bone"))
+    file.skeleton.push_back(read_bone(std::move(s), file.skeleton, scene.duration));
+  for (Section &s : top.sections("shell")) file.shells.push_back(read_shell(std::move(s), path, file, scene));
+  if (file.shells.empty()) {
+    if (!file.skeleton.empty()) top.fail("bones are for [[shell]] tables, of which there are none");
+    read_single(top, path, scene);
+    file.shells.push_back(scene);
+  }
   top.reject_unknown_keys();
-  return scene;
+  return file;
+}
+
+Scene read_scene(const std::string &path) {
+  SceneFile file = read_scene_file(path);
+  if (file.shells.size() != 1) throw FileError(path, 0, "holds several shells where one is asked for");
+  return file.shells.front();
 }
 
 std::vector<uint32_t> read_vertex_list(const std::string &path) {

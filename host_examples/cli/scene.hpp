@@ -5,6 +5,7 @@
 #include "frame_motion.hpp"
 #include "handle_motion.hpp"
 #include "mesh.hpp"
+#include "skeleton.hpp"
 
 #include <array>
 #include <cstdint>
@@ -69,14 +70,25 @@ struct Scene {
   Damping damping;
   FrameMotion motion;
   std::vector<Handle> handles;
-  uint32_t obj_frames = 3;  // how many frames of largest displacement are written
+  uint32_t obj_frames = 3;        // how many frames of largest displacement are written
+  std::vector<double> obj_times;  // s: these frames in their place, unless empty
   Expectations expect;
   std::optional<PaperFigures> paper;
 
   double step() const { return 1.0 / (frame_rate * steps_per_frame); }
 };
 
+// What a file holds: one shell, or several that hang on a skeleton. Shells do not touch: each is a scene of its own.
+struct SceneFile {
+  std::string name;
+  std::vector<Scene> shells;  // called NAME_SHELL where the file lists them
+  Skeleton skeleton;
+};
+
 // Paths in the file are relative to it. Throws FileError with the line for anything missing, malformed or unknown.
+SceneFile read_scene_file(const std::string &path);
+
+// The same for a file of one shell; throws where it holds several.
 Scene read_scene(const std::string &path);
 
 // Vertex indices from 0, white space between, '#' begins a comment.

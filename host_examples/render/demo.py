@@ -5,7 +5,8 @@
 
 Each scene's rest shape and the frames that the program wrote (those of largest displacement) become stills in --out,
 coloured by displacement on one scale and from one camera, and a sheet of them. Of the scenes with handles each has
-one still, its handles as yellow spheres and red, green, blue axes, and they share handles_sheet.png. Without the
+one still, its handles as yellow spheres and red, green, blue axes, and they share handles_sheet.png. The character has
+a still of all its shells, on the body that wears them, at each of the times that its scene lists. Without the
 renderer's packages the scenes still run. Any Python 3 will do: only the stills need the Python given by --python.
 """
 
@@ -28,6 +29,10 @@ VIEWS = {
 }
 HELD = {"handles_position": "position", "handles_orientation": "orientation", "handles_both": "orientation and height"}
 BALL = 0.08                  # radius of a handle that holds a position, in the mesh's unit
+CHARACTER = "character"      # several shells on a skeleton, drawn together
+SHELLS = {"hat": "#6a3fb0", "torso": "#c8372d", "leg_left": "#2d62ad", "leg_right": "#2d62ad"}
+CHARACTER_VIEW = ["--view", 24, 15, "--size", 480, 640]
+JOINT_BALL = 1.5             # cm
 
 
 def run_scene(cli, name, folder):
@@ -110,6 +115,56 @@ def draw_handles(python, name, folder, out):
     return picture, f"{HELD[name]} held, after {float(row['time']):.3g} s"
 
 
+def joint_marks(tables):
+    """The renderer's options for the joints of all shells: a sphere at each position, small axes at each orientation."""
+    balls, axes = [], []
+    for table in tables:
+        with open(table, encoding="utf-8", newline="") as file:
+            for row in csv.DictReader(file):
+                place = [f"{float(row[c]):.6f}" for c in ("x", "y", "z")]
+                balls += [*place, JOINT_BALL] if row["kind"] != "orientation" else []
+                if row["kind"] != "position":
+                    axes += place + [f"{float(row[i + j]):.6f}" for i in "xyz" for j in "xyz"]
+    return ["--spheres", *balls, "--axes", *axes, "--axes-length", 0.1]
+
+
+def draw_body(python, folder, frame):
+    """Writes the solids that wear the shells in one frame: pairs of colour and path, None if that failed."""
+    done = subprocess.run([python, str(HERE / "figure.py"), str(folder / f"{CHARACTER}_bones.csv"), str(frame),
+                           str(folder / f"body_{frame:04d}")], check=False, stdout=subprocess.PIPE, text=True)
+    return None if done.returncode else [line.split(" ", 1) for line in done.stdout.splitlines()]
+
+
+def draw_character(python, folder, out):
+    """A still of all shells on the body at each frame that was written, and the sheet of them."""
+    for old in out.glob(f"{CHARACTER}_*.png"):
+        old.unlink()
+    rows = {}
+    for name in SHELLS:
+        with open(folder / f"{CHARACTER}_{name}_frames.csv", encoding="utf-8", newline="") as file:
+            rows[name] = {int(row["frame"]): row for row in csv.DictReader(file) if row["obj"]}
+    frames = sorted(set.intersection(*(set(by_frame) for by_frame in rows.values())))
+    bodies = {frame: draw_body(python, folder, frame) for frame in frames}
+    if not frames or None in bodies.values():
+        return [None]
+    view = list(CHARACTER_VIEW)   # one camera, and one ground, so that a jump shows
+    for frame in frames:
+        view += [word for _, path in bodies[frame] for word in ("--frame-on", path)]
+        view += [word for name in SHELLS if name != "torso" for word in ("--frame-on", folder / rows[name][frame]["obj"])]
+    pictures, labels = [], []
+    for frame in frames:
+        here = [rows[name][frame] for name in SHELLS]
+        pictures.append(draw(python, out / f"{CHARACTER}_{frame:04d}.png", *view,
+                             "--colors", *SHELLS.values(), *(color for color, _ in bodies[frame]),
+                             *joint_marks(folder / row["handles"] for row in here if row["handles"]),
+                             *(folder / row["obj"] for row in here), *(path for _, path in bodies[frame])))
+        labels.append(f"after {float(here[0]['time']):.3g} s")
+    if None in pictures:
+        return pictures
+    sheet = out / f"{CHARACTER}_sheet.png"
+    return pictures + [draw(python, sheet, "--contact-sheet", "--columns", 4, "--cell", 480, *pictures, "--labels", *labels)]
+
+
 def draw_handle_scenes(python, names, out):
     """A still for each scene with handles, and their sheet."""
     stills, labels = zip(*(draw_handles(python, name, out / name, out) for name in names))
@@ -130,7 +185,7 @@ def main():
     parser.add_argument("--cli", required=True, help="the command-line program")
     parser.add_argument("--python", default=sys.executable, help="a Python that has the renderer's packages")
     parser.add_argument("--out", type=Path, default=Path("out/demo"), help="folder for everything written (out/demo)")
-    parser.add_argument("--scenes", nargs="+", choices=VIEWS, default=list(VIEWS), help="which scenes (all)")
+    parser.add_argument("--scenes", nargs="+", choices=[*VIEWS, CHARACTER], default=[*VIEWS, CHARACTER], help="which scenes (all)")
     args = parser.parse_args()
 
     results = {name: run_scene(args.cli, name, args.out / name) for name in args.scenes}
@@ -139,7 +194,9 @@ def main():
     ready = [name for name in args.scenes if drawing and results[name][1]]
     handles = [name for name in ready if name in HELD]
     for name in ready:
-        if name not in handles:
+        if name == CHARACTER:
+            pictures += draw_character(args.python, args.out / name, args.out)
+        elif name not in handles:
             pictures += draw_scene(args.python, name, args.out / name, args.out)
     if handles:
         pictures += draw_handle_scenes(args.python, handles, args.out)

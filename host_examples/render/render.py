@@ -41,7 +41,7 @@ GROUND_LIGHT = 0.86          # its brightness in full light, linear; 1 is white
 KEY_SHARE = 0.68             # share of that light which the lamp gives; the sky gives the rest
 FIELD_OF_VIEW = 26.0         # degrees, vertical
 MARGIN = 1.16                # room left around the meshes
-AXIS = 0.4                   # length of the axes, in mesh radii
+AXIS = 0.4                   # usual length of the axes, in mesh radii
 
 
 # ------------------------------------------------------------------------------------------------------------ scene
@@ -112,23 +112,23 @@ def lights_and_ground(mi, camera, level):
         "ground": {"type": "rectangle", "to_world": ground, "bsdf": matte(GROUND)}}
 
 
-def overlays(spheres, axes, place, reach):
-    """Yellow spheres (rows x y z r) and red, green, blue cylinders along axes: none, a point, or a point and directions."""
+def overlays(spheres, axes, length, place, reach):
+    """Yellow spheres (rows x y z r) and red, green, blue cylinders along axes: rows of a point and three directions."""
     shapes = {}
     for i, (x, y, z, r) in enumerate(spheres):
         shapes[f"sphere{i}"] = {"type": "sphere", "center": place((x, y, z)).tolist(), "radius": r / reach,
                                 "bsdf": matte(rgb(reflectance(color("yellow"))))}
-    for name, tip in zip(("red", "green", "blue"), axis_tips(axes, reach)):
-        start, end = place(axes[:3]), place(tip)
-        shapes[name] = {"type": "cylinder", "p0": start.tolist(), "p1": end.tolist(), "radius": 0.012,
-                        "bsdf": matte(rgb(reflectance(color(name))))}
+    for i, (row, tips) in enumerate(zip(axes, axis_tips(axes, length * reach))):
+        for name, tip in zip(("red", "green", "blue"), tips):
+            start, end = place(row[:3]), place(tip)
+            shapes[f"{name}{i}"] = {"type": "cylinder", "p0": start.tolist(), "p1": end.tolist(), "radius": 0.03 * length,
+                                    "bsdf": matte(rgb(reflectance(color(name))))}
     return shapes
 
 
-def axis_tips(axes, reach):
-    """Ends of the axes, rows; none for no axes."""
-    directions = axes[3:].reshape(3, 3) if len(axes) == 12 else np.eye(3)
-    return axes[:3] + AXIS * reach * directions if len(axes) else np.empty((0, 3))
+def axis_tips(axes, length):
+    """Ends of the axes: three for each row."""
+    return axes[:, None, :3] + length * axes[:, 3:].reshape(-1, 3, 3)
 
 
 # -------------------------------------------------------------------------------------------------------- rendering
@@ -177,7 +177,9 @@ def arguments(argv):
     add("--colors", nargs="+", default=[], metavar="COLOR", help=f"one for each mesh: {', '.join(COLORS)}, #rrggbb")
     add("--spheres", nargs="+", default=[], metavar="N", help="x y z radius, repeated: yellow spheres")
     add("--axes", nargs="+", default=[], metavar="N",
-        help="x y z: axes from this point, x red, y green, z blue; nine more numbers: directions of the three")
+        help="x y z: axes from this point, x red, y green, z blue; nine more numbers: directions of the three, and then "
+             "more such twelve for more axes")
+    add("--axes-length", type=float, default=AXIS, help=f"in mesh radii ({AXIS})")
     add("--frame-on", action="append", default=[], metavar="FILE.obj", help="frame on these meshes instead; may be repeated")
     add("--view", nargs=2, type=float, default=(35, 18), metavar=("AZIMUTH", "ELEVATION"), help="degrees (35 18)")
     add("--up", choices="yz", default="y", help="which way is up (y)")
@@ -188,6 +190,7 @@ def arguments(argv):
     add("--contact-sheet", action="store_true", help="put several pictures on one sheet")
     add("--labels", nargs="+", default=[], help="words below each picture of the sheet (the file names)")
     add("--columns", type=int, help="pictures in a row of the sheet (all)")
+    add("--cell", type=int, default=640, help="width of a picture on the sheet, pixels (640)")
     return check(parser.parse_intermixed_args(argv))
 
 
@@ -209,12 +212,13 @@ def check(args):
         raise RenderError(f"--spheres takes x y z radius for each sphere; found {' '.join(args.spheres)}") from None
     try:
         args.axes = np.array(args.axes, dtype=np.float64)
-        if len(args.axes) not in (0, 3, 12):
-            raise ValueError
+        if len(args.axes) == 3:
+            args.axes = np.concatenate([args.axes, np.eye(3).ravel()])
+        args.axes = args.axes.reshape(-1, 12)
     except ValueError:
-        raise RenderError(f"--axes takes x y z or twelve numbers; found {' '.join(map(str, args.axes))}") from None
-    if min(args.size) < 16 or max(args.size) > 8192 or not 1 <= args.samples <= 4096:
-        raise RenderError("--size goes from 16 to 8192, --samples from 1 to 4096")
+        raise RenderError(f"--axes takes x y z, or twelve numbers for each; found {' '.join(map(str, args.axes))}") from None
+    if min(*args.size, args.cell) < 16 or max(*args.size, args.cell) > 8192 or not 1 <= args.samples <= 4096:
+        raise RenderError("--size and --cell go from 16 to 8192, --samples from 1 to 4096")
     if not 1 <= args.view[1] <= 89:
         raise RenderError(f"--view: the elevation goes from 1 to 89 degrees; found {args.view[1]:g}")
     return args
@@ -252,7 +256,7 @@ def still(args):
 
     camera = Camera(place(points), *args.view, args.size[0] / args.size[1])
     scene = lights_and_ground(mi, camera, place(points)[:, 1].min() - args.gap - 1e-3)
-    scene.update(overlays(args.spheres, args.axes, place, reach))
+    scene.update(overlays(args.spheres, args.axes, args.axes_length, place, reach))
     by_value, scale = vertex_colors(args, meshes[0][0])
     names = args.colors or ([PLAIN] if len(meshes) == 1 else [CYCLE[i % len(CYCLE)] for i in range(len(meshes))])
     for i, ((vertices, triangles), name) in enumerate(zip(meshes, names)):
@@ -269,7 +273,8 @@ def framing(args, meshes):
     if reach == 0:
         raise RenderError(f"{args.files[0]}: all vertices are at one point")
     if not args.frame_on:
-        shown = np.concatenate([shown, args.spheres[:, :3], axis_tips(args.axes, reach)])
+        shown = np.concatenate([shown, args.spheres[:, :3],
+                                axis_tips(args.axes, args.axes_length * reach).reshape(-1, 3)])
     return shown, middle, reach
 
 
@@ -288,7 +293,7 @@ def main(argv=None):
         args = arguments(argv)
         if args.contact_sheet:
             labels = args.labels or [Path(path).stem for path in args.files]
-            image = contact_sheet(args.files, labels, args.columns, args.title)
+            image = contact_sheet(args.files, labels, args.columns, args.title, args.cell)
         else:
             image = still(args)
         Path(args.out).parent.mkdir(parents=True, exist_ok=True)

@@ -10,6 +10,7 @@ import numpy as np
 from PIL import Image
 
 import demo
+import figure
 import meshes
 import render
 
@@ -164,6 +165,13 @@ class Pictures(WithFiles):
         plain, _ = self.draw("--samples", 1, "--axes", 0, 0, 1, mesh)
         self.assertGreater(np.abs(picture - plain).max(), 50)
 
+    def test_several_axes_are_several_points_with_directions(self):
+        mesh = self.file(TENT)
+        row = [0, 0, 1, 1, 0, 0, 0, 1, 0, 0, 0, 1]
+        one, _ = self.draw("--samples", 1, "--frame-on", mesh, "--axes", *row, "--axes-length", 0.1, mesh)
+        two, _ = self.draw("--samples", 1, "--frame-on", mesh, "--axes", *row, 1, *row[1:], "--axes-length", 0.1, mesh)
+        self.assertGreater(np.abs(two - one).max(), 50)
+
     def test_axes_of_another_length_are_refused(self):
         code, _, printed = self.run_main("--out", self.folder / "x.png", "--axes", 0, 0, 1, 1, self.file(TENT))
         self.assertEqual(code, 2)
@@ -177,6 +185,31 @@ class Pictures(WithFiles):
         self.assertEqual(code, 0)
         seen = {tuple(pixel) for pixel in np.asarray(Image.open(out)).reshape(-1, 3)}
         self.assertLessEqual({(255, 0, 0), (0, 0, 255), (255, 255, 255)}, seen)
+
+
+class Figure(WithFiles):
+    def test_solids_are_closed_and_face_outwards(self):
+        for start, end, radii in (((0, 0, 0), (0, 0, 0), (1, 2, 3)), ((1, 0, 0), (4, 4, 0), (2, 2, 2))):
+            points, triangles = figure.solid_mesh(np.array(start, float), np.array(end, float), np.array(radii, float))
+            place = np.unique(np.round(points, 9), axis=0, return_inverse=True)[1].ravel()   # a pole is many points
+            edges = {(int(place[t[k]]), int(place[t[(k + 1) % 3]])) for t in triangles for k in range(3)}
+            self.assertEqual(edges, {edge[::-1] for edge in edges})
+            a, b, c = (points[triangles[:, k]] for k in range(3))
+            volume = np.einsum("ij,ij->", a, np.cross(b, c)) / 6
+            length = np.linalg.norm(np.subtract(end, start))
+            expected = 4 / 3 * np.pi * np.prod(radii) + np.pi * radii[0] * radii[2] * length
+            self.assertAlmostEqual(volume / expected, 1, delta=0.04)   # a polyhedron of 24 x 12 faces lies inside
+
+    def test_the_body_goes_where_its_bones_go(self):
+        head = "frame,time,bone,parent,x,y,z,xx,xy,xz,yx,yy,yz,zx,zy,zz\n"
+        names = sorted({solid[0] for solid in figure.SOLIDS})
+        rows = [f"0,0,{name},,1,2,3,1,0,0,0,1,0,0,0,1\n6,0.1,{name},,1,2,13,0,1,0,-1,0,0,0,0,1\n" for name in names]
+        table = self.file(head + "".join(rows), "bones.csv")
+        rest, moved = (figure.write_body(figure.read_bones(table, frame), self.folder / f"body_{frame}") for frame in (0, 6))
+        for (a, color), (b, _) in zip(rest, moved):
+            x, y = meshes.read_obj(a)[0] - [1, 2, 3], meshes.read_obj(b)[0] - [1, 2, 13]
+            # A quarter turn about z through the joint, which rises by 10; the files hold five decimals.
+            self.assertLess(np.abs(y - np.stack([-x[:, 1], x[:, 0], x[:, 2]], axis=1)).max(), 2e-5, color)
 
 
 class Demo(WithFiles):
@@ -193,6 +226,17 @@ class Demo(WithFiles):
         marks = demo.handle_marks(table)
         self.assertEqual(marks[:5], ["--spheres", "1.000000", "2.000000", "-0.000000", f"{demo.BALL:.6f}"])
         self.assertEqual([float(x) for x in marks[6:]], [1, 2, 3, 0, 1, 0, -1, 0, 0, 0, 0, 1])
+
+    def test_joints_become_a_sphere_for_each_position_and_axes_for_each_orientation(self):
+        head = "vertex,kind,x,y,z,xx,xy,xz,yx,yy,yz,zx,zy,zz\n"
+        tables = [self.file(head + "4,both,1,2,3,0,1,0,-1,0,0,0,0,1\n5,position,4,5,6,,,,,,,,,\n", "a_handles.csv"),
+                  self.file(head + "6,orientation,7,8,9,1,0,0,0,1,0,0,0,1\n", "b_handles.csv")]
+        marks = list(map(str, demo.joint_marks(tables)))
+        axes = marks.index("--axes")
+        balls = [float(x) for x in marks[1:axes]]
+        self.assertEqual(balls, [1, 2, 3, demo.JOINT_BALL, 4, 5, 6, demo.JOINT_BALL])
+        rows = [float(x) for x in marks[axes + 1:marks.index("--axes-length")]]
+        self.assertEqual(rows, [1, 2, 3, 0, 1, 0, -1, 0, 0, 0, 0, 1, 7, 8, 9, 1, 0, 0, 0, 1, 0, 0, 0, 1])
 
     def test_a_program_that_is_missing_or_fails_is_a_failed_scene(self):
         with contextlib.redirect_stdout(io.StringIO()):

@@ -99,8 +99,9 @@ fn constraint_of(desc: &SwConstraintDesc) -> Result<Constraint, Fault> {
 /// next step on the handle is where it was put (`met` in the report), or as near as the modes allow: constraints out of reach,
 /// at a vertex that a support holds, conflicting or more than the modes get the least-squares answer.
 ///
-/// A hard handle may ask for more than the shell can do gracefully: pulled along the surface, a sheet that hardly stretches has
-/// to crumple. Watch in_range of sw_state_report; hold only the axes that matter, or give a compliance.
+/// A hard handle may ask for more than the shell can do gracefully: pushed along itself, a sheet that hardly stretches can
+/// only crumple. Near the rest pose it does not, and gets the least-squares answer; further away, watch in_range of
+/// sw_state_report, hold only the axes that matter, or give a compliance.
 ///
 /// Constraints are cloned with a state and survive its reset and loading, but are not saved. Allocates unless it replaces one of the same
 /// axes. A nonlinear shell takes none: SW_ERROR_UNSUPPORTED.

@@ -67,6 +67,8 @@ pub struct Report {
     pub max_rotation: f64,
     /// Largest |u| in the frame.
     pub max_displacement: f64,
+    /// Of all vertices, the share that is turned beyond [`ROTATION_RANGE`].
+    pub fraction_out_of_range: f64,
 }
 
 /// Beyond a quarter turn the warp's own error exceeds a fifth of the displacement (closed form of a strip bent to an arc).
@@ -426,16 +428,20 @@ impl State {
 
     /// Energies, and how far the shell is bent.
     pub fn report(&self) -> Report {
-        let (mut rotation, mut displacement) = (0.0f64, 0.0f64);
+        let (mut rotation, mut displacement, mut beyond) = (0.0f64, 0.0f64, 0usize);
+        let mut note = |angle: f64| {
+            rotation = rotation.max(angle);
+            beyond += usize::from(angle > ROTATION_RANGE);
+        };
         self.visit_displacements(|_, u| displacement = displacement.max(u.norm_squared()));
         let (elastic_energy, kinetic_energy, constraint_work) = match &self.dynamics {
             Dynamics::Modal(modal) => {
-                modal.visit(&self.model, |_, _, w| rotation = rotation.max(w.norm()));
+                modal.visit(&self.model, |_, _, w| note(w.norm()));
                 let (elastic, kinetic) = modal.energies(&self.model);
                 (elastic, kinetic, modal.constraint_work)
             }
             Dynamics::Nodal(nodal) => {
-                rotation = nodal.rotations(&self.model).iter().map(|r| r.angle()).fold(0.0, f64::max);
+                nodal.rotations(&self.model).iter().for_each(|r| note(r.angle()));
                 let (elastic, kinetic) = nodal.energies(&self.model);
                 (elastic, kinetic, 0.0)
             }
@@ -447,6 +453,7 @@ impl State {
             constraint_work,
             max_rotation: rotation,
             max_displacement: displacement.sqrt(),
+            fraction_out_of_range: beyond as f64 / self.model.shell.mass.len() as f64,
         }
     }
 

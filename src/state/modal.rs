@@ -48,6 +48,8 @@ pub struct Modal {
     /// The next q and q̇ until they are known to be good, and the modal force.
     next: [Vec<f64>; 2],
     force: Vec<f64>,
+    /// Σ|F| over the vertices.
+    load: f64,
     /// The state that loads are taken at.
     mean: [Vec<f64>; 2],
 }
@@ -66,6 +68,7 @@ impl Modal {
             q_dot: zeros.clone(),
             next: [zeros.clone(), zeros.clone()],
             force: zeros.clone(),
+            load: 0.0,
             mean: [zeros.clone(), zeros],
         }
     }
@@ -130,19 +133,22 @@ impl Modal {
     /// The modal force at the mean state.
     fn project_load(&mut self, model: &Model, load: &BodyLoad, external: Option<&[Vec3]>) {
         let Self { law, mean: [q, q_dot], force, .. } = self;
-        with_basis!(&model.basis, basis => {
-            modal_force::project(basis, &model.shell, load, external, *law, (q, q_dot), force);
+        self.load = with_basis!(&model.basis, basis => {
+            modal_force::project(basis, &model.shell, load, external, *law, (q, q_dot), force)
         });
     }
 
     /// The next q and q̇ without constraints.
     fn move_freely(&mut self, model: &Model, h: f64) {
+        let guard = model.guard();
         let [next_q, next_q_dot] = &mut self.next;
+        let damping = |k: usize| guard.damping(k, self.damping[k], self.load, h);
         for k in 0..self.q.len() {
-            let oscillator = Oscillator { damping: self.damping[k], eigenvalue: model.eigenvalues[k] };
+            let oscillator = Oscillator { damping: damping(k), eigenvalue: model.eigenvalues[k] };
             (next_q[k], next_q_dot[k]) =
                 oscillator.advance(self.integrator, self.q[k], self.q_dot[k], self.force[k], h);
         }
+        guard.hold(damping, h, next_q, next_q_dot);
     }
 
     /// Moves the next q and q̇ to where the constraints are met; returns the work done.
@@ -181,10 +187,10 @@ impl Modal {
         with_basis!(&model.basis, basis => modal_force::visit_motion(basis, self.law, (&self.q, &self.q_dot), visit));
     }
 
-    /// ½ qᵀΛq and ½ q̇ᵀq̇.
+    /// ½ qᵀΛq with the guard's share, and ½ q̇ᵀq̇.
     pub fn energies(&self, model: &Model) -> (f64, f64) {
         let elastic: f64 = self.q.iter().zip(&model.eigenvalues).map(|(q, lambda)| lambda * q * q).sum();
-        (0.5 * elastic, 0.5 * self.q_dot.iter().map(|v| v * v).sum::<f64>())
+        (0.5 * elastic + model.guard().energy(&self.q), 0.5 * self.q_dot.iter().map(|v| v * v).sum::<f64>())
     }
 
     /// The static solution Λq = f(q) + Jᵀμ by fixed point, from the present q: a step of backward Euler so long that inertia

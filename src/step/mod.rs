@@ -1,7 +1,9 @@
 //! One step: modal force from the loads, then each mode on its own.
 
+pub mod guard;
 pub mod integrator;
 pub mod modal_force;
 
+pub use guard::Guard;
 pub use integrator::{Integrator, Oscillator};
 pub use modal_force::ForceLaw;

@@ -126,7 +126,8 @@ pub fn visit_motion<T: Real>(
     }
 }
 
-/// Sets `force` (modes) to the modal force of `load` and of `external` forces (frame axes, n_vertices) at amplitudes `q` and velocities `q_dot`.
+/// Sets `force` (modes) to the modal force of `load` and of `external` forces (frame axes, n_vertices) at amplitudes `q` and
+/// velocities `q_dot`. Returns Σ|F| over the vertices.
 pub fn project<T: Real>(
     basis: &Basis<T>,
     shell: &Shell,
@@ -135,11 +136,13 @@ pub fn project<T: Real>(
     law: ForceLaw,
     (q, q_dot): (&[f64], &[f64]),
     force: &mut [f64],
-) {
+) -> f64 {
     force.fill(0.0);
     if load.is_zero() && external.is_none() {
-        return;
+        return 0.0;
     }
+    let everywhere_alike = load.spin.is_none() && external.is_none();
+    let mut sum = if everywhere_alike { shell.total_mass * load.uniform.norm() } else { 0.0 };
     for block in 0..basis.n_blocks() {
         let state = Block::new(law, basis, block, q);
         let moving = load.spin.is_some().then(|| state.motion(law, &basis.combine(block, q_dot)));
@@ -149,10 +152,12 @@ pub fn project<T: Real>(
             let (u, velocity) = moving.as_ref().map_or_else(Default::default, |(u, rate)| (lane(u, i), lane(rate, i)));
             let body = load.at(shell.mass[v], shell.mesh.positions[v] + u, velocity);
             let total = body + external.map_or(Vec3::zeros(), |f| f[v]);
+            sum += if everywhere_alike { 0.0 } else { total.norm() };
             (0..3).for_each(|c| f[c][i] = T::of(total[c] / shell.total_mass));
         }
         let (on_y, on_w) = state.pull_back(law, &f);
         basis.project(block, &on_y, on_w.as_ref(), force);
     }
     force.iter_mut().for_each(|f| *f *= shell.total_mass);
+    sum
 }

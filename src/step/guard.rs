@@ -1,0 +1,86 @@
+//! What keeps a step sensible under loads far beyond what a warp can show. Both parts are exactly inactive on ordinary scenes.
+//!
+//! **Bend.** With β² = Σ (ψ_k q_k)² over the elastic modes, ψ_k the largest rotation of a mode per unit amplitude, a potential
+//!
+//!   G(β) = E x³/(1 − x),   x = (β − β₀)/(β₁ − β₀) > 0,   E = ½ min (λ_k/ψ_k²) β₀²,
+//!
+//! holds β below β₁ under any load; it is zero up to β₀, half a turn, twice the range in which the warp's shape is good. Its force
+//! is taken at the step's end: q⁺ = q* − Γ ∇G(q⁺), Γ = h²/(1 + hc + h²λ), one monotonic equation for β⁺.
+//!
+//! **Swing.** Loads act as at the step's start, which overshoots where the load's own stiffness K = Σ|F| max |φ||ψ|, that of a
+//! pendulum, is beyond λ + 1/h²: a damping h (K − λ − 1/h²) stands in for the implicit treatment of the difference. Where a
+//! load bends the shell within range, K < λ.
+
+/// β₀ and β₁, rad.
+pub const GUARDED_BEND: f64 = std::f64::consts::PI;
+const LARGEST_BEND: f64 = 1.5 * std::f64::consts::PI;
+
+/// Halvings of an interval within which two numbers of 53 bits meet.
+const HALVINGS: u32 = 60;
+
+/// The modes of a model as the guard sees them.
+#[derive(Clone, Copy)]
+pub struct Guard<'a> {
+    /// λ of each mode.
+    pub eigenvalues: &'a [f64],
+    /// ψ of each mode.
+    pub largest_rotation: &'a [f64],
+    /// max |φ||ψ| of each mode.
+    pub largest_swing: &'a [f64],
+}
+
+impl Guard<'_> {
+    /// c of mode `k` for a step of `h`, with what swinging loads of Σ|F| = `load` ask in addition to `damping`.
+    pub fn damping(&self, k: usize, damping: f64, load: f64, h: f64) -> f64 {
+        let excess = load * self.largest_swing[k] - self.eigenvalues[k] - (h * h).recip();
+        if excess > 0.0 { damping + h * excess } else { damping }
+    }
+
+    fn rotation(&self, k: usize) -> f64 {
+        if self.eigenvalues[k] > 0.0 { self.largest_rotation[k] } else { 0.0 }
+    }
+
+    /// β² at amplitudes given by `q`.
+    fn square(&self, q: impl Fn(usize) -> f64) -> f64 {
+        (0..self.eigenvalues.len()).map(|k| (self.rotation(k) * q(k)).powi(2)).sum()
+    }
+
+    /// E.
+    fn scale(&self) -> f64 {
+        let ratio = |k: usize| self.eigenvalues[k] / self.rotation(k).powi(2);
+        let elastic = (0..self.eigenvalues.len()).filter(|k| self.rotation(*k) > 0.0);
+        0.5 * elastic.map(ratio).fold(f64::INFINITY, f64::min) * GUARDED_BEND * GUARDED_BEND
+    }
+
+    /// G at amplitudes `q`.
+    pub fn energy(&self, q: &[f64]) -> f64 {
+        let x = (self.square(|k| q[k]).sqrt() - GUARDED_BEND) / (LARGEST_BEND - GUARDED_BEND);
+        if x > 0.0 { self.scale() * x.powi(3) / (1.0 - x).max(f64::EPSILON) } else { 0.0 }
+    }
+
+    /// Moves the free (q, q̇) at the end of a step of `h` to where the guard lets it be; `damping` is c of each mode.
+    pub fn hold(&self, damping: impl Fn(usize) -> f64, h: f64, q: &mut [f64], q_dot: &mut [f64]) {
+        if self.square(|k| q[k]) <= GUARDED_BEND * GUARDED_BEND {
+            return;
+        }
+        let gamma = |k: usize| h * h / (1.0 + h * damping(k) + h * h * self.eigenvalues[k]);
+        let (scale, room) = (self.scale(), LARGEST_BEND - GUARDED_BEND);
+        // G'(β)/β, and q_k at the end if that were its value there.
+        let slope = |x: f64| {
+            let by_x = scale * x * x * (3.0 - 2.0 * x) / (1.0 - x).powi(2);
+            by_x / (room * (GUARDED_BEND + room * x))
+        };
+        let held = |q: &[f64], k: usize, s: f64| q[k] / (1.0 + gamma(k) * self.rotation(k).powi(2) * s);
+        let (mut low, mut high) = (0.0, 1.0 - f64::EPSILON);
+        for _ in 0..HALVINGS {
+            let x = 0.5 * (low + high);
+            let beta = self.square(|k| held(q, k, slope(x))).sqrt();
+            if beta > GUARDED_BEND + room * x { low = x } else { high = x }
+        }
+        for k in 0..q.len() {
+            let moved = held(q, k, slope(high));
+            q_dot[k] += (moved - q[k]) / h;
+            q[k] = moved;
+        }
+    }
+}

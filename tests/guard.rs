@@ -1,0 +1,132 @@
+//! Loads far beyond the warp's range: bounded always, at rest in the end where the load is a dead one, and no trace of the
+//! guard on ordinary scenes.
+#![allow(missing_docs)]
+mod common;
+use common::*;
+use rand::{Rng, SeedableRng, rngs::StdRng};
+use shellwarp::Vec3;
+use shellwarp::model::{Model, Options, Precision};
+use shellwarp::state::{Damping, Method, State};
+use shellwarp::step::Integrator;
+use shellwarp::step::guard::GUARDED_BEND;
+use std::sync::Arc;
+
+const LAWS: [Method; 2] = [Method::Warp, Method::VirtualWorkWarp];
+const INTEGRATORS: [Integrator; 2] = [Integrator::ImplicitEuler, Integrator::Exact];
+
+fn beam(name: &str) -> Arc<Model> {
+    let options = Options { modes: 8, precision: Precision::F64 };
+    Arc::new(Model::precompute(Arc::new(reference(name).0), &options, &mut |_, _| Ok(())).unwrap())
+}
+
+fn loaded(model: &Arc<Model>, method: Method, integrator: Integrator, gravity: Vec3) -> State {
+    let mut state = State::new(model.clone(), method, integrator).unwrap();
+    state.set_damping(&Damping { ratios: vec![0.2], ..Damping::default() }).unwrap();
+    state.set_gravity(gravity).unwrap();
+    state
+}
+
+#[test]
+fn ordinary_scenes_feel_nothing_of_the_guard() {
+    // Exactly nothing: amplitudes and damping come back with the same bits, at every frame of a release under the loads of
+    // the reference, up to a bend of 92°.
+    for (name, gravities) in [("flat_beam", [0.1, 0.4, 0.8]), ("v_beam", [1.0, 3.0, 7.0])] {
+        let model = beam(name);
+        for (g, method) in gravities.iter().zip(LAWS.iter().cycle()) {
+            let mut state = loaded(&model, *method, Integrator::ImplicitEuler, Vec3::z() * -*g);
+            for _ in 0..600 {
+                state.step(1.0 / 30.0).unwrap();
+                let (q, q_dot) = state.amplitudes().unwrap();
+                let (mut held, mut rate) = (q.to_vec(), q_dot.to_vec());
+                model.guard().hold(|_| 0.0, 1.0 / 30.0, &mut held, &mut rate);
+                assert!(held == q && rate == q_dot && model.guard().energy(q) == 0.0);
+                let weight = g * model.shell.total_mass;
+                for k in 0..q.len() {
+                    assert_eq!(model.guard().damping(k, 0.3, weight, 1.0 / 30.0), 0.3, "{name}, g = {g}, mode {k}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_guarded_pose_is_where_load_elasticity_and_guard_balance() {
+    // One endless step under a constant force: f = Λq + ∇G(q), with ∇G by differences of G.
+    let model = beam("flat_beam");
+    let guard = model.guard();
+    let mut rng = StdRng::seed_from_u64(31);
+    for strength in [1.5, 10.0, 1e3, 1e6] {
+        let scale: Vec<f64> = model.largest_rotation.iter().map(|r| strength * GUARDED_BEND / r).collect();
+        let free: Vec<f64> = scale.iter().map(|s| s * rng.random_range(-1.0..1.0)).collect();
+        let (mut q, mut rate) = (free.clone(), vec![0.0; free.len()]);
+        guard.hold(|_| 0.0, 1e9, &mut q, &mut rate);
+        let bend = q.iter().zip(&model.largest_rotation).map(|(q, r)| (q * r).powi(2)).sum::<f64>().sqrt();
+        let room = 1.5 * GUARDED_BEND - bend;
+        let load = |k: usize| model.eigenvalues[k] * free[k];
+        let largest = (0..q.len()).map(|k| load(k).abs()).fold(0.0, f64::max);
+        for k in 0..q.len() {
+            let step = 1e-3 * room / model.largest_rotation[k];
+            let at = |shift: f64| {
+                let mut q = q.clone();
+                q[k] += shift * step;
+                guard.energy(&q)
+            };
+            let slope = (8.0 * (at(1.0) - at(-1.0)) - (at(2.0) - at(-2.0))) / (12.0 * step);
+            let force = model.eigenvalues[k] * q[k] + slope;
+            // Of the largest load. Differences: (1e-3)⁴ and 1e-16/1e-3; and the rounding of β, 1e-15 a term, over 1e-3 of the room.
+            let tolerance = 1e-9 + 1e-10 / room;
+            assert_close(&format!("mode {k} at {strength}"), force, load(k), tolerance, largest);
+        }
+    }
+}
+
+#[test]
+fn no_load_and_no_step_winds_a_shell_up() {
+    let mut rng = StdRng::seed_from_u64(32);
+    for name in ["flat_beam", "v_beam"] {
+        let model = beam(name);
+        for power in 0..9 {
+            for (method, integrator) in LAWS.iter().flat_map(|m| INTEGRATORS.map(|i| (*m, i))) {
+                let direction = Vec3::from_fn(|_, _| rng.random_range(-1.0..1.0)).normalize();
+                let mut state = loaded(&model, method, integrator, direction * 10f64.powi(power));
+                for _ in 0..300 {
+                    state.step(10f64.powf(rng.random_range(-6.0..1.0))).unwrap();
+                    // |w| ≤ Σ ψ|q| ≤ √m β, and β < 3π/2.
+                    let rotation = state.report().max_rotation;
+                    assert!(rotation < 8f64.sqrt() * 1.5 * GUARDED_BEND, "{name}, 1e{power}, {method:?}: {rotation}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_strip_under_any_weight_comes_to_rest() {
+    for name in ["flat_beam", "v_beam"] {
+        let model = beam(name);
+        for g in [5.0, 30.0, 300.0] {
+            for direction in [-Vec3::z(), Vec3::new(0.0, 0.6, -0.8)] {
+                let mut state = loaded(&model, Method::VirtualWorkWarp, Integrator::ImplicitEuler, direction * g);
+                // The slowest mode's time is 10 s at 20 % damping; after 15 of them nothing moves.
+                (0..4500).for_each(|_| state.step(1.0 / 30.0).unwrap());
+                let report = state.report();
+                assert!(
+                    report.kinetic_energy <= 1e-12 * report.elastic_energy,
+                    "{name} under {g} along {direction:?}: {report:?}"
+                );
+                assert!(report.max_rotation < 1.5 * GUARDED_BEND, "{report:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_shell_let_go_from_the_guard_swings_back() {
+    let model = beam("flat_beam");
+    let mut state = loaded(&model, Method::VirtualWorkWarp, Integrator::ImplicitEuler, -1e4 * Vec3::z());
+    (0..600).for_each(|_| state.step(1.0 / 30.0).unwrap());
+    assert!(state.report().max_rotation > 3.0);
+    state.set_gravity(Vec3::zeros()).unwrap();
+    (0..6000).for_each(|_| state.step(1.0 / 30.0).unwrap());
+    assert!(state.report().max_rotation < 1e-6, "{:?}", state.report());
+}
