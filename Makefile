@@ -10,7 +10,7 @@ export CMAKE_BUILD_PARALLEL_LEVEL ?= $(JOBS)
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
-.PHONY: help build native demo test test-cargo test-c test-render header lint bench-precompute report report-docs test-report clean
+.PHONY: help build native demo test test-cargo test-c test-render header lint bench-precompute build-report report report-docs test-report clean
 
 help: ## list the targets
 	@echo "usage: make TARGET [JOBS=2]"
@@ -61,9 +61,10 @@ bench-precompute: build ## time the precompute against scipy's eigensolver
 	.venv/bin/python tests/bench/precompute_vs_scipy.py
 
 # The report's page: its player is bundled by npm, its peers run in .venv/; what is missing is left out with a line.
-REPORT = cargo run --release --quiet --package shellwarp-report -- --library $(LIBRARY) --python .venv/bin/python $$(test -s $(BUILD)/viewer.js && echo --viewer $(BUILD)/viewer.js) \
-    $(if $(QUICK),--quick) $(if $(FRESH),--fresh)
-LIBRARY = $(or $(CARGO_TARGET_DIR),target)/release/$(if $(filter Darwin,$(shell uname)),libshellwarp.dylib,libshellwarp.so)
+RELEASE = $(or $(CARGO_TARGET_DIR),target)/release
+LIBRARY = $(RELEASE)/$(if $(filter Darwin,$(shell uname)),libshellwarp.dylib,libshellwarp.so)
+REPORT = $(RELEASE)/shellwarp-report --library $(LIBRARY) --python .venv/bin/python \
+    $$(test -s $(BUILD)/viewer.js && echo --viewer $(BUILD)/viewer.js) $(if $(QUICK),--quick) $(if $(FRESH),--fresh)
 PAGE := tests/report/page
 
 $(BUILD)/viewer.js: $(PAGE)/viewer.js $(PAGE)/package-lock.json
@@ -72,15 +73,19 @@ $(BUILD)/viewer.js: $(PAGE)/viewer.js $(PAGE)/package-lock.json
 	    npm ci --silent --prefix $(PAGE) && npm run --silent --prefix $(PAGE) build >$@.part && mv $@.part $@; \
 	else echo "report: npm is missing; the page will have no player"; fi
 
-report: build $(BUILD)/viewer.js ## measure errors and run times of every method: out/report/index.html (QUICK=1: two minutes)
+# Both at once, so that cargo chooses the same dependencies for the library and for the program that loads it.
+build-report:
+	cargo build --release --package shellwarp --package shellwarp-report
+
+report: build-report $(BUILD)/viewer.js ## measure errors and run times of every method: out/report/index.html (QUICK=1: two minutes)
 	@$(if $(QUICK),:,sh cmake/bootstrap.sh bench cloth || echo "report: going on without peers (see above)")
 	$(REPORT)
 
-report-docs: build $(BUILD)/viewer.js ## the same from scratch, and write docs/error_and_speed.md; on an idle machine
+report-docs: build-report $(BUILD)/viewer.js ## the same from scratch, and write docs/error_and_speed.md; on an idle machine
 	@sh cmake/bootstrap.sh bench cloth || echo "report: going on without peers (see above)"
 	$(REPORT) --fresh --docs docs
 
-test-report: build ## test the report's arithmetic, that a small run repeats to the digit, and its page where a browser is installed
+test-report: build-report ## test the report's arithmetic, that a small run repeats to the digit, and its page where a browser is installed
 	cargo test --release --quiet --package shellwarp-report
 	@$(MAKE) $(BUILD)/viewer.js || true
 	$(REPORT) --smoke --out out/report-smoke
