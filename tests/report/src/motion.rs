@@ -164,9 +164,11 @@ pub fn run(
         let played = if s.method.family == Family::Shell { cache.played(scene, s, play) } else { play() };
         let truth_here = if s.coarse { truth_on_coarse.as_ref().unwrap_or(&truth.frames) } else { &truth.frames };
         let mut row = measured(scene, s, played, &truth, truth_here);
-        let explicit = |steps: usize| s.method.key == "shell_explicit" && s.steps == steps as f64 && !s.coarse;
-        if matches!(scene.reference, Reference::Explicit { steps, .. } if explicit(steps)) {
-            row.l2 = reference_error; // it is the reference
+        // Nothing is known to be closer than the reference is to the truth: not its neighbours, nor itself.
+        row.l2 = row.l2.max(reference_error);
+        let reference = matches!(scene.reference, Reference::Explicit { steps, .. } if s.steps == steps as f64);
+        if reference && s.method.key == "shell_explicit" && !s.coarse {
+            row.l2 = reference_error;
         }
         rows.push(row);
     }

@@ -193,7 +193,7 @@ pub fn write(folder: &Path, report: &Report, figures: &[Figure], machine: &str, 
         let failures = outcome.rows.iter().filter(|r| !r.failure.is_empty()).count();
         if failures > 0 {
             scenes += &format!(
-                "<p class=\"note\">{failures} runs failed, as explicit steps that are too long do: see errors.csv.</p>"
+                "<p class=\"note\">Runs that failed, as explicit steps that are too long do: {failures}; see errors.csv.</p>"
             );
         }
         scenes += "<p>The probe over time, 1/30 s steps and the exact propagator:</p>";

@@ -138,9 +138,12 @@ impl Plot<'_> {
             self.draw_series(&mut chart, series)?;
         }
         self.draw_ring(&mut chart)?;
+        // Cheap and exact at once is what nothing is: with a front, that corner is free.
+        let free = [SeriesLabelPosition::UpperRight, SeriesLabelPosition::LowerLeft];
+        let corner = free[usize::from(!self.marks.front.is_empty())].clone();
         chart
             .configure_series_labels()
-            .position(SeriesLabelPosition::UpperRight)
+            .position(corner)
             .background_style(WHITE.mix(0.85))
             .border_style(GRID)
             .label_font(("sans-serif", 14, &INK))
@@ -169,7 +172,7 @@ impl Plot<'_> {
                 let style = ("sans-serif", 13, &RGBColor(110, 110, 110)).into_text_style(&self.size);
                 chart.draw_series([Text::new(
                     format!(" {name}"),
-                    (place, y.start + 0.05 * (y.end - y.start)),
+                    (place, y.start + 0.95 * (y.end - y.start)),
                     style,
                 )])?;
             }
