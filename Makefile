@@ -11,7 +11,8 @@ export CMAKE_BUILD_PARALLEL_LEVEL ?= $(JOBS)
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
-.PHONY: help build native demo test test-cargo test-c test-render test-blender demo-blender install package blender-addon header python-abi lint bench-precompute clean
+.PHONY: help build native demo test test-cargo test-c test-render test-blender demo-blender install package blender-addon header \
+    python-abi lint bench-precompute build-report report report-docs test-report clean
 
 help: ## list the targets
 	@echo "usage: make TARGET [JOBS=2]"
@@ -32,7 +33,7 @@ demo: ## run the paper's scenes, draw and plot them: out/demo/*.png
 
 test: ## run every test: Rust, then C and C++, then the renderer's; ends in test: OK or test: FAILED
 	@failed=; \
-	for suite in test-cargo test-c test-render; do \
+	for suite in test-cargo test-c test-render test-report; do \
 	    echo "== $$suite"; $(MAKE) $$suite || failed="$$failed $$suite"; \
 	done; \
 	if [ -z "$$failed" ]; then echo "test: OK"; else echo "test: FAILED:$$failed"; exit 1; fi
@@ -80,12 +81,46 @@ python-abi: ## write the Python package's declarations anew from include/shellwa
 	mv $(BUILD)-abi.tmp host_examples/python/shellwarp/_abi.py
 
 lint: ## check formatting and run clippy, warnings as errors
-	cargo fmt --check
-	cargo clippy --all-targets -- -D warnings
+	cargo fmt --all --check
+	cargo clippy --workspace --all-targets -- -D warnings
 
 bench-precompute: build ## time the precompute against scipy's eigensolver
 	@sh cmake/bootstrap.sh bench
 	.venv/bin/python tests/bench/precompute_vs_scipy.py
+
+# The report's page: its player is bundled by npm, its peers run in .venv/; what is missing is left out with a line.
+RELEASE = $(or $(CARGO_TARGET_DIR),target)/release
+LIBRARY = $(RELEASE)/$(if $(filter Darwin,$(shell uname)),libshellwarp.dylib,libshellwarp.so)
+REPORT = $(RELEASE)/shellwarp-report --library $(LIBRARY) --python .venv/bin/python \
+    $$(test -s $(BUILD)/viewer.js && echo --viewer $(BUILD)/viewer.js) $(if $(QUICK),--quick) $(if $(FRESH),--fresh)
+PAGE := tests/report/page
+
+$(BUILD)/viewer.js: $(PAGE)/viewer.js $(PAGE)/package-lock.json
+	@mkdir -p $(BUILD)
+	@if command -v npm >/dev/null; then \
+	    npm ci --silent --prefix $(PAGE) && npm run --silent --prefix $(PAGE) build >$@.part && mv $@.part $@; \
+	else echo "report: npm is missing; the page will have no player"; fi
+
+# Both at once, so that cargo chooses the same dependencies for the library and for the program that loads it.
+build-report:
+	cargo build --release --package shellwarp --package shellwarp-report
+
+report: build-report $(BUILD)/viewer.js ## measure errors and run times of every method: out/report/index.html (QUICK=1: two minutes)
+	@$(if $(QUICK),:,sh cmake/bootstrap.sh bench cloth || echo "report: going on without peers (see above)")
+	$(REPORT)
+
+report-docs: build-report $(BUILD)/viewer.js ## the same from scratch, and write docs/error_and_speed.md; on an idle machine
+	@sh cmake/bootstrap.sh bench cloth || echo "report: going on without peers (see above)"
+	$(REPORT) --fresh --docs docs
+
+test-report: build-report ## test the report's arithmetic, that a small run repeats to the digit, and its page where a browser is installed
+	cargo test --release --quiet --package shellwarp-report
+	@$(MAKE) $(BUILD)/viewer.js || true
+	$(REPORT) --smoke --out out/report-smoke
+	@cp out/report-smoke/errors.csv out/report-smoke/errors_before.csv
+	$(REPORT) --smoke --out out/report-smoke
+	@cmp out/report-smoke/errors.csv out/report-smoke/errors_before.csv
+	@tests/report/page/test.sh out/report-smoke
 
 clean: ## remove what was built and drawn; .venv/ and compiled dependencies stay
 	rm -rf $(BUILD) out

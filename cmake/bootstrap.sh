@@ -1,13 +1,14 @@
 #!/bin/sh
 # Sets up the tools that a machine with Rust, a C and C++ compiler, make and Python 3.10 or later may still lack.
 #
-#     sh cmake/bootstrap.sh [render] [bench] [python] [blender]
+#     sh cmake/bootstrap.sh [render] [bench] [python] [blender] [cloth]
 #
 #   always   cmake 3.20 or later: the system's own, or a pinned one in .venv/
 #   render   the packages of host_examples/render, in .venv/
 #   bench    scipy and numpy for tests/bench, in .venv/
 #   python   numpy and cffi for host_examples/python, in .venv/
 #   blender  Blender as a Python module, 1 GB, in .venv/blender/: it wants an older numpy. Python 3.11 only
+#   cloth    the cloth solver that tests/report sets beside the library, in .venv/
 #
 # Everything lands in .venv/ and build/ below the project. What is set up is noted in .venv/installed-*, so that a
 # later run does nothing and needs no network. build/tools.sh then names the tools: CMAKE, CTEST, PYTHON.
@@ -39,7 +40,12 @@ pins() {
         grep '^numpy' host_examples/render/requirements.txt
         ;;
     blender) echo 'bpy==5.0.1' ;;
-    *) fail "unknown argument '$1'; known: render, bench, python, blender" ;;
+    cloth)
+        echo 'newton==1.8.0'
+        echo 'warp-lang==1.19.0'
+        grep '^numpy' host_examples/render/requirements.txt
+        ;;
+    *) fail "unknown argument '$1'; known: render, bench, python, blender, cloth" ;;
     esac
 }
 
