@@ -722,6 +722,9 @@ SwStatus sw_state_step(struct SwState *state,
 
 // Deformed positions (n_vertices x 3) in SW_SPACE_..., as SW_FORMAT_..., `stride` bytes from vertex to vertex (0 = packed).
 // Order and number of vertices are those of the mesh. Callable concurrently.
+// At rest in an unmoved frame they are the mesh's own to the last bit. SW_FORMAT_F64 adds the displacement to the mesh's
+// positions and places the sum in 64 bits. SW_FORMAT_F32 is the faster: with SW_PRECISION_F32 all of it is done in 32 bits,
+// good to four units in the last place of the largest coordinate among rest positions, frame origin and result.
 // Errors: SW_ERROR_INVALID_ARGUMENT, also when n_vertices is not the mesh's; SW_ERROR_BUSY.
 SwStatus sw_state_positions(const struct SwState *state,
                             uint32_t space,

@@ -22,6 +22,8 @@ pub trait Real:
     fn of(x: f64) -> Self;
     /// Exact.
     fn to_f64(self) -> f64;
+    /// Rounds, or is exact.
+    fn to_f32(self) -> f32;
     /// Terms of the Taylor series on [0, π²] that [`crate::warp::coefficients`] needs for full precision.
     const SERIES_TERMS: usize;
 
@@ -59,6 +61,10 @@ macro_rules! real {
             #[inline(always)]
             fn to_f64(self) -> f64 {
                 f64::from(self)
+            }
+            #[inline(always)]
+            fn to_f32(self) -> f32 {
+                self as f32
             }
             const SERIES_TERMS: usize = $terms;
 

@@ -93,7 +93,13 @@ fn at_rest_the_positions_are_the_hosts_to_the_last_bit() {
     for precision in [Precision::F32, Precision::F64] {
         let model = model_of(reference("v_beam").0, 8, precision);
         let state = State::new(model.clone(), Method::Warp, Integrator::Exact).unwrap();
-        assert_eq!(positions(&state, Space::World), model.shell.mesh.positions);
+        let rest = &model.shell.mesh.positions;
+        assert_eq!(&positions(&state, Space::World), rest);
+        state.position_rows_f32(Space::World, |first, rows| {
+            for (row, x) in rows.iter().zip(&rest[first..]) {
+                assert_eq!(*row, [x.x as f32, x.y as f32, x.z as f32]);
+            }
+        });
     }
 }
 
@@ -390,6 +396,8 @@ fn a_step_does_not_allocate() {
             let counted = allocation_counter::measure(|| {
                 shake(&mut state, 0, 10);
                 state.positions(Space::World, |v, x| out[v] = x);
+                state.position_rows_f32(Space::World, |first, rows| out[first].x += f64::from(rows[0][0]));
+                out[0].y += state.report().max_rotation;
             });
             assert_eq!(counted.count_total, 0);
         }

@@ -180,6 +180,29 @@ impl VectorRows {
         }
     }
 
+    /// SW_FORMAT_F64.
+    pub fn double(&self) -> bool {
+        self.double
+    }
+
+    /// Writes rows of this format (`T` is f64 if [`VectorRows::double`], or else f32) from row `first` on.
+    #[inline(always)]
+    pub unsafe fn write_all<T: Copy>(&self, first: usize, values: &[[T; 3]]) {
+        let Rows { base, stride, count } = self.rows;
+        assert!(first <= count && values.len() <= count - first && size_of::<T>() == if self.double { 8 } else { 4 });
+        let start = base.wrapping_add(first * stride);
+        // SAFETY: the host's buffer holds these rows, of three such numbers as checked; it is no memory of ours.
+        unsafe {
+            if stride == size_of::<[T; 3]>() {
+                std::ptr::copy_nonoverlapping(values.as_ptr().cast::<u8>(), start, size_of_val(values));
+            } else {
+                for (i, row) in values.iter().enumerate() {
+                    start.wrapping_add(i * stride).cast::<[T; 3]>().write_unaligned(*row);
+                }
+            }
+        }
+    }
+
     /// Writes row `i`.
     pub unsafe fn write<const N: usize>(&self, i: usize, values: [f64; N]) {
         let row = self.rows.at(i);

@@ -162,8 +162,15 @@ pub unsafe extern "C" fn sw_state_report_init(report: *mut SwStateReport) {
 /// a violation returns SW_ERROR_BUSY.
 pub struct SwState(pub(super) RwLock<State>);
 
+impl From<State> for SwState {
+    /// A handle for Rust programs that call the interface: benchmarks on models that were not precomputed.
+    fn from(state: State) -> Self {
+        Self(RwLock::new(state))
+    }
+}
+
 fn new_handle(state: State) -> *mut SwState {
-    Box::into_raw(Box::new(SwState(RwLock::new(state))))
+    Box::into_raw(Box::new(state.into()))
 }
 
 /// Runs `body` with shared use of the state.
@@ -420,6 +427,9 @@ fn space_of(space: u32) -> Result<Space, Fault> {
 
 /// Deformed positions (n_vertices x 3) in SW_SPACE_..., as SW_FORMAT_..., `stride` bytes from vertex to vertex (0 = packed).
 /// Order and number of vertices are those of the mesh. Callable concurrently.
+/// At rest in an unmoved frame they are the mesh's own to the last bit. SW_FORMAT_F64 adds the displacement to the mesh's
+/// positions and places the sum in 64 bits. SW_FORMAT_F32 is the faster: with SW_PRECISION_F32 all of it is done in 32 bits,
+/// good to four units in the last place of the largest coordinate among rest positions, frame origin and result.
 /// Errors: SW_ERROR_INVALID_ARGUMENT, also when n_vertices is not the mesh's; SW_ERROR_BUSY.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn sw_state_positions(
@@ -434,7 +444,12 @@ pub unsafe extern "C" fn sw_state_positions(
     unsafe {
         reading(state, |state| {
             let rows = vertex_rows(state.model(), out, format, 3, stride, n_vertices)?;
-            state.positions(space_of(space)?, |v, x| rows.write::<3>(v, x.into()));
+            let space = space_of(space)?;
+            if rows.double() {
+                state.position_rows(space, |first, x| rows.write_all(first, x));
+            } else {
+                state.position_rows_f32(space, |first, x| rows.write_all(first, x));
+            }
             Ok(())
         })
     }

@@ -11,6 +11,7 @@ use crate::reference::Rayleigh;
 use crate::step::modal_force::BodyLoad;
 use crate::step::{ForceLaw, Integrator};
 use crate::support::{Frame, Motion, Pose, Rates};
+use crate::warp::Placement;
 use crate::{Error, ErrorKind, Model, Result, Vec3};
 use modal::Modal;
 use nalgebra::UnitQuaternion;
@@ -373,14 +374,6 @@ impl State {
         Ok(found)
     }
 
-    /// Hands the displacement of every vertex (frame axes) to `visit`, in order.
-    fn visit_displacements(&self, mut visit: impl FnMut(usize, Vec3)) {
-        match &self.dynamics {
-            Dynamics::Modal(modal) => modal.visit(&self.model, |v, u, _| visit(v, u)),
-            Dynamics::Nodal(nodal) => nodal.u.iter().enumerate().for_each(|(v, u)| visit(v, *u)),
-        }
-    }
-
     fn rotation_to(&self, space: Space) -> UnitQuaternion<f64> {
         match space {
             Space::World => self.frame.pose.rotation,
@@ -388,18 +381,40 @@ impl State {
         }
     }
 
-    /// Hands the deformed position of every vertex to `write`, in order.
-    pub fn positions(&self, space: Space, mut write: impl FnMut(usize, Vec3)) {
-        let rest = &self.model.shell.mesh.positions;
+    fn placement(&self, space: Space) -> Placement {
         let Pose { origin, rotation } = match space {
             Space::World => self.frame.pose,
             Space::Frame => Pose::identity(),
         };
-        if rotation == UnitQuaternion::identity() {
-            self.visit_displacements(|v, u| write(v, origin + (rest[v] + u))); // exact at rest
-        } else {
-            let matrix = rotation.to_rotation_matrix();
-            self.visit_displacements(|v, u| write(v, origin + matrix * (rest[v] + u)));
+        let turned = rotation != UnitQuaternion::identity();
+        Placement { origin, rotation: turned.then(|| *rotation.to_rotation_matrix().matrix()) }
+    }
+
+    /// Hands the deformed position of every vertex to `write`, in order.
+    pub fn positions(&self, space: Space, mut write: impl FnMut(usize, Vec3)) {
+        self.position_rows(space, |first, rows| {
+            rows.iter().enumerate().for_each(|(i, row)| write(first + i, Vec3::from(*row)));
+        });
+    }
+
+    /// Hands the deformed positions of all vertices to `write`, in order: the first vertex of some, and their rows x y z.
+    pub fn position_rows(&self, space: Space, mut write: impl FnMut(usize, &[[f64; 3]])) {
+        let placement = self.placement(space);
+        match &self.dynamics {
+            Dynamics::Modal(modal) => modal.positions(&self.model, &placement, write),
+            Dynamics::Nodal(nodal) => nodal.positions(&self.model, &placement, |v, x| write(v, &[x.into()])),
+        }
+    }
+
+    /// As [`State::position_rows`], rounded to f32. A modal method on an f32 basis computes them in f32, rest positions, frame
+    /// and displacement alike: within four units in the last place of the largest coordinate among these.
+    pub fn position_rows_f32(&self, space: Space, mut write: impl FnMut(usize, &[[f32; 3]])) {
+        let placement = self.placement(space);
+        match &self.dynamics {
+            Dynamics::Modal(modal) => modal.positions_f32(&self.model, &placement, write),
+            Dynamics::Nodal(nodal) => {
+                nodal.positions(&self.model, &placement, |v, x| write(v, &[[x.x as f32, x.y as f32, x.z as f32]]));
+            }
         }
     }
 
@@ -428,32 +443,21 @@ impl State {
 
     /// Energies, and how far the shell is bent.
     pub fn report(&self) -> Report {
-        let (mut rotation, mut displacement, mut beyond) = (0.0f64, 0.0f64, 0usize);
-        let mut note = |angle: f64| {
-            rotation = rotation.max(angle);
-            beyond += usize::from(angle > ROTATION_RANGE);
-        };
-        self.visit_displacements(|_, u| displacement = displacement.max(u.norm_squared()));
-        let (elastic_energy, kinetic_energy, constraint_work) = match &self.dynamics {
+        let (extent, (elastic_energy, kinetic_energy), constraint_work) = match &self.dynamics {
             Dynamics::Modal(modal) => {
-                modal.visit(&self.model, |_, _, w| note(w.norm()));
-                let (elastic, kinetic) = modal.energies(&self.model);
-                (elastic, kinetic, modal.constraint_work)
+                let extent = modal.extent(&self.model, ROTATION_RANGE * ROTATION_RANGE);
+                (extent, modal.energies(&self.model), modal.constraint_work)
             }
-            Dynamics::Nodal(nodal) => {
-                nodal.rotations(&self.model).iter().for_each(|r| note(r.angle()));
-                let (elastic, kinetic) = nodal.energies(&self.model);
-                (elastic, kinetic, 0.0)
-            }
+            Dynamics::Nodal(nodal) => (nodal.extent(&self.model, ROTATION_RANGE), nodal.energies(&self.model), 0.0),
         };
         Report {
             time: self.time,
             kinetic_energy,
             elastic_energy,
             constraint_work,
-            max_rotation: rotation,
-            max_displacement: displacement.sqrt(),
-            fraction_out_of_range: beyond as f64 / self.model.shell.mass.len() as f64,
+            max_rotation: extent.rotation.sqrt(),
+            max_displacement: extent.displacement.sqrt(),
+            fraction_out_of_range: extent.beyond as f64 / self.model.shell.mass.len() as f64,
         }
     }
 

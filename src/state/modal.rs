@@ -5,7 +5,7 @@ use crate::model::{AnyBasis, with_basis};
 use crate::step::modal_force::{self, Acting, BodyLoad, Scratch};
 use crate::step::{ForceLaw, Integrator, Oscillator};
 use crate::support::Pose;
-use crate::warp::visit_displacements;
+use crate::warp::{self, Amplitudes, Extent, Placement, visit_displacements};
 use crate::{Error, ErrorKind, Model, Result, Vec3};
 
 /// Past this rotation, rad, or this displacement, in units of 1/√M, an amplitude has no meaning left and f32 no room.
@@ -190,6 +190,27 @@ impl Modal {
             warped: law.warped(),
         };
         with_basis!(&model.basis, basis => constraints.project(basis, &step, q, (next_q, next_q_dot)))
+    }
+
+    fn amplitudes(&self) -> Amplitudes<'_> {
+        Amplitudes { q: &self.q, warped: self.law.warped() }
+    }
+
+    /// Hands the positions of all vertices to `write`, in order: the first vertex of some, and their rows.
+    pub fn positions(&self, model: &Model, placement: &Placement, write: impl FnMut(usize, &[[f64; 3]])) {
+        let rest = &model.shell.mesh.positions;
+        with_basis!(&model.basis, basis =>
+            warp::visit_positions_f64(basis, self.amplitudes(), (rest, placement), write));
+    }
+
+    /// As [`Modal::positions`], in the basis's precision and rounded to f32.
+    pub fn positions_f32(&self, model: &Model, placement: &Placement, write: impl FnMut(usize, &[[f32; 3]])) {
+        with_basis!(&model.basis, basis => warp::visit_positions_f32(basis, self.amplitudes(), placement, write));
+    }
+
+    /// How far it is bent; `limit` is a |w|².
+    pub fn extent(&self, model: &Model, limit: f64) -> Extent {
+        with_basis!(&model.basis, basis => warp::extent(basis, self.amplitudes(), limit))
     }
 
     /// Hands displacement u and rotation vector w (frame axes) of every vertex to `visit`, in order.

@@ -2,6 +2,7 @@
 
 use crate::reference::{Rayleigh, Solver};
 use crate::step::modal_force::BodyLoad;
+use crate::warp::{Extent, Placement};
 use crate::{Model, Result, Vec3};
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
 
@@ -74,6 +75,23 @@ impl Nodal {
         self.u = found.displacement;
         self.velocity.fill(Vec3::zeros());
         Ok((found.residual, found.iterations))
+    }
+
+    /// Hands the position of every vertex to `visit`, in order.
+    pub fn positions(&self, model: &Model, placement: &Placement, mut visit: impl FnMut(usize, Vec3)) {
+        let Placement { origin, rotation } = placement;
+        for (v, (rest, u)) in model.shell.mesh.positions.iter().zip(&self.u).enumerate() {
+            let local = rest + u;
+            visit(v, origin + rotation.map_or(local, |rotation| rotation * local));
+        }
+    }
+
+    /// How far it is bent; `limit` is an angle.
+    pub fn extent(&self, model: &Model, limit: f64) -> Extent {
+        let displacement = self.u.iter().map(|u| u.norm_squared()).fold(0.0, f64::max);
+        let angles: Vec<f64> = self.rotations(model).iter().map(|r| r.angle()).collect();
+        let rotation = angles.iter().fold(0.0, |largest: f64, angle| largest.max(angle * angle));
+        Extent { displacement, rotation, beyond: angles.iter().filter(|angle| **angle > limit).count() }
     }
 
     /// Elastic and kinetic energy.

@@ -10,7 +10,7 @@ use super::lanes::{Group, Lanes, Vectors};
 use crate::Vec3;
 use crate::error::{Result, try_zeroed};
 use crate::real::Real;
-use pulp::Simd;
+use pulp::{Arch, Simd};
 
 /// One number for each vertex of a block, on a cache line of its own.
 #[derive(Clone, Copy, Default)]
@@ -28,6 +28,9 @@ pub struct Basis<T> {
     pub modes: usize,
     /// Number of vertices; the last block is padded with zeros.
     pub n_vertices: usize,
+    /// The registers that sweeps run in: the processor's widest unless set. Each kind gives its own bits, the same every time;
+    /// between kinds the last bits differ.
+    pub arch: Arch,
     root_mass: f64,
     lines: Vec<Line<T>>,
 }
@@ -45,7 +48,7 @@ impl<T: Real> Basis<T> {
     pub fn new(rest: &[Vec3], mass: &[f64], modes: usize, total_mass: f64) -> Result<Self> {
         let n_vertices = rest.len();
         let lines = try_zeroed("the run-time basis", n_vertices.div_ceil(LANES) * (HEADER + SHAPES * modes))?;
-        let mut basis = Self { modes, n_vertices, root_mass: total_mass.sqrt(), lines };
+        let mut basis = Self { modes, n_vertices, arch: Arch::new(), root_mass: total_mass.sqrt(), lines };
         for (v, (x, m)) in rest.iter().zip(mass).enumerate() {
             let (line, lane) = basis.place(v);
             let header = [m / total_mass, x.x, x.y, x.z];

@@ -6,23 +6,25 @@ mod coefficients;
 mod derivative;
 pub mod lanes;
 mod modal_rotation;
+mod output;
 mod pose;
 
 pub use basis::{Basis, Block, Line};
 pub use coefficients::{Coefficients, Slopes, coefficients, coefficients_and_slopes};
 pub use derivative::warp_with_derivative;
 pub use modal_rotation::ModalRotation;
+pub use output::{Amplitudes, Extent, Placement, extent, visit_positions_f32, visit_positions_f64};
 pub use pose::{Pose, Tangent};
 
 use crate::Vec3;
 use crate::real::Real;
 use lanes::{Lanes, Vectors};
-use pulp::{Arch, Simd, WithSimd};
+use pulp::{Simd, WithSimd};
 
 /// Vertices per block.
 pub const LANES: usize = 16;
 
-/// Work on every group of vertices of every block, in the widest registers that the processor has.
+/// Work on every group of vertices of every block, in registers of any width.
 pub trait Sweep<T: Real> {
     /// `first` is the vertex of the group's first lane; `at` its first register in a line.
     fn visit<S: Simd, const N: usize>(&mut self, lanes: Lanes<T, S, N>, block: Block<T>, first: usize, at: usize);
@@ -30,7 +32,7 @@ pub trait Sweep<T: Real> {
     fn end_block(&mut self) {}
 }
 
-/// Runs `sweep` over `basis`.
+/// Runs `sweep` over `basis`, in its kind of registers.
 pub fn sweep<T: Real>(basis: &Basis<T>, sweep: &mut impl Sweep<T>) {
     struct Dispatch<'a, T, W> {
         basis: &'a Basis<T>,
@@ -61,7 +63,7 @@ pub fn sweep<T: Real>(basis: &Basis<T>, sweep: &mut impl Sweep<T>) {
         }
     }
 
-    Arch::new().dispatch(Dispatch { basis, sweep });
+    basis.arch.dispatch(Dispatch { basis, sweep });
 }
 
 /// Hands two vectors of each lane to `visit` as those of vertices `first`, `first` + 1, …

@@ -1,0 +1,186 @@
+//! What hosts read from a deformed shell: positions in rows x y z, and how far it is bent. One pass over the basis each;
+//! from the registers' lanes straight to rows, in whole groups of vertices.
+
+use super::lanes::{Lanes, Vectors};
+use super::{Basis, Block, LANES, Line, Pose, Sweep, sweep};
+use crate::Vec3;
+use crate::real::Real;
+use nalgebra::Matrix3;
+use pulp::Simd;
+
+/// Where the frame is that rest positions and displacements are given in: x = origin + rotation (rest + u).
+#[derive(Clone, Copy)]
+pub struct Placement {
+    /// Of the frame.
+    pub origin: Vec3,
+    /// None for the identity, so that nothing is rounded by it.
+    pub rotation: Option<Matrix3<f64>>,
+}
+
+/// Amplitudes and how they move vertices.
+#[derive(Clone, Copy)]
+pub struct Amplitudes<'a> {
+    /// Modal amplitudes (modes).
+    pub q: &'a [f64],
+    /// u = R̃(Ψq) Φq; otherwise u = Φq.
+    pub warped: bool,
+}
+
+impl Amplitudes<'_> {
+    /// u and w of a group.
+    #[inline(always)]
+    fn of<T: Real, S: Simd, const N: usize>(
+        &self,
+        lanes: Lanes<T, S, N>,
+        block: &Block<T>,
+        at: usize,
+    ) -> (Vectors<T, S, N>, Vectors<T, S, N>) {
+        let (linear, turn) = block.combine(lanes, at, self.q);
+        let u = if self.warped { Pose::new(lanes, (linear, turn)).displacement() } else { linear };
+        (u, turn)
+    }
+}
+
+/// The lanes of a group's vectors, component by component.
+#[inline(always)]
+fn lines<T: Real, S: Simd, const N: usize>(lanes: Lanes<T, S, N>, v: &Vectors<T, S, N>) -> [Line<T>; 3] {
+    let mut lines = [Line([T::default(); LANES]); 3];
+    (0..3).for_each(|c| lanes.store(v[c], &mut lines[c].0, 0));
+    lines
+}
+
+/// Hands `rows` of `width` vertices on, less those past the end.
+#[inline(always)]
+fn hand_on<F>(
+    rows: &[[F; 3]; LANES],
+    (first, width, n_vertices): (usize, usize, usize),
+    write: &mut impl FnMut(usize, &[[F; 3]]),
+) {
+    if first + width <= n_vertices {
+        write(first, &rows[..width]); // of a length known when compiling
+    } else if first < n_vertices {
+        write(first, &rows[..n_vertices - first]);
+    }
+}
+
+/// Hands the positions of all vertices to `write` as f32, group by group: the first vertex and some rows. Computed in the
+/// basis's precision T throughout, rest positions included, and rounded to f32 at the end.
+pub fn visit_positions_f32<T: Real>(
+    basis: &Basis<T>,
+    amplitudes: Amplitudes,
+    placement: &Placement,
+    write: impl FnMut(usize, &[[f32; 3]]),
+) {
+    struct Rows<'a, W> {
+        n_vertices: usize,
+        amplitudes: Amplitudes<'a>,
+        placement: &'a Placement,
+        write: W,
+    }
+
+    impl<T: Real, W: FnMut(usize, &[[f32; 3]])> Sweep<T> for Rows<'_, W> {
+        #[inline(always)]
+        fn visit<S: Simd, const N: usize>(&mut self, lanes: Lanes<T, S, N>, block: Block<T>, first: usize, at: usize) {
+            let splat = |v: Vec3| [lanes.splat(v.x), lanes.splat(v.y), lanes.splat(v.z)];
+            let (u, _) = self.amplitudes.of(lanes, &block, at);
+            let mut x = lanes.add_vectors(&block.rest(lanes, at), &u);
+            if let Some(rotation) = &self.placement.rotation {
+                let column = |c: usize| splat(rotation.column(c).into());
+                let xy = lanes.scale_add(x[1], &column(1), &lanes.scale(x[0], &column(0)));
+                x = lanes.scale_add(x[2], &column(2), &xy);
+            }
+            let [x, y, z] = lines(lanes, &lanes.add_vectors(&splat(self.placement.origin), &x));
+            let mut rows = [[0f32; 3]; LANES];
+            for i in 0..lanes.width() {
+                rows[i] = [x.0[i].to_f32(), y.0[i].to_f32(), z.0[i].to_f32()];
+            }
+            hand_on(&rows, (first, lanes.width(), self.n_vertices), &mut self.write);
+        }
+    }
+
+    sweep(basis, &mut Rows { n_vertices: basis.n_vertices, amplitudes, placement, write });
+}
+
+/// As [`visit_positions_f32`], with the displacements of the basis's precision added to the f64 `rest` positions and placed
+/// in f64.
+pub fn visit_positions_f64<T: Real>(
+    basis: &Basis<T>,
+    amplitudes: Amplitudes,
+    (rest, placement): (&[Vec3], &Placement),
+    write: impl FnMut(usize, &[[f64; 3]]),
+) {
+    struct Rows<'a, W> {
+        amplitudes: Amplitudes<'a>,
+        rest: &'a [Vec3],
+        placement: &'a Placement,
+        write: W,
+    }
+
+    impl<T: Real, W: FnMut(usize, &[[f64; 3]])> Sweep<T> for Rows<'_, W> {
+        #[inline(always)]
+        fn visit<S: Simd, const N: usize>(&mut self, lanes: Lanes<T, S, N>, block: Block<T>, first: usize, at: usize) {
+            let [x, y, z] = lines(lanes, &self.amplitudes.of(lanes, &block, at).0);
+            let Placement { origin, rotation } = *self.placement;
+            let mut rows = [[0f64; 3]; LANES];
+            let rest = self.rest.get(first..).unwrap_or_default();
+            for ((i, row), rest) in rows[..lanes.width()].iter_mut().enumerate().zip(rest) {
+                let local = rest + Vec3::new(x.0[i].to_f64(), y.0[i].to_f64(), z.0[i].to_f64());
+                *row = match &rotation {
+                    None => (origin + local).into(),
+                    Some(rotation) => (origin + rotation * local).into(),
+                };
+            }
+            hand_on(&rows, (first, lanes.width(), self.rest.len()), &mut self.write);
+        }
+    }
+
+    sweep(basis, &mut Rows { amplitudes, rest, placement, write });
+}
+
+/// How far a shell is bent.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Extent {
+    /// Largest |u|².
+    pub displacement: f64,
+    /// Largest |w|², rad².
+    pub rotation: f64,
+    /// Number of vertices with |w|² beyond a limit.
+    pub beyond: usize,
+}
+
+/// The extent at given amplitudes; `limit` is a |w|².
+pub fn extent<T: Real>(basis: &Basis<T>, amplitudes: Amplitudes, limit: f64) -> Extent {
+    struct Measure<'a> {
+        amplitudes: Amplitudes<'a>,
+        limit: f64,
+        displacement: [f64; LANES],
+        rotation: [f64; LANES],
+        beyond: [u64; LANES],
+    }
+
+    impl<T: Real> Sweep<T> for Measure<'_> {
+        #[inline(always)]
+        fn visit<S: Simd, const N: usize>(&mut self, lanes: Lanes<T, S, N>, block: Block<T>, _: usize, at: usize) {
+            let (u, w) = self.amplitudes.of(lanes, &block, at);
+            let (u, w) = (lines(lanes, &u), lines(lanes, &w));
+            // In f64: the squares of what f32 holds leave its range. The last block's padding is zero.
+            let square = |v: &[Line<T>; 3], i: usize| {
+                let [x, y, z] = [v[0].0[i].to_f64(), v[1].0[i].to_f64(), v[2].0[i].to_f64()];
+                x * x + y * y + z * z
+            };
+            for i in 0..lanes.width() {
+                let (u, w) = (square(&u, i), square(&w, i));
+                self.displacement[i] = self.displacement[i].max(u);
+                self.rotation[i] = self.rotation[i].max(w);
+                self.beyond[i] += u64::from(w > self.limit);
+            }
+        }
+    }
+
+    let zero = [0.0; LANES];
+    let mut all = Measure { amplitudes, limit, displacement: zero, rotation: zero, beyond: [0; LANES] };
+    sweep(basis, &mut all);
+    let largest = |values: [f64; LANES]| values.into_iter().fold(0.0, f64::max);
+    let beyond = all.beyond.iter().sum::<u64>() as usize;
+    Extent { displacement: largest(all.displacement), rotation: largest(all.rotation), beyond }
+}

@@ -1,0 +1,78 @@
+//! Sheets whose modes are given instead of computed, so that a benchmark of 10⁶ vertices starts at once. Shapes are waves over
+//! the sheet, normalised as modes are; a kernel's time does not depend on what they look like.
+#![allow(dead_code, missing_docs)] // each benchmark uses its own part
+
+use shellwarp::model::{AnyBasis, Model};
+use shellwarp::modes::Certificate;
+use shellwarp::real::Real;
+use shellwarp::state::{Damping, Method, State};
+use shellwarp::step::Integrator;
+use shellwarp::warp::Basis;
+use shellwarp::{Material, Mesh, Shell, Supports, Vec3};
+use std::sync::Arc;
+
+/// Seconds of a step.
+pub const FRAME: f64 = 1.0 / 30.0;
+
+/// A strip of exactly `n` vertices, an even number of at least 4, two to ten across.
+fn strip(n: usize) -> Mesh {
+    let across = (2..=10).rev().find(|across| n.is_multiple_of(*across)).expect("an even number of vertices");
+    let edge = 1.0 / (n / across) as f64;
+    let positions = (0..n).map(|v| Vec3::new((v / across) as f64, (v % across) as f64, 0.0) * edge).collect();
+    let mut triangles = vec![];
+    for row in 0..n / across - 1 {
+        for column in 0..across - 1 {
+            let a = (row * across + column) as u32;
+            let (b, c, d) = (a + 1, a + across as u32, a + across as u32 + 1);
+            triangles.extend([[a, c, d], [a, d, b]]);
+        }
+    }
+    Mesh::new(positions, &triangles).expect("a strip is a mesh")
+}
+
+/// Φ and Ψ of mode `k` at `x`, per √M.
+fn shape(k: usize, x: &Vec3) -> (Vec3, Vec3) {
+    let wave = (k + 1) as f64 * 1.7;
+    let (sine, cosine) = (wave * x.x).sin_cos();
+    (Vec3::new(0.1 * sine, 0.2 * cosine * x.x, 1.0 - cosine), Vec3::new(0.1 * sine, -0.3 * wave * sine, 0.2 * x.x))
+}
+
+fn basis<T: Real>(shell: &Shell, modes: usize) -> Basis<T> {
+    let rest = &shell.mesh.positions;
+    let mut basis = Basis::new(rest, &shell.mass, modes, shell.total_mass).expect("memory for the basis");
+    let scale = shell.total_mass.sqrt().recip();
+    for k in 0..modes {
+        let (phi, psi): (Vec<_>, Vec<_>) =
+            rest.iter().map(|x| shape(k, x)).map(|(phi, psi)| (phi * scale, psi * scale)).unzip();
+        basis.set_mode(k, &phi, &psi);
+    }
+    basis
+}
+
+/// A model of `n` vertices (even) and `modes` modes.
+pub fn model(n: usize, modes: usize, double: bool) -> Arc<Model> {
+    let shell = Arc::new(Shell::new(strip(n), Material::default(), &Supports::default()).expect("a sound shell"));
+    let basis = if double { AnyBasis::F64(basis(&shell, modes)) } else { AnyBasis::F32(basis(&shell, modes)) };
+    let largest = |k: usize| 0.4 * (1.7 * (k + 1) as f64).max(1.0) / shell.total_mass.sqrt();
+    Arc::new(Model {
+        eigenvalues: (0..modes).map(|k| (6.0 * (k + 1) as f64).powi(2)).collect(),
+        largest_rotation: (0..modes).map(largest).collect(),
+        largest_swing: vec![0.0; modes],
+        zero_modes: 0,
+        certificate: Certificate { residual: 0.0, orthonormality: 0.0, shift: 0.0, count: modes, found: modes },
+        basis,
+        seconds: Default::default(),
+        peak_bytes: 0,
+        fingerprint: 0,
+        shell,
+    })
+}
+
+/// A state that has swung for some frames and goes on swinging.
+pub fn moving(model: &Arc<Model>, method: Method) -> State {
+    let mut state = State::new(model.clone(), method, Integrator::ImplicitEuler).expect("a modal state");
+    state.set_gravity(Vec3::new(0.0, 0.2, -0.8)).expect("finite");
+    state.set_damping(&Damping { mass_coefficient: 1.0, ..Damping::default() }).expect("finite");
+    (0..5).for_each(|_| state.step(FRAME).expect("a step"));
+    state
+}

@@ -1,0 +1,329 @@
+//! Every kernel in every kind of registers that this processor has, against a plain loop in f64 over vertices and modes; and
+//! each kind gives the same bits every time.
+#![allow(missing_docs)]
+mod common;
+use common::*;
+use nalgebra::{Matrix3, Rotation3};
+use pulp::Arch;
+use rand::rngs::StdRng;
+use rand::{Rng, SeedableRng};
+use shellwarp::Vec3;
+use shellwarp::real::Real;
+use shellwarp::step::ForceLaw;
+use shellwarp::step::modal_force::{self, Acting, BodyLoad, Scratch};
+use shellwarp::support::{Pose, Rates};
+use shellwarp::warp::{self, Amplitudes, Basis, Placement};
+
+/// All kinds of registers here; the scalar one is everywhere.
+fn kinds() -> Vec<(&'static str, Arch)> {
+    let mut kinds = vec![("scalar", Arch::Scalar)];
+    #[cfg(target_arch = "x86_64")]
+    {
+        kinds.extend(pulp::x86::V3::try_new().map(|simd| ("AVX2", Arch::V3(simd))));
+        kinds.extend(pulp::x86::V4::try_new().map(|simd| ("AVX-512", Arch::V4(simd))));
+    }
+    #[cfg(target_arch = "aarch64")]
+    kinds.extend(pulp::aarch64::Neon::try_new().map(|simd| ("NEON", Arch::Neon(simd))));
+    kinds
+}
+
+/// A shell of random numbers, its motion and what acts on it.
+struct Case {
+    rest: Vec<Vec3>,
+    mass: Vec<f64>,
+    /// Φ and Ψ, mode by mode.
+    modes: Vec<(Vec<Vec3>, Vec<Vec3>)>,
+    q: Vec<f64>,
+    q_dot: Vec<f64>,
+    external: Vec<Vec3>,
+    gravity: Vec3,
+    rates: Rates,
+    pose: Pose,
+}
+
+const LAWS: [ForceLaw; 3] = [ForceLaw::Linear, ForceLaw::Rotated, ForceLaw::VirtualWork];
+
+fn random(rng: &mut StdRng) -> Vec3 {
+    Vec3::from_fn(|_, _| rng.random_range(-1.0..1.0))
+}
+
+impl Case {
+    /// Numbers that f32 holds, so that both precisions start from the same. Some vertices turn by several rad.
+    fn new(n: usize, modes: usize, seed: u64) -> Self {
+        let rng = &mut StdRng::seed_from_u64(seed);
+        let single = |v: Vec3| v.map(|x| f64::from(x as f32));
+        let field = |rng: &mut StdRng| (0..n).map(|_| single(random(rng))).collect::<Vec<_>>();
+        let numbers = |rng: &mut StdRng| (0..modes).map(|_| rng.random_range(-1.5..1.5)).collect();
+        Self {
+            rest: field(rng),
+            mass: vec![1.0 / 4096.0; n], // with a total of 1 kept in mind: scales of the basis are 1
+            modes: (0..modes).map(|_| (field(rng), field(rng))).collect(),
+            q: numbers(rng),
+            q_dot: numbers(rng),
+            external: (0..n).map(|_| random(rng) / 4096.0).collect(),
+            gravity: random(rng),
+            rates: Rates {
+                acceleration: random(rng),
+                angular_velocity: random(rng),
+                angular_acceleration: random(rng),
+                ..Rates::default()
+            },
+            pose: Pose { origin: random(rng), rotation: Rotation3::new(random(rng)).into() },
+        }
+    }
+
+    fn basis<T: Real>(&self, arch: Arch) -> Basis<T> {
+        let mut basis = Basis::new(&self.rest, &self.mass, self.modes.len(), 1.0).unwrap();
+        self.modes.iter().enumerate().for_each(|(k, (phi, psi))| basis.set_mode(k, phi, psi));
+        basis.arch = arch;
+        basis
+    }
+
+    /// (Φq, Ψq) of vertex `v`.
+    fn combined(&self, v: usize, q: &[f64]) -> (Vec3, Vec3) {
+        let sum =
+            |(y, w): (Vec3, Vec3), ((phi, psi), q): (&(Vec<Vec3>, Vec<Vec3>), &f64)| (y + phi[v] * *q, w + psi[v] * *q);
+        self.modes.iter().zip(q).fold((Vec3::zeros(), Vec3::zeros()), sum)
+    }
+
+    /// Displacement and its derivatives by y = Φq and w = Ψq, under a law, of vertex `v`.
+    fn shape(&self, v: usize, law: ForceLaw) -> (Vec3, Matrix3<f64>, Matrix3<f64>) {
+        let (y, w) = self.combined(v, &self.q);
+        match law {
+            ForceLaw::Linear => (y, Matrix3::identity(), Matrix3::zeros()),
+            // The paper's velocity and force turn with R; its position is warped by R̃.
+            ForceLaw::Rotated => (warp_matrix(&w) * y, *Rotation3::new(w).matrix(), Matrix3::zeros()),
+            ForceLaw::VirtualWork => (warp_matrix(&w) * y, warp_matrix(&w), derivative_by_w(&w, &y)),
+        }
+    }
+
+    fn velocity(&self, v: usize, (by_y, by_w): (&Matrix3<f64>, &Matrix3<f64>)) -> Vec3 {
+        let (y_dot, w_dot) = self.combined(v, &self.q_dot);
+        by_y * y_dot + by_w * w_dot
+    }
+
+    /// Modal force, the sum of its terms' sizes (mode by mode), and Σ|F|.
+    fn force(&self, law: ForceLaw, load: &BodyLoad, external: bool) -> (Vec<f64>, Vec<f64>, f64) {
+        let (mut force, mut size) = (vec![0.0; self.q.len()], vec![0.0; self.q.len()]);
+        let mut total = 0.0;
+        for v in 0..self.rest.len() {
+            let (u, by_y, by_w) = self.shape(v, law);
+            let mut f = load.at(self.mass[v], self.rest[v] + u, self.velocity(v, (&by_y, &by_w)));
+            f += if external { self.external[v] } else { Vec3::zeros() };
+            total += f.norm();
+            for (k, (phi, psi)) in self.modes.iter().enumerate() {
+                force[k] += phi[v].dot(&(by_y.transpose() * f)) + psi[v].dot(&(by_w.transpose() * f));
+                size[k] += f.norm() * (1.0 + by_w.norm());
+            }
+        }
+        (force, size, total)
+    }
+}
+
+/// A, B, C of s = |w|² by closed forms.
+fn closed_forms(s: f64) -> [f64; 3] {
+    let t = s.sqrt();
+    [t.sin() / t, (1.0 - t.cos()) / s, (t - t.sin()) / (s * t)]
+}
+
+fn warp_matrix(w: &Vec3) -> Matrix3<f64> {
+    let [a, b, c] = closed_forms(w.norm_squared());
+    Matrix3::identity() * a + w.cross_matrix() * b + w * w.transpose() * c
+}
+
+/// ∂(R̃(w) y)/∂w by the product rule on R̃ = A I + B [w]× + C wwᵀ, with slopes by closed forms too.
+fn derivative_by_w(w: &Vec3, y: &Vec3) -> Matrix3<f64> {
+    let s = w.norm_squared();
+    let [a, b, c] = closed_forms(s);
+    let [da, db, dc] = [0.5 * (c - b), (0.5 * a - b) / s, (b - 3.0 * c) / (2.0 * s)];
+    let by_s = y * da + w.cross(y) * db + w * w.dot(y) * dc;
+    by_s * (2.0 * w).transpose() - y.cross_matrix() * b + (Matrix3::identity() * w.dot(y) + w * y.transpose()) * c
+}
+
+/// Sizes around the block of 16 and, with few modes, past the 64 blocks after which sums are gathered.
+fn cases() -> impl Iterator<Item = Case> {
+    let small = [1, 2, 7, 8, 9, 15, 16, 17, 31, 33, 50].into_iter().enumerate();
+    let small = small.flat_map(|(i, n)| [1 + i % 9, 1 + (i + 4) % 9].map(|modes| (n, modes)));
+    let by_modes = (1..=9).map(|modes| (37, modes));
+    small.chain(by_modes).chain([(1051, 3)]).enumerate().map(|(i, (n, modes))| Case::new(n, modes, i as u64))
+}
+
+/// Relative rounding of sums like these: some 10 operations a term on numbers of order 10, and for w, from which the closed forms
+/// subtract, 1/s ≤ 1e4 of it in f64.
+fn tolerance<T: Real>() -> f64 {
+    if size_of::<T>() == 4 { 4e-6 } else { 1e-11 }
+}
+
+fn loads(case: &Case) -> [(&'static str, BodyLoad, bool); 4] {
+    let still = || BodyLoad::new(case.gravity, &case.pose, &Rates::default());
+    let spinning = || BodyLoad::new(case.gravity, &case.pose, &case.rates);
+    [
+        ("gravity", still(), false),
+        ("gravity and forces", still(), true),
+        ("spin", spinning(), false),
+        ("spin and forces", spinning(), true),
+    ]
+}
+
+fn check_forces<T: Real>(case: &Case, name: &str, arch: Arch) {
+    let (n, modes) = (case.rest.len(), case.q.len());
+    let basis = case.basis::<T>(arch);
+    for law in LAWS {
+        for (what, load, external) in &loads(case) {
+            let external_forces = external.then_some(&case.external[..]);
+            let (q, q_dot) = (&case.q[..], &case.q_dot[..]);
+            let acting = Acting { load, external: external_forces, law, q, q_dot, total_mass: 1.0 };
+            let run = || {
+                let mut force = vec![f64::NAN; modes];
+                let total = modal_force::project(&basis, &acting, &mut Scratch::new(modes), &mut force);
+                (force, total)
+            };
+            let (force, total) = run();
+            assert_eq!(run(), (force.clone(), total), "{name}: the same bits");
+            let (expected, size, expected_total) = case.force(law, load, *external);
+            for k in 0..modes {
+                let what = format!("{name}, {} bits, {law:?}, {what}, n {n}, mode {k}", 8 * size_of::<T>());
+                assert_close(&what, force[k], expected[k], tolerance::<T>(), size[k]);
+            }
+            // Σ|F| is told per mass for uniform loads: of the whole mass 1, whatever the vertices add up to.
+            let uniform = load.spin_rate().is_none() && !external;
+            let expected_total = if uniform { case.gravity.norm() } else { expected_total };
+            assert_close(&format!("{name}, Σ|F|, {what}, n {n}"), total, expected_total, tolerance::<T>(), 0.0);
+        }
+    }
+}
+
+#[test]
+fn modal_forces_match_a_plain_loop_in_every_kind_of_register() {
+    for case in cases() {
+        for (name, arch) in kinds() {
+            check_forces::<f32>(&case, name, arch);
+            check_forces::<f64>(&case, name, arch);
+        }
+    }
+}
+
+fn check_motion<T: Real>(case: &Case, name: &str, arch: Arch) {
+    let basis = case.basis::<T>(arch);
+    for law in LAWS {
+        let mut visited = 0;
+        warp::visit_displacements(&basis, law.warped(), &case.q, |v, u, w| {
+            assert_eq!(v, visited);
+            visited += 1;
+            let (expected, turn) = (case.shape(v, law).0, case.combined(v, &case.q).1);
+            assert!(
+                (u - expected).norm() <= tolerance::<T>() * 10.0,
+                "{name}, {law:?}, vertex {v}: {u:?} {expected:?}"
+            );
+            assert!((w - turn).norm() <= tolerance::<T>() * 10.0, "{name}, {law:?}, vertex {v}: {w:?} {turn:?}");
+        });
+        assert_eq!(visited, case.rest.len());
+        modal_force::visit_motion(&basis, law, (&case.q, &case.q_dot), |v, _, rate| {
+            let (_, by_y, by_w) = case.shape(v, law);
+            let expected = case.velocity(v, (&by_y, &by_w));
+            let size = 10.0 + expected.norm();
+            assert!((rate - expected).norm() <= tolerance::<T>() * size, "{name}, {law:?}, vertex {v}: {rate:?}");
+        });
+    }
+}
+
+#[test]
+fn displacements_and_rates_match_a_plain_loop_in_every_kind_of_register() {
+    for case in cases() {
+        for (name, arch) in kinds() {
+            check_motion::<f32>(&case, name, arch);
+            check_motion::<f64>(&case, name, arch);
+        }
+    }
+}
+
+/// All rows of one call, in order and without gaps.
+fn rows<F: Copy>(visit: impl FnOnce(&mut dyn FnMut(usize, &[[F; 3]]))) -> Vec<[F; 3]> {
+    let mut all = vec![];
+    visit(&mut |first, rows| {
+        assert_eq!(first, all.len());
+        all.extend_from_slice(rows);
+    });
+    all
+}
+
+fn check_positions<T: Real>(case: &Case, name: &str, arch: Arch) {
+    let basis = case.basis::<T>(arch);
+    let rotation = *case.pose.rotation.to_rotation_matrix().matrix();
+    let placements = [
+        Placement { origin: Vec3::zeros(), rotation: None },
+        Placement { origin: case.pose.origin, rotation: Some(rotation) },
+    ];
+    for (law, placement) in LAWS.iter().flat_map(|law| placements.iter().map(move |placement| (*law, placement))) {
+        let amplitudes = Amplitudes { q: &case.q, warped: law.warped() };
+        let double = || rows(|write| warp::visit_positions_f64(&basis, amplitudes, (&case.rest, placement), write));
+        let single = || rows(|write| warp::visit_positions_f32(&basis, amplitudes, placement, write));
+        let (wide, narrow) = (double(), single());
+        assert_eq!((double(), single()), (wide.clone(), narrow.clone()), "{name}: the same bits");
+        assert_eq!((wide.len(), narrow.len()), (case.rest.len(), case.rest.len()));
+        // f64 rows are what displacements and rest positions give, to the bit.
+        warp::visit_displacements(&basis, law.warped(), &case.q, |v, u, _| {
+            let local = case.rest[v] + u;
+            let expected = placement.origin + placement.rotation.map_or(local, |rotation| rotation * local);
+            assert_eq!(Vec3::from(wide[v]), expected, "{name}, {law:?}, vertex {v}");
+            let largest = [case.rest[v].amax(), u.amax(), placement.origin.amax(), expected.amax()].into_iter();
+            // The promise of `State::position_rows_f32`; an ulp is at most 2⁻²³ of its number.
+            let ulp = largest.fold(0.0, f64::max) * 2f64.powi(-23);
+            for c in 0..3 {
+                let error = (f64::from(narrow[v][c]) - expected[c]).abs();
+                assert!(error <= 4.0 * ulp, "{name}, {law:?}, vertex {v}: {} ulp", error / ulp);
+            }
+        });
+    }
+}
+
+#[test]
+fn positions_are_rest_and_displacement_placed_in_every_kind_of_register() {
+    for case in cases() {
+        for (name, arch) in kinds() {
+            check_positions::<f32>(&case, name, arch);
+            check_positions::<f64>(&case, name, arch);
+        }
+    }
+}
+
+fn check_extent<T: Real>(case: &Case, name: &str, arch: Arch) {
+    let basis = case.basis::<T>(arch);
+    for warped in [false, true] {
+        let (mut displacement, mut rotation, mut beyond) = (0.0f64, 0.0f64, 0);
+        warp::visit_displacements(&basis, warped, &case.q, |_, u, w| {
+            displacement = displacement.max(u.norm_squared());
+            rotation = rotation.max(w.norm_squared());
+            beyond += usize::from(w.norm_squared() > 1.0);
+        });
+        let extent = warp::extent(&basis, Amplitudes { q: &case.q, warped }, 1.0);
+        assert_eq!((extent.displacement, extent.rotation, extent.beyond), (displacement, rotation, beyond), "{name}");
+    }
+}
+
+#[test]
+fn the_extent_is_that_of_the_displacements_in_every_kind_of_register() {
+    for case in cases() {
+        for (name, arch) in kinds() {
+            check_extent::<f32>(&case, name, arch);
+            check_extent::<f64>(&case, name, arch);
+        }
+    }
+}
+
+#[test]
+fn the_widest_registers_are_the_default() {
+    let case = Case::new(3, 1, 0);
+    let (widest, _) = kinds().pop().unwrap();
+    let named = match case.basis::<f32>(Arch::new()).arch {
+        Arch::Scalar => "scalar",
+        #[cfg(target_arch = "x86_64")]
+        Arch::V3(_) => "AVX2",
+        #[cfg(target_arch = "x86_64")]
+        Arch::V4(_) => "AVX-512",
+        #[cfg(target_arch = "aarch64")]
+        Arch::Neon(_) => "NEON",
+        _ => "another",
+    };
+    assert_eq!(named, widest);
+}
