@@ -774,6 +774,29 @@ SwStatus sw_state_load(struct SwState *state,
                        const void *bytes,
                        uint64_t size);
 
+// Advances `count` states by `seconds` each, as sw_state_step would one by one and to the same bits, whatever the number of
+// threads: states of any models and methods, in any order. A state that fails has not moved; the others have.
+//
+// `statuses` (count, or NULL) receives the status of each. The result is SW_OK, or the status of the first that failed, with
+// its index in the message; a state that is in use, or that comes twice, is SW_ERROR_BUSY from its second place on.
+//
+// Little work is done on the calling thread alone. More is shared with threads of this library, made by the first call that
+// needs them: one fewer than the processors that the process may use, see sw_set_threads. They have the system's default
+// floating-point modes: a host that flushes denormal numbers on its own threads may see other last bits. Allocates some
+// bytes for each state. May run on several threads at once, on different states.
+// Errors: SW_ERROR_INVALID_ARGUMENT when `states` or one of them is NULL: nothing has moved, and statuses is untouched. Else
+// those of sw_state_step.
+SwStatus sw_states_step(struct SwState *const *states,
+                        uint32_t count,
+                        double seconds,
+                        SwStatus *statuses);
+
+// Sets how many threads sw_states_step may use in this process, the calling one included: 1 for the calling one alone, 0 for
+// as many as the process may use (the default). The library's threads end before this returns, and new ones are made when
+// they are needed: call it with 1 before unloading the library, if sw_states_step has been used.
+// Errors: SW_ERROR_INVALID_ARGUMENT beyond 1024, SW_ERROR_BUSY while another thread is inside sw_states_step.
+SwStatus sw_set_threads(uint32_t count);
+
 // Writes struct_size and zeros. NULL is allowed and does nothing.
 void sw_constraint_desc_init(struct SwConstraintDesc *desc);
 

@@ -112,6 +112,15 @@ inline SwForceDesc force_desc(const double *forces, uint32_t count, const uint32
 /* Where messages go that belong to no failed call; null for none. */
 inline void set_log_callback(SwLogFn callback, void *user = nullptr) { check(sw_set_log_callback(callback, user)); }
 
+/* How many threads step() of many states may use; 0 for the default, 1 for none besides the caller's. */
+inline void set_threads(uint32_t count) { check(sw_set_threads(count)); }
+
+/* Advances many states, State::get() each, in parallel. Throws the first state's error when all others have moved; `statuses`
+   (count, or null) tells which failed. */
+inline void step(SwState *const *states, uint32_t count, double seconds, SwStatus *statuses = nullptr) {
+  check(sw_states_step(states, count, seconds, statuses));
+}
+
 /* All diagnostics of a mesh; a broken mesh is not an exception here. */
 inline std::vector<SwDiagnostic> check_mesh(const SwMeshDesc &mesh) {
   uint32_t count = 0;

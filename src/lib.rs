@@ -20,6 +20,7 @@ pub mod sparse;
 pub mod state;
 pub mod step;
 pub mod support;
+pub mod threads;
 pub mod warp;
 
 pub use error::{Error, ErrorKind, Result};

@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-const SOURCES: [&str; 8] = ["status", "pointer", "log", "mesh", "model", "state", "constraint", "load"];
+const SOURCES: [&str; 9] = ["status", "pointer", "log", "mesh", "model", "state", "batch", "constraint", "load"];
 
 #[test]
 fn header_is_current() {

@@ -2,7 +2,7 @@
 
 use super::status::{Fault, SW_ERROR_INTERNAL, SW_OK, SwStatus, remember};
 use std::cell::{Cell, RefCell};
-use std::panic::{AssertUnwindSafe, catch_unwind, set_hook, take_hook};
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind, set_hook, take_hook};
 use std::sync::{Once, PoisonError, RwLock, RwLockReadGuard, RwLockWriteGuard, TryLockError};
 
 thread_local! {
@@ -25,29 +25,42 @@ fn silence_panics() {
     });
 }
 
-/// Runs one exported function's body.
-pub(super) fn guard(body: impl FnOnce() -> Result<(), Fault>) -> SwStatus {
+/// Runs `body`; a panic becomes SW_ERROR_INTERNAL with its text.
+pub(super) fn contained<T>(body: impl FnOnce() -> Result<T, Fault>) -> Result<T, Fault> {
     silence_panics();
     let outer = INSIDE.replace(true); // a callback may call back into the library
-    let outcome = catch_unwind(AssertUnwindSafe(|| {
+    let outcome = catch_unwind(AssertUnwindSafe(body));
+    INSIDE.set(outer);
+    outcome.unwrap_or_else(|payload| {
+        std::mem::forget(payload); // its destructor could panic again
+        let text = PANIC.with(|text| text.borrow_mut().take()).unwrap_or_default();
+        Err(Fault::new(SW_ERROR_INTERNAL, format!("internal error, please report: {text}")))
+    })
+}
+
+/// Runs one exported function's body.
+pub(super) fn guard(body: impl FnOnce() -> Result<(), Fault>) -> SwStatus {
+    let outcome = contained(|| {
         #[cfg(test)]
         super::tests::panic_if_asked(super::tests::Point::Guard);
         body()
-    }));
-    INSIDE.set(outer);
+    });
     match outcome {
-        Ok(Ok(())) => SW_OK,
-        Ok(Err(fault)) => {
+        Ok(()) => SW_OK,
+        Err(fault) => {
             remember(&fault.message);
             fault.status
         }
-        Err(payload) => {
-            std::mem::forget(payload); // its destructor could panic again
-            let text = PANIC.with(|text| text.borrow_mut().take()).unwrap_or_default();
-            remember(&format!("internal error, please report: {text}"));
-            SW_ERROR_INTERNAL
-        }
     }
+}
+
+/// Poisons the handle that `held` is of, as a panic on this thread would have.
+pub(super) fn poison<T>(held: RwLockWriteGuard<'_, T>) {
+    let unwound = catch_unwind(AssertUnwindSafe(move || {
+        let _held = held;
+        resume_unwind(Box::new(())) // calls no hook
+    }));
+    drop(unwound);
 }
 
 fn refuse<G>(what: &str, error: TryLockError<G>) -> Fault {

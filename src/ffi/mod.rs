@@ -5,6 +5,7 @@
 // Every function's contract on its pointers is stated once, at the top of the header, and checked as far as C allows.
 #![allow(unsafe_code, clippy::missing_safety_doc)]
 
+pub mod batch;
 pub mod constraint;
 pub mod guard;
 pub mod load;

@@ -1,5 +1,6 @@
 //! A panic forced inside every exported function becomes SW_ERROR_INTERNAL, prints nothing and poisons the handle.
 
+use super::batch::*;
 use super::constraint::*;
 use super::load::*;
 use super::log::sw_set_log_callback;
@@ -18,6 +19,8 @@ pub enum Point {
     Guard,
     /// While a handle is held exclusively.
     Exclusive,
+    /// In the step of one of many states.
+    Step,
 }
 
 thread_local! {
@@ -99,6 +102,8 @@ fn status_calls<'a>(model: *mut SwModel, state: *mut SwState) -> Vec<Call<'a>> {
         sw_state_report(state, null_mut()),
         sw_state_save(state, null_mut(), 0, null_mut()),
         sw_state_load(state, null(), 0),
+        sw_states_step(null(), 0, 0.0, null_mut()),
+        sw_set_threads(0),
     ]
 }
 
@@ -201,6 +206,30 @@ fn a_panic_while_a_handle_is_held_poisons_it_alone() {
         assert_eq!(sw_state_step(other, 0.1), SW_OK, "states of a poisoned model live on");
         sw_state_destroy(state);
         sw_state_destroy(other);
+        sw_model_destroy(model);
+    }
+}
+
+#[test]
+fn a_panic_in_the_step_of_one_of_many_poisons_it_alone() {
+    let (model, first) = objects();
+    let mut second = null_mut();
+    let mut statuses = [99; 2];
+    // SAFETY: live handles.
+    unsafe {
+        assert_eq!(sw_state_create(model, null(), &mut second), SW_OK);
+        let both = [first, second];
+        ASKED.set(Some(Point::Step)); // little work: on this thread, and the first state
+        assert_eq!(sw_states_step(both.as_ptr(), 2, 0.1, statuses.as_mut_ptr()), SW_ERROR_INTERNAL);
+        assert_eq!(statuses, [SW_ERROR_INTERNAL, SW_OK]);
+        assert!(last_message().starts_with("states[0]: internal error"), "{}", last_message());
+        assert!(last_message().contains("forced by the test"), "{}", last_message());
+        assert_eq!(sw_states_step(both.as_ptr(), 2, 0.1, statuses.as_mut_ptr()), SW_ERROR_INTERNAL);
+        assert_eq!(statuses, [SW_ERROR_INTERNAL, SW_OK]);
+        assert_eq!(last_message(), "states[0]: the state is poisoned by an earlier internal error");
+        assert_eq!(sw_state_step(second, 0.1), SW_OK);
+        sw_state_destroy(first);
+        sw_state_destroy(second);
         sw_model_destroy(model);
     }
 }

@@ -42,6 +42,11 @@ impl Nodal {
         })
     }
 
+    /// Symplectic Euler.
+    pub fn is_explicit(&self) -> bool {
+        self.explicit
+    }
+
     /// Back to rest.
     pub fn reset(&mut self) {
         self.u.fill(Vec3::zeros());

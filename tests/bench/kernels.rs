@@ -16,6 +16,7 @@ use nalgebra::UnitQuaternion;
 use pulp::{Arch, Simd, WithSimd};
 use scene::FRAME;
 use shellwarp::constraint::{Constraint, Target};
+use shellwarp::ffi::batch::{sw_set_threads, sw_states_step};
 use shellwarp::ffi::pointer::{SW_FORMAT_F32, SW_FORMAT_F64};
 use shellwarp::ffi::state::{
     SW_SPACE_WORLD, SwState, SwStateReport, sw_state_positions, sw_state_report, sw_state_report_init, sw_state_step,
@@ -34,6 +35,8 @@ const TURN: f64 = 2e-3;
 /// A timed thing.
 struct Contestant<'a> {
     name: &'static str,
+    /// Done before each turn, not timed.
+    before: Box<dyn FnMut() + 'a>,
     call: Box<dyn FnMut() + 'a>,
     calls_per_turn: usize,
     /// Least seconds of a call.
@@ -42,11 +45,12 @@ struct Contestant<'a> {
 
 impl<'a> Contestant<'a> {
     fn new(name: &'static str, call: impl FnMut() + 'a) -> Self {
-        Self { name, call: Box::new(call), calls_per_turn: 1, best: f64::INFINITY }
+        Self { name, before: Box::new(|| ()), call: Box::new(call), calls_per_turn: 1, best: f64::INFINITY }
     }
 
     /// The first call is not timed: it finds the caches filled by the others.
     fn take_turn(&mut self) {
+        (self.before)();
         (self.call)();
         let start = Instant::now();
         (0..self.calls_per_turn).for_each(|_| (self.call)());
@@ -234,14 +238,13 @@ fn table(title: &str, sizes: &[(usize, usize)]) {
         sizes.iter().map(|(n, m)| format!(" n = {n}, m = {m} |")).collect::<String>()
     );
     println!("| --- |{}", " --- |".repeat(sizes.len()));
-    let names = columns.iter().flat_map(|(_, row)| row.iter().map(|(name, _)| *name));
-    let mut seen = vec![];
-    for name in names.filter(|name| {
-        !std::mem::replace(&mut seen.contains(name), false) && {
-            seen.push(*name);
-            true
+    let mut names: Vec<&str> = vec![];
+    for (name, _) in columns.iter().flat_map(|(_, row)| row) {
+        if !names.contains(name) {
+            names.push(name);
         }
-    }) {
+    }
+    for name in names {
         print!("| {name} |");
         for (n, results) in &columns {
             let of = |name: &str| results.iter().find(|(other, _)| *other == name).map(|(_, seconds)| *seconds);
@@ -259,11 +262,84 @@ fn table(title: &str, sizes: &[(usize, usize)]) {
     println!();
 }
 
+/// States in one call and one by one. Switching the number of threads ends them; the untimed call makes them anew.
+fn step_many(states: &[*mut SwState], threads: u32) {
+    // SAFETY: live handles.
+    unsafe {
+        assert_eq!(sw_set_threads(threads), 0);
+        assert_eq!(sw_states_step(states.as_ptr(), states.len() as u32, FRAME, std::ptr::null_mut()), 0);
+    }
+}
+
+/// A contestant that steps all on so many threads. The threads stay from call to call of one turn.
+fn crowd<'a>(name: &'static str, states: &'a [*mut SwState], threads: u32) -> Contestant<'a> {
+    let call = move || {
+        // SAFETY: live handles.
+        let stepped = unsafe { sw_states_step(states.as_ptr(), states.len() as u32, FRAME, std::ptr::null_mut()) };
+        assert_eq!(stepped, 0);
+    };
+    Contestant { before: Box::new(move || step_many(states, threads)), ..Contestant::new(name, call) }
+}
+
+/// `count` states of `n` vertices and `modes` modes, on one model or each on its own.
+fn many(count: usize, n: usize, modes: usize, shared: bool) {
+    let model = scene::model(n, modes, false);
+    let own = |_| if shared { model.clone() } else { scene::model(n, modes, false) };
+    let mut states: Vec<SwState> = (0..count).map(own).map(|m| scene::moving(&m, Method::Warp).into()).collect();
+    let handles: Vec<*mut SwState> = states.iter_mut().map(std::ptr::from_mut).collect();
+    let one_by_one = || {
+        for handle in &handles {
+            // SAFETY: live handles.
+            assert_eq!(unsafe { sw_state_step(*handle, FRAME) }, 0);
+        }
+    };
+    let all = &mut [
+        Contestant::new("one by one", one_by_one),
+        crowd("one thread", &handles, 1),
+        crowd("two threads", &handles, 2),
+    ];
+    measure(all);
+    let [one_by_one, one, two] = all;
+    println!(
+        "| {count} × {n}, {modes} modes, {} | {:.1} | {:.2} | {:.3} | {:.2} |",
+        if shared { "one model" } else { "own models" },
+        one.best.recip(),
+        one.best * 1e9 / (count * n) as f64,
+        one.best / one_by_one.best,
+        one.best / two.best,
+    );
+}
+
+fn many_states(largest: usize) {
+    println!("\nMany states by `sw_states_step`, the warp\n");
+    println!(
+        "| states × vertices | steps/s on one thread | ns per vertex | of the time one by one | faster on two threads |"
+    );
+    println!("| --- | --- | --- | --- | --- |");
+    for count in [1, 2, 8, 32, 64, 128, 1000, 10_000].into_iter().filter(|count| count * 500 <= 5 * largest) {
+        many(count, 500, 4, true);
+    }
+    many(64, 500, 8, true);
+    if largest >= 1_000_000 {
+        many(10_000, 500, 8, true);
+        many(1000, 5000, 4, false);
+    }
+}
+
 fn main() {
     let largest = std::env::args().skip(1).find_map(|word| word.parse().ok()).unwrap_or(1_000_000);
-    println!("Registers: {:?}.", Arch::new());
+    let registers = match Arch::new() {
+        Arch::Scalar => "none",
+        #[cfg(target_arch = "x86_64")]
+        Arch::V3(_) => "AVX2",
+        #[cfg(target_arch = "x86_64")]
+        Arch::V4(_) => "AVX-512",
+        _ => "others",
+    };
+    println!("Registers: {registers}.");
     let sizes = [100, 1000, 13_118, 100_000, 1_000_000];
     table("Over vertices", &sizes.map(|n| (n, 8)).into_iter().filter(|(n, _)| *n <= largest).collect::<Vec<_>>());
     let modes = [1, 2, 4, 8, 16, 50, 100, 200];
     table("Over modes", &modes.map(|m| (13_118.min(largest), m)));
+    many_states(largest);
 }

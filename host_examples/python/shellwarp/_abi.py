@@ -315,6 +315,8 @@ FUNCTIONS = {
     "sw_state_report": (c_uint32, [POINTER(SwState), POINTER(SwStateReport)]),
     "sw_state_save": (c_uint32, [POINTER(SwState), c_void_p, c_uint64, c_void_p]),
     "sw_state_load": (c_uint32, [POINTER(SwState), c_void_p, c_uint64]),
+    "sw_states_step": (c_uint32, [POINTER(POINTER(SwState)), c_uint32, c_double, c_void_p]),
+    "sw_set_threads": (c_uint32, [c_uint32]),
     "sw_constraint_desc_init": (None, [POINTER(SwConstraintDesc)]),
     "sw_state_set_constraint": (c_uint32, [POINTER(SwState), POINTER(SwConstraintDesc)]),
     "sw_state_clear_constraint": (c_uint32, [POINTER(SwState), c_uint32]),

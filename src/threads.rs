@@ -1,0 +1,148 @@
+//! Threads for work on many states at once: a pool of this library's own, so that the host's is left alone. No thread exists
+//! before the first call with enough work for two; then they wait for the next one, and sleep.
+//!
+//! The caller works with them: items are handed out in shares of about equal work to whoever is free.
+
+use rayon::{ThreadPool, ThreadPoolBuilder};
+use std::sync::{Arc, Mutex, PoisonError, RwLock, RwLockReadGuard};
+use std::thread::JoinHandle;
+
+/// Nanoseconds of work below which waking another thread costs more than it brings.
+const WORTHWHILE: u64 = 100_000;
+/// Shares per thread, so that unequal threads end together, and the least work in one, against the cost of taking it.
+const SHARES: u64 = 8;
+const LEAST_SHARE: u64 = 10_000;
+
+/// More would be a mistake.
+pub const MOST_THREADS: usize = 1024;
+
+/// The pool's threads besides the caller, and the process that they belong to: a fork has none of them.
+struct Pool {
+    pool: Option<ThreadPool>,
+    workers: Vec<JoinHandle<()>>,
+    process: u32,
+}
+
+struct Threads {
+    /// The caller included; 0 for as many as the process may use.
+    wanted: usize,
+    pool: Option<Pool>,
+}
+
+static THREADS: RwLock<Threads> = RwLock::new(Threads { wanted: 0, pool: None });
+
+impl Pool {
+    /// None where the system gives no threads.
+    fn new(workers: usize) -> Option<Self> {
+        let handles = Arc::new(Mutex::new(vec![]));
+        let spawned = handles.clone();
+        let built = ThreadPoolBuilder::new().num_threads(workers).spawn_handler(move |thread| {
+            let name = format!("shellwarp-{}", thread.index() + 1);
+            let handle = std::thread::Builder::new().name(name).spawn(|| thread.run())?;
+            spawned.lock().unwrap_or_else(PoisonError::into_inner).push(handle);
+            Ok(())
+        });
+        let pool = built.build().ok();
+        let workers = std::mem::take(&mut *handles.lock().unwrap_or_else(PoisonError::into_inner));
+        let pool = Self { pool, workers, process: std::process::id() };
+        pool.pool.is_some().then_some(pool)
+    }
+}
+
+impl Drop for Pool {
+    /// Returns when the threads have ended, so that the library may be unloaded.
+    fn drop(&mut self) {
+        drop(self.pool.take());
+        if self.process == std::process::id() {
+            self.workers.drain(..).for_each(|worker| drop(worker.join()));
+        }
+    }
+}
+
+impl Threads {
+    fn count(&self) -> usize {
+        match self.wanted {
+            0 => std::thread::available_parallelism().map_or(1, usize::from),
+            wanted => wanted,
+        }
+    }
+
+    fn is_ready(&self) -> bool {
+        self.count() == 1 || self.pool.as_ref().is_some_and(|pool| pool.process == std::process::id())
+    }
+
+    fn prepare(&mut self) {
+        if !self.is_ready() {
+            // A forked process's pool has no threads left that its end could wait for.
+            std::mem::forget(self.pool.take());
+            self.pool = Pool::new(self.count() - 1);
+        }
+    }
+}
+
+/// Sets how many threads work at once, the caller included; 0 for as many as the process may use (the default). Ends the
+/// pool's present threads. False, and nothing is changed, while a call uses them.
+pub fn set_threads(count: usize) -> bool {
+    let Ok(mut threads) = THREADS.try_write() else { return false };
+    threads.pool = None;
+    threads.wanted = count;
+    true
+}
+
+fn threads() -> RwLockReadGuard<'static, Threads> {
+    let read = || THREADS.read().unwrap_or_else(PoisonError::into_inner);
+    if !read().is_ready() {
+        THREADS.write().unwrap_or_else(PoisonError::into_inner).prepare();
+    }
+    read()
+}
+
+/// Items that nobody has taken yet.
+struct Queue<'a, T, W> {
+    rest: &'a mut [T],
+    nanoseconds: W,
+    share: u64,
+}
+
+impl<'a, T, W: Fn(&T) -> u64> Queue<'a, T, W> {
+    /// The next items of about one share of work.
+    fn take(&mut self) -> &'a mut [T] {
+        let (mut work, mut count) = (0, 0);
+        while count < self.rest.len() && work < self.share {
+            work += (self.nanoseconds)(&self.rest[count]);
+            count += 1;
+        }
+        let (taken, rest) = std::mem::take(&mut self.rest).split_at_mut(count);
+        self.rest = rest;
+        taken
+    }
+}
+
+/// Calls `body` once on every item, on several threads where `nanoseconds`, an estimate of an item's work, says that this pays.
+/// `body` must not panic.
+pub fn for_each<T: Send>(items: &mut [T], nanoseconds: impl Fn(&T) -> u64 + Send, body: impl Fn(&mut T) + Sync) {
+    let total: u64 = items.iter().map(&nanoseconds).sum();
+    if items.len() < 2 || total < WORTHWHILE {
+        return items.iter_mut().for_each(body);
+    }
+    let threads = threads();
+    let Some(pool) = threads.pool.as_ref().and_then(|pool| pool.pool.as_ref()) else {
+        return items.iter_mut().for_each(body);
+    };
+    let workers = pool.current_num_threads().min(items.len() - 1);
+    let share = (total / (SHARES * (workers as u64 + 1))).max(LEAST_SHARE);
+    let queue = Mutex::new(Queue { rest: items, nanoseconds, share });
+    let work = || {
+        loop {
+            let taken = queue.lock().unwrap_or_else(PoisonError::into_inner).take();
+            if taken.is_empty() {
+                return;
+            }
+            taken.iter_mut().for_each(&body);
+        }
+    };
+    pool.in_place_scope(|scope| {
+        (0..workers).for_each(|_| scope.spawn(|_| work()));
+        work();
+    });
+}
