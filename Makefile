@@ -12,7 +12,7 @@ export CMAKE_BUILD_PARALLEL_LEVEL ?= $(JOBS)
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
 .PHONY: help build native demo test test-cargo test-c test-render test-blender demo-blender install package blender-addon header \
-    python-abi lint bench bench-precompute build-report report report-docs test-report clean
+    python-abi lint bench bench-instructions bench-precompute build-report report report-docs test-report clean
 
 help: ## list the targets
 	@echo "usage: make TARGET [JOBS=2]"
@@ -86,6 +86,9 @@ lint: ## check formatting and run clippy, warnings as errors
 
 bench: ## time the run-time kernels beside their floors; the tables of docs/speed.md
 	cargo bench --bench kernels
+
+bench-instructions: ## count the kernels' instructions under valgrind against those checked in (UPDATE=1: check in these)
+	python3 tests/bench/instructions.py $(if $(UPDATE),--update)
 
 bench-precompute: build ## time the precompute against scipy's eigensolver
 	@sh cmake/bootstrap.sh bench
