@@ -778,7 +778,7 @@ SwStatus sw_state_load(struct SwState *state,
 // threads: states of any models and methods, in any order. A state that fails has not moved; the others have.
 //
 // `statuses` (count, or NULL) receives the status of each. The result is SW_OK, or the status of the first that failed, with
-// its index in the message; a state that is in use, or that comes twice, is SW_ERROR_BUSY from its second place on.
+// its index in the message. A state that is in use is SW_ERROR_BUSY, and so is one that comes twice, at its later places.
 //
 // Little work is done on the calling thread alone. More is shared with threads of this library, made by the first call that
 // needs them: one fewer than the processors that the process may use, see sw_set_threads. They have the system's default

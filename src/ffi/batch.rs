@@ -1,23 +1,26 @@
 //! Many states in one call, and the threads that share the work.
 
-use super::guard::{contained, guard, poison, write};
+use super::guard::{contained, guard, write};
 use super::pointer::{object, read_array};
 use super::state::SwState;
-use super::status::{Fault, SW_ERROR_BUSY, SW_ERROR_INTERNAL, SW_OK, SwStatus};
-use crate::State;
+use super::status::{Fault, SW_ERROR_BUSY, SW_OK, SwStatus};
 use crate::threads::{MOST_THREADS, for_each, set_threads};
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// A state on its way through a step.
 struct Job<'a> {
-    state: &'a mut State,
+    handle: &'a SwState,
     fault: Option<Fault>,
 }
+
+/// Numbers the calls, from 1.
+static BATCHES: AtomicU64 = AtomicU64::new(1);
 
 /// Advances `count` states by `seconds` each, as sw_state_step would one by one and to the same bits, whatever the number of
 /// threads: states of any models and methods, in any order. A state that fails has not moved; the others have.
 ///
 /// `statuses` (count, or NULL) receives the status of each. The result is SW_OK, or the status of the first that failed, with
-/// its index in the message; a state that is in use, or that comes twice, is SW_ERROR_BUSY from its second place on.
+/// its index in the message. A state that is in use is SW_ERROR_BUSY, and so is one that comes twice, at its later places.
 ///
 /// Little work is done on the calling thread alone. More is shared with threads of this library, made by the first call that
 /// needs them: one fewer than the processors that the process may use, see sw_set_threads. They have the system's default
@@ -36,54 +39,63 @@ pub unsafe extern "C" fn sw_states_step(
         // SAFETY: the host passes `count` live handles.
         let handles = unsafe { read_array("states", states, count.into())? };
         let place = |i: usize, fault: Fault| Fault::new(fault.status, format!("states[{i}]: {}", fault.message));
-        let handle = |(i, handle): (usize, &*mut SwState)| {
+        let job = |(i, handle): (usize, &*mut SwState)| {
             // SAFETY: a live handle, or NULL.
-            unsafe { object("state", handle.cast_const()) }.map_err(|fault| place(i, fault))
+            let handle = unsafe { object("state", handle.cast_const()) };
+            handle.map(|handle| Job { handle, fault: None }).map_err(|fault| place(i, fault))
         };
-        let handles: Vec<&SwState> = handles.iter().enumerate().map(handle).collect::<Result<_, _>>()?;
-        let faults = step_all(&handles, seconds);
-        for (i, fault) in faults.iter().enumerate().filter(|_| !statuses.is_null()) {
-            let status = fault.as_ref().map_or(SW_OK, |fault| fault.status);
+        let mut jobs = handles.iter().enumerate().map(job).collect::<Result<Vec<_>, _>>()?;
+        step_all(&mut jobs, seconds);
+        for (i, job) in jobs.iter().enumerate().filter(|_| !statuses.is_null()) {
+            let status = job.fault.as_ref().map_or(SW_OK, |fault| fault.status);
             // SAFETY: the host's buffer has `count` places.
             unsafe { statuses.wrapping_add(i).write_unaligned(status) };
         }
-        match faults.into_iter().enumerate().find_map(|(i, fault)| fault.map(|fault| place(i, fault))) {
+        match jobs.into_iter().enumerate().find_map(|(i, job)| job.fault.map(|fault| place(i, fault))) {
             None => Ok(()),
             Some(first) => Err(first),
         }
     })
 }
 
-/// Steps each state that can be had; returns what went wrong, state by state.
-fn step_all(handles: &[&SwState], seconds: f64) -> Vec<Option<Fault>> {
-    // All locks are taken here and in order, so that a state that comes twice fails alike on any number of threads.
-    let mut held: Vec<_> = handles.iter().map(|handle| write("state", &handle.0)).collect();
-    let available = held.iter_mut().filter_map(|held| held.as_mut().ok());
-    let mut jobs: Vec<Job> = available.map(|state| Job { state: &mut *state, fault: None }).collect();
+/// Steps each state that can be had, once.
+fn step_all(jobs: &mut [Job], seconds: f64) {
+    let batch = BATCHES.fetch_add(1, Ordering::Relaxed);
     for_each(
-        &mut jobs,
-        |job| job.state.step_nanoseconds(),
-        |job| {
-            let step = || {
-                #[cfg(test)]
-                super::tests::panic_if_asked(super::tests::Point::Step);
-                Ok(job.state.step(seconds)?)
-            };
-            job.fault = contained(step).err();
-        },
+        jobs,
+        |job| job.handle.step_nanoseconds,
+        |job| job.fault = contained(|| step_one(job.handle, batch, seconds)).err(),
     );
-    let mut outcomes = jobs.into_iter().map(|job| job.fault).collect::<Vec<_>>().into_iter();
-    let outcome = |held| match held {
-        Err(fault) => Some(fault),
-        Ok(state) => {
-            let fault = outcomes.next().expect("one for each state held");
-            if fault.as_ref().is_some_and(|fault| fault.status == SW_ERROR_INTERNAL) {
-                poison(state);
-            }
-            fault
+    if jobs.iter().any(|job| job.fault.as_ref().is_some_and(|fault| fault.status == SW_ERROR_BUSY)) {
+        put_the_first_of_each_first(jobs);
+    }
+}
+
+/// Everything that a state needs happens here at once, while it is in the cache.
+fn step_one(handle: &SwState, batch: u64, seconds: f64) -> Result<(), Fault> {
+    let mut state = write("state", &handle.state)?;
+    if handle.batch.swap(batch, Ordering::Relaxed) == batch {
+        return Err(Fault::new(SW_ERROR_BUSY, "the state has come before in this call"));
+    }
+    #[cfg(test)]
+    super::tests::panic_if_asked(super::tests::Point::Step);
+    Ok(state.step(seconds)?)
+}
+
+/// Of a state that comes several times, whichever was reached first has moved or failed, by chance: tells it at its first
+/// place, and SW_ERROR_BUSY at the others.
+fn put_the_first_of_each_first(jobs: &mut [Job]) {
+    let handles: Vec<_> = jobs.iter().map(|job| std::ptr::from_ref(job.handle)).collect();
+    let mut order: Vec<usize> = (0..jobs.len()).collect();
+    order.sort_by_key(|&i| (handles[i], i));
+    for same in order.chunk_by(|&i, &k| handles[i] == handles[k]) {
+        let busy = |i: &usize| jobs[*i].fault.as_ref().is_some_and(|fault| fault.status == SW_ERROR_BUSY);
+        let done = same.iter().copied().find(|i| !busy(i));
+        if let Some(done) = done.filter(|done| *done != same[0]) {
+            let [first, done] = jobs.get_disjoint_mut([same[0], done]).expect("two places");
+            std::mem::swap(&mut first.fault, &mut done.fault);
         }
-    };
-    held.into_iter().map(outcome).collect()
+    }
 }
 
 /// Sets how many threads sw_states_step may use in this process, the calling one included: 1 for the calling one alone, 0 for

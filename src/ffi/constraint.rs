@@ -111,7 +111,7 @@ pub unsafe extern "C" fn sw_state_set_constraint(state: *mut SwState, desc: *con
     guard(|| {
         // SAFETY: the header's contract.
         let (handle, desc) = unsafe { (object("state", state.cast_const())?, read_descriptor("desc", desc)?) };
-        Ok(write("state", &handle.0)?.set_constraint(constraint_of(&desc)?)?)
+        Ok(write("state", &handle.state)?.set_constraint(constraint_of(&desc)?)?)
     })
 }
 
@@ -122,7 +122,7 @@ pub unsafe extern "C" fn sw_state_clear_constraint(state: *mut SwState, id: u32)
     guard(|| {
         // SAFETY: the header's contract.
         let handle = unsafe { object("state", state.cast_const())? };
-        let mut state = write("state", &handle.0)?;
+        let mut state = write("state", &handle.state)?;
         if id == SW_ALL_CONSTRAINTS {
             state.clear_constraints();
             return Ok(());
@@ -164,7 +164,7 @@ pub unsafe extern "C" fn sw_state_constraint_report(
         // SAFETY: the header's contract; NULL is excluded above.
         unsafe {
             let handle = object("state", state)?;
-            let state = read("state", &handle.0)?;
+            let state = read("state", &handle.state)?;
             let size = state.model().shell.mesh.size;
             let all: Vec<SwConstraintReport> = state.constraints().map(|(c, o)| report_of(c, o, size)).collect();
             copy_out("reports", &all, reports, capacity.into())?;

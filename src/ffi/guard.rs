@@ -2,7 +2,7 @@
 
 use super::status::{Fault, SW_ERROR_INTERNAL, SW_OK, SwStatus, remember};
 use std::cell::{Cell, RefCell};
-use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind, set_hook, take_hook};
+use std::panic::{AssertUnwindSafe, catch_unwind, set_hook, take_hook};
 use std::sync::{Once, PoisonError, RwLock, RwLockReadGuard, RwLockWriteGuard, TryLockError};
 
 thread_local! {
@@ -52,15 +52,6 @@ pub(super) fn guard(body: impl FnOnce() -> Result<(), Fault>) -> SwStatus {
             fault.status
         }
     }
-}
-
-/// Poisons the handle that `held` is of, as a panic on this thread would have.
-pub(super) fn poison<T>(held: RwLockWriteGuard<'_, T>) {
-    let unwound = catch_unwind(AssertUnwindSafe(move || {
-        let _held = held;
-        resume_unwind(Box::new(())) // calls no hook
-    }));
-    drop(unwound);
 }
 
 fn refuse<G>(what: &str, error: TryLockError<G>) -> Fault {

@@ -103,7 +103,7 @@ pub unsafe extern "C" fn sw_state_set_forces(state: *mut SwState, desc: *const S
         unsafe {
             let handle = object("state", state.cast_const())?;
             let desc = read_descriptor("desc", desc)?;
-            let mut state = write("state", &handle.0)?;
+            let mut state = write("state", &handle.state)?;
             let forces = forces_of(&desc, state.model().shell.mass.len())?;
             Ok(state.set_forces(forces, desc.flags & SW_FORCES_ONE_STEP != 0)?)
         }
@@ -117,7 +117,7 @@ pub unsafe extern "C" fn sw_state_set_wind(state: *mut SwState, desc: *const SwW
     guard(|| {
         // SAFETY: the header's contract.
         let (handle, desc) = unsafe { (object("state", state.cast_const())?, read_descriptor("desc", desc)?) };
-        let mut state = write("state", &handle.0)?;
+        let mut state = write("state", &handle.state)?;
         let n = state.model().shell.mass.len();
         let mut local = vec![];
         if !desc.local_velocities.is_null() {
@@ -168,7 +168,7 @@ pub unsafe extern "C" fn sw_state_equilibrium(state: *mut SwState, report: *mut 
         unsafe {
             let handle = object("state", state.cast_const())?;
             let mut out = read_descriptor_or_default("report", report.cast_const())?;
-            let (residual, iterations) = write("state", &handle.0)?.equilibrium()?;
+            let (residual, iterations) = write("state", &handle.state)?.equilibrium()?;
             (out.residual, out.iterations) = (residual, iterations as u32);
             if !report.is_null() {
                 put(report, out);

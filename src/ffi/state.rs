@@ -15,6 +15,7 @@ use crate::{Model, Vec3};
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
 use std::ffi::c_void;
 use std::sync::RwLock;
+use std::sync::atomic::AtomicU64;
 
 /// Modal warping (the paper): u = R~(Psi q) Phi q, modal force Phi^T R^T F.
 pub const SW_METHOD_WARP: u32 = 1;
@@ -160,12 +161,18 @@ pub unsafe extern "C" fn sw_state_report_init(report: *mut SwStateReport) {
 
 /// A moving shell. Opaque. One thread at a time, but functions that take it const may run at the same time as each other;
 /// a violation returns SW_ERROR_BUSY.
-pub struct SwState(pub(super) RwLock<State>);
+pub struct SwState {
+    pub(super) state: RwLock<State>,
+    /// About how long a step takes, when the state was made.
+    pub(super) step_nanoseconds: u64,
+    /// The last call for many states that moved it.
+    pub(super) batch: AtomicU64,
+}
 
 impl From<State> for SwState {
     /// A handle for Rust programs that call the interface: benchmarks on models that were not precomputed.
     fn from(state: State) -> Self {
-        Self(RwLock::new(state))
+        Self { step_nanoseconds: state.step_nanoseconds(), state: RwLock::new(state), batch: AtomicU64::new(0) }
     }
 }
 
@@ -178,7 +185,7 @@ unsafe fn reading(state: *const SwState, body: impl FnOnce(&State) -> Result<(),
     guard(|| {
         // SAFETY: the header's contract.
         let handle = unsafe { object("state", state)? };
-        body(&*read("state", &handle.0)?)
+        body(&*read("state", &handle.state)?)
     })
 }
 
@@ -187,7 +194,7 @@ unsafe fn writing(state: *mut SwState, body: impl FnOnce(&mut State) -> Result<(
     guard(|| {
         // SAFETY: the header's contract.
         let handle = unsafe { object("state", state.cast_const())? };
-        body(&mut *write("state", &handle.0)?)
+        body(&mut *write("state", &handle.state)?)
     })
 }
 

@@ -239,7 +239,7 @@ fn a_handle_in_use_is_busy() {
     let (model, state) = objects();
     // SAFETY: live handles.
     unsafe {
-        let held = (*state).0.read().unwrap();
+        let held = (*state).state.read().unwrap();
         assert_eq!(sw_state_step(state, 0.1), SW_ERROR_BUSY);
         let mut size = 0;
         assert_eq!(sw_state_save(state, null_mut(), 0, &mut size), SW_OK, "const functions may run together");

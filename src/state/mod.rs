@@ -325,13 +325,13 @@ impl State {
         Ok(())
     }
 
-    /// About how long a step takes, for sharing out work: measured on one machine, and only good to a small factor.
+    /// About how long a step takes without forces and wind, for sharing out work: measured on one machine, and only good to a
+    /// small factor.
     pub fn step_nanoseconds(&self) -> u64 {
         let vertices = self.model.shell.mass.len() as u64;
-        let loads = if self.loads.is_empty() { 0 } else { 30 };
         match &self.dynamics {
-            Dynamics::Modal(_) => 200 + vertices * (1 + self.model.n_modes() as u64 / 3 + loads),
-            Dynamics::Nodal(nodal) => vertices * (if nodal.is_explicit() { 300 } else { 20_000 } + loads),
+            Dynamics::Modal(_) => 200 + vertices * (1 + self.model.n_modes() as u64 / 3),
+            Dynamics::Nodal(nodal) => vertices * if nodal.is_explicit() { 300 } else { 20_000 },
         }
     }
 
