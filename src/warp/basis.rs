@@ -51,6 +51,18 @@ impl<T: Real> Basis<T> {
         (Vec3::new(read(0), read(1), read(2)), Vec3::new(read(3), read(4), read(5)))
     }
 
+    /// Φ√M and Ψ√M of one vertex in one mode, x y z each, as they are stored.
+    pub fn stored(&self, mode: usize, v: usize) -> [T; 6] {
+        let base = (v / LANES * self.modes + mode) * STRIDE + v % LANES;
+        std::array::from_fn(|c| self.data[base + c * LANES])
+    }
+
+    /// Stores what [`Basis::stored`] gave.
+    pub fn set_stored(&mut self, mode: usize, v: usize, numbers: [T; 6]) {
+        let base = (v / LANES * self.modes + mode) * STRIDE + v % LANES;
+        (0..6).for_each(|c| self.data[base + c * LANES] = numbers[c]);
+    }
+
     /// Number of blocks.
     pub fn n_blocks(&self) -> usize {
         self.n_vertices.div_ceil(LANES)
