@@ -310,6 +310,10 @@ impl State {
         }
         let mut frame = self.frame;
         let rates = frame.advance(h);
+        if !rates.is_finite() {
+            let message = format!("the frame moves too far in a step of {h} s: its rates are not finite");
+            return Err(Error::new(ErrorKind::Numerical, message));
+        }
         self.evaluate_loads(&frame.pose, &rates);
         let load = BodyLoad::new(self.gravity, &frame.pose, &rates);
         let Self { model, dynamics, loads, scratch, .. } = self;

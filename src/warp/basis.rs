@@ -63,6 +63,11 @@ impl<T: Real> Basis<T> {
         (0..6).for_each(|c| self.data[base + c * LANES] = numbers[c]);
     }
 
+    /// Whether all of it are numbers.
+    pub fn is_finite(&self) -> bool {
+        self.data.iter().all(|x| x.to_f64().is_finite())
+    }
+
     /// Number of blocks.
     pub fn n_blocks(&self) -> usize {
         self.n_vertices.div_ceil(LANES)
