@@ -28,6 +28,12 @@ impl Shell {
     pub fn new(mesh: Mesh, material: Material, supports: &Supports) -> Result<Self> {
         let material = material.validated()?;
         let held = supports.held(&mesh)?;
+        if !mesh.size.is_finite() {
+            return Err(Error::new(
+                ErrorKind::Numerical,
+                "the mesh is wider than the floating-point range: choose other units",
+            ));
+        }
         let (mass, total_area) = lumped_mass(&mesh, material.area_density)?;
         let free = (0..mass.len() as u32).filter(|&v| mass[v as usize] > 0.0 && !held[v as usize]).collect();
         let energy = Box::new(discrete_shell(&mesh, &material));
