@@ -3,6 +3,8 @@ JOBS ?= 2
 BUILD := build
 CLI := $(BUILD)/bin/shellwarp
 WHAT := all
+FUZZ_SECONDS ?= 300
+FUZZ_SANITIZER ?= none
 
 MAKEFLAGS += --no-print-directory
 export CARGO_BUILD_JOBS ?= $(JOBS)
@@ -10,7 +12,7 @@ export CMAKE_BUILD_PARALLEL_LEVEL ?= $(JOBS)
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
-.PHONY: help build native demo test test-cargo test-c test-render header lint bench-precompute clean
+.PHONY: help build native demo test test-cargo test-c test-render header lint fuzz check-memory bench-precompute clean
 
 help: ## list the targets
 	@echo "usage: make TARGET [JOBS=2]"
@@ -55,6 +57,13 @@ header: ## write include/shellwarp.h anew from the Rust sources
 lint: ## check formatting and run clippy, warnings as errors
 	cargo fmt --check
 	cargo clippy --all-targets -- -D warnings
+
+fuzz: ## search for inputs that break the library, FUZZ_SECONDS=300 over three targets (nightly Rust, cargo-fuzz)
+	@sh tests/fuzz/search.sh $(FUZZ_SECONDS) $(FUZZ_SANITIZER)
+
+check-memory: ## run the C and C++ tests under valgrind (memcheck, and drd where threads are)
+	@$(MAKE) native WHAT=check_memory_programs
+	@sh tests/c/check_memory.sh $(BUILD)/tests/c
 
 bench-precompute: build ## time the precompute against scipy's eigensolver
 	@sh cmake/bootstrap.sh bench

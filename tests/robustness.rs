@@ -6,7 +6,7 @@ use shellwarp::constraint::{Constraint, Target};
 use shellwarp::model::{Model, Options, Precision};
 use shellwarp::state::{Method, State};
 use shellwarp::step::Integrator;
-use shellwarp::support::{Motion, Pose};
+use shellwarp::support::{Motion, Pose, Rates};
 use shellwarp::{Error, ErrorKind, Material, Mesh, Result, Shell, Supports, Vec3};
 use std::sync::Arc;
 use xxhash_rust::xxh3::xxh3_64;
@@ -42,6 +42,29 @@ fn mode_shapes_that_32_bits_cannot_hold_are_refused_and_64_bits_hold_them() {
     is_numerical(Err::<(), _>(error));
     let model = sheet(1e-45, Precision::F64).unwrap();
     assert!((0..4).all(|k| (0..model.shell.mass.len()).all(|v| model.mode_at(k, v).1.norm().is_finite())));
+}
+
+#[test]
+fn rotations_of_a_very_heavy_shell_do_not_underflow() {
+    // Amplitudes go as the root of the mass, so shapes per amplitude are of order 1e-150 here and their squares vanish.
+    let (positions, triangles) = equilateral_sheet(3, 2, 1e17);
+    let material = Material { area_density: 1e256, ..Material::default() };
+    let shell = Shell::new(Mesh::new(positions, &triangles).unwrap(), material, &Supports::default()).unwrap();
+    let options = Options { modes: 8, precision: Precision::F32 };
+    let model = Model::precompute(Arc::new(shell), &options, &mut |_, _| Ok(())).unwrap();
+    assert!(model.largest_rotation[3..].iter().all(|rotation| *rotation > 0.0), "{:?}", model.largest_rotation);
+    Model::load(&model.save().unwrap()).unwrap();
+}
+
+#[test]
+fn a_load_that_overflows_is_a_numerical_failure_of_the_step() {
+    for method in ALL {
+        let mut state = state(method);
+        state.set_gravity(Vec3::z() * 1e308).unwrap();
+        let far = Rates { acceleration: Vec3::z() * -1.7e308, ..Rates::default() };
+        state.set_frame(Pose::identity(), Motion::Given(far));
+        is_numerical(state.step(0.01));
+    }
 }
 
 #[test]

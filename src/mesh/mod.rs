@@ -137,6 +137,5 @@ fn bounding_diagonal(positions: &[Vec3], component: &[u32]) -> f64 {
     let used = || positions.iter().zip(component).filter(|(_, c)| **c != NONE).map(|(p, _)| p);
     let low = used().fold(Vec3::repeat(f64::INFINITY), |low, p| low.inf(p));
     let high = used().fold(Vec3::repeat(f64::NEG_INFINITY), |high, p| high.sup(p));
-    let (box_size, longest) = (high - low, (high - low).amax());
-    if longest > 0.0 { (box_size / longest).norm() * longest } else { 0.0 } // no square that could overflow
+    crate::wide_norm(&(high - low))
 }

@@ -54,17 +54,21 @@ impl Nodal {
         self.velocity.fill(Vec3::zeros());
     }
 
-    fn set_force(&mut self, model: &Model, load: &BodyLoad, external: Option<&[Vec3]>) {
+    fn set_force(&mut self, model: &Model, load: &BodyLoad, external: Option<&[Vec3]>) -> Result<()> {
         let shell = &model.shell;
         for v in 0..self.force.len() {
             let r = shell.mesh.positions[v] + self.u[v];
             self.force[v] = load.at(shell.mass[v], r, self.velocity[v]) + external.map_or(Vec3::zeros(), |f| f[v]);
+            if !self.force[v].iter().all(|c| c.is_finite()) {
+                return Err(Error::new(ErrorKind::Numerical, format!("the load on vertex {v} is not finite")));
+            }
         }
+        Ok(())
     }
 
     /// One step of `h`. Changes nothing on failure.
     pub fn step(&mut self, model: &Model, load: &BodyLoad, external: Option<&[Vec3]>, h: f64) -> Result<()> {
-        self.set_force(model, load, external);
+        self.set_force(model, load, external)?;
         let Self { solver, explicit, damping, u, velocity, force, before } = self;
         before[0].copy_from_slice(u);
         before[1].copy_from_slice(velocity);
@@ -90,7 +94,7 @@ impl Nodal {
 
     /// The static solution under the present loads, from the present shape. Returns residual and iterations.
     pub fn settle(&mut self, model: &Model, load: &BodyLoad, external: Option<&[Vec3]>) -> Result<(f64, usize)> {
-        self.set_force(model, load, external); // nothing turns, so velocities do not matter
+        self.set_force(model, load, external)?; // nothing turns, so velocities do not matter
         let found = self.solver.equilibrium(&self.u, &self.force, &Default::default(), &mut |_| Ok(()))?;
         if !Self::has_meaning(model, &found.displacement, &[]) {
             return Err(Error::new(ErrorKind::Numerical, "the equilibrium is beyond all range"));

@@ -63,7 +63,7 @@ fn forged(good: &[u8], input: &mut Input) -> Vec<u8> {
 
 fn use_state(state: &State, input: &mut Input) {
     state.check_outputs();
-    if input.one_in(2) {
+    if !input.one_in(4) {
         return;
     }
     let gravity = [0.3, 0.0, -1.0];
