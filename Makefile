@@ -61,7 +61,7 @@ lint: ## check formatting and run clippy, warnings as errors
 fuzz: ## search for inputs that break the library, FUZZ_SECONDS=300 over three targets (nightly Rust, cargo-fuzz)
 	@sh tests/fuzz/search.sh $(FUZZ_SECONDS) $(FUZZ_SANITIZER)
 
-check-memory: ## run the C and C++ tests under valgrind (memcheck, and drd where threads are)
+check-memory: ## run the C and C++ tests under valgrind (memcheck; helgrind and drd where threads are)
 	@$(MAKE) native WHAT=check_memory_programs
 	@sh tests/c/check_memory.sh $(BUILD)/tests/c
 
