@@ -5,6 +5,7 @@ CLI := $(BUILD)/bin/shellwarp
 WHAT := all
 FUZZ_SECONDS ?= 300
 FUZZ_SANITIZER ?= none
+PREFIX ?= /usr/local
 
 MAKEFLAGS += --no-print-directory
 export CARGO_BUILD_JOBS ?= $(JOBS)
@@ -12,7 +13,8 @@ export CMAKE_BUILD_PARALLEL_LEVEL ?= $(JOBS)
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
-.PHONY: help build native demo test test-cargo test-c test-render header lint fuzz check-memory bench-precompute clean
+.PHONY: help build native demo test test-cargo test-c test-render test-blender demo-blender install package blender-addon header \
+    python-abi lint fuzz check-memory bench-precompute build-report report report-docs test-report clean
 
 help: ## list the targets
 	@echo "usage: make TARGET [JOBS=2]"
@@ -26,14 +28,14 @@ native: ## build the library and the command-line program by CMake, in build/
 	@. ./$(BUILD)/tools.sh && "$$CMAKE" -S . -B $(BUILD) -DCMAKE_BUILD_TYPE=Release && \
 	    "$$CMAKE" --build $(BUILD) --target $(WHAT)
 
-demo: ## run the dinosaur, the beams, three handles and a dancer, and draw them: out/demo/*.png
+demo: ## run the paper's scenes, draw and plot them: out/demo/*.png
 	@$(MAKE) native WHAT=shellwarp_cli || { echo "demo: FAILED: the program could not be built"; exit 1; }
 	@sh cmake/bootstrap.sh render || echo "demo: the renderer could not be installed (see above); going on without pictures"
 	@. ./$(BUILD)/tools.sh && python3 host_examples/render/demo.py --cli $(CLI) --python "$$PYTHON" --out out/demo
 
 test: ## run every test: Rust, then C and C++, then the renderer's; ends in test: OK or test: FAILED
 	@failed=; \
-	for suite in test-cargo test-c test-render; do \
+	for suite in test-cargo test-c test-render test-report; do \
 	    echo "== $$suite"; $(MAKE) $$suite || failed="$$failed $$suite"; \
 	done; \
 	if [ -z "$$failed" ]; then echo "test: OK"; else echo "test: FAILED:$$failed"; exit 1; fi
@@ -41,22 +43,48 @@ test: ## run every test: Rust, then C and C++, then the renderer's; ends in test
 test-cargo: ## run the Rust tests
 	cargo test --release --no-fail-fast
 
-test-c: native ## run the C and C++ tests (ctest)
+test-c: native ## run the C, C++ and Python tests (ctest)
+	@sh cmake/bootstrap.sh python || echo "test-c: the Python packages could not be installed (see above); their tests are skipped"
 	@. ./$(BUILD)/tools.sh && "$$CTEST" --test-dir $(BUILD) --output-on-failure --no-tests=error -j $(JOBS)
 
 test-render: ## test the renderer, where cmake/bootstrap.sh render has set it up
-	@if .venv/bin/python -c 'import mitsuba, numpy, PIL' 2>/dev/null; then \
+	@if .venv/bin/python -c 'import matplotlib, mitsuba, numpy, PIL' 2>/dev/null; then \
 	    .venv/bin/python -m unittest discover -s host_examples/render; \
 	else \
 	    echo "skipped: the renderer is not set up (sh cmake/bootstrap.sh render, or make demo)"; \
 	fi
 
-header: ## write include/shellwarp.h anew from the Rust sources
+install: native ## install headers, libraries and the program: PREFIX=/usr/local
+	@. ./$(BUILD)/tools.sh && "$$CMAKE" --install $(BUILD) --prefix "$(PREFIX)"
+
+package: native ## pack the same into out/package/shellwarp-VERSION-SYSTEM.tar.gz, to be unpacked anywhere
+	@. ./$(BUILD)/tools.sh && "$${CTEST%ctest}cpack" --config $(BUILD)/CPackConfig.cmake -B out/package
+
+demo-blender: blender-addon ## make, bake, export and draw the scenes of docs/blender.md: out/blender
+	@sh cmake/bootstrap.sh blender
+	for scene in first character; do \
+	    BLENDER_USER_RESOURCES=$(CURDIR)/$(BUILD)/blender-user .venv/blender/bin/python \
+	        host_examples/blender/$${scene}_scene.py --addon out/blender/shellwarp-blender-*.zip --out out/blender || exit 1; \
+	done
+
+blender-addon: native ## pack the Blender add-on: out/blender/*.zip
+	python3 host_examples/blender/build_addon.py
+
+test-blender: native ## install Blender as a Python module (1 GB) and test the add-on in it
+	@sh cmake/bootstrap.sh blender
+	@. ./$(BUILD)/tools.sh && "$$CTEST" --test-dir $(BUILD) --output-on-failure --no-tests=error -L blender
+
+header: ## write include/shellwarp.h anew from the Rust sources, and Python's declarations from it
 	UPDATE_HEADER=1 cargo test --release --test header
+	@$(MAKE) python-abi
+
+python-abi: ## write the Python package's declarations anew from include/shellwarp.h
+	python3 host_examples/python/generate_abi.py include/shellwarp.h >$(BUILD)-abi.tmp
+	mv $(BUILD)-abi.tmp host_examples/python/shellwarp/_abi.py
 
 lint: ## check formatting and run clippy, warnings as errors
-	cargo fmt --check
-	cargo clippy --all-targets -- -D warnings
+	cargo fmt --all --check
+	cargo clippy --workspace --all-targets -- -D warnings
 
 fuzz: ## search for inputs that break the library, FUZZ_SECONDS=300 over three targets (nightly Rust, cargo-fuzz)
 	@sh tests/fuzz/search.sh $(FUZZ_SECONDS) $(FUZZ_SANITIZER)
@@ -68,6 +96,40 @@ check-memory: ## run the C and C++ tests under valgrind (memcheck; helgrind and 
 bench-precompute: build ## time the precompute against scipy's eigensolver
 	@sh cmake/bootstrap.sh bench
 	.venv/bin/python tests/bench/precompute_vs_scipy.py
+
+# The report's page: its player is bundled by npm, its peers run in .venv/; what is missing is left out with a line.
+RELEASE = $(or $(CARGO_TARGET_DIR),target)/release
+LIBRARY = $(RELEASE)/$(if $(filter Darwin,$(shell uname)),libshellwarp.dylib,libshellwarp.so)
+REPORT = $(RELEASE)/shellwarp-report --library $(LIBRARY) --python .venv/bin/python \
+    $$(test -s $(BUILD)/viewer.js && echo --viewer $(BUILD)/viewer.js) $(if $(QUICK),--quick) $(if $(FRESH),--fresh)
+PAGE := tests/report/page
+
+$(BUILD)/viewer.js: $(PAGE)/viewer.js $(PAGE)/package-lock.json
+	@mkdir -p $(BUILD)
+	@if command -v npm >/dev/null; then \
+	    npm ci --silent --prefix $(PAGE) && npm run --silent --prefix $(PAGE) build >$@.part && mv $@.part $@; \
+	else echo "report: npm is missing; the page will have no player"; fi
+
+# Both at once, so that cargo chooses the same dependencies for the library and for the program that loads it.
+build-report:
+	cargo build --release --package shellwarp --package shellwarp-report
+
+report: build-report $(BUILD)/viewer.js ## measure errors and run times of every method: out/report/index.html (QUICK=1: two minutes)
+	@$(if $(QUICK),:,sh cmake/bootstrap.sh bench cloth || echo "report: going on without peers (see above)")
+	$(REPORT)
+
+report-docs: build-report $(BUILD)/viewer.js ## the same from scratch, and write docs/error_and_speed.md; on an idle machine
+	@sh cmake/bootstrap.sh bench cloth || echo "report: going on without peers (see above)"
+	$(REPORT) --fresh --docs docs
+
+test-report: build-report ## test the report's arithmetic, that a small run repeats to the digit, and its page where a browser is installed
+	cargo test --release --quiet --package shellwarp-report
+	@$(MAKE) $(BUILD)/viewer.js || true
+	$(REPORT) --smoke --out out/report-smoke
+	@cp out/report-smoke/errors.csv out/report-smoke/errors_before.csv
+	$(REPORT) --smoke --out out/report-smoke
+	@cmp out/report-smoke/errors.csv out/report-smoke/errors_before.csv
+	@tests/report/page/test.sh out/report-smoke
 
 clean: ## remove what was built and drawn; .venv/ and compiled dependencies stay
 	rm -rf $(BUILD) out

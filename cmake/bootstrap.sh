@@ -1,11 +1,14 @@
 #!/bin/sh
 # Sets up the tools that a machine with Rust, a C and C++ compiler, make and Python 3.10 or later may still lack.
 #
-#     sh cmake/bootstrap.sh [render] [bench]
+#     sh cmake/bootstrap.sh [render] [bench] [python] [blender] [cloth]
 #
 #   always   cmake 3.20 or later: the system's own, or a pinned one in .venv/
 #   render   the packages of host_examples/render, in .venv/
 #   bench    scipy and numpy for tests/bench, in .venv/
+#   python   numpy and cffi for host_examples/python, in .venv/
+#   blender  Blender as a Python module, 1 GB, in .venv/blender/: it wants an older numpy. Python 3.11 only
+#   cloth    the cloth solver that tests/report sets beside the library, in .venv/
 #
 # Everything lands in .venv/ and build/ below the project. What is set up is noted in .venv/installed-*, so that a
 # later run does nothing and needs no network. build/tools.sh then names the tools: CMAKE, CTEST, PYTHON.
@@ -32,7 +35,17 @@ pins() {
         echo 'scipy==1.15.3; python_version < "3.11"'
         grep '^numpy' host_examples/render/requirements.txt
         ;;
-    *) fail "unknown argument '$1'; known: render, bench" ;;
+    python)
+        echo 'cffi==2.1.1'
+        grep '^numpy' host_examples/render/requirements.txt
+        ;;
+    blender) echo 'bpy==5.0.1' ;;
+    cloth)
+        echo 'newton==1.8.0'
+        echo 'warp-lang==1.19.0'
+        grep '^numpy' host_examples/render/requirements.txt
+        ;;
+    *) fail "unknown argument '$1'; known: render, bench, python, blender, cloth" ;;
     esac
 }
 
@@ -63,6 +76,17 @@ make_venv() {
     printf '%s\n' "$place" >"$venv/made-for"
 }
 
+# A set that cannot share .venv/ has an environment of its own inside it.
+place_for() {
+    into=$venv
+    if [ "$1" = blender ]; then
+        python3 -c 'import sys; sys.exit(sys.version_info[:2] != (3, 11))' ||
+            fail "blender: bpy needs Python 3.11, python3 is $(python3 -V 2>&1)"
+        into=$venv/blender
+        [ -x "$into/bin/python" ] || python3 -m venv "$into"
+    fi
+}
+
 install() {
     make_venv
     if pins "$1" | cmp -s - "$venv/installed-$1"; then
@@ -70,14 +94,15 @@ install() {
         return
     fi
     say "$1: installing into .venv/, needs the network this once:"
+    place_for "$1"
     pins "$1" | tee "$venv/requirements-$1" | sed 's/^/bootstrap:   /'
-    "$venv/bin/python" -m pip install -qq --disable-pip-version-check --retries 2 --only-binary :all: \
+    "$into/bin/python" -m pip install -qq --disable-pip-version-check --retries 2 --only-binary :all: \
         -r "$venv/requirements-$1" || fail "$1: pip could not install it (see above); is the network reachable?"
     mv "$venv/requirements-$1" "$venv/installed-$1"
 }
 
 check_compilers() {
-    command -v cargo >/dev/null || fail "cargo is missing; install Rust 1.88 or later with rustup"
+    command -v cargo >/dev/null || fail "cargo is missing; install Rust 1.89 or later with rustup"
     { command -v cc && command -v c++; } >/dev/null ||
         fail "a C and a C++ compiler are needed as cc and c++ (Debian, Ubuntu: apt install build-essential)"
 }

@@ -61,6 +61,8 @@ inline SwStateDesc state_desc() { return detail::initialized(sw_state_desc_init)
 inline SwDampingDesc damping_desc() { return detail::initialized(sw_damping_desc_init); }
 inline SwFrameDesc frame_desc() { return detail::initialized(sw_frame_desc_init); }
 inline SwConstraintDesc constraint_desc() { return detail::initialized(sw_constraint_desc_init); }
+inline SwForceDesc force_desc() { return detail::initialized(sw_force_desc_init); }
+inline SwWindDesc wind_desc() { return detail::initialized(sw_wind_desc_init); }
 
 /* A mesh of packed positions (n_vertices x 3) and packed triangles (n_triangles x 3). */
 inline SwMeshDesc mesh_desc(const void *positions, uint32_t format, uint32_t n_vertices, const uint32_t *triangles,
@@ -83,6 +85,32 @@ inline SwMeshDesc mesh_desc(const double *positions, uint32_t n_vertices, const 
                             uint32_t n_triangles) {
   return mesh_desc(positions, SW_FORMAT_F64, n_vertices, triangles, n_triangles);
 }
+
+/* Packed forces (count x 3) on the vertices listed (count), or, with `vertices` null, one for every vertex in order. `flags`
+   is 0 or SW_FORCES_ONE_STEP. */
+inline SwForceDesc force_desc(const void *forces, uint32_t format, uint32_t count, const uint32_t *vertices,
+                              uint32_t flags) {
+  SwForceDesc desc = force_desc();
+  desc.forces = forces;
+  desc.format = format;
+  desc.count = count;
+  desc.vertices = vertices;
+  desc.flags = flags;
+  return desc;
+}
+
+inline SwForceDesc force_desc(const float *forces, uint32_t count, const uint32_t *vertices = nullptr,
+                              uint32_t flags = 0) {
+  return force_desc(forces, SW_FORMAT_F32, count, vertices, flags);
+}
+
+inline SwForceDesc force_desc(const double *forces, uint32_t count, const uint32_t *vertices = nullptr,
+                              uint32_t flags = 0) {
+  return force_desc(forces, SW_FORMAT_F64, count, vertices, flags);
+}
+
+/* Where messages go that belong to no failed call; null for none. */
+inline void set_log_callback(SwLogFn callback, void *user = nullptr) { check(sw_set_log_callback(callback, user)); }
 
 /* All diagnostics of a mesh; a broken mesh is not an exception here. */
 inline std::vector<SwDiagnostic> check_mesh(const SwMeshDesc &mesh) {
@@ -182,7 +210,19 @@ public:
   void set_constraint(const SwConstraintDesc &desc) { check(sw_state_set_constraint(get(), &desc)); }
   /* SW_ALL_CONSTRAINTS removes them all. */
   void clear_constraint(uint32_t id) { check(sw_state_clear_constraint(get(), id)); }
+  /* All that were set before are replaced. */
+  void set_forces(const SwForceDesc &desc) { check(sw_state_set_forces(get(), &desc)); }
+  void clear_forces() { set_forces(force_desc()); }
+  void set_wind(const SwWindDesc &desc) { check(sw_state_set_wind(get(), &desc)); }
+  void clear_wind() { set_wind(wind_desc()); }
   void step(double seconds) { check(sw_state_step(get(), seconds)); }
+
+  /* Moves to the static solution and tells how it was found. Throws, and nothing has moved, where there is none. */
+  SwEquilibriumReport equilibrium() {
+    SwEquilibriumReport report = detail::initialized(sw_equilibrium_report_init);
+    check(sw_state_equilibrium(get(), &report));
+    return report;
+  }
 
   Amplitudes amplitudes() const {
     uint32_t count = 0;

@@ -285,7 +285,7 @@ fn restore_basis<T: Real>(shell: &Shell, largest_rotation: &[f64], from: &mut Re
     let (n, modes) = (shell.mass.len(), largest_rotation.len());
     let row = 6 * T::BYTES;
     let bytes = from.take(n * modes * row);
-    let mut basis = Basis::<T>::zeros(n, modes, shell.total_mass)?;
+    let mut basis = Basis::<T>::new(&shell.mesh.positions, &shell.mass, modes, shell.total_mass)?;
     let mut norms = try_zeroed::<f64>("the norms", modes)?;
     let mut turns = try_zeroed::<f64>("the rotations", modes)?;
     for v in 0..n {
@@ -306,6 +306,9 @@ fn restore_basis<T: Real>(shell: &Shell, largest_rotation: &[f64], from: &mut Re
             turns[k] = turns[k].max(turn);
             basis.set_stored(k, v, stored);
         }
+    }
+    if !basis.is_finite() {
+        return invalid("its positions leave the range of its precision"); // which the shapes do not
     }
     let (relative, absolute) = ROTATION_ERROR;
     let root_mass = shell.total_mass.sqrt();

@@ -163,7 +163,7 @@ impl Model {
 fn run_time_basis<T: Real>(shell: &Shell, shapes: &[Vec<Vec3>], progress: &mut Progress) -> Result<Basis<T>> {
     progress.report(Phase::Rotation, 0.0)?;
     let rotation = ModalRotation::new(&shell.mesh);
-    let mut basis = Basis::zeros(shell.mass.len(), shapes.len(), shell.total_mass)?;
+    let mut basis = Basis::new(&shell.mesh.positions, &shell.mass, shapes.len(), shell.total_mass)?;
     for (k, phi) in shapes.iter().enumerate() {
         basis.set_mode(k, phi, &rotation.apply(phi));
         progress.report(Phase::Rotation, (k + 1) as f64 / shapes.len() as f64)?;

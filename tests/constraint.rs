@@ -267,7 +267,7 @@ fn a_strip_pushed_along_itself_gives_way_a_little_and_does_not_crumple() {
         state.set_constraint(position(1, TIP, rest - Vec3::x() * inward)).unwrap();
         state.step(1.0 / 30.0).unwrap();
         let (_, outcome) = state.constraints().next().unwrap();
-        assert!(outcome.residual <= inward, "frame {frame}: {outcome:?}"); // no worse than standing still
+        assert!(outcome.residual <= inward + 1e-12, "frame {frame}: {outcome:?}"); // no worse than standing still
         // 10 rad per model size of distance and 0.25 rad, twice that for momentum.
         assert!(state.report().max_rotation < 1.0, "frame {frame}: {}", state.report().max_rotation);
     }

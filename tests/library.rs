@@ -6,7 +6,7 @@ use libloading::{Library, Symbol};
 use shellwarp::ffi::mesh::SwMeshDesc;
 use shellwarp::ffi::model::{SwModel, SwPrecomputeDesc, SwSupportDesc};
 use shellwarp::ffi::pointer::SW_FORMAT_F64;
-use shellwarp::ffi::state::SwState;
+use shellwarp::ffi::state::*;
 use shellwarp::model::{Model, Options};
 use shellwarp::state::{Method, Space, State};
 use shellwarp::step::Integrator;
@@ -20,6 +20,7 @@ type Create = unsafe extern "C" fn(*const SwMeshDesc, *const c_void, *const SwSu
 type Precompute = unsafe extern "C" fn(*mut SwModel, *const SwPrecomputeDesc) -> u32;
 type StateCreate = unsafe extern "C" fn(*const SwModel, *const c_void, *mut *mut SwState) -> u32;
 type Gravity = unsafe extern "C" fn(*mut SwState, *const f64) -> u32;
+type StateCreateBy = unsafe extern "C" fn(*const SwModel, *const SwStateDesc, *mut *mut SwState) -> u32;
 type Step = unsafe extern "C" fn(*mut SwState, f64) -> u32;
 type Positions = unsafe extern "C" fn(*const SwState, u32, u32, *mut c_void, u64, u32) -> u32;
 
@@ -85,5 +86,42 @@ fn the_shared_library_moves_a_shell_as_the_core_does() {
     // One source, but inlined into two programs, which may differ in a last bit of the f32 basis.
     for (a, b) in library.iter().zip(&core) {
         assert!((a - b).norm() <= 1e-7, "{a:?} {b:?}");
+    }
+}
+
+#[test]
+fn every_method_of_the_header_makes_a_state_that_steps() {
+    let (positions, triangles) = equilateral_sheet(4, 2, 0.1);
+    let path = std::env::current_exe().unwrap().parent().unwrap().join(libloading::library_filename("shellwarp"));
+    // SAFETY: the symbols have these types by the header, and every pointer is valid for its call.
+    unsafe {
+        let library = Library::new(&path).unwrap();
+        let mut mesh: SwMeshDesc = std::mem::zeroed();
+        library.get::<Init<SwMeshDesc>>(b"sw_mesh_desc_init").unwrap()(&mut mesh);
+        mesh.position_format = SW_FORMAT_F64;
+        mesh.positions = positions.as_ptr().cast();
+        mesh.triangles = triangles.as_ptr().cast();
+        (mesh.n_vertices, mesh.n_triangles) = (positions.len() as u32, triangles.len() as u32);
+        let mut model = null_mut();
+        assert_eq!(library.get::<Create>(b"sw_model_create").unwrap()(&mesh, null(), null(), &mut model), 0);
+        assert_eq!(library.get::<Precompute>(b"sw_model_precompute").unwrap()(model, null()), 0);
+        for method in [
+            SW_METHOD_WARP,
+            SW_METHOD_LMA,
+            SW_METHOD_SHELL_IMPLICIT,
+            SW_METHOD_SHELL_EXPLICIT,
+            SW_METHOD_WARP_VIRTUAL_WORK,
+        ] {
+            let mut desc: SwStateDesc = std::mem::zeroed();
+            library.get::<Init<SwStateDesc>>(b"sw_state_desc_init").unwrap()(&mut desc);
+            desc.method = method;
+            let mut state = null_mut();
+            let create = library.get::<StateCreateBy>(b"sw_state_create").unwrap();
+            assert_eq!(create(model, &desc, &mut state), 0, "method {method}");
+            assert_eq!(library.get::<Gravity>(b"sw_state_set_gravity").unwrap()(state, GRAVITY.as_ptr()), 0);
+            assert_eq!(library.get::<Step>(b"sw_state_step").unwrap()(state, 1e-4), 0, "method {method}");
+            library.get::<unsafe extern "C" fn(*mut SwState)>(b"sw_state_destroy").unwrap()(state);
+        }
+        library.get::<unsafe extern "C" fn(*mut SwModel)>(b"sw_model_destroy").unwrap()(model);
     }
 }

@@ -175,6 +175,30 @@ fn a_sheet_that_moves_with_the_air_feels_none_and_still_air_damps() {
 }
 
 #[test]
+fn an_equilibrium_in_wind_is_where_the_blown_shell_comes_to_rest() {
+    // Strong enough to turn the sheet away from the wind, so that the force at the start is far from the one at the end.
+    for method in METHODS {
+        let model = sheet();
+        let wind = Wind { velocity: Vec3::new(1.2, 0.0, 8.0), density: 1.2, normal_drag: 1.0, ..Wind::default() };
+        let (mut found, mut blown) = (state(&model, method), state(&model, method));
+        for state in [&mut found, &mut blown] {
+            state.set_wind(wind.clone()).unwrap();
+            state.set_damping(&Damping { mass_coefficient: 30.0, ..Damping::default() }).unwrap();
+        }
+        found.equilibrium().unwrap();
+        let steps = if method == Method::ImplicitShell { 600 } else { 6000 };
+        (0..steps).for_each(|_| blown.step(0.1).unwrap());
+        let (a, b) = (displacements(&found), displacements(&blown));
+        let largest = b.iter().map(|u| u.norm()).fold(0.0, f64::max);
+        let worst = a.iter().zip(&b).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
+        println!("{method:?}: {largest}, off by {worst:e}");
+        assert!(largest > 0.05, "{largest}");
+        // The force is settled to 1e-6 of itself.
+        assert!(worst <= 1e-5 * largest, "{method:?}: {worst:e} of {largest}");
+    }
+}
+
+#[test]
 fn local_velocities_add_to_the_wind() {
     let model = sheet();
     let n = model.shell.mass.len();

@@ -467,3 +467,20 @@ fn whirling_in_a_spinning_frame_keeps_its_energy_bounded() {
         assert!(highest < 5.0 * start, "{method:?}: {highest:e} from {start:e}");
     }
 }
+
+#[test]
+fn an_equilibrium_is_found_on_a_basis_of_either_precision() {
+    for (method, gravity) in [(Method::Warp, 0.4), (Method::LinearModalAnalysis, 0.4), (Method::Warp, 0.8)] {
+        let [single, double] = [Precision::F32, Precision::F64].map(|precision| {
+            let model = model_of(reference("flat_beam").0, 32, precision);
+            let mut state = State::new(model, method, Integrator::ImplicitEuler).unwrap();
+            state.set_gravity(Vec3::new(0.0, 0.0, -gravity)).unwrap();
+            state.equilibrium().unwrap();
+            displacements(&state)
+        });
+        let apart: f64 = single.iter().zip(&double).map(|(a, b)| (a - b).norm_squared()).sum();
+        let size: f64 = double.iter().map(|u| u.norm_squared()).sum();
+        // 1e-6 where it stops, and as much again from rounding of the basis, over 1 - contraction.
+        assert!((apart / size).sqrt() <= 1e-5, "{method:?}, g = {gravity}: {:e}", (apart / size).sqrt());
+    }
+}

@@ -2,13 +2,15 @@
 #![allow(missing_docs)]
 mod common;
 use common::*;
+use pulp::Scalar;
 use rand::{Rng, SeedableRng, rngs::StdRng};
 use shellwarp::model::{AnyBasis, Model, Options, Precision};
 use shellwarp::state::{Damping, Method, Space, State};
-use shellwarp::step::modal_force::{self, BodyLoad};
+use shellwarp::step::modal_force::{self, Acting, BodyLoad, Scratch};
 use shellwarp::step::{ForceLaw, Integrator};
 use shellwarp::support::{Pose, Rates};
-use shellwarp::warp::{Basis, LANES, coefficients_and_slopes};
+use shellwarp::warp::lanes::Lanes;
+use shellwarp::warp::{Basis, coefficients_and_slopes};
 use shellwarp::{Material, Shell, Supports, Vec3};
 use std::sync::Arc;
 
@@ -22,6 +24,14 @@ fn basis(model: &Model) -> &Basis<f64> {
         AnyBasis::F64(basis) => basis,
         AnyBasis::F32(_) => unreachable!("asked for in f64"),
     }
+}
+
+fn modal_force(model: &Model, law: ForceLaw, loads: &[Vec3], q: &[f64], q_dot: &[f64]) -> Vec<f64> {
+    let load = &BodyLoad::new(Vec3::zeros(), &Pose::identity(), &Rates::default());
+    let acting = Acting { load, external: Some(loads), law, q, q_dot, total_mass: model.shell.total_mass };
+    let mut force = vec![0.0; q.len()];
+    modal_force::project(basis(model), &acting, &mut Scratch::new(q.len()), &mut force);
+    force
 }
 
 /// Amplitudes with rotations of up to `reach` rad in each mode.
@@ -46,15 +56,15 @@ fn slopes_of_the_coefficients_match_differences_of_closed_forms() {
     };
     for k in 0..2000 {
         let s = 0.3 + 0.2 * f64::from(k); // up to 20 rad
-        let (_, double) = coefficients_and_slopes(&[s; LANES]);
-        let (_, single) = coefficients_and_slopes(&[s as f32; LANES]);
+        let (_, double) = coefficients_and_slopes(Lanes::<f64, _, 1>::new(Scalar), [s]);
+        let (_, single) = coefficients_and_slopes(Lanes::<f32, _, 1>::new(Scalar), [s as f32]);
         let (db, dc) = closed(s);
         assert!((double.b[0] - db).abs() < 1e-14 && (double.c[0] - dc).abs() < 1e-14, "s = {s}");
         assert!((f64::from(single.b[0]) - db).abs() < 1e-7 && (f64::from(single.c[0]) - dc).abs() < 1e-7, "s = {s}");
     }
     // Through zero: the first two terms of the series, whose next is below 1e-17 and 1e-19.
     for s in [0.0, 1e-12, 1e-6] {
-        let (_, slopes) = coefficients_and_slopes(&[s; LANES]);
+        let (_, slopes) = coefficients_and_slopes(Lanes::<f64, _, 1>::new(Scalar), [s]);
         assert_close("dB/ds", slopes.b[0], -1.0 / 24.0 + s / 360.0, 1e-12, 0.0);
         assert_close("dC/ds", slopes.c[0], -1.0 / 120.0 + s / 2520.0, 1e-12, 0.0);
     }
@@ -69,10 +79,8 @@ fn the_modal_force_is_the_gradient_of_the_loads_work() {
     for reach in [0.0, 1e-3, 0.3, 2.0] {
         let q = amplitudes(&model, &mut rng, reach);
         let loads: Vec<Vec3> = (0..n).map(|_| Vec3::from_fn(|_, _| rng.random_range(-1.0..1.0))).collect();
-        let nothing = BodyLoad::new(Vec3::zeros(), &Pose::identity(), &Rates::default());
-        let (mut force, rest) = (vec![0.0; q.len()], vec![0.0; q.len()]);
-        let law = ForceLaw::VirtualWork;
-        modal_force::project(basis(&model), &model.shell, &nothing, Some(&loads), law, (&q, &rest), &mut force);
+        let rest = vec![0.0; q.len()];
+        let force = modal_force(&model, ForceLaw::VirtualWork, &loads, &q, &rest);
         let mut work = |q: &[f64]| -> f64 {
             state.set_amplitudes(q, &rest).unwrap();
             displacements(&state).iter().zip(&loads).map(|(u, f)| u.dot(f)).sum()
@@ -99,9 +107,7 @@ fn power_on_the_modes_is_power_on_the_vertices() {
         let (q, q_dot) = (amplitudes(&model, &mut rng, 1.5), amplitudes(&model, &mut rng, 3.0));
         let loads: Vec<Vec3> =
             model.shell.mass.iter().map(|_| Vec3::from_fn(|_, _| rng.random_range(-1.0..1.0))).collect();
-        let nothing = BodyLoad::new(Vec3::zeros(), &Pose::identity(), &Rates::default());
-        let mut force = vec![0.0; q.len()];
-        modal_force::project(basis(&model), &model.shell, &nothing, Some(&loads), law, (&q, &q_dot), &mut force);
+        let force = modal_force(&model, law, &loads, &q, &q_dot);
         let on_modes: f64 = force.iter().zip(&q_dot).map(|(f, v)| f * v).sum();
         let mut on_vertices = 0.0;
         modal_force::visit_motion(basis(&model), law, (&q, &q_dot), |v, _, rate| on_vertices += rate.dot(&loads[v]));

@@ -21,16 +21,6 @@ std::string frame_name(const Scene &scene, uint32_t frame) {
   return scene.name + "_frame_" + number;
 }
 
-template <class Real>
-void write_obj(const std::string &path, const std::vector<Real> &positions, const Mesh &mesh) {
-  OutputFile file(path);
-  for (std::size_t i = 0; i < positions.size(); i += 3)  // nine digits bring a float back exactly
-    file.print("v %.9g %.9g %.9g\n", double{positions[i]}, double{positions[i + 1]}, double{positions[i + 2]});
-  for (std::size_t k = 0; k < mesh.triangles.size(); k += 3)
-    file.print("f %u %u %u\n", mesh.triangles[k] + 1, mesh.triangles[k + 1] + 1, mesh.triangles[k + 2] + 1);
-  file.close();
-}
-
 void write_displacement(const std::string &path, const Mesh &mesh, const shellwarp::State &state) {
   std::vector<double> x(mesh.positions.size());
   state.positions(x.data(), mesh.n_vertices(), SW_SPACE_FRAME);

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -43,20 +42,6 @@ std::vector<HandleKey> with_start(const std::vector<HandleKey> &keys) {
   std::vector<HandleKey> all = keys;
   if (all.empty() || all.front().time > 0) all.insert(all.begin(), HandleKey{});
   return all;
-}
-
-uint32_t nearest_vertex(const Vec3 &point, const Mesh &mesh) {
-  uint32_t nearest = 0;
-  double least = std::numeric_limits<double>::infinity();
-  for (uint32_t i = 0; i < mesh.n_vertices(); ++i) {
-    const Vec3 x = mesh.vertex(i);
-    const double distance = std::hypot(x[0] - point[0], x[1] - point[1], x[2] - point[2]);
-    if (distance < least) {
-      least = distance;
-      nearest = i;
-    }
-  }
-  return nearest;
 }
 
 void set_constraints(const PlacedHandle &placed, uint32_t first_id, double seconds, shellwarp::State &state) {
@@ -117,8 +102,9 @@ std::vector<PlacedHandle> place_handles(const std::vector<Handle> &handles, cons
   for (const Handle &handle : handles) {
     const uint32_t vertex = handle.vertex ? *handle.vertex : nearest_vertex(handle.nearest, mesh);
     if (vertex >= mesh.n_vertices())
-      throw std::runtime_error("handle " + std::to_string(placed.size()) + " is at vertex " + std::to_string(vertex) +
-                               " of " + std::to_string(mesh.n_vertices()));
+      throw std::runtime_error("handle " + std::to_string(placed.size() + 1) + " is at vertex " +
+                               std::to_string(vertex) + ", but the mesh has " + std::to_string(mesh.n_vertices()) +
+                               " vertices, counted from 0");
     placed.push_back({handle, vertex, mesh.vertex(vertex)});
   }
   return placed;

@@ -2,8 +2,10 @@
 //
 // Exit status: 0 all is well; 1 bad input, a failed call, or an expectation of the scene that does not hold; 2 wrong usage;
 // 130 stopped by Ctrl-C.
+#include "comparison.hpp"
 #include "frame_files.hpp"
 #include "mesh.hpp"
+#include "method.hpp"
 #include "point_cache.hpp"
 #include "progress.hpp"
 #include "scene.hpp"
@@ -32,10 +34,18 @@ constexpr int kFailure = 1, kWrongUsage = 2, kInterrupted = 130;
 struct RunOptions {
   std::string out;                 // directory; empty = write nothing
   std::optional<uint32_t> frames;  // in place of the scene's duration
+  std::string method;              // in place of the scene's; empty = that
+  bool linear = false;
   bool quiet = false;
 };
 
 // ---------------------------------------------------------------------------------------------------------- commands
+
+int tell_violations(const std::vector<std::string> &sentences) {
+  for (const std::string &sentence : sentences)
+    std::fprintf(stderr, "shellwarp: not as expected: %s\n", sentence.c_str());
+  return sentences.empty() ? 0 : kFailure;
+}
 
 int report(const Summary &summary, const RunOptions &options) {
   if (!options.quiet) print_summary(summary);
@@ -45,10 +55,7 @@ int report(const Summary &summary, const RunOptions &options) {
   }
   if (options.frames && (summary.scene.expect.max_displacement || summary.scene.expect.final_displacement))
     std::fprintf(stderr, "shellwarp: displacements are not judged, because --frames changes the length of the run\n");
-  const std::vector<std::string> sentences = violations(summary, !options.frames);
-  for (const std::string &sentence : sentences)
-    std::fprintf(stderr, "shellwarp: not as expected: %s\n", sentence.c_str());
-  return sentences.empty() ? 0 : kFailure;
+  return tell_violations(violations(summary, !options.frames));
 }
 
 shellwarp::Model precompute(const Scene &scene, const Mesh &mesh, bool quiet) {
@@ -56,17 +63,33 @@ shellwarp::Model precompute(const Scene &scene, const Mesh &mesh, bool quiet) {
   return make_model(scene, mesh, progress);
 }
 
+void make_directory(const std::string &path) {
+  std::error_code error;
+  std::filesystem::create_directories(path, error);
+  if (error) throw std::runtime_error("cannot make the directory " + path + ": " + error.message());
+}
+
+int run_comparison(const Scene &scene, const Mesh &mesh, const RunOptions &options) {
+  if (!options.out.empty()) make_directory(options.out);
+  const ComparisonRun run = compare(scene, mesh, options.quiet);
+  if (!options.out.empty()) write_comparison(options.out, scene, mesh, run);
+  if (!options.quiet) print_comparison(scene, run);
+  if (interrupted()) return kInterrupted;
+  return tell_violations(violations(scene, run));
+}
+
 int run_scene(const Scene &scene, const RunOptions &options) {
   const Mesh mesh = read_mesh(scene.mesh_path);
+  if (scene.comparison) return run_comparison(scene, mesh, options);
   const std::vector<PlacedHandle> handles = place_handles(scene.handles, mesh);
   std::optional<PointCache> cache;  // opened first: a folder that cannot be written is told before the long work
   if (!options.out.empty()) {
-    std::filesystem::create_directories(options.out);
+    make_directory(options.out);
     cache.emplace((std::filesystem::path(options.out) / (scene.name + ".pc2")).string(), mesh.n_vertices());
   }
   const shellwarp::Model model = precompute(scene, mesh, options.quiet);
-  shellwarp::State state = make_state(scene, model);
-  const uint32_t n_frames = options.frames.value_or(frame_count(scene));
+  shellwarp::State state = make_state(scene, mesh, model);
+  const uint32_t n_frames = scene.is_static ? 1 : options.frames.value_or(frame_count(scene));
   const Run run = simulate(scene, n_frames, mesh, handles, state, cache ? &*cache : nullptr);
   if (cache) {
     cache->close();
@@ -91,38 +114,68 @@ int run_shells(const SceneFile &file, const RunOptions &options) {
   return worst;
 }
 
+std::string counted(std::size_t n, const char *noun) { return std::to_string(n) + " " + noun + (n == 1 ? "" : "s"); }
+
+// All of one kind: each on its line if they are few, else the first and how many more.
+void print_diagnostics(const std::string &path, const char *severity, const SwDiagnostic *diagnostics,
+                       std::size_t count) {
+  constexpr std::size_t kFew = 3;
+  for (std::size_t k = 0; k < (count > kFew ? 1 : count); ++k)
+    std::printf("%s: %s: %s%s\n", path.c_str(), severity, reinterpret_cast<const char *>(diagnostics[k].message),
+                count > kFew ? (" (and " + std::to_string(count - 1) + " more like it)").c_str() : "");
+}
+
 int check_mesh(const std::string &path) {
   const Mesh mesh = read_mesh(path);
   const std::vector<SwDiagnostic> diagnostics = shellwarp::check_mesh(
       shellwarp::mesh_desc(mesh.positions.data(), mesh.n_vertices(), mesh.triangles.data(), mesh.n_triangles()));
   std::size_t errors = 0;
-  for (const SwDiagnostic &d : diagnostics) {
+  for (std::size_t first = 0, last; first < diagnostics.size(); first = last) {  // they come sorted by kind
+    const SwDiagnostic &d = diagnostics[first];
+    for (last = first; last < diagnostics.size() && diagnostics[last].kind == d.kind;) ++last;
     const bool error = d.severity == SW_SEVERITY_ERROR;
-    errors += error;
-    std::printf("%s: %s: %s\n", path.c_str(), error ? "error" : "warning", reinterpret_cast<const char *>(d.message));
+    errors += error ? last - first : 0;
+    print_diagnostics(path, error ? "error" : "warning", &diagnostics[first], last - first);
   }
-  std::printf("%s: %u vertices, %u triangles, %zu errors, %zu warnings\n", path.c_str(), mesh.n_vertices(),
-              mesh.n_triangles(), errors, diagnostics.size() - errors);
+  std::printf("%s: %u vertices, %u triangles, %s, %s%s\n", path.c_str(), mesh.n_vertices(), mesh.n_triangles(),
+              counted(errors, "error").c_str(), counted(diagnostics.size() - errors, "warning").c_str(),
+              diagnostics.empty() ? "" : "; vertices and triangles are numbered from 0");
   return errors ? kFailure : 0;
 }
 
 // ----------------------------------------------------------------------------------------------------------- options
 
-// CLI11's own check prints the largest double, and 0 as the least value allowed.
-CLI::Validator positive() {
-  const auto complaint = [](const std::string &text) {
+// CLI11's own words for these name neither the number that is wrong nor what would be right.
+CLI::Validator words_for(const char *what, bool (*good)(double)) {
+  const auto complaint = [=](const std::string &text) {
     char *end = nullptr;
     const double value = std::strtod(text.c_str(), &end);
-    return *end == 0 && end != text.c_str() && value > 0 ? std::string() : text + " is not a number above 0";
+    const bool number = *end == 0 && end != text.c_str() && std::isfinite(value);
+    return number && good(value) ? std::string() : "'" + text + "' is not " + what;
   };
-  return CLI::Validator(complaint, "above 0");
+  return CLI::Validator(complaint, "");
+}
+
+CLI::Validator number() {
+  return words_for("a number", [](double) { return true; });
+}
+CLI::Validator positive() {
+  return words_for("a number above 0", [](double x) { return x > 0; });
+}
+CLI::Validator whole() {
+  return words_for("a whole number above 0", [](double x) { return x >= 1 && x <= UINT32_MAX && x == std::floor(x); });
 }
 
 void add_run_options(CLI::App &app, Scene &overrides, RunOptions &options) {
   app.add_option("--out", options.out, "Directory for the point cache, OBJ frames and the table of frames");
-  app.add_option("--frames", options.frames, "Number of frames, in place of the duration");
-  app.add_option("--modes", overrides.modes, "Number of vibration modes")->check(positive());
-  app.add_flag("--linear", overrides.linear, "Linear modal analysis in place of warping");
+  app.add_option("--frames", options.frames, "Number of frames, in place of the duration")->check(whole());
+  app.add_option("--modes", overrides.modes, "Number of vibration modes")->check(whole());
+  app.add_option("--method", options.method,
+                 "warp, virtual-work (the warp with its exact force), lma (linear modal analysis), or the nonlinear "
+                 "shell: implicit, explicit")
+      ->check(CLI::IsMember(method_names()));
+  app.add_flag("--linear", options.linear, "The same as --method lma");
+  app.add_flag("--static", overrides.is_static, "The equilibrium in place of the motion");
   app.add_flag("--exact", overrides.exact, "Exact propagator in place of implicit Euler");
   app.add_flag("--double", overrides.double_precision, "Run-time basis in double precision");
   app.add_flag("-q,--quiet", options.quiet, "No progress and no table; failures are still told");
@@ -130,9 +183,14 @@ void add_run_options(CLI::App &app, Scene &overrides, RunOptions &options) {
 
 void apply_overrides(const Scene &overrides, Scene &scene) {
   if (overrides.modes) scene.modes = overrides.modes;
-  scene.linear |= overrides.linear;
+  scene.is_static |= overrides.is_static;
   scene.exact |= overrides.exact;
   scene.double_precision |= overrides.double_precision;
+}
+
+void apply_method(const RunOptions &options, Scene &scene) {
+  if (!options.method.empty()) scene.method = *find_method(options.method);
+  if (options.linear) scene.method = SW_METHOD_LMA;
 }
 
 struct SupportOptions {
@@ -144,6 +202,7 @@ void add_support_options(CLI::App &app, const std::string &verb, const std::stri
   const auto add_box = [&options](const std::array<double, 6> &box) { options.boxes.push_back(box); };
   app.add_option_function<std::array<double, 6>>("--" + verb + "-box", add_box, meaning + " the vertices in this box")
       ->type_name("X0 Y0 Z0 X1 Y1 Z1")
+      ->check(number())
       ->trigger_on_parse();
   app.add_option("--" + verb + "-list", options.lists, meaning + " the vertices whose indices (from 0) this file lists")
       ->type_name("FILE");
@@ -167,14 +226,19 @@ void add_simulate_options(CLI::App &app, SimulateOptions &o) {
   app.add_option("mesh", o.scene.mesh_path, "OBJ, OFF or PLY file")->required();
   add_support_options(app, "fix", "Hold", o.fixed);
   add_support_options(app, "clamp", "Hold, with their neighbours and so the slope,", o.clamped);
-  app.add_option("--gravity", o.scene.gravity, "Acceleration, length unit/s^2 (0 0 0)")->type_name("X Y Z");
+  app.add_option("--gravity", o.scene.gravity, "Acceleration, length unit/s^2 (0 0 0)")
+      ->type_name("X Y Z")
+      ->check(number());
   app.add_option("--duration", o.scene.duration, "Seconds (5)")->check(positive());
   app.add_option("--step", o.step, "Seconds a step, a frame being one step (1/30)")->check(positive());
-  app.add_option("--k-area", o.scene.material.k_area, "Stiffness against change of area; 0 means the default (1e4)");
-  app.add_option("--k-length", o.scene.material.k_length, "Stiffness against change of length; 0 means the default (1e4)");
-  app.add_option("--k-bend", o.scene.material.k_bend, "Bending stiffness; 0 means the default (1)");
-  app.add_option("--density", o.scene.material.density, "Mass an area; 0 means the default (1)");
-  app.add_option("--damping-ratio", o.scene.damping.ratio, "Of critical, the same for every mode (0)");
+  app.add_option("--k-area", o.scene.material.k_area, "Stiffness against change of area; 0 means the default (1e4)")
+      ->check(number());
+  app.add_option("--k-length", o.scene.material.k_length,
+                 "Stiffness against change of length; 0 means the default (1e4)")
+      ->check(number());
+  app.add_option("--k-bend", o.scene.material.k_bend, "Bending stiffness; 0 means the default (1)")->check(number());
+  app.add_option("--density", o.scene.material.density, "Mass an area; 0 means the default (1)")->check(number());
+  app.add_option("--damping-ratio", o.scene.damping.ratio, "Of critical, the same for every mode (0)")->check(number());
   app.add_option("--obj-frames", o.scene.obj_frames, "How many frames of largest displacement become OBJ files (3)");
   add_run_options(app, o.scene, o.run);
 }
@@ -185,6 +249,7 @@ int simulate_mesh(SimulateOptions &o) {
   o.scene.name = std::filesystem::path(o.scene.mesh_path).stem().string();
   o.scene.title = o.scene.name;
   o.scene.frame_rate = 1 / o.step;
+  apply_method(o.run, o.scene);
   return run_scene(o.scene, o.run);
 }
 
@@ -209,6 +274,12 @@ int run_command_line(int argc, char **argv) {
   CLI::App *check = app.add_subcommand("check", "Say what is wrong with a mesh");
   check->add_option("mesh", mesh_path, "OBJ, OFF or PLY file")->required();
 
+  const auto named = [&](const CLI::App *command) { return argc > 1 && command->get_name() == argv[1]; };
+  if (argc > 1 && argv[1][0] != '-' && !named(run) && !named(simulate) && !named(check)) {
+    std::fprintf(stderr, "shellwarp: there is no command '%s'; it must be run, simulate or check (see --help)\n",
+                 argv[1]);
+    return kWrongUsage;
+  }
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError &error) {
@@ -218,7 +289,10 @@ int run_command_line(int argc, char **argv) {
   if (check->parsed()) return check_mesh(mesh_path);
   if (simulate->parsed()) return simulate_mesh(simulate_options);
   SceneFile file = read_scene_file(scene_path);
-  for (Scene &scene : file.shells) apply_overrides(overrides, scene);
+  for (Scene &scene : file.shells) {
+    apply_overrides(overrides, scene);
+    apply_method(run_options, scene);
+  }
   return run_shells(file, run_options);
 }
 

@@ -1,9 +1,12 @@
 #include "mesh.hpp"
 
+#include "output_file.hpp"
 #include "text_lines.hpp"
 
 #include <algorithm>
 #include <cctype>
+#include <cmath>
+#include <limits>
 #include <stdexcept>
 
 namespace cli {
@@ -23,6 +26,16 @@ Mesh parse(const std::string &path, const std::string &contents) {
   if (ending == "off") return read_off(path, contents);
   if (ending == "ply") return read_ply(path, contents);
   throw FileError(path, 0, "cannot tell the format from the name; end it in .obj, .off or .ply");
+}
+
+template <class Real>
+void write_positions(const std::string &path, const std::vector<Real> &positions, const Mesh &mesh) {
+  OutputFile file(path);
+  for (std::size_t i = 0; i < positions.size(); i += 3)  // nine digits bring a float back exactly
+    file.print("v %.9g %.9g %.9g\n", double{positions[i]}, double{positions[i + 1]}, double{positions[i + 2]});
+  for (std::size_t k = 0; k < mesh.triangles.size(); k += 3)
+    file.print("f %u %u %u\n", mesh.triangles[k] + 1, mesh.triangles[k + 1] + 1, mesh.triangles[k + 2] + 1);
+  file.close();
 }
 
 }  // namespace
@@ -45,6 +58,42 @@ Bounds bounds(const Mesh &mesh) {
     box.high[i % 3] = std::max(box.high[i % 3], mesh.positions[i]);
   }
   return box;
+}
+
+uint32_t nearest_vertex(const std::array<double, 3> &point, const Mesh &mesh) {
+  uint32_t nearest = 0;
+  double least = std::numeric_limits<double>::infinity();
+  for (uint32_t i = 0; i < mesh.n_vertices(); ++i) {
+    const std::array<double, 3> x = mesh.vertex(i);
+    const double distance = std::hypot(x[0] - point[0], x[1] - point[1], x[2] - point[2]);
+    if (distance < least) {
+      least = distance;
+      nearest = i;
+    }
+  }
+  return nearest;
+}
+
+double triangle_area(const std::vector<double> &positions, const uint32_t *corners) {
+  const double *a = &positions[3 * std::size_t{corners[0]}];
+  const double *b = &positions[3 * std::size_t{corners[1]}];
+  const double *c = &positions[3 * std::size_t{corners[2]}];
+  const double u[3] = {b[0] - a[0], b[1] - a[1], b[2] - a[2]}, v[3] = {c[0] - a[0], c[1] - a[1], c[2] - a[2]};
+  return 0.5 * std::hypot(u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]);
+}
+
+double surface_area(const std::vector<double> &positions, const std::vector<uint32_t> &triangles) {
+  double area = 0;
+  for (std::size_t k = 0; k < triangles.size(); k += 3) area += triangle_area(positions, &triangles[k]);
+  return area;
+}
+
+void write_obj(const std::string &path, const std::vector<float> &positions, const Mesh &mesh) {
+  write_positions(path, positions, mesh);
+}
+
+void write_obj(const std::string &path, const std::vector<double> &positions, const Mesh &mesh) {
+  write_positions(path, positions, mesh);
 }
 
 Mesh read_mesh(const std::string &path) {

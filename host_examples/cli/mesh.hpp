@@ -31,6 +31,17 @@ struct Bounds {
 };
 Bounds bounds(const Mesh &mesh);
 
+// The vertex next to a point; the first of several.
+uint32_t nearest_vertex(const std::array<double, 3> &point, const Mesh &mesh);
+
+// Of one triangle, and of all, with the vertices at `positions` (n_vertices x 3).
+double triangle_area(const std::vector<double> &positions, const uint32_t *corners);
+double surface_area(const std::vector<double> &positions, const std::vector<uint32_t> &triangles);
+
+// Positions are n_vertices x 3.
+void write_obj(const std::string &path, const std::vector<float> &positions, const Mesh &mesh);
+void write_obj(const std::string &path, const std::vector<double> &positions, const Mesh &mesh);
+
 // Reads an OBJ, OFF or PLY file, told apart by its extension. Throws FileError (see text_lines.hpp) for anything that is not
 // a whole, well-formed mesh with at least one triangle; a file is never read past its end, whatever it claims to hold.
 Mesh read_mesh(const std::string &path);

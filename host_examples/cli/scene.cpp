@@ -1,5 +1,6 @@
 #include "scene.hpp"
 
+#include "method.hpp"
 #include "text_lines.hpp"
 
 #include <cmath>
@@ -24,6 +25,7 @@ public:
     throw FileError(path_, at.source().begin.line, (name_.empty() ? "" : "[" + name_ + "] ") + what);
   }
   [[noreturn]] void fail(const std::string &what) const { fail(table_, what); }
+  const toml::node &table() const { return table_; }
 
   const toml::node *find(const char *key) {
     known_.insert(key);
@@ -64,6 +66,14 @@ public:
     if (node && (!array || values.size() != array->size() || values.size() != size))
       fail(*node, std::string(key) + " must be a list of " + std::to_string(size) + " numbers");
     return values;  // empty where the key is missing
+  }
+
+  // As many numbers as there are; empty where the key is missing.
+  std::vector<double> list(const char *key) {
+    const toml::node *node = find(key);
+    const toml::array *array = node ? node->as_array() : nullptr;
+    if (node && (!array || array->empty())) fail(*node, std::string(key) + " must be a list of numbers");
+    return numbers(key, array ? array->size() : 0);
   }
 
   std::array<double, 3> vector(const char *key, const std::array<double, 3> &fallback = {}) {
@@ -260,6 +270,35 @@ Handle read_attachment(Section section, const Skeleton &skeleton) {
   return handle;
 }
 
+Force read_force(Section section) {
+  Force force;
+  force.vertex = section.count("vertex");
+  const std::vector<double> nearest = section.numbers("nearest", 3);
+  if (force.vertex.has_value() != nearest.empty()) section.fail("name the vertex by vertex or nearest");
+  force.nearest = section.vector("nearest");
+  if (!section.find("vector")) section.fail("vector is missing: the force, in world axes");
+  force.vector = section.vector("vector");
+  section.reject_unknown_keys();
+  return force;
+}
+
+double not_negative(Section &section, const char *key, double fallback) {
+  const double value = section.number(key).value_or(fallback);
+  if (value < 0) section.fail(*section.find(key), std::string(key) + " must not be negative");
+  return value;
+}
+
+Wind read_wind(Section section) {
+  Wind wind;
+  if (!section.find("velocity")) section.fail("velocity is missing: that of the air, in world axes");
+  wind.velocity = section.vector("velocity");
+  wind.density = not_negative(section, "density", wind.density);
+  wind.normal_drag = not_negative(section, "normal_drag", wind.normal_drag);
+  wind.tangential_drag = not_negative(section, "tangential_drag", wind.tangential_drag);
+  section.reject_unknown_keys();
+  return wind;
+}
+
 Damping read_damping(Section section) {
   Damping d;
   d.ratio = section.number("ratio").value_or(0);
@@ -272,8 +311,11 @@ Damping read_damping(Section section) {
 void read_simulation(Section section, Scene &scene) {
   scene.modes = section.count("modes").value_or(0);
   scene.double_precision = section.choice("precision", {"f32", "f64"}) == "f64";
-  scene.linear = section.choice("method", {"warp", "lma"}) == "lma";
+  scene.method = *find_method(section.choice("method", method_names()));
+  scene.is_static = section.flag("static").value_or(false);
   scene.exact = section.choice("integrator", {"implicit-euler", "exact"}) == "exact";
+  if (scene.exact && is_nonlinear(scene.method))
+    section.fail(*section.find("integrator"), "integrator exact is one of modes; a nonlinear shell has none");
   scene.frame_rate = section.positive("frame_rate", scene.frame_rate);
   scene.steps_per_frame = section.count("steps_per_frame").value_or(1);
   if (scene.steps_per_frame == 0) section.fail("steps_per_frame must be at least 1");
@@ -292,8 +334,67 @@ Expectations read_expectations(Section section) {
   e.handle_residual = section.number("handle_residual");
   e.handles_met = section.flag("handles_met").value_or(false);
   e.in_range = section.flag("in_range").value_or(false);
+  e.energy_never_grows = section.flag("energy_never_grows").value_or(false);
+  e.settled = section.number("settled");
   section.reject_unknown_keys();
   return e;
+}
+
+// Keys such as warp_error = [low, high], and in [expect.reference] a number for each equilibrium.
+std::vector<ComparisonNumbers> read_numbers(Section &expect, std::optional<Section> &reference, const char *what) {
+  std::vector<ComparisonNumbers> all;
+  for (const auto &[word, method] :
+       {std::pair{"warp", SW_METHOD_WARP}, std::pair{"lma", SW_METHOD_LMA},
+        std::pair{"virtual_work", SW_METHOD_WARP_VIRTUAL_WORK}, std::pair{"shell", SW_METHOD_SHELL_IMPLICIT}}) {
+    const std::string key = std::string(word) + "_" + what;
+    ComparisonNumbers numbers;
+    numbers.method = static_cast<uint32_t>(method);
+    numbers.range = expect.range(key.c_str());
+    if (reference) numbers.reference = reference->list(key.c_str());
+    if (numbers.range || !numbers.reference.empty()) all.push_back(numbers);
+  }
+  return all;
+}
+
+ComparisonExpectations read_comparison_expectations(Section section) {
+  ComparisonExpectations e;
+  e.modes = section.count("modes");
+  e.lowest_frequency = section.range("lowest_frequency");
+  e.in_range = section.flag("in_range").value_or(false);
+  e.warp_below_lma = section.flag("warp_below_lma").value_or(false);
+  e.errors_grow = section.flag("errors_grow").value_or(false);
+  e.stiffer_differs_less = section.flag("stiffer_differs_less").value_or(false);
+  std::optional<Section> reference = section.section("reference");
+  if (reference) e.tolerance = reference->positive("tolerance", 0);
+  e.errors = read_numbers(section, reference, "error");
+  e.area_changes = read_numbers(section, reference, "area_change");
+  if (reference) reference->reject_unknown_keys();
+  section.reject_unknown_keys();
+  return e;
+}
+
+Comparison read_comparison(Section section, const Scene &scene) {
+  Comparison c;
+  const toml::node *node = section.find("methods");
+  const toml::array *array = node ? node->as_array() : nullptr;
+  for (std::size_t i = 0; array && i < array->size(); ++i)
+    if (const auto method = find_method((*array)[i].value<std::string>().value_or(""));
+        method && !is_nonlinear(*method))
+      c.methods.push_back(*method);
+  if (!array || c.methods.empty() || c.methods.size() != array->size())
+    section.fail(node ? *node : section.table(), "methods must be a list of warp, lma and virtual-work, in quotes");
+  c.gravities = section.list("gravities");
+  if (c.gravities.empty()) section.fail("gravities is missing: the lengths that gravity is to have, ascending");
+  if (const std::vector<double> factors = section.list("bending"); !factors.empty()) c.bending = factors;
+  for (const char *key : {"gravities", "bending"}) {
+    const std::vector<double> &values = std::string(key) == "bending" ? c.bending : c.gravities;
+    for (std::size_t i = 0; i < values.size(); ++i)
+      if (!(values[i] > 0) || (i > 0 && values[i] <= values[i - 1]))
+        section.fail(*section.find(key), std::string(key) + " must be above 0 and ascend");
+  }
+  if (scene.gravity == std::array<double, 3>{}) section.fail("gravity in [simulation] must give the direction");
+  section.reject_unknown_keys();
+  return c;
 }
 
 PaperFigures read_paper(Section section) {
@@ -326,10 +427,18 @@ void read_substance(Section &section, const std::string &path, Scene &scene) {
   if (auto s = section.section("material")) scene.material = read_material(*s);
   if (auto s = section.section("damping")) scene.damping = read_damping(*s);
   for (Section &s : section.sections("support")) scene.supports.push_back(read_support(std::move(s), path));
-  if (auto s = section.section("expect")) scene.expect = read_expectations(*s);
+  for (Section &s : section.sections("force")) scene.loads.forces.push_back(read_force(std::move(s)));
+  if (auto s = section.section("wind")) scene.loads.wind = read_wind(*s);
+  if (auto s = section.section("expect")) {
+    if (scene.comparison)
+      scene.comparison->expect = read_comparison_expectations(*s);
+    else
+      scene.expect = read_expectations(*s);
+  }
 }
 
 void read_single(Section &top, const std::string &path, Scene &scene) {
+  if (auto s = top.section("comparison")) scene.comparison = read_comparison(*s, scene);
   read_substance(top, path, scene);
   if (auto s = top.section("frame")) {
     scene.motion = read_motion(*s, "pivot", scene.duration);
@@ -370,6 +479,7 @@ SceneFile read_scene_file(const std::string &path) {
   Scene scene;
   file.name = scene.name = std::filesystem::path(path).stem().string();
   scene.title = top.text("title").value_or(scene.name);
+  scene.length_unit = top.text("length_unit").value_or("");
   scene.obj_frames = top.count("obj_frames").value_or(scene.obj_frames);
   scene.obj_times = read_times(top, "obj_times");
   if (auto s = top.section("simulation")) read_simulation(*s, scene);

@@ -4,6 +4,7 @@
 
 #include "frame_motion.hpp"
 #include "handle_motion.hpp"
+#include "loads.hpp"
 #include "mesh.hpp"
 #include "skeleton.hpp"
 
@@ -45,6 +46,34 @@ struct Expectations {
   bool in_range = false;                    // at every frame
   std::optional<double> handle_residual;    // at most, at every step: in model sizes, or radians
   bool handles_met = false;                 // at every step
+  bool energy_never_grows = false;          // from frame to frame, see energy_audit.hpp
+  std::optional<double> settled;            // at the end: kinetic energy at most this fraction of the elastic
+};
+
+// Of one method, at each equilibrium: within a range, or one by one near reference numbers from elsewhere.
+struct ComparisonNumbers {
+  uint32_t method = SW_METHOD_WARP;
+  std::optional<Range> range;
+  std::vector<double> reference;
+};
+
+struct ComparisonExpectations {
+  std::optional<uint32_t> modes;
+  std::optional<Range> lowest_frequency;  // Hz, of the first bending stiffness
+  bool in_range = false;                  // every method everywhere
+  bool warp_below_lma = false;            // its error, everywhere
+  bool errors_grow = false;               // with gravity, of every method
+  bool stiffer_differs_less = false;      // errors fall with bending stiffness
+  std::vector<ComparisonNumbers> errors, area_changes;
+  double tolerance = 0;  // of the reference numbers
+};
+
+// Equilibria of several methods over gravity and bending stiffness; see comparison.hpp.
+struct Comparison {
+  std::vector<uint32_t> methods;      // beside the nonlinear shell, which is always there
+  std::vector<double> gravities;      // lengths of the gravity vector
+  std::vector<double> bending = {1};  // factors on k_bend
+  ComparisonExpectations expect;
 };
 
 // Another's figures for the same scene, printed beside ours.
@@ -57,11 +86,13 @@ struct Scene {
   std::string name;  // stem of the files that are written
   std::string title;
   std::string mesh_path;
+  std::string length_unit;  // for people only
   Material material;
   std::vector<Support> supports;
   uint32_t modes = 0;  // 0 = the library's default
   bool double_precision = false;
-  bool linear = false;     // linear modal analysis in place of warping
+  uint32_t method = SW_METHOD_WARP;
+  bool is_static = false;  // the equilibrium instead of the motion
   bool exact = false;      // exact propagator in place of implicit Euler
   double frame_rate = 30;  // Hz
   uint32_t steps_per_frame = 1;
@@ -69,9 +100,11 @@ struct Scene {
   std::array<double, 3> gravity{};
   Damping damping;
   FrameMotion motion;
+  Loads loads;  // beside gravity
   std::vector<Handle> handles;
-  uint32_t obj_frames = 3;        // how many frames of largest displacement are written
-  std::vector<double> obj_times;  // s: these frames in their place, unless empty
+  std::optional<Comparison> comparison;  // in place of a run
+  uint32_t obj_frames = 3;               // how many frames of largest displacement are written
+  std::vector<double> obj_times;         // s: these frames in their place, unless empty
   Expectations expect;
   std::optional<PaperFigures> paper;
 

@@ -1,5 +1,6 @@
 #include "shell.hpp"
 
+#include "method.hpp"
 #include "progress.hpp"
 
 #include <algorithm>
@@ -9,6 +10,8 @@
 namespace cli {
 
 namespace {
+
+constexpr double kFullTurn = 6.283185307179586;
 
 bool inside(const Bounds &box, const std::array<double, 3> &x) {
   for (std::size_t k = 0; k < 3; ++k)
@@ -63,6 +66,21 @@ SwSupportDesc support_desc(const SupportVertices &vertices) {
   return desc;
 }
 
+// A nonlinear shell has no modes to damp one by one: the ratio is that of its slowest mode, by the mass.
+SwDampingDesc damping_desc(const Scene &scene, const shellwarp::Model &model) {
+  SwDampingDesc damping = shellwarp::damping_desc();
+  damping.mass_coefficient = scene.damping.mass;
+  damping.stiffness_coefficient = scene.damping.stiffness;
+  const std::vector<double> hertz = model.frequencies();
+  if (is_nonlinear(scene.method)) {
+    damping.mass_coefficient += hertz.empty() ? 0 : 2 * scene.damping.ratio * kFullTurn * hertz[0];
+  } else {
+    damping.ratios = &scene.damping.ratio;
+    damping.n_ratios = 1;
+  }
+  return damping;
+}
+
 }  // namespace
 
 SupportVertices find_supports(const Scene &scene, const Mesh &mesh) {
@@ -87,19 +105,14 @@ shellwarp::Model make_model(const Scene &scene, const Mesh &mesh, ProgressBar &p
   return model;
 }
 
-shellwarp::State make_state(const Scene &scene, const shellwarp::Model &model) {
+shellwarp::State make_state(const Scene &scene, const Mesh &mesh, const shellwarp::Model &model) {
   SwStateDesc desc = shellwarp::state_desc();
-  desc.method = scene.linear ? SW_METHOD_LMA : SW_METHOD_WARP;
+  desc.method = scene.method;
   desc.integrator = scene.exact ? SW_INTEGRATOR_EXACT : SW_INTEGRATOR_IMPLICIT_EULER;
   shellwarp::State state(model, desc);
   state.set_gravity(scene.gravity[0], scene.gravity[1], scene.gravity[2]);
-
-  SwDampingDesc damping = shellwarp::damping_desc();
-  damping.mass_coefficient = scene.damping.mass;
-  damping.stiffness_coefficient = scene.damping.stiffness;
-  damping.ratios = &scene.damping.ratio;
-  damping.n_ratios = 1;
-  state.set_damping(damping);
+  state.set_damping(damping_desc(scene, model));
+  set_loads(scene.loads, mesh, state);
   return state;
 }
 

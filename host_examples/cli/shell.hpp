@@ -18,6 +18,6 @@ struct SupportVertices {
 SupportVertices find_supports(const Scene &scene, const Mesh &mesh);
 
 shellwarp::Model make_model(const Scene &scene, const Mesh &mesh, ProgressBar &progress);
-shellwarp::State make_state(const Scene &scene, const shellwarp::Model &model);
+shellwarp::State make_state(const Scene &scene, const Mesh &mesh, const shellwarp::Model &model);
 
 }  // namespace cli

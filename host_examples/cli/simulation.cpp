@@ -1,5 +1,6 @@
 #include "simulation.hpp"
 
+#include "energy_audit.hpp"
 #include "progress.hpp"
 
 #include <algorithm>
@@ -63,9 +64,18 @@ void record(uint32_t frame, const shellwarp::State &state, std::vector<float> &p
   if (cache) cache->append(positions.data());
 }
 
+// The equilibrium is the one frame after the start; no time passes.
+void move_to_equilibrium(const Scene &scene, std::vector<PlacedHandle> &handles, shellwarp::State &state, Run &run) {
+  if (scene.motion.moves()) state.set_frame(scene.motion.pose(scene.duration));
+  move_handles(handles, scene.duration, state);
+  Stopwatch stopwatch(run.step_seconds);
+  run.equilibrium = state.equilibrium();
+}
+
 }  // namespace
 
 uint32_t frame_count(const Scene &scene) {
+  if (scene.is_static) return 1;
   return static_cast<uint32_t>(std::clamp(std::round(scene.duration * scene.frame_rate), 1.0, 1e9));
 }
 
@@ -73,13 +83,21 @@ Run simulate(const Scene &scene, uint32_t n_frames, const Mesh &mesh, std::vecto
              shellwarp::State &state, PointCache *cache) {
   Run run;
   std::vector<float> positions(mesh.positions.size());
+  EnergyAudit audit(scene, mesh);
   record(0, state, positions, run, cache);
+  audit.note(0, state, run.frames.back().report);
   run.position_seconds = 0;  // the start is not a frame that was stepped to
   for (uint32_t frame = 1; frame <= n_frames && !run.interrupted; ++frame) {
-    step_to_next_frame(scene, handles, state, run);
+    if (scene.is_static)
+      move_to_equilibrium(scene, handles, state, run);
+    else
+      step_to_next_frame(scene, handles, state, run);
     record(frame, state, positions, run, cache);
+    audit.note(frame, state, run.frames.back().report);
     run.interrupted = interrupted();
   }
+  if (audit.applies()) run.largest_gain = audit.largest_gain();
+  run.frame_of_gain = audit.frame_of_gain();
   return run;
 }
 

@@ -8,6 +8,7 @@
 #include "shellwarp.hpp"
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 namespace cli {
@@ -31,6 +32,9 @@ struct Run {
   uint64_t steps = 0;
   double step_seconds = 0, position_seconds = 0;
   HandleFigures handles;
+  std::optional<SwEquilibriumReport> equilibrium;  // of a static scene
+  std::optional<double> largest_gain;              // see energy_audit.hpp
+  uint32_t frame_of_gain = 0;
   bool all_finite = true;
   bool interrupted = false;
 };
@@ -39,7 +43,7 @@ struct Run {
 Run simulate(const Scene &scene, uint32_t n_frames, const Mesh &mesh, std::vector<PlacedHandle> handles,
              shellwarp::State &state, PointCache *cache);
 
-// The duration in frames, at least one.
+// The duration in frames, at least one; one if static: the equilibrium, handles and frame as at the end of the duration.
 uint32_t frame_count(const Scene &scene);
 
 }  // namespace cli

@@ -1,28 +1,18 @@
 #include "summary.hpp"
 
+#include "judge.hpp"
+#include "method.hpp"
 #include "progress.hpp"
 
 #include <algorithm>
-#include <cstdarg>
 #include <cstdio>
 
 namespace cli {
 
 namespace {
 
-std::string format(const char *pattern, ...)
-#if defined(__GNUC__)
-    __attribute__((format(printf, 1, 2)))
-#endif
-    ;
-std::string format(const char *pattern, ...) {
-  char text[256];
-  std::va_list arguments;
-  va_start(arguments, pattern);
-  std::vsnprintf(text, sizeof text, pattern, arguments);
-  va_end(arguments);
-  return text;
-}
+// Newton's method stops at a residual of 1e-8 of the load; positions of modal methods have seven digits.
+constexpr double kRoundingOfEnergy = 1e-6;
 
 void row(const char *label, const std::string &value, const std::optional<double> &paper = std::nullopt) {
   std::printf("  %-30s %14s", label, value.c_str());
@@ -81,7 +71,7 @@ void print_precompute(const SwModelInfo &info, const PaperFigures &paper) {
 void print_run(const SwModelInfo &info, const Run &run, const PaperFigures &paper) {
   heading("run");
   const double steps = static_cast<double>(run.steps), frames = static_cast<double>(run.frames.size() - 1);
-  if (frames < 1) return;
+  if (frames < 1 || run.steps == 0) return;
   const double per_step = run.step_seconds / steps;
   const double per_frame = (run.step_seconds + run.position_seconds) / frames;
   row("steps", count(run.steps));
@@ -99,19 +89,35 @@ void print_memory(const SwModelInfo &info) {
   row("most during precompute", bytes(info.bytes_precompute_peak));
 }
 
-void print_motion(const Run &run) {
+// How far the shell is from rest.
+double kinetic_share(const Run &run) {
+  const SwStateReport &end = run.frames.back().report;
+  return end.elastic_energy > 0 ? end.kinetic_energy / end.elastic_energy : end.kinetic_energy > 0 ? 1 : 0;
+}
+
+void print_motion(const Scene &scene, const Run &run) {
   heading("motion");
+  row("method", method_name(scene.method));
   double displacement = 0, rotation = 0;
   for (const FrameRecord &f : run.frames) {
     displacement = std::max(displacement, f.report.max_displacement);
     rotation = std::max(rotation, f.report.max_rotation);
   }
-  row("largest displacement", format("%.6g", displacement));
-  row("displacement at the end", format("%.6g", run.frames.back().report.max_displacement));
+  const char *unit = scene.length_unit.empty() ? "units" : scene.length_unit.c_str();
+  row("largest displacement", format("%.6g %s", displacement, unit));
+  row("displacement at the end", format("%.6g %s", run.frames.back().report.max_displacement, unit));
   row("largest local rotation", format("%.3f rad", rotation));
   row("frames out of range",
       count(static_cast<uint64_t>(std::count_if(run.frames.begin(), run.frames.end(),
                                                 [](const FrameRecord &f) { return !f.report.in_range; }))));
+  if (run.largest_gain) row("most energy gained in a frame", format("%.1e of work", *run.largest_gain));
+  if (!scene.is_static) row("kinetic energy at the end", format("%.1e of elastic", kinetic_share(run)));
+}
+
+void print_equilibrium(const SwEquilibriumReport &equilibrium) {
+  heading("equilibrium");
+  row("iterations", count(equilibrium.iterations));
+  row("relative residual", format("%.1e", equilibrium.residual));
 }
 
 // In model sizes, or radians.
@@ -139,32 +145,20 @@ double largest_displacement(const Run &run) {
 // What a reader of the figures should know before trusting them.
 void print_advice(const Summary &summary) {
   const std::vector<FrameRecord> &frames = summary.run.frames;
-  const auto outside = std::count_if(frames.begin(), frames.end(), [](const FrameRecord &f) { return !f.report.in_range; });
+  const auto outside =
+      std::count_if(frames.begin(), frames.end(), [](const FrameRecord &f) { return !f.report.in_range; });
   if (outside)
-    std::printf("note: %lld of %zu frames bend further than the method describes well (a quarter turn):\n"
-                "      stiffen the shell, lower the loads, or check that units and material fit together\n",
-                static_cast<long long>(outside), frames.size());
+    std::printf(
+        "note: %lld of %zu frames bend further than the method describes well (a quarter turn):\n"
+        "      stiffen the shell, lower the loads, or check that units and material fit together\n",
+        static_cast<long long>(outside), frames.size());
   if (summary.info.n_unknowns == 0)
     std::printf("note: every vertex is held, so nothing can move\n");
   else if (largest_displacement(summary.run) == 0)
-    std::printf("note: nothing has moved: no gravity, no moving frame, no handle\n");
+    std::printf("note: nothing has moved: no gravity, force or wind, no moving frame, no handle\n");
   if (summary.info.zero_modes)
     std::printf("note: nothing resists %u of the modes: the shell floats or turns freely\n", summary.info.zero_modes);
 }
-
-class Judge {
-public:
-  std::vector<std::string> sentences;
-
-  void equal(const char *what, uint32_t value, const std::optional<uint32_t> &expected) {
-    if (expected && value != *expected) sentences.push_back(format("%s: expected %u, got %u", what, *expected, value));
-  }
-
-  void within(const char *what, double value, const std::optional<Range> &range) {
-    if (range && !(value >= range->first && value <= range->second))
-      sentences.push_back(format("%s: expected %g to %g, got %g", what, range->first, range->second, value));
-  }
-};
 
 }  // namespace
 
@@ -175,8 +169,9 @@ void print_summary(const Summary &summary) {
   print_mesh(summary.info, paper);
   print_modes(summary.info, summary.frequencies, paper);
   print_precompute(summary.info, paper);
-  print_run(summary.info, summary.run, paper);
-  print_motion(summary.run);
+  if (!summary.run.equilibrium) print_run(summary.info, summary.run, paper);
+  if (summary.run.equilibrium) print_equilibrium(*summary.run.equilibrium);
+  print_motion(summary.scene, summary.run);
   if (!summary.scene.handles.empty()) print_handles(summary);
   print_memory(summary.info);
   if (!paper.note.empty()) std::printf("%s: %s\n", paper.source.c_str(), paper.note.c_str());
@@ -203,6 +198,13 @@ std::vector<std::string> violations(const Summary &summary, bool whole) {
     judge.sentences.push_back(format("handles: met in %s of %s steps",
                                      count(run.handles.steps - run.handles.steps_missed).c_str(),
                                      count(run.handles.steps).c_str()));
+  if (expect.energy_never_grows && !run.largest_gain)
+    judge.sentences.push_back("energy: wind, handles or a moving frame do work on the shell, so it cannot be judged");
+  if (expect.energy_never_grows && run.largest_gain.value_or(0) > kRoundingOfEnergy)
+    judge.sentences.push_back(
+        format("energy: grew by %.1e of the work of the loads in frame %u", *run.largest_gain, run.frame_of_gain));
+  if (whole && expect.settled)
+    judge.within("kinetic energy at the end, of the elastic", kinetic_share(run), Range{0, *expect.settled});
   if (whole) {
     judge.within("largest displacement", largest_displacement(run), expect.max_displacement);
     judge.within("displacement at the end", run.frames.back().report.max_displacement, expect.final_displacement);

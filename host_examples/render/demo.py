@@ -5,9 +5,11 @@
 
 Each scene's rest shape and the frames that the program wrote (those of largest displacement) become stills in --out,
 coloured by displacement on one scale and from one camera, and a sheet of them. Of the scenes with handles each has
-one still, its handles as yellow spheres and red, green, blue axes, and they share handles_sheet.png. The character has
-a still of all its shells, on the body that wears them, at each of the times that its scene lists. Without the
-renderer's packages the scenes still run. Any Python 3 will do: only the stills need the Python given by --python.
+one still, its handles as yellow spheres and red, green, blue axes, and they share handles_sheet.png. The shapes of the
+beams by linear modal analysis (red), the warp (blue) and the nonlinear shell (green), with bending stiffness x 1, 10, 100,
+share beams_sheet.png; errors and areas over gravity become NAME_curves.png. The character has a still of
+all its shells, on the body that wears them, at each of the times that its scene lists. Without the renderer's packages the
+scenes still run. Any Python 3 will do: only the stills need the Python given by --python.
 """
 
 import argparse
@@ -28,17 +30,26 @@ VIEWS = {
     "handles_both": ["--up", "z", "--gap", "0.15", "--view", "32", "20"],
 }
 HELD = {"handles_position": "position", "handles_orientation": "orientation", "handles_both": "orientation and height"}
+SHAPES = {"flat_beam_stiffness": "flat beam", "v_beam_stiffness": "V-beam"}
+SIDE_BY_SIDE = ["--up", "z", "--gap", "0.1", "--view", "22", "14", "--apart", "0", "1.1", "0"]   # a beam is 0.8 wide
+CURVES = {"v_beam_comparison": "V-beam with a soft membrane: rotation governs",
+          "flat_beam_comparison": "flat beam",
+          "v_beam_flattens": "V-beam pulled straight down: the section flattens",
+          "v_beam_oblique": "V-beam pulled aslant"}
+COLORS = {"lma": "red", "warp": "blue", "implicit": "green"}   # as in the curves
+UNITS = {"dinosaur": "cm"}   # the beams' is nameless: they are 4 long
 BALL = 0.08                  # radius of a handle that holds a position, in the mesh's unit
 CHARACTER = "character"      # several shells on a skeleton, drawn together
 SHELLS = {"hat": "#6a3fb0", "torso": "#c8372d", "leg_left": "#2d62ad", "leg_right": "#2d62ad"}
 CHARACTER_VIEW = ["--view", 24, 15, "--size", 480, 640]
 JOINT_BALL = 1.5             # cm
+SCENES_SHOWN = [*VIEWS, CHARACTER, *SHAPES, *CURVES]
 
 
 def run_scene(cli, name, folder):
     """What the program prints for one scene, and whether it succeeded; its progress goes straight to the terminal."""
     folder.mkdir(parents=True, exist_ok=True)
-    for old in folder.glob("*_frames.csv"):
+    for old in [*folder.glob("*_frames.csv"), *folder.glob("*_comparison.csv")]:
         old.unlink()
     print(f"demo: running {name}", flush=True)
     started = time.monotonic()
@@ -60,6 +71,12 @@ def written_frames(folder):
     return None, []
 
 
+def scale_words(name):
+    """The caption of a scene's colour scale, and what follows a length in its labels."""
+    unit = UNITS.get(name)
+    return ("displacement, " + unit, " " + unit) if unit else ("displacement (the beam is 4 long)", "")
+
+
 def draw(python, out, *arguments):
     """Calls the renderer for one picture and returns the picture's path, None if that failed."""
     command = [python, str(HERE / "render.py"), "--out", str(out), *map(str, arguments)]
@@ -78,12 +95,13 @@ def draw_scene(python, name, folder, out):
     for path in [rest] + [folder / row["obj"] for row in frames]:
         view += ["--frame-on", path]
     top = max(float(row["max_displacement"]) for row in frames)
-    scale = ["--caption", "displacement", "--range", 0, top or 1]
+    caption, unit = scale_words(name)
+    scale = ["--caption", caption, "--range", 0, top or 1]
     stills, labels = [draw(python, out / f"{name}_rest.png", *view, rest)], ["at rest"]
     for row in frames:
         picture = out / f"{name}_{int(row['frame']):04d}.png"
         stills.append(draw(python, picture, *view, *scale, "--values", folder / row["displacement"], folder / row["obj"]))
-        labels.append(f"after {float(row['time']):.3g} s: moved by up to {float(row['max_displacement']):.3g}")
+        labels.append(f"after {float(row['time']):.3g} s: moved by up to {float(row['max_displacement']):.3g}{unit}")
     if None in stills:
         return stills
     columns = 2 if len(stills) == 4 else 3
@@ -110,7 +128,7 @@ def draw_handles(python, name, folder, out):
         print(f"demo: no frames with handles of {name} in {folder}", file=sys.stderr)
         return None, ""
     row = max(frames, key=lambda row: float(row["max_displacement"]))
-    picture = draw(python, out / f"{name}.png", *VIEWS[name], "--size", 800, 600, "--caption", "displacement",
+    picture = draw(python, out / f"{name}.png", *VIEWS[name], "--size", 800, 600, "--caption", scale_words(name)[0],
                    "--values", folder / row["displacement"], *handle_marks(folder / row["handles"]), folder / row["obj"])
     return picture, f"{HELD[name]} held, after {float(row['time']):.3g} s"
 
@@ -173,9 +191,42 @@ def draw_handle_scenes(python, names, out):
     return [*stills, draw(python, out / "handles_sheet.png", "--contact-sheet", *stills, "--labels", *labels)]
 
 
+def draw_shapes(python, name, folder, out):
+    """A still for each bending stiffness of a comparison at its largest gravity, the methods side by side, and its label."""
+    with open(folder / f"{name}_comparison.csv", encoding="utf-8", newline="") as file:
+        rows = [row for row in csv.DictReader(file) if row["obj"] and row["method"] in COLORS]
+    frame = [word for row in rows for word in ("--frame-on", folder / row["obj"])]
+    stills = []
+    for bending in dict.fromkeys(row["bending"] for row in rows):
+        last = {row["method"]: row for row in rows if row["bending"] == bending}
+        picture = draw(python, out / f"{name}_{bending}.png", *SIDE_BY_SIDE, "--size", 640, 480, *frame, "--colors",
+                       *(COLORS[method] for method in last), *(folder / row["obj"] for row in last.values()))
+        gravity = next(iter(last.values()))["gravity"]
+        stills.append((picture, f"{SHAPES[name]}, gravity {gravity}, bending stiffness x {bending}"))
+    return stills
+
+
+def draw_all_shapes(python, names, out):
+    """The shapes of all beams, and their sheet, a row for each beam."""
+    stills, labels = zip(*(still for name in names for still in draw_shapes(python, name, out / name, out)))
+    if None in stills:
+        return list(stills)
+    title = "from the front: nonlinear shell (green), linear modal analysis (red), modal warping (blue)"
+    sheet = draw(python, out / "beams_sheet.png", "--contact-sheet", "--columns", len(stills) // len(names), "--title", title,
+                 *stills, "--labels", *labels)
+    return [*stills, sheet]
+
+
+def draw_curves(python, name, folder, out):
+    picture = out / f"{name}_curves.png"
+    command = [python, str(HERE / "curves.py"), "--out", str(picture), "--title", CURVES[name],
+               str(folder / f"{name}_comparison.csv")]
+    return picture if subprocess.run(command, check=False).returncode == 0 else None
+
+
 def can_draw(python):
     try:
-        return subprocess.run([python, "-c", "import mitsuba, numpy, PIL"], check=False, capture_output=True).returncode == 0
+        return subprocess.run([python, "-c", "import matplotlib, mitsuba, numpy, PIL"], check=False, capture_output=True).returncode == 0
     except OSError:
         return False
 
@@ -185,7 +236,7 @@ def main():
     parser.add_argument("--cli", required=True, help="the command-line program")
     parser.add_argument("--python", default=sys.executable, help="a Python that has the renderer's packages")
     parser.add_argument("--out", type=Path, default=Path("out/demo"), help="folder for everything written (out/demo)")
-    parser.add_argument("--scenes", nargs="+", choices=[*VIEWS, CHARACTER], default=[*VIEWS, CHARACTER], help="which scenes (all)")
+    parser.add_argument("--scenes", nargs="+", choices=SCENES_SHOWN, default=SCENES_SHOWN, help="which scenes (all)")
     args = parser.parse_args()
 
     results = {name: run_scene(args.cli, name, args.out / name) for name in args.scenes}
@@ -196,10 +247,15 @@ def main():
     for name in ready:
         if name == CHARACTER:
             pictures += draw_character(args.python, args.out / name, args.out)
-        elif name not in handles:
+        elif name in CURVES:
+            pictures.append(draw_curves(args.python, name, args.out / name, args.out))
+        elif name in VIEWS and name not in handles:
             pictures += draw_scene(args.python, name, args.out / name, args.out)
     if handles:
         pictures += draw_handle_scenes(args.python, handles, args.out)
+    shapes = [name for name in ready if name in SHAPES]
+    if shapes:
+        pictures += draw_all_shapes(args.python, shapes, args.out)
 
     for name, (printed, _) in results.items():
         print(f"\n== {name}\n{printed}", end="")

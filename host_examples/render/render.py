@@ -9,7 +9,7 @@ One mesh, plain or coloured by how far each vertex moved from its rest shape:
 
 Several meshes in one picture, each in its own colour (a name below or #rrggbb):
 
-    render.py --out methods.png --up z --colors red blue green lma.obj warp.obj shells.obj
+    render.py --out methods.png --up z --colors red blue green --apart 0 1 0 lma.obj warp.obj shells.obj
 
 A sequence that shares one camera and one ground; handles as spheres; axes at a point:
 
@@ -175,6 +175,8 @@ def arguments(argv):
     add("--range", nargs=2, type=float, metavar=("LOW", "HIGH"), help="ends of the colour scale (0 and the largest value)")
     add("--caption", help="words above the colour scale")
     add("--colors", nargs="+", default=[], metavar="COLOR", help=f"one for each mesh: {', '.join(COLORS)}, #rrggbb")
+    add("--apart", nargs=3, type=float, default=(0, 0, 0), metavar=("X", "Y", "Z"),
+        help="put each mesh this much further along than the one before, so that meshes alike do not hide each other")
     add("--spheres", nargs="+", default=[], metavar="N", help="x y z radius, repeated: yellow spheres")
     add("--axes", nargs="+", default=[], metavar="N",
         help="x y z: axes from this point, x red, y green, z blue; nine more numbers: directions of the three, and then "
@@ -240,13 +242,14 @@ def vertex_colors(args, vertices):
     if args.range and not low < high:
         raise RenderError(f"--range needs LOW below HIGH; found {low:g} {high:g}")
     top = values.argmax()
-    print(f"{args.files[0]}: largest {caption} {values[top]:.6g} at vertex {top + 1}; colours {low:g} to {high:g}")
+    print(f"{args.files[0]}: largest {caption} {values[top]:.6g} at vertex {top}, counted from 0; colours {low:g} to {high:g}")
     return viridis((values - low) / max(high - low, 1e-300)), (caption, low, high)
 
 
 def still(args):
     mi = load_mitsuba()
-    meshes = [read_obj(path) for path in args.files]
+    meshes = [(vertices + i * np.array(args.apart), triangles)
+              for i, (vertices, triangles) in enumerate(read_obj(path) for path in args.files)]
     points, middle, reach = framing(args, [vertices for vertices, _ in meshes])
     turn = np.eye(3) if args.up == "y" else np.array([[1, 0, 0], [0, 0, 1], [0, -1, 0]])
 
@@ -267,7 +270,8 @@ def still(args):
 
 def framing(args, meshes):
     """The points to keep in the picture, and the middle and radius of the meshes; --frame-on replaces all of them."""
-    shown = np.concatenate([read_obj(path)[0] for path in args.frame_on] or meshes)
+    places = [i * np.array(args.apart) for i in range(len(meshes))]
+    shown = np.concatenate([read_obj(path)[0] + place for path in args.frame_on for place in places] or meshes)
     middle = (shown.min(axis=0) + shown.max(axis=0)) / 2
     reach = np.linalg.norm(np.ptp(shown, axis=0)) / 2
     if reach == 0:

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
+import curves
 import demo
 import figure
 import meshes
@@ -141,7 +142,7 @@ class Pictures(WithFiles):
     def test_displacement_is_measured_and_coloured(self):
         moved = self.file(TENT.replace("v .5 .6 .5", "v .5 .9 .5"), "moved.obj")
         picture, printed = self.draw("--displacement", self.file(TENT), moved)
-        self.assertIn("largest displacement 0.3 at vertex 5", printed)
+        self.assertIn("largest displacement 0.3 at vertex 4, counted from 0", printed)
         self.assertGreater((picture[..., 1] > picture[..., 2] + 40).sum(), 5, "the moved tip is green or yellow")
 
     def test_a_mesh_far_from_the_origin_and_very_small_looks_the_same(self):
@@ -157,6 +158,12 @@ class Pictures(WithFiles):
         picture, _ = self.draw("--up", "z", "--title", "tent", "--axes", 0, 0, 0, "--spheres", "0", "0", "1", ".2",
                                "--frame-on", mesh, "--colors", "red", "blue", mesh, mesh)
         self.assertGreater(picture.std(), 5)
+
+    def test_meshes_apart_do_not_hide_each_other(self):
+        mesh, hidden = self.file(TENT), self.file(TENT, "same.obj")
+        apart, _ = self.draw("--colors", "red", "blue", "--apart", 1.5, 0, 0, mesh, hidden)
+        for near, far in ((0, 2), (2, 0)):
+            self.assertGreater((apart[..., near] > apart[..., far] + 60).mean(), 0.02)
 
     def test_axes_may_be_turned(self):
         mesh = self.file(TENT)
@@ -210,6 +217,38 @@ class Figure(WithFiles):
             x, y = meshes.read_obj(a)[0] - [1, 2, 3], meshes.read_obj(b)[0] - [1, 2, 13]
             # A quarter turn about z through the joint, which rises by 10; the files hold five decimals.
             self.assertLess(np.abs(y - np.stack([-x[:, 1], x[:, 0], x[:, 2]], axis=1)).max(), 2e-5, color)
+
+
+class Curves(WithFiles):
+    HEAD = "bending,gravity,method,error,area_change,residual,in_range,max_displacement,obj\n"
+    ROWS = ("1,1,implicit,0,1e-6,1e-9,1,.2,a.obj\n1,1,lma,.02,.01,1e-9,1,.2,b.obj\n1,1,warp,,,,,,\n"
+            "1,2,implicit,0,2e-6,1e-9,1,.4,c.obj\n1,2,lma,.05,.03,1e-9,0,.4,d.obj\n10,1,lma,9,9,1e-9,1,.1,e.obj\n")
+
+    def test_the_rows_drawn_are_the_equilibria_of_the_first_stiffness(self):
+        table = curves.read_table(self.file(self.HEAD + self.ROWS, "t.csv"))
+        self.assertEqual(table["lma"], [(1, .02, .01), (2, .05, .03)])
+        self.assertEqual(table["implicit"], [(1, 0, 1e-6), (2, 0, 2e-6)])
+        self.assertNotIn("warp", table, "there is no equilibrium of it")
+
+    def test_every_method_has_a_curve_a_name_and_units(self):
+        figure = curves.draw(curves.read_table(self.file(self.HEAD + self.ROWS, "t.csv")), "beam")
+        errors, areas = figure.axes
+        self.assertEqual([line.get_label() for line in areas.lines], ["linear modal analysis", "nonlinear shell"])
+        np.testing.assert_allclose(errors.lines[0].get_ydata(), [2, 5], err_msg="per cent")
+        for axes in (errors, areas):
+            self.assertIn("s\u00b2", axes.get_xlabel())
+            self.assertIn("%", axes.get_ylabel())
+            self.assertIsNotNone(axes.get_legend())
+
+    def test_a_table_of_something_else_is_refused_and_a_good_one_drawn(self):
+        for text in ("", "a,b\n1,2\n", self.HEAD + "1,1,magic,.1,.1,0,1,1,x.obj\n"):
+            with contextlib.redirect_stderr(io.StringIO()) as err:
+                self.assertEqual(curves.main([self.file(text, "bad.csv"), "--out", str(self.folder / "x.png")]), 2)
+            self.assertIn("bad.csv", err.getvalue())
+        out = self.folder / "curves.svg"
+        with contextlib.redirect_stdout(io.StringIO()):
+            self.assertEqual(curves.main([self.file(self.HEAD + self.ROWS, "t.csv"), "--out", str(out)]), 0)
+        self.assertIn("<svg", out.read_text())
 
 
 class Demo(WithFiles):

@@ -1,11 +1,11 @@
 //! Motion in modal coordinates: the warp and linear modal analysis.
 
 use crate::constraint::{Constraints, Step};
-use crate::model::with_basis;
-use crate::step::modal_force::{self, BodyLoad};
+use crate::model::{AnyBasis, with_basis};
+use crate::step::modal_force::{self, Acting, BodyLoad, Scratch};
 use crate::step::{ForceLaw, Integrator, Oscillator};
 use crate::support::Pose;
-use crate::warp::{LANES, WarpedBlock, lane};
+use crate::warp::visit_displacements;
 use crate::{Error, ErrorKind, Model, Result, Vec3};
 
 /// Past this rotation, rad, or this displacement, in units of 1/√M, an amplitude has no meaning left and f32 no room.
@@ -24,13 +24,27 @@ fn midpoint_passes(load: &BodyLoad, h: f64) -> usize {
     }
 }
 
-/// A fixed point is accepted at this relative residual; the fraction of the way per iteration never falls below the other.
-const SETTLED: f64 = 1e-11;
+/// A fixed point is accepted at this relative residual. A basis of 32 bits gives a force of seven digits; below that the
+/// iteration only wanders.
+fn settled(basis: &AnyBasis) -> f64 {
+    match basis {
+        AnyBasis::F32(_) => 1e-6,
+        AnyBasis::F64(_) => 1e-11,
+    }
+}
+/// The fraction of the way per iteration never falls below this.
 const LEAST_FRACTION: f64 = 1.0 / 16.0;
 const SETTLE_ITERATIONS: usize = 1000;
 
 /// Seconds; its square times any elastic eigenvalue is beyond all rounding.
 const LONG_STEP: f64 = 1e9;
+
+/// Room for projections in the basis's precision.
+#[derive(Clone)]
+enum AnyScratch {
+    F32(Scratch<f32>),
+    F64(Scratch<f64>),
+}
 
 /// Amplitudes and what acts on them.
 #[derive(Clone)]
@@ -48,14 +62,20 @@ pub struct Modal {
     force: Vec<f64>,
     /// Σ|F| over the vertices.
     load: f64,
+    scratch: AnyScratch,
     /// The state that loads are taken at.
     mean: [Vec<f64>; 2],
 }
 
 impl Modal {
     /// At rest, undamped.
-    pub fn new(modes: usize, law: ForceLaw, integrator: Integrator) -> Self {
+    pub fn new(model: &Model, law: ForceLaw, integrator: Integrator) -> Self {
+        let modes = model.n_modes();
         let zeros = vec![0.0; modes];
+        let scratch = match model.basis {
+            AnyBasis::F32(_) => AnyScratch::F32(Scratch::new(modes)),
+            AnyBasis::F64(_) => AnyScratch::F64(Scratch::new(modes)),
+        };
         Self {
             law,
             integrator,
@@ -67,6 +87,7 @@ impl Modal {
             next: [zeros.clone(), zeros.clone()],
             force: zeros.clone(),
             load: 0.0,
+            scratch,
             mean: [zeros.clone(), zeros],
         }
     }
@@ -133,10 +154,13 @@ impl Modal {
 
     /// The modal force at the mean state.
     fn project_load(&mut self, model: &Model, load: &BodyLoad, external: Option<&[Vec3]>) {
-        let Self { law, mean: [q, q_dot], force, .. } = self;
-        self.load = with_basis!(&model.basis, basis => {
-            modal_force::project(basis, &model.shell, load, external, *law, (q, q_dot), force)
-        });
+        let Self { law, mean: [q, q_dot], force, scratch, .. } = self;
+        let acting = Acting { load, external, law: *law, q, q_dot, total_mass: model.shell.total_mass };
+        self.load = match (&model.basis, scratch) {
+            (AnyBasis::F32(basis), AnyScratch::F32(scratch)) => modal_force::project(basis, &acting, scratch, force),
+            (AnyBasis::F64(basis), AnyScratch::F64(scratch)) => modal_force::project(basis, &acting, scratch, force),
+            _ => unreachable!("a state's scratch has its model's precision"),
+        };
     }
 
     /// The next q and q̇ without constraints.
@@ -172,15 +196,8 @@ impl Modal {
     }
 
     /// Hands displacement u and rotation vector w (frame axes) of every vertex to `visit`, in order.
-    pub fn visit(&self, model: &Model, mut visit: impl FnMut(usize, Vec3, Vec3)) {
-        with_basis!(&model.basis, basis => for block in 0..basis.n_blocks() {
-            let state = WarpedBlock::new(basis, block, &self.q);
-            let u = if self.law.warped() { state.displacement() } else { *state.linear() };
-            let first = block * LANES;
-            for i in 0..LANES.min(basis.n_vertices - first) {
-                visit(first + i, lane(&u, i), lane(&state.w, i));
-            }
-        });
+    pub fn visit(&self, model: &Model, visit: impl FnMut(usize, Vec3, Vec3)) {
+        with_basis!(&model.basis, basis => visit_displacements(basis, self.law.warped(), &self.q, visit));
     }
 
     /// Hands displacement u and its rate u̇ (frame axes) of every vertex to `visit`, in order.
@@ -204,12 +221,11 @@ impl Modal {
         pose: &Pose,
     ) -> Result<(f64, usize)> {
         let start = (self.q.clone(), self.q_dot.clone(), self.integrator, self.constraint_work);
-        let constraints = self.constraints.clone();
         self.integrator = Integrator::ImplicitEuler;
         let outcome = self.fixed_point(model, load, external, pose);
         (self.integrator, self.constraint_work) = (start.2, start.3);
         if outcome.is_err() {
-            (self.q, self.q_dot, self.constraints) = (start.0, start.1, constraints);
+            (self.q, self.q_dot) = (start.0, start.1);
         }
         outcome
     }
@@ -225,11 +241,12 @@ impl Modal {
         for iteration in 1..=SETTLE_ITERATIONS {
             let before = self.q.clone();
             self.q_dot.fill(0.0);
-            self.step(model, load, external, pose, LONG_STEP)?;
+            let grew = |e: Error| Error::new(e.kind, "no equilibrium: the amplitudes grow without bound");
+            self.step(model, load, external, pose, LONG_STEP).map_err(grew)?;
             self.q_dot.fill(0.0);
             let moved: f64 = before.iter().zip(&self.q).map(|(a, b)| (a - b).powi(2)).sum();
             let residual = (moved / self.q.iter().map(|q| q * q).sum::<f64>().max(f64::MIN_POSITIVE)).sqrt();
-            if residual <= SETTLED {
+            if residual <= settled(&model.basis) {
                 return Ok((residual, iteration));
             }
             fraction = if residual > last { (0.5 * fraction).max(LEAST_FRACTION) } else { fraction };

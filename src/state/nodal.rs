@@ -92,9 +92,10 @@ impl Nodal {
         kinetic.is_finite() && u.iter().flatten().all(|c| c.abs() <= largest)
     }
 
-    /// The static solution under the present loads, from the present shape. Returns residual and iterations.
+    /// The static solution under the present loads, from the present shape. Returns residual and iterations. Changes nothing
+    /// on failure.
     pub fn settle(&mut self, model: &Model, load: &BodyLoad, external: Option<&[Vec3]>) -> Result<(f64, usize)> {
-        self.set_force(model, load, external)?; // nothing turns, so velocities do not matter
+        self.set_force(model, load, external)?;
         let found = self.solver.equilibrium(&self.u, &self.force, &Default::default(), &mut |_| Ok(()))?;
         if !Self::has_meaning(model, &found.displacement, &[]) {
             return Err(Error::new(ErrorKind::Numerical, "the equilibrium is beyond all range"));

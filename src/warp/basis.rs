@@ -1,117 +1,193 @@
-//! The run-time basis: Φ and Ψ in blocks of [`LANES`] vertices. Per block and mode six vectors Φx Φy Φz Ψx Ψy Ψz lie one
-//! after another, so that a step reads memory once from front to back.
+//! The run-time basis: Φ and Ψ in blocks of [`LANES`] vertices. A block is a header, the share of the mass and the rest
+//! position, and per mode six lines Φx Φy Φz Ψx Ψy Ψz, a lane for each vertex, so that a step reads memory once from front to
+//! back, in registers of any width.
 //!
 //! Stored values are dimensionless, Φ √M and Ψ √M with M the total mass, and amplitudes are divided by √M when they meet
 //! the basis: any unit of mass stays within the range of f32.
 
 use super::LANES;
+use super::lanes::{Group, Lanes, Vectors};
 use crate::Vec3;
 use crate::error::{Result, try_zeroed};
 use crate::real::Real;
+use pulp::Simd;
 
-/// Numbers per block and mode.
-const STRIDE: usize = 6 * LANES;
+/// One number for each vertex of a block, on a cache line of its own.
+#[derive(Clone, Copy, Default)]
+#[repr(C, align(64))]
+pub struct Line<T>(pub [T; LANES]);
 
-/// A 3-vector per lane: x of all lanes, then y, then z.
-pub type Lanes3<T> = [[T; LANES]; 3];
+/// Lines before the modes: m/M, then x, y, z of the rest position.
+const HEADER: usize = 4;
+/// Lines of a mode.
+const SHAPES: usize = 6;
 
-/// Φ and Ψ of all vertices (n_blocks × modes × 6 × LANES).
+/// Φ and Ψ of all vertices, with what loads need to know of them.
 pub struct Basis<T> {
     /// Number of modes.
     pub modes: usize,
     /// Number of vertices; the last block is padded with zeros.
     pub n_vertices: usize,
     root_mass: f64,
-    data: Vec<T>,
+    lines: Vec<Line<T>>,
+}
+
+/// One block.
+#[derive(Clone, Copy)]
+pub struct Block<'a, T> {
+    header: &'a [Line<T>],
+    shapes: &'a [Line<T>],
+    root_mass: f64,
 }
 
 impl<T: Real> Basis<T> {
-    /// All zero.
-    pub fn zeros(n_vertices: usize, modes: usize, total_mass: f64) -> Result<Self> {
-        let n_blocks = n_vertices.div_ceil(LANES);
-        let data = try_zeroed("the run-time basis", n_blocks * modes * STRIDE)?;
-        Ok(Self { modes, n_vertices, root_mass: total_mass.sqrt(), data })
+    /// Without shapes yet, of vertices at `rest` that have the shares `mass` of the mass `total_mass`.
+    pub fn new(rest: &[Vec3], mass: &[f64], modes: usize, total_mass: f64) -> Result<Self> {
+        let n_vertices = rest.len();
+        let lines = try_zeroed("the run-time basis", n_vertices.div_ceil(LANES) * (HEADER + SHAPES * modes))?;
+        let mut basis = Self { modes, n_vertices, root_mass: total_mass.sqrt(), lines };
+        for (v, (x, m)) in rest.iter().zip(mass).enumerate() {
+            let (line, lane) = basis.place(v);
+            let header = [m / total_mass, x.x, x.y, x.z];
+            header.iter().enumerate().for_each(|(c, value)| basis.lines[line + c].0[lane] = T::of(*value));
+        }
+        Ok(basis)
+    }
+
+    /// First line of the block of vertex `v`, and its lane.
+    fn place(&self, v: usize) -> (usize, usize) {
+        (v / LANES * (HEADER + SHAPES * self.modes), v % LANES)
     }
 
     /// Stores Φ and Ψ (n_vertices each) of one mode.
     pub fn set_mode(&mut self, mode: usize, phi: &[Vec3], psi: &[Vec3]) {
         for v in 0..self.n_vertices {
-            let base = (v / LANES * self.modes + mode) * STRIDE + v % LANES;
+            let (line, lane) = self.place(v);
+            let line = line + HEADER + SHAPES * mode;
             for c in 0..3 {
-                self.data[base + c * LANES] = T::of(phi[v][c] * self.root_mass);
-                self.data[base + (3 + c) * LANES] = T::of(psi[v][c] * self.root_mass);
+                self.lines[line + c].0[lane] = T::of(phi[v][c] * self.root_mass);
+                self.lines[line + 3 + c].0[lane] = T::of(psi[v][c] * self.root_mass);
             }
         }
     }
 
     /// Φ and Ψ of one vertex in one mode.
     pub fn at(&self, mode: usize, v: usize) -> (Vec3, Vec3) {
-        let base = (v / LANES * self.modes + mode) * STRIDE + v % LANES;
-        let read = |c: usize| self.data[base + c * LANES].to_f64() / self.root_mass;
+        let (line, lane) = self.place(v);
+        let line = line + HEADER + SHAPES * mode;
+        let read = |c: usize| self.lines[line + c].0[lane].to_f64() / self.root_mass;
         (Vec3::new(read(0), read(1), read(2)), Vec3::new(read(3), read(4), read(5)))
     }
 
     /// Φ√M and Ψ√M of one vertex in one mode, x y z each, as they are stored.
-    pub fn stored(&self, mode: usize, v: usize) -> [T; 6] {
-        let base = (v / LANES * self.modes + mode) * STRIDE + v % LANES;
-        std::array::from_fn(|c| self.data[base + c * LANES])
+    pub fn stored(&self, mode: usize, v: usize) -> [T; SHAPES] {
+        let (line, lane) = self.place(v);
+        let line = line + HEADER + SHAPES * mode;
+        std::array::from_fn(|c| self.lines[line + c].0[lane])
     }
 
     /// Stores what [`Basis::stored`] gave.
-    pub fn set_stored(&mut self, mode: usize, v: usize, numbers: [T; 6]) {
-        let base = (v / LANES * self.modes + mode) * STRIDE + v % LANES;
-        (0..6).for_each(|c| self.data[base + c * LANES] = numbers[c]);
+    pub fn set_stored(&mut self, mode: usize, v: usize, numbers: [T; SHAPES]) {
+        let (line, lane) = self.place(v);
+        let line = line + HEADER + SHAPES * mode;
+        (0..SHAPES).for_each(|c| self.lines[line + c].0[lane] = numbers[c]);
     }
 
     /// Whether all of it are numbers.
     pub fn is_finite(&self) -> bool {
-        self.data.iter().all(|x| x.to_f64().is_finite())
-    }
-
-    /// Number of blocks.
-    pub fn n_blocks(&self) -> usize {
-        self.n_vertices.div_ceil(LANES)
+        self.lines.iter().all(|line| line.0.iter().all(|x| x.to_f64().is_finite()))
     }
 
     /// Bytes held.
     pub fn bytes(&self) -> usize {
-        self.data.len() * size_of::<T>()
+        self.lines.len() * size_of::<Line<T>>()
     }
 
-    fn mode_chunks(&self, block: usize) -> impl Iterator<Item = &[T]> {
-        self.data[block * self.modes * STRIDE..][..self.modes * STRIDE].chunks_exact(STRIDE)
+    /// √M.
+    pub fn root_mass(&self) -> f64 {
+        self.root_mass
     }
 
-    /// Φq and Ψq of one block.
-    pub fn combine(&self, block: usize, q: &[f64]) -> (Lanes3<T>, Lanes3<T>) {
-        let mut sum = [T::default(); STRIDE];
-        for (chunk, q) in self.mode_chunks(block).zip(q) {
-            let q = T::of(q / self.root_mass);
-            for (sum, x) in sum.iter_mut().zip(chunk) {
-                *sum += q * *x;
+    /// All blocks, in order.
+    #[inline(always)]
+    pub fn blocks(&self) -> impl Iterator<Item = Block<'_, T>> {
+        let root_mass = self.root_mass;
+        self.lines.chunks_exact(HEADER + SHAPES * self.modes).map(move |lines| {
+            let (header, shapes) = lines.split_at(HEADER);
+            Block { header, shapes, root_mass }
+        })
+    }
+}
+
+impl<T: Real> Block<'_, T> {
+    /// m/M of the vertices from register `at` on.
+    #[inline(always)]
+    pub fn mass<S: Simd, const N: usize>(&self, lanes: Lanes<T, S, N>, at: usize) -> Group<T, S, N> {
+        lanes.load(&self.header[0].0, at)
+    }
+
+    /// Rest positions.
+    #[inline(always)]
+    pub fn rest<S: Simd, const N: usize>(&self, lanes: Lanes<T, S, N>, at: usize) -> Vectors<T, S, N> {
+        let load = |c: usize| lanes.load(&self.header[c].0, at);
+        [load(1), load(2), load(3)]
+    }
+
+    /// Φq and Ψq.
+    #[inline(always)]
+    pub fn combine<S: Simd, const N: usize>(
+        &self,
+        lanes: Lanes<T, S, N>,
+        at: usize,
+        q: &[f64],
+    ) -> (Vectors<T, S, N>, Vectors<T, S, N>) {
+        let scale = 1.0 / self.root_mass;
+        let zero = [lanes.splat(0.0); 3];
+        let (mut linear, mut turn) = (zero, zero);
+        for (shapes, q) in self.shapes.chunks_exact(SHAPES).zip(q) {
+            let q = lanes.splat(q * scale);
+            for c in 0..3 {
+                linear[c] = lanes.mul_add(q, lanes.load(&shapes[c].0, at), linear[c]);
+                turn[c] = lanes.mul_add(q, lanes.load(&shapes[3 + c].0, at), turn[c]);
             }
         }
-        let lanes = |c: usize| -> [T; LANES] { std::array::from_fn(|i| sum[c * LANES + i]) };
-        ([lanes(0), lanes(1), lanes(2)], [lanes(3), lanes(4), lanes(5)])
+        (linear, turn)
     }
 
-    /// Adds Φᵀg, and Ψᵀg' where a second vector is given, of one block to `force` (modes).
-    pub fn project(&self, block: usize, g: &Lanes3<T>, couple: Option<&Lanes3<T>>, force: &mut [f64]) {
-        for (chunk, force) in self.mode_chunks(block).zip(force) {
-            let mut sum = [T::default(); LANES];
-            let mut add = |shapes: &[T], g: &Lanes3<T>| {
-                for c in 0..3 {
-                    for i in 0..LANES {
-                        sum[i] += shapes[c * LANES + i] * g[c][i];
-                    }
-                }
-            };
-            let (phi, psi) = chunk.split_at(3 * LANES);
-            add(phi, g);
-            if let Some(couple) = couple {
-                add(psi, couple);
+    /// Adds Φᵀg √M, lane by lane, to a line for each mode.
+    #[inline(always)]
+    pub fn project<S: Simd, const N: usize>(
+        &self,
+        lanes: Lanes<T, S, N>,
+        at: usize,
+        g: &Vectors<T, S, N>,
+        sums: &mut [Line<T>],
+    ) {
+        for (shapes, sum) in self.shapes.chunks_exact(SHAPES).zip(sums) {
+            let mut total = lanes.load(&sum.0, at);
+            for c in 0..3 {
+                total = lanes.mul_add(lanes.load(&shapes[c].0, at), g[c], total);
             }
-            *force += sum.iter().fold(T::default(), |total, x| total + *x).to_f64() / self.root_mass;
+            lanes.store(total, &mut sum.0, at);
+        }
+    }
+
+    /// Adds (Φᵀg + Ψᵀg') √M, lane by lane, to a line for each mode.
+    #[inline(always)]
+    pub fn project_both<S: Simd, const N: usize>(
+        &self,
+        lanes: Lanes<T, S, N>,
+        at: usize,
+        (g, couple): (&Vectors<T, S, N>, &Vectors<T, S, N>),
+        sums: &mut [Line<T>],
+    ) {
+        for (shapes, sum) in self.shapes.chunks_exact(SHAPES).zip(sums) {
+            let mut total = lanes.load(&sum.0, at);
+            for c in 0..3 {
+                total = lanes.mul_add(lanes.load(&shapes[c].0, at), g[c], total);
+                total = lanes.mul_add(lanes.load(&shapes[3 + c].0, at), couple[c], total);
+            }
+            lanes.store(total, &mut sum.0, at);
         }
     }
 }

@@ -1,110 +1,149 @@
-//! The three functions of s = |w|² that rotation and warp need, and the slopes that their derivatives need, for a block of
-//! vertices, without branch, division, square root or library call:
+//! The three functions of s = |w|² that rotation and warp need, and the slopes that their derivatives need, without branch,
+//! division, square root or library call:
 //!
 //!   A = sin θ/θ,   B = (1 − cos θ)/θ²,   C = (θ − sin θ)/θ³,   θ = √s
 //!
-//! so that R(w) = (1 − sB) I + A [w]× + B wwᵀ and R̃(w) = A I + B [w]× + C wwᵀ. A Taylor series gives B and C on x = s/4ʲ ≤ 1
-//! (smooth through 0, no cancellation); j angle doublings lead back:
+//! so that R(w) = (1 − sB) I + A [w]× + B wwᵀ and R̃(w) = A I + B [w]× + C wwᵀ. Taylor series give B and C on x = s/4ʲ ≤ π²
+//! (smooth through 0, no cancellation); j angle doublings, one j for all lanes, lead back:
 //!
 //!   C ← (C + AB)/4,   B ← A²/2,   A ← A (1 − xB),   x ← 4x     (old values on the right),
 //!
 //! and, with primes for d/ds and A' = (C − B)/2, by differentiating these: C' ← (C' + A'B + AB')/16, B' ← AA'/4.
 
-use super::LANES;
+use super::lanes::{Group, Lanes};
 use crate::real::Real;
+use pulp::Simd;
 
-/// A, B, C of one block.
-pub struct Coefficients<T> {
+/// A, B, C of a group of vertices.
+#[derive(Clone, Copy)]
+pub struct Coefficients<G> {
     /// sin θ/θ.
-    pub a: [T; LANES],
+    pub a: G,
     /// (1 − cos θ)/θ².
-    pub b: [T; LANES],
+    pub b: G,
     /// (θ − sin θ)/θ³.
-    pub c: [T; LANES],
+    pub c: G,
 }
+
+/// dA/ds, dB/ds and dC/ds of a group of vertices.
+#[derive(Clone, Copy)]
+pub struct Slopes<G> {
+    /// dA/ds = (C − B)/2.
+    pub a: G,
+    /// dB/ds.
+    pub b: G,
+    /// dC/ds.
+    pub c: G,
+}
+
+/// The series hold up to here, a little beyond π².
+const REACH: f64 = 10.0;
 
 /// |w| beyond 2³⁰ has no meaning left as an angle; the doubling stops there.
 const MAX_DOUBLINGS: u32 = 30;
 
-/// dB/ds and dC/ds of one block; dA/ds is (C − B)/2.
-pub struct Slopes<T> {
-    /// dB/ds.
-    pub b: [T; LANES],
-    /// dC/ds.
-    pub c: [T; LANES],
-}
-
-impl<T: Real> Coefficients<T> {
-    /// dA/ds.
-    pub fn slope_of_a(&self) -> [T; LANES] {
-        std::array::from_fn(|i| T::of(0.5) * (self.c[i] - self.b[i]))
+/// A, B, C at the squared angles `s` ≥ 0.
+#[inline(always)]
+pub fn coefficients<T: Real, S: Simd, const N: usize>(
+    lanes: Lanes<T, S, N>,
+    s: Group<T, S, N>,
+) -> Coefficients<Group<T, S, N>> {
+    let (mut at, mut x, doublings) = reduced(lanes, s);
+    for _ in 0..doublings {
+        double(lanes, &mut at, &mut x);
     }
-
-    /// At x = s/4ʲ ≤ 1 for all lanes, with the number j of doublings.
-    fn reduced(s: &[T; LANES]) -> (Self, [T; LANES], u32) {
-        let largest = s.iter().fold(0.0f64, |m, x| m.max(x.to_f64()));
-        let (mut doublings, mut shrink) = (0, 1.0);
-        while doublings < MAX_DOUBLINGS && largest * shrink > 1.0 {
-            shrink *= 0.25;
-            doublings += 1;
-        }
-        let x = s.map(|s| s * T::of(shrink));
-        let (b, c) = (x.map(|x| series(x, 0)), x.map(|x| series(x, 1)));
-        let a = std::array::from_fn(|i| T::of(1.0) - x[i] * c[i]);
-        (Self { a, b, c }, x, doublings)
-    }
-
-    /// From x to 4x.
-    fn double(&mut self, x: &mut [T; LANES]) {
-        let Self { a, b, c } = self;
-        for i in 0..LANES {
-            c[i] = (c[i] + a[i] * b[i]) * T::of(0.25);
-            let cosine = T::of(1.0) - x[i] * b[i];
-            b[i] = a[i] * a[i] * T::of(0.5);
-            a[i] = a[i] * cosine;
-            x[i] = x[i] * T::of(4.0);
-        }
-    }
-}
-
-/// Evaluates the three functions at the squared angles `s` ≥ 0.
-pub fn coefficients<T: Real>(s: &[T; LANES]) -> Coefficients<T> {
-    let (mut at, mut x, doublings) = Coefficients::reduced(s);
-    (0..doublings).for_each(|_| at.double(&mut x));
     at
 }
 
 /// As [`coefficients`], with the slopes.
-pub fn coefficients_and_slopes<T: Real>(s: &[T; LANES]) -> (Coefficients<T>, Slopes<T>) {
-    let (mut at, mut x, doublings) = Coefficients::reduced(s);
-    let (mut db, mut dc) = (x.map(|x| series_slope(x, 0)), x.map(|x| series_slope(x, 1)));
+#[inline(always)]
+#[allow(clippy::type_complexity)]
+pub fn coefficients_and_slopes<T: Real, S: Simd, const N: usize>(
+    lanes: Lanes<T, S, N>,
+    s: Group<T, S, N>,
+) -> (Coefficients<Group<T, S, N>>, Slopes<Group<T, S, N>>) {
+    let (mut at, mut x, doublings) = reduced(lanes, s);
+    let (mut db, mut dc) = (series_slope(lanes, x, 0), series_slope(lanes, x, 1));
+    let slope_of_a = |at: &Coefficients<_>| lanes.mul(lanes.splat(0.5), lanes.sub(at.c, at.b));
     for _ in 0..doublings {
-        let da = at.slope_of_a();
-        for i in 0..LANES {
-            dc[i] = (dc[i] + da[i] * at.b[i] + at.a[i] * db[i]) * T::of(1.0 / 16.0);
-            db[i] = at.a[i] * da[i] * T::of(0.25);
-        }
-        at.double(&mut x);
+        let da = slope_of_a(&at);
+        let sum = lanes.mul_add(da, at.b, lanes.mul_add(at.a, db, dc));
+        dc = lanes.mul(sum, lanes.splat(1.0 / 16.0));
+        db = lanes.mul(lanes.mul(at.a, da), lanes.splat(0.25));
+        double(lanes, &mut at, &mut x);
     }
-    (at, Slopes { b: db, c: dc })
+    (at, Slopes { a: slope_of_a(&at), b: db, c: dc })
+}
+
+/// A, B, C at x = s/4ʲ within reach for all lanes, with x and the number j of doublings.
+#[inline(always)]
+fn reduced<T: Real, S: Simd, const N: usize>(
+    lanes: Lanes<T, S, N>,
+    s: Group<T, S, N>,
+) -> (Coefficients<Group<T, S, N>>, Group<T, S, N>, u32) {
+    let largest = lanes.largest(s);
+    let (mut doublings, mut shrink) = (0, 1.0);
+    while doublings < MAX_DOUBLINGS && largest * shrink > REACH {
+        shrink *= 0.25;
+        doublings += 1;
+    }
+    let x = lanes.mul(s, lanes.splat(shrink));
+    let (b, c) = (series(lanes, x, 0), series(lanes, x, 1));
+    let a = lanes.sub(lanes.splat(1.0), lanes.mul(x, c));
+    (Coefficients { a, b, c }, x, doublings)
+}
+
+/// From x to 4x.
+#[inline(always)]
+fn double<T: Real, S: Simd, const N: usize>(
+    lanes: Lanes<T, S, N>,
+    at: &mut Coefficients<Group<T, S, N>>,
+    x: &mut Group<T, S, N>,
+) {
+    let Coefficients { a, b, c } = *at;
+    at.c = lanes.mul(lanes.mul_add(a, b, c), lanes.splat(0.25));
+    at.b = lanes.mul(lanes.mul(a, a), lanes.splat(0.5));
+    at.a = lanes.mul(a, lanes.sub(lanes.splat(1.0), lanes.mul(*x, b)));
+    *x = lanes.mul(*x, lanes.splat(4.0));
 }
 
 /// Σ (−x)ᵏ/(2k + 2 + odd)! by Horner's rule: B for `odd` = 0, C for `odd` = 1.
-fn series<T: Real>(x: T, odd: usize) -> T {
-    let mut sum = T::of(1.0);
-    for k in (1..T::SERIES_TERMS).rev() {
+#[inline(always)]
+fn series<T: Real, S: Simd, const N: usize>(lanes: Lanes<T, S, N>, x: Group<T, S, N>, odd: usize) -> Group<T, S, N> {
+    let mut term = [0.0; 16];
+    term[0] = if odd == 0 { 0.5 } else { 1.0 / 6.0 };
+    for k in 1..T::SERIES_TERMS {
         let n = (2 * k + 1 + odd) as f64;
-        sum = T::of(1.0) - x * T::of(1.0 / (n * (n + 1.0))) * sum;
+        term[k] = -term[k - 1] / (n * (n + 1.0));
     }
-    sum * T::of(if odd == 0 { 0.5 } else { 1.0 / 6.0 })
+    horner(lanes, x, &term)
 }
 
 /// d/dx of [`series`].
-fn series_slope<T: Real>(x: T, odd: usize) -> T {
-    let mut sum = T::of(1.0);
-    for k in (1..T::SERIES_TERMS).rev() {
-        let (n, k) = ((2 * k + 3 + odd) as f64, k as f64);
-        sum = T::of(1.0) - x * T::of((k + 1.0) / (k * n * (n + 1.0))) * sum;
+#[inline(always)]
+fn series_slope<T: Real, S: Simd, const N: usize>(
+    lanes: Lanes<T, S, N>,
+    x: Group<T, S, N>,
+    odd: usize,
+) -> Group<T, S, N> {
+    let mut term = [0.0; 16];
+    term[0] = if odd == 0 { -1.0 / 24.0 } else { -1.0 / 120.0 };
+    for k in 1..T::SERIES_TERMS {
+        let (n, below) = ((2 * k + 3 + odd) as f64, k as f64);
+        term[k] = -term[k - 1] * (below + 1.0) / (below * n * (n + 1.0));
     }
-    sum * T::of(if odd == 0 { -1.0 / 24.0 } else { -1.0 / 120.0 })
+    horner(lanes, x, &term)
+}
+
+#[inline(always)]
+fn horner<T: Real, S: Simd, const N: usize>(
+    lanes: Lanes<T, S, N>,
+    x: Group<T, S, N>,
+    terms: &[f64; 16],
+) -> Group<T, S, N> {
+    let mut sum = lanes.splat(terms[T::SERIES_TERMS - 1]);
+    for k in (0..T::SERIES_TERMS - 1).rev() {
+        sum = lanes.mul_add(x, sum, lanes.splat(terms[k]));
+    }
+    sum
 }

@@ -4,87 +4,105 @@
 mod basis;
 mod coefficients;
 mod derivative;
+pub mod lanes;
 mod modal_rotation;
-mod tangent;
+mod pose;
 
-pub use basis::{Basis, Lanes3};
+pub use basis::{Basis, Block, Line};
 pub use coefficients::{Coefficients, Slopes, coefficients, coefficients_and_slopes};
 pub use derivative::warp_with_derivative;
 pub use modal_rotation::ModalRotation;
-pub use tangent::Tangent;
+pub use pose::{Pose, Tangent};
 
 use crate::Vec3;
 use crate::real::Real;
+use lanes::{Lanes, Vectors};
+use pulp::{Arch, Simd, WithSimd};
 
 /// Vertices per block.
 pub const LANES: usize = 16;
 
-/// Linear displacement, rotation vector and rotation coefficients of one block.
-pub struct WarpedBlock<T> {
-    linear: Lanes3<T>,
-    /// The modal rotation w = Ψq.
-    pub w: Lanes3<T>,
-    coefficients: Coefficients<T>,
+/// Work on every group of vertices of every block, in the widest registers that the processor has.
+pub trait Sweep<T: Real> {
+    /// `first` is the vertex of the group's first lane; `at` its first register in a line.
+    fn visit<S: Simd, const N: usize>(&mut self, lanes: Lanes<T, S, N>, block: Block<T>, first: usize, at: usize);
+    /// After each block.
+    fn end_block(&mut self) {}
 }
 
-fn dot<T: Real>(a: &Lanes3<T>, b: &Lanes3<T>, i: usize) -> T {
-    a[0][i] * b[0][i] + a[1][i] * b[1][i] + a[2][i] * b[2][i]
-}
+/// Runs `sweep` over `basis`.
+pub fn sweep<T: Real>(basis: &Basis<T>, sweep: &mut impl Sweep<T>) {
+    struct Dispatch<'a, T, W> {
+        basis: &'a Basis<T>,
+        sweep: &'a mut W,
+    }
 
-/// alpha v + beta w × v + gamma w (w·v), lane by lane.
-fn rotate_like<T: Real>(
-    w: &Lanes3<T>,
-    v: &Lanes3<T>,
-    alpha: &[T; LANES],
-    beta: &[T; LANES],
-    gamma: &[T; LANES],
-) -> Lanes3<T> {
-    let mut out = [[T::default(); LANES]; 3];
-    for c in 0..3 {
-        let (d, e) = ((c + 1) % 3, (c + 2) % 3);
-        for i in 0..LANES {
-            let cross = w[d][i] * v[e][i] - w[e][i] * v[d][i];
-            out[c][i] = alpha[i] * v[c][i] + beta[i] * cross + gamma[i] * dot(w, v, i) * w[c][i];
+    impl<T: Real, W: Sweep<T>> WithSimd for Dispatch<'_, T, W> {
+        type Output = ();
+        #[inline(always)]
+        fn with_simd<S: Simd>(self, simd: S) {
+            // Two registers at a time where a line has as many: one chain of additions alone would wait for itself.
+            if size_of::<T::Register<S>>() == size_of::<Line<T>>() {
+                groups::<T, S, 1>(simd, self.basis, self.sweep);
+            } else {
+                groups::<T, S, 2>(simd, self.basis, self.sweep);
+            }
         }
     }
-    out
+
+    #[inline(always)]
+    fn groups<T: Real, S: Simd, const N: usize>(simd: S, basis: &Basis<T>, sweep: &mut impl Sweep<T>) {
+        let lanes = Lanes::<T, S, N>::new(simd);
+        for (b, block) in basis.blocks().enumerate() {
+            for group in 0..LANES / lanes.width() {
+                sweep.visit(lanes, block, b * LANES + group * lanes.width(), group * N);
+            }
+            sweep.end_block();
+        }
+    }
+
+    Arch::new().dispatch(Dispatch { basis, sweep });
 }
 
-impl<T: Real> WarpedBlock<T> {
-    /// Evaluates one block of `basis` at amplitudes `q`.
-    pub fn new(basis: &Basis<T>, block: usize, q: &[f64]) -> Self {
-        let (linear, w) = basis.combine(block, q);
-        let coefficients = coefficients(&std::array::from_fn(|i| dot(&w, &w, i)));
-        Self { linear, w, coefficients }
+/// Hands two vectors of each lane to `visit` as those of vertices `first`, `first` + 1, …
+#[inline(always)]
+pub fn scatter<T: Real, S: Simd, const N: usize>(
+    lanes: Lanes<T, S, N>,
+    n_vertices: usize,
+    first: usize,
+    (a, b): (&Vectors<T, S, N>, &Vectors<T, S, N>),
+    visit: &mut impl FnMut(usize, Vec3, Vec3),
+) {
+    let mut lines = [Line([T::default(); LANES]); 6];
+    for c in 0..3 {
+        lanes.store(a[c], &mut lines[c].0, 0);
+        lanes.store(b[c], &mut lines[3 + c].0, 0);
     }
-
-    /// Φq: the displacement of linear modal analysis.
-    pub fn linear(&self) -> &Lanes3<T> {
-        &self.linear
-    }
-
-    /// u = R̃(w) Φq.
-    pub fn displacement(&self) -> Lanes3<T> {
-        let Coefficients { a, b, c } = &self.coefficients;
-        rotate_like(&self.w, &self.linear, a, b, c)
-    }
-
-    fn cosine(&self) -> [T; LANES] {
-        std::array::from_fn(|i| T::of(1.0) - dot(&self.w, &self.w, i) * self.coefficients.b[i])
-    }
-
-    /// R(w) v.
-    pub fn rotate(&self, v: &Lanes3<T>) -> Lanes3<T> {
-        rotate_like(&self.w, v, &self.cosine(), &self.coefficients.a, &self.coefficients.b)
-    }
-
-    /// R(w)ᵀ v.
-    pub fn rotate_back(&self, v: &Lanes3<T>) -> Lanes3<T> {
-        rotate_like(&self.w, v, &self.cosine(), &self.coefficients.a.map(|a| -a), &self.coefficients.b)
+    for i in 0..lanes.width().min(n_vertices.saturating_sub(first)) {
+        let vector =
+            |c: usize| Vec3::new(lines[c].0[i].to_f64(), lines[c + 1].0[i].to_f64(), lines[c + 2].0[i].to_f64());
+        visit(first + i, vector(0), vector(3));
     }
 }
 
-/// Lane `i` as a vector.
-pub fn lane<T: Real>(v: &Lanes3<T>, i: usize) -> Vec3 {
-    Vec3::new(v[0][i].to_f64(), v[1][i].to_f64(), v[2][i].to_f64())
+/// Hands displacement u and rotation vector w (frame axes) of every vertex at amplitudes `q` to `visit`, in order.
+/// Linear modal analysis is not `warped`.
+pub fn visit_displacements<T: Real>(basis: &Basis<T>, warped: bool, q: &[f64], visit: impl FnMut(usize, Vec3, Vec3)) {
+    struct Displacements<'a, F> {
+        n_vertices: usize,
+        warped: bool,
+        q: &'a [f64],
+        visit: F,
+    }
+
+    impl<T: Real, F: FnMut(usize, Vec3, Vec3)> Sweep<T> for Displacements<'_, F> {
+        #[inline(always)]
+        fn visit<S: Simd, const N: usize>(&mut self, lanes: Lanes<T, S, N>, block: Block<T>, first: usize, at: usize) {
+            let (linear, turn) = block.combine(lanes, at, self.q);
+            let u = if self.warped { Pose::new(lanes, (linear, turn)).displacement() } else { linear };
+            scatter(lanes, self.n_vertices, first, (&u, &turn), &mut self.visit);
+        }
+    }
+
+    sweep(basis, &mut Displacements { n_vertices: basis.n_vertices, warped, q, visit });
 }

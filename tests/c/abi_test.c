@@ -954,6 +954,333 @@ static void what_is_out_of_reach_is_reported_as_missing(void) {
   sw_model_destroy(model);
 }
 
+/* ------------------------------------------------------------------------------------------- methods, loads, equilibria */
+
+static const uint32_t methods[5] = {SW_METHOD_WARP, SW_METHOD_LMA, SW_METHOD_SHELL_IMPLICIT,
+                                    SW_METHOD_WARP_VIRTUAL_WORK, SW_METHOD_SHELL_EXPLICIT};
+enum { N_METHODS = 5, N_STATIC = 4 }; /* the two nonlinear methods share one equilibrium */
+
+/* The strip with so many modes that what they leave out of a static sag is below a thousandth. */
+static SwModel *many_mode_model(void) {
+  const Strip strip = make_strip();
+  SwModel *model = strip_model(&strip);
+  precompute(model, 24, SW_PRECISION_F64);
+  return model;
+}
+
+static SwEquilibriumReport settle(SwState *state) {
+  SwEquilibriumReport report;
+  sw_equilibrium_report_init(&report);
+  OK(sw_state_equilibrium(state, &report));
+  return report;
+}
+
+static double tip_height(const SwState *state) {
+  const Positions p = positions_of(state, SW_SPACE_WORLD);
+  return vertex(&p, kTip)[2];
+}
+
+static SwForceDesc force_desc(const double *forces, uint32_t count, const uint32_t *vertices) {
+  SwForceDesc desc;
+  sw_force_desc_init(&desc);
+  desc.format = SW_FORMAT_F64;
+  desc.forces = forces;
+  desc.count = count;
+  desc.vertices = vertices;
+  return desc;
+}
+
+static double largest_difference(const SwState *a, const SwState *b) {
+  const Positions p = positions_of(a, SW_SPACE_WORLD), q = positions_of(b, SW_SPACE_WORLD);
+  double largest = 0;
+  for (uint32_t i = 0; i < STRIP_VERTICES; ++i) largest = fmax(largest, distance(vertex(&p, i), vertex(&q, i)));
+  return largest;
+}
+
+static void a_small_load_bends_every_method_alike(void) {
+  SwModel *model = many_mode_model();
+  double sag[N_METHODS];
+  for (int m = 0; m < N_METHODS; ++m) {
+    SwState *state = new_state(model, methods[m], 0);
+    set_gravity(state, 0, 0, -1e-3);
+    const SwEquilibriumReport report = settle(state);
+    CHECK(report.residual < 1e-5 && report.iterations > 0);
+    sag[m] = tip_height(state);
+    CHECK(sag[m] < 0 && sag[m] > -0.01 * STRIP_LENGTH);
+    sw_state_destroy(state);
+  }
+  /* Static sag falls off as the fourth power of a mode's number: what 24 modes leave out is far below a thousandth, and so
+     is the square of a slope of less than a hundredth. */
+  for (int m = 1; m < N_METHODS; ++m) CHECK_NEAR(sag[m], sag[0], 1e-3 * fabs(sag[0]));
+  sw_model_destroy(model);
+}
+
+/* Far bent, the methods part: the warp stays near the nonlinear shell, linear modes do not. */
+static void a_large_load_parts_the_methods(void) {
+  SwModel *model = many_mode_model();
+  SwState *state[N_STATIC];
+  for (int m = 0; m < N_STATIC; ++m) {
+    state[m] = new_state(model, methods[m], 0);
+    set_gravity(state[m], 0, 0, -0.3);
+    settle(state[m]);
+  }
+  for (int m = 0; m < N_STATIC; m += 3)
+    CHECK(largest_difference(state[m], state[2]) < 0.25 * largest_difference(state[1], state[2]));
+  for (int m = 0; m < N_STATIC; ++m) sw_state_destroy(state[m]);
+  sw_model_destroy(model);
+}
+
+static void a_step_of_the_explicit_shell_is_close_to_one_of_the_implicit(void) {
+  SwModel *model = many_mode_model();
+  SwState *implicit = new_state(model, SW_METHOD_SHELL_IMPLICIT, 0);
+  SwState *explicit = new_state(model, SW_METHOD_SHELL_EXPLICIT, 0);
+  set_gravity(implicit, 0, 0, -1);
+  set_gravity(explicit, 0, 0, -1);
+  step(implicit, 300, 1.0 / 30000); /* the paper's step */
+  step(explicit, 300, 1.0 / 30000);
+  /* Falling from rest for a hundredth of a second. Both are of first order: they are half a step to either side of free fall,
+     g t h / 2 each, so 3.3e-7 apart, and the bending near the clamp adds less than that again. */
+  const double fall = 0.5 * 0.01 * 0.01;
+  CHECK_NEAR(tip_height(explicit), -fall, 0.02 * fall);
+  CHECK(largest_difference(implicit, explicit) < 7e-7);
+  CHECK_NEAR(report_of(explicit).time, 0.01, 1e-12);
+  sw_state_destroy(implicit);
+  sw_state_destroy(explicit);
+  sw_model_destroy(model);
+}
+
+static void forces_of_the_weight_do_what_gravity_does(void) {
+  const Strip strip = make_strip();
+  SwModel *model = many_mode_model();
+  double mass[STRIP_VERTICES], weight[3 * STRIP_VERTICES];
+  lumped_masses(&strip, mass);
+  for (int i = 0; i < STRIP_VERTICES; ++i)
+    weight[3 * i] = 0, weight[3 * i + 1] = 0.05 * mass[i], weight[3 * i + 2] = -0.2 * mass[i];
+  for (int m = 0; m < N_STATIC; ++m) {
+    SwState *by_gravity = new_state(model, methods[m], 0), *by_force = new_state(model, methods[m], 0);
+    const SwForceDesc forces = force_desc(weight, STRIP_VERTICES, NULL);
+    set_gravity(by_gravity, 0, 0.05, -0.2);
+    OK(sw_state_set_forces(by_force, &forces));
+    step(by_gravity, 10, 1.0 / 30);
+    step(by_force, 10, 1.0 / 30);
+    CHECK(tip_height(by_force) < -1e-3);
+    CHECK(largest_difference(by_gravity, by_force) < 1e-7); /* Newton stops at 1e-8 of the load or below */
+    sw_state_destroy(by_gravity);
+    sw_state_destroy(by_force);
+  }
+  sw_model_destroy(model);
+}
+
+static void sparse_repeated_strided_and_single_forces_are_the_dense_ones(void) {
+  SwModel *model = many_mode_model();
+  double dense[3 * STRIP_VERTICES] = {0};
+  const uint32_t listed[3] = {kTip, 60, kTip};
+  const float rows[3][4] = {{0, 0, 0.03125F, 9}, {0.25F, 0, 0, 9}, {0, 0, 0.0625F, 9}}; /* exact in floats */
+  dense[3 * kTip + 2] = 0.09375;
+  dense[3 * 60] = 0.25;
+  SwForceDesc all = force_desc(dense, STRIP_VERTICES, NULL), some = force_desc(NULL, 3, listed);
+  some.format = SW_FORMAT_F32;
+  some.forces = rows;
+  some.stride = sizeof rows[0];
+  SwState *a = new_state(model, 0, 0), *b = new_state(model, 0, 0);
+  OK(sw_state_set_forces(a, &all));
+  OK(sw_state_set_forces(b, &some));
+  step(a, 30, 1.0 / 30);
+  step(b, 30, 1.0 / 30);
+  CHECK(tip_height(a) > 0.01 && largest_difference(a, b) == 0);
+  sw_state_destroy(a);
+  sw_state_destroy(b);
+  sw_model_destroy(model);
+}
+
+static void forces_for_one_step_act_once_and_replaced_ones_no_more(void) {
+  SwModel *model = many_mode_model();
+  const double push[3] = {0, 0, 0.1};
+  for (int m = 0; m < N_STATIC; ++m) {
+    SwForceDesc once = force_desc(push, 1, &kTip), none = force_desc(NULL, 0, NULL);
+    SwState *a = new_state(model, methods[m], 0), *b = new_state(model, methods[m], 0);
+    OK(sw_state_set_forces(b, &once)); /* stays until replaced */
+    once.flags = SW_FORCES_ONE_STEP;
+    OK(sw_state_set_forces(a, &once));
+    step(a, 1, 0.01);
+    step(b, 1, 0.01);
+    CHECK(tip_height(a) > 0 && largest_difference(a, b) == 0);
+    OK(sw_state_set_forces(b, &none));
+    step(a, 5, 0.01);
+    step(b, 5, 0.01);
+    CHECK(largest_difference(a, b) == 0);
+    sw_state_destroy(a);
+    sw_state_destroy(b);
+  }
+  sw_model_destroy(model);
+}
+
+/* The gust of a host that keeps its buffer: what the library needs of it was copied during the call. */
+static void forces_and_local_wind_are_copied(void) {
+  SwModel *model = many_mode_model();
+  double push[3] = {0, 0, 0.1}, gust[3 * STRIP_VERTICES] = {0};
+  for (int i = 0; i < STRIP_VERTICES; ++i) gust[3 * i + 2] = 1;
+  uint32_t where = kTip;
+  SwState *kept = new_state(model, 0, 0), *spoilt = new_state(model, 0, 0), *states[2] = {kept, spoilt};
+  SwWindDesc wind;
+  sw_wind_desc_init(&wind);
+  wind.density = 1.2;
+  wind.normal_drag = 1;
+  wind.local_format = SW_FORMAT_F64;
+  wind.local_velocities = gust;
+  const SwForceDesc force = force_desc(push, 1, &where);
+  for (int k = 0; k < 2; ++k) {
+    OK(sw_state_set_forces(states[k], &force));
+    OK(sw_state_set_wind(states[k], &wind));
+  }
+  step(kept, 10, 0.01);
+  memset(gust, 0xFF, sizeof gust); /* NaN */
+  push[2] = NAN;
+  where = UINT32_MAX;
+  step(spoilt, 10, 0.01);
+  CHECK(tip_height(kept) > 0 && largest_difference(kept, spoilt) == 0);
+  sw_state_destroy(kept);
+  sw_state_destroy(spoilt);
+  sw_model_destroy(model);
+}
+
+static void equilibrium_is_where_damped_motion_ends(void) {
+  SwModel *model = many_mode_model();
+  for (int m = 0; m < N_STATIC; ++m) {
+    SwState *moved = new_state(model, methods[m], 0), *placed = new_state(model, methods[m], 0);
+    const double push[3] = {0, 0.02, 0.01};
+    const SwForceDesc force = force_desc(push, 1, &kTip);
+    SwDampingDesc damping;
+    double hertz[24];
+    uint32_t count;
+    sw_damping_desc_init(&damping);
+    OK(sw_model_frequencies(model, hertz, 24, &count));
+    damping.mass_coefficient = 4 * kPi * hertz[0]; /* critical for the slowest mode */
+    for (int k = 0; k < 2; ++k) {
+      SwState *state = k ? placed : moved;
+      OK(sw_state_set_damping(state, &damping));
+      set_gravity(state, 0, 0, -0.2);
+      OK(sw_state_set_forces(state, &force));
+    }
+    settle(placed);
+    step(moved, 250, 0.1 / hertz[0]); /* 25 periods: exp(-2 pi 25) is nothing */
+    CHECK(tip_height(placed) < -0.1 * STRIP_LENGTH);
+    CHECK(largest_difference(placed, moved) < 1e-4 * STRIP_LENGTH); /* the residual at which the search may stop */
+    CHECK(report_of(placed).time == 0 && report_of(placed).kinetic_energy == 0);
+    const double before = tip_height(placed);
+    step(placed, 10, 0.1);
+    CHECK_NEAR(tip_height(placed), before, 1e-4 * STRIP_LENGTH);
+    sw_state_destroy(moved);
+    sw_state_destroy(placed);
+  }
+  sw_model_destroy(model);
+}
+
+/* A wall of air against a strip at rest: 1/2 rho c v^2 on every square length, as if the strip weighed that. */
+static void wind_presses_like_a_weight_of_half_rho_c_v_squared(void) {
+  const double density = 1.2, drag = 1.3, speed = 0.2;
+  SwModel *model = many_mode_model(); /* mass per area 1: pressure is acceleration */
+  SwWindDesc wind;
+  sw_wind_desc_init(&wind);
+  wind.velocity[2] = speed;
+  wind.density = density;
+  wind.normal_drag = drag;
+  for (int m = 0; m < N_STATIC; ++m) {
+    SwState *blown = new_state(model, methods[m], 0), *weighed = new_state(model, methods[m], 0);
+    OK(sw_state_set_wind(blown, &wind));
+    set_gravity(weighed, 0, 0, 0.5 * density * drag * speed * speed);
+    step(blown, 1, 1e-3); /* one step from rest: the strip is still flat, and still */
+    step(weighed, 1, 1e-3);
+    const double rise = tip_height(weighed);
+    CHECK(rise > 0);
+    CHECK_NEAR(tip_height(blown), rise, 1e-6 * rise); /* Newton's residual; rounding for the modal methods */
+    sw_state_destroy(blown);
+    sw_state_destroy(weighed);
+  }
+  sw_model_destroy(model);
+}
+
+static void still_air_takes_energy_and_no_wind_takes_none(void) {
+  SwModel *model = sagging_model();
+  SwWindDesc air;
+  sw_wind_desc_init(&air);
+  air.density = 1.2;
+  air.normal_drag = 1.5;
+  air.tangential_drag = 0.1;
+  const double start[6] = {0.3, 0, 0, 0, 0, 0}, still[6] = {0};
+  double energy[3];
+  for (int k = 0; k < 3; ++k) { /* never any air; air; air, then none */
+    SwState *state = new_state(model, 0, SW_INTEGRATOR_EXACT);
+    OK(sw_state_set_amplitudes(state, start, still, 6));
+    if (k) OK(sw_state_set_wind(state, &air));
+    SwWindDesc none;
+    sw_wind_desc_init(&none);
+    if (k == 2) OK(sw_state_set_wind(state, &none));
+    step(state, 300, 1.0 / 30);
+    const SwStateReport report = report_of(state);
+    energy[k] = report.kinetic_energy + report.elastic_energy;
+    sw_state_destroy(state);
+  }
+  CHECK(energy[1] < 0.9 * energy[0] && energy[2] == energy[0]);
+  sw_model_destroy(model);
+}
+
+static void the_search_starts_from_the_present_shape(void) {
+  SwModel *model = many_mode_model();
+  for (int m = 0; m < N_STATIC; ++m) {
+    SwState *state = new_state(model, methods[m], 0);
+    set_gravity(state, 0, 0, -0.2);
+    const SwEquilibriumReport first = settle(state), again = settle(state);
+    CHECK(again.iterations <= first.iterations && again.residual < 1e-5);
+    OK(sw_state_equilibrium(state, NULL)); /* a report is not required */
+    sw_state_destroy(state);
+  }
+  sw_model_destroy(model);
+}
+
+/* Rounding of the 32-bit basis must not keep the search from ending, at any load. */
+static void equilibria_are_found_with_a_basis_of_32_bits(void) {
+  const Strip strip = make_strip();
+  SwModel *single = strip_model(&strip), *exact = strip_model(&strip);
+  precompute(single, 8, SW_PRECISION_F32);
+  precompute(exact, 8, SW_PRECISION_F64);
+  for (int k = 1; k <= 20; ++k) {
+    SwState *a = new_state(single, SW_METHOD_WARP, 0), *b = new_state(exact, SW_METHOD_WARP, 0);
+    set_gravity(a, 0, 0, -0.03 * k);
+    set_gravity(b, 0, 0, -0.03 * k);
+    settle(a);
+    settle(b);
+    CHECK(largest_difference(a, b) < 1e-5 * STRIP_LENGTH); /* accepted at 1e-6, times how slowly the search converges */
+    sw_state_destroy(a);
+    sw_state_destroy(b);
+  }
+  sw_model_destroy(single);
+  sw_model_destroy(exact);
+}
+
+static void a_nonlinear_shell_is_saved_restored_and_cloned(void) {
+  SwModel *model = sagging_model();
+  SwState *state = new_state(model, SW_METHOD_SHELL_IMPLICIT, 0), *clone = NULL;
+  set_gravity(state, 0, 0, -1);
+  step(state, 5, 1.0 / 30);
+  uint64_t size = 0;
+  OK(sw_state_save(state, NULL, 0, &size));
+  CHECK(size > sizeof(double) * 6 * STRIP_VERTICES); /* positions and velocities of every vertex */
+  unsigned char *saved = malloc(size);
+  OK(sw_state_save(state, saved, size, &size));
+  OK(sw_state_clone(state, &clone));
+  step(state, 5, 1.0 / 30);
+  step(clone, 5, 1.0 / 30);
+  CHECK(largest_difference(state, clone) == 0);
+  OK(sw_state_load(clone, saved, size));
+  step(clone, 5, 1.0 / 30);
+  CHECK(largest_difference(state, clone) == 0);
+  free(saved);
+  sw_state_destroy(state);
+  sw_state_destroy(clone);
+  sw_model_destroy(model);
+}
+
 /* ----------------------------------------------------------------------------------------------------- mesh and log */
 
 typedef struct {
@@ -1187,6 +1514,19 @@ int main(void) {
   RUN(reset_keeps_constraints_and_repeats_the_run);
   RUN(compliance_gives_way_in_proportion_to_the_force);
   RUN(what_is_out_of_reach_is_reported_as_missing);
+  RUN(a_small_load_bends_every_method_alike);
+  RUN(a_large_load_parts_the_methods);
+  RUN(a_step_of_the_explicit_shell_is_close_to_one_of_the_implicit);
+  RUN(forces_of_the_weight_do_what_gravity_does);
+  RUN(sparse_repeated_strided_and_single_forces_are_the_dense_ones);
+  RUN(forces_for_one_step_act_once_and_replaced_ones_no_more);
+  RUN(forces_and_local_wind_are_copied);
+  RUN(equilibrium_is_where_damped_motion_ends);
+  RUN(wind_presses_like_a_weight_of_half_rho_c_v_squared);
+  RUN(still_air_takes_energy_and_no_wind_takes_none);
+  RUN(the_search_starts_from_the_present_shape);
+  RUN(equilibria_are_found_with_a_basis_of_32_bits);
+  RUN(a_nonlinear_shell_is_saved_restored_and_cloned);
   RUN(every_fault_of_a_mesh_is_found_and_named);
   RUN(a_moebius_strip_is_not_orientable);
   RUN(mesh_check_writes_no_more_than_the_capacity);

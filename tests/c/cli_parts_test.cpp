@@ -1,5 +1,7 @@
 // The parts of the command line host that stand alone: mesh readers, above all on files that are broken, writers, scenes.
 // Writes its files into the directory given as the first argument.
+#include "comparison.hpp"
+#include "energy_audit.hpp"
 #include "frame_files.hpp"
 #include "frame_motion.hpp"
 #include "handle_motion.hpp"
@@ -465,7 +467,7 @@ void handles_are_placed_on_the_nearest_vertex() {
   } catch (const std::runtime_error &error) {
     message = error.what();
   }
-  CHECK(message == "handle 1 is at vertex 123 of 123");
+  CHECK(message == "handle 2 is at vertex 123, but the mesh has 123 vertices, counted from 0");
 }
 
 cli::Scene led_scene() {
@@ -508,7 +510,7 @@ void a_led_strip_is_where_its_handles_are_and_is_let_go() {
   const std::vector<cli::PlacedHandle> handles = cli::place_handles(scene.handles, mesh);
   cli::ProgressBar progress(true);
   const shellwarp::Model model = cli::make_model(scene, mesh, progress);
-  shellwarp::State state = cli::make_state(scene, model);
+  shellwarp::State state = cli::make_state(scene, mesh, model);
   cli::PointCache cache(in_directory("led.pc2"), mesh.n_vertices());
   const cli::Run run = cli::simulate(scene, 75, mesh, handles, state, &cache);
   CHECK(run.handles.steps == 60 && run.handles.steps_missed == 0);  // the step that ends at 2 s is the last one held
@@ -565,7 +567,8 @@ void a_scene_is_read_in_full() {
   CHECK(s.material.k_area == 1 && s.material.k_length == 2 && s.material.k_bend == 3 && s.material.density == 4);
   CHECK(s.supports.size() == 2 && s.supports[0].clamped && s.supports[0].box && !s.supports[1].clamped);
   CHECK((s.supports[1].vertices == std::vector<uint32_t>{4, 5}));
-  CHECK(s.modes == 5 && s.double_precision && s.linear && s.exact && s.duration == 2 && s.gravity[1] == -9.8);
+  CHECK(s.modes == 5 && s.double_precision && s.method == SW_METHOD_LMA && s.exact && s.duration == 2 &&
+        s.gravity[1] == -9.8);
   CHECK(s.frame_rate == 25 && s.steps_per_frame == 4 && s.step() == 0.01);
   CHECK(s.damping.ratio == 0.1 && s.damping.mass == 0.2 && s.damping.stiffness == 0.3);
   CHECK(s.motion.moves() && s.motion.rise == 0.5 && s.motion.end == 2 && s.motion.translations[0].frequency == 3);
@@ -581,6 +584,98 @@ void a_scene_is_read_in_full() {
   CHECK(s.expect.modes == 5u && s.expect.in_range && s.expect.max_displacement->second == 2 && s.paper->modes == 4.0);
 }
 
+void loads_and_comparisons_are_read() {
+  const std::string start = "mesh = 'strip.off'\nlength_unit = 'cm'\n[simulation]\ngravity = [0, 0, -2]\n";
+  const cli::Scene loaded = cli::read_scene(write_file(
+      "loads.toml", start + "method = 'explicit'\nstatic = true\n[[force]]\nvertex = 7\nvector = [1, 2, 3]\n"
+                            "[[force]]\nnearest = [1, 0, 0]\nvector = [0, 0, 1]\n[wind]\nvelocity = [0, 5, 0]\n"
+                            "normal_drag = 1.5\n[expect]\nenergy_never_grows = true\nsettled = 0.1\n"));
+  CHECK(loaded.method == SW_METHOD_SHELL_EXPLICIT && loaded.is_static && loaded.length_unit == "cm");
+  CHECK(loaded.loads.forces.size() == 2 && loaded.loads.forces[0].vertex == 7u && !loaded.loads.forces[1].vertex);
+  CHECK(loaded.loads.forces[0].vector[2] == 3 && loaded.loads.wind->velocity[1] == 5 &&
+        loaded.loads.wind->density == 1.2);
+  CHECK(loaded.expect.energy_never_grows && loaded.expect.settled == 0.1 && !loaded.comparison);
+
+  const cli::Scene compared = cli::read_scene(
+      write_file("compared.toml", start + "[comparison]\nmethods = ['lma', 'virtual-work']\ngravities = [1, 2.5]\n"
+                                          "bending = [1, 10]\n[expect]\nwarp_below_lma = true\nlma_error = [0, 1]\n"
+                                          "[expect.reference]\ntolerance = 0.1\nlma_error = [1, 2, 3, 4]\n"));
+  const cli::Comparison &c = *compared.comparison;
+  CHECK(c.methods.size() == 2 && c.methods[1] == SW_METHOD_WARP_VIRTUAL_WORK && c.gravities[1] == 2.5);
+  CHECK(c.bending.size() == 2 && c.expect.warp_below_lma && !c.expect.errors_grow && c.expect.tolerance == 0.1);
+  CHECK(c.expect.errors.size() == 1 && c.expect.errors[0].method == SW_METHOD_LMA);
+  CHECK(c.expect.errors[0].reference.size() == 4 && c.expect.errors[0].range->second == 1);
+}
+
+// Rows of a comparison that are as expected, then spoilt one at a time.
+void a_comparison_is_judged_row_by_row() {
+  cli::Scene scene;
+  scene.comparison.emplace();
+  cli::Comparison &c = *scene.comparison;
+  c.methods = {SW_METHOD_LMA, SW_METHOD_WARP};
+  c.gravities = {1, 2};
+  c.bending = {1, 10};
+  c.expect.warp_below_lma = c.expect.errors_grow = c.expect.stiffer_differs_less = c.expect.in_range = true;
+  c.expect.tolerance = 1e-3;
+  c.expect.errors = {{SW_METHOD_LMA, cli::Range{0.05, 0.5}, {}},
+                     {SW_METHOD_WARP, std::nullopt, {0.1, 0.2, 0.01, 0.02}}};
+  cli::ComparisonRun good{};
+  const double lma[4] = {0.2, 0.4, 0.1, 0.2}, warp[4] = {0.1, 0.2, 0.01, 0.02};
+  for (std::size_t k = 0; k < 4; ++k)
+    for (uint32_t method : {SW_METHOD_SHELL_IMPLICIT, SW_METHOD_LMA, SW_METHOD_WARP}) {
+      cli::ComparisonRow row{};
+      row.case_number = k;
+      row.bending = c.bending[k / 2];
+      row.gravity = c.gravities[k % 2];
+      row.method = method;
+      row.found = row.in_range = true;
+      row.error = method == SW_METHOD_LMA ? lma[k] : method == SW_METHOD_WARP ? warp[k] : 0;
+      good.rows.push_back(row);
+    }
+  CHECK(cli::violations(scene, good).empty());
+  const auto complaint = [&](std::size_t row, double error) {
+    cli::ComparisonRun bad = good;
+    bad.rows[row].error = error;
+    const std::vector<std::string> all = cli::violations(scene, bad);
+    return all.empty() ? std::string() : all[0];
+  };
+  CHECK(complaint(1, 0.6).find("error of lma at gravity 1, bending x 1: expected 0.05 to 0.5") == 0);
+  CHECK(complaint(2, 0.102).find("error of warp at gravity 1, bending x 1: expected 0.099 to 0.101") == 0);
+  CHECK(complaint(1, 0.09).find("the warp was to be nearer") != std::string::npos);
+  CHECK(complaint(4, 0.201).find("stiffer") == std::string::npos && complaint(4, 0.201).empty());
+  CHECK(complaint(1, 0.45).find("errors were to grow with gravity") != std::string::npos);
+  CHECK(complaint(7, 0.201).find("stiffer was to differ less") != std::string::npos);
+  cli::ComparisonRun none = good;
+  none.rows[5].found = false;
+  CHECK(cli::violations(scene, none)[0] == "no equilibrium of warp at gravity 2, bending x 1");
+}
+
+// A strip that falls freely trades work for motion: nothing is gained. Energy put in between two frames is found.
+void the_energy_audit_counts_the_work_of_loads() {
+  const cli::Mesh mesh = strip_as_mesh();
+  cli::Scene scene;
+  scene.gravity = {0, 0, -2};
+  scene.modes = 6;
+  scene.double_precision = scene.exact = true;
+  cli::ProgressBar progress(true);
+  const shellwarp::Model model = cli::make_model(scene, mesh, progress);
+  shellwarp::State state = cli::make_state(scene, mesh, model);
+  cli::EnergyAudit audit(scene, mesh);
+  CHECK(audit.applies());
+  for (uint32_t frame = 0; frame < 5; ++frame) {
+    audit.note(frame, state, state.report());
+    state.step(0.1);
+  }
+  CHECK(audit.largest_gain() < 1e-12);  // rounding: the propagator is exact
+  std::vector<double> rate = state.amplitudes().velocity;
+  for (double &v : rate) v *= 1.5;
+  state.set_amplitudes(state.amplitudes().value.data(), rate.data(), 6);
+  audit.note(5, state, state.report());
+  CHECK(audit.largest_gain() > 0.5 && audit.frame_of_gain() == 5);
+  scene.loads.wind.emplace();
+  CHECK(!cli::EnergyAudit(scene, mesh).applies());
+}
+
 void mistakes_in_scenes_are_located() {
   const struct {
     const char *text, *place, *words;
@@ -590,6 +685,17 @@ void mistakes_in_scenes_are_located() {
       {"mesh = 'a.obj'\n[material]\nk_bend = 'soft'\n", "bad.toml:3:", "k_bend must be a number"},
       {"mesh = 'a.obj'\n[simulation]\nmodes = -1\n", "bad.toml:3:", "modes must be a whole number"},
       {"mesh = 'a.obj'\n[simulation]\nmethod = 'magic'\n", "bad.toml:3:", "it must be one of warp, lma"},
+      {"mesh = 'a.obj'\n[simulation]\nmethod = 'implicit'\nintegrator = 'exact'\n", "bad.toml:4:", "has none"},
+      {"mesh = 'a.obj'\n[[force]]\nvector = [0, 0, 1]\n", "bad.toml:2:", "by vertex or nearest"},
+      {"mesh = 'a.obj'\n[[force]]\nvertex = 0\n", "bad.toml:2:", "vector is missing"},
+      {"mesh = 'a.obj'\n[wind]\ndensity = 1\n", "bad.toml:2:", "velocity is missing"},
+      {"mesh = 'a.obj'\n[wind]\nvelocity = [1, 0, 0]\ndensity = -1\n", "bad.toml:4:", "must not be negative"},
+      {"mesh = 'a.obj'\n[comparison]\nmethods = ['implicit']\ngravities = [1]\n", "bad.toml:3:", "list of warp, lma"},
+      {"mesh = 'a.obj'\n[comparison]\nmethods = ['lma']\n", "bad.toml:2:", "gravities is missing"},
+      {"mesh = 'a.obj'\n[comparison]\nmethods = ['lma']\ngravities = [2, 1]\n",
+       "bad.toml:4:", "must be above 0 and ascend"},
+      {"mesh = 'a.obj'\n[comparison]\nmethods = ['lma']\ngravities = [1, 2]\n",
+       "bad.toml:2:", "must give the direction"},
       {"mesh = 'a.obj'\n[simulation]\nduration = 0\n", "bad.toml:3:", "must be greater than 0"},
       {"mesh = 'a.obj'\n[simulation]\ngravity = [0, 1]\n", "bad.toml:3:", "must be a list of 3 numbers"},
       {"mesh = 'a.obj'\n[simulation]\ngravity = [0, nan, 0]\n", "bad.toml:3:", "must be a list of 3 numbers"},
@@ -679,6 +785,9 @@ int main(int argc, char **argv) {
   RUN(handles_are_placed_on_the_nearest_vertex);
   RUN(a_led_strip_is_where_its_handles_are_and_is_let_go);
   RUN(a_scene_is_read_in_full);
+  RUN(loads_and_comparisons_are_read);
+  RUN(a_comparison_is_judged_row_by_row);
+  RUN(the_energy_audit_counts_the_work_of_loads);
   RUN(mistakes_in_scenes_are_located);
   RUN(lists_of_vertices_are_read_strictly);
   RUN(supports_are_found_by_box_and_list_without_repetition);

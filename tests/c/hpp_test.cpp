@@ -178,6 +178,89 @@ void a_constraint_is_set_met_reported_and_cleared() {
   CHECK(state.constraint_report().empty());
 }
 
+constexpr uint32_t kTip = STRIP_VERTICES - 2;  // the middle of the free end
+
+double height_of_tip(const State &state) {
+  Positions x;
+  state.positions(x.data(), STRIP_VERTICES);
+  return x[3 * kTip + 2];
+}
+
+void forces_in_either_format_bend_until_they_are_cleared() {
+  const Model model = make_model();
+  const double push[3] = {0, 0, 0.0625};  // exact in floats
+  const float single[3] = {0, 0, 0.0625F};
+  State a(model), b(model), every(model);
+  a.set_forces(shellwarp::force_desc(push, 1, &kTip));
+  b.set_forces(shellwarp::force_desc(single, 1, &kTip));
+  Positions dense{};
+  dense[3 * kTip + 2] = push[2];
+  every.set_forces(shellwarp::force_desc(dense.data(), STRIP_VERTICES));
+  for (State *state : {&a, &b, &every}) CHECK(state->equilibrium().residual < 1e-6);
+  CHECK(height_of_tip(a) > 0.01 && height_of_tip(a) == height_of_tip(b) && height_of_tip(a) == height_of_tip(every));
+  a.clear_forces();
+  a.equilibrium();
+  CHECK_NEAR(height_of_tip(a), 0, 1e-12);  // no load at all: the rest shape
+}
+
+void forces_for_one_step_are_gone_in_the_next() {
+  const Model model = make_model();
+  const double push[3] = {0, 0, 0.0625};
+  State state(model);
+  state.set_forces(shellwarp::force_desc(push, 1, &kTip, SW_FORCES_ONE_STEP));
+  state.equilibrium();
+  CHECK(height_of_tip(state) > 0.01);
+  state.equilibrium();
+  CHECK_NEAR(height_of_tip(state), 0, 1e-12);
+}
+
+void wind_lifts_until_it_is_cleared() {
+  const Model model = make_model();
+  State state(model);
+  SwWindDesc wind = shellwarp::wind_desc();
+  wind.velocity[2] = 0.5;
+  wind.density = 1.2;
+  wind.normal_drag = 1;
+  state.set_wind(wind);
+  state.step(0.1);
+  const double lifted = height_of_tip(state);
+  CHECK(lifted > 0);
+  state.reset();
+  state.clear_wind();
+  state.step(0.1);
+  CHECK(height_of_tip(state) == 0);
+}
+
+void an_equilibrium_that_does_not_exist_throws_and_moves_nothing() {
+  const Strip strip = make_strip();
+  Model model(shellwarp::mesh_desc(strip.positions, STRIP_VERTICES, strip.triangles, STRIP_TRIANGLES));  // floats free
+  model.precompute();
+  State state(model);
+  state.set_gravity(0, 0, -1);
+  SwStatus status = SW_OK;
+  try {
+    state.equilibrium();
+  } catch (const shellwarp::Error &error) {
+    status = error.status();
+  }
+  CHECK(status == SW_ERROR_NUMERICAL && height_of_tip(state) == 0);
+}
+
+void log_messages_reach_the_callback() {
+  struct Log {
+    int lines = 0;
+    static void note(void *user, uint32_t, const char *) { ++static_cast<Log *>(user)->lines; }
+  } log;
+  const double x[12] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 5, 5, 5};  // the last vertex in no triangle: handled, and told
+  const uint32_t t[3] = {0, 1, 2};
+  shellwarp::set_log_callback(Log::note, &log);
+  const Model model(shellwarp::mesh_desc(x, 4, t, 1));
+  shellwarp::set_log_callback(nullptr);
+  const int heard = log.lines;
+  const Model silent(shellwarp::mesh_desc(x, 4, t, 1));
+  CHECK(heard > 0 && log.lines == heard);
+}
+
 void vectors_have_the_length_of_the_modes() {
   const Model model = make_model(5);
   const State state = make_state(model);
@@ -254,6 +337,11 @@ int main() {
   RUN(floats_and_doubles_make_the_same_mesh);
   RUN(save_load_and_clone_repeat_the_run);
   RUN(a_constraint_is_set_met_reported_and_cleared);
+  RUN(forces_in_either_format_bend_until_they_are_cleared);
+  RUN(forces_for_one_step_are_gone_in_the_next);
+  RUN(wind_lifts_until_it_is_cleared);
+  RUN(an_equilibrium_that_does_not_exist_throws_and_moves_nothing);
+  RUN(log_messages_reach_the_callback);
   RUN(vectors_have_the_length_of_the_modes);
   RUN(diagnostics_come_as_a_vector);
   RUN(states_on_threads_move_as_they_do_one_by_one);

@@ -71,6 +71,9 @@ static void init_and_destroy_take_null(void) {
   sw_damping_desc_init(NULL);
   sw_frame_desc_init(NULL);
   sw_constraint_desc_init(NULL);
+  sw_force_desc_init(NULL);
+  sw_wind_desc_init(NULL);
+  sw_equilibrium_report_init(NULL);
   sw_model_info_init(NULL);
   sw_state_report_init(NULL);
   sw_model_destroy(NULL);
@@ -315,8 +318,11 @@ static void unknown_enumerants_and_flags_are_refused(void) {
 
   SwStateDesc desc;
   sw_state_desc_init(&desc);
-  desc.method = 99;
-  FAILS(sw_state_create(ready, &desc, &other), SW_ERROR_INVALID_ARGUMENT, "method");
+  const uint32_t unknown_methods[2] = {SW_METHOD_WARP_VIRTUAL_WORK + 1, UINT32_MAX};
+  for (int k = 0; k < 2; ++k) {
+    desc.method = unknown_methods[k];
+    FAILS(sw_state_create(ready, &desc, &other), SW_ERROR_INVALID_ARGUMENT, "method");
+  }
   desc.method = 0;
   desc.integrator = 3;
   FAILS(sw_state_create(ready, &desc, &other), SW_ERROR_INVALID_ARGUMENT, "integrator");
@@ -725,6 +731,236 @@ static void rates_of_the_frame_are_not_read_unless_given(void) {
   sw_model_destroy(model);
 }
 
+/* -------------------------------------------------------------------------------------- methods, loads, equilibria */
+
+static const double one_force[3] = {0.1, 0.2, 0.3};
+static const uint32_t one_vertex = 70;
+
+static SwForceDesc good_force(void) {
+  SwForceDesc desc;
+  sw_force_desc_init(&desc);
+  desc.format = SW_FORMAT_F64;
+  desc.count = 1;
+  desc.forces = one_force;
+  desc.vertices = &one_vertex;
+  return desc;
+}
+
+static SwWindDesc good_wind(void) {
+  SwWindDesc desc;
+  sw_wind_desc_init(&desc);
+  desc.velocity[2] = 2;
+  desc.density = 1.2;
+  desc.normal_drag = 1;
+  return desc;
+}
+
+/* A failed call must not have touched the loads either: the next step is that of a state with the good ones. */
+static void check_loads_still_act(const SwModel *model, SwState *state) {
+  SwState *same = moving_state(model);
+  const SwForceDesc force = good_force();
+  const SwWindDesc wind = good_wind();
+  OK(sw_state_set_forces(same, &force));
+  OK(sw_state_set_wind(same, &wind));
+  OK(sw_state_step(same, 0.02));
+  OK(sw_state_step(state, 0.02));
+  const Snapshot expected = snapshot(same);
+  CHECK(unchanged(state, &expected));
+  sw_state_destroy(same);
+}
+
+static SwState *loaded_state(const SwModel *model) {
+  SwState *state = moving_state(model);
+  const SwForceDesc force = good_force();
+  const SwWindDesc wind = good_wind();
+  OK(sw_state_set_forces(state, &force));
+  OK(sw_state_set_wind(state, &wind));
+  return state;
+}
+
+static void bad_forces_are_named_and_keep_the_old_ones(void) {
+  SwModel *model = ready_model();
+  SwState *state = loaded_state(model);
+  SwForceDesc desc = good_force();
+  FAILS(sw_state_set_forces(NULL, &desc), SW_ERROR_INVALID_ARGUMENT, "state");
+  FAILS(sw_state_set_forces(state, NULL), SW_ERROR_INVALID_ARGUMENT, "desc");
+  for (int k = 0; k < 2; ++k) {
+    desc.struct_size = wrong_sizes[k];
+    FAILS(sw_state_set_forces(state, &desc), SW_ERROR_INVALID_DESC, "SwForceDesc");
+  }
+  desc = good_force();
+  desc.flags = 2;
+  FAILS(sw_state_set_forces(state, &desc), SW_ERROR_INVALID_ARGUMENT, "flags");
+  const uint32_t formats[3] = {0, 3, UINT32_MAX};
+  for (int k = 0; k < 3; ++k) {
+    desc = good_force();
+    desc.format = formats[k];
+    FAILS(sw_state_set_forces(state, &desc), SW_ERROR_INVALID_ARGUMENT, "format");
+  }
+  desc = good_force();
+  desc.forces = NULL;
+  FAILS(sw_state_set_forces(state, &desc), SW_ERROR_INVALID_ARGUMENT, "forces");
+  desc = good_force();
+  desc.stride = 23; /* below three doubles */
+  FAILS(sw_state_set_forces(state, &desc), SW_ERROR_INVALID_ARGUMENT, "stride");
+  desc.stride = UINT64_MAX;
+  FAILS(sw_state_set_forces(state, &desc), SW_ERROR_INVALID_ARGUMENT, "forces");
+  desc = good_force();
+  desc.vertices = NULL; /* then one for every vertex is meant */
+  FAILS(sw_state_set_forces(state, &desc), SW_ERROR_INVALID_ARGUMENT, "count is 1, but the mesh has 123 vertices");
+  const uint32_t outside[2] = {STRIP_VERTICES, UINT32_MAX};
+  for (int k = 0; k < 2; ++k) {
+    desc = good_force();
+    desc.vertices = &outside[k];
+    FAILS(sw_state_set_forces(state, &desc), SW_ERROR_INVALID_ARGUMENT, k ? "vertex 4294967295" : "vertex 123");
+  }
+  for (int k = 0; k < N_BAD; ++k)
+    for (int i = 0; i < 3; ++i) {
+      double force[3] = {1, 1, 1};
+      force[i] = bad_numbers[k];
+      desc = good_force();
+      desc.forces = force;
+      FAILS(sw_state_set_forces(state, &desc), SW_ERROR_INVALID_ARGUMENT, "force 0 on vertex 70");
+    }
+  check_loads_still_act(model, state);
+  sw_state_destroy(state);
+  sw_model_destroy(model);
+}
+
+static void bad_wind_is_named_and_keeps_the_old_one(void) {
+  SwModel *model = ready_model();
+  SwState *state = loaded_state(model);
+  SwWindDesc desc = good_wind();
+  FAILS(sw_state_set_wind(NULL, &desc), SW_ERROR_INVALID_ARGUMENT, "state");
+  FAILS(sw_state_set_wind(state, NULL), SW_ERROR_INVALID_ARGUMENT, "desc");
+  for (int k = 0; k < 2; ++k) {
+    desc.struct_size = wrong_sizes[k];
+    FAILS(sw_state_set_wind(state, &desc), SW_ERROR_INVALID_DESC, "SwWindDesc");
+  }
+  const double wrong[4] = {NAN, HUGE_VAL, -HUGE_VAL, -1};
+  for (int k = 0; k < 4; ++k) {
+    desc = good_wind(), desc.density = wrong[k];
+    FAILS(sw_state_set_wind(state, &desc), SW_ERROR_INVALID_ARGUMENT, "density");
+    desc = good_wind(), desc.normal_drag = wrong[k];
+    FAILS(sw_state_set_wind(state, &desc), SW_ERROR_INVALID_ARGUMENT, "normal_drag");
+    desc = good_wind(), desc.tangential_drag = wrong[k];
+    FAILS(sw_state_set_wind(state, &desc), SW_ERROR_INVALID_ARGUMENT, "tangential_drag");
+  }
+  double local[3 * STRIP_VERTICES] = {0};
+  for (int k = 0; k < N_BAD; ++k) {
+    for (int i = 0; i < 3; ++i) {
+      desc = good_wind(), desc.velocity[i] = bad_numbers[k];
+      FAILS(sw_state_set_wind(state, &desc), SW_ERROR_INVALID_ARGUMENT, "velocity");
+    }
+    local[100] = bad_numbers[k];
+    desc = good_wind(), desc.local_velocities = local, desc.local_format = SW_FORMAT_F64;
+    FAILS(sw_state_set_wind(state, &desc), SW_ERROR_INVALID_ARGUMENT, "velocity");
+  }
+  local[100] = 0;
+  desc = good_wind(), desc.local_velocities = local; /* of no format */
+  FAILS(sw_state_set_wind(state, &desc), SW_ERROR_INVALID_ARGUMENT, "format");
+  desc.local_format = SW_FORMAT_F64, desc.local_stride = 16;
+  FAILS(sw_state_set_wind(state, &desc), SW_ERROR_INVALID_ARGUMENT, "stride");
+  desc.local_stride = UINT64_MAX / 2;
+  FAILS(sw_state_set_wind(state, &desc), SW_ERROR_INVALID_ARGUMENT, "local_velocities");
+  check_loads_still_act(model, state);
+  sw_state_destroy(state);
+  sw_model_destroy(model);
+}
+
+static void bad_equilibrium_reports_are_refused_before_anything_moves(void) {
+  SwModel *model = ready_model();
+  SwState *state = loaded_state(model);
+  const Snapshot before = snapshot(state);
+  SwEquilibriumReport report;
+  sw_equilibrium_report_init(&report);
+  FAILS(sw_state_equilibrium(NULL, &report), SW_ERROR_INVALID_ARGUMENT, "state");
+  for (int k = 0; k < 2; ++k) {
+    report.struct_size = wrong_sizes[k];
+    FAILS(sw_state_equilibrium(state, &report), SW_ERROR_INVALID_DESC, "SwEquilibriumReport");
+  }
+  CHECK(report.iterations == 0 && report.residual == 0 && unchanged(state, &before));
+  check_loads_still_act(model, state);
+  sw_state_destroy(state);
+  sw_model_destroy(model);
+}
+
+static SwState *free_shell_state(const SwModel *model, uint32_t method) {
+  SwState *state = new_state(model, method, 0);
+  const double pull[3] = {0, 0, -1};
+  OK(sw_state_set_gravity(state, pull));
+  OK(sw_state_step(state, 0.02));
+  return state;
+}
+
+/* Nothing holds the strip: it falls for ever. A failed search leaves it falling. */
+static void an_equilibrium_that_does_not_exist_moves_nothing(void) {
+  const Strip strip = make_strip();
+  const SwMeshDesc mesh = strip_mesh(&strip);
+  SwModel *model = NULL;
+  OK(sw_model_create(&mesh, NULL, NULL, &model));
+  precompute(model, 8, 0);
+  for (uint32_t method = SW_METHOD_WARP; method <= SW_METHOD_WARP_VIRTUAL_WORK; ++method) {
+    SwState *state = free_shell_state(model, method), *same = free_shell_state(model, method);
+    SwEquilibriumReport report;
+    sw_equilibrium_report_init(&report);
+    FAILS(sw_state_equilibrium(state, &report), SW_ERROR_NUMERICAL, "equilibrium");
+    CHECK(report.iterations == 0 && report.residual == 0);
+    OK(sw_state_step(state, 0.01));
+    OK(sw_state_step(same, 0.01));
+    double a[3 * STRIP_VERTICES], b[3 * STRIP_VERTICES];
+    OK(sw_state_positions(state, SW_SPACE_WORLD, SW_FORMAT_F64, a, 0, STRIP_VERTICES));
+    OK(sw_state_positions(same, SW_SPACE_WORLD, SW_FORMAT_F64, b, 0, STRIP_VERTICES));
+    CHECK(memcmp(a, b, sizeof a) == 0);
+    sw_state_destroy(state);
+    sw_state_destroy(same);
+  }
+  sw_model_destroy(model);
+}
+
+static void a_nonlinear_shell_says_what_it_does_not_offer(void) {
+  SwModel *model = ready_model();
+  for (uint32_t method = SW_METHOD_SHELL_IMPLICIT; method <= SW_METHOD_SHELL_EXPLICIT; ++method) {
+    SwState *state = new_state(model, method, 0);
+    const SwConstraintDesc handle = constraint(1, SW_CONSTRAINT_POSITION);
+    double four[4] = {7, 7, 7, 7}, rates[4] = {7, 7, 7, 7};
+    uint32_t count = 77;
+    SwDampingDesc damping;
+    sw_damping_desc_init(&damping);
+    damping.ratios = four;
+    damping.n_ratios = 1;
+    FAILS(sw_state_set_damping(state, &damping), SW_ERROR_UNSUPPORTED, "damping");
+    FAILS(sw_state_set_constraint(state, &handle), SW_ERROR_UNSUPPORTED, "constraint");
+    FAILS(sw_state_set_amplitudes(state, four, rates, 4), SW_ERROR_UNSUPPORTED, "amplitudes");
+    FAILS(sw_state_amplitudes(state, four, rates, 4, &count), SW_ERROR_UNSUPPORTED, "amplitudes");
+    CHECK(four[0] == 7 && rates[0] == 7 && count == 77);
+    OK(sw_state_step(state, 1e-5)); /* and is none the worse for it */
+    sw_state_destroy(state);
+  }
+  sw_model_destroy(model);
+}
+
+/* A step far too long for the explicit shell must end in a status, not in numbers that are none. */
+static void an_explicit_step_too_long_fails_and_moves_nothing(void) {
+  SwModel *model = ready_model();
+  SwState *state = new_state(model, SW_METHOD_SHELL_EXPLICIT, 0);
+  const double pull[3] = {0.3, 0.2, -1};
+  double x[3 * STRIP_VERTICES], y[3 * STRIP_VERTICES];
+  SwStatus status = SW_OK;
+  OK(sw_state_set_gravity(state, pull));
+  for (int k = 0; k < 2000 && status == SW_OK; ++k) {
+    OK(sw_state_positions(state, SW_SPACE_WORLD, SW_FORMAT_F64, x, 0, STRIP_VERTICES));
+    status = sw_state_step(state, 0.5);
+  }
+  CHECK(status == SW_ERROR_NUMERICAL);
+  OK(sw_state_positions(state, SW_SPACE_WORLD, SW_FORMAT_F64, y, 0, STRIP_VERTICES));
+  CHECK(memcmp(x, y, sizeof x) == 0);
+  OK(sw_state_reset(state));
+  OK(sw_state_step(state, 1e-5));
+  sw_state_destroy(state);
+  sw_model_destroy(model);
+}
+
 /* ------------------------------------------------------------------------------------------------ counts and buffers */
 
 static void impossible_mesh_counts_are_refused(void) {
@@ -997,6 +1233,12 @@ int main(void) {
   RUN(clearing_what_is_not_there_is_told);
   RUN(report_buffers_too_small_are_refused_and_left_alone);
   RUN(absurd_targets_leave_a_finite_and_usable_state);
+  RUN(bad_forces_are_named_and_keep_the_old_ones);
+  RUN(bad_wind_is_named_and_keeps_the_old_one);
+  RUN(bad_equilibrium_reports_are_refused_before_anything_moves);
+  RUN(an_equilibrium_that_does_not_exist_moves_nothing);
+  RUN(a_nonlinear_shell_says_what_it_does_not_offer);
+  RUN(an_explicit_step_too_long_fails_and_moves_nothing);
   RUN(impossible_mesh_counts_are_refused);
   RUN(impossible_mesh_strides_are_refused);
   RUN(huge_mode_counts_are_clamped);

@@ -1,0 +1,78 @@
+# What `cmake --install` and `cpack` put where: headers, the shared and the static library, the files by which CMake and
+# pkg-config find them, the command line host, the Python package, licences. Nothing in it names a folder of this machine,
+# so the whole may be moved.
+include(GNUInstallDirs)
+include(CMakePackageConfigHelpers)
+
+
+set(shellwarp_static_name "${CMAKE_STATIC_LIBRARY_PREFIX}shellwarp${CMAKE_STATIC_LIBRARY_SUFFIX}")
+get_filename_component(shellwarp_built_directory "${shellwarp_built}" DIRECTORY)
+set(SHELLWARP_CMAKE_DIRECTORY "${CMAKE_INSTALL_LIBDIR}/cmake/shellwarp")
+set(SHELLWARP_INSTALLED_LIBRARY "${CMAKE_INSTALL_LIBDIR}/${shellwarp_load_name}")
+
+# What `cargo rustc --crate-type staticlib -- --print native-static-libs` names.
+set(SHELLWARP_STATIC_NEEDS "")
+if(APPLE)
+  set(SHELLWARP_STATIC_NEEDS System c m)
+elseif(WIN32)
+  set(SHELLWARP_STATIC_NEEDS kernel32 ntdll userenv ws2_32 dbghelp)
+else()
+  set(SHELLWARP_STATIC_NEEDS gcc_s util rt pthread m dl c)
+endif()
+list(TRANSFORM SHELLWARP_STATIC_NEEDS PREPEND "-l" OUTPUT_VARIABLE SHELLWARP_PC_PRIVATE)
+list(JOIN SHELLWARP_PC_PRIVATE " " SHELLWARP_PC_PRIVATE)
+
+install(FILES include/shellwarp.h include/shellwarp.hpp DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}")
+install(PROGRAMS "${shellwarp_directory}/${shellwarp_load_name}" DESTINATION "${CMAKE_INSTALL_LIBDIR}")
+if(NOT shellwarp_load_name STREQUAL shellwarp_plain_name)
+  install(FILES "${shellwarp_directory}/${shellwarp_plain_name}" DESTINATION "${CMAKE_INSTALL_LIBDIR}")
+endif()
+if(WIN32)
+  install(FILES "${shellwarp_directory}/shellwarp.dll.lib" DESTINATION "${CMAKE_INSTALL_LIBDIR}")
+endif()
+# A prebuilt shared library may come without it.
+install(FILES "${shellwarp_built_directory}/${shellwarp_static_name}" DESTINATION "${CMAKE_INSTALL_LIBDIR}" OPTIONAL)
+if(CMAKE_STRIP AND UNIX)
+  set(shellwarp_objects "${CMAKE_INSTALL_LIBDIR}/${shellwarp_load_name}" "${CMAKE_INSTALL_LIBDIR}/${shellwarp_static_name}")
+  install(CODE "
+    if(CMAKE_INSTALL_DO_STRIP)
+      foreach(object IN ITEMS ${shellwarp_objects})
+        if(EXISTS \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/\${object}\")
+          execute_process(COMMAND \"${CMAKE_STRIP}\" --strip-debug \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/\${object}\"
+                          COMMAND_ERROR_IS_FATAL ANY)
+        endif()
+      endforeach()
+    endif()")
+endif()
+
+configure_package_config_file(cmake/shellwarpConfig.cmake.in "${CMAKE_CURRENT_BINARY_DIR}/shellwarpConfig.cmake"
+  INSTALL_DESTINATION "${SHELLWARP_CMAKE_DIRECTORY}"
+  PATH_VARS CMAKE_INSTALL_INCLUDEDIR CMAKE_INSTALL_LIBDIR SHELLWARP_INSTALLED_LIBRARY)
+# The interface only grows while the SONAME stays, and the SONAME carries the major version.
+write_basic_package_version_file("${CMAKE_CURRENT_BINARY_DIR}/shellwarpConfigVersion.cmake" COMPATIBILITY SameMajorVersion)
+install(FILES "${CMAKE_CURRENT_BINARY_DIR}/shellwarpConfig.cmake" "${CMAKE_CURRENT_BINARY_DIR}/shellwarpConfigVersion.cmake"
+        DESTINATION "${SHELLWARP_CMAKE_DIRECTORY}")
+
+file(RELATIVE_PATH SHELLWARP_PC_TO_PREFIX "/${CMAKE_INSTALL_LIBDIR}/pkgconfig" "/")
+string(REGEX REPLACE "/$" "" SHELLWARP_PC_TO_PREFIX "${SHELLWARP_PC_TO_PREFIX}")
+configure_file(cmake/shellwarp.pc.in shellwarp.pc @ONLY)
+install(FILES "${CMAKE_CURRENT_BINARY_DIR}/shellwarp.pc" DESTINATION "${CMAKE_INSTALL_LIBDIR}/pkgconfig")
+
+if(TARGET shellwarp_cli)
+  set_target_properties(shellwarp_cli PROPERTIES INSTALL_RPATH "$ORIGIN/../${CMAKE_INSTALL_LIBDIR}")
+  if(APPLE)
+    set_target_properties(shellwarp_cli PROPERTIES INSTALL_RPATH "@executable_path/../${CMAKE_INSTALL_LIBDIR}")
+  endif()
+  install(TARGETS shellwarp_cli RUNTIME DESTINATION "${CMAKE_INSTALL_BINDIR}")
+endif()
+install(DIRECTORY host_examples/python/shellwarp DESTINATION "${CMAKE_INSTALL_DATADIR}/shellwarp/python"
+        FILES_MATCHING PATTERN "*.py" PATTERN __pycache__ EXCLUDE)
+install(FILES LICENSE-MIT LICENSE-APACHE README.md CHANGELOG.md DESTINATION "${CMAKE_INSTALL_DOCDIR}")
+
+set(CPACK_GENERATOR TGZ)
+set(CPACK_PACKAGE_NAME shellwarp)
+set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "Real-time thin shells by modal warping")
+set(CPACK_STRIP_FILES ON)
+string(TOLOWER "shellwarp-${PROJECT_VERSION}-${CMAKE_SYSTEM_NAME}-${CMAKE_SYSTEM_PROCESSOR}" CPACK_PACKAGE_FILE_NAME)
+set(CPACK_VERBATIM_VARIABLES ON)
+include(CPack)

@@ -1,0 +1,122 @@
+"""Shells that move on frame changes, in playback and in renders alike.
+
+The handler runs after the scene is evaluated for the frame, so animation, parents and constraints of object and handles
+are in; Blender evaluates again what it changes. Runs live here and not in the file: undo and redo do not touch them, and
+after loading a file they begin at the start frame.
+"""
+
+import sys
+from contextlib import contextmanager
+
+import bpy
+from bpy.app.handlers import persistent
+
+from . import library, shape_key
+from .inputs import Refused, read_inputs, read_shell
+from .simulation import Simulation
+
+_runs = {}      # session_uid of the object -> Simulation
+_messages = {}  # session_uid -> what went wrong last, "" for nothing
+_suspended = set()
+
+
+def simulation(obj):
+    """The object's run, None before its model is made."""
+    return _runs.get(obj.session_uid)
+
+
+def message(obj):
+    """What went wrong at the last frame, "" for nothing."""
+    return _messages.get(obj.session_uid, "")
+
+
+def store(obj, run):
+    """Makes `run` the object's, closing another."""
+    forget(obj)
+    _runs[obj.session_uid] = run
+
+
+def forget(obj):
+    """Frees the object's run."""
+    run = _runs.pop(obj.session_uid, None)
+    _messages.pop(obj.session_uid, None)
+    if run is not None:
+        run.close()
+
+
+@contextmanager
+def suspended(obj):
+    """Frame changes leave the object alone meanwhile."""
+    _suspended.add(obj.session_uid)
+    try:
+        yield
+    finally:
+        _suspended.discard(obj.session_uid)
+
+
+def prepare(obj, depsgraph, progress=None):
+    """The object's run with a model of its present mesh, material and supports, made anew if these have changed."""
+    settings = obj.shellwarp
+    shell, scale, key = read_shell(obj, depsgraph)
+    run = simulation(obj)
+    if run is None or run.key != key:
+        forget(obj)
+        run = Simulation(library.package(), shell, scale, key, settings.modes, settings.method, settings.integrator, progress)
+        store(obj, run)
+    return run
+
+
+def show(obj, scene, depsgraph):
+    """Moves one object to the depsgraph's frame."""
+    start, frame = obj.shellwarp.frame_start, scene.frame_current_final
+    if frame == start:
+        run = prepare(obj, depsgraph)
+    else:
+        run = simulation(obj)
+        if run is None:
+            raise Refused("go to the start frame: the model is made there")
+        if run.model.n_vertices != len(obj.data.vertices):
+            raise Refused("the mesh has changed: go to the start frame")
+    shape_key.write(obj, run.go(frame, start, read_inputs(obj, scene, depsgraph, run.scale)))
+
+
+def tell(obj, text):
+    """Keeps a message for the panel; a new one also goes to the console, where a render farm looks."""
+    if text and text != message(obj):
+        print(f"shellwarp: {obj.name}: {text}", file=sys.stderr)
+    _messages[obj.session_uid] = text
+
+
+@persistent
+def on_frame_change(scene, depsgraph):
+    """Moves every live shell of the scene. A shell in trouble keeps its last shape and says why; nothing is raised."""
+    for obj in scene.objects:
+        if not (obj.type == "MESH" and obj.shellwarp.enabled and obj.shellwarp.live):
+            continue
+        if obj.session_uid in _suspended or not obj.evaluated_get(depsgraph).is_evaluated:
+            continue
+        try:
+            show(obj, scene, depsgraph)
+            tell(obj, "")
+        except Exception as error:  # whatever it is, the frame change of all others goes on
+            tell(obj, str(error) or type(error).__name__)
+
+
+@persistent
+def on_load(*_):
+    """Another file: its objects' numbers are new."""
+    for run in _runs.values():
+        run.close()
+    _runs.clear()
+    _messages.clear()
+
+
+def register():
+    bpy.app.handlers.frame_change_post.append(on_frame_change)
+    bpy.app.handlers.load_pre.append(on_load)
+
+
+def unregister():
+    bpy.app.handlers.frame_change_post.remove(on_frame_change)
+    bpy.app.handlers.load_pre.remove(on_load)
+    on_load()

@@ -1,0 +1,245 @@
+"""What the panel's buttons do. All can be undone, run from scripts, and report what goes wrong."""
+
+import threading
+
+import bpy
+from bpy_extras.io_utils import ExportHelper
+
+from . import bake, live
+from .inputs import Refused, evaluated, read_shell, rest_positions, split_matrix
+
+TICK = 0.05  # seconds between looks at a precompute under way
+
+
+def is_shell(context):
+    obj = context.object
+    return obj is not None and obj.type == "MESH" and obj.shellwarp.enabled
+
+
+class ShellOperator:
+    """Mixin: needs a shell, turns what is raised into a report."""
+
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context):
+        return is_shell(context)
+
+    def execute(self, context):
+        try:
+            return self.run(context, context.object) or {"FINISHED"}
+        except Exception as error:
+            self.report({"ERROR"}, str(error) or type(error).__name__)
+            return {"CANCELLED"}
+
+
+class SHELLWARP_OT_precompute(ShellOperator, bpy.types.Operator):
+    """Find the shell's modes now rather than at the start frame. Esc stops it"""
+
+    bl_idname = "shellwarp.precompute"
+    bl_label = "Precompute"
+
+    def run(self, context, obj):
+        run = live.prepare(obj, context.evaluated_depsgraph_get())
+        self.report({"INFO"}, summary(run))
+
+    def invoke(self, context, _event):
+        """The modes are found on a thread, which touches none of Blender's data: the library lets Python's lock go."""
+        from .library import package
+        from .simulation import Simulation
+        try:
+            shell, scale, key = read_shell(context.object, context.evaluated_depsgraph_get())
+            library = package()
+        except Exception as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        settings = context.object.shellwarp
+        options = settings.modes, settings.method, settings.integrator
+        self.cancel, self.made, self.failed, self.fraction = False, None, None, 0.0
+        self.name = context.object.name
+
+        def progress(phase, fraction):
+            self.fraction = fraction
+            return not self.cancel
+
+        def work():
+            try:
+                self.made = Simulation(library, shell, scale, key, *options, progress)
+            except Exception as error:
+                self.failed = error
+        self.thread = threading.Thread(target=work)
+        self.thread.start()
+        self.timer = context.window_manager.event_timer_add(TICK, window=context.window)
+        context.window_manager.progress_begin(0, 1)
+        context.window_manager.modal_handler_add(self)
+        return {"RUNNING_MODAL"}
+
+    def modal(self, context, event):
+        if event.type == "ESC":
+            self.cancel = True
+        if event.type == "TIMER":
+            context.window_manager.progress_update(self.fraction)
+        if self.thread.is_alive():
+            return {"RUNNING_MODAL"}
+        context.window_manager.event_timer_remove(self.timer)
+        context.window_manager.progress_end()
+        obj = bpy.data.objects.get(self.name)
+        if self.failed is not None or obj is None:
+            self.report({"ERROR"}, str(self.failed or "the object is gone"))
+            return {"CANCELLED"}
+        live.store(obj, self.made)
+        self.report({"INFO"}, summary(self.made))
+        return {"FINISHED"}
+
+
+def summary(run):
+    info, hertz = run.model.info(), run.model.frequencies()
+    return (f"{info['modes']} modes, {hertz[0]:.3g} to {hertz[-1]:.3g} Hz, {info['n_fixed']} of {info['n_vertices']} "
+            f"vertices held, {sum(info['seconds']):.1f} s")
+
+
+class SHELLWARP_OT_bake(ShellOperator, bpy.types.Operator):
+    """Run from start to end into a point cache, which a modifier then plays. Esc stops it"""
+
+    bl_idname = "shellwarp.bake"
+    bl_label = "Bake"
+
+    def run(self, context, obj):
+        for _ in bake.bake(obj, context):
+            pass
+        self.report({"INFO"}, f"baked to {bake.baked(obj).filepath}")
+
+    def invoke(self, context, _event):
+        self.frames = bake.bake(context.object, context)
+        self.timer = context.window_manager.event_timer_add(0.0, window=context.window)
+        context.window_manager.progress_begin(0, 1)
+        context.window_manager.modal_handler_add(self)
+        return {"RUNNING_MODAL"}
+
+    def modal(self, context, event):
+        if event.type == "ESC":
+            self.frames.close()
+            return self.end(context, {"CANCELLED"})
+        if event.type != "TIMER":
+            return {"RUNNING_MODAL"}
+        try:
+            context.window_manager.progress_update(next(self.frames))
+        except StopIteration:
+            return self.end(context, {"FINISHED"})
+        except Exception as error:
+            self.report({"ERROR"}, str(error) or type(error).__name__)
+            return self.end(context, {"CANCELLED"})
+        return {"RUNNING_MODAL"}
+
+    def end(self, context, result):
+        context.window_manager.event_timer_remove(self.timer)
+        context.window_manager.progress_end()
+        return result
+
+
+class SHELLWARP_OT_free_bake(ShellOperator, bpy.types.Operator):
+    """Take the cache's modifier away and go live again; the file stays"""
+
+    bl_idname = "shellwarp.free_bake"
+    bl_label = "Free bake"
+
+    def run(self, _context, obj):
+        bake.free(obj)
+
+
+class SHELLWARP_OT_add_handle(ShellOperator, bpy.types.Operator):
+    """Add an empty that leads a vertex: the selected one, or the one nearest to the 3D cursor"""
+
+    bl_idname = "shellwarp.add_handle"
+    bl_label = "Add handle"
+
+    vertex: bpy.props.IntProperty(name="Vertex", default=-1, min=-1, description="-1: the selected one, or the one nearest "
+                                  "to the 3D cursor")
+
+    def run(self, context, obj):
+        matrix = evaluated(obj, context.evaluated_depsgraph_get())
+        split_matrix(matrix)
+        vertex = self.vertex if self.vertex >= 0 else choose_vertex(context, obj, matrix)
+        if vertex >= len(obj.data.vertices):
+            raise Refused(f"there is no vertex {vertex}")
+        empty = bpy.data.objects.new(f"{obj.name} handle", None)
+        empty.empty_display_type, empty.empty_display_size = "ARROWS", 0.15 * max(obj.dimensions)
+        empty.rotation_mode = "QUATERNION"
+        empty.location = matrix @ obj.data.vertices[vertex].co
+        empty.rotation_quaternion = matrix.to_quaternion()
+        context.collection.objects.link(empty)
+        item = obj.shellwarp.handles.add()
+        item.name, item.target, item.vertex = empty.name, empty, vertex
+        obj.shellwarp.active_handle = len(obj.shellwarp.handles) - 1
+
+
+def choose_vertex(context, obj, matrix):
+    """The one selected vertex; with none or several, the one nearest to the 3D cursor."""
+    selected = [v.index for v in obj.data.vertices if v.select]
+    if len(selected) == 1:
+        return selected[0]
+    cursor = matrix.inverted() @ context.scene.cursor.location
+    return int(((rest_positions(obj.data) - cursor) ** 2).sum(axis=1).argmin())
+
+
+class SHELLWARP_OT_remove_handle(ShellOperator, bpy.types.Operator):
+    """Let the chosen handle's vertex go; its empty stays"""
+
+    bl_idname = "shellwarp.remove_handle"
+    bl_label = "Remove handle"
+
+    def run(self, _context, obj):
+        settings = obj.shellwarp
+        settings.handles.remove(settings.active_handle)
+        settings.active_handle = max(0, min(settings.active_handle, len(settings.handles) - 1))
+
+
+class SHELLWARP_OT_export(ShellOperator, bpy.types.Operator, ExportHelper):
+    """Export the selected objects, baked shells as moving meshes, over the shell's frames"""
+
+    bl_idname = "shellwarp.export"
+    bl_label = "Export Alembic or USD"
+    bl_options = {"REGISTER"}
+
+    filename_ext = ".abc"
+    check_extension = None  # .abc, .usd, .usda, .usdc or .usdz as the user types
+    filter_glob: bpy.props.StringProperty(default="*.abc;*.usd;*.usda;*.usdc;*.usdz", options={"HIDDEN"})
+
+    def run(self, context, obj):
+        export(context, obj, bpy.path.abspath(self.filepath))
+        self.report({"INFO"}, f"exported to {self.filepath}")
+
+
+def export(context, obj, path):
+    """Writes a file of the selected objects; every shell among them must be baked."""
+    for item in context.selected_objects:
+        if item.type == "MESH" and item.shellwarp.enabled and bake.baked(item) is None:
+            raise Refused(f"bake “{item.name}” first: exporters take a mesh that only a handler moves for still")
+    settings, scene = obj.shellwarp, context.scene
+    if path.lower().endswith(".abc"):
+        bpy.ops.wm.alembic_export(filepath=path, start=settings.frame_start, end=settings.frame_end, selected=True,
+                                  as_background_job=False, evaluation_mode="RENDER")
+        return
+    if not path.lower().endswith((".usd", ".usda", ".usdc", ".usdz")):
+        raise Refused("the file's name must end in .abc, .usd, .usda, .usdc or .usdz")
+    before = scene.frame_start, scene.frame_end
+    scene.frame_start, scene.frame_end = settings.frame_start, settings.frame_end
+    try:  # shape keys would be written as blend shapes, and modifiers with them left out
+        bpy.ops.wm.usd_export(filepath=path, selected_objects_only=True, export_animation=True, export_shapekeys=False,
+                              evaluation_mode="RENDER")
+    finally:
+        scene.frame_start, scene.frame_end = before
+
+
+_CLASSES = (SHELLWARP_OT_precompute, SHELLWARP_OT_bake, SHELLWARP_OT_free_bake, SHELLWARP_OT_add_handle,
+            SHELLWARP_OT_remove_handle, SHELLWARP_OT_export)
+
+
+def register():
+    for item in _CLASSES:
+        bpy.utils.register_class(item)
+
+
+def unregister():
+    for item in reversed(_CLASSES):
+        bpy.utils.unregister_class(item)

@@ -1,0 +1,100 @@
+"""The panel in Properties > Physics."""
+
+import bpy
+
+from . import bake, live, operators
+
+GROUPS = [
+    ("Material", ("area_density", "k_bend", "k_length", "k_area")),
+    ("Modes", ("modes", "method", "integrator")),
+    ("Damping", ("damping_ratio", "damping_mass", "damping_stiffness")),
+    ("Loads", ("gravity", "wind", "air_density", "normal_drag", "tangential_drag")),
+    ("Time", ("frame_start", "frame_end", "substeps")),
+]
+
+
+class SHELLWARP_UL_handles(bpy.types.UIList):
+    """The handles of a shell."""
+
+    def draw_item(self, _context, layout, _data, item, _icon, _active_data, _active_property, _index):
+        row = layout.row(align=True)
+        row.prop(item, "target", text="")
+        row.prop(item, "vertex", text="")
+        row.prop(item, "held", text="")
+
+
+class SHELLWARP_PT_shell(bpy.types.Panel):
+    """A mesh as a shell."""
+
+    bl_label = "Shellwarp"
+    bl_space_type, bl_region_type, bl_context = "PROPERTIES", "WINDOW", "physics"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    @classmethod
+    def poll(cls, context):
+        return context.object is not None and context.object.type == "MESH"
+
+    def draw_header(self, context):
+        self.layout.prop(context.object.shellwarp, "enabled", text="")
+
+    def draw(self, context):
+        obj, layout = context.object, self.layout
+        settings = obj.shellwarp
+        layout.use_property_split = True
+        layout.active = settings.enabled
+        draw_state(layout, context, obj)
+        layout.prop(settings, "live")
+        layout.prop_search(settings, "fixed_group", obj, "vertex_groups")
+        layout.prop_search(settings, "clamped_group", obj, "vertex_groups")
+        for title, names in GROUPS:
+            column = layout.column(heading=title)
+            for name in names:
+                column.prop(settings, name)
+        draw_handles(layout, settings)
+        layout.prop(settings, "cache")
+        row = layout.row(align=True)
+        row.operator("shellwarp.precompute")
+        row.operator("shellwarp.bake")
+        row.operator("shellwarp.free_bake")
+        layout.operator("shellwarp.export")
+
+
+def draw_state(layout, context, obj):
+    """What is wrong, else what is."""
+    message, run = live.message(obj), live.simulation(obj)
+    if message:
+        layout.label(text=message, icon="ERROR")
+    if obj.shellwarp.enabled and obj.shellwarp.live and not context.scene.render.use_lock_interface:
+        layout.prop(context.scene.render, "use_lock_interface", text="Lock interface while rendering", icon="INFO")
+    if bake.baked(obj):
+        layout.label(text=f"Plays {obj.modifiers[bake.MODIFIER].filepath}", icon="FILE_CACHE")
+    elif run is not None:
+        layout.label(text=operators.summary(run))
+        missed, count = run.unmet()
+        if missed:
+            layout.label(text=f"{missed} of {count} constraints cannot be met", icon="INFO")
+
+
+def draw_handles(layout, settings):
+    row = layout.row()
+    row.template_list("SHELLWARP_UL_handles", "", settings, "handles", settings, "active_handle", rows=3)
+    column = row.column(align=True)
+    column.operator("shellwarp.add_handle", text="", icon="ADD")
+    column.operator("shellwarp.remove_handle", text="", icon="REMOVE")
+    if settings.active_handle < len(settings.handles):
+        item = settings.handles[settings.active_handle]
+        for name in ("kind", "axes", "compliance"):
+            layout.prop(item, name)
+
+
+_CLASSES = (SHELLWARP_UL_handles, SHELLWARP_PT_shell)
+
+
+def register():
+    for item in _CLASSES:
+        bpy.utils.register_class(item)
+
+
+def unregister():
+    for item in reversed(_CLASSES):
+        bpy.utils.unregister_class(item)

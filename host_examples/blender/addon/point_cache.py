@@ -1,0 +1,36 @@
+"""Writes PC2 point caches, the format of Blender's Mesh Cache modifier: a header of 32 bytes, then float32 positions."""
+
+import os
+import struct
+
+
+class PointCache:
+    """A file under way: it has another name until close, so that a stopped bake leaves the one before as it was."""
+
+    def __init__(self, path, n_points, first_frame):
+        self.path, self._partial = path, path + ".partial"
+        os.makedirs(os.path.dirname(path) or ".", exist_ok=True)
+        self._head = (b"POINTCACHE2\0", 1, n_points, float(first_frame), 1.0)
+        self._samples = 0
+        self._file = open(self._partial, "wb")
+        self._write_head()
+
+    def _write_head(self):
+        self._file.write(struct.pack("<12siiffi", *self._head, self._samples))
+
+    def append(self, positions):
+        """One frame, (n_points x 3) float32."""
+        self._file.write(positions.astype("<f4", copy=False).tobytes())
+        self._samples += 1
+
+    def close(self):
+        """Puts the file in its place."""
+        self._file.seek(0)
+        self._write_head()
+        self._file.close()
+        os.replace(self._partial, self.path)
+
+    def discard(self):
+        """Removes what was written."""
+        self._file.close()
+        os.unlink(self._partial)

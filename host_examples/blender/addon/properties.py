@@ -1,0 +1,97 @@
+"""What a user sets on an object; saved in the file, undone with it, keyable where it says so. docs/blender.md has the table."""
+
+import bpy
+from bpy.props import (BoolProperty, CollectionProperty, EnumProperty, FloatProperty, FloatVectorProperty, IntProperty,
+                       PointerProperty, StringProperty)
+
+NOT_KEYED = set()  # changes make a new model or a new run: no keyframes
+
+
+def changed(settings, _context):
+    """Has Blender copy the value to the evaluated object, where inputs.py reads it with its animation."""
+    settings.id_data.update_tag()
+
+
+def is_empty(_self, obj):
+    return obj.type == "EMPTY"
+
+
+class ShellwarpHandle(bpy.types.PropertyGroup):
+    """One vertex led by an empty."""
+
+    target: PointerProperty(update=changed, name="Empty", type=bpy.types.Object, poll=is_empty,
+                            description="Its place and axes in the world are where the vertex is led")
+    vertex: IntProperty(update=changed, name="Vertex", min=0, options=NOT_KEYED)
+    kind: EnumProperty(update=changed, name="Holds", default="POSITION", options=NOT_KEYED, items=[
+        ("POSITION", "Position", "The vertex goes to the empty"),
+        ("ORIENTATION", "Orientation", "The vertex's frame takes the empty's axes"),
+        ("BOTH", "Both", "Position and orientation")])
+    axes: bpy.props.BoolVectorProperty(update=changed, name="Axes", subtype="XYZ", default=(True, True, True),
+                                       description="World axes along and about which it holds")
+    compliance: FloatProperty(update=changed, name="Compliance", min=0, precision=5,
+                              description="Gives way by this much per force; 0 is hard")
+    held: BoolProperty(update=changed, name="Held", default=True, description="Key this off to let go")
+
+
+class ShellwarpSettings(bpy.types.PropertyGroup):
+    """A shell's settings, on its object."""
+
+    enabled: BoolProperty(name="Shellwarp", options=NOT_KEYED, description="This mesh is a shell")
+    live: BoolProperty(name="Live", default=True, options=NOT_KEYED,
+                       description="Move on frame changes, into the shape key “shellwarp”. Off: the mesh is left alone")
+
+    area_density: FloatProperty(name="Density", default=1.0, min=1e-9, soft_max=1000, precision=4, options=NOT_KEYED,
+                                description="Mass per area")
+    k_bend: FloatProperty(name="Bending", default=1.0, min=1e-12, precision=5, options=NOT_KEYED,
+                          description="k_B, energy. The plate rigidity is six times this")
+    k_length: FloatProperty(name="Stretch", default=1e4, min=1e-9, options=NOT_KEYED, description="k_L, energy per length")
+    k_area: FloatProperty(name="Area", default=1e4, min=1e-9, options=NOT_KEYED, description="k_A, energy per area")
+    fixed_group: StringProperty(name="Fixed", options=NOT_KEYED,
+                                description="Vertex group held in place by the object: weights above a half")
+    clamped_group: StringProperty(name="Clamped", options=NOT_KEYED,
+                                  description="Held together with the neighbouring vertices, so the slope as well")
+    modes: IntProperty(name="Modes", default=16, min=1, max=1024, options=NOT_KEYED)
+    method: EnumProperty(name="Method", default="warp", options=NOT_KEYED, items=[
+        ("warp", "Warp", "Modal warping, as in the paper"),
+        ("warp-virtual-work", "Warp, virtual work", "Forces that belong exactly to the warped positions; half as much again a step"),
+        ("lma", "Linear", "Plain modal analysis, to compare with: large bends blow up")])
+    integrator: EnumProperty(name="Integrator", default="implicit-euler", options=NOT_KEYED, items=[
+        ("implicit-euler", "Backward Euler", "Calms what a step does not resolve"),
+        ("exact", "Exact", "No numerical damping: rings until the damping below stops it")])
+
+    gravity: FloatProperty(update=changed, name="Gravity", default=1.0, description="Factor on the scene's gravity")
+    damping_ratio: FloatProperty(update=changed, name="Damping", default=0.05, min=0, soft_max=1,
+                                 description="Fraction of critical damping")
+    damping_mass: FloatProperty(update=changed, name="Mass damping", min=0,
+                                description="Rayleigh's coefficient of the masses, 1/s")
+    damping_stiffness: FloatProperty(update=changed, name="Stiffness damping", min=0, precision=5,
+                                     description="Rayleigh's coefficient of the stiffness, s")
+    wind: FloatVectorProperty(update=changed, name="Wind", subtype="VELOCITY", description="Velocity of the air, world axes")
+    air_density: FloatProperty(update=changed, name="Air density", min=0,
+                               description="Mass per volume; 0 is no air. Air in SI units: 1.2")
+    normal_drag: FloatProperty(update=changed, name="Drag across", min=0, default=1.5)
+    tangential_drag: FloatProperty(update=changed, name="Drag along", min=0, default=0.05)
+
+    frame_start: IntProperty(name="Start", default=1, options=NOT_KEYED, description="Here the shell is at rest")
+    frame_end: IntProperty(name="End", default=250, options=NOT_KEYED, description="The last frame that is baked")
+    substeps: IntProperty(update=changed, name="Steps per frame", default=1, min=1, max=1000, options=NOT_KEYED)
+    cache: StringProperty(name="Cache", subtype="FILE_PATH", default="", options=NOT_KEYED,
+                          description="Point cache (PC2); empty: cache/OBJECT.pc2 beside the blend file")
+
+    handles: CollectionProperty(type=ShellwarpHandle)
+    active_handle: IntProperty(options=NOT_KEYED)
+
+
+_CLASSES = (ShellwarpHandle, ShellwarpSettings)
+
+
+def register():
+    for item in _CLASSES:
+        bpy.utils.register_class(item)
+    bpy.types.Object.shellwarp = PointerProperty(type=ShellwarpSettings)
+
+
+def unregister():
+    del bpy.types.Object.shellwarp
+    for item in reversed(_CLASSES):
+        bpy.utils.unregister_class(item)

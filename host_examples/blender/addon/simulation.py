@@ -1,0 +1,164 @@
+"""One shell's run: which frames are known, and how the next one is reached. Knows nothing of Blender's data.
+
+Frame by frame the state is saved (under a kilobyte) together with the inputs that led to it. A frame that is known is
+restored, so scrubbing back is exact; if its inputs have changed meanwhile, it and all later ones are dropped and stepped
+anew. Between whole frames a copy is stepped by the fraction: motion blur never advances the run.
+"""
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy
+from mathutils import Matrix, Vector
+
+from .inputs import Refused
+
+
+@dataclass(frozen=True)
+class Known:
+    """A frame that was reached."""
+
+    saved: bytes
+    inputs: object
+
+
+class Simulation:
+    """Model, state and known frames of one shell."""
+
+    def __init__(self, package, shell, scale, key, modes, method, integrator, progress=None):
+        self.key, self.scale = key, scale
+        self._rest = numpy.asarray(shell.positions / scale, numpy.float32)
+        self.model = package.Model(shell)
+        self.model.precompute(modes=modes, progress=progress)
+        self._state = self.model.state(method, integrator)
+        self._at = None
+        self.known = {}
+        self._buffer = numpy.empty_like(self._rest)
+
+    def close(self):
+        """Frees the library's memory now."""
+        self._state.close()
+        self.model.close()
+
+    def forget(self):
+        """Drops all frames."""
+        self.known.clear()
+        self._at = None
+
+    def go(self, frame, start, inputs):
+        """Positions (n x 3) float32 in the object's coordinates at `frame`, which may lie between two.
+
+        Raises Refused when the frame before has not been reached: the way there is not known.
+        """
+        whole = math.floor(frame)
+        if frame < start:
+            return self._rest
+        if frame > whole:
+            return self._between(whole, frame - whole, inputs)
+        if whole == start:
+            self._begin(start, inputs)
+        elif whole in self.known and self.known[whole].inputs == inputs:
+            self._restore(whole)
+        else:
+            self._advance(whole, inputs)
+        return self._positions(self._state)
+
+    def report(self):
+        """Energies and range of the present frame; see State.report."""
+        return self._state.report()
+
+    def unmet(self):
+        """How many handles the last step could not meet, and how many there are."""
+        reports = self._state.constraint_report()
+        return sum(not r["met"] for r in reports), len(reports)
+
+    def _begin(self, start, inputs):
+        known = self.known.get(start)
+        if known is not None and known.inputs == inputs:
+            self._restore(start)
+            return
+        self.forget()
+        self._state.reset()
+        apply(self._state, inputs, teleport=True)
+        self.known[start] = Known(self._state.save(), inputs)
+        self._at = start
+
+    def _restore(self, frame):
+        if self._at != frame:
+            self._state.load(self.known[frame].saved)
+            self._at = frame
+
+    def _advance(self, frame, inputs):
+        if frame - 1 not in self.known:
+            last = max((f for f in self.known if f < frame), default=None)
+            raise Refused("go to the start frame and play from there" if last is None else
+                          f"frames were skipped after {last}: play every frame, or bake")
+        self._restore(frame - 1)
+        for later in [f for f in self.known if f >= frame]:
+            del self.known[later]
+        self._at = None  # should a step fail, the state is between two frames
+        step(self._state, self.known[frame - 1].inputs, inputs, 1.0)
+        self.known[frame] = Known(self._state.save(), inputs)
+        self._at = frame
+
+    def _between(self, whole, fraction, inputs):
+        if whole not in self.known:
+            raise Refused(f"frame {whole} has not been reached: play every frame, or bake")
+        with self._state.clone() as copy:
+            copy.load(self.known[whole].saved)
+            step(copy, self.known[whole].inputs, inputs, fraction)
+            return self._positions(copy)
+
+    def _positions(self, state):
+        state.positions(self._buffer, space="frame")
+        if self.scale != 1.0:
+            numpy.divide(self._buffer, self.scale, out=self._buffer)
+        return self._buffer
+
+
+def step(state, before, after, fraction):
+    """Steps by a part of a frame, pose and handles led evenly from the one inputs to the other."""
+    for k in range(1, after.substeps + 1):
+        now = blend(before, after, k / after.substeps)
+        apply(state, now)
+        state.step(fraction * after.seconds / after.substeps)
+
+
+def apply(state, inputs, teleport=False):
+    """Gives all inputs to a state."""
+    state.set_gravity(inputs.gravity)
+    ratio, mass, stiffness = inputs.damping
+    state.set_damping(ratio, mass, stiffness)
+    state.set_wind(inputs.wind[:3], *inputs.wind[3:])
+    state.clear_constraint()
+    for handle in inputs.handles:
+        state.set_constraint(handle.number, handle.kind, handle.vertex, handle.position or None, handle.rotation or None,
+                             handle.axes, handle.compliance)
+    state.set_frame(inputs.origin, inputs.rotation, teleport)
+
+
+def blend(before, after, t):
+    """Inputs on the way: loads as at the end, pose and handles between; a handle that is new stands where it ends."""
+    if t == 1.0:
+        return after
+    earlier = {handle.number: handle for handle in before.handles}
+    handles = tuple(blend_handle(earlier.get(handle.number, handle), handle, t) for handle in after.handles)
+    return replace(after, origin=lerp(before.origin, after.origin, t), handles=handles,
+                   rotation=turn(before.rotation, after.rotation, t))
+
+
+def blend_handle(before, after, t):
+    if before.kind != after.kind:
+        return after
+    return replace(after, position=lerp(before.position, after.position, t),
+                   rotation=turn(before.rotation, after.rotation, t) if after.rotation else ())
+
+
+def lerp(a, b, t):
+    return tuple(Vector(a).lerp(Vector(b), t)) if b else ()
+
+
+def turn(a, b, t):
+    first, last = (Matrix((m[0:3], m[3:6], m[6:9])).to_quaternion() for m in (a, b))
+    between = first.slerp(last, t).normalized()  # straight, and so too short by 1e-4, where the two are near each other
+    return tuple(x for row in between.to_matrix() for x in row)

@@ -1,0 +1,42 @@
+// Loads beside gravity, constant in time: forces on vertices, and wind.
+#pragma once
+
+#include "mesh.hpp"
+#include "shellwarp.hpp"
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+namespace cli {
+
+struct Force {
+  std::optional<uint32_t> vertex;   // or else
+  std::array<double, 3> nearest{};  // the vertex next to this point
+  std::array<double, 3> vector{};   // world axes
+};
+
+// See SwWindDesc.
+struct Wind {
+  std::array<double, 3> velocity{};
+  double density = 1.2, normal_drag = 1, tangential_drag = 0;
+};
+
+struct Loads {
+  std::vector<Force> forces;
+  std::optional<Wind> wind;
+};
+
+// A force on a vertex of a mesh.
+struct PlacedForce {
+  uint32_t vertex;
+  std::array<double, 3> vector;
+};
+
+// Throws where a vertex is not in the mesh.
+std::vector<PlacedForce> place_forces(const std::vector<Force> &forces, const Mesh &mesh);
+
+void set_loads(const Loads &loads, const Mesh &mesh, shellwarp::State &state);
+
+}  // namespace cli

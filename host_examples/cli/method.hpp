@@ -1,0 +1,19 @@
+// The names that scenes, options and files have for SW_METHOD_....
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace cli {
+
+// "warp", "lma", "implicit", "explicit", "virtual-work": the first is the default.
+const std::vector<std::string> &method_names();
+const char *method_name(uint32_t method);
+std::optional<uint32_t> find_method(const std::string &name);
+
+// The full shell, vertex by vertex: no modes, so no handles and no damping by mode.
+bool is_nonlinear(uint32_t method);
+
+}  // namespace cli

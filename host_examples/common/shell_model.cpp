@@ -1,0 +1,146 @@
+#include "shell_model.hpp"
+
+#include "hash.hpp"
+#include "message.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace host {
+
+namespace {
+
+Vec3 point(const Mesh &mesh, uint32_t i) {
+  const double *x = &mesh.points[3 * std::size_t(i)];
+  return {x[0], x[1], x[2]};
+}
+
+double distance(const Vec3 &a, const Vec3 &b) { return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]); }
+
+double mean_edge(const Mesh &mesh) {
+  double sum = 0;
+  for (std::size_t t = 0; t < mesh.triangles.size(); t += 3)
+    for (std::size_t k = 0; k < 3; ++k)
+      sum += distance(point(mesh, mesh.triangles[t + k]), point(mesh, mesh.triangles[t + (k + 1) % 3]));
+  return sum / static_cast<double>(mesh.triangles.size());
+}
+
+double size_of(const Mesh &mesh) {
+  Vec3 low = point(mesh, 0), high = low;
+  for (uint32_t i = 1; i < mesh.n_points(); ++i)
+    for (std::size_t k = 0; k < 3; ++k) {
+      low[k] = std::min(low[k], point(mesh, i)[k]);
+      high[k] = std::max(high[k], point(mesh, i)[k]);
+    }
+  return distance(low, high);
+}
+
+SwMaterialDesc material(const Mesh &mesh, const Stiffness &stiffness) {
+  SwMaterialDesc desc = shellwarp::material_desc();
+  if (stiffness.by == Stiffness::By::material) {
+    desc.k_bend = stiffness.bend;
+    desc.k_area = desc.k_length = stiffness.stretch;
+    desc.area_density = stiffness.density;
+    return desc;
+  }
+  const double h = stiffness.thickness > 0 ? stiffness.thickness : size_of(mesh) / 200;
+  desc.k_length = std::sqrt(3.0) / 4 * mean_edge(mesh);
+  desc.k_area = 0.5;
+  desc.k_bend = h * h / 64;
+  desc.area_density = 1;
+  return desc;
+}
+
+shellwarp::Model make_model(const Mesh &mesh, const Build &build) {
+  SwSupportDesc supports = shellwarp::support_desc();
+  (build.clamped ? supports.clamped : supports.fixed) = build.held.data();
+  (build.clamped ? supports.n_clamped : supports.n_fixed) = static_cast<uint32_t>(build.held.size());
+  return shellwarp::Model(
+      shellwarp::mesh_desc(mesh.points.data(), mesh.n_points(), mesh.triangles.data(), mesh.n_triangles()),
+      material(mesh, build.stiffness), supports);
+}
+
+uint32_t report_progress(void *user, uint32_t, double) noexcept {
+  try {
+    return (*static_cast<const std::function<bool()> *>(user))() ? SW_PROGRESS_CANCEL : SW_PROGRESS_CONTINUE;
+  } catch (...) {
+    return SW_PROGRESS_CANCEL;  // a host that cannot even be asked is not kept waiting
+  }
+}
+
+void precompute(shellwarp::Model &model, const Build &build, const std::function<bool()> &interrupted) {
+  SwPrecomputeDesc desc = shellwarp::precompute_desc();
+  desc.modes = build.modes;
+  desc.precision = build.double_precision ? SW_PRECISION_F64 : SW_PRECISION_F32;
+  if (interrupted) {
+    desc.progress = report_progress;
+    desc.progress_user = const_cast<std::function<bool()> *>(&interrupted);
+  }
+  try {
+    model.precompute(desc);
+  } catch (const shellwarp::Error &error) {
+    if (error.status() == SW_ERROR_CANCELLED) throw Interrupted();
+    throw;
+  }
+}
+
+void require(bool good, const char *name, double value, const char *range) {
+  if (!good) throw HostError(std::string(name) + " is " + number(value) + "; it must be " + range);
+}
+
+void require_positive(const char *name, double value) {
+  require(value > 0 && value <= std::numeric_limits<double>::max(), name, value, "above 0");
+}
+
+}  // namespace
+
+ShellModel::ShellModel(const Mesh &mesh, const Build &build, const std::function<bool()> &interrupted)
+    : rest_(mesh.points), floats_(build.held.empty()), model_(make_model(mesh, build)) {
+  precompute(model_, build, interrupted);
+  for (const double hertz : model_.frequencies())
+    if (hertz > 0) {
+      slowest_ = hertz;
+      break;
+    }
+}
+
+double ShellModel::clock(const Stiffness &stiffness) const {
+  if (stiffness.by == Stiffness::By::material) return 1;
+  if (!(slowest_ > 0))
+    throw HostError(
+        "none of the modes swings, so there is no frequency to set: ask for more modes, hold more vertices, "
+        "or set the stiffness by material");
+  return stiffness.frequency / slowest_;
+}
+
+uint64_t build_key(const Mesh &mesh, const Build &build) {
+  Hash hash;
+  hash.add(mesh.n_points()).add_all(mesh.triangles).add_all(build.held);
+  hash.add(build.clamped).add(build.modes).add(build.double_precision).add(build.stiffness.by);
+  const Stiffness &s = build.stiffness;
+  if (s.by == Stiffness::By::frequency) return hash.add(s.thickness).value();
+  return hash.add(s.bend).add(s.stretch).add(s.density).value();
+}
+
+void check_build(const Mesh &mesh, const Build &build) {
+  if (mesh.points.empty() || mesh.triangles.empty())
+    throw HostError("there is no surface: " + number(uint64_t(mesh.n_points())) + " points, " +
+                    number(uint64_t(mesh.n_triangles())) + " triangles");
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i)
+    if (mesh.triangles[i] >= mesh.n_points())
+      throw HostError("triangle " + number(uint64_t(i / 3)) + " names vertex " + number(uint64_t(mesh.triangles[i])) +
+                      ", but there are " + number(uint64_t(mesh.n_points())));
+  require(build.modes >= 1 && build.modes <= 1024, "the number of modes", build.modes, "1 to 1024");
+  const Stiffness &s = build.stiffness;
+  if (s.by == Stiffness::By::frequency) {
+    require_positive("the frequency", s.frequency);
+    require(s.thickness >= 0 && std::isfinite(s.thickness), "the thickness", s.thickness, "0 or above");
+  } else {
+    require_positive("the bend stiffness", s.bend);
+    require_positive("the stretch stiffness", s.stretch);
+    require_positive("the density", s.density);
+  }
+}
+
+}  // namespace host

@@ -1,0 +1,51 @@
+// From a host's mesh and an artist's terms to a precomputed model.
+//
+// By frequency the shell is made of a sheet of the thickness given, h, of a mean edge l, with E h = 1 and density 1:
+//
+//   k_length = sqrt(3) l E h / 4    k_area = E h / 2    k_bend = E h³ / 72 (1 - 1/9)
+//
+// (SwMaterialDesc, for Poisson's ratio -1/3). Its slowest swinging mode has some frequency f0; run with a clock that is
+// faster by f / f0 it has the frequency f, and so does every shell that differs by one factor in all its stiffnesses. Hence the
+// frequency can be changed without a new precompute.
+#pragma once
+
+#include "request.hpp"
+#include "shellwarp.hpp"
+
+#include <cstdint>
+
+namespace host {
+
+// The user stopped a precompute or a run of frames.
+class Interrupted : public std::runtime_error {
+public:
+  Interrupted() : std::runtime_error("stopped by the user; the next evaluation tries again") {}
+};
+
+class ShellModel {
+public:
+  // Throws HostError for what the user can mend, shellwarp::Error for what the library refuses, Interrupted.
+  ShellModel(const Mesh &mesh, const Build &build, const std::function<bool()> &interrupted);
+
+  const shellwarp::Model &model() const { return model_; }
+  const std::vector<double> &rest() const { return rest_; }  // n x 3
+  uint32_t n_points() const { return static_cast<uint32_t>(rest_.size() / 3); }
+  bool floats() const { return floats_; }  // nothing holds it
+
+  // Seconds of the library's clock in one of the scene's. Throws HostError where no mode swings.
+  double clock(const Stiffness &stiffness) const;
+
+private:
+  std::vector<double> rest_;
+  bool floats_;
+  shellwarp::Model model_;
+  double slowest_ = 0;  // Hz, in the library's seconds; 0 where no mode swings
+};
+
+// What decides whether a model can stay: the points' connections and all of Build but the frequency.
+uint64_t build_key(const Mesh &mesh, const Build &build);
+
+// Throws HostError naming the value that is out of its range.
+void check_build(const Mesh &mesh, const Build &build);
+
+}  // namespace host

@@ -1,0 +1,288 @@
+#include "shell_runner.hpp"
+
+#include "hash.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace host {
+
+namespace {
+
+uint32_t number_of(Motion::Method method) {
+  switch (method) {
+    case Motion::Method::linear:
+      return SW_METHOD_LMA;
+    case Motion::Method::warp_virtual_work:
+      return SW_METHOD_WARP_VIRTUAL_WORK;
+    case Motion::Method::warp:
+      break;
+  }
+  return SW_METHOD_WARP;
+}
+
+// Whole frames to within this: hosts round times (Maya to 1/141120000 s, Houdini to double precision).
+constexpr double kWholeFrame = 1e-4;
+
+void require(bool good, const std::string &what) {
+  if (!good) throw HostError(what);
+}
+
+void check_motion(const Request &request) {
+  const Motion &m = request.motion;
+  require(m.damping_ratio >= 0 && m.damping_ratio <= 1e6,
+          "the damping ratio is " + number(m.damping_ratio) + "; it must be 0 or above");
+  require(m.drag >= 0 && m.drag <= 1e6, "the drag is " + number(m.drag) + "; it must be 0 or above");
+  require(m.frame_rate > 0 && m.frame_rate <= 1e6,
+          "the frame rate is " + number(m.frame_rate) + "; it must be above 0");
+  require(std::isfinite(request.time) && std::isfinite(m.start_time), "the time is not finite");
+}
+
+void check_handles(const Request &request) {
+  const std::vector<Handle> &handles = request.inputs.handles;
+  for (std::size_t i = 0; i < handles.size(); ++i) {
+    const std::string name = "handle " + number(uint64_t(i));
+    require(handles[i].vertex < request.mesh.n_points(), name + " holds vertex " + number(uint64_t(handles[i].vertex)) +
+                                                             ", but there are " +
+                                                             number(uint64_t(request.mesh.n_points())));
+    require(handles[i].compliance >= 0 && std::isfinite(handles[i].compliance),
+            name + " has compliance " + number(handles[i].compliance) + "; it must be 0 or above");
+  }
+}
+
+uint64_t key_of(const Motion &m, const Stiffness &stiffness) {
+  return Hash()
+      .add(m.method)
+      .add(m.implicit_euler)
+      .add(m.damping_ratio)
+      .add(m.drag)
+      .add(m.start_time)
+      .add(m.frame_rate)
+      .add(stiffness.by)
+      .add(stiffness.frequency)
+      .value();
+}
+
+void add(Hash &hash, const Pose &pose) { hash.add_all(pose.origin).add_all(pose.rotation).add(pose.scale); }
+
+uint64_t key_of(const Inputs &inputs) {
+  Hash hash;
+  hash.add_all(inputs.gravity);
+  add(hash, inputs.object);
+  add(hash, inputs.frame);
+  for (const Handle &handle : inputs.handles) {
+    add(hash, handle.target);
+    hash.add(handle.vertex).add(handle.position).add(handle.orientation).add(handle.compliance);
+  }
+  return hash.value();
+}
+
+}  // namespace
+
+// The last whole frame, and how much of one has gone by since.
+struct ShellRunner::At {
+  uint64_t frame = 0;
+  double fraction = 0;
+
+  explicit At(const Request &request) {
+    const double frames = (request.time - request.motion.start_time) * request.motion.frame_rate;
+    if (frames <= kWholeFrame) return;
+    require(frames < static_cast<double>(StateCache::limit),
+            "this is " + number(frames) + " frames after the start, too far: the most is " +
+                number(StateCache::limit - 1) + "; is the start frame right?");
+    frame = static_cast<uint64_t>(frames + kWholeFrame);
+    fraction = frames - static_cast<double>(frame);
+    if (fraction < kWholeFrame) fraction = 0;
+  }
+
+  bool start() const { return frame == 0 && fraction == 0; }
+};
+
+std::string Notes::warning() const {
+  std::string text;
+  const auto say = [&text](const std::string &line) { text += (text.empty() ? "" : "\n") + line; };
+  if (!in_range)
+    say("the shell turns by " + number(std::round(max_rotation * 57.29577951308232)) + " degrees, " +
+        number(std::ceil(100 * out_of_range)) + " % of it beyond the quarter turn within which it can be trusted");
+  if (handles_missed)
+    say(number(uint64_t(handles_missed)) + " of the handles' holds cannot be met; more modes or a compliance may help");
+  if (jumped) say("frames were skipped while something moved; play from the start frame for the exact motion");
+  if (floats) say("nothing holds the shell: paint supports, or it falls");
+  return text;
+}
+
+const std::vector<double> &ShellRunner::rest() const {
+  static const std::vector<double> none;
+  return model_ ? model_->rest() : none;
+}
+
+void ShellRunner::evaluate(const Request &request) {
+  check_build(request.mesh, request.build);
+  check_motion(request);
+  check_handles(request);
+  const At at(request);
+  if (!model_serves(request, at)) build(request);
+  const uint64_t motion_key = key_of(request.motion, request.build.stiffness);
+  if (!state_ || motion_key != motion_key_) {
+    restart(request.motion, model_->clock(request.build.stiffness));
+    motion_key_ = motion_key;
+  }
+
+  reach(request, at.frame, at.fraction == 0);
+  if (at.fraction > 0) {
+    shellwarp::State copy = state_->clone();
+    step(copy, request.inputs, at.fraction, false);
+    read(copy);
+  } else {
+    read(*state_);
+  }
+}
+
+bool ShellRunner::model_serves(const Request &request, const At &at) const {
+  if (!model_ || build_key_ != build_key(request.mesh, request.build)) return false;
+  return !at.start() || rest_key_ == Hash().add_all(request.mesh.points).value();
+}
+
+// The old model stays in use until the new one is there.
+void ShellRunner::build(const Request &request) {
+  auto model = std::make_shared<const ShellModel>(request.mesh, request.build, request.interrupted);
+  model->clock(request.build.stiffness);
+  model_ = std::move(model);
+  build_key_ = build_key(request.mesh, request.build);
+  rest_key_ = Hash().add_all(request.mesh.points).value();
+  state_.reset();
+  notes_.floats = model_->floats();
+  ++notes_.builds;
+}
+
+void ShellRunner::restart(const Motion &motion, double clock) {
+  SwStateDesc desc = shellwarp::state_desc();
+  desc.method = number_of(motion.method);
+  desc.integrator = motion.implicit_euler ? SW_INTEGRATOR_IMPLICIT_EULER : SW_INTEGRATOR_EXACT;
+  shellwarp::State state(model_->model(), desc);
+
+  SwDampingDesc damping = shellwarp::damping_desc();
+  damping.mass_coefficient = motion.drag / clock;
+  damping.ratios = &motion.damping_ratio;
+  damping.n_ratios = 1;
+  state.set_damping(damping);
+
+  state_ = std::move(state);
+  cache_.drop_from(0);
+  clock_ = clock;
+  frame_time_ = 1 / motion.frame_rate;
+}
+
+void ShellRunner::begin(const Inputs &inputs, uint64_t key, bool exact) {
+  cache_.drop_from(0);
+  unit_ = inputs.object.scale;
+  state_->clear_constraint(SW_ALL_CONSTRAINTS);
+  state_->reset();
+  SwFrameDesc frame = frame_of(inputs);
+  frame.flags = SW_FRAME_TELEPORT;
+  state_->set_frame(frame);
+  cache_.store(0, {state_->save(), key, exact, 0});
+}
+
+// Leaves the state at the frame. For a sub-frame the inputs are not the frame's own, so a frame that is there is taken as it is.
+void ShellRunner::reach(const Request &request, uint64_t frame, bool own_inputs) {
+  const uint64_t key = key_of(request.inputs);
+  if (const StateCache::Entry *entry = cache_.find(frame)) {
+    const StateCache::Entry *before = frame > 0 ? cache_.find(frame - 1) : nullptr;
+    const bool can_be_better = !entry->exact && (frame == 0 || (before && before->exact));
+    if (!own_inputs || (entry->inputs == key && !can_be_better)) {
+      state_->load(entry->state);
+      missed_ = entry->missed;
+      notes_.jumped = !entry->exact;
+      return;
+    }
+    cache_.drop_from(frame);
+  }
+  if (!cache_.find(0)) begin(request.inputs, key, frame == 0 && own_inputs);
+  if (frame > 0)
+    step_to(request, frame, key);
+  else
+    missed_ = 0;
+  notes_.jumped = !cache_.find(frame)->exact;
+}
+
+void ShellRunner::step_to(const Request &request, uint64_t frame, uint64_t key) {
+  uint64_t from = 0;
+  const StateCache::Entry base = *cache_.last_before(frame, from);
+  if (std::abs(request.inputs.object.scale / unit_ - 1) > kWholeFrame)
+    throw HostError("the object's scale is " + number(request.inputs.object.scale) + ", and was " + number(unit_) +
+                    " at the start frame: a shell's size cannot be animated");
+  const bool jump = frame > from + 1;
+  const bool still = base.inputs == key;
+  const bool exact = base.exact && (!jump || still);
+  state_->load(base.state);
+  for (uint64_t k = from + 1; k <= frame; ++k) {
+    if (jump && request.interrupted && request.interrupted()) throw Interrupted();
+    step(*state_, request.inputs, 1, jump && !still && k == from + 1);
+    ++notes_.steps;
+    missed_ = 0;
+    for (const SwConstraintReport &report : state_->constraint_report()) missed_ += report.met == 0;
+    cache_.store(k, {state_->save(), key, exact, missed_});
+  }
+}
+
+void ShellRunner::step(shellwarp::State &state, const Inputs &inputs, double frames, bool teleport) const {
+  const double g = 1 / (unit_ * clock_ * clock_);
+  state.set_gravity(g * inputs.gravity[0], g * inputs.gravity[1], g * inputs.gravity[2]);
+  SwFrameDesc frame = frame_of(inputs);
+  frame.flags = teleport ? SW_FRAME_TELEPORT : 0;
+  state.set_frame(frame);
+  place_handles(state, inputs);
+  state.step(frames * frame_time_ * clock_);
+}
+
+// The library's world is the scene's, measured in the object's unit.
+SwFrameDesc ShellRunner::frame_of(const Inputs &inputs) const {
+  SwFrameDesc frame = shellwarp::frame_desc();
+  for (std::size_t k = 0; k < 3; ++k) frame.origin[k] = inputs.frame.origin[k] / unit_;
+  std::copy(inputs.frame.rotation.begin(), inputs.frame.rotation.end(), frame.rotation);
+  return frame;
+}
+
+// A target goes from the world into the object's space, where the shell is seen, and on with the frame that shakes it.
+void ShellRunner::place_handles(shellwarp::State &state, const Inputs &inputs) const {
+  state.clear_constraint(SW_ALL_CONSTRAINTS);
+  Pose frame = inputs.frame;
+  frame.scale = 1;
+  for (double &x : frame.origin) x /= unit_;
+  const Pose world = product(frame, inverse(inputs.object));
+  for (std::size_t i = 0; i < inputs.handles.size(); ++i) {
+    const Handle &handle = inputs.handles[i];
+    const Pose target = product(world, handle.target);
+    SwConstraintDesc desc = shellwarp::constraint_desc();
+    desc.vertex = handle.vertex;
+    if (handle.position) {
+      desc.id = static_cast<uint32_t>(2 * i);
+      desc.kind = SW_CONSTRAINT_POSITION;
+      desc.compliance = handle.compliance * clock_ * clock_;
+      std::copy(target.origin.begin(), target.origin.end(), desc.position);
+      state.set_constraint(desc);
+    }
+    if (handle.orientation) {
+      desc.id = static_cast<uint32_t>(2 * i + 1);
+      desc.kind = SW_CONSTRAINT_ORIENTATION;
+      desc.compliance = handle.compliance * clock_ * clock_ * unit_ * unit_;
+      std::copy(target.rotation.begin(), target.rotation.end(), desc.rotation);
+      state.set_constraint(desc);
+    }
+  }
+}
+
+void ShellRunner::read(const shellwarp::State &state) {
+  const SwStateReport report = state.report();
+  std::vector<double> points(model_->rest().size());
+  state.positions(points.data(), model_->n_points(), SW_SPACE_FRAME);
+  deformed_ = std::move(points);
+  notes_.in_range = report.in_range == 1;
+  notes_.max_rotation = report.max_rotation;
+  notes_.out_of_range = report.fraction_out_of_range;
+  notes_.handles_missed = missed_;
+}
+
+}  // namespace host

@@ -1,0 +1,85 @@
+// One deforming object in a host: builds when it must, steps when time goes on, looks up when time goes back.
+//
+// Frames are counted from the start frame. What a frame's evaluation does:
+//
+//   at or before the start  the shell is at rest where the object stands
+//   the frame after one reached   one step, with the inputs of now
+//   a frame reached before  its saved state, bit for bit, if its inputs are what they were; else it is stepped to anew and
+//                           what came after it is forgotten
+//   a frame further on      steps from the last one reached with the inputs of now, the frame having stood there all along;
+//                           exact only where the inputs have not changed meanwhile (Notes::jumped tells)
+//   between two frames      a part of a step on a copy, which is thrown away: motion blur advances nothing
+//
+// Damping, frequency, method, start frame and frame rate belong to the whole run: a change runs it again from the start.
+// Vertices' connections, supports, material and modes belong to the model: a change builds it again. The rest shape is what came in when the
+// model was built, and is looked at again at the start frame only, so that moving points upstream do not rebuild.
+#pragma once
+
+#include "message.hpp"
+#include "request.hpp"
+#include "shell_model.hpp"
+#include "state_cache.hpp"
+
+#include <memory>
+#include <optional>
+#include <string>
+
+namespace host {
+
+struct Notes {
+  bool in_range = true;     // SwStateReport.in_range
+  double max_rotation = 0;  // rad
+  double out_of_range = 0;  // share of the vertices that turn too far, SwStateReport.fraction_out_of_range
+  uint32_t handles_missed = 0;
+  bool jumped = false;             // the frames before this one were not all seen with their own inputs
+  bool floats = false;             // nothing is held
+  uint64_t builds = 0, steps = 0;  // so far; a sub-frame's part of a step is not counted
+
+  // What a user should be told, one sentence a line; empty where all is well.
+  std::string warning() const;
+  // Which of the sentences there are, as bits: a host that tells of a change once goes by this, as the numbers in them change
+  // from frame to frame.
+  uint32_t warnings() const { return 1u * !in_range | 2u * (handles_missed > 0) | 4u * jumped | 8u * floats; }
+};
+
+class ShellRunner {
+public:
+  // Throws std::exception with a message for the user. The result is then as it was before.
+  void evaluate(const Request &request);
+
+  // Rest shape and result in the object's space, n x 3. Empty before the first evaluation.
+  const std::vector<double> &rest() const;
+  const std::vector<double> &deformed() const { return deformed_; }
+
+  const Notes &notes() const { return notes_; }
+  const StateCache &cache() const { return cache_; }
+
+private:
+  struct At;
+
+  bool model_serves(const Request &request, const At &at) const;
+  void build(const Request &request);
+  void restart(const Motion &motion, double clock);
+  void begin(const Inputs &inputs, uint64_t key, bool exact);
+  void reach(const Request &request, uint64_t frame, bool own_inputs);
+  void step_to(const Request &request, uint64_t frame, uint64_t key);
+  void step(shellwarp::State &state, const Inputs &inputs, double frames, bool teleport) const;
+  void place_handles(shellwarp::State &state, const Inputs &inputs) const;
+  SwFrameDesc frame_of(const Inputs &inputs) const;
+  void read(const shellwarp::State &state);
+
+  std::shared_ptr<const ShellModel> model_;
+  uint64_t build_key_ = 0, rest_key_ = 0, motion_key_ = 0;
+
+  std::optional<shellwarp::State> state_;
+  StateCache cache_;
+  double clock_ = 1;       // the library's seconds in one of the scene's
+  double frame_time_ = 0;  // s of the scene
+  double unit_ = 1;        // world lengths in one of the object's, as at the start
+
+  std::vector<double> deformed_;
+  uint32_t missed_ = 0;
+  Notes notes_;
+};
+
+}  // namespace host

@@ -1,0 +1,43 @@
+#include "state_cache.hpp"
+
+#include "message.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace host {
+
+const StateCache::Entry *StateCache::find(uint64_t frame) const {
+  return frame < entries_.size() && !entries_[frame].state.empty() ? &entries_[frame] : nullptr;
+}
+
+const StateCache::Entry *StateCache::last_before(uint64_t frame, uint64_t &found) const {
+  for (found = std::min<uint64_t>(frame, entries_.size()); found-- > 0;)
+    if (const Entry *entry = find(found)) return entry;
+  return nullptr;
+}
+
+void StateCache::store(uint64_t frame, Entry entry) {
+  if (frame >= limit)
+    throw HostError("frame " + number(frame) + " after the start is too far: the most is " + number(limit - 1) +
+                    "; is the start frame right?");
+  if (frame >= entries_.size()) entries_.resize(frame + 1);
+  entries_[frame] = std::move(entry);
+}
+
+void StateCache::drop_from(uint64_t frame) {
+  if (frame < entries_.size()) entries_.resize(frame);
+}
+
+uint64_t StateCache::size() const {
+  return static_cast<uint64_t>(
+      std::count_if(entries_.begin(), entries_.end(), [](const Entry &entry) { return !entry.state.empty(); }));
+}
+
+uint64_t StateCache::bytes_per_frame() const {
+  std::size_t most = 0;
+  for (const Entry &entry : entries_) most = std::max(most, entry.state.capacity());
+  return most + sizeof(Entry);
+}
+
+}  // namespace host

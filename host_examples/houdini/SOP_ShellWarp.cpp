@@ -1,0 +1,161 @@
+#include "SOP_ShellWarp.hpp"
+
+// Written from theDsFile below by Houdini's own generator: SOP_ShellWarpParms, with an accessor for each parameter.
+#include "SOP_ShellWarp.proto.h"
+
+#include "blend.hpp"
+#include "pull.hpp"
+#include "shell_runner.hpp"
+
+#include <GU/GU_Detail.h>
+#include <OP/OP_Operator.h>
+#include <OP/OP_OperatorTable.h>
+#include <PRM/PRM_Include.h>
+#include <PRM/PRM_TemplateBuilder.h>
+#include <SOP/SOP_NodeVerb.h>
+#include <UT/UT_DSOVersion.h>
+#include <UT/UT_Interrupt.h>
+
+#include <exception>
+#include <string>
+
+const UT_StringHolder SOP_ShellWarp::theSOPTypeName("shellwarp");
+
+void newSopOperator(OP_OperatorTable *table) {
+  table->addOperator(new OP_Operator(SOP_ShellWarp::theSOPTypeName, "Shell Warp", SOP_ShellWarp::myConstructor,
+                                     SOP_ShellWarp::buildTemplates(), 1, 2, nullptr, 0));
+}
+
+static const char *theDsFile = R"THEDSFILE(
+{
+    name parameters
+    parm { name "time" label "Time" type float default { "$T" } }
+    parm { name "startframe" label "Start Frame" type float default { "$FSTART" } }
+    parm { name "framerate" label "Frames per Second" type float default { "$FPS" } range { 1 120 } }
+    parm { name "gravity" label "Gravity" type vector size 3 default { "0" "-9.81" "0" } }
+    parm {
+        name "stiffnessfrom" label "Stiffness From" type ordinal default { "0" }
+        menu { "frequency" "Frequency" "material" "Material" }
+    }
+    parm { name "frequency" label "Frequency" type float default { "2" } range { 0 10 } hidewhen "{ stiffnessfrom == material }" }
+    parm { name "thickness" label "Thickness" type float default { "0" } range { 0! 1 } hidewhen "{ stiffnessfrom == material }" }
+    parm { name "bend" label "Bend Stiffness" type float default { "1" } range { 0 100 } hidewhen "{ stiffnessfrom == frequency }" }
+    parm { name "stretch" label "Stretch Stiffness" type float default { "10000" } range { 0 1000000 } hidewhen "{ stiffnessfrom == frequency }" }
+    parm { name "density" label "Density" type float default { "1" } range { 0 10 } hidewhen "{ stiffnessfrom == frequency }" }
+    parm { name "dampingratio" label "Damping Ratio" type float default { "0.05" } range { 0! 1 } }
+    parm { name "drag" label "Drag" type float default { "0" } range { 0! 10 } }
+    parm { name "modes" label "Modes" type integer default { "16" } range { 1! 64 } }
+    parm { name "doubleprecision" label "Double Precision" type toggle default { "0" } }
+    parm { name "method" label "Method" type ordinal default { "0" } menu { "warp" "Warp" "linear" "Linear" "virtualwork" "Warp by Virtual Work" } }
+    parm {
+        name "integrator" label "Integrator" type ordinal default { "0" }
+        menu { "exact" "Exact" "impliciteuler" "Implicit Euler" }
+    }
+    parm { name "supportkind" label "Supports" type ordinal default { "0" } menu { "clamped" "Clamped" "hinged" "Hinged" } }
+    parm { name "supportgroup" label "Support Group" type string default { "" } }
+    parm { name "supportattrib" label "Support Attribute" type string default { "" } }
+    parm { name "framet" label "Support Frame Translate" type vector size 3 default { "0" "0" "0" } }
+    parm { name "framer" label "Support Frame Rotate" type vector size 3 default { "0" "0" "0" } }
+    parm { name "envelope" label "Envelope" type float default { "1" } range { 0 1 } }
+    parm { name "weightattrib" label "Weight Attribute" type string default { "" } }
+}
+)THEDSFILE";
+
+PRM_Template *SOP_ShellWarp::buildTemplates() {
+  static PRM_TemplateBuilder builder("SOP_ShellWarp.cpp", theDsFile);
+  return builder.templates();
+}
+
+OP_Node *SOP_ShellWarp::myConstructor(OP_Network *network, const char *name, OP_Operator *op) {
+  return new SOP_ShellWarp(network, name, op);
+}
+
+SOP_ShellWarp::SOP_ShellWarp(OP_Network *network, const char *name, OP_Operator *op) : SOP_Node(network, name, op) {
+  mySopFlags.setManagesDataIDs(true);
+}
+
+const char *SOP_ShellWarp::inputLabel(unsigned index) const {
+  return index == 0 ? "Polygons to deform" : "Points that hold or lead them";
+}
+
+namespace {
+
+// The shell of one node. Houdini may drop it: the next cook then builds anew.
+class ShellWarpCache : public SOP_NodeCache {
+public:
+  host::ShellRunner runner;
+};
+
+class ShellWarpVerb : public SOP_NodeVerb {
+public:
+  SOP_NodeParms *allocParms() const override { return new SOP_ShellWarpParms(); }
+  SOP_NodeCache *allocCache() const override { return new ShellWarpCache(); }
+  UT_StringHolder name() const override { return SOP_ShellWarp::theSOPTypeName; }
+  CookMode cookMode(const SOP_NodeParms *) const override { return COOK_INPLACE; }
+  void cook(const CookParms &cookparms) const override;
+
+  static const SOP_NodeVerb::Register<ShellWarpVerb> theVerb;
+};
+
+const SOP_NodeVerb::Register<ShellWarpVerb> ShellWarpVerb::theVerb;
+
+void pull_settings(const SOP_ShellWarpParms &parms, host::Request &request) {
+  host::Motion &motion = request.motion;
+  request.time = parms.getTime();
+  motion.frame_rate = parms.getFramerate();
+  // Frame 1 is at time 0.
+  motion.start_time = motion.frame_rate > 0 ? (parms.getStartframe() - 1) / motion.frame_rate : 0;
+  motion.method = static_cast<host::Motion::Method>(static_cast<int>(parms.getMethod()));
+  motion.implicit_euler = static_cast<int>(parms.getIntegrator()) == 1;
+  motion.damping_ratio = parms.getDampingratio();
+  motion.drag = parms.getDrag();
+
+  host::Build &build = request.build;
+  build.clamped = static_cast<int>(parms.getSupportkind()) == 0;
+  build.modes = parms.getModes() > 0 ? static_cast<uint32_t>(parms.getModes()) : 0;
+  build.double_precision = parms.getDoubleprecision();
+  host::Stiffness &stiffness = build.stiffness;
+  const bool material = static_cast<int>(parms.getStiffnessfrom()) == 1;
+  stiffness.by = material ? host::Stiffness::By::material : host::Stiffness::By::frequency;
+  stiffness.frequency = parms.getFrequency();
+  stiffness.thickness = parms.getThickness();
+  stiffness.bend = parms.getBend();
+  stiffness.stretch = parms.getStretch();
+  stiffness.density = parms.getDensity();
+
+  const UT_Vector3D gravity = parms.getGravity(), t = parms.getFramet(), r = parms.getFramer();
+  request.inputs.gravity = {gravity.x(), gravity.y(), gravity.z()};
+  request.inputs.frame = host::pose_of_angles({t.x(), t.y(), t.z()}, {r.x(), r.y(), r.z()});
+  request.inputs.object = request.inputs.frame;
+}
+
+void ShellWarpVerb::cook(const CookParms &cookparms) const {
+  const auto &parms = cookparms.parms<SOP_ShellWarpParms>();
+  GU_Detail *detail = cookparms.gdh().gdpNC();
+  if (parms.getEnvelope() == 0) return;
+
+  ShellWarpCache passing;  // where Houdini keeps none
+  auto *cache = static_cast<ShellWarpCache *>(cookparms.cache());
+  host::ShellRunner &runner = cache ? cache->runner : passing.runner;
+  try {
+    UT_AutoInterrupt boss("Building and stepping the shell");
+    host::Request request;
+    request.interrupted = [&boss] { return boss.wasInterrupted(); };
+    pull_settings(parms, request);
+    pull_mesh(*detail, request.mesh);
+    pull_supports(*detail, parms.getSupportgroup(), parms.getSupportattrib(), request.build.held);
+    if (const GU_Detail *points = cookparms.inputGeo(1)) pull_handles(*points, request.inputs.handles);
+    runner.evaluate(request);
+    push(*detail, runner, parms.getEnvelope(), parms.getWeightattrib());
+    const std::string warning = runner.notes().warning();
+    if (!warning.empty()) cookparms.sopAddWarning(SOP_MESSAGE, warning.c_str());
+  } catch (const std::exception &error) {
+    cookparms.sopAddError(SOP_MESSAGE, error.what());
+  } catch (...) {
+    cookparms.sopAddError(SOP_MESSAGE, "an unknown error");
+  }
+}
+
+}  // namespace
+
+const SOP_NodeVerb *SOP_ShellWarp::cookVerb() const { return ShellWarpVerb::theVerb.get(); }

@@ -1,0 +1,22 @@
+// Between Houdini's geometry and the glue. What the user can mend is thrown as host::HostError. Vertices of the glue are points
+// here, by their index (what the spreadsheet shows), not by their offset.
+#pragma once
+
+#include "shell_runner.hpp"
+
+#include <GU/GU_Detail.h>
+#include <UT/UT_StringHolder.h>
+
+#include <cstdint>
+#include <vector>
+
+void pull_mesh(const GU_Detail &detail, host::Mesh &mesh);
+void pull_supports(const GU_Detail &detail, const UT_StringHolder &group, const UT_StringHolder &attribute,
+                   std::vector<uint32_t> &held);
+
+// A point for each handle: i@shellpoint the point held, P its target, p@orient its orientation, i@holdposition (1),
+// i@holdorientation (0), f@compliance (0); in brackets what holds where the attribute is missing.
+void pull_handles(const GU_Detail &points, std::vector<host::Handle> &handles);
+
+// Writes P, and nothing else. `weights` names a point attribute, or is empty.
+void push(GU_Detail &detail, const host::ShellRunner &runner, double envelope, const UT_StringHolder &weights);

@@ -1,0 +1,24 @@
+// Maya's Esc key, asked for only when there is something long to stop: a computation that has begun shows in Maya's window.
+#pragma once
+
+#include <maya/MComputation.h>
+
+class HostInterrupt {
+public:
+  HostInterrupt() = default;
+  HostInterrupt(const HostInterrupt &) = delete;
+  HostInterrupt &operator=(const HostInterrupt &) = delete;
+  ~HostInterrupt() {
+    if (begun_) computation_.endComputation();
+  }
+
+  bool requested() {
+    if (!begun_) computation_.beginComputation();
+    begun_ = true;
+    return computation_.isInterruptRequested();
+  }
+
+private:
+  MComputation computation_;
+  bool begun_ = false;
+};

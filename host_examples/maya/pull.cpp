@@ -1,0 +1,151 @@
+#include "pull.hpp"
+
+#include "message.hpp"
+#include "shell_warp_node.hpp"
+
+#include <maya/MArrayDataHandle.h>
+#include <maya/MDataHandle.h>
+#include <maya/MFnComponentListData.h>
+#include <maya/MFnMesh.h>
+#include <maya/MFnSingleIndexedComponent.h>
+#include <maya/MIntArray.h>
+#include <maya/MPointArray.h>
+#include <maya/MTime.h>
+
+using Node = ShellWarpNode;
+
+host::Matrix4 matrix_of(const MMatrix &matrix) {
+  host::Matrix4 out;
+  for (unsigned int i = 0; i < 4; ++i)
+    for (unsigned int j = 0; j < 4; ++j) out[4 * i + j] = matrix(i, j);
+  return out;
+}
+
+namespace {
+
+// Polygons as fans: Maya's own triangles may change as points move, and would be another shell each time.
+std::vector<uint32_t> triangles_of(const MIntArray &counts, const MIntArray &corners) {
+  std::vector<uint32_t> triangles;
+  unsigned int first = 0;
+  for (unsigned int p = 0; p < counts.length(); ++p) {
+    const unsigned int n = static_cast<unsigned int>(counts[p]);
+    for (unsigned int k = 2; k < n; ++k)
+      for (const unsigned int corner : {first, first + k - 1, first + k})
+        triangles.push_back(static_cast<uint32_t>(corners[corner]));
+    first += n;
+  }
+  return triangles;
+}
+
+void add_painted(MDataBlock &block, unsigned int multiIndex, host::Request &request) {
+  MArrayDataHandle list = block.inputArrayValue(Node::supportWeightList);
+  if (list.jumpToElement(multiIndex) != MS::kSuccess) return;  // never painted
+  MDataHandle element = list.inputValue();
+  MArrayDataHandle weights(element.child(Node::supportWeights));
+  for (unsigned int k = 0, n = weights.elementCount(); k < n; ++k, weights.next()) {
+    const uint32_t vertex = weights.elementIndex();
+    // What was painted on a mesh that has fewer vertices by now stays in the map.
+    if (weights.inputValue().asFloat() >= 0.5f && vertex < request.mesh.n_points())
+      request.build.held.push_back(vertex);
+  }
+}
+
+void add_listed(MDataBlock &block, host::Request &request) {
+  const MObject data = block.inputValue(Node::supportComponents).data();
+  if (data.isNull()) return;
+  MStatus status;
+  MFnComponentListData list(data, &status);
+  if (status != MS::kSuccess) return;
+  for (unsigned int k = 0; k < list.length(); ++k) {
+    const MObject component = list[k];
+    if (!component.hasFn(MFn::kMeshVertComponent)) throw host::HostError("supportComponents holds more than vertices");
+    MIntArray vertices;
+    MFnSingleIndexedComponent(component).getElements(vertices);
+    for (unsigned int i = 0; i < vertices.length(); ++i)
+      request.build.held.push_back(static_cast<uint32_t>(vertices[i]));
+  }
+}
+
+}  // namespace
+
+MStatus pull_mesh(MDataBlock &block, const MObject &input, const MObject &inputGeom, unsigned int multiIndex,
+                  host::Mesh &mesh) {
+  MStatus status;
+  // The output's view of the input: the geometry was evaluated for this call, and is not to be evaluated again.
+  MArrayDataHandle inputs = block.outputArrayValue(input, &status);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  status = inputs.jumpToElement(multiIndex);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  MDataHandle element = inputs.outputValue(&status);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  const MObject data = element.child(inputGeom).asMesh();
+  if (data.isNull()) throw host::HostError("only polygon meshes can be shells");
+  MFnMesh fn(data, &status);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+
+  MPointArray points;
+  MIntArray counts, corners;
+  status = fn.getPoints(points);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  status = fn.getVertices(counts, corners);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  mesh.points.resize(3 * static_cast<std::size_t>(points.length()));
+  for (unsigned int i = 0; i < points.length(); ++i) {
+    mesh.points[3 * i] = points[i].x;
+    mesh.points[3 * i + 1] = points[i].y;
+    mesh.points[3 * i + 2] = points[i].z;
+  }
+  mesh.triangles = triangles_of(counts, corners);
+  return MS::kSuccess;
+}
+
+void pull_settings(MDataBlock &block, host::Request &request) {
+  const auto real = [&block](const MObject &attribute) { return block.inputValue(attribute).asDouble(); };
+  const auto second = [&block](const MObject &choice) { return block.inputValue(choice).asShort() == 1; };
+
+  request.time = block.inputValue(Node::time).asTime().as(MTime::kSeconds);
+  request.motion.start_time = MTime(real(Node::startFrame), MTime::uiUnit()).as(MTime::kSeconds);
+  request.motion.frame_rate = MTime(1.0, MTime::kSeconds).as(MTime::uiUnit());
+  request.motion.method = static_cast<host::Motion::Method>(block.inputValue(Node::method).asShort());
+  request.motion.implicit_euler = second(Node::integrator);
+  request.motion.damping_ratio = real(Node::dampingRatio);
+  request.motion.drag = real(Node::drag);
+
+  host::Stiffness &stiffness = request.build.stiffness;
+  stiffness.by = second(Node::stiffnessFrom) ? host::Stiffness::By::material : host::Stiffness::By::frequency;
+  stiffness.frequency = real(Node::frequency);
+  stiffness.thickness = real(Node::thickness);
+  stiffness.bend = real(Node::bendStiffness);
+  stiffness.stretch = real(Node::stretchStiffness);
+  stiffness.density = real(Node::density);
+  const int modes = block.inputValue(Node::modes).asInt();
+  request.build.modes = modes < 0 ? 0 : static_cast<uint32_t>(modes);
+  request.build.double_precision = block.inputValue(Node::doublePrecision).asBool();
+  request.build.clamped = !second(Node::supportKind);
+
+  const double3 &gravity = block.inputValue(Node::gravity).asDouble3();
+  request.inputs.gravity = {gravity[0], gravity[1], gravity[2]};
+}
+
+void pull_supports(MDataBlock &block, unsigned int multiIndex, host::Request &request) {
+  add_painted(block, multiIndex, request);
+  add_listed(block, request);
+}
+
+void pull_handles(MDataBlock &block, std::vector<host::Handle> &handles) {
+  MArrayDataHandle list = block.inputArrayValue(Node::handles);
+  for (unsigned int k = 0, n = list.elementCount(); k < n; ++k, list.next()) {
+    MDataHandle element = list.inputValue();
+    host::Handle handle;
+    handle.position = element.child(Node::handlePosition).asBool();
+    handle.orientation = element.child(Node::handleOrientation).asBool();
+    handle.compliance = element.child(Node::handleCompliance).asDouble();
+    const int vertex = element.child(Node::handleVertex).asInt();
+    const std::string name = "handles[" + host::number(uint64_t(list.elementIndex())) + "]";
+    if (vertex < 0) throw host::HostError(name + " has a negative vertex");
+    handle.vertex = static_cast<uint32_t>(vertex);
+    handle.target =
+        host::pose_of(matrix_of(element.child(Node::handleTarget).asMatrix()), name.c_str(), host::Scale::ignored);
+    handles.push_back(handle);
+  }
+}

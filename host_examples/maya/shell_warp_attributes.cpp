@@ -1,0 +1,233 @@
+// The attributes of shellWarp: created, added, and each declared to affect the output.
+#include "shell_warp_node.hpp"
+
+#include <maya/MFnCompoundAttribute.h>
+#include <maya/MFnEnumAttribute.h>
+#include <maya/MFnMatrixAttribute.h>
+#include <maya/MFnNumericAttribute.h>
+#include <maya/MFnTypedAttribute.h>
+#include <maya/MFnUnitAttribute.h>
+#include <maya/MGlobal.h>
+
+#include <initializer_list>
+
+MObject ShellWarpNode::time, ShellWarpNode::startFrame;
+MObject ShellWarpNode::gravity, ShellWarpNode::gravityX, ShellWarpNode::gravityY, ShellWarpNode::gravityZ;
+MObject ShellWarpNode::stiffnessFrom, ShellWarpNode::frequency, ShellWarpNode::thickness, ShellWarpNode::bendStiffness,
+    ShellWarpNode::stretchStiffness, ShellWarpNode::density;
+MObject ShellWarpNode::dampingRatio, ShellWarpNode::drag;
+MObject ShellWarpNode::modes, ShellWarpNode::doublePrecision, ShellWarpNode::method, ShellWarpNode::integrator;
+MObject ShellWarpNode::supportKind, ShellWarpNode::supportComponents, ShellWarpNode::supportWeightList,
+    ShellWarpNode::supportWeights;
+MObject ShellWarpNode::frameFrom, ShellWarpNode::supportFrame;
+MObject ShellWarpNode::handles, ShellWarpNode::handleVertex, ShellWarpNode::handleTarget, ShellWarpNode::handlePosition,
+    ShellWarpNode::handleOrientation, ShellWarpNode::handleCompliance;
+
+using Node = ShellWarpNode;
+
+namespace {
+
+struct Range {
+  double least, soft_most;
+};
+
+MStatus create_number(MObject &attribute, const char *name, const char *brief, double value, Range range) {
+  MStatus status;
+  MFnNumericAttribute fn;
+  attribute = fn.create(name, brief, MFnNumericData::kDouble, value, &status);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  fn.setKeyable(true);
+  fn.setMin(range.least);
+  fn.setSoftMax(range.soft_most);
+  return MS::kSuccess;
+}
+
+MStatus create_plain(MObject &attribute, const char *name, const char *brief, MFnNumericData::Type type, double value) {
+  MStatus status;
+  MFnNumericAttribute fn;
+  attribute = fn.create(name, brief, type, value, &status);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  fn.setKeyable(true);
+  return MS::kSuccess;
+}
+
+// The first is the default.
+MStatus create_choice(MObject &attribute, const char *name, const char *brief,
+                      std::initializer_list<const char *> fields) {
+  MStatus status;
+  MFnEnumAttribute fn;
+  attribute = fn.create(name, brief, 0, &status);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  short number = 0;
+  for (const char *field : fields) fn.addField(field, number++);
+  fn.setKeyable(false);
+  fn.setChannelBox(true);
+  return MS::kSuccess;
+}
+
+MStatus create_matrix(MObject &attribute, const char *name, const char *brief) {
+  MStatus status;
+  MFnMatrixAttribute fn;
+  attribute = fn.create(name, brief, MFnMatrixAttribute::kDouble, &status);
+  return status;
+}
+
+MStatus create_clock_and_loads() {
+  MStatus status;
+  MFnUnitAttribute unit;
+  Node::time = unit.create("time", "tim", MFnUnitAttribute::kTime, 0.0, &status);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  status = create_plain(Node::startFrame, "startFrame", "stf", MFnNumericData::kDouble, 1);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  status = create_plain(Node::gravityX, "gravityX", "grx", MFnNumericData::kDouble, 0);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  status = create_plain(Node::gravityY, "gravityY", "gry", MFnNumericData::kDouble, -981);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  status = create_plain(Node::gravityZ, "gravityZ", "grz", MFnNumericData::kDouble, 0);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  MFnNumericAttribute triple;
+  Node::gravity = triple.create("gravity", "grv", Node::gravityX, Node::gravityY, Node::gravityZ, &status);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  triple.setKeyable(true);
+  return MS::kSuccess;
+}
+
+MStatus create_material() {
+  MStatus status;
+  status = create_choice(Node::stiffnessFrom, "stiffnessFrom", "sfr", {"frequency", "material"});
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  status = create_number(Node::frequency, "frequency", "frq", 2, {1e-3, 10});
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  status = create_number(Node::thickness, "thickness", "thk", 0, {0, 1});
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  status = create_number(Node::bendStiffness, "bendStiffness", "bst", 1, {1e-12, 100});
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  status = create_number(Node::stretchStiffness, "stretchStiffness", "sst", 1e4, {1e-12, 1e6});
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  status = create_number(Node::density, "density", "dns", 1, {1e-12, 10});
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  status = create_number(Node::dampingRatio, "dampingRatio", "dra", 0.05, {0, 1});
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  status = create_number(Node::drag, "drag", "drg", 0, {0, 10});
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  status = create_plain(Node::modes, "modes", "mod", MFnNumericData::kInt, 16);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  MFnNumericAttribute count(Node::modes);
+  count.setMin(1);
+  count.setMax(1024);
+  count.setSoftMax(64);
+  status = create_plain(Node::doublePrecision, "doublePrecision", "dbp", MFnNumericData::kBoolean, 0);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  status = create_choice(Node::method, "method", "mth", {"warp", "linear", "warpVirtualWork"});
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  status = create_choice(Node::integrator, "integrator", "igr", {"exact", "implicitEuler"});
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  return MS::kSuccess;
+}
+
+MStatus create_supports() {
+  MStatus status;
+  status = create_choice(Node::supportKind, "supportKind", "skd", {"clamped", "hinged"});
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  MFnTypedAttribute typed;
+  Node::supportComponents =
+      typed.create("supportComponents", "scp", MFnData::kComponentList, MObject::kNullObj, &status);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  MFnNumericAttribute weight;
+  Node::supportWeights = weight.create("supportWeights", "sws", MFnNumericData::kFloat, 0, &status);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  weight.setMin(0);
+  weight.setMax(1);
+  weight.setArray(true);
+  weight.setUsesArrayDataBuilder(true);
+  MFnCompoundAttribute list;
+  Node::supportWeightList = list.create("supportWeightList", "swl", &status);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  list.addChild(Node::supportWeights);
+  list.setArray(true);
+  list.setUsesArrayDataBuilder(true);
+  status = create_choice(Node::frameFrom, "frameFrom", "ffr", {"object", "supportFrame"});
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  return create_matrix(Node::supportFrame, "supportFrame", "sfm");
+}
+
+MStatus create_handles() {
+  MStatus status;
+  status = create_plain(Node::handleVertex, "handleVertex", "hvx", MFnNumericData::kInt, 0);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  status = create_matrix(Node::handleTarget, "handleTarget", "htg");
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  status = create_plain(Node::handlePosition, "handlePosition", "hps", MFnNumericData::kBoolean, 1);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  status = create_plain(Node::handleOrientation, "handleOrientation", "hor", MFnNumericData::kBoolean, 0);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  status = create_number(Node::handleCompliance, "handleCompliance", "hcp", 0, {0, 1});
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  MFnCompoundAttribute list;
+  Node::handles = list.create("handles", "hnd", &status);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  for (const MObject &child :
+       {Node::handleVertex, Node::handleTarget, Node::handlePosition, Node::handleOrientation, Node::handleCompliance})
+    list.addChild(child);
+  list.setArray(true);
+  return MS::kSuccess;
+}
+
+}  // namespace
+
+// Children come with their parents; but each of them must be declared to affect the output by itself.
+MStatus ShellWarpNode::addAttributes() {
+  const MObject parents[] = {time,
+                             startFrame,
+                             gravity,
+                             stiffnessFrom,
+                             frequency,
+                             thickness,
+                             bendStiffness,
+                             stretchStiffness,
+                             density,
+                             dampingRatio,
+                             drag,
+                             modes,
+                             doublePrecision,
+                             method,
+                             integrator,
+                             supportKind,
+                             supportComponents,
+                             supportWeightList,
+                             frameFrom,
+                             supportFrame,
+                             handles};
+  const MObject children[] = {gravityX,     gravityY,       gravityZ,          supportWeights,  handleVertex,
+                              handleTarget, handlePosition, handleOrientation, handleCompliance};
+  MStatus status;
+  for (const MObject &attribute : parents) {
+    status = addAttribute(attribute);
+    CHECK_MSTATUS_AND_RETURN_IT(status);
+    status = attributeAffects(attribute, outputGeom);
+    CHECK_MSTATUS_AND_RETURN_IT(status);
+  }
+  for (const MObject &attribute : children) {
+    status = attributeAffects(attribute, outputGeom);
+    CHECK_MSTATUS_AND_RETURN_IT(status);
+  }
+  return MS::kSuccess;
+}
+
+MStatus ShellWarpNode::initialize() {
+  MStatus status;
+  status = create_clock_and_loads();
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  status = create_material();
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  status = create_supports();
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  status = create_handles();
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  status = addAttributes();
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  // What Artisan offers in the Paint Attributes tool.
+  for (const char *map : {"weights", "supportWeights"})
+    MGlobal::executeCommand(MString("makePaintable -attrType multiFloat -sm deformer ") + nodeName + " " + map);
+  return MS::kSuccess;
+}

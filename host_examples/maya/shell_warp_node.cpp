@@ -1,0 +1,97 @@
+#include "shell_warp_node.hpp"
+
+#include "blend.hpp"
+#include "host_interrupt.hpp"
+#include "pull.hpp"
+
+#include <maya/MGlobal.h>
+#include <maya/MPoint.h>
+#include <maya/MPointArray.h>
+
+#include <exception>
+
+const char *const ShellWarpNode::nodeName = "shellWarp";
+// From the block that Autodesk leaves to plug-ins that are not published; a studio puts one of its own here.
+const MTypeId ShellWarpNode::nodeId(0x0007F5A1);
+
+void *ShellWarpNode::creator() { return new ShellWarpNode; }
+
+MStatus ShellWarpNode::deform(MDataBlock &block, MItGeometry &points, const MMatrix &toWorld, unsigned int multiIndex) {
+  MStatus status;
+  const float amount = block.inputValue(envelope, &status).asFloat();
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  if (amount == 0.0f) return MS::kSuccess;
+
+  const std::lock_guard<std::mutex> lock(mutex_);
+  Shell &shell = shells_[multiIndex];
+  try {
+    host::Request request;
+    HostInterrupt interrupt;
+    request.interrupted = [&interrupt] { return interrupt.requested(); };
+    status = pull(block, toWorld, multiIndex, request);
+    CHECK_MSTATUS_AND_RETURN_IT(status);
+    shell.runner.evaluate(request);
+    status = push(block, points, multiIndex, amount, shell.runner);
+    CHECK_MSTATUS_AND_RETURN_IT(status);
+    warn(shell);
+    return MS::kSuccess;
+  } catch (const std::exception &error) {
+    fail(shell, error.what());
+  } catch (...) {
+    fail(shell, "an unknown error");
+  }
+  return MS::kFailure;  // Maya shows the geometry as it came in
+}
+
+MStatus ShellWarpNode::pull(MDataBlock &block, const MMatrix &toWorld, unsigned int multiIndex,
+                            host::Request &request) const {
+  MStatus status = pull_mesh(block, input, inputGeom, multiIndex, request.mesh);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  pull_settings(block, request);
+  pull_supports(block, multiIndex, request);
+  request.inputs.object = host::pose_of(matrix_of(toWorld), "the deformed object's transform", host::Scale::even);
+  const bool own = block.inputValue(frameFrom).asShort() == 0;
+  request.inputs.frame =
+      own ? request.inputs.object
+          : host::pose_of(matrix_of(block.inputValue(supportFrame).asMatrix()), "supportFrame", host::Scale::even);
+  pull_handles(block, request.inputs.handles);
+  return MS::kSuccess;
+}
+
+// Only the members of the deformer's set come with the iterator; the shell is the whole mesh.
+MStatus ShellWarpNode::push(MDataBlock &block, MItGeometry &points, unsigned int multiIndex, float amount,
+                            const host::ShellRunner &runner) {
+  MPointArray positions;
+  const MStatus status = points.allPositions(positions);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  for (unsigned int k = 0; !points.isDone() && k < positions.length(); points.next(), ++k) {
+    const int vertex = points.index();
+    const std::size_t at = 3 * static_cast<std::size_t>(vertex);
+    if (vertex < 0 || at >= runner.rest().size()) return MS::kFailure;
+    const double share = static_cast<double>(amount) *
+                         static_cast<double>(weightValue(block, multiIndex, static_cast<unsigned int>(vertex)));
+    MPoint &point = positions[k];
+    const double in[3] = {point.x, point.y, point.z};
+    double out[3];
+    host::blend_point(out, in, &runner.rest()[at], &runner.deformed()[at], share);
+    point.x = out[0];
+    point.y = out[1];
+    point.z = out[2];
+  }
+  return points.setAllPositions(positions);
+}
+
+// Both tell once for each change, not at every frame.
+void ShellWarpNode::warn(Shell &shell) const {
+  const host::Notes &notes = shell.runner.notes();
+  const std::string what = host::number(uint64_t(notes.warnings()));
+  if (what == shell.told) return;
+  shell.told = what;
+  if (notes.warnings()) MGlobal::displayWarning(name() + ": " + notes.warning().c_str());
+}
+
+void ShellWarpNode::fail(Shell &shell, const std::string &message) const {
+  if (message == shell.told) return;
+  shell.told = message;
+  MGlobal::displayError(name() + ": " + message.c_str());
+}

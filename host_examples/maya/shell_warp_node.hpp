@@ -1,0 +1,62 @@
+// shellWarp: a deformer that lets a mesh swing as a thin shell. docs/maya.md has the attributes in an artist's words.
+#pragma once
+
+#include "shell_runner.hpp"
+
+#include <maya/MDataBlock.h>
+#include <maya/MDataHandle.h>
+#include <maya/MItGeometry.h>
+#include <maya/MMatrix.h>
+#include <maya/MObject.h>
+#include <maya/MPxDeformerNode.h>
+#include <maya/MStatus.h>
+#include <maya/MString.h>
+#include <maya/MTypeId.h>
+
+#include <map>
+#include <mutex>
+#include <string>
+
+class ShellWarpNode : public MPxDeformerNode {
+public:
+  static const char *const nodeName;
+  static const MTypeId nodeId;
+
+  static void *creator();
+  static MStatus initialize();
+
+  MStatus deform(MDataBlock &block, MItGeometry &points, const MMatrix &toWorld, unsigned int multiIndex) override;
+
+private:
+  static MStatus addAttributes();
+
+  // One geometry that the node deforms.
+  struct Shell {
+    host::ShellRunner runner;
+    std::string told;  // what the user was told of last
+  };
+
+  MStatus pull(MDataBlock &block, const MMatrix &toWorld, unsigned int multiIndex, host::Request &request) const;
+  MStatus push(MDataBlock &block, MItGeometry &points, unsigned int multiIndex, float amount,
+               const host::ShellRunner &runner);
+  void warn(Shell &shell) const;
+  void fail(Shell &shell, const std::string &message) const;
+
+  std::mutex mutex_;  // background and foreground evaluation may meet
+  std::map<unsigned int, Shell> shells_;
+
+public:
+  // The shell's clock
+  static MObject time, startFrame;
+  // What pulls at it
+  static MObject gravity, gravityX, gravityY, gravityZ;
+  // What it is made of
+  static MObject stiffnessFrom, frequency, thickness, bendStiffness, stretchStiffness, density;
+  static MObject dampingRatio, drag;
+  static MObject modes, doublePrecision, method, integrator;
+  // What holds it
+  static MObject supportKind, supportComponents, supportWeightList, supportWeights;
+  static MObject frameFrom, supportFrame;
+  // What leads it
+  static MObject handles, handleVertex, handleTarget, handlePosition, handleOrientation, handleCompliance;
+};

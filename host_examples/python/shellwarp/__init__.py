@@ -1,0 +1,28 @@
+"""Real-time thin shells by modal warping: a thin layer over the C library, numpy arrays in and out.
+
+    shell = Shell(positions, triangles, Material(bend=2.7e-3, density=0.3), clamped=[0, 1, 2])
+    with Model(shell) as model:
+        model.precompute(modes=16)
+        with model.state() as state:
+            state.set_gravity([0, 0, -9.8])
+            state.step(1 / 30)
+            points = state.positions()
+
+Every name, unit and rule is that of include/shellwarp.h, which says more about each. Failures raise ShellwarpError, whose
+text is the library's own message. Calls release Python's global lock, so states step in parallel on threads; one state
+belongs to one thread at a time, and a violation raises BusyError.
+"""
+
+from . import _abi as abi
+from ._library import library_path, load, version
+from .errors import (BusyError, CancelledError, InternalError, InvalidArgumentError, InvalidDataError, InvalidMeshError,
+                     LibraryNotFoundError, NotPrecomputedError, NumericalError, OutOfMemoryError, ShellwarpError,
+                     UnsupportedError)
+from .log import set_log
+from .mesh import Diagnostic, Material, Shell, check_mesh
+from .model import Model
+from .state import State
+
+__all__ = ["BusyError", "CancelledError", "Diagnostic", "InternalError", "InvalidArgumentError", "InvalidDataError",
+           "InvalidMeshError", "LibraryNotFoundError", "Material", "Model", "NotPrecomputedError", "NumericalError", "OutOfMemoryError",
+           "Shell", "ShellwarpError", "State", "UnsupportedError", "abi", "check_mesh", "library_path", "load", "set_log", "version"]

@@ -1,0 +1,328 @@
+"""The C interface in ctypes. Generated from include/shellwarp.h by `make python-abi`, do not edit."""
+
+from ctypes import CFUNCTYPE, POINTER, Structure, c_char, c_char_p, c_double, c_uint32, c_uint64, c_void_p
+
+SW_ABI_VERSION = 1
+SW_FORMAT_F32 = 1
+SW_FORMAT_F64 = 2
+SW_LOG_INFO = 1
+SW_LOG_WARNING = 2
+SW_SEVERITY_WARNING = 1
+SW_SEVERITY_ERROR = 2
+SW_DIAGNOSTIC_INDEX_OUT_OF_RANGE = 1
+SW_DIAGNOSTIC_REPEATED_VERTEX = 2
+SW_DIAGNOSTIC_NON_FINITE_COORDINATE = 3
+SW_DIAGNOSTIC_ZERO_AREA = 4
+SW_DIAGNOSTIC_DUPLICATE_TRIANGLE = 5
+SW_DIAGNOSTIC_NON_MANIFOLD_EDGE = 6
+SW_DIAGNOSTIC_NON_MANIFOLD_VERTEX = 7
+SW_DIAGNOSTIC_NOT_ORIENTABLE = 8
+SW_DIAGNOSTIC_INCONSISTENT_ORIENTATION = 9
+SW_DIAGNOSTIC_UNREFERENCED_VERTEX = 10
+SW_DIAGNOSTIC_COINCIDENT_VERTICES = 11
+SW_DIAGNOSTIC_SLIVER = 12
+SW_DIAGNOSTIC_MESSAGE_SIZE = 160
+SW_ENERGY_DISCRETE_SHELLS = 1
+SW_PROGRESS_CONTINUE = 256
+SW_PROGRESS_CANCEL = 512
+SW_PHASE_ASSEMBLY = 0
+SW_PHASE_ORDERING = 1
+SW_PHASE_FACTORIZATION = 2
+SW_PHASE_MODES = 3
+SW_PHASE_CERTIFICATE = 4
+SW_PHASE_ROTATION = 5
+SW_PHASE_COUNT = 6
+SW_PRECISION_F32 = 1
+SW_PRECISION_F64 = 2
+SW_SHAPE_DISPLACEMENT = 1
+SW_SHAPE_ROTATION = 2
+SW_METHOD_WARP = 1
+SW_METHOD_LMA = 2
+SW_METHOD_SHELL_IMPLICIT = 3
+SW_METHOD_SHELL_EXPLICIT = 4
+SW_METHOD_WARP_VIRTUAL_WORK = 5
+SW_INTEGRATOR_IMPLICIT_EULER = 1
+SW_INTEGRATOR_EXACT = 2
+SW_SPACE_WORLD = 0
+SW_SPACE_FRAME = 1
+SW_FRAME_TELEPORT = 1
+SW_FRAME_MOTION_GIVEN = 2
+SW_CONSTRAINT_POSITION = 1
+SW_CONSTRAINT_ORIENTATION = 2
+SW_AXIS_X = 1
+SW_AXIS_Y = 2
+SW_AXIS_Z = 4
+SW_ALL_CONSTRAINTS = 4294967295
+SW_FORCES_ONE_STEP = 1
+SW_OK = 0
+SW_ERROR_INVALID_ARGUMENT = 1
+SW_ERROR_INVALID_DESC = 2
+SW_ERROR_INVALID_MESH = 3
+SW_ERROR_NOT_PRECOMPUTED = 4
+SW_ERROR_CANCELLED = 5
+SW_ERROR_OUT_OF_MEMORY = 6
+SW_ERROR_NUMERICAL = 7
+SW_ERROR_BUFFER_SIZE = 8
+SW_ERROR_INVALID_DATA = 9
+SW_ERROR_BUSY = 10
+SW_ERROR_UNSUPPORTED = 11
+SW_ERROR_INTERNAL = 12
+
+
+class SwModel(Structure):
+    """Opaque."""
+
+
+class SwState(Structure):
+    """Opaque."""
+
+
+SwLogFn = CFUNCTYPE(None, c_void_p, c_uint32, c_char_p)
+SwProgressFn = CFUNCTYPE(c_uint32, c_void_p, c_uint32, c_double)
+
+
+class SwMeshDesc(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("position_format", c_uint32),
+        ("positions", c_void_p),
+        ("position_stride", c_uint64),
+        ("triangles", c_void_p),
+        ("triangle_stride", c_uint64),
+        ("n_vertices", c_uint32),
+        ("n_triangles", c_uint32),
+    ]
+
+
+class SwDiagnostic(Structure):
+    _fields_ = [
+        ("kind", c_uint32),
+        ("severity", c_uint32),
+        ("element", c_uint32),
+        ("vertices", c_uint32 * 4),
+        ("reserved", c_uint32),
+        ("value", c_double * 2),
+        ("message", c_char * 160),
+    ]
+
+
+class SwMaterialDesc(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("energy", c_uint32),
+        ("k_area", c_double),
+        ("k_length", c_double),
+        ("k_bend", c_double),
+        ("area_density", c_double),
+    ]
+
+
+class SwSupportDesc(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("flags", c_uint32),
+        ("fixed", c_void_p),
+        ("clamped", c_void_p),
+        ("n_fixed", c_uint32),
+        ("n_clamped", c_uint32),
+    ]
+
+
+class SwPrecomputeDesc(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("modes", c_uint32),
+        ("precision", c_uint32),
+        ("flags", c_uint32),
+        ("progress", SwProgressFn),
+        ("progress_user", c_void_p),
+    ]
+
+
+class SwModelInfo(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("n_vertices", c_uint32),
+        ("n_triangles", c_uint32),
+        ("n_edges", c_uint32),
+        ("n_interior_edges", c_uint32),
+        ("n_components", c_uint32),
+        ("n_unreferenced", c_uint32),
+        ("n_reoriented", c_uint32),
+        ("n_fixed", c_uint32),
+        ("n_unknowns", c_uint32),
+        ("precomputed", c_uint32),
+        ("modes", c_uint32),
+        ("zero_modes", c_uint32),
+        ("inertia_count", c_uint32),
+        ("inertia_found", c_uint32),
+        ("precision", c_uint32),
+        ("total_mass", c_double),
+        ("total_area", c_double),
+        ("size", c_double),
+        ("residual", c_double),
+        ("orthonormality", c_double),
+        ("inertia_shift", c_double),
+        ("seconds", c_double * 6),
+        ("bytes_model", c_uint64),
+        ("bytes_state", c_uint64),
+        ("bytes_precompute_peak", c_uint64),
+    ]
+
+
+class SwStateDesc(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("method", c_uint32),
+        ("integrator", c_uint32),
+        ("flags", c_uint32),
+    ]
+
+
+class SwDampingDesc(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("n_ratios", c_uint32),
+        ("mass_coefficient", c_double),
+        ("stiffness_coefficient", c_double),
+        ("ratios", c_void_p),
+    ]
+
+
+class SwFrameDesc(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("flags", c_uint32),
+        ("origin", c_double * 3),
+        ("rotation", c_double * 9),
+        ("velocity", c_double * 3),
+        ("acceleration", c_double * 3),
+        ("angular_velocity", c_double * 3),
+        ("angular_acceleration", c_double * 3),
+    ]
+
+
+class SwStateReport(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("in_range", c_uint32),
+        ("time", c_double),
+        ("kinetic_energy", c_double),
+        ("elastic_energy", c_double),
+        ("constraint_work", c_double),
+        ("max_rotation", c_double),
+        ("max_displacement", c_double),
+        ("fraction_out_of_range", c_double),
+    ]
+
+
+class SwConstraintDesc(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("id", c_uint32),
+        ("kind", c_uint32),
+        ("vertex", c_uint32),
+        ("axes", c_uint32),
+        ("flags", c_uint32),
+        ("compliance", c_double),
+        ("position", c_double * 3),
+        ("rotation", c_double * 9),
+    ]
+
+
+class SwConstraintReport(Structure):
+    _fields_ = [
+        ("id", c_uint32),
+        ("kind", c_uint32),
+        ("vertex", c_uint32),
+        ("met", c_uint32),
+        ("iterations", c_uint32),
+        ("reserved", c_uint32),
+        ("residual", c_double),
+        ("force", c_double * 3),
+    ]
+
+
+class SwForceDesc(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("flags", c_uint32),
+        ("format", c_uint32),
+        ("count", c_uint32),
+        ("forces", c_void_p),
+        ("stride", c_uint64),
+        ("vertices", c_void_p),
+    ]
+
+
+class SwWindDesc(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("local_format", c_uint32),
+        ("velocity", c_double * 3),
+        ("density", c_double),
+        ("normal_drag", c_double),
+        ("tangential_drag", c_double),
+        ("local_velocities", c_void_p),
+        ("local_stride", c_uint64),
+    ]
+
+
+class SwEquilibriumReport(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("iterations", c_uint32),
+        ("residual", c_double),
+    ]
+
+
+# Result and parameters of every function.
+FUNCTIONS = {
+    "sw_last_error_message": (c_char_p, []),
+    "sw_status_string": (c_char_p, [c_uint32]),
+    "sw_abi_version": (c_uint32, []),
+    "sw_version_string": (c_char_p, []),
+    "sw_set_log_callback": (c_uint32, [SwLogFn, c_void_p]),
+    "sw_mesh_desc_init": (None, [POINTER(SwMeshDesc)]),
+    "sw_mesh_check": (c_uint32, [POINTER(SwMeshDesc), POINTER(SwDiagnostic), c_uint32, c_void_p]),
+    "sw_material_desc_init": (None, [POINTER(SwMaterialDesc)]),
+    "sw_support_desc_init": (None, [POINTER(SwSupportDesc)]),
+    "sw_precompute_desc_init": (None, [POINTER(SwPrecomputeDesc)]),
+    "sw_model_info_init": (None, [POINTER(SwModelInfo)]),
+    "sw_model_create": (c_uint32, [POINTER(SwMeshDesc), POINTER(SwMaterialDesc), POINTER(SwSupportDesc), POINTER(POINTER(SwModel))]),
+    "sw_model_precompute": (c_uint32, [POINTER(SwModel), POINTER(SwPrecomputeDesc)]),
+    "sw_model_destroy": (None, [POINTER(SwModel)]),
+    "sw_model_info": (c_uint32, [POINTER(SwModel), POINTER(SwModelInfo)]),
+    "sw_model_frequencies": (c_uint32, [POINTER(SwModel), c_void_p, c_uint32, c_void_p]),
+    "sw_model_mode_shape": (c_uint32, [POINTER(SwModel), c_uint32, c_uint32, c_uint32, c_void_p, c_uint64, c_uint32]),
+    "sw_state_desc_init": (None, [POINTER(SwStateDesc)]),
+    "sw_damping_desc_init": (None, [POINTER(SwDampingDesc)]),
+    "sw_frame_desc_init": (None, [POINTER(SwFrameDesc)]),
+    "sw_state_report_init": (None, [POINTER(SwStateReport)]),
+    "sw_state_create": (c_uint32, [POINTER(SwModel), POINTER(SwStateDesc), POINTER(POINTER(SwState))]),
+    "sw_state_destroy": (None, [POINTER(SwState)]),
+    "sw_state_reset": (c_uint32, [POINTER(SwState)]),
+    "sw_state_clone": (c_uint32, [POINTER(SwState), POINTER(POINTER(SwState))]),
+    "sw_state_set_gravity": (c_uint32, [POINTER(SwState), c_void_p]),
+    "sw_state_set_damping": (c_uint32, [POINTER(SwState), POINTER(SwDampingDesc)]),
+    "sw_state_set_frame": (c_uint32, [POINTER(SwState), POINTER(SwFrameDesc)]),
+    "sw_state_set_amplitudes": (c_uint32, [POINTER(SwState), c_void_p, c_void_p, c_uint32]),
+    "sw_state_amplitudes": (c_uint32, [POINTER(SwState), c_void_p, c_void_p, c_uint32, c_void_p]),
+    "sw_state_step": (c_uint32, [POINTER(SwState), c_double]),
+    "sw_state_positions": (c_uint32, [POINTER(SwState), c_uint32, c_uint32, c_void_p, c_uint64, c_uint32]),
+    "sw_state_normals": (c_uint32, [POINTER(SwState), c_uint32, c_uint32, c_void_p, c_uint64, c_uint32]),
+    "sw_state_rotations": (c_uint32, [POINTER(SwState), c_uint32, c_uint32, c_void_p, c_uint64, c_uint32]),
+    "sw_state_report": (c_uint32, [POINTER(SwState), POINTER(SwStateReport)]),
+    "sw_state_save": (c_uint32, [POINTER(SwState), c_void_p, c_uint64, c_void_p]),
+    "sw_state_load": (c_uint32, [POINTER(SwState), c_void_p, c_uint64]),
+    "sw_constraint_desc_init": (None, [POINTER(SwConstraintDesc)]),
+    "sw_state_set_constraint": (c_uint32, [POINTER(SwState), POINTER(SwConstraintDesc)]),
+    "sw_state_clear_constraint": (c_uint32, [POINTER(SwState), c_uint32]),
+    "sw_state_constraint_report": (c_uint32, [POINTER(SwState), POINTER(SwConstraintReport), c_uint32, c_void_p]),
+    "sw_force_desc_init": (None, [POINTER(SwForceDesc)]),
+    "sw_wind_desc_init": (None, [POINTER(SwWindDesc)]),
+    "sw_state_set_forces": (c_uint32, [POINTER(SwState), POINTER(SwForceDesc)]),
+    "sw_state_set_wind": (c_uint32, [POINTER(SwState), POINTER(SwWindDesc)]),
+    "sw_equilibrium_report_init": (None, [POINTER(SwEquilibriumReport)]),
+    "sw_state_equilibrium": (c_uint32, [POINTER(SwState), POINTER(SwEquilibriumReport)]),
+}

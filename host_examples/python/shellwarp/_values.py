@@ -1,0 +1,29 @@
+"""Words for constants, checked numbers, and reports as dicts."""
+
+import operator
+
+from .errors import InvalidArgumentError
+
+
+def choice(table, value, name):
+    """The constant that a word stands for."""
+    if value not in table:
+        raise InvalidArgumentError(f"{name}: {value!r}, expected one of {', '.join(map(repr, table))}")
+    return table[value]
+
+
+def uint32(value, name):
+    """A number as the library takes it; ctypes alone would let 2**32 + 1 pass as 1."""
+    try:
+        number = operator.index(value)
+    except TypeError:
+        raise InvalidArgumentError(f"{name}: {value!r}, expected an integer") from None
+    if not 0 <= number <= 0xFFFFFFFF:
+        raise InvalidArgumentError(f"{name}: {number}, expected 0 to 4294967295")
+    return number
+
+
+def as_dict(struct):
+    """The fields of a report as a dict, arrays as tuples; struct_size and reserved ones left out."""
+    values = {name: getattr(struct, name) for name, *_ in struct._fields_ if name not in ("struct_size", "reserved")}
+    return {name: value if isinstance(value, (int, float)) else tuple(value) for name, value in values.items()}

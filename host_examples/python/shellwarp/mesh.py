@@ -1,0 +1,79 @@
+"""What a model is made of: plain data, which can be pickled and sent to other processes."""
+
+from dataclasses import dataclass, field
+from ctypes import byref, c_uint32
+
+import numpy
+
+from . import _abi, _arrays, _library
+
+
+@dataclass(frozen=True)
+class Material:
+    """Constants of SwMaterialDesc; 0 means the library's default (1e4, 1e4, 1, 1)."""
+
+    area: float = 0.0      # k_A, energy per area
+    length: float = 0.0    # k_L, energy per length
+    bend: float = 0.0      # k_B, energy
+    density: float = 0.0   # mass per area
+
+    def desc(self):
+        desc = _library.initialised(_abi.SwMaterialDesc)
+        desc.k_area, desc.k_length, desc.k_bend, desc.area_density = self.area, self.length, self.bend, self.density
+        return desc
+
+
+@dataclass(frozen=True, eq=False)
+class Shell:
+    """A mesh at rest, its material, and the vertices that hold it."""
+
+    positions: numpy.ndarray                                   # (n_vertices x 3), float32 or float64, any row stride
+    triangles: numpy.ndarray                                   # (n_triangles x 3), vertex indices from 0
+    material: Material = field(default_factory=Material)
+    fixed: numpy.ndarray = ()                                  # vertices held in place
+    clamped: numpy.ndarray = ()                                # held with all their edge neighbours, so the slope as well
+
+    def mesh_desc(self):
+        """The SwMeshDesc and the arrays that it points into, which must outlive it."""
+        positions, form, stride = _arrays.vectors_in(self.positions, "positions")
+        triangles = _arrays.indices_in(self.triangles, "triangles", 3)
+        desc = _library.initialised(_abi.SwMeshDesc)
+        desc.positions, desc.position_format, desc.position_stride = _arrays.address(positions), form, stride
+        desc.triangles, desc.n_vertices, desc.n_triangles = _arrays.address(triangles), len(positions), len(triangles)
+        return desc, (positions, triangles)
+
+    def support_desc(self):
+        """The SwSupportDesc and the arrays that it points into, which must outlive it."""
+        fixed, clamped = _arrays.indices_in(self.fixed, "fixed"), _arrays.indices_in(self.clamped, "clamped")
+        desc = _library.initialised(_abi.SwSupportDesc)
+        desc.fixed, desc.n_fixed = _arrays.address(fixed), len(fixed)
+        desc.clamped, desc.n_clamped = _arrays.address(clamped), len(clamped)
+        return desc, (fixed, clamped)
+
+
+@dataclass(frozen=True)
+class Diagnostic:
+    """One located problem of a mesh."""
+
+    kind: int          # SW_DIAGNOSTIC_...
+    is_error: bool     # the mesh is refused; else it is handled
+    element: int       # triangle or vertex, as the kind says
+    vertices: tuple    # those concerned
+    message: str
+
+
+def check_mesh(positions, triangles):
+    """Every problem of a mesh as a list of Diagnostic, errors first; empty when it is sound."""
+    desc, kept = Shell(positions, triangles).mesh_desc()
+    count = c_uint32()
+    _library.call("sw_mesh_check", byref(desc), None, 0, byref(count))
+    found = (_abi.SwDiagnostic * max(count.value, 1))()
+    _library.call("sw_mesh_check", byref(desc), found, count.value, byref(count))
+    del kept
+    return [_diagnostic(item) for item in found[:count.value]]
+
+
+def _diagnostic(item):
+    vertices = tuple(v for v in item.vertices if v != 0xFFFFFFFF)
+    return Diagnostic(item.kind, item.severity == _abi.SW_SEVERITY_ERROR, item.element, vertices,
+                      item.message.decode("utf-8", "replace"))

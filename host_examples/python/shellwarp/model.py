@@ -1,0 +1,90 @@
+"""A shell and its modes."""
+
+from ctypes import POINTER, byref, c_uint32
+
+import numpy
+
+from . import _abi, _arrays, _library
+from ._handle import Handle
+from ._values import as_dict, choice, uint32
+from .errors import CancelledError
+from .state import State
+
+PRECISIONS = {"f32": _abi.SW_PRECISION_F32, "f64": _abi.SW_PRECISION_F64}
+SHAPES = {"displacement": _abi.SW_SHAPE_DISPLACEMENT, "rotation": _abi.SW_SHAPE_ROTATION}
+PHASES = {_abi.SW_PHASE_ASSEMBLY: "assembly", _abi.SW_PHASE_ORDERING: "ordering",
+          _abi.SW_PHASE_FACTORIZATION: "factorization", _abi.SW_PHASE_MODES: "modes",
+          _abi.SW_PHASE_CERTIFICATE: "certificate", _abi.SW_PHASE_ROTATION: "rotation"}
+
+
+class Model(Handle):
+    """Made of a Shell; has modes after precompute and does not change any more then. Any number of states on any threads
+    may share it, and states live on when it is closed."""
+
+    _destroyer = "sw_model_destroy"
+
+    def __init__(self, shell):
+        mesh, mesh_arrays = shell.mesh_desc()
+        supports, support_arrays = shell.support_desc()
+        pointer = POINTER(_abi.SwModel)()
+        _library.call("sw_model_create", byref(mesh), byref(shell.material.desc()), byref(supports), byref(pointer))
+        del mesh_arrays, support_arrays
+        self._adopt(pointer)
+        self.n_vertices = int(mesh.n_vertices)
+
+    def precompute(self, modes=16, precision="f32", progress=None):
+        """Finds the `modes` lowest (0: 16); seconds on large meshes.
+
+        `progress(phase, fraction)` is called with the phase's name and the fraction of it, 0 to 1. It may return False to
+        stop (CancelledError). What it raises stops the precompute too and is raised here. On both the model stays as it was.
+        """
+        desc = _library.initialised(_abi.SwPrecomputeDesc)
+        desc.modes, desc.precision = uint32(modes, "modes"), choice(PRECISIONS, precision, "precision")
+        raised = []
+        if progress is not None:
+            desc.progress = _abi.SwProgressFn(_guarded(progress, raised))
+        try:
+            self._call("sw_model_precompute", byref(desc))
+        except CancelledError:
+            if raised:
+                raise raised[0] from None
+            raise
+
+    def info(self):
+        """Counts, sizes, the certificate and timings: SwModelInfo as a dict."""
+        info = _library.initialised(_abi.SwModelInfo)
+        self._call("sw_model_info", byref(info))
+        return as_dict(info)
+
+    def frequencies(self):
+        """Frequencies in Hz, ascending (modes)."""
+        count = c_uint32()
+        self._call("sw_model_frequencies", None, 0, byref(count))
+        hertz = numpy.empty(count.value)
+        self._call("sw_model_frequencies", _arrays.address(hertz), count.value, byref(count))
+        return hertz
+
+    def mode_shape(self, mode, shape="displacement", out=None, dtype=numpy.float64):
+        """One mode (n_vertices x 3), its "displacement" or "rotation" per unit amplitude."""
+        out, form, stride = _arrays.vectors_out(out, (self.n_vertices, 3), dtype, "mode_shape")
+        self._call("sw_model_mode_shape", uint32(mode, "mode"), choice(SHAPES, shape, "shape"), form,
+                   _arrays.address(out), stride, self.n_vertices)
+        return out
+
+    def state(self, method="warp", integrator="implicit-euler"):
+        """A new State at rest."""
+        return State(self, method, integrator)
+
+
+def _guarded(progress, raised):
+    """A callback that never raises into C: what is raised is kept, and stops the precompute."""
+    def callback(_user, phase, fraction):
+        if raised:
+            return _abi.SW_PROGRESS_CANCEL
+        try:
+            go_on = progress(PHASES.get(phase, str(phase)), fraction) is not False
+        except BaseException as error:  # a KeyboardInterrupt as well: it is raised again outside
+            raised.append(error)
+            return _abi.SW_PROGRESS_CANCEL
+        return _abi.SW_PROGRESS_CONTINUE if go_on else _abi.SW_PROGRESS_CANCEL
+    return callback

@@ -1,0 +1,197 @@
+"""A moving shell."""
+
+from ctypes import POINTER, byref, c_uint32, c_uint64, create_string_buffer
+
+import numpy
+
+from . import _abi, _arrays, _library
+from ._handle import Handle
+from ._values import as_dict, choice, uint32
+from .errors import InvalidArgumentError
+
+METHODS = {"warp": _abi.SW_METHOD_WARP, "warp-virtual-work": _abi.SW_METHOD_WARP_VIRTUAL_WORK, "lma": _abi.SW_METHOD_LMA,
+           "shell-implicit": _abi.SW_METHOD_SHELL_IMPLICIT, "shell-explicit": _abi.SW_METHOD_SHELL_EXPLICIT}
+INTEGRATORS = {"implicit-euler": _abi.SW_INTEGRATOR_IMPLICIT_EULER, "exact": _abi.SW_INTEGRATOR_EXACT}
+SPACES = {"world": _abi.SW_SPACE_WORLD, "frame": _abi.SW_SPACE_FRAME}
+KINDS = {"position": _abi.SW_CONSTRAINT_POSITION, "orientation": _abi.SW_CONSTRAINT_ORIENTATION}
+AXES = {"x": _abi.SW_AXIS_X, "y": _abi.SW_AXIS_Y, "z": _abi.SW_AXIS_Z}
+
+
+def _fill(target, values, name):
+    target[:] = _arrays.numbers_in(values, name, len(target)).tolist()
+
+
+class State(Handle):
+    """Made by Model.state. One thread at a time; the readers may run at the same time as each other."""
+
+    _destroyer = "sw_state_destroy"
+
+    def __init__(self, model, method="warp", integrator="implicit-euler"):
+        desc = _library.initialised(_abi.SwStateDesc)
+        desc.method, desc.integrator = choice(METHODS, method, "method"), choice(INTEGRATORS, integrator, "integrator")
+        pointer = POINTER(_abi.SwState)()
+        model._call("sw_state_create", byref(desc), byref(pointer))
+        self._adopt(pointer)
+        self.n_vertices = model.n_vertices
+
+    def clone(self):
+        """An independent copy: stepped alike, the same bits."""
+        pointer = POINTER(_abi.SwState)()
+        self._call("sw_state_clone", byref(pointer))
+        other = State.__new__(State)
+        other._adopt(pointer)
+        other.n_vertices = self.n_vertices
+        return other
+
+    # ------------------------------------------------------------------------------------------------------- inputs
+
+    def set_gravity(self, gravity):
+        """Acceleration (3), world axes."""
+        self._call("sw_state_set_gravity", _arrays.address(_arrays.numbers_in(gravity, "gravity", 3)))
+
+    def set_damping(self, ratio=0.0, mass=0.0, stiffness=0.0):
+        """Fraction of critical damping, one or (modes); Rayleigh's coefficients in 1/s and s."""
+        ratios = _arrays.numbers_in(ratio, "ratio")
+        desc = _library.initialised(_abi.SwDampingDesc)
+        desc.mass_coefficient, desc.stiffness_coefficient = mass, stiffness
+        desc.ratios, desc.n_ratios = _arrays.address(ratios), ratios.size
+        self._call("sw_state_set_damping", byref(desc))
+
+    def set_frame(self, origin=(0, 0, 0), rotation=None, teleport=False, motion=None):
+        """Where the support frame is at the end of the next step: world = origin + rotation local, rotation (3 x 3).
+
+        `motion` gives velocity, acceleration, angular velocity and angular acceleration (4 x 3) instead of differences.
+        """
+        desc = _library.initialised(_abi.SwFrameDesc)
+        _fill(desc.origin, origin, "origin")
+        if rotation is not None:
+            _fill(desc.rotation, rotation, "rotation")
+        desc.flags = _abi.SW_FRAME_TELEPORT if teleport else 0
+        if motion is not None:
+            desc.flags |= _abi.SW_FRAME_MOTION_GIVEN
+            fields = (desc.velocity, desc.acceleration, desc.angular_velocity, desc.angular_acceleration)
+            for target, values in zip(fields, _arrays.numbers_in(motion, "motion", 12).reshape(4, 3)):
+                target[:] = values.tolist()
+        self._call("sw_state_set_frame", byref(desc))
+
+    def set_forces(self, forces, vertices=None, one_step=False):
+        """Forces (n x 3), world axes, on `vertices` (n) or on all in order; None removes them."""
+        desc = _library.initialised(_abi.SwForceDesc)
+        forces, form, stride = _arrays.vectors_in(numpy.empty((0, 3)) if forces is None else forces, "forces")
+        if vertices is not None:
+            vertices = _arrays.indices_in(vertices, "vertices")
+            if len(vertices) != len(forces):
+                raise InvalidArgumentError(f"forces: {len(forces)} forces on {len(vertices)} vertices")
+        desc.flags = _abi.SW_FORCES_ONE_STEP if one_step else 0
+        desc.format, desc.count, desc.forces, desc.stride = form, len(forces), _arrays.address(forces), stride
+        desc.vertices = _arrays.address(vertices)
+        self._call("sw_state_set_forces", byref(desc))
+
+    def set_wind(self, velocity=(0, 0, 0), density=0.0, normal_drag=0.0, tangential_drag=0.0, local_velocities=None):
+        """Air that drags at the triangles: SwWindDesc. A density of 0 is no wind."""
+        desc = _library.initialised(_abi.SwWindDesc)
+        _fill(desc.velocity, velocity, "velocity")
+        desc.density, desc.normal_drag, desc.tangential_drag = density, normal_drag, tangential_drag
+        if local_velocities is not None:
+            local, desc.local_format, desc.local_stride = _arrays.vectors_in(local_velocities, "local_velocities")
+            if len(local) != self.n_vertices:
+                raise InvalidArgumentError(f"local_velocities: {len(local)} rows, the mesh has {self.n_vertices} vertices")
+            desc.local_velocities = _arrays.address(local)
+        self._call("sw_state_set_wind", byref(desc))
+
+    def set_constraint(self, number, kind, vertex, position=None, rotation=None, axes="xyz", compliance=0.0):
+        """Adds, moves or replaces the handle `number`: holds a vertex's "position" (3) or "orientation" (3 x 3), in the world."""
+        desc = _library.initialised(_abi.SwConstraintDesc)
+        desc.id, desc.kind, desc.vertex = uint32(number, "number"), choice(KINDS, kind, "kind"), uint32(vertex, "vertex")
+        desc.axes = sum(choice(AXES, axis, "axes") for axis in set(axes))
+        desc.compliance = compliance
+        if not axes:
+            raise InvalidArgumentError("axes: none, expected some of 'xyz'")
+        if (position is None) == (kind == "position") or (kind == "position" and rotation is not None):
+            raise InvalidArgumentError("a position constraint takes a position, an orientation constraint a rotation")
+        if position is not None:
+            _fill(desc.position, position, "position")
+        if rotation is not None:
+            _fill(desc.rotation, rotation, "rotation")
+        self._call("sw_state_set_constraint", byref(desc))
+
+    def clear_constraint(self, number=None):
+        """Lets one go, or all."""
+        self._call("sw_state_clear_constraint", _abi.SW_ALL_CONSTRAINTS if number is None else uint32(number, "number"))
+
+    def set_amplitudes(self, amplitudes, velocities=None):
+        """Modal amplitudes and their rates (modes), rates 0 by default."""
+        amplitudes = _arrays.numbers_in(amplitudes, "amplitudes")
+        velocities = numpy.zeros_like(amplitudes) if velocities is None else velocities
+        velocities = _arrays.numbers_in(velocities, "velocities", amplitudes.size)
+        self._call("sw_state_set_amplitudes", _arrays.address(amplitudes), _arrays.address(velocities), amplitudes.size)
+
+    # --------------------------------------------------------------------------------------------------------- time
+
+    def step(self, seconds):
+        """Advances by `seconds` > 0. Releases the global lock."""
+        self._call("sw_state_step", seconds)
+
+    def reset(self):
+        """Back to rest and time 0."""
+        self._call("sw_state_reset")
+
+    def equilibrium(self):
+        """Moves to the static solution under the present loads: {"iterations", "residual"}."""
+        report = _library.initialised(_abi.SwEquilibriumReport)
+        self._call("sw_state_equilibrium", byref(report))
+        return as_dict(report)
+
+    def save(self):
+        """The dynamic state as bytes, under a kilobyte at 50 modes. Loads, damping and constraints are inputs, not in it."""
+        size = c_uint64()
+        self._call("sw_state_save", None, 0, byref(size))
+        data = create_string_buffer(size.value)
+        self._call("sw_state_save", data, size.value, byref(size))
+        return data.raw[:size.value]
+
+    def load(self, data):
+        """Restores what save gave, on a model of the same inputs; the run goes on with the same bits."""
+        data = bytes(data)
+        self._call("sw_state_load", data, len(data))
+
+    # ------------------------------------------------------------------------------------------------------ results
+
+    def _read(self, name, columns, out, space, dtype):
+        out, form, stride = _arrays.vectors_out(out, (self.n_vertices, columns), dtype, name)
+        self._call(f"sw_state_{name}", choice(SPACES, space, "space"), form, _arrays.address(out), stride, self.n_vertices)
+        return out
+
+    def positions(self, out=None, space="world", dtype=numpy.float32):
+        """Deformed positions (n_vertices x 3), written into `out` if given."""
+        return self._read("positions", 3, out, space, dtype)
+
+    def normals(self, out=None, space="world", dtype=numpy.float32):
+        """Unit normals (n_vertices x 3)."""
+        return self._read("normals", 3, out, space, dtype)
+
+    def rotations(self, out=None, space="world", dtype=numpy.float32):
+        """Rotation of each vertex from rest, unit quaternions w x y z (n_vertices x 4)."""
+        return self._read("rotations", 4, out, space, dtype)
+
+    def amplitudes(self):
+        """Modal amplitudes and their rates, two arrays (modes)."""
+        count = c_uint32()
+        self._call("sw_state_amplitudes", None, None, 0, byref(count))
+        q, rates = numpy.empty(count.value), numpy.empty(count.value)
+        self._call("sw_state_amplitudes", _arrays.address(q), _arrays.address(rates), count.value, byref(count))
+        return q, rates
+
+    def report(self):
+        """Energies, and how far the shell is bent: SwStateReport as a dict."""
+        report = _library.initialised(_abi.SwStateReport)
+        self._call("sw_state_report", byref(report))
+        return as_dict(report)
+
+    def constraint_report(self):
+        """What the last step made of each handle: a list of dicts as SwConstraintReport, by ascending id."""
+        count = c_uint32()
+        self._call("sw_state_constraint_report", None, 0, byref(count))
+        found = (_abi.SwConstraintReport * max(count.value, 1))()
+        self._call("sw_state_constraint_report", found, count.value, byref(count))
+        return [as_dict(item) for item in found[:count.value]]

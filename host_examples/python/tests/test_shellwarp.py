@@ -1,0 +1,345 @@
+"""Claims about the Python package, on the README's strip of card."""
+
+import ctypes
+import gc
+import os
+import pickle
+import subprocess
+import sys
+import threading
+import unittest
+import weakref
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from multiprocessing import get_context
+from pathlib import Path
+
+import numpy
+import strip
+
+import shellwarp as sw
+
+
+def model(**changes):
+    made = sw.Model(strip.shell(**changes))
+    made.precompute()
+    return made
+
+
+def swinging(made):
+    state = made.state()
+    state.set_gravity(strip.GRAVITY)
+    return state
+
+
+def run(made, frames, state=None):
+    state = state or swinging(made)
+    for _ in range(frames):
+        state.step(1 / 30)
+    return state
+
+
+def run_elsewhere(shell, saved, frames):
+    """A farm's worker: all it is given was pickled."""
+    made = sw.Model(shell)
+    made.precompute()
+    state = swinging(made)
+    state.load(saved)
+    return run(made, frames, state).positions()
+
+
+class Arrays(unittest.TestCase):
+    def test_strided_and_packed_positions_make_the_same_model(self):
+        maya = numpy.ones((124, 4))
+        maya[:, :3] = strip.positions(numpy.float64)
+        packed = run(model(positions=strip.positions(numpy.float64)), 20).positions()
+        for name, given in [("view of four columns", maya[:, :3]), ("Fortran order", numpy.asfortranarray(maya[:, :3])),
+                            ("backwards", numpy.ascontiguousarray(maya[::-1, :3])[::-1]), ("list", maya[:, :3].tolist()),
+                            ("read-only", numpy.frombuffer(maya[:, :3].tobytes()).reshape(-1, 3))]:
+            with self.subTest(name):
+                self.assertTrue(numpy.array_equal(run(model(positions=given), 20).positions(), packed))
+
+    def test_strided_input_is_not_copied(self):
+        from shellwarp._arrays import vectors_in
+        maya = numpy.ones((124, 4))
+        array, _, stride = vectors_in(maya[:, :3], "positions")
+        self.assertTrue(numpy.shares_memory(array, maya))
+        self.assertEqual(stride, 32)
+
+    def test_a_broadcast_array_is_copied_since_its_stride_of_zero_would_mean_packed(self):
+        state = swinging(model())
+        state.set_forces(numpy.broadcast_to([0.0, 1e-3, 0.0], (124, 3)))
+        other = swinging(model())
+        other.set_forces(numpy.tile([0.0, 1e-3, 0.0], (124, 1)))
+        self.assertTrue(numpy.array_equal(run(None, 5, state).positions(), run(None, 5, other).positions()))
+
+    def test_results_are_written_where_they_are_wanted(self):
+        state = run(model(), 10)
+        houdini, maya = numpy.empty((124, 3), numpy.float32), numpy.full((124, 4), 7.0)
+        self.assertIs(state.positions(houdini), houdini)
+        state.positions(maya[:, :3])
+        # float32 holds the same number rounded once
+        self.assertTrue(numpy.array_equal(maya[:, :3].astype(numpy.float32), houdini))
+        self.assertTrue((maya[:, 3] == 7.0).all())
+
+    def test_arrays_that_cannot_take_results_are_refused(self):
+        state = run(model(), 1)
+        frozen = numpy.empty((124, 3))
+        frozen.flags.writeable = False
+        for bad in (numpy.empty((123, 3)), numpy.empty((124, 3), int), numpy.empty((3, 124)).T, frozen,
+                    numpy.empty((124, 3))[::-1], numpy.empty((124, 3), ">f4"), [[0.0] * 3] * 124):
+            with self.assertRaises(sw.InvalidArgumentError):
+                state.positions(bad)
+
+    def test_indices_that_c_would_wrap_are_refused(self):
+        for bad in ([-1], [2**32], [0.5], [[1, 2]]):
+            with self.assertRaises(sw.InvalidArgumentError):
+                sw.Model(strip.shell(fixed=bad))
+        state = model().state()
+        for number in (-1, 2**32, "1"):
+            with self.assertRaises(sw.InvalidArgumentError):
+                state.set_constraint(number, "position", 5, position=[0, 0, 0])
+        with self.assertRaises(sw.InvalidArgumentError):
+            model().precompute(modes=2**32 + 1)
+
+    def test_shapes_are_checked(self):
+        with self.assertRaisesRegex(sw.InvalidArgumentError, r"positions: shape \(124, 2\)"):
+            sw.Model(strip.shell(positions=strip.positions()[:, :2]))
+        state = model().state()
+        with self.assertRaisesRegex(sw.InvalidArgumentError, "gravity: 2 numbers, expected 3"):
+            state.set_gravity([0, 1])
+        with self.assertRaisesRegex(sw.InvalidArgumentError, "1 forces on 2 vertices"):
+            state.set_forces([[0, 0, 1]], [3, 4])
+
+
+class Errors(unittest.TestCase):
+    def test_they_carry_the_librarys_message_and_survive_pickling(self):
+        with self.assertRaises(sw.InvalidMeshError) as caught:
+            sw.Model(sw.Shell([[0, 0, 0], [1, 0, 0], [2, 0, 0]], [[0, 1, 2]]))
+        self.assertRegex(str(caught.exception), "triangle 0")
+        self.assertEqual(caught.exception.status, sw.abi.SW_ERROR_INVALID_MESH)
+        copy = pickle.loads(pickle.dumps(caught.exception))
+        self.assertEqual((type(copy), str(copy), copy.status),
+                         (sw.InvalidMeshError, str(caught.exception), caught.exception.status))
+
+    def test_every_status_has_a_class(self):
+        from shellwarp.errors import CLASSES
+        codes = {value for name, value in vars(sw.abi).items() if name.startswith("SW_ERROR_")}
+        self.assertEqual(codes - set(CLASSES), {sw.abi.SW_ERROR_INVALID_DESC, sw.abi.SW_ERROR_BUFFER_SIZE},
+                         "those two cannot come about through this package")
+
+    def test_check_mesh_lists_what_is_wrong(self):
+        found = sw.check_mesh([[0, 0, 0], [1, 0, 0], [2, 0, 0], [0, 1, 0]], [[0, 1, 2], [0, 1, 7]])
+        self.assertEqual({d.kind for d in found if d.is_error},
+                         {sw.abi.SW_DIAGNOSTIC_INDEX_OUT_OF_RANGE, sw.abi.SW_DIAGNOSTIC_ZERO_AREA})
+        self.assertEqual(sw.check_mesh(strip.positions(), strip.triangles()), [])
+
+    def test_a_missing_library_is_named(self):
+        code = "import shellwarp as sw\ntry: sw.version()\nexcept sw.LibraryNotFoundError as e: print(e)"
+        shown = subprocess.run([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True, check=True,
+                               env={**os.environ, "SHELLWARP_LIBRARY": "/none/libshellwarp.so.0"}).stdout
+        self.assertIn("/none/libshellwarp.so.0", shown)
+
+
+class Callbacks(unittest.TestCase):
+    def test_progress_names_its_phases(self):
+        heard = []
+        sw.Model(strip.shell()).precompute(progress=lambda phase, fraction: heard.append((phase, fraction)))
+        self.assertIn("modes", {phase for phase, _ in heard})
+        self.assertTrue(all(0 <= fraction <= 1 for _, fraction in heard))
+
+    def test_returning_false_cancels_and_leaves_the_model_as_it_was(self):
+        made = sw.Model(strip.shell())
+        with self.assertRaises(sw.CancelledError):
+            made.precompute(progress=lambda phase, fraction: False)
+        self.assertEqual(made.info()["precomputed"], 0)
+        made.precompute()
+        self.assertEqual(made.info()["modes"], 16)
+
+    def test_what_a_callback_raises_comes_out_of_precompute(self):
+        for kind in (ZeroDivisionError, KeyboardInterrupt, SystemExit):
+            def progress(phase, fraction, kind=kind):
+                raise kind("from the callback")
+            made = sw.Model(strip.shell())
+            with self.assertRaises(kind):
+                made.precompute(progress=progress)
+            self.assertEqual(made.info()["precomputed"], 0)
+
+    def test_a_model_cannot_be_used_or_closed_from_its_own_progress(self):
+        made, seen = sw.Model(strip.shell()), []
+
+        def progress(phase, fraction):
+            for misuse in (made.info, made.close, made.precompute):
+                try:
+                    misuse()
+                except sw.BusyError as error:
+                    seen.append(error)
+        made.precompute(progress=progress)
+        self.assertGreaterEqual(len(seen), 3)
+        self.assertEqual(made.info()["modes"], 16)
+
+
+class Lifetime(unittest.TestCase):
+    def test_states_live_on_without_their_model(self):
+        expected = run(model(), 10).positions()
+        made = model()
+        state = swinging(made)
+        made.close()
+        self.assertTrue(numpy.array_equal(run(None, 10, state).positions(), expected))
+        with self.assertRaisesRegex(sw.InvalidArgumentError, "Model is closed"):
+            made.info()
+
+    def test_closing_twice_does_nothing_and_with_closes(self):
+        with model() as made, made.state() as state:
+            state.close()
+            state.close()
+        self.assertTrue(made.closed and state.closed)
+
+    def test_dropping_the_last_reference_frees(self):
+        made = model()
+        cell, gone = made._cell, weakref.ref(made)
+        del made
+        gc.collect()
+        self.assertIsNone(gone())
+        self.assertEqual(cell, [])
+
+    @unittest.skipUnless(Path("/proc/self/statm").exists(), "needs /proc")
+    def test_many_models_and_states_do_not_grow_the_process(self):
+        def cycle():
+            with model() as made:
+                made.info()
+                for _ in range(4):
+                    state = run(made, 2)
+                    state.set_constraint(1, "position", 120, position=[0.3, 0, -0.01])
+                    copy = state.clone()
+                    copy.load(state.save())
+                    copy.positions()
+                with self.assertRaises(sw.CancelledError):
+                    sw.Model(strip.shell()).precompute(progress=lambda *_: False)
+
+        def resident():
+            gc.collect()
+            return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
+
+        with model() as made:
+            size = made.info()["bytes_model"]
+        for _ in range(30):  # the allocator's pools fill
+            cycle()
+        before = resident()
+        for _ in range(200):
+            cycle()
+        # One leaked model a cycle would be 200 of them; the allocator's own noise is a few pages.
+        self.assertLess(resident() - before, 200 * size / 4)
+
+
+class Running(unittest.TestCase):
+    def test_a_saved_state_goes_on_with_the_same_bits(self):
+        made = model()
+        state = run(made, 7)
+        saved = state.save()
+        self.assertIsInstance(saved, bytes)
+        expected = run(made, 5, state).positions()
+        other = swinging(made)
+        other.load(saved)
+        self.assertTrue(numpy.array_equal(run(made, 5, other).positions(), expected))
+        with self.assertRaises(sw.InvalidDataError):
+            other.load(saved[:-1])
+
+    def test_pickled_inputs_give_the_same_bits_in_another_process(self):
+        made, shell = model(), strip.shell()
+        state = run(made, 7)
+        saved = state.save()
+        with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
+            elsewhere = pool.submit(run_elsewhere, shell, saved, 5).result(timeout=60)
+        self.assertTrue(numpy.array_equal(run(made, 5, state).positions(), elsewhere))
+        with self.assertRaisesRegex(TypeError, "State.save"):
+            pickle.dumps(state)
+
+    def test_states_on_threads_move_as_alone(self):
+        made = model()
+        expected = run(made, 50).positions()
+        with ThreadPoolExecutor(4) as pool:
+            for state in pool.map(lambda _: run(made, 50), range(8)):
+                self.assertTrue(numpy.array_equal(state.positions(), expected))
+
+    def test_a_handle_is_met_and_let_go(self):
+        state = swinging(model())
+        state.set_damping(ratio=0.2)
+        tip = strip.positions()[120] + [-0.02, 0, 0.05]
+        state.set_constraint(3, "position", 120, position=tip)
+        run(None, 30, state)
+        report, = state.constraint_report()
+        self.assertEqual((report["id"], report["met"]), (3, 1))
+        # met means to a millionth of the model's size, 0.3
+        self.assertLess(numpy.abs(state.positions(dtype=numpy.float64)[120] - tip).max(), 1e-6)
+        state.clear_constraint(3)
+        self.assertEqual(state.constraint_report(), [])
+
+    def test_the_frame_carries_the_shell(self):
+        made = model()
+        state = made.state()
+        turn = numpy.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]])
+        state.set_frame([1, 2, 3], turn)
+        expected = strip.positions(numpy.float64) @ turn.T + [1, 2, 3]
+        # float32 of numbers up to 3.3
+        self.assertLess(numpy.abs(state.positions(dtype=numpy.float64) - expected).max(), 1e-6)
+        frame = state.positions(space="frame")
+        self.assertLess(numpy.abs(frame - strip.positions()).max(), 1e-7)
+
+    def test_every_input_and_reader_goes_through(self):
+        made = model()
+        self.assertEqual(made.mode_shape(3).shape, (124, 3))
+        self.assertEqual(made.mode_shape(3, "rotation", dtype=numpy.float32).dtype, numpy.float32)
+        self.assertTrue((numpy.diff(made.frequencies()) >= 0).all())
+        state = made.state("lma", "exact")
+        state.set_wind([3, 0, 1], density=1.2, normal_drag=1.5, tangential_drag=0.05,
+                       local_velocities=numpy.zeros((124, 3), numpy.float32))
+        state.set_forces([[0, 0, 1e-3]], [123], one_step=True)
+        state.set_damping(ratio=[0.1] * 16, mass=0.5, stiffness=1e-4)
+        state.set_frame(motion=[[0, 0, 0]] * 4)
+        run(None, 5, state)
+        self.assertEqual(state.normals().shape, (124, 3))
+        self.assertEqual(state.rotations(space="frame").shape, (124, 4))
+        self.assertGreater(state.report()["max_displacement"], 0)
+        q, rates = state.amplitudes()
+        state.reset()
+        self.assertEqual(state.report()["max_displacement"], 0)
+        state.set_amplitudes(q, rates)
+        self.assertTrue(numpy.array_equal(state.amplitudes()[0], q))
+        state = swinging(made)
+        self.assertLess(state.equilibrium()["residual"], 1e-6)
+
+    def test_every_method_steps(self):
+        from shellwarp.state import METHODS
+        made = model()
+        for method in METHODS:
+            # 1e-6 s is within the explicit shell's stable step here
+            made.state(method).step(1e-6)
+
+    def test_every_constant_of_a_choice_has_a_word(self):
+        from shellwarp import model as models, state as states
+        for prefix, table in [("SW_METHOD_", states.METHODS), ("SW_INTEGRATOR_", states.INTEGRATORS), ("SW_AXIS_", states.AXES),
+                              ("SW_SPACE_", states.SPACES), ("SW_CONSTRAINT_", states.KINDS), ("SW_SHAPE_", models.SHAPES),
+                              ("SW_PRECISION_", models.PRECISIONS)]:
+            values = {value for name, value in vars(sw.abi).items() if name.startswith(prefix)}
+            self.assertEqual(values, set(table.values()), prefix)
+
+    def test_log_messages_arrive_and_a_receiver_that_raises_harms_nothing(self):
+        turned = strip.triangles()
+        turned[5] = turned[5][::-1]
+        heard = []
+        sw.set_log(lambda level, message: heard.append((level, message)))
+        sw.Model(strip.shell(triangles=turned))
+        self.assertIn("warning", {level for level, _ in heard})
+        unraisable, hook = [], sys.unraisablehook
+        sys.unraisablehook = lambda info: unraisable.append(info.exc_type)
+        try:
+            sw.set_log(lambda level, message: 1 / 0)
+            sw.Model(strip.shell(triangles=turned))
+        finally:
+            sys.unraisablehook = hook
+            sw.set_log(None)
+        self.assertIn(ZeroDivisionError, unraisable)
+
+
+if __name__ == "__main__":
+    unittest.main()

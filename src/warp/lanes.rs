@@ -1,0 +1,140 @@
+//! Arithmetic on a group of vertices at once, a lane for each: `N` registers of the instruction set `S`.
+
+use crate::real::Real;
+use pulp::Simd;
+use std::marker::PhantomData;
+
+/// One number for each vertex of the group.
+pub type Group<T, S, const N: usize> = [<T as Real>::Register<S>; N];
+
+/// A 3-vector for each vertex of the group.
+pub type Vectors<T, S, const N: usize> = [Group<T, S, N>; 3];
+
+/// The operations.
+#[derive(Clone, Copy)]
+pub struct Lanes<T, S, const N: usize> {
+    simd: S,
+    of: PhantomData<T>,
+}
+
+impl<T: Real, S: Simd, const N: usize> Lanes<T, S, N> {
+    /// On an instruction set that is known to be there.
+    #[inline(always)]
+    pub fn new(simd: S) -> Self {
+        Self { simd, of: PhantomData }
+    }
+
+    /// Vertices in a group.
+    #[inline(always)]
+    pub fn width(self) -> usize {
+        N * size_of::<T::Register<S>>() / size_of::<T>()
+    }
+
+    /// The same number for every vertex.
+    #[inline(always)]
+    pub fn splat(self, x: f64) -> Group<T, S, N> {
+        [T::splat(self.simd, T::of(x)); N]
+    }
+
+    /// a + b.
+    #[inline(always)]
+    pub fn add(self, mut a: Group<T, S, N>, b: Group<T, S, N>) -> Group<T, S, N> {
+        for n in 0..N {
+            a[n] = T::sum(self.simd, a[n], b[n]);
+        }
+        a
+    }
+
+    /// a − b.
+    #[inline(always)]
+    pub fn sub(self, mut a: Group<T, S, N>, b: Group<T, S, N>) -> Group<T, S, N> {
+        for n in 0..N {
+            a[n] = T::difference(self.simd, a[n], b[n]);
+        }
+        a
+    }
+
+    /// a b.
+    #[inline(always)]
+    pub fn mul(self, mut a: Group<T, S, N>, b: Group<T, S, N>) -> Group<T, S, N> {
+        for n in 0..N {
+            a[n] = T::product(self.simd, a[n], b[n]);
+        }
+        a
+    }
+
+    /// a b + c.
+    #[inline(always)]
+    pub fn mul_add(self, a: Group<T, S, N>, b: Group<T, S, N>, mut c: Group<T, S, N>) -> Group<T, S, N> {
+        for n in 0..N {
+            c[n] = T::mul_add(self.simd, a[n], b[n], c[n]);
+        }
+        c
+    }
+
+    /// √a.
+    #[inline(always)]
+    pub fn sqrt(self, mut a: Group<T, S, N>) -> Group<T, S, N> {
+        for n in 0..N {
+            a[n] = T::sqrt(self.simd, a[n]);
+        }
+        a
+    }
+
+    /// The largest number.
+    #[inline(always)]
+    pub fn largest(self, a: Group<T, S, N>) -> f64 {
+        let mut largest = 0.0f64;
+        for n in 0..N {
+            largest = largest.max(T::largest(self.simd, a[n]).to_f64());
+        }
+        largest
+    }
+
+    /// a·b.
+    #[inline(always)]
+    pub fn dot(self, a: &Vectors<T, S, N>, b: &Vectors<T, S, N>) -> Group<T, S, N> {
+        self.mul_add(a[0], b[0], self.mul_add(a[1], b[1], self.mul(a[2], b[2])))
+    }
+
+    /// a × b.
+    #[inline(always)]
+    pub fn cross(self, a: &Vectors<T, S, N>, b: &Vectors<T, S, N>) -> Vectors<T, S, N> {
+        let of = |c: usize, d: usize| self.sub(self.mul(a[c], b[d]), self.mul(a[d], b[c]));
+        [of(1, 2), of(2, 0), of(0, 1)]
+    }
+
+    /// a v + b.
+    #[inline(always)]
+    pub fn scale_add(self, a: Group<T, S, N>, v: &Vectors<T, S, N>, b: &Vectors<T, S, N>) -> Vectors<T, S, N> {
+        [self.mul_add(a, v[0], b[0]), self.mul_add(a, v[1], b[1]), self.mul_add(a, v[2], b[2])]
+    }
+
+    /// a + b.
+    #[inline(always)]
+    pub fn add_vectors(self, a: &Vectors<T, S, N>, b: &Vectors<T, S, N>) -> Vectors<T, S, N> {
+        [self.add(a[0], b[0]), self.add(a[1], b[1]), self.add(a[2], b[2])]
+    }
+
+    /// a v.
+    #[inline(always)]
+    pub fn scale(self, a: Group<T, S, N>, v: &Vectors<T, S, N>) -> Vectors<T, S, N> {
+        [self.mul(a, v[0]), self.mul(a, v[1]), self.mul(a, v[2])]
+    }
+
+    /// The group's numbers in a line of a block, from register `at` on.
+    #[inline(always)]
+    pub fn load(self, line: &[T], at: usize) -> Group<T, S, N> {
+        let registers = T::registers::<S>(line);
+        let mut group = [registers[at]; N];
+        group.copy_from_slice(&registers[at..at + N]);
+        group
+    }
+
+    /// As [`Lanes::load`], the other way.
+    #[inline(always)]
+    pub fn store(self, group: Group<T, S, N>, line: &mut [T], at: usize) {
+        let registers = T::registers_mut::<S>(line);
+        registers[at..at + N].copy_from_slice(&group);
+    }
+}

@@ -1,0 +1,772 @@
+// The glue of the host examples, without any host: building, frames, scrubbing, sub-frames, poses, messages.
+#include "blend.hpp"
+#include "shell_runner.hpp"
+#include "test_support.h"
+
+#include <algorithm>
+#include <array>
+#include <clocale>
+#include <functional>
+#include <locale>
+#include <random>
+#include <string>
+#include <vector>
+
+namespace {
+
+using host::HostError;
+using host::Pose;
+using host::Request;
+using host::ShellRunner;
+using host::Vec3;
+
+constexpr double kTurn = 6.283185307179586;
+
+// The strip of the C tests, clamped at x = 0, at 24 frames a second, with gravity.
+Request strip_request() {
+  const Strip strip = make_strip();
+  Request request;
+  request.mesh.points.assign(strip.positions, strip.positions + 3 * STRIP_VERTICES);
+  request.mesh.triangles.assign(strip.triangles, strip.triangles + 3 * STRIP_TRIANGLES);
+  request.build.held.assign(strip.held, strip.held + STRIP_ROWS);
+  request.build.modes = 6;
+  request.inputs.gravity = {0, 0, -9.8};
+  return request;
+}
+
+Request at_frame(Request request, double frame) {
+  request.time = request.motion.start_time + frame / request.motion.frame_rate;
+  return request;
+}
+
+// The same with everything animated: the object shakes and turns, gravity swings, a handle leads the free end.
+Request lively_request(double frame) {
+  Request request = at_frame(strip_request(), frame);
+  const double phase = kTurn * frame / 17;
+  request.inputs.object =
+      host::pose_of_angles({0.3 * std::sin(phase), 0.1 * frame, 0}, {0, 20 * std::sin(phase), 3 * frame});
+  request.inputs.frame = request.inputs.object;
+  request.inputs.gravity[0] = std::sin(phase);
+  host::Handle handle;
+  handle.vertex = strip_vertex(STRIP_COLUMNS - 1, 1);
+  handle.compliance = 0.5;
+  handle.target = request.inputs.object;
+  handle.target.origin = host::apply(request.inputs.object, {3.6, 0, 0.8 * std::sin(phase)});
+  handle.orientation = true;
+  request.inputs.handles.push_back(handle);
+  return request;
+}
+
+std::string failure(const std::function<void()> &call) {
+  try {
+    call();
+  } catch (const std::exception &error) {
+    return error.what();
+  }
+  return "";
+}
+
+bool contains(const std::string &text, const char *part) { return text.find(part) != std::string::npos; }
+
+#define FAILS_WITH(call, part)                                               \
+  do {                                                                       \
+    const std::string text_ = failure([&] { call; });                        \
+    if (!contains(text_, part)) printf("   message: '%s'\n", text_.c_str()); \
+    CHECK(contains(text_, part));                                            \
+  } while (0)
+
+using Frames = std::vector<std::vector<double>>;
+
+Frames play(ShellRunner &runner, Request (*request)(double), int n_frames) {
+  Frames frames;
+  for (int k = 0; k <= n_frames; ++k) {
+    runner.evaluate(request(k));
+    frames.push_back(runner.deformed());
+  }
+  return frames;
+}
+
+double tip_height(const ShellRunner &runner) { return runner.deformed()[3 * strip_vertex(STRIP_COLUMNS - 1, 1) + 2]; }
+
+// -------------------------------------------------------------------------------------------------------------- frames
+
+void the_start_frame_is_the_rest_shape() {
+  ShellRunner runner;
+  runner.evaluate(at_frame(strip_request(), 10));
+  CHECK(runner.deformed() != runner.rest());
+  for (const double frame : {0.0, -5.0, -0.5}) {
+    runner.evaluate(at_frame(strip_request(), frame));
+    CHECK(runner.deformed() == runner.rest());
+  }
+}
+
+void playing_is_the_library_stepped_frame_by_frame() {
+  ShellRunner runner;
+  Request request = strip_request();
+  request.build.stiffness.by = host::Stiffness::By::material;
+  request.build.stiffness.stretch = 1e4;
+  const Strip strip = make_strip();
+  SwModel *model = strip_model(&strip);
+  precompute(model, 6, SW_PRECISION_F32);
+  SwState *state = new_state(model, SW_METHOD_WARP, SW_INTEGRATOR_EXACT);
+  SwDampingDesc damping;
+  sw_damping_desc_init(&damping);
+  damping.n_ratios = 1;
+  damping.ratios = &request.motion.damping_ratio;
+  OK(sw_state_set_damping(state, &damping));
+  const double gravity[3] = {0, 0, -0.1};
+  request.inputs.gravity = {0, 0, -0.1};
+  OK(sw_state_set_gravity(state, gravity));
+  std::vector<double> expected(3 * STRIP_VERTICES);
+  for (int k = 0; k <= 40; ++k) {
+    runner.evaluate(at_frame(request, k));
+    if (k) OK(sw_state_step(state, 1.0 / 24));
+    OK(sw_state_positions(state, SW_SPACE_FRAME, SW_FORMAT_F64, expected.data(), 0, STRIP_VERTICES));
+    CHECK(runner.deformed() == expected);
+  }
+  CHECK(tip_height(runner) < -0.01);
+  sw_state_destroy(state);
+  sw_model_destroy(model);
+}
+
+void every_frame_is_stepped_once_and_the_model_built_once() {
+  ShellRunner runner;
+  play(runner, lively_request, 30);
+  play(runner, lively_request, 30);
+  CHECK(runner.notes().steps == 30 && runner.notes().builds == 1);
+}
+
+void scrubbing_backwards_and_at_random_repeats_playing_bit_for_bit() {
+  ShellRunner runner;
+  const Frames played = play(runner, lively_request, 40);
+  CHECK(played[40] != played[39]);
+  std::mt19937 random(1);
+  for (int k = 0; k < 200; ++k) {
+    const int frame = static_cast<int>(random() % 41);
+    runner.evaluate(lively_request(frame));
+    CHECK(runner.deformed() == played[std::size_t(frame)] && !runner.notes().jumped);
+  }
+  for (int frame = 40; frame >= 0; --frame) {
+    runner.evaluate(lively_request(frame));
+    CHECK(runner.deformed() == played[std::size_t(frame)]);
+  }
+  CHECK(runner.notes().steps == 40);
+}
+
+void playing_on_after_scrubbing_is_as_if_one_had_not() {
+  ShellRunner straight, scrubbed;
+  const Frames played = play(straight, lively_request, 40);
+  play(scrubbed, lively_request, 20);
+  for (const double frame : {3.0, 17.0, 0.0, 9.0}) scrubbed.evaluate(lively_request(frame));
+  for (int k = 20; k <= 40; ++k) {
+    scrubbed.evaluate(lively_request(k));
+    CHECK(scrubbed.deformed() == played[std::size_t(k)]);
+  }
+}
+
+void a_frame_costs_less_than_a_kilobyte_at_50_modes() {
+  ShellRunner runner;
+  Request request = strip_request();
+  request.build.modes = 50;
+  for (int k = 0; k <= 20; ++k) runner.evaluate(at_frame(request, k));
+  CHECK(runner.cache().size() == 21);
+  CHECK(runner.cache().bytes_per_frame() >= 952 && runner.cache().bytes_per_frame() < 1024);
+}
+
+void sub_frames_advance_nothing() {
+  ShellRunner plain, blurred;
+  const Frames played = play(plain, lively_request, 20);
+  for (int k = 0; k <= 20; ++k) {
+    for (const double part : {-0.25, 0.0, 0.25, 0.5, 0.125}) {
+      blurred.evaluate(lively_request(k + part));
+      if (part == 0) CHECK(blurred.deformed() == played[std::size_t(k)]);
+    }
+  }
+  CHECK(blurred.notes().steps == 20);
+}
+
+void a_sub_frame_lies_on_the_way_to_the_next_frame() {
+  ShellRunner runner;
+  const Request request = strip_request();
+  const auto tip_at = [&](double frame) {
+    runner.evaluate(at_frame(request, frame));
+    return tip_height(runner);
+  };
+  const double before = tip_at(2), after = tip_at(3);
+  CHECK(after < before);
+  double last = before;
+  for (const double part : {0.25, 0.5, 0.75}) {
+    const double tip = tip_at(2 + part);
+    CHECK(tip < last && tip > after);
+    last = tip;
+  }
+  // The end of the shutter is the next frame: what is left is a ten-thousandth of the way at most.
+  CHECK_NEAR(tip_at(3 - 2e-4), after, 1e-3 * (before - after));
+}
+
+void a_time_within_rounding_of_a_frame_is_that_frame() {
+  ShellRunner runner;
+  Request request = strip_request();
+  request.motion.start_time = 1 / 24.0;
+  const double seven = 8 / 24.0;
+  for (int k = 0; k <= 7; ++k) runner.evaluate(at_frame(request, k));
+  const std::vector<double> expected = runner.deformed();
+  for (const double time :
+       {seven, std::nextafter(seven, 0.0), std::nextafter(seven, 1.0), seven + 1e-9, seven - 1e-9}) {
+    request.time = time;
+    runner.evaluate(request);
+    CHECK(runner.deformed() == expected);
+  }
+  CHECK(runner.notes().steps == 7);
+}
+
+void a_jump_over_still_frames_is_exact() {
+  ShellRunner played, jumped;
+  for (int k = 0; k <= 25; ++k) played.evaluate(at_frame(strip_request(), k));
+  jumped.evaluate(at_frame(strip_request(), 0));
+  jumped.evaluate(at_frame(strip_request(), 25));
+  CHECK(jumped.deformed() == played.deformed() && !jumped.notes().jumped);
+}
+
+// The frame is taken to have stood at its new place all along: no jolt, however far it went.
+void a_jump_with_a_moved_object_does_not_jolt_the_shell() {
+  ShellRunner still, jumped;
+  Request request = strip_request();
+  still.evaluate(at_frame(request, 0));
+  still.evaluate(at_frame(request, 15));
+  jumped.evaluate(at_frame(request, 0));
+  request.inputs.object.origin = request.inputs.frame.origin = {500, 0, 300};
+  jumped.evaluate(at_frame(request, 15));
+  CHECK_NEAR(tip_height(jumped), tip_height(still), 1e-9);  // rounding of coordinates of some hundreds
+}
+
+void a_jump_over_moving_frames_is_told_and_mended_by_playing() {
+  ShellRunner straight, jumped;
+  const Frames played = play(straight, lively_request, 30);
+  jumped.evaluate(lively_request(0));
+  jumped.evaluate(lively_request(25));
+  CHECK(jumped.notes().jumped && contains(jumped.notes().warning(), "play from the start frame"));
+  jumped.evaluate(lively_request(12.5));
+  jumped.evaluate(lively_request(12));
+  CHECK(jumped.notes().jumped);
+  const Frames again = play(jumped, lively_request, 30);
+  CHECK(again == played && !jumped.notes().jumped && !contains(jumped.notes().warning(), "play from"));
+}
+
+void opened_in_the_middle_it_is_told_and_mended_by_playing() {
+  ShellRunner straight, late;
+  const Frames played = play(straight, lively_request, 12);
+  late.evaluate(lively_request(10));
+  CHECK(late.notes().jumped);
+  CHECK(play(late, lively_request, 12) == played && !late.notes().jumped);
+}
+
+void a_changed_input_is_stepped_anew_from_there() {
+  ShellRunner runner;
+  Request request = strip_request();
+  for (int k = 0; k <= 10; ++k) runner.evaluate(at_frame(request, k));
+  const std::vector<double> before = runner.deformed();
+  request.inputs.gravity = {0, 0, 5};
+  runner.evaluate(at_frame(request, 10));
+  CHECK(runner.deformed() != before && runner.notes().steps == 11);
+  ShellRunner fresh;
+  for (int k = 0; k <= 10; ++k) fresh.evaluate(at_frame(request, k));
+  for (int k = 0; k <= 10; ++k) runner.evaluate(at_frame(request, k));
+  CHECK(runner.deformed() == fresh.deformed());
+}
+
+void the_run_is_refused_beyond_the_cache() {
+  ShellRunner runner;
+  FAILS_WITH(runner.evaluate(at_frame(strip_request(), 1e7)), "is the start frame right");
+  FAILS_WITH(runner.evaluate(at_frame(strip_request(), NAN)), "time is not finite");
+}
+
+// ------------------------------------------------------------------------------------------------------------ building
+
+void what_makes_the_model_builds_and_what_moves_it_does_not() {
+  const std::function<void(Request &)> builds[] = {
+      [](Request &r) { r.mesh.triangles.resize(r.mesh.triangles.size() - 3); },
+      [](Request &r) { r.build.held.pop_back(); },
+      [](Request &r) { r.build.clamped = false; },
+      [](Request &r) { r.build.modes = 5; },
+      [](Request &r) { r.build.double_precision = true; },
+      [](Request &r) { r.build.stiffness.thickness = 0.1; },
+      [](Request &r) { r.build.stiffness.by = host::Stiffness::By::material; },
+  };
+  const std::function<void(Request &)> moves[] = {
+      [](Request &r) { r.build.stiffness.frequency = 3; },
+      [](Request &r) { r.motion.method = host::Motion::Method::linear; },
+      [](Request &r) { r.motion.implicit_euler = true; },
+      [](Request &r) { r.motion.damping_ratio = 0.5; },
+      [](Request &r) { r.motion.drag = 1; },
+      [](Request &r) { r.inputs.gravity[1] = 1; },
+      [](Request &r) { r.mesh.points[30] += 0.01; },
+      [](Request &r) { r.build.stiffness.bend = 7; },
+  };
+  const auto builds_after = [](const std::function<void(Request &)> &change) {
+    ShellRunner runner;
+    Request request = strip_request();
+    runner.evaluate(at_frame(request, 3));
+    change(request);
+    runner.evaluate(at_frame(request, 4));
+    return runner.notes().builds;
+  };
+  for (const auto &change : builds) CHECK(builds_after(change) == 2);
+  for (const auto &change : moves) CHECK(builds_after(change) == 1);
+}
+
+void moved_points_are_a_new_rest_shape_at_the_start_frame() {
+  ShellRunner runner;
+  Request request = strip_request();
+  runner.evaluate(at_frame(request, 5));
+  for (double &x : request.mesh.points) x *= 2;
+  runner.evaluate(at_frame(request, 6));
+  CHECK(runner.rest() != request.mesh.points);
+  runner.evaluate(at_frame(request, 0));
+  CHECK(runner.rest() == request.mesh.points && runner.deformed() == request.mesh.points);
+}
+
+void changed_motion_runs_again_from_the_start() {
+  ShellRunner runner, fresh;
+  Request request = strip_request();
+  for (int k = 0; k <= 20; ++k) runner.evaluate(at_frame(request, k));
+  request.motion.damping_ratio = 0.3;
+  runner.evaluate(at_frame(request, 20));
+  for (int k = 0; k <= 20; ++k) fresh.evaluate(at_frame(request, k));
+  CHECK(runner.deformed() == fresh.deformed());
+}
+
+// The strip swings at the frequency asked for: it passes its resting place upwards and downwards once a period.
+void the_slowest_mode_swings_at_the_frequency_set() {
+  for (const double hertz : {0.5, 2.0}) {
+    ShellRunner runner;
+    Request request = strip_request();
+    request.build.stiffness.frequency = hertz;
+    request.build.modes = 1;  // a swing of one mode has one frequency
+    request.motion.damping_ratio = 0;
+    request.motion.frame_rate = 240;
+    // Small, so that the load hardly turns: a thousandth of the length.
+    request.inputs.gravity = {0, 0, -0.004 * hertz * hertz};
+    std::vector<double> lows;
+    double before = 0, last = 0;
+    for (int k = 0; k <= 240 * 3.2 / hertz; ++k) {
+      runner.evaluate(at_frame(request, k));
+      const double tip = tip_height(runner);
+      if (k > 1 && last < before && last <= tip) lows.push_back((k - 1) / 240.0);
+      before = last;
+      last = tip;
+    }
+    CHECK(lows.size() == 3);
+    // Each low is found to within a frame.
+    if (lows.size() == 3) CHECK_NEAR((lows[2] - lows[0]) / 2, 1 / hertz, 1 / 240.0);
+  }
+}
+
+// Under a steady load the shell rests where load and stiffness balance, which knows no clock; the clock that makes the
+// frequency must have changed the load's share with it: at twice the frequency the sag is a quarter.
+void the_sag_falls_with_the_square_of_the_frequency() {
+  const auto sag = [](double hertz) {
+    ShellRunner runner;
+    Request request = strip_request();
+    request.build.stiffness.frequency = hertz;
+    request.motion.damping_ratio = 1;
+    request.inputs.gravity = {0, 0, -0.1};
+    runner.evaluate(at_frame(request, 0));
+    runner.evaluate(at_frame(request, 240));
+    return tip_height(runner);
+  };
+  CHECK(sag(1) < -1e-3);
+  CHECK_NEAR(sag(1) / sag(2), 4, 0.01);  // at sags of a thousandth of the length the load's turning is of second order
+}
+
+// Drag takes exp(-drag t / 2) off a swing in the scene's seconds, whatever clock makes the frequency: from rest under a steady
+// load x = s (1 - exp(-drag t / 2) cos(2 pi f t)), with a relative error of (drag / 4 pi f)² = 0.002 in the phase.
+void drag_acts_in_the_scenes_seconds() {
+  for (const double hertz : {2.0, 4.0}) {
+    ShellRunner runner;
+    Request request = strip_request();
+    request.build.stiffness.frequency = hertz;
+    request.build.modes = 1;
+    request.motion.damping_ratio = 0;
+    request.motion.drag = 1;
+    request.motion.frame_rate = 60 * hertz;
+    request.inputs.gravity = {0, 0, -0.004 * hertz * hertz};  // a sag of less than a thousandth
+    const auto tip_after = [&](double periods) {
+      for (int k = 0; k <= 60 * periods; ++k) runner.evaluate(at_frame(request, k));
+      return tip_height(runner);
+    };
+    const double low = 1 + std::exp(-0.25 / hertz), high = 1 - std::exp(-0.5 / hertz);
+    CHECK_NEAR(tip_after(1) / tip_after(0.5), high / low, 0.01 * high / low);
+  }
+}
+
+void an_interrupt_stops_the_precompute_and_the_next_evaluation_builds() {
+  ShellRunner runner;
+  Request request = at_frame(strip_request(), 0);
+  int polls = 0;
+  request.interrupted = [&polls] { return ++polls >= 2; };
+  FAILS_WITH(runner.evaluate(request), "stopped by the user");
+  CHECK(polls == 2 && runner.deformed().empty() && runner.notes().builds == 0);
+  request.interrupted = [] { return false; };
+  runner.evaluate(request);
+  CHECK(runner.notes().builds == 1);
+}
+
+void an_interrupt_stops_a_long_jump_and_keeps_what_was_reached() {
+  ShellRunner runner;
+  runner.evaluate(at_frame(strip_request(), 0));
+  Request request = at_frame(strip_request(), 500);
+  int polls = 0;
+  request.interrupted = [&polls] { return ++polls > 100; };
+  FAILS_WITH(runner.evaluate(request), "stopped by the user");
+  CHECK(runner.notes().steps == 100 && runner.deformed() == runner.rest());
+  request.interrupted = nullptr;
+  runner.evaluate(request);
+  CHECK(runner.notes().steps == 500);
+}
+
+void a_host_that_throws_when_asked_is_an_interrupt() {
+  ShellRunner runner;
+  Request request = at_frame(strip_request(), 0);
+  request.interrupted = []() -> bool { throw std::runtime_error("host"); };
+  FAILS_WITH(runner.evaluate(request), "stopped by the user");
+}
+
+// -------------------------------------------------------------------------------------------------------------- poses
+
+void an_object_that_is_moved_about_shakes_its_shell() {
+  ShellRunner still, moved;
+  Request request = strip_request();
+  request.inputs.gravity = {};
+  for (int k = 0; k <= 10; ++k) {
+    request.inputs.object.origin = request.inputs.frame.origin = {0, 0, 0.02 * k * k};
+    moved.evaluate(at_frame(request, k));
+  }
+  CHECK(tip_height(moved) < -1e-3);  // it lags behind an object that accelerates upwards
+}
+
+// An upward acceleration of the frame is gravity downwards: 2 * 0.01 per frame², at 24 frames a second 11.52 per s².
+void a_steady_acceleration_is_felt_as_gravity() {
+  ShellRunner shaken, hanging;
+  Request request = strip_request(), plain = strip_request();
+  request.inputs.gravity = {};
+  plain.inputs.gravity = {0, 0, -2 * 1e-3 * 24 * 24};
+  request.motion.damping_ratio = plain.motion.damping_ratio = 1;
+  for (int k = 0; k <= 100; ++k) {
+    request.inputs.frame.origin = request.inputs.object.origin = {0, 0, 1e-3 * k * k};
+    shaken.evaluate(at_frame(request, k));
+    hanging.evaluate(at_frame(plain, k));
+  }
+  CHECK(tip_height(hanging) < -1e-2);
+  // The first step has no velocity before it and so another jolt; critically damped, it is forgotten over 8 periods.
+  CHECK_NEAR(tip_height(shaken), tip_height(hanging), 1e-6);
+}
+
+// An object drawn at ten times its size in the world looks ten times as large and moves alike under ten times the gravity.
+void an_even_scale_is_a_change_of_units() {
+  ShellRunner plain, scaled;
+  for (int k = 0; k <= 20; ++k) {
+    Request request = lively_request(k), large = request;
+    large.inputs.object.scale = large.inputs.frame.scale = 10;
+    for (double &x : large.inputs.object.origin) x *= 10;
+    large.inputs.frame.origin = large.inputs.object.origin;
+    for (double &x : large.inputs.gravity) x *= 10;
+    for (double &x : large.inputs.handles[0].target.origin) x *= 10;
+    // Position and orientation share one compliance here, but its unit differs; hard handles have none.
+    request.inputs.handles[0].compliance = large.inputs.handles[0].compliance = 0;
+    plain.evaluate(request);
+    scaled.evaluate(large);
+  }
+  double difference = 0;
+  for (std::size_t i = 0; i < plain.deformed().size(); ++i)
+    difference = std::max(difference, std::abs(plain.deformed()[i] - scaled.deformed()[i]));
+  CHECK(difference < 1e-5);  // rounding in a hard handle's iteration, met to a millionth of the size of 4
+}
+
+void a_scale_that_changes_is_refused() {
+  ShellRunner runner;
+  Request request = strip_request();
+  runner.evaluate(at_frame(request, 0));
+  request.inputs.object.scale = request.inputs.frame.scale = 1.1;
+  FAILS_WITH(runner.evaluate(at_frame(request, 1)), "size cannot be animated");
+  runner.evaluate(at_frame(request, 0));
+  runner.evaluate(at_frame(request, 1));
+}
+
+void a_matrix_becomes_a_pose_or_is_refused_by_name() {
+  const host::Matrix4 turned = {0, 2, 0, 0, -2, 0, 0, 0, 0, 0, 2, 0, 5, 6, 7, 1};
+  const Pose pose = host::pose_of(turned, "the frame", host::Scale::even);
+  CHECK_NEAR(pose.scale, 2, 1e-15);
+  const Vec3 x = host::apply(pose, {1, 0, 0});  // row vectors: (1 0 0 1) M
+  CHECK_NEAR(x[0], 5, 1e-15);
+  CHECK_NEAR(x[1], 8, 1e-15);
+  CHECK_NEAR(x[2], 7, 1e-15);
+
+  const auto even = [](host::Matrix4 m) { host::pose_of(m, "the frame", host::Scale::even); };
+  FAILS_WITH(even({1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 2, 0, 0, 0, 0, 1}), "the frame is scaled unevenly (1, 1, 2)");
+  FAILS_WITH(even({1, 0, 0, 0, 0.6, 0.8, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}), "the frame is sheared (by 0.6)");
+  FAILS_WITH(even({-1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}), "the frame is mirrored");
+  FAILS_WITH(even({0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}), "an axis of length 0");
+  FAILS_WITH(even({NAN, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}), "not finite");
+  const Pose ignored =
+      host::pose_of({1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 2, 0, 4, 0, 0, 1}, "a target", host::Scale::ignored);
+  CHECK(ignored.scale == 1 && ignored.origin[0] == 4 && ignored.rotation[8] == 1);
+}
+
+void angles_and_quaternions_agree() {
+  const Pose quarter = host::pose_of_angles({}, {90, 0, 90});  // y to z, then nothing; x to y
+  const Vec3 x = host::apply(quarter, {1, 0, 0}), y = host::apply(quarter, {0, 1, 0});
+  CHECK_NEAR(x[1], 1, 1e-15);
+  CHECK_NEAR(y[2], 1, 1e-15);
+  const double s = std::sqrt(0.5);
+  const host::Matrix3 q = host::rotation_of_quaternion({0, 0, s, s});
+  const Pose about_z = host::pose_of_angles({}, {0, 0, 90});
+  for (std::size_t k = 0; k < 9; ++k) CHECK_NEAR(q[k], about_z.rotation[k], 1e-15);
+  FAILS_WITH(host::rotation_of_quaternion({0, 0, 0, 0}), "has length 0");
+}
+
+void an_inverse_pose_takes_back() {
+  Pose pose = host::pose_of_angles({1, 2, 3}, {10, 20, 30});
+  pose.scale = 2.5;
+  const Vec3 x = {0.3, -4, 2}, back = host::apply(host::inverse(pose), host::apply(pose, x));
+  const Vec3 same = host::apply(host::product(host::inverse(pose), pose), x);
+  for (std::size_t k = 0; k < 3; ++k) {
+    CHECK_NEAR(back[k], x[k], 1e-14);
+    CHECK_NEAR(same[k], x[k], 1e-14);
+  }
+}
+
+// ------------------------------------------------------------------------------------------------------------ handles
+
+void a_handle_is_met_in_the_world_wherever_the_object_stands() {
+  ShellRunner runner;
+  for (int k = 0; k <= 12; ++k) {
+    Request request = lively_request(k);
+    request.inputs.handles[0].compliance = 0;
+    request.inputs.handles[0].orientation = false;
+    const double rise = 0.05 * k;
+    const Vec3 target = {4 - 0.15 * rise * rise, 0, rise};  // about where the tip goes when the strip keeps its length
+    request.inputs.handles[0].target = {};
+    request.inputs.handles[0].target.origin = host::apply(request.inputs.object, target);
+    runner.evaluate(request);
+    if (!k) continue;
+    const double *x = &runner.deformed()[3 * request.inputs.handles[0].vertex];
+    for (std::size_t i = 0; i < 3; ++i)
+      CHECK_NEAR(x[i], target[i], 2e-5);  // a millionth of the size of 4, basis in floats
+  }
+  CHECK(runner.notes().handles_missed == 0);
+}
+
+void a_handle_is_seen_where_the_object_is_and_not_where_its_frame_is() {
+  ShellRunner runner;
+  Request request = strip_request();
+  request.inputs.object = host::pose_of_angles({1, 2, 3}, {0, 0, 90});
+  request.inputs.frame = host::pose_of_angles({-7, 0, 0}, {45, 0, 0});
+  host::Handle handle;
+  handle.vertex = strip_vertex(STRIP_COLUMNS - 1, 1);
+  handle.target.origin = host::apply(request.inputs.object, {3.9, 0, 0.4});
+  request.inputs.handles.push_back(handle);
+  runner.evaluate(at_frame(request, 0));
+  runner.evaluate(at_frame(request, 1));
+  CHECK_NEAR(tip_height(runner), 0.4, 2e-5);  // as above
+}
+
+// A soft handle is a spring of stiffness 1 / compliance against the shell's: at twice the frequency the shell is four times as
+// stiff, and a quarter of the compliance gives the same shape.
+void compliance_is_in_the_scenes_units() {
+  const auto held = [](double hertz, double compliance, double scale) {
+    ShellRunner runner;
+    Request request = strip_request();
+    request.build.stiffness.frequency = hertz;
+    request.motion.frame_rate =
+        24 * hertz;  // a constraint's force is constant over a step: alike in the shell's own time
+    request.build.double_precision = true;
+    request.inputs.gravity = {};
+    request.inputs.object.scale = request.inputs.frame.scale = scale;
+    request.motion.damping_ratio = 1;
+    host::Handle handle;
+    handle.vertex = strip_vertex(STRIP_COLUMNS - 1, 1);
+    handle.compliance = compliance;
+    handle.target.origin = {4 * scale, 0, 0.4 * scale};
+    request.inputs.handles.push_back(handle);
+    for (int k = 0; k <= 240; ++k) runner.evaluate(at_frame(request, k));
+    return tip_height(runner);
+  };
+  // Length per force at the tip of a shell that swings at 1 Hz: a quarter of its mass of 0.8 on a spring of (2 pi)², about.
+  const double own = 1 / (0.2 * kTurn * kTurn);
+  CHECK_NEAR(held(1, own, 1), 0.2, 0.05);
+  CHECK_NEAR(held(2, own / 4, 1), held(1, own, 1), 1e-6);  // the end of the iteration
+  CHECK_NEAR(held(1, own, 10), held(1, own, 1), 1e-6);     // the density is of the mesh's own unit
+}
+
+void a_handle_let_go_leaves_no_trace_of_a_hold() {
+  ShellRunner runner;
+  Request request = strip_request();
+  host::Handle handle;
+  handle.vertex = strip_vertex(STRIP_COLUMNS - 1, 1);
+  handle.target.origin = {3.9, 0, 0.5};
+  request.inputs.handles.push_back(handle);
+  for (int k = 0; k <= 5; ++k) runner.evaluate(at_frame(request, k));
+  request.inputs.handles.clear();
+  for (int k = 6; k <= 20; ++k) runner.evaluate(at_frame(request, k));
+  CHECK(tip_height(runner) < 0.3 && runner.notes().handles_missed == 0);
+}
+
+void a_handle_out_of_reach_is_told_again_when_scrubbed_to() {
+  ShellRunner runner;
+  Request request = strip_request();
+  host::Handle handle;
+  handle.vertex = request.build.held[0];  // the support holds it where it is
+  handle.target.origin = {1, 1, 1};
+  request.inputs.handles.push_back(handle);
+  for (const double frame : {0.0, 1.0, 2.0, 1.0}) runner.evaluate(at_frame(request, frame));
+  CHECK(runner.notes().handles_missed == 1 && contains(runner.notes().warning(), "1 of the handles"));
+}
+
+void a_handle_on_no_vertex_is_refused_by_number() {
+  ShellRunner runner;
+  Request request = at_frame(strip_request(), 0);
+  request.inputs.handles.resize(2);
+  request.inputs.handles[1].vertex = 5000;
+  FAILS_WITH(runner.evaluate(request), "handle 1 holds vertex 5000, but there are 123");
+}
+
+// ----------------------------------------------------------------------------------------------------------- messages
+
+void values_out_of_range_are_refused_by_name() {
+  ShellRunner runner;
+  const auto with = [&](const std::function<void(Request &)> &change) {
+    Request request = at_frame(strip_request(), 0);
+    change(request);
+    runner.evaluate(request);
+  };
+  FAILS_WITH(with([](Request &r) { r.mesh.triangles.clear(); }), "there is no surface");
+  FAILS_WITH(with([](Request &r) { r.build.modes = 0; }), "number of modes is 0");
+  FAILS_WITH(with([](Request &r) { r.build.stiffness.frequency = 0; }), "frequency is 0");
+  FAILS_WITH(with([](Request &r) { r.build.stiffness.thickness = -1; }), "thickness is -1");
+  FAILS_WITH(with([](Request &r) { r.motion.damping_ratio = -0.5; }), "damping ratio is -0.5");
+  FAILS_WITH(with([](Request &r) { r.motion.drag = NAN; }), "drag is nan");
+  FAILS_WITH(with([](Request &r) { r.motion.frame_rate = 0; }), "frame rate is 0");
+  FAILS_WITH(with([](Request &r) { r.mesh.triangles[5] = 999; }), "triangle 1 names vertex 999, but there are 123");
+  FAILS_WITH(with([](Request &r) { r.build.held.push_back(12345); }), "12345");
+  FAILS_WITH(with([](Request &r) { r.build.held.clear(), r.build.modes = 6; }), "none of the modes swings");
+}
+
+void after_an_error_the_next_good_evaluation_goes_on() {
+  ShellRunner runner, straight;
+  const Frames played = play(straight, lively_request, 8);
+  play(runner, lively_request, 5);
+  Request bad = lively_request(6);
+  bad.mesh.triangles[5] = 999;
+  FAILS_WITH(runner.evaluate(bad), "999");
+  CHECK(runner.deformed() == played[5]);
+  for (int k = 6; k <= 8; ++k) {
+    runner.evaluate(lively_request(k));
+    CHECK(runner.deformed() == played[std::size_t(k)]);
+  }
+  CHECK(runner.notes().builds == 1);
+}
+
+void a_shell_beyond_its_range_and_one_that_floats_are_told() {
+  ShellRunner runner;
+  Request request = strip_request();
+  host::Handle handle;  // turns the free end by a third of a circle
+  handle.vertex = strip_vertex(STRIP_COLUMNS - 1, 1);
+  handle.position = false;
+  handle.orientation = true;
+  handle.target = host::pose_of_angles({}, {0, 120, 0});
+  request.inputs.handles.push_back(handle);
+  for (int k = 0; k <= 3; ++k) runner.evaluate(at_frame(request, k));
+  CHECK(!runner.notes().in_range && contains(runner.notes().warning(), "% of it beyond the quarter turn"));
+  request.inputs.handles.clear();
+  request.build.held.clear();
+  request.build.modes = 8;
+  request.inputs.gravity = {};
+  runner.evaluate(at_frame(request, 0));
+  CHECK(contains(runner.notes().warning(), "nothing holds the shell"));
+}
+
+struct CommaPoint : std::numpunct<char> {
+  char do_decimal_point() const override { return ','; }
+  char do_thousands_sep() const override { return '.'; }
+  std::string do_grouping() const override { return "\3"; }
+};
+
+void a_host_with_a_decimal_comma_changes_neither_numbers_nor_messages() {
+  ShellRunner plain, foreign;
+  const Frames played = play(plain, lively_request, 10);
+  const std::locale before = std::locale::global(std::locale(std::locale::classic(), new CommaPoint));
+  for (const char *name : {"de_DE.UTF-8", "de_DE", "German_Germany"})
+    if (std::setlocale(LC_ALL, name)) break;  // the C library's too, where the machine has one
+  const bool same = play(foreign, lively_request, 10) == played;
+  const std::string text = host::number(12345.5), whole = host::number(uint64_t(1234567));
+  const std::string refusal = failure([] {
+    Request request = at_frame(strip_request(), 0);
+    request.motion.damping_ratio = -0.5;
+    ShellRunner().evaluate(request);
+  });
+  std::locale::global(before);
+  std::setlocale(LC_ALL, "C");
+  CHECK(same && text == "12345.5" && whole == "1234567" && contains(refusal, "-0.5;"));
+}
+
+// -------------------------------------------------------------------------------------------------------------- blend
+
+void envelope_and_weights_take_their_share_of_the_displacement() {
+  const double rest[3] = {1, 2, 3}, deformed[3] = {2, 0, 3}, in[3] = {1, 2, 4};
+  double out[3];
+  host::blend_point(out, in, rest, deformed, 0.25);
+  CHECK(out[0] == 1.25 && out[1] == 1.5 && out[2] == 4);
+  host::blend_point(out, in, rest, deformed, 0);
+  CHECK(out[0] == in[0] && out[1] == in[1] && out[2] == in[2]);
+  host::blend_point(out, rest, rest, deformed, 1);
+  CHECK(out[0] == 2 && out[1] == 0 && out[2] == 3);
+}
+
+}  // namespace
+
+int main() {
+  RUN(the_start_frame_is_the_rest_shape);
+  RUN(playing_is_the_library_stepped_frame_by_frame);
+  RUN(every_frame_is_stepped_once_and_the_model_built_once);
+  RUN(scrubbing_backwards_and_at_random_repeats_playing_bit_for_bit);
+  RUN(playing_on_after_scrubbing_is_as_if_one_had_not);
+  RUN(a_frame_costs_less_than_a_kilobyte_at_50_modes);
+  RUN(sub_frames_advance_nothing);
+  RUN(a_sub_frame_lies_on_the_way_to_the_next_frame);
+  RUN(a_time_within_rounding_of_a_frame_is_that_frame);
+  RUN(a_jump_over_still_frames_is_exact);
+  RUN(a_jump_with_a_moved_object_does_not_jolt_the_shell);
+  RUN(a_jump_over_moving_frames_is_told_and_mended_by_playing);
+  RUN(opened_in_the_middle_it_is_told_and_mended_by_playing);
+  RUN(a_changed_input_is_stepped_anew_from_there);
+  RUN(the_run_is_refused_beyond_the_cache);
+  RUN(what_makes_the_model_builds_and_what_moves_it_does_not);
+  RUN(moved_points_are_a_new_rest_shape_at_the_start_frame);
+  RUN(changed_motion_runs_again_from_the_start);
+  RUN(the_slowest_mode_swings_at_the_frequency_set);
+  RUN(the_sag_falls_with_the_square_of_the_frequency);
+  RUN(drag_acts_in_the_scenes_seconds);
+  RUN(an_interrupt_stops_the_precompute_and_the_next_evaluation_builds);
+  RUN(an_interrupt_stops_a_long_jump_and_keeps_what_was_reached);
+  RUN(a_host_that_throws_when_asked_is_an_interrupt);
+  RUN(an_object_that_is_moved_about_shakes_its_shell);
+  RUN(a_steady_acceleration_is_felt_as_gravity);
+  RUN(an_even_scale_is_a_change_of_units);
+  RUN(a_scale_that_changes_is_refused);
+  RUN(a_matrix_becomes_a_pose_or_is_refused_by_name);
+  RUN(angles_and_quaternions_agree);
+  RUN(an_inverse_pose_takes_back);
+  RUN(a_handle_is_met_in_the_world_wherever_the_object_stands);
+  RUN(a_handle_is_seen_where_the_object_is_and_not_where_its_frame_is);
+  RUN(compliance_is_in_the_scenes_units);
+  RUN(a_handle_let_go_leaves_no_trace_of_a_hold);
+  RUN(a_handle_out_of_reach_is_told_again_when_scrubbed_to);
+  RUN(a_handle_on_no_vertex_is_refused_by_number);
+  RUN(values_out_of_range_are_refused_by_name);
+  RUN(after_an_error_the_next_good_evaluation_goes_on);
+  RUN(a_shell_beyond_its_range_and_one_that_floats_are_told);
+  RUN(a_host_with_a_decimal_comma_changes_neither_numbers_nor_messages);
+  RUN(envelope_and_weights_take_their_share_of_the_displacement);
+  return report_failures();
+}

@@ -1,0 +1,97 @@
+// Stands for the header that Houdini's generator writes from the dialog script in SOP_ShellWarp.cpp: an accessor for each
+// parameter, "get" and the name with a capital. Menus come as enumerations there; the SOP casts them to int either way. That the
+// names and types here are the script's is checked when a node is cooked.
+#pragma once
+
+#include "fake_houdini.hpp"
+
+#include <stdexcept>
+
+class SOP_ShellWarpParms : public SOP_NodeParms {
+public:
+  fpreal getTime() const { return time_; }
+  fpreal getStartframe() const { return startframe_; }
+  fpreal getFramerate() const { return framerate_; }
+  UT_Vector3D getGravity() const { return gravity_; }
+  int64_t getStiffnessfrom() const { return stiffnessfrom_; }
+  fpreal getFrequency() const { return frequency_; }
+  fpreal getThickness() const { return thickness_; }
+  fpreal getBend() const { return bend_; }
+  fpreal getStretch() const { return stretch_; }
+  fpreal getDensity() const { return density_; }
+  fpreal getDampingratio() const { return dampingratio_; }
+  fpreal getDrag() const { return drag_; }
+  int64_t getModes() const { return modes_; }
+  bool getDoubleprecision() const { return doubleprecision_; }
+  int64_t getMethod() const { return method_; }
+  int64_t getIntegrator() const { return integrator_; }
+  int64_t getSupportkind() const { return supportkind_; }
+  const UT_StringHolder &getSupportgroup() const { return supportgroup_; }
+  const UT_StringHolder &getSupportattrib() const { return supportattrib_; }
+  UT_Vector3D getFramet() const { return framet_; }
+  UT_Vector3D getFramer() const { return framer_; }
+  fpreal getEnvelope() const { return envelope_; }
+  const UT_StringHolder &getWeightattrib() const { return weightattrib_; }
+
+  void fake_load(const std::map<std::string, fake::Parm> &values) override {
+    time_ = at(values, "time", "float").numbers[0];
+    startframe_ = at(values, "startframe", "float").numbers[0];
+    framerate_ = at(values, "framerate", "float").numbers[0];
+    gravity_ = vector(at(values, "gravity", "vector"));
+    stiffnessfrom_ = static_cast<int64_t>(at(values, "stiffnessfrom", "ordinal").numbers[0]);
+    frequency_ = at(values, "frequency", "float").numbers[0];
+    thickness_ = at(values, "thickness", "float").numbers[0];
+    bend_ = at(values, "bend", "float").numbers[0];
+    stretch_ = at(values, "stretch", "float").numbers[0];
+    density_ = at(values, "density", "float").numbers[0];
+    dampingratio_ = at(values, "dampingratio", "float").numbers[0];
+    drag_ = at(values, "drag", "float").numbers[0];
+    modes_ = static_cast<int64_t>(at(values, "modes", "integer").numbers[0]);
+    doubleprecision_ = at(values, "doubleprecision", "toggle").numbers[0] != 0;
+    method_ = static_cast<int64_t>(at(values, "method", "ordinal").numbers[0]);
+    integrator_ = static_cast<int64_t>(at(values, "integrator", "ordinal").numbers[0]);
+    supportkind_ = static_cast<int64_t>(at(values, "supportkind", "ordinal").numbers[0]);
+    supportgroup_ = at(values, "supportgroup", "string").text.c_str();
+    supportattrib_ = at(values, "supportattrib", "string").text.c_str();
+    framet_ = vector(at(values, "framet", "vector"));
+    framer_ = vector(at(values, "framer", "vector"));
+    envelope_ = at(values, "envelope", "float").numbers[0];
+    weightattrib_ = at(values, "weightattrib", "string").text.c_str();
+  }
+
+private:
+  static const fake::Parm &at(const std::map<std::string, fake::Parm> &values, const char *name, const char *type) {
+    const auto found = values.find(name);
+    if (found == values.end() || found->second.type != type)
+      throw std::runtime_error(std::string("no such parameter: ") + name);
+    found->second.read = true;
+    return found->second;
+  }
+  static UT_Vector3D vector(const fake::Parm &parm) {
+    return UT_Vector3D(parm.numbers.at(0), parm.numbers.at(1), parm.numbers.at(2));
+  }
+
+  fpreal time_ = 0;
+  fpreal startframe_ = 0;
+  fpreal framerate_ = 0;
+  UT_Vector3D gravity_;
+  int64_t stiffnessfrom_ = 0;
+  fpreal frequency_ = 0;
+  fpreal thickness_ = 0;
+  fpreal bend_ = 0;
+  fpreal stretch_ = 0;
+  fpreal density_ = 0;
+  fpreal dampingratio_ = 0;
+  fpreal drag_ = 0;
+  int64_t modes_ = 0;
+  bool doubleprecision_ = false;
+  int64_t method_ = 0;
+  int64_t integrator_ = 0;
+  int64_t supportkind_ = 0;
+  UT_StringHolder supportgroup_;
+  UT_StringHolder supportattrib_;
+  UT_Vector3D framet_;
+  UT_Vector3D framer_;
+  fpreal envelope_ = 0;
+  UT_StringHolder weightattrib_;
+};

@@ -1,0 +1,419 @@
+// A stand-in for the part of the Houdini Development Kit that SOP_ShellWarp uses, to cook the node where there is no Houdini.
+//
+// Declarations follow the HDK's headers as published with public plug-ins' sources: SOP_NodeVerb, SOP_Node, PRM_TemplateBuilder,
+// UT_AutoInterrupt, GA_Primitive and GEO_Detail of Houdini 16; and SideFX's sample SOP_Star of 2021 (Houdini 19) for the shape of
+// a verb, the embedded dialog script and the names of accessors; read declaration by declaration, not compiled against. GA_Handle,
+// GA_Iterator, findPointGroup and containsOffset are as plug-ins for Houdini 16 to 20 call them. Only what the SOP uses is
+// declared; everything below "private:" and in namespace fake is ours. As in Houdini, points are reached by offsets, which are
+// not their indices: here an offset is 2 index + 3.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <set>
+#include <string>
+#include <vector>
+
+typedef int64_t exint;
+typedef double fpreal;
+typedef exint GA_Offset;
+typedef exint GA_Index;
+typedef exint GA_Size;
+
+class GU_Detail;
+class OP_Network;
+class OP_Node;
+class OP_Operator;
+class OP_OperatorTable;
+class OP_Context;
+class PRM_Template;
+class SOP_Node;
+class SOP_NodeVerb;
+class UT_SourceLocation;
+
+namespace fake {
+struct Geometry;
+struct Parm;
+struct Cook;
+}  // namespace fake
+
+// -------------------------------------------------------------------------------------------------------------- values
+
+class UT_StringHolder {
+public:
+  UT_StringHolder() = default;
+  UT_StringHolder(const char *text) : text_(text) {}
+  const char *c_str() const { return text_.c_str(); }
+  bool isstring() const { return !text_.empty(); }
+
+private:
+  std::string text_;
+};
+typedef UT_StringHolder UT_StringRef;
+
+template <class T>
+class UT_Vector3T {
+public:
+  UT_Vector3T() = default;
+  UT_Vector3T(T vx, T vy, T vz) : v{vx, vy, vz} {}
+  T x() const { return v[0]; }
+  T y() const { return v[1]; }
+  T z() const { return v[2]; }
+
+private:
+  T v[3] = {};
+};
+typedef UT_Vector3T<float> UT_Vector3;
+typedef UT_Vector3T<double> UT_Vector3D;
+
+class UT_Quaternion {
+public:
+  UT_Quaternion() = default;
+  UT_Quaternion(float qx, float qy, float qz, float qw) : v{qx, qy, qz, qw} {}
+  float x() const { return v[0]; }
+  float y() const { return v[1]; }
+  float z() const { return v[2]; }
+  float w() const { return v[3]; }
+
+private:
+  float v[4] = {0, 0, 0, 1};
+};
+
+class UT_AutoInterrupt {
+public:
+  UT_AutoInterrupt(const char *operation_name);
+  ~UT_AutoInterrupt();
+  bool wasInterrupted();
+};
+
+// ------------------------------------------------------------------------------------------------------------ geometry
+
+enum GA_AttributeOwner { GA_ATTRIB_VERTEX, GA_ATTRIB_POINT, GA_ATTRIB_PRIMITIVE, GA_ATTRIB_GLOBAL };
+enum { GEO_PRIMPOLY = 1, GEO_PRIMSPHERE = 2 };
+
+class GA_PrimitiveTypeId {
+public:
+  explicit GA_PrimitiveTypeId(int id) : id_(id) {}
+  int get() const { return id_; }
+
+private:
+  int id_;
+};
+
+class GA_Range {
+public:
+  explicit GA_Range(std::vector<GA_Offset> offsets) : offsets_(std::move(offsets)) {}
+
+private:
+  friend class GA_Iterator;
+  std::vector<GA_Offset> offsets_;
+};
+
+class GA_Iterator {
+public:
+  explicit GA_Iterator(const GA_Range &range) : offsets_(range.offsets_) {}
+  bool atEnd() const { return at_ == offsets_.size(); }
+  GA_Iterator &operator++() {
+    ++at_;
+    return *this;
+  }
+  GA_Offset operator*() const { return offsets_.at(at_); }
+
+private:
+  std::vector<GA_Offset> offsets_;
+  std::size_t at_ = 0;
+};
+
+class GA_Attribute {
+public:
+  void bumpDataId() { ++bumps; }
+  int bumps = 0;
+};
+
+class GA_PointGroup {
+public:
+  bool containsOffset(GA_Offset offset) const { return offsets.count(offset) > 0; }
+  std::set<GA_Offset> offsets;
+};
+
+class GA_Primitive {
+public:
+  virtual ~GA_Primitive();
+  GA_PrimitiveTypeId getTypeId() const { return GA_PrimitiveTypeId(type); }
+  GA_Size getVertexCount() const { return static_cast<GA_Size>(points.size()); }
+  GA_Index getPointIndex(GA_Size i) const { return points.at(static_cast<std::size_t>(i)); }
+
+  int type = GEO_PRIMPOLY;
+  std::vector<GA_Index> points;
+};
+
+class GEO_PrimPoly : public GA_Primitive {
+public:
+  bool isClosed() const { return closed; }
+  bool closed = true;
+};
+
+class GU_Detail {
+public:
+  GU_Detail();
+  ~GU_Detail();
+  GU_Detail(const GU_Detail &);
+  GU_Detail &operator=(const GU_Detail &);
+
+  GA_Size getNumPoints() const;
+  GA_Range getPointRange() const;
+  GA_Range getPrimitiveRange() const;
+  GA_Index pointIndex(GA_Offset offset) const;
+  GA_Index primitiveIndex(GA_Offset offset) const;
+  const GA_Primitive *getPrimitive(GA_Offset offset) const;
+  UT_Vector3 getPos3(GA_Offset offset) const;
+  void setPos3(GA_Offset offset, const UT_Vector3 &position);
+  GA_Attribute *getP();
+  const GA_PointGroup *findPointGroup(const UT_StringRef &name) const;
+
+  fake::Geometry &fake_geometry() { return *geometry_; }
+  const fake::Geometry &fake_geometry() const { return *geometry_; }
+
+private:
+  std::unique_ptr<fake::Geometry> geometry_;
+};
+typedef GU_Detail GA_Detail;
+
+namespace fake {
+// What a test fills in and looks at. Attributes of points: as many numbers for each as the attribute is wide.
+struct Geometry {
+  std::vector<UT_Vector3> points;
+  std::vector<GEO_PrimPoly> primitives;
+  std::map<std::string, std::vector<double>> attributes;
+  std::map<std::string, GA_PointGroup> groups;
+  GA_Attribute position;
+
+  static GA_Offset offset(GA_Index index) { return 2 * index + 3; }
+  void group(const std::string &name, const std::vector<int> &members);
+  const double *find(const std::string &name, GA_Offset offset, std::size_t width) const;
+};
+}  // namespace fake
+
+template <class T>
+class GA_ROHandleT {
+public:
+  GA_ROHandleT() = default;
+  GA_ROHandleT(const GA_Detail *gdp, GA_AttributeOwner owner, const UT_StringRef &name)
+      : detail_(owner == GA_ATTRIB_POINT && gdp->fake_geometry().attributes.count(name.c_str()) ? gdp : nullptr),
+        name_(name.c_str()) {}
+  bool isValid() const { return detail_ != nullptr; }
+  T get(GA_Offset offset) const;
+
+private:
+  const GU_Detail *detail_ = nullptr;
+  std::string name_;
+};
+typedef GA_ROHandleT<float> GA_ROHandleF;
+typedef GA_ROHandleT<int> GA_ROHandleI;
+typedef GA_ROHandleT<UT_Quaternion> GA_ROHandleQ;
+
+class GU_DetailHandle {
+public:
+  explicit GU_DetailHandle(GU_Detail *detail) : detail_(detail) {}
+  GU_Detail *gdpNC() const { return detail_; }
+
+private:
+  GU_Detail *detail_;
+};
+
+// ---------------------------------------------------------------------------------------------------------- parameters
+
+class PRM_TemplateBuilder {
+public:
+  PRM_TemplateBuilder(const UT_StringHolder &name, const char *dstext);
+  ~PRM_TemplateBuilder();
+  PRM_Template *templates() { return template_.get(); }
+
+private:
+  std::unique_ptr<PRM_Template> template_;
+};
+
+// --------------------------------------------------------------------------------------------------------------- nodes
+
+enum OP_ERROR { UT_ERROR_NONE, UT_ERROR_MESSAGE, UT_ERROR_WARNING, UT_ERROR_ABORT };
+typedef OP_ERROR UT_ErrorSeverity;
+enum { SOP_MESSAGE = 1 };
+
+class OP_Context {
+public:
+  explicit OP_Context(fpreal time) : time_(time) {}
+  fpreal getTime() const { return time_; }
+
+private:
+  fpreal time_;
+};
+
+class CH_LocalVariable;
+typedef OP_Node *(*OP_Constructor)(OP_Network *, const char *, OP_Operator *);
+
+class OP_Operator {
+public:
+  OP_Operator(const char *name, const char *english, OP_Constructor construct, PRM_Template *templates,
+              unsigned min_sources, unsigned max_sources = 1, CH_LocalVariable *variables = 0, unsigned flags = 0);
+  OP_Operator(const UT_StringHolder &name, const char *english, OP_Constructor construct, PRM_Template *templates,
+              unsigned min_sources, unsigned max_sources = 1, CH_LocalVariable *variables = 0, unsigned flags = 0)
+      : OP_Operator(name.c_str(), english, construct, templates, min_sources, max_sources, variables, flags) {}
+  std::string name;
+  OP_Constructor construct;
+  PRM_Template *templates;
+  unsigned min_sources, max_sources;
+};
+
+class OP_OperatorTable {
+public:
+  bool addOperator(OP_Operator *op) {
+    operators.emplace_back(op);
+    return true;
+  }
+  std::vector<std::unique_ptr<OP_Operator>> operators;
+};
+
+class OP_Node {
+public:
+  virtual ~OP_Node();
+};
+
+class SOP_NodeCache {
+public:
+  virtual ~SOP_NodeCache();
+};
+
+class SOP_NodeParms {
+public:
+  virtual ~SOP_NodeParms();
+  // In Houdini the generated class reads its node; here, the evaluated values by name.
+  virtual void fake_load(const std::map<std::string, fake::Parm> &values) = 0;
+};
+
+namespace fake {
+struct Parm {
+  std::string type;
+  std::vector<std::string> defaults;
+  std::vector<double> numbers;
+  std::string text;
+  mutable bool read = false;
+};
+}  // namespace fake
+
+class SOP_NodeVerb {
+public:
+  virtual ~SOP_NodeVerb();
+
+  template <typename T>
+  class Register {
+  public:
+    Register() : verb_(new T()) {}
+    ~Register() { delete verb_; }
+    const T *get() const { return verb_; }
+
+  private:
+    T *verb_;
+  };
+
+  enum CookMode { COOK_INPLACE, COOK_DUPLICATE, COOK_GENERATOR, COOK_INSTANCE, COOK_GENERIC, COOK_PASSTHROUGH };
+
+  class CookParms {
+  public:
+    CookParms(fake::Cook &cook) : cook_(cook) {}
+    GU_DetailHandle &gdh() const;
+    const GU_Detail *inputGeo(exint idx) const;
+    template <typename T>
+    const T &parms() const {
+      return dynamic_cast<const T &>(any_parms());
+    }
+    SOP_NodeCache *cache() const;
+    UT_ErrorSeverity sopAddWarning(int code, const char *msg = 0, const UT_SourceLocation *loc = 0) const;
+    UT_ErrorSeverity sopAddError(int code, const char *msg = 0, const UT_SourceLocation *loc = 0) const;
+
+  private:
+    const SOP_NodeParms &any_parms() const;
+    fake::Cook &cook_;
+  };
+
+  virtual SOP_NodeCache *allocCache() const { return new SOP_NodeCache; }
+  virtual SOP_NodeParms *allocParms() const = 0;
+  virtual UT_StringHolder name() const = 0;
+  virtual CookMode cookMode(const SOP_NodeParms *parms) const = 0;
+  virtual void cook(const CookParms &cookparms) const = 0;
+};
+
+class SOP_Flags {
+public:
+  void setManagesDataIDs(bool managed) { manages = managed; }
+  bool manages = false;
+};
+
+class SOP_Node : public OP_Node {
+public:
+  SOP_Node(OP_Network *parent, const char *name, OP_Operator *entry);
+  ~SOP_Node() override;
+  virtual const SOP_NodeVerb *cookVerb() const { return nullptr; }
+  virtual const char *inputLabel(unsigned index) const { return index ? "" : "Input"; }
+
+  fake::Cook &fake_cook() { return *cook_; }
+  OP_ERROR fake_run(OP_Context &context) { return cookMySop(context); }
+
+protected:
+  virtual OP_ERROR cookMySop(OP_Context &context) = 0;
+  OP_ERROR cookMyselfAsVerb(OP_Context &context);
+  SOP_Flags mySopFlags;
+
+private:
+  friend struct fake::Cook;
+  std::unique_ptr<fake::Cook> cook_;
+};
+
+extern "C" {
+__attribute__((visibility("default"))) extern void newSopOperator(OP_OperatorTable *table);
+}
+
+// ------------------------------------------------------------------------------------------------------- a tiny network
+
+namespace fake {
+
+// Everything about one node: what goes in, what the last cook left.
+struct Cook {
+  std::map<std::string, Parm> parms;  // by name; numbers are set by the test, or evaluated from the defaults
+  std::set<std::string> set_by_hand;
+  double frames_per_second = 24;
+  const GU_Detail *inputs[2] = {nullptr, nullptr};
+  GU_Detail output;
+  GU_DetailHandle handle{&output};
+  std::unique_ptr<SOP_NodeCache> cache;
+  std::unique_ptr<SOP_NodeParms> values;
+  std::vector<std::string> errors, warnings;
+  bool keep_cache = true;
+
+  void set(const std::string &parm, std::vector<double> numbers);
+  void set_text(const std::string &parm, const std::string &text);
+  void evaluate(double time);
+};
+
+struct Interrupts {
+  int polls = 0, at = 0, open = 0;  // at: the poll at which the user presses Esc; 0 = never
+};
+Interrupts &interrupts();
+
+// Loads a plug-in as Houdini does and makes nodes of its one operator.
+class Plugin {
+public:
+  explicit Plugin(const std::string &path);
+  ~Plugin();
+  Plugin(const Plugin &) = delete;
+  Plugin &operator=(const Plugin &) = delete;
+  std::unique_ptr<SOP_Node> create() const;
+  const OP_Operator &op() const { return *table_.operators.at(0); }
+
+private:
+  void *library_ = nullptr;
+  OP_OperatorTable table_;
+};
+
+}  // namespace fake

@@ -1,0 +1,410 @@
+// SOP_ShellWarp, loaded and cooked as Houdini would, in the stand-in of tests/hosts/houdini. Arguments: the plug-in,
+// docs/houdini.md. A third argument is a folder: the first scene of docs/houdini.md is written there as OBJ files, for its picture.
+#include "fake_houdini.hpp"
+#include "test_support.h"
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <functional>
+#include <iterator>
+#include <memory>
+#include <random>
+#include <string>
+#include <vector>
+
+namespace {
+
+using Points = std::vector<UT_Vector3>;
+
+constexpr int kTip = (STRIP_COLUMNS - 1) * STRIP_ROWS + 1;
+const fake::Plugin *plugin = nullptr;
+
+bool contains(const std::string &text, const char *part) { return text.find(part) != std::string::npos; }
+
+// What is not a number is the same as itself here.
+bool same(float a, float b) { return a == b || (std::isnan(a) && std::isnan(b)); }
+bool same(const Points &a, const Points &b) {
+  return a.size() == b.size() &&
+         std::equal(a.begin(), a.end(), b.begin(), [](const UT_Vector3 &p, const UT_Vector3 &q) {
+           return same(p.x(), q.x()) && same(p.y(), q.y()) && same(p.z(), q.z());
+         });
+}
+
+void add_polygon(fake::Geometry &geometry, std::vector<GA_Index> points) {
+  geometry.primitives.emplace_back();
+  geometry.primitives.back().points = std::move(points);
+}
+
+// The strip of the C tests, lying in the plane of x and z, its first column in the group "held".
+GU_Detail strip_detail() {
+  const Strip strip = make_strip();
+  GU_Detail detail;
+  fake::Geometry &geometry = detail.fake_geometry();
+  for (int i = 0; i < STRIP_VERTICES; ++i)
+    geometry.points.emplace_back(float(strip.positions[3 * i]), 0.0f, float(-strip.positions[3 * i + 1]));
+  for (int t = 0; t < STRIP_TRIANGLES; ++t)
+    add_polygon(geometry, {strip.triangles[3 * t], strip.triangles[3 * t + 1], strip.triangles[3 * t + 2]});
+  geometry.group("held", {0, 1, 2});
+  return detail;
+}
+
+struct Scene {
+  std::unique_ptr<SOP_Node> node = plugin->create();
+  GU_Detail mesh = strip_detail(), handles;
+  fake::Cook &cook = node->fake_cook();
+
+  Scene() {
+    fake::interrupts() = {};
+    cook.inputs[0] = &mesh;
+    cook.set_text("supportgroup", "held");
+    cook.set("modes", {6});
+  }
+  fake::Geometry &geometry() { return mesh.fake_geometry(); }
+  const Points &at(double frame) {
+    OP_Context context((frame - 1) / cook.frames_per_second);
+    node->fake_run(context);
+    return cook.output.fake_geometry().points;
+  }
+  Points play(int last) {
+    for (int frame = 1; frame < last; ++frame) at(frame);
+    return at(last);
+  }
+  // A second input with one point.
+  void lead(double vertex, const UT_Vector3 &target) {
+    fake::Geometry &points = handles.fake_geometry();
+    points.points = {target};
+    points.attributes["shellpoint"] = {vertex};
+    cook.inputs[1] = &handles;
+  }
+  double tip() { return cook.output.fake_geometry().points[kTip].y(); }
+};
+
+// ---------------------------------------------------------------------------------------------------------------- time
+
+void the_operator_takes_a_mesh_and_perhaps_handles() {
+  CHECK(plugin->op().name == "shellwarp" && plugin->op().min_sources == 1 && plugin->op().max_sources == 2);
+  CHECK(std::string(plugin->create()->inputLabel(1)) == "Points that hold or lead them");
+}
+
+void the_documentation_names_every_parameter(const char *page) {
+  std::ifstream file(page);
+  const std::string text((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
+  const std::unique_ptr<SOP_Node> node = plugin->create();
+  for (const auto &[name, parm] : node->fake_cook().parms) {
+    CHECK(contains(text, ("| `" + name + "` |").c_str()));
+    if (!contains(text, ("| `" + name + "` |").c_str()))
+      printf("   %s (%s) is not in %s\n", name.c_str(), parm.type.c_str(), page);
+  }
+}
+
+void the_start_frame_shows_the_mesh_as_it_came_in() {
+  Scene scene;
+  CHECK(same(scene.at(1), scene.geometry().points) && same(scene.at(-30), scene.geometry().points));
+  CHECK(scene.cook.errors.empty() && scene.cook.warnings.empty());
+}
+
+void playing_moves_P_alone_and_says_so() {
+  Scene scene;
+  const Points points = scene.play(30);
+  CHECK(scene.tip() < -0.05 && scene.cook.errors.empty());
+  for (int i = 0; i < 2 * STRIP_ROWS; ++i) CHECK(points[std::size_t(i)].y() == 0);
+  CHECK(scene.cook.output.getP()->bumps == 1);
+  CHECK(scene.cook.output.fake_geometry().primitives.size() == scene.geometry().primitives.size());
+}
+
+void scrubbing_repeats_playing_bit_for_bit() {
+  Scene scene;
+  std::vector<Points> frames;
+  for (int frame = 1; frame <= 30; ++frame) frames.push_back(scene.at(frame));
+  std::mt19937 random(1);
+  for (int k = 0; k < 60; ++k) {
+    const std::size_t frame = random() % 30;
+    CHECK(same(scene.at(double(frame) + 1), frames[frame]));
+  }
+}
+
+void motion_blur_samples_do_not_disturb_the_frames() {
+  Scene plain, blurred;
+  for (int frame = 1; frame <= 20; ++frame) {
+    for (const double shutter : {-0.25, 0.25}) blurred.at(frame + shutter);
+    CHECK(same(blurred.at(frame), plain.at(frame)));
+  }
+}
+
+void a_dropped_cache_costs_time_and_not_the_motion() {
+  Scene kept, dropped;
+  dropped.cook.keep_cache = false;
+  const Points expected = kept.play(12);
+  CHECK(same(dropped.at(12), expected));  // nothing moves but the shell, so the jump is exact
+  CHECK(!dropped.cook.warnings.empty() && contains(dropped.cook.warnings[0], "play from the start frame"));
+}
+
+// ---------------------------------------------------------------------------------------------------------- parameters
+
+void every_parameter_changes_the_result() {
+  const auto changes = [](const std::function<void(Scene &)> &prepare, const std::function<void(Scene &)> &change) {
+    Scene before, after;
+    prepare(before), prepare(after);
+    change(after);
+    const bool differ = !same(before.play(6), after.play(6));
+    return differ && before.cook.errors.empty() && after.cook.errors.empty();
+  };
+  const auto nothing = [](Scene &) {};
+  const auto number = [](const char *name, std::vector<double> x) { return [=](Scene &s) { s.cook.set(name, x); }; };
+  const auto word = [](const char *name, const char *x) { return [=](Scene &s) { s.cook.set_text(name, x); }; };
+  const auto material = number("stiffnessfrom", {1});
+  CHECK(changes(nothing, number("time", {0.1})));
+  CHECK(changes(nothing, number("startframe", {3})));
+  CHECK(changes(nothing, number("framerate", {48})));
+  CHECK(changes(nothing, number("gravity", {1, 2, 3})));
+  CHECK(changes(nothing, material));
+  CHECK(changes(nothing, number("frequency", {3})));
+  CHECK(changes(nothing, number("thickness", {0.3})));
+  CHECK(changes(material, number("bend", {10})));
+  CHECK(changes(material, number("stretch", {10})));
+  CHECK(changes(material, number("density", {2})));
+  CHECK(changes(nothing, number("dampingratio", {0.5})));
+  CHECK(changes(nothing, number("drag", {2})));
+  CHECK(changes(nothing, number("modes", {2})));
+  CHECK(changes(nothing, number("doubleprecision", {1})));
+  for (const double method : {1, 2}) CHECK(changes(nothing, number("method", {method})));
+  CHECK(changes(nothing, number("integrator", {1})));
+  CHECK(changes(nothing, number("supportkind", {1})));
+  CHECK(changes([](Scene &s) { s.geometry().group("more", {60, 61, 62}); }, word("supportgroup", "more")));
+  CHECK(changes(
+      [](Scene &s) {
+        std::vector<double> &painted = s.geometry().attributes["pin"];
+        painted.assign(STRIP_VERTICES, 0.3);
+        painted[60] = 0.8;
+      },
+      word("supportattrib", "pin")));
+  CHECK(changes(nothing, number("envelope", {0.5})));
+  CHECK(changes([](Scene &s) { s.geometry().attributes["soft"].assign(STRIP_VERTICES, 0.5); },
+                word("weightattrib", "soft")));
+}
+
+// A moving frame is what shakes the shell: rotation and translation are animated parameters.
+void a_moving_support_frame_shakes_the_shell() {
+  for (const char *name : {"framet", "framer"}) {
+    Scene still, shaken;
+    for (int frame = 1; frame <= 10; ++frame) {
+      shaken.cook.set(name, {0, 0, 0.1 * frame * frame});
+      shaken.at(frame);
+      still.at(frame);
+    }
+    CHECK(!same(shaken.at(10), still.at(10)) && shaken.cook.errors.empty());
+  }
+}
+
+void envelope_and_weights_scale_each_point() {
+  Scene plain, part, none;
+  const Points full = plain.play(10);
+  part.cook.set("envelope", {0.5});
+  std::vector<double> &weights = part.geometry().attributes["soft"];
+  weights.assign(STRIP_VERTICES, 1);
+  weights[kTip] = 0.5;
+  part.cook.set_text("weightattrib", "soft");
+  const Points out = part.play(10);
+  for (int i = 0; i < STRIP_VERTICES; ++i)
+    CHECK_NEAR(out[std::size_t(i)].y(), (i == kTip ? 0.25 : 0.5) * full[std::size_t(i)].y(), 1e-6);  // floats
+  none.cook.set("envelope", {0});
+  CHECK(same(none.play(5), none.geometry().points) && none.cook.output.getP()->bumps == 0);
+}
+
+// ------------------------------------------------------------------------------------------------------------- handles
+
+void a_handle_point_leads_its_point() {
+  Scene scene;
+  for (int frame = 1; frame <= 12; ++frame) {
+    scene.lead(kTip, UT_Vector3(3.9f, 0.03f * float(frame), 0));
+    scene.at(frame);
+  }
+  const UT_Vector3 tip = scene.cook.output.fake_geometry().points[kTip];
+  CHECK_NEAR(tip.x(), 3.9, 2e-5);  // met to a millionth of the size of 4, the basis in floats
+  CHECK_NEAR(tip.y(), 0.36, 2e-5);
+  CHECK(scene.cook.warnings.empty() && scene.cook.errors.empty());
+}
+
+void attributes_of_a_handle_point_are_read() {
+  const auto changes = [](const char *name, std::vector<double> value, bool turned) {
+    Scene before, after;
+    for (Scene *scene : {&before, &after}) {
+      scene->lead(kTip, UT_Vector3(3.8f, 0.4f, 0));
+      if (turned) scene->handles.fake_geometry().attributes["orient"] = {0, 0, std::sin(0.2), std::cos(0.2)};
+    }
+    after.handles.fake_geometry().attributes[name] = std::move(value);
+    return !same(before.play(4), after.play(4)) && after.cook.errors.empty();
+  };
+  CHECK(changes("holdposition", {0}, false));
+  CHECK(changes("holdorientation", {1}, true));
+  CHECK(changes("compliance", {0.5}, false));
+}
+
+// -------------------------------------------------------------------------------------------------------------- errors
+
+void expect_error(const std::function<void(Scene &)> &spoil, const char *part) {
+  Scene scene;
+  spoil(scene);
+  scene.at(2);
+  CHECK(scene.cook.errors.size() == 1 && same(scene.cook.output.fake_geometry().points, scene.geometry().points));
+  if (scene.cook.errors.empty()) return;
+  CHECK(contains(scene.cook.errors[0], part));
+  if (!contains(scene.cook.errors[0], part)) printf("   message: '%s'\n", scene.cook.errors[0].c_str());
+}
+
+void what_a_user_can_mend_is_named_and_the_mesh_passes_through() {
+  expect_error([](Scene &s) { s.cook.set_text("supportgroup", "none"); }, "there is no point group none");
+  expect_error([](Scene &s) { s.cook.set_text("supportattrib", "none"); }, "there is no point attribute none");
+  expect_error([](Scene &s) { s.cook.set_text("weightattrib", "none"); }, "there is no point attribute none");
+  expect_error([](Scene &s) { s.geometry().primitives[4].closed = false; }, "primitive 4 is no closed polygon");
+  expect_error([](Scene &s) { s.geometry().primitives[4].type = GEO_PRIMSPHERE; }, "primitive 4 is no closed polygon");
+  expect_error([](Scene &s) { s.geometry().points[7] = UT_Vector3(NAN, 0, 0); }, "vertex 7");
+  expect_error([](Scene &s) { s.geometry().primitives.clear(); }, "there is no surface");
+  expect_error([](Scene &s) { s.cook.set("dampingratio", {-1}); }, "damping ratio is -1");
+  expect_error([](Scene &s) { s.cook.set("framerate", {0}); }, "frame rate is 0");
+  expect_error([](Scene &s) { s.cook.set("modes", {0}); }, "number of modes is 0");
+  expect_error([](Scene &s) { s.lead(5000, UT_Vector3()); }, "holds vertex 5000");
+  expect_error([](Scene &s) { s.lead(-1, UT_Vector3()); }, "negative point");
+  expect_error([](Scene &s) { s.lead(3, UT_Vector3()), s.handles.fake_geometry().attributes.clear(); },
+               "need i@shellpoint");
+  expect_error([](Scene &s) { s.lead(3, UT_Vector3()), s.handles.fake_geometry().attributes["orient"] = {0, 0, 0, 0}; },
+               "an orientation has length 0");
+}
+
+void after_an_error_is_mended_the_node_cooks() {
+  Scene scene;
+  scene.cook.set_text("supportgroup", "none");
+  scene.at(1);
+  scene.cook.set_text("supportgroup", "held");
+  scene.play(10);
+  CHECK(scene.cook.errors.empty() && scene.tip() < 0);
+}
+
+void a_shell_out_of_range_is_warned_of() {
+  Scene scene;
+  scene.lead(kTip, UT_Vector3());
+  auto &attributes = scene.handles.fake_geometry().attributes;
+  attributes["holdposition"] = {0};
+  attributes["holdorientation"] = {1};
+  attributes["orient"] = {0, 0, std::sin(1.0472), std::cos(1.0472)};  // turns the free end by a third of a circle
+  scene.play(3);
+  CHECK(scene.cook.errors.empty() && scene.cook.warnings.size() == 1);
+  if (!scene.cook.warnings.empty()) CHECK(contains(scene.cook.warnings[0], "% of it beyond the quarter turn"));
+}
+
+void escape_stops_the_precompute() {
+  Scene scene;
+  fake::interrupts().at = 3;
+  scene.at(1);
+  CHECK(!scene.cook.errors.empty() && contains(scene.cook.errors[0], "stopped by the user"));
+  CHECK(fake::interrupts().polls == 3 && fake::interrupts().open == 0);
+  scene.at(2);
+  CHECK(scene.cook.errors.empty());
+}
+
+void quads_and_changed_topology_are_taken() {
+  Scene scene;
+  scene.play(5);
+  fake::Geometry &geometry = scene.geometry();
+  geometry = {};
+  for (int i = 0; i < 21; ++i)
+    for (int j = 0; j < 3; ++j) geometry.points.emplace_back(0.2f * float(i), 0.0f, 0.1f * float(j));
+  for (int i = 0; i < 20; ++i)
+    for (int j = 0; j < 2; ++j) add_polygon(geometry, {3 * i + j, 3 * i + j + 1, 3 * i + j + 4, 3 * i + j + 3});
+  geometry.group("held", {0, 1, 2});
+  const Points points = scene.play(12);
+  CHECK(scene.cook.errors.empty() && points.size() == 63 && points[62].y() < -0.01f);
+}
+
+// ------------------------------------------------------------------------------------------------------------- picture
+
+void write_obj(const std::string &path, const fake::Geometry &geometry) {
+  std::ofstream file(path);
+  for (const UT_Vector3 &p : geometry.points) file << "v " << p.x() << ' ' << p.y() << ' ' << p.z() << '\n';
+  for (const GEO_PrimPoly &polygon : geometry.primitives) {
+    file << 'f';
+    for (const GA_Index i : polygon.points) file << ' ' << i + 1;
+    file << '\n';
+  }
+}
+
+// docs/houdini.md, the first scene: a banner of 1.6 by 1 that hangs from its upper edge, the middle of its lower edge led out of
+// its plane by a point.
+GU_Detail banner(int columns, int rows) {
+  GU_Detail detail;
+  fake::Geometry &geometry = detail.fake_geometry();
+  std::vector<int> top;
+  for (int j = 0; j <= rows; ++j)
+    for (int i = 0; i <= columns; ++i) {
+      geometry.points.emplace_back(1.6f * float(i) / float(columns) - 0.8f, 1.0f * float(j) / float(rows), 0.0f);
+      if (j == rows) top.push_back(int(geometry.points.size()) - 1);
+    }
+  for (int j = 0; j < rows; ++j)
+    for (int i = 0; i < columns; ++i) {
+      const int a = (columns + 1) * j + i, b = a + columns + 1;
+      add_polygon(geometry, (i + j) % 2 ? std::vector<GA_Index>{a, a + 1, b} : std::vector<GA_Index>{a, a + 1, b + 1});
+      add_polygon(geometry, (i + j) % 2 ? std::vector<GA_Index>{a + 1, b + 1, b} : std::vector<GA_Index>{a, b + 1, b});
+    }
+  geometry.group("top", top);
+  return detail;
+}
+
+void the_first_scene_of_the_documentation_works(const char *folder) {
+  std::unique_ptr<SOP_Node> node = plugin->create();
+  fake::Cook &cook = node->fake_cook();
+  const GU_Detail sheet = banner(32, 20);
+  GU_Detail handles;
+  cook.inputs[0] = &sheet;
+  cook.inputs[1] = &handles;
+  cook.set_text("supportgroup", "top");
+  handles.fake_geometry().attributes["shellpoint"] = {16};
+  for (int frame = 1; frame <= 48; ++frame) {
+    const float pull = 0.4f * float(std::min(frame, 24) - 1) / 23;
+    handles.fake_geometry().points = {UT_Vector3(0, 0.6f * pull * pull, pull)};
+    OP_Context context((frame - 1) / 24.0);
+    node->fake_run(context);
+    CHECK(cook.errors.empty() && cook.warnings.empty());
+    if (!cook.warnings.empty()) printf("   %d %s\n", frame, cook.warnings[0].c_str());
+    if (folder && (frame == 1 || frame == 12 || frame == 24 || frame == 48))
+      write_obj(std::string(folder) + "/banner_" + std::to_string(frame) + ".obj", cook.output.fake_geometry());
+  }
+  CHECK_NEAR(cook.output.fake_geometry().points[16].z(), 0.4,
+             1e-5);  // met to a millionth of the size, and rounded to floats
+}
+
+}  // namespace
+
+int main(int argc, char **argv) {
+  if (argc < 3) return EXIT_FAILURE;
+  try {
+    const fake::Plugin loaded(argv[1]);
+    plugin = &loaded;
+    RUN(the_operator_takes_a_mesh_and_perhaps_handles);
+    const auto the_documentation_is_complete = [&] { the_documentation_names_every_parameter(argv[2]); };
+    RUN(the_documentation_is_complete);
+    RUN(the_start_frame_shows_the_mesh_as_it_came_in);
+    RUN(playing_moves_P_alone_and_says_so);
+    RUN(scrubbing_repeats_playing_bit_for_bit);
+    RUN(motion_blur_samples_do_not_disturb_the_frames);
+    RUN(a_dropped_cache_costs_time_and_not_the_motion);
+    RUN(every_parameter_changes_the_result);
+    RUN(a_moving_support_frame_shakes_the_shell);
+    RUN(envelope_and_weights_scale_each_point);
+    RUN(a_handle_point_leads_its_point);
+    RUN(attributes_of_a_handle_point_are_read);
+    RUN(what_a_user_can_mend_is_named_and_the_mesh_passes_through);
+    RUN(after_an_error_is_mended_the_node_cooks);
+    RUN(a_shell_out_of_range_is_warned_of);
+    RUN(escape_stops_the_precompute);
+    RUN(quads_and_changed_topology_are_taken);
+    const auto the_first_scene_works = [&] {
+      the_first_scene_of_the_documentation_works(argc > 3 ? argv[3] : nullptr);
+    };
+    RUN(the_first_scene_works);
+  } catch (const std::exception &error) {
+    printf("%s\n", error.what());
+    return EXIT_FAILURE;
+  }
+  return report_failures();
+}

@@ -1,0 +1,566 @@
+// The shellWarp plug-in, loaded and evaluated as Maya would, in the stand-in of tests/hosts/maya. Arguments: the plug-in, docs/maya.md.
+// A third argument is a folder: the first scene of docs/maya.md is written there as OBJ files, for its picture.
+#include "fake_graph.hpp"
+#include "test_support.h"
+
+#include <algorithm>
+#include <fstream>
+#include <functional>
+#include <iterator>
+#include <random>
+#include <set>
+#include <string>
+#include <vector>
+
+namespace {
+
+using Points = std::vector<MPoint>;
+
+constexpr int kTip = (STRIP_COLUMNS - 1) * STRIP_ROWS + 1;
+
+bool contains(const std::string &text, const char *part) { return text.find(part) != std::string::npos; }
+
+bool same(const Points &a, const Points &b) {
+  return a.size() == b.size() && std::equal(a.begin(), a.end(), b.begin(), [](const MPoint &p, const MPoint &q) {
+           return p.x == q.x && p.y == q.y && p.z == q.z && p.w == q.w;
+         });
+}
+
+// The strip of the C tests in centimetres, 40 by 2, lying in the plane of x and z as things do in Maya.
+fake::Mesh strip_mesh_cm() {
+  const Strip strip = make_strip();
+  fake::Mesh mesh;
+  for (int i = 0; i < STRIP_VERTICES; ++i)
+    mesh.points.emplace_back(10 * strip.positions[3 * i], 0, -10 * strip.positions[3 * i + 1]);
+  mesh.counts.assign(STRIP_TRIANGLES, 3);
+  mesh.corners.assign(strip.triangles, strip.triangles + 3 * STRIP_TRIANGLES);
+  return mesh;
+}
+
+MMatrix moved(double x, double y, double z, double scale = 1) {
+  const double m[4][4] = {{scale, 0, 0, 0}, {0, scale, 0, 0}, {0, 0, scale, 0}, {x, y, z, 1}};
+  return MMatrix(m);
+}
+
+// A node on a strip whose first column is painted as support, 24 frames a second, at frame 1.
+struct Scene {
+  fake::Deformer node{"shellWarp"};
+  fake::Mesh mesh = strip_mesh_cm();
+
+  Scene() {
+    MTime::setUIUnit(MTime::kFilm);
+    fake::session() = {};
+    node.connect(0, &mesh);
+    for (int j = 0; j < STRIP_ROWS; ++j) paint(j, 1);
+    node.set("modes", 6);
+    node.set_time(1, MTime::kFilm);
+  }
+  void paint(int vertex, double value) {
+    node.set("supportWeightList[0].supportWeights[" + std::to_string(vertex) + "]", value);
+  }
+  const Points &at(double frame) {
+    node.set_time(frame, MTime::kFilm);
+    return node.evaluate();
+  }
+  std::vector<Points> play(int last) {
+    std::vector<Points> frames;
+    for (int frame = 1; frame <= last; ++frame) frames.push_back(at(frame));
+    return frames;
+  }
+  double tip() { return node.evaluate()[kTip].y; }
+};
+
+// --------------------------------------------------------------------------------------------------------- registration
+
+void every_attribute_has_its_own_names_and_affects_the_output() {
+  fake::Deformer node("shellWarp");
+  // Names that a deformer or any node has already.
+  std::set<std::string> names = {"input",
+                                 "ip",
+                                 "outputGeometry",
+                                 "og",
+                                 "envelope",
+                                 "en",
+                                 "weightList",
+                                 "wl",
+                                 "weights",
+                                 "w",
+                                 "inputGeometry",
+                                 "ig",
+                                 "groupId",
+                                 "gi",
+                                 "message",
+                                 "msg",
+                                 "caching",
+                                 "cch",
+                                 "nodeState",
+                                 "nds",
+                                 "frozen",
+                                 "fzn",
+                                 "originalGeometry",
+                                 "orggeom",
+                                 "envelopeWeightsList",
+                                 "ewl",
+                                 "componentTagExpression",
+                                 "gtg",
+                                 "isHistoricallyInteresting",
+                                 "ihi",
+                                 "binMembership",
+                                 "bnm"};
+  const std::vector<fake::AttributeInfo> attributes = node.attributes();
+  CHECK(attributes.size() == 30);
+  for (const fake::AttributeInfo &attribute : attributes) {
+    CHECK(names.insert(attribute.name).second && names.insert(attribute.brief).second);
+    CHECK(attribute.affects_output);
+    if (!attribute.affects_output) printf("   %s does not affect the output\n", attribute.name.c_str());
+  }
+}
+
+void supports_can_be_painted_and_handles_are_an_array() {
+  fake::Deformer node("shellWarp");
+  for (const fake::AttributeInfo &attribute : node.attributes()) {
+    CHECK(attribute.paintable == (attribute.name == "supportWeights"));
+    const bool array =
+        attribute.name == "supportWeights" || attribute.name == "supportWeightList" || attribute.name == "handles";
+    CHECK(attribute.is_array == array);
+  }
+  CHECK(contains(fake::session().commands.at(0), "makePaintable -attrType multiFloat -sm deformer shellWarp weights"));
+}
+
+void the_documentation_names_every_attribute(const char *page) {
+  std::ifstream file(page);
+  const std::string text((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
+  for (const fake::AttributeInfo &attribute : fake::Deformer("shellWarp").attributes()) {
+    const bool row = contains(text, ("| `" + attribute.name + "` | `" + attribute.brief + "` |").c_str());
+    const bool child = contains(text, ("`" + attribute.name + "` (`" + attribute.brief + "`)").c_str()) ||
+                       contains(text, ("`" + attribute.name + "` `" + attribute.brief + "`").c_str());
+    CHECK(row || (child && !attribute.parent.empty()));
+    if (!row && !child) printf("   %s is not in %s\n", attribute.name.c_str(), page);
+  }
+}
+
+// ---------------------------------------------------------------------------------------------------------------- time
+
+void the_start_frame_shows_the_mesh_as_it_came_in() {
+  Scene scene;
+  CHECK(same(scene.at(1), scene.mesh.points));
+  CHECK(same(scene.at(-20), scene.mesh.points));
+  CHECK(fake::session().errors.empty() && fake::session().warnings.empty());
+}
+
+void playing_lets_the_strip_sag_and_keeps_its_support() {
+  Scene scene;
+  const std::vector<Points> frames = scene.play(30);
+  CHECK(frames[29][kTip].y < -0.5);
+  for (int i = 0; i < 2 * STRIP_ROWS; ++i) {  // clamped: the neighbours are held too
+    CHECK(frames[29][std::size_t(i)].y == 0);
+    CHECK(frames[29][std::size_t(i)].w == 1);
+  }
+}
+
+void scrubbing_repeats_playing_bit_for_bit() {
+  Scene scene;
+  const std::vector<Points> frames = scene.play(30);
+  std::mt19937 random(1);
+  for (int k = 0; k < 60; ++k) {
+    const std::size_t frame = random() % 30;
+    CHECK(same(scene.at(double(frame) + 1), frames[frame]));
+  }
+}
+
+void an_output_that_nothing_changed_is_not_computed_again() {
+  Scene scene;
+  scene.play(5);
+  const int calls = scene.node.deform_calls();
+  scene.node.evaluate();
+  scene.node.evaluate();
+  CHECK(scene.node.deform_calls() == calls);
+}
+
+void motion_blur_samples_do_not_disturb_the_frames() {
+  Scene plain, blurred;
+  const std::vector<Points> frames = plain.play(20);
+  for (int frame = 1; frame <= 20; ++frame) {
+    for (const double shutter : {-0.25, 0.25}) blurred.at(frame + shutter);
+    CHECK(same(blurred.at(frame), frames[std::size_t(frame) - 1]));
+  }
+  CHECK(!same(blurred.at(10.25), frames[9]));
+}
+
+void the_start_frame_and_the_frame_rate_are_the_scenes() {
+  Scene at_1, at_101;
+  const Points expected = at_1.play(12).back();
+  at_101.node.set("startFrame", 101);
+  for (int frame = 101; frame <= 112; ++frame) at_101.at(frame);
+  CHECK(same(at_101.node.evaluate(), expected));
+
+  Scene pal;
+  MTime::setUIUnit(MTime::kPALFrame);
+  for (int frame = 1; frame <= 26; ++frame) {
+    pal.node.set_time(frame, MTime::kPALFrame);
+    pal.node.evaluate();
+  }
+  MTime::setUIUnit(MTime::kFilm);
+  // A second later either way. The exact integrator knows no step but for how the load turns with the shell between steps.
+  Scene film;
+  CHECK_NEAR(pal.tip(), film.play(25).back()[kTip].y, 0.05 * std::fabs(film.tip()));
+}
+
+// ------------------------------------------------------------------------------------------------- envelope and weights
+
+void the_envelope_scales_and_0_passes_through() {
+  Scene whole, half, none;
+  const Points full = whole.play(10).back();
+  half.node.set("envelope", 0.5);
+  const Points halved = half.play(10).back();
+  for (std::size_t i = 0; i < full.size(); ++i)
+    CHECK_NEAR(halved[i].y, 0.5 * full[i].y, 1e-12 * 40);  // rounding at the size of the strip
+  none.node.set("envelope", 0);
+  CHECK(same(none.play(10).back(), none.mesh.points));
+  CHECK(!none.node.failed());
+}
+
+void painted_weights_scale_each_point() {
+  Scene plain, painted;
+  const Points full = plain.play(10).back();
+  painted.node.set("weightList[0].weights[" + std::to_string(kTip) + "]", 0.25);
+  const Points out = painted.play(10).back();
+  for (std::size_t i = 0; i < full.size(); ++i)
+    CHECK_NEAR(out[i].y, (int(i) == kTip ? 0.25 : 1) * full[i].y, 1e-12 * 40);  // as above
+}
+
+void points_outside_of_the_set_stay() {
+  Scene plain, part;
+  const Points full = plain.play(10).back();
+  part.node.set_members(0, {kTip, 40, 41});
+  const Points out = part.play(10).back();
+  for (int i = 0; i < STRIP_VERTICES; ++i) {
+    const bool member = i == kTip || i == 40 || i == 41;
+    CHECK(out[std::size_t(i)].y == (member ? full : part.mesh.points)[std::size_t(i)].y);
+  }
+}
+
+void motion_upstream_is_carried_along() {
+  Scene plain, lifted;
+  const Points still = plain.play(8).back();
+  lifted.play(7);
+  for (MPoint &p : lifted.mesh.points) p.y += 3;
+  lifted.node.connect(0, &lifted.mesh);
+  const Points out = lifted.at(8);
+  for (std::size_t i = 0; i < out.size(); ++i) CHECK_NEAR(out[i].y, still[i].y + 3, 1e-12 * 40);  // rounding
+}
+
+// ---------------------------------------------------------------------------------------------- everything has an effect
+
+// Every attribute of the table in docs/maya.md, set to something else: the result of a frame differs. So each is read, and
+// each makes the output dirty.
+void every_attribute_changes_the_result() {
+  const auto changes = [](const std::function<void(Scene &)> &prepare, const std::function<void(Scene &)> &change) {
+    Scene scene;
+    prepare(scene);
+    const Points before = scene.play(6).back();
+    change(scene);
+    const Points after = scene.node.evaluate();
+    return !same(before, after) && !scene.node.failed();
+  };
+  const auto nothing = [](Scene &) {};
+  const auto number = [](const char *name, double value) { return [=](Scene &s) { s.node.set(name, value); }; };
+  const auto frequency = number("stiffnessFrom", 0), material = number("stiffnessFrom", 1);
+  CHECK(changes(nothing, [](Scene &s) { s.node.set_time(5, MTime::kFilm); }));
+  CHECK(changes(nothing, number("startFrame", 3)));
+  for (const char *axis : {"gravityX", "gravityY", "gravityZ"}) CHECK(changes(nothing, number(axis, -300)));
+  CHECK(changes(nothing, material));
+  CHECK(changes(frequency, number("frequency", 3)));
+  CHECK(changes(frequency, number("thickness", 3)));
+  CHECK(changes(material, number("bendStiffness", 1e5)));
+  CHECK(changes(material, number("stretchStiffness", 10)));
+  CHECK(changes(material, number("density", 0.01)));
+  CHECK(changes(nothing, number("dampingRatio", 0.5)));
+  CHECK(changes(nothing, number("drag", 2)));
+  CHECK(changes(nothing, number("modes", 2)));
+  CHECK(changes(nothing, number("doublePrecision", 1)));
+  for (const double method : {1, 2}) CHECK(changes(nothing, number("method", method)));
+  CHECK(changes(nothing, number("integrator", 1)));
+  CHECK(changes(nothing, number("supportKind", 1)));
+  CHECK(changes(nothing, [](Scene &s) { s.node.set_components("supportComponents", {60, 61, 62}); }));
+  CHECK(changes(nothing, [](Scene &s) { s.paint(90, 1); }));
+  CHECK(changes(nothing, number("envelope", 0.5)));
+
+  const auto other_frame = number("frameFrom", 1);
+  CHECK(changes(
+      [](Scene &s) {
+        s.node.set_world_matrix(0, moved(0, 0, 0));
+        s.node.set("supportFrame", moved(0, 9, 0));
+      },
+      other_frame));
+  CHECK(changes(other_frame, [](Scene &s) { s.node.set("supportFrame", moved(0, 2, 0)); }));
+
+  const auto handle = [](Scene &s) {
+    s.node.set("handles[2].handleVertex", kTip);
+    s.node.set("handles[2].handleTarget", moved(38, 5, 0));
+  };
+  const double turned[4][4] = {{0.8, 0.6, 0, 0}, {-0.6, 0.8, 0, 0}, {0, 0, 1, 0}, {38, 5, 0, 1}};
+  CHECK(changes(nothing, handle));
+  CHECK(changes(handle, [](Scene &s) { s.node.remove("handles[2]"); }));
+  CHECK(changes(handle, number("handles[2].handleVertex", kTip - 6)));
+  CHECK(changes(handle, [](Scene &s) { s.node.set("handles[2].handleTarget", moved(38, 6, 0)); }));
+  CHECK(changes(handle, number("handles[2].handlePosition", 0)));
+  CHECK(changes([&](Scene &s) { handle(s), s.node.set("handles[2].handleTarget", MMatrix(turned)); },
+                number("handles[2].handleOrientation", 1)));
+  CHECK(changes(handle, number("handles[2].handleCompliance", 0.1)));
+}
+
+void a_handle_is_where_its_target_is_in_the_world() {
+  Scene scene;
+  scene.node.set("handles[0].handleVertex", kTip);
+  for (int frame = 1; frame <= 20; ++frame) {
+    scene.node.set_world_matrix(0, moved(0, 0.1 * frame, 7));
+    scene.node.set("handles[0].handleTarget", moved(39, 3 + 0.05 * frame, 7));
+    scene.at(frame);
+  }
+  const MPoint &tip = scene.node.evaluate()[kTip];
+  CHECK_NEAR(tip.x, 39, 2e-4);  // met to a millionth of the size of 40, the basis in floats
+  CHECK_NEAR(tip.y, 3 + 0.05 * 20 - 0.1 * 20, 2e-4);
+  CHECK(fake::session().errors.empty());
+}
+
+void a_listed_support_is_a_painted_one() {
+  Scene painted, listed;
+  for (int j = 0; j < STRIP_ROWS; ++j) listed.paint(j, 0.49);
+  listed.node.set_components("supportComponents", {2, 1, 0, 0});
+  CHECK(same(painted.play(8).back(), listed.play(8).back()));
+}
+
+void two_geometries_of_a_node_keep_apart() {
+  Scene alone, both;
+  const Points expected = alone.play(10).back();
+  fake::Mesh longer = both.mesh;
+  for (MPoint &p : longer.points) p.x *= 2;
+  both.node.connect(3, &longer);
+  for (int j = 0; j < STRIP_ROWS; ++j)
+    both.node.set("supportWeightList[3].supportWeights[" + std::to_string(j) + "]", 1);
+  for (int frame = 1; frame <= 10; ++frame) {
+    both.at(frame);
+    both.node.evaluate(3);
+  }
+  CHECK(same(both.node.evaluate(0), expected) && !same(both.node.evaluate(3), longer.points));
+}
+
+// Quads go in as fans, and one triangle more is another shell.
+void polygons_and_changed_topology_are_taken() {
+  Scene scene;
+  scene.play(5);
+  fake::Mesh quads;
+  for (int i = 0; i < 21; ++i)
+    for (int j = 0; j < 3; ++j) quads.points.emplace_back(2.0 * i, 0, 1.0 * j);
+  for (int i = 0; i < 20; ++i)
+    for (int j = 0; j < 2; ++j) {
+      quads.counts.push_back(4);
+      for (const int c : {3 * i + j, 3 * i + j + 1, 3 * i + j + 4, 3 * i + j + 3}) quads.corners.push_back(c);
+    }
+  scene.node.connect(0, &quads);
+  for (int frame = 6; frame <= 12; ++frame) scene.at(frame);
+  CHECK(!scene.node.failed() && scene.node.evaluate().size() == quads.points.size());
+  CHECK(scene.node.evaluate()[62].y < -0.1);
+  scene.node.connect(0, &scene.mesh);
+  CHECK(same(scene.at(1), scene.mesh.points));
+}
+
+// --------------------------------------------------------------------------------------------------------------- errors
+
+void expect_error(Scene &scene, const char *part) {
+  fake::session().errors.clear();
+  const Points in = scene.mesh.points;
+  const Points &out = scene.at(4);
+  CHECK(scene.node.failed() && same(out, in));
+  CHECK(fake::session().errors.size() == 1);
+  if (fake::session().errors.empty()) return;
+  const std::string &text = fake::session().errors[0];
+  CHECK(contains(text, part) && contains(text, "shellWarp1: "));
+  if (!contains(text, part)) printf("   message: '%s'\n", text.c_str());
+}
+
+void errors_are_shown_once_and_the_mesh_passes_through() {
+  Scene scene;
+  scene.mesh.points[7].x = NAN;
+  scene.node.connect(0, &scene.mesh);
+  fake::session().errors.clear();
+  for (int frame = 1; frame <= 5; ++frame) scene.at(frame);
+  CHECK(scene.node.failed() && fake::session().errors.size() == 1 && contains(fake::session().errors[0], "vertex 7"));
+
+  fake::Mesh good = strip_mesh_cm();
+  scene.node.connect(0, &good);
+  scene.at(5);
+  CHECK(!scene.node.failed());
+}
+
+void what_a_user_can_mend_is_named() {
+  {
+    Scene scene;
+    scene.mesh.corners[5] = 100000;
+    scene.node.connect(0, &scene.mesh);
+    expect_error(scene, "100000");
+  }
+  {
+    Scene scene;
+    const double sheared[4][4] = {{1, 0, 0, 0}, {0.5, 1, 0, 0}, {0, 0, 1, 0}, {0, 0, 0, 1}};
+    scene.node.set_world_matrix(0, MMatrix(sheared));
+    expect_error(scene, "the deformed object's transform is sc");
+  }
+  {
+    Scene scene;
+    const double flat[4][4] = {{1, 0, 0, 0}, {0, 2, 0, 0}, {0, 0, 1, 0}, {0, 0, 0, 1}};
+    scene.node.set("frameFrom", 1);
+    scene.node.set("supportFrame", MMatrix(flat));
+    expect_error(scene, "supportFrame is scaled unevenly (1, 2, 1)");
+  }
+  {
+    Scene scene;
+    scene.node.set("handles[4].handleVertex", 5000);
+    expect_error(scene, "holds vertex 5000");
+  }
+  {
+    Scene scene;
+    scene.node.set("handles[4].handleVertex", -1);
+    expect_error(scene, "handles[4] has a negative vertex");
+  }
+  {
+    Scene scene;
+    scene.node.set_components("supportComponents", {1, 2}, true);
+    expect_error(scene, "more than vertices");
+  }
+  {
+    Scene scene;
+    scene.mesh.points.clear();
+    scene.node.connect(0, nullptr);
+    expect_error(scene, "only polygon meshes");
+  }
+  {
+    Scene scene;
+    for (int j = 0; j < STRIP_ROWS; ++j) scene.paint(j, 0);
+    expect_error(scene, "none of the modes swings");
+  }
+}
+
+void a_shell_out_of_range_is_warned_of_once() {
+  Scene scene;
+  const double c = -0.5, d = 0.8660254037844386;  // turns the free end by a third of a circle
+  const double turned[4][4] = {{c, d, 0, 0}, {-d, c, 0, 0}, {0, 0, 1, 0}, {0, 0, 0, 1}};
+  scene.node.set("handles[0].handleVertex", kTip);
+  scene.node.set("handles[0].handleTarget", MMatrix(turned));
+  scene.node.set("handles[0].handlePosition", 0);
+  scene.node.set("handles[0].handleOrientation", 1);
+  scene.at(1);
+  for (int frame = 2; frame <= 8; ++frame) scene.at(frame);  // other numbers in the message, the same warning
+  CHECK(!scene.node.failed() && fake::session().errors.empty() && fake::session().warnings.size() == 1);
+  if (!fake::session().warnings.empty())
+    CHECK(contains(fake::session().warnings[0], "% of it beyond the quarter turn"));
+}
+
+void a_jump_is_warned_of_when_the_object_moves() {
+  Scene scene;
+  scene.at(1);
+  scene.node.set_world_matrix(0, moved(5, 0, 0));
+  scene.at(20);
+  CHECK(!fake::session().warnings.empty());
+  if (!fake::session().warnings.empty()) CHECK(contains(fake::session().warnings[0], "play from the start frame"));
+}
+
+void escape_stops_the_precompute_and_leaves_nothing_open() {
+  Scene scene;
+  fake::session().interrupt_at = 3;
+  scene.at(1);
+  CHECK(scene.node.failed() && fake::session().interrupt_polls == 3 && fake::session().computations_open == 0);
+  CHECK(!fake::session().errors.empty() && contains(fake::session().errors[0], "stopped by the user"));
+  scene.at(2);
+  CHECK(!scene.node.failed() && fake::session().computations_open == 0);
+  const int polls = fake::session().interrupt_polls;
+  for (int frame = 3; frame <= 10; ++frame) scene.at(frame);
+  CHECK(fake::session().interrupt_polls == polls);  // no waiting cursor at every frame
+}
+
+// ------------------------------------------------------------------------------------------------------------- picture
+
+void write_obj(const std::string &path, const fake::Mesh &mesh, const Points &points) {
+  std::ofstream file(path);
+  for (const MPoint &p : points) file << "v " << p.x << ' ' << p.y << ' ' << p.z << '\n';
+  for (std::size_t t = 0; t < mesh.corners.size(); t += 3)
+    file << "f " << mesh.corners[t] + 1 << ' ' << mesh.corners[t + 1] + 1 << ' ' << mesh.corners[t + 2] + 1 << '\n';
+}
+
+// docs/maya.md, the first scene: a plane of 40 by 24 cm, one side held, falling from rest.
+fake::Mesh plane() {
+  fake::Mesh mesh;
+  for (int i = 0; i <= 30; ++i)
+    for (int j = 0; j <= 18; ++j) mesh.points.emplace_back(40.0 * i / 30, 30, 24.0 * j / 18 - 12);
+  for (int i = 0; i < 30; ++i)
+    for (int j = 0; j < 18; ++j) {
+      const int a = 19 * i + j, b = a + 19;
+      const bool flip = (i + j) % 2;
+      for (const int c :
+           flip ? std::vector<int>{a, a + 1, b, b, a + 1, b + 1} : std::vector<int>{a, a + 1, b + 1, a, b + 1, b})
+        mesh.corners.push_back(c);
+      mesh.counts.insert(mesh.counts.end(), 2, 3);
+    }
+  return mesh;
+}
+
+void the_first_scene_of_the_documentation_works(const char *folder) {
+  MTime::setUIUnit(MTime::kFilm);
+  fake::session() = {};
+  fake::Deformer node("shellWarp");
+  const fake::Mesh mesh = plane();
+  node.connect(0, &mesh);
+  for (int j = 0; j <= 18; ++j) node.set("supportWeightList[0].supportWeights[" + std::to_string(j) + "]", 1);
+  double lowest = 30;
+  for (int frame = 1; frame <= 72; ++frame) {
+    node.set_time(frame, MTime::kFilm);
+    const Points &points = node.evaluate();
+    lowest = std::min(lowest, points.back().y);
+    if (folder && (frame == 1 || frame == 5 || frame == 9 || frame == 72))
+      write_obj(std::string(folder) + "/frame_" + std::to_string(frame) + ".obj", mesh, points);
+  }
+  CHECK(lowest < 29 && fake::session().errors.empty() && fake::session().warnings.empty());
+  if (!fake::session().warnings.empty()) printf("   %s\n", fake::session().warnings[0].c_str());
+}
+
+}  // namespace
+
+int main(int argc, char **argv) {
+  if (argc < 3) return EXIT_FAILURE;
+  try {
+    const fake::Plugin plugin(argv[1]);
+    RUN(every_attribute_has_its_own_names_and_affects_the_output);
+    const auto the_documentation_is_complete = [&] { the_documentation_names_every_attribute(argv[2]); };
+    RUN(the_documentation_is_complete);
+    RUN(supports_can_be_painted_and_handles_are_an_array);
+    RUN(the_start_frame_shows_the_mesh_as_it_came_in);
+    RUN(playing_lets_the_strip_sag_and_keeps_its_support);
+    RUN(scrubbing_repeats_playing_bit_for_bit);
+    RUN(an_output_that_nothing_changed_is_not_computed_again);
+    RUN(motion_blur_samples_do_not_disturb_the_frames);
+    RUN(the_start_frame_and_the_frame_rate_are_the_scenes);
+    RUN(the_envelope_scales_and_0_passes_through);
+    RUN(painted_weights_scale_each_point);
+    RUN(points_outside_of_the_set_stay);
+    RUN(motion_upstream_is_carried_along);
+    RUN(every_attribute_changes_the_result);
+    RUN(a_handle_is_where_its_target_is_in_the_world);
+    RUN(a_listed_support_is_a_painted_one);
+    RUN(two_geometries_of_a_node_keep_apart);
+    RUN(polygons_and_changed_topology_are_taken);
+    RUN(errors_are_shown_once_and_the_mesh_passes_through);
+    RUN(what_a_user_can_mend_is_named);
+    RUN(a_shell_out_of_range_is_warned_of_once);
+    RUN(a_jump_is_warned_of_when_the_object_moves);
+    RUN(escape_stops_the_precompute_and_leaves_nothing_open);
+    const auto the_first_scene_works = [&] {
+      the_first_scene_of_the_documentation_works(argc > 3 ? argv[3] : nullptr);
+    };
+    RUN(the_first_scene_works);
+  } catch (const std::exception &error) {
+    printf("%s\n", error.what());
+    return EXIT_FAILURE;
+  }
+  return report_failures();
+}

@@ -1,0 +1,251 @@
+//! Where a step's time goes, how it grows, and what precomputing takes. Serial; medians of calls after a warm-up, beside a
+//! floor measured in the same run: reading as many bytes as the basis has.
+
+use crate::effort::{Effort, Progress};
+use crate::error::quartiles;
+use crate::library::{Library, Material, Model, State};
+use crate::mesh::Mesh;
+use crate::methods::method;
+use crate::scenes::FRAME;
+use anyhow::Result;
+use std::hint::black_box;
+use std::time::Instant;
+
+/// A timed thing: which series, at what size, microseconds, and how many times the floor.
+pub struct Cost {
+    pub series: String,
+    pub size: usize,
+    pub us: f64,
+    pub floor: f64,
+    /// Vertices times modes times states.
+    pub work: usize,
+}
+
+/// One precompute.
+pub struct Precompute {
+    pub vertices: usize,
+    pub modes: usize,
+    /// Of the whole, mesh and model included, seconds.
+    pub seconds: f64,
+    /// By SW_PHASE_....
+    pub phases: Vec<f64>,
+    /// Estimated by the library, and the most that the process held meanwhile; MB.
+    pub estimate: f64,
+    pub peak: f64,
+    /// Held for the run, MB.
+    pub model: f64,
+}
+
+/// Names of SW_PHASE_....
+pub const PHASES: [&str; 6] = ["assembly", "ordering", "factorization", "modes", "certificate", "rotation"];
+
+const SHEET: Material = Material { area: 1e4, length: 1e4, bend: 1.0, density: 1.0 };
+
+/// A square sheet of about `vertices`.
+fn sheet(vertices: usize) -> Mesh {
+    let rows = ((vertices as f64).sqrt() * 1.0746).round().max(2.0) as usize; // rows are √3/2 as far apart as columns
+    Mesh::strip(1.0, 1.0, rows)
+}
+
+/// Median microseconds of a call: at least 30 calls and a tenth of a second, the first tenth for warming up.
+fn median_us(mut call: impl FnMut() -> Result<()>) -> Result<f64> {
+    let (start, mut seconds) = (Instant::now(), vec![]);
+    while seconds.len() < 30 || (start.elapsed().as_secs_f64() < 0.1 && seconds.len() < 20_000) {
+        let begin = Instant::now();
+        call()?;
+        seconds.push(begin.elapsed().as_secs_f64());
+    }
+    Ok(quartiles(&seconds[seconds.len() / 10..])[1] * 1e6)
+}
+
+/// Reads an f32 basis of 6 numbers per vertex and mode, as a step has to at least.
+fn floor_us(vertices: usize, modes: usize) -> Result<f64> {
+    let basis: Vec<f32> = (0..6 * vertices * modes).map(|k| (k % 7) as f32).collect();
+    median_us(|| {
+        let mut sums = [0f32; 64];
+        for chunk in black_box(&basis).chunks_exact(64) {
+            (0..64).for_each(|i| sums[i] += chunk[i]);
+        }
+        black_box(sums);
+        Ok(())
+    })
+}
+
+/// A moving state.
+fn moving(model: &Model, key: &str) -> Result<State> {
+    let mut state = model.state(method(key).method, method(key).integrator)?;
+    state.set_gravity([0.0, 0.0, -1.0])?;
+    state.set_mass_damping(1.0)?;
+    (0..5).try_for_each(|_| state.step(FRAME))?;
+    Ok(state)
+}
+
+fn step_us(model: &Model, key: &str) -> Result<f64> {
+    let mut state = moving(model, key)?;
+    median_us(|| state.step(FRAME))
+}
+
+/// The parts of a frame, taken apart from outside: differences of calls that do more and less.
+pub fn parts(library: &Library, vertices: usize, modes: usize) -> Result<Vec<Cost>> {
+    let mesh = sheet(vertices);
+    let n = mesh.positions.len();
+    let model = library.model(&mesh, SHEET, &mesh.root(), modes, false)?;
+    let tiny = Mesh::strip(4.0, 0.8, 4);
+    let few = library.model(&tiny, SHEET, &tiny.root(), modes, false)?;
+    let floor = floor_us(n, modes)?;
+    let update = step_us(&few, "lma_implicit")?;
+    let (lma, warp) = (step_us(&model, "lma_implicit")?, step_us(&model, "warp_implicit")?);
+    let state = moving(&model, "warp_implicit")?;
+    let (mut points, mut turns) = (vec![[0f32; 3]; n], vec![[0f32; 4]; n]);
+    let positions = median_us(|| state.write_f32(&mut points))?;
+    let normals = median_us(|| state.write_normals(&mut points))?;
+    let rotations = median_us(|| state.write_rotations(&mut turns))?;
+    let report = median_us(|| state.report().map(|_| ()))?;
+    let copy = {
+        let from = vec![[0f32; 3]; n];
+        median_us(|| {
+            black_box(&mut points).copy_from_slice(black_box(&from));
+            Ok(())
+        })?
+    };
+    let end = mesh.vertices_where(|_, p| p[0] > mesh.length() - 1e-9);
+    let mut held = moving(&model, "warp_implicit")?;
+    held.hold(0, end[end.len() / 2], 4, mesh.positions[end[end.len() / 2] as usize])?;
+    let constrained = median_us(|| held.step(FRAME))?;
+    let parts = [
+        ("modal update (a step of a mesh of 90 vertices)", update),
+        ("projection of loads (LMA's step, less the update)", lma - update),
+        ("modal rotation and turned projection (the warp's step, less LMA's)", warp - lma),
+        ("reconstruction (positions, less copying them)", positions - copy),
+        ("output (copying positions)", copy),
+        ("one constraint (a step with it, less one without)", constrained - warp),
+        ("normals, where asked for", normals),
+        ("vertex rotations, where asked for", rotations),
+        ("energy report, where asked for", report),
+    ];
+    Ok(parts
+        .map(|(series, us)| Cost { series: series.to_owned(), size: n, us, floor: us / floor, work: n * modes })
+        .into())
+}
+
+/// How a step and reading the positions grow with vertices, modes, constraints and instances.
+pub fn growth(library: &Library, effort: Effort, progress: &mut Progress) -> Result<Vec<Cost>> {
+    let mut all = vec![];
+    let sizes: &[usize] = match effort {
+        Effort::Full => &[100, 300, 1000, 3000, 10_000, 30_000, 100_000],
+        Effort::Quick => &[100, 1000, 10_000],
+        Effort::Smoke => &[100],
+    };
+    for &size in sizes {
+        progress.say(&format!("steps of {size} vertices"));
+        let mesh = sheet(size);
+        let n = mesh.positions.len();
+        let model = library.model(&mesh, SHEET, &mesh.root(), 8, false)?;
+        let floor = floor_us(n, 8)?;
+        let mut put = |series: &str, us: f64| {
+            all.push(Cost { series: format!("vertices: {series}"), size: n, us, floor: us / floor, work: 8 * n });
+        };
+        put("step, LMA", step_us(&model, "lma_implicit")?);
+        put("step, warp", step_us(&model, "warp_implicit")?);
+        let (state, mut points) = (moving(&model, "warp_implicit")?, vec![[0f32; 3]; n]);
+        put("positions, warp", median_us(|| state.write_f32(&mut points))?);
+        put("floor", floor);
+    }
+    if effort == Effort::Smoke {
+        return Ok(all);
+    }
+    let mesh = sheet(3000);
+    let n = mesh.positions.len();
+    for modes in [1, 2, 4, 8, 16, 32, 64] {
+        progress.say(&format!("steps of {modes} modes"));
+        let model = library.model(&mesh, SHEET, &mesh.root(), modes, false)?;
+        let floor = floor_us(n, modes)?;
+        let (state, mut points) = (moving(&model, "warp_implicit")?, vec![[0f32; 3]; n]);
+        let positions = median_us(|| state.write_f32(&mut points))?;
+        for (series, us) in
+            [("step, warp", step_us(&model, "warp_implicit")?), ("positions, warp", positions), ("floor", floor)]
+        {
+            all.push(Cost { series: format!("modes: {series}"), size: modes, us, floor: us / floor, work: n * modes });
+        }
+    }
+    let model = library.model(&mesh, SHEET, &mesh.root(), 16, false)?;
+    let floor = floor_us(n, 16)?;
+    let end = mesh.vertices_where(|_, p| p[0] > mesh.length() - 1e-9);
+    for count in [0, 1, 2, 4, 8, 16] {
+        let mut state = moving(&model, "warp_implicit")?;
+        for k in 0..count.min(end.len()) {
+            let v = end[k * (end.len() - 1) / count.max(1)];
+            state.hold(k as u32, v, 4, mesh.positions[v as usize])?;
+        }
+        let us = median_us(|| state.step(FRAME))?;
+        all.push(Cost {
+            series: "constraints: step, warp".to_owned(),
+            size: count,
+            us,
+            floor: us / floor,
+            work: n * 16,
+        });
+    }
+    for count in [1, 4, 16, 64] {
+        let mut states = (0..count).map(|_| moving(&model, "warp_implicit")).collect::<Result<Vec<_>>>()?;
+        let us = median_us(|| states.iter_mut().try_for_each(|s| s.step(FRAME)))?;
+        all.push(Cost {
+            series: "instances: step of all, warp".to_owned(),
+            size: count,
+            us,
+            floor: us / floor / count as f64,
+            work: n * 16 * count,
+        });
+    }
+    Ok(all)
+}
+
+/// The process's memory now and at its most since `reset_peak`, MB; 0 where the system does not tell.
+fn memory(what: &str) -> f64 {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let line = status.lines().find(|l| l.starts_with(what)).unwrap_or_default();
+    line.split_whitespace().nth(1).and_then(|kb| kb.parse::<f64>().ok()).unwrap_or(0.0) / 1024.0
+}
+
+fn available_megabytes() -> f64 {
+    let text = std::fs::read_to_string("/proc/meminfo").unwrap_or_default();
+    let line = text.lines().find(|l| l.starts_with("MemAvailable")).unwrap_or_default();
+    line.split_whitespace().nth(1).and_then(|kb| kb.parse::<f64>().ok()).unwrap_or(0.0) / 1024.0
+}
+
+/// Up to 10⁵ vertices, and on by doubling while the next is foreseen to fit half the memory and a minute.
+pub fn precompute(library: &Library, effort: Effort, progress: &mut Progress) -> Result<Vec<Precompute>> {
+    let sizes: &[usize] = match effort {
+        Effort::Full => &[1000, 3000, 10_000, 30_000, 100_000, 200_000, 400_000, 800_000, 1_600_000],
+        Effort::Quick => &[1000, 3000, 10_000],
+        Effort::Smoke => &[1000],
+    };
+    let mut all: Vec<Precompute> = vec![];
+    for &size in sizes {
+        if let Some(last) = all.last().filter(|_| size > 100_000) {
+            // Nested dissection's work and fill grow as n^1.5 and n log n.
+            if last.seconds * 2.9 > 60.0 || last.peak.max(last.estimate) * 2.4 > 0.5 * available_megabytes() {
+                break;
+            }
+        }
+        progress.say(&format!("precomputing {size} vertices"));
+        let mesh = sheet(size);
+        let root = mesh.root();
+        let _ = std::fs::write("/proc/self/clear_refs", "5"); // the peak starts anew
+        let before = memory("VmRSS");
+        let start = Instant::now();
+        let model = library.model(&mesh, SHEET, &root, 16, false)?;
+        let seconds = start.elapsed().as_secs_f64();
+        let info = model.info()?;
+        all.push(Precompute {
+            vertices: mesh.positions.len(),
+            modes: info.modes as usize,
+            seconds,
+            phases: info.seconds.to_vec(),
+            estimate: info.bytes_precompute_peak as f64 / 1e6,
+            peak: memory("VmHWM") - before,
+            model: info.bytes_model as f64 / 1e6,
+        });
+    }
+    Ok(all)
+}

@@ -1,0 +1,122 @@
+//! The library's methods, one row each: a new force law or integrator is a new row.
+
+use shellwarp::ffi::state::*;
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Family {
+    Lma,
+    Warp,
+    Shell,
+}
+
+#[derive(Debug)]
+pub struct Method {
+    /// Its name in the CSV files.
+    pub key: &'static str,
+    /// Its name in the plots.
+    pub label: &'static str,
+    pub family: Family,
+    /// SW_METHOD_....
+    pub method: u32,
+    /// SW_INTEGRATOR_....
+    pub integrator: u32,
+    pub colour: (u8, u8, u8),
+    /// What its points look like.
+    pub marker: Marker,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Marker {
+    Disc,
+    Ring,
+    Cross,
+    Triangle,
+}
+
+const RED: (u8, u8, u8) = (200, 55, 45);
+const BLUE: (u8, u8, u8) = (35, 95, 190);
+const VIOLET: (u8, u8, u8) = (125, 60, 165);
+const GREEN: (u8, u8, u8) = (30, 135, 75);
+
+/// Linear modal analysis red, warps blue and violet, discrete shells green, as on every page of the report.
+pub const METHODS: &[Method] = &[
+    Method {
+        key: "lma_implicit",
+        label: "LMA, implicit Euler",
+        family: Family::Lma,
+        method: SW_METHOD_LMA,
+        integrator: SW_INTEGRATOR_IMPLICIT_EULER,
+        colour: RED,
+        marker: Marker::Disc,
+    },
+    Method {
+        key: "lma_exact",
+        label: "LMA, exact propagator",
+        family: Family::Lma,
+        method: SW_METHOD_LMA,
+        integrator: SW_INTEGRATOR_EXACT,
+        colour: RED,
+        marker: Marker::Ring,
+    },
+    Method {
+        key: PAPER,
+        label: "warp, implicit Euler (paper)",
+        family: Family::Warp,
+        method: SW_METHOD_WARP,
+        integrator: SW_INTEGRATOR_IMPLICIT_EULER,
+        colour: BLUE,
+        marker: Marker::Disc,
+    },
+    Method {
+        key: "warp_exact",
+        label: "warp, exact propagator",
+        family: Family::Warp,
+        method: SW_METHOD_WARP,
+        integrator: SW_INTEGRATOR_EXACT,
+        colour: BLUE,
+        marker: Marker::Ring,
+    },
+    Method {
+        key: "virtual_work_implicit",
+        label: "warp by virtual work, implicit Euler",
+        family: Family::Warp,
+        method: SW_METHOD_WARP_VIRTUAL_WORK,
+        integrator: SW_INTEGRATOR_IMPLICIT_EULER,
+        colour: VIOLET,
+        marker: Marker::Disc,
+    },
+    Method {
+        key: "virtual_work_exact",
+        label: "warp by virtual work, exact propagator",
+        family: Family::Warp,
+        method: SW_METHOD_WARP_VIRTUAL_WORK,
+        integrator: SW_INTEGRATOR_EXACT,
+        colour: VIOLET,
+        marker: Marker::Ring,
+    },
+    Method {
+        key: "shell_implicit",
+        label: "discrete shell, implicit Euler",
+        family: Family::Shell,
+        method: SW_METHOD_SHELL_IMPLICIT,
+        integrator: 0,
+        colour: GREEN,
+        marker: Marker::Triangle,
+    },
+    Method {
+        key: "shell_explicit",
+        label: "discrete shell, explicit Euler",
+        family: Family::Shell,
+        method: SW_METHOD_SHELL_EXPLICIT,
+        integrator: 0,
+        colour: GREEN,
+        marker: Marker::Cross,
+    },
+];
+
+/// The paper's method.
+pub const PAPER: &str = "warp_implicit";
+
+pub fn method(key: &str) -> &'static Method {
+    METHODS.iter().find(|m| m.key == key).expect("a method of the table")
+}

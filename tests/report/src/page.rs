@@ -1,0 +1,280 @@
+//! The page: one file with tables, plots and the player.
+
+use crate::effort::Effort;
+use crate::error::pareto_front;
+use crate::methods::{Family, METHODS, Marker};
+use crate::motions;
+use crate::plots::{HALF, Marks, Plot, Scale, Series, WHOLE};
+use crate::row::Row;
+use crate::scenes::FRAME;
+use crate::summary::{Report, points};
+use crate::table::escape;
+use anyhow::Result;
+use std::path::Path;
+
+const TEMPLATE: &str = include_str!("../page/template.html");
+const STYLE: &str = include_str!("../page/style.css");
+
+/// Error against run time of one scene.
+pub fn pareto_plot(rows: &[&Row]) -> Plot<'static> {
+    let points = points(rows);
+    let series = METHODS.iter().map(|m| Series {
+        name: m.label.to_owned(),
+        colour: m.colour,
+        marker: Some(m.marker),
+        line: false,
+        points: (0..rows.len())
+            .filter(|&i| rows[i].method.key == m.key && rows[i].l2 > 0.0)
+            .map(|i| points[i])
+            .collect(),
+    });
+    let shown = series.filter(|s: &Series| s.points.iter().any(|p| p.1.is_finite())).collect();
+    let paper = rows.iter().find(|r| r.paper).map(|r| ((r.us[1], r.l2), "the paper's setting".to_owned()));
+    let front = pareto_front(&points).into_iter().map(|i| points[i]).filter(|p| p.1 > 0.0).collect();
+    Plot {
+        x: ("computing time for a frame of 1/30 s", Scale::Time),
+        y: ("relative L2 error", Scale::Percent),
+        series: shown,
+        marks: Marks { front, ringed: paper, limit: Some((1e6 / 30.0, "real time".to_owned())) },
+        size: WHOLE,
+    }
+}
+
+fn line(name: &str, colour: (u8, u8, u8), marker: Option<Marker>, points: Vec<(f64, f64)>) -> Series {
+    Series { name: name.to_owned(), colour, marker, line: true, points }
+}
+
+fn colour(key: &str) -> (u8, u8, u8) {
+    METHODS.iter().find(|m| m.key == key).map_or((60, 60, 60), |m| m.colour)
+}
+
+/// A grey scale for series that are no method.
+fn grey(k: usize, of: usize) -> (u8, u8, u8) {
+    let t = 40 + (150 * k / of.max(1)) as u8;
+    (t, t / 2 + 40, 200 - t / 2)
+}
+
+pub struct Figure {
+    /// File name without .svg.
+    pub name: String,
+    pub svg: String,
+}
+
+/// All plots, by name.
+pub fn figures(report: &Report) -> Result<Vec<Figure>> {
+    let mut all = vec![];
+    let mut put = |name: String, plot: Plot| -> Result<()> {
+        all.push(Figure { name, svg: plot.draw()? });
+        Ok(())
+    };
+    for (sweep, outcome) in &report.sweeps {
+        let knobs: Vec<&Row> = outcome.rows.iter().filter(|r| r.scene.ends_with("_knobs")).collect();
+        put(format!("pareto_{}", sweep.key), pareto_plot(&knobs))?;
+        let by_load = |measure: fn(&Row) -> f64, shell: bool| -> Vec<Series> {
+            METHODS
+                .iter()
+                .filter(|m| m.integrator < 2 && (shell || m.family != Family::Shell))
+                .map(|m| {
+                    let rows = outcome.rows.iter().filter(|r| r.scene == sweep.key && r.method.key == m.key);
+                    let load = |r: &Row| r.case.trim_start_matches("g=").parse().unwrap_or(f64::NAN);
+                    let name = m.label.split(',').next().unwrap_or(m.label);
+                    line(name, m.colour, Some(m.marker), rows.map(|r| (load(r), measure(r))).collect())
+                })
+                .filter(|s| !s.points.is_empty())
+                .collect()
+        };
+        let x = ("gravity", Scale::Linear);
+        let plot = |y, series| Plot { x, y, series, marks: Marks::default(), size: HALF };
+        put(
+            format!("sweep_error_{}", sweep.key),
+            plot(("relative L2 error", Scale::Percent), by_load(|r| r.l2, false)),
+        )?;
+        let area = by_load(|r| 100.0 * r.area, true);
+        put(format!("sweep_area_{}", sweep.key), plot(("change of area, %", Scale::Linear), area))?;
+    }
+    for (scene, outcome) in &report.motions {
+        let rows: Vec<&Row> = outcome.rows.iter().collect();
+        put(format!("pareto_{}", scene.key), pareto_plot(&rows))?;
+        let (v, c) = (scene.mesh.nearest(scene.probe.0), scene.probe.1);
+        let names = [("LMA", "lma_exact"), ("warp", "warp_exact"), ("discrete shell", "shell_explicit")];
+        let traces = outcome.shown.iter().zip(names).map(|(frames, (name, key))| {
+            let height = |f: &Vec<[f64; 3]>| f[v][c] - scene.mesh.positions[v][c];
+            let signal = frames.iter().enumerate().map(|(k, f)| ((k + 1) as f64 * FRAME, height(f)));
+            line(name, colour(key), None, signal.collect())
+        });
+        let y = (["displacement along x", "displacement along y", "displacement along z"][c], Scale::Linear);
+        put(
+            format!("trace_{}", scene.key),
+            Plot { x: ("time, s", Scale::Linear), y, series: traces.collect(), marks: Marks::default(), size: WHOLE },
+        )?;
+    }
+    convergence_figures(report, &mut put)?;
+    cost_figures(report, &mut put)?;
+    Ok(all)
+}
+
+type Put<'a> = dyn FnMut(String, Plot) -> Result<()> + 'a;
+
+fn convergence_figures(report: &Report, put: &mut Put) -> Result<()> {
+    let series = METHODS.iter().map(|m| {
+        let own = report.steps.iter().filter(|p| p.method == m.key);
+        line(m.label, m.colour, Some(m.marker), own.map(|p| (FRAME / p.steps, p.error)).collect())
+    });
+    let y = ("distance to its own limit", Scale::Percent);
+    let series = series.filter(|s| !s.points.is_empty()).collect();
+    put(
+        "convergence_steps".into(),
+        Plot { x: ("step, s", Scale::Log), y, series, marks: Marks::default(), size: WHOLE },
+    )?;
+    let mut series: Vec<Series> = report
+        .sweeps
+        .iter()
+        .enumerate()
+        .map(|(k, (sweep, outcome))| {
+            let points = outcome.ladder.iter().map(|l| (l.1, l.3)).collect();
+            line(sweep.title, grey(k, 4), Some(Marker::Disc), points)
+        })
+        .collect();
+    let plate = report.plate.iter().filter(|p| p.mode == 1).map(|p| (p.edge, (p.here / p.there - 1.0).abs()));
+    series.push(line("square plate, first frequency", (20, 20, 20), Some(Marker::Cross), plate.collect()));
+    let y = ("relative error", Scale::Percent);
+    put(
+        "convergence_mesh".into(),
+        Plot { x: ("edge length", Scale::Log), y, series, marks: Marks::default(), size: WHOLE },
+    )?;
+    let by = |k: usize| report.modes.iter().map(|(m, e)| (*m as f64, e[k])).collect::<Vec<_>>();
+    let series = vec![
+        line("LMA", colour("lma_implicit"), Some(Marker::Disc), by(0)),
+        line("warp", colour("warp_implicit"), Some(Marker::Disc), by(1)),
+    ];
+    let y = ("relative L2 error", Scale::Percent);
+    put("convergence_modes".into(), Plot { x: ("modes", Scale::Log), y, series, marks: Marks::default(), size: WHOLE })
+}
+
+fn cost_figures(report: &Report, put: &mut Put) -> Result<()> {
+    for (what, label) in [("vertices", "vertices (8 modes)"), ("modes", "modes (3000 vertices)")] {
+        let names = [
+            ("step, LMA", "lma_implicit", Marker::Disc),
+            ("step, warp", "warp_implicit", Marker::Disc),
+            ("positions, warp", "warp_implicit", Marker::Ring),
+            ("floor", "", Marker::Cross),
+        ];
+        let series = names.into_iter().map(|(name, key, marker)| {
+            let own = report.growth.iter().filter(|c| c.series == format!("{what}: {name}"));
+            let name = if name == "floor" { "floor: reading the basis" } else { name };
+            line(name, colour(key), Some(marker), own.map(|c| (c.size as f64, c.us)).collect())
+        });
+        let series = series.filter(|s| !s.points.is_empty()).collect();
+        let plot =
+            Plot { x: (label, Scale::Log), y: ("time", Scale::Time), series, marks: Marks::default(), size: HALF };
+        put(format!("cost_{what}"), plot)?;
+    }
+    let all = |measure: &dyn Fn(&crate::cost::Precompute) -> f64| -> Vec<(f64, f64)> {
+        report.precompute.iter().map(|p| (p.vertices as f64, measure(p))).collect()
+    };
+    let mut series = vec![line("all", (20, 20, 20), Some(Marker::Disc), all(&|p| 1e6 * p.seconds))];
+    for (k, phase) in crate::cost::PHASES.iter().enumerate() {
+        let points = all(&|p| 1e6 * p.phases[k]).into_iter().filter(|p| p.1 > 0.0).collect();
+        series.push(line(phase, grey(k, 6), None, points));
+    }
+    let x = ("vertices (16 modes)", Scale::Log);
+    put("precompute".into(), Plot { x, y: ("time", Scale::Time), series, marks: Marks::default(), size: WHOLE })
+}
+
+/// Writes index.html; `viewer` is the bundled player, if there is one.
+pub fn write(folder: &Path, report: &Report, figures: &[Figure], machine: &str, viewer: Option<&str>) -> Result<()> {
+    let figure = |name: &str| -> String {
+        let svg = figures.iter().find(|f| f.name == name).map_or("", |f| &f.svg);
+        format!("<div class=\"plot\">{svg}</div>")
+    };
+    let mut scenes = String::new();
+    for (scene, outcome) in &report.motions {
+        scenes += &scene_section(scene.title, scene.text, &figure(&format!("pareto_{}", scene.key)));
+        let failures = outcome.rows.iter().filter(|r| !r.failure.is_empty()).count();
+        if failures > 0 {
+            scenes += &format!(
+                "<p class=\"note\">Runs that failed, as explicit steps that are too long do: {failures}; see errors.csv.</p>"
+            );
+        }
+        scenes += "<p>The probe over time, 1/30 s steps and the exact propagator:</p>";
+        scenes += &figure(&format!("trace_{}", scene.key));
+    }
+    for (sweep, outcome) in &report.sweeps {
+        let heading = format!("{} (g = {})", sweep.title, sweep.knob_load);
+        scenes += &scene_section(&heading, sweep.text, &figure(&format!("pareto_{}", sweep.key)));
+        scenes += "<p>Over gravity, 8 modes, against the nonlinear shell on the same mesh:</p><div class=\"pair\">";
+        scenes += &figure(&format!("sweep_error_{}", sweep.key));
+        scenes += &figure(&format!("sweep_area_{}", sweep.key));
+        scenes += &format!(
+            "</div><details><summary>The numbers</summary>{}</details>",
+            report.sweep_table(sweep, outcome).html()
+        );
+    }
+    let player = match viewer {
+        Some(_) => include_str!("../page/player.html").to_owned(),
+        None => "<p class=\"note\">The 3D player is left out: npm was not there to bundle it.</p>".to_owned(),
+    };
+    let mut scripts = String::new();
+    if let Some(viewer) = viewer {
+        let entries = report.motions.iter().rev().map(|(s, o)| motions::entry(s, o)).collect::<Result<Vec<_>>>()?;
+        let data = serde_json::to_string(&entries)?;
+        scripts = format!(
+            "<script type=\"application/json\" id=\"motions\">{data}</script>\n<script>{}</script>",
+            viewer.replace("</script", "<\\/script")
+        );
+    }
+    let note = match report.effort {
+        Effort::Full => "",
+        _ => {
+            "<p class=\"note\">A quick run: fewer knobs and scenes, and no peers. <code>make report</code> makes the whole.</p>"
+        }
+    };
+    let parts: Vec<(&str, String)> = vec![
+        ("style", STYLE.to_owned()),
+        ("note", note.to_owned()),
+        ("version", escape(&report.version)),
+        ("machine", escape(machine)),
+        ("player", player),
+        ("choice", report.choice().html()),
+        ("scenes", scenes),
+        ("next_factor", report.next_factor().html()),
+        ("references", report.references().html()),
+        ("plot_steps", figure("convergence_steps")),
+        ("table_steps", report.convergence_steps().html()),
+        ("plot_mesh", figure("convergence_mesh")),
+        ("table_mesh", report.convergence_mesh().html()),
+        ("plot_modes", figure("convergence_modes")),
+        ("table_modes", report.convergence_modes().html()),
+        ("kinds", report.error_kinds().html()),
+        ("elastica", report.elastica_table().html()),
+        ("plate", report.plate_table().html()),
+        ("arc", report.arc_table().html()),
+        ("peers", report.peers_table().html()),
+        ("parts", report.parts_table().html()),
+        ("plot_vertices", figure("cost_vertices")),
+        ("plot_cost_modes", figure("cost_modes")),
+        ("growth", report.growth_table().html()),
+        ("plot_precompute", figure("precompute")),
+        ("precompute", report.precompute_table().html()),
+        ("scripts", scripts),
+    ];
+    std::fs::write(folder.join("index.html"), filled(TEMPLATE, &parts))?;
+    Ok(())
+}
+
+/// The template with each {{name}} replaced once, so that nothing in the data is taken for a name.
+pub fn filled(template: &str, parts: &[(&str, String)]) -> String {
+    let mut text = String::new();
+    let mut rest = template;
+    while let Some((before, after)) = rest.split_once("{{") {
+        let (name, after) = after.split_once("}}").expect("a closed name in the template");
+        text += before;
+        text += &parts.iter().find(|(n, _)| *n == name).unwrap_or_else(|| panic!("no part {name} of the page")).1;
+        rest = after;
+    }
+    text + rest
+}
+
+fn scene_section(title: &str, text: &str, plot: &str) -> String {
+    format!("<h3>{}</h3><p>{}</p>{plot}", escape(title), escape(text))
+}
