@@ -8,6 +8,7 @@ use super::pointer::{
     read_descriptor_or_default, sized,
 };
 use super::status::{Fault, SW_ERROR_NOT_PRECOMPUTED, SwStatus};
+use crate::error::require_finite;
 use crate::model::{Model, Options, Precision};
 use crate::modes::{PHASES, Phase};
 use crate::{Error, ErrorKind, Material, Mesh, Shell, State, Supports};
@@ -120,6 +121,11 @@ pub struct SwPrecomputeDesc {
     pub progress: SwProgressFn,
     /// Passed to progress.
     pub progress_user: *mut c_void,
+    /// Gravity in frame axes, acceleration. Unless zero, the mesh is first let sag under it to rest by the nonlinear shell, and
+    /// modes are those of the sagged shape under its own weight; states begin there, and displacements and max_displacement
+    /// count from there. Under this gravity the shape is then exact, and under others the error of a modal method grows with the
+    /// difference only. The shell must be supported.
+    pub sag_gravity: [f64; 3],
 }
 
 sized!(SwPrecomputeDesc);
@@ -286,8 +292,8 @@ fn log_repairs(mesh: &Mesh) {
 ///
 /// Blocks for seconds on large meshes. On failure or cancellation the model is as it was before. Not to be called at the
 /// same time as any other function on this model.
-/// Errors: SW_ERROR_INVALID_DESC, SW_ERROR_INVALID_ARGUMENT, SW_ERROR_CANCELLED, SW_ERROR_NUMERICAL,
-/// SW_ERROR_OUT_OF_MEMORY, SW_ERROR_BUSY.
+/// Errors: SW_ERROR_INVALID_DESC, SW_ERROR_INVALID_ARGUMENT, SW_ERROR_CANCELLED, SW_ERROR_NUMERICAL, also when the shell does not
+/// come to rest under sag_gravity or is about to buckle there, SW_ERROR_OUT_OF_MEMORY, SW_ERROR_BUSY.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn sw_model_precompute(model: *mut SwModel, desc: *const SwPrecomputeDesc) -> SwStatus {
     guard(|| {
@@ -297,9 +303,13 @@ pub unsafe extern "C" fn sw_model_precompute(model: *mut SwModel, desc: *const S
         let precision = [(0, Precision::F32), (SW_PRECISION_F32, Precision::F32), (SW_PRECISION_F64, Precision::F64)];
         let precision = enumerant("desc->precision", desc.precision, &precision)?;
         let modes = if desc.modes == 0 { Options::default().modes } else { desc.modes as usize };
+        for (k, g) in desc.sag_gravity.iter().enumerate() {
+            require_finite(&format!("desc->sag_gravity[{k}]"), *g)?;
+        }
+        let options = Options { modes, precision, sag: desc.sag_gravity.into() };
         let mut content = write("model", &handle.0)?;
         let mut progress = |phase: Phase, fraction: f64| call_progress(&desc, phase, fraction);
-        let computed = Model::precompute(content.shell.clone(), &Options { modes, precision }, &mut progress)?;
+        let computed = Model::precompute(content.shell.clone(), &options, &mut progress)?;
         log_certificate(&computed);
         content.model = Some(Arc::new(computed));
         Ok(())
