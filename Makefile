@@ -3,6 +3,8 @@ JOBS ?= 2
 BUILD := build
 CLI := $(BUILD)/bin/shellwarp
 WHAT := all
+FUZZ_SECONDS ?= 300
+FUZZ_SANITIZER ?= none
 PREFIX ?= /usr/local
 
 MAKEFLAGS += --no-print-directory
@@ -12,7 +14,7 @@ export CMAKE_BUILD_PARALLEL_LEVEL ?= $(JOBS)
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
 .PHONY: help build native demo test test-cargo test-c test-render test-blender demo-blender install package blender-addon header \
-    python-abi lint bench bench-instructions bench-precompute build-report report report-docs test-report clean
+    python-abi lint fuzz check-memory bench bench-instructions bench-precompute build-report report report-docs test-report clean
 
 help: ## list the targets
 	@echo "usage: make TARGET [JOBS=2]"
@@ -89,6 +91,13 @@ bench: ## time the run-time kernels beside their floors; the tables of docs/spee
 
 bench-instructions: ## count the kernels' instructions under valgrind against those checked in (UPDATE=1: check in these)
 	python3 tests/bench/instructions.py $(if $(UPDATE),--update)
+
+fuzz: ## search for inputs that break the library, FUZZ_SECONDS=300 over three targets (nightly Rust, cargo-fuzz)
+	@sh tests/fuzz/search.sh $(FUZZ_SECONDS) $(FUZZ_SANITIZER)
+
+check-memory: ## run the C and C++ tests under valgrind (memcheck; helgrind and drd where threads are)
+	@$(MAKE) native WHAT=check_memory_programs
+	@sh tests/c/check_memory.sh $(BUILD)/tests/c
 
 bench-precompute: build ## time the precompute against scipy's eigensolver
 	@sh cmake/bootstrap.sh bench

@@ -24,6 +24,12 @@ pub trait Real:
     fn to_f64(self) -> f64;
     /// Rounds, or is exact.
     fn to_f32(self) -> f32;
+    /// Size.
+    const BYTES: usize;
+    /// Appends it, little-endian.
+    fn put(self, out: &mut Vec<u8>);
+    /// From [`Real::BYTES`] bytes, little-endian.
+    fn get(bytes: &[u8]) -> Self;
     /// Terms of the Taylor series on [0, π²] that [`crate::warp::coefficients`] needs for full precision.
     const SERIES_TERMS: usize;
 
@@ -65,6 +71,13 @@ macro_rules! real {
             #[inline(always)]
             fn to_f32(self) -> f32 {
                 self as f32
+            }
+            const BYTES: usize = size_of::<$type>();
+            fn put(self, out: &mut Vec<u8>) {
+                out.extend(self.to_le_bytes());
+            }
+            fn get(bytes: &[u8]) -> Self {
+                Self::from_le_bytes(bytes.try_into().expect("as many bytes as a number has"))
             }
             const SERIES_TERMS: usize = $terms;
 
