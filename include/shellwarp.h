@@ -636,6 +636,28 @@ SwStatus sw_model_frequencies(const struct SwModel *model,
                               uint32_t capacity,
                               uint32_t *count);
 
+// Saves a precomputed model, so that sw_model_load gives it back without another precompute: about 24 bytes per vertex and
+// mode (48 with SW_PRECISION_F64) and 49 per vertex. Two calls: with `bytes` NULL and `capacity` 0 only *size is written.
+// Nothing of a state is saved (sw_state_save). Callable concurrently.
+// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_NOT_PRECOMPUTED, SW_ERROR_BUFFER_SIZE when capacity < *size,
+// SW_ERROR_OUT_OF_MEMORY, SW_ERROR_BUSY.
+SwStatus sw_model_save(const struct SwModel *model,
+                       void *bytes,
+                       uint64_t capacity,
+                       uint64_t *size);
+
+// Makes a precomputed model of what sw_model_save gave, in this or an older version of the library. On success *model is a
+// new handle, to be given to sw_model_destroy; on failure it is untouched. `bytes` (size) are read during the call only.
+//
+// The model has the same bits as the one saved: steps, handles, equilibria and saved states of either go on with the other.
+// No eigenvalue search is done; the time goes into reading the bytes and checking the mesh. Safe on any bytes: they carry a
+// version, sizes and a checksum, and whatever they hold beyond that is checked, so that forged ones cannot do harm; that the
+// modes belong to the shell is not checked. Callable from any thread.
+// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DATA, SW_ERROR_OUT_OF_MEMORY.
+SwStatus sw_model_load(const void *bytes,
+                       uint64_t size,
+                       struct SwModel **model);
+
 // One mode (n_vertices x 3) as SW_SHAPE_..., in SW_FORMAT_..., `stride` bytes from vertex to vertex (0 = packed). The sign and
 // the basis of repeated modes follow a fixed rule: modes agree with the translations along x, y, z, then the rotations about
 // them, then a fixed random field, the first that they see. Callable concurrently.

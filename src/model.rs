@@ -18,6 +18,16 @@ pub enum Precision {
     F64,
 }
 
+impl Precision {
+    /// Bytes of a number.
+    pub fn number_bytes(self) -> usize {
+        match self {
+            Self::F32 => size_of::<f32>(),
+            Self::F64 => size_of::<f64>(),
+        }
+    }
+}
+
 /// What to precompute.
 #[derive(Clone, Copy, Debug)]
 pub struct Options {
@@ -165,7 +175,7 @@ fn largest_rotation_and_swing(shell: &Shell, modes: &Modes) -> (Vec<f64>, Vec<f6
 }
 
 /// Hash of everything that amplitudes mean something by: mesh, supports, eigenvalues, precision.
-fn fingerprint(shell: &Shell, eigenvalues: &[f64], precision: Precision) -> u64 {
+pub(crate) fn fingerprint(shell: &Shell, eigenvalues: &[f64], precision: Precision) -> u64 {
     let mut hash = Xxh3::new();
     shell.mesh.positions.iter().flatten().for_each(|x| hash.update(&x.to_le_bytes()));
     shell.mesh.triangles.iter().flatten().for_each(|v| hash.update(&v.to_le_bytes()));
