@@ -254,6 +254,21 @@ class Running(unittest.TestCase):
         with self.assertRaisesRegex(TypeError, "State.save"):
             pickle.dumps(state)
 
+    def test_a_saved_model_runs_with_the_same_bits_and_damage_is_noticed(self):
+        for precision in ("f32", "f64"):
+            with self.subTest(precision):
+                made = sw.Model(strip.shell())
+                made.precompute(modes=12, precision=precision)
+                data = made.save()
+                loaded = sw.Model.load(data)
+                self.assertEqual(loaded.info()["modes"], 12)
+                self.assertTrue(numpy.array_equal(run(loaded, 30).positions(), run(made, 30).positions()))
+                self.assertEqual(loaded.save(), data)
+                with self.assertRaises(sw.InvalidDataError):
+                    sw.Model.load(data[:-1] + bytes([data[-1] ^ 1]))
+        with self.assertRaises(sw.NotPrecomputedError):
+            sw.Model(strip.shell()).save()
+
     def test_states_on_threads_move_as_alone(self):
         made = model()
         expected = run(made, 50).positions()
