@@ -7,6 +7,7 @@ import pickle
 import subprocess
 import sys
 import threading
+import time
 import unittest
 import weakref
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
@@ -268,6 +269,28 @@ class Running(unittest.TestCase):
                     sw.Model.load(data[:-1] + bytes([data[-1] ^ 1]))
         with self.assertRaises(sw.NotPrecomputedError):
             sw.Model(strip.shell()).save()
+
+    def test_other_threads_run_during_a_long_call(self):
+        i, j = numpy.meshgrid(numpy.arange(90), numpy.arange(90), indexing="ij")
+        a = (90 * numpy.arange(89)[:, None] + numpy.arange(89)).ravel()
+        triangles = numpy.concatenate([numpy.stack([a, a + 90, a + 91], axis=-1), numpy.stack([a, a + 91, a + 1], axis=-1)])
+        made = sw.Model(sw.Shell(numpy.stack([i, j, 0.0 * i], axis=-1).reshape(-1, 3), triangles, fixed=numpy.arange(180)))
+        ends = []
+
+        def precompute():
+            ends.append(time.perf_counter())
+            made.precompute(modes=32)
+            ends.append(time.perf_counter())
+
+        thread = threading.Thread(target=precompute)
+        thread.start()
+        ticks = []
+        while thread.is_alive():
+            ticks.append(time.perf_counter())
+            time.sleep(0.001)
+        start, length = ends[0], ends[1] - ends[0]
+        # A held lock would let this thread run just before the call and just after it, never in its middle half.
+        self.assertTrue([tick for tick in ticks if 0.25 < (tick - start) / length < 0.75])
 
     def test_states_on_threads_move_as_alone(self):
         made = model()
