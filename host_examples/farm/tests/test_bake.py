@@ -47,6 +47,15 @@ def gone(pid):
         return True
 
 
+def fails_twice(path):
+    """A task that finds no room for its files until the third try."""
+    with open(path, "a", encoding="ascii") as file:
+        file.write("x")
+    if len(Path(path).read_text()) < 3:
+        raise OSError("no space left")
+    return "done"
+
+
 class Farm(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
@@ -157,6 +166,17 @@ class Farm(unittest.TestCase):
         self.assertEqual(len(report["failed"]), 2)
         for line in report["failed"]:
             self.assertIn("nowhere.obj: there is no such mesh", line)
+
+    def test_what_fails_for_want_of_room_is_tried_again(self):
+        self.assertEqual(self.engine.submit(fails_twice, str(self.top / "tries"), key="flaky").result(PATIENCE), "done")
+
+    def test_a_job_that_goes_on_failing_is_reported_and_the_others_go_on(self):
+        blocked = {**self.jobs[0], "name": "card/file/blocked"}
+        (self.top / "blocked" / "card").mkdir(parents=True)
+        (self.top / "blocked" / "card" / "file").write_text("where a folder should be")
+        report = self.bake("blocked", [blocked, self.jobs[1]])
+        self.assertEqual((report["baked"], len(report["failed"])), (1, 1))
+        self.assertIn("card/file/blocked", report["failed"][0])
 
     def test_a_running_scheduler_is_used_by_its_address(self):
         command = [sys.executable, "-m", "shellwarp_farm", "bake", str(self.top / "list.toml"), "--out", str(self.top / "remote"),
