@@ -3,6 +3,8 @@ JOBS ?= 2
 BUILD := build
 CLI := $(BUILD)/bin/shellwarp
 WHAT := all
+FUZZ_SECONDS ?= 300
+FUZZ_SANITIZER ?= none
 PREFIX ?= /usr/local
 
 MAKEFLAGS += --no-print-directory
@@ -11,8 +13,9 @@ export CMAKE_BUILD_PARALLEL_LEVEL ?= $(JOBS)
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
-.PHONY: help build native demo test test-cargo test-c test-render test-blender demo-blender farm-demo farm-sweep farm-costs bench-slepc install package blender-addon header \
-    python-abi lint bench-precompute build-report report report-docs test-report clean
+.PHONY: help build native demo test test-cargo test-c test-render test-blender demo-blender install package blender-addon header \
+    python-abi lint fuzz check-memory bench-precompute build-report report report-docs test-report clean
+.PHONY: farm-demo farm-sweep farm-costs bench-slepc
 
 help: ## list the targets
 	@echo "usage: make TARGET [JOBS=2]"
@@ -100,6 +103,13 @@ python-abi: ## write the Python package's declarations anew from include/shellwa
 lint: ## check formatting and run clippy, warnings as errors
 	cargo fmt --all --check
 	cargo clippy --workspace --all-targets -- -D warnings
+
+fuzz: ## search for inputs that break the library, FUZZ_SECONDS=300 over three targets (nightly Rust, cargo-fuzz)
+	@sh tests/fuzz/search.sh $(FUZZ_SECONDS) $(FUZZ_SANITIZER)
+
+check-memory: ## run the C and C++ tests under valgrind (memcheck; helgrind and drd where threads are)
+	@$(MAKE) native WHAT=check_memory_programs
+	@sh tests/c/check_memory.sh $(BUILD)/tests/c
 
 bench-precompute: build ## time the precompute against scipy's eigensolver
 	@sh cmake/bootstrap.sh bench

@@ -307,13 +307,17 @@ fn restore_basis<T: Real>(shell: &Shell, largest_rotation: &[f64], from: &mut Re
             basis.set_stored(k, v, stored);
         }
     }
+    if !basis.is_finite() {
+        return invalid("its positions leave the range of its precision"); // which the shapes do not
+    }
     let (relative, absolute) = ROTATION_ERROR;
     let root_mass = shell.total_mass.sqrt();
     for k in 0..modes {
         let norm_error = (norms[k] - 1.0).abs();
         let turn_bound = largest_rotation[k] * root_mass * (1.0 + relative) + absolute;
         if !(norm_error <= NORM_ERROR && turns[k].sqrt() <= turn_bound) {
-            return invalid(format!("mode {k} is not normed, or turns further than is said"));
+            let facts = format!("norm {:e}, turns {:e} of {turn_bound:e}", norms[k], turns[k].sqrt());
+            return invalid(format!("mode {k} is not normed, or turns further than is said: {facts}"));
         }
     }
     Ok(basis)

@@ -4,7 +4,7 @@ use crate::modes::{Certificate, Modes, PHASES, Phase, Progress, lowest_modes};
 use crate::real::Real;
 use crate::step::Guard;
 use crate::warp::{Basis, ModalRotation};
-use crate::{Result, Shell, Vec3};
+use crate::{Error, ErrorKind, Result, Shell, Vec3, wide_norm};
 use std::sync::Arc;
 use xxhash_rust::xxh3::Xxh3;
 
@@ -100,6 +100,13 @@ impl Model {
             Precision::F64 => AnyBasis::F64(run_time_basis(&shell, &modes.shapes, &mut progress)?),
         };
         let (largest_rotation, largest_swing) = largest_rotation_and_swing(&shell, &modes);
+        let shapes_fit = with_basis!(&basis, basis => basis.is_finite());
+        let Certificate { residual, orthonormality, .. } = modes.certificate;
+        let told = largest_rotation.iter().chain(&largest_swing).chain([&residual, &orthonormality]);
+        if !shapes_fit || told.into_iter().any(|x| !x.is_finite()) {
+            let message = "the mode shapes leave the floating-point range: choose other units, or 64-bit precision";
+            return Err(Error::new(ErrorKind::Numerical, message));
+        }
         let fingerprint = fingerprint(&shell, &modes.eigenvalues, options.precision);
         Ok(Self {
             shell,
@@ -168,8 +175,8 @@ fn largest_rotation_and_swing(shell: &Shell, modes: &Modes) -> (Vec<f64>, Vec<f6
     let rotation = ModalRotation::new(&shell.mesh);
     let largest = |phi: &Vec<Vec3>| {
         let psi = rotation.apply(phi);
-        let swings = psi.iter().zip(phi).map(|(w, u)| w.norm() * u.norm());
-        (psi.iter().map(|w| w.norm()).fold(0.0, f64::max), swings.fold(0.0, f64::max))
+        let swings = psi.iter().zip(phi).map(|(w, u)| wide_norm(w) * wide_norm(u));
+        (psi.iter().map(wide_norm).fold(0.0, f64::max), swings.fold(0.0, f64::max))
     };
     modes.shapes.iter().map(largest).unzip()
 }

@@ -71,7 +71,7 @@ macro_rules! real {
                 out.extend(self.to_le_bytes());
             }
             fn get(bytes: &[u8]) -> Self {
-                Self::from_le_bytes(bytes.try_into().expect("as many bytes as the number has"))
+                Self::from_le_bytes(bytes.try_into().expect("as many bytes as a number has"))
             }
             const SERIES_TERMS: usize = $terms;
 

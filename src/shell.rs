@@ -28,10 +28,19 @@ impl Shell {
     pub fn new(mesh: Mesh, material: Material, supports: &Supports) -> Result<Self> {
         let material = material.validated()?;
         let held = supports.held(&mesh)?;
+        if !mesh.size.is_finite() {
+            return Err(Error::new(
+                ErrorKind::Numerical,
+                "the mesh is wider than the floating-point range: choose other units",
+            ));
+        }
         let (mass, total_area) = lumped_mass(&mesh, material.area_density)?;
         let free = (0..mass.len() as u32).filter(|&v| mass[v as usize] > 0.0 && !held[v as usize]).collect();
         let energy = Box::new(discrete_shell(&mesh, &material));
-        let total_mass = mass.iter().sum();
+        let total_mass: f64 = mass.iter().sum();
+        if !(total_mass.is_finite() && total_area.is_finite()) {
+            return Err(Error::new(ErrorKind::Numerical, "the shell's mass or area is not finite: choose other units"));
+        }
         Ok(Self { mesh, material, energy, mass, held, free, total_area, total_mass })
     }
 
