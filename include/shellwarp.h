@@ -291,6 +291,11 @@ typedef struct SwPrecomputeDesc {
   SwProgressFn progress;
   // Passed to progress.
   void *progress_user;
+  // Gravity in frame axes, acceleration. Unless zero, the mesh is first let sag under it to rest by the nonlinear shell, and
+  // modes are those of the sagged shape under its own weight; states begin there, and displacements and max_displacement
+  // count from there. Under this gravity the shape is then exact, and under others the error of a modal method grows with the
+  // difference only. The shell must be supported.
+  double sag_gravity[3];
 } SwPrecomputeDesc;
 
 // Facts about a model. The caller sets struct_size with sw_model_info_init.
@@ -615,8 +620,8 @@ SwStatus sw_model_create(const struct SwMeshDesc *mesh,
 //
 // Blocks for seconds on large meshes. On failure or cancellation the model is as it was before. Not to be called at the
 // same time as any other function on this model.
-// Errors: SW_ERROR_INVALID_DESC, SW_ERROR_INVALID_ARGUMENT, SW_ERROR_CANCELLED, SW_ERROR_NUMERICAL,
-// SW_ERROR_OUT_OF_MEMORY, SW_ERROR_BUSY.
+// Errors: SW_ERROR_INVALID_DESC, SW_ERROR_INVALID_ARGUMENT, SW_ERROR_CANCELLED, SW_ERROR_NUMERICAL, also when the shell does not
+// come to rest under sag_gravity or is about to buckle there, SW_ERROR_OUT_OF_MEMORY, SW_ERROR_BUSY.
 SwStatus sw_model_precompute(struct SwModel *model,
                              const struct SwPrecomputeDesc *desc);
 

@@ -125,7 +125,11 @@ impl Model {
     }
 
     /// Everything there is, so that [`Model::load`] gives a model of the same bits.
+    /// One that is linearised where it hangs has no saved form yet.
     pub fn save(&self) -> Result<Vec<u8>> {
+        if self.shell.carried.is_some() {
+            return Err(Error::new(ErrorKind::Unsupported, "a model linearised where it hangs cannot be saved yet"));
+        }
         let mut out: Vec<u8> = Vec::new();
         let size = self.saved_size();
         let refused = |_| Error::new(ErrorKind::OutOfMemory, format!("the saved model needs {size} bytes"));

@@ -35,11 +35,13 @@ pub struct Options {
     pub modes: usize,
     /// Of the run-time basis; modes are always computed in f64.
     pub precision: Precision,
+    /// Gravity (frame axes) under which the shell hangs at rest where it is linearised; zero = the rest shape.
+    pub sag: Vec3,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { modes: 16, precision: Precision::F32 }
+        Self { modes: 16, precision: Precision::F32, sag: Vec3::zeros() }
     }
 }
 
@@ -94,6 +96,7 @@ impl Model {
         callback: &mut dyn FnMut(Phase, f64) -> Result<()>,
     ) -> Result<Self> {
         let mut progress = Progress::new(callback);
+        let shell = if options.sag == Vec3::zeros() { shell } else { sagged(&shell, options.sag, &mut progress)? };
         let modes = lowest_modes(&shell, options.modes, &mut progress)?;
         let basis = match options.precision {
             Precision::F32 => AnyBasis::F32(run_time_basis(&shell, &modes.shapes, &mut progress)?),
@@ -158,6 +161,11 @@ impl Model {
         let connectivity = mesh.triangles.len() * 12 + mesh.edges.len() * 16;
         with_basis!(&self.basis, basis => basis.bytes()) + vertices + connectivity + 8 * self.n_modes()
     }
+}
+
+fn sagged(shell: &Arc<Shell>, gravity: Vec3, progress: &mut Progress) -> Result<Arc<Shell>> {
+    let mut watch = |share: f64| progress.report(Phase::Assembly, 0.9 * share);
+    Ok(Arc::new(shell.sagged(gravity, &mut watch)?))
 }
 
 fn run_time_basis<T: Real>(shell: &Shell, shapes: &[Vec<Vec3>], progress: &mut Progress) -> Result<Basis<T>> {

@@ -9,6 +9,7 @@ use super::pointer::{
 };
 use super::status::{Fault, SW_ERROR_INVALID_DATA, SW_ERROR_NOT_PRECOMPUTED, SwStatus};
 use crate::cache;
+use crate::error::require_finite;
 use crate::model::{Model, Options, Precision};
 use crate::modes::{PHASES, Phase};
 use crate::{Error, ErrorKind, Material, Mesh, Shell, State, Supports};
@@ -121,6 +122,11 @@ pub struct SwPrecomputeDesc {
     pub progress: SwProgressFn,
     /// Passed to progress.
     pub progress_user: *mut c_void,
+    /// Gravity in frame axes, acceleration. Unless zero, the mesh is first let sag under it to rest by the nonlinear shell, and
+    /// modes are those of the sagged shape under its own weight; states begin there, and displacements and max_displacement
+    /// count from there. Under this gravity the shape is then exact, and under others the error of a modal method grows with the
+    /// difference only. The shell must be supported.
+    pub sag_gravity: [f64; 3],
 }
 
 sized!(SwPrecomputeDesc);
@@ -287,8 +293,8 @@ fn log_repairs(mesh: &Mesh) {
 ///
 /// Blocks for seconds on large meshes. On failure or cancellation the model is as it was before. Not to be called at the
 /// same time as any other function on this model.
-/// Errors: SW_ERROR_INVALID_DESC, SW_ERROR_INVALID_ARGUMENT, SW_ERROR_CANCELLED, SW_ERROR_NUMERICAL,
-/// SW_ERROR_OUT_OF_MEMORY, SW_ERROR_BUSY.
+/// Errors: SW_ERROR_INVALID_DESC, SW_ERROR_INVALID_ARGUMENT, SW_ERROR_CANCELLED, SW_ERROR_NUMERICAL, also when the shell does not
+/// come to rest under sag_gravity or is about to buckle there, SW_ERROR_OUT_OF_MEMORY, SW_ERROR_BUSY.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn sw_model_precompute(model: *mut SwModel, desc: *const SwPrecomputeDesc) -> SwStatus {
     guard(|| {
@@ -298,9 +304,13 @@ pub unsafe extern "C" fn sw_model_precompute(model: *mut SwModel, desc: *const S
         let precision = [(0, Precision::F32), (SW_PRECISION_F32, Precision::F32), (SW_PRECISION_F64, Precision::F64)];
         let precision = enumerant("desc->precision", desc.precision, &precision)?;
         let modes = if desc.modes == 0 { Options::default().modes } else { desc.modes as usize };
+        for (k, g) in desc.sag_gravity.iter().enumerate() {
+            require_finite(&format!("desc->sag_gravity[{k}]"), *g)?;
+        }
+        let options = Options { modes, precision, sag: desc.sag_gravity.into() };
         let mut content = write("model", &handle.0)?;
         let mut progress = |phase: Phase, fraction: f64| call_progress(&desc, phase, fraction);
-        let computed = Model::precompute(content.shell.clone(), &Options { modes, precision }, &mut progress)?;
+        let computed = Model::precompute(content.shell.clone(), &options, &mut progress)?;
         log_certificate(&computed);
         content.model = Some(Arc::new(computed));
         Ok(())
@@ -426,7 +436,8 @@ pub unsafe extern "C" fn sw_model_frequencies(
 /// Saves a precomputed model, so that sw_model_load gives it back without another precompute: about 24 bytes per vertex and
 /// mode (48 with SW_PRECISION_F64) and 49 per vertex. Two calls: with `bytes` NULL and `capacity` 0 only *size is written.
 /// Nothing of a state is saved (sw_state_save). Callable concurrently.
-/// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_NOT_PRECOMPUTED, SW_ERROR_BUFFER_SIZE when capacity < *size,
+/// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_NOT_PRECOMPUTED, SW_ERROR_UNSUPPORTED for a model with sag_gravity, which has no
+/// saved form yet, SW_ERROR_BUFFER_SIZE when capacity < *size,
 /// SW_ERROR_OUT_OF_MEMORY, SW_ERROR_BUSY.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn sw_model_save(

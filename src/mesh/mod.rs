@@ -26,7 +26,7 @@ impl Edge {
 }
 
 /// A validated mesh. Immutable; all lengths are in the host's unit.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Mesh {
     /// Rest positions x̄ (n_vertices).
     pub positions: Vec<Vec3>,

@@ -114,6 +114,9 @@ pub fn lowest_modes(shell: &Shell, wanted: usize, progress: &mut Progress) -> Re
     let symbolic = Symbolic::analyse(stiffness.lower.symbolic())?;
     progress.report(Phase::Ordering, 1.0)?;
 
+    if let Some(gravity) = shell.carried {
+        refuse_buckled(&symbolic, &stiffness, gravity)?;
+    }
     let singular = rigid_freedoms(shell) != Some(0);
     let search = Search { stiffness: &stiffness, symbolic: &symbolic, wanted, singular };
     let pairs = search.run(progress)?;
@@ -124,9 +127,25 @@ pub fn lowest_modes(shell: &Shell, wanted: usize, progress: &mut Progress) -> Re
     Ok(Modes { peak_bytes, ..modes })
 }
 
+/// Fails where the pose under `gravity` is no minimum of energy: vibration about it has no meaning.
+fn refuse_buckled(symbolic: &Symbolic, stiffness: &ScaledStiffness, gravity: Vec3) -> Result<()> {
+    match symbolic.negative_eigenvalues(&stiffness.lower)? {
+        Some(0) | None => Ok(()),
+        Some(count) => {
+            let g = [gravity.x, gravity.y, gravity.z];
+            let message =
+                format!("the pose under the gravity {g:?} is unstable in {count} directions: it is about to buckle");
+            Err(crate::Error::new(crate::ErrorKind::Numerical, message))
+        }
+    }
+}
+
 /// The dimension of the null space of K, known from the supports when lengths and angles both resist: the rigid motions
 /// that each component keeps. `None` when one of them is missing, so that there are further mechanisms.
 fn rigid_freedoms(shell: &Shell) -> Option<usize> {
+    if shell.carried.is_some() {
+        return Some(0); // what moves freely does not come to rest under its weight
+    }
     if shell.material.k_bend == 0.0 || shell.material.k_length == 0.0 {
         return None;
     }
@@ -156,7 +175,7 @@ fn freedoms_about(points: &[Vec3]) -> usize {
 fn certify(shell: &Shell, search: &Search, pairs: &Pairs, progress: &mut Progress) -> Result<Modes> {
     let root_mass = &search.stiffness.root_mass;
     let mut vectors = pairs.vectors.subcols(0, pairs.converged).to_owned();
-    let quotient = |j: usize| rayleigh_quotient(shell, root_mass, vectors.col(j));
+    let quotient = |j: usize| rayleigh_quotient(shell, search.stiffness, vectors.col(j));
     let mut eigenvalues: Vec<f64> = (0..pairs.converged).map(quotient).collect();
     sort_columns(&mut eigenvalues, &mut vectors);
     let zero_modes = match rigid_freedoms(shell) {
@@ -189,9 +208,14 @@ fn certify(shell: &Shell, search: &Search, pairs: &Pairs, progress: &mut Progres
     Ok(Modes { zero_modes: zero_modes.min(eigenvalues.len()), eigenvalues, shapes, certificate, peak_bytes: 0 })
 }
 
-/// yᵀAy/yᵀy as a sum of squares, which keeps small eigenvalues accurate.
-fn rayleigh_quotient(shell: &Shell, root_mass: &[f64], y: ColRef<'_, f64>) -> f64 {
-    let phi: Vec<f64> = y.iter().zip(root_mass).map(|(y, r)| y / r).collect();
+/// yᵀAy/yᵀy, at rest as a sum of squares, which keeps small eigenvalues accurate.
+fn rayleigh_quotient(shell: &Shell, stiffness: &ScaledStiffness, y: ColRef<'_, f64>) -> f64 {
+    if shell.carried.is_some() {
+        let y: Vec<f64> = y.iter().copied().collect();
+        let image = stiffness.apply(&y);
+        return image.iter().zip(&y).map(|(a, y)| a * y).sum::<f64>() / y.iter().map(|y| y * y).sum::<f64>();
+    }
+    let phi: Vec<f64> = y.iter().zip(&stiffness.root_mass).map(|(y, r)| y / r).collect();
     rest_quadratic_form(&*shell.energy, &shell.scatter(&phi)) / y.squared_norm_l2()
 }
 

@@ -364,7 +364,7 @@ impl State {
             return Err(Error::new(ErrorKind::Numerical, message));
         }
         self.evaluate_loads(&frame.pose, &rates);
-        let load = BodyLoad::new(self.gravity, &frame.pose, &rates);
+        let load = self.body_load(&frame.pose, &rates);
         let Self { model, dynamics, loads, scratch, .. } = self;
         let external = (!loads.is_empty()).then_some(&scratch.force[..]);
         match dynamics {
@@ -375,6 +375,15 @@ impl State {
         self.time += h;
         self.forget_forces();
         Ok(())
+    }
+
+    /// Gravity and inertia as the unknowns feel them.
+    fn body_load(&self, pose: &Pose, rates: &Rates) -> BodyLoad {
+        let load = BodyLoad::new(self.gravity, pose, rates);
+        match (&self.dynamics, self.model.shell.carried) {
+            (Dynamics::Modal(_), Some(carried)) => load.less(carried),
+            _ => load,
+        }
     }
 
     fn forget_forces(&mut self) {
@@ -434,7 +443,7 @@ impl State {
     /// until it no longer changes.
     fn settle(&mut self) -> Result<(f64, usize)> {
         let (pose, rates) = (self.frame.target, Rates::default());
-        let load = BodyLoad::new(self.gravity, &pose, &rates);
+        let load = self.body_load(&pose, &rates);
         let (mut last, mut iterations) = (Vec::new(), 0);
         for _ in 0..WIND_ROUNDS {
             self.dynamics.stop();

@@ -136,6 +136,7 @@ class SwPrecomputeDesc(Structure):
         ("flags", c_uint32),
         ("progress", SwProgressFn),
         ("progress_user", c_void_p),
+        ("sag_gravity", c_double * 3),
     ]
 
 
