@@ -97,11 +97,8 @@ def exponent(rows, x, y):
 
 def report(rows, modes):
     """The measured table, the fits over size at `modes`, and the projections: Markdown lines."""
-    lines = ["| vertices | modes | precompute, s (core-s) | peak, MB | saved, MB | load, ms | step, µs | positions, µs | PC2, USD frame, ms |", "|" + "---|" * 9]
-    for r in rows:
-        lines.append(f"| {r['vertices']:,} | {r['modes']} | {r['precompute_s']:.3g} ({r['precompute_core_s']:.3g}) | {r['peak_bytes'] / 1e6:.0f} | {r['model_bytes'] / 1e6:.1f} "
-                     f"| {1e3 * r['load_s']:.3g} | {1e6 * r['step_s']:.3g} | {1e6 * r['positions_s']:.3g} "
-                     f"| {1e3 * r['pc2_frame_s']:.2g}, {1e3 * r['usd_frame_s']:.2g} |")
+    lines = ["| vertices | modes | precompute, s (core-s) | peak, MB | saved, MB | load, ms | step, µs | positions, µs "
+             "| PC2, USD frame, ms |", "|" + "---|" * 9, *map(_table_line, rows)]
     large = [r for r in rows if r["modes"] == modes and r["vertices"] >= 3000]   # below, fixed costs hide the growth
     (c_time, p_time), (c_peak, p_peak) = exponent(large, "vertices", "precompute_core_s"), exponent(large, "vertices", "peak_bytes")
     step = min(r["step_s"] + r["positions_s"] for r in large[-1:]) / (large[-1]["vertices"] * modes)
@@ -110,16 +107,24 @@ def report(rows, modes):
     return lines + _projections(modes, (c_time, p_time), (c_peak, p_peak), large)
 
 
+def _table_line(r):
+    return (f"| {r['vertices']:,} | {r['modes']} | {r['precompute_s']:.3g} ({r['precompute_core_s']:.3g}) "
+            f"| {r['peak_bytes'] / 1e6:.0f} | {r['model_bytes'] / 1e6:.1f} | {1e3 * r['load_s']:.3g} "
+            f"| {1e6 * r['step_s']:.4g} | {1e6 * r['positions_s']:.4g} | {1e3 * r['pc2_frame_s']:.2g}, {1e3 * r['usd_frame_s']:.2g} |")
+
+
 def _projections(modes, time_fit, peak_fit, large):
     typical = min(large, key=lambda r: abs(r["vertices"] - 1e4))
     frame = typical["step_s"] + typical["positions_s"] + typical["pc2_frame_s"] + typical["usd_frame_s"]
-    lines = [f"- 10^6 assets of {typical['vertices']:,} vertices, {modes} modes: precompute {1e6 * typical['precompute_core_s'] / 3600:,.0f} core-hours once, "
-             f"cache {1e6 * typical['model_bytes'] / 1e12:.1f} TB; each 240-frame shot of all {1e6 * 240 * frame / 3600:,.0f} core-hours and "
-             f"{1e6 * 240 * (typical['pc2_frame_bytes'] + typical['usd_frame_bytes']) / 1e12:.0f} TB of both caches."]
+    frame_bytes = typical["pc2_frame_bytes"] + typical["usd_frame_bytes"]
+    lines = [f"- 10^6 assets of {typical['vertices']:,} vertices, {modes} modes: precompute "
+             f"{1e6 * typical['precompute_core_s'] / 3600:,.0f} core-hours once, cache {1e6 * typical['model_bytes'] / 1e12:.1f} TB; each "
+             f"240-frame shot of all {1e6 * 240 * frame / 3600:,.0f} core-hours and {1e6 * 240 * frame_bytes / 1e12:.0f} TB of both caches."]
+    step = (large[-1]["step_s"] + large[-1]["positions_s"]) / large[-1]["vertices"]
     for n in (1e6, 1e7):
         seconds, peak = time_fit[0] * n ** time_fit[1], peak_fit[0] * n ** peak_fit[1]
-        lines.append(f"- One asset of {n:.0e} vertices, {modes} modes: precompute {seconds / 3600:.2g} core-hours and {peak / 1e9:,.0f} GB, model "
-                     f"{n * (24 * modes + 49) / 1e9:.1f} GB, a step {(large[-1]['step_s'] + large[-1]['positions_s']) / large[-1]['vertices'] * n:.2f} s.")
+        lines.append(f"- One asset of {n:.0e} vertices, {modes} modes: precompute {seconds / 3600:.2g} core-hours and {peak / 1e9:,.0f} GB, "
+                     f"model {n * (24 * modes + 49) / 1e9:.1f} GB, a step {step * n:.2f} s.")
     return lines
 
 
@@ -127,7 +132,8 @@ def main(arguments):
     parser = argparse.ArgumentParser(prog="shellwarp_farm costs", description=__doc__.splitlines()[0])
     parser.add_argument("--out", type=Path, required=True, help="folder for costs.json and costs.md")
     parser.add_argument("--vertices", type=int, nargs="+", default=[1000, 3000, 10000, 30000, 100000])
-    parser.add_argument("--modes", type=int, nargs="+", default=[16, 4, 64], help="the first with every size, the others with 10000 vertices")
+    parser.add_argument("--modes", type=int, nargs="+", default=[16, 4, 64],
+                        help="the first with every size, the others with 10000 vertices")
     parser.add_argument("--one", action="store_true", help=argparse.SUPPRESS)
     options = parser.parse_args(arguments)
     if options.one:

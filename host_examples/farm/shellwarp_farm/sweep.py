@@ -1,9 +1,9 @@
 """Error against run time over many meshes, materials and loads: python -m shellwarp_farm sweep list.toml --out DIR.
 
-A case is an asset with one bending stiffness under one load, factors on the asset's k_bend and gravity. Its equilibrium on the full nonlinear shell is the
-reference; every method with every number of modes is set beside it. The error is that of docs/error_and_speed.md, weighted by
-mass: ‖u − u_ref‖ / ‖u_ref‖; error_by_vertex counts all vertices alike. The run time is that of one step of 1/frame_rate with its positions, the least of several, on
-one core; what else the machine does can only make it longer. Rows go to sweep.parquet and sweep.csv."""
+A case is an asset with one bending stiffness under one load, factors on the asset's k_bend and gravity. Its equilibrium on the
+full nonlinear shell is the reference; every method with every number of modes is set beside it. The error is weighted by mass,
+‖u − u_ref‖ / ‖u_ref‖; error_by_vertex counts all vertices alike. The run time is that of one step of 1/frame_rate with its positions,
+the least of several, on one core; what else the machine does can only make it longer. Rows go to sweep.parquet and sweep.csv."""
 
 import argparse
 import itertools

@@ -26,8 +26,8 @@ def draw(rows, path):
         axes.grid(True, which="major", color="#dddddd", linewidth=0.6)
         axes.set_axisbelow(True)
     _legend(left, right, list(dict.fromkeys(row["method"] for row in rows)), assets)
-    figure.suptitle(f"{len(rows)} equilibria: {len(assets)} shells; loads {', '.join(f'{load:g}' for load in sorted({row['load'] for row in rows}))}; "
-                    f"{', '.join(str(m) for m in sorted({row['modes'] for row in rows}))} modes", fontsize=11)
+    loads, modes = (", ".join(f"{value:g}" for value in sorted({row[key] for row in rows})) for key in ("load", "modes"))
+    figure.suptitle(f"{len(rows)} equilibria: {len(assets)} shells; loads {loads}; {modes} modes", fontsize=11)
     with files.whole_file(path) as partial:
         figure.savefig(partial, dpi=110)
     pyplot.close(figure)
