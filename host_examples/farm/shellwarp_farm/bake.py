@@ -75,8 +75,11 @@ def _report(results, done, seconds, engine):
                 made[result["model"]["key"]] = facts
         if result.get("redone", "not done before") != "not done before":
             repaired.append(f"{result['job']}: {result['redone']}")
+    baked = [result for result in done if result["done"] == "baked"]
     return {
-        "jobs": len(results), "baked": sum(r["done"] == "baked" for r in done), "verified": sum(r["done"] == "verified" for r in done),
+        "busy": sum(sum(result["seconds"].values()) for result in baked) / (seconds * engine.workers()),
+        "core_seconds": sum(result["core_seconds"] for result in baked),
+        "jobs": len(results), "baked": len(baked), "verified": sum(r["done"] == "verified" for r in done),
         "failed": [r["failed"] for r in results if "failed" in r], "models": len({r["model"]["key"] for r in done}),
         "made": len(made), "damage": sorted(damage), "redone": repaired,
         "out_of_range": {r["job"]: r["range"] for r in done if r["range"]["frames_out"]},

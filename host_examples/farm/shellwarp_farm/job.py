@@ -85,7 +85,7 @@ def _start(job, before, out):
 
 
 def _bake(job, model_facts, job_hash, start, out, cache):
-    times = {"begin": time.perf_counter()}
+    times, cpu = {"begin": time.perf_counter()}, time.process_time()
     model, cache_report = load_model(model_tables(job), model_facts["key"], cache)
     times["model"] = time.perf_counter()
     record_path(out, job["name"]).unlink(missing_ok=True)   # it speaks of what is about to be replaced
@@ -105,7 +105,7 @@ def _bake(job, model_facts, job_hash, start, out, cache):
     record = {"job": job["name"], "hash": job_hash, "outputs": outputs, "range": judged, "cache": report,
               "model": model_facts, "vertices": model.n_vertices, "frames": job["frames"], "parameters": job["parameters"],
               "seed": job["seed"], "seconds": {b: times[b] - times[a] for a, b in zip(marks, marks[1:])},
-              "worker": f"{socket.gethostname()}:{os.getpid()}", "library": shellwarp.version()}
+              "core_seconds": time.process_time() - cpu, "worker": f"{socket.gethostname()}:{os.getpid()}", "library": shellwarp.version()}
     files.write_whole(record_path(out, job["name"]), json.dumps(record, indent=1).encode())
     return record
 

@@ -1,4 +1,7 @@
-"""Bakes a list with different numbers of workers, each into a folder of its own, and compares times and checksums."""
+"""Bakes a list with different numbers of workers, each into a folder of its own, and compares times and checksums.
+
+On a machine that others use, workers share its cores with them, and the ratio says little; the share of the time that workers
+spend in jobs is what the engine answers for."""
 
 import argparse
 import shutil
@@ -12,7 +15,7 @@ from .scenes import expand, read_list
 
 
 def main(arguments):
-    parser = argparse.ArgumentParser(prog="shellwarp_farm scaling", description=__doc__)
+    parser = argparse.ArgumentParser(prog="shellwarp_farm scaling", description=__doc__.splitlines()[0])
     parser.add_argument("list", type=Path, help="scene list, TOML")
     parser.add_argument("--out", type=Path, required=True, help="folder for the bakes; what the last had there is removed")
     parser.add_argument("--counts", type=int, nargs="+", default=[1, 2], help="numbers of workers (default 1 2)")
@@ -35,7 +38,8 @@ def measure(todo, out, counts=(1, 2), runs=3):
                 raise FarmError(report["failed"][0])
             seconds[count].append(report["seconds"])
             digests.add(report["digest"])
-            print(f"run {run + 1}: {len(todo)} jobs, {count} workers: {report['seconds']:.2f} s", flush=True)
+            print(f"run {run + 1}: {len(todo)} jobs, {count} workers: {report['seconds']:.2f} s, "
+                  f"in jobs {100 * report['busy']:.0f} % of the time, {report['core_seconds']:.1f} core-seconds", flush=True)
     for count in counts[1:]:
         ratios = [first / other for first, other in zip(seconds[counts[0]], seconds[count])]
         print(f"{count} workers are {statistics.median(ratios):.2f} times as fast as {counts[0]} "
