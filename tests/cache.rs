@@ -13,7 +13,7 @@ use std::sync::Arc;
 use xxhash_rust::xxh3::xxh3_64;
 
 fn precomputed(shell: Shell, modes: usize, precision: Precision) -> Model {
-    Model::precompute(Arc::new(shell), &Options { modes, precision }, &mut |_, _| Ok(())).unwrap()
+    Model::precompute(Arc::new(shell), &Options { modes, precision, ..Options::default() }, &mut |_, _| Ok(())).unwrap()
 }
 
 /// A small sheet with a turned triangle, a vertex of no triangle, and one clamped corner.

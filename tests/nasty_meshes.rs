@@ -55,7 +55,7 @@ fn moved((positions, triangles): Soup) -> Vec<Vec3> {
     let mesh = Mesh::new(positions, &triangles).unwrap();
     let supports = Supports { fixed: vec![0, 1, 2], clamped: vec![] };
     let shell = Shell::new(mesh, Material::default(), &supports).unwrap();
-    let options = Options { modes: 8, precision: Precision::F64 };
+    let options = Options { modes: 8, precision: Precision::F64, ..Options::default() };
     let model = Arc::new(Model::precompute(Arc::new(shell), &options, &mut |_, _| Ok(())).unwrap());
     let mut state = State::new(model, Method::Warp, Integrator::Exact).unwrap();
     state.set_gravity(-Vec3::y()).unwrap();

@@ -20,7 +20,11 @@ fn sheet(edge: f64, precision: Precision) -> Result<Arc<Model>> {
     let fixed = (0..positions.len() as u32).filter(|v| positions[*v as usize].x < 0.1 * edge).collect();
     let mesh = Mesh::new(positions, &triangles)?;
     let shell = Shell::new(mesh, Material::default(), &Supports { fixed, clamped: vec![] })?;
-    Ok(Arc::new(Model::precompute(Arc::new(shell), &Options { modes: 4, precision }, &mut |_, _| Ok(()))?))
+    Ok(Arc::new(Model::precompute(
+        Arc::new(shell),
+        &Options { modes: 4, precision, ..Options::default() },
+        &mut |_, _| Ok(()),
+    )?))
 }
 
 fn state(method: Method) -> State {
@@ -50,7 +54,7 @@ fn rotations_of_a_very_heavy_shell_do_not_underflow() {
     let (positions, triangles) = equilateral_sheet(3, 2, 1e17);
     let material = Material { area_density: 1e256, ..Material::default() };
     let shell = Shell::new(Mesh::new(positions, &triangles).unwrap(), material, &Supports::default()).unwrap();
-    let options = Options { modes: 8, precision: Precision::F32 };
+    let options = Options { modes: 8, precision: Precision::F32, ..Options::default() };
     let model = Model::precompute(Arc::new(shell), &options, &mut |_, _| Ok(())).unwrap();
     assert!(model.largest_rotation[3..].iter().all(|rotation| *rotation > 0.0), "{:?}", model.largest_rotation);
     Model::load(&model.save().unwrap()).unwrap();

@@ -37,7 +37,7 @@ fn main() {
     let mesh = Mesh::new(positions.clone(), &triangles).expect("a good mesh");
     let shell = Shell::new(mesh, Material::default(), &Supports { fixed, clamped: vec![] }).expect("a good shell");
     let start = Instant::now();
-    let options = Options { modes, precision: Precision::F32 };
+    let options = Options { modes, precision: Precision::F32, ..Options::default() };
     let model = Model::precompute(Arc::new(shell), &options, &mut |_, _| Ok(())).expect("modes");
     let precompute = 1e3 * start.elapsed().as_secs_f64();
     let bytes = model.save().expect("bytes");
