@@ -15,6 +15,7 @@ export CMAKE_BUILD_PARALLEL_LEVEL ?= $(JOBS)
 .NOTPARALLEL:
 .PHONY: help build native demo test test-cargo test-c test-render test-blender demo-blender install package blender-addon header \
     python-abi lint fuzz check-memory bench bench-instructions bench-precompute build-report report report-docs test-report clean
+.PHONY: farm-demo farm-sweep farm-costs bench-slepc
 
 help: ## list the targets
 	@echo "usage: make TARGET [JOBS=2]"
@@ -44,7 +45,7 @@ test-cargo: ## run the Rust tests
 	cargo test --release --no-fail-fast
 
 test-c: native ## run the C, C++ and Python tests (ctest)
-	@sh cmake/bootstrap.sh python || echo "test-c: the Python packages could not be installed (see above); their tests are skipped"
+	@sh cmake/bootstrap.sh python farm || echo "test-c: the Python packages could not be installed (see above); their tests are skipped"
 	@. ./$(BUILD)/tools.sh && "$$CTEST" --test-dir $(BUILD) --output-on-failure --no-tests=error -j $(JOBS)
 
 test-render: ## test the renderer, where cmake/bootstrap.sh render has set it up
@@ -73,6 +74,23 @@ blender-addon: native ## pack the Blender add-on: out/blender/*.zip
 test-blender: native ## install Blender as a Python module (1 GB) and test the add-on in it
 	@sh cmake/bootstrap.sh blender
 	@. ./$(BUILD)/tools.sh && "$$CTEST" --test-dir $(BUILD) --output-on-failure --no-tests=error -L blender
+
+FARM = PYTHONPATH=$(CURDIR)/host_examples/python:$(CURDIR)/host_examples/farm .venv/bin/python
+
+farm-demo: native ## bake 200 jobs on one and two workers, kill and resume them: out/farm
+	@sh cmake/bootstrap.sh farm
+	@$(FARM) host_examples/farm/demo.py --out out/farm
+
+farm-sweep: native ## error against run time over meshes, materials and loads: out/farm/sweep
+	@sh cmake/bootstrap.sh farm
+	@$(FARM) -m shellwarp_farm sweep host_examples/farm/lists/sweep.toml --out out/farm/sweep
+
+farm-costs: native ## time and memory by vertices and modes: out/farm/costs/costs.md
+	@sh cmake/bootstrap.sh farm
+	@$(FARM) -m shellwarp_farm costs --out out/farm/costs
+
+bench-slepc: ## the precompute's eigenvalues against SLEPc's, where the system's python3 has slepc4py
+	@/usr/bin/python3 tests/bench/slepc_check.py
 
 header: ## write include/shellwarp.h anew from the Rust sources, and Python's declarations from it
 	UPDATE_HEADER=1 cargo test --release --test header

@@ -1,6 +1,6 @@
 """A shell and its modes."""
 
-from ctypes import POINTER, byref, c_uint32
+from ctypes import POINTER, byref, c_uint32, c_uint64, create_string_buffer
 
 import numpy
 
@@ -53,6 +53,25 @@ class Model(Handle):
             if raised:
                 raise raised[0] from None
             raise
+
+    def save(self):
+        """The precomputed model as bytes, for load: about 24 a vertex and mode, 48 with "f64"."""
+        size = c_uint64()
+        self._call("sw_model_save", None, 0, byref(size))
+        data = create_string_buffer(size.value)
+        self._call("sw_model_save", data, size.value, byref(size))
+        return data.raw[:size.value]
+
+    @classmethod
+    def load(cls, data):
+        """The model that save wrote, with the same bits and no precompute; InvalidDataError on any other bytes."""
+        data = bytes(data)
+        pointer = POINTER(_abi.SwModel)()
+        _library.call("sw_model_load", data, len(data), byref(pointer))
+        model = cls.__new__(cls)
+        model._adopt(pointer)
+        model.n_vertices = model.info()["n_vertices"]
+        return model
 
     def info(self):
         """Counts, sizes, the certificate and timings: SwModelInfo as a dict."""
