@@ -37,16 +37,18 @@ fn linear_modes(m: &Method, end: &End) -> String {
     }
 }
 
-/// Judged by the nonlinear shell at rest; 5 % is what linear modes are worth at a sag of 8 %.
-fn by_the_shell(library: &Library, key: (&'static str, String), problem: &Problem, limit: Option<&[P3]>) -> Vec<Cell> {
-    let rest = problem.at_rest(library, SW_METHOD_SHELL_IMPLICIT);
+/// Judged by the nonlinear shell at rest, or that of the first of its components `alone`; 5 % is what linear modes are worth at a sag of 8 %.
+fn by_the_shell(
+    library: &Library,
+    key: (&'static str, String),
+    problem: &Problem,
+    alone: Option<&Problem>,
+) -> Vec<Cell> {
+    let known = alone.unwrap_or(problem);
+    let rest = known.at_rest(library, SW_METHOD_SHELL_IMPLICIT);
     let error = |end: &End| {
-        let expected = match (&rest, limit) {
-            (Ok(rest), _) => rest.as_slice(),
-            (Err(_), Some(limit)) => limit,
-            (Err(e), None) => anyhow::bail!("{e}"),
-        };
-        Ok(distance(&end.positions, expected, &problem.mesh.positions, 1e-6 * problem.size()))
+        let rest = rest.as_ref().map_err(|e| anyhow::anyhow!("{e}"))?;
+        Ok(distance(&end.positions[..rest.len()], rest, &known.mesh.positions, 1e-6 * problem.size()))
     };
     let bound = 100.0 * problem.size();
     let judge = Judge { name: "nonlinear shell at rest", tolerance: 0.05, error: &error, reason: &linear_modes, bound };
@@ -57,19 +59,38 @@ fn by_the_shell(library: &Library, key: (&'static str, String), problem: &Proble
     common().map(run).collect()
 }
 
+/// A flat sheet's sag does not know its membrane, if it is so small that it is linear: at 8 % of the length a mesh whose lines
+/// zigzag across would have to stretch. The load is 1e-9 of the usual.
 fn stiffness(library: &Library) -> Vec<Cell> {
     let with = |ratio: f64| {
         let k = ratio / LENGTH.powi(2);
         let base = strip(8);
-        Problem { material: Material { area: k, length: k, ..base.material }, ..base }
+        let gravity = base.gravity.map(|g| 1e-9 * g);
+        Problem { material: Material { area: k, length: k, ..base.material }, gravity, ..base }
     };
-    let limit = with(1e8).at_rest(library, SW_METHOD_SHELL_IMPLICIT).ok();
-    let ratios = [1.0, 1e2, 1e4, 1e6, 1e8, 1e10, 1e12, 1e14];
-    let of = |r: &f64| {
-        let limit = limit.as_deref().filter(|_| *r > 1e8);
-        by_the_shell(library, ("membrane to bending k/k_B·L²", format!("{r:e}")), &with(*r), limit)
-    };
-    ratios.iter().flat_map(of).collect()
+    let expected = with(1e4).at_rest(library, SW_METHOD_SHELL_IMPLICIT);
+    let mut cells = vec![];
+    for ratio in [1.0, 1e2, 1e4, 1e6, 1e8, 1e10, 1e12, 1e14] {
+        let p = with(ratio);
+        let error = |end: &End| {
+            let expected = expected.as_ref().map_err(|e| anyhow::anyhow!("{e}"))?;
+            Ok(distance(&end.positions, expected, &p.mesh.positions, 1e-12))
+        };
+        let reason = |m: &Method, _: &End| match m.family {
+            Family::Shell => {
+                "Newton's residual is rounding of the membrane's forces, k · 1e-16, against a load of 1e-10".to_owned()
+            }
+            _ => "the membrane is so soft that modes in the plane take places among the eight".to_owned(),
+        };
+        // Eight modes leave 1e-3 of the sag out.
+        let name = "nonlinear shell at rest at 1e4, linear load";
+        let judge = Judge { name, tolerance: 5e-3, error: &error, reason: &reason, bound: 100.0 };
+        for m in common() {
+            let p = Problem { steps: settling(m), ..p.clone() };
+            cells.push(judged(library, ("membrane to bending k/k_B·L²", format!("{ratio:e}")), m, &p, STILL, &judge));
+        }
+    }
+    cells
 }
 
 /// The problem in units of length, stiffness and mass, and the factor on displacements.
@@ -105,7 +126,7 @@ fn units(library: &Library) -> Vec<Cell> {
     for m in METHODS {
         let explicit = m.method == SW_METHOD_SHELL_EXPLICIT;
         let mut base = strip(4);
-        base.steps = if explicit { vec![5e-4; 2000] } else { vec![1.0 / 30.0; 60] };
+        base.steps = if explicit { vec![5e-5; 4000] } else { vec![1.0 / 30.0; 60] };
         let expected = base.run(library, m, STILL);
         for (name, [length, stiffness, mass, offset]) in &cases {
             let problem = in_units(&base, *length, *stiffness, *mass, *offset);
@@ -375,7 +396,8 @@ fn topology(library: &Library) -> Vec<Cell> {
         let base = Problem { mesh, fixed, gravity: [0.0, 0.0, -0.05], ..strip(4) };
         let rests = !base.fixed.is_empty() && !["one vertex", "hinged", "one edge"].iter().any(|w| name.contains(w));
         if rests {
-            cells.extend(by_the_shell(library, ("shape", name.to_owned()), &base, None));
+            let alone = name.contains("two strips").then(|| Problem { gravity: base.gravity, ..strip(4) });
+            cells.extend(by_the_shell(library, ("shape", name.to_owned()), &base, alone.as_ref()));
             continue;
         }
         for m in common() {
@@ -402,7 +424,14 @@ fn topology(library: &Library) -> Vec<Cell> {
             let bound = 100.0 * p.size().max(1.0);
             let cell = if p.fixed.is_empty() {
                 // 32 bits of basis.
-                let reason = |_: &Method, _: &End| "rigid modes that are left out, or lost to rounding".to_owned();
+                let reason = |m: &Method, _: &End| match m.family {
+                    Family::Shell => {
+                        "a defect: Newton stops at the rounding of the stiffest vertices' forces, far above the \
+                        load on the others, and says nothing"
+                            .to_owned()
+                    }
+                    _ => "rigid modes that are left out, or lost to rounding".to_owned(),
+                };
                 let name = "its centre's free fall";
                 let judge = Judge { name, tolerance: 1e-4, error: &fallen, reason: &reason, bound };
                 judged(library, key, m, &p, STILL, &judge)

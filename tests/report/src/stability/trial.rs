@@ -165,7 +165,7 @@ pub fn judged(
     };
     if error <= judge.tolerance {
         cell(Verdict::Accurate, error, String::new())
-    } else if end.rotation > GUARDED && method.family == Family::Warp {
+    } else if end.rotation > GUARDED && method.family != Family::Shell {
         let note =
             format!("turned by {:.0}° on the way: beyond half a turn the guard holds it", end.rotation.to_degrees());
         cell(Verdict::Guarded, error, note)
