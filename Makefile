@@ -3,6 +3,8 @@ JOBS ?= 2
 BUILD := build
 CLI := $(BUILD)/bin/shellwarp
 WHAT := all
+FUZZ_SECONDS ?= 300
+FUZZ_SANITIZER ?= none
 PREFIX ?= /usr/local
 
 MAKEFLAGS += --no-print-directory
@@ -12,7 +14,8 @@ export CMAKE_BUILD_PARALLEL_LEVEL ?= $(JOBS)
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
 .PHONY: help build native demo test test-cargo test-c test-render test-blender demo-blender install package blender-addon header \
-    python-abi lint bench-precompute build-report report report-docs report-stability test-report clean
+    python-abi lint fuzz check-memory bench-precompute build-report report report-docs report-stability test-report clean
+.PHONY: farm-demo farm-sweep farm-costs bench-slepc
 
 help: ## list the targets
 	@echo "usage: make TARGET [JOBS=2]"
@@ -42,7 +45,7 @@ test-cargo: ## run the Rust tests
 	cargo test --release --no-fail-fast
 
 test-c: native ## run the C, C++ and Python tests (ctest)
-	@sh cmake/bootstrap.sh python || echo "test-c: the Python packages could not be installed (see above); their tests are skipped"
+	@sh cmake/bootstrap.sh python farm || echo "test-c: the Python packages could not be installed (see above); their tests are skipped"
 	@. ./$(BUILD)/tools.sh && "$$CTEST" --test-dir $(BUILD) --output-on-failure --no-tests=error -j $(JOBS)
 
 test-render: ## test the renderer, where cmake/bootstrap.sh render has set it up
@@ -72,6 +75,23 @@ test-blender: native ## install Blender as a Python module (1 GB) and test the a
 	@sh cmake/bootstrap.sh blender
 	@. ./$(BUILD)/tools.sh && "$$CTEST" --test-dir $(BUILD) --output-on-failure --no-tests=error -L blender
 
+FARM = PYTHONPATH=$(CURDIR)/host_examples/python:$(CURDIR)/host_examples/farm .venv/bin/python
+
+farm-demo: native ## bake 200 jobs on one and two workers, kill and resume them: out/farm
+	@sh cmake/bootstrap.sh farm
+	@$(FARM) host_examples/farm/demo.py --out out/farm
+
+farm-sweep: native ## error against run time over meshes, materials and loads: out/farm/sweep
+	@sh cmake/bootstrap.sh farm
+	@$(FARM) -m shellwarp_farm sweep host_examples/farm/lists/sweep.toml --out out/farm/sweep
+
+farm-costs: native ## time and memory by vertices and modes: out/farm/costs/costs.md
+	@sh cmake/bootstrap.sh farm
+	@$(FARM) -m shellwarp_farm costs --out out/farm/costs
+
+bench-slepc: ## the precompute's eigenvalues against SLEPc's, where the system's python3 has slepc4py
+	@/usr/bin/python3 tests/bench/slepc_check.py
+
 header: ## write include/shellwarp.h anew from the Rust sources, and Python's declarations from it
 	UPDATE_HEADER=1 cargo test --release --test header
 	@$(MAKE) python-abi
@@ -83,6 +103,13 @@ python-abi: ## write the Python package's declarations anew from include/shellwa
 lint: ## check formatting and run clippy, warnings as errors
 	cargo fmt --all --check
 	cargo clippy --workspace --all-targets -- -D warnings
+
+fuzz: ## search for inputs that break the library, FUZZ_SECONDS=300 over three targets (nightly Rust, cargo-fuzz)
+	@sh tests/fuzz/search.sh $(FUZZ_SECONDS) $(FUZZ_SANITIZER)
+
+check-memory: ## run the C and C++ tests under valgrind (memcheck; helgrind and drd where threads are)
+	@$(MAKE) native WHAT=check_memory_programs
+	@sh tests/c/check_memory.sh $(BUILD)/tests/c
 
 bench-precompute: build ## time the precompute against scipy's eigensolver
 	@sh cmake/bootstrap.sh bench

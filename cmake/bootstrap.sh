@@ -1,7 +1,7 @@
 #!/bin/sh
 # Sets up the tools that a machine with Rust, a C and C++ compiler, make and Python 3.10 or later may still lack.
 #
-#     sh cmake/bootstrap.sh [render] [bench] [python] [blender] [cloth]
+#     sh cmake/bootstrap.sh [render] [bench] [python] [blender] [cloth] [farm]
 #
 #   always   cmake 3.20 or later: the system's own, or a pinned one in .venv/
 #   render   the packages of host_examples/render, in .venv/
@@ -9,6 +9,7 @@
 #   python   numpy and cffi for host_examples/python, in .venv/
 #   blender  Blender as a Python module, 1 GB, in .venv/blender/: it wants an older numpy. Python 3.11 only
 #   cloth    the cloth solver that tests/report sets beside the library, in .venv/
+#   farm     Dask, USD and what else host_examples/farm needs, in .venv/: Python 3.11 or later
 #
 # Everything lands in .venv/ and build/ below the project. What is set up is noted in .venv/installed-*, so that a
 # later run does nothing and needs no network. build/tools.sh then names the tools: CMAKE, CTEST, PYTHON.
@@ -45,7 +46,8 @@ pins() {
         echo 'warp-lang==1.19.0'
         grep '^numpy' host_examples/render/requirements.txt
         ;;
-    *) fail "unknown argument '$1'; known: render, bench, python, blender, cloth" ;;
+    farm) grep -v '^#' host_examples/farm/requirements.txt && grep -v '^#\|^mitsuba' host_examples/render/requirements.txt ;;
+    *) fail "unknown argument '$1'; known: render, bench, python, blender, cloth, farm" ;;
     esac
 }
 

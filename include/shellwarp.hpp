@@ -156,9 +156,24 @@ public:
     check(sw_model_mode_shape(get(), mode, shape, SW_FORMAT_F64, out, stride, n_vertices));
   }
 
+  std::vector<unsigned char> save() const {
+    uint64_t size = 0;
+    check(sw_model_save(get(), nullptr, 0, &size));
+    std::vector<unsigned char> bytes(size);
+    check(sw_model_save(get(), bytes.data(), size, &size));
+    return bytes;
+  }
+  static Model load(const std::vector<unsigned char> &bytes) {
+    SwModel *model = nullptr;
+    check(sw_model_load(bytes.data(), bytes.size(), &model));
+    return Model(model);
+  }
+
   SwModel *get() const noexcept { return handle_.get(); }
 
 private:
+  explicit Model(SwModel *model) noexcept : handle_(model) {}
+
   std::unique_ptr<SwModel, detail::Destroy> handle_;
 };
 

@@ -95,6 +95,8 @@ const KICK: f64 = 0.1;
 pub struct Constraints {
     items: Vec<Constraint>,
     outcomes: Vec<Outcome>,
+    /// Those of a step that is not known to be good yet.
+    concluded: Vec<Outcome>,
     /// First row of each constraint, and the end.
     first_row: Vec<usize>,
     work: Work,
@@ -253,7 +255,7 @@ impl Step<'_> {
 impl Constraints {
     /// None.
     pub fn new(modes: usize) -> Self {
-        Self { items: vec![], outcomes: vec![], first_row: vec![0], work: Work::new(0, 0, modes) }
+        Self { items: vec![], outcomes: vec![], concluded: vec![], first_row: vec![0], work: Work::new(0, 0, modes) }
     }
 
     /// Whether there are any.
@@ -306,6 +308,16 @@ impl Constraints {
         found.is_ok()
     }
 
+    /// Whether what [`Constraints::project`] came to are numbers that can be told.
+    pub fn is_finite(&self) -> bool {
+        self.concluded.iter().all(|o| o.residual.is_finite() && o.force.iter().all(|f| f.is_finite()))
+    }
+
+    /// Makes it the report: the step is good.
+    pub fn accept(&mut self) {
+        self.outcomes.copy_from_slice(&self.concluded);
+    }
+
     /// Forgets what the last step made of them.
     pub fn reset(&mut self) {
         self.outcomes.fill(Outcome::default());
@@ -325,6 +337,7 @@ impl Constraints {
             let rows = c.axes.iter().filter(|held| **held).count();
             self.first_row.push(self.first_row[self.first_row.len() - 1] + rows);
         }
+        self.concluded.resize(self.items.len(), Outcome::default());
         self.work = Work::new(self.items.len(), self.first_row[self.items.len()], self.work.q_free.len());
     }
 
@@ -568,13 +581,13 @@ impl Constraints {
         for (i, c) in self.items.iter().enumerate() {
             let rows = self.first_row[i]..self.first_row[i + 1];
             let squares: f64 = rows.map(|row| (unit(c) * self.work.missing[row]).powi(2)).sum();
-            self.outcomes[i] = Outcome { residual: squares.sqrt(), force: Vec3::zeros(), iterations };
+            self.concluded[i] = Outcome { residual: squares.sqrt(), force: Vec3::zeros(), iterations };
         }
         self.work.settle_multipliers(q);
         for (i, c) in self.items.iter().enumerate() {
             let rows = self.first_row[i]..self.first_row[i + 1];
             for (row, axis) in rows.zip((0..3).filter(|axis| c.axes[*axis])) {
-                self.outcomes[i].force[axis] = self.work.multipliers[row] / unit(c);
+                self.concluded[i].force[axis] = self.work.multipliers[row] / unit(c);
             }
         }
     }

@@ -4,6 +4,7 @@
 //! The pipeline reads from top to bottom: [`mesh`] → [`energy`] → [`modes`] → [`model`] → [`state`] → [`step`] → [`warp`].
 //! Hosts use the C ABI (`include/shellwarp.h`, made from `src/ffi`); this Rust interface serves the tests and may change.
 
+pub mod cache;
 pub mod constraint;
 pub mod energy;
 pub mod error;
@@ -32,3 +33,10 @@ pub use support::Supports;
 
 /// A point, displacement or direction.
 pub type Vec3 = nalgebra::Vector3<f64>;
+
+/// |v|, also where its square leaves the floating-point range.
+pub(crate) fn wide_norm(v: &Vec3) -> f64 {
+    let (norm, largest) = (v.norm(), v.amax());
+    let ordinary = norm.is_finite() && norm > 1e-150; // the square is normal
+    if ordinary || largest == 0.0 { norm } else { (v / largest).norm() * largest }
+}

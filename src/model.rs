@@ -4,7 +4,7 @@ use crate::modes::{Certificate, Modes, PHASES, Phase, Progress, lowest_modes};
 use crate::real::Real;
 use crate::step::Guard;
 use crate::warp::{Basis, ModalRotation};
-use crate::{Result, Shell, Vec3};
+use crate::{Error, ErrorKind, Result, Shell, Vec3, wide_norm};
 use std::sync::Arc;
 use xxhash_rust::xxh3::Xxh3;
 
@@ -18,6 +18,16 @@ pub enum Precision {
     F64,
 }
 
+impl Precision {
+    /// Bytes of a number.
+    pub fn number_bytes(self) -> usize {
+        match self {
+            Self::F32 => size_of::<f32>(),
+            Self::F64 => size_of::<f64>(),
+        }
+    }
+}
+
 /// What to precompute.
 #[derive(Clone, Copy, Debug)]
 pub struct Options {
@@ -25,11 +35,13 @@ pub struct Options {
     pub modes: usize,
     /// Of the run-time basis; modes are always computed in f64.
     pub precision: Precision,
+    /// Gravity (frame axes) under which the shell hangs at rest where it is linearised; zero = the rest shape.
+    pub sag: Vec3,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { modes: 16, precision: Precision::F32 }
+        Self { modes: 16, precision: Precision::F32, sag: Vec3::zeros() }
     }
 }
 
@@ -84,12 +96,20 @@ impl Model {
         callback: &mut dyn FnMut(Phase, f64) -> Result<()>,
     ) -> Result<Self> {
         let mut progress = Progress::new(callback);
+        let shell = if options.sag == Vec3::zeros() { shell } else { sagged(&shell, options.sag, &mut progress)? };
         let modes = lowest_modes(&shell, options.modes, &mut progress)?;
         let basis = match options.precision {
             Precision::F32 => AnyBasis::F32(run_time_basis(&shell, &modes.shapes, &mut progress)?),
             Precision::F64 => AnyBasis::F64(run_time_basis(&shell, &modes.shapes, &mut progress)?),
         };
         let (largest_rotation, largest_swing) = largest_rotation_and_swing(&shell, &modes);
+        let shapes_fit = with_basis!(&basis, basis => basis.is_finite());
+        let Certificate { residual, orthonormality, .. } = modes.certificate;
+        let told = largest_rotation.iter().chain(&largest_swing).chain([&residual, &orthonormality]);
+        if !shapes_fit || told.into_iter().any(|x| !x.is_finite()) {
+            let message = "the mode shapes leave the floating-point range: choose other units, or 64-bit precision";
+            return Err(Error::new(ErrorKind::Numerical, message));
+        }
         let fingerprint = fingerprint(&shell, &modes.eigenvalues, options.precision);
         Ok(Self {
             shell,
@@ -143,6 +163,11 @@ impl Model {
     }
 }
 
+fn sagged(shell: &Arc<Shell>, gravity: Vec3, progress: &mut Progress) -> Result<Arc<Shell>> {
+    let mut watch = |share: f64| progress.report(Phase::Assembly, 0.9 * share);
+    Ok(Arc::new(shell.sagged(gravity, &mut watch)?))
+}
+
 fn run_time_basis<T: Real>(shell: &Shell, shapes: &[Vec<Vec3>], progress: &mut Progress) -> Result<Basis<T>> {
     progress.report(Phase::Rotation, 0.0)?;
     let rotation = ModalRotation::new(&shell.mesh);
@@ -158,14 +183,14 @@ fn largest_rotation_and_swing(shell: &Shell, modes: &Modes) -> (Vec<f64>, Vec<f6
     let rotation = ModalRotation::new(&shell.mesh);
     let largest = |phi: &Vec<Vec3>| {
         let psi = rotation.apply(phi);
-        let swings = psi.iter().zip(phi).map(|(w, u)| w.norm() * u.norm());
-        (psi.iter().map(|w| w.norm()).fold(0.0, f64::max), swings.fold(0.0, f64::max))
+        let swings = psi.iter().zip(phi).map(|(w, u)| wide_norm(w) * wide_norm(u));
+        (psi.iter().map(wide_norm).fold(0.0, f64::max), swings.fold(0.0, f64::max))
     };
     modes.shapes.iter().map(largest).unzip()
 }
 
 /// Hash of everything that amplitudes mean something by: mesh, supports, eigenvalues, precision.
-fn fingerprint(shell: &Shell, eigenvalues: &[f64], precision: Precision) -> u64 {
+pub(crate) fn fingerprint(shell: &Shell, eigenvalues: &[f64], precision: Precision) -> u64 {
     let mut hash = Xxh3::new();
     shell.mesh.positions.iter().flatten().for_each(|x| hash.update(&x.to_le_bytes()));
     shell.mesh.triangles.iter().flatten().for_each(|v| hash.update(&v.to_le_bytes()));

@@ -22,6 +22,12 @@ pub trait Real:
     fn of(x: f64) -> Self;
     /// Exact.
     fn to_f64(self) -> f64;
+    /// Size.
+    const BYTES: usize;
+    /// Appends it, little-endian.
+    fn put(self, out: &mut Vec<u8>);
+    /// From [`Real::BYTES`] bytes, little-endian.
+    fn get(bytes: &[u8]) -> Self;
     /// Terms of the Taylor series on [0, π²] that [`crate::warp::coefficients`] needs for full precision.
     const SERIES_TERMS: usize;
 
@@ -59,6 +65,13 @@ macro_rules! real {
             #[inline(always)]
             fn to_f64(self) -> f64 {
                 f64::from(self)
+            }
+            const BYTES: usize = size_of::<$type>();
+            fn put(self, out: &mut Vec<u8>) {
+                out.extend(self.to_le_bytes());
+            }
+            fn get(bytes: &[u8]) -> Self {
+                Self::from_le_bytes(bytes.try_into().expect("as many bytes as a number has"))
             }
             const SERIES_TERMS: usize = $terms;
 

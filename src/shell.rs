@@ -1,7 +1,9 @@
 //! The physical problem: a mesh of a material, held at its supports.
 
 use crate::energy::{Energy, discrete_shell};
+use crate::reference::Solver;
 use crate::{Error, ErrorKind, Material, Mesh, Result, Supports, Vec3};
+use std::sync::Arc;
 
 /// Mesh, material and supports with what follows from them directly. Immutable.
 pub struct Shell {
@@ -10,7 +12,10 @@ pub struct Shell {
     /// Constants.
     pub material: Material,
     /// The deformation energy.
-    pub energy: Box<dyn Energy>,
+    pub energy: Arc<dyn Energy>,
+    /// Gravity (frame axes) whose weight the elastic forces balance at the mesh's positions; `None` where these are the shape
+    /// of no energy.
+    pub carried: Option<Vec3>,
     /// Lumped mass: a third of each incident triangle's rest area times the density; 0 if unreferenced (n_vertices).
     pub mass: Vec<f64>,
     /// Held by a support (n_vertices).
@@ -28,11 +33,43 @@ impl Shell {
     pub fn new(mesh: Mesh, material: Material, supports: &Supports) -> Result<Self> {
         let material = material.validated()?;
         let held = supports.held(&mesh)?;
+        if !mesh.size.is_finite() {
+            return Err(Error::new(
+                ErrorKind::Numerical,
+                "the mesh is wider than the floating-point range: choose other units",
+            ));
+        }
         let (mass, total_area) = lumped_mass(&mesh, material.area_density)?;
         let free = (0..mass.len() as u32).filter(|&v| mass[v as usize] > 0.0 && !held[v as usize]).collect();
-        let energy = Box::new(discrete_shell(&mesh, &material));
-        let total_mass = mass.iter().sum();
-        Ok(Self { mesh, material, energy, mass, held, free, total_area, total_mass })
+        let energy = Arc::new(discrete_shell(&mesh, &material));
+        let total_mass: f64 = mass.iter().sum();
+        if !(total_mass.is_finite() && total_area.is_finite()) {
+            return Err(Error::new(ErrorKind::Numerical, "the shell's mass or area is not finite: choose other units"));
+        }
+        Ok(Self { mesh, material, energy, carried: None, mass, held, free, total_area, total_mass })
+    }
+
+    /// The same shell with its mesh where it hangs at rest under `gravity` (frame axes), found by the nonlinear shell. Its energy
+    /// is as before, so its stiffness there is that of the sagged shape under its own weight. Fails when nothing holds the shell.
+    /// `watch` hears of the share of the load and may stop the work with an error.
+    pub fn sagged(self: &Arc<Self>, gravity: Vec3, watch: &mut dyn FnMut(f64) -> Result<()>) -> Result<Self> {
+        let n = self.mass.len();
+        let weight: Vec<Vec3> = self.mass.iter().map(|m| *m * gravity).collect();
+        let mut solver = Solver::new(self.clone())?;
+        let found =
+            solver.equilibrium(&vec![Vec3::zeros(); n], &weight, &Default::default(), &mut |p| watch(p.load))?;
+        let mut mesh = self.mesh.clone();
+        mesh.positions.iter_mut().zip(&found.displacement).for_each(|(x, u)| *x += u);
+        Ok(Self {
+            mesh,
+            material: self.material,
+            energy: self.energy.clone(),
+            carried: Some(gravity),
+            mass: self.mass.clone(),
+            held: self.held.clone(),
+            free: self.free.clone(),
+            ..*self.as_ref()
+        })
     }
 
     /// Number of unknowns: three per free vertex.

@@ -67,6 +67,14 @@ pub struct Rates {
     pub angular_acceleration: Vec3,
 }
 
+impl Rates {
+    /// All numbers.
+    pub fn is_finite(&self) -> bool {
+        let linear = self.velocity.iter().chain(self.acceleration.iter());
+        linear.chain(self.angular_velocity.iter()).chain(self.angular_acceleration.iter()).all(|x| x.is_finite())
+    }
+}
+
 /// How the host says the frame moves into its next pose.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Motion {

@@ -15,7 +15,7 @@ fn beam(name: &str, membrane: f64, bending: f64) -> Arc<Model> {
     let material = Material { k_area: membrane, k_length: membrane, k_bend: bending, area_density: 1.0 };
     let supports = Supports { fixed, clamped: vec![] };
     let shell = Shell::new(mesh(&format!("{name}.obj")), material, &supports).unwrap();
-    let options = Options { modes: 8, precision: Precision::F64 };
+    let options = Options { modes: 8, precision: Precision::F64, ..Options::default() };
     Arc::new(Model::precompute(Arc::new(shell), &options, &mut |_, _| Ok(())).unwrap())
 }
 

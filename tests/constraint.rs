@@ -16,7 +16,7 @@ use std::sync::Arc;
 const TIP: u32 = 204;
 
 fn model_of(shell: Shell, modes: usize, precision: Precision) -> Arc<Model> {
-    let options = Options { modes, precision };
+    let options = Options { modes, precision, ..Options::default() };
     Arc::new(Model::precompute(Arc::new(shell), &options, &mut |_, _| Ok(())).unwrap())
 }
 

@@ -15,7 +15,7 @@ const LAWS: [Method; 2] = [Method::Warp, Method::VirtualWorkWarp];
 const INTEGRATORS: [Integrator; 2] = [Integrator::ImplicitEuler, Integrator::Exact];
 
 fn beam(name: &str) -> Arc<Model> {
-    let options = Options { modes: 8, precision: Precision::F64 };
+    let options = Options { modes: 8, precision: Precision::F64, ..Options::default() };
     Arc::new(Model::precompute(Arc::new(reference(name).0), &options, &mut |_, _| Ok(())).unwrap())
 }
 

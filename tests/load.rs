@@ -2,6 +2,8 @@
 #![allow(missing_docs)]
 mod common;
 use common::*;
+use nalgebra::UnitQuaternion;
+use shellwarp::constraint::{Constraint, Target};
 use shellwarp::load::Wind;
 use shellwarp::model::{Model, Options, Precision};
 use shellwarp::state::{Damping, Method, Space, State};
@@ -11,7 +13,7 @@ use shellwarp::{ErrorKind, Material, Mesh, Shell, Supports, Vec3};
 use std::sync::Arc;
 
 fn model_of(shell: Shell, modes: usize) -> Arc<Model> {
-    let options = Options { modes, precision: Precision::F64 };
+    let options = Options { modes, precision: Precision::F64, ..Options::default() };
     Arc::new(Model::precompute(Arc::new(shell), &options, &mut |_, _| Ok(())).unwrap())
 }
 
@@ -173,6 +175,30 @@ fn a_sheet_that_moves_with_the_air_feels_none_and_still_air_damps() {
 }
 
 #[test]
+fn an_equilibrium_in_wind_is_where_the_blown_shell_comes_to_rest() {
+    // Strong enough to turn the sheet away from the wind, so that the force at the start is far from the one at the end.
+    for method in METHODS {
+        let model = sheet();
+        let wind = Wind { velocity: Vec3::new(1.2, 0.0, 8.0), density: 1.2, normal_drag: 1.0, ..Wind::default() };
+        let (mut found, mut blown) = (state(&model, method), state(&model, method));
+        for state in [&mut found, &mut blown] {
+            state.set_wind(wind.clone()).unwrap();
+            state.set_damping(&Damping { mass_coefficient: 30.0, ..Damping::default() }).unwrap();
+        }
+        found.equilibrium().unwrap();
+        let steps = if method == Method::ImplicitShell { 600 } else { 6000 };
+        (0..steps).for_each(|_| blown.step(0.1).unwrap());
+        let (a, b) = (displacements(&found), displacements(&blown));
+        let largest = b.iter().map(|u| u.norm()).fold(0.0, f64::max);
+        let worst = a.iter().zip(&b).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
+        println!("{method:?}: {largest}, off by {worst:e}");
+        assert!(largest > 0.05, "{largest}");
+        // The force is settled to 1e-6 of itself.
+        assert!(worst <= 1e-5 * largest, "{method:?}: {worst:e} of {largest}");
+    }
+}
+
+#[test]
 fn local_velocities_add_to_the_wind() {
     let model = sheet();
     let n = model.shell.mass.len();
@@ -195,13 +221,31 @@ fn local_velocities_add_to_the_wind() {
 }
 
 #[test]
-fn loads_do_not_make_a_step_allocate() {
+fn no_modal_step_allocates_whatever_acts() {
     let model = sheet();
-    let mut state = state(&model, Method::Warp);
-    state.set_forces(vec![(5, Vec3::x())], false).unwrap();
-    state.set_wind(Wind { velocity: Vec3::z(), density: 1.0, normal_drag: 1.0, ..Wind::default() }).unwrap();
-    let counted = allocation_counter::measure(|| (0..10).for_each(|_| state.step(0.01).unwrap()));
-    assert_eq!(counted.count_total, 0);
+    let n = model.shell.mass.len();
+    for method in [Method::Warp, Method::VirtualWorkWarp, Method::LinearModalAnalysis] {
+        for integrator in [Integrator::ImplicitEuler, Integrator::Exact] {
+            let mut state = State::new(model.clone(), method, integrator).unwrap();
+            state.set_gravity(-0.1 * Vec3::z()).unwrap();
+            state.set_forces(vec![(5, Vec3::x()), (6, Vec3::y())], false).unwrap();
+            let local = vec![Vec3::x() * 0.1; n];
+            let wind = Wind { velocity: Vec3::z(), density: 1.0, normal_drag: 1.0, tangential_drag: 0.1, local };
+            state.set_wind(wind).unwrap();
+            let target = Target::Orientation(UnitQuaternion::identity());
+            let free = model.shell.free[model.shell.free.len() - 1];
+            let turn = Constraint { id: 1, vertex: free, axes: [true; 3], compliance: 0.0, target };
+            state.set_constraint(turn).unwrap();
+            let counted = allocation_counter::measure(|| {
+                for k in 1..=10 {
+                    let rotation = UnitQuaternion::from_scaled_axis(Vec3::z() * 0.05 * f64::from(k));
+                    state.set_frame(Pose { origin: Vec3::x() * 0.01, rotation }, Motion::Continuous);
+                    state.step(0.01).unwrap();
+                }
+            });
+            assert_eq!(counted.count_total, 0, "{method:?}, {integrator:?}");
+        }
+    }
 }
 
 #[test]

@@ -11,7 +11,7 @@ use shellwarp::{ErrorKind, Material, Mesh, Shell, Supports, Vec3};
 use std::sync::Arc;
 
 fn model_of(shell: Shell, modes: usize, precision: Precision) -> Arc<Model> {
-    let options = Options { modes, precision };
+    let options = Options { modes, precision, ..Options::default() };
     Arc::new(Model::precompute(Arc::new(shell), &options, &mut |_, _| Ok(())).unwrap())
 }
 

@@ -15,7 +15,7 @@ use shellwarp::{Material, Shell, Supports, Vec3};
 use std::sync::Arc;
 
 fn model_of(shell: Shell, modes: usize) -> Arc<Model> {
-    let options = Options { modes, precision: Precision::F64 };
+    let options = Options { modes, precision: Precision::F64, ..Options::default() };
     Arc::new(Model::precompute(Arc::new(shell), &options, &mut |_, _| Ok(())).unwrap())
 }
 

@@ -312,6 +312,7 @@ void read_simulation(Section section, Scene &scene) {
   scene.modes = section.count("modes").value_or(0);
   scene.double_precision = section.choice("precision", {"f32", "f64"}) == "f64";
   scene.method = *find_method(section.choice("method", method_names()));
+  scene.sagged = section.flag("sagged").value_or(false);
   scene.is_static = section.flag("static").value_or(false);
   scene.exact = section.choice("integrator", {"implicit-euler", "exact"}) == "exact";
   if (scene.exact && is_nonlinear(scene.method))

@@ -92,6 +92,7 @@ struct Scene {
   uint32_t modes = 0;  // 0 = the library's default
   bool double_precision = false;
   uint32_t method = SW_METHOD_WARP;
+  bool sagged = false;     // linearised where it hangs at rest under gravity; starts there
   bool is_static = false;  // the equilibrium instead of the motion
   bool exact = false;      // exact propagator in place of implicit Euler
   double frame_rate = 30;  // Hz

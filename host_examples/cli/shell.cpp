@@ -99,6 +99,7 @@ shellwarp::Model make_model(const Scene &scene, const Mesh &mesh, ProgressBar &p
 
   SwPrecomputeDesc desc = shellwarp::precompute_desc();
   desc.modes = scene.modes;
+  if (scene.sagged) std::copy(scene.gravity.begin(), scene.gravity.end(), desc.sag_gravity);
   desc.precision = scene.double_precision ? SW_PRECISION_F64 : SW_PRECISION_F32;
   progress.attach(desc);
   model.precompute(desc);

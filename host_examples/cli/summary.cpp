@@ -154,6 +154,8 @@ void print_advice(const Summary &summary) {
         static_cast<long long>(outside), frames.size());
   if (summary.info.n_unknowns == 0)
     std::printf("note: every vertex is held, so nothing can move\n");
+  else if (largest_displacement(summary.run) == 0 && summary.scene.sagged)
+    std::printf("note: nothing has moved: the sagged shape is at rest under this gravity\n");
   else if (largest_displacement(summary.run) == 0)
     std::printf("note: nothing has moved: no gravity, force or wind, no moving frame, no handle\n");
   if (summary.info.zero_modes)

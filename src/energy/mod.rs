@@ -77,6 +77,9 @@ impl Energy for Vec<Box<dyn Energy>> {
     }
 }
 
+/// Number of [`discrete_shell`] in saved models.
+pub const DISCRETE_SHELLS: u32 = 1;
+
 /// The paper's energy: area, length and hinge terms with the material's constants. A term of zero stiffness is left out.
 pub fn discrete_shell(mesh: &Mesh, material: &Material) -> Vec<Box<dyn Energy>> {
     let mut terms: Vec<Box<dyn Energy>> = Vec::new();

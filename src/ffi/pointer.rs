@@ -194,16 +194,31 @@ impl VectorRows {
     }
 }
 
+/// Whether this is the first of two calls, with a NULL buffer of capacity 0. Fails when `needed` elements do not fit.
+pub(super) fn asks_for_size<T>(name: &str, buffer: *const T, needed: u64, capacity: u64) -> Result<bool, Fault> {
+    if buffer.is_null() && capacity == 0 {
+        return Ok(true);
+    }
+    not_null(name, buffer)?;
+    if capacity < needed {
+        let message = format!("{name} has room for {capacity} elements, but {needed} are needed");
+        return Err(Fault::new(SW_ERROR_BUFFER_SIZE, message));
+    }
+    Ok(false)
+}
+
+/// The host's bytes in place.
+pub(super) unsafe fn byte_slice<'a>(name: &str, pointer: *const c_void, size: u64) -> Result<&'a [u8], Fault> {
+    let rows = Rows::checked(name, pointer, 1, 0, size)?;
+    // SAFETY: not NULL and within the address space; the host's buffer holds `size` bytes and does not change during the call.
+    Ok(unsafe { std::slice::from_raw_parts(rows.base, rows.count) })
+}
+
 /// The second of two calls, or the first that asks for the size: always tells `needed`, and copies when it fits. With a
 /// NULL buffer of capacity 0 only the size is told.
 pub(super) unsafe fn copy_out<T: Copy>(name: &str, values: &[T], buffer: *mut T, capacity: u64) -> Result<(), Fault> {
-    if buffer.is_null() && capacity == 0 {
+    if asks_for_size(name, buffer, values.len() as u64, capacity)? {
         return Ok(());
-    }
-    not_null(name, buffer)?;
-    if capacity < values.len() as u64 {
-        let message = format!("{name} has room for {capacity} elements, but {} are needed", values.len());
-        return Err(Fault::new(SW_ERROR_BUFFER_SIZE, message));
     }
     for (i, value) in values.iter().enumerate() {
         // SAFETY: the host's buffer has room for `capacity` elements.

@@ -282,6 +282,11 @@ pub unsafe extern "C" fn sw_state_set_damping(state: *mut SwState, desc: *const 
     unsafe {
         writing(state, |state| {
             let desc = read_descriptor("desc", desc)?;
+            let modes = state.model().n_modes();
+            if desc.n_ratios > 1 && desc.n_ratios as usize != modes {
+                let message = format!("desc->n_ratios is {}: give no ratios, 1 or {modes}", desc.n_ratios);
+                return Err(Fault::argument(message)); // nothing is read: the host's array is not that long
+            }
             Ok(state.set_damping(&Damping {
                 mass_coefficient: desc.mass_coefficient,
                 stiffness_coefficient: desc.stiffness_coefficient,

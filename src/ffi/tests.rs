@@ -78,6 +78,8 @@ fn status_calls<'a>(model: *mut SwModel, state: *mut SwState) -> Vec<Call<'a>> {
         sw_model_info(model, null_mut()),
         sw_model_frequencies(model, null_mut(), 0, null_mut()),
         sw_model_mode_shape(model, 0, 0, 0, null_mut(), 0, 0),
+        sw_model_save(model, null_mut(), 0, null_mut()),
+        sw_model_load(null(), 0, null_mut()),
         sw_state_create(model, null(), null_mut()),
         sw_state_reset(state),
         sw_state_clone(state, null_mut()),

@@ -122,18 +122,29 @@ impl Findings {
 /// Finds every problem of the triangle list. Triangles that cannot be used are left out of the later checks, so one bad
 /// index does not hide the rest. O(n log n).
 pub fn check(positions: &[Vec3], triangles: &[[u32; 3]]) -> Findings {
+    let (mut findings, _) = check_errors(positions, triangles);
+    let out = &mut findings.diagnostics;
+    check_coincident(positions, out);
+    check_unreferenced(positions.len(), triangles, out);
+    out.sort_by_key(|d| (d.kind, d.element));
+    findings
+}
+
+/// As [`check`], with every error but not every warning; and the edges of the usable triangles.
+pub(super) fn check_errors(positions: &[Vec3], triangles: &[[u32; 3]]) -> (Findings, SharedEdges) {
     let mut out = Vec::new();
-    check_vertices(positions, &mut out);
+    check_coordinates(positions, &mut out);
     let usable = check_triangles(positions, triangles, &mut out);
-    check_duplicates(triangles, &usable, &mut out);
     let edges = SharedEdges::of(triangles, &usable);
+    if edges.may_repeat(triangles) {
+        check_duplicates(triangles, &usable, &mut out);
+    }
     check_edges(triangles, &edges, &mut out);
     let orientation = orient(triangles, &edges);
     check_orientation(triangles, &orientation, &mut out);
     check_fans(positions.len(), triangles, &usable, &edges, &mut out);
-    check_unreferenced(positions.len(), triangles, &mut out);
     out.sort_by_key(|d| (d.kind, d.element));
-    Findings { diagnostics: out, orientation }
+    (Findings { diagnostics: out, orientation }, edges)
 }
 
 fn at_vertex(kind: Kind, v: usize, value: f64) -> Diagnostic {
@@ -144,12 +155,15 @@ fn at_triangle(kind: Kind, t: usize, [a, b, c]: [u32; 3], value: [f64; 2]) -> Di
     Diagnostic { kind, element: t as u32, vertices: [a, b, c, NONE], value }
 }
 
-fn check_vertices(positions: &[Vec3], out: &mut Vec<Diagnostic>) {
+fn check_coordinates(positions: &[Vec3], out: &mut Vec<Diagnostic>) {
     for (v, p) in positions.iter().enumerate() {
         if let Some(&bad) = p.iter().find(|c| !c.is_finite()) {
             out.push(at_vertex(Kind::NonFiniteCoordinate, v, bad));
         }
     }
+}
+
+fn check_coincident(positions: &[Vec3], out: &mut Vec<Diagnostic>) {
     let mut order: Vec<u32> = (0..positions.len() as u32).collect();
     let key = |v: u32| positions[v as usize].map(|c| c + 0.0); // −0 counts as 0
     let compare = |a: &u32, b: &u32| {
@@ -244,17 +258,12 @@ fn check_orientation(triangles: &[[u32; 3]], orientation: &Orientation, out: &mu
 
 fn check_fans(n: usize, triangles: &[[u32; 3]], usable: &[bool], edges: &SharedEdges, out: &mut Vec<Diagnostic>) {
     let roots = fan_roots(triangles, edges);
-    let mut fans: Vec<(u32, u32)> = (0..triangles.len())
-        .filter(|&t| usable[t])
-        .flat_map(|t| (0..3).map(move |k| (t, k)))
-        .map(|(t, k)| (triangles[t][k], roots[3 * t + k]))
-        .collect();
-    fans.sort_unstable();
-    fans.dedup();
-    debug_assert!(fans.iter().all(|&(v, _)| (v as usize) < n));
-    for run in fans.chunk_by(|x, y| x.0 == y.0).filter(|run| run.len() > 1) {
-        out.push(at_vertex(Kind::NonManifoldVertex, run[0].0 as usize, run.len() as f64));
+    let mut fans = vec![0u32; n];
+    for (t, tri) in triangles.iter().enumerate().filter(|(t, _)| usable[*t]) {
+        (0..3).filter(|k| roots[3 * t + k] as usize == 3 * t + k).for_each(|k| fans[tri[k] as usize] += 1);
     }
+    let several = fans.iter().enumerate().filter(|(_, fans)| **fans > 1);
+    out.extend(several.map(|(v, fans)| at_vertex(Kind::NonManifoldVertex, v, f64::from(*fans))));
 }
 
 fn check_unreferenced(n: usize, triangles: &[[u32; 3]], out: &mut Vec<Diagnostic>) {

@@ -26,7 +26,7 @@ impl Edge {
 }
 
 /// A validated mesh. Immutable; all lengths are in the host's unit.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Mesh {
     /// Rest positions x̄ (n_vertices).
     pub positions: Vec<Vec3>,
@@ -53,18 +53,20 @@ impl Mesh {
             let (n, t) = (positions.len(), triangles.len());
             return Err(Error::new(ErrorKind::InvalidMesh, format!("the mesh has {n} vertices and {t} triangles")));
         }
-        let findings = check(&positions, triangles);
+        let (findings, shared) = check::check_errors(&positions, triangles);
         if let Some(first) = findings.first_error() {
             let errors = findings.diagnostics.iter().filter(|d| d.kind.severity() == Severity::Error).count();
             let more = if errors > 1 { format!(" (and {} more errors)", errors - 1) } else { String::new() };
             return Err(Error::new(ErrorKind::InvalidMesh, format!("{first}{more}")));
         }
+        let n_reoriented = findings.orientation.flipped.iter().filter(|f| **f).count();
         let triangles = findings.orientation.apply(triangles);
-        let edges = edges_of(&triangles);
+        let shared = if n_reoriented > 0 { SharedEdges::of(&triangles, &vec![true; triangles.len()]) } else { shared };
+        let edges = edges_of(&triangles, &shared);
         let (component, n_components) = components(positions.len(), &triangles);
         let size = bounding_diagonal(&positions, &component);
         Ok(Self {
-            n_reoriented: findings.orientation.flipped.iter().filter(|f| **f).count(),
+            n_reoriented,
             n_unreferenced: component.iter().filter(|c| **c == NONE).count(),
             positions,
             triangles,
@@ -100,8 +102,7 @@ impl Mesh {
 }
 
 /// The edges of an oriented manifold triangle list.
-fn edges_of(triangles: &[[u32; 3]]) -> Vec<Edge> {
-    let shared = SharedEdges::of(triangles, &vec![true; triangles.len()]);
+fn edges_of(triangles: &[[u32; 3]], shared: &SharedEdges) -> Vec<Edge> {
     let corner = |side: &topology::Side, k: usize| triangles[side.triangle as usize][(side.corner as usize + k) % 3];
     let edge = |sides: &[topology::Side]| Edge {
         vertices: [corner(&sides[0], 0), corner(&sides[0], 1)],
@@ -136,5 +137,5 @@ fn bounding_diagonal(positions: &[Vec3], component: &[u32]) -> f64 {
     let used = || positions.iter().zip(component).filter(|(_, c)| **c != NONE).map(|(p, _)| p);
     let low = used().fold(Vec3::repeat(f64::INFINITY), |low, p| low.inf(p));
     let high = used().fold(Vec3::repeat(f64::NEG_INFINITY), |high, p| high.sup(p));
-    (high - low).norm()
+    crate::wide_norm(&(high - low))
 }

@@ -33,8 +33,13 @@ impl SharedEdges {
                 sides.push(Side { low, high, triangle: t as u32, corner: k as u8, forward: a < b });
             }
         }
-        sides.sort_unstable();
-        Self { sides }
+        Self { sides: sorted(sides) }
+    }
+
+    /// Whether triangles may repeat: two have an edge and the third vertex in common, or more than two an edge.
+    pub fn may_repeat(&self, triangles: &[[u32; 3]]) -> bool {
+        let third = |s: &Side| triangles[s.triangle as usize][(s.corner as usize + 2) % 3];
+        self.iter().any(|sides| sides.len() > 2 || sides.windows(2).any(|two| third(&two[0]) == third(&two[1])))
     }
 
     /// The sides of each edge, edges in order of (lower, higher) vertex.
@@ -46,6 +51,22 @@ impl SharedEdges {
     fn pairs(&self) -> impl Iterator<Item = (&Side, &Side)> {
         self.iter().filter_map(|sides| if let [a, b] = sides { Some((a, b)) } else { None })
     }
+}
+
+/// Sorts by the lower vertex in linear time, then the few sides of each.
+fn sorted(sides: Vec<Side>) -> Vec<Side> {
+    let Some(last) = sides.iter().map(|s| s.low as usize).max() else { return sides };
+    let mut next = vec![0usize; last + 2];
+    sides.iter().for_each(|s| next[s.low as usize + 1] += 1);
+    (0..=last).for_each(|v| next[v + 1] += next[v]);
+    let mut out = sides.clone();
+    for side in sides {
+        let at = &mut next[side.low as usize];
+        out[*at] = side;
+        *at += 1;
+    }
+    out.chunk_by_mut(|a, b| a.low == b.low).for_each(|same| same.sort_unstable());
+    out
 }
 
 /// A consistent orientation, or where none exists.

@@ -132,6 +132,9 @@ fn part_modes(shell: &Shell, part: &Part, (wanted, norm): (usize, f64), progress
     progress.report(Phase::Ordering, 0.0)?;
     let symbolic = Symbolic::analyse(part.stiffness.lower.symbolic())?;
     progress.report(Phase::Ordering, 1.0)?;
+    if let Some(gravity) = shell.carried {
+        refuse_buckled(&symbolic, &part.stiffness, gravity)?;
+    }
     let search = Search { shell, part, symbolic: &symbolic, wanted, rigid: rigid_freedoms(shell, part) };
     let pairs = search.run(progress)?;
     let dense = n <= search::dense_limit(wanted);
@@ -174,9 +177,25 @@ fn merge(mut parts: Vec<Modes>, wanted: usize) -> Modes {
     Modes { eigenvalues, shapes, zero_modes, certificate, peak_bytes }
 }
 
+/// Fails where the pose under `gravity` is no minimum of energy: vibration about it has no meaning.
+fn refuse_buckled(symbolic: &Symbolic, stiffness: &ScaledStiffness, gravity: Vec3) -> Result<()> {
+    match symbolic.negative_eigenvalues(&stiffness.lower)? {
+        Some(0) | None => Ok(()),
+        Some(count) => {
+            let g = [gravity.x, gravity.y, gravity.z];
+            let message =
+                format!("the pose under the gravity {g:?} is unstable in {count} directions: it is about to buckle");
+            Err(Error::new(ErrorKind::Numerical, message))
+        }
+    }
+}
+
 /// The dimension of the null space of K, known from the supports when lengths and angles both resist: the rigid motions
 /// that each component of the part keeps. `None` when one of them is missing, so that there are further mechanisms.
 fn rigid_freedoms(shell: &Shell, part: &Part) -> Option<usize> {
+    if shell.carried.is_some() {
+        return Some(0); // what moves freely does not come to rest under its weight
+    }
     if shell.material.k_bend == 0.0 || shell.material.k_length == 0.0 {
         return None;
     }
@@ -249,8 +268,9 @@ fn require_digits(search: &Search, pairs: &Pairs, eigenvalues: &[f64], vectors: 
     for k in elastic.filter(|&k| apart(k) > LEAST_AGREEMENT) {
         let lambda = eigenvalues[k];
         let error = match pairs.sigma {
-            Some(sigma) => vector_error(search, sigma, vectors.col(k), lambda)?,
-            None => apart(k),
+            // The energy's rows are those of the rest pose.
+            Some(sigma) if search.shell.carried.is_none() => vector_error(search, sigma, vectors.col(k), lambda)?,
+            _ => apart(k),
         };
         if error.is_nan() || error > LEAST_AGREEMENT {
             let norm = search.part.stiffness.norm;
@@ -287,8 +307,13 @@ fn vector_error(search: &Search, sigma: f64, y: ColRef<'_, f64>, lambda: f64) ->
     Ok(sigma.abs().max(lambda) * residual.norm_l2() / (lambda * y.norm_l2()))
 }
 
-/// yᵀAy/yᵀy as a sum of squares, which keeps small eigenvalues accurate.
+/// yᵀAy/yᵀy, at rest as a sum of squares, which keeps small eigenvalues accurate.
 fn rayleigh_quotient(shell: &Shell, part: &Part, y: ColRef<'_, f64>) -> f64 {
+    if shell.carried.is_some() {
+        let y: Vec<f64> = y.iter().copied().collect();
+        let image = part.stiffness.apply(&y);
+        return image.iter().zip(&y).map(|(a, y)| a * y).sum::<f64>() / y.iter().map(|y| y * y).sum::<f64>();
+    }
     let phi: Vec<f64> = y.iter().zip(&part.stiffness.root_mass).map(|(y, r)| y / r).collect();
     rest_quadratic_form(&*shell.energy, &part.scatter(shell, &phi)) / y.squared_norm_l2()
 }

@@ -1,8 +1,9 @@
-//! The mass-scaled rest stiffness A = M^−½ K M^−½ on the free unknowns, as a sparse symmetric matrix.
+//! The mass-scaled stiffness A = M^−½ K M^−½, K at rest or where the shell carries its weight, on the free unknowns, as a sparse symmetric matrix.
 //!
 //! A has the eigenvalues of Kφ = λMφ and the eigenvectors y = M^½ φ, is symmetric, and does not change when the unit of
 //! mass and stiffness does. K is a sum of outer products over elements of 2 to 4 vertices, so A consists of 3 × 3 blocks.
 
+use crate::energy::Curvature;
 use crate::sparse::BlockMatrix;
 pub use crate::sparse::entries;
 use crate::{Error, ErrorKind, Result, Shell};
@@ -23,12 +24,18 @@ impl ScaledStiffness {
     pub fn assemble(shell: &Shell) -> Result<Self> {
         let inverse_root: Vec<f64> = shell.mass.iter().map(|m| 1.0 / m.sqrt()).collect();
         let mut matrix = BlockMatrix::of(shell);
-        shell.energy.visit_rest_rows(&mut |(vertices, row)| {
-            matrix.add_element(vertices, |p, q| {
-                let scale = inverse_root[vertices[p] as usize] * inverse_root[vertices[q] as usize];
-                row[p] * (scale * row[q]).transpose()
+        let scale = |a: u32, b: u32| inverse_root[a as usize] * inverse_root[b as usize];
+        if shell.carried.is_some() {
+            shell.energy.visit_hessian(&shell.mesh.positions, Curvature::Exact, &mut |(vertices, blocks)| {
+                let block = |p: usize, q: usize| blocks[p * vertices.len() + q] * scale(vertices[p], vertices[q]);
+                matrix.add_element(vertices, block);
             });
-        });
+        } else {
+            shell.energy.visit_rest_rows(&mut |(vertices, row)| {
+                let block = |p: usize, q: usize| row[p] * (scale(vertices[p], vertices[q]) * row[q]).transpose();
+                matrix.add_element(vertices, block);
+            });
+        }
         matrix.require_finite()?;
         let lower = matrix.lower;
         let root_mass = shell.free.iter().flat_map(|&v| [shell.mass[v as usize].sqrt(); 3]).collect();

@@ -103,6 +103,55 @@ pub struct State {
     time: f64,
 }
 
+/// An equilibrium in wind is found when the wind's force changes by less than this part of itself; as often it is taken at most.
+/// A basis of 32 bits leaves seven digits.
+const WIND_SETTLED: f64 = 1e-6;
+const WIND_ROUNDS: usize = 100;
+
+/// Unknowns and their rates.
+enum Unknowns {
+    Modal(Vec<f64>, Vec<f64>),
+    Nodal(Vec<Vec3>, Vec<Vec3>),
+}
+
+impl Dynamics {
+    fn motion(&self) -> Unknowns {
+        match self {
+            Self::Modal(modal) => Unknowns::Modal(modal.q.clone(), modal.q_dot.clone()),
+            Self::Nodal(nodal) => Unknowns::Nodal(nodal.u.clone(), nodal.velocity.clone()),
+        }
+    }
+
+    /// What [`Dynamics::motion`] gave.
+    fn set_motion(&mut self, motion: Unknowns) {
+        match (self, motion) {
+            (Self::Modal(modal), Unknowns::Modal(q, q_dot)) => (modal.q, modal.q_dot) = (q, q_dot),
+            (Self::Nodal(nodal), Unknowns::Nodal(u, velocity)) => (nodal.u, nodal.velocity) = (u, velocity),
+            _ => unreachable!("a state keeps its kind of unknowns"),
+        }
+    }
+
+    fn stop(&mut self) {
+        match self {
+            Self::Modal(modal) => modal.q_dot.fill(0.0),
+            Self::Nodal(nodal) => nodal.velocity.fill(Vec3::zeros()),
+        }
+    }
+
+    fn settle(
+        &mut self,
+        model: &Model,
+        load: &BodyLoad,
+        external: Option<&[Vec3]>,
+        pose: &Pose,
+    ) -> Result<(f64, usize)> {
+        match self {
+            Self::Modal(modal) => modal.settle(model, load, external, pose),
+            Self::Nodal(nodal) => nodal.settle(model, load, external),
+        }
+    }
+}
+
 fn unsupported<T>(what: &str) -> Result<T> {
     Err(Error::new(ErrorKind::Unsupported, format!("{what}: this state's method has no modes")))
 }
@@ -310,8 +359,12 @@ impl State {
         }
         let mut frame = self.frame;
         let rates = frame.advance(h);
+        if !rates.is_finite() {
+            let message = format!("the frame moves too far in a step of {h} s: its rates are not finite");
+            return Err(Error::new(ErrorKind::Numerical, message));
+        }
         self.evaluate_loads(&frame.pose, &rates);
-        let load = BodyLoad::new(self.gravity, &frame.pose, &rates);
+        let load = self.body_load(&frame.pose, &rates);
         let Self { model, dynamics, loads, scratch, .. } = self;
         let external = (!loads.is_empty()).then_some(&scratch.force[..]);
         match dynamics {
@@ -322,6 +375,15 @@ impl State {
         self.time += h;
         self.forget_forces();
         Ok(())
+    }
+
+    /// Gravity and inertia as the unknowns feel them.
+    fn body_load(&self, pose: &Pose, rates: &Rates) -> BodyLoad {
+        let load = BodyLoad::new(self.gravity, pose, rates);
+        match (&self.dynamics, self.model.shell.carried) {
+            (Dynamics::Modal(_), Some(carried)) => load.less(carried),
+            _ => load,
+        }
     }
 
     fn forget_forces(&mut self) {
@@ -359,18 +421,54 @@ impl State {
     /// Moves to the static solution under the present loads and constraints, at rest, in the frame's present pose; time does
     /// not pass. Returns the residual relative to the load, and the iterations. Fails, changing nothing, when none is found.
     pub fn equilibrium(&mut self) -> Result<(f64, usize)> {
-        let (pose, rates) = (self.frame.target, Rates::default());
-        self.evaluate_loads(&pose, &rates);
-        let load = BodyLoad::new(self.gravity, &pose, &rates);
-        let Self { model, dynamics, loads, scratch, .. } = self;
-        let external = (!loads.is_empty()).then_some(&scratch.force[..]);
-        let found = match dynamics {
-            Dynamics::Modal(modal) => modal.settle(model, &load, external, &pose)?,
-            Dynamics::Nodal(nodal) => nodal.settle(model, &load, external)?,
+        let before = self.dynamics.motion();
+        let constraints = match &self.dynamics {
+            Dynamics::Modal(modal) => Some(modal.constraints.clone()), // with what the last step made of them
+            Dynamics::Nodal(_) => None,
         };
-        self.frame = Frame::at_rest(pose);
+        let found = self.settle();
+        if found.is_err() {
+            self.dynamics.set_motion(before);
+            if let (Dynamics::Modal(modal), Some(constraints)) = (&mut self.dynamics, constraints) {
+                modal.constraints = constraints;
+            }
+            return found;
+        }
+        self.frame = Frame::at_rest(self.frame.target);
         self.forget_forces();
-        Ok(found)
+        found
+    }
+
+    /// As [`State::equilibrium`], leaving the frame. Wind turns with the shell: its force is taken anew on the shape found
+    /// until it no longer changes.
+    fn settle(&mut self) -> Result<(f64, usize)> {
+        let (pose, rates) = (self.frame.target, Rates::default());
+        let load = self.body_load(&pose, &rates);
+        let (mut last, mut iterations) = (Vec::new(), 0);
+        for _ in 0..WIND_ROUNDS {
+            self.dynamics.stop();
+            self.evaluate_loads(&pose, &rates);
+            let Self { model, dynamics, loads, scratch, .. } = &mut *self;
+            let change: f64 =
+                scratch.force.iter().zip(&last).map(|(a, b): (&Vec3, &Vec3)| (a - b).norm_squared()).sum();
+            let size: f64 = scratch.force.iter().map(|f| f.norm_squared()).sum();
+            if !last.is_empty() && change <= WIND_SETTLED * WIND_SETTLED * size {
+                return dynamics
+                    .settle(model, &load, Some(&scratch.force), &pose)
+                    .map(|(r, more)| (r, iterations + more));
+            }
+            let external = (!loads.is_empty()).then_some(&scratch.force[..]);
+            let (residual, more) = dynamics.settle(model, &load, external, &pose)?;
+            iterations += more;
+            if !loads.needs_motion() {
+                return Ok((residual, iterations));
+            }
+            last.clone_from(&scratch.force);
+        }
+        Err(Error::new(
+            ErrorKind::Numerical,
+            format!("no equilibrium: the wind still changes it after {WIND_ROUNDS} rounds"),
+        ))
     }
 
     /// Hands the displacement of every vertex (frame axes) to `visit`, in order.

@@ -100,16 +100,18 @@ impl Modal {
         self.constraint_work = 0.0;
     }
 
-    /// Whether the warp at amplitudes `q` gives finite positions in either precision.
-    fn has_meaning(model: &Model, q: &[f64]) -> bool {
+    /// Whether the warp at amplitudes `q` gives finite positions in either precision, and the energies can be told.
+    pub fn has_meaning(model: &Model, q: &[f64], q_dot: &[f64]) -> bool {
         let turn: f64 = q.iter().zip(&model.largest_rotation).map(|(q, r)| (q * r).abs()).sum();
         let largest = LARGEST_AMPLITUDE * model.shell.total_mass.sqrt();
-        turn <= LARGEST_ROTATION && q.iter().all(|q| q.abs() <= largest)
+        let (elastic, kinetic) = energies(model, q, q_dot);
+        let bounded = turn <= LARGEST_ROTATION && q.iter().all(|q| q.abs() <= largest);
+        bounded && elastic.is_finite() && kinetic.is_finite()
     }
 
     /// Replaces q and q̇, finite and of the right number.
     pub fn set_amplitudes(&mut self, model: &Model, q: &[f64], q_dot: &[f64]) -> Result<()> {
-        if !Self::has_meaning(model, q) {
+        if !Self::has_meaning(model, q, q_dot) {
             return Err(Error::new(ErrorKind::Numerical, "these amplitudes turn or move vertices beyond all range"));
         }
         self.q.copy_from_slice(q);
@@ -138,14 +140,15 @@ impl Modal {
             self.move_freely(model, h);
         }
         let work = self.meet_constraints(model, pose, h);
-        let finite = self.next.iter().flatten().all(|x| x.is_finite()) && work.is_finite();
-        if !finite || !Self::has_meaning(model, &self.next[0]) {
+        let told = (self.constraint_work + work).is_finite() && self.constraints.is_finite();
+        if !told || !Self::has_meaning(model, &self.next[0], &self.next[1]) {
             return Err(Error::new(ErrorKind::Numerical, format!("the step of {h} s does not give finite positions")));
         }
         let [next_q, next_q_dot] = &mut self.next;
         std::mem::swap(&mut self.q, next_q);
         std::mem::swap(&mut self.q_dot, next_q_dot);
         self.constraint_work += work;
+        self.constraints.accept();
         Ok(())
     }
 
@@ -205,8 +208,7 @@ impl Modal {
 
     /// ½ qᵀΛq with the guard's share, and ½ q̇ᵀq̇.
     pub fn energies(&self, model: &Model) -> (f64, f64) {
-        let elastic: f64 = self.q.iter().zip(&model.eigenvalues).map(|(q, lambda)| lambda * q * q).sum();
-        (0.5 * elastic + model.guard().energy(&self.q), 0.5 * self.q_dot.iter().map(|v| v * v).sum::<f64>())
+        energies(model, &self.q, &self.q_dot)
     }
 
     /// The static solution Λq = f(q) + Jᵀμ by fixed point, from the present q: a step of backward Euler so long that inertia
@@ -255,4 +257,9 @@ impl Modal {
         let message = format!("no equilibrium: the residual is {last:.1e} after {SETTLE_ITERATIONS} iterations");
         Err(Error::new(ErrorKind::Numerical, message))
     }
+}
+
+fn energies(model: &Model, q: &[f64], q_dot: &[f64]) -> (f64, f64) {
+    let elastic: f64 = q.iter().zip(&model.eigenvalues).map(|(q, lambda)| lambda * q * q).sum();
+    (0.5 * elastic + model.guard().energy(q), 0.5 * q_dot.iter().map(|v| v * v).sum::<f64>())
 }

@@ -2,8 +2,11 @@
 
 use crate::reference::{Rayleigh, Solver};
 use crate::step::modal_force::BodyLoad;
-use crate::{Model, Result, Vec3};
+use crate::{Error, ErrorKind, Model, Result, Vec3};
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
+
+/// Past this displacement, in units of the model's size, a shell has no meaning left; its energy has room for the fourth power.
+const LARGEST_DISPLACEMENT: f64 = 1e30;
 
 /// Displacements and velocities in frame axes, with the solver and its scratch.
 pub struct Nodal {
@@ -13,6 +16,8 @@ pub struct Nodal {
     pub u: Vec<Vec3>,
     pub velocity: Vec<Vec3>,
     force: Vec<Vec3>,
+    /// u and the velocity before the step.
+    before: [Vec<Vec3>; 2],
 }
 
 impl Nodal {
@@ -25,7 +30,8 @@ impl Nodal {
             damping: Rayleigh::default(),
             u: zeros.clone(),
             velocity: zeros.clone(),
-            force: zeros,
+            force: zeros.clone(),
+            before: [zeros.clone(), zeros],
         })
     }
 
@@ -38,6 +44,7 @@ impl Nodal {
             u: self.u.clone(),
             velocity: self.velocity.clone(),
             force: self.force.clone(),
+            before: self.before.clone(),
         })
     }
 
@@ -47,30 +54,52 @@ impl Nodal {
         self.velocity.fill(Vec3::zeros());
     }
 
-    fn set_force(&mut self, model: &Model, load: &BodyLoad, external: Option<&[Vec3]>) {
+    fn set_force(&mut self, model: &Model, load: &BodyLoad, external: Option<&[Vec3]>) -> Result<()> {
         let shell = &model.shell;
         for v in 0..self.force.len() {
             let r = shell.mesh.positions[v] + self.u[v];
             self.force[v] = load.at(shell.mass[v], r, self.velocity[v]) + external.map_or(Vec3::zeros(), |f| f[v]);
+            if !self.force[v].iter().all(|c| c.is_finite()) {
+                return Err(Error::new(ErrorKind::Numerical, format!("the load on vertex {v} is not finite")));
+            }
         }
+        Ok(())
     }
 
     /// One step of `h`. Changes nothing on failure.
     pub fn step(&mut self, model: &Model, load: &BodyLoad, external: Option<&[Vec3]>, h: f64) -> Result<()> {
-        self.set_force(model, load, external);
-        let Self { solver, explicit, damping, u, velocity, force } = self;
+        self.set_force(model, load, external)?;
+        let Self { solver, explicit, damping, u, velocity, force, before } = self;
+        before[0].copy_from_slice(u);
+        before[1].copy_from_slice(velocity);
         if *explicit {
-            solver.symplectic_euler(u, velocity, force, *damping, h)
+            solver.symplectic_euler(u, velocity, force, *damping, h)?;
         } else {
-            solver.implicit_euler(u, velocity, force, *damping, h).map(|_| ())
+            solver.implicit_euler(u, velocity, force, *damping, h)?;
         }
+        if Self::has_meaning(model, u, velocity) {
+            return Ok(());
+        }
+        u.copy_from_slice(&before[0]);
+        velocity.copy_from_slice(&before[1]);
+        Err(Error::new(ErrorKind::Numerical, format!("the step of {h} s moves the shell beyond all range")))
+    }
+
+    /// Whether positions and energies are numbers that can be told.
+    pub fn has_meaning(model: &Model, u: &[Vec3], velocity: &[Vec3]) -> bool {
+        let largest = LARGEST_DISPLACEMENT * model.shell.mesh.size;
+        let kinetic: f64 = model.shell.mass.iter().zip(velocity).map(|(m, v)| m * v.norm_squared()).sum();
+        kinetic.is_finite() && u.iter().flatten().all(|c| c.abs() <= largest)
     }
 
     /// The static solution under the present loads, from the present shape. Returns residual and iterations. Changes nothing
     /// on failure.
     pub fn settle(&mut self, model: &Model, load: &BodyLoad, external: Option<&[Vec3]>) -> Result<(f64, usize)> {
-        self.set_force(model, load, external);
+        self.set_force(model, load, external)?;
         let found = self.solver.equilibrium(&self.u, &self.force, &Default::default(), &mut |_| Ok(()))?;
+        if !Self::has_meaning(model, &found.displacement, &[]) {
+            return Err(Error::new(ErrorKind::Numerical, "the equilibrium is beyond all range"));
+        }
         self.u = found.displacement;
         self.velocity.fill(Vec3::zeros());
         Ok((found.residual, found.iterations))

@@ -3,7 +3,7 @@
 //! amplitudes, or three displacements per vertex of a nonlinear shell. Loads, damping, constraints and the pose asked for next
 //! are inputs and not saved.
 
-use super::{Dynamics, State};
+use super::{Dynamics, Modal, Nodal, State};
 use crate::support::{Frame, Pose};
 use crate::{Error, ErrorKind, Result, Vec3};
 use nalgebra::{Quaternion, UnitQuaternion, Vector4};
@@ -113,6 +113,18 @@ impl State {
         let turn = Vector4::from_column_slice(&numbers[4..8]).norm();
         if numbers.iter().any(|x| !x.is_finite()) || (turn - 1.0).abs() > 1e-9 || numbers[0] < 0.0 {
             return invalid("the saved state holds numbers out of range");
+        }
+        let (unknowns, rates) = numbers[FIXED_DOUBLES..].split_at(self.n_unknowns());
+        let vectors = |from: &[f64]| from.chunks_exact(3).map(Vec3::from_column_slice).collect::<Vec<_>>();
+        let sound = match &self.dynamics {
+            Dynamics::Modal(_) => Modal::has_meaning(&self.model, unknowns, rates),
+            Dynamics::Nodal(_) => {
+                let unused = numbers[FIXED_DOUBLES - 1].to_bits() == 0; // no constraints, no work of theirs
+                unused && Nodal::has_meaning(&self.model, &vectors(unknowns), &vectors(rates))
+            }
+        };
+        if !sound {
+            return invalid("the saved state moves vertices beyond all range");
         }
         Ok(numbers)
     }

@@ -56,6 +56,12 @@ impl BodyLoad {
         Self { uniform: to_frame(gravity - rates.acceleration), spin }
     }
 
+    /// Without the weight that the shell carries where it is linearised, under `gravity` (frame axes).
+    pub fn less(mut self, gravity: Vec3) -> Self {
+        self.uniform -= gravity;
+        self
+    }
+
     /// |ω| of the frame, when the load depends on position and velocity.
     pub fn spin_rate(&self) -> Option<f64> {
         self.spin.as_ref().map(|spin| 0.5 * spin.coriolis.norm())

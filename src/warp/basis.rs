@@ -79,6 +79,25 @@ impl<T: Real> Basis<T> {
         (Vec3::new(read(0), read(1), read(2)), Vec3::new(read(3), read(4), read(5)))
     }
 
+    /// Φ√M and Ψ√M of one vertex in one mode, x y z each, as they are stored.
+    pub fn stored(&self, mode: usize, v: usize) -> [T; SHAPES] {
+        let (line, lane) = self.place(v);
+        let line = line + HEADER + SHAPES * mode;
+        std::array::from_fn(|c| self.lines[line + c].0[lane])
+    }
+
+    /// Stores what [`Basis::stored`] gave.
+    pub fn set_stored(&mut self, mode: usize, v: usize, numbers: [T; SHAPES]) {
+        let (line, lane) = self.place(v);
+        let line = line + HEADER + SHAPES * mode;
+        (0..SHAPES).for_each(|c| self.lines[line + c].0[lane] = numbers[c]);
+    }
+
+    /// Whether all of it are numbers.
+    pub fn is_finite(&self) -> bool {
+        self.lines.iter().all(|line| line.0.iter().all(|x| x.to_f64().is_finite()))
+    }
+
     /// Bytes held.
     pub fn bytes(&self) -> usize {
         self.lines.len() * size_of::<Line<T>>()

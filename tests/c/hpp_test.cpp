@@ -60,6 +60,22 @@ void moving_hands_the_object_over() {
   next.step(0.1);
 }
 
+void a_saved_model_is_loaded_with_the_same_bytes() {
+  const Model model = make_model();
+  const std::vector<unsigned char> bytes = model.save();
+  const Model loaded = Model::load(bytes);
+  CHECK(loaded.save() == bytes);
+  State one = make_state(model), other = make_state(loaded);
+  CHECK(run(one, 30) == run(other, 30));
+  SwStatus status = SW_OK;
+  try {
+    Model::load(std::vector<unsigned char>(bytes.begin(), bytes.end() - 1));
+  } catch (const shellwarp::Error &error) {
+    status = error.status();
+  }
+  CHECK(status == SW_ERROR_INVALID_DATA);
+}
+
 void a_failed_call_throws_its_status_and_message() {
   const Model model = make_model();
   State state(model);
@@ -313,6 +329,7 @@ void messages_are_kept_by_thread() {
 
 int main() {
   RUN(moving_hands_the_object_over);
+  RUN(a_saved_model_is_loaded_with_the_same_bytes);
   RUN(a_failed_call_throws_its_status_and_message);
   RUN(a_constructor_that_fails_throws);
   RUN(a_moved_from_object_is_a_null_handle);

@@ -459,8 +459,11 @@ static void bad_damping_is_named(void) {
     damping.ratios = ratios;
     damping.n_ratios = 4;
     FAILS(sw_state_set_damping(state, &damping), SW_ERROR_INVALID_ARGUMENT, "ratios[2]");
-    damping.n_ratios = 3;
-    FAILS(sw_state_set_damping(state, &damping), SW_ERROR_INVALID_ARGUMENT, "ratios");
+    const uint32_t wrong[4] = {2, 3, 5, UINT32_MAX}; /* far more than there are: they must not be read */
+    for (int i = 0; i < 4; ++i) {
+      damping.n_ratios = wrong[i];
+      FAILS(sw_state_set_damping(state, &damping), SW_ERROR_INVALID_ARGUMENT, "n_ratios");
+    }
   }
   sw_state_destroy(state);
   sw_model_destroy(model);

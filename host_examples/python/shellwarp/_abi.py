@@ -136,6 +136,7 @@ class SwPrecomputeDesc(Structure):
         ("flags", c_uint32),
         ("progress", SwProgressFn),
         ("progress_user", c_void_p),
+        ("sag_gravity", c_double * 3),
     ]
 
 
@@ -294,6 +295,8 @@ FUNCTIONS = {
     "sw_model_destroy": (None, [POINTER(SwModel)]),
     "sw_model_info": (c_uint32, [POINTER(SwModel), POINTER(SwModelInfo)]),
     "sw_model_frequencies": (c_uint32, [POINTER(SwModel), c_void_p, c_uint32, c_void_p]),
+    "sw_model_save": (c_uint32, [POINTER(SwModel), c_void_p, c_uint64, c_void_p]),
+    "sw_model_load": (c_uint32, [c_void_p, c_uint64, POINTER(POINTER(SwModel))]),
     "sw_model_mode_shape": (c_uint32, [POINTER(SwModel), c_uint32, c_uint32, c_uint32, c_void_p, c_uint64, c_uint32]),
     "sw_state_desc_init": (None, [POINTER(SwStateDesc)]),
     "sw_damping_desc_init": (None, [POINTER(SwDampingDesc)]),

@@ -62,4 +62,4 @@ class Handle:
         self.close()
 
     def __reduce__(self):
-        raise TypeError(f"a {type(self).__name__} cannot be pickled: send the Shell, and State.save's bytes")
+        raise TypeError(f"a {type(self).__name__} cannot be pickled: send the Shell, and State.save's or Model.save's bytes")

@@ -7,6 +7,7 @@ import pickle
 import subprocess
 import sys
 import threading
+import time
 import unittest
 import weakref
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
@@ -253,6 +254,43 @@ class Running(unittest.TestCase):
         self.assertTrue(numpy.array_equal(run(made, 5, state).positions(), elsewhere))
         with self.assertRaisesRegex(TypeError, "State.save"):
             pickle.dumps(state)
+
+    def test_a_saved_model_runs_with_the_same_bits_and_damage_is_noticed(self):
+        for precision in ("f32", "f64"):
+            with self.subTest(precision):
+                made = sw.Model(strip.shell())
+                made.precompute(modes=12, precision=precision)
+                data = made.save()
+                loaded = sw.Model.load(data)
+                self.assertEqual(loaded.info()["modes"], 12)
+                self.assertTrue(numpy.array_equal(run(loaded, 30).positions(), run(made, 30).positions()))
+                self.assertEqual(loaded.save(), data)
+                with self.assertRaises(sw.InvalidDataError):
+                    sw.Model.load(data[:-1] + bytes([data[-1] ^ 1]))
+        with self.assertRaises(sw.NotPrecomputedError):
+            sw.Model(strip.shell()).save()
+
+    def test_other_threads_run_during_a_long_call(self):
+        i, j = numpy.meshgrid(numpy.arange(90), numpy.arange(90), indexing="ij")
+        a = (90 * numpy.arange(89)[:, None] + numpy.arange(89)).ravel()
+        triangles = numpy.concatenate([numpy.stack([a, a + 90, a + 91], axis=-1), numpy.stack([a, a + 91, a + 1], axis=-1)])
+        made = sw.Model(sw.Shell(numpy.stack([i, j, 0.0 * i], axis=-1).reshape(-1, 3), triangles, fixed=numpy.arange(180)))
+        ends = []
+
+        def precompute():
+            ends.append(time.perf_counter())
+            made.precompute(modes=32)
+            ends.append(time.perf_counter())
+
+        thread = threading.Thread(target=precompute)
+        thread.start()
+        ticks = []
+        while thread.is_alive():
+            ticks.append(time.perf_counter())
+            time.sleep(0.001)
+        start, length = ends[0], ends[1] - ends[0]
+        # A held lock would let this thread run just before the call and just after it, never in its middle half.
+        self.assertTrue([tick for tick in ticks if 0.25 < (tick - start) / length < 0.75])
 
     def test_states_on_threads_move_as_alone(self):
         made = model()

@@ -1,8 +1,9 @@
 // A stand-in for the part of Maya's C++ API that the shellWarp plug-in uses, to run the node where there is no Maya.
 //
-// Declarations follow the API's own headers as published with public plug-ins' sources: those of Maya 2016 and 2018 for every
-// class here, those of 2020 to 2024 for MPxDeformerNode, MPxGeometryFilter, MDataBlock, MComputation, MFnPlugin and the arrays;
-// read declaration by declaration, not compiled against. What differs between the versions is not used. Only what the plug-in
+// Declarations follow the API's own headers as published with public plug-ins' sources: those of Maya 2016 and 2018 for most
+// classes here, those of 2020 to 2024 for parts of MPxDeformerNode, MPxGeometryFilter, MDataBlock, MComputation, MFnPlugin and the
+// arrays; read declaration by declaration, not compiled against. A few, MFnMesh::getVertices among them, are known only from how
+// public plug-ins call them. What is known to differ between the versions is not used. Only what the plug-in
 // uses is declared, with the same names, parameters, constness and defaults; everything below "private:" and in namespace
 // fake is ours. The macro that returns a failed status evaluates its argument twice, as Maya's does.
 #pragma once

@@ -1,0 +1,191 @@
+"""One job: simulate a frame range, write its point caches and its last state, then its record. The same bits on any worker."""
+
+import json
+import os
+import socket
+import time
+from contextlib import ExitStack
+from pathlib import Path
+
+import numpy
+import shellwarp
+
+from . import files, motion
+from .content import content_hash
+from .errors import DamagedError, FarmError, SceneError
+from .model import library_digest, load_model, mesh_at, model_tables
+from .point_cache import PointCacheFile
+from .usd_cache import UsdFile
+
+SUFFIXES = {"pc2": ".pc2", "usd": ".usdc"}
+METHODS = {"implicit": "shell-implicit", "explicit": "shell-explicit", "virtual-work": "warp-virtual-work"}
+RECORDS = "records"
+
+
+def bake(job, model, before, out, cache):
+    """Does the job unless it is done: its record, with "done" = "baked" or "verified". `model` is what prepare or identify
+    returned, `before` the record of the job that this one comes after. What trying again cannot mend comes back as "failed"."""
+    try:
+        for needed in filter(None, (model, before)):
+            if "failed" in needed:
+                raise SceneError(needed["failed"])
+        start = _start(job, before, out)
+        job_hash = hash_of(job, model["key"], start)
+        try:
+            record = {**read_record(out, job["name"], job_hash), "done": "verified"}
+        except DamagedError as error:
+            record = {**_bake(job, model, job_hash, start, out, cache), "done": "baked", "redone": error.args[0]}
+        return record
+    except (FarmError, shellwarp.ShellwarpError) as error:
+        return {"job": job["name"], "failed": f"{job['name']}: {error}"}
+
+
+def hash_of(job, key, start):
+    """Hash of all that the outputs of a job depend on."""
+    names = ("damping", "wind", "frame", "force", "seed", "frames", "up_axis", "formats")
+    simulation = {k: v for k, v in job["simulation"].items() if k not in ("modes", "precision")}
+    return content_hash({"model": key, "simulation": simulation, "start": start, "library": library_digest(),
+                         "name": job["name"], **{name: job[name] for name in names}})
+
+
+def record_path(out, name):
+    """Where the record of a job lies."""
+    return Path(out) / RECORDS / f"{name}.json"
+
+
+def read_record(out, name, job_hash=None):
+    """A finished job's record; DamagedError, which says why, if it is missing, of other inputs, or an output is not as written."""
+    try:
+        record = json.loads(record_path(out, name).read_bytes())
+    except FileNotFoundError:
+        raise DamagedError("not done before") from None
+    except ValueError:
+        raise DamagedError("its record is damaged") from None
+    if job_hash is not None and record["hash"] != job_hash:
+        raise DamagedError("its inputs have changed")
+    for output, facts in record["outputs"].items():
+        path = Path(out) / output
+        if not path.is_file():
+            raise DamagedError(f"{output} is missing")
+        if files.checksum(path) != facts["sha256"]:
+            raise DamagedError(f"{output} is damaged")
+    return record
+
+
+def _start(job, before, out):
+    """The state to begin with, bytes, None for rest."""
+    path = job["start"] or (Path(out) / f"{job['after']}.state" if before else None)
+    if path is None:
+        return None
+    try:
+        data = Path(path).read_bytes()
+    except OSError as error:
+        raise SceneError(f"{path}: {error.strerror}") from None
+    return numpy.frombuffer(data, dtype=numpy.uint8)
+
+
+def _bake(job, model_facts, job_hash, start, out, cache):
+    times, cpu = {"begin": time.perf_counter()}, time.process_time()
+    model, cache_report = load_model(model_tables(job), model_facts["key"], cache)
+    times["model"] = time.perf_counter()
+    record_path(out, job["name"]).unlink(missing_ok=True)   # it speaks of what is about to be replaced
+    base = Path(out) / job["name"]
+    paths = {kind: Path(f"{base}{SUFFIXES[kind]}") for kind in job["formats"]}
+    paths["state"] = Path(f"{base}.state")
+    with ExitStack() as stack, model.state(_method(job), job["simulation"]["integrator"]) as state:
+        partials = {kind: stack.enter_context(files.whole_file(path)) for kind, path in paths.items()}
+        judged = simulate(job, state, start, partials)
+        partials["state"].write_bytes(state.save())
+    times["simulate"] = time.perf_counter()
+    outputs = {str(path.relative_to(out)): {"sha256": files.checksum(path), "bytes": path.stat().st_size}
+               for path in paths.values()}
+    times["checksum"] = time.perf_counter()
+    marks = list(times)
+    report = cache_report or {"cache": "kept", "seconds": 0.0}
+    record = {"job": job["name"], "hash": job_hash, "outputs": outputs, "range": judged, "cache": report,
+              "model": model_facts, "vertices": model.n_vertices, "frames": job["frames"], "parameters": job["parameters"],
+              "seed": job["seed"], "seconds": {b: times[b] - times[a] for a, b in zip(marks, marks[1:])},
+              "core_seconds": time.process_time() - cpu, "worker": f"{socket.gethostname()}:{os.getpid()}", "library": shellwarp.version()}
+    files.write_whole(record_path(out, job["name"]), json.dumps(record, indent=1).encode())
+    return record
+
+
+def simulate(job, state, start, partials):
+    """Runs the frames into the files: what the record says of the range of the method."""
+    positions, triangles = mesh_at(job["mesh"])
+    first, last = job["frames"]
+    _set_up(job, state, positions)
+    if start is not None:
+        state.load(start.tobytes())
+    elif job["frame"]:
+        state.set_frame(*motion.pose(job["frame"], _seconds(job, first), _seconds(job, last)), teleport=True)
+    writers = _writers(job, partials, triangles)
+    judged = {"frames_out": 0, "first_out": None, "max_rotation": 0.0, "worst_fraction": 0.0}
+    buffer = numpy.empty((state.n_vertices, 3), numpy.float32)
+    for frame in range(first, last + 1):
+        if start is not None or frame > first:
+            _step_to(job, state, frame)
+        for writer in writers:
+            writer.append(state.positions(out=buffer))
+        _judge(judged, frame, state.report())
+    for writer in writers:
+        writer.close()
+    return judged
+
+
+def _set_up(job, state, positions):
+    state.set_gravity(job["simulation"]["gravity"])
+    state.set_damping(**{key: job["damping"][key] for key in job["damping"]})
+    if job["force"]:
+        vertices = [force["vertex"] if "vertex" in force else _nearest(positions, force["nearest"]) for force in job["force"]]
+        state.set_forces(numpy.array([force["vector"] for force in job["force"]], dtype=float), vertices)
+
+
+def _step_to(job, state, frame):
+    """From the frame before: the inputs of each step are those of its end."""
+    steps, last = job["simulation"]["steps_per_frame"], _seconds(job, job["frames"][1])
+    for k in range(1, steps + 1):
+        seconds = _seconds(job, frame - 1 + k / steps)
+        if job["frame"]:
+            state.set_frame(*motion.pose(job["frame"], seconds, last))
+        if job["wind"]:
+            _blow(job["wind"], job["seed"], seconds, state)
+        state.step(1 / (job["simulation"]["frame_rate"] * steps))
+
+
+def _blow(wind, seed, seconds, state):
+    factor = motion.gust(wind, seed, seconds) if "gust" in wind else 1.0
+    velocity = [factor * component for component in wind.get("velocity", (0, 0, 0))]
+    state.set_wind(velocity, wind.get("density", 1.2), wind.get("normal_drag", 1.0), wind.get("tangential_drag", 0.0))
+
+
+def _writers(job, partials, triangles):
+    first, last = job["frames"]
+    frames = range(first, last + 1)
+    name = Path(job["name"]).name
+    writers = []
+    if "pc2" in partials:
+        writers.append(PointCacheFile(partials["pc2"], len(mesh_at(job["mesh"])[0]), first, len(frames)))
+    if "usd" in partials:
+        writers.append(UsdFile(partials["usd"], name, triangles, frames, job["simulation"]["frame_rate"], job["up_axis"]))
+    return writers
+
+
+def _judge(judged, frame, report):
+    if not report["in_range"]:
+        judged["frames_out"] += 1
+        judged["first_out"] = frame if judged["first_out"] is None else judged["first_out"]
+    judged["max_rotation"] = max(judged["max_rotation"], report["max_rotation"])
+    judged["worst_fraction"] = max(judged["worst_fraction"], report["fraction_out_of_range"])
+
+
+def _method(job):
+    return METHODS.get(job["simulation"]["method"], job["simulation"]["method"])
+
+
+def _nearest(positions, point):
+    return int(numpy.argmin(((positions - numpy.array(point, dtype=float)) ** 2).sum(axis=1)))
+
+
+def _seconds(job, frame):
+    return frame / job["simulation"]["frame_rate"]

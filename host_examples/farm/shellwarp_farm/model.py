@@ -1,0 +1,105 @@
+"""A job's shell, its content key, and its modes from the cache."""
+
+import functools
+import os
+import threading
+from collections import OrderedDict
+from pathlib import Path
+
+import shellwarp
+
+from . import files
+from .cache import Cache
+from .content import content_hash
+from .errors import FarmError
+from .mesh_file import held_vertices, read_mesh
+from .scenes import MODEL_KEYS
+
+KEPT = 4   # models that a worker keeps loaded
+
+_kept = OrderedDict()
+_lock = threading.Lock()
+
+
+def model_tables(job):
+    """The part of a job that its model is made of."""
+    return {"mesh": job["mesh"], "material": job["material"], "support": job["support"],
+            "options": {key: job["simulation"][key] for key in MODEL_KEYS}}
+
+
+def shell_of(tables):
+    """The Shell of a model's tables."""
+    positions, triangles = mesh_at(tables["mesh"])
+    material = shellwarp.Material(*(float(tables["material"].get(key, 0)) for key in ("k_area", "k_length", "k_bend", "density")))
+    held = held_vertices(tables["support"], positions, triangles)
+    return shellwarp.Shell(positions, triangles, material, fixed=held)
+
+
+def model_key(tables):
+    """Hash of mesh, material, held vertices, options and library: where any of them differs, so may the modes."""
+    shell = shell_of(tables)
+    material = shell.material
+    return content_hash({
+        "positions": shell.positions, "triangles": shell.triangles, "held": shell.fixed,
+        "material": [material.area, material.length, material.bend, material.density],
+        "options": tables["options"], "library": library_digest()})
+
+
+def prepare(tables, cache):
+    """Sees to it that the model is in the cache: {"key", "cache", "seconds"}, or {"failed"} if it cannot be made."""
+    try:
+        key = model_key(tables)
+        _, report = Cache(cache).get_or_make(key, lambda: _precompute(tables))
+        return {"key": key, **report}
+    except (FarmError, shellwarp.ShellwarpError) as error:
+        return {"failed": str(error)}
+
+
+def identify(tables):
+    """As prepare, but touches no cache: for a job that may be done already."""
+    try:
+        return {"key": model_key(tables), "cache": "not needed", "seconds": 0.0}
+    except (FarmError, shellwarp.ShellwarpError) as error:
+        return {"failed": str(error)}
+
+
+def load_model(tables, key, cache):
+    """The model, kept by this process for its next jobs, and the cache's report, None if it was still here."""
+    with _lock:
+        if key in _kept:
+            _kept.move_to_end(key)
+            return _kept[key], None
+    data, report = Cache(cache).get_or_make(key, lambda: _precompute(tables))
+    model = shellwarp.Model.load(data)
+    with _lock:
+        _kept[key] = model
+        while len(_kept) > KEPT:
+            _kept.popitem(last=False)
+    return model, report
+
+
+@functools.lru_cache
+def library_digest():
+    """Of the library's file: another build may round differently. Its version, where the system's loader found it."""
+    path = Path(shellwarp.library_path())
+    return files.checksum(path) if path.is_file() else shellwarp.version()
+
+
+def _precompute(tables):
+    with shellwarp.Model(shell_of(tables)) as model:
+        model.precompute(**tables["options"])
+        return model.save()
+
+
+def mesh_at(path):
+    """As read_mesh, kept until the file changes."""
+    try:
+        facts = os.stat(path)
+        return _read(path, facts.st_mtime_ns, facts.st_size)
+    except FileNotFoundError:
+        return read_mesh(path)   # says what is missing
+
+
+@functools.lru_cache(maxsize=KEPT)
+def _read(path, _time, _size):
+    return read_mesh(path)

@@ -1,0 +1,201 @@
+"""Scene lists: TOML files of assets, shots, seeds and parameters, and the jobs that they stand for.
+
+The tables are those of the command-line host's scenes (host_examples/cli/README.md), some in the asset and some in the shot;
+docs/farm.md lists them. A key that is not known is an error. A job is a plain table, so that it can be sent to any worker."""
+
+import itertools
+import re
+import tomllib
+from pathlib import Path
+
+from .errors import SceneError
+
+MATERIAL = {"k_area", "k_length", "k_bend", "density"}
+MODEL_KEYS = ("modes", "precision")   # of [simulation]: what the precompute depends on
+SIMULATION = {*MODEL_KEYS, "method", "integrator", "frame_rate", "steps_per_frame", "gravity"}
+TABLES = {
+    "material": MATERIAL,
+    "simulation": SIMULATION,
+    "damping": {"ratio", "mass", "stiffness"},
+    "wind": {"velocity", "density", "normal_drag", "tangential_drag", "gust", "gust_frequency"},
+    "frame": {"pivot", "rise", "end", "fall", "translate", "rotate_degrees"},
+}
+LISTS = {"support": {"kind", "box", "vertices"}, "force": {"vertex", "nearest", "vector"}}
+OSCILLATION = {"axis", "amplitude", "frequency", "phase_degrees"}
+ASSET = {"name", "mesh", "material", "support", "simulation", "damping", "force"}
+SHOT = {"name", "frames", "after", "start", "simulation", "damping", "wind", "frame", "force"}
+TOP = {"title", "up_axis", "formats", "seeds", "asset", "shot", "parameters", "sweep"}
+FORMATS = ("pc2", "usd")
+NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]*")
+DEFAULTS = {"modes": 16, "precision": "f32", "method": "warp", "integrator": "implicit-euler", "frame_rate": 30.0,
+            "steps_per_frame": 1, "gravity": [0, 0, 0]}
+
+
+def read_list(path):
+    """A scene list as it stands in the file, checked; mesh paths made absolute."""
+    path = Path(path)
+    try:
+        scene_list = tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise SceneError(f"{path}: {error.strerror}") from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise SceneError(f"{path}: {error}") from None
+    try:
+        _check(scene_list)
+    except SceneError as error:
+        raise SceneError(f"{path}: {error}") from None
+    for owner, key in [(a, "mesh") for a in scene_list["asset"]] + [(s, "start") for s in scene_list.get("shot", [])]:
+        if key in owner:
+            owner[key] = str((path.parent / owner[key]).resolve())
+    return scene_list
+
+
+def expand(scene_list):
+    """All jobs, those that another comes after before it: shots in the order of the list are the slowest to change."""
+    jobs = [_job(scene_list, asset, shot, values, seed)
+            for shot in scene_list.get("shot", []) for asset in scene_list["asset"]
+            for values in parameter_grid(scene_list) for seed in _seeds(scene_list, shot)]
+    names = [job["name"] for job in jobs]
+    for first, second in zip(sorted(names), sorted(names)[1:]):
+        if first == second:
+            raise SceneError(f"two jobs have the name {first}: give distinct values or names")
+    if not jobs:
+        raise SceneError("there is no [[shot]]")
+    return jobs
+
+
+def parameter_grid(scene_list):
+    """Every combination of the parameters, as tables of "table.key" and value."""
+    parameters = scene_list.get("parameters", {})
+    return [dict(zip(parameters, values)) for values in itertools.product(*parameters.values())]
+
+
+def asset_tables(asset, values):
+    """The tables of an asset alone, parameters put in and defaults filled in."""
+    return _with_parameters({"mesh": asset["mesh"], **{key: asset.get(key, {}) for key in ("material", "damping")},
+                             "support": asset.get("support", []), "force": asset.get("force", []),
+                             "simulation": {**DEFAULTS, **asset.get("simulation", {})}, "wind": {}, "frame": {}}, values)
+
+
+def label(values):
+    """Parameters as a part of a file name, such as k_bend=10."""
+    texts = [f"{key.split('.')[1]}={_text(value)}" for key, value in values.items()]
+    return "_".join(texts)
+
+
+def _job(scene_list, asset, shot, values, seed):
+    merged = {table: {**asset.get(table, {}), **shot.get(table, {})} for table in TABLES}
+    merged["simulation"] = {**DEFAULTS, **merged["simulation"]}
+    lists = {key: asset.get(key, []) + shot.get(key, []) for key in LISTS}
+    job = _with_parameters({"mesh": asset["mesh"], **merged, **lists}, values)
+    variant = "_".join(filter(None, [label(values), "" if seed is None else f"s{seed}"]))
+
+    def name_in(shot_name):
+        return "/".join([asset["name"], shot_name, "_".join(filter(None, [asset["name"], shot_name, variant]))])
+
+    job.update(name=name_in(shot["name"]), asset=asset["name"], shot=shot["name"], seed=seed, parameters=values,
+               frames=shot["frames"], up_axis=scene_list.get("up_axis", "z"),
+               formats=scene_list.get("formats", list(FORMATS)), start=shot.get("start"),
+               after=name_in(shot["after"]) if "after" in shot else None)
+    return job
+
+
+def _with_parameters(tables, values):
+    tables = {key: dict(value) if isinstance(value, dict) else value for key, value in tables.items()}
+    for key, value in values.items():
+        table, name = key.split(".")
+        tables[table][name] = value
+    return tables
+
+
+def _seeds(scene_list, shot):
+    """A shot after another goes on with its seed; one without gusts has none."""
+    seeds = scene_list.get("seeds", [])
+    shots = {other["name"]: other for other in scene_list["shot"]}
+    while shot is not None:
+        if "gust" in shot.get("wind", {}):
+            return seeds or [0]
+        shot = shots.get(shot.get("after"))
+    return [None]
+
+
+def _text(value):
+    if isinstance(value, list):
+        return "_".join(map(_text, value))
+    return value if isinstance(value, str) else f"{value:g}"
+
+
+# ------------------------------------------------------------------------------------------------------------- checks
+
+def _check(scene_list):
+    _known("the list", scene_list, TOP)
+    if not scene_list.get("asset"):
+        raise SceneError("there is no [[asset]]")
+    for kind, keys, needed in (("asset", ASSET, ("name", "mesh")), ("shot", SHOT, ("name", "frames"))):
+        seen = set()
+        for entry in scene_list.get(kind, []):
+            _check_entry(kind, entry, keys, needed, seen)
+    _check_shots(scene_list.get("shot", []))
+    _check_parameters(scene_list.get("parameters", {}))
+    if unknown := set(scene_list.get("formats", [])) - set(FORMATS):
+        raise SceneError(f"formats: {unknown.pop()!r}, expected some of {', '.join(FORMATS)}")
+    if scene_list.get("up_axis", "z") not in ("y", "z"):
+        raise SceneError("up_axis is 'y' or 'z'")
+    seeds = scene_list.get("seeds", [])
+    if len(set(seeds)) != len(seeds):
+        raise SceneError("seeds: one comes twice")
+    if seeds and not any("gust" in shot.get("wind", {}) for shot in scene_list.get("shot", [])):
+        raise SceneError("seeds change nothing: no shot has a wind with a gust")
+
+
+def _check_entry(kind, entry, keys, needed, seen):
+    name = entry.get("name", "without a name")
+    _known(f"{kind} {name}", entry, keys)
+    for key in needed:
+        if key not in entry:
+            raise SceneError(f"{kind} {name}: {key} is missing")
+    if not NAME.fullmatch(name):
+        raise SceneError(f"{kind} {name!r}: a name is a part of a file name: letters, digits and _.-")
+    if name in seen:
+        raise SceneError(f"two {kind}s have the name {name}")
+    seen.add(name)
+    for table, allowed in TABLES.items():
+        _known(f"{kind} {name}, {table}", entry.get(table, {}), allowed)
+    for table, allowed in LISTS.items():
+        for item in entry.get(table, []):
+            _known(f"{kind} {name}, {table}", item, allowed)
+            if table == "support" and item.get("kind") not in ("fixed", "clamped"):
+                raise SceneError(f"{kind} {name}: the kind of a support is 'fixed' or 'clamped'")
+    for item in entry.get("frame", {}).get("translate", []) + entry.get("frame", {}).get("rotate_degrees", []):
+        _known(f"{kind} {name}, frame", item, OSCILLATION)
+
+
+def _check_shots(shots):
+    ends = {}
+    for shot in shots:
+        name, frames = shot["name"], shot["frames"]
+        if len(frames) != 2 or not all(isinstance(f, int) for f in frames) or frames[0] > frames[1]:
+            raise SceneError(f"shot {name}: frames is [first, last]")
+        if "after" in shot and "start" in shot:
+            raise SceneError(f"shot {name}: either after or start")
+        if "after" in shot and shot["after"] not in ends:
+            raise SceneError(f"shot {name}: after names {shot['after']!r}, no shot before it in the list")
+        if "after" in shot and ends[shot["after"]] + 1 != frames[0]:
+            raise SceneError(f"shot {name}: begins at frame {frames[0]}, but {shot['after']} ends at {ends[shot['after']]}")
+        if set(shot.get("simulation", {})) & set(MODEL_KEYS):
+            raise SceneError(f"shot {name}: {' and '.join(MODEL_KEYS)} belong to the asset")
+        ends[name] = frames[1]
+
+
+def _check_parameters(parameters):
+    for key, values in parameters.items():
+        table, _, name = key.partition(".")
+        if name not in TABLES.get(table, ()):
+            raise SceneError(f"parameters: {key!r} is no \"table.key\" of a job")
+        if not isinstance(values, list) or not values:
+            raise SceneError(f"parameters: {key} needs a list of values")
+
+
+def _known(where, table, keys):
+    if unknown := sorted(set(table) - set(keys)):
+        raise SceneError(f"{where}: unknown key {unknown[0]!r}; known: {', '.join(sorted(keys))}")

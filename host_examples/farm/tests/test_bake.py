@@ -1,0 +1,192 @@
+"""Claims about baking on Dask, with real worker processes: killed, resumed and damaged, the outputs are the undisturbed ones."""
+
+import os
+import re
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+from pathlib import Path
+
+import numpy
+import psutil
+import small
+from pxr import Usd, UsdGeom
+
+from shellwarp_farm import bake as baking
+from shellwarp_farm import manifest
+from shellwarp_farm.engine import Engine
+from shellwarp_farm.job import RECORDS
+
+LONG = small.LIST.replace("steps_per_frame = 2", "steps_per_frame = 1500").replace("seeds = [1, 2]", "seeds = [1, 2, 3]")
+PATIENCE = 120   # seconds until a test that waits for another process gives up
+
+
+def positions(path):
+    """A PC2 file: (frames x n x 3)."""
+    data = Path(path).read_bytes()
+    n, frames = numpy.frombuffer(data, "<i4", 1, 16)[0], numpy.frombuffer(data, "<i4", 1, 28)[0]
+    return numpy.frombuffer(data, "<f4", offset=32).reshape(frames, n, 3)
+
+
+def wait_for(condition):
+    end = time.monotonic() + PATIENCE
+    while not condition():
+        if time.monotonic() > end:
+            raise TimeoutError("it did not come to that")
+        time.sleep(0.01)
+
+
+def gone(pid):
+    """Whether a process has ended, were it unreaped."""
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()[0] == "Z"
+    except OSError:
+        return True
+
+
+def fails_twice(path):
+    """A task that finds no room for its files until the third try."""
+    with open(path, "a", encoding="ascii") as file:
+        file.write("x")
+    if len(Path(path).read_text()) < 3:
+        raise OSError("no space left")
+    return "done"
+
+
+class Farm(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.top = Path(cls.enterClassContext(tempfile.TemporaryDirectory()))
+        cls.engine = cls.enterClassContext(Engine(workers=2))
+        cls.jobs = small.jobs(cls.top, LONG)
+        cls.undisturbed = cls.top / "undisturbed"
+        cls.report = baking.bake(cls.engine, cls.jobs, cls.undisturbed)
+
+    def bake(self, folder, jobs=None, **options):
+        return baking.bake(self.engine, jobs or self.jobs, self.top / folder, **options)
+
+    def assert_undisturbed(self, folder):
+        self.assertEqual(baking.verify(self.top / folder, self.undisturbed), [])
+
+    def test_each_model_is_made_once_and_each_job_has_its_outputs(self):
+        self.assertEqual((self.report["jobs"], self.report["baked"], self.report["failed"]), (12, 12, []))
+        self.assertEqual((self.report["models"], self.report["made"]), (2, 2))
+        self.assertEqual(len(manifest.outputs(manifest.read(self.undisturbed))), 36)
+        self.assertGreater(len({record["worker"] for record in manifest.read(self.undisturbed)}), 1)
+
+    def test_a_worker_killed_in_the_middle_changes_nothing(self):
+        killed = []
+
+        def kill(_result):
+            if not killed:
+                killed.append(next(iter(self.engine.client.run(os.getpid).values())))
+                os.kill(killed[0], signal.SIGKILL)
+
+        report = self.bake("worker", on_result=kill)
+        self.assertTrue(gone(killed[0]))
+        self.assertEqual(report["failed"], [])
+        self.assertEqual(report["digest"], self.report["digest"])
+        self.assert_undisturbed("worker")
+
+    def test_a_run_killed_in_the_middle_goes_on_where_it_was(self):
+        out = self.top / "run"
+        command = [sys.executable, "-m", "shellwarp_farm", "bake", str(self.top / "list.toml"), "--out", str(out), "--workers", "1"]
+        process = subprocess.Popen(command + ["--quiet"], stdout=subprocess.DEVNULL)
+        wait_for(lambda: len(list((out / RECORDS).rglob("*.json"))) >= 3)
+        children = psutil.Process(process.pid).children(recursive=True)
+        self.assertTrue(children)
+        process.kill()
+        process.wait()
+        wait_for(lambda: all(gone(child.pid) for child in children))   # its workers end with it
+        self.assertFalse((out / manifest.NAME).exists())
+        finished = len([path for path in (out / RECORDS).rglob("*.json") if ".partial" not in path.name])
+        self.assertLess(finished, len(self.jobs), "it was done before it was killed: the test has shown nothing")
+        report = self.bake("run")
+        self.assertEqual((report["verified"], report["baked"]), (finished, len(self.jobs) - finished))
+        self.assert_undisturbed("run")
+
+    def test_damaged_and_missing_outputs_are_baked_again_and_told(self):
+        few = self.jobs[:4]
+        self.bake("damaged", few)
+        paths = sorted((self.top / "damaged").rglob("*.pc2"))
+        data = bytearray(paths[0].read_bytes())
+        data[100] ^= 1
+        paths[0].write_bytes(data)
+        paths[1].unlink()
+        report = self.bake("damaged", few)
+        self.assertEqual((report["verified"], report["baked"], report["made"]), (2, 2, 0))
+        self.assertEqual(sorted(line.split(" is ")[-1] for line in report["redone"]), ["damaged", "missing"])
+        self.assertEqual(baking.verify(self.top / "damaged"), [])
+
+    def test_a_damaged_cache_entry_is_rebuilt_and_told_and_the_outputs_stay_the_same(self):
+        cache = self.top / "cache"
+        self.bake("before", self.jobs[:1], cache=cache)
+        entry = next(cache.rglob("*.model"))
+        data = bytearray(entry.read_bytes())
+        data[-20] ^= 1
+        entry.write_bytes(data)
+        report = self.bake("after", self.jobs[:1], cache=cache)
+        self.assertEqual((report["made"], len(report["damage"])), (1, 1))
+        self.assertIn(entry.name, report["damage"][0])
+        for path in (self.top / "after").rglob("*.pc2"):
+            self.assertEqual(path.read_bytes(), (self.undisturbed / path.relative_to(self.top / "after")).read_bytes())
+
+    def test_a_shot_continued_has_the_bits_of_one_long_shot(self):
+        text = re.sub(r"steps_per_frame = 1500", "steps_per_frame = 2", LONG)
+        long = text.split("[[shot]]")
+        joined = "[[shot]]".join(long[:2]).replace("frames = [0, 5]", "frames = [0, 11]")
+        folder = self.top / "joined_list"
+        folder.mkdir()
+        whole, halves = small.jobs(folder, joined), small.jobs(folder, text)
+        self.bake("joined", whole[:1])
+        self.bake("halves", [job for job in halves if (job["seed"], job["parameters"]) == (1, whole[0]["parameters"])])
+        first, second = (next((self.top / "halves" / "card" / shot).glob("*.pc2")) for shot in ("one", "two"))
+        joined = positions(next((self.top / "joined").rglob("*.pc2")))
+        self.assertTrue(numpy.array_equal(numpy.concatenate([positions(first), positions(second)]), joined))
+        self.assertGreater(numpy.abs(joined[-1] - joined[0]).max(), 1e-4)   # it moves
+
+    def test_usd_has_the_positions_of_pc2_and_seeds_differ(self):
+        one, two = sorted((self.undisturbed / "card/two").glob("*k_bend=0.005_s[12].pc2"))
+        frames = positions(one)
+        stage = Usd.Stage.Open(str(one.with_suffix(".usdc")))
+        mesh = UsdGeom.Mesh(stage.GetDefaultPrim())
+        self.assertEqual(mesh.GetPointsAttr().GetTimeSamples(), list(range(6, 12)))
+        for k, points in enumerate(frames):
+            self.assertTrue(numpy.array_equal(numpy.array(mesh.GetPointsAttr().Get(6 + k)), points))
+        self.assertFalse(numpy.array_equal(frames, positions(two)))
+
+    def test_a_job_that_cannot_be_done_fails_by_name_and_the_others_go_on(self):
+        bad = {**self.jobs[0], "mesh": str(self.top / "nowhere.obj"), "name": "card/one/bad"}
+        after = {**self.jobs[6], "after": bad["name"], "name": "card/two/after_bad"}
+        report = self.bake("failing", [bad, self.jobs[1], after])
+        self.assertEqual(report["baked"], 1)
+        self.assertEqual(len(report["failed"]), 2)
+        for line in report["failed"]:
+            self.assertIn("nowhere.obj: there is no such mesh", line)
+
+    def test_what_fails_for_want_of_room_is_tried_again(self):
+        self.assertEqual(self.engine.submit(fails_twice, str(self.top / "tries"), key="flaky").result(PATIENCE), "done")
+
+    def test_a_job_that_goes_on_failing_is_reported_and_the_others_go_on(self):
+        blocked = {**self.jobs[0], "name": "card/file/blocked"}
+        (self.top / "blocked" / "card").mkdir(parents=True)
+        (self.top / "blocked" / "card" / "file").write_text("where a folder should be")
+        report = self.bake("blocked", [blocked, self.jobs[1]])
+        self.assertEqual((report["baked"], len(report["failed"])), (1, 1))
+        self.assertIn("card/file/blocked", report["failed"][0])
+
+    def test_a_running_scheduler_is_used_by_its_address(self):
+        command = [sys.executable, "-m", "shellwarp_farm", "bake", str(self.top / "list.toml"), "--out", str(self.top / "remote"),
+                   "--scheduler", self.engine.client.scheduler.address, "--quiet"]
+        done = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn(self.report["digest"], done.stdout)
+        mine = set(map(str, self.engine.client.run(os.getpid).values()))
+        self.assertLessEqual({record["worker"].split(":")[1] for record in manifest.read(self.top / "remote")}, mine)
+
+
+if __name__ == "__main__":
+    unittest.main()

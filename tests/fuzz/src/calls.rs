@@ -1,0 +1,213 @@
+//! Any sequence of calls on a few models and states. After each one: no internal error; what failed changed nothing; what comes
+//! out is finite.
+
+use super::host::*;
+use super::input::Input;
+use shellwarp::ffi::constraint::*;
+use shellwarp::ffi::load::*;
+use shellwarp::ffi::model::*;
+use shellwarp::ffi::state::*;
+use shellwarp::ffi::status::*;
+use std::ptr::null_mut;
+
+/// Calls in one run, states at a time, and equilibria, which may take a thousand iterations.
+const MAX_CALLS: usize = 40;
+const MAX_STATES: usize = 3;
+const MAX_EQUILIBRIA: usize = 1;
+
+fn models() -> Vec<Model> {
+    let sheet = Triangles::sheet(3, 1);
+    let mut lone = Triangles::sheet(1, 1);
+    lone.x.push([7.0, 7.0, 7.0]); // of no triangle
+    vec![
+        sheet.model(&[0, 1, 2, 3], 4, SW_PRECISION_F32),
+        sheet.model(&[0, 1, 2, 3], 4, SW_PRECISION_F64),
+        sheet.model(&[], 8, SW_PRECISION_F32),          // floats
+        lone.model(&[0, 1], 12, SW_PRECISION_F64),      // a hinge
+        lone.model(&[0, 1, 2, 3], 3, SW_PRECISION_F32), // no unknowns
+        sheet.model(&[], 0, 0),                         // no modes
+    ]
+}
+
+struct Play<'a> {
+    input: Input<'a>,
+    models: &'a [Model],
+    states: Vec<State>,
+    saved: Vec<u8>,
+    equilibria: usize,
+}
+
+type Handle = *mut SwState;
+
+impl Play<'_> {
+    fn create(&mut self) {
+        let model = &self.models[self.input.below(self.models.len())];
+        let mut options = desc(sw_state_desc_init);
+        (options.method, options.integrator) = (self.input.code(7), self.input.code(3));
+        options.flags = u32::from(self.input.one_in(64));
+        let mut state = null_mut();
+        let failures = [SW_ERROR_INVALID_ARGUMENT, SW_ERROR_NOT_PRECOMPUTED];
+        if ok_or(unsafe { sw_state_create(model.0, &options, &mut state) }, &failures) {
+            if self.states.len() == MAX_STATES {
+                self.states.remove(0);
+            }
+            self.states.push(State { handle: state, n_vertices: model.info().n_vertices as usize });
+        }
+    }
+
+    fn copy(&mut self, which: usize) {
+        let mut copy = null_mut();
+        unsafe { ok(sw_state_clone(self.states[which].handle, &mut copy)) };
+        let copy = State { handle: copy, n_vertices: self.states[which].n_vertices };
+        assert!(copy.seen() == self.states[which].seen(), "a clone differs");
+        if self.states.len() == MAX_STATES {
+            self.states.remove(0);
+        }
+        self.states.push(copy);
+    }
+
+    fn forces(&mut self, state: Handle, n: usize) -> SwStatus {
+        let count = self.input.below(4);
+        let forces: Vec<[f64; 3]> = (0..count.max(n)).map(|_| self.input.numbers()).collect();
+        let vertices: Vec<u32> = (0..count).map(|_| self.input.index(n)).collect();
+        let mut desc = desc(sw_force_desc_init);
+        (desc.flags, desc.format) = (self.input.code(2), 2);
+        (desc.count, desc.forces) = (count as u32, forces.as_ptr().cast());
+        if self.input.one_in(8) {
+            desc.count = n as u32;
+        } else {
+            desc.vertices = vertices.as_ptr();
+        }
+        unsafe { sw_state_set_forces(state, &desc) }
+    }
+
+    fn wind(&mut self, state: Handle, n: usize) -> SwStatus {
+        let local: Vec<[f64; 3]> = (0..n).map(|_| self.input.numbers()).collect();
+        let mut desc = desc(sw_wind_desc_init);
+        desc.velocity = self.input.numbers();
+        (desc.density, desc.normal_drag) = (self.input.number().abs(), self.input.number().abs());
+        desc.tangential_drag = self.input.number();
+        if self.input.one_in(3) {
+            (desc.local_format, desc.local_velocities) = (2, local.as_ptr().cast());
+        }
+        unsafe { sw_state_set_wind(state, &desc) }
+    }
+
+    fn damping(&mut self, state: Handle) -> SwStatus {
+        let ratios: [f64; 12] = self.input.numbers::<12>().map(f64::abs);
+        let mut desc = desc(sw_damping_desc_init);
+        (desc.mass_coefficient, desc.stiffness_coefficient) = (self.input.number().abs(), self.input.number().abs());
+        (desc.ratios, desc.n_ratios) = (ratios.as_ptr(), [0, 1, 4, 8, 12][self.input.below(5)]);
+        unsafe { sw_state_set_damping(state, &desc) }
+    }
+
+    /// Row-major, of a rotation vector; now and then any numbers.
+    fn rotation(&mut self) -> [f64; 9] {
+        if self.input.one_in(16) {
+            return self.input.numbers();
+        }
+        let turn = nalgebra::Vector3::from(self.input.numbers::<3>().map(|x| 3.0 * x));
+        let turn = if turn.norm() < 1e3 { turn } else { nalgebra::Vector3::zeros() };
+        let matrix = nalgebra::Rotation3::from_scaled_axis(turn).into_inner();
+        std::array::from_fn(|i| matrix[(i / 3, i % 3)])
+    }
+
+    fn frame(&mut self, state: Handle) -> SwStatus {
+        let mut desc = desc(sw_frame_desc_init);
+        (desc.flags, desc.origin, desc.rotation) = (self.input.code(4), self.input.numbers(), self.rotation());
+        if desc.flags & SW_FRAME_MOTION_GIVEN != 0 {
+            (desc.velocity, desc.acceleration) = (self.input.numbers(), self.input.numbers());
+            (desc.angular_velocity, desc.angular_acceleration) = (self.input.numbers(), self.input.numbers());
+        }
+        unsafe { sw_state_set_frame(state, &desc) }
+    }
+
+    fn constraint(&mut self, state: Handle, n: usize) -> SwStatus {
+        let mut desc = desc(sw_constraint_desc_init);
+        (desc.id, desc.kind, desc.vertex) = (self.input.code(4), self.input.code(3), self.input.index(n));
+        desc.axes = self.input.code(8);
+        desc.compliance = if self.input.one_in(4) { self.input.number() } else { 0.0 };
+        desc.position = self.input.numbers();
+        desc.rotation = self.rotation();
+        unsafe { sw_state_set_constraint(state, &desc) }
+    }
+
+    fn amplitudes(&mut self, state: Handle) -> SwStatus {
+        let (q, rate) = (self.input.numbers::<12>(), self.input.numbers::<12>());
+        let count = [4, 8, 12][self.input.below(3)];
+        unsafe { sw_state_set_amplitudes(state, q.as_ptr(), rate.as_ptr(), count) }
+    }
+
+    fn equilibrium(&mut self, state: Handle) -> SwStatus {
+        self.equilibria += 1;
+        if self.equilibria > MAX_EQUILIBRIA {
+            return SW_OK;
+        }
+        unsafe { sw_state_equilibrium(state, null_mut()) }
+    }
+
+    /// One call on the state; its status.
+    fn call(&mut self, which: usize, kind: usize) -> SwStatus {
+        let State { handle: state, n_vertices: n } = self.states[which];
+        match kind {
+            0 => self.forces(state, n),
+            1 => self.wind(state, n),
+            2 => self.damping(state),
+            3 | 4 => self.frame(state),
+            5 | 6 => self.constraint(state, n),
+            7 => self.amplitudes(state),
+            8 => {
+                let gravity: [f64; 3] = self.input.numbers();
+                unsafe { sw_state_set_gravity(state, gravity.as_ptr()) }
+            }
+            9 => unsafe { sw_state_clear_constraint(state, self.input.code(5)) },
+            10 => unsafe { sw_state_reset(state) },
+            11 => self.equilibrium(state),
+            12 => {
+                self.saved = self.states[which].save();
+                SW_OK
+            }
+            13 => unsafe { sw_state_load(state, self.saved.as_ptr().cast(), self.saved.len() as u64) },
+            _ => {
+                let h = self.input.number();
+                unsafe { sw_state_step(state, if self.input.one_in(8) { h } else { h.abs() }) }
+            }
+        }
+    }
+
+    fn next(&mut self) {
+        let kind = self.input.below(24);
+        if self.states.is_empty() || kind >= 22 {
+            return self.create();
+        }
+        let which = self.input.below(self.states.len());
+        match kind {
+            20 => self.copy(which),
+            21 => drop(self.states.remove(which)),
+            _ => {
+                let before = self.states[which].seen();
+                if sane(self.call(which, kind)) {
+                    self.states[which].check_outputs();
+                } else {
+                    assert!(self.states[which].seen() == before, "a failed call changed the state: {}", message());
+                }
+            }
+        }
+    }
+}
+
+pub fn run(bytes: &[u8]) {
+    thread_local! {
+        static MODELS: Vec<Model> = models();
+    }
+    MODELS.with(|models| {
+        let input = Input::new(bytes);
+        let mut play = Play { input, models, states: vec![], saved: vec![0], equilibria: 0 };
+        for _ in 0..MAX_CALLS {
+            if play.input.is_empty() {
+                break;
+            }
+            play.next();
+        }
+    });
+}
