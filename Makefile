@@ -14,7 +14,8 @@ export CMAKE_BUILD_PARALLEL_LEVEL ?= $(JOBS)
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
 .PHONY: help build native demo test test-cargo test-c test-render test-blender demo-blender install package blender-addon header \
-    python-abi lint fuzz check-memory bench bench-instructions bench-precompute build-report report report-docs test-report clean
+    python-abi lint fuzz check-memory bench bench-instructions bench-precompute build-report report report-docs report-stability \
+    test-report clean
 .PHONY: farm-demo farm-sweep farm-costs bench-slepc
 
 help: ## list the targets
@@ -145,6 +146,10 @@ report: build-report $(BUILD)/viewer.js ## measure errors and run times of every
 report-docs: build-report $(BUILD)/viewer.js ## the same from scratch, and write docs/error_and_speed.md; on an idle machine
 	@sh cmake/bootstrap.sh bench cloth || echo "report: going on without peers (see above)"
 	$(REPORT) --fresh --docs docs
+
+report-stability: build-report ## map where each method holds: out/report/stability.csv and docs/stability.md
+	@$(MAKE) native WHAT=shellwarp_cli || echo "report-stability: no command-line program; 32 against 64 bits is left out"
+	$(RELEASE)/shellwarp-report --library $(LIBRARY) --stability --docs docs $$(test -x $(CLI) && echo --cli $(CLI))
 
 test-report: build-report ## test the report's arithmetic, that a small run repeats to the digit, and its page where a browser is installed
 	cargo test --release --quiet --package shellwarp-report

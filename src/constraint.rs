@@ -1,13 +1,13 @@
 //! Manipulation constraints (paper section 4.4; [2] section 5): handles that hold a vertex's position or orientation.
 //!
-//! With q⁺ = q_free + Γ p, Γ = h²/(1 + hc + h²λ) and p = Jᵀμ, the constraint forces μ make the residual of every handle
+//! With q⁺ = q_free + Γ p, Γ the integrator's (`Oscillator::handle_response`) and p = Jᵀμ, the constraint forces μ make the residual of every handle
 //! vanish, ρ = d − g(q⁺) − γμ with the compliance γ (0 = hard). Levenberg–Marquardt steps with the true Jacobian J = ∂g/∂q:
 //!
 //!   (J Γ Jᵀ + γ + ε) Δμ = ρ + J (q − q_free − Γ Jᵀ μ),     μ' = μ + Δμ,     q' = q_free + Γ Jᵀ μ'
 //!
 //! ε falls while the residual does and rises when it does not, so that constraints that are out of reach, conflict, repeat
-//! or outnumber the modes end at the least residual that can be had; it is reported. The change acts as an impulse,
-//! q̇⁺ = q̇_free + (q⁺ − q_free)/h, so a held handle does not ring with any integrator.
+//! or outnumber the modes end at the least residual that can be had; it is reported. The rates change by
+//! q̇⁺ = q̇_free + r (q⁺ − q_free), with the integrator's r: 1/h, an impulse, for backward Euler.
 //!
 //! A handle never drives the elastic modes past a bound on their joint bend: beyond it the warp has no meaning. The bound
 //! grows with the distance of the targets from the rest pose, because a warped vertex can also come a little inward by half a
@@ -16,6 +16,7 @@
 //! Rows are dimensionless: lengths are divided by the model's size.
 
 use crate::real::Real;
+use crate::step::{Integrator, Oscillator};
 use crate::support::Pose;
 use crate::warp::{Basis, warp_with_derivative};
 use crate::{Error, Result, Vec3};
@@ -118,8 +119,9 @@ struct Work {
     trial_multipliers: DVector<f64>,
     /// Target rotation vectors on the nearest branch (one a constraint).
     branch: Vec<Vec3>,
-    /// Γ, the static flexibility 1/λ that restoring steps use instead, q_free and q' (modes).
+    /// Γ, r, the static flexibility 1/λ that restoring steps use instead of Γ, q_free and q' (modes).
     gamma: Vec<f64>,
+    rate: Vec<f64>,
     flexibility: Vec<f64>,
     q_free: Vec<f64>,
     trial: Vec<f64>,
@@ -147,6 +149,7 @@ impl Work {
             trial_multipliers: per_row,
             branch: vec![Vec3::zeros(); constraints],
             gamma: per_mode.clone(),
+            rate: per_mode.clone(),
             flexibility: per_mode.clone(),
             q_free: per_mode.clone(),
             trial: per_mode.clone(),
@@ -228,6 +231,8 @@ pub struct Step<'a> {
     pub pose: &'a Pose,
     /// Its length.
     pub h: f64,
+    /// How it is taken.
+    pub integrator: Integrator,
     /// c and λ of each mode.
     pub modes: (&'a [f64], &'a [f64]),
     /// Rest positions.
@@ -349,7 +354,8 @@ impl Constraints {
         let softest = eigenvalues.iter().copied().find(|lambda| *lambda > 0.0).unwrap_or(1.0);
         for k in 0..q.len() {
             self.work.flexibility[k] = 1.0 / (eigenvalues[k] + softest);
-            self.work.gamma[k] = step.h * step.h / (1.0 + step.h * damping[k] + step.h * step.h * eigenvalues[k]);
+            let oscillator = Oscillator { damping: damping[k], eigenvalue: eigenvalues[k] };
+            (self.work.gamma[k], self.work.rate[k]) = oscillator.handle_response(step.integrator, step.h);
         }
         let pliancy = |weight: &[f64]| {
             let terms = weight.iter().zip(step.largest_rotation).map(|(weight, psi)| weight * psi * psi);
@@ -362,7 +368,7 @@ impl Constraints {
         let mut work_done = 0.0;
         for k in 0..q.len() {
             let change = q[k] - self.work.q_free[k];
-            q_dot[k] += change / step.h;
+            q_dot[k] += change * self.work.rate[k];
             work_done += change / self.work.gamma[k] * (q[k] - q_before[k]);
         }
         if !met {

@@ -23,9 +23,10 @@ pub fn repeated(lower: f64, upper: f64) -> bool {
     upper - lower <= REPEATED * upper
 }
 
-/// Replaces the columns of `modes` (mass-scaled, orthonormal, eigenvalues ascending) by the stated basis of each group.
-pub fn canonicalize(shell: &Shell, root_mass: &[f64], eigenvalues: &[f64], modes: &mut Mat<f64>) {
-    let fields = rigid_fields(shell, root_mass);
+/// Replaces the columns of `modes` (mass-scaled, orthonormal, eigenvalues ascending), on the unknowns of the vertices `free`,
+/// by the stated basis of each group.
+pub fn canonicalize(shell: &Shell, free: &[u32], root_mass: &[f64], eigenvalues: &[f64], modes: &mut Mat<f64>) {
+    let fields = rigid_fields(shell, free, root_mass);
     let mut first = 0;
     for group in eigenvalues.chunk_by(|a, b| repeated(*a, *b)) {
         let span = modes.subcols(first, group.len()).to_owned();
@@ -63,12 +64,12 @@ fn stated_basis(span: &Mat<f64>, fields: &[Col<f64>]) -> Mat<f64> {
     if chosen == k { span * rotation } else { span.clone() } // numbers that are not finite have no stated basis
 }
 
-/// The six mass-scaled unit rigid fields on the free unknowns; those that vanish are left out.
-fn rigid_fields(shell: &Shell, root_mass: &[f64]) -> Vec<Col<f64>> {
-    let x = |i: usize| shell.mesh.positions[shell.free[i] as usize];
-    let total: f64 = shell.free.iter().map(|&v| shell.mass[v as usize]).sum();
-    let weighted = |i: usize| shell.mass[shell.free[i] as usize] / total * x(i);
-    let centre: Vec3 = (0..shell.free.len()).map(weighted).sum();
+/// The six mass-scaled unit rigid fields on the vertices `free`; those that vanish are left out.
+fn rigid_fields(shell: &Shell, free: &[u32], root_mass: &[f64]) -> Vec<Col<f64>> {
+    let x = |i: usize| shell.mesh.positions[free[i] as usize];
+    let total: f64 = free.iter().map(|&v| shell.mass[v as usize]).sum();
+    let weighted = |i: usize| shell.mass[free[i] as usize] / total * x(i);
+    let centre: Vec3 = (0..free.len()).map(weighted).sum();
     let mut fields = Vec::new();
     for axis in [Vec3::x(), Vec3::y(), Vec3::z()] {
         fields.push(Col::from_fn(root_mass.len(), |k| root_mass[k] * axis[k % 3]));

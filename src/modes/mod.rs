@@ -1,11 +1,14 @@
 //! The lowest vibration modes: KΦ = MΦΛ, ΦᵀMΦ = I, with a certificate.
 //!
 //! Assembly of the mass-scaled stiffness, its factorization, a shift-invert search whose result is counted by matrix inertia,
-//! and a stated sign and basis.
+//! and a stated sign and basis. Components of very different stiffness over mass are solved apart, small stiff shells refined by
+//! the energy's rows, and what 64-bit numbers cannot resolve is refused with the numbers.
 
 mod canonical;
 mod dense;
+mod jacobi;
 mod lanczos;
+mod part;
 mod search;
 mod stiffness;
 
@@ -14,9 +17,10 @@ pub use stiffness::{ScaledStiffness, entries};
 
 use crate::energy::rest_quadratic_form;
 use crate::sparse::Symbolic;
-use crate::{Result, Shell, Vec3};
+use crate::{Error, ErrorKind, Result, Shell, Vec3};
 use faer::Mat;
 use faer::prelude::*;
+use part::Part;
 use search::{Pairs, Plan, Search};
 use std::time::Instant;
 
@@ -26,6 +30,10 @@ pub const MAX_MODES: usize = 1024;
 /// Without bending or length stiffness the mechanisms are not known beforehand; an eigenvalue below this multiple of ‖A‖ then
 /// counts as zero. Summed as squares, a mechanism gives some (1e-15)²‖A‖.
 const ZERO_MODE: f64 = 1e-20;
+
+/// The two values of an eigenvalue, from the factorized matrix and from the energy of its vector, may differ by this share, and
+/// so much of other modes may be in a vector: the energy's own error is of the second order in it, 1e-4.
+const LEAST_AGREEMENT: f64 = 0.01;
 
 /// Parts of a precompute, in order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -110,21 +118,63 @@ pub fn lowest_modes(shell: &Shell, wanted: usize, progress: &mut Progress) -> Re
         let certificate = Certificate::default();
         return Ok(Modes { eigenvalues: vec![], shapes: vec![], zero_modes: 0, certificate, peak_bytes: 0 });
     }
-    progress.report(Phase::Ordering, 0.0)?;
-    let symbolic = Symbolic::analyse(stiffness.lower.symbolic())?;
-    progress.report(Phase::Ordering, 1.0)?;
+    let norm = stiffness.unscaled_norm();
+    let parts = Part::split(shell, stiffness)?;
+    let of_parts: Vec<Modes> =
+        parts.iter().map(|part| part_modes(shell, part, (wanted, norm), progress)).collect::<Result<_>>()?;
+    Ok(merge(of_parts, wanted))
+}
 
+/// The lowest modes of a part, `norm` being ‖K‖₁ of the whole; as many as wanted of the shell.
+fn part_modes(shell: &Shell, part: &Part, (wanted, norm): (usize, f64), progress: &mut Progress) -> Result<Modes> {
+    let n = part.n_unknowns();
+    let wanted = wanted.min(n);
+    progress.report(Phase::Ordering, 0.0)?;
+    let symbolic = Symbolic::analyse(part.stiffness.lower.symbolic())?;
+    progress.report(Phase::Ordering, 1.0)?;
     if let Some(gravity) = shell.carried {
-        refuse_buckled(&symbolic, &stiffness, gravity)?;
+        refuse_buckled(&symbolic, &part.stiffness, gravity)?;
     }
-    let singular = rigid_freedoms(shell) != Some(0);
-    let search = Search { stiffness: &stiffness, symbolic: &symbolic, wanted, singular };
+    let search = Search { shell, part, symbolic: &symbolic, wanted, rigid: rigid_freedoms(shell, part) };
     let pairs = search.run(progress)?;
     let dense = n <= search::dense_limit(wanted);
     let work = if dense { 2 * n * n } else { 2 * n * Plan::of(wanted, n).capacity };
-    let modes = certify(shell, &search, &pairs, progress)?;
-    let peak_bytes = 2 * symbolic.factor_bytes() + 8 * work + 3 * 16 * stiffness.lower.val().len();
+    let modes = certify(&search, &pairs, norm, progress)?;
+    let peak_bytes = 2 * symbolic.factor_bytes() + 8 * work + 3 * 16 * part.stiffness.lower.val().len();
     Ok(Modes { peak_bytes, ..modes })
+}
+
+/// The lowest of all parts' modes, zero modes part by part. Each part's list is complete up to its own shift, at or above its
+/// last wanted mode; so is the whole up to the least of those and the first mode that is left out.
+fn merge(mut parts: Vec<Modes>, wanted: usize) -> Modes {
+    if parts.len() == 1 {
+        return parts.remove(0);
+    }
+    let kept: usize = parts.iter().map(|p| p.eigenvalues.len()).sum();
+    let peak_bytes = parts.iter().map(|p| p.peak_bytes).max().unwrap_or(0);
+    let mut certificate = Certificate::default();
+    let mut missing = 0;
+    let mut shift = f64::INFINITY;
+    for c in parts.iter().map(|p| &p.certificate) {
+        certificate.residual = certificate.residual.max(c.residual);
+        certificate.orthonormality = certificate.orthonormality.max(c.orthonormality);
+        missing += c.count.saturating_sub(c.found);
+        shift = shift.min(c.shift);
+    }
+    let mut all: Vec<(f64, Vec<Vec3>)> = Vec::with_capacity(kept);
+    parts.into_iter().for_each(|p| all.extend(p.eigenvalues.into_iter().zip(p.shapes)));
+    all.sort_by(|a, b| a.0.total_cmp(&b.0)); // stable: parts in order
+    let last = wanted.min(all.len()) - 1;
+    let end =
+        (last..all.len()).find(|&i| all.get(i + 1).is_none_or(|next| !repeated(all[i].0, next.0))).unwrap_or(last);
+    let above = all.get(end + 1).map_or(shift, |next| all[end].0 + 0.25 * (next.0 - all[end].0));
+    certificate.shift = shift.min(above);
+    certificate.found = all.iter().filter(|mode| mode.0 < certificate.shift).count();
+    certificate.count = certificate.found + missing;
+    all.truncate(wanted);
+    let zero_modes = all.iter().filter(|mode| mode.0 == 0.0).count();
+    let (eigenvalues, shapes) = all.into_iter().unzip();
+    Modes { eigenvalues, shapes, zero_modes, certificate, peak_bytes }
 }
 
 /// Fails where the pose under `gravity` is no minimum of energy: vibration about it has no meaning.
@@ -135,14 +185,14 @@ fn refuse_buckled(symbolic: &Symbolic, stiffness: &ScaledStiffness, gravity: Vec
             let g = [gravity.x, gravity.y, gravity.z];
             let message =
                 format!("the pose under the gravity {g:?} is unstable in {count} directions: it is about to buckle");
-            Err(crate::Error::new(crate::ErrorKind::Numerical, message))
+            Err(Error::new(ErrorKind::Numerical, message))
         }
     }
 }
 
 /// The dimension of the null space of K, known from the supports when lengths and angles both resist: the rigid motions
-/// that each component keeps. `None` when one of them is missing, so that there are further mechanisms.
-fn rigid_freedoms(shell: &Shell) -> Option<usize> {
+/// that each component of the part keeps. `None` when one of them is missing, so that there are further mechanisms.
+fn rigid_freedoms(shell: &Shell, part: &Part) -> Option<usize> {
     if shell.carried.is_some() {
         return Some(0); // what moves freely does not come to rest under its weight
     }
@@ -154,7 +204,8 @@ fn rigid_freedoms(shell: &Shell) -> Option<usize> {
     for v in (0..mesh.positions.len()).filter(|&v| shell.held[v] && mesh.component[v] != crate::mesh::NONE) {
         held[mesh.component[v] as usize].push(mesh.positions[v]);
     }
-    Some(held.iter().map(|points| freedoms_about(points)).sum())
+    let components = held.iter().zip(&part.components).filter(|(_, inside)| **inside);
+    Some(components.map(|(points, _)| freedoms_about(points)).sum())
 }
 
 /// Rigid motions that leave the points in place: 6 without any, 3 about one, 1 about a line, 0 otherwise.
@@ -171,19 +222,21 @@ fn freedoms_about(points: &[Vec3]) -> usize {
     }
 }
 
-/// Exact Rayleigh quotients, stated order and basis, residuals, and the wanted modes spread over the vertices.
-fn certify(shell: &Shell, search: &Search, pairs: &Pairs, progress: &mut Progress) -> Result<Modes> {
-    let root_mass = &search.stiffness.root_mass;
+/// Exact Rayleigh quotients, stated order and basis, residuals against `norm`, and the wanted modes spread over the vertices.
+fn certify(search: &Search, pairs: &Pairs, norm: f64, progress: &mut Progress) -> Result<Modes> {
+    let Search { shell, part, .. } = search;
+    let root_mass = &part.stiffness.root_mass;
     let mut vectors = pairs.vectors.subcols(0, pairs.converged).to_owned();
-    let quotient = |j: usize| rayleigh_quotient(shell, search.stiffness, vectors.col(j));
+    let quotient = |j: usize| rayleigh_quotient(shell, part, vectors.col(j));
     let mut eigenvalues: Vec<f64> = (0..pairs.converged).map(quotient).collect();
     sort_columns(&mut eigenvalues, &mut vectors);
-    let zero_modes = match rigid_freedoms(shell) {
+    let zero_modes = match search.rigid {
         Some(freedoms) => freedoms.min(eigenvalues.len()),
-        None => eigenvalues.iter().filter(|lambda| **lambda < ZERO_MODE * search.stiffness.norm).count(),
+        None => eigenvalues.iter().filter(|lambda| **lambda < ZERO_MODE * part.stiffness.norm).count(),
     };
     eigenvalues[..zero_modes].fill(0.0);
-    canonical::canonicalize(shell, root_mass, &eigenvalues, &mut vectors);
+    require_digits(search, pairs, &eigenvalues, &vectors)?;
+    canonical::canonicalize(shell, &part.free, root_mass, &eigenvalues, &mut vectors);
     eigenvalues.truncate(search.wanted);
 
     let mut certificate = Certificate {
@@ -193,30 +246,76 @@ fn certify(shell: &Shell, search: &Search, pairs: &Pairs, progress: &mut Progres
         found: pairs.converged,
         residual: 0.0,
     };
-    let norm = search.stiffness.unscaled_norm();
     let mut shapes = Vec::with_capacity(eigenvalues.len());
     for (j, &lambda) in eigenvalues.iter().enumerate() {
         let y: Vec<f64> = vectors.col(j).iter().copied().collect();
         let phi: Vec<f64> = y.iter().zip(root_mass).map(|(y, r)| y / r).collect();
-        let image = search.stiffness.apply(&y);
+        let image = part.stiffness.apply(&y);
         let residual = (0..y.len()).map(|i| root_mass[i] * (image[i] - lambda * y[i]));
         let relative = euclidean(residual) / (norm * euclidean(phi.iter().copied()));
         certificate.residual = certificate.residual.max(relative);
-        shapes.push(shell.scatter(&phi));
+        shapes.push(part.scatter(shell, &phi));
     }
     progress.report(Phase::Certificate, 1.0)?;
     Ok(Modes { zero_modes: zero_modes.min(eigenvalues.len()), eigenvalues, shapes, certificate, peak_bytes: 0 })
 }
 
+/// Fails when rounding of ‖A‖ hides the modes: the search's eigenvalues, those of the matrix as assembled and factorized, are
+/// then not the energies of its vectors. Where only the shift swallows the eigenvalue, the vectors are looked at themselves.
+fn require_digits(search: &Search, pairs: &Pairs, eigenvalues: &[f64], vectors: &Mat<f64>) -> Result<()> {
+    let apart = |k: usize| (pairs.eigenvalues[k] - eigenvalues[k]).abs() / eigenvalues[k];
+    let elastic = (0..search.wanted.min(eigenvalues.len())).filter(|&k| eigenvalues[k] > 0.0);
+    for k in elastic.filter(|&k| apart(k) > LEAST_AGREEMENT) {
+        let lambda = eigenvalues[k];
+        let error = match pairs.sigma {
+            // The energy's rows are those of the rest pose.
+            Some(sigma) if search.shell.carried.is_none() => vector_error(search, sigma, vectors.col(k), lambda)?,
+            _ => apart(k),
+        };
+        if error.is_nan() || error > LEAST_AGREEMENT {
+            let norm = search.part.stiffness.norm;
+            let message = format!(
+                "mode {k} of {}: its eigenvalue is {:.3e} by the factorized stiffness and {lambda:.3e} by its energy, a \
+                 share of {:.1e} of the largest, {norm:.1e}: stiffness or triangle sizes differ too much for 64-bit numbers",
+                search.wanted,
+                pairs.eigenvalues[k],
+                lambda / norm
+            );
+            return Err(Error::new(ErrorKind::Numerical, message));
+        }
+    }
+    Ok(())
+}
+
+/// How much of other low modes is in `y`: max(|σ|, λ) |(A − σI)⁻¹ (Ay − λy)|/λ, with Ay from the energy's rows, whose rounding
+/// is that of √(‖A‖λ) instead of ‖A‖.
+fn vector_error(search: &Search, sigma: f64, y: ColRef<'_, f64>, lambda: f64) -> Result<f64> {
+    let Search { shell, part, symbolic, .. } = search;
+    let Some(cholesky) = symbolic.cholesky(&part.stiffness.shifted(sigma))? else { return Ok(f64::INFINITY) };
+    let root_mass = &part.stiffness.root_mass;
+    let phi: Vec<f64> = y.iter().zip(root_mass).map(|(y, r)| y / r).collect();
+    let field = part.scatter(shell, &phi);
+    let mut image = vec![Vec3::zeros(); field.len()];
+    shell.energy.visit_rest_rows(&mut |(vertices, row)| {
+        let strain: f64 = vertices.iter().zip(row).map(|(&v, b)| b.dot(&field[v as usize])).sum();
+        vertices.iter().zip(row).for_each(|(&v, b)| image[v as usize] += strain * b);
+    });
+    let residual =
+        |k: usize, _| image[part.free[k / 3] as usize][k % 3] / root_mass[k] - lambda * phi[k] * root_mass[k];
+    let mut residual = Mat::from_fn(root_mass.len(), 1, residual);
+    cholesky.solve_in_place(residual.as_mut())?;
+    Ok(sigma.abs().max(lambda) * residual.norm_l2() / (lambda * y.norm_l2()))
+}
+
 /// yᵀAy/yᵀy, at rest as a sum of squares, which keeps small eigenvalues accurate.
-fn rayleigh_quotient(shell: &Shell, stiffness: &ScaledStiffness, y: ColRef<'_, f64>) -> f64 {
+fn rayleigh_quotient(shell: &Shell, part: &Part, y: ColRef<'_, f64>) -> f64 {
     if shell.carried.is_some() {
         let y: Vec<f64> = y.iter().copied().collect();
-        let image = stiffness.apply(&y);
+        let image = part.stiffness.apply(&y);
         return image.iter().zip(&y).map(|(a, y)| a * y).sum::<f64>() / y.iter().map(|y| y * y).sum::<f64>();
     }
-    let phi: Vec<f64> = y.iter().zip(&stiffness.root_mass).map(|(y, r)| y / r).collect();
-    rest_quadratic_form(&*shell.energy, &shell.scatter(&phi)) / y.squared_norm_l2()
+    let phi: Vec<f64> = y.iter().zip(&part.stiffness.root_mass).map(|(y, r)| y / r).collect();
+    rest_quadratic_form(&*shell.energy, &part.scatter(shell, &phi)) / y.squared_norm_l2()
 }
 
 fn euclidean(x: impl Iterator<Item = f64>) -> f64 {

@@ -6,9 +6,9 @@
 //! outgrows the basis, with a larger one.
 
 use super::lanczos::{BlockLanczos, Ritz};
-use super::{MAX_MODES, Phase, Progress, ScaledStiffness, dense, entries};
+use super::{MAX_MODES, Part, Phase, Progress, ScaledStiffness, dense, entries, jacobi, sort_columns};
 use crate::sparse::Symbolic;
-use crate::{Error, ErrorKind, Result};
+use crate::{Error, ErrorKind, Result, Shell};
 use faer::Mat;
 use faer::prelude::*;
 
@@ -37,6 +37,11 @@ const FIRST_SHIFT: f64 = 1e-10;
 
 /// The smallest shift that still keeps A − σI safely positive definite.
 const SMALLEST_SHIFT: f64 = 1e-14;
+
+/// A dense eigenvalue below this share of ‖A‖ has lost six digits, and the vectors are refined; above this many unknowns
+/// that would take longer than everything else, and what is lost is told by the energies.
+const FEW_DIGITS: f64 = 1e-10;
+const REFINED: usize = 600;
 
 /// Sweeps that may end with all wanted modes converged and the count in disagreement, before the basis grows.
 const CROWDED_SWEEPS: usize = 2;
@@ -71,6 +76,8 @@ pub struct Pairs {
     /// Eigenvalues below `shift` by inertia.
     pub count: usize,
     pub shift: f64,
+    /// σ of the search; `None` for a dense one.
+    pub sigma: Option<f64>,
 }
 
 /// What a shift led to.
@@ -86,12 +93,13 @@ enum Outcome {
 
 /// The eigenvalue problem.
 pub struct Search<'a> {
-    pub stiffness: &'a ScaledStiffness,
+    pub shell: &'a Shell,
+    pub part: &'a Part,
     pub symbolic: &'a Symbolic,
     /// Eigenpairs wanted.
     pub wanted: usize,
-    /// Whether A has a null space.
-    pub singular: bool,
+    /// Dimension of A's null space, where it is known beforehand.
+    pub rigid: Option<usize>,
 }
 
 impl Search<'_> {
@@ -101,7 +109,11 @@ impl Search<'_> {
     }
 
     fn n(&self) -> usize {
-        self.stiffness.root_mass.len()
+        self.part.n_unknowns()
+    }
+
+    fn stiffness(&self) -> &ScaledStiffness {
+        &self.part.stiffness
     }
 
     /// All eigenpairs of a small A.
@@ -109,19 +121,24 @@ impl Search<'_> {
         progress.report(Phase::Modes, 0.0)?;
         let n = self.n();
         let mut a = Mat::<f64>::zeros(n, n);
-        entries(&self.stiffness.lower).for_each(|(i, j, value)| a[(i, j)] = value);
-        let (eigenvalues, vectors) = dense::symmetric_eigen(a.as_ref())?;
-        let (found, shift) = self.shift_above(&eigenvalues).unwrap_or((n, 2.0 * self.stiffness.norm));
+        entries(&self.stiffness().lower).for_each(|(i, j, value)| a[(i, j)] = value);
+        let (mut eigenvalues, mut vectors) = dense::symmetric_eigen(a.as_ref())?;
+        let elastic = eigenvalues.get(self.rigid.unwrap_or(0)).copied().unwrap_or(f64::INFINITY);
+        if elastic < FEW_DIGITS * self.stiffness().norm && n <= REFINED && self.shell.carried.is_none() {
+            eigenvalues = jacobi::refine(self.shell, self.part, &mut vectors);
+            sort_columns(&mut eigenvalues, &mut vectors);
+        }
+        let (found, shift) = self.shift_above(&eigenvalues).unwrap_or((n, 2.0 * self.stiffness().norm));
         progress.report(Phase::Modes, 1.0)?;
         let count = self.count_below(shift, progress)?;
-        Ok(Pairs { eigenvalues, vectors, converged: found, count, shift })
+        Ok(Pairs { eigenvalues, vectors, converged: found, count, shift, sigma: None })
     }
 
     /// Shift-invert Lanczos, again with a better shift while the first turns out far from the spectrum, and with a larger
     /// basis while a group does not fit.
     fn sparse(&self, progress: &mut Progress) -> Result<Pairs> {
-        let norm = self.stiffness.norm;
-        let mut sigma = if self.singular { -FIRST_SHIFT * norm } else { 0.0 };
+        let norm = self.stiffness().norm;
+        let mut sigma = if self.rigid != Some(0) { -FIRST_SHIFT * norm } else { 0.0 };
         let mut best = None;
         let (mut shifts, mut target) = (1, self.wanted);
         while shifts <= MAX_SHIFTS && target <= 2 * MAX_MODES {
@@ -150,7 +167,7 @@ impl Search<'_> {
 
     /// The geometric mean of the first and the last wanted nonzero eigenvalue, if that serves much better than `sigma`.
     fn better_shift(&self, eigenvalues: &[f64], sigma: f64) -> Option<f64> {
-        let floor = SMALLEST_SHIFT * self.stiffness.norm;
+        let floor = SMALLEST_SHIFT * self.stiffness().norm;
         let noise = floor.max(1e-4 * sigma.abs());
         let first =
             eigenvalues.iter().copied().find(|l| *l > noise).or(eigenvalues.iter().copied().find(|l| *l > floor))?;
@@ -164,7 +181,7 @@ impl Search<'_> {
 
     fn with_shift(&self, sigma: f64, target: usize, may_change: bool, progress: &mut Progress) -> Result<Outcome> {
         progress.report(Phase::Factorization, 0.0)?;
-        let Some(cholesky) = self.symbolic.cholesky(&self.stiffness.shifted(sigma))? else {
+        let Some(cholesky) = self.symbolic.cholesky(&self.stiffness().shifted(sigma))? else {
             return Ok(Outcome::Indefinite);
         };
         progress.report(Phase::Factorization, 1.0)?;
@@ -201,10 +218,18 @@ impl Search<'_> {
                 lanczos.refresh();
             }
         }
+        let diagonal = self.stiffness().diagonal();
+        let [least, most] = [f64::INFINITY, 0.0].map(|start| {
+            let choose = if start > 0.0 { f64::min } else { f64::max };
+            diagonal.iter().copied().fold(start, choose)
+        });
         let message = format!(
-            "only {:.0} % of {} modes converged: stiffness or triangle sizes differ too much for 64-bit numbers",
+            "only {:.0} % of {} modes converged: stiffness over mass ranges from {least:.1e} to {most:.1e} 1/s^2 at single \
+             vertices and the modes lie far below ({:.1e} is rounding): stiffness or triangle sizes differ too much for \
+             64-bit numbers",
             100.0 * done,
-            self.wanted
+            self.wanted,
+            f64::EPSILON * self.stiffness().norm
         );
         Err(Error::new(ErrorKind::Numerical, message))
     }
@@ -277,12 +302,12 @@ impl Search<'_> {
         }
         let Some((found, shift, count)) = tried else { return Ok(None) };
         let vectors = lanczos.purified_vectors(ritz, found);
-        Ok(Some(Pairs { eigenvalues, vectors, converged: found, count, shift }))
+        Ok(Some(Pairs { eigenvalues, vectors, converged: found, count, shift, sigma: Some(sigma) }))
     }
 
     /// How many modes to the end of the last wanted one's group, and a shift in the gap behind it.
     fn shift_above(&self, eigenvalues: &[f64]) -> Option<(usize, f64)> {
-        let floor = SMALLEST_SHIFT * self.stiffness.norm;
+        let floor = SMALLEST_SHIFT * self.stiffness().norm;
         let at = |i: usize| eigenvalues[i].max(0.0);
         let wide = |i: usize| at(i + 1) - at(i) > 1e-4 * at(i + 1) + 10.0 * floor;
         let last = (self.wanted - 1..eigenvalues.len().saturating_sub(1)).find(|&i| wide(i))?;
@@ -293,7 +318,7 @@ impl Search<'_> {
         progress.report(Phase::Certificate, 0.0)?;
         let mut shift = shift;
         for _ in 0..4 {
-            if let Some(count) = self.symbolic.negative_eigenvalues(&self.stiffness.shifted(shift))? {
+            if let Some(count) = self.symbolic.negative_eigenvalues(&self.stiffness().shifted(shift))? {
                 progress.report(Phase::Certificate, 0.5)?;
                 return Ok(count);
             }

@@ -6,8 +6,8 @@
 use crate::energy::Curvature;
 use crate::sparse::BlockMatrix;
 pub use crate::sparse::entries;
-use crate::{Result, Shell};
-use faer::sparse::SparseColMat;
+use crate::{Error, ErrorKind, Result, Shell};
+use faer::sparse::{SparseColMat, Triplet};
 
 /// The lower triangle of A, and M^½ per unknown.
 pub struct ScaledStiffness {
@@ -55,6 +55,25 @@ impl ScaledStiffness {
         let values = shifted.val_mut();
         diagonal.iter().for_each(|&first| values[first] -= shift);
         shifted
+    }
+
+    /// The diagonal of A.
+    pub fn diagonal(&self) -> Vec<f64> {
+        let first = &self.lower.symbolic().col_ptr()[..self.root_mass.len()];
+        first.iter().map(|&k| self.lower.val()[k]).collect()
+    }
+
+    /// The rows and columns of `unknowns`, ascending.
+    pub fn restricted(&self, unknowns: &[usize]) -> Result<Self> {
+        let mut index = vec![usize::MAX; self.root_mass.len()];
+        unknowns.iter().enumerate().for_each(|(new, &old)| index[old] = new);
+        let inside = entries(&self.lower).filter(|&(i, j, _)| index[i] != usize::MAX && index[j] != usize::MAX);
+        let triplets: Vec<_> = inside.map(|(i, j, a)| Triplet::new(index[i], index[j], a)).collect();
+        let lower = SparseColMat::try_new_from_triplets(unknowns.len(), unknowns.len(), &triplets)
+            .map_err(|_| Error::new(ErrorKind::OutOfMemory, "not enough memory for a part of the stiffness"))?;
+        let root_mass = unknowns.iter().map(|&k| self.root_mass[k]).collect();
+        let norm = one_norm(&lower, |_| 1.0);
+        Ok(Self { lower, root_mass, norm })
     }
 
     /// y ← A x.

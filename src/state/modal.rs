@@ -178,7 +178,7 @@ impl Modal {
 
     /// Moves the next q and q̇ to where the constraints are met; returns the work done.
     fn meet_constraints(&mut self, model: &Model, pose: &Pose, h: f64) -> f64 {
-        let Self { law, constraints, damping, q, next: [next_q, next_q_dot], .. } = self;
+        let Self { law, integrator, constraints, damping, q, next: [next_q, next_q_dot], .. } = self;
         if constraints.is_empty() {
             return 0.0;
         }
@@ -186,6 +186,7 @@ impl Modal {
         let step = Step {
             pose,
             h,
+            integrator: *integrator,
             modes: (damping, &model.eigenvalues),
             rest: &mesh.positions,
             size: mesh.size,

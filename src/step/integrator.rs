@@ -9,6 +9,10 @@ pub enum Integrator {
     Exact,
 }
 
+/// The rate that a handle's change of q gives, in units of (1/h² + λ)^½: at 2, modes of a thousandth of critical damping begin to
+/// gain; the larger, the faster a mode is thrown that the step cannot see.
+const LARGEST_RATE: f64 = 4.0;
+
 /// Coefficients of one mode: c ≥ 0 and λ ≥ 0.
 #[derive(Clone, Copy, Debug)]
 pub struct Oscillator {
@@ -25,6 +29,24 @@ impl Oscillator {
             Integrator::ImplicitEuler => self.implicit_euler(q, velocity, f, h),
             Integrator::Exact => self.exact(q, velocity, f, h),
         }
+    }
+
+    /// How a handle moves the mode by a step of `h`: (Γ, r) such that the modal force p adds Γp to q and rΓp to q̇.
+    ///
+    /// At rest under forces f and p the mode must be at (f + p)/λ. For the propagator that leaves Γ = (G(1 − V) + S²)/(1 − V + rS)
+    /// with any r. r = V/S is an impulse at the step's start: a mode that is held whole then stops at once, and several modes
+    /// under one handle never gain energy. Where S is near zero no impulse moves the mode; r is bounded there, and the gain that
+    /// this brings, between modes of less than 1e-4 of critical damping, is below rounding in all steps tried.
+    pub fn handle_response(&self, integrator: Integrator, h: f64) -> (f64, f64) {
+        let euler = h * h / (1.0 + h * self.damping + h * h * self.eigenvalue);
+        if integrator == Integrator::ImplicitEuler {
+            return (euler, h.recip());
+        }
+        let Propagator { s, v, g, .. } = self.propagator(h);
+        let bound = LARGEST_RATE * h.recip().hypot(self.eigenvalue.sqrt());
+        let r = if v == 0.0 { 0.0 } else { (v / s).clamp(-bound, bound) };
+        let gamma = (g * (1.0 - v) + s * s) / (1.0 - v + r * s);
+        if gamma.is_finite() && gamma > 0.0 { (gamma, r) } else { (euler, 0.0) }
     }
 
     /// d = 1 + hc + h²λ,  q̇⁺ = (q̇ + h (f − λq))/d,  q⁺ = q + h q̇⁺.

@@ -78,6 +78,7 @@ functions! {
     state::sw_state_report(*const SwState, *mut SwStateReport) -> u32;
     constraint::sw_constraint_desc_init(*mut SwConstraintDesc);
     constraint::sw_state_set_constraint(*mut SwState, *const SwConstraintDesc) -> u32;
+    constraint::sw_state_clear_constraint(*mut SwState, u32) -> u32;
     load::sw_force_desc_init(*mut SwForceDesc);
     load::sw_state_set_forces(*mut SwState, *const SwForceDesc) -> u32;
     load::sw_state_equilibrium(*mut SwState, *mut SwEquilibriumReport) -> u32;
@@ -279,6 +280,18 @@ impl State {
         (desc.id, desc.kind, desc.vertex, desc.axes) = (id, constraint::SW_CONSTRAINT_POSITION, vertex, axes);
         desc.position = position;
         self.api.check(unsafe { (self.api.sw_state_set_constraint)(self.handle, &desc) })
+    }
+
+    /// Lets a handle go.
+    pub fn release(&mut self, id: u32) -> Result<()> {
+        self.api.check(unsafe { (self.api.sw_state_clear_constraint)(self.handle, id) })
+    }
+
+    /// The support is here at the end of the next step, its motion whatever that takes.
+    pub fn set_place(&mut self, origin: P3) -> Result<()> {
+        let mut desc = described(self.api.sw_frame_desc_init);
+        desc.origin = origin;
+        self.api.check(unsafe { (self.api.sw_state_set_frame)(self.handle, &desc) })
     }
 
     pub fn set_amplitudes(&mut self, q: &[f64]) -> Result<()> {

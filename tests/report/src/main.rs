@@ -16,6 +16,7 @@ mod physics;
 mod plots;
 mod row;
 mod scenes;
+mod stability;
 mod statics;
 mod summary;
 mod summary_page;
@@ -27,6 +28,7 @@ use std::path::{Path, PathBuf};
 
 const USAGE: &str = "usage: shellwarp-report --library FILE [--out DIR] [--viewer FILE] [--python FILE] [--docs DIR] \
     [--quick | --smoke] [--fresh]
+    [--stability [--cli FILE]]
 
   --library  the built shared library
   --out      where the report goes, out/report by default
@@ -35,7 +37,9 @@ const USAGE: &str = "usage: shellwarp-report --library FILE [--out DIR] [--viewe
   --docs     also write error_and_speed.md and its plots there
   --quick    fewer knobs and scenes, under two minutes
   --smoke    a few seconds, for tests
-  --fresh    forget the reference runs of earlier reports";
+  --fresh    forget the reference runs of earlier reports
+  --stability  only the map of where each method holds; with --docs also stability.md
+  --cli      the command-line program, for the comparison of 32 and 64 bits";
 
 struct Options {
     library: PathBuf,
@@ -45,6 +49,8 @@ struct Options {
     docs: Option<PathBuf>,
     effort: Effort,
     fresh: bool,
+    stability: bool,
+    cli: Option<PathBuf>,
 }
 
 fn options() -> Result<Options> {
@@ -57,6 +63,8 @@ fn options() -> Result<Options> {
         docs: None,
         effort: Effort::Full,
         fresh: false,
+        stability: false,
+        cli: None,
     };
     let mut parser = lexopt::Parser::from_env();
     while let Some(argument) = parser.next()? {
@@ -69,6 +77,8 @@ fn options() -> Result<Options> {
             Long("quick") => o.effort = Effort::Quick,
             Long("smoke") => o.effort = Effort::Smoke,
             Long("fresh") => o.fresh = true,
+            Long("stability") => o.stability = true,
+            Long("cli") => o.cli = Some(parser.value()?.into()),
             Long("help") => {
                 println!("{USAGE}");
                 std::process::exit(0);
@@ -164,6 +174,10 @@ fn run() -> Result<()> {
     let o = options()?;
     std::fs::create_dir_all(&o.out)?;
     let here = Path::new(env!("CARGO_MANIFEST_DIR"));
+    if o.stability {
+        let library = library::Library::open(&o.library)?;
+        return stability::run(&library, o.cli.as_deref(), &here.join("../scenes"), &o.out, o.docs.as_deref());
+    }
     let report = measure(&o, &here.join("../data"), &here.join("peers"))?;
     row::write(&o.out, &report.rows())?;
     report.tables().iter().try_for_each(|t| t.write(&o.out))?;

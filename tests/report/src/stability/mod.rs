@@ -1,0 +1,43 @@
+//! Where each method holds: extreme cases, each run through the built library and judged by something outside of it.
+
+mod cases;
+mod gravity;
+mod page;
+mod precision;
+mod trial;
+
+use crate::library::Library;
+use crate::table::Table;
+use anyhow::Result;
+use std::path::Path;
+use trial::Cell;
+
+/// Everything measured.
+struct Map {
+    cells: Vec<Cell>,
+    ends: Table,
+    precision: Option<Table>,
+}
+
+/// Measures, writes stability.csv and gravity.csv to `out`, and the summary to `docs` when given.
+pub fn run(library: &Library, cli: Option<&Path>, scenes: &Path, out: &Path, docs: Option<&Path>) -> Result<()> {
+    let mut cells = cases::all(library);
+    let (held, ends) = gravity::all(library, &scenes.join("../data"))?;
+    cells.extend(held);
+    let precision = cli.map(|cli| precision::table(cli, scenes, out)).transpose()?;
+    let map = Map { cells, ends, precision };
+    page::table(&map.cells).write(out)?;
+    map.ends.write(out)?;
+    if let Some(table) = &map.precision {
+        table.write(out)?;
+    }
+    if let Some(docs) = docs {
+        page::write(docs, &map)?;
+    }
+    let broken: Vec<_> = map.cells.iter().filter(|c| c.verdict == trial::Verdict::Broken).collect();
+    anyhow::ensure!(broken.is_empty(), "not finite, or out of bounds: {broken:?}");
+    let unexplained: Vec<_> = map.cells.iter().filter(|c| c.needs_reason()).collect();
+    anyhow::ensure!(unexplained.is_empty(), "cells without a reason: {unexplained:?}");
+    println!("stability: {} cells, {}", map.cells.len(), out.join("stability.csv").display());
+    Ok(())
+}
