@@ -368,7 +368,10 @@ impl Constraints {
         let mut work_done = 0.0;
         for k in 0..q.len() {
             let change = q[k] - self.work.q_free[k];
-            q_dot[k] += change * self.work.rate[k];
+            q_dot[k] += match step.integrator {
+                Integrator::ImplicitEuler => change / step.h,
+                Integrator::Exact => change * self.work.rate[k],
+            };
             work_done += change / self.work.gamma[k] * (q[k] - q_before[k]);
         }
         if !met {
