@@ -500,6 +500,7 @@ fn handles(library: &Library) -> Vec<Cell> {
 }
 
 pub fn all(library: &Library) -> Vec<Cell> {
+    #[allow(clippy::type_complexity)]
     let groups: [(&str, fn(&Library) -> Vec<Cell>); 9] = [
         ("stiffness", stiffness),
         ("units", units),
