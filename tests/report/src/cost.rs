@@ -1,5 +1,5 @@
 //! Where a step's time goes, how it grows, and what precomputing takes. Serial; medians of calls after a warm-up, beside a
-//! floor measured in the same run: reading as many bytes as the basis has.
+//! floor measured in the same run: reading as many bytes as the basis has in a plain loop.
 
 use crate::effort::{Effort, Progress};
 use crate::error::quartiles;
