@@ -24,7 +24,7 @@ use crate::mesh::Mesh;
 use crate::model::{AnyBasis, Precision, with_basis};
 use crate::modes::{Certificate, MAX_MODES, PHASES};
 use crate::real::Real;
-use crate::warp::Basis;
+use crate::warp::{Basis, Entry};
 use crate::{Error, ErrorKind, Material, Model, Result, Shell, Supports, Vec3};
 use std::sync::Arc;
 use xxhash_rust::xxh3::xxh3_64;
@@ -204,9 +204,9 @@ fn put_u64(out: &mut Vec<u8>, x: u64) {
     out.extend(x.to_le_bytes());
 }
 
-fn put_basis<T: Real>(basis: &Basis<T>, out: &mut Vec<u8>) {
+fn put_basis<E: Entry>(basis: &Basis<E>, out: &mut Vec<u8>) {
     for v in 0..basis.n_vertices {
-        (0..basis.modes).for_each(|k| basis.stored(k, v).iter().for_each(|x| x.put(out)));
+        (0..basis.modes).for_each(|k| basis.stored(k, v).iter().for_each(|x| x.append(out)));
     }
 }
 
@@ -285,11 +285,11 @@ fn check_modes(header: &Header, shell: &Shell, eigenvalues: &[f64], largest: [&[
 }
 
 /// Φ and Ψ: finite, normed, zero where nothing moves, and turning no vertex by more than is said.
-fn restore_basis<T: Real>(shell: &Shell, largest_rotation: &[f64], from: &mut Reader) -> Result<Basis<T>> {
+fn restore_basis<E: Entry>(shell: &Shell, largest_rotation: &[f64], from: &mut Reader) -> Result<Basis<E>> {
     let (n, modes) = (shell.mass.len(), largest_rotation.len());
-    let row = 6 * T::BYTES;
+    let row = 6 * E::BYTES;
     let bytes = from.take(n * modes * row);
-    let mut basis = Basis::<T>::new(&shell.mesh.positions, &shell.mass, modes, shell.total_mass)?;
+    let mut basis = Basis::<E>::new(&shell.mesh.positions, &shell.mass, modes, shell.total_mass)?;
     let mut norms = try_zeroed::<f64>("the norms", modes)?;
     let mut turns = try_zeroed::<f64>("the rotations", modes)?;
     for v in 0..n {
@@ -297,8 +297,9 @@ fn restore_basis<T: Real>(shell: &Shell, largest_rotation: &[f64], from: &mut Re
         let share = shell.mass[v] / shell.total_mass;
         for k in 0..modes {
             let at = (v * modes + k) * row;
-            let stored: [T; 6] = std::array::from_fn(|i| T::get(&bytes[at + i * T::BYTES..at + (i + 1) * T::BYTES]));
-            let square = |half: &[T]| half.iter().map(|x| x.to_f64() * x.to_f64()).sum::<f64>();
+            let stored: [E; 6] =
+                std::array::from_fn(|i| E::restore(&bytes[at + i * E::BYTES..at + (i + 1) * E::BYTES]));
+            let square = |half: &[E]| half.iter().map(|x| x.decode() * x.decode()).sum::<f64>();
             let (shape, turn) = (square(&stored[..3]), square(&stored[3..]));
             if !(shape + turn).is_finite() {
                 return invalid(format!("mode {k} is not finite at vertex {v}"));
@@ -323,6 +324,7 @@ fn restore_basis<T: Real>(shell: &Shell, largest_rotation: &[f64], from: &mut Re
             let facts = format!("norm {:e}, turns {:e} of {turn_bound:e}", norms[k], turns[k].sqrt());
             return invalid(format!("mode {k} is not normed, or turns further than is said: {facts}"));
         }
+        basis.set_scale(k, [1.0; 2], turns[k].sqrt());
     }
     Ok(basis)
 }

@@ -15,10 +15,9 @@
 //!
 //! Rows are dimensionless: lengths are divided by the model's size.
 
-use crate::real::Real;
 use crate::step::{Integrator, Oscillator};
 use crate::support::Pose;
-use crate::warp::{Basis, warp_with_derivative};
+use crate::warp::{Basis, Entry, warp_with_derivative};
 use crate::{Error, Result, Vec3};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn, UnitQuaternion};
 use std::f64::consts::TAU;
@@ -343,9 +342,9 @@ impl Constraints {
 
     /// Moves q and q̇, the free motion of the step, to where the constraints are met; `q_before` is where the step began.
     /// Returns the work done on the shell by the handles. Does not allocate.
-    pub fn project<T: Real>(
+    pub fn project<E: Entry>(
         &mut self,
-        basis: &Basis<T>,
+        basis: &Basis<E>,
         step: &Step,
         q_before: &[f64],
         (q, q_dot): (&mut [f64], &mut [f64]),
@@ -384,7 +383,7 @@ impl Constraints {
     /// Meets the constraints from the free motion, bent as little as it can; when that fails, by moving the targets there in
     /// stages from the pose before the step, and from that pose slightly bent, because a straight shell does not know which
     /// way to buckle. Leaves q with its residuals. Returns the iterations and whether all was met.
-    fn solve<T: Real>(&mut self, basis: &Basis<T>, step: &Step, q_before: &[f64], q: &mut [f64]) -> (u32, bool) {
+    fn solve<E: Entry>(&mut self, basis: &Basis<E>, step: &Step, q_before: &[f64], q: &mut [f64]) -> (u32, bool) {
         self.work.deferred.fill(0.0);
         let mut iterations = 0;
         let warranted = self.work.bend_limit;
@@ -417,7 +416,7 @@ impl Constraints {
     }
 
     /// As `search`, with the targets moving from where the handles are at `q` to where they shall be.
-    fn search_in_stages<T: Real>(&mut self, basis: &Basis<T>, step: &Step, q: &mut [f64]) -> (u32, f64) {
+    fn search_in_stages<E: Entry>(&mut self, basis: &Basis<E>, step: &Step, q: &mut [f64]) -> (u32, f64) {
         self.work.deferred.fill(0.0);
         self.linearize(basis, step, q);
         self.work.start_missing.copy_from(&self.work.missing);
@@ -443,7 +442,7 @@ impl Constraints {
     }
 
     /// Levenberg–Marquardt from `q`. Returns the iterations and |ρ|; leaves the Jacobian and residuals at q.
-    fn search<T: Real>(&mut self, basis: &Basis<T>, step: &Step, q: &mut [f64], restoring: bool) -> (u32, f64) {
+    fn search<E: Entry>(&mut self, basis: &Basis<E>, step: &Step, q: &mut [f64], restoring: bool) -> (u32, f64) {
         self.work.multipliers.fill(0.0);
         self.linearize(basis, step, q);
         let mut distance = self.work.distance(&self.work.multipliers);
@@ -483,7 +482,7 @@ impl Constraints {
 
     /// Shortens the trial step to one that turns no handle and bends the shell by no more than `radius`, and stays within
     /// what the method can be trusted for. Returns the fraction left and the turn made.
-    fn shorten<T: Real>(&mut self, basis: &Basis<T>, step: &Step, q: &[f64], radius: f64) -> (f64, f64) {
+    fn shorten<E: Entry>(&mut self, basis: &Basis<E>, step: &Step, q: &[f64], radius: f64) -> (f64, f64) {
         let turn = self.largest_turn(basis, q).max(bend(step, |k| self.work.trial[k] - q[k]));
         let fraction = if turn > radius { radius / turn } else { 1.0 };
         let Work { trial, trial_multipliers, multipliers, bend_limit, .. } = &mut self.work;
@@ -508,7 +507,7 @@ impl Constraints {
     }
 
     /// Largest rotation at a handle from `q` to the trial, rad.
-    fn largest_turn<T: Real>(&self, basis: &Basis<T>, q: &[f64]) -> f64 {
+    fn largest_turn<E: Entry>(&self, basis: &Basis<E>, q: &[f64]) -> f64 {
         let turn = |c: &Constraint| -> f64 {
             let change = |k: usize| (self.work.trial[k] - q[k]) * basis.at(k, c.vertex as usize).1;
             (0..q.len()).map(change).sum::<Vec3>().norm()
@@ -517,7 +516,7 @@ impl Constraints {
     }
 
     /// Compliances in rows' units, and the branch of each target rotation that lies nearest to the present one.
-    fn prepare<T: Real>(&mut self, basis: &Basis<T>, step: &Step, q: &[f64]) {
+    fn prepare<E: Entry>(&mut self, basis: &Basis<E>, step: &Step, q: &[f64]) {
         let mut distance = 0.0;
         for (i, c) in self.items.iter().enumerate() {
             let unit = match c.target {
@@ -543,7 +542,7 @@ impl Constraints {
     }
 
     /// Residuals and Jacobian at `q`.
-    fn linearize<T: Real>(&mut self, basis: &Basis<T>, step: &Step, q: &[f64]) {
+    fn linearize<E: Entry>(&mut self, basis: &Basis<E>, step: &Step, q: &[f64]) {
         for (i, c) in self.items.iter().enumerate() {
             let v = c.vertex as usize;
             let shapes = |k: usize| basis.at(k, v);

@@ -1,9 +1,8 @@
 //! The precomputed model: everything a state needs, immutable, shared by any number of states on any threads.
 
 use crate::modes::{Certificate, Modes, PHASES, Phase, Progress, lowest_modes};
-use crate::real::Real;
 use crate::step::Guard;
-use crate::warp::{Basis, ModalRotation};
+use crate::warp::{Basis, Entry, ModalRotation};
 use crate::{Error, ErrorKind, Result, Shell, Vec3, wide_norm};
 use std::sync::Arc;
 use xxhash_rust::xxh3::Xxh3;
@@ -168,7 +167,7 @@ fn sagged(shell: &Arc<Shell>, gravity: Vec3, progress: &mut Progress) -> Result<
     Ok(Arc::new(shell.sagged(gravity, &mut watch)?))
 }
 
-fn run_time_basis<T: Real>(shell: &Shell, shapes: &[Vec<Vec3>], progress: &mut Progress) -> Result<Basis<T>> {
+fn run_time_basis<E: Entry>(shell: &Shell, shapes: &[Vec<Vec3>], progress: &mut Progress) -> Result<Basis<E>> {
     progress.report(Phase::Rotation, 0.0)?;
     let rotation = ModalRotation::new(&shell.mesh);
     let mut basis = Basis::new(&shell.mesh.positions, &shell.mass, shapes.len(), shell.total_mass)?;

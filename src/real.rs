@@ -30,9 +30,6 @@ pub trait Real:
     fn put(self, out: &mut Vec<u8>);
     /// From [`Real::BYTES`] bytes, little-endian.
     fn get(bytes: &[u8]) -> Self;
-    /// Terms of the Taylor series on [0, π²] that [`crate::warp::coefficients`] needs for full precision.
-    const SERIES_TERMS: usize;
-
     /// As many numbers as one instruction of `S` takes.
     type Register<S: Simd>: Copy;
     /// The same number throughout.
@@ -46,10 +43,15 @@ pub trait Real:
     /// a b + c.
     fn mul_add<S: Simd>(simd: S, a: Self::Register<S>, b: Self::Register<S>, c: Self::Register<S>)
     -> Self::Register<S>;
+    /// c − a b.
+    fn negate_mul_add<S: Simd>(
+        simd: S,
+        a: Self::Register<S>,
+        b: Self::Register<S>,
+        c: Self::Register<S>,
+    ) -> Self::Register<S>;
     /// √a.
     fn sqrt<S: Simd>(simd: S, a: Self::Register<S>) -> Self::Register<S>;
-    /// The largest number.
-    fn largest<S: Simd>(simd: S, a: Self::Register<S>) -> Self;
     /// The registers of a slice whose length they divide.
     fn registers<S: Simd>(numbers: &[Self]) -> &[Self::Register<S>];
     /// As [`Real::registers`].
@@ -57,8 +59,8 @@ pub trait Real:
 }
 
 macro_rules! real {
-    ($type:ident, $terms:literal, $register:ident, $splat:ident, $add:ident, $sub:ident, $mul:ident, $mul_add:ident,
-     $sqrt:ident, $max:ident, $registers:ident, $registers_mut:ident) => {
+    ($type:ident, $register:ident, $splat:ident, $add:ident, $sub:ident, $mul:ident, $mul_add:ident, $negate_mul_add:ident,
+     $sqrt:ident, $registers:ident, $registers_mut:ident) => {
         impl Real for $type {
             #[inline(always)]
             fn of(x: f64) -> Self {
@@ -79,7 +81,6 @@ macro_rules! real {
             fn get(bytes: &[u8]) -> Self {
                 Self::from_le_bytes(bytes.try_into().expect("as many bytes as a number has"))
             }
-            const SERIES_TERMS: usize = $terms;
 
             type Register<S: Simd> = S::$register;
             #[inline(always)]
@@ -103,12 +104,12 @@ macro_rules! real {
                 simd.$mul_add(a, b, c)
             }
             #[inline(always)]
-            fn sqrt<S: Simd>(simd: S, a: S::$register) -> S::$register {
-                simd.$sqrt(a)
+            fn negate_mul_add<S: Simd>(simd: S, a: S::$register, b: S::$register, c: S::$register) -> S::$register {
+                simd.$negate_mul_add(a, b, c)
             }
             #[inline(always)]
-            fn largest<S: Simd>(simd: S, a: S::$register) -> Self {
-                simd.$max(a)
+            fn sqrt<S: Simd>(simd: S, a: S::$register) -> S::$register {
+                simd.$sqrt(a)
             }
             #[inline(always)]
             fn registers<S: Simd>(numbers: &[Self]) -> &[S::$register] {
@@ -124,29 +125,27 @@ macro_rules! real {
 
 real!(
     f32,
-    8,
     f32s,
     splat_f32s,
     add_f32s,
     sub_f32s,
     mul_f32s,
     mul_add_e_f32s,
+    negate_mul_add_e_f32s,
     sqrt_f32s,
-    reduce_max_f32s,
     as_simd_f32s,
     as_mut_simd_f32s
 );
 real!(
     f64,
-    13,
     f64s,
     splat_f64s,
     add_f64s,
     sub_f64s,
     mul_f64s,
     mul_add_e_f64s,
+    negate_mul_add_e_f64s,
     sqrt_f64s,
-    reduce_max_f64s,
     as_simd_f64s,
     as_mut_simd_f64s
 );

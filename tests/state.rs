@@ -492,3 +492,21 @@ fn an_equilibrium_is_found_on_a_basis_of_either_precision() {
         assert!((apart / size).sqrt() <= 1e-5, "{method:?}, g = {gravity}: {:e}", (apart / size).sqrt());
     }
 }
+
+#[test]
+fn motion_that_dies_away_ends_at_zero_and_not_among_subnormal_numbers() {
+    for integrator in [Integrator::ImplicitEuler, Integrator::Exact] {
+        let mut state = State::new(beam("v_beam"), Method::LinearModalAnalysis, integrator).unwrap();
+        state.set_damping(&Damping { mass_coefficient: 300.0, ..Damping::default() }).unwrap();
+        let modes = state.amplitudes().unwrap().0.len();
+        state.set_amplitudes(&vec![1e-3; modes], &vec![0.0; modes]).unwrap();
+        let mut steps = 0;
+        while state.amplitudes().unwrap().0.iter().any(|q| *q != 0.0) {
+            state.step(1.0).unwrap();
+            let (q, q_dot) = state.amplitudes().unwrap();
+            assert!(!q.iter().chain(q_dot).any(|x| x.is_subnormal()));
+            steps += 1;
+            assert!(steps < 5000, "{integrator:?}: {q:?}");
+        }
+    }
+}

@@ -36,6 +36,10 @@ fn settled(basis: &AnyBasis) -> f64 {
 const LEAST_FRACTION: f64 = 1.0 / 16.0;
 const SETTLE_ITERATIONS: usize = 1000;
 
+/// Amplitudes and rates below this become zero: as they die away they would reach the subnormal numbers, which processors take a
+/// hundred times longer for, and so would their squares.
+const NEGLIGIBLE: f64 = 1e-150;
+
 /// Seconds; its square times any elastic eigenvalue is beyond all rounding.
 const LONG_STEP: f64 = 1e9;
 
@@ -174,6 +178,7 @@ impl Modal {
                 oscillator.advance(self.integrator, self.q[k], self.q_dot[k], self.force[k], h);
         }
         guard.hold(damping, h, next_q, next_q_dot);
+        next_q.iter_mut().chain(next_q_dot).filter(|x| x.abs() < NEGLIGIBLE).for_each(|x| *x = 0.0);
     }
 
     /// Moves the next q and q̇ to where the constraints are met; returns the work done.

@@ -8,7 +8,7 @@ use crate::Vec3;
 use crate::real::Real;
 use crate::support::{Pose, Rates};
 use crate::warp::lanes::{Group, Lanes, Vectors};
-use crate::warp::{Basis, Block, Line, Pose as Warp, Sweep, Tangent, scatter, sweep};
+use crate::warp::{Basis, Block, Entry, Line, Pose as Warp, Sweep, Tangent, Weights, scatter, sweep, with_weights};
 use nalgebra::Matrix3;
 use pulp::Simd;
 
@@ -80,15 +80,16 @@ impl BodyLoad {
         }
     }
 
-    /// Force per mass on a group of vertices; `motion` gives their r and ṙ, and is asked only where the load depends on them.
+    /// Force per mass on a group of vertices. `uniform` is what acts everywhere alike; `motion` gives their r and ṙ, and is asked only where the load depends on them.
     #[inline(always)]
     fn on_group<T: Real, S: Simd, const N: usize>(
         &self,
         lanes: Lanes<T, S, N>,
+        uniform: [T; 3],
         motion: impl FnOnce() -> (Vectors<T, S, N>, Vectors<T, S, N>),
     ) -> Vectors<T, S, N> {
         let splat = |v: Vec3| [lanes.splat(v.x), lanes.splat(v.y), lanes.splat(v.z)];
-        let uniform = splat(self.uniform);
+        let uniform = uniform.map(|x| lanes.repeat(x));
         let Some(spin) = &self.spin else { return uniform };
         let (r, velocity) = motion();
         let mut force = lanes.cross(&velocity, &splat(spin.coriolis));
@@ -99,75 +100,139 @@ impl BodyLoad {
     }
 }
 
-/// One group of vertices at amplitudes q, as a law sees it.
-enum Shape<T: Real, S: Simd, const N: usize> {
-    Linear(Vectors<T, S, N>),
-    Warped(Warp<T, S, N>),
-    Tangent(Tangent<T, S, N>),
+/// One group of vertices at amplitudes q, as a force law sees it.
+trait Shape<T: Real, S: Simd, const N: usize> {
+    /// Displacement and its rate from (Φq̇, Ψq̇).
+    fn motion(&self, rates: &(Vectors<T, S, N>, Vectors<T, S, N>)) -> (Vectors<T, S, N>, Vectors<T, S, N>);
+    /// Adds the modal force of the vertices' forces to the sums.
+    fn project<E: Entry<Real = T>>(
+        &self,
+        lanes: Lanes<T, S, N>,
+        at: (&Block<E>, usize),
+        force: &Vectors<T, S, N>,
+        sums: &mut [[Line<T>; 2]],
+    );
 }
 
-impl<T: Real, S: Simd, const N: usize> Shape<T, S, N> {
-    #[inline(always)]
-    fn new(law: ForceLaw, lanes: Lanes<T, S, N>, combined: (Vectors<T, S, N>, Vectors<T, S, N>)) -> Self {
-        match law {
-            ForceLaw::Linear => Self::Linear(combined.0),
-            ForceLaw::Rotated => Self::Warped(Warp::new(lanes, combined)),
-            ForceLaw::VirtualWork => Self::Tangent(Tangent::new(lanes, combined)),
-        }
-    }
+/// u = Φq.
+struct Linear<T: Real, S: Simd, const N: usize>(Vectors<T, S, N>);
 
-    /// Displacement and its rate from (Φq̇, Ψq̇).
+impl<T: Real, S: Simd, const N: usize> Shape<T, S, N> for Linear<T, S, N> {
     #[inline(always)]
     fn motion(&self, rates: &(Vectors<T, S, N>, Vectors<T, S, N>)) -> (Vectors<T, S, N>, Vectors<T, S, N>) {
-        match self {
-            Self::Linear(u) => (*u, rates.0),
-            Self::Warped(warp) => (warp.displacement(), warp.rotate(&rates.0)),
-            Self::Tangent(tangent) => (tangent.displacement(), tangent.rate(rates)),
-        }
+        (self.0, rates.0)
+    }
+
+    #[inline(always)]
+    fn project<E: Entry<Real = T>>(
+        &self,
+        lanes: Lanes<T, S, N>,
+        (block, at): (&Block<E>, usize),
+        force: &Vectors<T, S, N>,
+        sums: &mut [[Line<T>; 2]],
+    ) {
+        block.project(lanes, at, force, sums);
+    }
+}
+
+impl<T: Real, S: Simd, const N: usize> Shape<T, S, N> for Warp<T, S, N> {
+    #[inline(always)]
+    fn motion(&self, rates: &(Vectors<T, S, N>, Vectors<T, S, N>)) -> (Vectors<T, S, N>, Vectors<T, S, N>) {
+        (self.displacement(), self.rotate(&rates.0))
+    }
+
+    #[inline(always)]
+    fn project<E: Entry<Real = T>>(
+        &self,
+        lanes: Lanes<T, S, N>,
+        (block, at): (&Block<E>, usize),
+        force: &Vectors<T, S, N>,
+        sums: &mut [[Line<T>; 2]],
+    ) {
+        block.project(lanes, at, &self.rotate_back(force), sums);
+    }
+}
+
+impl<T: Real, S: Simd, const N: usize> Shape<T, S, N> for Tangent<T, S, N> {
+    #[inline(always)]
+    fn motion(&self, rates: &(Vectors<T, S, N>, Vectors<T, S, N>)) -> (Vectors<T, S, N>, Vectors<T, S, N>) {
+        (self.displacement(), self.rate(rates))
+    }
+
+    #[inline(always)]
+    fn project<E: Entry<Real = T>>(
+        &self,
+        lanes: Lanes<T, S, N>,
+        (block, at): (&Block<E>, usize),
+        force: &Vectors<T, S, N>,
+        sums: &mut [[Line<T>; 2]],
+    ) {
+        let (on_linear, on_turn) = self.pull_back(force);
+        block.project_both(lanes, at, (&on_linear, &on_turn), sums);
     }
 }
 
 /// Displacement u and its rate u̇ (frame axes) of every vertex at amplitudes `q` and velocities `q_dot`, in order.
-pub fn visit_motion<T: Real>(
-    basis: &Basis<T>,
+pub fn visit_motion<E: Entry>(
+    basis: &Basis<E>,
     law: ForceLaw,
     (q, q_dot): (&[f64], &[f64]),
     visit: impl FnMut(usize, Vec3, Vec3),
 ) {
-    struct Motion<'a, F> {
+    struct Motion<'a, T, F> {
         n_vertices: usize,
         law: ForceLaw,
-        q: &'a [f64],
-        q_dot: &'a [f64],
+        weights: Weights<'a, T>,
+        rates: Weights<'a, T>,
         visit: F,
     }
 
-    impl<T: Real, F: FnMut(usize, Vec3, Vec3)> Sweep<T> for Motion<'_, F> {
+    impl<E: Entry, F: FnMut(usize, Vec3, Vec3)> Sweep<E> for Motion<'_, E::Real, F> {
         #[inline(always)]
-        fn visit<S: Simd, const N: usize>(&mut self, lanes: Lanes<T, S, N>, block: Block<T>, first: usize, at: usize) {
-            let shape = Shape::new(self.law, lanes, block.combine(lanes, at, self.q));
-            let (u, rate) = shape.motion(&block.combine(lanes, at, self.q_dot));
+        fn visit<S: Simd, const N: usize>(
+            &mut self,
+            lanes: Lanes<E::Real, S, N>,
+            block: Block<E>,
+            first: usize,
+            at: usize,
+        ) {
+            let combined = block.combine(lanes, at, self.weights);
+            let (rates, doublings) = (block.combine(lanes, at, self.rates), self.weights.doublings);
+            let (u, rate) = match self.law {
+                ForceLaw::Linear => Linear::<E::Real, S, N>(combined.0).motion(&rates),
+                ForceLaw::Rotated => Warp::new(lanes, combined, doublings).motion(&rates),
+                ForceLaw::VirtualWork => Tangent::new(lanes, combined, doublings).motion(&rates),
+            };
             scatter(lanes, self.n_vertices, first, (&u, &rate), &mut self.visit);
         }
     }
 
-    sweep(basis, &mut Motion { n_vertices: basis.n_vertices, law, q, q_dot, visit });
+    with_weights(basis, q, |weights| {
+        with_weights(basis, q_dot, |rates| {
+            sweep(basis, &mut Motion { n_vertices: basis.n_vertices, law, weights, rates, visit });
+        });
+    });
 }
 
 /// Lanes are summed in the basis's precision over so many blocks, then in f64.
 const BLOCKS_PER_SUM: usize = 64;
 
-/// Room for the sums, so that a step does not allocate.
+/// Room for sums and weights, so that a step does not allocate.
 #[derive(Clone)]
 pub struct Scratch<T> {
-    /// A line for each mode, and one for |F|.
-    sums: Vec<Line<T>>,
+    /// Two lines for each mode.
+    sums: Vec<[Line<T>; 2]>,
+    /// Σ|F|.
+    total: Line<T>,
+    /// Of q and of q̇ (modes).
+    weights: [Vec<[T; 2]>; 2],
 }
 
 impl<T: Real> Scratch<T> {
     /// For `modes` modes.
     pub fn new(modes: usize) -> Self {
-        Self { sums: vec![Line::default(); modes + 1] }
+        let weights = vec![[T::default(); 2]; modes];
+        Self { sums: vec![Default::default(); modes], total: Line::default(), weights: [weights.clone(), weights] }
     }
 }
 
@@ -195,13 +260,20 @@ impl Acting<'_> {
 }
 
 /// Sets `force` (modes) to the modal force. Returns Σ|F| over the vertices. Does not allocate.
-pub fn project<T: Real>(basis: &Basis<T>, acting: &Acting, scratch: &mut Scratch<T>, force: &mut [f64]) -> f64 {
+pub fn project<E: Entry>(basis: &Basis<E>, acting: &Acting, scratch: &mut Scratch<E::Real>, force: &mut [f64]) -> f64 {
     force.fill(0.0);
     if acting.load.is_zero() && acting.external.is_none() {
         return 0.0;
     }
-    scratch.sums.fill(Line::default());
-    let mut projection = Projection { acting, sums: &mut scratch.sums, force, total: 0.0, blocks: 0 };
+    let Scratch { sums, total, weights: [weights, rates] } = scratch;
+    sums.fill(Default::default());
+    *total = Line::default();
+    let weights = basis.weights(acting.q, weights);
+    // Velocities matter in a spinning frame alone.
+    let rates = if acting.load.spin.is_some() { basis.weights(acting.q_dot, rates) } else { weights };
+    let uniform = <[f64; 3]>::from(acting.load.uniform).map(<E::Real as Real>::of);
+    let mut projection =
+        Projection { basis, acting, uniform, weights, rates, sums, norms: total, force, total: 0.0, blocks: 0 };
     sweep(basis, &mut projection);
     projection.gather();
     let total = if acting.uniform() { acting.load.uniform.norm() } else { projection.total };
@@ -209,37 +281,51 @@ pub fn project<T: Real>(basis: &Basis<T>, acting: &Acting, scratch: &mut Scratch
     acting.total_mass * total
 }
 
-struct Projection<'a, T> {
+struct Projection<'a, E: Entry> {
+    basis: &'a Basis<E>,
     acting: &'a Acting<'a>,
-    sums: &'a mut [Line<T>],
+    /// Force per mass that acts everywhere alike.
+    uniform: [E::Real; 3],
+    weights: Weights<'a, E::Real>,
+    rates: Weights<'a, E::Real>,
+    sums: &'a mut [[Line<E::Real>; 2]],
+    /// |F|/M, where it is not uniform.
+    norms: &'a mut Line<E::Real>,
     force: &'a mut [f64],
-    /// Σ|F|/M, where it is not uniform.
+    /// Σ|F|/M.
     total: f64,
     /// Since sums were gathered.
     blocks: usize,
 }
 
-impl<T: Real> Projection<'_, T> {
+impl<E: Entry> Projection<'_, E> {
+    #[inline(never)]
     fn gather(&mut self) {
-        let sum = |line: &Line<T>| line.0.iter().map(|x| x.to_f64()).sum::<f64>();
-        let (forces, total) = self.sums.split_at(self.force.len());
-        self.force.iter_mut().zip(forces).for_each(|(force, line)| *force += sum(line));
-        self.total += total.iter().map(sum).sum::<f64>();
-        self.sums.fill(Line::default());
+        let sum = |line: &Line<E::Real>| line.0.iter().map(|x| x.to_f64()).sum::<f64>();
+        for (k, (force, [line, turn_line])) in self.force.iter_mut().zip(&*self.sums).enumerate() {
+            let [unit, turn_unit] = self.basis.units(k);
+            *force += sum(line) * unit;
+            if E::SCALED {
+                *force += sum(turn_line) * turn_unit;
+            }
+        }
+        self.total += sum(self.norms);
+        self.sums.fill(Default::default());
+        *self.norms = Line::default();
         self.blocks = 0;
     }
 
-    /// F/M of the group's vertices.
+    /// Adds the modal force of one group.
     #[inline(always)]
-    fn forces<S: Simd, const N: usize>(
+    fn act<S: Simd, const N: usize>(
         &mut self,
-        lanes: Lanes<T, S, N>,
-        (block, first, at): (&Block<T>, usize, usize),
-        shape: &Shape<T, S, N>,
-    ) -> Vectors<T, S, N> {
+        lanes: Lanes<E::Real, S, N>,
+        (block, first, at): (&Block<E>, usize, usize),
+        shape: &impl Shape<E::Real, S, N>,
+    ) {
         let acting = self.acting;
-        let per_mass = acting.load.on_group(lanes, || {
-            let (u, velocity) = shape.motion(&block.combine(lanes, at, acting.q_dot));
+        let per_mass = acting.load.on_group(lanes, self.uniform, || {
+            let (u, velocity) = shape.motion(&block.combine(lanes, at, self.rates));
             (lanes.add_vectors(&block.rest(lanes, at), &u), velocity)
         });
         let mut force = lanes.scale(block.mass(lanes, at), &per_mass);
@@ -247,11 +333,10 @@ impl<T: Real> Projection<'_, T> {
             force = lanes.add_vectors(&force, &gather_vectors(lanes, external, first, 1.0 / acting.total_mass));
         }
         if !acting.uniform() {
-            let norm: Group<T, S, N> = lanes.sqrt(lanes.dot(&force, &force));
-            let line = &mut self.sums[self.force.len()].0;
-            lanes.store(lanes.add(lanes.load(line, at), norm), line, at);
+            let norm: Group<E::Real, S, N> = lanes.sqrt(lanes.dot(&force, &force));
+            lanes.store(lanes.add(lanes.load(&self.norms.0, at), norm), &mut self.norms.0, at);
         }
-        force
+        shape.project(lanes, (block, at), &force, self.sums);
     }
 }
 
@@ -270,18 +355,21 @@ fn gather_vectors<T: Real, S: Simd, const N: usize>(
     [lanes.load(&lines[0].0, 0), lanes.load(&lines[1].0, 0), lanes.load(&lines[2].0, 0)]
 }
 
-impl<T: Real> Sweep<T> for Projection<'_, T> {
+impl<E: Entry> Sweep<E> for Projection<'_, E> {
     #[inline(always)]
-    fn visit<S: Simd, const N: usize>(&mut self, lanes: Lanes<T, S, N>, block: Block<T>, first: usize, at: usize) {
-        let shape = Shape::new(self.acting.law, lanes, block.combine(lanes, at, self.acting.q));
-        let force = self.forces(lanes, (&block, first, at), &shape);
-        match shape {
-            Shape::Linear(_) => block.project(lanes, at, &force, self.sums),
-            Shape::Warped(warp) => block.project(lanes, at, &warp.rotate_back(&force), self.sums),
-            Shape::Tangent(tangent) => {
-                let (on_linear, on_turn) = tangent.pull_back(&force);
-                block.project_both(lanes, at, (&on_linear, &on_turn), self.sums);
-            }
+    fn visit<S: Simd, const N: usize>(
+        &mut self,
+        lanes: Lanes<E::Real, S, N>,
+        block: Block<E>,
+        first: usize,
+        at: usize,
+    ) {
+        let (combined, place) = (block.combine(lanes, at, self.weights), (&block, first, at));
+        let doublings = self.weights.doublings;
+        match self.acting.law {
+            ForceLaw::Linear => self.act(lanes, place, &Linear::<E::Real, S, N>(combined.0)),
+            ForceLaw::Rotated => self.act(lanes, place, &Warp::new(lanes, combined, doublings)),
+            ForceLaw::VirtualWork => self.act(lanes, place, &Tangent::new(lanes, combined, doublings)),
         }
     }
 

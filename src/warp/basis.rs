@@ -1,15 +1,16 @@
 //! The run-time basis: Φ and Ψ in blocks of [`LANES`] vertices. A block is a header, the share of the mass and the rest
-//! position, and per mode six lines Φx Φy Φz Ψx Ψy Ψz, a lane for each vertex, so that a step reads memory once from front to
+//! position, and per mode the lines of Φx Φy Φz Ψx Ψy Ψz, a lane for each vertex, so that a step reads memory once from front to
 //! back, in registers of any width.
 //!
 //! Stored values are dimensionless, Φ √M and Ψ √M with M the total mass, and amplitudes are divided by √M when they meet
 //! the basis: any unit of mass stays within the range of f32.
 
-use super::LANES;
+use super::entry::{Entry, SHAPES};
 use super::lanes::{Group, Lanes, Vectors};
-use crate::Vec3;
+use super::{LANES, doublings};
 use crate::error::{Result, try_zeroed};
 use crate::real::Real;
+use crate::{Vec3, wide_norm};
 use pulp::{Arch, Simd};
 
 /// One number for each vertex of a block, on a cache line of its own.
@@ -19,11 +20,9 @@ pub struct Line<T>(pub [T; LANES]);
 
 /// Lines before the modes: m/M, then x, y, z of the rest position.
 const HEADER: usize = 4;
-/// Lines of a mode.
-const SHAPES: usize = 6;
 
 /// Φ and Ψ of all vertices, with what loads need to know of them.
-pub struct Basis<T> {
+pub struct Basis<E: Entry> {
     /// Number of modes.
     pub modes: usize,
     /// Number of vertices; the last block is padded with zeros.
@@ -32,78 +31,111 @@ pub struct Basis<T> {
     /// between kinds the last bits differ.
     pub arch: Arch,
     root_mass: f64,
-    lines: Vec<Line<T>>,
+    lines: Vec<Line<E::Real>>,
+    /// What an entry of one stands for, of Φ√M and of Ψ√M (modes).
+    units: Vec<[f64; 2]>,
+    /// Largest |Ψ|√M (modes).
+    largest_turn: Vec<f64>,
 }
 
 /// One block.
 #[derive(Clone, Copy)]
-pub struct Block<'a, T> {
-    header: &'a [Line<T>],
-    shapes: &'a [Line<T>],
-    root_mass: f64,
+pub struct Block<'a, E: Entry> {
+    header: &'a [Line<E::Real>],
+    shapes: &'a [Line<E::Real>],
 }
 
-impl<T: Real> Basis<T> {
+/// Amplitudes as they meet a basis, and the [`doublings`] that its largest rotation at them needs.
+#[derive(Clone, Copy)]
+pub struct Weights<'a, T> {
+    /// What Φ's and Ψ's entries are multiplied by (modes).
+    factors: &'a [[T; 2]],
+    /// See [`doublings`].
+    pub doublings: u32,
+}
+
+impl<E: Entry> Basis<E> {
     /// Without shapes yet, of vertices at `rest` that have the shares `mass` of the mass `total_mass`.
     pub fn new(rest: &[Vec3], mass: &[f64], modes: usize, total_mass: f64) -> Result<Self> {
         let n_vertices = rest.len();
-        let lines = try_zeroed("the run-time basis", n_vertices.div_ceil(LANES) * (HEADER + SHAPES * modes))?;
-        let mut basis = Self { modes, n_vertices, arch: Arch::new(), root_mass: total_mass.sqrt(), lines };
+        let lines = try_zeroed("the run-time basis", n_vertices.div_ceil(LANES) * (HEADER + E::LINES * modes))?;
+        let (units, largest_turn) = (vec![[1.0; 2]; modes], vec![0.0; modes]);
+        let root_mass = total_mass.sqrt();
+        let mut basis = Self { modes, n_vertices, arch: Arch::new(), root_mass, lines, units, largest_turn };
         for (v, (x, m)) in rest.iter().zip(mass).enumerate() {
             let (line, lane) = basis.place(v);
             let header = [m / total_mass, x.x, x.y, x.z];
-            header.iter().enumerate().for_each(|(c, value)| basis.lines[line + c].0[lane] = T::of(*value));
+            header.iter().enumerate().for_each(|(c, value)| basis.lines[line + c].0[lane] = E::Real::of(*value));
         }
         Ok(basis)
     }
 
     /// First line of the block of vertex `v`, and its lane.
     fn place(&self, v: usize) -> (usize, usize) {
-        (v / LANES * (HEADER + SHAPES * self.modes), v % LANES)
+        (v / LANES * (HEADER + E::LINES * self.modes), v % LANES)
+    }
+
+    /// The lines of one mode of the block of vertex `v`, and its lane.
+    fn range(&self, mode: usize, v: usize) -> (std::ops::Range<usize>, usize) {
+        let (line, lane) = self.place(v);
+        let first = line + HEADER + E::LINES * mode;
+        (first..first + E::LINES, lane)
     }
 
     /// Stores Φ and Ψ (n_vertices each) of one mode.
     pub fn set_mode(&mut self, mode: usize, phi: &[Vec3], psi: &[Vec3]) {
+        let root_mass = self.root_mass;
+        let largest = |field: &[Vec3]| field.iter().map(|x| x.amax()).fold(0.0, f64::max) * root_mass;
+        self.units[mode] = [E::unit(largest(phi)), E::unit(largest(psi))];
+        self.largest_turn[mode] = psi.iter().map(wide_norm).fold(0.0, f64::max) * root_mass;
+        let [unit, turn_unit] = self.units[mode];
         for v in 0..self.n_vertices {
-            let (line, lane) = self.place(v);
-            let line = line + HEADER + SHAPES * mode;
-            for c in 0..3 {
-                self.lines[line + c].0[lane] = T::of(phi[v][c] * self.root_mass);
-                self.lines[line + 3 + c].0[lane] = T::of(psi[v][c] * self.root_mass);
-            }
+            let (phi, psi) = (phi[v] * (root_mass / unit), psi[v] * (root_mass / turn_unit));
+            self.set_stored(mode, v, [phi.x, phi.y, phi.z, psi.x, psi.y, psi.z].map(E::encode));
         }
     }
 
     /// Φ and Ψ of one vertex in one mode.
     pub fn at(&self, mode: usize, v: usize) -> (Vec3, Vec3) {
-        let (line, lane) = self.place(v);
-        let line = line + HEADER + SHAPES * mode;
-        let read = |c: usize| self.lines[line + c].0[lane].to_f64() / self.root_mass;
-        (Vec3::new(read(0), read(1), read(2)), Vec3::new(read(3), read(4), read(5)))
+        let [x, y, z, rx, ry, rz] = self.stored(mode, v).map(E::decode);
+        let [unit, turn_unit] = self.units[mode].map(|unit| unit / self.root_mass);
+        (Vec3::new(x, y, z) * unit, Vec3::new(rx, ry, rz) * turn_unit)
     }
 
-    /// Φ√M and Ψ√M of one vertex in one mode, x y z each, as they are stored.
-    pub fn stored(&self, mode: usize, v: usize) -> [T; SHAPES] {
-        let (line, lane) = self.place(v);
-        let line = line + HEADER + SHAPES * mode;
-        std::array::from_fn(|c| self.lines[line + c].0[lane])
+    /// The entries of one vertex in one mode, x y z of Φ and of Ψ, as they are stored.
+    pub fn stored(&self, mode: usize, v: usize) -> [E; SHAPES] {
+        let (lines, lane) = self.range(mode, v);
+        E::entries(&self.lines[lines], lane)
     }
 
     /// Stores what [`Basis::stored`] gave.
-    pub fn set_stored(&mut self, mode: usize, v: usize, numbers: [T; SHAPES]) {
-        let (line, lane) = self.place(v);
-        let line = line + HEADER + SHAPES * mode;
-        (0..SHAPES).for_each(|c| self.lines[line + c].0[lane] = numbers[c]);
+    pub fn set_stored(&mut self, mode: usize, v: usize, entries: [E; SHAPES]) {
+        let (lines, lane) = self.range(mode, v);
+        E::set_entries(&mut self.lines[lines], lane, entries);
+    }
+
+    /// What an entry of one stands for, of Φ√M and of Ψ√M.
+    pub fn units(&self, mode: usize) -> [f64; 2] {
+        self.units[mode]
+    }
+
+    /// What goes with [`Basis::set_stored`]: the units, and the largest |Ψ|√M or a bound on it.
+    pub fn set_scale(&mut self, mode: usize, units: [f64; 2], largest_turn: f64) {
+        self.units[mode] = units;
+        self.largest_turn[mode] = largest_turn;
     }
 
     /// Whether all of it are numbers.
     pub fn is_finite(&self) -> bool {
-        self.lines.iter().all(|line| line.0.iter().all(|x| x.to_f64().is_finite()))
+        let finite = |line: &Line<E::Real>| line.0.iter().all(|x| x.to_f64().is_finite());
+        let read = if E::SCALED { HEADER } else { HEADER + E::LINES * self.modes };
+        self.lines.chunks_exact(HEADER + E::LINES * self.modes).all(|block| block[..read].iter().all(finite))
+            && self.units.iter().flatten().all(|unit| E::Real::of(*unit).to_f64().is_finite())
     }
 
     /// Bytes held.
     pub fn bytes(&self) -> usize {
-        self.lines.len() * size_of::<Line<T>>()
+        self.lines.len() * size_of::<Line<E::Real>>()
     }
 
     /// √M.
@@ -111,27 +143,37 @@ impl<T: Real> Basis<T> {
         self.root_mass
     }
 
-    /// All blocks, in order.
+    /// Amplitudes q made ready, in `room` (at least as many as there are modes).
+    pub fn weights<'a>(&self, q: &[f64], room: &'a mut [[E::Real; 2]]) -> Weights<'a, E::Real> {
+        let mut turn = 0.0;
+        for (((factors, q), units), largest) in room.iter_mut().zip(q).zip(&self.units).zip(&self.largest_turn) {
+            let q = q / self.root_mass;
+            *factors = units.map(|unit| E::Real::of(q * unit));
+            turn += (q * largest).abs();
+        }
+        Weights { factors: &room[..self.modes], doublings: doublings(turn) }
+    }
+
+    /// All blocks, in order, given the number of modes.
     #[inline(always)]
-    pub fn blocks(&self) -> impl Iterator<Item = Block<'_, T>> {
-        let root_mass = self.root_mass;
-        self.lines.chunks_exact(HEADER + SHAPES * self.modes).map(move |lines| {
+    pub fn blocks(&self, modes: usize) -> impl Iterator<Item = Block<'_, E>> {
+        self.lines.chunks_exact(HEADER + E::LINES * modes).map(move |lines| {
             let (header, shapes) = lines.split_at(HEADER);
-            Block { header, shapes, root_mass }
+            Block { header, shapes }
         })
     }
 }
 
-impl<T: Real> Block<'_, T> {
+impl<E: Entry> Block<'_, E> {
     /// m/M of the vertices from register `at` on.
     #[inline(always)]
-    pub fn mass<S: Simd, const N: usize>(&self, lanes: Lanes<T, S, N>, at: usize) -> Group<T, S, N> {
+    pub fn mass<S: Simd, const N: usize>(&self, lanes: Lanes<E::Real, S, N>, at: usize) -> Group<E::Real, S, N> {
         lanes.load(&self.header[0].0, at)
     }
 
     /// Rest positions.
     #[inline(always)]
-    pub fn rest<S: Simd, const N: usize>(&self, lanes: Lanes<T, S, N>, at: usize) -> Vectors<T, S, N> {
+    pub fn rest<S: Simd, const N: usize>(&self, lanes: Lanes<E::Real, S, N>, at: usize) -> Vectors<E::Real, S, N> {
         let load = |c: usize| lanes.load(&self.header[c].0, at);
         [load(1), load(2), load(3)]
     }
@@ -140,57 +182,47 @@ impl<T: Real> Block<'_, T> {
     #[inline(always)]
     pub fn combine<S: Simd, const N: usize>(
         &self,
-        lanes: Lanes<T, S, N>,
+        lanes: Lanes<E::Real, S, N>,
         at: usize,
-        q: &[f64],
-    ) -> (Vectors<T, S, N>, Vectors<T, S, N>) {
-        let scale = 1.0 / self.root_mass;
+        weights: Weights<E::Real>,
+    ) -> (Vectors<E::Real, S, N>, Vectors<E::Real, S, N>) {
         let zero = [lanes.splat(0.0); 3];
         let (mut linear, mut turn) = (zero, zero);
-        for (shapes, q) in self.shapes.chunks_exact(SHAPES).zip(q) {
-            let q = lanes.splat(q * scale);
-            for c in 0..3 {
-                linear[c] = lanes.mul_add(q, lanes.load(&shapes[c].0, at), linear[c]);
-                turn[c] = lanes.mul_add(q, lanes.load(&shapes[3 + c].0, at), turn[c]);
-            }
+        for (shapes, factors) in self.shapes.chunks_exact(E::LINES).zip(weights.factors) {
+            let q = lanes.repeat(factors[0]);
+            linear = lanes.scale_add(q, &E::phi(lanes, shapes, at), &linear);
+            let q = if E::SCALED { lanes.repeat(factors[1]) } else { q };
+            turn = lanes.scale_add(q, &E::psi(lanes, shapes, at), &turn);
         }
         (linear, turn)
     }
 
-    /// Adds Φᵀg √M, lane by lane, to a line for each mode.
+    /// Adds Φᵀg, in entries of the mode, lane by lane, to the first of the lines for each mode.
     #[inline(always)]
     pub fn project<S: Simd, const N: usize>(
         &self,
-        lanes: Lanes<T, S, N>,
+        lanes: Lanes<E::Real, S, N>,
         at: usize,
-        g: &Vectors<T, S, N>,
-        sums: &mut [Line<T>],
+        g: &Vectors<E::Real, S, N>,
+        sums: &mut [[Line<E::Real>; 2]],
     ) {
-        for (shapes, sum) in self.shapes.chunks_exact(SHAPES).zip(sums) {
-            let mut total = lanes.load(&sum.0, at);
-            for c in 0..3 {
-                total = lanes.mul_add(lanes.load(&shapes[c].0, at), g[c], total);
-            }
-            lanes.store(total, &mut sum.0, at);
+        for (shapes, [sum, _]) in self.shapes.chunks_exact(E::LINES).zip(sums) {
+            lanes.add_dot(&E::phi(lanes, shapes, at), g, sum, at);
         }
     }
 
-    /// Adds (Φᵀg + Ψᵀg') √M, lane by lane, to a line for each mode.
+    /// As [`Block::project`], and adds Ψᵀg' to the second line, or to the first where all entries have the unit 1.
     #[inline(always)]
     pub fn project_both<S: Simd, const N: usize>(
         &self,
-        lanes: Lanes<T, S, N>,
+        lanes: Lanes<E::Real, S, N>,
         at: usize,
-        (g, couple): (&Vectors<T, S, N>, &Vectors<T, S, N>),
-        sums: &mut [Line<T>],
+        (g, couple): (&Vectors<E::Real, S, N>, &Vectors<E::Real, S, N>),
+        sums: &mut [[Line<E::Real>; 2]],
     ) {
-        for (shapes, sum) in self.shapes.chunks_exact(SHAPES).zip(sums) {
-            let mut total = lanes.load(&sum.0, at);
-            for c in 0..3 {
-                total = lanes.mul_add(lanes.load(&shapes[c].0, at), g[c], total);
-                total = lanes.mul_add(lanes.load(&shapes[3 + c].0, at), couple[c], total);
-            }
-            lanes.store(total, &mut sum.0, at);
+        for (shapes, [sum, turn_sum]) in self.shapes.chunks_exact(E::LINES).zip(sums) {
+            lanes.add_dot(&E::phi(lanes, shapes, at), g, sum, at);
+            lanes.add_dot(&E::psi(lanes, shapes, at), couple, if E::SCALED { turn_sum } else { sum }, at);
         }
     }
 }

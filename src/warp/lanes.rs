@@ -1,5 +1,6 @@
 //! Arithmetic on a group of vertices at once, a lane for each: `N` registers of the instruction set `S`.
 
+use super::Line;
 use crate::real::Real;
 use pulp::Simd;
 use std::marker::PhantomData;
@@ -33,7 +34,13 @@ impl<T: Real, S: Simd, const N: usize> Lanes<T, S, N> {
     /// The same number for every vertex.
     #[inline(always)]
     pub fn splat(self, x: f64) -> Group<T, S, N> {
-        [T::splat(self.simd, T::of(x)); N]
+        self.repeat(T::of(x))
+    }
+
+    /// As [`Lanes::splat`], of a number in the lanes' precision.
+    #[inline(always)]
+    pub fn repeat(self, x: T) -> Group<T, S, N> {
+        [T::splat(self.simd, x); N]
     }
 
     /// a + b.
@@ -72,6 +79,15 @@ impl<T: Real, S: Simd, const N: usize> Lanes<T, S, N> {
         c
     }
 
+    /// c − a b.
+    #[inline(always)]
+    pub fn negate_mul_add(self, a: Group<T, S, N>, b: Group<T, S, N>, mut c: Group<T, S, N>) -> Group<T, S, N> {
+        for n in 0..N {
+            c[n] = T::negate_mul_add(self.simd, a[n], b[n], c[n]);
+        }
+        c
+    }
+
     /// √a.
     #[inline(always)]
     pub fn sqrt(self, mut a: Group<T, S, N>) -> Group<T, S, N> {
@@ -81,27 +97,34 @@ impl<T: Real, S: Simd, const N: usize> Lanes<T, S, N> {
         a
     }
 
-    /// The largest number.
-    #[inline(always)]
-    pub fn largest(self, a: Group<T, S, N>) -> f64 {
-        let mut largest = 0.0f64;
-        for n in 0..N {
-            largest = largest.max(T::largest(self.simd, a[n]).to_f64());
-        }
-        largest
-    }
-
     /// a·b.
     #[inline(always)]
     pub fn dot(self, a: &Vectors<T, S, N>, b: &Vectors<T, S, N>) -> Group<T, S, N> {
         self.mul_add(a[0], b[0], self.mul_add(a[1], b[1], self.mul(a[2], b[2])))
     }
 
+    /// Adds a·b to a line, from register `at` on.
+    #[inline(always)]
+    pub fn add_dot(self, a: &Vectors<T, S, N>, b: &Vectors<T, S, N>, sum: &mut Line<T>, at: usize) {
+        let mut total = self.load(&sum.0, at);
+        for c in 0..3 {
+            total = self.mul_add(a[c], b[c], total);
+        }
+        self.store(total, &mut sum.0, at);
+    }
+
     /// a × b.
     #[inline(always)]
     pub fn cross(self, a: &Vectors<T, S, N>, b: &Vectors<T, S, N>) -> Vectors<T, S, N> {
-        let of = |c: usize, d: usize| self.sub(self.mul(a[c], b[d]), self.mul(a[d], b[c]));
+        let of = |c: usize, d: usize| self.negate_mul_add(a[d], b[c], self.mul(a[c], b[d]));
         [of(1, 2), of(2, 0), of(0, 1)]
+    }
+
+    /// a × b + c.
+    #[inline(always)]
+    pub fn cross_add(self, a: &Vectors<T, S, N>, b: &Vectors<T, S, N>, c: &Vectors<T, S, N>) -> Vectors<T, S, N> {
+        let of = |e: usize, c: Group<T, S, N>, d: usize| self.negate_mul_add(a[d], b[e], self.mul_add(a[e], b[d], c));
+        [of(1, c[0], 2), of(2, c[1], 0), of(0, c[2], 1)]
     }
 
     /// a v + b.

@@ -4,19 +4,22 @@
 mod basis;
 mod coefficients;
 mod derivative;
+mod entry;
 pub mod lanes;
 mod modal_rotation;
 mod output;
 mod pose;
 
-pub use basis::{Basis, Block, Line};
-pub use coefficients::{Coefficients, Slopes, coefficients, coefficients_and_slopes};
+pub use basis::{Basis, Block, Line, Weights};
+pub use coefficients::{Coefficients, Slopes, coefficients, coefficients_and_slopes, doublings};
 pub use derivative::warp_with_derivative;
+pub use entry::Entry;
 pub use modal_rotation::ModalRotation;
 pub use output::{Amplitudes, Extent, Placement, extent, visit_positions_f32, visit_positions_f64};
 pub use pose::{Pose, Tangent};
 
 use crate::Vec3;
+use crate::modes::MAX_MODES;
 use crate::real::Real;
 use lanes::{Lanes, Vectors};
 use pulp::{Simd, WithSimd};
@@ -25,37 +28,37 @@ use pulp::{Simd, WithSimd};
 pub const LANES: usize = 16;
 
 /// Work on every group of vertices of every block, in registers of any width.
-pub trait Sweep<T: Real> {
+pub trait Sweep<E: Entry> {
     /// `first` is the vertex of the group's first lane; `at` its first register in a line.
-    fn visit<S: Simd, const N: usize>(&mut self, lanes: Lanes<T, S, N>, block: Block<T>, first: usize, at: usize);
+    fn visit<S: Simd, const N: usize>(&mut self, lanes: Lanes<E::Real, S, N>, block: Block<E>, first: usize, at: usize);
     /// After each block.
     fn end_block(&mut self) {}
 }
 
 /// Runs `sweep` over `basis`, in its kind of registers.
-pub fn sweep<T: Real>(basis: &Basis<T>, sweep: &mut impl Sweep<T>) {
-    struct Dispatch<'a, T, W> {
-        basis: &'a Basis<T>,
+pub fn sweep<E: Entry>(basis: &Basis<E>, sweep: &mut impl Sweep<E>) {
+    struct Dispatch<'a, E: Entry, W> {
+        basis: &'a Basis<E>,
         sweep: &'a mut W,
     }
 
-    impl<T: Real, W: Sweep<T>> WithSimd for Dispatch<'_, T, W> {
+    impl<E: Entry, W: Sweep<E>> WithSimd for Dispatch<'_, E, W> {
         type Output = ();
         #[inline(always)]
         fn with_simd<S: Simd>(self, simd: S) {
             // Two registers at a time where a line has as many: one chain of additions alone would wait for itself.
-            if size_of::<T::Register<S>>() == size_of::<Line<T>>() {
-                groups::<T, S, 1>(simd, self.basis, self.sweep);
+            if size_of::<<E::Real as Real>::Register<S>>() == size_of::<Line<E::Real>>() {
+                groups::<E, S, 1>(simd, self.basis, self.sweep);
             } else {
-                groups::<T, S, 2>(simd, self.basis, self.sweep);
+                groups::<E, S, 2>(simd, self.basis, self.sweep);
             }
         }
     }
 
     #[inline(always)]
-    fn groups<T: Real, S: Simd, const N: usize>(simd: S, basis: &Basis<T>, sweep: &mut impl Sweep<T>) {
-        let lanes = Lanes::<T, S, N>::new(simd);
-        for (b, block) in basis.blocks().enumerate() {
+    fn groups<E: Entry, S: Simd, const N: usize>(simd: S, basis: &Basis<E>, sweep: &mut impl Sweep<E>) {
+        let lanes = Lanes::<E::Real, S, N>::new(simd);
+        for (b, block) in basis.blocks(basis.modes).enumerate() {
             for group in 0..LANES / lanes.width() {
                 sweep.visit(lanes, block, b * LANES + group * lanes.width(), group * N);
             }
@@ -64,6 +67,21 @@ pub fn sweep<T: Real>(basis: &Basis<T>, sweep: &mut impl Sweep<T>) {
     }
 
     basis.arch.dispatch(Dispatch { basis, sweep });
+}
+
+/// Calls `work` with the weights of amplitudes `q`, held on the stack.
+pub fn with_weights<E: Entry, R>(basis: &Basis<E>, q: &[f64], work: impl FnOnce(Weights<E::Real>) -> R) -> R {
+    const FEW: usize = 16;
+    let zero = [E::Real::default(); 2];
+    let (mut few, mut all);
+    let room: &mut [_] = if basis.modes <= FEW {
+        few = [zero; FEW];
+        &mut few
+    } else {
+        all = [zero; MAX_MODES];
+        &mut all
+    };
+    work(basis.weights(q, room))
 }
 
 /// Hands two vectors of each lane to `visit` as those of vertices `first`, `first` + 1, …
@@ -89,22 +107,32 @@ pub fn scatter<T: Real, S: Simd, const N: usize>(
 
 /// Hands displacement u and rotation vector w (frame axes) of every vertex at amplitudes `q` to `visit`, in order.
 /// Linear modal analysis is not `warped`.
-pub fn visit_displacements<T: Real>(basis: &Basis<T>, warped: bool, q: &[f64], visit: impl FnMut(usize, Vec3, Vec3)) {
-    struct Displacements<'a, F> {
+pub fn visit_displacements<E: Entry>(basis: &Basis<E>, warped: bool, q: &[f64], visit: impl FnMut(usize, Vec3, Vec3)) {
+    struct Displacements<'a, T, F> {
         n_vertices: usize,
         warped: bool,
-        q: &'a [f64],
+        weights: Weights<'a, T>,
         visit: F,
     }
 
-    impl<T: Real, F: FnMut(usize, Vec3, Vec3)> Sweep<T> for Displacements<'_, F> {
+    impl<E: Entry, F: FnMut(usize, Vec3, Vec3)> Sweep<E> for Displacements<'_, E::Real, F> {
         #[inline(always)]
-        fn visit<S: Simd, const N: usize>(&mut self, lanes: Lanes<T, S, N>, block: Block<T>, first: usize, at: usize) {
-            let (linear, turn) = block.combine(lanes, at, self.q);
-            let u = if self.warped { Pose::new(lanes, (linear, turn)).displacement() } else { linear };
+        fn visit<S: Simd, const N: usize>(
+            &mut self,
+            lanes: Lanes<E::Real, S, N>,
+            block: Block<E>,
+            first: usize,
+            at: usize,
+        ) {
+            let Self { weights, .. } = self;
+            let (linear, turn) = block.combine(lanes, at, *weights);
+            let u =
+                if self.warped { Pose::new(lanes, (linear, turn), weights.doublings).displacement() } else { linear };
             scatter(lanes, self.n_vertices, first, (&u, &turn), &mut self.visit);
         }
     }
 
-    sweep(basis, &mut Displacements { n_vertices: basis.n_vertices, warped, q, visit });
+    with_weights(basis, q, |weights| {
+        sweep(basis, &mut Displacements { n_vertices: basis.n_vertices, warped, weights, visit });
+    });
 }

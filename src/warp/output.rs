@@ -2,7 +2,7 @@
 //! from the registers' lanes straight to rows, in whole groups of vertices.
 
 use super::lanes::{Lanes, Vectors};
-use super::{Basis, Block, LANES, Line, Pose, Sweep, sweep};
+use super::{Basis, Block, Entry, LANES, Line, Pose, Sweep, Weights, sweep, with_weights};
 use crate::Vec3;
 use crate::real::Real;
 use nalgebra::Matrix3;
@@ -26,19 +26,29 @@ pub struct Amplitudes<'a> {
     pub warped: bool,
 }
 
-impl Amplitudes<'_> {
+/// How vertices move.
+struct Motion<'a, T> {
+    weights: Weights<'a, T>,
+    warped: bool,
+}
+
+impl<T: Real> Motion<'_, T> {
     /// u and w of a group.
     #[inline(always)]
-    fn of<T: Real, S: Simd, const N: usize>(
+    fn of<E: Entry<Real = T>, S: Simd, const N: usize>(
         &self,
         lanes: Lanes<T, S, N>,
-        block: &Block<T>,
+        block: &Block<E>,
         at: usize,
     ) -> (Vectors<T, S, N>, Vectors<T, S, N>) {
-        let (linear, turn) = block.combine(lanes, at, self.q);
-        let u = if self.warped { Pose::new(lanes, (linear, turn)).displacement() } else { linear };
-        (u, turn)
+        let (linear, turn) = block.combine(lanes, at, self.weights);
+        let pose = || Pose::new(lanes, (linear, turn), self.weights.doublings);
+        (if self.warped { pose().displacement() } else { linear }, turn)
     }
+}
+
+fn with_motion<E: Entry>(basis: &Basis<E>, amplitudes: Amplitudes, work: impl FnOnce(Motion<E::Real>)) {
+    with_weights(basis, amplitudes.q, |weights| work(Motion { weights, warped: amplitudes.warped }));
 }
 
 /// The lanes of a group's vectors, component by component.
@@ -65,24 +75,30 @@ fn hand_on<F>(
 
 /// Hands the positions of all vertices to `write` as f32, group by group: the first vertex and some rows. Computed in the
 /// basis's precision T throughout, rest positions included, and rounded to f32 at the end.
-pub fn visit_positions_f32<T: Real>(
-    basis: &Basis<T>,
+pub fn visit_positions_f32<E: Entry>(
+    basis: &Basis<E>,
     amplitudes: Amplitudes,
     placement: &Placement,
     write: impl FnMut(usize, &[[f32; 3]]),
 ) {
-    struct Rows<'a, W> {
+    struct Rows<'a, T, W> {
         n_vertices: usize,
-        amplitudes: Amplitudes<'a>,
+        motion: Motion<'a, T>,
         placement: &'a Placement,
         write: W,
     }
 
-    impl<T: Real, W: FnMut(usize, &[[f32; 3]])> Sweep<T> for Rows<'_, W> {
+    impl<E: Entry, W: FnMut(usize, &[[f32; 3]])> Sweep<E> for Rows<'_, E::Real, W> {
         #[inline(always)]
-        fn visit<S: Simd, const N: usize>(&mut self, lanes: Lanes<T, S, N>, block: Block<T>, first: usize, at: usize) {
+        fn visit<S: Simd, const N: usize>(
+            &mut self,
+            lanes: Lanes<E::Real, S, N>,
+            block: Block<E>,
+            first: usize,
+            at: usize,
+        ) {
             let splat = |v: Vec3| [lanes.splat(v.x), lanes.splat(v.y), lanes.splat(v.z)];
-            let (u, _) = self.amplitudes.of(lanes, &block, at);
+            let (u, _) = self.motion.of(lanes, &block, at);
             let mut x = lanes.add_vectors(&block.rest(lanes, at), &u);
             if let Some(rotation) = &self.placement.rotation {
                 let column = |c: usize| splat(rotation.column(c).into());
@@ -98,28 +114,36 @@ pub fn visit_positions_f32<T: Real>(
         }
     }
 
-    sweep(basis, &mut Rows { n_vertices: basis.n_vertices, amplitudes, placement, write });
+    with_motion(basis, amplitudes, |motion| {
+        sweep(basis, &mut Rows { n_vertices: basis.n_vertices, motion, placement, write });
+    });
 }
 
 /// As [`visit_positions_f32`], with the displacements of the basis's precision added to the f64 `rest` positions and placed
 /// in f64.
-pub fn visit_positions_f64<T: Real>(
-    basis: &Basis<T>,
+pub fn visit_positions_f64<E: Entry>(
+    basis: &Basis<E>,
     amplitudes: Amplitudes,
     (rest, placement): (&[Vec3], &Placement),
     write: impl FnMut(usize, &[[f64; 3]]),
 ) {
-    struct Rows<'a, W> {
-        amplitudes: Amplitudes<'a>,
+    struct Rows<'a, T, W> {
+        motion: Motion<'a, T>,
         rest: &'a [Vec3],
         placement: &'a Placement,
         write: W,
     }
 
-    impl<T: Real, W: FnMut(usize, &[[f64; 3]])> Sweep<T> for Rows<'_, W> {
+    impl<E: Entry, W: FnMut(usize, &[[f64; 3]])> Sweep<E> for Rows<'_, E::Real, W> {
         #[inline(always)]
-        fn visit<S: Simd, const N: usize>(&mut self, lanes: Lanes<T, S, N>, block: Block<T>, first: usize, at: usize) {
-            let [x, y, z] = lines(lanes, &self.amplitudes.of(lanes, &block, at).0);
+        fn visit<S: Simd, const N: usize>(
+            &mut self,
+            lanes: Lanes<E::Real, S, N>,
+            block: Block<E>,
+            first: usize,
+            at: usize,
+        ) {
+            let [x, y, z] = lines(lanes, &self.motion.of(lanes, &block, at).0);
             let Placement { origin, rotation } = *self.placement;
             let mut rows = [[0f64; 3]; LANES];
             let rest = self.rest.get(first..).unwrap_or_default();
@@ -134,7 +158,7 @@ pub fn visit_positions_f64<T: Real>(
         }
     }
 
-    sweep(basis, &mut Rows { amplitudes, rest, placement, write });
+    with_motion(basis, amplitudes, |motion| sweep(basis, &mut Rows { motion, rest, placement, write }));
 }
 
 /// How far a shell is bent.
@@ -149,22 +173,28 @@ pub struct Extent {
 }
 
 /// The extent at given amplitudes; `limit` is a |w|².
-pub fn extent<T: Real>(basis: &Basis<T>, amplitudes: Amplitudes, limit: f64) -> Extent {
-    struct Measure<'a> {
-        amplitudes: Amplitudes<'a>,
+pub fn extent<E: Entry>(basis: &Basis<E>, amplitudes: Amplitudes, limit: f64) -> Extent {
+    struct Measure<'a, T> {
+        motion: Motion<'a, T>,
         limit: f64,
         displacement: [f64; LANES],
         rotation: [f64; LANES],
         beyond: [u64; LANES],
     }
 
-    impl<T: Real> Sweep<T> for Measure<'_> {
+    impl<E: Entry> Sweep<E> for Measure<'_, E::Real> {
         #[inline(always)]
-        fn visit<S: Simd, const N: usize>(&mut self, lanes: Lanes<T, S, N>, block: Block<T>, _: usize, at: usize) {
-            let (u, w) = self.amplitudes.of(lanes, &block, at);
+        fn visit<S: Simd, const N: usize>(
+            &mut self,
+            lanes: Lanes<E::Real, S, N>,
+            block: Block<E>,
+            _: usize,
+            at: usize,
+        ) {
+            let (u, w) = self.motion.of(lanes, &block, at);
             let (u, w) = (lines(lanes, &u), lines(lanes, &w));
             // In f64: the squares of what f32 holds leave its range. The last block's padding is zero.
-            let square = |v: &[Line<T>; 3], i: usize| {
+            let square = |v: &[Line<E::Real>; 3], i: usize| {
                 let [x, y, z] = [v[0].0[i].to_f64(), v[1].0[i].to_f64(), v[2].0[i].to_f64()];
                 x * x + y * y + z * z
             };
@@ -178,9 +208,13 @@ pub fn extent<T: Real>(basis: &Basis<T>, amplitudes: Amplitudes, limit: f64) -> 
     }
 
     let zero = [0.0; LANES];
-    let mut all = Measure { amplitudes, limit, displacement: zero, rotation: zero, beyond: [0; LANES] };
-    sweep(basis, &mut all);
-    let largest = |values: [f64; LANES]| values.into_iter().fold(0.0, f64::max);
-    let beyond = all.beyond.iter().sum::<u64>() as usize;
-    Extent { displacement: largest(all.displacement), rotation: largest(all.rotation), beyond }
+    let mut found = Extent::default();
+    with_motion(basis, amplitudes, |motion| {
+        let mut all = Measure { motion, limit, displacement: zero, rotation: zero, beyond: [0; LANES] };
+        sweep(basis, &mut all);
+        let largest = |values: [f64; LANES]| values.into_iter().fold(0.0, f64::max);
+        let beyond = all.beyond.iter().sum::<u64>() as usize;
+        found = Extent { displacement: largest(all.displacement), rotation: largest(all.rotation), beyond };
+    });
+    found
 }

@@ -2,7 +2,9 @@
 //! tangent ∂x/∂q applied to rates and, transposed, to forces (the principle of virtual work):
 //!
 //!   ẋ = R̃ ẏ + D ẇ,     f = Φᵀ R̃ᵀF + Ψᵀ DᵀF,
-//!   D = ∂(R̃(w) y)/∂w = 2 (A' y + B' w × y + C' (w·y) w) wᵀ − B [y]× + C (w yᵀ + (w·y) I).
+//!   D = ∂(R̃(w) y)/∂w = (A' y + B' w × y + C' (w·y) w) wᵀ − B [y]× + C (w yᵀ + (w·y) I),
+//!
+//! with the slopes A', B', C' of [`super::Slopes`].
 
 use super::coefficients::{Coefficients, Slopes, coefficients, coefficients_and_slopes};
 use super::lanes::{Group, Lanes, Vectors};
@@ -20,51 +22,53 @@ pub struct Pose<T: Real, S: Simd, const N: usize> {
 }
 
 impl<T: Real, S: Simd, const N: usize> Pose<T, S, N> {
-    /// Of (Φq, Ψq).
+    /// Of (Φq, Ψq), given the [`super::doublings`] of all vertices.
     #[inline(always)]
-    pub fn new(lanes: Lanes<T, S, N>, (linear, turn): (Vectors<T, S, N>, Vectors<T, S, N>)) -> Self {
-        Self { lanes, linear, turn, at: coefficients(lanes, lanes.dot(&turn, &turn)) }
+    pub fn new(lanes: Lanes<T, S, N>, (linear, turn): (Vectors<T, S, N>, Vectors<T, S, N>), doublings: u32) -> Self {
+        Self { lanes, linear, turn, at: coefficients(lanes, lanes.dot(&turn, &turn), doublings) }
     }
 
     /// u = R̃(w) y.
     #[inline(always)]
     pub fn displacement(&self) -> Vectors<T, S, N> {
-        let Coefficients { a, b, c } = self.at;
-        rotate_like(self.lanes, &self.turn, &self.linear, a, b, c)
-    }
-
-    #[inline(always)]
-    fn cosine(&self) -> Group<T, S, N> {
-        let square = self.lanes.dot(&self.turn, &self.turn);
-        self.lanes.sub(self.lanes.splat(1.0), self.lanes.mul(square, self.at.b))
+        turned(self.lanes, &self.turn, &self.linear, (self.at.b, self.at.c))
     }
 
     /// R(w) v.
     #[inline(always)]
     pub fn rotate(&self, v: &Vectors<T, S, N>) -> Vectors<T, S, N> {
-        rotate_like(self.lanes, &self.turn, v, self.cosine(), self.at.a, self.at.b)
+        turned(self.lanes, &self.turn, v, (self.at.a, self.at.b))
     }
 
     /// R(w)ᵀ v.
     #[inline(always)]
     pub fn rotate_back(&self, v: &Vectors<T, S, N>) -> Vectors<T, S, N> {
-        let sine = self.lanes.sub(self.lanes.splat(0.0), self.at.a);
-        rotate_like(self.lanes, &self.turn, v, self.cosine(), sine, self.at.b)
+        turned_back(self.lanes, &self.turn, v, (self.at.a, self.at.b))
     }
 }
 
-/// alpha v + beta w × v + gamma (w·v) w.
+/// v + w × (f v + g w × v).
 #[inline(always)]
-fn rotate_like<T: Real, S: Simd, const N: usize>(
+fn turned<T: Real, S: Simd, const N: usize>(
     lanes: Lanes<T, S, N>,
     w: &Vectors<T, S, N>,
     v: &Vectors<T, S, N>,
-    alpha: Group<T, S, N>,
-    beta: Group<T, S, N>,
-    gamma: Group<T, S, N>,
+    (f, g): (Group<T, S, N>, Group<T, S, N>),
 ) -> Vectors<T, S, N> {
-    let along = lanes.scale(lanes.mul(gamma, lanes.dot(w, v)), w);
-    lanes.scale_add(alpha, v, &lanes.scale_add(beta, &lanes.cross(w, v), &along))
+    lanes.cross_add(w, &lanes.scale_add(g, &lanes.cross(w, v), &lanes.scale(f, v)), v)
+}
+
+/// v + w × (g w × v − f v): the transpose of [`turned`].
+#[inline(always)]
+fn turned_back<T: Real, S: Simd, const N: usize>(
+    lanes: Lanes<T, S, N>,
+    w: &Vectors<T, S, N>,
+    v: &Vectors<T, S, N>,
+    (f, g): (Group<T, S, N>, Group<T, S, N>),
+) -> Vectors<T, S, N> {
+    let minus = |c: usize, ahead: Group<T, S, N>| lanes.negate_mul_add(f, v[c], ahead);
+    let [x, y, z] = lanes.scale(g, &lanes.cross(w, v));
+    lanes.cross_add(w, &[minus(0, x), minus(1, y), minus(2, z)], v)
 }
 
 /// The tangent at a pose.
@@ -74,10 +78,10 @@ pub struct Tangent<T: Real, S: Simd, const N: usize> {
 }
 
 impl<T: Real, S: Simd, const N: usize> Tangent<T, S, N> {
-    /// At (Φq, Ψq).
+    /// At (Φq, Ψq), given the [`super::doublings`] of all vertices.
     #[inline(always)]
-    pub fn new(lanes: Lanes<T, S, N>, (linear, turn): (Vectors<T, S, N>, Vectors<T, S, N>)) -> Self {
-        let (at, slopes) = coefficients_and_slopes(lanes, lanes.dot(&turn, &turn));
+    pub fn new(lanes: Lanes<T, S, N>, (linear, turn): (Vectors<T, S, N>, Vectors<T, S, N>), doublings: u32) -> Self {
+        let (at, slopes) = coefficients_and_slopes(lanes, lanes.dot(&turn, &turn), doublings);
         Self { pose: Pose { lanes, linear, turn, at }, slopes }
     }
 
@@ -87,39 +91,34 @@ impl<T: Real, S: Simd, const N: usize> Tangent<T, S, N> {
         self.pose.displacement()
     }
 
-    /// 2 (A' y + B' w × y + C' (w·y) w), and w·y.
-    #[inline(always)]
-    fn by_square(&self) -> (Vectors<T, S, N>, Group<T, S, N>) {
-        let Self { pose: Pose { lanes, linear, turn, .. }, slopes } = self;
-        let (lanes, two) = (*lanes, lanes.splat(2.0));
-        let along = lanes.dot(turn, linear);
-        let on_turn = lanes.scale(lanes.mul(two, lanes.mul(slopes.c, along)), turn);
-        let crossed = lanes.scale_add(lanes.mul(two, slopes.b), &lanes.cross(turn, linear), &on_turn);
-        (lanes.scale_add(lanes.mul(two, slopes.a), linear, &crossed), along)
-    }
-
     /// ẋ from (ẏ, ẇ) = (Φq̇, Ψq̇).
     #[inline(always)]
     pub fn rate(&self, (linear_rate, turn_rate): &(Vectors<T, S, N>, Vectors<T, S, N>)) -> Vectors<T, S, N> {
-        let Pose { lanes, linear, turn, at } = &self.pose;
-        let (lanes, (by_square, along)) = (*lanes, self.by_square());
-        let rotated = rotate_like(lanes, turn, linear_rate, at.a, at.b, at.c);
+        let Self { pose: Pose { lanes, linear, turn, at }, slopes } = self;
+        let (lanes, along) = (*lanes, lanes.dot(turn, linear));
+        let on_turn = lanes.scale(lanes.mul(slopes.c, along), turn);
+        let by_turn = lanes.scale_add(slopes.b, &lanes.cross(turn, linear), &on_turn);
+        let by_turn = lanes.scale_add(slopes.a, linear, &by_turn);
+        let rotated = turned(lanes, turn, linear_rate, (at.b, at.c));
         let stretch = lanes.scale_add(lanes.mul(at.c, lanes.dot(linear, turn_rate)), turn, &rotated);
         let stretch = lanes.scale_add(lanes.mul(at.c, along), turn_rate, &stretch);
         let crossed = lanes.scale_add(at.b, &lanes.cross(turn_rate, linear), &stretch);
-        lanes.scale_add(lanes.dot(turn, turn_rate), &by_square, &crossed)
+        lanes.scale_add(lanes.dot(turn, turn_rate), &by_turn, &crossed)
     }
 
-    /// (R̃ᵀF, DᵀF).
+    /// (R̃ᵀF, DᵀF), where DᵀF = (A' y·F + B' w·(y × F) + C' (w·y)(w·F)) w + B y × F + C ((w·F) y + (w·y) F).
     #[inline(always)]
     pub fn pull_back(&self, force: &Vectors<T, S, N>) -> (Vectors<T, S, N>, Vectors<T, S, N>) {
-        let Pose { lanes, linear, turn, at } = &self.pose;
-        let (lanes, (by_square, along)) = (*lanes, self.by_square());
-        let back = lanes.sub(lanes.splat(0.0), at.b);
-        let on_linear = rotate_like(lanes, turn, force, at.a, back, at.c);
-        let stretch = lanes.scale(lanes.mul(at.c, along), force);
-        let stretch = lanes.scale_add(lanes.mul(at.c, lanes.dot(turn, force)), linear, &stretch);
-        let crossed = lanes.scale_add(at.b, &lanes.cross(linear, force), &stretch);
-        (on_linear, lanes.scale_add(lanes.dot(&by_square, force), turn, &crossed))
+        let Self { pose: Pose { lanes, linear, turn, at }, slopes } = self;
+        let lanes = *lanes;
+        let on_linear = turned_back(lanes, turn, force, (at.b, at.c));
+        let crossed = lanes.cross(linear, force);
+        let (along, along_force) = (lanes.dot(turn, linear), lanes.dot(turn, force));
+        let by_turn = lanes.mul(slopes.c, lanes.mul(along, along_force));
+        let by_turn = lanes.mul_add(slopes.b, lanes.dot(turn, &crossed), by_turn);
+        let by_turn = lanes.mul_add(slopes.a, lanes.dot(linear, force), by_turn);
+        let stretch = lanes.scale_add(lanes.mul(at.c, along), force, &lanes.scale(by_turn, turn));
+        let stretch = lanes.scale_add(lanes.mul(at.c, along_force), linear, &stretch);
+        (on_linear, lanes.scale_add(at.b, &crossed, &stretch))
     }
 }

@@ -4,10 +4,9 @@
 
 use shellwarp::model::{AnyBasis, Model};
 use shellwarp::modes::Certificate;
-use shellwarp::real::Real;
 use shellwarp::state::{Damping, Method, State};
 use shellwarp::step::Integrator;
-use shellwarp::warp::Basis;
+use shellwarp::warp::{Basis, Entry};
 use shellwarp::{Material, Mesh, Shell, Supports, Vec3};
 use std::sync::Arc;
 
@@ -37,7 +36,7 @@ fn shape(k: usize, x: &Vec3) -> (Vec3, Vec3) {
     (Vec3::new(0.1 * sine, 0.2 * cosine * x.x, 1.0 - cosine), Vec3::new(0.1 * sine, -0.3 * wave * sine, 0.2 * x.x))
 }
 
-fn basis<T: Real>(shell: &Shell, modes: usize) -> Basis<T> {
+fn basis<E: Entry>(shell: &Shell, modes: usize) -> Basis<E> {
     let rest = &shell.mesh.positions;
     let mut basis = Basis::new(rest, &shell.mass, modes, shell.total_mass).expect("memory for the basis");
     let scale = shell.total_mass.sqrt().recip();
