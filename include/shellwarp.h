@@ -124,6 +124,10 @@
 // The run-time basis in 64 bits.
 #define SW_PRECISION_F64 2
 
+// The run-time basis in 16 bits of a unit for each mode, computed with in 32: half the memory of SW_PRECISION_F32, and as fast where
+// memory limits; positions good to about 1e-5 of the displacement (basis_rounding of SwModelInfo).
+#define SW_PRECISION_I16 3
+
 // Phi: displacement per unit amplitude, mass-orthonormal, 1/sqrt(mass).
 #define SW_SHAPE_DISPLACEMENT 1
 
@@ -353,6 +357,10 @@ typedef struct SwModelInfo {
   uint64_t bytes_state;
   // Estimate of the most bytes held at once during precompute.
   uint64_t bytes_precompute_peak;
+  // Largest rounding error e of a component of a mode shape phi or its rotation psi in the run-time basis, relative to the
+  // largest such component of its mode. With amplitudes q it moves no vertex by more than sqrt(3) e times the sum over the
+  // modes of |q_k| (max|phi_k| + max|psi_k| max|u|), u the displacement without the warp.
+  double basis_rounding;
 } SwModelInfo;
 
 // How a state moves.
@@ -642,7 +650,7 @@ SwStatus sw_model_frequencies(const struct SwModel *model,
                               uint32_t *count);
 
 // Saves a precomputed model, so that sw_model_load gives it back without another precompute: about 24 bytes per vertex and
-// mode (48 with SW_PRECISION_F64) and 49 per vertex. Two calls: with `bytes` NULL and `capacity` 0 only *size is written.
+// mode (48 with SW_PRECISION_F64, 12 with SW_PRECISION_I16) and 49 per vertex. Two calls: with `bytes` NULL and `capacity` 0 only *size is written.
 // Nothing of a state is saved (sw_state_save). Callable concurrently.
 // Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_NOT_PRECOMPUTED, SW_ERROR_UNSUPPORTED for a model with sag_gravity, which has no
 // saved form yet, SW_ERROR_BUFFER_SIZE when capacity < *size,

@@ -11,7 +11,8 @@
 //! | triangles, oriented | 3t × u32 |
 //! | held | n × u8, 0 or 1 |
 //! | eigenvalues, largest rotation, largest swing of each mode | 3m × f64 |
-//! | Φ√M and Ψ√M by vertex, then mode | 6nm × f32 or f64 |
+//! | version 2: what an entry of one stands for, in Φ√M and in Ψ√M, of each mode | 2m × f64 |
+//! | Φ√M and Ψ√M by vertex, then mode | 6nm × f32 or f64; version 2: i16, in units of 2⁻¹⁶ |
 //! | xxh3 of all before | u64 |
 //!
 //! Edges, components, masses, energies and the fingerprint follow from these by the code that made them in the first place,
@@ -30,14 +31,17 @@ use std::sync::Arc;
 use xxhash_rust::xxh3::xxh3_64;
 
 const MAGIC: [u8; 4] = *b"SWMD";
+/// Of a basis in 16 bits, and of others.
+const QUANTIZED_VERSION: u32 = 2;
 const VERSION: u32 = 1;
 const BYTE_ORDER: u32 = 0x0102_0304;
 /// Bytes that tell the size of the whole.
 pub const HEADER: usize = 40;
 const FACTS: usize = 8 * (3 + 7 + PHASES);
 
-/// Φᵀ M Φ of a mode may differ from 1 by this: f32 leaves 1e-7.
+/// Φᵀ M Φ of a mode may differ from 1 by this, f32 leaves 1e-7, and by what 16 bits leave of a large Φ, up to a bound.
 const NORM_ERROR: f64 = 1e-4;
+const LARGEST_NORM_ERROR: f64 = 0.1;
 /// Ψ may exceed the largest rotation said by its own rounding: relative, and absolute among the subnormal f32.
 const ROTATION_ERROR: (f64, f64) = (1e-6, 1e-44);
 
@@ -69,11 +73,16 @@ impl Header {
         }
     }
 
+    fn version(&self) -> u32 {
+        if self.precision == Precision::I16 { QUANTIZED_VERSION } else { VERSION }
+    }
+
     fn words(&self) -> [u32; HEADER / 4] {
         let Self { precision, vertices, triangles, modes, zero_modes, reoriented } = *self;
         let magic = u32::from_le_bytes(MAGIC);
+        let version = self.version();
         let precision = precision.number_bytes() as u32;
-        [magic, VERSION, BYTE_ORDER, precision, DISCRETE_SHELLS, vertices, triangles, modes, zero_modes, reoriented]
+        [magic, version, BYTE_ORDER, precision, DISCRETE_SHELLS, vertices, triangles, modes, zero_modes, reoriented]
     }
 
     /// Reads and checks the first [`HEADER`] bytes.
@@ -85,11 +94,15 @@ impl Header {
         if word(2) != BYTE_ORDER {
             return invalid(format!("the saved model has the byte-order mark {:#010x}: foreign or damaged", word(2)));
         }
-        if word(1) != VERSION {
-            let message = format!("the saved model has format version {}; this library reads {VERSION}", word(1));
-            return invalid(message);
-        }
-        let precision = [Precision::F32, Precision::F64].into_iter().find(|p| p.number_bytes() == word(3) as usize);
+        let known = match word(1) {
+            VERSION => &[Precision::F32, Precision::F64][..],
+            QUANTIZED_VERSION => &[Precision::I16],
+            other => {
+                let readable = format!("this library reads {VERSION} and {QUANTIZED_VERSION}");
+                return invalid(format!("the saved model has format version {other}; {readable}"));
+            }
+        };
+        let precision = known.iter().copied().find(|p| p.number_bytes() == word(3) as usize);
         let Some(precision) = precision else {
             return invalid(format!("the saved model has numbers of {} bytes", word(3)));
         };
@@ -108,7 +121,8 @@ impl Header {
     /// Bytes of the whole, exact whatever the counts are.
     fn size(&self) -> u128 {
         let [n, t, m] = [self.vertices, self.triangles, self.modes].map(u128::from);
-        let basis = 6 * n * m * self.precision.number_bytes() as u128;
+        let units = if self.precision == Precision::I16 { 16 * m } else { 0 };
+        let basis = units + 6 * n * m * self.precision.number_bytes() as u128;
         (HEADER + FACTS + 8) as u128 + 25 * n + 12 * t + 24 * m + basis
     }
 }
@@ -184,6 +198,7 @@ impl Model {
         let basis = match header.precision {
             Precision::F32 => AnyBasis::F32(restore_basis(&shell, &largest_rotation, &mut from)?),
             Precision::F64 => AnyBasis::F64(restore_basis(&shell, &largest_rotation, &mut from)?),
+            Precision::I16 => AnyBasis::I16(restore_basis(&shell, &largest_rotation, &mut from)?),
         };
         Ok(Self {
             fingerprint: crate::model::fingerprint(&shell, &eigenvalues, header.precision),
@@ -205,6 +220,9 @@ fn put_u64(out: &mut Vec<u8>, x: u64) {
 }
 
 fn put_basis<E: Entry>(basis: &Basis<E>, out: &mut Vec<u8>) {
+    if E::SCALED {
+        (0..basis.modes).flat_map(|k| basis.units(k)).for_each(|unit| unit.put(out));
+    }
     for v in 0..basis.n_vertices {
         (0..basis.modes).for_each(|k| basis.stored(k, v).iter().for_each(|x| x.append(out)));
     }
@@ -288,10 +306,15 @@ fn check_modes(header: &Header, shell: &Shell, eigenvalues: &[f64], largest: [&[
 fn restore_basis<E: Entry>(shell: &Shell, largest_rotation: &[f64], from: &mut Reader) -> Result<Basis<E>> {
     let (n, modes) = (shell.mass.len(), largest_rotation.len());
     let row = 6 * E::BYTES;
+    let units = if E::SCALED { from.numbers(2 * modes as u32) } else { vec![1.0; 2 * modes] };
+    if units.iter().any(|unit| !(unit.is_normal() && *unit > 0.0)) {
+        return invalid("a unit of its basis is not a positive number");
+    }
     let bytes = from.take(n * modes * row);
     let mut basis = Basis::<E>::new(&shell.mesh.positions, &shell.mass, modes, shell.total_mass)?;
     let mut norms = try_zeroed::<f64>("the norms", modes)?;
     let mut turns = try_zeroed::<f64>("the rotations", modes)?;
+    let mut largest = try_zeroed::<f64>("the shapes", modes)?;
     for v in 0..n {
         let moves = shell.mass[v] > 0.0 && !shell.held[v];
         let share = shell.mass[v] / shell.total_mass;
@@ -299,8 +322,8 @@ fn restore_basis<E: Entry>(shell: &Shell, largest_rotation: &[f64], from: &mut R
             let at = (v * modes + k) * row;
             let stored: [E; 6] =
                 std::array::from_fn(|i| E::restore(&bytes[at + i * E::BYTES..at + (i + 1) * E::BYTES]));
-            let square = |half: &[E]| half.iter().map(|x| x.decode() * x.decode()).sum::<f64>();
-            let (shape, turn) = (square(&stored[..3]), square(&stored[3..]));
+            let square = |half: &[E], unit: f64| half.iter().map(|x| (x.decode() * unit).powi(2)).sum::<f64>();
+            let (shape, turn) = (square(&stored[..3], units[2 * k]), square(&stored[3..], units[2 * k + 1]));
             if !(shape + turn).is_finite() {
                 return invalid(format!("mode {k} is not finite at vertex {v}"));
             }
@@ -309,6 +332,7 @@ fn restore_basis<E: Entry>(shell: &Shell, largest_rotation: &[f64], from: &mut R
             }
             norms[k] += share * shape;
             turns[k] = turns[k].max(turn);
+            largest[k] = largest[k].max(shape);
             basis.set_stored(k, v, stored);
         }
     }
@@ -319,12 +343,13 @@ fn restore_basis<E: Entry>(shell: &Shell, largest_rotation: &[f64], from: &mut R
     let root_mass = shell.total_mass.sqrt();
     for k in 0..modes {
         let norm_error = (norms[k] - 1.0).abs();
-        let turn_bound = largest_rotation[k] * root_mass * (1.0 + relative) + absolute;
-        if !(norm_error <= NORM_ERROR && turns[k].sqrt() <= turn_bound) {
+        let turn_bound = largest_rotation[k] * root_mass * (1.0 + relative + 2.0 * E::ROUNDING) + absolute;
+        let rounding = (4.0 * E::ROUNDING * largest[k].sqrt()).min(LARGEST_NORM_ERROR);
+        if !(norm_error <= NORM_ERROR + rounding && turns[k].sqrt() <= turn_bound) {
             let facts = format!("norm {:e}, turns {:e} of {turn_bound:e}", norms[k], turns[k].sqrt());
             return invalid(format!("mode {k} is not normed, or turns further than is said: {facts}"));
         }
-        basis.set_scale(k, [1.0; 2], turns[k].sqrt());
+        basis.set_scale(k, [units[2 * k], units[2 * k + 1]], largest_rotation[k] * root_mass);
     }
     Ok(basis)
 }

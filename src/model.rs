@@ -2,7 +2,7 @@
 
 use crate::modes::{Certificate, Modes, PHASES, Phase, Progress, lowest_modes};
 use crate::step::Guard;
-use crate::warp::{Basis, Entry, ModalRotation};
+use crate::warp::{Basis, Entry, I16, ModalRotation};
 use crate::{Error, ErrorKind, Result, Shell, Vec3, wide_norm};
 use std::sync::Arc;
 use xxhash_rust::xxh3::Xxh3;
@@ -15,14 +15,26 @@ pub enum Precision {
     F32,
     /// For reference and for sums of very many modes.
     F64,
+    /// A quarter of F64's memory: Φ and Ψ in 16 bits of a unit for each mode, computed with in 32 bits.
+    I16,
 }
 
 impl Precision {
     /// Bytes of a number.
     pub fn number_bytes(self) -> usize {
         match self {
-            Self::F32 => size_of::<f32>(),
-            Self::F64 => size_of::<f64>(),
+            Self::F32 => f32::BYTES,
+            Self::F64 => f64::BYTES,
+            Self::I16 => I16::BYTES,
+        }
+    }
+
+    /// Largest error of a stored number, relative to the largest component of its mode's Φ or Ψ.
+    pub fn rounding(self) -> f64 {
+        match self {
+            Self::F32 => f32::ROUNDING,
+            Self::F64 => f64::ROUNDING,
+            Self::I16 => I16::ROUNDING,
         }
     }
 }
@@ -50,6 +62,8 @@ pub enum AnyBasis {
     F32(Basis<f32>),
     /// [`Precision::F64`].
     F64(Basis<f64>),
+    /// [`Precision::I16`].
+    I16(Basis<I16>),
 }
 
 /// Calls the same code on the basis of either precision.
@@ -58,6 +72,7 @@ macro_rules! with_basis {
         match $any {
             $crate::model::AnyBasis::F32($basis) => $body,
             $crate::model::AnyBasis::F64($basis) => $body,
+            $crate::model::AnyBasis::I16($basis) => $body,
         }
     };
 }
@@ -100,6 +115,7 @@ impl Model {
         let basis = match options.precision {
             Precision::F32 => AnyBasis::F32(run_time_basis(&shell, &modes.shapes, &mut progress)?),
             Precision::F64 => AnyBasis::F64(run_time_basis(&shell, &modes.shapes, &mut progress)?),
+            Precision::I16 => AnyBasis::I16(run_time_basis(&shell, &modes.shapes, &mut progress)?),
         };
         let (largest_rotation, largest_swing) = largest_rotation_and_swing(&shell, &modes);
         let shapes_fit = with_basis!(&basis, basis => basis.is_finite());
@@ -150,6 +166,7 @@ impl Model {
         match self.basis {
             AnyBasis::F32(_) => Precision::F32,
             AnyBasis::F64(_) => Precision::F64,
+            AnyBasis::I16(_) => Precision::I16,
         }
     }
 

@@ -58,7 +58,7 @@ fn run(model: &Arc<Model>) -> Vec<Vec<u8>> {
 
 #[test]
 fn a_loaded_model_runs_with_the_same_bits() {
-    for precision in [Precision::F32, Precision::F64] {
+    for precision in [Precision::F32, Precision::F64, Precision::I16] {
         for original in [small_model(precision), precomputed(reference("v_beam").0, 8, precision)] {
             let bytes = original.save().unwrap();
             assert_eq!(bytes.len(), original.saved_size());
@@ -86,8 +86,11 @@ fn a_model_without_modes_comes_back_too() {
 
 /// Files of earlier versions are never written anew; a new version adds its own. `cargo test --release --test cache --
 /// --ignored write_golden` wrote these.
-const GOLDEN: [(&str, Precision); 2] =
-    [("saved/model_v1_f32.bin", Precision::F32), ("saved/model_v1_f64.bin", Precision::F64)];
+const GOLDEN: [(&str, Precision); 3] = [
+    ("saved/model_v1_f32.bin", Precision::F32),
+    ("saved/model_v1_f64.bin", Precision::F64),
+    ("saved/model_v2_i16.bin", Precision::I16),
+];
 
 #[test]
 fn models_saved_by_every_version_still_load() {
@@ -142,7 +145,7 @@ fn patched(bytes: &[u8], at: usize, patch: &[u8]) -> Vec<u8> {
 
 #[test]
 fn every_truncation_and_every_flipped_bit_is_noticed() {
-    for precision in [Precision::F32, Precision::F64] {
+    for precision in [Precision::F32, Precision::F64, Precision::I16] {
         let bytes = small_model(precision).save().unwrap();
         for length in 0..bytes.len() {
             refused(&bytes[..length], "a truncation");
@@ -169,7 +172,8 @@ fn every_truncation_and_every_flipped_bit_is_noticed() {
 #[test]
 fn another_version_and_another_byte_order_are_named() {
     let bytes = small_model(Precision::F32).save().unwrap();
-    assert!(refused(&patched(&bytes, 4, &2u32.to_le_bytes()), "version 2").contains("version 2"));
+    assert!(refused(&patched(&bytes, 4, &3u32.to_le_bytes()), "version 3").contains("version 3"));
+    assert!(refused(&patched(&bytes, 4, &2u32.to_le_bytes()), "version 2 of f32").contains("numbers of 4 bytes"));
     assert!(refused(&patched(&bytes, 4, &0u32.to_le_bytes()), "version 0").contains("version 0"));
     assert!(refused(&patched(&bytes, 8, &[1, 2, 3, 4]), "big-endian").contains("byte-order mark 0x04030201"));
     let mut state = State::new(Arc::new(small_model(Precision::F32)), Method::Warp, Integrator::Exact).unwrap();
@@ -255,6 +259,50 @@ fn forged_contents_with_a_right_checksum_are_refused_by_name() {
     let single = small_model(Precision::F32);
     let infinite = patched(&single.save().unwrap(), Layout::of(&single).basis(), &f32::INFINITY.to_le_bytes());
     assert!(refused(&infinite, "infinite f32").contains("not finite"));
+    let rounded = small_model(Precision::I16);
+    for (unit, named) in
+        [(f64::NAN, "unit"), (-1.0, "unit"), (0.0, "unit"), (f64::MAX, "not finite"), (1e3, "not normed")]
+    {
+        let forged = patched(&rounded.save().unwrap(), Layout::of(&rounded).basis(), &f(unit));
+        assert!(refused(&forged, "a unit of 16 bits").contains(named), "{unit}");
+    }
+}
+
+#[test]
+fn a_basis_in_16_bits_takes_half_the_memory_and_moves_vertices_as_told() {
+    let [exact, rounded] = [Precision::F64, Precision::I16].map(|precision| {
+        let model = precomputed(reference("v_beam").0, 8, precision);
+        let bytes = model.save().unwrap();
+        assert_eq!(bytes.len(), model.saved_size());
+        (Arc::new(model), bytes.len())
+    });
+    assert!(rounded.1 < exact.1 / 2, "{} bytes of {}", rounded.1, exact.1);
+    let (exact, rounded) = (exact.0, rounded.0);
+    let n = exact.shell.mass.len();
+    let largest = |of: &dyn Fn(usize) -> Vec3| (0..n).map(|v| of(v).amax()).fold(0.0, f64::max);
+    for seed in 0..20 {
+        let q: Vec<f64> = (0..8).map(|k| f64::from((seed * 37 + k * 53) % 17 - 8) / 8.0).collect();
+        let q: Vec<f64> = q.iter().zip(&exact.largest_rotation).map(|(q, turn)| 0.4 * q / turn).collect();
+        let placed = |model: &Arc<Model>, method| {
+            let mut state = State::new(model.clone(), method, Integrator::Exact).unwrap();
+            state.set_amplitudes(&q, &[0.0; 8]).unwrap();
+            let mut x = vec![];
+            state.positions(Space::Frame, |_, at| x.push(at));
+            x
+        };
+        let linear = placed(&exact, Method::LinearModalAnalysis);
+        let rest = &exact.shell.mesh.positions;
+        let reach = linear.iter().zip(rest).map(|(x, rest)| (x - rest).norm()).fold(0.0, f64::max);
+        let shapes = |k: usize| largest(&|v| exact.mode_at(k, v).0) + largest(&|v| exact.mode_at(k, v).1) * reach;
+        let bound: f64 =
+            (0..8).map(|k| q[k].abs() * shapes(k)).sum::<f64>() * 3f64.sqrt() * rounded.precision().rounding();
+        let error = |(a, b): (&Vec3, &Vec3)| (a - b).norm();
+        let worst =
+            placed(&exact, Method::Warp).iter().zip(&placed(&rounded, Method::Warp)).map(error).fold(0.0, f64::max);
+        // Sums in f32 add 1e-6 of the displacement; errors of sixteen signs stay well below their sum, yet are there.
+        assert!(worst <= bound + 1e-6 * reach && worst >= 0.01 * bound, "{worst:e} of {bound:e}");
+        assert!(worst <= 6e-5 * reach, "{worst:e} of {reach}");
+    }
 }
 
 #[test]

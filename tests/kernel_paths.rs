@@ -8,11 +8,10 @@ use pulp::Arch;
 use rand::rngs::StdRng;
 use rand::{Rng, SeedableRng};
 use shellwarp::Vec3;
-use shellwarp::real::Real;
 use shellwarp::step::ForceLaw;
 use shellwarp::step::modal_force::{self, Acting, BodyLoad, Scratch};
 use shellwarp::support::{Pose, Rates};
-use shellwarp::warp::{self, Amplitudes, Basis, Placement};
+use shellwarp::warp::{self, Amplitudes, Basis, Entry, I16, Placement};
 
 /// All kinds of registers here; the scalar one is everywhere.
 fn kinds() -> Vec<(&'static str, Arch)> {
@@ -72,7 +71,16 @@ impl Case {
         }
     }
 
-    fn basis<T: Real>(&self, arch: Arch) -> Basis<T> {
+    /// With Φ and Ψ as a basis holds them: rounded where that has 16 bits.
+    fn as_stored<E: Entry>(&self) -> Self {
+        let basis = self.basis::<E>(Arch::Scalar);
+        let field = |k| (0..self.rest.len()).map(|v| basis.at(k, v)).unzip();
+        let [rest, external] = [&self.rest, &self.external].map(Clone::clone);
+        let (mass, q, q_dot) = (self.mass.clone(), self.q.clone(), self.q_dot.clone());
+        Self { rest, mass, modes: (0..q.len()).map(field).collect(), q, q_dot, external, ..*self }
+    }
+
+    fn basis<E: Entry>(&self, arch: Arch) -> Basis<E> {
         let mut basis = Basis::new(&self.rest, &self.mass, self.modes.len(), 1.0).unwrap();
         self.modes.iter().enumerate().for_each(|(k, (phi, psi))| basis.set_mode(k, phi, psi));
         basis.arch = arch;
@@ -150,8 +158,8 @@ fn cases() -> impl Iterator<Item = Case> {
 
 /// Relative rounding of sums like these: some 10 operations a term on numbers of order 10, and for w, from which the closed forms
 /// subtract, 1/s ≤ 1e4 of it in f64.
-fn tolerance<T: Real>() -> f64 {
-    if size_of::<T>() == 4 { 4e-6 } else { 1e-11 }
+fn tolerance<E: Entry>() -> f64 {
+    if size_of::<E::Real>() == 4 { 4e-6 } else { 1e-11 }
 }
 
 fn loads(case: &Case) -> [(&'static str, BodyLoad, bool); 4] {
@@ -165,9 +173,10 @@ fn loads(case: &Case) -> [(&'static str, BodyLoad, bool); 4] {
     ]
 }
 
-fn check_forces<T: Real>(case: &Case, name: &str, arch: Arch) {
+fn check_forces<E: Entry>(case: &Case, name: &str, arch: Arch) {
+    let case = &case.as_stored::<E>();
     let (n, modes) = (case.rest.len(), case.q.len());
-    let basis = case.basis::<T>(arch);
+    let basis = case.basis::<E>(arch);
     for law in LAWS {
         for (what, load, external) in &loads(case) {
             let external_forces = external.then_some(&case.external[..]);
@@ -182,13 +191,13 @@ fn check_forces<T: Real>(case: &Case, name: &str, arch: Arch) {
             assert_eq!(run(), (force.clone(), total), "{name}: the same bits");
             let (expected, size, expected_total) = case.force(law, load, *external);
             for k in 0..modes {
-                let what = format!("{name}, {} bits, {law:?}, {what}, n {n}, mode {k}", 8 * size_of::<T>());
-                assert_close(&what, force[k], expected[k], tolerance::<T>(), size[k]);
+                let what = format!("{name}, {} bits, {law:?}, {what}, n {n}, mode {k}", 8 * E::BYTES);
+                assert_close(&what, force[k], expected[k], tolerance::<E>(), size[k]);
             }
             // Σ|F| is told per mass for uniform loads: of the whole mass 1, whatever the vertices add up to.
             let uniform = load.spin_rate().is_none() && !external;
             let expected_total = if uniform { case.gravity.norm() } else { expected_total };
-            assert_close(&format!("{name}, Σ|F|, {what}, n {n}"), total, expected_total, tolerance::<T>(), 0.0);
+            assert_close(&format!("{name}, Σ|F|, {what}, n {n}"), total, expected_total, tolerance::<E>(), 0.0);
         }
     }
 }
@@ -199,12 +208,14 @@ fn modal_forces_match_a_plain_loop_in_every_kind_of_register() {
         for (name, arch) in kinds() {
             check_forces::<f32>(&case, name, arch);
             check_forces::<f64>(&case, name, arch);
+            check_forces::<I16>(&case, name, arch);
         }
     }
 }
 
-fn check_motion<T: Real>(case: &Case, name: &str, arch: Arch) {
-    let basis = case.basis::<T>(arch);
+fn check_motion<E: Entry>(case: &Case, name: &str, arch: Arch) {
+    let case = &case.as_stored::<E>();
+    let basis = case.basis::<E>(arch);
     for law in LAWS {
         let mut visited = 0;
         warp::visit_displacements(&basis, law.warped(), &case.q, |v, u, w| {
@@ -212,17 +223,17 @@ fn check_motion<T: Real>(case: &Case, name: &str, arch: Arch) {
             visited += 1;
             let (expected, turn) = (case.shape(v, law).0, case.combined(v, &case.q).1);
             assert!(
-                (u - expected).norm() <= tolerance::<T>() * 10.0,
+                (u - expected).norm() <= tolerance::<E>() * 10.0,
                 "{name}, {law:?}, vertex {v}: {u:?} {expected:?}"
             );
-            assert!((w - turn).norm() <= tolerance::<T>() * 10.0, "{name}, {law:?}, vertex {v}: {w:?} {turn:?}");
+            assert!((w - turn).norm() <= tolerance::<E>() * 10.0, "{name}, {law:?}, vertex {v}: {w:?} {turn:?}");
         });
         assert_eq!(visited, case.rest.len());
         modal_force::visit_motion(&basis, law, (&case.q, &case.q_dot), |v, _, rate| {
             let (_, by_y, by_w) = case.shape(v, law);
             let expected = case.velocity(v, (&by_y, &by_w));
             let size = 10.0 + expected.norm();
-            assert!((rate - expected).norm() <= tolerance::<T>() * size, "{name}, {law:?}, vertex {v}: {rate:?}");
+            assert!((rate - expected).norm() <= tolerance::<E>() * size, "{name}, {law:?}, vertex {v}: {rate:?}");
         });
     }
 }
@@ -233,6 +244,7 @@ fn displacements_and_rates_match_a_plain_loop_in_every_kind_of_register() {
         for (name, arch) in kinds() {
             check_motion::<f32>(&case, name, arch);
             check_motion::<f64>(&case, name, arch);
+            check_motion::<I16>(&case, name, arch);
         }
     }
 }
@@ -247,8 +259,9 @@ fn rows<F: Copy>(visit: impl FnOnce(&mut dyn FnMut(usize, &[[F; 3]]))) -> Vec<[F
     all
 }
 
-fn check_positions<T: Real>(case: &Case, name: &str, arch: Arch) {
-    let basis = case.basis::<T>(arch);
+fn check_positions<E: Entry>(case: &Case, name: &str, arch: Arch) {
+    let case = &case.as_stored::<E>();
+    let basis = case.basis::<E>(arch);
     let rotation = *case.pose.rotation.to_rotation_matrix().matrix();
     let placements = [
         Placement { origin: Vec3::zeros(), rotation: None },
@@ -283,12 +296,14 @@ fn positions_are_rest_and_displacement_placed_in_every_kind_of_register() {
         for (name, arch) in kinds() {
             check_positions::<f32>(&case, name, arch);
             check_positions::<f64>(&case, name, arch);
+            check_positions::<I16>(&case, name, arch);
         }
     }
 }
 
-fn check_extent<T: Real>(case: &Case, name: &str, arch: Arch) {
-    let basis = case.basis::<T>(arch);
+fn check_extent<E: Entry>(case: &Case, name: &str, arch: Arch) {
+    let case = &case.as_stored::<E>();
+    let basis = case.basis::<E>(arch);
     for warped in [false, true] {
         let (mut displacement, mut rotation, mut beyond) = (0.0f64, 0.0f64, 0);
         warp::visit_displacements(&basis, warped, &case.q, |_, u, w| {
@@ -307,7 +322,34 @@ fn the_extent_is_that_of_the_displacements_in_every_kind_of_register() {
         for (name, arch) in kinds() {
             check_extent::<f32>(&case, name, arch);
             check_extent::<f64>(&case, name, arch);
+            check_extent::<I16>(&case, name, arch);
         }
+    }
+}
+
+fn check_rounding<E: Entry>(case: &Case) {
+    let basis = case.basis::<E>(Arch::Scalar);
+    for (k, (phi, psi)) in case.modes.iter().enumerate() {
+        let largest = |field: &[Vec3]| field.iter().map(|x| x.amax()).fold(0.0, f64::max);
+        for v in 0..case.rest.len() {
+            let (stored, turn) = basis.at(k, v);
+            for (error, largest) in [((stored - phi[v]).amax(), largest(phi)), ((turn - psi[v]).amax(), largest(psi))] {
+                // The bound is met in full half way between two steps, where the units' own rounding shows.
+                assert!(
+                    error <= E::ROUNDING * largest * (1.0 + 1e-9),
+                    "mode {k}, vertex {v}: {error:e} of {largest:e}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn stored_shapes_are_within_the_rounding_that_is_told() {
+    for case in cases() {
+        check_rounding::<f32>(&case);
+        check_rounding::<f64>(&case);
+        check_rounding::<I16>(&case);
     }
 }
 

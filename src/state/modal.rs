@@ -28,7 +28,7 @@ fn midpoint_passes(load: &BodyLoad, h: f64) -> usize {
 /// iteration only wanders.
 fn settled(basis: &AnyBasis) -> f64 {
     match basis {
-        AnyBasis::F32(_) => 1e-6,
+        AnyBasis::F32(_) | AnyBasis::I16(_) => 1e-6,
         AnyBasis::F64(_) => 1e-11,
     }
 }
@@ -43,7 +43,7 @@ const NEGLIGIBLE: f64 = 1e-150;
 /// Seconds; its square times any elastic eigenvalue is beyond all rounding.
 const LONG_STEP: f64 = 1e9;
 
-/// Room for projections in the basis's precision.
+/// Room for projections in the precision that the basis is computed with.
 #[derive(Clone)]
 enum AnyScratch {
     F32(Scratch<f32>),
@@ -77,7 +77,7 @@ impl Modal {
         let modes = model.n_modes();
         let zeros = vec![0.0; modes];
         let scratch = match model.basis {
-            AnyBasis::F32(_) => AnyScratch::F32(Scratch::new(modes)),
+            AnyBasis::F32(_) | AnyBasis::I16(_) => AnyScratch::F32(Scratch::new(modes)),
             AnyBasis::F64(_) => AnyScratch::F64(Scratch::new(modes)),
         };
         Self {
@@ -104,7 +104,7 @@ impl Modal {
         self.constraint_work = 0.0;
     }
 
-    /// Whether the warp at amplitudes `q` gives finite positions in either precision, and the energies can be told.
+    /// Whether the warp at amplitudes `q` gives finite positions in any precision, and the energies can be told.
     pub fn has_meaning(model: &Model, q: &[f64], q_dot: &[f64]) -> bool {
         let turn: f64 = q.iter().zip(&model.largest_rotation).map(|(q, r)| (q * r).abs()).sum();
         let largest = LARGEST_AMPLITUDE * model.shell.total_mass.sqrt();
@@ -162,6 +162,7 @@ impl Modal {
         let acting = Acting { load, external, law: *law, q, q_dot, total_mass: model.shell.total_mass };
         self.load = match (&model.basis, scratch) {
             (AnyBasis::F32(basis), AnyScratch::F32(scratch)) => modal_force::project(basis, &acting, scratch, force),
+            (AnyBasis::I16(basis), AnyScratch::F32(scratch)) => modal_force::project(basis, &acting, scratch, force),
             (AnyBasis::F64(basis), AnyScratch::F64(scratch)) => modal_force::project(basis, &acting, scratch, force),
             _ => unreachable!("a state's scratch has its model's precision"),
         };

@@ -119,7 +119,7 @@ impl<E: Entry> Basis<E> {
         self.units[mode]
     }
 
-    /// What goes with [`Basis::set_stored`]: the units, and the largest |Ψ|√M or a bound on it.
+    /// What goes with [`Basis::set_stored`]: the units, and the largest |Ψ|√M as [`Basis::set_mode`] found it.
     pub fn set_scale(&mut self, mode: usize, units: [f64; 2], largest_turn: f64) {
         self.units[mode] = units;
         self.largest_turn[mode] = largest_turn;

@@ -161,3 +161,26 @@ impl<T: Real, S: Simd, const N: usize> Lanes<T, S, N> {
         registers[at..at + N].copy_from_slice(&group);
     }
 }
+
+impl<S: Simd, const N: usize> Lanes<f32, S, N> {
+    /// Two 16-bit integers a lane, those of the lower halves and of the upper, in units of 2⁻¹⁶.
+    ///
+    /// Without conversion: 1.5 has the bits 0x3fc00000, and an integer added to its mantissa's upper 16 bits is added to it in
+    /// that unit; the exclusive or does so with the integer in two's complement.
+    #[inline(always)]
+    pub fn halves(self, words: Group<f32, S, N>) -> [Group<f32, S, N>; 2] {
+        let simd = self.simd;
+        let of = |word: u32| simd.splat_u32s(word);
+        let (mut low, mut high) = (words, words);
+        for n in 0..N {
+            let word = simd.transmute_u32s_f32s(words[n]);
+            let [up, down] = [simd.wrapping_dyn_shl_u32s(word, of(7)), simd.wrapping_dyn_shr_u32s(word, of(9))];
+            for (half, shifted) in [(&mut low, up), (&mut high, down)] {
+                let mantissa = simd.and_u32s(shifted, of(0x007f_ff80));
+                let number = simd.transmute_f32s_u32s(simd.xor_u32s(mantissa, of(0x3fc0_0000)));
+                half[n] = simd.sub_f32s(number, simd.splat_f32s(1.5));
+            }
+        }
+        [low, high]
+    }
+}

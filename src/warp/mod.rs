@@ -13,7 +13,7 @@ mod pose;
 pub use basis::{Basis, Block, Line, Weights};
 pub use coefficients::{Coefficients, Slopes, coefficients, coefficients_and_slopes, doublings};
 pub use derivative::warp_with_derivative;
-pub use entry::Entry;
+pub use entry::{Entry, I16};
 pub use modal_rotation::ModalRotation;
 pub use output::{Amplitudes, Extent, Placement, extent, visit_positions_f32, visit_positions_f64};
 pub use pose::{Pose, Tangent};

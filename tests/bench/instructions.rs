@@ -10,7 +10,7 @@ mod scene;
 
 use scene::FRAME;
 use shellwarp::constraint::{Constraint, Target};
-use shellwarp::model::{Model, Options};
+use shellwarp::model::{Model, Options, Precision};
 use shellwarp::state::{Method, Space, State};
 use std::hint::black_box;
 use std::sync::Arc;
@@ -21,8 +21,8 @@ fn measured(work: &mut dyn FnMut()) {
     work();
 }
 
-fn step(method: Method, double: bool) {
-    let mut state = scene::moving(&scene::model(1000, 8, double), method);
+fn step(method: Method, precision: Precision) {
+    let mut state = scene::moving(&scene::model(1000, 8, precision), method);
     measured(&mut || state.step(FRAME).expect("a step"));
     black_box(state.save());
 }
@@ -33,12 +33,12 @@ fn consume<T: ?Sized>(result: &T) {
 }
 
 fn read(work: impl Fn(&State)) {
-    let state = scene::moving(&scene::model(1000, 8, false), Method::Warp);
+    let state = scene::moving(&scene::model(1000, 8, Precision::F32), Method::Warp);
     measured(&mut || work(&state));
 }
 
 fn constraint_step() {
-    let mut state = scene::moving(&scene::model(1000, 8, false), Method::Warp);
+    let mut state = scene::moving(&scene::model(1000, 8, Precision::F32), Method::Warp);
     let mut place = [0.0; 3];
     state.positions(Space::World, |v, x| {
         if v == 999 {
@@ -57,11 +57,12 @@ fn precompute() {
     measured(&mut || consume(&Model::precompute(shell.clone(), &options, &mut |_, _| Ok(())).expect("modes")));
 }
 
-const CASES: [(&str, fn()); 10] = [
-    ("step, LMA", || step(Method::LinearModalAnalysis, false)),
-    ("step, warp", || step(Method::Warp, false)),
-    ("step, virtual work", || step(Method::VirtualWorkWarp, false)),
-    ("step, warp, f64 basis", || step(Method::Warp, true)),
+const CASES: [(&str, fn()); 11] = [
+    ("step, LMA", || step(Method::LinearModalAnalysis, Precision::F32)),
+    ("step, warp", || step(Method::Warp, Precision::F32)),
+    ("step, virtual work", || step(Method::VirtualWorkWarp, Precision::F32)),
+    ("step, warp, f64 basis", || step(Method::Warp, Precision::F64)),
+    ("step, warp, i16 basis", || step(Method::Warp, Precision::I16)),
     ("step, warp, 1 handle", constraint_step),
     ("positions, f32", || read(|state| state.position_rows_f32(Space::World, |_, rows| consume(rows)))),
     ("positions, f64", || read(|state| state.position_rows(Space::World, |_, rows| consume(rows)))),

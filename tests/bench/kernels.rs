@@ -21,6 +21,7 @@ use shellwarp::ffi::pointer::{SW_FORMAT_F32, SW_FORMAT_F64};
 use shellwarp::ffi::state::{
     SW_SPACE_WORLD, SwState, SwStateReport, sw_state_positions, sw_state_report, sw_state_report_init, sw_state_step,
 };
+use shellwarp::model::Precision;
 use shellwarp::state::{Method, Space, State};
 use shellwarp::support::{Motion, Pose};
 use shellwarp::{Model, Vec3};
@@ -187,17 +188,22 @@ fn held(model: &Arc<Model>) -> State {
 
 /// All kernels on one model: (name, least seconds).
 fn race(n: usize, modes: usize) -> Vec<(&'static str, f64)> {
-    let model = scene::model(n, modes, false);
+    let model = scene::model(n, modes, Precision::F32);
     let blocks = n.div_ceil(16);
     let floats: Vec<f32> = (0..16 * (4 + 6 * modes) * blocks).map(|k| (k % 7) as f32).collect();
     let (mut out, mut bytes) = (vec![0f32; 48 * blocks], vec![0u8; 32 * n]);
     let (mut bytes64, mut bytes_turned, mut maya) = (bytes.clone(), bytes.clone(), bytes.clone());
+    let mut bytes16 = bytes.clone();
+    let quantized = scene::model(n, modes, Precision::I16);
     let naive = (n * modes <= 2_000_000).then(|| (Naive::new(&model), vec![[0f32; 3]; n]));
     let (mut lma, mut warp, mut work) = (
         handle(scene::moving(&model, Method::LinearModalAnalysis)),
         handle(scene::moving(&model, Method::Warp)),
         handle(scene::moving(&model, Method::VirtualWorkWarp)),
     );
+    let (mut warp16, mut work16) =
+        (handle(scene::moving(&quantized, Method::Warp)), handle(scene::moving(&quantized, Method::VirtualWorkWarp)));
+    let still16 = handle(scene::moving(&quantized, Method::Warp));
     let still = scene::moving(&model, Method::Warp);
     let q = still.amplitudes().expect("modal").0.to_vec();
     let (still, turned, mut held) = (handle(still), handle(turned(&model)), handle(held(&model)));
@@ -217,6 +223,9 @@ fn race(n: usize, modes: usize) -> Vec<(&'static str, f64)> {
         Contestant::new("positions, f32, turned", || write_positions(&turned, n, SW_FORMAT_F32, 0, &mut bytes_turned)),
         Contestant::new("positions, f64", || write_positions(&still, n, SW_FORMAT_F64, 0, &mut bytes64)),
         Contestant::new("positions, f64, stride 32", || write_positions(&still, n, SW_FORMAT_F64, 32, &mut maya)),
+        Contestant::new("step, warp, i16", || step(&mut warp16)),
+        Contestant::new("step, virtual work, i16", || step(&mut work16)),
+        Contestant::new("positions, f32, i16", || write_positions(&still16, n, SW_FORMAT_F32, 0, &mut bytes16)),
         Contestant::new("report", || report(&still)),
     ];
     if let Some((naive, mut out)) = naive {
@@ -283,8 +292,8 @@ fn crowd<'a>(name: &'static str, states: &'a [*mut SwState], threads: u32) -> Co
 
 /// `count` states of `n` vertices and `modes` modes, on one model or each on its own.
 fn many(count: usize, n: usize, modes: usize, shared: bool) {
-    let model = scene::model(n, modes, false);
-    let own = |_| if shared { model.clone() } else { scene::model(n, modes, false) };
+    let model = scene::model(n, modes, Precision::F32);
+    let own = |_| if shared { model.clone() } else { scene::model(n, modes, Precision::F32) };
     let mut states: Vec<SwState> = (0..count).map(own).map(|m| scene::moving(&m, Method::Warp).into()).collect();
     let handles: Vec<*mut SwState> = states.iter_mut().map(std::ptr::from_mut).collect();
     let one_by_one = || {

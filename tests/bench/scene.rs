@@ -2,7 +2,7 @@
 //! the sheet, normalised as modes are; a kernel's time does not depend on what they look like.
 #![allow(dead_code, missing_docs)] // each benchmark uses its own part
 
-use shellwarp::model::{AnyBasis, Model};
+use shellwarp::model::{AnyBasis, Model, Precision};
 use shellwarp::modes::Certificate;
 use shellwarp::state::{Damping, Method, State};
 use shellwarp::step::Integrator;
@@ -49,9 +49,13 @@ fn basis<E: Entry>(shell: &Shell, modes: usize) -> Basis<E> {
 }
 
 /// A model of `n` vertices (even) and `modes` modes.
-pub fn model(n: usize, modes: usize, double: bool) -> Arc<Model> {
+pub fn model(n: usize, modes: usize, precision: Precision) -> Arc<Model> {
     let shell = Arc::new(Shell::new(strip(n), Material::default(), &Supports::default()).expect("a sound shell"));
-    let basis = if double { AnyBasis::F64(basis(&shell, modes)) } else { AnyBasis::F32(basis(&shell, modes)) };
+    let basis = match precision {
+        Precision::F32 => AnyBasis::F32(basis(&shell, modes)),
+        Precision::F64 => AnyBasis::F64(basis(&shell, modes)),
+        Precision::I16 => AnyBasis::I16(basis(&shell, modes)),
+    };
     let largest = |k: usize| 0.4 * (1.7 * (k + 1) as f64).max(1.0) / shell.total_mass.sqrt();
     Arc::new(Model {
         eigenvalues: (0..modes).map(|k| (6.0 * (k + 1) as f64).powi(2)).collect(),

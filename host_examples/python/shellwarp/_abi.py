@@ -34,6 +34,7 @@ SW_PHASE_ROTATION = 5
 SW_PHASE_COUNT = 6
 SW_PRECISION_F32 = 1
 SW_PRECISION_F64 = 2
+SW_PRECISION_I16 = 3
 SW_SHAPE_DISPLACEMENT = 1
 SW_SHAPE_ROTATION = 2
 SW_METHOD_WARP = 1
@@ -168,6 +169,7 @@ class SwModelInfo(Structure):
         ("bytes_model", c_uint64),
         ("bytes_state", c_uint64),
         ("bytes_precompute_peak", c_uint64),
+        ("basis_rounding", c_double),
     ]
 
 

@@ -256,7 +256,7 @@ class Running(unittest.TestCase):
             pickle.dumps(state)
 
     def test_a_saved_model_runs_with_the_same_bits_and_damage_is_noticed(self):
-        for precision in ("f32", "f64"):
+        for precision in ("f32", "f64", "i16"):
             with self.subTest(precision):
                 made = sw.Model(strip.shell())
                 made.precompute(modes=12, precision=precision)
