@@ -302,54 +302,64 @@ fn check_modes(header: &Header, shell: &Shell, eigenvalues: &[f64], largest: [&[
     Ok(())
 }
 
+/// Of the modes that were read.
+#[derive(Clone, Copy, Default)]
+struct Found {
+    /// Φᵀ M Φ.
+    norm: f64,
+    /// Largest |Φ|² M.
+    shape: f64,
+    /// Largest |Ψ|² M.
+    turn: f64,
+}
+
 /// Φ and Ψ: finite, normed, zero where nothing moves, and turning no vertex by more than is said.
 fn restore_basis<E: Entry>(shell: &Shell, largest_rotation: &[f64], from: &mut Reader) -> Result<Basis<E>> {
     let (n, modes) = (shell.mass.len(), largest_rotation.len());
-    let row = 6 * E::BYTES;
     let units = if E::SCALED { from.numbers(2 * modes as u32) } else { vec![1.0; 2 * modes] };
     if units.iter().any(|unit| !(unit.is_normal() && *unit > 0.0)) {
         return invalid("a unit of its basis is not a positive number");
     }
+    let row = 6 * E::BYTES;
     let bytes = from.take(n * modes * row);
     let mut basis = Basis::<E>::new(&shell.mesh.positions, &shell.mass, modes, shell.total_mass)?;
-    let mut norms = try_zeroed::<f64>("the norms", modes)?;
-    let mut turns = try_zeroed::<f64>("the rotations", modes)?;
-    let mut largest = try_zeroed::<f64>("the shapes", modes)?;
-    for v in 0..n {
-        let moves = shell.mass[v] > 0.0 && !shell.held[v];
+    let mut found = try_zeroed::<Found>("the norms", modes)?;
+    for v in (0..n).take_while(|_| modes > 0) {
+        let entries = |row: &[u8]| std::array::from_fn(|i| E::restore(&row[i * E::BYTES..(i + 1) * E::BYTES]));
+        let rows = bytes[v * modes * row..(v + 1) * modes * row].chunks_exact(row).map(entries);
         let share = shell.mass[v] / shell.total_mass;
-        for k in 0..modes {
-            let at = (v * modes + k) * row;
-            let stored: [E; 6] =
-                std::array::from_fn(|i| E::restore(&bytes[at + i * E::BYTES..at + (i + 1) * E::BYTES]));
+        let (mut all, mut moved) = (0.0, 0.0);
+        for ((entries, found), units) in rows.clone().zip(&mut found).zip(units.chunks_exact(2)) {
             let square = |half: &[E], unit: f64| half.iter().map(|x| (x.decode() * unit).powi(2)).sum::<f64>();
-            let (shape, turn) = (square(&stored[..3], units[2 * k]), square(&stored[3..], units[2 * k + 1]));
-            if !(shape + turn).is_finite() {
-                return invalid(format!("mode {k} is not finite at vertex {v}"));
-            }
-            if !(moves || shape == 0.0) {
-                return invalid(format!("mode {k} moves vertex {v}, which is held"));
-            }
-            norms[k] += share * shape;
-            turns[k] = turns[k].max(turn);
-            largest[k] = largest[k].max(shape);
-            basis.set_stored(k, v, stored);
+            let (shape, turn) = (square(&entries[..3], units[0]), square(&entries[3..], units[1]));
+            found.norm += share * shape;
+            found.shape = found.shape.max(shape);
+            found.turn = found.turn.max(turn);
+            all += shape + turn;
+            moved += shape;
         }
+        if !all.is_finite() {
+            return invalid(format!("a mode is not finite at vertex {v}"));
+        }
+        if moved != 0.0 && (shell.mass[v] <= 0.0 || shell.held[v]) {
+            return invalid(format!("a mode moves vertex {v}, which is held"));
+        }
+        basis.set_stored(v, rows);
     }
     if !basis.is_finite() {
         return invalid("its positions leave the range of its precision"); // which the shapes do not
     }
     let (relative, absolute) = ROTATION_ERROR;
     let root_mass = shell.total_mass.sqrt();
-    for k in 0..modes {
-        let norm_error = (norms[k] - 1.0).abs();
-        let turn_bound = largest_rotation[k] * root_mass * (1.0 + relative + 2.0 * E::ROUNDING) + absolute;
-        let rounding = (4.0 * E::ROUNDING * largest[k].sqrt()).min(LARGEST_NORM_ERROR);
-        if !(norm_error <= NORM_ERROR + rounding && turns[k].sqrt() <= turn_bound) {
-            let facts = format!("norm {:e}, turns {:e} of {turn_bound:e}", norms[k], turns[k].sqrt());
+    for (k, found) in found.iter().enumerate() {
+        let largest_turn = largest_rotation[k] * root_mass;
+        let turn_bound = largest_turn * (1.0 + relative + 2.0 * E::ROUNDING) + absolute;
+        let rounding = (4.0 * E::ROUNDING * found.shape.sqrt()).min(LARGEST_NORM_ERROR);
+        if !((found.norm - 1.0).abs() <= NORM_ERROR + rounding && found.turn.sqrt() <= turn_bound) {
+            let facts = format!("norm {:e}, turns {:e} of {turn_bound:e}", found.norm, found.turn.sqrt());
             return invalid(format!("mode {k} is not normed, or turns further than is said: {facts}"));
         }
-        basis.set_scale(k, [units[2 * k], units[2 * k + 1]], largest_rotation[k] * root_mass);
+        basis.set_scale(k, [units[2 * k], units[2 * k + 1]], largest_turn);
     }
     Ok(basis)
 }

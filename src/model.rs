@@ -5,7 +5,7 @@ use crate::step::Guard;
 use crate::warp::{Basis, Entry, I16, ModalRotation};
 use crate::{Error, ErrorKind, Result, Shell, Vec3, wide_norm};
 use std::sync::Arc;
-use xxhash_rust::xxh3::Xxh3;
+use xxhash_rust::xxh3::xxh3_64;
 
 /// Floating-point type of the run-time basis.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -207,11 +207,11 @@ fn largest_rotation_and_swing(shell: &Shell, modes: &Modes) -> (Vec<f64>, Vec<f6
 
 /// Hash of everything that amplitudes mean something by: mesh, supports, eigenvalues, precision.
 pub(crate) fn fingerprint(shell: &Shell, eigenvalues: &[f64], precision: Precision) -> u64 {
-    let mut hash = Xxh3::new();
-    shell.mesh.positions.iter().flatten().for_each(|x| hash.update(&x.to_le_bytes()));
-    shell.mesh.triangles.iter().flatten().for_each(|v| hash.update(&v.to_le_bytes()));
-    shell.held.iter().for_each(|held| hash.update(&[u8::from(*held)]));
-    eigenvalues.iter().for_each(|x| hash.update(&x.to_le_bytes()));
-    hash.update(&[precision as u8]);
-    hash.digest()
+    let mut bytes: Vec<u8> = vec![];
+    shell.mesh.positions.iter().flatten().for_each(|x| bytes.extend(x.to_le_bytes()));
+    shell.mesh.triangles.iter().flatten().for_each(|v| bytes.extend(v.to_le_bytes()));
+    bytes.extend(shell.held.iter().map(|held| u8::from(*held)));
+    eigenvalues.iter().for_each(|x| bytes.extend(x.to_le_bytes()));
+    bytes.push(precision as u8);
+    xxh3_64(&bytes)
 }

@@ -3,16 +3,37 @@
 use crate::energy::{Energy, discrete_shell};
 use crate::reference::Solver;
 use crate::{Error, ErrorKind, Material, Mesh, Result, Supports, Vec3};
-use std::sync::Arc;
+use std::ops::Deref;
+use std::sync::{Arc, LazyLock};
+
+/// An energy that is made when it is first asked for: of a loaded model whose states all move by modes, never.
+#[derive(Clone)]
+pub struct LazyEnergy(Arc<LazyLock<Box<dyn Energy>, MakeEnergy>>);
+
+type MakeEnergy = Box<dyn FnOnce() -> Box<dyn Energy> + Send + Sync>;
+
+impl LazyEnergy {
+    fn new(make: impl FnOnce() -> Box<dyn Energy> + Send + Sync + 'static) -> Self {
+        Self(Arc::new(LazyLock::new(Box::new(make))))
+    }
+}
+
+impl Deref for LazyEnergy {
+    type Target = dyn Energy;
+
+    fn deref(&self) -> &Self::Target {
+        &***self.0
+    }
+}
 
 /// Mesh, material and supports with what follows from them directly. Immutable.
 pub struct Shell {
     /// Rest geometry.
-    pub mesh: Mesh,
+    pub mesh: Arc<Mesh>,
     /// Constants.
     pub material: Material,
     /// The deformation energy.
-    pub energy: Arc<dyn Energy>,
+    pub energy: LazyEnergy,
     /// Gravity (frame axes) whose weight the elastic forces balance at the mesh's positions; `None` where these are the shape
     /// of no energy.
     pub carried: Option<Vec3>,
@@ -41,7 +62,9 @@ impl Shell {
         }
         let (mass, total_area) = lumped_mass(&mesh, material.area_density)?;
         let free = (0..mass.len() as u32).filter(|&v| mass[v as usize] > 0.0 && !held[v as usize]).collect();
-        let energy = Arc::new(discrete_shell(&mesh, &material));
+        let mesh = Arc::new(mesh);
+        let rest = mesh.clone();
+        let energy = LazyEnergy::new(move || Box::new(discrete_shell(&rest, &material)));
         let total_mass: f64 = mass.iter().sum();
         if !(total_mass.is_finite() && total_area.is_finite()) {
             return Err(Error::new(ErrorKind::Numerical, "the shell's mass or area is not finite: choose other units"));
@@ -58,10 +81,10 @@ impl Shell {
         let mut solver = Solver::new(self.clone())?;
         let found =
             solver.equilibrium(&vec![Vec3::zeros(); n], &weight, &Default::default(), &mut |p| watch(p.load))?;
-        let mut mesh = self.mesh.clone();
+        let mut mesh = Mesh::clone(&self.mesh);
         mesh.positions.iter_mut().zip(&found.displacement).for_each(|(x, u)| *x += u);
         Ok(Self {
-            mesh,
+            mesh: Arc::new(mesh),
             material: self.material,
             energy: self.energy.clone(),
             carried: Some(gravity),

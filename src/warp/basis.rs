@@ -91,7 +91,9 @@ impl<E: Entry> Basis<E> {
         let [unit, turn_unit] = self.units[mode];
         for v in 0..self.n_vertices {
             let (phi, psi) = (phi[v] * (root_mass / unit), psi[v] * (root_mass / turn_unit));
-            self.set_stored(mode, v, [phi.x, phi.y, phi.z, psi.x, psi.y, psi.z].map(E::encode));
+            let (lines, lane) = self.range(mode, v);
+            let entries = [phi.x, phi.y, phi.z, psi.x, psi.y, psi.z].map(E::encode);
+            E::set_entries(&mut self.lines[lines], lane, entries);
         }
     }
 
@@ -108,10 +110,11 @@ impl<E: Entry> Basis<E> {
         E::entries(&self.lines[lines], lane)
     }
 
-    /// Stores what [`Basis::stored`] gave.
-    pub fn set_stored(&mut self, mode: usize, v: usize, entries: [E; SHAPES]) {
-        let (lines, lane) = self.range(mode, v);
-        E::set_entries(&mut self.lines[lines], lane, entries);
+    /// Stores what [`Basis::stored`] gave of one vertex in all modes.
+    pub fn set_stored(&mut self, v: usize, modes: impl Iterator<Item = [E; SHAPES]>) {
+        let (line, lane) = self.place(v);
+        let lines = &mut self.lines[line + HEADER..][..E::LINES * self.modes];
+        lines.chunks_exact_mut(E::LINES).zip(modes).for_each(|(lines, entries)| E::set_entries(lines, lane, entries));
     }
 
     /// What an entry of one stands for, of Φ√M and of Ψ√M.
@@ -127,7 +130,8 @@ impl<E: Entry> Basis<E> {
 
     /// Whether all of it are numbers.
     pub fn is_finite(&self) -> bool {
-        let finite = |line: &Line<E::Real>| line.0.iter().all(|x| x.to_f64().is_finite());
+        // Without a way out within a line, which would keep it out of the registers.
+        let finite = |line: &Line<E::Real>| line.0.iter().fold(true, |all, x| all & x.to_f64().is_finite());
         let read = if E::SCALED { HEADER } else { HEADER + E::LINES * self.modes };
         self.lines.chunks_exact(HEADER + E::LINES * self.modes).all(|block| block[..read].iter().all(finite))
             && self.units.iter().flatten().all(|unit| E::Real::of(*unit).to_f64().is_finite())
