@@ -194,6 +194,7 @@ impl Model {
             zero_modes: header.zero_modes as usize,
             certificate,
             basis,
+            participation: Default::default(),
             seconds,
             peak_bytes,
         })

@@ -27,17 +27,19 @@ pub struct Amplitudes<'a> {
 }
 
 impl Amplitudes<'_> {
-    /// u and w of a group.
+    /// u of a group.
     #[inline(always)]
-    fn of<T: Real, S: Simd, const N: usize>(
+    fn displacement<T: Real, S: Simd, const N: usize>(
         &self,
         lanes: Lanes<T, S, N>,
         block: &Block<T>,
         at: usize,
-    ) -> (Vectors<T, S, N>, Vectors<T, S, N>) {
-        let (linear, turn) = block.combine(lanes, at, self.q);
-        let u = if self.warped { Pose::new(lanes, (linear, turn)).displacement() } else { linear };
-        (u, turn)
+    ) -> Vectors<T, S, N> {
+        if self.warped {
+            Pose::new(lanes, block.combine(lanes, at, self.q)).displacement()
+        } else {
+            block.combine_linear(lanes, at, self.q)
+        }
     }
 }
 
@@ -82,7 +84,7 @@ pub fn visit_positions_f32<T: Real>(
         #[inline(always)]
         fn visit<S: Simd, const N: usize>(&mut self, lanes: Lanes<T, S, N>, block: Block<T>, first: usize, at: usize) {
             let splat = |v: Vec3| [lanes.splat(v.x), lanes.splat(v.y), lanes.splat(v.z)];
-            let (u, _) = self.amplitudes.of(lanes, &block, at);
+            let u = self.amplitudes.displacement(lanes, &block, at);
             let mut x = lanes.add_vectors(&block.rest(lanes, at), &u);
             if let Some(rotation) = &self.placement.rotation {
                 let column = |c: usize| splat(rotation.column(c).into());
@@ -119,7 +121,7 @@ pub fn visit_positions_f64<T: Real>(
     impl<T: Real, W: FnMut(usize, &[[f64; 3]])> Sweep<T> for Rows<'_, W> {
         #[inline(always)]
         fn visit<S: Simd, const N: usize>(&mut self, lanes: Lanes<T, S, N>, block: Block<T>, first: usize, at: usize) {
-            let [x, y, z] = lines(lanes, &self.amplitudes.of(lanes, &block, at).0);
+            let [x, y, z] = lines(lanes, &self.amplitudes.displacement(lanes, &block, at));
             let Placement { origin, rotation } = *self.placement;
             let mut rows = [[0f64; 3]; LANES];
             let rest = self.rest.get(first..).unwrap_or_default();
@@ -148,10 +150,11 @@ pub struct Extent {
     pub beyond: usize,
 }
 
-/// The extent at given amplitudes; `limit` is a |w|².
+/// The extent at given amplitudes; `limit` is a |w|². A basis without Ψ has no rotations to show.
 pub fn extent<T: Real>(basis: &Basis<T>, amplitudes: Amplitudes, limit: f64) -> Extent {
     struct Measure<'a> {
         amplitudes: Amplitudes<'a>,
+        without_turns: bool,
         limit: f64,
         displacement: [f64; LANES],
         rotation: [f64; LANES],
@@ -161,7 +164,13 @@ pub fn extent<T: Real>(basis: &Basis<T>, amplitudes: Amplitudes, limit: f64) -> 
     impl<T: Real> Sweep<T> for Measure<'_> {
         #[inline(always)]
         fn visit<S: Simd, const N: usize>(&mut self, lanes: Lanes<T, S, N>, block: Block<T>, _: usize, at: usize) {
-            let (u, w) = self.amplitudes.of(lanes, &block, at);
+            let (u, w) = if self.without_turns {
+                (block.combine_linear(lanes, at, self.amplitudes.q), [lanes.splat(0.0); 3])
+            } else {
+                let (linear, turn) = block.combine(lanes, at, self.amplitudes.q);
+                let warped = self.amplitudes.warped;
+                (if warped { Pose::new(lanes, (linear, turn)).displacement() } else { linear }, turn)
+            };
             let (u, w) = (lines(lanes, &u), lines(lanes, &w));
             // In f64: the squares of what f32 holds leave its range. The last block's padding is zero.
             let square = |v: &[Line<T>; 3], i: usize| {
@@ -178,7 +187,8 @@ pub fn extent<T: Real>(basis: &Basis<T>, amplitudes: Amplitudes, limit: f64) -> 
     }
 
     let zero = [0.0; LANES];
-    let mut all = Measure { amplitudes, limit, displacement: zero, rotation: zero, beyond: [0; LANES] };
+    let without_turns = basis.is_linear();
+    let mut all = Measure { amplitudes, without_turns, limit, displacement: zero, rotation: zero, beyond: [0; LANES] };
     sweep(basis, &mut all);
     let largest = |values: [f64; LANES]| values.into_iter().fold(0.0, f64::max);
     let beyond = all.beyond.iter().sum::<u64>() as usize;
