@@ -405,8 +405,8 @@ impl State {
     /// Gravity and inertia as the unknowns feel them.
     fn body_load(&self, pose: &Pose, rates: &Rates) -> BodyLoad {
         let load = BodyLoad::new(self.gravity, pose, rates);
-        match (&self.dynamics, self.model.shell.carried) {
-            (Dynamics::Modal(_), Some(carried)) => load.less(carried),
+        match (&self.dynamics, &self.model.shell.sag) {
+            (Dynamics::Modal(_), Some(sag)) => load.less(sag.gravity),
             _ => load,
         }
     }
