@@ -650,10 +650,10 @@ SwStatus sw_model_frequencies(const struct SwModel *model,
                               uint32_t *count);
 
 // Saves a precomputed model, so that sw_model_load gives it back without another precompute: about 24 bytes per vertex and
-// mode (48 with SW_PRECISION_F64, 12 with SW_PRECISION_I16) and 49 per vertex. Two calls: with `bytes` NULL and `capacity` 0 only *size is written.
+// mode (48 with SW_PRECISION_F64, 12 with SW_PRECISION_I16) and 49 per vertex, or 73 with sag_gravity. Two calls: with `bytes`
+// NULL and `capacity` 0 only *size is written.
 // Nothing of a state is saved (sw_state_save). Callable concurrently.
-// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_NOT_PRECOMPUTED, SW_ERROR_UNSUPPORTED for a model with sag_gravity, which has no
-// saved form yet, SW_ERROR_BUFFER_SIZE when capacity < *size,
+// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_NOT_PRECOMPUTED, SW_ERROR_BUFFER_SIZE when capacity < *size,
 // SW_ERROR_OUT_OF_MEMORY, SW_ERROR_BUSY.
 SwStatus sw_model_save(const struct SwModel *model,
                        void *bytes,

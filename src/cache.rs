@@ -11,9 +11,19 @@
 //! | triangles, oriented | 3t × u32 |
 //! | held | n × u8, 0 or 1 |
 //! | eigenvalues, largest rotation, largest swing of each mode | 3m × f64 |
-//! | version 2: what an entry of one stands for, in Φ√M and in Ψ√M, of each mode | 2m × f64 |
-//! | Φ√M and Ψ√M by vertex, then mode | 6nm × f32 or f64; version 2: i16, in units of 2⁻¹⁶ |
+//! | Φ√M and Ψ√M by vertex, then mode | 6nm × f32, f64 or i16 |
 //! | xxh3 of all before | u64 |
+//!
+//! Version 1 is a model that needs no more. Version 2 has sections beside that: the bytes of all sections as one u64 after the
+//! first row of the table, and the sections before the checksum, each a tag of four letters, a u32 of zero, the bytes of its
+//! content as u64, and its content:
+//!
+//! | tag | content |
+//! |---|---|
+//! | "SAGS" | gravity, positions where the shell hangs under it: (3 + 3n) × f64; the modes are those of this shape |
+//! | "UNIT" | what an entry of one stands for, in Φ√M and in Ψ√M, of each mode: 2m × f64; the basis is of i16, in 2⁻¹⁶ of these |
+//!
+//! A section that this library does not know is an error: the model would mean something else without it.
 //!
 //! Edges, components, masses, energies and the fingerprint follow from these by the code that made them in the first place,
 //! which checks the mesh again on the way. So whatever a file holds, a loaded model keeps every promise that the rest of the
@@ -31,19 +41,30 @@ use std::sync::Arc;
 use xxhash_rust::xxh3::xxh3_64;
 
 const MAGIC: [u8; 4] = *b"SWMD";
-/// Of a basis in 16 bits, and of others.
-const QUANTIZED_VERSION: u32 = 2;
-const VERSION: u32 = 1;
+const PLAIN: u32 = 1;
+const WITH_SECTIONS: u32 = 2;
 const BYTE_ORDER: u32 = 0x0102_0304;
-/// Bytes that tell the size of the whole.
-pub const HEADER: usize = 40;
+const HEADER: usize = 40;
+/// Bytes that tell the size of the whole: the header and, with sections, their size.
+pub const FRONT: usize = HEADER + 8;
 const FACTS: usize = 8 * (3 + 7 + PHASES);
+
+/// Tag, zero and size before a section's content.
+const SECTION_FRONT: usize = 16;
+/// Where the shell hangs.
+const SAG: Tag = *b"SAGS";
+/// Units of a basis in 16 bits.
+const UNITS: Tag = *b"UNIT";
+/// No shell hangs further from its rest shape than this, in model sizes; squares and energies of it are finite.
+const FURTHEST_SAG: f64 = 1e30;
 
 /// Φᵀ M Φ of a mode may differ from 1 by this, f32 leaves 1e-7, and by what 16 bits leave of a large Φ, up to a bound.
 const NORM_ERROR: f64 = 1e-4;
 const LARGEST_NORM_ERROR: f64 = 0.1;
 /// Ψ may exceed the largest rotation said by its own rounding: relative, and absolute among the subnormal f32.
 const ROTATION_ERROR: (f64, f64) = (1e-6, 1e-44);
+
+type Tag = [u8; 4];
 
 fn invalid<T>(message: impl Into<String>) -> Result<T> {
     Err(Error::new(ErrorKind::InvalidData, message))
@@ -58,6 +79,8 @@ struct Header {
     modes: u32,
     zero_modes: u32,
     reoriented: u32,
+    /// Bytes of all sections.
+    sections: u64,
 }
 
 impl Header {
@@ -70,22 +93,19 @@ impl Header {
             modes: model.n_modes() as u32,
             zero_modes: model.zero_modes as u32,
             reoriented: mesh.n_reoriented as u32,
+            sections: section_sizes(model).map(|(_, size)| (SECTION_FRONT + size) as u64).sum(),
         }
     }
 
-    fn version(&self) -> u32 {
-        if self.precision == Precision::I16 { QUANTIZED_VERSION } else { VERSION }
-    }
-
     fn words(&self) -> [u32; HEADER / 4] {
-        let Self { precision, vertices, triangles, modes, zero_modes, reoriented } = *self;
+        let Self { precision, vertices, triangles, modes, zero_modes, reoriented, .. } = *self;
         let magic = u32::from_le_bytes(MAGIC);
-        let version = self.version();
         let precision = precision.number_bytes() as u32;
+        let version = if self.sections > 0 { WITH_SECTIONS } else { PLAIN };
         [magic, version, BYTE_ORDER, precision, DISCRETE_SHELLS, vertices, triangles, modes, zero_modes, reoriented]
     }
 
-    /// Reads and checks the first [`HEADER`] bytes.
+    /// Reads and checks the first [`FRONT`] bytes.
     fn read(bytes: &[u8]) -> Result<Self> {
         if bytes.len() < HEADER || bytes[..4] != MAGIC {
             return invalid(format!("these {} bytes are not a saved model", bytes.len()));
@@ -94,15 +114,20 @@ impl Header {
         if word(2) != BYTE_ORDER {
             return invalid(format!("the saved model has the byte-order mark {:#010x}: foreign or damaged", word(2)));
         }
-        let known = match word(1) {
-            VERSION => &[Precision::F32, Precision::F64][..],
-            QUANTIZED_VERSION => &[Precision::I16],
-            other => {
-                let readable = format!("this library reads {VERSION} and {QUANTIZED_VERSION}");
-                return invalid(format!("the saved model has format version {other}; {readable}"));
+        let sections = match word(1) {
+            PLAIN => 0,
+            WITH_SECTIONS if bytes.len() >= FRONT => u64_of(&bytes[HEADER..FRONT]),
+            WITH_SECTIONS => return invalid(format!("these {} bytes are not a saved model", bytes.len())),
+            version => {
+                let reads = format!("this library reads {PLAIN} and {WITH_SECTIONS}");
+                return invalid(format!("the saved model has format version {version}; {reads}"));
             }
         };
-        let precision = known.iter().copied().find(|p| p.number_bytes() == word(3) as usize);
+        if word(1) == WITH_SECTIONS && sections == 0 {
+            return invalid("the saved model has sections of 0 bytes");
+        }
+        let precision =
+            [Precision::F32, Precision::F64, Precision::I16].into_iter().find(|p| p.number_bytes() == word(3) as usize);
         let Some(precision) = precision else {
             return invalid(format!("the saved model has numbers of {} bytes", word(3)));
         };
@@ -115,19 +140,19 @@ impl Header {
             let counts = format!("{vertices} vertices, {triangles} triangles, {zero_modes} zero modes of {modes}");
             return invalid(format!("the saved model has {counts}: out of range"));
         }
-        Ok(Self { precision, vertices, triangles, modes, zero_modes, reoriented })
+        Ok(Self { precision, vertices, triangles, modes, zero_modes, reoriented, sections })
     }
 
     /// Bytes of the whole, exact whatever the counts are.
     fn size(&self) -> u128 {
         let [n, t, m] = [self.vertices, self.triangles, self.modes].map(u128::from);
-        let units = if self.precision == Precision::I16 { 16 * m } else { 0 };
-        let basis = units + 6 * n * m * self.precision.number_bytes() as u128;
-        (HEADER + FACTS + 8) as u128 + 25 * n + 12 * t + 24 * m + basis
+        let basis = 6 * n * m * self.precision.number_bytes() as u128;
+        let sections = u128::from(self.sections) + if self.sections > 0 { 8 } else { 0 };
+        (HEADER + FACTS + 8) as u128 + 25 * n + 12 * t + 24 * m + basis + sections
     }
 }
 
-/// Size that a saved model says it has in its first [`HEADER`] bytes. Fails on anything else.
+/// Size that a saved model says it has in its first [`FRONT`] bytes. Fails on anything else.
 pub fn announced_size(header: &[u8]) -> Result<u128> {
     Ok(Header::read(header)?.size())
 }
@@ -139,28 +164,29 @@ impl Model {
     }
 
     /// Everything there is, so that [`Model::load`] gives a model of the same bits.
-    /// One that is linearised where it hangs has no saved form yet.
     pub fn save(&self) -> Result<Vec<u8>> {
-        if self.shell.carried.is_some() {
-            return Err(Error::new(ErrorKind::Unsupported, "a model linearised where it hangs cannot be saved yet"));
-        }
         let mut out: Vec<u8> = Vec::new();
-        let size = self.saved_size();
+        let (header, size) = (Header::of(self), self.saved_size());
         let refused = |_| Error::new(ErrorKind::OutOfMemory, format!("the saved model needs {size} bytes"));
         out.try_reserve_exact(size).map_err(refused)?;
-        Header::of(self).words().iter().for_each(|word| out.extend(word.to_le_bytes()));
+        header.words().iter().for_each(|word| out.extend(word.to_le_bytes()));
+        if header.sections > 0 {
+            put_u64(&mut out, header.sections);
+        }
         let Self { shell, certificate, .. } = self;
         [self.peak_bytes, certificate.count, certificate.found].iter().for_each(|x| put_u64(&mut out, *x as u64));
         let Material { k_area, k_length, k_bend, area_density } = shell.material;
         let Certificate { residual, orthonormality, shift, .. } = *certificate;
         let facts = [k_area, k_length, k_bend, area_density, residual, orthonormality, shift];
         facts.iter().chain(&self.seconds).for_each(|x| x.put(&mut out));
-        shell.mesh.positions.iter().flatten().for_each(|x| x.put(&mut out));
+        let rest = shell.sag.as_ref().map_or(&shell.mesh.positions, |sag| &sag.rest);
+        rest.iter().flatten().for_each(|x| x.put(&mut out));
         shell.mesh.triangles.iter().flatten().for_each(|v| out.extend(v.to_le_bytes()));
         out.extend(shell.held.iter().map(|held| u8::from(*held)));
         let per_mode = [&self.eigenvalues, &self.largest_rotation, &self.largest_swing];
         per_mode.into_iter().flatten().for_each(|x| x.put(&mut out));
         with_basis!(&self.basis, basis => put_basis(basis, &mut out));
+        put_sections(self, &mut out);
         let sum = xxh3_64(&out);
         put_u64(&mut out, sum);
         debug_assert_eq!(out.len(), size);
@@ -175,10 +201,11 @@ impl Model {
             return invalid(message);
         }
         let (body, sum) = bytes.split_at(bytes.len() - 8);
-        if xxh3_64(body) != u64::from_le_bytes(sum.try_into().expect("eight bytes")) {
+        if xxh3_64(body) != u64_of(sum) {
             return invalid("the saved model is damaged: its checksum does not match");
         }
-        Self::restore(&header, Reader { rest: &body[HEADER..] }).map_err(|error| match error.kind {
+        let front = if header.sections > 0 { FRONT } else { HEADER };
+        Self::restore(&header, Reader { rest: &body[front..] }).map_err(|error| match error.kind {
             ErrorKind::OutOfMemory => error,
             _ => Error::new(ErrorKind::InvalidData, format!("the saved model is not one: {}", error.message)),
         })
@@ -191,14 +218,21 @@ impl Model {
         let seconds: [f64; PHASES] = std::array::from_fn(|_| from.number());
         let material = Material { k_area, k_length, k_bend, area_density };
         let shell = restore_shell(header, &mut from, material)?;
+        let sections = sections_of(from.last(header.sections as usize))?;
+        let shell = match sections.sag {
+            Some(content) => restore_sag(&shell, content)?,
+            None => shell,
+        };
         let [eigenvalues, largest_rotation, largest_swing] = [(); 3].map(|()| from.numbers(header.modes));
         let certificate = Certificate { residual, orthonormality, shift, count, found };
         check_facts(&shell, &certificate, &seconds)?;
         check_modes(header, &shell, &eigenvalues, [&largest_rotation, &largest_swing])?;
+        let units = restore_units(header, sections.units)?;
+        let modes = (&largest_rotation[..], &units[..]);
         let basis = match header.precision {
-            Precision::F32 => AnyBasis::F32(restore_basis(&shell, &largest_rotation, &mut from)?),
-            Precision::F64 => AnyBasis::F64(restore_basis(&shell, &largest_rotation, &mut from)?),
-            Precision::I16 => AnyBasis::I16(restore_basis(&shell, &largest_rotation, &mut from)?),
+            Precision::F32 => AnyBasis::F32(restore_basis(&shell, modes, &mut from)?),
+            Precision::F64 => AnyBasis::F64(restore_basis(&shell, modes, &mut from)?),
+            Precision::I16 => AnyBasis::I16(restore_basis(&shell, modes, &mut from)?),
         };
         Ok(Self {
             fingerprint: crate::model::fingerprint(&shell, &eigenvalues, header.precision),
@@ -209,10 +243,15 @@ impl Model {
             zero_modes: header.zero_modes as usize,
             certificate,
             basis,
+            participation: Default::default(),
             seconds,
             peak_bytes,
         })
     }
+}
+
+fn u64_of(bytes: &[u8]) -> u64 {
+    u64::from_le_bytes(bytes.try_into().expect("eight bytes"))
 }
 
 fn put_u64(out: &mut Vec<u8>, x: u64) {
@@ -220,9 +259,6 @@ fn put_u64(out: &mut Vec<u8>, x: u64) {
 }
 
 fn put_basis<E: Entry>(basis: &Basis<E>, out: &mut Vec<u8>) {
-    if E::SCALED {
-        (0..basis.modes).flat_map(|k| basis.units(k)).for_each(|unit| unit.put(out));
-    }
     for v in 0..basis.n_vertices {
         (0..basis.modes).for_each(|k| basis.stored(k, v).iter().for_each(|x| x.append(out)));
     }
@@ -234,6 +270,13 @@ struct Reader<'a> {
 }
 
 impl<'a> Reader<'a> {
+    /// Takes from the end.
+    fn last(&mut self, size: usize) -> &'a [u8] {
+        let (rest, last) = self.rest.split_at(self.rest.len() - size);
+        self.rest = rest;
+        last
+    }
+
     fn take(&mut self, size: usize) -> &'a [u8] {
         let (taken, rest) = self.rest.split_at(size);
         self.rest = rest;
@@ -241,7 +284,7 @@ impl<'a> Reader<'a> {
     }
 
     fn word(&mut self) -> u64 {
-        u64::from_le_bytes(self.take(8).try_into().expect("eight bytes"))
+        u64_of(self.take(8))
     }
 
     fn number(&mut self) -> f64 {
@@ -256,8 +299,7 @@ impl<'a> Reader<'a> {
 /// Mesh, material and supports, checked as those of a host are.
 fn restore_shell(header: &Header, from: &mut Reader, material: Material) -> Result<Shell> {
     let (n, t) = (header.vertices as usize, header.triangles as usize);
-    let point = |row: &[u8]| Vec3::from_fn(|i, _| f64::get(&row[8 * i..8 * i + 8]));
-    let positions: Vec<Vec3> = from.take(24 * n).chunks_exact(24).map(point).collect();
+    let positions = points(from.take(24 * n));
     let index = |row: &[u8], i: usize| u32::from_le_bytes(row[4 * i..4 * i + 4].try_into().expect("four bytes"));
     let corners = |row: &[u8]| std::array::from_fn(|i| index(row, i));
     let triangles: Vec<[u32; 3]> = from.take(12 * t).chunks_exact(12).map(corners).collect();
@@ -272,6 +314,102 @@ fn restore_shell(header: &Header, from: &mut Reader, material: Material) -> Resu
     mesh.n_reoriented = header.reoriented as usize;
     let fixed = (0..header.vertices).filter(|v| held[*v as usize] == 1).collect();
     Shell::new(mesh, material, &Supports { fixed, clamped: vec![] })
+}
+
+fn points(bytes: &[u8]) -> Vec<Vec3> {
+    let point = |row: &[u8]| Vec3::from_fn(|i, _| f64::get(&row[8 * i..8 * i + 8]));
+    bytes.chunks_exact(24).map(point).collect()
+}
+
+/// Tag and bytes of the content of each section that `model` has.
+fn section_sizes(model: &Model) -> impl Iterator<Item = (Tag, usize)> {
+    let sag = model.shell.sag.as_ref().map(|sag| (SAG, 24 + 24 * sag.rest.len()));
+    let units = (model.precision() == Precision::I16).then_some((UNITS, 16 * model.n_modes()));
+    [sag, units].into_iter().flatten()
+}
+
+fn put_sections(model: &Model, out: &mut Vec<u8>) {
+    for (tag, size) in section_sizes(model) {
+        out.extend(tag);
+        out.extend(0u32.to_le_bytes());
+        put_u64(out, size as u64);
+        match (tag, &model.shell.sag) {
+            (SAG, Some(sag)) => {
+                sag.gravity.iter().chain(model.shell.mesh.positions.iter().flatten()).for_each(|x| x.put(out));
+            }
+            _ => {
+                let units = with_basis!(&model.basis, basis => basis.units());
+                units.iter().flatten().for_each(|unit| unit.put(out));
+            }
+        }
+    }
+}
+
+/// Contents of the sections that a file has.
+#[derive(Default)]
+struct Sections<'a> {
+    sag: Option<&'a [u8]>,
+    units: Option<&'a [u8]>,
+}
+
+fn sections_of(mut bytes: &[u8]) -> Result<Sections<'_>> {
+    let mut sections = Sections::default();
+    while !bytes.is_empty() {
+        let Some((front, rest)) = bytes.split_at_checked(SECTION_FRONT) else {
+            return invalid("its last section is cut short");
+        };
+        let (tag, size) = (String::from_utf8_lossy(&front[..4]), u64_of(&front[8..]));
+        let known = match &front[..8] {
+            [b'S', b'A', b'G', b'S', 0, 0, 0, 0] => &mut sections.sag,
+            [b'U', b'N', b'I', b'T', 0, 0, 0, 0] => &mut sections.units,
+            _ => return invalid(format!("this library does not know its section {tag:?}")),
+        };
+        if size > rest.len() as u64 {
+            return invalid(format!("its section {tag:?} of {size} bytes is cut short"));
+        }
+        let (content, rest) = rest.split_at(size as usize);
+        if known.replace(content).is_some() {
+            return invalid(format!("it has two sections {tag:?}"));
+        }
+        bytes = rest;
+    }
+    Ok(sections)
+}
+
+/// Units of Φ and Ψ of each mode: 1 except of a basis in 16 bits.
+fn restore_units(header: &Header, content: Option<&[u8]>) -> Result<Vec<[f64; 2]>> {
+    let modes = header.modes as usize;
+    let content = match (header.precision, content) {
+        (Precision::I16, Some(content)) if content.len() == 16 * modes => content,
+        (Precision::F32 | Precision::F64, None) => return Ok(vec![[1.0; 2]; modes]),
+        (_, content) => {
+            let size = content.map_or(0, <[u8]>::len);
+            return invalid(format!("{size} bytes are not the units of its {modes} modes"));
+        }
+    };
+    let pair = |two: &[u8]| [f64::get(&two[..8]), f64::get(&two[8..])];
+    let units: Vec<_> = content.chunks_exact(16).map(pair).collect();
+    match units.iter().flatten().find(|unit| !(unit.is_normal() && **unit > 0.0)) {
+        Some(unit) => invalid(format!("a unit of its basis is {unit}")),
+        None => Ok(units),
+    }
+}
+
+fn restore_sag(shell: &Shell, content: &[u8]) -> Result<Shell> {
+    let rest = &shell.mesh.positions;
+    if content.len() != 24 + 24 * rest.len() {
+        return invalid(format!("{} bytes are not where {} vertices hang", content.len(), rest.len()));
+    }
+    let (gravity, positions) = (points(&content[..24])[0], points(&content[24..]));
+    let furthest = FURTHEST_SAG * shell.mesh.size;
+    let stray = |(x, rest): (&Vec3, &Vec3)| !(x - rest).iter().all(|d| d.abs() <= furthest);
+    if let Some(v) = positions.iter().zip(rest).position(stray) {
+        return invalid(format!("vertex {v} hangs at {:?}", positions[v].data.0[0]));
+    }
+    if !gravity.iter().all(|g| g.is_finite()) {
+        return invalid(format!("it hangs under the gravity {:?}", gravity.data.0[0]));
+    }
+    Ok(shell.hung(gravity, positions))
 }
 
 /// What is only told to the host.
@@ -314,12 +452,12 @@ struct Found {
 }
 
 /// Φ and Ψ: finite, normed, zero where nothing moves, and turning no vertex by more than is said.
-fn restore_basis<E: Entry>(shell: &Shell, largest_rotation: &[f64], from: &mut Reader) -> Result<Basis<E>> {
+fn restore_basis<E: Entry>(
+    shell: &Shell,
+    (largest_rotation, units): (&[f64], &[[f64; 2]]),
+    from: &mut Reader,
+) -> Result<Basis<E>> {
     let (n, modes) = (shell.mass.len(), largest_rotation.len());
-    let units = if E::SCALED { from.numbers(2 * modes as u32) } else { vec![1.0; 2 * modes] };
-    if units.iter().any(|unit| !(unit.is_normal() && *unit > 0.0)) {
-        return invalid("a unit of its basis is not a positive number");
-    }
     let row = 6 * E::BYTES;
     let bytes = from.take(n * modes * row);
     let mut basis = Basis::<E>::new(&shell.mesh.positions, &shell.mass, modes, shell.total_mass)?;
@@ -329,7 +467,7 @@ fn restore_basis<E: Entry>(shell: &Shell, largest_rotation: &[f64], from: &mut R
         let rows = bytes[v * modes * row..(v + 1) * modes * row].chunks_exact(row).map(entries);
         let share = shell.mass[v] / shell.total_mass;
         let (mut all, mut moved) = (0.0, 0.0);
-        for ((entries, found), units) in rows.clone().zip(&mut found).zip(units.chunks_exact(2)) {
+        for ((entries, found), units) in rows.clone().zip(&mut found).zip(units) {
             let square = |half: &[E], unit: f64| half.iter().map(|x| (x.decode() * unit).powi(2)).sum::<f64>();
             let (shape, turn) = (square(&entries[..3], units[0]), square(&entries[3..], units[1]));
             found.norm += share * shape;
@@ -359,7 +497,7 @@ fn restore_basis<E: Entry>(shell: &Shell, largest_rotation: &[f64], from: &mut R
             let facts = format!("norm {:e}, turns {:e} of {turn_bound:e}", found.norm, found.turn.sqrt());
             return invalid(format!("mode {k} is not normed, or turns further than is said: {facts}"));
         }
-        basis.set_scale(k, [units[2 * k], units[2 * k + 1]], largest_turn);
+        basis.set_scale(k, units[k], largest_turn);
     }
     Ok(basis)
 }

@@ -1,10 +1,10 @@
 //! The precomputed model: everything a state needs, immutable, shared by any number of states on any threads.
 
 use crate::modes::{Certificate, Modes, PHASES, Phase, Progress, lowest_modes};
-use crate::step::Guard;
+use crate::step::{Guard, Participation};
 use crate::warp::{Basis, Entry, I16, ModalRotation};
 use crate::{Error, ErrorKind, Result, Shell, Vec3, wide_norm};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 use xxhash_rust::xxh3::xxh3_64;
 
 /// Floating-point type of the run-time basis.
@@ -94,6 +94,8 @@ pub struct Model {
     pub certificate: Certificate,
     /// Φ and Ψ.
     pub basis: AnyBasis,
+    /// Made when the first state with modes is.
+    pub participation: OnceLock<Participation>,
     /// Seconds by [`Phase`].
     pub seconds: [f64; PHASES],
     /// Estimate of the most memory held at once during precompute, bytes.
@@ -134,6 +136,7 @@ impl Model {
             zero_modes: modes.zero_modes,
             certificate: modes.certificate,
             basis,
+            participation: OnceLock::new(),
             seconds: progress.seconds,
             peak_bytes: modes.peak_bytes,
             fingerprint,
@@ -144,6 +147,12 @@ impl Model {
     pub fn guard(&self) -> Guard<'_> {
         let Self { eigenvalues, largest_rotation, largest_swing, .. } = self;
         Guard { eigenvalues, largest_rotation, largest_swing }
+    }
+
+    /// What an acceleration that acts everywhere alike does to the modes. Made at the first call.
+    pub fn participation(&self) -> &Participation {
+        self.participation
+            .get_or_init(|| with_basis!(&self.basis, basis => Participation::new(basis, &self.shell.mass)))
     }
 
     /// Number of modes.
@@ -175,7 +184,8 @@ impl Model {
         let mesh = &self.shell.mesh;
         let vertices = mesh.positions.len() * (size_of::<Vec3>() + size_of::<f64>() + size_of::<u32>() + 1);
         let connectivity = mesh.triangles.len() * 12 + mesh.edges.len() * 16;
-        with_basis!(&self.basis, basis => basis.bytes()) + vertices + connectivity + 8 * self.n_modes()
+        let participation = self.participation.get().map_or(0, Participation::bytes);
+        with_basis!(&self.basis, basis => basis.bytes()) + vertices + connectivity + participation + 24 * self.n_modes()
     }
 }
 

@@ -112,13 +112,6 @@ fn small_motions_have_the_period_of_the_nonlinear_shell_there() {
 }
 
 #[test]
-fn saving_a_sagged_model_is_refused_by_name() {
-    let sagged = model(&Arc::new(reference("flat_beam").0), 0.4 * DOWN);
-    let error = sagged.save().err().unwrap();
-    assert_eq!(error.kind, ErrorKind::Unsupported, "{}", error.message);
-}
-
-#[test]
 fn what_cannot_hang_at_rest_is_refused() {
     let (positions, triangles) = equilateral_sheet(6, 4, 0.1);
     let mesh = Mesh::new(positions, &triangles).unwrap();

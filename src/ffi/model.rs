@@ -445,10 +445,10 @@ pub unsafe extern "C" fn sw_model_frequencies(
 }
 
 /// Saves a precomputed model, so that sw_model_load gives it back without another precompute: about 24 bytes per vertex and
-/// mode (48 with SW_PRECISION_F64, 12 with SW_PRECISION_I16) and 49 per vertex. Two calls: with `bytes` NULL and `capacity` 0 only *size is written.
+/// mode (48 with SW_PRECISION_F64, 12 with SW_PRECISION_I16) and 49 per vertex, or 73 with sag_gravity. Two calls: with `bytes`
+/// NULL and `capacity` 0 only *size is written.
 /// Nothing of a state is saved (sw_state_save). Callable concurrently.
-/// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_NOT_PRECOMPUTED, SW_ERROR_UNSUPPORTED for a model with sag_gravity, which has no
-/// saved form yet, SW_ERROR_BUFFER_SIZE when capacity < *size,
+/// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_NOT_PRECOMPUTED, SW_ERROR_BUFFER_SIZE when capacity < *size,
 /// SW_ERROR_OUT_OF_MEMORY, SW_ERROR_BUSY.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn sw_model_save(
@@ -487,7 +487,7 @@ pub unsafe extern "C" fn sw_model_load(bytes: *const c_void, size: u64, model: *
         not_null("bytes", bytes)?;
         // SAFETY: the header's contract; NULL is excluded above. No more is read than the first bytes announce.
         unsafe {
-            let announced = cache::announced_size(byte_slice("bytes", bytes, size.min(cache::HEADER as u64))?)?;
+            let announced = cache::announced_size(byte_slice("bytes", bytes, size.min(cache::FRONT as u64))?)?;
             if announced != u128::from(size) {
                 let message = format!("{size} bytes are not the {announced} of this saved model");
                 return Err(Fault::new(SW_ERROR_INVALID_DATA, message));

@@ -6,7 +6,7 @@ mod saved;
 
 use crate::constraint::{Constraint, Outcome};
 use crate::error::{require_finite, require_non_negative};
-use crate::load::{Loads, Moving, Wind};
+use crate::load::{External, Loads, Moving, Wind};
 use crate::reference::Rayleigh;
 use crate::step::modal_force::BodyLoad;
 use crate::step::{ForceLaw, Integrator};
@@ -81,7 +81,8 @@ enum Dynamics {
     Nodal(Box<Nodal>),
 }
 
-/// Room for loads beside gravity: positions, velocities, and forces first in world, then in frame axes (n_vertices each).
+/// Room for loads on all vertices: positions and velocities for wind, forces first in world, then in frame axes (n_vertices each,
+/// or empty).
 #[derive(Clone, Default)]
 struct LoadScratch {
     x: Vec<Vec3>,
@@ -139,17 +140,19 @@ impl Dynamics {
         }
     }
 
-    fn settle(
-        &mut self,
-        model: &Model,
-        load: &BodyLoad,
-        external: Option<&[Vec3]>,
-        pose: &Pose,
-    ) -> Result<(f64, usize)> {
+    fn settle(&mut self, model: &Model, load: &BodyLoad, external: External, pose: &Pose) -> Result<(f64, usize)> {
         match self {
             Self::Modal(modal) => modal.settle(model, load, external, pose),
             Self::Nodal(nodal) => nodal.settle(model, load, external),
         }
+    }
+}
+
+/// The forces that [`State::evaluate_loads`] left in the scratch, or those on few vertices as they are, for the frame at `pose`.
+fn external<'a>(loads: &'a Loads, scratch: &'a LoadScratch, model: &Model, pose: &Pose) -> External<'a> {
+    match loads.on_some(model.shell.mass.len()) {
+        Some(forces) => External::OnSome(forces, pose.rotation.inverse()),
+        None => External::OnAll(&scratch.force),
     }
 }
 
@@ -246,22 +249,33 @@ impl State {
 
     /// Replaces the forces on vertices (world axes), for good or for the next step only.
     pub fn set_forces(&mut self, forces: Vec<(u32, Vec3)>, once: bool) -> Result<()> {
-        self.loads.set_forces(forces, self.model.shell.mass.len())?;
+        let before = self.loads.set_forces(forces, self.model.shell.mass.len())?;
+        if let Err(error) = self.make_room() {
+            self.loads.forces = before;
+            return Err(error);
+        }
         self.forces_once = once;
-        self.make_room()
+        Ok(())
     }
 
     /// Replaces the wind.
     pub fn set_wind(&mut self, wind: Wind) -> Result<()> {
-        self.loads.set_wind(wind, self.model.shell.mass.len())?;
-        self.make_room()
+        let before = self.loads.set_wind(wind, self.model.shell.mass.len())?;
+        if let Err(error) = self.make_room() {
+            self.loads.wind = before;
+            return Err(error);
+        }
+        Ok(())
     }
 
+    /// Room for what the present loads need.
     fn make_room(&mut self) -> Result<()> {
         let n = self.model.shell.mass.len();
-        if !self.loads.is_empty() && self.scratch.force.len() != n {
-            let room = || crate::error::try_zeroed::<Vec3>("the loads", n);
-            self.scratch = LoadScratch { x: room()?, v: room()?, force: room()? };
+        let on_all = if self.loads.on_some(n).is_none() { n } else { 0 };
+        let moving = if self.loads.needs_motion() { n } else { 0 };
+        if (self.scratch.force.len(), self.scratch.x.len()) != (on_all, moving) {
+            let room = |n: usize| crate::error::try_zeroed::<Vec3>("the loads", n);
+            self.scratch = LoadScratch { x: room(moving)?, v: room(moving)?, force: room(on_all)? };
         }
         Ok(())
     }
@@ -367,7 +381,7 @@ impl State {
         self.evaluate_loads(&frame.pose, &rates);
         let load = self.body_load(&frame.pose, &rates);
         let Self { model, dynamics, loads, scratch, .. } = self;
-        let external = (!loads.is_empty()).then_some(&scratch.force[..]);
+        let external = external(loads, scratch, model, &frame.pose);
         match dynamics {
             Dynamics::Modal(modal) => modal.step(model, &load, external, &frame.pose, h)?,
             Dynamics::Nodal(nodal) => nodal.step(model, &load, external, h)?,
@@ -391,8 +405,8 @@ impl State {
     /// Gravity and inertia as the unknowns feel them.
     fn body_load(&self, pose: &Pose, rates: &Rates) -> BodyLoad {
         let load = BodyLoad::new(self.gravity, pose, rates);
-        match (&self.dynamics, self.model.shell.carried) {
-            (Dynamics::Modal(_), Some(carried)) => load.less(carried),
+        match (&self.dynamics, &self.model.shell.sag) {
+            (Dynamics::Modal(_), Some(sag)) => load.less(sag.gravity),
             _ => load,
         }
     }
@@ -406,7 +420,7 @@ impl State {
 
     /// Fills the scratch with the external forces in the axes of the frame at `pose`.
     fn evaluate_loads(&mut self, pose: &Pose, rates: &Rates) {
-        if self.loads.is_empty() {
+        if self.loads.on_some(self.model.shell.mass.len()).is_some() {
             return;
         }
         let mut scratch = std::mem::take(&mut self.scratch);
@@ -463,12 +477,10 @@ impl State {
             let change: f64 =
                 scratch.force.iter().zip(&last).map(|(a, b): (&Vec3, &Vec3)| (a - b).norm_squared()).sum();
             let size: f64 = scratch.force.iter().map(|f| f.norm_squared()).sum();
+            let external = external(loads, scratch, model, &pose);
             if !last.is_empty() && change <= WIND_SETTLED * WIND_SETTLED * size {
-                return dynamics
-                    .settle(model, &load, Some(&scratch.force), &pose)
-                    .map(|(r, more)| (r, iterations + more));
+                return dynamics.settle(model, &load, external, &pose).map(|(r, more)| (r, iterations + more));
             }
-            let external = (!loads.is_empty()).then_some(&scratch.force[..]);
             let (residual, more) = dynamics.settle(model, &load, external, &pose)?;
             iterations += more;
             if !loads.needs_motion() {
@@ -541,7 +553,7 @@ impl State {
         let frame = self.rotation_to(space);
         match &self.dynamics {
             Dynamics::Modal(modal) => {
-                modal.visit(&self.model, |v, _, w| write(v, frame * UnitQuaternion::from_scaled_axis(w)));
+                modal.visit_turns(&self.model, |v, w| write(v, frame * UnitQuaternion::from_scaled_axis(w)));
             }
             Dynamics::Nodal(nodal) => {
                 nodal.rotations(&self.model).into_iter().enumerate().for_each(|(v, r)| write(v, frame * r));

@@ -1,11 +1,13 @@
 //! Motion in modal coordinates: the warp and linear modal analysis.
 
 use crate::constraint::{Constraints, Step};
+use crate::load::External;
 use crate::model::{AnyBasis, with_basis};
 use crate::step::modal_force::{self, Acting, BodyLoad, Scratch};
+use crate::step::point_force;
 use crate::step::{ForceLaw, Integrator, Oscillator};
 use crate::support::Pose;
-use crate::warp::{self, Amplitudes, Extent, Placement, visit_displacements};
+use crate::warp::{self, Amplitudes, Extent, Placement, visit_turns};
 use crate::{Error, ErrorKind, Model, Result, Vec3};
 
 /// Past this rotation, rad, or this displacement, in units of 1/√M, an amplitude has no meaning left and f32 no room.
@@ -76,6 +78,7 @@ impl Modal {
     pub fn new(model: &Model, law: ForceLaw, integrator: Integrator) -> Self {
         let modes = model.n_modes();
         let zeros = vec![0.0; modes];
+        model.participation(); // now: a step does not allocate
         let scratch = match model.basis {
             AnyBasis::F32(_) | AnyBasis::I16(_) => AnyScratch::F32(Scratch::new(modes)),
             AnyBasis::F64(_) => AnyScratch::F64(Scratch::new(modes)),
@@ -123,15 +126,8 @@ impl Modal {
         Ok(())
     }
 
-    /// One step of `h` under `load` and `external` forces (frame axes, n_vertices, or none). Changes nothing on failure.
-    pub fn step(
-        &mut self,
-        model: &Model,
-        load: &BodyLoad,
-        external: Option<&[Vec3]>,
-        pose: &Pose,
-        h: f64,
-    ) -> Result<()> {
+    /// One step of `h` under `load` and `external` forces. Changes nothing on failure.
+    pub fn step(&mut self, model: &Model, load: &BodyLoad, external: External, pose: &Pose, h: f64) -> Result<()> {
         self.mean[0].copy_from_slice(&self.q);
         self.mean[1].copy_from_slice(&self.q_dot);
         self.project_load(model, load, external);
@@ -156,16 +152,35 @@ impl Modal {
         Ok(())
     }
 
-    /// The modal force at the mean state.
-    fn project_load(&mut self, model: &Model, load: &BodyLoad, external: Option<&[Vec3]>) {
+    /// The modal force at the mean state: of an acceleration that acts everywhere alike by sums taken once where these suffice,
+    /// else over all vertices; and of forces on some vertices.
+    fn project_load(&mut self, model: &Model, load: &BodyLoad, external: External) {
         let Self { law, mean: [q, q_dot], force, scratch, .. } = self;
-        let acting = Acting { load, external, law: *law, q, q_dot, total_mass: model.shell.total_mass };
-        self.load = match (&model.basis, scratch) {
-            (AnyBasis::F32(basis), AnyScratch::F32(scratch)) => modal_force::project(basis, &acting, scratch, force),
-            (AnyBasis::I16(basis), AnyScratch::F32(scratch)) => modal_force::project(basis, &acting, scratch, force),
-            (AnyBasis::F64(basis), AnyScratch::F64(scratch)) => modal_force::project(basis, &acting, scratch, force),
-            _ => unreachable!("a state's scratch has its model's precision"),
+        let total_mass = model.shell.total_mass;
+        let participation = model.participation();
+        let shortened = external.on_all().is_none() && participation.suffices(*law, q, &model.largest_rotation);
+        self.load = match (load.everywhere_alike(), &model.basis, scratch) {
+            (Some(a), _, _) if shortened => {
+                participation.force(*law, a, q, force);
+                total_mass * a.norm()
+            }
+            (_, basis, scratch) => {
+                let acting = Acting { load, external: external.on_all(), law: *law, q, q_dot, total_mass };
+                match (basis, scratch) {
+                    (AnyBasis::F32(basis), AnyScratch::F32(scratch)) => {
+                        modal_force::project(basis, &acting, scratch, force)
+                    }
+                    (AnyBasis::F64(basis), AnyScratch::F64(scratch)) => {
+                        modal_force::project(basis, &acting, scratch, force)
+                    }
+                    (AnyBasis::I16(basis), AnyScratch::F32(scratch)) => {
+                        modal_force::project(basis, &acting, scratch, force)
+                    }
+                    _ => unreachable!("a state's scratch has its model's precision"),
+                }
+            }
         };
+        self.load += with_basis!(&model.basis, basis => point_force::add(basis, *law, q, external.on_some(), force));
     }
 
     /// The next q and q̇ without constraints.
@@ -223,9 +238,9 @@ impl Modal {
         with_basis!(&model.basis, basis => warp::extent(basis, self.amplitudes(), limit))
     }
 
-    /// Hands displacement u and rotation vector w (frame axes) of every vertex to `visit`, in order.
-    pub fn visit(&self, model: &Model, visit: impl FnMut(usize, Vec3, Vec3)) {
-        with_basis!(&model.basis, basis => visit_displacements(basis, self.law.warped(), &self.q, visit));
+    /// Hands the rotation vector w (frame axes) of every vertex to `visit`, in order.
+    pub fn visit_turns(&self, model: &Model, visit: impl FnMut(usize, Vec3)) {
+        with_basis!(&model.basis, basis => visit_turns(basis, &self.q, visit));
     }
 
     /// Hands displacement u and its rate u̇ (frame axes) of every vertex to `visit`, in order.
@@ -241,13 +256,7 @@ impl Modal {
     /// The static solution Λq = f(q) + Jᵀμ by fixed point, from the present q: a step of backward Euler so long that inertia
     /// and damping vanish gives Λ⁻¹f, and q moves a fraction of the way there, which is halved when the residual grows.
     /// Returns the residual |q − Λ⁻¹f|/|Λ⁻¹f| and the iterations. Changes nothing on failure.
-    pub fn settle(
-        &mut self,
-        model: &Model,
-        load: &BodyLoad,
-        external: Option<&[Vec3]>,
-        pose: &Pose,
-    ) -> Result<(f64, usize)> {
+    pub fn settle(&mut self, model: &Model, load: &BodyLoad, external: External, pose: &Pose) -> Result<(f64, usize)> {
         let start = (self.q.clone(), self.q_dot.clone(), self.integrator, self.constraint_work);
         self.integrator = Integrator::ImplicitEuler;
         let outcome = self.fixed_point(model, load, external, pose);
@@ -258,13 +267,7 @@ impl Modal {
         outcome
     }
 
-    fn fixed_point(
-        &mut self,
-        model: &Model,
-        load: &BodyLoad,
-        external: Option<&[Vec3]>,
-        pose: &Pose,
-    ) -> Result<(f64, usize)> {
+    fn fixed_point(&mut self, model: &Model, load: &BodyLoad, external: External, pose: &Pose) -> Result<(f64, usize)> {
         let (mut fraction, mut last) = (1.0f64, f64::INFINITY);
         for iteration in 1..=SETTLE_ITERATIONS {
             let before = self.q.clone();

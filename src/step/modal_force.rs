@@ -67,6 +67,11 @@ impl BodyLoad {
         self.spin.as_ref().map(|spin| 0.5 * spin.coriolis.norm())
     }
 
+    /// The acceleration that acts everywhere alike, where the load is nothing else.
+    pub fn everywhere_alike(&self) -> Option<&Vec3> {
+        self.spin.is_none().then_some(&self.uniform)
+    }
+
     /// Nothing acts.
     pub fn is_zero(&self) -> bool {
         self.uniform == Vec3::zeros() && self.spin.is_none()
@@ -102,8 +107,14 @@ impl BodyLoad {
 
 /// One group of vertices at amplitudes q, as a force law sees it.
 trait Shape<T: Real, S: Simd, const N: usize> {
-    /// Displacement and its rate from (Φq̇, Ψq̇).
-    fn motion(&self, rates: &(Vectors<T, S, N>, Vectors<T, S, N>)) -> (Vectors<T, S, N>, Vectors<T, S, N>);
+    /// Displacement and its rate where amplitudes change at the rates of `rates`.
+    fn motion<E: Entry<Real = T>>(
+        &self,
+        lanes: Lanes<T, S, N>,
+        at: (&Block<E>, usize),
+        rates: Weights<T>,
+    ) -> (Vectors<T, S, N>, Vectors<T, S, N>);
+
     /// Adds the modal force of the vertices' forces to the sums.
     fn project<E: Entry<Real = T>>(
         &self,
@@ -119,8 +130,13 @@ struct Linear<T: Real, S: Simd, const N: usize>(Vectors<T, S, N>);
 
 impl<T: Real, S: Simd, const N: usize> Shape<T, S, N> for Linear<T, S, N> {
     #[inline(always)]
-    fn motion(&self, rates: &(Vectors<T, S, N>, Vectors<T, S, N>)) -> (Vectors<T, S, N>, Vectors<T, S, N>) {
-        (self.0, rates.0)
+    fn motion<E: Entry<Real = T>>(
+        &self,
+        lanes: Lanes<T, S, N>,
+        (block, at): (&Block<E>, usize),
+        rates: Weights<T>,
+    ) -> (Vectors<T, S, N>, Vectors<T, S, N>) {
+        (self.0, block.combine_linear(lanes, at, rates))
     }
 
     #[inline(always)]
@@ -131,14 +147,19 @@ impl<T: Real, S: Simd, const N: usize> Shape<T, S, N> for Linear<T, S, N> {
         force: &Vectors<T, S, N>,
         sums: &mut [[Line<T>; 2]],
     ) {
-        block.project(lanes, at, force, sums);
+        block.project_linear(lanes, at, force, sums);
     }
 }
 
 impl<T: Real, S: Simd, const N: usize> Shape<T, S, N> for Warp<T, S, N> {
     #[inline(always)]
-    fn motion(&self, rates: &(Vectors<T, S, N>, Vectors<T, S, N>)) -> (Vectors<T, S, N>, Vectors<T, S, N>) {
-        (self.displacement(), self.rotate(&rates.0))
+    fn motion<E: Entry<Real = T>>(
+        &self,
+        lanes: Lanes<T, S, N>,
+        (block, at): (&Block<E>, usize),
+        rates: Weights<T>,
+    ) -> (Vectors<T, S, N>, Vectors<T, S, N>) {
+        (self.displacement(), self.rotate(&block.combine_linear(lanes, at, rates)))
     }
 
     #[inline(always)]
@@ -155,8 +176,13 @@ impl<T: Real, S: Simd, const N: usize> Shape<T, S, N> for Warp<T, S, N> {
 
 impl<T: Real, S: Simd, const N: usize> Shape<T, S, N> for Tangent<T, S, N> {
     #[inline(always)]
-    fn motion(&self, rates: &(Vectors<T, S, N>, Vectors<T, S, N>)) -> (Vectors<T, S, N>, Vectors<T, S, N>) {
-        (self.displacement(), self.rate(rates))
+    fn motion<E: Entry<Real = T>>(
+        &self,
+        lanes: Lanes<T, S, N>,
+        (block, at): (&Block<E>, usize),
+        rates: Weights<T>,
+    ) -> (Vectors<T, S, N>, Vectors<T, S, N>) {
+        (self.displacement(), self.rate(&block.combine(lanes, at, rates)))
     }
 
     #[inline(always)]
@@ -196,14 +222,14 @@ pub fn visit_motion<E: Entry>(
             first: usize,
             at: usize,
         ) {
-            let combined = block.combine(lanes, at, self.weights);
-            let (rates, doublings) = (block.combine(lanes, at, self.rates), self.weights.doublings);
+            let Self { weights, rates, .. } = *self;
+            let (place, combined) = ((&block, at), || block.combine(lanes, at, weights));
             let (u, rate) = match self.law {
-                ForceLaw::Linear => Linear::<E::Real, S, N>(combined.0).motion(&rates),
-                ForceLaw::Rotated => Warp::new(lanes, combined, doublings).motion(&rates),
-                ForceLaw::VirtualWork => Tangent::new(lanes, combined, doublings).motion(&rates),
+                ForceLaw::Linear => Linear(block.combine_linear(lanes, at, weights)).motion(lanes, place, rates),
+                ForceLaw::Rotated => Warp::new(lanes, combined(), weights.doublings).motion(lanes, place, rates),
+                ForceLaw::VirtualWork => Tangent::new(lanes, combined(), weights.doublings).motion(lanes, place, rates),
             };
-            scatter(lanes, self.n_vertices, first, (&u, &rate), &mut self.visit);
+            scatter(lanes, self.n_vertices, first, [&u, &rate], &mut |v, [u, rate]| (self.visit)(v, u, rate));
         }
     }
 
@@ -302,8 +328,9 @@ impl<E: Entry> Projection<'_, E> {
     #[inline(never)]
     fn gather(&mut self) {
         let sum = |line: &Line<E::Real>| line.0.iter().map(|x| x.to_f64()).sum::<f64>();
-        for (k, (force, [line, turn_line])) in self.force.iter_mut().zip(&*self.sums).enumerate() {
-            let [unit, turn_unit] = self.basis.units(k);
+        for ((force, [line, turn_line]), [unit, turn_unit]) in
+            self.force.iter_mut().zip(&*self.sums).zip(self.basis.units())
+        {
             *force += sum(line) * unit;
             if E::SCALED {
                 *force += sum(turn_line) * turn_unit;
@@ -325,7 +352,7 @@ impl<E: Entry> Projection<'_, E> {
     ) {
         let acting = self.acting;
         let per_mass = acting.load.on_group(lanes, self.uniform, || {
-            let (u, velocity) = shape.motion(&block.combine(lanes, at, self.rates));
+            let (u, velocity) = shape.motion(lanes, (block, at), self.rates);
             (lanes.add_vectors(&block.rest(lanes, at), &u), velocity)
         });
         let mut force = lanes.scale(block.mass(lanes, at), &per_mass);
@@ -364,12 +391,12 @@ impl<E: Entry> Sweep<E> for Projection<'_, E> {
         first: usize,
         at: usize,
     ) {
-        let (combined, place) = (block.combine(lanes, at, self.weights), (&block, first, at));
-        let doublings = self.weights.doublings;
+        let (weights, place) = (self.weights, (&block, first, at));
+        let combined = || block.combine(lanes, at, weights);
         match self.acting.law {
-            ForceLaw::Linear => self.act(lanes, place, &Linear::<E::Real, S, N>(combined.0)),
-            ForceLaw::Rotated => self.act(lanes, place, &Warp::new(lanes, combined, doublings)),
-            ForceLaw::VirtualWork => self.act(lanes, place, &Tangent::new(lanes, combined, doublings)),
+            ForceLaw::Linear => self.act(lanes, place, &Linear(block.combine_linear(lanes, at, weights))),
+            ForceLaw::Rotated => self.act(lanes, place, &Warp::new(lanes, combined(), weights.doublings)),
+            ForceLaw::VirtualWork => self.act(lanes, place, &Tangent::new(lanes, combined(), weights.doublings)),
         }
     }
 

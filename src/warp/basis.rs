@@ -31,6 +31,8 @@ pub struct Basis<E: Entry> {
     /// between kinds the last bits differ.
     pub arch: Arch,
     root_mass: f64,
+    /// Lines of a mode.
+    shapes: usize,
     lines: Vec<Line<E::Real>>,
     /// What an entry of one stands for, of Φ√M and of Ψ√M (modes).
     units: Vec<[f64; 2]>,
@@ -43,6 +45,8 @@ pub struct Basis<E: Entry> {
 pub struct Block<'a, E: Entry> {
     header: &'a [Line<E::Real>],
     shapes: &'a [Line<E::Real>],
+    /// Of a mode.
+    lines: usize,
 }
 
 /// Amplitudes as they meet a basis, and the [`doublings`] that its largest rotation at them needs.
@@ -57,11 +61,20 @@ pub struct Weights<'a, T> {
 impl<E: Entry> Basis<E> {
     /// Without shapes yet, of vertices at `rest` that have the shares `mass` of the mass `total_mass`.
     pub fn new(rest: &[Vec3], mass: &[f64], modes: usize, total_mass: f64) -> Result<Self> {
+        Self::with_shapes(rest, mass, (modes, E::LINES), total_mass)
+    }
+
+    /// As [`Basis::new`], with room for Φ alone.
+    pub fn linear(rest: &[Vec3], mass: &[f64], modes: usize, total_mass: f64) -> Result<Self> {
+        Self::with_shapes(rest, mass, (modes, E::LINEAR_LINES), total_mass)
+    }
+
+    fn with_shapes(rest: &[Vec3], mass: &[f64], (modes, shapes): (usize, usize), total_mass: f64) -> Result<Self> {
         let n_vertices = rest.len();
-        let lines = try_zeroed("the run-time basis", n_vertices.div_ceil(LANES) * (HEADER + E::LINES * modes))?;
+        let lines = try_zeroed("the run-time basis", n_vertices.div_ceil(LANES) * (HEADER + shapes * modes))?;
         let (units, largest_turn) = (vec![[1.0; 2]; modes], vec![0.0; modes]);
         let root_mass = total_mass.sqrt();
-        let mut basis = Self { modes, n_vertices, arch: Arch::new(), root_mass, lines, units, largest_turn };
+        let mut basis = Self { modes, n_vertices, arch: Arch::new(), root_mass, shapes, lines, units, largest_turn };
         for (v, (x, m)) in rest.iter().zip(mass).enumerate() {
             let (line, lane) = basis.place(v);
             let header = [m / total_mass, x.x, x.y, x.z];
@@ -70,19 +83,24 @@ impl<E: Entry> Basis<E> {
         Ok(basis)
     }
 
+    /// Whether it has Φ alone.
+    pub fn is_linear(&self) -> bool {
+        self.shapes == E::LINEAR_LINES
+    }
+
     /// First line of the block of vertex `v`, and its lane.
     fn place(&self, v: usize) -> (usize, usize) {
-        (v / LANES * (HEADER + E::LINES * self.modes), v % LANES)
+        (v / LANES * (HEADER + self.shapes * self.modes), v % LANES)
     }
 
     /// The lines of one mode of the block of vertex `v`, and its lane.
     fn range(&self, mode: usize, v: usize) -> (std::ops::Range<usize>, usize) {
         let (line, lane) = self.place(v);
-        let first = line + HEADER + E::LINES * mode;
-        (first..first + E::LINES, lane)
+        let first = line + HEADER + self.shapes * mode;
+        (first..first + self.shapes, lane)
     }
 
-    /// Stores Φ and Ψ (n_vertices each) of one mode.
+    /// Stores Φ and, unless left out, Ψ (n_vertices each) of one mode.
     pub fn set_mode(&mut self, mode: usize, phi: &[Vec3], psi: &[Vec3]) {
         let root_mass = self.root_mass;
         let largest = |field: &[Vec3]| field.iter().map(|x| x.amax()).fold(0.0, f64::max) * root_mass;
@@ -90,14 +108,15 @@ impl<E: Entry> Basis<E> {
         self.largest_turn[mode] = psi.iter().map(wide_norm).fold(0.0, f64::max) * root_mass;
         let [unit, turn_unit] = self.units[mode];
         for v in 0..self.n_vertices {
-            let (phi, psi) = (phi[v] * (root_mass / unit), psi[v] * (root_mass / turn_unit));
+            let psi = if self.is_linear() { Vec3::zeros() } else { psi[v] };
+            let (phi, psi) = (phi[v] * (root_mass / unit), psi * (root_mass / turn_unit));
             let (lines, lane) = self.range(mode, v);
             let entries = [phi.x, phi.y, phi.z, psi.x, psi.y, psi.z].map(E::encode);
             E::set_entries(&mut self.lines[lines], lane, entries);
         }
     }
 
-    /// Φ and Ψ of one vertex in one mode.
+    /// Φ and Ψ of one vertex in one mode; a Ψ that was left out is zero.
     pub fn at(&self, mode: usize, v: usize) -> (Vec3, Vec3) {
         let [x, y, z, rx, ry, rz] = self.stored(mode, v).map(E::decode);
         let [unit, turn_unit] = self.units[mode].map(|unit| unit / self.root_mass);
@@ -113,13 +132,16 @@ impl<E: Entry> Basis<E> {
     /// Stores what [`Basis::stored`] gave of one vertex in all modes.
     pub fn set_stored(&mut self, v: usize, modes: impl Iterator<Item = [E; SHAPES]>) {
         let (line, lane) = self.place(v);
-        let lines = &mut self.lines[line + HEADER..][..E::LINES * self.modes];
-        lines.chunks_exact_mut(E::LINES).zip(modes).for_each(|(lines, entries)| E::set_entries(lines, lane, entries));
+        let lines = &mut self.lines[line + HEADER..][..self.shapes * self.modes];
+        lines
+            .chunks_exact_mut(self.shapes)
+            .zip(modes)
+            .for_each(|(lines, entries)| E::set_entries(lines, lane, entries));
     }
 
-    /// What an entry of one stands for, of Φ√M and of Ψ√M.
-    pub fn units(&self, mode: usize) -> [f64; 2] {
-        self.units[mode]
+    /// What an entry of one stands for, of Φ√M and of Ψ√M (modes).
+    pub fn units(&self) -> &[[f64; 2]] {
+        &self.units
     }
 
     /// What goes with [`Basis::set_stored`]: the units, and the largest |Ψ|√M as [`Basis::set_mode`] found it.
@@ -132,8 +154,8 @@ impl<E: Entry> Basis<E> {
     pub fn is_finite(&self) -> bool {
         // Without a way out within a line, which would keep it out of the registers.
         let finite = |line: &Line<E::Real>| line.0.iter().fold(true, |all, x| all & x.to_f64().is_finite());
-        let read = if E::SCALED { HEADER } else { HEADER + E::LINES * self.modes };
-        self.lines.chunks_exact(HEADER + E::LINES * self.modes).all(|block| block[..read].iter().all(finite))
+        let read = if E::SCALED { HEADER } else { HEADER + self.shapes * self.modes };
+        self.lines.chunks_exact(HEADER + self.shapes * self.modes).all(|block| block[..read].iter().all(finite))
             && self.units.iter().flatten().all(|unit| E::Real::of(*unit).to_f64().is_finite())
     }
 
@@ -158,12 +180,12 @@ impl<E: Entry> Basis<E> {
         Weights { factors: &room[..self.modes], doublings: doublings(turn) }
     }
 
-    /// All blocks, in order, given the number of modes.
+    /// All blocks, in order.
     #[inline(always)]
-    pub fn blocks(&self, modes: usize) -> impl Iterator<Item = Block<'_, E>> {
-        self.lines.chunks_exact(HEADER + E::LINES * modes).map(move |lines| {
+    pub fn blocks(&self) -> impl Iterator<Item = Block<'_, E>> {
+        self.lines.chunks_exact(HEADER + self.shapes * self.modes).map(|lines| {
             let (header, shapes) = lines.split_at(HEADER);
-            Block { header, shapes }
+            Block { header, shapes, lines: self.shapes }
         })
     }
 }
@@ -201,7 +223,35 @@ impl<E: Entry> Block<'_, E> {
         (linear, turn)
     }
 
+    /// Φq.
+    #[inline(always)]
+    pub fn combine_linear<S: Simd, const N: usize>(
+        &self,
+        lanes: Lanes<E::Real, S, N>,
+        at: usize,
+        weights: Weights<E::Real>,
+    ) -> Vectors<E::Real, S, N> {
+        let add = |linear, (shapes, factors): (&[Line<_>], &[_; 2])| {
+            lanes.scale_add(lanes.repeat(factors[0]), &E::phi(lanes, shapes, at), &linear)
+        };
+        self.shapes.chunks_exact(self.lines).zip(weights.factors).fold([lanes.splat(0.0); 3], add)
+    }
+
     /// Adds Φᵀg, in entries of the mode, lane by lane, to the first of the lines for each mode.
+    #[inline(always)]
+    pub fn project_linear<S: Simd, const N: usize>(
+        &self,
+        lanes: Lanes<E::Real, S, N>,
+        at: usize,
+        g: &Vectors<E::Real, S, N>,
+        sums: &mut [[Line<E::Real>; 2]],
+    ) {
+        for (shapes, [sum, _]) in self.shapes.chunks_exact(self.lines).zip(sums) {
+            lanes.add_dot(&E::phi(lanes, shapes, at), g, sum, at);
+        }
+    }
+
+    /// As [`Block::project_linear`], where Ψ lies between.
     #[inline(always)]
     pub fn project<S: Simd, const N: usize>(
         &self,

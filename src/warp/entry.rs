@@ -9,11 +9,13 @@ use pulp::Simd;
 pub const SHAPES: usize = 6;
 
 /// An entry of the basis.
-pub trait Entry: Copy + Send + Sync + 'static {
+pub trait Entry: Copy + Default + Send + Sync + 'static {
     /// What is computed with.
     type Real: Real;
-    /// Lines of a mode.
+    /// Lines of a mode with Φ and Ψ, and with Φ alone.
     const LINES: usize;
+    /// See [`Entry::LINES`].
+    const LINEAR_LINES: usize;
     /// Units differ from 1.
     const SCALED: bool;
     /// Bytes saved.
@@ -52,6 +54,7 @@ pub trait Entry: Copy + Send + Sync + 'static {
 impl<T: Real> Entry for T {
     type Real = T;
     const LINES: usize = SHAPES;
+    const LINEAR_LINES: usize = SHAPES / 2;
     const SCALED: bool = false;
     const BYTES: usize = size_of::<T>();
     const ROUNDING: f64 = if size_of::<T>() == 4 { f32::EPSILON as f64 / 2.0 } else { f64::EPSILON / 2.0 };
@@ -77,7 +80,7 @@ impl<T: Real> Entry for T {
     }
 
     fn entries(lines: &[Line<T>], lane: usize) -> [T; SHAPES] {
-        std::array::from_fn(|c| lines[c].0[lane])
+        std::array::from_fn(|c| lines.get(c).map_or_else(T::default, |line| line.0[lane]))
     }
 
     fn set_entries(lines: &mut [Line<T>], lane: usize, entries: [T; SHAPES]) {
@@ -105,6 +108,7 @@ const STEPS: f64 = 65536.0;
 impl Entry for I16 {
     type Real = f32;
     const LINES: usize = SHAPES / 2;
+    const LINEAR_LINES: usize = 2;
     const SCALED: bool = true;
     const BYTES: usize = 2;
     const ROUNDING: f64 = 0.5 / i16::MAX as f64;
@@ -130,7 +134,8 @@ impl Entry for I16 {
     }
 
     fn entries(lines: &[Line<f32>], lane: usize) -> [Self; SHAPES] {
-        std::array::from_fn(|c| Self((lines[c / 2].0[lane].to_bits() >> (16 * (c % 2))) as i16))
+        let word = |c: usize| lines.get(c / 2).map_or(0, |line| line.0[lane].to_bits());
+        std::array::from_fn(|c| Self((word(c) >> (16 * (c % 2))) as i16))
     }
 
     fn set_entries(lines: &mut [Line<f32>], lane: usize, entries: [Self; SHAPES]) {

@@ -58,7 +58,7 @@ pub fn sweep<E: Entry>(basis: &Basis<E>, sweep: &mut impl Sweep<E>) {
     #[inline(always)]
     fn groups<E: Entry, S: Simd, const N: usize>(simd: S, basis: &Basis<E>, sweep: &mut impl Sweep<E>) {
         let lanes = Lanes::<E::Real, S, N>::new(simd);
-        for (b, block) in basis.blocks(basis.modes).enumerate() {
+        for (b, block) in basis.blocks().enumerate() {
             for group in 0..LANES / lanes.width() {
                 sweep.visit(lanes, block, b * LANES + group * lanes.width(), group * N);
             }
@@ -84,38 +84,33 @@ pub fn with_weights<E: Entry, R>(basis: &Basis<E>, q: &[f64], work: impl FnOnce(
     work(basis.weights(q, room))
 }
 
-/// Hands two vectors of each lane to `visit` as those of vertices `first`, `first` + 1, …
+/// Hands `M` vectors of each lane to `visit` as those of vertices `first`, `first` + 1, …
 #[inline(always)]
-pub fn scatter<T: Real, S: Simd, const N: usize>(
+pub fn scatter<T: Real, S: Simd, const N: usize, const M: usize>(
     lanes: Lanes<T, S, N>,
     n_vertices: usize,
     first: usize,
-    (a, b): (&Vectors<T, S, N>, &Vectors<T, S, N>),
-    visit: &mut impl FnMut(usize, Vec3, Vec3),
+    vectors: [&Vectors<T, S, N>; M],
+    visit: &mut impl FnMut(usize, [Vec3; M]),
 ) {
-    let mut lines = [Line([T::default(); LANES]); 6];
-    for c in 0..3 {
-        lanes.store(a[c], &mut lines[c].0, 0);
-        lanes.store(b[c], &mut lines[3 + c].0, 0);
+    let mut lines = [[Line([T::default(); LANES]); 3]; M];
+    for (lines, vector) in lines.iter_mut().zip(vectors) {
+        (0..3).for_each(|c| lanes.store(vector[c], &mut lines[c].0, 0));
     }
     for i in 0..lanes.width().min(n_vertices.saturating_sub(first)) {
-        let vector =
-            |c: usize| Vec3::new(lines[c].0[i].to_f64(), lines[c + 1].0[i].to_f64(), lines[c + 2].0[i].to_f64());
-        visit(first + i, vector(0), vector(3));
+        visit(first + i, lines.map(|lines| Vec3::from_fn(|c, _| lines[c].0[i].to_f64())));
     }
 }
 
-/// Hands displacement u and rotation vector w (frame axes) of every vertex at amplitudes `q` to `visit`, in order.
-/// Linear modal analysis is not `warped`.
-pub fn visit_displacements<E: Entry>(basis: &Basis<E>, warped: bool, q: &[f64], visit: impl FnMut(usize, Vec3, Vec3)) {
-    struct Displacements<'a, T, F> {
+/// Hands the rotation vector w = Ψq (frame axes) of every vertex to `visit`, in order.
+pub fn visit_turns<E: Entry>(basis: &Basis<E>, q: &[f64], visit: impl FnMut(usize, Vec3)) {
+    struct Turns<'a, T, F> {
         n_vertices: usize,
-        warped: bool,
         weights: Weights<'a, T>,
         visit: F,
     }
 
-    impl<E: Entry, F: FnMut(usize, Vec3, Vec3)> Sweep<E> for Displacements<'_, E::Real, F> {
+    impl<E: Entry, F: FnMut(usize, Vec3)> Sweep<E> for Turns<'_, E::Real, F> {
         #[inline(always)]
         fn visit<S: Simd, const N: usize>(
             &mut self,
@@ -124,15 +119,10 @@ pub fn visit_displacements<E: Entry>(basis: &Basis<E>, warped: bool, q: &[f64], 
             first: usize,
             at: usize,
         ) {
-            let Self { weights, .. } = self;
-            let (linear, turn) = block.combine(lanes, at, *weights);
-            let u =
-                if self.warped { Pose::new(lanes, (linear, turn), weights.doublings).displacement() } else { linear };
-            scatter(lanes, self.n_vertices, first, (&u, &turn), &mut self.visit);
+            let (_, turn) = block.combine(lanes, at, self.weights);
+            scatter(lanes, self.n_vertices, first, [&turn], &mut |v, [w]| (self.visit)(v, w));
         }
     }
 
-    with_weights(basis, q, |weights| {
-        sweep(basis, &mut Displacements { n_vertices: basis.n_vertices, warped, weights, visit });
-    });
+    with_weights(basis, q, |weights| sweep(basis, &mut Turns { n_vertices: basis.n_vertices, weights, visit }));
 }

@@ -27,23 +27,26 @@ pub struct Amplitudes<'a> {
 }
 
 /// How vertices move.
+#[derive(Clone, Copy)]
 struct Motion<'a, T> {
     weights: Weights<'a, T>,
     warped: bool,
 }
 
 impl<T: Real> Motion<'_, T> {
-    /// u and w of a group.
+    /// u of a group.
     #[inline(always)]
-    fn of<E: Entry<Real = T>, S: Simd, const N: usize>(
+    fn displacement<E: Entry<Real = T>, S: Simd, const N: usize>(
         &self,
         lanes: Lanes<T, S, N>,
         block: &Block<E>,
         at: usize,
-    ) -> (Vectors<T, S, N>, Vectors<T, S, N>) {
-        let (linear, turn) = block.combine(lanes, at, self.weights);
-        let pose = || Pose::new(lanes, (linear, turn), self.weights.doublings);
-        (if self.warped { pose().displacement() } else { linear }, turn)
+    ) -> Vectors<T, S, N> {
+        if self.warped {
+            Pose::new(lanes, block.combine(lanes, at, self.weights), self.weights.doublings).displacement()
+        } else {
+            block.combine_linear(lanes, at, self.weights)
+        }
     }
 }
 
@@ -98,7 +101,7 @@ pub fn visit_positions_f32<E: Entry>(
             at: usize,
         ) {
             let splat = |v: Vec3| [lanes.splat(v.x), lanes.splat(v.y), lanes.splat(v.z)];
-            let (u, _) = self.motion.of(lanes, &block, at);
+            let u = self.motion.displacement(lanes, &block, at);
             let mut x = lanes.add_vectors(&block.rest(lanes, at), &u);
             if let Some(rotation) = &self.placement.rotation {
                 let column = |c: usize| splat(rotation.column(c).into());
@@ -143,7 +146,7 @@ pub fn visit_positions_f64<E: Entry>(
             first: usize,
             at: usize,
         ) {
-            let [x, y, z] = lines(lanes, &self.motion.of(lanes, &block, at).0);
+            let [x, y, z] = lines(lanes, &self.motion.displacement(lanes, &block, at));
             let Placement { origin, rotation } = *self.placement;
             let mut rows = [[0f64; 3]; LANES];
             let rest = self.rest.get(first..).unwrap_or_default();
@@ -172,10 +175,11 @@ pub struct Extent {
     pub beyond: usize,
 }
 
-/// The extent at given amplitudes; `limit` is a |w|².
+/// The extent at given amplitudes; `limit` is a |w|². A basis without Ψ has no rotations to show.
 pub fn extent<E: Entry>(basis: &Basis<E>, amplitudes: Amplitudes, limit: f64) -> Extent {
     struct Measure<'a, T> {
         motion: Motion<'a, T>,
+        without_turns: bool,
         limit: f64,
         displacement: [f64; LANES],
         rotation: [f64; LANES],
@@ -191,7 +195,14 @@ pub fn extent<E: Entry>(basis: &Basis<E>, amplitudes: Amplitudes, limit: f64) ->
             _: usize,
             at: usize,
         ) {
-            let (u, w) = self.motion.of(lanes, &block, at);
+            let Motion { weights, warped } = self.motion;
+            let (u, w) = if self.without_turns {
+                (block.combine_linear(lanes, at, weights), [lanes.splat(0.0); 3])
+            } else {
+                let (linear, turn) = block.combine(lanes, at, weights);
+                let pose = || Pose::new(lanes, (linear, turn), weights.doublings);
+                (if warped { pose().displacement() } else { linear }, turn)
+            };
             let (u, w) = (lines(lanes, &u), lines(lanes, &w));
             // In f64: the squares of what f32 holds leave its range. The last block's padding is zero.
             let square = |v: &[Line<E::Real>; 3], i: usize| {
@@ -210,7 +221,8 @@ pub fn extent<E: Entry>(basis: &Basis<E>, amplitudes: Amplitudes, limit: f64) ->
     let zero = [0.0; LANES];
     let mut found = Extent::default();
     with_motion(basis, amplitudes, |motion| {
-        let mut all = Measure { motion, limit, displacement: zero, rotation: zero, beyond: [0; LANES] };
+        let without_turns = basis.is_linear();
+        let mut all = Measure { motion, without_turns, limit, displacement: zero, rotation: zero, beyond: [0; LANES] };
         sweep(basis, &mut all);
         let largest = |values: [f64; LANES]| values.into_iter().fold(0.0, f64::max);
         let beyond = all.beyond.iter().sum::<u64>() as usize;
