@@ -267,6 +267,7 @@ impl<E: Entry> Block<'_, E> {
 
     /// As [`Block::project`], and adds Ψᵀg' to the second line, or to the first where all entries have the unit 1.
     #[inline(always)]
+    #[allow(clippy::type_complexity)]
     pub fn project_both<S: Simd, const N: usize>(
         &self,
         lanes: Lanes<E::Real, S, N>,
