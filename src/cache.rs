@@ -11,10 +11,10 @@
 //! | triangles, oriented | 3t × u32 |
 //! | held | n × u8, 0 or 1 |
 //! | eigenvalues, largest rotation, largest swing of each mode | 3m × f64 |
-//! | Φ√M and Ψ√M by vertex, then mode | 6nm × f32 or f64 |
+//! | Φ√M and Ψ√M by vertex, then mode | 6nm × f32 or f64; without Ψ 3nm |
 //! | xxh3 of all before | u64 |
 //!
-//! Version 1 is a model that needs no more. Version 2 has sections beside that: the bytes of all sections as one u64 after the
+//! The precision is the bytes of a number of the basis, plus 256 for a basis without Ψ. Version 1 is a model that needs no more. Version 2 has sections beside that: the bytes of all sections as one u64 after the
 //! first row of the table, and the sections before the checksum, each a tag of four letters, a u32 of zero, the bytes of its
 //! content as u64, and its content:
 //!
@@ -46,6 +46,8 @@ const BYTE_ORDER: u32 = 0x0102_0304;
 const HEADER: usize = 40;
 /// Bytes that tell the size of the whole: the header and, with sections, their size.
 pub const FRONT: usize = HEADER + 8;
+/// In the word of the precision.
+const WITHOUT_TURNS: u32 = 0x100;
 const FACTS: usize = 8 * (3 + 7 + PHASES);
 
 /// Tag, zero and size before a section's content.
@@ -70,6 +72,8 @@ fn invalid<T>(message: impl Into<String>) -> Result<T> {
 #[derive(Clone, Copy)]
 struct Header {
     precision: Precision,
+    /// Without Ψ.
+    linear: bool,
     vertices: u32,
     triangles: u32,
     modes: u32,
@@ -84,6 +88,7 @@ impl Header {
         let mesh = &model.shell.mesh;
         Self {
             precision: model.precision(),
+            linear: model.is_linear(),
             vertices: mesh.positions.len() as u32,
             triangles: mesh.triangles.len() as u32,
             modes: model.n_modes() as u32,
@@ -94,9 +99,9 @@ impl Header {
     }
 
     fn words(&self) -> [u32; HEADER / 4] {
-        let Self { precision, vertices, triangles, modes, zero_modes, reoriented, .. } = *self;
+        let Self { precision, linear, vertices, triangles, modes, zero_modes, reoriented, .. } = *self;
         let magic = u32::from_le_bytes(MAGIC);
-        let precision = precision.number_bytes() as u32;
+        let precision = precision.number_bytes() as u32 | if linear { WITHOUT_TURNS } else { 0 };
         let version = if self.sections > 0 { WITH_SECTIONS } else { PLAIN };
         [magic, version, BYTE_ORDER, precision, DISCRETE_SHELLS, vertices, triangles, modes, zero_modes, reoriented]
     }
@@ -122,7 +127,8 @@ impl Header {
         if word(1) == WITH_SECTIONS && sections == 0 {
             return invalid("the saved model has sections of 0 bytes");
         }
-        let precision = [Precision::F32, Precision::F64].into_iter().find(|p| p.number_bytes() == word(3) as usize);
+        let (bytes, linear) = (word(3) & !WITHOUT_TURNS, word(3) & WITHOUT_TURNS != 0);
+        let precision = [Precision::F32, Precision::F64].into_iter().find(|p| p.number_bytes() == bytes as usize);
         let Some(precision) = precision else {
             return invalid(format!("the saved model has numbers of {} bytes", word(3)));
         };
@@ -135,13 +141,13 @@ impl Header {
             let counts = format!("{vertices} vertices, {triangles} triangles, {zero_modes} zero modes of {modes}");
             return invalid(format!("the saved model has {counts}: out of range"));
         }
-        Ok(Self { precision, vertices, triangles, modes, zero_modes, reoriented, sections })
+        Ok(Self { precision, linear, vertices, triangles, modes, zero_modes, reoriented, sections })
     }
 
     /// Bytes of the whole, exact whatever the counts are.
     fn size(&self) -> u128 {
         let [n, t, m] = [self.vertices, self.triangles, self.modes].map(u128::from);
-        let basis = 6 * n * m * self.precision.number_bytes() as u128;
+        let basis = if self.linear { 3 } else { 6 } * n * m * self.precision.number_bytes() as u128;
         let sections = u128::from(self.sections) + if self.sections > 0 { 8 } else { 0 };
         (HEADER + FACTS + 8) as u128 + 25 * n + 12 * t + 24 * m + basis + sections
     }
@@ -222,8 +228,8 @@ impl Model {
         check_facts(&shell, &certificate, &seconds)?;
         check_modes(header, &shell, &eigenvalues, [&largest_rotation, &largest_swing])?;
         let basis = match header.precision {
-            Precision::F32 => AnyBasis::F32(restore_basis(&shell, &largest_rotation, &mut from)?),
-            Precision::F64 => AnyBasis::F64(restore_basis(&shell, &largest_rotation, &mut from)?),
+            Precision::F32 => AnyBasis::F32(restore_basis(&shell, &largest_rotation, header.linear, &mut from)?),
+            Precision::F64 => AnyBasis::F64(restore_basis(&shell, &largest_rotation, header.linear, &mut from)?),
         };
         Ok(Self {
             fingerprint: crate::model::fingerprint(&shell, &eigenvalues, header.precision),
@@ -251,7 +257,7 @@ fn put_u64(out: &mut Vec<u8>, x: u64) {
 
 fn put_basis<T: Real>(basis: &Basis<T>, out: &mut Vec<u8>) {
     for v in 0..basis.n_vertices {
-        (0..basis.modes).for_each(|k| basis.stored(k, v).iter().for_each(|x| x.put(out)));
+        (0..basis.modes).for_each(|k| basis.stored(k, v).iter().take(basis.shapes()).for_each(|x| x.put(out)));
     }
 }
 
@@ -404,11 +410,17 @@ fn check_modes(header: &Header, shell: &Shell, eigenvalues: &[f64], largest: [&[
 }
 
 /// Φ and Ψ: finite, normed, zero where nothing moves, and turning no vertex by more than is said.
-fn restore_basis<T: Real>(shell: &Shell, largest_rotation: &[f64], from: &mut Reader) -> Result<Basis<T>> {
+fn restore_basis<T: Real>(
+    shell: &Shell,
+    largest_rotation: &[f64],
+    linear: bool,
+    from: &mut Reader,
+) -> Result<Basis<T>> {
     let (n, modes) = (shell.mass.len(), largest_rotation.len());
-    let row = 6 * T::BYTES;
+    let make = if linear { Basis::<T>::linear } else { Basis::<T>::new };
+    let mut basis = make(&shell.mesh.positions, &shell.mass, modes, shell.total_mass)?;
+    let row = basis.shapes() * T::BYTES;
     let bytes = from.take(n * modes * row);
-    let mut basis = Basis::<T>::new(&shell.mesh.positions, &shell.mass, modes, shell.total_mass)?;
     let mut norms = try_zeroed::<f64>("the norms", modes)?;
     let mut turns = try_zeroed::<f64>("the rotations", modes)?;
     for v in 0..n {
@@ -416,7 +428,9 @@ fn restore_basis<T: Real>(shell: &Shell, largest_rotation: &[f64], from: &mut Re
         let share = shell.mass[v] / shell.total_mass;
         for k in 0..modes {
             let at = (v * modes + k) * row;
-            let stored: [T; 6] = std::array::from_fn(|i| T::get(&bytes[at + i * T::BYTES..at + (i + 1) * T::BYTES]));
+            let mut stored = [T::default(); 6];
+            let numbers = bytes[at..at + row].chunks_exact(T::BYTES);
+            stored.iter_mut().zip(numbers).for_each(|(x, bytes)| *x = T::get(bytes));
             let square = |half: &[T]| half.iter().map(|x| x.to_f64() * x.to_f64()).sum::<f64>();
             let (shape, turn) = (square(&stored[..3]), square(&stored[3..]));
             if !(shape + turn).is_finite() {

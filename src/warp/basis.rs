@@ -11,6 +11,7 @@ use crate::Vec3;
 use crate::error::{Result, try_zeroed};
 use crate::real::Real;
 use pulp::{Arch, Simd};
+use std::ops::Range;
 
 /// One number for each vertex of a block, on a cache line of its own.
 #[derive(Clone, Copy, Default)]
@@ -107,16 +108,21 @@ impl<T: Real> Basis<T> {
         (vector(0), vector(3))
     }
 
-    /// Φ√M and Ψ√M of one vertex in one mode, x y z each, as they are stored.
+    /// Numbers of a vertex in a mode: six with Ψ, three without.
+    pub fn shapes(&self) -> usize {
+        self.shapes
+    }
+
+    /// Φ√M and Ψ√M of one vertex in one mode, x y z each, as they are stored; zeros for a Ψ that was left out.
     pub fn stored(&self, mode: usize, v: usize) -> [T; SHAPES] {
         let (line, lane) = self.place_in(mode, v);
-        std::array::from_fn(|c| self.lines[line + c].0[lane])
+        std::array::from_fn(|c| if c < self.shapes { self.lines[line + c].0[lane] } else { T::default() })
     }
 
     /// Stores what [`Basis::stored`] gave.
     pub fn set_stored(&mut self, mode: usize, v: usize, numbers: [T; SHAPES]) {
         let (line, lane) = self.place_in(mode, v);
-        (0..SHAPES).for_each(|c| self.lines[line + c].0[lane] = numbers[c]);
+        (0..self.shapes).for_each(|c| self.lines[line + c].0[lane] = numbers[c]);
     }
 
     /// Whether all of it are numbers.
@@ -134,18 +140,20 @@ impl<T: Real> Basis<T> {
         self.root_mass
     }
 
-    /// All blocks, in order.
-    #[inline(always)]
-    pub fn blocks(&self) -> impl Iterator<Item = Block<'_, T>> {
-        (0..self.n_vertices.div_ceil(LANES)).map(|b| self.block(b))
+    /// Number of blocks.
+    pub fn n_blocks(&self) -> usize {
+        self.n_vertices.div_ceil(LANES)
     }
 
-    /// The block of vertices [`LANES`] `b` and on.
+    /// Some blocks, in order.
     #[inline(always)]
-    pub fn block(&self, b: usize) -> Block<'_, T> {
+    pub fn blocks(&self, blocks: Range<usize>) -> impl Iterator<Item = Block<'_, T>> {
+        let (root_mass, shapes_per_mode) = (self.root_mass, self.shapes);
         let size = HEADER + self.shapes * self.modes;
-        let (header, shapes) = self.lines[b * size..(b + 1) * size].split_at(HEADER);
-        Block { header, shapes, lines: self.shapes, root_mass: self.root_mass }
+        self.lines[blocks.start * size..blocks.end * size].chunks_exact(size).map(move |lines| {
+            let (header, shapes) = lines.split_at(HEADER);
+            Block { header, shapes, lines: shapes_per_mode, root_mass }
+        })
     }
 }
 

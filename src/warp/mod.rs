@@ -13,13 +13,17 @@ pub use basis::{Basis, Block, Line};
 pub use coefficients::{Coefficients, Slopes, coefficients, coefficients_and_slopes};
 pub use derivative::warp_with_derivative;
 pub use modal_rotation::ModalRotation;
-pub use output::{Amplitudes, Extent, Placement, extent, visit_positions_f32, visit_positions_f64};
+pub use output::{
+    Amplitudes, Extent, Placement, extent, visit_positions_f32, visit_positions_f64, visit_positions_of_f32,
+    visit_positions_of_f64,
+};
 pub use pose::{Pose, Tangent};
 
 use crate::Vec3;
 use crate::real::Real;
 use lanes::{Lanes, Vectors};
 use pulp::{Simd, WithSimd};
+use std::ops::Range;
 
 /// Vertices per block.
 pub const LANES: usize = 16;
@@ -34,8 +38,14 @@ pub trait Sweep<T: Real> {
 
 /// Runs `sweep` over `basis`, in its kind of registers.
 pub fn sweep<T: Real>(basis: &Basis<T>, sweep: &mut impl Sweep<T>) {
+    sweep_blocks(basis, 0..basis.n_blocks(), sweep);
+}
+
+/// Runs `sweep` over some blocks of `basis`, in its kind of registers.
+pub fn sweep_blocks<T: Real>(basis: &Basis<T>, blocks: Range<usize>, sweep: &mut impl Sweep<T>) {
     struct Dispatch<'a, T, W> {
         basis: &'a Basis<T>,
+        blocks: Range<usize>,
         sweep: &'a mut W,
     }
 
@@ -45,17 +55,22 @@ pub fn sweep<T: Real>(basis: &Basis<T>, sweep: &mut impl Sweep<T>) {
         fn with_simd<S: Simd>(self, simd: S) {
             // Two registers at a time where a line has as many: one chain of additions alone would wait for itself.
             if size_of::<T::Register<S>>() == size_of::<Line<T>>() {
-                groups::<T, S, 1>(simd, self.basis, self.sweep);
+                groups::<T, S, 1>(simd, self.basis, self.blocks, self.sweep);
             } else {
-                groups::<T, S, 2>(simd, self.basis, self.sweep);
+                groups::<T, S, 2>(simd, self.basis, self.blocks, self.sweep);
             }
         }
     }
 
     #[inline(always)]
-    fn groups<T: Real, S: Simd, const N: usize>(simd: S, basis: &Basis<T>, sweep: &mut impl Sweep<T>) {
+    fn groups<T: Real, S: Simd, const N: usize>(
+        simd: S,
+        basis: &Basis<T>,
+        blocks: Range<usize>,
+        sweep: &mut impl Sweep<T>,
+    ) {
         let lanes = Lanes::<T, S, N>::new(simd);
-        for (b, block) in basis.blocks().enumerate() {
+        for (b, block) in blocks.clone().zip(basis.blocks(blocks)) {
             for group in 0..LANES / lanes.width() {
                 sweep.visit(lanes, block, b * LANES + group * lanes.width(), group * N);
             }
@@ -63,7 +78,7 @@ pub fn sweep<T: Real>(basis: &Basis<T>, sweep: &mut impl Sweep<T>) {
         }
     }
 
-    basis.arch.dispatch(Dispatch { basis, sweep });
+    basis.arch.dispatch(Dispatch { basis, blocks, sweep });
 }
 
 /// Hands `M` vectors of each lane to `visit` as those of vertices `first`, `first` + 1, …
