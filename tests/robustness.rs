@@ -73,6 +73,19 @@ fn a_mass_that_is_finite_by_triangles_but_not_in_sum_is_refused() {
 }
 
 #[test]
+fn a_held_vertex_out_of_all_reach_is_refused() {
+    // The free vertices share no stiff element with it, so their entries are finite; the energy's rows beyond are not.
+    let l = 2.5e-43;
+    let mut positions: Vec<Vec3> = (0..6).map(|k| l * Vec3::new(f64::from(k / 3), f64::from(k % 3), 0.0)).collect();
+    positions[0].z = -1e193;
+    let triangles = [[0, 3, 4], [0, 4, 1], [1, 4, 5], [1, 5, 2]];
+    let supports = Supports { fixed: vec![0], clamped: vec![0, 4] };
+    let shell = Shell::new(Mesh::new(positions, &triangles).unwrap(), Material::default(), &supports).unwrap();
+    let outcome = Model::precompute(Arc::new(shell), &Options { modes: 3, ..Options::default() }, &mut |_, _| Ok(()));
+    assert!(is_numerical(outcome).message.contains("held vertex"));
+}
+
+#[test]
 fn a_load_that_overflows_is_a_numerical_failure_of_the_step() {
     for method in ALL {
         let mut state = state(method);

@@ -149,3 +149,35 @@ fn a_strip_that_narrows_a_millionfold_is_refused_with_the_numbers() {
     assert_eq!(error.kind, ErrorKind::Numerical);
     assert!(error.message.contains("mode 0 of 8: its eigenvalue is"), "{}", error.message);
 }
+
+#[test]
+fn a_tiny_sheet_does_not_stop_the_implicit_steps_of_a_large_one() {
+    use shellwarp::reference::{Rayleigh, Solver};
+    let sheet = equilateral_sheet(16, 3, 0.25);
+    for power in [0, 2, 4, 6, 7] {
+        let both = with_small_copy(&sheet, 10f64.powi(-power));
+        let mesh = Mesh::new(both.0.clone(), &both.1).unwrap();
+        let shell = std::sync::Arc::new(Shell::new(mesh, stiff(1e4), &Supports::default()).unwrap());
+        let mut solver = Solver::new(shell.clone()).unwrap();
+        let n = shell.mass.len();
+        let (mut u, mut v) = (vec![Vec3::zeros(); n], vec![Vec3::zeros(); n]);
+        let g = Vec3::new(0.0, 0.0, -0.05);
+        let forces: Vec<Vec3> = shell.mass.iter().map(|m| *m * g).collect();
+        let h = 1.0 / 30.0;
+        for k in 1..=30 {
+            let r = solver.implicit_euler(&mut u, &mut v, &forces, Rayleigh::default(), h);
+            let centre = |from: usize, to: usize| {
+                let m: f64 = shell.mass[from..to].iter().sum();
+                (from..to).map(|i| shell.mass[i] / m * u[i].z).sum::<f64>()
+            };
+            if k % 10 == 1 || k < 4 {
+                println!(
+                    "1e-{power} {k} {r:?} {:.6e} {:.6e} exact {:.6e}",
+                    centre(0, n / 2),
+                    centre(n / 2, n),
+                    -0.05 * h * h * (k * (k + 1)) as f64 / 2.0
+                );
+            }
+        }
+    }
+}
