@@ -415,7 +415,8 @@ typedef struct SwStateReport {
   uint32_t in_range;
   // Seconds stepped since creation or reset.
   double time;
-  // Of the motion in the frame.
+  // Of the motion in the frame. Under handles SW_INTEGRATOR_EXACT moves by impulses at the start of each step: a shell that
+  // rests at the ends of steps reports the energy of half an impulse there, which falls with the square of the step.
   double kinetic_energy;
   // Of the deformation.
   double elastic_energy;

@@ -109,8 +109,8 @@ impl Model {
         let (largest_rotation, largest_swing) = largest_rotation_and_swing(&shell, &modes);
         let shapes_fit = with_basis!(&basis, basis => basis.is_finite());
         let Certificate { residual, orthonormality, .. } = modes.certificate;
-        let told = largest_rotation.iter().chain(&largest_swing).chain([&residual, &orthonormality]);
-        if !shapes_fit || told.into_iter().any(|x| !x.is_finite()) {
+        let told = largest_rotation.iter().chain(&largest_swing).chain(&modes.eigenvalues);
+        if !shapes_fit || told.chain([&residual, &orthonormality]).any(|x| !x.is_finite()) {
             let message = "the mode shapes leave the floating-point range: choose other units, or 64-bit precision";
             return Err(Error::new(ErrorKind::Numerical, message));
         }

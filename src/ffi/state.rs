@@ -136,7 +136,8 @@ pub struct SwStateReport {
     pub in_range: u32,
     /// Seconds stepped since creation or reset.
     pub time: f64,
-    /// Of the motion in the frame.
+    /// Of the motion in the frame. Under handles SW_INTEGRATOR_EXACT moves by impulses at the start of each step: a shell that
+    /// rests at the ends of steps reports the energy of half an impulse there, which falls with the square of the step.
     pub kinetic_energy: f64,
     /// Of the deformation.
     pub elastic_energy: f64,
