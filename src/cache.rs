@@ -11,10 +11,10 @@
 //! | triangles, oriented | 3t × u32 |
 //! | held | n × u8, 0 or 1 |
 //! | eigenvalues, largest rotation, largest swing of each mode | 3m × f64 |
-//! | Φ√M and Ψ√M by vertex, then mode | 6nm × f32, f64 or i16 |
+//! | Φ√M and Ψ√M by vertex, then mode | 6nm × f32, f64 or i16; without Ψ 3nm |
 //! | xxh3 of all before | u64 |
 //!
-//! Version 1 is a model that needs no more. Version 2 has sections beside that: the bytes of all sections as one u64 after the
+//! The precision is the bytes of a number of the basis, plus 256 for a basis without Ψ. Version 1 is a model that needs no more. Version 2 has sections beside that: the bytes of all sections as one u64 after the
 //! first row of the table, and the sections before the checksum, each a tag of four letters, a u32 of zero, the bytes of its
 //! content as u64, and its content:
 //!
@@ -47,6 +47,8 @@ const BYTE_ORDER: u32 = 0x0102_0304;
 const HEADER: usize = 40;
 /// Bytes that tell the size of the whole: the header and, with sections, their size.
 pub const FRONT: usize = HEADER + 8;
+/// In the word of the precision.
+const WITHOUT_TURNS: u32 = 0x100;
 const FACTS: usize = 8 * (3 + 7 + PHASES);
 
 /// Tag, zero and size before a section's content.
@@ -74,6 +76,8 @@ fn invalid<T>(message: impl Into<String>) -> Result<T> {
 #[derive(Clone, Copy)]
 struct Header {
     precision: Precision,
+    /// Without Ψ.
+    linear: bool,
     vertices: u32,
     triangles: u32,
     modes: u32,
@@ -88,6 +92,7 @@ impl Header {
         let mesh = &model.shell.mesh;
         Self {
             precision: model.precision(),
+            linear: model.is_linear(),
             vertices: mesh.positions.len() as u32,
             triangles: mesh.triangles.len() as u32,
             modes: model.n_modes() as u32,
@@ -98,9 +103,9 @@ impl Header {
     }
 
     fn words(&self) -> [u32; HEADER / 4] {
-        let Self { precision, vertices, triangles, modes, zero_modes, reoriented, .. } = *self;
+        let Self { precision, linear, vertices, triangles, modes, zero_modes, reoriented, .. } = *self;
         let magic = u32::from_le_bytes(MAGIC);
-        let precision = precision.number_bytes() as u32;
+        let precision = precision.number_bytes() as u32 | if linear { WITHOUT_TURNS } else { 0 };
         let version = if self.sections > 0 { WITH_SECTIONS } else { PLAIN };
         [magic, version, BYTE_ORDER, precision, DISCRETE_SHELLS, vertices, triangles, modes, zero_modes, reoriented]
     }
@@ -126,8 +131,9 @@ impl Header {
         if word(1) == WITH_SECTIONS && sections == 0 {
             return invalid("the saved model has sections of 0 bytes");
         }
-        let precision =
-            [Precision::F32, Precision::F64, Precision::I16].into_iter().find(|p| p.number_bytes() == word(3) as usize);
+        let (bytes, linear) = (word(3) & !WITHOUT_TURNS, word(3) & WITHOUT_TURNS != 0);
+        let precisions = [Precision::F32, Precision::F64, Precision::I16];
+        let precision = precisions.into_iter().find(|p| p.number_bytes() == bytes as usize);
         let Some(precision) = precision else {
             return invalid(format!("the saved model has numbers of {} bytes", word(3)));
         };
@@ -140,13 +146,13 @@ impl Header {
             let counts = format!("{vertices} vertices, {triangles} triangles, {zero_modes} zero modes of {modes}");
             return invalid(format!("the saved model has {counts}: out of range"));
         }
-        Ok(Self { precision, vertices, triangles, modes, zero_modes, reoriented, sections })
+        Ok(Self { precision, linear, vertices, triangles, modes, zero_modes, reoriented, sections })
     }
 
     /// Bytes of the whole, exact whatever the counts are.
     fn size(&self) -> u128 {
         let [n, t, m] = [self.vertices, self.triangles, self.modes].map(u128::from);
-        let basis = 6 * n * m * self.precision.number_bytes() as u128;
+        let basis = if self.linear { 3 } else { 6 } * n * m * self.precision.number_bytes() as u128;
         let sections = u128::from(self.sections) + if self.sections > 0 { 8 } else { 0 };
         (HEADER + FACTS + 8) as u128 + 25 * n + 12 * t + 24 * m + basis + sections
     }
@@ -230,9 +236,9 @@ impl Model {
         let units = restore_units(header, sections.units)?;
         let modes = (&largest_rotation[..], &units[..]);
         let basis = match header.precision {
-            Precision::F32 => AnyBasis::F32(restore_basis(&shell, modes, &mut from)?),
-            Precision::F64 => AnyBasis::F64(restore_basis(&shell, modes, &mut from)?),
-            Precision::I16 => AnyBasis::I16(restore_basis(&shell, modes, &mut from)?),
+            Precision::F32 => AnyBasis::F32(restore_basis(&shell, modes, header.linear, &mut from)?),
+            Precision::F64 => AnyBasis::F64(restore_basis(&shell, modes, header.linear, &mut from)?),
+            Precision::I16 => AnyBasis::I16(restore_basis(&shell, modes, header.linear, &mut from)?),
         };
         Ok(Self {
             fingerprint: crate::model::fingerprint(&shell, &eigenvalues, header.precision),
@@ -260,7 +266,7 @@ fn put_u64(out: &mut Vec<u8>, x: u64) {
 
 fn put_basis<E: Entry>(basis: &Basis<E>, out: &mut Vec<u8>) {
     for v in 0..basis.n_vertices {
-        (0..basis.modes).for_each(|k| basis.stored(k, v).iter().for_each(|x| x.append(out)));
+        (0..basis.modes).for_each(|k| basis.stored(k, v).iter().take(basis.shapes()).for_each(|x| x.append(out)));
     }
 }
 
@@ -455,15 +461,18 @@ struct Found {
 fn restore_basis<E: Entry>(
     shell: &Shell,
     (largest_rotation, units): (&[f64], &[[f64; 2]]),
+    linear: bool,
     from: &mut Reader,
 ) -> Result<Basis<E>> {
     let (n, modes) = (shell.mass.len(), largest_rotation.len());
-    let row = 6 * E::BYTES;
+    let make = if linear { Basis::<E>::linear } else { Basis::<E>::new };
+    let mut basis = make(&shell.mesh.positions, &shell.mass, modes, shell.total_mass)?;
+    let row = basis.shapes() * E::BYTES;
     let bytes = from.take(n * modes * row);
-    let mut basis = Basis::<E>::new(&shell.mesh.positions, &shell.mass, modes, shell.total_mass)?;
     let mut found = try_zeroed::<Found>("the norms", modes)?;
     for v in (0..n).take_while(|_| modes > 0) {
-        let entries = |row: &[u8]| std::array::from_fn(|i| E::restore(&row[i * E::BYTES..(i + 1) * E::BYTES]));
+        let entry = |bytes: &[u8]| bytes.split_at_checked(E::BYTES).map_or_else(E::default, |(own, _)| E::restore(own));
+        let entries = |row: &[u8]| std::array::from_fn(|i| entry(row.get(i * E::BYTES..).unwrap_or_default()));
         let rows = bytes[v * modes * row..(v + 1) * modes * row].chunks_exact(row).map(entries);
         let share = shell.mass[v] / shell.total_mass;
         let (mut all, mut moved) = (0.0, 0.0);

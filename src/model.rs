@@ -48,11 +48,13 @@ pub struct Options {
     pub precision: Precision,
     /// Gravity (frame axes) under which the shell hangs at rest where it is linearised; zero = the rest shape.
     pub sag: Vec3,
+    /// For linear modal analysis alone: no modal rotations, half the basis.
+    pub linear: bool,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { modes: 16, precision: Precision::F32, sag: Vec3::zeros() }
+        Self { modes: 16, precision: Precision::F32, sag: Vec3::zeros(), linear: false }
     }
 }
 
@@ -115,15 +117,15 @@ impl Model {
         let shell = if options.sag == Vec3::zeros() { shell } else { sagged(&shell, options.sag, &mut progress)? };
         let modes = lowest_modes(&shell, options.modes, &mut progress)?;
         let basis = match options.precision {
-            Precision::F32 => AnyBasis::F32(run_time_basis(&shell, &modes.shapes, &mut progress)?),
-            Precision::F64 => AnyBasis::F64(run_time_basis(&shell, &modes.shapes, &mut progress)?),
-            Precision::I16 => AnyBasis::I16(run_time_basis(&shell, &modes.shapes, &mut progress)?),
+            Precision::F32 => AnyBasis::F32(run_time_basis(&shell, &modes.shapes, options.linear, &mut progress)?),
+            Precision::F64 => AnyBasis::F64(run_time_basis(&shell, &modes.shapes, options.linear, &mut progress)?),
+            Precision::I16 => AnyBasis::I16(run_time_basis(&shell, &modes.shapes, options.linear, &mut progress)?),
         };
         let (largest_rotation, largest_swing) = largest_rotation_and_swing(&shell, &modes);
         let shapes_fit = with_basis!(&basis, basis => basis.is_finite());
         let Certificate { residual, orthonormality, .. } = modes.certificate;
-        let told = largest_rotation.iter().chain(&largest_swing).chain([&residual, &orthonormality]);
-        if !shapes_fit || told.into_iter().any(|x| !x.is_finite()) {
+        let told = largest_rotation.iter().chain(&largest_swing).chain(&modes.eigenvalues);
+        if !shapes_fit || told.chain([&residual, &orthonormality]).any(|x| !x.is_finite()) {
             let message = "the mode shapes leave the floating-point range: choose other units, or 64-bit precision";
             return Err(Error::new(ErrorKind::Numerical, message));
         }
@@ -141,6 +143,11 @@ impl Model {
             peak_bytes: modes.peak_bytes,
             fingerprint,
         })
+    }
+
+    /// Whether it is for linear modal analysis alone.
+    pub fn is_linear(&self) -> bool {
+        with_basis!(&self.basis, basis => basis.is_linear())
     }
 
     /// What the guard needs to know of it.
@@ -194,10 +201,21 @@ fn sagged(shell: &Arc<Shell>, gravity: Vec3, progress: &mut Progress) -> Result<
     Ok(Arc::new(shell.sagged(gravity, &mut watch)?))
 }
 
-fn run_time_basis<E: Entry>(shell: &Shell, shapes: &[Vec<Vec3>], progress: &mut Progress) -> Result<Basis<E>> {
+fn run_time_basis<E: Entry>(
+    shell: &Shell,
+    shapes: &[Vec<Vec3>],
+    linear: bool,
+    progress: &mut Progress,
+) -> Result<Basis<E>> {
     progress.report(Phase::Rotation, 0.0)?;
-    let rotation = ModalRotation::new(&shell.mesh);
-    let mut basis = Basis::new(&shell.mesh.positions, &shell.mass, shapes.len(), shell.total_mass)?;
+    let Shell { mesh, mass, total_mass, .. } = shell;
+    if linear {
+        let mut basis = Basis::linear(&mesh.positions, mass, shapes.len(), *total_mass)?;
+        shapes.iter().enumerate().for_each(|(k, phi)| basis.set_mode(k, phi, &[]));
+        return Ok(basis);
+    }
+    let rotation = ModalRotation::new(mesh);
+    let mut basis = Basis::new(&mesh.positions, mass, shapes.len(), *total_mass)?;
     for (k, phi) in shapes.iter().enumerate() {
         basis.set_mode(k, phi, &rotation.apply(phi));
         progress.report(Phase::Rotation, (k + 1) as f64 / shapes.len() as f64)?;

@@ -34,7 +34,7 @@ fn small_model_under(sag: Vec3, precision: Precision) -> Model {
     let supports = Supports { fixed: vec![1], clamped: vec![0] };
     let material = Material { k_bend: 0.5, ..Material::default() };
     let shell = Arc::new(Shell::new(mesh, material, &supports).unwrap());
-    Model::precompute(shell, &Options { modes: 4, precision, sag }, &mut |_, _| Ok(())).unwrap()
+    Model::precompute(shell, &Options { modes: 4, precision, sag, ..Options::default() }, &mut |_, _| Ok(())).unwrap()
 }
 
 /// What a run on the model shows: saved states, positions and reports of every method, with handles, a moving frame and an

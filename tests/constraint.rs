@@ -46,11 +46,13 @@ fn positions(state: &State) -> Vec<Vec3> {
 
 fn rotation(state: &State, vertex: u32) -> UnitQuaternion<f64> {
     let mut r = UnitQuaternion::identity();
-    state.rotations(Space::World, |v, q| {
-        if v as u32 == vertex {
-            r = q;
-        }
-    });
+    state
+        .rotations(Space::World, |v, q| {
+            if v as u32 == vertex {
+                r = q;
+            }
+        })
+        .unwrap();
     r
 }
 
@@ -292,6 +294,28 @@ fn a_held_handle_does_not_ring() {
         // The modes beside the handle may swing on with the exact integrator, but nothing grows.
         assert!(speed(&state) <= first, "{integrator:?}: {} after {first}", speed(&state));
     }
+}
+
+#[test]
+fn a_shell_at_rest_under_a_handle_reports_the_exact_propagators_half_impulse() {
+    // Each step begins with the impulse p h of the handle's modal force p, so that it ends with −p h/2 in every slow mode.
+    let model = beam("flat_beam", 4);
+    let at_rest = |integrator, h: f64| {
+        let mut state = State::new(model.clone(), Method::Warp, integrator).unwrap();
+        state.set_damping(&Damping { ratios: vec![0.7], ..Damping::default() }).unwrap();
+        state.set_gravity(Vec3::new(0.0, 0.0, -0.05)).unwrap();
+        state.set_constraint(position(1, TIP, model.shell.mesh.positions[TIP as usize])).unwrap();
+        (0..(60.0 / h) as usize).for_each(|_| state.step(h).unwrap());
+        let before = positions(&state);
+        state.step(h).unwrap();
+        let moved = positions(&state).iter().zip(&before).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
+        assert!(moved <= 1e-9 * model.shell.mesh.size, "{integrator:?}: {moved}");
+        state.report().kinetic_energy
+    };
+    let [coarse, fine] = [30.0, 60.0].map(|rate| at_rest(Integrator::Exact, 1.0 / rate));
+    // To the first order in the slow modes' ωh.
+    assert_close("energy of half the step's impulse", coarse / fine, 4.0, 0.1, 0.0);
+    assert!(at_rest(Integrator::ImplicitEuler, 1.0 / 30.0) <= 1e-12 * coarse);
 }
 
 #[test]

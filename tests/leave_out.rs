@@ -3,11 +3,13 @@
 #![allow(missing_docs)]
 mod common;
 use common::*;
-use shellwarp::Vec3;
+use shellwarp::constraint::{Constraint, Target};
+use shellwarp::load::Wind;
 use shellwarp::model::{Model, Options, Precision};
-use shellwarp::state::{Method, State};
+use shellwarp::state::{Damping, Method, Space, State};
 use shellwarp::step::Integrator;
 use shellwarp::support::{Motion, Pose, Rates};
+use shellwarp::{ErrorKind, Vec3};
 use std::sync::Arc;
 
 const MODAL: [Method; 3] = [Method::LinearModalAnalysis, Method::Warp, Method::VirtualWorkWarp];
@@ -123,4 +125,191 @@ fn gravity_near_the_rest_shape_is_taken_to_first_order_within_a_millionth_of_the
             }
         }
     }
+}
+
+/// Deformed positions in frame axes.
+fn positions(state: &State) -> Vec<Vec3> {
+    let mut x = vec![];
+    state.positions(Space::Frame, |_, position| x.push(position));
+    x
+}
+
+#[test]
+fn a_model_for_linear_modal_analysis_alone_moves_to_the_same_bits_in_half_the_memory() {
+    let (whole, linear) = (
+        model("v_beam", Options { modes: 8, ..Options::default() }),
+        model("v_beam", Options { modes: 8, linear: true, ..Options::default() }),
+    );
+    let (mut a, mut b) = (state(&whole, Method::LinearModalAnalysis), state(&linear, Method::LinearModalAnalysis));
+    for state in [&mut a, &mut b] {
+        state.set_gravity(Vec3::new(0.0, 0.4, -0.8)).unwrap();
+        state.set_frame(Pose::identity(), spinning());
+        for _ in 0..30 {
+            state.step(FRAME).unwrap();
+        }
+    }
+    assert_eq!(positions(&a), positions(&b));
+    let (shown, bound) = (a.report(), b.report());
+    assert_eq!((shown.max_displacement, shown.elastic_energy), (bound.max_displacement, bound.elastic_energy));
+    assert!(bound.max_rotation >= shown.max_rotation && bound.max_rotation < 8.0 * shown.max_rotation);
+    // Three lines a mode instead of six, of 16 numbers of 4 bytes for each block of 16 vertices.
+    let blocks = whole.shell.mass.len().div_ceil(16);
+    assert_eq!(whole.bytes() - linear.bytes(), blocks * 3 * 8 * 64 + 8 * 8 * size_of::<Vec3>());
+
+    // Saved likewise, and loaded to the same.
+    let bytes = linear.save().unwrap();
+    assert_eq!(whole.save().unwrap().len() - bytes.len(), whole.shell.mass.len() * 3 * 8 * 4);
+    let loaded = Arc::new(Model::load(&bytes).unwrap());
+    assert!(loaded.is_linear() && loaded.save().unwrap() == bytes);
+    let mut c = state(&loaded, Method::LinearModalAnalysis);
+    c.load(&b.save()).unwrap();
+    assert_eq!(positions(&b), positions(&c));
+
+    for method in [Method::Warp, Method::VirtualWorkWarp] {
+        let refused = State::new(linear.clone(), method, Integrator::ImplicitEuler).err().expect("no rotations");
+        assert_eq!(refused.kind, ErrorKind::Unsupported);
+    }
+    assert_eq!(b.rotations(Space::Frame, |_, _| ()).unwrap_err().kind, ErrorKind::Unsupported);
+    let target = Target::Orientation(nalgebra::UnitQuaternion::identity());
+    let handle = Constraint { id: 0, vertex: 204, axes: [true; 3], compliance: 0.0, target };
+    assert_eq!(b.set_constraint(handle).unwrap_err().kind, ErrorKind::Unsupported);
+}
+
+#[test]
+fn the_positions_of_some_vertices_are_those_among_all() {
+    let model = model("v_beam", Options::default());
+    let n = model.shell.mass.len() as u32;
+    for method in [Method::LinearModalAnalysis, Method::Warp, Method::ImplicitShell] {
+        let mut state = state(&model, method);
+        state.set_gravity(Vec3::new(0.0, 0.4, -0.8)).unwrap();
+        state.set_frame(Pose { origin: Vec3::new(1.0, 2.0, 3.0), ..Pose::identity() }, Motion::Teleport);
+        (0..5).for_each(|_| state.step(FRAME).unwrap());
+        let (mut wide, mut narrow) = (vec![], vec![]);
+        state.position_rows(Space::World, |_, rows| wide.extend_from_slice(rows));
+        state.position_rows_f32(Space::World, |_, rows| narrow.extend_from_slice(rows));
+        // None, one, the last, a block and the next's first, repeats and a disorder.
+        for list in [vec![], vec![7], vec![n - 1], (16..33).collect(), vec![40, 3, 3, 41, n - 2, 0]] {
+            let mut place = 0;
+            state
+                .positions_of(Space::World, &list, |i, x| {
+                    assert_eq!((i, x), (place, wide[list[i] as usize]), "{method:?} {list:?}");
+                    place += 1;
+                })
+                .unwrap();
+            assert_eq!(place, list.len());
+            let same = |i: usize, x: [f32; 3]| assert_eq!(x, narrow[list[i] as usize], "{method:?} {list:?}");
+            state.positions_of_f32(Space::World, &list, same).unwrap();
+        }
+        let refused = state.positions_of(Space::World, &[0, n], |_, _| panic!("nothing is written")).unwrap_err();
+        assert_eq!(
+            (refused.kind, refused.message),
+            (ErrorKind::InvalidArgument, format!("vertices[1] is vertex {n} of {n}"))
+        );
+    }
+}
+
+/// A state that is let go and comes to rest.
+fn settling(model: &Arc<Model>, method: Method) -> State {
+    let mut state = state(model, method);
+    state.set_gravity(Vec3::new(0.0, 0.1, -0.3)).unwrap();
+    state.set_damping(&Damping { ratios: vec![0.5], ..Damping::default() }).unwrap();
+    state
+}
+
+#[test]
+fn a_state_that_no_step_changes_sleeps_and_wakes_to_the_bits_of_one_that_never_slept() {
+    let model = model("v_beam", in_f64(8));
+    for method in MODAL {
+        let mut sleeper = settling(&model, method);
+        let mut steps = 0;
+        while !sleeper.is_asleep() {
+            sleeper.step(FRAME).unwrap();
+            steps += 1;
+            assert!(steps < 20_000, "{method:?} never rests");
+        }
+        let mut waker = sleeper.try_clone().unwrap();
+        for _ in 0..10 {
+            sleeper.step(FRAME).unwrap();
+            waker.step(FRAME).unwrap();
+            // A set of the same wakes nobody; a change and the change back do, and every step is then taken.
+            sleeper.set_gravity(Vec3::new(0.0, 0.1, -0.3)).unwrap();
+            assert!(sleeper.is_asleep());
+            waker.set_gravity(Vec3::zeros()).unwrap();
+            waker.set_gravity(Vec3::new(0.0, 0.1, -0.3)).unwrap();
+            assert!(!waker.is_asleep());
+        }
+        println!("{method:?} rests after {steps} steps");
+        assert_eq!(sleeper.save(), waker.save());
+        sleeper.step(0.5 * FRAME).unwrap(); // another length is another function
+        waker.step(0.5 * FRAME).unwrap();
+        assert_eq!(sleeper.save(), waker.save());
+    }
+}
+
+#[test]
+fn everything_that_could_move_a_shell_wakes_it() {
+    let model = model("v_beam", in_f64(8));
+    let mut rested = settling(&model, Method::Warp);
+    while !rested.is_asleep() {
+        rested.step(FRAME).unwrap();
+    }
+    let handle = Constraint {
+        id: 3,
+        vertex: 204,
+        axes: [true; 3],
+        compliance: 0.0,
+        target: Target::Position(Vec3::new(0.1, 0.2, 0.3)),
+    };
+    let wind = Wind { velocity: Vec3::x(), density: 1.0, normal_drag: 1.0, ..Wind::default() };
+    let q = rested.amplitudes().unwrap().0.to_vec();
+    let saved = rested.save();
+    let changes: [(&str, &dyn Fn(&mut State)); 11] = [
+        ("reset", &|s| s.reset()),
+        ("gravity", &|s| s.set_gravity(Vec3::zeros()).unwrap()),
+        ("forces", &|s| s.set_forces(vec![(5, Vec3::x())], false).unwrap()),
+        ("forces for a step", &|s| s.set_forces(vec![(5, Vec3::x())], true).unwrap()),
+        ("wind", &|s| s.set_wind(wind.clone()).unwrap()),
+        ("damping", &|s| s.set_damping(&Damping::default()).unwrap()),
+        ("frame", &|s| s.set_frame(Pose { origin: Vec3::x(), ..Pose::identity() }, Motion::Continuous)),
+        ("handle", &|s| s.set_constraint(handle).unwrap()),
+        ("amplitudes", &|s| s.set_amplitudes(&q, &[1.0; 8]).unwrap()),
+        ("equilibrium", &|s| _ = s.equilibrium().unwrap()),
+        ("load", &|s| s.load(&saved).unwrap()),
+    ];
+    for (name, change) in changes {
+        let mut state = rested.try_clone().unwrap();
+        assert!(state.is_asleep());
+        change(&mut state);
+        assert!(!state.is_asleep(), "{name} does not wake");
+        state.step(FRAME).unwrap();
+    }
+}
+
+#[test]
+fn a_tolerance_rests_sooner_and_stays_that_close_to_where_it_would_have_come_to_rest() {
+    let model = model("v_beam", Options { modes: 8, ..Options::default() });
+    for method in MODAL {
+        let mut rested = settling(&model, method);
+        rested.equilibrium().unwrap();
+        let goal = positions(&rested);
+        let mut last_steps = usize::MAX;
+        for tolerance in [1e-5, 1e-3, 1e-2] {
+            let mut state = settling(&model, method);
+            state.set_rest_tolerance(tolerance).unwrap();
+            let mut steps = 0;
+            while !state.is_asleep() {
+                state.step(FRAME).unwrap();
+                steps += 1;
+                assert!(steps < 20_000, "{method:?} never rests");
+            }
+            let apart = positions(&state).iter().zip(&goal).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
+            println!("{method:?}, {tolerance}: {steps} steps, {apart:e} from rest");
+            // The bound is of first order in what is left: the load's own change with the turn is not in it.
+            assert!(apart <= 1.1 * tolerance && steps <= last_steps);
+            assert_eq!(state.report().kinetic_energy, 0.0);
+            last_steps = steps;
+        }
+    }
+    assert!(state(&model, Method::Warp).set_rest_tolerance(-1.0).is_err());
+    assert!(state(&model, Method::Warp).set_rest_tolerance(f64::NAN).is_err());
 }

@@ -54,6 +54,22 @@ fn mode_shapes_that_32_bits_cannot_hold_are_refused_and_64_bits_hold_them() {
 }
 
 #[test]
+fn a_residual_that_overflows_is_refused() {
+    // Rounding of 1e-16 in forces of 1e200, squared. Elsewhere the same shell has modes.
+    let precompute = |stiffness: f64| {
+        let (positions, triangles) = equilateral_sheet(3, 2, 0.25);
+        let fixed = (0..positions.len() as u32).filter(|v| positions[*v as usize].x < 0.025).collect();
+        let material =
+            Material { k_area: 1e4 * stiffness, k_length: 1e4 * stiffness, k_bend: stiffness, area_density: 1.0 };
+        let mesh = Mesh::new(positions, &triangles).unwrap();
+        let shell = Shell::new(mesh, material, &Supports { fixed, clamped: vec![] }).unwrap();
+        Model::precompute(Arc::new(shell), &Options { modes: 4, ..Options::default() }, &mut |_, _| Ok(()))
+    };
+    assert!(precompute(1e140).unwrap().certificate.residual < 1e-14);
+    is_numerical(precompute(1e200));
+}
+
+#[test]
 fn rotations_of_a_very_heavy_shell_do_not_underflow() {
     // Amplitudes go as the root of the mass, so shapes per amplitude are of order 1e-150 here and their squares vanish.
     let (positions, triangles) = equilateral_sheet(3, 2, 1e17);
@@ -70,6 +86,19 @@ fn a_mass_that_is_finite_by_triangles_but_not_in_sum_is_refused() {
     let (positions, triangles) = equilateral_sheet(3, 2, 1.0);
     let material = Material { area_density: 1e308, ..Material::default() };
     is_numerical(Shell::new(Mesh::new(positions, &triangles).unwrap(), material, &Supports::default()));
+}
+
+#[test]
+fn a_held_vertex_out_of_all_reach_is_refused() {
+    // The free vertices share no stiff element with it, so their entries are finite; the energy's rows beyond are not.
+    let l = 2.5e-43;
+    let mut positions: Vec<Vec3> = (0..6).map(|k| l * Vec3::new(f64::from(k / 3), f64::from(k % 3), 0.0)).collect();
+    positions[0].z = -1e193;
+    let triangles = [[0, 3, 4], [0, 4, 1], [1, 4, 5], [1, 5, 2]];
+    let supports = Supports { fixed: vec![0], clamped: vec![0, 4] };
+    let shell = Shell::new(Mesh::new(positions, &triangles).unwrap(), Material::default(), &supports).unwrap();
+    let outcome = Model::precompute(Arc::new(shell), &Options { modes: 3, ..Options::default() }, &mut |_, _| Ok(()));
+    assert!(is_numerical(outcome).message.contains("held vertex"));
 }
 
 #[test]
@@ -108,6 +137,20 @@ fn a_failed_step_leaves_the_constraints_reports() {
     is_numerical(state.step(100.0));
     assert_eq!(outcome(&state), before);
     is_numerical(state.equilibrium());
+    assert_eq!((outcome(&state), state.save()), (before, saved));
+}
+
+#[test]
+fn an_equilibrium_that_fails_after_good_iterations_leaves_the_constraints_reports() {
+    let mut state = state(Method::VirtualWorkWarp);
+    let vertex = state.model().shell.free[3];
+    let target = Target::Position(state.model().shell.mesh.positions[vertex as usize] + Vec3::z() * 0.02);
+    state.set_constraint(Constraint { id: 1, vertex, axes: [false, false, true], compliance: 0.0, target }).unwrap();
+    state.step(0.1).unwrap();
+    let outcome = |state: &State| *state.constraints().next().unwrap().1;
+    let (before, saved) = (outcome(&state), state.save());
+    state.set_gravity(Vec3::new(300.0, 200.0, -1000.0)).unwrap(); // beyond the guard, where the fixed point goes in circles
+    assert!(is_numerical(state.equilibrium()).message.contains("after 1000 iterations"));
     assert_eq!((outcome(&state), state.save()), (before, saved));
 }
 

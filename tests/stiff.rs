@@ -1,9 +1,12 @@
-//! Modes where stiffness and sizes differ by many powers of ten: right, or refused with the numbers, never silently wrong.
+//! Modes and implicit steps where stiffness and sizes differ by many powers of ten: right, or refused with the numbers, never
+//! silently wrong.
 #![allow(missing_docs)]
 mod common;
 use common::*;
 use shellwarp::modes::{Modes, Progress, lowest_modes};
+use shellwarp::reference::{Rayleigh, Solver};
 use shellwarp::{ErrorKind, Material, Mesh, Shell, Supports, Vec3};
+use std::sync::Arc;
 
 type Sheet = (Vec<Vec3>, Vec<[u32; 3]>);
 
@@ -148,4 +151,44 @@ fn a_strip_that_narrows_a_millionfold_is_refused_with_the_numbers() {
     let error = solve(&(positions, triangles), stiff(1e4), &[0, 1, 2, 3], 8).err().unwrap();
     assert_eq!(error.kind, ErrorKind::Numerical);
     assert!(error.message.contains("mode 0 of 8: its eigenvalue is"), "{}", error.message);
+}
+
+#[test]
+fn a_tiny_sheet_does_not_stop_the_implicit_steps_of_a_large_one() {
+    // Rounding on the tiny one gives forces of 1e-16 k/l, far above the load on the large one; nothing held it, so its share of
+    // the Hessian was singular to rounding, and the shift against that held the large one, too: 1 : 1e6 did not fall at all.
+    let sheet = equilateral_sheet(16, 3, 0.25);
+    let (n, edge, h, steps) = (sheet.0.len(), 0.25, 1.0 / 30.0, 30);
+    let gravity = Vec3::new(0.0, 0.0, -0.5);
+    let play = |both: &Sheet, fixed: Vec<u32>| {
+        let mesh = Mesh::new(both.0.clone(), &both.1).unwrap();
+        let shell = Arc::new(Shell::new(mesh, stiff(1e4), &Supports { fixed, clamped: vec![] }).unwrap());
+        let forces: Vec<Vec3> = shell.mass.iter().map(|m| *m * gravity).collect();
+        let mut solver = Solver::new(shell.clone()).unwrap();
+        let (mut u, mut v) = (vec![Vec3::zeros(); forces.len()], vec![Vec3::zeros(); forces.len()]);
+        for _ in 0..steps {
+            let report = solver.implicit_euler(&mut u, &mut v, &forces, Rayleigh::default(), h).unwrap();
+            assert!(report.iterations <= 20, "{report:?}");
+        }
+        (u, shell.mass.clone())
+    };
+    let fallen = 0.5 * gravity.z * h * h * f64::from(steps * (steps + 1)); // backward Euler's
+    let centre = |(u, mass): (&[Vec3], &[f64])| {
+        mass.iter().zip(u).map(|(m, u)| *m * u.z).sum::<f64>() / mass.iter().sum::<f64>()
+    };
+    let bent = play(&sheet, root(&sheet, edge)).0;
+    for power in [1, 2, 4, 6, 8] {
+        let both = with_small_copy(&sheet, 10f64.powi(-power));
+        let (u, mass) = play(&both, vec![]);
+        for part in [0..n, n..2 * n] {
+            // Newton's tolerance of 1e-9 a step.
+            assert_close(&format!("1e-{power}"), centre((&u[part.clone()], &mass[part])), fallen, 1e-7, 0.0);
+        }
+        let (u, mass) = play(&both, root(&sheet, edge));
+        assert_close("the tiny one's fall", centre((&u[n..], &mass[n..])), fallen, 1e-7, 0.0);
+        for (u, alone) in u.iter().zip(&bent) {
+            // The same, over a softest mode some thousand times softer than the load's own.
+            assert!((u - alone).norm() <= 1e-6 * bent[n - 1].norm(), "1e-{power}: {u:?} for {alone:?}");
+        }
+    }
 }

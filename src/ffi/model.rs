@@ -7,7 +7,7 @@ use super::pointer::{
     VectorRows, asks_for_size, byte_slice, check_flags, copy_out, enumerant, initialise, not_null, object, put,
     read_array, read_descriptor, read_descriptor_or_default, sized,
 };
-use super::status::{Fault, SW_ERROR_INVALID_DATA, SW_ERROR_NOT_PRECOMPUTED, SwStatus};
+use super::status::{Fault, SW_ERROR_INVALID_DATA, SW_ERROR_NOT_PRECOMPUTED, SW_ERROR_UNSUPPORTED, SwStatus};
 use crate::cache;
 use crate::error::require_finite;
 use crate::model::{Model, Options, Precision};
@@ -108,6 +108,9 @@ pub const SW_PRECISION_F64: u32 = 2;
 /// The run-time basis in 16 bits of a unit for each mode, computed with in 32: half the memory of SW_PRECISION_F32, and as fast where
 /// memory limits; positions good to about 1e-5 of the displacement (basis_rounding of SwModelInfo).
 pub const SW_PRECISION_I16: u32 = 3;
+/// For SW_METHOD_LMA and the nonlinear shells alone: no modal rotations are stored, and the model takes half the memory. States
+/// are then SW_METHOD_LMA by default; the warp, sw_state_rotations and constraints on orientations return SW_ERROR_UNSUPPORTED.
+pub const SW_PRECOMPUTE_LINEAR: u32 = 1;
 
 /// What to precompute.
 #[repr(C)]
@@ -120,7 +123,7 @@ pub struct SwPrecomputeDesc {
     pub modes: u32,
     /// SW_PRECISION_... of the run-time basis; 0 = SW_PRECISION_F32. Modes are always computed in 64 bits.
     pub precision: u32,
-    /// Must be 0.
+    /// SW_PRECOMPUTE_... or 0.
     pub flags: u32,
     /// NULL = none.
     pub progress: SwProgressFn,
@@ -308,7 +311,7 @@ pub unsafe extern "C" fn sw_model_precompute(model: *mut SwModel, desc: *const S
     guard(|| {
         // SAFETY: the header's contract.
         let (handle, desc) = unsafe { (object("model", model)?, read_descriptor_or_default("desc", desc)?) };
-        check_flags("desc->flags", desc.flags, 0)?;
+        check_flags("desc->flags", desc.flags, SW_PRECOMPUTE_LINEAR)?;
         let known = [(0, Precision::F32), (SW_PRECISION_F32, Precision::F32), (SW_PRECISION_F64, Precision::F64)];
         let known: Vec<_> = known.into_iter().chain([(SW_PRECISION_I16, Precision::I16)]).collect();
         let precision = enumerant("desc->precision", desc.precision, &known)?;
@@ -316,7 +319,8 @@ pub unsafe extern "C" fn sw_model_precompute(model: *mut SwModel, desc: *const S
         for (k, g) in desc.sag_gravity.iter().enumerate() {
             require_finite(&format!("desc->sag_gravity[{k}]"), *g)?;
         }
-        let options = Options { modes, precision, sag: desc.sag_gravity.into() };
+        let linear = desc.flags & SW_PRECOMPUTE_LINEAR != 0;
+        let options = Options { modes, precision, sag: desc.sag_gravity.into(), linear };
         let mut content = write("model", &handle.0)?;
         let mut progress = |phase: Phase, fraction: f64| call_progress(&desc, phase, fraction);
         let computed = Model::precompute(content.shell.clone(), &options, &mut progress)?;
@@ -508,7 +512,8 @@ pub const SW_SHAPE_ROTATION: u32 = 2;
 /// One mode (n_vertices x 3) as SW_SHAPE_..., in SW_FORMAT_..., `stride` bytes from vertex to vertex (0 = packed). The sign and
 /// the basis of repeated modes follow a fixed rule: modes agree with the translations along x, y, z, then the rotations about
 /// them, then a fixed random field, the first that they see. Callable concurrently.
-/// Errors: SW_ERROR_INVALID_ARGUMENT, also when n_vertices is not the mesh's; SW_ERROR_NOT_PRECOMPUTED; SW_ERROR_BUSY.
+/// Errors: SW_ERROR_INVALID_ARGUMENT, also when n_vertices is not the mesh's; SW_ERROR_NOT_PRECOMPUTED; SW_ERROR_UNSUPPORTED for
+/// rotations of a model with SW_PRECOMPUTE_LINEAR; SW_ERROR_BUSY.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn sw_model_mode_shape(
     model: *const SwModel,
@@ -526,6 +531,10 @@ pub unsafe extern "C" fn sw_model_mode_shape(
             return Err(Fault::argument(format!("mode is {mode}, but the model has {} modes", model.n_modes())));
         }
         let rotation = enumerant("shape", shape, &[(SW_SHAPE_DISPLACEMENT, false), (SW_SHAPE_ROTATION, true)])?;
+        if rotation && model.is_linear() {
+            let message = "the model was precomputed with SW_PRECOMPUTE_LINEAR: it has no modal rotations";
+            return Err(Fault::new(SW_ERROR_UNSUPPORTED, message));
+        }
         let rows = vertex_rows(&model, out, format, 3, stride, n_vertices)?;
         for v in 0..n_vertices as usize {
             let (phi, psi) = model.mode_at(mode as usize, v);

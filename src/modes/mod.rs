@@ -253,7 +253,7 @@ fn certify(search: &Search, pairs: &Pairs, norm: f64, progress: &mut Progress) -
         let image = part.stiffness.apply(&y);
         let residual = (0..y.len()).map(|i| root_mass[i] * (image[i] - lambda * y[i]));
         let relative = euclidean(residual) / (norm * euclidean(phi.iter().copied()));
-        certificate.residual = certificate.residual.max(relative);
+        certificate.residual = larger(certificate.residual, relative);
         shapes.push(part.scatter(shell, &phi));
     }
     progress.report(Phase::Certificate, 1.0)?;
@@ -318,6 +318,11 @@ fn rayleigh_quotient(shell: &Shell, part: &Part, y: ColRef<'_, f64>) -> f64 {
     rest_quadratic_form(&*shell.energy, &part.scatter(shell, &phi)) / y.squared_norm_l2()
 }
 
+/// The larger one; infinite where `b` is no number.
+fn larger(a: f64, b: f64) -> f64 {
+    if b.is_nan() { f64::INFINITY } else { a.max(b) }
+}
+
 fn euclidean(x: impl Iterator<Item = f64>) -> f64 {
     x.map(|x| x * x).sum::<f64>().sqrt()
 }
@@ -333,5 +338,5 @@ fn orthonormality(vectors: &Mat<f64>) -> f64 {
     let gram = vectors.transpose() * vectors;
     let k = gram.ncols();
     let error = |(i, j): (usize, usize)| (gram[(i, j)] - f64::from(u8::from(i == j))).abs();
-    (0..k * k).map(|ij| error((ij / k, ij % k))).fold(0.0, f64::max)
+    (0..k * k).map(|ij| error((ij / k, ij % k))).fold(0.0, larger)
 }

@@ -24,6 +24,7 @@ impl ScaledStiffness {
     pub fn assemble(shell: &Shell) -> Result<Self> {
         let inverse_root: Vec<f64> = shell.mass.iter().map(|m| 1.0 / m.sqrt()).collect();
         let mut matrix = BlockMatrix::of(shell);
+        let mut finite = true; // at held vertices too, which have no entries
         let scale = |a: u32, b: u32| inverse_root[a as usize] * inverse_root[b as usize];
         if shell.sag.is_some() {
             shell.energy.visit_hessian(&shell.mesh.positions, Curvature::Exact, &mut |(vertices, blocks)| {
@@ -32,11 +33,16 @@ impl ScaledStiffness {
             });
         } else {
             shell.energy.visit_rest_rows(&mut |(vertices, row)| {
+                finite &= row.iter().all(|b| b.iter().all(|x| x.is_finite()));
                 let block = |p: usize, q: usize| row[p] * (scale(vertices[p], vertices[q]) * row[q]).transpose();
                 matrix.add_element(vertices, block);
             });
         }
         matrix.require_finite()?;
+        if !finite {
+            let message = "the stiffness at a held vertex is not finite: stiffness, density or size out of range";
+            return Err(Error::new(ErrorKind::Numerical, message));
+        }
         let lower = matrix.lower;
         let root_mass = shell.free.iter().flat_map(|&v| [shell.mass[v as usize].sqrt(); 3]).collect();
         let norm = one_norm(&lower, |_| 1.0);

@@ -12,6 +12,7 @@ mod equilibrium;
 mod explicit;
 mod implicit;
 mod newton;
+mod noise;
 mod potential;
 
 pub use equilibrium::{Equilibrium, EquilibriumOptions, EquilibriumProgress};

@@ -1,15 +1,18 @@
 //! Newton's method with a line search on a [`Potential`].
 //!
 //! The direction is −H⁻¹∇Φ with the exact Hessian H. Where its Cholesky factorization fails, the semidefinite Hessian plus τM
-//! takes its place: τ is such that no direction is longer than the shell is large, and vanishes with ∇Φ.
+//! takes its place: τ is such that no direction is longer than the shell is large, and vanishes with ∇Φ. What rounding alone
+//! makes indefinite, fine parts beside coarse ones, is stiffened vertex by vertex before, and counts for nothing in τ.
 //!
 //! A thin shell hardly stretches, so a straight step that bends it far enough raises Φ, and a search for less along the line
 //! makes many small steps. But the next Newton step takes the stretch out again. So steps may raise Φ a few times in a row as
 //! long as Φ then falls below where it was (the watchdog of Chamberlain et al. 1982); if not, back to there and search.
 
 use super::free_norm;
+use super::noise::Noise;
 use super::potential::Potential;
 use crate::energy::Curvature;
+use crate::mesh::NONE;
 use crate::sparse::{BlockMatrix, Factor, Symbolic};
 use crate::{Error, ErrorKind, Result, Shell, Vec3};
 use faer::MatMut;
@@ -19,12 +22,6 @@ const DECREASE: f64 = 1e-4;
 
 /// Halvings, at least, before a line search gives up: α falls to 1e-12.
 const TRIALS: usize = 40;
-
-/// Rounding error of the sum Φ, relative to its terms.
-const SUM_NOISE: f64 = 1e-13;
-
-/// A force within this many of its expected rounding errors is as small as it gets.
-const FORCE_NOISE: f64 = 10.0;
 
 /// Steps in a row that may leave Φ above the mark.
 const VENTURES: usize = 2;
@@ -66,25 +63,12 @@ pub struct Newton {
     /// x + αΔ (n_vertices).
     trial: Vec<Vec3>,
     noise: Noise,
+    /// Whether nothing holds a component, and its momentum and inertia (n_components).
+    floats: Vec<bool>,
+    momenta: Vec<(Vec3, f64)>,
     /// Whether the last direction is of the exact Hessian.
     exact: bool,
     mark: Mark,
-}
-
-/// What rounding of the coordinates by δ does, given the diagonal of H.
-#[derive(Clone, Copy, Default)]
-struct Noise {
-    /// In ‖∇Φ‖: δ ‖diag H‖.
-    force: f64,
-    /// In Φ, over √Φ: an element of stiffness k and energy e pulls with √(2ke), and Σ √(2ke) δ ≤ δ √(2 trace H Φ).
-    root_value: f64,
-}
-
-impl Noise {
-    /// In a Φ whose terms have this sum of magnitudes.
-    fn of_value(&self, magnitude: f64) -> f64 {
-        SUM_NOISE * magnitude + self.root_value * magnitude.sqrt()
-    }
 }
 
 /// The last iterate that Φ fell to, and how far it is left behind.
@@ -95,6 +79,8 @@ struct Mark {
     slope: f64,
     /// ‖∇Φ‖.
     force: f64,
+    /// Whether that is no more than rounding.
+    noisy: bool,
     /// Steps since.
     ventures: usize,
     /// Share of Δ to venture next.
@@ -109,11 +95,23 @@ impl Newton {
         let factor = symbolic.factor()?;
         let zeros = vec![Vec3::zeros(); shell.mass.len()];
         let direction = vec![0.0; shell.n_unknowns()];
-        let (value, slope, force) = (0.0, 0.0, 0.0);
-        let mark =
-            Mark { x: zeros.clone(), direction: direction.clone(), value, slope, force, ventures: 0, reach: 1.0 };
+        let mark = Mark {
+            x: zeros.clone(),
+            direction: direction.clone(),
+            value: 0.0,
+            slope: 0.0,
+            force: 0.0,
+            noisy: false,
+            ventures: 0,
+            reach: 1.0,
+        };
         let (gradient, trial) = (zeros.clone(), zeros);
-        Ok(Self { matrix, symbolic, factor, gradient, direction, trial, noise: Noise::default(), exact: true, mark })
+        let mut floats = vec![true; shell.mesh.n_components];
+        let held = (0..shell.held.len()).filter(|&v| shell.held[v] && shell.mesh.component[v] != NONE);
+        held.for_each(|v| floats[shell.mesh.component[v] as usize] = false);
+        let momenta = vec![(Vec3::zeros(), 0.0); floats.len()];
+        let noise = Noise::default();
+        Ok(Self { matrix, symbolic, factor, gradient, direction, trial, noise, floats, momenta, exact: true, mark })
     }
 
     /// Moves `x` to a minimum of Φ. `watch` hears of each iterate's residual.
@@ -125,14 +123,14 @@ impl Newton {
         watch: &mut dyn FnMut(f64) -> Result<()>,
     ) -> Result<Convergence> {
         let mut last = f64::INFINITY;
-        self.noise = Noise::default();
+        self.noise.clear();
         (self.mark.ventures, self.mark.reach) = (0, 1.0);
         for iterations in 0.. {
             potential.gradient(x, &mut self.gradient);
             let force = free_norm(potential.shell, &self.gradient);
             let residual = force / stop.scale;
             watch(residual)?;
-            let stagnates = force <= FORCE_NOISE * self.noise.force && force > 0.5 * last;
+            let stagnates = force > 0.5 * last && self.noise.explains(potential.shell, &self.gradient);
             let settled = residual <= stop.tolerance || stagnates;
             let converged = settled && self.is_below_mark(potential, x);
             if converged || iterations == stop.max_iterations {
@@ -144,8 +142,7 @@ impl Newton {
             }
             if !self.search_from_mark(potential, x) {
                 let residual = self.mark.force / stop.scale;
-                let converged = self.mark.force <= FORCE_NOISE * self.noise.force;
-                return Ok(Convergence { converged, iterations, residual });
+                return Ok(Convergence { converged: self.mark.noisy, iterations, residual });
             }
         }
         unreachable!("the loop ends at the last iteration allowed")
@@ -165,6 +162,7 @@ impl Newton {
             mark.x.copy_from_slice(x);
             mark.direction.copy_from_slice(&self.direction);
             (mark.value, mark.slope, mark.force) = (potential.value(x).0, slope, force);
+            mark.noisy = self.noise.explains(potential.shell, &self.gradient);
         }
         let alpha = if mark.ventures == 0 { mark.reach } else { 1.0 };
         self.try_step(potential, x, alpha);
@@ -194,14 +192,20 @@ impl Newton {
     /// Finds Δ and returns the slope ∇Φ·Δ < 0.
     fn find_direction(&mut self, potential: &Potential, x: &[Vec3]) -> Result<f64> {
         potential.assemble(x, Curvature::Exact, &mut self.matrix);
-        self.noise = self.expected_noise(potential, x);
+        self.noise.measure(potential, x, &self.matrix);
         self.exact = true;
         if let Some(slope) = self.solve(potential)? {
             return Ok(slope);
         }
+        let mut shift = self.shift(potential);
+        if self.stiffen_by_noise(potential, shift)
+            && let Some(slope) = self.solve(potential)?
+        {
+            return Ok(slope);
+        }
         self.exact = false;
         potential.assemble(x, Curvature::Semidefinite, &mut self.matrix);
-        let mut shift = self.shift(potential);
+        self.stiffen_by_noise(potential, shift);
         for _ in 0..TRIALS {
             for (i, v) in potential.free().enumerate() {
                 self.matrix.add_diagonal(i, shift * potential.shell.mass[v]);
@@ -212,6 +216,21 @@ impl Newton {
             shift *= 9.0; // on top of what is there: about ten times as much in all
         }
         Err(Error::new(ErrorKind::Numerical, format!("no shift up to {shift:e} makes the Hessian positive definite")))
+    }
+
+    /// Adds the stiffness of rounding errors where it is beyond that of a `shift`, which would have to grow to it for all
+    /// vertices; whether there is such a vertex.
+    fn stiffen_by_noise(&mut self, potential: &Potential, shift: f64) -> bool {
+        let shell = potential.shell;
+        let mut any = false;
+        for (i, v) in potential.free().enumerate() {
+            let stiffness = self.noise.stiffness(i, shell.mass[v] / shell.material.area_density);
+            if stiffness > shift * shell.mass[v] {
+                self.matrix.add_diagonal(i, stiffness);
+                any = true;
+            }
+        }
+        any
     }
 
     /// Δ and ∇Φ·Δ, or `None` unless the matrix is positive definite.
@@ -225,8 +244,32 @@ impl Newton {
         }
         let n = self.direction.len();
         self.symbolic.solve_in_place(&self.factor, MatMut::from_column_major_slice_mut(&mut self.direction, n, 1))?;
+        self.balance_momenta(potential);
         let slope = self.slope(potential);
         Ok((slope < 0.0 && slope.is_finite()).then_some(slope))
+    }
+
+    /// Moves each component that floats so that Δ gives it the momentum that the forces ask for. Elastic and viscous forces do
+    /// not change with translations and cancel in the sum; only inertia resists. So this changes nothing but what was lost:
+    /// to the shifts above, or to rounding where the stiffness is beyond 1e16 m/h².
+    fn balance_momenta(&mut self, potential: &Potential) {
+        let Some(inertia) = potential.inertia_of_mass() else { return };
+        let (shell, sums) = (potential.shell, &mut self.momenta);
+        sums.fill((Vec3::zeros(), 0.0));
+        let component = |v: usize| shell.mesh.component[v] as usize;
+        for (i, v) in potential.free().enumerate() {
+            let weight = inertia * shell.mass[v];
+            let delta = Vec3::from_column_slice(&self.direction[3 * i..3 * i + 3]);
+            let (force, total) = &mut sums[component(v)];
+            *force += self.gradient[v] + weight * delta;
+            *total += weight;
+        }
+        for (i, v) in potential.free().enumerate() {
+            let (force, total) = sums[component(v)];
+            if self.floats[component(v)] {
+                (0..3).for_each(|c| self.direction[3 * i + c] -= force[c] / total);
+            }
+        }
     }
 
     /// ∇Φ·Δ.
@@ -275,18 +318,8 @@ impl Newton {
     /// τ: with it alone, ‖Δ‖_M = (shell's size)·√(total mass).
     fn shift(&self, potential: &Potential) -> f64 {
         let shell = potential.shell;
-        let squared: f64 = potential.free().map(|v| self.gradient[v].norm_squared() / shell.mass[v]).sum();
+        let force = |(i, v): (usize, usize)| self.noise.above_floor(i, self.gradient[v].norm());
+        let squared: f64 = potential.free().enumerate().map(|(i, v)| force((i, v)).powi(2) / shell.mass[v]).sum();
         (squared / shell.total_mass).sqrt() / shell.mesh.size
-    }
-
-    fn expected_noise(&self, potential: &Potential, x: &[Vec3]) -> Noise {
-        let furthest = potential.free().map(|v| x[v].amax()).fold(0.0, f64::max);
-        let (mut trace, mut squares) = (0.0, 0.0);
-        for d in self.matrix.diagonal() {
-            trace += d.abs();
-            squares += d * d;
-        }
-        let delta = f64::EPSILON * furthest;
-        Noise { force: delta * f64::sqrt(squares), root_value: delta * f64::sqrt(2.0 * trace) }
     }
 }

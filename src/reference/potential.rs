@@ -73,9 +73,9 @@ impl Potential<'_> {
         self.shell.energy.visit_hessian(x, curvature, &mut |(vertices, blocks)| {
             matrix.add_element(vertices, |p, q| blocks[p * vertices.len() + q]);
         });
-        let Some(s) = self.step else { return };
+        let (Some(s), Some(inertia)) = (self.step, self.inertia_of_mass()) else { return };
         for (i, v) in self.free().enumerate() {
-            matrix.add_diagonal(i, self.shell.mass[v] * (1.0 / s.h + s.damping.mass) / s.h);
+            matrix.add_diagonal(i, self.shell.mass[v] * inertia);
         }
         if s.damping.stiffness > 0.0 {
             let weight = s.damping.stiffness / s.h;
@@ -83,6 +83,11 @@ impl Potential<'_> {
                 matrix.add_element(vertices, |p, q| row[p] * (weight * row[q]).transpose());
             });
         }
+    }
+
+    /// What a mass adds to ∂²Φ/∂x², over the mass; `None` for an equilibrium.
+    pub fn inertia_of_mass(&self) -> Option<f64> {
+        self.step.map(|s| (1.0 / s.h + s.damping.mass) / s.h)
     }
 
     /// The vertices that move.

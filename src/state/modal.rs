@@ -71,6 +71,8 @@ pub struct Modal {
     scratch: AnyScratch,
     /// The state that loads are taken at.
     mean: [Vec<f64>; 2],
+    /// The last step left every bit as it was.
+    pub unchanged: bool,
 }
 
 impl Modal {
@@ -96,6 +98,7 @@ impl Modal {
             load: 0.0,
             scratch,
             mean: [zeros.clone(), zeros],
+            unchanged: false,
         }
     }
 
@@ -109,7 +112,7 @@ impl Modal {
 
     /// Whether the warp at amplitudes `q` gives finite positions in any precision, and the energies can be told.
     pub fn has_meaning(model: &Model, q: &[f64], q_dot: &[f64]) -> bool {
-        let turn: f64 = q.iter().zip(&model.largest_rotation).map(|(q, r)| (q * r).abs()).sum();
+        let turn = largest_turn(model, q);
         let largest = LARGEST_AMPLITUDE * model.shell.total_mass.sqrt();
         let (elastic, kinetic) = energies(model, q, q_dot);
         let bounded = turn <= LARGEST_ROTATION && q.iter().all(|q| q.abs() <= largest);
@@ -144,6 +147,7 @@ impl Modal {
         if !told || !Self::has_meaning(model, &self.next[0], &self.next[1]) {
             return Err(Error::new(ErrorKind::Numerical, format!("the step of {h} s does not give finite positions")));
         }
+        self.unchanged = work == 0.0 && self.next == [&*self.q, &*self.q_dot] && self.constraints.is_unchanged();
         let [next_q, next_q_dot] = &mut self.next;
         std::mem::swap(&mut self.q, next_q);
         std::mem::swap(&mut self.q_dot, next_q_dot);
@@ -158,7 +162,7 @@ impl Modal {
         let Self { law, mean: [q, q_dot], force, scratch, .. } = self;
         let total_mass = model.shell.total_mass;
         let participation = model.participation();
-        let shortened = external.on_all().is_none() && participation.suffices(*law, q, &model.largest_rotation);
+        let shortened = external.on_all().is_none() && participation.suffices(*law, || largest_turn(model, q));
         self.load = match (load.everywhere_alike(), &model.basis, scratch) {
             (Some(a), _, _) if shortened => {
                 participation.force(*law, a, q, force);
@@ -217,6 +221,27 @@ impl Modal {
         with_basis!(&model.basis, basis => constraints.project(basis, &step, q, (next_q, next_q_dot)))
     }
 
+    /// An upper bound of every vertex's rotation, rad.
+    pub fn largest_turn(&self, model: &Model) -> f64 {
+        largest_turn(model, &self.q)
+    }
+
+    /// How far any vertex can still move, to first order, under the forces of the last step: see the text of `rest`. `None`
+    /// where handles act, and for a shell that drifts.
+    pub fn motion_left(&self, model: &Model) -> Option<f64> {
+        let left = |(k, lambda): (usize, &f64)| {
+            let swing = if *lambda > 0.0 {
+                (self.q[k] - self.force[k] / lambda).hypot(self.q_dot[k] / lambda.sqrt())
+            } else if self.q_dot[k] == 0.0 && self.force[k] == 0.0 {
+                0.0
+            } else {
+                f64::INFINITY
+            };
+            swing * model.participation().reach()[k]
+        };
+        self.constraints.is_empty().then(|| model.eigenvalues.iter().enumerate().map(left).sum())
+    }
+
     fn amplitudes(&self) -> Amplitudes<'_> {
         Amplitudes { q: &self.q, warped: self.law.warped() }
     }
@@ -231,6 +256,31 @@ impl Modal {
     /// As [`Modal::positions`], in the basis's precision and rounded to f32.
     pub fn positions_f32(&self, model: &Model, placement: &Placement, write: impl FnMut(usize, &[[f32; 3]])) {
         with_basis!(&model.basis, basis => warp::visit_positions_f32(basis, self.amplitudes(), placement, write));
+    }
+
+    /// The positions of some vertices, to the same bits: the place in the list, and the row.
+    pub fn positions_of(
+        &self,
+        model: &Model,
+        placement: &Placement,
+        vertices: &[u32],
+        write: impl FnMut(usize, [f64; 3]),
+    ) {
+        let rest = &model.shell.mesh.positions;
+        with_basis!(&model.basis, basis =>
+            warp::visit_positions_of_f64(basis, self.amplitudes(), (rest, placement), vertices, write));
+    }
+
+    /// As [`Modal::positions_of`], for [`Modal::positions_f32`].
+    pub fn positions_of_f32(
+        &self,
+        model: &Model,
+        placement: &Placement,
+        vertices: &[u32],
+        write: impl FnMut(usize, [f32; 3]),
+    ) {
+        with_basis!(&model.basis, basis =>
+            warp::visit_positions_of_f32(basis, self.amplitudes(), placement, vertices, write));
     }
 
     /// How far it is bent; `limit` is a |w|².
@@ -287,6 +337,10 @@ impl Modal {
         let message = format!("no equilibrium: the residual is {last:.1e} after {SETTLE_ITERATIONS} iterations");
         Err(Error::new(ErrorKind::Numerical, message))
     }
+}
+
+fn largest_turn(model: &Model, q: &[f64]) -> f64 {
+    q.iter().zip(&model.largest_rotation).map(|(q, r)| (q * r).abs()).sum()
 }
 
 fn energies(model: &Model, q: &[f64], q_dot: &[f64]) -> (f64, f64) {

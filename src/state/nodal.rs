@@ -120,11 +120,13 @@ impl Nodal {
 
     /// Hands the position of every vertex to `visit`, in order.
     pub fn positions(&self, model: &Model, placement: &Placement, mut visit: impl FnMut(usize, Vec3)) {
-        let Placement { origin, rotation } = placement;
-        for (v, (rest, u)) in model.shell.mesh.positions.iter().zip(&self.u).enumerate() {
-            let local = rest + u;
-            visit(v, origin + rotation.map_or(local, |rotation| rotation * local));
-        }
+        (0..self.u.len()).for_each(|v| visit(v, self.position(model, placement, v)));
+    }
+
+    /// Position of vertex `v`.
+    pub fn position(&self, model: &Model, placement: &Placement, v: usize) -> Vec3 {
+        let local = model.shell.mesh.positions[v] + self.u[v];
+        placement.origin + placement.rotation.map_or(local, |rotation| rotation * local)
     }
 
     /// How far it is bent; `limit` is an angle.

@@ -28,6 +28,8 @@ pub struct Participation {
     uniform: Vec<Vec3>,
     /// T_jk at j modes + k; empty where it was left out.
     turning: Vec<Vec3>,
+    /// Largest |φ_k|.
+    reach: Vec<f64>,
 }
 
 impl Participation {
@@ -36,6 +38,7 @@ impl Participation {
         let modes = basis.modes;
         let turns = !basis.is_linear() && modes <= MOST_MODES;
         let mut uniform = vec![Vec3::zeros(); modes];
+        let mut reach = vec![0.0f64; modes];
         let mut turning = vec![Vec3::zeros(); if turns { modes * modes } else { 0 }];
         for first in (0..mass.len()).step_by(CHUNK) {
             let vertices = first..(first + CHUNK).min(mass.len());
@@ -45,6 +48,7 @@ impl Participation {
                 for k in 0..modes {
                     let (shape, turn) = basis.at(k, v);
                     uniform[k] += mass[v] * shape;
+                    reach[k] = reach[k].max(shape.norm());
                     phi.fixed_view_mut::<3, 1>(3 * k, column).copy_from(&(mass[v] * shape));
                     psi.fixed_view_mut::<3, 1>(3 * k, column).copy_from(&turn);
                 }
@@ -58,7 +62,7 @@ impl Participation {
                 }
             }
         }
-        Self { uniform, turning }
+        Self { uniform, turning, reach }
     }
 
     /// P_k of each mode: √mass.
@@ -66,15 +70,19 @@ impl Participation {
         &self.uniform
     }
 
-    /// Bytes held.
-    pub fn bytes(&self) -> usize {
-        (self.uniform.len() + self.turning.len()) * size_of::<Vec3>()
+    /// Largest displacement of a vertex per unit amplitude, of each mode.
+    pub fn reach(&self) -> &[f64] {
+        &self.reach
     }
 
-    /// Whether [`Participation::force`] stands for the sum over vertices at amplitudes `q`, to one part in 10⁶;
-    /// `largest_rotation` is that of each mode per unit amplitude.
-    pub fn suffices(&self, law: ForceLaw, q: &[f64], largest_rotation: &[f64]) -> bool {
-        let turn = || q.iter().zip(largest_rotation).map(|(q, psi)| (q * psi).abs()).sum::<f64>();
+    /// Bytes held.
+    pub fn bytes(&self) -> usize {
+        (self.uniform.len() + self.turning.len()) * size_of::<Vec3>() + self.reach.len() * size_of::<f64>()
+    }
+
+    /// Whether [`Participation::force`] stands for the sum over vertices, to one part in 10⁶, where no vertex turns further
+    /// than `turn`.
+    pub fn suffices(&self, law: ForceLaw, turn: impl FnOnce() -> f64) -> bool {
         !law.warped() || (!self.turning.is_empty() && turn() <= SMALL_TURN)
     }
 

@@ -12,6 +12,7 @@ use crate::error::{Result, try_zeroed};
 use crate::real::Real;
 use crate::{Vec3, wide_norm};
 use pulp::{Arch, Simd};
+use std::ops::Range;
 
 /// One number for each vertex of a block, on a cache line of its own.
 #[derive(Clone, Copy, Default)]
@@ -123,7 +124,12 @@ impl<E: Entry> Basis<E> {
         (Vec3::new(x, y, z) * unit, Vec3::new(rx, ry, rz) * turn_unit)
     }
 
-    /// The entries of one vertex in one mode, x y z of Φ and of Ψ, as they are stored.
+    /// Numbers of a vertex in a mode: six with Ψ, three without.
+    pub fn shapes(&self) -> usize {
+        if self.is_linear() { SHAPES / 2 } else { SHAPES }
+    }
+
+    /// The entries of one vertex in one mode, x y z of Φ and of Ψ, as they are stored; zeros for a Ψ that was left out.
     pub fn stored(&self, mode: usize, v: usize) -> [E; SHAPES] {
         let (lines, lane) = self.range(mode, v);
         E::entries(&self.lines[lines], lane)
@@ -132,11 +138,8 @@ impl<E: Entry> Basis<E> {
     /// Stores what [`Basis::stored`] gave of one vertex in all modes.
     pub fn set_stored(&mut self, v: usize, modes: impl Iterator<Item = [E; SHAPES]>) {
         let (line, lane) = self.place(v);
-        let lines = &mut self.lines[line + HEADER..][..self.shapes * self.modes];
-        lines
-            .chunks_exact_mut(self.shapes)
-            .zip(modes)
-            .for_each(|(lines, entries)| E::set_entries(lines, lane, entries));
+        let lines = self.lines[line + HEADER..][..self.shapes * self.modes].chunks_exact_mut(self.shapes);
+        lines.zip(modes).for_each(|(lines, entries)| E::set_entries(lines, lane, entries));
     }
 
     /// What an entry of one stands for, of Φ√M and of Ψ√M (modes).
@@ -180,10 +183,16 @@ impl<E: Entry> Basis<E> {
         Weights { factors: &room[..self.modes], doublings: doublings(turn) }
     }
 
-    /// All blocks, in order.
+    /// Number of blocks.
+    pub fn n_blocks(&self) -> usize {
+        self.n_vertices.div_ceil(LANES)
+    }
+
+    /// Some blocks, in order.
     #[inline(always)]
-    pub fn blocks(&self) -> impl Iterator<Item = Block<'_, E>> {
-        self.lines.chunks_exact(HEADER + self.shapes * self.modes).map(|lines| {
+    pub fn blocks(&self, blocks: Range<usize>) -> impl Iterator<Item = Block<'_, E>> {
+        let size = HEADER + self.shapes * self.modes;
+        self.lines[blocks.start * size..blocks.end * size].chunks_exact(size).map(|lines| {
             let (header, shapes) = lines.split_at(HEADER);
             Block { header, shapes, lines: self.shapes }
         })

@@ -15,7 +15,10 @@ pub use coefficients::{Coefficients, Slopes, coefficients, coefficients_and_slop
 pub use derivative::warp_with_derivative;
 pub use entry::{Entry, I16};
 pub use modal_rotation::ModalRotation;
-pub use output::{Amplitudes, Extent, Placement, extent, visit_positions_f32, visit_positions_f64};
+pub use output::{
+    Amplitudes, Extent, Placement, extent, visit_positions_f32, visit_positions_f64, visit_positions_of_f32,
+    visit_positions_of_f64,
+};
 pub use pose::{Pose, Tangent};
 
 use crate::Vec3;
@@ -23,6 +26,7 @@ use crate::modes::MAX_MODES;
 use crate::real::Real;
 use lanes::{Lanes, Vectors};
 use pulp::{Simd, WithSimd};
+use std::ops::Range;
 
 /// Vertices per block.
 pub const LANES: usize = 16;
@@ -37,8 +41,14 @@ pub trait Sweep<E: Entry> {
 
 /// Runs `sweep` over `basis`, in its kind of registers.
 pub fn sweep<E: Entry>(basis: &Basis<E>, sweep: &mut impl Sweep<E>) {
+    sweep_blocks(basis, 0..basis.n_blocks(), sweep);
+}
+
+/// Runs `sweep` over some blocks of `basis`, in its kind of registers.
+pub fn sweep_blocks<E: Entry>(basis: &Basis<E>, blocks: Range<usize>, sweep: &mut impl Sweep<E>) {
     struct Dispatch<'a, E: Entry, W> {
         basis: &'a Basis<E>,
+        blocks: Range<usize>,
         sweep: &'a mut W,
     }
 
@@ -48,17 +58,22 @@ pub fn sweep<E: Entry>(basis: &Basis<E>, sweep: &mut impl Sweep<E>) {
         fn with_simd<S: Simd>(self, simd: S) {
             // Two registers at a time where a line has as many: one chain of additions alone would wait for itself.
             if size_of::<<E::Real as Real>::Register<S>>() == size_of::<Line<E::Real>>() {
-                groups::<E, S, 1>(simd, self.basis, self.sweep);
+                groups::<E, S, 1>(simd, self.basis, self.blocks, self.sweep);
             } else {
-                groups::<E, S, 2>(simd, self.basis, self.sweep);
+                groups::<E, S, 2>(simd, self.basis, self.blocks, self.sweep);
             }
         }
     }
 
     #[inline(always)]
-    fn groups<E: Entry, S: Simd, const N: usize>(simd: S, basis: &Basis<E>, sweep: &mut impl Sweep<E>) {
+    fn groups<E: Entry, S: Simd, const N: usize>(
+        simd: S,
+        basis: &Basis<E>,
+        blocks: Range<usize>,
+        sweep: &mut impl Sweep<E>,
+    ) {
         let lanes = Lanes::<E::Real, S, N>::new(simd);
-        for (b, block) in basis.blocks().enumerate() {
+        for (b, block) in blocks.clone().zip(basis.blocks(blocks)) {
             for group in 0..LANES / lanes.width() {
                 sweep.visit(lanes, block, b * LANES + group * lanes.width(), group * N);
             }
@@ -66,7 +81,7 @@ pub fn sweep<E: Entry>(basis: &Basis<E>, sweep: &mut impl Sweep<E>) {
         }
     }
 
-    basis.arch.dispatch(Dispatch { basis, sweep });
+    basis.arch.dispatch(Dispatch { basis, blocks, sweep });
 }
 
 /// Calls `work` with the weights of amplitudes `q`, held on the stack.

@@ -2,11 +2,12 @@
 //! from the registers' lanes straight to rows, in whole groups of vertices.
 
 use super::lanes::{Lanes, Vectors};
-use super::{Basis, Block, Entry, LANES, Line, Pose, Sweep, Weights, sweep, with_weights};
+use super::{Basis, Block, Entry, LANES, Line, Pose, Sweep, Weights, sweep, sweep_blocks, with_weights};
 use crate::Vec3;
 use crate::real::Real;
 use nalgebra::Matrix3;
 use pulp::Simd;
+use std::ops::Range;
 
 /// Where the frame is that rest positions and displacements are given in: x = origin + rotation (rest + u).
 #[derive(Clone, Copy)]
@@ -84,6 +85,62 @@ pub fn visit_positions_f32<E: Entry>(
     placement: &Placement,
     write: impl FnMut(usize, &[[f32; 3]]),
 ) {
+    with_motion(basis, amplitudes, |motion| rows_f32(basis, 0..basis.n_blocks(), motion, placement, write));
+}
+
+/// The same of the vertices in `vertices` alone, to the same bits: the place in the list and the row. As many blocks are visited
+/// as the list has runs of vertices of one block.
+pub fn visit_positions_of_f32<E: Entry>(
+    basis: &Basis<E>,
+    amplitudes: Amplitudes,
+    placement: &Placement,
+    vertices: &[u32],
+    write: impl FnMut(usize, [f32; 3]),
+) {
+    with_motion(basis, amplitudes, |motion| {
+        visit_runs(vertices, |blocks, write| rows_f32(basis, blocks, motion, placement, write), write);
+    });
+}
+
+/// As [`visit_positions_of_f32`], for [`visit_positions_f64`].
+pub fn visit_positions_of_f64<E: Entry>(
+    basis: &Basis<E>,
+    amplitudes: Amplitudes,
+    (rest, placement): (&[Vec3], &Placement),
+    vertices: &[u32],
+    write: impl FnMut(usize, [f64; 3]),
+) {
+    with_motion(basis, amplitudes, |motion| {
+        visit_runs(vertices, |blocks, write| rows_f64(basis, blocks, motion, (rest, placement), write), write);
+    });
+}
+
+/// Has the rows of each run of vertices of one block made by `rows`, and hands on those of the list.
+fn visit_runs<F: Copy + Default>(
+    vertices: &[u32],
+    rows: impl Fn(Range<usize>, &mut dyn FnMut(usize, &[[F; 3]])),
+    mut write: impl FnMut(usize, [F; 3]),
+) {
+    let block = |v: &u32| *v as usize / LANES;
+    let mut place = 0;
+    for run in vertices.chunk_by(|a, b| block(a) == block(b)) {
+        let b = block(&run[0]);
+        let mut of_block = [[F::default(); 3]; LANES];
+        rows(b..b + 1, &mut |first, rows| of_block[first % LANES..][..rows.len()].copy_from_slice(rows));
+        for v in run {
+            write(place, of_block[*v as usize % LANES]);
+            place += 1;
+        }
+    }
+}
+
+fn rows_f32<E: Entry>(
+    basis: &Basis<E>,
+    blocks: Range<usize>,
+    motion: Motion<E::Real>,
+    placement: &Placement,
+    write: impl FnMut(usize, &[[f32; 3]]),
+) {
     struct Rows<'a, T, W> {
         n_vertices: usize,
         motion: Motion<'a, T>,
@@ -117,9 +174,7 @@ pub fn visit_positions_f32<E: Entry>(
         }
     }
 
-    with_motion(basis, amplitudes, |motion| {
-        sweep(basis, &mut Rows { n_vertices: basis.n_vertices, motion, placement, write });
-    });
+    sweep_blocks(basis, blocks, &mut Rows { n_vertices: basis.n_vertices, motion, placement, write });
 }
 
 /// As [`visit_positions_f32`], with the displacements of the basis's precision added to the f64 `rest` positions and placed
@@ -127,6 +182,16 @@ pub fn visit_positions_f32<E: Entry>(
 pub fn visit_positions_f64<E: Entry>(
     basis: &Basis<E>,
     amplitudes: Amplitudes,
+    (rest, placement): (&[Vec3], &Placement),
+    write: impl FnMut(usize, &[[f64; 3]]),
+) {
+    with_motion(basis, amplitudes, |motion| rows_f64(basis, 0..basis.n_blocks(), motion, (rest, placement), write));
+}
+
+fn rows_f64<E: Entry>(
+    basis: &Basis<E>,
+    blocks: Range<usize>,
+    motion: Motion<E::Real>,
     (rest, placement): (&[Vec3], &Placement),
     write: impl FnMut(usize, &[[f64; 3]]),
 ) {
@@ -161,7 +226,7 @@ pub fn visit_positions_f64<E: Entry>(
         }
     }
 
-    with_motion(basis, amplitudes, |motion| sweep(basis, &mut Rows { motion, rest, placement, write }));
+    sweep_blocks(basis, blocks, &mut Rows { motion, rest, placement, write });
 }
 
 /// How far a shell is bent.

@@ -3,6 +3,7 @@
 
 use super::host::*;
 use super::input::Input;
+use shellwarp::ffi::batch::sw_states_step;
 use shellwarp::ffi::constraint::*;
 use shellwarp::ffi::load::*;
 use shellwarp::ffi::model::*;
@@ -175,6 +176,28 @@ impl Play<'_> {
         }
     }
 
+    /// Every state in one call, now and then one of them twice.
+    fn step_all(&mut self) {
+        let mut handles: Vec<Handle> = self.states.iter().map(|state| state.handle).collect();
+        if self.input.one_in(8) {
+            handles.push(handles[0]);
+        }
+        let before: Vec<Seen> = self.states.iter().map(State::seen).collect();
+        let mut statuses = vec![SW_OK; handles.len()];
+        let h = self.input.number();
+        let out = statuses.as_mut_ptr();
+        let status = unsafe { sw_states_step(handles.as_ptr(), handles.len() as u32, h, out) };
+        sane(status);
+        assert_eq!(status, statuses.iter().copied().find(|s| *s != SW_OK).unwrap_or(SW_OK));
+        for ((state, before), status) in self.states.iter().zip(before).zip(statuses) {
+            if status == SW_OK {
+                state.check_outputs();
+            } else {
+                assert!(state.seen() == before, "a failed step of many changed a state");
+            }
+        }
+    }
+
     fn next(&mut self) {
         let kind = self.input.below(24);
         if self.states.is_empty() || kind >= 22 {
@@ -184,6 +207,7 @@ impl Play<'_> {
         match kind {
             20 => self.copy(which),
             21 => drop(self.states.remove(which)),
+            19 => self.step_all(),
             _ => {
                 let before = self.states[which].seen();
                 if sane(self.call(which, kind)) {

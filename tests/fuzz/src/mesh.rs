@@ -66,9 +66,13 @@ fn errors_of(mesh: &SwMeshDesc) -> Option<usize> {
     Some(all.iter().filter(|d| d.severity == SW_SEVERITY_ERROR).count())
 }
 
-fn precompute(model: &Model, input: &mut Input) -> bool {
+/// Whether there are modes, at rest or, if `sags`, where it hangs under some gravity.
+fn precompute(model: &Model, sags: bool, input: &mut Input) -> bool {
     let mut options = desc(sw_precompute_desc_init);
     (options.modes, options.precision) = (1 + input.below(8) as u32, input.code(3));
+    if sags {
+        options.sag_gravity = input.numbers();
+    }
     let failures = [SW_ERROR_NUMERICAL, SW_ERROR_INVALID_ARGUMENT];
     ok_or(unsafe { sw_model_precompute(model.0, &options) }, &failures)
 }
@@ -121,10 +125,14 @@ pub fn run(bytes: &[u8]) {
     let model = Model(model);
     let info = model.info();
     all_finite("masses", &[info.total_mass, info.total_area, info.size]);
-    if !precompute(&model, &mut input) {
+    let sags = input.one_in(8);
+    if !precompute(&model, sags, &mut input) {
         return;
     }
     check_modes(&model, &model.info());
+    if sags {
+        return run_a_little(&model, &mut input); // such a model cannot be saved yet
+    }
     let saved = model.save();
     let loaded = Model::load(&saved).unwrap_or_else(|| panic!("a saved model must load: {}", message()));
     assert!(loaded.save() == saved);

@@ -425,11 +425,7 @@ fn topology(library: &Library) -> Vec<Cell> {
             let cell = if p.fixed.is_empty() {
                 // 32 bits of basis.
                 let reason = |m: &Method, _: &End| match m.family {
-                    Family::Shell => {
-                        "a defect: Newton stops at the rounding of the stiffest vertices' forces, far above the \
-                        load on the others, and says nothing"
-                            .to_owned()
-                    }
+                    Family::Shell => "the step's own error".to_owned(),
                     _ => "rigid modes that are left out, or lost to rounding".to_owned(),
                 };
                 let name = "its centre's free fall";
