@@ -304,6 +304,27 @@ typedef struct SwPrecomputeDesc {
   // count from there. Under this gravity the shape is then exact, and under others the error of a modal method grows with the
   // difference only. The shell must be supported.
   double sag_gravity[3];
+  // Unless 0, modes are left out that a scene cannot show: under the loads below, no vertex is off by more than this length,
+  // against the same method with all modes. `modes` is then the most that are computed; 0 = 256. sw_model_info tells the bound
+  // that was reached, which exceeds the tolerance where that was not enough, or is cut short by what f32 gives. The bound is an
+  // estimate by statics, see demand_amplification, and holds for turns of less than a rad.
+  double tolerance;
+  // Gravity of the scene in frame axes, read with a tolerance only, as all below.
+  double demand_gravity[3];
+  // Size of an acceleration that may act in any direction: of the frame, or gravity where the frame turns.
+  double demand_acceleration;
+  // How much further loads move the shell than at rest: 1 when they change slowly; 0 = 2, when they come at once; up to
+  // 2/(pi ratio) when they shake it in time with a mode of that damping ratio.
+  double demand_amplification;
+  // How far from rest handles move their vertices, in the directions in which these give; to hold a vertex in others as well can
+  // ask for more modes.
+  double handle_distance;
+  // The vertices that handles move (n_handles).
+  const uint32_t *handles;
+  // Length of handles.
+  uint32_t n_handles;
+  // Must be 0.
+  uint32_t reserved;
 } SwPrecomputeDesc;
 
 // Facts about a model. The caller sets struct_size with sw_model_info_init.
@@ -365,6 +386,12 @@ typedef struct SwModelInfo {
   // largest such component of its mode. With amplitudes q it moves no vertex by more than sqrt(3) e times the sum over the
   // modes of |q_k| (max|phi_k| + max|psi_k| max|u|), u the displacement without the warp.
   double basis_rounding;
+  // How far a vertex may be off for want of modes, by the tolerance and the demand of SwPrecomputeDesc; 0 without one, and on a
+  // model that was loaded.
+  double truncation_bound;
+  // Share of the mass that moves which the modes carry along x, y, z of the frame: far below 1, modes are missing for loads along
+  // that axis.
+  double effective_mass[3];
 } SwModelInfo;
 
 // How a state moves.

@@ -224,6 +224,7 @@ public:
   void clear_forces() { set_forces(force_desc()); }
   void set_wind(const SwWindDesc &desc) { check(sw_state_set_wind(get(), &desc)); }
   void clear_wind() { set_wind(wind_desc()); }
+  void set_rest_tolerance(double length) { check(sw_state_set_rest_tolerance(get(), length)); }
   void step(double seconds) { check(sw_state_step(get(), seconds)); }
 
   /* Moves to the static solution and tells how it was found. Throws, and nothing has moved, where there is none. */
@@ -248,6 +249,15 @@ public:
   void positions(double *out, uint32_t n_vertices, uint32_t space = SW_SPACE_WORLD, uint64_t stride = 0) const {
     check(sw_state_positions(get(), space, SW_FORMAT_F64, out, stride, n_vertices));
   }
+  /* The positions of `vertices` alone, in their order; out is n x 3. */
+  void positions_of(const uint32_t *vertices, uint32_t n, float *out, uint32_t space = SW_SPACE_WORLD,
+                    uint64_t stride = 0) const {
+    check(sw_state_positions_of(get(), space, SW_FORMAT_F32, vertices, n, out, stride));
+  }
+  void positions_of(const uint32_t *vertices, uint32_t n, double *out, uint32_t space = SW_SPACE_WORLD,
+                    uint64_t stride = 0) const {
+    check(sw_state_positions_of(get(), space, SW_FORMAT_F64, vertices, n, out, stride));
+  }
   void normals(float *out, uint32_t n_vertices, uint32_t space = SW_SPACE_WORLD, uint64_t stride = 0) const {
     check(sw_state_normals(get(), space, SW_FORMAT_F32, out, stride, n_vertices));
   }
@@ -266,6 +276,23 @@ public:
     SwStateReport report = detail::initialized(sw_state_report_init);
     check(sw_state_report(get(), &report));
     return report;
+  }
+
+  /* What a step of that length uses and leaves out, at what cost; and the same as a table. */
+  std::vector<SwPlanPart> plan(double seconds) const {
+    uint32_t count = 0;
+    check(sw_state_plan(get(), seconds, nullptr, 0, &count));
+    std::vector<SwPlanPart> parts(count);
+    check(sw_state_plan(get(), seconds, parts.data(), count, &count));
+    return parts;
+  }
+  std::string plan_text(double seconds) const {
+    uint64_t size = 0;
+    check(sw_state_plan_text(get(), seconds, nullptr, 0, &size));
+    std::string text(size, '\0');
+    check(sw_state_plan_text(get(), seconds, &text[0], size, &size));
+    text.resize(size - 1);  // the NUL
+    return text;
   }
 
   /* What the last step made of each constraint, by ascending id. */

@@ -250,6 +250,7 @@ impl Model {
             certificate,
             basis,
             participation: Default::default(),
+            truncation: 0.0,
             seconds,
             peak_bytes,
         })

@@ -1,6 +1,6 @@
 //! The precomputed model: everything a state needs, immutable, shared by any number of states on any threads.
 
-use crate::modes::{Certificate, Modes, PHASES, Phase, Progress, lowest_modes};
+use crate::modes::{Certificate, Demand, Modes, PHASES, Phase, Progress, demanded_modes, lowest_modes};
 use crate::step::{Guard, Participation};
 use crate::warp::{Basis, Entry, I16, ModalRotation};
 use crate::{Error, ErrorKind, Result, Shell, Vec3, wide_norm};
@@ -40,9 +40,9 @@ impl Precision {
 }
 
 /// What to precompute.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Options {
-    /// Modes wanted; at most as many as there are unknowns are given.
+    /// Modes wanted; at most as many as there are unknowns are given. With a demand, the most.
     pub modes: usize,
     /// Of the run-time basis; modes are always computed in f64.
     pub precision: Precision,
@@ -50,11 +50,13 @@ pub struct Options {
     pub sag: Vec3,
     /// For linear modal analysis alone: no modal rotations, half the basis.
     pub linear: bool,
+    /// Leaves out the modes that a scene does not need.
+    pub demand: Option<Demand>,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { modes: 16, precision: Precision::F32, sag: Vec3::zeros(), linear: false }
+        Self { modes: 16, precision: Precision::F32, sag: Vec3::zeros(), linear: false, demand: None }
     }
 }
 
@@ -98,6 +100,8 @@ pub struct Model {
     pub basis: AnyBasis,
     /// Made when the first state with modes is.
     pub participation: OnceLock<Participation>,
+    /// By the demand it was made for, no vertex is off by more for want of modes; 0 without one.
+    pub truncation: f64,
     /// Seconds by [`Phase`].
     pub seconds: [f64; PHASES],
     /// Estimate of the most memory held at once during precompute, bytes.
@@ -115,7 +119,13 @@ impl Model {
     ) -> Result<Self> {
         let mut progress = Progress::new(callback);
         let shell = if options.sag == Vec3::zeros() { shell } else { sagged(&shell, options.sag, &mut progress)? };
-        let modes = lowest_modes(&shell, options.modes, &mut progress)?;
+        let (modes, truncation) = match &options.demand {
+            None => (lowest_modes(&shell, options.modes, &mut progress)?, 0.0),
+            Some(demand) => {
+                let demand = demand.clone().validated(&shell)?;
+                demanded_modes(&shell, &demand, options.modes, &mut progress)?
+            }
+        };
         let basis = match options.precision {
             Precision::F32 => AnyBasis::F32(run_time_basis(&shell, &modes.shapes, options.linear, &mut progress)?),
             Precision::F64 => AnyBasis::F64(run_time_basis(&shell, &modes.shapes, options.linear, &mut progress)?),
@@ -139,6 +149,7 @@ impl Model {
             certificate: modes.certificate,
             basis,
             participation: OnceLock::new(),
+            truncation,
             seconds: progress.seconds,
             peak_bytes: modes.peak_bytes,
             fingerprint,
@@ -154,6 +165,14 @@ impl Model {
     pub fn guard(&self) -> Guard<'_> {
         let Self { eigenvalues, largest_rotation, largest_swing, .. } = self;
         Guard { eigenvalues, largest_rotation, largest_swing }
+    }
+
+    /// The share of the mass that moves which the modes carry along each axis, Σ P_k²/Σ m: near 1 unless modes are missing for loads
+    /// along it.
+    pub fn effective_mass(&self) -> Vec3 {
+        let moving: f64 = self.shell.free.iter().map(|v| self.shell.mass[*v as usize]).sum();
+        let carried: Vec3 = self.participation().factors().iter().map(|p| p.component_mul(p)).sum();
+        if moving > 0.0 { carried / moving } else { Vec3::zeros() }
     }
 
     /// What an acceleration that acts everywhere alike does to the modes. Made at the first call.

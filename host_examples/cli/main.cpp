@@ -36,6 +36,7 @@ struct RunOptions {
   std::optional<uint32_t> frames;  // in place of the scene's duration
   std::string method;              // in place of the scene's; empty = that
   bool linear = false;
+  bool plan = false;
   bool quiet = false;
 };
 
@@ -91,6 +92,7 @@ int run_scene(const Scene &scene, const RunOptions &options) {
   shellwarp::State state = make_state(scene, mesh, model);
   const uint32_t n_frames = scene.is_static ? 1 : options.frames.value_or(frame_count(scene));
   const Run run = simulate(scene, n_frames, mesh, handles, state, cache ? &*cache : nullptr);
+  if (options.plan) std::fputs(state.plan_text(scene.step()).c_str(), stdout);
   if (cache) {
     cache->close();
     write_frame_files(options.out, scene, mesh, handles, run, state);
@@ -178,6 +180,7 @@ void add_run_options(CLI::App &app, Scene &overrides, RunOptions &options) {
   app.add_flag("--static", overrides.is_static, "The equilibrium in place of the motion");
   app.add_flag("--exact", overrides.exact, "Exact propagator in place of implicit Euler");
   app.add_flag("--double", overrides.double_precision, "Run-time basis in double precision");
+  app.add_flag("--plan", options.plan, "After the last frame, what a step uses and leaves out, and at what cost");
   app.add_flag("-q,--quiet", options.quiet, "No progress and no table; failures are still told");
 }
 

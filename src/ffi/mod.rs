@@ -12,6 +12,7 @@ pub mod load;
 pub mod log;
 pub mod mesh;
 pub mod model;
+pub mod plan;
 pub mod pointer;
 pub mod state;
 pub mod status;

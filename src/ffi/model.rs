@@ -11,7 +11,7 @@ use super::status::{Fault, SW_ERROR_INVALID_DATA, SW_ERROR_NOT_PRECOMPUTED, SW_E
 use crate::cache;
 use crate::error::require_finite;
 use crate::model::{Model, Options, Precision};
-use crate::modes::{PHASES, Phase};
+use crate::modes::{Demand, PHASES, Phase};
 use crate::{Error, ErrorKind, Material, Mesh, Shell, State, Supports};
 use std::ffi::c_void;
 use std::sync::{Arc, RwLock};
@@ -112,6 +112,9 @@ pub const SW_PRECISION_I16: u32 = 3;
 /// are then SW_METHOD_LMA by default; the warp, sw_state_rotations and constraints on orientations return SW_ERROR_UNSUPPORTED.
 pub const SW_PRECOMPUTE_LINEAR: u32 = 1;
 
+/// Computed at most to meet a tolerance, unless asked otherwise.
+const MOST_MODES: usize = 256;
+
 /// What to precompute.
 #[repr(C)]
 #[derive(Clone, Copy)]
@@ -134,6 +137,27 @@ pub struct SwPrecomputeDesc {
     /// count from there. Under this gravity the shape is then exact, and under others the error of a modal method grows with the
     /// difference only. The shell must be supported.
     pub sag_gravity: [f64; 3],
+    /// Unless 0, modes are left out that a scene cannot show: under the loads below, no vertex is off by more than this length,
+    /// against the same method with all modes. `modes` is then the most that are computed; 0 = 256. sw_model_info tells the bound
+    /// that was reached, which exceeds the tolerance where that was not enough, or is cut short by what f32 gives. The bound is an
+    /// estimate by statics, see demand_amplification, and holds for turns of less than a rad.
+    pub tolerance: f64,
+    /// Gravity of the scene in frame axes, read with a tolerance only, as all below.
+    pub demand_gravity: [f64; 3],
+    /// Size of an acceleration that may act in any direction: of the frame, or gravity where the frame turns.
+    pub demand_acceleration: f64,
+    /// How much further loads move the shell than at rest: 1 when they change slowly; 0 = 2, when they come at once; up to
+    /// 2/(pi ratio) when they shake it in time with a mode of that damping ratio.
+    pub demand_amplification: f64,
+    /// How far from rest handles move their vertices, in the directions in which these give; to hold a vertex in others as well can
+    /// ask for more modes.
+    pub handle_distance: f64,
+    /// The vertices that handles move (n_handles).
+    pub handles: *const u32,
+    /// Length of handles.
+    pub n_handles: u32,
+    /// Must be 0.
+    pub reserved: u32,
 }
 
 sized!(SwPrecomputeDesc);
@@ -206,6 +230,12 @@ pub struct SwModelInfo {
     /// largest such component of its mode. With amplitudes q it moves no vertex by more than sqrt(3) e times the sum over the
     /// modes of |q_k| (max|phi_k| + max|psi_k| max|u|), u the displacement without the warp.
     pub basis_rounding: f64,
+    /// How far a vertex may be off for want of modes, by the tolerance and the demand of SwPrecomputeDesc; 0 without one, and on a
+    /// model that was loaded.
+    pub truncation_bound: f64,
+    /// Share of the mass that moves which the modes carry along x, y, z of the frame: far below 1, modes are missing for loads along
+    /// that axis.
+    pub effective_mass: [f64; 3],
 }
 
 sized!(SwModelInfo);
@@ -315,12 +345,28 @@ pub unsafe extern "C" fn sw_model_precompute(model: *mut SwModel, desc: *const S
         let known = [(0, Precision::F32), (SW_PRECISION_F32, Precision::F32), (SW_PRECISION_F64, Precision::F64)];
         let known: Vec<_> = known.into_iter().chain([(SW_PRECISION_I16, Precision::I16)]).collect();
         let precision = enumerant("desc->precision", desc.precision, &known)?;
-        let modes = if desc.modes == 0 { Options::default().modes } else { desc.modes as usize };
         for (k, g) in desc.sag_gravity.iter().enumerate() {
             require_finite(&format!("desc->sag_gravity[{k}]"), *g)?;
         }
         let linear = desc.flags & SW_PRECOMPUTE_LINEAR != 0;
-        let options = Options { modes, precision, sag: desc.sag_gravity.into(), linear };
+        let demand = match desc.tolerance {
+            0.0 => None,
+            tolerance => Some(Demand {
+                tolerance,
+                gravity: desc.demand_gravity.into(),
+                acceleration: desc.demand_acceleration,
+                // SAFETY: the host's list holds as many vertices as the descriptor says.
+                handles: unsafe { read_array("desc->handles", desc.handles, desc.n_handles.into())? },
+                distance: desc.handle_distance,
+                amplification: if desc.demand_amplification == 0.0 { 2.0 } else { desc.demand_amplification },
+            }),
+        };
+        if desc.reserved != 0 {
+            return Err(Fault::argument(format!("desc->reserved is {}: it must be 0", desc.reserved)));
+        }
+        let most = if demand.is_some() { MOST_MODES } else { Options::default().modes };
+        let modes = if desc.modes == 0 { most } else { desc.modes as usize };
+        let options = Options { demand, modes, precision, sag: desc.sag_gravity.into(), linear };
         let mut content = write("model", &handle.0)?;
         let mut progress = |phase: Phase, fraction: f64| call_progress(&desc, phase, fraction);
         let computed = Model::precompute(content.shell.clone(), &options, &mut progress)?;
@@ -407,6 +453,8 @@ fn fill_precomputed(info: &mut SwModelInfo, model: &Arc<Model>) {
     info.bytes_state = State::bytes_for(model.n_modes()) as u64;
     info.bytes_precompute_peak = model.peak_bytes as u64;
     info.basis_rounding = model.precision().rounding();
+    info.truncation_bound = model.truncation;
+    info.effective_mass = model.effective_mass().into();
 }
 
 /// Counts, sizes, certificate and timings. `info` must be initialised by sw_model_info_init. Callable concurrently.

@@ -6,6 +6,7 @@ use super::load::*;
 use super::log::sw_set_log_callback;
 use super::mesh::*;
 use super::model::*;
+use super::plan::*;
 use super::state::*;
 use super::status::*;
 use std::cell::Cell;
@@ -104,6 +105,10 @@ fn status_calls<'a>(model: *mut SwModel, state: *mut SwState) -> Vec<Call<'a>> {
         sw_state_report(state, null_mut()),
         sw_state_save(state, null_mut(), 0, null_mut()),
         sw_state_load(state, null(), 0),
+        sw_state_positions_of(state, 0, 0, null(), 0, null_mut(), 0),
+        sw_state_set_rest_tolerance(state, -1.0),
+        sw_state_plan(state, 0.0, null_mut(), 0, null_mut()),
+        sw_state_plan_text(state, 0.0, null_mut(), 0, null_mut()),
         sw_states_step(null(), 0, 0.0, null_mut()),
         sw_set_threads(0),
     ]

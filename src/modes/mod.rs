@@ -5,6 +5,7 @@
 //! the energy's rows, and what 64-bit numbers cannot resolve is refused with the numbers.
 
 mod canonical;
+mod demand;
 mod dense;
 mod jacobi;
 mod lanczos;
@@ -13,6 +14,7 @@ mod search;
 mod stiffness;
 
 pub use canonical::{REPEATED, repeated};
+pub use demand::Demand;
 pub use stiffness::{ScaledStiffness, entries};
 
 use crate::energy::rest_quadratic_form;
@@ -34,6 +36,9 @@ const ZERO_MODE: f64 = 1e-20;
 /// The two values of an eigenvalue, from the factorized matrix and from the energy of its vector, may differ by this share, and
 /// so much of other modes may be in a vector: the energy's own error is of the second order in it, 1e-4.
 const LEAST_AGREEMENT: f64 = 0.01;
+
+/// Modes that are computed first where a tolerance tells how many are needed.
+const FIRST_SEARCH: usize = 16;
 
 /// Parts of a precompute, in order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -142,6 +147,23 @@ fn part_modes(shell: &Shell, part: &Part, (wanted, norm): (usize, f64), progress
     let modes = certify(&search, &pairs, norm, progress)?;
     let peak_bytes = 2 * symbolic.factor_bytes() + 8 * work + 3 * 16 * part.stiffness.lower.val().len();
     Ok(Modes { peak_bytes, ..modes })
+}
+
+/// The modes that meet `demand`, at most `most` and those found on the way to them, and a bound on how far a vertex is off without
+/// the others. Twice as many are searched for until there are enough; where there are not, the bound exceeds the tolerance.
+pub fn demanded_modes(shell: &Shell, demand: &Demand, most: usize, progress: &mut Progress) -> Result<(Modes, f64)> {
+    let most = most.min(shell.n_unknowns()).min(MAX_MODES);
+    let mut wanted = FIRST_SEARCH.min(most);
+    loop {
+        let mut modes = lowest_modes(shell, wanted, progress)?;
+        let choice = demand.choose(shell, &modes)?;
+        if choice.bound <= demand.tolerance || wanted == most {
+            modes.eigenvalues = choice.keep.iter().map(|k| modes.eigenvalues[*k]).collect();
+            modes.shapes = choice.keep.iter().map(|k| std::mem::take(&mut modes.shapes[*k])).collect();
+            return Ok((modes, choice.bound));
+        }
+        wanted = (2 * wanted).min(most);
+    }
 }
 
 /// The lowest of all parts' modes, zero modes part by part. Each part's list is complete up to its own shift, at or above its

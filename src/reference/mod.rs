@@ -52,6 +52,11 @@ impl Solver {
         Ok(Self { newton, origin: zeros.clone(), x: zeros.clone(), force: zeros, shell })
     }
 
+    /// Bytes of the matrix, its factor and the fields.
+    pub fn bytes(&self) -> usize {
+        3 * self.x.len() * size_of::<Vec3>() + self.newton.bytes()
+    }
+
     /// The shell it was built for.
     pub fn shell(&self) -> &Arc<Shell> {
         &self.shell

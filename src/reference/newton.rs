@@ -88,6 +88,14 @@ struct Mark {
 }
 
 impl Newton {
+    /// Bytes of the matrix, its factor and the fields.
+    pub fn bytes(&self) -> usize {
+        let entries = self.matrix.lower.val().len() * (size_of::<f64>() + size_of::<usize>());
+        let fields =
+            (self.gradient.len() + self.trial.len()) * size_of::<Vec3>() + self.direction.len() * size_of::<f64>();
+        entries + fields + self.symbolic.factor_bytes()
+    }
+
     /// Analyses the pattern once.
     pub fn new(shell: &Shell) -> Result<Self> {
         let matrix = BlockMatrix::of(shell);

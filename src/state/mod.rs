@@ -2,6 +2,7 @@
 
 mod modal;
 mod nodal;
+mod plan;
 mod rest;
 mod saved;
 
@@ -17,6 +18,7 @@ use crate::{Error, ErrorKind, Model, Result, Vec3};
 use modal::Modal;
 use nalgebra::UnitQuaternion;
 use nodal::Nodal;
+pub use plan::{Part, PartKind};
 use rest::Rest;
 use std::sync::Arc;
 
@@ -422,9 +424,7 @@ impl State {
     /// in the middle of it in a spinning frame. Fails, and leaves everything as it was, when the result would not be finite. Modal
     /// methods do not allocate. A state that rests only lets the time pass.
     pub fn step(&mut self, h: f64) -> Result<()> {
-        if !(h.is_finite() && h > 0.0 && (self.time + h).is_finite()) {
-            return Err(Error::argument(format!("the step is {h} s: it must be positive and finite")));
-        }
+        self.check_step(h)?;
         if self.rest.skips(h) {
             self.time += h;
             return Ok(());
@@ -449,6 +449,13 @@ impl State {
         self.forget_forces();
         self.rest_after_step(h, still);
         Ok(())
+    }
+
+    fn check_step(&self, h: f64) -> Result<()> {
+        if h.is_finite() && h > 0.0 && (self.time + h).is_finite() {
+            return Ok(());
+        }
+        Err(Error::argument(format!("the step is {h} s: it must be positive and finite")))
     }
 
     /// Falls asleep when the last step has shown that nothing moves; nothing around the shell did when it was `still`.

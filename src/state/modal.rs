@@ -17,7 +17,7 @@ const LARGEST_AMPLITUDE: f64 = 1e30;
 /// In a spinning frame the load is taken at the middle of the step: at its start the Coriolis force would lag by half a step and
 /// feed energy into one sense of whirling, without bound. Elsewhere the start will do (paper). The middle is found by fixed
 /// point, each pass of which gains a factor ωh: enough passes to keep a whirling tube's energy to 5 % over 3000 steps.
-fn midpoint_passes(load: &BodyLoad, h: f64) -> usize {
+pub fn midpoint_passes(load: &BodyLoad, h: f64) -> usize {
     match load.spin_rate().map(|rate| rate * h) {
         None => 0,
         Some(angle) if angle <= 0.03 => 1,

@@ -50,6 +50,12 @@ impl Nodal {
         })
     }
 
+    /// Bytes held, the factorization's included.
+    pub fn bytes(&self) -> usize {
+        let fields = self.u.len() * size_of::<Vec3>();
+        5 * fields + self.solver.bytes()
+    }
+
     /// Symplectic Euler.
     pub fn is_explicit(&self) -> bool {
         self.explicit

@@ -167,6 +167,12 @@ impl<E: Entry> Basis<E> {
         self.lines.len() * size_of::<Line<E::Real>>()
     }
 
+    /// Bytes of Φ and of Ψ.
+    pub fn shape_bytes(&self) -> [usize; 2] {
+        let all = self.n_blocks() * self.modes * self.shapes * size_of::<Line<E::Real>>();
+        if self.is_linear() { [all, 0] } else { [all / 2, all / 2] }
+    }
+
     /// √M.
     pub fn root_mass(&self) -> f64 {
         self.root_mass

@@ -65,6 +65,7 @@ pub fn model(n: usize, modes: usize, precision: Precision) -> Arc<Model> {
         certificate: Certificate { residual: 0.0, orthonormality: 0.0, shift: 0.0, count: modes, found: modes },
         basis,
         participation: Default::default(),
+        truncation: 0.0,
         seconds: Default::default(),
         peak_bytes: 0,
         fingerprint: 0,

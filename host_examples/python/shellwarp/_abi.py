@@ -139,6 +139,14 @@ class SwPrecomputeDesc(Structure):
         ("progress", SwProgressFn),
         ("progress_user", c_void_p),
         ("sag_gravity", c_double * 3),
+        ("tolerance", c_double),
+        ("demand_gravity", c_double * 3),
+        ("demand_acceleration", c_double),
+        ("demand_amplification", c_double),
+        ("handle_distance", c_double),
+        ("handles", c_void_p),
+        ("n_handles", c_uint32),
+        ("reserved", c_uint32),
     ]
 
 
@@ -171,6 +179,8 @@ class SwModelInfo(Structure):
         ("bytes_state", c_uint64),
         ("bytes_precompute_peak", c_uint64),
         ("basis_rounding", c_double),
+        ("truncation_bound", c_double),
+        ("effective_mass", c_double * 3),
     ]
 
 

@@ -49,6 +49,10 @@ class State(Handle):
         """Acceleration (3), world axes."""
         self._call("sw_state_set_gravity", _arrays.address(_arrays.numbers_in(gravity, "gravity", 3)))
 
+    def set_rest_tolerance(self, length):
+        """How little motion must be left for the state to rest and skip its steps; 0 for none at all."""
+        self._call("sw_state_set_rest_tolerance", length)
+
     def set_damping(self, ratio=0.0, mass=0.0, stiffness=0.0):
         """Fraction of critical damping, one or (modes); Rayleigh's coefficients in 1/s and s."""
         ratios = _arrays.numbers_in(ratio, "ratio")
@@ -166,6 +170,14 @@ class State(Handle):
         """Deformed positions (n_vertices x 3), written into `out` if given."""
         return self._read("positions", 3, out, space, dtype)
 
+    def positions_of(self, vertices, space="world", dtype=numpy.float32):
+        """Deformed positions of some vertices alone (n x 3), in their order."""
+        vertices = numpy.ascontiguousarray(vertices, dtype=numpy.uint32)
+        out, form, stride = _arrays.vectors_out(None, (vertices.size, 3), dtype, "positions")
+        self._call("sw_state_positions_of", choice(SPACES, space, "space"), form, _arrays.address(vertices), vertices.size,
+                   _arrays.address(out), stride)
+        return out
+
     def normals(self, out=None, space="world", dtype=numpy.float32):
         """Unit normals (n_vertices x 3)."""
         return self._read("normals", 3, out, space, dtype)
@@ -187,6 +199,22 @@ class State(Handle):
         report = _library.initialised(_abi.SwStateReport)
         self._call("sw_state_report", byref(report))
         return as_dict(report)
+
+    def plan(self, seconds):
+        """What a step of that length uses and leaves out: a list of dicts as SwPlanPart."""
+        count = c_uint32()
+        self._call("sw_state_plan", seconds, None, 0, byref(count))
+        parts = (_abi.SwPlanPart * count.value)()
+        self._call("sw_state_plan", seconds, parts, count.value, byref(count))
+        return [as_dict(part) for part in parts]
+
+    def plan_text(self, seconds):
+        """The same as a table."""
+        size = c_uint64()
+        self._call("sw_state_plan_text", seconds, None, 0, byref(size))
+        text = create_string_buffer(size.value)
+        self._call("sw_state_plan_text", seconds, text, size.value, byref(size))
+        return text.value.decode()
 
     def constraint_report(self):
         """What the last step made of each handle: a list of dicts as SwConstraintReport, by ascending id."""

@@ -1,0 +1,127 @@
+//! What a step of a state consists of, and what was left out.
+
+use super::guard::{guard, read};
+use super::pointer::{asks_for_size, copy_out, not_null, object, put};
+use super::state::SwState;
+use super::status::{SwStatus, copy_text};
+use crate::state::{Part, PartKind};
+use std::ffi::c_char;
+
+/// Rest positions, masses, triangles, edges, constants of each mode.
+pub const SW_PART_SHAPE: u32 = 1;
+/// Mode shapes Phi.
+pub const SW_PART_DISPLACEMENTS: u32 = 2;
+/// Modal rotations Psi.
+pub const SW_PART_ROTATIONS: u32 = 3;
+/// The oscillator of each mode with its guard, and the state.
+pub const SW_PART_MODES: u32 = 4;
+/// Gravity and the acceleration of the frame.
+pub const SW_PART_UNIFORM_LOAD: u32 = 5;
+/// Inertia of a turning frame.
+pub const SW_PART_SPIN: u32 = 6;
+/// Forces on vertices.
+pub const SW_PART_FORCES: u32 = 7;
+/// Wind.
+pub const SW_PART_WIND: u32 = 8;
+/// Constraints.
+pub const SW_PART_CONSTRAINTS: u32 = 9;
+/// The nonlinear shell.
+pub const SW_PART_NONLINEAR_SHELL: u32 = 10;
+
+/// Length of SwPlanPart::reason, the closing NUL included.
+pub const SW_PLAN_REASON_SIZE: usize = 120;
+
+/// One part of a step. Output only.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct SwPlanPart {
+    /// SW_PART_....
+    pub part: u32,
+    /// 1 when the step or the output uses it, else 0.
+    pub active: u32,
+    /// Bytes held for it by the model or the state, whether used or not.
+    pub bytes: u64,
+    /// Estimate of the instructions of the step, on registers of 8 numbers of 32 bits (AVX2); 0 when left out. Mostly within a
+    /// quarter for modal methods (docs/leave_out.md), a rough guess for an implicit step of a nonlinear shell.
+    pub operations: f64,
+    /// Why it is used, or was left out; NUL-terminated.
+    pub reason: [c_char; SW_PLAN_REASON_SIZE],
+}
+
+impl From<&Part> for SwPlanPart {
+    fn from(part: &Part) -> Self {
+        let kind = match part.kind {
+            PartKind::Shape => SW_PART_SHAPE,
+            PartKind::Displacements => SW_PART_DISPLACEMENTS,
+            PartKind::Rotations => SW_PART_ROTATIONS,
+            PartKind::Modes => SW_PART_MODES,
+            PartKind::UniformLoad => SW_PART_UNIFORM_LOAD,
+            PartKind::Spin => SW_PART_SPIN,
+            PartKind::Forces => SW_PART_FORCES,
+            PartKind::Wind => SW_PART_WIND,
+            PartKind::Handles => SW_PART_CONSTRAINTS,
+            PartKind::NonlinearShell => SW_PART_NONLINEAR_SHELL,
+        };
+        let mut text = [0u8; SW_PLAN_REASON_SIZE];
+        copy_text(&part.reason, &mut text);
+        Self {
+            part: kind,
+            active: part.active.into(),
+            bytes: part.bytes as u64,
+            operations: part.operations,
+            reason: text.map(|byte| byte as c_char),
+        }
+    }
+}
+
+/// What a step of `seconds` from the present state uses, what it leaves out and why, and what each part costs: one entry for each
+/// SW_PART_..., in ascending order. Two calls: with `parts` NULL and `capacity` 0 only *count is written. Callable concurrently.
+/// Errors: SW_ERROR_INVALID_ARGUMENT, also as by sw_state_step; SW_ERROR_BUFFER_SIZE when capacity < *count; SW_ERROR_BUSY.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn sw_state_plan(
+    state: *const SwState,
+    seconds: f64,
+    parts: *mut SwPlanPart,
+    capacity: u32,
+    count: *mut u32,
+) -> SwStatus {
+    guard(|| {
+        not_null("count", count)?;
+        // SAFETY: the header's contract; NULL is excluded above.
+        unsafe {
+            let handle = object("state", state)?;
+            let plan: Vec<SwPlanPart> =
+                read("state", &handle.state)?.plan(seconds)?.iter().map(SwPlanPart::from).collect();
+            copy_out("parts", &plan, parts, capacity.into())?;
+            put(count, plan.len() as u32);
+        }
+        Ok(())
+    })
+}
+
+/// The same as a table in words, UTF-8 and NUL-terminated. Two calls: with `text` NULL and `capacity` 0 only *size is written, the NUL
+/// included. Callable concurrently.
+/// Errors: SW_ERROR_INVALID_ARGUMENT, also as by sw_state_step; SW_ERROR_BUFFER_SIZE when capacity < *size; SW_ERROR_BUSY.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn sw_state_plan_text(
+    state: *const SwState,
+    seconds: f64,
+    text: *mut c_char,
+    capacity: u64,
+    size: *mut u64,
+) -> SwStatus {
+    guard(|| {
+        not_null("size", size)?;
+        // SAFETY: the header's contract; NULL is excluded above.
+        unsafe {
+            let handle = object("state", state)?;
+            let mut table = read("state", &handle.state)?.plan_text(seconds)?.into_bytes();
+            table.push(0);
+            if !asks_for_size("text", text, table.len() as u64, capacity)? {
+                copy_out("text", &table, text.cast::<u8>(), capacity)?;
+            }
+            put(size, table.len() as u64);
+        }
+        Ok(())
+    })
+}

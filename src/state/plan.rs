@@ -1,0 +1,308 @@
+//! What a state does in a step, what it leaves out and why, and what each part costs in memory and operations.
+//!
+//! Operations are instructions on registers of 8 numbers of 32 bits, by a model that is linear in vertices, modes and what acts. Its
+//! coefficients are fitted to counts by callgrind; `make bench-leave-out` shows how far the estimate is off. Other registers take
+//! more or fewer in proportion.
+
+use super::{Dynamics, State};
+use crate::Result;
+use crate::model::with_basis;
+use crate::step::{ForceLaw, Integrator};
+use crate::warp::LANES;
+
+/// What a step or an output consists of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PartKind {
+    /// Rest positions, masses, triangles, edges, constants of each mode.
+    Shape,
+    /// Φ.
+    Displacements,
+    /// Ψ.
+    Rotations,
+    /// The oscillator of each mode with its guard; states.
+    Modes,
+    /// Gravity and the acceleration of the frame.
+    UniformLoad,
+    /// Inertia of a turning frame.
+    Spin,
+    /// Forces on vertices.
+    Forces,
+    /// Wind.
+    Wind,
+    /// Constraints.
+    Handles,
+    /// The nonlinear shell.
+    NonlinearShell,
+}
+
+/// One of them.
+#[derive(Clone, Debug)]
+pub struct Part {
+    /// Which.
+    pub kind: PartKind,
+    /// A step or an output uses it at present.
+    pub active: bool,
+    /// Held by the model or the state.
+    pub bytes: usize,
+    /// Of one step at present; 0 when asleep.
+    pub operations: f64,
+    /// Why it is active, how far, or why not.
+    pub reason: String,
+}
+
+impl PartKind {
+    /// In a few words.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Shape => "rest shape",
+            Self::Displacements => "mode shapes",
+            Self::Rotations => "modal rotations",
+            Self::Modes => "modes",
+            Self::UniformLoad => "gravity and frame acceleration",
+            Self::Spin => "inertia of a turning frame",
+            Self::Forces => "forces on vertices",
+            Self::Wind => "wind",
+            Self::Handles => "constraints",
+            Self::NonlinearShell => "nonlinear shell",
+        }
+    }
+}
+
+/// Instructions: once, and for each mode.
+type Cost = [f64; 2];
+
+/// Of a step beside the loads, by integrator.
+const IMPLICIT: Cost = [700.0, 60.0];
+const EXACT: Cost = [700.0, 250.0];
+/// Of a block of vertices in a sweep over all, by law; what of it is Φ alone; and what a turning frame adds.
+const LINEAR_BLOCK: Cost = [60.0, 22.0];
+const WARP_BLOCK: Cost = [240.0, 34.0];
+const VIRTUAL_WORK_BLOCK: Cost = [480.0, 46.0];
+const SPIN_BLOCK: Cost = [120.0, 12.0];
+const VIRTUAL_WORK_SPIN_BLOCK: Cost = [200.0, 24.0];
+/// Of the sums taken once: for each mode, and with the warp for each pair of modes.
+const SHORT: Cost = [8.0, 9.0];
+/// Of a vertex with a force of its own, by law.
+const LINEAR_POINT: Cost = [80.0, 40.0];
+const WARP_POINT: Cost = [300.0, 80.0];
+/// Of a vertex and of a triangle, where a force acts on each vertex and where wind does.
+const FORCE_VERTEX: f64 = 60.0;
+const WIND_VERTEX: f64 = 120.0;
+const WIND_TRIANGLE: f64 = 150.0;
+/// Of an iteration over the constraints: for each row and mode, and for each pair of rows and mode.
+const HANDLE: [f64; 3] = [600.0, 60.0, 6.0];
+/// Of an element of the nonlinear shell in an explicit step, and in an iteration of an implicit one with its share of the solves.
+const EXPLICIT_ELEMENT: f64 = 400.0;
+const IMPLICIT_ELEMENT: f64 = 30_000.0;
+
+fn cost([once, each]: Cost, count: usize) -> f64 {
+    once + each * count as f64
+}
+
+impl State {
+    /// The parts of a step of `h` seconds from the present state, all of them, in the order of [`PartKind`]. Fails as a step of such
+    /// a length does.
+    pub fn plan(&self, h: f64) -> Result<Vec<Part>> {
+        self.check_step(h)?;
+        let mut parts = match &self.dynamics {
+            Dynamics::Modal(_) => self.plan_modal(h),
+            Dynamics::Nodal(_) => self.plan_nodal(h),
+        };
+        if self.rest.skips(h) {
+            for part in &mut parts {
+                part.operations = 0.0;
+                if part.active && !matches!(part.kind, PartKind::Shape | PartKind::Displacements | PartKind::Rotations)
+                {
+                    part.active = false;
+                    part.reason = "the state rests".into();
+                }
+            }
+        }
+        Ok(parts)
+    }
+
+    /// [`State::plan`] as a table.
+    pub fn plan_text(&self, h: f64) -> Result<String> {
+        let parts = self.plan(h)?;
+        let mut text = format!("{:<32}{:>6}{:>12}{:>14}  why\n", "part", "", "bytes", "operations");
+        for Part { kind, active, bytes, operations, reason } in &parts {
+            let used = if *active { "on" } else { "–" };
+            text += &format!("{:<32}{used:>6}{bytes:>12}{operations:>14.0}  {reason}\n", kind.name());
+        }
+        let bytes: usize = parts.iter().map(|part| part.bytes).sum();
+        let operations: f64 = parts.iter().map(|part| part.operations).sum();
+        text += &format!("{:<38}{bytes:>12}{operations:>14.0}\n", "in all");
+        Ok(text)
+    }
+
+    fn shape_part(&self) -> Part {
+        let (mesh, model) = (&self.model.shell.mesh, &self.model);
+        let basis = with_basis!(&model.basis, basis => basis.shape_bytes());
+        let reason = format!("{} vertices, {} triangles", mesh.positions.len(), mesh.triangles.len());
+        let bytes = model.bytes() - basis[0] - basis[1];
+        Part { kind: PartKind::Shape, active: true, bytes, operations: 0.0, reason }
+    }
+
+    /// Forces and wind, for either kind of state: when forces act on some vertices alone, `point` instructions for each of them.
+    fn load_parts(&self, point: f64, whole: f64) -> [Part; 2] {
+        let (n, triangles) = (self.model.shell.mass.len(), self.model.shell.mesh.triangles.len());
+        let (forces, scratch) = (self.loads.forces.len(), &self.scratch);
+        let vector = size_of::<crate::Vec3>();
+        let few = self.loads.on_some(n).is_some();
+        let (operations, reason) = match (forces, few) {
+            (0, _) => (0.0, "no forces are set".to_string()),
+            (_, true) => (point * forces as f64, format!("only the vertices of {forces} forces are visited")),
+            (_, false) => (FORCE_VERTEX * n as f64, format!("{forces} forces: all vertices are visited")),
+        };
+        let bytes = self.loads.forces.capacity() * size_of::<(u32, crate::Vec3)>() + scratch.force.len() * vector;
+        let forces = Part { kind: PartKind::Forces, active: forces > 0, bytes, operations, reason };
+        let wind = match &self.loads.wind {
+            None => Part::absent(PartKind::Wind, "no wind is set"),
+            Some(wind) => Part {
+                kind: PartKind::Wind,
+                active: true,
+                bytes: (scratch.x.len() + scratch.v.len() + wind.local.len()) * vector,
+                operations: whole + (WIND_VERTEX + FORCE_VERTEX) * n as f64 + WIND_TRIANGLE * triangles as f64,
+                reason: format!("presses on {triangles} triangles as they are turned and move"),
+            },
+        };
+        [forces, wind]
+    }
+
+    fn plan_modal(&self, h: f64) -> Vec<Part> {
+        let Dynamics::Modal(modal) = &self.dynamics else { return vec![] };
+        let (model, law) = (&self.model, modal.law);
+        let (n, modes) = (model.shell.mass.len(), model.n_modes());
+        let blocks = n.div_ceil(LANES) as f64;
+        let [phi, psi] = with_basis!(&model.basis, basis => basis.shape_bytes());
+        let mut frame = self.frame;
+        let rates = frame.advance(h);
+        let load = self.body_load(&frame.pose, &rates);
+        let passes = 1.0 + super::modal::midpoint_passes(&load, h) as f64;
+        let spins = load.spin_rate().is_some();
+        let on_all = self.loads.on_some(n).is_none();
+        let short = !spins && !on_all && model.participation().suffices(law, || modal.largest_turn(model));
+        let sweeps = !short && (on_all || !load.is_zero());
+
+        // A sweep: what linear modal analysis would do is laid to the load, the rest to the rotations.
+        let block = blocks * passes;
+        let linear = if sweeps { block * cost(LINEAR_BLOCK, modes) } else { 0.0 };
+        let whole = match law {
+            ForceLaw::Linear => LINEAR_BLOCK,
+            ForceLaw::Rotated => WARP_BLOCK,
+            ForceLaw::VirtualWork => VIRTUAL_WORK_BLOCK,
+        };
+        let turns = if sweeps { block * cost(whole, modes) - linear } else { 0.0 };
+        let pairs = if law.warped() { modes * modes } else { 0 };
+        let summed = if short && !load.is_zero() { SHORT[0] * modes as f64 + SHORT[1] * pairs as f64 } else { 0.0 };
+
+        let (rotations, reason) = match (model.is_linear(), law.warped()) {
+            (true, _) => (false, "the model was precomputed without them".to_string()),
+            (false, false) => (false, "linear modal analysis; SW_PRECOMPUTE_LINEAR would not store them".to_string()),
+            (false, true) if sweeps => (true, "the force and the output turn with the shell".to_string()),
+            (false, true) => (true, "the output turns with the shell; the step does not need them".to_string()),
+        };
+        let uniform = match (load.is_zero(), short, sweeps) {
+            (true, ..) => "nothing acts everywhere alike",
+            (_, true, _) if law.warped() => {
+                "sums over the vertices taken once: no vertex turns by more than 1.4e-3 rad"
+            }
+            (_, true, _) => "sums over the vertices taken once: the force does not depend on the shape",
+            (_, _, true) => "summed over all vertices, as each is turned",
+            _ => "nothing to sum",
+        };
+        let spin_block = if law == ForceLaw::VirtualWork { VIRTUAL_WORK_SPIN_BLOCK } else { SPIN_BLOCK };
+        let spin = Part {
+            kind: PartKind::Spin,
+            active: spins,
+            bytes: 0,
+            operations: if spins { block * cost(spin_block, modes) } else { 0.0 },
+            reason: match spins {
+                true => format!("Euler, centrifugal and Coriolis forces, {passes} times a step"),
+                false => "the frame does not turn".into(),
+            },
+        };
+        let oscillator = if modal.integrator == Integrator::Exact { EXACT } else { IMPLICIT };
+        let point = match law {
+            ForceLaw::Linear => LINEAR_POINT,
+            ForceLaw::Rotated | ForceLaw::VirtualWork => WARP_POINT,
+        };
+        let [forces, wind] = self.load_parts(passes * cost(point, modes), block * cost(whole, modes));
+        let part = |kind, active, bytes, operations, reason: String| Part { kind, active, bytes, operations, reason };
+        vec![
+            self.shape_part(),
+            part(PartKind::Displacements, true, phi, 0.0, format!("{modes} modes")),
+            part(PartKind::Rotations, rotations, psi, turns, reason),
+            part(
+                PartKind::Modes,
+                true,
+                Self::bytes_for(modes),
+                cost(oscillator, modes) * passes,
+                format!("{modes} oscillators with their guard"),
+            ),
+            part(PartKind::UniformLoad, !load.is_zero() || sweeps, 0, linear + summed, uniform.into()),
+            spin,
+            forces,
+            wind,
+            self.handles_part(modes),
+            Part::absent(PartKind::NonlinearShell, "the method has no use for it"),
+        ]
+    }
+
+    fn handles_part(&self, modes: usize) -> Part {
+        let rows: usize = self.constraints().map(|(c, _)| c.axes.iter().filter(|held| **held).count()).sum();
+        if rows == 0 {
+            return Part::absent(PartKind::Handles, "no constraint is set");
+        }
+        let iterations = self.constraints().map(|(_, outcome)| outcome.iterations).max().unwrap_or(0).max(1);
+        let [row, row_mode, pair_mode] = HANDLE;
+        let (r, m) = (rows as f64, modes as f64);
+        let once = r * row + r * m * row_mode + 0.5 * r * (r + 1.0) * m * pair_mode;
+        Part {
+            kind: PartKind::Handles,
+            active: true,
+            bytes: (rows * (modes + rows + 5) + 9 * modes) * size_of::<f64>(),
+            operations: f64::from(iterations) * once,
+            reason: format!("{rows} rows, {iterations} iterations as in the last step"),
+        }
+    }
+
+    fn plan_nodal(&self, h: f64) -> Vec<Part> {
+        let Dynamics::Nodal(nodal) = &self.dynamics else { return vec![] };
+        let model = &self.model;
+        let [phi, psi] = with_basis!(&model.basis, basis => basis.shape_bytes());
+        let mut frame = self.frame;
+        let rates = frame.advance(h);
+        let load = self.body_load(&frame.pose, &rates);
+        let mesh = &model.shell.mesh;
+        let elements = (mesh.triangles.len() + 2 * mesh.edges.len()) as f64;
+        let [forces, wind] = self.load_parts(FORCE_VERTEX, 0.0);
+        let of =
+            |kind, active, bytes, reason: &str| Part { kind, active, bytes, operations: 0.0, reason: reason.into() };
+        let shell = Part {
+            kind: PartKind::NonlinearShell,
+            active: true,
+            bytes: nodal.bytes(),
+            operations: elements * if nodal.is_explicit() { EXPLICIT_ELEMENT } else { IMPLICIT_ELEMENT },
+            reason: format!("{elements} elements; an implicit step by a rough guess, as its iterations vary"),
+        };
+        vec![
+            self.shape_part(),
+            of(PartKind::Displacements, false, phi, "the nonlinear shell has no use for modes; the model holds them"),
+            of(PartKind::Rotations, false, psi, "the nonlinear shell has no use for modes; the model holds them"),
+            Part::absent(PartKind::Modes, "the nonlinear shell moves vertex by vertex"),
+            of(PartKind::UniformLoad, !load.is_zero(), 0, "added to each vertex"),
+            of(PartKind::Spin, load.spin_rate().is_some(), 0, "added to each vertex while the frame turns"),
+            forces,
+            wind,
+            self.handles_part(0),
+            shell,
+        ]
+    }
+}
+
+impl Part {
+    fn absent(kind: PartKind, reason: &str) -> Self {
+        Self { kind, active: false, bytes: 0, operations: 0.0, reason: reason.into() }
+    }
+}
