@@ -102,9 +102,9 @@ struct Mark {
 }
 
 impl Newton {
-    /// Analyses the pattern once.
-    pub fn new(shell: &Shell) -> Result<Self> {
-        let matrix = BlockMatrix::of(shell);
+    /// Analyses the pattern once; handles couple the vertices of `cliques` besides.
+    pub fn new(shell: &Shell, cliques: &[&[u32]]) -> Result<Self> {
+        let matrix = BlockMatrix::with(shell, cliques);
         let symbolic = Symbolic::analyse(matrix.lower.symbolic())?;
         let factor = symbolic.factor()?;
         let zeros = vec![Vec3::zeros(); shell.mass.len()];
