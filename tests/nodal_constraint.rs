@@ -177,7 +177,7 @@ fn the_work_of_slow_handles_is_the_energy_that_they_leave() {
     // Slowly: the work is a sum with the forces at the ends of the steps, whose excess over the integral goes with the step.
     let model = beam("flat_beam");
     for axes in [[true; 3], [false, false, true]] {
-        let loss = |steps: u32| {
+        let excess = |steps: u32| {
             let mut state = implicit(&model);
             for k in 1..=steps {
                 let t = f64::from(k) / f64::from(steps);
@@ -189,10 +189,10 @@ fn the_work_of_slow_handles_is_the_energy_that_they_leave() {
             let report = state.report();
             report.constraint_work / report.elastic_energy - 1.0
         };
-        let [coarse, fine] = [loss(100), loss(200)];
+        let [coarse, fine] = [excess(50), excess(100)];
         println!("{axes:?}: work exceeds the energy by {coarse:.2e} and {fine:.2e}");
-        assert!(fine > 0.0 && fine < 0.03);
-        assert_close("work", 2.0 * fine - coarse, 0.0, 1e-3, 1.0); // of second order
+        assert!(fine > 0.0 && fine < 0.06);
+        assert_close("work", 2.0 * fine - coarse, 0.0, 4e-3, 1.0); // of second order
     }
 }
 
