@@ -13,7 +13,7 @@ const std::vector<std::string> &method_names();
 const char *method_name(uint32_t method);
 std::optional<uint32_t> find_method(const std::string &name);
 
-// The full shell, vertex by vertex: no modes, so no handles and no damping by mode.
+// The full shell, vertex by vertex: no modes, so no damping by mode.
 bool is_nonlinear(uint32_t method);
 
 }  // namespace cli

@@ -103,8 +103,13 @@ fn constraint_of(desc: &SwConstraintDesc) -> Result<Constraint, Fault> {
 /// only crumple. Near the rest pose it does not, and gets the least-squares answer; further away, watch in_range of
 /// sw_state_report, hold only the axes that matter, or give a compliance.
 ///
+/// A nonlinear shell's handles are met exactly where supports and other handles leave the vertex free: a hard position is
+/// prescribed; where several want one vertex at different places it is at their mean. A step whose handles move too far for
+/// Newton's method to follow takes them a part of the way, and `met` is 0. The orientation is the mean of the triangles'
+/// rotations at the vertex. An explicit step sets positions, so a handle should move by little in each.
+///
 /// Constraints are cloned with a state and survive its reset and loading, but are not saved. Allocates unless it replaces one of the same
-/// axes. A nonlinear shell takes none: SW_ERROR_UNSUPPORTED.
+/// axes.
 /// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_BUSY.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn sw_state_set_constraint(state: *mut SwState, desc: *const SwConstraintDesc) -> SwStatus {

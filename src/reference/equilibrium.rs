@@ -3,9 +3,10 @@
 //! The load moves from the one the start balances, ∇E at the start (zero at rest), to F, in increments that shrink where
 //! Newton's method does not converge and grow again. So the solution is the one that loading leads to, not just any.
 
+use super::handles::Handles;
 use super::newton::{Convergence, Stop};
 use super::potential::Potential;
-use super::{Solver, free_norm};
+use super::{Solver, free_norm, led};
 use crate::error::{require_finite, require_non_negative};
 use crate::{Error, ErrorKind, Result, Vec3};
 
@@ -91,6 +92,12 @@ impl Solver {
         while path.done < 1.0 {
             path.advance(self, forces, options, watch)?;
         }
+        if !self.handles.is_empty() {
+            let Self { shell, origin, x, handles, .. } = &*self;
+            let mut gradient = vec![Vec3::zeros(); x.len()];
+            Potential { shell, origin, load: forces, step: None, handles }.whole_gradient(x, &mut gradient);
+            self.conclude(&gradient);
+        }
         let mut displacement = start.to_vec();
         for v in self.shell.free.iter().map(|&v| v as usize) {
             displacement[v] = self.x[v] - self.shell.mesh.positions[v];
@@ -108,7 +115,7 @@ impl Solver {
 struct LoadPath {
     /// The load that the start balances (n_vertices).
     first: Vec<Vec3>,
-    /// ‖F‖, or the first load's without one.
+    /// ‖F‖, or the first load's without one, or 0.
     scale: f64,
     /// Share of the load that is in equilibrium.
     done: f64,
@@ -123,9 +130,9 @@ impl LoadPath {
         let shell = &solver.shell;
         let mut first = vec![Vec3::zeros(); forces.len()];
         shell.energy.add_gradient(&solver.x, &mut first);
-        let loads = [free_norm(shell, forces), free_norm(shell, &first), 1.0];
+        let loads = [free_norm(shell, forces), free_norm(shell, &first)];
         Self {
-            scale: loads.into_iter().find(|load| *load > 0.0).unwrap_or(1.0),
+            scale: loads.into_iter().find(|load| *load > 0.0).unwrap_or(0.0),
             first,
             done: 0.0,
             increment: options.first_increment.max(SMALLEST_INCREMENT),
@@ -184,10 +191,11 @@ impl LoadPath {
         let tolerance = if load < 1.0 { LOOSE_TOLERANCE.max(options.tolerance) } else { options.tolerance };
         let left = options.max_iterations - self.iterations.min(options.max_iterations);
         let stop = Stop { tolerance, scale: self.scale, max_iterations: left.min(ITERATIONS_PER_INCREMENT) };
-        let Solver { shell, newton, origin, x, force } = solver;
-        let potential = Potential { shell, origin, load: force, step: None };
+        let Solver { shell, newton, origin, x, force, handles, .. } = solver;
+        handles.set_share(load);
+        let potential = Potential { shell, origin, load: force, step: None, handles: &Handles::none() };
         let mut iterations = self.iterations;
-        newton.minimize(&potential, x, stop, &mut |residual| {
+        led::minimize(newton, handles, &potential, x, stop, &mut |residual| {
             let heard = watch(EquilibriumProgress { load, iterations, residual });
             iterations += 1;
             heard

@@ -18,6 +18,7 @@ impl Solver {
         check_step(h, damping)?;
         self.check_fields(&[("u", u), ("velocity", velocity), ("forces", forces)])?;
         self.place(u);
+        self.origin.copy_from_slice(&self.x);
         let Self { shell, x, force, .. } = self;
         force.fill(Vec3::zeros());
         shell.energy.add_gradient(x, force);
@@ -36,7 +37,25 @@ impl Solver {
             velocity[v] += h * force[v];
             u[v] += h * velocity[v];
         }
+        if !self.handles.is_empty() {
+            self.lead_to_handles(u, velocity, h);
+        }
         Ok(())
+    }
+
+    /// Moves the ends of a step to where handles have them.
+    fn lead_to_handles(&mut self, u: &mut [Vec3], velocity: &mut [Vec3], h: f64) {
+        self.place(u);
+        self.handles.set_share(1.0);
+        let Self { shell, handles, x, force, origin, .. } = self;
+        self.grips = handles.lead(x, &shell.mass, h, force);
+        self.handle_work = 0.0;
+        for v in shell.free.iter().map(|&v| v as usize) {
+            let change = x[v] - (shell.mesh.positions[v] + u[v]);
+            u[v] += change;
+            velocity[v] += change / h;
+            self.handle_work += force[v].dot(&(x[v] - origin[v]));
+        }
     }
 
     /// The step below which [`Self::symplectic_euler`] is stable near rest: h = 4/(c + √(c² + 4λ)), 2/√λ without damping, with

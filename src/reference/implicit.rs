@@ -4,9 +4,10 @@
 //! every h. Of first order: it damps what it does not resolve, a mode λ by λh/2 a second, and loses energy in every step but
 //! one through a snap, where E is concave along the step by more than M/h².
 
+use super::handles::Handles;
 use super::newton::Stop;
 use super::potential::{Potential, Step};
-use super::{Rayleigh, Solver, check_step, free_norm};
+use super::{Rayleigh, Solver, check_step, free_norm, led};
 use crate::{Error, ErrorKind, Result, Vec3};
 
 /// Residual that ends Newton's iteration, relative to ‖F‖ + ‖Mu̇‖/h + ‖∇E‖ at the start of the step.
@@ -40,19 +41,26 @@ impl Solver {
         self.place(u);
         self.origin.copy_from_slice(&self.x);
         let scale = self.force_scale(velocity, forces, h);
-        let Self { shell, newton, origin, x, .. } = self;
-        let potential = Potential { shell, origin, load: forces, step: Some(Step { h, velocity, damping }) };
+        let step = Some(Step { h, velocity, damping });
+        let Self { shell, newton, origin, x, handles, .. } = &mut *self;
+        let potential = Potential { shell, origin, load: forces, step, handles: &Handles::none() };
         potential.free().for_each(|v| x[v] += h * velocity[v]);
         let (coasting, still) = (potential.value(x).0, potential.value(origin).0);
         if coasting.is_nan() || coasting > still {
             x.copy_from_slice(origin);
         }
         let stop = Stop { tolerance: TOLERANCE, scale, max_iterations: MAX_ITERATIONS };
-        let end = newton.minimize(&potential, x, stop, &mut |_| Ok(()))?;
+        let end = led::step(newton, handles, &potential, x, stop)?;
         if !end.converged {
             let (n, r) = (end.iterations, end.residual);
             let message = format!("the implicit step of {h} s did not converge: residual {r:.2e} after {n} iterations");
             return Err(Error::new(ErrorKind::Numerical, message));
+        }
+        if !self.handles.is_empty() {
+            let Self { shell, origin, x, handles, .. } = &*self;
+            let mut gradient = vec![Vec3::zeros(); x.len()];
+            Potential { shell, origin, load: forces, step, handles }.whole_gradient(x, &mut gradient);
+            self.conclude(&gradient);
         }
         for v in self.shell.free.iter().map(|&v| v as usize) {
             let d = self.x[v] - self.origin[v];
@@ -62,14 +70,13 @@ impl Solver {
         Ok(StepReport { iterations: end.iterations, residual: end.residual })
     }
 
-    /// ‖F‖ + ‖Mu̇‖/h + ‖∇E‖ over the free vertices, or 1 when all are zero.
+    /// ‖F‖ + ‖Mu̇‖/h + ‖∇E‖ over the free vertices.
     fn force_scale(&mut self, velocity: &[Vec3], forces: &[Vec3], h: f64) -> f64 {
         let shell = &self.shell;
         let momentum = |v: &u32| (shell.mass[*v as usize] * velocity[*v as usize]).norm_squared();
         let inertia = shell.free.iter().map(momentum).sum::<f64>().sqrt() / h;
         self.force.fill(Vec3::zeros());
         shell.energy.add_gradient(&self.origin, &mut self.force);
-        let scale = free_norm(shell, forces) + inertia + free_norm(shell, &self.force);
-        if scale > 0.0 { scale } else { 1.0 }
+        free_norm(shell, forces) + inertia + free_norm(shell, &self.force)
     }
 }

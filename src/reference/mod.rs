@@ -10,16 +10,22 @@
 
 mod equilibrium;
 mod explicit;
+mod handles;
 mod implicit;
+mod led;
 mod newton;
 mod noise;
+mod orientation;
 mod potential;
 
 pub use equilibrium::{Equilibrium, EquilibriumOptions, EquilibriumProgress};
+pub use handles::{Goal, Grip, Handle};
 pub use implicit::StepReport;
+pub use orientation::{Ring, vertex_rotations};
 
 use crate::error::{require_finite, require_non_negative};
 use crate::{Error, Result, Shell, Vec3};
+use handles::Handles;
 use newton::Newton;
 use std::sync::Arc;
 
@@ -36,6 +42,13 @@ pub struct Rayleigh {
 pub struct Solver {
     shell: Arc<Shell>,
     newton: Newton,
+    /// What handles hold in the present call.
+    handles: Handles,
+    /// Groups of vertices that the newton's pattern couples for orientations.
+    coupled: Vec<Vec<u32>>,
+    /// What became of them, and their work.
+    grips: Vec<Grip>,
+    handle_work: f64,
     /// Positions the call starts from (n_vertices).
     origin: Vec<Vec3>,
     /// Positions being found (n_vertices).
@@ -48,8 +61,10 @@ impl Solver {
     /// Analyses the pattern of the shell's stiffness. Fails when memory does not suffice.
     pub fn new(shell: Arc<Shell>) -> Result<Self> {
         let zeros = vec![Vec3::zeros(); shell.mass.len()];
-        let newton = Newton::new(&shell)?;
-        Ok(Self { newton, origin: zeros.clone(), x: zeros.clone(), force: zeros, shell })
+        let newton = Newton::new(&shell, &[])?;
+        let (handles, coupled, grips) = (Handles::none(), vec![], vec![]);
+        let (origin, x, force) = (zeros.clone(), zeros.clone(), zeros);
+        Ok(Self { shell, newton, handles, coupled, grips, handle_work: 0.0, origin, x, force })
     }
 
     /// Bytes of the matrix, its factor and the fields.

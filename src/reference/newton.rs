@@ -96,9 +96,9 @@ impl Newton {
         entries + fields + self.symbolic.factor_bytes()
     }
 
-    /// Analyses the pattern once.
-    pub fn new(shell: &Shell) -> Result<Self> {
-        let matrix = BlockMatrix::of(shell);
+    /// Analyses the pattern once; handles couple the vertices of `cliques` besides.
+    pub fn new(shell: &Shell, cliques: &[&[u32]]) -> Result<Self> {
+        let matrix = BlockMatrix::with(shell, cliques);
         let symbolic = Symbolic::analyse(matrix.lower.symbolic())?;
         let factor = symbolic.factor()?;
         let zeros = vec![Vec3::zeros(); shell.mass.len()];
@@ -257,7 +257,7 @@ impl Newton {
         Ok((slope < 0.0 && slope.is_finite()).then_some(slope))
     }
 
-    /// Moves each component that floats so that Δ gives it the momentum that the forces ask for. Elastic and viscous forces do
+    /// Moves each component that floats, without a handle on it, so that Δ gives it the momentum that the forces ask for. Elastic and viscous forces do
     /// not change with translations and cancel in the sum; only inertia resists. So this changes nothing but what was lost:
     /// to the shifts above, or to rounding where the stiffness is beyond 1e16 m/h².
     fn balance_momenta(&mut self, potential: &Potential) {
@@ -271,6 +271,9 @@ impl Newton {
             let (force, total) = &mut sums[component(v)];
             *force += self.gradient[v] + weight * delta;
             *total += weight;
+        }
+        for v in potential.handles.vertices() {
+            sums[component(v as usize)] = (Vec3::zeros(), 1.0);
         }
         for (i, v) in potential.free().enumerate() {
             let (force, total) = sums[component(v)];

@@ -2,14 +2,16 @@
 //!
 //! Φ(x) = E(x) − F·d + ‖d − h u̇‖²_M/(2h²) + ξ ‖d‖²_M/(2h) + ζ Σ (b(x₀)·d)²/(2h)
 //!
-//! Its gradient is zero where M (u̇⁺ − u̇)/h + C(x₀) u̇⁺ + ∇E(x) = F with u̇⁺ = d/h. An equilibrium has the first two terms.
+//! and the energy of the [`Handles`]. Its gradient is zero where M (u̇⁺ − u̇)/h + C(x₀) u̇⁺ + ∇E(x) = F with u̇⁺ = d/h. An equilibrium has the first two terms.
 
+use super::handles::Handles;
 use super::{Rayleigh, add_viscous_force};
 use crate::energy::Curvature;
 use crate::sparse::BlockMatrix;
 use crate::{Shell, Vec3};
 
 /// Φ, with all fields of n_vertices.
+#[derive(Clone, Copy)]
 pub struct Potential<'a> {
     pub shell: &'a Shell,
     /// x₀.
@@ -18,6 +20,8 @@ pub struct Potential<'a> {
     pub load: &'a [Vec3],
     /// The terms of a step; `None` for an equilibrium.
     pub step: Option<Step<'a>>,
+    /// What is prescribed besides.
+    pub handles: &'a Handles,
 }
 
 /// What makes a step of Φ.
@@ -47,11 +51,18 @@ impl Potential<'_> {
             value += loss;
             magnitude += loss;
         }
-        (value, magnitude)
+        let held = self.handles.value(x);
+        (value + held, magnitude + held)
     }
 
-    /// ∇Φ(x); meaningless at vertices that are not free.
+    /// ∇Φ(x) along what handles leave free; meaningless at vertices that are not free.
     pub fn gradient(&self, x: &[Vec3], gradient: &mut [Vec3]) {
+        self.whole_gradient(x, gradient);
+        self.handles.project(gradient);
+    }
+
+    /// ∇Φ(x) along all directions; meaningless at vertices that are not free.
+    pub fn whole_gradient(&self, x: &[Vec3], gradient: &mut [Vec3]) {
         gradient.fill(Vec3::zeros());
         self.shell.energy.add_gradient(x, gradient);
         for v in self.free() {
@@ -65,14 +76,17 @@ impl Potential<'_> {
             let rate = |v: usize| (x[v] - self.origin[v]) / s.h;
             add_viscous_force(self.shell, self.origin, rate, s.damping.stiffness, gradient);
         }
+        self.handles.add_gradient(x, gradient);
     }
 
     /// ∂²Φ/∂x² over the free vertices.
     pub fn assemble(&self, x: &[Vec3], curvature: Curvature, matrix: &mut BlockMatrix) {
         matrix.clear();
         self.shell.energy.visit_hessian(x, curvature, &mut |(vertices, blocks)| {
-            matrix.add_element(vertices, |p, q| blocks[p * vertices.len() + q]);
+            let block = |p: usize, q: usize| blocks[p * vertices.len() + q];
+            matrix.add_element(vertices, |p, q| self.handles.projected(vertices[p], block(p, q), vertices[q]));
         });
+        self.handles.add_hessian(x, curvature, matrix);
         let (Some(s), Some(inertia)) = (self.step, self.inertia_of_mass()) else { return };
         for (i, v) in self.free().enumerate() {
             matrix.add_diagonal(i, self.shell.mass[v] * inertia);
@@ -80,7 +94,8 @@ impl Potential<'_> {
         if s.damping.stiffness > 0.0 {
             let weight = s.damping.stiffness / s.h;
             self.shell.energy.visit_rows(self.origin, &mut |(vertices, row)| {
-                matrix.add_element(vertices, |p, q| row[p] * (weight * row[q]).transpose());
+                let block = |p: usize, q: usize| row[p] * (weight * row[q]).transpose();
+                matrix.add_element(vertices, |p, q| self.handles.projected(vertices[p], block(p, q), vertices[q]));
             });
         }
     }

@@ -16,10 +16,10 @@ impl BlockPattern {
         &self.rows[self.start[j]..self.start[j + 1]]
     }
 
-    fn of(shell: &Shell, index: &[u32]) -> Self {
+    fn of(shell: &Shell, index: &[u32], cliques: &[&[u32]]) -> Self {
         let n = shell.free.len();
         let mut columns: Vec<Vec<u32>> = (0..n as u32).map(|j| vec![j]).collect();
-        shell.energy.visit_rest_rows(&mut |(vertices, _)| {
+        let mut join = |vertices: &[u32]| {
             for &v in vertices {
                 for &w in vertices {
                     let (j, i) = (index[v as usize], index[w as usize]);
@@ -28,7 +28,9 @@ impl BlockPattern {
                     }
                 }
             }
-        });
+        };
+        shell.energy.visit_rest_rows(&mut |(vertices, _)| join(vertices));
+        cliques.iter().for_each(|vertices| join(vertices));
         let mut start = vec![0];
         let mut rows = Vec::new();
         for column in &mut columns {
@@ -67,9 +69,14 @@ pub struct BlockMatrix {
 impl BlockMatrix {
     /// The zero matrix.
     pub fn of(shell: &Shell) -> Self {
+        Self::with(shell, &[])
+    }
+
+    /// The zero matrix with room also for elements of these vertices.
+    pub fn with(shell: &Shell, cliques: &[&[u32]]) -> Self {
         let mut index = vec![NONE; shell.mass.len()];
         shell.free.iter().enumerate().for_each(|(i, &v)| index[v as usize] = i as u32);
-        let pattern = BlockPattern::of(shell, &index);
+        let pattern = BlockPattern::of(shell, &index, cliques);
         let scalar = pattern.scalar_pattern();
         let values = vec![0.0; scalar.row_idx().len()];
         Self { lower: SparseColMat::new(scalar, values), pattern, index }

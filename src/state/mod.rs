@@ -6,7 +6,7 @@ mod plan;
 mod rest;
 mod saved;
 
-use crate::constraint::{Constraint, Outcome, Target};
+use crate::constraint::{Constraint, ConstraintSet, Outcome, Target};
 use crate::error::{require_finite, require_non_negative};
 use crate::load::{External, Loads, Moving, Wind};
 use crate::reference::Rayleigh;
@@ -148,7 +148,21 @@ impl Dynamics {
     fn settle(&mut self, model: &Model, load: &BodyLoad, external: External, pose: &Pose) -> Result<(f64, usize)> {
         match self {
             Self::Modal(modal) => modal.settle(model, load, external, pose),
-            Self::Nodal(nodal) => nodal.settle(model, load, external),
+            Self::Nodal(nodal) => nodal.settle(model, load, external, pose),
+        }
+    }
+
+    fn constraints(&self) -> &ConstraintSet {
+        match self {
+            Self::Modal(modal) => modal.constraints.set(),
+            Self::Nodal(nodal) => &nodal.constraints,
+        }
+    }
+
+    fn change_constraints<T>(&mut self, change: impl FnOnce(&mut ConstraintSet) -> T) -> T {
+        match self {
+            Self::Modal(modal) => modal.constraints.change(change),
+            Self::Nodal(nodal) => change(&mut nodal.constraints),
         }
     }
 }
@@ -353,42 +367,33 @@ impl State {
 
     /// Adds a constraint, or replaces the one with its id.
     pub fn set_constraint(&mut self, constraint: Constraint) -> Result<()> {
-        if self.model.is_linear() && matches!(constraint.target, Target::Orientation(_)) {
+        if self.model.is_linear()
+            && matches!((&self.dynamics, constraint.target), (Dynamics::Modal(_), Target::Orientation(_)))
+        {
             return without_rotations("a constraint on an orientation");
         }
-        let changed = match &mut self.dynamics {
-            Dynamics::Modal(modal) => modal.constraints.set(constraint, self.model.shell.mass.len())?,
-            Dynamics::Nodal(_) => return unsupported("constraints"),
-        };
+        let n_vertices = self.model.shell.mass.len();
+        let changed = self.dynamics.change_constraints(|set| set.set(constraint, n_vertices))?;
         self.wake_if(changed);
         Ok(())
     }
 
     /// Removes a constraint. Fails if there is none with this id.
     pub fn clear_constraint(&mut self, id: u32) -> Result<()> {
-        let found = match &mut self.dynamics {
-            Dynamics::Modal(modal) => modal.constraints.clear(id),
-            Dynamics::Nodal(_) => false,
-        };
+        let found = self.dynamics.change_constraints(|set| set.clear(id));
         self.wake_if(found);
         if found { Ok(()) } else { Err(Error::argument(format!("there is no constraint {id}"))) }
     }
 
     /// Removes all constraints.
     pub fn clear_constraints(&mut self) {
-        if let Dynamics::Modal(modal) = &mut self.dynamics {
-            modal.constraints.clear_all();
-        }
+        self.dynamics.change_constraints(ConstraintSet::clear_all);
         self.rest.wake();
     }
 
     /// The constraints, by ascending id, with what the last step made of them.
     pub fn constraints(&self) -> impl Iterator<Item = (&Constraint, &Outcome)> {
-        let constraints = match &self.dynamics {
-            Dynamics::Modal(modal) => Some(&modal.constraints),
-            Dynamics::Nodal(_) => None,
-        };
-        constraints.into_iter().flat_map(|c| c.report())
+        self.dynamics.constraints().report()
     }
 
     /// Where the support frame is at the end of the next step. Set for the first time since creation or reset, and before any
@@ -441,7 +446,7 @@ impl State {
         let external = external(loads, scratch, model, &frame.pose);
         match dynamics {
             Dynamics::Modal(modal) => modal.step(model, &load, external, &frame.pose, h)?,
-            Dynamics::Nodal(nodal) => nodal.step(model, &load, external, h)?,
+            Dynamics::Nodal(nodal) => nodal.step(model, &load, external, &frame.pose, h)?,
         }
         let still = frame == self.frame && rates == Rates::default() && !self.forces_once;
         self.frame = frame;
@@ -524,16 +529,11 @@ impl State {
     /// not pass. Returns the residual relative to the load, and the iterations. Fails, changing nothing, when none is found.
     pub fn equilibrium(&mut self) -> Result<(f64, usize)> {
         let before = self.dynamics.motion();
-        let constraints = match &self.dynamics {
-            Dynamics::Modal(modal) => Some(modal.constraints.clone()), // with what the last step made of them
-            Dynamics::Nodal(_) => None,
-        };
+        let constraints = self.dynamics.constraints().clone(); // with what the last step made of them
         let found = self.settle();
         if found.is_err() {
             self.dynamics.set_motion(before);
-            if let (Dynamics::Modal(modal), Some(constraints)) = (&mut self.dynamics, constraints) {
-                modal.constraints = constraints;
-            }
+            self.dynamics.change_constraints(|set| *set = constraints);
             return found;
         }
         self.frame = Frame::at_rest(self.frame.target);
@@ -691,7 +691,9 @@ impl State {
                 let extent = modal.extent(&self.model, ROTATION_RANGE * ROTATION_RANGE);
                 (extent, modal.energies(&self.model), modal.constraint_work)
             }
-            Dynamics::Nodal(nodal) => (nodal.extent(&self.model, ROTATION_RANGE), nodal.energies(&self.model), 0.0),
+            Dynamics::Nodal(nodal) => {
+                (nodal.extent(&self.model, ROTATION_RANGE), nodal.energies(&self.model), nodal.constraint_work)
+            }
         };
         let mut fraction = extent.beyond as f64 / self.model.shell.mass.len() as f64;
         let mut max_rotation = extent.rotation.sqrt();

@@ -1,6 +1,6 @@
 //! Motion in modal coordinates: the warp and linear modal analysis.
 
-use crate::constraint::{Constraints, Step};
+use crate::constraint::{ConstraintSet, Constraints, Step};
 use crate::load::External;
 use crate::model::{AnyBasis, with_basis};
 use crate::step::modal_force::{self, Acting, BodyLoad, Scratch};
@@ -106,7 +106,7 @@ impl Modal {
     pub fn reset(&mut self) {
         self.q.fill(0.0);
         self.q_dot.fill(0.0);
-        self.constraints.reset();
+        self.constraints.change(ConstraintSet::reset);
         self.constraint_work = 0.0;
     }
 
@@ -143,16 +143,16 @@ impl Modal {
             self.move_freely(model, h);
         }
         let work = self.meet_constraints(model, pose, h);
-        let told = (self.constraint_work + work).is_finite() && self.constraints.is_finite();
+        let told = (self.constraint_work + work).is_finite() && self.constraints.set().is_finite();
         if !told || !Self::has_meaning(model, &self.next[0], &self.next[1]) {
             return Err(Error::new(ErrorKind::Numerical, format!("the step of {h} s does not give finite positions")));
         }
-        self.unchanged = work == 0.0 && self.next == [&*self.q, &*self.q_dot] && self.constraints.is_unchanged();
+        self.unchanged = work == 0.0 && self.next == [&*self.q, &*self.q_dot] && self.constraints.set().is_unchanged();
         let [next_q, next_q_dot] = &mut self.next;
         std::mem::swap(&mut self.q, next_q);
         std::mem::swap(&mut self.q_dot, next_q_dot);
         self.constraint_work += work;
-        self.constraints.accept();
+        self.constraints.change(ConstraintSet::accept);
         Ok(())
     }
 
@@ -204,7 +204,7 @@ impl Modal {
     /// Moves the next q and q̇ to where the constraints are met; returns the work done.
     fn meet_constraints(&mut self, model: &Model, pose: &Pose, h: f64) -> f64 {
         let Self { law, integrator, constraints, damping, q, next: [next_q, next_q_dot], .. } = self;
-        if constraints.is_empty() {
+        if constraints.set().is_empty() {
             return 0.0;
         }
         let mesh = &model.shell.mesh;
@@ -239,7 +239,7 @@ impl Modal {
             };
             swing * model.participation().reach()[k]
         };
-        self.constraints.is_empty().then(|| model.eigenvalues.iter().enumerate().map(left).sum())
+        self.constraints.set().is_empty().then(|| model.eigenvalues.iter().enumerate().map(left).sum())
     }
 
     fn amplitudes(&self) -> Amplitudes<'_> {

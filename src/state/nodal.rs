@@ -1,11 +1,13 @@
 //! Motion vertex by vertex: the nonlinear discrete shell, the baseline that modal methods are measured against.
 
+use crate::constraint::{Constraint, ConstraintSet, Outcome, Target};
 use crate::load::External;
-use crate::reference::{Rayleigh, Solver};
+use crate::reference::{Goal, Handle, Rayleigh, Solver, vertex_rotations};
 use crate::step::modal_force::BodyLoad;
+use crate::support::Pose;
 use crate::warp::{Extent, Placement};
-use crate::{Error, ErrorKind, Model, Result, Vec3};
-use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
+use crate::{Error, ErrorKind, Model, Result, Vec3, wide_norm};
+use nalgebra::UnitQuaternion;
 
 /// Past this displacement, in units of the model's size, a shell has no meaning left; its energy has room for the fourth power.
 const LARGEST_DISPLACEMENT: f64 = 1e30;
@@ -15,6 +17,8 @@ pub struct Nodal {
     solver: Solver,
     explicit: bool,
     pub damping: Rayleigh,
+    pub constraints: ConstraintSet,
+    pub constraint_work: f64,
     pub u: Vec<Vec3>,
     pub velocity: Vec<Vec3>,
     force: Vec<Vec3>,
@@ -30,6 +34,8 @@ impl Nodal {
             solver: Solver::new(model.shell.clone())?,
             explicit,
             damping: Rayleigh::default(),
+            constraints: ConstraintSet::default(),
+            constraint_work: 0.0,
             u: zeros.clone(),
             velocity: zeros.clone(),
             force: zeros.clone(),
@@ -43,6 +49,8 @@ impl Nodal {
             solver: Solver::new(self.solver.shell().clone())?,
             explicit: self.explicit,
             damping: self.damping,
+            constraints: self.constraints.clone(),
+            constraint_work: self.constraint_work,
             u: self.u.clone(),
             velocity: self.velocity.clone(),
             force: self.force.clone(),
@@ -65,6 +73,8 @@ impl Nodal {
     pub fn reset(&mut self) {
         self.u.fill(Vec3::zeros());
         self.velocity.fill(Vec3::zeros());
+        self.constraints.reset();
+        self.constraint_work = 0.0;
     }
 
     fn set_force(&mut self, model: &Model, load: &BodyLoad, external: External) -> Result<()> {
@@ -85,23 +95,53 @@ impl Nodal {
         Ok(())
     }
 
-    /// One step of `h`. Changes nothing on failure.
-    pub fn step(&mut self, model: &Model, load: &BodyLoad, external: External, h: f64) -> Result<()> {
+    /// One step of `h` that ends with the frame at `pose`. Changes nothing on failure.
+    pub fn step(&mut self, model: &Model, load: &BodyLoad, external: External, pose: &Pose, h: f64) -> Result<()> {
         self.set_force(model, load, external)?;
-        let Self { solver, explicit, damping, u, velocity, force, before } = self;
+        self.take_handles(pose)?;
+        let Self { solver, explicit, damping, u, velocity, force, before, .. } = self;
         before[0].copy_from_slice(u);
         before[1].copy_from_slice(velocity);
-        if *explicit {
+        let iterations = if *explicit {
             solver.symplectic_euler(u, velocity, force, *damping, h)?;
+            1
         } else {
-            solver.implicit_euler(u, velocity, force, *damping, h)?;
-        }
-        if Self::has_meaning(model, u, velocity) {
+            solver.implicit_euler(u, velocity, force, *damping, h)?.iterations
+        };
+        let work = self.conclude(iterations);
+        let told = (self.constraint_work + work).is_finite() && self.constraints.is_finite();
+        if told && Self::has_meaning(model, &self.u, &self.velocity) {
+            self.constraint_work += work;
+            self.constraints.accept();
             return Ok(());
         }
-        u.copy_from_slice(&before[0]);
-        velocity.copy_from_slice(&before[1]);
+        self.u.copy_from_slice(&self.before[0]);
+        self.velocity.copy_from_slice(&self.before[1]);
         Err(Error::new(ErrorKind::Numerical, format!("the step of {h} s moves the shell beyond all range")))
+    }
+
+    /// Gives the solver the constraints, in frame axes.
+    fn take_handles(&mut self, pose: &Pose) -> Result<()> {
+        let to_frame = pose.rotation.inverse();
+        let handle = |c: &Constraint| {
+            let goal = match c.target {
+                Target::Position(world) => Goal::Position(to_frame * (world - pose.origin)),
+                Target::Orientation(world) => Goal::Orientation(to_frame * world),
+            };
+            Handle { vertex: c.vertex, held: c.axes, compliance: c.compliance, goal }
+        };
+        let handles = self.constraints.report().map(|(c, _)| handle(c)).collect();
+        self.solver.set_handles(*to_frame.to_rotation_matrix().matrix(), handles, &self.u)
+    }
+
+    /// What the solver made of the constraints; returns the work done by them.
+    fn conclude(&mut self, iterations: usize) -> f64 {
+        let (grips, work) = self.solver.grips();
+        let iterations = iterations.max(1) as u32;
+        for (k, grip) in grips.iter().enumerate() {
+            self.constraints.conclude(k, Outcome { residual: wide_norm(&grip.missing), force: grip.force, iterations });
+        }
+        work
     }
 
     /// Whether positions and energies are numbers that can be told.
@@ -111,14 +151,17 @@ impl Nodal {
         kinetic.is_finite() && u.iter().flatten().all(|c| c.abs() <= largest)
     }
 
-    /// The static solution under the present loads, from the present shape. Returns residual and iterations. Changes nothing
+    /// The static solution under the present loads and constraints, from the present shape. Returns residual and iterations. Changes nothing
     /// on failure.
-    pub fn settle(&mut self, model: &Model, load: &BodyLoad, external: External) -> Result<(f64, usize)> {
+    pub fn settle(&mut self, model: &Model, load: &BodyLoad, external: External, pose: &Pose) -> Result<(f64, usize)> {
         self.set_force(model, load, external)?;
+        self.take_handles(pose)?;
         let found = self.solver.equilibrium(&self.u, &self.force, &Default::default(), &mut |_| Ok(()))?;
-        if !Self::has_meaning(model, &found.displacement, &[]) {
+        self.conclude(found.iterations);
+        if !self.constraints.is_finite() || !Self::has_meaning(model, &found.displacement, &[]) {
             return Err(Error::new(ErrorKind::Numerical, "the equilibrium is beyond all range"));
         }
+        self.constraints.accept();
         self.u = found.displacement;
         self.velocity.fill(Vec3::zeros());
         Ok((found.residual, found.iterations))
@@ -149,27 +192,10 @@ impl Nodal {
         (model.shell.energy.value(&x), self.solver.kinetic_energy(&self.velocity))
     }
 
-    /// Rotation of each vertex from rest: the mean of its triangles', each from the frame of its first edge and normal.
+    /// Rotation of each vertex from rest.
     pub fn rotations(&self, model: &Model) -> Vec<UnitQuaternion<f64>> {
         let mesh = &model.shell.mesh;
-        let mut sums = vec![nalgebra::Quaternion::from_parts(0.0, Vec3::zeros()); self.u.len()];
-        for t in &mesh.triangles {
-            let corners = t.map(|v| v as usize);
-            let turned = triangle_frame(corners.map(|v| mesh.positions[v] + self.u[v]));
-            let rest = triangle_frame(corners.map(|v| mesh.positions[v]));
-            let turn = Rotation3::from_matrix_unchecked(turned * rest.transpose());
-            let q = UnitQuaternion::from_rotation_matrix(&turn).into_inner();
-            for v in corners {
-                let same_side = sums[v].dot(&q) >= 0.0; // q and −q are one rotation
-                sums[v] += if same_side { q } else { -q };
-            }
-        }
-        sums.into_iter().map(|q| UnitQuaternion::try_new(q, 1e-12).unwrap_or_else(UnitQuaternion::identity)).collect()
+        let x: Vec<Vec3> = mesh.positions.iter().zip(&self.u).map(|(x, u)| x + u).collect();
+        vertex_rotations(mesh, &x)
     }
-}
-
-/// Unit axes along the first edge, in the plane, and along the normal; the identity for a collapsed triangle.
-fn triangle_frame([a, b, c]: [Vec3; 3]) -> Matrix3<f64> {
-    let axes = (b - a).try_normalize(0.0).zip((b - a).cross(&(c - a)).try_normalize(0.0));
-    axes.map_or_else(Matrix3::identity, |(x, z)| Matrix3::from_columns(&[x, z.cross(&x), z]))
 }

@@ -53,7 +53,7 @@ impl State {
                 modal.q.iter().chain(&modal.q_dot).for_each(push);
             }
             Dynamics::Nodal(nodal) => {
-                push(&0.0);
+                push(&nodal.constraint_work);
                 nodal.u.iter().chain(&nodal.velocity).flat_map(|v| v.iter()).for_each(push);
             }
         }
@@ -80,6 +80,7 @@ impl State {
                 modal.q_dot.copy_from_slice(rates);
             }
             Dynamics::Nodal(nodal) => {
+                nodal.constraint_work = numbers[14];
                 let copy = |to: &mut [Vec3], from: &[f64]| {
                     to.iter_mut().zip(from.chunks_exact(3)).for_each(|(to, from)| to.copy_from_slice(from));
                 };
@@ -119,10 +120,7 @@ impl State {
         let vectors = |from: &[f64]| from.chunks_exact(3).map(Vec3::from_column_slice).collect::<Vec<_>>();
         let sound = match &self.dynamics {
             Dynamics::Modal(_) => Modal::has_meaning(&self.model, unknowns, rates),
-            Dynamics::Nodal(_) => {
-                let unused = numbers[FIXED_DOUBLES - 1].to_bits() == 0; // no constraints, no work of theirs
-                unused && Nodal::has_meaning(&self.model, &vectors(unknowns), &vectors(rates))
-            }
+            Dynamics::Nodal(_) => Nodal::has_meaning(&self.model, &vectors(unknowns), &vectors(rates)),
         };
         if !sound {
             return invalid("the saved state moves vertices beyond all range");

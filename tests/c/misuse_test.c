@@ -922,7 +922,6 @@ static void a_nonlinear_shell_says_what_it_does_not_offer(void) {
   SwModel *model = ready_model();
   for (uint32_t method = SW_METHOD_SHELL_IMPLICIT; method <= SW_METHOD_SHELL_EXPLICIT; ++method) {
     SwState *state = new_state(model, method, 0);
-    const SwConstraintDesc handle = constraint(1, SW_CONSTRAINT_POSITION);
     double four[4] = {7, 7, 7, 7}, rates[4] = {7, 7, 7, 7};
     uint32_t count = 77;
     SwDampingDesc damping;
@@ -930,7 +929,6 @@ static void a_nonlinear_shell_says_what_it_does_not_offer(void) {
     damping.ratios = four;
     damping.n_ratios = 1;
     FAILS(sw_state_set_damping(state, &damping), SW_ERROR_UNSUPPORTED, "damping");
-    FAILS(sw_state_set_constraint(state, &handle), SW_ERROR_UNSUPPORTED, "constraint");
     FAILS(sw_state_set_amplitudes(state, four, rates, 4), SW_ERROR_UNSUPPORTED, "amplitudes");
     FAILS(sw_state_amplitudes(state, four, rates, 4, &count), SW_ERROR_UNSUPPORTED, "amplitudes");
     CHECK(four[0] == 7 && rates[0] == 7 && count == 77);

@@ -217,7 +217,7 @@ impl Model {
         let mut handle = null_mut();
         // SAFETY: a live model.
         self.api.check(unsafe { (self.api.sw_state_create)(self.handle, &desc, &mut handle) })?;
-        Ok(State { api: self.api.clone(), handle, n: self.n, scratch: vec![] })
+        Ok(State { api: self.api.clone(), handle, n: self.n })
     }
 }
 
@@ -233,7 +233,6 @@ pub struct State {
     api: Arc<Api>,
     handle: *mut SwState,
     n: usize,
-    scratch: Vec<P3>,
 }
 
 impl Drop for State {
@@ -322,17 +321,6 @@ impl State {
         let call = self.api.sw_state_positions;
         self.api.check(unsafe { call(self.handle, 1, SW_FORMAT_F64, out.as_mut_ptr().cast(), 0, self.n as u32) })?;
         Ok(out)
-    }
-
-    /// One vertex in the support's frame.
-    pub fn vertex(&mut self, vertex: usize) -> Result<P3> {
-        let mut out = std::mem::take(&mut self.scratch);
-        out.resize(self.n, [0.0; 3]);
-        let call = self.api.sw_state_positions;
-        let status = unsafe { call(self.handle, 1, SW_FORMAT_F64, out.as_mut_ptr().cast(), 0, self.n as u32) };
-        self.scratch = out;
-        self.api.check(status)?;
-        Ok(self.scratch[vertex])
     }
 
     pub fn write_normals(&self, out: &mut [[f32; 3]]) -> Result<()> {

@@ -58,10 +58,8 @@ pub fn settings(scene: &Scene, effort: Effort) -> Vec<Setting> {
         }
     }
     let [implicit, explicit] = ["shell_implicit", "shell_explicit"].map(method);
-    let led = matches!(scene.drive, Drive::Led { .. });
     let implicit_steps: &[f64] = match scene.reference {
         Reference::Extrapolated => &[1.0, 2.0, 4.0],
-        _ if led => &[], // its spring is an explicit load, and far too stiff for long steps
         _ if full => &[0.5, 1.0, 2.0, 4.0, 8.0, 16.0],
         _ => steps,
     };

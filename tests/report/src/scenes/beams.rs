@@ -7,10 +7,6 @@ use crate::mesh::Mesh;
 /// Rows of triangles across a strip; half as many on the coarse one.
 pub const ROWS: usize = 8;
 
-/// Stiffness of the spring that leads a nonlinear shell, force/length. The strip itself resists its tip by about
-/// 3 · 6 k_B · 0.8/4³ = 2: the tip lags by some 1e-5 of the way.
-pub const SPRING: f64 = 2e5;
-
 /// A strip's material with the membrane stiffness of edge 0.1 at any resolution: k_L goes with the edge's length.
 pub fn material(rows: usize, membrane: f64, bend: f64) -> Material {
     let edge = 2.0 * 0.8 / (rows as f64 * 3f64.sqrt());
@@ -84,8 +80,7 @@ pub fn led() -> Scene {
     Scene {
         title: "A handle dragged on a path",
         text: "The middle of a flat strip's free end is lifted by 1.5 and brought back in four seconds; its other two coordinates \
-            are free. The modal methods hold it by a constraint. The nonlinear shell takes none and is pulled by a stiff spring, \
-            explicit steps only.",
+            are free.",
         damping: 2.0,
         frames: 120,
         drive: Drive::Led { vertex, height: path },

@@ -6,7 +6,7 @@ mod leaf;
 
 use crate::library::{Library, Material, Model, Pose, State};
 use crate::mesh::{Mesh, P3, dot, sub};
-use crate::methods::{Family, Method};
+use crate::methods::Method;
 use anyhow::Result;
 
 /// Seconds of a frame: 30 frames/s.
@@ -144,13 +144,7 @@ impl Scene {
                     if setting.coarse { mesh.nearest(self.mesh.place[vertex as usize]) as u32 } else { vertex };
                 let mut target = mesh.positions[vertex as usize];
                 target[2] += height(time);
-                if setting.method.family != Family::Shell {
-                    return state.hold(0, vertex, 4, target);
-                }
-                // The nonlinear shell takes no constraints: a spring, stiff beside the shell, leads it. See beams::led.
-                let place = state.vertex(vertex as usize)?;
-                let pull = beams::SPRING * (target[2] - place[2]);
-                state.set_forces(&[vertex], &[[0.0, 0.0, pull]])
+                state.hold(0, vertex, 4, target)
             }
         }
     }

@@ -92,7 +92,7 @@ pub fn all(library: &Library, data: &Path) -> Result<(Vec<Cell>, Table)> {
                 // A fifth of the slowest mode's critical damping.
                 let (mesh, fixed) = (mesh.clone(), fixed.clone());
                 let problem = Problem { mesh, material, fixed, modes, gravity, damping: 0.4 * omega, steps: vec![] };
-                // A nonlinear shell takes no handles: its tip is fixed where the handle holds it.
+                // Its tip fixed where the handle holds it.
                 let mut known = problem.clone();
                 known.fixed.extend(held.then(|| problem.mesh.nearest([4.0, 0.0]) as u32));
                 let shell = known.at_rest(library, SW_METHOD_SHELL_IMPLICIT).ok();

@@ -1,4 +1,4 @@
-//! Manipulation constraints (paper section 4.4; [2] section 5): handles that hold a vertex's position or orientation.
+//! Handles on a shell in modes (paper section 4.4; [2] section 5).
 //!
 //! With q⁺ = q_free + Γ p, Γ the integrator's (`Oscillator::handle_response`) and p = Jᵀμ, the constraint forces μ make the residual of every handle
 //! vanish, ρ = d − g(q⁺) − γμ with the compliance γ (0 = hard). Levenberg–Marquardt steps with the true Jacobian J = ∂g/∂q:
@@ -15,50 +15,15 @@
 //!
 //! Rows are dimensionless: lengths are divided by the model's size.
 
+use super::{Constraint, ConstraintSet, MET, Outcome, Target};
+use crate::Vec3;
 use crate::step::{Integrator, Oscillator};
 use crate::support::Pose;
 use crate::warp::{Basis, Entry, warp_with_derivative};
-use crate::{Error, Result, Vec3};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn, UnitQuaternion};
 use std::f64::consts::TAU;
 
-/// What a constraint holds, and where. World space.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Target {
-    /// The vertex's position.
-    Position(Vec3),
-    /// The orientation of the vertex's frame, which at rest is the support frame's.
-    Orientation(UnitQuaternion<f64>),
-}
-
-/// One handle.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Constraint {
-    /// The host's number for it; setting a number again replaces.
-    pub id: u32,
-    /// Vertex held.
-    pub vertex: u32,
-    /// World axes along (position) or about (orientation) which it holds.
-    pub axes: [bool; 3],
-    /// Displacement per force, or rotation per torque; 0 = hard.
-    pub compliance: f64,
-    /// Where to.
-    pub target: Target,
-}
-
-/// How well a constraint was met in the last step.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Outcome {
-    /// What is missing along the held axes: length or rad.
-    pub residual: f64,
-    /// Force (world axes) or torque on the shell over the step.
-    pub force: Vec3,
-    /// Linearizations that the whole set took.
-    pub iterations: u32,
-}
-
-/// A hard constraint is met below this, in model sizes or rad; the iteration aims two digits lower.
-pub const MET: f64 = 1e-6;
+/// The iteration aims two digits below [`MET`].
 const GOAL: f64 = 1e-8;
 
 /// Once met, a step may grow the residual up to this for once: moving along a curved constraint needs it.
@@ -92,10 +57,7 @@ const KICK: f64 = 0.1;
 /// All constraints of a state with room for the work, so that a step does not allocate.
 #[derive(Clone)]
 pub struct Constraints {
-    items: Vec<Constraint>,
-    outcomes: Vec<Outcome>,
-    /// Those of a step that is not known to be good yet.
-    concluded: Vec<Outcome>,
+    set: ConstraintSet,
     /// First row of each constraint, and the end.
     first_row: Vec<usize>,
     work: Work,
@@ -254,96 +216,34 @@ impl Step<'_> {
 impl Constraints {
     /// None.
     pub fn new(modes: usize) -> Self {
-        Self { items: vec![], outcomes: vec![], concluded: vec![], first_row: vec![0], work: Work::new(0, 0, modes) }
+        Self { set: ConstraintSet::default(), first_row: vec![0], work: Work::new(0, 0, modes) }
     }
 
-    /// Whether there are any.
-    pub fn is_empty(&self) -> bool {
-        self.items.is_empty()
+    /// The constraints with their outcomes.
+    pub fn set(&self) -> &ConstraintSet {
+        &self.set
     }
 
-    /// The constraints with their outcomes, in order of their ids.
-    pub fn report(&self) -> impl ExactSizeIterator<Item = (&Constraint, &Outcome)> {
-        self.items.iter().zip(&self.outcomes)
-    }
-
-    /// Adds a constraint, or replaces the one with its id. Returns whether anything changed. Moving a target does not allocate.
-    pub fn set(&mut self, constraint: Constraint, n_vertices: usize) -> Result<bool> {
-        let Constraint { id, vertex, axes, compliance, .. } = constraint;
-        if vertex as usize >= n_vertices {
-            return Err(Error::argument(format!("constraint {id} is at vertex {vertex} of {n_vertices}")));
-        }
-        if !(compliance.is_finite() && compliance >= 0.0) {
-            return Err(Error::argument(format!("constraint {id} has the compliance {compliance}")));
-        }
-        if axes == [false; 3] {
-            return Err(Error::argument(format!("constraint {id} holds no axis")));
-        }
-        match self.items.binary_search_by_key(&id, |c| c.id) {
-            Ok(at) if self.items[at] == constraint => return Ok(false),
-            Ok(at) => {
-                let same_rows = self.items[at].axes == axes;
-                self.items[at] = constraint;
-                if !same_rows {
-                    self.resize();
-                }
-            }
-            Err(at) => {
-                self.items.insert(at, constraint);
-                self.outcomes.insert(at, Outcome::default());
-                self.resize();
-            }
-        }
-        Ok(true)
-    }
-
-    /// Removes the constraint with this id; false if there is none.
-    pub fn clear(&mut self, id: u32) -> bool {
-        let found = self.items.binary_search_by_key(&id, |c| c.id);
-        if let Ok(at) = found {
-            self.items.remove(at);
-            self.outcomes.remove(at);
-            self.resize();
-        }
-        found.is_ok()
-    }
-
-    /// Whether what [`Constraints::project`] came to are numbers that can be told.
-    pub fn is_finite(&self) -> bool {
-        self.concluded.iter().all(|o| o.residual.is_finite() && o.force.iter().all(|f| f.is_finite()))
-    }
-
-    /// Whether that is what the last step came to.
-    pub fn is_unchanged(&self) -> bool {
-        self.concluded == self.outcomes
-    }
-
-    /// Makes it the report: the step is good.
-    pub fn accept(&mut self) {
-        self.outcomes.copy_from_slice(&self.concluded);
-    }
-
-    /// Forgets what the last step made of them.
-    pub fn reset(&mut self) {
-        self.outcomes.fill(Outcome::default());
-    }
-
-    /// Removes all.
-    pub fn clear_all(&mut self) {
-        self.items.clear();
-        self.outcomes.clear();
+    /// Changes the constraints, with room for their work afterwards: moving a target does not allocate.
+    pub fn change<T>(&mut self, change: impl FnOnce(&mut ConstraintSet) -> T) -> T {
+        let changed = change(&mut self.set);
         self.resize();
+        changed
     }
 
     fn resize(&mut self) {
+        let items = &self.set.items;
+        let rows = |c: &Constraint| c.axes.iter().filter(|held| **held).count();
+        let sizes = self.first_row.windows(2).map(|ends| ends[1] - ends[0]);
+        if sizes.eq(items.iter().map(rows)) {
+            return;
+        }
         self.first_row.clear();
         self.first_row.push(0);
-        for c in &self.items {
-            let rows = c.axes.iter().filter(|held| **held).count();
-            self.first_row.push(self.first_row[self.first_row.len() - 1] + rows);
+        for c in items {
+            self.first_row.push(self.first_row[self.first_row.len() - 1] + rows(c));
         }
-        self.concluded.resize(self.items.len(), Outcome::default());
-        self.work = Work::new(self.items.len(), self.first_row[self.items.len()], self.work.q_free.len());
+        self.work = Work::new(items.len(), self.first_row[items.len()], self.work.q_free.len());
     }
 
     /// Moves q and q̇, the free motion of the step, to where the constraints are met; `q_before` is where the step began.
@@ -518,13 +418,13 @@ impl Constraints {
             let change = |k: usize| (self.work.trial[k] - q[k]) * basis.at(k, c.vertex as usize).1;
             (0..q.len()).map(change).sum::<Vec3>().norm()
         };
-        self.items.iter().map(turn).fold(0.0, f64::max)
+        self.set.items.iter().map(turn).fold(0.0, f64::max)
     }
 
     /// Compliances in rows' units, and the branch of each target rotation that lies nearest to the present one.
     fn prepare<E: Entry>(&mut self, basis: &Basis<E>, step: &Step, q: &[f64]) {
         let mut distance = 0.0;
-        for (i, c) in self.items.iter().enumerate() {
+        for (i, c) in self.set.items.iter().enumerate() {
             let unit = match c.target {
                 Target::Position(_) => step.size,
                 Target::Orientation(_) => 1.0,
@@ -549,7 +449,7 @@ impl Constraints {
 
     /// Residuals and Jacobian at `q`.
     fn linearize<E: Entry>(&mut self, basis: &Basis<E>, step: &Step, q: &[f64]) {
-        for (i, c) in self.items.iter().enumerate() {
+        for (i, c) in self.set.items.iter().enumerate() {
             let v = c.vertex as usize;
             let shapes = |k: usize| basis.at(k, v);
             let linear: Vec3 = (0..q.len()).map(|k| q[k] * shapes(k).0).sum();
@@ -586,16 +486,16 @@ impl Constraints {
             Target::Position(_) => step.size,
             Target::Orientation(_) => 1.0,
         };
-        for (i, c) in self.items.iter().enumerate() {
+        for (i, c) in self.set.items.iter().enumerate() {
             let rows = self.first_row[i]..self.first_row[i + 1];
             let squares: f64 = rows.map(|row| (unit(c) * self.work.missing[row]).powi(2)).sum();
-            self.concluded[i] = Outcome { residual: squares.sqrt(), force: Vec3::zeros(), iterations };
+            self.set.concluded[i] = Outcome { residual: squares.sqrt(), force: Vec3::zeros(), iterations };
         }
         self.work.settle_multipliers(q);
-        for (i, c) in self.items.iter().enumerate() {
+        for (i, c) in self.set.items.iter().enumerate() {
             let rows = self.first_row[i]..self.first_row[i + 1];
             for (row, axis) in rows.zip((0..3).filter(|axis| c.axes[*axis])) {
-                self.concluded[i].force[axis] = self.work.multipliers[row] / unit(c);
+                self.set.concluded[i].force[axis] = self.work.multipliers[row] / unit(c);
             }
         }
     }

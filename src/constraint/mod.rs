@@ -1,0 +1,132 @@
+//! Manipulation constraints: handles that hold a vertex's position or orientation.
+
+mod modal;
+
+pub use modal::{Constraints, Step};
+
+use crate::{Error, Result, Vec3};
+use nalgebra::UnitQuaternion;
+
+/// What a constraint holds, and where. World space.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Target {
+    /// The vertex's position.
+    Position(Vec3),
+    /// The orientation of the vertex's frame, which at rest is the support frame's.
+    Orientation(UnitQuaternion<f64>),
+}
+
+/// One handle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Constraint {
+    /// The host's number for it; setting a number again replaces.
+    pub id: u32,
+    /// Vertex held.
+    pub vertex: u32,
+    /// World axes along (position) or about (orientation) which it holds.
+    pub axes: [bool; 3],
+    /// Displacement per force, or rotation per torque; 0 = hard.
+    pub compliance: f64,
+    /// Where to.
+    pub target: Target,
+}
+
+/// How well a constraint was met in the last step.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Outcome {
+    /// What is missing along the held axes: length or rad.
+    pub residual: f64,
+    /// Force (world axes) or torque on the shell over the step.
+    pub force: Vec3,
+    /// Linearizations that the whole set took.
+    pub iterations: u32,
+}
+
+/// A hard constraint is met below this, in model sizes or rad.
+pub const MET: f64 = 1e-6;
+
+/// The constraints of a state, by ascending id, with what the last step made of each.
+#[derive(Clone, Default)]
+pub struct ConstraintSet {
+    items: Vec<Constraint>,
+    outcomes: Vec<Outcome>,
+    /// Those of a step that is not known to be good yet.
+    concluded: Vec<Outcome>,
+}
+
+impl ConstraintSet {
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.items.is_empty()
+    }
+
+    /// The constraints with their outcomes, in order of their ids.
+    pub fn report(&self) -> impl ExactSizeIterator<Item = (&Constraint, &Outcome)> {
+        self.items.iter().zip(&self.outcomes)
+    }
+
+    /// Adds a constraint, or replaces the one with its id. Returns whether anything changed.
+    pub fn set(&mut self, constraint: Constraint, n_vertices: usize) -> Result<bool> {
+        let Constraint { id, vertex, axes, compliance, .. } = constraint;
+        if vertex as usize >= n_vertices {
+            return Err(Error::argument(format!("constraint {id} is at vertex {vertex} of {n_vertices}")));
+        }
+        if !(compliance.is_finite() && compliance >= 0.0) {
+            return Err(Error::argument(format!("constraint {id} has the compliance {compliance}")));
+        }
+        if axes == [false; 3] {
+            return Err(Error::argument(format!("constraint {id} holds no axis")));
+        }
+        match self.items.binary_search_by_key(&id, |c| c.id) {
+            Ok(at) if self.items[at] == constraint => return Ok(false),
+            Ok(at) => self.items[at] = constraint,
+            Err(at) => {
+                self.items.insert(at, constraint);
+                self.outcomes.insert(at, Outcome::default());
+                self.concluded.insert(at, Outcome::default());
+            }
+        }
+        Ok(true)
+    }
+
+    /// Removes the constraint with this id; false if there is none.
+    pub fn clear(&mut self, id: u32) -> bool {
+        let found = self.items.binary_search_by_key(&id, |c| c.id);
+        if let Ok(at) = found {
+            self.items.remove(at);
+            self.outcomes.remove(at);
+            self.concluded.remove(at);
+        }
+        found.is_ok()
+    }
+
+    /// Removes all.
+    pub fn clear_all(&mut self) {
+        *self = Self::default();
+    }
+
+    /// Says what a step makes of the k-th, in the order of [`ConstraintSet::report`].
+    pub fn conclude(&mut self, k: usize, outcome: Outcome) {
+        self.concluded[k] = outcome;
+    }
+
+    /// Whether what was concluded are numbers that can be told.
+    pub fn is_finite(&self) -> bool {
+        self.concluded.iter().all(|o| o.residual.is_finite() && o.force.iter().all(|f| f.is_finite()))
+    }
+
+    /// Whether that is what the last step came to.
+    pub fn is_unchanged(&self) -> bool {
+        self.concluded == self.outcomes
+    }
+
+    /// Makes it the report: the step is good.
+    pub fn accept(&mut self) {
+        self.outcomes.copy_from_slice(&self.concluded);
+    }
+
+    /// Forgets what the last step made of them.
+    pub fn reset(&mut self) {
+        self.outcomes.fill(Outcome::default());
+    }
+}

@@ -1,0 +1,162 @@
+//! Minimizing a potential under its handles.
+//!
+//! A vertex that jumps to its place alone would leave its neighbours torn behind. So springs pull it there first, and the shell
+//! follows; then the place is prescribed. Orientations take a few rounds of the method of multipliers.
+
+use super::handles::{Grip, Handle, Handles};
+use super::newton::{Convergence, Newton, Stop};
+use super::potential::Potential;
+use super::{Solver, free_norm};
+use crate::{ErrorKind, Result, Vec3};
+use nalgebra::Matrix3;
+
+/// Of the force at its start, what pulling may leave; it only finds a start.
+const PULLED: f64 = 1e-3;
+const PULL_ITERATIONS: usize = 50;
+
+/// An orientation is met below this, rad.
+const MET: f64 = 1e-9;
+const ROUNDS: usize = 20;
+
+/// A round that leaves more than this part of what an orientation lacks is at the least it can have.
+const FALLING: f64 = 0.5;
+
+/// A handle goes no further in a step, in model sizes.
+const FURTHEST: f64 = 100.0;
+
+/// Newton iterations for one try at a share of the handles' way, and of all tries of a step; the smallest increment.
+const TRY_ITERATIONS: usize = 60;
+const ALL_ITERATIONS: usize = 300;
+const SMALLEST_INCREMENT: f64 = 1e-2;
+
+impl Solver {
+    /// Handles for the calls that follow, along the columns of `axes`, on the shell at displacements `u` (n_vertices).
+    pub fn set_handles(&mut self, axes: Matrix3<f64>, list: Vec<Handle>, u: &[Vec3]) -> Result<()> {
+        self.place(u);
+        (self.grips, self.handle_work) = (vec![], 0.0);
+        self.handles = Handles::new(&self.shell, axes, list, &self.x);
+        let cliques = self.handles.cliques();
+        if !cliques.iter().eq(&self.coupled) {
+            self.newton = Newton::new(&self.shell, &cliques)?;
+            self.coupled = cliques.into_iter().map(<[u32]>::to_vec).collect();
+        }
+        Ok(())
+    }
+
+    /// What became of the handles in the last call, in their order, and the work that they did on the shell over it.
+    pub fn grips(&self) -> (&[Grip], f64) {
+        (&self.grips, self.handle_work)
+    }
+
+    /// Concludes a call that led from `origin` to `x`; `gradient` is the whole of its potential's.
+    pub(super) fn conclude(&mut self, gradient: &[Vec3]) {
+        self.grips = self.handles.conclude(&self.x, gradient, &mut self.force);
+        let work = |v: &u32| self.force[*v as usize].dot(&(self.x[*v as usize] - self.origin[*v as usize]));
+        self.handle_work = if self.grips.is_empty() { 0.0 } else { self.shell.free.iter().map(work).sum() };
+    }
+}
+
+/// Moves `x` to a minimum of `potential` with these handles. `stop.scale` is the force without theirs, or 0.
+pub(super) fn minimize(
+    newton: &mut Newton,
+    handles: &mut Handles,
+    potential: &Potential,
+    x: &mut [Vec3],
+    mut stop: Stop,
+    watch: &mut dyn FnMut(f64) -> Result<()>,
+) -> Result<Convergence> {
+    let mut iterations = 0;
+    if !handles.is_empty() {
+        let mut gradient = vec![Vec3::zeros(); x.len()];
+        iterations = pull(newton, handles, potential, (x, &mut gradient), stop)?;
+        handles.place_holds(x);
+        Potential { handles, ..*potential }.whole_gradient(x, &mut gradient);
+        stop.scale += free_norm(potential.shell, &gradient);
+    }
+    if stop.scale == 0.0 {
+        stop.scale = 1.0;
+    }
+    let mut last = f64::INFINITY;
+    let mut rounds = 0;
+    loop {
+        let end = newton.minimize(&Potential { handles, ..*potential }, x, stop, watch)?;
+        iterations += end.iterations;
+        rounds += 1;
+        let lacking = handles.update_torques(x);
+        if !end.converged || lacking <= MET || lacking > FALLING * last || rounds == ROUNDS {
+            return Ok(Convergence { iterations, ..end });
+        }
+        last = lacking;
+    }
+}
+
+/// Moves `x`, where a step may end, to where it ends, and the handles as far on their way as Newton's method gets.
+pub(super) fn step(
+    newton: &mut Newton,
+    handles: &mut Handles,
+    potential: &Potential,
+    x: &mut [Vec3],
+    stop: Stop,
+) -> Result<Convergence> {
+    if handles.is_empty() {
+        return minimize(newton, handles, potential, x, stop, &mut |_| Ok(()));
+    }
+    let whole = handles.share_within(FURTHEST * potential.shell.mesh.size);
+    let (mut done, mut increment, mut iterations) = (0.0, whole, 0);
+    let (mut from, mut best) = (x.to_vec(), None);
+    let brief = Stop { max_iterations: stop.max_iterations.min(TRY_ITERATIONS), ..stop };
+    while increment >= SMALLEST_INCREMENT * whole && iterations < ALL_ITERATIONS {
+        handles.set_share(whole.min(done + increment));
+        match minimize(newton, handles, potential, x, brief, &mut |_| Ok(())) {
+            Ok(end) if end.converged => {
+                iterations += end.iterations;
+                (done, increment) = (whole.min(done + increment), 2.0 * increment);
+                if done == whole {
+                    return Ok(Convergence { iterations, ..end });
+                }
+                from.copy_from_slice(x);
+                best = Some((end, handles.torques()));
+            }
+            Err(error) if error.kind != ErrorKind::Numerical => return Err(error),
+            _ => {
+                iterations += TRY_ITERATIONS;
+                increment *= 0.25;
+                x.copy_from_slice(&from);
+            }
+        }
+    }
+    handles.set_share(done);
+    let end = match best {
+        Some((end, torques)) => {
+            handles.set_torques(torques);
+            end
+        }
+        None => minimize(newton, handles, potential, x, stop, &mut |_| Ok(()))?,
+    };
+    Ok(Convergence { iterations: iterations + end.iterations, ..end })
+}
+
+/// Pulls the shell to near where hard positions are prescribed.
+fn pull(
+    newton: &mut Newton,
+    handles: &mut Handles,
+    potential: &Potential,
+    (x, gradient): (&mut [Vec3], &mut [Vec3]),
+    stop: Stop,
+) -> Result<usize> {
+    if !handles.is_away(x) {
+        return Ok(0);
+    }
+    handles.set_pulling(true);
+    let pulled = Potential { handles, ..*potential };
+    pulled.gradient(x, gradient);
+    let scale = free_norm(potential.shell, gradient);
+    if scale == 0.0 {
+        handles.set_pulling(false);
+        return Ok(0);
+    }
+    let stop = Stop { tolerance: PULLED, scale, max_iterations: PULL_ITERATIONS.min(stop.max_iterations) };
+    let end = newton.minimize(&pulled, x, stop, &mut |_| Ok(()));
+    handles.set_pulling(false);
+    Ok(end?.iterations)
+}
