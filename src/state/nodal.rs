@@ -88,7 +88,9 @@ impl Nodal {
         }
         u.copy_from_slice(&before[0]);
         velocity.copy_from_slice(&before[1]);
-        Err(Error::new(ErrorKind::Numerical, format!("the step of {h} s moves the shell beyond all range")))
+        let advice = if *explicit { ": take shorter steps" } else { "" };
+        let message = format!("the step of {h} s moves the shell beyond all range{advice}");
+        Err(Error::new(ErrorKind::Numerical, message))
     }
 
     /// Whether positions and energies are numbers that can be told.
