@@ -124,6 +124,10 @@
 // The run-time basis in 64 bits.
 #define SW_PRECISION_F64 2
 
+// For SW_METHOD_LMA and the nonlinear shells alone: no modal rotations are stored, and the model takes half the memory. States
+// are then SW_METHOD_LMA by default; the warp, sw_state_rotations and constraints on orientations return SW_ERROR_UNSUPPORTED.
+#define SW_PRECOMPUTE_LINEAR 1
+
 // Phi: displacement per unit amplitude, mass-orthonormal, 1/sqrt(mass).
 #define SW_SHAPE_DISPLACEMENT 1
 
@@ -285,7 +289,7 @@ typedef struct SwPrecomputeDesc {
   uint32_t modes;
   // SW_PRECISION_... of the run-time basis; 0 = SW_PRECISION_F32. Modes are always computed in 64 bits.
   uint32_t precision;
-  // Must be 0.
+  // SW_PRECOMPUTE_... or 0.
   uint32_t flags;
   // NULL = none.
   SwProgressFn progress;
@@ -359,7 +363,7 @@ typedef struct SwModelInfo {
 typedef struct SwStateDesc {
   // Set by sw_state_desc_init.
   uint32_t struct_size;
-  // SW_METHOD_...; 0 = SW_METHOD_WARP.
+  // SW_METHOD_...; 0 = SW_METHOD_WARP, or SW_METHOD_LMA on a model with SW_PRECOMPUTE_LINEAR.
   uint32_t method;
   // SW_INTEGRATOR_... of modal methods; 0 = SW_INTEGRATOR_IMPLICIT_EULER.
   uint32_t integrator;
@@ -418,7 +422,8 @@ typedef struct SwStateReport {
   double elastic_energy;
   // Work done on the shell by constraints since creation or reset.
   double constraint_work;
-  // Largest rotation of a vertex, rad: |w| of modal methods, which counts turns.
+  // Largest rotation of a vertex, rad: |w| of modal methods, which counts turns; an upper bound on a model with
+  // SW_PRECOMPUTE_LINEAR, by which all vertices or none are out of range.
   double max_rotation;
   // Largest displacement in the frame.
   double max_displacement;
@@ -643,10 +648,9 @@ SwStatus sw_model_frequencies(const struct SwModel *model,
                               uint32_t *count);
 
 // Saves a precomputed model, so that sw_model_load gives it back without another precompute: about 24 bytes per vertex and
-// mode (48 with SW_PRECISION_F64) and 49 per vertex. Two calls: with `bytes` NULL and `capacity` 0 only *size is written.
+// mode (48 with SW_PRECISION_F64) and 49 per vertex, or 73 with sag_gravity. Two calls: with `bytes` NULL and `capacity` 0 only *size is written.
 // Nothing of a state is saved (sw_state_save). Callable concurrently.
-// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_NOT_PRECOMPUTED, SW_ERROR_UNSUPPORTED for a model with sag_gravity, which has no
-// saved form yet, SW_ERROR_BUFFER_SIZE when capacity < *size,
+// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_NOT_PRECOMPUTED, SW_ERROR_BUFFER_SIZE when capacity < *size,
 // SW_ERROR_OUT_OF_MEMORY, SW_ERROR_BUSY.
 SwStatus sw_model_save(const struct SwModel *model,
                        void *bytes,
@@ -668,7 +672,8 @@ SwStatus sw_model_load(const void *bytes,
 // One mode (n_vertices x 3) as SW_SHAPE_..., in SW_FORMAT_..., `stride` bytes from vertex to vertex (0 = packed). The sign and
 // the basis of repeated modes follow a fixed rule: modes agree with the translations along x, y, z, then the rotations about
 // them, then a fixed random field, the first that they see. Callable concurrently.
-// Errors: SW_ERROR_INVALID_ARGUMENT, also when n_vertices is not the mesh's; SW_ERROR_NOT_PRECOMPUTED; SW_ERROR_BUSY.
+// Errors: SW_ERROR_INVALID_ARGUMENT, also when n_vertices is not the mesh's; SW_ERROR_NOT_PRECOMPUTED; SW_ERROR_UNSUPPORTED for
+// rotations of a model with SW_PRECOMPUTE_LINEAR; SW_ERROR_BUSY.
 SwStatus sw_model_mode_shape(const struct SwModel *model,
                              uint32_t mode,
                              uint32_t shape,
@@ -692,7 +697,8 @@ void sw_state_report_init(struct SwStateReport *report);
 // Makes a state at rest on a precomputed model; `desc` may be NULL for defaults. No loads, no damping, the frame at the
 // world's origin. The state keeps alive what it needs of the model. Callable concurrently on one model.
 // On success *state is a new handle, to be given to sw_state_destroy; on failure it is untouched.
-// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_NOT_PRECOMPUTED, SW_ERROR_BUSY.
+// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_NOT_PRECOMPUTED, SW_ERROR_UNSUPPORTED for a warp on a model
+// with SW_PRECOMPUTE_LINEAR, SW_ERROR_BUSY.
 SwStatus sw_state_create(const struct SwModel *model,
                          const struct SwStateDesc *desc,
                          struct SwState **state);
@@ -708,6 +714,14 @@ SwStatus sw_state_reset(struct SwState *state);
 // Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_BUSY.
 SwStatus sw_state_clone(const struct SwState *state,
                         struct SwState **clone);
+
+// Sets when the state rests: it then skips its steps, which only let time pass, until something changes. With 0, as at first, it
+// rests when a step has left every bit as it was, so that skipping the next changes none either. With a length, a modal
+// state without handles rests as soon as what is left of its swing about the equilibrium of its present loads can move no vertex
+// further than that (to first order); what is left is then dropped, and a state restored by sw_state_load may go on with other bits.
+// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_BUSY.
+SwStatus sw_state_set_rest_tolerance(struct SwState *state,
+                                     double tolerance);
 
 // Sets gravity: 3 doubles, world axes, acceleration (length unit / s^2). 0 at first. Loads turn with the shell.
 // Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_BUSY.
@@ -761,6 +775,18 @@ SwStatus sw_state_positions(const struct SwState *state,
                             void *out,
                             uint64_t stride,
                             uint32_t n_vertices);
+
+// The positions of some vertices (n x 3), in the order of the list `vertices` (n), otherwise as sw_state_positions and with the same
+// bits: what is seen, a proxy, a render region. Costs as much as the blocks of 16 vertices that these lie in; a list in ascending
+// order visits each block once. Callable concurrently.
+// Errors: SW_ERROR_INVALID_ARGUMENT, also on a vertex that does not exist; SW_ERROR_BUSY.
+SwStatus sw_state_positions_of(const struct SwState *state,
+                               uint32_t space,
+                               uint32_t format,
+                               const uint32_t *vertices,
+                               uint32_t n,
+                               void *out,
+                               uint64_t stride);
 
 // Area-weighted unit normals of the deformed shell (n_vertices x 3), as sw_state_positions; zero at unreferenced vertices.
 // They follow the orientation of the mesh's triangles, as re-oriented where these disagree. Allocates.

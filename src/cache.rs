@@ -11,8 +11,18 @@
 //! | triangles, oriented | 3t × u32 |
 //! | held | n × u8, 0 or 1 |
 //! | eigenvalues, largest rotation, largest swing of each mode | 3m × f64 |
-//! | Φ√M and Ψ√M by vertex, then mode | 6nm × f32 or f64 |
+//! | Φ√M and Ψ√M by vertex, then mode | 6nm × f32 or f64; without Ψ 3nm |
 //! | xxh3 of all before | u64 |
+//!
+//! The precision is the bytes of a number of the basis, plus 256 for a basis without Ψ. Version 1 is a model that needs no more. Version 2 has sections beside that: the bytes of all sections as one u64 after the
+//! first row of the table, and the sections before the checksum, each a tag of four letters, a u32 of zero, the bytes of its
+//! content as u64, and its content:
+//!
+//! | tag | content |
+//! |---|---|
+//! | "SAGS" | gravity, positions where the shell hangs under it: (3 + 3n) × f64; the modes are those of this shape |
+//!
+//! A section that this library does not know is an error: the model would mean something else without it.
 //!
 //! Edges, components, masses, energies and the fingerprint follow from these by the code that made them in the first place,
 //! which checks the mesh again on the way. So whatever a file holds, a loaded model keeps every promise that the rest of the
@@ -30,16 +40,29 @@ use std::sync::Arc;
 use xxhash_rust::xxh3::xxh3_64;
 
 const MAGIC: [u8; 4] = *b"SWMD";
-const VERSION: u32 = 1;
+const PLAIN: u32 = 1;
+const WITH_SECTIONS: u32 = 2;
 const BYTE_ORDER: u32 = 0x0102_0304;
-/// Bytes that tell the size of the whole.
-pub const HEADER: usize = 40;
+const HEADER: usize = 40;
+/// Bytes that tell the size of the whole: the header and, with sections, their size.
+pub const FRONT: usize = HEADER + 8;
+/// In the word of the precision.
+const WITHOUT_TURNS: u32 = 0x100;
 const FACTS: usize = 8 * (3 + 7 + PHASES);
+
+/// Tag, zero and size before a section's content.
+const SECTION_FRONT: usize = 16;
+/// Where the shell hangs.
+const SAG: Tag = *b"SAGS";
+/// No shell hangs further from its rest shape than this, in model sizes; squares and energies of it are finite.
+const FURTHEST_SAG: f64 = 1e30;
 
 /// Φᵀ M Φ of a mode may differ from 1 by this: f32 leaves 1e-7.
 const NORM_ERROR: f64 = 1e-4;
 /// Ψ may exceed the largest rotation said by its own rounding: relative, and absolute among the subnormal f32.
 const ROTATION_ERROR: (f64, f64) = (1e-6, 1e-44);
+
+type Tag = [u8; 4];
 
 fn invalid<T>(message: impl Into<String>) -> Result<T> {
     Err(Error::new(ErrorKind::InvalidData, message))
@@ -49,11 +72,15 @@ fn invalid<T>(message: impl Into<String>) -> Result<T> {
 #[derive(Clone, Copy)]
 struct Header {
     precision: Precision,
+    /// Without Ψ.
+    linear: bool,
     vertices: u32,
     triangles: u32,
     modes: u32,
     zero_modes: u32,
     reoriented: u32,
+    /// Bytes of all sections.
+    sections: u64,
 }
 
 impl Header {
@@ -61,22 +88,25 @@ impl Header {
         let mesh = &model.shell.mesh;
         Self {
             precision: model.precision(),
+            linear: model.is_linear(),
             vertices: mesh.positions.len() as u32,
             triangles: mesh.triangles.len() as u32,
             modes: model.n_modes() as u32,
             zero_modes: model.zero_modes as u32,
             reoriented: mesh.n_reoriented as u32,
+            sections: section_sizes(model).map(|(_, size)| (SECTION_FRONT + size) as u64).sum(),
         }
     }
 
     fn words(&self) -> [u32; HEADER / 4] {
-        let Self { precision, vertices, triangles, modes, zero_modes, reoriented } = *self;
+        let Self { precision, linear, vertices, triangles, modes, zero_modes, reoriented, .. } = *self;
         let magic = u32::from_le_bytes(MAGIC);
-        let precision = precision.number_bytes() as u32;
-        [magic, VERSION, BYTE_ORDER, precision, DISCRETE_SHELLS, vertices, triangles, modes, zero_modes, reoriented]
+        let precision = precision.number_bytes() as u32 | if linear { WITHOUT_TURNS } else { 0 };
+        let version = if self.sections > 0 { WITH_SECTIONS } else { PLAIN };
+        [magic, version, BYTE_ORDER, precision, DISCRETE_SHELLS, vertices, triangles, modes, zero_modes, reoriented]
     }
 
-    /// Reads and checks the first [`HEADER`] bytes.
+    /// Reads and checks the first [`FRONT`] bytes.
     fn read(bytes: &[u8]) -> Result<Self> {
         if bytes.len() < HEADER || bytes[..4] != MAGIC {
             return invalid(format!("these {} bytes are not a saved model", bytes.len()));
@@ -85,11 +115,20 @@ impl Header {
         if word(2) != BYTE_ORDER {
             return invalid(format!("the saved model has the byte-order mark {:#010x}: foreign or damaged", word(2)));
         }
-        if word(1) != VERSION {
-            let message = format!("the saved model has format version {}; this library reads {VERSION}", word(1));
-            return invalid(message);
+        let sections = match word(1) {
+            PLAIN => 0,
+            WITH_SECTIONS if bytes.len() >= FRONT => u64_of(&bytes[HEADER..FRONT]),
+            WITH_SECTIONS => return invalid(format!("these {} bytes are not a saved model", bytes.len())),
+            version => {
+                let reads = format!("this library reads {PLAIN} and {WITH_SECTIONS}");
+                return invalid(format!("the saved model has format version {version}; {reads}"));
+            }
+        };
+        if word(1) == WITH_SECTIONS && sections == 0 {
+            return invalid("the saved model has sections of 0 bytes");
         }
-        let precision = [Precision::F32, Precision::F64].into_iter().find(|p| p.number_bytes() == word(3) as usize);
+        let (bytes, linear) = (word(3) & !WITHOUT_TURNS, word(3) & WITHOUT_TURNS != 0);
+        let precision = [Precision::F32, Precision::F64].into_iter().find(|p| p.number_bytes() == bytes as usize);
         let Some(precision) = precision else {
             return invalid(format!("the saved model has numbers of {} bytes", word(3)));
         };
@@ -102,18 +141,19 @@ impl Header {
             let counts = format!("{vertices} vertices, {triangles} triangles, {zero_modes} zero modes of {modes}");
             return invalid(format!("the saved model has {counts}: out of range"));
         }
-        Ok(Self { precision, vertices, triangles, modes, zero_modes, reoriented })
+        Ok(Self { precision, linear, vertices, triangles, modes, zero_modes, reoriented, sections })
     }
 
     /// Bytes of the whole, exact whatever the counts are.
     fn size(&self) -> u128 {
         let [n, t, m] = [self.vertices, self.triangles, self.modes].map(u128::from);
-        let basis = 6 * n * m * self.precision.number_bytes() as u128;
-        (HEADER + FACTS + 8) as u128 + 25 * n + 12 * t + 24 * m + basis
+        let basis = if self.linear { 3 } else { 6 } * n * m * self.precision.number_bytes() as u128;
+        let sections = u128::from(self.sections) + if self.sections > 0 { 8 } else { 0 };
+        (HEADER + FACTS + 8) as u128 + 25 * n + 12 * t + 24 * m + basis + sections
     }
 }
 
-/// Size that a saved model says it has in its first [`HEADER`] bytes. Fails on anything else.
+/// Size that a saved model says it has in its first [`FRONT`] bytes. Fails on anything else.
 pub fn announced_size(header: &[u8]) -> Result<u128> {
     Ok(Header::read(header)?.size())
 }
@@ -125,28 +165,29 @@ impl Model {
     }
 
     /// Everything there is, so that [`Model::load`] gives a model of the same bits.
-    /// One that is linearised where it hangs has no saved form yet.
     pub fn save(&self) -> Result<Vec<u8>> {
-        if self.shell.carried.is_some() {
-            return Err(Error::new(ErrorKind::Unsupported, "a model linearised where it hangs cannot be saved yet"));
-        }
         let mut out: Vec<u8> = Vec::new();
-        let size = self.saved_size();
+        let (header, size) = (Header::of(self), self.saved_size());
         let refused = |_| Error::new(ErrorKind::OutOfMemory, format!("the saved model needs {size} bytes"));
         out.try_reserve_exact(size).map_err(refused)?;
-        Header::of(self).words().iter().for_each(|word| out.extend(word.to_le_bytes()));
+        header.words().iter().for_each(|word| out.extend(word.to_le_bytes()));
+        if header.sections > 0 {
+            put_u64(&mut out, header.sections);
+        }
         let Self { shell, certificate, .. } = self;
         [self.peak_bytes, certificate.count, certificate.found].iter().for_each(|x| put_u64(&mut out, *x as u64));
         let Material { k_area, k_length, k_bend, area_density } = shell.material;
         let Certificate { residual, orthonormality, shift, .. } = *certificate;
         let facts = [k_area, k_length, k_bend, area_density, residual, orthonormality, shift];
         facts.iter().chain(&self.seconds).for_each(|x| x.put(&mut out));
-        shell.mesh.positions.iter().flatten().for_each(|x| x.put(&mut out));
+        let rest = shell.sag.as_ref().map_or(&shell.mesh.positions, |sag| &sag.rest);
+        rest.iter().flatten().for_each(|x| x.put(&mut out));
         shell.mesh.triangles.iter().flatten().for_each(|v| out.extend(v.to_le_bytes()));
         out.extend(shell.held.iter().map(|held| u8::from(*held)));
         let per_mode = [&self.eigenvalues, &self.largest_rotation, &self.largest_swing];
         per_mode.into_iter().flatten().for_each(|x| x.put(&mut out));
         with_basis!(&self.basis, basis => put_basis(basis, &mut out));
+        put_sections(self, &mut out);
         let sum = xxh3_64(&out);
         put_u64(&mut out, sum);
         debug_assert_eq!(out.len(), size);
@@ -161,10 +202,11 @@ impl Model {
             return invalid(message);
         }
         let (body, sum) = bytes.split_at(bytes.len() - 8);
-        if xxh3_64(body) != u64::from_le_bytes(sum.try_into().expect("eight bytes")) {
+        if xxh3_64(body) != u64_of(sum) {
             return invalid("the saved model is damaged: its checksum does not match");
         }
-        Self::restore(&header, Reader { rest: &body[HEADER..] }).map_err(|error| match error.kind {
+        let front = if header.sections > 0 { FRONT } else { HEADER };
+        Self::restore(&header, Reader { rest: &body[front..] }).map_err(|error| match error.kind {
             ErrorKind::OutOfMemory => error,
             _ => Error::new(ErrorKind::InvalidData, format!("the saved model is not one: {}", error.message)),
         })
@@ -177,13 +219,17 @@ impl Model {
         let seconds: [f64; PHASES] = std::array::from_fn(|_| from.number());
         let material = Material { k_area, k_length, k_bend, area_density };
         let shell = restore_shell(header, &mut from, material)?;
+        let shell = match sections_of(from.last(header.sections as usize))?.sag {
+            Some(content) => restore_sag(&shell, content)?,
+            None => shell,
+        };
         let [eigenvalues, largest_rotation, largest_swing] = [(); 3].map(|()| from.numbers(header.modes));
         let certificate = Certificate { residual, orthonormality, shift, count, found };
         check_facts(&shell, &certificate, &seconds)?;
         check_modes(header, &shell, &eigenvalues, [&largest_rotation, &largest_swing])?;
         let basis = match header.precision {
-            Precision::F32 => AnyBasis::F32(restore_basis(&shell, &largest_rotation, &mut from)?),
-            Precision::F64 => AnyBasis::F64(restore_basis(&shell, &largest_rotation, &mut from)?),
+            Precision::F32 => AnyBasis::F32(restore_basis(&shell, &largest_rotation, header.linear, &mut from)?),
+            Precision::F64 => AnyBasis::F64(restore_basis(&shell, &largest_rotation, header.linear, &mut from)?),
         };
         Ok(Self {
             fingerprint: crate::model::fingerprint(&shell, &eigenvalues, header.precision),
@@ -194,10 +240,15 @@ impl Model {
             zero_modes: header.zero_modes as usize,
             certificate,
             basis,
+            participation: Default::default(),
             seconds,
             peak_bytes,
         })
     }
+}
+
+fn u64_of(bytes: &[u8]) -> u64 {
+    u64::from_le_bytes(bytes.try_into().expect("eight bytes"))
 }
 
 fn put_u64(out: &mut Vec<u8>, x: u64) {
@@ -206,7 +257,7 @@ fn put_u64(out: &mut Vec<u8>, x: u64) {
 
 fn put_basis<T: Real>(basis: &Basis<T>, out: &mut Vec<u8>) {
     for v in 0..basis.n_vertices {
-        (0..basis.modes).for_each(|k| basis.stored(k, v).iter().for_each(|x| x.put(out)));
+        (0..basis.modes).for_each(|k| basis.stored(k, v).iter().take(basis.shapes()).for_each(|x| x.put(out)));
     }
 }
 
@@ -216,6 +267,13 @@ struct Reader<'a> {
 }
 
 impl<'a> Reader<'a> {
+    /// Takes from the end.
+    fn last(&mut self, size: usize) -> &'a [u8] {
+        let (rest, last) = self.rest.split_at(self.rest.len() - size);
+        self.rest = rest;
+        last
+    }
+
     fn take(&mut self, size: usize) -> &'a [u8] {
         let (taken, rest) = self.rest.split_at(size);
         self.rest = rest;
@@ -223,7 +281,7 @@ impl<'a> Reader<'a> {
     }
 
     fn word(&mut self) -> u64 {
-        u64::from_le_bytes(self.take(8).try_into().expect("eight bytes"))
+        u64_of(self.take(8))
     }
 
     fn number(&mut self) -> f64 {
@@ -238,8 +296,7 @@ impl<'a> Reader<'a> {
 /// Mesh, material and supports, checked as those of a host are.
 fn restore_shell(header: &Header, from: &mut Reader, material: Material) -> Result<Shell> {
     let (n, t) = (header.vertices as usize, header.triangles as usize);
-    let point = |row: &[u8]| Vec3::from_fn(|i, _| f64::get(&row[8 * i..8 * i + 8]));
-    let positions: Vec<Vec3> = from.take(24 * n).chunks_exact(24).map(point).collect();
+    let positions = points(from.take(24 * n));
     let index = |row: &[u8], i: usize| u32::from_le_bytes(row[4 * i..4 * i + 4].try_into().expect("four bytes"));
     let corners = |row: &[u8]| std::array::from_fn(|i| index(row, i));
     let triangles: Vec<[u32; 3]> = from.take(12 * t).chunks_exact(12).map(corners).collect();
@@ -254,6 +311,74 @@ fn restore_shell(header: &Header, from: &mut Reader, material: Material) -> Resu
     mesh.n_reoriented = header.reoriented as usize;
     let fixed = (0..header.vertices).filter(|v| held[*v as usize] == 1).collect();
     Shell::new(mesh, material, &Supports { fixed, clamped: vec![] })
+}
+
+fn points(bytes: &[u8]) -> Vec<Vec3> {
+    let point = |row: &[u8]| Vec3::from_fn(|i, _| f64::get(&row[8 * i..8 * i + 8]));
+    bytes.chunks_exact(24).map(point).collect()
+}
+
+/// Tag and bytes of the content of each section that `model` has.
+fn section_sizes(model: &Model) -> impl Iterator<Item = (Tag, usize)> {
+    let sag = model.shell.sag.as_ref().map(|sag| (SAG, 24 + 24 * sag.rest.len()));
+    [sag].into_iter().flatten()
+}
+
+fn put_sections(model: &Model, out: &mut Vec<u8>) {
+    for (tag, size) in section_sizes(model) {
+        out.extend(tag);
+        out.extend(0u32.to_le_bytes());
+        put_u64(out, size as u64);
+        if let (SAG, Some(sag)) = (tag, &model.shell.sag) {
+            sag.gravity.iter().chain(model.shell.mesh.positions.iter().flatten()).for_each(|x| x.put(out));
+        }
+    }
+}
+
+/// Contents of the sections that a file has.
+#[derive(Default)]
+struct Sections<'a> {
+    sag: Option<&'a [u8]>,
+}
+
+fn sections_of(mut bytes: &[u8]) -> Result<Sections<'_>> {
+    let mut sections = Sections::default();
+    while !bytes.is_empty() {
+        let Some((front, rest)) = bytes.split_at_checked(SECTION_FRONT) else {
+            return invalid("its last section is cut short");
+        };
+        let (tag, size) = (String::from_utf8_lossy(&front[..4]), u64_of(&front[8..]));
+        let known = match &front[..8] {
+            [b'S', b'A', b'G', b'S', 0, 0, 0, 0] => &mut sections.sag,
+            _ => return invalid(format!("this library does not know its section {tag:?}")),
+        };
+        if size > rest.len() as u64 {
+            return invalid(format!("its section {tag:?} of {size} bytes is cut short"));
+        }
+        let (content, rest) = rest.split_at(size as usize);
+        if known.replace(content).is_some() {
+            return invalid(format!("it has two sections {tag:?}"));
+        }
+        bytes = rest;
+    }
+    Ok(sections)
+}
+
+fn restore_sag(shell: &Shell, content: &[u8]) -> Result<Shell> {
+    let rest = &shell.mesh.positions;
+    if content.len() != 24 + 24 * rest.len() {
+        return invalid(format!("{} bytes are not where {} vertices hang", content.len(), rest.len()));
+    }
+    let (gravity, positions) = (points(&content[..24])[0], points(&content[24..]));
+    let furthest = FURTHEST_SAG * shell.mesh.size;
+    let stray = |(x, rest): (&Vec3, &Vec3)| !(x - rest).iter().all(|d| d.abs() <= furthest);
+    if let Some(v) = positions.iter().zip(rest).position(stray) {
+        return invalid(format!("vertex {v} hangs at {:?}", positions[v].data.0[0]));
+    }
+    if !gravity.iter().all(|g| g.is_finite()) {
+        return invalid(format!("it hangs under the gravity {:?}", gravity.data.0[0]));
+    }
+    Ok(shell.hung(gravity, positions))
 }
 
 /// What is only told to the host.
@@ -285,11 +410,17 @@ fn check_modes(header: &Header, shell: &Shell, eigenvalues: &[f64], largest: [&[
 }
 
 /// Φ and Ψ: finite, normed, zero where nothing moves, and turning no vertex by more than is said.
-fn restore_basis<T: Real>(shell: &Shell, largest_rotation: &[f64], from: &mut Reader) -> Result<Basis<T>> {
+fn restore_basis<T: Real>(
+    shell: &Shell,
+    largest_rotation: &[f64],
+    linear: bool,
+    from: &mut Reader,
+) -> Result<Basis<T>> {
     let (n, modes) = (shell.mass.len(), largest_rotation.len());
-    let row = 6 * T::BYTES;
+    let make = if linear { Basis::<T>::linear } else { Basis::<T>::new };
+    let mut basis = make(&shell.mesh.positions, &shell.mass, modes, shell.total_mass)?;
+    let row = basis.shapes() * T::BYTES;
     let bytes = from.take(n * modes * row);
-    let mut basis = Basis::<T>::new(&shell.mesh.positions, &shell.mass, modes, shell.total_mass)?;
     let mut norms = try_zeroed::<f64>("the norms", modes)?;
     let mut turns = try_zeroed::<f64>("the rotations", modes)?;
     for v in 0..n {
@@ -297,7 +428,9 @@ fn restore_basis<T: Real>(shell: &Shell, largest_rotation: &[f64], from: &mut Re
         let share = shell.mass[v] / shell.total_mass;
         for k in 0..modes {
             let at = (v * modes + k) * row;
-            let stored: [T; 6] = std::array::from_fn(|i| T::get(&bytes[at + i * T::BYTES..at + (i + 1) * T::BYTES]));
+            let mut stored = [T::default(); 6];
+            let numbers = bytes[at..at + row].chunks_exact(T::BYTES);
+            stored.iter_mut().zip(numbers).for_each(|(x, bytes)| *x = T::get(bytes));
             let square = |half: &[T]| half.iter().map(|x| x.to_f64() * x.to_f64()).sum::<f64>();
             let (shape, turn) = (square(&stored[..3]), square(&stored[3..]));
             if !(shape + turn).is_finite() {

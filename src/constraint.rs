@@ -268,8 +268,8 @@ impl Constraints {
         self.items.iter().zip(&self.outcomes)
     }
 
-    /// Adds a constraint, or replaces the one with its id. Moving a target does not allocate.
-    pub fn set(&mut self, constraint: Constraint, n_vertices: usize) -> Result<()> {
+    /// Adds a constraint, or replaces the one with its id. Returns whether anything changed. Moving a target does not allocate.
+    pub fn set(&mut self, constraint: Constraint, n_vertices: usize) -> Result<bool> {
         let Constraint { id, vertex, axes, compliance, .. } = constraint;
         if vertex as usize >= n_vertices {
             return Err(Error::argument(format!("constraint {id} is at vertex {vertex} of {n_vertices}")));
@@ -281,6 +281,7 @@ impl Constraints {
             return Err(Error::argument(format!("constraint {id} holds no axis")));
         }
         match self.items.binary_search_by_key(&id, |c| c.id) {
+            Ok(at) if self.items[at] == constraint => return Ok(false),
             Ok(at) => {
                 let same_rows = self.items[at].axes == axes;
                 self.items[at] = constraint;
@@ -294,7 +295,7 @@ impl Constraints {
                 self.resize();
             }
         }
-        Ok(())
+        Ok(true)
     }
 
     /// Removes the constraint with this id; false if there is none.
@@ -311,6 +312,11 @@ impl Constraints {
     /// Whether what [`Constraints::project`] came to are numbers that can be told.
     pub fn is_finite(&self) -> bool {
         self.concluded.iter().all(|o| o.residual.is_finite() && o.force.iter().all(|f| f.is_finite()))
+    }
+
+    /// Whether that is what the last step came to.
+    pub fn is_unchanged(&self) -> bool {
+        self.concluded == self.outcomes
     }
 
     /// Makes it the report: the step is good.

@@ -9,6 +9,7 @@
 
 use crate::error::{Result, require_finite, require_non_negative};
 use crate::{Error, Mesh, Vec3};
+use nalgebra::UnitQuaternion;
 
 /// Air around the shell. World axes.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -29,8 +30,36 @@ pub struct Wind {
 #[derive(Clone, Default)]
 pub struct Loads {
     /// World force on a vertex; a vertex may come more than once.
-    forces: Vec<(u32, Vec3)>,
-    wind: Option<Wind>,
+    pub(crate) forces: Vec<(u32, Vec3)>,
+    pub(crate) wind: Option<Wind>,
+}
+
+/// The external forces of one step.
+#[derive(Clone, Copy)]
+pub enum External<'a> {
+    /// Forces (world axes) on some vertices, perhaps none, and the rotation into frame axes.
+    OnSome(&'a [(u32, Vec3)], UnitQuaternion<f64>),
+    /// A force on every vertex (n_vertices, frame axes).
+    OnAll(&'a [Vec3]),
+}
+
+impl<'a> External<'a> {
+    /// The forces on all vertices, when that is how they are given.
+    pub fn on_all(self) -> Option<&'a [Vec3]> {
+        match self {
+            Self::OnSome(..) => None,
+            Self::OnAll(forces) => Some(forces),
+        }
+    }
+
+    /// The forces on some vertices, frame axes, when that is how they are given.
+    pub fn on_some(self) -> impl Iterator<Item = (u32, Vec3)> + 'a {
+        let (forces, rotation) = match self {
+            Self::OnSome(forces, rotation) => (forces, rotation),
+            Self::OnAll(_) => (&[][..], UnitQuaternion::identity()),
+        };
+        forces.iter().map(move |(v, force)| (*v, rotation * force))
+    }
 }
 
 /// A moving configuration: positions and velocities per vertex, world axes.
@@ -41,9 +70,12 @@ pub struct Moving<'a> {
     pub v: &'a [Vec3],
 }
 
+/// A vertex alone costs about as much as so many together.
+const VISITS_PER_POINT: usize = 16;
+
 impl Loads {
-    /// Replaces all forces. Fails on a vertex that does not exist and on numbers that are not finite.
-    pub fn set_forces(&mut self, forces: Vec<(u32, Vec3)>, n_vertices: usize) -> Result<()> {
+    /// Replaces all forces and returns those before. Fails on a vertex that does not exist and on numbers that are not finite.
+    pub fn set_forces(&mut self, forces: Vec<(u32, Vec3)>, n_vertices: usize) -> Result<Vec<(u32, Vec3)>> {
         for (i, (v, f)) in forces.iter().enumerate() {
             if *v as usize >= n_vertices {
                 return Err(Error::argument(format!("force {i} is on vertex {v} of {n_vertices}")));
@@ -52,12 +84,11 @@ impl Loads {
                 require_finite(&format!("force {i} on vertex {v}"), *c)?;
             }
         }
-        self.forces = forces;
-        Ok(())
+        Ok(std::mem::replace(&mut self.forces, forces))
     }
 
-    /// Replaces the wind; a density of 0 is no wind.
-    pub fn set_wind(&mut self, wind: Wind, n_vertices: usize) -> Result<()> {
+    /// Replaces the wind and returns the one before; a density of 0 is no wind.
+    pub fn set_wind(&mut self, wind: Wind, n_vertices: usize) -> Result<Option<Wind>> {
         require_non_negative("density", wind.density)?;
         require_non_negative("normal_drag", wind.normal_drag)?;
         require_non_negative("tangential_drag", wind.tangential_drag)?;
@@ -67,8 +98,7 @@ impl Loads {
         for c in wind.velocity.iter().chain(wind.local.iter().flatten()) {
             require_finite("a wind velocity", *c)?;
         }
-        self.wind = (wind.density > 0.0).then_some(wind);
-        Ok(())
+        Ok(std::mem::replace(&mut self.wind, (wind.density > 0.0).then_some(wind)))
     }
 
     /// Removes all forces.
@@ -79,6 +109,12 @@ impl Loads {
     /// No force and no wind.
     pub fn is_empty(&self) -> bool {
         self.forces.is_empty() && self.wind.is_none()
+    }
+
+    /// Forces on some vertices: as many as these are visited, when it is less work than to visit all.
+    pub fn on_some(&self, n_vertices: usize) -> Option<&[(u32, Vec3)]> {
+        let few = self.forces.len() * VISITS_PER_POINT <= n_vertices;
+        (self.wind.is_none() && few).then_some(&self.forces)
     }
 
     /// Wind needs the deformed positions and velocities.

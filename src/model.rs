@@ -2,10 +2,10 @@
 
 use crate::modes::{Certificate, Modes, PHASES, Phase, Progress, lowest_modes};
 use crate::real::Real;
-use crate::step::Guard;
+use crate::step::{Guard, Participation};
 use crate::warp::{Basis, ModalRotation};
 use crate::{Error, ErrorKind, Result, Shell, Vec3, wide_norm};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 use xxhash_rust::xxh3::Xxh3;
 
 /// Floating-point type of the run-time basis.
@@ -37,11 +37,13 @@ pub struct Options {
     pub precision: Precision,
     /// Gravity (frame axes) under which the shell hangs at rest where it is linearised; zero = the rest shape.
     pub sag: Vec3,
+    /// For linear modal analysis alone: no modal rotations, half the basis.
+    pub linear: bool,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { modes: 16, precision: Precision::F32, sag: Vec3::zeros() }
+        Self { modes: 16, precision: Precision::F32, sag: Vec3::zeros(), linear: false }
     }
 }
 
@@ -80,6 +82,8 @@ pub struct Model {
     pub certificate: Certificate,
     /// Φ and Ψ.
     pub basis: AnyBasis,
+    /// Made when the first state with modes is.
+    pub participation: OnceLock<Participation>,
     /// Seconds by [`Phase`].
     pub seconds: [f64; PHASES],
     /// Estimate of the most memory held at once during precompute, bytes.
@@ -99,8 +103,8 @@ impl Model {
         let shell = if options.sag == Vec3::zeros() { shell } else { sagged(&shell, options.sag, &mut progress)? };
         let modes = lowest_modes(&shell, options.modes, &mut progress)?;
         let basis = match options.precision {
-            Precision::F32 => AnyBasis::F32(run_time_basis(&shell, &modes.shapes, &mut progress)?),
-            Precision::F64 => AnyBasis::F64(run_time_basis(&shell, &modes.shapes, &mut progress)?),
+            Precision::F32 => AnyBasis::F32(run_time_basis(&shell, &modes.shapes, options.linear, &mut progress)?),
+            Precision::F64 => AnyBasis::F64(run_time_basis(&shell, &modes.shapes, options.linear, &mut progress)?),
         };
         let (largest_rotation, largest_swing) = largest_rotation_and_swing(&shell, &modes);
         let shapes_fit = with_basis!(&basis, basis => basis.is_finite());
@@ -119,16 +123,28 @@ impl Model {
             zero_modes: modes.zero_modes,
             certificate: modes.certificate,
             basis,
+            participation: OnceLock::new(),
             seconds: progress.seconds,
             peak_bytes: modes.peak_bytes,
             fingerprint,
         })
     }
 
+    /// Whether it is for linear modal analysis alone.
+    pub fn is_linear(&self) -> bool {
+        with_basis!(&self.basis, basis => basis.is_linear())
+    }
+
     /// What the guard needs to know of it.
     pub fn guard(&self) -> Guard<'_> {
         let Self { eigenvalues, largest_rotation, largest_swing, .. } = self;
         Guard { eigenvalues, largest_rotation, largest_swing }
+    }
+
+    /// What an acceleration that acts everywhere alike does to the modes. Made at the first call.
+    pub fn participation(&self) -> &Participation {
+        self.participation
+            .get_or_init(|| with_basis!(&self.basis, basis => Participation::new(basis, &self.shell.mass)))
     }
 
     /// Number of modes.
@@ -159,7 +175,8 @@ impl Model {
         let mesh = &self.shell.mesh;
         let vertices = mesh.positions.len() * (size_of::<Vec3>() + size_of::<f64>() + size_of::<u32>() + 1);
         let connectivity = mesh.triangles.len() * 12 + mesh.edges.len() * 16;
-        with_basis!(&self.basis, basis => basis.bytes()) + vertices + connectivity + 8 * self.n_modes()
+        let participation = self.participation.get().map_or(0, Participation::bytes);
+        with_basis!(&self.basis, basis => basis.bytes()) + vertices + connectivity + participation + 24 * self.n_modes()
     }
 }
 
@@ -168,10 +185,21 @@ fn sagged(shell: &Arc<Shell>, gravity: Vec3, progress: &mut Progress) -> Result<
     Ok(Arc::new(shell.sagged(gravity, &mut watch)?))
 }
 
-fn run_time_basis<T: Real>(shell: &Shell, shapes: &[Vec<Vec3>], progress: &mut Progress) -> Result<Basis<T>> {
+fn run_time_basis<T: Real>(
+    shell: &Shell,
+    shapes: &[Vec<Vec3>],
+    linear: bool,
+    progress: &mut Progress,
+) -> Result<Basis<T>> {
     progress.report(Phase::Rotation, 0.0)?;
-    let rotation = ModalRotation::new(&shell.mesh);
-    let mut basis = Basis::new(&shell.mesh.positions, &shell.mass, shapes.len(), shell.total_mass)?;
+    let Shell { mesh, mass, total_mass, .. } = shell;
+    if linear {
+        let mut basis = Basis::linear(&mesh.positions, mass, shapes.len(), *total_mass)?;
+        shapes.iter().enumerate().for_each(|(k, phi)| basis.set_mode(k, phi, &[]));
+        return Ok(basis);
+    }
+    let rotation = ModalRotation::new(mesh);
+    let mut basis = Basis::new(&mesh.positions, mass, shapes.len(), *total_mass)?;
     for (k, phi) in shapes.iter().enumerate() {
         basis.set_mode(k, phi, &rotation.apply(phi));
         progress.report(Phase::Rotation, (k + 1) as f64 / shapes.len() as f64)?;

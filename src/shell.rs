@@ -13,9 +13,8 @@ pub struct Shell {
     pub material: Material,
     /// The deformation energy.
     pub energy: Arc<dyn Energy>,
-    /// Gravity (frame axes) whose weight the elastic forces balance at the mesh's positions; `None` where these are the shape
-    /// of no energy.
-    pub carried: Option<Vec3>,
+    /// How it hangs at the mesh's positions; `None` where these are the shape of no energy.
+    pub sag: Option<Sag>,
     /// Lumped mass: a third of each incident triangle's rest area times the density; 0 if unreferenced (n_vertices).
     pub mass: Vec<f64>,
     /// Held by a support (n_vertices).
@@ -26,6 +25,14 @@ pub struct Shell {
     pub total_area: f64,
     /// Σ m over all vertices, held ones included.
     pub total_mass: f64,
+}
+
+/// A shell whose mesh is where it hangs at rest.
+pub struct Sag {
+    /// Gravity (frame axes) whose weight the elastic forces balance there.
+    pub gravity: Vec3,
+    /// The shape of no energy (n_vertices).
+    pub rest: Vec<Vec3>,
 }
 
 impl Shell {
@@ -46,7 +53,7 @@ impl Shell {
         if !(total_mass.is_finite() && total_area.is_finite()) {
             return Err(Error::new(ErrorKind::Numerical, "the shell's mass or area is not finite: choose other units"));
         }
-        Ok(Self { mesh, material, energy, carried: None, mass, held, free, total_area, total_mass })
+        Ok(Self { mesh, material, energy, sag: None, mass, held, free, total_area, total_mass })
     }
 
     /// The same shell with its mesh where it hangs at rest under `gravity` (frame axes), found by the nonlinear shell. Its energy
@@ -58,18 +65,24 @@ impl Shell {
         let mut solver = Solver::new(self.clone())?;
         let found =
             solver.equilibrium(&vec![Vec3::zeros(); n], &weight, &Default::default(), &mut |p| watch(p.load))?;
+        let positions = self.mesh.positions.iter().zip(&found.displacement).map(|(x, u)| x + u).collect();
+        Ok(self.hung(gravity, positions))
+    }
+
+    /// The same shell with its mesh at `positions` (n_vertices), where the elastic forces balance its weight under `gravity`.
+    pub(crate) fn hung(&self, gravity: Vec3, positions: Vec<Vec3>) -> Self {
         let mut mesh = self.mesh.clone();
-        mesh.positions.iter_mut().zip(&found.displacement).for_each(|(x, u)| *x += u);
-        Ok(Self {
+        let rest = std::mem::replace(&mut mesh.positions, positions);
+        Self {
             mesh,
             material: self.material,
             energy: self.energy.clone(),
-            carried: Some(gravity),
+            sag: Some(Sag { gravity, rest }),
             mass: self.mass.clone(),
             held: self.held.clone(),
             free: self.free.clone(),
-            ..*self.as_ref()
-        })
+            ..*self
+        }
     }
 
     /// Number of unknowns: three per free vertex.

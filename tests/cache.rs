@@ -18,13 +18,23 @@ fn precomputed(shell: Shell, modes: usize, precision: Precision) -> Model {
 
 /// A small sheet with a turned triangle, a vertex of no triangle, and one clamped corner.
 fn small_model(precision: Precision) -> Model {
+    small_model_under(Vec3::zeros(), precision)
+}
+
+/// The same, linearised where it hangs under gravity.
+fn small_sagged_model(precision: Precision) -> Model {
+    small_model_under(Vec3::new(0.0, 0.1, -2.0), precision)
+}
+
+fn small_model_under(sag: Vec3, precision: Precision) -> Model {
     let (mut positions, mut triangles) = equilateral_sheet(3, 2, 0.25);
     positions.push(Vec3::new(9.0, 9.0, 9.0));
     triangles[4].swap(0, 1);
     let mesh = Mesh::new(positions, &triangles).unwrap();
     let supports = Supports { fixed: vec![1], clamped: vec![0] };
     let material = Material { k_bend: 0.5, ..Material::default() };
-    precomputed(Shell::new(mesh, material, &supports).unwrap(), 4, precision)
+    let shell = Arc::new(Shell::new(mesh, material, &supports).unwrap());
+    Model::precompute(shell, &Options { modes: 4, precision, sag, ..Options::default() }, &mut |_, _| Ok(())).unwrap()
 }
 
 /// What a run on the model shows: saved states, positions and reports of every method, with handles, a moving frame and an
@@ -59,7 +69,8 @@ fn run(model: &Arc<Model>) -> Vec<Vec<u8>> {
 #[test]
 fn a_loaded_model_runs_with_the_same_bits() {
     for precision in [Precision::F32, Precision::F64] {
-        for original in [small_model(precision), precomputed(reference("v_beam").0, 8, precision)] {
+        let v_beam = precomputed(reference("v_beam").0, 8, precision);
+        for original in [small_model(precision), small_sagged_model(precision), v_beam] {
             let bytes = original.save().unwrap();
             assert_eq!(bytes.len(), original.saved_size());
             let loaded = Model::load(&bytes).unwrap();
@@ -86,19 +97,29 @@ fn a_model_without_modes_comes_back_too() {
 
 /// Files of earlier versions are never written anew; a new version adds its own. `cargo test --release --test cache --
 /// --ignored write_golden` wrote these.
-const GOLDEN: [(&str, Precision); 2] =
-    [("saved/model_v1_f32.bin", Precision::F32), ("saved/model_v1_f64.bin", Precision::F64)];
+type Make = fn(Precision) -> Model;
+const GOLDEN: [(&str, Precision, Make); 4] = [
+    ("saved/model_v1_f32.bin", Precision::F32, small_model),
+    ("saved/model_v1_f64.bin", Precision::F64, small_model),
+    ("saved/model_v2_sagged_f32.bin", Precision::F32, small_sagged_model),
+    ("saved/model_v2_sagged_f64.bin", Precision::F64, small_sagged_model),
+];
 
 #[test]
 fn models_saved_by_every_version_still_load() {
-    for (name, precision) in GOLDEN {
+    for (name, precision, make) in GOLDEN {
         let bytes = std::fs::read(data(name)).unwrap();
         let model = Model::load(&bytes).unwrap();
-        assert_eq!(model.save().unwrap(), bytes, "{name}: the present version is the file's");
+        assert_eq!(model.save().unwrap(), bytes, "{name}: saved again in the version it needs");
         assert_eq!((model.precision(), model.n_modes(), model.shell.mesh.n_reoriented), (precision, 4, 1), "{name}");
-        let fresh = small_model(precision);
+        let fresh = make(precision);
         assert_eq!(model.shell.held, fresh.shell.held);
-        assert_eq!(model.shell.mesh.positions, fresh.shell.mesh.positions);
+        let hangs = |model: &Model| model.shell.sag.as_ref().map(|sag| (sag.gravity, sag.rest.clone()));
+        assert_eq!(hangs(&model), hangs(&fresh), "{name}");
+        for (old, new) in model.shell.mesh.positions.iter().zip(&fresh.shell.mesh.positions) {
+            // The same bits at rest; hanging, two solves to 1e-8 of the load.
+            assert!((old - new).norm() <= if fresh.shell.sag.is_some() { 1e-9 } else { 0.0 }, "{name}");
+        }
         for (old, new) in model.eigenvalues.iter().zip(&fresh.eigenvalues) {
             // A dense problem of condition 1e6 on another machine's arithmetic.
             assert_close(name, *old, *new, 1e-9, 0.0);
@@ -109,9 +130,9 @@ fn models_saved_by_every_version_still_load() {
 #[test]
 #[ignore = "writes the golden files of a new version"]
 fn write_golden() {
-    for (name, precision) in GOLDEN {
+    for (name, precision, make) in GOLDEN {
         if !data(name).exists() {
-            let mut model = small_model(precision);
+            let mut model = make(precision);
             model.seconds = [0.0; 6]; // the only part that differs from run to run
             std::fs::create_dir_all(data("saved")).unwrap();
             std::fs::write(data(name), model.save().unwrap()).unwrap();
@@ -142,8 +163,9 @@ fn patched(bytes: &[u8], at: usize, patch: &[u8]) -> Vec<u8> {
 
 #[test]
 fn every_truncation_and_every_flipped_bit_is_noticed() {
-    for precision in [Precision::F32, Precision::F64] {
-        let bytes = small_model(precision).save().unwrap();
+    let models = [small_model(Precision::F32), small_model(Precision::F64), small_sagged_model(Precision::F32)];
+    for model in models {
+        let bytes = model.save().unwrap();
         for length in 0..bytes.len() {
             refused(&bytes[..length], "a truncation");
             if length >= 8 {
@@ -169,7 +191,8 @@ fn every_truncation_and_every_flipped_bit_is_noticed() {
 #[test]
 fn another_version_and_another_byte_order_are_named() {
     let bytes = small_model(Precision::F32).save().unwrap();
-    assert!(refused(&patched(&bytes, 4, &2u32.to_le_bytes()), "version 2").contains("version 2"));
+    assert!(refused(&patched(&bytes, 4, &3u32.to_le_bytes()), "version 3").contains("version 3"));
+    assert!(refused(&patched(&bytes, 4, &2u32.to_le_bytes()), "version 1 called 2").contains("bytes are not the"));
     assert!(refused(&patched(&bytes, 4, &0u32.to_le_bytes()), "version 0").contains("version 0"));
     assert!(refused(&patched(&bytes, 8, &[1, 2, 3, 4]), "big-endian").contains("byte-order mark 0x04030201"));
     let mut state = State::new(Arc::new(small_model(Precision::F32)), Method::Warp, Integrator::Exact).unwrap();
@@ -255,6 +278,40 @@ fn forged_contents_with_a_right_checksum_are_refused_by_name() {
     let single = small_model(Precision::F32);
     let infinite = patched(&single.save().unwrap(), Layout::of(&single).basis(), &f32::INFINITY.to_le_bytes());
     assert!(refused(&infinite, "infinite f32").contains("not finite"));
+}
+
+#[test]
+fn forged_sections_are_refused_by_name() {
+    let model = small_sagged_model(Precision::F64);
+    let bytes = model.save().unwrap();
+    let n = model.shell.mass.len();
+    let content = bytes.len() - 8 - (24 + 24 * n);
+    let front = content - 16;
+    let f = |x: f64| x.to_le_bytes().to_vec();
+    let cases: Vec<(&str, usize, Vec<u8>, &str)> = vec![
+        ("unknown tag", front, b"SAGX".to_vec(), "does not know its section \"SAGX\""),
+        ("unknown kind", front + 4, vec![1], "does not know its section"),
+        ("too long", front + 8, u64::MAX.to_le_bytes().to_vec(), "is cut short"),
+        ("too short", front + 8, 24u64.to_le_bytes().to_vec(), "does not know its section"),
+        ("gravity", content, f(f64::INFINITY), "under the gravity [inf"),
+        ("not a number", content + 24, f(f64::NAN), "vertex 0 hangs at [NaN"),
+        ("too far", content + 48, f(1e200), "vertex 1 hangs at [1e200"),
+    ];
+    for (what, at, patch, named) in cases {
+        let message = refused(&patched(&bytes, at, &patch), what);
+        assert!(message.contains(named), "{what}: {message}");
+    }
+    let with_sections = |sections: &[u8]| {
+        let size = (sections.len() as u64).to_le_bytes();
+        sealed([&bytes[..40], &size, &bytes[48..front], sections, &[0; 8]].concat())
+    };
+    let section = &bytes[front..bytes.len() - 8];
+    assert_eq!(with_sections(section), bytes);
+    let message = refused(&with_sections(&[section, section].concat()), "twice");
+    assert!(message.contains("two sections \"SAGS\""), "{message}");
+    let message = refused(&with_sections(&section[..10]), "half a front");
+    assert!(message.contains("cut short"), "{message}");
+    refused(&with_sections(&[]), "version 2 without sections");
 }
 
 #[test]

@@ -46,11 +46,13 @@ fn positions(state: &State) -> Vec<Vec3> {
 
 fn rotation(state: &State, vertex: u32) -> UnitQuaternion<f64> {
     let mut r = UnitQuaternion::identity();
-    state.rotations(Space::World, |v, q| {
-        if v as u32 == vertex {
-            r = q;
-        }
-    });
+    state
+        .rotations(Space::World, |v, q| {
+            if v as u32 == vertex {
+                r = q;
+            }
+        })
+        .unwrap();
     r
 }
 

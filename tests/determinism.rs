@@ -68,7 +68,7 @@ fn play(state: &mut State, from: u32, to: u32) {
 fn bits(state: &State) -> Vec<u8> {
     let mut out = state.save();
     state.positions(Space::World, |_, x| out.extend(x.iter().flat_map(|x| x.to_le_bytes())));
-    state.rotations(Space::World, |_, r| out.extend(r.coords.iter().flat_map(|x| x.to_le_bytes())));
+    state.rotations(Space::World, |_, r| out.extend(r.coords.iter().flat_map(|x| x.to_le_bytes()))).unwrap();
     out
 }
 

@@ -203,11 +203,22 @@ fn modal_forces_match_a_plain_loop_in_every_kind_of_register() {
     }
 }
 
+/// Displacement u and rotation vector w of every vertex, in order.
+fn visit_displacements<T: Real>(basis: &Basis<T>, warped: bool, q: &[f64], mut visit: impl FnMut(usize, Vec3, Vec3)) {
+    let mut turns = vec![];
+    warp::visit_turns(basis, q, |v, w| {
+        assert_eq!(v, turns.len());
+        turns.push(w);
+    });
+    let law = if warped { ForceLaw::Rotated } else { ForceLaw::Linear };
+    modal_force::visit_motion(basis, law, (q, &vec![0.0; q.len()]), |v, u, _| visit(v, u, turns[v]));
+}
+
 fn check_motion<T: Real>(case: &Case, name: &str, arch: Arch) {
     let basis = case.basis::<T>(arch);
     for law in LAWS {
         let mut visited = 0;
-        warp::visit_displacements(&basis, law.warped(), &case.q, |v, u, w| {
+        visit_displacements(&basis, law.warped(), &case.q, |v, u, w| {
             assert_eq!(v, visited);
             visited += 1;
             let (expected, turn) = (case.shape(v, law).0, case.combined(v, &case.q).1);
@@ -262,7 +273,7 @@ fn check_positions<T: Real>(case: &Case, name: &str, arch: Arch) {
         assert_eq!((double(), single()), (wide.clone(), narrow.clone()), "{name}: the same bits");
         assert_eq!((wide.len(), narrow.len()), (case.rest.len(), case.rest.len()));
         // f64 rows are what displacements and rest positions give, to the bit.
-        warp::visit_displacements(&basis, law.warped(), &case.q, |v, u, _| {
+        visit_displacements(&basis, law.warped(), &case.q, |v, u, _| {
             let local = case.rest[v] + u;
             let expected = placement.origin + placement.rotation.map_or(local, |rotation| rotation * local);
             assert_eq!(Vec3::from(wide[v]), expected, "{name}, {law:?}, vertex {v}");
@@ -291,7 +302,7 @@ fn check_extent<T: Real>(case: &Case, name: &str, arch: Arch) {
     let basis = case.basis::<T>(arch);
     for warped in [false, true] {
         let (mut displacement, mut rotation, mut beyond) = (0.0f64, 0.0f64, 0);
-        warp::visit_displacements(&basis, warped, &case.q, |_, u, w| {
+        visit_displacements(&basis, warped, &case.q, |_, u, w| {
             displacement = displacement.max(u.norm_squared());
             rotation = rotation.max(w.norm_squared());
             beyond += usize::from(w.norm_squared() > 1.0);

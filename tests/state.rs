@@ -416,7 +416,7 @@ fn normals_and_rotations_of_a_turned_shell_turn_with_it() {
     state.set_frame(Pose { origin: Vec3::zeros(), rotation }, Motion::Teleport);
     state.step(1e-9).unwrap();
     let mut turns = vec![UnitQuaternion::identity(); model.shell.mass.len()];
-    state.rotations(Space::World, |v, r| turns[v] = r);
+    state.rotations(Space::World, |v, r| turns[v] = r).unwrap();
     state
         .normals(Space::World, |v, n| {
             // The sheet's rest normal is +z; a rigid motion turns it exactly, up to rounding of thin corner triangles.

@@ -9,7 +9,7 @@ use shellwarp::real::Real;
 use shellwarp::step::ForceLaw;
 use shellwarp::step::modal_force::visit_motion;
 use shellwarp::warp::lanes::Lanes;
-use shellwarp::warp::{Basis, LANES, ModalRotation, coefficients, visit_displacements};
+use shellwarp::warp::{Basis, LANES, ModalRotation, coefficients};
 use shellwarp::{Mesh, Vec3};
 
 #[test]
@@ -226,7 +226,7 @@ fn a_strip_bent_to_an_arc_has_the_closed_forms_warp_error() {
     let mut x = positions.clone();
     for row in csv("modal_warping_arc_error.csv") {
         let theta = row[0].to_radians();
-        visit_displacements(&basis, true, &[theta], |v, u, _| x[v] = positions[v] + u);
+        visit_motion(&basis, ForceLaw::Rotated, (&[theta], &[0.0]), |v, u, _| x[v] = positions[v] + u);
         let tip = x[centre[segments]];
         let (drop, shortening) = (-tip.z, 1.0 - tip.x);
         let (exact_drop, exact_shortening) = ((1.0 - theta.cos()) / theta, 1.0 - theta.sin() / theta);

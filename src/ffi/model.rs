@@ -7,7 +7,7 @@ use super::pointer::{
     VectorRows, asks_for_size, byte_slice, check_flags, copy_out, enumerant, initialise, not_null, object, put,
     read_array, read_descriptor, read_descriptor_or_default, sized,
 };
-use super::status::{Fault, SW_ERROR_INVALID_DATA, SW_ERROR_NOT_PRECOMPUTED, SwStatus};
+use super::status::{Fault, SW_ERROR_INVALID_DATA, SW_ERROR_NOT_PRECOMPUTED, SW_ERROR_UNSUPPORTED, SwStatus};
 use crate::cache;
 use crate::error::require_finite;
 use crate::model::{Model, Options, Precision};
@@ -105,6 +105,10 @@ pub const SW_PRECISION_F32: u32 = 1;
 /// The run-time basis in 64 bits.
 pub const SW_PRECISION_F64: u32 = 2;
 
+/// For SW_METHOD_LMA and the nonlinear shells alone: no modal rotations are stored, and the model takes half the memory. States
+/// are then SW_METHOD_LMA by default; the warp, sw_state_rotations and constraints on orientations return SW_ERROR_UNSUPPORTED.
+pub const SW_PRECOMPUTE_LINEAR: u32 = 1;
+
 /// What to precompute.
 #[repr(C)]
 #[derive(Clone, Copy)]
@@ -116,7 +120,7 @@ pub struct SwPrecomputeDesc {
     pub modes: u32,
     /// SW_PRECISION_... of the run-time basis; 0 = SW_PRECISION_F32. Modes are always computed in 64 bits.
     pub precision: u32,
-    /// Must be 0.
+    /// SW_PRECOMPUTE_... or 0.
     pub flags: u32,
     /// NULL = none.
     pub progress: SwProgressFn,
@@ -300,14 +304,15 @@ pub unsafe extern "C" fn sw_model_precompute(model: *mut SwModel, desc: *const S
     guard(|| {
         // SAFETY: the header's contract.
         let (handle, desc) = unsafe { (object("model", model)?, read_descriptor_or_default("desc", desc)?) };
-        check_flags("desc->flags", desc.flags, 0)?;
+        check_flags("desc->flags", desc.flags, SW_PRECOMPUTE_LINEAR)?;
         let precision = [(0, Precision::F32), (SW_PRECISION_F32, Precision::F32), (SW_PRECISION_F64, Precision::F64)];
         let precision = enumerant("desc->precision", desc.precision, &precision)?;
         let modes = if desc.modes == 0 { Options::default().modes } else { desc.modes as usize };
         for (k, g) in desc.sag_gravity.iter().enumerate() {
             require_finite(&format!("desc->sag_gravity[{k}]"), *g)?;
         }
-        let options = Options { modes, precision, sag: desc.sag_gravity.into() };
+        let linear = desc.flags & SW_PRECOMPUTE_LINEAR != 0;
+        let options = Options { modes, precision, sag: desc.sag_gravity.into(), linear };
         let mut content = write("model", &handle.0)?;
         let mut progress = |phase: Phase, fraction: f64| call_progress(&desc, phase, fraction);
         let computed = Model::precompute(content.shell.clone(), &options, &mut progress)?;
@@ -434,10 +439,9 @@ pub unsafe extern "C" fn sw_model_frequencies(
 }
 
 /// Saves a precomputed model, so that sw_model_load gives it back without another precompute: about 24 bytes per vertex and
-/// mode (48 with SW_PRECISION_F64) and 49 per vertex. Two calls: with `bytes` NULL and `capacity` 0 only *size is written.
+/// mode (48 with SW_PRECISION_F64) and 49 per vertex, or 73 with sag_gravity. Two calls: with `bytes` NULL and `capacity` 0 only *size is written.
 /// Nothing of a state is saved (sw_state_save). Callable concurrently.
-/// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_NOT_PRECOMPUTED, SW_ERROR_UNSUPPORTED for a model with sag_gravity, which has no
-/// saved form yet, SW_ERROR_BUFFER_SIZE when capacity < *size,
+/// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_NOT_PRECOMPUTED, SW_ERROR_BUFFER_SIZE when capacity < *size,
 /// SW_ERROR_OUT_OF_MEMORY, SW_ERROR_BUSY.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn sw_model_save(
@@ -476,7 +480,7 @@ pub unsafe extern "C" fn sw_model_load(bytes: *const c_void, size: u64, model: *
         not_null("bytes", bytes)?;
         // SAFETY: the header's contract; NULL is excluded above. No more is read than the first bytes announce.
         unsafe {
-            let announced = cache::announced_size(byte_slice("bytes", bytes, size.min(cache::HEADER as u64))?)?;
+            let announced = cache::announced_size(byte_slice("bytes", bytes, size.min(cache::FRONT as u64))?)?;
             if announced != u128::from(size) {
                 let message = format!("{size} bytes are not the {announced} of this saved model");
                 return Err(Fault::new(SW_ERROR_INVALID_DATA, message));
@@ -497,7 +501,8 @@ pub const SW_SHAPE_ROTATION: u32 = 2;
 /// One mode (n_vertices x 3) as SW_SHAPE_..., in SW_FORMAT_..., `stride` bytes from vertex to vertex (0 = packed). The sign and
 /// the basis of repeated modes follow a fixed rule: modes agree with the translations along x, y, z, then the rotations about
 /// them, then a fixed random field, the first that they see. Callable concurrently.
-/// Errors: SW_ERROR_INVALID_ARGUMENT, also when n_vertices is not the mesh's; SW_ERROR_NOT_PRECOMPUTED; SW_ERROR_BUSY.
+/// Errors: SW_ERROR_INVALID_ARGUMENT, also when n_vertices is not the mesh's; SW_ERROR_NOT_PRECOMPUTED; SW_ERROR_UNSUPPORTED for
+/// rotations of a model with SW_PRECOMPUTE_LINEAR; SW_ERROR_BUSY.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn sw_model_mode_shape(
     model: *const SwModel,
@@ -515,6 +520,10 @@ pub unsafe extern "C" fn sw_model_mode_shape(
             return Err(Fault::argument(format!("mode is {mode}, but the model has {} modes", model.n_modes())));
         }
         let rotation = enumerant("shape", shape, &[(SW_SHAPE_DISPLACEMENT, false), (SW_SHAPE_ROTATION, true)])?;
+        if rotation && model.is_linear() {
+            let message = "the model was precomputed with SW_PRECOMPUTE_LINEAR: it has no modal rotations";
+            return Err(Fault::new(SW_ERROR_UNSUPPORTED, message));
+        }
         let rows = vertex_rows(&model, out, format, 3, stride, n_vertices)?;
         for v in 0..n_vertices as usize {
             let (phi, psi) = model.mode_at(mode as usize, v);

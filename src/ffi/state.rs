@@ -3,7 +3,7 @@
 use super::guard::{guard, read, write};
 use super::model::{SwModel, vertex_rows};
 use super::pointer::{
-    check_flags, copy_out, enumerant, initialise, not_null, object, put, read_array, read_descriptor,
+    VectorRows, check_flags, copy_out, enumerant, initialise, not_null, object, put, read_array, read_descriptor,
     read_descriptor_or_default, sized,
 };
 use super::status::{Fault, SwStatus};
@@ -46,7 +46,7 @@ pub const SW_SPACE_FRAME: u32 = 1;
 pub struct SwStateDesc {
     /// Set by sw_state_desc_init.
     pub struct_size: u32,
-    /// SW_METHOD_...; 0 = SW_METHOD_WARP.
+    /// SW_METHOD_...; 0 = SW_METHOD_WARP, or SW_METHOD_LMA on a model with SW_PRECOMPUTE_LINEAR.
     pub method: u32,
     /// SW_INTEGRATOR_... of modal methods; 0 = SW_INTEGRATOR_IMPLICIT_EULER.
     pub integrator: u32,
@@ -143,7 +143,8 @@ pub struct SwStateReport {
     pub elastic_energy: f64,
     /// Work done on the shell by constraints since creation or reset.
     pub constraint_work: f64,
-    /// Largest rotation of a vertex, rad: |w| of modal methods, which counts turns.
+    /// Largest rotation of a vertex, rad: |w| of modal methods, which counts turns; an upper bound on a model with
+    /// SW_PRECOMPUTE_LINEAR, by which all vertices or none are out of range.
     pub max_rotation: f64,
     /// Largest displacement in the frame.
     pub max_displacement: f64,
@@ -202,7 +203,8 @@ unsafe fn writing(state: *mut SwState, body: impl FnOnce(&mut State) -> Result<(
 /// Makes a state at rest on a precomputed model; `desc` may be NULL for defaults. No loads, no damping, the frame at the
 /// world's origin. The state keeps alive what it needs of the model. Callable concurrently on one model.
 /// On success *state is a new handle, to be given to sw_state_destroy; on failure it is untouched.
-/// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_NOT_PRECOMPUTED, SW_ERROR_BUSY.
+/// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_NOT_PRECOMPUTED, SW_ERROR_UNSUPPORTED for a warp on a model
+/// with SW_PRECOMPUTE_LINEAR, SW_ERROR_BUSY.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn sw_state_create(
     model: *const SwModel,
@@ -215,8 +217,9 @@ pub unsafe extern "C" fn sw_state_create(
         unsafe {
             let desc = read_descriptor_or_default("desc", desc)?;
             check_flags("desc->flags", desc.flags, 0)?;
+            let model = object("model", model)?.precomputed()?;
             let methods = [
-                (0, Method::Warp),
+                (0, if model.is_linear() { Method::LinearModalAnalysis } else { Method::Warp }),
                 (SW_METHOD_WARP, Method::Warp),
                 (SW_METHOD_LMA, Method::LinearModalAnalysis),
                 (SW_METHOD_SHELL_IMPLICIT, Method::ImplicitShell),
@@ -230,7 +233,6 @@ pub unsafe extern "C" fn sw_state_create(
             ];
             let method = enumerant("desc->method", desc.method, &methods)?;
             let integrator = enumerant("desc->integrator", desc.integrator, &integrators)?;
-            let model = object("model", model)?.precomputed()?;
             put(state, new_handle(State::new(model, method, integrator)?));
         }
         Ok(())
@@ -274,6 +276,17 @@ pub unsafe extern "C" fn sw_state_clone(state: *const SwState, clone: *mut *mut 
             Ok(())
         })
     }
+}
+
+/// Sets when the state rests: it then skips its steps, which only let time pass, until something changes. With 0, as at first, it
+/// rests when a step has left every bit as it was, so that skipping the next changes none either. With a length, a modal
+/// state without handles rests as soon as what is left of its swing about the equilibrium of its present loads can move no vertex
+/// further than that (to first order); what is left is then dropped, and a state restored by sw_state_load may go on with other bits.
+/// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_BUSY.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn sw_state_set_rest_tolerance(state: *mut SwState, tolerance: f64) -> SwStatus {
+    // SAFETY: the header's contract.
+    unsafe { writing(state, |state| Ok(state.set_rest_tolerance(tolerance)?)) }
 }
 
 /// Sets gravity: 3 doubles, world axes, acceleration (length unit / s^2). 0 at first. Loads turn with the shell.
@@ -468,6 +481,36 @@ pub unsafe extern "C" fn sw_state_positions(
     }
 }
 
+/// The positions of some vertices (n x 3), in the order of the list `vertices` (n), otherwise as sw_state_positions and with the same
+/// bits: what is seen, a proxy, a render region. Costs as much as the blocks of 16 vertices that these lie in; a list in ascending
+/// order visits each block once. Callable concurrently.
+/// Errors: SW_ERROR_INVALID_ARGUMENT, also on a vertex that does not exist; SW_ERROR_BUSY.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn sw_state_positions_of(
+    state: *const SwState,
+    space: u32,
+    format: u32,
+    vertices: *const u32,
+    n: u32,
+    out: *mut c_void,
+    stride: u64,
+) -> SwStatus {
+    // SAFETY: the header's contract; the buffer is checked.
+    unsafe {
+        reading(state, |state| {
+            let vertices = read_array("vertices", vertices, n.into())?;
+            let rows = VectorRows::checked("out", out, format, 3, stride, n.into())?;
+            let space = space_of(space)?;
+            if rows.double() {
+                state.positions_of(space, &vertices, |i, x| rows.write_all(i, &[x]))?;
+            } else {
+                state.positions_of_f32(space, &vertices, |i, x| rows.write_all(i, &[x]))?;
+            }
+            Ok(())
+        })
+    }
+}
+
 /// Area-weighted unit normals of the deformed shell (n_vertices x 3), as sw_state_positions; zero at unreferenced vertices.
 /// They follow the orientation of the mesh's triangles, as re-oriented where these disagree. Allocates.
 /// Errors: as sw_state_positions, SW_ERROR_OUT_OF_MEMORY.
@@ -504,8 +547,7 @@ pub unsafe extern "C" fn sw_state_rotations(
     unsafe {
         reading(state, |state| {
             let rows = vertex_rows(state.model(), out, format, 4, stride, n_vertices)?;
-            state.rotations(space_of(space)?, |v, r| rows.write(v, [r.w, r.i, r.j, r.k]));
-            Ok(())
+            Ok(state.rotations(space_of(space)?, |v, r| rows.write(v, [r.w, r.i, r.j, r.k]))?)
         })
     }
 }

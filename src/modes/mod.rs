@@ -132,8 +132,8 @@ fn part_modes(shell: &Shell, part: &Part, (wanted, norm): (usize, f64), progress
     progress.report(Phase::Ordering, 0.0)?;
     let symbolic = Symbolic::analyse(part.stiffness.lower.symbolic())?;
     progress.report(Phase::Ordering, 1.0)?;
-    if let Some(gravity) = shell.carried {
-        refuse_buckled(&symbolic, &part.stiffness, gravity)?;
+    if let Some(sag) = &shell.sag {
+        refuse_buckled(&symbolic, &part.stiffness, sag.gravity)?;
     }
     let search = Search { shell, part, symbolic: &symbolic, wanted, rigid: rigid_freedoms(shell, part) };
     let pairs = search.run(progress)?;
@@ -193,7 +193,7 @@ fn refuse_buckled(symbolic: &Symbolic, stiffness: &ScaledStiffness, gravity: Vec
 /// The dimension of the null space of K, known from the supports when lengths and angles both resist: the rigid motions
 /// that each component of the part keeps. `None` when one of them is missing, so that there are further mechanisms.
 fn rigid_freedoms(shell: &Shell, part: &Part) -> Option<usize> {
-    if shell.carried.is_some() {
+    if shell.sag.is_some() {
         return Some(0); // what moves freely does not come to rest under its weight
     }
     if shell.material.k_bend == 0.0 || shell.material.k_length == 0.0 {
@@ -269,7 +269,7 @@ fn require_digits(search: &Search, pairs: &Pairs, eigenvalues: &[f64], vectors: 
         let lambda = eigenvalues[k];
         let error = match pairs.sigma {
             // The energy's rows are those of the rest pose.
-            Some(sigma) if search.shell.carried.is_none() => vector_error(search, sigma, vectors.col(k), lambda)?,
+            Some(sigma) if search.shell.sag.is_none() => vector_error(search, sigma, vectors.col(k), lambda)?,
             _ => apart(k),
         };
         if error.is_nan() || error > LEAST_AGREEMENT {
@@ -309,7 +309,7 @@ fn vector_error(search: &Search, sigma: f64, y: ColRef<'_, f64>, lambda: f64) ->
 
 /// yᵀAy/yᵀy, at rest as a sum of squares, which keeps small eigenvalues accurate.
 fn rayleigh_quotient(shell: &Shell, part: &Part, y: ColRef<'_, f64>) -> f64 {
-    if shell.carried.is_some() {
+    if shell.sag.is_some() {
         let y: Vec<f64> = y.iter().copied().collect();
         let image = part.stiffness.apply(&y);
         return image.iter().zip(&y).map(|(a, y)| a * y).sum::<f64>() / y.iter().map(|y| y * y).sum::<f64>();

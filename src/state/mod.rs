@@ -2,11 +2,12 @@
 
 mod modal;
 mod nodal;
+mod rest;
 mod saved;
 
-use crate::constraint::{Constraint, Outcome};
+use crate::constraint::{Constraint, Outcome, Target};
 use crate::error::{require_finite, require_non_negative};
-use crate::load::{Loads, Moving, Wind};
+use crate::load::{External, Loads, Moving, Wind};
 use crate::reference::Rayleigh;
 use crate::step::modal_force::BodyLoad;
 use crate::step::{ForceLaw, Integrator};
@@ -16,6 +17,7 @@ use crate::{Error, ErrorKind, Model, Result, Vec3};
 use modal::Modal;
 use nalgebra::UnitQuaternion;
 use nodal::Nodal;
+use rest::Rest;
 use std::sync::Arc;
 
 /// How a shell moves.
@@ -81,7 +83,8 @@ enum Dynamics {
     Nodal(Box<Nodal>),
 }
 
-/// Room for loads beside gravity: positions, velocities, and forces first in world, then in frame axes (n_vertices each).
+/// Room for loads on all vertices: positions and velocities for wind, forces first in world, then in frame axes (n_vertices each,
+/// or empty).
 #[derive(Clone, Default)]
 struct LoadScratch {
     x: Vec<Vec3>,
@@ -102,6 +105,7 @@ pub struct State {
     /// The frame was set since creation or reset.
     placed: bool,
     time: f64,
+    rest: Rest,
 }
 
 /// An equilibrium in wind is found when the wind's force changes by less than this part of itself; as often it is taken at most.
@@ -139,18 +143,25 @@ impl Dynamics {
         }
     }
 
-    fn settle(
-        &mut self,
-        model: &Model,
-        load: &BodyLoad,
-        external: Option<&[Vec3]>,
-        pose: &Pose,
-    ) -> Result<(f64, usize)> {
+    fn settle(&mut self, model: &Model, load: &BodyLoad, external: External, pose: &Pose) -> Result<(f64, usize)> {
         match self {
             Self::Modal(modal) => modal.settle(model, load, external, pose),
             Self::Nodal(nodal) => nodal.settle(model, load, external),
         }
     }
+}
+
+/// The forces that [`State::evaluate_loads`] left in the scratch, or those on few vertices as they are, for the frame at `pose`.
+fn external<'a>(loads: &'a Loads, scratch: &'a LoadScratch, model: &Model, pose: &Pose) -> External<'a> {
+    match loads.on_some(model.shell.mass.len()) {
+        Some(forces) => External::OnSome(forces, pose.rotation.inverse()),
+        None => External::OnAll(&scratch.force),
+    }
+}
+
+fn without_rotations<T>(what: &str) -> Result<T> {
+    let message = format!("{what}: the model was precomputed for linear modal analysis and has no rotations");
+    Err(Error::new(ErrorKind::Unsupported, message))
 }
 
 fn unsupported<T>(what: &str) -> Result<T> {
@@ -161,6 +172,10 @@ impl State {
     /// At rest, without loads, undamped, the frame at the world's origin. `integrator` is for modal methods. Fails when
     /// memory does not suffice for a nonlinear shell's factorization.
     pub fn new(model: Arc<Model>, method: Method, integrator: Integrator) -> Result<Self> {
+        if model.is_linear() && matches!(method, Method::Warp | Method::VirtualWorkWarp) {
+            let message = "the model was precomputed for linear modal analysis: it has no rotations to warp by";
+            return Err(Error::new(ErrorKind::Unsupported, message));
+        }
         let modal = |law| Dynamics::Modal(Box::new(Modal::new(&model, law, integrator)));
         let dynamics = match method {
             Method::Warp => modal(ForceLaw::Rotated),
@@ -178,6 +193,7 @@ impl State {
             frame: Frame::at_rest(Pose::identity()),
             placed: false,
             time: 0.0,
+            rest: Rest::default(),
             model,
         })
     }
@@ -198,6 +214,7 @@ impl State {
             frame: self.frame,
             placed: self.placed,
             time: self.time,
+            rest: self.rest,
         })
     }
 
@@ -233,6 +250,27 @@ impl State {
         self.time = 0.0;
         self.frame = Frame::at_rest(self.frame.target);
         self.placed = false;
+        self.rest.wake();
+    }
+
+    /// Sets when the state rests, and skips its steps until something changes: when what is left of its motion can move no
+    /// vertex by more than `tolerance`, or for 0, as at first, when a step changes no bit. See `Rest`'s text.
+    pub fn set_rest_tolerance(&mut self, tolerance: f64) -> Result<()> {
+        let tolerance = require_non_negative("tolerance", tolerance)?;
+        self.wake_if(tolerance != self.rest.tolerance);
+        self.rest.tolerance = tolerance;
+        Ok(())
+    }
+
+    /// Whether steps are skipped now.
+    pub fn is_asleep(&self) -> bool {
+        self.rest.asleep()
+    }
+
+    fn wake_if(&mut self, changed: bool) {
+        if changed {
+            self.rest.wake();
+        }
     }
 
     /// World axes, acceleration.
@@ -240,28 +278,42 @@ impl State {
         for (c, name) in gravity.iter().zip(["gravity[0]", "gravity[1]", "gravity[2]"]) {
             require_finite(name, *c)?;
         }
+        self.wake_if(gravity != self.gravity);
         self.gravity = gravity;
         Ok(())
     }
 
     /// Replaces the forces on vertices (world axes), for good or for the next step only.
     pub fn set_forces(&mut self, forces: Vec<(u32, Vec3)>, once: bool) -> Result<()> {
-        self.loads.set_forces(forces, self.model.shell.mass.len())?;
+        let before = self.loads.set_forces(forces, self.model.shell.mass.len())?;
+        if let Err(error) = self.make_room() {
+            self.loads.forces = before;
+            return Err(error);
+        }
+        self.wake_if(once || self.forces_once || self.loads.forces != before);
         self.forces_once = once;
-        self.make_room()
+        Ok(())
     }
 
     /// Replaces the wind.
     pub fn set_wind(&mut self, wind: Wind) -> Result<()> {
-        self.loads.set_wind(wind, self.model.shell.mass.len())?;
-        self.make_room()
+        let before = self.loads.set_wind(wind, self.model.shell.mass.len())?;
+        if let Err(error) = self.make_room() {
+            self.loads.wind = before;
+            return Err(error);
+        }
+        self.wake_if(self.loads.wind != before);
+        Ok(())
     }
 
+    /// Room for what the present loads need.
     fn make_room(&mut self) -> Result<()> {
         let n = self.model.shell.mass.len();
-        if !self.loads.is_empty() && self.scratch.force.len() != n {
-            let room = || crate::error::try_zeroed::<Vec3>("the loads", n);
-            self.scratch = LoadScratch { x: room()?, v: room()?, force: room()? };
+        let on_all = if self.loads.on_some(n).is_none() { n } else { 0 };
+        let moving = if self.loads.needs_motion() { n } else { 0 };
+        if (self.scratch.force.len(), self.scratch.x.len()) != (on_all, moving) {
+            let room = |n: usize| crate::error::try_zeroed::<Vec3>("the loads", n);
+            self.scratch = LoadScratch { x: room(moving)?, v: room(moving)?, force: room(on_all)? };
         }
         Ok(())
     }
@@ -279,6 +331,7 @@ impl State {
             Dynamics::Nodal(_) if given > 0 => unsupported("damping ratios"),
             Dynamics::Nodal(nodal) => {
                 nodal.damping = Rayleigh { mass: xi, stiffness: zeta };
+                self.rest.wake();
                 Ok(())
             }
             Dynamics::Modal(_) if given > 1 && given != modes => {
@@ -287,7 +340,10 @@ impl State {
             Dynamics::Modal(modal) => {
                 let ratio = |k: usize| damping.ratios.get(k).or(damping.ratios.first()).copied().unwrap_or(0.0);
                 let coefficient = |(k, lambda): (usize, &f64)| xi + zeta * lambda + 2.0 * ratio(k) * lambda.sqrt();
-                modal.damping = eigenvalues.iter().enumerate().map(coefficient).collect();
+                let damping = eigenvalues.iter().enumerate().map(coefficient).collect();
+                let changed = modal.damping != damping;
+                modal.damping = damping;
+                self.wake_if(changed);
                 Ok(())
             }
         }
@@ -295,10 +351,15 @@ impl State {
 
     /// Adds a constraint, or replaces the one with its id.
     pub fn set_constraint(&mut self, constraint: Constraint) -> Result<()> {
-        match &mut self.dynamics {
-            Dynamics::Modal(modal) => modal.constraints.set(constraint, self.model.shell.mass.len()),
-            Dynamics::Nodal(_) => unsupported("constraints"),
+        if self.model.is_linear() && matches!(constraint.target, Target::Orientation(_)) {
+            return without_rotations("a constraint on an orientation");
         }
+        let changed = match &mut self.dynamics {
+            Dynamics::Modal(modal) => modal.constraints.set(constraint, self.model.shell.mass.len())?,
+            Dynamics::Nodal(_) => return unsupported("constraints"),
+        };
+        self.wake_if(changed);
+        Ok(())
     }
 
     /// Removes a constraint. Fails if there is none with this id.
@@ -307,6 +368,7 @@ impl State {
             Dynamics::Modal(modal) => modal.constraints.clear(id),
             Dynamics::Nodal(_) => false,
         };
+        self.wake_if(found);
         if found { Ok(()) } else { Err(Error::argument(format!("there is no constraint {id}"))) }
     }
 
@@ -315,6 +377,7 @@ impl State {
         if let Dynamics::Modal(modal) = &mut self.dynamics {
             modal.constraints.clear_all();
         }
+        self.rest.wake();
     }
 
     /// The constraints, by ascending id, with what the last step made of them.
@@ -329,12 +392,14 @@ impl State {
     /// Where the support frame is at the end of the next step. Set for the first time since creation or reset, and before any
     /// step, it is simply placed there.
     pub fn set_frame(&mut self, target: Pose, motion: Motion) {
+        let before = self.frame;
         if self.time == 0.0 && !self.placed {
             self.frame = Frame::at_rest(target);
         }
         self.placed = true;
         self.frame.target = target;
         self.frame.motion = motion;
+        self.wake_if(self.frame != before);
     }
 
     /// Replaces q and q̇ (modes each).
@@ -348,15 +413,21 @@ impl State {
                 require_finite(&format!("{name}[{k}]"), *x)?;
             }
         }
-        modal.set_amplitudes(&self.model, q, q_dot)
+        modal.set_amplitudes(&self.model, q, q_dot)?;
+        self.rest.wake();
+        Ok(())
     }
 
     /// Advances by `h` > 0 seconds. Loads turn with the shell as it was at the start of the step (paper eq. 12), or
-    /// in the middle of it in a spinning frame. Fails, and
-    /// leaves everything as it was, when the result would not be finite. Modal methods do not allocate.
+    /// in the middle of it in a spinning frame. Fails, and leaves everything as it was, when the result would not be finite. Modal
+    /// methods do not allocate. A state that rests only lets the time pass.
     pub fn step(&mut self, h: f64) -> Result<()> {
         if !(h.is_finite() && h > 0.0 && (self.time + h).is_finite()) {
             return Err(Error::argument(format!("the step is {h} s: it must be positive and finite")));
+        }
+        if self.rest.skips(h) {
+            self.time += h;
+            return Ok(());
         }
         let mut frame = self.frame;
         let rates = frame.advance(h);
@@ -367,15 +438,28 @@ impl State {
         self.evaluate_loads(&frame.pose, &rates);
         let load = self.body_load(&frame.pose, &rates);
         let Self { model, dynamics, loads, scratch, .. } = self;
-        let external = (!loads.is_empty()).then_some(&scratch.force[..]);
+        let external = external(loads, scratch, model, &frame.pose);
         match dynamics {
             Dynamics::Modal(modal) => modal.step(model, &load, external, &frame.pose, h)?,
             Dynamics::Nodal(nodal) => nodal.step(model, &load, external, h)?,
         }
+        let still = frame == self.frame && rates == Rates::default() && !self.forces_once;
         self.frame = frame;
         self.time += h;
         self.forget_forces();
+        self.rest_after_step(h, still);
         Ok(())
+    }
+
+    /// Falls asleep when the last step has shown that nothing moves; nothing around the shell did when it was `still`.
+    fn rest_after_step(&mut self, h: f64, still: bool) {
+        let Self { model, dynamics, rest, .. } = self;
+        let Dynamics::Modal(modal) = dynamics else { return };
+        if !still {
+            rest.wake();
+        } else if rest.after_step(h, modal.unchanged, || modal.motion_left(model)) {
+            modal.q_dot.fill(0.0);
+        }
     }
 
     /// About how long a step takes without forces and wind, for sharing out work: measured on one machine, and only good to a
@@ -391,8 +475,8 @@ impl State {
     /// Gravity and inertia as the unknowns feel them.
     fn body_load(&self, pose: &Pose, rates: &Rates) -> BodyLoad {
         let load = BodyLoad::new(self.gravity, pose, rates);
-        match (&self.dynamics, self.model.shell.carried) {
-            (Dynamics::Modal(_), Some(carried)) => load.less(carried),
+        match (&self.dynamics, &self.model.shell.sag) {
+            (Dynamics::Modal(_), Some(sag)) => load.less(sag.gravity),
             _ => load,
         }
     }
@@ -406,7 +490,7 @@ impl State {
 
     /// Fills the scratch with the external forces in the axes of the frame at `pose`.
     fn evaluate_loads(&mut self, pose: &Pose, rates: &Rates) {
-        if self.loads.is_empty() {
+        if self.loads.on_some(self.model.shell.mass.len()).is_some() {
             return;
         }
         let mut scratch = std::mem::take(&mut self.scratch);
@@ -446,6 +530,7 @@ impl State {
             return found;
         }
         self.frame = Frame::at_rest(self.frame.target);
+        self.rest.wake();
         self.forget_forces();
         found
     }
@@ -463,12 +548,10 @@ impl State {
             let change: f64 =
                 scratch.force.iter().zip(&last).map(|(a, b): (&Vec3, &Vec3)| (a - b).norm_squared()).sum();
             let size: f64 = scratch.force.iter().map(|f| f.norm_squared()).sum();
+            let external = external(loads, scratch, model, &pose);
             if !last.is_empty() && change <= WIND_SETTLED * WIND_SETTLED * size {
-                return dynamics
-                    .settle(model, &load, Some(&scratch.force), &pose)
-                    .map(|(r, more)| (r, iterations + more));
+                return dynamics.settle(model, &load, external, &pose).map(|(r, more)| (r, iterations + more));
             }
-            let external = (!loads.is_empty()).then_some(&scratch.force[..]);
             let (residual, more) = dynamics.settle(model, &load, external, &pose)?;
             iterations += more;
             if !loads.needs_motion() {
@@ -526,6 +609,48 @@ impl State {
         }
     }
 
+    /// Hands the positions of `vertices` alone to `write`, to the bits of [`State::position_rows`]: the place in the list, and
+    /// the row. Costs as much as the blocks of 16 vertices that they lie in. Fails on a vertex that does not exist.
+    pub fn positions_of(&self, space: Space, vertices: &[u32], mut write: impl FnMut(usize, [f64; 3])) -> Result<()> {
+        self.check_vertices(vertices)?;
+        let placement = self.placement(space);
+        match &self.dynamics {
+            Dynamics::Modal(modal) => modal.positions_of(&self.model, &placement, vertices, write),
+            Dynamics::Nodal(nodal) => {
+                let place = |v: &u32| nodal.position(&self.model, &placement, *v as usize).into();
+                vertices.iter().map(place).enumerate().for_each(|(i, x)| write(i, x));
+            }
+        }
+        Ok(())
+    }
+
+    /// As [`State::positions_of`], to the bits of [`State::position_rows_f32`].
+    pub fn positions_of_f32(
+        &self,
+        space: Space,
+        vertices: &[u32],
+        mut write: impl FnMut(usize, [f32; 3]),
+    ) -> Result<()> {
+        self.check_vertices(vertices)?;
+        let placement = self.placement(space);
+        match &self.dynamics {
+            Dynamics::Modal(modal) => modal.positions_of_f32(&self.model, &placement, vertices, write),
+            Dynamics::Nodal(nodal) => {
+                let place = |v: &u32| nodal.position(&self.model, &placement, *v as usize).map(|c| c as f32).into();
+                vertices.iter().map(place).enumerate().for_each(|(i, x)| write(i, x));
+            }
+        }
+        Ok(())
+    }
+
+    fn check_vertices(&self, vertices: &[u32]) -> Result<()> {
+        let n = self.model.shell.mass.len();
+        match vertices.iter().position(|v| *v as usize >= n) {
+            Some(i) => Err(Error::argument(format!("vertices[{i}] is vertex {} of {n}", vertices[i]))),
+            None => Ok(()),
+        }
+    }
+
     /// Hands the area-weighted unit normal of the deformed shell at every vertex to `write`; zero at unreferenced ones.
     pub fn normals(&self, space: Space, mut write: impl FnMut(usize, Vec3)) -> Result<()> {
         let mut x = crate::error::try_zeroed("the deformed positions", self.model.shell.mass.len())?;
@@ -537,19 +662,22 @@ impl State {
 
     /// Hands the rotation of every vertex's frame to `write`, in world space turned with the support frame: exp [w]× with
     /// the modal rotation w, or for a nonlinear shell the mean rotation of the vertex's triangles.
-    pub fn rotations(&self, space: Space, mut write: impl FnMut(usize, UnitQuaternion<f64>)) {
+    pub fn rotations(&self, space: Space, mut write: impl FnMut(usize, UnitQuaternion<f64>)) -> Result<()> {
         let frame = self.rotation_to(space);
         match &self.dynamics {
+            Dynamics::Modal(_) if self.model.is_linear() => return without_rotations("rotations"),
             Dynamics::Modal(modal) => {
-                modal.visit(&self.model, |v, _, w| write(v, frame * UnitQuaternion::from_scaled_axis(w)));
+                modal.visit_turns(&self.model, |v, w| write(v, frame * UnitQuaternion::from_scaled_axis(w)));
             }
             Dynamics::Nodal(nodal) => {
                 nodal.rotations(&self.model).into_iter().enumerate().for_each(|(v, r)| write(v, frame * r));
             }
         }
+        Ok(())
     }
 
-    /// Energies, and how far the shell is bent.
+    /// Energies, and how far the shell is bent. A model for linear modal analysis alone has an upper bound instead of the largest
+    /// rotation, and by that all vertices or none are out of range.
     pub fn report(&self) -> Report {
         let (extent, (elastic_energy, kinetic_energy), constraint_work) = match &self.dynamics {
             Dynamics::Modal(modal) => {
@@ -558,14 +686,20 @@ impl State {
             }
             Dynamics::Nodal(nodal) => (nodal.extent(&self.model, ROTATION_RANGE), nodal.energies(&self.model), 0.0),
         };
+        let mut fraction = extent.beyond as f64 / self.model.shell.mass.len() as f64;
+        let mut max_rotation = extent.rotation.sqrt();
+        if let (Dynamics::Modal(modal), true) = (&self.dynamics, self.model.is_linear()) {
+            max_rotation = modal.largest_turn(&self.model);
+            fraction = f64::from(u8::from(max_rotation > ROTATION_RANGE));
+        }
         Report {
             time: self.time,
             kinetic_energy,
             elastic_energy,
             constraint_work,
-            max_rotation: extent.rotation.sqrt(),
+            max_rotation,
             max_displacement: extent.displacement.sqrt(),
-            fraction_out_of_range: extent.beyond as f64 / self.model.shell.mass.len() as f64,
+            fraction_out_of_range: fraction,
         }
     }
 

@@ -1,11 +1,13 @@
 //! Motion in modal coordinates: the warp and linear modal analysis.
 
 use crate::constraint::{Constraints, Step};
+use crate::load::External;
 use crate::model::{AnyBasis, with_basis};
 use crate::step::modal_force::{self, Acting, BodyLoad, Scratch};
+use crate::step::point_force;
 use crate::step::{ForceLaw, Integrator, Oscillator};
 use crate::support::Pose;
-use crate::warp::{self, Amplitudes, Extent, Placement, visit_displacements};
+use crate::warp::{self, Amplitudes, Extent, Placement, visit_turns};
 use crate::{Error, ErrorKind, Model, Result, Vec3};
 
 /// Past this rotation, rad, or this displacement, in units of 1/√M, an amplitude has no meaning left and f32 no room.
@@ -65,6 +67,8 @@ pub struct Modal {
     scratch: AnyScratch,
     /// The state that loads are taken at.
     mean: [Vec<f64>; 2],
+    /// The last step left every bit as it was.
+    pub unchanged: bool,
 }
 
 impl Modal {
@@ -72,6 +76,7 @@ impl Modal {
     pub fn new(model: &Model, law: ForceLaw, integrator: Integrator) -> Self {
         let modes = model.n_modes();
         let zeros = vec![0.0; modes];
+        model.participation(); // now: a step does not allocate
         let scratch = match model.basis {
             AnyBasis::F32(_) => AnyScratch::F32(Scratch::new(modes)),
             AnyBasis::F64(_) => AnyScratch::F64(Scratch::new(modes)),
@@ -89,6 +94,7 @@ impl Modal {
             load: 0.0,
             scratch,
             mean: [zeros.clone(), zeros],
+            unchanged: false,
         }
     }
 
@@ -102,7 +108,7 @@ impl Modal {
 
     /// Whether the warp at amplitudes `q` gives finite positions in either precision, and the energies can be told.
     pub fn has_meaning(model: &Model, q: &[f64], q_dot: &[f64]) -> bool {
-        let turn: f64 = q.iter().zip(&model.largest_rotation).map(|(q, r)| (q * r).abs()).sum();
+        let turn = largest_turn(model, q);
         let largest = LARGEST_AMPLITUDE * model.shell.total_mass.sqrt();
         let (elastic, kinetic) = energies(model, q, q_dot);
         let bounded = turn <= LARGEST_ROTATION && q.iter().all(|q| q.abs() <= largest);
@@ -119,15 +125,8 @@ impl Modal {
         Ok(())
     }
 
-    /// One step of `h` under `load` and `external` forces (frame axes, n_vertices, or none). Changes nothing on failure.
-    pub fn step(
-        &mut self,
-        model: &Model,
-        load: &BodyLoad,
-        external: Option<&[Vec3]>,
-        pose: &Pose,
-        h: f64,
-    ) -> Result<()> {
+    /// One step of `h` under `load` and `external` forces. Changes nothing on failure.
+    pub fn step(&mut self, model: &Model, load: &BodyLoad, external: External, pose: &Pose, h: f64) -> Result<()> {
         self.mean[0].copy_from_slice(&self.q);
         self.mean[1].copy_from_slice(&self.q_dot);
         self.project_load(model, load, external);
@@ -144,6 +143,7 @@ impl Modal {
         if !told || !Self::has_meaning(model, &self.next[0], &self.next[1]) {
             return Err(Error::new(ErrorKind::Numerical, format!("the step of {h} s does not give finite positions")));
         }
+        self.unchanged = work == 0.0 && self.next == [&*self.q, &*self.q_dot] && self.constraints.is_unchanged();
         let [next_q, next_q_dot] = &mut self.next;
         std::mem::swap(&mut self.q, next_q);
         std::mem::swap(&mut self.q_dot, next_q_dot);
@@ -152,15 +152,32 @@ impl Modal {
         Ok(())
     }
 
-    /// The modal force at the mean state.
-    fn project_load(&mut self, model: &Model, load: &BodyLoad, external: Option<&[Vec3]>) {
+    /// The modal force at the mean state: of an acceleration that acts everywhere alike by sums taken once where these suffice,
+    /// else over all vertices; and of forces on some vertices.
+    fn project_load(&mut self, model: &Model, load: &BodyLoad, external: External) {
         let Self { law, mean: [q, q_dot], force, scratch, .. } = self;
-        let acting = Acting { load, external, law: *law, q, q_dot, total_mass: model.shell.total_mass };
-        self.load = match (&model.basis, scratch) {
-            (AnyBasis::F32(basis), AnyScratch::F32(scratch)) => modal_force::project(basis, &acting, scratch, force),
-            (AnyBasis::F64(basis), AnyScratch::F64(scratch)) => modal_force::project(basis, &acting, scratch, force),
-            _ => unreachable!("a state's scratch has its model's precision"),
+        let total_mass = model.shell.total_mass;
+        let participation = model.participation();
+        let shortened = external.on_all().is_none() && participation.suffices(*law, || largest_turn(model, q));
+        self.load = match (load.everywhere_alike(), &model.basis, scratch) {
+            (Some(a), _, _) if shortened => {
+                participation.force(*law, a, q, force);
+                total_mass * a.norm()
+            }
+            (_, basis, scratch) => {
+                let acting = Acting { load, external: external.on_all(), law: *law, q, q_dot, total_mass };
+                match (basis, scratch) {
+                    (AnyBasis::F32(basis), AnyScratch::F32(scratch)) => {
+                        modal_force::project(basis, &acting, scratch, force)
+                    }
+                    (AnyBasis::F64(basis), AnyScratch::F64(scratch)) => {
+                        modal_force::project(basis, &acting, scratch, force)
+                    }
+                    _ => unreachable!("a state's scratch has its model's precision"),
+                }
+            }
         };
+        self.load += with_basis!(&model.basis, basis => point_force::add(basis, *law, q, external.on_some(), force));
     }
 
     /// The next q and q̇ without constraints.
@@ -196,6 +213,27 @@ impl Modal {
         with_basis!(&model.basis, basis => constraints.project(basis, &step, q, (next_q, next_q_dot)))
     }
 
+    /// An upper bound of every vertex's rotation, rad.
+    pub fn largest_turn(&self, model: &Model) -> f64 {
+        largest_turn(model, &self.q)
+    }
+
+    /// How far any vertex can still move, to first order, under the forces of the last step: see the text of `rest`. `None`
+    /// where handles act, and for a shell that drifts.
+    pub fn motion_left(&self, model: &Model) -> Option<f64> {
+        let left = |(k, lambda): (usize, &f64)| {
+            let swing = if *lambda > 0.0 {
+                (self.q[k] - self.force[k] / lambda).hypot(self.q_dot[k] / lambda.sqrt())
+            } else if self.q_dot[k] == 0.0 && self.force[k] == 0.0 {
+                0.0
+            } else {
+                f64::INFINITY
+            };
+            swing * model.participation().reach()[k]
+        };
+        self.constraints.is_empty().then(|| model.eigenvalues.iter().enumerate().map(left).sum())
+    }
+
     fn amplitudes(&self) -> Amplitudes<'_> {
         Amplitudes { q: &self.q, warped: self.law.warped() }
     }
@@ -212,14 +250,39 @@ impl Modal {
         with_basis!(&model.basis, basis => warp::visit_positions_f32(basis, self.amplitudes(), placement, write));
     }
 
+    /// The positions of some vertices, to the same bits: the place in the list, and the row.
+    pub fn positions_of(
+        &self,
+        model: &Model,
+        placement: &Placement,
+        vertices: &[u32],
+        write: impl FnMut(usize, [f64; 3]),
+    ) {
+        let rest = &model.shell.mesh.positions;
+        with_basis!(&model.basis, basis =>
+            warp::visit_positions_of_f64(basis, self.amplitudes(), (rest, placement), vertices, write));
+    }
+
+    /// As [`Modal::positions_of`], for [`Modal::positions_f32`].
+    pub fn positions_of_f32(
+        &self,
+        model: &Model,
+        placement: &Placement,
+        vertices: &[u32],
+        write: impl FnMut(usize, [f32; 3]),
+    ) {
+        with_basis!(&model.basis, basis =>
+            warp::visit_positions_of_f32(basis, self.amplitudes(), placement, vertices, write));
+    }
+
     /// How far it is bent; `limit` is a |w|².
     pub fn extent(&self, model: &Model, limit: f64) -> Extent {
         with_basis!(&model.basis, basis => warp::extent(basis, self.amplitudes(), limit))
     }
 
-    /// Hands displacement u and rotation vector w (frame axes) of every vertex to `visit`, in order.
-    pub fn visit(&self, model: &Model, visit: impl FnMut(usize, Vec3, Vec3)) {
-        with_basis!(&model.basis, basis => visit_displacements(basis, self.law.warped(), &self.q, visit));
+    /// Hands the rotation vector w (frame axes) of every vertex to `visit`, in order.
+    pub fn visit_turns(&self, model: &Model, visit: impl FnMut(usize, Vec3)) {
+        with_basis!(&model.basis, basis => visit_turns(basis, &self.q, visit));
     }
 
     /// Hands displacement u and its rate u̇ (frame axes) of every vertex to `visit`, in order.
@@ -235,13 +298,7 @@ impl Modal {
     /// The static solution Λq = f(q) + Jᵀμ by fixed point, from the present q: a step of backward Euler so long that inertia
     /// and damping vanish gives Λ⁻¹f, and q moves a fraction of the way there, which is halved when the residual grows.
     /// Returns the residual |q − Λ⁻¹f|/|Λ⁻¹f| and the iterations. Changes nothing on failure.
-    pub fn settle(
-        &mut self,
-        model: &Model,
-        load: &BodyLoad,
-        external: Option<&[Vec3]>,
-        pose: &Pose,
-    ) -> Result<(f64, usize)> {
+    pub fn settle(&mut self, model: &Model, load: &BodyLoad, external: External, pose: &Pose) -> Result<(f64, usize)> {
         let start = (self.q.clone(), self.q_dot.clone(), self.integrator, self.constraint_work);
         self.integrator = Integrator::ImplicitEuler;
         let outcome = self.fixed_point(model, load, external, pose);
@@ -252,13 +309,7 @@ impl Modal {
         outcome
     }
 
-    fn fixed_point(
-        &mut self,
-        model: &Model,
-        load: &BodyLoad,
-        external: Option<&[Vec3]>,
-        pose: &Pose,
-    ) -> Result<(f64, usize)> {
+    fn fixed_point(&mut self, model: &Model, load: &BodyLoad, external: External, pose: &Pose) -> Result<(f64, usize)> {
         let (mut fraction, mut last) = (1.0f64, f64::INFINITY);
         for iteration in 1..=SETTLE_ITERATIONS {
             let before = self.q.clone();
@@ -278,6 +329,10 @@ impl Modal {
         let message = format!("no equilibrium: the residual is {last:.1e} after {SETTLE_ITERATIONS} iterations");
         Err(Error::new(ErrorKind::Numerical, message))
     }
+}
+
+fn largest_turn(model: &Model, q: &[f64]) -> f64 {
+    q.iter().zip(&model.largest_rotation).map(|(q, r)| (q * r).abs()).sum()
 }
 
 fn energies(model: &Model, q: &[f64], q_dot: &[f64]) -> (f64, f64) {

@@ -1,5 +1,6 @@
 //! Motion vertex by vertex: the nonlinear discrete shell, the baseline that modal methods are measured against.
 
+use crate::load::External;
 use crate::reference::{Rayleigh, Solver};
 use crate::step::modal_force::BodyLoad;
 use crate::warp::{Extent, Placement};
@@ -60,12 +61,18 @@ impl Nodal {
         self.velocity.fill(Vec3::zeros());
     }
 
-    fn set_force(&mut self, model: &Model, load: &BodyLoad, external: Option<&[Vec3]>) -> Result<()> {
+    fn set_force(&mut self, model: &Model, load: &BodyLoad, external: External) -> Result<()> {
         let shell = &model.shell;
         for v in 0..self.force.len() {
             let r = shell.mesh.positions[v] + self.u[v];
-            self.force[v] = load.at(shell.mass[v], r, self.velocity[v]) + external.map_or(Vec3::zeros(), |f| f[v]);
-            if !self.force[v].iter().all(|c| c.is_finite()) {
+            self.force[v] = load.at(shell.mass[v], r, self.velocity[v]);
+            if let Some(forces) = external.on_all() {
+                self.force[v] += forces[v];
+            }
+        }
+        external.on_some().for_each(|(v, force)| self.force[v as usize] += force);
+        for (v, force) in self.force.iter().enumerate() {
+            if !force.iter().all(|c| c.is_finite()) {
                 return Err(Error::new(ErrorKind::Numerical, format!("the load on vertex {v} is not finite")));
             }
         }
@@ -73,7 +80,7 @@ impl Nodal {
     }
 
     /// One step of `h`. Changes nothing on failure.
-    pub fn step(&mut self, model: &Model, load: &BodyLoad, external: Option<&[Vec3]>, h: f64) -> Result<()> {
+    pub fn step(&mut self, model: &Model, load: &BodyLoad, external: External, h: f64) -> Result<()> {
         self.set_force(model, load, external)?;
         let Self { solver, explicit, damping, u, velocity, force, before } = self;
         before[0].copy_from_slice(u);
@@ -102,7 +109,7 @@ impl Nodal {
 
     /// The static solution under the present loads, from the present shape. Returns residual and iterations. Changes nothing
     /// on failure.
-    pub fn settle(&mut self, model: &Model, load: &BodyLoad, external: Option<&[Vec3]>) -> Result<(f64, usize)> {
+    pub fn settle(&mut self, model: &Model, load: &BodyLoad, external: External) -> Result<(f64, usize)> {
         self.set_force(model, load, external)?;
         let found = self.solver.equilibrium(&self.u, &self.force, &Default::default(), &mut |_| Ok(()))?;
         if !Self::has_meaning(model, &found.displacement, &[]) {
@@ -115,11 +122,13 @@ impl Nodal {
 
     /// Hands the position of every vertex to `visit`, in order.
     pub fn positions(&self, model: &Model, placement: &Placement, mut visit: impl FnMut(usize, Vec3)) {
-        let Placement { origin, rotation } = placement;
-        for (v, (rest, u)) in model.shell.mesh.positions.iter().zip(&self.u).enumerate() {
-            let local = rest + u;
-            visit(v, origin + rotation.map_or(local, |rotation| rotation * local));
-        }
+        (0..self.u.len()).for_each(|v| visit(v, self.position(model, placement, v)));
+    }
+
+    /// Position of vertex `v`.
+    pub fn position(&self, model: &Model, placement: &Placement, v: usize) -> Vec3 {
+        let local = model.shell.mesh.positions[v] + self.u[v];
+        placement.origin + placement.rotation.map_or(local, |rotation| rotation * local)
     }
 
     /// How far it is bent; `limit` is an angle.

@@ -68,6 +68,7 @@ impl State {
         // Not renormalized: the same bits must come back.
         let rotation = UnitQuaternion::new_unchecked(Quaternion::from(Vector4::from_column_slice(&numbers[4..8])));
         let pose = Pose { origin: vector(1), rotation };
+        self.rest.wake();
         self.time = numbers[0];
         self.placed = true;
         self.frame = Frame { velocity: vector(8), angular_velocity: vector(11), ..Frame::at_rest(pose) };

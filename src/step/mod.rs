@@ -3,7 +3,10 @@
 pub mod guard;
 pub mod integrator;
 pub mod modal_force;
+pub mod participation;
+pub mod point_force;
 
 pub use guard::Guard;
 pub use integrator::{Integrator, Oscillator};
 pub use modal_force::ForceLaw;
+pub use participation::Participation;

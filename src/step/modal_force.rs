@@ -67,6 +67,11 @@ impl BodyLoad {
         self.spin.as_ref().map(|spin| 0.5 * spin.coriolis.norm())
     }
 
+    /// The acceleration that acts everywhere alike, where the load is nothing else.
+    pub fn everywhere_alike(&self) -> Option<&Vec3> {
+        self.spin.is_none().then_some(&self.uniform)
+    }
+
     /// Nothing acts.
     pub fn is_zero(&self) -> bool {
         self.uniform == Vec3::zeros() && self.spin.is_none()
@@ -108,21 +113,27 @@ enum Shape<T: Real, S: Simd, const N: usize> {
 
 impl<T: Real, S: Simd, const N: usize> Shape<T, S, N> {
     #[inline(always)]
-    fn new(law: ForceLaw, lanes: Lanes<T, S, N>, combined: (Vectors<T, S, N>, Vectors<T, S, N>)) -> Self {
+    fn new(law: ForceLaw, lanes: Lanes<T, S, N>, block: &Block<T>, at: usize, q: &[f64]) -> Self {
         match law {
-            ForceLaw::Linear => Self::Linear(combined.0),
-            ForceLaw::Rotated => Self::Warped(Warp::new(lanes, combined)),
-            ForceLaw::VirtualWork => Self::Tangent(Tangent::new(lanes, combined)),
+            ForceLaw::Linear => Self::Linear(block.combine_linear(lanes, at, q)),
+            ForceLaw::Rotated => Self::Warped(Warp::new(lanes, block.combine(lanes, at, q))),
+            ForceLaw::VirtualWork => Self::Tangent(Tangent::new(lanes, block.combine(lanes, at, q))),
         }
     }
 
-    /// Displacement and its rate from (Φq̇, Ψq̇).
+    /// Displacement and its rate where amplitudes change at the rates `q_dot`.
     #[inline(always)]
-    fn motion(&self, rates: &(Vectors<T, S, N>, Vectors<T, S, N>)) -> (Vectors<T, S, N>, Vectors<T, S, N>) {
+    fn motion(
+        &self,
+        lanes: Lanes<T, S, N>,
+        block: &Block<T>,
+        at: usize,
+        q_dot: &[f64],
+    ) -> (Vectors<T, S, N>, Vectors<T, S, N>) {
         match self {
-            Self::Linear(u) => (*u, rates.0),
-            Self::Warped(warp) => (warp.displacement(), warp.rotate(&rates.0)),
-            Self::Tangent(tangent) => (tangent.displacement(), tangent.rate(rates)),
+            Self::Linear(u) => (*u, block.combine_linear(lanes, at, q_dot)),
+            Self::Warped(warp) => (warp.displacement(), warp.rotate(&block.combine_linear(lanes, at, q_dot))),
+            Self::Tangent(tangent) => (tangent.displacement(), tangent.rate(&block.combine(lanes, at, q_dot))),
         }
     }
 }
@@ -145,9 +156,9 @@ pub fn visit_motion<T: Real>(
     impl<T: Real, F: FnMut(usize, Vec3, Vec3)> Sweep<T> for Motion<'_, F> {
         #[inline(always)]
         fn visit<S: Simd, const N: usize>(&mut self, lanes: Lanes<T, S, N>, block: Block<T>, first: usize, at: usize) {
-            let shape = Shape::new(self.law, lanes, block.combine(lanes, at, self.q));
-            let (u, rate) = shape.motion(&block.combine(lanes, at, self.q_dot));
-            scatter(lanes, self.n_vertices, first, (&u, &rate), &mut self.visit);
+            let shape = Shape::new(self.law, lanes, &block, at, self.q);
+            let (u, rate) = shape.motion(lanes, &block, at, self.q_dot);
+            scatter(lanes, self.n_vertices, first, [&u, &rate], &mut |v, [u, rate]| (self.visit)(v, u, rate));
         }
     }
 
@@ -239,7 +250,7 @@ impl<T: Real> Projection<'_, T> {
     ) -> Vectors<T, S, N> {
         let acting = self.acting;
         let per_mass = acting.load.on_group(lanes, || {
-            let (u, velocity) = shape.motion(&block.combine(lanes, at, acting.q_dot));
+            let (u, velocity) = shape.motion(lanes, block, at, acting.q_dot);
             (lanes.add_vectors(&block.rest(lanes, at), &u), velocity)
         });
         let mut force = lanes.scale(block.mass(lanes, at), &per_mass);
@@ -273,10 +284,10 @@ fn gather_vectors<T: Real, S: Simd, const N: usize>(
 impl<T: Real> Sweep<T> for Projection<'_, T> {
     #[inline(always)]
     fn visit<S: Simd, const N: usize>(&mut self, lanes: Lanes<T, S, N>, block: Block<T>, first: usize, at: usize) {
-        let shape = Shape::new(self.acting.law, lanes, block.combine(lanes, at, self.acting.q));
+        let shape = Shape::new(self.acting.law, lanes, &block, at, self.acting.q);
         let force = self.forces(lanes, (&block, first, at), &shape);
         match shape {
-            Shape::Linear(_) => block.project(lanes, at, &force, self.sums),
+            Shape::Linear(_) => block.project_linear(lanes, at, &force, self.sums),
             Shape::Warped(warp) => block.project(lanes, at, &warp.rotate_back(&force), self.sums),
             Shape::Tangent(tangent) => {
                 let (on_linear, on_turn) = tangent.pull_back(&force);

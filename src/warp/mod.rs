@@ -13,13 +13,17 @@ pub use basis::{Basis, Block, Line};
 pub use coefficients::{Coefficients, Slopes, coefficients, coefficients_and_slopes};
 pub use derivative::warp_with_derivative;
 pub use modal_rotation::ModalRotation;
-pub use output::{Amplitudes, Extent, Placement, extent, visit_positions_f32, visit_positions_f64};
+pub use output::{
+    Amplitudes, Extent, Placement, extent, visit_positions_f32, visit_positions_f64, visit_positions_of_f32,
+    visit_positions_of_f64,
+};
 pub use pose::{Pose, Tangent};
 
 use crate::Vec3;
 use crate::real::Real;
 use lanes::{Lanes, Vectors};
 use pulp::{Simd, WithSimd};
+use std::ops::Range;
 
 /// Vertices per block.
 pub const LANES: usize = 16;
@@ -34,8 +38,14 @@ pub trait Sweep<T: Real> {
 
 /// Runs `sweep` over `basis`, in its kind of registers.
 pub fn sweep<T: Real>(basis: &Basis<T>, sweep: &mut impl Sweep<T>) {
+    sweep_blocks(basis, 0..basis.n_blocks(), sweep);
+}
+
+/// Runs `sweep` over some blocks of `basis`, in its kind of registers.
+pub fn sweep_blocks<T: Real>(basis: &Basis<T>, blocks: Range<usize>, sweep: &mut impl Sweep<T>) {
     struct Dispatch<'a, T, W> {
         basis: &'a Basis<T>,
+        blocks: Range<usize>,
         sweep: &'a mut W,
     }
 
@@ -45,17 +55,22 @@ pub fn sweep<T: Real>(basis: &Basis<T>, sweep: &mut impl Sweep<T>) {
         fn with_simd<S: Simd>(self, simd: S) {
             // Two registers at a time where a line has as many: one chain of additions alone would wait for itself.
             if size_of::<T::Register<S>>() == size_of::<Line<T>>() {
-                groups::<T, S, 1>(simd, self.basis, self.sweep);
+                groups::<T, S, 1>(simd, self.basis, self.blocks, self.sweep);
             } else {
-                groups::<T, S, 2>(simd, self.basis, self.sweep);
+                groups::<T, S, 2>(simd, self.basis, self.blocks, self.sweep);
             }
         }
     }
 
     #[inline(always)]
-    fn groups<T: Real, S: Simd, const N: usize>(simd: S, basis: &Basis<T>, sweep: &mut impl Sweep<T>) {
+    fn groups<T: Real, S: Simd, const N: usize>(
+        simd: S,
+        basis: &Basis<T>,
+        blocks: Range<usize>,
+        sweep: &mut impl Sweep<T>,
+    ) {
         let lanes = Lanes::<T, S, N>::new(simd);
-        for (b, block) in basis.blocks().enumerate() {
+        for (b, block) in blocks.clone().zip(basis.blocks(blocks)) {
             for group in 0..LANES / lanes.width() {
                 sweep.visit(lanes, block, b * LANES + group * lanes.width(), group * N);
             }
@@ -63,48 +78,42 @@ pub fn sweep<T: Real>(basis: &Basis<T>, sweep: &mut impl Sweep<T>) {
         }
     }
 
-    basis.arch.dispatch(Dispatch { basis, sweep });
+    basis.arch.dispatch(Dispatch { basis, blocks, sweep });
 }
 
-/// Hands two vectors of each lane to `visit` as those of vertices `first`, `first` + 1, …
+/// Hands `M` vectors of each lane to `visit` as those of vertices `first`, `first` + 1, …
 #[inline(always)]
-pub fn scatter<T: Real, S: Simd, const N: usize>(
+pub fn scatter<T: Real, S: Simd, const N: usize, const M: usize>(
     lanes: Lanes<T, S, N>,
     n_vertices: usize,
     first: usize,
-    (a, b): (&Vectors<T, S, N>, &Vectors<T, S, N>),
-    visit: &mut impl FnMut(usize, Vec3, Vec3),
+    vectors: [&Vectors<T, S, N>; M],
+    visit: &mut impl FnMut(usize, [Vec3; M]),
 ) {
-    let mut lines = [Line([T::default(); LANES]); 6];
-    for c in 0..3 {
-        lanes.store(a[c], &mut lines[c].0, 0);
-        lanes.store(b[c], &mut lines[3 + c].0, 0);
+    let mut lines = [[Line([T::default(); LANES]); 3]; M];
+    for (lines, vector) in lines.iter_mut().zip(vectors) {
+        (0..3).for_each(|c| lanes.store(vector[c], &mut lines[c].0, 0));
     }
     for i in 0..lanes.width().min(n_vertices.saturating_sub(first)) {
-        let vector =
-            |c: usize| Vec3::new(lines[c].0[i].to_f64(), lines[c + 1].0[i].to_f64(), lines[c + 2].0[i].to_f64());
-        visit(first + i, vector(0), vector(3));
+        visit(first + i, lines.map(|lines| Vec3::from_fn(|c, _| lines[c].0[i].to_f64())));
     }
 }
 
-/// Hands displacement u and rotation vector w (frame axes) of every vertex at amplitudes `q` to `visit`, in order.
-/// Linear modal analysis is not `warped`.
-pub fn visit_displacements<T: Real>(basis: &Basis<T>, warped: bool, q: &[f64], visit: impl FnMut(usize, Vec3, Vec3)) {
-    struct Displacements<'a, F> {
+/// Hands the rotation vector w = Ψq (frame axes) of every vertex to `visit`, in order.
+pub fn visit_turns<T: Real>(basis: &Basis<T>, q: &[f64], visit: impl FnMut(usize, Vec3)) {
+    struct Turns<'a, F> {
         n_vertices: usize,
-        warped: bool,
         q: &'a [f64],
         visit: F,
     }
 
-    impl<T: Real, F: FnMut(usize, Vec3, Vec3)> Sweep<T> for Displacements<'_, F> {
+    impl<T: Real, F: FnMut(usize, Vec3)> Sweep<T> for Turns<'_, F> {
         #[inline(always)]
         fn visit<S: Simd, const N: usize>(&mut self, lanes: Lanes<T, S, N>, block: Block<T>, first: usize, at: usize) {
-            let (linear, turn) = block.combine(lanes, at, self.q);
-            let u = if self.warped { Pose::new(lanes, (linear, turn)).displacement() } else { linear };
-            scatter(lanes, self.n_vertices, first, (&u, &turn), &mut self.visit);
+            let (_, turn) = block.combine(lanes, at, self.q);
+            scatter(lanes, self.n_vertices, first, [&turn], &mut |v, [w]| (self.visit)(v, w));
         }
     }
 
-    sweep(basis, &mut Displacements { n_vertices: basis.n_vertices, warped, q, visit });
+    sweep(basis, &mut Turns { n_vertices: basis.n_vertices, q, visit });
 }

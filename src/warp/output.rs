@@ -2,11 +2,12 @@
 //! from the registers' lanes straight to rows, in whole groups of vertices.
 
 use super::lanes::{Lanes, Vectors};
-use super::{Basis, Block, LANES, Line, Pose, Sweep, sweep};
+use super::{Basis, Block, LANES, Line, Pose, Sweep, sweep, sweep_blocks};
 use crate::Vec3;
 use crate::real::Real;
 use nalgebra::Matrix3;
 use pulp::Simd;
+use std::ops::Range;
 
 /// Where the frame is that rest positions and displacements are given in: x = origin + rotation (rest + u).
 #[derive(Clone, Copy)]
@@ -27,17 +28,19 @@ pub struct Amplitudes<'a> {
 }
 
 impl Amplitudes<'_> {
-    /// u and w of a group.
+    /// u of a group.
     #[inline(always)]
-    fn of<T: Real, S: Simd, const N: usize>(
+    fn displacement<T: Real, S: Simd, const N: usize>(
         &self,
         lanes: Lanes<T, S, N>,
         block: &Block<T>,
         at: usize,
-    ) -> (Vectors<T, S, N>, Vectors<T, S, N>) {
-        let (linear, turn) = block.combine(lanes, at, self.q);
-        let u = if self.warped { Pose::new(lanes, (linear, turn)).displacement() } else { linear };
-        (u, turn)
+    ) -> Vectors<T, S, N> {
+        if self.warped {
+            Pose::new(lanes, block.combine(lanes, at, self.q)).displacement()
+        } else {
+            block.combine_linear(lanes, at, self.q)
+        }
     }
 }
 
@@ -71,6 +74,58 @@ pub fn visit_positions_f32<T: Real>(
     placement: &Placement,
     write: impl FnMut(usize, &[[f32; 3]]),
 ) {
+    rows_f32(basis, 0..basis.n_blocks(), amplitudes, placement, write);
+}
+
+/// The same of the vertices in `vertices` alone, to the same bits: the place in the list and the row. As many blocks are visited
+/// as the list has runs of vertices of one block.
+pub fn visit_positions_of_f32<T: Real>(
+    basis: &Basis<T>,
+    amplitudes: Amplitudes,
+    placement: &Placement,
+    vertices: &[u32],
+    write: impl FnMut(usize, [f32; 3]),
+) {
+    visit_runs(vertices, |blocks, write| rows_f32(basis, blocks, amplitudes, placement, write), write);
+}
+
+/// As [`visit_positions_of_f32`], for [`visit_positions_f64`].
+pub fn visit_positions_of_f64<T: Real>(
+    basis: &Basis<T>,
+    amplitudes: Amplitudes,
+    (rest, placement): (&[Vec3], &Placement),
+    vertices: &[u32],
+    write: impl FnMut(usize, [f64; 3]),
+) {
+    visit_runs(vertices, |blocks, write| rows_f64(basis, blocks, amplitudes, (rest, placement), write), write);
+}
+
+/// Has the rows of each run of vertices of one block made by `rows`, and hands on those of the list.
+fn visit_runs<F: Copy + Default>(
+    vertices: &[u32],
+    rows: impl Fn(Range<usize>, &mut dyn FnMut(usize, &[[F; 3]])),
+    mut write: impl FnMut(usize, [F; 3]),
+) {
+    let block = |v: &u32| *v as usize / LANES;
+    let mut place = 0;
+    for run in vertices.chunk_by(|a, b| block(a) == block(b)) {
+        let b = block(&run[0]);
+        let mut of_block = [[F::default(); 3]; LANES];
+        rows(b..b + 1, &mut |first, rows| of_block[first % LANES..][..rows.len()].copy_from_slice(rows));
+        for v in run {
+            write(place, of_block[*v as usize % LANES]);
+            place += 1;
+        }
+    }
+}
+
+fn rows_f32<T: Real>(
+    basis: &Basis<T>,
+    blocks: Range<usize>,
+    amplitudes: Amplitudes,
+    placement: &Placement,
+    write: impl FnMut(usize, &[[f32; 3]]),
+) {
     struct Rows<'a, W> {
         n_vertices: usize,
         amplitudes: Amplitudes<'a>,
@@ -82,7 +137,7 @@ pub fn visit_positions_f32<T: Real>(
         #[inline(always)]
         fn visit<S: Simd, const N: usize>(&mut self, lanes: Lanes<T, S, N>, block: Block<T>, first: usize, at: usize) {
             let splat = |v: Vec3| [lanes.splat(v.x), lanes.splat(v.y), lanes.splat(v.z)];
-            let (u, _) = self.amplitudes.of(lanes, &block, at);
+            let u = self.amplitudes.displacement(lanes, &block, at);
             let mut x = lanes.add_vectors(&block.rest(lanes, at), &u);
             if let Some(rotation) = &self.placement.rotation {
                 let column = |c: usize| splat(rotation.column(c).into());
@@ -98,13 +153,23 @@ pub fn visit_positions_f32<T: Real>(
         }
     }
 
-    sweep(basis, &mut Rows { n_vertices: basis.n_vertices, amplitudes, placement, write });
+    sweep_blocks(basis, blocks, &mut Rows { n_vertices: basis.n_vertices, amplitudes, placement, write });
 }
 
 /// As [`visit_positions_f32`], with the displacements of the basis's precision added to the f64 `rest` positions and placed
 /// in f64.
 pub fn visit_positions_f64<T: Real>(
     basis: &Basis<T>,
+    amplitudes: Amplitudes,
+    (rest, placement): (&[Vec3], &Placement),
+    write: impl FnMut(usize, &[[f64; 3]]),
+) {
+    rows_f64(basis, 0..basis.n_blocks(), amplitudes, (rest, placement), write);
+}
+
+fn rows_f64<T: Real>(
+    basis: &Basis<T>,
+    blocks: Range<usize>,
     amplitudes: Amplitudes,
     (rest, placement): (&[Vec3], &Placement),
     write: impl FnMut(usize, &[[f64; 3]]),
@@ -119,7 +184,7 @@ pub fn visit_positions_f64<T: Real>(
     impl<T: Real, W: FnMut(usize, &[[f64; 3]])> Sweep<T> for Rows<'_, W> {
         #[inline(always)]
         fn visit<S: Simd, const N: usize>(&mut self, lanes: Lanes<T, S, N>, block: Block<T>, first: usize, at: usize) {
-            let [x, y, z] = lines(lanes, &self.amplitudes.of(lanes, &block, at).0);
+            let [x, y, z] = lines(lanes, &self.amplitudes.displacement(lanes, &block, at));
             let Placement { origin, rotation } = *self.placement;
             let mut rows = [[0f64; 3]; LANES];
             let rest = self.rest.get(first..).unwrap_or_default();
@@ -134,7 +199,7 @@ pub fn visit_positions_f64<T: Real>(
         }
     }
 
-    sweep(basis, &mut Rows { amplitudes, rest, placement, write });
+    sweep_blocks(basis, blocks, &mut Rows { amplitudes, rest, placement, write });
 }
 
 /// How far a shell is bent.
@@ -148,10 +213,11 @@ pub struct Extent {
     pub beyond: usize,
 }
 
-/// The extent at given amplitudes; `limit` is a |w|².
+/// The extent at given amplitudes; `limit` is a |w|². A basis without Ψ has no rotations to show.
 pub fn extent<T: Real>(basis: &Basis<T>, amplitudes: Amplitudes, limit: f64) -> Extent {
     struct Measure<'a> {
         amplitudes: Amplitudes<'a>,
+        without_turns: bool,
         limit: f64,
         displacement: [f64; LANES],
         rotation: [f64; LANES],
@@ -161,7 +227,13 @@ pub fn extent<T: Real>(basis: &Basis<T>, amplitudes: Amplitudes, limit: f64) -> 
     impl<T: Real> Sweep<T> for Measure<'_> {
         #[inline(always)]
         fn visit<S: Simd, const N: usize>(&mut self, lanes: Lanes<T, S, N>, block: Block<T>, _: usize, at: usize) {
-            let (u, w) = self.amplitudes.of(lanes, &block, at);
+            let (u, w) = if self.without_turns {
+                (block.combine_linear(lanes, at, self.amplitudes.q), [lanes.splat(0.0); 3])
+            } else {
+                let (linear, turn) = block.combine(lanes, at, self.amplitudes.q);
+                let warped = self.amplitudes.warped;
+                (if warped { Pose::new(lanes, (linear, turn)).displacement() } else { linear }, turn)
+            };
             let (u, w) = (lines(lanes, &u), lines(lanes, &w));
             // In f64: the squares of what f32 holds leave its range. The last block's padding is zero.
             let square = |v: &[Line<T>; 3], i: usize| {
@@ -178,7 +250,8 @@ pub fn extent<T: Real>(basis: &Basis<T>, amplitudes: Amplitudes, limit: f64) -> 
     }
 
     let zero = [0.0; LANES];
-    let mut all = Measure { amplitudes, limit, displacement: zero, rotation: zero, beyond: [0; LANES] };
+    let without_turns = basis.is_linear();
+    let mut all = Measure { amplitudes, without_turns, limit, displacement: zero, rotation: zero, beyond: [0; LANES] };
     sweep(basis, &mut all);
     let largest = |values: [f64; LANES]| values.into_iter().fold(0.0, f64::max);
     let beyond = all.beyond.iter().sum::<u64>() as usize;

@@ -65,7 +65,7 @@ const CASES: [(&str, fn()); 10] = [
     ("step, warp, 1 handle", constraint_step),
     ("positions, f32", || read(|state| state.position_rows_f32(Space::World, |_, rows| consume(rows)))),
     ("positions, f64", || read(|state| state.position_rows(Space::World, |_, rows| consume(rows)))),
-    ("rotations", || read(|state| state.rotations(Space::World, |_, rotation| consume(&rotation)))),
+    ("rotations", || read(|state| state.rotations(Space::World, |_, rotation| consume(&rotation)).expect("rotations"))),
     ("report", || read(|state| consume(&state.report()))),
     ("precompute, V-beam", precompute),
 ];

@@ -34,6 +34,7 @@ SW_PHASE_ROTATION = 5
 SW_PHASE_COUNT = 6
 SW_PRECISION_F32 = 1
 SW_PRECISION_F64 = 2
+SW_PRECOMPUTE_LINEAR = 1
 SW_SHAPE_DISPLACEMENT = 1
 SW_SHAPE_ROTATION = 2
 SW_METHOD_WARP = 1
@@ -306,6 +307,7 @@ FUNCTIONS = {
     "sw_state_destroy": (None, [POINTER(SwState)]),
     "sw_state_reset": (c_uint32, [POINTER(SwState)]),
     "sw_state_clone": (c_uint32, [POINTER(SwState), POINTER(POINTER(SwState))]),
+    "sw_state_set_rest_tolerance": (c_uint32, [POINTER(SwState), c_double]),
     "sw_state_set_gravity": (c_uint32, [POINTER(SwState), c_void_p]),
     "sw_state_set_damping": (c_uint32, [POINTER(SwState), POINTER(SwDampingDesc)]),
     "sw_state_set_frame": (c_uint32, [POINTER(SwState), POINTER(SwFrameDesc)]),
@@ -313,6 +315,7 @@ FUNCTIONS = {
     "sw_state_amplitudes": (c_uint32, [POINTER(SwState), c_void_p, c_void_p, c_uint32, c_void_p]),
     "sw_state_step": (c_uint32, [POINTER(SwState), c_double]),
     "sw_state_positions": (c_uint32, [POINTER(SwState), c_uint32, c_uint32, c_void_p, c_uint64, c_uint32]),
+    "sw_state_positions_of": (c_uint32, [POINTER(SwState), c_uint32, c_uint32, c_void_p, c_uint32, c_void_p, c_uint64]),
     "sw_state_normals": (c_uint32, [POINTER(SwState), c_uint32, c_uint32, c_void_p, c_uint64, c_uint32]),
     "sw_state_rotations": (c_uint32, [POINTER(SwState), c_uint32, c_uint32, c_void_p, c_uint64, c_uint32]),
     "sw_state_report": (c_uint32, [POINTER(SwState), POINTER(SwStateReport)]),
