@@ -54,9 +54,6 @@ const FACTS: usize = 8 * (3 + 7 + PHASES);
 const SECTION_FRONT: usize = 16;
 /// Where the shell hangs.
 const SAG: Tag = *b"SAGS";
-/// No shell hangs further from its rest shape than this, in model sizes; squares and energies of it are finite.
-const FURTHEST_SAG: f64 = 1e30;
-
 /// Φᵀ M Φ of a mode may differ from 1 by this: f32 leaves 1e-7.
 const NORM_ERROR: f64 = 1e-4;
 /// Ψ may exceed the largest rotation said by its own rounding: relative, and absolute among the subnormal f32.
@@ -370,9 +367,7 @@ fn restore_sag(shell: &Shell, content: &[u8]) -> Result<Shell> {
         return invalid(format!("{} bytes are not where {} vertices hang", content.len(), rest.len()));
     }
     let (gravity, positions) = (points(&content[..24])[0], points(&content[24..]));
-    let furthest = FURTHEST_SAG * shell.mesh.size;
-    let stray = |(x, rest): (&Vec3, &Vec3)| !(x - rest).iter().all(|d| d.abs() <= furthest);
-    if let Some(v) = positions.iter().zip(rest).position(stray) {
+    if let Some(v) = shell.stray(&positions) {
         return invalid(format!("vertex {v} hangs at {:?}", positions[v].data.0[0]));
     }
     if !gravity.iter().all(|g| g.is_finite()) {
