@@ -14,7 +14,7 @@ export CMAKE_BUILD_PARALLEL_LEVEL ?= $(JOBS)
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
 .PHONY: help build native demo test test-cargo test-c test-render test-blender demo-blender install package blender-addon header \
-    python-abi lint fuzz check-memory bench bench-instructions bench-precompute build-report report report-docs report-stability \
+    python-abi lint fuzz check-memory check-threads check-miri check-guard bench bench-instructions bench-precompute build-report report report-docs report-stability \
     test-report clean
 .PHONY: farm-demo farm-sweep farm-costs bench-slepc
 
@@ -117,6 +117,18 @@ fuzz: ## search for inputs that break the library, FUZZ_SECONDS=300 over three t
 check-memory: ## run the C and C++ tests under valgrind (memcheck; helgrind and drd where threads are)
 	@$(MAKE) native WHAT=check_memory_programs
 	@sh tests/c/check_memory.sh $(BUILD)/tests/c
+
+check-threads: ## run what shares models and states among threads under ThreadSanitizer (nightly Rust, rust-src)
+	RUSTFLAGS=-Zsanitizer=thread cargo +nightly test --release -Zbuild-std --target $$(rustc -vV | sed -n 's/^host: //p') \
+	    --target-dir target/thread --test threads --test determinism
+
+check-miri: ## load a saved model, step, hold, save and clone under Miri (nightly Rust, miri)
+	MIRIFLAGS='-Zmiri-disable-isolation -Zmiri-deterministic-floats' \
+	    cargo +nightly miri test --target-dir target/miri --test determinism a_run_in_parts
+
+check-guard: ## compare the scenes' motion, byte for byte, with that of a library without the guard against loads beyond range
+	@$(MAKE) native WHAT=shellwarp_cli
+	@sh tests/check_guard.sh $(CLI) $(CURDIR)/out/guard
 
 bench-precompute: build ## time the precompute against scipy's eigensolver
 	@sh cmake/bootstrap.sh bench

@@ -57,8 +57,6 @@ const SECTION_FRONT: usize = 16;
 const SAG: Tag = *b"SAGS";
 /// Units of a basis in 16 bits.
 const UNITS: Tag = *b"UNIT";
-/// No shell hangs further from its rest shape than this, in model sizes; squares and energies of it are finite.
-const FURTHEST_SAG: f64 = 1e30;
 
 /// Φᵀ M Φ of a mode may differ from 1 by this, f32 leaves 1e-7, and by what 16 bits leave of a large Φ, up to a bound.
 const NORM_ERROR: f64 = 1e-4;
@@ -408,9 +406,7 @@ fn restore_sag(shell: &Shell, content: &[u8]) -> Result<Shell> {
         return invalid(format!("{} bytes are not where {} vertices hang", content.len(), rest.len()));
     }
     let (gravity, positions) = (points(&content[..24])[0], points(&content[24..]));
-    let furthest = FURTHEST_SAG * shell.mesh.size;
-    let stray = |(x, rest): (&Vec3, &Vec3)| !(x - rest).iter().all(|d| d.abs() <= furthest);
-    if let Some(v) = positions.iter().zip(rest).position(stray) {
+    if let Some(v) = shell.stray(&positions) {
         return invalid(format!("vertex {v} hangs at {:?}", positions[v].data.0[0]));
     }
     if !gravity.iter().all(|g| g.is_finite()) {

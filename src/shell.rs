@@ -26,6 +26,9 @@ impl Deref for LazyEnergy {
     }
 }
 
+/// No shell hangs further from its rest shape than this, in model sizes; squares and energies of it are finite.
+const FURTHEST_SAG: f64 = 1e30;
+
 /// Mesh, material and supports with what follows from them directly. Immutable.
 pub struct Shell {
     /// Rest geometry.
@@ -88,8 +91,19 @@ impl Shell {
         let mut solver = Solver::new(self.clone())?;
         let found =
             solver.equilibrium(&vec![Vec3::zeros(); n], &weight, &Default::default(), &mut |p| watch(p.load))?;
-        let positions = self.mesh.positions.iter().zip(&found.displacement).map(|(x, u)| x + u).collect();
+        let positions: Vec<Vec3> = self.mesh.positions.iter().zip(&found.displacement).map(|(x, u)| x + u).collect();
+        if let Some(v) = self.stray(&positions) {
+            let message = format!("vertex {v} hangs at {:?}, beyond all measure of the shell", positions[v].data.0[0]);
+            return Err(Error::new(ErrorKind::Numerical, message));
+        }
         Ok(self.hung(gravity, positions))
+    }
+
+    /// The first vertex that would hang further from rest than any shell hangs, or at no number.
+    pub(crate) fn stray(&self, positions: &[Vec3]) -> Option<usize> {
+        let furthest = FURTHEST_SAG * self.mesh.size;
+        let stray = |(x, rest): (&Vec3, &Vec3)| !(x - rest).iter().all(|d| d.abs() <= furthest);
+        positions.iter().zip(&self.mesh.positions).position(stray)
     }
 
     /// The same shell with its mesh at `positions` (n_vertices), where the elastic forces balance its weight under `gravity`.

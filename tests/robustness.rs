@@ -102,6 +102,17 @@ fn a_held_vertex_out_of_all_reach_is_refused() {
 }
 
 #[test]
+fn a_shell_that_sags_beyond_all_measure_is_refused_before_it_is_saved() {
+    // A triangle pulled along its plane: stretched by m g l/k, a third of 1e32 of its size.
+    let mesh = Mesh::new(vec![Vec3::zeros(), Vec3::y(), Vec3::x()], &[[0, 2, 1]]).unwrap();
+    let material = Material { k_area: 1e-32, k_length: 1e-32, ..Material::default() };
+    let shell = Shell::new(mesh, material, &Supports { fixed: vec![0, 1], clamped: vec![] }).unwrap();
+    let options = Options { modes: 3, sag: Vec3::x(), ..Options::default() };
+    let outcome = Model::precompute(Arc::new(shell), &options, &mut |_, _| Ok(()));
+    assert!(is_numerical(outcome).message.contains("beyond all measure"));
+}
+
+#[test]
 fn a_load_that_overflows_is_a_numerical_failure_of_the_step() {
     for method in ALL {
         let mut state = state(method);

@@ -117,7 +117,9 @@ impl Nodal {
         }
         self.u.copy_from_slice(&self.before[0]);
         self.velocity.copy_from_slice(&self.before[1]);
-        Err(Error::new(ErrorKind::Numerical, format!("the step of {h} s moves the shell beyond all range")))
+        let advice = if self.explicit { ": take shorter steps" } else { "" };
+        let message = format!("the step of {h} s moves the shell beyond all range{advice}");
+        Err(Error::new(ErrorKind::Numerical, message))
     }
 
     /// Gives the solver the constraints, in frame axes.
