@@ -31,6 +31,21 @@
 // or constants are added; a host works with any library whose number is at least its own.
 #define SW_ABI_VERSION 1
 
+// The nonlinear shell: SW_METHOD_SHELL_..., sag_gravity.
+#define SW_FEATURE_NONLINEAR_SHELL 1
+
+// Wind: sw_state_set_wind with a density.
+#define SW_FEATURE_WIND 2
+
+// Saved models: sw_model_save, sw_model_load.
+#define SW_FEATURE_SAVED_MODELS 4
+
+// SW_PRECISION_F64.
+#define SW_FEATURE_F64_BASIS 8
+
+// SW_PRECISION_I16.
+#define SW_FEATURE_I16_BASIS 16
+
 // 32-bit floating point.
 #define SW_FORMAT_F32 1
 
@@ -611,6 +626,10 @@ const char *sw_status_string(SwStatus status);
 
 // SW_ABI_VERSION of the library itself.
 uint32_t sw_abi_version(void);
+
+// The SW_FEATURE_... that the library was built with; usually all. Every function is there in any build; what asks for a missing
+// feature returns SW_ERROR_UNSUPPORTED, and the message names it.
+uint32_t sw_features(void);
 
 // Version of the library, such as "0.1.0". Never NULL.
 const char *sw_version_string(void);

@@ -31,6 +31,7 @@
 
 use crate::energy::DISCRETE_SHELLS;
 use crate::error::try_zeroed;
+use crate::features::Feature;
 use crate::mesh::Mesh;
 use crate::model::{AnyBasis, Precision, with_basis};
 use crate::modes::{Certificate, MAX_MODES, PHASES};
@@ -169,6 +170,7 @@ impl Model {
 
     /// Everything there is, so that [`Model::load`] gives a model of the same bits.
     pub fn save(&self) -> Result<Vec<u8>> {
+        Feature::SavedModels.require()?;
         let mut out: Vec<u8> = Vec::new();
         let (header, size) = (Header::of(self), self.saved_size());
         let refused = |_| Error::new(ErrorKind::OutOfMemory, format!("the saved model needs {size} bytes"));
@@ -199,7 +201,9 @@ impl Model {
 
     /// The model that [`Model::save`] wrote. Fails on any other bytes, before it allocates more than a small multiple of them.
     pub fn load(bytes: &[u8]) -> Result<Self> {
+        Feature::SavedModels.require()?;
         let header = Header::read(bytes)?;
+        header.precision.require()?;
         if header.size() != bytes.len() as u128 {
             let message = format!("{} bytes are not the {} of this saved model", bytes.len(), header.size());
             return invalid(message);
@@ -235,8 +239,13 @@ impl Model {
         let modes = (&largest_rotation[..], &units[..]);
         let basis = match header.precision {
             Precision::F32 => AnyBasis::F32(restore_basis(&shell, modes, header.linear, &mut from)?),
-            Precision::F64 => AnyBasis::F64(restore_basis(&shell, modes, header.linear, &mut from)?),
-            Precision::I16 => AnyBasis::I16(restore_basis(&shell, modes, header.linear, &mut from)?),
+            Precision::F64 if Feature::F64Basis.is_built_in() => {
+                AnyBasis::F64(restore_basis(&shell, modes, header.linear, &mut from)?)
+            }
+            Precision::I16 if Feature::I16Basis.is_built_in() => {
+                AnyBasis::I16(restore_basis(&shell, modes, header.linear, &mut from)?)
+            }
+            _ => unreachable!("refused above"),
         };
         Ok(Self {
             fingerprint: crate::model::fingerprint(&shell, &eigenvalues, header.precision),

@@ -8,6 +8,7 @@ pub mod cache;
 pub mod constraint;
 pub mod energy;
 pub mod error;
+pub mod features;
 pub mod ffi;
 pub mod load;
 pub mod material;

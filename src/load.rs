@@ -8,6 +8,7 @@
 //! It turns with the shell because n̂ is the deformed normal.
 
 use crate::error::{Result, require_finite, require_non_negative};
+use crate::features::Feature;
 use crate::{Error, Mesh, Vec3};
 use nalgebra::UnitQuaternion;
 
@@ -89,6 +90,9 @@ impl Loads {
 
     /// Replaces the wind and returns the one before; a density of 0 is no wind.
     pub fn set_wind(&mut self, wind: Wind, n_vertices: usize) -> Result<Option<Wind>> {
+        if wind.density > 0.0 {
+            Feature::Wind.require()?;
+        }
         require_non_negative("density", wind.density)?;
         require_non_negative("normal_drag", wind.normal_drag)?;
         require_non_negative("tangential_drag", wind.tangential_drag)?;
@@ -119,7 +123,7 @@ impl Loads {
 
     /// Wind needs the deformed positions and velocities.
     pub fn needs_motion(&self) -> bool {
-        self.wind.is_some()
+        Feature::Wind.is_built_in() && self.wind.is_some()
     }
 
     /// Sets `out` (n_vertices, world axes) to the forces on the configuration.
@@ -128,7 +132,7 @@ impl Loads {
         for (v, force) in &self.forces {
             out[*v as usize] += force;
         }
-        if let Some(wind) = &self.wind {
+        if let (true, Some(wind)) = (Feature::Wind.is_built_in(), &self.wind) {
             mesh.triangles.iter().for_each(|t| wind.press(t, moving, out));
         }
     }

@@ -1,5 +1,6 @@
 //! The precomputed model: everything a state needs, immutable, shared by any number of states on any threads.
 
+use crate::features::Feature;
 use crate::modes::{Certificate, Demand, Modes, PHASES, Phase, Progress, demanded_modes, lowest_modes};
 use crate::step::{Guard, Participation};
 use crate::warp::{Basis, Entry, I16, ModalRotation};
@@ -20,6 +21,15 @@ pub enum Precision {
 }
 
 impl Precision {
+    /// Fails where this build has no such basis.
+    pub fn require(self) -> Result<()> {
+        match self {
+            Self::F32 => Ok(()),
+            Self::F64 => Feature::F64Basis.require(),
+            Self::I16 => Feature::I16Basis.require(),
+        }
+    }
+
     /// Bytes of a number.
     pub fn number_bytes(self) -> usize {
         match self {
@@ -75,8 +85,9 @@ macro_rules! with_basis {
     ($any:expr, $basis:ident => $body:expr) => {
         match $any {
             $crate::model::AnyBasis::F32($basis) => $body,
-            $crate::model::AnyBasis::F64($basis) => $body,
-            $crate::model::AnyBasis::I16($basis) => $body,
+            $crate::model::AnyBasis::F64($basis) if $crate::features::Feature::F64Basis.is_built_in() => $body,
+            $crate::model::AnyBasis::I16($basis) if $crate::features::Feature::I16Basis.is_built_in() => $body,
+            _ => unreachable!("no model has a basis that its build lacks"),
         }
     };
 }
@@ -117,6 +128,7 @@ impl Model {
         options: &Options,
         callback: &mut dyn FnMut(Phase, f64) -> Result<()>,
     ) -> Result<Self> {
+        options.precision.require()?;
         let mut progress = Progress::new(callback);
         let shell = if options.sag == Vec3::zeros() { shell } else { sagged(&shell, options.sag, &mut progress)? };
         let (modes, truncation) = match &options.demand {
@@ -128,8 +140,13 @@ impl Model {
         };
         let basis = match options.precision {
             Precision::F32 => AnyBasis::F32(run_time_basis(&shell, &modes.shapes, options.linear, &mut progress)?),
-            Precision::F64 => AnyBasis::F64(run_time_basis(&shell, &modes.shapes, options.linear, &mut progress)?),
-            Precision::I16 => AnyBasis::I16(run_time_basis(&shell, &modes.shapes, options.linear, &mut progress)?),
+            Precision::F64 if Feature::F64Basis.is_built_in() => {
+                AnyBasis::F64(run_time_basis(&shell, &modes.shapes, options.linear, &mut progress)?)
+            }
+            Precision::I16 if Feature::I16Basis.is_built_in() => {
+                AnyBasis::I16(run_time_basis(&shell, &modes.shapes, options.linear, &mut progress)?)
+            }
+            _ => unreachable!("refused above"),
         };
         let (largest_rotation, largest_swing) = largest_rotation_and_swing(&shell, &modes);
         let shapes_fit = with_basis!(&basis, basis => basis.is_finite());

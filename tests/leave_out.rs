@@ -263,7 +263,8 @@ fn everything_that_could_move_a_shell_wakes_it() {
     let wind = Wind { velocity: Vec3::x(), density: 1.0, normal_drag: 1.0, ..Wind::default() };
     let q = rested.amplitudes().unwrap().0.to_vec();
     let saved = rested.save();
-    let changes: [(&str, &dyn Fn(&mut State)); 11] = [
+    type Change<'a> = (&'a str, &'a dyn Fn(&mut State));
+    let changes: [Change; 11] = [
         ("reset", &|s| s.reset()),
         ("gravity", &|s| s.set_gravity(Vec3::zeros()).unwrap()),
         ("forces", &|s| s.set_forces(vec![(5, Vec3::x())], false).unwrap()),

@@ -1,6 +1,7 @@
 //! Status codes, their strings, and the per-thread message.
 
 use crate::ErrorKind;
+use crate::features::Feature;
 use std::cell::Cell;
 use std::ffi::{CStr, c_char};
 
@@ -132,6 +133,31 @@ pub const SW_ABI_VERSION: u32 = 1;
 #[unsafe(no_mangle)]
 pub extern "C" fn sw_abi_version() -> u32 {
     SW_ABI_VERSION
+}
+
+/// The nonlinear shell: SW_METHOD_SHELL_..., sag_gravity.
+pub const SW_FEATURE_NONLINEAR_SHELL: u32 = 1;
+/// Wind: sw_state_set_wind with a density.
+pub const SW_FEATURE_WIND: u32 = 2;
+/// Saved models: sw_model_save, sw_model_load.
+pub const SW_FEATURE_SAVED_MODELS: u32 = 4;
+/// SW_PRECISION_F64.
+pub const SW_FEATURE_F64_BASIS: u32 = 8;
+/// SW_PRECISION_I16.
+pub const SW_FEATURE_I16_BASIS: u32 = 16;
+
+/// The SW_FEATURE_... that the library was built with; usually all. Every function is there in any build; what asks for a missing
+/// feature returns SW_ERROR_UNSUPPORTED, and the message names it.
+#[unsafe(no_mangle)]
+pub extern "C" fn sw_features() -> u32 {
+    let bit = |feature: &Feature| match feature {
+        Feature::NonlinearShell => SW_FEATURE_NONLINEAR_SHELL,
+        Feature::Wind => SW_FEATURE_WIND,
+        Feature::SavedModels => SW_FEATURE_SAVED_MODELS,
+        Feature::F64Basis => SW_FEATURE_F64_BASIS,
+        Feature::I16Basis => SW_FEATURE_I16_BASIS,
+    };
+    Feature::ALL.iter().filter(|feature| feature.is_built_in()).map(bit).sum()
 }
 
 /// Version of the library, such as "0.1.0". Never NULL.

@@ -115,8 +115,9 @@ fn status_calls<'a>(model: *mut SwModel, state: *mut SwState) -> Vec<Call<'a>> {
 }
 
 /// The exported functions that cannot fail and so have no status.
-const WITHOUT_STATUS: [&str; 19] = [
+const WITHOUT_STATUS: [&str; 20] = [
     "sw_abi_version",
+    "sw_features",
     "sw_version_string",
     "sw_status_string",
     "sw_last_error_message",

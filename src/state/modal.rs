@@ -1,6 +1,7 @@
 //! Motion in modal coordinates: the warp and linear modal analysis.
 
 use crate::constraint::{ConstraintSet, Constraints, Step};
+use crate::features::Feature;
 use crate::load::External;
 use crate::model::{AnyBasis, with_basis};
 use crate::step::modal_force::{self, Acting, BodyLoad, Scratch};
@@ -174,10 +175,10 @@ impl Modal {
                     (AnyBasis::F32(basis), AnyScratch::F32(scratch)) => {
                         modal_force::project(basis, &acting, scratch, force)
                     }
-                    (AnyBasis::F64(basis), AnyScratch::F64(scratch)) => {
+                    (AnyBasis::F64(basis), AnyScratch::F64(scratch)) if Feature::F64Basis.is_built_in() => {
                         modal_force::project(basis, &acting, scratch, force)
                     }
-                    (AnyBasis::I16(basis), AnyScratch::F32(scratch)) => {
+                    (AnyBasis::I16(basis), AnyScratch::F32(scratch)) if Feature::I16Basis.is_built_in() => {
                         modal_force::project(basis, &acting, scratch, force)
                     }
                     _ => unreachable!("a state's scratch has its model's precision"),

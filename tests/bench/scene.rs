@@ -36,9 +36,10 @@ fn shape(k: usize, x: &Vec3) -> (Vec3, Vec3) {
     (Vec3::new(0.1 * sine, 0.2 * cosine * x.x, 1.0 - cosine), Vec3::new(0.1 * sine, -0.3 * wave * sine, 0.2 * x.x))
 }
 
-fn basis<E: Entry>(shell: &Shell, modes: usize) -> Basis<E> {
+fn basis<E: Entry>(shell: &Shell, modes: usize, linear: bool) -> Basis<E> {
     let rest = &shell.mesh.positions;
-    let mut basis = Basis::new(rest, &shell.mass, modes, shell.total_mass).expect("memory for the basis");
+    let make = if linear { Basis::linear } else { Basis::new };
+    let mut basis = make(rest, &shell.mass, modes, shell.total_mass).expect("memory for the basis");
     let scale = shell.total_mass.sqrt().recip();
     for k in 0..modes {
         let (phi, psi): (Vec<_>, Vec<_>) =
@@ -50,12 +51,21 @@ fn basis<E: Entry>(shell: &Shell, modes: usize) -> Basis<E> {
 
 /// A model of `n` vertices (even) and `modes` modes.
 pub fn model(n: usize, modes: usize, precision: Precision) -> Arc<Model> {
+    model_on(n, modes, |shell| match precision {
+        Precision::F32 => AnyBasis::F32(basis(shell, modes, false)),
+        Precision::F64 => AnyBasis::F64(basis(shell, modes, false)),
+        Precision::I16 => AnyBasis::I16(basis(shell, modes, false)),
+    })
+}
+
+/// One for linear modal analysis alone.
+pub fn linear_model(n: usize, modes: usize) -> Arc<Model> {
+    model_on(n, modes, |shell| AnyBasis::F32(basis(shell, modes, true)))
+}
+
+fn model_on(n: usize, modes: usize, basis: impl FnOnce(&Shell) -> AnyBasis) -> Arc<Model> {
     let shell = Arc::new(Shell::new(strip(n), Material::default(), &Supports::default()).expect("a sound shell"));
-    let basis = match precision {
-        Precision::F32 => AnyBasis::F32(basis(&shell, modes)),
-        Precision::F64 => AnyBasis::F64(basis(&shell, modes)),
-        Precision::I16 => AnyBasis::I16(basis(&shell, modes)),
-    };
+    let basis = basis(&shell);
     let largest = |k: usize| 0.4 * (1.7 * (k + 1) as f64).max(1.0) / shell.total_mass.sqrt();
     Arc::new(Model {
         eigenvalues: (0..modes).map(|k| (6.0 * (k + 1) as f64).powi(2)).collect(),

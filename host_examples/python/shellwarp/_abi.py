@@ -3,6 +3,11 @@
 from ctypes import CFUNCTYPE, POINTER, Structure, c_char, c_char_p, c_double, c_uint32, c_uint64, c_void_p
 
 SW_ABI_VERSION = 1
+SW_FEATURE_NONLINEAR_SHELL = 1
+SW_FEATURE_WIND = 2
+SW_FEATURE_SAVED_MODELS = 4
+SW_FEATURE_F64_BASIS = 8
+SW_FEATURE_I16_BASIS = 16
 SW_FORMAT_F32 = 1
 SW_FORMAT_F64 = 2
 SW_LOG_INFO = 1
@@ -295,6 +300,7 @@ FUNCTIONS = {
     "sw_last_error_message": (c_char_p, []),
     "sw_status_string": (c_char_p, [c_uint32]),
     "sw_abi_version": (c_uint32, []),
+    "sw_features": (c_uint32, []),
     "sw_version_string": (c_char_p, []),
     "sw_set_log_callback": (c_uint32, [SwLogFn, c_void_p]),
     "sw_mesh_desc_init": (None, [POINTER(SwMeshDesc)]),

@@ -1,0 +1,56 @@
+//! What this build of the library contains: Cargo features leave out what a host never uses. Their constants are known when
+//! compiling, so that what lies behind them is not built in.
+
+use crate::{Error, ErrorKind, Result};
+
+/// Parts that a build may lack.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Feature {
+    /// The nonlinear shell, and with it `sag_gravity`.
+    NonlinearShell,
+    /// Wind.
+    Wind,
+    /// Saved models.
+    SavedModels,
+    /// Run-time bases in 64 bits.
+    F64Basis,
+    /// Run-time bases in 16 bits.
+    I16Basis,
+}
+
+impl Feature {
+    /// All of them.
+    pub const ALL: [Self; 5] = [Self::NonlinearShell, Self::Wind, Self::SavedModels, Self::F64Basis, Self::I16Basis];
+
+    /// Whether this build has it.
+    #[inline(always)]
+    pub const fn is_built_in(self) -> bool {
+        match self {
+            Self::NonlinearShell => cfg!(feature = "nonlinear-shell"),
+            Self::Wind => cfg!(feature = "wind"),
+            Self::SavedModels => cfg!(feature = "saved-models"),
+            Self::F64Basis => cfg!(feature = "f64-basis"),
+            Self::I16Basis => cfg!(feature = "i16-basis"),
+        }
+    }
+
+    /// Its name in Cargo.toml.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::NonlinearShell => "nonlinear-shell",
+            Self::Wind => "wind",
+            Self::SavedModels => "saved-models",
+            Self::F64Basis => "f64-basis",
+            Self::I16Basis => "i16-basis",
+        }
+    }
+
+    /// Fails unless this build has it.
+    pub fn require(self) -> Result<()> {
+        if self.is_built_in() {
+            return Ok(());
+        }
+        let message = format!("this build of the library was made without the Cargo feature {:?}", self.name());
+        Err(Error::new(ErrorKind::Unsupported, message))
+    }
+}
