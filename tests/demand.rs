@@ -15,6 +15,9 @@ use std::sync::Arc;
 const STEP: f64 = 1.0 / 60.0;
 const STEPS: usize = 90;
 
+/// Where a handle is at a time.
+type Way = fn(f64) -> Vec3;
+
 /// What happens in a scene, as its demand tells and as its steps do.
 struct Scene {
     name: &'static str,
@@ -26,7 +29,7 @@ struct Scene {
     /// The frame at a time.
     frame: fn(f64) -> Pose,
     /// A vertex that is dragged along z, in which it gives, and where to by a time, from rest.
-    drag: Option<(u32, fn(f64) -> Vec3)>,
+    drag: Option<(u32, Way)>,
 }
 
 /// A square sheet of 10 × 10 rows, held along one side, with z as `height` has it.
