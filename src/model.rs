@@ -22,6 +22,7 @@ pub enum Precision {
 
 impl Precision {
     /// Fails where this build has no such basis.
+    #[inline(always)]
     pub fn require(self) -> Result<()> {
         match self {
             Self::F32 => Ok(()),
