@@ -209,6 +209,39 @@
 // The forces act in the next step, or the next sw_state_equilibrium, and are then forgotten.
 #define SW_FORCES_ONE_STEP 1
 
+// Rest positions, masses, triangles, edges, constants of each mode.
+#define SW_PART_SHAPE 1
+
+// Mode shapes Phi.
+#define SW_PART_DISPLACEMENTS 2
+
+// Modal rotations Psi.
+#define SW_PART_ROTATIONS 3
+
+// The oscillator of each mode with its guard, and the state.
+#define SW_PART_MODES 4
+
+// Gravity and the acceleration of the frame.
+#define SW_PART_UNIFORM_LOAD 5
+
+// Inertia of a turning frame.
+#define SW_PART_SPIN 6
+
+// Forces on vertices.
+#define SW_PART_FORCES 7
+
+// Wind.
+#define SW_PART_WIND 8
+
+// Constraints.
+#define SW_PART_CONSTRAINTS 9
+
+// The nonlinear shell.
+#define SW_PART_NONLINEAR_SHELL 10
+
+// Length of SwPlanPart::reason, the closing NUL included.
+#define SW_PLAN_REASON_SIZE 120
+
 // A shell and, after precompute, its modes. Opaque.
 typedef struct SwModel SwModel;
 
@@ -573,6 +606,21 @@ typedef struct SwEquilibriumReport {
   // |q - f(q)/lambda| / |q| of a modal method, |F - dE/dx| / |F| of a nonlinear shell.
   double residual;
 } SwEquilibriumReport;
+
+// One part of a step. Output only.
+typedef struct SwPlanPart {
+  // SW_PART_....
+  uint32_t part;
+  // 1 when the step or the output uses it, else 0.
+  uint32_t active;
+  // Bytes held for it by the model or the state, whether used or not.
+  uint64_t bytes;
+  // Estimate of the instructions of the step, on registers of 8 numbers of 32 bits (AVX2); 0 when left out. Mostly within a
+  // quarter for modal methods (docs/leave_out.md), a rough guess for an implicit step of a nonlinear shell.
+  double operations;
+  // Why it is used, or was left out; NUL-terminated.
+  char reason[SW_PLAN_REASON_SIZE];
+} SwPlanPart;
 
 // Done.
 #define SW_OK 0
@@ -963,6 +1011,24 @@ void sw_equilibrium_report_init(struct SwEquilibriumReport *report);
 // Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_NUMERICAL when none is found, SW_ERROR_BUSY.
 SwStatus sw_state_equilibrium(struct SwState *state,
                               struct SwEquilibriumReport *report);
+
+// What a step of `seconds` from the present state uses, what it leaves out and why, and what each part costs: one entry for each
+// SW_PART_..., in ascending order. Two calls: with `parts` NULL and `capacity` 0 only *count is written. Callable concurrently.
+// Errors: SW_ERROR_INVALID_ARGUMENT, also as by sw_state_step; SW_ERROR_BUFFER_SIZE when capacity < *count; SW_ERROR_BUSY.
+SwStatus sw_state_plan(const struct SwState *state,
+                       double seconds,
+                       struct SwPlanPart *parts,
+                       uint32_t capacity,
+                       uint32_t *count);
+
+// The same as a table in words, UTF-8 and NUL-terminated. Two calls: with `text` NULL and `capacity` 0 only *size is written, the NUL
+// included. Callable concurrently.
+// Errors: SW_ERROR_INVALID_ARGUMENT, also as by sw_state_step; SW_ERROR_BUFFER_SIZE when capacity < *size; SW_ERROR_BUSY.
+SwStatus sw_state_plan_text(const struct SwState *state,
+                            double seconds,
+                            char *text,
+                            uint64_t capacity,
+                            uint64_t *size);
 
 #ifdef __cplusplus
 }  // extern "C"

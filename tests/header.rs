@@ -3,8 +3,7 @@
 
 use std::path::Path;
 
-const SOURCES: [&str; 10] =
-    ["status", "pointer", "log", "mesh", "model", "plan", "state", "batch", "constraint", "load"];
+const SOURCES: [&str; 10] = ["status", "pointer", "log", "mesh", "model", "state", "batch", "constraint", "load", "plan"];
 
 #[test]
 fn header_is_current() {
