@@ -14,6 +14,16 @@
 //! | Φ√M and Ψ√M by vertex, then mode | 6nm × f32 or f64 |
 //! | xxh3 of all before | u64 |
 //!
+//! A model with a reduced shell of f fields and s sampled elements has the version 2: the words of the front are followed by f and s,
+//! 2 × u32, and Φ and Ψ by
+//!
+//! | what | type |
+//! |---|---|
+//! | what the samples leave of the forces | f64 |
+//! | sampled elements, ascending by rest row; their weights | s × u32, s × f64 |
+//! | D, by column | m² × f64 |
+//! | B√M by vertex, then field | 3nf × f32 or f64 |
+//!
 //! Edges, components, masses, energies and the fingerprint follow from these by the code that made them in the first place,
 //! which checks the mesh again on the way. So whatever a file holds, a loaded model keeps every promise that the rest of the
 //! library relies on, of memory and of finite results; that its modes are those of its shell is the writer's word.
@@ -24,16 +34,21 @@ use crate::mesh::Mesh;
 use crate::model::{AnyBasis, Precision, with_basis};
 use crate::modes::{Certificate, MAX_MODES, PHASES};
 use crate::real::Real;
+use crate::reduced::{AnyFields, Fields, MAX_FIELDS, ReducedShell, with_fields};
 use crate::warp::Basis;
 use crate::{Error, ErrorKind, Material, Model, Result, Shell, Supports, Vec3};
+use nalgebra::DMatrix;
 use std::sync::Arc;
 use xxhash_rust::xxh3::xxh3_64;
 
 const MAGIC: [u8; 4] = *b"SWMD";
 const VERSION: u32 = 1;
+const REDUCED_VERSION: u32 = 2;
 const BYTE_ORDER: u32 = 0x0102_0304;
 /// Bytes that tell the size of the whole.
-pub const HEADER: usize = 40;
+pub const HEADER: usize = 48;
+const WORDS: usize = 10;
+const REDUCED_WORDS: usize = 12;
 const FACTS: usize = 8 * (3 + 7 + PHASES);
 
 /// Φᵀ M Φ of a mode may differ from 1 by this: f32 leaves 1e-7.
@@ -54,6 +69,8 @@ struct Header {
     modes: u32,
     zero_modes: u32,
     reoriented: u32,
+    /// Fields and samples of the reduced shell.
+    reduced: Option<(u32, u32)>,
 }
 
 impl Header {
@@ -66,14 +83,33 @@ impl Header {
             modes: model.n_modes() as u32,
             zero_modes: model.zero_modes as u32,
             reoriented: mesh.n_reoriented as u32,
+            reduced: model.reduced.as_ref().map(|reduced| (reduced.n() as u32, reduced.samples.len() as u32)),
         }
     }
 
-    fn words(&self) -> [u32; HEADER / 4] {
-        let Self { precision, vertices, triangles, modes, zero_modes, reoriented } = *self;
+    fn words(&self) -> impl Iterator<Item = u32> {
+        let Self { precision, vertices, triangles, modes, zero_modes, reoriented, reduced } = *self;
         let magic = u32::from_le_bytes(MAGIC);
         let precision = precision.number_bytes() as u32;
-        [magic, VERSION, BYTE_ORDER, precision, DISCRETE_SHELLS, vertices, triangles, modes, zero_modes, reoriented]
+        let version = if reduced.is_some() { REDUCED_VERSION } else { VERSION };
+        let words: [u32; WORDS] = [
+            magic,
+            version,
+            BYTE_ORDER,
+            precision,
+            DISCRETE_SHELLS,
+            vertices,
+            triangles,
+            modes,
+            zero_modes,
+            reoriented,
+        ];
+        words.into_iter().chain(reduced.into_iter().flat_map(|(fields, samples)| [fields, samples]))
+    }
+
+    /// Bytes of [`Header::words`].
+    fn bytes(&self) -> usize {
+        4 * if self.reduced.is_some() { REDUCED_WORDS } else { WORDS }
     }
 
     /// Reads and checks the first [`HEADER`] bytes.
@@ -85,9 +121,9 @@ impl Header {
         if word(2) != BYTE_ORDER {
             return invalid(format!("the saved model has the byte-order mark {:#010x}: foreign or damaged", word(2)));
         }
-        if word(1) != VERSION {
-            let message = format!("the saved model has format version {}; this library reads {VERSION}", word(1));
-            return invalid(message);
+        if word(1) != VERSION && word(1) != REDUCED_VERSION {
+            let known = format!("{VERSION} and {REDUCED_VERSION}");
+            return invalid(format!("the saved model has format version {}; this library reads {known}", word(1)));
         }
         let precision = [Precision::F32, Precision::F64].into_iter().find(|p| p.number_bytes() == word(3) as usize);
         let Some(precision) = precision else {
@@ -102,14 +138,22 @@ impl Header {
             let counts = format!("{vertices} vertices, {triangles} triangles, {zero_modes} zero modes of {modes}");
             return invalid(format!("the saved model has {counts}: out of range"));
         }
-        Ok(Self { precision, vertices, triangles, modes, zero_modes, reoriented })
+        let reduced = (word(1) == REDUCED_VERSION).then(|| (word(10), word(11)));
+        if reduced.is_some_and(|(fields, _)| fields < modes || fields as usize > MAX_FIELDS || zero_modes > 0) {
+            return invalid(format!("the saved model has a reduced shell of {} fields: out of range", word(10)));
+        }
+        Ok(Self { precision, vertices, triangles, modes, zero_modes, reoriented, reduced })
     }
 
     /// Bytes of the whole, exact whatever the counts are.
     fn size(&self) -> u128 {
         let [n, t, m] = [self.vertices, self.triangles, self.modes].map(u128::from);
-        let basis = 6 * n * m * self.precision.number_bytes() as u128;
-        (HEADER + FACTS + 8) as u128 + 25 * n + 12 * t + 24 * m + basis
+        let number = self.precision.number_bytes() as u128;
+        let reduced = self.reduced.map_or(0, |(fields, samples)| {
+            let [fields, samples] = [fields, samples].map(u128::from);
+            8 + 12 * samples + 8 * m * m + 3 * n * fields * number
+        });
+        (self.bytes() + FACTS + 8) as u128 + 25 * n + 12 * t + 24 * m + 6 * n * m * number + reduced
     }
 }
 
@@ -134,7 +178,7 @@ impl Model {
         let size = self.saved_size();
         let refused = |_| Error::new(ErrorKind::OutOfMemory, format!("the saved model needs {size} bytes"));
         out.try_reserve_exact(size).map_err(refused)?;
-        Header::of(self).words().iter().for_each(|word| out.extend(word.to_le_bytes()));
+        Header::of(self).words().for_each(|word| out.extend(word.to_le_bytes()));
         let Self { shell, certificate, .. } = self;
         [self.peak_bytes, certificate.count, certificate.found].iter().for_each(|x| put_u64(&mut out, *x as u64));
         let Material { k_area, k_length, k_bend, area_density } = shell.material;
@@ -147,6 +191,9 @@ impl Model {
         let per_mode = [&self.eigenvalues, &self.largest_rotation, &self.largest_swing];
         per_mode.into_iter().flatten().for_each(|x| x.put(&mut out));
         with_basis!(&self.basis, basis => put_basis(basis, &mut out));
+        if let Some(reduced) = &self.reduced {
+            put_reduced(reduced, shell.mass.len(), &mut out);
+        }
         let sum = xxh3_64(&out);
         put_u64(&mut out, sum);
         debug_assert_eq!(out.len(), size);
@@ -164,7 +211,7 @@ impl Model {
         if xxh3_64(body) != u64::from_le_bytes(sum.try_into().expect("eight bytes")) {
             return invalid("the saved model is damaged: its checksum does not match");
         }
-        Self::restore(&header, Reader { rest: &body[HEADER..] }).map_err(|error| match error.kind {
+        Self::restore(&header, Reader { rest: &body[header.bytes()..] }).map_err(|error| match error.kind {
             ErrorKind::OutOfMemory => error,
             _ => Error::new(ErrorKind::InvalidData, format!("the saved model is not one: {}", error.message)),
         })
@@ -185,6 +232,7 @@ impl Model {
             Precision::F32 => AnyBasis::F32(restore_basis(&shell, &largest_rotation, &mut from)?),
             Precision::F64 => AnyBasis::F64(restore_basis(&shell, &largest_rotation, &mut from)?),
         };
+        let reduced = header.reduced.map(|sizes| restore_reduced(header, sizes, &shell, &mut from)).transpose()?;
         Ok(Self {
             fingerprint: crate::model::fingerprint(&shell, &eigenvalues, header.precision),
             shell: Arc::new(shell),
@@ -194,6 +242,7 @@ impl Model {
             zero_modes: header.zero_modes as usize,
             certificate,
             basis,
+            reduced,
             seconds,
             peak_bytes,
         })
@@ -208,6 +257,18 @@ fn put_basis<T: Real>(basis: &Basis<T>, out: &mut Vec<u8>) {
     for v in 0..basis.n_vertices {
         (0..basis.modes).for_each(|k| basis.stored(k, v).iter().for_each(|x| x.put(out)));
     }
+}
+
+fn put_reduced(reduced: &ReducedShell, n_vertices: usize, out: &mut Vec<u8>) {
+    reduced.fit.put(out);
+    reduced.samples.iter().for_each(|(element, _)| out.extend(element.to_le_bytes()));
+    reduced.samples.iter().for_each(|(_, weight)| weight.put(out));
+    reduced.energy.correction().iter().for_each(|x| x.put(out));
+    with_fields!(&reduced.fields, fields => {
+        for v in 0..n_vertices {
+            (0..fields.n).for_each(|k| fields.stored(k, v).iter().for_each(|x| x.put(out)));
+        }
+    });
 }
 
 /// What is left to read. The size was checked, so that there is always enough.
@@ -325,4 +386,54 @@ fn restore_basis<T: Real>(shell: &Shell, largest_rotation: &[f64], from: &mut Re
         }
     }
     Ok(basis)
+}
+
+/// Samples that are elements with positive weights, D symmetric, and fields that are normed and move nothing that is held.
+fn restore_reduced(header: &Header, sizes: (u32, u32), shell: &Shell, from: &mut Reader) -> Result<ReducedShell> {
+    let ((fields, samples), m) = (sizes, header.modes as usize);
+    let fit = from.number();
+    let index = |row: &[u8]| u32::from_le_bytes(row.try_into().expect("four bytes"));
+    let elements: Vec<u32> = from.take(4 * samples as usize).chunks_exact(4).map(index).collect();
+    let weights = from.numbers(samples);
+    let correction = DMatrix::from_vec(m, m, from.take(8 * m * m).chunks_exact(8).map(f64::get).collect());
+    let ascend = elements.windows(2).all(|pair| pair[0] < pair[1]);
+    if !ascend || elements.last().is_some_and(|&e| e as usize >= shell.energy.n_elements()) {
+        return invalid("its sampled elements do not ascend, or are none of its shell's");
+    }
+    if !(weights.iter().all(|w| w.is_finite() && *w > 0.0) && fit.is_finite() && fit >= 0.0) {
+        return invalid("a weight of its samples is not positive");
+    }
+    if !correction.iter().all(|x| x.is_finite()) || correction != correction.transpose() {
+        return invalid("the correction of its rest stiffness is not symmetric");
+    }
+    let fields = match header.precision {
+        Precision::F32 => AnyFields::F32(restore_fields(shell, fields as usize, from)?),
+        Precision::F64 => AnyFields::F64(restore_fields(shell, fields as usize, from)?),
+    };
+    let samples = elements.into_iter().zip(weights).collect();
+    let mut reduced = ReducedShell::assemble(shell, fields, samples, correction)?;
+    reduced.fit = fit;
+    Ok(reduced)
+}
+
+fn restore_fields<T: Real>(shell: &Shell, n: usize, from: &mut Reader) -> Result<Fields<T>> {
+    let row = 3 * T::BYTES;
+    let bytes = from.take(shell.mass.len() * n * row);
+    let mut fields = Fields::<T>::new(&shell.mesh.positions, n, shell.total_mass)?;
+    let mut norms = vec![0.0; n];
+    for (i, row) in bytes.chunks_exact(row).enumerate() {
+        let (v, k) = (i / n, i % n);
+        let stored: [T; 3] = std::array::from_fn(|c| T::get(&row[c * T::BYTES..(c + 1) * T::BYTES]));
+        let square: f64 = stored.iter().map(|x| x.to_f64() * x.to_f64()).sum();
+        let moves = shell.mass[v] > 0.0 && !shell.held[v];
+        if !square.is_finite() || !(moves || square == 0.0) {
+            return invalid(format!("field {k} is not finite at vertex {v}, or moves it though it is held"));
+        }
+        norms[k] += shell.mass[v] / shell.total_mass * square;
+        fields.set_stored(k, v, stored);
+    }
+    match norms.iter().position(|norm| (norm - 1.0).abs() > NORM_ERROR) {
+        Some(k) => invalid(format!("field {k} has the norm {:e}", norms[k])),
+        None => Ok(fields),
+    }
 }

@@ -268,6 +268,16 @@ impl Constraints {
         self.items.iter().zip(&self.outcomes)
     }
 
+    /// Held axes of all together.
+    pub fn rows(&self) -> usize {
+        self.first_row[self.items.len()]
+    }
+
+    /// Takes down what a step that is not known to be good yet made of each.
+    pub fn take_down(&mut self, outcome: impl FnMut(&Constraint) -> Outcome) {
+        self.concluded.iter_mut().zip(self.items.iter().map(outcome)).for_each(|(to, outcome)| *to = outcome);
+    }
+
     /// Adds a constraint, or replaces the one with its id. Moving a target does not allocate.
     pub fn set(&mut self, constraint: Constraint, n_vertices: usize) -> Result<()> {
         let Constraint { id, vertex, axes, compliance, .. } = constraint;

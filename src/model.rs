@@ -2,6 +2,7 @@
 
 use crate::modes::{Certificate, Modes, PHASES, Phase, Progress, lowest_modes};
 use crate::real::Real;
+use crate::reduced::{self, ReducedShell};
 use crate::step::Guard;
 use crate::warp::{Basis, ModalRotation};
 use crate::{Error, ErrorKind, Result, Shell, Vec3, wide_norm};
@@ -37,11 +38,13 @@ pub struct Options {
     pub precision: Precision,
     /// Gravity (frame axes) under which the shell hangs at rest where it is linearised; zero = the rest shape.
     pub sag: Vec3,
+    /// The reduced discrete shell beside the warp.
+    pub reduced: reduced::Options,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { modes: 16, precision: Precision::F32, sag: Vec3::zeros() }
+        Self { modes: 16, precision: Precision::F32, sag: Vec3::zeros(), reduced: reduced::Options::default() }
     }
 }
 
@@ -80,6 +83,8 @@ pub struct Model {
     pub certificate: Certificate,
     /// Φ and Ψ.
     pub basis: AnyBasis,
+    /// The reduced discrete shell, if it was asked for.
+    pub reduced: Option<ReducedShell>,
     /// Seconds by [`Phase`].
     pub seconds: [f64; PHASES],
     /// Estimate of the most memory held at once during precompute, bytes.
@@ -110,8 +115,13 @@ impl Model {
             let message = "the mode shapes leave the floating-point range: choose other units, or 64-bit precision";
             return Err(Error::new(ErrorKind::Numerical, message));
         }
+        let reduced = match options.reduced.fields {
+            0 => None,
+            _ => Some(ReducedShell::precompute(&shell, &modes, &options.reduced, options.precision, &mut progress)?),
+        };
         let fingerprint = fingerprint(&shell, &modes.eigenvalues, options.precision);
         Ok(Self {
+            reduced,
             shell,
             eigenvalues: modes.eigenvalues,
             largest_rotation,
@@ -159,7 +169,8 @@ impl Model {
         let mesh = &self.shell.mesh;
         let vertices = mesh.positions.len() * (size_of::<Vec3>() + size_of::<f64>() + size_of::<u32>() + 1);
         let connectivity = mesh.triangles.len() * 12 + mesh.edges.len() * 16;
-        with_basis!(&self.basis, basis => basis.bytes()) + vertices + connectivity + 8 * self.n_modes()
+        let reduced = self.reduced.as_ref().map_or(0, ReducedShell::bytes);
+        with_basis!(&self.basis, basis => basis.bytes()) + vertices + connectivity + 8 * self.n_modes() + reduced
     }
 }
 

@@ -169,7 +169,7 @@ fn every_truncation_and_every_flipped_bit_is_noticed() {
 #[test]
 fn another_version_and_another_byte_order_are_named() {
     let bytes = small_model(Precision::F32).save().unwrap();
-    assert!(refused(&patched(&bytes, 4, &2u32.to_le_bytes()), "version 2").contains("version 2"));
+    assert!(refused(&patched(&bytes, 4, &3u32.to_le_bytes()), "version 3").contains("version 3"));
     assert!(refused(&patched(&bytes, 4, &0u32.to_le_bytes()), "version 0").contains("version 0"));
     assert!(refused(&patched(&bytes, 8, &[1, 2, 3, 4]), "big-endian").contains("byte-order mark 0x04030201"));
     let mut state = State::new(Arc::new(small_model(Precision::F32)), Method::Warp, Integrator::Exact).unwrap();

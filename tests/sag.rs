@@ -9,7 +9,7 @@ use shellwarp::{Error, ErrorKind, Material, Mesh, Shell, Supports, Vec3};
 use std::sync::Arc;
 
 fn model(shell: &Arc<Shell>, sag: Vec3) -> Arc<Model> {
-    let options = Options { modes: 8, precision: Precision::F64, sag };
+    let options = Options { modes: 8, precision: Precision::F64, sag, ..Options::default() };
     Arc::new(Model::precompute(shell.clone(), &options, &mut |_, _| Ok(())).unwrap())
 }
 

@@ -104,7 +104,7 @@ fn constraint_of(desc: &SwConstraintDesc) -> Result<Constraint, Fault> {
 /// sw_state_report, hold only the axes that matter, or give a compliance.
 ///
 /// Constraints are cloned with a state and survive its reset and loading, but are not saved. Allocates unless it replaces one of the same
-/// axes. A nonlinear shell takes none: SW_ERROR_UNSUPPORTED.
+/// axes. A nonlinear shell takes none, a reduced one positions only: SW_ERROR_UNSUPPORTED.
 /// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_BUSY.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn sw_state_set_constraint(state: *mut SwState, desc: *const SwConstraintDesc) -> SwStatus {

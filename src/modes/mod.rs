@@ -13,6 +13,7 @@ mod search;
 mod stiffness;
 
 pub use canonical::{REPEATED, repeated};
+pub use dense::symmetric_eigen;
 pub use stiffness::{ScaledStiffness, entries};
 
 use crate::energy::rest_quadratic_form;
@@ -48,7 +49,7 @@ pub enum Phase {
     Modes,
     /// Inertia count and residuals.
     Certificate,
-    /// Modal rotations and run-time layout.
+    /// Modal rotations, run-time layout, and the reduced shell.
     Rotation,
 }
 

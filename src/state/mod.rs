@@ -2,9 +2,10 @@
 
 mod modal;
 mod nodal;
+mod reduced;
 mod saved;
 
-use crate::constraint::{Constraint, Outcome};
+use crate::constraint::{Constraint, Constraints, Outcome};
 use crate::error::{require_finite, require_non_negative};
 use crate::load::{Loads, Moving, Wind};
 use crate::reference::Rayleigh;
@@ -16,6 +17,7 @@ use crate::{Error, ErrorKind, Model, Result, Vec3};
 use modal::Modal;
 use nalgebra::UnitQuaternion;
 use nodal::Nodal;
+use reduced::Reduced;
 use std::sync::Arc;
 
 /// How a shell moves.
@@ -31,6 +33,8 @@ pub enum Method {
     ImplicitShell,
     /// The full nonlinear shell by symplectic Euler; steps must be short.
     ExplicitShell,
+    /// The reduced nonlinear shell, u = Bq, by BDF2 ([`crate::reduced`]).
+    ReducedShell,
 }
 
 /// Axes in which output is given.
@@ -79,6 +83,7 @@ pub const ROTATION_RANGE: f64 = std::f64::consts::FRAC_PI_2;
 enum Dynamics {
     Modal(Box<Modal>),
     Nodal(Box<Nodal>),
+    Reduced(Box<Reduced>),
 }
 
 /// Room for loads beside gravity: positions, velocities, and forces first in world, then in frame axes (n_vertices each).
@@ -113,6 +118,7 @@ const WIND_ROUNDS: usize = 100;
 enum Unknowns {
     Modal(Vec<f64>, Vec<f64>),
     Nodal(Vec<Vec3>, Vec<Vec3>),
+    Reduced(reduced::Motion),
 }
 
 impl Dynamics {
@@ -120,6 +126,7 @@ impl Dynamics {
         match self {
             Self::Modal(modal) => Unknowns::Modal(modal.q.clone(), modal.q_dot.clone()),
             Self::Nodal(nodal) => Unknowns::Nodal(nodal.u.clone(), nodal.velocity.clone()),
+            Self::Reduced(reduced) => Unknowns::Reduced(reduced.motion.clone()),
         }
     }
 
@@ -128,6 +135,7 @@ impl Dynamics {
         match (self, motion) {
             (Self::Modal(modal), Unknowns::Modal(q, q_dot)) => (modal.q, modal.q_dot) = (q, q_dot),
             (Self::Nodal(nodal), Unknowns::Nodal(u, velocity)) => (nodal.u, nodal.velocity) = (u, velocity),
+            (Self::Reduced(reduced), Unknowns::Reduced(motion)) => reduced.motion = motion,
             _ => unreachable!("a state keeps its kind of unknowns"),
         }
     }
@@ -136,6 +144,7 @@ impl Dynamics {
         match self {
             Self::Modal(modal) => modal.q_dot.fill(0.0),
             Self::Nodal(nodal) => nodal.velocity.fill(Vec3::zeros()),
+            Self::Reduced(reduced) => reduced.stop(),
         }
     }
 
@@ -149,6 +158,30 @@ impl Dynamics {
         match self {
             Self::Modal(modal) => modal.settle(model, load, external, pose),
             Self::Nodal(nodal) => nodal.settle(model, load, external),
+            Self::Reduced(reduced) => reduced.settle(model, load, external, pose),
+        }
+    }
+
+    fn constraints(&self) -> Option<&Constraints> {
+        match self {
+            Self::Modal(modal) => Some(&modal.constraints),
+            Self::Nodal(_) => None,
+            Self::Reduced(reduced) => Some(&reduced.constraints),
+        }
+    }
+
+    fn constraints_mut(&mut self) -> Option<&mut Constraints> {
+        match self {
+            Self::Modal(modal) => Some(&mut modal.constraints),
+            Self::Nodal(_) => None,
+            Self::Reduced(reduced) => Some(&mut reduced.constraints),
+        }
+    }
+
+    /// After constraints have gone.
+    fn make_room(&mut self) {
+        if let Self::Reduced(reduced) = self {
+            reduced.make_room();
         }
     }
 }
@@ -168,6 +201,7 @@ impl State {
             Method::LinearModalAnalysis => modal(ForceLaw::Linear),
             Method::ImplicitShell => Dynamics::Nodal(Box::new(Nodal::new(&model, false)?)),
             Method::ExplicitShell => Dynamics::Nodal(Box::new(Nodal::new(&model, true)?)),
+            Method::ReducedShell => Dynamics::Reduced(Box::new(Reduced::new(&model)?)),
         };
         Ok(Self {
             dynamics,
@@ -187,6 +221,7 @@ impl State {
         let dynamics = match &self.dynamics {
             Dynamics::Modal(modal) => Dynamics::Modal(modal.clone()),
             Dynamics::Nodal(nodal) => Dynamics::Nodal(Box::new(nodal.try_clone()?)),
+            Dynamics::Reduced(reduced) => Dynamics::Reduced(reduced.clone()),
         };
         Ok(Self {
             model: self.model.clone(),
@@ -210,7 +245,7 @@ impl State {
     pub fn amplitudes(&self) -> Result<(&[f64], &[f64])> {
         match &self.dynamics {
             Dynamics::Modal(modal) => Ok((&modal.q, &modal.q_dot)),
-            Dynamics::Nodal(_) => unsupported("amplitudes"),
+            Dynamics::Nodal(_) | Dynamics::Reduced(_) => unsupported("amplitudes"),
         }
     }
 
@@ -229,6 +264,7 @@ impl State {
         match &mut self.dynamics {
             Dynamics::Modal(modal) => modal.reset(),
             Dynamics::Nodal(nodal) => nodal.reset(),
+            Dynamics::Reduced(reduced) => reduced.reset(),
         }
         self.time = 0.0;
         self.frame = Frame::at_rest(self.frame.target);
@@ -281,13 +317,24 @@ impl State {
                 nodal.damping = Rayleigh { mass: xi, stiffness: zeta };
                 Ok(())
             }
-            Dynamics::Modal(_) if given > 1 && given != modes => {
+            _ if given > 1 && given != modes => {
                 Err(Error::argument(format!("{given} damping ratios for {modes} modes: give none, 1 or {modes}")))
             }
-            Dynamics::Modal(modal) => {
+            dynamics => {
                 let ratio = |k: usize| damping.ratios.get(k).or(damping.ratios.first()).copied().unwrap_or(0.0);
-                let coefficient = |(k, lambda): (usize, &f64)| xi + zeta * lambda + 2.0 * ratio(k) * lambda.sqrt();
-                modal.damping = eigenvalues.iter().enumerate().map(coefficient).collect();
+                let by_ratio = |(k, lambda): (usize, &f64)| 2.0 * ratio(k) * lambda.sqrt();
+                let of_modes = eigenvalues.iter().enumerate();
+                match dynamics {
+                    Dynamics::Modal(modal) => {
+                        modal.damping =
+                            of_modes.map(|(k, lambda)| xi + zeta * lambda + by_ratio((k, lambda))).collect();
+                    }
+                    Dynamics::Reduced(reduced) => {
+                        reduced.damping = Rayleigh { mass: xi, stiffness: zeta };
+                        reduced.modal_damping = of_modes.map(by_ratio).collect();
+                    }
+                    Dynamics::Nodal(_) => unreachable!("dealt with above"),
+                }
                 Ok(())
             }
         }
@@ -297,33 +344,29 @@ impl State {
     pub fn set_constraint(&mut self, constraint: Constraint) -> Result<()> {
         match &mut self.dynamics {
             Dynamics::Modal(modal) => modal.constraints.set(constraint, self.model.shell.mass.len()),
+            Dynamics::Reduced(reduced) => reduced.set_constraint(constraint, self.model.shell.mass.len()),
             Dynamics::Nodal(_) => unsupported("constraints"),
         }
     }
 
     /// Removes a constraint. Fails if there is none with this id.
     pub fn clear_constraint(&mut self, id: u32) -> Result<()> {
-        let found = match &mut self.dynamics {
-            Dynamics::Modal(modal) => modal.constraints.clear(id),
-            Dynamics::Nodal(_) => false,
-        };
+        let found = self.dynamics.constraints_mut().is_some_and(|constraints| constraints.clear(id));
+        self.dynamics.make_room();
         if found { Ok(()) } else { Err(Error::argument(format!("there is no constraint {id}"))) }
     }
 
     /// Removes all constraints.
     pub fn clear_constraints(&mut self) {
-        if let Dynamics::Modal(modal) = &mut self.dynamics {
-            modal.constraints.clear_all();
+        if let Some(constraints) = self.dynamics.constraints_mut() {
+            constraints.clear_all();
         }
+        self.dynamics.make_room();
     }
 
     /// The constraints, by ascending id, with what the last step made of them.
     pub fn constraints(&self) -> impl Iterator<Item = (&Constraint, &Outcome)> {
-        let constraints = match &self.dynamics {
-            Dynamics::Modal(modal) => Some(&modal.constraints),
-            Dynamics::Nodal(_) => None,
-        };
-        constraints.into_iter().flat_map(|c| c.report())
+        self.dynamics.constraints().into_iter().flat_map(|c| c.report())
     }
 
     /// Where the support frame is at the end of the next step. Set for the first time since creation or reset, and before any
@@ -371,6 +414,7 @@ impl State {
         match dynamics {
             Dynamics::Modal(modal) => modal.step(model, &load, external, &frame.pose, h)?,
             Dynamics::Nodal(nodal) => nodal.step(model, &load, external, h)?,
+            Dynamics::Reduced(reduced) => reduced.step(model, &load, external, &frame.pose, h)?,
         }
         self.frame = frame;
         self.time += h;
@@ -385,6 +429,7 @@ impl State {
         match &self.dynamics {
             Dynamics::Modal(_) => 200 + vertices * (1 + self.model.n_modes() as u64 / 3),
             Dynamics::Nodal(nodal) => vertices * if nodal.is_explicit() { 300 } else { 20_000 },
+            Dynamics::Reduced(_) => self.model.reduced.as_ref().map_or(0, |reduced| reduced.step_nanoseconds()),
         }
     }
 
@@ -421,6 +466,7 @@ impl State {
             match &self.dynamics {
                 Dynamics::Modal(modal) => modal.visit_motion(&self.model, place),
                 Dynamics::Nodal(nodal) => (0..nodal.u.len()).for_each(|v| place(v, nodal.u[v], nodal.velocity[v])),
+                Dynamics::Reduced(reduced) => reduced.visit_motion(&self.model, place),
             }
         }
         let moving = Moving { x: &scratch.x, v: &scratch.v };
@@ -433,15 +479,12 @@ impl State {
     /// not pass. Returns the residual relative to the load, and the iterations. Fails, changing nothing, when none is found.
     pub fn equilibrium(&mut self) -> Result<(f64, usize)> {
         let before = self.dynamics.motion();
-        let constraints = match &self.dynamics {
-            Dynamics::Modal(modal) => Some(modal.constraints.clone()), // with what the last step made of them
-            Dynamics::Nodal(_) => None,
-        };
+        let constraints = self.dynamics.constraints().cloned(); // with what the last step made of them
         let found = self.settle();
         if found.is_err() {
             self.dynamics.set_motion(before);
-            if let (Dynamics::Modal(modal), Some(constraints)) = (&mut self.dynamics, constraints) {
-                modal.constraints = constraints;
+            if let (Some(present), Some(constraints)) = (self.dynamics.constraints_mut(), constraints) {
+                *present = constraints;
             }
             return found;
         }
@@ -511,6 +554,7 @@ impl State {
         match &self.dynamics {
             Dynamics::Modal(modal) => modal.positions(&self.model, &placement, write),
             Dynamics::Nodal(nodal) => nodal.positions(&self.model, &placement, |v, x| write(v, &[x.into()])),
+            Dynamics::Reduced(reduced) => reduced.positions(&self.model, &placement, |v, x| write(v, &[x.into()])),
         }
     }
 
@@ -520,6 +564,7 @@ impl State {
         let placement = self.placement(space);
         match &self.dynamics {
             Dynamics::Modal(modal) => modal.positions_f32(&self.model, &placement, write),
+            Dynamics::Reduced(reduced) => reduced.positions_f32(&self.model, &placement, write),
             Dynamics::Nodal(nodal) => {
                 nodal.positions(&self.model, &placement, |v, x| write(v, &[[x.x as f32, x.y as f32, x.z as f32]]));
             }
@@ -546,6 +591,9 @@ impl State {
             Dynamics::Nodal(nodal) => {
                 nodal.rotations(&self.model).into_iter().enumerate().for_each(|(v, r)| write(v, frame * r));
             }
+            Dynamics::Reduced(reduced) => {
+                reduced.rotations(&self.model).into_iter().enumerate().for_each(|(v, r)| write(v, frame * r));
+            }
         }
     }
 
@@ -557,6 +605,9 @@ impl State {
                 (extent, modal.energies(&self.model), modal.constraint_work)
             }
             Dynamics::Nodal(nodal) => (nodal.extent(&self.model, ROTATION_RANGE), nodal.energies(&self.model), 0.0),
+            Dynamics::Reduced(reduced) => {
+                (reduced.extent(&self.model, ROTATION_RANGE), reduced.energies(&self.model), reduced.constraint_work)
+            }
         };
         Report {
             time: self.time,
@@ -571,6 +622,6 @@ impl State {
 
     /// Whether the present pose is one that the method describes well: always for the nonlinear shell.
     pub fn in_range(&self, report: &Report) -> bool {
-        matches!(self.dynamics, Dynamics::Nodal(_)) || report.max_rotation <= ROTATION_RANGE
+        !matches!(self.dynamics, Dynamics::Modal(_)) || report.max_rotation <= ROTATION_RANGE
     }
 }

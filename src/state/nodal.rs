@@ -3,7 +3,7 @@
 use crate::reference::{Rayleigh, Solver};
 use crate::step::modal_force::BodyLoad;
 use crate::warp::{Extent, Placement};
-use crate::{Error, ErrorKind, Model, Result, Vec3};
+use crate::{Error, ErrorKind, Mesh, Model, Result, Vec3};
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
 
 /// Past this displacement, in units of the model's size, a shell has no meaning left; its energy has room for the fourth power.
@@ -122,10 +122,7 @@ impl Nodal {
 
     /// How far it is bent; `limit` is an angle.
     pub fn extent(&self, model: &Model, limit: f64) -> Extent {
-        let displacement = self.u.iter().map(|u| u.norm_squared()).fold(0.0, f64::max);
-        let angles: Vec<f64> = self.rotations(model).iter().map(|r| r.angle()).collect();
-        let rotation = angles.iter().fold(0.0, |largest: f64, angle| largest.max(angle * angle));
-        Extent { displacement, rotation, beyond: angles.iter().filter(|angle| **angle > limit).count() }
+        extent(&model.shell.mesh, &self.u, limit)
     }
 
     /// Elastic and kinetic energy.
@@ -136,21 +133,34 @@ impl Nodal {
 
     /// Rotation of each vertex from rest: the mean of its triangles', each from the frame of its first edge and normal.
     pub fn rotations(&self, model: &Model) -> Vec<UnitQuaternion<f64>> {
-        let mesh = &model.shell.mesh;
-        let mut sums = vec![nalgebra::Quaternion::from_parts(0.0, Vec3::zeros()); self.u.len()];
-        for t in &mesh.triangles {
-            let corners = t.map(|v| v as usize);
-            let turned = triangle_frame(corners.map(|v| mesh.positions[v] + self.u[v]));
-            let rest = triangle_frame(corners.map(|v| mesh.positions[v]));
-            let turn = Rotation3::from_matrix_unchecked(turned * rest.transpose());
-            let q = UnitQuaternion::from_rotation_matrix(&turn).into_inner();
-            for v in corners {
-                let same_side = sums[v].dot(&q) >= 0.0; // q and −q are one rotation
-                sums[v] += if same_side { q } else { -q };
-            }
-        }
-        sums.into_iter().map(|q| UnitQuaternion::try_new(q, 1e-12).unwrap_or_else(UnitQuaternion::identity)).collect()
+        rotations(&model.shell.mesh, &self.u)
     }
+}
+
+/// Rotation of each vertex from rest to the displacements `u`: the mean of its triangles', each from the frame of its first edge and
+/// normal.
+pub fn rotations(mesh: &Mesh, u: &[Vec3]) -> Vec<UnitQuaternion<f64>> {
+    let mut sums = vec![nalgebra::Quaternion::from_parts(0.0, Vec3::zeros()); u.len()];
+    for t in &mesh.triangles {
+        let corners = t.map(|v| v as usize);
+        let turned = triangle_frame(corners.map(|v| mesh.positions[v] + u[v]));
+        let rest = triangle_frame(corners.map(|v| mesh.positions[v]));
+        let turn = Rotation3::from_matrix_unchecked(turned * rest.transpose());
+        let q = UnitQuaternion::from_rotation_matrix(&turn).into_inner();
+        for v in corners {
+            let same_side = sums[v].dot(&q) >= 0.0; // q and −q are one rotation
+            sums[v] += if same_side { q } else { -q };
+        }
+    }
+    sums.into_iter().map(|q| UnitQuaternion::try_new(q, 1e-12).unwrap_or_else(UnitQuaternion::identity)).collect()
+}
+
+/// How far displacements `u` bend a shell; `limit` is an angle.
+pub fn extent(mesh: &Mesh, u: &[Vec3], limit: f64) -> Extent {
+    let displacement = u.iter().map(|u| u.norm_squared()).fold(0.0, f64::max);
+    let angles: Vec<f64> = rotations(mesh, u).iter().map(|r| r.angle()).collect();
+    let rotation = angles.iter().fold(0.0, |largest: f64, angle| largest.max(angle * angle));
+    Extent { displacement, rotation, beyond: angles.iter().filter(|angle| **angle > limit).count() }
 }
 
 /// Unit axes along the first edge, in the plane, and along the normal; the identity for a collapsed triangle.

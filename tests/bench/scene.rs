@@ -61,6 +61,7 @@ pub fn model(n: usize, modes: usize, double: bool) -> Arc<Model> {
         zero_modes: 0,
         certificate: Certificate { residual: 0.0, orthonormality: 0.0, shift: 0.0, count: modes, found: modes },
         basis,
+        reduced: None,
         seconds: Default::default(),
         peak_bytes: 0,
         fingerprint: 0,

@@ -41,6 +41,7 @@ SW_METHOD_LMA = 2
 SW_METHOD_SHELL_IMPLICIT = 3
 SW_METHOD_SHELL_EXPLICIT = 4
 SW_METHOD_WARP_VIRTUAL_WORK = 5
+SW_METHOD_REDUCED_SHELL = 6
 SW_INTEGRATOR_IMPLICIT_EULER = 1
 SW_INTEGRATOR_EXACT = 2
 SW_SPACE_WORLD = 0
@@ -137,6 +138,11 @@ class SwPrecomputeDesc(Structure):
         ("progress", SwProgressFn),
         ("progress_user", c_void_p),
         ("sag_gravity", c_double * 3),
+        ("reduced_fields", c_uint32),
+        ("reduced_elements", c_uint32),
+        ("reduced_poses", c_uint32),
+        ("reduced_flags", c_uint32),
+        ("reduced_gravity", c_double),
     ]
 
 
@@ -168,6 +174,9 @@ class SwModelInfo(Structure):
         ("bytes_model", c_uint64),
         ("bytes_state", c_uint64),
         ("bytes_precompute_peak", c_uint64),
+        ("reduced_fields", c_uint32),
+        ("reduced_elements", c_uint32),
+        ("reduced_residual", c_double),
     ]
 
 
