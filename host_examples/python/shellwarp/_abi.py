@@ -8,6 +8,7 @@ SW_FEATURE_WIND = 2
 SW_FEATURE_SAVED_MODELS = 4
 SW_FEATURE_F64_BASIS = 8
 SW_FEATURE_I16_BASIS = 16
+SW_FEATURE_REDUCED_SHELL = 32
 SW_FORMAT_F32 = 1
 SW_FORMAT_F64 = 2
 SW_LOG_INFO = 1
@@ -48,6 +49,7 @@ SW_METHOD_LMA = 2
 SW_METHOD_SHELL_IMPLICIT = 3
 SW_METHOD_SHELL_EXPLICIT = 4
 SW_METHOD_WARP_VIRTUAL_WORK = 5
+SW_METHOD_REDUCED_SHELL = 6
 SW_INTEGRATOR_IMPLICIT_EULER = 1
 SW_INTEGRATOR_EXACT = 2
 SW_SPACE_WORLD = 0
@@ -152,6 +154,11 @@ class SwPrecomputeDesc(Structure):
         ("handles", c_void_p),
         ("n_handles", c_uint32),
         ("reserved", c_uint32),
+        ("reduced_fields", c_uint32),
+        ("reduced_elements", c_uint32),
+        ("reduced_poses", c_uint32),
+        ("reduced_flags", c_uint32),
+        ("reduced_gravity", c_double),
     ]
 
 
@@ -186,6 +193,9 @@ class SwModelInfo(Structure):
         ("basis_rounding", c_double),
         ("truncation_bound", c_double),
         ("effective_mass", c_double * 3),
+        ("reduced_fields", c_uint32),
+        ("reduced_elements", c_uint32),
+        ("reduced_residual", c_double),
     ]
 
 
