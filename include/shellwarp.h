@@ -46,6 +46,9 @@
 // SW_PRECISION_I16.
 #define SW_FEATURE_I16_BASIS 16
 
+// SW_METHOD_REDUCED_SHELL and reduced_fields.
+#define SW_FEATURE_REDUCED_SHELL 32
+
 // 32-bit floating point.
 #define SW_FORMAT_F32 1
 
@@ -127,7 +130,7 @@
 // Inertia count and residuals.
 #define SW_PHASE_CERTIFICATE 4
 
-// Modal rotations and run-time layout.
+// Modal rotations, run-time layout, and the reduced shell.
 #define SW_PHASE_ROTATION 5
 
 // Number of phases.
@@ -169,6 +172,11 @@
 // Modal warping with the exact modal force of its own positions, (du/dq)^T F: dead loads are conservative. A step costs up
 // to twice that of SW_METHOD_WARP.
 #define SW_METHOD_WARP_VIRTUAL_WORK 5
+
+// The full nonlinear energy on a few displacement fields, u = B q, by BDF2 and Newton's method, of a model precomputed with
+// reduced_fields: a fraction of the warp's error, without its limit of rotation, at a step's cost that hardly grows with the mesh.
+// No amplitudes, and constraints on positions only; damping by the stiffness of the present shape. The integrator is its own.
+#define SW_METHOD_REDUCED_SHELL 6
 
 // Backward Euler: first order, stable for every step, damps what the step does not resolve.
 #define SW_INTEGRATOR_IMPLICIT_EULER 1
@@ -238,6 +246,9 @@
 
 // The nonlinear shell.
 #define SW_PART_NONLINEAR_SHELL 10
+
+// The reduced nonlinear shell.
+#define SW_PART_REDUCED_SHELL 11
 
 // Length of SwPlanPart::reason, the closing NUL included.
 #define SW_PLAN_REASON_SIZE 120
@@ -373,6 +384,21 @@ typedef struct SwPrecomputeDesc {
   uint32_t n_handles;
   // Must be 0.
   uint32_t reserved;
+  // Displacement fields beyond the modes for SW_METHOD_REDUCED_SHELL, which needs some; 0 = none, and the model takes no more
+  // time and memory than without. 40 suit 8 modes; modes and fields are at most 128 together. The shell must be held so
+  // that nothing moves freely, and sag_gravity be zero.
+  uint32_t reduced_fields;
+  // Triangles, edges and hinges, together, that stand for all in its steps, whose cost grows with their number; 0 = as many as
+  // leave out 1 % of the elastic forces, but at most 16 per field.
+  uint32_t reduced_elements;
+  // Equilibria of the full shell that its fields are trained on, of gravity, pressure and pulls at points in turn; at most 52 are used.
+  // Each takes as long as a static solution of SW_METHOD_SHELL_IMPLICIT. 0 = none: the fields are the modes' own derivatives.
+  uint32_t reduced_poses;
+  // Must be 0.
+  uint32_t reduced_flags;
+  // Strength of the gravity that its scenes will have, acceleration, from which the loads of the training follow; 0 = what bends
+  // the shell by a quarter of its size to first order.
+  double reduced_gravity;
 } SwPrecomputeDesc;
 
 // Facts about a model. The caller sets struct_size with sw_model_info_init.
@@ -440,6 +466,12 @@ typedef struct SwModelInfo {
   // Share of the mass that moves which the modes carry along x, y, z of the frame: far below 1, modes are missing for loads along
   // that axis.
   double effective_mass[3];
+  // Fields of SW_METHOD_REDUCED_SHELL beyond the modes; fewer than asked for where these span no more. 0 = it has none.
+  uint32_t reduced_fields;
+  // Elements that stand for all there.
+  uint32_t reduced_elements;
+  // What these leave of the elastic forces and the rest stiffness that they were chosen by, relative.
+  double reduced_residual;
 } SwModelInfo;
 
 // How a state moves.
@@ -494,7 +526,7 @@ typedef struct SwStateReport {
   // Set by sw_state_report_init.
   uint32_t struct_size;
   // 1 while max_rotation is at most a quarter turn, where a modal method's own error reaches a fifth of the displacement;
-  // always 1 for a nonlinear shell.
+  // always 1 for a nonlinear shell, reduced or not.
   uint32_t in_range;
   // Seconds stepped since creation or reset.
   double time;
@@ -616,7 +648,8 @@ typedef struct SwPlanPart {
   // Bytes held for it by the model or the state, whether used or not.
   uint64_t bytes;
   // Estimate of the instructions of the step, on registers of 8 numbers of 32 bits (AVX2); 0 when left out. Mostly within a
-  // quarter for modal methods (docs/leave_out.md), a rough guess for an implicit step of a nonlinear shell.
+  // quarter for modal methods (docs/leave_out.md), a rough guess for an implicit step of a nonlinear shell,
+  // reduced or not.
   double operations;
   // Why it is used, or was left out; NUL-terminated.
   char reason[SW_PLAN_REASON_SIZE];
@@ -750,8 +783,9 @@ SwStatus sw_model_frequencies(const struct SwModel *model,
                               uint32_t *count);
 
 // Saves a precomputed model, so that sw_model_load gives it back without another precompute: about 24 bytes per vertex and
-// mode (48 with SW_PRECISION_F64, 12 with SW_PRECISION_I16) and 49 per vertex, or 73 with sag_gravity. Two calls: with `bytes`
-// NULL and `capacity` 0 only *size is written.
+// mode (48 with SW_PRECISION_F64, 12 with SW_PRECISION_I16) and 49 per vertex, or 73 with sag_gravity; 12 (24 with
+// SW_PRECISION_F64) more per vertex and mode or field of a reduced shell. Two calls: with `bytes` NULL and `capacity` 0 only *size
+// is written.
 // Nothing of a state is saved (sw_state_save). Callable concurrently.
 // Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_NOT_PRECOMPUTED, SW_ERROR_BUFFER_SIZE when capacity < *size,
 // SW_ERROR_OUT_OF_MEMORY, SW_ERROR_BUSY.
@@ -801,7 +835,7 @@ void sw_state_report_init(struct SwStateReport *report);
 // world's origin. The state keeps alive what it needs of the model. Callable concurrently on one model.
 // On success *state is a new handle, to be given to sw_state_destroy; on failure it is untouched.
 // Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_NOT_PRECOMPUTED, SW_ERROR_UNSUPPORTED for a warp on a model
-// with SW_PRECOMPUTE_LINEAR, SW_ERROR_BUSY.
+// with SW_PRECOMPUTE_LINEAR and for SW_METHOD_REDUCED_SHELL on a model without reduced_fields, SW_ERROR_BUSY.
 SwStatus sw_state_create(const struct SwModel *model,
                          const struct SwStateDesc *desc,
                          struct SwState **state);
@@ -916,7 +950,8 @@ SwStatus sw_state_rotations(const struct SwState *state,
 SwStatus sw_state_report(const struct SwState *state,
                          struct SwStateReport *report);
 
-// Saves the dynamic state (time, frame, amplitudes and rates, constraint work), 952 bytes at 50 modes; loads, damping and
+// Saves the dynamic state (time, frame, amplitudes and rates, constraint work), 952 bytes at 50 modes, 160 and
+// 32 a field or mode of a reduced shell; loads, damping and
 // constraints are inputs and not saved. Two calls: with `bytes` NULL and `capacity` 0 only *size is written. Callable concurrently.
 // Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_BUFFER_SIZE when capacity < *size, SW_ERROR_BUSY.
 SwStatus sw_state_save(const struct SwState *state,
@@ -972,7 +1007,7 @@ void sw_constraint_desc_init(struct SwConstraintDesc *desc);
 // rotations at the vertex. An explicit step sets positions, so a handle should move by little in each.
 //
 // Constraints are cloned with a state and survive its reset and loading, but are not saved. Allocates unless it replaces one of the same
-// axes.
+// axes. A reduced shell takes positions only: SW_ERROR_UNSUPPORTED.
 // Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_BUSY.
 SwStatus sw_state_set_constraint(struct SwState *state,
                                  const struct SwConstraintDesc *desc);

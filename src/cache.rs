@@ -22,6 +22,7 @@
 //! |---|---|
 //! | "SAGS" | gravity, positions where the shell hangs under it: (3 + 3n) × f64; the modes are those of this shape |
 //! | "UNIT" | what an entry of one stands for, in Φ√M and in Ψ√M, of each mode: 2m × f64; the basis is of i16, in 2⁻¹⁶ of these |
+//! | "REDU" | the reduced shell: see `reduced/saved.rs` |
 //!
 //! A section that this library does not know is an error: the model would mean something else without it.
 //!
@@ -36,6 +37,7 @@ use crate::mesh::Mesh;
 use crate::model::{AnyBasis, Precision, with_basis};
 use crate::modes::{Certificate, MAX_MODES, PHASES};
 use crate::real::Real;
+use crate::reduced::ReducedShell;
 use crate::warp::{Basis, Entry};
 use crate::{Error, ErrorKind, Material, Model, Result, Shell, Supports, Vec3};
 use std::sync::Arc;
@@ -58,6 +60,8 @@ const SECTION_FRONT: usize = 16;
 const SAG: Tag = *b"SAGS";
 /// Units of a basis in 16 bits.
 const UNITS: Tag = *b"UNIT";
+/// The reduced shell.
+const REDUCED: Tag = *b"REDU";
 
 /// Φᵀ M Φ of a mode may differ from 1 by this, f32 leaves 1e-7, and by what 16 bits leave of a large Φ, up to a bound.
 const NORM_ERROR: f64 = 1e-4;
@@ -214,7 +218,7 @@ impl Model {
         }
         let front = if header.sections > 0 { FRONT } else { HEADER };
         Self::restore(&header, Reader { rest: &body[front..] }).map_err(|error| match error.kind {
-            ErrorKind::OutOfMemory => error,
+            ErrorKind::OutOfMemory | ErrorKind::Unsupported => error,
             _ => Error::new(ErrorKind::InvalidData, format!("the saved model is not one: {}", error.message)),
         })
     }
@@ -247,6 +251,7 @@ impl Model {
             }
             _ => unreachable!("refused above"),
         };
+        let reduced = sections.reduced.map(|content| restore_reduced(header, &shell, content)).transpose()?;
         Ok(Self {
             fingerprint: crate::model::fingerprint(&shell, &eigenvalues, header.precision),
             shell: Arc::new(shell),
@@ -256,6 +261,7 @@ impl Model {
             zero_modes: header.zero_modes as usize,
             certificate,
             basis,
+            reduced,
             participation: Default::default(),
             truncation: 0.0,
             seconds,
@@ -339,7 +345,8 @@ fn points(bytes: &[u8]) -> Vec<Vec3> {
 fn section_sizes(model: &Model) -> impl Iterator<Item = (Tag, usize)> {
     let sag = model.shell.sag.as_ref().map(|sag| (SAG, 24 + 24 * sag.rest.len()));
     let units = (model.precision() == Precision::I16).then_some((UNITS, 16 * model.n_modes()));
-    [sag, units].into_iter().flatten()
+    let reduced = model.reduced.as_ref().map(|reduced| (REDUCED, reduced.saved_size(model.shell.mass.len())));
+    [sag, units, reduced].into_iter().flatten()
 }
 
 fn put_sections(model: &Model, out: &mut Vec<u8>) {
@@ -347,10 +354,11 @@ fn put_sections(model: &Model, out: &mut Vec<u8>) {
         out.extend(tag);
         out.extend(0u32.to_le_bytes());
         put_u64(out, size as u64);
-        match (tag, &model.shell.sag) {
-            (SAG, Some(sag)) => {
+        match (tag, &model.shell.sag, &model.reduced) {
+            (SAG, Some(sag), _) => {
                 sag.gravity.iter().chain(model.shell.mesh.positions.iter().flatten()).for_each(|x| x.put(out));
             }
+            (REDUCED, _, Some(reduced)) => reduced.save(model.shell.mass.len(), out),
             _ => {
                 let units = with_basis!(&model.basis, basis => basis.units());
                 units.iter().flatten().for_each(|unit| unit.put(out));
@@ -364,6 +372,7 @@ fn put_sections(model: &Model, out: &mut Vec<u8>) {
 struct Sections<'a> {
     sag: Option<&'a [u8]>,
     units: Option<&'a [u8]>,
+    reduced: Option<&'a [u8]>,
 }
 
 fn sections_of(mut bytes: &[u8]) -> Result<Sections<'_>> {
@@ -376,6 +385,7 @@ fn sections_of(mut bytes: &[u8]) -> Result<Sections<'_>> {
         let known = match &front[..8] {
             [b'S', b'A', b'G', b'S', 0, 0, 0, 0] => &mut sections.sag,
             [b'U', b'N', b'I', b'T', 0, 0, 0, 0] => &mut sections.units,
+            [b'R', b'E', b'D', b'U', 0, 0, 0, 0] => &mut sections.reduced,
             _ => return invalid(format!("this library does not know its section {tag:?}")),
         };
         if size > rest.len() as u64 {
@@ -407,6 +417,14 @@ fn restore_units(header: &Header, content: Option<&[u8]>) -> Result<Vec<[f64; 2]
         Some(unit) => invalid(format!("a unit of its basis is {unit}")),
         None => Ok(units),
     }
+}
+
+fn restore_reduced(header: &Header, shell: &Shell, content: &[u8]) -> Result<ReducedShell> {
+    Feature::ReducedShell.require()?;
+    if header.zero_modes > 0 || shell.sag.is_some() {
+        return invalid("it has a reduced shell, but moves freely or hangs");
+    }
+    ReducedShell::load(shell, header.modes as usize, header.precision, content)
 }
 
 fn restore_sag(shell: &Shell, content: &[u8]) -> Result<Shell> {

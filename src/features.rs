@@ -16,11 +16,14 @@ pub enum Feature {
     F64Basis,
     /// Run-time bases in 16 bits.
     I16Basis,
+    /// The reduced nonlinear shell, which needs [`Feature::NonlinearShell`].
+    ReducedShell,
 }
 
 impl Feature {
     /// All of them.
-    pub const ALL: [Self; 5] = [Self::NonlinearShell, Self::Wind, Self::SavedModels, Self::F64Basis, Self::I16Basis];
+    pub const ALL: [Self; 6] =
+        [Self::NonlinearShell, Self::Wind, Self::SavedModels, Self::F64Basis, Self::I16Basis, Self::ReducedShell];
 
     /// Whether this build has it.
     #[inline(always)]
@@ -31,6 +34,7 @@ impl Feature {
             Self::SavedModels => cfg!(feature = "saved-models"),
             Self::F64Basis => cfg!(feature = "f64-basis"),
             Self::I16Basis => cfg!(feature = "i16-basis"),
+            Self::ReducedShell => cfg!(feature = "reduced-shell"),
         }
     }
 
@@ -42,6 +46,7 @@ impl Feature {
             Self::SavedModels => "saved-models",
             Self::F64Basis => "f64-basis",
             Self::I16Basis => "i16-basis",
+            Self::ReducedShell => "reduced-shell",
         }
     }
 

@@ -16,6 +16,7 @@ pub mod mesh;
 pub mod model;
 pub mod modes;
 pub mod real;
+pub mod reduced;
 pub mod reference;
 pub mod shell;
 pub mod sparse;

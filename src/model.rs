@@ -2,6 +2,7 @@
 
 use crate::features::Feature;
 use crate::modes::{Certificate, Demand, PHASES, Phase, Progress, demanded_modes, lowest_modes};
+use crate::reduced::{self, ReducedShell};
 use crate::step::{Guard, Participation};
 use crate::warp::{Basis, Entry, I16, ModalRotation};
 use crate::{Error, ErrorKind, Result, Shell, Vec3, wide_norm};
@@ -63,11 +64,14 @@ pub struct Options {
     pub linear: bool,
     /// Leaves out the modes that a scene does not need.
     pub demand: Option<Demand>,
+    /// The reduced discrete shell beside the warp.
+    pub reduced: reduced::Options,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { modes: 16, precision: Precision::F32, sag: Vec3::zeros(), linear: false, demand: None }
+        let reduced = reduced::Options::default();
+        Self { modes: 16, precision: Precision::F32, sag: Vec3::zeros(), linear: false, demand: None, reduced }
     }
 }
 
@@ -114,6 +118,8 @@ pub struct Model {
     pub participation: OnceLock<Participation>,
     /// By the demand it was made for, no vertex is off by more for want of modes; 0 without one.
     pub truncation: f64,
+    /// The reduced discrete shell, if it was asked for.
+    pub reduced: Option<ReducedShell>,
     /// Seconds by [`Phase`].
     pub seconds: [f64; PHASES],
     /// Estimate of the most memory held at once during precompute, bytes.
@@ -157,8 +163,13 @@ impl Model {
             let message = "the mode shapes leave the floating-point range: choose other units, or 64-bit precision";
             return Err(Error::new(ErrorKind::Numerical, message));
         }
+        let reduced = match options.reduced.fields {
+            0 => None,
+            _ => Some(ReducedShell::precompute(&shell, &modes, &options.reduced, options.precision, &mut progress)?),
+        };
         let fingerprint = fingerprint(&shell, &modes.eigenvalues, options.precision);
         Ok(Self {
+            reduced,
             shell,
             eigenvalues: modes.eigenvalues,
             largest_rotation,
@@ -228,8 +239,9 @@ impl Model {
         let mesh = &self.shell.mesh;
         let vertices = mesh.positions.len() * (size_of::<Vec3>() + size_of::<f64>() + size_of::<u32>() + 1);
         let connectivity = mesh.triangles.len() * 12 + mesh.edges.len() * 16;
-        let participation = self.participation.get().map_or(0, Participation::bytes);
-        with_basis!(&self.basis, basis => basis.bytes()) + vertices + connectivity + participation + 24 * self.n_modes()
+        let beside = self.participation.get().map_or(0, Participation::bytes)
+            + self.reduced.as_ref().map_or(0, ReducedShell::bytes);
+        with_basis!(&self.basis, basis => basis.bytes()) + vertices + connectivity + beside + 24 * self.n_modes()
     }
 }
 

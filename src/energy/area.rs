@@ -11,6 +11,8 @@ pub struct AreaEnergy {
     k: f64,
     triangles: Vec<[u32; 3]>,
     rest_area: Vec<f64>,
+    /// Ā over the triangle's weight, 1 unless sampled.
+    divisor: Vec<f64>,
     rest_gradient: Vec<[Vec3; 3]>,
 }
 
@@ -18,8 +20,17 @@ impl AreaEnergy {
     /// Rest areas from the mesh; `k` is k_A.
     pub fn new(mesh: &Mesh, k: f64) -> Self {
         let rest = mesh.triangles.iter().map(|t| area_and_gradient(&t.map(|v| mesh.positions[v as usize])));
-        let (rest_area, rest_gradient) = rest.unzip();
-        Self { k, triangles: mesh.triangles.clone(), rest_area, rest_gradient }
+        let (rest_area, rest_gradient): (Vec<f64>, _) = rest.unzip();
+        Self { k, triangles: mesh.triangles.clone(), divisor: rest_area.clone(), rest_area, rest_gradient }
+    }
+
+    #[inline(always)]
+    fn each_gradient(&self, x: &[Vec3], mut visit: impl FnMut(&[u32; 3], [Vec3; 3])) {
+        for ((t, rest), divisor) in self.triangles.iter().zip(&self.rest_area).zip(&self.divisor) {
+            let (area, d_area) = area_and_gradient(&t.map(|v| x[v as usize]));
+            let slope = 2.0 * self.k * (area - rest) / divisor;
+            visit(t, d_area.map(|d| slope * d));
+        }
     }
 }
 
@@ -62,45 +73,60 @@ fn area_curvature([a, b, c]: &[Vec3; 3], sigma: f64, curvature: Curvature) -> [M
 
 impl Energy for AreaEnergy {
     fn value(&self, x: &[Vec3]) -> f64 {
-        let term = |(t, rest): (&[u32; 3], &f64)| {
+        let term = |((t, rest), divisor): ((&[u32; 3], &f64), &f64)| {
             let (area, _) = area_and_gradient(&t.map(|v| x[v as usize]));
-            (area - rest).powi(2) / rest
+            (area - rest).powi(2) / divisor
         };
-        self.k * self.triangles.iter().zip(&self.rest_area).map(term).sum::<f64>()
+        self.k * self.triangles.iter().zip(&self.rest_area).zip(&self.divisor).map(term).sum::<f64>()
     }
 
     fn add_gradient(&self, x: &[Vec3], gradient: &mut [Vec3]) {
-        for (t, rest) in self.triangles.iter().zip(&self.rest_area) {
-            let (area, d_area) = area_and_gradient(&t.map(|v| x[v as usize]));
-            let slope = 2.0 * self.k * (area - rest) / rest;
-            t.iter().zip(d_area).for_each(|(&v, d)| gradient[v as usize] += slope * d);
-        }
+        self.each_gradient(x, |t, d| t.iter().zip(d).for_each(|(&v, d)| gradient[v as usize] += d));
+    }
+
+    fn visit_gradients(&self, x: &[Vec3], visit: &mut dyn FnMut(RestRow)) {
+        self.each_gradient(x, |t, d| visit((t, &d)));
     }
 
     fn visit_rest_rows(&self, visit: &mut dyn FnMut(RestRow)) {
-        for ((t, rest), d_area) in self.triangles.iter().zip(&self.rest_area).zip(&self.rest_gradient) {
-            let weight = (2.0 * self.k / rest).sqrt();
+        for ((t, divisor), d_area) in self.triangles.iter().zip(&self.divisor).zip(&self.rest_gradient) {
+            let weight = (2.0 * self.k / divisor).sqrt();
             visit((t, &d_area.map(|d| weight * d)));
         }
     }
 
     fn visit_rows(&self, x: &[Vec3], visit: &mut dyn FnMut(RestRow)) {
-        for (t, rest) in self.triangles.iter().zip(&self.rest_area) {
+        for (t, divisor) in self.triangles.iter().zip(&self.divisor) {
             let (_, d_area) = area_and_gradient(&t.map(|v| x[v as usize]));
-            let weight = (2.0 * self.k / rest).sqrt();
+            let weight = (2.0 * self.k / divisor).sqrt();
             visit((t, &d_area.map(|d| weight * d)));
         }
     }
 
     fn visit_hessian(&self, x: &[Vec3], curvature: Curvature, visit: &mut dyn FnMut(ElementHessian)) {
-        for (t, rest) in self.triangles.iter().zip(&self.rest_area) {
+        for ((t, rest), divisor) in self.triangles.iter().zip(&self.rest_area).zip(&self.divisor) {
             let corners = t.map(|v| x[v as usize]);
             let (area, d_area) = area_and_gradient(&corners);
             let mut blocks = area_curvature(&corners, area - rest, curvature);
             for (ij, block) in blocks.iter_mut().enumerate() {
-                *block = (2.0 * self.k / rest) * (*block + d_area[ij / 3] * d_area[ij % 3].transpose());
+                *block = (2.0 * self.k / divisor) * (*block + d_area[ij / 3] * d_area[ij % 3].transpose());
             }
             visit((t, &blocks));
         }
+    }
+
+    fn n_elements(&self) -> usize {
+        self.triangles.len()
+    }
+
+    fn sampled(&self, weights: &[f64], index: &[u32]) -> Box<dyn Energy> {
+        let kept: Vec<usize> = (0..self.triangles.len()).filter(|&t| weights[t] != 0.0).collect();
+        Box::new(Self {
+            k: self.k,
+            triangles: kept.iter().map(|&t| self.triangles[t].map(|v| index[v as usize])).collect(),
+            rest_area: kept.iter().map(|&t| self.rest_area[t]).collect(),
+            divisor: kept.iter().map(|&t| self.divisor[t] / weights[t]).collect(),
+            rest_gradient: kept.iter().map(|&t| self.rest_gradient[t]).collect(),
+        })
     }
 }

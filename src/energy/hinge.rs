@@ -31,6 +31,15 @@ impl HingeEnergy {
             hinges,
         }
     }
+
+    #[inline(always)]
+    fn each_gradient(&self, x: &[Vec3], mut visit: impl FnMut(&[u32; 4], [Vec3; 4])) {
+        for ((h, rest), weight) in self.hinges.iter().zip(&self.rest_angle).zip(&self.weight) {
+            let corners = h.map(|v| x[v as usize]);
+            let moment = 2.0 * weight * wrapped_difference(dihedral_angle(&corners), *rest);
+            visit(h, angle_gradient(&corners).map(|d| moment * d));
+        }
+    }
 }
 
 /// Twice-area normals of the two triangles.
@@ -131,11 +140,11 @@ impl Energy for HingeEnergy {
     }
 
     fn add_gradient(&self, x: &[Vec3], gradient: &mut [Vec3]) {
-        for ((h, rest), weight) in self.hinges.iter().zip(&self.rest_angle).zip(&self.weight) {
-            let corners = h.map(|v| x[v as usize]);
-            let moment = 2.0 * weight * wrapped_difference(dihedral_angle(&corners), *rest);
-            h.iter().zip(angle_gradient(&corners)).for_each(|(&v, d)| gradient[v as usize] += moment * d);
-        }
+        self.each_gradient(x, |h, d| h.iter().zip(d).for_each(|(&v, d)| gradient[v as usize] += d));
+    }
+
+    fn visit_gradients(&self, x: &[Vec3], visit: &mut dyn FnMut(RestRow)) {
+        self.each_gradient(x, |h, d| visit((h, &d)));
     }
 
     fn visit_rest_rows(&self, visit: &mut dyn FnMut(RestRow)) {
@@ -167,5 +176,19 @@ impl Energy for HingeEnergy {
             }
             visit((h, &blocks));
         }
+    }
+
+    fn n_elements(&self) -> usize {
+        self.hinges.len()
+    }
+
+    fn sampled(&self, weights: &[f64], index: &[u32]) -> Box<dyn Energy> {
+        let kept: Vec<usize> = (0..self.hinges.len()).filter(|&h| weights[h] != 0.0).collect();
+        Box::new(Self {
+            hinges: kept.iter().map(|&h| self.hinges[h].map(|v| index[v as usize])).collect(),
+            rest_angle: kept.iter().map(|&h| self.rest_angle[h]).collect(),
+            weight: kept.iter().map(|&h| self.weight[h] * weights[h]).collect(),
+            rest_gradient: kept.iter().map(|&h| self.rest_gradient[h]).collect(),
+        })
     }
 }

@@ -8,6 +8,8 @@ pub struct LengthEnergy {
     k: f64,
     edges: Vec<[u32; 2]>,
     rest_length: Vec<f64>,
+    /// l̄ over the edge's weight, 1 unless sampled.
+    divisor: Vec<f64>,
     rest_direction: Vec<Vec3>,
 }
 
@@ -16,8 +18,16 @@ impl LengthEnergy {
     pub fn new(mesh: &Mesh, k: f64) -> Self {
         let edges: Vec<[u32; 2]> = mesh.edges.iter().map(|e| e.vertices).collect();
         let rest = edges.iter().map(|e| length_and_direction(&e.map(|v| mesh.positions[v as usize])));
-        let (rest_length, rest_direction) = rest.unzip();
-        Self { k, edges, rest_length, rest_direction }
+        let (rest_length, rest_direction): (Vec<f64>, _) = rest.unzip();
+        Self { k, edges, divisor: rest_length.clone(), rest_length, rest_direction }
+    }
+
+    #[inline(always)]
+    fn each_gradient(&self, x: &[Vec3], mut visit: impl FnMut(&[u32; 2], Vec3)) {
+        for ((e, rest), divisor) in self.edges.iter().zip(&self.rest_length).zip(&self.divisor) {
+            let (length, direction) = length_and_direction(&e.map(|v| x[v as usize]));
+            visit(e, (2.0 * self.k * (length - rest) / divisor) * direction);
+        }
     }
 }
 
@@ -30,46 +40,63 @@ fn length_and_direction([a, b]: &[Vec3; 2]) -> (f64, Vec3) {
 
 impl Energy for LengthEnergy {
     fn value(&self, x: &[Vec3]) -> f64 {
-        let term = |(e, rest): (&[u32; 2], &f64)| {
+        let term = |((e, rest), divisor): ((&[u32; 2], &f64), &f64)| {
             let (length, _) = length_and_direction(&e.map(|v| x[v as usize]));
-            (length - rest).powi(2) / rest
+            (length - rest).powi(2) / divisor
         };
-        self.k * self.edges.iter().zip(&self.rest_length).map(term).sum::<f64>()
+        self.k * self.edges.iter().zip(&self.rest_length).zip(&self.divisor).map(term).sum::<f64>()
     }
 
     fn add_gradient(&self, x: &[Vec3], gradient: &mut [Vec3]) {
-        for (&[a, b], rest) in self.edges.iter().zip(&self.rest_length) {
-            let (length, direction) = length_and_direction(&[x[a as usize], x[b as usize]]);
-            let force = (2.0 * self.k * (length - rest) / rest) * direction;
+        self.each_gradient(x, |&[a, b], force| {
             gradient[a as usize] -= force;
             gradient[b as usize] += force;
-        }
+        });
+    }
+
+    fn visit_gradients(&self, x: &[Vec3], visit: &mut dyn FnMut(RestRow)) {
+        self.each_gradient(x, |e, force| visit((e, &[-force, force])));
     }
 
     fn visit_rest_rows(&self, visit: &mut dyn FnMut(RestRow)) {
-        for ((e, rest), direction) in self.edges.iter().zip(&self.rest_length).zip(&self.rest_direction) {
-            let row = (2.0 * self.k / rest).sqrt() * direction;
+        for ((e, divisor), direction) in self.edges.iter().zip(&self.divisor).zip(&self.rest_direction) {
+            let row = (2.0 * self.k / divisor).sqrt() * direction;
             visit((e, &[-row, row]));
         }
     }
 
     fn visit_rows(&self, x: &[Vec3], visit: &mut dyn FnMut(RestRow)) {
-        for (e, rest) in self.edges.iter().zip(&self.rest_length) {
+        for (e, divisor) in self.edges.iter().zip(&self.divisor) {
             let (_, direction) = length_and_direction(&e.map(|v| x[v as usize]));
-            let row = (2.0 * self.k / rest).sqrt() * direction;
+            let row = (2.0 * self.k / divisor).sqrt() * direction;
             visit((e, &[-row, row]));
         }
     }
 
     /// 2k/l̄ (ddᵀ + (1 − l̄/l)(I − ddᵀ)); a compressed edge's second part is negative and left out of the semidefinite one.
     fn visit_hessian(&self, x: &[Vec3], curvature: Curvature, visit: &mut dyn FnMut(ElementHessian)) {
-        for (e, rest) in self.edges.iter().zip(&self.rest_length) {
+        for ((e, rest), divisor) in self.edges.iter().zip(&self.rest_length).zip(&self.divisor) {
             let (length, direction) = length_and_direction(&e.map(|v| x[v as usize]));
             let along = direction * direction.transpose();
             let tension = if length > 0.0 { 1.0 - rest / length } else { 0.0 };
             let tension = if curvature == Curvature::Exact { tension } else { tension.max(0.0) };
-            let block = (2.0 * self.k / rest) * (along + tension * (Mat3::identity() - along));
+            let block = (2.0 * self.k / divisor) * (along + tension * (Mat3::identity() - along));
             visit((e, &[block, -block, -block, block]));
         }
+    }
+
+    fn n_elements(&self) -> usize {
+        self.edges.len()
+    }
+
+    fn sampled(&self, weights: &[f64], index: &[u32]) -> Box<dyn Energy> {
+        let kept: Vec<usize> = (0..self.edges.len()).filter(|&e| weights[e] != 0.0).collect();
+        Box::new(Self {
+            k: self.k,
+            edges: kept.iter().map(|&e| self.edges[e].map(|v| index[v as usize])).collect(),
+            rest_length: kept.iter().map(|&e| self.rest_length[e]).collect(),
+            divisor: kept.iter().map(|&e| self.divisor[e] / weights[e]).collect(),
+            rest_direction: kept.iter().map(|&e| self.rest_direction[e]).collect(),
+        })
     }
 }

@@ -52,6 +52,16 @@ pub trait Energy: Send + Sync {
 
     /// Hands ∂²E/∂x² to `visit` element by element, in the order of the rest rows, whose Σ b bᵀ it is at rest.
     fn visit_hessian(&self, x: &[Vec3], curvature: Curvature, visit: &mut dyn FnMut(ElementHessian));
+
+    /// Hands ∂E/∂x of every element to `visit`, in the order of the rest rows.
+    fn visit_gradients(&self, x: &[Vec3], visit: &mut dyn FnMut(RestRow));
+
+    /// Elements, as many as rest rows.
+    fn n_elements(&self) -> usize;
+
+    /// Σ w E of the elements that have a weight w other than 0 (`weights` in the order of the rest rows), on vertices that
+    /// are numbered anew by `index` (n_vertices).
+    fn sampled(&self, weights: &[f64], index: &[u32]) -> Box<dyn Energy>;
 }
 
 /// A sum of energies is an energy.
@@ -74,6 +84,24 @@ impl Energy for Vec<Box<dyn Energy>> {
 
     fn visit_hessian(&self, x: &[Vec3], curvature: Curvature, visit: &mut dyn FnMut(ElementHessian)) {
         self.iter().for_each(|e| e.visit_hessian(x, curvature, visit));
+    }
+
+    fn visit_gradients(&self, x: &[Vec3], visit: &mut dyn FnMut(RestRow)) {
+        self.iter().for_each(|e| e.visit_gradients(x, visit));
+    }
+
+    fn n_elements(&self) -> usize {
+        self.iter().map(|e| e.n_elements()).sum()
+    }
+
+    fn sampled(&self, weights: &[f64], index: &[u32]) -> Box<dyn Energy> {
+        let mut rest = weights;
+        let mut part = |e: &dyn Energy| {
+            let (own, others) = rest.split_at(e.n_elements());
+            rest = others;
+            e.sampled(own, index)
+        };
+        Box::new(self.iter().map(|e| part(&**e)).collect::<Vec<_>>())
     }
 }
 

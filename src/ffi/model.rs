@@ -9,9 +9,10 @@ use super::pointer::{
 };
 use super::status::{Fault, SW_ERROR_INVALID_DATA, SW_ERROR_NOT_PRECOMPUTED, SW_ERROR_UNSUPPORTED, SwStatus};
 use crate::cache;
-use crate::error::require_finite;
+use crate::error::{require_finite, require_non_negative};
 use crate::model::{Model, Options, Precision};
 use crate::modes::{Demand, PHASES, Phase};
+use crate::reduced;
 use crate::{Error, ErrorKind, Material, Mesh, Shell, State, Supports};
 use std::ffi::c_void;
 use std::sync::{Arc, RwLock};
@@ -89,7 +90,7 @@ pub const SW_PHASE_FACTORIZATION: u32 = 2;
 pub const SW_PHASE_MODES: u32 = 3;
 /// Inertia count and residuals.
 pub const SW_PHASE_CERTIFICATE: u32 = 4;
-/// Modal rotations and run-time layout.
+/// Modal rotations, run-time layout, and the reduced shell.
 pub const SW_PHASE_ROTATION: u32 = 5;
 /// Number of phases.
 pub const SW_PHASE_COUNT: usize = 6;
@@ -158,6 +159,21 @@ pub struct SwPrecomputeDesc {
     pub n_handles: u32,
     /// Must be 0.
     pub reserved: u32,
+    /// Displacement fields beyond the modes for SW_METHOD_REDUCED_SHELL, which needs some; 0 = none, and the model takes no more
+    /// time and memory than without. 40 suit 8 modes; modes and fields are at most 128 together. The shell must be held so
+    /// that nothing moves freely, and sag_gravity be zero.
+    pub reduced_fields: u32,
+    /// Triangles, edges and hinges, together, that stand for all in its steps, whose cost grows with their number; 0 = as many as
+    /// leave out 1 % of the elastic forces, but at most 16 per field.
+    pub reduced_elements: u32,
+    /// Equilibria of the full shell that its fields are trained on, of gravity, pressure and pulls at points in turn; at most 52 are used.
+    /// Each takes as long as a static solution of SW_METHOD_SHELL_IMPLICIT. 0 = none: the fields are the modes' own derivatives.
+    pub reduced_poses: u32,
+    /// Must be 0.
+    pub reduced_flags: u32,
+    /// Strength of the gravity that its scenes will have, acceleration, from which the loads of the training follow; 0 = what bends
+    /// the shell by a quarter of its size to first order.
+    pub reduced_gravity: f64,
 }
 
 sized!(SwPrecomputeDesc);
@@ -236,6 +252,12 @@ pub struct SwModelInfo {
     /// Share of the mass that moves which the modes carry along x, y, z of the frame: far below 1, modes are missing for loads along
     /// that axis.
     pub effective_mass: [f64; 3],
+    /// Fields of SW_METHOD_REDUCED_SHELL beyond the modes; fewer than asked for where these span no more. 0 = it has none.
+    pub reduced_fields: u32,
+    /// Elements that stand for all there.
+    pub reduced_elements: u32,
+    /// What these leave of the elastic forces and the rest stiffness that they were chosen by, relative.
+    pub reduced_residual: f64,
 }
 
 sized!(SwModelInfo);
@@ -364,9 +386,16 @@ pub unsafe extern "C" fn sw_model_precompute(model: *mut SwModel, desc: *const S
         if desc.reserved != 0 {
             return Err(Fault::argument(format!("desc->reserved is {}: it must be 0", desc.reserved)));
         }
+        check_flags("desc->reduced_flags", desc.reduced_flags, 0)?;
+        let reduced = reduced::Options {
+            fields: desc.reduced_fields as usize,
+            elements: desc.reduced_elements as usize,
+            poses: desc.reduced_poses as usize,
+            gravity: require_non_negative("desc->reduced_gravity", desc.reduced_gravity)?,
+        };
         let most = if demand.is_some() { MOST_MODES } else { Options::default().modes };
         let modes = if desc.modes == 0 { most } else { desc.modes as usize };
-        let options = Options { demand, modes, precision, sag: desc.sag_gravity.into(), linear };
+        let options = Options { demand, modes, precision, sag: desc.sag_gravity.into(), linear, reduced };
         let mut content = write("model", &handle.0)?;
         let mut progress = |phase: Phase, fraction: f64| call_progress(&desc, phase, fraction);
         let computed = Model::precompute(content.shell.clone(), &options, &mut progress)?;
@@ -455,6 +484,11 @@ fn fill_precomputed(info: &mut SwModelInfo, model: &Arc<Model>) {
     info.basis_rounding = model.precision().rounding();
     info.truncation_bound = model.truncation;
     info.effective_mass = model.effective_mass().into();
+    if let Some(reduced) = &model.reduced {
+        info.reduced_fields = (reduced.n() - model.n_modes()) as u32;
+        info.reduced_elements = reduced.samples.len() as u32;
+        info.reduced_residual = reduced.fit;
+    }
 }
 
 /// Counts, sizes, certificate and timings. `info` must be initialised by sw_model_info_init. Callable concurrently.
@@ -497,8 +531,9 @@ pub unsafe extern "C" fn sw_model_frequencies(
 }
 
 /// Saves a precomputed model, so that sw_model_load gives it back without another precompute: about 24 bytes per vertex and
-/// mode (48 with SW_PRECISION_F64, 12 with SW_PRECISION_I16) and 49 per vertex, or 73 with sag_gravity. Two calls: with `bytes`
-/// NULL and `capacity` 0 only *size is written.
+/// mode (48 with SW_PRECISION_F64, 12 with SW_PRECISION_I16) and 49 per vertex, or 73 with sag_gravity; 12 (24 with
+/// SW_PRECISION_F64) more per vertex and mode or field of a reduced shell. Two calls: with `bytes` NULL and `capacity` 0 only *size
+/// is written.
 /// Nothing of a state is saved (sw_state_save). Callable concurrently.
 /// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_NOT_PRECOMPUTED, SW_ERROR_BUFFER_SIZE when capacity < *size,
 /// SW_ERROR_OUT_OF_MEMORY, SW_ERROR_BUSY.

@@ -27,6 +27,8 @@ pub const SW_PART_WIND: u32 = 8;
 pub const SW_PART_CONSTRAINTS: u32 = 9;
 /// The nonlinear shell.
 pub const SW_PART_NONLINEAR_SHELL: u32 = 10;
+/// The reduced nonlinear shell.
+pub const SW_PART_REDUCED_SHELL: u32 = 11;
 
 /// Length of SwPlanPart::reason, the closing NUL included.
 pub const SW_PLAN_REASON_SIZE: usize = 120;
@@ -42,7 +44,8 @@ pub struct SwPlanPart {
     /// Bytes held for it by the model or the state, whether used or not.
     pub bytes: u64,
     /// Estimate of the instructions of the step, on registers of 8 numbers of 32 bits (AVX2); 0 when left out. Mostly within a
-    /// quarter for modal methods (docs/leave_out.md), a rough guess for an implicit step of a nonlinear shell.
+    /// quarter for modal methods (docs/leave_out.md), a rough guess for an implicit step of a nonlinear shell,
+    /// reduced or not.
     pub operations: f64,
     /// Why it is used, or was left out; NUL-terminated.
     pub reason: [c_char; SW_PLAN_REASON_SIZE],
@@ -61,6 +64,7 @@ impl From<&Part> for SwPlanPart {
             PartKind::Wind => SW_PART_WIND,
             PartKind::Handles => SW_PART_CONSTRAINTS,
             PartKind::NonlinearShell => SW_PART_NONLINEAR_SHELL,
+            PartKind::ReducedShell => SW_PART_REDUCED_SHELL,
         };
         let mut text = [0u8; SW_PLAN_REASON_SIZE];
         copy_text(&part.reason, &mut text);

@@ -29,6 +29,10 @@ pub const SW_METHOD_SHELL_EXPLICIT: u32 = 4;
 /// Modal warping with the exact modal force of its own positions, (du/dq)^T F: dead loads are conservative. A step costs up
 /// to twice that of SW_METHOD_WARP.
 pub const SW_METHOD_WARP_VIRTUAL_WORK: u32 = 5;
+/// The full nonlinear energy on a few displacement fields, u = B q, by BDF2 and Newton's method, of a model precomputed with
+/// reduced_fields: a fraction of the warp's error, without its limit of rotation, at a step's cost that hardly grows with the mesh.
+/// No amplitudes, and constraints on positions only; damping by the stiffness of the present shape. The integrator is its own.
+pub const SW_METHOD_REDUCED_SHELL: u32 = 6;
 
 /// Backward Euler: first order, stable for every step, damps what the step does not resolve.
 pub const SW_INTEGRATOR_IMPLICIT_EULER: u32 = 1;
@@ -132,7 +136,7 @@ pub struct SwStateReport {
     /// Set by sw_state_report_init.
     pub struct_size: u32,
     /// 1 while max_rotation is at most a quarter turn, where a modal method's own error reaches a fifth of the displacement;
-    /// always 1 for a nonlinear shell.
+    /// always 1 for a nonlinear shell, reduced or not.
     pub in_range: u32,
     /// Seconds stepped since creation or reset.
     pub time: f64,
@@ -204,7 +208,7 @@ unsafe fn writing(state: *mut SwState, body: impl FnOnce(&mut State) -> Result<(
 /// world's origin. The state keeps alive what it needs of the model. Callable concurrently on one model.
 /// On success *state is a new handle, to be given to sw_state_destroy; on failure it is untouched.
 /// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_NOT_PRECOMPUTED, SW_ERROR_UNSUPPORTED for a warp on a model
-/// with SW_PRECOMPUTE_LINEAR, SW_ERROR_BUSY.
+/// with SW_PRECOMPUTE_LINEAR and for SW_METHOD_REDUCED_SHELL on a model without reduced_fields, SW_ERROR_BUSY.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn sw_state_create(
     model: *const SwModel,
@@ -225,6 +229,7 @@ pub unsafe extern "C" fn sw_state_create(
                 (SW_METHOD_SHELL_IMPLICIT, Method::ImplicitShell),
                 (SW_METHOD_SHELL_EXPLICIT, Method::ExplicitShell),
                 (SW_METHOD_WARP_VIRTUAL_WORK, Method::VirtualWorkWarp),
+                (SW_METHOD_REDUCED_SHELL, Method::ReducedShell),
             ];
             let integrators = [
                 (0, Integrator::ImplicitEuler),
@@ -576,7 +581,8 @@ pub unsafe extern "C" fn sw_state_report(state: *const SwState, report: *mut SwS
     }
 }
 
-/// Saves the dynamic state (time, frame, amplitudes and rates, constraint work), 952 bytes at 50 modes; loads, damping and
+/// Saves the dynamic state (time, frame, amplitudes and rates, constraint work), 952 bytes at 50 modes, 160 and
+/// 32 a field or mode of a reduced shell; loads, damping and
 /// constraints are inputs and not saved. Two calls: with `bytes` NULL and `capacity` 0 only *size is written. Callable concurrently.
 /// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_BUFFER_SIZE when capacity < *size, SW_ERROR_BUSY.
 #[unsafe(no_mangle)]

@@ -145,6 +145,8 @@ pub const SW_FEATURE_SAVED_MODELS: u32 = 4;
 pub const SW_FEATURE_F64_BASIS: u32 = 8;
 /// SW_PRECISION_I16.
 pub const SW_FEATURE_I16_BASIS: u32 = 16;
+/// SW_METHOD_REDUCED_SHELL and reduced_fields.
+pub const SW_FEATURE_REDUCED_SHELL: u32 = 32;
 
 /// The SW_FEATURE_... that the library was built with; usually all. Every function is there in any build; what asks for a missing
 /// feature returns SW_ERROR_UNSUPPORTED, and the message names it.
@@ -156,6 +158,7 @@ pub extern "C" fn sw_features() -> u32 {
         Feature::SavedModels => SW_FEATURE_SAVED_MODELS,
         Feature::F64Basis => SW_FEATURE_F64_BASIS,
         Feature::I16Basis => SW_FEATURE_I16_BASIS,
+        Feature::ReducedShell => SW_FEATURE_REDUCED_SHELL,
     };
     Feature::ALL.iter().filter(|feature| feature.is_built_in()).map(bit).sum()
 }

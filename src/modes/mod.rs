@@ -15,6 +15,7 @@ mod stiffness;
 
 pub use canonical::{REPEATED, repeated};
 pub use demand::Demand;
+pub use dense::symmetric_eigen;
 pub use stiffness::{ScaledStiffness, entries};
 
 use crate::energy::rest_quadratic_form;
@@ -54,7 +55,7 @@ pub enum Phase {
     Modes,
     /// Inertia count and residuals.
     Certificate,
-    /// Modal rotations and run-time layout.
+    /// Modal rotations, run-time layout, and the reduced shell.
     Rotation,
 }
 

@@ -3,6 +3,7 @@
 mod modal;
 mod nodal;
 mod plan;
+mod reduced;
 mod rest;
 mod saved;
 
@@ -19,6 +20,7 @@ use modal::Modal;
 use nalgebra::UnitQuaternion;
 use nodal::Nodal;
 pub use plan::{Part, PartKind};
+use reduced::Reduced;
 use rest::Rest;
 use std::sync::Arc;
 
@@ -35,6 +37,8 @@ pub enum Method {
     ImplicitShell,
     /// The full nonlinear shell by symplectic Euler; steps must be short.
     ExplicitShell,
+    /// The reduced nonlinear shell, u = Bq, by BDF2 ([`crate::reduced`]).
+    ReducedShell,
 }
 
 /// Axes in which output is given.
@@ -83,6 +87,7 @@ pub const ROTATION_RANGE: f64 = std::f64::consts::FRAC_PI_2;
 enum Dynamics {
     Modal(Box<Modal>),
     Nodal(Box<Nodal>),
+    Reduced(Box<Reduced>),
 }
 
 /// Room for loads on all vertices: positions and velocities for wind, forces first in world, then in frame axes (n_vertices each,
@@ -119,6 +124,7 @@ const WIND_ROUNDS: usize = 100;
 enum Unknowns {
     Modal(Vec<f64>, Vec<f64>),
     Nodal(Vec<Vec3>, Vec<Vec3>),
+    Reduced(reduced::Motion),
 }
 
 impl Dynamics {
@@ -126,6 +132,7 @@ impl Dynamics {
         match self {
             Self::Modal(modal) => Unknowns::Modal(modal.q.clone(), modal.q_dot.clone()),
             Self::Nodal(nodal) => Unknowns::Nodal(nodal.u.clone(), nodal.velocity.clone()),
+            Self::Reduced(reduced) => Unknowns::Reduced(reduced.motion.clone()),
         }
     }
 
@@ -134,6 +141,7 @@ impl Dynamics {
         match (self, motion) {
             (Self::Modal(modal), Unknowns::Modal(q, q_dot)) => (modal.q, modal.q_dot) = (q, q_dot),
             (Self::Nodal(nodal), Unknowns::Nodal(u, velocity)) => (nodal.u, nodal.velocity) = (u, velocity),
+            (Self::Reduced(reduced), Unknowns::Reduced(motion)) => reduced.motion = motion,
             _ => unreachable!("a state keeps its kind of unknowns"),
         }
     }
@@ -142,6 +150,7 @@ impl Dynamics {
         match self {
             Self::Modal(modal) => modal.q_dot.fill(0.0),
             Self::Nodal(nodal) => nodal.velocity.fill(Vec3::zeros()),
+            Self::Reduced(reduced) => reduced.stop(),
         }
     }
 
@@ -149,6 +158,7 @@ impl Dynamics {
         match self {
             Self::Modal(modal) => modal.settle(model, load, external, pose),
             Self::Nodal(nodal) => nodal.settle(model, load, external, pose),
+            Self::Reduced(reduced) => reduced.settle(model, load, external, pose),
         }
     }
 
@@ -156,6 +166,7 @@ impl Dynamics {
         match self {
             Self::Modal(modal) => modal.constraints.set(),
             Self::Nodal(nodal) => &nodal.constraints,
+            Self::Reduced(reduced) => &reduced.constraints,
         }
     }
 
@@ -163,6 +174,7 @@ impl Dynamics {
         match self {
             Self::Modal(modal) => modal.constraints.change(change),
             Self::Nodal(nodal) => change(&mut nodal.constraints),
+            Self::Reduced(reduced) => reduced.change_constraints(change),
         }
     }
 }
@@ -199,6 +211,7 @@ impl State {
             Method::LinearModalAnalysis => modal(ForceLaw::Linear),
             Method::ImplicitShell => Dynamics::Nodal(Box::new(Nodal::new(&model, false)?)),
             Method::ExplicitShell => Dynamics::Nodal(Box::new(Nodal::new(&model, true)?)),
+            Method::ReducedShell => Dynamics::Reduced(Box::new(Reduced::new(&model)?)),
         };
         Ok(Self {
             dynamics,
@@ -219,6 +232,7 @@ impl State {
         let dynamics = match &self.dynamics {
             Dynamics::Modal(modal) => Dynamics::Modal(modal.clone()),
             Dynamics::Nodal(nodal) => Dynamics::Nodal(Box::new(nodal.try_clone()?)),
+            Dynamics::Reduced(reduced) => Dynamics::Reduced(reduced.clone()),
         };
         Ok(Self {
             model: self.model.clone(),
@@ -243,7 +257,7 @@ impl State {
     pub fn amplitudes(&self) -> Result<(&[f64], &[f64])> {
         match &self.dynamics {
             Dynamics::Modal(modal) => Ok((&modal.q, &modal.q_dot)),
-            Dynamics::Nodal(_) => unsupported("amplitudes"),
+            Dynamics::Nodal(_) | Dynamics::Reduced(_) => unsupported("amplitudes"),
         }
     }
 
@@ -262,6 +276,7 @@ impl State {
         match &mut self.dynamics {
             Dynamics::Modal(modal) => modal.reset(),
             Dynamics::Nodal(nodal) => nodal.reset(),
+            Dynamics::Reduced(reduced) => reduced.reset(),
         }
         self.time = 0.0;
         self.frame = Frame::at_rest(self.frame.target);
@@ -343,6 +358,8 @@ impl State {
         }
         let eigenvalues = &self.model.eigenvalues;
         let (given, modes) = (damping.ratios.len(), eigenvalues.len());
+        let ratio = |k: usize| damping.ratios.get(k).or(damping.ratios.first()).copied().unwrap_or(0.0);
+        let by_ratio = |k: usize, lambda: &f64| 2.0 * ratio(k) * lambda.sqrt();
         match &mut self.dynamics {
             Dynamics::Nodal(_) if given > 0 => unsupported("damping ratios"),
             Dynamics::Nodal(nodal) => {
@@ -350,16 +367,21 @@ impl State {
                 self.rest.wake();
                 Ok(())
             }
-            Dynamics::Modal(_) if given > 1 && given != modes => {
+            _ if given > 1 && given != modes => {
                 Err(Error::argument(format!("{given} damping ratios for {modes} modes: give none, 1 or {modes}")))
             }
             Dynamics::Modal(modal) => {
-                let ratio = |k: usize| damping.ratios.get(k).or(damping.ratios.first()).copied().unwrap_or(0.0);
-                let coefficient = |(k, lambda): (usize, &f64)| xi + zeta * lambda + 2.0 * ratio(k) * lambda.sqrt();
+                let coefficient = |(k, lambda): (usize, &f64)| xi + zeta * lambda + by_ratio(k, lambda);
                 let damping = eigenvalues.iter().enumerate().map(coefficient).collect();
                 let changed = modal.damping != damping;
                 modal.damping = damping;
                 self.wake_if(changed);
+                Ok(())
+            }
+            Dynamics::Reduced(reduced) => {
+                reduced.damping = Rayleigh { mass: xi, stiffness: zeta };
+                let ratios = eigenvalues.iter().enumerate().map(|(k, lambda)| by_ratio(k, lambda));
+                reduced.modal_damping = ratios.collect();
                 Ok(())
             }
         }
@@ -367,10 +389,17 @@ impl State {
 
     /// Adds a constraint, or replaces the one with its id.
     pub fn set_constraint(&mut self, constraint: Constraint) -> Result<()> {
-        if self.model.is_linear()
-            && matches!((&self.dynamics, constraint.target), (Dynamics::Modal(_), Target::Orientation(_)))
-        {
-            return without_rotations("a constraint on an orientation");
+        let orientation = matches!(constraint.target, Target::Orientation(_));
+        match &self.dynamics {
+            Dynamics::Modal(_) if orientation && self.model.is_linear() => {
+                return without_rotations("a constraint on an orientation");
+            }
+            Dynamics::Reduced(_) if orientation => {
+                let message =
+                    format!("constraint {}: a reduced shell takes positions only, not orientations", constraint.id);
+                return Err(Error::new(ErrorKind::Unsupported, message));
+            }
+            _ => (),
         }
         let n_vertices = self.model.shell.mass.len();
         let changed = self.dynamics.change_constraints(|set| set.set(constraint, n_vertices))?;
@@ -447,6 +476,7 @@ impl State {
         match dynamics {
             Dynamics::Modal(modal) => modal.step(model, &load, external, &frame.pose, h)?,
             Dynamics::Nodal(nodal) => nodal.step(model, &load, external, &frame.pose, h)?,
+            Dynamics::Reduced(reduced) => reduced.step(model, &load, external, &frame.pose, h)?,
         }
         let still = frame == self.frame && rates == Rates::default() && !self.forces_once;
         self.frame = frame;
@@ -481,6 +511,7 @@ impl State {
         match &self.dynamics {
             Dynamics::Modal(_) => 200 + vertices * (1 + self.model.n_modes() as u64 / 3),
             Dynamics::Nodal(nodal) => vertices * if nodal.is_explicit() { 300 } else { 20_000 },
+            Dynamics::Reduced(_) => self.model.reduced.as_ref().map_or(0, |reduced| reduced.step_nanoseconds()),
         }
     }
 
@@ -517,6 +548,7 @@ impl State {
             match &self.dynamics {
                 Dynamics::Modal(modal) => modal.visit_motion(&self.model, place),
                 Dynamics::Nodal(nodal) => (0..nodal.u.len()).for_each(|v| place(v, nodal.u[v], nodal.velocity[v])),
+                Dynamics::Reduced(reduced) => reduced.visit_motion(&self.model, place),
             }
         }
         let moving = Moving { x: &scratch.x, v: &scratch.v };
@@ -601,6 +633,7 @@ impl State {
         match &self.dynamics {
             Dynamics::Modal(modal) => modal.positions(&self.model, &placement, write),
             Dynamics::Nodal(nodal) => nodal.positions(&self.model, &placement, |v, x| write(v, &[x.into()])),
+            Dynamics::Reduced(reduced) => reduced.positions(&self.model, &placement, |v, x| write(v, &[x.into()])),
         }
     }
 
@@ -610,6 +643,7 @@ impl State {
         let placement = self.placement(space);
         match &self.dynamics {
             Dynamics::Modal(modal) => modal.positions_f32(&self.model, &placement, write),
+            Dynamics::Reduced(reduced) => reduced.positions_f32(&self.model, &placement, write),
             Dynamics::Nodal(nodal) => {
                 nodal.positions(&self.model, &placement, |v, x| write(v, &[[x.x as f32, x.y as f32, x.z as f32]]));
             }
@@ -627,6 +661,7 @@ impl State {
                 let place = |v: &u32| nodal.position(&self.model, &placement, *v as usize).into();
                 vertices.iter().map(place).enumerate().for_each(|(i, x)| write(i, x));
             }
+            Dynamics::Reduced(reduced) => reduced.positions_of(&self.model, &placement, vertices, write),
         }
         Ok(())
     }
@@ -646,6 +681,7 @@ impl State {
                 let place = |v: &u32| nodal.position(&self.model, &placement, *v as usize).map(|c| c as f32).into();
                 vertices.iter().map(place).enumerate().for_each(|(i, x)| write(i, x));
             }
+            Dynamics::Reduced(reduced) => reduced.positions_of_f32(&self.model, &placement, vertices, write),
         }
         Ok(())
     }
@@ -679,6 +715,9 @@ impl State {
             Dynamics::Nodal(nodal) => {
                 nodal.rotations(&self.model).into_iter().enumerate().for_each(|(v, r)| write(v, frame * r));
             }
+            Dynamics::Reduced(reduced) => {
+                reduced.rotations(&self.model).into_iter().enumerate().for_each(|(v, r)| write(v, frame * r));
+            }
         }
         Ok(())
     }
@@ -693,6 +732,9 @@ impl State {
             }
             Dynamics::Nodal(nodal) => {
                 (nodal.extent(&self.model, ROTATION_RANGE), nodal.energies(&self.model), nodal.constraint_work)
+            }
+            Dynamics::Reduced(reduced) => {
+                (reduced.extent(&self.model, ROTATION_RANGE), reduced.energies(&self.model), reduced.constraint_work)
             }
         };
         let mut fraction = extent.beyond as f64 / self.model.shell.mass.len() as f64;
@@ -714,6 +756,6 @@ impl State {
 
     /// Whether the present pose is one that the method describes well: always for the nonlinear shell.
     pub fn in_range(&self, report: &Report) -> bool {
-        matches!(self.dynamics, Dynamics::Nodal(_)) || report.max_rotation <= ROTATION_RANGE
+        !matches!(self.dynamics, Dynamics::Modal(_)) || report.max_rotation <= ROTATION_RANGE
     }
 }

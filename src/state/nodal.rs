@@ -7,7 +7,7 @@ use crate::reference::{Goal, Handle, Rayleigh, Solver, vertex_rotations};
 use crate::step::modal_force::BodyLoad;
 use crate::support::Pose;
 use crate::warp::{Extent, Placement};
-use crate::{Error, ErrorKind, Model, Result, Vec3, wide_norm};
+use crate::{Error, ErrorKind, Mesh, Model, Result, Vec3, wide_norm};
 use nalgebra::UnitQuaternion;
 
 /// Past this displacement, in units of the model's size, a shell has no meaning left; its energy has room for the fourth power.
@@ -186,10 +186,7 @@ impl Nodal {
 
     /// How far it is bent; `limit` is an angle.
     pub fn extent(&self, model: &Model, limit: f64) -> Extent {
-        let displacement = self.u.iter().map(|u| u.norm_squared()).fold(0.0, f64::max);
-        let angles: Vec<f64> = self.rotations(model).iter().map(|r| r.angle()).collect();
-        let rotation = angles.iter().fold(0.0, |largest: f64, angle| largest.max(angle * angle));
-        Extent { displacement, rotation, beyond: angles.iter().filter(|angle| **angle > limit).count() }
+        extent(&model.shell.mesh, &self.u, limit)
     }
 
     /// Elastic and kinetic energy.
@@ -200,8 +197,20 @@ impl Nodal {
 
     /// Rotation of each vertex from rest.
     pub fn rotations(&self, model: &Model) -> Vec<UnitQuaternion<f64>> {
-        let mesh = &model.shell.mesh;
-        let x: Vec<Vec3> = mesh.positions.iter().zip(&self.u).map(|(x, u)| x + u).collect();
-        vertex_rotations(mesh, &x)
+        rotations(&model.shell.mesh, &self.u)
     }
+}
+
+/// Rotation of each vertex from rest to the displacements `u`.
+pub fn rotations(mesh: &Mesh, u: &[Vec3]) -> Vec<UnitQuaternion<f64>> {
+    let x: Vec<Vec3> = mesh.positions.iter().zip(u).map(|(x, u)| x + u).collect();
+    vertex_rotations(mesh, &x)
+}
+
+/// How far displacements `u` bend a shell; `limit` is an angle.
+pub fn extent(mesh: &Mesh, u: &[Vec3], limit: f64) -> Extent {
+    let displacement = u.iter().map(|u| u.norm_squared()).fold(0.0, f64::max);
+    let angles: Vec<f64> = rotations(mesh, u).iter().map(|r| r.angle()).collect();
+    let rotation = angles.iter().fold(0.0, |largest: f64, angle| largest.max(angle * angle));
+    Extent { displacement, rotation, beyond: angles.iter().filter(|angle| **angle > limit).count() }
 }

@@ -33,6 +33,8 @@ pub enum PartKind {
     Handles,
     /// The nonlinear shell.
     NonlinearShell,
+    /// The reduced nonlinear shell.
+    ReducedShell,
 }
 
 /// One of them.
@@ -64,6 +66,7 @@ impl PartKind {
             Self::Wind => "wind",
             Self::Handles => "constraints",
             Self::NonlinearShell => "nonlinear shell",
+            Self::ReducedShell => "reduced shell",
         }
     }
 }
@@ -99,6 +102,10 @@ const HANDLE: [f64; 3] = [1316.0, 385.0, 2.0];
 /// Of an element of the nonlinear shell in an explicit step, and in an iteration of an implicit one with its share of the solves.
 const EXPLICIT_ELEMENT: f64 = 400.0;
 const IMPLICIT_ELEMENT: f64 = 30_000.0;
+/// Of a step of the reduced shell, for each sampled element, field and field + 30, as [`crate::reduced::ReducedShell::step_nanoseconds`].
+const REDUCED: f64 = 0.75;
+/// Of a vertex with a force of its own, for each field of the reduced shell.
+const REDUCED_POINT: f64 = 20.0;
 
 impl LawCost {
     fn of(law: ForceLaw) -> &'static Self {
@@ -122,6 +129,7 @@ impl State {
         let mut parts = match &self.dynamics {
             Dynamics::Modal(_) => self.plan_modal(h),
             Dynamics::Nodal(_) => self.plan_nodal(h),
+            Dynamics::Reduced(_) => self.plan_reduced(h),
         };
         if self.rest.skips(h) {
             for part in &mut parts {
@@ -154,7 +162,7 @@ impl State {
         let (mesh, model) = (&self.model.shell.mesh, &self.model);
         let basis = with_basis!(&model.basis, basis => basis.shape_bytes());
         let reason = format!("{} vertices, {} triangles", mesh.positions.len(), mesh.triangles.len());
-        let bytes = model.bytes() - basis[0] - basis[1];
+        let bytes = model.bytes() - basis[0] - basis[1] - model.reduced.as_ref().map_or(0, |reduced| reduced.bytes());
         Part { kind: PartKind::Shape, active: true, bytes, operations: 0.0, reason }
     }
 
@@ -255,6 +263,7 @@ impl State {
             wind,
             self.handles_part(modes),
             Part::absent(PartKind::NonlinearShell, "the method has no use for it"),
+            self.unused_reduced_shell(),
         ]
     }
 
@@ -305,6 +314,48 @@ impl State {
             forces,
             wind,
             self.handles_part(0),
+            shell,
+            self.unused_reduced_shell(),
+        ]
+    }
+
+    /// What the model holds of one, for other methods.
+    fn unused_reduced_shell(&self) -> Part {
+        let (bytes, reason) = match &self.model.reduced {
+            Some(reduced) => (reduced.bytes(), "the method has no use for it; the model holds it"),
+            None => (0, "the model was precomputed without reduced_fields"),
+        };
+        Part { bytes, ..Part::absent(PartKind::ReducedShell, reason) }
+    }
+
+    fn plan_reduced(&self, h: f64) -> Vec<Part> {
+        let (Dynamics::Reduced(state), Some(reduced)) = (&self.dynamics, &self.model.reduced) else { return vec![] };
+        let [phi, psi] = with_basis!(&self.model.basis, basis => basis.shape_bytes());
+        let mut frame = self.frame;
+        let rates = frame.advance(h);
+        let load = self.body_load(&frame.pose, &rates);
+        let (n, elements) = (reduced.n(), reduced.samples.len());
+        let [forces, wind] = self.load_parts(REDUCED_POINT * n as f64, 0.0);
+        let of =
+            |kind, active, bytes, reason: &str| Part { kind, active, bytes, operations: 0.0, reason: reason.into() };
+        let shell = Part {
+            kind: PartKind::ReducedShell,
+            active: true,
+            bytes: reduced.bytes() + state.bytes(),
+            operations: REDUCED * elements as f64 * n as f64 * (n as f64 + 30.0),
+            reason: format!("{n} fields on {elements} elements; a rough guess, as iterations vary"),
+        };
+        vec![
+            self.shape_part(),
+            of(PartKind::Displacements, false, phi, "the reduced shell has fields of its own; the model holds them"),
+            of(PartKind::Rotations, false, psi, "the reduced shell does not warp; the model holds them"),
+            Part::absent(PartKind::Modes, "the reduced shell moves by its fields"),
+            of(PartKind::UniformLoad, !load.is_zero(), 0, "sums over the vertices taken once"),
+            of(PartKind::Spin, load.spin_rate().is_some(), 0, "sums over the vertices taken once"),
+            forces,
+            wind,
+            self.handles_part(n),
+            Part::absent(PartKind::NonlinearShell, "the method has no use for it"),
             shell,
         ]
     }

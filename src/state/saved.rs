@@ -1,9 +1,11 @@
 //! The saved form of a state: magic, version, model fingerprint, number of unknowns, then little-endian doubles (time, frame
 //! pose and velocities, constraint work, unknowns, their rates), then a checksum of all before it. The unknowns are the modal
-//! amplitudes, or three displacements per vertex of a nonlinear shell. Loads, damping, constraints and the pose asked for next
+//! amplitudes, or three displacements per vertex of a nonlinear shell, or, of a reduced shell, the amplitudes now and before the
+//! last step with its length (its rates end with a 0). Loads, damping, constraints and the pose asked for next
 //! are inputs and not saved.
 
-use super::{Dynamics, Modal, Nodal, State};
+use super::reduced::Motion;
+use super::{Dynamics, Modal, Nodal, Reduced, State};
 use crate::support::{Frame, Pose};
 use crate::{Error, ErrorKind, Result, Vec3};
 use nalgebra::{Quaternion, UnitQuaternion, Vector4};
@@ -27,6 +29,7 @@ impl State {
         match &self.dynamics {
             Dynamics::Modal(modal) => modal.q.len(),
             Dynamics::Nodal(nodal) => 3 * nodal.u.len(),
+            Dynamics::Reduced(reduced) => 2 * reduced.motion.q.len() + 1,
         }
     }
 
@@ -55,6 +58,12 @@ impl State {
             Dynamics::Nodal(nodal) => {
                 push(&nodal.constraint_work);
                 nodal.u.iter().chain(&nodal.velocity).flat_map(|v| v.iter()).for_each(push);
+            }
+            Dynamics::Reduced(reduced) => {
+                push(&reduced.constraint_work);
+                let Motion { q, q_dot, before: [q_before, q_dot_before], last_step } = &reduced.motion;
+                q.iter().chain(q_before).chain([last_step]).for_each(&mut push);
+                q_dot.iter().chain(q_dot_before).chain([&0.0]).for_each(push);
             }
         }
         bytes.extend(xxh3_64(&bytes).to_le_bytes());
@@ -86,6 +95,16 @@ impl State {
                 };
                 copy(&mut nodal.u, unknowns);
                 copy(&mut nodal.velocity, rates);
+            }
+            Dynamics::Reduced(reduced) => {
+                reduced.constraint_work = numbers[14];
+                let Motion { q, q_dot, before: [q_before, q_dot_before], last_step } = &mut reduced.motion;
+                let n = q.len();
+                q.copy_from_slice(&unknowns[..n]);
+                q_before.copy_from_slice(&unknowns[n..2 * n]);
+                *last_step = unknowns[2 * n];
+                q_dot.copy_from_slice(&rates[..n]);
+                q_dot_before.copy_from_slice(&rates[n..2 * n]);
             }
         }
         Ok(())
@@ -121,6 +140,10 @@ impl State {
         let sound = match &self.dynamics {
             Dynamics::Modal(_) => Modal::has_meaning(&self.model, unknowns, rates),
             Dynamics::Nodal(_) => Nodal::has_meaning(&self.model, &vectors(unknowns), &vectors(rates)),
+            Dynamics::Reduced(_) => {
+                let n = unknowns.len() - 1;
+                unknowns[n] >= 0.0 && Reduced::has_meaning(&self.model, &unknowns[..n], rates)
+            }
         };
         if !sound {
             return invalid("the saved state moves vertices beyond all range");

@@ -62,6 +62,11 @@ impl BodyLoad {
         self
     }
 
+    /// g − a, and the [α]× + [ω]×² and 2ω of a frame that turns.
+    pub fn parts(&self) -> (Vec3, Option<(&Matrix3<f64>, &Vec3)>) {
+        (self.uniform, self.spin.as_ref().map(|spin| (&spin.gradient, &spin.coriolis)))
+    }
+
     /// |ω| of the frame, when the load depends on position and velocity.
     pub fn spin_rate(&self) -> Option<f64> {
         self.spin.as_ref().map(|spin| 0.5 * spin.coriolis.norm())

@@ -76,6 +76,7 @@ fn model_on(n: usize, modes: usize, basis: impl FnOnce(&Shell) -> AnyBasis) -> A
         basis,
         participation: Default::default(),
         truncation: 0.0,
+        reduced: None,
         seconds: Default::default(),
         peak_bytes: 0,
         fingerprint: 0,

@@ -8,6 +8,7 @@ SW_FEATURE_WIND = 2
 SW_FEATURE_SAVED_MODELS = 4
 SW_FEATURE_F64_BASIS = 8
 SW_FEATURE_I16_BASIS = 16
+SW_FEATURE_REDUCED_SHELL = 32
 SW_FORMAT_F32 = 1
 SW_FORMAT_F64 = 2
 SW_LOG_INFO = 1
@@ -48,6 +49,7 @@ SW_METHOD_LMA = 2
 SW_METHOD_SHELL_IMPLICIT = 3
 SW_METHOD_SHELL_EXPLICIT = 4
 SW_METHOD_WARP_VIRTUAL_WORK = 5
+SW_METHOD_REDUCED_SHELL = 6
 SW_INTEGRATOR_IMPLICIT_EULER = 1
 SW_INTEGRATOR_EXACT = 2
 SW_SPACE_WORLD = 0
@@ -61,6 +63,18 @@ SW_AXIS_Y = 2
 SW_AXIS_Z = 4
 SW_ALL_CONSTRAINTS = 4294967295
 SW_FORCES_ONE_STEP = 1
+SW_PART_SHAPE = 1
+SW_PART_DISPLACEMENTS = 2
+SW_PART_ROTATIONS = 3
+SW_PART_MODES = 4
+SW_PART_UNIFORM_LOAD = 5
+SW_PART_SPIN = 6
+SW_PART_FORCES = 7
+SW_PART_WIND = 8
+SW_PART_CONSTRAINTS = 9
+SW_PART_NONLINEAR_SHELL = 10
+SW_PART_REDUCED_SHELL = 11
+SW_PLAN_REASON_SIZE = 120
 SW_OK = 0
 SW_ERROR_INVALID_ARGUMENT = 1
 SW_ERROR_INVALID_DESC = 2
@@ -152,6 +166,11 @@ class SwPrecomputeDesc(Structure):
         ("handles", c_void_p),
         ("n_handles", c_uint32),
         ("reserved", c_uint32),
+        ("reduced_fields", c_uint32),
+        ("reduced_elements", c_uint32),
+        ("reduced_poses", c_uint32),
+        ("reduced_flags", c_uint32),
+        ("reduced_gravity", c_double),
     ]
 
 
@@ -186,6 +205,9 @@ class SwModelInfo(Structure):
         ("basis_rounding", c_double),
         ("truncation_bound", c_double),
         ("effective_mass", c_double * 3),
+        ("reduced_fields", c_uint32),
+        ("reduced_elements", c_uint32),
+        ("reduced_residual", c_double),
     ]
 
 
@@ -295,6 +317,16 @@ class SwEquilibriumReport(Structure):
     ]
 
 
+class SwPlanPart(Structure):
+    _fields_ = [
+        ("part", c_uint32),
+        ("active", c_uint32),
+        ("bytes", c_uint64),
+        ("operations", c_double),
+        ("reason", c_char * 120),
+    ]
+
+
 # Result and parameters of every function.
 FUNCTIONS = {
     "sw_last_error_message": (c_char_p, []),
@@ -351,4 +383,6 @@ FUNCTIONS = {
     "sw_state_set_wind": (c_uint32, [POINTER(SwState), POINTER(SwWindDesc)]),
     "sw_equilibrium_report_init": (None, [POINTER(SwEquilibriumReport)]),
     "sw_state_equilibrium": (c_uint32, [POINTER(SwState), POINTER(SwEquilibriumReport)]),
+    "sw_state_plan": (c_uint32, [POINTER(SwState), c_double, POINTER(SwPlanPart), c_uint32, c_void_p]),
+    "sw_state_plan_text": (c_uint32, [POINTER(SwState), c_double, c_char_p, c_uint64, c_void_p]),
 }

@@ -32,7 +32,8 @@ class Model(Handle):
         self._adopt(pointer)
         self.n_vertices = int(mesh.n_vertices)
 
-    def precompute(self, modes=16, precision="f32", progress=None, sag_gravity=(0.0, 0.0, 0.0)):
+    def precompute(self, modes=16, precision="f32", progress=None, sag_gravity=(0.0, 0.0, 0.0),
+                   reduced_fields=0, reduced_elements=0, reduced_poses=0, reduced_gravity=0.0):
         """Finds the `modes` lowest (0: 16); seconds on large meshes.
 
         `precision` is that of the run-time basis: "i16" takes half the memory of "f32" and moves vertices by about 1e-5 of the
@@ -41,12 +42,18 @@ class Model(Handle):
         With `sag_gravity`, an acceleration in frame axes, the modes are those of the shape that hangs at rest under it, and
         states begin there.
 
+        With `reduced_fields`, 40 for a start, there are states of the method "reduced-shell" too; the header tells of the others.
+
         `progress(phase, fraction)` is called with the phase's name and the fraction of it, 0 to 1. It may return False to
         stop (CancelledError). What it raises stops the precompute too and is raised here. On both the model stays as it was.
         """
         desc = _library.initialised(_abi.SwPrecomputeDesc)
         desc.modes, desc.precision = uint32(modes, "modes"), choice(PRECISIONS, precision, "precision")
         desc.sag_gravity[:] = [float(g) for g in sag_gravity]
+        desc.reduced_fields = uint32(reduced_fields, "reduced_fields")
+        desc.reduced_elements = uint32(reduced_elements, "reduced_elements")
+        desc.reduced_poses = uint32(reduced_poses, "reduced_poses")
+        desc.reduced_gravity = float(reduced_gravity)
         raised = []
         if progress is not None:
             desc.progress = _abi.SwProgressFn(_guarded(progress, raised))

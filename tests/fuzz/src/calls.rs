@@ -47,7 +47,7 @@ impl Play<'_> {
         (options.method, options.integrator) = (self.input.code(7), self.input.code(3));
         options.flags = u32::from(self.input.one_in(64));
         let mut state = null_mut();
-        let failures = [SW_ERROR_INVALID_ARGUMENT, SW_ERROR_NOT_PRECOMPUTED];
+        let failures = [SW_ERROR_INVALID_ARGUMENT, SW_ERROR_NOT_PRECOMPUTED, SW_ERROR_UNSUPPORTED];
         if ok_or(unsafe { sw_state_create(model.0, &options, &mut state) }, &failures) {
             if self.states.len() == MAX_STATES {
                 self.states.remove(0);

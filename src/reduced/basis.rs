@@ -1,0 +1,122 @@
+//! The fields of a reduced basis: the lowest modes, then what they need to bend without stretching.
+//!
+//! A mode bent far drags others along. To second order the static response to loads along the modes is
+//! u = Σ φ_i q_i + ½ Σ Θ_ij q_i q_j with the modal derivatives (Idelsohn, Cardona 1985; Barbič, James 2005)
+//!
+//!   Θ_ij = −K⁻¹ E‴(φ_i, φ_j).
+//!
+//! Under loads of all modes alike q_i is as 1/λ_i, so Θ_ij counts with the weight λ₁²/(λ_i λ_j). The weighted derivatives, and
+//! whatever poses the basis is trained on, are compressed to the wanted number by the eigenvectors of their Gram matrix in the mass
+//! norm, M-orthogonal to the modes.
+//!
+//! Everything here is in mass-scaled unknowns y = M^½ u, where M-orthonormal is orthonormal.
+
+use crate::energy::Curvature;
+use crate::modes::{ScaledStiffness, symmetric_eigen};
+use crate::sparse::Symbolic;
+use crate::{Error, ErrorKind, Result, Shell, Vec3};
+use faer::Mat;
+use faer::prelude::*;
+
+/// The step of a mode for the difference of Hessians turns no edge by more than this, rad. Its error is the square of it; rounding
+/// adds 1e-16 over it.
+const DIFFERENCE: f64 = 1e-4;
+
+/// Directions whose part beyond the others is less than this of the largest candidate are rounding.
+const LEAST_PART: f64 = 1e-7;
+
+/// A displacement field in mass-scaled unknowns.
+pub fn scaled(shell: &Shell, field: &[Vec3]) -> Vec<f64> {
+    shell.free.iter().flat_map(|&v| (field[v as usize] * shell.mass[v as usize].sqrt()).data.0[0]).collect()
+}
+
+/// The displacement of mass-scaled unknowns.
+pub fn unscaled(shell: &Shell, y: ColRef<'_, f64>) -> Vec<Vec3> {
+    let mut field = vec![Vec3::zeros(); shell.mass.len()];
+    for (i, &v) in shell.free.iter().enumerate() {
+        let root = shell.mass[v as usize].sqrt();
+        field[v as usize] = Vec3::new(y[3 * i], y[3 * i + 1], y[3 * i + 2]) / root;
+    }
+    field
+}
+
+/// Columns of mass-scaled unknowns.
+pub fn columns(shell: &Shell, fields: &[Vec<Vec3>]) -> Mat<f64> {
+    let scaled: Vec<Vec<f64>> = fields.iter().map(|field| scaled(shell, field)).collect();
+    Mat::from_fn(shell.n_unknowns(), fields.len(), |i, j| scaled[j][i])
+}
+
+/// A⁻¹ of the mass-scaled stiffness, applied to columns.
+pub fn solve_rest(shell: &Shell, right: &mut Mat<f64>) -> Result<()> {
+    let stiffness = ScaledStiffness::assemble(shell)?;
+    let symbolic = Symbolic::analyse(stiffness.lower.symbolic(), &shell.points(&shell.free))?;
+    let Some(factor) = symbolic.cholesky(&stiffness.lower)? else {
+        let message = "a reduced basis needs a shell that is held: its stiffness is singular";
+        return Err(Error::new(ErrorKind::Unsupported, message));
+    };
+    factor.solve_in_place(right.as_mut())
+}
+
+/// Θ_ij for i ≤ j, row by row (m(m + 1)/2 fields): differences of exact Hessians at x̄ ± εφ_j give E‴(φ_i, φ_j).
+pub fn modal_derivatives(shell: &Shell, shapes: &[Vec<Vec3>]) -> Result<Vec<Vec<Vec3>>> {
+    let (n, m) = (shell.mass.len(), shapes.len());
+    let mut forces = vec![vec![Vec3::zeros(); n]; m * (m + 1) / 2];
+    let at = |i: usize, j: usize| i * m - i * (i + 1) / 2 + j; // i ≤ j
+    for j in 0..m {
+        let step = DIFFERENCE / steepest(shell, &shapes[j]);
+        for sign in [1.0, -1.0] {
+            let x: Vec<Vec3> = shell.mesh.positions.iter().zip(&shapes[j]).map(|(x, u)| x + sign * step * u).collect();
+            shell.energy.visit_hessian(&x, Curvature::Exact, &mut |(vertices, blocks)| {
+                for i in 0..=j {
+                    for (p, &v) in vertices.iter().enumerate() {
+                        let row = &blocks[p * vertices.len()..];
+                        let force: Vec3 =
+                            vertices.iter().zip(row).map(|(&w, block)| block * shapes[i][w as usize]).sum();
+                        forces[at(i, j)][v as usize] -= force * (0.5 * sign / step);
+                    }
+                }
+            });
+        }
+    }
+    let by_root: Vec<f64> = shell.mass.iter().map(|m| 1.0 / m.sqrt()).collect();
+    for force in &mut forces {
+        force.iter_mut().zip(&by_root).for_each(|(f, root)| *f *= root * root); // columns() brings M^½
+    }
+    let mut right = columns(shell, &forces);
+    solve_rest(shell, &mut right)?;
+    Ok((0..right.ncols()).map(|k| unscaled(shell, right.col(k))).collect())
+}
+
+/// The largest rotation or stretch of an edge per unit of `field`.
+fn steepest(shell: &Shell, field: &[Vec3]) -> f64 {
+    let slope = |e: &crate::mesh::Edge| {
+        let [a, b] = e.vertices.map(|v| v as usize);
+        (field[b] - field[a]).norm() / (shell.mesh.positions[b] - shell.mesh.positions[a]).norm()
+    };
+    shell.mesh.edges.iter().map(slope).fold(f64::MIN_POSITIVE, f64::max)
+}
+
+/// Appends to the orthonormal columns `basis` up to `wanted` orthonormal directions that hold most of `candidates`.
+pub fn extend(basis: &mut Mat<f64>, mut candidates: Mat<f64>, wanted: usize) -> Result<()> {
+    let largest = (0..candidates.ncols()).map(|k| candidates.col(k).norm_l2()).fold(0.0, f64::max);
+    for _ in 0..2 {
+        let inside = basis.transpose() * &candidates;
+        candidates -= &*basis * inside;
+    }
+    let gram = candidates.transpose() * &candidates;
+    let (values, vectors) = symmetric_eigen(gram.as_ref())?;
+    for k in (0..values.len()).rev().take(wanted) {
+        if values[k] <= (LEAST_PART * largest).powi(2) {
+            break;
+        }
+        let mut y = &candidates * vectors.col(k);
+        for _ in 0..2 {
+            let inside = basis.transpose() * &y;
+            y -= &*basis * inside;
+            y = &y * faer::Scale(1.0 / y.norm_l2());
+        }
+        let last = basis.ncols();
+        basis.resize_with(y.nrows(), last + 1, |i, _| y[i]);
+    }
+    Ok(())
+}

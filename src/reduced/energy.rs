@@ -1,0 +1,343 @@
+//! The discrete shell's energy in reduced coordinates, E(x̄ + Bq), its gradient Bᵀ∇E and its Hessian BᵀHB, on some of the
+//! elements with nonnegative weights. Only the vertices of those elements are ever placed.
+//!
+//! The rest stiffness of the modes is made exact by ½ qᵀDq on the modes, D the difference of what the samples leave of it.
+
+use crate::energy::{Curvature, Energy, Mat3};
+use crate::{Shell, Vec3};
+use nalgebra::DMatrix;
+use pulp::Arch;
+
+/// See the module's text.
+pub struct ReducedEnergy {
+    energy: Box<dyn Energy>,
+    /// Rest positions of the vertices that the elements touch.
+    rest: Vec<Vec3>,
+    /// B at them: x, y, z of each vertex in turn, a row of `stride` numbers each.
+    rows: Vec<f64>,
+    /// Vertices of each element.
+    elements: Vec<([u32; 4], usize)>,
+    n_blocks: usize,
+    /// Coordinates, and numbers in a row.
+    n: usize,
+    stride: usize,
+    /// D (modes × modes).
+    correction: DMatrix<f64>,
+    arch: Arch,
+}
+
+/// Room, so that evaluation does not allocate.
+#[derive(Clone)]
+pub struct Scratch {
+    x: Vec<Vec3>,
+    gradient: Vec<Vec3>,
+    /// q, padded.
+    q: Vec<f64>,
+    sum: Vec<f64>,
+    blocks: Vec<Mat3>,
+    /// H B (as the rows).
+    product: Vec<f64>,
+    square: Vec<f64>,
+}
+
+/// Numbers in the widest register; rows are padded to it.
+const WIDTH: usize = 8;
+
+impl ReducedEnergy {
+    /// On the elements with a weight other than 0 (in the order of the shell's rest rows); `fields` are the columns of B.
+    pub fn new(shell: &Shell, fields: &[Vec<Vec3>], weights: &[f64]) -> Self {
+        let mut index = vec![u32::MAX; shell.mass.len()];
+        let (mut touched, mut elements, mut n_blocks) = (vec![], vec![], 0);
+        let mut weight = weights.iter();
+        shell.energy.visit_rest_rows(&mut |(vertices, _)| {
+            if weight.next().is_none_or(|w| *w == 0.0) {
+                return;
+            }
+            let mut own = [0; 4];
+            for (slot, &v) in own.iter_mut().zip(vertices) {
+                if index[v as usize] == u32::MAX {
+                    index[v as usize] = touched.len() as u32;
+                    touched.push(v as usize);
+                }
+                *slot = index[v as usize];
+            }
+            n_blocks += vertices.len() * vertices.len();
+            elements.push((own, vertices.len()));
+        });
+        let n = fields.len();
+        let stride = n.next_multiple_of(WIDTH);
+        let mut rows = vec![0.0; 3 * touched.len() * stride];
+        for (row, (v, c)) in
+            rows.chunks_exact_mut(stride).zip(touched.iter().flat_map(|v| (0..3).map(move |c| (*v, c))))
+        {
+            row.iter_mut().zip(fields).for_each(|(x, field)| *x = field[v][c]);
+        }
+        Self {
+            energy: shell.energy.sampled(weights, &index),
+            rest: touched.iter().map(|&v| shell.mesh.positions[v]).collect(),
+            rows,
+            elements,
+            n_blocks,
+            n,
+            stride,
+            correction: DMatrix::zeros(0, 0),
+            arch: Arch::new(),
+        }
+    }
+
+    /// Sets D (modes × modes).
+    pub fn correct(&mut self, correction: DMatrix<f64>) {
+        self.correction = correction;
+    }
+
+    /// D.
+    pub fn correction(&self) -> &DMatrix<f64> {
+        &self.correction
+    }
+
+    /// Coordinates.
+    pub fn n(&self) -> usize {
+        self.n
+    }
+
+    /// Elements evaluated.
+    pub fn n_elements(&self) -> usize {
+        self.elements.len()
+    }
+
+    /// Bytes held.
+    pub fn bytes(&self) -> usize {
+        8 * self.rows.len() + size_of::<Vec3>() * self.rest.len() + 150 * self.elements.len()
+    }
+
+    /// Room for one evaluation at a time.
+    pub fn scratch(&self) -> Scratch {
+        let zeros = vec![Vec3::zeros(); self.rest.len()];
+        Scratch {
+            x: zeros.clone(),
+            gradient: zeros,
+            q: vec![0.0; self.stride],
+            sum: vec![0.0; self.stride],
+            blocks: vec![Mat3::zeros(); self.n_blocks],
+            product: vec![0.0; self.rows.len()],
+            square: vec![0.0; self.stride * self.stride],
+        }
+    }
+
+    fn place(&self, q: &[f64], scratch: &mut Scratch) {
+        scratch.q[..self.n].copy_from_slice(q);
+        let Scratch { x, q, .. } = scratch;
+        self.arch.dispatch(|| place(&self.rows, &self.rest, q, x));
+    }
+
+    /// E(x̄ + Bq).
+    pub fn value(&self, q: &[f64], scratch: &mut Scratch) -> f64 {
+        self.place(q, scratch);
+        self.energy.value(&scratch.x) + 0.5 * self.corrected(q, |k, d| q[k] * d)
+    }
+
+    /// Σ f(k, (Dq)_k).
+    fn corrected(&self, q: &[f64], mut f: impl FnMut(usize, f64) -> f64) -> f64 {
+        let m = self.correction.nrows();
+        (0..m).map(|k| f(k, (0..m).map(|j| self.correction[(k, j)] * q[j]).sum())).sum()
+    }
+
+    /// Bᵀ∇E at x̄ + Bq.
+    pub fn gradient(&self, q: &[f64], scratch: &mut Scratch, out: &mut [f64]) {
+        self.place(q, scratch);
+        let Scratch { x, gradient, sum, .. } = scratch;
+        gradient.fill(Vec3::zeros());
+        self.energy.add_gradient(x, gradient);
+        sum.fill(0.0);
+        self.arch.dispatch(|| project(&self.rows, gradient, sum));
+        out.copy_from_slice(&sum[..self.n]);
+        self.corrected(q, |k, d| {
+            out[k] += d;
+            0.0
+        });
+    }
+
+    /// BᵀHB at x̄ + Bq (n × n, both triangles).
+    pub fn hessian(&self, q: &[f64], curvature: Curvature, scratch: &mut Scratch, out: &mut DMatrix<f64>) {
+        self.place(q, scratch);
+        let Scratch { x, blocks, product, square, .. } = scratch;
+        let mut at = 0;
+        self.energy.visit_hessian(x, curvature, &mut |(_, element)| {
+            blocks[at..at + element.len()].copy_from_slice(element);
+            at += element.len();
+        });
+        product.fill(0.0);
+        square.fill(0.0);
+        self.arch.dispatch(|| {
+            let mut blocks = &blocks[..];
+            for (vertices, k) in &self.elements {
+                let (own, others) = blocks.split_at(k * k);
+                blocks = others;
+                match k {
+                    2 => multiply::<2>(&self.rows, self.stride, vertices, own, product),
+                    3 => multiply::<3>(&self.rows, self.stride, vertices, own, product),
+                    _ => multiply::<4>(&self.rows, self.stride, vertices, own, product),
+                }
+            }
+            square_up(&self.rows, product, self.stride, square);
+        });
+        self.unpack(square, out);
+        let m = self.correction.nrows();
+        out.view_mut((0, 0), (m, m)).add_assign(&self.correction);
+    }
+
+    /// Bᵀ(Σ b bᵀ)B with the rows √(2w) ∇s at x̄ + Bq: the viscosity of [`crate::reference`].
+    pub fn viscosity(&self, q: &[f64], scratch: &mut Scratch, out: &mut DMatrix<f64>) {
+        self.place(q, scratch);
+        let Scratch { x, sum, square, .. } = scratch;
+        square.fill(0.0);
+        let mut elements = self.elements.iter();
+        self.energy.visit_rows(x, &mut |(_, row)| {
+            let Some((vertices, _)) = elements.next() else { return };
+            self.arch.dispatch(|| add_square(&self.rows, self.stride, vertices, row, sum, square));
+        });
+        self.unpack(square, out);
+    }
+
+    /// Both triangles from the lower one.
+    fn unpack(&self, square: &[f64], out: &mut DMatrix<f64>) {
+        for i in 0..self.n {
+            for j in 0..=i {
+                let value = square[i * self.stride + j];
+                (out[(i, j)], out[(j, i)]) = (value, value);
+            }
+        }
+    }
+
+    /// Hands Bᵀb of each element's rest row b to `visit`, in order. Of an energy on all elements of the shell.
+    pub fn visit_rest_rows(&self, shell: &Shell, mut visit: impl FnMut(usize, &[f64])) {
+        let mut sum = vec![0.0; self.stride];
+        let mut e = 0;
+        shell.energy.visit_rest_rows(&mut |(_, row)| {
+            sum.fill(0.0);
+            for (&v, g) in self.elements[e].0.iter().zip(row) {
+                project(
+                    &self.rows[3 * v as usize * self.stride..][..3 * self.stride],
+                    std::slice::from_ref(g),
+                    &mut sum,
+                );
+            }
+            visit(e, &sum[..self.n]);
+            e += 1;
+        });
+    }
+
+    /// Hands Bᵀ∇E of each element at x̄ + Bq to `visit`, in order.
+    pub fn visit_forces(&self, q: &[f64], scratch: &mut Scratch, mut visit: impl FnMut(usize, &[f64])) {
+        self.place(q, scratch);
+        let Scratch { x, sum, .. } = scratch;
+        let mut e = 0;
+        self.energy.visit_gradients(x, &mut |(_, gradient)| {
+            sum.fill(0.0);
+            for (&v, g) in self.elements[e].0.iter().zip(gradient) {
+                project(&self.rows[3 * v as usize * self.stride..][..3 * self.stride], std::slice::from_ref(g), sum);
+            }
+            visit(e, &sum[..self.n]);
+            e += 1;
+        });
+    }
+}
+
+use std::ops::AddAssign;
+
+/// x = x̄ + Bq.
+#[inline(always)]
+fn place(rows: &[f64], rest: &[Vec3], q: &[f64], x: &mut [Vec3]) {
+    let stride = q.len();
+    for ((x, rest), rows) in x.iter_mut().zip(rest).zip(rows.chunks_exact(3 * stride)) {
+        for c in 0..3 {
+            let row = &rows[c * stride..(c + 1) * stride];
+            let mut sums = [0.0; WIDTH];
+            for (b, q) in row.chunks_exact(WIDTH).zip(q.chunks_exact(WIDTH)) {
+                (0..WIDTH).for_each(|i| sums[i] += b[i] * q[i]);
+            }
+            x[c] = rest[c] + sums.iter().sum::<f64>();
+        }
+    }
+}
+
+/// sum += Bᵀg.
+#[inline(always)]
+fn project(rows: &[f64], g: &[Vec3], sum: &mut [f64]) {
+    let stride = sum.len();
+    for (g, rows) in g.iter().zip(rows.chunks_exact(3 * stride)) {
+        let (x, yz) = rows.split_at(stride);
+        let (y, z) = yz.split_at(stride);
+        for k in 0..stride {
+            sum[k] += x[k] * g[0] + y[k] * g[1] + z[k] * g[2];
+        }
+    }
+}
+
+/// product += HB for one element of K vertices.
+#[inline(always)]
+fn multiply<const K: usize>(rows: &[f64], stride: usize, vertices: &[u32; 4], blocks: &[Mat3], product: &mut [f64]) {
+    let own: [&[f64]; K] = std::array::from_fn(|q| &rows[3 * vertices[q] as usize * stride..][..3 * stride]);
+    for p in 0..K {
+        let out = &mut product[3 * vertices[p] as usize * stride..][..3 * stride];
+        let (x, yz) = out.split_at_mut(stride);
+        let (y, z) = yz.split_at_mut(stride);
+        for q in 0..K {
+            let block = &blocks[K * p + q];
+            let (bx, byz) = own[q].split_at(stride);
+            let (by, bz) = byz.split_at(stride);
+            for k in 0..stride {
+                x[k] += block[(0, 0)] * bx[k] + block[(0, 1)] * by[k] + block[(0, 2)] * bz[k];
+                y[k] += block[(1, 0)] * bx[k] + block[(1, 1)] * by[k] + block[(1, 2)] * bz[k];
+                z[k] += block[(2, 0)] * bx[k] + block[(2, 1)] * by[k] + block[(2, 2)] * bz[k];
+            }
+        }
+    }
+}
+
+/// The lower triangle of BᵀP, and some of what is above it.
+#[inline(always)]
+fn square_up(rows: &[f64], product: &[f64], stride: usize, square: &mut [f64]) {
+    const DEPTH: usize = 6;
+    let (mut b, mut p) = (rows, product);
+    while b.len() >= DEPTH * stride {
+        add_products::<DEPTH>(b, p, stride, square);
+        (b, p) = (&b[DEPTH * stride..], &p[DEPTH * stride..]);
+    }
+    while b.len() >= 3 * stride {
+        add_products::<3>(b, p, stride, square);
+        (b, p) = (&b[3 * stride..], &p[3 * stride..]);
+    }
+}
+
+/// square += Σ b pᵀ over N rows.
+#[inline(always)]
+fn add_products<const N: usize>(b: &[f64], p: &[f64], stride: usize, square: &mut [f64]) {
+    let p: [&[f64]; N] = std::array::from_fn(|n| &p[n * stride..(n + 1) * stride]);
+    for (i, out) in square.chunks_exact_mut(stride).enumerate() {
+        let b: [f64; N] = std::array::from_fn(|n| b[n * stride + i]);
+        let end = (i + 1).next_multiple_of(WIDTH);
+        let p = p.map(|row| &row[..end]);
+        let out = &mut out[..end];
+        for j in 0..end {
+            let mut sum = out[j];
+            for n in 0..N {
+                sum += b[n] * p[n][j];
+            }
+            out[j] = sum;
+        }
+    }
+}
+
+/// square += (Bᵀb)(Bᵀb)ᵀ, lower triangle, for one element's row b.
+#[inline(always)]
+fn add_square(rows: &[f64], stride: usize, vertices: &[u32; 4], row: &[Vec3], sum: &mut [f64], square: &mut [f64]) {
+    sum.fill(0.0);
+    for (&v, g) in vertices.iter().zip(row) {
+        project(&rows[3 * v as usize * stride..][..3 * stride], std::slice::from_ref(g), sum);
+    }
+    for (i, out) in square.chunks_exact_mut(stride).enumerate() {
+        let scale = sum[i];
+        out[..=i].iter_mut().zip(&*sum).for_each(|(out, s)| *out += scale * s);
+    }
+}

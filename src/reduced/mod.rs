@@ -1,0 +1,393 @@
+//! Reduced discrete shells: the full nonlinear energy of the discrete shell on a few displacement fields, u = Bq.
+//!
+//!   q̈ + C q̇ + Bᵀ∇E(x̄ + Bq) = BᵀF,    BᵀMB = I
+//!
+//! B holds the lowest modes and the fields that these need to bend without stretching ([`basis`]). ∇E is evaluated on some hundred
+//! elements with nonnegative weights ([`sampling`]), so that a step's cost does not grow with the mesh; output is one pass over B. Loads
+//! are linear in B: gravity has one number a field, the inertia of a moving frame r × r ones,
+//!
+//!   −Bᵀ M (G r + c × ṙ) = −Σ_ab G_ab (P_ab + S_ab q) − Σ_ab [c]×_ab S_ab q̇,
+//!
+//! with P_ab = Σ m b_a x̄_b and S_ab = Σ m b_a b_bᵀ, b_a being the fields' a-components at a vertex.
+
+pub mod basis;
+mod energy;
+mod fields;
+mod newton;
+pub mod sampling;
+mod saved;
+
+pub use energy::{ReducedEnergy, Scratch};
+pub use fields::{Fields, MAX_FIELDS};
+pub use newton::{End, Newton, Potential, Rows, Stop};
+
+use crate::energy::Curvature;
+use crate::features::Feature;
+use crate::model::Precision;
+use crate::modes::{Modes, Phase, Progress};
+use crate::reference::Solver;
+use crate::{Error, ErrorKind, Result, Shell, Vec3};
+use faer::Mat;
+use nalgebra::{DMatrix, Matrix3};
+use std::sync::Arc;
+
+/// What to precompute beyond the modes.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Options {
+    /// Fields beyond the modes; 0 for no reduced shell.
+    pub fields: usize,
+    /// Elements that the energy is evaluated on; 0 for as many as [`TOLERANCE`] asks for.
+    pub elements: usize,
+    /// Equilibria of the full shell that the fields are trained on, at most.
+    pub poses: usize,
+    /// The strength of the gravity that scenes will have; 0 for what bends the shell by a quarter of its size to first order.
+    pub gravity: f64,
+}
+
+/// Of the forces of the poses that sampling looks at, what samples may leave out when their number is not given.
+pub const TOLERANCE: f64 = 0.01;
+/// And their largest number then, as a multiple of the fields.
+const MOST_ELEMENTS: usize = 16;
+
+/// The run-time fields in the precision asked for.
+pub enum AnyFields {
+    /// [`Precision::F32`], and beside modes in 16 bits.
+    F32(Fields<f32>),
+    /// [`Precision::F64`].
+    F64(Fields<f64>),
+}
+
+/// Calls the same code on the fields of either precision.
+macro_rules! with_fields {
+    ($any:expr, $fields:ident => $body:expr) => {
+        match $any {
+            $crate::reduced::AnyFields::F32($fields) => $body,
+            $crate::reduced::AnyFields::F64($fields) if $crate::features::Feature::F64Basis.is_built_in() => $body,
+            _ => unreachable!("no model has fields that its build lacks"),
+        }
+    };
+}
+pub(crate) use with_fields;
+
+/// Everything that reduced states share.
+pub struct ReducedShell {
+    /// B.
+    pub fields: AnyFields,
+    /// E.
+    pub energy: ReducedEnergy,
+    /// Weights of the sampled elements, by their number among the rest rows.
+    pub samples: Vec<(u32, f64)>,
+    /// Σ m b: the force of a uniform acceleration, a number a field.
+    weight: [Vec<f64>; 3],
+    /// P_ab, b by a.
+    moment: [[Vec<f64>; 3]; 3],
+    /// S_ab, b by a.
+    inertia: [[DMatrix<f64>; 3]; 3],
+    /// What the samples leave of the forces and the stiffness that they were chosen by, relative.
+    pub fit: f64,
+}
+
+impl ReducedShell {
+    /// On `modes` of `shell`.
+    pub fn precompute(
+        shell: &Arc<Shell>,
+        modes: &Modes,
+        options: &Options,
+        precision: Precision,
+        progress: &mut Progress,
+    ) -> Result<Self> {
+        Feature::ReducedShell.require()?;
+        let wanted = modes.shapes.len() + options.fields;
+        if wanted > MAX_FIELDS {
+            return Err(Error::argument(format!(
+                "{wanted} modes and fields: a reduced shell has at most {MAX_FIELDS}"
+            )));
+        }
+        if modes.zero_modes > 0 || shell.sag.is_some() {
+            let message =
+                "a reduced shell must be held so that nothing moves freely, and not be linearised where it hangs";
+            return Err(Error::new(ErrorKind::Unsupported, message));
+        }
+        let report = |progress: &mut Progress, share: f64| progress.report(Phase::Rotation, share);
+        report(progress, 0.0)?;
+        let scene = Scene::new(shell, modes, options);
+        let mut candidates = scene.weighted_derivatives(shell, modes)?;
+        candidates.extend(scene.train(shell, options.poses, &mut |share| report(progress, 0.1 + 0.4 * share))?);
+        let mut basis = basis::columns(shell, &modes.shapes);
+        basis::extend(&mut basis, basis::columns(shell, &candidates), options.fields)?;
+        let fields = stored(shell, &basis, precision)?;
+        let columns = unpacked(shell, &fields);
+        let all = ReducedEnergy::new(shell, &columns, &vec![1.0; shell.energy.n_elements()]);
+        let stiffness = rest_stiffness(&all, shell);
+        report(progress, 0.6)?;
+        let (weights, residual) = if options.elements >= all.n_elements() {
+            (vec![1.0; all.n_elements()], 0.0)
+        } else {
+            let count = if options.elements > 0 { options.elements } else { MOST_ELEMENTS * columns.len() };
+            let tolerance = if options.elements > 0 { 0.0 } else { TOLERANCE };
+            let poses = scene.poses(shell, &all, &columns, &mut |share| report(progress, 0.6 + 0.1 * share))?;
+            let mut watch = |share| report(progress, 0.7 + 0.2 * share);
+            sampling::sample(shell, &all, &stiffness, (&poses, count, tolerance), &mut watch)?
+        };
+        let samples = (0u32..).zip(weights).filter(|(_, w)| *w > 0.0).collect();
+        let mut reduced = Self::assemble(shell, fields, samples, DMatrix::zeros(0, 0))?;
+        reduced.energy.correct(rest_correction(&reduced.energy, &modes.eigenvalues));
+        reduced.fit = residual;
+        report(progress, 1.0)?;
+        Ok(reduced)
+    }
+
+    /// From what is saved; everything else follows.
+    pub fn assemble(
+        shell: &Shell,
+        fields: AnyFields,
+        samples: Vec<(u32, f64)>,
+        correction: DMatrix<f64>,
+    ) -> Result<Self> {
+        let columns = unpacked(shell, &fields);
+        let mut weights = vec![0.0; shell.energy.n_elements()];
+        samples.iter().for_each(|&(e, w)| weights[e as usize] = w);
+        let mut energy = ReducedEnergy::new(shell, &columns, &weights);
+        energy.correct(correction);
+        let n = columns.len();
+        let (mass, rest) = (&shell.mass, &shell.mesh.positions);
+        let sum = |f: &dyn Fn(usize) -> f64| -> f64 { (0..mass.len()).map(|v| mass[v] * f(v)).sum() };
+        let weight = std::array::from_fn(|a| (0..n).map(|k| sum(&|v| columns[k][v][a])).collect());
+        let moment = std::array::from_fn(|b| {
+            std::array::from_fn(|a| (0..n).map(|k| sum(&|v| columns[k][v][a] * rest[v][b])).collect())
+        });
+        let component = |a: usize| Mat::from_fn(mass.len(), n, |v, k| columns[k][v][a] * mass[v].sqrt());
+        let components: [Mat<f64>; 3] = std::array::from_fn(component);
+        let inertia = std::array::from_fn(|b| {
+            std::array::from_fn(|a| {
+                let product = components[a].transpose() * &components[b];
+                DMatrix::from_fn(n, n, |i, j| product[(i, j)])
+            })
+        });
+        Ok(Self { fields, energy, samples, weight, moment, inertia, fit: 0.0 })
+    }
+
+    /// Modes and further fields.
+    pub fn n(&self) -> usize {
+        self.energy.n()
+    }
+
+    /// Bytes held.
+    pub fn bytes(&self) -> usize {
+        let tensors = 72 * self.n() * self.n();
+        with_fields!(&self.fields, fields => fields.bytes()) + self.energy.bytes() + 12 * self.samples.len() + tensors
+    }
+
+    /// About how long a step takes, for sharing out work: two Newton iterations, as measured on one machine.
+    pub fn step_nanoseconds(&self) -> u64 {
+        let (elements, n) = (self.samples.len() as u64, self.n() as u64);
+        elements * n * (n + 30) / 4
+    }
+
+    /// Adds the force of the acceleration `a` everywhere.
+    pub fn add_uniform(&self, a: &Vec3, out: &mut [f64]) {
+        for (c, weight) in self.weight.iter().enumerate() {
+            out.iter_mut().zip(weight).for_each(|(out, w)| *out += a[c] * w);
+        }
+    }
+
+    /// Adds −Bᵀ M (G r + c × ṙ) at amplitudes `q` and rates `q_dot`.
+    pub fn add_spin(&self, gradient: &Matrix3<f64>, coriolis: &Vec3, (q, q_dot): (&[f64], &[f64]), out: &mut [f64]) {
+        let turning = coriolis.cross_matrix();
+        for b in 0..3 {
+            for a in 0..3 {
+                let (g, c, s) = (gradient[(a, b)], turning[(a, b)], &self.inertia[b][a]);
+                for k in 0..q.len() {
+                    let along: f64 = (0..q.len()).map(|j| s[(k, j)] * (g * q[j] + c * q_dot[j])).sum();
+                    out[k] -= g * self.moment[b][a][k] + along;
+                }
+            }
+        }
+    }
+}
+
+/// The basis rounded to its run-time precision, which everything else follows from.
+fn stored(shell: &Shell, basis: &Mat<f64>, precision: Precision) -> Result<AnyFields> {
+    fn of<T: crate::real::Real>(shell: &Shell, basis: &Mat<f64>) -> Result<Fields<T>> {
+        let mut fields = Fields::new(&shell.mesh.positions, basis.ncols(), shell.total_mass)?;
+        (0..basis.ncols()).for_each(|k| fields.set(k, &basis::unscaled(shell, basis.col(k))));
+        Ok(fields)
+    }
+    let fields = match precision {
+        Precision::F64 if Feature::F64Basis.is_built_in() => AnyFields::F64(of(shell, basis)?),
+        _ => AnyFields::F32(of(shell, basis)?),
+    };
+    if with_fields!(&fields, fields => fields.is_finite()) {
+        return Ok(fields);
+    }
+    Err(Error::new(ErrorKind::Numerical, "the reduced basis leaves the floating-point range: choose other units"))
+}
+
+/// The columns of B (fields × n_vertices).
+fn unpacked(shell: &Shell, fields: &AnyFields) -> Vec<Vec<Vec3>> {
+    let n = shell.mass.len();
+    with_fields!(fields, fields => (0..fields.n).map(|k| (0..n).map(|v| fields.at(k, v)).collect()).collect())
+}
+
+/// BᵀKB.
+fn rest_stiffness(all: &ReducedEnergy, shell: &Shell) -> DMatrix<f64> {
+    let mut k = DMatrix::zeros(all.n(), all.n());
+    all.visit_rest_rows(shell, |_, row| {
+        for (j, b) in row.iter().enumerate() {
+            k.column_mut(j).iter_mut().zip(row).for_each(|(k, a)| *k += a * b);
+        }
+    });
+    k
+}
+
+/// D: Λ less the stiffness that the samples show the modes when the other fields follow.
+fn rest_correction(energy: &ReducedEnergy, eigenvalues: &[f64]) -> DMatrix<f64> {
+    let (n, m) = (energy.n(), eigenvalues.len());
+    let mut k = DMatrix::zeros(n, n);
+    energy.hessian(&vec![0.0; n], Curvature::Exact, &mut energy.scratch(), &mut k);
+    let exact = DMatrix::from_diagonal(&nalgebra::DVector::from_column_slice(eigenvalues));
+    let own = k.view((0, 0), (m, m)).into_owned();
+    let across = k.view((m, 0), (n - m, m)).into_owned();
+    let follow = nalgebra::Cholesky::new(k.view((m, m), (n - m, n - m)).into_owned());
+    let shown = follow.map_or_else(|| own.clone(), |follow| &own - across.transpose() * follow.solve(&across));
+    let correction = exact - shown;
+    0.5 * (&correction + correction.transpose())
+}
+
+/// The loads that fields and samples are chosen for.
+struct Scene {
+    /// Strength of gravity.
+    gravity: f64,
+    /// Amplitude of the first mode that bends the shell by a quarter of its size.
+    amplitude: f64,
+    /// Far from the supports and each other.
+    points: Vec<usize>,
+}
+
+/// Share of the weight that pulls at a point.
+const PULL: f64 = 0.05;
+const POINTS: usize = 3;
+/// Elements that the poses are found with, at most.
+const POSE_ELEMENTS: usize = 6000;
+/// Largest displacement of the first mode, in model sizes.
+const BEND: f64 = 0.25;
+
+impl Scene {
+    fn new(shell: &Shell, modes: &Modes, options: &Options) -> Self {
+        let largest = |field: &[Vec3]| field.iter().map(|u| u.norm()).fold(f64::MIN_POSITIVE, f64::max);
+        let amplitude = BEND * shell.mesh.size / modes.shapes.first().map_or(1.0, |shape| largest(shape));
+        // λ q = g Φᵀ M 1 with the most effective direction.
+        let effective = |(shape, lambda): (&Vec<Vec3>, &f64)| {
+            let sum: Vec3 = shape.iter().zip(&shell.mass).map(|(u, m)| u * *m).sum();
+            sum.norm() * largest(shape) / lambda
+        };
+        let softest = modes.shapes.iter().zip(&modes.eigenvalues).map(effective).fold(f64::MIN_POSITIVE, f64::max);
+        let gravity = if options.gravity > 0.0 { options.gravity } else { BEND * shell.mesh.size / softest };
+        Self { gravity, amplitude, points: far_points(shell, POINTS) }
+    }
+
+    /// ½ Θ_ij q_i q_j with q_i = a λ₁/λ_i.
+    fn weighted_derivatives(&self, shell: &Shell, modes: &Modes) -> Result<Vec<Vec<Vec3>>> {
+        let mut derivatives = basis::modal_derivatives(shell, &modes.shapes)?;
+        let l = &modes.eigenvalues;
+        let pairs = (0..l.len()).flat_map(|i| (i..l.len()).map(move |j| (i, j)));
+        for (field, (i, j)) in derivatives.iter_mut().zip(pairs) {
+            let weight = 0.5 * self.amplitude * self.amplitude * l[0] * l[0] / (l[i] * l[j]);
+            field.iter_mut().for_each(|u| *u *= weight);
+        }
+        Ok(derivatives)
+    }
+
+    /// Loads, the most telling first: gravity along ± the axes, pressure, pulls at points; all at full and at half strength.
+    fn loads(&self, shell: &Shell) -> Vec<Vec<Vec3>> {
+        let axes: Vec<Vec3> =
+            (0..6).map(|k| if k % 2 == 0 { Vec3::ith(k / 2, 1.0) } else { Vec3::ith(k / 2, -1.0) }).collect();
+        let normals = shell.mesh.normals(&shell.mesh.positions);
+        let total: f64 = shell.free.iter().map(|&v| shell.mass[v as usize]).sum::<f64>() * self.gravity;
+        let mut loads = vec![];
+        for strength in [1.0, 0.5] {
+            let g = strength * self.gravity;
+            loads.extend(axes.iter().map(|axis| shell.mass.iter().map(|m| *m * g * axis).collect::<Vec<_>>()));
+            for sign in [1.0, -1.0] {
+                loads.push(normals.iter().zip(&shell.mass).map(|(n, m)| n * (sign * g * m)).collect());
+            }
+            for &point in &self.points {
+                loads.extend(axes.iter().map(|axis| {
+                    let mut load = vec![Vec3::zeros(); shell.mass.len()];
+                    load[point] = axis * (PULL * strength * total);
+                    load
+                }));
+            }
+        }
+        loads
+    }
+
+    /// Equilibria of the full shell under at most `count` loads; those that are not found are left out.
+    fn train(
+        &self,
+        shell: &Arc<Shell>,
+        count: usize,
+        watch: &mut dyn FnMut(f64) -> Result<()>,
+    ) -> Result<Vec<Vec<Vec3>>> {
+        let mut found = vec![];
+        if count == 0 {
+            return Ok(found);
+        }
+        let mut solver = Solver::new(shell.clone())?;
+        let start = vec![Vec3::zeros(); shell.mass.len()];
+        for (k, load) in self.loads(shell).iter().take(count).enumerate() {
+            watch(k as f64 / count as f64)?;
+            match solver.equilibrium(&start, load, &Default::default(), &mut |_| watch(k as f64 / count as f64)) {
+                Ok(equilibrium) => found.push(equilibrium.displacement),
+                Err(error) if error.kind == ErrorKind::Numerical => (),
+                Err(error) => return Err(error),
+            }
+        }
+        Ok(found)
+    }
+
+    /// Reduced equilibria for sampling to look at.
+    fn poses(
+        &self,
+        shell: &Shell,
+        all: &ReducedEnergy,
+        columns: &[Vec<Vec3>],
+        watch: &mut dyn FnMut(f64) -> Result<()>,
+    ) -> Result<Vec<Vec<f64>>> {
+        // Of a large mesh an even choice of elements will do here: the poses need not be exact.
+        let every = all.n_elements().div_ceil(POSE_ELEMENTS);
+        let weights: Vec<f64> =
+            (0..all.n_elements()).map(|e| if e % every == 0 { every as f64 } else { 0.0 }).collect();
+        let all = &ReducedEnergy::new(shell, columns, &weights);
+        let loads = self.loads(shell);
+        let full_strength = loads.len() / 2;
+        let mut newton = Newton::new(all);
+        let mut poses = vec![];
+        for (k, load) in loads[..full_strength].iter().enumerate() {
+            watch(k as f64 / full_strength as f64)?;
+            let load = sampling::project(columns, load);
+            let mut q = vec![0.0; all.n()];
+            newton.minimize(all, &Potential::of_load(&load), &mut q, Stop { tolerance: 1e-2, iterations: 40 });
+            poses.push(q);
+        }
+        Ok(poses)
+    }
+}
+
+/// Vertices that are far from the held ones and from each other.
+fn far_points(shell: &Shell, count: usize) -> Vec<usize> {
+    let x = &shell.mesh.positions;
+    let mut distance = vec![f64::INFINITY; x.len()];
+    let nearer = |to: usize, distance: &mut Vec<f64>| {
+        distance.iter_mut().zip(x).for_each(|(d, p)| *d = d.min((p - x[to]).norm_squared()));
+    };
+    (0..x.len()).filter(|&v| shell.held[v]).for_each(|v| nearer(v, &mut distance));
+    let mut points = vec![];
+    for _ in 0..count {
+        let free = shell.free.iter().map(|&v| v as usize);
+        let Some(furthest) = free.max_by(|&a, &b| distance[a].total_cmp(&distance[b])) else { break };
+        points.push(furthest);
+        nearer(furthest, &mut distance);
+    }
+    points
+}

@@ -1,0 +1,332 @@
+//! Newton's method in reduced coordinates for the minimum of
+//!
+//!   Π(q) = E(x̄ + Bq) + ½ s |q|² + ½ qᵀCq − bᵀq     subject to Jq + γμ = d
+//!
+//! with the compliance γ of each constraint and its force μ.
+//!
+//! Where the exact Hessian is not positive definite, the semidefinite one with a shift takes its place. A straight step along
+//! bending fields stretches the shell and raises Π, and the next step takes the stretch out again; so steps may raise Π twice in
+//! a row as long as it then falls below where it was (the watchdog of Chamberlain et al. 1982, as in [`crate::reference`]).
+//! The line search is on Π + ρ Σ|Jq − d| over hard constraints with ρ above every μ, + Σ (Jq − d)²/2γ over soft ones.
+
+use super::energy::{ReducedEnergy, Scratch};
+use crate::energy::Curvature;
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+
+/// Sufficient decrease, as a share of the slope's promise.
+const DECREASE: f64 = 1e-4;
+/// Steps in a row that may leave Π above the mark.
+const VENTURES: usize = 2;
+/// Halvings before a line search gives up.
+const TRIALS: usize = 40;
+/// Below this residual rounding of Π may hide what a step gains.
+const ROUNDING: f64 = 1e-6;
+/// ε of J H⁻¹ Jᵀ + εI, relative to its largest diagonal entry, so that constraints may repeat or conflict.
+const LEAST_CONSTRAINT: f64 = 1e-10;
+
+/// Π without E.
+pub struct Potential<'a> {
+    /// s.
+    pub shift: f64,
+    /// C.
+    pub matrix: Option<&'a DMatrix<f64>>,
+    /// b.
+    pub load: &'a [f64],
+    /// Constraints.
+    pub handles: Option<&'a Rows>,
+}
+
+impl<'a> Potential<'a> {
+    /// Of a dead load alone.
+    pub fn of_load(load: &'a [f64]) -> Self {
+        Self { shift: 0.0, matrix: None, load, handles: None }
+    }
+}
+
+/// Linear constraints.
+#[derive(Clone)]
+pub struct Rows {
+    /// J (n × rows).
+    pub jacobian: DMatrix<f64>,
+    /// d.
+    pub target: DVector<f64>,
+    /// γ.
+    pub compliance: DVector<f64>,
+}
+
+impl Rows {
+    /// So many, on `n` coordinates.
+    pub fn new(rows: usize, n: usize) -> Self {
+        let zeros = DVector::zeros(rows);
+        Self { jacobian: DMatrix::zeros(n, rows), target: zeros.clone(), compliance: zeros }
+    }
+
+    /// Their number.
+    pub fn len(&self) -> usize {
+        self.target.len()
+    }
+
+    /// None.
+    pub fn is_empty(&self) -> bool {
+        self.target.is_empty()
+    }
+
+    /// (J v)_i.
+    pub fn along(&self, i: usize, v: &[f64]) -> f64 {
+        self.jacobian.column(i).iter().zip(v).map(|(j, v)| j * v).sum()
+    }
+}
+
+/// When to stop.
+#[derive(Clone, Copy)]
+pub struct Stop {
+    /// Converged when a Newton step would lower Π by less than the square of this, relative to what Π's terms are made of.
+    pub tolerance: f64,
+    /// Linear solves at most.
+    pub iterations: usize,
+}
+
+/// How it ended.
+#[derive(Clone, Copy, Debug)]
+pub struct End {
+    /// To the tolerance.
+    pub converged: bool,
+    /// Linear solves.
+    pub iterations: usize,
+    /// √(−∇Π·Δ / scale) of the last direction.
+    pub residual: f64,
+}
+
+/// Room for the work.
+#[derive(Clone)]
+pub struct Newton {
+    scratch: Scratch,
+    gradient: DVector<f64>,
+    direction: DVector<f64>,
+    trial: Vec<f64>,
+    mark: Vec<f64>,
+    mark_direction: DVector<f64>,
+    hessian: Option<DMatrix<f64>>,
+    /// μ (rows), H⁻¹Jᵀ (n × rows) and the rows' own matrix.
+    multipliers: DVector<f64>,
+    response: DMatrix<f64>,
+    flexibility: Option<DMatrix<f64>>,
+    missing: DVector<f64>,
+    /// ρ.
+    penalty: f64,
+    exact: bool,
+}
+
+impl Newton {
+    /// For evaluations of `energy`.
+    pub fn new(energy: &ReducedEnergy) -> Self {
+        let n = energy.n();
+        Self {
+            scratch: energy.scratch(),
+            gradient: DVector::zeros(n),
+            direction: DVector::zeros(n),
+            trial: vec![0.0; n],
+            mark: vec![0.0; n],
+            mark_direction: DVector::zeros(n),
+            hessian: Some(DMatrix::zeros(n, n)),
+            multipliers: DVector::zeros(0),
+            response: DMatrix::zeros(n, 0),
+            flexibility: Some(DMatrix::zeros(0, 0)),
+            missing: DVector::zeros(0),
+            penalty: 0.0,
+            exact: true,
+        }
+    }
+
+    /// Makes room for so many rows of constraints.
+    pub fn make_room(&mut self, rows: usize) {
+        if self.missing.len() != rows {
+            self.multipliers = DVector::zeros(rows);
+            self.missing = DVector::zeros(rows);
+            self.response = DMatrix::zeros(self.trial.len(), rows);
+            self.flexibility = Some(DMatrix::zeros(rows, rows));
+        }
+    }
+
+    /// Room for evaluations beside.
+    pub fn scratch(&mut self) -> &mut Scratch {
+        &mut self.scratch
+    }
+
+    /// μ of the constraints at the end of the last search.
+    pub fn multipliers(&self) -> &DVector<f64> {
+        &self.multipliers
+    }
+
+    /// Moves `q` to a minimum. Does not allocate.
+    pub fn minimize(&mut self, energy: &ReducedEnergy, potential: &Potential, q: &mut [f64], stop: Stop) -> End {
+        let mut mark = (f64::INFINITY, 0.0, f64::INFINITY);
+        let mut ventures = 0;
+        let mut residual = f64::INFINITY;
+        self.penalty = 0.0;
+        let mut penalty = 0.0;
+        for iterations in 0..stop.iterations {
+            let Some((slope, scale)) = self.find_direction(energy, potential, q) else {
+                return End { converged: false, iterations, residual };
+            };
+            residual = (-slope / scale).max(0.0).sqrt();
+            if ventures > 0 && self.penalty > penalty {
+                let at_mark = std::mem::take(&mut self.mark);
+                mark.0 = self.merit(energy, potential, &at_mark);
+                self.mark = at_mark;
+            }
+            penalty = self.penalty;
+            if residual <= stop.tolerance && (ventures == 0 || self.merit(energy, potential, q) <= mark.0) {
+                self.step(q);
+                q.copy_from_slice(&self.trial);
+                return End { converged: true, iterations: iterations + 1, residual };
+            }
+            if ventures == 0 {
+                mark = (self.merit(energy, potential, q), slope, residual);
+                self.mark.copy_from_slice(q);
+                self.mark_direction.copy_from(&self.direction);
+            }
+            self.step(q);
+            let value = self.trial_merit(energy, potential);
+            if value <= mark.0 + DECREASE * mark.1 {
+                ventures = 0;
+            } else if self.exact && ventures < VENTURES && value.is_finite() && iterations + 1 < stop.iterations {
+                ventures += 1;
+            } else {
+                q.copy_from_slice(&self.mark);
+                ventures = 0;
+                if !self.search(energy, potential, q, (mark.0, mark.1)) {
+                    let residual = mark.2;
+                    return End { converged: residual <= ROUNDING, iterations: iterations + 1, residual };
+                }
+            }
+            q.copy_from_slice(&self.trial);
+        }
+        End { converged: false, iterations: stop.iterations, residual }
+    }
+
+    /// From the mark at `q` along its direction to a sufficient decrease; false when there is none.
+    fn search(&mut self, energy: &ReducedEnergy, potential: &Potential, q: &[f64], (value, slope): (f64, f64)) -> bool {
+        let mut alpha = 1.0;
+        for _ in 0..TRIALS {
+            for k in 0..q.len() {
+                self.trial[k] = q[k] + alpha * self.mark_direction[k];
+            }
+            let change = self.trial_merit(energy, potential) - value;
+            if change <= DECREASE * alpha * slope {
+                return true;
+            }
+            let parabola = -0.5 * slope * alpha * alpha / (change - slope * alpha);
+            alpha = if parabola.is_finite() { parabola.clamp(0.1 * alpha, 0.5 * alpha) } else { 0.1 * alpha };
+        }
+        self.trial.copy_from_slice(q);
+        false
+    }
+
+    fn step(&mut self, q: &[f64]) {
+        for k in 0..q.len() {
+            self.trial[k] = q[k] + self.direction[k];
+        }
+    }
+
+    fn trial_merit(&mut self, energy: &ReducedEnergy, potential: &Potential) -> f64 {
+        let trial = std::mem::take(&mut self.trial);
+        let value = self.merit(energy, potential, &trial);
+        self.trial = trial;
+        value
+    }
+
+    /// Π + ρ Σ|Jq − d|.
+    fn merit(&mut self, energy: &ReducedEnergy, potential: &Potential, q: &[f64]) -> f64 {
+        let elastic = energy.value(q, &mut self.scratch);
+        let quadratic: f64 = q.iter().zip(potential.load).map(|(q, b)| q * (0.5 * potential.shift * q - b)).sum();
+        let viscous = potential.matrix.map_or(0.0, |c| 0.5 * self.product(c, q, |k, cq| q[k] * cq));
+        let strayed = potential.handles.map_or(0.0, |rows| {
+            (0..rows.len()).map(|i| self.price(rows.target[i] - rows.along(i, q), rows.compliance[i])).sum::<f64>()
+        });
+        elastic + quadratic + viscous + strayed
+    }
+
+    /// Of missing a constraint by so much.
+    fn price(&self, missing: f64, compliance: f64) -> f64 {
+        if compliance > 0.0 { 0.5 * missing * missing / compliance } else { self.penalty * missing.abs() }
+    }
+
+    /// Σ f(k, (Cq)_k).
+    fn product(&self, c: &DMatrix<f64>, q: &[f64], mut f: impl FnMut(usize, f64) -> f64) -> f64 {
+        (0..q.len()).map(|k| f(k, c.column(k).iter().zip(q).map(|(c, q)| c * q).sum())).sum()
+    }
+
+    /// Δ; returns its slope and the scale of Π, or none without a descent direction.
+    fn find_direction(&mut self, energy: &ReducedEnergy, potential: &Potential, q: &[f64]) -> Option<(f64, f64)> {
+        energy.gradient(q, &mut self.scratch, self.gradient.as_mut_slice());
+        let elastic: f64 = q.iter().zip(self.gradient.iter()).map(|(q, g)| (q * g).abs()).sum();
+        for k in 0..q.len() {
+            self.gradient[k] += potential.shift * q[k] - potential.load[k];
+        }
+        if let Some(c) = potential.matrix {
+            for k in 0..q.len() {
+                self.gradient[k] += c.column(k).iter().zip(q).map(|(c, q)| c * q).sum::<f64>();
+            }
+        }
+        let mut shift = 0.0;
+        for attempt in 0..TRIALS {
+            let curvature = if attempt == 0 { Curvature::Exact } else { Curvature::Semidefinite };
+            let mut hessian = self.hessian.take().unwrap_or_else(|| DMatrix::zeros(q.len(), q.len()));
+            energy.hessian(q, curvature, &mut self.scratch, &mut hessian);
+            (0..q.len()).for_each(|k| hessian[(k, k)] += potential.shift + shift);
+            if let Some(c) = potential.matrix {
+                hessian += c;
+            }
+            let trace = hessian.trace();
+            let Some(factor) = Cholesky::new(hessian) else {
+                shift = if attempt == 0 { 0.0 } else { (10.0 * shift).max(1e-12 * trace.abs()) };
+                continue;
+            };
+            self.exact = attempt == 0;
+            let slope = self.solve(&factor, potential, q);
+            let work: f64 = q.iter().zip(potential.load).map(|(q, b)| (q * b).abs()).sum();
+            self.hessian = Some(factor.unpack_dirty());
+            let scale = work + elastic + f64::MIN_POSITIVE;
+            return (slope <= ROUNDING * ROUNDING * scale).then_some((slope.min(0.0), scale));
+        }
+        None
+    }
+
+    /// Δ with the factorized Hessian, and the slope of the merit along it.
+    fn solve(&mut self, factor: &Cholesky<f64, Dyn>, potential: &Potential, q: &[f64]) -> f64 {
+        self.direction.copy_from(&self.gradient);
+        self.direction.neg_mut();
+        factor.solve_mut(&mut self.direction);
+        let Some(rows) = potential.handles else { return self.gradient.dot(&self.direction) };
+        self.response.copy_from(&rows.jacobian);
+        factor.solve_mut(&mut self.response);
+        let mut flexibility = self.flexibility.take().unwrap_or_else(|| DMatrix::zeros(rows.len(), rows.len()));
+        for i in 0..rows.len() {
+            self.missing[i] = rows.target[i] - rows.along(i, q);
+            self.multipliers[i] = self.missing[i] - rows.along(i, self.direction.as_slice());
+            (0..rows.len()).for_each(|k| flexibility[(i, k)] = rows.along(i, self.response.column(k).as_slice()));
+        }
+        let largest = (0..rows.len()).map(|i| flexibility[(i, i)]).fold(0.0, f64::max);
+        (0..rows.len())
+            .for_each(|i| flexibility[(i, i)] += rows.compliance[i] + LEAST_CONSTRAINT * largest + f64::MIN_POSITIVE);
+        match Cholesky::new(flexibility) {
+            Some(factor) => {
+                factor.solve_mut(&mut self.multipliers);
+                self.flexibility = Some(factor.unpack_dirty());
+            }
+            None => self.multipliers.fill(0.0),
+        }
+        self.direction.gemv(1.0, &self.response, &self.multipliers, 1.0);
+        self.penalty = self.penalty.max(2.0 * self.multipliers.amax());
+        // Of hard constraints, what a full step takes out of Σ|Jq − d|: all of it unless they conflict.
+        let relief = |i: usize| {
+            let (missing, moved) = (self.missing[i], rows.along(i, self.direction.as_slice()));
+            match rows.compliance[i] {
+                0.0 => self.penalty * (missing.abs() - (missing - moved).abs()),
+                compliance => missing * moved / compliance,
+            }
+        };
+        self.gradient.dot(&self.direction) - (0..rows.len()).map(relief).sum::<f64>()
+    }
+}

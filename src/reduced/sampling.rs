@@ -1,0 +1,186 @@
+//! Which elements stand for all, and with what weight: nonnegative least squares (Lawson, Hanson 1974) on the elements' reduced
+//! forces, after Farhat et al. 2014 (energy-conserving sampling and weighting). Weights of one sign keep the reduced energy an energy.
+//!
+//! With the reduced rest stiffness K = LLᵀ and poses q_s, the columns of the system are the elements' whitened forces L⁻¹ Bᵀ∇E_e(q_s),
+//! each pose scaled to a total of 1, and, for the rest stiffness, L⁻¹ K_e L⁻ᵀ ξ for a few fixed random vectors ξ; the right-hand side is
+//! the sum over all elements.
+
+use super::energy::ReducedEnergy;
+use crate::{Error, ErrorKind, Result, Shell, Vec3};
+use faer::linalg::solvers::Solve;
+use faer::{Col, Mat, Side};
+use nalgebra::{Cholesky, DMatrix, DVector};
+use std::cmp::Ordering;
+
+/// Elements that are looked at, at most; of more, an even choice.
+const CANDIDATES: usize = 6000;
+/// Random vectors that the rest stiffness is tried on.
+const PROBES: usize = 12;
+/// Elements taken up at once, as a part of those wanted.
+const BATCH: f64 = 0.03;
+
+/// Weights of all elements (in the order of the rest rows), at most `wanted` of them not 0, that reproduce the forces of `all` at
+/// `poses` and its rest stiffness as well as can be, or to `tolerance`; and what they leave of these, relative.
+pub fn sample(
+    shell: &Shell,
+    all: &ReducedEnergy,
+    stiffness: &DMatrix<f64>,
+    (poses, wanted, tolerance): (&[Vec<f64>], usize, f64),
+    watch: &mut dyn FnMut(f64) -> Result<()>,
+) -> Result<(Vec<f64>, f64)> {
+    let n_elements = all.n_elements();
+    let n = all.n();
+    let singular = || Error::new(ErrorKind::Numerical, "the reduced rest stiffness is not positive definite");
+    let factor = Cholesky::new(stiffness.clone()).ok_or_else(singular)?;
+    let lower = factor.l();
+    let picked: Vec<usize> = if n_elements <= CANDIDATES {
+        (0..n_elements).collect()
+    } else {
+        (0..CANDIDATES).map(|k| k * n_elements / CANDIDATES).collect()
+    };
+    let mut column = vec![usize::MAX; n_elements];
+    picked.iter().enumerate().for_each(|(c, &e)| column[e] = c);
+    let rows = n * (poses.len() + PROBES);
+    let mut a = Mat::<f64>::zeros(rows, picked.len());
+    let mut b = DVector::<f64>::zeros(rows);
+    let mut scratch = all.scratch();
+    let mut first = 0;
+    for pose in poses {
+        let mut sum = DVector::<f64>::zeros(n);
+        all.visit_forces(pose, &mut scratch, |e, force| {
+            sum.iter_mut().zip(force).for_each(|(s, f)| *s += f);
+            if column[e] != usize::MAX {
+                let white = lower.solve_lower_triangular(&DVector::from_column_slice(force)).unwrap_or_default();
+                (0..n).for_each(|k| a[(first + k, column[e])] = white[k]);
+            }
+        });
+        let white = lower.solve_lower_triangular(&sum).unwrap_or_default();
+        let scale = 1.0 / white.norm().max(f64::MIN_POSITIVE);
+        (0..n).for_each(|k| b[first + k] = scale * white[k]);
+        (0..picked.len()).for_each(|c| (0..n).for_each(|k| a[(first + k, c)] *= scale));
+        first += n;
+    }
+    let mut random = Random(1);
+    let probes: Vec<DVector<f64>> = (0..PROBES).map(|_| DVector::from_fn(n, |_, _| random.next())).collect();
+    let scale = (1.0 / n as f64).sqrt();
+    all.visit_rest_rows(shell, |e, row| {
+        let white = lower.solve_lower_triangular(&DVector::from_column_slice(row)).unwrap_or_default();
+        for (p, probe) in probes.iter().enumerate() {
+            let along = scale * white.dot(probe);
+            for k in 0..n {
+                b[first + p * n + k] += along * white[k];
+                if column[e] != usize::MAX {
+                    a[(first + p * n + k, column[e])] = along * white[k];
+                }
+            }
+        }
+    });
+    let (solution, residual) = nonnegative(&a, &b, (wanted, tolerance), watch)?;
+    let mut weights = vec![0.0; n_elements];
+    picked.iter().zip(&solution).for_each(|(&e, w)| weights[e] = *w);
+    Ok((weights, residual))
+}
+
+/// Reproducible numbers in (−1, 1).
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        (self.0 >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+    }
+}
+
+/// min |Ax − b| over x ≥ 0 with at most `wanted` nonzero entries; the residual is relative to |b|.
+fn nonnegative(
+    a: &Mat<f64>,
+    b: &DVector<f64>,
+    (wanted, tolerance): (usize, f64),
+    watch: &mut dyn FnMut(f64) -> Result<()>,
+) -> Result<(Vec<f64>, f64)> {
+    let (rows, n) = (a.nrows(), a.ncols());
+    let dot = |i: usize, j: usize| dot(slice(a, i), slice(a, j));
+    let norms: Vec<f64> = (0..n).map(|j| dot(j, j).sqrt()).collect();
+    let right: Vec<f64> = (0..n).map(|j| self::dot(slice(a, j), b.as_slice())).collect();
+    let mut x = vec![0.0; n];
+    let mut active: Vec<usize> = vec![];
+    let mut gram = Mat::<f64>::zeros(0, 0);
+    let mut barred = vec![false; n];
+    let mut residual = b.clone();
+    let batch = ((BATCH * wanted as f64) as usize).max(1);
+    while residual.norm() > tolerance * b.norm() && active.len() < wanted {
+        watch(active.len() as f64 / wanted as f64)?;
+        let mut gains: Vec<(f64, usize)> = (0..n)
+            .filter(|&j| x[j] == 0.0 && !barred[j] && norms[j] > 0.0)
+            .map(|j| (self::dot(slice(a, j), residual.as_slice()) / norms[j], j))
+            .filter(|(gain, _)| *gain > 1e-12 * b.norm())
+            .collect();
+        gains.sort_by(|p, q| q.0.total_cmp(&p.0).then(p.1.cmp(&q.1)));
+        gains.truncate(batch.min(wanted - active.len()));
+        if gains.is_empty() {
+            break;
+        }
+        for &(_, j) in &gains {
+            let k = active.len();
+            active.push(j);
+            gram.resize_with(k + 1, k + 1, |i, l| match i.cmp(&l) {
+                Ordering::Equal => norms[j] * norms[j] * (1.0 + 1e-12),
+                _ => dot(active[i], active[l]),
+            });
+        }
+        loop {
+            let Ok(factor) = gram.llt(Side::Lower) else { break };
+            let z = factor.solve(Col::from_fn(active.len(), |i| right[active[i]]));
+            if z.iter().all(|z| *z > 0.0) {
+                active.iter().zip(z.iter()).for_each(|(&j, z)| x[j] = *z);
+                break;
+            }
+            let mut alpha = 1.0f64;
+            for (i, &j) in active.iter().enumerate().filter(|(i, _)| z[*i] <= 0.0) {
+                alpha = alpha.min(x[j] / (x[j] - z[i]));
+            }
+            active.iter().zip(z.iter()).for_each(|(&j, z)| x[j] += alpha * (z - x[j]));
+            let largest = active.iter().map(|&j| x[j] * norms[j]).fold(0.0, f64::max);
+            let left: Vec<usize> = (0..active.len())
+                .filter(|&i| !(z[i] <= 0.0 && x[active[i]] * norms[active[i]] <= 1e-12 * largest))
+                .collect();
+            for i in 0..active.len() {
+                if left.binary_search(&i).is_err() {
+                    x[active[i]] = 0.0;
+                }
+            }
+            gram = Mat::from_fn(left.len(), left.len(), |i, j| gram[(left[i], left[j])]);
+            active = left.iter().map(|&i| active[i]).collect();
+        }
+        let before = residual.norm();
+        residual.copy_from(b);
+        for &j in &active {
+            let column = slice(a, j);
+            (0..rows).for_each(|k| residual[k] -= x[j] * column[k]);
+        }
+        if residual.norm() > before * (1.0 - 1e-9) {
+            gains.iter().for_each(|&(_, j)| barred[j] = true); // thrown out as soon as taken in
+        }
+    }
+    Ok((x, residual.norm() / b.norm().max(f64::MIN_POSITIVE)))
+}
+
+/// Eight sums at a time.
+fn dot(x: &[f64], y: &[f64]) -> f64 {
+    let mut sums = [0.0; 8];
+    let (mut xs, mut ys) = (x.chunks_exact(8), y.chunks_exact(8));
+    for (x, y) in xs.by_ref().zip(ys.by_ref()) {
+        (0..8).for_each(|i| sums[i] += x[i] * y[i]);
+    }
+    let rest: f64 = xs.remainder().iter().zip(ys.remainder()).map(|(x, y)| x * y).sum();
+    sums.iter().sum::<f64>() + rest
+}
+
+fn slice(a: &Mat<f64>, j: usize) -> &[f64] {
+    a.col(j).try_as_col_major().map_or(&[], |col| col.as_slice())
+}
+
+/// Bᵀv of a field of forces.
+pub fn project(fields: &[Vec<Vec3>], forces: &[Vec3]) -> Vec<f64> {
+    fields.iter().map(|b| b.iter().zip(forces).map(|(b, f)| b.dot(f)).sum()).collect()
+}

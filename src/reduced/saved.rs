@@ -1,0 +1,118 @@
+//! The section "REDU" of a saved model ([`crate::cache`]): f fields and s sampled elements of a shell of n vertices and m modes.
+//!
+//! | what | type |
+//! |---|---|
+//! | f, the modes included; s | 2 × u32 |
+//! | what the samples leave of the forces | f64 |
+//! | sampled elements, ascending by rest row | s × u32 |
+//! | their weights | s × f64 |
+//! | D, by column | m² × f64 |
+//! | B√M by vertex, then field | 3nf × f64, or f32 unless the basis is of f64 |
+
+use super::{AnyFields, Fields, MAX_FIELDS, ReducedShell, with_fields};
+use crate::features::Feature;
+use crate::model::Precision;
+use crate::real::Real;
+use crate::{Error, ErrorKind, Result, Shell};
+use nalgebra::DMatrix;
+
+/// BᵀMB of a field may differ from 1 by this: f32 leaves 1e-7.
+const NORM_ERROR: f64 = 1e-4;
+const FRONT: usize = 16;
+
+fn invalid<T>(message: impl Into<String>) -> Result<T> {
+    Err(Error::new(ErrorKind::InvalidData, message))
+}
+
+/// Bytes of a section.
+fn size([vertices, modes, fields, samples]: [usize; 4], precision: Precision) -> u128 {
+    let [n, m, f, s] = [vertices, modes, fields, samples].map(|count| count as u128);
+    let number = if precision == Precision::F64 { 8 } else { 4 };
+    FRONT as u128 + 12 * s + 8 * m * m + 3 * n * f * number
+}
+
+impl ReducedShell {
+    /// Size of [`ReducedShell::save`].
+    pub fn saved_size(&self, n_vertices: usize) -> usize {
+        let precision = match self.fields {
+            AnyFields::F32(_) => Precision::F32,
+            AnyFields::F64(_) => Precision::F64,
+        };
+        size([n_vertices, self.energy.correction().nrows(), self.n(), self.samples.len()], precision) as usize
+    }
+
+    /// Appends the content of the section.
+    pub fn save(&self, n_vertices: usize, out: &mut Vec<u8>) {
+        [self.n(), self.samples.len()].iter().for_each(|count| out.extend((*count as u32).to_le_bytes()));
+        self.fit.put(out);
+        self.samples.iter().for_each(|(element, _)| out.extend(element.to_le_bytes()));
+        self.samples.iter().for_each(|(_, weight)| weight.put(out));
+        self.energy.correction().iter().for_each(|x| x.put(out));
+        with_fields!(&self.fields, fields => {
+            for v in 0..n_vertices {
+                (0..fields.n).for_each(|k| fields.stored(k, v).iter().for_each(|x| x.put(out)));
+            }
+        });
+    }
+
+    /// What [`ReducedShell::save`] wrote, for a shell whose basis has `modes` in `precision`. Samples are elements with positive weights,
+    /// D is symmetric, and fields are normed and move nothing that is held.
+    pub fn load(shell: &Shell, modes: usize, precision: Precision, content: &[u8]) -> Result<Self> {
+        let Some((front, rest)) = content.split_at_checked(FRONT) else {
+            return invalid(format!("{} bytes are not a reduced shell", content.len()));
+        };
+        let count = |at: usize| u32::from_le_bytes(front[at..at + 4].try_into().expect("four bytes")) as usize;
+        let (n, samples, fit) = (count(0), count(4), f64::get(&front[8..]));
+        if n < modes || n > MAX_FIELDS {
+            return invalid(format!("a reduced shell of {n} fields and {modes} modes is out of range"));
+        }
+        let expected = size([shell.mass.len(), modes, n, samples], precision);
+        if content.len() as u128 != expected {
+            let sizes = format!("{n} fields and {samples} elements: {expected}");
+            return invalid(format!("{} bytes are not those of a reduced shell of {sizes}", content.len()));
+        }
+        let (elements, rest) = rest.split_at(4 * samples);
+        let (weights, rest) = rest.split_at(8 * samples);
+        let (correction, fields) = rest.split_at(8 * modes * modes);
+        let index = |row: &[u8]| u32::from_le_bytes(row.try_into().expect("four bytes"));
+        let elements: Vec<u32> = elements.chunks_exact(4).map(index).collect();
+        let numbers = |bytes: &[u8]| bytes.chunks_exact(8).map(f64::get).collect::<Vec<_>>();
+        let (weights, correction) = (numbers(weights), DMatrix::from_vec(modes, modes, numbers(correction)));
+        let ascend = elements.windows(2).all(|pair| pair[0] < pair[1]);
+        if !ascend || elements.last().is_some_and(|&e| e as usize >= shell.energy.n_elements()) {
+            return invalid("its sampled elements do not ascend, or are none of its shell's");
+        }
+        if !(weights.iter().all(|w| w.is_finite() && *w > 0.0) && fit.is_finite() && fit >= 0.0) {
+            return invalid("a weight of its samples is not positive");
+        }
+        if !correction.iter().all(|x| x.is_finite()) || correction != correction.transpose() {
+            return invalid("the correction of its rest stiffness is not symmetric");
+        }
+        let fields = match precision {
+            Precision::F64 if Feature::F64Basis.is_built_in() => AnyFields::F64(load_fields(shell, n, fields)?),
+            _ => AnyFields::F32(load_fields(shell, n, fields)?),
+        };
+        let samples = elements.into_iter().zip(weights).collect();
+        Ok(Self { fit, ..Self::assemble(shell, fields, samples, correction)? })
+    }
+}
+
+fn load_fields<T: Real>(shell: &Shell, n: usize, bytes: &[u8]) -> Result<Fields<T>> {
+    let mut fields = Fields::<T>::new(&shell.mesh.positions, n, shell.total_mass)?;
+    let mut norms = vec![0.0; n];
+    for (i, row) in bytes.chunks_exact(3 * T::BYTES).enumerate() {
+        let (v, k) = (i / n, i % n);
+        let stored: [T; 3] = std::array::from_fn(|c| T::get(&row[c * T::BYTES..(c + 1) * T::BYTES]));
+        let square: f64 = stored.iter().map(|x| x.to_f64() * x.to_f64()).sum();
+        let moves = shell.mass[v] > 0.0 && !shell.held[v];
+        if !square.is_finite() || !(moves || square == 0.0) {
+            return invalid(format!("field {k} is not finite at vertex {v}, or moves it though it is held"));
+        }
+        norms[k] += shell.mass[v] / shell.total_mass * square;
+        fields.set_stored(k, v, stored);
+    }
+    match norms.iter().position(|norm| (norm - 1.0).abs() > NORM_ERROR) {
+        Some(k) => invalid(format!("field {k} of its reduced shell has the norm {:e}", norms[k])),
+        None => Ok(fields),
+    }
+}

@@ -1,0 +1,390 @@
+//! Motion of the reduced discrete shell by BDF2 (Curtiss, Hirschfelder 1952) with steps that may change: with ω = h/h₋₁,
+//!
+//!   h q̇⁺ = (1 + 2ω)/(1 + ω) q⁺ − (1 + ω) q + ω²/(1 + ω) q₋₁,     and the same for q̈⁺ by q̇.
+//!
+//! Of second order, and damps what the step does not resolve. The first step, and one that is more than twice the last, is backward
+//! Euler's. The end of a step is the minimum of a potential, found by Newton's method ([`crate::reduced::Newton`]).
+//!
+//! Damping is ξI + ζ Bᵀ(Σ b bᵀ)B with the strain rows b of the shape at the start of the step, and 2 ratio √λ on the modes.
+
+use super::nodal;
+use crate::constraint::{ConstraintSet, Outcome, Target};
+use crate::features::Feature;
+use crate::load::External;
+use crate::reduced::{Newton, Potential, ReducedShell, Rows, Stop, with_fields};
+use crate::step::modal_force::BodyLoad;
+use crate::support::Pose;
+use crate::warp::{Extent, Placement};
+use crate::{Error, ErrorKind, Model, Result, Vec3, wide_norm};
+use nalgebra::{DMatrix, UnitQuaternion};
+
+/// BDF2 is stable for steps up to 1 + √2 times the last.
+const LARGEST_RATIO: f64 = 2.0;
+/// A step moves on at this, an energy of 1e-10 of what the loads do; the Newton step that shows it is still taken.
+const STEP: Stop = Stop { tolerance: 1e-5, iterations: 20 };
+const REST: Stop = Stop { tolerance: 1e-7, iterations: 200 };
+/// Shares of the load on the way to an equilibrium.
+const SHARES: [f64; 4] = [0.25, 0.5, 0.75, 1.0];
+/// Passes in a turning frame, whose forces are taken at the end of the step as found last; each gains a factor ωh.
+const SPIN_PASSES: usize = 4;
+/// Past this displacement, in units of the model's size, an amplitude has no meaning left.
+const LARGEST_DISPLACEMENT: f64 = 1e6;
+
+/// q and its rates.
+#[derive(Clone)]
+pub struct Motion {
+    pub q: Vec<f64>,
+    pub q_dot: Vec<f64>,
+    /// Those before the last step, of `last_step` seconds; 0 if there was none.
+    pub before: [Vec<f64>; 2],
+    pub last_step: f64,
+}
+
+impl Motion {
+    fn rest(n: usize) -> Self {
+        let zeros = vec![0.0; n];
+        Self { q: zeros.clone(), q_dot: zeros.clone(), before: [zeros.clone(), zeros], last_step: 0.0 }
+    }
+
+    /// What comes next does not follow from what was before.
+    fn stop(&mut self) {
+        self.q_dot.fill(0.0);
+        self.last_step = 0.0;
+    }
+}
+
+/// Amplitudes and what acts on them.
+#[derive(Clone)]
+pub struct Reduced {
+    pub motion: Motion,
+    /// ξ and ζ.
+    pub damping: crate::reference::Rayleigh,
+    /// 2 ratio √λ of each mode.
+    pub modal_damping: Vec<f64>,
+    pub constraints: ConstraintSet,
+    pub constraint_work: f64,
+    newton: Newton,
+    rows: Rows,
+    /// Next q, b of the potential, the load without inertia, and rates for forces of a turning frame.
+    next: Vec<f64>,
+    load: Vec<f64>,
+    force: Vec<f64>,
+    rates: Vec<f64>,
+    /// What q⁺ does not change of q̇⁺ and q̈⁺.
+    constant: [Vec<f64>; 2],
+    viscosity: DMatrix<f64>,
+}
+
+/// Of a model that has one.
+pub fn of(model: &Model) -> Result<&ReducedShell> {
+    Feature::ReducedShell.require()?;
+    model.reduced.as_ref().ok_or_else(|| {
+        let message = "the model has no reduced shell: precompute with reduced_fields, 40 for a start";
+        Error::new(ErrorKind::Unsupported, message)
+    })
+}
+
+fn placed(Placement { origin, rotation }: &Placement, local: Vec3) -> Vec3 {
+    origin + rotation.map_or(local, |rotation| rotation * local)
+}
+
+impl Reduced {
+    /// At rest, undamped.
+    pub fn new(model: &Model) -> Result<Self> {
+        let reduced = of(model)?;
+        let n = reduced.n();
+        let zeros = vec![0.0; n];
+        Ok(Self {
+            motion: Motion::rest(n),
+            damping: Default::default(),
+            modal_damping: vec![0.0; model.n_modes()],
+            constraints: ConstraintSet::default(),
+            constraint_work: 0.0,
+            newton: Newton::new(&reduced.energy),
+            rows: Rows::new(0, n),
+            next: zeros.clone(),
+            load: zeros.clone(),
+            force: zeros.clone(),
+            rates: zeros.clone(),
+            constant: [zeros.clone(), zeros],
+            viscosity: DMatrix::zeros(n, n),
+        })
+    }
+
+    /// Back to rest.
+    pub fn reset(&mut self) {
+        self.motion = Motion::rest(self.next.len());
+        self.constraints.reset();
+        self.constraint_work = 0.0;
+    }
+
+    /// No speed, and no step before.
+    pub fn stop(&mut self) {
+        self.motion.stop();
+    }
+
+    /// Changes the constraints, with room for their work afterwards: moving a target does not allocate.
+    pub fn change_constraints<T>(&mut self, change: impl FnOnce(&mut ConstraintSet) -> T) -> T {
+        let changed = change(&mut self.constraints);
+        let rows = self.constraints.report().map(|(c, _)| c.axes.iter().filter(|held| **held).count()).sum();
+        if self.rows.len() != rows {
+            self.rows = Rows::new(rows, self.next.len());
+            self.newton.make_room(rows);
+        }
+        changed
+    }
+
+    /// Bytes held.
+    pub fn bytes(&self) -> usize {
+        let (n, rows) = (self.next.len(), self.rows.len());
+        8 * (2 * n * n + 14 * n + rows * (2 * n + rows + 4))
+    }
+
+    /// Whether positions and energies are numbers that can be told.
+    pub fn has_meaning(model: &Model, q: &[f64], q_dot: &[f64]) -> bool {
+        let largest = LARGEST_DISPLACEMENT * model.shell.mesh.size * model.shell.total_mass.sqrt();
+        let kinetic: f64 = q_dot.iter().map(|v| v * v).sum();
+        kinetic.is_finite() && q.iter().all(|q| q.abs() <= largest)
+    }
+
+    /// One step of `h` under `load` and `external` forces (frame axes, n_vertices, or none). Changes nothing on failure.
+    pub fn step(&mut self, model: &Model, load: &BodyLoad, external: External, pose: &Pose, h: f64) -> Result<()> {
+        let reduced = of(model)?;
+        let alpha = self.set_constants(h);
+        let shift = alpha * (alpha + self.damping.mass);
+        let damped = self.set_viscosity(reduced);
+        self.set_force(reduced, load, external);
+        self.set_rows(model, reduced, pose);
+        let Motion { q, q_dot, .. } = &self.motion;
+        (0..q.len()).for_each(|k| self.next[k] = q[k] + h * q_dot[k]);
+        let passes = if load.spin_rate().is_some() { SPIN_PASSES } else { 1 };
+        let [by_rate, by_acceleration] = &self.constant;
+        if damped {
+            self.viscosity *= alpha;
+        }
+        for _ in 0..passes {
+            let (_, spin) = load.parts();
+            self.load.copy_from_slice(&self.force);
+            if let Some((gradient, coriolis)) = spin {
+                (0..q.len()).for_each(|k| self.rates[k] = alpha * self.next[k] + by_rate[k]);
+                reduced.add_spin(gradient, coriolis, (&self.next, &self.rates), &mut self.load);
+            }
+            for k in 0..q.len() {
+                self.load[k] -= by_acceleration[k] + (alpha + self.damping.mass) * by_rate[k];
+                if damped {
+                    let viscous: f64 = self.viscosity.column(k).iter().zip(by_rate).map(|(c, v)| c * v).sum();
+                    self.load[k] -= viscous / alpha;
+                }
+            }
+            let handles = (!self.rows.is_empty()).then_some(&self.rows);
+            let matrix = damped.then_some(&self.viscosity);
+            let potential = Potential { shift, matrix, load: &self.load, handles };
+            self.newton.minimize(&reduced.energy, &potential, &mut self.next, STEP);
+        }
+        (0..q.len()).for_each(|k| self.rates[k] = alpha * self.next[k] + by_rate[k]);
+        let work = self.conclude();
+        if !Self::has_meaning(model, &self.next, &self.rates) || !(self.constraint_work + work).is_finite() {
+            return Err(Error::new(ErrorKind::Numerical, format!("the step of {h} s does not give finite positions")));
+        }
+        let Motion { q, q_dot, before, last_step } = &mut self.motion;
+        for (now, (before, next)) in [q, q_dot].into_iter().zip(before.iter_mut().zip([&self.next, &self.rates])) {
+            before.copy_from_slice(now);
+            now.copy_from_slice(next);
+        }
+        *last_step = h;
+        self.constraint_work += work;
+        self.constraints.accept();
+        Ok(())
+    }
+
+    /// Sets c of q̇⁺ = α q⁺ + c and q̈⁺ = α q̇⁺ + c; returns α.
+    fn set_constants(&mut self, h: f64) -> f64 {
+        let Motion { q, q_dot, before, last_step } = &self.motion;
+        let ratio = if *last_step > 0.0 && h <= LARGEST_RATIO * last_step { h / last_step } else { 0.0 };
+        let (now, then) = (-(1.0 + ratio) / h, ratio * ratio / ((1.0 + ratio) * h));
+        for (constant, (x, before)) in self.constant.iter_mut().zip([q, q_dot].into_iter().zip(before)) {
+            (0..x.len()).for_each(|k| constant[k] = now * x[k] + then * before[k]);
+        }
+        (1.0 + 2.0 * ratio) / ((1.0 + ratio) * h)
+    }
+
+    /// The damping beside ξ, at the start of the step; false if there is none.
+    fn set_viscosity(&mut self, reduced: &ReducedShell) -> bool {
+        let zeta = self.damping.stiffness;
+        let modal = self.modal_damping.iter().any(|c| *c > 0.0);
+        if zeta > 0.0 {
+            reduced.energy.viscosity(&self.motion.q, self.newton.scratch(), &mut self.viscosity);
+            self.viscosity *= zeta;
+        } else if modal {
+            self.viscosity.fill(0.0);
+        }
+        self.modal_damping.iter().enumerate().for_each(|(k, c)| self.viscosity[(k, k)] += c);
+        zeta > 0.0 || modal
+    }
+
+    /// BᵀF without the turning frame's.
+    fn set_force(&mut self, reduced: &ReducedShell, load: &BodyLoad, external: External) {
+        self.force.fill(0.0);
+        reduced.add_uniform(&load.parts().0, &mut self.force);
+        if let Some(forces) = external.on_all() {
+            with_fields!(&reduced.fields, fields => fields.project(forces, &mut self.force));
+        }
+        for (v, force) in external.on_some() {
+            for (k, sum) in self.force.iter_mut().enumerate() {
+                *sum += with_fields!(&reduced.fields, fields => fields.at(k, v as usize)).dot(&force);
+            }
+        }
+    }
+
+    /// The constraints' rows: world axes of each vertex, where they shall be.
+    fn set_rows(&mut self, model: &Model, reduced: &ReducedShell, pose: &Pose) {
+        let mut row = 0;
+        for (c, _) in self.constraints.report() {
+            let Target::Position(world) = c.target else { continue };
+            let v = c.vertex as usize;
+            let missing = pose.rotation.inverse() * (world - pose.origin) - model.shell.mesh.positions[v];
+            for axis in (0..3).filter(|axis| c.axes[*axis]) {
+                let direction = pose.rotation.inverse() * Vec3::ith(axis, 1.0);
+                self.rows.target[row] = direction.dot(&missing);
+                self.rows.compliance[row] = c.compliance;
+                for k in 0..self.next.len() {
+                    self.rows.jacobian[(k, row)] =
+                        with_fields!(&reduced.fields, fields => fields.at(k, v)).dot(&direction);
+                }
+                row += 1;
+            }
+        }
+    }
+
+    /// Takes down how constraints were met; returns the work done.
+    fn conclude(&mut self) -> f64 {
+        let Self { rows, newton, constraints, next, motion, .. } = self;
+        let force = newton.multipliers();
+        let mut row = 0;
+        for at in 0.. {
+            let Some((c, _)) = constraints.report().nth(at) else { break };
+            let axes = c.axes;
+            let mut outcome = Outcome { iterations: 1, ..Outcome::default() };
+            let mut missing = Vec3::zeros();
+            for axis in (0..3).filter(|axis| axes[*axis]) {
+                outcome.force[axis] = force[row];
+                missing[axis] = rows.target[row] - rows.along(row, next);
+                row += 1;
+            }
+            outcome.residual = wide_norm(&missing);
+            constraints.conclude(at, outcome);
+        }
+        (0..rows.len()).map(|i| force[i] * (rows.along(i, next) - rows.along(i, &motion.q))).sum()
+    }
+
+    /// The static solution under the present loads and constraints, from the present shape. Returns residual and iterations.
+    /// Changes nothing on failure.
+    pub fn settle(&mut self, model: &Model, load: &BodyLoad, external: External, pose: &Pose) -> Result<(f64, usize)> {
+        let reduced = of(model)?;
+        self.set_force(reduced, load, external);
+        self.set_rows(model, reduced, pose);
+        self.next.copy_from_slice(&self.motion.q);
+        reduced.energy.gradient(&self.motion.q, self.newton.scratch(), &mut self.rates);
+        let (start, goal) = (self.rates.clone(), self.rows.target.clone());
+        let held: Vec<f64> = (0..self.rows.len()).map(|i| self.rows.along(i, &self.next)).collect();
+        let mut iterations = 0;
+        for share in SHARES {
+            (0..start.len()).for_each(|k| self.load[k] = start[k] + share * (self.force[k] - start[k]));
+            held.iter().enumerate().for_each(|(i, held)| self.rows.target[i] = held + share * (goal[i] - held));
+            let handles = (!self.rows.is_empty()).then_some(&self.rows);
+            let potential = Potential { handles, ..Potential::of_load(&self.load) };
+            let stop = if share < 1.0 { Stop { tolerance: 1e-3, ..REST } } else { REST };
+            let end = self.newton.minimize(&reduced.energy, &potential, &mut self.next, stop);
+            iterations += end.iterations;
+            let sound = Self::has_meaning(model, &self.next, &[]);
+            if share == 1.0 && !(end.converged && sound) {
+                let message =
+                    format!("no equilibrium: the residual is {:.1e} after {iterations} iterations", end.residual);
+                return Err(Error::new(ErrorKind::Numerical, message));
+            }
+            if share == 1.0 {
+                self.conclude();
+                self.motion.q.copy_from_slice(&self.next);
+                self.motion.stop();
+                self.constraints.accept();
+                return Ok((end.residual, iterations));
+            }
+        }
+        unreachable!("the last share is the whole")
+    }
+
+    /// ½ q̇ᵀq̇ and E.
+    pub fn energies(&self, model: &Model) -> (f64, f64) {
+        let elastic = |reduced: &ReducedShell| reduced.energy.value(&self.motion.q, &mut reduced.energy.scratch());
+        let kinetic: f64 = self.motion.q_dot.iter().map(|v| v * v).sum();
+        (model.reduced.as_ref().map_or(0.0, elastic), 0.5 * kinetic)
+    }
+
+    /// u of every vertex.
+    pub fn displacements(&self, model: &Model) -> Vec<Vec3> {
+        let mut u = vec![Vec3::zeros(); model.shell.mass.len()];
+        self.visit(model, &self.motion.q, |v, displacement| u[v] = displacement);
+        u
+    }
+
+    fn visit(&self, model: &Model, q: &[f64], visit: impl FnMut(usize, Vec3)) {
+        if let Some(reduced) = &model.reduced {
+            with_fields!(&reduced.fields, fields => fields.displacements(q, visit));
+        }
+    }
+
+    /// Hands displacement u and its rate (frame axes) of every vertex to `place`, in order.
+    pub fn visit_motion(&self, model: &Model, mut place: impl FnMut(usize, Vec3, Vec3)) {
+        let Some(reduced) = &model.reduced else { return };
+        with_fields!(&reduced.fields, fields => fields.motion(&self.motion.q, &self.motion.q_dot, &mut place));
+    }
+
+    /// Hands the position of every vertex to `write`, in order.
+    pub fn positions(&self, model: &Model, placement: &Placement, mut write: impl FnMut(usize, Vec3)) {
+        let rest = &model.shell.mesh.positions;
+        self.visit(model, &self.motion.q, |v, u| write(v, placed(placement, rest[v] + u)));
+    }
+
+    /// Hands the positions of `vertices` alone to `write`: the place in the list, and the row.
+    pub fn positions_of(
+        &self,
+        model: &Model,
+        placement: &Placement,
+        vertices: &[u32],
+        mut write: impl FnMut(usize, [f64; 3]),
+    ) {
+        let Some(reduced) = &model.reduced else { return };
+        let rest = |i: usize| model.shell.mesh.positions[vertices[i] as usize];
+        let place = |i: usize, u: Vec3| write(i, placed(placement, rest(i) + u).into());
+        with_fields!(&reduced.fields, fields => fields.displacements_of(&self.motion.q, vertices, place));
+    }
+
+    /// As [`Reduced::positions_of`], for [`Reduced::positions_f32`].
+    pub fn positions_of_f32(
+        &self,
+        model: &Model,
+        placement: &Placement,
+        vertices: &[u32],
+        write: impl FnMut(usize, [f32; 3]),
+    ) {
+        let Some(reduced) = &model.reduced else { return };
+        with_fields!(&reduced.fields, fields => fields.positions_of_f32(&self.motion.q, placement, vertices, write));
+    }
+
+    /// As [`Reduced::positions`], in the fields' precision and rounded to f32, some rows at a time.
+    pub fn positions_f32(&self, model: &Model, placement: &Placement, write: impl FnMut(usize, &[[f32; 3]])) {
+        if let Some(reduced) = &model.reduced {
+            with_fields!(&reduced.fields, fields => fields.positions_f32(&self.motion.q, placement, write));
+        }
+    }
+
+    /// How far it is bent; `limit` is an angle.
+    pub fn extent(&self, model: &Model, limit: f64) -> Extent {
+        nodal::extent(&model.shell.mesh, &self.displacements(model), limit)
+    }
+
+    /// Rotation of each vertex from rest.
+    pub fn rotations(&self, model: &Model) -> Vec<UnitQuaternion<f64>> {
+        nodal::rotations(&model.shell.mesh, &self.displacements(model))
+    }
+}
