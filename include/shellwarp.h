@@ -913,7 +913,7 @@ SwStatus sw_state_positions(const struct SwState *state,
                             uint64_t stride,
                             uint32_t n_vertices);
 
-// The positions of some vertices (n x 3), in the order of the list `vertices` (n), otherwise as sw_state_positions and with the same
+// The positions of some vertices (n x 3), in the order of the list `vertices` (n; nothing is read or written for 0), otherwise as sw_state_positions and with the same
 // bits: what is seen, a proxy, a render region. Costs as much as the blocks of 16 vertices that these lie in; a list in ascending
 // order visits each block once. Callable concurrently.
 // Errors: SW_ERROR_INVALID_ARGUMENT, also on a vertex that does not exist; SW_ERROR_BUSY.

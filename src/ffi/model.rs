@@ -478,12 +478,12 @@ fn fill_precomputed(info: &mut SwModelInfo, model: &Arc<Model>) {
     info.orthonormality = certificate.orthonormality;
     info.inertia_shift = certificate.shift;
     info.seconds = model.seconds;
+    info.effective_mass = model.effective_mass().into(); // makes what the bytes then count
     info.bytes_model = model.bytes() as u64;
     info.bytes_state = State::bytes_for(model.n_modes()) as u64;
     info.bytes_precompute_peak = model.peak_bytes as u64;
     info.basis_rounding = model.precision().rounding();
     info.truncation_bound = model.truncation;
-    info.effective_mass = model.effective_mass().into();
     if let Some(reduced) = &model.reduced {
         info.reduced_fields = (reduced.n() - model.n_modes()) as u32;
         info.reduced_elements = reduced.samples.len() as u32;

@@ -486,7 +486,7 @@ pub unsafe extern "C" fn sw_state_positions(
     }
 }
 
-/// The positions of some vertices (n x 3), in the order of the list `vertices` (n), otherwise as sw_state_positions and with the same
+/// The positions of some vertices (n x 3), in the order of the list `vertices` (n; nothing is read or written for 0), otherwise as sw_state_positions and with the same
 /// bits: what is seen, a proxy, a render region. Costs as much as the blocks of 16 vertices that these lie in; a list in ascending
 /// order visits each block once. Callable concurrently.
 /// Errors: SW_ERROR_INVALID_ARGUMENT, also on a vertex that does not exist; SW_ERROR_BUSY.
@@ -503,9 +503,12 @@ pub unsafe extern "C" fn sw_state_positions_of(
     // SAFETY: the header's contract; the buffer is checked.
     unsafe {
         reading(state, |state| {
+            let space = space_of(space)?;
+            if n == 0 {
+                return Ok(());
+            }
             let vertices = read_array("vertices", vertices, n.into())?;
             let rows = VectorRows::checked("out", out, format, 3, stride, n.into())?;
-            let space = space_of(space)?;
             if rows.double() {
                 state.positions_of(space, &vertices, |i, x| rows.write_all(i, &[x]))?;
             } else {

@@ -173,6 +173,7 @@ fn wide_rows<T: Real>(u: &[Line<T>; 3]) -> [Vec3; LANES] {
 }
 
 /// Makes the positions of a block from its displacements and rest positions.
+#[allow(clippy::type_complexity)] // said by the names of its parts
 fn placed_rows<T: Real>(placement: &Placement) -> impl Fn(&[Line<T>; 3], &[Line<T>]) -> [[f32; 3]; LANES] {
     let origin: [T; 3] = std::array::from_fn(|c| T::of(placement.origin[c]));
     let matrix = |r: nalgebra::Matrix3<f64>| std::array::from_fn(|c| std::array::from_fn(|d| T::of(r[(c, d)])));
