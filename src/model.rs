@@ -193,7 +193,9 @@ impl Model {
     /// What the guard needs to know of it.
     pub fn guard(&self) -> Guard<'_> {
         let Self { eigenvalues, largest_rotation, largest_swing, .. } = self;
-        Guard { eigenvalues, largest_rotation, largest_swing }
+        let participation = self.participation();
+        let (swing, turn) = (participation.swing(), participation.turn());
+        Guard { eigenvalues, largest_rotation, swing, turn, largest_swing }
     }
 
     /// The share of the mass that moves which the modes carry along each axis, Σ P_k²/Σ m: near 1 unless modes are missing for loads

@@ -5,10 +5,14 @@ mod common;
 use common::*;
 use rand::{Rng, SeedableRng, rngs::StdRng};
 use shellwarp::Vec3;
+use shellwarp::model::AnyBasis;
 use shellwarp::model::{Model, Options, Precision};
 use shellwarp::state::{Damping, Method, State};
+use shellwarp::step::ForceLaw;
 use shellwarp::step::Integrator;
-use shellwarp::step::guard::GUARDED_BEND;
+use shellwarp::step::guard::{GUARDED_BEND, Pull};
+use shellwarp::step::modal_force::{self, Acting, BodyLoad, Scratch};
+use shellwarp::support::{Pose, Rates};
 use std::sync::Arc;
 
 const LAWS: [Method; 2] = [Method::Warp, Method::VirtualWorkWarp];
@@ -40,9 +44,9 @@ fn ordinary_scenes_feel_nothing_of_the_guard() {
                 let (mut held, mut rate) = (q.to_vec(), q_dot.to_vec());
                 model.guard().hold(|_| 0.0, 1.0 / 30.0, &mut held, &mut rate);
                 assert!(held == q && rate == q_dot && model.guard().energy(q) == 0.0);
-                let weight = g * model.shell.total_mass;
+                let weight = Pull { body: *g, external: 0.0, reach: reach_of(&model, q) };
                 for k in 0..q.len() {
-                    assert_eq!(model.guard().damping(k, 0.3, weight, 1.0 / 30.0), 0.3, "{name}, g = {g}, mode {k}");
+                    assert_eq!(model.guard().damping(k, 0.3, &weight, 1.0 / 30.0), 0.3, "{name}, g = {g}, mode {k}");
                 }
             }
         }
@@ -129,4 +133,67 @@ fn a_shell_let_go_from_the_guard_swings_back() {
     state.set_gravity(Vec3::zeros()).unwrap();
     (0..6000).for_each(|_| state.step(1.0 / 30.0).unwrap());
     assert!(state.report().max_rotation < 1e-6, "{:?}", state.report());
+}
+
+/// Σ |φ_k||q_k|, each at its largest.
+fn reach_of(model: &Model, q: &[f64]) -> f64 {
+    q.iter().zip(model.participation().reach()).map(|(q, reach)| reach * q.abs()).sum()
+}
+
+/// f and how strongly the loads pull, at amplitudes `q`.
+fn pulled(model: &Model, law: ForceLaw, load: &BodyLoad, external: &[Vec3], q: &[f64]) -> (Vec<f64>, Pull) {
+    let AnyBasis::F64(basis) = &model.basis else { unreachable!("asked for in f64") };
+    let (mut force, at_rest) = (vec![0.0; q.len()], vec![0.0; q.len()]);
+    let acting = Acting { load, external: Some(external), law, q, q_dot: &at_rest, total_mass: model.shell.total_mass };
+    let mut pull = modal_force::project(basis, &acting, &mut Scratch::new(q.len()), &mut force);
+    if law == ForceLaw::VirtualWork {
+        pull.reach = reach_of(model, q);
+    }
+    (force, pull)
+}
+
+#[test]
+fn no_load_is_stiffer_in_a_mode_than_the_guard_takes_it_for() {
+    let mut rng = StdRng::seed_from_u64(33);
+    let any = |rng: &mut StdRng| Vec3::from_fn(|_, _| rng.random_range(-1.0..1.0));
+    for name in ["flat_beam", "v_beam"] {
+        let model = beam(name);
+        let (n, modes) = (model.shell.mass.len(), model.n_modes());
+        let guard = model.guard();
+        let mut tightest = 0.0f64;
+        for trial in 0..200 {
+            // Body loads, forces on all vertices, on one, or all together; at rest, and up to a turn in each mode.
+            let weight = if trial % 4 == 1 { Vec3::zeros() } else { any(&mut rng) };
+            let load = BodyLoad::new(weight, &Pose::identity(), &Rates::default());
+            let mut external = vec![Vec3::zeros(); n];
+            match trial % 4 {
+                0 => {}
+                1 => external[rng.random_range(0..n)] = any(&mut rng),
+                _ => external.iter_mut().for_each(|f| *f = 1e-3 * any(&mut rng)),
+            }
+            let turned = |reach: f64, rng: &mut StdRng| -> Vec<f64> {
+                model.largest_rotation.iter().map(|r| reach * rng.random_range(-1.0..1.0) / r).collect()
+            };
+            let reach = if trial % 8 < 4 { 0.0 } else { std::f64::consts::TAU };
+            for law in [ForceLaw::Rotated, ForceLaw::VirtualWork] {
+                let q = turned(reach, &mut rng);
+                let (_, pull) = pulled(&model, law, &load, &external, &q);
+                for k in 0..modes {
+                    let step = 1e-5 / model.largest_rotation[k];
+                    let at = |shift: f64| {
+                        let mut q = q.clone();
+                        q[k] += shift * step;
+                        pulled(&model, law, &load, &external, &q).0[k]
+                    };
+                    let stiffness = ((at(1.0) - at(-1.0)) / (2.0 * step)).abs();
+                    let bound = guard.load_stiffness(k, &pull);
+                    // Differences: (1e-5)², and rounding of 1e-16 of the terms, some 1e2 of K, over 1e-5.
+                    assert!(stiffness <= bound * (1.0 + 1e-8), "{name}, {law:?}, mode {k}: {stiffness:e} > {bound:e}");
+                    tightest = tightest.max(stiffness / bound);
+                }
+            }
+        }
+        // A bound that anything passes would say nothing.
+        assert!(tightest > 0.3, "{name}: at most {tightest} of the bound");
+    }
 }

@@ -110,21 +110,24 @@ impl Case {
         by_y * y_dot + by_w * w_dot
     }
 
-    /// Modal force, the sum of its terms' sizes (mode by mode), and Σ|F|.
-    fn force(&self, law: ForceLaw, load: &BodyLoad, external: bool) -> (Vec<f64>, Vec<f64>, f64) {
+    /// Modal force, the sum of its terms' sizes (mode by mode), √(Σ m|a|²) and Σ|F|.
+    fn force(&self, law: ForceLaw, load: &BodyLoad, external: bool) -> (Vec<f64>, Vec<f64>, [f64; 2]) {
         let (mut force, mut size) = (vec![0.0; self.q.len()], vec![0.0; self.q.len()]);
-        let mut total = 0.0;
+        let [mut square, mut total] = [0.0; 2];
         for v in 0..self.rest.len() {
             let (u, by_y, by_w) = self.shape(v, law);
             let mut f = load.at(self.mass[v], self.rest[v] + u, self.velocity(v, (&by_y, &by_w)));
-            f += if external { self.external[v] } else { Vec3::zeros() };
-            total += f.norm();
+            square += f.norm_squared() / self.mass[v];
+            if external {
+                f += self.external[v];
+                total += self.external[v].norm();
+            }
             for (k, (phi, psi)) in self.modes.iter().enumerate() {
                 force[k] += phi[v].dot(&(by_y.transpose() * f)) + psi[v].dot(&(by_w.transpose() * f));
                 size[k] += f.norm() * (1.0 + by_w.norm());
             }
         }
-        (force, size, total)
+        (force, size, [square.sqrt(), total])
     }
 }
 
@@ -184,20 +187,21 @@ fn check_forces<E: Entry>(case: &Case, name: &str, arch: Arch) {
             let acting = Acting { load, external: external_forces, law, q, q_dot, total_mass: 1.0 };
             let run = || {
                 let mut force = vec![f64::NAN; modes];
-                let total = modal_force::project(&basis, &acting, &mut Scratch::new(modes), &mut force);
-                (force, total)
+                let pull = modal_force::project(&basis, &acting, &mut Scratch::new(modes), &mut force);
+                (force, [pull.body, pull.external])
             };
-            let (force, total) = run();
-            assert_eq!(run(), (force.clone(), total), "{name}: the same bits");
-            let (expected, size, expected_total) = case.force(law, load, *external);
+            let (force, pull) = run();
+            assert_eq!(run(), (force.clone(), pull), "{name}: the same bits");
+            let (expected, size, [by_mass, external_forces]) = case.force(law, load, *external);
             for k in 0..modes {
                 let what = format!("{name}, {} bits, {law:?}, {what}, n {n}, mode {k}", 8 * E::BYTES);
                 assert_close(&what, force[k], expected[k], tolerance::<E>(), size[k]);
             }
-            // Σ|F| is told per mass for uniform loads: of the whole mass 1, whatever the vertices add up to.
-            let uniform = load.spin_rate().is_none() && !external;
-            let expected_total = if uniform { case.gravity.norm() } else { expected_total };
-            assert_close(&format!("{name}, Σ|F|, {what}, n {n}"), total, expected_total, tolerance::<E>(), 0.0);
+            // That of a uniform load is told of the whole mass 1, whatever the vertices add up to.
+            let body = if load.spin_rate().is_none() { case.gravity.norm() } else { by_mass };
+            let what = format!("{name}, {law:?}, {what}, n {n}");
+            assert_close(&format!("{what}, acceleration"), pull[0], body, tolerance::<E>(), 0.0);
+            assert_close(&format!("{what}, Σ|F|"), pull[1], external_forces, tolerance::<E>(), f64::MIN_POSITIVE);
         }
     }
 }

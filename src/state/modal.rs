@@ -4,6 +4,7 @@ use crate::constraint::{ConstraintSet, Constraints, Step};
 use crate::features::Feature;
 use crate::load::External;
 use crate::model::{AnyBasis, with_basis};
+use crate::step::guard::Pull;
 use crate::step::modal_force::{self, Acting, BodyLoad, Scratch};
 use crate::step::point_force;
 use crate::step::{ForceLaw, Integrator, Oscillator};
@@ -67,8 +68,7 @@ pub struct Modal {
     /// The next q and q̇ until they are known to be good, and the modal force.
     next: [Vec<f64>; 2],
     force: Vec<f64>,
-    /// Σ|F| over the vertices.
-    load: f64,
+    pull: Pull,
     scratch: AnyScratch,
     /// The state that loads are taken at.
     mean: [Vec<f64>; 2],
@@ -96,7 +96,7 @@ impl Modal {
             q_dot: zeros.clone(),
             next: [zeros.clone(), zeros.clone()],
             force: zeros.clone(),
-            load: 0.0,
+            pull: Pull::default(),
             scratch,
             mean: [zeros.clone(), zeros],
             unchanged: false,
@@ -164,10 +164,10 @@ impl Modal {
         let total_mass = model.shell.total_mass;
         let participation = model.participation();
         let shortened = external.on_all().is_none() && participation.suffices(*law, || largest_turn(model, q));
-        self.load = match (load.everywhere_alike(), &model.basis, scratch) {
+        self.pull = match (load.everywhere_alike(), &model.basis, scratch) {
             (Some(a), _, _) if shortened => {
                 participation.force(*law, a, q, force);
-                total_mass * a.norm()
+                Pull { body: a.norm(), ..Pull::default() }
             }
             (_, basis, scratch) => {
                 let acting = Acting { load, external: external.on_all(), law: *law, q, q_dot, total_mass };
@@ -185,14 +185,19 @@ impl Modal {
                 }
             }
         };
-        self.load += with_basis!(&model.basis, basis => point_force::add(basis, *law, q, external.on_some(), force));
+        if *law == ForceLaw::VirtualWork {
+            self.pull.reach = q.iter().zip(participation.reach()).map(|(q, reach)| reach * q.abs()).sum();
+        }
+        self.pull.external +=
+            with_basis!(&model.basis, basis => point_force::add(basis, *law, q, external.on_some(), force));
     }
 
     /// The next q and q̇ without constraints.
     fn move_freely(&mut self, model: &Model, h: f64) {
         let guard = model.guard();
         let [next_q, next_q_dot] = &mut self.next;
-        let damping = |k: usize| guard.damping(k, self.damping[k], self.load, h);
+        let pull = if self.law.warped() { self.pull } else { Pull::default() };
+        let damping = |k: usize| guard.damping(k, self.damping[k], &pull, h);
         for k in 0..self.q.len() {
             let oscillator = Oscillator { damping: damping(k), eigenvalue: model.eigenvalues[k] };
             (next_q[k], next_q_dot[k]) =

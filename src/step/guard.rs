@@ -8,9 +8,14 @@
 //! holds β below β₁ under any load; it is zero up to β₀, half a turn, twice the range in which the warp's shape is good. Its force
 //! is taken at the step's end: q⁺ = q* − Γ ∇G(q⁺), Γ = h²/(1 + hc + h²λ), one monotonic equation for β⁺.
 //!
-//! **Swing.** Loads act as at the step's start, which overshoots where the load's own stiffness K = Σ|F| max |φ||ψ|, that of a
-//! pendulum, is beyond λ + 1/h²: a damping h (K − λ − 1/h²) stands in for the implicit treatment of the difference. Where a
-//! load bends the shell within range, its true stiffness is below λ; K bounds it from above.
+//! **Swing.** Loads act as at the step's start, which overshoots where the load's own stiffness |∂f_k/∂q_k| ≤ Σ |F||φ_k||ψ_k|, that
+//! of a pendulum, is beyond λ + 1/h²: a damping h (K − λ − 1/h²) stands in for the implicit treatment of the difference. With body
+//! loads m a and external forces F, by Cauchy and Schwarz,
+//!
+//!   K_k = √(Σ m|a|²) √(Σ m |φ_k|²|ψ_k|²) + Σ|F| max |φ_k||ψ_k|.
+//!
+//! It bounds the stiffness of Φᵀ RᵀF. Virtual work has ∂²u/∂q_k² in its place, where R̃(w) Φq adds up to |ψ_k|²|Φq|/3: the same again
+//! with Y|ψ_k|/3 for |φ_k|, Y ≥ |Φq|. Under linear modal analysis forces do not swing: K = 0.
 
 /// β₀ and β₁, rad.
 pub const GUARDED_BEND: f64 = std::f64::consts::PI;
@@ -19,6 +24,17 @@ const LARGEST_BEND: f64 = 1.5 * std::f64::consts::PI;
 /// Halvings of an interval within which two numbers of 53 bits meet.
 const HALVINGS: u32 = 60;
 
+/// How strongly loads pull.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Pull {
+    /// √(Σ m|a|²/M): the root mean square of the body loads' acceleration.
+    pub body: f64,
+    /// Σ|F| of external forces.
+    pub external: f64,
+    /// Y by virtual work, else 0.
+    pub reach: f64,
+}
+
 /// The modes of a model as the guard sees them.
 #[derive(Clone, Copy)]
 pub struct Guard<'a> {
@@ -26,17 +42,28 @@ pub struct Guard<'a> {
     pub eigenvalues: &'a [f64],
     /// ψ of each mode.
     pub largest_rotation: &'a [f64],
+    /// √(M Σ m |φ|²|ψ|²) of each mode.
+    pub swing: &'a [f64],
+    /// √(M Σ m |ψ|⁴) of each mode.
+    pub turn: &'a [f64],
     /// max |φ||ψ| of each mode.
     pub largest_swing: &'a [f64],
 }
 
 impl Guard<'_> {
-    /// c of mode `k` for a step of `h`, with what swinging loads of Σ|F| = `load` ask in addition to `damping`.
-    pub fn damping(&self, k: usize, damping: f64, load: f64, h: f64) -> f64 {
+    /// K of mode `k`.
+    pub fn load_stiffness(&self, k: usize, pull: &Pull) -> f64 {
+        let third = pull.reach / 3.0;
+        pull.body * (self.swing[k] + third * self.turn[k])
+            + pull.external * (self.largest_swing[k] + third * self.largest_rotation[k].powi(2))
+    }
+
+    /// c of mode `k` for a step of `h`, with what swinging loads ask in addition to `damping`.
+    pub fn damping(&self, k: usize, damping: f64, pull: &Pull, h: f64) -> f64 {
         if cfg!(unguarded) {
             return damping;
         }
-        let excess = load * self.largest_swing[k] - self.eigenvalues[k] - (h * h).recip();
+        let excess = self.load_stiffness(k, pull) - self.eigenvalues[k] - (h * h).recip();
         if excess > 0.0 { damping + h * excess } else { damping }
     }
 

@@ -4,7 +4,9 @@
 //! In the frame each vertex feels F = m [g − a − α × r − ω × (ω × r) − 2 ω × ṙ], all in frame axes, with its deformed
 //! position r and velocity ṙ = R Φ q̇, or (∂x/∂q) q̇, or Φ q̇.
 
+use super::guard::Pull;
 use crate::Vec3;
+
 use crate::real::Real;
 use crate::support::{Pose, Rates};
 use crate::warp::lanes::{Group, Lanes, Vectors};
@@ -253,8 +255,8 @@ const BLOCKS_PER_SUM: usize = 64;
 pub struct Scratch<T> {
     /// Two lines for each mode.
     sums: Vec<[Line<T>; 2]>,
-    /// Σ|F|.
-    total: Line<T>,
+    /// Of [`Pull`].
+    pulls: [Line<T>; 2],
     /// Of q and of q̇ (modes).
     weights: [Vec<[T; 2]>; 2],
 }
@@ -263,7 +265,7 @@ impl<T: Real> Scratch<T> {
     /// For `modes` modes.
     pub fn new(modes: usize) -> Self {
         let weights = vec![[T::default(); 2]; modes];
-        Self { sums: vec![Default::default(); modes], total: Line::default(), weights: [weights.clone(), weights] }
+        Self { sums: vec![Default::default(); modes], pulls: Default::default(), weights: [weights.clone(), weights] }
     }
 }
 
@@ -283,33 +285,27 @@ pub struct Acting<'a> {
     pub total_mass: f64,
 }
 
-impl Acting<'_> {
-    /// The force per mass is the same on every vertex.
-    fn uniform(&self) -> bool {
-        self.load.spin.is_none() && self.external.is_none()
-    }
-}
-
-/// Sets `force` (modes) to the modal force. Returns Σ|F| over the vertices. Does not allocate.
-pub fn project<E: Entry>(basis: &Basis<E>, acting: &Acting, scratch: &mut Scratch<E::Real>, force: &mut [f64]) -> f64 {
+/// Sets `force` (modes) to the modal force. Returns how strongly the loads pull. Does not allocate.
+pub fn project<E: Entry>(basis: &Basis<E>, acting: &Acting, scratch: &mut Scratch<E::Real>, force: &mut [f64]) -> Pull {
     force.fill(0.0);
     if acting.load.is_zero() && acting.external.is_none() {
-        return 0.0;
+        return Pull::default();
     }
-    let Scratch { sums, total, weights: [weights, rates] } = scratch;
+    let Scratch { sums, pulls, weights: [weights, rates] } = scratch;
     sums.fill(Default::default());
-    *total = Line::default();
+    *pulls = Default::default();
     let weights = basis.weights(acting.q, weights);
     // Velocities matter in a spinning frame alone.
     let rates = if acting.load.spin.is_some() { basis.weights(acting.q_dot, rates) } else { weights };
     let uniform = <[f64; 3]>::from(acting.load.uniform).map(<E::Real as Real>::of);
     let mut projection =
-        Projection { basis, acting, uniform, weights, rates, sums, norms: total, force, total: 0.0, blocks: 0 };
+        Projection { basis, acting, uniform, weights, rates, sums, pulls, force, totals: [0.0; 2], blocks: 0 };
     sweep(basis, &mut projection);
     projection.gather();
-    let total = if acting.uniform() { acting.load.uniform.norm() } else { projection.total };
+    let [square, external] = projection.totals;
+    let body = if acting.load.spin.is_some() { square.sqrt() } else { acting.load.uniform.norm() };
     force.iter_mut().for_each(|f| *f *= acting.total_mass / basis.root_mass());
-    acting.total_mass * total
+    Pull { body, external: acting.total_mass * external, reach: 0.0 }
 }
 
 struct Projection<'a, E: Entry> {
@@ -320,11 +316,11 @@ struct Projection<'a, E: Entry> {
     weights: Weights<'a, E::Real>,
     rates: Weights<'a, E::Real>,
     sums: &'a mut [[Line<E::Real>; 2]],
-    /// |F|/M, where it is not uniform.
-    norms: &'a mut Line<E::Real>,
+    /// m|a|²/M, where it depends on the vertex, and |F|/M of external forces.
+    pulls: &'a mut [Line<E::Real>; 2],
     force: &'a mut [f64],
-    /// Σ|F|/M.
-    total: f64,
+    /// Their sums.
+    totals: [f64; 2],
     /// Since sums were gathered.
     blocks: usize,
 }
@@ -341,9 +337,9 @@ impl<E: Entry> Projection<'_, E> {
                 *force += sum(turn_line) * turn_unit;
             }
         }
-        self.total += sum(self.norms);
+        self.totals.iter_mut().zip(&*self.pulls).for_each(|(total, line)| *total += sum(line));
         self.sums.fill(Default::default());
-        *self.norms = Line::default();
+        *self.pulls = Default::default();
         self.blocks = 0;
     }
 
@@ -361,12 +357,15 @@ impl<E: Entry> Projection<'_, E> {
             (lanes.add_vectors(&block.rest(lanes, at), &u), velocity)
         });
         let mut force = lanes.scale(block.mass(lanes, at), &per_mass);
-        if let Some(external) = acting.external {
-            force = lanes.add_vectors(&force, &gather_vectors(lanes, external, first, 1.0 / acting.total_mass));
+        let [square, norms] = &mut *self.pulls;
+        if acting.load.spin.is_some() {
+            lanes.add_dot(&force, &per_mass, square, at);
         }
-        if !acting.uniform() {
-            let norm: Group<E::Real, S, N> = lanes.sqrt(lanes.dot(&force, &force));
-            lanes.store(lanes.add(lanes.load(&self.norms.0, at), norm), &mut self.norms.0, at);
+        if let Some(external) = acting.external {
+            let external = gather_vectors(lanes, external, first, 1.0 / acting.total_mass);
+            let norm: Group<E::Real, S, N> = lanes.sqrt(lanes.dot(&external, &external));
+            lanes.store(lanes.add(lanes.load(&norms.0, at), norm), &mut norms.0, at);
+            force = lanes.add_vectors(&force, &external);
         }
         shape.project(lanes, (block, at), &force, self.sums);
     }

@@ -30,6 +30,10 @@ pub struct Participation {
     turning: Vec<Vec3>,
     /// Largest |φ_k|.
     reach: Vec<f64>,
+    /// √(M Σ m |φ_k|²|ψ_k|²).
+    swing: Vec<f64>,
+    /// √(M Σ m |ψ_k|⁴).
+    turn: Vec<f64>,
 }
 
 impl Participation {
@@ -38,7 +42,7 @@ impl Participation {
         let modes = basis.modes;
         let turns = !basis.is_linear() && modes <= MOST_MODES;
         let mut uniform = vec![Vec3::zeros(); modes];
-        let mut reach = vec![0.0f64; modes];
+        let [mut reach, mut swing, mut turn_squares] = [(); 3].map(|()| vec![0.0f64; modes]);
         let mut turning = vec![Vec3::zeros(); if turns { modes * modes } else { 0 }];
         for first in (0..mass.len()).step_by(CHUNK) {
             let vertices = first..(first + CHUNK).min(mass.len());
@@ -49,6 +53,8 @@ impl Participation {
                     let (shape, turn) = basis.at(k, v);
                     uniform[k] += mass[v] * shape;
                     reach[k] = reach[k].max(shape.norm());
+                    swing[k] += mass[v] * shape.norm_squared() * turn.norm_squared();
+                    turn_squares[k] += mass[v] * turn.norm_squared().powi(2);
                     phi.fixed_view_mut::<3, 1>(3 * k, column).copy_from(&(mass[v] * shape));
                     psi.fixed_view_mut::<3, 1>(3 * k, column).copy_from(&turn);
                 }
@@ -62,7 +68,10 @@ impl Participation {
                 }
             }
         }
-        Self { uniform, turning, reach }
+        for square in swing.iter_mut().chain(&mut turn_squares) {
+            *square = basis.root_mass() * square.sqrt();
+        }
+        Self { uniform, turning, reach, swing, turn: turn_squares }
     }
 
     /// P_k of each mode: √mass.
@@ -75,9 +84,19 @@ impl Participation {
         &self.reach
     }
 
+    /// √(M Σ m |φ|²|ψ|²) of each mode: how body loads swing with the shell.
+    pub fn swing(&self) -> &[f64] {
+        &self.swing
+    }
+
+    /// √(M Σ m |ψ|⁴) of each mode.
+    pub fn turn(&self) -> &[f64] {
+        &self.turn
+    }
+
     /// Bytes held.
     pub fn bytes(&self) -> usize {
-        (self.uniform.len() + self.turning.len()) * size_of::<Vec3>() + self.reach.len() * size_of::<f64>()
+        (self.uniform.len() + self.turning.len()) * size_of::<Vec3>() + 3 * self.reach.len() * size_of::<f64>()
     }
 
     /// Whether [`Participation::force`] stands for the sum over vertices, to one part in 10⁶, where no vertex turns further
