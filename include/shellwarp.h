@@ -196,6 +196,42 @@
 // The velocities and accelerations of the descriptor are used instead of differences of poses.
 #define SW_FRAME_MOTION_GIVEN 2
 
+// Rest positions, masses, triangles, edges, constants of each mode.
+#define SW_PART_SHAPE 1
+
+// Mode shapes Phi.
+#define SW_PART_DISPLACEMENTS 2
+
+// Modal rotations Psi.
+#define SW_PART_ROTATIONS 3
+
+// The oscillator of each mode with its guard, and the state.
+#define SW_PART_MODES 4
+
+// Gravity and the acceleration of the frame.
+#define SW_PART_UNIFORM_LOAD 5
+
+// Inertia of a turning frame.
+#define SW_PART_SPIN 6
+
+// Forces on vertices.
+#define SW_PART_FORCES 7
+
+// Wind.
+#define SW_PART_WIND 8
+
+// Constraints.
+#define SW_PART_CONSTRAINTS 9
+
+// The nonlinear shell.
+#define SW_PART_NONLINEAR_SHELL 10
+
+// The reduced nonlinear shell.
+#define SW_PART_REDUCED_SHELL 11
+
+// Length of SwPlanPart::reason, the closing NUL included.
+#define SW_PLAN_REASON_SIZE 120
+
 // Holds the vertex's position.
 #define SW_CONSTRAINT_POSITION 1
 
@@ -508,7 +544,26 @@ typedef struct SwStateReport {
   double max_displacement;
   // Of all vertices, the share turned by more than a quarter turn: what an artist should be warned of.
   double fraction_out_of_range;
+  // Steps of a reduced shell since creation or reset, as this handle took them, whose Newton search ended short of its
+  // tolerance: finite, but less accurate than the others; shorter steps help. 0 for other methods.
+  uint64_t unconverged_steps;
 } SwStateReport;
+
+// One part of a step. Output only.
+typedef struct SwPlanPart {
+  // SW_PART_....
+  uint32_t part;
+  // 1 when the step or the output uses it, else 0.
+  uint32_t active;
+  // Bytes held for it by the model or the state, whether used or not.
+  uint64_t bytes;
+  // Estimate of the instructions of the step, on registers of 8 numbers of 32 bits (AVX2); 0 when left out. Mostly within a
+  // quarter for modal methods (docs/leave_out.md), a rough guess for an implicit step of a nonlinear shell,
+  // reduced or not.
+  double operations;
+  // Why it is used, or was left out; NUL-terminated.
+  char reason[SW_PLAN_REASON_SIZE];
+} SwPlanPart;
 
 // A handle (paper section 4.4). Position and orientation of one vertex are two constraints.
 typedef struct SwConstraintDesc {
@@ -914,6 +969,24 @@ SwStatus sw_state_save(const struct SwState *state,
 SwStatus sw_state_load(struct SwState *state,
                        const void *bytes,
                        uint64_t size);
+
+// What a step of `seconds` from the present state uses, what it leaves out and why, and what each part costs: one entry for each
+// SW_PART_..., in ascending order. Two calls: with `parts` NULL and `capacity` 0 only *count is written. Callable concurrently.
+// Errors: SW_ERROR_INVALID_ARGUMENT, also as by sw_state_step; SW_ERROR_BUFFER_SIZE when capacity < *count; SW_ERROR_BUSY.
+SwStatus sw_state_plan(const struct SwState *state,
+                       double seconds,
+                       struct SwPlanPart *parts,
+                       uint32_t capacity,
+                       uint32_t *count);
+
+// The same as a table in words, UTF-8 and NUL-terminated. Two calls: with `text` NULL and `capacity` 0 only *size is written, the NUL
+// included. Callable concurrently.
+// Errors: SW_ERROR_INVALID_ARGUMENT, also as by sw_state_step; SW_ERROR_BUFFER_SIZE when capacity < *size; SW_ERROR_BUSY.
+SwStatus sw_state_plan_text(const struct SwState *state,
+                            double seconds,
+                            char *text,
+                            uint64_t capacity,
+                            uint64_t *size);
 
 // Advances `count` states by `seconds` each, as sw_state_step would one by one and to the same bits, whatever the number of
 // threads: states of any models and methods, in any order. A state that fails has not moved; the others have.

@@ -3,7 +3,8 @@
 
 use std::path::Path;
 
-const SOURCES: [&str; 9] = ["status", "pointer", "log", "mesh", "model", "state", "batch", "constraint", "load"];
+const SOURCES: [&str; 10] =
+    ["status", "pointer", "log", "mesh", "model", "state", "plan", "batch", "constraint", "load"];
 
 #[test]
 fn header_is_current() {

@@ -56,6 +56,18 @@ SW_SPACE_WORLD = 0
 SW_SPACE_FRAME = 1
 SW_FRAME_TELEPORT = 1
 SW_FRAME_MOTION_GIVEN = 2
+SW_PART_SHAPE = 1
+SW_PART_DISPLACEMENTS = 2
+SW_PART_ROTATIONS = 3
+SW_PART_MODES = 4
+SW_PART_UNIFORM_LOAD = 5
+SW_PART_SPIN = 6
+SW_PART_FORCES = 7
+SW_PART_WIND = 8
+SW_PART_CONSTRAINTS = 9
+SW_PART_NONLINEAR_SHELL = 10
+SW_PART_REDUCED_SHELL = 11
+SW_PLAN_REASON_SIZE = 120
 SW_CONSTRAINT_POSITION = 1
 SW_CONSTRAINT_ORIENTATION = 2
 SW_AXIS_X = 1
@@ -242,6 +254,17 @@ class SwStateReport(Structure):
         ("max_rotation", c_double),
         ("max_displacement", c_double),
         ("fraction_out_of_range", c_double),
+        ("unconverged_steps", c_uint64),
+    ]
+
+
+class SwPlanPart(Structure):
+    _fields_ = [
+        ("part", c_uint32),
+        ("active", c_uint32),
+        ("bytes", c_uint64),
+        ("operations", c_double),
+        ("reason", c_char * 120),
     ]
 
 
@@ -349,6 +372,8 @@ FUNCTIONS = {
     "sw_state_report": (c_uint32, [POINTER(SwState), POINTER(SwStateReport)]),
     "sw_state_save": (c_uint32, [POINTER(SwState), c_void_p, c_uint64, c_void_p]),
     "sw_state_load": (c_uint32, [POINTER(SwState), c_void_p, c_uint64]),
+    "sw_state_plan": (c_uint32, [POINTER(SwState), c_double, POINTER(SwPlanPart), c_uint32, c_void_p]),
+    "sw_state_plan_text": (c_uint32, [POINTER(SwState), c_double, c_char_p, c_uint64, c_void_p]),
     "sw_states_step": (c_uint32, [POINTER(POINTER(SwState)), c_uint32, c_double, c_void_p]),
     "sw_set_threads": (c_uint32, [c_uint32]),
     "sw_constraint_desc_init": (None, [POINTER(SwConstraintDesc)]),
