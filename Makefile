@@ -14,7 +14,7 @@ export CMAKE_BUILD_PARALLEL_LEVEL ?= $(JOBS)
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
 .PHONY: help build native demo test test-cargo test-c test-render test-blender demo-blender install package blender-addon header \
-    python-abi lint fuzz check-memory check-threads check-miri check-guard bench bench-instructions bench-precompute build-report report report-docs report-stability \
+    python-abi lint fuzz check-memory check-threads check-miri check-guard bench bench-instructions bench-leave-out bench-precompute build-report report report-docs report-stability \
     test-report clean
 .PHONY: farm-demo farm-sweep farm-costs bench-slepc
 
@@ -44,6 +44,7 @@ test: ## run every test: Rust, then C and C++, then the renderer's; ends in test
 
 test-cargo: ## run the Rust tests
 	cargo test --release --no-fail-fast
+	cargo test --release --no-default-features --test features
 
 test-c: native ## run the C, C++ and Python tests (ctest)
 	@sh cmake/bootstrap.sh python farm || echo "test-c: the Python packages could not be installed (see above); their tests are skipped"
@@ -130,8 +131,12 @@ check-guard: ## compare the scenes' motion, byte for byte, with that of a librar
 	@$(MAKE) native WHAT=shellwarp_cli
 	@sh tests/check_guard.sh $(CLI) $(CURDIR)/out/guard
 
-bench-precompute: build ## time the precompute against scipy's eigensolver
+bench-leave-out: ## what scenes pay for what they do not use, by valgrind: docs/leave_out.md
+	python3 tests/bench/leave_out.py --docs docs/leave_out.md
+
+bench-precompute: build ## time the precompute by phases, and against scipy's eigensolver
 	@sh cmake/bootstrap.sh bench
+	cargo run --release --quiet --example precompute -- table 1 1000 13117 100000
 	.venv/bin/python tests/bench/precompute_vs_scipy.py
 
 # The report's page: its player is bundled by npm, its peers run in .venv/; what is missing is left out with a line.

@@ -196,6 +196,27 @@
 // The velocities and accelerations of the descriptor are used instead of differences of poses.
 #define SW_FRAME_MOTION_GIVEN 2
 
+// Holds the vertex's position.
+#define SW_CONSTRAINT_POSITION 1
+
+// Holds the orientation of the vertex's frame (sw_state_rotations), which at rest is the support frame's.
+#define SW_CONSTRAINT_ORIENTATION 2
+
+// World x axis.
+#define SW_AXIS_X 1
+
+// World y axis.
+#define SW_AXIS_Y 2
+
+// World z axis.
+#define SW_AXIS_Z 4
+
+// Stands for every constraint in sw_state_clear_constraint.
+#define SW_ALL_CONSTRAINTS 4294967295
+
+// The forces act in the next step, or the next sw_state_equilibrium, and are then forgotten.
+#define SW_FORCES_ONE_STEP 1
+
 // Rest positions, masses, triangles, edges, constants of each mode.
 #define SW_PART_SHAPE 1
 
@@ -231,27 +252,6 @@
 
 // Length of SwPlanPart::reason, the closing NUL included.
 #define SW_PLAN_REASON_SIZE 120
-
-// Holds the vertex's position.
-#define SW_CONSTRAINT_POSITION 1
-
-// Holds the orientation of the vertex's frame (sw_state_rotations), which at rest is the support frame's.
-#define SW_CONSTRAINT_ORIENTATION 2
-
-// World x axis.
-#define SW_AXIS_X 1
-
-// World y axis.
-#define SW_AXIS_Y 2
-
-// World z axis.
-#define SW_AXIS_Z 4
-
-// Stands for every constraint in sw_state_clear_constraint.
-#define SW_ALL_CONSTRAINTS 4294967295
-
-// The forces act in the next step, or the next sw_state_equilibrium, and are then forgotten.
-#define SW_FORCES_ONE_STEP 1
 
 // A shell and, after precompute, its modes. Opaque.
 typedef struct SwModel SwModel;
@@ -549,22 +549,6 @@ typedef struct SwStateReport {
   uint64_t unconverged_steps;
 } SwStateReport;
 
-// One part of a step. Output only.
-typedef struct SwPlanPart {
-  // SW_PART_....
-  uint32_t part;
-  // 1 when the step or the output uses it, else 0.
-  uint32_t active;
-  // Bytes held for it by the model or the state, whether used or not.
-  uint64_t bytes;
-  // Estimate of the instructions of the step, on registers of 8 numbers of 32 bits (AVX2); 0 when left out. Mostly within a
-  // quarter for modal methods (docs/leave_out.md), a rough guess for an implicit step of a nonlinear shell,
-  // reduced or not.
-  double operations;
-  // Why it is used, or was left out; NUL-terminated.
-  char reason[SW_PLAN_REASON_SIZE];
-} SwPlanPart;
-
 // A handle (paper section 4.4). Position and orientation of one vertex are two constraints.
 typedef struct SwConstraintDesc {
   // Set by sw_constraint_desc_init.
@@ -657,6 +641,22 @@ typedef struct SwEquilibriumReport {
   // |q - f(q)/lambda| / |q| of a modal method, |F - dE/dx| / |F| of a nonlinear shell.
   double residual;
 } SwEquilibriumReport;
+
+// One part of a step. Output only.
+typedef struct SwPlanPart {
+  // SW_PART_....
+  uint32_t part;
+  // 1 when the step or the output uses it, else 0.
+  uint32_t active;
+  // Bytes held for it by the model or the state, whether used or not.
+  uint64_t bytes;
+  // Estimate of the instructions of the step, on registers of 8 numbers of 32 bits (AVX2); 0 when left out. Mostly within a
+  // quarter for modal methods (docs/leave_out.md), a rough guess for an implicit step of a nonlinear shell,
+  // reduced or not.
+  double operations;
+  // Why it is used, or was left out; NUL-terminated.
+  char reason[SW_PLAN_REASON_SIZE];
+} SwPlanPart;
 
 // Done.
 #define SW_OK 0
@@ -970,24 +970,6 @@ SwStatus sw_state_load(struct SwState *state,
                        const void *bytes,
                        uint64_t size);
 
-// What a step of `seconds` from the present state uses, what it leaves out and why, and what each part costs: one entry for each
-// SW_PART_..., in ascending order. Two calls: with `parts` NULL and `capacity` 0 only *count is written. Callable concurrently.
-// Errors: SW_ERROR_INVALID_ARGUMENT, also as by sw_state_step; SW_ERROR_BUFFER_SIZE when capacity < *count; SW_ERROR_BUSY.
-SwStatus sw_state_plan(const struct SwState *state,
-                       double seconds,
-                       struct SwPlanPart *parts,
-                       uint32_t capacity,
-                       uint32_t *count);
-
-// The same as a table in words, UTF-8 and NUL-terminated. Two calls: with `text` NULL and `capacity` 0 only *size is written, the NUL
-// included. Callable concurrently.
-// Errors: SW_ERROR_INVALID_ARGUMENT, also as by sw_state_step; SW_ERROR_BUFFER_SIZE when capacity < *size; SW_ERROR_BUSY.
-SwStatus sw_state_plan_text(const struct SwState *state,
-                            double seconds,
-                            char *text,
-                            uint64_t capacity,
-                            uint64_t *size);
-
 // Advances `count` states by `seconds` each, as sw_state_step would one by one and to the same bits, whatever the number of
 // threads: states of any models and methods, in any order. A state that fails has not moved; the others have.
 //
@@ -1067,6 +1049,24 @@ void sw_equilibrium_report_init(struct SwEquilibriumReport *report);
 // Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_NUMERICAL when none is found, SW_ERROR_BUSY.
 SwStatus sw_state_equilibrium(struct SwState *state,
                               struct SwEquilibriumReport *report);
+
+// What a step of `seconds` from the present state uses, what it leaves out and why, and what each part costs: one entry for each
+// SW_PART_..., in ascending order. Two calls: with `parts` NULL and `capacity` 0 only *count is written. Callable concurrently.
+// Errors: SW_ERROR_INVALID_ARGUMENT, also as by sw_state_step; SW_ERROR_BUFFER_SIZE when capacity < *count; SW_ERROR_BUSY.
+SwStatus sw_state_plan(const struct SwState *state,
+                       double seconds,
+                       struct SwPlanPart *parts,
+                       uint32_t capacity,
+                       uint32_t *count);
+
+// The same as a table in words, UTF-8 and NUL-terminated. Two calls: with `text` NULL and `capacity` 0 only *size is written, the NUL
+// included. Callable concurrently.
+// Errors: SW_ERROR_INVALID_ARGUMENT, also as by sw_state_step; SW_ERROR_BUFFER_SIZE when capacity < *size; SW_ERROR_BUSY.
+SwStatus sw_state_plan_text(const struct SwState *state,
+                            double seconds,
+                            char *text,
+                            uint64_t capacity,
+                            uint64_t *size);
 
 #ifdef __cplusplus
 }  // extern "C"

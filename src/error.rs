@@ -67,13 +67,19 @@ pub(crate) fn require_non_negative(name: &str, value: f64) -> Result<f64> {
     }
 }
 
-/// A zeroed vector of `len` elements, or [`ErrorKind::OutOfMemory`] naming what it was for.
-pub(crate) fn try_zeroed<T: Clone + Default>(what: &str, len: usize) -> Result<Vec<T>> {
+/// An empty vector with room for `len` elements, or [`ErrorKind::OutOfMemory`] naming what it was for.
+pub(crate) fn reserve<T>(what: &str, len: usize) -> Result<Vec<T>> {
     let mut v = Vec::new();
     v.try_reserve_exact(len).map_err(|_| {
         let bytes = len as f64 * size_of::<T>() as f64;
         Error::new(ErrorKind::OutOfMemory, format!("{what} needs {:.1} MiB, which could not be had", bytes / 1048576.0))
     })?;
+    Ok(v)
+}
+
+/// A zeroed vector of `len` elements, or [`ErrorKind::OutOfMemory`] naming what it was for.
+pub(crate) fn try_zeroed<T: Clone + Default>(what: &str, len: usize) -> Result<Vec<T>> {
+    let mut v = reserve(what, len)?;
     v.resize(len, T::default());
     Ok(v)
 }

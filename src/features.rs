@@ -50,12 +50,15 @@ impl Feature {
         }
     }
 
-    /// Fails unless this build has it.
+    /// Fails unless this build has it. Inlined, so that what follows a failure is known never to run.
+    #[inline(always)]
     pub fn require(self) -> Result<()> {
-        if self.is_built_in() {
-            return Ok(());
-        }
+        if self.is_built_in() { Ok(()) } else { Err(self.missing()) }
+    }
+
+    #[cold]
+    fn missing(self) -> Error {
         let message = format!("this build of the library was made without the Cargo feature {:?}", self.name());
-        Err(Error::new(ErrorKind::Unsupported, message))
+        Error::new(ErrorKind::Unsupported, message)
     }
 }

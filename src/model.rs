@@ -1,7 +1,7 @@
 //! The precomputed model: everything a state needs, immutable, shared by any number of states on any threads.
 
 use crate::features::Feature;
-use crate::modes::{Certificate, Demand, Modes, PHASES, Phase, Progress, demanded_modes, lowest_modes};
+use crate::modes::{Certificate, Demand, PHASES, Phase, Progress, demanded_modes, lowest_modes};
 use crate::reduced::{self, ReducedShell};
 use crate::step::{Guard, Participation};
 use crate::warp::{Basis, Entry, I16, ModalRotation};
@@ -23,6 +23,7 @@ pub enum Precision {
 
 impl Precision {
     /// Fails where this build has no such basis.
+    #[inline(always)]
     pub fn require(self) -> Result<()> {
         match self {
             Self::F32 => Ok(()),
@@ -144,17 +145,17 @@ impl Model {
                 demanded_modes(&shell, &demand, options.modes, &mut progress)?
             }
         };
-        let basis = match options.precision {
-            Precision::F32 => AnyBasis::F32(run_time_basis(&shell, &modes.shapes, options.linear, &mut progress)?),
+        let linear = options.linear;
+        let (basis, largest_rotation, largest_swing) = match options.precision {
+            Precision::F32 => run_time_basis(&shell, &modes.shapes, linear, &mut progress, AnyBasis::F32)?,
             Precision::F64 if Feature::F64Basis.is_built_in() => {
-                AnyBasis::F64(run_time_basis(&shell, &modes.shapes, options.linear, &mut progress)?)
+                run_time_basis(&shell, &modes.shapes, linear, &mut progress, AnyBasis::F64)?
             }
             Precision::I16 if Feature::I16Basis.is_built_in() => {
-                AnyBasis::I16(run_time_basis(&shell, &modes.shapes, options.linear, &mut progress)?)
+                run_time_basis(&shell, &modes.shapes, linear, &mut progress, AnyBasis::I16)?
             }
             _ => unreachable!("refused above"),
         };
-        let (largest_rotation, largest_swing) = largest_rotation_and_swing(&shell, &modes);
         let shapes_fit = with_basis!(&basis, basis => basis.is_finite());
         let Certificate { residual, orthonormality, .. } = modes.certificate;
         let told = largest_rotation.iter().chain(&largest_swing).chain(&modes.eigenvalues);
@@ -249,36 +250,29 @@ fn sagged(shell: &Arc<Shell>, gravity: Vec3, progress: &mut Progress) -> Result<
     Ok(Arc::new(shell.sagged(gravity, &mut watch)?))
 }
 
+/// The basis, and of each mode the largest |Ψ| and |Φ||Ψ|.
 fn run_time_basis<E: Entry>(
     shell: &Shell,
     shapes: &[Vec<Vec3>],
     linear: bool,
     progress: &mut Progress,
-) -> Result<Basis<E>> {
+    any: impl Fn(Basis<E>) -> AnyBasis,
+) -> Result<(AnyBasis, Vec<f64>, Vec<f64>)> {
     progress.report(Phase::Rotation, 0.0)?;
     let Shell { mesh, mass, total_mass, .. } = shell;
-    if linear {
-        let mut basis = Basis::linear(&mesh.positions, mass, shapes.len(), *total_mass)?;
-        shapes.iter().enumerate().for_each(|(k, phi)| basis.set_mode(k, phi, &[]));
-        return Ok(basis);
-    }
+    let empty = if linear { Basis::linear } else { Basis::new };
+    let mut basis = empty(&mesh.positions, mass, shapes.len(), *total_mass)?;
     let rotation = ModalRotation::new(mesh);
-    let mut basis = Basis::new(&mesh.positions, mass, shapes.len(), *total_mass)?;
+    let (mut largest_rotation, mut largest_swing) = (vec![], vec![]);
     for (k, phi) in shapes.iter().enumerate() {
-        basis.set_mode(k, phi, &rotation.apply(phi));
+        let psi = rotation.apply(phi);
+        largest_rotation.push(psi.iter().map(wide_norm).fold(0.0, f64::max));
+        let swings = psi.iter().zip(phi).map(|(w, u)| wide_norm(w) * wide_norm(u));
+        largest_swing.push(swings.fold(0.0, f64::max));
+        basis.set_mode(k, phi, if linear { &[] } else { &psi });
         progress.report(Phase::Rotation, (k + 1) as f64 / shapes.len() as f64)?;
     }
-    Ok(basis)
-}
-
-fn largest_rotation_and_swing(shell: &Shell, modes: &Modes) -> (Vec<f64>, Vec<f64>) {
-    let rotation = ModalRotation::new(&shell.mesh);
-    let largest = |phi: &Vec<Vec3>| {
-        let psi = rotation.apply(phi);
-        let swings = psi.iter().zip(phi).map(|(w, u)| wide_norm(w) * wide_norm(u));
-        (psi.iter().map(wide_norm).fold(0.0, f64::max), swings.fold(0.0, f64::max))
-    };
-    modes.shapes.iter().map(largest).unzip()
+    Ok((any(basis), largest_rotation, largest_swing))
 }
 
 /// Hash of everything that amplitudes mean something by: mesh, supports, eigenvalues, precision.

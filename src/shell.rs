@@ -129,6 +129,11 @@ impl Shell {
         3 * self.free.len()
     }
 
+    /// Where these vertices lie.
+    pub fn points(&self, vertices: &[u32]) -> Vec<Vec3> {
+        vertices.iter().map(|&v| self.mesh.positions[v as usize]).collect()
+    }
+
     /// Spreads values at the free vertices, x y z by turns (n_unknowns), over all vertices; zero elsewhere.
     pub fn scatter(&self, unknowns: &[f64]) -> Vec<Vec3> {
         let mut field = vec![Vec3::zeros(); self.mass.len()];

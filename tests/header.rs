@@ -4,7 +4,7 @@
 use std::path::Path;
 
 const SOURCES: [&str; 10] =
-    ["status", "pointer", "log", "mesh", "model", "state", "plan", "batch", "constraint", "load"];
+    ["status", "pointer", "log", "mesh", "model", "state", "batch", "constraint", "load", "plan"];
 
 #[test]
 fn header_is_current() {

@@ -224,7 +224,7 @@ impl<'a> Responses<'a> {
 fn tails(shell: &Shell, modes: &Modes, loads: &[Vec<Vec3>]) -> Result<Vec<Vec<Vec3>>> {
     let stiffness = ScaledStiffness::assemble(shell)?;
     let lowest = modes.eigenvalues[modes.zero_modes];
-    let symbolic = Symbolic::analyse(stiffness.lower.symbolic())?;
+    let symbolic = Symbolic::analyse(stiffness.lower.symbolic(), &shell.points(&shell.free))?;
     let singular = || {
         Error::new(ErrorKind::Numerical, "the stiffness is singular: its statics do not tell which modes are needed")
     };

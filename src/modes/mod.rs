@@ -19,6 +19,7 @@ pub use dense::symmetric_eigen;
 pub use stiffness::{ScaledStiffness, entries};
 
 use crate::energy::rest_quadratic_form;
+use crate::error::reserve;
 use crate::sparse::Symbolic;
 use crate::{Error, ErrorKind, Result, Shell, Vec3};
 use faer::Mat;
@@ -136,17 +137,18 @@ fn part_modes(shell: &Shell, part: &Part, (wanted, norm): (usize, f64), progress
     let n = part.n_unknowns();
     let wanted = wanted.min(n);
     progress.report(Phase::Ordering, 0.0)?;
-    let symbolic = Symbolic::analyse(part.stiffness.lower.symbolic())?;
+    let symbolic = Symbolic::analyse(part.stiffness.lower.symbolic(), &shell.points(&part.free))?;
     progress.report(Phase::Ordering, 1.0)?;
+    let dense = n <= search::dense_limit(wanted);
+    let work = if dense { 2 * n * n } else { 2 * n * Plan::of(wanted, n).capacity };
+    let peak_bytes = 2 * symbolic.factor_bytes() + 8 * work + 3 * 16 * part.stiffness.lower.val().len();
+    drop(reserve::<u8>("the search for modes", peak_bytes)?); // told now, not after minutes
     if let Some(sag) = &shell.sag {
         refuse_buckled(&symbolic, &part.stiffness, sag.gravity)?;
     }
     let search = Search { shell, part, symbolic: &symbolic, wanted, rigid: rigid_freedoms(shell, part) };
     let pairs = search.run(progress)?;
-    let dense = n <= search::dense_limit(wanted);
-    let work = if dense { 2 * n * n } else { 2 * n * Plan::of(wanted, n).capacity };
     let modes = certify(&search, &pairs, norm, progress)?;
-    let peak_bytes = 2 * symbolic.factor_bytes() + 8 * work + 3 * 16 * part.stiffness.lower.val().len();
     Ok(Modes { peak_bytes, ..modes })
 }
 

@@ -49,7 +49,7 @@ pub fn columns(shell: &Shell, fields: &[Vec<Vec3>]) -> Mat<f64> {
 /// A⁻¹ of the mass-scaled stiffness, applied to columns.
 pub fn solve_rest(shell: &Shell, right: &mut Mat<f64>) -> Result<()> {
     let stiffness = ScaledStiffness::assemble(shell)?;
-    let symbolic = Symbolic::analyse(stiffness.lower.symbolic())?;
+    let symbolic = Symbolic::analyse(stiffness.lower.symbolic(), &shell.points(&shell.free))?;
     let Some(factor) = symbolic.cholesky(&stiffness.lower)? else {
         let message = "a reduced basis needs a shell that is held: its stiffness is singular";
         return Err(Error::new(ErrorKind::Unsupported, message));

@@ -99,7 +99,7 @@ impl Newton {
     /// Analyses the pattern once; handles couple the vertices of `cliques` besides.
     pub fn new(shell: &Shell, cliques: &[&[u32]]) -> Result<Self> {
         let matrix = BlockMatrix::with(shell, cliques);
-        let symbolic = Symbolic::analyse(matrix.lower.symbolic())?;
+        let symbolic = Symbolic::analyse(matrix.lower.symbolic(), &shell.points(&shell.free))?;
         let factor = symbolic.factor()?;
         let zeros = vec![Vec3::zeros(); shell.mass.len()];
         let direction = vec![0.0; shell.n_unknowns()];

@@ -1,12 +1,15 @@
 //! Sparse factorizations over one symbolic analysis: Cholesky to solve with, LBLᵀ to count negative eigenvalues with.
 
-use crate::{Error, ErrorKind, Result};
+use super::ordering::nested_dissection;
+use crate::{Error, ErrorKind, Result, Vec3};
 use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::perm::PermRef;
 use faer::prelude::Reborrow;
 use faer::sparse::linalg::SupernodalThreshold;
 use faer::sparse::linalg::cholesky::{
     CholeskySymbolicParams, LltRef, SymbolicCholesky, SymbolicCholeskyRaw, SymmetricOrdering,
-    factorize_symbolic_cholesky, supernodal::SupernodalIntranodeLbltRef,
+    factorize_symbolic_cholesky,
+    supernodal::{SupernodalIntranodeLbltRef, SymbolicSupernodalCholesky},
 };
 use faer::sparse::{SparseColMat, SymbolicSparseColMatRef};
 use faer::{Conj, MatMut, Par, Side};
@@ -18,22 +21,60 @@ fn out_of_memory(what: &str) -> Error {
     Error::new(ErrorKind::OutOfMemory, format!("not enough memory for the {what}"))
 }
 
-/// Fill-reducing ordering (approximate minimum degree) and elimination structure of a lower-triangular pattern.
+/// From this many vertices on nested dissection is tried too; below it takes longer than it saves.
+const DISSECTED: usize = 20_000;
+
+/// Fill-reducing ordering (approximate minimum degree, or nested dissection where that is less work) and elimination structure of
+/// a lower-triangular pattern.
 pub struct Symbolic {
     inner: SymbolicCholesky<usize>,
 }
 
 impl Symbolic {
-    /// Analyses the pattern.
-    pub fn analyse(lower: SymbolicSparseColMatRef<'_, usize>) -> Result<Self> {
+    /// Analyses a pattern of 3 × 3 blocks, each of which lies at one of the `points`.
+    pub fn analyse(lower: SymbolicSparseColMatRef<'_, usize>, points: &[Vec3]) -> Result<Self> {
+        let by_degree = Self::ordered(lower, SymmetricOrdering::Amd)?;
+        if points.len() < DISSECTED {
+            return Ok(by_degree);
+        }
+        let order = nested_dissection(lower, points)?;
+        let forward: Vec<usize> = order.iter().flat_map(|&k| (0..3).map(move |c| 3 * k as usize + c)).collect();
+        let mut inverse = crate::error::try_zeroed("the fill-reducing order", forward.len())?;
+        forward.iter().enumerate().for_each(|(k, &i)| inverse[i] = k);
+        let permutation = PermRef::new_checked(&forward, &inverse, forward.len());
+        let dissected = Self::ordered(lower, SymmetricOrdering::Custom(permutation))?;
+        Ok(if dissected.operations() < by_degree.operations() { dissected } else { by_degree })
+    }
+
+    fn ordered(lower: SymbolicSparseColMatRef<'_, usize>, order: SymmetricOrdering<'_, usize>) -> Result<Self> {
         // Always supernodal, because only that form pivots and so gives a reliable inertia.
         let params = CholeskySymbolicParams {
             supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SUPERNODAL,
             ..Default::default()
         };
-        let inner = factorize_symbolic_cholesky(lower, Side::Lower, SymmetricOrdering::Amd, params)
+        let inner = factorize_symbolic_cholesky(lower, Side::Lower, order, params)
             .map_err(|_| out_of_memory("symbolic factorization"))?;
         Ok(Self { inner })
+    }
+
+    fn structure(&self) -> &SymbolicSupernodalCholesky<usize> {
+        let SymbolicCholeskyRaw::Supernodal(structure) = self.inner.raw() else {
+            unreachable!("the analysis is always supernodal");
+        };
+        structure
+    }
+
+    /// Multiplications of a factorization: the squares of the numbers of entries of the factor's columns.
+    pub fn operations(&self) -> f64 {
+        let structure = self.structure();
+        let rows = structure.col_ptr_for_row_idx();
+        (0..structure.n_supernodes())
+            .map(|s| {
+                let columns = structure.supernode_end()[s] - structure.supernode_begin()[s];
+                let below = rows[s + 1] - rows[s];
+                (below + 1..=below + columns).map(|entries| (entries as f64).powi(2)).sum::<f64>()
+            })
+            .sum()
     }
 
     /// Bytes of the values of one factor.
@@ -91,9 +132,7 @@ impl Symbolic {
             MemStack::new(&mut buffer),
             Default::default(),
         );
-        let SymbolicCholeskyRaw::Supernodal(structure) = self.inner.raw() else {
-            unreachable!("the analysis is always supernodal");
-        };
+        let structure = self.structure();
         let perm = faer::perm::PermRef::new_checked(&forward, &inverse, n);
         let factor = SupernodalIntranodeLbltRef::new(structure, &values, &subdiagonal, perm);
         let mut negative = 0;

@@ -2,6 +2,7 @@
 
 mod blocks;
 mod factor;
+mod ordering;
 
 pub use blocks::{BlockMatrix, entries};
 pub use factor::{Cholesky, Factor, Symbolic};

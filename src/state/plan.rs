@@ -75,25 +75,30 @@ impl PartKind {
 type Cost = [f64; 2];
 
 /// Of a step beside the loads, by integrator.
-const IMPLICIT: Cost = [700.0, 60.0];
-const EXACT: Cost = [700.0, 250.0];
-/// Of a block of vertices in a sweep over all, by law; what of it is Φ alone; and what a turning frame adds.
-const LINEAR_BLOCK: Cost = [60.0, 22.0];
-const WARP_BLOCK: Cost = [240.0, 34.0];
-const VIRTUAL_WORK_BLOCK: Cost = [480.0, 46.0];
-const SPIN_BLOCK: Cost = [120.0, 12.0];
-const VIRTUAL_WORK_SPIN_BLOCK: Cost = [200.0, 24.0];
+const IMPLICIT: Cost = [1500.0, 150.0];
+const EXACT: Cost = [1500.0, 790.0];
+
+/// What a law costs.
+struct LawCost {
+    /// Of a block of vertices in a sweep over all, and what a turning frame adds to it.
+    block: Cost,
+    spin: Cost,
+    /// Of a vertex with a force of its own.
+    point: Cost,
+}
+
+const LINEAR: LawCost = LawCost { block: [121.0, 24.0], spin: [127.0, 12.0], point: [60.0, 59.0] };
+const ROTATED: LawCost = LawCost { block: [203.0, 32.3], spin: [275.0, 12.0], point: [400.0, 109.0] };
+const VIRTUAL_WORK: LawCost = LawCost { block: [388.0, 40.3], spin: [339.0, 24.0], point: [530.0, 109.0] };
+
 /// Of the sums taken once: for each mode, and with the warp for each pair of modes.
 const SHORT: Cost = [8.0, 9.0];
-/// Of a vertex with a force of its own, by law.
-const LINEAR_POINT: Cost = [80.0, 40.0];
-const WARP_POINT: Cost = [300.0, 80.0];
 /// Of a vertex and of a triangle, where a force acts on each vertex and where wind does.
-const FORCE_VERTEX: f64 = 60.0;
-const WIND_VERTEX: f64 = 120.0;
-const WIND_TRIANGLE: f64 = 150.0;
-/// Of an iteration over the constraints: for each row and mode, and for each pair of rows and mode.
-const HANDLE: [f64; 3] = [600.0, 60.0, 6.0];
+const FORCE_VERTEX: f64 = 53.0;
+const WIND_VERTEX: f64 = 80.0;
+const WIND_TRIANGLE: f64 = 188.0;
+/// Of an iteration over the constraints: for each row, row and mode, and pair of rows and mode.
+const HANDLE: [f64; 3] = [1316.0, 385.0, 2.0];
 /// Of an element of the nonlinear shell in an explicit step, and in an iteration of an implicit one with its share of the solves.
 const EXPLICIT_ELEMENT: f64 = 400.0;
 const IMPLICIT_ELEMENT: f64 = 30_000.0;
@@ -101,6 +106,16 @@ const IMPLICIT_ELEMENT: f64 = 30_000.0;
 const REDUCED: f64 = 0.75;
 /// Of a vertex with a force of its own, for each field of the reduced shell.
 const REDUCED_POINT: f64 = 20.0;
+
+impl LawCost {
+    fn of(law: ForceLaw) -> &'static Self {
+        match law {
+            ForceLaw::Linear => &LINEAR,
+            ForceLaw::Rotated => &ROTATED,
+            ForceLaw::VirtualWork => &VIRTUAL_WORK,
+        }
+    }
+}
 
 fn cost([once, each]: Cost, count: usize) -> f64 {
     once + each * count as f64
@@ -194,13 +209,9 @@ impl State {
 
         // A sweep: what linear modal analysis would do is laid to the load, the rest to the rotations.
         let block = blocks * passes;
-        let linear = if sweeps { block * cost(LINEAR_BLOCK, modes) } else { 0.0 };
-        let whole = match law {
-            ForceLaw::Linear => LINEAR_BLOCK,
-            ForceLaw::Rotated => WARP_BLOCK,
-            ForceLaw::VirtualWork => VIRTUAL_WORK_BLOCK,
-        };
-        let turns = if sweeps { block * cost(whole, modes) - linear } else { 0.0 };
+        let linear = if sweeps { block * cost(LINEAR.block, modes) } else { 0.0 };
+        let costs = LawCost::of(law);
+        let turns = if sweeps { block * cost(costs.block, modes) - linear } else { 0.0 };
         let pairs = if law.warped() { modes * modes } else { 0 };
         let summed = if short && !load.is_zero() { SHORT[0] * modes as f64 + SHORT[1] * pairs as f64 } else { 0.0 };
 
@@ -219,23 +230,21 @@ impl State {
             (_, _, true) => "summed over all vertices, as each is turned",
             _ => "nothing to sum",
         };
-        let spin_block = if law == ForceLaw::VirtualWork { VIRTUAL_WORK_SPIN_BLOCK } else { SPIN_BLOCK };
         let spin = Part {
             kind: PartKind::Spin,
             active: spins,
             bytes: 0,
-            operations: if spins { block * cost(spin_block, modes) } else { 0.0 },
+            operations: if spins { block * cost(costs.spin, modes) } else { 0.0 },
             reason: match spins {
                 true => format!("Euler, centrifugal and Coriolis forces, {passes} times a step"),
                 false => "the frame does not turn".into(),
             },
         };
         let oscillator = if modal.integrator == Integrator::Exact { EXACT } else { IMPLICIT };
-        let point = match law {
-            ForceLaw::Linear => LINEAR_POINT,
-            ForceLaw::Rotated | ForceLaw::VirtualWork => WARP_POINT,
-        };
-        let [forces, wind] = self.load_parts(passes * cost(point, modes), block * cost(whole, modes));
+        let [forces, wind] = self.load_parts(
+            passes * cost(costs.point, modes),
+            blocks * (cost(costs.block, modes) + cost(costs.spin, modes)),
+        );
         let part = |kind, active, bytes, operations, reason: String| Part { kind, active, bytes, operations, reason };
         vec![
             self.shape_part(),

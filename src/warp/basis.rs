@@ -246,10 +246,12 @@ impl<E: Entry> Block<'_, E> {
         at: usize,
         weights: Weights<E::Real>,
     ) -> Vectors<E::Real, S, N> {
-        let add = |linear, (shapes, factors): (&[Line<_>], &[_; 2])| {
-            lanes.scale_add(lanes.repeat(factors[0]), &E::phi(lanes, shapes, at), &linear)
-        };
-        self.shapes.chunks_exact(self.lines).zip(weights.factors).fold([lanes.splat(0.0); 3], add)
+        let mut linear = [lanes.splat(0.0); 3];
+        // No closure: one that is not inlined would be compiled for the narrowest registers.
+        for (shapes, factors) in self.shapes.chunks_exact(self.lines).zip(weights.factors) {
+            linear = lanes.scale_add(lanes.repeat(factors[0]), &E::phi(lanes, shapes, at), &linear);
+        }
+        linear
     }
 
     /// Adds Φᵀg, in entries of the mode, lane by lane, to the first of the lines for each mode.

@@ -10,7 +10,7 @@ use shellwarp::Vec3;
 use shellwarp::constraint::{Constraint, Target};
 use shellwarp::load::Wind;
 use shellwarp::model::Precision;
-use shellwarp::state::{Damping, Method, State};
+use shellwarp::state::{Damping, Method, Space, State};
 use shellwarp::step::Integrator;
 use shellwarp::support::{Motion, Pose, Rates};
 use std::hint::black_box;
@@ -27,7 +27,7 @@ struct Acts {
     forces: u32,
     wind: bool,
     spin: bool,
-    handle: bool,
+    handles: u32,
     /// All of it was there for a step and was taken away again.
     gone: bool,
     /// The model has Φ alone.
@@ -44,22 +44,14 @@ struct Case {
     acts: Acts,
 }
 
-const NOTHING: Acts = Acts {
-    forces: 0,
-    wind: false,
-    spin: false,
-    handle: false,
-    gone: false,
-    linear: false,
-    exact: false,
-    asleep: false,
-};
+const NOTHING: Acts =
+    Acts { forces: 0, wind: false, spin: false, handles: 0, gone: false, linear: false, exact: false, asleep: false };
 
 const fn case(name: &'static str, vertices: usize, modes: usize, method: Method, acts: Acts) -> Case {
     Case { name, vertices, modes, method, acts }
 }
 
-const CASES: [Case; 25] = [
+const CASES: [Case; 31] = [
     case("warp", 1000, 8, Method::Warp, NOTHING),
     case("warp, 4 modes", 1000, 4, Method::Warp, NOTHING),
     case("warp, 16 modes", 1000, 16, Method::Warp, NOTHING),
@@ -81,14 +73,20 @@ const CASES: [Case; 25] = [
     case("warp, wind", 1000, 8, Method::Warp, Acts { wind: true, ..NOTHING }),
     case("warp, turning frame", 1000, 8, Method::Warp, Acts { spin: true, ..NOTHING }),
     case("virtual work, turning frame", 1000, 8, Method::VirtualWorkWarp, Acts { spin: true, ..NOTHING }),
-    case("warp, 1 handle", 1000, 8, Method::Warp, Acts { handle: true, ..NOTHING }),
+    case("warp, 1 handle", 1000, 8, Method::Warp, Acts { handles: 1, ..NOTHING }),
+    case("warp, 1 handle, 16 modes", 1000, 16, Method::Warp, Acts { handles: 1, ..NOTHING }),
+    case("warp, 2 handles, 16 modes", 1000, 16, Method::Warp, Acts { handles: 2, ..NOTHING }),
+    case("linear, 16 modes", 1000, 16, Method::LinearModalAnalysis, NOTHING),
+    case("linear, turning frame, 16 modes", 1000, 16, Method::LinearModalAnalysis, Acts { spin: true, ..NOTHING }),
+    case("warp, 3 forces, 16 modes", 1000, 16, Method::Warp, Acts { forces: 3, ..NOTHING }),
+    case("warp, turning frame, 16 modes", 1000, 16, Method::Warp, Acts { spin: true, ..NOTHING }),
     case("virtual work, 3 forces", 1000, 8, Method::VirtualWorkWarp, Acts { forces: 3, ..NOTHING }),
     case(
         "warp, all of it once and gone",
         1000,
         8,
         Method::Warp,
-        Acts { forces: 30, wind: true, spin: true, handle: true, gone: true, ..NOTHING },
+        Acts { forces: 30, wind: true, spin: true, handles: 1, gone: true, ..NOTHING },
     ),
     case("warp, at rest", 1000, 8, Method::Warp, Acts { asleep: true, ..NOTHING }),
 ];
@@ -103,11 +101,12 @@ fn act(state: &mut State, acts: &Acts) {
         let wind = Wind { velocity: Vec3::new(0.1, 0.2, 0.3), density: 1e-3, normal_drag: 1.0, ..Wind::default() };
         state.set_wind(wind).expect("a build with wind");
     }
-    if acts.handle {
+    for id in 0..acts.handles {
+        let vertex = n / (id + 2);
         let mut place = Vec3::zeros();
-        state.positions(shellwarp::state::Space::World, |v, x| place = if v == 150 { x } else { place });
+        state.positions(Space::World, |v, x| place = if v as u32 == vertex { x } else { place });
         let target = Target::Position(place);
-        let handle = Constraint { id: 0, vertex: 150, axes: [true; 3], compliance: 0.0, target };
+        let handle = Constraint { id, vertex, axes: [true; 3], compliance: 0.0, target };
         state.set_constraint(handle).expect("a vertex");
     }
     if acts.spin {
@@ -138,7 +137,7 @@ fn prepare(case: &Case) -> State {
         state.clear_constraints();
         state.step(FRAME).expect("a step: the frame comes to rest");
     }
-    if acts.handle && !acts.gone {
+    if acts.handles > 0 && !acts.gone {
         state.step(FRAME).expect("a step"); // whose iterations the plan goes by
         act(&mut state, &acts);
     }
@@ -162,9 +161,12 @@ fn main() {
             println!("{operations:.0} {bytes}");
         }
         [name] => {
-            let mut state = prepare(find(name));
-            measured(&mut state);
-            black_box(state.save());
+            let held = allocation_counter::measure(|| {
+                let mut state = prepare(find(name));
+                measured(&mut state);
+                black_box(state.save());
+            });
+            println!("bytes held: {}", held.bytes_max);
         }
         _ => panic!("usage: leave_out CASE | --plan CASE | --cases"),
     }

@@ -56,6 +56,13 @@ SW_SPACE_WORLD = 0
 SW_SPACE_FRAME = 1
 SW_FRAME_TELEPORT = 1
 SW_FRAME_MOTION_GIVEN = 2
+SW_CONSTRAINT_POSITION = 1
+SW_CONSTRAINT_ORIENTATION = 2
+SW_AXIS_X = 1
+SW_AXIS_Y = 2
+SW_AXIS_Z = 4
+SW_ALL_CONSTRAINTS = 4294967295
+SW_FORCES_ONE_STEP = 1
 SW_PART_SHAPE = 1
 SW_PART_DISPLACEMENTS = 2
 SW_PART_ROTATIONS = 3
@@ -68,13 +75,6 @@ SW_PART_CONSTRAINTS = 9
 SW_PART_NONLINEAR_SHELL = 10
 SW_PART_REDUCED_SHELL = 11
 SW_PLAN_REASON_SIZE = 120
-SW_CONSTRAINT_POSITION = 1
-SW_CONSTRAINT_ORIENTATION = 2
-SW_AXIS_X = 1
-SW_AXIS_Y = 2
-SW_AXIS_Z = 4
-SW_ALL_CONSTRAINTS = 4294967295
-SW_FORCES_ONE_STEP = 1
 SW_OK = 0
 SW_ERROR_INVALID_ARGUMENT = 1
 SW_ERROR_INVALID_DESC = 2
@@ -258,16 +258,6 @@ class SwStateReport(Structure):
     ]
 
 
-class SwPlanPart(Structure):
-    _fields_ = [
-        ("part", c_uint32),
-        ("active", c_uint32),
-        ("bytes", c_uint64),
-        ("operations", c_double),
-        ("reason", c_char * 120),
-    ]
-
-
 class SwConstraintDesc(Structure):
     _fields_ = [
         ("struct_size", c_uint32),
@@ -328,6 +318,16 @@ class SwEquilibriumReport(Structure):
     ]
 
 
+class SwPlanPart(Structure):
+    _fields_ = [
+        ("part", c_uint32),
+        ("active", c_uint32),
+        ("bytes", c_uint64),
+        ("operations", c_double),
+        ("reason", c_char * 120),
+    ]
+
+
 # Result and parameters of every function.
 FUNCTIONS = {
     "sw_last_error_message": (c_char_p, []),
@@ -372,8 +372,6 @@ FUNCTIONS = {
     "sw_state_report": (c_uint32, [POINTER(SwState), POINTER(SwStateReport)]),
     "sw_state_save": (c_uint32, [POINTER(SwState), c_void_p, c_uint64, c_void_p]),
     "sw_state_load": (c_uint32, [POINTER(SwState), c_void_p, c_uint64]),
-    "sw_state_plan": (c_uint32, [POINTER(SwState), c_double, POINTER(SwPlanPart), c_uint32, c_void_p]),
-    "sw_state_plan_text": (c_uint32, [POINTER(SwState), c_double, c_char_p, c_uint64, c_void_p]),
     "sw_states_step": (c_uint32, [POINTER(POINTER(SwState)), c_uint32, c_double, c_void_p]),
     "sw_set_threads": (c_uint32, [c_uint32]),
     "sw_constraint_desc_init": (None, [POINTER(SwConstraintDesc)]),
@@ -386,4 +384,6 @@ FUNCTIONS = {
     "sw_state_set_wind": (c_uint32, [POINTER(SwState), POINTER(SwWindDesc)]),
     "sw_equilibrium_report_init": (None, [POINTER(SwEquilibriumReport)]),
     "sw_state_equilibrium": (c_uint32, [POINTER(SwState), POINTER(SwEquilibriumReport)]),
+    "sw_state_plan": (c_uint32, [POINTER(SwState), c_double, POINTER(SwPlanPart), c_uint32, c_void_p]),
+    "sw_state_plan_text": (c_uint32, [POINTER(SwState), c_double, c_char_p, c_uint64, c_void_p]),
 }
