@@ -544,6 +544,9 @@ typedef struct SwStateReport {
   double max_displacement;
   // Of all vertices, the share turned by more than a quarter turn: what an artist should be warned of.
   double fraction_out_of_range;
+  // Steps of a reduced shell since creation or reset, as this handle took them, whose Newton search ended short of its
+  // tolerance: finite, but less accurate than the others; shorter steps help. 0 for other methods.
+  uint64_t unconverged_steps;
 } SwStateReport;
 
 // A handle (paper section 4.4). Position and orientation of one vertex are two constraints.

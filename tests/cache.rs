@@ -5,6 +5,7 @@ use common::*;
 use nalgebra::UnitQuaternion;
 use shellwarp::constraint::{Constraint, Target};
 use shellwarp::model::{Model, Options, Precision};
+use shellwarp::reduced;
 use shellwarp::state::{Method, Space, State};
 use shellwarp::step::Integrator;
 use shellwarp::support::{Motion, Pose};
@@ -26,7 +27,17 @@ fn small_sagged_model(precision: Precision) -> Model {
     small_model_under(Vec3::new(0.0, 0.1, -2.0), precision)
 }
 
+/// With a reduced shell.
+fn small_reduced_model(precision: Precision) -> Model {
+    let reduced = reduced::Options { fields: 4, elements: 12, poses: 2, gravity: 0.0 };
+    small_model_with(Options { modes: 4, precision, reduced, ..Options::default() })
+}
+
 fn small_model_under(sag: Vec3, precision: Precision) -> Model {
+    small_model_with(Options { modes: 4, precision, sag, ..Options::default() })
+}
+
+fn small_model_with(options: Options) -> Model {
     let (mut positions, mut triangles) = equilateral_sheet(3, 2, 0.25);
     positions.push(Vec3::new(9.0, 9.0, 9.0));
     triangles[4].swap(0, 1);
@@ -34,7 +45,7 @@ fn small_model_under(sag: Vec3, precision: Precision) -> Model {
     let supports = Supports { fixed: vec![1], clamped: vec![0] };
     let material = Material { k_bend: 0.5, ..Material::default() };
     let shell = Arc::new(Shell::new(mesh, material, &supports).unwrap());
-    Model::precompute(shell, &Options { modes: 4, precision, sag, ..Options::default() }, &mut |_, _| Ok(())).unwrap()
+    Model::precompute(shell, &options, &mut |_, _| Ok(())).unwrap()
 }
 
 /// What a run on the model shows: saved states, positions and reports of every method, with handles, a moving frame and an
@@ -70,7 +81,8 @@ fn run(model: &Arc<Model>) -> Vec<Vec<u8>> {
 fn a_loaded_model_runs_with_the_same_bits() {
     for precision in [Precision::F32, Precision::F64, Precision::I16] {
         let v_beam = precomputed(reference("v_beam").0, 8, precision);
-        for original in [small_model(precision), small_sagged_model(precision), v_beam] {
+        for original in [small_model(precision), small_sagged_model(precision), small_reduced_model(precision), v_beam]
+        {
             let bytes = original.save().unwrap();
             assert_eq!(bytes.len(), original.saved_size());
             let loaded = Model::load(&bytes).unwrap();
@@ -98,12 +110,13 @@ fn a_model_without_modes_comes_back_too() {
 /// Files of earlier versions are never written anew; a new version adds its own. `cargo test --release --test cache --
 /// --ignored write_golden` wrote these.
 type Make = fn(Precision) -> Model;
-const GOLDEN: [(&str, Precision, Make); 5] = [
+const GOLDEN: [(&str, Precision, Make); 6] = [
     ("saved/model_v1_f32.bin", Precision::F32, small_model),
     ("saved/model_v1_f64.bin", Precision::F64, small_model),
     ("saved/model_v2_sagged_f32.bin", Precision::F32, small_sagged_model),
     ("saved/model_v2_sagged_f64.bin", Precision::F64, small_sagged_model),
     ("saved/model_v2_i16.bin", Precision::I16, small_model),
+    ("saved/model_v2_reduced_f32.bin", Precision::F32, small_reduced_model),
 ];
 
 #[test]
@@ -164,7 +177,8 @@ fn patched(bytes: &[u8], at: usize, patch: &[u8]) -> Vec<u8> {
 
 #[test]
 fn every_truncation_and_every_flipped_bit_is_noticed() {
-    let models = [small_model(Precision::F32), small_model(Precision::F64), small_sagged_model(Precision::F32)];
+    let small = [small_model(Precision::F32), small_model(Precision::F64)];
+    let models = small.into_iter().chain([small_sagged_model(Precision::F32), small_reduced_model(Precision::F32)]);
     for model in models {
         let bytes = model.save().unwrap();
         for length in 0..bytes.len() {
@@ -360,6 +374,37 @@ fn forged_sections_are_refused_by_name() {
     let message = refused(&with_sections(&section[..10]), "half a front");
     assert!(message.contains("cut short"), "{message}");
     refused(&with_sections(&[]), "version 2 without sections");
+}
+
+#[test]
+fn forged_reduced_shells_are_refused_by_name() {
+    let model = small_reduced_model(Precision::F64);
+    let bytes = model.save().unwrap();
+    let reduced = model.reduced.as_ref().unwrap();
+    let (n, samples) = (reduced.n(), reduced.samples.len());
+    let content = bytes.len() - 8 - reduced.saved_size(model.shell.mass.len());
+    let (elements, weights) = (content + 16, content + 16 + 4 * samples);
+    let (correction, fields) = (weights + 8 * samples, weights + 8 * samples + 8 * 16);
+    let held = model.shell.held.iter().position(|held| *held).unwrap();
+    let f = |x: f64| x.to_le_bytes().to_vec();
+    let u = |x: u32| x.to_le_bytes().to_vec();
+    let cases: Vec<(&str, usize, Vec<u8>, &str)> = vec![
+        ("fewer fields than modes", content, u(3), "3 fields and 4 modes is out of range"),
+        ("too many fields", content, u(129), "129 fields"),
+        ("more samples than bytes", content + 4, u(u32::MAX), "bytes are not those of a reduced shell"),
+        ("residual", content + 8, f(-1.0), "not positive"),
+        ("no such element", elements + 4 * (samples - 1), u(u32::MAX), "none of its shell's"),
+        ("descending", elements, u(u32::MAX), "do not ascend"),
+        ("weight", weights, f(0.0), "not positive"),
+        ("not symmetric", correction + 8, f(1e9), "not symmetric"),
+        ("not a number", correction, f(f64::NAN), "not symmetric"),
+        ("moves a held vertex", fields + 24 * n * held, f(1.0), "though it is held"),
+        ("norm", fields + 24 * n * (model.shell.free[0] as usize), f(1e3), "has the norm"),
+    ];
+    for (what, at, patch, named) in cases {
+        let message = refused(&patched(&bytes, at, &patch), what);
+        assert!(message.contains(named), "{what}: {message}");
+    }
 }
 
 #[test]

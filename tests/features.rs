@@ -6,6 +6,7 @@ use common::equilateral_sheet;
 use shellwarp::features::Feature;
 use shellwarp::load::Wind;
 use shellwarp::model::{Model, Options, Precision};
+use shellwarp::reduced;
 use shellwarp::state::{Method, Space, State};
 use shellwarp::step::Integrator;
 use shellwarp::{ErrorKind, Material, Mesh, Result, Shell, Supports, Vec3};
@@ -38,6 +39,10 @@ fn what_a_build_lacks_is_refused_by_name_and_the_rest_works() {
     agrees(Feature::I16Basis, with(Precision::I16));
     let hanging = Options { modes: 4, sag: Vec3::new(0.0, 0.0, -0.01), ..Options::default() };
     agrees(Feature::NonlinearShell, precomputed(&hanging));
+    let trained = reduced::Options { fields: 4, poses: 2, ..Default::default() };
+    let with_fields = precomputed(&Options { modes: 4, reduced: trained, ..Options::default() });
+    let reduced = with_fields.and_then(|model| State::new(Arc::new(model), Method::ReducedShell, Integrator::Exact));
+    agrees(Feature::ReducedShell, reduced.and_then(|mut state| state.step(0.01)));
     agrees(Feature::SavedModels, model.save().and_then(|bytes| Model::load(&bytes)));
     for method in [Method::ImplicitShell, Method::ExplicitShell] {
         let state = State::new(model.clone(), method, Integrator::ImplicitEuler);

@@ -154,6 +154,9 @@ pub struct SwStateReport {
     pub max_displacement: f64,
     /// Of all vertices, the share turned by more than a quarter turn: what an artist should be warned of.
     pub fraction_out_of_range: f64,
+    /// Steps of a reduced shell since creation or reset, as this handle took them, whose Newton search ended short of its
+    /// tolerance: finite, but less accurate than the others; shorter steps help. 0 for other methods.
+    pub unconverged_steps: u64,
 }
 
 sized!(SwStateReport);
@@ -578,6 +581,7 @@ pub unsafe extern "C" fn sw_state_report(state: *const SwState, report: *mut SwS
             out.max_rotation = measured.max_rotation;
             out.fraction_out_of_range = measured.fraction_out_of_range;
             out.max_displacement = measured.max_displacement;
+            out.unconverged_steps = measured.unconverged_steps;
             put(report, out);
             Ok(())
         })

@@ -273,7 +273,9 @@ impl Newton {
             *total += weight;
         }
         for v in potential.handles.vertices() {
-            sums[component(v as usize)] = (Vec3::zeros(), 1.0);
+            if let Some(sum) = sums.get_mut(component(v as usize)) {
+                *sum = (Vec3::zeros(), 1.0); // a vertex without triangles is of no component
+            }
         }
         for (i, v) in potential.free().enumerate() {
             let (force, total) = sums[component(v)];

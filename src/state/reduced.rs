@@ -63,6 +63,8 @@ pub struct Reduced {
     pub modal_damping: Vec<f64>,
     pub constraints: ConstraintSet,
     pub constraint_work: f64,
+    /// Steps whose search ended short of its tolerance.
+    pub unconverged: u64,
     newton: Newton,
     rows: Rows,
     /// Next q, b of the potential, the load without inertia, and rates for forces of a turning frame.
@@ -100,6 +102,7 @@ impl Reduced {
             modal_damping: vec![0.0; model.n_modes()],
             constraints: ConstraintSet::default(),
             constraint_work: 0.0,
+            unconverged: 0,
             newton: Newton::new(&reduced.energy),
             rows: Rows::new(0, n),
             next: zeros.clone(),
@@ -116,6 +119,7 @@ impl Reduced {
         self.motion = Motion::rest(self.next.len());
         self.constraints.reset();
         self.constraint_work = 0.0;
+        self.unconverged = 0;
     }
 
     /// No speed, and no step before.
@@ -162,6 +166,7 @@ impl Reduced {
         if damped {
             self.viscosity *= alpha;
         }
+        let mut converged = true;
         for _ in 0..passes {
             let (_, spin) = load.parts();
             self.load.copy_from_slice(&self.force);
@@ -179,7 +184,7 @@ impl Reduced {
             let handles = (!self.rows.is_empty()).then_some(&self.rows);
             let matrix = damped.then_some(&self.viscosity);
             let potential = Potential { shift, matrix, load: &self.load, handles };
-            self.newton.minimize(&reduced.energy, &potential, &mut self.next, STEP);
+            converged = self.newton.minimize(&reduced.energy, &potential, &mut self.next, STEP).converged;
         }
         (0..q.len()).for_each(|k| self.rates[k] = alpha * self.next[k] + by_rate[k]);
         let work = self.conclude();
@@ -193,6 +198,7 @@ impl Reduced {
         }
         *last_step = h;
         self.constraint_work += work;
+        self.unconverged += u64::from(!converged);
         self.constraints.accept();
         Ok(())
     }

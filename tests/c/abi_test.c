@@ -1108,7 +1108,8 @@ static void sparse_repeated_strided_and_single_forces_are_the_dense_ones(void) {
   OK(sw_state_set_forces(b, &some));
   step(a, 30, 1.0 / 30);
   step(b, 30, 1.0 / 30);
-  CHECK(tip_height(a) > 0.01 && largest_difference(a, b) == 0);
+  /* Forces on few vertices are added in 64 bits, those on all in 32. */
+  CHECK(tip_height(a) > 0.01 && largest_difference(a, b) < 1e-5);
   sw_state_destroy(a);
   sw_state_destroy(b);
   sw_model_destroy(model);

@@ -198,7 +198,8 @@ void forces_in_either_format_bend_until_they_are_cleared() {
   dense[3 * kTip + 2] = push[2];
   every.set_forces(shellwarp::force_desc(dense.data(), STRIP_VERTICES));
   for (State *state : {&a, &b, &every}) CHECK(state->equilibrium().residual < 1e-6);
-  CHECK(height_of_tip(a) > 0.01 && height_of_tip(a) == height_of_tip(b) && height_of_tip(a) == height_of_tip(every));
+  CHECK(height_of_tip(a) > 0.01 && height_of_tip(a) == height_of_tip(b));
+  CHECK_NEAR(height_of_tip(a), height_of_tip(every), 1e-5);  // one force is added in 64 bits, those on all in 32
   a.clear_forces();
   a.equilibrium();
   CHECK_NEAR(height_of_tip(a), 0, 1e-12);  // no load at all: the rest shape

@@ -310,7 +310,7 @@ static void unknown_enumerants_and_flags_are_refused(void) {
 
   SwPrecomputeDesc options;
   sw_precompute_desc_init(&options);
-  options.precision = 3;
+  options.precision = 4;
   FAILS(sw_model_precompute(ready, &options), SW_ERROR_INVALID_ARGUMENT, "precision");
   options.precision = 0;
   options.flags = 0x80000000u;

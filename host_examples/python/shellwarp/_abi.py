@@ -254,6 +254,7 @@ class SwStateReport(Structure):
         ("max_rotation", c_double),
         ("max_displacement", c_double),
         ("fraction_out_of_range", c_double),
+        ("unconverged_steps", c_uint64),
     ]
 
 

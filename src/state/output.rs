@@ -1,0 +1,189 @@
+//! What a state shows: positions, normals, rotations, and measures.
+
+use super::{Dynamics, Space, State, without_rotations};
+use crate::support::Pose;
+use crate::warp::Placement;
+use crate::{Error, Result, Vec3};
+use nalgebra::UnitQuaternion;
+
+/// Measures of the present state.
+#[derive(Clone, Copy, Debug)]
+pub struct Report {
+    /// Seconds stepped since creation or reset.
+    pub time: f64,
+    /// ½ q̇ᵀq̇, or ½ u̇ᵀMu̇.
+    pub kinetic_energy: f64,
+    /// ½ qᵀΛq, or E(x).
+    pub elastic_energy: f64,
+    /// Work done on the shell by constraints since creation or reset.
+    pub constraint_work: f64,
+    /// Largest |w|, rad.
+    pub max_rotation: f64,
+    /// Largest |u| in the frame.
+    pub max_displacement: f64,
+    /// Of all vertices, the share that is turned beyond [`ROTATION_RANGE`].
+    pub fraction_out_of_range: f64,
+    /// Steps of a reduced shell since creation or reset whose search ended short of its tolerance.
+    pub unconverged_steps: u64,
+}
+
+/// Beyond a quarter turn the warp's own error exceeds a fifth of the displacement (closed form of a strip bent to an arc).
+pub const ROTATION_RANGE: f64 = std::f64::consts::FRAC_PI_2;
+
+impl State {
+    fn rotation_to(&self, space: Space) -> UnitQuaternion<f64> {
+        match space {
+            Space::World => self.frame.pose.rotation,
+            Space::Frame => UnitQuaternion::identity(),
+        }
+    }
+
+    fn placement(&self, space: Space) -> Placement {
+        let Pose { origin, rotation } = match space {
+            Space::World => self.frame.pose,
+            Space::Frame => Pose::identity(),
+        };
+        let turned = rotation != UnitQuaternion::identity();
+        Placement { origin, rotation: turned.then(|| *rotation.to_rotation_matrix().matrix()) }
+    }
+
+    /// Hands the deformed position of every vertex to `write`, in order.
+    pub fn positions(&self, space: Space, mut write: impl FnMut(usize, Vec3)) {
+        self.position_rows(space, |first, rows| {
+            rows.iter().enumerate().for_each(|(i, row)| write(first + i, Vec3::from(*row)));
+        });
+    }
+
+    /// Hands the deformed positions of all vertices to `write`, in order: the first vertex of some, and their rows x y z.
+    pub fn position_rows(&self, space: Space, mut write: impl FnMut(usize, &[[f64; 3]])) {
+        let placement = self.placement(space);
+        match &self.dynamics {
+            Dynamics::Modal(modal) => modal.positions(&self.model, &placement, write),
+            Dynamics::Nodal(nodal) => nodal.positions(&self.model, &placement, |v, x| write(v, &[x.into()])),
+            Dynamics::Reduced(reduced) => reduced.positions(&self.model, &placement, |v, x| write(v, &[x.into()])),
+        }
+    }
+
+    /// As [`State::position_rows`], rounded to f32. A modal method on an f32 basis computes them in f32, rest positions, frame
+    /// and displacement alike: within four units in the last place of the largest coordinate among these.
+    pub fn position_rows_f32(&self, space: Space, mut write: impl FnMut(usize, &[[f32; 3]])) {
+        let placement = self.placement(space);
+        match &self.dynamics {
+            Dynamics::Modal(modal) => modal.positions_f32(&self.model, &placement, write),
+            Dynamics::Reduced(reduced) => reduced.positions_f32(&self.model, &placement, write),
+            Dynamics::Nodal(nodal) => {
+                nodal.positions(&self.model, &placement, |v, x| write(v, &[[x.x as f32, x.y as f32, x.z as f32]]));
+            }
+        }
+    }
+
+    /// Hands the positions of `vertices` alone to `write`, to the bits of [`State::position_rows`]: the place in the list, and
+    /// the row. Costs as much as the blocks of 16 vertices that they lie in. Fails on a vertex that does not exist.
+    pub fn positions_of(&self, space: Space, vertices: &[u32], mut write: impl FnMut(usize, [f64; 3])) -> Result<()> {
+        self.check_vertices(vertices)?;
+        let placement = self.placement(space);
+        match &self.dynamics {
+            Dynamics::Modal(modal) => modal.positions_of(&self.model, &placement, vertices, write),
+            Dynamics::Nodal(nodal) => {
+                let place = |v: &u32| nodal.position(&self.model, &placement, *v as usize).into();
+                vertices.iter().map(place).enumerate().for_each(|(i, x)| write(i, x));
+            }
+            Dynamics::Reduced(reduced) => reduced.positions_of(&self.model, &placement, vertices, write),
+        }
+        Ok(())
+    }
+
+    /// As [`State::positions_of`], to the bits of [`State::position_rows_f32`].
+    pub fn positions_of_f32(
+        &self,
+        space: Space,
+        vertices: &[u32],
+        mut write: impl FnMut(usize, [f32; 3]),
+    ) -> Result<()> {
+        self.check_vertices(vertices)?;
+        let placement = self.placement(space);
+        match &self.dynamics {
+            Dynamics::Modal(modal) => modal.positions_of_f32(&self.model, &placement, vertices, write),
+            Dynamics::Nodal(nodal) => {
+                let place = |v: &u32| nodal.position(&self.model, &placement, *v as usize).map(|c| c as f32).into();
+                vertices.iter().map(place).enumerate().for_each(|(i, x)| write(i, x));
+            }
+            Dynamics::Reduced(reduced) => reduced.positions_of_f32(&self.model, &placement, vertices, write),
+        }
+        Ok(())
+    }
+
+    fn check_vertices(&self, vertices: &[u32]) -> Result<()> {
+        let n = self.model.shell.mass.len();
+        match vertices.iter().position(|v| *v as usize >= n) {
+            Some(i) => Err(Error::argument(format!("vertices[{i}] is vertex {} of {n}", vertices[i]))),
+            None => Ok(()),
+        }
+    }
+
+    /// Hands the area-weighted unit normal of the deformed shell at every vertex to `write`; zero at unreferenced ones.
+    pub fn normals(&self, space: Space, mut write: impl FnMut(usize, Vec3)) -> Result<()> {
+        let mut x = crate::error::try_zeroed("the deformed positions", self.model.shell.mass.len())?;
+        self.positions(Space::Frame, |v, position| x[v] = position);
+        let rotation = self.rotation_to(space);
+        self.model.shell.mesh.normals(&x).into_iter().enumerate().for_each(|(v, n)| write(v, rotation * n));
+        Ok(())
+    }
+
+    /// Hands the rotation of every vertex's frame to `write`, in world space turned with the support frame: exp [w]× with
+    /// the modal rotation w, or for a nonlinear shell the mean rotation of the vertex's triangles.
+    pub fn rotations(&self, space: Space, mut write: impl FnMut(usize, UnitQuaternion<f64>)) -> Result<()> {
+        let frame = self.rotation_to(space);
+        match &self.dynamics {
+            Dynamics::Modal(_) if self.model.is_linear() => return without_rotations("rotations"),
+            Dynamics::Modal(modal) => {
+                modal.visit_turns(&self.model, |v, w| write(v, frame * UnitQuaternion::from_scaled_axis(w)));
+            }
+            Dynamics::Nodal(nodal) => {
+                nodal.rotations(&self.model).into_iter().enumerate().for_each(|(v, r)| write(v, frame * r));
+            }
+            Dynamics::Reduced(reduced) => {
+                reduced.rotations(&self.model).into_iter().enumerate().for_each(|(v, r)| write(v, frame * r));
+            }
+        }
+        Ok(())
+    }
+
+    /// Energies, and how far the shell is bent. A model for linear modal analysis alone has an upper bound instead of the largest
+    /// rotation, and by that all vertices or none are out of range.
+    pub fn report(&self) -> Report {
+        let (extent, (elastic_energy, kinetic_energy), constraint_work) = match &self.dynamics {
+            Dynamics::Modal(modal) => {
+                let extent = modal.extent(&self.model, ROTATION_RANGE * ROTATION_RANGE);
+                (extent, modal.energies(&self.model), modal.constraint_work)
+            }
+            Dynamics::Nodal(nodal) => {
+                (nodal.extent(&self.model, ROTATION_RANGE), nodal.energies(&self.model), nodal.constraint_work)
+            }
+            Dynamics::Reduced(reduced) => {
+                (reduced.extent(&self.model, ROTATION_RANGE), reduced.energies(&self.model), reduced.constraint_work)
+            }
+        };
+        let mut fraction = extent.beyond as f64 / self.model.shell.mass.len() as f64;
+        let mut max_rotation = extent.rotation.sqrt();
+        if let (Dynamics::Modal(modal), true) = (&self.dynamics, self.model.is_linear()) {
+            max_rotation = modal.largest_turn(&self.model);
+            fraction = f64::from(u8::from(max_rotation > ROTATION_RANGE));
+        }
+        Report {
+            time: self.time,
+            kinetic_energy,
+            elastic_energy,
+            constraint_work,
+            max_rotation,
+            max_displacement: extent.displacement.sqrt(),
+            fraction_out_of_range: fraction,
+            unconverged_steps: if let Dynamics::Reduced(reduced) = &self.dynamics { reduced.unconverged } else { 0 },
+        }
+    }
+
+    /// Whether the present pose is one that the method describes well: always for the nonlinear shell.
+    pub fn in_range(&self, report: &Report) -> bool {
+        !matches!(self.dynamics, Dynamics::Modal(_)) || report.max_rotation <= ROTATION_RANGE
+    }
+}
