@@ -236,7 +236,7 @@ impl Model {
             None => shell,
         };
         let [eigenvalues, largest_rotation, largest_swing] = [(); 3].map(|()| from.numbers(header.modes));
-        let certificate = Certificate { residual, orthonormality, shift, count, found };
+        let certificate = Certificate { residual, orthonormality, shift, disagreement: 0.0, count, found };
         check_facts(&shell, &certificate, &seconds)?;
         check_modes(header, &shell, &eigenvalues, [&largest_rotation, &largest_swing])?;
         let units = restore_units(header, sections.units)?;
@@ -444,7 +444,7 @@ fn restore_sag(shell: &Shell, content: &[u8]) -> Result<Shell> {
 
 /// What is only told to the host.
 fn check_facts(shell: &Shell, certificate: &Certificate, seconds: &[f64]) -> Result<()> {
-    let Certificate { residual, orthonormality, shift, count, found } = *certificate;
+    let Certificate { residual, orthonormality, shift, count, found, .. } = *certificate;
     let told = [residual, orthonormality].into_iter().chain(seconds.iter().copied());
     if told.into_iter().any(|x| !(x.is_finite() && x >= 0.0)) || !shift.is_finite() {
         return invalid("its certificate or its timing is out of range");

@@ -115,6 +115,13 @@ fn a_stiff_curved_shell_is_right_or_refused_with_the_numbers() {
             let sure = solve(&sheet, material, &fixed, 3 * n).unwrap();
             match solve(&sheet, material, &fixed, 10) {
                 Ok(modes) => {
+                    // Digits lost to stiffness are told: none at 1e4, and more than a few of them past 1e12.
+                    let lost = modes.certificate.disagreement;
+                    println!("1e{power}: eigenvalues disagree by {lost:.1e}");
+                    assert!(
+                        lost <= 0.01 && (power > 4 || lost < 1e-7) && (power < 12 || lost > 1e-9),
+                        "1e{power}: {lost:e}"
+                    );
                     for k in sure.zero_modes..10 {
                         // Twice the second-order error of the share that vectors may be wrong by.
                         let name = format!("k = 1e{power}, mode {k}");

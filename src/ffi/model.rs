@@ -258,6 +258,10 @@ pub struct SwModelInfo {
     pub reduced_elements: u32,
     /// What these leave of the elastic forces and the rest stiffness that they were chosen by, relative.
     pub reduced_residual: f64,
+    /// Largest share by which an eigenvalue by the factorized stiffness and by the energy of its mode differ: the digits that rounding
+    /// has left of it in stiff cases, where residual, a share of the largest stiffness, says nothing. Above 1e-2 the precompute refuses.
+    /// 0 on a model that was loaded.
+    pub eigenvalue_disagreement: f64,
 }
 
 sized!(SwModelInfo);
@@ -417,10 +421,17 @@ fn call_progress(desc: &SwPrecomputeDesc, phase: Phase, fraction: f64) -> crate:
     }
 }
 
+/// Share by which eigenvalues may disagree before the log says so.
+const WORTH_A_WARNING: f64 = 1e-4;
+
 fn log_certificate(model: &Model) {
     let c = &model.certificate;
     if c.count != c.found {
         log(SW_LOG_WARNING, &format!("{} eigenvalues lie below {:e}, but {} were found", c.count, c.shift, c.found));
+    }
+    if c.disagreement > WORTH_A_WARNING {
+        let message = "eigenvalues are good to a share of";
+        log(SW_LOG_WARNING, &format!("{message} {:.0e} only: stiffness or triangle sizes differ much", c.disagreement));
     }
     if model.zero_modes > 0 {
         log(
@@ -474,6 +485,7 @@ fn fill_precomputed(info: &mut SwModelInfo, model: &Arc<Model>) {
         Precision::F64 => SW_PRECISION_F64,
         Precision::I16 => SW_PRECISION_I16,
     };
+    info.eigenvalue_disagreement = model.certificate.disagreement;
     info.residual = certificate.residual;
     info.orthonormality = certificate.orthonormality;
     info.inertia_shift = certificate.shift;

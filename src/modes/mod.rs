@@ -96,6 +96,9 @@ pub struct Certificate {
     pub shift: f64,
     /// Number of eigenvalues below τ by the inertia of K − τM.
     pub count: usize,
+    /// Largest share by which a mode's eigenvalue by the factorized stiffness and by the energy of its vector differ: the digits that
+    /// rounding has left of it.
+    pub disagreement: f64,
     /// Number of modes found below τ; may exceed the modes kept when these end inside a repeated group.
     pub found: usize,
 }
@@ -183,6 +186,7 @@ fn merge(mut parts: Vec<Modes>, wanted: usize) -> Modes {
     for c in parts.iter().map(|p| &p.certificate) {
         certificate.residual = certificate.residual.max(c.residual);
         certificate.orthonormality = certificate.orthonormality.max(c.orthonormality);
+        certificate.disagreement = certificate.disagreement.max(c.disagreement);
         missing += c.count.saturating_sub(c.found);
         shift = shift.min(c.shift);
     }
@@ -260,7 +264,7 @@ fn certify(search: &Search, pairs: &Pairs, norm: f64, progress: &mut Progress) -
         None => eigenvalues.iter().filter(|lambda| **lambda < ZERO_MODE * part.stiffness.norm).count(),
     };
     eigenvalues[..zero_modes].fill(0.0);
-    require_digits(search, pairs, &eigenvalues, &vectors)?;
+    let disagreement = require_digits(search, pairs, &eigenvalues, &vectors)?;
     canonical::canonicalize(shell, &part.free, root_mass, &eigenvalues, &mut vectors);
     eigenvalues.truncate(search.wanted);
 
@@ -270,6 +274,7 @@ fn certify(search: &Search, pairs: &Pairs, norm: f64, progress: &mut Progress) -
         count: pairs.count,
         found: pairs.converged,
         residual: 0.0,
+        disagreement,
     };
     let mut shapes = Vec::with_capacity(eigenvalues.len());
     for (j, &lambda) in eigenvalues.iter().enumerate() {
@@ -287,10 +292,16 @@ fn certify(search: &Search, pairs: &Pairs, norm: f64, progress: &mut Progress) -
 
 /// Fails when rounding of ‖A‖ hides the modes: the search's eigenvalues, those of the matrix as assembled and factorized, are
 /// then not the energies of its vectors. Where only the shift swallows the eigenvalue, the vectors are looked at themselves.
-fn require_digits(search: &Search, pairs: &Pairs, eigenvalues: &[f64], vectors: &Mat<f64>) -> Result<()> {
+/// Returns the largest disagreement.
+fn require_digits(search: &Search, pairs: &Pairs, eigenvalues: &[f64], vectors: &Mat<f64>) -> Result<f64> {
     let apart = |k: usize| (pairs.eigenvalues[k] - eigenvalues[k]).abs() / eigenvalues[k];
     let elastic = (0..search.wanted.min(eigenvalues.len())).filter(|&k| eigenvalues[k] > 0.0);
-    for k in elastic.filter(|&k| apart(k) > LEAST_AGREEMENT) {
+    let mut largest = 0.0f64;
+    for k in elastic {
+        if apart(k) <= LEAST_AGREEMENT {
+            largest = largest.max(apart(k));
+            continue;
+        }
         let lambda = eigenvalues[k];
         let error = match pairs.sigma {
             // The energy's rows are those of the rest pose.
@@ -308,8 +319,9 @@ fn require_digits(search: &Search, pairs: &Pairs, eigenvalues: &[f64], vectors: 
             );
             return Err(Error::new(ErrorKind::Numerical, message));
         }
+        largest = largest.max(error);
     }
-    Ok(())
+    Ok(largest)
 }
 
 /// How much of other low modes is in `y`: max(|σ|, λ) |(A − σI)⁻¹ (Ay − λy)|/λ, with Ay from the energy's rows, whose rounding

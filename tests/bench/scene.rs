@@ -72,7 +72,7 @@ fn model_on(n: usize, modes: usize, basis: impl FnOnce(&Shell) -> AnyBasis) -> A
         largest_rotation: (0..modes).map(largest).collect(),
         largest_swing: vec![0.0; modes],
         zero_modes: 0,
-        certificate: Certificate { residual: 0.0, orthonormality: 0.0, shift: 0.0, count: modes, found: modes },
+        certificate: Certificate { count: modes, found: modes, ..Certificate::default() },
         basis,
         participation: Default::default(),
         truncation: 0.0,

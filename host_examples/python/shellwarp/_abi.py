@@ -208,6 +208,7 @@ class SwModelInfo(Structure):
         ("reduced_fields", c_uint32),
         ("reduced_elements", c_uint32),
         ("reduced_residual", c_double),
+        ("eigenvalue_disagreement", c_double),
     ]
 
 

@@ -7,6 +7,8 @@ use shellwarp::ffi::batch::sw_states_step;
 use shellwarp::ffi::constraint::*;
 use shellwarp::ffi::load::*;
 use shellwarp::ffi::model::*;
+use shellwarp::ffi::plan::sw_state_plan_text;
+use shellwarp::ffi::pointer::SW_FORMAT_F64;
 use shellwarp::ffi::state::*;
 use shellwarp::ffi::status::*;
 use std::ptr::null_mut;
@@ -147,6 +149,24 @@ impl Play<'_> {
         unsafe { sw_state_equilibrium(state, null_mut()) }
     }
 
+    /// Reads what changes nothing: the plan of a step, and the positions of some vertices.
+    fn look(&mut self, which: usize) -> SwStatus {
+        let State { handle: state, n_vertices: n } = self.states[which];
+        let before = self.states[which].seen();
+        let (mut size, h) = (0, self.input.number());
+        let vertices: [u32; 3] = std::array::from_fn(|_| self.input.index(n));
+        let mut out = [f64::NAN; 9];
+        unsafe {
+            let status = sw_state_plan_text(state, h, null_mut(), 0, &mut size);
+            assert!(sane(status) == (size > 0), "status {status}, {size} bytes");
+            let (list, to) = (vertices.as_ptr(), out.as_mut_ptr().cast());
+            let status = sw_state_positions_of(state, SW_SPACE_WORLD, SW_FORMAT_F64, list, 3, to, 0);
+            assert!(if sane(status) { out.iter().all(|x| x.is_finite()) } else { out.iter().all(|x| x.is_nan()) });
+        }
+        assert!(self.states[which].seen() == before, "reading changed a state");
+        SW_OK
+    }
+
     /// One call on the state; its status.
     fn call(&mut self, which: usize, kind: usize) -> SwStatus {
         let State { handle: state, n_vertices: n } = self.states[which];
@@ -169,6 +189,8 @@ impl Play<'_> {
                 SW_OK
             }
             13 => unsafe { sw_state_load(state, self.saved.as_ptr().cast(), self.saved.len() as u64) },
+            14 => self.look(which),
+            15 => unsafe { sw_state_set_rest_tolerance(state, self.input.number()) },
             _ => {
                 let h = self.input.number();
                 unsafe { sw_state_step(state, if self.input.one_in(8) { h } else { h.abs() }) }
