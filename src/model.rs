@@ -201,9 +201,14 @@ impl Model {
     /// The share of the mass that moves which the modes carry along each axis, Σ P_k²/Σ m: near 1 unless modes are missing for loads
     /// along it.
     pub fn effective_mass(&self) -> Vec3 {
+        Vec3::from([Vec3::x(), Vec3::y(), Vec3::z()].map(|axis| self.effective_mass_along(&axis)))
+    }
+
+    /// The same along the unit vector `along`.
+    pub fn effective_mass_along(&self, along: &Vec3) -> f64 {
         let moving: f64 = self.shell.free.iter().map(|v| self.shell.mass[*v as usize]).sum();
-        let carried: Vec3 = self.participation().factors().iter().map(|p| p.component_mul(p)).sum();
-        if moving > 0.0 { carried / moving } else { Vec3::zeros() }
+        let carried: f64 = self.participation().factors().iter().map(|p| p.dot(along).powi(2)).sum();
+        if moving > 0.0 { carried / moving } else { 0.0 }
     }
 
     /// What an acceleration that acts everywhere alike does to the modes. Made at the first call.

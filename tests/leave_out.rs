@@ -6,7 +6,7 @@ use common::*;
 use shellwarp::constraint::{Constraint, Target};
 use shellwarp::load::Wind;
 use shellwarp::model::{Model, Options, Precision};
-use shellwarp::state::{Damping, Method, Space, State};
+use shellwarp::state::{Damping, Method, PartKind, Space, State};
 use shellwarp::step::Integrator;
 use shellwarp::support::{Motion, Pose, Rates};
 use shellwarp::{ErrorKind, Vec3};
@@ -173,6 +173,20 @@ fn a_model_for_linear_modal_analysis_alone_moves_to_the_same_bits_in_half_the_me
     let target = Target::Orientation(nalgebra::UnitQuaternion::identity());
     let handle = Constraint { id: 0, vertex: 204, axes: [true; 3], compliance: 0.0, target };
     assert_eq!(b.set_constraint(handle).unwrap_err().kind, ErrorKind::Unsupported);
+}
+
+#[test]
+fn a_plan_says_where_modes_are_missing() {
+    // The first mode of a cantilever carries 61.3 % of its mass across (Euler–Bernoulli; the coarse mesh 62.5 %), none along.
+    let model = model("flat_beam", Options { modes: 1, ..Options::default() });
+    let mut state = state(&model, Method::Warp);
+    for (gravity, missing) in [(Vec3::new(0.0, 0.0, -1.0), false), (Vec3::new(1.0, 0.0, 0.0), true)] {
+        state.set_gravity(gravity).unwrap();
+        let parts = state.plan(FRAME).unwrap();
+        let modes = parts.iter().find(|part| part.kind == PartKind::Modes).unwrap();
+        assert_eq!(modes.reason.contains("missing"), missing, "{}", modes.reason);
+    }
+    assert_close("first mode across", model.effective_mass().z, 0.613, 0.05, 0.0);
 }
 
 #[test]

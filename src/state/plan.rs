@@ -71,6 +71,9 @@ impl PartKind {
     }
 }
 
+/// Modes that carry less of the mass along a uniform load may be too few for it.
+const FEW_MODES: f64 = 0.6;
+
 /// Instructions: once, and for each mode.
 type Cost = [f64; 2];
 
@@ -245,18 +248,22 @@ impl State {
             passes * cost(costs.point, modes),
             blocks * (cost(costs.block, modes) + cost(costs.spin, modes)),
         );
+        let along = load.everywhere_alike().and_then(|a| a.try_normalize(0.0));
+        let modes_reason = match along.map(|along| model.effective_mass_along(&along)) {
+            Some(share) if share < FEW_MODES && modes > 0 => {
+                let share = 100.0 * share;
+                format!(
+                    "{modes} oscillators; they carry only {share:.0} % of the mass along the load: modes may be missing"
+                )
+            }
+            _ => format!("{modes} oscillators with their guard"),
+        };
         let part = |kind, active, bytes, operations, reason: String| Part { kind, active, bytes, operations, reason };
         vec![
             self.shape_part(),
             part(PartKind::Displacements, true, phi, 0.0, format!("{modes} modes")),
             part(PartKind::Rotations, rotations, psi, turns, reason),
-            part(
-                PartKind::Modes,
-                true,
-                Self::bytes_for(modes),
-                cost(oscillator, modes) * passes,
-                format!("{modes} oscillators with their guard"),
-            ),
+            part(PartKind::Modes, true, Self::bytes_for(modes), cost(oscillator, modes) * passes, modes_reason),
             part(PartKind::UniformLoad, !load.is_zero() || sweeps, 0, linear + summed, uniform.into()),
             spin,
             forces,

@@ -118,6 +118,7 @@ impl<E: Entry> Basis<E> {
     }
 
     /// Φ and Ψ of one vertex in one mode; a Ψ that was left out is zero.
+    #[inline(always)]
     pub fn at(&self, mode: usize, v: usize) -> (Vec3, Vec3) {
         let [x, y, z, rx, ry, rz] = self.stored(mode, v).map(E::decode);
         let [unit, turn_unit] = self.units[mode].map(|unit| unit / self.root_mass);

@@ -349,6 +349,7 @@ class Running(unittest.TestCase):
     def test_every_method_steps(self):
         from shellwarp.state import METHODS
         made = model()
+        made.precompute(modes=4, reduced_fields=4)
         for method in METHODS:
             # 1e-6 s is within the explicit shell's stable step here
             made.state(method).step(1e-6)
