@@ -365,7 +365,7 @@ typedef struct SwPrecomputeDesc {
   double sag_gravity[3];
   // Unless 0, modes are left out that a scene cannot show: under the loads below, no vertex is off by more than this length,
   // against the same method with all modes. `modes` is then the most that are computed; 0 = 256. sw_model_info tells the bound
-  // that was reached, which exceeds the tolerance where that was not enough, or is cut short by what f32 gives. The bound is an
+  // that was reached, which exceeds the tolerance where that was not enough. The bound is an
   // estimate by statics, see demand_amplification, and holds for turns of less than a rad.
   double tolerance;
   // Gravity of the scene in frame axes, read with a tolerance only, as all below.
