@@ -5,7 +5,7 @@ use crate::effort::{Effort, Progress};
 use crate::error::quartiles;
 use crate::library::{Library, Material, Model, State};
 use crate::mesh::Mesh;
-use crate::methods::method;
+use crate::methods::{Family, METHODS, Method, method};
 use crate::scenes::FRAME;
 use anyhow::Result;
 use std::hint::black_box;
@@ -34,6 +34,18 @@ pub struct Precompute {
     pub peak: f64,
     /// Held for the run, MB.
     pub model: f64,
+}
+
+/// What the reduced shell costs beside the modes alone.
+pub struct Reduced {
+    pub vertices: usize,
+    pub fields: usize,
+    /// Sampled triangles, edges and hinges.
+    pub elements: usize,
+    /// Of the precompute with the modes alone, and with the fields.
+    pub seconds: [f64; 2],
+    /// Of a step.
+    pub us: f64,
 }
 
 /// Names of SW_PHASE_....
@@ -156,7 +168,7 @@ pub fn growth(library: &Library, effort: Effort, progress: &mut Progress) -> Res
     }
     let mesh = sheet(3000);
     let n = mesh.positions.len();
-    for modes in [1, 2, 4, 8, 16, 32, 64] {
+    for modes in [1, 2, 4, 8, 16, 32, 64, 128, 200] {
         progress.say(&format!("steps of {modes} modes"));
         let model = library.model(&mesh, SHEET, &mesh.root(), modes, false)?;
         let floor = floor_us(n, modes)?;
@@ -196,6 +208,59 @@ pub fn growth(library: &Library, effort: Effort, progress: &mut Progress) -> Res
             floor: us / floor / count as f64,
             work: n * 16 * count,
         });
+    }
+    Ok(all)
+}
+
+/// The reduced shells of the table of methods, over vertices.
+pub fn reduced(library: &Library, effort: Effort, progress: &mut Progress) -> Result<Vec<Reduced>> {
+    let sizes: &[usize] = match effort {
+        Effort::Full => &[300, 1000, 3000, 13_000],
+        Effort::Quick => &[300, 1000],
+        Effort::Smoke => &[100],
+    };
+    let methods: Vec<&Method> = METHODS.iter().filter(|m| m.family == Family::Reduced).collect();
+    let mut all = vec![];
+    for (&size, method) in sizes.iter().flat_map(|size| methods.iter().map(move |m| (size, m))) {
+        progress.say(&format!("{} on {size} vertices", method.label));
+        let mesh = sheet(size);
+        let timed = |fields: u32| -> Result<(Model, f64)> {
+            let start = Instant::now();
+            let model = library.reduced_model(&mesh, SHEET, &mesh.root(), 8, false, fields)?;
+            Ok((model, start.elapsed().as_secs_f64()))
+        };
+        let alone = timed(0)?.1;
+        let (model, seconds) = timed(method.fields)?;
+        let info = model.info()?;
+        all.push(Reduced {
+            vertices: mesh.positions.len(),
+            fields: info.reduced_fields as usize,
+            elements: info.reduced_elements as usize,
+            seconds: [alone, seconds],
+            us: step_us(&model, method.key)?,
+        });
+    }
+    Ok(all)
+}
+
+/// Microseconds of a frame of 1/30 s, one step and reading the positions, of a falling sheet held along one side.
+pub fn sheet_frames(library: &Library, vertices: usize) -> Result<Vec<(&'static str, usize, f64)>> {
+    let mesh = sheet(vertices);
+    let mut all = vec![];
+    for key in ["warp_implicit", "virtual_work_implicit", "reduced_40", "shell_implicit"] {
+        let m = method(key);
+        let model = library.reduced_model(&mesh, SHEET, &mesh.root(), 8, false, m.fields)?;
+        let mut state = model.state(m.method, m.integrator)?;
+        state.set_gravity([0.0, 0.0, -1.0])?;
+        let mut host = vec![[0f32; 3]; mesh.positions.len()];
+        let mut seconds = vec![];
+        for _ in 0..if m.family == Family::Shell { 5 } else { 100 } {
+            let start = Instant::now();
+            state.step(FRAME)?;
+            state.write_f32(&mut host)?;
+            seconds.push(start.elapsed().as_secs_f64());
+        }
+        all.push((m.label, mesh.positions.len(), quartiles(&seconds)[1] * 1e6));
     }
     Ok(all)
 }

@@ -109,7 +109,7 @@ fn measure(o: &Options, data: &Path, peers: &Path) -> Result<summary::Report> {
     };
     let scenes: Vec<_> = scenes::all(data)?.into_iter().filter(|s| wanted(s.key)).collect();
     let sweeps = if effort == Effort::Smoke { &statics::SWEEPS[..1] } else { statics::SWEEPS };
-    let mut progress = Progress::new(scenes.len() + sweeps.len() + 5);
+    let mut progress = Progress::new(scenes.len() + sweeps.len() + 6);
     let mut still = vec![];
     for sweep in sweeps {
         progress.stage(sweep.title);
@@ -136,8 +136,12 @@ fn measure(o: &Options, data: &Path, peers: &Path) -> Result<summary::Report> {
     let growth = cost::growth(&library, effort, &mut progress)?;
     progress.stage("cost of precomputing");
     let precompute = cost::precompute(&library, effort, &mut progress)?;
+    progress.stage("cost of reduced shells");
+    let reduced = cost::reduced(&library, effort, &mut progress)?;
     progress.stage("peers");
     let peers = peers::all(&o.python, peers, full)?;
+    let same_sheet = peers.cloth.as_ref().ok().and_then(|all| all.first()).map(|c| c.vertices);
+    let beside_peers = same_sheet.map_or(Ok(vec![]), |n| cost::sheet_frames(&library, n))?;
     progress.done();
     let version = library.version();
     let motions = moved;
@@ -156,7 +160,9 @@ fn measure(o: &Options, data: &Path, peers: &Path) -> Result<summary::Report> {
         parts,
         growth,
         precompute,
+        reduced,
         peers,
+        beside_peers,
     })
 }
 

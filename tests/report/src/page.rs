@@ -256,6 +256,7 @@ pub fn write(folder: &Path, report: &Report, figures: &[Figure], machine: &str, 
         ("growth", report.growth_table().html()),
         ("plot_precompute", figure("precompute")),
         ("precompute", report.precompute_table().html()),
+        ("reduced", report.reduced_table().html()),
         ("scripts", scripts),
     ];
     std::fs::write(folder.join("index.html"), filled(TEMPLATE, &parts))?;

@@ -13,10 +13,10 @@ use anyhow::Result;
 use std::path::Path;
 use trial::Cell;
 
-/// Of the reduced shells the one with most fields stands for all.
+/// Of the reduced shells the one with fewest fields stands for all: what is asked here is where it holds, not how near it comes.
 fn methods() -> impl Iterator<Item = &'static Method> {
-    let most = METHODS.iter().map(|m| m.fields).max().unwrap_or(0);
-    METHODS.iter().filter(move |m| m.fields == 0 || m.fields == most)
+    let least = METHODS.iter().map(|m| m.fields).filter(|n| *n > 0).min().unwrap_or(0);
+    METHODS.iter().filter(move |m| m.fields == 0 || m.fields == least)
 }
 
 /// Everything measured.
