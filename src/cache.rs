@@ -193,7 +193,8 @@ impl Model {
         rest.iter().flatten().for_each(|x| x.put(&mut out));
         shell.mesh.triangles.iter().flatten().for_each(|v| out.extend(v.to_le_bytes()));
         out.extend(shell.held.iter().map(|held| u8::from(*held)));
-        let per_mode = [&self.eigenvalues, &self.largest_rotation, &self.largest_swing];
+        let without = vec![0.0; if header.linear { self.n_modes() } else { 0 }]; // in place of what a linear model lacks
+        let per_mode = [&self.eigenvalues, &self.largest_rotation, &without, &self.largest_swing, &without];
         per_mode.into_iter().flatten().for_each(|x| x.put(&mut out));
         with_basis!(&self.basis, basis => put_basis(basis, &mut out));
         put_sections(self, &mut out);
@@ -235,7 +236,7 @@ impl Model {
             Some(content) => restore_sag(&shell, content)?,
             None => shell,
         };
-        let [eigenvalues, largest_rotation, largest_swing] = [(); 3].map(|()| from.numbers(header.modes));
+        let [eigenvalues, mut largest_rotation, mut largest_swing] = [(); 3].map(|()| from.numbers(header.modes));
         let certificate = Certificate { residual, orthonormality, shift, disagreement: 0.0, count, found };
         check_facts(&shell, &certificate, &seconds)?;
         check_modes(header, &shell, &eigenvalues, [&largest_rotation, &largest_swing])?;
@@ -251,6 +252,10 @@ impl Model {
             }
             _ => unreachable!("refused above"),
         };
+        if header.linear {
+            largest_rotation.clear();
+            largest_swing.clear();
+        }
         let reduced = sections.reduced.map(|content| restore_reduced(header, &shell, content)).transpose()?;
         Ok(Self {
             fingerprint: crate::model::fingerprint(&shell, &eigenvalues, header.precision),
