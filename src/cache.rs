@@ -32,7 +32,7 @@
 
 use crate::energy::DISCRETE_SHELLS;
 use crate::error::try_zeroed;
-use crate::features::Feature;
+use crate::features::{self, Feature, Proof, SavedModels};
 use crate::mesh::Mesh;
 use crate::model::{AnyBasis, Precision, with_basis};
 use crate::modes::{Certificate, MAX_MODES, PHASES};
@@ -174,7 +174,7 @@ impl Model {
 
     /// Everything there is, so that [`Model::load`] gives a model of the same bits.
     pub fn save(&self) -> Result<Vec<u8>> {
-        Feature::SavedModels.require()?;
+        let _proof: SavedModels = Proof::of(Feature::SavedModels)?;
         let mut out: Vec<u8> = Vec::new();
         let (header, size) = (Header::of(self), self.saved_size());
         let refused = |_| Error::new(ErrorKind::OutOfMemory, format!("the saved model needs {size} bytes"));
@@ -206,7 +206,7 @@ impl Model {
 
     /// The model that [`Model::save`] wrote. Fails on any other bytes, before it allocates more than a small multiple of them.
     pub fn load(bytes: &[u8]) -> Result<Self> {
-        Feature::SavedModels.require()?;
+        let _proof: SavedModels = Proof::of(Feature::SavedModels)?;
         let header = Header::read(bytes)?;
         header.precision.require()?;
         if header.size() != bytes.len() as u128 {
@@ -425,7 +425,7 @@ fn restore_units(header: &Header, content: Option<&[u8]>) -> Result<Vec<[f64; 2]
 }
 
 fn restore_reduced(header: &Header, shell: &Shell, content: &[u8]) -> Result<ReducedShell> {
-    Feature::ReducedShell.require()?;
+    let _proof: features::ReducedShell = Proof::of(Feature::ReducedShell)?;
     if header.zero_modes > 0 || shell.sag.is_some() {
         return invalid("it has a reduced shell, but moves freely or hangs");
     }

@@ -52,7 +52,7 @@ impl Feature {
         }
     }
 
-    /// Fails unless this build has it. Inlined, so that what follows a failure is known never to run.
+    /// Fails unless this build has it. What is to be left out behind it takes a [`Proof`].
     #[inline(always)]
     pub fn require(self) -> Result<()> {
         if self.is_built_in() { Ok(()) } else { Err(self.missing()) }
@@ -104,6 +104,13 @@ pub type ReducedShell = Present;
 /// Of [`Feature::ReducedShell`].
 #[cfg(not(feature = "reduced-shell"))]
 pub type ReducedShell = Absent;
+
+/// Of [`Feature::SavedModels`].
+#[cfg(feature = "saved-models")]
+pub type SavedModels = Present;
+/// Of [`Feature::SavedModels`].
+#[cfg(not(feature = "saved-models"))]
+pub type SavedModels = Absent;
 
 /// A value beside a proof: in builds without the feature a type without values.
 #[derive(Clone)]

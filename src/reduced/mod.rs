@@ -98,7 +98,7 @@ impl ReducedShell {
         precision: Precision,
         progress: &mut Progress,
     ) -> Result<Self> {
-        Feature::ReducedShell.require()?;
+        let _proof: features::ReducedShell = Proof::of(Feature::ReducedShell)?;
         let wanted = modes.shapes.len() + options.fields;
         if wanted > MAX_FIELDS {
             return Err(Error::argument(format!(
