@@ -138,7 +138,7 @@ def put(text, title, lines):
     """The document with the table under `title`."""
     body = f"## {title}\n\n" + "\n".join(lines) + "\n\n"
     found = re.search(rf"^## {re.escape(title)}\n.*?(?=^## |\Z)", text, re.M | re.S)
-    return text[: found.start()] + body + text[found.end() :] if found else text + body
+    return text[: found.start()] + body + text[found.end() :] if found else text.rstrip() + "\n\n" + body
 
 
 def main():
