@@ -105,6 +105,7 @@ python-abi: ## write the Python package's declarations anew from include/shellwa
 lint: ## check formatting and run clippy, warnings as errors
 	cargo fmt --all --check
 	cargo clippy --workspace --all-targets -- -D warnings
+	cargo clippy --no-default-features --lib --test features -- -D warnings
 
 bench: ## time the run-time kernels beside their floors; the tables of docs/speed.md
 	cargo bench --bench kernels

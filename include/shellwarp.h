@@ -146,7 +146,7 @@
 // memory limits; positions good to about 1e-5 of the displacement (basis_rounding of SwModelInfo).
 #define SW_PRECISION_I16 3
 
-// For SW_METHOD_LMA and the nonlinear shells alone: no modal rotations are stored, and the model takes half the memory. States
+// For SW_METHOD_LMA and the nonlinear shells alone: no modal rotations are computed, and the basis takes half the memory. States
 // are then SW_METHOD_LMA by default; the warp, sw_state_rotations and constraints on orientations return SW_ERROR_UNSUPPORTED.
 #define SW_PRECOMPUTE_LINEAR 1
 
@@ -541,8 +541,8 @@ typedef struct SwStateReport {
   double elastic_energy;
   // Work done on the shell by constraints since creation or reset.
   double constraint_work;
-  // Largest rotation of a vertex, rad: |w| of modal methods, which counts turns; an upper bound on a model with
-  // SW_PRECOMPUTE_LINEAR, by which all vertices or none are out of range.
+  // Largest rotation of a vertex, rad: |w| of modal methods, which counts turns. A model with
+  // SW_PRECOMPUTE_LINEAR has it computed from the displacements at each call.
   double max_rotation;
   // Largest displacement in the frame.
   double max_displacement;

@@ -32,7 +32,7 @@
 
 use crate::energy::DISCRETE_SHELLS;
 use crate::error::try_zeroed;
-use crate::features::Feature;
+use crate::features::{self, Feature, Proof, SavedModels};
 use crate::mesh::Mesh;
 use crate::model::{AnyBasis, Precision, with_basis};
 use crate::modes::{Certificate, MAX_MODES, PHASES};
@@ -174,7 +174,7 @@ impl Model {
 
     /// Everything there is, so that [`Model::load`] gives a model of the same bits.
     pub fn save(&self) -> Result<Vec<u8>> {
-        Feature::SavedModels.require()?;
+        let _proof: SavedModels = Proof::of(Feature::SavedModels)?;
         let mut out: Vec<u8> = Vec::new();
         let (header, size) = (Header::of(self), self.saved_size());
         let refused = |_| Error::new(ErrorKind::OutOfMemory, format!("the saved model needs {size} bytes"));
@@ -193,7 +193,8 @@ impl Model {
         rest.iter().flatten().for_each(|x| x.put(&mut out));
         shell.mesh.triangles.iter().flatten().for_each(|v| out.extend(v.to_le_bytes()));
         out.extend(shell.held.iter().map(|held| u8::from(*held)));
-        let per_mode = [&self.eigenvalues, &self.largest_rotation, &self.largest_swing];
+        let without = vec![0.0; if header.linear { self.n_modes() } else { 0 }]; // in place of what a linear model lacks
+        let per_mode = [&self.eigenvalues, &self.largest_rotation, &without, &self.largest_swing, &without];
         per_mode.into_iter().flatten().for_each(|x| x.put(&mut out));
         with_basis!(&self.basis, basis => put_basis(basis, &mut out));
         put_sections(self, &mut out);
@@ -205,7 +206,7 @@ impl Model {
 
     /// The model that [`Model::save`] wrote. Fails on any other bytes, before it allocates more than a small multiple of them.
     pub fn load(bytes: &[u8]) -> Result<Self> {
-        Feature::SavedModels.require()?;
+        let _proof: SavedModels = Proof::of(Feature::SavedModels)?;
         let header = Header::read(bytes)?;
         header.precision.require()?;
         if header.size() != bytes.len() as u128 {
@@ -235,7 +236,7 @@ impl Model {
             Some(content) => restore_sag(&shell, content)?,
             None => shell,
         };
-        let [eigenvalues, largest_rotation, largest_swing] = [(); 3].map(|()| from.numbers(header.modes));
+        let [eigenvalues, mut largest_rotation, mut largest_swing] = [(); 3].map(|()| from.numbers(header.modes));
         let certificate = Certificate { residual, orthonormality, shift, disagreement: 0.0, count, found };
         check_facts(&shell, &certificate, &seconds)?;
         check_modes(header, &shell, &eigenvalues, [&largest_rotation, &largest_swing])?;
@@ -251,6 +252,10 @@ impl Model {
             }
             _ => unreachable!("refused above"),
         };
+        if header.linear {
+            largest_rotation.clear();
+            largest_swing.clear();
+        }
         let reduced = sections.reduced.map(|content| restore_reduced(header, &shell, content)).transpose()?;
         Ok(Self {
             fingerprint: crate::model::fingerprint(&shell, &eigenvalues, header.precision),
@@ -420,7 +425,7 @@ fn restore_units(header: &Header, content: Option<&[u8]>) -> Result<Vec<[f64; 2]
 }
 
 fn restore_reduced(header: &Header, shell: &Shell, content: &[u8]) -> Result<ReducedShell> {
-    Feature::ReducedShell.require()?;
+    let _proof: features::ReducedShell = Proof::of(Feature::ReducedShell)?;
     if header.zero_modes > 0 || shell.sag.is_some() {
         return invalid("it has a reduced shell, but moves freely or hangs");
     }

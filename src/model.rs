@@ -3,7 +3,7 @@
 use crate::features::Feature;
 use crate::modes::{Certificate, Demand, PHASES, Phase, Progress, demanded_modes, lowest_modes};
 use crate::reduced::{self, ReducedShell};
-use crate::step::{Guard, Participation};
+use crate::step::{Bend, Guard, Participation};
 use crate::warp::{Basis, Entry, I16, ModalRotation};
 use crate::{Error, ErrorKind, Result, Shell, Vec3, wide_norm};
 use std::sync::{Arc, OnceLock};
@@ -60,7 +60,7 @@ pub struct Options {
     pub precision: Precision,
     /// Gravity (frame axes) under which the shell hangs at rest where it is linearised; zero = the rest shape.
     pub sag: Vec3,
-    /// For linear modal analysis alone: no modal rotations, half the basis.
+    /// For linear modal analysis alone: no modal rotations, neither stored nor computed, and half the basis.
     pub linear: bool,
     /// Leaves out the modes that a scene does not need.
     pub demand: Option<Demand>,
@@ -104,9 +104,9 @@ pub struct Model {
     pub shell: Arc<Shell>,
     /// λ of each mode, 1/s², ascending; zero modes exactly 0.
     pub eigenvalues: Vec<f64>,
-    /// Largest |Ψ| of each mode: rotation per unit amplitude.
+    /// Largest |Ψ| of each mode: rotation per unit amplitude. Empty where there is no Ψ.
     pub largest_rotation: Vec<f64>,
-    /// Largest |Φ||Ψ| of a vertex of each mode: how a force swings with the shell.
+    /// Largest |Φ||Ψ| of a vertex of each mode: how a force swings with the shell. Empty where there is no Ψ.
     pub largest_swing: Vec<f64>,
     /// Number of zero modes among them.
     pub zero_modes: usize,
@@ -129,7 +129,7 @@ pub struct Model {
 }
 
 impl Model {
-    /// Computes modes and modal rotations. `callback` hears of progress and may stop the work with an error.
+    /// Computes modes and, unless for linear modal analysis, modal rotations. `callback` hears of progress and may stop the work with an error.
     pub fn precompute(
         shell: Arc<Shell>,
         options: &Options,
@@ -142,7 +142,7 @@ impl Model {
             None => (lowest_modes(&shell, options.modes, &mut progress)?, 0.0),
             Some(demand) => {
                 let demand = demand.clone().validated(&shell)?;
-                demanded_modes(&shell, &demand, options.modes, &mut progress)?
+                demanded_modes(&shell, &demand, (options.modes, options.linear), &mut progress)?
             }
         };
         let linear = options.linear;
@@ -190,12 +190,25 @@ impl Model {
         with_basis!(&self.basis, basis => basis.is_linear())
     }
 
-    /// What the guard needs to know of it.
-    pub fn guard(&self) -> Guard<'_> {
-        let Self { eigenvalues, largest_rotation, largest_swing, .. } = self;
+    /// What the guard needs to know of it, for shells that are `warped` or are not.
+    pub fn guard(&self, warped: bool) -> Guard<'_> {
         let participation = self.participation();
         let (swing, turn) = (participation.swing(), participation.turn());
-        Guard { eigenvalues, largest_rotation, swing, turn, largest_swing }
+        Guard {
+            eigenvalues: &self.eigenvalues,
+            bend: self.bend(warped),
+            swing,
+            turn,
+            largest_swing: &self.largest_swing,
+        }
+    }
+
+    /// How far a unit of each mode bends the shell.
+    pub fn bend(&self, warped: bool) -> Bend<'_> {
+        match warped {
+            true => Bend { of_modes: &self.largest_rotation, unit: 1.0 },
+            false => Bend { of_modes: self.participation().reach(), unit: self.shell.mesh.size },
+        }
     }
 
     /// The share of the mass that moves which the modes carry along each axis, Σ P_k²/Σ m: near 1 unless modes are missing for loads
@@ -248,7 +261,8 @@ impl Model {
         let connectivity = mesh.triangles.len() * 12 + mesh.edges.len() * 16;
         let beside = self.participation.get().map_or(0, Participation::bytes)
             + self.reduced.as_ref().map_or(0, ReducedShell::bytes);
-        with_basis!(&self.basis, basis => basis.bytes()) + vertices + connectivity + beside + 24 * self.n_modes()
+        let of_modes = 8 * (self.n_modes() + self.largest_rotation.len() + self.largest_swing.len());
+        with_basis!(&self.basis, basis => basis.bytes()) + vertices + connectivity + beside + of_modes
     }
 }
 
@@ -257,7 +271,7 @@ fn sagged(shell: &Arc<Shell>, gravity: Vec3, progress: &mut Progress) -> Result<
     Ok(Arc::new(shell.sagged(gravity, &mut watch)?))
 }
 
-/// The basis, and of each mode the largest |Ψ| and |Φ||Ψ|.
+/// The basis, and of each mode the largest |Ψ| and |Φ||Ψ|; none of these without Ψ.
 fn run_time_basis<E: Entry>(
     shell: &Shell,
     shapes: &[Vec<Vec3>],
@@ -269,14 +283,16 @@ fn run_time_basis<E: Entry>(
     let Shell { mesh, mass, total_mass, .. } = shell;
     let empty = if linear { Basis::linear } else { Basis::new };
     let mut basis = empty(&mesh.positions, mass, shapes.len(), *total_mass)?;
-    let rotation = ModalRotation::new(mesh);
+    let rotation = (!linear).then(|| ModalRotation::new(mesh));
     let (mut largest_rotation, mut largest_swing) = (vec![], vec![]);
     for (k, phi) in shapes.iter().enumerate() {
-        let psi = rotation.apply(phi);
-        largest_rotation.push(psi.iter().map(wide_norm).fold(0.0, f64::max));
-        let swings = psi.iter().zip(phi).map(|(w, u)| wide_norm(w) * wide_norm(u));
-        largest_swing.push(swings.fold(0.0, f64::max));
-        basis.set_mode(k, phi, if linear { &[] } else { &psi });
+        let psi = rotation.as_ref().map_or(vec![], |rotation| rotation.apply(phi));
+        if !linear {
+            largest_rotation.push(psi.iter().map(wide_norm).fold(0.0, f64::max));
+            let swings = psi.iter().zip(phi).map(|(w, u)| wide_norm(w) * wide_norm(u));
+            largest_swing.push(swings.fold(0.0, f64::max));
+        }
+        basis.set_mode(k, phi, &psi);
         progress.report(Phase::Rotation, (k + 1) as f64 / shapes.len() as f64)?;
     }
     Ok((any(basis), largest_rotation, largest_swing))

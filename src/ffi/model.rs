@@ -109,7 +109,7 @@ pub const SW_PRECISION_F64: u32 = 2;
 /// The run-time basis in 16 bits of a unit for each mode, computed with in 32: half the memory of SW_PRECISION_F32, and as fast where
 /// memory limits; positions good to about 1e-5 of the displacement (basis_rounding of SwModelInfo).
 pub const SW_PRECISION_I16: u32 = 3;
-/// For SW_METHOD_LMA and the nonlinear shells alone: no modal rotations are stored, and the model takes half the memory. States
+/// For SW_METHOD_LMA and the nonlinear shells alone: no modal rotations are computed, and the basis takes half the memory. States
 /// are then SW_METHOD_LMA by default; the warp, sw_state_rotations and constraints on orientations return SW_ERROR_UNSUPPORTED.
 pub const SW_PRECOMPUTE_LINEAR: u32 = 1;
 

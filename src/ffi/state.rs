@@ -147,8 +147,8 @@ pub struct SwStateReport {
     pub elastic_energy: f64,
     /// Work done on the shell by constraints since creation or reset.
     pub constraint_work: f64,
-    /// Largest rotation of a vertex, rad: |w| of modal methods, which counts turns; an upper bound on a model with
-    /// SW_PRECOMPUTE_LINEAR, by which all vertices or none are out of range.
+    /// Largest rotation of a vertex, rad: |w| of modal methods, which counts turns. A model with
+    /// SW_PRECOMPUTE_LINEAR has it computed from the displacements at each call.
     pub max_rotation: f64,
     /// Largest displacement in the frame.
     pub max_displacement: f64,

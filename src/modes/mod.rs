@@ -156,13 +156,18 @@ fn part_modes(shell: &Shell, part: &Part, (wanted, norm): (usize, f64), progress
 }
 
 /// The modes that meet `demand`, at most `most` and those found on the way to them, and a bound on how far a vertex is off without
-/// the others. Twice as many are searched for until there are enough; where there are not, the bound exceeds the tolerance.
-pub fn demanded_modes(shell: &Shell, demand: &Demand, most: usize, progress: &mut Progress) -> Result<(Modes, f64)> {
+/// the others; `linear` where nothing turns. Twice as many are searched for until there are enough; where there are not, the bound exceeds the tolerance.
+pub fn demanded_modes(
+    shell: &Shell,
+    demand: &Demand,
+    (most, linear): (usize, bool),
+    progress: &mut Progress,
+) -> Result<(Modes, f64)> {
     let most = most.min(shell.n_unknowns()).min(MAX_MODES);
     let mut wanted = FIRST_SEARCH.min(most);
     loop {
         let mut modes = lowest_modes(shell, wanted, progress)?;
-        let choice = demand.choose(shell, &modes)?;
+        let choice = demand.choose(shell, &modes, linear)?;
         if choice.bound <= demand.tolerance || wanted == most {
             modes.eigenvalues = choice.keep.iter().map(|k| modes.eigenvalues[*k]).collect();
             modes.shapes = choice.keep.iter().map(|k| std::mem::take(&mut modes.shapes[*k])).collect();

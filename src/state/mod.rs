@@ -10,6 +10,7 @@ mod saved;
 
 use crate::constraint::{Constraint, ConstraintSet, Outcome, Target};
 use crate::error::{require_finite, require_non_negative};
+use crate::features::{Feature, NonlinearShell, Only, Proof, ReducedShell};
 use crate::load::{External, Loads, Moving, Wind};
 use crate::reference::Rayleigh;
 use crate::step::modal_force::BodyLoad;
@@ -64,8 +65,8 @@ pub struct Damping {
 /// The unknowns and how they move.
 enum Dynamics {
     Modal(Box<Modal>),
-    Nodal(Box<Nodal>),
-    Reduced(Box<Reduced>),
+    Nodal(Only<NonlinearShell, Box<Nodal>>),
+    Reduced(Only<ReducedShell, Box<Reduced>>),
 }
 
 /// Room for loads on all vertices: positions and velocities for wind, forces first in world, then in frame axes (n_vertices each,
@@ -187,9 +188,14 @@ impl State {
             Method::Warp => modal(ForceLaw::Rotated),
             Method::VirtualWorkWarp => modal(ForceLaw::VirtualWork),
             Method::LinearModalAnalysis => modal(ForceLaw::Linear),
-            Method::ImplicitShell => Dynamics::Nodal(Box::new(Nodal::new(&model, false)?)),
-            Method::ExplicitShell => Dynamics::Nodal(Box::new(Nodal::new(&model, true)?)),
-            Method::ReducedShell => Dynamics::Reduced(Box::new(Reduced::new(&model)?)),
+            Method::ImplicitShell | Method::ExplicitShell => {
+                let proof = Proof::of(Feature::NonlinearShell)?;
+                Dynamics::Nodal(Only::new(proof, Box::new(Nodal::new(&model, method == Method::ExplicitShell)?)))
+            }
+            Method::ReducedShell => {
+                let proof = Proof::of(Feature::ReducedShell)?;
+                Dynamics::Reduced(Only::new(proof, Box::new(Reduced::new(&model)?)))
+            }
         };
         Ok(Self {
             dynamics,
@@ -209,7 +215,7 @@ impl State {
     pub fn try_clone(&self) -> Result<Self> {
         let dynamics = match &self.dynamics {
             Dynamics::Modal(modal) => Dynamics::Modal(modal.clone()),
-            Dynamics::Nodal(nodal) => Dynamics::Nodal(Box::new(nodal.try_clone()?)),
+            Dynamics::Nodal(nodal) => Dynamics::Nodal(nodal.with(Box::new(nodal.try_clone()?))),
             Dynamics::Reduced(reduced) => Dynamics::Reduced(reduced.clone()),
         };
         Ok(Self {

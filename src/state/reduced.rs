@@ -9,7 +9,6 @@
 
 use super::nodal;
 use crate::constraint::{ConstraintSet, Outcome, Target};
-use crate::features::Feature;
 use crate::load::External;
 use crate::reduced::{Newton, Potential, ReducedShell, Rows, Stop, with_fields};
 use crate::step::modal_force::BodyLoad;
@@ -79,7 +78,6 @@ pub struct Reduced {
 
 /// Of a model that has one.
 pub fn of(model: &Model) -> Result<&ReducedShell> {
-    Feature::ReducedShell.require()?;
     model.reduced.as_ref().ok_or_else(|| {
         let message = "the model has no reduced shell: precompute with reduced_fields, 40 for a start";
         Error::new(ErrorKind::Unsupported, message)

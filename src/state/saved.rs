@@ -5,7 +5,7 @@
 //! are inputs and not saved.
 
 use super::reduced::Motion;
-use super::{Dynamics, Modal, Nodal, Reduced, State};
+use super::{Dynamics, Nodal, Reduced, State};
 use crate::support::{Frame, Pose};
 use crate::{Error, ErrorKind, Result, Vec3};
 use nalgebra::{Quaternion, UnitQuaternion, Vector4};
@@ -138,7 +138,7 @@ impl State {
         let (unknowns, rates) = numbers[FIXED_DOUBLES..].split_at(self.n_unknowns());
         let vectors = |from: &[f64]| from.chunks_exact(3).map(Vec3::from_column_slice).collect::<Vec<_>>();
         let sound = match &self.dynamics {
-            Dynamics::Modal(_) => Modal::has_meaning(&self.model, unknowns, rates),
+            Dynamics::Modal(modal) => modal.has_meaning(&self.model, unknowns, rates),
             Dynamics::Nodal(_) => Nodal::has_meaning(&self.model, &vectors(unknowns), &vectors(rates)),
             Dynamics::Reduced(_) => {
                 let n = unknowns.len() - 1;

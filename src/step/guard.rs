@@ -1,7 +1,8 @@
 //! What keeps a step sensible under loads far beyond what a warp can show. On ordinary scenes the first part is exactly inactive,
 //! the second on nearly all: `make check-guard` compares their motion with that of a library built without, `--cfg unguarded`.
 //!
-//! **Bend.** With β² = Σ (ψ_k q_k)² over the elastic modes, ψ_k the largest rotation of a mode per unit amplitude, a potential
+//! **Bend.** With β² = Σ (ψ_k q_k)² over the elastic modes, ψ_k the largest rotation of a mode per unit amplitude, or under linear
+//! modal analysis, which has no rotations, its largest displacement in model sizes, a potential
 //!
 //!   G(β) = E x³/(1 − x),   x = (β − β₀)/(β₁ − β₀) > 0,   E = ½ min (λ_k/ψ_k²) β₀²,
 //!
@@ -35,13 +36,34 @@ pub struct Pull {
     pub reach: f64,
 }
 
+/// How far a unit of each mode bends a shell: by its largest rotation, rad, or by its largest displacement in model sizes.
+#[derive(Clone, Copy)]
+pub struct Bend<'a> {
+    /// In `unit`s.
+    pub of_modes: &'a [f64],
+    /// A rad, or the model's size.
+    pub unit: f64,
+}
+
+impl Bend<'_> {
+    /// ψ of mode `k`.
+    pub fn of(&self, k: usize) -> f64 {
+        self.of_modes[k] / self.unit
+    }
+
+    /// Σ |ψ_k q_k|: no vertex is turned further, or moved by more model sizes.
+    pub fn largest(&self, q: &[f64]) -> f64 {
+        q.iter().enumerate().map(|(k, q)| (q * self.of(k)).abs()).sum()
+    }
+}
+
 /// The modes of a model as the guard sees them.
 #[derive(Clone, Copy)]
 pub struct Guard<'a> {
     /// λ of each mode.
     pub eigenvalues: &'a [f64],
     /// ψ of each mode.
-    pub largest_rotation: &'a [f64],
+    pub bend: Bend<'a>,
     /// √(M Σ m |φ|²|ψ|²) of each mode.
     pub swing: &'a [f64],
     /// √(M Σ m |ψ|⁴) of each mode.
@@ -55,7 +77,7 @@ impl Guard<'_> {
     pub fn load_stiffness(&self, k: usize, pull: &Pull) -> f64 {
         let third = pull.reach / 3.0;
         pull.body * (self.swing[k] + third * self.turn[k])
-            + pull.external * (self.largest_swing[k] + third * self.largest_rotation[k].powi(2))
+            + pull.external * (self.largest_swing[k] + third * self.bend.of(k).powi(2))
     }
 
     /// c of mode `k` for a step of `h`, with what swinging loads ask in addition to `damping`.
@@ -68,7 +90,7 @@ impl Guard<'_> {
     }
 
     fn rotation(&self, k: usize) -> f64 {
-        if self.eigenvalues[k] > 0.0 { self.largest_rotation[k] } else { 0.0 }
+        if self.eigenvalues[k] > 0.0 { self.bend.of(k) } else { 0.0 }
     }
 
     /// β² at amplitudes given by `q`.
