@@ -106,8 +106,11 @@ lint: ## check formatting and run clippy, warnings as errors
 	cargo fmt --all --check
 	cargo clippy --workspace --all-targets -- -D warnings
 
-bench: ## time the run-time kernels beside their floors; the tables of docs/speed.md
-	cargo bench --bench kernels
+bench: ## time the kernels beside their floors: this machine's section of docs/speed.md, its plots, out/report/kernels.csv
+	@mkdir -p out/report
+	cargo bench --bench kernels -- --docs docs/speed.md --csv out/report/kernels.csv
+	cargo build --release --package shellwarp-report
+	$(RELEASE)/shellwarp-report --kernels --docs docs
 
 bench-instructions: ## count the kernels' instructions under valgrind against those checked in (UPDATE=1: check in these)
 	python3 tests/bench/instructions.py $(if $(UPDATE),--update)
