@@ -7,6 +7,7 @@
 mod canonical;
 mod demand;
 mod dense;
+mod inverse;
 mod jacobi;
 mod lanczos;
 mod part;
@@ -144,7 +145,7 @@ fn part_modes(shell: &Shell, part: &Part, (wanted, norm): (usize, f64), progress
     progress.report(Phase::Ordering, 1.0)?;
     let dense = n <= search::dense_limit(wanted);
     let work = if dense { 2 * n * n } else { 2 * n * Plan::of(wanted, n).capacity };
-    let peak_bytes = 2 * symbolic.factor_bytes() + 8 * work + 3 * 16 * part.stiffness.lower.val().len();
+    let peak_bytes = symbolic.factor_bytes() + 8 * work + 3 * 16 * part.stiffness.lower.val().len();
     drop(reserve::<u8>("the search for modes", peak_bytes)?); // told now, not after minutes
     if let Some(sag) = &shell.sag {
         refuse_buckled(&symbolic, &part.stiffness, sag.gravity)?;

@@ -3,6 +3,7 @@
 use crate::convergence::StepPoint;
 use crate::cost::{Cost, PHASES, Precompute, Reduced};
 use crate::error::cheapest_within;
+use crate::kernels::Kernel;
 use crate::methods::{Family, method};
 use crate::peers::Peers;
 use crate::physics::{Arc, Elastica, PlateMode};
@@ -27,6 +28,8 @@ pub struct Report {
     /// At the size of the beams and of the dinosaur.
     pub parts: Vec<Vec<Cost>>,
     pub growth: Vec<Cost>,
+    /// Of the last `make bench`, or none.
+    pub kernels: Vec<Kernel>,
     pub precompute: Vec<Precompute>,
     pub reduced: Vec<Reduced>,
     pub peers: Peers,

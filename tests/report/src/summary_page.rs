@@ -36,7 +36,7 @@ pub fn write(folder: &Path, report: &Report, figures: &[Figure]) -> Result<()> {
     std::fs::create_dir_all(folder.join("report"))?;
     std::fs::write(folder.join("error_and_speed.md"), filled(TEMPLATE, &parts))?;
     for figure in figures.iter().filter(|f| SHOWN.contains(&&f.name[..])) {
-        std::fs::write(folder.join("report").join(format!("{}.svg", figure.name)), &figure.svg)?;
+        figure.write(&folder.join("report"))?;
     }
     Ok(())
 }
