@@ -21,8 +21,6 @@ const VENTURES: usize = 2;
 const TRIALS: usize = 40;
 /// Below this residual rounding of Π may hide what a step gains.
 const ROUNDING: f64 = 1e-6;
-/// Of Π's terms, what stiff elements may leave to rounding: a V-beam of 400 samples leaves 1e-7. The slope is not hidden by it.
-const HIDDEN: f64 = 1e-6;
 /// ε of J H⁻¹ Jᵀ + εI, relative to its largest diagonal entry, so that constraints may repeat or conflict.
 const LEAST_CONSTRAINT: f64 = 1e-10;
 
@@ -198,9 +196,6 @@ impl Newton {
                 q.copy_from_slice(&self.mark);
                 ventures = 0;
                 if !self.search(energy, potential, q, (mark.0, mark.1)) {
-                    if self.flattens(energy, potential, q, (mark.0, mark.2)) {
-                        continue;
-                    }
                     let residual = mark.2;
                     return End { converged: residual <= ROUNDING, iterations: iterations + 1, residual };
                 }
@@ -226,30 +221,6 @@ impl Newton {
         }
         self.trial.copy_from_slice(q);
         false
-    }
-
-    /// Takes the whole step from the mark at `q` where it raises Π by no more than rounding and halves the residual; else leaves `q`.
-    fn flattens(
-        &mut self,
-        energy: &ReducedEnergy,
-        potential: &Potential,
-        q: &mut [f64],
-        (value, residual): (f64, f64),
-    ) -> bool {
-        for k in 0..q.len() {
-            self.trial[k] = q[k] + self.mark_direction[k];
-        }
-        let change = self.trial_merit(energy, potential) - value;
-        let trial = std::mem::take(&mut self.trial);
-        let found = self.find_direction(energy, potential, &trial);
-        let flat = found.is_some_and(|(slope, scale)| {
-            change <= HIDDEN * scale && (-slope / scale).max(0.0).sqrt() <= 0.5 * residual
-        });
-        if flat {
-            q.copy_from_slice(&trial);
-        }
-        self.trial = trial;
-        flat
     }
 
     fn step(&mut self, q: &[f64]) {
