@@ -26,7 +26,7 @@ pub struct SwCertificate {
     /// What the full shell's forces leave of the load's at this pose, relative to the load, inertia included: no measure of the error,
     /// since stretching that nobody sees leaves hundreds of times the load.
     pub residual: f64,
-    /// The same at the better pose that the estimate compares with. Above 1e-4 the search for it was cut short, and the estimate is
+    /// The same at the better pose that the estimate compares with. Above 0.01 the search for it was cut short, and the estimate is
     /// rough.
     pub remaining: f64,
 }

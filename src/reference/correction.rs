@@ -40,8 +40,10 @@ impl Solver {
             Stop { tolerance: CORRECTED, scale, max_iterations: solves },
             &mut |_| Ok(()),
         )?;
+        let ahead = if end.converged { None } else { newton.return_to_mark(x) };
+        let after = ahead.unwrap_or(end.residual * scale);
         let way = x.iter().zip(&*origin).map(|(x, origin)| x - origin).collect();
-        Ok(Correction { way, force: [before, end.residual * scale] })
+        Ok(Correction { way, force: [before, after] })
     }
 }
 
