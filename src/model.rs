@@ -1,8 +1,11 @@
 //! The precomputed model: everything a state needs, immutable, shared by any number of states on any threads.
 
+use crate::auto::{self, Budget, Front};
 use crate::features::Feature;
 use crate::modes::{Certificate, Demand, PHASES, Phase, Progress, demanded_modes, lowest_modes};
 use crate::reduced::{self, ReducedShell};
+use crate::reference::SolverPool;
+use crate::state::Method;
 use crate::step::{Bend, Guard, Participation};
 use crate::warp::{Basis, Entry, I16, ModalRotation};
 use crate::{Error, ErrorKind, Result, Shell, Vec3, wide_norm};
@@ -66,12 +69,22 @@ pub struct Options {
     pub demand: Option<Demand>,
     /// The reduced discrete shell beside the warp.
     pub reduced: reduced::Options,
+    /// Chooses the method for the scene of the demand, and makes the model for it.
+    pub auto: Option<Budget>,
 }
 
 impl Default for Options {
     fn default() -> Self {
         let reduced = reduced::Options::default();
-        Self { modes: 16, precision: Precision::F32, sag: Vec3::zeros(), linear: false, demand: None, reduced }
+        Self {
+            modes: 16,
+            precision: Precision::F32,
+            sag: Vec3::zeros(),
+            linear: false,
+            demand: None,
+            reduced,
+            auto: None,
+        }
     }
 }
 
@@ -120,12 +133,18 @@ pub struct Model {
     pub truncation: f64,
     /// The reduced discrete shell, if it was asked for.
     pub reduced: Option<ReducedShell>,
+    /// What a choice of the method went by, where there was one.
+    pub front: Option<Front>,
+    /// The full shell, for estimates of what the other methods get wrong; made when first asked for.
+    pub solvers: SolverPool,
     /// Seconds by [`Phase`].
     pub seconds: [f64; PHASES],
     /// Estimate of the most memory held at once during precompute, bytes.
     pub peak_bytes: usize,
-    /// Tells models apart that cannot share saved states.
+    /// Tells models apart that cannot share saved states of modes and of the full shell.
     pub fingerprint: u64,
+    /// And those of the reduced shell.
+    pub reduced_fingerprint: u64,
 }
 
 impl Model {
@@ -136,6 +155,9 @@ impl Model {
         callback: &mut dyn FnMut(Phase, f64) -> Result<()>,
     ) -> Result<Self> {
         options.precision.require()?;
+        if let Some(budget) = options.auto {
+            return auto::precompute(shell, options, budget, callback);
+        }
         let mut progress = Progress::new(callback);
         let shell = if options.sag == Vec3::zeros() { shell } else { sagged(&shell, options.sag, &mut progress)? };
         let (modes, truncation) = match &options.demand {
@@ -168,6 +190,7 @@ impl Model {
             _ => Some(ReducedShell::precompute(&shell, &modes, &options.reduced, options.precision, &mut progress)?),
         };
         let fingerprint = fingerprint(&shell, &modes.eigenvalues, options.precision);
+        let reduced_fingerprint = reduced_fingerprint(fingerprint, &shell, reduced.as_ref());
         Ok(Self {
             reduced,
             shell,
@@ -178,10 +201,21 @@ impl Model {
             certificate: modes.certificate,
             basis,
             participation: OnceLock::new(),
+            front: None,
+            solvers: SolverPool::default(),
             truncation,
             seconds: progress.seconds,
             peak_bytes: modes.peak_bytes,
             fingerprint,
+            reduced_fingerprint,
+        })
+    }
+
+    /// The method that was chosen for its scene.
+    pub fn chosen_method(&self) -> Result<Method> {
+        self.front.as_ref().map(|front| front.choice().method).ok_or_else(|| {
+            let message = "the model has no choice of a method: precompute with auto_error or auto_operations";
+            Error::new(ErrorKind::Unsupported, message)
         })
     }
 
@@ -260,7 +294,8 @@ impl Model {
         let vertices = mesh.positions.len() * (size_of::<Vec3>() + size_of::<f64>() + size_of::<u32>() + 1);
         let connectivity = mesh.triangles.len() * 12 + mesh.edges.len() * 16;
         let beside = self.participation.get().map_or(0, Participation::bytes)
-            + self.reduced.as_ref().map_or(0, ReducedShell::bytes);
+            + self.reduced.as_ref().map_or(0, ReducedShell::bytes)
+            + self.solvers.bytes();
         let of_modes = 8 * (self.n_modes() + self.largest_rotation.len() + self.largest_swing.len());
         with_basis!(&self.basis, basis => basis.bytes()) + vertices + connectivity + beside + of_modes
     }
@@ -306,5 +341,12 @@ pub(crate) fn fingerprint(shell: &Shell, eigenvalues: &[f64], precision: Precisi
     bytes.extend(shell.held.iter().map(|held| u8::from(*held)));
     eigenvalues.iter().for_each(|x| bytes.extend(x.to_le_bytes()));
     bytes.push(precision as u8);
+    xxh3_64(&bytes)
+}
+
+/// Hash of what else the amplitudes of a reduced shell mean something by: its fields, samples and correction.
+pub(crate) fn reduced_fingerprint(fingerprint: u64, shell: &Shell, reduced: Option<&ReducedShell>) -> u64 {
+    let mut bytes = fingerprint.to_le_bytes().to_vec();
+    reduced.iter().for_each(|reduced| reduced.save(shell.mass.len(), &mut bytes));
     xxh3_64(&bytes)
 }

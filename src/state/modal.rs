@@ -307,6 +307,66 @@ impl Modal {
         with_basis!(&model.basis, basis => modal_force::visit_motion(basis, self.law, (&self.q, &self.q_dot), visit));
     }
 
+    /// Hands J g of every vertex to `visit`, in order: see the text of `certify`. `grips` are the forces and torques of constraints.
+    pub fn visit_acceleration(
+        &self,
+        model: &Model,
+        load: &BodyLoad,
+        external: External,
+        grips: &[(u32, [Vec3; 2])],
+        mut visit: impl FnMut(usize, Vec3),
+    ) {
+        let mut probe = self.clone();
+        probe.mean = [self.q.clone(), self.q_dot.clone()];
+        probe.project_load(model, load, external);
+        let mut g = probe.force;
+        // Constraints act by virtual work whatever the law of the loads.
+        let law = self.tangent_law();
+        let pulls = grips.iter().map(|(v, [force, _])| (*v, *force));
+        with_basis!(&model.basis, basis => point_force::add(basis, law, &self.q, pulls, &mut g));
+        for (k, g) in g.iter_mut().enumerate() {
+            *g -= model.eigenvalues[k] * self.q[k];
+            *g += grips.iter().map(|(v, [_, torque])| model.mode_at(k, *v as usize).1.dot(torque)).sum::<f64>();
+        }
+        model.guard(self.law.warped()).add_force(&self.q, &mut g);
+        with_basis!(&model.basis, basis =>
+            modal_force::visit_motion(basis, self.law, (&self.q, &g), |v, _, a| visit(v, a)));
+    }
+
+    /// The law whose J is the derivative of the positions.
+    fn tangent_law(&self) -> ForceLaw {
+        if self.law.warped() { ForceLaw::VirtualWork } else { ForceLaw::Linear }
+    }
+
+    /// Displacements and their rates as positions move: (∂u/∂q) q̇ by any law.
+    pub fn visit_visible_motion(&self, model: &Model, visit: impl FnMut(usize, Vec3, Vec3)) {
+        let (law, motion) = (self.tangent_law(), (&self.q[..], &self.q_dot[..]));
+        with_basis!(&model.basis, basis => modal_force::visit_motion(basis, law, motion, visit));
+    }
+
+    /// Takes the pose nearest to displacements `u` in the mass norm, and the rates that move it most nearly as `rate` (n_vertices).
+    pub fn follow(&mut self, model: &Model, u: &[Vec3], rate: &[Vec3]) -> Result<()> {
+        let (law, mass, modes) = (self.tangent_law(), &model.shell.mass, self.q.len());
+        let mut missing = vec![Vec3::zeros(); u.len()];
+        // What is missed at (q, q̇), squared, and JᵀM times it.
+        let mut miss = |q: &[f64], q_dot: &[f64], of_rate: bool| {
+            let mut square = 0.0;
+            with_basis!(&model.basis, basis => modal_force::visit_motion(basis, law, (q, q_dot), |v, x, x_dot| {
+                let error = if of_rate { rate[v] - x_dot } else { u[v] - x };
+                square += mass[v] * error.norm_squared();
+                missing[v] = mass[v] * error;
+            }));
+            let mut along = vec![0.0; modes];
+            let on_all = (0u32..).zip(missing.iter().copied());
+            with_basis!(&model.basis, basis => point_force::add(basis, law, q, on_all, &mut along));
+            (square, along)
+        };
+        let zeros = vec![0.0; modes];
+        let q = descend(&zeros, |q| miss(q, &zeros, false));
+        let q_dot = descend(&zeros, |q_dot| miss(&q, q_dot, true));
+        self.set_amplitudes(model, &q, &q_dot)
+    }
+
     /// ½ qᵀΛq with the guard's share, and ½ q̇ᵀq̇.
     pub fn energies(&self, model: &Model) -> (f64, f64) {
         self.energies_at(model, &self.q, &self.q_dot)
@@ -352,4 +412,33 @@ impl Modal {
         let message = format!("no equilibrium: the residual is {last:.1e} after {SETTLE_ITERATIONS} iterations");
         Err(Error::new(ErrorKind::Numerical, message))
     }
+}
+
+/// Steps of a descent, at most; it ends where one gains less than this share, or the share of the gradient is that short.
+const DESCENTS: usize = 50;
+const GAIN: f64 = 1e-9;
+const SHORTEST: f64 = 1e-3;
+
+/// From `start` down `miss`, which tells a square and its half descent. JᵀMJ is near the unit matrix, so whole steps mostly do.
+fn descend(start: &[f64], mut miss: impl FnMut(&[f64]) -> (f64, Vec<f64>)) -> Vec<f64> {
+    let mut q = start.to_vec();
+    let (mut square, mut down) = miss(&q);
+    let mut share = 1.0f64;
+    for _ in 0..DESCENTS {
+        let trial: Vec<f64> = q.iter().zip(&down).map(|(q, d)| q + share * d).collect();
+        let (next, next_down) = miss(&trial);
+        if next < square {
+            let gained = square - next;
+            (q, square, down, share) = (trial, next, next_down, (2.0 * share).min(1.0));
+            if gained <= GAIN * square {
+                break;
+            }
+        } else {
+            share *= 0.5;
+            if share < SHORTEST {
+                break;
+            }
+        }
+    }
+    q
 }

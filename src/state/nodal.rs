@@ -69,6 +69,16 @@ impl Nodal {
         self.explicit
     }
 
+    /// Takes displacements and velocities (n_vertices).
+    pub fn follow(&mut self, model: &Model, u: &[Vec3], velocity: &[Vec3]) -> Result<()> {
+        if !Self::has_meaning(model, u, velocity) {
+            return Err(Error::new(ErrorKind::Numerical, "the pose is beyond all range"));
+        }
+        self.u.copy_from_slice(u);
+        self.velocity.copy_from_slice(velocity);
+        Ok(())
+    }
+
     /// Back to rest.
     pub fn reset(&mut self) {
         self.u.fill(Vec3::zeros());

@@ -111,6 +111,16 @@ impl Guard<'_> {
         if x > 0.0 { self.scale() * x.powi(3) / (1.0 - x).max(f64::EPSILON) } else { 0.0 }
     }
 
+    /// Adds −∇G at amplitudes `q` to `force`.
+    pub fn add_force(&self, q: &[f64], force: &mut [f64]) {
+        let x = (self.square(|k| q[k]).sqrt() - GUARDED_BEND) / (LARGEST_BEND - GUARDED_BEND);
+        if cfg!(unguarded) || x <= 0.0 {
+            return;
+        }
+        let s = slope(self.scale(), x.min(1.0 - f64::EPSILON));
+        (0..q.len()).for_each(|k| force[k] -= self.rotation(k).powi(2) * s * q[k]);
+    }
+
     /// Moves the free (q, q̇) at the end of a step of `h` to where the guard lets it be; `damping` is c of each mode.
     pub fn hold(&self, damping: impl Fn(usize) -> f64, h: f64, q: &mut [f64], q_dot: &mut [f64]) {
         if cfg!(unguarded) || self.square(|k| q[k]) <= GUARDED_BEND * GUARDED_BEND {
@@ -118,11 +128,8 @@ impl Guard<'_> {
         }
         let gamma = |k: usize| h * h / (1.0 + h * damping(k) + h * h * self.eigenvalues[k]);
         let (scale, room) = (self.scale(), LARGEST_BEND - GUARDED_BEND);
-        // G'(β)/β, and q_k at the end if that were its value there.
-        let slope = |x: f64| {
-            let by_x = scale * x * x * (3.0 - 2.0 * x) / (1.0 - x).powi(2);
-            by_x / (room * (GUARDED_BEND + room * x))
-        };
+        // q_k at the end if G'(β)/β were `s` there.
+        let slope = |x: f64| slope(scale, x);
         let held = |q: &[f64], k: usize, s: f64| q[k] / (1.0 + gamma(k) * self.rotation(k).powi(2) * s);
         let (mut low, mut high) = (0.0, 1.0 - f64::EPSILON);
         for _ in 0..HALVINGS {
@@ -136,4 +143,11 @@ impl Guard<'_> {
             q[k] = moved;
         }
     }
+}
+
+/// G'(β)/β, with E for `scale`.
+fn slope(scale: f64, x: f64) -> f64 {
+    let room = LARGEST_BEND - GUARDED_BEND;
+    let by_x = scale * x * x * (3.0 - 2.0 * x) / (1.0 - x).powi(2);
+    by_x / (room * (GUARDED_BEND + room * x))
 }

@@ -81,6 +81,9 @@ fn model_on(n: usize, modes: usize, basis: impl FnOnce(&Shell) -> AnyBasis) -> A
         seconds: Default::default(),
         peak_bytes: 0,
         fingerprint: 0,
+        reduced_fingerprint: 0,
+        front: None,
+        solvers: Default::default(),
         shell,
     })
 }
