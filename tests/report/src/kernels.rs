@@ -66,7 +66,7 @@ pub fn figures(kernels: &[Kernel]) -> Result<Vec<Figure>> {
             x: (label, Scale::Log),
             y: ("time of a call", Scale::Time),
             series: series.into(),
-            marks: Marks::default(),
+            marks: Marks { rising: true, ..Marks::default() },
             size: WHOLE,
         };
         anyhow::Ok(Figure { name: name.to_owned(), svg: plot.draw()? })

@@ -36,7 +36,7 @@ pub fn pareto_plot(rows: &[&Row]) -> Plot<'static> {
         x: ("computing time for a frame of 1/30 s", Scale::Time),
         y: ("relative L2 error", Scale::Percent),
         series: shown,
-        marks: Marks { front, ringed: paper, limit: Some((1e6 / 30.0, "real time".to_owned())) },
+        marks: Marks { front, ringed: paper, limit: Some((1e6 / 30.0, "real time".to_owned())), rising: false },
         size: WHOLE,
     }
 }
@@ -173,8 +173,13 @@ fn cost_figures(report: &Report, put: &mut Put) -> Result<()> {
             line(name, colour(key), Some(marker), own.map(|c| (c.size as f64, c.us)).collect())
         });
         let series = series.filter(|s| !s.points.is_empty()).collect();
-        let plot =
-            Plot { x: (label, Scale::Log), y: ("time", Scale::Time), series, marks: Marks::default(), size: HALF };
+        let plot = Plot {
+            x: (label, Scale::Log),
+            y: ("time", Scale::Time),
+            series,
+            marks: Marks { rising: true, ..Marks::default() },
+            size: HALF,
+        };
         put(format!("cost_{what}"), plot)?;
     }
     let all = |measure: &dyn Fn(&crate::cost::Precompute) -> f64| -> Vec<(f64, f64)> {
