@@ -263,6 +263,7 @@ impl Model {
             basis,
             reduced,
             participation: Default::default(),
+            strain: Default::default(),
             truncation: 0.0,
             seconds,
             peak_bytes,

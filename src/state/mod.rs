@@ -39,6 +39,8 @@ pub enum Method {
     ExplicitShell,
     /// The reduced nonlinear shell, u = Bq, by BDF2 ([`crate::reduced`]).
     ReducedShell,
+    /// Rotation–strain reconstruction from the modes, with the exact force of its own positions ([`crate::strain`]).
+    RotationStrain,
 }
 
 /// Axes in which output is given.
@@ -178,7 +180,7 @@ impl State {
     /// At rest, without loads, undamped, the frame at the world's origin. `integrator` is for modal methods. Fails when
     /// memory does not suffice for a nonlinear shell's factorization.
     pub fn new(model: Arc<Model>, method: Method, integrator: Integrator) -> Result<Self> {
-        if model.is_linear() && matches!(method, Method::Warp | Method::VirtualWorkWarp) {
+        if model.is_linear() && matches!(method, Method::Warp | Method::VirtualWorkWarp | Method::RotationStrain) {
             let message = "the model was precomputed for linear modal analysis: it has no rotations to warp by";
             return Err(Error::new(ErrorKind::Unsupported, message));
         }
@@ -190,6 +192,7 @@ impl State {
             Method::ImplicitShell => Dynamics::Nodal(Box::new(Nodal::new(&model, false)?)),
             Method::ExplicitShell => Dynamics::Nodal(Box::new(Nodal::new(&model, true)?)),
             Method::ReducedShell => Dynamics::Reduced(Box::new(Reduced::new(&model)?)),
+            Method::RotationStrain => Dynamics::Modal(Box::new(Modal::rotation_strain(&model, integrator)?)),
         };
         Ok(Self {
             dynamics,
@@ -487,7 +490,10 @@ impl State {
     pub fn step_nanoseconds(&self) -> u64 {
         let vertices = self.model.shell.mass.len() as u64;
         match &self.dynamics {
-            Dynamics::Modal(_) => 200 + vertices * (1 + self.model.n_modes() as u64 / 3),
+            Dynamics::Modal(modal) => match modal.strain() {
+                Some(strain) => 1000 + 200 * strain.n_samples() as u64,
+                None => 200 + vertices * (1 + self.model.n_modes() as u64 / 3),
+            },
             Dynamics::Nodal(nodal) => vertices * if nodal.is_explicit() { 300 } else { 20_000 },
             Dynamics::Reduced(_) => self.model.reduced.as_ref().map_or(0, |reduced| reduced.step_nanoseconds()),
         }

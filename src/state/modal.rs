@@ -1,4 +1,4 @@
-//! Motion in modal coordinates: the warp and linear modal analysis.
+//! Motion in modal coordinates: the warp, rotation–strain reconstruction and linear modal analysis.
 
 use crate::constraint::{ConstraintSet, Constraints, Step};
 use crate::features::Feature;
@@ -8,9 +8,11 @@ use crate::step::guard::Pull;
 use crate::step::modal_force::{self, Acting, BodyLoad, Scratch};
 use crate::step::point_force;
 use crate::step::{ForceLaw, Integrator, Oscillator};
+use crate::strain::{self, RotationStrain};
 use crate::support::Pose;
 use crate::warp::{self, Amplitudes, Extent, Placement, visit_turns};
 use crate::{Error, ErrorKind, Model, Result, Vec3};
+use std::sync::Arc;
 
 /// Past this rotation, rad, or this displacement, in units of 1/√M, an amplitude has no meaning left and f32 no room.
 const LARGEST_ROTATION: f64 = 1e6;
@@ -70,6 +72,8 @@ pub struct Modal {
     force: Vec<f64>,
     pull: Pull,
     scratch: AnyScratch,
+    /// Instead of the warp.
+    strain: Option<(Arc<RotationStrain>, strain::Scratch)>,
     /// The state that loads are taken at.
     mean: [Vec<f64>; 2],
     /// The last step left every bit as it was.
@@ -98,9 +102,22 @@ impl Modal {
             force: zeros.clone(),
             pull: Pull::default(),
             scratch,
+            strain: None,
             mean: [zeros.clone(), zeros],
             unchanged: false,
         }
+    }
+
+    /// As [`Modal::new`], with positions and forces by rotation–strain reconstruction. Fails where that cannot be prepared.
+    pub fn rotation_strain(model: &Model, integrator: Integrator) -> Result<Self> {
+        let map = model.rotation_strain()?;
+        let scratch = map.scratch(model);
+        Ok(Self { strain: Some((map, scratch)), ..Self::new(model, ForceLaw::VirtualWork, integrator) })
+    }
+
+    /// The map of rotation–strain reconstruction, if that is how it moves.
+    pub fn strain(&self) -> Option<&RotationStrain> {
+        self.strain.as_ref().map(|(map, _)| &**map)
     }
 
     /// Back to rest.
@@ -160,6 +177,9 @@ impl Modal {
     /// The modal force at the mean state: of an acceleration that acts everywhere alike by sums taken once where these suffice,
     /// else over all vertices; and of forces on some vertices.
     fn project_load(&mut self, model: &Model, load: &BodyLoad, external: External) {
+        if self.strain.is_some() {
+            return self.project_by_strain(model, load, external);
+        }
         let Self { law, mean: [q, q_dot], force, scratch, .. } = self;
         let total_mass = model.shell.total_mass;
         let participation = model.participation();
@@ -192,6 +212,14 @@ impl Modal {
             with_basis!(&model.basis, basis => point_force::add(basis, *law, q, external.on_some(), force));
     }
 
+    /// The same by rotation–strain reconstruction.
+    fn project_by_strain(&mut self, model: &Model, load: &BodyLoad, external: External) {
+        let Some((map, scratch)) = &mut self.strain else { return };
+        let [q, q_dot] = &self.mean;
+        self.pull = map.project(model, (load, external), (q, q_dot), scratch, &mut self.force);
+        self.pull.reach = q.iter().zip(model.participation().reach()).map(|(q, reach)| reach * q.abs()).sum();
+    }
+
     /// The next q and q̇ without constraints.
     fn move_freely(&mut self, model: &Model, h: f64) {
         let guard = model.guard();
@@ -209,7 +237,7 @@ impl Modal {
 
     /// Moves the next q and q̇ to where the constraints are met; returns the work done.
     fn meet_constraints(&mut self, model: &Model, pose: &Pose, h: f64) -> f64 {
-        let Self { law, integrator, constraints, damping, q, next: [next_q, next_q_dot], .. } = self;
+        let Self { law, integrator, constraints, damping, q, next: [next_q, next_q_dot], strain, .. } = self;
         if constraints.set().is_empty() {
             return 0.0;
         }
@@ -223,6 +251,7 @@ impl Modal {
             size: mesh.size,
             largest_rotation: &model.largest_rotation,
             warped: law.warped(),
+            strain: strain.as_ref().map(|(map, _)| (&**map, model)),
         };
         with_basis!(&model.basis, basis => constraints.project(basis, &step, q, (next_q, next_q_dot)))
     }
@@ -254,6 +283,9 @@ impl Modal {
 
     /// Hands the positions of all vertices to `write`, in order: the first vertex of some, and their rows.
     pub fn positions(&self, model: &Model, placement: &Placement, write: impl FnMut(usize, &[[f64; 3]])) {
+        if let Some(strain) = self.strain() {
+            return strain.positions((model, &self.q), placement, write);
+        }
         let rest = &model.shell.mesh.positions;
         with_basis!(&model.basis, basis =>
             warp::visit_positions_f64(basis, self.amplitudes(), (rest, placement), write));
@@ -261,6 +293,9 @@ impl Modal {
 
     /// As [`Modal::positions`], in the basis's precision and rounded to f32.
     pub fn positions_f32(&self, model: &Model, placement: &Placement, write: impl FnMut(usize, &[[f32; 3]])) {
+        if let Some(strain) = self.strain() {
+            return strain.positions_f32((model, &self.q), placement, write);
+        }
         with_basis!(&model.basis, basis => warp::visit_positions_f32(basis, self.amplitudes(), placement, write));
     }
 
@@ -272,6 +307,9 @@ impl Modal {
         vertices: &[u32],
         write: impl FnMut(usize, [f64; 3]),
     ) {
+        if let Some(strain) = self.strain() {
+            return strain.positions_of((model, &self.q), placement, vertices, write);
+        }
         let rest = &model.shell.mesh.positions;
         with_basis!(&model.basis, basis =>
             warp::visit_positions_of_f64(basis, self.amplitudes(), (rest, placement), vertices, write));
@@ -285,13 +323,20 @@ impl Modal {
         vertices: &[u32],
         write: impl FnMut(usize, [f32; 3]),
     ) {
+        if let Some(strain) = self.strain() {
+            return strain.positions_of_f32((model, &self.q), placement, vertices, write);
+        }
         with_basis!(&model.basis, basis =>
             warp::visit_positions_of_f32(basis, self.amplitudes(), placement, vertices, write));
     }
 
     /// How far it is bent; `limit` is a |w|².
     pub fn extent(&self, model: &Model, limit: f64) -> Extent {
-        with_basis!(&model.basis, basis => warp::extent(basis, self.amplitudes(), limit))
+        let extent = with_basis!(&model.basis, basis => warp::extent(basis, self.amplitudes(), limit));
+        match self.strain() {
+            Some(strain) => Extent { displacement: strain.reach(model, &self.q), ..extent },
+            None => extent,
+        }
     }
 
     /// Hands the rotation vector w (frame axes) of every vertex to `visit`, in order.
@@ -301,6 +346,9 @@ impl Modal {
 
     /// Hands displacement u and its rate u̇ (frame axes) of every vertex to `visit`, in order.
     pub fn visit_motion(&self, model: &Model, visit: impl FnMut(usize, Vec3, Vec3)) {
+        if let Some(strain) = self.strain() {
+            return strain.visit_motion(model, (&self.q, &self.q_dot), visit);
+        }
         with_basis!(&model.basis, basis => modal_force::visit_motion(basis, self.law, (&self.q, &self.q_dot), visit));
     }
 

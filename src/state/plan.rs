@@ -8,6 +8,7 @@ use super::{Dynamics, State};
 use crate::Result;
 use crate::model::with_basis;
 use crate::step::{ForceLaw, Integrator};
+use crate::strain::RotationStrain;
 use crate::warp::LANES;
 
 /// What a step or an output consists of.
@@ -94,6 +95,12 @@ const LINEAR: LawCost = LawCost { block: [121.0, 24.0], spin: [127.0, 12.0], poi
 const ROTATED: LawCost = LawCost { block: [203.0, 32.3], spin: [275.0, 12.0], point: [400.0, 109.0] };
 const VIRTUAL_WORK: LawCost = LawCost { block: [388.0, 40.3], spin: [339.0, 24.0], point: [530.0, 109.0] };
 
+/// Of rotation–strain reconstruction: of a sample, and for each mode; of a block of vertices in a sweep over all, and for each sample, and
+/// what a turning frame adds to it.
+const STRAIN: Cost = [784.0, 41.5];
+const STRAIN_BLOCK: Cost = [1100.0, 100.0];
+const STRAIN_SPIN: Cost = [2500.0, 140.0];
+
 /// Of the sums taken once: for each mode, and with the warp for each pair of modes.
 const SHORT: Cost = [8.0, 9.0];
 /// Of a vertex and of a triangle, where a force acts on each vertex and where wind does.
@@ -118,6 +125,15 @@ impl LawCost {
             ForceLaw::VirtualWork => &VIRTUAL_WORK,
         }
     }
+}
+
+/// What turns the shell by rotation–strain reconstruction.
+fn strain_reason(strain: &RotationStrain) -> String {
+    format!(
+        "{} sampled triangles turn the output and the force; they leave {:.1} % of what all would do",
+        strain.n_samples(),
+        100.0 * strain.left
+    )
 }
 
 fn cost([once, each]: Cost, count: usize) -> f64 {
@@ -161,9 +177,15 @@ impl State {
         Ok(text)
     }
 
+    /// Bytes of Φ, and of Ψ with what rotation–strain reconstruction has beside it.
+    fn shape_bytes(&self) -> [usize; 2] {
+        let [phi, psi] = with_basis!(&self.model.basis, basis => basis.shape_bytes());
+        [phi, psi + self.model.strain_bytes()]
+    }
+
     fn shape_part(&self) -> Part {
         let (mesh, model) = (&self.model.shell.mesh, &self.model);
-        let basis = with_basis!(&model.basis, basis => basis.shape_bytes());
+        let basis = self.shape_bytes();
         let reason = format!("{} vertices, {} triangles", mesh.positions.len(), mesh.triangles.len());
         let bytes = model.bytes() - basis[0] - basis[1] - model.reduced.as_ref().map_or(0, |reduced| reduced.bytes());
         Part { kind: PartKind::Shape, active: true, bytes, operations: 0.0, reason }
@@ -200,35 +222,47 @@ impl State {
         let (model, law) = (&self.model, modal.law);
         let (n, modes) = (model.shell.mass.len(), model.n_modes());
         let blocks = n.div_ceil(LANES) as f64;
-        let [phi, psi] = with_basis!(&model.basis, basis => basis.shape_bytes());
+        let [phi, psi] = self.shape_bytes();
         let mut frame = self.frame;
         let rates = frame.advance(h);
         let load = self.body_load(&frame.pose, &rates);
         let passes = 1.0 + super::modal::midpoint_passes(&load, h) as f64;
         let spins = load.spin_rate().is_some();
         let on_all = self.loads.on_some(n).is_none();
-        let short = !spins && !on_all && model.participation().suffices(law, || modal.largest_turn(model));
+        let strain = modal.strain();
+        let known_ahead = || strain.is_some() || model.participation().suffices(law, || modal.largest_turn(model));
+        let short = !spins && !on_all && known_ahead();
         let sweeps = !short && (on_all || !load.is_zero());
 
         // A sweep: what linear modal analysis would do is laid to the load, the rest to the rotations.
         let block = blocks * passes;
         let linear = if sweeps { block * cost(LINEAR.block, modes) } else { 0.0 };
         let costs = LawCost::of(law);
-        let turns = if sweeps { block * cost(costs.block, modes) - linear } else { 0.0 };
-        let pairs = if law.warped() { modes * modes } else { 0 };
+        let turns = match strain {
+            Some(strain) => {
+                let n = strain.n_samples();
+                let swept = if sweeps { block * cost(STRAIN_BLOCK, n) } else { 0.0 };
+                passes * n as f64 * cost(STRAIN, modes) + swept
+            }
+            None if sweeps => block * cost(costs.block, modes) - linear,
+            None => 0.0,
+        };
+        let pairs = if law.warped() && strain.is_none() { modes * modes } else { 0 };
         let summed = if short && !load.is_zero() { SHORT[0] * modes as f64 + SHORT[1] * pairs as f64 } else { 0.0 };
 
         let (rotations, reason) = match (model.is_linear(), law.warped()) {
             (true, _) => (false, "the model was precomputed without them".to_string()),
             (false, false) => (false, "linear modal analysis; SW_PRECOMPUTE_LINEAR would not store them".to_string()),
+            (false, true) if strain.is_some() => (true, strain.map_or_else(String::new, strain_reason)),
             (false, true) if sweeps => (true, "the force and the output turn with the shell".to_string()),
             (false, true) => (true, "the output turns with the shell; the step does not need them".to_string()),
         };
         let uniform = match (load.is_zero(), short, sweeps) {
             (true, ..) => "nothing acts everywhere alike",
-            (_, true, _) if law.warped() => {
+            (_, true, _) if law.warped() && strain.is_none() => {
                 "sums over the vertices taken once: no vertex turns by more than 1.4e-3 rad"
             }
+            (_, true, _) if strain.is_some() => "sums over the vertices taken once",
             (_, true, _) => "sums over the vertices taken once: the force does not depend on the shape",
             (_, _, true) => "summed over all vertices, as each is turned",
             _ => "nothing to sum",
@@ -237,7 +271,11 @@ impl State {
             kind: PartKind::Spin,
             active: spins,
             bytes: 0,
-            operations: if spins { block * cost(costs.spin, modes) } else { 0.0 },
+            operations: match strain {
+                _ if !spins => 0.0,
+                Some(strain) => block * cost(STRAIN_SPIN, strain.n_samples()),
+                None => block * cost(costs.spin, modes),
+            },
             reason: match spins {
                 true => format!("Euler, centrifugal and Coriolis forces, {passes} times a step"),
                 false => "the frame does not turn".into(),
@@ -295,7 +333,7 @@ impl State {
     fn plan_nodal(&self, h: f64) -> Vec<Part> {
         let Dynamics::Nodal(nodal) = &self.dynamics else { return vec![] };
         let model = &self.model;
-        let [phi, psi] = with_basis!(&model.basis, basis => basis.shape_bytes());
+        let [phi, psi] = self.shape_bytes();
         let mut frame = self.frame;
         let rates = frame.advance(h);
         let load = self.body_load(&frame.pose, &rates);
@@ -337,7 +375,7 @@ impl State {
 
     fn plan_reduced(&self, h: f64) -> Vec<Part> {
         let (Dynamics::Reduced(state), Some(reduced)) = (&self.dynamics, &self.model.reduced) else { return vec![] };
-        let [phi, psi] = with_basis!(&self.model.basis, basis => basis.shape_bytes());
+        let [phi, psi] = self.shape_bytes();
         let mut frame = self.frame;
         let rates = frame.advance(h);
         let load = self.body_load(&frame.pose, &rates);
