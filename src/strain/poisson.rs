@@ -100,7 +100,7 @@ impl Poisson {
                 }
             }
         }
-        self.solve_columns(shell, right)
+        self.solve_columns(shell, right, n)
     }
 
     /// The displacement whose triangles have the gradients exp[ω]× (I + S) − I, where `linear` (n_vertices) has G: the
@@ -114,22 +114,22 @@ impl Poisson {
                 (0..3).for_each(|c| right[c * self.n_rows + self.row[*v as usize] as usize] += pull[c]);
             }
         }
-        let beyond = self.solve_columns(shell, right)?.swap_remove(0);
+        let beyond = self.solve_columns(shell, right, 1)?.swap_remove(0);
         Ok(linear.iter().zip(&beyond).map(|(u, more)| u + more).collect())
     }
 
-    /// Vector fields (n_vertices) from right-hand sides, column by column: x, y and z of each.
-    fn solve_columns(&self, shell: &Shell, mut right: Vec<f64>) -> Result<Vec<Vec<Vec3>>> {
+    /// `count` vector fields (n_vertices) from their right-hand sides, column by column: x, y and z of each.
+    fn solve_columns(&self, shell: &Shell, mut right: Vec<f64>, count: usize) -> Result<Vec<Vec<Vec3>>> {
         let n = self.n_rows;
         if n > 0 {
-            let columns = right.len() / n;
-            self.symbolic.solve_in_place(&self.factor, MatMut::from_column_major_slice_mut(&mut right, n, columns))?;
+            self.symbolic
+                .solve_in_place(&self.factor, MatMut::from_column_major_slice_mut(&mut right, n, 3 * count))?;
         }
-        let spread = |column: &[f64]| -> Vec<Vec3> {
-            let at = |c: usize, row: u32| if row == NONE { 0.0 } else { column[c * n + row as usize] };
+        let field = |k: usize| -> Vec<Vec3> {
+            let at = |c: usize, row: u32| if row == NONE { 0.0 } else { right[(3 * k + c) * n + row as usize] };
             self.row.iter().map(|row| Vec3::from_fn(|c, _| at(c, *row))).collect()
         };
-        let mut fields: Vec<Vec<Vec3>> = right.chunks_exact((3 * n).max(1)).map(spread).collect();
+        let mut fields: Vec<Vec<Vec3>> = (0..count).map(field).collect();
         fields.iter_mut().for_each(|field| self.center(shell, field));
         Ok(fields)
     }
