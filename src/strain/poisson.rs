@@ -70,7 +70,7 @@ impl Poisson {
         }
         let n_rows = n_rows as usize;
         let lower = laplacian(shell, &faces, &row, n_rows);
-        let symbolic = Symbolic::analyse(lower.symbolic(), &[])?;
+        let symbolic = Symbolic::analyse_scalar(lower.symbolic())?;
         let mut factor = symbolic.factor()?;
         if !symbolic.refactorize(&lower, &mut factor)? {
             let message = "the Laplacian of the mesh is not positive definite to rounding: its triangles are too thin";
