@@ -110,6 +110,9 @@ impl ReducedShell {
                 "a reduced shell must be held so that nothing moves freely, and not be linearised where it hangs";
             return Err(Error::new(ErrorKind::Unsupported, message));
         }
+        if modes.shapes.is_empty() {
+            return Err(Error::new(ErrorKind::Unsupported, "a reduced shell needs vertices that no support holds"));
+        }
         let report = |progress: &mut Progress, share: f64| progress.report(Phase::Rotation, share);
         report(progress, 0.0)?;
         let scene = Scene::new(shell, modes, options);
