@@ -47,7 +47,7 @@ pub fn sample(
     let mut first = 0;
     for pose in poses {
         let mut sum = DVector::<f64>::zeros(n);
-        all.visit_forces(pose, &mut scratch, |e, force| {
+        all.visit_forces(pose, &mut scratch, |e, force, _| {
             sum.iter_mut().zip(force).for_each(|(s, f)| *s += f);
             if column[e] != usize::MAX {
                 let white = lower.solve_lower_triangular(&DVector::from_column_slice(force)).unwrap_or_default();
@@ -63,10 +63,18 @@ pub fn sample(
     let mut random = Random(1);
     let probes: Vec<DVector<f64>> = (0..PROBES).map(|_| DVector::from_fn(n, |_, _| random.next())).collect();
     let scale = (1.0 / n as f64).sqrt();
+    let mut strains = vec![vec![0.0; n_elements]; PROBES];
+    let unwhite: Vec<DVector<f64>> =
+        probes.iter().map(|p| lower.tr_solve_lower_triangular(p).unwrap_or_default()).collect();
+    all.visit_rest_rows(shell, |e, row| {
+        let row = DVector::from_column_slice(row);
+        strains.iter_mut().zip(&unwhite).for_each(|(strain, probe)| strain[e] = scale * row.dot(probe));
+    });
+    let stresses: Vec<Vec<f64>> = strains.iter().map(|strain| all.stress_of(strain)).collect();
     all.visit_rest_rows(shell, |e, row| {
         let white = lower.solve_lower_triangular(&DVector::from_column_slice(row)).unwrap_or_default();
-        for (p, probe) in probes.iter().enumerate() {
-            let along = scale * white.dot(probe);
+        for p in 0..PROBES {
+            let along = stresses[p][e];
             for k in 0..n {
                 b[first + p * n + k] += along * white[k];
                 if column[e] != usize::MAX {

@@ -1,0 +1,147 @@
+//! Equilibria of the full shell: the truth that methods are measured against, kept in out/front between runs.
+
+use crate::scenes::{Action, Part, Scene};
+use shellwarp::constraint::{Constraint, Target};
+use shellwarp::model::{Model, Options};
+use shellwarp::state::{Method, Space, State};
+use shellwarp::step::Integrator;
+use shellwarp::{Result, Vec3};
+use std::hash::{DefaultHasher, Hash, Hasher};
+use std::path::PathBuf;
+use std::sync::Arc;
+
+/// Largest displacements aimed at, in model sizes.
+pub const AIMS: [f64; 3] = [0.1, 0.2, 0.5];
+/// A load is scaled until it comes as near as this factor, or so often.
+const NEAR: f64 = 1.2;
+const TRIALS: usize = 5;
+
+pub struct Case {
+    pub name: &'static str,
+    pub part: Part,
+    pub aim: f64,
+    /// Of the load of strength 1.
+    pub strength: f64,
+    /// Largest displacement, in model sizes.
+    pub moved: f64,
+    /// Place of the load in the scene's list.
+    pub load: usize,
+    pub exact: Vec<Vec3>,
+}
+
+pub fn state(model: &Arc<Model>, method: Method) -> Result<State> {
+    State::new(model.clone(), method, Integrator::Exact)
+}
+
+/// Sets a load at a strength.
+pub fn apply(state: &mut State, action: &Action, strength: f64, rest: &[Vec3]) -> Result<()> {
+    match action {
+        Action::Forces(forces) => {
+            let scaled = forces.iter().map(|f| strength * f);
+            state.set_forces((0u32..).zip(scaled).filter(|(_, f)| *f != Vec3::zeros()).collect(), false)
+        }
+        Action::Handle(vertex, direction) => {
+            let v = *vertex;
+            let axes = std::array::from_fn(|a| direction[a] != 0.0);
+            let target = Target::Position(rest[v] + strength * direction);
+            state.set_constraint(Constraint { id: 1, vertex: v as u32, axes, compliance: 0.0, target })
+        }
+    }
+}
+
+/// Displacements from `rest`.
+pub fn displacements(state: &State, rest: &[Vec3]) -> Vec<Vec3> {
+    let mut u = vec![Vec3::zeros(); rest.len()];
+    state.positions(Space::Frame, |v, x| u[v] = x - rest[v]);
+    u
+}
+
+/// The cases of a scene; those whose equilibrium is not found are left out.
+pub fn find(scene: &Scene) -> Vec<Case> {
+    let path = cache(scene);
+    let mut numbers = vec![];
+    if let Ok(bytes) = std::fs::read(&path) {
+        numbers = bytes.chunks_exact(8).map(|b| f64::from_le_bytes(b.try_into().unwrap_or_default())).collect();
+    } else {
+        solve(scene, &mut numbers);
+        let bytes: Vec<u8> = numbers.iter().flat_map(|x: &f64| x.to_le_bytes()).collect();
+        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+        std::fs::write(&path, bytes).unwrap();
+    }
+    let (loads, size, n) = (scene.loads(), scene.shell.mesh.size, scene.shell.mass.len());
+    let read = |row: &[f64]| {
+        let load = &loads[row[0] as usize];
+        let exact: Vec<Vec3> = row[3..].chunks_exact(3).map(|c| Vec3::new(c[0], c[1], c[2])).collect();
+        let moved = exact.iter().map(|u| u.norm()).fold(0.0, f64::max) / size;
+        Case { name: load.name, part: load.part, aim: row[1], strength: row[2], moved, load: row[0] as usize, exact }
+    };
+    numbers.chunks_exact(3 + 3 * n).map(read).collect()
+}
+
+/// Named by all that the equilibria follow from.
+fn cache(scene: &Scene) -> PathBuf {
+    let mut hasher = DefaultHasher::new();
+    let mut add = |v: &Vec3| v.iter().for_each(|x| x.to_bits().hash(&mut hasher));
+    scene.shell.mesh.positions.iter().for_each(&mut add);
+    for load in scene.loads() {
+        match &load.action {
+            Action::Forces(forces) => forces.iter().for_each(&mut add),
+            Action::Handle(v, direction) => add(&(*v as f64 * direction)),
+        }
+    }
+    AIMS.iter().for_each(|aim| add(&Vec3::repeat(*aim)));
+    let m = &scene.shell.material;
+    add(&Vec3::new(m.k_area, m.k_length, m.k_bend));
+    (0..scene.shell.held.len()).filter(|v| scene.shell.held[*v]).for_each(|v| add(&Vec3::repeat(v as f64)));
+    PathBuf::from(format!("out/front/{}_{:016x}.bin", scene.key, hasher.finish()))
+}
+
+/// Follows each load as it grows: its number, aim, strength, and the displacements.
+fn solve(scene: &Scene, numbers: &mut Vec<f64>) {
+    let shell = &scene.shell;
+    let options = Options { modes: 1, ..Options::default() };
+    let model = Arc::new(Model::precompute(shell.clone(), &options, &mut |_, _| Ok(())).unwrap());
+    let rest = &shell.mesh.positions;
+    let size = shell.mesh.size;
+    for (l, load) in scene.loads().iter().enumerate() {
+        let mut state = state(&model, Method::ImplicitShell).unwrap();
+        let mut at = |strength: f64| -> Option<(f64, Vec<Vec3>)> {
+            apply(&mut state, &load.action, strength, rest).ok()?;
+            state.equilibrium().ok()?;
+            let u = displacements(&state, rest);
+            Some((u.iter().map(|u| u.norm()).fold(0.0, f64::max) / size, u))
+        };
+        if let Action::Handle(..) = load.action {
+            for aim in AIMS {
+                let Some((_, u)) = at(aim * size) else { break };
+                numbers.extend([l as f64, aim, aim * size]);
+                numbers.extend(u.iter().flat_map(|u| u.iter().copied()));
+            }
+            continue;
+        }
+        // What a tiny load does gives the first strength.
+        let tiny = 1e-3 * shell.material.k_bend / size;
+        let Some((moved, _)) = at(tiny) else { continue };
+        let (mut last, mut power) = ((tiny, moved), 1.0);
+        for aim in AIMS {
+            let mut best: Option<(f64, f64, Vec<Vec3>)> = None;
+            for _ in 0..TRIALS {
+                let strength = last.0 * (aim / last.1).powf(1.0 / power);
+                let Some((moved, u)) = at(strength) else { break };
+                let slope = (moved / last.1).ln() / (strength / last.0).ln();
+                power = if slope.is_finite() { slope.clamp(0.35, 2.0) } else { power };
+                last = (strength, moved);
+                let off = (moved / aim).ln().abs();
+                if best.as_ref().is_none_or(|(known, ..)| off < *known) {
+                    best = Some((off, strength, u));
+                }
+                if off < NEAR.ln() {
+                    break;
+                }
+            }
+            let Some((_, strength, u)) = best else { break };
+            numbers.extend([l as f64, aim, strength]);
+            numbers.extend(u.iter().flat_map(|u| u.iter().copied()));
+        }
+    }
+}
