@@ -14,7 +14,7 @@ export CMAKE_BUILD_PARALLEL_LEVEL ?= $(JOBS)
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
 .PHONY: help build native demo test test-cargo test-c test-render test-blender demo-blender install package blender-addon header \
-    python-abi lint fuzz check-memory check-threads check-miri check-guard bench bench-instructions bench-leave-out bench-precompute build-report report report-docs report-stability \
+    python-abi lint fuzz check-memory check-threads check-miri check-guard bench bench-front bench-instructions bench-leave-out bench-precompute build-report report report-docs report-stability \
     test-report clean
 .PHONY: farm-demo farm-sweep farm-costs bench-slepc
 
@@ -130,6 +130,9 @@ check-miri: ## load a saved model, step, hold, save and clone under Miri (nightl
 check-guard: ## compare the scenes' motion, byte for byte, with that of a library without the guard against loads beyond range
 	@$(MAKE) native WHAT=shellwarp_cli
 	@sh tests/check_guard.sh $(CLI) $(CURDIR)/out/guard
+
+bench-front: ## error of the reduced shell on loads it was not trained on: docs/front.md (half an hour; references stay in out/front)
+	cargo run --release --example front
 
 bench-leave-out: ## what scenes pay for what they do not use, by valgrind: docs/leave_out.md
 	python3 tests/bench/leave_out.py --docs docs/leave_out.md

@@ -1,6 +1,7 @@
-//! Error against the full shell on loads that were never trained on, method by method.
+//! Error against the full shell on loads that were never trained on: the paper's warp beside reduced shells of several sizes, and, in
+//! brackets, the best that their fields could do. docs/front.md says what it found.
 //!
-//! usage: front [--scene KEY] [--quick] [--docs docs/front.md]
+//! usage: front [--scene KEY] [--reduced "FIELDS,ELEMENTS,POSES ..."]
 #![allow(missing_docs)]
 
 #[path = "front/cases.rs"]
@@ -56,8 +57,9 @@ fn main() {
         let start = Instant::now();
         let cases = cases::find(&scene);
         println!(
-            "{}: {} vertices, {} cases in {:.1} s",
+            "{} ({}): {} vertices, {} cases in {:.1} s",
             scene.key,
+            scene.text,
             scene.shell.mass.len(),
             cases.len(),
             start.elapsed().as_secs_f64()
