@@ -105,9 +105,13 @@ python-abi: ## write the Python package's declarations anew from include/shellwa
 lint: ## check formatting and run clippy, warnings as errors
 	cargo fmt --all --check
 	cargo clippy --workspace --all-targets -- -D warnings
+	cargo clippy --no-default-features --lib --test features -- -D warnings
 
-bench: ## time the run-time kernels beside their floors; the tables of docs/speed.md
-	cargo bench --bench kernels
+bench: ## time the kernels beside their floors: this machine's section of docs/speed.md, its plots, out/report/kernels.csv
+	@mkdir -p out/report
+	cargo bench --bench kernels -- --docs docs/speed.md --csv out/report/kernels.csv
+	cargo build --release --package shellwarp-report
+	$(RELEASE)/shellwarp-report --kernels --docs docs
 
 bench-instructions: ## count the kernels' instructions under valgrind against those checked in (UPDATE=1: check in these)
 	python3 tests/bench/instructions.py $(if $(UPDATE),--update)
@@ -137,10 +141,10 @@ bench-front: ## error of the reduced shell on loads it was not trained on: docs/
 bench-leave-out: ## what scenes pay for what they do not use, by valgrind: docs/leave_out.md
 	python3 tests/bench/leave_out.py --docs docs/leave_out.md
 
-bench-precompute: build ## time the precompute by phases, and against scipy's eigensolver
+bench-precompute: build ## time the precompute by phases, and against scipy's eigensolver: this machine's sections of docs/speed.md
 	@sh cmake/bootstrap.sh bench
-	cargo run --release --quiet --example precompute -- table 1 1000 13117 100000
-	.venv/bin/python tests/bench/precompute_vs_scipy.py
+	cargo run --release --quiet --example precompute -- table 1 1000 13117 100000 --docs docs/speed.md
+	.venv/bin/python tests/bench/precompute_vs_scipy.py --docs docs/speed.md
 
 # The report's page: its player is bundled by npm, its peers run in .venv/; what is missing is left out with a line.
 RELEASE = $(or $(CARGO_TARGET_DIR),target)/release

@@ -146,7 +146,7 @@
 // memory limits; positions good to about 1e-5 of the displacement (basis_rounding of SwModelInfo).
 #define SW_PRECISION_I16 3
 
-// For SW_METHOD_LMA and the nonlinear shells alone: no modal rotations are stored, and the model takes half the memory. States
+// For SW_METHOD_LMA and the nonlinear shells alone: no modal rotations are computed, and the basis takes half the memory. States
 // are then SW_METHOD_LMA by default; the warp, sw_state_rotations and constraints on orientations return SW_ERROR_UNSUPPORTED.
 #define SW_PRECOMPUTE_LINEAR 1
 
@@ -177,6 +177,9 @@
 // reduced_fields: a fraction of the warp's error, without its limit of rotation, at a step's cost that hardly grows with the mesh.
 // No amplitudes, and constraints on positions only; damping by the stiffness of the present shape. The integrator is its own.
 #define SW_METHOD_REDUCED_SHELL 6
+
+// The method that the precompute chose for the scene by auto_error or auto_operations.
+#define SW_METHOD_AUTO 7
 
 // Backward Euler: first order, stable for every step, damps what the step does not resolve.
 #define SW_INTEGRATOR_IMPLICIT_EULER 1
@@ -338,7 +341,9 @@ typedef struct SwSupportDesc {
 } SwSupportDesc;
 
 // Hears of progress on the thread that called sw_model_precompute: SW_PHASE_... and the fraction of that phase, 0 to 1.
-// A phase may come up more than once, or not at all on a small mesh. Must return SW_PROGRESS_CONTINUE or
+// A phase may come up more than once, or not at all on a small mesh. A numeric factorization is one piece of work,
+// during which nothing is heard and no cancel is taken: some tenths of a second for 10^4 vertices and some seconds for 10^5, about
+// n^1.5, twice. Must return SW_PROGRESS_CONTINUE or
 // SW_PROGRESS_CANCEL; anything else is an error, so that a callback which forgets to return is found out. Must not throw or
 // long-jump, nor destroy the model.
 typedef uint32_t (*SwProgressFn)(void *user, uint32_t phase, double fraction);
@@ -399,6 +404,15 @@ typedef struct SwPrecomputeDesc {
   // Strength of the gravity that its scenes will have, acceleration, from which the loads of the training follow; 0 = what bends
   // the shell by a quarter of its size to first order.
   double reduced_gravity;
+  // Unless this or auto_operations is 0, the method for SW_METHOD_AUTO is chosen, and the model made for it alone: of linear modal
+  // analysis, the warp, the warp on the shape that hangs under demand_gravity, and reduced shells of reduced_fields (0 = 40) and of half
+  // as many, the cheapest that under the loads of demand_gravity, demand_acceleration and handles, which are then read without a
+  // tolerance too, gets no vertex wrong by more than this length against the full shell's equilibrium; else the most accurate.
+  // sag_gravity is not read. Takes about four times a precompute, and an equilibrium of the full shell for each load.
+  double auto_error;
+  // Of these methods, those whose step takes no more operations than this, as sw_state_plan counts them, or the cheapest;
+  // 0 = any.
+  double auto_operations;
 } SwPrecomputeDesc;
 
 // Facts about a model. The caller sets struct_size with sw_model_info_init.
@@ -476,7 +490,33 @@ typedef struct SwModelInfo {
   // has left of it in stiff cases, where residual, a share of the largest stiffness, says nothing. Above 1e-2 the precompute refuses.
   // 0 on a model that was loaded.
   double eigenvalue_disagreement;
+  // What SW_METHOD_AUTO means here, an SW_METHOD_...; 0 without a choice. sw_model_front tells what it went by.
+  uint32_t auto_method;
+  // 0.
+  uint32_t reserved;
+  // Its largest error in the choice, length.
+  double auto_error;
 } SwModelInfo;
+
+// A method that was tried for SW_METHOD_AUTO. Output only.
+typedef struct SwFrontPoint {
+  // SW_METHOD_....
+  uint32_t method;
+  // 1 for the one that was taken.
+  uint32_t chosen;
+  // 1 for modes of the shape that hangs under demand_gravity.
+  uint32_t sagged;
+  // Fields beyond the modes, of a reduced shell.
+  uint32_t fields;
+  // Its elements.
+  uint32_t elements;
+  // 0.
+  uint32_t reserved;
+  // Of a step, as sw_state_plan counts them.
+  double operations;
+  // The furthest that any vertex is off under any of the loads, length; infinite where it found no equilibrium.
+  double error;
+} SwFrontPoint;
 
 // How a state moves.
 typedef struct SwStateDesc {
@@ -541,8 +581,8 @@ typedef struct SwStateReport {
   double elastic_energy;
   // Work done on the shell by constraints since creation or reset.
   double constraint_work;
-  // Largest rotation of a vertex, rad: |w| of modal methods, which counts turns; an upper bound on a model with
-  // SW_PRECOMPUTE_LINEAR, by which all vertices or none are out of range.
+  // Largest rotation of a vertex, rad: |w| of modal methods, which counts turns. A model with
+  // SW_PRECOMPUTE_LINEAR has it computed from the displacements at each call.
   double max_rotation;
   // Largest displacement in the frame.
   double max_displacement;
@@ -661,6 +701,29 @@ typedef struct SwPlanPart {
   // Why it is used, or was left out; NUL-terminated.
   char reason[SW_PLAN_REASON_SIZE];
 } SwPlanPart;
+
+// How far a state is from the full nonlinear shell, by an estimate. The caller sets struct_size with sw_certificate_init.
+typedef struct SwCertificate {
+  // Set by sw_certificate_init.
+  uint32_t struct_size;
+  // 1 when error is above 0.2: the pose is outside what the method, or the fields of a reduced shell, were made for.
+  uint32_t out_of_range;
+  // Estimated error of the displacement relative to it, both as mass-weighted L2 norms; displacements count from the shape of no
+  // energy, also with sag_gravity.
+  double error;
+  // Estimated error of the vertex that has the largest, length.
+  double max_error;
+  // That vertex.
+  uint32_t vertex;
+  // 0.
+  uint32_t reserved;
+  // What the full shell's forces leave of the load's at this pose, relative to the load, inertia included: no measure of the error,
+  // since stretching that nobody sees leaves hundreds of times the load.
+  double residual;
+  // The same at the better pose that the estimate compares with. Above 0.01 the search for it was cut short, and the estimate is
+  // rough.
+  double remaining;
+} SwCertificate;
 
 // Done.
 #define SW_OK 0
@@ -781,6 +844,14 @@ void sw_model_destroy(struct SwModel *model);
 SwStatus sw_model_info(const struct SwModel *model,
                        struct SwModelInfo *info);
 
+// The methods that were tried for SW_METHOD_AUTO, none on a model without a choice. Two calls: with `points` NULL and `capacity` 0
+// only *count is written. Callable concurrently.
+// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_BUFFER_SIZE when capacity < *count, SW_ERROR_NOT_PRECOMPUTED, SW_ERROR_BUSY.
+SwStatus sw_model_front(const struct SwModel *model,
+                        struct SwFrontPoint *points,
+                        uint32_t capacity,
+                        uint32_t *count);
+
 // Frequencies sqrt(lambda)/(2 pi) in Hz, ascending; a zero mode's is exactly 0. Two calls: with `hertz` NULL and `capacity` 0
 // only *count is written. Callable concurrently.
 // Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_BUFFER_SIZE when capacity < *count, SW_ERROR_NOT_PRECOMPUTED, SW_ERROR_BUSY.
@@ -842,7 +913,8 @@ void sw_state_report_init(struct SwStateReport *report);
 // world's origin. The state keeps alive what it needs of the model. Callable concurrently on one model.
 // On success *state is a new handle, to be given to sw_state_destroy; on failure it is untouched.
 // Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_NOT_PRECOMPUTED, SW_ERROR_UNSUPPORTED for a warp on a model
-// with SW_PRECOMPUTE_LINEAR and for SW_METHOD_REDUCED_SHELL on a model without reduced_fields, SW_ERROR_BUSY.
+// with SW_PRECOMPUTE_LINEAR, for SW_METHOD_REDUCED_SHELL on a model without reduced_fields and for SW_METHOD_AUTO on one without a
+// choice, SW_ERROR_BUSY.
 SwStatus sw_state_create(const struct SwModel *model,
                          const struct SwStateDesc *desc,
                          struct SwState **state);
@@ -1071,6 +1143,31 @@ SwStatus sw_state_plan_text(const struct SwState *state,
                             char *text,
                             uint64_t capacity,
                             uint64_t *size);
+
+// Writes struct_size and zeros. NULL is allowed and does nothing.
+void sw_certificate_init(struct SwCertificate *certificate);
+
+// Estimates what a state gets wrong against the full nonlinear shell, under the loads, constraints and frame as they are now, by a
+// few Newton steps of the full shell from the present pose. At rest that is the error of the equilibrium. In motion the inertia and damping
+// that the method has are taken for right: it is what its forces get wrong at this moment, not what has added up. A state of a
+// nonlinear shell gets zeros.
+//
+// Takes as long as one to three steps of SW_METHOD_SHELL_IMPLICIT, at most twenty factorizations, and the first time the analysis of the stiffness, which the model keeps:
+// to be called now and then, not in every step. `certificate` must be initialised by sw_certificate_init. Callable concurrently.
+// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_UNSUPPORTED by a library without the feature nonlinear-shell,
+// SW_ERROR_NUMERICAL when the full shell has no stiffness to go by, SW_ERROR_OUT_OF_MEMORY, SW_ERROR_BUSY.
+SwStatus sw_state_certify(const struct SwState *state,
+                          struct SwCertificate *certificate);
+
+// Goes on by another SW_METHOD_..., from the pose and velocities nearest to the present ones in the mass norm, with the same time,
+// frame, loads, damping, constraints and integrator: when sw_state_certify or unconverged_steps tell that a reduced shell has left its
+// range, SW_METHOD_WARP_VIRTUAL_WORK or SW_METHOD_WARP goes on, and back again. To SW_METHOD_SHELL_IMPLICIT nothing is lost; to fields or modes, what these do
+// not span, so vertices jump by that much. 0 is the default method of the model. States saved before belong to the method that they were
+// saved with. Allocates; on failure nothing has changed.
+// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_UNSUPPORTED where the method cannot take a constraint or the damping ratios that are set,
+// or as by sw_state_create; SW_ERROR_NUMERICAL, SW_ERROR_OUT_OF_MEMORY, SW_ERROR_BUSY.
+SwStatus sw_state_set_method(struct SwState *state,
+                             uint32_t method);
 
 #ifdef __cplusplus
 }  // extern "C"

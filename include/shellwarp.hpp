@@ -157,6 +157,15 @@ public:
     return hertz;
   }
 
+  /* The methods that were tried for SW_METHOD_AUTO. */
+  std::vector<SwFrontPoint> front() const {
+    uint32_t count = 0;
+    check(sw_model_front(get(), nullptr, 0, &count));
+    std::vector<SwFrontPoint> points(count);
+    check(sw_model_front(get(), points.data(), count, &count));
+    return points;
+  }
+
   /* `shape` is SW_SHAPE_DISPLACEMENT or SW_SHAPE_ROTATION; out is n_vertices x 3. */
   void mode_shape(uint32_t mode, uint32_t shape, float *out, uint32_t n_vertices, uint64_t stride = 0) const {
     check(sw_model_mode_shape(get(), mode, shape, SW_FORMAT_F32, out, stride, n_vertices));
@@ -277,6 +286,15 @@ public:
     check(sw_state_report(get(), &report));
     return report;
   }
+
+  /* How far the state is from the full nonlinear shell, by an estimate. */
+  SwCertificate certify() const {
+    SwCertificate certificate = detail::initialized(sw_certificate_init);
+    check(sw_state_certify(get(), &certificate));
+    return certificate;
+  }
+  /* Goes on by another SW_METHOD_... from the nearest pose. */
+  void set_method(uint32_t method) { check(sw_state_set_method(get(), method)); }
 
   /* What a step of that length uses and leaves out, at what cost; and the same as a table. */
   std::vector<SwPlanPart> plan(double seconds) const {

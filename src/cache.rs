@@ -23,6 +23,7 @@
 //! | "SAGS" | gravity, positions where the shell hangs under it: (3 + 3n) × f64; the modes are those of this shape |
 //! | "UNIT" | what an entry of one stands for, in Φ√M and in Ψ√M, of each mode: 2m × f64; the basis is of i16, in 2⁻¹⁶ of these |
 //! | "REDU" | the reduced shell: see `reduced/saved.rs` |
+//! | "AUTO" | the front of a chosen method: see `auto/saved.rs` |
 //!
 //! A section that this library does not know is an error: the model would mean something else without it.
 //!
@@ -30,14 +31,16 @@
 //! which checks the mesh again on the way. So whatever a file holds, a loaded model keeps every promise that the rest of the
 //! library relies on, of memory and of finite results; that its modes are those of its shell is the writer's word.
 
+use crate::auto::Front;
 use crate::energy::DISCRETE_SHELLS;
 use crate::error::try_zeroed;
-use crate::features::Feature;
+use crate::features::{self, Feature, Proof, SavedModels};
 use crate::mesh::Mesh;
 use crate::model::{AnyBasis, Precision, with_basis};
 use crate::modes::{Certificate, MAX_MODES, PHASES};
 use crate::real::Real;
 use crate::reduced::ReducedShell;
+use crate::state::Method;
 use crate::warp::{Basis, Entry};
 use crate::{Error, ErrorKind, Material, Model, Result, Shell, Supports, Vec3};
 use std::sync::Arc;
@@ -62,6 +65,8 @@ const SAG: Tag = *b"SAGS";
 const UNITS: Tag = *b"UNIT";
 /// The reduced shell.
 const REDUCED: Tag = *b"REDU";
+/// What a choice of the method went by.
+const FRONT_OF_CHOICE: Tag = *b"AUTO";
 
 /// Φᵀ M Φ of a mode may differ from 1 by this, f32 leaves 1e-7, and by what 16 bits leave of a large Φ, up to a bound.
 const NORM_ERROR: f64 = 1e-4;
@@ -174,7 +179,7 @@ impl Model {
 
     /// Everything there is, so that [`Model::load`] gives a model of the same bits.
     pub fn save(&self) -> Result<Vec<u8>> {
-        Feature::SavedModels.require()?;
+        let _proof: SavedModels = Proof::of(Feature::SavedModels)?;
         let mut out: Vec<u8> = Vec::new();
         let (header, size) = (Header::of(self), self.saved_size());
         let refused = |_| Error::new(ErrorKind::OutOfMemory, format!("the saved model needs {size} bytes"));
@@ -193,7 +198,8 @@ impl Model {
         rest.iter().flatten().for_each(|x| x.put(&mut out));
         shell.mesh.triangles.iter().flatten().for_each(|v| out.extend(v.to_le_bytes()));
         out.extend(shell.held.iter().map(|held| u8::from(*held)));
-        let per_mode = [&self.eigenvalues, &self.largest_rotation, &self.largest_swing];
+        let without = vec![0.0; if header.linear { self.n_modes() } else { 0 }]; // in place of what a linear model lacks
+        let per_mode = [&self.eigenvalues, &self.largest_rotation, &without, &self.largest_swing, &without];
         per_mode.into_iter().flatten().for_each(|x| x.put(&mut out));
         with_basis!(&self.basis, basis => put_basis(basis, &mut out));
         put_sections(self, &mut out);
@@ -205,7 +211,7 @@ impl Model {
 
     /// The model that [`Model::save`] wrote. Fails on any other bytes, before it allocates more than a small multiple of them.
     pub fn load(bytes: &[u8]) -> Result<Self> {
-        Feature::SavedModels.require()?;
+        let _proof: SavedModels = Proof::of(Feature::SavedModels)?;
         let header = Header::read(bytes)?;
         header.precision.require()?;
         if header.size() != bytes.len() as u128 {
@@ -235,7 +241,7 @@ impl Model {
             Some(content) => restore_sag(&shell, content)?,
             None => shell,
         };
-        let [eigenvalues, largest_rotation, largest_swing] = [(); 3].map(|()| from.numbers(header.modes));
+        let [eigenvalues, mut largest_rotation, mut largest_swing] = [(); 3].map(|()| from.numbers(header.modes));
         let certificate = Certificate { residual, orthonormality, shift, disagreement: 0.0, count, found };
         check_facts(&shell, &certificate, &seconds)?;
         check_modes(header, &shell, &eigenvalues, [&largest_rotation, &largest_swing])?;
@@ -251,9 +257,17 @@ impl Model {
             }
             _ => unreachable!("refused above"),
         };
+        if header.linear {
+            largest_rotation.clear();
+            largest_swing.clear();
+        }
         let reduced = sections.reduced.map(|content| restore_reduced(header, &shell, content)).transpose()?;
+        let fits = |content| restore_front(&reduced, &shell, header.linear, content);
+        let front = sections.front.map(fits).transpose()?;
+        let fingerprint = crate::model::fingerprint(&shell, &eigenvalues, header.precision);
         Ok(Self {
-            fingerprint: crate::model::fingerprint(&shell, &eigenvalues, header.precision),
+            fingerprint,
+            reduced_fingerprint: crate::model::reduced_fingerprint(fingerprint, &shell, reduced.as_ref()),
             shell: Arc::new(shell),
             eigenvalues,
             largest_rotation,
@@ -261,8 +275,10 @@ impl Model {
             zero_modes: header.zero_modes as usize,
             certificate,
             basis,
+            front,
             reduced,
             participation: Default::default(),
+            solvers: Default::default(),
             truncation: 0.0,
             seconds,
             peak_bytes,
@@ -346,7 +362,8 @@ fn section_sizes(model: &Model) -> impl Iterator<Item = (Tag, usize)> {
     let sag = model.shell.sag.as_ref().map(|sag| (SAG, 24 + 24 * sag.rest.len()));
     let units = (model.precision() == Precision::I16).then_some((UNITS, 16 * model.n_modes()));
     let reduced = model.reduced.as_ref().map(|reduced| (REDUCED, reduced.saved_size(model.shell.mass.len())));
-    [sag, units, reduced].into_iter().flatten()
+    let front = model.front.as_ref().map(|front| (FRONT_OF_CHOICE, front.saved_size()));
+    [sag, units, reduced, front].into_iter().flatten()
 }
 
 fn put_sections(model: &Model, out: &mut Vec<u8>) {
@@ -359,6 +376,7 @@ fn put_sections(model: &Model, out: &mut Vec<u8>) {
                 sag.gravity.iter().chain(model.shell.mesh.positions.iter().flatten()).for_each(|x| x.put(out));
             }
             (REDUCED, _, Some(reduced)) => reduced.save(model.shell.mass.len(), out),
+            (FRONT_OF_CHOICE, ..) => model.front.iter().for_each(|front| front.save(out)),
             _ => {
                 let units = with_basis!(&model.basis, basis => basis.units());
                 units.iter().flatten().for_each(|unit| unit.put(out));
@@ -373,6 +391,7 @@ struct Sections<'a> {
     sag: Option<&'a [u8]>,
     units: Option<&'a [u8]>,
     reduced: Option<&'a [u8]>,
+    front: Option<&'a [u8]>,
 }
 
 fn sections_of(mut bytes: &[u8]) -> Result<Sections<'_>> {
@@ -386,6 +405,7 @@ fn sections_of(mut bytes: &[u8]) -> Result<Sections<'_>> {
             [b'S', b'A', b'G', b'S', 0, 0, 0, 0] => &mut sections.sag,
             [b'U', b'N', b'I', b'T', 0, 0, 0, 0] => &mut sections.units,
             [b'R', b'E', b'D', b'U', 0, 0, 0, 0] => &mut sections.reduced,
+            [b'A', b'U', b'T', b'O', 0, 0, 0, 0] => &mut sections.front,
             _ => return invalid(format!("this library does not know its section {tag:?}")),
         };
         if size > rest.len() as u64 {
@@ -420,11 +440,26 @@ fn restore_units(header: &Header, content: Option<&[u8]>) -> Result<Vec<[f64; 2]
 }
 
 fn restore_reduced(header: &Header, shell: &Shell, content: &[u8]) -> Result<ReducedShell> {
-    Feature::ReducedShell.require()?;
+    let _proof: features::ReducedShell = Proof::of(Feature::ReducedShell)?;
     if header.zero_modes > 0 || shell.sag.is_some() {
         return invalid("it has a reduced shell, but moves freely or hangs");
     }
     ReducedShell::load(shell, header.modes as usize, header.precision, content)
+}
+
+/// The front, whose choice the model must be able to move by.
+fn restore_front(reduced: &Option<ReducedShell>, shell: &Shell, linear: bool, content: &[u8]) -> Result<Front> {
+    let front = Front::load(content)?;
+    let choice = front.choice();
+    let can = match choice.method {
+        Method::ReducedShell => reduced.is_some(),
+        Method::Warp | Method::VirtualWorkWarp => !linear,
+        _ => true,
+    };
+    match can && choice.sagged == shell.sag.is_some() {
+        true => Ok(front),
+        false => invalid("it cannot move by the method that was chosen for it"),
+    }
 }
 
 fn restore_sag(shell: &Shell, content: &[u8]) -> Result<Shell> {

@@ -1,7 +1,9 @@
 //! What this build of the library contains: Cargo features leave out what a host never uses. Their constants are known when
-//! compiling, so that what lies behind them is not built in.
+//! compiling, so that what lies behind them is not built in. What states and models hold with a feature alone comes with a
+//! [`Proof`] of it: other builds have no value of such a type, so that their compiler leaves out what would work on one.
 
 use crate::{Error, ErrorKind, Result};
+use std::ops::{Deref, DerefMut};
 
 /// Parts that a build may lack.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -50,7 +52,7 @@ impl Feature {
         }
     }
 
-    /// Fails unless this build has it. Inlined, so that what follows a failure is known never to run.
+    /// Fails unless this build has it. What is to be left out behind it takes a [`Proof`].
     #[inline(always)]
     pub fn require(self) -> Result<()> {
         if self.is_built_in() { Ok(()) } else { Err(self.missing()) }
@@ -60,5 +62,84 @@ impl Feature {
     fn missing(self) -> Error {
         let message = format!("this build of the library was made without the Cargo feature {:?}", self.name());
         Error::new(ErrorKind::Unsupported, message)
+    }
+}
+
+/// That a build has a feature.
+pub trait Proof: Copy {
+    /// Fails where it has not.
+    fn of(feature: Feature) -> Result<Self>;
+}
+
+/// The proof where the feature is there.
+#[derive(Clone, Copy, Debug)]
+pub struct Present;
+
+/// The proof where it is not: there is none.
+#[derive(Clone, Copy, Debug)]
+pub enum Absent {}
+
+impl Proof for Present {
+    fn of(feature: Feature) -> Result<Self> {
+        feature.require().map(|()| Self)
+    }
+}
+
+impl Proof for Absent {
+    fn of(feature: Feature) -> Result<Self> {
+        Err(feature.missing())
+    }
+}
+
+/// Of [`Feature::NonlinearShell`].
+#[cfg(feature = "nonlinear-shell")]
+pub type NonlinearShell = Present;
+/// Of [`Feature::NonlinearShell`].
+#[cfg(not(feature = "nonlinear-shell"))]
+pub type NonlinearShell = Absent;
+
+/// Of [`Feature::ReducedShell`].
+#[cfg(feature = "reduced-shell")]
+pub type ReducedShell = Present;
+/// Of [`Feature::ReducedShell`].
+#[cfg(not(feature = "reduced-shell"))]
+pub type ReducedShell = Absent;
+
+/// Of [`Feature::SavedModels`].
+#[cfg(feature = "saved-models")]
+pub type SavedModels = Present;
+/// Of [`Feature::SavedModels`].
+#[cfg(not(feature = "saved-models"))]
+pub type SavedModels = Absent;
+
+/// A value beside a proof: in builds without the feature a type without values.
+#[derive(Clone)]
+pub struct Only<P, T> {
+    proof: P,
+    value: T,
+}
+
+impl<P: Proof, T> Only<P, T> {
+    /// With its proof.
+    pub fn new(proof: P, value: T) -> Self {
+        Self { proof, value }
+    }
+
+    /// The same proof with another value.
+    pub fn with<U>(&self, value: U) -> Only<P, U> {
+        Only::new(self.proof, value)
+    }
+}
+
+impl<P, T> Deref for Only<P, T> {
+    type Target = T;
+    fn deref(&self) -> &T {
+        &self.value
+    }
+}
+
+impl<P, T> DerefMut for Only<P, T> {
+    fn deref_mut(&mut self) -> &mut T {
+        &mut self.value
     }
 }

@@ -4,6 +4,7 @@
 //! The pipeline reads from top to bottom: [`mesh`] → [`energy`] → [`modes`] → [`model`] → [`state`] → [`step`] → [`warp`].
 //! Hosts use the C ABI (`include/shellwarp.h`, made from `src/ffi`); this Rust interface serves the tests and may change.
 
+pub mod auto;
 pub mod cache;
 pub mod constraint;
 pub mod energy;

@@ -1,9 +1,12 @@
 //! The precomputed model: everything a state needs, immutable, shared by any number of states on any threads.
 
+use crate::auto::{self, Budget, Front};
 use crate::features::Feature;
 use crate::modes::{Certificate, Demand, PHASES, Phase, Progress, demanded_modes, lowest_modes};
 use crate::reduced::{self, ReducedShell};
-use crate::step::{Guard, Participation};
+use crate::reference::SolverPool;
+use crate::state::Method;
+use crate::step::{Bend, Guard, Participation};
 use crate::warp::{Basis, Entry, I16, ModalRotation};
 use crate::{Error, ErrorKind, Result, Shell, Vec3, wide_norm};
 use std::sync::{Arc, OnceLock};
@@ -60,18 +63,28 @@ pub struct Options {
     pub precision: Precision,
     /// Gravity (frame axes) under which the shell hangs at rest where it is linearised; zero = the rest shape.
     pub sag: Vec3,
-    /// For linear modal analysis alone: no modal rotations, half the basis.
+    /// For linear modal analysis alone: no modal rotations, neither stored nor computed, and half the basis.
     pub linear: bool,
     /// Leaves out the modes that a scene does not need.
     pub demand: Option<Demand>,
     /// The reduced discrete shell beside the warp.
     pub reduced: reduced::Options,
+    /// Chooses the method for the scene of the demand, and makes the model for it.
+    pub auto: Option<Budget>,
 }
 
 impl Default for Options {
     fn default() -> Self {
         let reduced = reduced::Options::default();
-        Self { modes: 16, precision: Precision::F32, sag: Vec3::zeros(), linear: false, demand: None, reduced }
+        Self {
+            modes: 16,
+            precision: Precision::F32,
+            sag: Vec3::zeros(),
+            linear: false,
+            demand: None,
+            reduced,
+            auto: None,
+        }
     }
 }
 
@@ -104,9 +117,9 @@ pub struct Model {
     pub shell: Arc<Shell>,
     /// λ of each mode, 1/s², ascending; zero modes exactly 0.
     pub eigenvalues: Vec<f64>,
-    /// Largest |Ψ| of each mode: rotation per unit amplitude.
+    /// Largest |Ψ| of each mode: rotation per unit amplitude. Empty where there is no Ψ.
     pub largest_rotation: Vec<f64>,
-    /// Largest |Φ||Ψ| of a vertex of each mode: how a force swings with the shell.
+    /// Largest |Φ||Ψ| of a vertex of each mode: how a force swings with the shell. Empty where there is no Ψ.
     pub largest_swing: Vec<f64>,
     /// Number of zero modes among them.
     pub zero_modes: usize,
@@ -120,29 +133,38 @@ pub struct Model {
     pub truncation: f64,
     /// The reduced discrete shell, if it was asked for.
     pub reduced: Option<ReducedShell>,
+    /// What a choice of the method went by, where there was one.
+    pub front: Option<Front>,
+    /// The full shell, for estimates of what the other methods get wrong; made when first asked for.
+    pub solvers: SolverPool,
     /// Seconds by [`Phase`].
     pub seconds: [f64; PHASES],
     /// Estimate of the most memory held at once during precompute, bytes.
     pub peak_bytes: usize,
-    /// Tells models apart that cannot share saved states.
+    /// Tells models apart that cannot share saved states of modes and of the full shell.
     pub fingerprint: u64,
+    /// And those of the reduced shell.
+    pub reduced_fingerprint: u64,
 }
 
 impl Model {
-    /// Computes modes and modal rotations. `callback` hears of progress and may stop the work with an error.
+    /// Computes modes and, unless for linear modal analysis, modal rotations. `callback` hears of progress and may stop the work with an error.
     pub fn precompute(
         shell: Arc<Shell>,
         options: &Options,
         callback: &mut dyn FnMut(Phase, f64) -> Result<()>,
     ) -> Result<Self> {
         options.precision.require()?;
+        if let Some(budget) = options.auto {
+            return auto::precompute(shell, options, budget, callback);
+        }
         let mut progress = Progress::new(callback);
         let shell = if options.sag == Vec3::zeros() { shell } else { sagged(&shell, options.sag, &mut progress)? };
         let (modes, truncation) = match &options.demand {
             None => (lowest_modes(&shell, options.modes, &mut progress)?, 0.0),
             Some(demand) => {
                 let demand = demand.clone().validated(&shell)?;
-                demanded_modes(&shell, &demand, options.modes, &mut progress)?
+                demanded_modes(&shell, &demand, (options.modes, options.linear), &mut progress)?
             }
         };
         let linear = options.linear;
@@ -168,6 +190,7 @@ impl Model {
             _ => Some(ReducedShell::precompute(&shell, &modes, &options.reduced, options.precision, &mut progress)?),
         };
         let fingerprint = fingerprint(&shell, &modes.eigenvalues, options.precision);
+        let reduced_fingerprint = reduced_fingerprint(fingerprint, &shell, reduced.as_ref());
         Ok(Self {
             reduced,
             shell,
@@ -178,10 +201,21 @@ impl Model {
             certificate: modes.certificate,
             basis,
             participation: OnceLock::new(),
+            front: None,
+            solvers: SolverPool::default(),
             truncation,
             seconds: progress.seconds,
             peak_bytes: modes.peak_bytes,
             fingerprint,
+            reduced_fingerprint,
+        })
+    }
+
+    /// The method that was chosen for its scene.
+    pub fn chosen_method(&self) -> Result<Method> {
+        self.front.as_ref().map(|front| front.choice().method).ok_or_else(|| {
+            let message = "the model has no choice of a method: precompute with auto_error or auto_operations";
+            Error::new(ErrorKind::Unsupported, message)
         })
     }
 
@@ -190,12 +224,25 @@ impl Model {
         with_basis!(&self.basis, basis => basis.is_linear())
     }
 
-    /// What the guard needs to know of it.
-    pub fn guard(&self) -> Guard<'_> {
-        let Self { eigenvalues, largest_rotation, largest_swing, .. } = self;
+    /// What the guard needs to know of it, for shells that are `warped` or are not.
+    pub fn guard(&self, warped: bool) -> Guard<'_> {
         let participation = self.participation();
         let (swing, turn) = (participation.swing(), participation.turn());
-        Guard { eigenvalues, largest_rotation, swing, turn, largest_swing }
+        Guard {
+            eigenvalues: &self.eigenvalues,
+            bend: self.bend(warped),
+            swing,
+            turn,
+            largest_swing: &self.largest_swing,
+        }
+    }
+
+    /// How far a unit of each mode bends the shell.
+    pub fn bend(&self, warped: bool) -> Bend<'_> {
+        match warped {
+            true => Bend { of_modes: &self.largest_rotation, unit: 1.0 },
+            false => Bend { of_modes: self.participation().reach(), unit: self.shell.mesh.size },
+        }
     }
 
     /// The share of the mass that moves which the modes carry along each axis, Σ P_k²/Σ m: near 1 unless modes are missing for loads
@@ -247,8 +294,10 @@ impl Model {
         let vertices = mesh.positions.len() * (size_of::<Vec3>() + size_of::<f64>() + size_of::<u32>() + 1);
         let connectivity = mesh.triangles.len() * 12 + mesh.edges.len() * 16;
         let beside = self.participation.get().map_or(0, Participation::bytes)
-            + self.reduced.as_ref().map_or(0, ReducedShell::bytes);
-        with_basis!(&self.basis, basis => basis.bytes()) + vertices + connectivity + beside + 24 * self.n_modes()
+            + self.reduced.as_ref().map_or(0, ReducedShell::bytes)
+            + self.solvers.bytes();
+        let of_modes = 8 * (self.n_modes() + self.largest_rotation.len() + self.largest_swing.len());
+        with_basis!(&self.basis, basis => basis.bytes()) + vertices + connectivity + beside + of_modes
     }
 }
 
@@ -257,7 +306,7 @@ fn sagged(shell: &Arc<Shell>, gravity: Vec3, progress: &mut Progress) -> Result<
     Ok(Arc::new(shell.sagged(gravity, &mut watch)?))
 }
 
-/// The basis, and of each mode the largest |Ψ| and |Φ||Ψ|.
+/// The basis, and of each mode the largest |Ψ| and |Φ||Ψ|; none of these without Ψ.
 fn run_time_basis<E: Entry>(
     shell: &Shell,
     shapes: &[Vec<Vec3>],
@@ -269,14 +318,16 @@ fn run_time_basis<E: Entry>(
     let Shell { mesh, mass, total_mass, .. } = shell;
     let empty = if linear { Basis::linear } else { Basis::new };
     let mut basis = empty(&mesh.positions, mass, shapes.len(), *total_mass)?;
-    let rotation = ModalRotation::new(mesh);
+    let rotation = (!linear).then(|| ModalRotation::new(mesh));
     let (mut largest_rotation, mut largest_swing) = (vec![], vec![]);
     for (k, phi) in shapes.iter().enumerate() {
-        let psi = rotation.apply(phi);
-        largest_rotation.push(psi.iter().map(wide_norm).fold(0.0, f64::max));
-        let swings = psi.iter().zip(phi).map(|(w, u)| wide_norm(w) * wide_norm(u));
-        largest_swing.push(swings.fold(0.0, f64::max));
-        basis.set_mode(k, phi, if linear { &[] } else { &psi });
+        let psi = rotation.as_ref().map_or(vec![], |rotation| rotation.apply(phi));
+        if !linear {
+            largest_rotation.push(psi.iter().map(wide_norm).fold(0.0, f64::max));
+            let swings = psi.iter().zip(phi).map(|(w, u)| wide_norm(w) * wide_norm(u));
+            largest_swing.push(swings.fold(0.0, f64::max));
+        }
+        basis.set_mode(k, phi, &psi);
         progress.report(Phase::Rotation, (k + 1) as f64 / shapes.len() as f64)?;
     }
     Ok((any(basis), largest_rotation, largest_swing))
@@ -290,5 +341,12 @@ pub(crate) fn fingerprint(shell: &Shell, eigenvalues: &[f64], precision: Precisi
     bytes.extend(shell.held.iter().map(|held| u8::from(*held)));
     eigenvalues.iter().for_each(|x| bytes.extend(x.to_le_bytes()));
     bytes.push(precision as u8);
+    xxh3_64(&bytes)
+}
+
+/// Hash of what else the amplitudes of a reduced shell mean something by: its fields, samples and correction.
+pub(crate) fn reduced_fingerprint(fingerprint: u64, shell: &Shell, reduced: Option<&ReducedShell>) -> u64 {
+    let mut bytes = fingerprint.to_le_bytes().to_vec();
+    reduced.iter().for_each(|reduced| reduced.save(shell.mass.len(), &mut bytes));
     xxh3_64(&bytes)
 }

@@ -1,7 +1,7 @@
 //! The physical problem: a mesh of a material, held at its supports.
 
 use crate::energy::{Energy, discrete_shell};
-use crate::features::Feature;
+use crate::features::{Feature, NonlinearShell, Proof};
 use crate::reference::Solver;
 use crate::{Error, ErrorKind, Material, Mesh, Result, Supports, Vec3};
 use std::ops::Deref;
@@ -87,7 +87,7 @@ impl Shell {
     /// is as before, so its stiffness there is that of the sagged shape under its own weight. Fails when nothing holds the shell.
     /// `watch` hears of the share of the load and may stop the work with an error.
     pub fn sagged(self: &Arc<Self>, gravity: Vec3, watch: &mut dyn FnMut(f64) -> Result<()>) -> Result<Self> {
-        Feature::NonlinearShell.require()?;
+        let _proof: NonlinearShell = Proof::of(Feature::NonlinearShell)?;
         let n = self.mass.len();
         let weight: Vec<Vec3> = self.mass.iter().map(|m| *m * gravity).collect();
         let mut solver = Solver::new(self.clone())?;

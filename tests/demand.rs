@@ -1,170 +1,30 @@
 //! Models that leave out the modes which a scene does not need: whatever the scene and the tolerance, no vertex is off by more than
-//! asked, against the same method with many more modes.
+//! asked, against the same method with many more modes. tests/bench/demand.rs prints what that saves.
 #![allow(missing_docs)]
 mod common;
-use common::*;
-use shellwarp::constraint::{Constraint, Target};
-use shellwarp::model::{Model, Options, Precision};
+#[path = "common/demand_scenes.rs"]
+mod demand_scenes;
+use demand_scenes::*;
 use shellwarp::modes::Demand;
-use shellwarp::state::{Damping, Method, Space, State};
-use shellwarp::step::Integrator;
-use shellwarp::support::{Motion, Pose};
-use shellwarp::{Material, Mesh, Shell, Supports, Vec3};
-use std::sync::Arc;
-
-const STEP: f64 = 1.0 / 60.0;
-const STEPS: usize = 90;
-
-/// Where a handle is at a time.
-type Way = fn(f64) -> Vec3;
-
-/// What happens in a scene, as its demand tells and as its steps do.
-struct Scene {
-    name: &'static str,
-    shell: Arc<Shell>,
-    method: Method,
-    demand: Demand,
-    /// Gravity of the state.
-    gravity: Vec3,
-    /// The frame at a time.
-    frame: fn(f64) -> Pose,
-    /// A vertex that is dragged along z, in which it gives, and where to by a time, from rest.
-    drag: Option<(u32, Way)>,
-}
-
-/// A square sheet of 10 × 10 rows, held along one side, with z as `height` has it.
-fn sheet(k_bend: f64, height: fn(f64, f64) -> f64) -> Arc<Shell> {
-    let (mut positions, triangles) = equilateral_sheet(10, 10, 0.1);
-    positions.iter_mut().for_each(|x| x.z = height(x.x, x.y));
-    let fixed = (0..positions.len() as u32).filter(|&v| positions[v as usize].x < 0.11).collect();
-    let material = Material { k_area: 1e3, k_length: 1e3, k_bend, area_density: 1.0 };
-    let mesh = Mesh::new(positions, &triangles).unwrap();
-    Arc::new(Shell::new(mesh, material, &Supports { fixed, clamped: vec![] }).unwrap())
-}
-
-fn still(_: f64) -> Pose {
-    Pose::identity()
-}
-
-/// Shaken along y with 2 m/s² at 1.1 Hz.
-fn shaken(t: f64) -> Pose {
-    let omega = std::f64::consts::TAU * 1.1;
-    Pose { origin: Vec3::y() * (2.0 / (omega * omega) * (1.0 - (omega * t).cos())), ..Pose::identity() }
-}
-
-/// About x with 0.8 rad/s²: at 1.3 m from it, with 1.2 rad/s at the end, no more than 3 m/s² beside gravity.
-fn turned(t: f64) -> Pose {
-    Pose { rotation: nalgebra::UnitQuaternion::from_scaled_axis(Vec3::x() * 0.4 * t * t), ..Pose::identity() }
-}
-
-fn lifted(t: f64) -> Vec3 {
-    Vec3::new(0.0, 0.0, 0.08) * (t / 0.5).min(1.0)
-}
-
-fn scenes() -> Vec<Scene> {
-    let beam = |name| Arc::new(reference(name).0);
-    let quiet = |name, shell: &Arc<Shell>, method, gravity: Vec3| Scene {
-        name,
-        shell: shell.clone(),
-        method,
-        demand: Demand { gravity, amplification: 2.0, ..Demand::default() },
-        gravity,
-        frame: still,
-        drag: None,
-    };
-    let (flat, v) = (beam("flat_beam"), beam("v_beam"));
-    let (plate, arch) = (sheet(4.0, |_, _| 0.0), sheet(4.0, |x, y| 0.3 * y * (0.87 - y) + 0.1 * x * x));
-    let drags = |scene: Scene, vertex: u32| Scene {
-        demand: Demand { handles: vec![vertex], distance: 0.08, ..scene.demand.clone() },
-        drag: Some((vertex, lifted)),
-        ..scene
-    };
-    let moves = |scene: Scene, frame, acceleration, amplification| Scene {
-        demand: Demand { acceleration, amplification, ..scene.demand.clone() },
-        frame,
-        ..scene
-    };
-    let (warp, work, linear) = (Method::Warp, Method::VirtualWorkWarp, Method::LinearModalAnalysis);
-    let corner = 120;
-    vec![
-        quiet("flat beam let go", &flat, warp, Vec3::new(0.0, 0.0, -0.1)),
-        quiet("flat beam let go, virtual work", &flat, work, Vec3::new(0.0, 0.0, -0.2)),
-        quiet("V-beam let go", &v, warp, Vec3::new(0.0, 0.0, -2.0)),
-        quiet("V-beam, gravity aside, linear", &v, linear, Vec3::new(0.0, 2.0, -2.0)),
-        quiet("plate let go", &plate, warp, Vec3::new(0.0, 0.0, -3.0)),
-        quiet("arch let go", &arch, warp, Vec3::new(0.0, 1.0, -9.8)),
-        moves(quiet("shaken plate", &plate, warp, Vec3::new(0.0, 0.0, -1.0)), shaken, 2.0, 4.0),
-        moves(quiet("arch on a turning frame", &arch, work, Vec3::zeros()), turned, 8.0, 2.0),
-        drags(quiet("plate with a handle", &plate, warp, Vec3::new(0.0, 0.0, -0.5)), corner),
-        drags(quiet("arch with a handle", &arch, warp, Vec3::new(0.0, 0.0, -1.0)), corner),
-    ]
-}
-
-/// Positions in the frame after each step.
-fn run(scene: &Scene, model: &Arc<Model>) -> Vec<Vec<Vec3>> {
-    let mut state = State::new(model.clone(), scene.method, Integrator::ImplicitEuler).unwrap();
-    // The arch's frame turns about x under a gravity of 5 that the demand has in any direction.
-    let gravity = if scene.gravity == Vec3::zeros() { Vec3::new(0.0, 0.0, -5.0) } else { scene.gravity };
-    state.set_gravity(gravity).unwrap();
-    state.set_damping(&Damping { ratios: vec![0.05], ..Damping::default() }).unwrap();
-    let step = |k: usize| {
-        let t = (k + 1) as f64 * STEP;
-        state.set_frame((scene.frame)(t), Motion::Continuous);
-        if let Some((vertex, to)) = scene.drag {
-            let target = Target::Position(scene.shell.mesh.positions[vertex as usize] + to(t));
-            state
-                .set_constraint(Constraint { id: 0, vertex, axes: [false, false, true], compliance: 0.0, target })
-                .unwrap();
-        }
-        state.step(STEP).unwrap();
-        let mut x = vec![];
-        state.positions(Space::Frame, |_, position| x.push(position));
-        x
-    };
-    (0..STEPS).map(step).collect()
-}
-
-fn precomputed(scene: &Scene, modes: usize, demand: Option<Demand>) -> Arc<Model> {
-    let options = Options { modes, precision: Precision::F64, demand, ..Options::default() };
-    Arc::new(Model::precompute(scene.shell.clone(), &options, &mut |_, _| Ok(())).unwrap())
-}
-
-/// Of a step on the model, by the plan.
-fn operations(scene: &Scene, model: &Arc<Model>) -> f64 {
-    let mut state = State::new(model.clone(), scene.method, Integrator::ImplicitEuler).unwrap();
-    state.set_gravity(Vec3::new(0.0, 0.0, -1.0)).unwrap();
-    let turn = |k: usize| 0.1 / model.largest_rotation[k] / model.n_modes() as f64;
-    let q: Vec<f64> = (0..model.n_modes()).map(turn).collect();
-    state.set_amplitudes(&q, &vec![0.0; q.len()]).unwrap();
-    state.plan(STEP).unwrap().iter().map(|part| part.operations).sum()
-}
 
 #[test]
 fn no_vertex_is_off_by_more_than_the_tolerance() {
     for scene in scenes() {
-        let whole = run(&scene, &precomputed(&scene, 160, None));
-        let rest = &scene.shell.mesh.positions;
-        let moved =
-            whole.iter().flat_map(|x| x.iter().zip(rest)).map(|(x, rest)| (x - rest).norm()).fold(0.0, f64::max);
-        let all_operations = operations(&scene, &precomputed(&scene, 160, None));
+        let whole = run(&scene, &precomputed(&scene, ALL, None));
+        let moved = moved(&whole, &scene);
         let mut fewest = usize::MAX;
-        for share in [0.01, 0.05, 0.2] {
+        for share in SHARES {
             let tolerance = share * moved;
-            let model = precomputed(&scene, 160, Some(Demand { tolerance, ..scene.demand.clone() }));
-            let cut = run(&scene, &model);
-            let apart = cut.iter().flatten().zip(whole.iter().flatten()).map(|(a, b)| (a - b).norm());
-            let off = apart.fold(0.0, f64::max);
+            let model = precomputed(&scene, ALL, Some(Demand { tolerance, ..scene.demand.clone() }));
+            let (off, modes, bound) = (apart(&run(&scene, &model), &whole), model.n_modes(), model.truncation);
             println!(
-                "{:<32} moves {moved:.3}, asked {tolerance:.1e}, bound {:.1e}, off {off:.1e}, {} modes, a step {:.1} % of 160's",
-                scene.name,
-                model.truncation,
-                model.n_modes(),
-                100.0 * operations(&scene, &model) / all_operations
+                "{:<32} moves {moved:.3}, asked {tolerance:.1e}, bound {bound:.1e}, off {off:.1e}, {modes} modes",
+                scene.name
             );
-            assert!(off <= tolerance.max(model.truncation), "{}: {off:e} of {tolerance:e}", scene.name);
-            assert!(model.truncation <= tolerance || model.n_modes() == 160, "{}: too few modes", scene.name);
-            assert!(model.n_modes() <= fewest);
-            fewest = model.n_modes();
+            assert!(off <= tolerance.max(bound), "{}: {off:e} of {tolerance:e}", scene.name);
+            assert!(bound <= tolerance || modes == ALL, "{}: too few modes", scene.name);
+            assert!(modes <= fewest);
+            fewest = modes;
         }
     }
 }

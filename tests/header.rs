@@ -3,8 +3,8 @@
 
 use std::path::Path;
 
-const SOURCES: [&str; 10] =
-    ["status", "pointer", "log", "mesh", "model", "state", "batch", "constraint", "load", "plan"];
+const SOURCES: [&str; 11] =
+    ["status", "pointer", "log", "mesh", "model", "state", "batch", "constraint", "load", "plan", "certify"];
 
 #[test]
 fn header_is_current() {

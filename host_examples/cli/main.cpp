@@ -37,6 +37,7 @@ struct RunOptions {
   std::string method;              // in place of the scene's; empty = that
   bool linear = false;
   bool plan = false;
+  bool certify = false;
   bool quiet = false;
 };
 
@@ -91,13 +92,14 @@ int run_scene(const Scene &scene, const RunOptions &options) {
   const shellwarp::Model model = precompute(scene, mesh, options.quiet);
   shellwarp::State state = make_state(scene, mesh, model);
   const uint32_t n_frames = scene.is_static ? 1 : options.frames.value_or(frame_count(scene));
-  const Run run = simulate(scene, n_frames, mesh, handles, state, cache ? &*cache : nullptr);
+  Run run = simulate(scene, n_frames, mesh, handles, state, cache ? &*cache : nullptr);
+  if (options.certify) run.certificate = state.certify();
   if (options.plan) std::fputs(state.plan_text(scene.step()).c_str(), stdout);
   if (cache) {
     cache->close();
     write_frame_files(options.out, scene, mesh, handles, run, state);
   }
-  return report({scene, model.info(), model.frequencies(), run}, options);
+  return report({scene, model.info(), model.frequencies(), run, model.front()}, options);
 }
 
 // Shells do not touch, so they may run one after the other. The worst exit status; an interruption ends all.
@@ -174,13 +176,14 @@ void add_run_options(CLI::App &app, Scene &overrides, RunOptions &options) {
   app.add_option("--modes", overrides.modes, "Number of vibration modes")->check(whole());
   app.add_option("--method", options.method,
                  "warp, virtual-work (the warp with its exact force), lma (linear modal analysis), or the nonlinear "
-                 "shell: implicit, explicit")
+                 "shell: implicit, explicit, or on some fields: reduced-shell; auto chooses one for the scene")
       ->check(CLI::IsMember(method_names()));
   app.add_flag("--linear", options.linear, "The same as --method lma");
   app.add_flag("--static", overrides.is_static, "The equilibrium in place of the motion");
   app.add_flag("--exact", overrides.exact, "Exact propagator in place of implicit Euler");
   app.add_flag("--double", overrides.double_precision, "Run-time basis in double precision");
   app.add_flag("--plan", options.plan, "After the last frame, what a step uses and leaves out, and at what cost");
+  app.add_flag("--certify", options.certify, "Estimate the error of the last frame against the nonlinear shell");
   app.add_flag("-q,--quiet", options.quiet, "No progress and no table; failures are still told");
 }
 

@@ -8,10 +8,13 @@
 
 namespace cli {
 
-// "warp", "lma", "implicit", "explicit", "virtual-work": the first is the default.
+// "warp", "lma", "implicit", "explicit", "virtual-work", "reduced-shell", "auto": the first is the default.
 const std::vector<std::string> &method_names();
 const char *method_name(uint32_t method);
 std::optional<uint32_t> find_method(const std::string &name);
+
+// By modes alone.
+bool is_modal(uint32_t method);
 
 // The full shell, vertex by vertex: no modes, so no damping by mode.
 bool is_nonlinear(uint32_t method);

@@ -191,14 +191,24 @@ Damping read_damping(Section section) {
   return d;
 }
 
+void read_reduced(Section &section, Scene &scene) {
+  scene.reduced.fields = section.count("reduced_fields").value_or(0);
+  scene.reduced.elements = section.count("reduced_elements").value_or(0);
+  scene.reduced.poses = section.count("reduced_poses").value_or(0);
+  scene.reduced.gravity = not_negative(section, "reduced_gravity", 0);
+  scene.auto_error = not_negative(section, "auto_error", 0);
+  scene.auto_operations = not_negative(section, "auto_operations", 0);
+}
+
 void read_simulation(Section section, Scene &scene) {
   scene.modes = section.count("modes").value_or(0);
   scene.double_precision = section.choice("precision", {"f32", "f64"}) == "f64";
   scene.method = *find_method(section.choice("method", method_names()));
+  read_reduced(section, scene);
   scene.sagged = section.flag("sagged").value_or(false);
   scene.is_static = section.flag("static").value_or(false);
   scene.exact = section.choice("integrator", {"implicit-euler", "exact"}) == "exact";
-  if (scene.exact && is_nonlinear(scene.method))
+  if (scene.exact && !is_modal(scene.method) && scene.method != SW_METHOD_AUTO)
     section.fail(*section.find("integrator"), "integrator exact is one of modes; a nonlinear shell has none");
   scene.frame_rate = section.positive("frame_rate", scene.frame_rate);
   scene.steps_per_frame = section.count("steps_per_frame").value_or(1);
@@ -263,7 +273,7 @@ Comparison read_comparison(Section section, const Scene &scene) {
   const toml::array *array = node ? node->as_array() : nullptr;
   for (std::size_t i = 0; array && i < array->size(); ++i)
     if (const auto method = find_method((*array)[i].value<std::string>().value_or(""));
-        method && !is_nonlinear(*method))
+        method && is_modal(*method))
       c.methods.push_back(*method);
   if (!array || c.methods.empty() || c.methods.size() != array->size())
     section.fail(node ? *node : section.table(), "methods must be a list of warp, lma and virtual-work, in quotes");

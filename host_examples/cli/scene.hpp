@@ -82,6 +82,12 @@ struct PaperFigures {
   std::optional<double> vertices, edges, triangles, modes, precompute_seconds, steps_per_second;
 };
 
+// Of the reduced shell: SwPrecomputeDesc.
+struct Reduced {
+  uint32_t fields = 0, elements = 0, poses = 0;
+  double gravity = 0;
+};
+
 struct Scene {
   std::string name;  // stem of the files that are written
   std::string title;
@@ -92,6 +98,8 @@ struct Scene {
   uint32_t modes = 0;  // 0 = the library's default
   bool double_precision = false;
   uint32_t method = SW_METHOD_WARP;
+  Reduced reduced;
+  double auto_error = 0, auto_operations = 0;  // of the method "auto": SwPrecomputeDesc; 0 and 0 = as accurate as there is
   bool sagged = false;     // linearised where it hangs at rest under gravity; starts there
   bool is_static = false;  // the equilibrium instead of the motion
   bool exact = false;      // exact propagator in place of implicit Euler

@@ -4,7 +4,9 @@
 #include "progress.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
+#include <limits>
 #include <stdexcept>
 
 namespace cli {
@@ -81,6 +83,30 @@ SwDampingDesc damping_desc(const Scene &scene, const shellwarp::Model &model) {
   return damping;
 }
 
+constexpr uint32_t kFields = 40;  // for a start, says SwPrecomputeDesc
+
+void add_reduced(const Scene &scene, SwPrecomputeDesc &desc) {
+  desc.reduced_fields = scene.reduced.fields;
+  if (!desc.reduced_fields && scene.method == SW_METHOD_REDUCED_SHELL) desc.reduced_fields = kFields;
+  desc.reduced_elements = scene.reduced.elements;
+  desc.reduced_poses = scene.reduced.poses;
+  desc.reduced_gravity = scene.reduced.gravity;
+}
+
+// What the scene will do, for the choice of a method: its gravity, and its handles moved as far as they go. `led` keeps their vertices.
+void add_choice(const Scene &scene, const Mesh &mesh, std::vector<uint32_t> &led, SwPrecomputeDesc &desc) {
+  const bool any = scene.auto_error > 0 || scene.auto_operations > 0;
+  desc.auto_error = any ? scene.auto_error : std::numeric_limits<double>::min();  // as accurate as there is
+  desc.auto_operations = scene.auto_operations;
+  std::copy(scene.gravity.begin(), scene.gravity.end(), desc.demand_gravity);
+  for (const PlacedHandle &handle : place_handles(scene.handles, mesh)) led.push_back(handle.vertex);
+  for (const Handle &handle : scene.handles)
+    for (const HandleKey &key : handle.keys)
+      desc.handle_distance = std::max(desc.handle_distance, std::hypot(key.offset[0], key.offset[1], key.offset[2]));
+  desc.handles = led.data();
+  desc.n_handles = static_cast<uint32_t>(led.size());
+}
+
 }  // namespace
 
 SupportVertices find_supports(const Scene &scene, const Mesh &mesh) {
@@ -100,6 +126,9 @@ shellwarp::Model make_model(const Scene &scene, const Mesh &mesh, ProgressBar &p
   SwPrecomputeDesc desc = shellwarp::precompute_desc();
   desc.modes = scene.modes;
   if (scene.sagged) std::copy(scene.gravity.begin(), scene.gravity.end(), desc.sag_gravity);
+  add_reduced(scene, desc);
+  std::vector<uint32_t> led;
+  if (scene.method == SW_METHOD_AUTO) add_choice(scene, mesh, led, desc);
   desc.precision = scene.double_precision ? SW_PRECISION_F64 : SW_PRECISION_F32;
   progress.attach(desc);
   model.precompute(desc);

@@ -30,6 +30,7 @@ struct HandleFigures {
 struct Run {
   std::vector<FrameRecord> frames;  // frame 0 is the start
   uint64_t steps = 0;
+  std::optional<SwCertificate> certificate;  // of the last frame, if asked for
   double step_seconds = 0, position_seconds = 0;
   HandleFigures handles;
   std::optional<SwEquilibriumReport> equilibrium;  // of a static scene

@@ -95,6 +95,8 @@ double kinetic_share(const Run &run) {
   return end.elastic_energy > 0 ? end.kinetic_energy / end.elastic_energy : end.kinetic_energy > 0 ? 1 : 0;
 }
 
+const char *length_unit(const Scene &scene) { return scene.length_unit.empty() ? "units" : scene.length_unit.c_str(); }
+
 void print_motion(const Scene &scene, const Run &run) {
   heading("motion");
   row("method", method_name(scene.method));
@@ -103,10 +105,11 @@ void print_motion(const Scene &scene, const Run &run) {
     displacement = std::max(displacement, f.report.max_displacement);
     rotation = std::max(rotation, f.report.max_rotation);
   }
-  const char *unit = scene.length_unit.empty() ? "units" : scene.length_unit.c_str();
+  const char *unit = length_unit(scene);
   row("largest displacement", format("%.6g %s", displacement, unit));
   row("displacement at the end", format("%.6g %s", run.frames.back().report.max_displacement, unit));
   row("largest local rotation", format("%.3f rad", rotation));
+  if (const uint64_t early = run.frames.back().report.unconverged_steps) row("steps not converged", count(early));
   row("frames out of range",
       count(static_cast<uint64_t>(std::count_if(run.frames.begin(), run.frames.end(),
                                                 [](const FrameRecord &f) { return !f.report.in_range; }))));
@@ -118,6 +121,21 @@ void print_equilibrium(const SwEquilibriumReport &equilibrium) {
   heading("equilibrium");
   row("iterations", count(equilibrium.iterations));
   row("relative residual", format("%.1e", equilibrium.residual));
+}
+
+void print_certificate(const SwCertificate &certificate, const char *unit) {
+  heading("error against the nonlinear shell, estimated");
+  row("of the displacement", format("%.2g", certificate.error));
+  row("largest", format("%.3g %s", certificate.max_error, unit));
+  row("at vertex", count(certificate.vertex));
+  row("outside the method's range", certificate.out_of_range ? "yes" : "no");
+}
+
+void print_choice(const std::vector<SwFrontPoint> &front) {
+  heading("choice of the method: error, operations of a step");
+  for (const SwFrontPoint &p : front)
+    std::printf("  %c %-13s%-8s %11s %11.4g %12.0f\n", p.chosen ? '*' : ' ', method_name(p.method),
+                p.sagged ? " sagged" : "", p.fields ? (count(p.fields) + " fields").c_str() : "", p.error, p.operations);
 }
 
 // In model sizes, or radians.
@@ -174,6 +192,8 @@ void print_summary(const Summary &summary) {
   if (!summary.run.equilibrium) print_run(summary.info, summary.run, paper);
   if (summary.run.equilibrium) print_equilibrium(*summary.run.equilibrium);
   print_motion(summary.scene, summary.run);
+  if (summary.run.certificate) print_certificate(*summary.run.certificate, length_unit(summary.scene));
+  if (!summary.front.empty()) print_choice(summary.front);
   if (!summary.scene.handles.empty()) print_handles(summary);
   print_memory(summary.info);
   if (!paper.note.empty()) std::printf("%s: %s\n", paper.source.c_str(), paper.note.c_str());

@@ -16,6 +16,7 @@ struct Summary {
   SwModelInfo info;
   std::vector<double> frequencies;
   const Run &run;
+  std::vector<SwFrontPoint> front;  // of a method that was chosen for the scene
 };
 
 // The figures to stdout; a third column holds another's figures where the scene states them.

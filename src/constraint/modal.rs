@@ -17,7 +17,7 @@
 
 use super::{Constraint, ConstraintSet, MET, Outcome, Target};
 use crate::Vec3;
-use crate::step::{Integrator, Oscillator};
+use crate::step::{Bend, Integrator, Oscillator};
 use crate::support::Pose;
 use crate::warp::{Basis, Entry, warp_with_derivative};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn, UnitQuaternion};
@@ -200,16 +200,16 @@ pub struct Step<'a> {
     pub rest: &'a [Vec3],
     /// The model's size.
     pub size: f64,
-    /// Largest rotation per unit amplitude of each mode.
-    pub largest_rotation: &'a [f64],
+    /// How far a unit of each mode bends the shell.
+    pub bend: Bend<'a>,
     /// u = R̃Φq, or u = Φq.
     pub warped: bool,
 }
 
 impl Step<'_> {
-    /// Rotation per unit amplitude of an elastic mode; 0 for a zero mode, which bends nothing.
+    /// How far a unit of an elastic mode bends the shell; 0 for a zero mode, which bends nothing.
     fn bend(&self, k: usize) -> f64 {
-        if self.modes.1[k] > 0.0 { self.largest_rotation[k] } else { 0.0 }
+        if self.modes.1[k] > 0.0 { self.bend.of(k) } else { 0.0 }
     }
 }
 
@@ -263,7 +263,7 @@ impl Constraints {
             (self.work.gamma[k], self.work.rate[k]) = oscillator.handle_response(step.integrator, step.h);
         }
         let pliancy = |weight: &[f64]| {
-            let terms = weight.iter().zip(step.largest_rotation).map(|(weight, psi)| weight * psi * psi);
+            let terms = weight.iter().enumerate().map(|(k, weight)| weight * step.bend.of(k).powi(2));
             terms.fold(f64::MIN_POSITIVE, f64::max)
         };
         self.work.pliancy = [pliancy(&self.work.gamma), pliancy(&self.work.flexibility)];
@@ -389,7 +389,7 @@ impl Constraints {
     /// Shortens the trial step to one that turns no handle and bends the shell by no more than `radius`, and stays within
     /// what the method can be trusted for. Returns the fraction left and the turn made.
     fn shorten<E: Entry>(&mut self, basis: &Basis<E>, step: &Step, q: &[f64], radius: f64) -> (f64, f64) {
-        let turn = self.largest_turn(basis, q).max(bend(step, |k| self.work.trial[k] - q[k]));
+        let turn = self.largest_turn(basis, step, q).max(bend(step, |k| self.work.trial[k] - q[k]));
         let fraction = if turn > radius { radius / turn } else { 1.0 };
         let Work { trial, trial_multipliers, multipliers, bend_limit, .. } = &mut self.work;
         for k in 0..q.len() {
@@ -412,13 +412,14 @@ impl Constraints {
         (0..q.len()).map(share).fold(0.0, f64::max)
     }
 
-    /// Largest rotation at a handle from `q` to the trial, rad.
-    fn largest_turn<E: Entry>(&self, basis: &Basis<E>, q: &[f64]) -> f64 {
+    /// Largest rotation that matters at a handle from `q` to the trial, rad.
+    fn largest_turn<E: Entry>(&self, basis: &Basis<E>, step: &Step, q: &[f64]) -> f64 {
         let turn = |c: &Constraint| -> f64 {
             let change = |k: usize| (self.work.trial[k] - q[k]) * basis.at(k, c.vertex as usize).1;
             (0..q.len()).map(change).sum::<Vec3>().norm()
         };
-        self.set.items.iter().map(turn).fold(0.0, f64::max)
+        let turns = |c: &&Constraint| step.warped || matches!(c.target, Target::Orientation(_));
+        self.set.items.iter().filter(turns).map(turn).fold(0.0, f64::max)
     }
 
     /// Compliances in rows' units, and the branch of each target rotation that lies nearest to the present one.
@@ -501,9 +502,9 @@ impl Constraints {
     }
 }
 
-/// Root sum of squares of the largest rotations that the elastic amplitudes make.
+/// Root sum of squares of how far the elastic amplitudes bend the shell.
 fn bend(step: &Step, amplitude: impl Fn(usize) -> f64) -> f64 {
-    (0..step.largest_rotation.len()).map(|k| (step.bend(k) * amplitude(k)).powi(2)).sum::<f64>().sqrt()
+    (0..step.modes.1.len()).map(|k| (step.bend(k) * amplitude(k)).powi(2)).sum::<f64>().sqrt()
 }
 
 /// A handle that pulls at a target out of reach gives no more speed than the next step can stand.

@@ -63,7 +63,7 @@ fn step_all(jobs: &mut [Job], seconds: f64) {
     let batch = BATCHES.fetch_add(1, Ordering::Relaxed);
     for_each(
         jobs,
-        |job| job.handle.step_nanoseconds,
+        |job| job.handle.step_nanoseconds.load(Ordering::Relaxed),
         |job| job.fault = contained(|| step_one(job.handle, batch, seconds)).err(),
     );
     if jobs.iter().any(|job| job.fault.as_ref().is_some_and(|fault| fault.status == SW_ERROR_BUSY)) {

@@ -8,6 +8,7 @@ use super::pointer::{
     read_array, read_descriptor, read_descriptor_or_default, sized,
 };
 use super::status::{Fault, SW_ERROR_INVALID_DATA, SW_ERROR_NOT_PRECOMPUTED, SW_ERROR_UNSUPPORTED, SwStatus};
+use crate::auto::{Budget, Candidate};
 use crate::cache;
 use crate::error::{require_finite, require_non_negative};
 use crate::model::{Model, Options, Precision};
@@ -96,7 +97,9 @@ pub const SW_PHASE_ROTATION: u32 = 5;
 pub const SW_PHASE_COUNT: usize = 6;
 
 /// Hears of progress on the thread that called sw_model_precompute: SW_PHASE_... and the fraction of that phase, 0 to 1.
-/// A phase may come up more than once, or not at all on a small mesh. Must return SW_PROGRESS_CONTINUE or
+/// A phase may come up more than once, or not at all on a small mesh. A numeric factorization is one piece of work,
+/// during which nothing is heard and no cancel is taken: some tenths of a second for 10^4 vertices and some seconds for 10^5, about
+/// n^1.5, twice. Must return SW_PROGRESS_CONTINUE or
 /// SW_PROGRESS_CANCEL; anything else is an error, so that a callback which forgets to return is found out. Must not throw or
 /// long-jump, nor destroy the model.
 pub type SwProgressFn = Option<unsafe extern "C" fn(user: *mut c_void, phase: u32, fraction: f64) -> u32>;
@@ -109,7 +112,7 @@ pub const SW_PRECISION_F64: u32 = 2;
 /// The run-time basis in 16 bits of a unit for each mode, computed with in 32: half the memory of SW_PRECISION_F32, and as fast where
 /// memory limits; positions good to about 1e-5 of the displacement (basis_rounding of SwModelInfo).
 pub const SW_PRECISION_I16: u32 = 3;
-/// For SW_METHOD_LMA and the nonlinear shells alone: no modal rotations are stored, and the model takes half the memory. States
+/// For SW_METHOD_LMA and the nonlinear shells alone: no modal rotations are computed, and the basis takes half the memory. States
 /// are then SW_METHOD_LMA by default; the warp, sw_state_rotations and constraints on orientations return SW_ERROR_UNSUPPORTED.
 pub const SW_PRECOMPUTE_LINEAR: u32 = 1;
 
@@ -174,6 +177,15 @@ pub struct SwPrecomputeDesc {
     /// Strength of the gravity that its scenes will have, acceleration, from which the loads of the training follow; 0 = what bends
     /// the shell by a quarter of its size to first order.
     pub reduced_gravity: f64,
+    /// Unless this or auto_operations is 0, the method for SW_METHOD_AUTO is chosen, and the model made for it alone: of linear modal
+    /// analysis, the warp, the warp on the shape that hangs under demand_gravity, and reduced shells of reduced_fields (0 = 40) and of half
+    /// as many, the cheapest that under the loads of demand_gravity, demand_acceleration and handles, which are then read without a
+    /// tolerance too, gets no vertex wrong by more than this length against the full shell's equilibrium; else the most accurate.
+    /// sag_gravity is not read. Takes about four times a precompute, and an equilibrium of the full shell for each load.
+    pub auto_error: f64,
+    /// Of these methods, those whose step takes no more operations than this, as sw_state_plan counts them, or the cheapest;
+    /// 0 = any.
+    pub auto_operations: f64,
 }
 
 sized!(SwPrecomputeDesc);
@@ -262,6 +274,12 @@ pub struct SwModelInfo {
     /// has left of it in stiff cases, where residual, a share of the largest stiffness, says nothing. Above 1e-2 the precompute refuses.
     /// 0 on a model that was loaded.
     pub eigenvalue_disagreement: f64,
+    /// What SW_METHOD_AUTO means here, an SW_METHOD_...; 0 without a choice. sw_model_front tells what it went by.
+    pub auto_method: u32,
+    /// 0.
+    pub reserved: u32,
+    /// Its largest error in the choice, length.
+    pub auto_error: f64,
 }
 
 sized!(SwModelInfo);
@@ -375,8 +393,15 @@ pub unsafe extern "C" fn sw_model_precompute(model: *mut SwModel, desc: *const S
             require_finite(&format!("desc->sag_gravity[{k}]"), *g)?;
         }
         let linear = desc.flags & SW_PRECOMPUTE_LINEAR != 0;
+        let auto = match (require_non_negative("desc->auto_error", desc.auto_error)?, desc.auto_operations) {
+            (0.0, 0.0) => None,
+            (error, operations) => {
+                let most = require_non_negative("desc->auto_operations", operations)?;
+                Some(Budget { error, operations: if most > 0.0 { most } else { f64::INFINITY } })
+            }
+        };
         let demand = match desc.tolerance {
-            0.0 => None,
+            0.0 if auto.is_none() => None,
             tolerance => Some(Demand {
                 tolerance,
                 gravity: desc.demand_gravity.into(),
@@ -397,9 +422,9 @@ pub unsafe extern "C" fn sw_model_precompute(model: *mut SwModel, desc: *const S
             poses: desc.reduced_poses as usize,
             gravity: require_non_negative("desc->reduced_gravity", desc.reduced_gravity)?,
         };
-        let most = if demand.is_some() { MOST_MODES } else { Options::default().modes };
+        let most = if desc.tolerance != 0.0 { MOST_MODES } else { Options::default().modes };
         let modes = if desc.modes == 0 { most } else { desc.modes as usize };
-        let options = Options { demand, modes, precision, sag: desc.sag_gravity.into(), linear, reduced };
+        let options = Options { demand, modes, precision, sag: desc.sag_gravity.into(), linear, reduced, auto };
         let mut content = write("model", &handle.0)?;
         let mut progress = |phase: Phase, fraction: f64| call_progress(&desc, phase, fraction);
         let computed = Model::precompute(content.shell.clone(), &options, &mut progress)?;
@@ -496,6 +521,9 @@ fn fill_precomputed(info: &mut SwModelInfo, model: &Arc<Model>) {
     info.bytes_precompute_peak = model.peak_bytes as u64;
     info.basis_rounding = model.precision().rounding();
     info.truncation_bound = model.truncation;
+    if let Some(choice) = model.front.as_ref().map(|front| front.choice()) {
+        (info.auto_method, info.auto_error) = (choice.method.number(), choice.error);
+    }
     if let Some(reduced) = &model.reduced {
         info.reduced_fields = (reduced.n() - model.n_modes()) as u32;
         info.reduced_elements = reduced.samples.len() as u32;
@@ -514,6 +542,64 @@ pub unsafe extern "C" fn sw_model_info(model: *const SwModel, info: *mut SwModel
             read_descriptor("info", info.cast_const())?;
             let content = read("model", &handle.0)?;
             put(info, info_of(&content));
+        }
+        Ok(())
+    })
+}
+
+/// A method that was tried for SW_METHOD_AUTO. Output only.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct SwFrontPoint {
+    /// SW_METHOD_....
+    pub method: u32,
+    /// 1 for the one that was taken.
+    pub chosen: u32,
+    /// 1 for modes of the shape that hangs under demand_gravity.
+    pub sagged: u32,
+    /// Fields beyond the modes, of a reduced shell.
+    pub fields: u32,
+    /// Its elements.
+    pub elements: u32,
+    /// 0.
+    pub reserved: u32,
+    /// Of a step, as sw_state_plan counts them.
+    pub operations: f64,
+    /// The furthest that any vertex is off under any of the loads, length; infinite where it found no equilibrium.
+    pub error: f64,
+}
+
+impl SwFrontPoint {
+    fn of(candidate: &Candidate, chosen: bool) -> Self {
+        let Candidate { method, sagged, fields, elements, operations, error } = *candidate;
+        let (fields, elements) = (fields as u32, elements as u32);
+        let (method, chosen, sagged) = (method.number(), chosen.into(), sagged.into());
+        Self { method, chosen, sagged, fields, elements, reserved: 0, operations, error }
+    }
+}
+
+/// The methods that were tried for SW_METHOD_AUTO, none on a model without a choice. Two calls: with `points` NULL and `capacity` 0
+/// only *count is written. Callable concurrently.
+/// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_BUFFER_SIZE when capacity < *count, SW_ERROR_NOT_PRECOMPUTED, SW_ERROR_BUSY.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn sw_model_front(
+    model: *const SwModel,
+    points: *mut SwFrontPoint,
+    capacity: u32,
+    count: *mut u32,
+) -> SwStatus {
+    guard(|| {
+        not_null("count", count)?;
+        // SAFETY: the header's contract; NULL is excluded above.
+        unsafe {
+            let model = object("model", model)?.precomputed()?;
+            let point = |front: &crate::auto::Front| -> Vec<SwFrontPoint> {
+                let numbered = front.candidates.iter().enumerate();
+                numbered.map(|(k, candidate)| SwFrontPoint::of(candidate, k == front.chosen)).collect()
+            };
+            let found = model.front.as_ref().map_or_else(Vec::new, point);
+            copy_out("points", &found, points, capacity.into())?;
+            put(count, found.len() as u32);
         }
         Ok(())
     })

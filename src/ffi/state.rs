@@ -34,6 +34,9 @@ pub const SW_METHOD_WARP_VIRTUAL_WORK: u32 = 5;
 /// No amplitudes, and constraints on positions only; damping by the stiffness of the present shape. The integrator is its own.
 pub const SW_METHOD_REDUCED_SHELL: u32 = 6;
 
+/// The method that the precompute chose for the scene by auto_error or auto_operations.
+pub const SW_METHOD_AUTO: u32 = 7;
+
 /// Backward Euler: first order, stable for every step, damps what the step does not resolve.
 pub const SW_INTEGRATOR_IMPLICIT_EULER: u32 = 1;
 /// The closed-form motion of each mode under a force constant over the step: no numerical damping of its own.
@@ -147,8 +150,8 @@ pub struct SwStateReport {
     pub elastic_energy: f64,
     /// Work done on the shell by constraints since creation or reset.
     pub constraint_work: f64,
-    /// Largest rotation of a vertex, rad: |w| of modal methods, which counts turns; an upper bound on a model with
-    /// SW_PRECOMPUTE_LINEAR, by which all vertices or none are out of range.
+    /// Largest rotation of a vertex, rad: |w| of modal methods, which counts turns. A model with
+    /// SW_PRECOMPUTE_LINEAR has it computed from the displacements at each call.
     pub max_rotation: f64,
     /// Largest displacement in the frame.
     pub max_displacement: f64,
@@ -172,8 +175,8 @@ pub unsafe extern "C" fn sw_state_report_init(report: *mut SwStateReport) {
 /// a violation returns SW_ERROR_BUSY.
 pub struct SwState {
     pub(super) state: RwLock<State>,
-    /// About how long a step takes, when the state was made.
-    pub(super) step_nanoseconds: u64,
+    /// About how long a step takes, when the state was made or given its method.
+    pub(super) step_nanoseconds: AtomicU64,
     /// The last call for many states that moved it.
     pub(super) batch: AtomicU64,
 }
@@ -181,7 +184,7 @@ pub struct SwState {
 impl From<State> for SwState {
     /// A handle for Rust programs that call the interface: benchmarks on models that were not precomputed.
     fn from(state: State) -> Self {
-        Self { step_nanoseconds: state.step_nanoseconds(), state: RwLock::new(state), batch: AtomicU64::new(0) }
+        Self { step_nanoseconds: state.step_nanoseconds().into(), state: RwLock::new(state), batch: AtomicU64::new(0) }
     }
 }
 
@@ -207,11 +210,30 @@ unsafe fn writing(state: *mut SwState, body: impl FnOnce(&mut State) -> Result<(
     })
 }
 
+/// What SW_METHOD_... and 0 mean for states of `model`.
+pub(super) fn method_of(name: &str, model: &Model, method: u32) -> Result<Method, Fault> {
+    let default = if model.is_linear() { Method::LinearModalAnalysis } else { Method::Warp };
+    let methods = [
+        (0, default),
+        (SW_METHOD_WARP, Method::Warp),
+        (SW_METHOD_LMA, Method::LinearModalAnalysis),
+        (SW_METHOD_SHELL_IMPLICIT, Method::ImplicitShell),
+        (SW_METHOD_SHELL_EXPLICIT, Method::ExplicitShell),
+        (SW_METHOD_WARP_VIRTUAL_WORK, Method::VirtualWorkWarp),
+        (SW_METHOD_REDUCED_SHELL, Method::ReducedShell),
+    ];
+    match method {
+        SW_METHOD_AUTO => Ok(model.chosen_method()?),
+        _ => enumerant(name, method, &methods),
+    }
+}
+
 /// Makes a state at rest on a precomputed model; `desc` may be NULL for defaults. No loads, no damping, the frame at the
 /// world's origin. The state keeps alive what it needs of the model. Callable concurrently on one model.
 /// On success *state is a new handle, to be given to sw_state_destroy; on failure it is untouched.
 /// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_NOT_PRECOMPUTED, SW_ERROR_UNSUPPORTED for a warp on a model
-/// with SW_PRECOMPUTE_LINEAR and for SW_METHOD_REDUCED_SHELL on a model without reduced_fields, SW_ERROR_BUSY.
+/// with SW_PRECOMPUTE_LINEAR, for SW_METHOD_REDUCED_SHELL on a model without reduced_fields and for SW_METHOD_AUTO on one without a
+/// choice, SW_ERROR_BUSY.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn sw_state_create(
     model: *const SwModel,
@@ -225,21 +247,12 @@ pub unsafe extern "C" fn sw_state_create(
             let desc = read_descriptor_or_default("desc", desc)?;
             check_flags("desc->flags", desc.flags, 0)?;
             let model = object("model", model)?.precomputed()?;
-            let methods = [
-                (0, if model.is_linear() { Method::LinearModalAnalysis } else { Method::Warp }),
-                (SW_METHOD_WARP, Method::Warp),
-                (SW_METHOD_LMA, Method::LinearModalAnalysis),
-                (SW_METHOD_SHELL_IMPLICIT, Method::ImplicitShell),
-                (SW_METHOD_SHELL_EXPLICIT, Method::ExplicitShell),
-                (SW_METHOD_WARP_VIRTUAL_WORK, Method::VirtualWorkWarp),
-                (SW_METHOD_REDUCED_SHELL, Method::ReducedShell),
-            ];
             let integrators = [
                 (0, Integrator::ImplicitEuler),
                 (SW_INTEGRATOR_IMPLICIT_EULER, Integrator::ImplicitEuler),
                 (SW_INTEGRATOR_EXACT, Integrator::Exact),
             ];
-            let method = enumerant("desc->method", desc.method, &methods)?;
+            let method = method_of("desc->method", &model, desc.method)?;
             let integrator = enumerant("desc->integrator", desc.integrator, &integrators)?;
             put(state, new_handle(State::new(model, method, integrator)?));
         }

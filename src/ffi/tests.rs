@@ -1,6 +1,7 @@
 //! A panic forced inside every exported function becomes SW_ERROR_INTERNAL, prints nothing and poisons the handle.
 
 use super::batch::*;
+use super::certify::*;
 use super::constraint::*;
 use super::load::*;
 use super::log::sw_set_log_callback;
@@ -81,6 +82,7 @@ fn status_calls<'a>(model: *mut SwModel, state: *mut SwState) -> Vec<Call<'a>> {
         sw_model_precompute(model, null()),
         sw_model_info(model, null_mut()),
         sw_model_frequencies(model, null_mut(), 0, null_mut()),
+        sw_model_front(model, null_mut(), 0, null_mut()),
         sw_model_mode_shape(model, 0, 0, 0, null_mut(), 0, 0),
         sw_model_save(model, null_mut(), 0, null_mut()),
         sw_model_load(null(), 0, null_mut()),
@@ -107,6 +109,8 @@ fn status_calls<'a>(model: *mut SwModel, state: *mut SwState) -> Vec<Call<'a>> {
         sw_state_load(state, null(), 0),
         sw_state_positions_of(state, 0, 0, null(), 0, null_mut(), 0),
         sw_state_set_rest_tolerance(state, -1.0),
+        sw_state_certify(state, null_mut()),
+        sw_state_set_method(state, 1),
         sw_state_plan(state, 0.0, null_mut(), 0, null_mut()),
         sw_state_plan_text(state, 0.0, null_mut(), 0, null_mut()),
         sw_states_step(null(), 0, 0.0, null_mut()),
@@ -115,7 +119,7 @@ fn status_calls<'a>(model: *mut SwModel, state: *mut SwState) -> Vec<Call<'a>> {
 }
 
 /// The exported functions that cannot fail and so have no status.
-const WITHOUT_STATUS: [&str; 20] = [
+const WITHOUT_STATUS: [&str; 21] = [
     "sw_abi_version",
     "sw_features",
     "sw_version_string",
@@ -134,6 +138,7 @@ const WITHOUT_STATUS: [&str; 20] = [
     "sw_wind_desc_init",
     "sw_equilibrium_report_init",
     "sw_state_report_init",
+    "sw_certificate_init",
     "sw_model_destroy",
     "sw_state_destroy",
 ];
@@ -180,6 +185,7 @@ fn a_panic_in_any_exported_function_becomes_a_status() {
             sw_damping_desc_init(null_mut()),
             sw_frame_desc_init(null_mut()),
             sw_state_report_init(null_mut()),
+            sw_certificate_init(null_mut()),
             sw_constraint_desc_init(null_mut()),
             sw_force_desc_init(null_mut()),
             sw_wind_desc_init(null_mut()),

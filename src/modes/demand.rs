@@ -8,7 +8,8 @@
 //!
 //!   c_k(v) = D (|Σ m φ_k·a| + Σ m |φ_k| |a| θ)/λ_k · (|φ_k(v)| + ½ |y(v)| |ψ_k(v)|),
 //!
-//! y(v) being the whole displacement there; the second term is what an error of w = Ψq changes in R̃(w) y. Modes are left out,
+//! y(v) being the whole displacement there; the second term is what an error of w = Ψq changes in R̃(w) y. Under linear modal
+//! analysis nothing turns: θ = 0 and no ψ. Modes are left out,
 //! the least first, while the sum of the c_k left out and of the tail stays within the tolerance at every vertex.
 
 use super::{Modes, ScaledStiffness};
@@ -78,14 +79,14 @@ impl Demand {
         self.gravity.norm() + self.acceleration
     }
 
-    /// The fewest of `modes` that meet the demand, or all with the bound that they reach.
-    pub fn choose(&self, shell: &Shell, modes: &Modes) -> Result<Choice> {
+    /// The fewest of `modes` that meet the demand, or all with the bound that they reach. In a `linear` scene nothing turns.
+    pub fn choose(&self, shell: &Shell, modes: &Modes, linear: bool) -> Result<Choice> {
         let all = || (0..modes.shapes.len()).collect();
         if modes.zero_modes == modes.shapes.len() {
             let bound = if shell.n_unknowns() == modes.shapes.len() { 0.0 } else { f64::INFINITY };
             return Ok(Choice { keep: all(), bound });
         }
-        let responses = Responses::new(self, shell, modes)?;
+        let responses = Responses::new(self, shell, modes, linear)?;
         let mut off = responses.tail.clone();
         let largest = |field: &[f64]| field.iter().copied().fold(0.0, f64::max);
         let mut order: Vec<(f64, usize)> =
@@ -123,100 +124,176 @@ struct Responses<'a> {
 }
 
 impl<'a> Responses<'a> {
-    fn new(demand: &Demand, shell: &Shell, modes: &'a Modes) -> Result<Self> {
-        let rotation = ModalRotation::new(&shell.mesh);
-        let turns: Vec<Vec<Vec3>> = modes.shapes.iter().map(|phi| rotation.apply(phi)).collect();
-        let (n, amplification) = (shell.mass.len(), demand.amplification);
-        let elastic = modes.zero_modes..modes.shapes.len();
-        let factor = |k: usize| modes.shapes[k].iter().zip(&shell.mass).map(|(phi, m)| *m * phi).sum::<Vec3>();
-        let factors: Vec<Vec3> = (0..modes.shapes.len()).map(factor).collect();
-        // The static response in the computed modes, and its rotation, for an acceleration along each axis.
-        let response = |fields: &[Vec<Vec3>], v: usize| {
-            let axis = |c: usize| elastic.clone().map(|k| fields[k][v] * (factors[k][c] / modes.eigenvalues[k])).sum();
-            [axis(0), axis(1), axis(2)]
-        };
-        let turn: Vec<f64> = (0..n).map(|v| (amplification * demand.worst(&response(&turns, v))).min(2.0)).collect();
-
-        let axes = [Vec3::x(), Vec3::y(), Vec3::z()];
-        let uniform = axes.iter().map(|axis| shell.mass.iter().map(|m| *m * axis).collect());
-        let turned = axes.iter().map(|axis| shell.mass.iter().zip(&turn).map(|(m, turn)| m * turn * axis).collect());
-        let handles: Vec<u32> = demand.handles.iter().copied().filter(|v| !shell.held[*v as usize]).collect();
-        let pulls = handles.iter().flat_map(|v| {
-            axes.iter().map(|axis| {
-                let mut pull = vec![Vec3::zeros(); n];
-                pull[*v as usize] = *axis;
-                pull
-            })
+    fn new(demand: &Demand, shell: &Shell, modes: &'a Modes, linear: bool) -> Result<Self> {
+        let statics = Statics::new(demand, shell, modes, linear)?;
+        let n = shell.mass.len();
+        let mut pulled = Pulled { size: vec![0.0; n], reach: vec![0.0; modes.shapes.len()], tail: vec![[0.0; 2]; n] };
+        (0..statics.handles.len()).for_each(|h| statics.pull(h, &mut pulled));
+        let size: Vec<f64> = (0..n).map(|v| statics.size(v) + pulled.size[v]).collect();
+        let tail = (0..n).map(|v| {
+            let ([u, w], [by_handles, turn]) = (statics.tail(v), pulled.tail[v]);
+            u + by_handles + 0.5 * size[v] * (w + turn)
         });
-        let tails = tails(shell, modes, &uniform.chain(turned).chain(pulls).collect::<Vec<_>>())?;
-        let tail_turns: Vec<Vec<Vec3>> = tails.iter().map(|u| rotation.apply(u)).collect();
-        let three = |fields: &[Vec<Vec3>], first: usize, v: usize| [0, 1, 2].map(|c| fields[first + c][v]);
-
-        // Handles: U C⁻¹ d with the compliance C at the vertex, of which a mode gives φφᵀ/λ, in the directions in which it gives.
-        let mut reach = vec![0.0f64; modes.shapes.len()];
-        let mut handle_size = vec![0.0; n];
-        let mut handle_tail = vec![[0.0; 2]; n];
-        for (h, v) in handles.iter().enumerate() {
-            let at = *v as usize;
-            let flexible = |k: usize| modes.shapes[k][at] / modes.eigenvalues[k];
-            let column = |w: usize, c: usize| {
-                elastic.clone().map(|k| modes.shapes[k][w] * flexible(k)[c]).sum::<Vec3>() + tails[6 + 3 * h + c][w]
-            };
-            let gives = Matrix3::from_columns(&[column(at, 0), column(at, 1), column(at, 2)]).symmetric_eigen();
-            let softest = gives.eigenvalues.amax();
-            let pull =
-                gives.eigenvalues.map(|c| if c > STIFF * softest { amplification * demand.distance / c } else { 0.0 });
-            let force = gives.eigenvectors * Matrix3::from_diagonal(&pull) * gives.eigenvectors.transpose();
-            let pulled = |columns: [Vec3; 3]| (Matrix3::from_columns(&columns) * force).norm();
-            let mut far = 1.0f64;
-            for w in 0..n {
-                let u = pulled([column(w, 0), column(w, 1), column(w, 2)]);
-                handle_size[w] += u;
-                far = far.max(u / (amplification * demand.distance).max(f64::MIN_POSITIVE));
-            }
-            // Without a mode the handle gives less, and moves the rest the more: once for the mode itself, once for that.
-            for k in elastic.clone() {
-                reach[k] += (1.0 + far) * (force * flexible(k)).norm();
-            }
-            for w in 0..n {
-                handle_tail[w][0] += (1.0 + far) * pulled(three(&tails, 6 + 3 * h, w));
-                handle_tail[w][1] += (1.0 + far) * pulled(three(&tail_turns, 6 + 3 * h, w));
-            }
-        }
-
-        let size: Vec<f64> = (0..n)
-            .map(|v| {
-                let (known, tail) = (response(&modes.shapes, v), three(&tails, 0, v));
-                let whole = [0, 1, 2].map(|c| known[c] + tail[c]);
-                amplification * demand.worst(&whole) + handle_size[v]
-            })
-            .collect();
-        let tail = (0..n)
-            .map(|v| {
-                let of = |fields: &[Vec<Vec3>]| {
-                    demand.worst(&three(fields, 0, v)) + demand.size() * frobenius(&three(fields, 3, v))
-                };
-                let [handle, handle_turn] = handle_tail[v];
-                let (u, w) = (amplification * of(&tails) + handle, amplification * of(&tail_turns) + handle_turn);
-                u + 0.5 * size[v] * w
-            })
-            .collect();
-        let amplitude = |k: usize| {
-            if modes.eigenvalues[k] == 0.0 {
-                return 0.0;
-            }
-            let straight = factors[k].dot(&demand.gravity).abs() + demand.acceleration * factors[k].norm();
-            let turning: f64 = (0..n).map(|v| shell.mass[v] * modes.shapes[k][v].norm() * turn[v]).sum();
-            amplification * (straight + demand.size() * turning) / modes.eigenvalues[k] + reach[k]
-        };
-        let amplitude = (0..modes.shapes.len()).map(amplitude).collect();
-        Ok(Self { modes, turns, amplitude, size, tail })
+        let tail = tail.collect();
+        let amplitude = (0..modes.shapes.len()).map(|k| statics.amplitude(k) + pulled.reach[k]).collect();
+        Ok(Self { modes, turns: statics.turns, amplitude, size, tail })
     }
 
     /// c_k (n_vertices).
     fn of_mode(&self, k: usize) -> Vec<f64> {
         let shown = |v: usize| self.modes.shapes[k][v].norm() + 0.5 * self.size[v] * self.turns[k][v].norm();
         (0..self.size.len()).map(|v| self.amplitude[k] * shown(v)).collect()
+    }
+}
+
+/// How the shell answers unit loads, in the computed modes and in the tail.
+struct Statics<'a> {
+    demand: &'a Demand,
+    shell: &'a Shell,
+    modes: &'a Modes,
+    /// Ψ of each mode; zeros where the scene is linear and nothing turns.
+    turns: Vec<Vec<Vec3>>,
+    /// Σ m φ_k.
+    factors: Vec<Vec3>,
+    /// θ (n_vertices).
+    turn: Vec<f64>,
+    /// Those that the supports leave free.
+    handles: Vec<u32>,
+    /// Tails of an acceleration along each axis, of the same with θ at each vertex, and of a pull at each handle along each axis.
+    tails: Vec<Vec<Vec3>>,
+    /// Their rotations.
+    tail_turns: Vec<Vec<Vec3>>,
+}
+
+const AXES: [usize; 3] = [0, 1, 2];
+/// Where the three tails of the turned acceleration and those of the handles begin.
+const TURNED: usize = 3;
+const PULLS: usize = 6;
+
+/// Three fields, from `first`, at a vertex.
+fn three(fields: &[Vec<Vec3>], first: usize, v: usize) -> [Vec3; 3] {
+    AXES.map(|c| fields[first + c][v])
+}
+
+/// What handles add to the bounds.
+struct Pulled {
+    /// |y| (n_vertices).
+    size: Vec<f64>,
+    /// Largest amplitude of each mode.
+    reach: Vec<f64>,
+    /// Displacement and rotation by the tail (n_vertices).
+    tail: Vec<[f64; 2]>,
+}
+
+impl<'a> Statics<'a> {
+    fn new(demand: &'a Demand, shell: &'a Shell, modes: &'a Modes, linear: bool) -> Result<Self> {
+        let rotation = (!linear).then(|| ModalRotation::new(&shell.mesh));
+        let rotated = |u: &Vec<Vec3>| rotation.as_ref().map_or(vec![Vec3::zeros(); u.len()], |w| w.apply(u));
+        let factor = |phi: &Vec<Vec3>| phi.iter().zip(&shell.mass).map(|(phi, m)| *m * phi).sum::<Vec3>();
+        let handles = demand.handles.iter().copied().filter(|v| !shell.held[*v as usize]).collect();
+        let mut statics = Self {
+            demand,
+            shell,
+            modes,
+            turns: modes.shapes.iter().map(rotated).collect(),
+            factors: modes.shapes.iter().map(factor).collect(),
+            turn: vec![],
+            handles,
+            tails: vec![],
+            tail_turns: vec![],
+        };
+        let turn = |v: usize| demand.amplification * demand.worst(&statics.response(&statics.turns, v));
+        statics.turn = (0..shell.mass.len()).map(|v| turn(v).min(2.0)).collect();
+        statics.tails = tails(shell, modes, &statics.loads())?;
+        statics.tail_turns = statics.tails.iter().map(rotated).collect();
+        Ok(statics)
+    }
+
+    fn elastic(&self) -> std::ops::Range<usize> {
+        self.modes.zero_modes..self.modes.shapes.len()
+    }
+
+    /// The static answer of `fields` that go with the modes, to an acceleration along each axis.
+    fn response(&self, fields: &[Vec<Vec3>], v: usize) -> [Vec3; 3] {
+        let share = |k: usize, c: usize| self.factors[k][c] / self.modes.eigenvalues[k];
+        AXES.map(|c| self.elastic().map(|k| fields[k][v] * share(k, c)).sum())
+    }
+
+    /// Those of the tails.
+    fn loads(&self) -> Vec<Vec<Vec3>> {
+        let (mass, axis) = (&self.shell.mass, |c: usize| Vec3::ith(c, 1.0));
+        let uniform = AXES.map(|c| mass.iter().map(|m| *m * axis(c)).collect());
+        let turned = AXES.map(|c| mass.iter().zip(&self.turn).map(|(m, turn)| m * turn * axis(c)).collect());
+        let pulls = self.handles.iter().flat_map(|v| {
+            AXES.map(|c| {
+                let mut pull = vec![Vec3::zeros(); mass.len()];
+                pull[*v as usize] = axis(c);
+                pull
+            })
+        });
+        uniform.into_iter().chain(turned).chain(pulls).collect()
+    }
+
+    /// φ_k at handle `h`, over λ_k.
+    fn flexibility(&self, h: usize, k: usize) -> Vec3 {
+        self.modes.shapes[k][self.handles[h] as usize] / self.modes.eigenvalues[k]
+    }
+
+    /// How far vertex `v` goes where a force of 1 pulls handle `h` along each axis.
+    fn compliance(&self, h: usize, v: usize) -> Matrix3<f64> {
+        let modes = |c: usize| self.elastic().map(move |k| self.modes.shapes[k][v] * self.flexibility(h, k)[c]);
+        Matrix3::from_columns(&AXES.map(|c| modes(c).sum::<Vec3>() + self.tails[PULLS + 3 * h + c][v]))
+    }
+
+    /// Adds what handle `h` does: U C⁻¹ d with the compliance C at its vertex, in the directions in which this gives.
+    fn pull(&self, h: usize, pulled: &mut Pulled) {
+        let distance = self.demand.amplification * self.demand.distance;
+        let gives = self.compliance(h, self.handles[h] as usize).symmetric_eigen();
+        let softest = gives.eigenvalues.amax();
+        let strength = gives.eigenvalues.map(|c| if c > STIFF * softest { distance / c } else { 0.0 });
+        let force = gives.eigenvectors * Matrix3::from_diagonal(&strength) * gives.eigenvectors.transpose();
+        let mut far = 1.0f64;
+        for (v, size) in pulled.size.iter_mut().enumerate() {
+            let u = (self.compliance(h, v) * force).norm();
+            *size += u;
+            far = far.max(u / distance.max(f64::MIN_POSITIVE));
+        }
+        // Without a mode the handle gives less, and moves the rest the more: once for the mode itself, once for that.
+        for k in self.elastic() {
+            pulled.reach[k] += (1.0 + far) * (force * self.flexibility(h, k)).norm();
+        }
+        for (v, tail) in pulled.tail.iter_mut().enumerate() {
+            let by = |fields| (Matrix3::from_columns(&three(fields, PULLS + 3 * h, v)) * force).norm();
+            tail[0] += (1.0 + far) * by(&self.tails);
+            tail[1] += (1.0 + far) * by(&self.tail_turns);
+        }
+    }
+
+    /// |y| at vertex `v`, without handles.
+    fn size(&self, v: usize) -> f64 {
+        let (known, tail) = (self.response(&self.modes.shapes, v), three(&self.tails, 0, v));
+        self.demand.amplification * self.demand.worst(&AXES.map(|c| known[c] + tail[c]))
+    }
+
+    /// Displacement and rotation of vertex `v` by the tail, without handles.
+    fn tail(&self, v: usize) -> [f64; 2] {
+        let of = |fields: &[Vec<Vec3>]| {
+            let turned = self.demand.size() * frobenius(&three(fields, TURNED, v));
+            self.demand.amplification * (self.demand.worst(&three(fields, 0, v)) + turned)
+        };
+        [of(&self.tails), of(&self.tail_turns)]
+    }
+
+    /// How far loads move mode `k`, without handles.
+    fn amplitude(&self, k: usize) -> f64 {
+        let Self { demand, factors, modes, .. } = self;
+        if modes.eigenvalues[k] == 0.0 {
+            return 0.0;
+        }
+        let straight = factors[k].dot(&demand.gravity).abs() + demand.acceleration * factors[k].norm();
+        let moments = modes.shapes[k].iter().zip(&self.shell.mass).zip(&self.turn);
+        let turning: f64 = moments.map(|((phi, m), turn)| m * phi.norm() * turn).sum();
+        demand.amplification * (straight + demand.size() * turning) / modes.eigenvalues[k]
     }
 }
 

@@ -7,6 +7,7 @@
 mod canonical;
 mod demand;
 mod dense;
+mod inverse;
 mod jacobi;
 mod lanczos;
 mod part;
@@ -144,7 +145,7 @@ fn part_modes(shell: &Shell, part: &Part, (wanted, norm): (usize, f64), progress
     progress.report(Phase::Ordering, 1.0)?;
     let dense = n <= search::dense_limit(wanted);
     let work = if dense { 2 * n * n } else { 2 * n * Plan::of(wanted, n).capacity };
-    let peak_bytes = 2 * symbolic.factor_bytes() + 8 * work + 3 * 16 * part.stiffness.lower.val().len();
+    let peak_bytes = symbolic.factor_bytes() + 8 * work + 3 * 16 * part.stiffness.lower.val().len();
     drop(reserve::<u8>("the search for modes", peak_bytes)?); // told now, not after minutes
     if let Some(sag) = &shell.sag {
         refuse_buckled(&symbolic, &part.stiffness, sag.gravity)?;
@@ -156,13 +157,18 @@ fn part_modes(shell: &Shell, part: &Part, (wanted, norm): (usize, f64), progress
 }
 
 /// The modes that meet `demand`, at most `most` and those found on the way to them, and a bound on how far a vertex is off without
-/// the others. Twice as many are searched for until there are enough; where there are not, the bound exceeds the tolerance.
-pub fn demanded_modes(shell: &Shell, demand: &Demand, most: usize, progress: &mut Progress) -> Result<(Modes, f64)> {
+/// the others; `linear` where nothing turns. Twice as many are searched for until there are enough; where there are not, the bound exceeds the tolerance.
+pub fn demanded_modes(
+    shell: &Shell,
+    demand: &Demand,
+    (most, linear): (usize, bool),
+    progress: &mut Progress,
+) -> Result<(Modes, f64)> {
     let most = most.min(shell.n_unknowns()).min(MAX_MODES);
     let mut wanted = FIRST_SEARCH.min(most);
     loop {
         let mut modes = lowest_modes(shell, wanted, progress)?;
-        let choice = demand.choose(shell, &modes)?;
+        let choice = demand.choose(shell, &modes, linear)?;
         if choice.bound <= demand.tolerance || wanted == most {
             modes.eigenvalues = choice.keep.iter().map(|k| modes.eigenvalues[*k]).collect();
             modes.shapes = choice.keep.iter().map(|k| std::mem::take(&mut modes.shapes[*k])).collect();

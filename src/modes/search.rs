@@ -5,12 +5,12 @@
 //! While the count exceeds what was found, the search goes on from fresh directions, and when a group of close eigenvalues
 //! outgrows the basis, with a larger one.
 
+use super::inverse::Inverse;
 use super::lanczos::{BlockLanczos, Ritz};
 use super::{MAX_MODES, Part, Phase, Progress, ScaledStiffness, dense, entries, jacobi, sort_columns};
-use crate::sparse::Symbolic;
+use crate::sparse::{Factor, Symbolic};
 use crate::{Error, ErrorKind, Result, Shell};
 use faer::Mat;
-use faer::prelude::*;
 
 /// Restarts before giving up; a sweep or two is usual.
 const MAX_SWEEPS: usize = 60;
@@ -130,7 +130,7 @@ impl Search<'_> {
         }
         let (found, shift) = self.shift_above(&eigenvalues).unwrap_or((n, 2.0 * self.stiffness().norm));
         progress.report(Phase::Modes, 1.0)?;
-        let count = self.count_below(shift, progress)?;
+        let count = self.count_below(shift, &mut self.symbolic.factor()?, progress)?;
         Ok(Pairs { eigenvalues, vectors, converged: found, count, shift, sigma: None })
     }
 
@@ -181,18 +181,17 @@ impl Search<'_> {
 
     fn with_shift(&self, sigma: f64, target: usize, may_change: bool, progress: &mut Progress) -> Result<Outcome> {
         progress.report(Phase::Factorization, 0.0)?;
-        let Some(cholesky) = self.symbolic.cholesky(&self.stiffness().shifted(sigma))? else {
+        let Some(mut inverse) = Inverse::new(self.symbolic, self.stiffness(), sigma)? else {
             return Ok(Outcome::Indefinite);
         };
         progress.report(Phase::Factorization, 1.0)?;
 
         let plan = Plan::of(target, self.n());
         let mut lanczos = BlockLanczos::new(self.n(), plan.width, plan.capacity)?;
-        let mut op = |block: MatMut<'_, f64>| cholesky.solve_in_place(block);
         let (mut crowded, mut disputed, mut done) = (0, None, 0.0f64);
         // Each sweep fills the basis once; a sweep multiplies the error by the decay of a Chebyshev polynomial of its degree.
         for _ in 0..MAX_SWEEPS {
-            let ritz = match self.sweep(&mut lanczos, &mut op, &plan, sigma, &mut done, progress)? {
+            let ritz = match self.sweep(&mut lanczos, &mut inverse, &plan, sigma, &mut done, progress)? {
                 (_, Some(pairs)) if pairs.count == pairs.converged => {
                     progress.report(Phase::Modes, 1.0)?;
                     return Ok(match self.better_shift(&pairs.eigenvalues, sigma) {
@@ -239,7 +238,7 @@ impl Search<'_> {
     fn sweep(
         &self,
         lanczos: &mut BlockLanczos,
-        op: &mut dyn FnMut(MatMut<'_, f64>) -> Result<()>,
+        inverse: &mut Inverse,
         plan: &Plan,
         sigma: f64,
         done: &mut f64,
@@ -248,7 +247,7 @@ impl Search<'_> {
         let mut disputed = None;
         let mut next_check = self.wanted + plan.width;
         loop {
-            lanczos.step(op)?;
+            lanczos.step(&mut |block| inverse.apply(block))?;
             let full = lanczos.room() < plan.width;
             // A Ritz solve costs p³: only when it can show something new, and at the end.
             if !full && lanczos.processed() < next_check {
@@ -261,7 +260,7 @@ impl Search<'_> {
             *done = done.max(converged.min(self.wanted) as f64 / self.wanted as f64);
             progress.report(Phase::Modes, 0.99 * *done)?;
             if converged >= self.wanted
-                && let Some(pairs) = self.accept(lanczos, &ritz, converged, sigma, progress)?
+                && let Some(pairs) = self.accept(lanczos, inverse, (&ritz, converged), sigma, progress)?
             {
                 if pairs.count == pairs.converged {
                     return Ok((ritz, Some(pairs)));
@@ -278,8 +277,8 @@ impl Search<'_> {
     fn accept(
         &self,
         lanczos: &BlockLanczos,
-        ritz: &Ritz,
-        converged: usize,
+        inverse: &mut Inverse,
+        (ritz, converged): (&Ritz, usize),
         sigma: f64,
         progress: &mut Progress,
     ) -> Result<Option<Pairs>> {
@@ -293,7 +292,7 @@ impl Search<'_> {
             .map(|i| (i + 1, at(i) + 0.25 * (at(i + 1) - at(i))));
         let safe = self.shift_above(&eigenvalues).filter(|(found, _)| *found <= converged);
         for (found, shift) in near.into_iter().chain(safe) {
-            let count = self.count_below(shift, progress)?;
+            let count = self.count_below(shift, inverse.room(), progress)?;
             let agrees = count == found;
             tried = Some((found, shift, count));
             if agrees {
@@ -314,11 +313,11 @@ impl Search<'_> {
         Some((last + 1, at(last) + 0.25 * (at(last + 1) - at(last))))
     }
 
-    fn count_below(&self, shift: f64, progress: &mut Progress) -> Result<usize> {
+    fn count_below(&self, shift: f64, room: &mut Factor, progress: &mut Progress) -> Result<usize> {
         progress.report(Phase::Certificate, 0.0)?;
         let mut shift = shift;
         for _ in 0..4 {
-            if let Some(count) = self.symbolic.negative_eigenvalues(&self.stiffness().shifted(shift))? {
+            if let Some(count) = self.symbolic.negative_eigenvalues_in(&self.stiffness().shifted(shift), room)? {
                 progress.report(Phase::Certificate, 0.5)?;
                 return Ok(count);
             }

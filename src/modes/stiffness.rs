@@ -85,11 +85,16 @@ impl ScaledStiffness {
     /// y ← A x.
     pub fn apply(&self, x: &[f64]) -> Vec<f64> {
         let mut y = vec![0.0; x.len()];
-        for (i, j, a) in entries(&self.lower) {
-            y[i] += a * x[j];
-            if i != j {
-                y[j] += a * x[i];
+        let (pattern, values) = (self.lower.symbolic(), self.lower.val());
+        for (j, bounds) in pattern.col_ptr().windows(2).enumerate() {
+            let (rows, values) = (&pattern.row_idx()[bounds[0]..bounds[1]], &values[bounds[0]..bounds[1]]);
+            // The diagonal entry comes first.
+            let mut sum = values[0] * x[j];
+            for (&i, a) in rows.iter().zip(values).skip(1) {
+                y[i] += a * x[j];
+                sum += a * x[i];
             }
+            y[j] += sum;
         }
         y
     }

@@ -23,7 +23,7 @@ pub use fields::{Fields, MAX_FIELDS};
 pub use newton::{End, Newton, Potential, Rows, Stop};
 
 use crate::energy::Curvature;
-use crate::features::Feature;
+use crate::features::{self, Feature, Proof};
 use crate::model::Precision;
 use crate::modes::{Modes, Phase, Progress};
 use crate::reference::Solver;
@@ -88,6 +88,8 @@ pub struct ReducedShell {
     inertia: [[DMatrix<f64>; 3]; 3],
     /// What the samples leave of the forces and the stiffness that they were chosen by, relative.
     pub fit: f64,
+    /// Without the feature there is none.
+    _proof: features::ReducedShell,
 }
 
 impl ReducedShell {
@@ -99,7 +101,7 @@ impl ReducedShell {
         precision: Precision,
         progress: &mut Progress,
     ) -> Result<Self> {
-        Feature::ReducedShell.require()?;
+        let _proof: features::ReducedShell = Proof::of(Feature::ReducedShell)?;
         let wanted = modes.shapes.len() + options.fields;
         if wanted > MAX_FIELDS {
             return Err(Error::argument(format!(
@@ -157,6 +159,7 @@ impl ReducedShell {
         stresses: DMatrix<f64>,
         correction: DMatrix<f64>,
     ) -> Result<Self> {
+        let proof = Proof::of(Feature::ReducedShell)?;
         let columns = unpacked(shell, &fields);
         let mut weights = vec![0.0; shell.energy.n_elements()];
         samples.iter().for_each(|&(e, w)| weights[e as usize] = w);
@@ -181,7 +184,7 @@ impl ReducedShell {
                 DMatrix::from_fn(n, n, |i, j| product[(i, j)])
             })
         });
-        Ok(Self { fields, energy, samples, stresses, weight, moment, inertia, fit: 0.0 })
+        Ok(Self { fields, energy, samples, stresses, weight, moment, inertia, fit: 0.0, _proof: proof })
     }
 
     /// Modes and further fields.

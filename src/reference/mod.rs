@@ -8,6 +8,7 @@
 //! At rest that is ξM + ζK. Unlike the rest stiffness it leaves rigid motion of the bent shell alone, so angular momentum is
 //! kept; unlike the exact tangent it is never indefinite, so damping only ever takes energy.
 
+mod correction;
 mod equilibrium;
 mod explicit;
 mod handles;
@@ -18,6 +19,7 @@ mod noise;
 mod orientation;
 mod potential;
 
+pub use correction::{CORRECTED, Correction, SolverPool};
 pub use equilibrium::{Equilibrium, EquilibriumOptions, EquilibriumProgress};
 pub use handles::{Goal, Grip, Handle};
 pub use implicit::StepReport;

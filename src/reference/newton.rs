@@ -156,6 +156,14 @@ impl Newton {
         unreachable!("the loop ends at the last iteration allowed")
     }
 
+    /// Takes `x` of a search that was cut short back to the last iterate that Φ fell to, if it has left that; ‖∇Φ‖ there.
+    pub fn return_to_mark(&self, x: &mut [Vec3]) -> Option<f64> {
+        (self.mark.ventures > 0).then(|| {
+            x.copy_from_slice(&self.mark.x);
+            self.mark.force
+        })
+    }
+
     /// Whether Φ is no higher than at the mark, to rounding; true at the mark itself.
     fn is_below_mark(&self, potential: &Potential, x: &[Vec3]) -> bool {
         let near = |(value, magnitude): (f64, f64)| value <= self.mark.value + self.noise.of_value(magnitude);

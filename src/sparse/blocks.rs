@@ -57,6 +57,19 @@ impl BlockPattern {
     }
 }
 
+/// Columns up to so many entries are counted through, without a branch that the processor could guess wrong.
+const SHORT: usize = 64;
+
+/// Where `i` is in an ascending column that has it.
+fn place_of(i: u32, column: &[u32]) -> usize {
+    let place = match column.len() {
+        ..=SHORT => column.iter().map(|&row| usize::from(row < i)).sum(),
+        _ => column.partition_point(|&row| row < i),
+    };
+    assert!(column.get(place) == Some(&i), "the pattern holds every pair of an element");
+    place
+}
+
 /// A symmetric matrix with the pattern of the shell's stiffness, three unknowns per free vertex.
 pub struct BlockMatrix {
     /// Lower triangle, columns sorted (n_unknowns × n_unknowns).
@@ -103,13 +116,13 @@ impl BlockMatrix {
 
     fn add_block(&mut self, i: u32, j: u32, block: &Matrix3<f64>) {
         let j_first = 3 * j as usize;
-        let found = self.pattern.column(j as usize).binary_search(&i);
-        let below = 3 * found.expect("the pattern holds every pair of an element");
-        for c in 0..3 {
-            let first = self.lower.symbolic().col_ptr()[j_first + c] + below - c;
-            for d in (if i == j { c } else { 0 })..3 {
-                self.lower.val_mut()[first + d] += block[(d, c)];
-            }
+        let below = 3 * place_of(i, self.pattern.column(j as usize));
+        let (symbolic, values) = self.lower.parts_mut();
+        for (c, start) in symbolic.col_ptr()[j_first..j_first + 3].iter().enumerate() {
+            // Column c of a diagonal block begins with its own entry.
+            let above = if i == j { c } else { 0 };
+            let column = &mut values[start + below + above - c..start + below + 3 - c];
+            column.iter_mut().zip(&block.as_slice()[3 * c + above..]).for_each(|(entry, b)| *entry += b);
         }
     }
 

@@ -1,6 +1,6 @@
 //! Sparse factorizations over one symbolic analysis: Cholesky to solve with, LBLᵀ to count negative eigenvalues with.
 
-use super::ordering::nested_dissection;
+use super::ordering::{minimum_degree, nested_dissection};
 use crate::{Error, ErrorKind, Result, Vec3};
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::perm::PermRef;
@@ -33,20 +33,20 @@ pub struct Symbolic {
 impl Symbolic {
     /// Analyses a pattern of 3 × 3 blocks, each of which lies at one of the `points`.
     pub fn analyse(lower: SymbolicSparseColMatRef<'_, usize>, points: &[Vec3]) -> Result<Self> {
-        let by_degree = Self::ordered(lower, SymmetricOrdering::Amd)?;
+        let by_degree = Self::ordered(lower, &minimum_degree(lower)?)?;
         if points.len() < DISSECTED {
             return Ok(by_degree);
         }
-        let order = nested_dissection(lower, points)?;
-        let forward: Vec<usize> = order.iter().flat_map(|&k| (0..3).map(move |c| 3 * k as usize + c)).collect();
-        let mut inverse = crate::error::try_zeroed("the fill-reducing order", forward.len())?;
-        forward.iter().enumerate().for_each(|(k, &i)| inverse[i] = k);
-        let permutation = PermRef::new_checked(&forward, &inverse, forward.len());
-        let dissected = Self::ordered(lower, SymmetricOrdering::Custom(permutation))?;
+        let dissected = Self::ordered(lower, &nested_dissection(lower, points)?)?;
         Ok(if dissected.operations() < by_degree.operations() { dissected } else { by_degree })
     }
 
-    fn ordered(lower: SymbolicSparseColMatRef<'_, usize>, order: SymmetricOrdering<'_, usize>) -> Result<Self> {
+    /// With the blocks in this order.
+    fn ordered(lower: SymbolicSparseColMatRef<'_, usize>, order: &[u32]) -> Result<Self> {
+        let forward: Vec<usize> = order.iter().flat_map(|&k| (0..3).map(move |c| 3 * k as usize + c)).collect();
+        let mut inverse = crate::error::try_zeroed("the fill-reducing order", forward.len())?;
+        forward.iter().enumerate().for_each(|(k, &i)| inverse[i] = k);
+        let order = SymmetricOrdering::Custom(PermRef::new_checked(&forward, &inverse, forward.len()));
         // Always supernodal, because only that form pivots and so gives a reliable inertia.
         let params = CholeskySymbolicParams {
             supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SUPERNODAL,
@@ -90,7 +90,7 @@ impl Symbolic {
 
     /// Room for the values of a factor.
     pub fn factor(&self) -> Result<Factor> {
-        Ok(Factor { values: crate::error::try_zeroed("the Cholesky factor", self.inner.len_val())? })
+        Ok(Factor { values: crate::error::try_zeroed("a factor of the stiffness", self.inner.len_val())? })
     }
 
     /// A = LLᵀ into `factor`, whose values mean nothing when the answer is no: A is not numerically positive definite.
@@ -115,14 +115,23 @@ impl Symbolic {
     /// The number of negative eigenvalues of A by Sylvester's law of inertia: A = LBLᵀ with Bunch–Kaufman pivoting inside
     /// supernodes. `None` when a pivot is zero or not finite, so that the sign is undecided.
     pub fn negative_eigenvalues(&self, lower: &SparseColMat<usize, f64>) -> Result<Option<usize>> {
+        self.negative_eigenvalues_in(lower, &mut self.factor()?)
+    }
+
+    /// The same with L in `room`, whose values mean nothing after that.
+    pub fn negative_eigenvalues_in(
+        &self,
+        lower: &SparseColMat<usize, f64>,
+        room: &mut Factor,
+    ) -> Result<Option<usize>> {
         let n = self.inner.nrows();
-        let mut values: Vec<f64> = crate::error::try_zeroed("the LBLᵀ factor", self.inner.len_val())?;
+        let values = &mut room.values;
         let mut subdiagonal = vec![0.0; n];
         let (mut forward, mut inverse) = (vec![0; n], vec![0; n]);
         let scratch = self.inner.factorize_numeric_intranode_lblt_scratch::<f64>(PAR, Default::default());
         let mut buffer = MemBuffer::try_new(scratch).map_err(|_| out_of_memory("LBLᵀ factorization"))?;
         self.inner.factorize_numeric_intranode_lblt(
-            &mut values,
+            values,
             &mut subdiagonal,
             &mut forward,
             &mut inverse,
@@ -134,7 +143,7 @@ impl Symbolic {
         );
         let structure = self.structure();
         let perm = faer::perm::PermRef::new_checked(&forward, &inverse, n);
-        let factor = SupernodalIntranodeLbltRef::new(structure, &values, &subdiagonal, perm);
+        let factor = SupernodalIntranodeLbltRef::new(structure, values, &subdiagonal, perm);
         let mut negative = 0;
         for s in 0..structure.n_supernodes() {
             let (node, start) = (factor.supernode(s), structure.supernode_begin()[s]);

@@ -15,6 +15,33 @@ use nalgebra::Matrix3;
 /// Pieces up to this many blocks are ordered by minimum degree.
 const PIECE: usize = 100;
 
+/// The block to eliminate at each position by approximate minimum degree, for a lower triangle of 3 × 3 blocks. A third of the unknowns
+/// to order, and no more fill: a block's three rows are alike.
+pub fn minimum_degree(lower: SymbolicSparseColMatRef<'_, usize>) -> Result<Vec<u32>> {
+    let n = lower.ncols() / 3;
+    let (mut start, mut rows) = (vec![0], vec![]);
+    for j in 0..n {
+        rows.extend(lower.row_idx_of_col_raw(3 * j).iter().step_by(3).map(|i| i / 3));
+        start.push(rows.len());
+    }
+    Ok(by_degree(start, rows)?.into_iter().map(|k| k as u32).collect())
+}
+
+/// An order of approximate minimum degree for the lower triangle of these columns.
+fn by_degree(start: Vec<usize>, rows: Vec<usize>) -> Result<Vec<usize>> {
+    let n = start.len() - 1;
+    let lower = SymbolicSparseColMat::new_unsorted_checked(n, n, start, None, rows);
+    let out_of_memory = || Error::new(ErrorKind::OutOfMemory, "not enough memory for the fill-reducing order");
+    let mut order = try_zeroed("the fill-reducing order", n)?;
+    let mut position = try_zeroed("the fill-reducing order", n)?;
+    let scratch = amd::order_maybe_unsorted_scratch::<usize>(n, lower.row_idx().len());
+    let mut buffer = MemBuffer::try_new(scratch).map_err(|_| out_of_memory())?;
+    let stack = MemStack::new(&mut buffer);
+    amd::order_maybe_unsorted(&mut order, &mut position, lower.as_ref(), Default::default(), stack)
+        .map_err(|_| out_of_memory())?;
+    Ok(order)
+}
+
 /// The block to eliminate at each position, for a lower triangle of 3 × 3 blocks that each lie at a point.
 pub fn nested_dissection(lower: SymbolicSparseColMatRef<'_, usize>, points: &[Vec3]) -> Result<Vec<u32>> {
     let mut blocks: Vec<u32> = (0..points.len() as u32).collect();
@@ -93,7 +120,6 @@ impl Pieces {
 
     /// An order of the blocks by approximate minimum degree, as if there were no others.
     fn minimum_degree(&mut self, blocks: &[u32]) -> Result<Vec<u32>> {
-        let n = blocks.len();
         blocks.iter().enumerate().for_each(|(k, b)| self.place[*b as usize] = k as u32);
         let (mut start, mut rows) = (vec![0], vec![]);
         for (k, &block) in blocks.iter().enumerate() {
@@ -103,15 +129,7 @@ impl Pieces {
             start.push(rows.len());
         }
         blocks.iter().for_each(|b| self.place[*b as usize] = NONE);
-        let lower = SymbolicSparseColMat::new_unsorted_checked(n, n, start, None, rows);
-        let out_of_memory = || Error::new(ErrorKind::OutOfMemory, "not enough memory for the fill-reducing order");
-        let (mut order, mut position) = (vec![0; n], vec![0; n]);
-        let scratch = amd::order_maybe_unsorted_scratch::<usize>(n, lower.row_idx().len());
-        let mut buffer = MemBuffer::try_new(scratch).map_err(|_| out_of_memory())?;
-        let stack = MemStack::new(&mut buffer);
-        amd::order_maybe_unsorted(&mut order, &mut position, lower.as_ref(), Default::default(), stack)
-            .map_err(|_| out_of_memory())?;
-        Ok(order.into_iter().map(|k| blocks[k]).collect())
+        Ok(by_degree(start, rows)?.into_iter().map(|k| blocks[k]).collect())
     }
 }
 

@@ -1,5 +1,6 @@
 //! A moving shell: its motion over a shared [`Model`], and the loads on it.
 
+mod certify;
 mod modal;
 mod nodal;
 mod output;
@@ -7,15 +8,18 @@ mod plan;
 mod reduced;
 mod rest;
 mod saved;
+mod switch;
 
 use crate::constraint::{Constraint, ConstraintSet, Outcome, Target};
 use crate::error::{require_finite, require_non_negative};
+use crate::features::{Feature, NonlinearShell, Only, Proof, ReducedShell};
 use crate::load::{External, Loads, Moving, Wind};
 use crate::reference::Rayleigh;
 use crate::step::modal_force::BodyLoad;
 use crate::step::{ForceLaw, Integrator};
 use crate::support::{Frame, Motion, Pose, Rates};
 use crate::{Error, ErrorKind, Model, Result, Vec3};
+pub use certify::{Certificate, LARGEST_ERROR};
 use modal::Modal;
 use nodal::Nodal;
 pub use output::{ROTATION_RANGE, Report};
@@ -41,6 +45,23 @@ pub enum Method {
     ReducedShell,
 }
 
+impl Method {
+    /// All, by their number in the interface and in saved models, from 1.
+    pub const ALL: [Self; 6] = [
+        Self::Warp,
+        Self::LinearModalAnalysis,
+        Self::ImplicitShell,
+        Self::ExplicitShell,
+        Self::VirtualWorkWarp,
+        Self::ReducedShell,
+    ];
+
+    /// Its number.
+    pub fn number(self) -> u32 {
+        (1u32..).zip(Self::ALL).find_map(|(number, method)| (method == self).then_some(number)).unwrap_or(0)
+    }
+}
+
 /// Axes in which output is given.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Space {
@@ -64,8 +85,8 @@ pub struct Damping {
 /// The unknowns and how they move.
 enum Dynamics {
     Modal(Box<Modal>),
-    Nodal(Box<Nodal>),
-    Reduced(Box<Reduced>),
+    Nodal(Only<NonlinearShell, Box<Nodal>>),
+    Reduced(Only<ReducedShell, Box<Reduced>>),
 }
 
 /// Room for loads on all vertices: positions and velocities for wind, forces first in world, then in frame axes (n_vertices each,
@@ -87,10 +108,15 @@ pub struct State {
     forces_once: bool,
     scratch: LoadScratch,
     frame: Frame,
+    /// Of the frame over the last step.
+    rates: Rates,
     /// The frame was set since creation or reset.
     placed: bool,
     time: f64,
     rest: Rest,
+    /// As they were asked for, for another method.
+    damping: Damping,
+    integrator: Integrator,
 }
 
 /// An equilibrium in wind is found when the wind's force changes by less than this part of itself; as often it is taken at most.
@@ -106,6 +132,75 @@ enum Unknowns {
 }
 
 impl Dynamics {
+    /// At rest.
+    fn new(model: &Model, method: Method, integrator: Integrator) -> Result<Self> {
+        if model.is_linear() && matches!(method, Method::Warp | Method::VirtualWorkWarp) {
+            let message = "the model was precomputed for linear modal analysis: it has no rotations to warp by";
+            return Err(Error::new(ErrorKind::Unsupported, message));
+        }
+        let modal = |law| Self::Modal(Box::new(Modal::new(model, law, integrator)));
+        Ok(match method {
+            Method::Warp => modal(ForceLaw::Rotated),
+            Method::VirtualWorkWarp => modal(ForceLaw::VirtualWork),
+            Method::LinearModalAnalysis => modal(ForceLaw::Linear),
+            Method::ImplicitShell | Method::ExplicitShell => {
+                let proof = Proof::of(Feature::NonlinearShell)?;
+                Self::Nodal(Only::new(proof, Box::new(Nodal::new(model, method == Method::ExplicitShell)?)))
+            }
+            Method::ReducedShell => {
+                let proof = Proof::of(Feature::ReducedShell)?;
+                Self::Reduced(Only::new(proof, Box::new(Reduced::new(model)?)))
+            }
+        })
+    }
+
+    fn method(&self) -> Method {
+        match self {
+            Self::Modal(modal) => match modal.law {
+                ForceLaw::Rotated => Method::Warp,
+                ForceLaw::VirtualWork => Method::VirtualWorkWarp,
+                ForceLaw::Linear => Method::LinearModalAnalysis,
+            },
+            Self::Nodal(nodal) if nodal.is_explicit() => Method::ExplicitShell,
+            Self::Nodal(_) => Method::ImplicitShell,
+            Self::Reduced(_) => Method::ReducedShell,
+        }
+    }
+
+    /// Hands displacement u and its rate u̇ (frame axes) of every vertex to `visit`, in order.
+    fn visit_motion(&self, model: &Model, mut visit: impl FnMut(usize, Vec3, Vec3)) {
+        match self {
+            Self::Modal(modal) => modal.visit_motion(model, visit),
+            Self::Nodal(nodal) => (0..nodal.u.len()).for_each(|v| visit(v, nodal.u[v], nodal.velocity[v])),
+            Self::Reduced(reduced) => reduced.visit_motion(model, visit),
+        }
+    }
+
+    /// Takes the motion nearest to displacements `u` and velocities `rate` (n_vertices) in the mass norm. Changes nothing on failure.
+    fn follow(&mut self, model: &Model, u: &[Vec3], rate: &[Vec3]) -> Result<()> {
+        match self {
+            Self::Modal(modal) => modal.follow(model, u, rate),
+            Self::Nodal(nodal) => nodal.follow(model, u, rate),
+            Self::Reduced(reduced) => reduced.follow(model, u, rate),
+        }
+    }
+
+    fn set_constraint_work(&mut self, work: f64) {
+        match self {
+            Self::Modal(modal) => modal.constraint_work = work,
+            Self::Nodal(nodal) => nodal.constraint_work = work,
+            Self::Reduced(reduced) => reduced.constraint_work = work,
+        }
+    }
+
+    fn constraint_work(&self) -> f64 {
+        match self {
+            Self::Modal(modal) => modal.constraint_work,
+            Self::Nodal(nodal) => nodal.constraint_work,
+            Self::Reduced(reduced) => reduced.constraint_work,
+        }
+    }
+
     fn motion(&self) -> Unknowns {
         match self {
             Self::Modal(modal) => Unknowns::Modal(modal.q.clone(), modal.q_dot.clone()),
@@ -148,6 +243,20 @@ impl Dynamics {
         }
     }
 
+    /// Fails on constraints that the method cannot take.
+    fn check_constraint(&self, model: &Model, constraint: &Constraint) -> Result<()> {
+        let orientation = matches!(constraint.target, Target::Orientation(_));
+        match self {
+            Self::Modal(_) if orientation && model.is_linear() => without_rotations("a constraint on an orientation"),
+            Self::Reduced(_) if orientation => {
+                let message =
+                    format!("constraint {}: a reduced shell takes positions only, not orientations", constraint.id);
+                Err(Error::new(ErrorKind::Unsupported, message))
+            }
+            _ => Ok(()),
+        }
+    }
+
     fn change_constraints<T>(&mut self, change: impl FnOnce(&mut ConstraintSet) -> T) -> T {
         match self {
             Self::Modal(modal) => modal.constraints.change(change),
@@ -178,29 +287,19 @@ impl State {
     /// At rest, without loads, undamped, the frame at the world's origin. `integrator` is for modal methods. Fails when
     /// memory does not suffice for a nonlinear shell's factorization.
     pub fn new(model: Arc<Model>, method: Method, integrator: Integrator) -> Result<Self> {
-        if model.is_linear() && matches!(method, Method::Warp | Method::VirtualWorkWarp) {
-            let message = "the model was precomputed for linear modal analysis: it has no rotations to warp by";
-            return Err(Error::new(ErrorKind::Unsupported, message));
-        }
-        let modal = |law| Dynamics::Modal(Box::new(Modal::new(&model, law, integrator)));
-        let dynamics = match method {
-            Method::Warp => modal(ForceLaw::Rotated),
-            Method::VirtualWorkWarp => modal(ForceLaw::VirtualWork),
-            Method::LinearModalAnalysis => modal(ForceLaw::Linear),
-            Method::ImplicitShell => Dynamics::Nodal(Box::new(Nodal::new(&model, false)?)),
-            Method::ExplicitShell => Dynamics::Nodal(Box::new(Nodal::new(&model, true)?)),
-            Method::ReducedShell => Dynamics::Reduced(Box::new(Reduced::new(&model)?)),
-        };
         Ok(Self {
-            dynamics,
+            dynamics: Dynamics::new(&model, method, integrator)?,
             gravity: Vec3::zeros(),
             loads: Loads::default(),
             forces_once: false,
             scratch: LoadScratch::default(),
             frame: Frame::at_rest(Pose::identity()),
+            rates: Rates::default(),
             placed: false,
             time: 0.0,
             rest: Rest::default(),
+            damping: Damping::default(),
+            integrator,
             model,
         })
     }
@@ -209,7 +308,7 @@ impl State {
     pub fn try_clone(&self) -> Result<Self> {
         let dynamics = match &self.dynamics {
             Dynamics::Modal(modal) => Dynamics::Modal(modal.clone()),
-            Dynamics::Nodal(nodal) => Dynamics::Nodal(Box::new(nodal.try_clone()?)),
+            Dynamics::Nodal(nodal) => Dynamics::Nodal(nodal.with(Box::new(nodal.try_clone()?))),
             Dynamics::Reduced(reduced) => Dynamics::Reduced(reduced.clone()),
         };
         Ok(Self {
@@ -220,10 +319,18 @@ impl State {
             forces_once: self.forces_once,
             scratch: self.scratch.clone(),
             frame: self.frame,
+            rates: self.rates,
             placed: self.placed,
             time: self.time,
             rest: self.rest,
+            damping: self.damping.clone(),
+            integrator: self.integrator,
         })
+    }
+
+    /// How it moves.
+    pub fn method(&self) -> Method {
+        self.dynamics.method()
     }
 
     /// The model it moves on.
@@ -258,6 +365,7 @@ impl State {
         }
         self.time = 0.0;
         self.frame = Frame::at_rest(self.frame.target);
+        self.rates = Rates::default();
         self.placed = false;
         self.rest.wake();
     }
@@ -329,6 +437,12 @@ impl State {
 
     /// Replaces all damping. The nonlinear shell takes no ratios.
     pub fn set_damping(&mut self, damping: &Damping) -> Result<()> {
+        self.apply_damping(damping)?;
+        self.damping.clone_from(damping);
+        Ok(())
+    }
+
+    fn apply_damping(&mut self, damping: &Damping) -> Result<()> {
         let xi = require_non_negative("mass_coefficient", damping.mass_coefficient)?;
         let zeta = require_non_negative("stiffness_coefficient", damping.stiffness_coefficient)?;
         for (k, ratio) in damping.ratios.iter().enumerate() {
@@ -367,18 +481,7 @@ impl State {
 
     /// Adds a constraint, or replaces the one with its id.
     pub fn set_constraint(&mut self, constraint: Constraint) -> Result<()> {
-        let orientation = matches!(constraint.target, Target::Orientation(_));
-        match &self.dynamics {
-            Dynamics::Modal(_) if orientation && self.model.is_linear() => {
-                return without_rotations("a constraint on an orientation");
-            }
-            Dynamics::Reduced(_) if orientation => {
-                let message =
-                    format!("constraint {}: a reduced shell takes positions only, not orientations", constraint.id);
-                return Err(Error::new(ErrorKind::Unsupported, message));
-            }
-            _ => (),
-        }
+        self.dynamics.check_constraint(&self.model, &constraint)?;
         let n_vertices = self.model.shell.mass.len();
         let changed = self.dynamics.change_constraints(|set| set.set(constraint, n_vertices))?;
         self.wake_if(changed);
@@ -457,7 +560,7 @@ impl State {
             Dynamics::Reduced(reduced) => reduced.step(model, &load, external, &frame.pose, h)?,
         }
         let still = frame == self.frame && rates == Rates::default() && !self.forces_once;
-        self.frame = frame;
+        (self.frame, self.rates) = (frame, rates);
         self.time += h;
         self.forget_forces();
         self.rest_after_step(h, still);
@@ -515,24 +618,25 @@ impl State {
             return;
         }
         let mut scratch = std::mem::take(&mut self.scratch);
+        self.fill_loads(pose, rates, &mut scratch);
+        self.scratch = scratch;
+    }
+
+    /// As [`State::evaluate_loads`], into any scratch with the state's room.
+    fn fill_loads(&self, pose: &Pose, rates: &Rates, scratch: &mut LoadScratch) {
         let rotation = pose.rotation.to_rotation_matrix();
         if self.loads.needs_motion() {
             let rest = &self.model.shell.mesh.positions;
-            let mut place = |v: usize, u: Vec3, rate: Vec3| {
+            let place = |v: usize, u: Vec3, rate: Vec3| {
                 let arm = rotation * (rest[v] + u);
                 scratch.x[v] = pose.origin + arm;
                 scratch.v[v] = rates.velocity + rates.angular_velocity.cross(&arm) + rotation * rate;
             };
-            match &self.dynamics {
-                Dynamics::Modal(modal) => modal.visit_motion(&self.model, place),
-                Dynamics::Nodal(nodal) => (0..nodal.u.len()).for_each(|v| place(v, nodal.u[v], nodal.velocity[v])),
-                Dynamics::Reduced(reduced) => reduced.visit_motion(&self.model, place),
-            }
+            self.dynamics.visit_motion(&self.model, place);
         }
         let moving = Moving { x: &scratch.x, v: &scratch.v };
         self.loads.evaluate(&self.model.shell.mesh, &moving, &mut scratch.force);
         scratch.force.iter_mut().for_each(|f| *f = rotation.inverse() * *f);
-        self.scratch = scratch;
     }
 
     /// Moves to the static solution under the present loads and constraints, at rest, in the frame's present pose; time does
@@ -547,6 +651,7 @@ impl State {
             return found;
         }
         self.frame = Frame::at_rest(self.frame.target);
+        self.rates = Rates::default();
         self.rest.wake();
         self.forget_forces();
         found

@@ -111,18 +111,18 @@ impl Modal {
         self.constraint_work = 0.0;
     }
 
-    /// Whether the warp at amplitudes `q` gives finite positions in any precision, and the energies can be told.
-    pub fn has_meaning(model: &Model, q: &[f64], q_dot: &[f64]) -> bool {
-        let turn = largest_turn(model, q);
+    /// Whether amplitudes `q` give finite positions in any precision, and the energies can be told.
+    pub fn has_meaning(&self, model: &Model, q: &[f64], q_dot: &[f64]) -> bool {
         let largest = LARGEST_AMPLITUDE * model.shell.total_mass.sqrt();
-        let (elastic, kinetic) = energies(model, q, q_dot);
-        let bounded = turn <= LARGEST_ROTATION && q.iter().all(|q| q.abs() <= largest);
+        let (elastic, kinetic) = self.energies_at(model, q, q_dot);
+        let turns = self.law.warped() && model.bend(true).largest(q) > LARGEST_ROTATION;
+        let bounded = !turns && q.iter().all(|q| q.abs() <= largest);
         bounded && elastic.is_finite() && kinetic.is_finite()
     }
 
     /// Replaces q and q̇, finite and of the right number.
     pub fn set_amplitudes(&mut self, model: &Model, q: &[f64], q_dot: &[f64]) -> Result<()> {
-        if !Self::has_meaning(model, q, q_dot) {
+        if !self.has_meaning(model, q, q_dot) {
             return Err(Error::new(ErrorKind::Numerical, "these amplitudes turn or move vertices beyond all range"));
         }
         self.q.copy_from_slice(q);
@@ -145,7 +145,7 @@ impl Modal {
         }
         let work = self.meet_constraints(model, pose, h);
         let told = (self.constraint_work + work).is_finite() && self.constraints.set().is_finite();
-        if !told || !Self::has_meaning(model, &self.next[0], &self.next[1]) {
+        if !told || !self.has_meaning(model, &self.next[0], &self.next[1]) {
             return Err(Error::new(ErrorKind::Numerical, format!("the step of {h} s does not give finite positions")));
         }
         self.unchanged = work == 0.0 && self.next == [&*self.q, &*self.q_dot] && self.constraints.set().is_unchanged();
@@ -163,7 +163,8 @@ impl Modal {
         let Self { law, mean: [q, q_dot], force, scratch, .. } = self;
         let total_mass = model.shell.total_mass;
         let participation = model.participation();
-        let shortened = external.on_all().is_none() && participation.suffices(*law, || largest_turn(model, q));
+        let shortened =
+            external.on_all().is_none() && participation.suffices(*law, || model.bend(law.warped()).largest(q));
         self.pull = match (load.everywhere_alike(), &model.basis, scratch) {
             (Some(a), _, _) if shortened => {
                 participation.force(*law, a, q, force);
@@ -194,10 +195,12 @@ impl Modal {
 
     /// The next q and q̇ without constraints.
     fn move_freely(&mut self, model: &Model, h: f64) {
-        let guard = model.guard();
+        let guard = model.guard(self.law.warped());
         let [next_q, next_q_dot] = &mut self.next;
-        let pull = if self.law.warped() { self.pull } else { Pull::default() };
-        let damping = |k: usize| guard.damping(k, self.damping[k], &pull, h);
+        let damping = |k: usize| match self.law.warped() {
+            true => guard.damping(k, self.damping[k], &self.pull, h),
+            false => self.damping[k],
+        };
         for k in 0..self.q.len() {
             let oscillator = Oscillator { damping: damping(k), eigenvalue: model.eigenvalues[k] };
             (next_q[k], next_q_dot[k]) =
@@ -221,15 +224,15 @@ impl Modal {
             modes: (damping, &model.eigenvalues),
             rest: &mesh.positions,
             size: mesh.size,
-            largest_rotation: &model.largest_rotation,
+            bend: model.bend(law.warped()),
             warped: law.warped(),
         };
         with_basis!(&model.basis, basis => constraints.project(basis, &step, q, (next_q, next_q_dot)))
     }
 
-    /// An upper bound of every vertex's rotation, rad.
-    pub fn largest_turn(&self, model: &Model) -> f64 {
-        largest_turn(model, &self.q)
+    /// An upper bound of every vertex's rotation, rad, or without the warp of its displacement in model sizes.
+    pub fn largest_bend(&self, model: &Model) -> f64 {
+        model.bend(self.law.warped()).largest(&self.q)
     }
 
     /// How far any vertex can still move, to first order, under the forces of the last step: see the text of `rest`. `None`
@@ -304,9 +307,75 @@ impl Modal {
         with_basis!(&model.basis, basis => modal_force::visit_motion(basis, self.law, (&self.q, &self.q_dot), visit));
     }
 
+    /// Hands J g of every vertex to `visit`, in order: see the text of `certify`. `grips` are the forces and torques of constraints.
+    pub fn visit_acceleration(
+        &self,
+        model: &Model,
+        load: &BodyLoad,
+        external: External,
+        grips: &[(u32, [Vec3; 2])],
+        mut visit: impl FnMut(usize, Vec3),
+    ) {
+        let mut probe = self.clone();
+        probe.mean = [self.q.clone(), self.q_dot.clone()];
+        probe.project_load(model, load, external);
+        let mut g = probe.force;
+        // Constraints act by virtual work whatever the law of the loads.
+        let law = self.tangent_law();
+        let pulls = grips.iter().map(|(v, [force, _])| (*v, *force));
+        with_basis!(&model.basis, basis => point_force::add(basis, law, &self.q, pulls, &mut g));
+        for (k, g) in g.iter_mut().enumerate() {
+            *g -= model.eigenvalues[k] * self.q[k];
+            *g += grips.iter().map(|(v, [_, torque])| model.mode_at(k, *v as usize).1.dot(torque)).sum::<f64>();
+        }
+        model.guard(self.law.warped()).add_force(&self.q, &mut g);
+        with_basis!(&model.basis, basis =>
+            modal_force::visit_motion(basis, self.law, (&self.q, &g), |v, _, a| visit(v, a)));
+    }
+
+    /// The law whose J is the derivative of the positions.
+    fn tangent_law(&self) -> ForceLaw {
+        if self.law.warped() { ForceLaw::VirtualWork } else { ForceLaw::Linear }
+    }
+
+    /// Displacements and their rates as positions move: (∂u/∂q) q̇ by any law.
+    pub fn visit_visible_motion(&self, model: &Model, visit: impl FnMut(usize, Vec3, Vec3)) {
+        let (law, motion) = (self.tangent_law(), (&self.q[..], &self.q_dot[..]));
+        with_basis!(&model.basis, basis => modal_force::visit_motion(basis, law, motion, visit));
+    }
+
+    /// Takes the pose nearest to displacements `u` in the mass norm, and the rates that move it most nearly as `rate` (n_vertices).
+    pub fn follow(&mut self, model: &Model, u: &[Vec3], rate: &[Vec3]) -> Result<()> {
+        let (law, mass, modes) = (self.tangent_law(), &model.shell.mass, self.q.len());
+        let mut missing = vec![Vec3::zeros(); u.len()];
+        // What is missed at (q, q̇), squared, and JᵀM times it.
+        let mut miss = |q: &[f64], q_dot: &[f64], of_rate: bool| {
+            let mut square = 0.0;
+            with_basis!(&model.basis, basis => modal_force::visit_motion(basis, law, (q, q_dot), |v, x, x_dot| {
+                let error = if of_rate { rate[v] - x_dot } else { u[v] - x };
+                square += mass[v] * error.norm_squared();
+                missing[v] = mass[v] * error;
+            }));
+            let mut along = vec![0.0; modes];
+            let on_all = (0u32..).zip(missing.iter().copied());
+            with_basis!(&model.basis, basis => point_force::add(basis, law, q, on_all, &mut along));
+            (square, along)
+        };
+        let zeros = vec![0.0; modes];
+        let q = descend(&zeros, |q| miss(q, &zeros, false));
+        let q_dot = descend(&zeros, |q_dot| miss(&q, q_dot, true));
+        self.set_amplitudes(model, &q, &q_dot)
+    }
+
     /// ½ qᵀΛq with the guard's share, and ½ q̇ᵀq̇.
     pub fn energies(&self, model: &Model) -> (f64, f64) {
-        energies(model, &self.q, &self.q_dot)
+        self.energies_at(model, &self.q, &self.q_dot)
+    }
+
+    fn energies_at(&self, model: &Model, q: &[f64], q_dot: &[f64]) -> (f64, f64) {
+        let elastic: f64 = q.iter().zip(&model.eigenvalues).map(|(q, lambda)| lambda * q * q).sum();
+        let guard = model.guard(self.law.warped()).energy(q);
+        (0.5 * elastic + guard, 0.5 * q_dot.iter().map(|v| v * v).sum::<f64>())
     }
 
     /// The static solution Λq = f(q) + Jᵀμ by fixed point, from the present q: a step of backward Euler so long that inertia
@@ -345,11 +414,31 @@ impl Modal {
     }
 }
 
-fn largest_turn(model: &Model, q: &[f64]) -> f64 {
-    q.iter().zip(&model.largest_rotation).map(|(q, r)| (q * r).abs()).sum()
-}
+/// Steps of a descent, at most; it ends where one gains less than this share, or the share of the gradient is that short.
+const DESCENTS: usize = 50;
+const GAIN: f64 = 1e-9;
+const SHORTEST: f64 = 1e-3;
 
-fn energies(model: &Model, q: &[f64], q_dot: &[f64]) -> (f64, f64) {
-    let elastic: f64 = q.iter().zip(&model.eigenvalues).map(|(q, lambda)| lambda * q * q).sum();
-    (0.5 * elastic + model.guard().energy(q), 0.5 * q_dot.iter().map(|v| v * v).sum::<f64>())
+/// From `start` down `miss`, which tells a square and its half descent. JᵀMJ is near the unit matrix, so whole steps mostly do.
+fn descend(start: &[f64], mut miss: impl FnMut(&[f64]) -> (f64, Vec<f64>)) -> Vec<f64> {
+    let mut q = start.to_vec();
+    let (mut square, mut down) = miss(&q);
+    let mut share = 1.0f64;
+    for _ in 0..DESCENTS {
+        let trial: Vec<f64> = q.iter().zip(&down).map(|(q, d)| q + share * d).collect();
+        let (next, next_down) = miss(&trial);
+        if next < square {
+            let gained = square - next;
+            (q, square, down, share) = (trial, next, next_down, (2.0 * share).min(1.0));
+            if gained <= GAIN * square {
+                break;
+            }
+        } else {
+            share *= 0.5;
+            if share < SHORTEST {
+                break;
+            }
+        }
+    }
+    q
 }

@@ -1,7 +1,6 @@
 //! Motion vertex by vertex: the nonlinear discrete shell, the baseline that modal methods are measured against.
 
 use crate::constraint::{Constraint, ConstraintSet, Outcome, Target};
-use crate::features::Feature;
 use crate::load::External;
 use crate::reference::{Goal, Handle, Rayleigh, Solver, vertex_rotations};
 use crate::step::modal_force::BodyLoad;
@@ -30,7 +29,6 @@ pub struct Nodal {
 impl Nodal {
     /// At rest, undamped. Fails when memory does not suffice for the factorization's analysis.
     pub fn new(model: &Model, explicit: bool) -> Result<Self> {
-        Feature::NonlinearShell.require()?;
         let zeros = vec![Vec3::zeros(); model.shell.mass.len()];
         Ok(Self {
             solver: Solver::new(model.shell.clone())?,
@@ -71,6 +69,16 @@ impl Nodal {
         self.explicit
     }
 
+    /// Takes displacements and velocities (n_vertices).
+    pub fn follow(&mut self, model: &Model, u: &[Vec3], velocity: &[Vec3]) -> Result<()> {
+        if !Self::has_meaning(model, u, velocity) {
+            return Err(Error::new(ErrorKind::Numerical, "the pose is beyond all range"));
+        }
+        self.u.copy_from_slice(u);
+        self.velocity.copy_from_slice(velocity);
+        Ok(())
+    }
+
     /// Back to rest.
     pub fn reset(&mut self) {
         self.u.fill(Vec3::zeros());
@@ -99,7 +107,6 @@ impl Nodal {
 
     /// One step of `h` that ends with the frame at `pose`. Changes nothing on failure.
     pub fn step(&mut self, model: &Model, load: &BodyLoad, external: External, pose: &Pose, h: f64) -> Result<()> {
-        Feature::NonlinearShell.require()?;
         self.set_force(model, load, external)?;
         self.take_handles(pose)?;
         let Self { solver, explicit, damping, u, velocity, force, before, .. } = self;
@@ -159,7 +166,6 @@ impl Nodal {
     /// The static solution under the present loads and constraints, from the present shape. Returns residual and iterations. Changes nothing
     /// on failure.
     pub fn settle(&mut self, model: &Model, load: &BodyLoad, external: External, pose: &Pose) -> Result<(f64, usize)> {
-        Feature::NonlinearShell.require()?;
         self.set_force(model, load, external)?;
         self.take_handles(pose)?;
         let found = self.solver.equilibrium(&self.u, &self.force, &Default::default(), &mut |_| Ok(()))?;

@@ -1,8 +1,8 @@
 //! What a state shows: positions, normals, rotations, and measures.
 
-use super::{Dynamics, Space, State, without_rotations};
+use super::{Dynamics, Modal, Space, State, without_rotations};
 use crate::support::Pose;
-use crate::warp::Placement;
+use crate::warp::{Extent, ModalRotation, Placement};
 use crate::{Error, Result, Vec3};
 use nalgebra::UnitQuaternion;
 
@@ -149,12 +149,14 @@ impl State {
         Ok(())
     }
 
-    /// Energies, and how far the shell is bent. A model for linear modal analysis alone has an upper bound instead of the largest
-    /// rotation, and by that all vertices or none are out of range.
+    /// Energies, and how far the shell is bent.
     pub fn report(&self) -> Report {
         let (extent, (elastic_energy, kinetic_energy), constraint_work) = match &self.dynamics {
             Dynamics::Modal(modal) => {
-                let extent = modal.extent(&self.model, ROTATION_RANGE * ROTATION_RANGE);
+                let extent = match self.model.is_linear() {
+                    true => self.linear_extent(modal),
+                    false => modal.extent(&self.model, ROTATION_RANGE * ROTATION_RANGE),
+                };
                 (extent, modal.energies(&self.model), modal.constraint_work)
             }
             Dynamics::Nodal(nodal) => {
@@ -164,21 +166,28 @@ impl State {
                 (reduced.extent(&self.model, ROTATION_RANGE), reduced.energies(&self.model), reduced.constraint_work)
             }
         };
-        let mut fraction = extent.beyond as f64 / self.model.shell.mass.len() as f64;
-        let mut max_rotation = extent.rotation.sqrt();
-        if let (Dynamics::Modal(modal), true) = (&self.dynamics, self.model.is_linear()) {
-            max_rotation = modal.largest_turn(&self.model);
-            fraction = f64::from(u8::from(max_rotation > ROTATION_RANGE));
-        }
         Report {
             time: self.time,
             kinetic_energy,
             elastic_energy,
             constraint_work,
-            max_rotation,
+            max_rotation: extent.rotation.sqrt(),
             max_displacement: extent.displacement.sqrt(),
-            fraction_out_of_range: fraction,
+            fraction_out_of_range: extent.beyond as f64 / self.model.shell.mass.len() as f64,
             unconverged_steps: if let Dynamics::Reduced(reduced) = &self.dynamics { reduced.unconverged } else { 0 },
+        }
+    }
+
+    /// How far a model without Ψ is bent, by w = W(Φq), which is Ψq.
+    fn linear_extent(&self, modal: &Modal) -> Extent {
+        let mut u = vec![Vec3::zeros(); self.model.shell.mass.len()];
+        modal.visit_motion(&self.model, |v, displacement, _| u[v] = displacement);
+        let turns: Vec<f64> =
+            ModalRotation::new(&self.model.shell.mesh).apply(&u).iter().map(Vec3::norm_squared).collect();
+        Extent {
+            displacement: u.iter().map(Vec3::norm_squared).fold(0.0, f64::max),
+            rotation: turns.iter().copied().fold(0.0, f64::max),
+            beyond: turns.iter().filter(|turn| **turn > ROTATION_RANGE * ROTATION_RANGE).count(),
         }
     }
 

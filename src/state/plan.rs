@@ -4,9 +4,10 @@
 //! coefficients are fitted to counts by callgrind; `make bench-leave-out` shows how far the estimate is off. Other registers take
 //! more or fewer in proportion.
 
-use super::{Dynamics, State};
+use super::{Dynamics, Modal, State};
 use crate::Result;
 use crate::model::with_basis;
+use crate::step::modal_force::BodyLoad;
 use crate::step::{ForceLaw, Integrator};
 use crate::warp::LANES;
 
@@ -124,6 +125,73 @@ fn cost([once, each]: Cost, count: usize) -> f64 {
     once + each * count as f64
 }
 
+/// What a step of a modal method does to the loads that act everywhere.
+struct ModalStep {
+    law: ForceLaw,
+    modes: usize,
+    /// Times that the load is taken.
+    passes: f64,
+    blocks: f64,
+    /// The frame turns.
+    spins: bool,
+    /// Sums that were taken once will do.
+    short: bool,
+    /// All vertices are visited.
+    sweeps: bool,
+    /// Something acts everywhere.
+    loaded: bool,
+}
+
+impl ModalStep {
+    /// Of a sweep over all vertices in each pass.
+    fn sweep(&self, block: Cost) -> f64 {
+        self.blocks * self.passes * cost(block, self.modes)
+    }
+
+    /// What linear modal analysis would do is laid to the load, the rest of a sweep to the rotations.
+    fn rotations(&self, bytes: usize, without: bool) -> Part {
+        let turns = self.sweep(LawCost::of(self.law).block) - self.sweep(LINEAR.block);
+        let (active, reason) = match (without, self.law.warped()) {
+            (true, _) => (false, "the model was precomputed without them"),
+            (false, false) => (false, "linear modal analysis; SW_PRECOMPUTE_LINEAR would not store them"),
+            (false, true) if self.sweeps => (true, "the force and the output turn with the shell"),
+            (false, true) => (true, "the output turns with the shell; the step does not need them"),
+        };
+        let operations = if self.sweeps { turns } else { 0.0 };
+        Part { kind: PartKind::Rotations, active, bytes, operations, reason: reason.into() }
+    }
+
+    fn uniform_load(&self) -> Part {
+        let pairs = if self.law.warped() { self.modes * self.modes } else { 0 };
+        let summed = SHORT[0] * self.modes as f64 + SHORT[1] * pairs as f64;
+        let operations = match (self.sweeps, self.short && self.loaded) {
+            (true, _) => self.sweep(LINEAR.block),
+            (_, true) => summed,
+            _ => 0.0,
+        };
+        let reason = match (self.loaded, self.short, self.sweeps) {
+            (false, ..) => "nothing acts everywhere alike",
+            (_, true, _) if self.law.warped() => {
+                "sums over the vertices taken once: no vertex turns by more than 1.4e-3 rad"
+            }
+            (_, true, _) => "sums over the vertices taken once: the force does not depend on the shape",
+            (_, _, true) => "summed over all vertices, as each is turned",
+            _ => "nothing to sum",
+        };
+        let active = self.loaded || self.sweeps;
+        Part { kind: PartKind::UniformLoad, active, bytes: 0, operations, reason: reason.into() }
+    }
+
+    fn spin(&self) -> Part {
+        if !self.spins {
+            return Part::absent(PartKind::Spin, "the frame does not turn");
+        }
+        let reason = format!("Euler, centrifugal and Coriolis forces, {} times a step", self.passes);
+        let operations = self.sweep(LawCost::of(self.law).spin);
+        Part { kind: PartKind::Spin, active: true, bytes: 0, operations, reason }
+    }
+}
+
 impl State {
     /// The parts of a step of `h` seconds from the present state, all of them, in the order of [`PartKind`]. Fails as a step of such
     /// a length does.
@@ -197,59 +265,52 @@ impl State {
 
     fn plan_modal(&self, h: f64) -> Vec<Part> {
         let Dynamics::Modal(modal) = &self.dynamics else { return vec![] };
-        let (model, law) = (&self.model, modal.law);
-        let (n, modes) = (model.shell.mass.len(), model.n_modes());
-        let blocks = n.div_ceil(LANES) as f64;
-        let [phi, psi] = with_basis!(&model.basis, basis => basis.shape_bytes());
+        let (modes, costs) = (self.model.n_modes(), LawCost::of(modal.law));
+        let [phi, psi] = with_basis!(&self.model.basis, basis => basis.shape_bytes());
         let mut frame = self.frame;
         let rates = frame.advance(h);
         let load = self.body_load(&frame.pose, &rates);
-        let passes = 1.0 + super::modal::midpoint_passes(&load, h) as f64;
-        let spins = load.spin_rate().is_some();
-        let on_all = self.loads.on_some(n).is_none();
-        let short = !spins && !on_all && model.participation().suffices(law, || modal.largest_turn(model));
-        let sweeps = !short && (on_all || !load.is_zero());
-
-        // A sweep: what linear modal analysis would do is laid to the load, the rest to the rotations.
-        let block = blocks * passes;
-        let linear = if sweeps { block * cost(LINEAR.block, modes) } else { 0.0 };
-        let costs = LawCost::of(law);
-        let turns = if sweeps { block * cost(costs.block, modes) - linear } else { 0.0 };
-        let pairs = if law.warped() { modes * modes } else { 0 };
-        let summed = if short && !load.is_zero() { SHORT[0] * modes as f64 + SHORT[1] * pairs as f64 } else { 0.0 };
-
-        let (rotations, reason) = match (model.is_linear(), law.warped()) {
-            (true, _) => (false, "the model was precomputed without them".to_string()),
-            (false, false) => (false, "linear modal analysis; SW_PRECOMPUTE_LINEAR would not store them".to_string()),
-            (false, true) if sweeps => (true, "the force and the output turn with the shell".to_string()),
-            (false, true) => (true, "the output turns with the shell; the step does not need them".to_string()),
-        };
-        let uniform = match (load.is_zero(), short, sweeps) {
-            (true, ..) => "nothing acts everywhere alike",
-            (_, true, _) if law.warped() => {
-                "sums over the vertices taken once: no vertex turns by more than 1.4e-3 rad"
-            }
-            (_, true, _) => "sums over the vertices taken once: the force does not depend on the shape",
-            (_, _, true) => "summed over all vertices, as each is turned",
-            _ => "nothing to sum",
-        };
-        let spin = Part {
-            kind: PartKind::Spin,
-            active: spins,
-            bytes: 0,
-            operations: if spins { block * cost(costs.spin, modes) } else { 0.0 },
-            reason: match spins {
-                true => format!("Euler, centrifugal and Coriolis forces, {passes} times a step"),
-                false => "the frame does not turn".into(),
-            },
-        };
+        let step = self.modal_step(modal, &load, h);
+        let whole = self.n_blocks() * (cost(costs.block, modes) + cost(costs.spin, modes));
+        let [forces, wind] = self.load_parts(step.passes * cost(costs.point, modes), whole);
         let oscillator = if modal.integrator == Integrator::Exact { EXACT } else { IMPLICIT };
-        let [forces, wind] = self.load_parts(
-            passes * cost(costs.point, modes),
-            blocks * (cost(costs.block, modes) + cost(costs.spin, modes)),
-        );
+        let part = |kind, bytes, operations, reason: String| Part { kind, active: true, bytes, operations, reason };
+        let shapes = part(PartKind::Displacements, phi, 0.0, format!("{modes} modes"));
+        let oscillators = cost(oscillator, modes) * step.passes;
+        vec![
+            self.shape_part(),
+            shapes,
+            step.rotations(psi, self.model.is_linear()),
+            part(PartKind::Modes, Self::bytes_for(modes), oscillators, self.modes_reason(&load)),
+            step.uniform_load(),
+            step.spin(),
+            forces,
+            wind,
+            self.handles_part(modes),
+            Part::absent(PartKind::NonlinearShell, "the method has no use for it"),
+            self.unused_reduced_shell(),
+        ]
+    }
+
+    fn n_blocks(&self) -> f64 {
+        self.model.shell.mass.len().div_ceil(LANES) as f64
+    }
+
+    fn modal_step(&self, modal: &Modal, load: &BodyLoad, h: f64) -> ModalStep {
+        let (model, law) = (&self.model, modal.law);
+        let spins = load.spin_rate().is_some();
+        let on_all = self.loads.on_some(model.shell.mass.len()).is_none();
+        let short = !spins && !on_all && model.participation().suffices(law, || modal.largest_bend(model));
+        let loaded = !load.is_zero();
+        let passes = 1.0 + super::modal::midpoint_passes(load, h) as f64;
+        let sweeps = !short && (on_all || loaded);
+        ModalStep { law, modes: model.n_modes(), passes, blocks: self.n_blocks(), spins, short, sweeps, loaded }
+    }
+
+    fn modes_reason(&self, load: &BodyLoad) -> String {
+        let (model, modes) = (&self.model, self.model.n_modes());
         let along = load.everywhere_alike().and_then(|a| a.try_normalize(0.0));
-        let modes_reason = match along.map(|along| model.effective_mass_along(&along)) {
+        match along.map(|along| model.effective_mass_along(&along)) {
             Some(share) if share < FEW_MODES && modes > 0 => {
                 let share = 100.0 * share;
                 format!(
@@ -257,21 +318,7 @@ impl State {
                 )
             }
             _ => format!("{modes} oscillators with their guard"),
-        };
-        let part = |kind, active, bytes, operations, reason: String| Part { kind, active, bytes, operations, reason };
-        vec![
-            self.shape_part(),
-            part(PartKind::Displacements, true, phi, 0.0, format!("{modes} modes")),
-            part(PartKind::Rotations, rotations, psi, turns, reason),
-            part(PartKind::Modes, true, Self::bytes_for(modes), cost(oscillator, modes) * passes, modes_reason),
-            part(PartKind::UniformLoad, !load.is_zero() || sweeps, 0, linear + summed, uniform.into()),
-            spin,
-            forces,
-            wind,
-            self.handles_part(modes),
-            Part::absent(PartKind::NonlinearShell, "the method has no use for it"),
-            self.unused_reduced_shell(),
-        ]
+        }
     }
 
     fn handles_part(&self, modes: usize) -> Part {

@@ -9,7 +9,6 @@
 
 use super::nodal;
 use crate::constraint::{ConstraintSet, Outcome, Target};
-use crate::features::Feature;
 use crate::load::External;
 use crate::reduced::{Newton, Potential, ReducedShell, Rows, Stop, with_fields};
 use crate::step::modal_force::BodyLoad;
@@ -79,7 +78,6 @@ pub struct Reduced {
 
 /// Of a model that has one.
 pub fn of(model: &Model) -> Result<&ReducedShell> {
-    Feature::ReducedShell.require()?;
     model.reduced.as_ref().ok_or_else(|| {
         let message = "the model has no reduced shell: precompute with reduced_fields, 40 for a start";
         Error::new(ErrorKind::Unsupported, message)
@@ -317,6 +315,47 @@ impl Reduced {
             }
         }
         unreachable!("the last share is the whole")
+    }
+
+    /// Hands J g of every vertex to `visit`, in order: see the text of `certify`. `grips` are the forces of constraints.
+    pub fn visit_acceleration(
+        &self,
+        model: &Model,
+        load: &BodyLoad,
+        external: External,
+        grips: &[(u32, [Vec3; 2])],
+        visit: impl FnMut(usize, Vec3),
+    ) {
+        let Some(reduced) = &model.reduced else { return };
+        let Motion { q, q_dot, .. } = &self.motion;
+        let mut probe = self.clone();
+        probe.set_force(reduced, load, external);
+        if let Some((gradient, coriolis)) = load.parts().1 {
+            reduced.add_spin(gradient, coriolis, (q, q_dot), &mut probe.force);
+        }
+        reduced.energy.gradient(q, probe.newton.scratch(), &mut probe.rates);
+        for (k, g) in probe.force.iter_mut().enumerate() {
+            let held = |(v, [force, _]): &(u32, [Vec3; 2])| {
+                with_fields!(&reduced.fields, fields => fields.at(k, *v as usize)).dot(force)
+            };
+            *g += grips.iter().map(held).sum::<f64>() - probe.rates[k];
+        }
+        self.visit(model, &probe.force, visit);
+    }
+
+    /// Takes the pose and the rates nearest to `u` and `rate` (n_vertices) in the mass norm: BᵀMu and BᵀMu̇.
+    pub fn follow(&mut self, model: &Model, u: &[Vec3], rate: &[Vec3]) -> Result<()> {
+        let reduced = of(model)?;
+        let mut motion = Motion::rest(reduced.n());
+        for (from, to) in [(u, &mut motion.q), (rate, &mut motion.q_dot)] {
+            let weighted: Vec<Vec3> = from.iter().zip(&model.shell.mass).map(|(u, m)| u * *m).collect();
+            with_fields!(&reduced.fields, fields => fields.project(&weighted, to));
+        }
+        if !Self::has_meaning(model, &motion.q, &motion.q_dot) {
+            return Err(Error::new(ErrorKind::Numerical, "the pose is beyond what the fields can tell"));
+        }
+        self.motion = motion;
+        Ok(())
     }
 
     /// ½ q̇ᵀq̇ and E.

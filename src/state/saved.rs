@@ -5,7 +5,7 @@
 //! are inputs and not saved.
 
 use super::reduced::Motion;
-use super::{Dynamics, Modal, Nodal, Reduced, State};
+use super::{Dynamics, Nodal, Reduced, State};
 use crate::support::{Frame, Pose};
 use crate::{Error, ErrorKind, Result, Vec3};
 use nalgebra::{Quaternion, UnitQuaternion, Vector4};
@@ -33,6 +33,14 @@ impl State {
         }
     }
 
+    /// Of the model, as far as this kind of unknowns goes.
+    fn fingerprint(&self) -> u64 {
+        match &self.dynamics {
+            Dynamics::Modal(_) | Dynamics::Nodal(_) => self.model.fingerprint,
+            Dynamics::Reduced(_) => self.model.reduced_fingerprint,
+        }
+    }
+
     /// Size of [`State::save`].
     pub fn saved_size(&self) -> usize {
         HEADER + 8 * (FIXED_DOUBLES + 2 * self.n_unknowns()) + 8
@@ -43,7 +51,7 @@ impl State {
         let mut bytes = Vec::with_capacity(self.saved_size());
         bytes.extend(MAGIC);
         bytes.extend(VERSION.to_le_bytes());
-        bytes.extend(self.model.fingerprint.to_le_bytes());
+        bytes.extend(self.fingerprint().to_le_bytes());
         bytes.extend((self.n_unknowns() as u64).to_le_bytes());
         let mut push = |x: &f64| bytes.extend(x.to_le_bytes());
         let Frame { pose, velocity, angular_velocity, .. } = &self.frame;
@@ -80,6 +88,7 @@ impl State {
         self.rest.wake();
         self.time = numbers[0];
         self.placed = true;
+        self.rates = Default::default();
         self.frame = Frame { velocity: vector(8), angular_velocity: vector(11), ..Frame::at_rest(pose) };
         let (unknowns, rates) = numbers[FIXED_DOUBLES..].split_at(self.n_unknowns());
         match &mut self.dynamics {
@@ -127,7 +136,7 @@ impl State {
         if xxh3_64(&bytes[..body]) != word(bytes, body) {
             return invalid("the saved state is damaged: its checksum does not match");
         }
-        if word(bytes, 8) != self.model.fingerprint {
+        if word(bytes, 8) != self.fingerprint() {
             return invalid("the saved state belongs to another model");
         }
         let numbers: Vec<f64> = (HEADER..body).step_by(8).map(|at| f64::from_bits(word(bytes, at))).collect();
@@ -138,7 +147,7 @@ impl State {
         let (unknowns, rates) = numbers[FIXED_DOUBLES..].split_at(self.n_unknowns());
         let vectors = |from: &[f64]| from.chunks_exact(3).map(Vec3::from_column_slice).collect::<Vec<_>>();
         let sound = match &self.dynamics {
-            Dynamics::Modal(_) => Modal::has_meaning(&self.model, unknowns, rates),
+            Dynamics::Modal(modal) => modal.has_meaning(&self.model, unknowns, rates),
             Dynamics::Nodal(_) => Nodal::has_meaning(&self.model, &vectors(unknowns), &vectors(rates)),
             Dynamics::Reduced(_) => {
                 let n = unknowns.len() - 1;

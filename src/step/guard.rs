@@ -1,7 +1,8 @@
 //! What keeps a step sensible under loads far beyond what a warp can show. On ordinary scenes the first part is exactly inactive,
 //! the second on nearly all: `make check-guard` compares their motion with that of a library built without, `--cfg unguarded`.
 //!
-//! **Bend.** With β² = Σ (ψ_k q_k)² over the elastic modes, ψ_k the largest rotation of a mode per unit amplitude, a potential
+//! **Bend.** With β² = Σ (ψ_k q_k)² over the elastic modes, ψ_k the largest rotation of a mode per unit amplitude, or under linear
+//! modal analysis, which has no rotations, its largest displacement in model sizes, a potential
 //!
 //!   G(β) = E x³/(1 − x),   x = (β − β₀)/(β₁ − β₀) > 0,   E = ½ min (λ_k/ψ_k²) β₀²,
 //!
@@ -35,13 +36,34 @@ pub struct Pull {
     pub reach: f64,
 }
 
+/// How far a unit of each mode bends a shell: by its largest rotation, rad, or by its largest displacement in model sizes.
+#[derive(Clone, Copy)]
+pub struct Bend<'a> {
+    /// In `unit`s.
+    pub of_modes: &'a [f64],
+    /// A rad, or the model's size.
+    pub unit: f64,
+}
+
+impl Bend<'_> {
+    /// ψ of mode `k`.
+    pub fn of(&self, k: usize) -> f64 {
+        self.of_modes[k] / self.unit
+    }
+
+    /// Σ |ψ_k q_k|: no vertex is turned further, or moved by more model sizes.
+    pub fn largest(&self, q: &[f64]) -> f64 {
+        q.iter().enumerate().map(|(k, q)| (q * self.of(k)).abs()).sum()
+    }
+}
+
 /// The modes of a model as the guard sees them.
 #[derive(Clone, Copy)]
 pub struct Guard<'a> {
     /// λ of each mode.
     pub eigenvalues: &'a [f64],
     /// ψ of each mode.
-    pub largest_rotation: &'a [f64],
+    pub bend: Bend<'a>,
     /// √(M Σ m |φ|²|ψ|²) of each mode.
     pub swing: &'a [f64],
     /// √(M Σ m |ψ|⁴) of each mode.
@@ -55,7 +77,7 @@ impl Guard<'_> {
     pub fn load_stiffness(&self, k: usize, pull: &Pull) -> f64 {
         let third = pull.reach / 3.0;
         pull.body * (self.swing[k] + third * self.turn[k])
-            + pull.external * (self.largest_swing[k] + third * self.largest_rotation[k].powi(2))
+            + pull.external * (self.largest_swing[k] + third * self.bend.of(k).powi(2))
     }
 
     /// c of mode `k` for a step of `h`, with what swinging loads ask in addition to `damping`.
@@ -68,7 +90,7 @@ impl Guard<'_> {
     }
 
     fn rotation(&self, k: usize) -> f64 {
-        if self.eigenvalues[k] > 0.0 { self.largest_rotation[k] } else { 0.0 }
+        if self.eigenvalues[k] > 0.0 { self.bend.of(k) } else { 0.0 }
     }
 
     /// β² at amplitudes given by `q`.
@@ -89,6 +111,16 @@ impl Guard<'_> {
         if x > 0.0 { self.scale() * x.powi(3) / (1.0 - x).max(f64::EPSILON) } else { 0.0 }
     }
 
+    /// Adds −∇G at amplitudes `q` to `force`.
+    pub fn add_force(&self, q: &[f64], force: &mut [f64]) {
+        let x = (self.square(|k| q[k]).sqrt() - GUARDED_BEND) / (LARGEST_BEND - GUARDED_BEND);
+        if cfg!(unguarded) || x <= 0.0 {
+            return;
+        }
+        let s = slope(self.scale(), x.min(1.0 - f64::EPSILON));
+        (0..q.len()).for_each(|k| force[k] -= self.rotation(k).powi(2) * s * q[k]);
+    }
+
     /// Moves the free (q, q̇) at the end of a step of `h` to where the guard lets it be; `damping` is c of each mode.
     pub fn hold(&self, damping: impl Fn(usize) -> f64, h: f64, q: &mut [f64], q_dot: &mut [f64]) {
         if cfg!(unguarded) || self.square(|k| q[k]) <= GUARDED_BEND * GUARDED_BEND {
@@ -96,11 +128,8 @@ impl Guard<'_> {
         }
         let gamma = |k: usize| h * h / (1.0 + h * damping(k) + h * h * self.eigenvalues[k]);
         let (scale, room) = (self.scale(), LARGEST_BEND - GUARDED_BEND);
-        // G'(β)/β, and q_k at the end if that were its value there.
-        let slope = |x: f64| {
-            let by_x = scale * x * x * (3.0 - 2.0 * x) / (1.0 - x).powi(2);
-            by_x / (room * (GUARDED_BEND + room * x))
-        };
+        // q_k at the end if G'(β)/β were `s` there.
+        let slope = |x: f64| slope(scale, x);
         let held = |q: &[f64], k: usize, s: f64| q[k] / (1.0 + gamma(k) * self.rotation(k).powi(2) * s);
         let (mut low, mut high) = (0.0, 1.0 - f64::EPSILON);
         for _ in 0..HALVINGS {
@@ -114,4 +143,11 @@ impl Guard<'_> {
             q[k] = moved;
         }
     }
+}
+
+/// G'(β)/β, with E for `scale`.
+fn slope(scale: f64, x: f64) -> f64 {
+    let room = LARGEST_BEND - GUARDED_BEND;
+    let by_x = scale * x * x * (3.0 - 2.0 * x) / (1.0 - x).powi(2);
+    by_x / (room * (GUARDED_BEND + room * x))
 }

@@ -6,7 +6,7 @@ pub mod modal_force;
 pub mod participation;
 pub mod point_force;
 
-pub use guard::Guard;
+pub use guard::{Bend, Guard};
 pub use integrator::{Integrator, Oscillator};
 pub use modal_force::ForceLaw;
 pub use participation::Participation;

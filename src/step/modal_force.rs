@@ -250,22 +250,24 @@ pub fn visit_motion<E: Entry>(
 /// Lanes are summed in the basis's precision over so many blocks, then in f64.
 const BLOCKS_PER_SUM: usize = 64;
 
-/// Room for sums and weights, so that a step does not allocate.
+/// A step of up to so many modes has its sums on the stack: those of thousands of states would push each other from the cache.
+const FEW: usize = 8;
+
+/// Room for sums and weights of a step, so that it does not allocate.
 #[derive(Clone)]
 pub struct Scratch<T> {
-    /// Two lines for each mode.
+    /// Two lines for each mode; empty for [`FEW`].
     sums: Vec<[Line<T>; 2]>,
-    /// Of [`Pull`].
-    pulls: [Line<T>; 2],
-    /// Of q and of q̇ (modes).
+    /// Of q and of q̇ (modes, or empty).
     weights: [Vec<[T; 2]>; 2],
 }
 
 impl<T: Real> Scratch<T> {
     /// For `modes` modes.
     pub fn new(modes: usize) -> Self {
+        let modes = if modes <= FEW { 0 } else { modes };
         let weights = vec![[T::default(); 2]; modes];
-        Self { sums: vec![Default::default(); modes], pulls: Default::default(), weights: [weights.clone(), weights] }
+        Self { sums: vec![Default::default(); modes], weights: [weights.clone(), weights] }
     }
 }
 
@@ -291,9 +293,18 @@ pub fn project<E: Entry>(basis: &Basis<E>, acting: &Acting, scratch: &mut Scratc
     if acting.load.is_zero() && acting.external.is_none() {
         return Pull::default();
     }
-    let Scratch { sums, pulls, weights: [weights, rates] } = scratch;
-    sums.fill(Default::default());
-    *pulls = Default::default();
+    let (mut few_sums, mut few_weights);
+    let (sums, weights, rates): (&mut [_], &mut [_], &mut [_]) = if basis.modes <= FEW {
+        few_sums = [Default::default(); FEW];
+        few_weights = [[Default::default(); 2]; 2 * FEW];
+        let (weights, rates) = few_weights.split_at_mut(FEW);
+        (&mut few_sums[..basis.modes], weights, rates)
+    } else {
+        let Scratch { sums, weights: [weights, rates] } = scratch;
+        sums.fill(Default::default());
+        (sums, weights, rates)
+    };
+    let pulls = &mut <[Line<E::Real>; 2]>::default();
     let weights = basis.weights(acting.q, weights);
     // Velocities matter in a spinning frame alone.
     let rates = if acting.load.spin.is_some() { basis.weights(acting.q_dot, rates) } else { weights };

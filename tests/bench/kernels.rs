@@ -4,19 +4,21 @@
 //! - `read + write`: the same, and writing three floats a vertex, as reading positions must at least;
 //! - `naive`: the warp's positions by a plain f64 loop over vertices and modes with nalgebra.
 //!
-//! Criterion and divan time one function after the other; on a machine with other work to do that makes ratios worthless, so
-//! here the contestants take turns and the least time of each counts. Caches are warm: a basis that fits one is read from it.
+//! usage: cargo bench --bench kernels [-- [--docs FILE] [--csv FILE] [LARGEST_N]]     (make bench)
 //!
-//! usage: cargo bench --bench kernels [-- LARGEST_N]     (make bench)
+//! Prints its tables; `--docs` puts them in this machine's section of FILE, `--csv` writes every figure.
 #![allow(missing_docs, unsafe_code)] // a host's calls across the interface
 
+mod contest;
+mod docs;
+mod many;
 mod scene;
 
+use contest::{Contestant, Naive, Stream, measure};
 use nalgebra::UnitQuaternion;
-use pulp::{Arch, Simd, WithSimd};
+use pulp::Arch;
 use scene::FRAME;
 use shellwarp::constraint::{Constraint, Target};
-use shellwarp::ffi::batch::{sw_set_threads, sw_states_step};
 use shellwarp::ffi::pointer::{SW_FORMAT_F32, SW_FORMAT_F64};
 use shellwarp::ffi::state::{
     SW_SPACE_WORLD, SwState, SwStateReport, sw_state_positions, sw_state_report, sw_state_report_init, sw_state_step,
@@ -25,121 +27,36 @@ use shellwarp::model::Precision;
 use shellwarp::state::{Method, Space, State};
 use shellwarp::support::{Motion, Pose};
 use shellwarp::{Model, Vec3};
+use std::fmt::Write;
 use std::hint::black_box;
 use std::sync::Arc;
-use std::time::Instant;
-
-/// Turns of each contestant, and what one turn lasts at least.
-const ROUNDS: usize = 25;
-const TURN: f64 = 2e-3;
-
-/// A timed thing.
-struct Contestant<'a> {
-    name: &'static str,
-    /// Done before each turn, not timed.
-    before: Box<dyn FnMut() + 'a>,
-    call: Box<dyn FnMut() + 'a>,
-    calls_per_turn: usize,
-    /// Least seconds of a call.
-    best: f64,
-}
-
-impl<'a> Contestant<'a> {
-    fn new(name: &'static str, call: impl FnMut() + 'a) -> Self {
-        Self { name, before: Box::new(|| ()), call: Box::new(call), calls_per_turn: 1, best: f64::INFINITY }
-    }
-
-    /// The first call is not timed: it finds the caches filled by the others.
-    fn take_turn(&mut self) {
-        (self.before)();
-        (self.call)();
-        let start = Instant::now();
-        (0..self.calls_per_turn).for_each(|_| (self.call)());
-        self.best = self.best.min(start.elapsed().as_secs_f64() / self.calls_per_turn as f64);
-    }
-}
-
-/// Lets all take turns.
-fn measure(contestants: &mut [Contestant]) {
-    for one in &mut *contestants {
-        one.take_turn();
-        one.take_turn();
-        one.calls_per_turn = ((TURN / one.best).ceil() as usize).max(1);
-        one.best = f64::INFINITY;
-    }
-    for _ in 0..ROUNDS {
-        contestants.iter_mut().for_each(Contestant::take_turn);
-    }
-}
-
-/// Reads `basis` in blocks of `block` floats and, with room for it, writes 48 floats a block: the floors.
-struct Stream<'a> {
-    basis: &'a [f32],
-    block: usize,
-    out: Option<&'a mut [f32]>,
-}
-
-impl WithSimd for Stream<'_> {
-    type Output = ();
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        let Self { basis, block, mut out } = self;
-        let mut total = [simd.splat_f32s(0.0); 8];
-        for (b, block) in basis.chunks_exact(block).enumerate() {
-            let (registers, _) = S::as_simd_f32s(block);
-            let (eights, rest) = registers.as_chunks::<8>();
-            let add = |sum: &mut S::f32s, x: &S::f32s| *sum = simd.add_f32s(*sum, *x);
-            eights.iter().for_each(|eight| total.iter_mut().zip(eight).for_each(|(sum, x)| add(sum, x)));
-            total.iter_mut().zip(rest).for_each(|(sum, x)| add(sum, x));
-            if let Some(out) = &mut out {
-                let (rows, _) = S::as_mut_simd_f32s(&mut out[48 * b..48 * b + 48]);
-                rows.iter_mut().enumerate().for_each(|(i, row)| *row = total[i % 8]);
-            }
-        }
-        black_box(total);
-    }
-}
-
-/// Φ and Ψ vertex by vertex, mode by mode, as one would first write them.
-struct Naive {
-    shapes: Vec<(Vec3, Vec3)>,
-    rest: Vec<Vec3>,
-    modes: usize,
-}
-
-impl Naive {
-    fn new(model: &Model) -> Self {
-        let (n, modes) = (model.shell.mass.len(), model.n_modes());
-        let shapes = (0..n).flat_map(|v| (0..modes).map(move |k| (k, v))).map(|(k, v)| model.mode_at(k, v)).collect();
-        Self { shapes, rest: model.shell.mesh.positions.clone(), modes }
-    }
-
-    fn positions(&self, q: &[f64], out: &mut [[f32; 3]]) {
-        for (v, rest) in self.rest.iter().enumerate() {
-            let (mut u, mut w) = (Vec3::zeros(), Vec3::zeros());
-            for ((phi, psi), q) in self.shapes[v * self.modes..][..self.modes].iter().zip(q) {
-                u += phi * *q;
-                w += psi * *q;
-            }
-            let angle = w.norm();
-            let (b, c) = if angle > 1e-4 {
-                ((1.0 - angle.cos()) / angle.powi(2), (angle - angle.sin()) / angle.powi(3))
-            } else {
-                (0.5, 1.0 / 6.0)
-            };
-            let x = rest + u + w.cross(&u) * b + w.cross(&w.cross(&u)) * c;
-            out[v] = [x.x as f32, x.y as f32, x.z as f32];
-        }
-    }
-}
 
 fn handle(state: State) -> SwState {
     state.into()
 }
 
-fn step(state: &mut SwState) {
+/// Lengths of steps, two in turn: a state that a step has left as it was skips further steps of the same length.
+#[derive(Default)]
+struct Lengths {
+    longer: bool,
+}
+
+impl Lengths {
+    fn next(&mut self) -> f64 {
+        self.longer = !self.longer;
+        if self.longer { 1.001 * FRAME } else { FRAME }
+    }
+}
+
+fn step(state: &mut SwState, seconds: f64) {
     // SAFETY: a live handle.
-    assert_eq!(unsafe { sw_state_step(state, FRAME) }, 0);
+    assert_eq!(unsafe { sw_state_step(state, seconds) }, 0);
+}
+
+/// Steps a state of its own.
+fn stepping<'a>(name: &'static str, state: State) -> Contestant<'a> {
+    let (mut state, mut lengths) = (handle(state), Lengths::default());
+    Contestant::new(name, move || step(&mut state, lengths.next()))
 }
 
 /// The interface's call for positions into rows of `stride` bytes.
@@ -186,169 +103,177 @@ fn held(model: &Arc<Model>) -> State {
     state
 }
 
-/// All kernels on one model: (name, least seconds).
-fn race(n: usize, modes: usize) -> Vec<(&'static str, f64)> {
-    let model = scene::model(n, modes, Precision::F32);
+/// A kernel's time.
+struct Time {
+    kernel: &'static str,
+    vertices: usize,
+    modes: usize,
+    nanoseconds: f64,
+    /// Of its floor.
+    floor: f64,
+}
+
+impl Time {
+    fn is(&self, kernel: &str, vertices: usize, modes: usize) -> bool {
+        (self.kernel, self.vertices, self.modes) == (kernel, vertices, modes)
+    }
+}
+
+/// All kernels on one model.
+fn race(n: usize, modes: usize) -> Vec<Time> {
+    let model = |precision| scene::model(n, modes, precision);
+    let [single, double, quantized] = [Precision::F32, Precision::F64, Precision::I16].map(model);
     let blocks = n.div_ceil(16);
-    let floats: Vec<f32> = (0..16 * (4 + 6 * modes) * blocks).map(|k| (k % 7) as f32).collect();
-    let (mut out, mut bytes) = (vec![0f32; 48 * blocks], vec![0u8; 32 * n]);
-    let (mut bytes64, mut bytes_turned, mut maya) = (bytes.clone(), bytes.clone(), bytes.clone());
-    let mut bytes16 = bytes.clone();
-    let quantized = scene::model(n, modes, Precision::I16);
-    let naive = (n * modes <= 2_000_000).then(|| (Naive::new(&model), vec![[0f32; 3]; n]));
-    let (mut lma, mut warp, mut work) = (
-        handle(scene::moving(&model, Method::LinearModalAnalysis)),
-        handle(scene::moving(&model, Method::Warp)),
-        handle(scene::moving(&model, Method::VirtualWorkWarp)),
-    );
-    let (mut warp16, mut work16) =
-        (handle(scene::moving(&quantized, Method::Warp)), handle(scene::moving(&quantized, Method::VirtualWorkWarp)));
-    let still16 = handle(scene::moving(&quantized, Method::Warp));
-    let still = scene::moving(&model, Method::Warp);
-    let q = still.amplitudes().expect("modal").0.to_vec();
-    let (still, turned, mut held) = (handle(still), handle(turned(&model)), handle(held(&model)));
     let (arch, block) = (Arch::new(), 16 * (4 + 6 * modes));
+    let floats: Vec<f32> = (0..block * blocks).map(|k| (k % 7) as f32).collect();
     let floats = &floats[..];
+    let mut out = vec![0f32; 48 * blocks];
+    let warped = |model: &Arc<Model>| scene::moving(model, Method::Warp);
+    let reading = |name, state: State, format, stride| {
+        let (state, mut bytes) = (handle(state), vec![0u8; 32 * n]);
+        Contestant::new(name, move || write_positions(&state, n, format, stride, &mut bytes))
+    };
+    let told = handle(warped(&single));
     let mut all = vec![
         Contestant::new("read", || arch.dispatch(Stream { basis: black_box(floats), block, out: None })),
         Contestant::new("read + write", || {
             arch.dispatch(Stream { basis: black_box(floats), block, out: Some(&mut out) });
             black_box(&out);
         }),
-        Contestant::new("step, LMA", || step(&mut lma)),
-        Contestant::new("step, warp", || step(&mut warp)),
-        Contestant::new("step, virtual work", || step(&mut work)),
-        Contestant::new("step, warp, 1 handle", || step(&mut held)),
-        Contestant::new("positions, f32", || write_positions(&still, n, SW_FORMAT_F32, 0, &mut bytes)),
-        Contestant::new("positions, f32, turned", || write_positions(&turned, n, SW_FORMAT_F32, 0, &mut bytes_turned)),
-        Contestant::new("positions, f64", || write_positions(&still, n, SW_FORMAT_F64, 0, &mut bytes64)),
-        Contestant::new("positions, f64, stride 32", || write_positions(&still, n, SW_FORMAT_F64, 32, &mut maya)),
-        Contestant::new("step, warp, i16", || step(&mut warp16)),
-        Contestant::new("step, virtual work, i16", || step(&mut work16)),
-        Contestant::new("positions, f32, i16", || write_positions(&still16, n, SW_FORMAT_F32, 0, &mut bytes16)),
-        Contestant::new("report", || report(&still)),
+        stepping("step, LMA under gravity", scene::moving(&single, Method::LinearModalAnalysis)),
+        stepping("step, warp", warped(&single)),
+        stepping("step, virtual work", scene::moving(&single, Method::VirtualWorkWarp)),
+        stepping("step, warp, 1 handle", held(&single)),
+        stepping("step, warp, i16", warped(&quantized)),
+        stepping("step, virtual work, i16", scene::moving(&quantized, Method::VirtualWorkWarp)),
+        stepping("step, warp, f64 basis", warped(&double)),
+        reading("positions, f32", warped(&single), SW_FORMAT_F32, 0),
+        reading("positions, f32, turned", turned(&single), SW_FORMAT_F32, 0),
+        reading("positions, f64", warped(&single), SW_FORMAT_F64, 0),
+        reading("positions, f64, stride 32", warped(&single), SW_FORMAT_F64, 32),
+        reading("positions, f32, i16", warped(&quantized), SW_FORMAT_F32, 0),
+        reading("positions, f64, f64 basis", warped(&double), SW_FORMAT_F64, 0),
+        Contestant::new("report", || report(&told)),
     ];
-    if let Some((naive, mut out)) = naive {
-        all.push(Contestant::new("naive f64 positions", move || {
+    if n * modes <= 2_000_000 {
+        let (naive, mut out) = (Naive::new(&single), vec![[0f32; 3]; n]);
+        let q = warped(&single).amplitudes().expect("modal").0.to_vec();
+        all.push(Contestant::new("positions, naive f64", move || {
             naive.positions(black_box(&q), &mut out);
             black_box(&out);
         }));
     }
     measure(&mut all);
-    all.into_iter().map(|one| (one.name, one.best)).collect()
+    let nanoseconds = |seconds: f64| 1e9 * seconds / n as f64;
+    let [read, write] = [0, 1].map(|k: usize| nanoseconds(all[k].best));
+    let time = |one: Contestant| Time {
+        kernel: one.name,
+        vertices: n,
+        modes,
+        nanoseconds: nanoseconds(one.best),
+        floor: if one.name.starts_with("positions") { write } else { read },
+    };
+    all.into_iter().map(time).collect()
 }
 
 /// One table: a row for each kernel, a column for each size; ns per vertex and the ratio to the kernel's floor.
-fn table(title: &str, sizes: &[(usize, usize)]) {
-    let columns: Vec<_> = sizes.iter().map(|&(n, modes)| (n, race(n, modes))).collect();
-    println!("\n{title}\n");
-    println!(
-        "| ns per vertex (× floor) |{}",
-        sizes.iter().map(|(n, m)| format!(" n = {n}, m = {m} |")).collect::<String>()
-    );
-    println!("| --- |{}", " --- |".repeat(sizes.len()));
-    let mut names: Vec<&str> = vec![];
-    for (name, _) in columns.iter().flat_map(|(_, row)| row) {
-        if !names.contains(name) {
-            names.push(name);
+fn table(title: &str, columns: &[Vec<Time>]) -> String {
+    let mut text = format!("### {title}\n\n| ns per vertex (× floor) |");
+    for column in columns {
+        let _ = write!(text, " n = {}, m = {} |", column[0].vertices, column[0].modes);
+    }
+    let _ = writeln!(text, "\n| --- |{}", " --- |".repeat(columns.len()));
+    let longest = columns.iter().max_by_key(|column| column.len()).expect("a column");
+    for (k, Time { kernel, .. }) in longest.iter().enumerate() {
+        let _ = write!(text, "| {kernel} |");
+        for column in columns {
+            let cell = |time: &Time| format!(" {:.2} ({:.2}) |", time.nanoseconds, time.nanoseconds / time.floor);
+            text += &column.get(k).map_or(" |".to_owned(), cell);
+        }
+        text += "\n";
+    }
+    text += "| `read`, GB/s |";
+    for Time { modes, nanoseconds, .. } in columns.iter().map(|column| &column[0]) {
+        let _ = write!(text, " {:.1} |", (4 * (4 + 6 * modes)) as f64 / nanoseconds);
+    }
+    text + "\n"
+}
+
+/// What was set as a goal for this library, in a kernel's floors: on AVX-512, and where that was told on AVX2.
+const GOALS: [(&str, usize, usize, &str); 11] = [
+    ("positions, f32", 13_118, 4, "1.03; AVX2 1.3–1.4"),
+    ("positions, f32", 13_118, 50, "0.9–1.05"),
+    ("positions, f32", 1_000_000, 8, "0.95–1.0"),
+    ("step, warp", 13_118, 4, "1.4; AVX2 2.0"),
+    ("step, warp", 13_118, 50, "1.06; AVX2 1.26"),
+    ("step, warp", 1_000_000, 8, "0.9; AVX2 1.15"),
+    ("step, virtual work", 13_118, 4, "2.2; AVX2 3.2"),
+    ("step, virtual work", 13_118, 50, "1.2; AVX2 1.5"),
+    ("step, virtual work", 1_000_000, 8, "1.0"),
+    ("positions, f32, i16", 13_118, 4, "1.1"),
+    ("positions, f32, i16", 1_000_000, 8, "0.46"),
+];
+
+/// The goals beside what was measured now.
+fn goals(times: &[Time], batches: &[many::Batch]) -> String {
+    let mut text = "### Goals\n\n| what | goal | now |\n| --- | --- | --- |\n".to_owned();
+    for (kernel, n, m, goal) in GOALS {
+        let found = times.iter().find(|t| t.is(kernel, n, m));
+        if let Some(time) = found {
+            let now = time.nanoseconds / time.floor;
+            let _ = writeln!(text, "| {kernel}, n = {n}, m = {m} | {goal} × floor | {now:.2} |");
         }
     }
-    for name in names {
-        print!("| {name} |");
-        for (n, results) in &columns {
-            let of = |name: &str| results.iter().find(|(other, _)| *other == name).map(|(_, seconds)| *seconds);
-            let floor = of(if name.contains("positions") { "read + write" } else { "read" });
-            match (of(name), floor) {
-                (Some(seconds), Some(floor)) => print!(" {:.2} ({:.2}) |", seconds * 1e9 / *n as f64, seconds / floor),
-                _ => print!(" |"),
-            }
+    text + &many::goals(batches)
+}
+
+fn csv(times: &[Time], batches: &[many::Batch]) -> String {
+    let mut text = "kernel,vertices,modes,states,threads,ns_per_vertex,times_floor,goal\n".to_owned();
+    for t in times {
+        let (ns, ratio) = (t.nanoseconds, t.nanoseconds / t.floor);
+        let goal = GOALS.iter().find(|(kernel, n, m, _)| t.is(kernel, *n, *m)).map_or("", |goal| goal.3);
+        let _ = writeln!(text, "\"{}\",{},{},1,1,{ns:.4},{ratio:.4},{goal}", t.kernel, t.vertices, t.modes);
+    }
+    text + &many::csv(batches)
+}
+
+struct Options {
+    docs: Option<String>,
+    csv: Option<String>,
+    largest: usize,
+}
+
+fn options() -> Options {
+    let mut options = Options { docs: None, csv: None, largest: 1_000_000 };
+    let mut words = std::env::args().skip(1);
+    while let Some(word) = words.next() {
+        match word.as_str() {
+            "--docs" => options.docs = words.next(),
+            "--csv" => options.csv = words.next(),
+            word => options.largest = word.parse().unwrap_or(options.largest), // cargo adds --bench
         }
-        println!();
     }
-    let rate = |(n, row): &(usize, Vec<(&str, f64)>), modes: usize| (n * 4 * (4 + 6 * modes)) as f64 / row[0].1 / 1e9;
-    print!("| `read` in GB/s |");
-    columns.iter().zip(sizes).for_each(|(column, (_, modes))| print!(" {:.1} |", rate(column, *modes)));
-    println!();
+    options
 }
 
-/// States in one call and one by one. Switching the number of threads ends them; the untimed call makes them anew.
-fn step_many(states: &[*mut SwState], threads: u32) {
-    // SAFETY: live handles.
-    unsafe {
-        assert_eq!(sw_set_threads(threads), 0);
-        assert_eq!(sw_states_step(states.as_ptr(), states.len() as u32, FRAME, std::ptr::null_mut()), 0);
-    }
-}
-
-/// A contestant that steps all on so many threads. The threads stay from call to call of one turn.
-fn crowd<'a>(name: &'static str, states: &'a [*mut SwState], threads: u32) -> Contestant<'a> {
-    let call = move || {
-        // SAFETY: live handles.
-        let stepped = unsafe { sw_states_step(states.as_ptr(), states.len() as u32, FRAME, std::ptr::null_mut()) };
-        assert_eq!(stepped, 0);
+fn main() -> std::io::Result<()> {
+    let Options { docs, csv: csv_file, largest } = options();
+    let before = docs::load();
+    let columns = |sizes: &[(usize, usize)]| -> Vec<Vec<Time>> {
+        sizes.iter().filter(|size| size.0 <= largest).map(|(n, modes)| race(*n, *modes)).collect()
     };
-    Contestant { before: Box::new(move || step_many(states, threads)), ..Contestant::new(name, call) }
-}
-
-/// `count` states of `n` vertices and `modes` modes, on one model or each on its own.
-fn many(count: usize, n: usize, modes: usize, shared: bool) {
-    let model = scene::model(n, modes, Precision::F32);
-    let own = |_| if shared { model.clone() } else { scene::model(n, modes, Precision::F32) };
-    let mut states: Vec<SwState> = (0..count).map(own).map(|m| scene::moving(&m, Method::Warp).into()).collect();
-    let handles: Vec<*mut SwState> = states.iter_mut().map(std::ptr::from_mut).collect();
-    let one_by_one = || {
-        for handle in &handles {
-            // SAFETY: live handles.
-            assert_eq!(unsafe { sw_state_step(*handle, FRAME) }, 0);
-        }
-    };
-    let all = &mut [
-        Contestant::new("one by one", one_by_one),
-        crowd("one thread", &handles, 1),
-        crowd("two threads", &handles, 2),
-    ];
-    measure(all);
-    let [one_by_one, one, two] = all;
-    println!(
-        "| {count} × {n}, {modes} modes, {} | {:.1} | {:.2} | {:.3} | {:.2} |",
-        if shared { "one model" } else { "own models" },
-        one.best.recip(),
-        one.best * 1e9 / (count * n) as f64,
-        one.best / one_by_one.best,
-        one.best / two.best,
-    );
-}
-
-fn many_states(largest: usize) {
-    println!("\nMany states by `sw_states_step`, the warp\n");
-    println!(
-        "| states × vertices | steps/s on one thread | ns per vertex | of the time one by one | faster on two threads |"
-    );
-    println!("| --- | --- | --- | --- | --- |");
-    for count in [1, 2, 8, 32, 64, 128, 1000, 10_000].into_iter().filter(|count| count * 500 <= 5 * largest) {
-        many(count, 500, 4, true);
-    }
-    many(64, 500, 8, true);
-    if largest >= 1_000_000 {
-        many(10_000, 500, 8, true);
-        many(1000, 5000, 4, false);
-    }
-}
-
-fn main() {
-    let largest = std::env::args().skip(1).find_map(|word| word.parse().ok()).unwrap_or(1_000_000);
-    let registers = match Arch::new() {
-        Arch::Scalar => "none",
-        #[cfg(target_arch = "x86_64")]
-        Arch::V3(_) => "AVX2",
-        #[cfg(target_arch = "x86_64")]
-        Arch::V4(_) => "AVX-512",
-        _ => "others",
-    };
-    println!("Registers: {registers}.");
-    let sizes = [100, 1000, 13_118, 100_000, 1_000_000];
-    table("Over vertices", &sizes.map(|n| (n, 8)).into_iter().filter(|(n, _)| *n <= largest).collect::<Vec<_>>());
+    let vertices = [100, 300, 1000, 3000, 10_000, 30_000, 100_000, 300_000, 1_000_000];
     let modes = [1, 2, 4, 8, 16, 50, 100, 200];
-    table("Over modes", &modes.map(|m| (13_118.min(largest), m)));
-    many_states(largest);
+    let by_vertices = columns(&vertices.map(|n| (n, 8)));
+    let by_modes = columns(&modes.map(|m| (13_118.min(largest), m)));
+    let batches = many::measure_all(largest);
+    let tables = [table("Over vertices", &by_vertices), table("Over modes", &by_modes), many::table(&batches)];
+    let times: Vec<Time> = by_vertices.into_iter().chain(by_modes).flatten().collect();
+    let load = format!("The machine's load was {before} before and {} after; 0 is a quiet one.\n", docs::load());
+    let text = format!("## {}\n\n{load}\n{}\n{}", docs::machine(), goals(&times, &batches), tables.join("\n"));
+    println!("{text}");
+    if let Some(file) = csv_file {
+        std::fs::write(file, csv(&times, &batches))?;
+    }
+    docs.map_or(Ok(()), |file| docs::put_section(&file, &format!("kernels {}", docs::machine()), &text))
 }

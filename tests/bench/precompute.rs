@@ -1,19 +1,21 @@
 //! Precomputes the dinosaur of tests/scenes and writes what another eigensolver needs to do the same: K and M in Matrix
 //! Market form. Prints one line of JSON: seconds of each run, eigenvalues, certificate.
 //!
-//! With `table` it prints the table of docs/speed.md instead: where the time goes on sheets and on the dinosaur, the run of least
-//! time of each.
+//! With `table` it prints where the time goes on sheets and on the dinosaur instead, the run of least time of each, and with
+//! `--docs` puts that in this machine's section of FILE.
 //!
 //! usage: precompute MODES RUNS OUTPUT_DIRECTORY
-//!        precompute table RUNS VERTICES...
+//!        precompute table RUNS VERTICES... [--docs FILE]
 #![allow(missing_docs)]
 
 #[path = "../common/mod.rs"]
 mod common;
+mod docs;
 
 use shellwarp::model::{Model, Options};
 use shellwarp::modes::{ScaledStiffness, entries};
 use shellwarp::{Material, Mesh, Shell, Supports};
+use std::fmt::Write as _;
 use std::io::{BufWriter, Write};
 use std::path::Path;
 use std::sync::Arc;
@@ -69,16 +71,29 @@ fn precompute(make: &dyn Fn() -> Shell, modes: usize) -> (f64, Model, f64) {
     (start.elapsed().as_secs_f64(), model, silence)
 }
 
-fn print_table(runs: usize, sizes: &[usize]) {
-    println!(
-        "| shell | vertices | modes | mesh, ms | assembly | ordering | factorization | modes | certificate | rotation | total, ms \
-         | total / factorization | longest silence, ms | peak, MB |"
-    );
-    println!("|{}", " --- |".repeat(14));
+/// The most memory that the process has held since [`forget_peak`], MB; 0 where the system does not tell.
+fn peak() -> f64 {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let line = status.lines().find(|line| line.starts_with("VmHWM")).unwrap_or_default();
+    line.split_whitespace().nth(1).and_then(|kib| kib.parse::<f64>().ok()).unwrap_or(0.0) * 1024e-6
+}
+
+fn forget_peak() {
+    let _ = std::fs::write("/proc/self/clear_refs", "5");
+}
+
+/// A row for each size and number of modes; beyond half a million vertices, where each takes many minutes, for 4 modes alone.
+fn table(runs: usize, sizes: &[usize]) -> String {
+    let mut text = "| shell | vertices | modes | mesh, ms | assembly | ordering | factorization | modes | certificate | rotation | total, ms \
+         | total / factorization | longest silence, ms | peak, MB: foreseen | held |\n"
+        .to_owned();
+    let _ = writeln!(text, "|{}", " --- |".repeat(15));
     for &n in sizes {
         let is_dinosaur = n == 13_117;
         let make = || if is_dinosaur { dinosaur() } else { sheet(n) };
-        for modes in [4, 8, 32] {
+        let modes = if n > 500_000 { &[4][..] } else { &[4, 8, 32] };
+        for &modes in modes {
+            forget_peak();
             let all = (0..runs).map(|_| precompute(&make, modes));
             let (seconds, model, silence) = all.min_by(|a, b| a.0.total_cmp(&b.0)).unwrap();
             let ms = |s: f64| format!("{:.1}", 1e3 * s);
@@ -86,22 +101,38 @@ fn print_table(runs: usize, sizes: &[usize]) {
             let mesh = ms(seconds - model.seconds.iter().sum::<f64>());
             let name = if is_dinosaur { "dinosaur" } else { "sheet" };
             let (total, ratio) = (ms(seconds), seconds / model.seconds[2]);
-            let (vertices, peak) = (model.shell.mass.len(), model.peak_bytes as f64 * 1e-6);
-            println!(
-                "| {name} | {vertices} | {modes} | {mesh} | {phases} | {total} | {ratio:.1} | {} | {peak:.0} |",
-                ms(silence)
+            let (vertices, foreseen) = (model.shell.mass.len(), model.peak_bytes as f64 * 1e-6);
+            let _ = writeln!(
+                text,
+                "| {name} | {vertices} | {modes} | {mesh} | {phases} | {total} | {ratio:.1} | {} | {foreseen:.0} | {:.0} |",
+                ms(silence),
+                peak()
             );
         }
+    }
+    text
+}
+
+fn print_table(runs: usize, words: &[String]) {
+    let sizes: Vec<usize> = words.iter().map_while(|word| word.parse().ok()).collect();
+    let before = docs::load();
+    let table = table(runs, &sizes);
+    let (machine, after) = (docs::machine(), docs::load());
+    let text = format!("## On {machine}\n\nThe machine's load was {before} before and {after} after.\n\n{table}");
+    println!("{text}");
+    if let [docs, file] = &words[sizes.len()..]
+        && docs == "--docs"
+    {
+        docs::put_section(file, &format!("precompute {machine}"), &text).unwrap();
     }
 }
 
 fn main() {
     let arguments: Vec<String> = std::env::args().collect();
-    if let [_, table, runs, sizes @ ..] = &arguments[..]
+    if let [_, table, runs, words @ ..] = &arguments[..]
         && table == "table"
     {
-        let sizes: Vec<usize> = sizes.iter().map(|n| n.parse().unwrap()).collect();
-        return print_table(runs.parse().unwrap(), &sizes);
+        return print_table(runs.parse().unwrap(), words);
     }
     let [_, modes, runs, directory] = &arguments[..] else { panic!("usage: precompute MODES RUNS OUTPUT_DIRECTORY") };
     let options = Options { modes: modes.parse().unwrap(), ..Options::default() };
@@ -119,6 +150,7 @@ fn main() {
         "phases": model.seconds,
         "eigenvalues": model.eigenvalues,
         "unknowns": model.shell.n_unknowns(),
+        "machine": docs::machine(),
     });
     println!("{report}");
 }

@@ -50,6 +50,7 @@ SW_METHOD_SHELL_IMPLICIT = 3
 SW_METHOD_SHELL_EXPLICIT = 4
 SW_METHOD_WARP_VIRTUAL_WORK = 5
 SW_METHOD_REDUCED_SHELL = 6
+SW_METHOD_AUTO = 7
 SW_INTEGRATOR_IMPLICIT_EULER = 1
 SW_INTEGRATOR_EXACT = 2
 SW_SPACE_WORLD = 0
@@ -171,6 +172,8 @@ class SwPrecomputeDesc(Structure):
         ("reduced_poses", c_uint32),
         ("reduced_flags", c_uint32),
         ("reduced_gravity", c_double),
+        ("auto_error", c_double),
+        ("auto_operations", c_double),
     ]
 
 
@@ -209,6 +212,22 @@ class SwModelInfo(Structure):
         ("reduced_elements", c_uint32),
         ("reduced_residual", c_double),
         ("eigenvalue_disagreement", c_double),
+        ("auto_method", c_uint32),
+        ("reserved", c_uint32),
+        ("auto_error", c_double),
+    ]
+
+
+class SwFrontPoint(Structure):
+    _fields_ = [
+        ("method", c_uint32),
+        ("chosen", c_uint32),
+        ("sagged", c_uint32),
+        ("fields", c_uint32),
+        ("elements", c_uint32),
+        ("reserved", c_uint32),
+        ("operations", c_double),
+        ("error", c_double),
     ]
 
 
@@ -329,6 +348,19 @@ class SwPlanPart(Structure):
     ]
 
 
+class SwCertificate(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("out_of_range", c_uint32),
+        ("error", c_double),
+        ("max_error", c_double),
+        ("vertex", c_uint32),
+        ("reserved", c_uint32),
+        ("residual", c_double),
+        ("remaining", c_double),
+    ]
+
+
 # Result and parameters of every function.
 FUNCTIONS = {
     "sw_last_error_message": (c_char_p, []),
@@ -347,6 +379,7 @@ FUNCTIONS = {
     "sw_model_precompute": (c_uint32, [POINTER(SwModel), POINTER(SwPrecomputeDesc)]),
     "sw_model_destroy": (None, [POINTER(SwModel)]),
     "sw_model_info": (c_uint32, [POINTER(SwModel), POINTER(SwModelInfo)]),
+    "sw_model_front": (c_uint32, [POINTER(SwModel), POINTER(SwFrontPoint), c_uint32, c_void_p]),
     "sw_model_frequencies": (c_uint32, [POINTER(SwModel), c_void_p, c_uint32, c_void_p]),
     "sw_model_save": (c_uint32, [POINTER(SwModel), c_void_p, c_uint64, c_void_p]),
     "sw_model_load": (c_uint32, [c_void_p, c_uint64, POINTER(POINTER(SwModel))]),
@@ -387,4 +420,7 @@ FUNCTIONS = {
     "sw_state_equilibrium": (c_uint32, [POINTER(SwState), POINTER(SwEquilibriumReport)]),
     "sw_state_plan": (c_uint32, [POINTER(SwState), c_double, POINTER(SwPlanPart), c_uint32, c_void_p]),
     "sw_state_plan_text": (c_uint32, [POINTER(SwState), c_double, c_char_p, c_uint64, c_void_p]),
+    "sw_certificate_init": (None, [POINTER(SwCertificate)]),
+    "sw_state_certify": (c_uint32, [POINTER(SwState), POINTER(SwCertificate)]),
+    "sw_state_set_method": (c_uint32, [POINTER(SwState), c_uint32]),
 }

@@ -33,7 +33,9 @@ class Model(Handle):
         self.n_vertices = int(mesh.n_vertices)
 
     def precompute(self, modes=16, precision="f32", progress=None, sag_gravity=(0.0, 0.0, 0.0),
-                   reduced_fields=0, reduced_elements=0, reduced_poses=0, reduced_gravity=0.0):
+                   reduced_fields=0, reduced_elements=0, reduced_poses=0, reduced_gravity=0.0,
+                   auto_error=0.0, auto_operations=0.0, demand_gravity=(0.0, 0.0, 0.0), demand_acceleration=0.0,
+                   handles=(), handle_distance=0.0):
         """Finds the `modes` lowest (0: 16); seconds on large meshes.
 
         `precision` is that of the run-time basis: "i16" takes half the memory of "f32" and moves vertices by about 1e-5 of the
@@ -43,6 +45,9 @@ class Model(Handle):
         states begin there.
 
         With `reduced_fields`, 40 for a start, there are states of the method "reduced-shell" too; the header tells of the others.
+
+        With `auto_error`, a length, or `auto_operations` of a step, the model is made for the method that suits the scene of
+        `demand_gravity`, `demand_acceleration` and pulls at `handles` by `handle_distance` best: that of its "auto" states.
 
         `progress(phase, fraction)` is called with the phase's name and the fraction of it, 0 to 1. It may return False to
         stop (CancelledError). What it raises stops the precompute too and is raised here. On both the model stays as it was.
@@ -54,6 +59,11 @@ class Model(Handle):
         desc.reduced_elements = uint32(reduced_elements, "reduced_elements")
         desc.reduced_poses = uint32(reduced_poses, "reduced_poses")
         desc.reduced_gravity = float(reduced_gravity)
+        desc.auto_error, desc.auto_operations = float(auto_error), float(auto_operations)
+        desc.demand_gravity[:] = [float(g) for g in demand_gravity]
+        desc.demand_acceleration, desc.handle_distance = float(demand_acceleration), float(handle_distance)
+        held = (c_uint32 * len(handles))(*[uint32(v, "handles") for v in handles])
+        desc.handles, desc.n_handles = held, len(held)
         raised = []
         if progress is not None:
             desc.progress = _abi.SwProgressFn(_guarded(progress, raised))
@@ -88,6 +98,14 @@ class Model(Handle):
         info = _library.initialised(_abi.SwModelInfo)
         self._call("sw_model_info", byref(info))
         return as_dict(info)
+
+    def front(self):
+        """The methods that were tried for "auto": a list of dicts as SwFrontPoint."""
+        count = c_uint32()
+        self._call("sw_model_front", None, 0, byref(count))
+        points = (_abi.SwFrontPoint * max(count.value, 1))()
+        self._call("sw_model_front", points, count.value, byref(count))
+        return [as_dict(point) for point in points[:count.value]]
 
     def frequencies(self):
         """Frequencies in Hz, ascending (modes)."""

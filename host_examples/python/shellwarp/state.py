@@ -11,7 +11,7 @@ from .errors import InvalidArgumentError
 
 METHODS = {"warp": _abi.SW_METHOD_WARP, "warp-virtual-work": _abi.SW_METHOD_WARP_VIRTUAL_WORK, "lma": _abi.SW_METHOD_LMA,
            "shell-implicit": _abi.SW_METHOD_SHELL_IMPLICIT, "shell-explicit": _abi.SW_METHOD_SHELL_EXPLICIT,
-           "reduced-shell": _abi.SW_METHOD_REDUCED_SHELL}
+           "reduced-shell": _abi.SW_METHOD_REDUCED_SHELL, "auto": _abi.SW_METHOD_AUTO}
 INTEGRATORS = {"implicit-euler": _abi.SW_INTEGRATOR_IMPLICIT_EULER, "exact": _abi.SW_INTEGRATOR_EXACT}
 SPACES = {"world": _abi.SW_SPACE_WORLD, "frame": _abi.SW_SPACE_FRAME}
 KINDS = {"position": _abi.SW_CONSTRAINT_POSITION, "orientation": _abi.SW_CONSTRAINT_ORIENTATION}
@@ -49,6 +49,10 @@ class State(Handle):
     def set_gravity(self, gravity):
         """Acceleration (3), world axes."""
         self._call("sw_state_set_gravity", _arrays.address(_arrays.numbers_in(gravity, "gravity", 3)))
+
+    def set_method(self, method):
+        """Goes on by another method from the nearest pose and velocities."""
+        self._call("sw_state_set_method", choice(METHODS, method, "method"))
 
     def set_rest_tolerance(self, length):
         """How little motion must be left for the state to rest and skip its steps; 0 for none at all."""
@@ -200,6 +204,12 @@ class State(Handle):
         report = _library.initialised(_abi.SwStateReport)
         self._call("sw_state_report", byref(report))
         return as_dict(report)
+
+    def certify(self):
+        """How far it is from the full nonlinear shell, by an estimate: SwCertificate as a dict."""
+        certificate = _library.initialised(_abi.SwCertificate)
+        self._call("sw_state_certify", byref(certificate))
+        return as_dict(certificate)
 
     def plan(self, seconds):
         """What a step of that length uses and leaves out: a list of dicts as SwPlanPart."""

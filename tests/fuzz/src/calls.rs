@@ -20,6 +20,12 @@ const MAX_EQUILIBRIA: usize = 1;
 
 fn models() -> Vec<Model> {
     let sheet = Triangles::sheet(3, 1);
+    let held = |change: &dyn Fn(&mut SwPrecomputeDesc)| {
+        let mut options = desc(sw_precompute_desc_init);
+        options.modes = 4;
+        change(&mut options);
+        sheet.model_by(&[0, 1, 2, 3], Some(&options))
+    };
     let mut lone = Triangles::sheet(1, 1);
     lone.x.push([7.0, 7.0, 7.0]); // of no triangle
     vec![
@@ -29,6 +35,11 @@ fn models() -> Vec<Model> {
         lone.model(&[0, 1], 12, SW_PRECISION_F64),      // a hinge
         lone.model(&[0, 1, 2, 3], 3, SW_PRECISION_F32), // no unknowns
         sheet.model(&[], 0, 0),                         // no modes
+        held(&|o| o.precision = SW_PRECISION_I16),
+        held(&|o| o.flags = SW_PRECOMPUTE_LINEAR),
+        held(&|o| o.reduced_fields = 4),
+        held(&|o| (o.precision, o.reduced_fields, o.reduced_poses) = (SW_PRECISION_F64, 8, 4)),
+        held(&|o| o.sag_gravity = [0.0, 0.3, -1.0]),
     ]
 }
 

@@ -89,15 +89,20 @@ impl Triangles {
 
     /// A model of them with vertices fixed; precomputed if modes are wanted.
     pub fn model(&self, fixed: &[u32], modes: u32, precision: u32) -> Model {
+        let mut options = desc(sw_precompute_desc_init);
+        (options.modes, options.precision) = (modes, precision);
+        self.model_by(fixed, (modes > 0).then_some(&options))
+    }
+
+    /// The same, precomputed as told.
+    pub fn model_by(&self, fixed: &[u32], options: Option<&SwPrecomputeDesc>) -> Model {
         let mut supports = desc(sw_support_desc_init);
         (supports.fixed, supports.n_fixed) = (fixed.as_ptr(), fixed.len() as u32);
         let mut model = null_mut();
         unsafe {
             ok(sw_model_create(&self.desc(), null(), &supports, &mut model));
-            if modes > 0 {
-                let mut options = desc(sw_precompute_desc_init);
-                (options.modes, options.precision) = (modes, precision);
-                ok(sw_model_precompute(model, &options));
+            if let Some(options) = options {
+                ok(sw_model_precompute(model, options));
             }
         }
         Model(model)
@@ -210,7 +215,11 @@ impl State {
             all_finite("positions", &self.positions(space));
             unsafe { ok(sw_state_normals(self.handle, space, SW_FORMAT_F64, x.as_mut_ptr().cast(), 0, n)) };
             all_finite("normals", &x[..3 * self.n_vertices]);
-            unsafe { ok(sw_state_rotations(self.handle, space, SW_FORMAT_F64, x.as_mut_ptr().cast(), 0, n)) };
+            // A model for LMA alone has none.
+            let status = unsafe { sw_state_rotations(self.handle, space, SW_FORMAT_F64, x.as_mut_ptr().cast(), 0, n) };
+            if !ok_or(status, &[SW_ERROR_UNSUPPORTED]) {
+                continue;
+            }
             for r in x.chunks(4) {
                 let norm = r.iter().map(|x| x * x).sum::<f64>();
                 assert!((norm - 1.0).abs() < 1e-5, "a rotation {r:?}"); // a matrix of a host's is taken to 1e-4

@@ -32,6 +32,7 @@ pub fn steps(scene: &Scene, library: &Library, cache: &Cache, effort: Effort) ->
             ("shell_explicit", _) => continue,
             ("shell_implicit", Effort::Full) => &[1.0, 2.0, 4.0, 8.0, 64.0],
             ("shell_implicit", _) => &[1.0, 2.0, 8.0],
+            _ if method.family == Family::Reduced => &[1.0, 2.0, 4.0, 8.0, 64.0],
             _ => &[1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 1024.0],
         };
         let run = |k: f64| {

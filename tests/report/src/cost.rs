@@ -5,7 +5,7 @@ use crate::effort::{Effort, Progress};
 use crate::error::quartiles;
 use crate::library::{Library, Material, Model, State};
 use crate::mesh::Mesh;
-use crate::methods::method;
+use crate::methods::{Family, METHODS, Method, method};
 use crate::scenes::FRAME;
 use anyhow::Result;
 use std::hint::black_box;
@@ -34,6 +34,18 @@ pub struct Precompute {
     pub peak: f64,
     /// Held for the run, MB.
     pub model: f64,
+}
+
+/// What the reduced shell costs beside the modes alone.
+pub struct Reduced {
+    pub vertices: usize,
+    pub fields: usize,
+    /// Sampled triangles, edges and hinges.
+    pub elements: usize,
+    /// Of the precompute with the modes alone, and with the fields.
+    pub seconds: [f64; 2],
+    /// Of a step.
+    pub us: f64,
 }
 
 /// Names of SW_PHASE_....
@@ -80,9 +92,16 @@ fn moving(model: &Model, key: &str) -> Result<State> {
     Ok(state)
 }
 
+/// Median microseconds of a call with the length of a step. Lengths alternate: a state that a step has left as it was skips
+/// further steps of the same length.
+fn median_step_us(mut step: impl FnMut(f64) -> Result<()>) -> Result<f64> {
+    let mut lengths = [FRAME, 1.001 * FRAME].into_iter().cycle();
+    median_us(|| step(lengths.next().unwrap_or(FRAME)))
+}
+
 fn step_us(model: &Model, key: &str) -> Result<f64> {
     let mut state = moving(model, key)?;
-    median_us(|| state.step(FRAME))
+    median_step_us(|h| state.step(h))
 }
 
 /// The parts of a frame, taken apart from outside: differences of calls that do more and less.
@@ -111,7 +130,7 @@ pub fn parts(library: &Library, vertices: usize, modes: usize) -> Result<Vec<Cos
     let end = mesh.vertices_where(|_, p| p[0] > mesh.length() - 1e-9);
     let mut held = moving(&model, "warp_implicit")?;
     held.hold(0, end[end.len() / 2], 4, mesh.positions[end[end.len() / 2] as usize])?;
-    let constrained = median_us(|| held.step(FRAME))?;
+    let constrained = median_step_us(|h| held.step(h))?;
     let parts = [
         ("modal update (a step of a mesh of 90 vertices)", update),
         ("projection of loads (LMA's step, less the update)", lma - update),
@@ -156,7 +175,7 @@ pub fn growth(library: &Library, effort: Effort, progress: &mut Progress) -> Res
     }
     let mesh = sheet(3000);
     let n = mesh.positions.len();
-    for modes in [1, 2, 4, 8, 16, 32, 64] {
+    for modes in [1, 2, 4, 8, 16, 32, 64, 128, 200] {
         progress.say(&format!("steps of {modes} modes"));
         let model = library.model(&mesh, SHEET, &mesh.root(), modes, false)?;
         let floor = floor_us(n, modes)?;
@@ -177,7 +196,7 @@ pub fn growth(library: &Library, effort: Effort, progress: &mut Progress) -> Res
             let v = end[k * (end.len() - 1) / count.max(1)];
             state.hold(k as u32, v, 4, mesh.positions[v as usize])?;
         }
-        let us = median_us(|| state.step(FRAME))?;
+        let us = median_step_us(|h| state.step(h))?;
         all.push(Cost {
             series: "constraints: step, warp".to_owned(),
             size: count,
@@ -188,7 +207,7 @@ pub fn growth(library: &Library, effort: Effort, progress: &mut Progress) -> Res
     }
     for count in [1, 4, 16, 64] {
         let mut states = (0..count).map(|_| moving(&model, "warp_implicit")).collect::<Result<Vec<_>>>()?;
-        let us = median_us(|| states.iter_mut().try_for_each(|s| s.step(FRAME)))?;
+        let us = median_step_us(|h| states.iter_mut().try_for_each(|s| s.step(h)))?;
         all.push(Cost {
             series: "instances: step of all, warp".to_owned(),
             size: count,
@@ -196,6 +215,59 @@ pub fn growth(library: &Library, effort: Effort, progress: &mut Progress) -> Res
             floor: us / floor / count as f64,
             work: n * 16 * count,
         });
+    }
+    Ok(all)
+}
+
+/// The reduced shells of the table of methods, over vertices.
+pub fn reduced(library: &Library, effort: Effort, progress: &mut Progress) -> Result<Vec<Reduced>> {
+    let sizes: &[usize] = match effort {
+        Effort::Full => &[300, 1000, 3000, 13_000],
+        Effort::Quick => &[300, 1000],
+        Effort::Smoke => &[100],
+    };
+    let methods: Vec<&Method> = METHODS.iter().filter(|m| m.family == Family::Reduced).collect();
+    let mut all = vec![];
+    for (&size, method) in sizes.iter().flat_map(|size| methods.iter().map(move |m| (size, m))) {
+        progress.say(&format!("{} on {size} vertices", method.label));
+        let mesh = sheet(size);
+        let timed = |fields: u32| -> Result<(Model, f64)> {
+            let start = Instant::now();
+            let model = library.reduced_model(&mesh, SHEET, &mesh.root(), 8, false, fields)?;
+            Ok((model, start.elapsed().as_secs_f64()))
+        };
+        let alone = timed(0)?.1;
+        let (model, seconds) = timed(method.fields)?;
+        let info = model.info()?;
+        all.push(Reduced {
+            vertices: mesh.positions.len(),
+            fields: info.reduced_fields as usize,
+            elements: info.reduced_elements as usize,
+            seconds: [alone, seconds],
+            us: step_us(&model, method.key)?,
+        });
+    }
+    Ok(all)
+}
+
+/// Microseconds of a frame of 1/30 s, one step and reading the positions, of a falling sheet held along one side.
+pub fn sheet_frames(library: &Library, vertices: usize) -> Result<Vec<(&'static str, usize, f64)>> {
+    let mesh = sheet(vertices);
+    let mut all = vec![];
+    for key in ["warp_implicit", "virtual_work_implicit", "reduced_40", "shell_implicit"] {
+        let m = method(key);
+        let model = library.reduced_model(&mesh, SHEET, &mesh.root(), 8, false, m.fields)?;
+        let mut state = model.state(m.method, m.integrator)?;
+        state.set_gravity([0.0, 0.0, -1.0])?;
+        let mut host = vec![[0f32; 3]; mesh.positions.len()];
+        let mut seconds = vec![];
+        for _ in 0..if m.family == Family::Shell { 5 } else { 100 } {
+            let start = Instant::now();
+            state.step(FRAME)?;
+            state.write_f32(&mut host)?;
+            seconds.push(start.elapsed().as_secs_f64());
+        }
+        all.push((m.label, mesh.positions.len(), quartiles(&seconds)[1] * 1e6));
     }
     Ok(all)
 }

@@ -143,6 +143,19 @@ impl Library {
         modes: usize,
         f64_basis: bool,
     ) -> Result<Model> {
+        self.reduced_model(mesh, material, fixed, modes, f64_basis, 0)
+    }
+
+    /// The same with fields for the reduced shell.
+    pub fn reduced_model(
+        &self,
+        mesh: &Mesh,
+        material: Material,
+        fixed: &[u32],
+        modes: usize,
+        f64_basis: bool,
+        fields: u32,
+    ) -> Result<Model> {
         let api = &self.0;
         let mut m = described(api.sw_mesh_desc_init);
         m.position_format = SW_FORMAT_F64;
@@ -156,6 +169,7 @@ impl Library {
         (s.fixed, s.n_fixed) = (fixed.as_ptr(), fixed.len() as u32);
         let mut p = described(api.sw_precompute_desc_init);
         (p.modes, p.precision) = (modes as u32, if f64_basis { 2 } else { 1 });
+        p.reduced_fields = fields;
         let mut handle = null_mut();
         // SAFETY: descriptors and what they point to live through the calls.
         unsafe {

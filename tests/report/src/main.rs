@@ -5,6 +5,7 @@ mod convergence;
 mod cost;
 mod effort;
 mod error;
+mod kernels;
 mod library;
 mod mesh;
 mod methods;
@@ -28,7 +29,7 @@ use std::path::{Path, PathBuf};
 
 const USAGE: &str = "usage: shellwarp-report --library FILE [--out DIR] [--viewer FILE] [--python FILE] [--docs DIR] \
     [--quick | --smoke] [--fresh]
-    [--stability [--cli FILE]]
+    [--stability [--cli FILE]] [--kernels]
 
   --library  the built shared library
   --out      where the report goes, out/report by default
@@ -39,7 +40,11 @@ const USAGE: &str = "usage: shellwarp-report --library FILE [--out DIR] [--viewe
   --smoke    a few seconds, for tests
   --fresh    forget the reference runs of earlier reports
   --stability  only the map of where each method holds; with --docs also stability.md
+  --kernels  only the plots of the DIR/kernels.csv that `make bench` leaves; with --docs they go there
   --cli      the command-line program, for the comparison of 32 and 64 bits";
+
+/// What `make bench` leaves where the report goes.
+const KERNELS: &str = "kernels.csv";
 
 struct Options {
     library: PathBuf,
@@ -50,6 +55,7 @@ struct Options {
     effort: Effort,
     fresh: bool,
     stability: bool,
+    kernels: bool,
     cli: Option<PathBuf>,
 }
 
@@ -64,6 +70,7 @@ fn options() -> Result<Options> {
         effort: Effort::Full,
         fresh: false,
         stability: false,
+        kernels: false,
         cli: None,
     };
     let mut parser = lexopt::Parser::from_env();
@@ -78,6 +85,7 @@ fn options() -> Result<Options> {
             Long("smoke") => o.effort = Effort::Smoke,
             Long("fresh") => o.fresh = true,
             Long("stability") => o.stability = true,
+            Long("kernels") => o.kernels = true,
             Long("cli") => o.cli = Some(parser.value()?.into()),
             Long("help") => {
                 println!("{USAGE}");
@@ -86,7 +94,7 @@ fn options() -> Result<Options> {
             other => return Err(other.unexpected().into()),
         }
     }
-    anyhow::ensure!(!o.library.as_os_str().is_empty(), "--library is missing\n{USAGE}");
+    anyhow::ensure!(o.kernels || !o.library.as_os_str().is_empty(), "--library is missing\n{USAGE}");
     Ok(o)
 }
 
@@ -109,7 +117,7 @@ fn measure(o: &Options, data: &Path, peers: &Path) -> Result<summary::Report> {
     };
     let scenes: Vec<_> = scenes::all(data)?.into_iter().filter(|s| wanted(s.key)).collect();
     let sweeps = if effort == Effort::Smoke { &statics::SWEEPS[..1] } else { statics::SWEEPS };
-    let mut progress = Progress::new(scenes.len() + sweeps.len() + 5);
+    let mut progress = Progress::new(scenes.len() + sweeps.len() + 6);
     let mut still = vec![];
     for sweep in sweeps {
         progress.stage(sweep.title);
@@ -136,8 +144,12 @@ fn measure(o: &Options, data: &Path, peers: &Path) -> Result<summary::Report> {
     let growth = cost::growth(&library, effort, &mut progress)?;
     progress.stage("cost of precomputing");
     let precompute = cost::precompute(&library, effort, &mut progress)?;
+    progress.stage("cost of reduced shells");
+    let reduced = cost::reduced(&library, effort, &mut progress)?;
     progress.stage("peers");
     let peers = peers::all(&o.python, peers, full)?;
+    let same_sheet = peers.cloth.as_ref().ok().and_then(|all| all.first()).map(|c| c.vertices);
+    let beside_peers = same_sheet.map_or(Ok(vec![]), |n| cost::sheet_frames(&library, n))?;
     progress.done();
     let version = library.version();
     let motions = moved;
@@ -155,8 +167,11 @@ fn measure(o: &Options, data: &Path, peers: &Path) -> Result<summary::Report> {
         arcs,
         parts,
         growth,
+        kernels: kernels::read(&o.out.join(KERNELS))?,
         precompute,
+        reduced,
         peers,
+        beside_peers,
     })
 }
 
@@ -178,13 +193,16 @@ fn run() -> Result<()> {
         let library = library::Library::open(&o.library)?;
         return stability::run(&library, o.cli.as_deref(), &here.join("../scenes"), &o.out, o.docs.as_deref());
     }
+    if o.kernels {
+        let folder = o.docs.map_or(o.out.clone(), |docs| docs.join("report"));
+        let figures = kernels::figures(&kernels::read(&o.out.join(KERNELS))?)?;
+        return figures.iter().try_for_each(|figure| figure.write(&folder));
+    }
     let report = measure(&o, &here.join("../data"), &here.join("peers"))?;
     row::write(&o.out, &report.rows())?;
     report.tables().iter().try_for_each(|t| t.write(&o.out))?;
     let figures = page::figures(&report)?;
-    for figure in &figures {
-        std::fs::write(o.out.join(format!("{}.svg", figure.name)), &figure.svg)?;
-    }
+    figures.iter().try_for_each(|figure| figure.write(&o.out))?;
     let viewer = o.viewer.as_ref().map(std::fs::read_to_string).transpose().context("the bundled player")?;
     page::write(&o.out, &report, &figures, &machine(), viewer.as_deref())?;
     if let Some(docs) = &o.docs {

@@ -6,6 +6,7 @@ use shellwarp::ffi::state::*;
 pub enum Family {
     Lma,
     Warp,
+    Reduced,
     Shell,
 }
 
@@ -20,6 +21,8 @@ pub struct Method {
     pub method: u32,
     /// SW_INTEGRATOR_....
     pub integrator: u32,
+    /// Fields beyond the modes, of the reduced shell.
+    pub fields: u32,
     pub colour: (u8, u8, u8),
     /// What its points look like.
     pub marker: Marker,
@@ -36,9 +39,10 @@ pub enum Marker {
 const RED: (u8, u8, u8) = (200, 55, 45);
 const BLUE: (u8, u8, u8) = (35, 95, 190);
 const VIOLET: (u8, u8, u8) = (125, 60, 165);
+const ORANGE: (u8, u8, u8) = (205, 120, 20);
 const GREEN: (u8, u8, u8) = (30, 135, 75);
 
-/// Linear modal analysis red, warps blue and violet, discrete shells green, as on every page of the report.
+/// Linear modal analysis red, warps blue and violet, reduced shells orange, discrete shells green, as on every page of the report.
 pub const METHODS: &[Method] = &[
     Method {
         key: "lma_implicit",
@@ -46,6 +50,7 @@ pub const METHODS: &[Method] = &[
         family: Family::Lma,
         method: SW_METHOD_LMA,
         integrator: SW_INTEGRATOR_IMPLICIT_EULER,
+        fields: 0,
         colour: RED,
         marker: Marker::Disc,
     },
@@ -55,6 +60,7 @@ pub const METHODS: &[Method] = &[
         family: Family::Lma,
         method: SW_METHOD_LMA,
         integrator: SW_INTEGRATOR_EXACT,
+        fields: 0,
         colour: RED,
         marker: Marker::Ring,
     },
@@ -64,6 +70,7 @@ pub const METHODS: &[Method] = &[
         family: Family::Warp,
         method: SW_METHOD_WARP,
         integrator: SW_INTEGRATOR_IMPLICIT_EULER,
+        fields: 0,
         colour: BLUE,
         marker: Marker::Disc,
     },
@@ -73,6 +80,7 @@ pub const METHODS: &[Method] = &[
         family: Family::Warp,
         method: SW_METHOD_WARP,
         integrator: SW_INTEGRATOR_EXACT,
+        fields: 0,
         colour: BLUE,
         marker: Marker::Ring,
     },
@@ -82,6 +90,7 @@ pub const METHODS: &[Method] = &[
         family: Family::Warp,
         method: SW_METHOD_WARP_VIRTUAL_WORK,
         integrator: SW_INTEGRATOR_IMPLICIT_EULER,
+        fields: 0,
         colour: VIOLET,
         marker: Marker::Disc,
     },
@@ -91,8 +100,29 @@ pub const METHODS: &[Method] = &[
         family: Family::Warp,
         method: SW_METHOD_WARP_VIRTUAL_WORK,
         integrator: SW_INTEGRATOR_EXACT,
+        fields: 0,
         colour: VIOLET,
         marker: Marker::Ring,
+    },
+    Method {
+        key: "reduced_12",
+        label: "reduced shell, BDF2, 12 fields",
+        family: Family::Reduced,
+        method: SW_METHOD_REDUCED_SHELL,
+        integrator: 0,
+        fields: 12,
+        colour: ORANGE,
+        marker: Marker::Ring,
+    },
+    Method {
+        key: "reduced_40",
+        label: "reduced shell, BDF2, 40 fields",
+        family: Family::Reduced,
+        method: SW_METHOD_REDUCED_SHELL,
+        integrator: 0,
+        fields: 40,
+        colour: ORANGE,
+        marker: Marker::Disc,
     },
     Method {
         key: "shell_implicit",
@@ -100,6 +130,7 @@ pub const METHODS: &[Method] = &[
         family: Family::Shell,
         method: SW_METHOD_SHELL_IMPLICIT,
         integrator: 0,
+        fields: 0,
         colour: GREEN,
         marker: Marker::Triangle,
     },
@@ -109,6 +140,7 @@ pub const METHODS: &[Method] = &[
         family: Family::Shell,
         method: SW_METHOD_SHELL_EXPLICIT,
         integrator: 0,
+        fields: 0,
         colour: GREEN,
         marker: Marker::Cross,
     },
@@ -119,4 +151,11 @@ pub const PAPER: &str = "warp_implicit";
 
 pub fn method(key: &str) -> &'static Method {
     METHODS.iter().find(|m| m.key == key).expect("a method of the table")
+}
+
+/// What moves in modes, by the integrator that stands for both at rest, and the reduced shells.
+pub fn modal_at_rest() -> impl Iterator<Item = &'static Method> {
+    METHODS
+        .iter()
+        .filter(|m| m.family != Family::Shell && (m.fields > 0 || m.integrator == SW_INTEGRATOR_IMPLICIT_EULER))
 }

@@ -39,7 +39,7 @@ pub fn settings(scene: &Scene, effort: Effort) -> Vec<Setting> {
     };
     let mut all = vec![];
     for &m in modes.iter().filter(|m| **m <= scene.most_modes) {
-        for method in METHODS.iter().filter(|m| m.family != Family::Shell) {
+        for method in METHODS.iter().filter(|m| matches!(m.family, Family::Lma | Family::Warp)) {
             let finest = if m == scene.paper_modes && method.key == PAPER { 1000.0 } else { 128.0 / m as f64 };
             for &k in steps.iter().filter(|k| **k <= finest.max(4.0)) {
                 let work = k * (m * scene.frames * scene.mesh.positions.len()) as f64;
@@ -56,6 +56,11 @@ pub fn settings(scene: &Scene, effort: Effort) -> Vec<Setting> {
                 all.push(plain);
             }
         }
+    }
+    // Fields stand for what more modes would bring, and their steps are of second order.
+    let modes = if effort == Effort::Smoke { 2 } else { 8 };
+    for method in METHODS.iter().filter(|m| m.family == Family::Reduced) {
+        all.extend(steps.iter().filter(|k| (1.0..=4.0).contains(*k)).map(|&k| setting(method, modes, k)));
     }
     let [implicit, explicit] = ["shell_implicit", "shell_explicit"].map(method);
     let implicit_steps: &[f64] = match scene.reference {
@@ -76,7 +81,7 @@ pub fn settings(scene: &Scene, effort: Effort) -> Vec<Setting> {
             all.extend(implicit_steps.iter().filter(|k| **k <= 4.0).map(|&k| coarse(implicit, k)));
         }
     }
-    all.sort_by_key(|s| (s.method.family == Family::Shell, s.coarse, s.f64_basis, s.modes)); // one model for neighbours
+    all.sort_by_key(|s| (s.method.family == Family::Shell, s.method.fields, s.coarse, s.f64_basis, s.modes)); // one model for neighbours
     all
 }
 
@@ -149,11 +154,11 @@ pub fn run(
     let truth_on_coarse = scene.coarse.as_ref().map(|(mesh, _)| carried(&truth.frames, &scene.mesh, mesh));
     let mut rows = vec![];
     let all = settings(scene, effort);
-    let mut last: Option<((usize, bool, bool), Model)> = None;
+    let mut last: Option<((usize, u32, bool, bool), Model)> = None;
     for (done, s) in all.iter().enumerate() {
         progress.say(&format!("{}: run {} of {}", scene.title, done + 1, all.len()));
         let modes = if s.method.family == Family::Shell { 1 } else { s.modes };
-        let key = (modes, s.f64_basis, s.coarse);
+        let key = (modes, s.method.fields, s.f64_basis, s.coarse);
         if last.as_ref().is_none_or(|(k, _)| *k != key) {
             last = Some((key, scene.model(library, s)?));
         }

@@ -2,6 +2,7 @@
 
 use crate::effort::Effort;
 use crate::error::pareto_front;
+use crate::kernels;
 use crate::methods::{Family, METHODS, Marker};
 use crate::motions;
 use crate::plots::{HALF, Marks, Plot, Scale, Series, WHOLE};
@@ -35,16 +36,16 @@ pub fn pareto_plot(rows: &[&Row]) -> Plot<'static> {
         x: ("computing time for a frame of 1/30 s", Scale::Time),
         y: ("relative L2 error", Scale::Percent),
         series: shown,
-        marks: Marks { front, ringed: paper, limit: Some((1e6 / 30.0, "real time".to_owned())) },
+        marks: Marks { front, ringed: paper, limit: Some((1e6 / 30.0, "real time".to_owned())), rising: false },
         size: WHOLE,
     }
 }
 
-fn line(name: &str, colour: (u8, u8, u8), marker: Option<Marker>, points: Vec<(f64, f64)>) -> Series {
+pub fn line(name: &str, colour: (u8, u8, u8), marker: Option<Marker>, points: Vec<(f64, f64)>) -> Series {
     Series { name: name.to_owned(), colour, marker, line: true, points }
 }
 
-fn colour(key: &str) -> (u8, u8, u8) {
+pub fn colour(key: &str) -> (u8, u8, u8) {
     METHODS.iter().find(|m| m.key == key).map_or((60, 60, 60), |m| m.colour)
 }
 
@@ -58,6 +59,12 @@ pub struct Figure {
     /// File name without .svg.
     pub name: String,
     pub svg: String,
+}
+
+impl Figure {
+    pub fn write(&self, folder: &Path) -> Result<()> {
+        Ok(std::fs::write(folder.join(format!("{}.svg", self.name)), &self.svg)?)
+    }
 }
 
 /// All plots, by name.
@@ -110,6 +117,7 @@ pub fn figures(report: &Report) -> Result<Vec<Figure>> {
     }
     convergence_figures(report, &mut put)?;
     cost_figures(report, &mut put)?;
+    all.extend(kernels::figures(&report.kernels)?);
     Ok(all)
 }
 
@@ -165,8 +173,13 @@ fn cost_figures(report: &Report, put: &mut Put) -> Result<()> {
             line(name, colour(key), Some(marker), own.map(|c| (c.size as f64, c.us)).collect())
         });
         let series = series.filter(|s| !s.points.is_empty()).collect();
-        let plot =
-            Plot { x: (label, Scale::Log), y: ("time", Scale::Time), series, marks: Marks::default(), size: HALF };
+        let plot = Plot {
+            x: (label, Scale::Log),
+            y: ("time", Scale::Time),
+            series,
+            marks: Marks { rising: true, ..Marks::default() },
+            size: HALF,
+        };
         put(format!("cost_{what}"), plot)?;
     }
     let all = |measure: &dyn Fn(&crate::cost::Precompute) -> f64| -> Vec<(f64, f64)> {
@@ -254,8 +267,12 @@ pub fn write(folder: &Path, report: &Report, figures: &[Figure], machine: &str, 
         ("plot_vertices", figure("cost_vertices")),
         ("plot_cost_modes", figure("cost_modes")),
         ("growth", report.growth_table().html()),
+        ("goals", kernels::goals(&report.kernels).html()),
+        ("plot_kernels_vertices", figure("kernels_vertices")),
+        ("plot_kernels_modes", figure("kernels_modes")),
         ("plot_precompute", figure("precompute")),
         ("precompute", report.precompute_table().html()),
+        ("reduced", report.reduced_table().html()),
         ("scripts", scripts),
     ];
     std::fs::write(folder.join("index.html"), filled(TEMPLATE, &parts))?;

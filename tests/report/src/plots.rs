@@ -33,6 +33,8 @@ pub struct Marks {
     pub ringed: Option<((f64, f64), String)>,
     /// A vertical line and its name.
     pub limit: Option<(f64, String)>,
+    /// Curves rise, and leave the upper left corner to the legend.
+    pub rising: bool,
 }
 
 pub struct Plot<'a> {
@@ -139,8 +141,11 @@ impl Plot<'_> {
         }
         self.draw_ring(&mut chart)?;
         // Cheap and exact at once is what nothing is: with a front, that corner is free.
-        let free = [SeriesLabelPosition::UpperRight, SeriesLabelPosition::LowerLeft];
-        let corner = free[usize::from(!self.marks.front.is_empty())].clone();
+        let corner = match &self.marks {
+            Marks { rising: true, .. } => SeriesLabelPosition::UpperLeft,
+            Marks { front, .. } if front.is_empty() => SeriesLabelPosition::UpperRight,
+            _ => SeriesLabelPosition::LowerLeft,
+        };
         chart
             .configure_series_labels()
             .position(corner)

@@ -5,7 +5,7 @@ use crate::effort::{Effort, Progress};
 use crate::error::{observed_order, quartiles, relative_l2};
 use crate::library::{Library, Material, Model};
 use crate::mesh::{Mesh, P3, dot, sub};
-use crate::methods::{Family, METHODS, Method, PAPER, method};
+use crate::methods::{Method, PAPER, method, modal_at_rest};
 use crate::row::Row;
 use crate::scenes::FRAME;
 use crate::scenes::beams::{LENGTH, ROWS, flat_mesh, material, vee_mesh};
@@ -82,8 +82,20 @@ impl Sweep {
     }
 
     fn model(&self, library: &Library, rows: usize, modes: usize, f64_basis: bool) -> Result<(Mesh, Model)> {
+        self.reduced_model(library, rows, modes, f64_basis, 0)
+    }
+
+    fn reduced_model(
+        &self,
+        library: &Library,
+        rows: usize,
+        modes: usize,
+        f64_basis: bool,
+        fields: u32,
+    ) -> Result<(Mesh, Model)> {
         let mesh = (self.shape)(rows);
-        let model = library.model(&mesh, material(rows, self.membrane, 1.0), &mesh.root(), modes, f64_basis)?;
+        let material = material(rows, self.membrane, 1.0);
+        let model = library.reduced_model(&mesh, material, &mesh.root(), modes, f64_basis, fields)?;
         Ok((mesh, model))
     }
 }
@@ -167,10 +179,13 @@ pub fn run(sweep: &Sweep, library: &Library, effort: Effort, progress: &mut Prog
             if f64_basis && (effort != Effort::Full || m < 8) {
                 continue;
             }
-            let (mesh, model) = sweep.model(library, across, m, f64_basis)?;
-            // At rest the integrators agree; the implicit one stands for both.
-            for method in METHODS.iter().filter(|m| m.family != Family::Shell && m.integrator == 1) {
-                let found = hanging(&model, method, gravity);
+            let (mesh, shared) = sweep.model(library, across, m, f64_basis)?;
+            for method in modal_at_rest().filter(|method| method.fields == 0 || (m == 8 && !f64_basis)) {
+                let own =
+                    (method.fields > 0).then(|| sweep.reduced_model(library, across, m, f64_basis, method.fields));
+                let own = own.transpose()?;
+                let model = own.as_ref().map_or(&shared, |own| &own.1);
+                let found = hanging(model, method, gravity);
                 let mut r = match &found {
                     Ok(x) => row(sweep, method, sweep.knob_load, &mesh, x, apart(&sampled(&mesh, x), &truth)),
                     Err(error) => {
@@ -181,7 +196,7 @@ pub fn run(sweep: &Sweep, library: &Library, effort: Effort, progress: &mut Prog
                 };
                 (r.scene, r.modes, r.f64_basis) = (format!("{}_knobs", sweep.key), m, f64_basis);
                 r.paper = method.key == PAPER && m == 8 && !f64_basis && across == ROWS;
-                r.us = frame_times(&model, method, gravity, mesh.positions.len(), 60)?;
+                r.us = frame_times(model, method, gravity, mesh.positions.len(), 60)?;
                 rows.push(r);
             }
         }
@@ -193,6 +208,8 @@ pub fn run(sweep: &Sweep, library: &Library, effort: Effort, progress: &mut Prog
 fn sweep_loads(sweep: &Sweep, library: &Library, rows: &mut Vec<Row>) -> Result<()> {
     let (mesh, model) = sweep.model(library, ROWS, 8, true)?;
     let weights = mesh.vertex_areas();
+    let of = |m: &'static Method| Ok((m, sweep.reduced_model(library, ROWS, 8, true, m.fields)?.1));
+    let models = modal_at_rest().map(of).collect::<Result<Vec<_>>>()?;
     for &load in sweep.loads {
         let gravity = sweep.gravity(load);
         let shell = method("shell_implicit");
@@ -200,8 +217,8 @@ fn sweep_loads(sweep: &Sweep, library: &Library, rows: &mut Vec<Row>) -> Result<
         let mut r = row(sweep, shell, load, &mesh, &truth, 0.0);
         r.l2 = f64::NAN; // the reference itself
         rows.push(r);
-        for method in METHODS.iter().filter(|m| m.family != Family::Shell && m.integrator == 1) {
-            let mut r = match hanging(&model, method, gravity) {
+        for (method, model) in &models {
+            let mut r = match hanging(model, method, gravity) {
                 Ok(x) => {
                     let l2 = relative_l2([(&x[..], &truth[..])].into_iter(), &mesh.positions, &weights);
                     row(sweep, method, load, &mesh, &x, l2)

@@ -1,8 +1,9 @@
 //! What the measurements say: the tables of the page and of docs/error_and_speed.md, and the CSV files behind them.
 
 use crate::convergence::StepPoint;
-use crate::cost::{Cost, PHASES, Precompute};
+use crate::cost::{Cost, PHASES, Precompute, Reduced};
 use crate::error::cheapest_within;
+use crate::kernels::Kernel;
 use crate::methods::{Family, method};
 use crate::peers::Peers;
 use crate::physics::{Arc, Elastica, PlateMode};
@@ -27,8 +28,13 @@ pub struct Report {
     /// At the size of the beams and of the dinosaur.
     pub parts: Vec<Vec<Cost>>,
     pub growth: Vec<Cost>,
+    /// Of the last `make bench`, or none.
+    pub kernels: Vec<Kernel>,
     pub precompute: Vec<Precompute>,
+    pub reduced: Vec<Reduced>,
     pub peers: Peers,
+    /// Our methods on the cloth solver's sheet: name, vertices, microseconds a frame.
+    pub beside_peers: Vec<(&'static str, usize, f64)>,
 }
 
 /// The points of a plot: microseconds and error.
@@ -268,6 +274,19 @@ impl Report {
         table
     }
 
+    /// Steps, and the precompute as a multiple of that of the modes alone.
+    pub fn reduced_table(&self) -> Table {
+        let header = ["vertices", "fields", "elements", "precompute", "times the modes alone", "step"];
+        let mut table = Table::new("reduced_shells", &header);
+        for r in &self.reduced {
+            let [alone, with] = r.seconds;
+            let sizes = [r.vertices, r.fields, r.elements].map(|n| n.to_string());
+            let times = [duration(1e6 * with), decimal(with / alone), duration(r.us)];
+            table.push(sizes.into_iter().chain(times));
+        }
+        table
+    }
+
     pub fn peers_table(&self) -> Table {
         let mut table = Table::new("peers", &["program", "task", "time", "note"]);
         match &self.peers.eigsh {
@@ -299,6 +318,10 @@ impl Report {
                 table.push(["Newton".to_owned(), "a frame of a sheet".to_owned(), "–".to_owned(), reason.clone()])
             }
         }
+        for (label, vertices, us) in &self.beside_peers {
+            let task = format!("a frame of 1/30 s, sheet of {vertices} vertices");
+            table.push(["shellwarp".to_owned(), task, duration(*us), (*label).to_owned()]);
+        }
         let dinosaur = self.motions.iter().find(|m| m.0.key == "dinosaur");
         if let Some(row) = dinosaur.and_then(|m| m.1.rows.iter().find(|r| r.paper)) {
             let task = format!("a frame of 1/30 s, dinosaur of {} vertices", row.vertices);
@@ -325,6 +348,7 @@ impl Report {
             self.parts_table(),
             self.growth_table(),
             self.precompute_table(),
+            self.reduced_table(),
             self.peers_table(),
         ]
     }

@@ -8,7 +8,7 @@ use std::path::Path;
 const TEMPLATE: &str = include_str!("../page/summary.md");
 
 /// The plots that the summary shows.
-const SHOWN: [&str; 3] = ["pareto_vee_static", "pareto_flat_release", "pareto_dinosaur"];
+const SHOWN: [&str; 5] = ["pareto_vee_static", "pareto_flat_release", "pareto_dinosaur", "cost_vertices", "cost_modes"];
 
 /// The processor by class and widest vector instructions, not by name.
 fn class() -> String {
@@ -30,12 +30,13 @@ pub fn write(folder: &Path, report: &Report, figures: &[Figure]) -> Result<()> {
         ("parts", report.parts_table().markdown()),
         ("growth", report.growth_table().markdown()),
         ("precompute", report.precompute_table().markdown()),
+        ("reduced", report.reduced_table().markdown()),
         ("peers", report.peers_table().markdown()),
     ];
     std::fs::create_dir_all(folder.join("report"))?;
     std::fs::write(folder.join("error_and_speed.md"), filled(TEMPLATE, &parts))?;
     for figure in figures.iter().filter(|f| SHOWN.contains(&&f.name[..])) {
-        std::fs::write(folder.join("report").join(format!("{}.svg", figure.name)), &figure.svg)?;
+        figure.write(&folder.join("report"))?;
     }
     Ok(())
 }

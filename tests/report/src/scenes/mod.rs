@@ -100,7 +100,8 @@ impl Scene {
 
     pub fn model(&self, library: &Library, setting: &Setting) -> Result<Model> {
         let (mesh, material) = (self.mesh_of(setting), self.material_of(setting));
-        library.model(mesh, material, &(self.fixed)(mesh), setting.modes, setting.f64_basis)
+        let (fixed, fields) = ((self.fixed)(mesh), setting.method.fields);
+        library.reduced_model(mesh, material, &fixed, setting.modes, setting.f64_basis, fields)
     }
 
     /// Plays the scene. Fails when a step fails, as an explicit one that is too long does.

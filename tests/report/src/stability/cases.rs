@@ -1,18 +1,19 @@
 //! The cases: stiffness, units, steps, damping, moving supports, modes, shapes, folds, handles.
 
+use super::methods;
 use super::trial::{Cell, Drive, End, Judge, Problem, distance, judged};
 use crate::library::{Library, Material, Pose, State};
 use crate::mesh::{Mesh, P3};
-use crate::methods::{Family, METHODS, Method, method};
+use crate::methods::{Family, Method, method};
 use crate::scenes::beams::LENGTH;
 use anyhow::Result;
-use shellwarp::ffi::state::{SW_INTEGRATOR_EXACT, SW_METHOD_SHELL_EXPLICIT, SW_METHOD_SHELL_IMPLICIT};
+use shellwarp::ffi::state::{SW_INTEGRATOR_EXACT, SW_METHOD_SHELL_EXPLICIT};
 
 const STILL: Drive = &|_, _: &mut State| Ok(());
 
 /// Everything but the explicit shell, whose steps must be short.
 fn common() -> impl Iterator<Item = &'static Method> {
-    METHODS.iter().filter(|m| m.method != SW_METHOD_SHELL_EXPLICIT)
+    methods().filter(|m| m.method != SW_METHOD_SHELL_EXPLICIT)
 }
 
 /// A flat strip, held at one end, that sags by 8 % of its length; its slowest mode swings in 12 s.
@@ -33,6 +34,7 @@ fn linear_modes(m: &Method, end: &End) -> String {
     match m.family {
         Family::Lma => format!("turned by {turn:.0}°: a linear displacement stretches what turns"),
         Family::Warp => format!("turned by {turn:.0}°: linear modes at large turns, or too few of them"),
+        Family::Reduced => format!("turned by {turn:.0}°: beyond what its fields can take on"),
         Family::Shell => "the step's own error".to_owned(),
     }
 }
@@ -45,7 +47,7 @@ fn by_the_shell(
     alone: Option<&Problem>,
 ) -> Vec<Cell> {
     let known = alone.unwrap_or(problem);
-    let rest = known.at_rest(library, SW_METHOD_SHELL_IMPLICIT);
+    let rest = known.at_rest(library, method("shell_implicit"));
     let error = |end: &End| {
         let rest = rest.as_ref().map_err(|e| anyhow::anyhow!("{e}"))?;
         Ok(distance(&end.positions[..rest.len()], rest, &known.mesh.positions, 1e-6 * problem.size()))
@@ -68,7 +70,7 @@ fn stiffness(library: &Library) -> Vec<Cell> {
         let gravity = base.gravity.map(|g| 1e-9 * g);
         Problem { material: Material { area: k, length: k, ..base.material }, gravity, ..base }
     };
-    let expected = with(1e4).at_rest(library, SW_METHOD_SHELL_IMPLICIT);
+    let expected = with(1e4).at_rest(library, method("shell_implicit"));
     let mut cells = vec![];
     for ratio in [1.0, 1e2, 1e4, 1e6, 1e8, 1e10, 1e12, 1e14] {
         let p = with(ratio);
@@ -123,7 +125,7 @@ fn units(library: &Library) -> Vec<Cell> {
         ("size × 1e-3, 1e3 from the origin", [1e-3, 1.0, 1.0, 1e3]),
     ];
     let mut cells = vec![];
-    for m in METHODS {
+    for m in methods() {
         let explicit = m.method == SW_METHOD_SHELL_EXPLICIT;
         let mut base = strip(4);
         base.steps = if explicit { vec![5e-5; 4000] } else { vec![1.0 / 30.0; 60] };
@@ -193,7 +195,7 @@ fn by_its_rest(
 
 fn steps(library: &Library) -> Vec<Cell> {
     let mut cells = vec![];
-    for m in METHODS {
+    for m in methods() {
         for h in [1e-6, 1e-3, 0.1, 1.0, 10.0] {
             let mut p = strip(4);
             p.steps = vec![h; 200];
@@ -214,7 +216,7 @@ fn damping(library: &Library) -> Vec<Cell> {
         for xi in [0.0, 1e-3, 0.1] {
             let steps = vec![1.0 / 30.0; if m.family == Family::Shell { 400 } else { 6000 }];
             let p = Problem { damping: xi, steps, ..strip(4) };
-            let rest = p.at_rest(library, m.method);
+            let rest = p.at_rest(library, m);
             let error = |end: &End| {
                 let rest = rest.as_ref().map_err(|e| anyhow::anyhow!("{e}"))?;
                 let moved = |x: &P3, r: &P3| (0..3).map(|c| (x[c] - r[c]).powi(2)).sum::<f64>().sqrt();
@@ -268,8 +270,12 @@ fn supports(library: &Library) -> Vec<Cell> {
                 let shell = shell.as_ref().map_err(|e| anyhow::anyhow!("the nonlinear shell: {e}"))?;
                 Ok(distance(&end.positions, &shell.positions, &p.mesh.positions, 0.01))
             };
-            let reason = |_: &Method, _: &End| {
-                "linear modes have no centrifugal stiffening: past the slowest mode's frequency, 0.08 Hz, the load exceeds K".into()
+            let reason = |m: &Method, end: &End| {
+                match m.family {
+                Family::Reduced => linear_modes(m, end),
+                _ => "linear modes have no centrifugal stiffening: past the slowest mode's frequency, 0.08 Hz, the load exceeds K"
+                    .into(),
+            }
             };
             let judge = Judge {
                 name: "nonlinear shell, same steps",

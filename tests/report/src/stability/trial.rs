@@ -64,8 +64,9 @@ pub struct End {
 }
 
 impl Problem {
-    pub fn model(&self, library: &Library) -> Result<Model> {
-        library.model(&self.mesh, self.material, &self.fixed, self.modes, false)
+    /// As the method needs it.
+    pub fn model(&self, library: &Library, method: &Method) -> Result<Model> {
+        library.reduced_model(&self.mesh, self.material, &self.fixed, self.modes, false, method.fields)
     }
 
     pub fn size(&self) -> f64 {
@@ -77,7 +78,7 @@ impl Problem {
     }
 
     pub fn run(&self, library: &Library, method: &Method, drive: Drive) -> Result<End> {
-        let model = self.model(library)?;
+        let model = self.model(library, method)?;
         let mut state = model.state(method.method, method.integrator)?;
         state.set_gravity(self.gravity)?;
         state.set_mass_damping(self.damping)?;
@@ -99,8 +100,8 @@ impl Problem {
     }
 
     /// The static solution of the nonlinear shell, or another method's own.
-    pub fn at_rest(&self, library: &Library, method: u32) -> Result<Vec<P3>> {
-        let mut state = self.model(library)?.state(method, 0)?;
+    pub fn at_rest(&self, library: &Library, method: &Method) -> Result<Vec<P3>> {
+        let mut state = self.model(library, method)?.state(method.method, 0)?;
         state.set_gravity(self.gravity)?;
         state.equilibrium()?;
         state.positions()
@@ -165,7 +166,7 @@ pub fn judged(
     };
     if error <= judge.tolerance {
         cell(Verdict::Accurate, error, String::new())
-    } else if end.rotation > GUARDED && method.family != Family::Shell {
+    } else if end.rotation > GUARDED && matches!(method.family, Family::Lma | Family::Warp) {
         let note =
             format!("turned by {:.0}° on the way: beyond half a turn the guard holds it", end.rotation.to_degrees());
         cell(Verdict::Guarded, error, note)

@@ -1,0 +1,87 @@
+//! What a state gets wrong, and another method for it.
+
+use super::guard::{guard, read, write};
+use super::pointer::{initialise, object, put, read_descriptor, sized};
+use super::state::{SwState, method_of};
+use super::status::SwStatus;
+use std::sync::atomic::Ordering;
+
+/// How far a state is from the full nonlinear shell, by an estimate. The caller sets struct_size with sw_certificate_init.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct SwCertificate {
+    /// Set by sw_certificate_init.
+    pub struct_size: u32,
+    /// 1 when error is above 0.2: the pose is outside what the method, or the fields of a reduced shell, were made for.
+    pub out_of_range: u32,
+    /// Estimated error of the displacement relative to it, both as mass-weighted L2 norms; displacements count from the shape of no
+    /// energy, also with sag_gravity.
+    pub error: f64,
+    /// Estimated error of the vertex that has the largest, length.
+    pub max_error: f64,
+    /// That vertex.
+    pub vertex: u32,
+    /// 0.
+    pub reserved: u32,
+    /// What the full shell's forces leave of the load's at this pose, relative to the load, inertia included: no measure of the error,
+    /// since stretching that nobody sees leaves hundreds of times the load.
+    pub residual: f64,
+    /// The same at the better pose that the estimate compares with. Above 0.01 the search for it was cut short, and the estimate is
+    /// rough.
+    pub remaining: f64,
+}
+
+sized!(SwCertificate);
+
+/// Writes struct_size and zeros. NULL is allowed and does nothing.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn sw_certificate_init(certificate: *mut SwCertificate) {
+    // SAFETY: the header's contract.
+    unsafe { initialise(certificate) }
+}
+
+/// Estimates what a state gets wrong against the full nonlinear shell, under the loads, constraints and frame as they are now, by a
+/// few Newton steps of the full shell from the present pose. At rest that is the error of the equilibrium. In motion the inertia and damping
+/// that the method has are taken for right: it is what its forces get wrong at this moment, not what has added up. A state of a
+/// nonlinear shell gets zeros.
+///
+/// Takes as long as one to three steps of SW_METHOD_SHELL_IMPLICIT, at most twenty factorizations, and the first time the analysis of the stiffness, which the model keeps:
+/// to be called now and then, not in every step. `certificate` must be initialised by sw_certificate_init. Callable concurrently.
+/// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_UNSUPPORTED by a library without the feature nonlinear-shell,
+/// SW_ERROR_NUMERICAL when the full shell has no stiffness to go by, SW_ERROR_OUT_OF_MEMORY, SW_ERROR_BUSY.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn sw_state_certify(state: *const SwState, certificate: *mut SwCertificate) -> SwStatus {
+    guard(|| {
+        // SAFETY: the header's contract; NULL is excluded by the descriptor's check.
+        unsafe {
+            let handle = object("state", state)?;
+            let mut out = read_descriptor("certificate", certificate.cast_const())?;
+            let found = read("state", &handle.state)?.certify()?;
+            out.out_of_range = u32::from(found.out_of_range());
+            (out.error, out.max_error, out.vertex) = (found.error, found.max_error, found.vertex as u32);
+            (out.reserved, out.residual, out.remaining) = (0, found.residual, found.remaining);
+            put(certificate, out);
+        }
+        Ok(())
+    })
+}
+
+/// Goes on by another SW_METHOD_..., from the pose and velocities nearest to the present ones in the mass norm, with the same time,
+/// frame, loads, damping, constraints and integrator: when sw_state_certify or unconverged_steps tell that a reduced shell has left its
+/// range, SW_METHOD_WARP_VIRTUAL_WORK or SW_METHOD_WARP goes on, and back again. To SW_METHOD_SHELL_IMPLICIT nothing is lost; to fields or modes, what these do
+/// not span, so vertices jump by that much. 0 is the default method of the model. States saved before belong to the method that they were
+/// saved with. Allocates; on failure nothing has changed.
+/// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_UNSUPPORTED where the method cannot take a constraint or the damping ratios that are set,
+/// or as by sw_state_create; SW_ERROR_NUMERICAL, SW_ERROR_OUT_OF_MEMORY, SW_ERROR_BUSY.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn sw_state_set_method(state: *mut SwState, method: u32) -> SwStatus {
+    guard(|| {
+        // SAFETY: the header's contract.
+        let handle = unsafe { object("state", state.cast_const())? };
+        let mut state = write("state", &handle.state)?;
+        let method = method_of("method", state.model(), method)?;
+        state.set_method(method)?;
+        handle.step_nanoseconds.store(state.step_nanoseconds(), Ordering::Relaxed);
+        Ok(())
+    })
+}

@@ -1,0 +1,154 @@
+//! What a state gets wrong, estimated from the state itself by the full shell (a posteriori).
+//!
+//! With the loads F at its pose x, and the inertia and damping M a that the method itself carries, the full shell leaves
+//!
+//!   r = F − M a − ∇E(x)
+//!
+//! out of balance. From there a few Newton steps of the full shell lead to the pose that would balance F − M a, by the way δ: the
+//! estimate of the error. At rest a = 0 and δ is the error against the full shell's equilibrium, as far as the steps get. In motion it
+//! is what the method's forces get wrong at this moment, not what has added up since the start.
+//!
+//! Of a method with coordinates q and u(q), M a = M J g, with J = ∂u/∂q as its law has it and g the part of the generalized forces
+//! that its own elastic forces do not balance, constraints included: g = q̈ + C q̇.
+
+use super::{Dynamics, State, external, nodal};
+use crate::constraint::{Constraint, Outcome, Target};
+use crate::features::Feature;
+use crate::reference::{Goal, Handle, Solver};
+use crate::{Result, Vec3};
+use nalgebra::UnitQuaternion;
+
+/// Newton steps at most. `cargo test --release --test certificate -- --nocapture` shows what estimates they give.
+const SOLVES: usize = 20;
+
+/// A method is outside what it was made for when it gets more than this share of the displacement wrong: what the warp does by its own
+/// error at [`super::ROTATION_RANGE`].
+pub const LARGEST_ERROR: f64 = 0.2;
+
+/// The estimate.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Certificate {
+    /// ‖δ‖_M/‖u + δ‖_M, u from the shape of no energy.
+    pub error: f64,
+    /// Largest |δ|.
+    pub max_error: f64,
+    /// The vertex that has it.
+    pub vertex: usize,
+    /// ‖r‖/‖F − M a‖ over the vertices that move, along what constraints leave free.
+    pub residual: f64,
+    /// The same where the steps ended.
+    pub remaining: f64,
+}
+
+impl Certificate {
+    /// Whether the method is outside what it was made for.
+    pub fn out_of_range(&self) -> bool {
+        self.error > LARGEST_ERROR
+    }
+}
+
+impl State {
+    /// Estimates what the state gets wrong under the loads that are set now; zeros for a nonlinear shell. Takes a few
+    /// factorizations of the full shell's stiffness.
+    pub fn certify(&self) -> Result<Certificate> {
+        Feature::NonlinearShell.require()?;
+        let shell = &self.model.shell;
+        let (force, u) = match &self.dynamics {
+            Dynamics::Nodal(_) => return Ok(Certificate::default()),
+            _ => self.dead_load(),
+        };
+        let rest = shell.sag.as_ref().map_or(&shell.mesh.positions, |sag| &sag.rest);
+        self.model.solvers.with(
+            || Solver::new(shell.clone()),
+            |solver| {
+                let handles = self.handles(&u);
+                solver.set_handles(*self.frame.pose.rotation.inverse().to_rotation_matrix().matrix(), handles, &u)?;
+                let found = solver.correct(&u, &force, SOLVES)?;
+                let norm = |f: &dyn Fn(usize) -> Vec3| {
+                    shell
+                        .free
+                        .iter()
+                        .map(|&v| shell.mass[v as usize] * f(v as usize).norm_squared())
+                        .sum::<f64>()
+                        .sqrt()
+                };
+                let ratio = |a: f64, b: f64| if a > 0.0 { a / b.max(f64::MIN_POSITIVE) } else { 0.0 };
+                let size = norm(&|v| shell.mesh.positions[v] + u[v] + found.way[v] - rest[v]);
+                let load = shell.free.iter().map(|&v| force[v as usize].norm_squared()).sum::<f64>().sqrt();
+                let longest =
+                    |a: &usize, b: &usize| found.way[*a].norm_squared().total_cmp(&found.way[*b].norm_squared());
+                let vertex = (0..u.len()).max_by(longest).unwrap_or(0);
+                Ok(Certificate {
+                    error: ratio(norm(&|v| found.way[v]), size),
+                    max_error: found.way[vertex].norm(),
+                    vertex,
+                    residual: ratio(found.force[0], load),
+                    remaining: ratio(found.force[1], load),
+                })
+            },
+        )
+    }
+
+    /// F − M a, and u (n_vertices each, frame axes).
+    fn dead_load(&self) -> (Vec<Vec3>, Vec<Vec3>) {
+        let (model, pose, rates) = (&self.model, &self.frame.pose, &self.rates);
+        let shell = &model.shell;
+        let mut scratch = self.scratch.clone();
+        if self.loads.on_some(shell.mass.len()).is_none() {
+            self.fill_loads(pose, rates, &mut scratch);
+        }
+        let external = external(&self.loads, &scratch, model, pose);
+        // The full shell carries its whole weight; modes of a shell that hangs carry what differs from where it hangs.
+        let (whole, own) =
+            (crate::step::modal_force::BodyLoad::new(self.gravity, pose, rates), self.body_load(pose, rates));
+        let mut force = vec![Vec3::zeros(); shell.mass.len()];
+        let mut u = force.clone();
+        self.dynamics.visit_motion(model, |v, displacement, rate| {
+            u[v] = displacement;
+            force[v] = whole.at(shell.mass[v], shell.mesh.positions[v] + displacement, rate);
+        });
+        if let Some(on_all) = external.on_all() {
+            force.iter_mut().zip(on_all).for_each(|(f, more)| *f += more);
+        }
+        external.on_some().for_each(|(v, more)| force[v as usize] += more);
+        let grips = self.grips();
+        let subtract = |v: usize, a: Vec3| force[v] -= shell.mass[v] * a;
+        match &self.dynamics {
+            Dynamics::Modal(modal) => modal.visit_acceleration(model, &own, external, &grips, subtract),
+            Dynamics::Reduced(reduced) => reduced.visit_acceleration(model, &own, external, &grips, subtract),
+            Dynamics::Nodal(_) => (),
+        }
+        (force, u)
+    }
+
+    /// Vertex, force and torque (frame axes) of each constraint, as the last step had them.
+    fn grips(&self) -> Vec<(u32, [Vec3; 2])> {
+        let to_frame = self.frame.pose.rotation.inverse();
+        let grip = |(c, outcome): (&Constraint, &Outcome)| {
+            let pull = to_frame * outcome.force;
+            let both =
+                if matches!(c.target, Target::Position(_)) { [pull, Vec3::zeros()] } else { [Vec3::zeros(), pull] };
+            (c.vertex, both)
+        };
+        self.constraints().map(grip).collect()
+    }
+
+    /// The constraints as the full shell has them, hard ones where they hold the shell now.
+    fn handles(&self, u: &[Vec3]) -> Vec<Handle> {
+        let (mesh, pose) = (&self.model.shell.mesh, &self.frame.pose);
+        let to_frame = pose.rotation.inverse();
+        let turned = self.constraints().any(|(c, _)| matches!(c.target, Target::Orientation(_)));
+        let turns: Vec<UnitQuaternion<f64>> = if turned { nodal::rotations(mesh, u) } else { vec![] };
+        let handle = |(c, _): (&Constraint, &Outcome)| {
+            let v = c.vertex as usize;
+            let goal = match c.target {
+                Target::Position(world) if c.compliance > 0.0 => Goal::Position(to_frame * (world - pose.origin)),
+                Target::Position(_) => Goal::Position(mesh.positions[v] + u[v]),
+                Target::Orientation(world) if c.compliance > 0.0 => Goal::Orientation(to_frame * world),
+                Target::Orientation(_) => Goal::Orientation(turns[v]),
+            };
+            Handle { vertex: c.vertex, held: c.axes, compliance: c.compliance, goal }
+        };
+        self.constraints().map(handle).collect()
+    }
+}
