@@ -133,6 +133,12 @@ fn trained() -> &'static Arc<Model> {
     MODEL.get_or_init(|| model(&Arc::new(reference("v_beam").0), 40, 0, 20))
 }
 
+/// The flat beam likewise.
+fn trained_flat() -> &'static Arc<Model> {
+    static MODEL: OnceLock<Arc<Model>> = OnceLock::new();
+    MODEL.get_or_init(|| model(&Arc::new(reference("flat_beam").0), 40, 0, 20))
+}
+
 fn reduced_of(model: &Model) -> &ReducedShell {
     model.reduced.as_ref().unwrap()
 }
@@ -143,16 +149,33 @@ fn samples_are_few_and_reproduce_the_rest_stiffness_of_the_modes() {
     let reduced = reduced_of(model);
     let (samples, all) = (reduced.samples.len(), model.shell.energy.n_elements());
     println!("{samples} of {all} elements leave {:.1e}", reduced.fit);
-    assert!(samples < all / 4 && reduced.samples.iter().all(|(_, weight)| *weight > 0.0));
+    assert!(samples < all / 2 && reduced.samples.iter().all(|(_, weight)| *weight > 0.0));
     let mut newton = Newton::new(&reduced.energy);
     for k in 0..8 {
         let mut load = vec![0.0; reduced.n()];
         load[k] = 1e-6 * model.eigenvalues[k];
         let mut q = vec![0.0; reduced.n()];
         newton.minimize(&reduced.energy, &Potential::of_load(&load), &mut q, Stop { tolerance: 1e-10, iterations: 20 });
-        // To first order in the load; fields beyond the modes follow as the samples let them.
-        assert_close("amplitude", q[k], 1e-6, 1e-4, 0.0);
+        // Modes count five times as much as the poses that the samples leave 1 % of.
+        assert_close("amplitude", q[k], 1e-6, 0.005, 0.0);
     }
+}
+
+#[test]
+fn samples_neither_buckle_nor_weigh_rounding() {
+    // The fields hold this shape to 0.1 %; samples with an indefinite correction of the rest stiffness led to another one, 200 % off.
+    let gravity = 0.8 * DOWN;
+    let exact = at_rest(trained_flat(), Method::ImplicitShell, gravity);
+    let found = error(&at_rest(trained_flat(), Method::ReducedShell, gravity), &exact);
+    println!("bent far: {found:.4}");
+    assert!(found < 0.01, "{found}");
+    // Elements next to the support feel nothing but rounding, of which a weight of 1e21 made so much that no line search saw a descent.
+    let few = model(&Arc::new(reference("v_beam").0), 16, 200, 0);
+    let largest = reduced_of(&few).samples.iter().map(|s| s.1).fold(0.0, f64::max);
+    let n = few.shell.energy.n_elements() as f64;
+    println!("weights up to {largest:.0}, {n} elements");
+    assert!(largest < n, "one element stands for {largest}");
+    at_rest(&few, Method::ReducedShell, 5.0 * OBLIQUE);
 }
 
 #[test]
@@ -258,8 +281,7 @@ fn first_peak(state: &mut State, vertex: usize, h: f64) -> (f64, f64) {
 
 #[test]
 fn released_beams_swing_as_the_full_shell_at_small_steps() {
-    let flat = model(&Arc::new(reference("flat_beam").0), 40, 0, 20);
-    for (name, model, g) in [("flat_beam", &flat, 0.2), ("v_beam", trained(), 2.0)] {
+    for (name, model, g) in [("flat_beam", trained_flat(), 0.2), ("v_beam", trained(), 2.0)] {
         let swing = |method: Method, h: f64| {
             let mut state = state(model, method);
             state.set_gravity(g * DOWN).unwrap();

@@ -10,7 +10,8 @@
 //!
 //! with a small α against motions that no stress field resists. On samples of weight w, Sᵀε is Σ w S_e ε_e.
 //!
-//! The rest stiffness of the modes is made exact by ½ qᵀDq on the modes, D the difference of what the samples leave of it.
+//! Models saved before samples were weighed by the modes' rest stiffness add ½ qᵀDq on the modes, what their samples left of it; D = 0
+//! since: where the shell is bent far a constant matrix is not what was left out, and if negative it buckles the shell.
 
 use crate::energy::{Curvature, Energy, Mat3};
 use crate::{Shell, Vec3};
@@ -63,8 +64,7 @@ pub struct Scratch {
 /// Numbers in the widest register; rows are padded to it.
 const WIDTH: usize = 8;
 
-/// α. Of 0.001, 0.01 and 0.05 the first is the most accurate on the curved shells of the `front` example, but leaves a flat beam without
-/// equilibria that its fields cannot find.
+/// α: docs/front.md.
 const LEAST_MEMBRANE: f64 = 0.01;
 
 impl ReducedEnergy {
@@ -137,12 +137,18 @@ impl ReducedEnergy {
         self.membrane
     }
 
+    /// Stress fields, and zeros up to a multiple of the widest register's numbers.
+    pub fn n_stresses(&self) -> usize {
+        self.n_stresses
+    }
+
     /// α, or 1 without stress fields.
     fn own_share(&self) -> f64 {
         if self.n_stresses == 0 { 1.0 } else { LEAST_MEMBRANE }
     }
 
-    fn stress_row(&self, e: usize) -> &[f64] {
+    /// √w S at an element of the membrane.
+    pub fn stress_row(&self, e: usize) -> &[f64] {
         &self.stresses[e * self.n_stresses..(e + 1) * self.n_stresses]
     }
 

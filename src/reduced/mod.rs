@@ -139,13 +139,13 @@ impl ReducedShell {
             let tolerance = if options.elements > 0 { 0.0 } else { TOLERANCE };
             let poses = scene.poses(shell, &stresses, &columns, &mut |share| report(progress, 0.6 + 0.1 * share))?;
             let mut watch = |share| report(progress, 0.7 + 0.2 * share);
-            sampling::sample(shell, &all, &stiffness, (&poses, count, tolerance), &mut watch)?
+            sampling::sample(shell, &all, (&stiffness, modes.shapes.len()), (&poses, count, tolerance), &mut watch)?
         };
         let samples: Vec<(u32, f64)> = (0u32..).zip(weights).filter(|(_, w)| *w > 0.0).collect();
         let sampled: Vec<usize> = samples.iter().map(|s| s.0 as usize).filter(|e| *e < stresses.ncols()).collect();
         let stresses = stresses.select_columns(&sampled);
-        let mut reduced = Self::assemble(shell, fields, samples, stresses, DMatrix::zeros(0, 0))?;
-        reduced.energy.correct(rest_correction(&reduced.energy, &modes.eigenvalues));
+        let m = modes.shapes.len();
+        let mut reduced = Self::assemble(shell, fields, samples, stresses, DMatrix::zeros(m, m))?;
         reduced.fit = residual;
         report(progress, 1.0)?;
         Ok(reduced)
@@ -253,20 +253,6 @@ fn unpacked(shell: &Shell, fields: &AnyFields) -> Vec<Vec<Vec3>> {
 fn row(stresses: &DMatrix<f64>, element: usize) -> &[f64] {
     let t = stresses.nrows();
     &stresses.as_slice()[element * t..(element + 1) * t]
-}
-
-/// D: Λ less the stiffness that the samples show the modes when the other fields follow.
-fn rest_correction(energy: &ReducedEnergy, eigenvalues: &[f64]) -> DMatrix<f64> {
-    let (n, m) = (energy.n(), eigenvalues.len());
-    let mut k = DMatrix::zeros(n, n);
-    energy.hessian(&vec![0.0; n], Curvature::Exact, &mut energy.scratch(), &mut k);
-    let exact = DMatrix::from_diagonal(&nalgebra::DVector::from_column_slice(eigenvalues));
-    let own = k.view((0, 0), (m, m)).into_owned();
-    let across = k.view((m, 0), (n - m, m)).into_owned();
-    let follow = nalgebra::Cholesky::new(k.view((m, m), (n - m, n - m)).into_owned());
-    let shown = follow.map_or_else(|| own.clone(), |follow| &own - across.transpose() * follow.solve(&across));
-    let correction = exact - shown;
-    0.5 * (&correction + correction.transpose())
 }
 
 /// The loads that fields and samples are chosen for.
