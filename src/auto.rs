@@ -1,8 +1,8 @@
 //! The choice of a method by a budget: what each would get wrong and cost in a scene is measured at precompute.
 //!
 //! The scene is what its demand declares ([`Demand`]): gravity, accelerations in any direction, pulls of handles. Under each of these
-//! loads, alone and with gravity, the full shell's equilibrium is set against that of every candidate: linear analysis and the warp on the
-//! modes asked for, the warp on modes of the shape that hangs under the gravity, and reduced shells of some sizes. A candidate's
+//! loads, alone and with gravity, the full shell's equilibrium is set against that of every candidate: linear analysis, the warp and rotation–strain
+//! reconstruction on the modes asked for, the last two on modes of the shape that hangs under the gravity, and reduced shells of some sizes. A candidate's
 //! error is the furthest that any vertex is off under any load; its cost the operations of a step as the plan counts them, so that the
 //! choice does not depend on the machine.
 
@@ -102,7 +102,7 @@ pub fn precompute(
         }
         Ok(())
     };
-    let warps = [Method::LinearModalAnalysis, Method::Warp, Method::VirtualWorkWarp];
+    let warps = [Method::LinearModalAnalysis, Method::Warp, Method::VirtualWorkWarp, Method::RotationStrain];
     measure(&base, if options.linear { &warps[..1] } else { &warps })?;
     if demand.gravity != Vec3::zeros() && !options.linear {
         let sagged = model::Options { sag: demand.gravity, ..plain.clone() };

@@ -279,6 +279,7 @@ impl Model {
             reduced,
             participation: Default::default(),
             solvers: Default::default(),
+            strain: Default::default(),
             truncation: 0.0,
             seconds,
             peak_bytes,

@@ -23,6 +23,7 @@ pub mod shell;
 pub mod sparse;
 pub mod state;
 pub mod step;
+pub mod strain;
 pub mod support;
 pub mod threads;
 pub mod warp;

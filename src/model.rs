@@ -7,6 +7,7 @@ use crate::reduced::{self, ReducedShell};
 use crate::reference::SolverPool;
 use crate::state::Method;
 use crate::step::{Bend, Guard, Participation};
+use crate::strain::RotationStrain;
 use crate::warp::{Basis, Entry, I16, ModalRotation};
 use crate::{Error, ErrorKind, Result, Shell, Vec3, wide_norm};
 use std::sync::{Arc, OnceLock};
@@ -129,6 +130,8 @@ pub struct Model {
     pub basis: AnyBasis,
     /// Made when the first state with modes is.
     pub participation: OnceLock<Participation>,
+    /// Made when the first state of rotation–strain reconstruction is.
+    pub strain: OnceLock<Arc<RotationStrain>>,
     /// By the demand it was made for, no vertex is off by more for want of modes; 0 without one.
     pub truncation: f64,
     /// The reduced discrete shell, if it was asked for.
@@ -203,6 +206,7 @@ impl Model {
             participation: OnceLock::new(),
             front: None,
             solvers: SolverPool::default(),
+            strain: OnceLock::new(),
             truncation,
             seconds: progress.seconds,
             peak_bytes: modes.peak_bytes,
@@ -264,6 +268,20 @@ impl Model {
             .get_or_init(|| with_basis!(&self.basis, basis => Participation::new(basis, &self.shell.mass)))
     }
 
+    /// The map of rotation–strain reconstruction. Made at the first call.
+    pub fn rotation_strain(&self) -> Result<Arc<RotationStrain>> {
+        if let Some(made) = self.strain.get() {
+            return Ok(made.clone());
+        }
+        let made = Arc::new(RotationStrain::new(self)?); // of two callers at once both make the same
+        Ok(self.strain.get_or_init(|| made).clone())
+    }
+
+    /// Bytes of that map, where it was made.
+    pub fn strain_bytes(&self) -> usize {
+        self.strain.get().map_or(0, |strain| strain.bytes())
+    }
+
     /// Number of modes.
     pub fn n_modes(&self) -> usize {
         self.eigenvalues.len()
@@ -295,7 +313,8 @@ impl Model {
         let connectivity = mesh.triangles.len() * 12 + mesh.edges.len() * 16;
         let beside = self.participation.get().map_or(0, Participation::bytes)
             + self.reduced.as_ref().map_or(0, ReducedShell::bytes)
-            + self.solvers.bytes();
+            + self.solvers.bytes()
+            + self.strain_bytes();
         let of_modes = 8 * (self.n_modes() + self.largest_rotation.len() + self.largest_swing.len());
         with_basis!(&self.basis, basis => basis.bytes()) + vertices + connectivity + beside + of_modes
     }

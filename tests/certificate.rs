@@ -87,7 +87,13 @@ fn estimates_tell_the_true_error_on_beams_a_leaf_and_a_hat() {
         ("leaf", &leaf, [scale(-Vec3::z(), &[0.1, 0.3, 0.6]), scale(Vec3::new(0.5, -0.6, -0.62), &[0.6])].concat()),
         ("hat", &hat, gravities(&hat, -Vec3::y(), &[0.005, 0.02])),
     ];
-    let methods = [Method::LinearModalAnalysis, Method::Warp, Method::VirtualWorkWarp, Method::ReducedShell];
+    let methods = [
+        Method::LinearModalAnalysis,
+        Method::Warp,
+        Method::VirtualWorkWarp,
+        Method::RotationStrain,
+        Method::ReducedShell,
+    ];
     let mut ratios = vec![];
     for (name, model, loads) in cases {
         for gravity in loads {
@@ -151,7 +157,9 @@ fn an_estimate_holds_handles_forces_and_the_frame_as_the_state_does() {
     };
     for compliance in [0.0, 0.1] {
         let exact = displacements(&make(Method::ImplicitShell, compliance));
-        for method in [Method::ReducedShell, Method::VirtualWorkWarp, Method::LinearModalAnalysis] {
+        for method in
+            [Method::ReducedShell, Method::VirtualWorkWarp, Method::RotationStrain, Method::LinearModalAnalysis]
+        {
             let state = make(method, compliance);
             let (found, truth) = (state.certify().unwrap(), error(model, &displacements(&state), &exact));
             println!("{method:?}, compliance {compliance}: true {truth:.4}, {found:?}");
@@ -244,6 +252,7 @@ fn a_state_that_moves_goes_on_by_another_method_from_nearly_the_same_pose() {
         Method::Warp,
         Method::VirtualWorkWarp,
         Method::LinearModalAnalysis,
+        Method::RotationStrain,
         Method::ReducedShell,
         Method::ImplicitShell,
     ];

@@ -175,8 +175,8 @@ void add_run_options(CLI::App &app, Scene &overrides, RunOptions &options) {
   app.add_option("--frames", options.frames, "Number of frames, in place of the duration")->check(whole());
   app.add_option("--modes", overrides.modes, "Number of vibration modes")->check(whole());
   app.add_option("--method", options.method,
-                 "warp, virtual-work (the warp with its exact force), lma (linear modal analysis), or the nonlinear "
-                 "shell: implicit, explicit, or on some fields: reduced-shell; auto chooses one for the scene")
+                 "warp, virtual-work (the warp with its exact force), rotation-strain (each triangle turns by itself), "
+                 "lma (linear modal analysis), or the nonlinear shell: implicit, explicit, or on some fields: reduced-shell; auto chooses one for the scene")
       ->check(CLI::IsMember(method_names()));
   app.add_flag("--linear", options.linear, "The same as --method lma");
   app.add_flag("--static", overrides.is_static, "The equilibrium in place of the motion");

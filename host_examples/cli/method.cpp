@@ -7,13 +7,15 @@ namespace cli {
 namespace {
 
 constexpr uint32_t kMethods[] = {SW_METHOD_WARP, SW_METHOD_LMA, SW_METHOD_SHELL_IMPLICIT, SW_METHOD_SHELL_EXPLICIT,
-                                 SW_METHOD_WARP_VIRTUAL_WORK, SW_METHOD_REDUCED_SHELL, SW_METHOD_AUTO};
+                                 SW_METHOD_WARP_VIRTUAL_WORK, SW_METHOD_ROTATION_STRAIN, SW_METHOD_REDUCED_SHELL,
+                                 SW_METHOD_AUTO};
 
 }  // namespace
 
 const std::vector<std::string> &method_names() {
   static const std::vector<std::string> names = {"warp", "lma", "implicit", "explicit",
-                                                 "virtual-work", "reduced-shell", "auto"};  // in the order of kMethods
+                                                 "virtual-work", "rotation-strain", "reduced-shell",
+                                                 "auto"};  // in the order of kMethods
   return names;
 }
 
@@ -30,7 +32,8 @@ std::optional<uint32_t> find_method(const std::string &name) {
 }
 
 bool is_modal(uint32_t method) {
-  return method == SW_METHOD_WARP || method == SW_METHOD_LMA || method == SW_METHOD_WARP_VIRTUAL_WORK;
+  return method == SW_METHOD_WARP || method == SW_METHOD_LMA || method == SW_METHOD_WARP_VIRTUAL_WORK ||
+         method == SW_METHOD_ROTATION_STRAIN;
 }
 
 bool is_nonlinear(uint32_t method) { return method == SW_METHOD_SHELL_IMPLICIT || method == SW_METHOD_SHELL_EXPLICIT; }

@@ -8,7 +8,7 @@
 
 namespace cli {
 
-// "warp", "lma", "implicit", "explicit", "virtual-work", "reduced-shell", "auto": the first is the default.
+// "warp", "lma", "implicit", "explicit", "virtual-work", "rotation-strain", "reduced-shell", "auto": the first is the default.
 const std::vector<std::string> &method_names();
 const char *method_name(uint32_t method);
 std::optional<uint32_t> find_method(const std::string &name);

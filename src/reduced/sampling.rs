@@ -21,7 +21,7 @@ const PROBES: usize = 12;
 /// How much more a mode's rest stiffness counts than a pose.
 const MODE: f64 = 5.0;
 /// Elements whose forces are smaller than this part of the mean are left out: those of elements that are held all around are rounding,
-/// and no weight makes more of it.
+/// which a weight makes into noise that no search gets through.
 const LEAST_FORCE: f64 = 1e-3;
 /// Elements taken up at once, as a part of those wanted.
 const BATCH: f64 = 0.03;

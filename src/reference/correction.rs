@@ -11,7 +11,7 @@ use crate::{Result, Vec3};
 use std::sync::{Mutex, PoisonError};
 
 /// Of the load; what is left then moves the shell by far less than what it has come.
-pub const CORRECTED: f64 = 1e-4;
+pub const CORRECTED: f64 = 1e-6;
 
 /// The way to an equilibrium.
 #[derive(Clone, Debug)]

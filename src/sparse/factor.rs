@@ -33,17 +33,22 @@ pub struct Symbolic {
 impl Symbolic {
     /// Analyses a pattern of 3 × 3 blocks, each of which lies at one of the `points`.
     pub fn analyse(lower: SymbolicSparseColMatRef<'_, usize>, points: &[Vec3]) -> Result<Self> {
-        let by_degree = Self::ordered(lower, &minimum_degree(lower)?)?;
+        let by_degree = Self::ordered::<3>(lower, &minimum_degree::<3>(lower)?)?;
         if points.len() < DISSECTED {
             return Ok(by_degree);
         }
-        let dissected = Self::ordered(lower, &nested_dissection(lower, points)?)?;
+        let dissected = Self::ordered::<3>(lower, &nested_dissection(lower, points)?)?;
         Ok(if dissected.operations() < by_degree.operations() { dissected } else { by_degree })
     }
 
-    /// With the blocks in this order.
-    fn ordered(lower: SymbolicSparseColMatRef<'_, usize>, order: &[u32]) -> Result<Self> {
-        let forward: Vec<usize> = order.iter().flat_map(|&k| (0..3).map(move |c| 3 * k as usize + c)).collect();
+    /// Analyses a pattern of single entries.
+    pub fn analyse_scalar(lower: SymbolicSparseColMatRef<'_, usize>) -> Result<Self> {
+        Self::ordered::<1>(lower, &minimum_degree::<1>(lower)?)
+    }
+
+    /// With the blocks of N × N in this order.
+    fn ordered<const N: usize>(lower: SymbolicSparseColMatRef<'_, usize>, order: &[u32]) -> Result<Self> {
+        let forward: Vec<usize> = order.iter().flat_map(|&k| (0..N).map(move |c| N * k as usize + c)).collect();
         let mut inverse = crate::error::try_zeroed("the fill-reducing order", forward.len())?;
         forward.iter().enumerate().for_each(|(k, &i)| inverse[i] = k);
         let order = SymmetricOrdering::Custom(PermRef::new_checked(&forward, &inverse, forward.len()));

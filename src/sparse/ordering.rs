@@ -15,13 +15,13 @@ use nalgebra::Matrix3;
 /// Pieces up to this many blocks are ordered by minimum degree.
 const PIECE: usize = 100;
 
-/// The block to eliminate at each position by approximate minimum degree, for a lower triangle of 3 × 3 blocks. A third of the unknowns
-/// to order, and no more fill: a block's three rows are alike.
-pub fn minimum_degree(lower: SymbolicSparseColMatRef<'_, usize>) -> Result<Vec<u32>> {
-    let n = lower.ncols() / 3;
+/// The block to eliminate at each position by approximate minimum degree, for a lower triangle of N × N blocks. An N-th of the unknowns
+/// to order, and no more fill: a block's rows are alike.
+pub fn minimum_degree<const N: usize>(lower: SymbolicSparseColMatRef<'_, usize>) -> Result<Vec<u32>> {
+    let n = lower.ncols() / N;
     let (mut start, mut rows) = (vec![0], vec![]);
     for j in 0..n {
-        rows.extend(lower.row_idx_of_col_raw(3 * j).iter().step_by(3).map(|i| i / 3));
+        rows.extend(lower.row_idx_of_col_raw(N * j).iter().step_by(N).map(|i| i / N));
         start.push(rows.len());
     }
     Ok(by_degree(start, rows)?.into_iter().map(|k| k as u32).collect())

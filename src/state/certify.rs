@@ -15,7 +15,7 @@ use super::{Dynamics, State, external, nodal};
 use crate::constraint::{Constraint, Outcome, Target};
 use crate::features::Feature;
 use crate::reference::{Goal, Handle, Solver};
-use crate::{Result, Vec3};
+use crate::{Error, ErrorKind, Result, Vec3};
 use nalgebra::UnitQuaternion;
 
 /// Newton steps at most. `cargo test --release --test certificate -- --nocapture` shows what estimates they give.
@@ -57,6 +57,9 @@ impl State {
             Dynamics::Nodal(_) => return Ok(Certificate::default()),
             _ => self.dead_load(),
         };
+        if let Some(v) = force.iter().position(|f| !f.iter().all(|x| x.is_finite())) {
+            return Err(Error::new(ErrorKind::Numerical, format!("the load on vertex {v} is not finite")));
+        }
         let rest = shell.sag.as_ref().map_or(&shell.mesh.positions, |sag| &sag.rest);
         self.model.solvers.with(
             || Solver::new(shell.clone()),
@@ -78,13 +81,18 @@ impl State {
                 let longest =
                     |a: &usize, b: &usize| found.way[*a].norm_squared().total_cmp(&found.way[*b].norm_squared());
                 let vertex = (0..u.len()).max_by(longest).unwrap_or(0);
-                Ok(Certificate {
+                let certificate = Certificate {
                     error: ratio(norm(&|v| found.way[v]), size),
                     max_error: found.way[vertex].norm(),
                     vertex,
                     residual: ratio(found.force[0], load),
                     remaining: ratio(found.force[1], load),
-                })
+                };
+                let Certificate { error, max_error, residual, remaining, .. } = certificate;
+                match [error, max_error, residual, remaining].iter().all(|x| x.is_finite()) {
+                    true => Ok(certificate),
+                    false => Err(Error::new(ErrorKind::Numerical, "the estimate leaves the range of numbers")),
+                }
             },
         )
     }

@@ -43,22 +43,33 @@ pub enum Method {
     ExplicitShell,
     /// The reduced nonlinear shell, u = Bq, by BDF2 ([`crate::reduced`]).
     ReducedShell,
+    /// Rotation–strain reconstruction from the modes, with the exact force of its own positions ([`crate::strain`]).
+    RotationStrain,
 }
 
 impl Method {
-    /// All, by their number in the interface and in saved models, from 1.
-    pub const ALL: [Self; 6] = [
+    /// All.
+    pub const ALL: [Self; 7] = [
         Self::Warp,
         Self::LinearModalAnalysis,
         Self::ImplicitShell,
         Self::ExplicitShell,
         Self::VirtualWorkWarp,
         Self::ReducedShell,
+        Self::RotationStrain,
     ];
 
-    /// Its number.
-    pub fn number(self) -> u32 {
-        (1u32..).zip(Self::ALL).find_map(|(number, method)| (method == self).then_some(number)).unwrap_or(0)
+    /// Its number in the interface and in saved models; 7 stands for a choice among them.
+    pub const fn number(self) -> u32 {
+        match self {
+            Self::Warp => 1,
+            Self::LinearModalAnalysis => 2,
+            Self::ImplicitShell => 3,
+            Self::ExplicitShell => 4,
+            Self::VirtualWorkWarp => 5,
+            Self::ReducedShell => 6,
+            Self::RotationStrain => 8,
+        }
     }
 }
 
@@ -134,7 +145,7 @@ enum Unknowns {
 impl Dynamics {
     /// At rest.
     fn new(model: &Model, method: Method, integrator: Integrator) -> Result<Self> {
-        if model.is_linear() && matches!(method, Method::Warp | Method::VirtualWorkWarp) {
+        if model.is_linear() && matches!(method, Method::Warp | Method::VirtualWorkWarp | Method::RotationStrain) {
             let message = "the model was precomputed for linear modal analysis: it has no rotations to warp by";
             return Err(Error::new(ErrorKind::Unsupported, message));
         }
@@ -143,6 +154,7 @@ impl Dynamics {
             Method::Warp => modal(ForceLaw::Rotated),
             Method::VirtualWorkWarp => modal(ForceLaw::VirtualWork),
             Method::LinearModalAnalysis => modal(ForceLaw::Linear),
+            Method::RotationStrain => Self::Modal(Box::new(Modal::rotation_strain(model, integrator)?)),
             Method::ImplicitShell | Method::ExplicitShell => {
                 let proof = Proof::of(Feature::NonlinearShell)?;
                 Self::Nodal(Only::new(proof, Box::new(Nodal::new(model, method == Method::ExplicitShell)?)))
@@ -156,6 +168,7 @@ impl Dynamics {
 
     fn method(&self) -> Method {
         match self {
+            Self::Modal(modal) if modal.strain().is_some() => Method::RotationStrain,
             Self::Modal(modal) => match modal.law {
                 ForceLaw::Rotated => Method::Warp,
                 ForceLaw::VirtualWork => Method::VirtualWorkWarp,
@@ -590,7 +603,10 @@ impl State {
     pub fn step_nanoseconds(&self) -> u64 {
         let vertices = self.model.shell.mass.len() as u64;
         match &self.dynamics {
-            Dynamics::Modal(_) => 200 + vertices * (1 + self.model.n_modes() as u64 / 3),
+            Dynamics::Modal(modal) => match modal.strain() {
+                Some(strain) => 1000 + 200 * strain.n_samples() as u64,
+                None => 200 + vertices * (1 + self.model.n_modes() as u64 / 3),
+            },
             Dynamics::Nodal(nodal) => vertices * if nodal.is_explicit() { 300 } else { 20_000 },
             Dynamics::Reduced(_) => self.model.reduced.as_ref().map_or(0, |reduced| reduced.step_nanoseconds()),
         }

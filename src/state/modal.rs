@@ -1,4 +1,4 @@
-//! Motion in modal coordinates: the warp and linear modal analysis.
+//! Motion in modal coordinates: the warp, rotation–strain reconstruction and linear modal analysis.
 
 use crate::constraint::{ConstraintSet, Constraints, Step};
 use crate::features::Feature;
@@ -8,9 +8,11 @@ use crate::step::guard::Pull;
 use crate::step::modal_force::{self, Acting, BodyLoad, Scratch};
 use crate::step::point_force;
 use crate::step::{ForceLaw, Integrator, Oscillator};
-use crate::support::Pose;
+use crate::strain::{self, RotationStrain};
+use crate::support::{Pose, Rates};
 use crate::warp::{self, Amplitudes, Extent, Placement, visit_turns};
 use crate::{Error, ErrorKind, Model, Result, Vec3};
+use std::sync::Arc;
 
 /// Past this rotation, rad, or this displacement, in units of 1/√M, an amplitude has no meaning left and f32 no room.
 const LARGEST_ROTATION: f64 = 1e6;
@@ -70,6 +72,8 @@ pub struct Modal {
     force: Vec<f64>,
     pull: Pull,
     scratch: AnyScratch,
+    /// Instead of the warp.
+    strain: Option<(Arc<RotationStrain>, strain::Scratch)>,
     /// The state that loads are taken at.
     mean: [Vec<f64>; 2],
     /// The last step left every bit as it was.
@@ -98,9 +102,22 @@ impl Modal {
             force: zeros.clone(),
             pull: Pull::default(),
             scratch,
+            strain: None,
             mean: [zeros.clone(), zeros],
             unchanged: false,
         }
+    }
+
+    /// As [`Modal::new`], with positions and forces by rotation–strain reconstruction. Fails where that cannot be prepared.
+    pub fn rotation_strain(model: &Model, integrator: Integrator) -> Result<Self> {
+        let map = model.rotation_strain()?;
+        let scratch = map.scratch(model);
+        Ok(Self { strain: Some((map, scratch)), ..Self::new(model, ForceLaw::VirtualWork, integrator) })
+    }
+
+    /// The map of rotation–strain reconstruction, if that is how it moves.
+    pub fn strain(&self) -> Option<&RotationStrain> {
+        self.strain.as_ref().map(|(map, _)| &**map)
     }
 
     /// Back to rest.
@@ -160,6 +177,9 @@ impl Modal {
     /// The modal force at the mean state: of an acceleration that acts everywhere alike by sums taken once where these suffice,
     /// else over all vertices; and of forces on some vertices.
     fn project_load(&mut self, model: &Model, load: &BodyLoad, external: External) {
+        if self.strain.is_some() {
+            return self.project_by_strain(model, load, external);
+        }
         let Self { law, mean: [q, q_dot], force, scratch, .. } = self;
         let total_mass = model.shell.total_mass;
         let participation = model.participation();
@@ -193,6 +213,14 @@ impl Modal {
             with_basis!(&model.basis, basis => point_force::add(basis, *law, q, external.on_some(), force));
     }
 
+    /// The same by rotation–strain reconstruction.
+    fn project_by_strain(&mut self, model: &Model, load: &BodyLoad, external: External) {
+        let Some((map, scratch)) = &mut self.strain else { return };
+        let [q, q_dot] = &self.mean;
+        self.pull = map.project(model, (load, external), (q, q_dot), scratch, &mut self.force);
+        self.pull.reach = q.iter().zip(model.participation().reach()).map(|(q, reach)| reach * q.abs()).sum();
+    }
+
     /// The next q and q̇ without constraints.
     fn move_freely(&mut self, model: &Model, h: f64) {
         let guard = model.guard(self.law.warped());
@@ -212,7 +240,7 @@ impl Modal {
 
     /// Moves the next q and q̇ to where the constraints are met; returns the work done.
     fn meet_constraints(&mut self, model: &Model, pose: &Pose, h: f64) -> f64 {
-        let Self { law, integrator, constraints, damping, q, next: [next_q, next_q_dot], .. } = self;
+        let Self { law, integrator, constraints, damping, q, next: [next_q, next_q_dot], strain, .. } = self;
         if constraints.set().is_empty() {
             return 0.0;
         }
@@ -226,6 +254,7 @@ impl Modal {
             size: mesh.size,
             bend: model.bend(law.warped()),
             warped: law.warped(),
+            strain: strain.as_ref().map(|(map, _)| (&**map, model)),
         };
         with_basis!(&model.basis, basis => constraints.project(basis, &step, q, (next_q, next_q_dot)))
     }
@@ -257,6 +286,9 @@ impl Modal {
 
     /// Hands the positions of all vertices to `write`, in order: the first vertex of some, and their rows.
     pub fn positions(&self, model: &Model, placement: &Placement, write: impl FnMut(usize, &[[f64; 3]])) {
+        if let Some(strain) = self.strain() {
+            return strain.positions((model, &self.q), placement, write);
+        }
         let rest = &model.shell.mesh.positions;
         with_basis!(&model.basis, basis =>
             warp::visit_positions_f64(basis, self.amplitudes(), (rest, placement), write));
@@ -264,6 +296,9 @@ impl Modal {
 
     /// As [`Modal::positions`], in the basis's precision and rounded to f32.
     pub fn positions_f32(&self, model: &Model, placement: &Placement, write: impl FnMut(usize, &[[f32; 3]])) {
+        if let Some(strain) = self.strain() {
+            return strain.positions_f32((model, &self.q), placement, write);
+        }
         with_basis!(&model.basis, basis => warp::visit_positions_f32(basis, self.amplitudes(), placement, write));
     }
 
@@ -275,6 +310,9 @@ impl Modal {
         vertices: &[u32],
         write: impl FnMut(usize, [f64; 3]),
     ) {
+        if let Some(strain) = self.strain() {
+            return strain.positions_of((model, &self.q), placement, vertices, write);
+        }
         let rest = &model.shell.mesh.positions;
         with_basis!(&model.basis, basis =>
             warp::visit_positions_of_f64(basis, self.amplitudes(), (rest, placement), vertices, write));
@@ -288,13 +326,20 @@ impl Modal {
         vertices: &[u32],
         write: impl FnMut(usize, [f32; 3]),
     ) {
+        if let Some(strain) = self.strain() {
+            return strain.positions_of_f32((model, &self.q), placement, vertices, write);
+        }
         with_basis!(&model.basis, basis =>
             warp::visit_positions_of_f32(basis, self.amplitudes(), placement, vertices, write));
     }
 
     /// How far it is bent; `limit` is a |w|².
     pub fn extent(&self, model: &Model, limit: f64) -> Extent {
-        with_basis!(&model.basis, basis => warp::extent(basis, self.amplitudes(), limit))
+        let extent = with_basis!(&model.basis, basis => warp::extent(basis, self.amplitudes(), limit));
+        match self.strain() {
+            Some(strain) => Extent { displacement: strain.reach(model, &self.q), ..extent },
+            None => extent,
+        }
     }
 
     /// Hands the rotation vector w (frame axes) of every vertex to `visit`, in order.
@@ -304,6 +349,9 @@ impl Modal {
 
     /// Hands displacement u and its rate u̇ (frame axes) of every vertex to `visit`, in order.
     pub fn visit_motion(&self, model: &Model, visit: impl FnMut(usize, Vec3, Vec3)) {
+        if let Some(strain) = self.strain() {
+            return strain.visit_motion(model, (&self.q, &self.q_dot), visit);
+        }
         with_basis!(&model.basis, basis => modal_force::visit_motion(basis, self.law, (&self.q, &self.q_dot), visit));
     }
 
@@ -321,16 +369,18 @@ impl Modal {
         probe.project_load(model, load, external);
         let mut g = probe.force;
         // Constraints act by virtual work whatever the law of the loads.
-        let law = self.tangent_law();
-        let pulls = grips.iter().map(|(v, [force, _])| (*v, *force));
-        with_basis!(&model.basis, basis => point_force::add(basis, law, &self.q, pulls, &mut g));
+        let pulls: Vec<_> = grips.iter().map(|(v, [force, _])| (*v, *force)).collect();
+        self.pull_back(model, &self.q, &pulls, &mut g);
         for (k, g) in g.iter_mut().enumerate() {
             *g -= model.eigenvalues[k] * self.q[k];
             *g += grips.iter().map(|(v, [_, torque])| model.mode_at(k, *v as usize).1.dot(torque)).sum::<f64>();
         }
         model.guard(self.law.warped()).add_force(&self.q, &mut g);
-        with_basis!(&model.basis, basis =>
-            modal_force::visit_motion(basis, self.law, (&self.q, &g), |v, _, a| visit(v, a)));
+        match self.strain() {
+            Some(strain) => strain.visit_motion(model, (&self.q, &g), |v, _, a| visit(v, a)),
+            None => with_basis!(&model.basis, basis =>
+                modal_force::visit_motion(basis, self.law, (&self.q, &g), |v, _, a| visit(v, a))),
+        }
     }
 
     /// The law whose J is the derivative of the positions.
@@ -340,25 +390,45 @@ impl Modal {
 
     /// Displacements and their rates as positions move: (∂u/∂q) q̇ by any law.
     pub fn visit_visible_motion(&self, model: &Model, visit: impl FnMut(usize, Vec3, Vec3)) {
-        let (law, motion) = (self.tangent_law(), (&self.q[..], &self.q_dot[..]));
-        with_basis!(&model.basis, basis => modal_force::visit_motion(basis, law, motion, visit));
+        self.visit_visible(model, (&self.q, &self.q_dot), visit);
+    }
+
+    fn visit_visible(&self, model: &Model, motion: (&[f64], &[f64]), visit: impl FnMut(usize, Vec3, Vec3)) {
+        match self.strain() {
+            Some(strain) => strain.visit_motion(model, motion, visit),
+            None => with_basis!(&model.basis, basis =>
+                modal_force::visit_motion(basis, self.tangent_law(), motion, visit)),
+        }
+    }
+
+    /// Adds (∂u/∂q)ᵀ of forces on vertices (frame axes) at amplitudes `q` to `along` (modes). Allocates.
+    fn pull_back(&self, model: &Model, q: &[f64], forces: &[(u32, Vec3)], along: &mut [f64]) {
+        let Some(strain) = self.strain() else {
+            let (law, forces) = (self.tangent_law(), forces.iter().copied());
+            with_basis!(&model.basis, basis => point_force::add(basis, law, q, forces, along));
+            return;
+        };
+        let nothing = BodyLoad::new(Vec3::zeros(), &Pose::identity(), &Rates::default());
+        let loads = (&nothing, External::OnSome(forces, Pose::identity().rotation));
+        let mut pulled = vec![0.0; q.len()];
+        strain.project(model, loads, (q, q), &mut strain.scratch(model), &mut pulled);
+        along.iter_mut().zip(pulled).for_each(|(sum, force)| *sum += force);
     }
 
     /// Takes the pose nearest to displacements `u` in the mass norm, and the rates that move it most nearly as `rate` (n_vertices).
     pub fn follow(&mut self, model: &Model, u: &[Vec3], rate: &[Vec3]) -> Result<()> {
-        let (law, mass, modes) = (self.tangent_law(), &model.shell.mass, self.q.len());
-        let mut missing = vec![Vec3::zeros(); u.len()];
+        let (mass, modes) = (&model.shell.mass, self.q.len());
+        let mut missing: Vec<(u32, Vec3)> = (0u32..).zip(u.iter().copied()).collect();
         // What is missed at (q, q̇), squared, and JᵀM times it.
         let mut miss = |q: &[f64], q_dot: &[f64], of_rate: bool| {
             let mut square = 0.0;
-            with_basis!(&model.basis, basis => modal_force::visit_motion(basis, law, (q, q_dot), |v, x, x_dot| {
+            self.visit_visible(model, (q, q_dot), |v, x, x_dot| {
                 let error = if of_rate { rate[v] - x_dot } else { u[v] - x };
                 square += mass[v] * error.norm_squared();
-                missing[v] = mass[v] * error;
-            }));
+                missing[v].1 = mass[v] * error;
+            });
             let mut along = vec![0.0; modes];
-            let on_all = (0u32..).zip(missing.iter().copied());
-            with_basis!(&model.basis, basis => point_force::add(basis, law, q, on_all, &mut along));
+            self.pull_back(model, q, &missing, &mut along);
             (square, along)
         };
         let zeros = vec![0.0; modes];

@@ -21,7 +21,7 @@ pub struct Report {
     pub max_rotation: f64,
     /// Largest |u| in the frame.
     pub max_displacement: f64,
-    /// Of all vertices, the share that is turned beyond [`ROTATION_RANGE`].
+    /// Of all vertices, the share that is turned beyond [`ROTATION_RANGE`], or half a turn by rotation–strain reconstruction.
     pub fraction_out_of_range: f64,
     /// Steps of a reduced shell since creation or reset whose search ended short of its tolerance.
     pub unconverged_steps: u64,
@@ -149,13 +149,21 @@ impl State {
         Ok(())
     }
 
+    /// The rotation, rad, beyond which the method's positions are no longer good.
+    fn rotation_range(&self) -> f64 {
+        match &self.dynamics {
+            Dynamics::Modal(modal) if modal.strain().is_some() => crate::strain::REACH,
+            _ => ROTATION_RANGE,
+        }
+    }
+
     /// Energies, and how far the shell is bent.
     pub fn report(&self) -> Report {
         let (extent, (elastic_energy, kinetic_energy), constraint_work) = match &self.dynamics {
             Dynamics::Modal(modal) => {
                 let extent = match self.model.is_linear() {
                     true => self.linear_extent(modal),
-                    false => modal.extent(&self.model, ROTATION_RANGE * ROTATION_RANGE),
+                    false => modal.extent(&self.model, self.rotation_range().powi(2)),
                 };
                 (extent, modal.energies(&self.model), modal.constraint_work)
             }
@@ -193,6 +201,6 @@ impl State {
 
     /// Whether the present pose is one that the method describes well: always for the nonlinear shell.
     pub fn in_range(&self, report: &Report) -> bool {
-        !matches!(self.dynamics, Dynamics::Modal(_)) || report.max_rotation <= ROTATION_RANGE
+        !matches!(self.dynamics, Dynamics::Modal(_)) || report.max_rotation <= self.rotation_range()
     }
 }

@@ -9,6 +9,7 @@ use crate::Result;
 use crate::model::with_basis;
 use crate::step::modal_force::BodyLoad;
 use crate::step::{ForceLaw, Integrator};
+use crate::strain::RotationStrain;
 use crate::warp::LANES;
 
 /// What a step or an output consists of.
@@ -95,6 +96,12 @@ const LINEAR: LawCost = LawCost { block: [121.0, 24.0], spin: [127.0, 12.0], poi
 const ROTATED: LawCost = LawCost { block: [203.0, 32.3], spin: [275.0, 12.0], point: [400.0, 109.0] };
 const VIRTUAL_WORK: LawCost = LawCost { block: [388.0, 40.3], spin: [339.0, 24.0], point: [530.0, 109.0] };
 
+/// Of rotation–strain reconstruction: of a sample, and for each mode; of a block of vertices in a sweep over all, and for each sample, and
+/// what a turning frame adds to it.
+const STRAIN: Cost = [784.0, 41.5];
+const STRAIN_BLOCK: Cost = [1100.0, 100.0];
+const STRAIN_SPIN: Cost = [2500.0, 140.0];
+
 /// Of the sums taken once: for each mode, and with the warp for each pair of modes.
 const SHORT: Cost = [8.0, 9.0];
 /// Of a vertex and of a triangle, where a force acts on each vertex and where wind does.
@@ -121,13 +128,23 @@ impl LawCost {
     }
 }
 
+/// What turns the shell by rotation–strain reconstruction.
+fn strain_reason(strain: &RotationStrain) -> String {
+    format!(
+        "{} sampled triangles turn the output and the force; they leave {:.1} % of what all would do",
+        strain.n_samples(),
+        100.0 * strain.left
+    )
+}
+
 fn cost([once, each]: Cost, count: usize) -> f64 {
     once + each * count as f64
 }
 
 /// What a step of a modal method does to the loads that act everywhere.
-struct ModalStep {
+struct ModalStep<'a> {
     law: ForceLaw,
+    strain: Option<&'a RotationStrain>,
     modes: usize,
     /// Times that the load is taken.
     passes: f64,
@@ -142,38 +159,45 @@ struct ModalStep {
     loaded: bool,
 }
 
-impl ModalStep {
-    /// Of a sweep over all vertices in each pass.
-    fn sweep(&self, block: Cost) -> f64 {
-        self.blocks * self.passes * cost(block, self.modes)
+impl ModalStep<'_> {
+    /// Of a sweep over all vertices in each pass, by modes or samples.
+    fn sweep(&self, block: Cost, count: usize) -> f64 {
+        self.blocks * self.passes * cost(block, count)
     }
 
     /// What linear modal analysis would do is laid to the load, the rest of a sweep to the rotations.
     fn rotations(&self, bytes: usize, without: bool) -> Part {
-        let turns = self.sweep(LawCost::of(self.law).block) - self.sweep(LINEAR.block);
-        let (active, reason) = match (without, self.law.warped()) {
-            (true, _) => (false, "the model was precomputed without them"),
-            (false, false) => (false, "linear modal analysis; SW_PRECOMPUTE_LINEAR would not store them"),
-            (false, true) if self.sweeps => (true, "the force and the output turn with the shell"),
-            (false, true) => (true, "the output turns with the shell; the step does not need them"),
+        let (active, reason) = match (without, self.law.warped(), self.strain) {
+            (true, ..) => (false, "the model was precomputed without them".into()),
+            (_, false, _) => (false, "linear modal analysis; SW_PRECOMPUTE_LINEAR would not store them".into()),
+            (.., Some(strain)) => (true, strain_reason(strain)),
+            _ if self.sweeps => (true, "the force and the output turn with the shell".into()),
+            _ => (true, "the output turns with the shell; the step does not need them".into()),
         };
-        let operations = if self.sweeps { turns } else { 0.0 };
-        Part { kind: PartKind::Rotations, active, bytes, operations, reason: reason.into() }
+        let swept = |of_sweep: f64| if self.sweeps { of_sweep } else { 0.0 };
+        let operations = match self.strain {
+            Some(strain) => {
+                let n = strain.n_samples();
+                self.passes * n as f64 * cost(STRAIN, self.modes) + swept(self.sweep(STRAIN_BLOCK, n))
+            }
+            None => swept(self.sweep(LawCost::of(self.law).block, self.modes) - self.sweep(LINEAR.block, self.modes)),
+        };
+        Part { kind: PartKind::Rotations, active, bytes, operations, reason }
     }
 
     fn uniform_load(&self) -> Part {
-        let pairs = if self.law.warped() { self.modes * self.modes } else { 0 };
+        let warps = self.law.warped() && self.strain.is_none();
+        let pairs = if warps { self.modes * self.modes } else { 0 };
         let summed = SHORT[0] * self.modes as f64 + SHORT[1] * pairs as f64;
         let operations = match (self.sweeps, self.short && self.loaded) {
-            (true, _) => self.sweep(LINEAR.block),
+            (true, _) => self.sweep(LINEAR.block, self.modes),
             (_, true) => summed,
             _ => 0.0,
         };
         let reason = match (self.loaded, self.short, self.sweeps) {
             (false, ..) => "nothing acts everywhere alike",
-            (_, true, _) if self.law.warped() => {
-                "sums over the vertices taken once: no vertex turns by more than 1.4e-3 rad"
-            }
+            (_, true, _) if warps => "sums over the vertices taken once: no vertex turns by more than 1.4e-3 rad",
+            (_, true, _) if self.strain.is_some() => "sums over the vertices taken once",
             (_, true, _) => "sums over the vertices taken once: the force does not depend on the shape",
             (_, _, true) => "summed over all vertices, as each is turned",
             _ => "nothing to sum",
@@ -187,7 +211,10 @@ impl ModalStep {
             return Part::absent(PartKind::Spin, "the frame does not turn");
         }
         let reason = format!("Euler, centrifugal and Coriolis forces, {} times a step", self.passes);
-        let operations = self.sweep(LawCost::of(self.law).spin);
+        let operations = match self.strain {
+            Some(strain) => self.sweep(STRAIN_SPIN, strain.n_samples()),
+            None => self.sweep(LawCost::of(self.law).spin, self.modes),
+        };
         Part { kind: PartKind::Spin, active: true, bytes: 0, operations, reason }
     }
 }
@@ -229,9 +256,15 @@ impl State {
         Ok(text)
     }
 
+    /// Bytes of Φ, and of Ψ with what rotation–strain reconstruction has beside it.
+    fn shape_bytes(&self) -> [usize; 2] {
+        let [phi, psi] = with_basis!(&self.model.basis, basis => basis.shape_bytes());
+        [phi, psi + self.model.strain_bytes()]
+    }
+
     fn shape_part(&self) -> Part {
         let (mesh, model) = (&self.model.shell.mesh, &self.model);
-        let basis = with_basis!(&model.basis, basis => basis.shape_bytes());
+        let basis = self.shape_bytes();
         let reason = format!("{} vertices, {} triangles", mesh.positions.len(), mesh.triangles.len());
         let bytes = model.bytes() - basis[0] - basis[1] - model.reduced.as_ref().map_or(0, |reduced| reduced.bytes());
         Part { kind: PartKind::Shape, active: true, bytes, operations: 0.0, reason }
@@ -266,7 +299,7 @@ impl State {
     fn plan_modal(&self, h: f64) -> Vec<Part> {
         let Dynamics::Modal(modal) = &self.dynamics else { return vec![] };
         let (modes, costs) = (self.model.n_modes(), LawCost::of(modal.law));
-        let [phi, psi] = with_basis!(&self.model.basis, basis => basis.shape_bytes());
+        let [phi, psi] = self.shape_bytes();
         let mut frame = self.frame;
         let rates = frame.advance(h);
         let load = self.body_load(&frame.pose, &rates);
@@ -296,15 +329,16 @@ impl State {
         self.model.shell.mass.len().div_ceil(LANES) as f64
     }
 
-    fn modal_step(&self, modal: &Modal, load: &BodyLoad, h: f64) -> ModalStep {
-        let (model, law) = (&self.model, modal.law);
+    fn modal_step<'a>(&self, modal: &'a Modal, load: &BodyLoad, h: f64) -> ModalStep<'a> {
+        let (model, law, strain) = (&self.model, modal.law, modal.strain());
         let spins = load.spin_rate().is_some();
         let on_all = self.loads.on_some(model.shell.mass.len()).is_none();
-        let short = !spins && !on_all && model.participation().suffices(law, || modal.largest_bend(model));
+        let known_ahead = || strain.is_some() || model.participation().suffices(law, || modal.largest_bend(model));
+        let short = !spins && !on_all && known_ahead();
         let loaded = !load.is_zero();
         let passes = 1.0 + super::modal::midpoint_passes(load, h) as f64;
         let sweeps = !short && (on_all || loaded);
-        ModalStep { law, modes: model.n_modes(), passes, blocks: self.n_blocks(), spins, short, sweeps, loaded }
+        ModalStep { law, strain, modes: model.n_modes(), passes, blocks: self.n_blocks(), spins, short, sweeps, loaded }
     }
 
     fn modes_reason(&self, load: &BodyLoad) -> String {
@@ -342,7 +376,7 @@ impl State {
     fn plan_nodal(&self, h: f64) -> Vec<Part> {
         let Dynamics::Nodal(nodal) = &self.dynamics else { return vec![] };
         let model = &self.model;
-        let [phi, psi] = with_basis!(&model.basis, basis => basis.shape_bytes());
+        let [phi, psi] = self.shape_bytes();
         let mut frame = self.frame;
         let rates = frame.advance(h);
         let load = self.body_load(&frame.pose, &rates);
@@ -384,7 +418,7 @@ impl State {
 
     fn plan_reduced(&self, h: f64) -> Vec<Part> {
         let (Dynamics::Reduced(state), Some(reduced)) = (&self.dynamics, &self.model.reduced) else { return vec![] };
-        let [phi, psi] = with_basis!(&self.model.basis, basis => basis.shape_bytes());
+        let [phi, psi] = self.shape_bytes();
         let mut frame = self.frame;
         let rates = frame.advance(h);
         let load = self.body_load(&frame.pose, &rates);

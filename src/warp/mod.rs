@@ -17,7 +17,7 @@ pub use entry::{Entry, I16};
 pub use modal_rotation::ModalRotation;
 pub use output::{
     Amplitudes, Extent, Placement, extent, visit_positions_f32, visit_positions_f64, visit_positions_of_f32,
-    visit_positions_of_f64,
+    visit_positions_of_f64, visit_runs,
 };
 pub use pose::{Pose, Tangent};
 

@@ -116,7 +116,7 @@ pub fn visit_positions_of_f64<E: Entry>(
 }
 
 /// Has the rows of each run of vertices of one block made by `rows`, and hands on those of the list.
-fn visit_runs<F: Copy + Default>(
+pub fn visit_runs<F: Copy + Default>(
     vertices: &[u32],
     rows: impl Fn(Range<usize>, &mut dyn FnMut(usize, &[[F; 3]])),
     mut write: impl FnMut(usize, [F; 3]),

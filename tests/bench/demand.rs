@@ -112,6 +112,10 @@ fn with_ritz_vectors(all: &Model, keep: &[usize], loads: &[Vec<f64>]) -> Arc<Mod
         seconds: Default::default(),
         peak_bytes: 0,
         fingerprint: 0,
+        reduced_fingerprint: 0,
+        front: None,
+        solvers: Default::default(),
+        strain: Default::default(),
     })
 }
 

@@ -51,7 +51,7 @@ const fn case(name: &'static str, vertices: usize, modes: usize, method: Method,
     Case { name, vertices, modes, method, acts }
 }
 
-const CASES: [Case; 31] = [
+const CASES: [Case; 37] = [
     case("warp", 1000, 8, Method::Warp, NOTHING),
     case("warp, 4 modes", 1000, 4, Method::Warp, NOTHING),
     case("warp, 16 modes", 1000, 16, Method::Warp, NOTHING),
@@ -88,6 +88,12 @@ const CASES: [Case; 31] = [
         Method::Warp,
         Acts { forces: 30, wind: true, spin: true, handles: 1, gone: true, ..NOTHING },
     ),
+    case("rotation-strain", 1000, 8, Method::RotationStrain, NOTHING),
+    case("rotation-strain, 4 modes", 1000, 4, Method::RotationStrain, NOTHING),
+    case("rotation-strain, 16 modes", 1000, 16, Method::RotationStrain, NOTHING),
+    case("rotation-strain, 3 forces", 1000, 8, Method::RotationStrain, Acts { forces: 3, ..NOTHING }),
+    case("rotation-strain, force on each vertex", 1000, 8, Method::RotationStrain, Acts { forces: 1000, ..NOTHING }),
+    case("rotation-strain, turning frame", 1000, 8, Method::RotationStrain, Acts { spin: true, ..NOTHING }),
     case("warp, at rest", 1000, 8, Method::Warp, Acts { asleep: true, ..NOTHING }),
 ];
 

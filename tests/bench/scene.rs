@@ -76,6 +76,7 @@ fn model_on(n: usize, modes: usize, basis: impl FnOnce(&Shell) -> AnyBasis) -> A
         certificate: Certificate { count: modes, found: modes, ..Certificate::default() },
         basis,
         participation: Default::default(),
+        strain: Default::default(),
         truncation: 0.0,
         reduced: None,
         seconds: Default::default(),

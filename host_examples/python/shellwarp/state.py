@@ -11,7 +11,8 @@ from .errors import InvalidArgumentError
 
 METHODS = {"warp": _abi.SW_METHOD_WARP, "warp-virtual-work": _abi.SW_METHOD_WARP_VIRTUAL_WORK, "lma": _abi.SW_METHOD_LMA,
            "shell-implicit": _abi.SW_METHOD_SHELL_IMPLICIT, "shell-explicit": _abi.SW_METHOD_SHELL_EXPLICIT,
-           "reduced-shell": _abi.SW_METHOD_REDUCED_SHELL, "auto": _abi.SW_METHOD_AUTO}
+           "reduced-shell": _abi.SW_METHOD_REDUCED_SHELL, "auto": _abi.SW_METHOD_AUTO,
+           "rotation-strain": _abi.SW_METHOD_ROTATION_STRAIN}
 INTEGRATORS = {"implicit-euler": _abi.SW_INTEGRATOR_IMPLICIT_EULER, "exact": _abi.SW_INTEGRATOR_EXACT}
 SPACES = {"world": _abi.SW_SPACE_WORLD, "frame": _abi.SW_SPACE_FRAME}
 KINDS = {"position": _abi.SW_CONSTRAINT_POSITION, "orientation": _abi.SW_CONSTRAINT_ORIENTATION}

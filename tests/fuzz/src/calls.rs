@@ -4,6 +4,7 @@
 use super::host::*;
 use super::input::Input;
 use shellwarp::ffi::batch::sw_states_step;
+use shellwarp::ffi::certify::*;
 use shellwarp::ffi::constraint::*;
 use shellwarp::ffi::load::*;
 use shellwarp::ffi::model::*;
@@ -57,7 +58,7 @@ impl Play<'_> {
     fn create(&mut self) {
         let model = &self.models[self.input.below(self.models.len())];
         let mut options = desc(sw_state_desc_init);
-        (options.method, options.integrator) = (self.input.code(7), self.input.code(3));
+        (options.method, options.integrator) = (self.input.code(9), self.input.code(3));
         options.flags = u32::from(self.input.one_in(64));
         let mut state = null_mut();
         let failures = [SW_ERROR_INVALID_ARGUMENT, SW_ERROR_NOT_PRECOMPUTED, SW_ERROR_UNSUPPORTED];
@@ -160,6 +161,22 @@ impl Play<'_> {
         unsafe { sw_state_equilibrium(state, null_mut()) }
     }
 
+    /// Estimates the error, which takes factorizations and so happens as seldom as an equilibrium.
+    fn certify(&mut self, which: usize) -> SwStatus {
+        self.equilibria += 1;
+        if self.equilibria > MAX_EQUILIBRIA {
+            return SW_OK;
+        }
+        let state = &self.states[which];
+        let before = state.seen();
+        let mut out = desc(sw_certificate_init);
+        if ok_or(unsafe { sw_state_certify(state.handle, &mut out) }, &[SW_ERROR_NUMERICAL]) {
+            all_finite("certificate", &[out.error, out.max_error, out.residual, out.remaining]);
+        }
+        assert!(state.seen() == before, "an estimate changed a state");
+        SW_OK
+    }
+
     /// Reads what changes nothing: the plan of a step, and the positions of some vertices.
     fn look(&mut self, which: usize) -> SwStatus {
         let State { handle: state, n_vertices: n } = self.states[which];
@@ -202,6 +219,8 @@ impl Play<'_> {
             13 => unsafe { sw_state_load(state, self.saved.as_ptr().cast(), self.saved.len() as u64) },
             14 => self.look(which),
             15 => unsafe { sw_state_set_rest_tolerance(state, self.input.number()) },
+            16 => unsafe { sw_state_set_method(state, self.input.code(9)) },
+            17 => self.certify(which),
             _ => {
                 let h = self.input.number();
                 unsafe { sw_state_step(state, if self.input.one_in(8) { h } else { h.abs() }) }
@@ -232,15 +251,15 @@ impl Play<'_> {
     }
 
     fn next(&mut self) {
-        let kind = self.input.below(24);
-        if self.states.is_empty() || kind >= 22 {
+        let kind = self.input.below(28);
+        if self.states.is_empty() || kind >= 26 {
             return self.create();
         }
         let which = self.input.below(self.states.len());
         match kind {
-            20 => self.copy(which),
-            21 => drop(self.states.remove(which)),
-            19 => self.step_all(),
+            24 => self.copy(which),
+            25 => drop(self.states.remove(which)),
+            23 => self.step_all(),
             _ => {
                 let before = self.states[which].seen();
                 if sane(self.call(which, kind)) {

@@ -39,10 +39,11 @@ pub enum Marker {
 const RED: (u8, u8, u8) = (200, 55, 45);
 const BLUE: (u8, u8, u8) = (35, 95, 190);
 const VIOLET: (u8, u8, u8) = (125, 60, 165);
+const BROWN: (u8, u8, u8) = (120, 85, 60);
 const ORANGE: (u8, u8, u8) = (205, 120, 20);
 const GREEN: (u8, u8, u8) = (30, 135, 75);
 
-/// Linear modal analysis red, warps blue and violet, reduced shells orange, discrete shells green, as on every page of the report.
+/// Linear modal analysis red, warps blue and violet, rotation–strain brown, reduced shells orange, discrete shells green, as on every page of the report.
 pub const METHODS: &[Method] = &[
     Method {
         key: "lma_implicit",
@@ -103,6 +104,16 @@ pub const METHODS: &[Method] = &[
         fields: 0,
         colour: VIOLET,
         marker: Marker::Ring,
+    },
+    Method {
+        key: "rotation_strain",
+        label: "rotation–strain, implicit Euler",
+        family: Family::Warp,
+        method: SW_METHOD_ROTATION_STRAIN,
+        integrator: SW_INTEGRATOR_IMPLICIT_EULER,
+        fields: 0,
+        colour: BROWN,
+        marker: Marker::Disc,
     },
     Method {
         key: "reduced_12",

@@ -101,6 +101,7 @@ pub fn all(library: &Library, data: &Path) -> Result<(Vec<Cell>, Table)> {
                 let case =
                     format!("{name}, g = {g}, {}, {modes} modes", if held { "held by the tip" } else { "released" });
                 let how = if held { "held" } else { "released" };
+                eprintln!("stability: {case}");
                 let mut row = vec![format!("{name}, {how}, {modes} modes"), g.to_string()];
                 for m in &modal {
                     let (cell, text) = match play(library, m, &problem, held) {

@@ -1,0 +1,135 @@
+//! A few triangles whose N stands for that of all: N_t(q) ≈ Σ_c w_tc N_c(q), with weights that do not depend on q, fitted to poses.
+//!
+//! Triangles are taken one after the other, each the one that those before explain worst (Gram–Schmidt with pivoting), until what is
+//! left is small. Where a shell can move rigidly, Σ_c w_tc = 1 over the samples of each component, so that it does so exactly.
+
+use super::poisson::Poisson;
+use super::sample::{axial, remainder};
+use crate::model::Model;
+use nalgebra::Matrix3;
+
+/// Largest rotation of a triangle in the poses, rad: half a turn, where the guard begins.
+pub const REACH: f64 = std::f64::consts::PI;
+
+/// Poses, from hardly bent to [`REACH`].
+const POSES: usize = 48;
+
+/// What may be left of N, root mean square over triangles and poses: docs/rotation_strain.md shows what less would bring.
+pub const TOLERANCE: f64 = 0.05;
+
+/// Samples at most.
+pub const MOST_SAMPLES: usize = 32;
+
+/// Triangles among which samples are looked for, at most about.
+const CANDIDATES: usize = 2000;
+
+/// Weight of Σ_c w_tc = 1 among N's entries, which are of the order 1.
+const RIGID: f64 = 1e4;
+
+/// See the module's text.
+pub struct Fit {
+    /// The samples' triangles.
+    pub samples: Vec<usize>,
+    /// What they leave of N, relative.
+    pub left: f64,
+    poses: Vec<Vec<f64>>,
+    /// Orthonormal columns and the triangle R with which the samples' columns are QR (samples).
+    q: Vec<Vec<f64>>,
+    r: Vec<Vec<f64>>,
+}
+
+impl Fit {
+    /// Looks for samples that leave no more than `tolerance`.
+    pub fn new(model: &Model, poisson: &Poisson, tolerance: f64) -> Self {
+        let n = poisson.faces.len();
+        let candidates: Vec<usize> = (0..n).step_by(n.div_ceil(CANDIDATES)).collect();
+        let gradients: Vec<_> = candidates.iter().map(|t| modal_gradients(model, poisson, *t)).collect();
+        let mut fit = Self { samples: vec![], left: 1.0, poses: poses(model, &gradients), q: vec![], r: vec![] };
+        let columns: Vec<Vec<f64>> =
+            candidates.iter().zip(&gradients).map(|(t, g)| fit.column(model, poisson, *t, g)).collect();
+        let area = |i: usize| poisson.faces[candidates[i]].area;
+        let norm = |column: &[f64]| column.iter().map(|x| x * x).sum::<f64>();
+        let all: f64 = columns.iter().enumerate().map(|(i, column)| area(i) * norm(&column[..9 * POSES])).sum();
+        let mut rest = columns.clone();
+        while fit.samples.len() < MOST_SAMPLES {
+            let squares: Vec<f64> = rest.iter().enumerate().map(|(i, column)| area(i) * norm(column)).collect();
+            fit.left = (squares.iter().sum::<f64>() / all).sqrt();
+            let worst = (0..squares.len()).fold(0, |best, i| if squares[i] > squares[best] { i } else { best });
+            if fit.left.is_nan() || fit.left <= tolerance {
+                break;
+            }
+            let length = norm(&rest[worst]).sqrt();
+            let direction: Vec<f64> = rest[worst].iter().map(|x| x / length).collect();
+            for column in &mut rest {
+                let along = dot(&direction, column);
+                column.iter_mut().zip(&direction).for_each(|(x, d)| *x -= along * d);
+            }
+            fit.samples.push(candidates[worst]);
+            fit.q.push(direction);
+            let entries = fit.q.iter().map(|q| dot(q, &columns[worst])).collect();
+            fit.r.push(entries);
+        }
+        fit
+    }
+
+    /// The weights of triangle `t` (samples), by least squares over the poses.
+    pub fn weights(&self, model: &Model, poisson: &Poisson, t: usize, weights: &mut [f64]) {
+        let column = self.column(model, poisson, t, &modal_gradients(model, poisson, t));
+        for (weight, q) in weights.iter_mut().zip(&self.q) {
+            *weight = dot(q, &column);
+        }
+        for i in (0..weights.len()).rev() {
+            let known: f64 = (i + 1..weights.len()).map(|j| self.r[j][i] * weights[j]).sum();
+            weights[i] = (weights[i] - known) / self.r[i][i];
+        }
+    }
+
+    /// N of a triangle in all poses, then, where the shell can move rigidly, which component it belongs to.
+    fn column(&self, model: &Model, poisson: &Poisson, t: usize, gradients: &[Matrix3<f64>]) -> Vec<f64> {
+        let mut column = Vec::with_capacity(9 * POSES + poisson.afloat().len());
+        for q in &self.poses {
+            column.extend(remainder(&combined(gradients, q)).iter());
+        }
+        if model.zero_modes > 0 {
+            let mesh = &model.shell.mesh;
+            let component = mesh.component[mesh.triangles[t][0] as usize] as usize;
+            column.extend((0..poisson.afloat().len()).map(|c| if c == component { RIGID } else { 0.0 }));
+        }
+        column
+    }
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// G of a triangle in each mode.
+pub fn modal_gradients(model: &Model, poisson: &Poisson, t: usize) -> Vec<Matrix3<f64>> {
+    let corners = model.shell.mesh.triangles[t];
+    let of = |k: usize| poisson.faces[t].gradient(corners.map(|v| model.mode_at(k, v as usize).0));
+    (0..model.n_modes()).map(of).collect()
+}
+
+/// Σ q_k G_k.
+pub fn combined(gradients: &[Matrix3<f64>], q: &[f64]) -> Matrix3<f64> {
+    gradients.iter().zip(q).map(|(g, q)| g * *q).sum()
+}
+
+/// Amplitudes of like energy in all modes, zero modes as the softest elastic one, each pose scaled to its rotation.
+fn poses(model: &Model, gradients: &[Vec<Matrix3<f64>>]) -> Vec<Vec<f64>> {
+    let softest = model.eigenvalues.iter().copied().find(|lambda| *lambda > 0.0).unwrap_or(1.0);
+    let mut random = 0x9e37_79b9_7f4a_7c15u64; // xorshift64: the same on every machine
+    let mut next = || {
+        random ^= random << 13;
+        random ^= random >> 7;
+        random ^= random << 17;
+        (random >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+    };
+    let mut pose = |i: usize| -> Vec<f64> {
+        let q: Vec<f64> = model.eigenvalues.iter().map(|lambda| next() / lambda.max(softest).sqrt()).collect();
+        let turn = gradients.iter().map(|g| axial(&combined(g, &q)).norm()).fold(f64::MIN_POSITIVE, f64::max);
+        let scale = REACH * (i + 1) as f64 / POSES as f64 / turn;
+        q.into_iter().map(|q| q * scale).collect()
+    };
+    (0..POSES).map(&mut pose).collect()
+}
