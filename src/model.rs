@@ -363,7 +363,7 @@ pub(crate) fn fingerprint(shell: &Shell, eigenvalues: &[f64], precision: Precisi
     xxh3_64(&bytes)
 }
 
-/// Hash of what else the amplitudes of a reduced shell mean something by: its fields, samples and correction.
+/// Hash of what else the amplitudes of a reduced shell mean something by: its fields, samples and stress fields.
 pub(crate) fn reduced_fingerprint(fingerprint: u64, shell: &Shell, reduced: Option<&ReducedShell>) -> u64 {
     let mut bytes = fingerprint.to_le_bytes().to_vec();
     reduced.iter().for_each(|reduced| reduced.save(shell.mass.len(), &mut bytes));

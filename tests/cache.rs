@@ -384,20 +384,26 @@ fn forged_reduced_shells_are_refused_by_name() {
     let (n, samples) = (reduced.n(), reduced.samples.len());
     let content = bytes.len() - 8 - reduced.saved_size(model.shell.mass.len());
     let (elements, weights) = (content + 16, content + 16 + 4 * samples);
-    let (correction, fields) = (weights + 8 * samples, weights + 8 * samples + 8 * 16);
+    let correction = weights + 8 * samples;
+    let stresses = correction + 8 * 16;
+    let fields = stresses + 8 * reduced.stresses.len();
     let held = model.shell.held.iter().position(|held| *held).unwrap();
     let f = |x: f64| x.to_le_bytes().to_vec();
     let u = |x: u32| x.to_le_bytes().to_vec();
     let cases: Vec<(&str, usize, Vec<u8>, &str)> = vec![
-        ("fewer fields than modes", content, u(3), "3 fields and 4 modes is out of range"),
-        ("too many fields", content, u(129), "129 fields"),
+        ("fewer fields than modes", content, vec![3, 0], "and 4 modes is out of range"),
+        ("too many fields", content, vec![129, 0], "129 fields"),
         ("more samples than bytes", content + 4, u(u32::MAX), "bytes are not those of a reduced shell"),
         ("residual", content + 8, f(-1.0), "not positive"),
         ("no such element", elements + 4 * (samples - 1), u(u32::MAX), "none of its shell's"),
-        ("descending", elements, u(u32::MAX), "do not ascend"),
+        ("descending", elements + 4, u(0), "do not ascend"),
         ("weight", weights, f(0.0), "not positive"),
         ("not symmetric", correction + 8, f(1e9), "not symmetric"),
         ("not a number", correction, f(f64::NAN), "not symmetric"),
+        ("more stresses than bytes", content + 2, vec![127, 0], "bytes are not those of a reduced shell"),
+        ("too many stresses", content + 2, vec![129, 0], "129 stresses"),
+        ("too much stress", stresses + 8, f(2.0), "not normed"),
+        ("stress is no number", stresses, f(f64::NAN), "not normed"),
         ("moves a held vertex", fields + 24 * n * held, f(1.0), "though it is held"),
         ("norm", fields + 24 * n * (model.shell.free[0] as usize), f(1e3), "has the norm"),
     ];

@@ -103,6 +103,31 @@ impl Energy for AreaEnergy {
         }
     }
 
+    fn visit_strains(&self, x: &[Vec3], visit: &mut dyn FnMut(RestRow, f64)) {
+        for ((t, rest), divisor) in self.triangles.iter().zip(&self.rest_area).zip(&self.divisor) {
+            let (area, d_area) = area_and_gradient(&t.map(|v| x[v as usize]));
+            let root = (2.0 * self.k / divisor).sqrt();
+            visit((t, &d_area.map(|d| root * d)), root * (area - rest));
+        }
+    }
+
+    fn visit_stress_hessian(
+        &self,
+        x: &[Vec3],
+        stress: &[f64],
+        curvature: Curvature,
+        visit: &mut dyn FnMut(ElementHessian),
+    ) {
+        for ((t, divisor), stress) in self.triangles.iter().zip(&self.divisor).zip(stress) {
+            let root = (2.0 * self.k / divisor).sqrt();
+            visit((t, &area_curvature(&t.map(|v| x[v as usize]), root * stress, curvature)));
+        }
+    }
+
+    fn n_membrane(&self) -> usize {
+        self.triangles.len()
+    }
+
     fn visit_hessian(&self, x: &[Vec3], curvature: Curvature, visit: &mut dyn FnMut(ElementHessian)) {
         for ((t, rest), divisor) in self.triangles.iter().zip(&self.rest_area).zip(&self.divisor) {
             let corners = t.map(|v| x[v as usize]);

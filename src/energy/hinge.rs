@@ -161,6 +161,37 @@ impl Energy for HingeEnergy {
         }
     }
 
+    fn visit_strains(&self, x: &[Vec3], visit: &mut dyn FnMut(RestRow, f64)) {
+        for ((h, rest), weight) in self.hinges.iter().zip(&self.rest_angle).zip(&self.weight) {
+            let corners = h.map(|v| x[v as usize]);
+            let root = (2.0 * weight).sqrt();
+            let turn = wrapped_difference(dihedral_angle(&corners), *rest);
+            visit((h, &angle_gradient(&corners).map(|d| root * d)), root * turn);
+        }
+    }
+
+    fn visit_stress_hessian(
+        &self,
+        x: &[Vec3],
+        stress: &[f64],
+        curvature: Curvature,
+        visit: &mut dyn FnMut(ElementHessian),
+    ) {
+        for ((h, weight), stress) in self.hinges.iter().zip(&self.weight).zip(stress) {
+            let moment = (2.0 * weight).sqrt() * stress;
+            match curvature {
+                Curvature::Exact => {
+                    visit((h, &angle_curvature(&h.map(|v| x[v as usize])).map(|block| moment * block)));
+                }
+                Curvature::Semidefinite => visit((h, &[Mat3::zeros(); 16])),
+            }
+        }
+    }
+
+    fn n_membrane(&self) -> usize {
+        0
+    }
+
     /// 2w (∇θ∇θᵀ + (θ − θ̄) ∂²θ); the semidefinite one is Gauss–Newton's, without the second part.
     fn visit_hessian(&self, x: &[Vec3], curvature: Curvature, visit: &mut dyn FnMut(ElementHessian)) {
         for ((h, rest), weight) in self.hinges.iter().zip(&self.rest_angle).zip(&self.weight) {

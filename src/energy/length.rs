@@ -73,6 +73,34 @@ impl Energy for LengthEnergy {
         }
     }
 
+    fn visit_strains(&self, x: &[Vec3], visit: &mut dyn FnMut(RestRow, f64)) {
+        for ((e, rest), divisor) in self.edges.iter().zip(&self.rest_length).zip(&self.divisor) {
+            let (length, direction) = length_and_direction(&e.map(|v| x[v as usize]));
+            let root = (2.0 * self.k / divisor).sqrt();
+            visit((e, &[-root * direction, root * direction]), root * (length - rest));
+        }
+    }
+
+    fn visit_stress_hessian(
+        &self,
+        x: &[Vec3],
+        stress: &[f64],
+        curvature: Curvature,
+        visit: &mut dyn FnMut(ElementHessian),
+    ) {
+        for ((e, divisor), stress) in self.edges.iter().zip(&self.divisor).zip(stress) {
+            let (length, direction) = length_and_direction(&e.map(|v| x[v as usize]));
+            let tension = if length > 0.0 { (2.0 * self.k / divisor).sqrt() * stress / length } else { 0.0 };
+            let tension = if curvature == Curvature::Exact { tension } else { tension.max(0.0) };
+            let block = tension * (Mat3::identity() - direction * direction.transpose());
+            visit((e, &[block, -block, -block, block]));
+        }
+    }
+
+    fn n_membrane(&self) -> usize {
+        self.edges.len()
+    }
+
     /// 2k/l̄ (ddᵀ + (1 − l̄/l)(I − ddᵀ)); a compressed edge's second part is negative and left out of the semidefinite one.
     fn visit_hessian(&self, x: &[Vec3], curvature: Curvature, visit: &mut dyn FnMut(ElementHessian)) {
         for ((e, rest), divisor) in self.edges.iter().zip(&self.rest_length).zip(&self.divisor) {

@@ -53,6 +53,22 @@ pub trait Energy: Send + Sync {
     /// Hands ∂²E/∂x² to `visit` element by element, in the order of the rest rows, whose Σ b bᵀ it is at rest.
     fn visit_hessian(&self, x: &[Vec3], curvature: Curvature, visit: &mut dyn FnMut(ElementHessian));
 
+    /// As [`Energy::visit_rows`], with the strain √(2w) s of each element: E = Σ (√(2w) s)²/2.
+    fn visit_strains(&self, x: &[Vec3], visit: &mut dyn FnMut(RestRow, f64));
+
+    /// Hands σ ∂²(√(2w) s)/∂x² of every element, with the stresses σ given, to `visit`, in the order of the rest rows; by
+    /// [`Curvature::Semidefinite`] a positive semidefinite part of it.
+    fn visit_stress_hessian(
+        &self,
+        x: &[Vec3],
+        stress: &[f64],
+        curvature: Curvature,
+        visit: &mut dyn FnMut(ElementHessian),
+    );
+
+    /// How many elements, the first ones, resist stretching. The others resist bending.
+    fn n_membrane(&self) -> usize;
+
     /// Hands ∂E/∂x of every element to `visit`, in the order of the rest rows.
     fn visit_gradients(&self, x: &[Vec3], visit: &mut dyn FnMut(RestRow));
 
@@ -80,6 +96,29 @@ impl Energy for Vec<Box<dyn Energy>> {
 
     fn visit_rows(&self, x: &[Vec3], visit: &mut dyn FnMut(RestRow)) {
         self.iter().for_each(|e| e.visit_rows(x, visit));
+    }
+
+    fn visit_strains(&self, x: &[Vec3], visit: &mut dyn FnMut(RestRow, f64)) {
+        self.iter().for_each(|e| e.visit_strains(x, visit));
+    }
+
+    fn visit_stress_hessian(
+        &self,
+        x: &[Vec3],
+        stress: &[f64],
+        curvature: Curvature,
+        visit: &mut dyn FnMut(ElementHessian),
+    ) {
+        let mut rest = stress;
+        for e in self {
+            let (own, others) = rest.split_at(e.n_elements());
+            rest = others;
+            e.visit_stress_hessian(x, own, curvature, visit);
+        }
+    }
+
+    fn n_membrane(&self) -> usize {
+        self.iter().map(|e| e.n_membrane()).sum()
     }
 
     fn visit_hessian(&self, x: &[Vec3], curvature: Curvature, visit: &mut dyn FnMut(ElementHessian)) {

@@ -1,7 +1,17 @@
 //! The discrete shell's energy in reduced coordinates, E(x̄ + Bq), its gradient Bᵀ∇E and its Hessian BᵀHB, on some of the
 //! elements with nonnegative weights. Only the vertices of those elements are ever placed.
 //!
-//! The rest stiffness of the modes is made exact by ½ qᵀDq on the modes, D the difference of what the samples leave of it.
+//! Fields that hold a bent shape to a thousandth still stretch it a little, and on a thin shell that little costs more than the bend:
+//! the minimum of E on few fields bends far too little (membrane locking). So the membrane's strains ε = √(2w) s (a number an element)
+//! count by their part along a few *stress fields* S (elements × stresses, SᵀS = I) that equilibria of the shell are known to have, as in
+//! mixed methods with assumed stress (Pian 1964):
+//!
+//!   E_membrane = ½ (1 − α) |Sᵀε|² + ½ α |ε|²,
+//!
+//! with a small α against motions that no stress field resists. On samples of weight w, Sᵀε is Σ w S_e ε_e.
+//!
+//! Models saved before samples were weighed by the modes' rest stiffness add ½ qᵀDq on the modes, what their samples left of it; D = 0
+//! since: where the shell is bent far a constant matrix is not what was left out, and if negative it buckles the shell.
 
 use crate::energy::{Curvature, Energy, Mat3};
 use crate::{Shell, Vec3};
@@ -18,6 +28,11 @@ pub struct ReducedEnergy {
     /// Vertices of each element.
     elements: Vec<([u32; 4], usize)>,
     n_blocks: usize,
+    /// How many of them, the first, are the membrane's.
+    membrane: usize,
+    /// √w S at these, a row of `n_stresses` each (a multiple of [`WIDTH`]; none: the plain energy).
+    stresses: Vec<f64>,
+    n_stresses: usize,
     /// Coordinates, and numbers in a row.
     n: usize,
     stride: usize,
@@ -35,6 +50,12 @@ pub struct Scratch {
     q: Vec<f64>,
     sum: Vec<f64>,
     blocks: Vec<Mat3>,
+    /// √w ε of each element and its gradient, σ = ∂E/∂(√w ε), Sᵀε, and its gradient by q (as the rows).
+    strain: Vec<f64>,
+    strain_rows: Vec<[Vec3; 4]>,
+    stress: Vec<f64>,
+    resultants: Vec<f64>,
+    coupling: Vec<f64>,
     /// H B (as the rows).
     product: Vec<f64>,
     square: Vec<f64>,
@@ -42,6 +63,9 @@ pub struct Scratch {
 
 /// Numbers in the widest register; rows are padded to it.
 const WIDTH: usize = 8;
+
+/// α: docs/front.md.
+const LEAST_MEMBRANE: f64 = 0.01;
 
 impl ReducedEnergy {
     /// On the elements with a weight other than 0 (in the order of the shell's rest rows); `fields` are the columns of B.
@@ -64,6 +88,7 @@ impl ReducedEnergy {
             n_blocks += vertices.len() * vertices.len();
             elements.push((own, vertices.len()));
         });
+        let membrane = weights[..shell.energy.n_membrane()].iter().filter(|w| **w != 0.0).count();
         let n = fields.len();
         let stride = n.next_multiple_of(WIDTH);
         let mut rows = vec![0.0; 3 * touched.len() * stride];
@@ -78,6 +103,9 @@ impl ReducedEnergy {
             rows,
             elements,
             n_blocks,
+            membrane,
+            stresses: vec![],
+            n_stresses: 0,
             n,
             stride,
             correction: DMatrix::zeros(0, 0),
@@ -95,6 +123,64 @@ impl ReducedEnergy {
         &self.correction
     }
 
+    /// Sets S, of which `of(e)` is the row of the membrane's element that is e-th among the elements here, of weight `weights[e]`.
+    pub fn assume<'a>(&mut self, weights: &[f64], of: impl Fn(usize) -> &'a [f64]) {
+        self.n_stresses = if self.membrane == 0 { 0 } else { of(0).len().next_multiple_of(WIDTH) };
+        self.stresses = vec![0.0; self.membrane * self.n_stresses];
+        for (e, row) in self.stresses.chunks_exact_mut(self.n_stresses.max(1)).enumerate() {
+            row.iter_mut().zip(of(e)).for_each(|(out, s)| *out = weights[e].sqrt() * s);
+        }
+    }
+
+    /// Elements of the membrane.
+    pub fn n_membrane(&self) -> usize {
+        self.membrane
+    }
+
+    /// Stress fields, and zeros up to a multiple of the widest register's numbers.
+    pub fn n_stresses(&self) -> usize {
+        self.n_stresses
+    }
+
+    /// α, or 1 without stress fields.
+    fn own_share(&self) -> f64 {
+        if self.n_stresses == 0 { 1.0 } else { LEAST_MEMBRANE }
+    }
+
+    /// √w S at an element of the membrane.
+    pub fn stress_row(&self, e: usize) -> &[f64] {
+        &self.stresses[e * self.n_stresses..(e + 1) * self.n_stresses]
+    }
+
+    /// Strains, their gradients, Sᵀε and σ at the shape in the scratch; returns E without D.
+    fn measure(&self, scratch: &mut Scratch) -> f64 {
+        let Scratch { x, strain, strain_rows, stress, resultants, .. } = scratch;
+        let mut e = 0;
+        self.energy.visit_strains(x, &mut |(_, row), value| {
+            strain_rows[e][..row.len()].copy_from_slice(row);
+            strain[e] = value;
+            e += 1;
+        });
+        self.resist(strain, stress, resultants)
+    }
+
+    /// σ and Sᵀε of strains; returns their energy.
+    fn resist(&self, strain: &[f64], stress: &mut [f64], resultants: &mut [f64]) -> f64 {
+        let own = self.own_share();
+        resultants.fill(0.0);
+        for e in 0..if self.n_stresses > 0 { self.membrane } else { 0 } {
+            resultants.iter_mut().zip(self.stress_row(e)).for_each(|(c, s)| *c += s * strain[e]);
+        }
+        for (e, (stress, strain)) in stress.iter_mut().zip(strain).enumerate() {
+            *stress = *strain;
+            if e < self.membrane && self.n_stresses > 0 {
+                let along: f64 = resultants.iter().zip(self.stress_row(e)).map(|(c, s)| c * s).sum();
+                *stress = own * strain + (1.0 - own) * along;
+            }
+        }
+        0.5 * strain.iter().zip(&*stress).map(|(strain, stress)| strain * stress).sum::<f64>()
+    }
+
     /// Coordinates.
     pub fn n(&self) -> usize {
         self.n
@@ -107,7 +193,7 @@ impl ReducedEnergy {
 
     /// Bytes held.
     pub fn bytes(&self) -> usize {
-        8 * self.rows.len() + size_of::<Vec3>() * self.rest.len() + 150 * self.elements.len()
+        8 * (self.rows.len() + self.stresses.len()) + size_of::<Vec3>() * self.rest.len() + 150 * self.elements.len()
     }
 
     /// Room for one evaluation at a time.
@@ -119,6 +205,11 @@ impl ReducedEnergy {
             q: vec![0.0; self.stride],
             sum: vec![0.0; self.stride],
             blocks: vec![Mat3::zeros(); self.n_blocks],
+            strain: vec![0.0; self.elements.len()],
+            strain_rows: vec![[Vec3::zeros(); 4]; self.elements.len()],
+            stress: vec![0.0; self.elements.len()],
+            resultants: vec![0.0; self.n_stresses],
+            coupling: vec![0.0; self.n_stresses * self.stride],
             product: vec![0.0; self.rows.len()],
             square: vec![0.0; self.stride * self.stride],
         }
@@ -133,7 +224,7 @@ impl ReducedEnergy {
     /// E(x̄ + Bq).
     pub fn value(&self, q: &[f64], scratch: &mut Scratch) -> f64 {
         self.place(q, scratch);
-        self.energy.value(&scratch.x) + 0.5 * self.corrected(q, |k, d| q[k] * d)
+        self.measure(scratch) + 0.5 * self.corrected(q, |k, d| q[k] * d)
     }
 
     /// Σ f(k, (Dq)_k).
@@ -145,9 +236,12 @@ impl ReducedEnergy {
     /// Bᵀ∇E at x̄ + Bq.
     pub fn gradient(&self, q: &[f64], scratch: &mut Scratch, out: &mut [f64]) {
         self.place(q, scratch);
-        let Scratch { x, gradient, sum, .. } = scratch;
+        self.measure(scratch);
+        let Scratch { gradient, strain_rows, stress, sum, .. } = scratch;
         gradient.fill(Vec3::zeros());
-        self.energy.add_gradient(x, gradient);
+        for (((vertices, k), row), stress) in self.elements.iter().zip(&*strain_rows).zip(&*stress) {
+            vertices[..*k].iter().zip(row).for_each(|(&v, row)| gradient[v as usize] += *stress * row);
+        }
         sum.fill(0.0);
         self.arch.dispatch(|| project(&self.rows, gradient, sum));
         out.copy_from_slice(&sum[..self.n]);
@@ -160,11 +254,18 @@ impl ReducedEnergy {
     /// BᵀHB at x̄ + Bq (n × n, both triangles).
     pub fn hessian(&self, q: &[f64], curvature: Curvature, scratch: &mut Scratch, out: &mut DMatrix<f64>) {
         self.place(q, scratch);
-        let Scratch { x, blocks, product, square, .. } = scratch;
-        let mut at = 0;
-        self.energy.visit_hessian(x, curvature, &mut |(_, element)| {
-            blocks[at..at + element.len()].copy_from_slice(element);
+        self.measure(scratch);
+        let Scratch { x, blocks, strain_rows, stress, product, square, sum, coupling, .. } = scratch;
+        let (mut at, mut e) = (0, 0);
+        let own = self.own_share();
+        self.energy.visit_stress_hessian(x, stress, curvature, &mut |(vertices, element)| {
+            let (k, row) = (vertices.len(), &strain_rows[e]);
+            let share = if e < self.membrane { own } else { 1.0 };
+            for (ij, block) in element.iter().enumerate() {
+                blocks[at + ij] = block + share * row[ij / k] * row[ij % k].transpose();
+            }
             at += element.len();
+            e += 1;
         });
         product.fill(0.0);
         square.fill(0.0);
@@ -180,6 +281,7 @@ impl ReducedEnergy {
                 }
             }
             square_up(&self.rows, product, self.stride, square);
+            self.add_coupling(strain_rows, sum, coupling, square);
         });
         self.unpack(square, out);
         let m = self.correction.nrows();
@@ -189,14 +291,38 @@ impl ReducedEnergy {
     /// Bᵀ(Σ b bᵀ)B with the rows √(2w) ∇s at x̄ + Bq: the viscosity of [`crate::reference`].
     pub fn viscosity(&self, q: &[f64], scratch: &mut Scratch, out: &mut DMatrix<f64>) {
         self.place(q, scratch);
-        let Scratch { x, sum, square, .. } = scratch;
+        self.measure(scratch);
+        let Scratch { strain_rows, sum, square, coupling, .. } = scratch;
         square.fill(0.0);
-        let mut elements = self.elements.iter();
-        self.energy.visit_rows(x, &mut |(_, row)| {
-            let Some((vertices, _)) = elements.next() else { return };
-            self.arch.dispatch(|| add_square(&self.rows, self.stride, vertices, row, sum, square));
+        let own = self.own_share();
+        self.arch.dispatch(|| {
+            for (e, ((vertices, k), row)) in self.elements.iter().zip(&*strain_rows).enumerate() {
+                let share = if e < self.membrane { own } else { 1.0 };
+                add_square(&self.rows, self.stride, share, (vertices, &row[..*k]), sum, square);
+            }
+            self.add_coupling(strain_rows, sum, coupling, square);
         });
         self.unpack(square, out);
+    }
+
+    /// square += (1 − α) CᵀC, with C = ∂(Sᵀε)/∂q.
+    #[inline(always)]
+    fn add_coupling(&self, strain_rows: &[[Vec3; 4]], sum: &mut [f64], coupling: &mut [f64], square: &mut [f64]) {
+        if self.n_stresses == 0 {
+            return;
+        }
+        coupling.fill(0.0);
+        for (e, ((vertices, k), row)) in self.elements[..self.membrane].iter().zip(strain_rows).enumerate() {
+            project_row(&self.rows, self.stride, (vertices, &row[..*k]), sum);
+            for (out, s) in coupling.chunks_exact_mut(self.stride).zip(self.stress_row(e)) {
+                out.iter_mut().zip(&*sum).for_each(|(out, b)| *out += s * b);
+            }
+        }
+        let root = (1.0 - self.own_share()).sqrt();
+        coupling.iter_mut().for_each(|c| *c *= root);
+        for rows in coupling.chunks_exact(WIDTH * self.stride) {
+            add_products::<WIDTH>(rows, rows, self.stride, square);
+        }
     }
 
     /// Both triangles from the lower one.
@@ -227,19 +353,23 @@ impl ReducedEnergy {
         });
     }
 
-    /// Hands Bᵀ∇E of each element at x̄ + Bq to `visit`, in order.
-    pub fn visit_forces(&self, q: &[f64], scratch: &mut Scratch, mut visit: impl FnMut(usize, &[f64])) {
+    /// Hands Bᵀ∇E of each element at x̄ + Bq and its strain to `visit`, in order.
+    pub fn visit_forces(&self, q: &[f64], scratch: &mut Scratch, mut visit: impl FnMut(usize, &[f64], f64)) {
         self.place(q, scratch);
-        let Scratch { x, sum, .. } = scratch;
-        let mut e = 0;
-        self.energy.visit_gradients(x, &mut |(_, gradient)| {
-            sum.fill(0.0);
-            for (&v, g) in self.elements[e].0.iter().zip(gradient) {
-                project(&self.rows[3 * v as usize * self.stride..][..3 * self.stride], std::slice::from_ref(g), sum);
-            }
-            visit(e, &sum[..self.n]);
-            e += 1;
-        });
+        self.measure(scratch);
+        let Scratch { strain, strain_rows, stress, sum, .. } = scratch;
+        for (e, ((vertices, k), row)) in self.elements.iter().zip(&*strain_rows).enumerate() {
+            project_row(&self.rows, self.stride, (vertices, &row[..*k]), sum);
+            sum.iter_mut().for_each(|sum| *sum *= stress[e]);
+            visit(e, &sum[..self.n], strain[e]);
+        }
+    }
+
+    /// σ of each element for strains that are given.
+    pub fn stress_of(&self, strain: &[f64]) -> Vec<f64> {
+        let (mut stress, mut resultants) = (vec![0.0; strain.len()], vec![0.0; self.n_stresses]);
+        self.resist(strain, &mut stress, &mut resultants);
+        stress
     }
 }
 
@@ -329,15 +459,28 @@ fn add_products<const N: usize>(b: &[f64], p: &[f64], stride: usize, square: &mu
     }
 }
 
-/// square += (Bᵀb)(Bᵀb)ᵀ, lower triangle, for one element's row b.
+/// sum = Bᵀb for one element's row b.
 #[inline(always)]
-fn add_square(rows: &[f64], stride: usize, vertices: &[u32; 4], row: &[Vec3], sum: &mut [f64], square: &mut [f64]) {
+fn project_row(rows: &[f64], stride: usize, (vertices, row): (&[u32; 4], &[Vec3]), sum: &mut [f64]) {
     sum.fill(0.0);
     for (&v, g) in vertices.iter().zip(row) {
         project(&rows[3 * v as usize * stride..][..3 * stride], std::slice::from_ref(g), sum);
     }
+}
+
+/// square += share (Bᵀb)(Bᵀb)ᵀ, lower triangle, for one element's row b.
+#[inline(always)]
+fn add_square(
+    rows: &[f64],
+    stride: usize,
+    share: f64,
+    element: (&[u32; 4], &[Vec3]),
+    sum: &mut [f64],
+    square: &mut [f64],
+) {
+    project_row(rows, stride, element, sum);
     for (i, out) in square.chunks_exact_mut(stride).enumerate() {
-        let scale = sum[i];
+        let scale = share * sum[i];
         out[..=i].iter_mut().zip(&*sum).for_each(|(out, s)| *out += scale * s);
     }
 }

@@ -16,6 +16,7 @@ mod fields;
 mod newton;
 pub mod sampling;
 mod saved;
+mod stress;
 
 pub use energy::{ReducedEnergy, Scratch};
 pub use fields::{Fields, MAX_FIELDS};
@@ -77,6 +78,8 @@ pub struct ReducedShell {
     pub energy: ReducedEnergy,
     /// Weights of the sampled elements, by their number among the rest rows.
     pub samples: Vec<(u32, f64)>,
+    /// S at the samples of the membrane (stresses × these).
+    pub stresses: DMatrix<f64>,
     /// Σ m b: the force of a uniform acceleration, a number a field.
     weight: [Vec<f64>; 3],
     /// P_ab, b by a.
@@ -117,26 +120,35 @@ impl ReducedShell {
         report(progress, 0.0)?;
         let scene = Scene::new(shell, modes, options);
         let mut candidates = scene.weighted_derivatives(shell, modes)?;
-        candidates.extend(scene.train(shell, options.poses, &mut |share| report(progress, 0.1 + 0.4 * share))?);
+        let trained = scene.train(shell, options.poses, &mut |share| report(progress, 0.1 + 0.4 * share))?;
+        let bent = scene.bent(modes);
+        let stresses = stress::fields(shell, &bent, &candidates, &trained, modes.shapes.len() + options.fields)?;
+        let stresses = DMatrix::from_fn(stresses.ncols(), stresses.nrows(), |k, e| stresses[(e, k)]);
+        candidates.extend(trained);
         let mut basis = basis::columns(shell, &modes.shapes);
         basis::extend(&mut basis, basis::columns(shell, &candidates), options.fields)?;
         let fields = stored(shell, &basis, precision)?;
         let columns = unpacked(shell, &fields);
-        let all = ReducedEnergy::new(shell, &columns, &vec![1.0; shell.energy.n_elements()]);
-        let stiffness = rest_stiffness(&all, shell);
+        let whole = vec![1.0; shell.energy.n_elements()];
+        let mut all = ReducedEnergy::new(shell, &columns, &whole);
+        all.assume(&whole, |e| row(&stresses, e));
+        let mut stiffness = DMatrix::zeros(all.n(), all.n());
+        all.hessian(&vec![0.0; all.n()], Curvature::Exact, &mut all.scratch(), &mut stiffness);
         report(progress, 0.6)?;
         let (weights, residual) = if options.elements >= all.n_elements() {
             (vec![1.0; all.n_elements()], 0.0)
         } else {
             let count = if options.elements > 0 { options.elements } else { MOST_ELEMENTS * columns.len() };
             let tolerance = if options.elements > 0 { 0.0 } else { TOLERANCE };
-            let poses = scene.poses(shell, &all, &columns, &mut |share| report(progress, 0.6 + 0.1 * share))?;
+            let poses = scene.poses(shell, &stresses, &columns, &mut |share| report(progress, 0.6 + 0.1 * share))?;
             let mut watch = |share| report(progress, 0.7 + 0.2 * share);
-            sampling::sample(shell, &all, &stiffness, (&poses, count, tolerance), &mut watch)?
+            sampling::sample(shell, &all, (&stiffness, modes.shapes.len()), (&poses, count, tolerance), &mut watch)?
         };
-        let samples = (0u32..).zip(weights).filter(|(_, w)| *w > 0.0).collect();
-        let mut reduced = Self::assemble(shell, fields, samples, DMatrix::zeros(0, 0))?;
-        reduced.energy.correct(rest_correction(&reduced.energy, &modes.eigenvalues));
+        let samples: Vec<(u32, f64)> = (0u32..).zip(weights).filter(|(_, w)| *w > 0.0).collect();
+        let sampled: Vec<usize> = samples.iter().map(|s| s.0 as usize).filter(|e| *e < stresses.ncols()).collect();
+        let stresses = stresses.select_columns(&sampled);
+        let m = modes.shapes.len();
+        let mut reduced = Self::assemble(shell, fields, samples, stresses, DMatrix::zeros(m, m))?;
         reduced.fit = residual;
         report(progress, 1.0)?;
         Ok(reduced)
@@ -147,6 +159,7 @@ impl ReducedShell {
         shell: &Shell,
         fields: AnyFields,
         samples: Vec<(u32, f64)>,
+        stresses: DMatrix<f64>,
         correction: DMatrix<f64>,
     ) -> Result<Self> {
         let proof = Proof::of(Feature::ReducedShell)?;
@@ -154,6 +167,10 @@ impl ReducedShell {
         let mut weights = vec![0.0; shell.energy.n_elements()];
         samples.iter().for_each(|&(e, w)| weights[e as usize] = w);
         let mut energy = ReducedEnergy::new(shell, &columns, &weights);
+        let sampled: Vec<f64> = samples.iter().map(|s| s.1).collect();
+        if stresses.nrows() > 0 {
+            energy.assume(&sampled, |e| row(&stresses, e));
+        }
         energy.correct(correction);
         let n = columns.len();
         let (mass, rest) = (&shell.mass, &shell.mesh.positions);
@@ -170,7 +187,7 @@ impl ReducedShell {
                 DMatrix::from_fn(n, n, |i, j| product[(i, j)])
             })
         });
-        Ok(Self { fields, energy, samples, weight, moment, inertia, fit: 0.0, _proof: proof })
+        Ok(Self { fields, energy, samples, stresses, weight, moment, inertia, fit: 0.0, _proof: proof })
     }
 
     /// Modes and further fields.
@@ -235,29 +252,10 @@ fn unpacked(shell: &Shell, fields: &AnyFields) -> Vec<Vec<Vec3>> {
     with_fields!(fields, fields => (0..fields.n).map(|k| (0..n).map(|v| fields.at(k, v)).collect()).collect())
 }
 
-/// BᵀKB.
-fn rest_stiffness(all: &ReducedEnergy, shell: &Shell) -> DMatrix<f64> {
-    let mut k = DMatrix::zeros(all.n(), all.n());
-    all.visit_rest_rows(shell, |_, row| {
-        for (j, b) in row.iter().enumerate() {
-            k.column_mut(j).iter_mut().zip(row).for_each(|(k, a)| *k += a * b);
-        }
-    });
-    k
-}
-
-/// D: Λ less the stiffness that the samples show the modes when the other fields follow.
-fn rest_correction(energy: &ReducedEnergy, eigenvalues: &[f64]) -> DMatrix<f64> {
-    let (n, m) = (energy.n(), eigenvalues.len());
-    let mut k = DMatrix::zeros(n, n);
-    energy.hessian(&vec![0.0; n], Curvature::Exact, &mut energy.scratch(), &mut k);
-    let exact = DMatrix::from_diagonal(&nalgebra::DVector::from_column_slice(eigenvalues));
-    let own = k.view((0, 0), (m, m)).into_owned();
-    let across = k.view((m, 0), (n - m, m)).into_owned();
-    let follow = nalgebra::Cholesky::new(k.view((m, m), (n - m, n - m)).into_owned());
-    let shown = follow.map_or_else(|| own.clone(), |follow| &own - across.transpose() * follow.solve(&across));
-    let correction = exact - shown;
-    0.5 * (&correction + correction.transpose())
+/// Of S, the row of an element.
+fn row(stresses: &DMatrix<f64>, element: usize) -> &[f64] {
+    let t = stresses.nrows();
+    &stresses.as_slice()[element * t..(element + 1) * t]
 }
 
 /// The loads that fields and samples are chosen for.
@@ -302,6 +300,14 @@ impl Scene {
             field.iter_mut().for_each(|u| *u *= weight);
         }
         Ok(derivatives)
+    }
+
+    /// The modes at the amplitudes q_i.
+    fn bent(&self, modes: &Modes) -> Vec<Vec<Vec3>> {
+        let l = &modes.eigenvalues;
+        let scaled =
+            |(shape, lambda): (&Vec<Vec3>, &f64)| shape.iter().map(|u| u * (self.amplitude * l[0] / lambda)).collect();
+        modes.shapes.iter().zip(l).map(scaled).collect()
     }
 
     /// Loads, the most telling first: gravity along ± the axes, pressure, pulls at points; all at full and at half strength.
@@ -356,15 +362,17 @@ impl Scene {
     fn poses(
         &self,
         shell: &Shell,
-        all: &ReducedEnergy,
+        stresses: &DMatrix<f64>,
         columns: &[Vec<Vec3>],
         watch: &mut dyn FnMut(f64) -> Result<()>,
     ) -> Result<Vec<Vec<f64>>> {
         // Of a large mesh an even choice of elements will do here: the poses need not be exact.
-        let every = all.n_elements().div_ceil(POSE_ELEMENTS);
-        let weights: Vec<f64> =
-            (0..all.n_elements()).map(|e| if e % every == 0 { every as f64 } else { 0.0 }).collect();
-        let all = &ReducedEnergy::new(shell, columns, &weights);
+        let n_elements = shell.energy.n_elements();
+        let every = n_elements.div_ceil(POSE_ELEMENTS);
+        let weights: Vec<f64> = (0..n_elements).map(|e| if e % every == 0 { every as f64 } else { 0.0 }).collect();
+        let mut all = ReducedEnergy::new(shell, columns, &weights);
+        all.assume(&vec![every as f64; all.n_elements()], |e| row(stresses, e * every));
+        let all = &all;
         let loads = self.loads(shell);
         let full_strength = loads.len() / 2;
         let mut newton = Newton::new(all);

@@ -2,8 +2,10 @@
 //! forces, after Farhat et al. 2014 (energy-conserving sampling and weighting). Weights of one sign keep the reduced energy an energy.
 //!
 //! With the reduced rest stiffness K = LLᵀ and poses q_s, the columns of the system are the elements' whitened forces L⁻¹ Bᵀ∇E_e(q_s),
-//! each pose scaled to a total of 1, and, for the rest stiffness, L⁻¹ K_e L⁻ᵀ ξ for a few fixed random vectors ξ; the right-hand side is
-//! the sum over all elements.
+//! each pose scaled to a total of 1, and, for the rest stiffness, L⁻¹ K_e L⁻ᵀ ξ for a few fixed random vectors ξ, and L⁻¹ K_e e_k/√λ_k for
+//! each mode; the right-hand side is the sum over all elements. Likewise the parts S_e ε_e of the strains along the stress fields, which the
+//! samples' forces follow from. Modes count more than the rest. What the samples still leave of their stiffness stays left out: a
+//! constant matrix that makes up for it at rest is wrong where the shell is bent far, and if negative buckles it.
 
 use super::energy::ReducedEnergy;
 use crate::{Error, ErrorKind, Result, Shell, Vec3};
@@ -16,6 +18,8 @@ use std::cmp::Ordering;
 const CANDIDATES: usize = 6000;
 /// Random vectors that the rest stiffness is tried on.
 const PROBES: usize = 12;
+/// How much more a mode's rest stiffness counts than a pose.
+const MODE: f64 = 5.0;
 /// Elements whose forces are smaller than this part of the mean are left out: those of elements that are held all around are rounding,
 /// which a weight makes into noise that no search gets through.
 const LEAST_FORCE: f64 = 1e-3;
@@ -23,19 +27,18 @@ const LEAST_FORCE: f64 = 1e-3;
 const BATCH: f64 = 0.03;
 
 /// Weights of all elements (in the order of the rest rows), at most `wanted` of them not 0, that reproduce the forces of `all` at
-/// `poses` and its rest stiffness as well as can be, or to `tolerance`; and what they leave of these, relative.
+/// `poses` and its rest stiffness as well as can be, or to `tolerance`; and what they leave of these, relative. `stiffness` is that at
+/// rest; the first `modes` fields are modes.
 pub fn sample(
     shell: &Shell,
     all: &ReducedEnergy,
-    stiffness: &DMatrix<f64>,
+    (stiffness, modes): (&DMatrix<f64>, usize),
     (poses, wanted, tolerance): (&[Vec<f64>], usize, f64),
     watch: &mut dyn FnMut(f64) -> Result<()>,
 ) -> Result<(Vec<f64>, f64)> {
     let n_elements = all.n_elements();
-    let n = all.n();
     let singular = || Error::new(ErrorKind::Numerical, "the reduced rest stiffness is not positive definite");
-    let factor = Cholesky::new(stiffness.clone()).ok_or_else(singular)?;
-    let lower = factor.l();
+    let lower = Cholesky::new(stiffness.clone()).ok_or_else(singular)?.l();
     let picked: Vec<usize> = if n_elements <= CANDIDATES {
         (0..n_elements).collect()
     } else {
@@ -43,45 +46,111 @@ pub fn sample(
     };
     let mut column = vec![usize::MAX; n_elements];
     picked.iter().enumerate().for_each(|(c, &e)| column[e] = c);
-    let rows = n * (poses.len() + PROBES);
-    let mut a = Mat::<f64>::zeros(rows, picked.len());
-    let mut b = DVector::<f64>::zeros(rows);
-    let mut scratch = all.scratch();
-    let mut first = 0;
-    for pose in poses {
-        let mut sum = DVector::<f64>::zeros(n);
-        all.visit_forces(pose, &mut scratch, |e, force| {
-            sum.iter_mut().zip(force).for_each(|(s, f)| *s += f);
-            if column[e] != usize::MAX {
-                let white = lower.solve_lower_triangular(&DVector::from_column_slice(force)).unwrap_or_default();
-                (0..n).for_each(|k| a[(first + k, column[e])] = white[k]);
-            }
-        });
-        let white = lower.solve_lower_triangular(&sum).unwrap_or_default();
-        let scale = 1.0 / white.norm().max(f64::MIN_POSITIVE);
-        (0..n).for_each(|k| b[first + k] = scale * white[k]);
-        (0..picked.len()).for_each(|c| (0..n).for_each(|k| a[(first + k, c)] *= scale));
-        first += n;
-    }
-    let mut random = Random(1);
-    let probes: Vec<DVector<f64>> = (0..PROBES).map(|_| DVector::from_fn(n, |_, _| random.next())).collect();
-    let scale = (1.0 / n as f64).sqrt();
-    all.visit_rest_rows(shell, |e, row| {
-        let white = lower.solve_lower_triangular(&DVector::from_column_slice(row)).unwrap_or_default();
-        for (p, probe) in probes.iter().enumerate() {
-            let along = scale * white.dot(probe);
-            for k in 0..n {
-                b[first + p * n + k] += along * white[k];
-                if column[e] != usize::MAX {
-                    a[(first + p * n + k, column[e])] = along * white[k];
-                }
-            }
-        }
-    });
-    let (solution, residual) = nonnegative(&a, &b, (wanted, tolerance), watch)?;
+    let rows = (all.n() + all.n_stresses()) * (poses.len() + PROBES + modes);
+    let (a, b) = (Mat::zeros(rows, picked.len()), DVector::zeros(rows));
+    let mut system = System { all, lower, column, a, b };
+    poses.iter().enumerate().for_each(|(k, pose)| system.add_pose(k, pose));
+    system.add_probes(shell, stiffness, poses.len(), modes);
+    // Every pose, random vector and mode alike.
+    let heavy = system.block() * (poses.len() + PROBES);
+    let left = |residual: &DVector<f64>| {
+        let (own, modes) = (residual.rows(0, heavy), residual.rows(heavy, rows - heavy));
+        (own.norm_squared() + modes.norm_squared() / (MODE * MODE)).sqrt()
+    };
+    let whole = left(&system.b).max(f64::MIN_POSITIVE);
+    let (solution, residual) = nonnegative(&system.a, &system.b, wanted, |residual, share| {
+        watch(share)?;
+        Ok(left(residual) <= tolerance * whole)
+    })?;
     let mut weights = vec![0.0; n_elements];
     picked.iter().zip(&solution).for_each(|(&e, w)| weights[e] = *w);
-    Ok((weights, residual))
+    Ok((weights, left(&residual) / whole))
+}
+
+/// Ax = b, whose rows are in blocks of L⁻¹ forces and then strains along the stress fields.
+struct System<'a> {
+    all: &'a ReducedEnergy,
+    lower: DMatrix<f64>,
+    /// Of each element in A, if any.
+    column: Vec<usize>,
+    a: Mat<f64>,
+    b: DVector<f64>,
+}
+
+impl System<'_> {
+    fn block(&self) -> usize {
+        self.all.n() + self.all.n_stresses()
+    }
+
+    /// Puts numbers of element `e` in A from `row` on.
+    fn put(&mut self, row: usize, e: usize, numbers: impl Iterator<Item = f64>) {
+        let column = self.column[e];
+        if column != usize::MAX {
+            numbers.enumerate().for_each(|(k, x)| self.a[(row + k, column)] = x);
+        }
+    }
+
+    /// Adds S_e ε_e from `row` on.
+    fn add_along(&mut self, row: usize, e: usize, strain: f64) {
+        let all = self.all;
+        if e < all.n_membrane() {
+            all.stress_row(e).iter().enumerate().for_each(|(k, s)| self.b[row + k] += s * strain);
+            self.put(row, e, all.stress_row(e).iter().map(|s| s * strain));
+        }
+    }
+
+    /// Fills the `k`-th block with the forces at a pose, scaled to a total of 1.
+    fn add_pose(&mut self, k: usize, pose: &[f64]) {
+        let (all, n, block) = (self.all, self.all.n(), self.block());
+        let first = k * block;
+        let mut sum = DVector::<f64>::zeros(n);
+        all.visit_forces(pose, &mut all.scratch(), |e, force, strain| {
+            sum.iter_mut().zip(force).for_each(|(s, f)| *s += f);
+            self.add_along(first + n, e, strain);
+            if self.column[e] != usize::MAX {
+                let force = DVector::from_column_slice(force);
+                let white = self.lower.solve_lower_triangular(&force).unwrap_or_default();
+                self.put(first, e, white.iter().copied());
+            }
+        });
+        let white = self.lower.solve_lower_triangular(&sum).unwrap_or_default();
+        let scale = 1.0 / white.norm().max(f64::MIN_POSITIVE);
+        self.b.rows_mut(first, n).copy_from(&white);
+        self.b.rows_mut(first, block).scale_mut(scale);
+        for c in 0..self.a.ncols() {
+            (first..first + block).for_each(|row| self.a[(row, c)] *= scale);
+        }
+    }
+
+    /// Fills the blocks from the `first` on with the forces of rest stiffness on random vectors and on modes.
+    fn add_probes(&mut self, shell: &Shell, stiffness: &DMatrix<f64>, first: usize, modes: usize) {
+        let (all, n, block) = (self.all, self.all.n(), self.block());
+        let mut random = Random(1);
+        let scale = (1.0 / n as f64).sqrt();
+        let mut probes: Vec<DVector<f64>> = (0..PROBES)
+            .map(|_| DVector::from_fn(n, |_, _| scale * random.next()))
+            .map(|probe| self.lower.tr_solve_lower_triangular(&probe).unwrap_or_default())
+            .collect();
+        probes.extend((0..modes).map(|k| {
+            let amplitude = MODE / stiffness[(k, k)].sqrt();
+            DVector::from_fn(n, |i, _| if i == k { amplitude } else { 0.0 })
+        }));
+        let mut strains = vec![vec![0.0; all.n_elements()]; probes.len()];
+        all.visit_rest_rows(shell, |e, row| {
+            let row = DVector::from_column_slice(row);
+            strains.iter_mut().zip(&probes).for_each(|(strain, probe)| strain[e] = row.dot(probe));
+        });
+        let stresses: Vec<Vec<f64>> = strains.iter().map(|strain| all.stress_of(strain)).collect();
+        all.visit_rest_rows(shell, |e, row| {
+            let white = self.lower.solve_lower_triangular(&DVector::from_column_slice(row)).unwrap_or_default();
+            for (p, (stress, strain)) in stresses.iter().zip(&strains).enumerate() {
+                let row = (first + p) * block;
+                (0..n).for_each(|k| self.b[row + k] += stress[e] * white[k]);
+                self.put(row, e, white.iter().map(|white| stress[e] * white));
+                self.add_along(row + n, e, strain[e]);
+            }
+        });
+    }
 }
 
 /// Reproducible numbers in (−1, 1).
@@ -94,13 +163,14 @@ impl Random {
     }
 }
 
-/// min |Ax − b| over x ≥ 0 with at most `wanted` nonzero entries; the residual is relative to |b|.
+/// min |Ax − b| over x ≥ 0 with at most `wanted` nonzero entries, or until `suffices` of the residual b − Ax and the share of the work
+/// done; returns x and the residual.
 fn nonnegative(
     a: &Mat<f64>,
     b: &DVector<f64>,
-    (wanted, tolerance): (usize, f64),
-    watch: &mut dyn FnMut(f64) -> Result<()>,
-) -> Result<(Vec<f64>, f64)> {
+    wanted: usize,
+    mut suffices: impl FnMut(&DVector<f64>, f64) -> Result<bool>,
+) -> Result<(Vec<f64>, DVector<f64>)> {
     let (rows, n) = (a.nrows(), a.ncols());
     let dot = |i: usize, j: usize| dot(slice(a, i), slice(a, j));
     let norms: Vec<f64> = (0..n).map(|j| dot(j, j).sqrt()).collect();
@@ -112,10 +182,9 @@ fn nonnegative(
     let mut barred: Vec<bool> = norms.iter().map(|norm| *norm <= least).collect();
     let mut residual = b.clone();
     let batch = ((BATCH * wanted as f64) as usize).max(1);
-    while residual.norm() > tolerance * b.norm() && active.len() < wanted {
-        watch(active.len() as f64 / wanted as f64)?;
+    while !suffices(&residual, active.len() as f64 / wanted as f64)? && active.len() < wanted {
         let mut gains: Vec<(f64, usize)> = (0..n)
-            .filter(|&j| x[j] == 0.0 && !barred[j] && norms[j] > 0.0)
+            .filter(|&j| x[j] == 0.0 && !barred[j])
             .map(|j| (self::dot(slice(a, j), residual.as_slice()) / norms[j], j))
             .filter(|(gain, _)| *gain > 1e-12 * b.norm())
             .collect();
@@ -166,7 +235,7 @@ fn nonnegative(
             gains.iter().for_each(|&(_, j)| barred[j] = true); // thrown out as soon as taken in
         }
     }
-    Ok((x, residual.norm() / b.norm().max(f64::MIN_POSITIVE)))
+    Ok((x, residual))
 }
 
 /// Eight sums at a time.

@@ -1,12 +1,15 @@
-//! The section "REDU" of a saved model ([`crate::cache`]): f fields and s sampled elements of a shell of n vertices and m modes.
+//! The section "REDU" of a saved model ([`crate::cache`]): f fields and s sampled elements, p of them of the membrane, of a shell of n
+//! vertices and m modes, with t stress fields.
 //!
 //! | what | type |
 //! |---|---|
-//! | f, the modes included; s | 2 × u32 |
+//! | f, the modes included; t | 2 × u16 |
+//! | s | u32 |
 //! | what the samples leave of the forces | f64 |
 //! | sampled elements, ascending by rest row | s × u32 |
 //! | their weights | s × f64 |
 //! | D, by column | m² × f64 |
+//! | S at the membrane's samples, by sample | pt × f64 |
 //! | B√M by vertex, then field | 3nf × f64, or f32 unless the basis is of f64 |
 
 use super::{AnyFields, Fields, MAX_FIELDS, ReducedShell, with_fields};
@@ -24,11 +27,11 @@ fn invalid<T>(message: impl Into<String>) -> Result<T> {
     Err(Error::new(ErrorKind::InvalidData, message))
 }
 
-/// Bytes of a section.
-fn size([vertices, modes, fields, samples]: [usize; 4], precision: Precision) -> u128 {
-    let [n, m, f, s] = [vertices, modes, fields, samples].map(|count| count as u128);
+/// Bytes of a section whose membrane's samples have `stresses` numbers.
+fn size([vertices, modes, fields, samples, stresses]: [usize; 5], precision: Precision) -> u128 {
+    let [n, m, f, s, stresses] = [vertices, modes, fields, samples, stresses].map(|count| count as u128);
     let number = if precision == Precision::F64 { 8 } else { 4 };
-    FRONT as u128 + 12 * s + 8 * m * m + 3 * n * f * number
+    FRONT as u128 + 12 * s + 8 * m * m + 8 * stresses + 3 * n * f * number
 }
 
 impl ReducedShell {
@@ -38,16 +41,18 @@ impl ReducedShell {
             AnyFields::F32(_) => Precision::F32,
             AnyFields::F64(_) => Precision::F64,
         };
-        size([n_vertices, self.energy.correction().nrows(), self.n(), self.samples.len()], precision) as usize
+        let modes = self.energy.correction().nrows();
+        size([n_vertices, modes, self.n(), self.samples.len(), self.stresses.len()], precision) as usize
     }
 
     /// Appends the content of the section.
     pub fn save(&self, n_vertices: usize, out: &mut Vec<u8>) {
-        [self.n(), self.samples.len()].iter().for_each(|count| out.extend((*count as u32).to_le_bytes()));
+        [self.n(), self.stresses.nrows()].iter().for_each(|count| out.extend((*count as u16).to_le_bytes()));
+        out.extend((self.samples.len() as u32).to_le_bytes());
         self.fit.put(out);
         self.samples.iter().for_each(|(element, _)| out.extend(element.to_le_bytes()));
         self.samples.iter().for_each(|(_, weight)| weight.put(out));
-        self.energy.correction().iter().for_each(|x| x.put(out));
+        self.energy.correction().iter().chain(self.stresses.iter()).for_each(|x| x.put(out));
         with_fields!(&self.fields, fields => {
             for v in 0..n_vertices {
                 (0..fields.n).for_each(|k| fields.stored(k, v).iter().for_each(|x| x.put(out)));
@@ -62,20 +67,30 @@ impl ReducedShell {
             return invalid(format!("{} bytes are not a reduced shell", content.len()));
         };
         let count = |at: usize| u32::from_le_bytes(front[at..at + 4].try_into().expect("four bytes")) as usize;
-        let (n, samples, fit) = (count(0), count(4), f64::get(&front[8..]));
-        if n < modes || n > MAX_FIELDS {
-            return invalid(format!("a reduced shell of {n} fields and {modes} modes is out of range"));
+        let (n, t) = (count(0) & 0xffff, count(0) >> 16);
+        let (samples, fit) = (count(4), f64::get(&front[8..]));
+        if n < modes || n > MAX_FIELDS || t > MAX_FIELDS {
+            return invalid(format!("a reduced shell of {n} fields, {t} stresses and {modes} modes is out of range"));
         }
-        let expected = size([shell.mass.len(), modes, n, samples], precision);
-        if content.len() as u128 != expected {
+        let misfit = |stresses: usize| {
+            let expected = size([shell.mass.len(), modes, n, samples, stresses], precision);
             let sizes = format!("{n} fields and {samples} elements: {expected}");
-            return invalid(format!("{} bytes are not those of a reduced shell of {sizes}", content.len()));
-        }
-        let (elements, rest) = rest.split_at(4 * samples);
-        let (weights, rest) = rest.split_at(8 * samples);
-        let (correction, fields) = rest.split_at(8 * modes * modes);
+            let message = format!("{} bytes are not those of a reduced shell of {sizes}", content.len());
+            (content.len() as u128 != expected).then_some(message)
+        };
+        let Some((elements, rest)) = rest.split_at_checked(4 * samples) else {
+            return invalid(misfit(0).unwrap_or_default());
+        };
         let index = |row: &[u8]| u32::from_le_bytes(row.try_into().expect("four bytes"));
         let elements: Vec<u32> = elements.chunks_exact(4).map(index).collect();
+        let membrane = elements.iter().filter(|e| (**e as usize) < shell.energy.n_membrane()).count();
+        if let Some(message) = misfit(t * membrane) {
+            return invalid(message);
+        }
+        let (weights, rest) = rest.split_at(8 * samples);
+        let (correction, rest) = rest.split_at(8 * modes * modes);
+        let (stresses, fields) = rest.split_at(8 * t * membrane);
+        let stresses = DMatrix::from_vec(t, membrane, stresses.chunks_exact(8).map(f64::get).collect());
         let numbers = |bytes: &[u8]| bytes.chunks_exact(8).map(f64::get).collect::<Vec<_>>();
         let (weights, correction) = (numbers(weights), DMatrix::from_vec(modes, modes, numbers(correction)));
         let ascend = elements.windows(2).all(|pair| pair[0] < pair[1]);
@@ -88,12 +103,16 @@ impl ReducedShell {
         if !correction.iter().all(|x| x.is_finite()) || correction != correction.transpose() {
             return invalid("the correction of its rest stiffness is not symmetric");
         }
+        // Columns of an orthonormal matrix, at most.
+        if !stresses.iter().all(|x| x.abs() <= 1.0 + NORM_ERROR) {
+            return invalid("a stress field of its membrane is not normed");
+        }
         let fields = match precision {
             Precision::F64 if Feature::F64Basis.is_built_in() => AnyFields::F64(load_fields(shell, n, fields)?),
             _ => AnyFields::F32(load_fields(shell, n, fields)?),
         };
         let samples = elements.into_iter().zip(weights).collect();
-        Ok(Self { fit, ..Self::assemble(shell, fields, samples, correction)? })
+        Ok(Self { fit, ..Self::assemble(shell, fields, samples, stresses, correction)? })
     }
 }
 
