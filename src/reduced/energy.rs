@@ -65,7 +65,7 @@ pub struct Scratch {
 const WIDTH: usize = 8;
 
 /// α: docs/front.md.
-const LEAST_MEMBRANE: f64 = 0.01;
+const LEAST_MEMBRANE: f64 = 0.003;
 
 impl ReducedEnergy {
     /// On the elements with a weight other than 0 (in the order of the shell's rest rows); `fields` are the columns of B.
