@@ -64,7 +64,7 @@ pub struct Scratch {
 /// Numbers in the widest register; rows are padded to it.
 const WIDTH: usize = 8;
 
-/// α: docs/front.md.
+/// α, by the validation loads of docs/front.md.
 const LEAST_MEMBRANE: f64 = 0.003;
 
 impl ReducedEnergy {

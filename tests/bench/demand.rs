@@ -134,7 +134,7 @@ fn static_correction() {
             let counts = (0..12).chain((12..24).step_by(2)).chain((24..ALL).step_by(8));
             let model = |count: usize| with_ritz_vectors(&all, &order[..count], loads);
             counts
-                .map(|count| model(count))
+                .map(model)
                 .filter(|m| m.n_modes() > 0)
                 .map(|m| (m.n_modes(), apart(&run(&scene, &m), &whole)))
                 .collect()
