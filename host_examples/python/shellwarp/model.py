@@ -1,6 +1,6 @@
 """A shell and its modes."""
 
-from ctypes import POINTER, byref, c_uint32, c_uint64, create_string_buffer
+from ctypes import POINTER, byref, c_uint32, c_uint64, create_string_buffer, cast, c_void_p
 
 import numpy
 
@@ -63,7 +63,7 @@ class Model(Handle):
         desc.demand_gravity[:] = [float(g) for g in demand_gravity]
         desc.demand_acceleration, desc.handle_distance = float(demand_acceleration), float(handle_distance)
         held = (c_uint32 * len(handles))(*[uint32(v, "handles") for v in handles])
-        desc.handles, desc.n_handles = held, len(held)
+        desc.handles, desc.n_handles = cast(held, c_void_p), len(held)  # `held` lives through the call
         raised = []
         if progress is not None:
             desc.progress = _abi.SwProgressFn(_guarded(progress, raised))

@@ -350,9 +350,15 @@ class Running(unittest.TestCase):
         from shellwarp.state import METHODS
         made = model()
         made.precompute(modes=4, reduced_fields=4)
-        for method in METHODS:
+        with self.assertRaises(sw.UnsupportedError):
+            made.state("auto")
+        for method in set(METHODS) - {"auto"}:
             # 1e-6 s is within the explicit shell's stable step here
             made.state(method).step(1e-6)
+        chosen = sw.Model(strip.shell())
+        chosen.precompute(4, auto_error=1e-3, demand_gravity=(0, 0, -1), handles=[5], handle_distance=0.01)
+        self.assertEqual(sum(point["chosen"] for point in chosen.front()), 1)
+        chosen.state("auto").step(1e-2)
 
     def test_every_constant_of_a_choice_has_a_word(self):
         from shellwarp import model as models, state as states
