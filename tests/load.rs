@@ -175,6 +175,25 @@ fn a_sheet_that_moves_with_the_air_feels_none_and_still_air_damps() {
 }
 
 #[test]
+fn an_equilibrium_without_load_is_the_rest_shape_from_wherever_it_starts() {
+    // At zero a relative residual has nothing to be relative to but what rounding leaves of the start.
+    let model = model_of(reference("v_beam").0, 8);
+    for method in [Method::LinearModalAnalysis, Method::Warp, Method::VirtualWorkWarp, Method::ImplicitShell] {
+        let mut state = state(&model, method);
+        for pull in 1..=40 {
+            state.set_gravity(0.1 * f64::from(pull) * Vec3::new(0.1, 0.3, -1.0)).unwrap();
+            state.equilibrium().unwrap();
+            let loaded = state.report().max_displacement;
+            state.set_gravity(Vec3::zeros()).unwrap();
+            state.equilibrium().unwrap_or_else(|e| panic!("{method:?}, pull {pull}: {e}"));
+            let left = state.report().max_displacement;
+            // The nonlinear shell stops at 1e-10 of the forces of its elements.
+            assert!(loaded > 1e-3 && left < 1e-9 * loaded, "{method:?}, pull {pull}: {left:e} of {loaded:e}");
+        }
+    }
+}
+
+#[test]
 fn an_equilibrium_in_wind_is_where_the_blown_shell_comes_to_rest() {
     // Strong enough to turn the sheet away from the wind, so that the force at the start is far from the one at the end.
     for method in METHODS {

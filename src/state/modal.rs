@@ -463,6 +463,8 @@ impl Modal {
     }
 
     fn fixed_point(&mut self, model: &Model, load: &BodyLoad, external: External, pose: &Pose) -> Result<(f64, usize)> {
+        // What is left of the start by rounding is nothing: where no load is, the solution is zero, and all would be large to it.
+        let rounding = f64::EPSILON.powi(2) * self.q.iter().map(|q| q * q).sum::<f64>();
         let (mut fraction, mut last) = (1.0f64, f64::INFINITY);
         for iteration in 1..=SETTLE_ITERATIONS {
             let before = self.q.clone();
@@ -471,7 +473,8 @@ impl Modal {
             self.step(model, load, external, pose, LONG_STEP).map_err(grew)?;
             self.q_dot.fill(0.0);
             let moved: f64 = before.iter().zip(&self.q).map(|(a, b)| (a - b).powi(2)).sum();
-            let residual = (moved / self.q.iter().map(|q| q * q).sum::<f64>().max(f64::MIN_POSITIVE)).sqrt();
+            let residual =
+                (moved / self.q.iter().map(|q| q * q).sum::<f64>().max(rounding).max(f64::MIN_POSITIVE)).sqrt();
             if residual <= settled(&model.basis) {
                 return Ok((residual, iteration));
             }
