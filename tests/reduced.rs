@@ -351,6 +351,50 @@ fn a_handle_is_where_it_is_put_by_the_force_that_is_reported() {
 }
 
 #[test]
+fn a_handle_leads_a_shell_to_where_its_load_alone_would_buckle_it() {
+    // The Hessian is indefinite there, and positive definite among motions that leave the handle where it is.
+    let model = trained_flat();
+    let (size, rest) = (model.shell.mesh.size, &model.shell.mesh.positions);
+    for share in [0.2, 0.5] {
+        let [exact, found] = [Method::ImplicitShell, Method::ReducedShell].map(|method| {
+            let mut state = state(model, method);
+            let target = Target::Position(rest[204] + share * size * Vec3::z());
+            let axes = [false, false, true];
+            state.set_constraint(Constraint { id: 1, vertex: 204, axes, compliance: 0.0, target }).unwrap();
+            state.equilibrium().unwrap();
+            displacements(&state)
+        });
+        let off = error(&found, &exact);
+        println!("led by {share} of its size: {off:.5}");
+        assert!(off < 0.01, "{share}: {off}");
+    }
+}
+
+#[test]
+fn handles_that_repeat_or_contradict_each_other_are_met_at_their_mean() {
+    let model = trained();
+    let rest = model.shell.mesh.positions[204];
+    for (apart, soft) in [(0.0, 0.0), (0.02, 0.0), (0.02, 1e-3)] {
+        let mut state = state(model, Method::ReducedShell);
+        for (id, sign) in [(1, -1.0), (2, 1.0)] {
+            let target = Target::Position(rest + Vec3::new(0.0, 0.0, -0.1 + sign * apart));
+            let constraint = Constraint { id, vertex: 204, axes: [true; 3], compliance: soft, target };
+            state.set_constraint(constraint).unwrap();
+        }
+        state.equilibrium().unwrap();
+        let mean = displacements(&state)[204].z;
+        for (_, outcome) in state.constraints() {
+            println!("{apart} apart, compliance {soft}: at {mean}, {outcome:?}");
+            let expected = if soft > 0.0 { outcome.residual } else { apart };
+            assert_close("what each misses", outcome.residual, expected, 1e-6, 0.1);
+            assert!(soft > 0.0 || (mean + 0.1).abs() < 1e-6, "{mean}");
+        }
+        (0..10).for_each(|_| state.step(1.0 / 30.0).unwrap());
+        assert_eq!(state.report().unconverged_steps, 0);
+    }
+}
+
+#[test]
 fn saved_loaded_and_cloned_states_and_models_go_on_with_the_same_bits() {
     let loaded = Arc::new(Model::load(&trained().save().unwrap()).unwrap());
     let play = |state: &mut State| -> Vec<u8> {

@@ -8,6 +8,11 @@
 //! bending fields stretches the shell and raises Π, and the next step takes the stretch out again; so steps may raise Π twice in
 //! a row as long as it then falls below where it was (the watchdog of Chamberlain et al. 1982, as in [`crate::reference`]).
 //! The line search is on Π + ρ Σ|Jq − d| over hard constraints with ρ above every μ, + Σ (Jq − d)²/2γ over soft ones.
+//!
+//! What counts of H is its part along motions that hard constraints leave free: a shell that buckles under a load may be stable
+//! where a handle leads it, and H alone is indefinite there. So H + σJᵀJ takes its place, with the same solution for
+//! Jq = d and μ + σ(d − Jq) for μ (the augmented Lagrangian; Nocedal, Wright 2006, 17.3). The first step goes the whole way to
+//! the constraints, whatever it stretches on the way; from there on all steps are along them.
 
 use super::energy::{ReducedEnergy, Scratch};
 use crate::energy::Curvature;
@@ -21,8 +26,10 @@ const VENTURES: usize = 2;
 const TRIALS: usize = 40;
 /// Below this residual rounding of Π may hide what a step gains.
 const ROUNDING: f64 = 1e-6;
-/// ε of J H⁻¹ Jᵀ + εI, relative to its largest diagonal entry, so that constraints may repeat or conflict.
+/// ε of J H⁻¹ Jᵀ + ε, relative to each diagonal entry, so that constraints may repeat or conflict.
 const LEAST_CONSTRAINT: f64 = 1e-10;
+/// Stiffness along a hard constraint that H is given, over H's largest: none of its other directions feels it.
+const HELD: f64 = 10.0;
 
 /// Π without E.
 pub struct Potential<'a> {
@@ -112,6 +119,10 @@ pub struct Newton {
     response: DMatrix<f64>,
     flexibility: Option<DMatrix<f64>>,
     missing: DVector<f64>,
+    /// Where constraints can be met: d, or the mean of what contradicts each other.
+    goal: DVector<f64>,
+    /// σ of each row.
+    held: DVector<f64>,
     /// ρ.
     penalty: f64,
     exact: bool,
@@ -133,6 +144,8 @@ impl Newton {
             response: DMatrix::zeros(n, 0),
             flexibility: Some(DMatrix::zeros(0, 0)),
             missing: DVector::zeros(0),
+            goal: DVector::zeros(0),
+            held: DVector::zeros(0),
             penalty: 0.0,
             exact: true,
         }
@@ -143,6 +156,8 @@ impl Newton {
         if self.missing.len() != rows {
             self.multipliers = DVector::zeros(rows);
             self.missing = DVector::zeros(rows);
+            self.goal = DVector::zeros(rows);
+            self.held = DVector::zeros(rows);
             self.response = DMatrix::zeros(self.trial.len(), rows);
             self.flexibility = Some(DMatrix::zeros(rows, rows));
         }
@@ -165,6 +180,9 @@ impl Newton {
         let mut residual = f64::INFINITY;
         self.penalty = 0.0;
         let mut penalty = 0.0;
+        if let Some(rows) = potential.handles {
+            self.find_goal(rows);
+        }
         for iterations in 0..stop.iterations {
             let Some((slope, scale)) = self.find_direction(energy, potential, q) else {
                 return End { converged: false, iterations, residual };
@@ -176,6 +194,13 @@ impl Newton {
                 self.mark = at_mark;
             }
             penalty = self.penalty;
+            if iterations == 0 && self.is_off(potential) {
+                self.step(q);
+                if self.trial_merit(energy, potential).is_finite() {
+                    q.copy_from_slice(&self.trial);
+                    continue;
+                }
+            }
             if residual <= stop.tolerance && (ventures == 0 || self.merit(energy, potential, q) <= mark.0) {
                 self.step(q);
                 q.copy_from_slice(&self.trial);
@@ -223,6 +248,15 @@ impl Newton {
         false
     }
 
+    /// Whether hard constraints ask for more than rounding.
+    fn is_off(&self, potential: &Potential) -> bool {
+        let off = |rows: &Rows| {
+            let far = self.goal.amax() * ROUNDING;
+            (0..rows.len()).any(|i| rows.compliance[i] == 0.0 && self.missing[i].abs() > far)
+        };
+        potential.handles.is_some_and(off)
+    }
+
     fn step(&mut self, q: &[f64]) {
         for k in 0..q.len() {
             self.trial[k] = q[k] + self.direction[k];
@@ -242,7 +276,7 @@ impl Newton {
         let quadratic: f64 = q.iter().zip(potential.load).map(|(q, b)| q * (0.5 * potential.shift * q - b)).sum();
         let viscous = potential.matrix.map_or(0.0, |c| 0.5 * self.product(c, q, |k, cq| q[k] * cq));
         let strayed = potential.handles.map_or(0.0, |rows| {
-            (0..rows.len()).map(|i| self.price(rows.target[i] - rows.along(i, q), rows.compliance[i])).sum::<f64>()
+            (0..rows.len()).map(|i| self.price(self.goal[i] - rows.along(i, q), rows.compliance[i])).sum::<f64>()
         });
         elastic + quadratic + viscous + strayed
     }
@@ -279,6 +313,9 @@ impl Newton {
                 hessian += c;
             }
             let trace = hessian.trace();
+            if let Some(rows) = potential.handles {
+                self.hold(rows, &mut hessian);
+            }
             let Some(factor) = Cholesky::new(hessian) else {
                 shift = if attempt == 0 { 0.0 } else { (10.0 * shift).max(1e-12 * trace.abs()) };
                 continue;
@@ -293,6 +330,46 @@ impl Newton {
         None
     }
 
+    /// The nearest to d that hard constraints have in common, JJ⁺d. Two passes of JJᵀ(JJᵀ + ε)⁻¹ leave ε² of what they can have.
+    fn find_goal(&mut self, rows: &Rows) {
+        self.goal.copy_from(&rows.target);
+        let hard = |i: usize| rows.compliance[i] == 0.0;
+        if !(0..rows.len()).any(hard) {
+            return;
+        }
+        let mut gram = self.flexibility.take().unwrap_or_else(|| DMatrix::zeros(rows.len(), rows.len()));
+        for i in 0..rows.len() {
+            for k in 0..rows.len() {
+                let both = hard(i) && hard(k);
+                gram[(i, k)] = if both { rows.jacobian.column(i).dot(&rows.jacobian.column(k)) } else { 0.0 };
+            }
+            gram[(i, i)] = if hard(i) { (1.0 + LEAST_CONSTRAINT) * gram[(i, i)] + f64::MIN_POSITIVE } else { 1.0 };
+        }
+        let Some(gram) = Cholesky::new(gram) else { return };
+        (0..rows.len()).filter(|i| hard(*i)).for_each(|i| self.goal[i] = 0.0);
+        for _ in 0..2 {
+            self.multipliers.copy_from(&rows.target);
+            self.multipliers -= &self.goal;
+            gram.solve_mut(&mut self.multipliers);
+            self.direction.gemv(1.0, &rows.jacobian, &self.multipliers, 0.0);
+            for i in (0..rows.len()).filter(|i| hard(*i)) {
+                self.goal[i] += rows.along(i, self.direction.as_slice());
+            }
+        }
+        self.flexibility = Some(gram.unpack_dirty());
+    }
+
+    /// H + σJᵀJ over hard constraints.
+    fn hold(&mut self, rows: &Rows, hessian: &mut DMatrix<f64>) {
+        let largest = (0..hessian.nrows()).map(|k| hessian[(k, k)]).fold(0.0, f64::max);
+        for i in 0..rows.len() {
+            let along = rows.jacobian.column(i);
+            let square = along.norm_squared();
+            self.held[i] = if rows.compliance[i] == 0.0 && square > 0.0 { HELD * largest / square } else { 0.0 };
+            hessian.ger(self.held[i], &along, &along, 1.0);
+        }
+    }
+
     /// Δ with the factorized Hessian, and the slope of the merit along it.
     fn solve(&mut self, factor: &Cholesky<f64, Dyn>, potential: &Potential, q: &[f64]) -> f64 {
         self.direction.copy_from(&self.gradient);
@@ -303,13 +380,14 @@ impl Newton {
         factor.solve_mut(&mut self.response);
         let mut flexibility = self.flexibility.take().unwrap_or_else(|| DMatrix::zeros(rows.len(), rows.len()));
         for i in 0..rows.len() {
-            self.missing[i] = rows.target[i] - rows.along(i, q);
+            self.missing[i] = self.goal[i] - rows.along(i, q);
             self.multipliers[i] = self.missing[i] - rows.along(i, self.direction.as_slice());
             (0..rows.len()).for_each(|k| flexibility[(i, k)] = rows.along(i, self.response.column(k).as_slice()));
         }
-        let largest = (0..rows.len()).map(|i| flexibility[(i, i)]).fold(0.0, f64::max);
-        (0..rows.len())
-            .for_each(|i| flexibility[(i, i)] += rows.compliance[i] + LEAST_CONSTRAINT * largest + f64::MIN_POSITIVE);
+        for i in 0..rows.len() {
+            flexibility[(i, i)] *= 1.0 + LEAST_CONSTRAINT;
+            flexibility[(i, i)] += rows.compliance[i] + f64::MIN_POSITIVE;
+        }
         match Cholesky::new(flexibility) {
             Some(factor) => {
                 factor.solve_mut(&mut self.multipliers);
@@ -318,6 +396,7 @@ impl Newton {
             None => self.multipliers.fill(0.0),
         }
         self.direction.gemv(1.0, &self.response, &self.multipliers, 1.0);
+        self.multipliers.zip_zip_apply(&self.held, &self.missing, |mu, sigma, missing| *mu -= sigma * missing);
         self.penalty = self.penalty.max(2.0 * self.multipliers.amax());
         // Of hard constraints, what a full step takes out of Σ|Jq − d|: all of it unless they conflict.
         let relief = |i: usize| {

@@ -22,8 +22,11 @@ const LARGEST_RATIO: f64 = 2.0;
 /// A step moves on at this, an energy of 1e-10 of what the loads do; the Newton step that shows it is still taken.
 const STEP: Stop = Stop { tolerance: 1e-5, iterations: 20 };
 const REST: Stop = Stop { tolerance: 1e-7, iterations: 200 };
-/// Shares of the load on the way to an equilibrium.
-const SHARES: [f64; 4] = [0.25, 0.5, 0.75, 1.0];
+/// Shares of the load that are added at once on the way to an equilibrium, at first and at least.
+const FIRST_SHARE: f64 = 0.25;
+const LEAST_SHARE: f64 = 1.0 / 64.0;
+/// Newton steps for all shares; none is tried with a smaller one past them.
+const ALL_ITERATIONS: usize = 1000;
 /// Passes in a turning frame, whose forces are taken at the end of the step as found last; each gains a factor ωh.
 const SPIN_PASSES: usize = 4;
 /// Past this displacement, in units of the model's size, an amplitude has no meaning left.
@@ -291,8 +294,9 @@ impl Reduced {
         reduced.energy.gradient(&self.motion.q, self.newton.scratch(), &mut self.rates);
         let (start, goal) = (self.rates.clone(), self.rows.target.clone());
         let held: Vec<f64> = (0..self.rows.len()).map(|i| self.rows.along(i, &self.next)).collect();
-        let mut iterations = 0;
-        for share in SHARES {
+        let (mut last, mut done, mut way, mut iterations) = (self.next.clone(), 0.0, FIRST_SHARE, 0);
+        loop {
+            let share = f64::min(done + way, 1.0);
             (0..start.len()).for_each(|k| self.load[k] = start[k] + share * (self.force[k] - start[k]));
             held.iter().enumerate().for_each(|(i, held)| self.rows.target[i] = held + share * (goal[i] - held));
             let handles = (!self.rows.is_empty()).then_some(&self.rows);
@@ -300,21 +304,26 @@ impl Reduced {
             let stop = if share < 1.0 { Stop { tolerance: 1e-3, ..REST } } else { REST };
             let end = self.newton.minimize(&reduced.energy, &potential, &mut self.next, stop);
             iterations += end.iterations;
-            let sound = Self::has_meaning(model, &self.next, &[]);
-            if share == 1.0 && !(end.converged && sound) {
-                let message =
-                    format!("no equilibrium: the residual is {:.1e} after {iterations} iterations", end.residual);
-                return Err(Error::new(ErrorKind::Numerical, message));
-            }
-            if share == 1.0 {
+            let found = end.converged && Self::has_meaning(model, &self.next, &[]);
+            if found && share == 1.0 {
                 self.conclude();
                 self.motion.q.copy_from_slice(&self.next);
                 self.motion.stop();
                 self.constraints.accept();
                 return Ok((end.residual, iterations));
             }
+            if found {
+                last.copy_from_slice(&self.next);
+                (done, way) = (share, (2.0 * way).min(FIRST_SHARE));
+            } else if way > LEAST_SHARE && iterations < ALL_ITERATIONS {
+                self.next.copy_from_slice(&last);
+                way = 0.5 * (share - done);
+            } else {
+                let message =
+                    format!("no equilibrium: the residual is {:.1e} after {iterations} iterations", end.residual);
+                return Err(Error::new(ErrorKind::Numerical, message));
+            }
         }
-        unreachable!("the last share is the whole")
     }
 
     /// Hands J g of every vertex to `visit`, in order: see the text of `certify`. `grips` are the forces of constraints.
