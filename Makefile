@@ -135,7 +135,7 @@ check-guard: ## compare the scenes' motion, byte for byte, with that of a librar
 	@$(MAKE) native WHAT=shellwarp_cli
 	@sh tests/check_guard.sh $(CLI) $(CURDIR)/out/guard
 
-bench-front: ## error of the reduced shell on loads it was not trained on: docs/front.md (half an hour; references stay in out/front)
+bench-front: ## error of reduced shells on loads they were not trained on, the figures of docs/front.md (references stay in out/front)
 	cargo run --release --example front
 
 bench-leave-out: ## what scenes pay for what they do not use, by valgrind: docs/leave_out.md

@@ -172,9 +172,10 @@ fn samples_neither_buckle_nor_weigh_rounding() {
     // Elements next to the support feel nothing but rounding, of which a weight of 1e21 made so much that no line search saw a descent.
     let few = model(&Arc::new(reference("v_beam").0), 16, 200, 0);
     let largest = reduced_of(&few).samples.iter().map(|s| s.1).fold(0.0, f64::max);
-    let n = few.shell.energy.n_elements() as f64;
-    println!("weights up to {largest:.0}, {n} elements");
-    assert!(largest < n, "one element stands for {largest}");
+    // None has less than a thousandth of the mean force, and the force of one can stand for that of all.
+    let most = 1e3 * few.shell.energy.n_elements() as f64;
+    println!("weights up to {largest:.0}, at most {most}");
+    assert!(largest < most, "one element stands for {largest}");
     at_rest(&few, Method::ReducedShell, 5.0 * OBLIQUE);
 }
 
@@ -232,6 +233,78 @@ fn loads_of_a_turning_frame_are_those_on_every_vertex() {
     fields.project(&on_vertices, &mut expected);
     let scale = expected.iter().map(|f| f.abs()).fold(0.0, f64::max);
     (0..n).for_each(|k| assert_close("modal force", force[k], expected[k], 1e-12, scale));
+}
+
+/// A plain strip, held at one end, folded along its middle by so many degrees.
+fn strip(fold: f64) -> Arc<Shell> {
+    let (mut positions, triangles) = equilateral_sheet(17, 4, 0.24);
+    let (sin, cos) = (0.5 * fold).to_radians().sin_cos();
+    let middle = 0.5 * positions.iter().map(|x| x.y).fold(0.0, f64::max);
+    for x in &mut positions {
+        *x = Vec3::new(x.x, (x.y - middle) * cos, (x.y - middle).abs() * sin);
+    }
+    let fixed = (0..positions.len() as u32).filter(|&v| positions[v as usize].x < 0.13).collect();
+    let material = Material { k_area: 1e4, k_length: 1e4, k_bend: 1.0, area_density: 1.0 };
+    let mesh = Mesh::new(positions, &triangles).unwrap();
+    Arc::new(Shell::new(mesh, material, &Supports { fixed, clamped: vec![] }).unwrap())
+}
+
+#[test]
+fn untrained_fields_resist_what_pulls_along_the_sheet() {
+    // Nothing but stress fields resists stretch; without that of a pull along the strip it gave way 300 times too far.
+    let shell = strip(0.0);
+    let model = model(&shell, 12, 0, 0);
+    let length = shell.mesh.size;
+    let spun = |method: Method| {
+        let mut state = state(&model, method);
+        state.set_damping(&Damping { mass_coefficient: 1.0, ..Damping::default() }).unwrap();
+        for k in 1..=60 {
+            let omega = 0.2 * std::f64::consts::PI;
+            let rotation = nalgebra::UnitQuaternion::from_axis_angle(&Vec3::z_axis(), omega * f64::from(k) / 60.0);
+            let rates = Rates { angular_velocity: omega * Vec3::z(), ..Rates::default() };
+            state.set_frame(Pose { rotation, ..Pose::identity() }, shellwarp::support::Motion::Given(rates));
+            state.set_gravity(0.05 * DOWN).unwrap();
+            state.step(1.0 / 60.0).unwrap();
+        }
+        displacements(&state)
+    };
+    let (found, exact) = (spun(Method::ReducedShell), spun(Method::ImplicitShell));
+    let off = found.iter().zip(&exact).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
+    println!("spun at a tenth of a turn a second: off by {off:.2e} of {length}");
+    assert!(off < 1e-3 * length, "{off:e}: BDF2 and implicit Euler are 1e-4 apart");
+}
+
+#[test]
+fn a_sharp_rest_fold_keeps_the_modes_stiffness() {
+    for fold in [0.0, 135.0, 179.9] {
+        let model = model(&strip(fold), 12, 0, 0);
+        let [exact, found, linear] = [Method::ImplicitShell, Method::ReducedShell, Method::LinearModalAnalysis]
+            .map(|method| at_rest(&model, method, 1e-3 * DOWN));
+        let (found, linear) = (error(&found, &exact), error(&linear, &exact));
+        println!("fold of {fold}: {found:.4}, eight modes {linear:.4}");
+        assert!(found < linear + 0.01, "{fold}: {found}; samples leave 1 % of the forces");
+    }
+}
+
+#[test]
+fn a_frame_that_turns_too_fast_is_refused_and_nothing_moves() {
+    let mut state = state(trained(), Method::ReducedShell);
+    let mut refused = None;
+    for k in 1..60 {
+        let omega = 200.0 * std::f64::consts::PI;
+        let rotation = nalgebra::UnitQuaternion::from_axis_angle(&Vec3::z_axis(), omega * f64::from(k) / 60.0);
+        let rates = Rates { angular_velocity: omega * Vec3::z(), ..Rates::default() };
+        state.set_frame(Pose { rotation, ..Pose::identity() }, shellwarp::support::Motion::Given(rates));
+        let before = displacements(&state);
+        if let Err(error) = state.step(1.0 / 60.0) {
+            assert!(displacements(&state) == before);
+            refused = Some(error.message);
+            break;
+        }
+        assert!(state.report().max_displacement < 10.0 * trained().shell.mesh.size, "{:?}", state.report());
+    }
+    let message = refused.unwrap();
+    assert!(message.contains("10.5 rad") && message.contains("do not settle"), "{message}");
 }
 
 #[test]

@@ -1,10 +1,12 @@
 //! The stress fields that the membrane's strains count along ([`super::energy`]): strains ε = √(2w) s, a number an element, of
 //!
-//! - the modes, to first order: ε′φ_i,
-//! - the modes bent far, to second order: ½ ε″(φ_i, φ_j) + ½ ε′Θ_ij, what the modal derivatives leave of the stretch,
-//! - the equilibria that the basis is trained on,
+//! - the modes, to first order: ε′φ_i, so that the modes keep their rest stiffness,
+//! - the rest shape under loads that scenes have, to first order: ε′K⁻¹f, so that what pulls along the sheet meets its stiffness,
 //!
-//! compressed by the eigenvectors of their Gram matrix: an inner product of these strains is an energy.
+//! all of them, and, compressed by the eigenvectors of their Gram matrix (an inner product of these strains is an energy),
+//!
+//! - the modes bent far, to second order: ½ ε″(φ_i, φ_j) + ½ ε′Θ_ij, what the modal derivatives leave of the stretch,
+//! - the equilibria that the basis is trained on.
 
 use super::basis;
 use crate::{Result, Shell, Vec3};
@@ -29,20 +31,22 @@ fn part(shell: &Shell, sign: f64, u: &[Vec3]) -> Vec<f64> {
     plus.iter().zip(&minus).map(|(plus, minus)| scale * (plus + sign * minus)).collect()
 }
 
-/// At most `wanted` orthonormal stress fields (membrane's elements × stresses). `bent` are the modes at the amplitudes that scenes
-/// bend them to, `derivatives` the derivatives' ½ Θ_ij at these (i ≤ j, row by row), `poses` equilibria.
+/// Orthonormal stress fields (membrane's elements × stresses), at most `wanted` of them compressed ones. `bent` are the modes at the
+/// amplitudes that scenes bend them to, `derivatives` the derivatives' ½ Θ_ij at these (i ≤ j, row by row), `responses` K⁻¹f, `poses`
+/// equilibria.
 pub fn fields(
     shell: &Shell,
     bent: &[Vec<Vec3>],
     derivatives: &[Vec<Vec3>],
+    responses: &[Vec<Vec3>],
     poses: &[Vec<Vec3>],
     wanted: usize,
 ) -> Result<Mat<f64>> {
     let mut candidates: Vec<Vec<f64>> = poses.iter().map(|u| strains(shell, |v| u[v])).collect();
     let own: Vec<Vec<f64>> = bent.iter().map(|u| part(shell, 1.0, u)).collect();
     let mut derivatives = derivatives.iter();
+    let first: Vec<Vec<f64>> = bent.iter().chain(responses).map(|u| unit(part(shell, -1.0, u))).collect();
     for i in 0..bent.len() {
-        candidates.push(part(shell, -1.0, &bent[i]));
         for (j, derivative) in (i..bent.len()).zip(&mut derivatives) {
             let sum: Vec<Vec3> = bent[i].iter().zip(&bent[j]).map(|(a, b)| a + b).collect();
             // ½ ε″(u_i, u_j): for i = j the sum is 2u, whose half is four times it.
@@ -53,7 +57,15 @@ pub fn fields(
         }
     }
     let rows = shell.energy.n_membrane();
+    let columns = |list: &[Vec<f64>]| Mat::from_fn(rows, list.len(), |e, k| list[k][e]);
     let mut stresses = Mat::zeros(rows, 0);
-    basis::extend(&mut stresses, Mat::from_fn(rows, candidates.len(), |e, k| candidates[k][e]), wanted)?;
+    basis::extend(&mut stresses, columns(&first), first.len())?;
+    basis::extend(&mut stresses, columns(&candidates), wanted)?;
     Ok(stresses)
+}
+
+/// Of length 1, or 0.
+fn unit(strain: Vec<f64>) -> Vec<f64> {
+    let norm = strain.iter().map(|s| s * s).sum::<f64>().sqrt().max(f64::MIN_POSITIVE);
+    strain.iter().map(|s| s / norm).collect()
 }

@@ -29,6 +29,8 @@ const LEAST_SHARE: f64 = 1.0 / 64.0;
 const ALL_ITERATIONS: usize = 1000;
 /// Passes in a turning frame, whose forces are taken at the end of the step as found last; each gains a factor ωh.
 const SPIN_PASSES: usize = 4;
+/// Of the displacement, what the last pass may still change although it changes more than the first.
+const SETTLED: f64 = 1e-3;
 /// Past this displacement, in units of the model's size, an amplitude has no meaning left.
 const LARGEST_DISPLACEMENT: f64 = 1e6;
 
@@ -69,8 +71,9 @@ pub struct Reduced {
     pub unconverged: u64,
     newton: Newton,
     rows: Rows,
-    /// Next q, b of the potential, the load without inertia, and rates for forces of a turning frame.
+    /// Next q and that of the last pass, b of the potential, the load without inertia, and rates for forces of a turning frame.
     next: Vec<f64>,
+    last: Vec<f64>,
     load: Vec<f64>,
     force: Vec<f64>,
     rates: Vec<f64>,
@@ -107,6 +110,7 @@ impl Reduced {
             newton: Newton::new(&reduced.energy),
             rows: Rows::new(0, n),
             next: zeros.clone(),
+            last: zeros.clone(),
             load: zeros.clone(),
             force: zeros.clone(),
             rates: zeros.clone(),
@@ -142,7 +146,7 @@ impl Reduced {
     /// Bytes held.
     pub fn bytes(&self) -> usize {
         let (n, rows) = (self.next.len(), self.rows.len());
-        8 * (2 * n * n + 14 * n + rows * (2 * n + rows + 4))
+        8 * (2 * n * n + 15 * n + rows * (2 * n + rows + 4))
     }
 
     /// Whether positions and energies are numbers that can be told.
@@ -167,8 +171,9 @@ impl Reduced {
         if damped {
             self.viscosity *= alpha;
         }
-        let mut converged = true;
-        for _ in 0..passes {
+        let (mut converged, mut gained) = (true, [0.0; SPIN_PASSES]);
+        for gained in &mut gained[..passes] {
+            self.last.copy_from_slice(&self.next);
             let (_, spin) = load.parts();
             self.load.copy_from_slice(&self.force);
             if let Some((gradient, coriolis)) = spin {
@@ -186,6 +191,14 @@ impl Reduced {
             let matrix = damped.then_some(&self.viscosity);
             let potential = Potential { shift, matrix, load: &self.load, handles };
             converged = self.newton.minimize(&reduced.energy, &potential, &mut self.next, STEP).converged;
+            *gained = self.next.iter().zip(&self.last).map(|(a, b)| (a - b).powi(2)).sum();
+        }
+        // The first pass makes up for the guess; from the second on only the frame's forces change.
+        let size: f64 = self.next.iter().map(|q| q * q).sum();
+        if gained[SPIN_PASSES - 1] > gained[1].max(SETTLED * SETTLED * size) {
+            let turn = load.spin_rate().unwrap_or(0.0) * h;
+            let message = format!("the forces of a frame that turns by {turn:.1} rad in a step of {h} s do not settle");
+            return Err(Error::new(ErrorKind::Numerical, message));
         }
         (0..q.len()).for_each(|k| self.rates[k] = alpha * self.next[k] + by_rate[k]);
         let work = self.conclude();
@@ -294,7 +307,8 @@ impl Reduced {
         reduced.energy.gradient(&self.motion.q, self.newton.scratch(), &mut self.rates);
         let (start, goal) = (self.rates.clone(), self.rows.target.clone());
         let held: Vec<f64> = (0..self.rows.len()).map(|i| self.rows.along(i, &self.next)).collect();
-        let (mut last, mut done, mut way, mut iterations) = (self.next.clone(), 0.0, FIRST_SHARE, 0);
+        self.last.copy_from_slice(&self.next);
+        let (mut done, mut way, mut iterations) = (0.0, FIRST_SHARE, 0);
         loop {
             let share = f64::min(done + way, 1.0);
             (0..start.len()).for_each(|k| self.load[k] = start[k] + share * (self.force[k] - start[k]));
@@ -313,10 +327,10 @@ impl Reduced {
                 return Ok((end.residual, iterations));
             }
             if found {
-                last.copy_from_slice(&self.next);
+                self.last.copy_from_slice(&self.next);
                 (done, way) = (share, (2.0 * way).min(FIRST_SHARE));
             } else if way > LEAST_SHARE && iterations < ALL_ITERATIONS {
-                self.next.copy_from_slice(&last);
+                self.next.copy_from_slice(&self.last);
                 way = 0.5 * (share - done);
             } else {
                 let message =

@@ -42,7 +42,7 @@ fn projection(model: &Model, exact: &[Vec3]) -> f64 {
 fn equilibrium(scene: &Scene, model: &Arc<Model>, method: Method, case: &Case) -> Option<Vec<Vec3>> {
     let rest = &scene.shell.mesh.positions;
     let mut state = state(model, method).ok()?;
-    apply(&mut state, &scene.loads()[case.load].action, case.strength, rest).ok()?;
+    apply(&mut state, &scene.loads(case.part == Part::Fresh)[case.load].action, case.strength, rest).ok()?;
     state.equilibrium().ok()?;
     Some(displacements(&state, rest))
 }
@@ -81,7 +81,7 @@ fn main() {
             );
             models.push(model);
         }
-        for part in [Part::Validation, Part::HeldOut] {
+        for (part, name) in [(Part::Validation, "validation"), (Part::HeldOut, "held out"), (Part::Fresh, "fresh")] {
             let mut ratios = vec![vec![]; models.len()];
             for case in cases.iter().filter(|case| case.part == part) {
                 let of = |model: &Arc<Model>, method: Method| {
@@ -104,7 +104,7 @@ fn main() {
                 let middle = ratios.len() / 2;
                 println!(
                     "  {}: ratio median {:.3}, worst {:.3}; error median {:.4}, worst {:.4}; worse than the paper: {}",
-                    if part == Part::Validation { "validation" } else { "held out" },
+                    name,
                     ratios[middle].0,
                     ratios[ratios.len() - 1].0,
                     errors[middle],

@@ -1,6 +1,6 @@
 //! Equilibria of the full shell: the truth that methods are measured against, kept in out/front between runs.
 
-use crate::scenes::{Action, Part, Scene};
+use crate::scenes::{Action, Load, Part, Scene};
 use shellwarp::constraint::{Constraint, Target};
 use shellwarp::model::{Model, Options};
 use shellwarp::state::{Method, Space, State};
@@ -58,17 +58,21 @@ pub fn displacements(state: &State, rest: &[Vec3]) -> Vec<Vec3> {
 
 /// The cases of a scene; those whose equilibrium is not found are left out.
 pub fn find(scene: &Scene) -> Vec<Case> {
-    let path = cache(scene);
+    [scene.loads(false), scene.loads(true)].iter().flat_map(|loads| of_list(scene, loads)).collect()
+}
+
+fn of_list(scene: &Scene, loads: &[Load]) -> Vec<Case> {
+    let path = cache(scene, loads);
     let mut numbers = vec![];
     if let Ok(bytes) = std::fs::read(&path) {
         numbers = bytes.chunks_exact(8).map(|b| f64::from_le_bytes(b.try_into().unwrap_or_default())).collect();
     } else {
-        solve(scene, &mut numbers);
+        solve(scene, loads, &mut numbers);
         let bytes: Vec<u8> = numbers.iter().flat_map(|x: &f64| x.to_le_bytes()).collect();
         std::fs::create_dir_all(path.parent().unwrap()).unwrap();
         std::fs::write(&path, bytes).unwrap();
     }
-    let (loads, size, n) = (scene.loads(), scene.shell.mesh.size, scene.shell.mass.len());
+    let (size, n) = (scene.shell.mesh.size, scene.shell.mass.len());
     let read = |row: &[f64]| {
         let load = &loads[row[0] as usize];
         let exact: Vec<Vec3> = row[3..].chunks_exact(3).map(|c| Vec3::new(c[0], c[1], c[2])).collect();
@@ -79,11 +83,11 @@ pub fn find(scene: &Scene) -> Vec<Case> {
 }
 
 /// Named by all that the equilibria follow from.
-fn cache(scene: &Scene) -> PathBuf {
+fn cache(scene: &Scene, loads: &[Load]) -> PathBuf {
     let mut hasher = DefaultHasher::new();
     let mut add = |v: &Vec3| v.iter().for_each(|x| x.to_bits().hash(&mut hasher));
     scene.shell.mesh.positions.iter().for_each(&mut add);
-    for load in scene.loads() {
+    for load in loads {
         match &load.action {
             Action::Forces(forces) => forces.iter().for_each(&mut add),
             Action::Handle(v, direction) => add(&(*v as f64 * direction)),
@@ -97,13 +101,13 @@ fn cache(scene: &Scene) -> PathBuf {
 }
 
 /// Follows each load as it grows: its number, aim, strength, and the displacements.
-fn solve(scene: &Scene, numbers: &mut Vec<f64>) {
+fn solve(scene: &Scene, loads: &[Load], numbers: &mut Vec<f64>) {
     let shell = &scene.shell;
     let options = Options { modes: 1, ..Options::default() };
     let model = Arc::new(Model::precompute(shell.clone(), &options, &mut |_, _| Ok(())).unwrap());
     let rest = &shell.mesh.positions;
     let size = shell.mesh.size;
-    for (l, load) in scene.loads().iter().enumerate() {
+    for (l, load) in loads.iter().enumerate() {
         let mut state = state(&model, Method::ImplicitShell).unwrap();
         let mut at = |strength: f64| -> Option<(f64, Vec<Vec3>)> {
             apply(&mut state, &load.action, strength, rest).ok()?;

@@ -14,6 +14,8 @@ pub struct Scene {
     pub down: Vec3,
     /// Where pulls act: validation's, then held-out ones.
     points: [usize; 4],
+    /// Those of the last list.
+    fresh_points: [usize; 4],
 }
 
 /// What a load is for. Training loads are those of the precompute (`Scene::loads` of src/reduced).
@@ -21,8 +23,10 @@ pub struct Scene {
 pub enum Part {
     /// Defaults are chosen by these.
     Validation,
-    /// The verdict is on these.
+    /// Methods were compared by these, and a first share of the membrane tried on them.
     HeldOut,
+    /// The verdict is on these, written down when all was chosen.
+    Fresh,
 }
 
 /// What acts, at the strength 1.
@@ -41,12 +45,12 @@ pub struct Load {
 
 impl Scene {
     fn new(key: &'static str, text: &'static str, shell: Shell, down: Vec3) -> Self {
-        let points = spread(&shell);
-        Self { key, text, shell: Arc::new(shell), down, points }
+        let (points, fresh_points) = (spread(&shell, 7), spread(&shell, 12));
+        Self { key, text, shell: Arc::new(shell), down, points, fresh_points }
     }
 
-    /// Loads of unit weight in sum where they are forces.
-    pub fn loads(&self) -> Vec<Load> {
+    /// Loads of unit weight in sum where they are forces; those of the last list, or all before.
+    pub fn loads(&self, fresh: bool) -> Vec<Load> {
         let shell = &self.shell;
         let normals = shell.mesh.normals(&shell.mesh.positions);
         // Directions are given with z up.
@@ -75,16 +79,32 @@ impl Scene {
         let sum = |a: Vec<Vec3>, b: Vec<Vec3>, part: f64| -> Vec<Vec3> {
             a.iter().zip(&b).map(|(a, b)| a + part * b).collect()
         };
-        let [p, q, r, s] = self.points;
+        let [p, q, r, s] = if fresh { self.fresh_points } else { self.points };
         let handle = |v: usize| {
             let axis = normals[v].iamax();
             Action::Handle(v, Vec3::ith(axis, normals[v][axis].signum()))
         };
         use Action::Forces;
-        use Part::{HeldOut, Validation};
+        use Part::{Fresh, HeldOut, Validation};
         let of = |part, list: Vec<(&'static str, Action)>| {
             list.into_iter().map(move |(name, action)| Load { name, part, action })
         };
+        if fresh {
+            let list = vec![
+                ("gravity, tilted 4", Forces(gravity([-0.7, 0.3, -0.6]))),
+                ("gravity, tilted 5", Forces(gravity([0.45, -0.6, 0.65]))),
+                ("gravity, aside 2", Forces(gravity([-0.8, -0.55, 0.2]))),
+                ("gravity, up", Forces(gravity([-0.1, 0.15, 0.95]))),
+                ("pull 4", Forces(pull(p, [-0.55, 0.35, 0.75]))),
+                ("pull 5", Forces(pull(q, [0.25, 0.9, -0.35]))),
+                ("push 3", Forces(push(s))),
+                ("wind 3", Forces(wind([-0.7, 0.5, 0.5]))),
+                ("gravity and pull 3", Forces(sum(gravity([0.0, 0.0, -1.0]), pull(r, [-0.5, -0.7, 0.5]), 0.05))),
+                ("handle 4", handle(p)),
+                ("handle 5", handle(r)),
+            ];
+            return of(Fresh, list).collect();
+        }
         let validation = vec![
             ("gravity, tilted 1", Forces(gravity([0.4, 0.5, -0.77]))),
             ("pull 1", Forces(pull(p, [0.5, -0.6, 0.6]))),
@@ -113,10 +133,9 @@ impl Scene {
 
 /// Four places on the shell that move: of a fixed random choice of 40 free vertices the ones furthest from the supports and each other,
 /// but for the very furthest, which the precompute knows.
-fn spread(shell: &Shell) -> [usize; 4] {
+fn spread(shell: &Shell, mut seed: u64) -> [usize; 4] {
     let x = &shell.mesh.positions;
     let held: Vec<usize> = (0..x.len()).filter(|&v| shell.held[v]).collect();
-    let mut seed = 7u64;
     let mut choice: Vec<usize> = (0..40)
         .map(|_| {
             seed = seed.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);

@@ -142,6 +142,10 @@ fn units(library: &Library) -> Vec<Cell> {
                 Family::Shell => {
                     "coordinates keep 16 digits, of which the offset takes its share from the strains".into()
                 }
+                Family::Reduced => {
+                    "samples others of its elements: rounding decides between equals, and they leave 1 % of the forces"
+                        .into()
+                }
                 _ => "coordinates keep 16 digits, of which the offset takes its share from the modes".to_owned(),
             };
             // 32 bits of basis, Newton's tolerance of the shell, and 1e-10 of coordinates far away over strains of 1e-4.
@@ -272,7 +276,10 @@ fn supports(library: &Library) -> Vec<Cell> {
             };
             let reason = |m: &Method, end: &End| {
                 match m.family {
-                Family::Reduced => linear_modes(m, end),
+                Family::Reduced => {
+                    let turn = end.rotation.to_degrees();
+                    format!("turned by {turn:.0}°; the centrifugal force stretches it in ways that its fields do not hold")
+                }
                 _ => "linear modes have no centrifugal stiffening: past the slowest mode's frequency, 0.08 Hz, the load exceeds K"
                     .into(),
             }
