@@ -1155,23 +1155,25 @@ SwStatus sw_state_plan_text(const struct SwState *state,
 // Writes struct_size and zeros. NULL is allowed and does nothing.
 void sw_certificate_init(struct SwCertificate *certificate);
 
-// Estimates what a state gets wrong against the full nonlinear shell, under the loads, constraints and frame as they are now, by a
-// few Newton steps of the full shell from the present pose. At rest that is the error of the equilibrium. In motion the inertia and damping
-// that the method has are taken for right: it is what its forces get wrong at this moment, not what has added up. A state of a
-// nonlinear shell gets zeros.
+// Estimates what a state gets wrong against the full nonlinear shell, under the loads, constraints and frame as they are now, by
+// a few Newton steps of the full shell from the present pose. At rest that is the error of the equilibrium; where the full shell
+// has several, as one that buckles, it is the distance to the one that these steps lead to, and another may be far. In motion the
+// inertia and damping that the method has are taken for right: it is what its forces get wrong at this moment, not what has added
+// up. A state of a nonlinear shell gets zeros.
 //
-// Takes as long as one to three steps of SW_METHOD_SHELL_IMPLICIT, at most twenty factorizations, and the first time the analysis of the stiffness, which the model keeps:
-// to be called now and then, not in every step. `certificate` must be initialised by sw_certificate_init. Callable concurrently.
+// Takes as long as one to three steps of SW_METHOD_SHELL_IMPLICIT, at most twenty factorizations, and the first time the analysis
+// of the stiffness, which the model keeps: to be called now and then, not in every step. `certificate` must be initialised by
+// sw_certificate_init. Callable concurrently.
 // Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_UNSUPPORTED by a library without the feature nonlinear-shell,
 // SW_ERROR_NUMERICAL when the full shell has no stiffness to go by, SW_ERROR_OUT_OF_MEMORY, SW_ERROR_BUSY.
 SwStatus sw_state_certify(const struct SwState *state,
                           struct SwCertificate *certificate);
 
 // Goes on by another SW_METHOD_..., from the pose and velocities nearest to the present ones in the mass norm, with the same time,
-// frame, loads, damping, constraints and integrator: when sw_state_certify or unconverged_steps tell that a reduced shell has left its
-// range, SW_METHOD_WARP_VIRTUAL_WORK or SW_METHOD_WARP goes on, and back again. To SW_METHOD_SHELL_IMPLICIT nothing is lost; to fields or modes, what these do
-// not span, so vertices jump by that much. 0 is the default method of the model. States saved before belong to the method that they were
-// saved with. Allocates; on failure nothing has changed.
+// frame, loads, damping, constraints and integrator: when sw_state_certify or unconverged_steps tell that a reduced shell has left
+// its range, SW_METHOD_WARP_VIRTUAL_WORK or SW_METHOD_WARP goes on, and back again. To SW_METHOD_SHELL_IMPLICIT nothing is lost; to
+// fields or modes, what these do not span, so vertices jump by that much. 0 is the default method of the model. States saved before
+// belong to the method that they were saved with. Allocates; on failure nothing has changed.
 // Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_UNSUPPORTED where the method cannot take a constraint or the damping ratios that are set,
 // or as by sw_state_create; SW_ERROR_NUMERICAL, SW_ERROR_OUT_OF_MEMORY, SW_ERROR_BUSY.
 SwStatus sw_state_set_method(struct SwState *state,

