@@ -86,7 +86,7 @@ fn plainly_at_rest(model: &Arc<Model>, gravity: Vec3) -> Vec<Vec3> {
         let forces: Vec<Vec3> = shell.mass.iter().map(|m| *m * share * gravity).collect();
         let mut load = vec![0.0; fields.n];
         fields.project(&forces, &mut load);
-        let stop = Stop { tolerance: 1e-7, iterations: 200 };
+        let stop = Stop { tolerance: 1e-7, iterations: 200, led: false };
         newton.minimize(&energy, &Potential::of_load(&load), &mut q, stop);
     }
     let mut u = vec![Vec3::zeros(); shell.mass.len()];
@@ -155,7 +155,12 @@ fn samples_are_few_and_reproduce_the_rest_stiffness_of_the_modes() {
         let mut load = vec![0.0; reduced.n()];
         load[k] = 1e-6 * model.eigenvalues[k];
         let mut q = vec![0.0; reduced.n()];
-        newton.minimize(&reduced.energy, &Potential::of_load(&load), &mut q, Stop { tolerance: 1e-10, iterations: 20 });
+        newton.minimize(
+            &reduced.energy,
+            &Potential::of_load(&load),
+            &mut q,
+            Stop { tolerance: 1e-10, iterations: 20, led: false },
+        );
         // Modes count five times as much as the poses that the samples leave 1 % of.
         assert_close("amplitude", q[k], 1e-6, 0.005, 0.0);
     }
@@ -284,6 +289,38 @@ fn a_sharp_rest_fold_keeps_the_modes_stiffness() {
         println!("fold of {fold}: {found:.4}, eight modes {linear:.4}");
         assert!(found < linear + 0.01, "{fold}: {found}; samples leave 1 % of the forces");
     }
+}
+
+#[test]
+fn a_tip_torn_away_at_a_hundred_lengths_a_second_and_let_go_comes_back() {
+    let shell = strip(0.0);
+    let model = model(&shell, 12, 0, 0);
+    let length = shell.mesh.size;
+    let tip = (0..shell.mass.len()).max_by(|&a, &b| {
+        let x = |v: usize| shell.mesh.positions[v].x;
+        x(a).total_cmp(&x(b))
+    });
+    let tip = tip.unwrap();
+    let mut state = state(&model, Method::ReducedShell);
+    state.set_gravity(0.05 * DOWN).unwrap();
+    state.set_damping(&Damping { mass_coefficient: 1.0, ..Damping::default() }).unwrap();
+    let rest = at_rest(&model, Method::ReducedShell, 0.05 * DOWN);
+    for k in 1..=12 {
+        let place = shell.mesh.positions[tip] + Vec3::new(0.0, 0.0, 100.0 * length * f64::from(k) / 60.0);
+        let target = Target::Position(place);
+        let handle = Constraint { id: 1, vertex: tip as u32, axes: [true; 3], compliance: 0.0, target };
+        state.set_constraint(handle).unwrap();
+        state.step(1.0 / 60.0).unwrap();
+    }
+    state.clear_constraint(1).unwrap();
+    for _ in 0..1800 {
+        state.step(1.0 / 30.0).unwrap();
+        let far = state.report().max_displacement;
+        assert!(far < 100.0 * length, "{far}");
+    }
+    let off = error(&displacements(&state), &rest);
+    println!("a minute later: off its rest by {off:.2e}");
+    assert!(off < 1e-3, "{off}");
 }
 
 #[test]

@@ -400,7 +400,12 @@ impl Scene {
             watch(k as f64 / full_strength as f64)?;
             let load = sampling::project(columns, load);
             let mut q = vec![0.0; all.n()];
-            newton.minimize(all, &Potential::of_load(&load), &mut q, Stop { tolerance: 1e-2, iterations: 40 });
+            newton.minimize(
+                all,
+                &Potential::of_load(&load),
+                &mut q,
+                Stop { tolerance: 1e-2, iterations: 40, led: false },
+            );
             poses.push(q);
         }
         Ok(poses)

@@ -11,8 +11,9 @@
 //!
 //! What counts of H is its part along motions that hard constraints leave free: a shell that buckles under a load may be stable
 //! where a handle leads it, and H alone is indefinite there. So H + σJᵀJ takes its place, with the same solution for
-//! Jq = d and μ + σ(d − Jq) for μ (the augmented Lagrangian; Nocedal, Wright 2006, 17.3). The first step goes the whole way to
-//! the constraints, whatever it stretches on the way; from there on all steps are along them.
+//! Jq = d and μ + σ(d − Jq) for μ (the augmented Lagrangian; Nocedal, Wright 2006, 17.3). On the way to an equilibrium the first
+//! step goes the whole way to the constraints, whatever it stretches; from there on all steps are along them. In motion it does
+//! not: a vertex torn away faster than the shell can follow would load it like a catapult.
 
 use super::energy::{ReducedEnergy, Scratch};
 use crate::energy::Curvature;
@@ -91,6 +92,8 @@ pub struct Stop {
     pub tolerance: f64,
     /// Linear solves at most.
     pub iterations: usize,
+    /// The first step goes the whole way to hard constraints, whatever it stretches; else a search may cut it short.
+    pub led: bool,
 }
 
 /// How it ended.
@@ -194,7 +197,7 @@ impl Newton {
                 self.mark = at_mark;
             }
             penalty = self.penalty;
-            if iterations == 0 && self.is_off(potential) {
+            if stop.led && iterations == 0 && self.is_off(potential) {
                 self.step(q);
                 if self.trial_merit(energy, potential).is_finite() {
                     q.copy_from_slice(&self.trial);

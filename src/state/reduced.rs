@@ -20,8 +20,8 @@ use nalgebra::{DMatrix, UnitQuaternion};
 /// BDF2 is stable for steps up to 1 + √2 times the last.
 const LARGEST_RATIO: f64 = 2.0;
 /// A step moves on at this, an energy of 1e-10 of what the loads do; the Newton step that shows it is still taken.
-const STEP: Stop = Stop { tolerance: 1e-5, iterations: 20 };
-const REST: Stop = Stop { tolerance: 1e-7, iterations: 200 };
+const STEP: Stop = Stop { tolerance: 1e-5, iterations: 20, led: false };
+const REST: Stop = Stop { tolerance: 1e-7, iterations: 200, led: true };
 /// Shares of the load that are added at once on the way to an equilibrium, at first and at least.
 const FIRST_SHARE: f64 = 0.25;
 const LEAST_SHARE: f64 = 1.0 / 64.0;
