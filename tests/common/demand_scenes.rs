@@ -13,8 +13,8 @@ use std::sync::Arc;
 use std::time::Instant;
 
 pub const STEP: f64 = 1.0 / 60.0;
-/// All modes that are compared with, and shares of the largest displacement that are asked for.
-pub const ALL: usize = 160;
+/// The modes that are compared with, all 312 of a sheet; and shares of the largest displacement that are asked for.
+pub const ALL: usize = 320;
 pub const SHARES: [f64; 3] = [0.01, 0.05, 0.2];
 const STEPS: usize = 90;
 
