@@ -95,14 +95,6 @@ impl Energy for AreaEnergy {
         }
     }
 
-    fn visit_rows(&self, x: &[Vec3], visit: &mut dyn FnMut(RestRow)) {
-        for (t, divisor) in self.triangles.iter().zip(&self.divisor) {
-            let (_, d_area) = area_and_gradient(&t.map(|v| x[v as usize]));
-            let weight = (2.0 * self.k / divisor).sqrt();
-            visit((t, &d_area.map(|d| weight * d)));
-        }
-    }
-
     fn visit_strains(&self, x: &[Vec3], visit: &mut dyn FnMut(RestRow, f64)) {
         for ((t, rest), divisor) in self.triangles.iter().zip(&self.rest_area).zip(&self.divisor) {
             let (area, d_area) = area_and_gradient(&t.map(|v| x[v as usize]));

@@ -154,13 +154,6 @@ impl Energy for HingeEnergy {
         }
     }
 
-    fn visit_rows(&self, x: &[Vec3], visit: &mut dyn FnMut(RestRow)) {
-        for (h, weight) in self.hinges.iter().zip(&self.weight) {
-            let scale = (2.0 * weight).sqrt();
-            visit((h, &angle_gradient(&h.map(|v| x[v as usize])).map(|d| scale * d)));
-        }
-    }
-
     fn visit_strains(&self, x: &[Vec3], visit: &mut dyn FnMut(RestRow, f64)) {
         for ((h, rest), weight) in self.hinges.iter().zip(&self.rest_angle).zip(&self.weight) {
             let corners = h.map(|v| x[v as usize]);

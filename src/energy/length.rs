@@ -65,14 +65,6 @@ impl Energy for LengthEnergy {
         }
     }
 
-    fn visit_rows(&self, x: &[Vec3], visit: &mut dyn FnMut(RestRow)) {
-        for (e, divisor) in self.edges.iter().zip(&self.divisor) {
-            let (_, direction) = length_and_direction(&e.map(|v| x[v as usize]));
-            let row = (2.0 * self.k / divisor).sqrt() * direction;
-            visit((e, &[-row, row]));
-        }
-    }
-
     fn visit_strains(&self, x: &[Vec3], visit: &mut dyn FnMut(RestRow, f64)) {
         for ((e, rest), divisor) in self.edges.iter().zip(&self.rest_length).zip(&self.divisor) {
             let (length, direction) = length_and_direction(&e.map(|v| x[v as usize]));

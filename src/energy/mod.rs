@@ -48,7 +48,9 @@ pub trait Energy: Send + Sync {
 
     /// Hands the rows √(2w) ∇s of the configuration `x` to `visit`, in the order of the rest rows, which they are at rest.
     /// They vanish on every rigid motion of `x`, so Σ b bᵀ is a viscosity that damps deformation alone.
-    fn visit_rows(&self, x: &[Vec3], visit: &mut dyn FnMut(RestRow));
+    fn visit_rows(&self, x: &[Vec3], visit: &mut dyn FnMut(RestRow)) {
+        self.visit_strains(x, &mut |row, _| visit(row));
+    }
 
     /// Hands ∂²E/∂x² to `visit` element by element, in the order of the rest rows, whose Σ b bᵀ it is at rest.
     fn visit_hessian(&self, x: &[Vec3], curvature: Curvature, visit: &mut dyn FnMut(ElementHessian));
@@ -92,10 +94,6 @@ impl Energy for Vec<Box<dyn Energy>> {
 
     fn visit_rest_rows(&self, visit: &mut dyn FnMut(RestRow)) {
         self.iter().for_each(|e| e.visit_rest_rows(visit));
-    }
-
-    fn visit_rows(&self, x: &[Vec3], visit: &mut dyn FnMut(RestRow)) {
-        self.iter().for_each(|e| e.visit_rows(x, visit));
     }
 
     fn visit_strains(&self, x: &[Vec3], visit: &mut dyn FnMut(RestRow, f64)) {

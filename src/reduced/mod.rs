@@ -52,6 +52,9 @@ const MOST_ELEMENTS: usize = 16;
 /// Stress fields of modes bent far and of poses, as a share of the fields: by the validation loads of docs/front.md. With more the membrane
 /// locks; with fewer, what no other stress field holds is soft.
 const STRESSES: f64 = 0.3;
+/// Loads of any frame that stress fields are whole for, and with them the most stress fields: those of the modes and these beside others.
+const FRAME_LOADS: usize = 12;
+const MAX_STRESSES: usize = MAX_FIELDS + FRAME_LOADS;
 
 /// The run-time fields in the precision asked for.
 pub enum AnyFields {

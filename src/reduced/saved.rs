@@ -12,7 +12,7 @@
 //! | S at the membrane's samples, by sample | pt × f64 |
 //! | B√M by vertex, then field | 3nf × f64, or f32 unless the basis is of f64 |
 
-use super::{AnyFields, Fields, MAX_FIELDS, ReducedShell, with_fields};
+use super::{AnyFields, Fields, MAX_FIELDS, MAX_STRESSES, ReducedShell, with_fields};
 use crate::features::Feature;
 use crate::model::Precision;
 use crate::real::Real;
@@ -69,7 +69,7 @@ impl ReducedShell {
         let count = |at: usize| u32::from_le_bytes(front[at..at + 4].try_into().expect("four bytes")) as usize;
         let (n, t) = (count(0) & 0xffff, count(0) >> 16);
         let (samples, fit) = (count(4), f64::get(&front[8..]));
-        if n < modes || n > MAX_FIELDS || t > MAX_FIELDS {
+        if n < modes || n > MAX_FIELDS || t > MAX_STRESSES {
             return invalid(format!("a reduced shell of {n} fields, {t} stresses and {modes} modes is out of range"));
         }
         let misfit = |stresses: usize| {
