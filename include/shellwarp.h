@@ -1094,7 +1094,8 @@ void sw_constraint_desc_init(struct SwConstraintDesc *desc);
 // rotations at the vertex. An explicit step sets positions, so a handle should move by little in each.
 //
 // Constraints are cloned with a state and survive its reset and loading, but are not saved. Allocates unless it replaces one of the same
-// axes. A reduced shell takes positions only: SW_ERROR_UNSUPPORTED.
+// axes. A reduced shell takes positions only: SW_ERROR_UNSUPPORTED. It follows hard handles as far as its fields can with a root mean
+// square displacement of twice the model's size.
 // Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_BUSY.
 SwStatus sw_state_set_constraint(struct SwState *state,
                                  const struct SwConstraintDesc *desc);

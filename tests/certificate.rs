@@ -26,13 +26,6 @@ fn state(model: &Arc<Model>, method: Method) -> State {
     State::new(model.clone(), method, Integrator::Exact).unwrap()
 }
 
-fn displacements(state: &State) -> Vec<Vec3> {
-    let rest = &state.model().shell.mesh.positions;
-    let mut u = vec![Vec3::zeros(); rest.len()];
-    state.positions(Space::Frame, |v, x| u[v] = x - rest[v]);
-    u
-}
-
 /// ‖u − v‖_M/‖v‖_M.
 fn error(model: &Model, u: &[Vec3], v: &[Vec3]) -> f64 {
     let norm = |f: &dyn Fn(usize) -> Vec3| -> f64 {

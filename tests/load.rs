@@ -6,7 +6,7 @@ use nalgebra::UnitQuaternion;
 use shellwarp::constraint::{Constraint, Target};
 use shellwarp::load::Wind;
 use shellwarp::model::{Model, Options, Precision};
-use shellwarp::state::{Damping, Method, Space, State};
+use shellwarp::state::{Damping, Method, State};
 use shellwarp::step::Integrator;
 use shellwarp::support::{Motion, Pose};
 use shellwarp::{ErrorKind, Material, Mesh, Shell, Supports, Vec3};
@@ -19,13 +19,6 @@ fn model_of(shell: Shell, modes: usize) -> Arc<Model> {
 
 fn state(model: &Arc<Model>, method: Method) -> State {
     State::new(model.clone(), method, Integrator::ImplicitEuler).unwrap()
-}
-
-fn displacements(state: &State) -> Vec<Vec3> {
-    let rest = &state.model().shell.mesh.positions;
-    let mut u = vec![Vec3::zeros(); rest.len()];
-    state.positions(Space::Frame, |v, x| u[v] = x - rest[v]);
-    u
 }
 
 const METHODS: [Method; 3] = [Method::LinearModalAnalysis, Method::Warp, Method::ImplicitShell];

@@ -25,13 +25,6 @@ fn state(model: &Arc<Model>, method: Method) -> State {
     State::new(model.clone(), method, Integrator::Exact).unwrap()
 }
 
-fn displacements(state: &State) -> Vec<Vec3> {
-    let rest = &state.model().shell.mesh.positions;
-    let mut u = vec![Vec3::zeros(); rest.len()];
-    state.positions(Space::Frame, |v, x| u[v] = x - rest[v]);
-    u
-}
-
 fn at_rest(model: &Arc<Model>, method: Method, gravity: Vec3) -> Vec<Vec3> {
     let mut state = state(model, method);
     state.set_gravity(gravity).unwrap();
@@ -291,36 +284,60 @@ fn a_sharp_rest_fold_keeps_the_modes_stiffness() {
     }
 }
 
+/// What a host does before a step: where vertices are led to, and whom it lets go.
+type Drive<'a> = &'a dyn Fn(usize, &mut State);
+
+fn lead(state: &mut State, id: u32, vertex: usize, place: Vec3) {
+    let target = Target::Position(place);
+    state.set_constraint(Constraint { id, vertex: vertex as u32, axes: [true; 3], compliance: 0.0, target }).unwrap();
+}
+
+/// Handles at the tip and at the vertex next to the supports; a minute and more later all is at rest under the load again.
 #[test]
-fn a_tip_torn_away_at_a_hundred_lengths_a_second_and_let_go_comes_back() {
+fn a_shell_torn_by_its_handles_and_let_go_comes_back() {
     let shell = strip(0.0);
     let model = model(&shell, 12, 0, 0);
-    let length = shell.mesh.size;
-    let tip = (0..shell.mass.len()).max_by(|&a, &b| {
-        let x = |v: usize| shell.mesh.positions[v].x;
-        x(a).total_cmp(&x(b))
-    });
-    let tip = tip.unwrap();
-    let mut state = state(&model, Method::ReducedShell);
-    state.set_gravity(0.05 * DOWN).unwrap();
-    state.set_damping(&Damping { mass_coefficient: 1.0, ..Damping::default() }).unwrap();
+    let (length, at) = (shell.mesh.size, |v: usize| shell.mesh.positions[v]);
+    let free = (0..shell.mass.len()).filter(|&v| at(v).x >= 0.13); // as `strip` holds it
+    let by_x = |a: &usize, b: &usize| at(*a).x.total_cmp(&at(*b).x);
+    let (near, tip) = (free.clone().min_by(by_x).unwrap(), free.max_by(by_x).unwrap());
+    let up = |distance: f64| Vec3::new(0.0, 0.0, distance * length);
+    let torn = |v: usize, k: usize, state: &mut State| match k {
+        1..=12 => lead(state, 1, v, at(v) + up(100.0 * k as f64 / 60.0)),
+        13 => state.clear_constraint(1).unwrap(),
+        _ => (),
+    };
+    let led = |k: usize, state: &mut State| match k {
+        1 => {
+            lead(state, 1, tip, at(tip) + up(0.07));
+            lead(state, 2, tip, at(tip) - up(0.13));
+        }
+        30 => lead(state, 2, near, at(tip) + up(0.07)),
+        60 => (1..=2).for_each(|id| state.clear_constraint(id).unwrap()),
+        _ => (),
+    };
+    let drives: [(&str, Drive); 3] = [
+        ("the tip torn away at 100 lengths/s", &|k, state| torn(tip, k, state)),
+        ("a vertex next to supports torn away", &|k, state| torn(near, k, state)),
+        ("one vertex to two places, two vertices to one", &led),
+    ];
     let rest = at_rest(&model, Method::ReducedShell, 0.05 * DOWN);
-    for k in 1..=12 {
-        let place = shell.mesh.positions[tip] + Vec3::new(0.0, 0.0, 100.0 * length * f64::from(k) / 60.0);
-        let target = Target::Position(place);
-        let handle = Constraint { id: 1, vertex: tip as u32, axes: [true; 3], compliance: 0.0, target };
-        state.set_constraint(handle).unwrap();
-        state.step(1.0 / 60.0).unwrap();
+    for (name, drive) in drives {
+        let mut state = state(&model, Method::ReducedShell);
+        state.set_gravity(0.05 * DOWN).unwrap();
+        state.set_damping(&Damping { mass_coefficient: 1.0, ..Damping::default() }).unwrap();
+        let mut largest = 0.0;
+        for k in 0..1900 {
+            drive(k, &mut state);
+            state.step(if k < 70 { 1.0 / 60.0 } else { 1.0 / 30.0 }).unwrap();
+            largest = f64::max(largest, state.report().max_displacement);
+            // Handles are 20 lengths away at most, and up to there amplitudes may go.
+            assert!(largest < 100.0 * length, "{name}, step {k}: {largest}");
+        }
+        let off = error(&displacements(&state), &rest);
+        println!("{name}: moved by {:.1} lengths, a minute later off its rest by {off:.2e}", largest / length);
+        assert!(off < 1e-3, "{name}: {off}");
     }
-    state.clear_constraint(1).unwrap();
-    for _ in 0..1800 {
-        state.step(1.0 / 30.0).unwrap();
-        let far = state.report().max_displacement;
-        assert!(far < 100.0 * length, "{far}");
-    }
-    let off = error(&displacements(&state), &rest);
-    println!("a minute later: off its rest by {off:.2e}");
-    assert!(off < 1e-3, "{off}");
 }
 
 #[test]
@@ -665,4 +682,44 @@ fn on_a_curved_leaf_it_is_nowhere_worse_than_the_paper_on_loads_it_was_not_train
     ratios.sort_by(f64::total_cmp);
     println!("ratios {ratios:.3?}");
     assert!(ratios[ratios.len() / 2] <= 0.2);
+}
+
+/// Where it was torn matters little: it comes to rest, if not always in the shape it had.
+#[test]
+fn a_torn_shell_settles_wherever_it_was_torn() {
+    let shell = strip(0.0);
+    let model = model(&shell, 12, 0, 0);
+    let (length, at) = (shell.mesh.size, |v: usize| shell.mesh.positions[v]);
+    let rest = at_rest(&model, Method::ReducedShell, 0.05 * DOWN);
+    let free: Vec<usize> = (0..shell.mass.len()).filter(|&v| at(v).x >= 0.13).collect();
+    let (mut runs, mut back) = (0, 0);
+    for &v in free.iter().step_by(free.len() / 8) {
+        for direction in [Vec3::z(), Vec3::new(-1.0, 0.3, 0.0)] {
+            for speed in [10.0, 100.0] {
+                let mut state = state(&model, Method::ReducedShell);
+                state.set_gravity(0.05 * DOWN).unwrap();
+                state.set_damping(&Damping { mass_coefficient: 1.0, ..Damping::default() }).unwrap();
+                for k in 1..=12 {
+                    lead(&mut state, 1, v, at(v) + direction * (speed * length * f64::from(k) / 60.0));
+                    state.step(1.0 / 30.0).unwrap();
+                }
+                state.clear_constraint(1).unwrap();
+                (0..700).for_each(|_| state.step(1.0 / 30.0).unwrap());
+                let report = state.report();
+                let name = format!("vertex {v} along {direction:?} at {speed} lengths/s");
+                println!(
+                    "{name}: {} steps short, {:.1} lengths away",
+                    report.unconverged_steps,
+                    report.max_displacement / length
+                );
+                // The slowest mode, overdamped, still creeps after 23 seconds: 2e-6 of the energy.
+                assert!(report.kinetic_energy < 1e-4 * report.elastic_energy, "{name}: {report:?}");
+                assert!(report.max_displacement < 2.0 * length, "{name}: {report:?}");
+                runs += 1;
+                back += usize::from(error(&displacements(&state), &rest) < 1e-2);
+            }
+        }
+    }
+    println!("{back} of {runs} are back");
+    assert!(10 * back > 8 * runs, "{back} of {runs}");
 }

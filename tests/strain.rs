@@ -39,13 +39,6 @@ fn state(model: &Arc<Model>, method: Method) -> State {
     State::new(model.clone(), method, Integrator::Exact).unwrap()
 }
 
-fn displacements(state: &State) -> Vec<Vec3> {
-    let rest = &state.model().shell.mesh.positions;
-    let mut u = vec![Vec3::zeros(); rest.len()];
-    state.positions(Space::Frame, |v, x| u[v] = x - rest[v]);
-    u
-}
-
 fn at_rest(model: &Arc<Model>, method: Method, gravity: Vec3) -> Vec<Vec3> {
     let mut state = state(model, method);
     state.set_gravity(gravity).unwrap();

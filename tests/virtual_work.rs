@@ -5,7 +5,7 @@ use common::*;
 use pulp::Scalar;
 use rand::{Rng, SeedableRng, rngs::StdRng};
 use shellwarp::model::{AnyBasis, Model, Options, Precision};
-use shellwarp::state::{Damping, Method, Space, State};
+use shellwarp::state::{Damping, Method, State};
 use shellwarp::step::modal_force::{self, Acting, BodyLoad, Scratch};
 use shellwarp::step::{ForceLaw, Integrator};
 use shellwarp::support::{Pose, Rates};
@@ -37,13 +37,6 @@ fn modal_force(model: &Model, law: ForceLaw, loads: &[Vec3], q: &[f64], q_dot: &
 /// Amplitudes with rotations of up to `reach` rad in each mode.
 fn amplitudes(model: &Model, rng: &mut StdRng, reach: f64) -> Vec<f64> {
     model.largest_rotation.iter().map(|r| reach * rng.random_range(-1.0..1.0) / r).collect()
-}
-
-fn displacements(state: &State) -> Vec<Vec3> {
-    let rest = &state.model().shell.mesh.positions;
-    let mut u = vec![Vec3::zeros(); rest.len()];
-    state.positions(Space::Frame, |v, x| u[v] = x - rest[v]);
-    u
 }
 
 #[test]

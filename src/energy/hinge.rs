@@ -2,6 +2,10 @@
 //!
 //! The signed dihedral angle θ is the turn from the normal of the first triangle (a, b, c) to that of the second (b, a, d)
 //! about the edge a → b; it is zero when flat. Differences are wrapped to (−π, π], so a fold through 180° stays finite.
+//!
+//! θ jumps where a triangle passes through no area, and its gradient grows beyond all bounds on the way: a wall that a torn shell
+//! is caught behind. So a triangle on less than a hundredth of its rest area Ā lets go of its hinges: for θ − θ̄ stands φ₁φ₂ (θ − θ̄), with
+//! φ = r (2 − r), r = (100 A/Ā)² below r = 1 and φ = 1 from there on. The Hessian goes without the derivatives of φ.
 
 use super::{Curvature, ElementHessian, Energy, Mat3, RestRow};
 use crate::{Mesh, Vec3};
@@ -15,6 +19,20 @@ pub struct HingeEnergy {
     /// 3 k_B l̄/h̄.
     weight: Vec<f64>,
     rest_gradient: Vec<[Vec3; 4]>,
+    /// (2 Ā/100)² of the two triangles.
+    small: Vec<[f64; 2]>,
+}
+
+/// Of the rest area, below which a triangle lets go of its hinges.
+const COLLAPSED: f64 = 0.01;
+
+/// One hinge in a shape.
+struct Bend {
+    corners: [Vec3; 4],
+    /// φ₁φ₂.
+    share: f64,
+    /// θ − θ̄.
+    turn: f64,
 }
 
 impl HingeEnergy {
@@ -28,16 +46,54 @@ impl HingeEnergy {
             rest_angle: hinges.iter().map(|h| dihedral_angle(&corners(h))).collect(),
             weight: hinges.iter().map(|h| 3.0 * k * length_over_height(&corners(h))).collect(),
             rest_gradient: hinges.iter().map(|h| angle_gradient(&corners(h))).collect(),
+            small: hinges
+                .iter()
+                .map(|h| <[Vec3; 2]>::from(normals(&corners(h))).map(|n| (COLLAPSED * n.norm()).powi(2)))
+                .collect(),
             hinges,
+        }
+    }
+
+    fn bend(&self, i: usize, x: &[Vec3]) -> Bend {
+        let corners = self.hinges[i].map(|v| x[v as usize]);
+        let turn = wrapped_difference(dihedral_angle(&corners), self.rest_angle[i]);
+        let (n1, n2) = normals(&corners);
+        let share = [n1, n2].iter().zip(&self.small[i]).map(|(n, small)| presence(n.norm_squared() / small)).product();
+        Bend { corners, share, turn }
+    }
+
+    /// ∂(φ₁φ₂ (θ − θ̄))/∂(a, b, c, d).
+    fn gradient(&self, i: usize, bend: &Bend) -> [Vec3; 4] {
+        let mut gradient = angle_gradient(&bend.corners);
+        if bend.share < 1.0 {
+            gradient.iter_mut().for_each(|g| *g *= bend.share);
+            self.add_letting_go(i, bend, &mut gradient);
+        }
+        gradient
+    }
+
+    /// += (θ − θ̄) ∂(φ₁φ₂).
+    #[cold]
+    fn add_letting_go(&self, i: usize, Bend { corners: [a, b, c, d], turn, .. }: &Bend, gradient: &mut [Vec3; 4]) {
+        let triangles = [([a, b, c], [0, 1, 2]), ([b, a, d], [1, 0, 3])];
+        let normal = |[p, q, r]: [&Vec3; 3]| (q - p).cross(&(r - p));
+        let ratio = |k: usize| normal(triangles[k].0).norm_squared() / self.small[i][k];
+        for (k, ([p, q, r], slots)) in triangles.into_iter().enumerate() {
+            // ∂|N|² = 2 N × (opposite edge) at each corner.
+            let n = normal([p, q, r]) * (2.0 / self.small[i][k]);
+            let slope = turn * 2.0 * (1.0 - ratio(k)).max(0.0) * presence(ratio(1 - k));
+            for (slot, opposite) in slots.into_iter().zip([r - q, p - r, q - p]) {
+                gradient[slot] += slope * n.cross(&opposite);
+            }
         }
     }
 
     #[inline(always)]
     fn each_gradient(&self, x: &[Vec3], mut visit: impl FnMut(&[u32; 4], [Vec3; 4])) {
-        for ((h, rest), weight) in self.hinges.iter().zip(&self.rest_angle).zip(&self.weight) {
-            let corners = h.map(|v| x[v as usize]);
-            let moment = 2.0 * weight * wrapped_difference(dihedral_angle(&corners), *rest);
-            visit(h, angle_gradient(&corners).map(|d| moment * d));
+        for (i, (h, weight)) in self.hinges.iter().zip(&self.weight).enumerate() {
+            let bend = self.bend(i, x);
+            let moment = 2.0 * weight * bend.share * bend.turn;
+            visit(h, self.gradient(i, &bend).map(|d| moment * d));
         }
     }
 }
@@ -119,6 +175,11 @@ fn angle_curvature([a, b, c, d]: &[Vec3; 4]) -> [Mat3; 16] {
     blocks
 }
 
+/// φ of r.
+fn presence(r: f64) -> f64 {
+    if r < 1.0 { r * (2.0 - r) } else { 1.0 }
+}
+
 /// θ − θ̄ on the branch (−π, π].
 fn wrapped_difference(angle: f64, rest: f64) -> f64 {
     let d = angle - rest;
@@ -133,10 +194,11 @@ fn wrapped_difference(angle: f64, rest: f64) -> f64 {
 
 impl Energy for HingeEnergy {
     fn value(&self, x: &[Vec3]) -> f64 {
-        let term = |((h, rest), weight): ((&[u32; 4], &f64), &f64)| {
-            weight * wrapped_difference(dihedral_angle(&h.map(|v| x[v as usize])), *rest).powi(2)
+        let term = |(i, weight): (usize, &f64)| {
+            let Bend { share, turn, .. } = self.bend(i, x);
+            weight * (share * turn).powi(2)
         };
-        self.hinges.iter().zip(&self.rest_angle).zip(&self.weight).map(term).sum()
+        self.weight.iter().enumerate().map(term).sum()
     }
 
     fn add_gradient(&self, x: &[Vec3], gradient: &mut [Vec3]) {
@@ -155,11 +217,9 @@ impl Energy for HingeEnergy {
     }
 
     fn visit_strains(&self, x: &[Vec3], visit: &mut dyn FnMut(RestRow, f64)) {
-        for ((h, rest), weight) in self.hinges.iter().zip(&self.rest_angle).zip(&self.weight) {
-            let corners = h.map(|v| x[v as usize]);
-            let root = (2.0 * weight).sqrt();
-            let turn = wrapped_difference(dihedral_angle(&corners), *rest);
-            visit((h, &angle_gradient(&corners).map(|d| root * d)), root * turn);
+        for (i, (h, weight)) in self.hinges.iter().zip(&self.weight).enumerate() {
+            let (bend, root) = (self.bend(i, x), (2.0 * weight).sqrt());
+            visit((h, &self.gradient(i, &bend).map(|d| root * d)), root * (bend.share * bend.turn));
         }
     }
 
@@ -170,11 +230,12 @@ impl Energy for HingeEnergy {
         curvature: Curvature,
         visit: &mut dyn FnMut(ElementHessian),
     ) {
-        for ((h, weight), stress) in self.hinges.iter().zip(&self.weight).zip(stress) {
-            let moment = (2.0 * weight).sqrt() * stress;
+        for (i, ((h, weight), stress)) in self.hinges.iter().zip(&self.weight).zip(stress).enumerate() {
             match curvature {
                 Curvature::Exact => {
-                    visit((h, &angle_curvature(&h.map(|v| x[v as usize])).map(|block| moment * block)));
+                    let bend = self.bend(i, x);
+                    let moment = (2.0 * weight).sqrt() * stress * bend.share;
+                    visit((h, &angle_curvature(&bend.corners).map(|block| moment * block)));
                 }
                 Curvature::Semidefinite => visit((h, &[Mat3::zeros(); 16])),
             }
@@ -187,13 +248,13 @@ impl Energy for HingeEnergy {
 
     /// 2w (∇θ∇θᵀ + (θ − θ̄) ∂²θ); the semidefinite one is Gauss–Newton's, without the second part.
     fn visit_hessian(&self, x: &[Vec3], curvature: Curvature, visit: &mut dyn FnMut(ElementHessian)) {
-        for ((h, rest), weight) in self.hinges.iter().zip(&self.rest_angle).zip(&self.weight) {
-            let corners = h.map(|v| x[v as usize]);
-            let d_angle = angle_gradient(&corners);
+        for (i, (h, weight)) in self.hinges.iter().zip(&self.weight).enumerate() {
+            let bend = self.bend(i, x);
+            let d_angle = self.gradient(i, &bend);
             let mut blocks = [Mat3::zeros(); 16];
             if curvature == Curvature::Exact {
-                let turn = wrapped_difference(dihedral_angle(&corners), *rest);
-                blocks = angle_curvature(&corners).map(|block| turn * block);
+                let turn = bend.share * bend.share * bend.turn;
+                blocks = angle_curvature(&bend.corners).map(|block| turn * block);
             }
             for (ij, block) in blocks.iter_mut().enumerate() {
                 *block = (2.0 * weight) * (*block + d_angle[ij / 4] * d_angle[ij % 4].transpose());
@@ -213,6 +274,7 @@ impl Energy for HingeEnergy {
             rest_angle: kept.iter().map(|&h| self.rest_angle[h]).collect(),
             weight: kept.iter().map(|&h| self.weight[h] * weights[h]).collect(),
             rest_gradient: kept.iter().map(|&h| self.rest_gradient[h]).collect(),
+            small: kept.iter().map(|&h| self.small[h]).collect(),
         })
     }
 }

@@ -6,7 +6,8 @@
 //!
 //! Where the exact Hessian is not positive definite, the semidefinite one with a shift takes its place. A straight step along
 //! bending fields stretches the shell and raises Π, and the next step takes the stretch out again; so steps may raise Π twice in
-//! a row as long as it then falls below where it was (the watchdog of Chamberlain et al. 1982, as in [`crate::reference`]).
+//! a row as long as it then falls below where it was (the watchdog of Chamberlain et al. 1982, as in [`crate::reference`]). Where no
+//! step lowers Π one is taken all the same, and taken back if nothing comes of it: folds of a torn shell wall it in.
 //! The line search is on Π + ρ Σ|Jq − d| over hard constraints with ρ above every μ, + Σ (Jq − d)²/2γ over soft ones.
 //!
 //! What counts of H is its part along motions that hard constraints leave free: a shell that buckles under a load may be stable
@@ -60,13 +61,15 @@ pub struct Rows {
     pub target: DVector<f64>,
     /// γ.
     pub compliance: DVector<f64>,
+    /// Hard constraints that no q of this norm meets are led only as far as one does.
+    pub reach: f64,
 }
 
 impl Rows {
     /// So many, on `n` coordinates.
     pub fn new(rows: usize, n: usize) -> Self {
         let zeros = DVector::zeros(rows);
-        Self { jacobian: DMatrix::zeros(n, rows), target: zeros.clone(), compliance: zeros }
+        Self { jacobian: DMatrix::zeros(n, rows), target: zeros.clone(), compliance: zeros, reach: f64::INFINITY }
     }
 
     /// Their number.
@@ -116,6 +119,9 @@ pub struct Newton {
     trial: Vec<f64>,
     mark: Vec<f64>,
     mark_direction: DVector<f64>,
+    /// Where no step lowered Π, if one was taken all the same and is not made up for.
+    wall: Vec<f64>,
+    leapt: bool,
     hessian: Option<DMatrix<f64>>,
     /// μ (rows), H⁻¹Jᵀ (n × rows) and the rows' own matrix.
     multipliers: DVector<f64>,
@@ -142,6 +148,8 @@ impl Newton {
             trial: vec![0.0; n],
             mark: vec![0.0; n],
             mark_direction: DVector::zeros(n),
+            wall: vec![0.0; n],
+            leapt: false,
             hessian: Some(DMatrix::zeros(n, n)),
             multipliers: DVector::zeros(0),
             response: DMatrix::zeros(n, 0),
@@ -176,8 +184,36 @@ impl Newton {
         &self.multipliers
     }
 
-    /// Moves `q` to a minimum. Does not allocate.
+    /// Whether Π is not larger at `a` than at `b`, hard constraints aside.
+    pub fn is_lower(&mut self, energy: &ReducedEnergy, potential: &Potential, a: &[f64], b: &[f64]) -> bool {
+        self.penalty = 0.0;
+        if let Some(rows) = potential.handles {
+            self.goal.copy_from(&rows.target);
+        }
+        self.merit(energy, potential, a) <= self.merit(energy, potential, b)
+    }
+
+    /// Moves `q` to a minimum; where it finds none, not to where Π is larger. Does not allocate.
     pub fn minimize(&mut self, energy: &ReducedEnergy, potential: &Potential, q: &mut [f64], stop: Stop) -> End {
+        self.leapt = false;
+        let end = self.descend(energy, potential, q, stop);
+        if !end.converged && !self.has_landed(energy, potential, q) {
+            q.copy_from_slice(&self.wall);
+        }
+        end
+    }
+
+    /// Whether Π is below that at the wall, if there was one.
+    fn has_landed(&mut self, energy: &ReducedEnergy, potential: &Potential, q: &[f64]) -> bool {
+        if self.leapt {
+            let wall = std::mem::take(&mut self.wall);
+            self.leapt = self.merit(energy, potential, q) > self.merit(energy, potential, &wall);
+            self.wall = wall;
+        }
+        !self.leapt
+    }
+
+    fn descend(&mut self, energy: &ReducedEnergy, potential: &Potential, q: &mut [f64], stop: Stop) -> End {
         let mut mark = (f64::INFINITY, 0.0, f64::INFINITY);
         let mut ventures = 0;
         let mut residual = f64::INFINITY;
@@ -188,6 +224,9 @@ impl Newton {
         }
         for iterations in 0..stop.iterations {
             let Some((slope, scale)) = self.find_direction(energy, potential, q) else {
+                if ventures > 0 {
+                    q.copy_from_slice(&self.mark);
+                }
                 return End { converged: false, iterations, residual };
             };
             residual = (-slope / scale).max(0.0).sqrt();
@@ -225,7 +264,12 @@ impl Newton {
                 ventures = 0;
                 if !self.search(energy, potential, q, (mark.0, mark.1)) {
                     let residual = mark.2;
-                    return End { converged: residual <= ROUNDING, iterations: iterations + 1, residual };
+                    if residual <= ROUNDING || !self.has_landed(energy, potential, q) {
+                        return End { converged: residual <= ROUNDING, iterations: iterations + 1, residual };
+                    }
+                    self.leapt = true;
+                    self.wall.copy_from_slice(q);
+                    (0..q.len()).for_each(|k| self.trial[k] = q[k] + self.mark_direction[k]);
                 }
             }
             q.copy_from_slice(&self.trial);
@@ -333,7 +377,8 @@ impl Newton {
         None
     }
 
-    /// The nearest to d that hard constraints have in common, JJ⁺d. Two passes of JJᵀ(JJᵀ + ε)⁻¹ leave ε² of what they can have.
+    /// The nearest to d that hard constraints have in common, JJ⁺d, or as far on the way to it as J⁺d is within reach. Two passes
+    /// of JJᵀ(JJᵀ + ε)⁻¹ leave ε² of what they can have.
     fn find_goal(&mut self, rows: &Rows) {
         self.goal.copy_from(&rows.target);
         let hard = |i: usize| rows.compliance[i] == 0.0;
@@ -350,14 +395,20 @@ impl Newton {
         }
         let Some(gram) = Cholesky::new(gram) else { return };
         (0..rows.len()).filter(|i| hard(*i)).for_each(|i| self.goal[i] = 0.0);
+        self.gradient.fill(0.0);
         for _ in 0..2 {
             self.multipliers.copy_from(&rows.target);
             self.multipliers -= &self.goal;
             gram.solve_mut(&mut self.multipliers);
             self.direction.gemv(1.0, &rows.jacobian, &self.multipliers, 0.0);
+            self.gradient += &self.direction;
             for i in (0..rows.len()).filter(|i| hard(*i)) {
                 self.goal[i] += rows.along(i, self.direction.as_slice());
             }
+        }
+        let far = self.gradient.norm();
+        if far > rows.reach {
+            (0..rows.len()).filter(|i| hard(*i)).for_each(|i| self.goal[i] *= rows.reach / far);
         }
         self.flexibility = Some(gram.unpack_dirty());
     }

@@ -3,7 +3,9 @@
 //!   h q̇⁺ = (1 + 2ω)/(1 + ω) q⁺ − (1 + ω) q + ω²/(1 + ω) q₋₁,     and the same for q̈⁺ by q̇.
 //!
 //! Of second order, and damps what the step does not resolve. The first step, and one that is more than twice the last, is backward
-//! Euler's. The end of a step is the minimum of a potential, found by Newton's method ([`crate::reduced::Newton`]).
+//! Euler's. The end of a step is the minimum of a potential, found by Newton's method ([`crate::reduced::Newton`]) from q + h q̇ or,
+//! where the potential is lower, q. A search that ends short of it is made anew for backward Euler's potential: that is no higher at
+//! its end than at q, so the step gains no energy, converged or not.
 //!
 //! Damping is ξI + ζ Bᵀ(Σ b bᵀ)B with the strain rows b of the shape at the start of the step, and 2 ratio √λ on the modes.
 
@@ -31,6 +33,9 @@ const ALL_ITERATIONS: usize = 1000;
 const SPIN_PASSES: usize = 4;
 /// Of the displacement, what the last pass may still change although it changes more than the first.
 const SETTLED: f64 = 1e-3;
+/// Root mean square displacement, in units of the model's size, up to which handles are followed. No shell reaches it unless it is
+/// stretched three times over or its few fields know no smaller way; far beyond, a fold of no area catches the energy.
+const REACH: f64 = 2.0;
 /// Past this displacement, in units of the model's size, an amplitude has no meaning left.
 const LARGEST_DISPLACEMENT: f64 = 1e6;
 
@@ -159,11 +164,35 @@ impl Reduced {
     /// One step of `h` under `load` and `external` forces (frame axes, n_vertices, or none). Changes nothing on failure.
     pub fn step(&mut self, model: &Model, load: &BodyLoad, external: External, pose: &Pose, h: f64) -> Result<()> {
         let reduced = of(model)?;
-        let alpha = self.set_constants(h);
-        let shift = alpha * (alpha + self.damping.mass);
-        let damped = self.set_viscosity(reduced);
         self.set_force(reduced, load, external);
         self.set_rows(model, reduced, pose);
+        let last = self.motion.last_step;
+        let ratio = if last > 0.0 && h <= LARGEST_RATIO * last { h / last } else { 0.0 };
+        let mut converged = self.advance(reduced, load, h, ratio)?;
+        if !converged && ratio > 0.0 {
+            converged = self.advance(reduced, load, h, 0.0)?;
+        }
+        let work = self.conclude();
+        if !Self::has_meaning(model, &self.next, &self.rates) || !(self.constraint_work + work).is_finite() {
+            return Err(Error::new(ErrorKind::Numerical, format!("the step of {h} s does not give finite positions")));
+        }
+        let Motion { q, q_dot, before, last_step } = &mut self.motion;
+        for (now, (before, next)) in [q, q_dot].into_iter().zip(before.iter_mut().zip([&self.next, &self.rates])) {
+            before.copy_from_slice(now);
+            now.copy_from_slice(next);
+        }
+        *last_step = h;
+        self.constraint_work += work;
+        self.unconverged += u64::from(!converged);
+        self.constraints.accept();
+        Ok(())
+    }
+
+    /// Sets the next q and its rates for a step `ratio` times the last, backward Euler's for 0; false if the search ended short.
+    fn advance(&mut self, reduced: &ReducedShell, load: &BodyLoad, h: f64, ratio: f64) -> Result<bool> {
+        let alpha = self.set_constants(h, ratio);
+        let shift = alpha * (alpha + self.damping.mass);
+        let damped = self.set_viscosity(reduced);
         let Motion { q, q_dot, .. } = &self.motion;
         (0..q.len()).for_each(|k| self.next[k] = q[k] + h * q_dot[k]);
         let passes = if load.spin_rate().is_some() { SPIN_PASSES } else { 1 };
@@ -172,7 +201,7 @@ impl Reduced {
             self.viscosity *= alpha;
         }
         let (mut converged, mut gained) = (true, [0.0; SPIN_PASSES]);
-        for gained in &mut gained[..passes] {
+        for (pass, gained) in gained[..passes].iter_mut().enumerate() {
             self.last.copy_from_slice(&self.next);
             let (_, spin) = load.parts();
             self.load.copy_from_slice(&self.force);
@@ -190,6 +219,9 @@ impl Reduced {
             let handles = (!self.rows.is_empty()).then_some(&self.rows);
             let matrix = damped.then_some(&self.viscosity);
             let potential = Potential { shift, matrix, load: &self.load, handles };
+            if pass == 0 && !self.newton.is_lower(&reduced.energy, &potential, &self.next, q) {
+                self.next.copy_from_slice(q);
+            }
             converged = self.newton.minimize(&reduced.energy, &potential, &mut self.next, STEP).converged;
             *gained = self.next.iter().zip(&self.last).map(|(a, b)| (a - b).powi(2)).sum();
         }
@@ -201,26 +233,12 @@ impl Reduced {
             return Err(Error::new(ErrorKind::Numerical, message));
         }
         (0..q.len()).for_each(|k| self.rates[k] = alpha * self.next[k] + by_rate[k]);
-        let work = self.conclude();
-        if !Self::has_meaning(model, &self.next, &self.rates) || !(self.constraint_work + work).is_finite() {
-            return Err(Error::new(ErrorKind::Numerical, format!("the step of {h} s does not give finite positions")));
-        }
-        let Motion { q, q_dot, before, last_step } = &mut self.motion;
-        for (now, (before, next)) in [q, q_dot].into_iter().zip(before.iter_mut().zip([&self.next, &self.rates])) {
-            before.copy_from_slice(now);
-            now.copy_from_slice(next);
-        }
-        *last_step = h;
-        self.constraint_work += work;
-        self.unconverged += u64::from(!converged);
-        self.constraints.accept();
-        Ok(())
+        Ok(converged)
     }
 
     /// Sets c of q̇⁺ = α q⁺ + c and q̈⁺ = α q̇⁺ + c; returns α.
-    fn set_constants(&mut self, h: f64) -> f64 {
-        let Motion { q, q_dot, before, last_step } = &self.motion;
-        let ratio = if *last_step > 0.0 && h <= LARGEST_RATIO * last_step { h / last_step } else { 0.0 };
+    fn set_constants(&mut self, h: f64, ratio: f64) -> f64 {
+        let Motion { q, q_dot, before, .. } = &self.motion;
         let (now, then) = (-(1.0 + ratio) / h, ratio * ratio / ((1.0 + ratio) * h));
         for (constant, (x, before)) in self.constant.iter_mut().zip([q, q_dot].into_iter().zip(before)) {
             (0..x.len()).for_each(|k| constant[k] = now * x[k] + then * before[k]);
@@ -274,6 +292,7 @@ impl Reduced {
                 row += 1;
             }
         }
+        self.rows.reach = REACH * model.shell.mesh.size * model.shell.total_mass.sqrt();
     }
 
     /// Takes down how constraints were met; returns the work done.

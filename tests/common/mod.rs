@@ -3,6 +3,7 @@
 
 use shellwarp::mesh::Mesh;
 use shellwarp::modes::{Modes, Progress, lowest_modes};
+use shellwarp::state::{Space, State};
 use shellwarp::{Material, Shell, Supports, Vec3};
 use std::path::PathBuf;
 
@@ -104,4 +105,12 @@ pub fn assert_close(what: &str, actual: f64, expected: f64, relative: f64, scale
         error <= relative,
         "{what}: {actual:e} instead of {expected:e}, relative error {error:.2e} > {relative:.0e}"
     );
+}
+
+/// u of every vertex, in the frame.
+pub fn displacements(state: &State) -> Vec<Vec3> {
+    let rest = &state.model().shell.mesh.positions;
+    let mut u = vec![Vec3::zeros(); rest.len()];
+    state.positions(Space::Frame, |v, x| u[v] = x - rest[v]);
+    u
 }
