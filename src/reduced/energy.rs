@@ -191,6 +191,15 @@ impl ReducedEnergy {
         self.elements.len()
     }
 
+    /// Of a Hessian, by what grows alike: elements; multiplications of their blocks with B; of products of B's rows and of stress fields;
+    /// of strains along stress fields.
+    pub fn operations(&self) -> [f64; 4] {
+        let (stride, stresses) = (self.stride as f64, self.n_stresses as f64);
+        let blocks: usize = self.elements.iter().map(|(_, k)| 9 * k * k).sum();
+        let squares = (self.rows.len() as f64 / stride + stresses) * stride * stride / 2.0;
+        [self.elements.len() as f64, blocks as f64 * stride, squares, self.membrane as f64 * stresses * stride]
+    }
+
     /// Bytes held.
     pub fn bytes(&self) -> usize {
         8 * (self.rows.len() + self.stresses.len()) + size_of::<Vec3>() * self.rest.len() + 150 * self.elements.len()

@@ -106,6 +106,8 @@ pub struct End {
     pub converged: bool,
     /// Linear solves.
     pub iterations: usize,
+    /// Hessians for them: two where the exact one is not positive definite, or more.
+    pub hessians: usize,
     /// √(−∇Π·Δ / scale) of the last direction.
     pub residual: f64,
 }
@@ -122,6 +124,7 @@ pub struct Newton {
     /// Where no step lowered Π, if one was taken all the same and is not made up for.
     wall: Vec<f64>,
     leapt: bool,
+    hessians: usize,
     hessian: Option<DMatrix<f64>>,
     /// μ (rows), H⁻¹Jᵀ (n × rows) and the rows' own matrix.
     multipliers: DVector<f64>,
@@ -150,6 +153,7 @@ impl Newton {
             mark_direction: DVector::zeros(n),
             wall: vec![0.0; n],
             leapt: false,
+            hessians: 0,
             hessian: Some(DMatrix::zeros(n, n)),
             multipliers: DVector::zeros(0),
             response: DMatrix::zeros(n, 0),
@@ -195,12 +199,12 @@ impl Newton {
 
     /// Moves `q` to a minimum; where it finds none, not to where Π is larger. Does not allocate.
     pub fn minimize(&mut self, energy: &ReducedEnergy, potential: &Potential, q: &mut [f64], stop: Stop) -> End {
-        self.leapt = false;
+        (self.leapt, self.hessians) = (false, 0);
         let end = self.descend(energy, potential, q, stop);
         if !end.converged && !self.has_landed(energy, potential, q) {
             q.copy_from_slice(&self.wall);
         }
-        end
+        End { hessians: self.hessians, ..end }
     }
 
     /// Whether Π is below that at the wall, if there was one.
@@ -227,7 +231,7 @@ impl Newton {
                 if ventures > 0 {
                     q.copy_from_slice(&self.mark);
                 }
-                return End { converged: false, iterations, residual };
+                return End { converged: false, iterations, hessians: 0, residual };
             };
             residual = (-slope / scale).max(0.0).sqrt();
             if ventures > 0 && self.penalty > penalty {
@@ -246,7 +250,7 @@ impl Newton {
             if residual <= stop.tolerance && (ventures == 0 || self.merit(energy, potential, q) <= mark.0) {
                 self.step(q);
                 q.copy_from_slice(&self.trial);
-                return End { converged: true, iterations: iterations + 1, residual };
+                return End { converged: true, iterations: iterations + 1, hessians: 0, residual };
             }
             if ventures == 0 {
                 mark = (self.merit(energy, potential, q), slope, residual);
@@ -265,7 +269,8 @@ impl Newton {
                 if !self.search(energy, potential, q, (mark.0, mark.1)) {
                     let residual = mark.2;
                     if residual <= ROUNDING || !self.has_landed(energy, potential, q) {
-                        return End { converged: residual <= ROUNDING, iterations: iterations + 1, residual };
+                        let converged = residual <= ROUNDING;
+                        return End { converged, iterations: iterations + 1, hessians: 0, residual };
                     }
                     self.leapt = true;
                     self.wall.copy_from_slice(q);
@@ -274,7 +279,7 @@ impl Newton {
             }
             q.copy_from_slice(&self.trial);
         }
-        End { converged: false, iterations: stop.iterations, residual }
+        End { converged: false, iterations: stop.iterations, hessians: 0, residual }
     }
 
     /// From the mark at `q` along its direction to a sufficient decrease; false when there is none.
@@ -355,6 +360,7 @@ impl Newton {
             let curvature = if attempt == 0 { Curvature::Exact } else { Curvature::Semidefinite };
             let mut hessian = self.hessian.take().unwrap_or_else(|| DMatrix::zeros(q.len(), q.len()));
             energy.hessian(q, curvature, &mut self.scratch, &mut hessian);
+            self.hessians += 1;
             (0..q.len()).for_each(|k| hessian[(k, k)] += potential.shift + shift);
             if let Some(c) = potential.matrix {
                 hessian += c;

@@ -74,6 +74,11 @@ impl Solver {
         3 * self.x.len() * size_of::<Vec3>() + self.newton.bytes()
     }
 
+    /// Multiplications of a factorization and entries of the factor.
+    pub fn operations(&self) -> [f64; 2] {
+        self.newton.operations()
+    }
+
     /// The shell it was built for.
     pub fn shell(&self) -> &Arc<Shell> {
         &self.shell

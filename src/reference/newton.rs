@@ -96,6 +96,11 @@ impl Newton {
         entries + fields + self.symbolic.factor_bytes()
     }
 
+    /// Multiplications of a factorization and entries of the factor.
+    pub fn operations(&self) -> [f64; 2] {
+        [self.symbolic.operations(), (self.symbolic.factor_bytes() / size_of::<f64>()) as f64]
+    }
+
     /// Analyses the pattern once; handles couple the vertices of `cliques` besides.
     pub fn new(shell: &Shell, cliques: &[&[u32]]) -> Result<Self> {
         let matrix = BlockMatrix::with(shell, cliques);

@@ -21,6 +21,8 @@ pub struct Nodal {
     pub constraint_work: f64,
     pub u: Vec<Vec3>,
     pub velocity: Vec<Vec3>,
+    /// Linear solves of the last step; 0 before one.
+    iterations: usize,
     force: Vec<Vec3>,
     /// u and the velocity before the step.
     before: [Vec<Vec3>; 2],
@@ -36,6 +38,7 @@ impl Nodal {
             damping: Rayleigh::default(),
             constraints: ConstraintSet::default(),
             constraint_work: 0.0,
+            iterations: 0,
             u: zeros.clone(),
             velocity: zeros.clone(),
             force: zeros.clone(),
@@ -51,6 +54,7 @@ impl Nodal {
             damping: self.damping,
             constraints: self.constraints.clone(),
             constraint_work: self.constraint_work,
+            iterations: self.iterations,
             u: self.u.clone(),
             velocity: self.velocity.clone(),
             force: self.force.clone(),
@@ -62,6 +66,11 @@ impl Nodal {
     pub fn bytes(&self) -> usize {
         let fields = self.u.len() * size_of::<Vec3>();
         5 * fields + self.solver.bytes()
+    }
+
+    /// Linear solves of the last step, or 0; multiplications of a factorization and entries of the factor.
+    pub fn operations(&self) -> (usize, [f64; 2]) {
+        (self.iterations, self.solver.operations())
     }
 
     /// Symplectic Euler.
@@ -123,6 +132,7 @@ impl Nodal {
         if told && Self::has_meaning(model, &self.u, &self.velocity) {
             self.constraint_work += work;
             self.constraints.accept();
+            self.iterations = iterations;
             return Ok(());
         }
         self.u.copy_from_slice(&self.before[0]);

@@ -110,11 +110,14 @@ const WIND_VERTEX: f64 = 80.0;
 const WIND_TRIANGLE: f64 = 188.0;
 /// Of an iteration over the constraints: for each row, row and mode, and pair of rows and mode.
 const HANDLE: [f64; 3] = [1316.0, 385.0, 2.0];
-/// Of an element of the nonlinear shell in an explicit step, and in an iteration of an implicit one with its share of the solves.
-const EXPLICIT_ELEMENT: f64 = 400.0;
-const IMPLICIT_ELEMENT: f64 = 30_000.0;
-/// Of a step of the reduced shell, for each sampled element, field and field + 30, as [`crate::reduced::ReducedShell::step_nanoseconds`].
-const REDUCED: f64 = 0.75;
+/// Of an element of the nonlinear shell in an explicit step.
+const EXPLICIT_ELEMENT: f64 = 275.0;
+/// Of an iteration of its implicit step: of an element, a multiplication of the factorization, an entry of the factor.
+const IMPLICIT_STEP: [f64; 3] = [4300.0, 2.0, 4.0];
+/// Of a Hessian of the reduced shell and what goes with it, by [`crate::reduced::ReducedEnergy::operations`].
+const REDUCED: [f64; 4] = [20_000.0, 1.75, 1.75, 1.75];
+/// Iterations and Hessians where no step tells.
+const ITERATIONS: usize = 3;
 /// Of a vertex with a force of its own, for each field of the reduced shell.
 const REDUCED_POINT: f64 = 20.0;
 
@@ -385,13 +388,16 @@ impl State {
         let [forces, wind] = self.load_parts(FORCE_VERTEX, 0.0);
         let of =
             |kind, active, bytes, reason: &str| Part { kind, active, bytes, operations: 0.0, reason: reason.into() };
-        let shell = Part {
-            kind: PartKind::NonlinearShell,
-            active: true,
-            bytes: nodal.bytes(),
-            operations: elements * if nodal.is_explicit() { EXPLICIT_ELEMENT } else { IMPLICIT_ELEMENT },
-            reason: format!("{elements} elements; an implicit step by a rough guess, as its iterations vary"),
+        let (operations, reason) = if nodal.is_explicit() {
+            (elements * EXPLICIT_ELEMENT, format!("{elements} elements"))
+        } else {
+            let (iterations, [factorization, entries]) = nodal.operations();
+            let (iterations, whence) = foreseen(iterations);
+            let [element, multiplication, entry] = IMPLICIT_STEP;
+            let once = elements * element + factorization * multiplication + entries * entry;
+            (iterations * once, format!("{elements} elements, {iterations} iterations {whence}"))
         };
+        let shell = Part { kind: PartKind::NonlinearShell, active: true, bytes: nodal.bytes(), operations, reason };
         vec![
             self.shape_part(),
             of(PartKind::Displacements, false, phi, "the nonlinear shell has no use for modes; the model holds them"),
@@ -426,12 +432,14 @@ impl State {
         let [forces, wind] = self.load_parts(REDUCED_POINT * n as f64, 0.0);
         let of =
             |kind, active, bytes, reason: &str| Part { kind, active, bytes, operations: 0.0, reason: reason.into() };
+        let (iterations, whence) = foreseen(state.hessians);
+        let once: f64 = reduced.energy.operations().iter().zip(REDUCED).map(|(count, cost)| count * cost).sum();
         let shell = Part {
             kind: PartKind::ReducedShell,
             active: true,
             bytes: reduced.bytes() + state.bytes(),
-            operations: REDUCED * elements as f64 * n as f64 * (n as f64 + 30.0),
-            reason: format!("{n} fields on {elements} elements; a rough guess, as iterations vary"),
+            operations: iterations * once,
+            reason: format!("{n} fields on {elements} elements, {iterations} Hessians {whence}"),
         };
         vec![
             self.shape_part(),
@@ -447,6 +455,11 @@ impl State {
             shell,
         ]
     }
+}
+
+/// Iterations of the next step, by those of the last.
+fn foreseen(last: usize) -> (f64, &'static str) {
+    if last > 0 { (last as f64, "as in the last step") } else { (ITERATIONS as f64, "for want of a step") }
 }
 
 impl Part {

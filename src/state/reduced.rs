@@ -74,6 +74,8 @@ pub struct Reduced {
     pub constraint_work: f64,
     /// Steps whose search ended short of its tolerance.
     pub unconverged: u64,
+    /// Hessians of the last step; 0 before one.
+    pub hessians: usize,
     newton: Newton,
     rows: Rows,
     /// Next q and that of the last pass, b of the potential, the load without inertia, and rates for forces of a turning frame.
@@ -112,6 +114,7 @@ impl Reduced {
             constraints: ConstraintSet::default(),
             constraint_work: 0.0,
             unconverged: 0,
+            hessians: 0,
             newton: Newton::new(&reduced.energy),
             rows: Rows::new(0, n),
             next: zeros.clone(),
@@ -168,9 +171,11 @@ impl Reduced {
         self.set_rows(model, reduced, pose);
         let last = self.motion.last_step;
         let ratio = if last > 0.0 && h <= LARGEST_RATIO * last { h / last } else { 0.0 };
-        let mut converged = self.advance(reduced, load, h, ratio)?;
+        let (mut converged, mut hessians) = self.advance(reduced, load, h, ratio)?;
         if !converged && ratio > 0.0 {
-            converged = self.advance(reduced, load, h, 0.0)?;
+            let more;
+            (converged, more) = self.advance(reduced, load, h, 0.0)?;
+            hessians += more;
         }
         let work = self.conclude();
         if !Self::has_meaning(model, &self.next, &self.rates) || !(self.constraint_work + work).is_finite() {
@@ -184,12 +189,14 @@ impl Reduced {
         *last_step = h;
         self.constraint_work += work;
         self.unconverged += u64::from(!converged);
+        self.hessians = hessians;
         self.constraints.accept();
         Ok(())
     }
 
-    /// Sets the next q and its rates for a step `ratio` times the last, backward Euler's for 0; false if the search ended short.
-    fn advance(&mut self, reduced: &ReducedShell, load: &BodyLoad, h: f64, ratio: f64) -> Result<bool> {
+    /// Sets the next q and its rates for a step `ratio` times the last, backward Euler's for 0. Returns whether the search
+    /// converged, and its Hessians.
+    fn advance(&mut self, reduced: &ReducedShell, load: &BodyLoad, h: f64, ratio: f64) -> Result<(bool, usize)> {
         let alpha = self.set_constants(h, ratio);
         let shift = alpha * (alpha + self.damping.mass);
         let damped = self.set_viscosity(reduced);
@@ -200,7 +207,7 @@ impl Reduced {
         if damped {
             self.viscosity *= alpha;
         }
-        let (mut converged, mut gained) = (true, [0.0; SPIN_PASSES]);
+        let (mut converged, mut hessians, mut gained) = (true, 0, [0.0; SPIN_PASSES]);
         for (pass, gained) in gained[..passes].iter_mut().enumerate() {
             self.last.copy_from_slice(&self.next);
             let (_, spin) = load.parts();
@@ -222,7 +229,9 @@ impl Reduced {
             if pass == 0 && !self.newton.is_lower(&reduced.energy, &potential, &self.next, q) {
                 self.next.copy_from_slice(q);
             }
-            converged = self.newton.minimize(&reduced.energy, &potential, &mut self.next, STEP).converged;
+            let end = self.newton.minimize(&reduced.energy, &potential, &mut self.next, STEP);
+            converged = end.converged;
+            hessians += end.hessians;
             *gained = self.next.iter().zip(&self.last).map(|(a, b)| (a - b).powi(2)).sum();
         }
         // The first pass makes up for the guess; from the second on only the frame's forces change.
@@ -233,7 +242,7 @@ impl Reduced {
             return Err(Error::new(ErrorKind::Numerical, message));
         }
         (0..q.len()).for_each(|k| self.rates[k] = alpha * self.next[k] + by_rate[k]);
-        Ok(converged)
+        Ok((converged, hessians))
     }
 
     /// Sets c of q̇⁺ = α q⁺ + c and q̈⁺ = α q̇⁺ + c; returns α.

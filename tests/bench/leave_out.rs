@@ -5,7 +5,7 @@
 
 mod scene;
 
-use scene::FRAME;
+use scene::{FRAME, frame};
 use shellwarp::Vec3;
 use shellwarp::constraint::{Constraint, Target};
 use shellwarp::load::Wind;
@@ -17,8 +17,8 @@ use std::hint::black_box;
 
 /// The function that callgrind counts in; never inlined, so that it has a name.
 #[inline(never)]
-fn measured(state: &mut State) {
-    state.step(FRAME).expect("a step");
+fn measured(state: &mut State, h: f64) {
+    state.step(h).expect("a step");
 }
 
 /// What acts on the scene beside gravity.
@@ -34,6 +34,8 @@ struct Acts {
     linear: bool,
     exact: bool,
     asleep: bool,
+    /// A clamped strip, with so many fields of the reduced shell.
+    fields: Option<usize>,
 }
 
 struct Case {
@@ -44,14 +46,23 @@ struct Case {
     acts: Acts,
 }
 
-const NOTHING: Acts =
-    Acts { forces: 0, wind: false, spin: false, handles: 0, gone: false, linear: false, exact: false, asleep: false };
+const NOTHING: Acts = Acts {
+    forces: 0,
+    wind: false,
+    spin: false,
+    handles: 0,
+    gone: false,
+    linear: false,
+    exact: false,
+    asleep: false,
+    fields: None,
+};
 
 const fn case(name: &'static str, vertices: usize, modes: usize, method: Method, acts: Acts) -> Case {
     Case { name, vertices, modes, method, acts }
 }
 
-const CASES: [Case; 37] = [
+const CASES: [Case; 44] = [
     case("warp", 1000, 8, Method::Warp, NOTHING),
     case("warp, 4 modes", 1000, 4, Method::Warp, NOTHING),
     case("warp, 16 modes", 1000, 16, Method::Warp, NOTHING),
@@ -94,6 +105,19 @@ const CASES: [Case; 37] = [
     case("rotation-strain, 3 forces", 1000, 8, Method::RotationStrain, Acts { forces: 3, ..NOTHING }),
     case("rotation-strain, force on each vertex", 1000, 8, Method::RotationStrain, Acts { forces: 1000, ..NOTHING }),
     case("rotation-strain, turning frame", 1000, 8, Method::RotationStrain, Acts { spin: true, ..NOTHING }),
+    case("implicit shell, 200 vertices", 200, 8, Method::ImplicitShell, Acts { fields: Some(0), ..NOTHING }),
+    case("implicit shell, 1000 vertices", 1000, 8, Method::ImplicitShell, Acts { fields: Some(0), ..NOTHING }),
+    case("implicit shell, 3000 vertices", 3000, 8, Method::ImplicitShell, Acts { fields: Some(0), ..NOTHING }),
+    case("explicit shell", 200, 8, Method::ExplicitShell, Acts { fields: Some(0), ..NOTHING }),
+    case("reduced shell, 12 fields", 400, 8, Method::ReducedShell, Acts { fields: Some(12), ..NOTHING }),
+    case("reduced shell, 40 fields", 400, 8, Method::ReducedShell, Acts { fields: Some(40), ..NOTHING }),
+    case(
+        "reduced shell, 24 fields, 1000 vertices",
+        1000,
+        8,
+        Method::ReducedShell,
+        Acts { fields: Some(24), ..NOTHING },
+    ),
     case("warp, at rest", 1000, 8, Method::Warp, Acts { asleep: true, ..NOTHING }),
 ];
 
@@ -124,8 +148,11 @@ fn act(state: &mut State, acts: &Acts) {
 
 fn prepare(case: &Case) -> State {
     let Case { vertices, modes, method, acts, .. } = *case;
-    let model =
-        if acts.linear { scene::linear_model(vertices, modes) } else { scene::model(vertices, modes, Precision::F32) };
+    let model = match acts.fields {
+        Some(fields) => scene::clamped_model(vertices, fields),
+        None if acts.linear => scene::linear_model(vertices, modes),
+        None => scene::model(vertices, modes, Precision::F32),
+    };
     let mut state = scene::moving(&model, method);
     if acts.exact {
         let mut exact = State::new(model, method, Integrator::Exact).expect("a modal state");
@@ -161,15 +188,17 @@ fn main() {
     match arguments.iter().map(String::as_str).collect::<Vec<_>>()[..] {
         ["--cases"] => CASES.iter().for_each(|case| println!("{}", case.name)),
         ["--plan", name] => {
-            let parts = prepare(find(name)).plan(FRAME).expect("a plan");
+            let case = find(name);
+            let parts = prepare(case).plan(frame(case.method)).expect("a plan");
             let operations: f64 = parts.iter().map(|part| part.operations).sum();
             let bytes: usize = parts.iter().map(|part| part.bytes).sum();
             println!("{operations:.0} {bytes}");
         }
         [name] => {
             let held = allocation_counter::measure(|| {
-                let mut state = prepare(find(name));
-                measured(&mut state);
+                let case = find(name);
+                let mut state = prepare(case);
+                measured(&mut state, frame(case.method));
                 black_box(state.save());
             });
             println!("bytes held: {}", held.bytes_max);

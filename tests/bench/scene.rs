@@ -2,8 +2,9 @@
 //! the sheet, normalised as modes are; a kernel's time does not depend on what they look like.
 #![allow(dead_code, missing_docs)] // each benchmark uses its own part
 
-use shellwarp::model::{AnyBasis, Model, Precision};
+use shellwarp::model::{AnyBasis, Model, Options, Precision};
 use shellwarp::modes::Certificate;
+use shellwarp::reduced;
 use shellwarp::state::{Damping, Method, State};
 use shellwarp::step::Integrator;
 use shellwarp::warp::{Basis, Entry};
@@ -12,6 +13,11 @@ use std::sync::Arc;
 
 /// Seconds of a step.
 pub const FRAME: f64 = 1.0 / 30.0;
+
+/// Of one that the method can take.
+pub fn frame(method: Method) -> f64 {
+    if method == Method::ExplicitShell { 1e-6 } else { FRAME }
+}
 
 /// A strip of exactly `n` vertices, an even number of at least 4, two to ten across.
 fn strip(n: usize) -> Mesh {
@@ -89,11 +95,22 @@ fn model_on(n: usize, modes: usize, basis: impl FnOnce(&Shell) -> AnyBasis) -> A
     })
 }
 
+/// A clamped strip of `n` vertices with 8 modes and so many fields of the reduced shell.
+pub fn clamped_model(n: usize, fields: usize) -> Arc<Model> {
+    let mesh = strip(n);
+    let fixed = (0..n as u32).filter(|&v| mesh.positions[v as usize].x < 2.5 * mesh.positions[1].y).collect();
+    let material = Material { k_area: 1e4, k_length: 1e4, k_bend: 0.1, area_density: 1.0 };
+    let shell = Shell::new(mesh, material, &Supports { fixed, clamped: vec![] }).expect("a sound shell");
+    let reduced = reduced::Options { fields, elements: 0, poses: 0, gravity: 0.0 };
+    let options = Options { modes: 8, reduced, ..Options::default() };
+    Arc::new(Model::precompute(Arc::new(shell), &options, &mut |_, _| Ok(())).expect("a model"))
+}
+
 /// A state that has swung for some frames and goes on swinging.
 pub fn moving(model: &Arc<Model>, method: Method) -> State {
     let mut state = State::new(model.clone(), method, Integrator::ImplicitEuler).expect("a modal state");
     state.set_gravity(Vec3::new(0.0, 0.2, -0.8)).expect("finite");
     state.set_damping(&Damping { mass_coefficient: 1.0, ..Damping::default() }).expect("finite");
-    (0..5).for_each(|_| state.step(FRAME).expect("a step"));
+    (0..5).for_each(|_| state.step(frame(method)).expect("a step"));
     state
 }
