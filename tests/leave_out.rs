@@ -10,7 +10,7 @@ use shellwarp::modes::Demand;
 use shellwarp::state::{Damping, Method, PartKind, Space, State};
 use shellwarp::step::Integrator;
 use shellwarp::support::{Motion, Pose, Rates};
-use shellwarp::{ErrorKind, Vec3};
+use shellwarp::{ErrorKind, Shell, Supports, Vec3};
 use std::sync::Arc;
 
 const MODAL: [Method; 3] = [Method::LinearModalAnalysis, Method::Warp, Method::VirtualWorkWarp];
@@ -247,6 +247,28 @@ fn a_plan_says_where_modes_are_missing() {
         assert_eq!(modes.reason.contains("missing"), missing, "{}", modes.reason);
     }
     assert_close("first mode across", model.effective_mass().z, 0.613, 0.05, 0.0);
+}
+
+#[test]
+fn a_nonlinear_shell_is_planned_by_its_last_step_and_without_unknowns() {
+    let model = model("v_beam", in_f64(4));
+    let mut state = state(&model, Method::ImplicitShell);
+    state.set_gravity(Vec3::new(0.0, 0.0, -1.0)).unwrap();
+    let shell_part = |state: &State| {
+        let parts = state.plan(1.0 / 60.0).unwrap();
+        let part = parts.into_iter().find(|part| part.kind == PartKind::NonlinearShell).unwrap();
+        (part.operations, part.reason)
+    };
+    assert!(shell_part(&state).1.ends_with("for want of a step"));
+    state.step(1.0 / 60.0).unwrap();
+    let (operations, reason) = shell_part(&state);
+    assert!(operations > 0.0 && reason.ends_with("as in the last step"), "{reason}");
+
+    let (shell, _) = reference("v_beam");
+    let fixed = (0..shell.mass.len() as u32).collect();
+    let held = Shell::new((*shell.mesh).clone(), shell.material, &Supports { fixed, clamped: vec![] }).unwrap();
+    let held = Arc::new(Model::precompute(Arc::new(held), &in_f64(0), &mut |_, _| Ok(())).unwrap());
+    shell_part(&State::new(held, Method::ImplicitShell, Integrator::Exact).unwrap());
 }
 
 #[test]

@@ -71,6 +71,9 @@ impl Symbolic {
 
     /// Multiplications of a factorization: the squares of the numbers of entries of the factor's columns.
     pub fn operations(&self) -> f64 {
+        if self.inner.nrows() == 0 {
+            return 0.0; // an analysis of nothing has no supernodes
+        }
         let structure = self.structure();
         let rows = structure.col_ptr_for_row_idx();
         (0..structure.n_supernodes())
