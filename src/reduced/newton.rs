@@ -106,8 +106,6 @@ pub struct End {
     pub converged: bool,
     /// Linear solves.
     pub iterations: usize,
-    /// Hessians for them: two where the exact one is not positive definite, or more.
-    pub hessians: usize,
     /// √(−∇Π·Δ / scale) of the last direction.
     pub residual: f64,
 }
@@ -183,6 +181,11 @@ impl Newton {
         &mut self.scratch
     }
 
+    /// Hessians of the last search: two where the exact one is not positive definite, or more.
+    pub fn hessians(&self) -> usize {
+        self.hessians
+    }
+
     /// μ of the constraints at the end of the last search.
     pub fn multipliers(&self) -> &DVector<f64> {
         &self.multipliers
@@ -204,7 +207,7 @@ impl Newton {
         if !end.converged && !self.has_landed(energy, potential, q) {
             q.copy_from_slice(&self.wall);
         }
-        End { hessians: self.hessians, ..end }
+        end
     }
 
     /// Whether Π is below that at the wall, if there was one.
@@ -231,7 +234,7 @@ impl Newton {
                 if ventures > 0 {
                     q.copy_from_slice(&self.mark);
                 }
-                return End { converged: false, iterations, hessians: 0, residual };
+                return End { converged: false, iterations, residual };
             };
             residual = (-slope / scale).max(0.0).sqrt();
             if ventures > 0 && self.penalty > penalty {
@@ -250,7 +253,7 @@ impl Newton {
             if residual <= stop.tolerance && (ventures == 0 || self.merit(energy, potential, q) <= mark.0) {
                 self.step(q);
                 q.copy_from_slice(&self.trial);
-                return End { converged: true, iterations: iterations + 1, hessians: 0, residual };
+                return End { converged: true, iterations: iterations + 1, residual };
             }
             if ventures == 0 {
                 mark = (self.merit(energy, potential, q), slope, residual);
@@ -268,9 +271,9 @@ impl Newton {
                 ventures = 0;
                 if !self.search(energy, potential, q, (mark.0, mark.1)) {
                     let residual = mark.2;
-                    if residual <= ROUNDING || !self.has_landed(energy, potential, q) {
-                        let converged = residual <= ROUNDING;
-                        return End { converged, iterations: iterations + 1, hessians: 0, residual };
+                    let converged = residual <= ROUNDING;
+                    if converged || !self.has_landed(energy, potential, q) {
+                        return End { converged, iterations: iterations + 1, residual };
                     }
                     self.leapt = true;
                     self.wall.copy_from_slice(q);
@@ -279,7 +282,7 @@ impl Newton {
             }
             q.copy_from_slice(&self.trial);
         }
-        End { converged: false, iterations: stop.iterations, hessians: 0, residual }
+        End { converged: false, iterations: stop.iterations, residual }
     }
 
     /// From the mark at `q` along its direction to a sufficient decrease; false when there is none.

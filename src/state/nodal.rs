@@ -94,6 +94,7 @@ impl Nodal {
         self.velocity.fill(Vec3::zeros());
         self.constraints.reset();
         self.constraint_work = 0.0;
+        self.iterations = 0;
     }
 
     fn set_force(&mut self, model: &Model, load: &BodyLoad, external: External) -> Result<()> {

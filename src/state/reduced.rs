@@ -5,7 +5,7 @@
 //! Of second order, and damps what the step does not resolve. The first step, and one that is more than twice the last, is backward
 //! Euler's. The end of a step is the minimum of a potential, found by Newton's method ([`crate::reduced::Newton`]) from q + h q̇ or,
 //! where the potential is lower, q. A search that ends short of it is made anew for backward Euler's potential: that is no higher at
-//! its end than at q, so the step gains no energy, converged or not.
+//! its end than at q, so a step that ends short gains no energy but what loads and handles put in.
 //!
 //! Damping is ξI + ζ Bᵀ(Σ b bᵀ)B with the strain rows b of the shape at the start of the step, and 2 ratio √λ on the modes.
 
@@ -133,6 +133,7 @@ impl Reduced {
         self.constraints.reset();
         self.constraint_work = 0.0;
         self.unconverged = 0;
+        self.hessians = 0;
     }
 
     /// No speed, and no step before.
@@ -229,9 +230,8 @@ impl Reduced {
             if pass == 0 && !self.newton.is_lower(&reduced.energy, &potential, &self.next, q) {
                 self.next.copy_from_slice(q);
             }
-            let end = self.newton.minimize(&reduced.energy, &potential, &mut self.next, STEP);
-            converged = end.converged;
-            hessians += end.hessians;
+            converged = self.newton.minimize(&reduced.energy, &potential, &mut self.next, STEP).converged;
+            hessians += self.newton.hessians();
             *gained = self.next.iter().zip(&self.last).map(|(a, b)| (a - b).powi(2)).sum();
         }
         // The first pass makes up for the guess; from the second on only the frame's forces change.
