@@ -3,15 +3,17 @@
 #![allow(missing_docs)]
 mod common;
 use common::*;
-use nalgebra::{Matrix3, Rotation3};
+use nalgebra::{DMatrix, DVector, Matrix3, Rotation3};
 use pulp::Arch;
 use rand::rngs::StdRng;
 use rand::{Rng, SeedableRng};
-use shellwarp::Vec3;
+use shellwarp::energy::Curvature;
+use shellwarp::reduced::ReducedEnergy;
 use shellwarp::step::ForceLaw;
 use shellwarp::step::modal_force::{self, Acting, BodyLoad, Scratch};
 use shellwarp::support::{Pose, Rates};
 use shellwarp::warp::{self, Amplitudes, Basis, Entry, I16, Placement};
+use shellwarp::{Material, Mesh, Shell, Supports, Vec3};
 
 /// All kinds of registers here; the scalar one is everywhere.
 fn kinds() -> Vec<(&'static str, Arch)> {
@@ -383,4 +385,78 @@ fn the_widest_registers_are_the_default() {
         _ => "another",
     };
     assert_eq!(named, widest);
+}
+
+/// E, Bᵀ∇E, BᵀHB and the viscosity at `q`, by plain sums over the shell's elements, all of weight 1.
+fn plainly(shell: &Shell, fields: &[Vec<Vec3>], q: &[f64]) -> (f64, DVector<f64>, DMatrix<f64>, DMatrix<f64>) {
+    let n = q.len();
+    let x: Vec<Vec3> = (0..shell.mass.len())
+        .map(|v| shell.mesh.positions[v] + (0..n).map(|k| q[k] * fields[k][v]).sum::<Vec3>())
+        .collect();
+    let mut nodal = vec![Vec3::zeros(); x.len()];
+    shell.energy.add_gradient(&x, &mut nodal);
+    let gradient = DVector::from_fn(n, |k, _| fields[k].iter().zip(&nodal).map(|(b, g)| b.dot(g)).sum());
+    let (mut hessian, mut viscosity) = (DMatrix::zeros(n, n), DMatrix::zeros(n, n));
+    shell.energy.visit_hessian(&x, Curvature::Exact, &mut |(vertices, blocks)| {
+        for (i, a) in vertices.iter().enumerate() {
+            for (j, b) in vertices.iter().enumerate() {
+                let block = blocks[i * vertices.len() + j];
+                hessian += DMatrix::from_fn(n, n, |k, l| fields[k][*a as usize].dot(&(block * fields[l][*b as usize])));
+            }
+        }
+    });
+    shell.energy.visit_rows(&x, &mut |(vertices, row)| {
+        let along = |field: &Vec<Vec3>| vertices.iter().zip(row).map(|(v, b)| field[*v as usize].dot(b)).sum::<f64>();
+        let line = DVector::from_iterator(n, fields.iter().map(along));
+        viscosity += &line * line.transpose();
+    });
+    (shell.energy.value(&x), gradient, hessian, viscosity)
+}
+
+/// On 3 to 17 fields: less and more than the widest register holds. With stress fields that know all, as with none, the energy is the
+/// plain one.
+#[test]
+fn reduced_energies_match_plain_sums_in_every_kind_of_register() {
+    let (positions, triangles) = equilateral_sheet(5, 4, 0.3);
+    let bent = positions.iter().map(|x| Vec3::new(x.x, x.y, 0.2 * x.x * x.x)).collect();
+    let mesh = Mesh::new(bent, &triangles).unwrap();
+    let material = Material { k_area: 100.0, k_length: 50.0, k_bend: 2.0, area_density: 1.0 };
+    let shell = Shell::new(mesh, material, &Supports { fixed: vec![0], clamped: vec![] }).unwrap();
+    let rng = &mut StdRng::seed_from_u64(3);
+    for n in [3, 8, 17] {
+        let fields: Vec<Vec<Vec3>> =
+            (0..n).map(|_| shell.mass.iter().map(|_| 0.05 * random(rng)).collect::<Vec<_>>()).collect();
+        let q: Vec<f64> = (0..n).map(|_| rng.random_range(-0.5..0.5)).collect();
+        let (value, gradient, hessian, viscosity) = plainly(&shell, &fields, &q);
+        let weights = vec![1.0; shell.energy.n_elements()];
+        for (name, arch) in kinds() {
+            let mut energy = ReducedEnergy::new(&shell, &fields, &weights);
+            energy.arch = arch;
+            for assumed in [false, true] {
+                if assumed {
+                    let identity = DMatrix::<f64>::identity(energy.n_membrane(), energy.n_membrane());
+                    energy.assume(&weights, |e| &identity.as_slice()[e * identity.nrows()..][..identity.nrows()]);
+                }
+                let mut scratch = energy.scratch();
+                let (mut own, mut matrices) = (DVector::zeros(n), [DMatrix::zeros(n, n), DMatrix::zeros(n, n)]);
+                energy.gradient(&q, &mut scratch, own.as_mut_slice());
+                energy.hessian(&q, Curvature::Exact, &mut scratch, &mut matrices[0]);
+                energy.viscosity(&q, &mut scratch, &mut matrices[1]);
+                let told = energy.value(&q, &mut scratch);
+                // Sums of some hundred numbers, rounded in another order.
+                let off =
+                    |a: f64, scale: f64| assert!(a <= 1e-13 * scale, "{name}, {n} fields, {assumed}: {a} of {scale}");
+                off((told - value).abs(), value);
+                off((&own - &gradient).norm(), gradient.norm());
+                off((&matrices[0] - &hessian).norm(), hessian.norm());
+                off((&matrices[1] - &viscosity).norm(), viscosity.norm());
+                let mut again = energy.scratch();
+                assert_eq!(
+                    energy.value(&q, &mut again).to_bits(),
+                    told.to_bits(),
+                    "{name}: other bits the second time"
+                );
+            }
+        }
+    }
 }

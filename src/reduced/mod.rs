@@ -14,13 +14,14 @@ pub mod basis;
 mod energy;
 mod fields;
 mod newton;
+mod products;
 pub mod sampling;
 mod saved;
 mod stress;
 
 pub use energy::{ReducedEnergy, Scratch};
 pub use fields::{Fields, MAX_FIELDS};
-pub use newton::{End, Newton, Potential, Rows, Stop};
+pub use newton::{End, Newton, Potential, Rows, Stop, Work};
 
 use crate::energy::Curvature;
 use crate::features::{self, Feature, Proof};
@@ -208,10 +209,10 @@ impl ReducedShell {
         with_fields!(&self.fields, fields => fields.bytes()) + self.energy.bytes() + 12 * self.samples.len() + tensors
     }
 
-    /// About how long a step takes, for sharing out work: two Newton iterations, as measured on one machine.
+    /// About how long a step takes, for sharing out work: a Hessian and some gradients, as measured on one machine.
     pub fn step_nanoseconds(&self) -> u64 {
         let (elements, n) = (self.samples.len() as u64, self.n() as u64);
-        elements * n * (n + 30) / 4
+        elements * n * (n + 30) / 2
     }
 
     /// Adds the force of the acceleration `a` everywhere.
@@ -407,7 +408,7 @@ impl Scene {
                 all,
                 &Potential::of_load(&load),
                 &mut q,
-                Stop { tolerance: 1e-2, iterations: 40, led: false },
+                Stop { tolerance: 1e-2, iterations: 40, led: false, near: false },
             );
             poses.push(q);
         }

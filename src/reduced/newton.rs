@@ -10,6 +10,9 @@
 //! step lowers Π one is taken all the same, and taken back if nothing comes of it: folds of a torn shell wall it in.
 //! The line search is on Π + ρ Σ|Jq − d| over hard constraints with ρ above every μ, + Σ (Jq − d)²/2γ over soft ones.
 //!
+//! As long as steps with the last Hessian gain a factor each, no new one is made (chord iterations): a Hessian costs as much as many
+//! gradients.
+//!
 //! What counts of H is its part along motions that hard constraints leave free: a shell that buckles under a load may be stable
 //! where a handle leads it, and H alone is indefinite there. So H + σJᵀJ takes its place, with the same solution for
 //! Jq = d and μ + σ(d − Jq) for μ (the augmented Lagrangian; Nocedal, Wright 2006, 17.3). On the way to an equilibrium the first
@@ -26,6 +29,8 @@ const DECREASE: f64 = 1e-4;
 const VENTURES: usize = 2;
 /// Halvings before a line search gives up.
 const TRIALS: usize = 40;
+/// Of a residual, what a step with the last Hessian leaves at most; it costs about a tenth of one with a new Hessian.
+const CHORD: f64 = 0.2;
 /// Below this residual rounding of Π may hide what a step gains.
 const ROUNDING: f64 = 1e-6;
 /// ε of J H⁻¹ Jᵀ + ε, relative to each diagonal entry, so that constraints may repeat or conflict.
@@ -97,6 +102,19 @@ pub struct Stop {
     pub iterations: usize,
     /// The first step goes the whole way to hard constraints, whatever it stretches; else a search may cut it short.
     pub led: bool,
+    /// The Hessian of the search before is near enough to begin with.
+    pub near: bool,
+}
+
+/// What searches took.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Work {
+    /// Hessians, two or more where the exact one is not positive definite.
+    pub hessians: usize,
+    /// Gradients, with a linear solve each.
+    pub gradients: usize,
+    /// Shapes that were looked at.
+    pub shapes: usize,
 }
 
 /// How it ended.
@@ -122,8 +140,9 @@ pub struct Newton {
     /// Where no step lowered Π, if one was taken all the same and is not made up for.
     wall: Vec<f64>,
     leapt: bool,
-    hessians: usize,
-    hessian: Option<DMatrix<f64>>,
+    work: Work,
+    /// Of the last Hessian; none after one that was not positive definite, whatever was tried.
+    factor: Option<Cholesky<f64, Dyn>>,
     /// μ (rows), H⁻¹Jᵀ (n × rows) and the rows' own matrix.
     multipliers: DVector<f64>,
     response: DMatrix<f64>,
@@ -151,8 +170,8 @@ impl Newton {
             mark_direction: DVector::zeros(n),
             wall: vec![0.0; n],
             leapt: false,
-            hessians: 0,
-            hessian: Some(DMatrix::zeros(n, n)),
+            work: Work::default(),
+            factor: Cholesky::new(DMatrix::identity(n, n)),
             multipliers: DVector::zeros(0),
             response: DMatrix::zeros(n, 0),
             flexibility: Some(DMatrix::zeros(0, 0)),
@@ -181,9 +200,10 @@ impl Newton {
         &mut self.scratch
     }
 
-    /// Hessians of the last search: two where the exact one is not positive definite, or more.
-    pub fn hessians(&self) -> usize {
-        self.hessians
+    /// What was done since it was asked last.
+    pub fn take_work(&mut self) -> Work {
+        let Work { hessians, gradients, .. } = std::mem::take(&mut self.work);
+        Work { hessians, gradients, shapes: self.scratch.take_shapes() }
     }
 
     /// μ of the constraints at the end of the last search.
@@ -202,7 +222,7 @@ impl Newton {
 
     /// Moves `q` to a minimum; where it finds none, not to where Π is larger. Does not allocate.
     pub fn minimize(&mut self, energy: &ReducedEnergy, potential: &Potential, q: &mut [f64], stop: Stop) -> End {
-        (self.leapt, self.hessians) = (false, 0);
+        self.leapt = false;
         let end = self.descend(energy, potential, q, stop);
         if !end.converged && !self.has_landed(energy, potential, q) {
             q.copy_from_slice(&self.wall);
@@ -223,20 +243,27 @@ impl Newton {
     fn descend(&mut self, energy: &ReducedEnergy, potential: &Potential, q: &mut [f64], stop: Stop) -> End {
         let mut mark = (f64::INFINITY, 0.0, f64::INFINITY);
         let mut ventures = 0;
-        let mut residual = f64::INFINITY;
+        let (mut residual, mut near) = (f64::INFINITY, stop.near);
         self.penalty = 0.0;
         let mut penalty = 0.0;
         if let Some(rows) = potential.handles {
             self.find_goal(rows);
         }
         for iterations in 0..stop.iterations {
-            let Some((slope, scale)) = self.find_direction(energy, potential, q) else {
+            let before = residual;
+            let mut found = self.find_direction(energy, potential, q, near);
+            let of = |(slope, scale): (f64, f64)| (-slope / scale).max(0.0).sqrt();
+            if near && found.is_none_or(|found| of(found) > (CHORD * before).max(stop.tolerance)) {
+                near = false;
+                found = self.find_direction(energy, potential, q, near);
+            }
+            let Some((slope, scale)) = found else {
                 if ventures > 0 {
                     q.copy_from_slice(&self.mark);
                 }
                 return End { converged: false, iterations, residual };
             };
-            residual = (-slope / scale).max(0.0).sqrt();
+            residual = of((slope, scale));
             if ventures > 0 && self.penalty > penalty {
                 let at_mark = std::mem::take(&mut self.mark);
                 mark.0 = self.merit(energy, potential, &at_mark);
@@ -263,7 +290,11 @@ impl Newton {
             self.step(q);
             let value = self.trial_merit(energy, potential);
             if value <= mark.0 + DECREASE * mark.1 {
+                near = self.exact && ventures == 0;
                 ventures = 0;
+            } else if near {
+                (near, residual) = (false, before);
+                continue;
             } else if self.exact && ventures < VENTURES && value.is_finite() && iterations + 1 < stop.iterations {
                 ventures += 1;
             } else {
@@ -346,9 +377,16 @@ impl Newton {
         (0..q.len()).map(|k| f(k, c.column(k).iter().zip(q).map(|(c, q)| c * q).sum())).sum()
     }
 
-    /// Δ; returns its slope and the scale of Π, or none without a descent direction.
-    fn find_direction(&mut self, energy: &ReducedEnergy, potential: &Potential, q: &[f64]) -> Option<(f64, f64)> {
+    /// Δ, with the last Hessian or with a new one; returns its slope and the scale of Π, or none without a descent direction.
+    fn find_direction(
+        &mut self,
+        energy: &ReducedEnergy,
+        potential: &Potential,
+        q: &[f64],
+        near: bool,
+    ) -> Option<(f64, f64)> {
         energy.gradient(q, &mut self.scratch, self.gradient.as_mut_slice());
+        self.work.gradients += 1;
         let elastic: f64 = q.iter().zip(self.gradient.iter()).map(|(q, g)| (q * g).abs()).sum();
         for k in 0..q.len() {
             self.gradient[k] += potential.shift * q[k] - potential.load[k];
@@ -358,12 +396,26 @@ impl Newton {
                 self.gradient[k] += c.column(k).iter().zip(q).map(|(c, q)| c * q).sum::<f64>();
             }
         }
+        if !near {
+            self.factorize(energy, potential, q);
+        }
+        let factor = self.factor.take()?;
+        let slope = self.solve(&factor, potential, q);
+        self.factor = Some(factor);
+        let work: f64 = q.iter().zip(potential.load).map(|(q, b)| (q * b).abs()).sum();
+        let scale = work + elastic + f64::MIN_POSITIVE;
+        (slope <= ROUNDING * ROUNDING * scale).then_some((slope.min(0.0), scale))
+    }
+
+    /// The factor of the Hessian at `q`, or of one near it that is positive definite.
+    fn factorize(&mut self, energy: &ReducedEnergy, potential: &Potential, q: &[f64]) {
         let mut shift = 0.0;
         for attempt in 0..TRIALS {
             let curvature = if attempt == 0 { Curvature::Exact } else { Curvature::Semidefinite };
-            let mut hessian = self.hessian.take().unwrap_or_else(|| DMatrix::zeros(q.len(), q.len()));
+            let mut hessian =
+                self.factor.take().map_or_else(|| DMatrix::zeros(q.len(), q.len()), |factor| factor.unpack_dirty());
             energy.hessian(q, curvature, &mut self.scratch, &mut hessian);
-            self.hessians += 1;
+            self.work.hessians += 1;
             (0..q.len()).for_each(|k| hessian[(k, k)] += potential.shift + shift);
             if let Some(c) = potential.matrix {
                 hessian += c;
@@ -372,18 +424,13 @@ impl Newton {
             if let Some(rows) = potential.handles {
                 self.hold(rows, &mut hessian);
             }
-            let Some(factor) = Cholesky::new(hessian) else {
-                shift = if attempt == 0 { 0.0 } else { (10.0 * shift).max(1e-12 * trace.abs()) };
-                continue;
-            };
             self.exact = attempt == 0;
-            let slope = self.solve(&factor, potential, q);
-            let work: f64 = q.iter().zip(potential.load).map(|(q, b)| (q * b).abs()).sum();
-            self.hessian = Some(factor.unpack_dirty());
-            let scale = work + elastic + f64::MIN_POSITIVE;
-            return (slope <= ROUNDING * ROUNDING * scale).then_some((slope.min(0.0), scale));
+            self.factor = Cholesky::new(hessian);
+            if self.factor.is_some() {
+                return;
+            }
+            shift = if attempt == 0 { 0.0 } else { (10.0 * shift).max(1e-12 * trace.abs()) };
         }
-        None
     }
 
     /// The nearest to d that hard constraints have in common, JJ⁺d, or as far on the way to it as J⁺d is within reach. Two passes

@@ -7,6 +7,7 @@
 use super::{Dynamics, Modal, State};
 use crate::Result;
 use crate::model::with_basis;
+use crate::reduced::Work;
 use crate::step::modal_force::BodyLoad;
 use crate::step::{ForceLaw, Integrator};
 use crate::strain::RotationStrain;
@@ -114,10 +115,15 @@ const HANDLE: [f64; 3] = [1316.0, 385.0, 2.0];
 const EXPLICIT_ELEMENT: f64 = 275.0;
 /// Of an iteration of its implicit step: of an element, a multiplication of the factorization, an entry of the factor.
 const IMPLICIT_STEP: [f64; 3] = [4300.0, 2.0, 4.0];
-/// Of a Hessian of the reduced shell and what goes with it, by [`crate::reduced::ReducedEnergy::operations`].
-const REDUCED: [f64; 4] = [20_000.0, 1.75, 1.75, 1.75];
-/// Iterations and Hessians where no step tells.
+/// Of the reduced shell, by [`crate::reduced::ReducedEnergy::operations`]: of a shape, a gradient and a Hessian, and of a
+/// multiplication of its factorization.
+const REDUCED_SHAPE: [f64; 5] = [600.0, 0.7, 0.0, 0.0, 0.0];
+const REDUCED_GRADIENT: [f64; 5] = [30.0, 0.7, 0.0, 0.0, 0.0];
+const REDUCED_HESSIAN: [f64; 5] = [5000.0, 0.1, 0.65, 0.65, 0.9];
+const REDUCED_FACTOR: f64 = 1.0;
+/// Iterations where no step tells, and what a step of a reduced shell takes.
 const ITERATIONS: usize = 3;
+const WORK: Work = Work { hessians: 1, gradients: ITERATIONS, shapes: ITERATIONS + 1 };
 /// Of a vertex with a force of its own, for each field of the reduced shell.
 const REDUCED_POINT: f64 = 20.0;
 
@@ -432,14 +438,22 @@ impl State {
         let [forces, wind] = self.load_parts(REDUCED_POINT * n as f64, 0.0);
         let of =
             |kind, active, bytes, reason: &str| Part { kind, active, bytes, operations: 0.0, reason: reason.into() };
-        let (iterations, whence) = foreseen(state.hessians);
-        let once: f64 = reduced.energy.operations().iter().zip(REDUCED).map(|(count, cost)| count * cost).sum();
+        let (Work { hessians, gradients, shapes }, whence) =
+            if state.work.shapes > 0 { (state.work, LAST) } else { (WORK, NONE) };
+        let counts = reduced.energy.operations();
+        let of_one = |costs: [f64; 5]| -> f64 { counts.iter().zip(costs).map(|(count, cost)| count * cost).sum() };
+        let factor = REDUCED_FACTOR * (n * n * n) as f64 / 6.0;
+        let operations = hessians as f64 * (of_one(REDUCED_HESSIAN) + factor)
+            + gradients as f64 * of_one(REDUCED_GRADIENT)
+            + shapes as f64 * of_one(REDUCED_SHAPE);
         let shell = Part {
             kind: PartKind::ReducedShell,
             active: true,
             bytes: reduced.bytes() + state.bytes(),
-            operations: iterations * once,
-            reason: format!("{n} fields on {elements} elements, {iterations} Hessians {whence}"),
+            operations,
+            reason: format!(
+                "{n} fields on {elements} elements; {hessians} Hessians, {gradients} gradients and {shapes} shapes {whence}"
+            ),
         };
         vec![
             self.shape_part(),
@@ -457,9 +471,12 @@ impl State {
     }
 }
 
+const LAST: &str = "as in the last step";
+const NONE: &str = "for want of a step";
+
 /// Iterations of the next step, by those of the last.
 fn foreseen(last: usize) -> (f64, &'static str) {
-    if last > 0 { (last as f64, "as in the last step") } else { (ITERATIONS as f64, "for want of a step") }
+    if last > 0 { (last as f64, LAST) } else { (ITERATIONS as f64, NONE) }
 }
 
 impl Part {

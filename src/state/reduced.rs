@@ -12,7 +12,7 @@
 use super::nodal;
 use crate::constraint::{ConstraintSet, Outcome, Target};
 use crate::load::External;
-use crate::reduced::{Newton, Potential, ReducedShell, Rows, Stop, with_fields};
+use crate::reduced::{Newton, Potential, ReducedShell, Rows, Stop, Work, with_fields};
 use crate::step::modal_force::BodyLoad;
 use crate::support::Pose;
 use crate::warp::{Extent, Placement};
@@ -22,14 +22,14 @@ use nalgebra::{DMatrix, UnitQuaternion};
 /// BDF2 is stable for steps up to 1 + √2 times the last.
 const LARGEST_RATIO: f64 = 2.0;
 /// A step moves on at this, an energy of 1e-10 of what the loads do; the Newton step that shows it is still taken.
-const STEP: Stop = Stop { tolerance: 1e-5, iterations: 20, led: false };
-const REST: Stop = Stop { tolerance: 1e-7, iterations: 200, led: true };
+const STEP: Stop = Stop { tolerance: 1e-5, iterations: 20, led: false, near: false };
+const REST: Stop = Stop { tolerance: 1e-7, iterations: 200, led: true, near: false };
 /// Shares of the load that are added at once on the way to an equilibrium, at first and at least.
 const FIRST_SHARE: f64 = 0.25;
 const LEAST_SHARE: f64 = 1.0 / 64.0;
 /// Newton steps for all shares; none is tried with a smaller one past them.
 const ALL_ITERATIONS: usize = 1000;
-/// Passes in a turning frame, whose forces are taken at the end of the step as found last; each gains a factor ωh.
+/// Passes in a turning frame, at most, whose forces are taken at the end of the step as found last; each gains a factor ωh.
 const SPIN_PASSES: usize = 4;
 /// Of the displacement, what the last pass may still change although it changes more than the first.
 const SETTLED: f64 = 1e-3;
@@ -74,8 +74,8 @@ pub struct Reduced {
     pub constraint_work: f64,
     /// Steps whose search ended short of its tolerance.
     pub unconverged: u64,
-    /// Hessians of the last step; 0 before one.
-    pub hessians: usize,
+    /// Of the last step; none before one.
+    pub work: Work,
     newton: Newton,
     rows: Rows,
     /// Next q and that of the last pass, b of the potential, the load without inertia, and rates for forces of a turning frame.
@@ -114,7 +114,7 @@ impl Reduced {
             constraints: ConstraintSet::default(),
             constraint_work: 0.0,
             unconverged: 0,
-            hessians: 0,
+            work: Work::default(),
             newton: Newton::new(&reduced.energy),
             rows: Rows::new(0, n),
             next: zeros.clone(),
@@ -133,7 +133,7 @@ impl Reduced {
         self.constraints.reset();
         self.constraint_work = 0.0;
         self.unconverged = 0;
-        self.hessians = 0;
+        self.work = Work::default();
     }
 
     /// No speed, and no step before.
@@ -172,11 +172,10 @@ impl Reduced {
         self.set_rows(model, reduced, pose);
         let last = self.motion.last_step;
         let ratio = if last > 0.0 && h <= LARGEST_RATIO * last { h / last } else { 0.0 };
-        let (mut converged, mut hessians) = self.advance(reduced, load, h, ratio)?;
+        self.newton.take_work();
+        let mut converged = self.advance(reduced, load, h, ratio)?;
         if !converged && ratio > 0.0 {
-            let more;
-            (converged, more) = self.advance(reduced, load, h, 0.0)?;
-            hessians += more;
+            converged = self.advance(reduced, load, h, 0.0)?;
         }
         let work = self.conclude();
         if !Self::has_meaning(model, &self.next, &self.rates) || !(self.constraint_work + work).is_finite() {
@@ -190,14 +189,14 @@ impl Reduced {
         *last_step = h;
         self.constraint_work += work;
         self.unconverged += u64::from(!converged);
-        self.hessians = hessians;
+        self.work = self.newton.take_work();
         self.constraints.accept();
         Ok(())
     }
 
     /// Sets the next q and its rates for a step `ratio` times the last, backward Euler's for 0. Returns whether the search
-    /// converged, and its Hessians.
-    fn advance(&mut self, reduced: &ReducedShell, load: &BodyLoad, h: f64, ratio: f64) -> Result<(bool, usize)> {
+    /// converged.
+    fn advance(&mut self, reduced: &ReducedShell, load: &BodyLoad, h: f64, ratio: f64) -> Result<bool> {
         let alpha = self.set_constants(h, ratio);
         let shift = alpha * (alpha + self.damping.mass);
         let damped = self.set_viscosity(reduced);
@@ -208,7 +207,7 @@ impl Reduced {
         if damped {
             self.viscosity *= alpha;
         }
-        let (mut converged, mut hessians, mut gained) = (true, 0, [0.0; SPIN_PASSES]);
+        let (mut converged, mut gained, mut size) = (true, [0.0; SPIN_PASSES], 0.0);
         for (pass, gained) in gained[..passes].iter_mut().enumerate() {
             self.last.copy_from_slice(&self.next);
             let (_, spin) = load.parts();
@@ -230,19 +229,22 @@ impl Reduced {
             if pass == 0 && !self.newton.is_lower(&reduced.energy, &potential, &self.next, q) {
                 self.next.copy_from_slice(q);
             }
-            converged = self.newton.minimize(&reduced.energy, &potential, &mut self.next, STEP).converged;
-            hessians += self.newton.hessians();
+            let stop = Stop { near: pass > 0, ..STEP };
+            converged = self.newton.minimize(&reduced.energy, &potential, &mut self.next, stop).converged;
             *gained = self.next.iter().zip(&self.last).map(|(a, b)| (a - b).powi(2)).sum();
+            size = self.next.iter().map(|q| q * q).sum();
+            if *gained <= STEP.tolerance * STEP.tolerance * size {
+                break;
+            }
         }
         // The first pass makes up for the guess; from the second on only the frame's forces change.
-        let size: f64 = self.next.iter().map(|q| q * q).sum();
         if gained[SPIN_PASSES - 1] > gained[1].max(SETTLED * SETTLED * size) {
             let turn = load.spin_rate().unwrap_or(0.0) * h;
             let message = format!("the forces of a frame that turns by {turn:.1} rad in a step of {h} s do not settle");
             return Err(Error::new(ErrorKind::Numerical, message));
         }
         (0..q.len()).for_each(|k| self.rates[k] = alpha * self.next[k] + by_rate[k]);
-        Ok((converged, hessians))
+        Ok(converged)
     }
 
     /// Sets c of q̇⁺ = α q⁺ + c and q̈⁺ = α q̇⁺ + c; returns α.

@@ -1,0 +1,195 @@
+//! The products that reduced energies are made of, in the processor's widest registers. Matrices are rows of `stride` numbers, a
+//! multiple of [`WIDTH`].
+
+use crate::Vec3;
+use crate::energy::Mat3;
+use pulp::{Simd, WithSimd};
+
+/// Numbers in the widest register; rows are padded to it.
+pub const WIDTH: usize = 8;
+/// Rows whose products are summed in registers before they are added to what is in memory; with as many numbers a row they stay in the
+/// first-level cache.
+const DEPTH: usize = 64;
+
+/// x = x̄ + Bq.
+pub struct Place<'a> {
+    /// B: x, y, z of each vertex in turn.
+    pub rows: &'a [f64],
+    /// x̄.
+    pub rest: &'a [Vec3],
+    /// A row.
+    pub q: &'a [f64],
+    /// Where to.
+    pub x: &'a mut [Vec3],
+}
+
+impl WithSimd for Place<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let (rows, q) = (S::as_simd_f64s(self.rows).0, S::as_simd_f64s(self.q).0);
+        for ((x, rest), rows) in self.x.iter_mut().zip(self.rest).zip(rows.chunks_exact(3 * q.len())) {
+            let (of_x, others) = rows.split_at(q.len());
+            let (of_y, of_z) = others.split_at(q.len());
+            let mut sums = [simd.splat_f64s(0.0); 3];
+            for (((q, a), b), c) in q.iter().zip(of_x).zip(of_y).zip(of_z) {
+                sums[0] = simd.mul_add_e_f64s(*a, *q, sums[0]);
+                sums[1] = simd.mul_add_e_f64s(*b, *q, sums[1]);
+                sums[2] = simd.mul_add_e_f64s(*c, *q, sums[2]);
+            }
+            for c in 0..3 {
+                x[c] = rest[c] + simd.reduce_sum_f64s(sums[c]);
+            }
+        }
+    }
+}
+
+/// The product HB of a sum H of elements' blocks.
+pub struct Multiply<'a> {
+    /// B: x, y, z of each vertex in turn.
+    pub rows: &'a [f64],
+    /// Of a row.
+    pub stride: usize,
+    /// Vertices, and how many.
+    pub elements: &'a [([u32; 4], usize)],
+    /// k × k of each element.
+    pub blocks: &'a [Mat3],
+    /// As the rows.
+    pub out: &'a mut [f64],
+}
+
+impl WithSimd for Multiply<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let rows = (S::as_simd_f64s(self.rows).0, registers::<S>(self.stride));
+        let out = S::as_mut_simd_f64s(self.out).0;
+        out.fill(simd.splat_f64s(0.0));
+        let mut blocks = self.blocks;
+        for (vertices, k) in self.elements {
+            let (own, others) = blocks.split_at(k * k);
+            blocks = others;
+            match k {
+                2 => multiply::<S, 2>(simd, rows, vertices, own, out),
+                3 => multiply::<S, 3>(simd, rows, vertices, own, out),
+                _ => multiply::<S, 4>(simd, rows, vertices, own, out),
+            }
+        }
+    }
+}
+
+/// That so many numbers fill.
+fn registers<S: Simd>(numbers: usize) -> usize {
+    numbers * size_of::<f64>() / size_of::<S::f64s>()
+}
+
+/// For one element of K vertices.
+#[inline(always)]
+fn multiply<S: Simd, const K: usize>(
+    simd: S,
+    (rows, stride): (&[S::f64s], usize),
+    vertices: &[u32; 4],
+    blocks: &[Mat3],
+    out: &mut [S::f64s],
+) {
+    let first: [usize; K] = std::array::from_fn(|p| 3 * vertices[p] as usize * stride);
+    let own = first.map(|first| &rows[first..first + 3 * stride]);
+    for j in 0..stride {
+        let mut b = [[simd.splat_f64s(0.0); 3]; K];
+        for q in 0..K {
+            for d in 0..3 {
+                b[q][d] = own[q][d * stride + j];
+            }
+        }
+        for p in 0..K {
+            let out = &mut out[first[p]..first[p] + 3 * stride];
+            for c in 0..3 {
+                let mut sum = out[c * stride + j];
+                for q in 0..K {
+                    let block = &blocks[K * p + q];
+                    for d in 0..3 {
+                        sum = simd.mul_add_e_f64s(simd.splat_f64s(block[(c, d)]), b[q][d], sum);
+                    }
+                }
+                out[c * stride + j] = sum;
+            }
+        }
+    }
+}
+
+/// LᵀR.
+pub struct AddProducts<'a> {
+    /// Rows, and numbers in each.
+    pub left: (&'a [f64], usize),
+    /// As many rows.
+    pub right: (&'a [f64], usize),
+    /// Only the lower triangle is needed; some of what is above it is added to as well.
+    pub lower: bool,
+    /// A row for each column of L; added to.
+    pub out: &'a mut [f64],
+}
+
+impl WithSimd for AddProducts<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let ((left, tall), (right, wide)) = (self.left, self.right);
+        let out = S::as_mut_simd_f64s(self.out).0;
+        let stride = registers::<S>(wide);
+        for (left, right) in left.chunks(DEPTH * tall).zip(right.chunks(DEPTH * wide)) {
+            let right = S::as_simd_f64s(right).0;
+            for i in (0..tall).step_by(WIDTH) {
+                let end = if self.lower { registers::<S>(i + WIDTH) } else { stride };
+                for j in 0..end {
+                    let mut sums = [simd.splat_f64s(0.0); WIDTH];
+                    for (left, right) in left.chunks_exact(tall).zip(right.chunks_exact(stride)) {
+                        let (own, right) = (&left[i..i + WIDTH], right[j]);
+                        for n in 0..WIDTH {
+                            sums[n] = simd.mul_add_e_f64s(simd.splat_f64s(own[n]), right, sums[n]);
+                        }
+                    }
+                    for n in 0..WIDTH {
+                        let out = &mut out[(i + n) * stride + j];
+                        *out = simd.add_f64s(*out, sums[n]);
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// sum += Bᵀg.
+#[inline(always)]
+pub fn project(rows: &[f64], g: &[Vec3], sum: &mut [f64]) {
+    let stride = sum.len();
+    for (g, rows) in g.iter().zip(rows.chunks_exact(3 * stride)) {
+        let (x, yz) = rows.split_at(stride);
+        let (y, z) = yz.split_at(stride);
+        for k in 0..stride {
+            sum[k] += x[k] * g[0] + y[k] * g[1] + z[k] * g[2];
+        }
+    }
+}
+
+/// sum = Bᵀb for one element's row b.
+#[inline(always)]
+pub fn project_row(rows: &[f64], (vertices, row): (&[u32; 4], &[Vec3]), sum: &mut [f64]) {
+    sum.fill(0.0);
+    let size = 3 * sum.len();
+    for (&v, g) in vertices.iter().zip(row) {
+        project(&rows[v as usize * size..][..size], std::slice::from_ref(g), sum);
+    }
+}
+
+/// a·b.
+#[inline(always)]
+pub fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let mut sums = [0.0; WIDTH];
+    for (a, b) in a.chunks_exact(WIDTH).zip(b.chunks_exact(WIDTH)) {
+        (0..WIDTH).for_each(|i| sums[i] += a[i] * b[i]);
+    }
+    sums.iter().sum()
+}
