@@ -421,6 +421,10 @@ typedef struct SwPrecomputeDesc {
   // Of these methods, those whose step takes no more operations than this, as sw_state_plan counts them, or the cheapest;
   // 0 = any.
   double auto_operations;
+  // The fastest that handles move, length/s; 0 = any. With a tolerance, where it is known, the modes' static answers to pulls at the
+  // handles may stand for those modes that nothing else needs, up to three a handle: hundreds of modes are then a few. They are counted
+  // and saved as modes, and have frequencies as these, of their own energy; sw_model_info's certificate is of the modes beside them.
+  double handle_speed;
 } SwPrecomputeDesc;
 
 // Facts about a model. The caller sets struct_size with sw_model_info_init.

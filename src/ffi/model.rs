@@ -186,6 +186,10 @@ pub struct SwPrecomputeDesc {
     /// Of these methods, those whose step takes no more operations than this, as sw_state_plan counts them, or the cheapest;
     /// 0 = any.
     pub auto_operations: f64,
+    /// The fastest that handles move, length/s; 0 = any. With a tolerance, where it is known, the modes' static answers to pulls at the
+    /// handles may stand for those modes that nothing else needs, up to three a handle: hundreds of modes are then a few. They are counted
+    /// and saved as modes, and have frequencies as these, of their own energy; sw_model_info's certificate is of the modes beside them.
+    pub handle_speed: f64,
 }
 
 sized!(SwPrecomputeDesc);
@@ -409,6 +413,7 @@ pub unsafe extern "C" fn sw_model_precompute(model: *mut SwModel, desc: *const S
                 // SAFETY: the host's list holds as many vertices as the descriptor says.
                 handles: unsafe { read_array("desc->handles", desc.handles, desc.n_handles.into())? },
                 distance: desc.handle_distance,
+                speed: desc.handle_speed,
                 amplification: if desc.demand_amplification == 0.0 { 2.0 } else { desc.demand_amplification },
             }),
         };

@@ -11,6 +11,11 @@
 //! y(v) being the whole displacement there; the second term is what an error of w = Ψq changes in R̃(w) y. Under linear modal
 //! analysis nothing turns: θ = 0 and no ψ. Modes are left out,
 //! the least first, while the sum of the c_k left out and of the tail stays within the tolerance at every vertex.
+//!
+//! A handle is a load at one vertex, to which hundreds of modes add a little each. Where it is known how fast handles move, their static
+//! correction may stand for these modes (MacNeal 1971): what the modes left out answer to pulls at the handles, K⁻¹(f − MΦΦᵀf), made
+//! orthonormal in M and in K (Ritz vectors), joins the modes. Then a mode left out is off only by how it swings about its static
+//! answer, ω²e + ë = −ä_s: by at most ∫|ä_s|/ω, 2s/ω for a handle that starts and stops at the speed s, and so is a Ritz vector.
 
 use super::{Modes, ScaledStiffness};
 use crate::error::{require_finite, require_non_negative};
@@ -18,7 +23,7 @@ use crate::sparse::Symbolic;
 use crate::warp::ModalRotation;
 use crate::{Error, ErrorKind, Result, Shell, Vec3};
 use faer::Mat;
-use nalgebra::Matrix3;
+use nalgebra::{DMatrix, Matrix3, SymmetricEigen};
 
 /// What will act on a shell, and how far off a vertex may be.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -33,6 +38,8 @@ pub struct Demand {
     pub handles: Vec<u32>,
     /// Length.
     pub distance: f64,
+    /// The fastest that handles move, length/s; 0 for any, and no static correction.
+    pub speed: f64,
     /// D: 1 for loads that change slowly, 2 for ones that come at once, up to 2/(π ratio) for shaking in time with a mode of
     /// that damping ratio.
     pub amplification: f64,
@@ -42,6 +49,8 @@ pub struct Demand {
 pub struct Choice {
     /// Ascending.
     pub keep: Vec<usize>,
+    /// Ritz values, ascending, and vectors of the static correction for handles.
+    pub corrections: Vec<(f64, Vec<Vec3>)>,
     /// No vertex should be off by more, against all modes.
     pub bound: f64,
 }
@@ -54,12 +63,16 @@ const SHIFT: f64 = 1e-4;
 /// there by bending, or not at all.
 const STIFF: f64 = 0.1;
 
+/// Of the stiffest answer to a pull, what one that others give already has left at most.
+const REPEATED: f64 = 1e-9;
+
 impl Demand {
     /// Fails on numbers out of range and on vertices that do not exist.
     pub fn validated(self, shell: &Shell) -> Result<Self> {
         require_non_negative("tolerance", self.tolerance)?;
         require_non_negative("acceleration", self.acceleration)?;
         require_non_negative("handle_distance", self.distance)?;
+        require_non_negative("handle_speed", self.speed)?;
         require_non_negative("amplification", self.amplification)?;
         self.gravity.iter().try_for_each(|g| require_finite("gravity", *g).map(drop))?;
         let n = shell.mass.len();
@@ -79,30 +92,29 @@ impl Demand {
         self.gravity.norm() + self.acceleration
     }
 
-    /// The fewest of `modes` that meet the demand, or all with the bound that they reach. In a `linear` scene nothing turns.
+    /// The fewest of `modes` that meet the demand, with static corrections where these make them fewer; or all with the bound that
+    /// they reach. In a `linear` scene nothing turns.
     pub fn choose(&self, shell: &Shell, modes: &Modes, linear: bool) -> Result<Choice> {
-        let all = || (0..modes.shapes.len()).collect();
         if modes.zero_modes == modes.shapes.len() {
             let bound = if shell.n_unknowns() == modes.shapes.len() { 0.0 } else { f64::INFINITY };
-            return Ok(Choice { keep: all(), bound });
+            return Ok(Choice { keep: (0..modes.shapes.len()).collect(), corrections: vec![], bound });
         }
         let responses = Responses::new(self, shell, modes, linear)?;
-        let mut off = responses.tail.clone();
-        let largest = |field: &[f64]| field.iter().copied().fold(0.0, f64::max);
-        let mut order: Vec<(f64, usize)> =
-            (modes.zero_modes..modes.shapes.len()).map(|k| (largest(&responses.of_mode(k)), k)).collect();
-        order.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let mut keep: Vec<bool> = vec![true; modes.shapes.len()];
-        let mut bound = largest(&off);
-        for (_, k) in order {
-            let more: Vec<f64> = off.iter().zip(responses.of_mode(k)).map(|(off, c)| off + c).collect();
-            if largest(&more) > self.tolerance {
-                break;
-            }
-            (keep[k], off, bound) = (false, more, bound.max(largest(&off)));
+        let plain = responses.choose(false);
+        if self.speed == 0.0 || self.distance == 0.0 || responses.statics.handles.is_empty() {
+            return Ok(plain);
         }
-        let bound = bound.max(largest(&off));
-        Ok(Choice { keep: (0..keep.len()).filter(|k| keep[*k]).collect(), bound })
+        let corrected = responses.choose(true);
+        let fields = |choice: &Choice| choice.keep.len() + choice.corrections.len();
+        let [off, less_off] = [&plain, &corrected].map(|choice| (choice.bound - self.tolerance).max(0.0));
+        let better = less_off < off || (less_off == off && fields(&corrected) < fields(&plain));
+        Ok(if better { corrected } else { plain })
+    }
+
+    /// Of what a mode with the eigenvalue λ answers to handles, how much it is off where their static correction is there.
+    fn swing(&self, lambda: f64) -> f64 {
+        let still = self.amplification * self.distance * lambda.sqrt();
+        f64::min(1.0, 2.0 * self.speed / still.max(f64::MIN_POSITIVE))
     }
 }
 
@@ -110,39 +122,145 @@ fn frobenius(f: &[Vec3; 3]) -> f64 {
     f.iter().map(Vec3::norm_squared).sum::<f64>().sqrt()
 }
 
-/// Bounds on how far modes and the tail move vertices.
+/// Bounds on how far modes and the tail move vertices; by loads, and by handles.
 struct Responses<'a> {
-    modes: &'a Modes,
-    /// Ψ of each mode.
-    turns: Vec<Vec<Vec3>>,
+    statics: Statics<'a>,
     /// Largest amplitude of each mode; 0 for zero modes, which are never left out.
-    amplitude: Vec<f64>,
+    amplitude: Vec<[f64; 2]>,
     /// |y| (n_vertices).
     size: Vec<f64>,
     /// Of all modes that were not computed, together (n_vertices).
-    tail: Vec<f64>,
+    tail: Vec<[f64; 2]>,
+    /// The handles' pulls: the vertex's number among the handles, and a direction in which it gives.
+    pulls: Vec<(usize, Vec3)>,
+    /// Forces in these directions at most (pulls).
+    strength: Vec<f64>,
 }
 
 impl<'a> Responses<'a> {
-    fn new(demand: &Demand, shell: &Shell, modes: &'a Modes, linear: bool) -> Result<Self> {
+    fn new(demand: &'a Demand, shell: &'a Shell, modes: &'a Modes, linear: bool) -> Result<Self> {
         let statics = Statics::new(demand, shell, modes, linear)?;
         let n = shell.mass.len();
-        let mut pulled = Pulled { size: vec![0.0; n], reach: vec![0.0; modes.shapes.len()], tail: vec![[0.0; 2]; n] };
+        let mut pulled = Pulled {
+            size: vec![0.0; n],
+            reach: vec![0.0; modes.shapes.len()],
+            tail: vec![[0.0; 2]; n],
+            pulls: vec![],
+            strength: vec![],
+        };
         (0..statics.handles.len()).for_each(|h| statics.pull(h, &mut pulled));
-        let size: Vec<f64> = (0..n).map(|v| statics.size(v) + pulled.size[v]).collect();
+        let Pulled { size, reach, tail, pulls, strength } = pulled;
+        let size: Vec<f64> = (0..n).map(|v| statics.size(v) + size[v]).collect();
         let tail = (0..n).map(|v| {
-            let ([u, w], [by_handles, turn]) = (statics.tail(v), pulled.tail[v]);
-            u + by_handles + 0.5 * size[v] * (w + turn)
+            let shown = |[u, turn]: [f64; 2]| u + 0.5 * size[v] * turn;
+            [shown(statics.tail(v)), shown(tail[v])]
         });
         let tail = tail.collect();
-        let amplitude = (0..modes.shapes.len()).map(|k| statics.amplitude(k) + pulled.reach[k]).collect();
-        Ok(Self { modes, turns: statics.turns, amplitude, size, tail })
+        let of_mode = |k: usize| statics.amplitude(&modes.shapes[k], modes.eigenvalues[k]);
+        let amplitude = (0..modes.shapes.len()).map(|k| [of_mode(k), reach[k]]).collect();
+        Ok(Self { statics, amplitude, size, tail, pulls, strength })
+    }
+
+    /// The fewest modes within the tolerance, `corrected` by Ritz vectors or not; all where they are too few.
+    fn choose(&self, corrected: bool) -> Choice {
+        let Statics { modes, demand, .. } = &self.statics;
+        let largest = |field: &[f64]| field.iter().copied().fold(0.0, f64::max);
+        let mut order: Vec<(f64, usize)> =
+            self.statics.elastic().map(|k| (largest(&self.of_mode(k, corrected)), k)).collect();
+        order.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let without = |count: usize| {
+            let left_out: Vec<usize> = order[..count].iter().map(|(_, k)| *k).collect();
+            let corrections = if corrected { self.corrections(&left_out) } else { vec![] };
+            let last = modes.eigenvalues[modes.eigenvalues.len() - 1];
+            let share = if corrected { demand.swing(last) } else { 1.0 };
+            let mut off: Vec<f64> = self.tail.iter().map(|[loads, handles]| loads + share * handles).collect();
+            let mut add = |field: Vec<f64>| off.iter_mut().zip(field).for_each(|(off, c)| *off += c);
+            left_out.iter().for_each(|k| add(self.of_mode(*k, corrected)));
+            corrections.iter().for_each(|(lambda, shape)| add(self.of_correction(*lambda, shape)));
+            let keep = (0..modes.shapes.len()).filter(|k| !left_out.contains(k)).collect();
+            Choice { keep, corrections, bound: largest(&off) }
+        };
+        // The more are left out the larger the bound: halving finds how many may be.
+        let (mut most, mut too_many) = (0, order.len() + 1);
+        let mut choice = without(0);
+        while too_many - most > 1 {
+            let middle = most + (too_many - most) / 2;
+            let tried = without(middle);
+            if tried.bound <= demand.tolerance {
+                (most, choice) = (middle, tried);
+            } else {
+                too_many = middle;
+            }
+        }
+        choice
     }
 
     /// c_k (n_vertices).
-    fn of_mode(&self, k: usize) -> Vec<f64> {
-        let shown = |v: usize| self.modes.shapes[k][v].norm() + 0.5 * self.size[v] * self.turns[k][v].norm();
-        (0..self.size.len()).map(|v| self.amplitude[k] * shown(v)).collect()
+    fn of_mode(&self, k: usize, corrected: bool) -> Vec<f64> {
+        let Statics { modes, demand, turns, .. } = &self.statics;
+        let share = if corrected { demand.swing(modes.eigenvalues[k]) } else { 1.0 };
+        let [loads, handles] = self.amplitude[k];
+        self.shown(loads + share * handles, &modes.shapes[k], &turns[k])
+    }
+
+    /// What a Ritz vector may be off (n_vertices).
+    fn of_correction(&self, lambda: f64, shape: &[Vec3]) -> Vec<f64> {
+        let Statics { demand, handles, rotation, .. } = &self.statics;
+        let turns = rotation.as_ref().map_or(vec![Vec3::zeros(); shape.len()], |rotation| rotation.apply(shape));
+        let pulled = self.pulls.iter().zip(&self.strength);
+        let by_handles: f64 =
+            pulled.map(|((h, along), force)| force * shape[handles[*h] as usize].dot(along).abs() / lambda).sum();
+        self.shown(self.statics.amplitude(shape, lambda) + demand.swing(lambda) * by_handles, shape, &turns)
+    }
+
+    /// Displacement with what its turn changes, at an amplitude.
+    fn shown(&self, amplitude: f64, shape: &[Vec3], turns: &[Vec3]) -> Vec<f64> {
+        let shown = |v: usize| amplitude * (shape[v].norm() + 0.5 * self.size[v] * turns[v].norm());
+        (0..self.size.len()).map(shown).collect()
+    }
+
+    /// Ritz values and vectors of what the modes left out, computed or not, answer to the handles' pulls: with the answers u,
+    /// (uᵀKu) z = θ (uᵀMu) z and uᵀKu = fᵀu.
+    fn corrections(&self, left_out: &[usize]) -> Vec<(f64, Vec<Vec3>)> {
+        let Statics { modes, shell, handles, tails, .. } = &self.statics;
+        let answer = |(h, along): &(usize, Vec3)| -> Vec<Vec3> {
+            let mut u: Vec<Vec3> = (0..shell.mass.len())
+                .map(|v| AXES.iter().map(|c| along[*c] * tails[PULLS + 3 * h + c][v]).sum())
+                .collect();
+            for &k in left_out {
+                let amplitude = self.statics.flexibility(*h, k).dot(along);
+                u.iter_mut().zip(&modes.shapes[k]).for_each(|(u, phi)| *u += amplitude * phi);
+            }
+            u
+        };
+        let answers: Vec<Vec<Vec3>> = self.pulls.iter().map(answer).collect();
+        let m = answers.len();
+        let stiffness = DMatrix::from_fn(m, m, |i, j| {
+            let along = |(h, along): &(usize, Vec3), u: &[Vec3]| u[handles[*h] as usize].dot(along);
+            0.5 * (along(&self.pulls[i], &answers[j]) + along(&self.pulls[j], &answers[i]))
+        });
+        let scale: Vec<f64> = (0..m).map(|i| 1.0 / stiffness[(i, i)].max(f64::MIN_POSITIVE).sqrt()).collect();
+        let scaled = SymmetricEigen::new(DMatrix::from_fn(m, m, |i, j| scale[i] * stiffness[(i, j)] * scale[j]));
+        let largest = scaled.eigenvalues.amax();
+        let own: Vec<usize> = (0..m).filter(|i| scaled.eigenvalues[*i] > REPEATED * largest).collect();
+        let white = DMatrix::from_fn(m, own.len(), |i, j| {
+            scale[i] * scaled.eigenvectors[(i, own[j])] / scaled.eigenvalues[own[j]].sqrt()
+        });
+        let mass = DMatrix::from_fn(m, m, |i, j| {
+            (0..shell.mass.len()).map(|v| shell.mass[v] * answers[i][v].dot(&answers[j][v])).sum::<f64>()
+        });
+        let inverse = SymmetricEigen::new(white.tr_mul(&mass) * &white); // of the Ritz values
+        let vectors = white * inverse.eigenvectors;
+        let mut found: Vec<(f64, Vec<Vec3>)> = (0..own.len())
+            .filter(|r| inverse.eigenvalues[*r] > 0.0)
+            .map(|r| {
+                let weight = |i: usize| vectors[(i, r)] / inverse.eigenvalues[r].sqrt();
+                let shape = |v: usize| (0..m).map(|i| weight(i) * answers[i][v]).sum();
+                (1.0 / inverse.eigenvalues[r], (0..shell.mass.len()).map(shape).collect())
+            })
+            .collect();
+        found.sort_by(|a, b| a.0.total_cmp(&b.0));
+        found
     }
 }
 
@@ -151,7 +269,9 @@ struct Statics<'a> {
     demand: &'a Demand,
     shell: &'a Shell,
     modes: &'a Modes,
-    /// Ψ of each mode; zeros where the scene is linear and nothing turns.
+    /// Of displacements; none where the scene is linear and nothing turns.
+    rotation: Option<ModalRotation>,
+    /// Ψ of each mode.
     turns: Vec<Vec<Vec3>>,
     /// Σ m φ_k.
     factors: Vec<Vec3>,
@@ -183,6 +303,9 @@ struct Pulled {
     reach: Vec<f64>,
     /// Displacement and rotation by the tail (n_vertices).
     tail: Vec<[f64; 2]>,
+    /// See [`Responses`].
+    pulls: Vec<(usize, Vec3)>,
+    strength: Vec<f64>,
 }
 
 impl<'a> Statics<'a> {
@@ -196,6 +319,7 @@ impl<'a> Statics<'a> {
             shell,
             modes,
             turns: modes.shapes.iter().map(rotated).collect(),
+            rotation: None,
             factors: modes.shapes.iter().map(factor).collect(),
             turn: vec![],
             handles,
@@ -206,6 +330,7 @@ impl<'a> Statics<'a> {
         statics.turn = (0..shell.mass.len()).map(|v| turn(v).min(2.0)).collect();
         statics.tails = tails(shell, modes, &statics.loads())?;
         statics.tail_turns = statics.tails.iter().map(rotated).collect();
+        statics.rotation = rotation;
         Ok(statics)
     }
 
@@ -258,6 +383,10 @@ impl<'a> Statics<'a> {
             *size += u;
             far = far.max(u / distance.max(f64::MIN_POSITIVE));
         }
+        for (along, strength) in gives.eigenvectors.column_iter().zip(&strength).filter(|(_, s)| **s > 0.0) {
+            pulled.pulls.push((h, along.into_owned()));
+            pulled.strength.push((1.0 + far) * strength);
+        }
         // Without a mode the handle gives less, and moves the rest the more: once for the mode itself, once for that.
         for k in self.elastic() {
             pulled.reach[k] += (1.0 + far) * (force * self.flexibility(h, k)).norm();
@@ -284,16 +413,17 @@ impl<'a> Statics<'a> {
         [of(&self.tails), of(&self.tail_turns)]
     }
 
-    /// How far loads move mode `k`, without handles.
-    fn amplitude(&self, k: usize) -> f64 {
-        let Self { demand, factors, modes, .. } = self;
-        if modes.eigenvalues[k] == 0.0 {
+    /// How far loads move a field of an eigenvalue, without handles.
+    fn amplitude(&self, shape: &[Vec3], lambda: f64) -> f64 {
+        let Self { demand, shell, .. } = self;
+        if lambda == 0.0 {
             return 0.0;
         }
-        let straight = factors[k].dot(&demand.gravity).abs() + demand.acceleration * factors[k].norm();
-        let moments = modes.shapes[k].iter().zip(&self.shell.mass).zip(&self.turn);
+        let factor: Vec3 = shape.iter().zip(&shell.mass).map(|(phi, m)| *m * phi).sum();
+        let straight = factor.dot(&demand.gravity).abs() + demand.acceleration * factor.norm();
+        let moments = shape.iter().zip(&shell.mass).zip(&self.turn);
         let turning: f64 = moments.map(|((phi, m), turn)| m * phi.norm() * turn).sum();
-        demand.amplification * (straight + demand.size() * turning) / modes.eigenvalues[k]
+        demand.amplification * (straight + demand.size() * turning) / lambda
     }
 }
 

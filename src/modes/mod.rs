@@ -156,8 +156,8 @@ fn part_modes(shell: &Shell, part: &Part, (wanted, norm): (usize, f64), progress
     Ok(Modes { peak_bytes, ..modes })
 }
 
-/// The modes that meet `demand`, at most `most` and those found on the way to them, and a bound on how far a vertex is off without
-/// the others; `linear` where nothing turns. Twice as many are searched for until there are enough; where there are not, the bound exceeds the tolerance.
+/// The modes that meet `demand`, at most `most` and those found on the way to them, with static corrections among them, and a bound on how
+/// far a vertex is off without the others; `linear` where nothing turns. Twice as many are searched for until there are enough; where there are not, the bound exceeds the tolerance.
 pub fn demanded_modes(
     shell: &Shell,
     demand: &Demand,
@@ -170,8 +170,10 @@ pub fn demanded_modes(
         let mut modes = lowest_modes(shell, wanted, progress)?;
         let choice = demand.choose(shell, &modes, linear)?;
         if choice.bound <= demand.tolerance || wanted == most {
-            modes.eigenvalues = choice.keep.iter().map(|k| modes.eigenvalues[*k]).collect();
-            modes.shapes = choice.keep.iter().map(|k| std::mem::take(&mut modes.shapes[*k])).collect();
+            let kept = choice.keep.iter().map(|k| (modes.eigenvalues[*k], std::mem::take(&mut modes.shapes[*k])));
+            let mut all: Vec<(f64, Vec<Vec3>)> = kept.chain(choice.corrections).collect();
+            all.sort_by(|a, b| a.0.total_cmp(&b.0));
+            (modes.eigenvalues, modes.shapes) = all.into_iter().unzip();
             return Ok((modes, choice.bound));
         }
         wanted = (2 * wanted).min(most);

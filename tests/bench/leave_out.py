@@ -6,7 +6,7 @@ Counts the instructions of a step by valgrind's callgrind, which shows programs 
 estimates; a scene that had loads, wind, a turning frame and a handle and lost them, beside one that never had; and scenes on
 builds of the library that lack a Cargo feature, beside the whole library: instructions, memory and the library's size. Fails when an
 estimate is off by more than a quarter, or a scene pays more than 2 % for what it does not use. Beside these, what a tolerance saves on
-ten scenes (tests/bench/demand.rs), in modes and in time.
+twelve scenes (tests/bench/demand.rs), in modes and in time.
 """
 
 import argparse
@@ -119,18 +119,17 @@ def sizes(_):
     return lines
 
 
-def demand(*options):
-    """A table of tests/bench/demand.rs."""
-    command = ["cargo", "run", "--release", "--quiet", "--example", "demand", "--", *options]
-    return lambda _: subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout.splitlines()
+def tolerances(_):
+    """The table of tests/bench/demand.rs."""
+    command = ["cargo", "run", "--release", "--quiet", "--example", "demand"]
+    return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout.splitlines()
 
 
 TABLES = {
     "estimates": ("The plan's estimate", estimates),
     "lacking": ("Builds that lack a feature", lacking),
     "sizes": ("Size of the library", sizes),
-    "tolerances": ("What a tolerance saves", demand()),
-    "static-correction": ("What a static correction would save", demand("--static-correction")),
+    "tolerances": ("What a tolerance saves", tolerances),
 }
 
 

@@ -177,6 +177,9 @@ static void a_tolerance_leaves_out_modes_and_wrong_demands_are_refused(void) {
     bad.handle_distance = wrong[i];
     FAILS(sw_model_precompute(model, &bad), SW_ERROR_INVALID_ARGUMENT, "handle_distance");
     bad = desc;
+    bad.handle_speed = wrong[i];
+    FAILS(sw_model_precompute(model, &bad), SW_ERROR_INVALID_ARGUMENT, "handle_speed");
+    bad = desc;
     bad.demand_amplification = wrong[i];
     FAILS(sw_model_precompute(model, &bad), SW_ERROR_INVALID_ARGUMENT, "amplification");
     bad = desc;

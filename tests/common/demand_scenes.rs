@@ -1,4 +1,4 @@
-//! Ten scenes with what acts in them, as their demand tells and as their steps do: for tests/demand.rs and tests/bench/demand.rs.
+//! Twelve scenes with what acts in them, as their demand tells and as their steps do: for tests/demand.rs and tests/bench/demand.rs.
 #![allow(dead_code, missing_docs)] // each uses its own part
 
 use super::common::{equilateral_sheet, reference};
@@ -77,8 +77,8 @@ pub fn scenes() -> Vec<Scene> {
     };
     let (flat, v) = (beam("flat_beam"), beam("v_beam"));
     let (plate, arch) = (sheet(4.0, |_, _| 0.0), sheet(4.0, |x, y| 0.3 * y * (0.87 - y) + 0.1 * x * x));
-    let drags = |scene: Scene, vertex: u32| Scene {
-        demand: Demand { handles: vec![vertex], distance: 0.08, ..scene.demand.clone() },
+    let drags = |scene: Scene, vertex: u32, speed: f64| Scene {
+        demand: Demand { handles: vec![vertex], distance: 0.08, speed, ..scene.demand.clone() },
         drag: Some((vertex, lifted)),
         ..scene
     };
@@ -98,8 +98,10 @@ pub fn scenes() -> Vec<Scene> {
         quiet("arch let go", &arch, warp, Vec3::new(0.0, 1.0, -9.8)),
         moves(quiet("shaken plate", &plate, warp, Vec3::new(0.0, 0.0, -1.0)), shaken, 2.0, 4.0),
         moves(quiet("arch on a turning frame", &arch, work, Vec3::zeros()), turned, 8.0, 2.0),
-        drags(quiet("plate with a handle", &plate, warp, Vec3::new(0.0, 0.0, -0.5)), corner),
-        drags(quiet("arch with a handle", &arch, warp, Vec3::new(0.0, 0.0, -1.0)), corner),
+        drags(quiet("plate with a handle", &plate, warp, Vec3::new(0.0, 0.0, -0.5)), corner, 0.0),
+        drags(quiet("arch with a handle", &arch, warp, Vec3::new(0.0, 0.0, -1.0)), corner, 0.0),
+        drags(quiet("plate with a handle of known speed", &plate, warp, Vec3::new(0.0, 0.0, -0.5)), corner, 0.16),
+        drags(quiet("arch with a handle of known speed", &arch, warp, Vec3::new(0.0, 0.0, -1.0)), corner, 0.16),
     ]
 }
 

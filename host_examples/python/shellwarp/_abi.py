@@ -175,6 +175,7 @@ class SwPrecomputeDesc(Structure):
         ("reduced_gravity", c_double),
         ("auto_error", c_double),
         ("auto_operations", c_double),
+        ("handle_speed", c_double),
     ]
 
 

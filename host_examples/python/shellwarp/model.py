@@ -35,7 +35,7 @@ class Model(Handle):
     def precompute(self, modes=16, precision="f32", progress=None, sag_gravity=(0.0, 0.0, 0.0),
                    reduced_fields=0, reduced_elements=0, reduced_poses=0, reduced_gravity=0.0,
                    auto_error=0.0, auto_operations=0.0, demand_gravity=(0.0, 0.0, 0.0), demand_acceleration=0.0,
-                   handles=(), handle_distance=0.0):
+                   handles=(), handle_distance=0.0, handle_speed=0.0, tolerance=0.0, demand_amplification=0.0):
         """Finds the `modes` lowest (0: 16); seconds on large meshes.
 
         `precision` is that of the run-time basis: "i16" takes half the memory of "f32" and moves vertices by about 1e-5 of the
@@ -48,6 +48,9 @@ class Model(Handle):
 
         With `auto_error`, a length, or `auto_operations` of a step, the model is made for the method that suits the scene of
         `demand_gravity`, `demand_acceleration` and pulls at `handles` by `handle_distance` best: that of its "auto" states.
+
+        With a `tolerance`, a length, modes are left out that the same scene cannot show, at most `modes` of them computed (0: 256);
+        `handle_speed` and `demand_amplification` as the header has them.
 
         `progress(phase, fraction)` is called with the phase's name and the fraction of it, 0 to 1. It may return False to
         stop (CancelledError). What it raises stops the precompute too and is raised here. On both the model stays as it was.
@@ -62,6 +65,8 @@ class Model(Handle):
         desc.auto_error, desc.auto_operations = float(auto_error), float(auto_operations)
         desc.demand_gravity[:] = [float(g) for g in demand_gravity]
         desc.demand_acceleration, desc.handle_distance = float(demand_acceleration), float(handle_distance)
+        desc.tolerance, desc.demand_amplification = float(tolerance), float(demand_amplification)
+        desc.handle_speed = float(handle_speed)
         held = (c_uint32 * len(handles))(*[uint32(v, "handles") for v in handles])
         desc.handles, desc.n_handles = cast(held, c_void_p), len(held)  # `held` lives through the call
         raised = []
