@@ -425,6 +425,11 @@ typedef struct SwPrecomputeDesc {
   // handles may stand for those modes that nothing else needs, up to three a handle: hundreds of modes are then a few. They are counted
   // and saved as modes, and have frequencies as these, of their own energy; sw_model_info's certificate is of the modes beside them.
   double handle_speed;
+  // Seconds that the training by reduced_poses may take, beyond which no further equilibrium is sought; 0 = any. What is found in time
+  // depends on the machine and its load, and with it the fields: reduced_poses alone gives the same ones every time.
+  double reduced_seconds;
+  // The same as a multiple of the time that the modes took; 0 = any.
+  double reduced_mode_searches;
 } SwPrecomputeDesc;
 
 // Facts about a model. The caller sets struct_size with sw_model_info_init.
@@ -726,8 +731,8 @@ typedef struct SwCertificate {
   double max_error;
   // That vertex.
   uint32_t vertex;
-  // 0.
-  uint32_t reserved;
+  // The SW_METHOD_... that it is of.
+  uint32_t method;
   // What the full shell's forces leave of the load's at this pose, relative to the load, inertia included: no measure of the error,
   // since stretching that nobody sees leaves hundreds of times the load.
   double residual;
@@ -1172,6 +1177,17 @@ void sw_certificate_init(struct SwCertificate *certificate);
 // SW_ERROR_NUMERICAL when the full shell has no stiffness to go by, SW_ERROR_OUT_OF_MEMORY, SW_ERROR_BUSY.
 SwStatus sw_state_certify(const struct SwState *state,
                           struct SwCertificate *certificate);
+
+// Goes on by SW_METHOD_WARP, the paper's method, where that is nearer to the full nonlinear shell: where its estimate by
+// sw_state_certify, or what its hard handles miss of their way, is less than the state's own. A state without velocities, as after
+// sw_state_equilibrium, found or not, is set against the warp's own equilibrium under the same loads, one that moves against the warp at the
+// nearest pose, as by sw_state_set_method. `certificate`, initialised by sw_certificate_init, is of the method that goes on, which it
+// names. SW_METHOD_WARP and the nonlinear shells are only certified. Takes as long as two of sw_state_certify; call it when a
+// handle is let go or a pose is found, not in every step. States saved before belong to the method that they were saved with.
+// Allocates; on failure nothing has changed.
+// Errors: as of sw_state_certify, SW_ERROR_NUMERICAL where neither method has an estimate.
+SwStatus sw_state_fall_back(struct SwState *state,
+                            struct SwCertificate *certificate);
 
 // Goes on by another SW_METHOD_..., from the pose and velocities nearest to the present ones in the mass norm, with the same time,
 // frame, loads, damping, constraints and integrator: when sw_state_certify or unconverged_steps tell that a reduced shell has left

@@ -293,6 +293,12 @@ public:
     check(sw_state_certify(get(), &certificate));
     return certificate;
   }
+  /* Goes on by the paper's warp where that is nearer to it; of the method that goes on, which it names. */
+  SwCertificate fall_back() {
+    SwCertificate certificate = detail::initialized(sw_certificate_init);
+    check(sw_state_fall_back(get(), &certificate));
+    return certificate;
+  }
   /* Goes on by another SW_METHOD_... from the nearest pose. */
   void set_method(uint32_t method) { check(sw_state_set_method(get(), method)); }
 

@@ -29,7 +29,7 @@ fn small_sagged_model(precision: Precision) -> Model {
 
 /// With a reduced shell.
 fn small_reduced_model(precision: Precision) -> Model {
-    let reduced = reduced::Options { fields: 4, elements: 12, poses: 2, gravity: 0.0 };
+    let reduced = reduced::Options { fields: 4, elements: 12, poses: 2, ..Default::default() };
     small_model_with(Options { modes: 4, precision, reduced, ..Options::default() })
 }
 

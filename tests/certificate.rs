@@ -306,3 +306,91 @@ fn a_method_that_cannot_take_what_is_set_is_refused_and_nothing_changes() {
         state.step(0.01).unwrap();
     }
 }
+
+/// A flat beam with a reduced shell of too few fields and samples.
+fn poor() -> &'static Arc<Model> {
+    static MODEL: OnceLock<Arc<Model>> = OnceLock::new();
+    MODEL.get_or_init(|| {
+        let reduced = reduced::Options { fields: 2, elements: 12, ..Default::default() };
+        let options = Options { modes: 8, precision: Precision::F64, reduced, ..Options::default() };
+        Arc::new(Model::precompute(Arc::new(reference("flat_beam").0), &options, &mut |_, _| Ok(())).unwrap())
+    })
+}
+
+/// Of what goes on, wherever a state falls back or not, the true error is the lesser; and both happen.
+#[test]
+fn a_state_falls_back_to_the_paper_where_that_is_nearer_to_the_full_shell() {
+    let (mut stayed, mut fell) = (0, 0);
+    for (name, model, sizes) in [("V-beam", vee(), [1.0, 3.0, 5.0]), ("poorly sampled beam", poor(), [0.05, 0.2, 0.4])]
+    {
+        for size in sizes {
+            let at_rest = |method: Method| {
+                let mut state = state(model, method);
+                state.set_gravity(size * Vec3::new(0.0, 0.6, -0.8)).unwrap();
+                state.equilibrium().map(|_| state).unwrap()
+            };
+            let exact = displacements(&at_rest(Method::ImplicitShell));
+            let of = |state: &State| error(model, &displacements(state), &exact);
+            let paper = of(&at_rest(Method::Warp));
+            for method in [Method::ReducedShell, Method::LinearModalAnalysis] {
+                let mut state = at_rest(method);
+                let own = of(&state);
+                let found = state.fall_back().unwrap();
+                println!("{name}, {size}, {method:?}: {own:.4}, paper {paper:.4}, by {:?}", state.method());
+                // The warp's equilibrium is sought from the state's pose, and found to the tolerance of equilibria.
+                assert_close("error of what goes on", of(&state), own.min(paper), 1e-5, 0.0);
+                assert_close("estimate", found.error, of(&state), 0.1, 1e-3);
+                if state.method() == method {
+                    stayed += 1
+                } else {
+                    fell += 1
+                }
+                state.step(1.0 / 30.0).unwrap();
+                let moved = error(model, &displacements(&state), &exact);
+                assert!((moved - own.min(paper)).abs() < 1e-3, "it does not stay where it was: {moved}");
+            }
+        }
+    }
+    assert!(stayed > 0 && fell > 0, "{stayed} stayed, {fell} fell back");
+}
+
+#[test]
+fn falling_back_keeps_handles_that_the_modes_would_miss_and_what_already_is_the_paper_or_the_full_shell() {
+    let mut state = state(vee(), Method::ReducedShell);
+    // Three vertices near the support, apart by more than eight modes can bend there.
+    for (id, v) in [60, 62, 64].into_iter().enumerate() {
+        let lift = if id == 1 { 0.05 } else { -0.05 };
+        let target = Target::Position(vee().shell.mesh.positions[v as usize] + Vec3::new(0.0, 0.0, lift));
+        let constraint = Constraint { id: id as u32, vertex: v, axes: [true; 3], compliance: 0.0, target };
+        state.set_constraint(constraint).unwrap();
+    }
+    if state.equilibrium().is_ok() {
+        let before = displacements(&state);
+        state.fall_back().unwrap();
+        assert_eq!((state.method(), displacements(&state)), (Method::ReducedShell, before));
+    }
+    for method in [Method::Warp, Method::ImplicitShell] {
+        let mut state = moving(method);
+        let u = displacements(&state);
+        state.fall_back().unwrap();
+        assert_eq!((state.method(), displacements(&state)), (method, u));
+    }
+}
+
+#[test]
+fn a_state_in_motion_falls_back_at_its_pose_and_one_without_estimates_not_at_all() {
+    let mut state = state(poor(), Method::LinearModalAnalysis);
+    state.set_gravity(Vec3::new(0.0, 0.0, -0.8)).unwrap();
+    (0..20).for_each(|_| state.step(1.0 / 60.0).unwrap());
+    let (own, before) = (state.certify().unwrap(), state.report());
+    let found = state.fall_back().unwrap();
+    assert_eq!(state.method(), Method::Warp);
+    assert!(found.error < own.error, "{} of {}", found.error, own.error);
+    assert_eq!(found.error.to_bits(), state.certify().unwrap().error.to_bits());
+    assert!(state.report().kinetic_energy > 0.1 * before.kinetic_energy && state.report().time == before.time);
+    let mut lost = moving(Method::ReducedShell);
+    lost.set_gravity(Vec3::new(1e300, 1e300, 0.0)).unwrap();
+    let u = displacements(&lost);
+    assert_eq!(lost.fall_back().unwrap_err().kind, ErrorKind::Numerical);
+    assert_eq!((lost.method(), displacements(&lost)), (Method::ReducedShell, u));
+}

@@ -16,7 +16,7 @@ use shellwarp::{ErrorKind, Material, Mesh, Shell, Supports, Vec3};
 use std::sync::{Arc, OnceLock};
 
 fn model(shell: &Arc<Shell>, fields: usize, elements: usize, poses: usize) -> Arc<Model> {
-    let reduced = reduced::Options { fields, elements, poses, gravity: 0.0 };
+    let reduced = reduced::Options { fields, elements, poses, ..Default::default() };
     let options = Options { modes: 8, precision: Precision::F64, reduced, ..Options::default() };
     Arc::new(Model::precompute(shell.clone(), &options, &mut |_, _| Ok(())).unwrap())
 }
@@ -595,6 +595,22 @@ fn a_step_does_not_allocate() {
     assert_eq!(used.count_total, 0);
 }
 
+/// Whatever the machine's speed: no time is enough for none, an hour and a million searches for all.
+#[test]
+fn training_ends_in_time() {
+    let shell = Arc::new(reference("v_beam").0);
+    let fields = |seconds: f64, mode_searches: f64, poses: usize| {
+        let reduced =
+            reduced::Options { fields: 40, elements: 60, poses, seconds, mode_searches, ..Default::default() };
+        let options = Options { modes: 4, reduced, ..Options::default() };
+        Model::precompute(shell.clone(), &options, &mut |_, _| Ok(())).unwrap().reduced_fingerprint
+    };
+    let (any, none, all) = (f64::INFINITY, fields(f64::INFINITY, f64::INFINITY, 0), fields(3600.0, 1e6, 3));
+    assert_eq!(fields(any, any, 3), all);
+    assert_ne!(all, none);
+    assert_eq!([fields(1e-9, any, 3), fields(any, 1e-9, 3)], [none; 2]);
+}
+
 #[test]
 fn what_it_cannot_do_is_refused_by_name() {
     let shell = Arc::new(reference("flat_beam").0);
@@ -638,7 +654,7 @@ fn on_a_curved_leaf_it_is_nowhere_worse_than_the_paper_on_loads_it_was_not_train
     // other points, wind, and their sums. These loads were drawn up in an
     // experiment before the training code was finished, and seen by those who finished it.
     let shell = leaf();
-    let reduced = reduced::Options { fields: 40, elements: 400, poses: 52, gravity: 0.6 };
+    let reduced = reduced::Options { fields: 40, elements: 400, poses: 52, gravity: 0.6, ..Default::default() };
     let options = Options { modes: 8, precision: Precision::F64, reduced, ..Options::default() };
     let model = Arc::new(Model::precompute(shell.clone(), &options, &mut |_, _| Ok(())).unwrap());
     let weight = |g: Vec3| shell.mass.iter().map(|m| *m * g).collect::<Vec<_>>();

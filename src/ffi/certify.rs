@@ -2,8 +2,9 @@
 
 use super::guard::{guard, read, write};
 use super::pointer::{initialise, object, put, read_descriptor, sized};
-use super::state::{SwState, method_of};
+use super::state::{SwState, method_of, number_of};
 use super::status::SwStatus;
+use crate::state::{Certificate, Method};
 use std::sync::atomic::Ordering;
 
 /// How far a state is from the full nonlinear shell, by an estimate. The caller sets struct_size with sw_certificate_init.
@@ -21,8 +22,8 @@ pub struct SwCertificate {
     pub max_error: f64,
     /// That vertex.
     pub vertex: u32,
-    /// 0.
-    pub reserved: u32,
+    /// The SW_METHOD_... that it is of.
+    pub method: u32,
     /// What the full shell's forces leave of the load's at this pose, relative to the load, inertia included: no measure of the error,
     /// since stretching that nobody sees leaves hundreds of times the load.
     pub residual: f64,
@@ -57,12 +58,40 @@ pub unsafe extern "C" fn sw_state_certify(state: *const SwState, certificate: *m
         // SAFETY: the header's contract; NULL is excluded by the descriptor's check.
         unsafe {
             let handle = object("state", state)?;
-            let mut out = read_descriptor("certificate", certificate.cast_const())?;
-            let found = read("state", &handle.state)?.certify()?;
-            out.out_of_range = u32::from(found.out_of_range());
-            (out.error, out.max_error, out.vertex) = (found.error, found.max_error, found.vertex as u32);
-            (out.reserved, out.residual, out.remaining) = (0, found.residual, found.remaining);
-            put(certificate, out);
+            let out = read_descriptor("certificate", certificate.cast_const())?;
+            let state = read("state", &handle.state)?;
+            put(certificate, told(out, &state.certify()?, state.method()));
+        }
+        Ok(())
+    })
+}
+
+fn told(mut out: SwCertificate, found: &Certificate, method: Method) -> SwCertificate {
+    out.out_of_range = u32::from(found.out_of_range());
+    (out.error, out.max_error, out.vertex) = (found.error, found.max_error, found.vertex as u32);
+    (out.method, out.residual, out.remaining) = (number_of(method), found.residual, found.remaining);
+    out
+}
+
+/// Goes on by SW_METHOD_WARP, the paper's method, where that is nearer to the full nonlinear shell: where its estimate by
+/// sw_state_certify, or what its hard handles miss of their way, is less than the state's own. A state without velocities, as after
+/// sw_state_equilibrium, found or not, is set against the warp's own equilibrium under the same loads, one that moves against the warp at the
+/// nearest pose, as by sw_state_set_method. `certificate`, initialised by sw_certificate_init, is of the method that goes on, which it
+/// names. SW_METHOD_WARP and the nonlinear shells are only certified. Takes as long as two of sw_state_certify; call it when a
+/// handle is let go or a pose is found, not in every step. States saved before belong to the method that they were saved with.
+/// Allocates; on failure nothing has changed.
+/// Errors: as of sw_state_certify, SW_ERROR_NUMERICAL where neither method has an estimate.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn sw_state_fall_back(state: *mut SwState, certificate: *mut SwCertificate) -> SwStatus {
+    guard(|| {
+        // SAFETY: the header's contract; NULL is excluded by the descriptor's check.
+        unsafe {
+            let handle = object("state", state.cast_const())?;
+            let out = read_descriptor("certificate", certificate.cast_const())?;
+            let mut state = write("state", &handle.state)?;
+            let found = state.fall_back()?;
+            handle.step_nanoseconds.store(state.step_nanoseconds(), Ordering::Relaxed);
+            put(certificate, told(out, &found, state.method()));
         }
         Ok(())
     })

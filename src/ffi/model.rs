@@ -190,6 +190,11 @@ pub struct SwPrecomputeDesc {
     /// handles may stand for those modes that nothing else needs, up to three a handle: hundreds of modes are then a few. They are counted
     /// and saved as modes, and have frequencies as these, of their own energy; sw_model_info's certificate is of the modes beside them.
     pub handle_speed: f64,
+    /// Seconds that the training by reduced_poses may take, beyond which no further equilibrium is sought; 0 = any. What is found in time
+    /// depends on the machine and its load, and with it the fields: reduced_poses alone gives the same ones every time.
+    pub reduced_seconds: f64,
+    /// The same as a multiple of the time that the modes took; 0 = any.
+    pub reduced_mode_searches: f64,
 }
 
 sized!(SwPrecomputeDesc);
@@ -426,6 +431,8 @@ pub unsafe extern "C" fn sw_model_precompute(model: *mut SwModel, desc: *const S
             elements: desc.reduced_elements as usize,
             poses: desc.reduced_poses as usize,
             gravity: require_non_negative("desc->reduced_gravity", desc.reduced_gravity)?,
+            seconds: unless_zero("desc->reduced_seconds", desc.reduced_seconds)?,
+            mode_searches: unless_zero("desc->reduced_mode_searches", desc.reduced_mode_searches)?,
         };
         let most = if desc.tolerance != 0.0 { MOST_MODES } else { Options::default().modes };
         let modes = if desc.modes == 0 { most } else { desc.modes as usize };
@@ -437,6 +444,12 @@ pub unsafe extern "C" fn sw_model_precompute(model: *mut SwModel, desc: *const S
         content.model = Some(Arc::new(computed));
         Ok(())
     })
+}
+
+/// A limit; 0 is none.
+fn unless_zero(name: &str, limit: f64) -> crate::Result<f64> {
+    require_non_negative(name, limit)?;
+    Ok(if limit > 0.0 { limit } else { f64::INFINITY })
 }
 
 fn call_progress(desc: &SwPrecomputeDesc, phase: Phase, fraction: f64) -> crate::Result<()> {

@@ -220,21 +220,27 @@ unsafe fn writing(state: *mut SwState, body: impl FnOnce(&mut State) -> Result<(
 /// What SW_METHOD_... and 0 mean for states of `model`.
 pub(super) fn method_of(name: &str, model: &Model, method: u32) -> Result<Method, Fault> {
     let default = if model.is_linear() { Method::LinearModalAnalysis } else { Method::Warp };
-    let methods = [
-        (0, default),
-        (SW_METHOD_WARP, Method::Warp),
-        (SW_METHOD_LMA, Method::LinearModalAnalysis),
-        (SW_METHOD_SHELL_IMPLICIT, Method::ImplicitShell),
-        (SW_METHOD_SHELL_EXPLICIT, Method::ExplicitShell),
-        (SW_METHOD_WARP_VIRTUAL_WORK, Method::VirtualWorkWarp),
-        (SW_METHOD_REDUCED_SHELL, Method::ReducedShell),
-        (SW_METHOD_ROTATION_STRAIN, Method::RotationStrain),
-    ];
+    let methods: Vec<_> = [(0, default)].into_iter().chain(METHODS).collect();
     match method {
         SW_METHOD_AUTO => Ok(model.chosen_method()?),
         _ => enumerant(name, method, &methods),
     }
 }
+
+/// The SW_METHOD_... of a method.
+pub(super) fn number_of(method: Method) -> u32 {
+    METHODS.iter().find(|(_, known)| *known == method).map_or(0, |(number, _)| *number)
+}
+
+const METHODS: [(u32, Method); 7] = [
+    (SW_METHOD_WARP, Method::Warp),
+    (SW_METHOD_LMA, Method::LinearModalAnalysis),
+    (SW_METHOD_SHELL_IMPLICIT, Method::ImplicitShell),
+    (SW_METHOD_SHELL_EXPLICIT, Method::ExplicitShell),
+    (SW_METHOD_WARP_VIRTUAL_WORK, Method::VirtualWorkWarp),
+    (SW_METHOD_REDUCED_SHELL, Method::ReducedShell),
+    (SW_METHOD_ROTATION_STRAIN, Method::RotationStrain),
+];
 
 /// Makes a state at rest on a precomputed model; `desc` may be NULL for defaults. No loads, no damping, the frame at the
 /// world's origin. The state keeps alive what it needs of the model. Callable concurrently on one model.

@@ -32,9 +32,10 @@ use crate::{Error, ErrorKind, Result, Shell, Vec3};
 use faer::Mat;
 use nalgebra::{DMatrix, Matrix3};
 use std::sync::Arc;
+use std::time::Instant;
 
 /// What to precompute beyond the modes.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub struct Options {
     /// Fields beyond the modes; 0 for no reduced shell.
     pub fields: usize,
@@ -44,6 +45,16 @@ pub struct Options {
     pub poses: usize,
     /// The strength of the gravity that scenes will have; 0 for what bends the shell by a quarter of its size to first order.
     pub gravity: f64,
+    /// Seconds that finding the equilibria may take; those that it does not find in time are left out.
+    pub seconds: f64,
+    /// The same as a multiple of the time that the modes took.
+    pub mode_searches: f64,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self { fields: 0, elements: 0, poses: 0, gravity: 0.0, seconds: f64::INFINITY, mode_searches: f64::INFINITY }
+    }
 }
 
 /// Of the forces of the poses that sampling looks at, what samples may leave out when their number is not given.
@@ -127,7 +138,9 @@ impl ReducedShell {
         report(progress, 0.0)?;
         let scene = Scene::new(shell, modes, options);
         let mut candidates = scene.weighted_derivatives(shell, modes)?;
-        let trained = scene.train(shell, options.poses, &mut |share| report(progress, 0.1 + 0.4 * share))?;
+        let searches: f64 = progress.seconds.iter().sum();
+        let time = options.seconds.min(options.mode_searches * searches);
+        let trained = scene.train(shell, (options.poses, time), &mut |share| report(progress, 0.1 + 0.4 * share))?;
         let bent = scene.bent(modes);
         let compressed = (STRESSES * options.fields as f64) as usize;
         let stresses = stress::fields(shell, &bent, &candidates, &scene.responses(shell)?, &trained, compressed)?;
@@ -357,22 +370,32 @@ impl Scene {
         loads
     }
 
-    /// Equilibria of the full shell under at most `count` loads; those that are not found are left out.
+    /// Equilibria of the full shell under at most `count` loads; those that are not found, or not within the `time`, are left out.
     fn train(
         &self,
         shell: &Arc<Shell>,
-        count: usize,
+        (count, time): (usize, f64),
         watch: &mut dyn FnMut(f64) -> Result<()>,
     ) -> Result<Vec<Vec<Vec3>>> {
         let mut found = vec![];
-        if count == 0 {
+        if count == 0 || time == 0.0 {
             return Ok(found);
         }
+        let started = Instant::now();
+        let in_time = || match started.elapsed().as_secs_f64() < time {
+            true => Ok(()),
+            false => Err(Error::new(ErrorKind::Numerical, "no time is left")),
+        };
         let mut solver = Solver::new(shell.clone())?;
         let start = vec![Vec3::zeros(); shell.mass.len()];
         for (k, load) in self.loads(shell).iter().take(count).enumerate() {
-            watch(k as f64 / count as f64)?;
-            match solver.equilibrium(&start, load, &Default::default(), &mut |_| watch(k as f64 / count as f64)) {
+            let share = k as f64 / count as f64;
+            watch(share)?;
+            if in_time().is_err() {
+                break;
+            }
+            match solver.equilibrium(&start, load, &Default::default(), &mut |_| watch(share).and_then(|()| in_time()))
+            {
                 Ok(equilibrium) => found.push(equilibrium.displacement),
                 Err(error) if error.kind == ErrorKind::Numerical => (),
                 Err(error) => return Err(error),

@@ -290,7 +290,7 @@ impl Newton {
             self.step(q);
             let value = self.trial_merit(energy, potential);
             if value <= mark.0 + DECREASE * mark.1 {
-                near = self.exact && ventures == 0;
+                near = !stop.led && self.exact && ventures == 0;
                 ventures = 0;
             } else if near {
                 (near, residual) = (false, before);

@@ -11,7 +11,7 @@
 //! Of a method with coordinates q and u(q), M a = M J g, with J = ∂u/∂q as its law has it and g the part of the generalized forces
 //! that its own elastic forces do not balance, constraints included: g = q̈ + C q̇.
 
-use super::{Dynamics, State, external, nodal};
+use super::{Dynamics, Method, Space, State, external, nodal};
 use crate::constraint::{Constraint, Outcome, Target};
 use crate::features::Feature;
 use crate::reference::{Goal, Handle, Solver};
@@ -95,6 +95,57 @@ impl State {
                 }
             },
         )
+    }
+
+    /// Goes on by the paper's warp where that is nearer to the full shell, as far as estimates and what handles miss tell; returns the
+    /// estimate of the method that goes on. A state without velocities is set against the warp's own equilibrium, one that moves
+    /// against the warp at its pose. Fails, changing nothing, where neither has an estimate.
+    pub fn fall_back(&mut self) -> Result<Certificate> {
+        let own = self.certify();
+        if matches!(self.method(), Method::Warp | Method::ImplicitShell | Method::ExplicitShell) {
+            return own;
+        }
+        let by_warp = || {
+            let mut warp = self.try_clone()?;
+            warp.set_method(Method::Warp)?;
+            if self.is_standing() {
+                warp.equilibrium()?;
+            }
+            warp.certify().map(|certificate| (certificate, warp))
+        };
+        match (own, by_warp()) {
+            (Ok(own), Ok((other, warp))) if self.fault(&own) <= warp.fault(&other) => Ok(own),
+            (_, Ok((other, warp))) => {
+                *self = warp;
+                Ok(other)
+            }
+            (own, Err(_)) => own,
+        }
+    }
+
+    /// No velocity: at an equilibrium, or at a pose that was set.
+    fn is_standing(&self) -> bool {
+        let mut standing = true;
+        self.dynamics.visit_motion(&self.model, |_, _, rate| standing &= rate == Vec3::zeros());
+        standing
+    }
+
+    /// The estimate, or what a hard handle misses of its way where that is more: the estimate leaves handles where they hold the shell.
+    fn fault(&self, certificate: &Certificate) -> f64 {
+        let held: Vec<&Constraint> = self.constraints().map(|(c, _)| c).filter(|c| c.compliance == 0.0).collect();
+        if held.is_empty() {
+            return certificate.error;
+        }
+        let mut place = vec![Vec3::zeros(); self.model.shell.mass.len()];
+        self.positions(Space::World, |v, x| place[v] = x);
+        let pose = &self.frame.pose;
+        let missed = |c: &Constraint| {
+            let Target::Position(target) = c.target else { return 0.0 };
+            let rest = pose.origin + pose.rotation * self.model.shell.mesh.positions[c.vertex as usize];
+            let along = |d: Vec3| (0..3).filter(|a| c.axes[*a]).map(|a| d[a] * d[a]).sum::<f64>().sqrt();
+            along(target - place[c.vertex as usize]) / along(target - rest).max(f64::MIN_POSITIVE)
+        };
+        held.into_iter().map(missed).fold(certificate.error, f64::max)
     }
 
     /// F − M a, and u (n_vertices each, frame axes).

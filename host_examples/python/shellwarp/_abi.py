@@ -176,6 +176,8 @@ class SwPrecomputeDesc(Structure):
         ("auto_error", c_double),
         ("auto_operations", c_double),
         ("handle_speed", c_double),
+        ("reduced_seconds", c_double),
+        ("reduced_mode_searches", c_double),
     ]
 
 
@@ -357,7 +359,7 @@ class SwCertificate(Structure):
         ("error", c_double),
         ("max_error", c_double),
         ("vertex", c_uint32),
-        ("reserved", c_uint32),
+        ("method", c_uint32),
         ("residual", c_double),
         ("remaining", c_double),
     ]
@@ -424,5 +426,6 @@ FUNCTIONS = {
     "sw_state_plan_text": (c_uint32, [POINTER(SwState), c_double, c_char_p, c_uint64, c_void_p]),
     "sw_certificate_init": (None, [POINTER(SwCertificate)]),
     "sw_state_certify": (c_uint32, [POINTER(SwState), POINTER(SwCertificate)]),
+    "sw_state_fall_back": (c_uint32, [POINTER(SwState), POINTER(SwCertificate)]),
     "sw_state_set_method": (c_uint32, [POINTER(SwState), c_uint32]),
 }

@@ -33,7 +33,7 @@ class Model(Handle):
         self.n_vertices = int(mesh.n_vertices)
 
     def precompute(self, modes=16, precision="f32", progress=None, sag_gravity=(0.0, 0.0, 0.0),
-                   reduced_fields=0, reduced_elements=0, reduced_poses=0, reduced_gravity=0.0,
+                   reduced_fields=0, reduced_elements=0, reduced_poses=0, reduced_gravity=0.0, reduced_seconds=0.0,
                    auto_error=0.0, auto_operations=0.0, demand_gravity=(0.0, 0.0, 0.0), demand_acceleration=0.0,
                    handles=(), handle_distance=0.0, handle_speed=0.0, tolerance=0.0, demand_amplification=0.0):
         """Finds the `modes` lowest (0: 16); seconds on large meshes.
@@ -61,7 +61,7 @@ class Model(Handle):
         desc.reduced_fields = uint32(reduced_fields, "reduced_fields")
         desc.reduced_elements = uint32(reduced_elements, "reduced_elements")
         desc.reduced_poses = uint32(reduced_poses, "reduced_poses")
-        desc.reduced_gravity = float(reduced_gravity)
+        desc.reduced_gravity, desc.reduced_seconds = float(reduced_gravity), float(reduced_seconds)
         desc.auto_error, desc.auto_operations = float(auto_error), float(auto_operations)
         desc.demand_gravity[:] = [float(g) for g in demand_gravity]
         desc.demand_acceleration, desc.handle_distance = float(demand_acceleration), float(handle_distance)

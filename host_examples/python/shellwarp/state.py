@@ -212,6 +212,12 @@ class State(Handle):
         self._call("sw_state_certify", byref(certificate))
         return as_dict(certificate)
 
+    def fall_back(self):
+        """Goes on by the paper's warp where that is nearer to the full nonlinear shell: SwCertificate of the method that goes on."""
+        certificate = _library.initialised(_abi.SwCertificate)
+        self._call("sw_state_fall_back", byref(certificate))
+        return as_dict(certificate)
+
     def plan(self, seconds):
         """What a step of that length uses and leaves out: a list of dicts as SwPlanPart."""
         count = c_uint32()
