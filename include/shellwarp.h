@@ -175,7 +175,7 @@
 
 // The full nonlinear energy on a few displacement fields, u = B q, by BDF2 and Newton's method, of a model precomputed with
 // reduced_fields: a fraction of the warp's error, without its limit of rotation, at a step's cost that hardly grows with the mesh.
-// No amplitudes, and constraints on positions only; damping by the stiffness of the present shape. The integrator is its own.
+// No amplitudes; damping by the stiffness of the present shape. The integrator is its own.
 #define SW_METHOD_REDUCED_SHELL 6
 
 // Rotation-strain reconstruction: each triangle is turned by the rotation of its modal displacement and keeps its linear strain, and
@@ -1102,8 +1102,8 @@ void sw_constraint_desc_init(struct SwConstraintDesc *desc);
 // rotations at the vertex. An explicit step sets positions, so a handle should move by little in each.
 //
 // Constraints are cloned with a state and survive its reset and loading, but are not saved. Allocates unless it replaces one of the same
-// axes. A reduced shell takes positions only: SW_ERROR_UNSUPPORTED. It follows hard handles as far as its fields can with a root mean
-// square displacement of twice the model's size.
+// axes. A reduced shell follows hard handles as far as its fields can with a root mean square displacement of twice the model's size;
+// it has the orientation of a nonlinear shell, and meets it as nearly as four passes of a step do. Steps that hold one allocate.
 // Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_BUSY.
 SwStatus sw_state_set_constraint(struct SwState *state,
                                  const struct SwConstraintDesc *desc);

@@ -109,8 +109,8 @@ fn constraint_of(desc: &SwConstraintDesc) -> Result<Constraint, Fault> {
 /// rotations at the vertex. An explicit step sets positions, so a handle should move by little in each.
 ///
 /// Constraints are cloned with a state and survive its reset and loading, but are not saved. Allocates unless it replaces one of the same
-/// axes. A reduced shell takes positions only: SW_ERROR_UNSUPPORTED. It follows hard handles as far as its fields can with a root mean
-/// square displacement of twice the model's size.
+/// axes. A reduced shell follows hard handles as far as its fields can with a root mean square displacement of twice the model's size;
+/// it has the orientation of a nonlinear shell, and meets it as nearly as four passes of a step do. Steps that hold one allocate.
 /// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_BUSY.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn sw_state_set_constraint(state: *mut SwState, desc: *const SwConstraintDesc) -> SwStatus {

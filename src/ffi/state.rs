@@ -31,7 +31,7 @@ pub const SW_METHOD_SHELL_EXPLICIT: u32 = 4;
 pub const SW_METHOD_WARP_VIRTUAL_WORK: u32 = 5;
 /// The full nonlinear energy on a few displacement fields, u = B q, by BDF2 and Newton's method, of a model precomputed with
 /// reduced_fields: a fraction of the warp's error, without its limit of rotation, at a step's cost that hardly grows with the mesh.
-/// No amplitudes, and constraints on positions only; damping by the stiffness of the present shape. The integrator is its own.
+/// No amplitudes; damping by the stiffness of the present shape. The integrator is its own.
 pub const SW_METHOD_REDUCED_SHELL: u32 = 6;
 /// Rotation-strain reconstruction: each triangle is turned by the rotation of its modal displacement and keeps its linear strain, and
 /// the vertices follow; modal force (du/dq)^T F. What bends without stretching keeps its lengths and area, so that large bends of

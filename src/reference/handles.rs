@@ -9,7 +9,7 @@
 
 mod explicit;
 
-use super::orientation::Ring;
+use super::orientation::{Ring, missing_turn, part_way};
 use crate::energy::Curvature;
 use crate::mesh::NONE;
 use crate::sparse::BlockMatrix;
@@ -493,27 +493,13 @@ impl Turn {
 
     /// m from `present`.
     fn missing(&self, present: UnitQuaternion<f64>, share: f64) -> Vec3 {
-        let goal = if share == 1.0 {
-            self.goal
-        } else {
-            let way = (self.goal * self.start.inverse()).scaled_axis();
-            UnitQuaternion::from_scaled_axis(share * way) * self.start
-        };
-        (goal * present.inverse()).scaled_axis()
+        missing_turn(&part_way(&self.start, &self.goal, share), &present).0
     }
 
-    /// m at positions `x` of the ring, and −∂m/∂x of each vertex: a turn by ω changes m by −J⁻¹(m) ω, J⁻¹ = 1 + ½[m]× + c[m]×².
+    /// m at positions `x` of the ring, and −∂m/∂x of each vertex.
     fn derivative(&self, x: &[Vec3], share: f64) -> (Vec3, Vec<Matrix3<f64>>) {
         let (present, mut by_vertex) = self.ring.turn(x);
-        let missing = self.missing(present, share);
-        let angle = missing.norm();
-        let c = if angle < 1e-2 {
-            1.0 / 12.0 + angle * angle / 720.0
-        } else {
-            1.0 / (angle * angle) - (1.0 + angle.cos()) / (2.0 * angle * angle.sin())
-        };
-        let cross = missing.cross_matrix();
-        let inverse = Matrix3::identity() + 0.5 * cross + c * cross * cross;
+        let (missing, inverse) = missing_turn(&part_way(&self.start, &self.goal, share), &present);
         by_vertex.iter_mut().for_each(|by| *by = inverse * *by);
         (missing, by_vertex)
     }

@@ -16,7 +16,7 @@ mod implicit;
 mod led;
 mod newton;
 mod noise;
-mod orientation;
+pub(crate) mod orientation;
 mod potential;
 
 pub use correction::{CORRECTED, Correction, SolverPool};

@@ -44,6 +44,7 @@ pub fn vertex_rotations(mesh: &Mesh, x: &[Vec3]) -> Vec<UnitQuaternion<f64>> {
 }
 
 /// The triangles at a vertex.
+#[derive(Clone)]
 pub struct Ring {
     /// Their vertices (n).
     pub vertices: Vec<u32>,
@@ -108,6 +109,27 @@ impl Ring {
             }
         }
         (mean(sum), by_vertex)
+    }
+}
+
+/// The rotation vector m from `present` to `goal`, and J⁻¹(m) = 1 + ½[m]× + c[m]×²: where the vertex turns by ω, m changes by −J⁻¹ω.
+pub fn missing_turn(goal: &UnitQuaternion<f64>, present: &UnitQuaternion<f64>) -> (Vec3, Matrix3<f64>) {
+    let missing = (goal * present.inverse()).scaled_axis();
+    let angle = missing.norm();
+    let c = if angle < 1e-2 {
+        1.0 / 12.0 + angle * angle / 720.0
+    } else {
+        1.0 / (angle * angle) - (1.0 + angle.cos()) / (2.0 * angle * angle.sin())
+    };
+    let cross = missing.cross_matrix();
+    (missing, Matrix3::identity() + 0.5 * cross + c * cross * cross)
+}
+
+/// The share of the way from `start` to `goal`.
+pub fn part_way(start: &UnitQuaternion<f64>, goal: &UnitQuaternion<f64>, share: f64) -> UnitQuaternion<f64> {
+    match share {
+        1.0 => *goal,
+        _ => UnitQuaternion::from_scaled_axis(share * (goal * start.inverse()).scaled_axis()) * start,
     }
 }
 

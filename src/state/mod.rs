@@ -261,11 +261,6 @@ impl Dynamics {
         let orientation = matches!(constraint.target, Target::Orientation(_));
         match self {
             Self::Modal(_) if orientation && model.is_linear() => without_rotations("a constraint on an orientation"),
-            Self::Reduced(_) if orientation => {
-                let message =
-                    format!("constraint {}: a reduced shell takes positions only, not orientations", constraint.id);
-                Err(Error::new(ErrorKind::Unsupported, message))
-            }
             _ => Ok(()),
         }
     }

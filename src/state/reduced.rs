@@ -12,7 +12,8 @@
 use super::nodal;
 use crate::constraint::{ConstraintSet, Outcome, Target};
 use crate::load::External;
-use crate::reduced::{Newton, Potential, ReducedShell, Rows, Stop, Work, with_fields};
+use crate::reduced::{End, Newton, Potential, ReducedShell, Rows, Stop, Work, with_fields};
+use crate::reference::orientation::{Ring, missing_turn, part_way};
 use crate::step::modal_force::BodyLoad;
 use crate::support::Pose;
 use crate::warp::{Extent, Placement};
@@ -29,8 +30,11 @@ const FIRST_SHARE: f64 = 0.25;
 const LEAST_SHARE: f64 = 1.0 / 64.0;
 /// Newton steps for all shares; none is tried with a smaller one past them.
 const ALL_ITERATIONS: usize = 1000;
-/// Passes in a turning frame, at most, whose forces are taken at the end of the step as found last; each gains a factor ωh.
-const SPIN_PASSES: usize = 4;
+/// Passes of a step, at most: in a turning frame, whose forces are taken at the end of the step as found last, each gains a factor ωh;
+/// orientations are held to first order about the shape that was found last.
+const PASSES: usize = 4;
+/// Rounds about the last shape for the orientations of an equilibrium.
+const ROUNDS: usize = 30;
 /// Of the displacement, what the last pass may still change although it changes more than the first.
 const SETTLED: f64 = 1e-3;
 /// Root mean square displacement, in units of the model's size, up to which handles are followed. No shell reaches it unless it is
@@ -78,6 +82,8 @@ pub struct Reduced {
     pub work: Work,
     newton: Newton,
     rows: Rows,
+    /// The triangles at each vertex whose orientation is held, made when a step first needs them.
+    rings: Vec<(u32, Ring)>,
     /// Next q and that of the last pass, b of the potential, the load without inertia, and rates for forces of a turning frame.
     next: Vec<f64>,
     last: Vec<f64>,
@@ -95,6 +101,23 @@ pub fn of(model: &Model) -> Result<&ReducedShell> {
         let message = "the model has no reduced shell: precompute with reduced_fields, 40 for a start";
         Error::new(ErrorKind::Unsupported, message)
     })
+}
+
+/// The triangles at a vertex, from those made before or anew.
+fn ring_of<'a>(rings: &'a mut Vec<(u32, Ring)>, model: &Model, vertex: u32) -> &'a Ring {
+    let at = rings.iter().position(|(v, _)| *v == vertex).unwrap_or_else(|| {
+        rings.push((vertex, Ring::of(&model.shell.mesh, vertex)));
+        rings.len() - 1
+    });
+    &rings[at].1
+}
+
+/// The ring's vertices at x̄ + Bq.
+fn places(model: &Model, reduced: &ReducedShell, ring: &Ring, q: &[f64]) -> Vec<Vec3> {
+    let mut x = ring.gather(&model.shell.mesh.positions);
+    let place = |i: usize, u: Vec3| x[i] += u;
+    with_fields!(&reduced.fields, fields => fields.displacements_of(q, &ring.vertices, place));
+    x
 }
 
 fn placed(Placement { origin, rotation }: &Placement, local: Vec3) -> Vec3 {
@@ -117,6 +140,7 @@ impl Reduced {
             work: Work::default(),
             newton: Newton::new(&reduced.energy),
             rows: Rows::new(0, n),
+            rings: vec![],
             next: zeros.clone(),
             last: zeros.clone(),
             load: zeros.clone(),
@@ -169,15 +193,16 @@ impl Reduced {
     pub fn step(&mut self, model: &Model, load: &BodyLoad, external: External, pose: &Pose, h: f64) -> Result<()> {
         let reduced = of(model)?;
         self.set_force(reduced, load, external);
-        self.set_rows(model, reduced, pose);
+        self.next.copy_from_slice(&self.motion.q);
+        self.set_rows((model, reduced, pose), 1.0);
         let last = self.motion.last_step;
         let ratio = if last > 0.0 && h <= LARGEST_RATIO * last { h / last } else { 0.0 };
         self.newton.take_work();
-        let mut converged = self.advance(reduced, load, h, ratio)?;
+        let mut converged = self.advance((model, reduced, pose), load, h, ratio)?;
         if !converged && ratio > 0.0 {
-            converged = self.advance(reduced, load, h, 0.0)?;
+            converged = self.advance((model, reduced, pose), load, h, 0.0)?;
         }
-        let work = self.conclude();
+        let work = self.conclude((model, reduced, pose));
         if !Self::has_meaning(model, &self.next, &self.rates) || !(self.constraint_work + work).is_finite() {
             return Err(Error::new(ErrorKind::Numerical, format!("the step of {h} s does not give finite positions")));
         }
@@ -196,20 +221,26 @@ impl Reduced {
 
     /// Sets the next q and its rates for a step `ratio` times the last, backward Euler's for 0. Returns whether the search
     /// converged.
-    fn advance(&mut self, reduced: &ReducedShell, load: &BodyLoad, h: f64, ratio: f64) -> Result<bool> {
+    fn advance(&mut self, at: (&Model, &ReducedShell, &Pose), load: &BodyLoad, h: f64, ratio: f64) -> Result<bool> {
+        let reduced = at.1;
         let alpha = self.set_constants(h, ratio);
         let shift = alpha * (alpha + self.damping.mass);
         let damped = self.set_viscosity(reduced);
         let Motion { q, q_dot, .. } = &self.motion;
         (0..q.len()).for_each(|k| self.next[k] = q[k] + h * q_dot[k]);
-        let passes = if load.spin_rate().is_some() { SPIN_PASSES } else { 1 };
-        let [by_rate, by_acceleration] = &self.constant;
+        let turned = self.holds_orientations();
+        let passes = if turned || load.spin_rate().is_some() { PASSES } else { 1 };
         if damped {
             self.viscosity *= alpha;
         }
-        let (mut converged, mut gained, mut size) = (true, [0.0; SPIN_PASSES], 0.0);
+        let (mut converged, mut gained, mut size) = (true, [0.0; PASSES], 0.0);
         for (pass, gained) in gained[..passes].iter_mut().enumerate() {
             self.last.copy_from_slice(&self.next);
+            if turned && pass > 0 {
+                self.set_rows(at, 1.0);
+            }
+            let Motion { q, .. } = &self.motion;
+            let [by_rate, by_acceleration] = &self.constant;
             let (_, spin) = load.parts();
             self.load.copy_from_slice(&self.force);
             if let Some((gradient, coriolis)) = spin {
@@ -238,12 +269,12 @@ impl Reduced {
             }
         }
         // The first pass makes up for the guess; from the second on only the frame's forces change.
-        if gained[SPIN_PASSES - 1] > gained[1].max(SETTLED * SETTLED * size) {
-            let turn = load.spin_rate().unwrap_or(0.0) * h;
+        if let Some(rate) = load.spin_rate().filter(|_| gained[PASSES - 1] > gained[1].max(SETTLED * SETTLED * size)) {
+            let turn = rate * h;
             let message = format!("the forces of a frame that turns by {turn:.1} rad in a step of {h} s do not settle");
             return Err(Error::new(ErrorKind::Numerical, message));
         }
-        (0..q.len()).for_each(|k| self.rates[k] = alpha * self.next[k] + by_rate[k]);
+        (0..self.next.len()).for_each(|k| self.rates[k] = alpha * self.next[k] + self.constant[0][k]);
         Ok(converged)
     }
 
@@ -285,21 +316,49 @@ impl Reduced {
         }
     }
 
-    /// The constraints' rows: world axes of each vertex, where they shall be.
-    fn set_rows(&mut self, model: &Model, reduced: &ReducedShell, pose: &Pose) {
+    fn holds_orientations(&self) -> bool {
+        self.constraints.report().any(|(c, _)| matches!(c.target, Target::Orientation(_)))
+    }
+
+    /// The constraints' rows about the next q: world axes of each vertex, and where they shall be at this share of the way from q; of
+    /// an orientation its rotation vector to the target, to first order.
+    fn set_rows(&mut self, (model, reduced, pose): (&Model, &ReducedShell, &Pose), share: f64) {
+        let to_frame = pose.rotation.inverse();
         let mut row = 0;
         for (c, _) in self.constraints.report() {
-            let Target::Position(world) = c.target else { continue };
-            let v = c.vertex as usize;
-            let missing = pose.rotation.inverse() * (world - pose.origin) - model.shell.mesh.positions[v];
+            let turn = match c.target {
+                Target::Position(_) => None,
+                Target::Orientation(world) => {
+                    let ring = ring_of(&mut self.rings, model, c.vertex);
+                    let start = ring.rotation(&places(model, reduced, ring, &self.motion.q));
+                    let (present, by_vertex) = ring.turn(&places(model, reduced, ring, &self.next));
+                    let (missing, inverse) = missing_turn(&part_way(&start, &(to_frame * world), share), &present);
+                    Some((missing, inverse, by_vertex, &*ring))
+                }
+            };
             for axis in (0..3).filter(|axis| c.axes[*axis]) {
-                let direction = pose.rotation.inverse() * Vec3::ith(axis, 1.0);
-                self.rows.target[row] = direction.dot(&missing);
+                let direction = to_frame * Vec3::ith(axis, 1.0);
                 self.rows.compliance[row] = c.compliance;
                 for k in 0..self.next.len() {
-                    self.rows.jacobian[(k, row)] =
-                        with_fields!(&reduced.fields, fields => fields.at(k, v)).dot(&direction);
+                    let at = |v: u32| with_fields!(&reduced.fields, fields => fields.at(k, v as usize));
+                    self.rows.jacobian[(k, row)] = match &turn {
+                        None => at(c.vertex).dot(&direction),
+                        Some((_, inverse, by_vertex, ring)) => {
+                            let turned: Vec3 = by_vertex.iter().zip(&ring.vertices).map(|(by, v)| by * at(*v)).sum();
+                            (inverse * turned).dot(&direction)
+                        }
+                    };
                 }
+                self.rows.target[row] = match (&turn, c.target) {
+                    (None, Target::Position(world)) => {
+                        let rest = model.shell.mesh.positions[c.vertex as usize];
+                        let goal = direction.dot(&(to_frame * (world - pose.origin) - rest));
+                        let held = self.rows.along(row, &self.motion.q);
+                        if share == 1.0 { goal } else { held + share * (goal - held) }
+                    }
+                    (Some((missing, ..)), _) => direction.dot(missing) + self.rows.along(row, &self.next),
+                    _ => continue,
+                };
                 row += 1;
             }
         }
@@ -307,18 +366,26 @@ impl Reduced {
     }
 
     /// Takes down how constraints were met; returns the work done.
-    fn conclude(&mut self) -> f64 {
-        let Self { rows, newton, constraints, next, motion, .. } = self;
+    fn conclude(&mut self, (model, reduced, pose): (&Model, &ReducedShell, &Pose)) -> f64 {
+        let Self { rows, rings, newton, constraints, next, motion, .. } = self;
         let force = newton.multipliers();
         let mut row = 0;
         for at in 0.. {
             let Some((c, _)) = constraints.report().nth(at) else { break };
             let axes = c.axes;
+            let turn = match c.target {
+                Target::Position(_) => None,
+                Target::Orientation(world) => {
+                    let ring = ring_of(rings, model, c.vertex);
+                    let present = pose.rotation * ring.rotation(&places(model, reduced, ring, next));
+                    Some((world * present.inverse()).scaled_axis())
+                }
+            };
             let mut outcome = Outcome { iterations: 1, ..Outcome::default() };
             let mut missing = Vec3::zeros();
             for axis in (0..3).filter(|axis| axes[*axis]) {
                 outcome.force[axis] = force[row];
-                missing[axis] = rows.target[row] - rows.along(row, next);
+                missing[axis] = turn.map_or_else(|| rows.target[row] - rows.along(row, next), |turn| turn[axis]);
                 row += 1;
             }
             outcome.residual = wide_norm(&missing);
@@ -332,25 +399,36 @@ impl Reduced {
     pub fn settle(&mut self, model: &Model, load: &BodyLoad, external: External, pose: &Pose) -> Result<(f64, usize)> {
         let reduced = of(model)?;
         self.set_force(reduced, load, external);
-        self.set_rows(model, reduced, pose);
         self.next.copy_from_slice(&self.motion.q);
         reduced.energy.gradient(&self.motion.q, self.newton.scratch(), &mut self.rates);
-        let (start, goal) = (self.rates.clone(), self.rows.target.clone());
-        let held: Vec<f64> = (0..self.rows.len()).map(|i| self.rows.along(i, &self.next)).collect();
+        let start = self.rates.clone();
         self.last.copy_from_slice(&self.next);
+        let turned = self.holds_orientations();
         let (mut done, mut way, mut iterations) = (0.0, FIRST_SHARE, 0);
         loop {
             let share = f64::min(done + way, 1.0);
             (0..start.len()).for_each(|k| self.load[k] = start[k] + share * (self.force[k] - start[k]));
-            held.iter().enumerate().for_each(|(i, held)| self.rows.target[i] = held + share * (goal[i] - held));
-            let handles = (!self.rows.is_empty()).then_some(&self.rows);
-            let potential = Potential { handles, ..Potential::of_load(&self.load) };
             let stop = if share < 1.0 { Stop { tolerance: 1e-3, ..REST } } else { REST };
-            let end = self.newton.minimize(&reduced.energy, &potential, &mut self.next, stop);
-            iterations += end.iterations;
-            let found = end.converged && Self::has_meaning(model, &self.next, &[]);
+            let (mut rounds, mut changed) = (0, true);
+            let mut end = End { converged: true, iterations: 0, residual: 0.0 };
+            // Orientations are held to first order about the last round's shape.
+            while changed && end.converged && rounds < ROUNDS {
+                self.set_rows((model, reduced, pose), share);
+                let handles = (!self.rows.is_empty()).then_some(&self.rows);
+                let potential = Potential { handles, ..Potential::of_load(&self.load) };
+                let before = self.next.clone();
+                end = self.newton.minimize(&reduced.energy, &potential, &mut self.next, stop);
+                iterations += end.iterations;
+                let [moved, size] = [Some(&before), None].map(|from| {
+                    let part = |k: usize| self.next[k] - from.map_or(0.0, |from| from[k]);
+                    (0..self.next.len()).map(|k| part(k).powi(2)).sum::<f64>().sqrt()
+                });
+                changed = turned && moved > stop.tolerance * size;
+                rounds += 1;
+            }
+            let found = end.converged && !changed && Self::has_meaning(model, &self.next, &[]);
             if found && share == 1.0 {
-                self.conclude();
+                self.conclude((model, reduced, pose));
                 self.motion.q.copy_from_slice(&self.next);
                 self.motion.stop();
                 self.constraints.accept();
@@ -388,8 +466,15 @@ impl Reduced {
         }
         reduced.energy.gradient(q, probe.newton.scratch(), &mut probe.rates);
         for (k, g) in probe.force.iter_mut().enumerate() {
-            let held = |(v, [force, _]): &(u32, [Vec3; 2])| {
-                with_fields!(&reduced.fields, fields => fields.at(k, *v as usize)).dot(force)
+            let at = |v: u32| with_fields!(&reduced.fields, fields => fields.at(k, v as usize));
+            let held = |(v, [force, torque]): &(u32, [Vec3; 2])| {
+                let mut work = at(*v).dot(force);
+                if *torque != Vec3::zeros() {
+                    let ring = ring_of(&mut probe.rings, model, *v);
+                    let by_vertex = ring.turn(&places(model, reduced, ring, q)).1;
+                    work += by_vertex.iter().zip(&ring.vertices).map(|(by, v)| torque.dot(&(by * at(*v)))).sum::<f64>();
+                }
+                work
             };
             *g += grips.iter().map(held).sum::<f64>() - probe.rates[k];
         }
