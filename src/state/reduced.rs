@@ -333,7 +333,7 @@ impl Reduced {
                     let start = ring.rotation(&places(model, reduced, ring, &self.motion.q));
                     let (present, by_vertex) = ring.turn(&places(model, reduced, ring, &self.next));
                     let (missing, inverse) = missing_turn(&part_way(&start, &(to_frame * world), share), &present);
-                    Some((missing, inverse, by_vertex, &*ring))
+                    Some((missing, inverse, by_vertex, ring))
                 }
             };
             for axis in (0..3).filter(|axis| c.axes[*axis]) {
