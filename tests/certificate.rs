@@ -292,12 +292,14 @@ fn there_and_back_a_reduced_shell_is_where_it_was() {
 
 #[test]
 fn a_method_that_cannot_take_what_is_set_is_refused_and_nothing_changes() {
-    let mut turned = state(vee(), Method::Warp);
+    let options = Options { modes: 4, linear: true, ..Options::default() };
+    let linear = Model::precompute(Arc::new(reference("v_beam").0), &options, &mut |_, _| Ok(())).unwrap();
+    let mut turned = state(&Arc::new(linear), Method::ImplicitShell);
     let target = Target::Orientation(nalgebra::UnitQuaternion::from_scaled_axis(Vec3::new(0.0, 0.2, 0.0)));
     turned.set_constraint(Constraint { id: 1, vertex: 204, axes: [true; 3], compliance: 0.0, target }).unwrap();
     let mut damped = state(vee(), Method::ReducedShell);
     damped.set_damping(&Damping { ratios: vec![0.1], ..Damping::default() }).unwrap();
-    for (state, to) in [(&mut turned, Method::ReducedShell), (&mut damped, Method::ImplicitShell)] {
+    for (state, to) in [(&mut turned, Method::LinearModalAnalysis), (&mut damped, Method::ImplicitShell)] {
         state.set_gravity(Vec3::new(0.0, 0.0, -1.0)).unwrap();
         state.step(0.01).unwrap();
         let (method, saved) = (state.method(), state.save());

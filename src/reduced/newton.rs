@@ -217,7 +217,8 @@ impl Newton {
         if let Some(rows) = potential.handles {
             self.goal.copy_from(&rows.target);
         }
-        self.merit(energy, potential, a) <= self.merit(energy, potential, b)
+        let at_b = self.merit(energy, potential, b);
+        self.merit(energy, potential, a) <= at_b // last, as the search begins there most often
     }
 
     /// Moves `q` to a minimum; where it finds none, not to where Π is larger. Does not allocate.

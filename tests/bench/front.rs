@@ -73,7 +73,7 @@ fn main() {
             start.elapsed().as_secs_f64()
         );
         let mut models = vec![];
-        for spec in value("--reduced").map_or("40,0,0 40,0,52 40,99999999,52", |s| s).split_whitespace() {
+        for spec in value("--reduced").map_or("40,0,52 100,0,52", |s| s).split_whitespace() {
             let n: Vec<usize> = spec.split(',').map(|n| n.parse().unwrap()).collect();
             let reduced = reduced::Options { fields: n[0], elements: n[1], poses: n[2], ..Default::default() };
             let options = Options { modes: 8, reduced, ..Options::default() };

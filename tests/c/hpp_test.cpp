@@ -248,6 +248,30 @@ void an_equilibrium_that_does_not_exist_throws_and_moves_nothing() {
   CHECK(status == SW_ERROR_NUMERICAL && height_of_tip(state) == 0);
 }
 
+/* The strip bends by half its length: linear analysis stretches it, and the warp is nearer to the full shell. */
+void a_state_tells_its_error_falls_back_and_goes_on_by_other_methods() {
+  const Model model = make_model();
+  SwStateDesc desc = shellwarp::state_desc();
+  desc.method = SW_METHOD_LMA;
+  State state(model, desc);
+  state.set_gravity(0, 0, -2);
+  state.equilibrium();
+  const SwCertificate linear = state.certify();
+  CHECK(linear.method == SW_METHOD_LMA && linear.error > 0.02);
+  const SwCertificate found = state.fall_back();
+  CHECK(found.method == SW_METHOD_WARP && found.error < linear.error);
+  CHECK(state.certify().error == found.error && state.fall_back().method == SW_METHOD_WARP);
+  state.step(1.0 / 30);
+  state.set_method(SW_METHOD_SHELL_IMPLICIT);
+  CHECK(state.certify().error == 0 && state.certify().method == SW_METHOD_SHELL_IMPLICIT);
+  SwCertificate certificate;
+  sw_certificate_init(&certificate);
+  CHECK(sw_state_fall_back(nullptr, &certificate) == SW_ERROR_INVALID_ARGUMENT);
+  CHECK(sw_state_fall_back(state.get(), nullptr) == SW_ERROR_INVALID_ARGUMENT);
+  certificate.struct_size = 0;
+  CHECK(sw_state_fall_back(state.get(), &certificate) == SW_ERROR_INVALID_DESC);
+}
+
 void log_messages_reach_the_callback() {
   struct Log {
     int lines = 0;
@@ -364,6 +388,7 @@ int main() {
   RUN(forces_for_one_step_are_gone_in_the_next);
   RUN(wind_lifts_until_it_is_cleared);
   RUN(an_equilibrium_that_does_not_exist_throws_and_moves_nothing);
+  RUN(a_state_tells_its_error_falls_back_and_goes_on_by_other_methods);
   RUN(log_messages_reach_the_callback);
   RUN(vectors_have_the_length_of_the_modes);
   RUN(diagnostics_come_as_a_vector);

@@ -360,6 +360,24 @@ class Running(unittest.TestCase):
         self.assertEqual(sum(point["chosen"] for point in chosen.front()), 1)
         chosen.state("auto").step(1e-2)
 
+    def test_a_state_tells_its_error_and_falls_back(self):
+        made = model()
+        made.precompute(modes=4)
+        state = made.state("lma")
+        state.set_gravity((0, 0, -2))
+        state.equilibrium()
+        linear, found = state.certify(), state.fall_back()
+        self.assertEqual([linear["method"], found["method"]], [sw.abi.SW_METHOD_LMA, sw.abi.SW_METHOD_WARP])
+        self.assertLess(found["error"], linear["error"])
+
+    def test_a_tolerance_leaves_out_modes_and_static_corrections_stand_for_those_of_handles(self):
+        counts = []
+        for speed in (0, 0.1):
+            made = model()
+            made.precompute(0, tolerance=1e-3, handles=[119], handle_distance=0.05, handle_speed=speed)
+            counts.append(made.info()["modes"])
+        self.assertLess(counts[1], counts[0])
+
     def test_every_constant_of_a_choice_has_a_word(self):
         from shellwarp import model as models, state as states
         for prefix, table in [("SW_METHOD_", states.METHODS), ("SW_INTEGRATOR_", states.INTEGRATORS), ("SW_AXIS_", states.AXES),
