@@ -35,6 +35,8 @@ const ALL_ITERATIONS: usize = 1000;
 const PASSES: usize = 4;
 /// Rounds about the last shape for the orientations of an equilibrium.
 const ROUNDS: usize = 30;
+/// Of what a step moves, what a pass may change as the last one: forces of a turning frame feel the rates that it makes.
+const ENOUGH: f64 = 1e-5;
 /// Of the displacement, what the last pass may still change although it changes more than the first.
 const SETTLED: f64 = 1e-3;
 /// Root mean square displacement, in units of the model's size, up to which handles are followed. No shell reaches it unless it is
@@ -264,7 +266,8 @@ impl Reduced {
             converged = self.newton.minimize(&reduced.energy, &potential, &mut self.next, stop).converged;
             *gained = self.next.iter().zip(&self.last).map(|(a, b)| (a - b).powi(2)).sum();
             size = self.next.iter().map(|q| q * q).sum();
-            if *gained <= STEP.tolerance * STEP.tolerance * size {
+            let moved: f64 = self.next.iter().zip(q).map(|(next, q)| (next - q).powi(2)).sum();
+            if *gained <= ENOUGH * ENOUGH * moved {
                 break;
             }
         }
