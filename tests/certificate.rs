@@ -48,7 +48,12 @@ fn leaf() -> Shell {
 }
 
 /// The character's hat, held at a quarter of its height from the top; its brim hangs.
-fn hat() -> Shell {
+fn hat() -> &'static Arc<Model> {
+    static MODEL: OnceLock<Arc<Model>> = OnceLock::new();
+    MODEL.get_or_init(|| model(Arc::new(hat_shell())))
+}
+
+fn hat_shell() -> Shell {
     let mesh = mesh("character_hat.obj");
     let height = |v: usize| mesh.positions[v].y;
     let (low, high) =
@@ -73,12 +78,12 @@ fn estimates_tell_the_true_error_on_beams_a_leaf_and_a_hat() {
     let scale = |direction: Vec3, sizes: &[f64]| sizes.iter().map(|g| direction * *g).collect::<Vec<_>>();
     let oblique = Vec3::new(0.0, 0.6, -0.8);
     let flat = model(Arc::new(reference("flat_beam").0));
-    let (leaf, hat) = (model(Arc::new(leaf())), model(Arc::new(hat())));
+    let (leaf, hat) = (model(Arc::new(leaf())), hat());
     let cases = [
         ("flat beam", &flat, scale(-Vec3::z(), &[0.1, 0.4, 0.8])),
         ("V-beam", vee(), [scale(-Vec3::z(), &[3.0, 5.0]), scale(oblique, &[3.0, 5.0, 7.0])].concat()),
         ("leaf", &leaf, [scale(-Vec3::z(), &[0.1, 0.3, 0.6]), scale(Vec3::new(0.5, -0.6, -0.62), &[0.6])].concat()),
-        ("hat", &hat, gravities(&hat, -Vec3::y(), &[0.005, 0.02])),
+        ("hat", hat, gravities(hat, -Vec3::y(), &[0.005, 0.02])),
     ];
     let methods = [
         Method::LinearModalAnalysis,
@@ -319,16 +324,22 @@ fn poor() -> &'static Arc<Model> {
     })
 }
 
-/// Of what goes on, wherever a state falls back or not, the true error is the lesser; and both happen.
+/// Of what goes on, wherever a state falls back or not, the true error is the lesser; and both happen. On the hat, which buckles, the
+/// estimates of one load are of different equilibria, and it takes the full shell's path from rest to tell.
 #[test]
 fn a_state_falls_back_to_the_paper_where_that_is_nearer_to_the_full_shell() {
     let (mut stayed, mut fell) = (0, 0);
-    for (name, model, sizes) in [("V-beam", vee(), [1.0, 3.0, 5.0]), ("poorly sampled beam", poor(), [0.05, 0.2, 0.4])]
-    {
-        for size in sizes {
+    let oblique = |sizes: [f64; 3]| sizes.map(|size| size * Vec3::new(0.0, 0.6, -0.8)).to_vec();
+    let cases = [
+        ("V-beam", vee(), oblique([1.0, 3.0, 5.0])),
+        ("poorly sampled beam", poor(), oblique([0.05, 0.2, 0.4])),
+        ("hat", hat(), gravities(hat(), -Vec3::y(), &[0.005, 0.02])),
+    ];
+    for (name, model, loads) in cases {
+        for gravity in loads {
             let at_rest = |method: Method| {
                 let mut state = state(model, method);
-                state.set_gravity(size * Vec3::new(0.0, 0.6, -0.8)).unwrap();
+                state.set_gravity(gravity).unwrap();
                 state.equilibrium().map(|_| state).unwrap()
             };
             let exact = displacements(&at_rest(Method::ImplicitShell));
@@ -338,7 +349,7 @@ fn a_state_falls_back_to_the_paper_where_that_is_nearer_to_the_full_shell() {
                 let mut state = at_rest(method);
                 let own = of(&state);
                 let found = state.fall_back().unwrap();
-                println!("{name}, {size}, {method:?}: {own:.4}, paper {paper:.4}, by {:?}", state.method());
+                println!("{name}, {gravity:.2?}, {method:?}: {own:.4}, paper {paper:.4}, by {:?}", state.method());
                 // The warp's equilibrium is sought from the state's pose, and found to the tolerance of equilibria.
                 assert_close("error of what goes on", of(&state), own.min(paper), 1e-5, 0.0);
                 assert_close("estimate", found.error, of(&state), 0.1, 1e-3);

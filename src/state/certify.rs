@@ -15,7 +15,7 @@ use super::{Dynamics, Method, Space, State, external, nodal};
 use crate::constraint::{Constraint, Outcome, Target};
 use crate::features::Feature;
 use crate::reference::{Goal, Handle, Solver};
-use crate::{Error, ErrorKind, Result, Vec3};
+use crate::{Error, ErrorKind, Result, Shell, Vec3};
 use nalgebra::UnitQuaternion;
 
 /// Newton steps at most. `cargo test --release --test certificate -- --nocapture` shows what estimates they give.
@@ -40,6 +40,9 @@ pub struct Certificate {
     pub remaining: f64,
 }
 
+/// With where the steps led (n_vertices, frame axes).
+type Estimate = Result<(Certificate, Vec<Vec3>)>;
+
 impl Certificate {
     /// Whether the method is outside what it was made for.
     pub fn out_of_range(&self) -> bool {
@@ -52,75 +55,123 @@ impl State {
     /// factorizations of the full shell's stiffness.
     pub fn certify(&self) -> Result<Certificate> {
         Feature::NonlinearShell.require()?;
+        match &self.dynamics {
+            Dynamics::Nodal(_) => Ok(Certificate::default()),
+            _ => self.estimate().map(|(certificate, _)| certificate),
+        }
+    }
+
+    /// As [`State::certify`], of a method that is not a nonlinear shell's.
+    fn estimate(&self) -> Estimate {
         let shell = &self.model.shell;
-        let (force, u) = match &self.dynamics {
-            Dynamics::Nodal(_) => return Ok(Certificate::default()),
-            _ => self.dead_load(),
-        };
+        let (force, u) = self.dead_load();
         if let Some(v) = force.iter().position(|f| !f.iter().all(|x| x.is_finite())) {
             return Err(Error::new(ErrorKind::Numerical, format!("the load on vertex {v} is not finite")));
         }
-        let rest = shell.sag.as_ref().map_or(&shell.mesh.positions, |sag| &sag.rest);
         self.model.solvers.with(
             || Solver::new(shell.clone()),
             |solver| {
                 let handles = self.handles(&u);
                 solver.set_handles(*self.frame.pose.rotation.inverse().to_rotation_matrix().matrix(), handles, &u)?;
                 let found = solver.correct(&u, &force, SOLVES)?;
-                let norm = |f: &dyn Fn(usize) -> Vec3| {
-                    shell
-                        .free
-                        .iter()
-                        .map(|&v| shell.mass[v as usize] * f(v as usize).norm_squared())
-                        .sum::<f64>()
-                        .sqrt()
-                };
-                let ratio = |a: f64, b: f64| if a > 0.0 { a / b.max(f64::MIN_POSITIVE) } else { 0.0 };
-                let size = norm(&|v| shell.mesh.positions[v] + u[v] + found.way[v] - rest[v]);
+                let end: Vec<Vec3> =
+                    shell.mesh.positions.iter().zip(&u).zip(&found.way).map(|((x, u), d)| x + u + d).collect();
                 let load = shell.free.iter().map(|&v| force[v as usize].norm_squared()).sum::<f64>().sqrt();
-                let longest =
-                    |a: &usize, b: &usize| found.way[*a].norm_squared().total_cmp(&found.way[*b].norm_squared());
-                let vertex = (0..u.len()).max_by(longest).unwrap_or(0);
-                let certificate = Certificate {
-                    error: ratio(norm(&|v| found.way[v]), size),
-                    max_error: found.way[vertex].norm(),
-                    vertex,
-                    residual: ratio(found.force[0], load),
-                    remaining: ratio(found.force[1], load),
-                };
-                let Certificate { error, max_error, residual, remaining, .. } = certificate;
+                let [residual, remaining] = found.force.map(|left| ratio(left, load));
+                let certificate = Certificate { residual, remaining, ..self.off(&found.way, &end) };
+                let Certificate { error, max_error, .. } = certificate;
                 match [error, max_error, residual, remaining].iter().all(|x| x.is_finite()) {
-                    true => Ok(certificate),
+                    true => Ok((certificate, end)),
                     false => Err(Error::new(ErrorKind::Numerical, "the estimate leaves the range of numbers")),
                 }
             },
         )
     }
 
+    /// The errors of a pose that is `way` from where it should be, `end` (n_vertices, frame axes).
+    fn off(&self, way: &[Vec3], end: &[Vec3]) -> Certificate {
+        let shell = &self.model.shell;
+        let rest = shell.sag.as_ref().map_or(&shell.mesh.positions, |sag| &sag.rest);
+        let longest = |a: &usize, b: &usize| way[*a].norm_squared().total_cmp(&way[*b].norm_squared());
+        let vertex = (0..way.len()).max_by(longest).unwrap_or(0);
+        let error = ratio(norm(shell, |v| way[v]), norm(shell, |v| end[v] - rest[v]));
+        Certificate { error, max_error: way[vertex].norm(), vertex, ..Certificate::default() }
+    }
+
     /// Goes on by the paper's warp where that is nearer to the full shell, as far as estimates and what handles miss tell; returns the
     /// estimate of the method that goes on. A state without velocities is set against the warp's own equilibrium, one that moves
-    /// against the warp at its pose. Fails, changing nothing, where neither has an estimate.
+    /// against the warp at its pose. Where the estimates of the first are of different equilibria, or one is wanting, both are set against
+    /// that which the full shell has from rest, which then takes as long as its static solution. Fails, changing nothing, where
+    /// neither has an estimate.
     pub fn fall_back(&mut self) -> Result<Certificate> {
-        let own = self.certify();
-        if matches!(self.method(), Method::Warp | Method::ImplicitShell | Method::ExplicitShell) {
-            return own;
+        Feature::NonlinearShell.require()?;
+        match self.method() {
+            Method::Warp => return self.certify(),
+            Method::ImplicitShell | Method::ExplicitShell => return Ok(Certificate::default()),
+            _ => (),
         }
-        let by_warp = || {
+        let warp = || -> Result<State> {
             let mut warp = self.try_clone()?;
             warp.set_method(Method::Warp)?;
-            if self.is_standing() {
+            if self.is_standing() && warp.equilibrium().is_err() {
+                warp.reset();
                 warp.equilibrium()?;
             }
-            warp.certify().map(|certificate| (certificate, warp))
+            Ok(warp)
         };
-        match (own, by_warp()) {
-            (Ok(own), Ok((other, warp))) if self.fault(&own) <= warp.fault(&other) => Ok(own),
-            (_, Ok((other, warp))) => {
-                *self = warp;
-                Ok(other)
+        let warp = match warp() {
+            Ok(warp) => warp,
+            Err(_) => return self.certify(),
+        };
+        let (own, other) = (self.estimate(), warp.estimate());
+        let known = if self.is_standing() && !self.is_clear(&own, &other) { self.from_rest().ok() } else { None };
+        let (certificate, falls) = match (known, own, other) {
+            (Some(end), own, other) => {
+                let (own, other) = (self.against(&end, &own), warp.against(&end, &other));
+                if own.error <= other.error { (own, false) } else { (other, true) }
             }
-            (own, Err(_)) => own,
+            (None, Ok((own, _)), Ok((other, _))) if self.fault(&own) <= warp.fault(&other) => (own, false),
+            (None, _, Ok((other, _))) => (other, true),
+            (None, own, Err(_)) => (own?.0, false),
+        };
+        if falls {
+            *self = warp;
         }
+        Ok(certificate)
+    }
+
+    /// Whether the estimates of this state and of the warp decide between them, wherever they led.
+    fn is_clear(&self, own: &Estimate, other: &Estimate) -> bool {
+        let (Ok((own, here)), Ok((other, there))) = (own, other) else { return false };
+        let shell = &self.model.shell;
+        let rest = shell.sag.as_ref().map_or(&shell.mesh.positions, |sag| &sag.rest);
+        let size = |end: &[Vec3]| norm(shell, |v| end[v] - rest[v]);
+        // An error against the other's end is within their distance of that against its own.
+        let apart = norm(shell, |v| here[v] - there[v]);
+        2.0 * apart <= (own.error * size(here) - other.error * size(there)).abs()
+    }
+
+    /// The equilibrium that the full shell's path from rest leads to under the loads and constraints (n_vertices, frame axes).
+    fn from_rest(&self) -> Result<Vec<Vec3>> {
+        let mut full = self.try_clone()?;
+        full.reset();
+        full.set_method(Method::ImplicitShell)?;
+        full.equilibrium()?;
+        Ok(full.in_frame())
+    }
+
+    /// The errors against the pose `end`; the rest as of the estimate.
+    fn against(&self, end: &[Vec3], estimate: &Estimate) -> Certificate {
+        let way: Vec<Vec3> = end.iter().zip(self.in_frame()).map(|(end, x)| end - x).collect();
+        let (residual, remaining) = estimate.as_ref().map_or((1.0, 1.0), |(c, _)| (c.residual, c.remaining));
+        Certificate { residual, remaining, ..self.off(&way, end) }
+    }
+
+    /// Positions (n_vertices, frame axes).
+    fn in_frame(&self) -> Vec<Vec3> {
+        let mut places = vec![Vec3::zeros(); self.model.shell.mass.len()];
+        self.positions(Space::Frame, |v, x| places[v] = x);
+        places
     }
 
     /// No velocity: at an equilibrium, or at a pose that was set.
@@ -210,4 +261,13 @@ impl State {
         };
         self.constraints().map(handle).collect()
     }
+}
+
+/// ‖f‖_M over the vertices that move.
+fn norm(shell: &Shell, f: impl Fn(usize) -> Vec3) -> f64 {
+    shell.free.iter().map(|&v| shell.mass[v as usize] * f(v as usize).norm_squared()).sum::<f64>().sqrt()
+}
+
+fn ratio(a: f64, b: f64) -> f64 {
+    if a > 0.0 { a / b.max(f64::MIN_POSITIVE) } else { 0.0 }
 }
