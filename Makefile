@@ -14,7 +14,7 @@ export CMAKE_BUILD_PARALLEL_LEVEL ?= $(JOBS)
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
 .PHONY: help build native demo test test-cargo test-c test-render test-blender demo-blender install package blender-addon header \
-    python-abi lint fuzz check-memory check-threads check-miri check-guard bench bench-front bench-instructions bench-leave-out bench-precompute build-report report report-docs report-stability \
+    python-abi lint fuzz check-memory check-threads check-miri check-guard bench bench-front bench-instructions bench-leave-out bench-precompute bench-training build-report report report-docs report-stability \
     test-report clean
 .PHONY: farm-demo farm-sweep farm-costs bench-slepc
 
@@ -137,6 +137,9 @@ check-guard: ## compare the scenes' motion, byte for byte, with that of a librar
 
 bench-front: ## error of reduced shells on loads they were not trained on, the figures of docs/front.md (references stay in out/front)
 	cargo run --release --example front
+
+bench-training: ## time the training of reduced shells, the table of docs/front.md
+	cargo run --release --example training -- --docs docs/front.md
 
 bench-leave-out: ## what scenes pay for what they do not use, by valgrind: docs/leave_out.md
 	python3 tests/bench/leave_out.py --docs docs/leave_out.md

@@ -150,6 +150,9 @@
 // are then SW_METHOD_LMA by default; the warp, sw_state_rotations and constraints on orientations return SW_ERROR_UNSUPPORTED.
 #define SW_PRECOMPUTE_LINEAR 1
 
+// The reduced shell's fields are the modes' own derivatives: no training, a fraction of the precompute, and many times the error.
+#define SW_REDUCED_UNTRAINED 1
+
 // Phi: displacement per unit amplitude, mass-orthonormal, 1/sqrt(mass).
 #define SW_SHAPE_DISPLACEMENT 1
 
@@ -405,9 +408,10 @@ typedef struct SwPrecomputeDesc {
   // leave out 1 % of the elastic forces, but at most 16 per field.
   uint32_t reduced_elements;
   // Equilibria of the full shell that its fields are trained on, of gravity, pressure and pulls at points in turn; at most 52 are used.
-  // Each takes as long as a static solution of SW_METHOD_SHELL_IMPLICIT. 0 = none: the fields are the modes' own derivatives.
+  // Each takes as long as a static solution of SW_METHOD_SHELL_IMPLICIT, and is saved with the model. 0 = all 52 up to 2,000 vertices,
+  // fewer on larger meshes, as 104,000 over their number.
   uint32_t reduced_poses;
-  // Must be 0.
+  // Bitwise or of SW_REDUCED_...
   uint32_t reduced_flags;
   // Strength of the gravity that its scenes will have, acceleration, from which the loads of the training follow; 0 = what bends
   // the shell by a quarter of its size to first order.
@@ -416,7 +420,8 @@ typedef struct SwPrecomputeDesc {
   // analysis, the warp, the warp on the shape that hangs under demand_gravity, and reduced shells of reduced_fields (0 = 40) and of half
   // as many, the cheapest that under the loads of demand_gravity, demand_acceleration and handles, which are then read without a
   // tolerance too, gets no vertex wrong by more than this length against the full shell's equilibrium; else the most accurate.
-  // sag_gravity is not read. Takes about four times a precompute, and an equilibrium of the full shell for each load.
+  // sag_gravity is not read. Takes about four times a precompute, each reduced shell with its training, and an equilibrium of the full
+  // shell for each load.
   double auto_error;
   // Of these methods, those whose step takes no more operations than this, as sw_state_plan counts them, or the cheapest;
   // 0 = any.

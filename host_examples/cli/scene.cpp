@@ -195,6 +195,7 @@ void read_reduced(Section &section, Scene &scene) {
   scene.reduced.fields = section.count("reduced_fields").value_or(0);
   scene.reduced.elements = section.count("reduced_elements").value_or(0);
   scene.reduced.poses = section.count("reduced_poses").value_or(0);
+  scene.reduced.trained = section.flag("reduced_trained").value_or(true);
   scene.reduced.gravity = not_negative(section, "reduced_gravity", 0);
   scene.auto_error = not_negative(section, "auto_error", 0);
   scene.auto_operations = not_negative(section, "auto_operations", 0);

@@ -85,6 +85,7 @@ struct PaperFigures {
 // Of the reduced shell: SwPrecomputeDesc.
 struct Reduced {
   uint32_t fields = 0, elements = 0, poses = 0;
+  bool trained = true;
   double gravity = 0;
 };
 

@@ -90,6 +90,7 @@ void add_reduced(const Scene &scene, SwPrecomputeDesc &desc) {
   if (!desc.reduced_fields && scene.method == SW_METHOD_REDUCED_SHELL) desc.reduced_fields = kFields;
   desc.reduced_elements = scene.reduced.elements;
   desc.reduced_poses = scene.reduced.poses;
+  if (!scene.reduced.trained) desc.reduced_flags |= SW_REDUCED_UNTRAINED;
   desc.reduced_gravity = scene.reduced.gravity;
 }
 

@@ -116,6 +116,9 @@ pub const SW_PRECISION_I16: u32 = 3;
 /// are then SW_METHOD_LMA by default; the warp, sw_state_rotations and constraints on orientations return SW_ERROR_UNSUPPORTED.
 pub const SW_PRECOMPUTE_LINEAR: u32 = 1;
 
+/// The reduced shell's fields are the modes' own derivatives: no training, a fraction of the precompute, and many times the error.
+pub const SW_REDUCED_UNTRAINED: u32 = 1;
+
 /// Computed at most to meet a tolerance, unless asked otherwise.
 const MOST_MODES: usize = 256;
 
@@ -170,9 +173,10 @@ pub struct SwPrecomputeDesc {
     /// leave out 1 % of the elastic forces, but at most 16 per field.
     pub reduced_elements: u32,
     /// Equilibria of the full shell that its fields are trained on, of gravity, pressure and pulls at points in turn; at most 52 are used.
-    /// Each takes as long as a static solution of SW_METHOD_SHELL_IMPLICIT. 0 = none: the fields are the modes' own derivatives.
+    /// Each takes as long as a static solution of SW_METHOD_SHELL_IMPLICIT, and is saved with the model. 0 = all 52 up to 2,000 vertices,
+    /// fewer on larger meshes, as 104,000 over their number.
     pub reduced_poses: u32,
-    /// Must be 0.
+    /// Bitwise or of SW_REDUCED_...
     pub reduced_flags: u32,
     /// Strength of the gravity that its scenes will have, acceleration, from which the loads of the training follow; 0 = what bends
     /// the shell by a quarter of its size to first order.
@@ -181,7 +185,8 @@ pub struct SwPrecomputeDesc {
     /// analysis, the warp, the warp on the shape that hangs under demand_gravity, and reduced shells of reduced_fields (0 = 40) and of half
     /// as many, the cheapest that under the loads of demand_gravity, demand_acceleration and handles, which are then read without a
     /// tolerance too, gets no vertex wrong by more than this length against the full shell's equilibrium; else the most accurate.
-    /// sag_gravity is not read. Takes about four times a precompute, and an equilibrium of the full shell for each load.
+    /// sag_gravity is not read. Takes about four times a precompute, each reduced shell with its training, and an equilibrium of the full
+    /// shell for each load.
     pub auto_error: f64,
     /// Of these methods, those whose step takes no more operations than this, as sw_state_plan counts them, or the cheapest;
     /// 0 = any.
@@ -425,7 +430,7 @@ pub unsafe extern "C" fn sw_model_precompute(model: *mut SwModel, desc: *const S
         if desc.reserved != 0 {
             return Err(Fault::argument(format!("desc->reserved is {}: it must be 0", desc.reserved)));
         }
-        check_flags("desc->reduced_flags", desc.reduced_flags, 0)?;
+        check_flags("desc->reduced_flags", desc.reduced_flags, SW_REDUCED_UNTRAINED)?;
         let reduced = reduced::Options {
             fields: desc.reduced_fields as usize,
             elements: desc.reduced_elements as usize,
@@ -436,8 +441,18 @@ pub unsafe extern "C" fn sw_model_precompute(model: *mut SwModel, desc: *const S
         };
         let most = if desc.tolerance != 0.0 { MOST_MODES } else { Options::default().modes };
         let modes = if desc.modes == 0 { most } else { desc.modes as usize };
-        let options = Options { demand, modes, precision, sag: desc.sag_gravity.into(), linear, reduced, auto };
+        let mut options = Options { demand, modes, precision, sag: desc.sag_gravity.into(), linear, reduced, auto };
         let mut content = write("model", &handle.0)?;
+        match (desc.reduced_flags & SW_REDUCED_UNTRAINED != 0, desc.reduced_poses) {
+            (true, 0) => (),
+            (true, poses) => {
+                let message =
+                    format!("desc->reduced_poses is {poses} and desc->reduced_flags has SW_REDUCED_UNTRAINED");
+                return Err(Fault::argument(message));
+            }
+            (false, 0) => options.reduced.poses = reduced::default_poses(content.shell.mass.len()),
+            (false, _) => (),
+        }
         let mut progress = |phase: Phase, fraction: f64| call_progress(&desc, phase, fraction);
         let computed = Model::precompute(content.shell.clone(), &options, &mut progress)?;
         log_certificate(&computed);

@@ -14,8 +14,9 @@ use faer::{Col, Mat, Side};
 use nalgebra::{Cholesky, DMatrix, DVector};
 use std::cmp::Ordering;
 
-/// Elements that are looked at, at most; of more, an even choice.
-const CANDIDATES: usize = 6000;
+/// Entries of the system at most: of the elements of a large mesh, an even choice is looked at. All of them have an exact solution, the
+/// weights 1; two thirds of the hat's 8,920 leave 15 % at least.
+const ENTRIES: usize = 80_000_000;
 /// Random vectors that the rest stiffness is tried on.
 const PROBES: usize = 12;
 /// How much more a mode's rest stiffness counts than a pose.
@@ -39,14 +40,11 @@ pub fn sample(
     let n_elements = all.n_elements();
     let singular = || Error::new(ErrorKind::Numerical, "the reduced rest stiffness is not positive definite");
     let lower = Cholesky::new(stiffness.clone()).ok_or_else(singular)?.l();
-    let picked: Vec<usize> = if n_elements <= CANDIDATES {
-        (0..n_elements).collect()
-    } else {
-        (0..CANDIDATES).map(|k| k * n_elements / CANDIDATES).collect()
-    };
+    let rows = (all.n() + all.n_stresses()) * (poses.len() + PROBES + modes);
+    let candidates = n_elements.min(ENTRIES / rows);
+    let picked: Vec<usize> = (0..candidates).map(|k| k * n_elements / candidates).collect();
     let mut column = vec![usize::MAX; n_elements];
     picked.iter().enumerate().for_each(|(c, &e)| column[e] = c);
-    let rows = (all.n() + all.n_stresses()) * (poses.len() + PROBES + modes);
     let (a, b) = (Mat::zeros(rows, picked.len()), DVector::zeros(rows));
     let mut system = System { all, lower, column, a, b };
     poses.iter().enumerate().for_each(|(k, pose)| system.add_pose(k, pose));

@@ -125,19 +125,18 @@ impl State {
         };
         let (own, other) = (self.estimate(), warp.estimate());
         let known = if self.is_standing() && !self.is_clear(&own, &other) { self.from_rest().ok() } else { None };
-        let (certificate, falls) = match (known, own, other) {
-            (Some(end), own, other) => {
-                let (own, other) = (self.against(&end, &own), warp.against(&end, &other));
-                if own.error <= other.error { (own, false) } else { (other, true) }
-            }
-            (None, Ok((own, _)), Ok((other, _))) if self.fault(&own) <= warp.fault(&other) => (own, false),
-            (None, _, Ok((other, _))) => (other, true),
-            (None, own, Err(_)) => (own?.0, false),
+        let (own, other) = match known {
+            Some(end) => (Ok(self.against(&end, &own)), Ok(warp.against(&end, &other))),
+            None => (own.map(|(own, _)| own), other.map(|(other, _)| other)),
         };
-        if falls {
-            *self = warp;
+        match (own, other) {
+            (Ok(own), Ok(other)) if self.fault(&own) <= warp.fault(&other) => Ok(own),
+            (_, Ok(other)) => {
+                *self = warp;
+                Ok(other)
+            }
+            (own, Err(_)) => own,
         }
-        Ok(certificate)
     }
 
     /// Whether the estimates of this state and of the warp decide between them, wherever they led.

@@ -1,7 +1,9 @@
 //! Error against the full shell on loads that were never trained on: the paper's warp beside reduced shells of several sizes, with the best
 //! that their fields could do, and what goes on after `State::fall_back`. docs/front.md says what it found.
 //!
-//! usage: front [--scene KEY] [--reduced "FIELDS,ELEMENTS,POSES ..."]
+//! usage: front [--scene KEY] [--reduced "FIELDS,ELEMENTS,POSES ..."] [--ablate]
+//!
+//! With --ablate, what each ingredient of the reduced shell buys, on held-out and fresh loads: a row of docs/front.md for each.
 #![allow(missing_docs)]
 
 #[path = "front/cases.rs"]
@@ -12,9 +14,10 @@ mod common;
 mod scenes;
 
 use cases::{Case, apply, displacements, state};
+use nalgebra::DMatrix;
 use scenes::{Part, Scene};
 use shellwarp::model::{Model, Options};
-use shellwarp::reduced::{self, AnyFields};
+use shellwarp::reduced::{self, AnyFields, ReducedShell};
 use shellwarp::state::{Method, State};
 use shellwarp::{Shell, Vec3};
 use std::sync::Arc;
@@ -55,6 +58,71 @@ fn off(scene: &Scene, state: &State, case: &Case) -> f64 {
     error(&scene.shell, &displacements(state, &scene.shell.mesh.positions), &case.exact)
 }
 
+/// A model without its stress fields: the membrane's own energy on the same fields and elements.
+fn without_stress_fields(mut model: Model) -> Model {
+    if let Some(of) = model.reduced.take() {
+        let none = DMatrix::zeros(0, 0);
+        let modes = model.n_modes();
+        let plain = ReducedShell::assemble(&model.shell, of.fields, of.samples, none, DMatrix::zeros(modes, modes));
+        model.reduced = Some(plain.unwrap());
+    }
+    model
+}
+
+/// Of the loads that nothing was chosen by, the medians of the error over the paper's and of the error where the shell moves by a fifth
+/// of its size, and how many loads are worse than the paper, those without an equilibrium among them.
+fn verdict(scene: &Scene, cases: &[Case], paper: &[f64], model: &Arc<Model>, method: Method) -> String {
+    let (mut ratios, mut fifth, mut lost) = (vec![], vec![], 0);
+    for (case, paper) in cases.iter().zip(paper) {
+        let found = loaded(scene, model, method, case).filter(|(_, found)| *found);
+        let own = found.map_or(f64::INFINITY, |(state, _)| off(scene, &state, case));
+        ratios.push(own / paper);
+        lost += usize::from(own == f64::INFINITY);
+        if case.aim == 0.2 {
+            fifth.push(own);
+        }
+    }
+    let worse = ratios.iter().filter(|ratio| **ratio > SAME).count();
+    let median = |list: &mut Vec<f64>| {
+        list.sort_by(f64::total_cmp);
+        list[list.len() / 2]
+    };
+    format!("{:.3}, {:.1} %, {worse} ({lost})", median(&mut ratios), 100.0 * median(&mut fifth))
+}
+
+/// Prints a row of the table for each scene: a column for each ingredient.
+fn ablate(scene: &Scene, cases: Vec<Case>) {
+    let cases: Vec<Case> = cases.into_iter().filter(|case| case.part != Part::Validation).collect();
+    let every = usize::MAX;
+    let precomputed = |fields: usize, elements: usize, poses: usize| {
+        let reduced = reduced::Options { fields, elements, poses, ..Default::default() };
+        let options = Options { modes: 8, reduced, ..Options::default() };
+        Model::precompute(scene.shell.clone(), &options, &mut |_, _| Ok(())).unwrap()
+    };
+    let untrained = Arc::new(without_stress_fields(precomputed(36, every, 0)));
+    let found = |case: &Case| loaded(scene, &untrained, Method::Warp, case).filter(|(_, found)| *found);
+    // Loads under which the paper's method finds no equilibrium tell nothing of a ratio.
+    let (cases, paper): (Vec<Case>, Vec<f64>) = cases
+        .into_iter()
+        .filter_map(|case| found(&case).map(|(s, _)| off(scene, &s, &case)).map(|e| (case, e)))
+        .unzip();
+    print!("| {} |", scene.key);
+    for method in [Method::Warp, Method::VirtualWorkWarp, Method::RotationStrain, Method::ReducedShell] {
+        print!(" {} |", verdict(scene, &cases, &paper, &untrained, method));
+    }
+    drop(untrained);
+    let ladder: [&dyn Fn() -> Model; 4] = [
+        &|| precomputed(36, every, 0),
+        &|| without_stress_fields(precomputed(40, every, reduced::MAX_POSES)),
+        &|| precomputed(40, every, reduced::MAX_POSES),
+        &|| precomputed(40, 0, reduced::MAX_POSES),
+    ];
+    for make in ladder {
+        print!(" {} |", verdict(scene, &cases, &paper, &Arc::new(make()), Method::ReducedShell));
+    }
+    println!();
+}
+
 fn main() {
     let arguments: Vec<String> = std::env::args().collect();
     let value = |key: &str| arguments.iter().position(|a| a == key).and_then(|i| arguments.get(i + 1));
@@ -64,6 +132,10 @@ fn main() {
         }
         let start = Instant::now();
         let cases = cases::find(&scene);
+        if arguments.iter().any(|a| a == "--ablate") {
+            ablate(&scene, cases);
+            continue;
+        }
         println!(
             "{} ({}): {} vertices, {} cases in {:.1} s",
             scene.key,

@@ -33,8 +33,8 @@ class Model(Handle):
         self.n_vertices = int(mesh.n_vertices)
 
     def precompute(self, modes=16, precision="f32", progress=None, sag_gravity=(0.0, 0.0, 0.0),
-                   reduced_fields=0, reduced_elements=0, reduced_poses=0, reduced_gravity=0.0, reduced_seconds=0.0,
-                   auto_error=0.0, auto_operations=0.0, demand_gravity=(0.0, 0.0, 0.0), demand_acceleration=0.0,
+                   reduced_fields=0, reduced_elements=0, reduced_poses=0, reduced_trained=True, reduced_gravity=0.0,
+                   reduced_seconds=0.0, auto_error=0.0, auto_operations=0.0, demand_gravity=(0.0, 0.0, 0.0), demand_acceleration=0.0,
                    handles=(), handle_distance=0.0, handle_speed=0.0, tolerance=0.0, demand_amplification=0.0):
         """Finds the `modes` lowest (0: 16); seconds on large meshes.
 
@@ -44,7 +44,8 @@ class Model(Handle):
         With `sag_gravity`, an acceleration in frame axes, the modes are those of the shape that hangs at rest under it, and
         states begin there.
 
-        With `reduced_fields`, 40 for a start, there are states of the method "reduced-shell" too; the header tells of the others.
+        With `reduced_fields`, 40 for a start, there are states of the method "reduced-shell" too, trained on equilibria of the shell
+        unless `reduced_trained` is False; the header tells of the others.
 
         With `auto_error`, a length, or `auto_operations` of a step, the model is made for the method that suits the scene of
         `demand_gravity`, `demand_acceleration` and pulls at `handles` by `handle_distance` best: that of its "auto" states.
@@ -61,6 +62,7 @@ class Model(Handle):
         desc.reduced_fields = uint32(reduced_fields, "reduced_fields")
         desc.reduced_elements = uint32(reduced_elements, "reduced_elements")
         desc.reduced_poses = uint32(reduced_poses, "reduced_poses")
+        desc.reduced_flags = 0 if reduced_trained else _abi.SW_REDUCED_UNTRAINED
         desc.reduced_gravity, desc.reduced_seconds = float(reduced_gravity), float(reduced_seconds)
         desc.auto_error, desc.auto_operations = float(auto_error), float(auto_operations)
         desc.demand_gravity[:] = [float(g) for g in demand_gravity]

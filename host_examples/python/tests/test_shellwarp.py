@@ -360,6 +360,21 @@ class Running(unittest.TestCase):
         self.assertEqual(sum(point["chosen"] for point in chosen.front()), 1)
         chosen.state("auto").step(1e-2)
 
+    def test_reduced_shells_are_trained_unless_told_otherwise(self):
+        def at_rest(**options):
+            made = model()
+            made.precompute(modes=4, reduced_fields=4, **options)
+            state = made.state("reduced-shell")
+            state.set_gravity((0, 0, -2))
+            state.equilibrium()
+            return state.positions()
+
+        trained, untrained = at_rest(), at_rest(reduced_trained=False)
+        self.assertTrue(numpy.array_equal(trained, at_rest(reduced_poses=52)))
+        self.assertFalse(numpy.array_equal(trained, untrained))
+        with self.assertRaisesRegex(sw.InvalidArgumentError, "reduced_poses is 3"):
+            at_rest(reduced_poses=3, reduced_trained=False)
+
     def test_a_state_tells_its_error_and_falls_back(self):
         made = model()
         made.precompute(modes=4)
