@@ -41,8 +41,8 @@ pub fn unscaled(shell: &Shell, y: ColRef<'_, f64>) -> Vec<Vec3> {
 }
 
 /// Columns of mass-scaled unknowns.
-pub fn columns(shell: &Shell, fields: &[Vec<Vec3>]) -> Mat<f64> {
-    let scaled: Vec<Vec<f64>> = fields.iter().map(|field| scaled(shell, field)).collect();
+pub fn columns<F: AsRef<[Vec3]>>(shell: &Shell, fields: &[F]) -> Mat<f64> {
+    let scaled: Vec<Vec<f64>> = fields.iter().map(|field| scaled(shell, field.as_ref())).collect();
     Mat::from_fn(shell.n_unknowns(), fields.len(), |i, j| scaled[j][i])
 }
 

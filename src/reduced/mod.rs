@@ -72,8 +72,10 @@ pub const TOLERANCE: f64 = 0.01;
 /// And their largest number then, as a multiple of the fields.
 const MOST_ELEMENTS: usize = 16;
 /// Stress fields of modes bent far and of poses, as a share of the fields: by the validation loads of docs/front.md. With more the membrane
-/// locks; with fewer, what no other stress field holds is soft, as in a closed trouser leg.
-const STRESSES: f64 = 0.6;
+/// locks; with fewer, what no other stress field holds is soft.
+const STRESSES: f64 = 0.3;
+/// Equilibria that a choice takes, at least.
+const LEAST_TRIED: usize = 5;
 /// Loads of any frame that stress fields are whole for, and with them the most stress fields: those of the modes and these beside others.
 const FRAME_LOADS: usize = 12;
 const MAX_STRESSES: usize = MAX_FIELDS + FRAME_LOADS;
@@ -147,22 +149,21 @@ impl ReducedShell {
         let report = |progress: &mut Progress, share: f64| progress.report(Phase::Rotation, share);
         report(progress, 0.0)?;
         let scene = Scene::new(shell, modes, options);
-        let mut candidates = scene.weighted_derivatives(shell, modes)?;
+        let derivatives = scene.weighted_derivatives(shell, modes)?;
         let searches: f64 = progress.seconds.iter().sum();
         let time = options.seconds.min(options.mode_searches * searches);
         let trained = scene.train(shell, (options.poses, time), &mut |share| report(progress, 0.1 + 0.4 * share))?;
-        let bent = scene.bent(modes);
-        let compressed = (STRESSES * options.fields as f64) as usize;
-        let stresses = stress::fields(shell, &bent, &candidates, &scene.responses(shell)?, &trained, compressed)?;
-        let stresses = DMatrix::from_fn(stresses.ncols(), stresses.nrows(), |k, e| stresses[(e, k)]);
-        candidates.extend(trained);
-        let mut basis = basis::columns(shell, &modes.shapes);
-        basis::extend(&mut basis, basis::columns(shell, &candidates), options.fields)?;
-        let fields = stored(shell, &basis, precision)?;
+        let made = Made { shell, modes, derivatives, responses: scene.responses(shell)?, bent: scene.bent(modes) };
+        let poses: Vec<&[Vec3]> = trained.iter().map(|(_, u)| &u[..]).collect();
+        let locks = scene.locks(&made, &trained, options.fields, &mut |share| report(progress, 0.5 + 0.1 * share))?;
+        let stresses = if locks { made.stresses(&poses, options.fields)? } else { DMatrix::zeros(0, 0) };
+        let fields = stored(shell, &made.basis(&poses, options.fields)?, precision)?;
         let columns = unpacked(shell, &fields);
         let whole = vec![1.0; shell.energy.n_elements()];
         let mut all = ReducedEnergy::new(shell, &columns, &whole);
-        all.assume(&whole, |e| row(&stresses, e));
+        if locks {
+            all.assume(&whole, |e| row(&stresses, e));
+        }
         let mut stiffness = DMatrix::zeros(all.n(), all.n());
         all.hessian(&vec![0.0; all.n()], Curvature::Exact, &mut all.scratch(), &mut stiffness);
         report(progress, 0.6)?;
@@ -289,6 +290,37 @@ fn row(stresses: &DMatrix<f64>, element: usize) -> &[f64] {
     &stresses.as_slice()[element * t..(element + 1) * t]
 }
 
+/// What fields and stress fields are made of, beside poses.
+struct Made<'a> {
+    shell: &'a Shell,
+    modes: &'a Modes,
+    /// See [`Scene`] of these.
+    derivatives: Vec<Vec<Vec3>>,
+    responses: Vec<Vec<Vec3>>,
+    bent: Vec<Vec<Vec3>>,
+}
+
+impl Made<'_> {
+    /// The modes and `wanted` fields, in mass-scaled unknowns.
+    fn basis(&self, poses: &[&[Vec3]], wanted: usize) -> Result<Mat<f64>> {
+        let derivatives = self.derivatives.iter().map(Vec::as_slice);
+        let candidates: Vec<&[Vec3]> = derivatives.chain(poses.iter().copied()).collect();
+        let mut basis = basis::columns(self.shell, &self.modes.shapes);
+        basis::extend(&mut basis, basis::columns(self.shell, &candidates), wanted)?;
+        Ok(basis)
+    }
+
+    /// S (stresses × the membrane's elements) beside so many fields.
+    fn stresses(&self, poses: &[&[Vec3]], fields: usize) -> Result<DMatrix<f64>> {
+        let wanted = (STRESSES * fields as f64) as usize;
+        let fields = stress::fields(self.shell, &self.bent, &self.derivatives, &self.responses, poses, wanted)?;
+        Ok(DMatrix::from_fn(fields.ncols(), fields.nrows(), |k, e| fields[(e, k)]))
+    }
+}
+
+/// An equilibrium, and the number of its load.
+type Pose = (usize, Vec<Vec3>);
+
 /// The loads that fields and samples are chosen for.
 struct Scene {
     /// Strength of gravity.
@@ -302,10 +334,15 @@ struct Scene {
 /// Share of the weight that pulls at a point.
 const PULL: f64 = 0.05;
 const POINTS: usize = 3;
+/// Loads on all of the shell, before those at points.
+const DISTRIBUTED: usize = 8;
 /// Fields are compressed to far less than this tolerance; what takes so long buckles.
 const TRAINING: EquilibriumOptions = EquilibriumOptions { tolerance: 1e-5, first_increment: 0.5, max_iterations: 400 };
 /// Elements that the poses are found with, at most.
 const POSE_ELEMENTS: usize = 6000;
+/// When a search for them ends; and one from the shape that is to be found.
+const POSE: Stop = Stop { tolerance: 1e-2, iterations: 40, led: false, near: false };
+const TRIED: Stop = Stop { iterations: 12, ..POSE };
 /// Largest displacement of the first mode, in model sizes.
 const BEND: f64 = 0.25;
 
@@ -388,7 +425,7 @@ impl Scene {
         shell: &Arc<Shell>,
         (count, time): (usize, f64),
         watch: &mut dyn FnMut(f64) -> Result<()>,
-    ) -> Result<Vec<Vec<Vec3>>> {
+    ) -> Result<Vec<Pose>> {
         let mut found = vec![];
         if count == 0 || time == 0.0 {
             return Ok(found);
@@ -417,10 +454,51 @@ impl Scene {
                     Err(error) if error.kind == ErrorKind::Numerical => break,
                     Err(error) => return Err(error),
                 }
-                found.push(pose.clone());
+                found.push((k, pose.clone()));
             }
         }
         Ok(found)
+    }
+
+    /// Whether the membrane's own energy is further from equilibria that fields only nearly hold than stress fields are: from those under
+    /// gravity and pressure, on fields and stress fields of pulls alone. It locks where bending carries the loads; where the membrane
+    /// does, as in a closed trouser leg, stress fields are soft instead. True where there are too few equilibria to tell.
+    fn locks(
+        &self,
+        made: &Made,
+        trained: &[Pose],
+        fields: usize,
+        watch: &mut dyn FnMut(f64) -> Result<()>,
+    ) -> Result<bool> {
+        let (shell, loads) = (made.shell, self.loads(made.shell));
+        let full_strength = loads.len() / 2;
+        let (tried, of): (Vec<&Pose>, Vec<&Pose>) =
+            trained.iter().partition(|(load, _)| load % full_strength < DISTRIBUTED);
+        let tried: Vec<&Pose> = tried.into_iter().filter(|(load, _)| *load < full_strength).collect();
+        if tried.len() < LEAST_TRIED || of.len() < LEAST_TRIED {
+            return Ok(true);
+        }
+        let of: Vec<&[Vec3]> = of.into_iter().map(|(_, u)| &u[..]).collect();
+        let basis = made.basis(&of, fields)?;
+        let columns: Vec<Vec<Vec3>> = (0..basis.ncols()).map(|k| basis::unscaled(shell, basis.col(k))).collect();
+        let size = |q: &[f64]| q.iter().map(|q| q * q).sum::<f64>().sqrt();
+        let mut error = |stresses: &DMatrix<f64>, from: f64| -> Result<f64> {
+            let energy = thinned(shell, &columns, stresses);
+            let mut newton = Newton::new(&energy);
+            let mut errors = vec![];
+            for (k, (load, u)) in tried.iter().enumerate() {
+                watch(from + 0.5 * k as f64 / tried.len() as f64)?;
+                let momentum: Vec<Vec3> = u.iter().zip(&shell.mass).map(|(u, m)| u * *m).collect();
+                let exact = sampling::project(&columns, &momentum);
+                let (mut q, force) = (exact.clone(), sampling::project(&columns, &loads[*load]));
+                newton.minimize(&energy, &Potential::of_load(&force), &mut q, TRIED);
+                let way: Vec<f64> = q.iter().zip(&exact).map(|(q, exact)| q - exact).collect();
+                errors.push(size(&way) / size(&exact).max(f64::MIN_POSITIVE));
+            }
+            errors.sort_by(f64::total_cmp);
+            Ok(errors[errors.len() / 2])
+        };
+        Ok(error(&made.stresses(&of, fields)?, 0.0)? <= error(&DMatrix::zeros(0, 0), 0.5)?)
     }
 
     /// Reduced equilibria for sampling to look at.
@@ -431,13 +509,7 @@ impl Scene {
         columns: &[Vec<Vec3>],
         watch: &mut dyn FnMut(f64) -> Result<()>,
     ) -> Result<Vec<Vec<f64>>> {
-        // Of a large mesh an even choice of elements will do here: the poses need not be exact.
-        let n_elements = shell.energy.n_elements();
-        let every = n_elements.div_ceil(POSE_ELEMENTS);
-        let weights: Vec<f64> = (0..n_elements).map(|e| if e % every == 0 { every as f64 } else { 0.0 }).collect();
-        let mut all = ReducedEnergy::new(shell, columns, &weights);
-        all.assume(&vec![every as f64; all.n_elements()], |e| row(stresses, e * every));
-        let all = &all;
+        let all = &thinned(shell, columns, stresses);
         let loads = self.loads(shell);
         let full_strength = loads.len() / 2;
         let mut newton = Newton::new(all);
@@ -446,16 +518,23 @@ impl Scene {
             watch(k as f64 / full_strength as f64)?;
             let load = sampling::project(columns, load);
             let mut q = vec![0.0; all.n()];
-            newton.minimize(
-                all,
-                &Potential::of_load(&load),
-                &mut q,
-                Stop { tolerance: 1e-2, iterations: 40, led: false, near: false },
-            );
+            newton.minimize(all, &Potential::of_load(&load), &mut q, POSE);
             poses.push(q);
         }
         Ok(poses)
     }
+}
+
+/// The energy on all elements, of a large mesh on an even choice: what is found with it need not be exact.
+fn thinned(shell: &Shell, columns: &[Vec<Vec3>], stresses: &DMatrix<f64>) -> ReducedEnergy {
+    let n_elements = shell.energy.n_elements();
+    let every = n_elements.div_ceil(POSE_ELEMENTS);
+    let weights: Vec<f64> = (0..n_elements).map(|e| if e % every == 0 { every as f64 } else { 0.0 }).collect();
+    let mut all = ReducedEnergy::new(shell, columns, &weights);
+    if stresses.nrows() > 0 {
+        all.assume(&vec![every as f64; all.n_elements()], |e| row(stresses, e * every));
+    }
+    all
 }
 
 /// Vertices that are far from the held ones and from each other.

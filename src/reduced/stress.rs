@@ -39,7 +39,7 @@ pub fn fields(
     bent: &[Vec<Vec3>],
     derivatives: &[Vec<Vec3>],
     responses: &[Vec<Vec3>],
-    poses: &[Vec<Vec3>],
+    poses: &[&[Vec3]],
     wanted: usize,
 ) -> Result<Mat<f64>> {
     let mut candidates: Vec<Vec<f64>> = poses.iter().map(|u| strains(shell, |v| u[v])).collect();

@@ -100,9 +100,9 @@ impl State {
 
     /// Goes on by the paper's warp where that is nearer to the full shell, as far as estimates and what handles miss tell; returns the
     /// estimate of the method that goes on. A state without velocities is set against the warp's own equilibrium, one that moves
-    /// against the warp at its pose. Where the estimates of the first are of different equilibria, or one is wanting, both are set against
-    /// that which the full shell has from rest, which then takes as long as its static solution. Fails, changing nothing, where
-    /// neither has an estimate.
+    /// against the warp at its pose. Where the estimates of the first are of different equilibria and no hard handle leads it, or one is
+    /// wanting, both are set against that which the full shell has from rest, which then takes as long as its static solution. Fails,
+    /// changing nothing, where neither has an estimate.
     pub fn fall_back(&mut self) -> Result<Certificate> {
         Feature::NonlinearShell.require()?;
         match self.method() {
@@ -139,7 +139,8 @@ impl State {
         }
     }
 
-    /// Whether the estimates of this state and of the warp decide between them, wherever they led.
+    /// Whether the estimates of this state and of the warp decide between them, wherever they led. Of one that hard handles lead they have
+    /// to: which equilibrium it is in depends on the way that they took.
     fn is_clear(&self, own: &Estimate, other: &Estimate) -> bool {
         let (Ok((own, here)), Ok((other, there))) = (own, other) else { return false };
         let shell = &self.model.shell;
@@ -147,7 +148,8 @@ impl State {
         let size = |end: &[Vec3]| norm(shell, |v| end[v] - rest[v]);
         // An error against the other's end is within their distance of that against its own.
         let apart = norm(shell, |v| here[v] - there[v]);
-        2.0 * apart <= (own.error * size(here) - other.error * size(there)).abs()
+        let led = self.constraints().any(|(c, _)| c.compliance == 0.0);
+        led || 2.0 * apart <= (own.error * size(here) - other.error * size(there)).abs()
     }
 
     /// The equilibrium that the full shell's path from rest leads to under the loads and constraints (n_vertices, frame axes).
