@@ -124,7 +124,7 @@ impl State {
             Err(_) => return self.certify(),
         };
         let (own, other) = (self.estimate(), warp.estimate());
-        let known = if self.is_standing() && !self.is_clear(&own, &other) { self.from_rest().ok() } else { None };
+        let known = if self.is_standing() && !self.is_clear(&own, &other) { self.path_from_rest().ok() } else { None };
         let (own, other) = match known {
             Some(end) => (Ok(self.against(&end, &own)), Ok(warp.against(&end, &other))),
             None => (own.map(|(own, _)| own), other.map(|(other, _)| other)),
@@ -153,7 +153,7 @@ impl State {
     }
 
     /// The equilibrium that the full shell's path from rest leads to under the loads and constraints (n_vertices, frame axes).
-    fn from_rest(&self) -> Result<Vec<Vec3>> {
+    fn path_from_rest(&self) -> Result<Vec<Vec3>> {
         let mut full = self.try_clone()?;
         full.reset();
         full.set_method(Method::ImplicitShell)?;
