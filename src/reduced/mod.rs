@@ -441,7 +441,9 @@ impl Scene {
         let wanted = count.min(loads.len());
         for first in 0..full_strength {
             let mut pose = vec![Vec3::zeros(); shell.mass.len()];
-            // From half a load to the whole.
+            // From half a load to the whole, where the half is wanted, and in quarters of it at first.
+            let halves = first + full_strength < wanted;
+            let training = EquilibriumOptions { first_increment: if halves { 0.5 } else { 0.25 }, ..TRAINING };
             for k in [first + full_strength, first].into_iter().filter(|k| *k < wanted) {
                 let share = found.len() as f64 / wanted as f64;
                 watch(share)?;
@@ -449,7 +451,7 @@ impl Scene {
                     return Ok(found);
                 }
                 let watch = &mut |_| watch(share).and_then(|()| in_time());
-                match solver.equilibrium(&pose, &loads[k], &TRAINING, watch) {
+                match solver.equilibrium(&pose, &loads[k], &training, watch) {
                     Ok(equilibrium) => pose = equilibrium.displacement,
                     Err(error) if error.kind == ErrorKind::Numerical => break,
                     Err(error) => return Err(error),
