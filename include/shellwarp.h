@@ -408,8 +408,8 @@ typedef struct SwPrecomputeDesc {
   // leave out 1 % of the elastic forces, but at most 16 per field.
   uint32_t reduced_elements;
   // Equilibria of the full shell that its fields are trained on, of gravity, pressure and pulls at points in turn; at most 52 are used.
-  // Each takes as long as a static solution of SW_METHOD_SHELL_IMPLICIT, and is saved with the model. 0 = all 52 up to 2,000 vertices,
-  // fewer on larger meshes, as 104,000 over their number.
+  // Each takes as long as a static solution of SW_METHOD_SHELL_IMPLICIT; the fields are saved with the model. 0 = all 52 up to 2,000
+  // vertices, fewer on larger meshes, as 104,000 over their number.
   uint32_t reduced_poses;
   // Bitwise or of SW_REDUCED_...
   uint32_t reduced_flags;
@@ -1192,8 +1192,8 @@ SwStatus sw_state_certify(const struct SwState *state,
 // Takes as long as two of sw_state_certify. Where the two estimates of a state without velocities lead to different equilibria, as of a
 // shell that buckles or snaps through, that may decide between them, and no hard handle leads it; or where one is wanting: both are
 // set against the equilibrium of the full shell from rest, and the certificate is of it. Then it takes as long as
-// sw_state_equilibrium of SW_METHOD_SHELL_IMPLICIT besides. Call it when a handle is let go or a pose is found, not in every step. States saved before belong to
-// the method that they were saved with. Allocates; on failure nothing has changed.
+// sw_state_equilibrium of SW_METHOD_SHELL_IMPLICIT besides. Call it when a handle is let go or a pose is found, not in every step.
+// States saved before belong to the method that they were saved with. Allocates; on failure nothing has changed.
 // Errors: as of sw_state_certify, SW_ERROR_NUMERICAL where neither method has an estimate.
 SwStatus sw_state_fall_back(struct SwState *state,
                             struct SwCertificate *certificate);

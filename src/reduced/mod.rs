@@ -52,7 +52,7 @@ pub struct Options {
 }
 
 /// Training loads that there are: [`Scene::loads`].
-pub const MAX_POSES: usize = 52;
+pub const MAX_POSES: usize = 2 * (DISTRIBUTED + 6 * POINTS);
 /// A training's size, vertices times equilibria, unless asked otherwise.
 const TRAINED: usize = 104_000;
 

@@ -90,8 +90,7 @@ impl State {
 
     /// The errors of a pose that is `way` from where it should be, `end` (n_vertices, frame axes).
     fn off(&self, way: &[Vec3], end: &[Vec3]) -> Certificate {
-        let shell = &self.model.shell;
-        let rest = shell.sag.as_ref().map_or(&shell.mesh.positions, |sag| &sag.rest);
+        let (shell, rest) = (&self.model.shell, self.slack());
         let longest = |a: &usize, b: &usize| way[*a].norm_squared().total_cmp(&way[*b].norm_squared());
         let vertex = (0..way.len()).max_by(longest).unwrap_or(0);
         let error = ratio(norm(shell, |v| way[v]), norm(shell, |v| end[v] - rest[v]));
@@ -143,13 +142,18 @@ impl State {
     /// to: which equilibrium it is in depends on the way that they took.
     fn is_clear(&self, own: &Estimate, other: &Estimate) -> bool {
         let (Ok((own, here)), Ok((other, there))) = (own, other) else { return false };
-        let shell = &self.model.shell;
-        let rest = shell.sag.as_ref().map_or(&shell.mesh.positions, |sag| &sag.rest);
+        let (shell, rest) = (&self.model.shell, self.slack());
         let size = |end: &[Vec3]| norm(shell, |v| end[v] - rest[v]);
         // An error against the other's end is within their distance of that against its own.
         let apart = norm(shell, |v| here[v] - there[v]);
         let led = self.constraints().any(|(c, _)| c.compliance == 0.0);
         led || 2.0 * apart <= (own.error * size(here) - other.error * size(there)).abs()
+    }
+
+    /// The shape of no energy (n_vertices).
+    fn slack(&self) -> &[Vec3] {
+        let shell = &self.model.shell;
+        shell.sag.as_ref().map_or(&shell.mesh.positions, |sag| &sag.rest)
     }
 
     /// The equilibrium that the full shell's path from rest leads to under the loads and constraints (n_vertices, frame axes).

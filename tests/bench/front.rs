@@ -3,7 +3,7 @@
 //!
 //! usage: front [--scene KEY] [--reduced "FIELDS,ELEMENTS,POSES ..."] [--ablate]
 //!
-//! With --ablate, what each ingredient of the reduced shell buys, on held-out and fresh loads: a row of docs/front.md for each.
+//! With --ablate, what each ingredient of the reduced shell buys, on held-out and fresh loads: a column of docs/front.md for each shell.
 #![allow(missing_docs)]
 
 #[path = "front/cases.rs"]
