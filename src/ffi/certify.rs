@@ -24,8 +24,8 @@ pub struct SwCertificate {
     pub vertex: u32,
     /// The SW_METHOD_... that it is of.
     pub method: u32,
-    /// What the full shell's forces leave of the load's at this pose, relative to the load, inertia included: no measure of the error,
-    /// since stretching that nobody sees leaves hundreds of times the load.
+    /// What the full shell's forces leave of the load's at this pose, relative to the load, inertia and constraints' forces included: no
+    /// measure of the error, since stretching that nobody sees leaves hundreds of times the load.
     pub residual: f64,
     /// The same at the better pose that the estimate compares with. Above 0.01 the search for it was cut short, and the estimate is
     /// rough.
@@ -47,9 +47,9 @@ pub unsafe extern "C" fn sw_certificate_init(certificate: *mut SwCertificate) {
 /// inertia and damping that the method has are taken for right: it is what its forces get wrong at this moment, not what has added
 /// up. A state of a nonlinear shell gets zeros.
 ///
-/// Takes as long as one to three steps of SW_METHOD_SHELL_IMPLICIT, at most twenty factorizations, and the first time the analysis
-/// of the stiffness, which the model keeps: to be called now and then, not in every step. `certificate` must be initialised by
-/// sw_certificate_init. Callable concurrently.
+/// Takes as long as one to three steps of SW_METHOD_SHELL_IMPLICIT, of a pose that is far off longer, at most sixty factorizations, and
+/// the first time the analysis of the stiffness, which the model keeps: to be called now and then, not in every step. `certificate` must
+/// be initialised by sw_certificate_init. Callable concurrently.
 /// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_UNSUPPORTED by a library without the feature nonlinear-shell,
 /// SW_ERROR_NUMERICAL when the full shell has no stiffness to go by, SW_ERROR_OUT_OF_MEMORY, SW_ERROR_BUSY.
 #[unsafe(no_mangle)]
@@ -74,9 +74,9 @@ fn told(mut out: SwCertificate, found: &Certificate, method: Method) -> SwCertif
 }
 
 /// Goes on by SW_METHOD_WARP, the paper's method, where that is nearer to the full nonlinear shell: where its estimate by
-/// sw_state_certify, or what its hard handles miss of their way, is less than the state's own. A state without velocities, as after
-/// sw_state_equilibrium, found or not, is set against the warp's own equilibrium under the same loads, one that moves against the warp at
-/// the nearest pose, as by sw_state_set_method. `certificate`, initialised by sw_certificate_init, is of the method that goes on, which
+/// sw_state_certify, or what its hard handles miss of their way, is less than the state's own, or where the state misses more than half
+/// of a hard handle's way and the warp less. A state without velocities, as after sw_state_equilibrium, found or not, is set
+/// against the warp's own equilibrium under the same loads, one that moves against the warp at the nearest pose, as by sw_state_set_method. `certificate`, initialised by sw_certificate_init, is of the method that goes on, which
 /// it names. SW_METHOD_WARP and the nonlinear shells are only certified.
 ///
 /// Takes as long as two of sw_state_certify. Where the two estimates of a state without velocities lead to different equilibria, as of a

@@ -173,8 +173,9 @@ pub struct SwPrecomputeDesc {
     /// leave out 1 % of the elastic forces, but at most 16 per field.
     pub reduced_elements: u32,
     /// Equilibria of the full shell that its fields are trained on, of gravity, pressure and pulls at points in turn; at most 52 are used.
-    /// Each takes as long as a static solution of SW_METHOD_SHELL_IMPLICIT; the fields are saved with the model. 0 = all 52 up to 2,000
-    /// vertices, fewer on larger meshes, as 104,000 over their number.
+    /// Each takes as long as a static solution of SW_METHOD_SHELL_IMPLICIT, but of a load that buckles the shell only the part that was
+    /// balanced after a few hundred iterations is used, from 8,000 vertices on after a hundred. The fields are saved with the model. 0 = all
+    /// 52 up to 4,000 vertices, fewer on larger meshes, as 208,000 over their number.
     pub reduced_poses: u32,
     /// Bitwise or of SW_REDUCED_...
     pub reduced_flags: u32,

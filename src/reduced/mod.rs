@@ -54,9 +54,9 @@ pub struct Options {
 /// Training loads that there are: [`Scene::loads`].
 pub const MAX_POSES: usize = 2 * (DISTRIBUTED + 6 * POINTS);
 /// A training's size, vertices times equilibria, unless asked otherwise.
-const TRAINED: usize = 104_000;
+const TRAINED: usize = 208_000;
 
-/// Equilibria to train on unless told how many: all up to 2,000 vertices, fewer on larger meshes, so that the cost grows little.
+/// Equilibria to train on unless told how many: all up to 4,000 vertices, fewer on larger meshes, so that the cost grows little.
 pub fn default_poses(n_vertices: usize) -> usize {
     (TRAINED / n_vertices.max(1)).min(MAX_POSES)
 }
@@ -154,7 +154,7 @@ impl ReducedShell {
         let time = options.seconds.min(options.mode_searches * searches);
         let trained = scene.train(shell, (options.poses, time), &mut |share| report(progress, 0.1 + 0.4 * share))?;
         let made = Made { shell, modes, derivatives, responses: scene.responses(shell)?, bent: scene.bent(modes) };
-        let poses: Vec<&[Vec3]> = trained.iter().map(|(_, u)| &u[..]).collect();
+        let poses: Vec<&[Vec3]> = trained.iter().map(|pose| &pose.displacement[..]).collect();
         let locks = scene.locks(&made, &trained, options.fields, &mut |share| report(progress, 0.5 + 0.1 * share))?;
         let stresses = if locks { made.stresses(&poses, options.fields)? } else { DMatrix::zeros(0, 0) };
         let fields = stored(shell, &made.basis(&poses, options.fields)?, precision)?;
@@ -318,8 +318,14 @@ impl Made<'_> {
     }
 }
 
-/// An equilibrium, and the number of its load.
-type Pose = (usize, Vec<Vec3>);
+/// An equilibrium of the full shell to train on.
+struct Pose {
+    /// The number of its load.
+    load: usize,
+    /// Whether all of the load is balanced, or the part that was before the search grew long.
+    whole: bool,
+    displacement: Vec<Vec3>,
+}
 
 /// The loads that fields and samples are chosen for.
 struct Scene {
@@ -336,8 +342,14 @@ const PULL: f64 = 0.05;
 const POINTS: usize = 3;
 /// Loads on all of the shell, before those at points.
 const DISTRIBUTED: usize = 8;
-/// Fields are compressed to far less than this tolerance; what takes so long buckles.
+/// Fields are compressed to far less than this tolerance. Most equilibria take 5 to 20 iterations, those of a shell that buckles some 100s.
+/// They are worth it (a leaf under its own weight), but take most of the time on large meshes: there the last shape before has to do.
 const TRAINING: EquilibriumOptions = EquilibriumOptions { tolerance: 1e-5, first_increment: 0.5, max_iterations: 400 };
+/// Iterations times vertices, at most, but no less than [`LEAST_ITERATIONS`].
+const ITERATED: usize = 800_000;
+const LEAST_ITERATIONS: usize = 100;
+/// Poses that are nearer than this, in model sizes, are the same.
+const SAME: f64 = 1e-6;
 /// Elements that the poses are found with, at most.
 const POSE_ELEMENTS: usize = 6000;
 /// When a search for them ends; and one from the shape that is to be found.
@@ -419,14 +431,15 @@ impl Scene {
         loads
     }
 
-    /// Equilibria of the full shell under at most `count` loads; those that are not found, or not within the `time`, are left out.
+    /// Equilibria of the full shell under at most `count` loads, or under a part of those that are not found whole; those that are not found
+    /// within the `time` are left out.
     fn train(
         &self,
         shell: &Arc<Shell>,
         (count, time): (usize, f64),
         watch: &mut dyn FnMut(f64) -> Result<()>,
     ) -> Result<Vec<Pose>> {
-        let mut found = vec![];
+        let mut found: Vec<Pose> = vec![];
         if count == 0 || time == 0.0 {
             return Ok(found);
         }
@@ -439,11 +452,13 @@ impl Scene {
         let loads = self.loads(shell);
         let full_strength = loads.len() / 2;
         let wanted = count.min(loads.len());
+        let max_iterations = (ITERATED / shell.mass.len()).clamp(LEAST_ITERATIONS, TRAINING.max_iterations);
         for first in 0..full_strength {
             let mut pose = vec![Vec3::zeros(); shell.mass.len()];
             // From half a load to the whole, where the half is wanted, and in quarters of it at first.
             let halves = first + full_strength < wanted;
-            let training = EquilibriumOptions { first_increment: if halves { 0.5 } else { 0.25 }, ..TRAINING };
+            let first_increment = if halves { 0.5 } else { 0.25 };
+            let training = EquilibriumOptions { first_increment, max_iterations, ..TRAINING };
             for k in [first + full_strength, first].into_iter().filter(|k| *k < wanted) {
                 let share = found.len() as f64 / wanted as f64;
                 watch(share)?;
@@ -451,12 +466,21 @@ impl Scene {
                     return Ok(found);
                 }
                 let watch = &mut |_| watch(share).and_then(|()| in_time());
-                match solver.equilibrium(&pose, &loads[k], &training, watch) {
-                    Ok(equilibrium) => pose = equilibrium.displacement,
-                    Err(error) if error.kind == ErrorKind::Numerical => break,
+                let whole = match solver.equilibrium(&pose, &loads[k], &training, watch) {
+                    Ok(_) => true,
+                    Err(error) if error.kind == ErrorKind::Numerical => false,
                     Err(error) => return Err(error),
+                };
+                let displacement = solver.reached();
+                let way = displacement.iter().zip(&pose).map(|(u, last)| (u - last).norm()).fold(0.0, f64::max);
+                if way <= SAME * shell.mesh.size {
+                    break;
                 }
-                found.push((k, pose.clone()));
+                pose.clone_from(&displacement);
+                found.push(Pose { load: k, whole, displacement });
+                if !whole {
+                    break;
+                }
             }
         }
         Ok(found)
@@ -475,12 +499,12 @@ impl Scene {
         let (shell, loads) = (made.shell, self.loads(made.shell));
         let full_strength = loads.len() / 2;
         let (tried, of): (Vec<&Pose>, Vec<&Pose>) =
-            trained.iter().partition(|(load, _)| load % full_strength < DISTRIBUTED);
-        let tried: Vec<&Pose> = tried.into_iter().filter(|(load, _)| *load < full_strength).collect();
+            trained.iter().partition(|pose| pose.load % full_strength < DISTRIBUTED);
+        let tried: Vec<&Pose> = tried.into_iter().filter(|pose| pose.whole && pose.load < full_strength).collect();
         if tried.len() < LEAST_TRIED || of.len() < LEAST_TRIED {
             return Ok(true);
         }
-        let of: Vec<&[Vec3]> = of.into_iter().map(|(_, u)| &u[..]).collect();
+        let of: Vec<&[Vec3]> = of.into_iter().map(|pose| &pose.displacement[..]).collect();
         let basis = made.basis(&of, fields)?;
         let columns: Vec<Vec<Vec3>> = (0..basis.ncols()).map(|k| basis::unscaled(shell, basis.col(k))).collect();
         let size = |q: &[f64]| q.iter().map(|q| q * q).sum::<f64>().sqrt();
@@ -488,7 +512,7 @@ impl Scene {
             let energy = thinned(shell, &columns, stresses);
             let mut newton = Newton::new(&energy);
             let mut errors = vec![];
-            for (k, (load, u)) in tried.iter().enumerate() {
+            for (k, Pose { load, displacement: u, .. }) in tried.iter().enumerate() {
                 watch(from + 0.5 * k as f64 / tried.len() as f64)?;
                 let momentum: Vec<Vec3> = u.iter().zip(&shell.mass).map(|(u, m)| u * *m).collect();
                 let exact = sampling::project(&columns, &momentum);

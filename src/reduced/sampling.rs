@@ -10,7 +10,7 @@
 use super::energy::ReducedEnergy;
 use crate::{Error, ErrorKind, Result, Shell, Vec3};
 use faer::linalg::solvers::Solve;
-use faer::{Col, Mat, Side};
+use faer::{Col, ColRef, Mat, Side};
 use nalgebra::{Cholesky, DMatrix, DVector};
 use std::cmp::Ordering;
 
@@ -170,9 +170,10 @@ fn nonnegative(
     mut suffices: impl FnMut(&DVector<f64>, f64) -> Result<bool>,
 ) -> Result<(Vec<f64>, DVector<f64>)> {
     let (rows, n) = (a.nrows(), a.ncols());
-    let dot = |i: usize, j: usize| dot(slice(a, i), slice(a, j));
-    let norms: Vec<f64> = (0..n).map(|j| dot(j, j).sqrt()).collect();
-    let right: Vec<f64> = (0..n).map(|j| self::dot(slice(a, j), b.as_slice())).collect();
+    let norms: Vec<f64> = (0..n).map(|j| a.col(j).norm_l2()).collect();
+    let along = |v: &DVector<f64>| a.transpose() * ColRef::from_slice(v.as_slice());
+    let columns = |list: &[usize]| Mat::from_fn(rows, list.len(), |i, k| a[(i, list[k])]);
+    let right = along(b);
     let mut x = vec![0.0; n];
     let mut active: Vec<usize> = vec![];
     let mut gram = Mat::<f64>::zeros(0, 0);
@@ -181,9 +182,10 @@ fn nonnegative(
     let mut residual = b.clone();
     let batch = ((BATCH * wanted as f64) as usize).max(1);
     while !suffices(&residual, active.len() as f64 / wanted as f64)? && active.len() < wanted {
+        let slopes = along(&residual);
         let mut gains: Vec<(f64, usize)> = (0..n)
             .filter(|&j| x[j] == 0.0 && !barred[j])
-            .map(|j| (self::dot(slice(a, j), residual.as_slice()) / norms[j], j))
+            .map(|j| (slopes[j] / norms[j], j))
             .filter(|(gain, _)| *gain > 1e-12 * b.norm())
             .collect();
         gains.sort_by(|p, q| q.0.total_cmp(&p.0).then(p.1.cmp(&q.1)));
@@ -191,14 +193,14 @@ fn nonnegative(
         if gains.is_empty() {
             break;
         }
-        for &(_, j) in &gains {
-            let k = active.len();
-            active.push(j);
-            gram.resize_with(k + 1, k + 1, |i, l| match i.cmp(&l) {
-                Ordering::Equal => norms[j] * norms[j] * (1.0 + 1e-12),
-                _ => dot(active[i], active[l]),
-            });
-        }
+        let old = active.len();
+        active.extend(gains.iter().map(|(_, j)| j));
+        let products = columns(&active).transpose() * columns(&active[old..]);
+        gram.resize_with(active.len(), active.len(), |i, k| match i.cmp(&k) {
+            Ordering::Equal => products[(i, i - old)] * (1.0 + 1e-12),
+            Ordering::Greater => products[(k, i - old)],
+            Ordering::Less => products[(i, k - old)],
+        });
         loop {
             let Ok(factor) = gram.llt(Side::Lower) else { break };
             let z = factor.solve(Col::from_fn(active.len(), |i| right[active[i]]));
@@ -224,31 +226,13 @@ fn nonnegative(
             active = left.iter().map(|&i| active[i]).collect();
         }
         let before = residual.norm();
-        residual.copy_from(b);
-        for &j in &active {
-            let column = slice(a, j);
-            (0..rows).for_each(|k| residual[k] -= x[j] * column[k]);
-        }
+        let taken = columns(&active) * Col::from_fn(active.len(), |k| x[active[k]]);
+        residual = DVector::from_fn(rows, |i, _| b[i] - taken[i]);
         if residual.norm() > before * (1.0 - 1e-9) {
             gains.iter().for_each(|&(_, j)| barred[j] = true); // thrown out as soon as taken in
         }
     }
     Ok((x, residual))
-}
-
-/// Eight sums at a time.
-fn dot(x: &[f64], y: &[f64]) -> f64 {
-    let mut sums = [0.0; 8];
-    let (mut xs, mut ys) = (x.chunks_exact(8), y.chunks_exact(8));
-    for (x, y) in xs.by_ref().zip(ys.by_ref()) {
-        (0..8).for_each(|i| sums[i] += x[i] * y[i]);
-    }
-    let rest: f64 = xs.remainder().iter().zip(ys.remainder()).map(|(x, y)| x * y).sum();
-    sums.iter().sum::<f64>() + rest
-}
-
-fn slice(a: &Mat<f64>, j: usize) -> &[f64] {
-    a.col(j).try_as_col_major().map_or(&[], |col| col.as_slice())
 }
 
 /// Bᵀv of a field of forces.

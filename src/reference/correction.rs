@@ -2,7 +2,7 @@
 //!
 //! One step is not enough. Poses of few fields stretch a thin shell a little everywhere, and what they leave of the forces is
 //! nearly all of this stretch: the first step takes it out, and only the next ones see how the shell then bends. So steps go on until
-//! the load is all but balanced, which takes three to six of them, and more where the shell bends far without stretching.
+//! the load is all but balanced, which takes three to a dozen of them, and up to some 50 where the shell bends far without stretching.
 
 use super::newton::Stop;
 use super::potential::Potential;
@@ -24,8 +24,8 @@ pub struct Correction {
 
 impl Solver {
     /// At most `solves` Newton steps from the displacements `start` toward the equilibrium under the dead `forces` (both n_vertices)
-    /// and the handles of [`Solver::set_handles`], which are to be where they hold their vertices.
-    pub fn correct(&mut self, start: &[Vec3], forces: &[Vec3], solves: usize) -> Result<Correction> {
+    /// and the handles of [`Solver::set_handles`], which are to be where they hold their vertices and do so with a force of about `held`.
+    pub fn correct(&mut self, start: &[Vec3], forces: &[Vec3], held: f64, solves: usize) -> Result<Correction> {
         self.check_fields(&[("start", start), ("forces", forces)])?;
         self.place(start);
         self.origin.copy_from_slice(&self.x);
@@ -33,7 +33,7 @@ impl Solver {
         let potential = Potential { shell, origin, load: forces, step: None, handles };
         potential.gradient(x, force);
         let before = free_norm(shell, force);
-        let scale = free_norm(shell, forces).max(f64::MIN_POSITIVE);
+        let scale = free_norm(shell, forces).hypot(held).max(f64::MIN_POSITIVE);
         let end = newton.minimize(
             &potential,
             x,

@@ -90,7 +90,10 @@ impl Solver {
         self.place(start);
         let mut path = LoadPath::new(self, forces, options);
         while path.done < 1.0 {
-            path.advance(self, forces, options, watch)?;
+            if let Err(error) = path.advance(self, forces, options, watch) {
+                self.x.copy_from_slice(&self.origin);
+                return Err(error);
+            }
         }
         if !self.handles.is_empty() {
             let Self { shell, origin, x, handles, .. } = &*self;
@@ -99,15 +102,24 @@ impl Solver {
             self.conclude(&gradient);
         }
         let mut displacement = start.to_vec();
-        for v in self.shell.free.iter().map(|&v| v as usize) {
-            displacement[v] = self.x[v] - self.shell.mesh.positions[v];
-        }
+        self.shell.free.iter().for_each(|&v| displacement[v as usize] = self.displacement(v as usize));
         Ok(Equilibrium {
             displacement,
             residual: path.residual,
             iterations: path.iterations,
             increments: path.increments,
         })
+    }
+}
+
+impl Solver {
+    /// Where the last [`Solver::equilibrium`] ended (n_vertices): when it failed, under the part of the load that was balanced.
+    pub fn reached(&self) -> Vec<Vec3> {
+        (0..self.x.len()).map(|v| self.displacement(v)).collect()
+    }
+
+    fn displacement(&self, v: usize) -> Vec3 {
+        self.x[v] - self.shell.mesh.positions[v]
     }
 }
 

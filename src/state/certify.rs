@@ -19,7 +19,11 @@ use crate::{Error, ErrorKind, Result, Shell, Vec3};
 use nalgebra::UnitQuaternion;
 
 /// Newton steps at most. `cargo test --release --test certificate -- --nocapture` shows what estimates they give.
-const SOLVES: usize = 20;
+const SOLVES: usize = 60;
+
+/// A state that misses more than this share of a hard handle's way is where no equilibrium with the handle was found, and its estimate of
+/// some other: then the paper's method goes on if it comes nearer to the handle.
+const LOST: f64 = 0.5;
 
 /// A method is outside what it was made for when it gets more than this share of the displacement wrong: what the warp does by its own
 /// error at [`super::ROTATION_RANGE`].
@@ -34,7 +38,7 @@ pub struct Certificate {
     pub max_error: f64,
     /// The vertex that has it.
     pub vertex: usize,
-    /// ‖r‖/‖F − M a‖ over the vertices that move, along what constraints leave free.
+    /// ‖r‖ over the vertices that move, along what constraints leave free, relative to F − M a with the constraints' forces.
     pub residual: f64,
     /// The same where the steps ended.
     pub remaining: f64,
@@ -73,10 +77,12 @@ impl State {
             |solver| {
                 let handles = self.handles(&u);
                 solver.set_handles(*self.frame.pose.rotation.inverse().to_rotation_matrix().matrix(), handles, &u)?;
-                let found = solver.correct(&u, &force, SOLVES)?;
+                let grips = self.grips().iter().map(|(_, [pull, _])| pull.norm_squared()).sum::<f64>().sqrt();
+                let found = solver.correct(&u, &force, grips, SOLVES)?;
                 let end: Vec<Vec3> =
                     shell.mesh.positions.iter().zip(&u).zip(&found.way).map(|((x, u), d)| x + u + d).collect();
-                let load = shell.free.iter().map(|&v| force[v as usize].norm_squared()).sum::<f64>().sqrt();
+                let load =
+                    shell.free.iter().map(|&v| force[v as usize].norm_squared()).sum::<f64>().sqrt().hypot(grips);
                 let [residual, remaining] = found.force.map(|left| ratio(left, load));
                 let certificate = Certificate { residual, remaining, ..self.off(&found.way, &end) };
                 let Certificate { error, max_error, .. } = certificate;
@@ -129,7 +135,7 @@ impl State {
             None => (own.map(|(own, _)| own), other.map(|(other, _)| other)),
         };
         match (own, other) {
-            (Ok(own), Ok(other)) if self.fault(&own) <= warp.fault(&other) => Ok(own),
+            (Ok(own), Ok(other)) if self.is_better(&own, (&warp, &other)) => Ok(own),
             (_, Ok(other)) => {
                 *self = warp;
                 Ok(other)
@@ -186,11 +192,21 @@ impl State {
         standing
     }
 
-    /// The estimate, or what a hard handle misses of its way where that is more: the estimate leaves handles where they hold the shell.
-    fn fault(&self, certificate: &Certificate) -> f64 {
+    /// Whether this state, with what it gets wrong, is no further from the full shell than the warp.
+    fn is_better(&self, own: &Certificate, (warp, other): (&State, &Certificate)) -> bool {
+        // The estimate leaves handles where they hold the shell.
+        let [missed, missed_by_warp] = [self.missed(), warp.missed()];
+        if missed > LOST && missed_by_warp < missed {
+            return false;
+        }
+        own.error.max(missed) <= other.error.max(missed_by_warp)
+    }
+
+    /// The largest share of its way that a hard handle's vertex is short of.
+    fn missed(&self) -> f64 {
         let held: Vec<&Constraint> = self.constraints().map(|(c, _)| c).filter(|c| c.compliance == 0.0).collect();
         if held.is_empty() {
-            return certificate.error;
+            return 0.0;
         }
         let mut place = vec![Vec3::zeros(); self.model.shell.mass.len()];
         self.positions(Space::World, |v, x| place[v] = x);
@@ -201,7 +217,7 @@ impl State {
             let along = |d: Vec3| (0..3).filter(|a| c.axes[*a]).map(|a| d[a] * d[a]).sum::<f64>().sqrt();
             along(target - place[c.vertex as usize]) / along(target - rest).max(f64::MIN_POSITIVE)
         };
-        held.into_iter().map(missed).fold(certificate.error, f64::max)
+        held.into_iter().map(missed).fold(0.0, f64::max)
     }
 
     /// F − M a, and u (n_vertices each, frame axes).
