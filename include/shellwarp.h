@@ -176,7 +176,7 @@
 // to twice that of SW_METHOD_WARP.
 #define SW_METHOD_WARP_VIRTUAL_WORK 5
 
-// The full nonlinear energy on a few displacement fields, u = B q, by BDF2 and Newton's method, of a model precomputed with
+// The full nonlinear energy on a few displacement fields, u = B q, by BDF2opt and Newton's method, of a model precomputed with
 // reduced_fields: a fraction of the warp's error, without its limit of rotation, at a step's cost that hardly grows with the mesh.
 // No amplitudes; damping by the stiffness of the present shape. The integrator is its own.
 #define SW_METHOD_REDUCED_SHELL 6

@@ -1,7 +1,7 @@
 //! The saved form of a state: magic, version, model fingerprint, number of unknowns, then little-endian doubles (time, frame
 //! pose and velocities, constraint work, unknowns, their rates), then a checksum of all before it. The unknowns are the modal
 //! amplitudes, or three displacements per vertex of a nonlinear shell, or, of a reduced shell, the amplitudes now and before the
-//! last step with its length (its rates end with a 0). Loads, damping, constraints and the pose asked for next
+//! last two steps with their lengths (its rates end with zeros). Loads, damping, constraints and the pose asked for next
 //! are inputs and not saved.
 
 use super::reduced::Motion;
@@ -29,7 +29,7 @@ impl State {
         match &self.dynamics {
             Dynamics::Modal(modal) => modal.q.len(),
             Dynamics::Nodal(nodal) => 3 * nodal.u.len(),
-            Dynamics::Reduced(reduced) => 2 * reduced.motion.q.len() + 1,
+            Dynamics::Reduced(reduced) => 3 * reduced.motion.q.len() + 2,
         }
     }
 
@@ -69,9 +69,9 @@ impl State {
             }
             Dynamics::Reduced(reduced) => {
                 push(&reduced.constraint_work);
-                let Motion { q, q_dot, before: [q_before, q_dot_before], last_step } = &reduced.motion;
-                q.iter().chain(q_before).chain([last_step]).for_each(&mut push);
-                q_dot.iter().chain(q_dot_before).chain([&0.0]).for_each(push);
+                let Motion { q, q_dot, before: [last, earlier], last_steps } = &reduced.motion;
+                q.iter().chain(&last[0]).chain(&earlier[0]).chain(last_steps).for_each(&mut push);
+                q_dot.iter().chain(&last[1]).chain(&earlier[1]).chain(&[0.0; 2]).for_each(push);
             }
         }
         bytes.extend(xxh3_64(&bytes).to_le_bytes());
@@ -107,13 +107,12 @@ impl State {
             }
             Dynamics::Reduced(reduced) => {
                 reduced.constraint_work = numbers[14];
-                let Motion { q, q_dot, before: [q_before, q_dot_before], last_step } = &mut reduced.motion;
+                let Motion { q, q_dot, before: [[q_1, q_dot_1], [q_2, q_dot_2]], last_steps } = &mut reduced.motion;
                 let n = q.len();
-                q.copy_from_slice(&unknowns[..n]);
-                q_before.copy_from_slice(&unknowns[n..2 * n]);
-                *last_step = unknowns[2 * n];
-                q_dot.copy_from_slice(&rates[..n]);
-                q_dot_before.copy_from_slice(&rates[n..2 * n]);
+                for (numbers, parts) in [(unknowns, [q, q_1, q_2]), (rates, [q_dot, q_dot_1, q_dot_2])] {
+                    parts.into_iter().zip(numbers.chunks_exact(n)).for_each(|(part, from)| part.copy_from_slice(from));
+                }
+                last_steps.copy_from_slice(&unknowns[3 * n..]);
             }
         }
         Ok(())
