@@ -7,7 +7,7 @@ use shellwarp::model::{Model, Options, Precision};
 use shellwarp::state::{Damping, Method, Space, State};
 use shellwarp::step::Integrator;
 use shellwarp::support::Pose;
-use shellwarp::{ErrorKind, Material, Mesh, Shell, Supports, Vec3, reduced};
+use shellwarp::{ErrorKind, Material, Shell, Supports, Vec3, reduced};
 use std::sync::{Arc, OnceLock};
 
 /// With 36 fields that are the modes' derivatives.
@@ -24,27 +24,6 @@ fn vee() -> &'static Arc<Model> {
 
 fn state(model: &Arc<Model>, method: Method) -> State {
     State::new(model.clone(), method, Integrator::Exact).unwrap()
-}
-
-/// ‖u − v‖_M/‖v‖_M.
-fn error(model: &Model, u: &[Vec3], v: &[Vec3]) -> f64 {
-    let norm = |f: &dyn Fn(usize) -> Vec3| -> f64 {
-        model.shell.mass.iter().enumerate().map(|(i, m)| m * f(i).norm_squared()).sum::<f64>().sqrt()
-    };
-    norm(&|i| u[i] - v[i]) / norm(&|i| v[i])
-}
-
-/// A curved leaf of 472 vertices, held at its stem.
-fn leaf() -> Shell {
-    let (mut positions, triangles) = equilateral_sheet(30, 14, 0.05);
-    for x in &mut positions {
-        let (s, width) = (x.x, 0.35 + 0.65 * (std::f64::consts::PI * x.x / 1.5).sin().max(0.0));
-        let y = width * (x.y - 0.303);
-        *x = Vec3::new(s, y, 0.25 * s * (1.5 - s) + 0.8 * y * y);
-    }
-    let fixed = (0..positions.len() as u32).filter(|&v| positions[v as usize].x < 0.06).collect();
-    let material = Material { k_area: 1e4, k_length: 1e4, k_bend: 0.1, area_density: 1.0 };
-    Shell::new(Mesh::new(positions, &triangles).unwrap(), material, &Supports { fixed, clamped: vec![] }).unwrap()
 }
 
 /// The character's hat, held at a quarter of its height from the top; its brim hangs.
@@ -78,7 +57,7 @@ fn estimates_tell_the_true_error_on_beams_a_leaf_and_a_hat() {
     let scale = |direction: Vec3, sizes: &[f64]| sizes.iter().map(|g| direction * *g).collect::<Vec<_>>();
     let oblique = Vec3::new(0.0, 0.6, -0.8);
     let flat = model(Arc::new(reference("flat_beam").0));
-    let (leaf, hat) = (model(Arc::new(leaf())), hat());
+    let (leaf, hat) = (model(Arc::new(leaf(1))), hat());
     let cases = [
         ("flat beam", &flat, scale(-Vec3::z(), &[0.1, 0.4, 0.8])),
         ("V-beam", vee(), [scale(-Vec3::z(), &[3.0, 5.0]), scale(oblique, &[3.0, 5.0, 7.0])].concat()),
@@ -105,7 +84,7 @@ fn estimates_tell_the_true_error_on_beams_a_leaf_and_a_hat() {
                 let Ok(state) = at_rest(method) else { continue };
                 let found = state.certify().unwrap();
                 let u = displacements(&state);
-                let truth = error(model, &u, &exact);
+                let truth = mass_error(&model.shell, &u, &exact);
                 let gap = u.iter().zip(&exact).map(|(u, v)| (u - v).norm()).fold(0.0, f64::max);
                 let ratio = found.error / truth;
                 println!(
@@ -166,7 +145,7 @@ fn an_estimate_holds_handles_forces_and_the_frame_as_the_state_does() {
             [Method::ReducedShell, Method::VirtualWorkWarp, Method::RotationStrain, Method::LinearModalAnalysis]
         {
             let state = make(method, compliance);
-            let (found, truth) = (state.certify().unwrap(), error(model, &displacements(&state), &exact));
+            let (found, truth) = (state.certify().unwrap(), mass_error(&model.shell, &displacements(&state), &exact));
             println!("{method:?}, compliance {compliance}: true {truth:.4}, {found:?}");
             assert_close("error", found.error, truth, 0.05, 0.0);
         }
@@ -194,7 +173,7 @@ fn where_nothing_but_a_handle_acts_residuals_are_relative_to_its_force() {
         let exact = displacements(&led(Method::ImplicitShell));
         for method in [Method::ReducedShell, Method::Warp] {
             let state = led(method);
-            let (found, truth) = (state.certify().unwrap(), error(model, &displacements(&state), &exact));
+            let (found, truth) = (state.certify().unwrap(), mass_error(&model.shell, &displacements(&state), &exact));
             println!("{v} {axis} {share} {method:?}: true {truth:.4}, {found:?}");
             assert_close("error", found.error, truth, 0.05, 0.0);
             assert!(found.residual > 1.0 && found.residual < 1e5 && found.remaining <= 1e-6, "{found:?}");
@@ -242,7 +221,7 @@ fn a_model_that_hangs_is_exact_under_its_gravity_and_tells_its_error_under_anoth
             state.positions(Space::Frame, |v, x| u.push(x - rest[v]));
             u
         };
-        (state.certify().unwrap().error, error(&model, &place(&state), &place(&exact)))
+        (state.certify().unwrap().error, mass_error(&model.shell, &place(&state), &place(&exact)))
     };
     assert!(told(1.0).0 < 1e-6, "{:?}", told(1.0)); // the precompute's equilibrium is good to 1e-8 of the load
     let (found, truth) = told(0.8);
@@ -294,7 +273,7 @@ fn a_state_that_moves_goes_on_by_another_method_from_nearly_the_same_pose() {
             let (u, before) = (displacements(&state), state.report());
             state.set_method(to).unwrap();
             assert_eq!(state.method(), to);
-            let (jump, after) = (error(vee(), &displacements(&state), &u), state.report());
+            let (jump, after) = (mass_error(&vee().shell, &displacements(&state), &u), state.report());
             let energy = after.kinetic_energy / before.kinetic_energy;
             println!("{from:?} to {to:?}: jumps by {jump:.1e} of the displacement, kinetic energy times {energy:.4}");
             // The full shell takes any pose. Fields take what they span of the V-beam's, modes the pose without the second order.
@@ -308,7 +287,7 @@ fn a_state_that_moves_goes_on_by_another_method_from_nearly_the_same_pose() {
             (0..2).for_each(|_| [&mut state, &mut other].into_iter().for_each(|s| s.step(1.0 / 60.0).unwrap()));
             state.equilibrium().unwrap();
             other.equilibrium().unwrap();
-            let apart = error(vee(), &displacements(&state), &displacements(&other));
+            let apart = mass_error(&vee().shell, &displacements(&state), &displacements(&other));
             assert!(apart < 1e-3, "{from:?} to {to:?}: {apart} apart at rest"); // one equilibrium, to the tolerance of settling
         }
     }
@@ -320,7 +299,7 @@ fn there_and_back_a_reduced_shell_is_where_it_was() {
     let u = displacements(&state);
     state.set_method(Method::ImplicitShell).unwrap();
     state.set_method(Method::ReducedShell).unwrap();
-    let apart = error(vee(), &displacements(&state), &u);
+    let apart = mass_error(&vee().shell, &displacements(&state), &u);
     assert!(apart < 1e-9, "{apart}"); // BᵀMB = I
 }
 
@@ -372,7 +351,7 @@ fn a_state_falls_back_to_the_paper_where_that_is_nearer_to_the_full_shell() {
                 state.equilibrium().map(|_| state).unwrap()
             };
             let exact = displacements(&at_rest(Method::ImplicitShell));
-            let of = |state: &State| error(model, &displacements(state), &exact);
+            let of = |state: &State| mass_error(&model.shell, &displacements(state), &exact);
             let paper = of(&at_rest(Method::Warp));
             for method in [Method::ReducedShell, Method::LinearModalAnalysis] {
                 let mut state = at_rest(method);
@@ -388,7 +367,7 @@ fn a_state_falls_back_to_the_paper_where_that_is_nearer_to_the_full_shell() {
                     fell += 1
                 }
                 state.step(1.0 / 30.0).unwrap();
-                let moved = error(model, &displacements(&state), &exact);
+                let moved = mass_error(&model.shell, &displacements(&state), &exact);
                 assert!((moved - own.min(paper)).abs() < 1e-3, "it does not stay where it was: {moved}");
             }
         }
@@ -423,7 +402,7 @@ fn falling_back_keeps_handles_that_the_modes_would_miss_and_what_already_is_the_
 /// estimate is 0; the warp's is more than 1.
 #[test]
 fn where_a_state_is_far_from_its_handle_the_paper_goes_on_that_comes_nearer() {
-    let model = model(Arc::new(leaf()));
+    let model = model(Arc::new(leaf(1)));
     let mut state = state(&model, Method::ReducedShell);
     state.set_constraint(pulled(&model, 471, (0, 0.5))).unwrap();
     assert_eq!((state.certify().unwrap().error, displacements(&state)[471].x), (0.0, 0.0));

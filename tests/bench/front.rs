@@ -14,24 +14,18 @@ mod common;
 mod scenes;
 
 use cases::{Case, apply, displacements, state};
+use common::mass_error;
 use nalgebra::DMatrix;
 use scenes::{Part, Scene};
 use shellwarp::model::{Model, Options};
 use shellwarp::reduced::{self, AnyFields, ReducedShell};
 use shellwarp::state::{Method, State};
-use shellwarp::{Shell, Vec3};
+use shellwarp::Vec3;
 use std::sync::Arc;
 use std::time::Instant;
 
 /// Up to rounding and the tolerance of equilibria.
 const SAME: f64 = 1.0001;
-
-fn error(shell: &Shell, u: &[Vec3], exact: &[Vec3]) -> f64 {
-    let norm = |f: &dyn Fn(usize) -> Vec3| -> f64 {
-        (0..exact.len()).map(|v| shell.mass[v] * f(v).norm_squared()).sum::<f64>().sqrt()
-    };
-    norm(&|v| u[v] - exact[v]) / norm(&|v| exact[v])
-}
 
 /// The best that fields can do.
 fn projection(model: &Model, exact: &[Vec3]) -> f64 {
@@ -42,7 +36,7 @@ fn projection(model: &Model, exact: &[Vec3]) -> f64 {
         (0..fields.n).map(|k| (0..exact.len()).map(|v| mass[v] * fields.at(k, v).dot(&exact[v])).sum()).collect();
     let mut u = vec![Vec3::zeros(); exact.len()];
     fields.displacements(&q, |v, x| u[v] = x);
-    error(&model.shell, &u, exact)
+    mass_error(&model.shell, &u, exact)
 }
 
 /// Under the load of a case, whether it comes to rest or not.
@@ -55,7 +49,7 @@ fn loaded(scene: &Scene, model: &Arc<Model>, method: Method, case: &Case) -> Opt
 }
 
 fn off(scene: &Scene, state: &State, case: &Case) -> f64 {
-    error(&scene.shell, &displacements(state, &scene.shell.mesh.positions), &case.exact)
+    mass_error(&scene.shell, &displacements(state, &scene.shell.mesh.positions), &case.exact)
 }
 
 /// A model without its stress fields: the membrane's own energy on the same fields and elements.

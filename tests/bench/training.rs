@@ -8,7 +8,7 @@
 mod common;
 mod docs;
 
-use common::{displacements, equilateral_sheet, mesh};
+use common::{displacements, leaf, mass_error, mesh};
 use shellwarp::model::{Model, Options};
 use shellwarp::modes::Phase;
 use shellwarp::state::{Method, State};
@@ -22,18 +22,6 @@ const FIELDS: usize = 40;
 fn held(mesh: Mesh, material: Material, keep: impl Fn(&Vec3) -> bool) -> Arc<Shell> {
     let fixed = (0..mesh.positions.len() as u32).filter(|&v| keep(&mesh.positions[v as usize])).collect();
     Arc::new(Shell::new(mesh, material, &Supports { fixed, clamped: vec![] }).unwrap())
-}
-
-/// The leaf of docs/front.md with edges `fine` times as short.
-fn leaf(fine: usize) -> Arc<Shell> {
-    let (mut positions, triangles) = equilateral_sheet(30 * fine, 14 * fine, 0.05 / fine as f64);
-    for x in &mut positions {
-        let width = 0.35 + 0.65 * (std::f64::consts::PI * x.x / 1.5).sin().max(0.0);
-        let y = width * (x.y - 0.303);
-        *x = Vec3::new(x.x, y, 0.25 * x.x * (1.5 - x.x) + 0.8 * y * y);
-    }
-    let material = Material { k_area: 1e4, k_length: 1e4, k_bend: 0.1, area_density: 1.0 };
-    held(Mesh::new(positions, &triangles).unwrap(), material, |x| x.x < 0.06)
 }
 
 /// That of tests/scenes/dinosaur.toml.
@@ -60,14 +48,6 @@ fn precompute(shell: &Arc<Shell>, poses: usize) -> (Arc<Model>, Seconds) {
     });
     seconds.0[part] += last.elapsed().as_secs_f64();
     (Arc::new(model.unwrap()), seconds)
-}
-
-/// ‖u − v‖_M/‖v‖_M.
-fn error(shell: &Shell, u: &[Vec3], v: &[Vec3]) -> f64 {
-    let norm = |f: &dyn Fn(usize) -> Vec3| -> f64 {
-        shell.mass.iter().enumerate().map(|(i, m)| m * f(i).norm_squared()).sum::<f64>().sqrt()
-    };
-    norm(&|i| u[i] - v[i]) / norm(&|i| v[i])
 }
 
 /// At rest under `gravity`, if it gets there.
@@ -110,7 +90,7 @@ fn main() {
         docs::load()
     );
     let oblique = Vec3::new(0.35, -0.6, -0.72).normalize();
-    let mut shells: Vec<(&str, Arc<Shell>)> = [1, 2, 3, 4].map(|fine| ("leaf", leaf(fine))).to_vec();
+    let mut shells: Vec<(&str, Arc<Shell>)> = [1, 2, 3, 4].map(|fine| ("leaf", Arc::new(leaf(fine)))).to_vec();
     shells.push(("dinosaur", dinosaur()));
     for (name, shell) in &shells {
         let poses = reduced::default_poses(shell.mass.len());
@@ -118,7 +98,7 @@ fn main() {
         let exact = fifth(&model, oblique);
         let of = |model: &Arc<Model>, method: Method| {
             let Some((gravity, exact)) = &exact else { return "no reference".to_owned() };
-            percent(at_rest(model, method, *gravity).map(|u| error(shell, &u, exact)))
+            percent(at_rest(model, method, *gravity).map(|u| mass_error(shell, &u, exact)))
         };
         let [modes, derivatives, training, fields, samples] = seconds.0;
         let row = format!(

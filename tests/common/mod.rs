@@ -97,6 +97,27 @@ pub fn equilateral_sheet(nx: usize, ny: usize, edge: f64) -> (Vec<Vec3>, Vec<[u3
     (positions, triangles)
 }
 
+/// A pointed leaf, arched along and across, held at its stem: 472 vertices, or edges `fine` times as short.
+pub fn leaf(fine: usize) -> Shell {
+    let (mut positions, triangles) = equilateral_sheet(30 * fine, 14 * fine, 0.05 / fine as f64);
+    for x in &mut positions {
+        let (s, width) = (x.x, 0.35 + 0.65 * (std::f64::consts::PI * x.x / 1.5).sin().max(0.0));
+        let y = width * (x.y - 0.303);
+        *x = Vec3::new(s, y, 0.25 * s * (1.5 - s) + 0.8 * y * y);
+    }
+    let fixed = (0..positions.len() as u32).filter(|&v| positions[v as usize].x < 0.06).collect();
+    let material = Material { k_area: 1e4, k_length: 1e4, k_bend: 0.1, area_density: 1.0 };
+    Shell::new(Mesh::new(positions, &triangles).unwrap(), material, &Supports { fixed, clamped: vec![] }).unwrap()
+}
+
+/// ‖u − v‖_M/‖v‖_M.
+pub fn mass_error(shell: &Shell, u: &[Vec3], v: &[Vec3]) -> f64 {
+    let norm = |f: &dyn Fn(usize) -> Vec3| -> f64 {
+        shell.mass.iter().enumerate().map(|(i, m)| m * f(i).norm_squared()).sum::<f64>().sqrt()
+    };
+    norm(&|i| u[i] - v[i]) / norm(&|i| v[i])
+}
+
 /// The tolerance helper: |actual − expected| ≤ relative · max(|expected|, scale).
 #[track_caller]
 pub fn assert_close(what: &str, actual: f64, expected: f64, relative: f64, scale: f64) {
