@@ -17,10 +17,10 @@ use cases::{Case, apply, displacements, state};
 use common::mass_error;
 use nalgebra::DMatrix;
 use scenes::{Part, Scene};
+use shellwarp::Vec3;
 use shellwarp::model::{Model, Options};
 use shellwarp::reduced::{self, AnyFields, ReducedShell};
 use shellwarp::state::{Method, State};
-use shellwarp::Vec3;
 use std::sync::Arc;
 use std::time::Instant;
 
