@@ -99,6 +99,11 @@ impl Scale {
     }
 }
 
+/// Of a plot's width and height, what the legend of a front takes in the lower left corner, which is made free of the front by decades
+/// below it; and how many there are in all, at most.
+const LEGEND: (f64, f64) = (0.38, 0.52);
+const MOST_DECADES: f64 = 8.0;
+
 type Chart<'a, 'b> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
 
 impl Plot<'_> {
@@ -113,7 +118,12 @@ impl Plot<'_> {
         let root = SVGBackend::with_string(text, self.size).into_drawing_area();
         root.fill(&WHITE)?;
         let all = || self.series.iter().flat_map(|s| &s.points);
-        let (x, y) = (self.x.1.range(all().map(|p| p.0)), self.y.1.range(all().map(|p| p.1)));
+        let (x, mut y) = (self.x.1.range(all().map(|p| p.0)), self.y.1.range(all().map(|p| p.1)));
+        let share = |range: &Range<f64>, place: f64| (place - range.start) / (range.end - range.start);
+        let covered = |y: &Range<f64>, p: (f64, f64)| share(&x, p.0) < LEGEND.0 && share(y, p.1) < LEGEND.1;
+        while y.end - y.start < MOST_DECADES && self.marks.front.iter().any(|p| covered(&y, self.at(*p))) {
+            y.start -= 1.0;
+        }
         let labels = (self.x.1.labels(&x), self.y.1.labels(&y));
         let mut chart = ChartBuilder::on(&root)
             .margin(12)
