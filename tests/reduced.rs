@@ -32,11 +32,6 @@ fn at_rest(model: &Arc<Model>, method: Method, gravity: Vec3) -> Vec<Vec3> {
     displacements(&state)
 }
 
-fn error(u: &[Vec3], exact: &[Vec3]) -> f64 {
-    let norm = |u: &mut dyn Iterator<Item = Vec3>| u.map(|u| u.norm_squared()).sum::<f64>().sqrt();
-    norm(&mut u.iter().zip(exact).map(|(u, v)| u - v)) / norm(&mut exact.iter().copied())
-}
-
 const DOWN: Vec3 = Vec3::new(0.0, 0.0, -1.0);
 const OBLIQUE: Vec3 = Vec3::new(0.0, 0.6, -0.8);
 

@@ -46,11 +46,6 @@ fn at_rest(model: &Arc<Model>, method: Method, gravity: Vec3) -> Vec<Vec3> {
     displacements(&state)
 }
 
-fn error(u: &[Vec3], exact: &[Vec3]) -> f64 {
-    let square = |u: &mut dyn Iterator<Item = Vec3>| u.map(|u| u.norm_squared()).sum::<f64>();
-    (square(&mut u.iter().zip(exact).map(|(u, v)| u - v)) / square(&mut exact.iter().copied())).sqrt()
-}
-
 /// Amplitudes whose rotations add up to `reach`, with shares as equal energies give.
 fn amplitudes(model: &Model, rng: &mut StdRng, reach: f64) -> Vec<f64> {
     let softest = model.eigenvalues.iter().copied().find(|lambda| *lambda > 0.0).unwrap();

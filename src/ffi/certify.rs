@@ -75,9 +75,10 @@ fn told(mut out: SwCertificate, found: &Certificate, method: Method) -> SwCertif
 
 /// Goes on by SW_METHOD_WARP, the paper's method, where that is nearer to the full nonlinear shell: where its estimate by
 /// sw_state_certify, or what its hard handles miss of their way, is less than the state's own, or where the state misses more than half
-/// of a hard handle's way and the warp less. A state without velocities, as after sw_state_equilibrium, found or not, is set
-/// against the warp's own equilibrium under the same loads, one that moves against the warp at the nearest pose, as by sw_state_set_method. `certificate`, initialised by sw_certificate_init, is of the method that goes on, which
-/// it names. SW_METHOD_WARP and the nonlinear shells are only certified.
+/// of a hard handle's way and the warp less. A state without velocities, as after sw_state_equilibrium, found or not, is set against the
+/// warp's own equilibrium under the same loads, one that moves against the warp at the nearest pose, as by sw_state_set_method.
+/// `certificate`, initialised by sw_certificate_init, is of the method that goes on, which it names. SW_METHOD_WARP and the nonlinear
+/// shells are only certified.
 ///
 /// Takes as long as two of sw_state_certify. Where the two estimates of a state without velocities lead to different equilibria, as of a
 /// shell that buckles or snaps through, that may decide between them, and no hard handle leads it; or where one is wanting: both are

@@ -110,10 +110,9 @@ impl Solver {
             increments: path.increments,
         })
     }
-}
 
-impl Solver {
-    /// Where the last [`Solver::equilibrium`] ended (n_vertices): when it failed, under the part of the load that was balanced.
+    /// Displacements (n_vertices) where the last [`Solver::equilibrium`] ended: when it failed, under the part of the load that was
+    /// balanced.
     pub fn reached(&self) -> Vec<Vec3> {
         (0..self.x.len()).map(|v| self.displacement(v)).collect()
     }

@@ -1,7 +1,7 @@
 //! Motion of the reduced discrete shell by backward differences (Curtiss, Hirschfelder 1952): q̇⁺ is the slope at the end of the step of
 //! the polynomial through q⁺ and what was before, and q̈⁺ the same of q̇. Of steps that are alike it is 0.52 of the parabola's, BDF2, and 0.48
 //! of the cubic's, BDF3 (BDF2opt of Vatsa, Carpenter, Lockard 2010): still stable for all that does not grow by itself, with half of BDF2's
-//! error and a twentieth of its damping of slow swings; what the step does not resolve is damped. Where the last two steps were not alike
+//! error and a twenty-fifth of its damping of slow swings; what the step does not resolve is damped. Where the last two steps were not alike
 //! it is BDF2; the first step, and one that is more than twice the last, is backward Euler's.
 //!
 //! The end of a step is the minimum of a potential, found by Newton's method ([`crate::reduced::Newton`]) from q + h q̇ or, where the
@@ -218,7 +218,7 @@ impl Reduced {
     /// Bytes held.
     pub fn bytes(&self) -> usize {
         let (n, rows) = (self.next.len(), self.rows.len());
-        8 * (2 * n * n + 15 * n + rows * (2 * n + rows + 4))
+        8 * (2 * n * n + 17 * n + rows * (2 * n + rows + 4))
     }
 
     /// Whether positions and energies are numbers that can be told.

@@ -13,21 +13,18 @@ use shellwarp::model::{Model, Options};
 use shellwarp::modes::Phase;
 use shellwarp::state::{Method, State};
 use shellwarp::step::Integrator;
-use shellwarp::{Material, Mesh, Shell, Supports, Vec3, reduced};
+use shellwarp::{Material, Shell, Supports, Vec3, reduced};
 use std::sync::Arc;
 use std::time::Instant;
 
 const FIELDS: usize = 40;
 
-fn held(mesh: Mesh, material: Material, keep: impl Fn(&Vec3) -> bool) -> Arc<Shell> {
-    let fixed = (0..mesh.positions.len() as u32).filter(|&v| keep(&mesh.positions[v as usize])).collect();
-    Arc::new(Shell::new(mesh, material, &Supports { fixed, clamped: vec![] }).unwrap())
-}
-
 /// That of tests/scenes/dinosaur.toml.
-fn dinosaur() -> Arc<Shell> {
+fn dinosaur() -> Shell {
+    let mesh = mesh("dinosaur.obj");
     let material = Material { k_area: 1e6, k_length: 1e6, k_bend: 1e4, area_density: 0.5 };
-    held(mesh("dinosaur.obj"), material, |x| x.y < 0.02)
+    let fixed = (0..mesh.positions.len() as u32).filter(|&v| mesh.positions[v as usize].y < 0.02).collect();
+    Shell::new(mesh, material, &Supports { fixed, clamped: vec![] }).unwrap()
 }
 
 /// Seconds of modes, of the modes' derivatives, of training, of what else the fields take, and of the samples.
@@ -91,7 +88,7 @@ fn main() {
     );
     let oblique = Vec3::new(0.35, -0.6, -0.72).normalize();
     let mut shells: Vec<(&str, Arc<Shell>)> = [1, 2, 3, 4].map(|fine| ("leaf", Arc::new(leaf(fine)))).to_vec();
-    shells.push(("dinosaur", dinosaur()));
+    shells.push(("dinosaur", Arc::new(dinosaur())));
     for (name, shell) in &shells {
         let poses = reduced::default_poses(shell.mass.len());
         let (model, seconds) = precompute(shell, poses);

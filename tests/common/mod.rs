@@ -110,6 +110,12 @@ pub fn leaf(fine: usize) -> Shell {
     Shell::new(Mesh::new(positions, &triangles).unwrap(), material, &Supports { fixed, clamped: vec![] }).unwrap()
 }
 
+/// ‖u − exact‖/‖exact‖, every vertex alike.
+pub fn error(u: &[Vec3], exact: &[Vec3]) -> f64 {
+    let square = |u: &mut dyn Iterator<Item = Vec3>| u.map(|u| u.norm_squared()).sum::<f64>();
+    (square(&mut u.iter().zip(exact).map(|(u, v)| u - v)) / square(&mut exact.iter().copied())).sqrt()
+}
+
 /// ‖u − v‖_M/‖v‖_M.
 pub fn mass_error(shell: &Shell, u: &[Vec3], v: &[Vec3]) -> f64 {
     let norm = |f: &dyn Fn(usize) -> Vec3| -> f64 {
