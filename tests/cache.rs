@@ -5,7 +5,7 @@ use common::*;
 use nalgebra::UnitQuaternion;
 use shellwarp::constraint::{Constraint, Target};
 use shellwarp::model::{Model, Options, Precision};
-use shellwarp::reduced;
+use shellwarp::reduced::{self, Assumed, ReducedShell};
 use shellwarp::state::{Method, Space, State};
 use shellwarp::step::Integrator;
 use shellwarp::support::{Motion, Pose};
@@ -386,7 +386,7 @@ fn forged_reduced_shells_are_refused_by_name() {
     let (elements, weights) = (content + 16, content + 16 + 4 * samples);
     let correction = weights + 8 * samples;
     let stresses = correction + 8 * 16;
-    let fields = stresses + 8 * reduced.stresses.len();
+    let fields = stresses + 8 * reduced.assumed.stresses.len();
     let held = model.shell.held.iter().position(|held| *held).unwrap();
     let f = |x: f64| x.to_le_bytes().to_vec();
     let u = |x: u32| x.to_le_bytes().to_vec();
@@ -410,6 +410,25 @@ fn forged_reduced_shells_are_refused_by_name() {
     for (what, at, patch, named) in cases {
         let message = refused(&patched(&bytes, at, &patch), what);
         assert!(message.contains(named), "{what}: {message}");
+    }
+}
+
+#[test]
+fn the_membranes_own_share_is_saved_and_checked() {
+    let mut model = small_reduced_model(Precision::F64);
+    let (plain, of) = (model.save().unwrap(), model.reduced.take().unwrap());
+    let (assumed, correction) = (Assumed { own_share: 0.2, ..of.assumed }, of.energy.correction().clone());
+    let mut reduced = ReducedShell::assemble(&model.shell, of.fields, of.samples, assumed, correction).unwrap();
+    reduced.fit = of.fit;
+    model.reduced = Some(reduced);
+    let bytes = model.save().unwrap();
+    assert_eq!(bytes.len(), plain.len() + 8);
+    let loaded = Model::load(&bytes).unwrap();
+    assert_eq!(loaded.reduced.as_ref().unwrap().assumed, model.reduced.as_ref().unwrap().assumed);
+    assert_eq!(loaded.save().unwrap(), bytes);
+    for share in [0.0, 1.0, -0.2, f64::NAN] {
+        let message = refused(&patched(&bytes, bytes.len() - 16, &share.to_le_bytes()), "share");
+        assert!(message.contains("the membrane's own share is"), "{message}");
     }
 }
 

@@ -8,7 +8,7 @@
 //!
 //!   E_membrane = ½ (1 − α) |Sᵀε|² + ½ α |ε|²,
 //!
-//! with a small α against motions that no stress field resists. On samples of weight w, Sᵀε is Σ w S_e ε_e.
+//! with a small share α against motions that no stress field resists, the smaller the less the membrane carries. On samples of weight w, Sᵀε is Σ w S_e ε_e.
 //!
 //! Models saved before samples were weighed by the modes' rest stiffness add ½ qᵀDq on the modes, what their samples left of it; D = 0
 //! since: where the shell is bent far a constant matrix is not what was left out, and if negative it buckles the shell.
@@ -42,6 +42,8 @@ pub struct ReducedEnergy {
     /// √w S at these, a row of `n_stresses` each (a multiple of [`products::WIDTH`]; none: the plain energy).
     stresses: Vec<f64>,
     n_stresses: usize,
+    /// α, 1 without stress fields.
+    own_share: f64,
     /// Coordinates, and numbers in a row.
     n: usize,
     stride: usize,
@@ -74,9 +76,6 @@ pub struct Scratch {
     product: Vec<f64>,
     square: Vec<f64>,
 }
-
-/// α, by the validation loads of docs/front.md.
-const LEAST_MEMBRANE: f64 = 0.003;
 
 impl ReducedEnergy {
     /// On the elements with a weight other than 0 (in the order of the shell's rest rows); `fields` are the columns of B.
@@ -117,6 +116,7 @@ impl ReducedEnergy {
             membrane,
             stresses: vec![],
             n_stresses: 0,
+            own_share: 1.0,
             n,
             stride,
             correction: DMatrix::zeros(0, 0),
@@ -134,9 +134,10 @@ impl ReducedEnergy {
         &self.correction
     }
 
-    /// Sets S, of which `of(e)` is the row of the membrane's element that is e-th among the elements here, of weight `weights[e]`.
-    pub fn assume<'a>(&mut self, weights: &[f64], of: impl Fn(usize) -> &'a [f64]) {
+    /// Sets S and α. Of S, `of(e)` is the row of the membrane's element that is e-th among the elements here, of weight `weights[e]`.
+    pub fn assume<'a>(&mut self, weights: &[f64], of: impl Fn(usize) -> &'a [f64], own_share: f64) {
         self.n_stresses = if self.membrane == 0 { 0 } else { of(0).len().next_multiple_of(products::WIDTH) };
+        self.own_share = if self.n_stresses == 0 { 1.0 } else { own_share };
         self.stresses = vec![0.0; self.membrane * self.n_stresses];
         for (e, row) in self.stresses.chunks_exact_mut(self.n_stresses.max(1)).enumerate() {
             row.iter_mut().zip(of(e)).for_each(|(out, s)| *out = weights[e].sqrt() * s);
@@ -153,9 +154,9 @@ impl ReducedEnergy {
         self.n_stresses
     }
 
-    /// α, or 1 without stress fields.
-    fn own_share(&self) -> f64 {
-        if self.n_stresses == 0 { 1.0 } else { LEAST_MEMBRANE }
+    /// α.
+    pub fn own_share(&self) -> f64 {
+        self.own_share
     }
 
     /// √w S at an element of the membrane.
@@ -183,7 +184,7 @@ impl ReducedEnergy {
 
     /// σ and Sᵀε of strains; returns their energy.
     fn resist(&self, strain: &[f64], stress: &mut [f64], resultants: &mut [f64]) -> f64 {
-        let own = self.own_share();
+        let own = self.own_share;
         resultants.fill(0.0);
         stress.copy_from_slice(strain);
         self.arch.dispatch(|| {
@@ -278,7 +279,7 @@ impl ReducedEnergy {
         self.place(q, scratch);
         let Scratch { x, blocks, strain_rows, stress, product, square, lines, coupling, .. } = scratch;
         let (mut at, mut e) = (0, 0);
-        let own = self.own_share();
+        let own = self.own_share;
         self.energy.visit_stress_hessian(x, stress, curvature, &mut |(vertices, element)| {
             let (k, row) = (vertices.len(), &strain_rows[e]);
             let share = if e < self.membrane { own } else { 1.0 };
@@ -310,7 +311,7 @@ impl ReducedEnergy {
         square.fill(0.0);
         self.add_coupling(strain_rows, lines, coupling, square);
         self.project_rows(0..self.elements.len(), strain_rows, lines);
-        let own = self.own_share().sqrt();
+        let own = self.own_share.sqrt();
         lines[..self.membrane * self.stride].iter_mut().for_each(|x| *x *= own);
         self.add_square(lines, square);
         self.unpack(square, out);
@@ -346,7 +347,7 @@ impl ReducedEnergy {
             lower: false,
             out: coupling,
         });
-        let root = (1.0 - self.own_share()).sqrt();
+        let root = (1.0 - self.own_share).sqrt();
         coupling.iter_mut().for_each(|c| *c *= root);
         self.add_square(coupling, square);
     }

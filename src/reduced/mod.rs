@@ -74,7 +74,10 @@ const MOST_ELEMENTS: usize = 16;
 /// Stress fields of modes bent far and of poses, as a share of the fields: by the validation loads of docs/front.md. With more the membrane
 /// locks; with fewer, what no other stress field holds is soft.
 const STRESSES: f64 = 0.3;
-/// Equilibria that a choice takes, at least.
+/// What α is chosen between, where bending carries the loads and where the membrane does; by the validation loads of docs/front.md.
+const OWN_SHARES: [f64; 2] = [LEAST_SHARE, 0.2];
+const LEAST_SHARE: f64 = 0.003;
+/// Equilibria that the choice takes, at least.
 const LEAST_TRIED: usize = 5;
 /// Loads of any frame that stress fields are whole for, and with them the most stress fields: those of the modes and these beside others.
 const FRAME_LOADS: usize = 12;
@@ -108,8 +111,8 @@ pub struct ReducedShell {
     pub energy: ReducedEnergy,
     /// Weights of the sampled elements, by their number among the rest rows.
     pub samples: Vec<(u32, f64)>,
-    /// S at the samples of the membrane (stresses × these).
-    pub stresses: DMatrix<f64>,
+    /// S at the samples of the membrane, and α.
+    pub assumed: Assumed,
     /// Σ m b: the force of a uniform acceleration, a number a field.
     weight: [Vec<f64>; 3],
     /// P_ab, b by a.
@@ -155,15 +158,14 @@ impl ReducedShell {
         let trained = scene.train(shell, (options.poses, time), &mut |share| report(progress, 0.1 + 0.4 * share))?;
         let made = Made { shell, modes, derivatives, responses: scene.responses(shell)?, bent: scene.bent(modes) };
         let poses: Vec<&[Vec3]> = trained.iter().map(|pose| &pose.displacement[..]).collect();
-        let locks = scene.locks(&made, &trained, options.fields, &mut |share| report(progress, 0.5 + 0.1 * share))?;
-        let stresses = if locks { made.stresses(&poses, options.fields)? } else { DMatrix::zeros(0, 0) };
+        let mut watch = |share| report(progress, 0.5 + 0.1 * share);
+        let own_share = scene.own_share(&made, &trained, options.fields, &mut watch)?;
+        let assumed = Assumed { stresses: made.stresses(&poses, options.fields)?, own_share };
         let fields = stored(shell, &made.basis(&poses, options.fields)?, precision)?;
         let columns = unpacked(shell, &fields);
         let whole = vec![1.0; shell.energy.n_elements()];
         let mut all = ReducedEnergy::new(shell, &columns, &whole);
-        if locks {
-            all.assume(&whole, |e| row(&stresses, e));
-        }
+        assumed.set(&mut all, &whole, 1);
         let mut stiffness = DMatrix::zeros(all.n(), all.n());
         all.hessian(&vec![0.0; all.n()], Curvature::Exact, &mut all.scratch(), &mut stiffness);
         report(progress, 0.6)?;
@@ -172,15 +174,14 @@ impl ReducedShell {
         } else {
             let count = if options.elements > 0 { options.elements } else { MOST_ELEMENTS * columns.len() };
             let tolerance = if options.elements > 0 { 0.0 } else { TOLERANCE };
-            let poses = scene.poses(shell, &stresses, &columns, &mut |share| report(progress, 0.6 + 0.1 * share))?;
+            let poses = scene.poses(shell, &assumed, &columns, &mut |share| report(progress, 0.6 + 0.1 * share))?;
             let mut watch = |share| report(progress, 0.7 + 0.2 * share);
             sampling::sample(shell, &all, (&stiffness, modes.shapes.len()), (&poses, count, tolerance), &mut watch)?
         };
         let samples: Vec<(u32, f64)> = (0u32..).zip(weights).filter(|(_, w)| *w > 0.0).collect();
-        let sampled: Vec<usize> = samples.iter().map(|s| s.0 as usize).filter(|e| *e < stresses.ncols()).collect();
-        let stresses = stresses.select_columns(&sampled);
         let m = modes.shapes.len();
-        let mut reduced = Self::assemble(shell, fields, samples, stresses, DMatrix::zeros(m, m))?;
+        let assumed = assumed.at(&samples);
+        let mut reduced = Self::assemble(shell, fields, samples, assumed, DMatrix::zeros(m, m))?;
         reduced.fit = residual;
         report(progress, 1.0)?;
         Ok(reduced)
@@ -191,7 +192,7 @@ impl ReducedShell {
         shell: &Shell,
         fields: AnyFields,
         samples: Vec<(u32, f64)>,
-        stresses: DMatrix<f64>,
+        assumed: Assumed,
         correction: DMatrix<f64>,
     ) -> Result<Self> {
         let proof = Proof::of(Feature::ReducedShell)?;
@@ -200,9 +201,7 @@ impl ReducedShell {
         samples.iter().for_each(|&(e, w)| weights[e as usize] = w);
         let mut energy = ReducedEnergy::new(shell, &columns, &weights);
         let sampled: Vec<f64> = samples.iter().map(|s| s.1).collect();
-        if stresses.nrows() > 0 {
-            energy.assume(&sampled, |e| row(&stresses, e));
-        }
+        assumed.set(&mut energy, &sampled, 1);
         energy.correct(correction);
         let n = columns.len();
         let (mass, rest) = (&shell.mass, &shell.mesh.positions);
@@ -219,7 +218,7 @@ impl ReducedShell {
                 DMatrix::from_fn(n, n, |i, j| product[(i, j)])
             })
         });
-        Ok(Self { fields, energy, samples, stresses, weight, moment, inertia, fit: 0.0, _proof: proof })
+        Ok(Self { fields, energy, samples, assumed, weight, moment, inertia, fit: 0.0, _proof: proof })
     }
 
     /// Modes and further fields.
@@ -284,10 +283,35 @@ fn unpacked(shell: &Shell, fields: &AnyFields) -> Vec<Vec<Vec3>> {
     with_fields!(fields, fields => (0..fields.n).map(|k| (0..n).map(|v| fields.at(k, v)).collect()).collect())
 }
 
-/// Of S, the row of an element.
-fn row(stresses: &DMatrix<f64>, element: usize) -> &[f64] {
-    let t = stresses.nrows();
-    &stresses.as_slice()[element * t..(element + 1) * t]
+/// How the membrane counts.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Assumed {
+    /// S (stresses × elements); none for the plain energy.
+    pub stresses: DMatrix<f64>,
+    /// α.
+    pub own_share: f64,
+}
+
+impl Assumed {
+    /// The membrane's own energy.
+    pub fn none() -> Self {
+        Self { stresses: DMatrix::zeros(0, 0), own_share: 1.0 }
+    }
+
+    /// To an energy on every so many-th of these elements, of these weights.
+    fn set(&self, energy: &mut ReducedEnergy, weights: &[f64], every: usize) {
+        let (t, numbers) = (self.stresses.nrows(), self.stresses.as_slice());
+        if t > 0 {
+            energy.assume(weights, |e| &numbers[e * every * t..][..t], self.own_share);
+        }
+    }
+
+    /// On the samples among the membrane's elements.
+    fn at(&self, samples: &[(u32, f64)]) -> Self {
+        let elements: Vec<usize> = samples.iter().map(|s| s.0 as usize).collect();
+        let sampled: Vec<usize> = elements.into_iter().filter(|e| *e < self.stresses.ncols()).collect();
+        Self { stresses: self.stresses.select_columns(&sampled), ..*self }
+    }
 }
 
 /// What fields and stress fields are made of, beside poses.
@@ -486,34 +510,37 @@ impl Scene {
         Ok(found)
     }
 
-    /// Whether the membrane's own energy is further from equilibria that fields only nearly hold than stress fields are: from those under
-    /// gravity and pressure, on fields and stress fields of pulls alone. It locks where bending carries the loads; where the membrane
-    /// does, as in a closed trouser leg, stress fields are soft instead. True where there are too few equilibria to tell.
-    fn locks(
+    /// α, of [`OWN_SHARES`]: that with which fields and stress fields of pulls alone come nearest to the equilibria under gravity and
+    /// pressure, which they only nearly hold. Where bending carries the loads the membrane locks unless its share is least; where the
+    /// membrane does, as in a closed trouser leg, stress fields alone are soft. The least where there are too few equilibria to tell.
+    fn own_share(
         &self,
         made: &Made,
         trained: &[Pose],
         fields: usize,
         watch: &mut dyn FnMut(f64) -> Result<()>,
-    ) -> Result<bool> {
+    ) -> Result<f64> {
         let (shell, loads) = (made.shell, self.loads(made.shell));
         let full_strength = loads.len() / 2;
         let (tried, of): (Vec<&Pose>, Vec<&Pose>) =
             trained.iter().partition(|pose| pose.load % full_strength < DISTRIBUTED);
         let tried: Vec<&Pose> = tried.into_iter().filter(|pose| pose.whole && pose.load < full_strength).collect();
         if tried.len() < LEAST_TRIED || of.len() < LEAST_TRIED {
-            return Ok(true);
+            return Ok(LEAST_SHARE);
         }
         let of: Vec<&[Vec3]> = of.into_iter().map(|pose| &pose.displacement[..]).collect();
         let basis = made.basis(&of, fields)?;
         let columns: Vec<Vec<Vec3>> = (0..basis.ncols()).map(|k| basis::unscaled(shell, basis.col(k))).collect();
+        let mut assumed = Assumed { stresses: made.stresses(&of, fields)?, own_share: LEAST_SHARE };
         let size = |q: &[f64]| q.iter().map(|q| q * q).sum::<f64>().sqrt();
-        let mut error = |stresses: &DMatrix<f64>, from: f64| -> Result<f64> {
-            let energy = thinned(shell, &columns, stresses);
+        let mut best = (f64::INFINITY, LEAST_SHARE);
+        for (s, own_share) in OWN_SHARES.into_iter().enumerate() {
+            assumed.own_share = own_share;
+            let energy = thinned(shell, &columns, &assumed);
             let mut newton = Newton::new(&energy);
             let mut errors = vec![];
             for (k, Pose { load, displacement: u, .. }) in tried.iter().enumerate() {
-                watch(from + 0.5 * k as f64 / tried.len() as f64)?;
+                watch((s as f64 + k as f64 / tried.len() as f64) / OWN_SHARES.len() as f64)?;
                 let momentum: Vec<Vec3> = u.iter().zip(&shell.mass).map(|(u, m)| u * *m).collect();
                 let exact = sampling::project(&columns, &momentum);
                 let (mut q, force) = (exact.clone(), sampling::project(&columns, &loads[*load]));
@@ -522,20 +549,23 @@ impl Scene {
                 errors.push(size(&way) / size(&exact).max(f64::MIN_POSITIVE));
             }
             errors.sort_by(f64::total_cmp);
-            Ok(errors[errors.len() / 2])
-        };
-        Ok(error(&made.stresses(&of, fields)?, 0.0)? <= error(&DMatrix::zeros(0, 0), 0.5)?)
+            let median = errors[errors.len() / 2];
+            if median < best.0 {
+                best = (median, own_share);
+            }
+        }
+        Ok(best.1)
     }
 
     /// Reduced equilibria for sampling to look at.
     fn poses(
         &self,
         shell: &Shell,
-        stresses: &DMatrix<f64>,
+        assumed: &Assumed,
         columns: &[Vec<Vec3>],
         watch: &mut dyn FnMut(f64) -> Result<()>,
     ) -> Result<Vec<Vec<f64>>> {
-        let all = &thinned(shell, columns, stresses);
+        let all = &thinned(shell, columns, assumed);
         let loads = self.loads(shell);
         let full_strength = loads.len() / 2;
         let mut newton = Newton::new(all);
@@ -552,14 +582,13 @@ impl Scene {
 }
 
 /// The energy on all elements, of a large mesh on an even choice: what is found with it need not be exact.
-fn thinned(shell: &Shell, columns: &[Vec<Vec3>], stresses: &DMatrix<f64>) -> ReducedEnergy {
+fn thinned(shell: &Shell, columns: &[Vec<Vec3>], assumed: &Assumed) -> ReducedEnergy {
     let n_elements = shell.energy.n_elements();
     let every = n_elements.div_ceil(POSE_ELEMENTS);
     let weights: Vec<f64> = (0..n_elements).map(|e| if e % every == 0 { every as f64 } else { 0.0 }).collect();
     let mut all = ReducedEnergy::new(shell, columns, &weights);
-    if stresses.nrows() > 0 {
-        all.assume(&vec![every as f64; all.n_elements()], |e| row(stresses, e * every));
-    }
+    let weights = vec![every as f64; all.n_elements()];
+    assumed.set(&mut all, &weights, every);
     all
 }
 

@@ -11,8 +11,9 @@
 //! | D, by column | m² × f64 |
 //! | S at the membrane's samples, by sample | pt × f64 |
 //! | B√M by vertex, then field | 3nf × f64, or f32 unless the basis is of f64 |
+//! | α, unless it is 0.003 or t is 0 | f64 |
 
-use super::{AnyFields, Fields, MAX_FIELDS, MAX_STRESSES, ReducedShell, with_fields};
+use super::{AnyFields, Assumed, Fields, LEAST_SHARE, MAX_FIELDS, MAX_STRESSES, ReducedShell, with_fields};
 use crate::features::Feature;
 use crate::model::Precision;
 use crate::real::Real;
@@ -42,22 +43,30 @@ impl ReducedShell {
             AnyFields::F64(_) => Precision::F64,
         };
         let modes = self.energy.correction().nrows();
-        size([n_vertices, modes, self.n(), self.samples.len(), self.stresses.len()], precision) as usize
+        let counts = [n_vertices, modes, self.n(), self.samples.len(), self.assumed.stresses.len()];
+        size(counts, precision) as usize + if self.saves_share() { 8 } else { 0 }
+    }
+
+    fn saves_share(&self) -> bool {
+        self.assumed.stresses.nrows() > 0 && self.assumed.own_share != LEAST_SHARE
     }
 
     /// Appends the content of the section.
     pub fn save(&self, n_vertices: usize, out: &mut Vec<u8>) {
-        [self.n(), self.stresses.nrows()].iter().for_each(|count| out.extend((*count as u16).to_le_bytes()));
+        [self.n(), self.assumed.stresses.nrows()].iter().for_each(|count| out.extend((*count as u16).to_le_bytes()));
         out.extend((self.samples.len() as u32).to_le_bytes());
         self.fit.put(out);
         self.samples.iter().for_each(|(element, _)| out.extend(element.to_le_bytes()));
         self.samples.iter().for_each(|(_, weight)| weight.put(out));
-        self.energy.correction().iter().chain(self.stresses.iter()).for_each(|x| x.put(out));
+        self.energy.correction().iter().chain(self.assumed.stresses.iter()).for_each(|x| x.put(out));
         with_fields!(&self.fields, fields => {
             for v in 0..n_vertices {
                 (0..fields.n).for_each(|k| fields.stored(k, v).iter().for_each(|x| x.put(out)));
             }
         });
+        if self.saves_share() {
+            self.assumed.own_share.put(out);
+        }
     }
 
     /// What [`ReducedShell::save`] wrote, for a shell whose basis has `modes` in `precision`. Samples are elements with positive weights,
@@ -72,11 +81,12 @@ impl ReducedShell {
         if n < modes || n > MAX_FIELDS || t > MAX_STRESSES {
             return invalid(format!("a reduced shell of {n} fields, {t} stresses and {modes} modes is out of range"));
         }
+        let with_share = if t > 0 { 8 } else { 0 };
         let misfit = |stresses: usize| {
             let expected = size([shell.mass.len(), modes, n, samples, stresses], precision);
             let sizes = format!("{n} fields and {samples} elements: {expected}");
             let message = format!("{} bytes are not those of a reduced shell of {sizes}", content.len());
-            (content.len() as u128 != expected).then_some(message)
+            (![expected, expected + with_share].contains(&(content.len() as u128))).then_some(message)
         };
         let Some((elements, rest)) = rest.split_at_checked(4 * samples) else {
             return invalid(misfit(0).unwrap_or_default());
@@ -89,7 +99,10 @@ impl ReducedShell {
         }
         let (weights, rest) = rest.split_at(8 * samples);
         let (correction, rest) = rest.split_at(8 * modes * modes);
-        let (stresses, fields) = rest.split_at(8 * t * membrane);
+        let (stresses, rest) = rest.split_at(8 * t * membrane);
+        let expected = size([shell.mass.len(), modes, n, samples, t * membrane], precision) as usize;
+        let (fields, share) = rest.split_at(rest.len() - (content.len() - expected));
+        let own_share = if share.is_empty() { LEAST_SHARE } else { f64::get(share) };
         let stresses = DMatrix::from_vec(t, membrane, stresses.chunks_exact(8).map(f64::get).collect());
         let numbers = |bytes: &[u8]| bytes.chunks_exact(8).map(f64::get).collect::<Vec<_>>();
         let (weights, correction) = (numbers(weights), DMatrix::from_vec(modes, modes, numbers(correction)));
@@ -107,12 +120,16 @@ impl ReducedShell {
         if !stresses.iter().all(|x| x.abs() <= 1.0 + NORM_ERROR) {
             return invalid("a stress field of its membrane is not normed");
         }
+        if !(own_share > 0.0 && own_share < 1.0) {
+            return invalid(format!("the membrane's own share is {own_share}: it is more than 0 and less than 1"));
+        }
         let fields = match precision {
             Precision::F64 if Feature::F64Basis.is_built_in() => AnyFields::F64(load_fields(shell, n, fields)?),
             _ => AnyFields::F32(load_fields(shell, n, fields)?),
         };
         let samples = elements.into_iter().zip(weights).collect();
-        Ok(Self { fit, ..Self::assemble(shell, fields, samples, stresses, correction)? })
+        let assumed = if t > 0 { Assumed { stresses, own_share } } else { Assumed::none() };
+        Ok(Self { fit, ..Self::assemble(shell, fields, samples, assumed, correction)? })
     }
 }
 

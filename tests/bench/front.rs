@@ -13,13 +13,13 @@ mod common;
 #[path = "front/scenes.rs"]
 mod scenes;
 
-use cases::{Case, apply, displacements, state};
+use cases::{Case, displacements, loaded};
 use common::mass_error;
 use nalgebra::DMatrix;
 use scenes::{Part, Scene};
 use shellwarp::Vec3;
 use shellwarp::model::{Model, Options};
-use shellwarp::reduced::{self, AnyFields, ReducedShell};
+use shellwarp::reduced::{self, AnyFields, Assumed, ReducedShell};
 use shellwarp::state::{Method, State};
 use std::sync::Arc;
 use std::time::Instant;
@@ -39,15 +39,6 @@ fn projection(model: &Model, exact: &[Vec3]) -> f64 {
     mass_error(&model.shell, &u, exact)
 }
 
-/// Under the load of a case, whether it comes to rest or not.
-fn loaded(scene: &Scene, model: &Arc<Model>, method: Method, case: &Case) -> Option<(State, bool)> {
-    let rest = &scene.shell.mesh.positions;
-    let mut state = state(model, method).ok()?;
-    apply(&mut state, &scene.loads(case.part == Part::Fresh)[case.load].action, case.strength, rest).ok()?;
-    let found = state.equilibrium().is_ok();
-    Some((state, found))
-}
-
 fn off(scene: &Scene, state: &State, case: &Case) -> f64 {
     mass_error(&scene.shell, &displacements(state, &scene.shell.mesh.positions), &case.exact)
 }
@@ -55,9 +46,9 @@ fn off(scene: &Scene, state: &State, case: &Case) -> f64 {
 /// A model without its stress fields: the membrane's own energy on the same fields and elements.
 fn without_stress_fields(mut model: Model) -> Model {
     if let Some(of) = model.reduced.take() {
-        let none = DMatrix::zeros(0, 0);
         let modes = model.n_modes();
-        let plain = ReducedShell::assemble(&model.shell, of.fields, of.samples, none, DMatrix::zeros(modes, modes));
+        let plain =
+            ReducedShell::assemble(&model.shell, of.fields, of.samples, Assumed::none(), DMatrix::zeros(modes, modes));
         model.reduced = Some(plain.unwrap());
     }
     model
@@ -86,7 +77,8 @@ fn verdict(scene: &Scene, cases: &[Case], paper: &[f64], model: &Arc<Model>, met
 
 /// Prints a row of the table for each scene: a column for each ingredient.
 fn ablate(scene: &Scene, cases: Vec<Case>) {
-    let cases: Vec<Case> = cases.into_iter().filter(|case| case.part != Part::Validation).collect();
+    let counts = |case: &Case| case.part != Part::Validation && case.is_confirmed();
+    let cases: Vec<Case> = cases.into_iter().filter(counts).collect();
     let every = usize::MAX;
     let precomputed = |fields: usize, elements: usize, poses: usize| {
         let reduced = reduced::Options { fields, elements, poses, ..Default::default() };
@@ -163,15 +155,18 @@ fn main() {
                     at_rest.filter(|(_, found)| *found).map_or(f64::INFINITY, |(state, _)| off(&scene, &state, case))
                 };
                 let warp = of(&models[0], Method::Warp);
-                print!("{:<22} {:.2} {:.3}: paper {warp:.3} |", case.name, case.aim, case.moved);
+                let mark = if case.is_confirmed() { "" } else { "unconfirmed " };
+                print!("{mark}{:<22} {:.2} {:.3}: paper {warp:.3} |", case.name, case.aim, case.moved);
                 for ((model, ratios), fallen) in models.iter().zip(&mut ratios).zip(&mut fallen) {
                     let own = of(model, Method::ReducedShell);
-                    ratios.push((own / warp, own));
+                    if case.is_confirmed() {
+                        ratios.push((own / warp, own));
+                    }
                     print!(" {own:.4} ({:.4})", projection(model, &case.exact));
                     let Some((mut state, _)) = loaded(&scene, model, Method::ReducedShell, case) else { continue };
                     let estimate = state.fall_back();
                     let (stays, after) = (state.method() == Method::ReducedShell, off(&scene, &state, case));
-                    *fallen += usize::from(after > SAME * warp);
+                    *fallen += usize::from(after > SAME * warp && case.is_confirmed());
                     let (estimate, remaining) = estimate.map_or((f64::NAN, f64::NAN), |c| (c.error, c.remaining));
                     print!(
                         " [{} {after:.4}, estimate {estimate:.4}, left {remaining:.0e}]",

@@ -1,5 +1,6 @@
 //! Equilibria of the full shell: the truth that methods are measured against, kept in out/front between runs.
 
+use crate::common::mass_error;
 use crate::scenes::{Action, Load, Part, Scene};
 use shellwarp::constraint::{Constraint, Target};
 use shellwarp::model::{Model, Options};
@@ -12,29 +13,45 @@ use std::sync::Arc;
 
 /// Largest displacements aimed at, in model sizes.
 pub const AIMS: [f64; 3] = [0.1, 0.2, 0.5];
+/// Numbers of a case before its displacements: its load's, its aim, its strength, and how far ways end apart.
+const HEAD: usize = 4;
 /// A load is scaled until it comes as near as this factor, or so often.
 const NEAR: f64 = 1.2;
 const TRIALS: usize = 5;
+/// Parts of the way from one strength to the next by which the load grows a second time.
+const FINER: usize = 8;
+/// Of the displacement, what the finer way may change. Past a bifurcation that a step of the load jumps over, it changes all of it, and the
+/// full shell itself has no answer that methods could be measured against.
+const CONFIRMED: f64 = 0.01;
 
 pub struct Case {
     pub name: &'static str,
     pub part: Part,
     pub aim: f64,
-    /// Of the load of strength 1.
-    pub strength: f64,
+    /// Of the load of strength 1, after those of the aims before it: a load grows by these.
+    pub strengths: Vec<f64>,
     /// Largest displacement, in model sizes.
     pub moved: f64,
     /// Place of the load in the scene's list.
     pub load: usize,
     pub exact: Vec<Vec3>,
+    /// How far from it the full shell ends by the finer way, a relative error.
+    apart: f64,
 }
 
-pub fn state(model: &Arc<Model>, method: Method) -> Result<State> {
+impl Case {
+    /// Whether the full shell has one answer.
+    pub fn is_confirmed(&self) -> bool {
+        self.apart <= CONFIRMED
+    }
+}
+
+fn state(model: &Arc<Model>, method: Method) -> Result<State> {
     State::new(model.clone(), method, Integrator::Exact)
 }
 
 /// Sets a load at a strength.
-pub fn apply(state: &mut State, action: &Action, strength: f64, rest: &[Vec3]) -> Result<()> {
+fn apply(state: &mut State, action: &Action, strength: f64, rest: &[Vec3]) -> Result<()> {
     match action {
         Action::Forces(forces) => {
             let scaled = forces.iter().map(|f| strength * f);
@@ -47,6 +64,19 @@ pub fn apply(state: &mut State, action: &Action, strength: f64, rest: &[Vec3]) -
             state.set_constraint(Constraint { id: 1, vertex: v as u32, axes, compliance: 0.0, target })
         }
     }
+}
+
+/// Under the load of a case as it grows, each strength from the equilibrium of the one before; and whether the last has one.
+pub fn loaded(scene: &Scene, model: &Arc<Model>, method: Method, case: &Case) -> Option<(State, bool)> {
+    let rest = &scene.shell.mesh.positions;
+    let loads = scene.loads(case.part == Part::Fresh);
+    let mut state = state(model, method).ok()?;
+    let mut found = true;
+    for strength in &case.strengths {
+        apply(&mut state, &loads[case.load].action, *strength, rest).ok()?;
+        found = state.equilibrium().is_ok();
+    }
+    Some((state, found))
 }
 
 /// Displacements from `rest`.
@@ -73,13 +103,26 @@ fn of_list(scene: &Scene, loads: &[Load]) -> Vec<Case> {
         std::fs::write(&path, bytes).unwrap();
     }
     let (size, n) = (scene.shell.mesh.size, scene.shell.mass.len());
+    let mut strengths: Vec<f64> = vec![];
     let read = |row: &[f64]| {
         let load = &loads[row[0] as usize];
-        let exact: Vec<Vec3> = row[3..].chunks_exact(3).map(|c| Vec3::new(c[0], c[1], c[2])).collect();
-        let moved = exact.iter().map(|u| u.norm()).fold(0.0, f64::max) / size;
-        Case { name: load.name, part: load.part, aim: row[1], strength: row[2], moved, load: row[0] as usize, exact }
+        if row[1] == AIMS[0] {
+            strengths.clear();
+        }
+        strengths.push(row[2]);
+        let exact: Vec<Vec3> = row[HEAD..].chunks_exact(3).map(|c| Vec3::new(c[0], c[1], c[2])).collect();
+        Case {
+            name: load.name,
+            part: load.part,
+            aim: row[1],
+            strengths: strengths.clone(),
+            moved: largest(&exact) / size,
+            load: row[0] as usize,
+            exact,
+            apart: row[3],
+        }
     };
-    numbers.chunks_exact(3 + 3 * n).map(read).collect()
+    numbers.chunks_exact(HEAD + 3 * n).map(read).collect()
 }
 
 /// Named by all that the equilibria follow from.
@@ -97,10 +140,11 @@ fn cache(scene: &Scene, loads: &[Load]) -> PathBuf {
     let m = &scene.shell.material;
     add(&Vec3::new(m.k_area, m.k_length, m.k_bend));
     (0..scene.shell.held.len()).filter(|v| scene.shell.held[*v]).for_each(|v| add(&Vec3::repeat(v as f64)));
-    PathBuf::from(format!("out/front/{}_{:016x}.bin", scene.key, hasher.finish()))
+    PathBuf::from(format!("out/front/{}_grown_twice_{:016x}.bin", scene.key, hasher.finish()))
 }
 
-/// Follows each load as it grows: its number, aim, strength, and the displacements.
+/// Follows each load as it grows: its number, aim, strength, how far apart ways end, and the displacements. Trials of a strength all start from the aim before: past a
+/// snap a shell does not come back by the way it went.
 fn solve(scene: &Scene, loads: &[Load], numbers: &mut Vec<f64>) {
     let shell = &scene.shell;
     let options = Options { modes: 1, ..Options::default() };
@@ -108,44 +152,53 @@ fn solve(scene: &Scene, loads: &[Load], numbers: &mut Vec<f64>) {
     let rest = &shell.mesh.positions;
     let size = shell.mesh.size;
     for (l, load) in loads.iter().enumerate() {
-        let mut state = state(&model, Method::ImplicitShell).unwrap();
-        let mut at = |strength: f64| -> Option<(f64, Vec<Vec3>)> {
+        let grown = |from: &State, strength: f64| -> Option<(State, Vec<Vec3>)> {
+            let mut state = from.try_clone().ok()?;
             apply(&mut state, &load.action, strength, rest).ok()?;
             state.equilibrium().ok()?;
             let u = displacements(&state, rest);
-            Some((u.iter().map(|u| u.norm()).fold(0.0, f64::max) / size, u))
+            Some((state, u))
         };
-        if let Action::Handle(..) = load.action {
-            for aim in AIMS {
-                let Some((_, u)) = at(aim * size) else { break };
-                numbers.extend([l as f64, aim, aim * size]);
-                numbers.extend(u.iter().flat_map(|u| u.iter().copied()));
-            }
-            continue;
-        }
+        let mut state = state(&model, Method::ImplicitShell).unwrap();
+        let (mut finer, mut before) = (state.try_clone().ok().map(|state| (state, vec![])), 0.0);
         // What a tiny load does gives the first strength.
-        let tiny = 1e-3 * shell.material.k_bend / size;
-        let Some((moved, _)) = at(tiny) else { continue };
-        let (mut last, mut power) = ((tiny, moved), 1.0);
+        let tiny = match load.action {
+            Action::Handle(..) => 1e-3 * size,
+            Action::Forces(_) => 1e-3 * shell.material.k_bend / size,
+        };
+        let Some((_, u)) = grown(&state, tiny) else { continue };
+        let (mut last, mut power) = ((tiny, largest(&u) / size), 1.0);
         for aim in AIMS {
-            let mut best: Option<(f64, f64, Vec<Vec3>)> = None;
+            let mut best: Option<(f64, f64, State, Vec<Vec3>)> = None;
             for _ in 0..TRIALS {
-                let strength = last.0 * (aim / last.1).powf(1.0 / power);
-                let Some((moved, u)) = at(strength) else { break };
+                let strength = match load.action {
+                    Action::Handle(..) => aim * size,
+                    Action::Forces(_) => last.0 * (aim / last.1).powf(1.0 / power),
+                };
+                let Some((state, u)) = grown(&state, strength) else { break };
+                let moved = largest(&u) / size;
                 let slope = (moved / last.1).ln() / (strength / last.0).ln();
                 power = if slope.is_finite() { slope.clamp(0.35, 2.0) } else { power };
                 last = (strength, moved);
                 let off = (moved / aim).ln().abs();
                 if best.as_ref().is_none_or(|(known, ..)| off < *known) {
-                    best = Some((off, strength, u));
+                    best = Some((off, strength, state, u));
                 }
-                if off < NEAR.ln() {
+                if off < NEAR.ln() || matches!(load.action, Action::Handle(..)) {
                     break;
                 }
             }
-            let Some((_, strength, u)) = best else { break };
-            numbers.extend([l as f64, aim, strength]);
+            let Some((_, strength, found, u)) = best else { break };
+            let part = |k: usize| before + (strength - before) * k as f64 / FINER as f64;
+            finer = finer.and_then(|start| (1..=FINER).try_fold(start, |from, k| grown(&from.0, part(k))));
+            let apart = finer.as_ref().map_or(f64::INFINITY, |(_, other)| mass_error(shell, other, &u));
+            (state, before) = (found, strength);
+            numbers.extend([l as f64, aim, strength, apart]);
             numbers.extend(u.iter().flat_map(|u| u.iter().copied()));
         }
     }
+}
+
+fn largest(u: &[Vec3]) -> f64 {
+    u.iter().map(|u| u.norm()).fold(0.0, f64::max)
 }
