@@ -1,7 +1,11 @@
 //! What states estimate of their own error against the true one, and other methods for states that move.
 #![allow(missing_docs)]
 mod common;
+#[allow(dead_code)] // the bench uses more of it
+#[path = "bench/front/scenes.rs"]
+mod scenes;
 use common::*;
+use scenes::Action;
 use shellwarp::constraint::{Constraint, Target};
 use shellwarp::model::{Model, Options, Precision};
 use shellwarp::state::{Damping, Method, Space, State};
@@ -396,6 +400,37 @@ fn falling_back_keeps_handles_that_the_modes_would_miss_and_what_already_is_the_
         state.fall_back().unwrap();
         assert_eq!((state.method(), displacements(&state)), (method, u));
     }
+}
+
+/// A quarter of a cylinder led by a corner until it is inside out: the warp's estimate is of another equilibrium than the one that the
+/// handle's way leads to, and larger than the state's, though the warp is nearer to the latter.
+#[test]
+fn a_state_that_a_handle_leads_and_the_warp_are_set_against_the_equilibrium_that_its_way_leads_to() {
+    let scene = scenes::all().into_iter().find(|scene| scene.key == "cylinder").unwrap();
+    let load = scene.loads(true).into_iter().find(|load| load.name == "handle 5").unwrap();
+    let Action::Handle(v, direction) = load.action else { panic!("a handle") };
+    let reduced = reduced::Options { fields: 40, poses: reduced::MAX_POSES, ..Default::default() };
+    let options = Options { modes: 8, reduced, ..Options::default() };
+    let model = Arc::new(Model::precompute(scene.shell.clone(), &options, &mut |_, _| Ok(())).unwrap());
+    let led = |method: Method| {
+        let mut state = state(&model, method);
+        for share in [0.1, 0.2, 0.5] {
+            let target = Target::Position(scene.shell.mesh.positions[v] + share * scene.shell.mesh.size * direction);
+            let axes = std::array::from_fn(|a| direction[a] != 0.0);
+            state.set_constraint(Constraint { id: 1, vertex: v as u32, axes, compliance: 0.0, target }).unwrap();
+            state.equilibrium().unwrap();
+        }
+        state
+    };
+    let exact = displacements(&led(Method::ImplicitShell));
+    let of = |state: &State| mass_error(&scene.shell, &displacements(state), &exact);
+    let (mut own, paper) = (led(Method::ReducedShell), led(Method::Warp));
+    let before = of(&own);
+    let estimates = [&own, &paper].map(|state| state.certify().unwrap().error);
+    let found = own.fall_back().unwrap();
+    println!("{before:.4}, paper {:.4}; estimates {estimates:.4?}; then {:.4}, {found:?}", of(&paper), of(&own));
+    assert!(estimates[0] < estimates[1] && own.method() == Method::Warp && of(&own) < before);
+    assert_close("the error against its own way's end", found.error, of(&own), 0.01, 0.0);
 }
 
 /// A leaf pulled along its length, which it hardly can be: where no equilibrium is found, a state stays at rest as this one, where its

@@ -25,6 +25,9 @@ const SOLVES: usize = 60;
 /// some other: then the paper's method goes on if it comes nearer to the handle.
 const LOST: f64 = 0.5;
 
+/// Of the loads and the handles' forces, what is left at an equilibrium, at most.
+const BALANCED: f64 = 1e-3;
+
 /// A method is outside what it was made for when it gets more than this share of the displacement wrong: what the warp does by its own
 /// error at [`super::ROTATION_RANGE`].
 pub const LARGEST_ERROR: f64 = 0.2;
@@ -105,9 +108,10 @@ impl State {
 
     /// Goes on by the paper's warp where that is nearer to the full shell, as far as estimates and what handles miss tell; returns the
     /// estimate of the method that goes on. A state without velocities is set against the warp's own equilibrium, one that moves
-    /// against the warp at its pose. Where the estimates of the first are of different equilibria and no hard handle leads it, or one is
-    /// wanting, both are set against that which the full shell has from rest, which then takes as long as its static solution. Fails,
-    /// changing nothing, where neither has an estimate.
+    /// against the warp at its pose. Estimates may be of different equilibria. Of the first, where a hard handle leads it, both are set
+    /// against the equilibrium that its own estimate led to, as that depends on the way that it took; else, where they do not decide or
+    /// one is wanting, against that which the full shell has from rest, which takes as long as its static solution. Fails, changing
+    /// nothing, where neither has an estimate.
     pub fn fall_back(&mut self) -> Result<Certificate> {
         Feature::NonlinearShell.require()?;
         match self.method() {
@@ -129,7 +133,13 @@ impl State {
             Err(_) => return self.certify(),
         };
         let (own, other) = (self.estimate(), warp.estimate());
-        let known = if self.is_standing() && !self.is_clear(&own, &other) { self.path_from_rest().ok() } else { None };
+        let led = self.constraints().any(|(c, _)| c.compliance == 0.0);
+        let known = match &own {
+            _ if !self.is_standing() => None,
+            Ok((own, end)) if led => (own.remaining <= BALANCED).then(|| end.clone()),
+            own if self.is_clear(own, &other) => None,
+            _ => self.path_from_rest().ok(),
+        };
         let (own, other) = match known {
             Some(end) => (Ok(self.against(&end, &own)), Ok(warp.against(&end, &other))),
             None => (own.map(|(own, _)| own), other.map(|(other, _)| other)),
@@ -144,16 +154,14 @@ impl State {
         }
     }
 
-    /// Whether the estimates of this state and of the warp decide between them, wherever they led. Of one that hard handles lead they have
-    /// to: which equilibrium it is in depends on the way that they took.
+    /// Whether the estimates of this state and of the warp decide between them, wherever they led.
     fn is_clear(&self, own: &Estimate, other: &Estimate) -> bool {
         let (Ok((own, here)), Ok((other, there))) = (own, other) else { return false };
         let (shell, rest) = (&self.model.shell, self.slack());
         let size = |end: &[Vec3]| norm(shell, |v| end[v] - rest[v]);
         // An error against the other's end is within their distance of that against its own.
         let apart = norm(shell, |v| here[v] - there[v]);
-        let led = self.constraints().any(|(c, _)| c.compliance == 0.0);
-        led || 2.0 * apart <= (own.error * size(here) - other.error * size(there)).abs()
+        2.0 * apart <= (own.error * size(here) - other.error * size(there)).abs()
     }
 
     /// The shape of no energy (n_vertices).
