@@ -1194,8 +1194,9 @@ SwStatus sw_state_certify(const struct SwState *state,
 // Takes as long as two of sw_state_certify. The two estimates of a state without velocities may lead to different equilibria, as of a shell
 // that buckles or snaps through. Where a hard handle leads it, both are set against that of the state's own, which depends on the way that
 // it took. Else, where that may decide between them, or where one is wanting, both are set against the equilibrium of the full shell from
-// rest, and the certificate is of it; then it takes as long as sw_state_equilibrium of SW_METHOD_SHELL_IMPLICIT besides. Call it when a handle is let go or a pose is found, not in every step.
-// States saved before belong to the method that they were saved with. Allocates; on failure nothing has changed.
+// rest, and the certificate is of it; then it takes as long as sw_state_equilibrium of SW_METHOD_SHELL_IMPLICIT besides. Call it when a
+// handle is let go or a pose is found, not in every step. States saved before belong to the method that they were saved with. Allocates;
+// on failure nothing has changed.
 // Errors: as of sw_state_certify, SW_ERROR_NUMERICAL where neither method has an estimate.
 SwStatus sw_state_fall_back(struct SwState *state,
                             struct SwCertificate *certificate);

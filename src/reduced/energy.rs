@@ -8,7 +8,8 @@
 //!
 //!   E_membrane = ½ (1 − α) |Sᵀε|² + ½ α |ε|²,
 //!
-//! with a small share α against motions that no stress field resists, the smaller the less the membrane carries. On samples of weight w, Sᵀε is Σ w S_e ε_e.
+//! with a share α against motions that no stress field resists, the smaller the less the membrane carries. On samples of weight w, Sᵀε is
+//! Σ w S_e ε_e.
 //!
 //! Models saved before samples were weighed by the modes' rest stiffness add ½ qᵀDq on the modes, what their samples left of it; D = 0
 //! since: where the shell is bent far a constant matrix is not what was left out, and if negative it buckles the shell.
@@ -152,11 +153,6 @@ impl ReducedEnergy {
     /// Stress fields, and zeros up to a multiple of the widest register's numbers.
     pub fn n_stresses(&self) -> usize {
         self.n_stresses
-    }
-
-    /// α.
-    pub fn own_share(&self) -> f64 {
-        self.own_share
     }
 
     /// √w S at an element of the membrane.

@@ -74,7 +74,7 @@ const MOST_ELEMENTS: usize = 16;
 /// Stress fields of modes bent far and of poses, as a share of the fields: by the validation loads of docs/front.md. With more the membrane
 /// locks; with fewer, what no other stress field holds is soft.
 const STRESSES: f64 = 0.3;
-/// What α is chosen between, where bending carries the loads and where the membrane does; by the validation loads of docs/front.md.
+/// What α is chosen between, where bending carries the loads and where the membrane does; by docs/front.md's validation loads and dinosaur.
 const OWN_SHARES: [f64; 2] = [LEAST_SHARE, 0.2];
 const LEAST_SHARE: f64 = 0.003;
 /// Equilibria that the choice takes, at least.
