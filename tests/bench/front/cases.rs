@@ -1,10 +1,10 @@
 //! Equilibria of the full shell: the truth that methods are measured against, kept in out/front between runs.
 
-use crate::common::mass_error;
+use crate::common::{displacements, mass_error};
 use crate::scenes::{Action, Load, Part, Scene};
 use shellwarp::constraint::{Constraint, Target};
 use shellwarp::model::{Model, Options};
-use shellwarp::state::{Method, Space, State};
+use shellwarp::state::{Method, State};
 use shellwarp::step::Integrator;
 use shellwarp::{Result, Vec3};
 use std::hash::{DefaultHasher, Hash, Hasher};
@@ -79,13 +79,6 @@ pub fn loaded(scene: &Scene, model: &Arc<Model>, method: Method, case: &Case) ->
     Some((state, found))
 }
 
-/// Displacements from `rest`.
-pub fn displacements(state: &State, rest: &[Vec3]) -> Vec<Vec3> {
-    let mut u = vec![Vec3::zeros(); rest.len()];
-    state.positions(Space::Frame, |v, x| u[v] = x - rest[v]);
-    u
-}
-
 /// The cases of a scene; those whose equilibrium is not found are left out.
 pub fn find(scene: &Scene) -> Vec<Case> {
     [scene.loads(false), scene.loads(true)].iter().flat_map(|loads| of_list(scene, loads)).collect()
@@ -143,8 +136,8 @@ fn cache(scene: &Scene, loads: &[Load]) -> PathBuf {
     PathBuf::from(format!("out/front/{}_grown_twice_{:016x}.bin", scene.key, hasher.finish()))
 }
 
-/// Follows each load as it grows: its number, aim, strength, how far apart ways end, and the displacements. Trials of a strength all start from the aim before: past a
-/// snap a shell does not come back by the way it went.
+/// Follows each load as it grows: its number, aim, strength, how far apart ways end, and the displacements. Trials of a strength all start
+/// from the aim before: past a snap a shell does not come back by the way it went.
 fn solve(scene: &Scene, loads: &[Load], numbers: &mut Vec<f64>) {
     let shell = &scene.shell;
     let options = Options { modes: 1, ..Options::default() };
@@ -156,7 +149,7 @@ fn solve(scene: &Scene, loads: &[Load], numbers: &mut Vec<f64>) {
             let mut state = from.try_clone().ok()?;
             apply(&mut state, &load.action, strength, rest).ok()?;
             state.equilibrium().ok()?;
-            let u = displacements(&state, rest);
+            let u = displacements(&state);
             Some((state, u))
         };
         let mut state = state(&model, Method::ImplicitShell).unwrap();
