@@ -14,7 +14,7 @@ export CMAKE_BUILD_PARALLEL_LEVEL ?= $(JOBS)
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
 .PHONY: help build native demo test test-cargo test-c test-render test-blender demo-blender install package blender-addon header \
-    python-abi lint fuzz check-memory check-threads check-miri check-guard bench bench-front bench-instructions bench-leave-out bench-precompute bench-training build-report report report-docs report-stability \
+    python-abi test-docs lint fuzz check-memory check-threads check-miri check-guard bench bench-front bench-instructions bench-leave-out bench-precompute bench-training build-report report report-docs report-stability \
     test-report clean
 .PHONY: farm-demo farm-sweep farm-costs bench-slepc
 
@@ -63,7 +63,7 @@ install: native ## install headers, libraries and the program: PREFIX=/usr/local
 package: native ## pack the same into out/package/shellwarp-VERSION-SYSTEM.tar.gz, to be unpacked anywhere
 	@. ./$(BUILD)/tools.sh && "$${CTEST%ctest}cpack" --config $(BUILD)/CPackConfig.cmake -B out/package
 
-demo-blender: blender-addon ## make, bake, export and draw the scenes of docs/blender.md: out/blender
+demo-blender: blender-addon ## make, bake, export and draw the scenes of docs/guide/blender.md: out/blender
 	@sh cmake/bootstrap.sh blender
 	for scene in first character; do \
 	    BLENDER_USER_RESOURCES=$(CURDIR)/$(BUILD)/blender-user .venv/blender/bin/python \
@@ -102,16 +102,19 @@ python-abi: ## write the Python package's declarations anew from include/shellwa
 	python3 host_examples/python/generate_abi.py include/shellwarp.h >$(BUILD)-abi.tmp
 	mv $(BUILD)-abi.tmp host_examples/python/shellwarp/_abi.py
 
-lint: ## check formatting and run clippy, warnings as errors
+test-docs: ## test that every link of the pages leads somewhere
+	@python3 -m unittest discover -s tests/docs
+
+lint: test-docs ## check links and formatting, and run clippy, warnings as errors
 	cargo fmt --all --check
 	cargo clippy --workspace --all-targets -- -D warnings
 	cargo clippy --no-default-features --lib --test features -- -D warnings
 
-bench: ## time the kernels beside their floors: this machine's section of docs/speed.md, its plots, out/report/kernels.csv
+bench: ## time the kernels beside their floors: this machine's section of docs/evidence/speed.md, its plots, out/report/kernels.csv
 	@mkdir -p out/report
-	cargo bench --bench kernels -- --docs docs/speed.md --csv out/report/kernels.csv
+	cargo bench --bench kernels -- --docs docs/evidence/speed.md --csv out/report/kernels.csv
 	cargo build --release --package shellwarp-report
-	$(RELEASE)/shellwarp-report --kernels --docs docs
+	$(RELEASE)/shellwarp-report --kernels --docs docs/evidence
 
 bench-instructions: ## count the kernels' instructions under valgrind against those checked in (UPDATE=1: check in these)
 	python3 tests/bench/instructions.py $(if $(UPDATE),--update)
@@ -135,19 +138,19 @@ check-guard: ## compare the scenes' motion, byte for byte, with that of a librar
 	@$(MAKE) native WHAT=shellwarp_cli
 	@sh tests/check_guard.sh $(CLI) $(CURDIR)/out/guard
 
-bench-front: ## error of reduced shells on loads they were not trained on, the figures of docs/front.md (references stay in out/front)
+bench-front: ## error of reduced shells on loads they were not trained on, the figures of docs/evidence/front.md (references stay in out/front)
 	cargo run --release --example front
 
-bench-training: ## time the training of reduced shells, the table of docs/front.md
-	cargo run --release --example training -- --docs docs/front.md
+bench-training: ## time the training of reduced shells, the table of docs/evidence/front.md
+	cargo run --release --example training -- --docs docs/evidence/front.md
 
-bench-leave-out: ## what scenes pay for what they do not use, by valgrind: docs/leave_out.md
-	python3 tests/bench/leave_out.py --docs docs/leave_out.md
+bench-leave-out: ## what scenes pay for what they do not use, by valgrind: docs/evidence/leave_out.md
+	python3 tests/bench/leave_out.py --docs docs/evidence/leave_out.md
 
-bench-precompute: build ## time the precompute by phases, and against scipy's eigensolver: this machine's sections of docs/speed.md
+bench-precompute: build ## time the precompute by phases, and against scipy's eigensolver: this machine's sections of docs/evidence/speed.md
 	@sh cmake/bootstrap.sh bench
-	cargo run --release --quiet --example precompute -- table 1 1000 13117 100000 --docs docs/speed.md
-	.venv/bin/python tests/bench/precompute_vs_scipy.py --docs docs/speed.md
+	cargo run --release --quiet --example precompute -- table 1 1000 13117 100000 --docs docs/evidence/speed.md
+	.venv/bin/python tests/bench/precompute_vs_scipy.py --docs docs/evidence/speed.md
 
 # The report's page: its player is bundled by npm, its peers run in .venv/; what is missing is left out with a line.
 RELEASE = $(or $(CARGO_TARGET_DIR),target)/release
@@ -170,13 +173,13 @@ report: build-report $(BUILD)/viewer.js ## measure errors and run times of every
 	@$(if $(QUICK),:,sh cmake/bootstrap.sh bench cloth || echo "report: going on without peers (see above)")
 	$(REPORT)
 
-report-docs: build-report $(BUILD)/viewer.js ## the same from scratch, and write docs/error_and_speed.md; on an idle machine
+report-docs: build-report $(BUILD)/viewer.js ## the same from scratch, and write docs/evidence/error_and_speed.md; on an idle machine
 	@sh cmake/bootstrap.sh bench cloth || echo "report: going on without peers (see above)"
-	$(REPORT) --fresh --docs docs
+	$(REPORT) --fresh --docs docs/evidence
 
-report-stability: build-report ## map where each method holds: out/report/stability.csv and docs/stability.md
+report-stability: build-report ## map where each method holds: out/report/stability.csv and docs/evidence/stability.md
 	@$(MAKE) native WHAT=shellwarp_cli || echo "report-stability: no command-line program; 32 against 64 bits is left out"
-	$(RELEASE)/shellwarp-report --library $(LIBRARY) --stability --docs docs $$(test -x $(CLI) && echo --cli $(CLI))
+	$(RELEASE)/shellwarp-report --library $(LIBRARY) --stability --docs docs/evidence $$(test -x $(CLI) && echo --cli $(CLI))
 
 test-report: build-report ## test the report's arithmetic, that a small run repeats to the digit, and its page where a browser is installed
 	cargo test --release --quiet --package shellwarp-report

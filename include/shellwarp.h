@@ -718,7 +718,7 @@ typedef struct SwPlanPart {
   // Bytes held for it by the model or the state, whether used or not.
   uint64_t bytes;
   // Estimate of the instructions of the step, on registers of 8 numbers of 32 bits (AVX2); 0 when left out. Mostly within a
-  // quarter (docs/leave_out.md); for an implicit step of a nonlinear shell, reduced or not, by the iterations of the last step.
+  // quarter (docs/evidence/leave_out.md); for an implicit step of a nonlinear shell, reduced or not, by the iterations of the last step.
   double operations;
   // Why it is used, or was left out; NUL-terminated.
   char reason[SW_PLAN_REASON_SIZE];

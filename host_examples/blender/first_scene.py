@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The first scene of docs/blender.md, step by step, without a window: run in Blender, or by a Python that has bpy.
+"""The first scene of docs/guide/blender.md, step by step, without a window: run in Blender, or by a Python that has bpy.
 
     first_scene.py --out out/blender [--frames 90] [--size 400 300] [--samples 16]
 

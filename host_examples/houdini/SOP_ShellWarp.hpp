@@ -1,4 +1,4 @@
-// ShellWarp: a SOP that lets polygons swing as a thin shell. docs/houdini.md has the parameters in an artist's words.
+// ShellWarp: a SOP that lets polygons swing as a thin shell. docs/guide/houdini.md has the parameters in an artist's words.
 #pragma once
 
 #include <SOP/SOP_Node.h>

@@ -1,4 +1,4 @@
-// shellWarp: a deformer that lets a mesh swing as a thin shell. docs/maya.md has the attributes in an artist's words.
+// shellWarp: a deformer that lets a mesh swing as a thin shell. docs/guide/maya.md has the attributes in an artist's words.
 #pragma once
 
 #include "shell_runner.hpp"

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""The pictures of docs/maya.md and docs/houdini.md: what the plug-ins gave in the stand-ins for their hosts.
+"""The pictures of docs/guide/maya.md and docs/guide/houdini.md: what the plug-ins gave in the stand-ins for their hosts.
 
-    make native && . build/tools.sh && "$PYTHON" host_examples/render/host_pages.py --build build --out docs/pictures
+    make native && . build/tools.sh && "$PYTHON" host_examples/render/host_pages.py --build build --out docs/guide/pictures
 """
 
 import argparse
@@ -36,7 +36,7 @@ def sphere(mesh):
 def page(name, build, out, work):
     program, plugin, pattern, frames, options = PAGES[name]
     tests = build / "tests" / "hosts"
-    run(tests / program, tests / plugin, RENDER.parents[2] / "docs" / f"{name}.md", work)
+    run(tests / program, tests / plugin, RENDER.parents[2] / "docs" / "guide" / f"{name}.md", work)
     meshes = [work / pattern.format(frame) for frame in frames]
     stills = []
     for mesh in meshes:

@@ -44,7 +44,7 @@ pub struct SwPlanPart {
     /// Bytes held for it by the model or the state, whether used or not.
     pub bytes: u64,
     /// Estimate of the instructions of the step, on registers of 8 numbers of 32 bits (AVX2); 0 when left out. Mostly within a
-    /// quarter (docs/leave_out.md); for an implicit step of a nonlinear shell, reduced or not, by the iterations of the last step.
+    /// quarter (docs/evidence/leave_out.md); for an implicit step of a nonlinear shell, reduced or not, by the iterations of the last step.
     pub operations: f64,
     /// Why it is used, or was left out; NUL-terminated.
     pub reason: [c_char; SW_PLAN_REASON_SIZE],

@@ -71,10 +71,10 @@ impl Default for Options {
 pub const TOLERANCE: f64 = 0.01;
 /// And their largest number then, as a multiple of the fields.
 const MOST_ELEMENTS: usize = 16;
-/// Stress fields of modes bent far and of poses, as a share of the fields: by the validation loads of docs/front.md. With more the membrane
+/// Stress fields of modes bent far and of poses, as a share of the fields: by the validation loads of docs/evidence/front.md. With more the membrane
 /// locks; with fewer, what no other stress field holds is soft.
 const STRESSES: f64 = 0.3;
-/// What α is chosen between, where bending carries the loads and where the membrane does; by docs/front.md's validation loads and dinosaur.
+/// What α is chosen between, where bending carries the loads and where the membrane does; by docs/evidence/front.md's validation loads and dinosaur.
 const OWN_SHARES: [f64; 2] = [LEAST_SHARE, 0.2];
 const LEAST_SHARE: f64 = 0.003;
 /// Equilibria that the choice takes, at least.

@@ -14,7 +14,7 @@ pub const REACH: f64 = std::f64::consts::PI;
 /// Poses, from hardly bent to [`REACH`].
 const POSES: usize = 48;
 
-/// What may be left of N, root mean square over triangles and poses: docs/rotation_strain.md shows what less would bring.
+/// What may be left of N, root mean square over triangles and poses: docs/evidence/rotation_strain.md shows what less would bring.
 pub const TOLERANCE: f64 = 0.05;
 
 /// Samples at most.

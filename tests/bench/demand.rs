@@ -1,4 +1,4 @@
-//! What a tolerance saves on twelve scenes, as a table of docs/leave_out.md:
+//! What a tolerance saves on twelve scenes, as a table of docs/evidence/leave_out.md:
 //! tests/bench/leave_out.py starts it.
 #![allow(missing_docs)]
 

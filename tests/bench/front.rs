@@ -1,9 +1,9 @@
 //! Error against the full shell on loads that were never trained on: the paper's warp beside reduced shells of several sizes, with the best
-//! that their fields could do, and what goes on after `State::fall_back`. docs/front.md says what it found.
+//! that their fields could do, and what goes on after `State::fall_back`. docs/evidence/front.md says what it found.
 //!
 //! usage: front [--scene KEY] [--reduced "FIELDS,ELEMENTS,POSES ..."] [--ablate]
 //!
-//! With --ablate, what each ingredient of the reduced shell buys, on held-out and fresh loads: a column of docs/front.md for each shell.
+//! With --ablate, what each ingredient of the reduced shell buys, on held-out and fresh loads: a column of docs/evidence/front.md for each shell.
 #![allow(missing_docs)]
 
 #[path = "front/cases.rs"]

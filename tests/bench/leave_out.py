@@ -1,4 +1,4 @@
-"""What scenes pay for what they do not use: docs/leave_out.md. `make bench-leave-out` runs it.
+"""What scenes pay for what they do not use: docs/evidence/leave_out.md. `make bench-leave-out` runs it.
 
 usage: leave_out.py [--docs FILE] [--only TABLE ...]
 

@@ -1,6 +1,6 @@
-//! Rotation–strain reconstruction against the warp: errors, what samples leave, and times. Prints docs/rotation_strain.md:
+//! Rotation–strain reconstruction against the warp: errors, what samples leave, and times. Prints docs/evidence/rotation_strain.md:
 //!
-//!     cargo run --release --example rotation_strain > docs/rotation_strain.md
+//!     cargo run --release --example rotation_strain > docs/evidence/rotation_strain.md
 
 #[path = "../common/mod.rs"]
 mod common;
@@ -204,7 +204,7 @@ fn times() {
 
 fn main() {
     println!("# Rotation–strain reconstruction\n");
-    println!("Written by `cargo run --release --example rotation_strain > docs/rotation_strain.md`; do not edit.\n");
+    println!("Written by `cargo run --release --example rotation_strain > docs/evidence/rotation_strain.md`; do not edit.\n");
     println!(
         "`SW_METHOD_ROTATION_STRAIN` turns each triangle by the rotation of its modal displacement, keeps its linear strain, and"
     );

@@ -1,5 +1,5 @@
 // SOP_ShellWarp, loaded and cooked as Houdini would, in the stand-in of tests/hosts/houdini. Arguments: the plug-in,
-// docs/houdini.md. A third argument is a folder: the first scene of docs/houdini.md is written there as OBJ files, for its picture.
+// docs/guide/houdini.md. A third argument is a folder: the first scene of docs/guide/houdini.md is written there as OBJ files, for its picture.
 #include "fake_houdini.hpp"
 #include "test_support.h"
 
@@ -329,7 +329,7 @@ void write_obj(const std::string &path, const fake::Geometry &geometry) {
   }
 }
 
-// docs/houdini.md, the first scene: a banner of 1.6 by 1 that hangs from its upper edge, the middle of its lower edge led out of
+// docs/guide/houdini.md, the first scene: a banner of 1.6 by 1 that hangs from its upper edge, the middle of its lower edge led out of
 // its plane by a point.
 GU_Detail banner(int columns, int rows) {
   GU_Detail detail;

@@ -1,5 +1,5 @@
 # Lays the stand-in for Maya out as a devkit, finds it by DEVKIT_LOCATION, builds the plug-in as a user would, and runs it.
-#   SOURCE, WORK, LIBRARY (libshellwarp), FAKE (the stand-in's library), TEST (maya_node_test), PAGE (docs/maya.md), GENERATOR
+#   SOURCE, WORK, LIBRARY (libshellwarp), FAKE (the stand-in's library), TEST (maya_node_test), PAGE (docs/guide/maya.md), GENERATOR
 file(REMOVE_RECURSE "${WORK}")
 set(devkit "${WORK}/devkitBase")
 file(COPY "${SOURCE}/tests/hosts/maya/maya" "${SOURCE}/tests/hosts/maya/fake_maya.hpp" DESTINATION "${devkit}/include")

@@ -1,5 +1,5 @@
-// The shellWarp plug-in, loaded and evaluated as Maya would, in the stand-in of tests/hosts/maya. Arguments: the plug-in, docs/maya.md.
-// A third argument is a folder: the first scene of docs/maya.md is written there as OBJ files, for its picture.
+// The shellWarp plug-in, loaded and evaluated as Maya would, in the stand-in of tests/hosts/maya. Arguments: the plug-in, docs/guide/maya.md.
+// A third argument is a folder: the first scene of docs/guide/maya.md is written there as OBJ files, for its picture.
 #include "fake_graph.hpp"
 #include "test_support.h"
 
@@ -252,7 +252,7 @@ void motion_upstream_is_carried_along() {
 
 // ---------------------------------------------------------------------------------------------- everything has an effect
 
-// Every attribute of the table in docs/maya.md, set to something else: the result of a frame differs. So each is read, and
+// Every attribute of the table in docs/guide/maya.md, set to something else: the result of a frame differs. So each is read, and
 // each makes the output dirty.
 void every_attribute_changes_the_result() {
   const auto changes = [](const std::function<void(Scene &)> &prepare, const std::function<void(Scene &)> &change) {
@@ -488,7 +488,7 @@ void write_obj(const std::string &path, const fake::Mesh &mesh, const Points &po
     file << "f " << mesh.corners[t] + 1 << ' ' << mesh.corners[t + 1] + 1 << ' ' << mesh.corners[t + 2] + 1 << '\n';
 }
 
-// docs/maya.md, the first scene: a plane of 40 by 24 cm, one side held, falling from rest.
+// docs/guide/maya.md, the first scene: a plane of 40 by 24 cm, one side held, falling from rest.
 fake::Mesh plane() {
   fake::Mesh mesh;
   for (int i = 0; i <= 30; ++i)

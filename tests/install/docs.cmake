@@ -1,6 +1,6 @@
-# Builds and runs the first program of docs/cmake.md as it stands there, against an installation.
+# Builds and runs the first program of docs/guide/cmake.md as it stands there, against an installation.
 #
-#   cmake -DPAGE=docs/cmake.md -DPREFIX=dir -DOUT=dir -DCC=… -DCXX=… -P docs.cmake
+#   cmake -DPAGE=docs/guide/cmake.md -DPREFIX=dir -DOUT=dir -DCC=… -DCXX=… -P docs.cmake
 file(READ "${PAGE}" text)
 string(REPLACE ";" "@semicolon@" text "${text}") # CMake's lists would split there
 file(REMOVE_RECURSE "${OUT}")

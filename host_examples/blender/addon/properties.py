@@ -1,4 +1,4 @@
-"""What a user sets on an object; saved in the file, undone with it, keyable where it says so. docs/blender.md has the table."""
+"""What a user sets on an object; saved in the file, undone with it, keyable where it says so. docs/guide/blender.md has the table."""
 
 import bpy
 from bpy.props import (BoolProperty, CollectionProperty, EnumProperty, FloatProperty, FloatVectorProperty, IntProperty,

@@ -1,7 +1,7 @@
 """Scene lists: TOML files of assets, shots, seeds and parameters, and the jobs that they stand for.
 
 The tables are those of the command-line host's scenes (host_examples/cli/README.md), some in the asset and some in the shot;
-docs/farm.md lists them. A key that is not known is an error. A job is a plain table, so that it can be sent to any worker."""
+docs/guide/farm.md lists them. A key that is not known is an error. A job is a plain table, so that it can be sent to any worker."""
 
 import itertools
 import re

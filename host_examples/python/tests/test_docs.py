@@ -1,4 +1,4 @@
-"""docs/python.md is true: its program runs, and the names it lists are there."""
+"""docs/guide/python.md is true: its program runs, and the names it lists are there."""
 
 import re
 import unittest
@@ -6,14 +6,14 @@ from pathlib import Path
 
 import shellwarp as sw
 
-PAGE = (Path(__file__).resolve().parents[3] / "docs" / "python.md").read_text(encoding="utf-8")
+PAGE = (Path(__file__).resolve().parents[3] / "docs" / "guide" / "python.md").read_text(encoding="utf-8")
 
 
 class Docs(unittest.TestCase):
     def test_the_first_scene_runs_and_leads_its_corner(self):
         program = re.search(r"```python\n(.*?)```", PAGE, flags=re.S)[1]
         names = {}
-        exec(compile(program, "docs/python.md", "exec"), names)
+        exec(compile(program, "docs/guide/python.md", "exec"), names)
         # hard handles are met to a millionth of the size, 2.2, and float32
         self.assertLess(abs(names["seen"][230] - [1.9, 1, 0.356]).max(), 5e-6)
         self.assertLess(len(names["saved"]), 1024)

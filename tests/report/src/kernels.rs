@@ -1,4 +1,4 @@
-//! What `make bench` measured: the plots of docs/speed.md, and the goals beside it on the report's page.
+//! What `make bench` measured: the plots of docs/evidence/speed.md, and the goals beside it on the report's page.
 
 use crate::methods::Marker;
 use crate::page::{Figure, colour, line};

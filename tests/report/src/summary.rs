@@ -1,4 +1,4 @@
-//! What the measurements say: the tables of the page and of docs/error_and_speed.md, and the CSV files behind them.
+//! What the measurements say: the tables of the page and of docs/evidence/error_and_speed.md, and the CSV files behind them.
 
 use crate::convergence::StepPoint;
 use crate::cost::{Cost, PHASES, Precompute, Reduced};

@@ -1,4 +1,4 @@
-//! docs/error_and_speed.md: the main figures, and the plots beside them.
+//! docs/evidence/error_and_speed.md: the main figures, and the plots beside them.
 
 use crate::page::{Figure, filled};
 use crate::summary::Report;

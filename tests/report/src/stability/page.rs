@@ -1,4 +1,4 @@
-//! stability.csv and docs/stability.md.
+//! stability.csv and docs/evidence/stability.md.
 
 use super::Map;
 use super::trial::{Cell, Verdict};
