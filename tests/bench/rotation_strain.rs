@@ -204,7 +204,9 @@ fn times() {
 
 fn main() {
     println!("# Rotation–strain reconstruction\n");
-    println!("Written by `cargo run --release --example rotation_strain > docs/evidence/rotation_strain.md`; do not edit.\n");
+    println!(
+        "Written by `cargo run --release --example rotation_strain > docs/evidence/rotation_strain.md`; do not edit.\n"
+    );
     println!(
         "`SW_METHOD_ROTATION_STRAIN` turns each triangle by the rotation of its modal displacement, keeps its linear strain, and"
     );
