@@ -1,6 +1,6 @@
 """Scene lists: TOML files of assets, shots, seeds and parameters, and the jobs that they stand for.
 
-The tables are those of the command-line host's scenes (host_examples/cli/README.md), some in the asset and some in the shot;
+The tables are those of the command-line host's scenes (docs/reference/scene.md), some in the asset and some in the shot;
 docs/guide/farm.md lists them. A key that is not known is an error. A job is a plain table, so that it can be sent to any worker."""
 
 import itertools
