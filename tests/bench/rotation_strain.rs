@@ -202,44 +202,45 @@ fn times() {
     }
 }
 
+const PURPOSE: &str = "\
+`SW_METHOD_ROTATION_STRAIN` turns each triangle by the rotation of its modal displacement and keeps its linear strain. Positions are those
+whose triangles come nearest to that. A sparse solve a frame is not needed: the solutions for a few sampled triangles are known ahead
+(`src/strain`). The force is the exact gradient of the loads' work: [theory](../theory.md#rotationstrain-reconstruction).
+";
+
+const ABOUT_ERRORS: &str = "\
+Relative L2 errors of displacement at rest against the nonlinear shell on the same mesh, 8 modes. \"The solve itself\" has the same
+amplitudes and a sparse solve over all triangles. \"Moves by\" is relative to the shell's size.
+";
+
+const FOUND: &str = "
+On the flat beam, where the warp's shape is the larger error, it is several times nearer, the more so the further the beam bends. On the wide
+sheet it is up to twice nearer; the modes leave the rest. On the V-beam and the leaf the linear modal stiffness dominates the error, and no
+reconstruction helps: take the sagged shape or the reduced shell. It keeps the area everywhere.
+";
+
+const ABOUT_TIMES: &str = "\
+A frame is a step under gravity and the reading of all positions as 32 bits, on a flat sheet of 8 modes: the least of 400, methods in turn.
+The last column is the reconstruction by a sparse solve instead, in 64 bits, without the step.
+";
+
 fn main() {
     println!("# Rotation–strain reconstruction\n");
     println!(
         "Written by `cargo run --release --example rotation_strain > docs/evidence/rotation_strain.md`; do not edit.\n"
     );
-    println!(
-        "`SW_METHOD_ROTATION_STRAIN` turns each triangle by the rotation of its modal displacement, keeps its linear strain, and"
-    );
-    println!(
-        "takes the positions whose triangles come nearest to that. Instead of a sparse solve a frame it has the solutions for a"
-    );
-    println!(
-        "few sampled triangles ahead, which stand for all: `src/strain`. Its force is the exact gradient of the loads' work.\n"
-    );
+    println!("{PURPOSE}");
     println!("## Errors\n");
-    println!(
-        "Relative L2 errors of displacement at rest against the nonlinear shell on the same mesh, {MODES} modes. \"The solve itself\": the"
-    );
-    println!("same amplitudes with a sparse solve over all triangles. \"Moves by\": of the shell's size.\n");
+    println!("{ABOUT_ERRORS}");
     errors();
-    println!(
-        "\nOn the flat beam, where the warp's shape is the error, it is several times nearer, the more so the further it bends; on the wide"
-    );
-    println!(
-        "sheet up to twice, because its modes leave the rest. On the V-beam and the leaf the linear modal stiffness is the error, and no\nreconstruction helps: take the sagged pose or the reduced shell. Everywhere it keeps the area.\n"
-    );
+    println!("{FOUND}");
     println!("## Samples\n");
     println!(
-        "Distance to the solve over 20 poses of all {MODES} modes, root sum of squares of the modes' rotations 2 rad; the library takes"
+        "Distance to the solve over 20 poses of all {MODES} modes, whose rotations have a root sum of squares of 2 rad. The library takes"
     );
     println!("{:.0} %, and {MOST_SAMPLES} samples at most.\n", 100.0 * TOLERANCE);
     samples();
     println!("\n## Times\n");
-    println!(
-        "A frame is a step under gravity and the reading of all positions as 32 bits; the least of 400, methods by turns, a flat sheet of"
-    );
-    println!(
-        "{MODES} modes. The last column is the reconstruction by a sparse solve instead, in 64 bits, without the step.\n"
-    );
+    println!("{ABOUT_TIMES}");
     times();
 }
