@@ -186,7 +186,7 @@
 // shells that are flat at rest come closer to the nonlinear shell; on curved ones it is as close as SW_METHOD_WARP_VIRTUAL_WORK, since
 // both have the same modes. A step under gravity visits no vertex. The first state of a model prepares it, which takes as long as
 // a part of the precompute, on small meshes up to twice as long; the model then holds 3 more numbers a vertex and sample, of
-// which there are at most 32. in_range up to half a turn.
+// which there are at most 32. turn_in_range of sw_state_report up to half a turn.
 #define SW_METHOD_ROTATION_STRAIN 8
 
 // The method that the precompute chose for the scene by auto_error or auto_operations.
@@ -592,9 +592,10 @@ typedef struct SwFrameDesc {
 typedef struct SwStateReport {
   // Set by sw_state_report_init.
   uint32_t struct_size;
-  // 1 while max_rotation is at most a quarter turn, where a modal method's own error reaches a fifth of the displacement, or half
-  // a turn with SW_METHOD_ROTATION_STRAIN; always 1 for a nonlinear shell, reduced or not.
-  uint32_t in_range;
+  // Of rotations alone, and no measure of the error, which sw_state_certify estimates: 1 while max_rotation is at most a quarter
+  // turn, where the warp itself gets a fifth of a strip's displacement wrong, or half a turn with SW_METHOD_ROTATION_STRAIN; always 1
+  // for a nonlinear shell, reduced or not. 1 does not mean that the pose is right: on curved shells modes are most of the error.
+  uint32_t turn_in_range;
   // Seconds stepped since creation or reset.
   double time;
   // Of the motion in the frame. Under handles SW_INTEGRATOR_EXACT moves by impulses at the start of each step: a shell that
@@ -609,8 +610,8 @@ typedef struct SwStateReport {
   double max_rotation;
   // Largest displacement in the frame.
   double max_displacement;
-  // Of all vertices, the share turned by more than that: what an artist should be warned of.
-  double fraction_out_of_range;
+  // Of all vertices, the share turned further than turn_in_range allows. Of rotations alone, too.
+  double fraction_turned_too_far;
   // Steps of a reduced shell since creation or reset, as this handle took them, whose Newton search ended short of its
   // tolerance: finite, but less accurate than the others; shorter steps help. 0 for other methods.
   uint64_t unconverged_steps;
@@ -1099,8 +1100,8 @@ void sw_constraint_desc_init(struct SwConstraintDesc *desc);
 // at a vertex that a support holds, conflicting or more than the modes get the least-squares answer.
 //
 // A hard handle may ask for more than the shell can do gracefully: pushed along itself, a sheet that hardly stretches can
-// only crumple. Near the rest pose it does not, and gets the least-squares answer; further away, watch in_range of
-// sw_state_report, hold only the axes that matter, or give a compliance.
+// only crumple. Near the rest pose it does not, and gets the least-squares answer; further away, ask
+// sw_state_certify, hold only the axes that matter, or give a compliance.
 //
 // A nonlinear shell's handles are met exactly where supports and other handles leave the vertex free: a hard position is
 // prescribed; where several want one vertex at different places it is at their mean. A step whose handles move too far for

@@ -297,7 +297,7 @@ fn a_nonlinear_state_saves_restores_and_says_what_it_does_not_offer() {
         one.set_damping(&Damping { ratios: vec![0.1], ..Damping::default() }).unwrap_err().kind,
         ErrorKind::Unsupported
     );
-    assert!(one.in_range(&one.report()) && one.report().elastic_energy > 0.0);
+    assert!(one.turn_in_range(&one.report()) && one.report().elastic_energy > 0.0);
 }
 
 #[test]

@@ -37,7 +37,7 @@ ComparisonRow settle(const Scene &scene, const Mesh &mesh, const shellwarp::Mode
   row.found = true;
   const SwStateReport report = state.report();
   row.max_displacement = report.max_displacement;
-  row.in_range = report.in_range == 1;
+  row.turn_in_range = report.turn_in_range == 1;
   row.positions.resize(mesh.positions.size());
   state.positions(row.positions.data(), mesh.n_vertices());
   row.area_change = surface_area(row.positions, mesh.triangles) / surface_area(mesh.positions, mesh.triangles) - 1;
@@ -148,13 +148,13 @@ void write_comparison(const std::string &directory, const Scene &scene, const Me
   const auto path = [&](const std::string &name) { return (std::filesystem::path(directory) / name).string(); };
   write_obj(path(scene.name + "_rest.obj"), mesh.positions, mesh);
   OutputFile table(path(scene.name + "_comparison.csv"));
-  table.print("bending,gravity,method,error,area_change,residual,in_range,max_displacement,obj\n");
+  table.print("bending,gravity,method,error,area_change,residual,turn_in_range,max_displacement,obj\n");
   for (const ComparisonRow &row : run.rows) {
     const std::string shape = shape_name(scene, row);
     if (row.found) write_obj(path(shape), row.positions, mesh);
     table.print("%g,%g,%s", row.bending, row.gravity, method_name(row.method));
     if (row.found)
-      table.print(",%.9g,%.9g,%.3g,%d,%.9g,%s\n", row.error, row.area_change, row.residual, row.in_range ? 1 : 0,
+      table.print(",%.9g,%.9g,%.3g,%d,%.9g,%s\n", row.error, row.area_change, row.residual, row.turn_in_range ? 1 : 0,
                   row.max_displacement, shape.c_str());
     else
       table.print(",,,,,,\n");
@@ -168,12 +168,12 @@ void print_comparison(const Scene &scene, const ComparisonRun &run) {
               run.frequencies.empty() ? 0.0 : run.frequencies[0]);
   std::printf("equilibria; error and area change are relative, error is that to the nonlinear shell (implicit)\n");
   std::printf("  %8s %8s  %-9s %11s %11s %11s %10s  %s\n", "bending", "gravity", "method", "moved by", "error",
-              "area change", "residual", "in range");
+              "area change", "residual", "turn in range");
   for (const ComparisonRow &row : run.rows) {
     std::printf("  %7gx %8g  %-9s ", row.bending, row.gravity, method_name(row.method));
     if (row.found)
       std::printf("%11.5g %11.5f %+11.2e %10.1e  %s\n", row.max_displacement, row.error, row.area_change, row.residual,
-                  row.in_range ? "yes" : "no");
+                  row.turn_in_range ? "yes" : "no");
     else
       std::printf("no equilibrium found\n");
   }
@@ -186,7 +186,8 @@ std::vector<std::string> violations(const Scene &scene, const ComparisonRun &run
   judge.within("lowest frequency", run.frequencies.empty() ? 0 : run.frequencies[0], expect.lowest_frequency);
   for (const ComparisonRow &row : run.rows) {
     if (!row.found) judge.sentences.push_back("no equilibrium of " + place(row));
-    if (row.found && expect.in_range && !row.in_range) judge.sentences.push_back("out of range: " + place(row));
+    if (row.found && expect.turn_in_range && !row.turn_in_range)
+      judge.sentences.push_back("turned too far: " + place(row));
   }
   for (const ComparisonNumbers &n : expect.errors) judge_numbers(run, n, error_of, "error", expect.tolerance, judge);
   for (const ComparisonNumbers &n : expect.area_changes)

@@ -6,7 +6,7 @@
 //
 // For a scene called NAME, files are written beside NAME_rest.obj:
 //
-//   NAME_comparison.csv    a row for each equilibrium: bending, gravity, method, error, area_change, residual, in_range,
+//   NAME_comparison.csv    a row for each equilibrium: bending, gravity, method, error, area_change, residual, turn_in_range,
 //                          max_displacement, obj
 //   NAME_2_warp.obj        the shape, of the case counted from 0 and the method, as the column obj says
 #pragma once
@@ -26,7 +26,7 @@ struct ComparisonRow {
   uint32_t method;
   bool found = false;  // all below is 0 where there is no equilibrium
   double error = 0, area_change = 0, residual = 0, max_displacement = 0;
-  bool in_range = false;
+  bool turn_in_range = false;
   std::vector<double> positions;
 };
 

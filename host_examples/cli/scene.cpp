@@ -228,7 +228,7 @@ Expectations read_expectations(Section section) {
   e.lowest_frequency = section.range("lowest_frequency");
   e.handle_residual = section.number("handle_residual");
   e.handles_met = section.flag("handles_met").value_or(false);
-  e.in_range = section.flag("in_range").value_or(false);
+  e.turn_in_range = section.flag("turn_in_range").value_or(false);
   e.energy_never_grows = section.flag("energy_never_grows").value_or(false);
   e.settled = section.number("settled");
   section.reject_unknown_keys();
@@ -255,7 +255,7 @@ ComparisonExpectations read_comparison_expectations(Section section) {
   ComparisonExpectations e;
   e.modes = section.count("modes");
   e.lowest_frequency = section.range("lowest_frequency");
-  e.in_range = section.flag("in_range").value_or(false);
+  e.turn_in_range = section.flag("turn_in_range").value_or(false);
   e.warp_below_lma = section.flag("warp_below_lma").value_or(false);
   e.errors_grow = section.flag("errors_grow").value_or(false);
   e.stiffer_differs_less = section.flag("stiffer_differs_less").value_or(false);

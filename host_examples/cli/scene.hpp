@@ -43,7 +43,7 @@ struct Expectations {
   std::optional<Range> max_displacement;    // largest over the whole run
   std::optional<Range> final_displacement;  // at its end
   std::optional<Range> lowest_frequency;    // Hz
-  bool in_range = false;                    // at every frame
+  bool turn_in_range = false;                    // at every frame
   std::optional<double> handle_residual;    // at most, at every step: in model sizes, or radians
   bool handles_met = false;                 // at every step
   bool energy_never_grows = false;          // from frame to frame, see energy_audit.hpp
@@ -60,7 +60,7 @@ struct ComparisonNumbers {
 struct ComparisonExpectations {
   std::optional<uint32_t> modes;
   std::optional<Range> lowest_frequency;  // Hz, of the first bending stiffness
-  bool in_range = false;                  // every method everywhere
+  bool turn_in_range = false;                  // every method everywhere
   bool warp_below_lma = false;            // its error, everywhere
   bool errors_grow = false;               // with gravity, of every method
   bool stiffer_differs_less = false;      // errors fall with bending stiffness

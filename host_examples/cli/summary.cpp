@@ -110,9 +110,9 @@ void print_motion(const Scene &scene, const Run &run) {
   row("displacement at the end", format("%.6g %s", run.frames.back().report.max_displacement, unit));
   row("largest local rotation", format("%.3f rad", rotation));
   if (const uint64_t early = run.frames.back().report.unconverged_steps) row("steps not converged", count(early));
-  row("frames out of range",
+  row("frames turned too far",
       count(static_cast<uint64_t>(std::count_if(run.frames.begin(), run.frames.end(),
-                                                [](const FrameRecord &f) { return !f.report.in_range; }))));
+                                                [](const FrameRecord &f) { return !f.report.turn_in_range; }))));
   if (run.largest_gain) row("most energy gained in a frame", format("%.1e of work", *run.largest_gain));
   if (!scene.is_static) row("kinetic energy at the end", format("%.1e of elastic", kinetic_share(run)));
 }
@@ -164,10 +164,10 @@ double largest_displacement(const Run &run) {
 void print_advice(const Summary &summary) {
   const std::vector<FrameRecord> &frames = summary.run.frames;
   const auto outside =
-      std::count_if(frames.begin(), frames.end(), [](const FrameRecord &f) { return !f.report.in_range; });
+      std::count_if(frames.begin(), frames.end(), [](const FrameRecord &f) { return !f.report.turn_in_range; });
   if (outside)
     std::printf(
-        "note: %lld of %zu frames bend further than the method describes well (a quarter turn):\n"
+        "note: %lld of %zu frames turn a vertex further than the method's rotations are good for (a quarter turn):\n"
         "      stiffen the shell, lower the loads, or check that units and material fit together\n",
         static_cast<long long>(outside), frames.size());
   if (summary.info.n_unknowns == 0)
@@ -209,9 +209,9 @@ std::vector<std::string> violations(const Summary &summary, bool whole) {
   judge.within("lowest frequency", summary.frequencies.empty() ? 0 : summary.frequencies[0], expect.lowest_frequency);
   if (!run.all_finite) judge.sentences.push_back("positions: some are not finite");
   for (const FrameRecord &f : run.frames)
-    if (expect.in_range && !f.report.in_range) {
+    if (expect.turn_in_range && !f.report.turn_in_range) {
       judge.sentences.push_back(
-          format("range: left at frame %u, local rotation %.3f rad", f.frame, f.report.max_rotation));
+          format("turned too far at frame %u: local rotation %.3f rad", f.frame, f.report.max_rotation));
       break;
     }
   if (expect.handle_residual)

@@ -102,9 +102,9 @@ struct ShellRunner::At {
 std::string Notes::warning() const {
   std::string text;
   const auto say = [&text](const std::string &line) { text += (text.empty() ? "" : "\n") + line; };
-  if (!in_range)
+  if (!turn_in_range)
     say("the shell turns by " + number(std::round(max_rotation * 57.29577951308232)) + " degrees, " +
-        number(std::ceil(100 * out_of_range)) + " % of it beyond the quarter turn within which it can be trusted");
+        number(std::ceil(100 * turned_too_far)) + " % of it beyond the quarter turn within which it can be trusted");
   if (handles_missed)
     say(number(uint64_t(handles_missed)) + " of the handles' holds cannot be met; more modes or a compliance may help");
   if (jumped) say("frames were skipped while something moved; play from the start frame for the exact motion");
@@ -279,9 +279,9 @@ void ShellRunner::read(const shellwarp::State &state) {
   std::vector<double> points(model_->rest().size());
   state.positions(points.data(), model_->n_points(), SW_SPACE_FRAME);
   deformed_ = std::move(points);
-  notes_.in_range = report.in_range == 1;
+  notes_.turn_in_range = report.turn_in_range == 1;
   notes_.max_rotation = report.max_rotation;
-  notes_.out_of_range = report.fraction_out_of_range;
+  notes_.turned_too_far = report.fraction_turned_too_far;
   notes_.handles_missed = missed_;
 }
 

@@ -27,9 +27,9 @@
 namespace host {
 
 struct Notes {
-  bool in_range = true;     // SwStateReport.in_range
+  bool turn_in_range = true;  // SwStateReport.turn_in_range: of turns alone, no measure of the error
   double max_rotation = 0;  // rad
-  double out_of_range = 0;  // share of the vertices that turn too far, SwStateReport.fraction_out_of_range
+  double turned_too_far = 0;  // share of the vertices, SwStateReport.fraction_turned_too_far
   uint32_t handles_missed = 0;
   bool jumped = false;             // the frames before this one were not all seen with their own inputs
   bool floats = false;             // nothing is held
@@ -39,7 +39,7 @@ struct Notes {
   std::string warning() const;
   // Which of the sentences there are, as bits: a host that tells of a change once goes by this, as the numbers in them change
   // from frame to frame.
-  uint32_t warnings() const { return 1u * !in_range | 2u * (handles_missed > 0) | 4u * jumped | 8u * floats; }
+  uint32_t warnings() const { return 1u * !turn_in_range | 2u * (handles_missed > 0) | 4u * jumped | 8u * floats; }
 };
 
 class ShellRunner {

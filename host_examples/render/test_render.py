@@ -220,7 +220,7 @@ class Figure(WithFiles):
 
 
 class Curves(WithFiles):
-    HEAD = "bending,gravity,method,error,area_change,residual,in_range,max_displacement,obj\n"
+    HEAD = "bending,gravity,method,error,area_change,residual,turn_in_range,max_displacement,obj\n"
     ROWS = ("1,1,implicit,0,1e-6,1e-9,1,.2,a.obj\n1,1,lma,.02,.01,1e-9,1,.2,b.obj\n1,1,warp,,,,,,\n"
             "1,2,implicit,0,2e-6,1e-9,1,.4,c.obj\n1,2,lma,.05,.03,1e-9,0,.4,d.obj\n10,1,lma,9,9,1e-9,1,.1,e.obj\n")
 

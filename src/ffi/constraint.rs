@@ -100,8 +100,8 @@ fn constraint_of(desc: &SwConstraintDesc) -> Result<Constraint, Fault> {
 /// at a vertex that a support holds, conflicting or more than the modes get the least-squares answer.
 ///
 /// A hard handle may ask for more than the shell can do gracefully: pushed along itself, a sheet that hardly stretches can
-/// only crumple. Near the rest pose it does not, and gets the least-squares answer; further away, watch in_range of
-/// sw_state_report, hold only the axes that matter, or give a compliance.
+/// only crumple. Near the rest pose it does not, and gets the least-squares answer; further away, ask
+/// sw_state_certify, hold only the axes that matter, or give a compliance.
 ///
 /// A nonlinear shell's handles are met exactly where supports and other handles leave the vertex free: a hard position is
 /// prescribed; where several want one vertex at different places it is at their mean. A step whose handles move too far for

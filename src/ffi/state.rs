@@ -38,7 +38,7 @@ pub const SW_METHOD_REDUCED_SHELL: u32 = 6;
 /// shells that are flat at rest come closer to the nonlinear shell; on curved ones it is as close as SW_METHOD_WARP_VIRTUAL_WORK, since
 /// both have the same modes. A step under gravity visits no vertex. The first state of a model prepares it, which takes as long as
 /// a part of the precompute, on small meshes up to twice as long; the model then holds 3 more numbers a vertex and sample, of
-/// which there are at most 32. in_range up to half a turn.
+/// which there are at most 32. turn_in_range of sw_state_report up to half a turn.
 pub const SW_METHOD_ROTATION_STRAIN: u32 = 8;
 
 /// The method that the precompute chose for the scene by auto_error or auto_operations.
@@ -145,9 +145,10 @@ pub unsafe extern "C" fn sw_frame_desc_init(desc: *mut SwFrameDesc) {
 pub struct SwStateReport {
     /// Set by sw_state_report_init.
     pub struct_size: u32,
-    /// 1 while max_rotation is at most a quarter turn, where a modal method's own error reaches a fifth of the displacement, or half
-    /// a turn with SW_METHOD_ROTATION_STRAIN; always 1 for a nonlinear shell, reduced or not.
-    pub in_range: u32,
+    /// Of rotations alone, and no measure of the error, which sw_state_certify estimates: 1 while max_rotation is at most a quarter
+    /// turn, where the warp itself gets a fifth of a strip's displacement wrong, or half a turn with SW_METHOD_ROTATION_STRAIN; always 1
+    /// for a nonlinear shell, reduced or not. 1 does not mean that the pose is right: on curved shells modes are most of the error.
+    pub turn_in_range: u32,
     /// Seconds stepped since creation or reset.
     pub time: f64,
     /// Of the motion in the frame. Under handles SW_INTEGRATOR_EXACT moves by impulses at the start of each step: a shell that
@@ -162,8 +163,8 @@ pub struct SwStateReport {
     pub max_rotation: f64,
     /// Largest displacement in the frame.
     pub max_displacement: f64,
-    /// Of all vertices, the share turned by more than that: what an artist should be warned of.
-    pub fraction_out_of_range: f64,
+    /// Of all vertices, the share turned further than turn_in_range allows. Of rotations alone, too.
+    pub fraction_turned_too_far: f64,
     /// Steps of a reduced shell since creation or reset, as this handle took them, whose Newton search ended short of its
     /// tolerance: finite, but less accurate than the others; shorter steps help. 0 for other methods.
     pub unconverged_steps: u64,
@@ -600,13 +601,13 @@ pub unsafe extern "C" fn sw_state_report(state: *const SwState, report: *mut SwS
         reading(state, |state| {
             let mut out = read_descriptor("report", report.cast_const())?;
             let measured = state.report();
-            out.in_range = u32::from(state.in_range(&measured));
+            out.turn_in_range = u32::from(state.turn_in_range(&measured));
             out.time = measured.time;
             out.kinetic_energy = measured.kinetic_energy;
             out.elastic_energy = measured.elastic_energy;
             out.constraint_work = measured.constraint_work;
             out.max_rotation = measured.max_rotation;
-            out.fraction_out_of_range = measured.fraction_out_of_range;
+            out.fraction_turned_too_far = measured.fraction_turned_too_far;
             out.max_displacement = measured.max_displacement;
             out.unconverged_steps = measured.unconverged_steps;
             put(report, out);

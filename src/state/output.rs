@@ -22,7 +22,7 @@ pub struct Report {
     /// Largest |u| in the frame.
     pub max_displacement: f64,
     /// Of all vertices, the share that is turned beyond [`ROTATION_RANGE`], or half a turn by rotation–strain reconstruction.
-    pub fraction_out_of_range: f64,
+    pub fraction_turned_too_far: f64,
     /// Steps of a reduced shell since creation or reset whose search ended short of its tolerance.
     pub unconverged_steps: u64,
 }
@@ -181,7 +181,7 @@ impl State {
             constraint_work,
             max_rotation: extent.rotation.sqrt(),
             max_displacement: extent.displacement.sqrt(),
-            fraction_out_of_range: extent.beyond as f64 / self.model.shell.mass.len() as f64,
+            fraction_turned_too_far: extent.beyond as f64 / self.model.shell.mass.len() as f64,
             unconverged_steps: if let Dynamics::Reduced(reduced) = &self.dynamics { reduced.unconverged } else { 0 },
         }
     }
@@ -199,8 +199,9 @@ impl State {
         }
     }
 
-    /// Whether the present pose is one that the method describes well: always for the nonlinear shell.
-    pub fn in_range(&self, report: &Report) -> bool {
+    /// Whether no vertex is turned further than the method's rotations are good for; always for the nonlinear shell. No measure of the
+    /// error: see [`State::certify`].
+    pub fn turn_in_range(&self, report: &Report) -> bool {
         !matches!(self.dynamics, Dynamics::Modal(_)) || report.max_rotation <= self.rotation_range()
     }
 }

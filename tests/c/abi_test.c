@@ -170,7 +170,7 @@ static void a_new_state_is_the_rest_shape(void) {
   CHECK(memcmp(frame.x, strip.positions, sizeof frame.x) == 0);
   const SwStateReport report = report_of(state);
   CHECK(report.time == 0 && report.kinetic_energy == 0 && report.elastic_energy == 0);
-  CHECK(report.max_rotation == 0 && report.max_displacement == 0 && report.in_range == 1);
+  CHECK(report.max_rotation == 0 && report.max_displacement == 0 && report.turn_in_range == 1);
   sw_state_destroy(state);
   sw_model_destroy(model);
 }
@@ -190,7 +190,7 @@ static void held_vertices_stay_and_the_free_end_sinks(void) {
   CHECK(tip[2] < -0.2 * STRIP_LENGTH);
   CHECK(tip[0] > 0 && tip[0] < STRIP_LENGTH);
   CHECK_NEAR(tip[1], 0, 1e-8); /* symmetry; rounding of the modes, magnified by steps */
-  CHECK(report_of(state).in_range == 1);
+  CHECK(report_of(state).turn_in_range == 1);
   sw_state_destroy(state);
   sw_model_destroy(model);
 }
@@ -664,9 +664,9 @@ static void leaving_the_range_is_reported(void) {
   double q[6] = {0};
   for (q[0] = 0.1; report_of(state).max_rotation <= kPi / 2; q[0] *= 1.2) {
     OK(sw_state_set_amplitudes(state, q, still, 6));
-    CHECK(report_of(state).in_range == (report_of(state).max_rotation <= kPi / 2));
+    CHECK(report_of(state).turn_in_range == (report_of(state).max_rotation <= kPi / 2));
   }
-  CHECK(report_of(state).in_range == 0);
+  CHECK(report_of(state).turn_in_range == 0);
   sw_state_destroy(state);
   sw_model_destroy(model);
 }

@@ -557,7 +557,7 @@ void a_scene_is_read_in_full() {
                  "stiffness = 0.3\n[frame]\nrise = 0.5\n[[frame.translate]]\naxis = [1, 0, 0]\n"
                  "amplitude = 2\nfrequency = 3\n[[frame.rotate_degrees]]\naxis = [0, 1, 0]\n"
                  "amplitude = 180\nfrequency = 1\nphase_degrees = 90\n[expect]\nmodes = 5\n"
-                 "in_range = true\nmax_displacement = [1, 2]\nhandles_met = true\nhandle_residual = 0.01\n"
+                 "turn_in_range = true\nmax_displacement = [1, 2]\nhandles_met = true\nhandle_residual = 0.01\n"
                  "[[handle]]\nnearest = [1, 2, 3]\nkind = 'both'\naxes = 'zx'\ncompliance = 0.5\nrelease = 2\n"
                  "key = [{ time = 1, offset = [1, 2, 3], rotate_degrees = [0, 180, 0] }, { time = 2 }]\n"
                  "[[handle]]\nvertex = 3\n[paper]\nsource = 'x'\nmodes = 4\n");
@@ -581,7 +581,7 @@ void a_scene_is_read_in_full() {
   CHECK_NEAR(led.keys[0].rotation[1], 3.141592653589793, 1e-15);
   CHECK(held.vertex == 3u && held.holds_position && !held.holds_orientation && held.keys.empty() && !held.release);
   CHECK(held.axes == (SW_AXIS_X | SW_AXIS_Y | SW_AXIS_Z) && held.held(1e9));
-  CHECK(s.expect.modes == 5u && s.expect.in_range && s.expect.max_displacement->second == 2 && s.paper->modes == 4.0);
+  CHECK(s.expect.modes == 5u && s.expect.turn_in_range && s.expect.max_displacement->second == 2 && s.paper->modes == 4.0);
 }
 
 void loads_and_comparisons_are_read() {
@@ -615,7 +615,7 @@ void a_comparison_is_judged_row_by_row() {
   c.methods = {SW_METHOD_LMA, SW_METHOD_WARP};
   c.gravities = {1, 2};
   c.bending = {1, 10};
-  c.expect.warp_below_lma = c.expect.errors_grow = c.expect.stiffer_differs_less = c.expect.in_range = true;
+  c.expect.warp_below_lma = c.expect.errors_grow = c.expect.stiffer_differs_less = c.expect.turn_in_range = true;
   c.expect.tolerance = 1e-3;
   c.expect.errors = {{SW_METHOD_LMA, cli::Range{0.05, 0.5}, {}},
                      {SW_METHOD_WARP, std::nullopt, {0.1, 0.2, 0.01, 0.02}}};
@@ -628,7 +628,7 @@ void a_comparison_is_judged_row_by_row() {
       row.bending = c.bending[k / 2];
       row.gravity = c.gravities[k % 2];
       row.method = method;
-      row.found = row.in_range = true;
+      row.found = row.turn_in_range = true;
       row.error = method == SW_METHOD_LMA ? lma[k] : method == SW_METHOD_WARP ? warp[k] : 0;
       good.rows.push_back(row);
     }

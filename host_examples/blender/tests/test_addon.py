@@ -456,7 +456,7 @@ class Dinosaur(Case):
         live, rest = shown(obj), part("inputs").rest_positions(obj.data)
         # of a body 90 cm long: plain to see
         self.assertGreater(numpy.abs(live - rest).max(), 1.0)
-        self.assertEqual(part("live").simulation(obj).report()["in_range"], 1)
+        self.assertEqual(part("live").simulation(obj).report()["turn_in_range"], 1)
         feet = part("inputs").group_vertices(obj, "feet")
         # held: the object's own coordinates, through one rotation and back at float32 of 90
         self.assertLess(numpy.abs(live[feet] - rest[feet]).max(), 2e-5)

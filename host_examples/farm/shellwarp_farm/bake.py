@@ -82,7 +82,7 @@ def _report(results, done, seconds, engine):
         "jobs": len(results), "baked": len(baked), "verified": sum(r["done"] == "verified" for r in done),
         "failed": [r["failed"] for r in results if "failed" in r], "models": len({r["model"]["key"] for r in done}),
         "made": len(made), "damage": sorted(damage), "redone": repaired,
-        "out_of_range": {r["job"]: r["range"] for r in done if r["range"]["frames_out"]},
+        "turned_too_far": {r["job"]: r["range"] for r in done if r["range"]["frames_out"]},
         "bytes": sum(facts["bytes"] for r in done for facts in r["outputs"].values()),
         "seconds": seconds, "workers": engine.workers(), "digest": manifest.digest(done)}
 
@@ -93,8 +93,8 @@ def print_report(report, most=5):
           f"{len(report['failed'])} failed; {report['seconds']:.1f} s on {report['workers']} workers")
     print(f"{report['models']} models, {report['made']} precomputed now; {report['bytes'] / 1e6:.0f} MB of outputs")
     lists = [("FAILED", report["failed"]), ("cache", report["damage"]), ("done again", report["redone"]),
-             ("out of range", [f"{name}: {facts['frames_out']} frames from {facts['first_out']}, rotation up to "
-                               f"{facts['max_rotation']:.2f} rad" for name, facts in report["out_of_range"].items()])]
+             ("turned too far", [f"{name}: {facts['frames_out']} frames from {facts['first_out']}, rotation up to "
+                               f"{facts['max_rotation']:.2f} rad" for name, facts in report["turned_too_far"].items()])]
     for title, lines in lists:
         for line in lines[:most]:
             print(f"{title}: {line}")

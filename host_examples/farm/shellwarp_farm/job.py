@@ -172,11 +172,11 @@ def _writers(job, partials, triangles):
 
 
 def _judge(judged, frame, report):
-    if not report["in_range"]:
+    if not report["turn_in_range"]:
         judged["frames_out"] += 1
         judged["first_out"] = frame if judged["first_out"] is None else judged["first_out"]
     judged["max_rotation"] = max(judged["max_rotation"], report["max_rotation"])
-    judged["worst_fraction"] = max(judged["worst_fraction"], report["fraction_out_of_range"])
+    judged["worst_fraction"] = max(judged["worst_fraction"], report["fraction_turned_too_far"])
 
 
 def _method(job):

@@ -95,11 +95,11 @@ def _judge(case, model, method, reference, rest, weights):
     try:
         found, _ = _equilibrium(case, model, method)
     except shellwarp.NumericalError as error:
-        return {"error": None, "error_by_vertex": None, "in_range": None, "max_rotation": None, "step_seconds": None, "note": str(error)}
+        return {"error": None, "error_by_vertex": None, "turn_in_range": None, "max_rotation": None, "step_seconds": None, "note": str(error)}
     squares = ((found["positions"] - reference) ** 2).sum(axis=1)
     shift = ((reference - rest) ** 2).sum(axis=1)
     return {"error": float(numpy.sqrt(weights @ squares / (weights @ shift))),
-            "error_by_vertex": float(numpy.sqrt(squares.sum() / shift.sum())), "in_range": bool(found["report"]["in_range"]),
+            "error_by_vertex": float(numpy.sqrt(squares.sum() / shift.sum())), "turn_in_range": bool(found["report"]["turn_in_range"]),
             "max_rotation": found["report"]["max_rotation"], "step_seconds": _step_seconds(case, model, method), "note": ""}
 
 

@@ -271,14 +271,14 @@ class SwFrameDesc(Structure):
 class SwStateReport(Structure):
     _fields_ = [
         ("struct_size", c_uint32),
-        ("in_range", c_uint32),
+        ("turn_in_range", c_uint32),
         ("time", c_double),
         ("kinetic_energy", c_double),
         ("elastic_energy", c_double),
         ("constraint_work", c_double),
         ("max_rotation", c_double),
         ("max_displacement", c_double),
-        ("fraction_out_of_range", c_double),
+        ("fraction_turned_too_far", c_double),
         ("unconverged_steps", c_uint64),
     ]
 

@@ -227,7 +227,7 @@ impl State {
         }
         let mut report = desc(sw_state_report_init);
         unsafe { ok(sw_state_report(self.handle, &mut report)) };
-        let measures = [report.time, report.max_rotation, report.max_displacement, report.fraction_out_of_range];
+        let measures = [report.time, report.max_rotation, report.max_displacement, report.fraction_turned_too_far];
         all_finite("report", &measures);
         all_finite("energies", &[report.kinetic_energy, report.elastic_energy, report.constraint_work]);
         for r in self.constraints() {
