@@ -14,7 +14,7 @@ export CMAKE_BUILD_PARALLEL_LEVEL ?= $(JOBS)
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
 .PHONY: help build native demo test test-cargo test-c test-render test-blender demo-blender install package blender-addon header \
-    python-abi test-docs lint fuzz check-memory check-threads check-miri check-guard bench bench-front bench-instructions bench-leave-out bench-precompute bench-training build-report report report-docs report-stability \
+    python-abi docs-api test-docs lint fuzz check-memory check-threads check-miri check-guard bench bench-front bench-instructions bench-leave-out bench-precompute bench-training build-report report report-docs report-stability \
     test-report clean
 .PHONY: farm-demo farm-sweep farm-costs bench-slepc
 
@@ -94,15 +94,19 @@ farm-costs: native ## time and memory by vertices and modes: out/farm/costs/cost
 bench-slepc: ## the precompute's eigenvalues against SLEPc's, where the system's python3 has slepc4py
 	@/usr/bin/python3 tests/bench/slepc_check.py
 
-header: ## write include/shellwarp.h anew from the Rust sources, and Python's declarations from it
+header: ## write include/shellwarp.h anew from the Rust sources, and Python's declarations and the API page from it
 	UPDATE_HEADER=1 cargo test --release --test header
-	@$(MAKE) python-abi
+	@$(MAKE) python-abi docs-api
+
+docs-api: ## write docs/reference/api.md anew from include/shellwarp.h
+	python3 docs/reference/api_page.py include/shellwarp.h >$(BUILD)-api.tmp
+	mv $(BUILD)-api.tmp docs/reference/api.md
 
 python-abi: ## write the Python package's declarations anew from include/shellwarp.h
 	python3 host_examples/python/generate_abi.py include/shellwarp.h >$(BUILD)-abi.tmp
 	mv $(BUILD)-abi.tmp host_examples/python/shellwarp/_abi.py
 
-test-docs: ## test that every link of the pages leads somewhere
+test-docs: ## test that links and names of the pages lead somewhere, and that the API page is current
 	@python3 -m unittest discover -s tests/docs
 
 lint: test-docs ## check links and formatting, and run clippy, warnings as errors
