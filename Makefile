@@ -94,9 +94,10 @@ farm-costs: native ## time and memory by vertices and modes: out/farm/costs/cost
 bench-slepc: ## the precompute's eigenvalues against SLEPc's, where the system's python3 has slepc4py
 	@/usr/bin/python3 tests/bench/slepc_check.py
 
-header: ## write include/shellwarp.h anew from the Rust sources, and Python's declarations and the API page from it
-	UPDATE_HEADER=1 cargo test --release --test header
+header: ## write include/shellwarp.h anew from the Rust sources, Python's declarations and the API page from it (FIRST=1: and tests/growth/first)
+	UPDATE_HEADER=1 cargo test --release --test header header_is_current
 	@$(MAKE) python-abi docs-api
+	$(if $(FIRST),cp include/shellwarp.h tests/c/struct_layout.def tests/growth/first/)
 
 docs-api: ## write docs/reference/api.md anew from include/shellwarp.h
 	python3 docs/reference/api_page.py include/shellwarp.h >$(BUILD)-api.tmp

@@ -38,11 +38,11 @@ inline void check(SwStatus status) {
 
 namespace detail {
 
-template <class Desc>
-Desc initialized(void (*init)(Desc *)) {
-  Desc desc;
-  init(&desc);
-  return desc;
+template <class Struct>
+Struct initialized() {
+  Struct made;
+  sw_struct_init(&made, sizeof made);
+  return made;
 }
 
 struct Destroy {
@@ -53,16 +53,16 @@ struct Destroy {
 }  // namespace detail
 
 /* Descriptors with every field at its default. */
-inline SwMeshDesc mesh_desc() { return detail::initialized(sw_mesh_desc_init); }
-inline SwMaterialDesc material_desc() { return detail::initialized(sw_material_desc_init); }
-inline SwSupportDesc support_desc() { return detail::initialized(sw_support_desc_init); }
-inline SwPrecomputeDesc precompute_desc() { return detail::initialized(sw_precompute_desc_init); }
-inline SwStateDesc state_desc() { return detail::initialized(sw_state_desc_init); }
-inline SwDampingDesc damping_desc() { return detail::initialized(sw_damping_desc_init); }
-inline SwFrameDesc frame_desc() { return detail::initialized(sw_frame_desc_init); }
-inline SwConstraintDesc constraint_desc() { return detail::initialized(sw_constraint_desc_init); }
-inline SwForceDesc force_desc() { return detail::initialized(sw_force_desc_init); }
-inline SwWindDesc wind_desc() { return detail::initialized(sw_wind_desc_init); }
+inline SwMeshDesc mesh_desc() { return detail::initialized<SwMeshDesc>(); }
+inline SwMaterialDesc material_desc() { return detail::initialized<SwMaterialDesc>(); }
+inline SwSupportDesc support_desc() { return detail::initialized<SwSupportDesc>(); }
+inline SwPrecomputeDesc precompute_desc() { return detail::initialized<SwPrecomputeDesc>(); }
+inline SwStateDesc state_desc() { return detail::initialized<SwStateDesc>(); }
+inline SwDampingDesc damping_desc() { return detail::initialized<SwDampingDesc>(); }
+inline SwFrameDesc frame_desc() { return detail::initialized<SwFrameDesc>(); }
+inline SwConstraintDesc constraint_desc() { return detail::initialized<SwConstraintDesc>(); }
+inline SwForceDesc force_desc() { return detail::initialized<SwForceDesc>(); }
+inline SwWindDesc wind_desc() { return detail::initialized<SwWindDesc>(); }
 
 /* A mesh of packed positions (n_vertices x 3) and packed triangles (n_triangles x 3). */
 inline SwMeshDesc mesh_desc(const void *positions, uint32_t format, uint32_t n_vertices, const uint32_t *triangles,
@@ -124,9 +124,9 @@ inline void step(SwState *const *states, uint32_t count, double seconds, SwStatu
 /* All diagnostics of a mesh; a broken mesh is not an exception here. */
 inline std::vector<SwDiagnostic> check_mesh(const SwMeshDesc &mesh) {
   uint32_t count = 0;
-  check(sw_mesh_check(&mesh, nullptr, 0, &count));
+  check(sw_mesh_check(&mesh, nullptr, sizeof(SwDiagnostic), 0, &count));
   std::vector<SwDiagnostic> diagnostics(count);
-  check(sw_mesh_check(&mesh, diagnostics.data(), count, &count));
+  check(sw_mesh_check(&mesh, diagnostics.data(), sizeof(SwDiagnostic), count, &count));
   return diagnostics;
 }
 
@@ -143,7 +143,7 @@ public:
   void precompute(const SwPrecomputeDesc &desc = precompute_desc()) { check(sw_model_precompute(get(), &desc)); }
 
   SwModelInfo info() const {
-    SwModelInfo info = detail::initialized(sw_model_info_init);
+    SwModelInfo info = detail::initialized<SwModelInfo>();
     check(sw_model_info(get(), &info));
     return info;
   }
@@ -160,9 +160,9 @@ public:
   /* The methods that were tried for SW_METHOD_AUTO. */
   std::vector<SwFrontPoint> front() const {
     uint32_t count = 0;
-    check(sw_model_front(get(), nullptr, 0, &count));
+    check(sw_model_front(get(), nullptr, sizeof(SwFrontPoint), 0, &count));
     std::vector<SwFrontPoint> points(count);
-    check(sw_model_front(get(), points.data(), count, &count));
+    check(sw_model_front(get(), points.data(), sizeof(SwFrontPoint), count, &count));
     return points;
   }
 
@@ -238,7 +238,7 @@ public:
 
   /* Moves to the static solution and tells how it was found. Throws, and nothing has moved, where there is none. */
   SwEquilibriumReport equilibrium() {
-    SwEquilibriumReport report = detail::initialized(sw_equilibrium_report_init);
+    SwEquilibriumReport report = detail::initialized<SwEquilibriumReport>();
     check(sw_state_equilibrium(get(), &report));
     return report;
   }
@@ -282,20 +282,20 @@ public:
   }
 
   SwStateReport report() const {
-    SwStateReport report = detail::initialized(sw_state_report_init);
+    SwStateReport report = detail::initialized<SwStateReport>();
     check(sw_state_report(get(), &report));
     return report;
   }
 
   /* How far the state is from the full nonlinear shell, by an estimate. */
   SwCertificate certify() const {
-    SwCertificate certificate = detail::initialized(sw_certificate_init);
+    SwCertificate certificate = detail::initialized<SwCertificate>();
     check(sw_state_certify(get(), &certificate));
     return certificate;
   }
   /* Goes on by the paper's warp where that is nearer to it; of the method that goes on, which it names. */
   SwCertificate fall_back() {
-    SwCertificate certificate = detail::initialized(sw_certificate_init);
+    SwCertificate certificate = detail::initialized<SwCertificate>();
     check(sw_state_fall_back(get(), &certificate));
     return certificate;
   }
@@ -305,9 +305,9 @@ public:
   /* What a step of that length uses and leaves out, at what cost; and the same as a table. */
   std::vector<SwPlanPart> plan(double seconds) const {
     uint32_t count = 0;
-    check(sw_state_plan(get(), seconds, nullptr, 0, &count));
+    check(sw_state_plan(get(), seconds, nullptr, sizeof(SwPlanPart), 0, &count));
     std::vector<SwPlanPart> parts(count);
-    check(sw_state_plan(get(), seconds, parts.data(), count, &count));
+    check(sw_state_plan(get(), seconds, parts.data(), sizeof(SwPlanPart), count, &count));
     return parts;
   }
   std::string plan_text(double seconds) const {
@@ -322,9 +322,9 @@ public:
   /* What the last step made of each constraint, by ascending id. */
   std::vector<SwConstraintReport> constraint_report() const {
     uint32_t count = 0;
-    check(sw_state_constraint_report(get(), nullptr, 0, &count));
+    check(sw_state_constraint_report(get(), nullptr, sizeof(SwConstraintReport), 0, &count));
     std::vector<SwConstraintReport> reports(count);
-    check(sw_state_constraint_report(get(), reports.data(), count, &count));
+    check(sw_state_constraint_report(get(), reports.data(), sizeof(SwConstraintReport), count, &count));
     return reports;
   }
 

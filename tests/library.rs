@@ -7,6 +7,7 @@ use shellwarp::ffi::mesh::SwMeshDesc;
 use shellwarp::ffi::model::{SwModel, SwPrecomputeDesc, SwSupportDesc};
 use shellwarp::ffi::pointer::SW_FORMAT_F64;
 use shellwarp::ffi::state::*;
+use shellwarp::ffi::structs::Described;
 use shellwarp::model::{Model, Options};
 use shellwarp::state::{Method, Space, State};
 use shellwarp::step::Integrator;
@@ -15,7 +16,6 @@ use std::ffi::c_void;
 use std::ptr::{null, null_mut};
 use std::sync::Arc;
 
-type Init<T> = unsafe extern "C" fn(*mut T);
 type Create = unsafe extern "C" fn(*const SwMeshDesc, *const c_void, *const SwSupportDesc, *mut *mut SwModel) -> u32;
 type Precompute = unsafe extern "C" fn(*mut SwModel, *const SwPrecomputeDesc) -> u32;
 type StateCreate = unsafe extern "C" fn(*const SwModel, *const c_void, *mut *mut SwState) -> u32;
@@ -40,14 +40,12 @@ fn from_the_library(positions: &[Vec3], triangles: &[[u32; 3]]) -> Vec<Vec3> {
     // SAFETY: the symbols have these types by the header, and every pointer is valid for its call.
     unsafe {
         let library = Library::new(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
-        let mut mesh: SwMeshDesc = std::mem::zeroed();
-        library.get::<Init<SwMeshDesc>>(b"sw_mesh_desc_init").unwrap()(&mut mesh);
+        let mut mesh = SwMeshDesc::initial();
         mesh.position_format = SW_FORMAT_F64;
         mesh.positions = positions.as_ptr().cast();
         mesh.triangles = triangles.as_ptr().cast();
         (mesh.n_vertices, mesh.n_triangles) = (positions.len() as u32, triangles.len() as u32);
-        let mut supports: SwSupportDesc = std::mem::zeroed();
-        library.get::<Init<SwSupportDesc>>(b"sw_support_desc_init").unwrap()(&mut supports);
+        let mut supports = SwSupportDesc::initial();
         (supports.fixed, supports.n_fixed) = (held.as_ptr(), held.len() as u32);
         let (mut model, mut state) = (null_mut(), null_mut());
         assert_eq!(library.get::<Create>(b"sw_model_create").unwrap()(&mesh, null(), &supports, &mut model), 0);
@@ -96,8 +94,7 @@ fn every_method_of_the_header_makes_a_state_that_steps() {
     // SAFETY: the symbols have these types by the header, and every pointer is valid for its call.
     unsafe {
         let library = Library::new(&path).unwrap();
-        let mut mesh: SwMeshDesc = std::mem::zeroed();
-        library.get::<Init<SwMeshDesc>>(b"sw_mesh_desc_init").unwrap()(&mut mesh);
+        let mut mesh = SwMeshDesc::initial();
         mesh.position_format = SW_FORMAT_F64;
         mesh.positions = positions.as_ptr().cast();
         mesh.triangles = triangles.as_ptr().cast();
@@ -112,8 +109,7 @@ fn every_method_of_the_header_makes_a_state_that_steps() {
             SW_METHOD_SHELL_EXPLICIT,
             SW_METHOD_WARP_VIRTUAL_WORK,
         ] {
-            let mut desc: SwStateDesc = std::mem::zeroed();
-            library.get::<Init<SwStateDesc>>(b"sw_state_desc_init").unwrap()(&mut desc);
+            let mut desc = SwStateDesc::initial();
             desc.method = method;
             let mut state = null_mut();
             let create = library.get::<StateCreateBy>(b"sw_state_create").unwrap();

@@ -61,8 +61,8 @@ void print_modes(const SwModelInfo &info, const std::vector<double> &hertz, cons
 void print_precompute(const SwModelInfo &info, const PaperFigures &paper) {
   heading("precompute");
   double total = 0;
-  for (uint32_t phase = 0; phase < SW_PHASE_COUNT; ++phase) {
-    row(phase_name(phase), seconds(info.seconds[phase]));
+  for (uint32_t phase = 0; phase < SW_PHASE_CAPACITY; ++phase) {
+    if (phase < SW_PHASE_COUNT || info.seconds[phase] > 0) row(phase_name(phase), seconds(info.seconds[phase]));
     total += info.seconds[phase];
   }
   row("total", seconds(total), paper.precompute_seconds);

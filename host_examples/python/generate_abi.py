@@ -4,7 +4,8 @@
     generate_abi.py HEADER > shellwarp/_abi.py
 
 The header is the one source of the interface. It is written by cbindgen, so its C is plain: comments, `#define NAME number`,
-typedefs of structs, of function pointers and of integers, and prototypes. Anything else is an error here, not a guess.
+typedefs of structs, of function pointers and of integers, and prototypes; what stands between #ifndef SHELLWARP_NO_INLINE and
+#endif is left out. Anything else is an error here, not a guess.
 """
 
 import re
@@ -20,7 +21,7 @@ class Declarations:
         self.constants, self.structs, self.callbacks, self.functions = {}, {}, {}, {}
         self.aliases, self.opaque = {}, []
         text = re.sub(r"/\*.*?\*/|//[^\n]*", "", text, flags=re.S)
-        text = re.sub(r"#ifdef __cplusplus.*?#endif", "", text, flags=re.S)
+        text = re.sub(r"#(ifdef __cplusplus|ifndef SHELLWARP_NO_INLINE).*?#endif", "", text, flags=re.S)
         for line in re.findall(r"^#.*$", text, flags=re.M):
             self.directive(line)
         text = re.sub(r"^#.*$", "", text, flags=re.M)

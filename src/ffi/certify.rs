@@ -1,9 +1,10 @@
 //! What a state gets wrong, and another method for it.
 
 use super::guard::{guard, read, write};
-use super::pointer::{initialise, object, put, read_descriptor, sized};
+use super::pointer::object;
 use super::state::{SwState, method_of, number_of};
 use super::status::SwStatus;
+use super::structs::{Described, Output, described};
 use crate::state::{Certificate, Method};
 use std::sync::atomic::Ordering;
 
@@ -32,14 +33,7 @@ pub struct SwCertificate {
     pub remaining: f64,
 }
 
-sized!(SwCertificate);
-
-/// Writes struct_size and zeros. NULL is allowed and does nothing.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn sw_certificate_init(certificate: *mut SwCertificate) {
-    // SAFETY: the header's contract.
-    unsafe { initialise(certificate) }
-}
+described!(SwCertificate, remaining);
 
 /// Estimates what a state gets wrong against the full nonlinear shell, under the loads, constraints and frame as they are now, by
 /// a few Newton steps of the full shell from the present pose. At rest that is the error of the equilibrium; where the full shell
@@ -58,15 +52,16 @@ pub unsafe extern "C" fn sw_state_certify(state: *const SwState, certificate: *m
         // SAFETY: the header's contract; NULL is excluded by the descriptor's check.
         unsafe {
             let handle = object("state", state)?;
-            let out = read_descriptor("certificate", certificate.cast_const())?;
+            let out = Output::checked("certificate", certificate)?;
             let state = read("state", &handle.state)?;
-            put(certificate, told(out, &state.certify()?, state.method()));
+            out.write(told(&state.certify()?, state.method()));
         }
         Ok(())
     })
 }
 
-fn told(mut out: SwCertificate, found: &Certificate, method: Method) -> SwCertificate {
+fn told(found: &Certificate, method: Method) -> SwCertificate {
+    let mut out = SwCertificate::initial();
     out.out_of_range = u32::from(found.out_of_range());
     (out.error, out.max_error, out.vertex) = (found.error, found.max_error, found.vertex as u32);
     (out.method, out.residual, out.remaining) = (number_of(method), found.residual, found.remaining);
@@ -93,11 +88,11 @@ pub unsafe extern "C" fn sw_state_fall_back(state: *mut SwState, certificate: *m
         // SAFETY: the header's contract; NULL is excluded by the descriptor's check.
         unsafe {
             let handle = object("state", state.cast_const())?;
-            let out = read_descriptor("certificate", certificate.cast_const())?;
+            let out = Output::checked("certificate", certificate)?;
             let mut state = write("state", &handle.state)?;
             let found = state.fall_back()?;
             handle.step_nanoseconds.store(state.step_nanoseconds(), Ordering::Relaxed);
-            put(certificate, told(out, &found, state.method()));
+            out.write(told(&found, state.method()));
         }
         Ok(())
     })

@@ -1,9 +1,10 @@
 //! Manipulation constraints: handles on single vertices.
 
 use super::guard::{guard, read, write};
-use super::pointer::{check_flags, copy_out, enumerant, initialise, not_null, object, put, read_descriptor, sized};
+use super::pointer::{check_flags, enumerant, not_null, object, put};
 use super::state::{SwState, rotation, vector};
 use super::status::{Fault, SwStatus};
+use super::structs::{Outputs, described, grows, read_descriptor};
 use crate::constraint::{Constraint, MET, Outcome, Target};
 
 /// Holds the vertex's position.
@@ -46,14 +47,7 @@ pub struct SwConstraintDesc {
     pub rotation: [f64; 9],
 }
 
-sized!(SwConstraintDesc);
-
-/// Writes struct_size and zeros. NULL is allowed and does nothing.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn sw_constraint_desc_init(desc: *mut SwConstraintDesc) {
-    // SAFETY: the header's contract.
-    unsafe { initialise(desc) }
-}
+described!(SwConstraintDesc, rotation);
 
 /// What the last step made of a constraint. Output only.
 #[repr(C)]
@@ -77,6 +71,8 @@ pub struct SwConstraintReport {
     /// Force or torque on the shell, world axes, over the last step.
     pub force: [f64; 3],
 }
+
+grows!(SwConstraintReport, force);
 
 fn constraint_of(desc: &SwConstraintDesc) -> Result<Constraint, Fault> {
     check_flags("desc->flags", desc.flags, 0)?;
@@ -155,13 +151,14 @@ fn report_of(constraint: &Constraint, outcome: &Outcome, size: f64) -> SwConstra
     }
 }
 
-/// What the last step made of each constraint, by ascending id. Two calls: with `reports` NULL and `capacity` 0 only *count is
+/// What the last step made of each constraint, by ascending id. `element_size` is sizeof(SwConstraintReport). Two calls: with `reports` NULL and `capacity` 0 only *count is
 /// written. Callable concurrently.
-/// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_BUFFER_SIZE when capacity < *count, SW_ERROR_BUSY.
+/// Errors: SW_ERROR_INVALID_DESC, SW_ERROR_INVALID_ARGUMENT, SW_ERROR_BUFFER_SIZE when capacity < *count, SW_ERROR_BUSY.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn sw_state_constraint_report(
     state: *const SwState,
     reports: *mut SwConstraintReport,
+    element_size: u32,
     capacity: u32,
     count: *mut u32,
 ) -> SwStatus {
@@ -169,11 +166,12 @@ pub unsafe extern "C" fn sw_state_constraint_report(
         not_null("count", count)?;
         // SAFETY: the header's contract; NULL is excluded above.
         unsafe {
+            let out = Outputs::checked("reports", reports, element_size)?;
             let handle = object("state", state)?;
             let state = read("state", &handle.state)?;
             let size = state.model().shell.mesh.size;
             let all: Vec<SwConstraintReport> = state.constraints().map(|(c, o)| report_of(c, o, size)).collect();
-            copy_out("reports", &all, reports, capacity.into())?;
+            out.copy_out("reports", &all, capacity)?;
             put(count, all.len() as u32);
         }
         Ok(())

@@ -1,11 +1,10 @@
 //! External loads, and the static solution under them.
 
 use super::guard::{guard, write};
-use super::pointer::{
-    VectorRows, check_flags, initialise, object, put, read_array, read_descriptor, read_descriptor_or_default, sized,
-};
+use super::pointer::{VectorRows, check_flags, object, read_array};
 use super::state::{SwState, vector};
 use super::status::{Fault, SwStatus};
+use super::structs::{Described, Output, described, read_descriptor};
 use crate::Vec3;
 use crate::load::Wind;
 use std::ffi::c_void;
@@ -33,14 +32,7 @@ pub struct SwForceDesc {
     pub vertices: *const u32,
 }
 
-sized!(SwForceDesc);
-
-/// Writes struct_size and zeros: no forces. NULL is allowed and does nothing.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn sw_force_desc_init(desc: *mut SwForceDesc) {
-    // SAFETY: the header's contract.
-    unsafe { initialise(desc) }
-}
+described!(SwForceDesc, vertices);
 
 /// Air that drags at the shell's triangles as they are turned and move: on each of area A, with the air's velocity relative to
 /// it split into the part n along its normal and the rest t, 1/2 density A (normal_drag |n| n + tangential_drag |t| t).
@@ -65,14 +57,7 @@ pub struct SwWindDesc {
     pub local_stride: u64,
 }
 
-sized!(SwWindDesc);
-
-/// Writes struct_size and zeros: no wind. NULL is allowed and does nothing.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn sw_wind_desc_init(desc: *mut SwWindDesc) {
-    // SAFETY: the header's contract.
-    unsafe { initialise(desc) }
-}
+described!(SwWindDesc, local_stride);
 
 unsafe fn forces_of(desc: &SwForceDesc, n_vertices: usize) -> Result<Vec<(u32, Vec3)>, Fault> {
     check_flags("desc->flags", desc.flags, SW_FORCES_ONE_STEP)?;
@@ -149,14 +134,7 @@ pub struct SwEquilibriumReport {
     pub residual: f64,
 }
 
-sized!(SwEquilibriumReport);
-
-/// Writes struct_size and zeros. NULL is allowed and does nothing.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn sw_equilibrium_report_init(report: *mut SwEquilibriumReport) {
-    // SAFETY: the header's contract.
-    unsafe { initialise(report) }
-}
+described!(SwEquilibriumReport, residual);
 
 /// Moves the state to the static solution of its method under the present loads and constraints, at rest in the present frame;
 /// time does not pass. The search starts from the present shape. `report` may be NULL. Blocks; on failure nothing has moved.
@@ -167,11 +145,10 @@ pub unsafe extern "C" fn sw_state_equilibrium(state: *mut SwState, report: *mut 
         // SAFETY: the header's contract; the report is NULL or checked.
         unsafe {
             let handle = object("state", state.cast_const())?;
-            let mut out = read_descriptor_or_default("report", report.cast_const())?;
+            let out = if report.is_null() { None } else { Some(Output::checked("report", report)?) };
             let (residual, iterations) = write("state", &handle.state)?.equilibrium()?;
-            (out.residual, out.iterations) = (residual, iterations as u32);
-            if !report.is_null() {
-                put(report, out);
+            if let Some(out) = out {
+                out.write(SwEquilibriumReport { residual, iterations: iterations as u32, ..Described::initial() });
             }
         }
         Ok(())

@@ -1,8 +1,9 @@
 //! Mesh descriptors and located diagnostics.
 
 use super::guard::guard;
-use super::pointer::{Rows, VectorRows, initialise, not_null, put, read_descriptor, sized};
+use super::pointer::{Rows, VectorRows, not_null, put};
 use super::status::{Fault, SW_ERROR_INVALID_MESH, SwStatus, copy_text};
+use super::structs::{Outputs, described, grows, read_descriptor};
 use crate::Vec3;
 use crate::mesh::{Diagnostic, Kind, Severity, check};
 use std::ffi::{c_char, c_void};
@@ -37,7 +38,7 @@ pub const SW_DIAGNOSTIC_COINCIDENT_VERTICES: u32 = 11;
 /// Warning. element: triangle; value[0]: quality 4 sqrt(3) area / sum of squared sides, below 0.02.
 pub const SW_DIAGNOSTIC_SLIVER: u32 = 12;
 
-/// Length of SwDiagnostic::message, the closing NUL included.
+/// Length of SwDiagnostic::message, the closing NUL included; for good.
 pub const SW_DIAGNOSTIC_MESSAGE_SIZE: usize = 160;
 
 /// One located problem of a mesh. Output only.
@@ -59,6 +60,8 @@ pub struct SwDiagnostic {
     /// The same in words, NUL-terminated.
     pub message: [c_char; SW_DIAGNOSTIC_MESSAGE_SIZE],
 }
+
+grows!(SwDiagnostic, message);
 
 /// A triangle mesh in the host's memory. Nothing is kept: the library copies what it needs during the call.
 #[repr(C)]
@@ -82,14 +85,7 @@ pub struct SwMeshDesc {
     pub n_triangles: u32,
 }
 
-sized!(SwMeshDesc);
-
-/// Writes struct_size and zeros. NULL is allowed and does nothing.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn sw_mesh_desc_init(desc: *mut SwMeshDesc) {
-    // SAFETY: the header's contract.
-    unsafe { initialise(desc) }
-}
+described!(SwMeshDesc, n_triangles);
 
 /// Corners are numbered 3t + k in 32 bits.
 const MAX_TRIANGLES: u32 = 1 << 30;
@@ -156,12 +152,13 @@ impl From<&Diagnostic> for SwDiagnostic {
 /// Finds every problem of a mesh without building anything; errors come first, then warnings, each by kind and element.
 ///
 /// Writes min(capacity, *count) diagnostics; `count` is how many there are in all. `diagnostics` may be NULL if `capacity`
-/// is 0. SW_OK says that the check was done, not that the mesh is good: read the severities. Callable from any thread.
+/// is 0; `element_size` is sizeof(SwDiagnostic). SW_OK says that the check was done, not that the mesh is good: read the severities. Callable from any thread.
 /// Errors: SW_ERROR_INVALID_DESC, SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_MESH when a count is out of range.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn sw_mesh_check(
     mesh: *const SwMeshDesc,
     diagnostics: *mut SwDiagnostic,
+    element_size: u32,
     capacity: u32,
     count: *mut u32,
 ) -> SwStatus {
@@ -170,13 +167,12 @@ pub unsafe extern "C" fn sw_mesh_check(
         if capacity > 0 {
             not_null("diagnostics", diagnostics)?;
         }
+        let out = Outputs::checked("diagnostics", diagnostics, element_size)?;
         // SAFETY: the header's contract; NULL is excluded above.
         unsafe {
             let (positions, triangles) = read_mesh(mesh)?;
             let found = check(&positions, &triangles).diagnostics;
-            for (i, d) in found.iter().take(capacity as usize).enumerate() {
-                put(diagnostics.wrapping_add(i), d.into());
-            }
+            out.write(found.iter().take(capacity as usize).map(SwDiagnostic::from));
             put(count, found.len().min(u32::MAX as usize) as u32);
         }
         Ok(())

@@ -17,6 +17,7 @@ pub mod plan;
 pub mod pointer;
 pub mod state;
 pub mod status;
+pub mod structs;
 
 #[cfg(test)]
 mod tests;

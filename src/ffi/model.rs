@@ -4,10 +4,10 @@ use super::guard::{guard, read, write};
 use super::log::{SW_LOG_INFO, SW_LOG_WARNING, log};
 use super::mesh::{SwMeshDesc, read_mesh};
 use super::pointer::{
-    VectorRows, asks_for_size, byte_slice, check_flags, copy_out, enumerant, initialise, not_null, object, put,
-    read_array, read_descriptor, read_descriptor_or_default, sized,
+    VectorRows, asks_for_size, byte_slice, check_flags, copy_out, enumerant, not_null, object, put, read_array,
 };
 use super::status::{Fault, SW_ERROR_INVALID_DATA, SW_ERROR_NOT_PRECOMPUTED, SW_ERROR_UNSUPPORTED, SwStatus};
+use super::structs::{Described, Output, Outputs, described, grows, read_descriptor_or_default};
 use crate::auto::{Budget, Candidate};
 use crate::cache;
 use crate::error::{require_finite, require_non_negative};
@@ -40,14 +40,7 @@ pub struct SwMaterialDesc {
     pub area_density: f64,
 }
 
-sized!(SwMaterialDesc);
-
-/// Writes struct_size and zeros. NULL is allowed and does nothing.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn sw_material_desc_init(desc: *mut SwMaterialDesc) {
-    // SAFETY: the header's contract.
-    unsafe { initialise(desc) }
-}
+described!(SwMaterialDesc, area_density);
 
 /// Which vertices are held in place in the support frame. Lists may repeat vertices.
 #[repr(C)]
@@ -67,14 +60,7 @@ pub struct SwSupportDesc {
     pub n_clamped: u32,
 }
 
-sized!(SwSupportDesc);
-
-/// Writes struct_size and zeros. NULL is allowed and does nothing.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn sw_support_desc_init(desc: *mut SwSupportDesc) {
-    // SAFETY: the header's contract.
-    unsafe { initialise(desc) }
-}
+described!(SwSupportDesc, n_clamped);
 
 /// Go on.
 pub const SW_PROGRESS_CONTINUE: u32 = 0x100;
@@ -93,11 +79,13 @@ pub const SW_PHASE_MODES: u32 = 3;
 pub const SW_PHASE_CERTIFICATE: u32 = 4;
 /// Modal rotations, run-time layout, and the reduced shell.
 pub const SW_PHASE_ROTATION: u32 = 5;
-/// Number of phases.
+/// Number of phases, which grows with them.
 pub const SW_PHASE_COUNT: usize = 6;
+/// Places for the phases in SwModelInfo::seconds, for good: there will not be more.
+pub const SW_PHASE_CAPACITY: usize = 16;
 
 /// Hears of progress on the thread that called sw_model_precompute: SW_PHASE_... and the fraction of that phase, 0 to 1.
-/// A phase may come up more than once, or not at all on a small mesh. A numeric factorization is one piece of work,
+/// A phase may come up more than once, or not at all on a small mesh, and a newer library may have phases that this header does not. A numeric factorization is one piece of work,
 /// during which nothing is heard and no cancel is taken: some tenths of a second for 10^4 vertices and some seconds for 10^5, about
 /// n^1.5, twice. Must return SW_PROGRESS_CONTINUE or
 /// SW_PROGRESS_CANCEL; anything else is an error, so that a callback which forgets to return is found out. Must not throw or
@@ -203,14 +191,7 @@ pub struct SwPrecomputeDesc {
     pub reduced_mode_searches: f64,
 }
 
-sized!(SwPrecomputeDesc);
-
-/// Writes struct_size and zeros. NULL is allowed and does nothing.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn sw_precompute_desc_init(desc: *mut SwPrecomputeDesc) {
-    // SAFETY: the header's contract.
-    unsafe { initialise(desc) }
-}
+described!(SwPrecomputeDesc, reduced_mode_searches);
 
 /// Facts about a model. The caller sets struct_size with sw_model_info_init.
 #[repr(C)]
@@ -261,8 +242,8 @@ pub struct SwModelInfo {
     pub orthonormality: f64,
     /// Where eigenvalues were counted, 1/s^2.
     pub inertia_shift: f64,
-    /// Seconds by SW_PHASE_....
-    pub seconds: [f64; SW_PHASE_COUNT],
+    /// Seconds by SW_PHASE_...; 0 beyond the last. Their sum is the time of the precompute, with phases that a host does not know.
+    pub seconds: [f64; SW_PHASE_CAPACITY],
     /// Bytes that the model holds for the run.
     pub bytes_model: u64,
     /// Bytes of one state.
@@ -297,14 +278,7 @@ pub struct SwModelInfo {
     pub auto_error: f64,
 }
 
-sized!(SwModelInfo);
-
-/// Writes struct_size and zeros. NULL is allowed and does nothing.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn sw_model_info_init(info: *mut SwModelInfo) {
-    // SAFETY: the header's contract.
-    unsafe { initialise(info) }
-}
+described!(SwModelInfo, auto_error);
 
 pub(super) struct ModelContent {
     shell: Arc<Shell>,
@@ -514,7 +488,7 @@ pub unsafe extern "C" fn sw_model_destroy(model: *mut SwModel) {
 
 fn info_of(content: &ModelContent) -> SwModelInfo {
     let shell = &content.shell;
-    let mut info: SwModelInfo = super::pointer::Sized32::initial();
+    let mut info = SwModelInfo::initial();
     info.n_vertices = shell.mesh.positions.len() as u32;
     info.n_triangles = shell.mesh.triangles.len() as u32;
     info.n_edges = shell.mesh.edges.len() as u32;
@@ -532,7 +506,7 @@ fn info_of(content: &ModelContent) -> SwModelInfo {
 }
 
 fn fill_precomputed(info: &mut SwModelInfo, model: &Arc<Model>) {
-    const { assert!(SW_PHASE_COUNT == PHASES) };
+    const { assert!(SW_PHASE_COUNT == PHASES && PHASES <= SW_PHASE_CAPACITY) };
     let certificate = &model.certificate;
     info.precomputed = 1;
     info.modes = model.n_modes() as u32;
@@ -548,7 +522,7 @@ fn fill_precomputed(info: &mut SwModelInfo, model: &Arc<Model>) {
     info.residual = certificate.residual;
     info.orthonormality = certificate.orthonormality;
     info.inertia_shift = certificate.shift;
-    info.seconds = model.seconds;
+    info.seconds[..PHASES].copy_from_slice(&model.seconds);
     info.effective_mass = model.effective_mass().into(); // makes what the bytes then count
     info.bytes_model = model.bytes() as u64;
     info.bytes_state = State::bytes_for(model.n_modes()) as u64;
@@ -573,9 +547,9 @@ pub unsafe extern "C" fn sw_model_info(model: *const SwModel, info: *mut SwModel
         // SAFETY: the header's contract.
         unsafe {
             let handle = object("model", model)?;
-            read_descriptor("info", info.cast_const())?;
+            let out = Output::checked("info", info)?;
             let content = read("model", &handle.0)?;
-            put(info, info_of(&content));
+            out.write(info_of(&content));
         }
         Ok(())
     })
@@ -603,6 +577,8 @@ pub struct SwFrontPoint {
     pub error: f64,
 }
 
+grows!(SwFrontPoint, error);
+
 impl SwFrontPoint {
     fn of(candidate: &Candidate, chosen: bool) -> Self {
         let Candidate { method, sagged, fields, elements, operations, error } = *candidate;
@@ -612,13 +588,14 @@ impl SwFrontPoint {
     }
 }
 
-/// The methods that were tried for SW_METHOD_AUTO, none on a model without a choice. Two calls: with `points` NULL and `capacity` 0
+/// The methods that were tried for SW_METHOD_AUTO, none on a model without a choice. `element_size` is sizeof(SwFrontPoint). Two calls: with `points` NULL and `capacity` 0
 /// only *count is written. Callable concurrently.
-/// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_BUFFER_SIZE when capacity < *count, SW_ERROR_NOT_PRECOMPUTED, SW_ERROR_BUSY.
+/// Errors: SW_ERROR_INVALID_DESC, SW_ERROR_INVALID_ARGUMENT, SW_ERROR_BUFFER_SIZE when capacity < *count, SW_ERROR_NOT_PRECOMPUTED, SW_ERROR_BUSY.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn sw_model_front(
     model: *const SwModel,
     points: *mut SwFrontPoint,
+    element_size: u32,
     capacity: u32,
     count: *mut u32,
 ) -> SwStatus {
@@ -626,13 +603,14 @@ pub unsafe extern "C" fn sw_model_front(
         not_null("count", count)?;
         // SAFETY: the header's contract; NULL is excluded above.
         unsafe {
+            let out = Outputs::checked("points", points, element_size)?;
             let model = object("model", model)?.precomputed()?;
             let point = |front: &crate::auto::Front| -> Vec<SwFrontPoint> {
                 let numbered = front.candidates.iter().enumerate();
                 numbered.map(|(k, candidate)| SwFrontPoint::of(candidate, k == front.chosen)).collect()
             };
             let found = model.front.as_ref().map_or_else(Vec::new, point);
-            copy_out("points", &found, points, capacity.into())?;
+            out.copy_out("points", &found, capacity)?;
             put(count, found.len() as u32);
         }
         Ok(())

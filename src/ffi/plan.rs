@@ -4,6 +4,7 @@ use super::guard::{guard, read};
 use super::pointer::{asks_for_size, copy_out, not_null, object, put};
 use super::state::SwState;
 use super::status::{SwStatus, copy_text};
+use super::structs::{Outputs, grows};
 use crate::state::{Part, PartKind};
 use std::ffi::c_char;
 
@@ -30,7 +31,7 @@ pub const SW_PART_NONLINEAR_SHELL: u32 = 10;
 /// The reduced nonlinear shell.
 pub const SW_PART_REDUCED_SHELL: u32 = 11;
 
-/// Length of SwPlanPart::reason, the closing NUL included.
+/// Length of SwPlanPart::reason, the closing NUL included; for good.
 pub const SW_PLAN_REASON_SIZE: usize = 120;
 
 /// One part of a step. Output only.
@@ -49,6 +50,8 @@ pub struct SwPlanPart {
     /// Why it is used, or was left out; NUL-terminated.
     pub reason: [c_char; SW_PLAN_REASON_SIZE],
 }
+
+grows!(SwPlanPart, reason);
 
 impl From<&Part> for SwPlanPart {
     fn from(part: &Part) -> Self {
@@ -78,13 +81,14 @@ impl From<&Part> for SwPlanPart {
 }
 
 /// What a step of `seconds` from the present state uses, what it leaves out and why, and what each part costs: one entry for each
-/// SW_PART_..., in ascending order. Two calls: with `parts` NULL and `capacity` 0 only *count is written. Callable concurrently.
-/// Errors: SW_ERROR_INVALID_ARGUMENT, also as by sw_state_step; SW_ERROR_BUFFER_SIZE when capacity < *count; SW_ERROR_BUSY.
+/// SW_PART_..., in ascending order. `element_size` is sizeof(SwPlanPart). Two calls: with `parts` NULL and `capacity` 0 only *count is written. Callable concurrently.
+/// Errors: SW_ERROR_INVALID_DESC, SW_ERROR_INVALID_ARGUMENT, also as by sw_state_step; SW_ERROR_BUFFER_SIZE when capacity < *count; SW_ERROR_BUSY.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn sw_state_plan(
     state: *const SwState,
     seconds: f64,
     parts: *mut SwPlanPart,
+    element_size: u32,
     capacity: u32,
     count: *mut u32,
 ) -> SwStatus {
@@ -92,10 +96,11 @@ pub unsafe extern "C" fn sw_state_plan(
         not_null("count", count)?;
         // SAFETY: the header's contract; NULL is excluded above.
         unsafe {
+            let out = Outputs::checked("parts", parts, element_size)?;
             let handle = object("state", state)?;
             let plan: Vec<SwPlanPart> =
                 read("state", &handle.state)?.plan(seconds)?.iter().map(SwPlanPart::from).collect();
-            copy_out("parts", &plan, parts, capacity.into())?;
+            out.copy_out("parts", &plan, capacity)?;
             put(count, plan.len() as u32);
         }
         Ok(())

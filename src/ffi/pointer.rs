@@ -1,6 +1,6 @@
-//! Checked passage of pointers, descriptors and strided buffers.
+//! Checked passage of pointers and strided buffers.
 
-use super::status::{Fault, SW_ERROR_BUFFER_SIZE, SW_ERROR_INVALID_DESC};
+use super::status::{Fault, SW_ERROR_BUFFER_SIZE};
 use crate::Vec3;
 use std::ffi::c_void;
 
@@ -8,71 +8,6 @@ use std::ffi::c_void;
 pub const SW_FORMAT_F32: u32 = 1;
 /// 64-bit floating point.
 pub const SW_FORMAT_F64: u32 = 2;
-
-/// A struct that begins with `struct_size`.
-///
-/// # Safety
-/// The type is repr(C), its first field is a u32 holding the size, and any bit pattern of it is valid.
-pub unsafe trait Sized32: Copy {
-    /// Its C name.
-    const NAME: &'static str;
-    /// The value that its init function writes.
-    fn initial() -> Self;
-}
-
-/// Implements [`Sized32`] for a struct of numbers and nullable pointers.
-macro_rules! sized {
-    ($type:ident) => {
-        // SAFETY: repr(C), struct_size first, and only numbers and nullable pointers inside.
-        unsafe impl $crate::ffi::pointer::Sized32 for $type {
-            const NAME: &'static str = stringify!($type);
-            fn initial() -> Self {
-                // SAFETY: all-zero bytes are a valid value of such a struct: 0 and NULL everywhere.
-                let mut value: Self = unsafe { std::mem::zeroed() };
-                value.struct_size = size_of::<Self>() as u32;
-                value
-            }
-        }
-    };
-}
-pub(super) use sized;
-
-/// Body of the init functions.
-pub(super) unsafe fn initialise<T: Sized32>(out: *mut T) {
-    super::guard::guard(|| {
-        if !out.is_null() {
-            // SAFETY: the host passes a struct of this type.
-            unsafe { out.write_unaligned(T::initial()) };
-        }
-        Ok(())
-    });
-}
-
-/// Copies a descriptor after checking its size. `name` is the argument's.
-pub(super) unsafe fn read_descriptor<T: Sized32>(name: &str, pointer: *const T) -> Result<T, Fault> {
-    not_null(name, pointer)?;
-    // SAFETY: not NULL; the host passes a struct that begins with a u32.
-    let size = unsafe { pointer.cast::<u32>().read_unaligned() };
-    if size as usize != size_of::<T>() {
-        let message = format!(
-            "{name}->struct_size is {size}, but {} has {} bytes: initialise it with its init function",
-            T::NAME,
-            size_of::<T>()
-        );
-        return Err(Fault::new(SW_ERROR_INVALID_DESC, message));
-    }
-    // SAFETY: the size says it is this struct; any bits are valid.
-    Ok(unsafe { pointer.read_unaligned() })
-}
-
-/// As [`read_descriptor`], with NULL standing for an initialised descriptor.
-pub(super) unsafe fn read_descriptor_or_default<T: Sized32>(name: &str, pointer: *const T) -> Result<T, Fault> {
-    if pointer.is_null() {
-        return Ok(T::initial());
-    }
-    // SAFETY: passed on unchanged.
-    unsafe { read_descriptor(name, pointer) }
-}
 
 /// Fails on NULL, naming the argument.
 pub(super) fn not_null<T>(name: &str, pointer: *const T) -> Result<(), Fault> {

@@ -2,11 +2,9 @@
 
 use super::guard::{guard, read, write};
 use super::model::{SwModel, vertex_rows};
-use super::pointer::{
-    VectorRows, check_flags, copy_out, enumerant, initialise, not_null, object, put, read_array, read_descriptor,
-    read_descriptor_or_default, sized,
-};
+use super::pointer::{VectorRows, check_flags, copy_out, enumerant, not_null, object, put, read_array};
 use super::status::{Fault, SwStatus};
+use super::structs::{Described, Output, described, read_descriptor, read_descriptor_or_default};
 use crate::error::require_finite;
 use crate::state::{Damping, Method, Space, State};
 use crate::step::Integrator;
@@ -68,14 +66,7 @@ pub struct SwStateDesc {
     pub flags: u32,
 }
 
-sized!(SwStateDesc);
-
-/// Writes struct_size and zeros. NULL is allowed and does nothing.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn sw_state_desc_init(desc: *mut SwStateDesc) {
-    // SAFETY: the header's contract.
-    unsafe { initialise(desc) }
-}
+described!(SwStateDesc, flags);
 
 /// Damping of each mode: c = xi + zeta lambda + 2 ratio sqrt(lambda). All must be finite and not negative; 0 = none.
 #[repr(C)]
@@ -93,14 +84,7 @@ pub struct SwDampingDesc {
     pub ratios: *const f64,
 }
 
-sized!(SwDampingDesc);
-
-/// Writes struct_size and zeros. NULL is allowed and does nothing.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn sw_damping_desc_init(desc: *mut SwDampingDesc) {
-    // SAFETY: the header's contract.
-    unsafe { initialise(desc) }
-}
+described!(SwDampingDesc, ratios);
 
 /// The frame jumps to its new pose and is at rest there: no inertial load.
 pub const SW_FRAME_TELEPORT: u32 = 1;
@@ -130,14 +114,7 @@ pub struct SwFrameDesc {
     pub angular_acceleration: [f64; 3],
 }
 
-sized!(SwFrameDesc);
-
-/// Writes struct_size and zeros: the world frame. NULL is allowed and does nothing.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn sw_frame_desc_init(desc: *mut SwFrameDesc) {
-    // SAFETY: the header's contract.
-    unsafe { initialise(desc) }
-}
+described!(SwFrameDesc, angular_acceleration);
 
 /// Measures of a state. The caller sets struct_size with sw_state_report_init.
 #[repr(C)]
@@ -170,14 +147,7 @@ pub struct SwStateReport {
     pub unconverged_steps: u64,
 }
 
-sized!(SwStateReport);
-
-/// Writes struct_size and zeros. NULL is allowed and does nothing.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn sw_state_report_init(report: *mut SwStateReport) {
-    // SAFETY: the header's contract.
-    unsafe { initialise(report) }
-}
+described!(SwStateReport, unconverged_steps);
 
 /// A moving shell. Opaque. One thread at a time, but functions that take it const may run at the same time as each other;
 /// a violation returns SW_ERROR_BUSY.
@@ -599,7 +569,8 @@ pub unsafe extern "C" fn sw_state_report(state: *const SwState, report: *mut SwS
     // SAFETY: the header's contract; NULL is excluded by the descriptor's check.
     unsafe {
         reading(state, |state| {
-            let mut out = read_descriptor("report", report.cast_const())?;
+            let place = Output::checked("report", report)?;
+            let mut out = SwStateReport::initial();
             let measured = state.report();
             out.turn_in_range = u32::from(state.turn_in_range(&measured));
             out.time = measured.time;
@@ -610,7 +581,7 @@ pub unsafe extern "C" fn sw_state_report(state: *const SwState, report: *mut SwS
             out.fraction_turned_too_far = measured.fraction_turned_too_far;
             out.max_displacement = measured.max_displacement;
             out.unconverged_steps = measured.unconverged_steps;
-            put(report, out);
+            place.write(out);
             Ok(())
         })
     }

@@ -12,7 +12,7 @@ pub type SwStatus = u32;
 pub const SW_OK: SwStatus = 0;
 /// A pointer is NULL, a value is not finite or out of its range, an enumerant or a flag is unknown.
 pub const SW_ERROR_INVALID_ARGUMENT: SwStatus = 1;
-/// A descriptor's struct_size is not one that this library knows: call its sw_..._init first.
+/// A struct_size or an element_size cannot be the host's sizeof: call the struct's sw_..._init first.
 pub const SW_ERROR_INVALID_DESC: SwStatus = 2;
 /// The mesh has a problem of severity error; sw_mesh_check lists them all.
 pub const SW_ERROR_INVALID_MESH: SwStatus = 3;
@@ -30,7 +30,7 @@ pub const SW_ERROR_BUFFER_SIZE: SwStatus = 8;
 pub const SW_ERROR_INVALID_DATA: SwStatus = 9;
 /// The handle is in use by another thread.
 pub const SW_ERROR_BUSY: SwStatus = 10;
-/// This build or this version does not offer what was asked for.
+/// This build or this version does not offer what was asked for, as a field that it does not know.
 pub const SW_ERROR_UNSUPPORTED: SwStatus = 11;
 /// A defect of the library was caught. The handle concerned is poisoned: all but its destruction fails from now on.
 pub const SW_ERROR_INTERNAL: SwStatus = 12;
@@ -125,11 +125,12 @@ pub extern "C" fn sw_status_string(status: SwStatus) -> *const c_char {
     text.as_ptr()
 }
 
-/// Version of the interface: SW_ABI_VERSION of the header that the library was built with. It grows when functions, fields
-/// or constants are added; a host works with any library whose number is at least its own.
+/// Version of the interface. It grows when functions, fields or constants are added. A host works, without being compiled anew, with
+/// every library whose sw_abi_version() is at least the SW_ABI_VERSION that it was compiled with, as long as the number in the
+/// library's file name (SONAME) is the same. With an older library it works as far as told under Growth at the top.
 pub const SW_ABI_VERSION: u32 = 1;
 
-/// SW_ABI_VERSION of the library itself.
+/// SW_ABI_VERSION of the header that belongs to the library.
 #[unsafe(no_mangle)]
 pub extern "C" fn sw_abi_version() -> u32 {
     SW_ABI_VERSION

@@ -45,7 +45,7 @@ const POSITIONS: [f64; 12] = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 
 const TRIANGLES: [u32; 6] = [0, 1, 2, 0, 2, 3];
 
 fn square() -> SwMeshDesc {
-    let mut mesh: SwMeshDesc = super::pointer::Sized32::initial();
+    let mut mesh: SwMeshDesc = super::structs::Described::initial();
     mesh.position_format = super::pointer::SW_FORMAT_F64;
     mesh.positions = POSITIONS.as_ptr().cast();
     mesh.triangles = TRIANGLES.as_ptr();
@@ -77,12 +77,12 @@ fn status_calls<'a>(model: *mut SwModel, state: *mut SwState) -> Vec<Call<'a>> {
     }
     calls![
         sw_set_log_callback(None, null_mut()),
-        sw_mesh_check(null(), null_mut(), 0, null_mut()),
+        sw_mesh_check(null(), null_mut(), 0, 0, null_mut()),
         sw_model_create(null(), null(), null(), null_mut()),
         sw_model_precompute(model, null()),
         sw_model_info(model, null_mut()),
         sw_model_frequencies(model, null_mut(), 0, null_mut()),
-        sw_model_front(model, null_mut(), 0, null_mut()),
+        sw_model_front(model, null_mut(), 0, 0, null_mut()),
         sw_model_mode_shape(model, 0, 0, 0, null_mut(), 0, 0),
         sw_model_save(model, null_mut(), 0, null_mut()),
         sw_model_load(null(), 0, null_mut()),
@@ -96,7 +96,7 @@ fn status_calls<'a>(model: *mut SwModel, state: *mut SwState) -> Vec<Call<'a>> {
         sw_state_amplitudes(state, null_mut(), null_mut(), 0, null_mut()),
         sw_state_set_constraint(state, null()),
         sw_state_clear_constraint(state, 0),
-        sw_state_constraint_report(state, null_mut(), 0, null_mut()),
+        sw_state_constraint_report(state, null_mut(), 0, 0, null_mut()),
         sw_state_set_forces(state, null()),
         sw_state_set_wind(state, null()),
         sw_state_equilibrium(state, null_mut()),
@@ -112,7 +112,7 @@ fn status_calls<'a>(model: *mut SwModel, state: *mut SwState) -> Vec<Call<'a>> {
         sw_state_certify(state, null_mut()),
         sw_state_fall_back(state, null_mut()),
         sw_state_set_method(state, 1),
-        sw_state_plan(state, 0.0, null_mut(), 0, null_mut()),
+        sw_state_plan(state, 0.0, null_mut(), 0, 0, null_mut()),
         sw_state_plan_text(state, 0.0, null_mut(), 0, null_mut()),
         sw_states_step(null(), 0, 0.0, null_mut()),
         sw_set_threads(0),
@@ -120,26 +120,13 @@ fn status_calls<'a>(model: *mut SwModel, state: *mut SwState) -> Vec<Call<'a>> {
 }
 
 /// The exported functions that cannot fail and so have no status.
-const WITHOUT_STATUS: [&str; 21] = [
+const WITHOUT_STATUS: [&str; 8] = [
     "sw_abi_version",
     "sw_features",
     "sw_version_string",
     "sw_status_string",
     "sw_last_error_message",
-    "sw_mesh_desc_init",
-    "sw_material_desc_init",
-    "sw_support_desc_init",
-    "sw_precompute_desc_init",
-    "sw_model_info_init",
-    "sw_state_desc_init",
-    "sw_damping_desc_init",
-    "sw_frame_desc_init",
-    "sw_constraint_desc_init",
-    "sw_force_desc_init",
-    "sw_wind_desc_init",
-    "sw_equilibrium_report_init",
-    "sw_state_report_init",
-    "sw_certificate_init",
+    "sw_struct_init",
     "sw_model_destroy",
     "sw_state_destroy",
 ];
@@ -165,8 +152,8 @@ fn a_panic_in_any_exported_function_becomes_a_status() {
     }
     // SAFETY: valid descriptors, NULL or live handles.
     unsafe {
-        // The functions without a status: the panic must come, and stay inside. sw_abi_version and the three
-        // that return strings have nothing inside that could panic.
+        // The functions without a status: the panic must come, and stay inside. sw_abi_version, sw_struct_init and the
+        // three that return strings have nothing inside that could panic.
         macro_rules! stays_inside {
             ($($call:expr),* $(,)?) => {
                 $(
@@ -176,24 +163,7 @@ fn a_panic_in_any_exported_function_becomes_a_status() {
                 )*
             };
         }
-        stays_inside![
-            sw_mesh_desc_init(null_mut()),
-            sw_material_desc_init(null_mut()),
-            sw_support_desc_init(null_mut()),
-            sw_precompute_desc_init(null_mut()),
-            sw_model_info_init(null_mut()),
-            sw_state_desc_init(null_mut()),
-            sw_damping_desc_init(null_mut()),
-            sw_frame_desc_init(null_mut()),
-            sw_state_report_init(null_mut()),
-            sw_certificate_init(null_mut()),
-            sw_constraint_desc_init(null_mut()),
-            sw_force_desc_init(null_mut()),
-            sw_wind_desc_init(null_mut()),
-            sw_equilibrium_report_init(null_mut()),
-            sw_model_destroy(null_mut()),
-            sw_state_destroy(null_mut()),
-        ];
+        stays_inside![sw_model_destroy(null_mut()), sw_state_destroy(null_mut()),];
         // The handles were not poisoned: nothing held them.
         assert_eq!(sw_state_step(state, 0.1), SW_OK);
         sw_state_destroy(state);

@@ -21,8 +21,9 @@ use scene::FRAME;
 use shellwarp::constraint::{Constraint, Target};
 use shellwarp::ffi::pointer::{SW_FORMAT_F32, SW_FORMAT_F64};
 use shellwarp::ffi::state::{
-    SW_SPACE_WORLD, SwState, SwStateReport, sw_state_positions, sw_state_report, sw_state_report_init, sw_state_step,
+    SW_SPACE_WORLD, SwState, SwStateReport, sw_state_positions, sw_state_report, sw_state_step,
 };
+use shellwarp::ffi::structs::Described;
 use shellwarp::model::Precision;
 use shellwarp::state::{Method, Space, State};
 use shellwarp::support::{Motion, Pose};
@@ -70,13 +71,10 @@ fn write_positions(state: &SwState, n: usize, format: u32, stride: u64, out: &mu
 }
 
 fn report(state: &SwState) {
-    // SAFETY: a report may be zeroed; a live handle.
-    unsafe {
-        let mut report: SwStateReport = std::mem::zeroed();
-        sw_state_report_init(&mut report);
-        assert_eq!(sw_state_report(state, &mut report), 0);
-        black_box(report);
-    }
+    let mut report = SwStateReport::initial();
+    // SAFETY: a live handle.
+    assert_eq!(unsafe { sw_state_report(state, &mut report) }, 0);
+    black_box(report);
 }
 
 /// A state whose frame is turned and away from the origin.

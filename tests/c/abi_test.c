@@ -715,14 +715,14 @@ static double angle_from_turn(const SwState *state, const double axis[3], double
 
 static uint32_t count_constraints(const SwState *state) {
   uint32_t count = 77;
-  OK(sw_state_constraint_report(state, NULL, 0, &count));
+  OK(sw_state_constraint_report(state, NULL, sizeof(SwConstraintReport), 0, &count));
   return count;
 }
 
 static SwConstraintReport only_report(const SwState *state) {
   SwConstraintReport report;
   uint32_t count = 0;
-  OK(sw_state_constraint_report(state, &report, 1, &count));
+  OK(sw_state_constraint_report(state, &report, sizeof(SwConstraintReport), 1, &count));
   CHECK(count == 1);
   return report;
 }
@@ -804,7 +804,7 @@ static void constraints_are_reported_by_ascending_id(void) {
   step(state, 1, 1.0 / 30);
   memset(reports, 0xAB, sizeof reports);
   memset(&untouched, 0xAB, sizeof untouched);
-  OK(sw_state_constraint_report(state, reports, 5, &count));
+  OK(sw_state_constraint_report(state, reports, sizeof(SwConstraintReport), 5, &count));
   CHECK(count == 4);
   for (int k = 0; k < 4; ++k) CHECK(reports[k].id == sorted[k] && reports[k].met == 1);
   CHECK(memcmp(&reports[4], &untouched, sizeof untouched) == 0);
@@ -1398,7 +1398,7 @@ static void check_broken_mesh(const BrokenMesh *broken) {
   SwDiagnostic found[8];
   SwModel *model = NULL;
   uint32_t count = 0, hits = 0;
-  OK(sw_mesh_check(&mesh, found, 8, &count));
+  OK(sw_mesh_check(&mesh, found, sizeof(SwDiagnostic), 8, &count));
   CHECK(count >= 1 && count <= 8);
   for (uint32_t k = 0; k < count; ++k) {
     if (found[k].kind != broken->kind) continue;
@@ -1442,7 +1442,7 @@ static void a_moebius_strip_is_not_orientable(void) {
   mesh.position_format = SW_FORMAT_F64;
   mesh.triangles = t[0];
   mesh.n_vertices = mesh.n_triangles = 2 * N;
-  OK(sw_mesh_check(&mesh, found, 4, &count));
+  OK(sw_mesh_check(&mesh, found, sizeof(SwDiagnostic), 4, &count));
   CHECK(count == 1 && found[0].kind == SW_DIAGNOSTIC_NOT_ORIENTABLE && found[0].severity == SW_SEVERITY_ERROR);
 }
 
@@ -1452,11 +1452,11 @@ static void mesh_check_writes_no_more_than_the_capacity(void) {
   const SwMeshDesc mesh = broken_mesh(&broken);
   SwDiagnostic found[2], untouched;
   uint32_t count = 0;
-  OK(sw_mesh_check(&mesh, NULL, 0, &count));
+  OK(sw_mesh_check(&mesh, NULL, sizeof(SwDiagnostic), 0, &count));
   CHECK(count >= 2);
   memset(found, 0xAB, sizeof found);
   memset(&untouched, 0xAB, sizeof untouched);
-  OK(sw_mesh_check(&mesh, found, 1, &count));
+  OK(sw_mesh_check(&mesh, found, sizeof(SwDiagnostic), 1, &count));
   CHECK(count >= 2);
   CHECK(found[0].severity == SW_SEVERITY_ERROR); /* errors first */
   CHECK(memcmp(&found[1], &untouched, sizeof untouched) == 0);

@@ -28,10 +28,10 @@ static void a_plan_lists_every_part_once_and_says_why(void) {
   SwModel *model = model_with(four_modes());
   SwState *state = falling_state(model);
   uint32_t count = 0;
-  OK(sw_state_plan(state, 0.01, NULL, 0, &count));
+  OK(sw_state_plan(state, 0.01, NULL, sizeof(SwPlanPart), 0, &count));
   CHECK(count >= SW_PART_NONLINEAR_SHELL);
   SwPlanPart *parts = calloc(count, sizeof *parts);
-  OK(sw_state_plan(state, 0.01, parts, count, &count));
+  OK(sw_state_plan(state, 0.01, parts, sizeof(SwPlanPart), count, &count));
   double operations = 0;
   for (uint32_t k = 0; k < count; ++k) {
     CHECK(parts[k].part == k + 1);
@@ -47,7 +47,7 @@ static void a_plan_lists_every_part_once_and_says_why(void) {
   wind.normal_drag = 1;
   wind.velocity[2] = 1;
   OK(sw_state_set_wind(state, &wind));
-  OK(sw_state_plan(state, 0.01, parts, count, &count));
+  OK(sw_state_plan(state, 0.01, parts, sizeof(SwPlanPart), count, &count));
   CHECK(parts[SW_PART_WIND - 1].active == 1 && parts[SW_PART_WIND - 1].operations > 0);
 
   uint64_t size = 0;
@@ -57,12 +57,12 @@ static void a_plan_lists_every_part_once_and_says_why(void) {
   CHECK(strlen(text) + 1 == size && strstr(text, "modal rotations") && strstr(text, "in all"));
 
   SwPlanPart untouched = parts[0];
-  FAILS(sw_state_plan(NULL, 0.01, parts, count, &count), SW_ERROR_INVALID_ARGUMENT, "state");
-  FAILS(sw_state_plan(state, 0.01, parts, count, NULL), SW_ERROR_INVALID_ARGUMENT, "count");
-  FAILS(sw_state_plan(state, 0.01, NULL, count, &count), SW_ERROR_INVALID_ARGUMENT, "parts");
-  FAILS(sw_state_plan(state, 0.01, parts, count - 1, &count), SW_ERROR_BUFFER_SIZE, "parts");
-  FAILS(sw_state_plan(state, 0, parts, count, &count), SW_ERROR_INVALID_ARGUMENT, "step");
-  FAILS(sw_state_plan(state, NAN, parts, count, &count), SW_ERROR_INVALID_ARGUMENT, "step");
+  FAILS(sw_state_plan(NULL, 0.01, parts, sizeof(SwPlanPart), count, &count), SW_ERROR_INVALID_ARGUMENT, "state");
+  FAILS(sw_state_plan(state, 0.01, parts, sizeof(SwPlanPart), count, NULL), SW_ERROR_INVALID_ARGUMENT, "count");
+  FAILS(sw_state_plan(state, 0.01, NULL, sizeof(SwPlanPart), count, &count), SW_ERROR_INVALID_ARGUMENT, "parts");
+  FAILS(sw_state_plan(state, 0.01, parts, sizeof(SwPlanPart), count - 1, &count), SW_ERROR_BUFFER_SIZE, "parts");
+  FAILS(sw_state_plan(state, 0, parts, sizeof(SwPlanPart), count, &count), SW_ERROR_INVALID_ARGUMENT, "step");
+  FAILS(sw_state_plan(state, NAN, parts, sizeof(SwPlanPart), count, &count), SW_ERROR_INVALID_ARGUMENT, "step");
   CHECK(memcmp(&untouched, &parts[0], sizeof untouched) == 0);
   FAILS(sw_state_plan_text(NULL, 0.01, text, size, &size), SW_ERROR_INVALID_ARGUMENT, "state");
   FAILS(sw_state_plan_text(state, 0.01, text, size, NULL), SW_ERROR_INVALID_ARGUMENT, "size");

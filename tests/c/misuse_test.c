@@ -63,6 +63,10 @@ static int unchanged(const SwState *state, const Snapshot *before) {
 /* -------------------------------------------------------------------------------------------------------------- NULL */
 
 static void init_and_destroy_take_null(void) {
+  unsigned char few[4] = {1, 2, 3, 4};
+  sw_struct_init(NULL, 100);
+  sw_struct_init(few, 3); /* no struct_size would fit */
+  CHECK(few[0] == 1 && few[1] == 2 && few[2] == 3 && few[3] == 4);
   sw_mesh_desc_init(NULL);
   sw_material_desc_init(NULL);
   sw_support_desc_init(NULL);
@@ -76,6 +80,7 @@ static void init_and_destroy_take_null(void) {
   sw_equilibrium_report_init(NULL);
   sw_model_info_init(NULL);
   sw_state_report_init(NULL);
+  sw_certificate_init(NULL);
   sw_model_destroy(NULL);
   sw_state_destroy(NULL);
   OK(sw_set_log_callback(NULL, NULL));
@@ -87,18 +92,18 @@ static void null_mesh_arguments_are_named(void) {
   SwDiagnostic diagnostic;
   SwModel *model = no_model;
   uint32_t count = 77;
-  FAILS(sw_mesh_check(NULL, &diagnostic, 1, &count), SW_ERROR_INVALID_ARGUMENT, "mesh");
-  FAILS(sw_mesh_check(&mesh, NULL, 1, &count), SW_ERROR_INVALID_ARGUMENT, "diagnostics");
-  FAILS(sw_mesh_check(&mesh, &diagnostic, 1, NULL), SW_ERROR_INVALID_ARGUMENT, "count");
+  FAILS(sw_mesh_check(NULL, &diagnostic, sizeof(SwDiagnostic), 1, &count), SW_ERROR_INVALID_ARGUMENT, "mesh");
+  FAILS(sw_mesh_check(&mesh, NULL, sizeof(SwDiagnostic), 1, &count), SW_ERROR_INVALID_ARGUMENT, "diagnostics");
+  FAILS(sw_mesh_check(&mesh, &diagnostic, sizeof(SwDiagnostic), 1, NULL), SW_ERROR_INVALID_ARGUMENT, "count");
   FAILS(sw_model_create(NULL, NULL, NULL, &model), SW_ERROR_INVALID_ARGUMENT, "mesh");
   FAILS(sw_model_create(&mesh, NULL, NULL, NULL), SW_ERROR_INVALID_ARGUMENT, "model");
 
   mesh.positions = NULL;
-  FAILS(sw_mesh_check(&mesh, &diagnostic, 1, &count), SW_ERROR_INVALID_ARGUMENT, "positions");
+  FAILS(sw_mesh_check(&mesh, &diagnostic, sizeof(SwDiagnostic), 1, &count), SW_ERROR_INVALID_ARGUMENT, "positions");
   FAILS(sw_model_create(&mesh, NULL, NULL, &model), SW_ERROR_INVALID_ARGUMENT, "positions");
   mesh = strip_mesh(&strip);
   mesh.triangles = NULL;
-  FAILS(sw_mesh_check(&mesh, &diagnostic, 1, &count), SW_ERROR_INVALID_ARGUMENT, "triangles");
+  FAILS(sw_mesh_check(&mesh, &diagnostic, sizeof(SwDiagnostic), 1, &count), SW_ERROR_INVALID_ARGUMENT, "triangles");
   FAILS(sw_model_create(&mesh, NULL, NULL, &model), SW_ERROR_INVALID_ARGUMENT, "triangles");
   CHECK(count == 77 && model == no_model);
 }
@@ -266,7 +271,7 @@ static void uninitialised_descriptors_are_found_out(void) {
     constraint.struct_size = wrong_sizes[k];
     mesh.struct_size = material.struct_size = supports.struct_size = options.struct_size = wrong_sizes[k];
     info.struct_size = desc.struct_size = damping.struct_size = frame.struct_size = report.struct_size = wrong_sizes[k];
-    FAILS(sw_mesh_check(&mesh, NULL, 0, &count), SW_ERROR_INVALID_DESC, "SwMeshDesc");
+    FAILS(sw_mesh_check(&mesh, NULL, sizeof(SwDiagnostic), 0, &count), SW_ERROR_INVALID_DESC, "SwMeshDesc");
     FAILS(sw_model_create(&mesh, NULL, NULL, &model), SW_ERROR_INVALID_DESC, "SwMeshDesc");
     mesh = strip_mesh(&strip);
     FAILS(sw_model_create(&mesh, &material, NULL, &model), SW_ERROR_INVALID_DESC, "SwMaterialDesc");
@@ -539,7 +544,7 @@ typedef struct {
 static Reports reports_of(const SwState *state) {
   Reports r;
   memset(&r, 0, sizeof r);
-  OK(sw_state_constraint_report(state, r.reports, 2, &r.count));
+  OK(sw_state_constraint_report(state, r.reports, sizeof(SwConstraintReport), 2, &r.count));
   return r;
 }
 
@@ -568,9 +573,9 @@ static void null_constraint_arguments_are_named(void) {
   FAILS(sw_state_set_constraint(state, NULL), SW_ERROR_INVALID_ARGUMENT, "desc");
   FAILS(sw_state_clear_constraint(NULL, 1), SW_ERROR_INVALID_ARGUMENT, "state");
   FAILS(sw_state_clear_constraint(NULL, SW_ALL_CONSTRAINTS), SW_ERROR_INVALID_ARGUMENT, "state");
-  FAILS(sw_state_constraint_report(NULL, reports, 2, &count), SW_ERROR_INVALID_ARGUMENT, "state");
-  FAILS(sw_state_constraint_report(state, NULL, 2, &count), SW_ERROR_INVALID_ARGUMENT, "reports");
-  FAILS(sw_state_constraint_report(state, reports, 2, NULL), SW_ERROR_INVALID_ARGUMENT, "count");
+  FAILS(sw_state_constraint_report(NULL, reports, sizeof(SwConstraintReport), 2, &count), SW_ERROR_INVALID_ARGUMENT, "state");
+  FAILS(sw_state_constraint_report(state, NULL, sizeof(SwConstraintReport), 2, &count), SW_ERROR_INVALID_ARGUMENT, "reports");
+  FAILS(sw_state_constraint_report(state, reports, sizeof(SwConstraintReport), 2, NULL), SW_ERROR_INVALID_ARGUMENT, "count");
   CHECK(count == 77 && is_untouched(&out));
   check_same_as_untouched(model, state);
   sw_state_destroy(state);
@@ -687,8 +692,8 @@ static void report_buffers_too_small_are_refused_and_left_alone(void) {
   Untouched out = canary();
   SwConstraintReport *reports = (SwConstraintReport *)(void *)&out;
   uint32_t count = 77;
-  FAILS(sw_state_constraint_report(state, reports, 1, &count), SW_ERROR_BUFFER_SIZE, "2");
-  FAILS(sw_state_constraint_report(state, reports, 0, &count), SW_ERROR_BUFFER_SIZE, "2");
+  FAILS(sw_state_constraint_report(state, reports, sizeof(SwConstraintReport), 1, &count), SW_ERROR_BUFFER_SIZE, "2");
+  FAILS(sw_state_constraint_report(state, reports, sizeof(SwConstraintReport), 0, &count), SW_ERROR_BUFFER_SIZE, "2");
   CHECK(count == 77 && is_untouched(&out));
   check_same_as_untouched(model, state);
   sw_state_destroy(state);
@@ -975,7 +980,7 @@ static void impossible_mesh_counts_are_refused(void) {
     mesh.n_vertices = counts[k][0];
     mesh.n_triangles = counts[k][1];
     FAILS(sw_model_create(&mesh, NULL, NULL, &model), SW_ERROR_INVALID_MESH, "triangles");
-    FAILS(sw_mesh_check(&mesh, NULL, 0, &count), SW_ERROR_INVALID_MESH, "triangles");
+    FAILS(sw_mesh_check(&mesh, NULL, sizeof(SwDiagnostic), 0, &count), SW_ERROR_INVALID_MESH, "triangles");
   }
   CHECK(model == no_model && count == 77);
 }

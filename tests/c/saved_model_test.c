@@ -60,7 +60,7 @@ static Seen run(const SwModel *model) {
   }
   OK(sw_state_positions(state, SW_SPACE_WORLD, SW_FORMAT_F64, seen.x, 0, STRIP_VERTICES));
   OK(sw_state_save(state, seen.saved, sizeof seen.saved, &size));
-  OK(sw_state_constraint_report(state, &seen.report, 1, &count));
+  OK(sw_state_constraint_report(state, &seen.report, sizeof(SwConstraintReport), 1, &count));
   sw_state_destroy(state);
   return seen;
 }

@@ -4,6 +4,7 @@ local header, library, out = arg[1], arg[2], arg[3]
 
 local text = assert(io.open(header)):read("*a")
 text = text:gsub("/%*.-%*/", ""):gsub("//[^\n]*", ""):gsub("#ifdef __cplusplus.-#endif", "")
+text = text:gsub("#ifndef SHELLWARP_NO_INLINE.-#endif", "")
 local SW = {}
 for name, value in text:gmatch("#define (SW_[%w_]+) (%d+)") do SW[name] = tonumber(value) end
 text = text:gsub("%[(SW_[%w_]+)%]", function(name) return "[" .. SW[name] .. "]" end)
@@ -14,9 +15,9 @@ local function check(status)
   if status ~= SW.SW_OK then error(ffi.string(lib.sw_last_error_message())) end
 end
 
-local function initialised(type_name, init)
+local function initialised(type_name)
   local desc = ffi.new(type_name)
-  init(desc)
+  lib.sw_struct_init(desc, ffi.sizeof(desc))
   return desc
 end
 
@@ -32,14 +33,14 @@ for i = 0, 29 do
 end
 local held = ffi.new("uint32_t[8]", {0, 1, 2, 3, 4, 5, 6, 7})
 
-local mesh = initialised("SwMeshDesc", lib.sw_mesh_desc_init)
+local mesh = initialised("SwMeshDesc")
 mesh.position_format, mesh.positions, mesh.n_vertices = SW.SW_FORMAT_F32, points, 124
 mesh.triangles, mesh.n_triangles = triangles, 180
-local card = initialised("SwMaterialDesc", lib.sw_material_desc_init)
+local card = initialised("SwMaterialDesc")
 card.area_density, card.k_bend, card.k_area, card.k_length = 0.25, 1 / 256, 4096, 4096
-local supports = initialised("SwSupportDesc", lib.sw_support_desc_init)
+local supports = initialised("SwSupportDesc")
 supports.fixed, supports.n_fixed = held, 8
-local precompute = initialised("SwPrecomputeDesc", lib.sw_precompute_desc_init)
+local precompute = initialised("SwPrecomputeDesc")
 precompute.modes = 12
 
 local model, state = ffi.new("SwModel *[1]"), ffi.new("SwState *[1]")
@@ -47,10 +48,10 @@ check(lib.sw_model_create(mesh, card, supports, model))
 check(lib.sw_model_precompute(model[0], precompute))
 check(lib.sw_state_create(model[0], nil, state))
 check(lib.sw_state_set_gravity(state[0], ffi.new("double[3]", {0, 1, -8})))
-local damping, ratio = initialised("SwDampingDesc", lib.sw_damping_desc_init), ffi.new("double[1]", {0.125})
+local damping, ratio = initialised("SwDampingDesc"), ffi.new("double[1]", {0.125})
 damping.ratios, damping.n_ratios = ratio, 1
 check(lib.sw_state_set_damping(state[0], damping))
-local handle = initialised("SwConstraintDesc", lib.sw_constraint_desc_init)
+local handle = initialised("SwConstraintDesc")
 handle.id, handle.kind, handle.vertex, handle.axes = 7, SW.SW_CONSTRAINT_POSITION, 123, SW.SW_AXIS_Z
 for frame = 1, 60 do
   handle.position[2] = frame / 1024

@@ -7,7 +7,8 @@ from pathlib import Path
 import cffi
 
 header, library, out = sys.argv[1:]
-text = re.sub(r"#ifdef __cplusplus.*?#endif[^\n]*", "", Path(header).read_text(encoding="utf-8"), flags=re.S)
+text = Path(header).read_text(encoding="utf-8")
+text = re.sub(r"#(ifdef __cplusplus|ifndef SHELLWARP_NO_INLINE).*?#endif", "", text, flags=re.S)
 ffi = cffi.FFI()
 ffi.cdef(re.sub(r"^#(?!define SW_\w+ \d).*$", "", text, flags=re.M))
 lib = ffi.dlopen(library)
@@ -20,7 +21,7 @@ def check(status):
 
 def initialised(name):
     desc = ffi.new(f"Sw{name}Desc *")
-    getattr(lib, f"sw_{name.lower()}_desc_init")(desc)
+    lib.sw_struct_init(desc, ffi.sizeof(desc[0]))
     return desc
 
 

@@ -2,6 +2,19 @@
 
 from ctypes import CFUNCTYPE, POINTER, Structure, c_char, c_char_p, c_double, c_uint32, c_uint64, c_void_p
 
+SW_OK = 0
+SW_ERROR_INVALID_ARGUMENT = 1
+SW_ERROR_INVALID_DESC = 2
+SW_ERROR_INVALID_MESH = 3
+SW_ERROR_NOT_PRECOMPUTED = 4
+SW_ERROR_CANCELLED = 5
+SW_ERROR_OUT_OF_MEMORY = 6
+SW_ERROR_NUMERICAL = 7
+SW_ERROR_BUFFER_SIZE = 8
+SW_ERROR_INVALID_DATA = 9
+SW_ERROR_BUSY = 10
+SW_ERROR_UNSUPPORTED = 11
+SW_ERROR_INTERNAL = 12
 SW_ABI_VERSION = 1
 SW_FEATURE_NONLINEAR_SHELL = 1
 SW_FEATURE_WIND = 2
@@ -38,6 +51,7 @@ SW_PHASE_MODES = 3
 SW_PHASE_CERTIFICATE = 4
 SW_PHASE_ROTATION = 5
 SW_PHASE_COUNT = 6
+SW_PHASE_CAPACITY = 16
 SW_PRECISION_F32 = 1
 SW_PRECISION_F64 = 2
 SW_PRECISION_I16 = 3
@@ -78,19 +92,6 @@ SW_PART_CONSTRAINTS = 9
 SW_PART_NONLINEAR_SHELL = 10
 SW_PART_REDUCED_SHELL = 11
 SW_PLAN_REASON_SIZE = 120
-SW_OK = 0
-SW_ERROR_INVALID_ARGUMENT = 1
-SW_ERROR_INVALID_DESC = 2
-SW_ERROR_INVALID_MESH = 3
-SW_ERROR_NOT_PRECOMPUTED = 4
-SW_ERROR_CANCELLED = 5
-SW_ERROR_OUT_OF_MEMORY = 6
-SW_ERROR_NUMERICAL = 7
-SW_ERROR_BUFFER_SIZE = 8
-SW_ERROR_INVALID_DATA = 9
-SW_ERROR_BUSY = 10
-SW_ERROR_UNSUPPORTED = 11
-SW_ERROR_INTERNAL = 12
 
 
 class SwModel(Structure):
@@ -105,6 +106,18 @@ SwLogFn = CFUNCTYPE(None, c_void_p, c_uint32, c_char_p)
 SwProgressFn = CFUNCTYPE(c_uint32, c_void_p, c_uint32, c_double)
 
 
+class SwDiagnostic(Structure):
+    _fields_ = [
+        ("kind", c_uint32),
+        ("severity", c_uint32),
+        ("element", c_uint32),
+        ("vertices", c_uint32 * 4),
+        ("reserved", c_uint32),
+        ("value", c_double * 2),
+        ("message", c_char * 160),
+    ]
+
+
 class SwMeshDesc(Structure):
     _fields_ = [
         ("struct_size", c_uint32),
@@ -115,18 +128,6 @@ class SwMeshDesc(Structure):
         ("triangle_stride", c_uint64),
         ("n_vertices", c_uint32),
         ("n_triangles", c_uint32),
-    ]
-
-
-class SwDiagnostic(Structure):
-    _fields_ = [
-        ("kind", c_uint32),
-        ("severity", c_uint32),
-        ("element", c_uint32),
-        ("vertices", c_uint32 * 4),
-        ("reserved", c_uint32),
-        ("value", c_double * 2),
-        ("message", c_char * 160),
     ]
 
 
@@ -206,7 +207,7 @@ class SwModelInfo(Structure):
         ("residual", c_double),
         ("orthonormality", c_double),
         ("inertia_shift", c_double),
-        ("seconds", c_double * 6),
+        ("seconds", c_double * 16),
         ("bytes_model", c_uint64),
         ("bytes_state", c_uint64),
         ("bytes_precompute_peak", c_uint64),
@@ -373,26 +374,18 @@ FUNCTIONS = {
     "sw_abi_version": (c_uint32, []),
     "sw_features": (c_uint32, []),
     "sw_version_string": (c_char_p, []),
+    "sw_struct_init": (None, [c_void_p, c_uint32]),
     "sw_set_log_callback": (c_uint32, [SwLogFn, c_void_p]),
-    "sw_mesh_desc_init": (None, [POINTER(SwMeshDesc)]),
-    "sw_mesh_check": (c_uint32, [POINTER(SwMeshDesc), POINTER(SwDiagnostic), c_uint32, c_void_p]),
-    "sw_material_desc_init": (None, [POINTER(SwMaterialDesc)]),
-    "sw_support_desc_init": (None, [POINTER(SwSupportDesc)]),
-    "sw_precompute_desc_init": (None, [POINTER(SwPrecomputeDesc)]),
-    "sw_model_info_init": (None, [POINTER(SwModelInfo)]),
+    "sw_mesh_check": (c_uint32, [POINTER(SwMeshDesc), POINTER(SwDiagnostic), c_uint32, c_uint32, c_void_p]),
     "sw_model_create": (c_uint32, [POINTER(SwMeshDesc), POINTER(SwMaterialDesc), POINTER(SwSupportDesc), POINTER(POINTER(SwModel))]),
     "sw_model_precompute": (c_uint32, [POINTER(SwModel), POINTER(SwPrecomputeDesc)]),
     "sw_model_destroy": (None, [POINTER(SwModel)]),
     "sw_model_info": (c_uint32, [POINTER(SwModel), POINTER(SwModelInfo)]),
-    "sw_model_front": (c_uint32, [POINTER(SwModel), POINTER(SwFrontPoint), c_uint32, c_void_p]),
+    "sw_model_front": (c_uint32, [POINTER(SwModel), POINTER(SwFrontPoint), c_uint32, c_uint32, c_void_p]),
     "sw_model_frequencies": (c_uint32, [POINTER(SwModel), c_void_p, c_uint32, c_void_p]),
     "sw_model_save": (c_uint32, [POINTER(SwModel), c_void_p, c_uint64, c_void_p]),
     "sw_model_load": (c_uint32, [c_void_p, c_uint64, POINTER(POINTER(SwModel))]),
     "sw_model_mode_shape": (c_uint32, [POINTER(SwModel), c_uint32, c_uint32, c_uint32, c_void_p, c_uint64, c_uint32]),
-    "sw_state_desc_init": (None, [POINTER(SwStateDesc)]),
-    "sw_damping_desc_init": (None, [POINTER(SwDampingDesc)]),
-    "sw_frame_desc_init": (None, [POINTER(SwFrameDesc)]),
-    "sw_state_report_init": (None, [POINTER(SwStateReport)]),
     "sw_state_create": (c_uint32, [POINTER(SwModel), POINTER(SwStateDesc), POINTER(POINTER(SwState))]),
     "sw_state_destroy": (None, [POINTER(SwState)]),
     "sw_state_reset": (c_uint32, [POINTER(SwState)]),
@@ -413,19 +406,14 @@ FUNCTIONS = {
     "sw_state_load": (c_uint32, [POINTER(SwState), c_void_p, c_uint64]),
     "sw_states_step": (c_uint32, [POINTER(POINTER(SwState)), c_uint32, c_double, c_void_p]),
     "sw_set_threads": (c_uint32, [c_uint32]),
-    "sw_constraint_desc_init": (None, [POINTER(SwConstraintDesc)]),
     "sw_state_set_constraint": (c_uint32, [POINTER(SwState), POINTER(SwConstraintDesc)]),
     "sw_state_clear_constraint": (c_uint32, [POINTER(SwState), c_uint32]),
-    "sw_state_constraint_report": (c_uint32, [POINTER(SwState), POINTER(SwConstraintReport), c_uint32, c_void_p]),
-    "sw_force_desc_init": (None, [POINTER(SwForceDesc)]),
-    "sw_wind_desc_init": (None, [POINTER(SwWindDesc)]),
+    "sw_state_constraint_report": (c_uint32, [POINTER(SwState), POINTER(SwConstraintReport), c_uint32, c_uint32, c_void_p]),
     "sw_state_set_forces": (c_uint32, [POINTER(SwState), POINTER(SwForceDesc)]),
     "sw_state_set_wind": (c_uint32, [POINTER(SwState), POINTER(SwWindDesc)]),
-    "sw_equilibrium_report_init": (None, [POINTER(SwEquilibriumReport)]),
     "sw_state_equilibrium": (c_uint32, [POINTER(SwState), POINTER(SwEquilibriumReport)]),
-    "sw_state_plan": (c_uint32, [POINTER(SwState), c_double, POINTER(SwPlanPart), c_uint32, c_void_p]),
+    "sw_state_plan": (c_uint32, [POINTER(SwState), c_double, POINTER(SwPlanPart), c_uint32, c_uint32, c_void_p]),
     "sw_state_plan_text": (c_uint32, [POINTER(SwState), c_double, c_char_p, c_uint64, c_void_p]),
-    "sw_certificate_init": (None, [POINTER(SwCertificate)]),
     "sw_state_certify": (c_uint32, [POINTER(SwState), POINTER(SwCertificate)]),
     "sw_state_fall_back": (c_uint32, [POINTER(SwState), POINTER(SwCertificate)]),
     "sw_state_set_method": (c_uint32, [POINTER(SwState), c_uint32]),

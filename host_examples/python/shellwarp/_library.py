@@ -51,11 +51,9 @@ def call(name, *arguments):
 
 
 def initialised(struct):
-    """A descriptor of the class `struct`, made by its sw_..._init function."""
+    """A descriptor or report of the class `struct`, at its defaults."""
     desc = struct()
-    words = struct.__name__[2:]
-    name = "sw" + "".join("_" + letter.lower() if letter.isupper() else letter for letter in words) + "_init"
-    getattr(load(), name)(ctypes.byref(desc))
+    load().sw_struct_init(ctypes.byref(desc), ctypes.sizeof(desc))
     return desc
 
 

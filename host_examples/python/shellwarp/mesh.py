@@ -1,7 +1,7 @@
 """What a model is made of: plain data, which can be pickled and sent to other processes."""
 
 from dataclasses import dataclass, field
-from ctypes import byref, c_uint32
+from ctypes import byref, c_uint32, sizeof
 
 import numpy
 
@@ -66,9 +66,9 @@ def check_mesh(positions, triangles):
     """Every problem of a mesh as a list of Diagnostic, errors first; empty when it is sound."""
     desc, kept = Shell(positions, triangles).mesh_desc()
     count = c_uint32()
-    _library.call("sw_mesh_check", byref(desc), None, 0, byref(count))
+    _library.call("sw_mesh_check", byref(desc), None, sizeof(_abi.SwDiagnostic), 0, byref(count))
     found = (_abi.SwDiagnostic * max(count.value, 1))()
-    _library.call("sw_mesh_check", byref(desc), found, count.value, byref(count))
+    _library.call("sw_mesh_check", byref(desc), found, sizeof(_abi.SwDiagnostic), count.value, byref(count))
     del kept
     return [_diagnostic(item) for item in found[:count.value]]
 

@@ -1,6 +1,6 @@
 """A shell and its modes."""
 
-from ctypes import POINTER, byref, c_uint32, c_uint64, create_string_buffer, cast, c_void_p
+from ctypes import POINTER, byref, c_uint32, c_uint64, create_string_buffer, cast, c_void_p, sizeof
 
 import numpy
 
@@ -109,9 +109,9 @@ class Model(Handle):
     def front(self):
         """The methods that were tried for "auto": a list of dicts as SwFrontPoint."""
         count = c_uint32()
-        self._call("sw_model_front", None, 0, byref(count))
+        self._call("sw_model_front", None, sizeof(_abi.SwFrontPoint), 0, byref(count))
         points = (_abi.SwFrontPoint * max(count.value, 1))()
-        self._call("sw_model_front", points, count.value, byref(count))
+        self._call("sw_model_front", points, sizeof(_abi.SwFrontPoint), count.value, byref(count))
         return [as_dict(point) for point in points[:count.value]]
 
     def frequencies(self):

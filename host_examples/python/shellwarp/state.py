@@ -1,6 +1,6 @@
 """A moving shell."""
 
-from ctypes import POINTER, byref, c_uint32, c_uint64, create_string_buffer
+from ctypes import POINTER, byref, c_uint32, c_uint64, create_string_buffer, sizeof
 
 import numpy
 
@@ -221,9 +221,9 @@ class State(Handle):
     def plan(self, seconds):
         """What a step of that length uses and leaves out: a list of dicts as SwPlanPart."""
         count = c_uint32()
-        self._call("sw_state_plan", seconds, None, 0, byref(count))
+        self._call("sw_state_plan", seconds, None, sizeof(_abi.SwPlanPart), 0, byref(count))
         parts = (_abi.SwPlanPart * count.value)()
-        self._call("sw_state_plan", seconds, parts, count.value, byref(count))
+        self._call("sw_state_plan", seconds, parts, sizeof(_abi.SwPlanPart), count.value, byref(count))
         return [as_dict(part) for part in parts]
 
     def plan_text(self, seconds):
@@ -237,7 +237,7 @@ class State(Handle):
     def constraint_report(self):
         """What the last step made of each handle: a list of dicts as SwConstraintReport, by ascending id."""
         count = c_uint32()
-        self._call("sw_state_constraint_report", None, 0, byref(count))
+        self._call("sw_state_constraint_report", None, sizeof(_abi.SwConstraintReport), 0, byref(count))
         found = (_abi.SwConstraintReport * max(count.value, 1))()
-        self._call("sw_state_constraint_report", found, count.value, byref(count))
+        self._call("sw_state_constraint_report", found, sizeof(_abi.SwConstraintReport), count.value, byref(count))
         return [as_dict(item) for item in found[:count.value]]

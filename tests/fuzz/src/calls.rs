@@ -12,6 +12,7 @@ use shellwarp::ffi::plan::sw_state_plan_text;
 use shellwarp::ffi::pointer::SW_FORMAT_F64;
 use shellwarp::ffi::state::*;
 use shellwarp::ffi::status::*;
+use shellwarp::ffi::structs::Described;
 use std::ptr::null_mut;
 
 /// Calls in one run, states at a time, and equilibria, which may take a thousand iterations.
@@ -22,7 +23,7 @@ const MAX_EQUILIBRIA: usize = 1;
 fn models() -> Vec<Model> {
     let sheet = Triangles::sheet(3, 1);
     let held = |change: &dyn Fn(&mut SwPrecomputeDesc)| {
-        let mut options = desc(sw_precompute_desc_init);
+        let mut options = SwPrecomputeDesc::initial();
         options.modes = 4;
         change(&mut options);
         sheet.model_by(&[0, 1, 2, 3], Some(&options))
@@ -57,7 +58,7 @@ type Handle = *mut SwState;
 impl Play<'_> {
     fn create(&mut self) {
         let model = &self.models[self.input.below(self.models.len())];
-        let mut options = desc(sw_state_desc_init);
+        let mut options = SwStateDesc::initial();
         (options.method, options.integrator) = (self.input.code(9), self.input.code(3));
         options.flags = u32::from(self.input.one_in(64));
         let mut state = null_mut();
@@ -85,7 +86,7 @@ impl Play<'_> {
         let count = self.input.below(4);
         let forces: Vec<[f64; 3]> = (0..count.max(n)).map(|_| self.input.numbers()).collect();
         let vertices: Vec<u32> = (0..count).map(|_| self.input.index(n)).collect();
-        let mut desc = desc(sw_force_desc_init);
+        let mut desc = SwForceDesc::initial();
         (desc.flags, desc.format) = (self.input.code(2), 2);
         (desc.count, desc.forces) = (count as u32, forces.as_ptr().cast());
         if self.input.one_in(8) {
@@ -98,7 +99,7 @@ impl Play<'_> {
 
     fn wind(&mut self, state: Handle, n: usize) -> SwStatus {
         let local: Vec<[f64; 3]> = (0..n).map(|_| self.input.numbers()).collect();
-        let mut desc = desc(sw_wind_desc_init);
+        let mut desc = SwWindDesc::initial();
         desc.velocity = self.input.numbers();
         (desc.density, desc.normal_drag) = (self.input.number().abs(), self.input.number().abs());
         desc.tangential_drag = self.input.number();
@@ -110,7 +111,7 @@ impl Play<'_> {
 
     fn damping(&mut self, state: Handle) -> SwStatus {
         let ratios: [f64; 12] = self.input.numbers::<12>().map(f64::abs);
-        let mut desc = desc(sw_damping_desc_init);
+        let mut desc = SwDampingDesc::initial();
         (desc.mass_coefficient, desc.stiffness_coefficient) = (self.input.number().abs(), self.input.number().abs());
         (desc.ratios, desc.n_ratios) = (ratios.as_ptr(), [0, 1, 4, 8, 12][self.input.below(5)]);
         unsafe { sw_state_set_damping(state, &desc) }
@@ -128,7 +129,7 @@ impl Play<'_> {
     }
 
     fn frame(&mut self, state: Handle) -> SwStatus {
-        let mut desc = desc(sw_frame_desc_init);
+        let mut desc = SwFrameDesc::initial();
         (desc.flags, desc.origin, desc.rotation) = (self.input.code(4), self.input.numbers(), self.rotation());
         if desc.flags & SW_FRAME_MOTION_GIVEN != 0 {
             (desc.velocity, desc.acceleration) = (self.input.numbers(), self.input.numbers());
@@ -138,7 +139,7 @@ impl Play<'_> {
     }
 
     fn constraint(&mut self, state: Handle, n: usize) -> SwStatus {
-        let mut desc = desc(sw_constraint_desc_init);
+        let mut desc = SwConstraintDesc::initial();
         (desc.id, desc.kind, desc.vertex) = (self.input.code(4), self.input.code(3), self.input.index(n));
         desc.axes = self.input.code(8);
         desc.compliance = if self.input.one_in(4) { self.input.number() } else { 0.0 };
@@ -169,7 +170,7 @@ impl Play<'_> {
         }
         let state = &self.states[which];
         let before = state.seen();
-        let mut out = desc(sw_certificate_init);
+        let mut out = SwCertificate::initial();
         if ok_or(unsafe { sw_state_certify(state.handle, &mut out) }, &[SW_ERROR_NUMERICAL]) {
             all_finite("certificate", &[out.error, out.max_error, out.residual, out.remaining]);
         }

@@ -6,6 +6,7 @@ use shellwarp::ffi::model::*;
 use shellwarp::ffi::pointer::SW_FORMAT_F64;
 use shellwarp::ffi::state::*;
 use shellwarp::ffi::status::*;
+use shellwarp::ffi::structs::Described;
 use std::ffi::CStr;
 use std::ptr::{null, null_mut};
 
@@ -38,14 +39,8 @@ pub fn all_finite(what: &str, numbers: &[f64]) {
     assert!(numbers.iter().all(|x| x.is_finite()), "{what}: {numbers:?}");
 }
 
-/// A descriptor as its init function leaves it.
-pub fn desc<T>(init: unsafe extern "C" fn(*mut T)) -> T {
-    let mut out = std::mem::MaybeUninit::uninit();
-    unsafe {
-        init(out.as_mut_ptr());
-        out.assume_init()
-    }
-}
+/// The size of an element of sw_state_constraint_report.
+const REPORT_SIZE: u32 = size_of::<SwConstraintReport>() as u32;
 
 pub struct Model(pub *mut SwModel);
 
@@ -80,7 +75,7 @@ impl Triangles {
     }
 
     pub fn desc(&self) -> SwMeshDesc {
-        let mut mesh = desc(shellwarp::ffi::mesh::sw_mesh_desc_init);
+        let mut mesh = SwMeshDesc::initial();
         mesh.position_format = SW_FORMAT_F64;
         (mesh.positions, mesh.triangles) = (self.x.as_ptr().cast(), self.t.as_ptr().cast());
         (mesh.n_vertices, mesh.n_triangles) = (self.x.len() as u32, self.t.len() as u32);
@@ -89,14 +84,14 @@ impl Triangles {
 
     /// A model of them with vertices fixed; precomputed if modes are wanted.
     pub fn model(&self, fixed: &[u32], modes: u32, precision: u32) -> Model {
-        let mut options = desc(sw_precompute_desc_init);
+        let mut options = SwPrecomputeDesc::initial();
         (options.modes, options.precision) = (modes, precision);
         self.model_by(fixed, (modes > 0).then_some(&options))
     }
 
     /// The same, precomputed as told.
     pub fn model_by(&self, fixed: &[u32], options: Option<&SwPrecomputeDesc>) -> Model {
-        let mut supports = desc(sw_support_desc_init);
+        let mut supports = SwSupportDesc::initial();
         (supports.fixed, supports.n_fixed) = (fixed.as_ptr(), fixed.len() as u32);
         let mut model = null_mut();
         unsafe {
@@ -111,7 +106,7 @@ impl Triangles {
 
 impl Model {
     pub fn info(&self) -> SwModelInfo {
-        let mut info = desc(sw_model_info_init);
+        let mut info = SwModelInfo::initial();
         unsafe { ok(sw_model_info(self.0, &mut info)) };
         info
     }
@@ -136,7 +131,7 @@ impl Model {
     }
 
     pub fn state(&self, method: u32, integrator: u32) -> State {
-        let mut options = desc(sw_state_desc_init);
+        let mut options = SwStateDesc::initial();
         (options.method, options.integrator) = (method, integrator);
         let mut state = null_mut();
         unsafe { ok(sw_state_create(self.0, &options, &mut state)) };
@@ -189,9 +184,9 @@ impl State {
     pub fn constraints(&self) -> Vec<SwConstraintReport> {
         let mut count = 0;
         unsafe {
-            ok(sw_state_constraint_report(self.handle, null_mut(), 0, &mut count));
+            ok(sw_state_constraint_report(self.handle, null_mut(), REPORT_SIZE, 0, &mut count));
             let mut reports = Vec::with_capacity(count as usize);
-            ok(sw_state_constraint_report(self.handle, reports.as_mut_ptr(), count, &mut count));
+            ok(sw_state_constraint_report(self.handle, reports.as_mut_ptr(), REPORT_SIZE, count, &mut count));
             reports.set_len(count as usize);
             reports
         }
@@ -225,7 +220,7 @@ impl State {
                 assert!((norm - 1.0).abs() < 1e-5, "a rotation {r:?}"); // a matrix of a host's is taken to 1e-4
             }
         }
-        let mut report = desc(sw_state_report_init);
+        let mut report = SwStateReport::initial();
         unsafe { ok(sw_state_report(self.handle, &mut report)) };
         let measures = [report.time, report.max_rotation, report.max_displacement, report.fraction_turned_too_far];
         all_finite("report", &measures);

@@ -7,6 +7,7 @@ use shellwarp::ffi::model::*;
 use shellwarp::ffi::pointer::SW_FORMAT_F64;
 use shellwarp::ffi::state::*;
 use shellwarp::ffi::status::*;
+use shellwarp::ffi::structs::Described;
 use std::ptr::null_mut;
 
 /// A sheet of up to 3 × 2 squares with a few things wrong with it.
@@ -43,7 +44,7 @@ fn soup(input: &mut Input) -> Triangles {
 }
 
 fn material(input: &mut Input) -> SwMaterialDesc {
-    let mut material = desc(sw_material_desc_init);
+    let mut material = SwMaterialDesc::initial();
     if input.one_in(2) {
         (material.k_area, material.k_length) = (input.number(), input.number());
         (material.k_bend, material.area_density) = (input.number(), input.number());
@@ -51,16 +52,19 @@ fn material(input: &mut Input) -> SwMaterialDesc {
     material
 }
 
+/// The size of an element of sw_mesh_check.
+const DIAGNOSTIC_SIZE: u32 = size_of::<SwDiagnostic>() as u32;
+
 /// The number of diagnostics of severity error, or none when not even that could be told.
 fn errors_of(mesh: &SwMeshDesc) -> Option<usize> {
     let mut count = 0;
-    let status = unsafe { sw_mesh_check(mesh, null_mut(), 0, &mut count) };
+    let status = unsafe { sw_mesh_check(mesh, null_mut(), DIAGNOSTIC_SIZE, 0, &mut count) };
     if !ok_or(status, &[SW_ERROR_INVALID_MESH, SW_ERROR_INVALID_ARGUMENT]) {
         return None;
     }
     let mut all: Vec<SwDiagnostic> = Vec::with_capacity(count as usize);
     unsafe {
-        ok(sw_mesh_check(mesh, all.as_mut_ptr(), count, &mut count));
+        ok(sw_mesh_check(mesh, all.as_mut_ptr(), DIAGNOSTIC_SIZE, count, &mut count));
         all.set_len(count as usize);
     }
     Some(all.iter().filter(|d| d.severity == SW_SEVERITY_ERROR).count())
@@ -68,7 +72,7 @@ fn errors_of(mesh: &SwMeshDesc) -> Option<usize> {
 
 /// Whether there are modes, at rest or, if `sags`, where it hangs under some gravity.
 fn precompute(model: &Model, sags: bool, input: &mut Input) -> bool {
-    let mut options = desc(sw_precompute_desc_init);
+    let mut options = SwPrecomputeDesc::initial();
     (options.modes, options.precision) = (1 + input.below(8) as u32, input.code(3));
     if sags {
         options.sag_gravity = input.numbers();
@@ -110,7 +114,7 @@ pub fn run(bytes: &[u8]) {
     let material = material(&mut input);
     let lists: [Vec<u32>; 2] =
         std::array::from_fn(|_| (0..input.below(4)).map(|_| input.index(mesh.x.len())).collect());
-    let mut supports = desc(sw_support_desc_init);
+    let mut supports = SwSupportDesc::initial();
     (supports.fixed, supports.n_fixed) = (lists[0].as_ptr(), lists[0].len() as u32);
     (supports.clamped, supports.n_clamped) = (lists[1].as_ptr(), lists[1].len() as u32);
 

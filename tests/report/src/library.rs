@@ -12,6 +12,7 @@ use shellwarp::ffi::model::{SwMaterialDesc, SwModel, SwModelInfo, SwPrecomputeDe
 use shellwarp::ffi::pointer::{SW_FORMAT_F32, SW_FORMAT_F64};
 use shellwarp::ffi::state::{self, SwDampingDesc, SwFrameDesc, SwState, SwStateDesc, SwStateReport};
 use shellwarp::ffi::status;
+use shellwarp::ffi::structs::Described;
 use std::ffi::{CStr, c_char, c_void};
 use std::path::Path;
 use std::ptr::null_mut;
@@ -50,21 +51,12 @@ functions! {
     status::sw_last_error_message() -> *const c_char;
     status::sw_abi_version() -> u32;
     status::sw_version_string() -> *const c_char;
-    mesh::sw_mesh_desc_init(*mut SwMeshDesc);
-    model::sw_material_desc_init(*mut SwMaterialDesc);
-    model::sw_support_desc_init(*mut SwSupportDesc);
-    model::sw_precompute_desc_init(*mut SwPrecomputeDesc);
-    model::sw_model_info_init(*mut SwModelInfo);
     model::sw_model_create(*const SwMeshDesc, *const SwMaterialDesc, *const SwSupportDesc, *mut *mut SwModel) -> u32;
     model::sw_model_precompute(*mut SwModel, *const SwPrecomputeDesc) -> u32;
     model::sw_model_destroy(*mut SwModel);
     model::sw_model_info(*const SwModel, *mut SwModelInfo) -> u32;
     model::sw_model_frequencies(*const SwModel, *mut f64, u32, *mut u32) -> u32;
     model::sw_model_mode_shape(*const SwModel, u32, u32, u32, *mut c_void, u64, u32) -> u32;
-    state::sw_state_desc_init(*mut SwStateDesc);
-    state::sw_damping_desc_init(*mut SwDampingDesc);
-    state::sw_frame_desc_init(*mut SwFrameDesc);
-    state::sw_state_report_init(*mut SwStateReport);
     state::sw_state_create(*const SwModel, *const SwStateDesc, *mut *mut SwState) -> u32;
     state::sw_state_destroy(*mut SwState);
     state::sw_state_set_gravity(*mut SwState, *const f64) -> u32;
@@ -76,10 +68,8 @@ functions! {
     state::sw_state_normals(*const SwState, u32, u32, *mut c_void, u64, u32) -> u32;
     state::sw_state_rotations(*const SwState, u32, u32, *mut c_void, u64, u32) -> u32;
     state::sw_state_report(*const SwState, *mut SwStateReport) -> u32;
-    constraint::sw_constraint_desc_init(*mut SwConstraintDesc);
     constraint::sw_state_set_constraint(*mut SwState, *const SwConstraintDesc) -> u32;
     constraint::sw_state_clear_constraint(*mut SwState, u32) -> u32;
-    load::sw_force_desc_init(*mut SwForceDesc);
     load::sw_state_set_forces(*mut SwState, *const SwForceDesc) -> u32;
     load::sw_state_equilibrium(*mut SwState, *mut SwEquilibriumReport) -> u32;
 }
@@ -92,16 +82,6 @@ impl Api {
         // SAFETY: never NULL, valid until the next failed call on this thread.
         let message = unsafe { CStr::from_ptr((self.sw_last_error_message)()) };
         bail!("{}", message.to_string_lossy())
-    }
-}
-
-/// A descriptor as its init function leaves it.
-fn described<T: Copy>(init: unsafe extern "C" fn(*mut T)) -> T {
-    // SAFETY: descriptors are plain numbers and pointers, for which zeros are valid, and init writes the whole.
-    unsafe {
-        let mut desc: T = std::mem::zeroed();
-        init(&mut desc);
-        desc
     }
 }
 
@@ -157,17 +137,17 @@ impl Library {
         fields: u32,
     ) -> Result<Model> {
         let api = &self.0;
-        let mut m = described(api.sw_mesh_desc_init);
+        let mut m = SwMeshDesc::initial();
         m.position_format = SW_FORMAT_F64;
         m.positions = mesh.positions.as_ptr().cast();
         m.triangles = mesh.triangles.as_ptr().cast();
         (m.n_vertices, m.n_triangles) = (mesh.positions.len() as u32, mesh.triangles.len() as u32);
-        let mut c = described(api.sw_material_desc_init);
+        let mut c = SwMaterialDesc::initial();
         (c.k_area, c.k_length, c.k_bend, c.area_density) =
             (material.area, material.length, material.bend, material.density);
-        let mut s = described(api.sw_support_desc_init);
+        let mut s = SwSupportDesc::initial();
         (s.fixed, s.n_fixed) = (fixed.as_ptr(), fixed.len() as u32);
-        let mut p = described(api.sw_precompute_desc_init);
+        let mut p = SwPrecomputeDesc::initial();
         (p.modes, p.precision) = (modes as u32, if f64_basis { 2 } else { 1 });
         p.reduced_fields = fields;
         let mut handle = null_mut();
@@ -197,7 +177,7 @@ impl Drop for Model {
 
 impl Model {
     pub fn info(&self) -> Result<SwModelInfo> {
-        let mut info = described(self.api.sw_model_info_init);
+        let mut info = SwModelInfo::initial();
         // SAFETY: a live model, an initialised struct.
         self.api.check(unsafe { (self.api.sw_model_info)(self.handle, &mut info) })?;
         Ok(info)
@@ -226,7 +206,7 @@ impl Model {
 
     /// A state at rest, by SW_METHOD_... and SW_INTEGRATOR_....
     pub fn state(&self, method: u32, integrator: u32) -> Result<State> {
-        let mut desc = described(self.api.sw_state_desc_init);
+        let mut desc = SwStateDesc::initial();
         (desc.method, desc.integrator) = (method, integrator);
         let mut handle = null_mut();
         // SAFETY: a live model.
@@ -264,13 +244,13 @@ impl State {
 
     /// Rayleigh's ξ.
     pub fn set_mass_damping(&mut self, coefficient: f64) -> Result<()> {
-        let mut desc = described(self.api.sw_damping_desc_init);
+        let mut desc = SwDampingDesc::initial();
         desc.mass_coefficient = coefficient;
         self.api.check(unsafe { (self.api.sw_state_set_damping)(self.handle, &desc) })
     }
 
     pub fn set_frame(&mut self, pose: &Pose) -> Result<()> {
-        let mut desc = described(self.api.sw_frame_desc_init);
+        let mut desc = SwFrameDesc::initial();
         desc.flags = state::SW_FRAME_MOTION_GIVEN;
         let (s, c) = pose.yaw[0].sin_cos();
         (desc.origin, desc.rotation) = (pose.origin[0], [c, 0.0, s, 0.0, 1.0, 0.0, -s, 0.0, c]);
@@ -281,7 +261,7 @@ impl State {
 
     /// A force on each of `vertices`, replacing all.
     pub fn set_forces(&mut self, vertices: &[u32], forces: &[P3]) -> Result<()> {
-        let mut desc = described(self.api.sw_force_desc_init);
+        let mut desc = SwForceDesc::initial();
         (desc.format, desc.count) = (SW_FORMAT_F64, vertices.len() as u32);
         (desc.forces, desc.vertices) = (forces.as_ptr().cast(), vertices.as_ptr());
         self.api.check(unsafe { (self.api.sw_state_set_forces)(self.handle, &desc) })
@@ -289,7 +269,7 @@ impl State {
 
     /// Holds a vertex along the axes of the mask at a world position.
     pub fn hold(&mut self, id: u32, vertex: u32, axes: u32, position: P3) -> Result<()> {
-        let mut desc = described(self.api.sw_constraint_desc_init);
+        let mut desc = SwConstraintDesc::initial();
         (desc.id, desc.kind, desc.vertex, desc.axes) = (id, constraint::SW_CONSTRAINT_POSITION, vertex, axes);
         desc.position = position;
         self.api.check(unsafe { (self.api.sw_state_set_constraint)(self.handle, &desc) })
@@ -302,7 +282,7 @@ impl State {
 
     /// The support is here at the end of the next step, its motion whatever that takes.
     pub fn set_place(&mut self, origin: P3) -> Result<()> {
-        let mut desc = described(self.api.sw_frame_desc_init);
+        let mut desc = SwFrameDesc::initial();
         desc.origin = origin;
         self.api.check(unsafe { (self.api.sw_state_set_frame)(self.handle, &desc) })
     }
@@ -350,7 +330,7 @@ impl State {
     }
 
     pub fn report(&self) -> Result<SwStateReport> {
-        let mut report = described(self.api.sw_state_report_init);
+        let mut report = SwStateReport::initial();
         self.api.check(unsafe { (self.api.sw_state_report)(self.handle, &mut report) })?;
         Ok(report)
     }

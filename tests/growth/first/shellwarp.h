@@ -1,0 +1,1342 @@
+/* shellwarp: real-time thin shells by modal warping. C99 interface; generated from src/ffi by `make
+ * header`, do not edit.
+ *
+ * The paper: Choi, Woo, Ko, Real-Time Simulation of Thin Shells (Eurographics 2007).
+ *
+ * Objects. A model is a mesh with material and supports, and after sw_model_precompute its
+ * vibration modes; it does not change afterwards and may be shared by any number of states on any
+ * threads. A state is one moving shell on a model.
+ *
+ * Calls. Every function that can fail returns an SwStatus; outputs are untouched on failure, and
+ * the message in sw_last_error_message() names the item and the numbers. Nothing throws, aborts or
+ * prints. Functions that take an object const may run at the same time as each other on that
+ * object; any other combination on one object returns SW_ERROR_BUSY.
+ *
+ * Structs begin with struct_size, which their sw_..._init function sets to the host's sizeof; after
+ * that, zero means default. The elements of output arrays have no struct_size: the host's sizeof is
+ * the argument element_size.
+ *
+ * Pointers. Buffers may be unaligned and strided; lengths are the caller's word. The library keeps
+ * no pointer of the host's after a call, callbacks and their user pointers aside where said.
+ * Handles must come from this library and be alive.
+ *
+ * Units. Lengths in the mesh's unit, time in seconds, mass as area_density gives it; energies and
+ * forces follow.
+ *
+ * Growth. New functions, constants, and fields at the ends of structs raise SW_ABI_VERSION; what is
+ * there keeps its meaning, its place and its size, arrays inside structs included.
+ *   A host older than the library works as it did: fields that its structs lack are read as zeros,
+ *     and are not written.
+ *   A host newer than the library works as far as it uses what the library has: fields that the
+ *     library lacks are written as zeros; set to anything else they are SW_ERROR_UNSUPPORTED, and
+ *     unknown constants SW_ERROR_INVALID_ARGUMENT. Functions that it calls must be there:
+ *     sw_abi_version() tells before.
+ *   Numbers that a library tells, statuses, phases, kinds, parts, may be newer than the host: it
+ *     passes over those that it does not know.
+ *
+ * Results. The same inputs give the same bits on one build and instruction set, whatever the number
+ * of threads. They may change between minor versions of the library; saved data carries a version
+ * of its own. */
+
+#ifndef SHELLWARP_H
+#define SHELLWARP_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Statuses, messages and versions -------------------------------------------------------------- */
+
+// Result of a call: SW_OK or one of SW_ERROR_.... The message is in sw_last_error_message().
+typedef uint32_t SwStatus;
+
+// Done.
+#define SW_OK 0
+// A pointer is NULL, a value is not finite or out of its range, an enumerant or a flag is unknown.
+#define SW_ERROR_INVALID_ARGUMENT 1
+// A struct_size or an element_size cannot be the host's sizeof: call the struct's sw_..._init
+// first.
+#define SW_ERROR_INVALID_DESC 2
+// The mesh has a problem of severity error; sw_mesh_check lists them all.
+#define SW_ERROR_INVALID_MESH 3
+// The model has no modes yet: call sw_model_precompute first.
+#define SW_ERROR_NOT_PRECOMPUTED 4
+// The progress callback returned SW_PROGRESS_CANCEL.
+#define SW_ERROR_CANCELLED 5
+// The memory could not be had.
+#define SW_ERROR_OUT_OF_MEMORY 6
+// A factorization or iteration failed, or a result would not be finite.
+#define SW_ERROR_NUMERICAL 7
+// A buffer is too small; the message says what is needed.
+#define SW_ERROR_BUFFER_SIZE 8
+// Saved bytes are damaged, of another version, or belong to another model.
+#define SW_ERROR_INVALID_DATA 9
+// The handle is in use by another thread.
+#define SW_ERROR_BUSY 10
+// This build or this version does not offer what was asked for, as a field that it does not know.
+#define SW_ERROR_UNSUPPORTED 11
+// A defect of the library was caught. The handle concerned is poisoned: all but its destruction
+// fails from now on.
+#define SW_ERROR_INTERNAL 12
+
+// The message of the last failed call on this thread, "" if none failed. Never NULL. The text names
+// the item and the numbers. The pointer stays valid until the next failed call on this thread or
+// its end.
+const char *sw_last_error_message(void);
+
+// A short constant description of a status code; "unknown status" for any other number. Never NULL.
+const char *sw_status_string(SwStatus status);
+
+// Version of the interface. It grows when functions, fields or constants are added. A host works,
+// without being compiled anew, with every library whose sw_abi_version() is at least the
+// SW_ABI_VERSION that it was compiled with, as long as the number in the library's file name
+// (SONAME) is the same. With an older library it works as far as told under Growth at the top.
+#define SW_ABI_VERSION 1
+
+// SW_ABI_VERSION of the header that belongs to the library.
+uint32_t sw_abi_version(void);
+
+// The nonlinear shell: SW_METHOD_SHELL_..., sag_gravity.
+#define SW_FEATURE_NONLINEAR_SHELL 1
+// Wind: sw_state_set_wind with a density.
+#define SW_FEATURE_WIND 2
+// Saved models: sw_model_save, sw_model_load.
+#define SW_FEATURE_SAVED_MODELS 4
+// SW_PRECISION_F64.
+#define SW_FEATURE_F64_BASIS 8
+// SW_PRECISION_I16.
+#define SW_FEATURE_I16_BASIS 16
+// SW_METHOD_REDUCED_SHELL and reduced_fields.
+#define SW_FEATURE_REDUCED_SHELL 32
+
+// The SW_FEATURE_... that the library was built with; usually all. Every function is there in any
+// build; what asks for a missing feature returns SW_ERROR_UNSUPPORTED, and the message names it.
+uint32_t sw_features(void);
+
+// Version of the library, such as "0.1.0". Never NULL.
+const char *sw_version_string(void);
+
+/* Structs -------------------------------------------------------------------------------------- */
+
+// Initialises a struct that begins with struct_size: zeros into its `size` bytes, and `size` into
+// struct_size. It must be the host's sizeof: sw_mesh_desc_init and its like at the end of this
+// header call this with it, and languages that cannot call those call this. NULL, or a size below
+// 4, does nothing.
+void sw_struct_init(void *out,
+                    uint32_t size);
+
+/* Buffers -------------------------------------------------------------------------------------- */
+
+// 32-bit floating point.
+#define SW_FORMAT_F32 1
+// 64-bit floating point.
+#define SW_FORMAT_F64 2
+
+/* Log ------------------------------------------------------------------------------------------ */
+
+// Something a curious user may want to know.
+#define SW_LOG_INFO 1
+// Something was handled that the user should know of.
+#define SW_LOG_WARNING 2
+
+// Receives a message. Called on the thread that makes the call concerned; must not throw or
+// long-jump.
+typedef void (*SwLogFn)(void *user, uint32_t level, const char *message);
+
+// Sets the receiver of log messages for the whole process, NULL for none (the default). The library
+// never prints. When this returns, calls under way on other threads may still use the old callback
+// once.
+SwStatus sw_set_log_callback(SwLogFn callback,
+                             void *user);
+
+/* Meshes --------------------------------------------------------------------------------------- */
+
+// Handled: the mesh can be used.
+#define SW_SEVERITY_WARNING 1
+// The mesh is refused by sw_model_create.
+#define SW_SEVERITY_ERROR 2
+
+// Error. A triangle names a vertex that does not exist. element: triangle; value[0]: the index.
+#define SW_DIAGNOSTIC_INDEX_OUT_OF_RANGE 1
+// Error. A triangle names a vertex twice. element: triangle.
+#define SW_DIAGNOSTIC_REPEATED_VERTEX 2
+// Error. A coordinate is NaN or infinite. element: vertex; value[0]: the coordinate.
+#define SW_DIAGNOSTIC_NON_FINITE_COORDINATE 3
+// Error. Area at most 1e-12 of the longest edge squared. element: triangle; value: area, longest
+// edge.
+#define SW_DIAGNOSTIC_ZERO_AREA 4
+// Error. Two triangles on the same vertices. element: the second; value[0]: the first.
+#define SW_DIAGNOSTIC_DUPLICATE_TRIANGLE 5
+// Error. More than two triangles on an edge. element: its first triangle; vertices: the edge;
+// value[0]: how many.
+#define SW_DIAGNOSTIC_NON_MANIFOLD_EDGE 6
+// Error. The triangles around a vertex form several fans. element: vertex; value[0]: how many fans.
+#define SW_DIAGNOSTIC_NON_MANIFOLD_VERTEX 7
+// Error. No consistent orientation exists, as on a Moebius strip. element: a triangle where it
+// fails.
+#define SW_DIAGNOSTIC_NOT_ORIENTABLE 8
+// Warning. The triangle is turned against its neighbours; it is re-oriented internally. element:
+// triangle.
+#define SW_DIAGNOSTIC_INCONSISTENT_ORIENTATION 9
+// Warning. No triangle uses the vertex; it is carried along with the support frame. element:
+// vertex.
+#define SW_DIAGNOSTIC_UNREFERENCED_VERTEX 10
+// Warning. Two vertices at the same place, perhaps an unwelded seam. element: the second; value[0]:
+// the first.
+#define SW_DIAGNOSTIC_COINCIDENT_VERTICES 11
+// Warning. element: triangle; value[0]: quality 4 sqrt(3) area / sum of squared sides, below 0.02.
+#define SW_DIAGNOSTIC_SLIVER 12
+
+// Length of SwDiagnostic::message, the closing NUL included; for good.
+#define SW_DIAGNOSTIC_MESSAGE_SIZE 160
+
+// One located problem of a mesh. Output only.
+typedef struct SwDiagnostic {
+  // SW_DIAGNOSTIC_....
+  uint32_t kind;
+  // SW_SEVERITY_....
+  uint32_t severity;
+  // Triangle or vertex, as the kind says.
+  uint32_t element;
+  // The vertices concerned, UINT32_MAX where unused.
+  uint32_t vertices[4];
+  // 0.
+  uint32_t reserved;
+  // Numbers, as the kind says.
+  double value[2];
+  // The same in words, NUL-terminated.
+  char message[SW_DIAGNOSTIC_MESSAGE_SIZE];
+} SwDiagnostic;
+
+// A triangle mesh in the host's memory. Nothing is kept: the library copies what it needs during
+// the call.
+typedef struct SwMeshDesc {
+  // Set by sw_mesh_desc_init.
+  uint32_t struct_size;
+  // SW_FORMAT_F32 or SW_FORMAT_F64: type of the coordinates. Required.
+  uint32_t position_format;
+  // Rest positions (n_vertices x 3), in any unit of length; all else follows in that unit.
+  // Required.
+  const void *positions;
+  // Bytes from one vertex to the next, 0 = packed. Maya points: 32; Houdini P: 12.
+  uint64_t position_stride;
+  // Vertex indices from 0 (n_triangles x 3). Required.
+  const uint32_t *triangles;
+  // Bytes from one triangle to the next, 0 = packed.
+  uint64_t triangle_stride;
+  // At least 1, below UINT32_MAX.
+  uint32_t n_vertices;
+  // At least 1, below 2^30.
+  uint32_t n_triangles;
+} SwMeshDesc;
+
+// Finds every problem of a mesh without building anything; errors come first, then warnings, each
+// by kind and element.
+//
+// Writes min(capacity, *count) diagnostics; `count` is how many there are in all. `diagnostics` may
+// be NULL if `capacity` is 0; `element_size` is sizeof(SwDiagnostic). SW_OK says that the check was
+// done, not that the mesh is good: read the severities. Callable from any thread.
+// Errors: SW_ERROR_INVALID_DESC, SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_MESH when a count is
+// out of range.
+SwStatus sw_mesh_check(const struct SwMeshDesc *mesh,
+                       struct SwDiagnostic *diagnostics,
+                       uint32_t element_size,
+                       uint32_t capacity,
+                       uint32_t *count);
+
+/* Models --------------------------------------------------------------------------------------- */
+
+// Discrete shells: area, length and dihedral-angle terms (Grinspun et al. 2003), as in the paper.
+#define SW_ENERGY_DISCRETE_SHELLS 1
+
+// Material constants, uniform over the shell. 0 means the default; stiffnesses must not be
+// negative.
+typedef struct SwMaterialDesc {
+  // Set by sw_material_desc_init.
+  uint32_t struct_size;
+  // SW_ENERGY_...; 0 = SW_ENERGY_DISCRETE_SHELLS.
+  uint32_t energy;
+  // Area stiffness k_A, energy per area. Default 1e4.
+  double k_area;
+  // Length stiffness k_L, energy per length. Default 1e4. On a near-equilateral mesh of edge l the
+  // membrane stiffness (Young's modulus times thickness) is about 4 k_L / (sqrt(3) l).
+  double k_length;
+  // Bending stiffness k_B, energy. Default 1. The plate rigidity is D = 6 k_B with Poisson's ratio
+  // -1/3.
+  double k_bend;
+  // Mass per area. Default 1.
+  double area_density;
+} SwMaterialDesc;
+
+// Which vertices are held in place in the support frame. Lists may repeat vertices.
+typedef struct SwSupportDesc {
+  // Set by sw_support_desc_init.
+  uint32_t struct_size;
+  // Must be 0.
+  uint32_t flags;
+  // Fixed vertices (n_fixed). A straight row of them is a hinge: nothing resists turning about it.
+  const uint32_t *fixed;
+  // Clamped vertices (n_clamped): fixed together with all their edge neighbours, which holds the
+  // slope as well.
+  const uint32_t *clamped;
+  // Length of fixed.
+  uint32_t n_fixed;
+  // Length of clamped.
+  uint32_t n_clamped;
+} SwSupportDesc;
+
+// Go on.
+#define SW_PROGRESS_CONTINUE 256
+// Stop: sw_model_precompute returns SW_ERROR_CANCELLED and the model stays as it was.
+#define SW_PROGRESS_CANCEL 512
+
+// Stiffness and masses.
+#define SW_PHASE_ASSEMBLY 0
+// Fill-reducing ordering, symbolic factorization.
+#define SW_PHASE_ORDERING 1
+// Numeric factorization.
+#define SW_PHASE_FACTORIZATION 2
+// Eigenvalue iteration.
+#define SW_PHASE_MODES 3
+// Inertia count and residuals.
+#define SW_PHASE_CERTIFICATE 4
+// Modal rotations, run-time layout, and the reduced shell.
+#define SW_PHASE_ROTATION 5
+// Number of phases, which grows with them.
+#define SW_PHASE_COUNT 6
+// Places for the phases in SwModelInfo::seconds, for good: there will not be more.
+#define SW_PHASE_CAPACITY 16
+
+// Hears of progress on the thread that called sw_model_precompute: SW_PHASE_... and the fraction of
+// that phase, 0 to 1. A phase may come up more than once, or not at all on a small mesh, and a
+// newer library may have phases that this header does not. A numeric factorization is one piece of
+// work, during which nothing is heard and no cancel is taken: some tenths of a second for 10^4
+// vertices and some seconds for 10^5, about n^1.5, twice. Must return SW_PROGRESS_CONTINUE or
+// SW_PROGRESS_CANCEL; anything else is an error, so that a callback which forgets to return is
+// found out. Must not throw or long-jump, nor destroy the model.
+typedef uint32_t (*SwProgressFn)(void *user, uint32_t phase, double fraction);
+
+// The run-time basis in 32 bits: half the memory and time; positions good to about 1e-6 of the
+// displacement.
+#define SW_PRECISION_F32 1
+// The run-time basis in 64 bits.
+#define SW_PRECISION_F64 2
+
+// The run-time basis in 16 bits of a unit for each mode, computed with in 32: half the memory of
+// SW_PRECISION_F32, and as fast where memory limits; positions good to about 1e-5 of the
+// displacement (basis_rounding of SwModelInfo).
+#define SW_PRECISION_I16 3
+// For SW_METHOD_LMA and the nonlinear shells alone: no modal rotations are computed, and the basis
+// takes half the memory. States are then SW_METHOD_LMA by default; the warp, sw_state_rotations and
+// constraints on orientations return SW_ERROR_UNSUPPORTED.
+#define SW_PRECOMPUTE_LINEAR 1
+
+// The reduced shell's fields are the modes' own derivatives: no training, a fraction of the
+// precompute, and many times the error.
+#define SW_REDUCED_UNTRAINED 1
+
+// What to precompute.
+typedef struct SwPrecomputeDesc {
+  // Set by sw_precompute_desc_init.
+  uint32_t struct_size;
+  // Number of lowest modes, zero modes included; default 16. Given are at most as many as there are
+  // unknowns, and at most 1024; sw_model_info tells.
+  uint32_t modes;
+  // SW_PRECISION_... of the run-time basis; 0 = SW_PRECISION_F32. Modes are always computed in 64
+  // bits.
+  uint32_t precision;
+  // SW_PRECOMPUTE_... or 0.
+  uint32_t flags;
+  // NULL = none.
+  SwProgressFn progress;
+  // Passed to progress.
+  void *progress_user;
+  // Gravity in frame axes, acceleration. Unless zero, the mesh is first let sag under it to rest by
+  // the nonlinear shell, and modes are those of the sagged shape under its own weight; states begin
+  // there, and displacements and max_displacement count from there. Under this gravity the shape is
+  // then exact, and under others the error of a modal method grows with the difference only. The
+  // shell must be supported.
+  double sag_gravity[3];
+  // Unless 0, modes are left out that a scene cannot show: under the loads below, no vertex is off
+  // by more than this length, against the same method with all modes. `modes` is then the most that
+  // are computed; 0 = 256. sw_model_info tells the bound that was reached, which exceeds the
+  // tolerance where that was not enough. The bound is an estimate by statics, see
+  // demand_amplification, and holds for turns of less than a rad.
+  double tolerance;
+  // Gravity of the scene in frame axes, read with a tolerance only, as all below.
+  double demand_gravity[3];
+  // Size of an acceleration that may act in any direction: of the frame, or gravity where the frame
+  // turns.
+  double demand_acceleration;
+  // How much further loads move the shell than at rest: 1 when they change slowly; 0 = 2, when they
+  // come at once; up to 2/(pi ratio) when they shake it in time with a mode of that damping ratio.
+  double demand_amplification;
+  // How far from rest handles move their vertices, in the directions in which these give; to hold a
+  // vertex in others as well can ask for more modes.
+  double handle_distance;
+  // The vertices that handles move (n_handles).
+  const uint32_t *handles;
+  // Length of handles.
+  uint32_t n_handles;
+  // Must be 0.
+  uint32_t reserved;
+  // Displacement fields beyond the modes for SW_METHOD_REDUCED_SHELL, which needs some; 0 = none,
+  // and the model takes no more time and memory than without. 40 suit 8 modes; modes and fields are
+  // at most 128 together. The shell must be held so that nothing moves freely, and sag_gravity be
+  // zero.
+  uint32_t reduced_fields;
+  // Triangles, edges and hinges, together, that stand for all in its steps, whose cost grows with
+  // their number; 0 = as many as leave out 1 % of the elastic forces, but at most 16 per field.
+  uint32_t reduced_elements;
+  // Equilibria of the full shell that its fields are trained on, of gravity, pressure and pulls at
+  // points in turn; at most 52 are used. Each takes as long as a static solution of
+  // SW_METHOD_SHELL_IMPLICIT, but of a load that buckles the shell only the part that was balanced
+  // after a few hundred iterations is used, from 8,000 vertices on after a hundred. The fields are
+  // saved with the model. 0 = all 52 up to 4,000 vertices, fewer on larger meshes, as 208,000 over
+  // their number.
+  uint32_t reduced_poses;
+  // Bitwise or of SW_REDUCED_...
+  uint32_t reduced_flags;
+  // Strength of the gravity that its scenes will have, acceleration, from which the loads of the
+  // training follow; 0 = what bends the shell by a quarter of its size to first order.
+  double reduced_gravity;
+  // Unless this or auto_operations is 0, the method for SW_METHOD_AUTO is chosen, and the model
+  // made for it alone: of linear modal analysis, the warp, the warp on the shape that hangs under
+  // demand_gravity, and reduced shells of reduced_fields (0 = 40) and of half as many, the cheapest
+  // that under the loads of demand_gravity, demand_acceleration and handles, which are then read
+  // without a tolerance too, gets no vertex wrong by more than this length against the full shell's
+  // equilibrium; else the most accurate. sag_gravity is not read. Takes about four times a
+  // precompute, each reduced shell with its training, and an equilibrium of the full shell for each
+  // load.
+  double auto_error;
+  // Of these methods, those whose step takes no more operations than this, as sw_state_plan counts
+  // them, or the cheapest; 0 = any.
+  double auto_operations;
+  // The fastest that handles move, length/s; 0 = any. With a tolerance, where it is known, the
+  // modes' static answers to pulls at the handles may stand for those modes that nothing else
+  // needs, up to three a handle: hundreds of modes are then a few. They are counted and saved as
+  // modes, and have frequencies as these, of their own energy; sw_model_info's certificate is of
+  // the modes beside them.
+  double handle_speed;
+  // Seconds that the training by reduced_poses may take, beyond which no further equilibrium is
+  // sought; 0 = any. What is found in time depends on the machine and its load, and with it the
+  // fields: reduced_poses alone gives the same ones every time.
+  double reduced_seconds;
+  // The same as a multiple of the time that the modes took; 0 = any.
+  double reduced_mode_searches;
+} SwPrecomputeDesc;
+
+// Facts about a model. The caller sets struct_size with sw_model_info_init.
+typedef struct SwModelInfo {
+  // Set by sw_model_info_init.
+  uint32_t struct_size;
+  // Vertices of the mesh.
+  uint32_t n_vertices;
+  // Triangles of the mesh.
+  uint32_t n_triangles;
+  // Edges.
+  uint32_t n_edges;
+  // Edges with two triangles.
+  uint32_t n_interior_edges;
+  // Connected components.
+  uint32_t n_components;
+  // Vertices that no triangle uses.
+  uint32_t n_unreferenced;
+  // Triangles turned over internally.
+  uint32_t n_reoriented;
+  // Vertices held by supports, clamped neighbours included.
+  uint32_t n_fixed;
+  // Three per vertex that moves.
+  uint32_t n_unknowns;
+  // 1 after sw_model_precompute, else 0; all fields below but mass, area and size are 0 before.
+  uint32_t precomputed;
+  // Number of modes.
+  uint32_t modes;
+  // How many of them have eigenvalue 0: rigid motions and mechanisms that nothing resists.
+  uint32_t zero_modes;
+  // Eigenvalues below inertia_shift by the inertia of an LBL^T factorization.
+  uint32_t inertia_count;
+  // Modes found below inertia_shift. Equal to inertia_count: none is missing. Larger than modes
+  // when these end inside a group of repeated eigenvalues.
+  uint32_t inertia_found;
+  // SW_PRECISION_....
+  uint32_t precision;
+  // Sum of the lumped masses.
+  double total_mass;
+  // Sum of the rest areas.
+  double total_area;
+  // Diagonal of the bounding box.
+  double size;
+  // max |K phi - lambda M phi| / (|K| |phi|) over the modes, 2-norms and the 1-norm of K.
+  double residual;
+  // max |Phi^T M Phi - I|.
+  double orthonormality;
+  // Where eigenvalues were counted, 1/s^2.
+  double inertia_shift;
+  // Seconds by SW_PHASE_...; 0 beyond the last. Their sum is the time of the precompute, with
+  // phases that a host does not know.
+  double seconds[SW_PHASE_CAPACITY];
+  // Bytes that the model holds for the run.
+  uint64_t bytes_model;
+  // Bytes of one state.
+  uint64_t bytes_state;
+  // Estimate of the most bytes held at once during precompute.
+  uint64_t bytes_precompute_peak;
+  // Largest rounding error e of a component of a mode shape phi or its rotation psi in the run-time
+  // basis, relative to the largest such component of its mode. With amplitudes q it moves no vertex
+  // by more than sqrt(3) e times the sum over the modes of |q_k| (max|phi_k| + max|psi_k| max|u|),
+  // u the displacement without the warp.
+  double basis_rounding;
+  // How far a vertex may be off for want of modes, by the tolerance and the demand of
+  // SwPrecomputeDesc; 0 without one, and on a model that was loaded.
+  double truncation_bound;
+  // Share of the mass that moves which the modes carry along x, y, z of the frame: far below 1,
+  // modes are missing for loads along that axis.
+  double effective_mass[3];
+  // Fields of SW_METHOD_REDUCED_SHELL beyond the modes; fewer than asked for where these span no
+  // more. 0 = it has none.
+  uint32_t reduced_fields;
+  // Elements that stand for all there.
+  uint32_t reduced_elements;
+  // What these leave of the elastic forces and the rest stiffness that they were chosen by,
+  // relative.
+  double reduced_residual;
+  // Largest share by which an eigenvalue by the factorized stiffness and by the energy of its mode
+  // differ: the digits that rounding has left of it in stiff cases, where residual, a share of the
+  // largest stiffness, says nothing. Above 1e-2 the precompute refuses. 0 on a model that was
+  // loaded.
+  double eigenvalue_disagreement;
+  // What SW_METHOD_AUTO means here, an SW_METHOD_...; 0 without a choice. sw_model_front tells what
+  // it went by.
+  uint32_t auto_method;
+  // 0.
+  uint32_t reserved;
+  // Its largest error in the choice, length.
+  double auto_error;
+} SwModelInfo;
+
+// A shell and, after precompute, its modes. Opaque.
+typedef struct SwModel SwModel;
+
+// Makes a model of a mesh, a material (NULL = defaults) and supports (NULL = none: the shell floats
+// free).
+//
+// On success *model is a new handle, to be given to sw_model_destroy; on failure it is untouched.
+// The descriptors and what they point to are copied. Callable from any thread.
+// Errors: SW_ERROR_INVALID_DESC, SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_MESH,
+// SW_ERROR_NUMERICAL when masses leave the floating-point range, SW_ERROR_OUT_OF_MEMORY.
+SwStatus sw_model_create(const struct SwMeshDesc *mesh,
+                         const struct SwMaterialDesc *material,
+                         const struct SwSupportDesc *supports,
+                         struct SwModel **model);
+
+// Computes modes and modal rotations; `desc` may be NULL for defaults. May be called again with
+// other options: states made before keep the modes they were made with.
+//
+// Blocks for seconds on large meshes. On failure or cancellation the model is as it was before. Not
+// to be called at the same time as any other function on this model.
+// Errors: SW_ERROR_INVALID_DESC, SW_ERROR_INVALID_ARGUMENT, SW_ERROR_CANCELLED, SW_ERROR_NUMERICAL,
+// also when the shell does not come to rest under sag_gravity or is about to buckle there,
+// SW_ERROR_OUT_OF_MEMORY, SW_ERROR_BUSY.
+SwStatus sw_model_precompute(struct SwModel *model,
+                             const struct SwPrecomputeDesc *desc);
+
+// Destroys a model. NULL does nothing. States made from it live on. A handle must not be destroyed
+// twice or during a call.
+void sw_model_destroy(struct SwModel *model);
+
+// Counts, sizes, certificate and timings. `info` must be initialised by sw_model_info_init.
+// Callable concurrently.
+// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_BUSY during a precompute.
+SwStatus sw_model_info(const struct SwModel *model,
+                       struct SwModelInfo *info);
+
+// A method that was tried for SW_METHOD_AUTO. Output only.
+typedef struct SwFrontPoint {
+  // SW_METHOD_....
+  uint32_t method;
+  // 1 for the one that was taken.
+  uint32_t chosen;
+  // 1 for modes of the shape that hangs under demand_gravity.
+  uint32_t sagged;
+  // Fields beyond the modes, of a reduced shell.
+  uint32_t fields;
+  // Its elements.
+  uint32_t elements;
+  // 0.
+  uint32_t reserved;
+  // Of a step, as sw_state_plan counts them.
+  double operations;
+  // The furthest that any vertex is off under any of the loads, length; infinite where it found no
+  // equilibrium.
+  double error;
+} SwFrontPoint;
+
+// The methods that were tried for SW_METHOD_AUTO, none on a model without a choice. `element_size`
+// is sizeof(SwFrontPoint). Two calls: with `points` NULL and `capacity` 0 only *count is written.
+// Callable concurrently.
+// Errors: SW_ERROR_INVALID_DESC, SW_ERROR_INVALID_ARGUMENT, SW_ERROR_BUFFER_SIZE when capacity <
+// *count, SW_ERROR_NOT_PRECOMPUTED, SW_ERROR_BUSY.
+SwStatus sw_model_front(const struct SwModel *model,
+                        struct SwFrontPoint *points,
+                        uint32_t element_size,
+                        uint32_t capacity,
+                        uint32_t *count);
+
+// Frequencies sqrt(lambda)/(2 pi) in Hz, ascending; a zero mode's is exactly 0. Two calls: with
+// `hertz` NULL and `capacity` 0 only *count is written. Callable concurrently.
+// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_BUFFER_SIZE when capacity < *count,
+// SW_ERROR_NOT_PRECOMPUTED, SW_ERROR_BUSY.
+SwStatus sw_model_frequencies(const struct SwModel *model,
+                              double *hertz,
+                              uint32_t capacity,
+                              uint32_t *count);
+
+// Saves a precomputed model, so that sw_model_load gives it back without another precompute: about
+// 24 bytes per vertex and mode (48 with SW_PRECISION_F64, 12 with SW_PRECISION_I16) and 49 per
+// vertex, or 73 with sag_gravity; 12 (24 with SW_PRECISION_F64) more per vertex and mode or field
+// of a reduced shell. Two calls: with `bytes` NULL and `capacity` 0 only *size is written. Nothing
+// of a state is saved (sw_state_save). Callable concurrently.
+// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_NOT_PRECOMPUTED, SW_ERROR_BUFFER_SIZE when capacity <
+// *size, SW_ERROR_OUT_OF_MEMORY, SW_ERROR_BUSY.
+SwStatus sw_model_save(const struct SwModel *model,
+                       void *bytes,
+                       uint64_t capacity,
+                       uint64_t *size);
+
+// Makes a precomputed model of what sw_model_save gave, in this or an older version of the library.
+// On success *model is a new handle, to be given to sw_model_destroy; on failure it is untouched.
+// `bytes` (size) are read during the call only.
+//
+// The model has the same bits as the one saved: steps, handles, equilibria and saved states of
+// either go on with the other. No eigenvalue search is done; the time goes into reading the bytes
+// and checking the mesh. Safe on any bytes: they carry a version, sizes and a checksum, and
+// whatever they hold beyond that is checked, so that forged ones cannot do harm; that the modes
+// belong to the shell is not checked. Callable from any thread.
+// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DATA, SW_ERROR_OUT_OF_MEMORY.
+SwStatus sw_model_load(const void *bytes,
+                       uint64_t size,
+                       struct SwModel **model);
+
+// Phi: displacement per unit amplitude, mass-orthonormal, 1/sqrt(mass).
+#define SW_SHAPE_DISPLACEMENT 1
+// Psi = W Phi: rotation vector per unit amplitude (paper eq. 10).
+#define SW_SHAPE_ROTATION 2
+
+// One mode (n_vertices x 3) as SW_SHAPE_..., in SW_FORMAT_..., `stride` bytes from vertex to vertex
+// (0 = packed). The sign and the basis of repeated modes follow a fixed rule: modes agree with the
+// translations along x, y, z, then the rotations about them, then a fixed random field, the first
+// that they see. Callable concurrently.
+// Errors: SW_ERROR_INVALID_ARGUMENT, also when n_vertices is not the mesh's;
+// SW_ERROR_NOT_PRECOMPUTED; SW_ERROR_UNSUPPORTED for rotations of a model with
+// SW_PRECOMPUTE_LINEAR; SW_ERROR_BUSY.
+SwStatus sw_model_mode_shape(const struct SwModel *model,
+                             uint32_t mode,
+                             uint32_t shape,
+                             uint32_t format,
+                             void *out,
+                             uint64_t stride,
+                             uint32_t n_vertices);
+
+/* States --------------------------------------------------------------------------------------- */
+
+// Modal warping (the paper): u = R~(Psi q) Phi q, modal force Phi^T R^T F.
+#define SW_METHOD_WARP 1
+// Linear modal analysis: u = Phi q, modal force Phi^T F.
+#define SW_METHOD_LMA 2
+// The full nonlinear shell by backward Euler with Newton's method: ground truth, seconds a frame on
+// large meshes. No constraints, amplitudes or damping ratios; saved states hold every vertex.
+#define SW_METHOD_SHELL_IMPLICIT 3
+// The same by symplectic Euler; steps must be very short (the paper: 1/30000 s).
+#define SW_METHOD_SHELL_EXPLICIT 4
+// Modal warping with the exact modal force of its own positions, (du/dq)^T F: dead loads are
+// conservative. A step costs up to twice that of SW_METHOD_WARP.
+#define SW_METHOD_WARP_VIRTUAL_WORK 5
+// The full nonlinear energy on a few displacement fields, u = B q, by BDF2opt and Newton's method,
+// of a model precomputed with reduced_fields: a fraction of the warp's error, without its limit of
+// rotation, at a step's cost that hardly grows with the mesh. No amplitudes; damping by the
+// stiffness of the present shape. The integrator is its own.
+#define SW_METHOD_REDUCED_SHELL 6
+// Rotation-strain reconstruction: each triangle is turned by the rotation of its modal displacement
+// and keeps its linear strain, and the vertices follow; modal force (du/dq)^T F. What bends without
+// stretching keeps its lengths and area, so that large bends of shells that are flat at rest come
+// closer to the nonlinear shell; on curved ones it is as close as SW_METHOD_WARP_VIRTUAL_WORK,
+// since both have the same modes. A step under gravity visits no vertex. The first state of a model
+// prepares it, which takes as long as a part of the precompute, on small meshes up to twice as
+// long; the model then holds 3 more numbers a vertex and sample, of which there are at most 32.
+// turn_in_range of sw_state_report up to half a turn.
+#define SW_METHOD_ROTATION_STRAIN 8
+
+// The method that the precompute chose for the scene by auto_error or auto_operations.
+#define SW_METHOD_AUTO 7
+
+// Backward Euler: first order, stable for every step, damps what the step does not resolve.
+#define SW_INTEGRATOR_IMPLICIT_EULER 1
+// The closed-form motion of each mode under a force constant over the step: no numerical damping of
+// its own.
+#define SW_INTEGRATOR_EXACT 2
+
+// World axes and origin.
+#define SW_SPACE_WORLD 0
+// Axes and origin of the support frame.
+#define SW_SPACE_FRAME 1
+
+// How a state moves.
+typedef struct SwStateDesc {
+  // Set by sw_state_desc_init.
+  uint32_t struct_size;
+  // SW_METHOD_...; 0 = SW_METHOD_WARP, or SW_METHOD_LMA on a model with SW_PRECOMPUTE_LINEAR.
+  uint32_t method;
+  // SW_INTEGRATOR_... of modal methods; 0 = SW_INTEGRATOR_IMPLICIT_EULER.
+  uint32_t integrator;
+  // Must be 0.
+  uint32_t flags;
+} SwStateDesc;
+
+// Damping of each mode: c = xi + zeta lambda + 2 ratio sqrt(lambda). All must be finite and not
+// negative; 0 = none.
+typedef struct SwDampingDesc {
+  // Set by sw_damping_desc_init.
+  uint32_t struct_size;
+  // 0, 1 (one ratio for all modes) or the number of modes.
+  uint32_t n_ratios;
+  // Rayleigh's xi, 1/s.
+  double mass_coefficient;
+  // Rayleigh's zeta, s.
+  double stiffness_coefficient;
+  // Fractions of critical damping (n_ratios).
+  const double *ratios;
+} SwDampingDesc;
+
+// The frame jumps to its new pose and is at rest there: no inertial load.
+#define SW_FRAME_TELEPORT 1
+// The velocities and accelerations of the descriptor are used instead of differences of poses.
+#define SW_FRAME_MOTION_GIVEN 2
+
+// A pose of the support frame, world = origin + rotation local, and optionally its motion, all in
+// world axes.
+typedef struct SwFrameDesc {
+  // Set by sw_frame_desc_init.
+  uint32_t struct_size;
+  // SW_FRAME_... or 0. SW_FRAME_TELEPORT wins.
+  uint32_t flags;
+  // World position of the frame's origin.
+  double origin[3];
+  // Row-major rotation matrix, its columns the frame's axes in world space. All zero = identity.
+  // Must be orthonormal to 1e-4 and right-handed; the nearest rotation is used.
+  double rotation[9];
+  // Velocity of the origin, read with SW_FRAME_MOTION_GIVEN only, as the three below.
+  double velocity[3];
+  // Acceleration of the origin.
+  double acceleration[3];
+  // Angular velocity, rad/s.
+  double angular_velocity[3];
+  // Angular acceleration, rad/s^2.
+  double angular_acceleration[3];
+} SwFrameDesc;
+
+// Measures of a state. The caller sets struct_size with sw_state_report_init.
+typedef struct SwStateReport {
+  // Set by sw_state_report_init.
+  uint32_t struct_size;
+  // Of rotations alone, and no measure of the error, which sw_state_certify estimates: 1 while
+  // max_rotation is at most a quarter turn, where the warp itself gets a fifth of a strip's
+  // displacement wrong, or half a turn with SW_METHOD_ROTATION_STRAIN; always 1 for a nonlinear
+  // shell, reduced or not. 1 does not mean that the pose is right: on curved shells modes are most
+  // of the error.
+  uint32_t turn_in_range;
+  // Seconds stepped since creation or reset.
+  double time;
+  // Of the motion in the frame. Under handles SW_INTEGRATOR_EXACT moves by impulses at the start of
+  // each step: a shell that rests at the ends of steps reports the energy of half an impulse there,
+  // which falls with the square of the step.
+  double kinetic_energy;
+  // Of the deformation.
+  double elastic_energy;
+  // Work done on the shell by constraints since creation or reset.
+  double constraint_work;
+  // Largest rotation of a vertex, rad: |w| of modal methods, which counts turns. A model with
+  // SW_PRECOMPUTE_LINEAR has it computed from the displacements at each call.
+  double max_rotation;
+  // Largest displacement in the frame.
+  double max_displacement;
+  // Of all vertices, the share turned further than turn_in_range allows. Of rotations alone, too.
+  double fraction_turned_too_far;
+  // Steps of a reduced shell since creation or reset, as this handle took them, whose Newton search
+  // ended short of its tolerance: finite, but less accurate than the others; shorter steps help. 0
+  // for other methods.
+  uint64_t unconverged_steps;
+} SwStateReport;
+
+// A moving shell. Opaque. One thread at a time, but functions that take it const may run at the
+// same time as each other; a violation returns SW_ERROR_BUSY.
+typedef struct SwState SwState;
+
+// Makes a state at rest on a precomputed model; `desc` may be NULL for defaults. No loads, no
+// damping, the frame at the world's origin. The state keeps alive what it needs of the model.
+// Callable concurrently on one model. On success *state is a new handle, to be given to
+// sw_state_destroy; on failure it is untouched.
+// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_NOT_PRECOMPUTED,
+// SW_ERROR_UNSUPPORTED for a warp or rotation-strain reconstruction on a model with
+// SW_PRECOMPUTE_LINEAR, for SW_METHOD_REDUCED_SHELL on a model without reduced_fields and for
+// SW_METHOD_AUTO on one without a choice, SW_ERROR_BUSY.
+SwStatus sw_state_create(const struct SwModel *model,
+                         const struct SwStateDesc *desc,
+                         struct SwState **state);
+
+// Destroys a state. NULL does nothing. A handle must not be destroyed twice or during a call.
+void sw_state_destroy(struct SwState *state);
+
+// Back to rest and time 0. Loads, damping and constraints stay; the frame stays where it was last
+// set, at rest.
+// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_BUSY.
+SwStatus sw_state_reset(struct SwState *state);
+
+// Makes an independent copy, loads, damping and constraints included; stepping both alike gives the
+// same bits. *clone is a new handle.
+// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_BUSY.
+SwStatus sw_state_clone(const struct SwState *state,
+                        struct SwState **clone);
+
+// Sets when the state rests: it then skips its steps, which only let time pass, until something
+// changes. With 0, as at first, it rests when a step has left every bit as it was, so that skipping
+// the next changes none either. With a length, a modal state without handles rests as soon as what
+// is left of its swing about the equilibrium of its present loads can move no vertex further than
+// that (to first order); what is left is then dropped, and a state restored by sw_state_load may go
+// on with other bits.
+// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_BUSY.
+SwStatus sw_state_set_rest_tolerance(struct SwState *state,
+                                     double tolerance);
+
+// Sets gravity: 3 doubles, world axes, acceleration (length unit / s^2). 0 at first. Loads turn
+// with the shell.
+// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_BUSY.
+SwStatus sw_state_set_gravity(struct SwState *state,
+                              const double *gravity);
+
+// Replaces all damping.
+// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_BUSY.
+SwStatus sw_state_set_damping(struct SwState *state, const struct SwDampingDesc *desc);
+
+// Sets where the support frame is at the end of the next step; call it before each step while the
+// frame moves. It stays where it is when not called. The first call after creation or reset, before
+// any step, simply places the frame.
+//
+// The shell feels gravity less the frame's acceleration, and the Euler, centrifugal and Coriolis
+// forces of its rotation.
+// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_BUSY.
+SwStatus sw_state_set_frame(struct SwState *state,
+                            const struct SwFrameDesc *desc);
+
+// Sets modal amplitudes and their rates (count each, count = number of modes); unit: length times
+// sqrt(mass).
+// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_NUMERICAL when vertices would turn by more than 1e6
+// rad, SW_ERROR_BUSY.
+SwStatus sw_state_set_amplitudes(struct SwState *state,
+                                 const double *amplitudes,
+                                 const double *velocities,
+                                 uint32_t count);
+
+// Modal amplitudes q and rates. Two calls: with both pointers NULL and `capacity` 0 only *count is
+// written.
+// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_UNSUPPORTED by a nonlinear shell,
+// SW_ERROR_BUFFER_SIZE when capacity < *count, SW_ERROR_BUSY.
+SwStatus sw_state_amplitudes(const struct SwState *state,
+                             double *amplitudes,
+                             double *velocities,
+                             uint32_t capacity,
+                             uint32_t *count);
+
+// Advances by `seconds` > 0; any step, changing from call to call. Modal methods do not allocate.
+// On failure nothing has moved. Loads that would bend a modal method's shell beyond half a turn
+// meet a growing resistance, which ordinary scenes never feel: whatever the load, the elastic modes
+// together turn by less than three quarters of a turn.
+// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_NUMERICAL when the result would leave the range of
+// numbers (turns of 1e6 rad), SW_ERROR_BUSY.
+SwStatus sw_state_step(struct SwState *state,
+                       double seconds);
+
+// Deformed positions (n_vertices x 3) in SW_SPACE_..., as SW_FORMAT_..., `stride` bytes from vertex
+// to vertex (0 = packed). Order and number of vertices are those of the mesh. Callable
+// concurrently. At rest in an unmoved frame they are the mesh's own to the last bit. SW_FORMAT_F64
+// adds the displacement to the mesh's positions and places the sum in 64 bits. SW_FORMAT_F32 is the
+// faster: with SW_PRECISION_F32 all of it is done in 32 bits, good to four units in the last place
+// of the largest coordinate among rest positions, frame origin and result.
+// Errors: SW_ERROR_INVALID_ARGUMENT, also when n_vertices is not the mesh's; SW_ERROR_BUSY.
+SwStatus sw_state_positions(const struct SwState *state,
+                            uint32_t space,
+                            uint32_t format,
+                            void *out,
+                            uint64_t stride,
+                            uint32_t n_vertices);
+
+// The positions of some vertices (n x 3), in the order of the list `vertices` (n; nothing is read
+// or written for 0), otherwise as sw_state_positions and with the same bits: what is seen, a proxy,
+// a render region. Costs as much as the blocks of 16 vertices that these lie in; a list in
+// ascending order visits each block once. Callable concurrently.
+// Errors: SW_ERROR_INVALID_ARGUMENT, also on a vertex that does not exist; SW_ERROR_BUSY.
+SwStatus sw_state_positions_of(const struct SwState *state,
+                               uint32_t space,
+                               uint32_t format,
+                               const uint32_t *vertices,
+                               uint32_t n,
+                               void *out,
+                               uint64_t stride);
+
+// Area-weighted unit normals of the deformed shell (n_vertices x 3), as sw_state_positions; zero at
+// unreferenced vertices. They follow the orientation of the mesh's triangles, as re-oriented where
+// these disagree. Allocates.
+// Errors: as sw_state_positions, SW_ERROR_OUT_OF_MEMORY.
+SwStatus sw_state_normals(const struct SwState *state,
+                          uint32_t space,
+                          uint32_t format,
+                          void *out,
+                          uint64_t stride,
+                          uint32_t n_vertices);
+
+// Rotation of each vertex's frame from rest (exp of its modal rotation, or the mean of its
+// triangles'), as unit quaternions w x y z (n_vertices x 4), for hosts that carry tangent frames,
+// hair or instances along. Otherwise as sw_state_positions.
+SwStatus sw_state_rotations(const struct SwState *state,
+                            uint32_t space,
+                            uint32_t format,
+                            void *out,
+                            uint64_t stride,
+                            uint32_t n_vertices);
+
+// Energies, and how far the shell is bent. `report` must be initialised by sw_state_report_init.
+// Visits every vertex, so costs as much as reading the positions. Callable concurrently.
+// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_BUSY.
+SwStatus sw_state_report(const struct SwState *state,
+                         struct SwStateReport *report);
+
+// Saves the dynamic state (time, frame, amplitudes and rates, constraint work), 952 bytes at 50
+// modes, 160 and 32 a field or mode of a reduced shell; loads, damping and constraints are inputs
+// and not saved. Two calls: with `bytes` NULL and `capacity` 0 only *size is written. Callable
+// concurrently.
+// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_BUFFER_SIZE when capacity < *size, SW_ERROR_BUSY.
+SwStatus sw_state_save(const struct SwState *state,
+                       void *bytes,
+                       uint64_t capacity,
+                       uint64_t *size);
+
+// Restores what sw_state_save gave on a model made from the same inputs; the run then goes on with
+// the same bits. Safe on any bytes: they carry a version, sizes, the model's fingerprint and a
+// checksum. On failure nothing has changed. A pose set for the next step is dropped: set it after
+// loading.
+// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DATA, SW_ERROR_BUSY.
+SwStatus sw_state_load(struct SwState *state,
+                       const void *bytes,
+                       uint64_t size);
+
+/* Many states ---------------------------------------------------------------------------------- */
+
+// Advances `count` states by `seconds` each, as sw_state_step would one by one and to the same
+// bits, whatever the number of threads: states of any models and methods, in any order. A state
+// that fails has not moved; the others have.
+//
+// `statuses` (count, or NULL) receives the status of each. The result is SW_OK, or the status of
+// the first that failed, with its index in the message. A state that is in use is SW_ERROR_BUSY,
+// and so is one that comes twice, at its later places.
+//
+// Little work is done on the calling thread alone. More is shared with threads of this library,
+// made by the first call that needs them: one fewer than the processors that the process may use,
+// see sw_set_threads. They have the system's default floating-point modes: a host that flushes
+// denormal numbers on its own threads may see other last bits. Allocates some bytes for each state.
+// May run on several threads at once, on different states.
+// Errors: SW_ERROR_INVALID_ARGUMENT when `states` or one of them is NULL: nothing has moved, and
+// statuses is untouched. Else those of sw_state_step.
+SwStatus sw_states_step(struct SwState *const *states,
+                        uint32_t count,
+                        double seconds,
+                        SwStatus *statuses);
+
+// Sets how many threads sw_states_step may use in this process, the calling one included: 1 for the
+// calling one alone, 0 for as many as the process may use (the default). The library's threads end
+// before this returns, and new ones are made when they are needed: call it with 1 before unloading
+// the library, if sw_states_step has been used.
+// Errors: SW_ERROR_INVALID_ARGUMENT beyond 1024, SW_ERROR_BUSY while another thread is inside
+// sw_states_step.
+SwStatus sw_set_threads(uint32_t count);
+
+/* Constraints ---------------------------------------------------------------------------------- */
+
+// Holds the vertex's position.
+#define SW_CONSTRAINT_POSITION 1
+// Holds the orientation of the vertex's frame (sw_state_rotations), which at rest is the support
+// frame's.
+#define SW_CONSTRAINT_ORIENTATION 2
+
+// World x axis.
+#define SW_AXIS_X 1
+// World y axis.
+#define SW_AXIS_Y 2
+// World z axis.
+#define SW_AXIS_Z 4
+
+// Stands for every constraint in sw_state_clear_constraint.
+#define SW_ALL_CONSTRAINTS 4294967295
+
+// A handle (paper section 4.4). Position and orientation of one vertex are two constraints.
+typedef struct SwConstraintDesc {
+  // Set by sw_constraint_desc_init.
+  uint32_t struct_size;
+  // The host's number for it, below SW_ALL_CONSTRAINTS; setting a number again replaces the
+  // constraint.
+  uint32_t id;
+  // SW_CONSTRAINT_.... Required.
+  uint32_t kind;
+  // Vertex held.
+  uint32_t vertex;
+  // SW_AXIS_... bits along or about which it holds; 0 = all.
+  uint32_t axes;
+  // Must be 0.
+  uint32_t flags;
+  // Displacement per force (length/force) or rotation per torque (rad/torque), not negative; 0 =
+  // hard.
+  double compliance;
+  // World position (SW_CONSTRAINT_POSITION).
+  double position[3];
+  // World orientation, row-major rotation matrix as in SwFrameDesc (SW_CONSTRAINT_ORIENTATION); all
+  // zero = identity. Of all rotation vectors that mean it the one nearest to the present is taken,
+  // so a handle can be turned round and round.
+  double rotation[9];
+} SwConstraintDesc;
+
+// What the last step made of a constraint. Output only.
+typedef struct SwConstraintReport {
+  // The host's number.
+  uint32_t id;
+  // SW_CONSTRAINT_....
+  uint32_t kind;
+  // Vertex held.
+  uint32_t vertex;
+  // 1 if the residual is at most a millionth of the model's size, or a microradian, beyond what the
+  // compliance gives way. 0 before the first step.
+  uint32_t met;
+  // Linearizations that the whole set took in the last step.
+  uint32_t iterations;
+  // 0.
+  uint32_t reserved;
+  // What is missing along the held axes: length or rad.
+  double residual;
+  // Force or torque on the shell, world axes, over the last step.
+  double force[3];
+} SwConstraintReport;
+
+// Adds a constraint, or moves or replaces the one with its id; it stays until cleared, and needs no
+// new precompute. From the next step on the handle is where it was put (`met` in the report), or as
+// near as the modes allow: constraints out of reach, at a vertex that a support holds, conflicting
+// or more than the modes get the least-squares answer.
+//
+// A hard handle may ask for more than the shell can do gracefully: pushed along itself, a sheet
+// that hardly stretches can only crumple. Near the rest pose it does not, and gets the
+// least-squares answer; further away, ask sw_state_certify, hold only the axes that matter, or give
+// a compliance.
+//
+// A nonlinear shell's handles are met exactly where supports and other handles leave the vertex
+// free: a hard position is prescribed; where several want one vertex at different places it is at
+// their mean. A step whose handles move too far for Newton's method to follow takes them a part of
+// the way, and `met` is 0. The orientation is the mean of the triangles' rotations at the vertex.
+// An explicit step sets positions, so a handle should move by little in each.
+//
+// Constraints are cloned with a state and survive its reset and loading, but are not saved.
+// Allocates unless it replaces one of the same axes. A reduced shell follows hard handles as far as
+// its fields can with a root mean square displacement of twice the model's size; it has the
+// orientation of a nonlinear shell, and meets it as nearly as four passes of a step do. Steps that
+// hold one allocate.
+// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_BUSY.
+SwStatus sw_state_set_constraint(struct SwState *state,
+                                 const struct SwConstraintDesc *desc);
+
+// Removes a constraint, or all there are with SW_ALL_CONSTRAINTS.
+// Errors: SW_ERROR_INVALID_ARGUMENT, also when there is none with this id; SW_ERROR_BUSY.
+SwStatus sw_state_clear_constraint(struct SwState *state, uint32_t id);
+
+// What the last step made of each constraint, by ascending id. `element_size` is
+// sizeof(SwConstraintReport). Two calls: with `reports` NULL and `capacity` 0 only *count is
+// written. Callable concurrently.
+// Errors: SW_ERROR_INVALID_DESC, SW_ERROR_INVALID_ARGUMENT, SW_ERROR_BUFFER_SIZE when capacity <
+// *count, SW_ERROR_BUSY.
+SwStatus sw_state_constraint_report(const struct SwState *state,
+                                    struct SwConstraintReport *reports,
+                                    uint32_t element_size,
+                                    uint32_t capacity,
+                                    uint32_t *count);
+
+/* Forces, wind and equilibrium ----------------------------------------------------------------- */
+
+// The forces act in the next step, or the next sw_state_equilibrium, and are then forgotten.
+#define SW_FORCES_ONE_STEP 1
+
+// Forces on vertices, world axes. Copied during the call.
+typedef struct SwForceDesc {
+  // Set by sw_force_desc_init.
+  uint32_t struct_size;
+  // SW_FORCES_... or 0: the forces stay until replaced.
+  uint32_t flags;
+  // SW_FORMAT_... of forces. Required unless count is 0.
+  uint32_t format;
+  // Number of forces: 0 removes all; with vertices NULL it must be the number of vertices.
+  uint32_t count;
+  // Forces (count x 3).
+  const void *forces;
+  // Bytes from one force to the next, 0 = packed.
+  uint64_t stride;
+  // The vertex of each force (count), or NULL: one for every vertex in order. A vertex may come
+  // more than once.
+  const uint32_t *vertices;
+} SwForceDesc;
+
+// Air that drags at the shell's triangles as they are turned and move: on each of area A, with the
+// air's velocity relative to it split into the part n along its normal and the rest t, 1/2 density
+// A (normal_drag |n| n + tangential_drag |t| t).
+typedef struct SwWindDesc {
+  // Set by sw_wind_desc_init.
+  uint32_t struct_size;
+  // SW_FORMAT_... of local_velocities, when given.
+  uint32_t local_format;
+  // Of the air everywhere, world axes.
+  double velocity[3];
+  // Mass per volume, not negative; 0 = no wind. Air: 1.2 kg/m^3.
+  double density;
+  // Drag coefficient against the face, not negative; about 1 to 2.
+  double normal_drag;
+  // Drag coefficient along the face, not negative; about 0.01 to 0.1.
+  double tangential_drag;
+  // Velocity of the air at each vertex beside the one everywhere (n_vertices x 3, world axes), or
+  // NULL. Copied.
+  const void *local_velocities;
+  // Bytes from one to the next, 0 = packed.
+  uint64_t local_stride;
+} SwWindDesc;
+
+// Replaces all forces on vertices. They turn the modal force with the shell, as gravity does.
+// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_OUT_OF_MEMORY, SW_ERROR_BUSY.
+SwStatus sw_state_set_forces(struct SwState *state, const struct SwForceDesc *desc);
+
+// Replaces the wind.
+// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_OUT_OF_MEMORY, SW_ERROR_BUSY.
+SwStatus sw_state_set_wind(struct SwState *state, const struct SwWindDesc *desc);
+
+// How a static solution was found. The caller sets struct_size with sw_equilibrium_report_init.
+typedef struct SwEquilibriumReport {
+  // Set by sw_equilibrium_report_init.
+  uint32_t struct_size;
+  // Fixed-point or Newton iterations.
+  uint32_t iterations;
+  // |q - f(q)/lambda| / |q| of a modal method, |F - dE/dx| / |F| of a nonlinear shell.
+  double residual;
+} SwEquilibriumReport;
+
+// Moves the state to the static solution of its method under the present loads and constraints, at
+// rest in the present frame; time does not pass. The search starts from the present shape. `report`
+// may be NULL. Blocks; on failure nothing has moved.
+// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_NUMERICAL when none is found,
+// SW_ERROR_BUSY.
+SwStatus sw_state_equilibrium(struct SwState *state,
+                              struct SwEquilibriumReport *report);
+
+/* What a step consists of ---------------------------------------------------------------------- */
+
+// Rest positions, masses, triangles, edges, constants of each mode.
+#define SW_PART_SHAPE 1
+// Mode shapes Phi.
+#define SW_PART_DISPLACEMENTS 2
+// Modal rotations Psi.
+#define SW_PART_ROTATIONS 3
+// The oscillator of each mode with its guard, and the state.
+#define SW_PART_MODES 4
+// Gravity and the acceleration of the frame.
+#define SW_PART_UNIFORM_LOAD 5
+// Inertia of a turning frame.
+#define SW_PART_SPIN 6
+// Forces on vertices.
+#define SW_PART_FORCES 7
+// Wind.
+#define SW_PART_WIND 8
+// Constraints.
+#define SW_PART_CONSTRAINTS 9
+// The nonlinear shell.
+#define SW_PART_NONLINEAR_SHELL 10
+// The reduced nonlinear shell.
+#define SW_PART_REDUCED_SHELL 11
+
+// Length of SwPlanPart::reason, the closing NUL included; for good.
+#define SW_PLAN_REASON_SIZE 120
+
+// One part of a step. Output only.
+typedef struct SwPlanPart {
+  // SW_PART_....
+  uint32_t part;
+  // 1 when the step or the output uses it, else 0.
+  uint32_t active;
+  // Bytes held for it by the model or the state, whether used or not.
+  uint64_t bytes;
+  // Estimate of the instructions of the step, on registers of 8 numbers of 32 bits (AVX2); 0 when
+  // left out. Mostly within a quarter (docs/evidence/leave_out.md); for an implicit step of a
+  // nonlinear shell, reduced or not, by the iterations of the last step.
+  double operations;
+  // Why it is used, or was left out; NUL-terminated.
+  char reason[SW_PLAN_REASON_SIZE];
+} SwPlanPart;
+
+// What a step of `seconds` from the present state uses, what it leaves out and why, and what each
+// part costs: one entry for each SW_PART_..., in ascending order. `element_size` is
+// sizeof(SwPlanPart). Two calls: with `parts` NULL and `capacity` 0 only *count is written.
+// Callable concurrently.
+// Errors: SW_ERROR_INVALID_DESC, SW_ERROR_INVALID_ARGUMENT, also as by sw_state_step;
+// SW_ERROR_BUFFER_SIZE when capacity < *count; SW_ERROR_BUSY.
+SwStatus sw_state_plan(const struct SwState *state,
+                       double seconds,
+                       struct SwPlanPart *parts,
+                       uint32_t element_size,
+                       uint32_t capacity,
+                       uint32_t *count);
+
+// The same as a table in words, UTF-8 and NUL-terminated. Two calls: with `text` NULL and
+// `capacity` 0 only *size is written, the NUL included. Callable concurrently.
+// Errors: SW_ERROR_INVALID_ARGUMENT, also as by sw_state_step; SW_ERROR_BUFFER_SIZE when capacity <
+// *size; SW_ERROR_BUSY.
+SwStatus sw_state_plan_text(const struct SwState *state,
+                            double seconds,
+                            char *text,
+                            uint64_t capacity,
+                            uint64_t *size);
+
+/* What a state gets wrong, and another method for it ------------------------------------------- */
+
+// How far a state is from the full nonlinear shell, by an estimate. The caller sets struct_size
+// with sw_certificate_init.
+typedef struct SwCertificate {
+  // Set by sw_certificate_init.
+  uint32_t struct_size;
+  // 1 when error is above 0.2: the pose is outside what the method, or the fields of a reduced
+  // shell, were made for.
+  uint32_t out_of_range;
+  // Estimated error of the displacement relative to it, both as mass-weighted L2 norms;
+  // displacements count from the shape of no energy, also with sag_gravity.
+  double error;
+  // Estimated error of the vertex that has the largest, length.
+  double max_error;
+  // That vertex.
+  uint32_t vertex;
+  // The SW_METHOD_... that it is of.
+  uint32_t method;
+  // What the full shell's forces leave of the load's at this pose, relative to the load, inertia
+  // and constraints' forces included: no measure of the error, since stretching that nobody sees
+  // leaves hundreds of times the load.
+  double residual;
+  // The same at the better pose that the estimate compares with. Above 0.01 the search for it was
+  // cut short, and the estimate is rough.
+  double remaining;
+} SwCertificate;
+
+// Estimates what a state gets wrong against the full nonlinear shell, under the loads, constraints
+// and frame as they are now, by a few Newton steps of the full shell from the present pose. At rest
+// that is the error of the equilibrium; where the full shell has several, as one that buckles, it
+// is the distance to the one that these steps lead to, and another may be far. In motion the
+// inertia and damping that the method has are taken for right: it is what its forces get wrong at
+// this moment, not what has added up. A state of a nonlinear shell gets zeros.
+//
+// Takes as long as one to three steps of SW_METHOD_SHELL_IMPLICIT, of a pose that is far off
+// longer, at most sixty factorizations, and the first time the analysis of the stiffness, which the
+// model keeps: to be called now and then, not in every step. `certificate` must be initialised by
+// sw_certificate_init. Callable concurrently.
+// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_UNSUPPORTED by a library
+// without the feature nonlinear-shell, SW_ERROR_NUMERICAL when the full shell has no stiffness to
+// go by, SW_ERROR_OUT_OF_MEMORY, SW_ERROR_BUSY.
+SwStatus sw_state_certify(const struct SwState *state,
+                          struct SwCertificate *certificate);
+
+// Goes on by SW_METHOD_WARP, the paper's method, where that is nearer to the full nonlinear shell:
+// where its estimate by sw_state_certify, or what its hard handles miss of their way, is less than
+// the state's own, or where the state misses more than half of a hard handle's way and the warp
+// less. A state without velocities, as after sw_state_equilibrium, found or not, is set against the
+// warp's own equilibrium under the same loads, one that moves against the warp at the nearest pose,
+// as by sw_state_set_method. `certificate`, initialised by sw_certificate_init, is of the method
+// that goes on, which it names. SW_METHOD_WARP and the nonlinear shells are only certified.
+//
+// Takes as long as two of sw_state_certify. The two estimates of a state without velocities may
+// lead to different equilibria, as of a shell that buckles or snaps through. Where a hard handle
+// leads it, both are set against that of the state's own, which depends on the way that it took.
+// Else, where that may decide between them, or where one is wanting, both are set against the
+// equilibrium of the full shell from rest, and the certificate is of it; then it takes as long as
+// sw_state_equilibrium of SW_METHOD_SHELL_IMPLICIT besides. Call it when a handle is let go or a
+// pose is found, not in every step. States saved before belong to the method that they were saved
+// with. Allocates; on failure nothing has changed.
+// Errors: as of sw_state_certify, SW_ERROR_NUMERICAL where neither method has an estimate.
+SwStatus sw_state_fall_back(struct SwState *state,
+                            struct SwCertificate *certificate);
+
+// Goes on by another SW_METHOD_..., from the pose and velocities nearest to the present ones in the
+// mass norm, with the same time, frame, loads, damping, constraints and integrator: when
+// sw_state_certify or unconverged_steps tell that a reduced shell has left its range,
+// SW_METHOD_WARP_VIRTUAL_WORK or SW_METHOD_WARP goes on, and back again. To
+// SW_METHOD_SHELL_IMPLICIT nothing is lost; to fields or modes, what these do not span, so vertices
+// jump by that much. 0 is the default method of the model. States saved before belong to the method
+// that they were saved with. Allocates; on failure nothing has changed.
+// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_UNSUPPORTED where the method cannot take a constraint
+// or the damping ratios that are set, or as by sw_state_create; SW_ERROR_NUMERICAL,
+// SW_ERROR_OUT_OF_MEMORY, SW_ERROR_BUSY.
+SwStatus sw_state_set_method(struct SwState *state,
+                             uint32_t method);
+
+/* Structs at their defaults -------------------------------------------------------------------- */
+
+// Each writes zeros, and the size that this header gives the struct. NULL does nothing. A parser
+// that reads declarations alone leaves them out by defining SHELLWARP_NO_INLINE, and calls
+// sw_struct_init.
+#ifndef SHELLWARP_NO_INLINE
+static inline void sw_mesh_desc_init(SwMeshDesc *s) {
+  sw_struct_init(s, sizeof *s);
+}
+static inline void sw_material_desc_init(SwMaterialDesc *s) {
+  sw_struct_init(s, sizeof *s);
+}
+static inline void sw_support_desc_init(SwSupportDesc *s) {
+  sw_struct_init(s, sizeof *s);
+}
+static inline void sw_precompute_desc_init(SwPrecomputeDesc *s) {
+  sw_struct_init(s, sizeof *s);
+}
+static inline void sw_model_info_init(SwModelInfo *s) {
+  sw_struct_init(s, sizeof *s);
+}
+static inline void sw_state_desc_init(SwStateDesc *s) {
+  sw_struct_init(s, sizeof *s);
+}
+static inline void sw_damping_desc_init(SwDampingDesc *s) {
+  sw_struct_init(s, sizeof *s);
+}
+static inline void sw_frame_desc_init(SwFrameDesc *s) {
+  sw_struct_init(s, sizeof *s);
+}
+static inline void sw_state_report_init(SwStateReport *s) {
+  sw_struct_init(s, sizeof *s);
+}
+static inline void sw_constraint_desc_init(SwConstraintDesc *s) {
+  sw_struct_init(s, sizeof *s);
+}
+static inline void sw_force_desc_init(SwForceDesc *s) {
+  sw_struct_init(s, sizeof *s);
+}
+static inline void sw_wind_desc_init(SwWindDesc *s) {
+  sw_struct_init(s, sizeof *s);
+}
+static inline void sw_equilibrium_report_init(SwEquilibriumReport *s) {
+  sw_struct_init(s, sizeof *s);
+}
+static inline void sw_certificate_init(SwCertificate *s) {
+  sw_struct_init(s, sizeof *s);
+}
+#endif
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
