@@ -170,8 +170,8 @@ SwStatus sw_set_log_callback(SwLogFn callback,
 #define SW_DIAGNOSTIC_ZERO_AREA 4
 // Error. Two triangles on the same vertices. element: the second; value[0]: the first.
 #define SW_DIAGNOSTIC_DUPLICATE_TRIANGLE 5
-// Error. More than two triangles on an edge. element: its first triangle; vertices: the edge;
-// value[0]: how many.
+// Error. More than two triangles on an edge. element: its first triangle; vertices: the edge, then
+// that triangle's third; value[0]: how many.
 #define SW_DIAGNOSTIC_NON_MANIFOLD_EDGE 6
 // Error. The triangles around a vertex form several fans. element: vertex; value[0]: how many fans.
 #define SW_DIAGNOSTIC_NON_MANIFOLD_VERTEX 7
@@ -314,7 +314,7 @@ typedef struct SwSupportDesc {
 // that phase, 0 to 1. A phase may come up more than once, or not at all on a small mesh, and a
 // newer library may have phases that this header does not. A numeric factorization is one piece of
 // work, during which nothing is heard and no cancel is taken: some tenths of a second for 10^4
-// vertices and some seconds for 10^5, about n^1.5, twice. Must return SW_PROGRESS_CONTINUE or
+// vertices and some seconds for 10^5. There are two or more. Must return SW_PROGRESS_CONTINUE or
 // SW_PROGRESS_CANCEL; anything else is an error, so that a callback which forgets to return is
 // found out. Must not throw or long-jump, nor destroy the model.
 typedef uint32_t (*SwProgressFn)(void *user, uint32_t phase, double fraction);
@@ -324,14 +324,15 @@ typedef uint32_t (*SwProgressFn)(void *user, uint32_t phase, double fraction);
 #define SW_PRECISION_F32 1
 // The run-time basis in 64 bits.
 #define SW_PRECISION_F64 2
-
 // The run-time basis in 16 bits of a unit for each mode, computed with in 32: half the memory of
 // SW_PRECISION_F32, and as fast where memory limits; positions good to about 1e-5 of the
 // displacement (basis_rounding of SwModelInfo).
 #define SW_PRECISION_I16 3
+
 // For SW_METHOD_LMA and the nonlinear shells alone: no modal rotations are computed, and the basis
-// takes half the memory. States are then SW_METHOD_LMA by default; the warp, sw_state_rotations and
-// constraints on orientations return SW_ERROR_UNSUPPORTED.
+// takes half the memory. States are then SW_METHOD_LMA by default, whose sw_state_rotations and
+// constraints on orientations return SW_ERROR_UNSUPPORTED, and so does making a state of another
+// modal method.
 #define SW_PRECOMPUTE_LINEAR 1
 
 // The reduced shell's fields are the modes' own derivatives: no training, a fraction of the
@@ -342,8 +343,8 @@ typedef uint32_t (*SwProgressFn)(void *user, uint32_t phase, double fraction);
 typedef struct SwPrecomputeDesc {
   // Set by sw_precompute_desc_init.
   uint32_t struct_size;
-  // Number of lowest modes, zero modes included; default 16. Given are at most as many as there are
-  // unknowns, and at most 1024; sw_model_info tells.
+  // Number of lowest modes, zero modes included; 0 = 16, or 256 with a tolerance. No more are given
+  // than there are unknowns, nor more than 1024; sw_model_info tells.
   uint32_t modes;
   // SW_PRECISION_... of the run-time basis; 0 = SW_PRECISION_F32. Modes are always computed in 64
   // bits.
@@ -366,7 +367,8 @@ typedef struct SwPrecomputeDesc {
   // tolerance where that was not enough. The bound is an estimate by statics, see
   // demand_amplification, and holds for turns of less than a rad.
   double tolerance;
-  // Gravity of the scene in frame axes, read with a tolerance only, as all below.
+  // Gravity of the scene in frame axes. Read, as all fields from here to n_handles, with a
+  // tolerance or for SW_METHOD_AUTO only.
   double demand_gravity[3];
   // Size of an acceleration that may act in any direction: of the frame, or gravity where the frame
   // turns.
@@ -389,7 +391,8 @@ typedef struct SwPrecomputeDesc {
   // zero.
   uint32_t reduced_fields;
   // Triangles, edges and hinges, together, that stand for all in its steps, whose cost grows with
-  // their number; 0 = as many as leave out 1 % of the elastic forces, but at most 16 per field.
+  // their number; 0 = as many as leave out 1 % of the elastic forces, but at most 16 for each mode
+  // and field.
   uint32_t reduced_elements;
   // Equilibria of the full shell that its fields are trained on, of gravity, pressure and pulls at
   // points in turn; at most 52 are used. Each takes as long as a static solution of
@@ -403,17 +406,19 @@ typedef struct SwPrecomputeDesc {
   // Strength of the gravity that its scenes will have, acceleration, from which the loads of the
   // training follow; 0 = what bends the shell by a quarter of its size to first order.
   double reduced_gravity;
-  // Unless this or auto_operations is 0, the method for SW_METHOD_AUTO is chosen, and the model
-  // made for it alone: of linear modal analysis, the warp, the warp on the shape that hangs under
-  // demand_gravity, and reduced shells of reduced_fields (0 = 40) and of half as many, the cheapest
-  // that under the loads of demand_gravity, demand_acceleration and handles, which are then read
-  // without a tolerance too, gets no vertex wrong by more than this length against the full shell's
-  // equilibrium; else the most accurate. sag_gravity is not read. Takes about four times a
+  // Unless this and auto_operations are both 0, the method for SW_METHOD_AUTO is chosen, and the
+  // model made for it alone. It is the cheapest that under the loads of demand_gravity,
+  // demand_acceleration and handles gets no vertex wrong by more than this length against the full
+  // shell's equilibrium; else the most accurate. Tried are SW_METHOD_LMA, SW_METHOD_WARP,
+  // SW_METHOD_WARP_VIRTUAL_WORK and SW_METHOD_ROTATION_STRAIN, the last two also on the shape that
+  // hangs under demand_gravity, and SW_METHOD_REDUCED_SHELL with reduced_fields (0 = 40) and with
+  // half as many; with SW_PRECOMPUTE_LINEAR only the first and the reduced shells. With sag_gravity
+  // the modes are those of that shape, and no reduced shell is tried. Takes about four times a
   // precompute, each reduced shell with its training, and an equilibrium of the full shell for each
   // load.
   double auto_error;
-  // Of these methods, those whose step takes no more operations than this, as sw_state_plan counts
-  // them, or the cheapest; 0 = any.
+  // Chosen among are those of these methods whose step takes no more operations than this, as
+  // sw_state_plan counts them, or else the cheapest alone; 0 = all.
   double auto_operations;
   // The fastest that handles move, length/s; 0 = any. With a tolerance, where it is known, the
   // modes' static answers to pulls at the handles may stand for those modes that nothing else
@@ -481,7 +486,7 @@ typedef struct SwModelInfo {
   double seconds[SW_PHASE_CAPACITY];
   // Bytes that the model holds for the run.
   uint64_t bytes_model;
-  // Bytes of one state.
+  // Bytes of one state of a modal method.
   uint64_t bytes_state;
   // Estimate of the most bytes held at once during precompute.
   uint64_t bytes_precompute_peak;
@@ -540,7 +545,8 @@ SwStatus sw_model_create(const struct SwMeshDesc *mesh,
 // to be called at the same time as any other function on this model.
 // Errors: SW_ERROR_INVALID_DESC, SW_ERROR_INVALID_ARGUMENT, SW_ERROR_CANCELLED, SW_ERROR_NUMERICAL,
 // also when the shell does not come to rest under sag_gravity or is about to buckle there,
-// SW_ERROR_OUT_OF_MEMORY, SW_ERROR_BUSY.
+// SW_ERROR_UNSUPPORTED for a reduced shell that can move freely or has sag_gravity, and for what
+// this library was built without; SW_ERROR_OUT_OF_MEMORY, SW_ERROR_BUSY.
 SwStatus sw_model_precompute(struct SwModel *model,
                              const struct SwPrecomputeDesc *desc);
 
@@ -601,7 +607,8 @@ SwStatus sw_model_frequencies(const struct SwModel *model,
 // of a reduced shell. Two calls: with `bytes` NULL and `capacity` 0 only *size is written. Nothing
 // of a state is saved (sw_state_save). Callable concurrently.
 // Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_NOT_PRECOMPUTED, SW_ERROR_BUFFER_SIZE when capacity <
-// *size, SW_ERROR_OUT_OF_MEMORY, SW_ERROR_BUSY.
+// *size, SW_ERROR_UNSUPPORTED by a library without SW_FEATURE_SAVED_MODELS, SW_ERROR_OUT_OF_MEMORY,
+// SW_ERROR_BUSY.
 SwStatus sw_model_save(const struct SwModel *model,
                        void *bytes,
                        uint64_t capacity,
@@ -616,7 +623,8 @@ SwStatus sw_model_save(const struct SwModel *model,
 // and checking the mesh. Safe on any bytes: they carry a version, sizes and a checksum, and
 // whatever they hold beyond that is checked, so that forged ones cannot do harm; that the modes
 // belong to the shell is not checked. Callable from any thread.
-// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DATA, SW_ERROR_OUT_OF_MEMORY.
+// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DATA, SW_ERROR_UNSUPPORTED by a library
+// without SW_FEATURE_SAVED_MODELS or the model's precision, SW_ERROR_OUT_OF_MEMORY.
 SwStatus sw_model_load(const void *bytes,
                        uint64_t size,
                        struct SwModel **model);
@@ -648,7 +656,7 @@ SwStatus sw_model_mode_shape(const struct SwModel *model,
 // Linear modal analysis: u = Phi q, modal force Phi^T F.
 #define SW_METHOD_LMA 2
 // The full nonlinear shell by backward Euler with Newton's method: ground truth, seconds a frame on
-// large meshes. No constraints, amplitudes or damping ratios; saved states hold every vertex.
+// large meshes. No amplitudes or damping ratios; saved states hold every vertex.
 #define SW_METHOD_SHELL_IMPLICIT 3
 // The same by symplectic Euler; steps must be very short (the paper: 1/30000 s).
 #define SW_METHOD_SHELL_EXPLICIT 4
@@ -657,8 +665,9 @@ SwStatus sw_model_mode_shape(const struct SwModel *model,
 #define SW_METHOD_WARP_VIRTUAL_WORK 5
 // The full nonlinear energy on a few displacement fields, u = B q, by BDF2opt and Newton's method,
 // of a model precomputed with reduced_fields: a fraction of the warp's error, without its limit of
-// rotation, at a step's cost that hardly grows with the mesh. No amplitudes; damping by the
-// stiffness of the present shape. The integrator is its own.
+// rotation, at a step's cost that hardly grows with the mesh. No amplitudes. Stiffness damping is
+// by the stiffness of the present shape, damping ratios are those of the modes. The integrator is
+// its own.
 #define SW_METHOD_REDUCED_SHELL 6
 // Rotation-strain reconstruction: each triangle is turned by the rotation of its modal displacement
 // and keeps its linear strain, and the vertices follow; modal force (du/dq)^T F. What bends without
@@ -669,8 +678,8 @@ SwStatus sw_model_mode_shape(const struct SwModel *model,
 // long; the model then holds 3 more numbers a vertex and sample, of which there are at most 32.
 // turn_in_range of sw_state_report up to half a turn.
 #define SW_METHOD_ROTATION_STRAIN 8
-
-// The method that the precompute chose for the scene by auto_error or auto_operations.
+// The method that the precompute chose for the scene by auto_error, auto_operations or both: see
+// SwPrecomputeDesc.
 #define SW_METHOD_AUTO 7
 
 // Backward Euler: first order, stable for every step, damps what the step does not resolve.
@@ -696,8 +705,8 @@ typedef struct SwStateDesc {
   uint32_t flags;
 } SwStateDesc;
 
-// Damping of each mode: c = xi + zeta lambda + 2 ratio sqrt(lambda). All must be finite and not
-// negative; 0 = none.
+// Damping of each mode: c = xi + zeta lambda + 2 ratio sqrt(lambda); of SW_METHOD_SHELL_... xi M +
+// zeta K, without ratios. All must be finite and not negative; 0 = none.
 typedef struct SwDampingDesc {
   // Set by sw_damping_desc_init.
   uint32_t struct_size;
@@ -758,8 +767,9 @@ typedef struct SwStateReport {
   double elastic_energy;
   // Work done on the shell by constraints since creation or reset.
   double constraint_work;
-  // Largest rotation of a vertex, rad: |w| of modal methods, which counts turns. A model with
-  // SW_PRECOMPUTE_LINEAR has it computed from the displacements at each call.
+  // Largest rotation of a vertex, rad: |w| of modal methods, which counts turns; at most half a
+  // turn of nonlinear shells. A modal method on a model with SW_PRECOMPUTE_LINEAR computes it from
+  // the displacements at each call.
   double max_rotation;
   // Largest displacement in the frame.
   double max_displacement;
@@ -782,7 +792,8 @@ typedef struct SwState SwState;
 // Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_NOT_PRECOMPUTED,
 // SW_ERROR_UNSUPPORTED for a warp or rotation-strain reconstruction on a model with
 // SW_PRECOMPUTE_LINEAR, for SW_METHOD_REDUCED_SHELL on a model without reduced_fields and for
-// SW_METHOD_AUTO on one without a choice, SW_ERROR_BUSY.
+// SW_METHOD_AUTO on one without a choice, SW_ERROR_NUMERICAL and SW_ERROR_OUT_OF_MEMORY where a
+// method has to prepare itself, SW_ERROR_BUSY.
 SwStatus sw_state_create(const struct SwModel *model,
                          const struct SwStateDesc *desc,
                          struct SwState **state);
@@ -797,7 +808,7 @@ SwStatus sw_state_reset(struct SwState *state);
 
 // Makes an independent copy, loads, damping and constraints included; stepping both alike gives the
 // same bits. *clone is a new handle.
-// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_BUSY.
+// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_OUT_OF_MEMORY, SW_ERROR_BUSY.
 SwStatus sw_state_clone(const struct SwState *state,
                         struct SwState **clone);
 
@@ -806,20 +817,22 @@ SwStatus sw_state_clone(const struct SwState *state,
 // the next changes none either. With a length, a modal state without handles rests as soon as what
 // is left of its swing about the equilibrium of its present loads can move no vertex further than
 // that (to first order); what is left is then dropped, and a state restored by sw_state_load may go
-// on with other bits.
+// on with other bits. Nonlinear shells, reduced or not, never rest.
 // Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_BUSY.
 SwStatus sw_state_set_rest_tolerance(struct SwState *state,
                                      double tolerance);
 
-// Sets gravity: 3 doubles, world axes, acceleration (length unit / s^2). 0 at first. Loads turn
-// with the shell.
+// Sets gravity: 3 doubles, acceleration (length unit / s^2). It keeps its direction in the world,
+// however the shell and the frame turn. 0 at first.
 // Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_BUSY.
 SwStatus sw_state_set_gravity(struct SwState *state,
                               const double *gravity);
 
 // Replaces all damping.
-// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_BUSY.
-SwStatus sw_state_set_damping(struct SwState *state, const struct SwDampingDesc *desc);
+// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_UNSUPPORTED for ratios of
+// SW_METHOD_SHELL_..., SW_ERROR_BUSY.
+SwStatus sw_state_set_damping(struct SwState *state,
+                              const struct SwDampingDesc *desc);
 
 // Sets where the support frame is at the end of the next step; call it before each step while the
 // frame moves. It stays where it is when not called. The first call after creation or reset, before
@@ -833,8 +846,8 @@ SwStatus sw_state_set_frame(struct SwState *state,
 
 // Sets modal amplitudes and their rates (count each, count = number of modes); unit: length times
 // sqrt(mass).
-// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_NUMERICAL when vertices would turn by more than 1e6
-// rad, SW_ERROR_BUSY.
+// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_UNSUPPORTED by a nonlinear shell, reduced or not,
+// SW_ERROR_NUMERICAL when vertices would turn by more than 1e6 rad, SW_ERROR_BUSY.
 SwStatus sw_state_set_amplitudes(struct SwState *state,
                                  const double *amplitudes,
                                  const double *velocities,
@@ -842,7 +855,7 @@ SwStatus sw_state_set_amplitudes(struct SwState *state,
 
 // Modal amplitudes q and rates. Two calls: with both pointers NULL and `capacity` 0 only *count is
 // written.
-// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_UNSUPPORTED by a nonlinear shell,
+// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_UNSUPPORTED by a nonlinear shell, reduced or not,
 // SW_ERROR_BUFFER_SIZE when capacity < *count, SW_ERROR_BUSY.
 SwStatus sw_state_amplitudes(const struct SwState *state,
                              double *amplitudes,
@@ -861,10 +874,11 @@ SwStatus sw_state_step(struct SwState *state,
 
 // Deformed positions (n_vertices x 3) in SW_SPACE_..., as SW_FORMAT_..., `stride` bytes from vertex
 // to vertex (0 = packed). Order and number of vertices are those of the mesh. Callable
-// concurrently. At rest in an unmoved frame they are the mesh's own to the last bit. SW_FORMAT_F64
-// adds the displacement to the mesh's positions and places the sum in 64 bits. SW_FORMAT_F32 is the
-// faster: with SW_PRECISION_F32 all of it is done in 32 bits, good to four units in the last place
-// of the largest coordinate among rest positions, frame origin and result.
+// concurrently. At rest in an unmoved frame they are the mesh's own to the last bit, with
+// sag_gravity those of the hanging shape. SW_FORMAT_F64 adds the displacement to the mesh's
+// positions and places the sum in 64 bits. SW_FORMAT_F32 is the faster: with SW_PRECISION_F32 all
+// of it is done in 32 bits, good to four units in the last place of the largest coordinate among
+// rest positions, frame origin and result.
 // Errors: SW_ERROR_INVALID_ARGUMENT, also when n_vertices is not the mesh's; SW_ERROR_BUSY.
 SwStatus sw_state_positions(const struct SwState *state,
                             uint32_t space,
@@ -900,6 +914,8 @@ SwStatus sw_state_normals(const struct SwState *state,
 // Rotation of each vertex's frame from rest (exp of its modal rotation, or the mean of its
 // triangles'), as unit quaternions w x y z (n_vertices x 4), for hosts that carry tangent frames,
 // hair or instances along. Otherwise as sw_state_positions.
+// Errors: as sw_state_positions, SW_ERROR_UNSUPPORTED for a modal method on a model with
+// SW_PRECOMPUTE_LINEAR.
 SwStatus sw_state_rotations(const struct SwState *state,
                             uint32_t space,
                             uint32_t format,
@@ -1048,7 +1064,8 @@ typedef struct SwConstraintReport {
 // its fields can with a root mean square displacement of twice the model's size; it has the
 // orientation of a nonlinear shell, and meets it as nearly as four passes of a step do. Steps that
 // hold one allocate.
-// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_BUSY.
+// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_UNSUPPORTED for an orientation
+// of a modal method on a model with SW_PRECOMPUTE_LINEAR, SW_ERROR_BUSY.
 SwStatus sw_state_set_constraint(struct SwState *state,
                                  const struct SwConstraintDesc *desc);
 
@@ -1114,13 +1131,15 @@ typedef struct SwWindDesc {
   uint64_t local_stride;
 } SwWindDesc;
 
-// Replaces all forces on vertices. They turn the modal force with the shell, as gravity does.
+// Replaces all forces on vertices. They keep their directions in the world, as gravity does.
 // Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_OUT_OF_MEMORY, SW_ERROR_BUSY.
 SwStatus sw_state_set_forces(struct SwState *state, const struct SwForceDesc *desc);
 
 // Replaces the wind.
-// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_OUT_OF_MEMORY, SW_ERROR_BUSY.
-SwStatus sw_state_set_wind(struct SwState *state, const struct SwWindDesc *desc);
+// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_UNSUPPORTED by a library
+// without SW_FEATURE_WIND, SW_ERROR_OUT_OF_MEMORY, SW_ERROR_BUSY.
+SwStatus sw_state_set_wind(struct SwState *state,
+                           const struct SwWindDesc *desc);
 
 // How a static solution was found. The caller sets struct_size with sw_equilibrium_report_init.
 typedef struct SwEquilibriumReport {
@@ -1128,7 +1147,8 @@ typedef struct SwEquilibriumReport {
   uint32_t struct_size;
   // Fixed-point or Newton iterations.
   uint32_t iterations;
-  // |q - f(q)/lambda| / |q| of a modal method, |F - dE/dx| / |F| of a nonlinear shell.
+  // |q - f(q)/lambda| / |q| of a modal method, |F - dE/dx| / |F| of a nonlinear shell, of the
+  // reduced one in its fields.
   double residual;
 } SwEquilibriumReport;
 

@@ -55,6 +55,22 @@ fn the_first_headers_constants_and_functions_stay() {
     assert!(lost.is_empty() && first.len() > 100, "see tests/growth/README.md: {lost:#?}");
 }
 
+/// "SW_PHASE_..." stands for all that begin so.
+#[test]
+fn every_name_in_the_headers_texts_is_declared() {
+    let text = header(Path::new(env!("CARGO_MANIFEST_DIR")));
+    let words = |text: &str| -> Vec<String> {
+        let names = text.split(|c: char| !c.is_alphanumeric() && c != '_').map(str::to_owned);
+        names.filter(|name| ["sw_", "SW_", "Sw"].iter().any(|start| name.starts_with(start))).collect()
+    };
+    let is_comment = |line: &&str| ["*", "/*", "//"].iter().any(|mark| line.trim_start().starts_with(mark));
+    let (comments, code): (Vec<&str>, Vec<&str>) = text.lines().partition(is_comment);
+    let declared = words(&code.join("\n"));
+    let known = |name: &String| declared.iter().any(|d| d == name || name.ends_with('_') && d.starts_with(&name[..]));
+    let unknown: Vec<String> = words(&comments.join("\n")).into_iter().filter(|name| !known(name)).collect();
+    assert!(unknown.is_empty() && declared.len() > 300, "{unknown:?}");
+}
+
 /// One line for each.
 fn constants_and_functions(header: &str) -> Vec<String> {
     let declarations = header.split("#ifndef SHELLWARP_NO_INLINE").next().unwrap();

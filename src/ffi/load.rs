@@ -79,7 +79,7 @@ unsafe fn forces_of(desc: &SwForceDesc, n_vertices: usize) -> Result<Vec<(u32, V
     Ok(vertices.into_iter().enumerate().map(|(i, v)| (v, unsafe { rows.read(i) })).collect())
 }
 
-/// Replaces all forces on vertices. They turn the modal force with the shell, as gravity does.
+/// Replaces all forces on vertices. They keep their directions in the world, as gravity does.
 /// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_OUT_OF_MEMORY, SW_ERROR_BUSY.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn sw_state_set_forces(state: *mut SwState, desc: *const SwForceDesc) -> SwStatus {
@@ -96,7 +96,8 @@ pub unsafe extern "C" fn sw_state_set_forces(state: *mut SwState, desc: *const S
 }
 
 /// Replaces the wind.
-/// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_OUT_OF_MEMORY, SW_ERROR_BUSY.
+/// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_UNSUPPORTED by a library without SW_FEATURE_WIND,
+/// SW_ERROR_OUT_OF_MEMORY, SW_ERROR_BUSY.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn sw_state_set_wind(state: *mut SwState, desc: *const SwWindDesc) -> SwStatus {
     guard(|| {
@@ -130,7 +131,7 @@ pub struct SwEquilibriumReport {
     pub struct_size: u32,
     /// Fixed-point or Newton iterations.
     pub iterations: u32,
-    /// |q - f(q)/lambda| / |q| of a modal method, |F - dE/dx| / |F| of a nonlinear shell.
+    /// |q - f(q)/lambda| / |q| of a modal method, |F - dE/dx| / |F| of a nonlinear shell, of the reduced one in its fields.
     pub residual: f64,
 }
 

@@ -23,7 +23,8 @@ pub const SW_DIAGNOSTIC_NON_FINITE_COORDINATE: u32 = 3;
 pub const SW_DIAGNOSTIC_ZERO_AREA: u32 = 4;
 /// Error. Two triangles on the same vertices. element: the second; value[0]: the first.
 pub const SW_DIAGNOSTIC_DUPLICATE_TRIANGLE: u32 = 5;
-/// Error. More than two triangles on an edge. element: its first triangle; vertices: the edge; value[0]: how many.
+/// Error. More than two triangles on an edge. element: its first triangle; vertices: the edge, then that triangle's third; value[0]: how
+/// many.
 pub const SW_DIAGNOSTIC_NON_MANIFOLD_EDGE: u32 = 6;
 /// Error. The triangles around a vertex form several fans. element: vertex; value[0]: how many fans.
 pub const SW_DIAGNOSTIC_NON_MANIFOLD_VERTEX: u32 = 7;

@@ -85,10 +85,9 @@ pub const SW_PHASE_COUNT: usize = 6;
 pub const SW_PHASE_CAPACITY: usize = 16;
 
 /// Hears of progress on the thread that called sw_model_precompute: SW_PHASE_... and the fraction of that phase, 0 to 1.
-/// A phase may come up more than once, or not at all on a small mesh, and a newer library may have phases that this header does not. A numeric factorization is one piece of work,
-/// during which nothing is heard and no cancel is taken: some tenths of a second for 10^4 vertices and some seconds for 10^5, about
-/// n^1.5, twice. Must return SW_PROGRESS_CONTINUE or
-/// SW_PROGRESS_CANCEL; anything else is an error, so that a callback which forgets to return is found out. Must not throw or
+/// A phase may come up more than once, or not at all on a small mesh, and a newer library may have phases that this header does not. A
+/// numeric factorization is one piece of work, during which nothing is heard and no cancel is taken: some tenths of a second for 10^4
+/// vertices and some seconds for 10^5. There are two or more. Must return SW_PROGRESS_CONTINUE or SW_PROGRESS_CANCEL; anything else is an error, so that a callback which forgets to return is found out. Must not throw or
 /// long-jump, nor destroy the model.
 pub type SwProgressFn = Option<unsafe extern "C" fn(user: *mut c_void, phase: u32, fraction: f64) -> u32>;
 
@@ -96,12 +95,13 @@ pub type SwProgressFn = Option<unsafe extern "C" fn(user: *mut c_void, phase: u3
 pub const SW_PRECISION_F32: u32 = 1;
 /// The run-time basis in 64 bits.
 pub const SW_PRECISION_F64: u32 = 2;
-
 /// The run-time basis in 16 bits of a unit for each mode, computed with in 32: half the memory of SW_PRECISION_F32, and as fast where
 /// memory limits; positions good to about 1e-5 of the displacement (basis_rounding of SwModelInfo).
 pub const SW_PRECISION_I16: u32 = 3;
+
 /// For SW_METHOD_LMA and the nonlinear shells alone: no modal rotations are computed, and the basis takes half the memory. States
-/// are then SW_METHOD_LMA by default; the warp, sw_state_rotations and constraints on orientations return SW_ERROR_UNSUPPORTED.
+/// are then SW_METHOD_LMA by default, whose sw_state_rotations and constraints on orientations return SW_ERROR_UNSUPPORTED, and so
+/// does making a state of another modal method.
 pub const SW_PRECOMPUTE_LINEAR: u32 = 1;
 
 /// The reduced shell's fields are the modes' own derivatives: no training, a fraction of the precompute, and many times the error.
@@ -116,8 +116,8 @@ const MOST_MODES: usize = 256;
 pub struct SwPrecomputeDesc {
     /// Set by sw_precompute_desc_init.
     pub struct_size: u32,
-    /// Number of lowest modes, zero modes included; default 16. Given are at most as many as there are unknowns, and at
-    /// most 1024; sw_model_info tells.
+    /// Number of lowest modes, zero modes included; 0 = 16, or 256 with a tolerance. No more are given than there are unknowns, nor
+    /// more than 1024; sw_model_info tells.
     pub modes: u32,
     /// SW_PRECISION_... of the run-time basis; 0 = SW_PRECISION_F32. Modes are always computed in 64 bits.
     pub precision: u32,
@@ -137,7 +137,7 @@ pub struct SwPrecomputeDesc {
     /// that was reached, which exceeds the tolerance where that was not enough. The bound is an
     /// estimate by statics, see demand_amplification, and holds for turns of less than a rad.
     pub tolerance: f64,
-    /// Gravity of the scene in frame axes, read with a tolerance only, as all below.
+    /// Gravity of the scene in frame axes. Read, as all fields from here to n_handles, with a tolerance or for SW_METHOD_AUTO only.
     pub demand_gravity: [f64; 3],
     /// Size of an acceleration that may act in any direction: of the frame, or gravity where the frame turns.
     pub demand_acceleration: f64,
@@ -158,7 +158,7 @@ pub struct SwPrecomputeDesc {
     /// that nothing moves freely, and sag_gravity be zero.
     pub reduced_fields: u32,
     /// Triangles, edges and hinges, together, that stand for all in its steps, whose cost grows with their number; 0 = as many as
-    /// leave out 1 % of the elastic forces, but at most 16 per field.
+    /// leave out 1 % of the elastic forces, but at most 16 for each mode and field.
     pub reduced_elements: u32,
     /// Equilibria of the full shell that its fields are trained on, of gravity, pressure and pulls at points in turn; at most 52 are used.
     /// Each takes as long as a static solution of SW_METHOD_SHELL_IMPLICIT, but of a load that buckles the shell only the part that was
@@ -170,15 +170,16 @@ pub struct SwPrecomputeDesc {
     /// Strength of the gravity that its scenes will have, acceleration, from which the loads of the training follow; 0 = what bends
     /// the shell by a quarter of its size to first order.
     pub reduced_gravity: f64,
-    /// Unless this or auto_operations is 0, the method for SW_METHOD_AUTO is chosen, and the model made for it alone: of linear modal
-    /// analysis, the warp, the warp on the shape that hangs under demand_gravity, and reduced shells of reduced_fields (0 = 40) and of half
-    /// as many, the cheapest that under the loads of demand_gravity, demand_acceleration and handles, which are then read without a
-    /// tolerance too, gets no vertex wrong by more than this length against the full shell's equilibrium; else the most accurate.
-    /// sag_gravity is not read. Takes about four times a precompute, each reduced shell with its training, and an equilibrium of the full
+    /// Unless this and auto_operations are both 0, the method for SW_METHOD_AUTO is chosen, and the model made for it alone. It is the
+    /// cheapest that under the loads of demand_gravity, demand_acceleration and handles gets no vertex wrong by more than this length
+    /// against the full shell's equilibrium; else the most accurate. Tried are SW_METHOD_LMA, SW_METHOD_WARP,
+    /// SW_METHOD_WARP_VIRTUAL_WORK and SW_METHOD_ROTATION_STRAIN, the last two also on the shape that hangs under demand_gravity, and
+    /// SW_METHOD_REDUCED_SHELL with reduced_fields (0 = 40) and with half as many; with SW_PRECOMPUTE_LINEAR only the first and the
+    /// reduced shells. With sag_gravity the modes are those of that shape, and no reduced shell is tried. Takes about four times a precompute, each reduced shell with its training, and an equilibrium of the full
     /// shell for each load.
     pub auto_error: f64,
-    /// Of these methods, those whose step takes no more operations than this, as sw_state_plan counts them, or the cheapest;
-    /// 0 = any.
+    /// Chosen among are those of these methods whose step takes no more operations than this, as sw_state_plan counts them, or else the
+    /// cheapest alone; 0 = all.
     pub auto_operations: f64,
     /// The fastest that handles move, length/s; 0 = any. With a tolerance, where it is known, the modes' static answers to pulls at the
     /// handles may stand for those modes that nothing else needs, up to three a handle: hundreds of modes are then a few. They are counted
@@ -246,7 +247,7 @@ pub struct SwModelInfo {
     pub seconds: [f64; SW_PHASE_CAPACITY],
     /// Bytes that the model holds for the run.
     pub bytes_model: u64,
-    /// Bytes of one state.
+    /// Bytes of one state of a modal method.
     pub bytes_state: u64,
     /// Estimate of the most bytes held at once during precompute.
     pub bytes_precompute_peak: u64,
@@ -368,7 +369,8 @@ fn log_repairs(mesh: &Mesh) {
 /// Blocks for seconds on large meshes. On failure or cancellation the model is as it was before. Not to be called at the
 /// same time as any other function on this model.
 /// Errors: SW_ERROR_INVALID_DESC, SW_ERROR_INVALID_ARGUMENT, SW_ERROR_CANCELLED, SW_ERROR_NUMERICAL, also when the shell does not
-/// come to rest under sag_gravity or is about to buckle there, SW_ERROR_OUT_OF_MEMORY, SW_ERROR_BUSY.
+/// come to rest under sag_gravity or is about to buckle there, SW_ERROR_UNSUPPORTED for a reduced shell that can move freely or has
+/// sag_gravity, and for what this library was built without; SW_ERROR_OUT_OF_MEMORY, SW_ERROR_BUSY.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn sw_model_precompute(model: *mut SwModel, desc: *const SwPrecomputeDesc) -> SwStatus {
     guard(|| {
@@ -646,7 +648,7 @@ pub unsafe extern "C" fn sw_model_frequencies(
 /// is written.
 /// Nothing of a state is saved (sw_state_save). Callable concurrently.
 /// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_NOT_PRECOMPUTED, SW_ERROR_BUFFER_SIZE when capacity < *size,
-/// SW_ERROR_OUT_OF_MEMORY, SW_ERROR_BUSY.
+/// SW_ERROR_UNSUPPORTED by a library without SW_FEATURE_SAVED_MODELS, SW_ERROR_OUT_OF_MEMORY, SW_ERROR_BUSY.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn sw_model_save(
     model: *const SwModel,
@@ -676,7 +678,8 @@ pub unsafe extern "C" fn sw_model_save(
 /// No eigenvalue search is done; the time goes into reading the bytes and checking the mesh. Safe on any bytes: they carry a
 /// version, sizes and a checksum, and whatever they hold beyond that is checked, so that forged ones cannot do harm; that the
 /// modes belong to the shell is not checked. Callable from any thread.
-/// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DATA, SW_ERROR_OUT_OF_MEMORY.
+/// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DATA, SW_ERROR_UNSUPPORTED by a library without SW_FEATURE_SAVED_MODELS or the
+/// model's precision, SW_ERROR_OUT_OF_MEMORY.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn sw_model_load(bytes: *const c_void, size: u64, model: *mut *mut SwModel) -> SwStatus {
     guard(|| {

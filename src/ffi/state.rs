@@ -20,7 +20,7 @@ pub const SW_METHOD_WARP: u32 = 1;
 /// Linear modal analysis: u = Phi q, modal force Phi^T F.
 pub const SW_METHOD_LMA: u32 = 2;
 /// The full nonlinear shell by backward Euler with Newton's method: ground truth, seconds a frame on large meshes. No
-/// constraints, amplitudes or damping ratios; saved states hold every vertex.
+/// amplitudes or damping ratios; saved states hold every vertex.
 pub const SW_METHOD_SHELL_IMPLICIT: u32 = 3;
 /// The same by symplectic Euler; steps must be very short (the paper: 1/30000 s).
 pub const SW_METHOD_SHELL_EXPLICIT: u32 = 4;
@@ -29,7 +29,8 @@ pub const SW_METHOD_SHELL_EXPLICIT: u32 = 4;
 pub const SW_METHOD_WARP_VIRTUAL_WORK: u32 = 5;
 /// The full nonlinear energy on a few displacement fields, u = B q, by BDF2opt and Newton's method, of a model precomputed with
 /// reduced_fields: a fraction of the warp's error, without its limit of rotation, at a step's cost that hardly grows with the mesh.
-/// No amplitudes; damping by the stiffness of the present shape. The integrator is its own.
+/// No amplitudes. Stiffness damping is by the stiffness of the present shape, damping ratios are those of the modes. The integrator is
+/// its own.
 pub const SW_METHOD_REDUCED_SHELL: u32 = 6;
 /// Rotation-strain reconstruction: each triangle is turned by the rotation of its modal displacement and keeps its linear strain, and
 /// the vertices follow; modal force (du/dq)^T F. What bends without stretching keeps its lengths and area, so that large bends of
@@ -38,8 +39,7 @@ pub const SW_METHOD_REDUCED_SHELL: u32 = 6;
 /// a part of the precompute, on small meshes up to twice as long; the model then holds 3 more numbers a vertex and sample, of
 /// which there are at most 32. turn_in_range of sw_state_report up to half a turn.
 pub const SW_METHOD_ROTATION_STRAIN: u32 = 8;
-
-/// The method that the precompute chose for the scene by auto_error or auto_operations.
+/// The method that the precompute chose for the scene by auto_error, auto_operations or both: see SwPrecomputeDesc.
 pub const SW_METHOD_AUTO: u32 = 7;
 
 /// Backward Euler: first order, stable for every step, damps what the step does not resolve.
@@ -68,7 +68,8 @@ pub struct SwStateDesc {
 
 described!(SwStateDesc, flags);
 
-/// Damping of each mode: c = xi + zeta lambda + 2 ratio sqrt(lambda). All must be finite and not negative; 0 = none.
+/// Damping of each mode: c = xi + zeta lambda + 2 ratio sqrt(lambda); of SW_METHOD_SHELL_... xi M + zeta K, without ratios. All must
+/// be finite and not negative; 0 = none.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct SwDampingDesc {
@@ -135,8 +136,8 @@ pub struct SwStateReport {
     pub elastic_energy: f64,
     /// Work done on the shell by constraints since creation or reset.
     pub constraint_work: f64,
-    /// Largest rotation of a vertex, rad: |w| of modal methods, which counts turns. A model with
-    /// SW_PRECOMPUTE_LINEAR has it computed from the displacements at each call.
+    /// Largest rotation of a vertex, rad: |w| of modal methods, which counts turns; at most half a turn of nonlinear shells. A
+    /// modal method on a model with SW_PRECOMPUTE_LINEAR computes it from the displacements at each call.
     pub max_rotation: f64,
     /// Largest displacement in the frame.
     pub max_displacement: f64,
@@ -218,7 +219,8 @@ const METHODS: [(u32, Method); 7] = [
 /// On success *state is a new handle, to be given to sw_state_destroy; on failure it is untouched.
 /// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_NOT_PRECOMPUTED, SW_ERROR_UNSUPPORTED for a warp or rotation-strain
 /// reconstruction on a model with SW_PRECOMPUTE_LINEAR, for SW_METHOD_REDUCED_SHELL on a model without reduced_fields and for
-/// SW_METHOD_AUTO on one without a choice, SW_ERROR_BUSY.
+/// SW_METHOD_AUTO on one without a choice, SW_ERROR_NUMERICAL and SW_ERROR_OUT_OF_MEMORY where a method has to prepare itself,
+/// SW_ERROR_BUSY.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn sw_state_create(
     model: *const SwModel,
@@ -271,7 +273,7 @@ pub unsafe extern "C" fn sw_state_reset(state: *mut SwState) -> SwStatus {
 }
 
 /// Makes an independent copy, loads, damping and constraints included; stepping both alike gives the same bits. *clone is a new handle.
-/// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_BUSY.
+/// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_OUT_OF_MEMORY, SW_ERROR_BUSY.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn sw_state_clone(state: *const SwState, clone: *mut *mut SwState) -> SwStatus {
     // SAFETY: the header's contract; NULL is excluded.
@@ -288,6 +290,7 @@ pub unsafe extern "C" fn sw_state_clone(state: *const SwState, clone: *mut *mut 
 /// rests when a step has left every bit as it was, so that skipping the next changes none either. With a length, a modal
 /// state without handles rests as soon as what is left of its swing about the equilibrium of its present loads can move no vertex
 /// further than that (to first order); what is left is then dropped, and a state restored by sw_state_load may go on with other bits.
+/// Nonlinear shells, reduced or not, never rest.
 /// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_BUSY.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn sw_state_set_rest_tolerance(state: *mut SwState, tolerance: f64) -> SwStatus {
@@ -295,7 +298,8 @@ pub unsafe extern "C" fn sw_state_set_rest_tolerance(state: *mut SwState, tolera
     unsafe { writing(state, |state| Ok(state.set_rest_tolerance(tolerance)?)) }
 }
 
-/// Sets gravity: 3 doubles, world axes, acceleration (length unit / s^2). 0 at first. Loads turn with the shell.
+/// Sets gravity: 3 doubles, acceleration (length unit / s^2). It keeps its direction in the world, however the shell and the frame
+/// turn. 0 at first.
 /// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_BUSY.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn sw_state_set_gravity(state: *mut SwState, gravity: *const f64) -> SwStatus {
@@ -309,7 +313,7 @@ pub unsafe extern "C" fn sw_state_set_gravity(state: *mut SwState, gravity: *con
 }
 
 /// Replaces all damping.
-/// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_BUSY.
+/// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_UNSUPPORTED for ratios of SW_METHOD_SHELL_..., SW_ERROR_BUSY.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn sw_state_set_damping(state: *mut SwState, desc: *const SwDampingDesc) -> SwStatus {
     // SAFETY: the header's contract.
@@ -388,7 +392,8 @@ pub unsafe extern "C" fn sw_state_set_frame(state: *mut SwState, desc: *const Sw
 }
 
 /// Sets modal amplitudes and their rates (count each, count = number of modes); unit: length times sqrt(mass).
-/// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_NUMERICAL when vertices would turn by more than 1e6 rad, SW_ERROR_BUSY.
+/// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_UNSUPPORTED by a nonlinear shell, reduced or not, SW_ERROR_NUMERICAL when vertices would
+/// turn by more than 1e6 rad, SW_ERROR_BUSY.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn sw_state_set_amplitudes(
     state: *mut SwState,
@@ -416,7 +421,7 @@ fn check_count(model: &Model, count: u32) -> Result<(), Fault> {
 }
 
 /// Modal amplitudes q and rates. Two calls: with both pointers NULL and `capacity` 0 only *count is written.
-/// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_UNSUPPORTED by a nonlinear shell, SW_ERROR_BUFFER_SIZE when capacity < *count, SW_ERROR_BUSY.
+/// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_UNSUPPORTED by a nonlinear shell, reduced or not, SW_ERROR_BUFFER_SIZE when capacity < *count, SW_ERROR_BUSY.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn sw_state_amplitudes(
     state: *const SwState,
@@ -459,7 +464,7 @@ fn space_of(space: u32) -> Result<Space, Fault> {
 
 /// Deformed positions (n_vertices x 3) in SW_SPACE_..., as SW_FORMAT_..., `stride` bytes from vertex to vertex (0 = packed).
 /// Order and number of vertices are those of the mesh. Callable concurrently.
-/// At rest in an unmoved frame they are the mesh's own to the last bit. SW_FORMAT_F64 adds the displacement to the mesh's
+/// At rest in an unmoved frame they are the mesh's own to the last bit, with sag_gravity those of the hanging shape. SW_FORMAT_F64 adds the displacement to the mesh's
 /// positions and places the sum in 64 bits. SW_FORMAT_F32 is the faster: with SW_PRECISION_F32 all of it is done in 32 bits,
 /// good to four units in the last place of the largest coordinate among rest positions, frame origin and result.
 /// Errors: SW_ERROR_INVALID_ARGUMENT, also when n_vertices is not the mesh's; SW_ERROR_BUSY.
@@ -543,6 +548,7 @@ pub unsafe extern "C" fn sw_state_normals(
 
 /// Rotation of each vertex's frame from rest (exp of its modal rotation, or the mean of its triangles'), as unit quaternions w x y z (n_vertices x 4), for
 /// hosts that carry tangent frames, hair or instances along. Otherwise as sw_state_positions.
+/// Errors: as sw_state_positions, SW_ERROR_UNSUPPORTED for a modal method on a model with SW_PRECOMPUTE_LINEAR.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn sw_state_rotations(
     state: *const SwState,
