@@ -6,6 +6,8 @@ WHAT := all
 FUZZ_SECONDS ?= 300
 FUZZ_SANITIZER ?= none
 PREFIX ?= /usr/local
+# Seconds until a test of ctest counts as hung: no test is judged by the clock.
+PATIENCE := 3600
 
 MAKEFLAGS += --no-print-directory
 export CARGO_BUILD_JOBS ?= $(JOBS)
@@ -23,7 +25,7 @@ help: ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  \1|\2/p' $(MAKEFILE_LIST) | awk -F'|' '{ printf "%-20s %s\n", $$1, $$2 }'
 
 build: ## build the library: target/release, or CARGO_TARGET_DIR/release
-	cargo build --release
+	cargo build --locked --release
 
 native: ## build the library and the command-line program by CMake, in build/
 	@sh cmake/bootstrap.sh
@@ -35,20 +37,16 @@ demo: ## run the paper's scenes, draw and plot them: out/demo/*.png
 	@sh cmake/bootstrap.sh render || echo "demo: the renderer could not be installed (see above); going on without pictures"
 	@. ./$(BUILD)/tools.sh && python3 host_examples/render/demo.py --cli $(CLI) --python "$$PYTHON" --out out/demo
 
-test: ## run every test: Rust, then C and C++, then the renderer's; ends in test: OK or test: FAILED
-	@failed=; \
-	for suite in test-cargo test-c test-render test-report; do \
-	    echo "== $$suite"; $(MAKE) $$suite || failed="$$failed $$suite"; \
-	done; \
-	if [ -z "$$failed" ]; then echo "test: OK"; else echo "test: FAILED:$$failed"; exit 1; fi
+test: ## run every test; ends with what was skipped and how to get it, the counts, and test: OK or test: FAILED
+	@MAKE="$(MAKE)" python3 tests/run_suites.py test-cargo test-c test-render test-report
 
 test-cargo: ## run the Rust tests
-	cargo test --release --no-fail-fast
-	cargo test --release --no-default-features --test features
+	cargo test --locked --release --no-fail-fast
+	cargo test --locked --release --no-default-features --test features
 
 test-c: native ## run the C, C++ and Python tests (ctest)
 	@sh cmake/bootstrap.sh python farm || echo "test-c: the Python packages could not be installed (see above); their tests are skipped"
-	@. ./$(BUILD)/tools.sh && "$$CTEST" --test-dir $(BUILD) --output-on-failure --no-tests=error -j $(JOBS)
+	@. ./$(BUILD)/tools.sh && "$$CTEST" --test-dir $(BUILD) --output-on-failure --no-tests=error --timeout $(PATIENCE) -j $(JOBS)
 
 test-render: ## test the renderer, where cmake/bootstrap.sh render has set it up
 	@if .venv/bin/python -c 'import matplotlib, mitsuba, numpy, PIL' 2>/dev/null; then \
@@ -75,7 +73,7 @@ blender-addon: native ## pack the Blender add-on: out/blender/*.zip
 
 test-blender: native ## install Blender as a Python module (1 GB) and test the add-on in it
 	@sh cmake/bootstrap.sh blender
-	@. ./$(BUILD)/tools.sh && "$$CTEST" --test-dir $(BUILD) --output-on-failure --no-tests=error -L blender
+	@. ./$(BUILD)/tools.sh && "$$CTEST" --test-dir $(BUILD) --output-on-failure --no-tests=error --timeout $(PATIENCE) -L blender
 
 FARM = PYTHONPATH=$(CURDIR)/host_examples/python:$(CURDIR)/host_examples/farm .venv/bin/python
 
@@ -95,7 +93,7 @@ bench-slepc: ## the precompute's eigenvalues against SLEPc's, where the system's
 	@/usr/bin/python3 tests/bench/slepc_check.py
 
 header: ## write include/shellwarp.h anew from the Rust sources, Python's declarations and the API page from it (FIRST=1: and tests/growth/first)
-	UPDATE_HEADER=1 cargo test --release --test header header_is_current
+	UPDATE_HEADER=1 cargo test --locked --release --test header header_is_current
 	@$(MAKE) python-abi docs-api
 	$(if $(FIRST),cp include/shellwarp.h tests/c/struct_layout.def tests/growth/first/)
 
@@ -112,13 +110,15 @@ test-docs: ## test that links and names of the pages lead somewhere, and that th
 
 lint: test-docs ## check links and formatting, and run clippy, warnings as errors
 	cargo fmt --all --check
-	cargo clippy --workspace --all-targets -- -D warnings
-	cargo clippy --no-default-features --lib --test features -- -D warnings
+	cargo clippy --locked --workspace --all-targets -- -D warnings
+	cargo clippy --locked --no-default-features --lib --test features -- -D warnings
+	RUSTDOCFLAGS="-D warnings" cargo doc --locked --no-deps
+	@sh tests/check_dependencies.sh
 
 bench: ## time the kernels beside their floors: this machine's section of docs/evidence/speed.md, its plots, out/report/kernels.csv
 	@mkdir -p out/report
-	cargo bench --bench kernels -- --docs docs/evidence/speed.md --csv out/report/kernels.csv
-	cargo build --release --package shellwarp-report
+	cargo bench --locked --bench kernels -- --docs docs/evidence/speed.md --csv out/report/kernels.csv
+	cargo build --locked --release --package shellwarp-report
 	$(RELEASE)/shellwarp-report --kernels --docs docs/evidence
 
 bench-instructions: ## count the kernels' instructions under valgrind against those checked in (UPDATE=1: check in these)
@@ -132,29 +132,29 @@ check-memory: ## run the C and C++ tests under valgrind (memcheck; helgrind and 
 	@sh tests/c/check_memory.sh $(BUILD)/tests/c
 
 check-threads: ## run what shares models and states among threads under ThreadSanitizer (nightly Rust, rust-src)
-	RUSTFLAGS=-Zsanitizer=thread cargo +nightly test --release -Zbuild-std --target $$(rustc -vV | sed -n 's/^host: //p') \
+	RUSTFLAGS=-Zsanitizer=thread cargo +nightly test --locked --release -Zbuild-std --target $$(rustc -vV | sed -n 's/^host: //p') \
 	    --target-dir target/thread --test threads --test determinism
 
 check-miri: ## load a saved model, step, hold, save and clone under Miri (nightly Rust, miri)
 	MIRIFLAGS='-Zmiri-disable-isolation -Zmiri-deterministic-floats' \
-	    cargo +nightly miri test --target-dir target/miri --test determinism a_run_in_parts
+	    cargo +nightly miri test --locked --target-dir target/miri --test determinism a_run_in_parts
 
 check-guard: ## compare the scenes' motion, byte for byte, with that of a library without the guard against loads beyond range
 	@$(MAKE) native WHAT=shellwarp_cli
 	@sh tests/check_guard.sh $(CLI) $(CURDIR)/out/guard
 
 bench-front: ## error of reduced shells on loads they were not trained on, the figures of docs/evidence/front.md (references stay in out/front)
-	cargo run --release --example front
+	cargo run --locked --release --example front
 
 bench-training: ## time the training of reduced shells, the table of docs/evidence/front.md
-	cargo run --release --example training -- --docs docs/evidence/front.md
+	cargo run --locked --release --example training -- --docs docs/evidence/front.md
 
 bench-leave-out: ## what scenes pay for what they do not use, by valgrind: docs/evidence/leave_out.md
 	python3 tests/bench/leave_out.py --docs docs/evidence/leave_out.md
 
 bench-precompute: build ## time the precompute by phases, and against scipy's eigensolver: this machine's sections of docs/evidence/speed.md
 	@sh cmake/bootstrap.sh bench
-	cargo run --release --quiet --example precompute -- table 1 1000 13117 100000 --docs docs/evidence/speed.md
+	cargo run --locked --release --quiet --example precompute -- table 1 1000 13117 100000 --docs docs/evidence/speed.md
 	.venv/bin/python tests/bench/precompute_vs_scipy.py --docs docs/evidence/speed.md
 
 # The report's page: its player is bundled by npm, its peers run in .venv/; what is missing is left out with a line.
@@ -172,7 +172,7 @@ $(BUILD)/viewer.js: $(PAGE)/viewer.js $(PAGE)/package-lock.json
 
 # Both at once, so that cargo chooses the same dependencies for the library and for the program that loads it.
 build-report:
-	cargo build --release --package shellwarp --package shellwarp-report
+	cargo build --locked --release --package shellwarp --package shellwarp-report
 
 report: build-report $(BUILD)/viewer.js ## measure errors and run times of every method: out/report/index.html (QUICK=1: two minutes)
 	@$(if $(QUICK),:,sh cmake/bootstrap.sh bench cloth || echo "report: going on without peers (see above)")
@@ -187,7 +187,7 @@ report-stability: build-report ## map where each method holds: out/report/stabil
 	$(RELEASE)/shellwarp-report --library $(LIBRARY) --stability --docs docs/evidence $$(test -x $(CLI) && echo --cli $(CLI))
 
 test-report: build-report ## test the report's arithmetic, that a small run repeats to the digit, and its page where a browser is installed
-	cargo test --release --quiet --package shellwarp-report
+	cargo test --locked --release --quiet --package shellwarp-report
 	@$(MAKE) $(BUILD)/viewer.js || true
 	$(REPORT) --smoke --out out/report-smoke
 	@cp out/report-smoke/errors.csv out/report-smoke/errors_before.csv

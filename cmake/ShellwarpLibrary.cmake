@@ -51,10 +51,10 @@ else()
   # Always run: cargo knows best whether there is anything to do.
   add_custom_target(shellwarp_cargo
     COMMAND "${CMAKE_COMMAND}" -E env "CARGO_TARGET_DIR=${shellwarp_target_directory}"
-            "${SHELLWARP_CARGO}" build --release --lib ${SHELLWARP_CARGO_FLAGS}
+            "${SHELLWARP_CARGO}" build --locked --release --lib ${SHELLWARP_CARGO_FLAGS}
     WORKING_DIRECTORY "${PROJECT_SOURCE_DIR}"
     BYPRODUCTS "${shellwarp_built}"
-    COMMENT "cargo build --release"
+    COMMENT "cargo build --locked --release"
     USES_TERMINAL VERBATIM)
 endif()
 

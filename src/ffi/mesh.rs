@@ -13,20 +13,20 @@ pub const SW_SEVERITY_WARNING: u32 = 1;
 /// The mesh is refused by sw_model_create.
 pub const SW_SEVERITY_ERROR: u32 = 2;
 
-/// Error. A triangle names a vertex that does not exist. element: triangle; value[0]: the index.
+/// Error. A triangle names a vertex that does not exist. element: triangle; `value[0]`: the index.
 pub const SW_DIAGNOSTIC_INDEX_OUT_OF_RANGE: u32 = 1;
 /// Error. A triangle names a vertex twice. element: triangle.
 pub const SW_DIAGNOSTIC_REPEATED_VERTEX: u32 = 2;
-/// Error. A coordinate is NaN or infinite. element: vertex; value[0]: the coordinate.
+/// Error. A coordinate is NaN or infinite. element: vertex; `value[0]`: the coordinate.
 pub const SW_DIAGNOSTIC_NON_FINITE_COORDINATE: u32 = 3;
 /// Error. Area at most 1e-12 of the longest edge squared. element: triangle; value: area, longest edge.
 pub const SW_DIAGNOSTIC_ZERO_AREA: u32 = 4;
-/// Error. Two triangles on the same vertices. element: the second; value[0]: the first.
+/// Error. Two triangles on the same vertices. element: the second; `value[0]`: the first.
 pub const SW_DIAGNOSTIC_DUPLICATE_TRIANGLE: u32 = 5;
-/// Error. More than two triangles on an edge. element: its first triangle; vertices: the edge, then that triangle's third; value[0]: how
+/// Error. More than two triangles on an edge. element: its first triangle; vertices: the edge, then that triangle's third; `value[0]`: how
 /// many.
 pub const SW_DIAGNOSTIC_NON_MANIFOLD_EDGE: u32 = 6;
-/// Error. The triangles around a vertex form several fans. element: vertex; value[0]: how many fans.
+/// Error. The triangles around a vertex form several fans. element: vertex; `value[0]`: how many fans.
 pub const SW_DIAGNOSTIC_NON_MANIFOLD_VERTEX: u32 = 7;
 /// Error. No consistent orientation exists, as on a Moebius strip. element: a triangle where it fails.
 pub const SW_DIAGNOSTIC_NOT_ORIENTABLE: u32 = 8;
@@ -34,9 +34,9 @@ pub const SW_DIAGNOSTIC_NOT_ORIENTABLE: u32 = 8;
 pub const SW_DIAGNOSTIC_INCONSISTENT_ORIENTATION: u32 = 9;
 /// Warning. No triangle uses the vertex; it is carried along with the support frame. element: vertex.
 pub const SW_DIAGNOSTIC_UNREFERENCED_VERTEX: u32 = 10;
-/// Warning. Two vertices at the same place, perhaps an unwelded seam. element: the second; value[0]: the first.
+/// Warning. Two vertices at the same place, perhaps an unwelded seam. element: the second; `value[0]`: the first.
 pub const SW_DIAGNOSTIC_COINCIDENT_VERTICES: u32 = 11;
-/// Warning. element: triangle; value[0]: quality 4 sqrt(3) area / sum of squared sides, below 0.02.
+/// Warning. element: triangle; `value[0]`: quality 4 sqrt(3) area / sum of squared sides, below 0.02.
 pub const SW_DIAGNOSTIC_SLIVER: u32 = 12;
 
 /// Length of SwDiagnostic::message, the closing NUL included; for good.

@@ -6,7 +6,7 @@
 //! elements with nonnegative weights ([`sampling`]), so that a step's cost does not grow with the mesh; output is one pass over B. Loads
 //! are linear in B: gravity has one number a field, the inertia of a moving frame r × r ones,
 //!
-//!   −Bᵀ M (G r + c × ṙ) = −Σ_ab G_ab (P_ab + S_ab q) − Σ_ab [c]×_ab S_ab q̇,
+//!   −Bᵀ M (G r + c × ṙ) = −Σ_ab G_ab (P_ab + S_ab q) − Σ_ab \[c\]×_ab S_ab q̇,
 //!
 //! with P_ab = Σ m b_a x̄_b and S_ab = Σ m b_a b_bᵀ, b_a being the fields' a-components at a vertex.
 
@@ -51,7 +51,7 @@ pub struct Options {
     pub mode_searches: f64,
 }
 
-/// Training loads that there are: [`Scene::loads`].
+/// Training loads that there are: `Scene::loads`.
 pub const MAX_POSES: usize = 2 * (DISTRIBUTED + 6 * POINTS);
 /// A training's size, vertices times equilibria, unless asked otherwise.
 const TRAINED: usize = 208_000;

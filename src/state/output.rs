@@ -130,7 +130,7 @@ impl State {
         Ok(())
     }
 
-    /// Hands the rotation of every vertex's frame to `write`, in world space turned with the support frame: exp [w]× with
+    /// Hands the rotation of every vertex's frame to `write`, in world space turned with the support frame: exp \[w\]× with
     /// the modal rotation w, or for a nonlinear shell the mean rotation of the vertex's triangles.
     pub fn rotations(&self, space: Space, mut write: impl FnMut(usize, UnitQuaternion<f64>)) -> Result<()> {
         let frame = self.rotation_to(space);

@@ -3,7 +3,7 @@
 /// How a step is taken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Integrator {
-    /// Backward Euler ([2] eq. 16): first order, stable for every h, damps what it does not resolve.
+    /// Backward Euler (\[2\] eq. 16): first order, stable for every h, damps what it does not resolve.
     ImplicitEuler,
     /// The closed-form solution for constant f: exact for every h and damping.
     Exact,

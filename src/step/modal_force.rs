@@ -64,7 +64,7 @@ impl BodyLoad {
         self
     }
 
-    /// g − a, and the [α]× + [ω]×² and 2ω of a frame that turns.
+    /// g − a, and the \[α\]× + \[ω\]×² and 2ω of a frame that turns.
     pub fn parts(&self) -> (Vec3, Option<(&Matrix3<f64>, &Vec3)>) {
         (self.uniform, self.spin.as_ref().map(|spin| (&spin.gradient, &spin.coriolis)))
     }

@@ -4,7 +4,7 @@
 //! as long as it is, which the warp's vertices, turned one by one, do not.
 //!
 //! A state does not solve for positions. What is beyond linear in the triangles' gradients, N, is that of a few of them with constant
-//! weights ([`fit`]), so that the Poisson solve is done once for each of these, ahead:
+//! weights (`fit`), so that the Poisson solve is done once for each of these, ahead:
 //!
 //!   u(q) = Φq + Σ_c N(Σ_k q_k G_ck) b_c,      f_k = Φ_kᵀF + Σ_c (∂N_c/∂q_k) : Σ_i F_i b_ciᵀ.
 //!

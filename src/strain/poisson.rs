@@ -103,7 +103,7 @@ impl Poisson {
         self.solve_columns(shell, right, n)
     }
 
-    /// The displacement whose triangles have the gradients exp[ω]× (I + S) − I, where `linear` (n_vertices) has G: the
+    /// The displacement whose triangles have the gradients exp\[ω\]× (I + S) − I, where `linear` (n_vertices) has G: the
     /// reconstruction itself, without samples.
     pub fn reconstruct(&self, shell: &Shell, linear: &[Vec3]) -> Result<Vec<Vec3>> {
         let mut right = vec![0.0; self.n_rows * 3];

@@ -1,9 +1,9 @@
 //! One triangle: its deformation gradient from that of linear modal analysis, and what is beyond linear in it.
 //!
 //! With the gradient G of the modal displacement, completed so that the normal stays normal and as long as it was, ω the axial
-//! vector of its skew part and S its symmetric part, the triangle is turned by exp [ω]× and keeps the strain S:
+//! vector of its skew part and S its symmetric part, the triangle is turned by exp \[ω\]× and keeps the strain S:
 //!
-//!   F = exp[ω]× (I + S),     N(G) = F − I − G = O(|G|²).
+//!   F = exp\[ω\]× (I + S),     N(G) = F − I − G = O(|G|²).
 
 use crate::Vec3;
 use crate::warp::lanes::Lanes;

@@ -1,5 +1,5 @@
 //! Modal warping: displacements u_i = R̃(w_i) (Φq)_i with w = Ψq, the path integral of rotated rates when q and w grow
-//! together from zero (paper section 4.2; [2] section 4).
+//! together from zero (paper section 4.2; \[2\] section 4).
 
 mod basis;
 mod coefficients;

@@ -41,7 +41,7 @@ def reason_to_skip():
 
 def build():
     """The program that runs one case."""
-    command = ["cargo", "build", "--release", "--example", "instructions"]
+    command = ["cargo", "build", "--locked", "--release", "--example", "instructions"]
     subprocess.run(command, cwd=ROOT, check=True)
     target = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target"))
     return target / "release" / "examples" / "instructions"

@@ -35,13 +35,13 @@ def cargo(*arguments):
 
 def build(features):
     """The program with these features."""
-    cargo("build", "--release", "--no-default-features", "--features", ",".join(features), "--example", "leave_out")
+    cargo("build", "--locked", "--release", "--no-default-features", "--features", ",".join(features), "--example", "leave_out")
     return TARGET / "release" / "examples" / "leave_out"
 
 
 def library_size(features):
     """Bytes of the library with these features, stripped."""
-    cargo("rustc", "--release", "--lib", "--crate-type", "cdylib", "--no-default-features", "--features", ",".join(features))
+    cargo("rustc", "--locked", "--release", "--lib", "--crate-type", "cdylib", "--no-default-features", "--features", ",".join(features))
     stripped = TARGET / "stripped.so"
     subprocess.run(["strip", "-o", stripped, TARGET / "release" / "libshellwarp.so"], check=True)
     return stripped.stat().st_size
@@ -121,7 +121,7 @@ def sizes(_):
 
 def tolerances(_):
     """The table of tests/bench/demand.rs."""
-    command = ["cargo", "run", "--release", "--quiet", "--example", "demand"]
+    command = ["cargo", "run", "--locked", "--release", "--quiet", "--example", "demand"]
     return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout.splitlines()
 
 

@@ -27,7 +27,7 @@ ROOT = Path(__file__).resolve().parents[2]
 
 def ours(modes, runs, directory):
     """Runs the library's precompute; returns its report and leaves K.mtx and M.mtx in `directory`."""
-    command = ["cargo", "run", "--release", "--quiet", "--example", "precompute", "--"]
+    command = ["cargo", "run", "--locked", "--release", "--quiet", "--example", "precompute", "--"]
     done = subprocess.run(command + [str(modes), str(runs), directory], cwd=ROOT, stdout=subprocess.PIPE, check=True)
     return json.loads(done.stdout)
 

@@ -38,7 +38,7 @@ def find_slepc():
 
 def export(modes, directory):
     """The library's precompute; returns its report and leaves K.mtx and M.mtx in `directory`."""
-    command = ["cargo", "run", "--release", "--quiet", "--example", "precompute", "--", str(modes), "1", directory]
+    command = ["cargo", "run", "--locked", "--release", "--quiet", "--example", "precompute", "--", str(modes), "1", directory]
     return json.loads(subprocess.run(command, cwd=ROOT, stdout=subprocess.PIPE, check=True).stdout)
 
 

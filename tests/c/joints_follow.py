@@ -17,7 +17,7 @@ from pathlib import Path
 try:
     import tomllib
 except ImportError:
-    print("Python 3.11 or later is needed to read the scene")
+    print("skipped: Python 3.11 or later is needed to read the scene")
     sys.exit(77)
 
 # A cache holds 32-bit numbers: half a unit in the last of 24 bits, 1e-7, of places some three model sizes from the origin; the

@@ -21,7 +21,7 @@ from shellwarp_farm.engine import Engine
 from shellwarp_farm.job import RECORDS
 
 LONG = small.LIST.replace("steps_per_frame = 2", "steps_per_frame = 1500").replace("seeds = [1, 2]", "seeds = [1, 2, 3]")
-PATIENCE = 120   # seconds until a test that waits for another process gives up
+PATIENCE = 3600   # seconds until a test that waits for another process counts as hung
 
 
 def positions(path):

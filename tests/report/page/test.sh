@@ -16,7 +16,7 @@ for table in errors times choice next_factor_of_two convergence_modes error_kind
     [ "$(wc -l <"$1/$table.csv")" -gt 1 ] || fail "$table.csv has no rows"
 done
 if ! command -v node >/dev/null || [ ! -d "$here/node_modules/playwright-core" ]; then
-    echo "skipped: node or playwright-core is not installed, so the page was not opened"
+    echo "skipped: node or playwright-core is not installed, so the page was not opened (install node, then make report)"
     exit 0
 fi
 code=0
