@@ -4,6 +4,7 @@
 // 130 stopped by Ctrl-C.
 #include "comparison.hpp"
 #include "frame_files.hpp"
+#include "judge.hpp"
 #include "mesh.hpp"
 #include "method.hpp"
 #include "point_cache.hpp"
@@ -37,7 +38,7 @@ struct RunOptions {
   std::string method;              // in place of the scene's; empty = that
   bool linear = false;
   bool plan = false;
-  bool certify = false;
+  bool certify = false, no_certify = false;  // neither: unless the mesh is large
   bool quiet = false;
 };
 
@@ -80,6 +81,22 @@ int run_comparison(const Scene &scene, const Mesh &mesh, const RunOptions &optio
   return tell_violations(violations(scene, run));
 }
 
+// The last frame's error, estimated. The run is whole without it: where there is no estimate, the table says why.
+void certify(const Scene &scene, const RunOptions &options, const shellwarp::State &state, uint32_t n_vertices,
+             Run &run) {
+  constexpr uint32_t kMost = 50000;  // some tens of seconds
+  if (is_nonlinear(scene.method) || run.interrupted || options.no_certify || options.quiet) return;
+  if (!options.certify && n_vertices > kMost) {
+    run.uncertified = format("of %u vertices it would take long; --certify estimates it", n_vertices);
+    return;
+  }
+  try {
+    run.certificate = state.certify();
+  } catch (const shellwarp::Error &error) {
+    run.uncertified = error.what();
+  }
+}
+
 int run_scene(const Scene &scene, const RunOptions &options) {
   const Mesh mesh = read_mesh(scene.mesh_path);
   if (scene.comparison) return run_comparison(scene, mesh, options);
@@ -93,7 +110,7 @@ int run_scene(const Scene &scene, const RunOptions &options) {
   shellwarp::State state = make_state(scene, mesh, model);
   const uint32_t n_frames = scene.is_static ? 1 : options.frames.value_or(frame_count(scene));
   Run run = simulate(scene, n_frames, mesh, handles, state, cache ? &*cache : nullptr);
-  if (options.certify) run.certificate = state.certify();
+  certify(scene, options, state, mesh.n_vertices(), run);
   if (options.plan) std::fputs(state.plan_text(scene.step()).c_str(), stdout);
   if (cache) {
     cache->close();
@@ -183,7 +200,11 @@ void add_run_options(CLI::App &app, Scene &overrides, RunOptions &options) {
   app.add_flag("--exact", overrides.exact, "Exact propagator in place of implicit Euler");
   app.add_flag("--double", overrides.double_precision, "Run-time basis in double precision");
   app.add_flag("--plan", options.plan, "After the last frame, what a step uses and leaves out, and at what cost");
-  app.add_flag("--certify", options.certify, "Estimate the error of the last frame against the nonlinear shell");
+  CLI::Option *certify = app.add_flag("--certify", options.certify,
+                                      "Estimate the error of the last frame also above 50,000 vertices");
+  app.add_flag("--no-certify", options.no_certify,
+               "Leave out the estimate of the last frame's error against the nonlinear shell")
+      ->excludes(certify);
   app.add_flag("-q,--quiet", options.quiet, "No progress and no table; failures are still told");
 }
 

@@ -9,6 +9,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <vector>
 
 namespace cli {
@@ -30,7 +31,8 @@ struct HandleFigures {
 struct Run {
   std::vector<FrameRecord> frames;  // frame 0 is the start
   uint64_t steps = 0;
-  std::optional<SwCertificate> certificate;  // of the last frame, if asked for
+  std::optional<SwCertificate> certificate;  // of the last frame
+  std::string uncertified;                   // why there is none, if there should be one
   double step_seconds = 0, position_seconds = 0;
   HandleFigures handles;
   std::optional<SwEquilibriumReport> equilibrium;  // of a static scene

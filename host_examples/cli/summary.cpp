@@ -14,6 +14,9 @@ namespace {
 // Newton's method stops at a residual of 1e-8 of the load; positions of modal methods have seven digits.
 constexpr double kRoundingOfEnergy = 1e-6;
 
+// SwCertificate.remaining: the search for the better pose was cut short.
+constexpr double kRoughAbove = 0.01;
+
 void row(const char *label, const std::string &value, const std::optional<double> &paper = std::nullopt) {
   std::printf("  %-30s %14s", label, value.c_str());
   if (paper) std::printf(" %14g", *paper);
@@ -128,7 +131,7 @@ void print_certificate(const SwCertificate &certificate, const char *unit) {
   row("of the displacement", format("%.2g", certificate.error));
   row("largest", format("%.3g %s", certificate.max_error, unit));
   row("at vertex", count(certificate.vertex));
-  row("outside the method's range", certificate.out_of_range ? "yes" : "no");
+  if (certificate.remaining > kRoughAbove) row("rough: force left unbalanced", format("%.1e", certificate.remaining));
 }
 
 void print_choice(const std::vector<SwFrontPoint> &front) {
@@ -198,6 +201,21 @@ void print_summary(const Summary &summary) {
   print_memory(summary.info);
   if (!paper.note.empty()) std::printf("%s: %s\n", paper.source.c_str(), paper.note.c_str());
   print_advice(summary);
+  const std::string error = verdict(summary.run);
+  if (!error.empty()) std::printf("%s\n", error.c_str());
+}
+
+std::string verdict(const Run &run) {
+  if (!run.uncertified.empty()) return "not certified: the error could not be estimated: " + run.uncertified;
+  if (!run.certificate || is_nonlinear(run.certificate->method)) return "";
+  const SwCertificate &found = *run.certificate;
+  const double percent = 100 * found.error;
+  std::string text = "certified: the last frame is about " + format(percent < 10 ? "%.2g" : "%.0f", percent) +
+                     " % off the full nonlinear shell";
+  if (found.remaining > kRoughAbove) text += ", roughly";
+  if (found.out_of_range)
+    text += found.method == SW_METHOD_REDUCED_SHELL ? "; use --method implicit" : "; use --method reduced-shell, auto or implicit";
+  return text;
 }
 
 std::vector<std::string> violations(const Summary &summary, bool whole) {

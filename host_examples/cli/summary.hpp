@@ -22,6 +22,9 @@ struct Summary {
 // The figures to stdout; a third column holds another's figures where the scene states them.
 void print_summary(const Summary &summary);
 
+// What the estimate of the last frame's error means, a sentence; empty where there is nothing to say.
+std::string verdict(const Run &run);
+
 // A sentence for each expectation that does not hold. What depends on the length of the run is judged only if `whole`.
 std::vector<std::string> violations(const Summary &summary, bool whole);
 

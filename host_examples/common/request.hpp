@@ -72,6 +72,7 @@ struct Request {
   Build build;
   Motion motion;
   Inputs inputs;
+  bool certify = false;  // estimate this frame's error, which takes seconds on large meshes
   // True: give up. Asked while a model is built and while frames are caught up with, never for a single step. May be empty.
   std::function<bool()> interrupted;
 };

@@ -22,6 +22,18 @@ uint32_t number_of(Motion::Method method) {
   return SW_METHOD_WARP;
 }
 
+// A sentence; the frame is whole without it.
+std::string certificate_of(const shellwarp::State &state) {
+  try {
+    const SwCertificate found = state.certify();
+    const double percent = 100 * found.error;
+    return "certified: about " + number(percent < 10 ? std::round(100 * percent) / 100 : std::round(percent)) +
+           " % off the full nonlinear shell" + (found.remaining > 0.01 ? ", roughly" : "");
+  } catch (const shellwarp::Error &error) {
+    return std::string("not certified: ") + error.what();
+  }
+}
+
 // Whole frames to within this: hosts round times (Maya to 1/141120000 s, Houdini to double precision).
 constexpr double kWholeFrame = 1e-4;
 
@@ -104,11 +116,12 @@ std::string Notes::warning() const {
   const auto say = [&text](const std::string &line) { text += (text.empty() ? "" : "\n") + line; };
   if (!turn_in_range)
     say("the shell turns by " + number(std::round(max_rotation * 57.29577951308232)) + " degrees, " +
-        number(std::ceil(100 * turned_too_far)) + " % of it beyond the quarter turn within which it can be trusted");
+        number(std::ceil(100 * turned_too_far)) + " % of it beyond the quarter turn within which the method's turns hold");
   if (handles_missed)
     say(number(uint64_t(handles_missed)) + " of the handles' holds cannot be met; more modes or a compliance may help");
   if (jumped) say("frames were skipped while something moved; play from the start frame for the exact motion");
   if (floats) say("nothing holds the shell: paint supports, or it falls");
+  if (!certified.empty()) say(certified);
   return text;
 }
 
@@ -133,9 +146,9 @@ void ShellRunner::evaluate(const Request &request) {
   if (at.fraction > 0) {
     shellwarp::State copy = state_->clone();
     step(copy, request.inputs, at.fraction, false);
-    read(copy);
+    read(copy, request.certify);
   } else {
-    read(*state_);
+    read(*state_, request.certify);
   }
 }
 
@@ -274,7 +287,7 @@ void ShellRunner::place_handles(shellwarp::State &state, const Inputs &inputs) c
   }
 }
 
-void ShellRunner::read(const shellwarp::State &state) {
+void ShellRunner::read(const shellwarp::State &state, bool certify) {
   const SwStateReport report = state.report();
   std::vector<double> points(model_->rest().size());
   state.positions(points.data(), model_->n_points(), SW_SPACE_FRAME);
@@ -283,6 +296,7 @@ void ShellRunner::read(const shellwarp::State &state) {
   notes_.max_rotation = report.max_rotation;
   notes_.turned_too_far = report.fraction_turned_too_far;
   notes_.handles_missed = missed_;
+  notes_.certified = certify ? certificate_of(state) : "";
 }
 
 }  // namespace host

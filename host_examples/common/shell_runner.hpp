@@ -31,6 +31,7 @@ struct Notes {
   double max_rotation = 0;  // rad
   double turned_too_far = 0;  // share of the vertices, SwStateReport.fraction_turned_too_far
   uint32_t handles_missed = 0;
+  std::string certified;           // what the estimate of the error says, where it was asked for
   bool jumped = false;             // the frames before this one were not all seen with their own inputs
   bool floats = false;             // nothing is held
   uint64_t builds = 0, steps = 0;  // so far; a sub-frame's part of a step is not counted
@@ -39,7 +40,9 @@ struct Notes {
   std::string warning() const;
   // Which of the sentences there are, as bits: a host that tells of a change once goes by this, as the numbers in them change
   // from frame to frame.
-  uint32_t warnings() const { return 1u * !turn_in_range | 2u * (handles_missed > 0) | 4u * jumped | 8u * floats; }
+  uint32_t warnings() const {
+    return 1u * !turn_in_range | 2u * (handles_missed > 0) | 4u * jumped | 8u * floats | 16u * !certified.empty();
+  }
 };
 
 class ShellRunner {
@@ -66,7 +69,7 @@ private:
   void step(shellwarp::State &state, const Inputs &inputs, double frames, bool teleport) const;
   void place_handles(shellwarp::State &state, const Inputs &inputs) const;
   SwFrameDesc frame_of(const Inputs &inputs) const;
-  void read(const shellwarp::State &state);
+  void read(const shellwarp::State &state, bool certify);
 
   std::shared_ptr<const ShellModel> model_;
   uint64_t build_key_ = 0, rest_key_ = 0, motion_key_ = 0;

@@ -51,6 +51,7 @@ static const char *theDsFile = R"THEDSFILE(
         name "integrator" label "Integrator" type ordinal default { "0" }
         menu { "exact" "Exact" "impliciteuler" "Implicit Euler" }
     }
+    parm { name "certify" label "Certify" type toggle default { "0" } }
     parm { name "supportkind" label "Supports" type ordinal default { "0" } menu { "clamped" "Clamped" "hinged" "Hinged" } }
     parm { name "supportgroup" label "Support Group" type string default { "" } }
     parm { name "supportattrib" label "Support Attribute" type string default { "" } }
@@ -114,6 +115,7 @@ void pull_settings(const SOP_ShellWarpParms &parms, host::Request &request) {
   build.clamped = static_cast<int>(parms.getSupportkind()) == 0;
   build.modes = parms.getModes() > 0 ? static_cast<uint32_t>(parms.getModes()) : 0;
   build.double_precision = parms.getDoubleprecision();
+  request.certify = parms.getCertify();
   host::Stiffness &stiffness = build.stiffness;
   const bool material = static_cast<int>(parms.getStiffnessfrom()) == 1;
   stiffness.by = material ? host::Stiffness::By::material : host::Stiffness::By::frequency;

@@ -122,6 +122,7 @@ void pull_settings(MDataBlock &block, host::Request &request) {
   request.build.modes = modes < 0 ? 0 : static_cast<uint32_t>(modes);
   request.build.double_precision = block.inputValue(Node::doublePrecision).asBool();
   request.build.clamped = !second(Node::supportKind);
+  request.certify = block.inputValue(Node::certify).asBool();
 
   const double3 &gravity = block.inputValue(Node::gravity).asDouble3();
   request.inputs.gravity = {gravity[0], gravity[1], gravity[2]};

@@ -17,6 +17,7 @@ MObject ShellWarpNode::stiffnessFrom, ShellWarpNode::frequency, ShellWarpNode::t
     ShellWarpNode::stretchStiffness, ShellWarpNode::density;
 MObject ShellWarpNode::dampingRatio, ShellWarpNode::drag;
 MObject ShellWarpNode::modes, ShellWarpNode::doublePrecision, ShellWarpNode::method, ShellWarpNode::integrator;
+MObject ShellWarpNode::certify;
 MObject ShellWarpNode::supportKind, ShellWarpNode::supportComponents, ShellWarpNode::supportWeightList,
     ShellWarpNode::supportWeights;
 MObject ShellWarpNode::frameFrom, ShellWarpNode::supportFrame;
@@ -122,6 +123,8 @@ MStatus create_material() {
   CHECK_MSTATUS_AND_RETURN_IT(status);
   status = create_choice(Node::integrator, "integrator", "igr", {"exact", "implicitEuler"});
   CHECK_MSTATUS_AND_RETURN_IT(status);
+  status = create_plain(Node::certify, "certify", "cfy", MFnNumericData::kBoolean, 0);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
   return MS::kSuccess;
 }
 
@@ -192,6 +195,7 @@ MStatus ShellWarpNode::addAttributes() {
                              doublePrecision,
                              method,
                              integrator,
+                             certify,
                              supportKind,
                              supportComponents,
                              supportWeightList,

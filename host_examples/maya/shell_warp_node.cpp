@@ -84,7 +84,7 @@ MStatus ShellWarpNode::push(MDataBlock &block, MItGeometry &points, unsigned int
 // Both tell once for each change, not at every frame.
 void ShellWarpNode::warn(Shell &shell) const {
   const host::Notes &notes = shell.runner.notes();
-  const std::string what = host::number(uint64_t(notes.warnings()));
+  const std::string what = host::number(uint64_t(notes.warnings())) + notes.certified;
   if (what == shell.told) return;
   shell.told = what;
   if (notes.warnings()) MGlobal::displayWarning(name() + ": " + notes.warning().c_str());

@@ -53,7 +53,7 @@ public:
   // What it is made of
   static MObject stiffnessFrom, frequency, thickness, bendStiffness, stretchStiffness, density;
   static MObject dampingRatio, drag;
-  static MObject modes, doublePrecision, method, integrator;
+  static MObject modes, doublePrecision, method, integrator, certify;
   // What holds it
   static MObject supportKind, supportComponents, supportWeightList, supportWeights;
   static MObject frameFrom, supportFrame;

@@ -11,6 +11,7 @@
 #include "scene.hpp"
 #include "shell.hpp"
 #include "simulation.hpp"
+#include "summary.hpp"
 #include "text_lines.hpp"
 
 #include "test_support.h"
@@ -607,6 +608,26 @@ void loads_and_comparisons_are_read() {
   CHECK(c.expect.errors[0].reference.size() == 4 && c.expect.errors[0].range->second == 1);
 }
 
+// In words, whatever turns tell: how far off, how surely, and what to do about it.
+void the_verdict_says_how_far_off_the_last_frame_is() {
+  cli::Run run;
+  CHECK(cli::verdict(run).empty());
+  run.certificate.emplace();
+  SwCertificate &found = *run.certificate;
+  found.method = SW_METHOD_WARP;
+  found.error = 0.0123;
+  CHECK(cli::verdict(run) == "certified: the last frame is about 1.2 % off the full nonlinear shell");
+  found.error = 0.45;
+  found.out_of_range = 1;
+  CHECK(cli::verdict(run).find("about 45 % off the full nonlinear shell; use --method") != std::string::npos);
+  found.remaining = 0.5;
+  CHECK(cli::verdict(run).find("roughly") != std::string::npos);
+  found.method = SW_METHOD_SHELL_IMPLICIT;
+  CHECK(cli::verdict(run).empty());
+  run.uncertified = "nothing to go by";
+  CHECK(cli::verdict(run) == "not certified: the error could not be estimated: nothing to go by");
+}
+
 // Rows of a comparison that are as expected, then spoilt one at a time.
 void a_comparison_is_judged_row_by_row() {
   cli::Scene scene;
@@ -786,6 +807,7 @@ int main(int argc, char **argv) {
   RUN(a_led_strip_is_where_its_handles_are_and_is_let_go);
   RUN(a_scene_is_read_in_full);
   RUN(loads_and_comparisons_are_read);
+  RUN(the_verdict_says_how_far_off_the_last_frame_is);
   RUN(a_comparison_is_judged_row_by_row);
   RUN(the_energy_audit_counts_the_work_of_loads);
   RUN(mistakes_in_scenes_are_located);

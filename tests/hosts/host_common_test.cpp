@@ -677,6 +677,11 @@ void a_shell_beyond_its_range_and_one_that_floats_are_told() {
   handle.target = host::pose_of_angles({}, {0, 120, 0});
   request.inputs.handles.push_back(handle);
   for (int k = 0; k <= 3; ++k) runner.evaluate(at_frame(request, k));
+  CHECK(runner.notes().certified.empty());
+  request.certify = true;
+  runner.evaluate(at_frame(request, 3));
+  CHECK(contains(runner.notes().warning(), "% off the full nonlinear shell"));
+  request.certify = false;
   CHECK(!runner.notes().turn_in_range && contains(runner.notes().warning(), "% of it beyond the quarter turn"));
   request.inputs.handles.clear();
   request.build.held.clear();

@@ -293,6 +293,16 @@ void a_shell_out_of_range_is_warned_of() {
   if (!scene.cook.warnings.empty()) CHECK(contains(scene.cook.warnings[0], "% of it beyond the quarter turn"));
 }
 
+void certify_tells_how_far_off_the_frame_is() {
+  Scene scene;
+  scene.play(5);
+  CHECK(scene.cook.warnings.empty());
+  scene.cook.set("certify", {1});
+  scene.at(5);
+  CHECK(scene.cook.errors.empty() && scene.cook.warnings.size() == 1);
+  if (!scene.cook.warnings.empty()) CHECK(contains(scene.cook.warnings[0], "% off the full nonlinear shell"));
+}
+
 void escape_stops_the_precompute() {
   Scene scene;
   fake::interrupts().at = 3;
@@ -396,6 +406,7 @@ int main(int argc, char **argv) {
     RUN(what_a_user_can_mend_is_named_and_the_mesh_passes_through);
     RUN(after_an_error_is_mended_the_node_cooks);
     RUN(a_shell_out_of_range_is_warned_of);
+    RUN(certify_tells_how_far_off_the_frame_is);
     RUN(escape_stops_the_precompute);
     RUN(quads_and_changed_topology_are_taken);
     const auto the_first_scene_works = [&] {

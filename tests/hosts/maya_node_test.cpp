@@ -108,7 +108,7 @@ void every_attribute_has_its_own_names_and_affects_the_output() {
                                  "binMembership",
                                  "bnm"};
   const std::vector<fake::AttributeInfo> attributes = node.attributes();
-  CHECK(attributes.size() == 30);
+  CHECK(attributes.size() == 31);
   for (const fake::AttributeInfo &attribute : attributes) {
     CHECK(names.insert(attribute.name).second && names.insert(attribute.brief).second);
     CHECK(attribute.affects_output);
@@ -457,6 +457,17 @@ void a_shell_out_of_range_is_warned_of_once() {
     CHECK(contains(fake::session().warnings[0], "% of it beyond the quarter turn"));
 }
 
+void certify_tells_how_far_off_the_frame_is() {
+  Scene scene;
+  for (int frame = 1; frame <= 5; ++frame) scene.at(frame);
+  CHECK(fake::session().warnings.empty());
+  scene.node.set("certify", 1);
+  scene.at(5);
+  CHECK(!scene.node.failed() && fake::session().warnings.size() == 1);
+  if (!fake::session().warnings.empty())
+    CHECK(contains(fake::session().warnings[0], "% off the full nonlinear shell"));
+}
+
 void a_jump_is_warned_of_when_the_object_moves() {
   Scene scene;
   scene.at(1);
@@ -552,6 +563,7 @@ int main(int argc, char **argv) {
     RUN(errors_are_shown_once_and_the_mesh_passes_through);
     RUN(what_a_user_can_mend_is_named);
     RUN(a_shell_out_of_range_is_warned_of_once);
+    RUN(certify_tells_how_far_off_the_frame_is);
     RUN(a_jump_is_warned_of_when_the_object_moves);
     RUN(escape_stops_the_precompute_and_leaves_nothing_open);
     const auto the_first_scene_works = [&] {

@@ -98,6 +98,20 @@ def summary(run):
             f"vertices held, {sum(info['seconds']):.1f} s")
 
 
+class SHELLWARP_OT_certify(ShellOperator, bpy.types.Operator):
+    """Estimate how far the present frame is from the full nonlinear shell; takes seconds on large meshes"""
+
+    bl_idname = "shellwarp.certify"
+    bl_label = "Certify"
+    bl_options = {"REGISTER"}
+
+    def run(self, _context, obj):
+        run = live.simulation(obj)
+        if run is None:
+            raise Refused("go to the start frame and play from there")
+        self.report({"INFO"}, run.certify())
+
+
 class SHELLWARP_OT_bake(ShellOperator, bpy.types.Operator):
     """Run from start to end into a point cache, which a modifier then plays. Esc stops it"""
 
@@ -107,7 +121,7 @@ class SHELLWARP_OT_bake(ShellOperator, bpy.types.Operator):
     def run(self, context, obj):
         for _ in bake.bake(obj, context):
             pass
-        self.report({"INFO"}, f"baked to {bake.baked(obj).filepath}")
+        self.report({"INFO"}, baked(obj))
 
     def invoke(self, context, _event):
         self.frames = bake.bake(context.object, context)
@@ -125,6 +139,7 @@ class SHELLWARP_OT_bake(ShellOperator, bpy.types.Operator):
         try:
             context.window_manager.progress_update(next(self.frames))
         except StopIteration:
+            self.report({"INFO"}, baked(context.object))
             return self.end(context, {"FINISHED"})
         except Exception as error:
             self.report({"ERROR"}, str(error) or type(error).__name__)
@@ -135,6 +150,12 @@ class SHELLWARP_OT_bake(ShellOperator, bpy.types.Operator):
         context.window_manager.event_timer_remove(self.timer)
         context.window_manager.progress_end()
         return result
+
+
+def baked(obj):
+    """Where a bake went, and how far its last frame is from the full shell."""
+    run = live.simulation(obj)
+    return f"baked to {bake.baked(obj).filepath}" + (f"; {run.certified}" if run is not None and run.certified else "")
 
 
 class SHELLWARP_OT_free_bake(ShellOperator, bpy.types.Operator):
@@ -231,7 +252,7 @@ def export(context, obj, path):
         scene.frame_start, scene.frame_end = before
 
 
-_CLASSES = (SHELLWARP_OT_precompute, SHELLWARP_OT_bake, SHELLWARP_OT_free_bake, SHELLWARP_OT_add_handle,
+_CLASSES = (SHELLWARP_OT_precompute, SHELLWARP_OT_certify, SHELLWARP_OT_bake, SHELLWARP_OT_free_bake, SHELLWARP_OT_add_handle,
             SHELLWARP_OT_remove_handle, SHELLWARP_OT_export)
 
 

@@ -54,6 +54,7 @@ class SHELLWARP_PT_shell(bpy.types.Panel):
         layout.prop(settings, "cache")
         row = layout.row(align=True)
         row.operator("shellwarp.precompute")
+        row.operator("shellwarp.certify")
         row.operator("shellwarp.bake")
         row.operator("shellwarp.free_bake")
         layout.operator("shellwarp.export")
@@ -70,9 +71,14 @@ def draw_state(layout, context, obj):
         layout.label(text=f"Plays {obj.modifiers[bake.MODIFIER].filepath}", icon="FILE_CACHE")
     elif run is not None:
         layout.label(text=operators.summary(run))
+        turned = run.turned()
+        if turned:
+            layout.label(text=turned, icon="INFO")
         missed, count = run.unmet()
         if missed:
             layout.label(text=f"{missed} of {count} constraints cannot be met", icon="INFO")
+    if run is not None and run.certified:
+        layout.label(text=run.certified)
 
 
 def draw_handles(layout, settings):

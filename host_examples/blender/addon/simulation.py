@@ -32,6 +32,7 @@ class Simulation:
         self.model.precompute(modes=modes, progress=progress)
         self._state = self.model.state(method, integrator)
         self._at = None
+        self.certified = ""  # what the last certificate said, of the frame that it names
         self.known = {}
         self._buffer = numpy.empty_like(self._rest)
 
@@ -43,7 +44,7 @@ class Simulation:
     def forget(self):
         """Drops all frames."""
         self.known.clear()
-        self._at = None
+        self._at, self.certified = None, ""
 
     def go(self, frame, start, inputs):
         """Positions (n x 3) float32 in the object's coordinates at `frame`, which may lie between two.
@@ -64,8 +65,23 @@ class Simulation:
         return self._positions(self._state)
 
     def report(self):
-        """Energies and range of the present frame; see State.report."""
+        """Energies and turns of the present frame; see State.report."""
         return self._state.report()
+
+    def turned(self):
+        """What to say of turns beyond what the method's rotations are good for, "" for nothing. Of the error it says nothing."""
+        report = self.report()
+        if report["turn_in_range"]:
+            return ""
+        share = math.ceil(100 * report["fraction_turned_too_far"])
+        return f"turns by {math.degrees(report['max_rotation']):.0f} degrees, {share} % of it too far for the method: certify it"
+
+    def certify(self):
+        """How far the present frame is from the full nonlinear shell, estimated: a sentence, kept for the panel."""
+        if self._at is None:
+            raise Refused("go to the start frame and play from there")
+        self.certified = f"frame {self._at}: {told(self._state.certify())}"
+        return self.certified
 
     def unmet(self):
         """How many handles the last step could not meet, and how many there are."""
@@ -114,6 +130,14 @@ class Simulation:
         if self.scale != 1.0:
             numpy.divide(self._buffer, self.scale, out=self._buffer)
         return self._buffer
+
+
+def told(certificate):
+    """A certificate in words."""
+    percent = 100 * certificate["error"]
+    number = f"{percent:.2g}" if percent < 10 else f"{percent:.0f}"
+    text = f"about {number} % off the full nonlinear shell" + (", roughly" if certificate["remaining"] > 0.01 else "")
+    return text + ("; more modes or less load would help" if certificate["out_of_range"] else "")
 
 
 def step(state, before, after, fraction):

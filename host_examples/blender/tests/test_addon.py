@@ -446,6 +446,34 @@ class Export(Case):
             bpy.ops.shellwarp.export(filepath=str(self.folder / "strip.fbx"))
 
 
+class Certificate(Case):
+    def test_the_present_frame_is_certified_as_the_package_certifies_it(self):
+        obj = add_strip()
+        play(10)
+        bpy.ops.shellwarp.certify()
+        found = part("live").simulation(obj).certified
+        self.assertRegex(found, r"^frame 10: about [0-9.]+ % off the full nonlinear shell")
+
+    def test_a_frame_that_was_not_reached_cannot_be_certified(self):
+        add_strip()
+        with self.assertRaisesRegex(RuntimeError, "play from there"):
+            bpy.ops.shellwarp.certify()
+
+    def test_a_bake_certifies_its_last_frame(self):
+        obj = add_strip()
+        obj.shellwarp.frame_end, obj.shellwarp.cache = 12, str(self.folder / "strip.pc2")
+        bpy.ops.shellwarp.bake()
+        self.assertRegex(part("live").simulation(obj).certified, r"^frame 12: about [0-9.]+ % off")
+
+    def test_turns_beyond_the_methods_are_told(self):
+        obj = add_strip()
+        play(2)
+        self.assertEqual(part("live").simulation(obj).turned(), "")
+        self.scene.gravity = (0, 0, -200)
+        play(30)
+        self.assertIn("too far for the method", part("live").simulation(obj).turned())
+
+
 class Dinosaur(Case):
     def test_shaken_it_bakes_what_was_live_and_comes_back_from_alembic_and_usd(self):
         obj = scenes.add_dinosaur()

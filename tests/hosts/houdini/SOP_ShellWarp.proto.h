@@ -23,6 +23,7 @@ public:
   fpreal getDrag() const { return drag_; }
   int64_t getModes() const { return modes_; }
   bool getDoubleprecision() const { return doubleprecision_; }
+  bool getCertify() const { return certify_; }
   int64_t getMethod() const { return method_; }
   int64_t getIntegrator() const { return integrator_; }
   int64_t getSupportkind() const { return supportkind_; }
@@ -48,6 +49,7 @@ public:
     drag_ = at(values, "drag", "float").numbers[0];
     modes_ = static_cast<int64_t>(at(values, "modes", "integer").numbers[0]);
     doubleprecision_ = at(values, "doubleprecision", "toggle").numbers[0] != 0;
+    certify_ = at(values, "certify", "toggle").numbers[0] != 0;
     method_ = static_cast<int64_t>(at(values, "method", "ordinal").numbers[0]);
     integrator_ = static_cast<int64_t>(at(values, "integrator", "ordinal").numbers[0]);
     supportkind_ = static_cast<int64_t>(at(values, "supportkind", "ordinal").numbers[0]);
@@ -85,6 +87,7 @@ private:
   fpreal drag_ = 0;
   int64_t modes_ = 0;
   bool doubleprecision_ = false;
+  bool certify_ = false;
   int64_t method_ = 0;
   int64_t integrator_ = 0;
   int64_t supportkind_ = 0;
