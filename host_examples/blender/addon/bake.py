@@ -41,7 +41,7 @@ def bake(obj, context):
                 if cache is None:
                     run = live.prepare(obj, depsgraph)
                     run.forget()
-                    cache = PointCache(bpy.path.abspath(path), run.model.n_vertices, settings.frame_start)
+                    cache = PointCache(bpy.path.abspath(path), run.model.n_vertices, settings.frame_start, [bpy.data.filepath])
                 inputs = read_inputs(obj, scene, depsgraph, run.scale)
                 cache.append(run.go(settings.frame_start + i, settings.frame_start, inputs))
                 yield (i + 1) / count

@@ -7,7 +7,11 @@ import struct
 class PointCache:
     """A file under way: it has another name until close, so that a stopped bake leaves the one before as it was."""
 
-    def __init__(self, path, n_points, first_frame):
+    def __init__(self, path, n_points, first_frame, inputs=()):
+        """No file of `inputs` is replaced, by whatever name or link."""
+        for name in inputs:
+            if os.path.exists(path) and os.path.exists(name) and os.path.samefile(path, name):
+                raise FileExistsError(f"{path} is the file {name} itself; name another cache")
         self.path, self._partial = path, path + ".partial"
         os.makedirs(os.path.dirname(path) or ".", exist_ok=True)
         self._head = (b"POINTCACHE2\0", 1, n_points, float(first_frame), 1.0)
@@ -27,10 +31,14 @@ class PointCache:
         """Puts the file in its place."""
         self._file.seek(0)
         self._write_head()
+        self._file.flush()
+        os.fsync(self._file.fileno())
         self._file.close()
         os.replace(self._partial, self.path)
 
     def discard(self):
         """Removes what was written."""
-        self._file.close()
-        os.unlink(self._partial)
+        try:
+            self._file.close()   # on a full disk it raises: what is buffered is tried once more
+        finally:
+            os.unlink(self._partial)
