@@ -142,6 +142,42 @@ fn every_exported_function_is_in_the_panic_test() {
     assert_eq!(tested, listed);
 }
 
+/// No host's struct is shorter, and every host's of the first version is read.
+#[test]
+#[cfg(target_pointer_width = "64")]
+fn the_first_version_of_each_struct_is_the_frozen_one() {
+    macro_rules! firsts {
+        ($($type:ident),*) => {
+            vec![$(format!("STRUCT({}, {})", stringify!($type), <$type as super::structs::Grows>::FIRST)),*]
+        };
+    }
+    let mut firsts = firsts![
+        SwMeshDesc,
+        SwDiagnostic,
+        SwMaterialDesc,
+        SwSupportDesc,
+        SwPrecomputeDesc,
+        SwModelInfo,
+        SwFrontPoint,
+        SwStateDesc,
+        SwDampingDesc,
+        SwFrameDesc,
+        SwStateReport,
+        SwConstraintDesc,
+        SwConstraintReport,
+        SwForceDesc,
+        SwWindDesc,
+        SwEquilibriumReport,
+        SwCertificate,
+        SwPlanPart
+    ];
+    let frozen = include_str!("../../tests/growth/first/struct_layout.def");
+    let mut frozen: Vec<&str> = frozen.lines().filter(|line| line.starts_with("STRUCT")).collect();
+    firsts.sort_unstable();
+    frozen.sort_unstable();
+    assert_eq!(firsts, frozen);
+}
+
 #[test]
 fn a_panic_in_any_exported_function_becomes_a_status() {
     let (model, state) = objects();
