@@ -171,9 +171,10 @@ SwStatus sw_set_log_callback(SwLogFn callback,
 // Error. Two triangles on the same vertices. element: the second; `value[0]`: the first.
 #define SW_DIAGNOSTIC_DUPLICATE_TRIANGLE 5
 // Error. More than two triangles on an edge. element: its first triangle; vertices: the edge, then
-// that triangle's third; value[0]: how many.
+// that triangle's third; `value[0]`: how many.
 #define SW_DIAGNOSTIC_NON_MANIFOLD_EDGE 6
-// Error. The triangles around a vertex form several fans. element: vertex; `value[0]`: how many fans.
+// Error. The triangles around a vertex form several fans. element: vertex; `value[0]`: how many
+// fans.
 #define SW_DIAGNOSTIC_NON_MANIFOLD_VERTEX 7
 // Error. No consistent orientation exists, as on a Moebius strip. element: a triangle where it
 // fails.
@@ -184,10 +185,11 @@ SwStatus sw_set_log_callback(SwLogFn callback,
 // Warning. No triangle uses the vertex; it is carried along with the support frame. element:
 // vertex.
 #define SW_DIAGNOSTIC_UNREFERENCED_VERTEX 10
-// Warning. Two vertices at the same place, perhaps an unwelded seam. element: the second; `value[0]`:
-// the first.
+// Warning. Two vertices at the same place, perhaps an unwelded seam. element: the second;
+// `value[0]`: the first.
 #define SW_DIAGNOSTIC_COINCIDENT_VERTICES 11
-// Warning. element: triangle; `value[0]`: quality 4 sqrt(3) area / sum of squared sides, below 0.02.
+// Warning. element: triangle; `value[0]`: quality 4 sqrt(3) area / sum of squared sides, below
+// 0.02.
 #define SW_DIAGNOSTIC_SLIVER 12
 
 // Length of SwDiagnostic::message, the closing NUL included; for good.
