@@ -32,6 +32,8 @@ pub struct Wind {
 pub struct Loads {
     /// World force on a vertex; a vertex may come more than once.
     pub(crate) forces: Vec<(u32, Vec3)>,
+    /// Those before: forces that are set in every step need no new room.
+    before: Vec<(u32, Vec3)>,
     pub(crate) wind: Option<Wind>,
 }
 
@@ -75,17 +77,26 @@ pub struct Moving<'a> {
 const VISITS_PER_POINT: usize = 16;
 
 impl Loads {
-    /// Replaces all forces and returns those before. Fails on a vertex that does not exist and on numbers that are not finite.
-    pub fn set_forces(&mut self, forces: Vec<(u32, Vec3)>, n_vertices: usize) -> Result<Vec<(u32, Vec3)>> {
-        for (i, (v, f)) in forces.iter().enumerate() {
+    /// Replaces all forces; [`Loads::undo_forces`] brings those before back. Returns whether anything changed. Fails on a vertex
+    /// that does not exist and on numbers that are not finite.
+    pub fn set_forces(&mut self, forces: impl IntoIterator<Item = (u32, Vec3)>, n_vertices: usize) -> Result<bool> {
+        self.before.clear();
+        self.before.extend(forces);
+        for (i, (v, f)) in self.before.iter().enumerate() {
             if *v as usize >= n_vertices {
                 return Err(Error::argument(format!("force {i} is on vertex {v} of {n_vertices}")));
             }
             for c in f.iter() {
-                require_finite(&format!("force {i} on vertex {v}"), *c)?;
+                require_finite(format_args!("force {i} on vertex {v}"), *c)?;
             }
         }
-        Ok(std::mem::replace(&mut self.forces, forces))
+        self.undo_forces();
+        Ok(self.forces != self.before)
+    }
+
+    /// Back to the forces before [`Loads::set_forces`].
+    pub fn undo_forces(&mut self) {
+        std::mem::swap(&mut self.forces, &mut self.before);
     }
 
     /// Replaces the wind and returns the one before; a density of 0 is no wind.

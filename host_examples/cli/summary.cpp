@@ -137,8 +137,9 @@ void print_certificate(const SwCertificate &certificate, const char *unit) {
 void print_choice(const std::vector<SwFrontPoint> &front) {
   heading("choice of the method: error, operations of a step");
   for (const SwFrontPoint &p : front)
-    std::printf("  %c %-13s%-8s %11s %11.4g %12.0f\n", p.chosen ? '*' : ' ', method_name(p.method),
-                p.sagged ? " sagged" : "", p.fields ? (count(p.fields) + " fields").c_str() : "", p.error, p.operations);
+    std::printf("  %c %-13s%-8s %11s %11s %12.0f\n", p.chosen ? '*' : ' ', method_name(p.method),
+                p.sagged ? " sagged" : "", p.fields ? (count(p.fields) + " fields").c_str() : "",
+                p.failed ? "failed" : format("%.4g", p.error).c_str(), p.operations);
 }
 
 // In model sizes, or radians.

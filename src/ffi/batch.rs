@@ -23,9 +23,7 @@ static BATCHES: AtomicU64 = AtomicU64::new(1);
 /// its index in the message. A state that is in use is SW_ERROR_BUSY, and so is one that comes twice, at its later places.
 ///
 /// Little work is done on the calling thread alone. More is shared with threads of this library, made by the first call that
-/// needs them: one fewer than the processors that the process may use, see sw_set_threads. They have the system's default
-/// floating-point modes: a host that flushes denormal numbers on its own threads may see other last bits. Allocates some
-/// bytes for each state. May run on several threads at once, on different states.
+/// needs them: one fewer than the processors that the process may use, see sw_set_threads. Allocates some bytes for each state. May run on several threads at once, on different states.
 /// Errors: SW_ERROR_INVALID_ARGUMENT when `states` or one of them is NULL: nothing has moved, and statuses is untouched. Else
 /// those of sw_state_step.
 #[unsafe(no_mangle)]

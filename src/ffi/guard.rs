@@ -1,5 +1,6 @@
 //! The panic boundary: whatever happens inside, the host gets a status code and nothing is printed.
 
+use super::floats::Inside;
 use super::status::{Fault, SW_ERROR_INTERNAL, SW_OK, SwStatus, remember};
 use std::cell::{Cell, RefCell};
 use std::panic::{AssertUnwindSafe, catch_unwind, set_hook, take_hook};
@@ -25,17 +26,25 @@ fn silence_panics() {
     });
 }
 
-/// Runs `body`; a panic becomes SW_ERROR_INTERNAL with its text.
+/// Runs `body` in the default floating-point modes; a panic becomes SW_ERROR_INTERNAL with its text.
 pub(super) fn contained<T>(body: impl FnOnce() -> Result<T, Fault>) -> Result<T, Fault> {
     silence_panics();
     let outer = INSIDE.replace(true); // a callback may call back into the library
-    let outcome = catch_unwind(AssertUnwindSafe(body));
+    let modes = Inside::enter();
+    let outcome = catch_unwind(AssertUnwindSafe(|| called(body)));
+    drop(modes);
     INSIDE.set(outer);
     outcome.unwrap_or_else(|payload| {
         std::mem::forget(payload); // its destructor could panic again
         let text = PANIC.with(|text| text.borrow_mut().take()).unwrap_or_default();
         Err(Fault::new(SW_ERROR_INTERNAL, format!("internal error, please report: {text}")))
     })
+}
+
+/// Not inlined, so that none of its arithmetic can be moved to where the host's floating-point modes are still set.
+#[inline(never)]
+fn called<T>(body: impl FnOnce() -> T) -> T {
+    body()
 }
 
 /// Runs one exported function's body.

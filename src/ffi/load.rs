@@ -1,11 +1,11 @@
 //! External loads, and the static solution under them.
 
 use super::guard::{guard, write};
-use super::pointer::{VectorRows, check_flags, object, read_array};
+use super::pointer::{VectorRows, check_flags, object, read_list};
 use super::state::{SwState, vector};
 use super::status::{Fault, SwStatus};
 use super::structs::{Described, Output, described, read_descriptor};
-use crate::Vec3;
+use crate::State;
 use crate::load::Wind;
 use std::ffi::c_void;
 
@@ -59,24 +59,24 @@ pub struct SwWindDesc {
 
 described!(SwWindDesc, local_stride);
 
-unsafe fn forces_of(desc: &SwForceDesc, n_vertices: usize) -> Result<Vec<(u32, Vec3)>, Fault> {
+unsafe fn take_forces(state: &mut State, desc: &SwForceDesc) -> Result<(), Fault> {
     check_flags("desc->flags", desc.flags, SW_FORCES_ONE_STEP)?;
-    if desc.count == 0 {
-        return Ok(vec![]);
+    let (count, once) = (desc.count as usize, desc.flags & SW_FORCES_ONE_STEP != 0);
+    if count == 0 {
+        return Ok(state.take_forces([], once)?);
     }
     let rows = VectorRows::checked("desc->forces", desc.forces, desc.format, 3, desc.stride, desc.count.into())?;
-    let vertices = if desc.vertices.is_null() {
-        if desc.count as usize != n_vertices {
-            let message = format!("desc->count is {}, but the mesh has {n_vertices} vertices", desc.count);
-            return Err(Fault::argument(message));
-        }
-        (0..desc.count).collect()
-    } else {
-        // SAFETY: the host's list holds count vertices.
-        unsafe { read_array("desc->vertices", desc.vertices, desc.count.into())? }
-    };
     // SAFETY: the host's buffer holds count rows.
-    Ok(vertices.into_iter().enumerate().map(|(i, v)| (v, unsafe { rows.read(i) })).collect())
+    let force = |i: usize| unsafe { rows.read(i) };
+    if !desc.vertices.is_null() {
+        // SAFETY: the host's list holds count vertices.
+        let vertices = unsafe { read_list("desc->vertices", desc.vertices, desc.count.into())? };
+        return Ok(state.take_forces(vertices.iter().enumerate().map(|(i, v)| (*v, force(i))), once)?);
+    }
+    match state.model().shell.mass.len() {
+        n if n == count => Ok(state.take_forces((0..desc.count).map(|v| (v, force(v as usize))), once)?),
+        n => Err(Fault::argument(format!("desc->count is {count}, but the mesh has {n} vertices"))),
+    }
 }
 
 /// Replaces all forces on vertices. They keep their directions in the world, as gravity does.
@@ -88,9 +88,7 @@ pub unsafe extern "C" fn sw_state_set_forces(state: *mut SwState, desc: *const S
         unsafe {
             let handle = object("state", state.cast_const())?;
             let desc = read_descriptor("desc", desc)?;
-            let mut state = write("state", &handle.state)?;
-            let forces = forces_of(&desc, state.model().shell.mass.len())?;
-            Ok(state.set_forces(forces, desc.flags & SW_FORCES_ONE_STEP != 0)?)
+            take_forces(&mut *write("state", &handle.state)?, &desc)
         }
     })
 }

@@ -1,5 +1,6 @@
 //! The log callback: the only global state, and the only way the library speaks unasked.
 
+use super::floats::as_the_host;
 use super::guard::guard;
 use super::status::SwStatus;
 use std::ffi::{CString, c_char, c_void};
@@ -38,6 +39,6 @@ pub(super) fn log(level: u32, message: &str) {
     drop(sink);
     if let Ok(text) = CString::new(message) {
         // SAFETY: the host set this callback with this user pointer.
-        unsafe { callback(user as *mut c_void, level, text.as_ptr()) };
+        as_the_host(|| unsafe { callback(user as *mut c_void, level, text.as_ptr()) });
     }
 }

@@ -8,6 +8,7 @@
 pub mod batch;
 pub mod certify;
 pub mod constraint;
+mod floats;
 pub mod guard;
 pub mod load;
 pub mod log;

@@ -1,12 +1,15 @@
 //! Models: the shell, and after precompute its modes.
 
+use super::floats::as_the_host;
 use super::guard::{guard, read, write};
 use super::log::{SW_LOG_INFO, SW_LOG_WARNING, log};
 use super::mesh::{SwMeshDesc, read_mesh};
 use super::pointer::{
     VectorRows, asks_for_size, byte_slice, check_flags, copy_out, enumerant, not_null, object, put, read_array,
 };
-use super::status::{Fault, SW_ERROR_INVALID_DATA, SW_ERROR_NOT_PRECOMPUTED, SW_ERROR_UNSUPPORTED, SwStatus};
+use super::status::{
+    Fault, SW_ERROR_INVALID_DATA, SW_ERROR_NOT_PRECOMPUTED, SW_ERROR_NUMERICAL, SW_ERROR_UNSUPPORTED, SwStatus,
+};
 use super::structs::{Described, Output, Outputs, described, grows, read_descriptor_or_default};
 use crate::auto::{Budget, Candidate};
 use crate::cache;
@@ -134,7 +137,7 @@ pub struct SwPrecomputeDesc {
     pub sag_gravity: [f64; 3],
     /// Unless 0, modes are left out that a scene cannot show: under the loads below, no vertex is off by more than this length,
     /// against the same method with all modes. `modes` is then the most that are computed; 0 = 256. sw_model_info tells the bound
-    /// that was reached, which exceeds the tolerance where that was not enough. The bound is an
+    /// that was reached, which exceeds the tolerance where that was not enough; SW_ERROR_NUMERICAL where there is none. The bound is an
     /// estimate by statics, see demand_amplification, and holds for turns of less than a rad.
     pub tolerance: f64,
     /// Gravity of the scene in frame axes. Read, as all fields from here to n_handles, with a tolerance or for SW_METHOD_AUTO only.
@@ -168,7 +171,7 @@ pub struct SwPrecomputeDesc {
     /// Bitwise or of SW_REDUCED_...
     pub reduced_flags: u32,
     /// Strength of the gravity that its scenes will have, acceleration, from which the loads of the training follow; 0 = what bends
-    /// the shell by a quarter of its size to first order.
+    /// the shell by a quarter of its size to first order. SW_ERROR_NUMERICAL beyond 1e12 times that.
     pub reduced_gravity: f64,
     /// Unless this and auto_operations are both 0, the method for SW_METHOD_AUTO is chosen, and the model made for it alone. It is the
     /// cheapest that under the loads of demand_gravity, demand_acceleration and handles gets no vertex wrong by more than this length
@@ -275,7 +278,7 @@ pub struct SwModelInfo {
     pub auto_method: u32,
     /// 0.
     pub reserved: u32,
-    /// Its largest error in the choice, length.
+    /// Its largest error in the choice, length; DBL_MAX where it found no equilibrium under one of the loads.
     pub auto_error: f64,
 }
 
@@ -381,7 +384,7 @@ pub unsafe extern "C" fn sw_model_precompute(model: *mut SwModel, desc: *const S
         let known: Vec<_> = known.into_iter().chain([(SW_PRECISION_I16, Precision::I16)]).collect();
         let precision = enumerant("desc->precision", desc.precision, &known)?;
         for (k, g) in desc.sag_gravity.iter().enumerate() {
-            require_finite(&format!("desc->sag_gravity[{k}]"), *g)?;
+            require_finite(format_args!("desc->sag_gravity[{k}]"), *g)?;
         }
         let linear = desc.flags & SW_PRECOMPUTE_LINEAR != 0;
         let auto = match (require_non_negative("desc->auto_error", desc.auto_error)?, desc.auto_operations) {
@@ -447,7 +450,7 @@ fn unless_zero(name: &str, limit: f64) -> crate::Result<f64> {
 fn call_progress(desc: &SwPrecomputeDesc, phase: Phase, fraction: f64) -> crate::Result<()> {
     let Some(callback) = desc.progress else { return Ok(()) };
     // SAFETY: the host gave this callback with this user pointer.
-    match unsafe { callback(desc.progress_user, phase as u32, fraction) } {
+    match as_the_host(|| unsafe { callback(desc.progress_user, phase as u32, fraction) }) {
         SW_PROGRESS_CONTINUE => Ok(()),
         SW_PROGRESS_CANCEL => Err(Error::new(ErrorKind::Cancelled, "the progress callback cancelled the precompute")),
         other => {
@@ -532,7 +535,7 @@ fn fill_precomputed(info: &mut SwModelInfo, model: &Arc<Model>) {
     info.basis_rounding = model.precision().rounding();
     info.truncation_bound = model.truncation;
     if let Some(choice) = model.front.as_ref().map(|front| front.choice()) {
-        (info.auto_method, info.auto_error) = (choice.method.number(), choice.error);
+        (info.auto_method, info.auto_error) = (choice.method.number(), choice.error.min(f64::MAX));
     }
     if let Some(reduced) = &model.reduced {
         info.reduced_fields = (reduced.n() - model.n_modes()) as u32;
@@ -571,11 +574,11 @@ pub struct SwFrontPoint {
     pub fields: u32,
     /// Its elements.
     pub elements: u32,
-    /// 0.
-    pub reserved: u32,
+    /// 1 where it found no equilibrium under one of the loads; error is then DBL_MAX.
+    pub failed: u32,
     /// Of a step, as sw_state_plan counts them.
     pub operations: f64,
-    /// The furthest that any vertex is off under any of the loads, length; infinite where it found no equilibrium.
+    /// The furthest that any vertex is off under any of the loads, length.
     pub error: f64,
 }
 
@@ -586,7 +589,8 @@ impl SwFrontPoint {
         let Candidate { method, sagged, fields, elements, operations, error } = *candidate;
         let (fields, elements) = (fields as u32, elements as u32);
         let (method, chosen, sagged) = (method.number(), chosen.into(), sagged.into());
-        Self { method, chosen, sagged, fields, elements, reserved: 0, operations, error }
+        let (failed, error) = (u32::from(!error.is_finite()), error.min(f64::MAX));
+        Self { method, chosen, sagged, fields, elements, failed, operations, error }
     }
 }
 
@@ -709,7 +713,7 @@ pub const SW_SHAPE_ROTATION: u32 = 2;
 /// the basis of repeated modes follow a fixed rule: modes agree with the translations along x, y, z, then the rotations about
 /// them, then a fixed random field, the first that they see. Callable concurrently.
 /// Errors: SW_ERROR_INVALID_ARGUMENT, also when n_vertices is not the mesh's; SW_ERROR_NOT_PRECOMPUTED; SW_ERROR_UNSUPPORTED for
-/// rotations of a model with SW_PRECOMPUTE_LINEAR; SW_ERROR_BUSY.
+/// rotations of a model with SW_PRECOMPUTE_LINEAR; SW_ERROR_NUMERICAL when SW_FORMAT_F32 does not hold them; SW_ERROR_BUSY.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn sw_model_mode_shape(
     model: *const SwModel,
@@ -732,11 +736,17 @@ pub unsafe extern "C" fn sw_model_mode_shape(
             return Err(Fault::new(SW_ERROR_UNSUPPORTED, message));
         }
         let rows = vertex_rows(&model, out, format, 3, stride, n_vertices)?;
-        for v in 0..n_vertices as usize {
+        let shape = |v: usize| {
             let (phi, psi) = model.mode_at(mode as usize, v);
-            // SAFETY: the host's buffer has n_vertices rows.
-            unsafe { rows.write::<3>(v, (if rotation { psi } else { phi }).into()) };
+            if rotation { psi } else { phi }
+        };
+        let vertices = 0..n_vertices as usize;
+        if let Some(v) = vertices.clone().find(|v| shape(*v).amax() > rows.largest()) {
+            let message = format!("mode {mode} has {:e} at vertex {v}, which 32 bits do not hold", shape(v).amax());
+            return Err(Fault::new(SW_ERROR_NUMERICAL, message));
         }
+        // SAFETY: the host's buffer has n_vertices rows.
+        vertices.for_each(|v| unsafe { rows.write::<3>(v, shape(v).into()) });
         Ok(())
     })
 }

@@ -2,7 +2,9 @@
 
 use super::status::{Fault, SW_ERROR_BUFFER_SIZE};
 use crate::Vec3;
+use std::borrow::Cow;
 use std::ffi::c_void;
+use std::fmt::Display;
 
 /// 32-bit floating point.
 pub const SW_FORMAT_F32: u32 = 1;
@@ -33,7 +35,7 @@ pub(super) fn check_flags(name: &str, flags: u32, known: u32) -> Result<(), Faul
 }
 
 /// An enumerant's meaning, by its number.
-pub(super) fn enumerant<T: Copy>(name: &str, value: u32, known: &[(u32, T)]) -> Result<T, Fault> {
+pub(super) fn enumerant<T: Copy>(name: impl Display, value: u32, known: &[(u32, T)]) -> Result<T, Fault> {
     let found = known.iter().find(|(number, _)| *number == value);
     found.map(|(_, meaning)| *meaning).ok_or_else(|| Fault::argument(format!("{name} is {value}, which is unknown")))
 }
@@ -46,6 +48,25 @@ pub(super) unsafe fn read_array<T: Copy>(name: &str, pointer: *const T, count: u
     let rows = Rows::checked(name, pointer.cast(), size_of::<T>(), 0, count)?;
     // SAFETY: the host passes `count` values behind the pointer.
     (0..rows.count).map(|i| Ok(unsafe { rows.at(i).cast::<T>().read_unaligned() })).collect()
+}
+
+/// As [`read_array`], in place where the host's values are aligned: nothing is then allocated.
+pub(super) unsafe fn read_list<'a, T: Copy>(name: &str, pointer: *const T, count: u64) -> Result<Cow<'a, [T]>, Fault> {
+    if count > 0 && pointer.is_aligned() {
+        let rows = Rows::checked(name, pointer.cast(), size_of::<T>(), 0, count)?;
+        // SAFETY: not NULL, aligned and within the address space; the host passes `count` values behind the pointer, which do
+        // not change during the call.
+        return Ok(Cow::Borrowed(unsafe { std::slice::from_raw_parts(pointer, rows.count) }));
+    }
+    // SAFETY: passed on unchanged.
+    unsafe { read_array(name, pointer, count) }.map(Cow::Owned)
+}
+
+/// A few numbers.
+pub(super) unsafe fn read_numbers<const N: usize>(name: &str, pointer: *const f64) -> Result<[f64; N], Fault> {
+    not_null(name, pointer)?;
+    // SAFETY: not NULL; the host passes N numbers behind the pointer.
+    Ok(unsafe { pointer.cast::<[f64; N]>().read_unaligned() })
 }
 
 /// `count` rows of at least `row` bytes, `stride` bytes apart (0 = packed).
@@ -95,7 +116,7 @@ impl VectorRows {
         count: u64,
     ) -> Result<Self, Fault> {
         let double =
-            enumerant(&format!("the format of {name}"), format, &[(SW_FORMAT_F32, false), (SW_FORMAT_F64, true)])?;
+            enumerant(format_args!("the format of {name}"), format, &[(SW_FORMAT_F32, false), (SW_FORMAT_F64, true)])?;
         let row = components * if double { 8 } else { 4 };
         Ok(Self { rows: Rows::checked(name, base, row, stride, count)?, double })
     }
@@ -113,6 +134,23 @@ impl VectorRows {
                 Vec3::new(f64::from(x), f64::from(y), f64::from(z))
             }
         }
+    }
+
+    /// Whether a list of the host shares bytes with these rows, which would change it while they are written.
+    pub fn overlaps<T>(&self, list: &[T]) -> bool {
+        let Rows { base, stride, count } = self.rows;
+        let (start, list) = (base as usize, list.as_ptr_range());
+        start < list.end as usize && (list.start as usize) < start + count * stride
+    }
+
+    /// The largest number of the format.
+    pub fn largest(&self) -> f64 {
+        if self.double { f64::MAX } else { f32::MAX.into() }
+    }
+
+    /// The largest coordinate in it; in 32 bits a quarter of that, so that sums on the way stay inside.
+    pub fn largest_coordinate(&self) -> f64 {
+        if self.double { f64::MAX } else { 0.25 * f64::from(f32::MAX) }
     }
 
     /// SW_FORMAT_F64.

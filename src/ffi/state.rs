@@ -2,11 +2,14 @@
 
 use super::guard::{guard, read, write};
 use super::model::{SwModel, vertex_rows};
-use super::pointer::{VectorRows, check_flags, copy_out, enumerant, not_null, object, put, read_array};
-use super::status::{Fault, SwStatus};
+use super::pointer::{
+    VectorRows, byte_slice, check_flags, copy_out, enumerant, not_null, object, put, read_array, read_list,
+    read_numbers,
+};
+use super::status::{Fault, SW_ERROR_INVALID_DATA, SwStatus};
 use super::structs::{Described, Output, described, read_descriptor, read_descriptor_or_default};
 use crate::error::require_finite;
-use crate::state::{Damping, Method, Space, State};
+use crate::state::{Damping, Method, SAVED_HEADER, Space, State};
 use crate::step::Integrator;
 use crate::support::{Motion, Pose, Rates};
 use crate::{Model, Vec3};
@@ -304,12 +307,7 @@ pub unsafe extern "C" fn sw_state_set_rest_tolerance(state: *mut SwState, tolera
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn sw_state_set_gravity(state: *mut SwState, gravity: *const f64) -> SwStatus {
     // SAFETY: the header's contract.
-    unsafe {
-        writing(state, |state| {
-            let gravity = read_array("gravity", gravity, 3)?;
-            Ok(state.set_gravity(Vec3::from_column_slice(&gravity))?)
-        })
-    }
+    unsafe { writing(state, |state| Ok(state.set_gravity(read_numbers::<3>("gravity", gravity)?.into())?)) }
 }
 
 /// Replaces all damping.
@@ -336,14 +334,14 @@ pub unsafe extern "C" fn sw_state_set_damping(state: *mut SwState, desc: *const 
 
 pub(super) fn vector(name: &str, values: &[f64; 3]) -> Result<Vec3, Fault> {
     for (i, x) in values.iter().enumerate() {
-        require_finite(&format!("desc->{name}[{i}]"), *x)?;
+        require_finite(format_args!("desc->{name}[{i}]"), *x)?;
     }
     Ok(Vec3::from(*values))
 }
 
 pub(super) fn rotation(values: &[f64; 9]) -> Result<UnitQuaternion<f64>, Fault> {
     for (i, x) in values.iter().enumerate() {
-        require_finite(&format!("desc->rotation[{i}]"), *x)?;
+        require_finite(format_args!("desc->rotation[{i}]"), *x)?;
     }
     if values.iter().all(|x| *x == 0.0) {
         return Ok(UnitQuaternion::identity());
@@ -405,8 +403,8 @@ pub unsafe extern "C" fn sw_state_set_amplitudes(
     unsafe {
         writing(state, |state| {
             check_count(state.model(), count)?;
-            let q = read_array("amplitudes", amplitudes, count.into())?;
-            let q_dot = read_array("velocities", velocities, count.into())?;
+            let q = read_list("amplitudes", amplitudes, count.into())?;
+            let q_dot = read_list("velocities", velocities, count.into())?;
             Ok(state.set_amplitudes(&q, &q_dot)?)
         })
     }
@@ -467,7 +465,8 @@ fn space_of(space: u32) -> Result<Space, Fault> {
 /// At rest in an unmoved frame they are the mesh's own to the last bit, with sag_gravity those of the hanging shape. SW_FORMAT_F64 adds the displacement to the mesh's
 /// positions and places the sum in 64 bits. SW_FORMAT_F32 is the faster: with SW_PRECISION_F32 all of it is done in 32 bits,
 /// good to four units in the last place of the largest coordinate among rest positions, frame origin and result.
-/// Errors: SW_ERROR_INVALID_ARGUMENT, also when n_vertices is not the mesh's; SW_ERROR_BUSY.
+/// Errors: SW_ERROR_INVALID_ARGUMENT, also when n_vertices is not the mesh's; SW_ERROR_NUMERICAL when a coordinate of any vertex, in
+/// the frame or in the space asked for, exceeds 8.5e37 in SW_FORMAT_F32 or the numbers of SW_FORMAT_F64; SW_ERROR_BUSY.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn sw_state_positions(
     state: *const SwState,
@@ -482,6 +481,7 @@ pub unsafe extern "C" fn sw_state_positions(
         reading(state, |state| {
             let rows = vertex_rows(state.model(), out, format, 3, stride, n_vertices)?;
             let space = space_of(space)?;
+            state.check_range(space, rows.largest_coordinate())?;
             if rows.double() {
                 state.position_rows(space, |first, x| rows.write_all(first, x));
             } else {
@@ -495,7 +495,7 @@ pub unsafe extern "C" fn sw_state_positions(
 /// The positions of some vertices (n x 3), in the order of the list `vertices` (n; nothing is read or written for 0), otherwise as sw_state_positions and with the same
 /// bits: what is seen, a proxy, a render region. Costs as much as the blocks of 16 vertices that these lie in; a list in ascending
 /// order visits each block once. Callable concurrently.
-/// Errors: SW_ERROR_INVALID_ARGUMENT, also on a vertex that does not exist; SW_ERROR_BUSY.
+/// Errors: as sw_state_positions; SW_ERROR_INVALID_ARGUMENT also on a vertex that does not exist.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn sw_state_positions_of(
     state: *const SwState,
@@ -513,8 +513,12 @@ pub unsafe extern "C" fn sw_state_positions_of(
             if n == 0 {
                 return Ok(());
             }
-            let vertices = read_array("vertices", vertices, n.into())?;
+            let mut vertices = read_list("vertices", vertices, n.into())?;
             let rows = VectorRows::checked("out", out, format, 3, stride, n.into())?;
+            if rows.overlaps(&vertices) {
+                vertices = vertices.into_owned().into();
+            }
+            state.check_range(space, rows.largest_coordinate())?;
             if rows.double() {
                 state.positions_of(space, &vertices, |i, x| rows.write_all(i, &[x]))?;
             } else {
@@ -527,7 +531,7 @@ pub unsafe extern "C" fn sw_state_positions_of(
 
 /// Area-weighted unit normals of the deformed shell (n_vertices x 3), as sw_state_positions; zero at unreferenced vertices.
 /// They follow the orientation of the mesh's triangles, as re-oriented where these disagree. Allocates.
-/// Errors: as sw_state_positions, SW_ERROR_OUT_OF_MEMORY.
+/// Errors: as sw_state_positions, SW_ERROR_OUT_OF_MEMORY; SW_ERROR_NUMERICAL when a normal cannot be told.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn sw_state_normals(
     state: *const SwState,
@@ -569,7 +573,8 @@ pub unsafe extern "C" fn sw_state_rotations(
 
 /// Energies, and how far the shell is bent. `report` must be initialised by sw_state_report_init. Visits every vertex, so
 /// costs as much as reading the positions. Callable concurrently.
-/// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_BUSY.
+/// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_NUMERICAL when a measure leaves the range of numbers,
+/// SW_ERROR_BUSY.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn sw_state_report(state: *const SwState, report: *mut SwStateReport) -> SwStatus {
     // SAFETY: the header's contract; NULL is excluded by the descriptor's check.
@@ -577,7 +582,7 @@ pub unsafe extern "C" fn sw_state_report(state: *const SwState, report: *mut SwS
         reading(state, |state| {
             let place = Output::checked("report", report)?;
             let mut out = SwStateReport::initial();
-            let measured = state.report();
+            let measured = state.report().told()?;
             out.turn_in_range = u32::from(state.turn_in_range(&measured));
             out.time = measured.time;
             out.kinetic_energy = measured.kinetic_energy;
@@ -616,8 +621,9 @@ pub unsafe extern "C" fn sw_state_save(
     }
 }
 
-/// Restores what sw_state_save gave on a model made from the same inputs; the run then goes on with the same bits. Safe on
-/// any bytes: they carry a version, sizes, the model's fingerprint and a checksum. On failure nothing has changed. A pose set
+/// Restores what sw_state_save gave of a state of the same method, on a model made from the same inputs; the run then goes on with
+/// the same bits. Safe on any bytes: they carry a version, the method, sizes, the model's fingerprint and a checksum. Bytes of format
+/// version 1 did not say their method and are refused. On failure nothing has changed. A pose set
 /// for the next step is dropped: set it after loading.
 /// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DATA, SW_ERROR_BUSY.
 #[unsafe(no_mangle)]
@@ -626,12 +632,14 @@ pub unsafe extern "C" fn sw_state_load(state: *mut SwState, bytes: *const c_void
     unsafe {
         writing(state, |state| {
             not_null("bytes", bytes)?;
+            // No more is read than the first bytes announce.
+            state.check_saved_kind(byte_slice("bytes", bytes, size.min(SAVED_HEADER as u64))?)?;
             if size != state.saved_size() as u64 {
                 let message =
                     format!("{size} bytes are not a saved state of this model, which has {}", state.saved_size());
-                return Err(Fault::new(super::status::SW_ERROR_INVALID_DATA, message));
+                return Err(Fault::new(SW_ERROR_INVALID_DATA, message));
             }
-            Ok(state.load(&read_array("bytes", bytes.cast::<u8>(), size)?)?)
+            Ok(state.load(byte_slice("bytes", bytes, size)?)?)
         })
     }
 }

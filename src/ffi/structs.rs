@@ -6,6 +6,7 @@
 use super::pointer::{asks_for_size, not_null};
 use super::status::{Fault, SW_ERROR_INVALID_DESC, SW_ERROR_UNSUPPORTED};
 use std::ffi::c_void;
+use std::fmt::Display;
 use std::ptr::copy_nonoverlapping;
 
 /// A public struct.
@@ -124,7 +125,7 @@ pub unsafe extern "C" fn sw_struct_init(out: *mut c_void, size: u32) {
 }
 
 /// Whether a host's struct can have this size.
-fn check_size<T: Grows>(what: &str, size: u32) -> Result<usize, Fault> {
+fn check_size<T: Grows>(what: impl Display, size: u32) -> Result<usize, Fault> {
     let (name, first, align, bytes) = (T::NAME, T::FIRST, align_of::<T>(), size as usize);
     let wrong = if bytes < first {
         format!("{name} has {first} bytes or more")
@@ -143,7 +144,7 @@ unsafe fn size_of_host<T: Described>(name: &str, pointer: *const T) -> Result<us
     not_null(name, pointer)?;
     // SAFETY: not NULL; the host passes a struct that begins with a u32.
     let size = unsafe { pointer.cast::<u32>().read_unaligned() };
-    check_size::<T>(&format!("{name}->struct_size"), size)
+    check_size::<T>(format_args!("{name}->struct_size"), size)
 }
 
 /// Copies a descriptor of the host's size. `name` is the argument's.
@@ -220,7 +221,7 @@ pub(super) struct Outputs<T> {
 impl<T: Grows> Outputs<T> {
     /// After a look at the size of an element. `name` is the argument's.
     pub fn checked(name: &str, place: *mut T, element_size: u32) -> Result<Self, Fault> {
-        Ok(Self { place, size: check_size::<T>(&format!("the element size of {name}"), element_size)? })
+        Ok(Self { place, size: check_size::<T>(format_args!("the element size of {name}"), element_size)? })
     }
 
     /// Fills the first elements.

@@ -44,6 +44,8 @@ pub struct Mesh {
     pub n_unreferenced: usize,
     /// Diagonal of the bounding box of the referenced vertices.
     pub size: f64,
+    /// Largest coordinate of all vertices.
+    pub reach: f64,
 }
 
 impl Mesh {
@@ -65,6 +67,7 @@ impl Mesh {
         let edges = edges_of(&triangles, &shared);
         let (component, n_components) = components(positions.len(), &triangles);
         let size = bounding_diagonal(&positions, &component);
+        let reach = positions.iter().map(|x| x.amax()).fold(0.0, f64::max);
         Ok(Self {
             n_reoriented,
             n_unreferenced: component.iter().filter(|c| **c == NONE).count(),
@@ -74,6 +77,7 @@ impl Mesh {
             component,
             n_components,
             size,
+            reach,
         })
     }
 

@@ -70,16 +70,24 @@ impl Demand {
     /// Fails on numbers out of range and on vertices that do not exist.
     pub fn validated(self, shell: &Shell) -> Result<Self> {
         require_non_negative("tolerance", self.tolerance)?;
-        require_non_negative("acceleration", self.acceleration)?;
+        require_non_negative("demand_acceleration", self.acceleration)?;
         require_non_negative("handle_distance", self.distance)?;
         require_non_negative("handle_speed", self.speed)?;
-        require_non_negative("amplification", self.amplification)?;
-        self.gravity.iter().try_for_each(|g| require_finite("gravity", *g).map(drop))?;
+        require_non_negative("demand_amplification", self.amplification)?;
+        self.gravity.iter().try_for_each(|g| require_finite("demand_gravity", *g).map(drop))?;
         let n = shell.mass.len();
         match self.handles.iter().find(|v| **v as usize >= n) {
             Some(v) => Err(Error::argument(format!("a handle is at vertex {v} of {n}"))),
             None => Ok(self),
         }
+    }
+
+    fn beyond_range(&self) -> Error {
+        let [x, y, z] = self.gravity.data.0[0];
+        let loads = format!("demand_gravity [{x:e}, {y:e}, {z:e}], demand_acceleration {:e}", self.acceleration);
+        let moves = format!("handle_distance {:e}, demand_amplification {:e}", self.distance, self.amplification);
+        let message = format!("{loads}, {moves}: they would move the shell beyond the range of numbers");
+        Error::new(ErrorKind::Numerical, message)
     }
 
     /// |f·a| for any a of the demand, where `f` gives the response to a unit acceleration along each axis.
@@ -158,7 +166,15 @@ impl<'a> Responses<'a> {
         let tail = tail.collect();
         let of_mode = |k: usize| statics.amplitude(&modes.shapes[k], modes.eigenvalues[k]);
         let amplitude = (0..modes.shapes.len()).map(|k| [of_mode(k), reach[k]]).collect();
-        Ok(Self { statics, amplitude, size, tail, pulls, strength })
+        let made = Self { statics, amplitude, size, tail, pulls, strength };
+        if made.is_finite() { Ok(made) } else { Err(demand.beyond_range()) }
+    }
+
+    /// Bounds and what they are sums of.
+    fn is_finite(&self) -> bool {
+        let pairs = self.amplitude.iter().chain(&self.tail).flatten();
+        let largest: f64 = pairs.chain(&self.size).chain(&self.strength).sum();
+        (largest * (1.0 + self.size.iter().sum::<f64>())).is_finite()
     }
 
     /// The fewest modes within the tolerance, `corrected` by Ritz vectors or not; all where they are too few.

@@ -170,6 +170,11 @@ pub fn demanded_modes(
         let mut modes = lowest_modes(shell, wanted, progress)?;
         let choice = demand.choose(shell, &modes, linear)?;
         if choice.bound <= demand.tolerance || wanted == most {
+            if !choice.bound.is_finite() {
+                let message =
+                    format!("no bound on what {most} modes leave out: none of them resists anything; ask for more");
+                return Err(Error::new(ErrorKind::Numerical, message));
+            }
             let kept = choice.keep.iter().map(|k| (modes.eigenvalues[*k], std::mem::take(&mut modes.shapes[*k])));
             let mut all: Vec<(f64, Vec<Vec3>)> = kept.chain(choice.corrections).collect();
             all.sort_by(|a, b| a.0.total_cmp(&b.0));

@@ -151,7 +151,7 @@ impl ReducedShell {
         }
         let report = |progress: &mut Progress, share: f64| progress.report(Phase::Rotation, share);
         report(progress, 0.0)?;
-        let scene = Scene::new(shell, modes, options);
+        let scene = Scene::new(shell, modes, options)?;
         let derivatives = scene.weighted_derivatives(shell, modes)?;
         let searches: f64 = progress.seconds.iter().sum();
         let time = options.seconds.min(options.mode_searches * searches);
@@ -183,6 +183,10 @@ impl ReducedShell {
         let assumed = assumed.at(&samples);
         let mut reduced = Self::assemble(shell, fields, samples, assumed, DMatrix::zeros(m, m))?;
         reduced.fit = residual;
+        if !reduced.is_finite() {
+            let message = format!("training under reduced_gravity {:e} leaves the range of numbers", scene.gravity);
+            return Err(Error::new(ErrorKind::Numerical, message));
+        }
         report(progress, 1.0)?;
         Ok(reduced)
     }
@@ -219,6 +223,12 @@ impl ReducedShell {
             })
         });
         Ok(Self { fields, energy, samples, assumed, weight, moment, inertia, fit: 0.0, _proof: proof })
+    }
+
+    /// What is told of it and saved are numbers.
+    fn is_finite(&self) -> bool {
+        let weights = self.samples.iter().map(|(_, weight)| weight);
+        weights.chain(self.assumed.stresses.iter()).chain([&self.fit]).all(|x| x.is_finite())
     }
 
     /// Modes and further fields.
@@ -379,11 +389,14 @@ const POSE_ELEMENTS: usize = 6000;
 /// When a search for them ends; and one from the shape that is to be found.
 const POSE: Stop = Stop { tolerance: 1e-2, iterations: 40, led: false, near: false };
 const TRIED: Stop = Stop { iterations: 12, ..POSE };
+/// Gravity to train under, at most, of that which bends the shell by [`BEND`] to first order: a metre of thin silk is at 1e7.
+const MOST_GRAVITY: f64 = 1e12;
 /// Largest displacement of the first mode, in model sizes.
 const BEND: f64 = 0.25;
 
 impl Scene {
-    fn new(shell: &Shell, modes: &Modes, options: &Options) -> Self {
+    /// Fails where gravity is beyond all that bends the shell.
+    fn new(shell: &Shell, modes: &Modes, options: &Options) -> Result<Self> {
         let largest = |field: &[Vec3]| field.iter().map(|u| u.norm()).fold(f64::MIN_POSITIVE, f64::max);
         let amplitude = BEND * shell.mesh.size / modes.shapes.first().map_or(1.0, |shape| largest(shape));
         // λ q = g Φᵀ M 1 with the most effective direction.
@@ -392,8 +405,16 @@ impl Scene {
             sum.norm() * largest(shape) / lambda
         };
         let softest = modes.shapes.iter().zip(&modes.eigenvalues).map(effective).fold(f64::MIN_POSITIVE, f64::max);
-        let gravity = if options.gravity > 0.0 { options.gravity } else { BEND * shell.mesh.size / softest };
-        Self { gravity, amplitude, points: far_points(shell, POINTS) }
+        let bending = BEND * shell.mesh.size / softest;
+        let gravity = if options.gravity > 0.0 { options.gravity } else { bending };
+        if !(gravity <= MOST_GRAVITY * bending && amplitude.is_finite() && gravity.is_finite()) {
+            let message = format!(
+                "reduced_gravity is {gravity:e}, but {bending:e} bends the shell by a quarter of its size already: at most {:e}",
+                MOST_GRAVITY * bending
+            );
+            return Err(Error::new(ErrorKind::Numerical, message));
+        }
+        Ok(Self { gravity, amplitude, points: far_points(shell, POINTS) })
     }
 
     /// ½ Θ_ij q_i q_j with q_i = a λ₁/λ_i.

@@ -26,6 +26,8 @@ pub use output::{ROTATION_RANGE, Report};
 pub use plan::{Part, PartKind};
 use reduced::Reduced;
 use rest::Rest;
+pub use saved::HEADER as SAVED_HEADER;
+use std::fmt;
 use std::sync::Arc;
 
 /// How a shell moves.
@@ -70,6 +72,21 @@ impl Method {
             Self::ReducedShell => 6,
             Self::RotationStrain => 8,
         }
+    }
+}
+
+impl fmt::Display for Method {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let name = match self {
+            Self::Warp => "the warp",
+            Self::LinearModalAnalysis => "linear modal analysis",
+            Self::ImplicitShell => "the implicit shell",
+            Self::ExplicitShell => "the explicit shell",
+            Self::VirtualWorkWarp => "the warp by virtual work",
+            Self::ReducedShell => "the reduced shell",
+            Self::RotationStrain => "rotation-strain reconstruction",
+        };
+        write!(f, "{name} (method {})", self.number())
     }
 }
 
@@ -203,6 +220,15 @@ impl Dynamics {
             Self::Modal(modal) => modal.constraint_work = work,
             Self::Nodal(nodal) => nodal.constraint_work = work,
             Self::Reduced(reduced) => reduced.constraint_work = work,
+        }
+    }
+
+    /// No vertex is further from rest by more than some orders of magnitude.
+    fn largest_displacement(&self, model: &Model) -> f64 {
+        match self {
+            Self::Modal(modal) => modal.q.iter().zip(model.participation().reach()).map(|(q, r)| r * q.abs()).sum(),
+            Self::Nodal(nodal) => nodal.u.iter().map(|u| u.amax()).fold(0.0, f64::max),
+            Self::Reduced(_) => reduced::LARGEST_DISPLACEMENT * model.shell.mesh.size,
         }
     }
 
@@ -410,12 +436,17 @@ impl State {
 
     /// Replaces the forces on vertices (world axes), for good or for the next step only.
     pub fn set_forces(&mut self, forces: Vec<(u32, Vec3)>, once: bool) -> Result<()> {
-        let before = self.loads.set_forces(forces, self.model.shell.mass.len())?;
+        self.take_forces(forces, once)
+    }
+
+    /// As [`State::set_forces`], without a list: as many forces as before need no new room.
+    pub fn take_forces(&mut self, forces: impl IntoIterator<Item = (u32, Vec3)>, once: bool) -> Result<()> {
+        let changed = self.loads.set_forces(forces, self.model.shell.mass.len())?;
         if let Err(error) = self.make_room() {
-            self.loads.forces = before;
+            self.loads.undo_forces();
             return Err(error);
         }
-        self.wake_if(once || self.forces_once || self.loads.forces != before);
+        self.wake_if(once || self.forces_once || changed);
         self.forces_once = once;
         Ok(())
     }
@@ -454,7 +485,7 @@ impl State {
         let xi = require_non_negative("mass_coefficient", damping.mass_coefficient)?;
         let zeta = require_non_negative("stiffness_coefficient", damping.stiffness_coefficient)?;
         for (k, ratio) in damping.ratios.iter().enumerate() {
-            require_non_negative(&format!("ratios[{k}]"), *ratio)?;
+            require_non_negative(format_args!("ratios[{k}]"), *ratio)?;
         }
         let eigenvalues = &self.model.eigenvalues;
         let (given, modes) = (damping.ratios.len(), eigenvalues.len());
@@ -535,7 +566,7 @@ impl State {
                 return Err(Error::argument(format!("{} {name} for {} modes", given.len(), modal.q.len())));
             }
             for (k, x) in given.iter().enumerate() {
-                require_finite(&format!("{name}[{k}]"), *x)?;
+                require_finite(format_args!("{name}[{k}]"), *x)?;
             }
         }
         modal.set_amplitudes(&self.model, q, q_dot)?;

@@ -3,7 +3,7 @@
 use super::{Dynamics, Modal, Space, State, without_rotations};
 use crate::support::Pose;
 use crate::warp::{Extent, ModalRotation, Placement};
-use crate::{Error, Result, Vec3};
+use crate::{Error, ErrorKind, Result, Vec3};
 use nalgebra::UnitQuaternion;
 
 /// Measures of the present state.
@@ -27,8 +27,42 @@ pub struct Report {
     pub unconverged_steps: u64,
 }
 
+/// Of the range of a format's numbers: there is no need to look at each vertex within it.
+const NEAR: f64 = 1e-8;
+
 /// Beyond a quarter turn the warp's own error exceeds a fifth of the displacement (closed form of a strip bent to an arc).
 pub const ROTATION_RANGE: f64 = std::f64::consts::FRAC_PI_2;
+
+impl Report {
+    /// Fails with the first measure that is no number.
+    pub fn told(self) -> Result<Self> {
+        let measures = [
+            ("kinetic_energy", self.kinetic_energy),
+            ("elastic_energy", self.elastic_energy),
+            ("constraint_work", self.constraint_work),
+            ("max_rotation", self.max_rotation),
+            ("max_displacement", self.max_displacement),
+        ];
+        match measures.iter().find(|(_, value)| !value.is_finite()) {
+            None => Ok(self),
+            Some((name, value)) => {
+                let message = format!("{name} is {value}: the state is beyond the range of numbers");
+                Err(Error::new(ErrorKind::Numerical, message))
+            }
+        }
+    }
+}
+
+/// Fails with the first vertex whose value is none.
+fn told<T>(what: &str, values: &[T], good: impl Fn(&T) -> bool) -> Result<()> {
+    match values.iter().position(|value| !good(value)) {
+        None => Ok(()),
+        Some(v) => {
+            let message = format!("the {what} at vertex {v} is beyond the range of numbers");
+            Err(Error::new(ErrorKind::Numerical, message))
+        }
+    }
+}
 
 impl State {
     fn rotation_to(&self, space: Space) -> UnitQuaternion<f64> {
@@ -45,6 +79,28 @@ impl State {
         };
         let turned = rotation != UnitQuaternion::identity();
         Placement { origin, rotation: turned.then(|| *rotation.to_rotation_matrix().matrix()) }
+    }
+
+    /// Fails with the first vertex that has a coordinate beyond `largest`, in the frame or in `space`. Visits vertices only where the frame, the
+    /// mesh or the displacement is far out.
+    pub fn check_range(&self, space: Space, largest: f64) -> Result<()> {
+        let mesh = &self.model.shell.mesh;
+        let far = self.placement(space).origin.amax() + mesh.reach + self.dynamics.largest_displacement(&self.model);
+        if far <= NEAR * largest {
+            return Ok(());
+        }
+        let mut stray = None;
+        for space in [Space::Frame, space] {
+            self.positions(space, |v, x| {
+                if stray.is_none() && !x.iter().all(|c| c.abs() <= largest) {
+                    stray = Some((v, x));
+                }
+            });
+        }
+        let Some((v, x)) = stray else { return Ok(()) };
+        let place = format!("vertex {v} is at [{:e}, {:e}, {:e}]", x.x, x.y, x.z);
+        let message = format!("{place}, further out than the {largest:e} of this format");
+        Err(Error::new(ErrorKind::Numerical, message))
     }
 
     /// Hands the deformed position of every vertex to `write`, in order.
@@ -126,7 +182,9 @@ impl State {
         let mut x = crate::error::try_zeroed("the deformed positions", self.model.shell.mass.len())?;
         self.positions(Space::Frame, |v, position| x[v] = position);
         let rotation = self.rotation_to(space);
-        self.model.shell.mesh.normals(&x).into_iter().enumerate().for_each(|(v, n)| write(v, rotation * n));
+        let normals = self.model.shell.mesh.normals(&x);
+        told("normal", &normals, |n| n.iter().all(|c| c.is_finite()))?;
+        normals.into_iter().enumerate().for_each(|(v, n)| write(v, rotation * n));
         Ok(())
     }
 
@@ -140,10 +198,14 @@ impl State {
                 modal.visit_turns(&self.model, |v, w| write(v, frame * UnitQuaternion::from_scaled_axis(w)));
             }
             Dynamics::Nodal(nodal) => {
-                nodal.rotations(&self.model).into_iter().enumerate().for_each(|(v, r)| write(v, frame * r));
+                let rotations = nodal.rotations(&self.model);
+                told("rotation", &rotations, |r| r.coords.iter().all(|c| c.is_finite()))?;
+                rotations.into_iter().enumerate().for_each(|(v, r)| write(v, frame * r));
             }
             Dynamics::Reduced(reduced) => {
-                reduced.rotations(&self.model).into_iter().enumerate().for_each(|(v, r)| write(v, frame * r));
+                let rotations = reduced.rotations(&self.model);
+                told("rotation", &rotations, |r| r.coords.iter().all(|c| c.is_finite()))?;
+                rotations.into_iter().enumerate().for_each(|(v, r)| write(v, frame * r));
             }
         }
         Ok(())

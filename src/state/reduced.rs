@@ -47,7 +47,7 @@ const SETTLED: f64 = 1e-3;
 /// stretched three times over or its few fields know no smaller way; far beyond, a fold of no area catches the energy.
 const REACH: f64 = 2.0;
 /// Past this displacement, in units of the model's size, an amplitude has no meaning left.
-const LARGEST_DISPLACEMENT: f64 = 1e6;
+pub const LARGEST_DISPLACEMENT: f64 = 1e6;
 
 /// q and its rates.
 #[derive(Clone)]
@@ -241,7 +241,8 @@ impl Reduced {
             converged = self.advance((model, reduced, pose), load, h, backward_euler(h))?;
         }
         let work = self.conclude((model, reduced, pose));
-        if !Self::has_meaning(model, &self.next, &self.rates) || !(self.constraint_work + work).is_finite() {
+        let told = (self.constraint_work + work).is_finite() && self.constraints.is_finite();
+        if !told || !Self::has_meaning(model, &self.next, &self.rates) {
             return Err(Error::new(ErrorKind::Numerical, format!("the step of {h} s does not give finite positions")));
         }
         let Motion { q, q_dot, before, last_steps } = &mut self.motion;

@@ -1,19 +1,20 @@
-//! The saved form of a state: magic, version, model fingerprint, number of unknowns, then little-endian doubles (time, frame
+//! The saved form of a state: magic, version and method in 16 bits each, model fingerprint, number of unknowns, then little-endian doubles (time, frame
 //! pose and velocities, constraint work, unknowns, their rates), then a checksum of all before it. The unknowns are the modal
 //! amplitudes, or three displacements per vertex of a nonlinear shell, or, of a reduced shell, the amplitudes now and before the
 //! last two steps with their lengths (its rates end with zeros). Loads, damping, constraints and the pose asked for next
-//! are inputs and not saved.
+//! are inputs and not saved. Version 1 had no method: its amplitudes mean something else to each, so that it is refused.
 
 use super::reduced::Motion;
-use super::{Dynamics, Nodal, Reduced, State};
+use super::{Dynamics, Method, Nodal, Reduced, State};
 use crate::support::{Frame, Pose};
 use crate::{Error, ErrorKind, Result, Vec3};
 use nalgebra::{Quaternion, UnitQuaternion, Vector4};
 use xxhash_rust::xxh3::xxh3_64;
 
 const MAGIC: [u8; 4] = *b"SWST";
-const VERSION: u32 = 1;
-const HEADER: usize = 24;
+const VERSION: u16 = 2;
+/// Bytes that tell what the rest is.
+pub const HEADER: usize = 24;
 const FIXED_DOUBLES: usize = 15;
 
 fn invalid<T>(message: impl Into<String>) -> Result<T> {
@@ -51,6 +52,7 @@ impl State {
         let mut bytes = Vec::with_capacity(self.saved_size());
         bytes.extend(MAGIC);
         bytes.extend(VERSION.to_le_bytes());
+        bytes.extend((self.method().number() as u16).to_le_bytes());
         bytes.extend(self.fingerprint().to_le_bytes());
         bytes.extend((self.n_unknowns() as u64).to_le_bytes());
         let mut push = |x: &f64| bytes.extend(x.to_le_bytes());
@@ -118,14 +120,34 @@ impl State {
         Ok(())
     }
 
-    fn checked_numbers(&self, bytes: &[u8]) -> Result<Vec<f64>> {
-        if bytes.len() < HEADER + 8 || bytes[..4] != MAGIC {
+    /// Fails unless the first [`HEADER`] bytes are of a saved state of this library's version and this state's method.
+    pub fn check_saved_kind(&self, bytes: &[u8]) -> Result<()> {
+        if bytes.len() < HEADER || bytes[..4] != MAGIC {
             return invalid(format!("these {} bytes are not a saved state", bytes.len()));
         }
-        let version = u32::from_le_bytes(bytes[4..8].try_into().expect("four bytes"));
-        if version != VERSION {
-            return invalid(format!("the saved state has format version {version}; this library reads {VERSION}"));
+        let half = |at: usize| u16::from_le_bytes([bytes[at], bytes[at + 1]]);
+        match (half(4), half(6)) {
+            (VERSION, _) => (),
+            (1, 0) => {
+                let unsaid = "the saved state has format version 1, which does not say its method";
+                return invalid(format!("{unsaid}; this library reads {VERSION}: save it anew"));
+            }
+            (version, _) => {
+                return invalid(format!("the saved state has format version {version}; this library reads {VERSION}"));
+            }
         }
+        let (own, number) = (self.method(), u32::from(half(6)));
+        let Some(method) = Method::ALL.into_iter().find(|method| method.number() == number) else {
+            return invalid(format!("the saved state is of the method {number}, which this library does not know"));
+        };
+        if method != own {
+            return invalid(format!("the saved state is of {method}, but this state moves by {own}"));
+        }
+        Ok(())
+    }
+
+    fn checked_numbers(&self, bytes: &[u8]) -> Result<Vec<f64>> {
+        self.check_saved_kind(bytes)?;
         let (found, expected) = (word(bytes, 16), self.n_unknowns() as u64);
         if found != expected || bytes.len() != self.saved_size() {
             let sizes = format!("{} bytes for {found} unknowns", bytes.len());
@@ -149,8 +171,8 @@ impl State {
             Dynamics::Modal(modal) => modal.has_meaning(&self.model, unknowns, rates),
             Dynamics::Nodal(_) => Nodal::has_meaning(&self.model, &vectors(unknowns), &vectors(rates)),
             Dynamics::Reduced(_) => {
-                let n = unknowns.len() - 1;
-                unknowns[n] >= 0.0 && Reduced::has_meaning(&self.model, &unknowns[..n], rates)
+                let (amplitudes, steps) = unknowns.split_at(unknowns.len() - 2);
+                steps.iter().all(|h| *h >= 0.0) && Reduced::has_meaning(&self.model, amplitudes, rates)
             }
         };
         if !sound {

@@ -231,7 +231,7 @@ class SwFrontPoint(Structure):
         ("sagged", c_uint32),
         ("fields", c_uint32),
         ("elements", c_uint32),
-        ("reserved", c_uint32),
+        ("failed", c_uint32),
         ("operations", c_double),
         ("error", c_double),
     ]
