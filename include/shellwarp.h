@@ -20,6 +20,17 @@
  * no pointer of the host's after a call, callbacks and their user pointers aside where said.
  * Handles must come from this library and be alive.
  *
+ * Threads. On x86-64 and 64-bit ARM every call computes in the processor's default floating-point
+ * modes, whatever the host has set, so that its bits do not depend on them. After it the host has
+ * its own again: rounding, flushing of subnormal numbers, traps, and the flags of what happened, to
+ * which none is added. Callbacks run in the host's. On other processors the host keeps to the
+ * default. A thread that calls needs 128 KiB of stack.
+ *
+ * Memory. A frame of a modal method allocates nothing once such a frame has run: sw_state_step,
+ * set_gravity, set_frame, set_amplitudes, set_forces with no more forces than before,
+ * set_constraint that replaces one of the same axes, positions, positions_of, amplitudes, and
+ * report but with SW_PRECOMPUTE_LINEAR. Lists that are not aligned are copied first.
+ *
  * Units. Lengths in the mesh's unit, time in seconds, mass as area_density gives it; energies and
  * forces follow.
  *
@@ -366,8 +377,8 @@ typedef struct SwPrecomputeDesc {
   // Unless 0, modes are left out that a scene cannot show: under the loads below, no vertex is off
   // by more than this length, against the same method with all modes. `modes` is then the most that
   // are computed; 0 = 256. sw_model_info tells the bound that was reached, which exceeds the
-  // tolerance where that was not enough. The bound is an estimate by statics, see
-  // demand_amplification, and holds for turns of less than a rad.
+  // tolerance where that was not enough; SW_ERROR_NUMERICAL where there is none. The bound is an
+  // estimate by statics, see demand_amplification, and holds for turns of less than a rad.
   double tolerance;
   // Gravity of the scene in frame axes. Read, as all fields from here to n_handles, with a
   // tolerance or for SW_METHOD_AUTO only.
@@ -407,6 +418,7 @@ typedef struct SwPrecomputeDesc {
   uint32_t reduced_flags;
   // Strength of the gravity that its scenes will have, acceleration, from which the loads of the
   // training follow; 0 = what bends the shell by a quarter of its size to first order.
+  // SW_ERROR_NUMERICAL beyond 1e12 times that.
   double reduced_gravity;
   // Unless this and auto_operations are both 0, the method for SW_METHOD_AUTO is chosen, and the
   // model made for it alone. It is the cheapest that under the loads of demand_gravity,
@@ -521,7 +533,8 @@ typedef struct SwModelInfo {
   uint32_t auto_method;
   // 0.
   uint32_t reserved;
-  // Its largest error in the choice, length.
+  // Its largest error in the choice, length; DBL_MAX where it found no equilibrium under one of the
+  // loads.
   double auto_error;
 } SwModelInfo;
 
@@ -574,12 +587,11 @@ typedef struct SwFrontPoint {
   uint32_t fields;
   // Its elements.
   uint32_t elements;
-  // 0.
-  uint32_t reserved;
+  // 1 where it found no equilibrium under one of the loads; error is then DBL_MAX.
+  uint32_t failed;
   // Of a step, as sw_state_plan counts them.
   double operations;
-  // The furthest that any vertex is off under any of the loads, length; infinite where it found no
-  // equilibrium.
+  // The furthest that any vertex is off under any of the loads, length.
   double error;
 } SwFrontPoint;
 
@@ -642,7 +654,7 @@ SwStatus sw_model_load(const void *bytes,
 // that they see. Callable concurrently.
 // Errors: SW_ERROR_INVALID_ARGUMENT, also when n_vertices is not the mesh's;
 // SW_ERROR_NOT_PRECOMPUTED; SW_ERROR_UNSUPPORTED for rotations of a model with
-// SW_PRECOMPUTE_LINEAR; SW_ERROR_BUSY.
+// SW_PRECOMPUTE_LINEAR; SW_ERROR_NUMERICAL when SW_FORMAT_F32 does not hold them; SW_ERROR_BUSY.
 SwStatus sw_model_mode_shape(const struct SwModel *model,
                              uint32_t mode,
                              uint32_t shape,
@@ -881,7 +893,9 @@ SwStatus sw_state_step(struct SwState *state,
 // positions and places the sum in 64 bits. SW_FORMAT_F32 is the faster: with SW_PRECISION_F32 all
 // of it is done in 32 bits, good to four units in the last place of the largest coordinate among
 // rest positions, frame origin and result.
-// Errors: SW_ERROR_INVALID_ARGUMENT, also when n_vertices is not the mesh's; SW_ERROR_BUSY.
+// Errors: SW_ERROR_INVALID_ARGUMENT, also when n_vertices is not the mesh's; SW_ERROR_NUMERICAL
+// when a coordinate of any vertex, in the frame or in the space asked for, exceeds 8.5e37 in
+// SW_FORMAT_F32 or the numbers of SW_FORMAT_F64; SW_ERROR_BUSY.
 SwStatus sw_state_positions(const struct SwState *state,
                             uint32_t space,
                             uint32_t format,
@@ -893,7 +907,7 @@ SwStatus sw_state_positions(const struct SwState *state,
 // or written for 0), otherwise as sw_state_positions and with the same bits: what is seen, a proxy,
 // a render region. Costs as much as the blocks of 16 vertices that these lie in; a list in
 // ascending order visits each block once. Callable concurrently.
-// Errors: SW_ERROR_INVALID_ARGUMENT, also on a vertex that does not exist; SW_ERROR_BUSY.
+// Errors: as sw_state_positions; SW_ERROR_INVALID_ARGUMENT also on a vertex that does not exist.
 SwStatus sw_state_positions_of(const struct SwState *state,
                                uint32_t space,
                                uint32_t format,
@@ -905,7 +919,8 @@ SwStatus sw_state_positions_of(const struct SwState *state,
 // Area-weighted unit normals of the deformed shell (n_vertices x 3), as sw_state_positions; zero at
 // unreferenced vertices. They follow the orientation of the mesh's triangles, as re-oriented where
 // these disagree. Allocates.
-// Errors: as sw_state_positions, SW_ERROR_OUT_OF_MEMORY.
+// Errors: as sw_state_positions, SW_ERROR_OUT_OF_MEMORY; SW_ERROR_NUMERICAL when a normal cannot be
+// told.
 SwStatus sw_state_normals(const struct SwState *state,
                           uint32_t space,
                           uint32_t format,
@@ -927,7 +942,8 @@ SwStatus sw_state_rotations(const struct SwState *state,
 
 // Energies, and how far the shell is bent. `report` must be initialised by sw_state_report_init.
 // Visits every vertex, so costs as much as reading the positions. Callable concurrently.
-// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_BUSY.
+// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_NUMERICAL when a measure
+// leaves the range of numbers, SW_ERROR_BUSY.
 SwStatus sw_state_report(const struct SwState *state,
                          struct SwStateReport *report);
 
@@ -941,10 +957,11 @@ SwStatus sw_state_save(const struct SwState *state,
                        uint64_t capacity,
                        uint64_t *size);
 
-// Restores what sw_state_save gave on a model made from the same inputs; the run then goes on with
-// the same bits. Safe on any bytes: they carry a version, sizes, the model's fingerprint and a
-// checksum. On failure nothing has changed. A pose set for the next step is dropped: set it after
-// loading.
+// Restores what sw_state_save gave of a state of the same method, on a model made from the same
+// inputs; the run then goes on with the same bits. Safe on any bytes: they carry a version, the
+// method, sizes, the model's fingerprint and a checksum. Bytes of format version 1 did not say
+// their method and are refused. On failure nothing has changed. A pose set for the next step is
+// dropped: set it after loading.
 // Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DATA, SW_ERROR_BUSY.
 SwStatus sw_state_load(struct SwState *state,
                        const void *bytes,
@@ -962,9 +979,8 @@ SwStatus sw_state_load(struct SwState *state,
 //
 // Little work is done on the calling thread alone. More is shared with threads of this library,
 // made by the first call that needs them: one fewer than the processors that the process may use,
-// see sw_set_threads. They have the system's default floating-point modes: a host that flushes
-// denormal numbers on its own threads may see other last bits. Allocates some bytes for each state.
-// May run on several threads at once, on different states.
+// see sw_set_threads. Allocates some bytes for each state. May run on several threads at once, on
+// different states.
 // Errors: SW_ERROR_INVALID_ARGUMENT when `states` or one of them is NULL: nothing has moved, and
 // statuses is untouched. Else those of sw_state_step.
 SwStatus sw_states_step(struct SwState *const *states,
