@@ -402,8 +402,7 @@ fn falling_back_keeps_handles_that_the_modes_would_miss_and_what_already_is_the_
     }
 }
 
-/// A quarter of a cylinder led by a corner until it is inside out: the warp's estimate is of another equilibrium than the one that the
-/// handle's way leads to, and larger than the state's, though the warp is nearer to the latter.
+/// A quarter of a cylinder led by a corner until it is inside out, where the warp is nearer to the equilibrium that this way leads to.
 #[test]
 fn a_state_that_a_handle_leads_and_the_warp_are_set_against_the_equilibrium_that_its_way_leads_to() {
     let scene = scenes::all().into_iter().find(|scene| scene.key == "cylinder").unwrap();
@@ -429,22 +428,25 @@ fn a_state_that_a_handle_leads_and_the_warp_are_set_against_the_equilibrium_that
     let estimates = [&own, &paper].map(|state| state.certify().unwrap().error);
     let found = own.fall_back().unwrap();
     println!("{before:.4}, paper {:.4}; estimates {estimates:.4?}; then {:.4}, {found:?}", of(&paper), of(&own));
-    assert!(estimates[0] < estimates[1] && own.method() == Method::Warp && of(&own) < before);
+    // Both are led to the handle's target, and so to the equilibrium that its way leads to.
+    assert_close("estimate of the state", estimates[0], before, 0.02, 0.0);
+    assert_close("estimate of the warp", estimates[1], of(&paper), 0.02, 0.0);
+    assert!(own.method() == Method::Warp && of(&own) < before);
     assert_close("the error against its own way's end", found.error, of(&own), 0.01, 0.0);
 }
 
-/// A leaf pulled along its length, which it hardly can be: where no equilibrium is found, a state stays at rest as this one, where its
-/// estimate is 0; the warp's is more than 1.
+/// A leaf pulled along its length, which it hardly can be: where no equilibrium is found, a state stays at rest as this one.
 #[test]
 fn where_a_state_is_far_from_its_handle_the_paper_goes_on_that_comes_nearer() {
     let model = model(Arc::new(leaf(1)));
     let mut state = state(&model, Method::ReducedShell);
     state.set_constraint(pulled(&model, 471, (0, 0.5))).unwrap();
-    assert_eq!((state.certify().unwrap().error, displacements(&state)[471].x), (0.0, 0.0));
+    assert_eq!(displacements(&state)[471].x, 0.0);
+    assert_close("all of the way is missing", state.certify().unwrap().error, 1.0, 1e-9, 0.0);
     let found = state.fall_back().unwrap();
     let way = displacements(&state)[471].x / (0.5 * model.shell.mesh.size);
     println!("{found:?}, {way:.3} of the way");
-    assert!(state.method() == Method::Warp && found.error > 1.0 && way > 0.5);
+    assert!(state.method() == Method::Warp && way > 0.5);
 }
 
 #[test]

@@ -28,8 +28,8 @@ pub struct SwCertificate {
     /// What the full shell's forces leave of the load's at this pose, relative to the load, inertia and constraints' forces included: no
     /// measure of the error, since stretching that nobody sees leaves hundreds of times the load.
     pub residual: f64,
-    /// The same at the better pose that the estimate compares with. Above 0.01 the search for it was cut short, and the estimate is
-    /// rough.
+    /// The same at the better pose that the estimate compares with, or the share by which a hard constraint or wind was not followed
+    /// there. Above 0.01 the search for it was cut short, and the estimate is rough.
     pub remaining: f64,
 }
 
@@ -39,11 +39,13 @@ described!(SwCertificate, remaining);
 /// a few Newton steps of the full shell from the present pose. At rest that is the error of the equilibrium; where the full shell
 /// has several, as one that buckles, it is the distance to the one that these steps lead to, and another may be far. In motion the
 /// inertia and damping that the method has are taken for right: it is what its forces get wrong at this moment, not what has added
-/// up. A state of a nonlinear shell gets zeros.
+/// up. Rigid motions that supports and constraints leave free do not count. What a hard constraint misses of its target counts, also
+/// before a step. Wind follows the shell. A state of a nonlinear shell gets zeros.
 ///
-/// Takes as long as one to three steps of SW_METHOD_SHELL_IMPLICIT, of a pose that is far off longer, at most sixty factorizations, and
-/// the first time the analysis of the stiffness, which the model keeps: to be called now and then, not in every step. `certificate` must
-/// be initialised by sw_certificate_init. Callable concurrently.
+/// Takes as long as one to three steps of SW_METHOD_SHELL_IMPLICIT, of a pose that is far off longer, at most sixty factorizations,
+/// with wind, free motions and missed constraints some times that, and the first time the analysis of the stiffness, which the model
+/// keeps: to be called now and then, not in every step. `certificate` must be initialised by sw_certificate_init. Callable
+/// concurrently.
 /// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_UNSUPPORTED by a library without the feature nonlinear-shell,
 /// SW_ERROR_NUMERICAL when the full shell has no stiffness to go by, SW_ERROR_OUT_OF_MEMORY, SW_ERROR_BUSY.
 #[unsafe(no_mangle)]

@@ -4,47 +4,119 @@
 //! nearly all of this stretch: the first step takes it out, and only the next ones see how the shell then bends. So steps go on until
 //! the load is all but balanced, which takes three to a dozen of them, and up to some 50 where the shell bends far without stretching.
 
+use super::free_motion::FreeMotions;
+use super::handles::{Handles, vertex_stiffness};
 use super::newton::Stop;
 use super::potential::Potential;
-use super::{Solver, free_norm};
-use crate::{Result, Vec3};
+use super::{Solver, free_norm, led, mass_norm};
+use crate::{Result, Shell, Vec3};
 use std::sync::{Mutex, PoisonError};
 
 /// Of the load; what is left then moves the shell by far less than what it has come.
 pub const CORRECTED: f64 = 1e-6;
 
+/// Rounds at most of a load that follows the shape, and the part of the whole way that the last one may go.
+const ROUNDS: usize = 20;
+const SETTLED: f64 = 0.01;
+
+/// A way shorter than this, in sizes, is none.
+const NOWHERE: f64 = 1e-12;
+
+/// What a correction is under.
+pub struct Load<'a> {
+    /// The forces at displacements (n_vertices each).
+    pub at: &'a dyn Fn(&[Vec3]) -> Vec<Vec3>,
+    /// Whether they differ from pose to pose.
+    pub follows: bool,
+    /// About the force of the handles.
+    pub held: f64,
+    /// About the forces that set in motion what nothing holds.
+    pub moving: f64,
+}
+
 /// The way to an equilibrium.
 #[derive(Clone, Debug)]
 pub struct Correction {
-    /// To where the steps led (n_vertices).
+    /// To where the steps led (n_vertices), without what moves freely.
     pub way: Vec<Vec3>,
-    /// ‖F − ∇E‖ over the free vertices, along what handles leave free, at the start and at the end.
+    /// ‖F − ∇E‖ over the free vertices, along what handles leave free, at the start and at the end, relative to F and the handles' forces.
     pub force: [f64; 2],
+    /// The share of their way that handles were not led, or of the whole that the last round still went.
+    pub short: f64,
 }
 
 impl Solver {
-    /// At most `solves` Newton steps from the displacements `start` toward the equilibrium under the dead `forces` (both n_vertices)
-    /// and the handles of [`Solver::set_handles`], which are to be where they hold their vertices and do so with a force of about `held`.
-    pub fn correct(&mut self, start: &[Vec3], forces: &[Vec3], held: f64, solves: usize) -> Result<Correction> {
-        self.check_fields(&[("start", start), ("forces", forces)])?;
+    /// Newton steps from the displacements `start` (n_vertices) toward the equilibrium under a load and the handles of
+    /// [`Solver::set_handles`], at most `solves` in a round, more where handles have a way to go. A load that follows the shape is taken
+    /// anew until this settles. What moves freely stays where it is, by mass, as in [`super::free_motion`].
+    pub fn correct(&mut self, start: &[Vec3], load: &Load, solves: usize) -> Result<Correction> {
+        self.check_fields(&[("start", start)])?;
         self.place(start);
+        let first = self.x.clone();
+        let shell = self.shell.clone();
+        let mut found = Correction { way: vec![], force: [0.0; 2], short: 0.0 };
+        for round in 0..ROUNDS {
+            let rest = &shell.mesh.positions;
+            let displacement: Vec<Vec3> = self.x.iter().zip(rest).map(|(x, rest)| x - rest).collect();
+            let before = self.x.clone();
+            let free = FreeMotions::new(&shell, self.handles.held(), &self.x);
+            let mut forces = (load.at)(if round == 0 { start } else { &displacement });
+            let moving = if free.is_empty() { 0.0 } else { load.moving.hypot(rounding(&shell)) };
+            let scale = free_norm(&shell, &forces).hypot(load.held).hypot(moving);
+            if round > 0 {
+                self.handles.renew(&shell, &self.x);
+            }
+            free.balance(&shell, &self.x, &mut forces);
+            self.handles.pin(&free.pins(&self.x), &self.x);
+            let [from, to] = self.approach(&forces, scale, solves)?;
+            free.align(&shell, &mut self.x, &first);
+            found.force = [if round == 0 { from } else { found.force[0] }, to];
+            let gone = mass_norm(&shell, |v| self.x[v] - before[v]);
+            let whole = mass_norm(&shell, |v| self.x[v] - first[v]);
+            found.short = 1.0 - self.handles.share();
+            let again = found.short == 0.0 && (load.follows || !free.is_empty());
+            if !again || gone <= NOWHERE * shell.mesh.size * shell.total_mass.sqrt() {
+                break;
+            }
+            found.short = gone / whole;
+            if round > 0 && found.short <= SETTLED {
+                found.short = 0.0;
+                break;
+            }
+        }
+        found.way = self.x.iter().zip(&first).map(|(x, first)| x - first).collect();
+        Ok(found)
+    }
+
+    /// From `self.x` to the equilibrium under dead `forces`; what is left of them at the start and at the end, relative to `scale`.
+    fn approach(&mut self, forces: &[Vec3], scale: f64, solves: usize) -> Result<[f64; 2]> {
         self.origin.copy_from_slice(&self.x);
         let Self { shell, newton, origin, x, force, handles, .. } = self;
-        let potential = Potential { shell, origin, load: forces, step: None, handles };
-        potential.gradient(x, force);
-        let before = free_norm(shell, force);
-        let scale = free_norm(shell, forces).hypot(held).max(f64::MIN_POSITIVE);
-        let end = newton.minimize(
-            &potential,
-            x,
-            Stop { tolerance: CORRECTED, scale, max_iterations: solves },
-            &mut |_| Ok(()),
-        )?;
-        let ahead = if end.converged { None } else { newton.return_to_mark(x) };
-        let after = ahead.unwrap_or(end.residual * scale);
-        let way = x.iter().zip(&*origin).map(|(x, origin)| x - origin).collect();
-        Ok(Correction { way, force: [before, after] })
+        let scale = scale.max(f64::MIN_POSITIVE);
+        let stop = Stop { tolerance: CORRECTED, scale, max_iterations: solves };
+        let plain = Potential { shell, origin, load: forces, step: None, handles: &Handles::none() };
+        let left = |handles: &Handles, x: &[Vec3], force: &mut [Vec3]| {
+            Potential { handles, ..plain }.gradient(x, force);
+            free_norm(shell, force)
+        };
+        let before = left(handles, x, force);
+        let (after, scale) = if handles.is_away(x) {
+            led::step(newton, handles, &plain, x, stop)?;
+            let held = left(&Handles::none(), x, force);
+            (left(handles, x, force), scale.hypot(held))
+        } else {
+            let end = newton.minimize(&Potential { handles, ..plain }, x, stop, &mut |_| Ok(()))?;
+            let ahead = if end.converged { None } else { newton.return_to_mark(x) };
+            (ahead.unwrap_or(end.residual * scale), scale)
+        };
+        Ok([before, after].map(|force| force / scale))
     }
+}
+
+/// The force of rounding, where there may be no other.
+fn rounding(shell: &Shell) -> f64 {
+    let stiffness = vertex_stiffness(shell);
+    NOWHERE * shell.mesh.size * stiffness.iter().map(|k| k * k).sum::<f64>().sqrt()
 }
 
 /// Solvers of one shell that are kept from call to call, with their symbolic factorizations: as many as were in use at once.

@@ -9,6 +9,7 @@
 
 mod explicit;
 
+use super::free_motion::Held;
 use super::orientation::{Ring, missing_turn, part_way};
 use crate::energy::Curvature;
 use crate::mesh::NONE;
@@ -201,6 +202,44 @@ impl Handles {
         Part::Turn(self.turns.len() - 1)
     }
 
+    /// The same from positions `x`, without pins; orientations keep their torques.
+    pub fn renew(&mut self, shell: &Shell, x: &[Vec3]) {
+        let torques = self.torques();
+        *self = Self::new(shell, self.axes, std::mem::take(&mut self.list), x);
+        self.set_torques(torques);
+    }
+
+    /// What they hold of vertices, softly or not.
+    pub fn held(&self) -> impl Iterator<Item = (u32, Held)> + '_ {
+        let acting = self.list.iter().zip(&self.parts).filter(|(_, part)| !matches!(part, Part::Idle));
+        acting.flat_map(|(handle, _)| {
+            let along = |a: usize| -> Vec3 { self.axes.column(a).into() };
+            (0..3).filter(|a| handle.held[*a]).map(move |a| match handle.goal {
+                Goal::Position(_) => (handle.vertex, Held::Along(along(a))),
+                Goal::Orientation(_) => (handle.vertex, Held::About(along(a))),
+            })
+        })
+    }
+
+    /// Holds vertices of the shell at `x` along unit directions besides, until the next handles.
+    pub fn pin(&mut self, pins: &[(u32, Vec3)], x: &[Vec3]) {
+        self.hold_at.resize(x.len(), NONE);
+        for &(vertex, direction) in pins {
+            let at = &mut self.hold_at[vertex as usize];
+            if *at == NONE {
+                *at = self.holds.len() as u32;
+                let [place, start] = [x[vertex as usize]; 2];
+                let (held, free) = ([false; 3], Matrix3::identity());
+                self.holds.push(Hold { vertex, held, free, place, start, stiffness: 1.0 });
+            }
+            let hold = &mut self.holds[*at as usize];
+            let left = hold.free * direction; // of what is held along already, nothing
+            if let Some(n) = left.try_normalize(1e-6) {
+                hold.free -= n * n.transpose();
+            }
+        }
+    }
+
     /// Several handles on one axis of a vertex: the mean, which is the nearest to all.
     fn average_holds(&mut self) {
         for (h, hold) in self.holds.iter_mut().enumerate() {
@@ -240,6 +279,11 @@ impl Handles {
     pub fn set_share(&mut self, share: f64) {
         self.share = share;
         self.turns.iter_mut().for_each(|turn| turn.torque = Vec3::zeros());
+    }
+
+    /// The share of their way that is asked for.
+    pub fn share(&self) -> f64 {
+        self.share
     }
 
     /// The share of their way on which no handle goes further than `furthest`.
@@ -506,7 +550,7 @@ impl Turn {
 }
 
 /// Mean of the diagonal entries of the rest stiffness at each vertex (n_vertices).
-fn vertex_stiffness(shell: &Shell) -> Vec<f64> {
+pub fn vertex_stiffness(shell: &Shell) -> Vec<f64> {
     let mut stiffness = vec![0.0; shell.mass.len()];
     shell.energy.visit_rest_rows(&mut |(vertices, row)| {
         vertices.iter().zip(row).for_each(|(&v, b)| stiffness[v as usize] += b.norm_squared() / 3.0);

@@ -11,6 +11,7 @@
 mod correction;
 mod equilibrium;
 mod explicit;
+mod free_motion;
 mod handles;
 mod implicit;
 mod led;
@@ -19,7 +20,7 @@ mod noise;
 pub(crate) mod orientation;
 mod potential;
 
-pub use correction::{CORRECTED, Correction, SolverPool};
+pub use correction::{CORRECTED, Correction, Load, SolverPool};
 pub use equilibrium::{Equilibrium, EquilibriumOptions, EquilibriumProgress};
 pub use handles::{Goal, Grip, Handle};
 pub use implicit::StepReport;
@@ -133,6 +134,11 @@ fn add_viscous_force(shell: &Shell, x: &[Vec3], rate: impl Fn(usize) -> Vec3, ze
         let strain_rate: f64 = vertices.iter().zip(row).map(|(&v, b)| b.dot(&rate(v as usize))).sum();
         vertices.iter().zip(row).for_each(|(&v, b)| force[v as usize] += (zeta * strain_rate) * b);
     });
+}
+
+/// ‖f‖_M over the free vertices.
+pub(crate) fn mass_norm(shell: &Shell, f: impl Fn(usize) -> Vec3) -> f64 {
+    shell.free.iter().map(|&v| shell.mass[v as usize] * f(v as usize).norm_squared()).sum::<f64>().sqrt()
 }
 
 /// ‖f‖ over the free vertices.

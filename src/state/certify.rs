@@ -8,13 +8,16 @@
 //! estimate of the error. At rest a = 0 and δ is the error against the full shell's equilibrium, as far as the steps get. In motion it
 //! is what the method's forces get wrong at this moment, not what has added up since the start.
 //!
+//! Rigid motions that nothing holds are no part of it ([`crate::reference`]'s `free_motion`): inertia answers them. Hard handles are led to
+//! their targets, and wind follows the shape.
+//!
 //! Of a method with coordinates q and u(q), M a = M J g, with J = ∂u/∂q as its law has it and g the part of the generalized forces
 //! that its own elastic forces do not balance, constraints included: g = q̈ + C q̇.
 
 use super::{Dynamics, Method, Space, State, external, nodal};
 use crate::constraint::{Constraint, Outcome, Target};
 use crate::features::Feature;
-use crate::reference::{Goal, Handle, Solver};
+use crate::reference::{Goal, Handle, Load, Solver, mass_norm as norm};
 use crate::{Error, ErrorKind, Result, Shell, Vec3};
 use nalgebra::UnitQuaternion;
 
@@ -24,6 +27,9 @@ const SOLVES: usize = 60;
 /// A state that misses more than this share of a hard handle's way is where no equilibrium with the handle was found, and its estimate of
 /// some other: then the paper's method goes on if it comes nearer to the handle.
 const LOST: f64 = 0.5;
+
+/// A hard handle that misses by less, in sizes or rad, is met.
+const MET: f64 = 1e-6;
 
 /// Of the loads and the handles' forces, what is left at an equilibrium, at most.
 const BALANCED: f64 = 1e-3;
@@ -71,8 +77,11 @@ impl State {
     /// As [`State::certify`], of a method that is not a nonlinear shell's.
     fn estimate(&self) -> Estimate {
         let shell = &self.model.shell;
-        let (force, u) = self.dead_load();
-        if let Some(v) = force.iter().position(|f| !f.iter().all(|x| x.is_finite())) {
+        let [u, rate, inertia] = self.motion();
+        let less = |forces: Vec<Vec3>| -> Vec<Vec3> { forces.iter().zip(&inertia).map(|(f, ma)| f - ma).collect() };
+        let loads = self.loads_at(&u, &rate);
+        let moving = free_norm(shell, &loads);
+        if let Some(v) = less(loads).iter().position(|f| !f.iter().all(|x| x.is_finite())) {
             return Err(Error::new(ErrorKind::Numerical, format!("the load on vertex {v} is not finite")));
         }
         self.model.solvers.with(
@@ -81,14 +90,14 @@ impl State {
                 let handles = self.handles(&u);
                 solver.set_handles(*self.frame.pose.rotation.inverse().to_rotation_matrix().matrix(), handles, &u)?;
                 let grips = self.grips().iter().map(|(_, [pull, _])| pull.norm_squared()).sum::<f64>().sqrt();
-                let found = solver.correct(&u, &force, grips, SOLVES)?;
+                let at = |u: &[Vec3]| less(self.loads_at(u, &rate));
+                let load = Load { at: &at, follows: self.loads.needs_motion(), held: grips, moving };
+                let found = solver.correct(&u, &load, SOLVES)?;
                 let end: Vec<Vec3> =
                     shell.mesh.positions.iter().zip(&u).zip(&found.way).map(|((x, u), d)| x + u + d).collect();
-                let load =
-                    shell.free.iter().map(|&v| force[v as usize].norm_squared()).sum::<f64>().sqrt().hypot(grips);
-                let [residual, remaining] = found.force.map(|left| ratio(left, load));
-                let certificate = Certificate { residual, remaining, ..self.off(&found.way, &end) };
-                let Certificate { error, max_error, .. } = certificate;
+                let ([residual, left], off) = (found.force, self.off(&found.way, &end));
+                let certificate = Certificate { residual, remaining: left.max(found.short), ..off };
+                let Certificate { error, max_error, residual, remaining, .. } = certificate;
                 match [error, max_error, residual, remaining].iter().all(|x| x.is_finite()) {
                     true => Ok((certificate, end)),
                     false => Err(Error::new(ErrorKind::Numerical, "the estimate leaves the range of numbers")),
@@ -202,7 +211,6 @@ impl State {
 
     /// Whether this state, with what it gets wrong, is no further from the full shell than the warp.
     fn is_better(&self, own: &Certificate, (warp, other): (&State, &Certificate)) -> bool {
-        // The estimate leaves handles where they hold the shell.
         let [missed, missed_by_warp] = [self.missed(), warp.missed()];
         if missed > LOST && missed_by_warp < missed {
             return false;
@@ -228,36 +236,49 @@ impl State {
         held.into_iter().map(missed).fold(0.0, f64::max)
     }
 
-    /// F − M a, and u (n_vertices each, frame axes).
-    fn dead_load(&self) -> (Vec<Vec3>, Vec<Vec3>) {
+    /// u, its rate and M a, as the method has them (n_vertices each, frame axes).
+    fn motion(&self) -> [Vec<Vec3>; 3] {
         let (model, pose, rates) = (&self.model, &self.frame.pose, &self.rates);
         let shell = &model.shell;
         let mut scratch = self.scratch.clone();
         if self.loads.on_some(shell.mass.len()).is_none() {
             self.fill_loads(pose, rates, &mut scratch);
         }
-        let external = external(&self.loads, &scratch, model, pose);
+        let (external, own, grips) =
+            (external(&self.loads, &scratch, model, pose), self.body_load(pose, rates), self.grips());
+        let [mut u, mut rate, mut inertia] = [(); 3].map(|()| vec![Vec3::zeros(); shell.mass.len()]);
+        self.dynamics.visit_motion(model, |v, displacement, speed| (u[v], rate[v]) = (displacement, speed));
+        let add = |v: usize, a: Vec3| inertia[v] += shell.mass[v] * a;
+        match &self.dynamics {
+            Dynamics::Modal(modal) => modal.visit_acceleration(model, &own, external, &grips, add),
+            Dynamics::Reduced(reduced) => reduced.visit_acceleration(model, &own, external, &grips, add),
+            Dynamics::Nodal(_) => (),
+        }
+        [u, rate, inertia]
+    }
+
+    /// F on the full shell at displacements `u` that change by `rate` (n_vertices each, frame axes).
+    fn loads_at(&self, u: &[Vec3], rate: &[Vec3]) -> Vec<Vec3> {
+        let (model, pose, rates) = (&self.model, &self.frame.pose, &self.rates);
+        let shell = &model.shell;
+        let mut scratch = self.scratch.clone();
+        if self.loads.on_some(shell.mass.len()).is_none() {
+            if self.loads.needs_motion() {
+                let mut place = self.placing(pose, rates, &mut scratch);
+                (0..u.len()).for_each(|v| place(v, u[v], rate[v]));
+            }
+            self.press(pose, &mut scratch);
+        }
         // The full shell carries its whole weight; modes of a shell that hangs carry what differs from where it hangs.
-        let (whole, own) =
-            (crate::step::modal_force::BodyLoad::new(self.gravity, pose, rates), self.body_load(pose, rates));
-        let mut force = vec![Vec3::zeros(); shell.mass.len()];
-        let mut u = force.clone();
-        self.dynamics.visit_motion(model, |v, displacement, rate| {
-            u[v] = displacement;
-            force[v] = whole.at(shell.mass[v], shell.mesh.positions[v] + displacement, rate);
-        });
+        let whole = crate::step::modal_force::BodyLoad::new(self.gravity, pose, rates);
+        let on = |v: usize| whole.at(shell.mass[v], shell.mesh.positions[v] + u[v], rate[v]);
+        let mut force: Vec<Vec3> = (0..u.len()).map(on).collect();
+        let external = external(&self.loads, &scratch, model, pose);
         if let Some(on_all) = external.on_all() {
             force.iter_mut().zip(on_all).for_each(|(f, more)| *f += more);
         }
         external.on_some().for_each(|(v, more)| force[v as usize] += more);
-        let grips = self.grips();
-        let subtract = |v: usize, a: Vec3| force[v] -= shell.mass[v] * a;
-        match &self.dynamics {
-            Dynamics::Modal(modal) => modal.visit_acceleration(model, &own, external, &grips, subtract),
-            Dynamics::Reduced(reduced) => reduced.visit_acceleration(model, &own, external, &grips, subtract),
-            Dynamics::Nodal(_) => (),
-        }
-        (force, u)
+        force
     }
 
     /// Vertex, force and torque (frame axes) of each constraint, as the last step had them.
@@ -272,7 +293,7 @@ impl State {
         self.constraints().map(grip).collect()
     }
 
-    /// The constraints as the full shell has them, hard ones where they hold the shell now.
+    /// The constraints as the full shell has them. Hard ones that are met to rounding hold the shell where it is.
     fn handles(&self, u: &[Vec3]) -> Vec<Handle> {
         let (mesh, pose) = (&self.model.shell.mesh, &self.frame.pose);
         let to_frame = pose.rotation.inverse();
@@ -280,11 +301,18 @@ impl State {
         let turns: Vec<UnitQuaternion<f64>> = if turned { nodal::rotations(mesh, u) } else { vec![] };
         let handle = |(c, _): (&Constraint, &Outcome)| {
             let v = c.vertex as usize;
+            let missed = |d: Vec3| (0..3).filter(|a| c.axes[*a]).map(|a| d[a].abs()).fold(0.0, f64::max);
             let goal = match c.target {
-                Target::Position(world) if c.compliance > 0.0 => Goal::Position(to_frame * (world - pose.origin)),
-                Target::Position(_) => Goal::Position(mesh.positions[v] + u[v]),
-                Target::Orientation(world) if c.compliance > 0.0 => Goal::Orientation(to_frame * world),
-                Target::Orientation(_) => Goal::Orientation(turns[v]),
+                Target::Position(world) => {
+                    let (goal, place) = (to_frame * (world - pose.origin), mesh.positions[v] + u[v]);
+                    let met = missed(pose.rotation * (goal - place)) <= MET * mesh.size;
+                    Goal::Position(if met && c.compliance == 0.0 { place } else { goal })
+                }
+                Target::Orientation(world) => {
+                    let (goal, turn) = (to_frame * world, turns[v]);
+                    let met = missed((world * (pose.rotation * turn).inverse()).scaled_axis()) <= MET;
+                    Goal::Orientation(if met && c.compliance == 0.0 { turn } else { goal })
+                }
             };
             Handle { vertex: c.vertex, held: c.axes, compliance: c.compliance, goal }
         };
@@ -292,9 +320,9 @@ impl State {
     }
 }
 
-/// ‖f‖_M over the vertices that move.
-fn norm(shell: &Shell, f: impl Fn(usize) -> Vec3) -> f64 {
-    shell.free.iter().map(|&v| shell.mass[v as usize] * f(v as usize).norm_squared()).sum::<f64>().sqrt()
+/// ‖f‖ over the vertices that move.
+fn free_norm(shell: &Shell, f: &[Vec3]) -> f64 {
+    shell.free.iter().map(|&v| f[v as usize].norm_squared()).sum::<f64>().sqrt()
 }
 
 fn ratio(a: f64, b: f64) -> f64 {

@@ -666,16 +666,26 @@ impl State {
 
     /// As [`State::evaluate_loads`], into any scratch with the state's room.
     fn fill_loads(&self, pose: &Pose, rates: &Rates, scratch: &mut LoadScratch) {
-        let rotation = pose.rotation.to_rotation_matrix();
         if self.loads.needs_motion() {
-            let rest = &self.model.shell.mesh.positions;
-            let place = |v: usize, u: Vec3, rate: Vec3| {
-                let arm = rotation * (rest[v] + u);
-                scratch.x[v] = pose.origin + arm;
-                scratch.v[v] = rates.velocity + rates.angular_velocity.cross(&arm) + rotation * rate;
-            };
+            let place = self.placing(pose, rates, scratch);
             self.dynamics.visit_motion(&self.model, place);
         }
+        self.press(pose, scratch);
+    }
+
+    /// Puts the displacement and the rate of a vertex (frame axes) into the scratch, for wind.
+    fn placing(&self, pose: &Pose, rates: &Rates, scratch: &mut LoadScratch) -> impl FnMut(usize, Vec3, Vec3) {
+        let (rotation, rest) = (pose.rotation.to_rotation_matrix(), &self.model.shell.mesh.positions);
+        move |v: usize, u: Vec3, rate: Vec3| {
+            let arm = rotation * (rest[v] + u);
+            scratch.x[v] = pose.origin + arm;
+            scratch.v[v] = rates.velocity + rates.angular_velocity.cross(&arm) + rotation * rate;
+        }
+    }
+
+    /// Fills the scratch's forces, for what is placed there.
+    fn press(&self, pose: &Pose, scratch: &mut LoadScratch) {
+        let rotation = pose.rotation.to_rotation_matrix();
         let moving = Moving { x: &scratch.x, v: &scratch.v };
         self.loads.evaluate(&self.model.shell.mesh, &moving, &mut scratch.force);
         scratch.force.iter_mut().for_each(|f| *f = rotation.inverse() * *f);
