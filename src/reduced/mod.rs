@@ -71,8 +71,8 @@ impl Default for Options {
 pub const TOLERANCE: f64 = 0.01;
 /// And their largest number then, as a multiple of the fields.
 const MOST_ELEMENTS: usize = 16;
-/// Stress fields of modes bent far and of poses, as a share of the fields: by the validation loads of docs/evidence/front.md. With more the membrane
-/// locks; with fewer, what no other stress field holds is soft.
+/// Stress fields of modes bent far and of poses, as a share of the fields found: by the validation loads of docs/evidence/front.md. With
+/// more the membrane locks; with fewer, what no other stress field holds is soft.
 const STRESSES: f64 = 0.3;
 /// What α is chosen between, where bending carries the loads and where the membrane does; by docs/evidence/front.md's validation loads and dinosaur.
 const OWN_SHARES: [f64; 2] = [LEAST_SHARE, 0.2];
@@ -159,9 +159,11 @@ impl ReducedShell {
         let made = Made { shell, modes, derivatives, responses: scene.responses(shell)?, bent: scene.bent(modes) };
         let poses: Vec<&[Vec3]> = trained.iter().map(|pose| &pose.displacement[..]).collect();
         let mut watch = |share| report(progress, 0.5 + 0.1 * share);
-        let own_share = scene.own_share(&made, &trained, options.fields, &mut watch)?;
-        let assumed = Assumed { stresses: made.stresses(&poses, options.fields)?, own_share };
-        let fields = stored(shell, &made.basis(&poses, options.fields)?, precision)?;
+        let basis = made.basis(&poses, options.fields)?;
+        let found = basis.ncols() - modes.shapes.len(); // all else goes by these: who asks for more than there are gets the same
+        let own_share = scene.own_share(&made, &trained, found, &mut watch)?;
+        let assumed = Assumed { stresses: made.stresses(&poses, found)?, own_share };
+        let fields = stored(shell, &basis, precision)?;
         let columns = unpacked(shell, &fields);
         let whole = vec![1.0; shell.energy.n_elements()];
         let mut all = ReducedEnergy::new(shell, &columns, &whole);
