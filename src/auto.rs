@@ -1,12 +1,13 @@
 //! The choice of a method by a budget: what each would get wrong and cost in a scene is measured at precompute.
 //!
-//! The scene is what its demand declares ([`Demand`]): gravity, accelerations in any direction, pulls of handles. Under each of these
-//! loads, alone and with gravity, the full shell's equilibrium is set against that of every candidate: linear analysis, the warp and rotation–strain
-//! reconstruction on the modes asked for, the last two on modes of the shape that hangs under the gravity, and reduced shells of some sizes. A candidate's
-//! error is the furthest that any vertex is off under any load; its cost the operations of a step as the plan counts them, so that the
-//! choice does not depend on the machine.
+//! The scene is what its demand declares ([`Demand`]): gravity, accelerations in any direction, handles that are led ([`trials`]). In each of
+//! these trials the full shell's equilibria are set against those of every candidate: linear analysis, the warp and rotation–strain
+//! reconstruction on the modes asked for, the last two on modes of the shape that hangs under the gravity, and reduced shells of some sizes. A
+//! candidate's error is the furthest that any vertex is off in any trial, and a quarter more where handles are led, as scenes lead them to
+//! places between those that are tried; its cost the operations of a step as the plan counts them, so that the choice does not depend on the machine.
 
 mod saved;
+mod trials;
 
 use crate::features::Feature;
 use crate::modes::{Demand, Phase};
@@ -16,6 +17,7 @@ use crate::state::{Method, State};
 use crate::step::Integrator;
 use crate::{Error, ErrorKind, Model, Result, Shell, Vec3, model};
 use std::sync::Arc;
+use trials::Trial;
 
 /// What a method may get wrong and may cost.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -61,26 +63,15 @@ impl Front {
 
 /// Fields of a reduced shell unless others are asked for.
 const FIELDS: usize = 40;
-/// Handles that are pulled at, at most.
-const MOST_HANDLES: usize = 6;
 /// Length of the step whose operations are counted, s; only a turning frame's depend on it.
 const STEP: f64 = 1.0 / 30.0;
 
 const WITHOUT_LOADS: &str = "a choice by budget needs the scene's gravity, accelerations or handles that move";
 
-/// One of the scene's loads, dead.
-struct Load {
-    gravity: Vec3,
-    pull: Option<(u32, Vec3)>,
-}
+type Watch<'a> = &'a mut dyn FnMut(Phase, f64) -> Result<()>;
 
 /// The model with the method for a scene: see the module's text. `options` have a budget and a demand.
-pub fn precompute(
-    shell: Arc<Shell>,
-    options: &model::Options,
-    budget: Budget,
-    callback: &mut dyn FnMut(Phase, f64) -> Result<()>,
-) -> Result<Model> {
+pub fn precompute(shell: Arc<Shell>, options: &model::Options, budget: Budget, callback: Watch) -> Result<Model> {
     Feature::NonlinearShell.require()?;
     let Some(demand) = options.demand.clone() else {
         return Err(Error::argument(WITHOUT_LOADS));
@@ -93,21 +84,13 @@ pub fn precompute(
     let fewer_modes = Some(demand.clone()).filter(|demand| demand.tolerance > 0.0);
     let plain = model::Options { demand: fewer_modes, auto: None, reduced: Default::default(), ..options.clone() };
     let base = Arc::new(Model::precompute(shell.clone(), &plain, callback)?);
-    let loads = loads(&base, &demand);
-    let truths = truths(&shell, &loads, callback)?;
-    let mut trials: Vec<(Arc<Model>, Candidate)> = vec![];
-    let mut measure = |model: &Arc<Model>, methods: &[Method]| -> Result<()> {
-        for method in methods {
-            trials.push((model.clone(), candidate(model, *method, &loads, &truths)?));
-        }
-        Ok(())
-    };
+    let mut judge = Judge { trials: trials(&shell, &base, &demand, callback)?, judged: vec![] };
     let warps = [Method::LinearModalAnalysis, Method::Warp, Method::VirtualWorkWarp, Method::RotationStrain];
-    measure(&base, if options.linear { &warps[..1] } else { &warps })?;
+    judge.measure(&base, if options.linear { &warps[..1] } else { &warps }, callback)?;
     if demand.gravity != Vec3::zeros() && !options.linear {
         let sagged = model::Options { sag: demand.gravity, ..plain.clone() };
         if let Some(model) = unless_refused(Model::precompute(shell.clone(), &sagged, callback))? {
-            measure(&model, &warps[2..])?;
+            judge.measure(&model, &warps[2..], callback)?;
         }
     }
     for fields in field_counts(options, base.n_modes()) {
@@ -115,15 +98,50 @@ pub fn precompute(
         let reduced = reduced::Options { fields, gravity, ..options.reduced };
         let with_fields = model::Options { reduced, ..plain.clone() };
         if let Some(model) = unless_refused(Model::precompute(shell.clone(), &with_fields, callback))? {
-            measure(&model, &[Method::ReducedShell])?;
+            judge.measure(&model, &[Method::ReducedShell], callback)?;
         }
     }
-    let candidates: Vec<Candidate> = trials.iter().map(|(_, candidate)| *candidate).collect();
-    let chosen = choose(&candidates, budget);
-    let (model, _) = trials.swap_remove(chosen);
-    drop((trials, base));
-    let model = Arc::into_inner(model).ok_or_else(|| Error::new(ErrorKind::Numerical, "a trial still holds its model"));
-    Ok(Model { front: Some(Front { candidates, chosen }), ..model? })
+    drop(base);
+    judge.take(budget)
+}
+
+/// All trials, and what they told of methods so far.
+struct Judge {
+    trials: Vec<Trial>,
+    judged: Vec<(Arc<Model>, Candidate)>,
+}
+
+impl Judge {
+    fn measure(&mut self, model: &Arc<Model>, methods: &[Method], callback: Watch) -> Result<()> {
+        for method in methods {
+            let (mut error, mut operations) = (0.0f64, 0.0f64);
+            for (k, trial) in self.trials.iter().enumerate() {
+                callback(Phase::Rotation, k as f64 / self.trials.len() as f64)?;
+                let (off, cost) = tried(model, *method, trial)?;
+                (error, operations) = (error.max(off), operations.max(cost));
+                if off == f64::INFINITY {
+                    break;
+                }
+            }
+            let reduced = model.reduced.as_ref().filter(|_| *method == Method::ReducedShell);
+            let (fields, elements) = reduced.map_or((0, 0), |r| (r.n() - model.n_modes(), r.samples.len()));
+            let sagged = model.shell.sag.is_some();
+            let candidate = Candidate { method: *method, sagged, fields, elements, operations, error };
+            self.judged.push((model.clone(), candidate));
+        }
+        Ok(())
+    }
+
+    /// The model of the choice, with what it went by.
+    fn take(mut self, budget: Budget) -> Result<Model> {
+        let candidates: Vec<Candidate> = self.judged.iter().map(|(_, candidate)| *candidate).collect();
+        let chosen = choose(&candidates, budget);
+        let (model, _) = self.judged.swap_remove(chosen);
+        drop(self.judged);
+        let model = Arc::into_inner(model);
+        let model = model.ok_or_else(|| Error::new(ErrorKind::Numerical, "a trial still holds its model"))?;
+        Ok(Model { front: Some(Front { candidates, chosen }), ..model })
+    }
 }
 
 /// Fields of the reduced shells to try: those asked for, and half as many.
@@ -162,93 +180,53 @@ fn choose(candidates: &[Candidate], budget: Budget) -> usize {
     }
 }
 
-/// Gravity and half of it, gravity with an acceleration along each axis either way, and with a pull at each handle.
-fn loads(model: &Model, demand: &Demand) -> Vec<Load> {
-    let mut loads = vec![];
-    if demand.gravity != Vec3::zeros() {
-        loads.extend([1.0, 0.5].map(|share| Load { gravity: share * demand.gravity, pull: None }));
-    }
-    if demand.acceleration > 0.0 {
-        for axis in [Vec3::x(), Vec3::y(), Vec3::z()] {
-            let both = [1.0, -1.0].map(|sign| demand.gravity + sign * demand.acceleration * axis);
-            loads.extend(both.map(|gravity| Load { gravity, pull: None }));
-        }
-    }
-    if demand.distance > 0.0 {
-        for &v in demand.handles.iter().take(MOST_HANDLES) {
-            let pull = softest_pull(model, v, demand.distance);
-            let both = pull.iter().flat_map(|force| [*force, -force]);
-            loads.extend(both.map(|force| Load { gravity: demand.gravity, pull: Some((v, force)) }));
-        }
-    }
-    loads
-}
-
-/// The force on vertex `v` that moves it by `distance` in the direction in which it gives most, to first order in the modes.
-fn softest_pull(model: &Model, v: u32, distance: f64) -> Option<Vec3> {
-    let elastic = model.zero_modes..model.n_modes();
-    let compliance: nalgebra::Matrix3<f64> = elastic
-        .map(|k| {
-            let phi = model.mode_at(k, v as usize).0;
-            phi * phi.transpose() / model.eigenvalues[k]
-        })
-        .sum();
-    let gives = compliance.symmetric_eigen();
-    let softest = gives.eigenvalues.imax();
-    let give = gives.eigenvalues[softest];
-    (give > 0.0).then(|| gives.eigenvectors.column(softest) * (distance / give))
-}
-
-/// Displacements of the full shell under each load, where it has an equilibrium.
-fn truths(
-    shell: &Arc<Shell>,
-    loads: &[Load],
-    callback: &mut dyn FnMut(Phase, f64) -> Result<()>,
-) -> Result<Vec<Option<Vec<Vec3>>>> {
+/// What the full shell does in the scene.
+fn trials(shell: &Arc<Shell>, model: &Model, demand: &Demand, callback: Watch) -> Result<Vec<Trial>> {
+    let mut watch = || callback(Phase::Rotation, 0.0);
     let mut solver = Solver::new(shell.clone())?;
-    let start = vec![Vec3::zeros(); shell.mass.len()];
-    let mut found = vec![];
-    for (k, load) in loads.iter().enumerate() {
-        let mut force: Vec<Vec3> = shell.mass.iter().map(|m| *m * load.gravity).collect();
-        load.pull.iter().for_each(|(v, pull)| force[*v as usize] += pull);
-        let share = k as f64 / loads.len() as f64;
-        let truth = solver.equilibrium(&start, &force, &Default::default(), &mut |_| callback(Phase::Rotation, share));
-        match truth {
-            Ok(truth) => found.push(Some(truth.displacement)),
-            Err(error) if error.kind == ErrorKind::Numerical => found.push(None),
-            Err(error) => return Err(error),
-        }
+    let mut trials = trials::accelerations(&mut solver, demand, &mut watch)?;
+    let at_rest = vec![Vec3::zeros(); shell.mass.len()];
+    let hanging = if demand.gravity == Vec3::zeros() { Some(&at_rest) } else { trials[0].truths.first() };
+    if let Some(hanging) = hanging {
+        let led = trials::handles(&mut solver, model, demand, hanging, &mut watch)?;
+        trials.extend(led);
     }
-    if found.iter().all(Option::is_none) {
-        let message = format!("the full shell comes to rest under none of the scene's {} loads", loads.len());
+    if trials.iter().all(|trial| trial.truths.is_empty()) {
+        let message = format!("the full shell comes to rest in none of the scene's {} trials", trials.len());
         return Err(Error::new(ErrorKind::Numerical, message));
     }
-    Ok(found)
+    trials.retain(|trial| !trial.truths.is_empty());
+    Ok(trials)
 }
 
-fn candidate(model: &Arc<Model>, method: Method, loads: &[Load], truths: &[Option<Vec<Vec3>>]) -> Result<Candidate> {
-    let shell = &model.shell;
+/// How far a method is off in a trial, infinitely where it finds no equilibrium, and the operations of a step there.
+fn tried(model: &Arc<Model>, method: Method, trial: &Trial) -> Result<(f64, f64)> {
+    let mut state = State::new(model.clone(), method, Integrator::ImplicitEuler)?;
+    state.set_gravity(trial.gravity)?;
+    let error = match led(&mut state, trial) {
+        Ok(error) => trial.weight() * error,
+        Err(failure) if failure.kind == ErrorKind::Numerical => f64::INFINITY,
+        Err(failure) => return Err(failure),
+    };
+    let operations = state.plan(STEP)?.iter().map(|part| part.operations).sum();
+    Ok((error, operations))
+}
+
+/// Takes the state through a trial; the furthest that a vertex is off.
+fn led(state: &mut State, trial: &Trial) -> Result<f64> {
+    let shell = state.model().shell.clone();
     let rest = shell.sag.as_ref().map_or(&shell.mesh.positions, |sag| &sag.rest);
-    let (mut error, mut operations) = (0.0f64, 0.0f64);
-    for (load, truth) in loads.iter().zip(truths) {
-        let Some(truth) = truth else { continue };
-        let mut state = State::new(model.clone(), method, Integrator::ImplicitEuler)?;
-        state.set_gravity(load.gravity)?;
-        state.set_forces(load.pull.into_iter().collect(), false)?;
-        match state.equilibrium() {
-            Ok(_) => {
-                let off = |v: usize, x: Vec3| (x - rest[v] - truth[v]).norm();
-                state.positions(crate::state::Space::Frame, |v, x| error = error.max(off(v, x)));
-            }
-            Err(failure) if failure.kind == ErrorKind::Numerical => error = f64::INFINITY,
-            Err(failure) => return Err(failure),
-        }
-        let cost: f64 = state.plan(STEP)?.iter().map(|part| part.operations).sum();
-        operations = operations.max(cost);
+    let mut error = 0.0f64;
+    if trial.hangs_first() {
+        state.equilibrium()?;
     }
-    let reduced = model.reduced.as_ref().filter(|_| method == Method::ReducedShell);
-    let (fields, elements) = reduced.map_or((0, 0), |r| (r.n() - model.n_modes(), r.samples.len()));
-    Ok(Candidate { method, sagged: shell.sag.is_some(), fields, elements, operations, error })
+    for (constraint, truth) in trial.parts(rest) {
+        constraint.map_or(Ok(()), |constraint| state.set_constraint(constraint))?;
+        state.equilibrium()?;
+        let off = |v: usize, x: Vec3| (x - rest[v] - truth[v]).norm();
+        state.positions(crate::state::Space::Frame, |v, x| error = error.max(off(v, x)));
+    }
+    Ok(error)
 }
 
 #[cfg(test)]

@@ -101,9 +101,11 @@ void add_choice(const Scene &scene, const Mesh &mesh, std::vector<uint32_t> &led
   desc.auto_operations = scene.auto_operations;
   std::copy(scene.gravity.begin(), scene.gravity.end(), desc.demand_gravity);
   for (const PlacedHandle &handle : place_handles(scene.handles, mesh)) led.push_back(handle.vertex);
-  for (const Handle &handle : scene.handles)
+  for (const Handle &handle : scene.handles) {
+    desc.handle_axes |= handle.axes;
     for (const HandleKey &key : handle.keys)
       desc.handle_distance = std::max(desc.handle_distance, std::hypot(key.offset[0], key.offset[1], key.offset[2]));
+  }
   desc.handles = led.data();
   desc.n_handles = static_cast<uint32_t>(led.size());
 }

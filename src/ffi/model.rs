@@ -1,5 +1,6 @@
 //! Models: the shell, and after precompute its modes.
 
+use super::constraint::{SW_AXIS_X, SW_AXIS_Y, SW_AXIS_Z};
 use super::floats::as_the_host;
 use super::guard::{guard, read, write};
 use super::log::{SW_LOG_INFO, SW_LOG_WARNING, log};
@@ -147,15 +148,15 @@ pub struct SwPrecomputeDesc {
     /// How much further loads move the shell than at rest: 1 when they change slowly; 0 = 2, when they come at once; up to
     /// 2/(pi ratio) when they shake it in time with a mode of that damping ratio.
     pub demand_amplification: f64,
-    /// How far from rest handles move their vertices, in the directions in which these give; to hold a vertex in others as well can
-    /// ask for more modes.
+    /// How far from rest handles move their vertices, in the directions in which these give. For a tolerance, to hold a vertex in
+    /// others as well can ask for more modes; see auto_error for what is judged there.
     pub handle_distance: f64,
     /// The vertices that handles move (n_handles).
     pub handles: *const u32,
     /// Length of handles.
     pub n_handles: u32,
-    /// Must be 0.
-    pub reserved: u32,
+    /// SW_AXIS_... bits of the frame's axes along which handles hold their vertices, for SW_METHOD_AUTO; 0 = all.
+    pub handle_axes: u32,
     /// Displacement fields beyond the modes for SW_METHOD_REDUCED_SHELL, which needs some; 0 = none, and the model takes no more
     /// time and memory than without. 40 suit 8 modes; modes and fields are at most 128 together. The shell must be held so
     /// that nothing moves freely, and sag_gravity be zero.
@@ -173,13 +174,21 @@ pub struct SwPrecomputeDesc {
     /// Strength of the gravity that its scenes will have, acceleration, from which the loads of the training follow; 0 = what bends
     /// the shell by a quarter of its size to first order. SW_ERROR_NUMERICAL beyond 1e12 times that.
     pub reduced_gravity: f64,
-    /// Unless this and auto_operations are both 0, the method for SW_METHOD_AUTO is chosen, and the model made for it alone. It is the
-    /// cheapest that under the loads of demand_gravity, demand_acceleration and handles gets no vertex wrong by more than this length
-    /// against the full shell's equilibrium; else the most accurate. Tried are SW_METHOD_LMA, SW_METHOD_WARP,
-    /// SW_METHOD_WARP_VIRTUAL_WORK and SW_METHOD_ROTATION_STRAIN, the last two also on the shape that hangs under demand_gravity, and
-    /// SW_METHOD_REDUCED_SHELL with reduced_fields (0 = 40) and with half as many; with SW_PRECOMPUTE_LINEAR only the first and the
-    /// reduced shells. With sag_gravity the modes are those of that shape, and no reduced shell is tried. Takes about four times a precompute, each reduced shell with its training, and an equilibrium of the full
-    /// shell for each load.
+    /// Unless this and auto_operations are both 0, the method for SW_METHOD_AUTO is chosen, and the model made for it alone. Tried are
+    /// SW_METHOD_LMA, SW_METHOD_WARP, SW_METHOD_WARP_VIRTUAL_WORK and SW_METHOD_ROTATION_STRAIN, the last two also on the shape that
+    /// hangs under demand_gravity, and SW_METHOD_REDUCED_SHELL with reduced_fields (0 = 40) and with half as many; with
+    /// SW_PRECOMPUTE_LINEAR only the first and the reduced shells. With sag_gravity the modes are those of that shape, and no reduced
+    /// shell is tried. Taken is the cheapest that gets no vertex wrong by more than this length against the full shell's equilibria;
+    /// else the most accurate. Trials are demand_gravity, demand_acceleration and handles, read without a tolerance too.
+    ///
+    /// A handle's position is held hard along handle_axes. It is led in four parts from where it hangs to handle_distance from rest, in each direction
+    /// in which the vertex gives at least a tenth as much as in its softest, either way: straight, along the way that the shell's vertex takes by
+    /// itself, and straight between these directions. Each part is judged, and the errors of handles count a quarter more, for places in
+    /// between. Not judged are orientations, several handles at once, more than six of them, compliances, and motion. A flat sheet that is
+    /// lifted straight with all axes held is stretched, and no method is near there: hold only the axes that matter.
+    ///
+    /// Takes about four times a precompute, each reduced shell with its training, and an equilibrium of the full shell for each load, for handles
+    /// at most 200.
     pub auto_error: f64,
     /// Chosen among are those of these methods whose step takes no more operations than this, as sw_state_plan counts them, or else the
     /// cheapest alone; 0 = all.
@@ -403,13 +412,12 @@ pub unsafe extern "C" fn sw_model_precompute(model: *mut SwModel, desc: *const S
                 // SAFETY: the host's list holds as many vertices as the descriptor says.
                 handles: unsafe { read_array("desc->handles", desc.handles, desc.n_handles.into())? },
                 distance: desc.handle_distance,
+                axes: [SW_AXIS_X, SW_AXIS_Y, SW_AXIS_Z].map(|axis| desc.handle_axes & axis != 0),
                 speed: desc.handle_speed,
                 amplification: if desc.demand_amplification == 0.0 { 2.0 } else { desc.demand_amplification },
             }),
         };
-        if desc.reserved != 0 {
-            return Err(Fault::argument(format!("desc->reserved is {}: it must be 0", desc.reserved)));
-        }
+        check_flags("desc->handle_axes", desc.handle_axes, SW_AXIS_X | SW_AXIS_Y | SW_AXIS_Z)?;
         check_flags("desc->reduced_flags", desc.reduced_flags, SW_REDUCED_UNTRAINED)?;
         let reduced = reduced::Options {
             fields: desc.reduced_fields as usize,

@@ -38,6 +38,8 @@ pub struct Demand {
     pub handles: Vec<u32>,
     /// Length.
     pub distance: f64,
+    /// Axes (of the frame) along which handles hold their vertices; none for all.
+    pub axes: [bool; 3],
     /// The fastest that handles move, length/s; 0 for any, and no static correction.
     pub speed: f64,
     /// D: 1 for loads that change slowly, 2 for ones that come at once, up to 2/(π ratio) for shaking in time with a mode of
@@ -80,6 +82,11 @@ impl Demand {
             Some(v) => Err(Error::argument(format!("a handle is at vertex {v} of {n}"))),
             None => Ok(self),
         }
+    }
+
+    /// Axes along which handles hold.
+    pub fn held(&self) -> [bool; 3] {
+        if self.axes == [false; 3] { [true; 3] } else { self.axes }
     }
 
     fn beyond_range(&self) -> Error {

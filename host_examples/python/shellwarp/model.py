@@ -8,7 +8,7 @@ from . import _abi, _arrays, _library
 from ._handle import Handle
 from ._values import as_dict, choice, uint32
 from .errors import CancelledError
-from .state import State
+from .state import AXES, State
 
 PRECISIONS = {"f32": _abi.SW_PRECISION_F32, "f64": _abi.SW_PRECISION_F64, "i16": _abi.SW_PRECISION_I16}
 SHAPES = {"displacement": _abi.SW_SHAPE_DISPLACEMENT, "rotation": _abi.SW_SHAPE_ROTATION}
@@ -35,7 +35,7 @@ class Model(Handle):
     def precompute(self, modes=16, precision="f32", progress=None, sag_gravity=(0.0, 0.0, 0.0),
                    reduced_fields=0, reduced_elements=0, reduced_poses=0, reduced_trained=True, reduced_gravity=0.0,
                    reduced_seconds=0.0, auto_error=0.0, auto_operations=0.0, demand_gravity=(0.0, 0.0, 0.0), demand_acceleration=0.0,
-                   handles=(), handle_distance=0.0, handle_speed=0.0, tolerance=0.0, demand_amplification=0.0):
+                   handles=(), handle_distance=0.0, handle_axes="xyz", handle_speed=0.0, tolerance=0.0, demand_amplification=0.0):
         """Finds the `modes` lowest (0: 16); seconds on large meshes.
 
         `precision` is that of the run-time basis: "i16" takes half the memory of "f32" and moves vertices by about 1e-5 of the
@@ -48,7 +48,8 @@ class Model(Handle):
         unless `reduced_trained` is False; the header tells of the others.
 
         With `auto_error`, a length, or `auto_operations` of a step, the model is made for the method that suits the scene of
-        `demand_gravity`, `demand_acceleration` and pulls at `handles` by `handle_distance` best: that of its "auto" states.
+        `demand_gravity`, `demand_acceleration` and `handles` that hold `handle_axes` and go `handle_distance` far best: that of its
+        "auto" states.
 
         With a `tolerance`, a length, modes are left out that the same scene cannot show, at most `modes` of them computed (0: 256);
         `handle_speed` and `demand_amplification` as the header has them.
@@ -69,6 +70,7 @@ class Model(Handle):
         desc.demand_acceleration, desc.handle_distance = float(demand_acceleration), float(handle_distance)
         desc.tolerance, desc.demand_amplification = float(tolerance), float(demand_amplification)
         desc.handle_speed = float(handle_speed)
+        desc.handle_axes = sum(choice(AXES, axis, "handle_axes") for axis in set(handle_axes))
         held = (c_uint32 * len(handles))(*[uint32(v, "handles") for v in handles])
         desc.handles, desc.n_handles = cast(held, c_void_p), len(held)  # `held` lives through the call
         raised = []
