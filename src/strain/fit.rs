@@ -36,6 +36,8 @@ pub struct Fit {
     /// Orthonormal columns and the triangle R with which the samples' columns are QR (samples).
     q: Vec<Vec<f64>>,
     r: Vec<Vec<f64>>,
+    /// Where the shell can move rigidly, the components that have samples, in the order of their first.
+    sampled: Vec<u32>,
 }
 
 impl Fit {
@@ -44,19 +46,30 @@ impl Fit {
         let n = poisson.faces.len();
         let candidates: Vec<usize> = (0..n).step_by(n.div_ceil(CANDIDATES)).collect();
         let gradients: Vec<_> = candidates.iter().map(|t| modal_gradients(model, poisson, *t)).collect();
-        let mut fit = Self { samples: vec![], left: 1.0, poses: poses(model, &gradients), q: vec![], r: vec![] };
-        let columns: Vec<Vec<f64>> =
-            candidates.iter().zip(&gradients).map(|(t, g)| fit.column(model, poisson, *t, g)).collect();
+        let poses = poses(model, &gradients);
+        let mut fit = Self { samples: vec![], left: 1.0, poses, q: vec![], r: vec![], sampled: vec![] };
+        let mut columns: Vec<Vec<f64>> =
+            candidates.iter().zip(&gradients).map(|(t, g)| fit.column(model, *t, g)).collect();
         let area = |i: usize| poisson.faces[candidates[i]].area;
         let norm = |column: &[f64]| column.iter().map(|x| x * x).sum::<f64>();
         let all: f64 = columns.iter().enumerate().map(|(i, column)| area(i) * norm(&column[..9 * POSES])).sum();
         let mut rest = columns.clone();
         while fit.samples.len() < MOST_SAMPLES {
-            let squares: Vec<f64> = rest.iter().enumerate().map(|(i, column)| area(i) * norm(column)).collect();
+            let own = |i: usize| if fit.is_apart(model, candidates[i]) { RIGID * RIGID } else { 0.0 };
+            let squares: Vec<f64> =
+                rest.iter().enumerate().map(|(i, column)| area(i) * (norm(column) + own(i))).collect();
             fit.left = (squares.iter().sum::<f64>() / all).sqrt();
             let worst = (0..squares.len()).fold(0, |best, i| if squares[i] > squares[best] { i } else { best });
             if fit.left.is_nan() || fit.left <= tolerance {
                 break;
+            }
+            if fit.is_apart(model, candidates[worst]) {
+                fit.sampled.push(component(model, candidates[worst]));
+                let rigid = |i: usize| fit.rigid(model, candidates[i]).last();
+                let entries: Vec<f64> = (0..rest.len()).filter_map(rigid).collect();
+                for all in [&mut rest, &mut columns] {
+                    all.iter_mut().zip(&entries).for_each(|(column, entry)| column.push(*entry));
+                }
             }
             let length = norm(&rest[worst]).sqrt();
             let direction: Vec<f64> = rest[worst].iter().map(|x| x / length).collect();
@@ -74,7 +87,7 @@ impl Fit {
 
     /// The weights of triangle `t` (samples), by least squares over the poses.
     pub fn weights(&self, model: &Model, poisson: &Poisson, t: usize, weights: &mut [f64]) {
-        let column = self.column(model, poisson, t, &modal_gradients(model, poisson, t));
+        let column = self.column(model, t, &modal_gradients(model, poisson, t));
         for (weight, q) in weights.iter_mut().zip(&self.q) {
             *weight = dot(q, &column);
         }
@@ -84,19 +97,32 @@ impl Fit {
         }
     }
 
-    /// N of a triangle in all poses, then, where the shell can move rigidly, which component it belongs to.
-    fn column(&self, model: &Model, poisson: &Poisson, t: usize, gradients: &[Matrix3<f64>]) -> Vec<f64> {
-        let mut column = Vec::with_capacity(9 * POSES + poisson.afloat().len());
+    /// N of a triangle in all poses, then, where the shell can move rigidly, which of the sampled components it belongs to.
+    fn column(&self, model: &Model, t: usize, gradients: &[Matrix3<f64>]) -> Vec<f64> {
+        let mut column = Vec::with_capacity(9 * POSES + self.sampled.len());
         for q in &self.poses {
             column.extend(remainder(&combined(gradients, q)).iter());
         }
-        if model.zero_modes > 0 {
-            let mesh = &model.shell.mesh;
-            let component = mesh.component[mesh.triangles[t][0] as usize] as usize;
-            column.extend((0..poisson.afloat().len()).map(|c| if c == component { RIGID } else { 0.0 }));
-        }
+        column.extend(self.rigid(model, t));
         column
     }
+
+    /// Entries for the sampled components.
+    fn rigid(&self, model: &Model, t: usize) -> impl Iterator<Item = f64> {
+        let own = component(model, t);
+        self.sampled.iter().map(move |c| if *c == own { RIGID } else { 0.0 })
+    }
+
+    /// Whether a triangle's component moves rigidly and has no samples yet: an entry for it would be orthogonal to all samples.
+    fn is_apart(&self, model: &Model, t: usize) -> bool {
+        model.zero_modes > 0 && !self.sampled.contains(&component(model, t))
+    }
+}
+
+/// The component of a triangle.
+fn component(model: &Model, t: usize) -> u32 {
+    let mesh = &model.shell.mesh;
+    mesh.component[mesh.triangles[t][0] as usize]
 }
 
 fn dot(a: &[f64], b: &[f64]) -> f64 {

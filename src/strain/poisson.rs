@@ -79,11 +79,6 @@ impl Poisson {
         Ok(Self { faces, symbolic, factor, row, n_rows, afloat })
     }
 
-    /// Components that nothing holds.
-    pub fn afloat(&self) -> &[bool] {
-        &self.afloat
-    }
-
     /// `n` fields b with which u = N b is the displacement whose gradient on each triangle is nearest to weight · N, for any matrix
     /// N: `weights` sets those of a triangle (n), asked for in order.
     pub fn solve(&self, shell: &Shell, n: usize, mut weights: impl FnMut(usize, &mut [f64])) -> Result<Vec<Vec<Vec3>>> {
