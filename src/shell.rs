@@ -124,6 +124,29 @@ impl Shell {
         }
     }
 
+    /// The shell of these `vertices` alone, numbered anew in their order, with the triangles and edges of `mesh`, where they are at
+    /// rest. Those that `free` does not name are held.
+    pub(crate) fn part(&self, vertices: &[u32], mesh: Mesh, free: Vec<u32>) -> Self {
+        let mut held = vec![true; vertices.len()];
+        free.iter().for_each(|v| held[*v as usize] = false);
+        let mesh = Arc::new(mesh);
+        let (rest, material) = (mesh.clone(), self.material);
+        let part = Self {
+            mesh,
+            material,
+            energy: LazyEnergy::new(move || Box::new(discrete_shell(&rest, &material))),
+            sag: None,
+            mass: vertices.iter().map(|v| self.mass[*v as usize]).collect(),
+            held,
+            free,
+            ..*self
+        };
+        match &self.sag {
+            Some(sag) => part.hung(sag.gravity, self.points(vertices)),
+            None => part,
+        }
+    }
+
     /// Number of unknowns: three per free vertex.
     pub fn n_unknowns(&self) -> usize {
         3 * self.free.len()

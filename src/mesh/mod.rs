@@ -5,9 +5,10 @@ mod topology;
 
 pub use check::{Diagnostic, Findings, Kind, NONE, Severity, check};
 pub use topology::Orientation;
+pub(crate) use topology::UnionFind;
 
 use crate::{Error, ErrorKind, Result, Vec3};
-use topology::{SharedEdges, UnionFind};
+use topology::SharedEdges;
 
 /// An edge with its one or two triangles. `vertices` run along the first triangle's direction.
 #[derive(Clone, Copy, Debug)]

@@ -135,7 +135,7 @@ fn flood(seed: usize, neighbours: &[[(u32, bool); 3]], flipped: &mut [Option<boo
 }
 
 /// Disjoint sets with path halving.
-pub(super) struct UnionFind {
+pub(crate) struct UnionFind {
     parent: Vec<u32>,
 }
 

@@ -4,7 +4,6 @@
 //! that are noise. Working on B, the same numbers are accurate to 1e-16 ‖B‖ in √λ, so that 1e-16 √(‖A‖/λ) of an eigenvalue
 //! is lost instead of 1e-16 ‖A‖/λ.
 
-use super::Part;
 use crate::Shell;
 use faer::Mat;
 
@@ -15,8 +14,8 @@ const ORTHOGONAL: f64 = 1e-15;
 const MAX_SWEEPS: usize = 30;
 
 /// Turns the columns of `vectors` (n × n, orthonormal) into eigenvectors; returns the eigenvalues, in the columns' order.
-pub fn refine(shell: &Shell, part: &Part, vectors: &mut Mat<f64>) -> Vec<f64> {
-    let mut images = &scaled_rows(shell, part) * &*vectors;
+pub fn refine(shell: &Shell, vectors: &mut Mat<f64>) -> Vec<f64> {
+    let mut images = &scaled_rows(shell) * &*vectors;
     let n = vectors.ncols();
     for _ in 0..MAX_SWEEPS {
         let mut rotated = false;
@@ -54,10 +53,10 @@ fn rotate(matrix: &mut Mat<f64>, p: usize, q: usize, cosine: f64, sine: f64) {
     }
 }
 
-/// B M^−½ on the part's unknowns (energy terms that see them × n).
-fn scaled_rows(shell: &Shell, part: &Part) -> Mat<f64> {
+/// B M^−½ (energy terms that see what moves × n).
+fn scaled_rows(shell: &Shell) -> Mat<f64> {
     let mut index = vec![None; shell.mass.len()];
-    part.free.iter().enumerate().for_each(|(i, &v)| index[v as usize] = Some(i));
+    shell.free.iter().enumerate().for_each(|(i, &v)| index[v as usize] = Some(i));
     let mut rows: Vec<Vec<(usize, f64)>> = vec![];
     shell.energy.visit_rest_rows(&mut |(vertices, row)| {
         let mut line = vec![];
@@ -71,7 +70,7 @@ fn scaled_rows(shell: &Shell, part: &Part) -> Mat<f64> {
             rows.push(line);
         }
     });
-    let mut matrix = Mat::zeros(rows.len(), part.n_unknowns());
+    let mut matrix = Mat::zeros(rows.len(), shell.n_unknowns());
     for (r, line) in rows.iter().enumerate() {
         line.iter().for_each(|&(k, value)| matrix[(r, k)] += value);
     }

@@ -7,7 +7,7 @@
 
 use super::inverse::Inverse;
 use super::lanczos::{BlockLanczos, Ritz};
-use super::{MAX_MODES, Part, Phase, Progress, ScaledStiffness, dense, entries, jacobi, sort_columns};
+use super::{MAX_MODES, Phase, Progress, ScaledStiffness, dense, entries, jacobi, sort_columns};
 use crate::sparse::{Factor, Symbolic};
 use crate::{Error, ErrorKind, Result, Shell};
 use faer::Mat;
@@ -94,7 +94,7 @@ enum Outcome {
 /// The eigenvalue problem.
 pub struct Search<'a> {
     pub shell: &'a Shell,
-    pub part: &'a Part,
+    pub stiffness: &'a ScaledStiffness,
     pub symbolic: &'a Symbolic,
     /// Eigenpairs wanted.
     pub wanted: usize,
@@ -109,11 +109,7 @@ impl Search<'_> {
     }
 
     fn n(&self) -> usize {
-        self.part.n_unknowns()
-    }
-
-    fn stiffness(&self) -> &ScaledStiffness {
-        &self.part.stiffness
+        self.shell.n_unknowns()
     }
 
     /// All eigenpairs of a small A.
@@ -121,14 +117,14 @@ impl Search<'_> {
         progress.report(Phase::Modes, 0.0)?;
         let n = self.n();
         let mut a = Mat::<f64>::zeros(n, n);
-        entries(&self.stiffness().lower).for_each(|(i, j, value)| a[(i, j)] = value);
+        entries(&self.stiffness.lower).for_each(|(i, j, value)| a[(i, j)] = value);
         let (mut eigenvalues, mut vectors) = dense::symmetric_eigen(a.as_ref())?;
         let elastic = eigenvalues.get(self.rigid.unwrap_or(0)).copied().unwrap_or(f64::INFINITY);
-        if elastic < FEW_DIGITS * self.stiffness().norm && n <= REFINED && self.shell.sag.is_none() {
-            eigenvalues = jacobi::refine(self.shell, self.part, &mut vectors);
+        if elastic < FEW_DIGITS * self.stiffness.norm && n <= REFINED && self.shell.sag.is_none() {
+            eigenvalues = jacobi::refine(self.shell, &mut vectors);
             sort_columns(&mut eigenvalues, &mut vectors);
         }
-        let (found, shift) = self.shift_above(&eigenvalues).unwrap_or((n, 2.0 * self.stiffness().norm));
+        let (found, shift) = self.shift_above(&eigenvalues).unwrap_or((n, 2.0 * self.stiffness.norm));
         progress.report(Phase::Modes, 1.0)?;
         let count = self.count_below(shift, &mut self.symbolic.factor()?, progress)?;
         Ok(Pairs { eigenvalues, vectors, converged: found, count, shift, sigma: None })
@@ -137,7 +133,7 @@ impl Search<'_> {
     /// Shift-invert Lanczos, again with a better shift while the first turns out far from the spectrum, and with a larger
     /// basis while a group does not fit.
     fn sparse(&self, progress: &mut Progress) -> Result<Pairs> {
-        let norm = self.stiffness().norm;
+        let norm = self.stiffness.norm;
         let mut sigma = if self.rigid != Some(0) { -FIRST_SHIFT * norm } else { 0.0 };
         let mut best = None;
         let (mut shifts, mut target) = (1, self.wanted);
@@ -167,7 +163,7 @@ impl Search<'_> {
 
     /// The geometric mean of the first and the last wanted nonzero eigenvalue, if that serves much better than `sigma`.
     fn better_shift(&self, eigenvalues: &[f64], sigma: f64) -> Option<f64> {
-        let floor = SMALLEST_SHIFT * self.stiffness().norm;
+        let floor = SMALLEST_SHIFT * self.stiffness.norm;
         let noise = floor.max(1e-4 * sigma.abs());
         let first =
             eigenvalues.iter().copied().find(|l| *l > noise).or(eigenvalues.iter().copied().find(|l| *l > floor))?;
@@ -181,7 +177,7 @@ impl Search<'_> {
 
     fn with_shift(&self, sigma: f64, target: usize, may_change: bool, progress: &mut Progress) -> Result<Outcome> {
         progress.report(Phase::Factorization, 0.0)?;
-        let Some(mut inverse) = Inverse::new(self.symbolic, self.stiffness(), sigma)? else {
+        let Some(mut inverse) = Inverse::new(self.symbolic, self.stiffness, sigma)? else {
             return Ok(Outcome::Indefinite);
         };
         progress.report(Phase::Factorization, 1.0)?;
@@ -217,7 +213,7 @@ impl Search<'_> {
                 lanczos.refresh();
             }
         }
-        let diagonal = self.stiffness().diagonal();
+        let diagonal = self.stiffness.diagonal();
         let [least, most] = [f64::INFINITY, 0.0].map(|start| {
             let choose = if start > 0.0 { f64::min } else { f64::max };
             diagonal.iter().copied().fold(start, choose)
@@ -228,7 +224,7 @@ impl Search<'_> {
              64-bit numbers",
             100.0 * done,
             self.wanted,
-            f64::EPSILON * self.stiffness().norm
+            f64::EPSILON * self.stiffness.norm
         );
         Err(Error::new(ErrorKind::Numerical, message))
     }
@@ -306,7 +302,7 @@ impl Search<'_> {
 
     /// How many modes to the end of the last wanted one's group, and a shift in the gap behind it.
     fn shift_above(&self, eigenvalues: &[f64]) -> Option<(usize, f64)> {
-        let floor = SMALLEST_SHIFT * self.stiffness().norm;
+        let floor = SMALLEST_SHIFT * self.stiffness.norm;
         let at = |i: usize| eigenvalues[i].max(0.0);
         let wide = |i: usize| at(i + 1) - at(i) > 1e-4 * at(i + 1) + 10.0 * floor;
         let last = (self.wanted - 1..eigenvalues.len().saturating_sub(1)).find(|&i| wide(i))?;
@@ -317,7 +313,7 @@ impl Search<'_> {
         progress.report(Phase::Certificate, 0.0)?;
         let mut shift = shift;
         for _ in 0..4 {
-            if let Some(count) = self.symbolic.negative_eigenvalues_in(&self.stiffness().shifted(shift), room)? {
+            if let Some(count) = self.symbolic.negative_eigenvalues_in(&self.stiffness.shifted(shift), room)? {
                 progress.report(Phase::Certificate, 0.5)?;
                 return Ok(count);
             }

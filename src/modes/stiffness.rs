@@ -7,7 +7,7 @@ use crate::energy::Curvature;
 use crate::sparse::BlockMatrix;
 pub use crate::sparse::entries;
 use crate::{Error, ErrorKind, Result, Shell};
-use faer::sparse::{SparseColMat, Triplet};
+use faer::sparse::SparseColMat;
 
 /// The lower triangle of A, and M^½ per unknown.
 pub struct ScaledStiffness {
@@ -67,19 +67,6 @@ impl ScaledStiffness {
     pub fn diagonal(&self) -> Vec<f64> {
         let first = &self.lower.symbolic().col_ptr()[..self.root_mass.len()];
         first.iter().map(|&k| self.lower.val()[k]).collect()
-    }
-
-    /// The rows and columns of `unknowns`, ascending.
-    pub fn restricted(&self, unknowns: &[usize]) -> Result<Self> {
-        let mut index = vec![usize::MAX; self.root_mass.len()];
-        unknowns.iter().enumerate().for_each(|(new, &old)| index[old] = new);
-        let inside = entries(&self.lower).filter(|&(i, j, _)| index[i] != usize::MAX && index[j] != usize::MAX);
-        let triplets: Vec<_> = inside.map(|(i, j, a)| Triplet::new(index[i], index[j], a)).collect();
-        let lower = SparseColMat::try_new_from_triplets(unknowns.len(), unknowns.len(), &triplets)
-            .map_err(|_| Error::new(ErrorKind::OutOfMemory, "not enough memory for a part of the stiffness"))?;
-        let root_mass = unknowns.iter().map(|&k| self.root_mass[k]).collect();
-        let norm = one_norm(&lower, |_| 1.0);
-        Ok(Self { lower, root_mass, norm })
     }
 
     /// y ← A x.
