@@ -9,7 +9,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <filesystem>
 #include <functional>
 
 namespace cli {
@@ -144,14 +143,13 @@ ComparisonRun compare(const Scene &scene, const Mesh &mesh, bool quiet) {
   return run;
 }
 
-void write_comparison(const std::string &directory, const Scene &scene, const Mesh &mesh, const ComparisonRun &run) {
-  const auto path = [&](const std::string &name) { return (std::filesystem::path(directory) / name).string(); };
-  write_obj(path(scene.name + "_rest.obj"), mesh.positions, mesh);
-  OutputFile table(path(scene.name + "_comparison.csv"));
+void write_comparison(OutputFolder &folder, const Scene &scene, const Mesh &mesh, const ComparisonRun &run) {
+  write_obj(folder, scene.name + "_rest.obj", mesh.positions, mesh);
+  OutputFile table(folder, scene.name + "_comparison.csv");
   table.print("bending,gravity,method,error,area_change,residual,turn_in_range,max_displacement,obj\n");
   for (const ComparisonRow &row : run.rows) {
     const std::string shape = shape_name(scene, row);
-    if (row.found) write_obj(path(shape), row.positions, mesh);
+    if (row.found) write_obj(folder, shape, row.positions, mesh);
     table.print("%g,%g,%s", row.bending, row.gravity, method_name(row.method));
     if (row.found)
       table.print(",%.9g,%.9g,%.3g,%d,%.9g,%s\n", row.error, row.area_change, row.residual, row.turn_in_range ? 1 : 0,

@@ -38,7 +38,7 @@ struct ComparisonRun {
 
 ComparisonRun compare(const Scene &scene, const Mesh &mesh, bool quiet);
 
-void write_comparison(const std::string &directory, const Scene &scene, const Mesh &mesh, const ComparisonRun &run);
+void write_comparison(OutputFolder &folder, const Scene &scene, const Mesh &mesh, const ComparisonRun &run);
 void print_comparison(const Scene &scene, const ComparisonRun &run);
 
 // A sentence for each expectation that does not hold.

@@ -1,19 +1,12 @@
 #include "frame_files.hpp"
 
-#include "output_file.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <filesystem>
 
 namespace cli {
 
 namespace {
-
-std::string join(const std::string &directory, const std::string &name) {
-  return (std::filesystem::path(directory) / name).string();
-}
 
 std::string frame_name(const Scene &scene, uint32_t frame) {
   char number[16];
@@ -21,10 +14,11 @@ std::string frame_name(const Scene &scene, uint32_t frame) {
   return scene.name + "_frame_" + number;
 }
 
-void write_displacement(const std::string &path, const Mesh &mesh, const shellwarp::State &state) {
+void write_displacement(OutputFolder &folder, const std::string &name, const Mesh &mesh,
+                        const shellwarp::State &state) {
   std::vector<double> x(mesh.positions.size());
   state.positions(x.data(), mesh.n_vertices(), SW_SPACE_FRAME);
-  OutputFile file(path);
+  OutputFile file(folder, name);
   for (std::size_t i = 0; i < x.size(); i += 3)
     file.print("%.9g\n", std::hypot(x[i] - mesh.positions[i], x[i + 1] - mesh.positions[i + 1],
                                     x[i + 2] - mesh.positions[i + 2]));
@@ -59,12 +53,12 @@ std::array<double, 3> handle_point(const PlacedHandle &placed, double seconds, c
   return x;
 }
 
-void write_handles(const std::string &path, const std::vector<PlacedHandle> &handles, double seconds, const Mesh &mesh,
-                   const shellwarp::State &state) {
+void write_handles(OutputFolder &folder, const std::string &name, const std::vector<PlacedHandle> &handles,
+                   double seconds, const Mesh &mesh, const shellwarp::State &state) {
   std::vector<double> positions(mesh.positions.size()), rotations(mesh.positions.size() / 3 * 4);
   state.positions(positions.data(), mesh.n_vertices());
   state.rotations(rotations.data(), mesh.n_vertices());
-  OutputFile file(path);
+  OutputFile file(folder, name);
   file.print("vertex,kind,x,y,z,xx,xy,xz,yx,yy,yz,zx,zy,zz\n");
   for (const PlacedHandle &placed : handles) {
     if (!placed.handle.held(seconds)) continue;
@@ -81,15 +75,14 @@ void write_handles(const std::string &path, const std::vector<PlacedHandle> &han
   file.close();
 }
 
-void write_frame(const std::string &directory, const std::string &name, const Mesh &mesh,
+void write_frame(OutputFolder &folder, const std::string &name, const Mesh &mesh,
                  const std::vector<PlacedHandle> &handles, const FrameRecord &frame, shellwarp::State &state) {
   state.load(frame.saved);
   std::vector<float> positions(mesh.positions.size());
   state.positions(positions.data(), mesh.n_vertices());
-  write_obj(join(directory, name + ".obj"), positions, mesh);
-  write_displacement(join(directory, name + "_displacement.txt"), mesh, state);
-  if (any_held(handles, frame))
-    write_handles(join(directory, name + "_handles.csv"), handles, frame.report.time, mesh, state);
+  write_obj(folder, name + ".obj", positions, mesh);
+  write_displacement(folder, name + "_displacement.txt", mesh, state);
+  if (any_held(handles, frame)) write_handles(folder, name + "_handles.csv", handles, frame.report.time, mesh, state);
 }
 
 void write_table_row(OutputFile &file, const FrameRecord &frame, const std::string &name, bool has_handles) {
@@ -104,6 +97,15 @@ void write_table_row(OutputFile &file, const FrameRecord &frame, const std::stri
 }
 
 }  // namespace
+
+bool is_output(const std::string &scene, const std::string &name) {
+  if (name.compare(0, scene.size(), scene) != 0) return false;
+  const std::string end = name.substr(scene.size());
+  for (const char *whole : {".pc2", "_rest.obj", "_frames.csv", "_comparison.csv", "_bones.csv"})
+    if (end == whole) return true;
+  const std::size_t digits = end.compare(0, 7, "_frame_") == 0 ? 7 : 1;  // or "_2_warp.obj" of a comparison
+  return end.size() > digits && end[0] == '_' && end[digits] >= '0' && end[digits] <= '9';
+}
 
 std::vector<std::size_t> extreme_frames(const std::vector<FrameRecord> &frames, std::size_t count) {
   const auto height = [&](std::size_t i) { return frames[i].report.max_displacement; };
@@ -132,18 +134,18 @@ std::vector<std::size_t> timed_frames(const std::vector<FrameRecord> &frames, co
   return nearest;
 }
 
-void write_frame_files(const std::string &directory, const Scene &scene, const Mesh &mesh,
+void write_frame_files(OutputFolder &folder, const Scene &scene, const Mesh &mesh,
                        const std::vector<PlacedHandle> &handles, const Run &run, shellwarp::State &state) {
-  write_obj(join(directory, scene.name + "_rest.obj"), mesh.positions, mesh);
+  write_obj(folder, scene.name + "_rest.obj", mesh.positions, mesh);
   const std::vector<std::size_t> chosen = scene.obj_times.empty() ? extreme_frames(run.frames, scene.obj_frames)
                                                                   : timed_frames(run.frames, scene.obj_times);
 
-  OutputFile table(join(directory, scene.name + "_frames.csv"));
+  OutputFile table(folder, scene.name + "_frames.csv");
   table.print("frame,time,max_displacement,max_rotation,kinetic_energy,elastic_energy,obj,displacement,handles\n");
   for (std::size_t i = 0; i < run.frames.size(); ++i) {
     const bool write = std::binary_search(chosen.begin(), chosen.end(), i);
     const std::string name = write ? frame_name(scene, run.frames[i].frame) : "";
-    if (write) write_frame(directory, name, mesh, handles, run.frames[i], state);
+    if (write) write_frame(folder, name, mesh, handles, run.frames[i], state);
     write_table_row(table, run.frames[i], name, any_held(handles, run.frames[i]));
   }
   table.close();

@@ -16,6 +16,7 @@
 
 #include "handle_motion.hpp"
 #include "mesh.hpp"
+#include "output_file.hpp"
 #include "scene.hpp"
 #include "simulation.hpp"
 
@@ -24,6 +25,9 @@
 
 namespace cli {
 
+// Whether a run, a comparison or a skeleton called `scene` may write a file of that name.
+bool is_output(const std::string &scene, const std::string &name);
+
 // Indices into `frames`, ascending: the largest `count` of the local maxima of displacement over time.
 std::vector<std::size_t> extreme_frames(const std::vector<FrameRecord> &frames, std::size_t count);
 
@@ -31,7 +35,7 @@ std::vector<std::size_t> extreme_frames(const std::vector<FrameRecord> &frames, 
 std::vector<std::size_t> timed_frames(const std::vector<FrameRecord> &frames, const std::vector<double> &times);
 
 // `state` is used to go back to the frames that are written, and is left at the last of them.
-void write_frame_files(const std::string &directory, const Scene &scene, const Mesh &mesh,
+void write_frame_files(OutputFolder &folder, const Scene &scene, const Mesh &mesh,
                        const std::vector<PlacedHandle> &handles, const Run &run, shellwarp::State &state);
 
 }  // namespace cli

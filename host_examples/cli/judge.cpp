@@ -1,15 +1,18 @@
 #include "judge.hpp"
 
+#include <algorithm>
 #include <cstdarg>
 #include <cstdio>
 
 namespace cli {
 
 std::string format(const char *pattern, ...) {
-  char text[256];
-  std::va_list arguments;
+  std::va_list arguments, again;
   va_start(arguments, pattern);
-  std::vsnprintf(text, sizeof text, pattern, arguments);
+  va_copy(again, arguments);
+  std::string text(static_cast<std::size_t>(std::max(std::vsnprintf(nullptr, 0, pattern, arguments), 0)), '\0');
+  std::vsnprintf(text.data(), text.size() + 1, pattern, again);
+  va_end(again);
   va_end(arguments);
   return text;
 }

@@ -1,12 +1,13 @@
 // shellwarp: simulates thin shells from the command line, and shows how a host uses the library from start to end.
 //
 // Exit status: 0 all is well; 1 bad input, a failed call, or an expectation of the scene that does not hold; 2 wrong usage;
-// 130 stopped by Ctrl-C.
+// 130 stopped by Ctrl-C or SIGTERM.
 #include "comparison.hpp"
 #include "frame_files.hpp"
 #include "judge.hpp"
 #include "mesh.hpp"
 #include "method.hpp"
+#include "output_file.hpp"
 #include "point_cache.hpp"
 #include "progress.hpp"
 #include "scene.hpp"
@@ -16,11 +17,14 @@
 #include "summary.hpp"
 
 #include <algorithm>
+#include <cerrno>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <exception>
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
 
@@ -39,6 +43,7 @@ struct RunOptions {
   bool linear = false;
   bool plan = false;
   bool certify = false, no_certify = false;  // neither: unless the mesh is large
+  bool yes = false;  // to long runs
   bool quiet = false;
 };
 
@@ -50,12 +55,15 @@ int tell_violations(const std::vector<std::string> &sentences) {
   return sentences.empty() ? 0 : kFailure;
 }
 
+int tell_stopped(const Scene &scene, const std::string &where) {
+  std::fprintf(stderr, "shellwarp: %s was stopped %s; its files are as they were\n", scene.name.c_str(), where.c_str());
+  return kInterrupted;
+}
+
 int report(const Summary &summary, const RunOptions &options) {
   if (!options.quiet) print_summary(summary);
-  if (summary.run.interrupted) {
-    std::fprintf(stderr, "shellwarp: stopped at frame %u\n", summary.run.frames.back().frame);
-    return kInterrupted;
-  }
+  if (summary.run.interrupted)
+    return tell_stopped(summary.scene, "after frame " + std::to_string(summary.run.frames.back().frame));
   if (options.frames && (summary.scene.expect.max_displacement || summary.scene.expect.final_displacement))
     std::fprintf(stderr, "shellwarp: displacements are not judged, because --frames changes the length of the run\n");
   return tell_violations(violations(summary, !options.frames));
@@ -66,18 +74,12 @@ shellwarp::Model precompute(const Scene &scene, const Mesh &mesh, bool quiet) {
   return make_model(scene, mesh, progress);
 }
 
-void make_directory(const std::string &path) {
-  std::error_code error;
-  std::filesystem::create_directories(path, error);
-  if (error) throw std::runtime_error("cannot make the directory " + path + ": " + error.message());
-}
-
-int run_comparison(const Scene &scene, const Mesh &mesh, const RunOptions &options) {
-  if (!options.out.empty()) make_directory(options.out);
+int run_comparison(const Scene &scene, const Mesh &mesh, const RunOptions &options, OutputFolder *folder) {
   const ComparisonRun run = compare(scene, mesh, options.quiet);
-  if (!options.out.empty()) write_comparison(options.out, scene, mesh, run);
   if (!options.quiet) print_comparison(scene, run);
-  if (interrupted()) return kInterrupted;
+  if (folder) write_comparison(*folder, scene, mesh, run);
+  if (interrupted()) return tell_stopped(scene, "before the last equilibrium");
+  if (folder) folder->put_in_place();
   return tell_violations(violations(scene, run));
 }
 
@@ -97,40 +99,67 @@ void certify(const Scene &scene, const RunOptions &options, const shellwarp::Sta
   }
 }
 
-int run_scene(const Scene &scene, const RunOptions &options) {
+// A slip of the keyboard should not run for years, or fill the disk.
+void refuse_surprises(const Scene &scene, uint32_t n_frames, const Mesh &mesh, const OutputFolder *folder) {
+  constexpr uint32_t kMany = 100000;  // an hour at 24 frames a second
+  if (n_frames > kMany) throw std::runtime_error(format("%u frames are many; add --yes if they are meant", n_frames));
+  const double bytes = 12.0 * mesh.n_vertices() * (n_frames + 1.0);
+  if (folder && bytes > static_cast<double>(folder->free_bytes()))
+    throw std::runtime_error(format("%s will take %.4g MB, and %.4g MB are free; add --yes to try",
+                                    folder->path(scene.name + ".pc2").c_str(), bytes / 1e6,
+                                    static_cast<double>(folder->free_bytes()) / 1e6));
+}
+
+int run_scene(const Scene &scene, const RunOptions &options, OutputFolder *folder) {
+  const uint32_t n_frames = scene.is_static ? 1 : options.frames ? *options.frames : frame_count(scene);
   const Mesh mesh = read_mesh(scene.mesh_path);
-  if (scene.comparison) return run_comparison(scene, mesh, options);
+  if (scene.comparison) return run_comparison(scene, mesh, options, folder);
+  if (!options.yes) refuse_surprises(scene, n_frames, mesh, folder);
   const std::vector<PlacedHandle> handles = place_handles(scene.handles, mesh);
   std::optional<PointCache> cache;  // opened first: a folder that cannot be written is told before the long work
-  if (!options.out.empty()) {
-    make_directory(options.out);
-    cache.emplace((std::filesystem::path(options.out) / (scene.name + ".pc2")).string(), mesh.n_vertices());
-  }
+  if (folder) cache.emplace(*folder, scene.name + ".pc2", mesh.n_vertices());
   const shellwarp::Model model = precompute(scene, mesh, options.quiet);
   shellwarp::State state = make_state(scene, mesh, model);
-  const uint32_t n_frames = scene.is_static ? 1 : options.frames.value_or(frame_count(scene));
   Run run = simulate(scene, n_frames, mesh, handles, state, cache ? &*cache : nullptr);
   certify(scene, options, state, mesh.n_vertices(), run);
   if (options.plan) std::fputs(state.plan_text(scene.step()).c_str(), stdout);
-  if (cache) {
+  if (folder && !run.interrupted) {
     cache->close();
-    write_frame_files(options.out, scene, mesh, handles, run, state);
+    write_frame_files(*folder, scene, mesh, handles, run, state);
+    run.interrupted = interrupted();
+    if (!run.interrupted) folder->put_in_place();
   }
   return report({scene, model.info(), model.frequencies(), run, model.front()}, options);
 }
 
-// Shells do not touch, so they may run one after the other. The worst exit status; an interruption ends all.
+// A folder to write to that holds no input under a name that is going to be written; none where nothing is written.
+std::unique_ptr<OutputFolder> open_folder(const SceneFile &file, const RunOptions &options) {
+  if (options.out.empty()) return nullptr;
+  std::vector<std::string> inputs;
+  for (const Scene &scene : file.shells) inputs.insert(inputs.end(), scene.inputs.begin(), scene.inputs.end());
+  auto folder = std::make_unique<OutputFolder>(options.out, inputs);
+  folder->refuse_inputs([&](const std::string &name) {
+    return is_output(file.name, name) || std::any_of(file.shells.begin(), file.shells.end(),
+                                                     [&](const Scene &scene) { return is_output(scene.name, name); });
+  });
+  return folder;
+}
+
+// Shells do not touch, so they may run one after the other. The worst exit status; an interruption ends all, and each shell's files
+// are put in place as it is done.
 int run_shells(const SceneFile &file, const RunOptions &options) {
+  const std::unique_ptr<OutputFolder> folder = open_folder(file, options);
   int worst = 0;
   for (const Scene &scene : file.shells) {
-    const int status = run_scene(scene, options);
+    const int status = run_scene(scene, options, folder.get());
     if (status == kInterrupted) return status;
     worst = std::max(worst, status);
   }
-  if (!options.out.empty() && !file.skeleton.empty()) {
+  if (folder && !file.skeleton.empty()) {
     const Scene &scene = file.shells.front();
-    write_bones((std::filesystem::path(options.out) / (file.name + "_bones.csv")).string(), file.skeleton,
-                options.frames.value_or(frame_count(scene)), scene.frame_rate);
+    write_bones(*folder, file.name + "_bones.csv", file.skeleton, options.frames ? *options.frames : frame_count(scene),
+                scene.frame_rate);
+    folder->put_in_place();
   }
   return worst;
 }
@@ -205,6 +234,7 @@ void add_run_options(CLI::App &app, Scene &overrides, RunOptions &options) {
   app.add_flag("--no-certify", options.no_certify,
                "Leave out the estimate of the last frame's error against the nonlinear shell")
       ->excludes(certify);
+  app.add_flag("--yes", options.yes, "Run although it takes very many frames, or more room than is free");
   app.add_flag("-q,--quiet", options.quiet, "No progress and no table; failures are still told");
 }
 
@@ -238,8 +268,10 @@ void add_support_options(CLI::App &app, const std::string &verb, const std::stri
 void add_supports(const SupportOptions &options, bool clamped, Scene &scene) {
   for (const std::array<double, 6> &b : options.boxes)
     scene.supports.push_back({clamped, Bounds{{b[0], b[1], b[2]}, {b[3], b[4], b[5]}}, {}});
-  for (const std::string &path : options.lists)
+  for (const std::string &path : options.lists) {
     scene.supports.push_back({clamped, std::nullopt, read_vertex_list(path)});
+    scene.inputs.push_back(path);
+  }
 }
 
 struct SimulateOptions {
@@ -273,11 +305,12 @@ void add_simulate_options(CLI::App &app, SimulateOptions &o) {
 int simulate_mesh(SimulateOptions &o) {
   add_supports(o.fixed, false, o.scene);
   add_supports(o.clamped, true, o.scene);
+  o.scene.inputs.push_back(o.scene.mesh_path);
   o.scene.name = std::filesystem::path(o.scene.mesh_path).stem().string();
   o.scene.title = o.scene.name;
   o.scene.frame_rate = 1 / o.step;
   apply_method(o.run, o.scene);
-  return run_scene(o.scene, o.run);
+  return run_shells({o.scene.name, {o.scene}, {}}, o.run);
 }
 
 // -------------------------------------------------------------------------------------------------------------- main
@@ -328,12 +361,16 @@ int run_command_line(int argc, char **argv) {
 }  // namespace cli
 
 int main(int argc, char **argv) {
-  cli::catch_interrupt();
+  cli::catch_signals();
   try {
-    return cli::run_command_line(argc, argv);
+    const int status = cli::run_command_line(argc, argv);
+    if (std::fflush(stdout) == 0 && !std::ferror(stdout)) return status;
+    std::fprintf(stderr, "shellwarp: cannot write the standard output: %s\n", std::strerror(errno));
   } catch (const shellwarp::Error &error) {
-    std::fprintf(stderr, "shellwarp: %s\n", error.what());
-    return error.status() == SW_ERROR_CANCELLED ? cli::kInterrupted : cli::kFailure;
+    const bool stopped = error.status() == SW_ERROR_CANCELLED;
+    std::fprintf(stderr, "shellwarp: %s\n",
+                 stopped ? "stopped in the precompute; its files are as they were" : error.what());
+    return stopped ? cli::kInterrupted : cli::kFailure;
   } catch (const std::bad_alloc &) {
     std::fprintf(stderr, "shellwarp: out of memory\n");
   } catch (const std::exception &error) {

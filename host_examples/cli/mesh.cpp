@@ -29,8 +29,9 @@ Mesh parse(const std::string &path, const std::string &contents) {
 }
 
 template <class Real>
-void write_positions(const std::string &path, const std::vector<Real> &positions, const Mesh &mesh) {
-  OutputFile file(path);
+void write_positions(OutputFolder &folder, const std::string &name, const std::vector<Real> &positions,
+                     const Mesh &mesh) {
+  OutputFile file(folder, name);
   for (std::size_t i = 0; i < positions.size(); i += 3)  // nine digits bring a float back exactly
     file.print("v %.9g %.9g %.9g\n", double{positions[i]}, double{positions[i + 1]}, double{positions[i + 2]});
   for (std::size_t k = 0; k < mesh.triangles.size(); k += 3)
@@ -88,12 +89,12 @@ double surface_area(const std::vector<double> &positions, const std::vector<uint
   return area;
 }
 
-void write_obj(const std::string &path, const std::vector<float> &positions, const Mesh &mesh) {
-  write_positions(path, positions, mesh);
+void write_obj(OutputFolder &folder, const std::string &name, const std::vector<float> &positions, const Mesh &mesh) {
+  write_positions(folder, name, positions, mesh);
 }
 
-void write_obj(const std::string &path, const std::vector<double> &positions, const Mesh &mesh) {
-  write_positions(path, positions, mesh);
+void write_obj(OutputFolder &folder, const std::string &name, const std::vector<double> &positions, const Mesh &mesh) {
+  write_positions(folder, name, positions, mesh);
 }
 
 Mesh read_mesh(const std::string &path) {

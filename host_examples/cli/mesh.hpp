@@ -9,6 +9,8 @@
 
 namespace cli {
 
+class OutputFolder;
+
 struct Mesh {
   std::vector<double> positions;    // n_vertices() x 3
   std::vector<uint32_t> triangles;  // n_triangles() x 3
@@ -39,8 +41,8 @@ double triangle_area(const std::vector<double> &positions, const uint32_t *corne
 double surface_area(const std::vector<double> &positions, const std::vector<uint32_t> &triangles);
 
 // Positions are n_vertices x 3.
-void write_obj(const std::string &path, const std::vector<float> &positions, const Mesh &mesh);
-void write_obj(const std::string &path, const std::vector<double> &positions, const Mesh &mesh);
+void write_obj(OutputFolder &folder, const std::string &name, const std::vector<float> &positions, const Mesh &mesh);
+void write_obj(OutputFolder &folder, const std::string &name, const std::vector<double> &positions, const Mesh &mesh);
 
 // Reads an OBJ, OFF or PLY file, told apart by its extension. Throws FileError (see text_lines.hpp) for anything that is not
 // a whole, well-formed mesh with at least one triangle; a file is never read past its end, whatever it claims to hold.

@@ -24,7 +24,8 @@ void store(unsigned char *bytes, uint32_t word) {
 
 }  // namespace
 
-PointCache::PointCache(const std::string &path, uint32_t n_points) : file_(path), n_points_(n_points) {
+PointCache::PointCache(OutputFolder &folder, const std::string &name, uint32_t n_points)
+    : file_(folder, name), n_points_(n_points) {
   if (n_points > INT32_MAX) throw std::runtime_error("a PC2 file holds at most 2147483647 points");
   file_.write(kMagic, sizeof kMagic);
   put(1);

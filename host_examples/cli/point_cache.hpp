@@ -13,7 +13,7 @@ namespace cli {
 
 class PointCache {
 public:
-  PointCache(const std::string &path, uint32_t n_points);
+  PointCache(OutputFolder &folder, const std::string &name, uint32_t n_points);
 
   // n_points x 3.
   void append(const float *positions);

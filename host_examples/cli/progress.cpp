@@ -41,7 +41,13 @@ static uint32_t on_progress(void *user, uint32_t phase, double fraction) {
 
 }  // extern "C"
 
-void catch_interrupt() { std::signal(SIGINT, on_interrupt); }
+void catch_signals() {
+  std::signal(SIGINT, on_interrupt);
+  std::signal(SIGTERM, on_interrupt);
+#ifdef SIGXFSZ
+  std::signal(SIGXFSZ, SIG_IGN);
+#endif
+}
 
 bool interrupted() { return interrupt_flag != 0; }
 

@@ -1,4 +1,4 @@
-// A progress bar on stderr while a model is precomputed, and Ctrl-C as a polite request to stop.
+// A progress bar on stderr while a model is precomputed, and Ctrl-C and SIGTERM as polite requests to stop.
 #pragma once
 
 #include "shellwarp.hpp"
@@ -7,8 +7,9 @@
 
 namespace cli {
 
-// From here on the first Ctrl-C only sets a flag; a second one ends the process the usual way.
-void catch_interrupt();
+// From here on the first Ctrl-C or SIGTERM only sets a flag; a second one ends the process the usual way. A file that grows past
+// the system's limit becomes a failed write.
+void catch_signals();
 bool interrupted();
 
 // Draws on stderr: one line that is redrawn on a terminal, a line for each phase elsewhere, nothing when quiet.

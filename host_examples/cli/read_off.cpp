@@ -1,11 +1,14 @@
 // OFF: the word OFF (or COFF, NOFF, CNOFF), three counts, a line for each vertex and each face, indices from 0.
-// What follows the coordinates of a vertex or the corners of a face on its line (normals, colours) is passed over.
+// What follows the coordinates of a vertex or the corners of a face on its line is passed over: at most eight numbers, a normal,
+// a colour, texture coordinates.
 #include "mesh.hpp"
 #include "text_lines.hpp"
 
 namespace cli {
 
 namespace {
+
+constexpr std::size_t kBeside = 8;
 
 void next_line_for(TextLines &lines, const std::string &what) {
   if (!lines.next_line()) lines.fail("the file ends before " + what + "; is it cut off?");
@@ -38,19 +41,23 @@ std::vector<uint32_t> read_corners(TextLines &lines, uint64_t face, uint64_t n_v
 Mesh read_off(const std::string &path, const std::string &contents) {
   TextLines lines(path, contents);
   read_header_word(lines);
-  next_line_for(lines, "the counts of vertices, faces and edges");
+  if (!lines.has_word()) next_line_for(lines, "the counts of vertices, faces and edges");
   const uint64_t n_vertices = lines.index("the number of vertices");
   const uint64_t n_faces = lines.index("the number of faces");
 
   Mesh mesh;
   for (uint64_t i = 0; i < n_vertices; ++i) {
     next_line_for(lines, "vertex " + std::to_string(i) + " of " + std::to_string(n_vertices));
-    mesh.add_vertex(lines.point("vertex " + std::to_string(i)));
+    const std::string name = "vertex " + std::to_string(i);
+    mesh.add_vertex(lines.point(name));
+    lines.pass_numbers(kBeside, name);
   }
   for (uint64_t i = 0; i < n_faces; ++i) {
     next_line_for(lines, "face " + std::to_string(i) + " of " + std::to_string(n_faces));
     mesh.add_polygon(read_corners(lines, i, n_vertices));
+    lines.pass_numbers(kBeside, "face " + std::to_string(i));
   }
+  if (lines.next_line()) lines.fail("the file goes on after its " + std::to_string(n_faces) + " faces");
   return mesh;
 }
 

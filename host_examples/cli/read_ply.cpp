@@ -3,6 +3,7 @@
 //
 // Our own reader, because the small ones there are trust the file: a wrong count makes them allocate without bound, read past
 // a line, or loop for ever. Here nothing is allocated by an announced count, and every value is checked to be there.
+#include "judge.hpp"
 #include "mesh.hpp"
 #include "text_lines.hpp"
 
@@ -106,6 +107,7 @@ class Body {
 public:
   virtual ~Body() = default;
   virtual void begin_row(const std::string &what) = 0;
+  virtual void end() {}  // behind binary data some writers leave a line end
   virtual double value(Type type, const std::string &what) = 0;
   virtual void pass_over(Type type, const std::string &what) = 0;  // anything may stand there
   [[noreturn]] virtual void fail(const std::string &what) const = 0;
@@ -116,16 +118,30 @@ public:
   explicit AsciiBody(TextLines &lines) : lines_(lines) {}
 
   void begin_row(const std::string &what) override {
+    end_row();
     if (!lines_.next_line()) lines_.fail("the file ends before " + what + "; is it cut off?");
+    in_row_ = true;
   }
-  double value(Type, const std::string &what) override { return lines_.number(what); }
+  void end() override {
+    end_row();
+    if (lines_.next_line()) lines_.fail("the file goes on after all that its header announces");
+  }
+  double value(Type type, const std::string &what) override {
+    if (type == Type::f32 || type == Type::f64) return lines_.number(what);
+    return static_cast<double>(lines_.whole(what));
+  }
   void pass_over(Type, const std::string &what) override {
     if (lines_.word().empty()) lines_.fail("the line ends before " + what);
   }
   void fail(const std::string &what) const override { lines_.fail(what); }
 
 private:
+  void end_row() const {
+    if (in_row_ && lines_.has_word()) lines_.fail("more stands on the line than the header announces");
+  }
+
   TextLines &lines_;
+  bool in_row_ = false;
 };
 
 template <class T>
@@ -195,7 +211,7 @@ std::string nth(const std::string &name, uint64_t i) { return name + " " + std::
 uint32_t read_whole(Body &body, Type type, const std::string &what) {
   const double value = body.value(type, what);
   if (!(value >= 0 && value <= UINT32_MAX) || value != std::floor(value))
-    body.fail(what + " must be a whole number, 0 or more; found " + std::to_string(value));
+    body.fail(what + " must be a whole number, 0 or more; found " + format("%.9g", value));
   return static_cast<uint32_t>(value);
 }
 
@@ -305,6 +321,7 @@ Mesh read_ply(const std::string &path, const std::string &contents) {
 
   Mesh mesh;
   for (const Element &element : header.elements) read_element(*body, element, mesh);
+  body->end();
   check_corners(path, mesh);
   return mesh;
 }

@@ -38,13 +38,16 @@ std::vector<uint32_t> read_indices(Section &section, const char *key) {
   return indices;
 }
 
-Support read_support(Section section, const std::string &scene_path) {
+Support read_support(Section section, const std::string &scene_path, std::vector<std::string> &inputs) {
   Support support;
   support.clamped = section.choice("kind", {"fixed", "clamped"}) == "clamped";
   const std::vector<double> b = section.numbers("box", 6);
   if (!b.empty()) support.box = Bounds{{b[0], b[1], b[2]}, {b[3], b[4], b[5]}};
   support.vertices = read_indices(section, "vertices");
-  if (const auto file = section.text("list")) support.vertices = read_vertex_list(beside(scene_path, *file));
+  if (const auto file = section.text("list")) {
+    inputs.push_back(beside(scene_path, *file));
+    support.vertices = read_vertex_list(inputs.back());
+  }
   if (!support.box && support.vertices.empty()) section.fail("name the vertices by box, vertices or list");
   section.reject_unknown_keys();
   return support;
@@ -319,9 +322,11 @@ void read_substance(Section &section, const std::string &path, Scene &scene) {
   const auto mesh = section.text("mesh");
   if (!mesh) section.fail("mesh is missing: name the OBJ, OFF or PLY file, relative to the scene");
   scene.mesh_path = beside(path, *mesh);
+  scene.inputs.insert(scene.inputs.end(), {path, scene.mesh_path});
   if (auto s = section.section("material")) scene.material = read_material(*s);
   if (auto s = section.section("damping")) scene.damping = read_damping(*s);
-  for (Section &s : section.sections("support")) scene.supports.push_back(read_support(std::move(s), path));
+  for (Section &s : section.sections("support"))
+    scene.supports.push_back(read_support(std::move(s), path, scene.inputs));
   for (Section &s : section.sections("force")) scene.loads.forces.push_back(read_force(std::move(s)));
   if (auto s = section.section("wind")) scene.loads.wind = read_wind(*s);
   if (auto s = section.section("expect")) {

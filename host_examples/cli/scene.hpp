@@ -93,6 +93,7 @@ struct Scene {
   std::string name;  // stem of the files that are written
   std::string title;
   std::string mesh_path;
+  std::vector<std::string> inputs;  // the files that it comes from
   std::string length_unit;  // for people only
   Material material;
   std::vector<Support> supports;

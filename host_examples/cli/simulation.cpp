@@ -1,11 +1,13 @@
 #include "simulation.hpp"
 
 #include "energy_audit.hpp"
+#include "judge.hpp"
 #include "progress.hpp"
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <stdexcept>
 
 namespace cli {
 
@@ -41,7 +43,7 @@ void note_handles(const shellwarp::State &state, HandleFigures &figures) {
 // The frame's pose and the handles' places are given for the end of each step; the library takes velocities from the
 // differences.
 void step_to_next_frame(const Scene &scene, std::vector<PlacedHandle> &handles, shellwarp::State &state, Run &run) {
-  for (uint32_t k = 0; k < scene.steps_per_frame; ++k) {
+  for (uint32_t k = 0; k < scene.steps_per_frame && !interrupted(); ++k) {
     const double end_time = static_cast<double>(run.steps + 1) * scene.step();
     {
       Stopwatch stopwatch(run.step_seconds);
@@ -76,7 +78,11 @@ void move_to_equilibrium(const Scene &scene, std::vector<PlacedHandle> &handles,
 
 uint32_t frame_count(const Scene &scene) {
   if (scene.is_static) return 1;
-  return static_cast<uint32_t>(std::clamp(std::round(scene.duration * scene.frame_rate), 1.0, 1e9));
+  const double frames = std::max(std::round(scene.duration * scene.frame_rate), 1.0);
+  if (!(frames <= kMostFrames))
+    throw std::runtime_error(format("%g s at %g frames a second are %g frames; at most %u can be numbered",
+                                    scene.duration, scene.frame_rate, frames, kMostFrames));
+  return static_cast<uint32_t>(frames);
 }
 
 Run simulate(const Scene &scene, uint32_t n_frames, const Mesh &mesh, std::vector<PlacedHandle> handles,
@@ -87,14 +93,14 @@ Run simulate(const Scene &scene, uint32_t n_frames, const Mesh &mesh, std::vecto
   record(0, state, positions, run, cache);
   audit.note(0, state, run.frames.back().report);
   run.position_seconds = 0;  // the start is not a frame that was stepped to
-  for (uint32_t frame = 1; frame <= n_frames && !run.interrupted; ++frame) {
+  for (uint32_t frame = 1; frame <= n_frames; ++frame) {
     if (scene.is_static)
       move_to_equilibrium(scene, handles, state, run);
     else
       step_to_next_frame(scene, handles, state, run);
+    if ((run.interrupted = interrupted())) break;  // perhaps in the middle of a frame
     record(frame, state, positions, run, cache);
     audit.note(frame, state, run.frames.back().report);
-    run.interrupted = interrupted();
   }
   if (audit.applies()) run.largest_gain = audit.largest_gain();
   run.frame_of_gain = audit.frame_of_gain();

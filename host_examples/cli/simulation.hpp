@@ -42,11 +42,15 @@ struct Run {
   bool interrupted = false;
 };
 
+// Of a point cache, which counts them in 31 bits, the start included.
+constexpr uint32_t kMostFrames = 2147483646;
+
 // Writes one sample a frame into `cache` unless it is null.
 Run simulate(const Scene &scene, uint32_t n_frames, const Mesh &mesh, std::vector<PlacedHandle> handles,
              shellwarp::State &state, PointCache *cache);
 
-// The duration in frames, at least one; one if static: the equilibrium, handles and frame as at the end of the duration.
+// The duration in frames, at least one; one if static: the equilibrium, handles and frame as at the end of the duration. Throws
+// where a point cache cannot number them.
 uint32_t frame_count(const Scene &scene);
 
 }  // namespace cli

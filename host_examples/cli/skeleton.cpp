@@ -1,7 +1,5 @@
 #include "skeleton.hpp"
 
-#include "output_file.hpp"
-
 #include <algorithm>
 
 namespace cli {
@@ -25,8 +23,9 @@ const Bone *find_bone(const Skeleton &skeleton, const std::string &name) {
   return found == skeleton.end() ? nullptr : &*found;
 }
 
-void write_bones(const std::string &path, const Skeleton &skeleton, uint32_t n_frames, double frame_rate) {
-  OutputFile file(path);
+void write_bones(OutputFolder &folder, const std::string &name, const Skeleton &skeleton, uint32_t n_frames,
+                 double frame_rate) {
+  OutputFile file(folder, name);
   file.print("frame,time,bone,parent,x,y,z,xx,xy,xz,yx,yy,yz,zx,zy,zz\n");
   for (uint32_t frame = 0; frame <= n_frames; ++frame)
     for (const Bone &bone : skeleton) {

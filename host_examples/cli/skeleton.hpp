@@ -3,6 +3,7 @@
 #pragma once
 
 #include "frame_motion.hpp"
+#include "output_file.hpp"
 
 #include <cstdint>
 #include <memory>
@@ -23,6 +24,7 @@ const Bone *find_bone(const Skeleton &skeleton, const std::string &name);
 
 // A row for each frame from 0 to n_frames and bone: frame, time, bone, parent, the place of its joint (x, y, z), and the world
 // axes of its frame (xx, xy, xz is what x has become, and so on to zz).
-void write_bones(const std::string &path, const Skeleton &skeleton, uint32_t n_frames, double frame_rate);
+void write_bones(OutputFolder &folder, const std::string &name, const Skeleton &skeleton, uint32_t n_frames,
+                 double frame_rate);
 
 }  // namespace cli

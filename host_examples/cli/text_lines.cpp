@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <charconv>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -27,9 +26,9 @@ std::string printable(std::string_view word, std::size_t limit = 40) {
   return text + (word.size() > limit ? "…" : "");
 }
 
-std::string found(std::string_view word) { return word.empty() ? "the line ends" : "found '" + printable(word) + "'"; }
-
 }  // namespace
+
+std::string found(std::string_view word) { return word.empty() ? "the line ends" : "found '" + printable(word) + "'"; }
 
 FileError::FileError(const std::string &path, std::size_t line, const std::string &what)
     : std::runtime_error(located(path, line, what)) {}
@@ -46,7 +45,15 @@ std::string read_file(const std::string &path) {
 }
 
 TextLines::TextLines(const std::string &path, const std::string &contents, std::size_t start, std::size_t line)
-    : path_(path), contents_(contents), at_(start), end_(start), line_(line - 1) {}
+    : path_(path), contents_(contents), at_(start), end_(start), line_(line - 1) {
+  if (start > 0) return;
+  const auto begins_with = [&](std::string_view mark) {
+    return std::string_view(contents_).substr(0, mark.size()) == mark;
+  };
+  if (begins_with("\xff\xfe") || begins_with("\xfe\xff") || begins_with(std::string_view("\0\0\xfe\xff", 4)))
+    throw FileError(path, 0, "is text in UTF-16 or UTF-32; save it as UTF-8");
+  if (begins_with("\xef\xbb\xbf")) at_ = end_ = 3;
+}
 
 bool TextLines::next_line() {
   while (end_ < contents_.size()) {
@@ -68,8 +75,6 @@ std::string_view TextLines::word() {
 
 bool TextLines::has_word() const { return contents_.find_first_not_of(kBlank, at_) < stop_; }
 
-std::string_view TextLines::rest() const { return std::string_view(contents_).substr(at_, end_ - at_); }
-
 double TextLines::number(const std::string &what) {
   const std::string_view text = word();
   double value = 0;
@@ -80,9 +85,14 @@ double TextLines::number(const std::string &what) {
 uint64_t TextLines::index(const std::string &what) {
   const std::string_view text = word();
   uint64_t value = 0;
-  const auto result = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (text.empty() || result.ec != std::errc() || result.ptr != text.data() + text.size())
-    fail(what + " must be a whole number, 0 or more; " + found(text));
+  if (!parse_whole(text, value)) fail(what + " must be a whole number, 0 or more; " + found(text));
+  return value;
+}
+
+int64_t TextLines::whole(const std::string &what) {
+  const std::string_view text = word();
+  int64_t value = 0;
+  if (!parse_whole(text, value)) fail(what + " must be a whole number; " + found(text));
   return value;
 }
 
@@ -91,6 +101,15 @@ std::array<double, 3> TextLines::point(const std::string &what) {
   const char *names[] = {"x of ", "y of ", "z of "};
   for (std::size_t k = 0; k < 3; ++k) x[k] = number(names[k] + what);
   return x;
+}
+
+void TextLines::pass_numbers(std::size_t most, const std::string &what) {
+  std::size_t count = 0;
+  for (; has_word(); ++count) {
+    if (count == most)
+      fail("more than " + std::to_string(most) + " numbers follow " + what + "; is a line end missing?");
+    number("what follows " + what);
+  }
 }
 
 void TextLines::fail(const std::string &what) const { throw FileError(path_, line_, what); }
@@ -102,14 +121,13 @@ std::size_t line_length(std::string_view text) {
 }
 
 bool parse_number(std::string_view word, double &value) {
+  // strtod also knows hexadecimal numbers, "inf" and "nan".
+  if (word.empty() || word.find_first_not_of("0123456789+-.eE") != std::string_view::npos) return false;
   // A copy, because strtod needs an end that it can see; std::from_chars for double is not in every C++17 library.
-  char text[64];
-  if (word.empty() || word.size() >= sizeof text) return false;
-  std::memcpy(text, word.data(), word.size());
-  text[word.size()] = '\0';
+  const std::string text(word);
   char *end = nullptr;
-  value = std::strtod(text, &end);
-  return end == text + word.size() && std::isfinite(value);
+  value = std::strtod(text.c_str(), &end);
+  return end == text.c_str() + text.size() && std::isfinite(value);
 }
 
 }  // namespace cli

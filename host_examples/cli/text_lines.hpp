@@ -2,11 +2,13 @@
 #pragma once
 
 #include <array>
+#include <charconv>
 #include <cstddef>
 #include <cstdint>
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <system_error>
 
 namespace cli {
 
@@ -21,7 +23,8 @@ std::string read_file(const std::string &path);
 
 class TextLines {
 public:
-  // `contents` must outlive this; reading starts at byte `start`, which lies on line `line` (from 1).
+  // `contents` must outlive this; reading starts at byte `start`, which lies on line `line` (from 1). A byte order mark of UTF-8 is
+  // passed over; one of UTF-16 or UTF-32 is a FileError.
   TextLines(const std::string &path, const std::string &contents, std::size_t start = 0, std::size_t line = 1);
 
   // Moves to the next line that holds a word, a line's rest after '#' counting as nothing. False at the end of the file.
@@ -29,13 +32,14 @@ public:
   // Next word of this line; empty when there is none left.
   std::string_view word();
   bool has_word() const;
-  // All that is left of this line, comment and line end included.
-  std::string_view rest() const;
 
-  // Next word as a finite number, or as an index; `what` names it in the message ("x of vertex 12").
+  // Next word as a finite number, a whole number, or an index; `what` names it in the message ("x of vertex 12").
   double number(const std::string &what);
+  int64_t whole(const std::string &what);
   uint64_t index(const std::string &what);
   std::array<double, 3> point(const std::string &what);
+  // The rest of this line: at most `most` numbers, which nobody needs.
+  void pass_numbers(std::size_t most, const std::string &what);
 
   // Byte behind the present line.
   std::size_t position() const { return end_; }
@@ -50,10 +54,20 @@ private:
   std::size_t stop_ = 0;  // where the words of this line end: its end or a comment
 };
 
+// "found 'word'", or that there is none.
+std::string found(std::string_view word);
+
 // Bytes up to the end of the first line, its "\n", "\r\n" or "\r" included.
 std::size_t line_length(std::string_view text);
 
-// The whole of `word` as a number; false if it is not one, or not finite.
+// The whole of `word` as an integer; false if it is not one, or too large.
+template <class Integer>
+bool parse_whole(std::string_view word, Integer &value) {
+  const auto result = std::from_chars(word.data(), word.data() + word.size(), value);
+  return result.ec == std::errc() && result.ptr == word.data() + word.size();
+}
+
+// The whole of `word` as a decimal number; false if it is not one, or not finite.
 bool parse_number(std::string_view word, double &value);
 
 }  // namespace cli

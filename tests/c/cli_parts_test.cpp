@@ -6,6 +6,7 @@
 #include "frame_motion.hpp"
 #include "handle_motion.hpp"
 #include "mesh.hpp"
+#include "output_file.hpp"
 #include "point_cache.hpp"
 #include "progress.hpp"
 #include "scene.hpp"
@@ -165,6 +166,25 @@ std::string with_line_ends(const std::string &contents, const char *line_end) {
   return changed;
 }
 
+void byte_order_marks_do_not_matter() {
+  for (const Sample &sample : samples())
+    if (sample.contents.find("binary") == std::string::npos)
+      CHECK(is_the_mesh(
+          cli::read_mesh(write_file(std::string("marked_") + sample.name, "\xef\xbb\xbf" + sample.contents))));
+}
+
+void statements_of_obj_go_on_after_a_backslash() {
+  std::string text = obj_text("# a path C:\\\n", [](uint32_t v) { return "\\\n" + number(v + 1); });
+  CHECK(is_the_mesh(cli::read_mesh(write_file("continued.obj", text))));
+  CHECK(is_the_mesh(cli::read_mesh(write_file("continued.obj", with_line_ends(text, "\r\n")))));
+}
+
+void off_counts_may_stand_behind_the_first_word() {
+  std::string text = off_text();
+  text.replace(0, text.find('7'), "OFF ");
+  CHECK(is_the_mesh(cli::read_mesh(write_file("one_line.off", text))));
+}
+
 void line_ends_of_other_systems_do_not_matter() {
   for (const Sample &sample : samples()) {
     if (sample.contents.find("binary") != std::string::npos) continue;
@@ -237,6 +257,7 @@ std::vector<BadFile> bad_files() {
   const std::string ply =
       "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n";
   const std::string faces = "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n";
+  const std::string three = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
   return {
       {"word.obj", "v 0 0 0\nv 1 zero 0\nv 0 1 0\nf 1 2 3\n",
        "word.obj:2:", "y of vertex 2 must be a finite number; found 'zero'"},
@@ -248,8 +269,32 @@ std::vector<BadFile> bad_files() {
        "beyond.obj:5:", "names vertex 4, but the file holds only 3"},
       {"before.obj", "v 0 0 0\nf -1 -2 -3\n", "before.obj:2:", "names vertex -2"},
       {"two.obj", "v 0 0 0\nv 1 0 0\nf 1 2\n", "two.obj:3:", "at least three corners; found 2"},
-      {"overflow.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 4294967299\n", "overflow.obj:4:", "more than 9 digits"},
-      {"exponent.obj", "v 0 0 0\nvt 1e-12345678901 0\n", "exponent.obj:2:", "more than 9 digits"},
+      {"overflow.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 4294967299\n",
+       "overflow.obj:4:", "names vertex 4294967299, but the file holds only 3"},
+      {"wide.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 99999999999999999999\n", "wide.obj:4:", "must be a whole number"},
+      {"half.obj", three + "f 1.5 2 3\n", "half.obj:4:", "must be a whole number, or up to three with '/' between"},
+      {"letter.obj", three + "f 1x 2 3\n", "letter.obj:4:", "found '1x'"},
+      {"plus.obj", three + "f +1 2 3\n", "plus.obj:4:", "found '+1'"},
+      {"four.obj", three + "f 1/1/1/1 2 3\n", "four.obj:4:", "found '1/1/1/1'"},
+      {"texture.obj", three + "f 1/x 2 3\n", "texture.obj:4:", "found '1/x'"},
+      {"hex.obj", "v 0x10 0 0\n" + three + "f 1 2 3\n", "hex.obj:1:", "must be a finite number; found '0x10'"},
+      {"joined.obj", "v 0 0 0 v 1 0 0\nf 1 2 3\n", "joined.obj:1:", "what follows vertex 1 must be a finite number"},
+      {"numbers.obj", "v 0 0 0 1 0 0 0 1 0\nf 1 2 3\n", "numbers.obj:1:", "is a line end missing?"},
+      {"continued.obj", three + "f 1 2 \\\n\\\n9\nf 1 2 x\n", "continued.obj:7:", "found 'x'"},
+      {"utf16.obj", std::string("\xff\xfev\0 \0", 6), "utf16.obj:", "UTF-16"},
+      {"hex.off", "OFF\n3 1 0\n0x0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n", "hex.off:3:", "found '0x0'"},
+      {"more.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n3 2 1 0\n", "more.off:7:", "goes on after its 1 faces"},
+      {"joined.off", "OFF\n3 1 0\n0 0 0 OFF\n1 0 0\n0 1 0\n3 0 1 2\n", "joined.off:3:", "what follows vertex 0"},
+      {"hex.ply", ply + faces + "3 0x0 1 2\n", "hex.ply:13:", "must be a whole number; found '0x0'"},
+      {"float.ply", ply + faces + "3 0 1e0 2\n", "float.ply:13:", "must be a whole number; found '1e0'"},
+      {"minus.ply", ply + faces + "3 0 -1 2\n", "minus.ply:13:", "0 or more; found -1"},
+      {"wide.ply", ply + faces + "3 0 1 2 3\n", "wide.ply:13:", "more stands on the line"},
+      {"more.ply", ply + faces + "3 0 1 2\n3 2 1 0\n", "more.ply:14:", "the file goes on after"},
+      {"list_of_floats.ply",
+       "ply\nformat binary_little_endian 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\n"
+       "element face 1\nproperty list uchar double vertex_indices\nend_header\n" +
+           std::string(12, '\0') + "\1" + std::string(6, '\0') + "\x37\x7e",
+       "list_of_floats.ply:", "found 9.62683514e+299"},
       {"empty.obj", "", "empty.obj:", "holds no vertices"},
       {"cloud.obj", "v 0 0 0\n", "cloud.obj:", "holds no faces"},
       {"junk.obj",
@@ -311,12 +356,13 @@ void missing_files_and_directories_are_refused() {
 // ---------------------------------------------------------------------------------------------------------- writing
 
 void a_point_cache_has_the_bytes_of_the_format() {
-  const std::string path = in_directory("two_points.pc2");
   const float first[6] = {0, 1, 2, 3, 4, 5}, second[6] = {-1, -2, -3, -4, -5, 0.5f};
-  cli::PointCache cache(path, 2);
+  cli::OutputFolder folder(directory);
+  cli::PointCache cache(folder, "two_points.pc2", 2);
   cache.append(first);
   cache.append(second);
   cache.close();
+  folder.put_in_place();
 
   std::string expected("POINTCACHE2\0", 12);
   append(expected, int32_t{1}, false);
@@ -326,17 +372,122 @@ void a_point_cache_has_the_bytes_of_the_format() {
   append(expected, int32_t{2}, false);
   for (float x : first) append(expected, x, false);
   for (float x : second) append(expected, x, false);
-  CHECK(cli::read_file(path) == expected);
+  CHECK(cli::read_file(in_directory("two_points.pc2")) == expected);
 }
 
 void an_unwritable_file_is_an_error_that_names_it() {
   bool refused = false;
   try {
-    cli::PointCache cache(in_directory("no_such_directory/x.pc2"), 2);
+    cli::OutputFolder folder(directory);
+    cli::PointCache cache(folder, "no_such_directory/x.pc2", 2);
   } catch (const std::runtime_error &error) {
     refused = std::strstr(error.what(), "x.pc2") != nullptr;
   }
   CHECK(refused);
+}
+
+// What the folder's files hold, by name, a partial one by its ending.
+std::vector<std::string> names_in(const std::string &folder) {
+  std::vector<std::string> names;
+  for (const auto &entry : std::filesystem::directory_iterator(folder))
+    names.push_back(entry.path().filename().string());
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+void print_file(cli::OutputFolder &folder, const std::string &name, const char *text) {
+  cli::OutputFile file(folder, name);
+  file.print("%s", text);
+  file.close();
+}
+
+void files_are_there_whole_or_as_they_were() {
+  const std::string path = in_directory("whole");
+  std::filesystem::remove_all(path);
+  {
+    cli::OutputFolder folder(path);
+    print_file(folder, "a.csv", "old");
+    CHECK(names_in(path).size() == 1 && names_in(path)[0] != "a.csv");
+    folder.put_in_place();
+    CHECK(names_in(path) == std::vector<std::string>{"a.csv"});
+    print_file(folder, "a.csv", "new");
+    print_file(folder, "b.csv", "new");
+    CHECK(cli::read_file(path + "/a.csv") == "old");
+  }  // neither was put in place
+  CHECK(names_in(path) == std::vector<std::string>{"a.csv"} && cli::read_file(path + "/a.csv") == "old");
+}
+
+std::string refusal(cli::OutputFolder &folder, const std::string &name) {
+  try {
+    print_file(folder, name, "output");
+  } catch (const std::runtime_error &error) {
+    return error.what();
+  }
+  return "written without complaint";
+}
+
+// By its own name, a hard link and a symbolic link; the early check finds the same before anything is written.
+void an_input_is_never_replaced() {
+  const std::string path = in_directory("inputs"), mesh = path + "/a_rest.obj";
+  std::filesystem::remove_all(path);
+  std::filesystem::create_directories(path);
+  std::ofstream(mesh) << "input";
+  std::filesystem::create_hard_link(mesh, path + "/hard.obj");
+  std::filesystem::create_symlink("a_rest.obj", path + "/soft.obj");
+  cli::OutputFolder folder(path, {mesh});
+  for (const char *name : {"a_rest.obj", "hard.obj", "soft.obj"}) {
+    CHECK(refusal(folder, name).find("a_rest.obj; choose another folder") != std::string::npos);
+    bool refused = false;
+    try {
+      folder.refuse_inputs([&](const std::string &written) { return written == name; });
+    } catch (const std::runtime_error &) {
+      refused = true;
+    }
+    CHECK(refused);
+  }
+  folder.refuse_inputs([](const std::string &name) { return cli::is_output("b", name); });
+  CHECK(refusal(folder, "b_rest.obj") == "written without complaint");
+  folder.put_in_place();
+  CHECK(cli::read_file(mesh) == "input" && cli::read_file(path + "/hard.obj") == "input");
+}
+
+// A link to another file is written through; a device or a folder of that name is left alone.
+void links_are_followed_and_devices_refused() {
+  const std::string path = in_directory("links"), elsewhere = in_directory("elsewhere.csv");
+  std::filesystem::remove_all(path);
+  std::filesystem::create_directories(path + "/folder.csv");
+  std::ofstream(elsewhere) << "old";
+  std::filesystem::create_symlink(std::filesystem::absolute(elsewhere), path + "/link.csv");
+  cli::OutputFolder folder(path);
+  print_file(folder, "link.csv", "new");
+  folder.put_in_place();
+  CHECK(cli::read_file(elsewhere) == "new" && std::filesystem::is_symlink(path + "/link.csv"));
+  CHECK(refusal(folder, "folder.csv").find("folder.csv: something that is no file has this name") != std::string::npos);
+#ifdef __linux__
+  std::filesystem::create_symlink("/dev/full", path + "/device.csv");
+  CHECK(refusal(folder, "device.csv").find("device.csv: something that is no file") != std::string::npos);
+#endif
+}
+
+void names_of_outputs_are_known() {
+  for (const char *name : {"a.pc2", "a_rest.obj", "a_frames.csv", "a_comparison.csv", "a_bones.csv", "a_frame_0042.obj",
+                           "a_frame_123456_handles.csv", "a_12_virtual-work.obj"})
+    CHECK(cli::is_output("a", name));
+  for (const char *name : {"a.obj", "a_body.obj", "b_rest.obj", "a_frame_.obj", "a", "", "a_rest.objx"})
+    CHECK(!cli::is_output("a", name));
+}
+
+void runs_of_too_many_frames_are_refused() {
+  cli::Scene scene;
+  CHECK(cli::frame_count(scene) == 150);
+  scene.duration = 1e300;
+  std::string message;
+  try {
+    cli::frame_count(scene);
+  } catch (const std::runtime_error &error) {
+    message = error.what();
+  }
+  CHECK(message == "1e+300 s at 30 frames a second are 3e+301 frames; at most 2147483646 can be numbered");
 }
 
 cli::FrameRecord frame_of_height(uint32_t frame, double height) {
@@ -512,7 +663,8 @@ void a_led_strip_is_where_its_handles_are_and_is_let_go() {
   cli::ProgressBar progress(true);
   const shellwarp::Model model = cli::make_model(scene, mesh, progress);
   shellwarp::State state = cli::make_state(scene, mesh, model);
-  cli::PointCache cache(in_directory("led.pc2"), mesh.n_vertices());
+  cli::OutputFolder folder(directory);
+  cli::PointCache cache(folder, "led.pc2", mesh.n_vertices());
   const cli::Run run = cli::simulate(scene, 75, mesh, handles, state, &cache);
   CHECK(run.handles.steps == 60 && run.handles.steps_missed == 0);  // the step that ends at 2 s is the last one held
   CHECK(run.handles.iterations >= 1 && run.handles.position_residual < 4e-6);
@@ -521,7 +673,9 @@ void a_led_strip_is_where_its_handles_are_and_is_let_go() {
   // The largest displacement before the release, at a frame that this picks.
   cli::Run held = run;
   held.frames.resize(61);
-  cli::write_frame_files(directory, scene, mesh, handles, held, state);
+  cache.close();
+  cli::write_frame_files(folder, scene, mesh, handles, held, state);
+  folder.put_in_place();
   const std::string table = cli::read_file(in_directory("led_frames.csv"));
   CHECK(table.find("elastic_energy,obj,displacement,handles\n0,0,") != std::string::npos);
   const std::vector<std::size_t> chosen = cli::extreme_frames(held.frames, 1);
@@ -790,6 +944,9 @@ int main(int argc, char **argv) {
   directory = argv[1];
   std::filesystem::create_directories(directory);
   RUN(every_format_gives_the_same_vertices_and_fans);
+  RUN(byte_order_marks_do_not_matter);
+  RUN(statements_of_obj_go_on_after_a_backslash);
+  RUN(off_counts_may_stand_behind_the_first_word);
   RUN(line_ends_of_other_systems_do_not_matter);
   RUN(files_cut_anywhere_are_refused_or_sound);
   RUN(cut_off_and_ply_files_are_always_refused);
@@ -798,6 +955,11 @@ int main(int argc, char **argv) {
   RUN(missing_files_and_directories_are_refused);
   RUN(a_point_cache_has_the_bytes_of_the_format);
   RUN(an_unwritable_file_is_an_error_that_names_it);
+  RUN(files_are_there_whole_or_as_they_were);
+  RUN(an_input_is_never_replaced);
+  RUN(links_are_followed_and_devices_refused);
+  RUN(names_of_outputs_are_known);
+  RUN(runs_of_too_many_frames_are_refused);
   RUN(extreme_frames_are_the_largest_local_maxima_in_order);
   RUN(shaking_begins_and_ends_at_rest_in_the_world_frame);
   RUN(poses_are_rotations_about_the_pivot);

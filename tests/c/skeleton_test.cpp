@@ -95,7 +95,9 @@ void a_joint_leads_its_vertex_as_the_bone_goes() {
 void the_table_of_bones_has_joints_and_axes() {
   const cli::Skeleton skeleton = {{"elbow", "shoulder", forearm()}};
   const std::string path = in_directory("bones.csv");
-  cli::write_bones(path, skeleton, 7, 1);
+  cli::OutputFolder folder(directory);
+  cli::write_bones(folder, "bones.csv", skeleton, 7, 1);
+  folder.put_in_place();
   std::ifstream file(path);
   std::string line, last;
   int lines = 0;
