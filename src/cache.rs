@@ -435,7 +435,7 @@ fn restore_units(header: &Header, content: Option<&[u8]>) -> Result<Vec<[f64; 2]
     let pair = |two: &[u8]| [f64::get(&two[..8]), f64::get(&two[8..])];
     let units: Vec<_> = content.chunks_exact(16).map(pair).collect();
     match units.iter().flatten().find(|unit| !(unit.is_normal() && **unit > 0.0)) {
-        Some(unit) => invalid(format!("a unit of its basis is {unit}")),
+        Some(unit) => invalid(format!("a unit of its basis is {unit:?}")),
         None => Ok(units),
     }
 }

@@ -55,7 +55,7 @@ pub type Result<T> = std::result::Result<T, Error>;
 
 /// Fails with the name and value unless `value` is finite. The name is written then only: `format_args!` costs nothing before.
 pub(crate) fn require_finite(name: impl fmt::Display, value: f64) -> Result<f64> {
-    if value.is_finite() { Ok(value) } else { Err(Error::argument(format!("{name} is {value}: it must be finite"))) }
+    if value.is_finite() { Ok(value) } else { Err(Error::argument(format!("{name} is {value:?}: it must be finite"))) }
 }
 
 /// Fails with the name and value unless `value` is finite and not negative.
@@ -63,7 +63,7 @@ pub(crate) fn require_non_negative(name: impl fmt::Display, value: f64) -> Resul
     if require_finite(&name, value)? >= 0.0 {
         Ok(value)
     } else {
-        Err(Error::argument(format!("{name} is {value}: it must not be negative")))
+        Err(Error::argument(format!("{name} is {value:?}: it must not be negative")))
     }
 }
 

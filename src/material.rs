@@ -37,7 +37,7 @@ impl Material {
             return Err(Error::argument("k_area, k_length and k_bend are all 0: nothing would resist anything"));
         }
         if self.area_density < f64::MIN_POSITIVE {
-            return Err(Error::argument(format!("area_density is {}: it must be positive", self.area_density)));
+            return Err(Error::argument(format!("area_density is {:?}: it must be positive", self.area_density)));
         }
         Ok(self)
     }

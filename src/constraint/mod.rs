@@ -72,7 +72,7 @@ impl ConstraintSet {
             return Err(Error::argument(format!("constraint {id} is at vertex {vertex} of {n_vertices}")));
         }
         if !(compliance.is_finite() && compliance >= 0.0) {
-            return Err(Error::argument(format!("constraint {id} has the compliance {compliance}")));
+            return Err(Error::argument(format!("constraint {id} has the compliance {compliance:?}")));
         }
         if axes == [false; 3] {
             return Err(Error::argument(format!("constraint {id} holds no axis")));

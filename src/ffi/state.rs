@@ -350,7 +350,7 @@ pub(super) fn rotation(values: &[f64; 9]) -> Result<UnitQuaternion<f64>, Fault> 
     let error = (matrix.transpose() * matrix - Matrix3::identity()).amax();
     if error > 1e-4 || matrix.determinant() < 0.0 {
         let message =
-            format!("desc->rotation is no rotation: |R^T R - I| is {error:.1e}, det {:.3}", matrix.determinant());
+            format!("desc->rotation is no rotation: |R^T R - I| is {error:.1e}, det {:.2e}", matrix.determinant());
         return Err(Fault::argument(message));
     }
     // Newton's iteration for the orthogonal polar factor; quadratic, so three steps from 1e-4 reach rounding.

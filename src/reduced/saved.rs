@@ -121,7 +121,7 @@ impl ReducedShell {
             return invalid("a stress field of its membrane is not normed");
         }
         if !(own_share > 0.0 && own_share < 1.0) {
-            return invalid(format!("the membrane's own share is {own_share}: it is more than 0 and less than 1"));
+            return invalid(format!("the membrane's own share is {own_share:?}: it is more than 0 and less than 1"));
         }
         let fields = match precision {
             Precision::F64 if Feature::F64Basis.is_built_in() => AnyFields::F64(load_fields(shell, n, fields)?),

@@ -47,7 +47,7 @@ impl EquilibriumOptions {
         if first > 0.0 && first <= 1.0 {
             return Ok(());
         }
-        Err(Error::argument(format!("the first increment is {first}: it must be in (0, 1]")))
+        Err(Error::argument(format!("the first increment is {first:?}: it must be in (0, 1]")))
     }
 }
 

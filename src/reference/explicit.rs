@@ -28,7 +28,7 @@ impl Solver {
         for v in shell.free.iter().map(|&v| v as usize) {
             let acceleration = (forces[v] - force[v]) / shell.mass[v] - damping.mass * velocity[v];
             if !(velocity[v] + h * acceleration).iter().all(|c| c.is_finite()) {
-                let message = format!("the explicit step of {h} s has blown up at vertex {v}: take shorter steps");
+                let message = format!("the explicit step of {h:?} s has blown up at vertex {v}: take shorter steps");
                 return Err(Error::new(ErrorKind::Numerical, message));
             }
             force[v] = acceleration;

@@ -53,7 +53,8 @@ impl Solver {
         let end = led::step(newton, handles, &potential, x, stop)?;
         if !end.converged {
             let (n, r) = (end.iterations, end.residual);
-            let message = format!("the implicit step of {h} s did not converge: residual {r:.2e} after {n} iterations");
+            let message =
+                format!("the implicit step of {h:?} s did not converge: residual {r:.2e} after {n} iterations");
             return Err(Error::new(ErrorKind::Numerical, message));
         }
         if !self.handles.is_empty() {

@@ -124,7 +124,7 @@ fn check_step(h: f64, damping: Rayleigh) -> Result<()> {
     if require_finite("the step h", h)? > 0.0 {
         Ok(())
     } else {
-        Err(Error::argument(format!("the step h is {h}: it must be positive")))
+        Err(Error::argument(format!("the step h is {h:?}: it must be positive")))
     }
 }
 

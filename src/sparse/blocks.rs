@@ -145,7 +145,7 @@ impl BlockMatrix {
         let Some(bad) = self.lower.val().iter().find(|v| !v.is_finite()) else {
             return Ok(());
         };
-        let message = format!("the stiffness matrix has the entry {bad}: stiffness, density or size out of range");
+        let message = format!("the stiffness matrix has the entry {bad:?}: stiffness, density or size out of range");
         Err(Error::new(ErrorKind::Numerical, message))
     }
 }

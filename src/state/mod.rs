@@ -586,7 +586,7 @@ impl State {
         let mut frame = self.frame;
         let rates = frame.advance(h);
         if !rates.is_finite() {
-            let message = format!("the frame moves too far in a step of {h} s: its rates are not finite");
+            let message = format!("the frame moves too far in a step of {h:?} s: its rates are not finite");
             return Err(Error::new(ErrorKind::Numerical, message));
         }
         self.evaluate_loads(&frame.pose, &rates);
@@ -610,7 +610,7 @@ impl State {
         if h.is_finite() && h > 0.0 && (self.time + h).is_finite() {
             return Ok(());
         }
-        Err(Error::argument(format!("the step is {h} s: it must be positive and finite")))
+        Err(Error::argument(format!("the step is {h:?} s: it must be positive and finite")))
     }
 
     /// Falls asleep when the last step has shown that nothing moves; nothing around the shell did when it was `still`.

@@ -163,7 +163,10 @@ impl Modal {
         let work = self.meet_constraints(model, pose, h);
         let told = (self.constraint_work + work).is_finite() && self.constraints.set().is_finite();
         if !told || !self.has_meaning(model, &self.next[0], &self.next[1]) {
-            return Err(Error::new(ErrorKind::Numerical, format!("the step of {h} s does not give finite positions")));
+            return Err(Error::new(
+                ErrorKind::Numerical,
+                format!("the step of {h:?} s does not give finite positions"),
+            ));
         }
         self.unchanged = work == 0.0 && self.next == [&*self.q, &*self.q_dot] && self.constraints.set().is_unchanged();
         let [next_q, next_q_dot] = &mut self.next;

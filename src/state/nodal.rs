@@ -139,7 +139,7 @@ impl Nodal {
         self.u.copy_from_slice(&self.before[0]);
         self.velocity.copy_from_slice(&self.before[1]);
         let advice = if self.explicit { ": take shorter steps" } else { "" };
-        let message = format!("the step of {h} s moves the shell beyond all range{advice}");
+        let message = format!("the step of {h:?} s moves the shell beyond all range{advice}");
         Err(Error::new(ErrorKind::Numerical, message))
     }
 

@@ -243,7 +243,7 @@ impl Reduced {
         let work = self.conclude((model, reduced, pose));
         let told = (self.constraint_work + work).is_finite() && self.constraints.is_finite();
         if !told || !Self::has_meaning(model, &self.next, &self.rates) {
-            return Err(Error::new(ErrorKind::Numerical, format!("the step of {h} s does not give finite positions")));
+            return Err(Error::new(ErrorKind::Numerical, format!("the step of {h:?} s does not give finite positions")));
         }
         let Motion { q, q_dot, before, last_steps } = &mut self.motion;
         before.swap(0, 1);
@@ -311,7 +311,7 @@ impl Reduced {
         // The first pass makes up for the guess; from the second on only the frame's forces change.
         if let Some(rate) = load.spin_rate().filter(|_| gained[PASSES - 1] > gained[1].max(SETTLED * SETTLED * size)) {
             let turn = rate * h;
-            let message = format!("the forces of a frame that turns by {turn:.1} rad in a step of {h} s do not settle");
+            let message = format!("the forces of a frame that turns by {turn:.1e} rad in a step of {h:?} s do not settle");
             return Err(Error::new(ErrorKind::Numerical, message));
         }
         (0..self.next.len()).for_each(|k| self.rates[k] = alpha * self.next[k] + self.constant[0][k]);
