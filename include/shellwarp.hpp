@@ -225,6 +225,20 @@ public:
   void set_amplitudes(const double *amplitudes, const double *velocities, uint32_t count) {
     check(sw_state_set_amplitudes(get(), amplitudes, velocities, count));
   }
+  /* The nearest pose to positions (n_vertices x 3) and velocities (as many, or null: at rest in the frame). Returns how far the vertices
+     are from it: the root of the mean square, weighted by mass. */
+  double set_pose(const float *positions, uint32_t n_vertices, const float *velocities = nullptr,
+                  uint32_t space = SW_SPACE_WORLD) {
+    double missed = 0;
+    check(sw_state_set_pose(get(), space, SW_FORMAT_F32, positions, 0, velocities, 0, n_vertices, &missed));
+    return missed;
+  }
+  double set_pose(const double *positions, uint32_t n_vertices, const double *velocities = nullptr,
+                  uint32_t space = SW_SPACE_WORLD) {
+    double missed = 0;
+    check(sw_state_set_pose(get(), space, SW_FORMAT_F64, positions, 0, velocities, 0, n_vertices, &missed));
+    return missed;
+  }
   void set_constraint(const SwConstraintDesc &desc) { check(sw_state_set_constraint(get(), &desc)); }
   /* SW_ALL_CONSTRAINTS removes them all. */
   void clear_constraint(uint32_t id) { check(sw_state_clear_constraint(get(), id)); }

@@ -772,9 +772,14 @@ pub(super) fn vertex_rows(
     stride: u64,
     n_vertices: u32,
 ) -> Result<VectorRows, Fault> {
-    let expected = model.shell.mesh.positions.len();
-    if n_vertices as usize != expected {
-        return Err(Fault::argument(format!("n_vertices is {n_vertices}, but the mesh has {expected} vertices")));
-    }
+    check_vertex_count(model, n_vertices)?;
     VectorRows::checked("out", out, format, components, stride, n_vertices.into())
+}
+
+/// The host's arrays are only as long as it says: nothing is read or written when the number is wrong.
+pub(super) fn check_vertex_count(model: &Model, n_vertices: u32) -> Result<(), Fault> {
+    match model.shell.mesh.positions.len() {
+        n if n == n_vertices as usize => Ok(()),
+        n => Err(Fault::argument(format!("n_vertices is {n_vertices}, but the mesh has {n} vertices"))),
+    }
 }

@@ -1,7 +1,7 @@
 //! States: amplitudes, loads, steps and output.
 
 use super::guard::{guard, read, write};
-use super::model::{SwModel, vertex_rows};
+use super::model::{SwModel, check_vertex_count, vertex_rows};
 use super::pointer::{
     VectorRows, byte_slice, check_flags, copy_out, enumerant, not_null, object, put, read_array, read_list,
     read_numbers,
@@ -415,6 +415,54 @@ fn check_count(model: &Model, count: u32) -> Result<(), Fault> {
     match model.n_modes() {
         n if n == count as usize => Ok(()),
         n => Err(Fault::argument(format!("count is {count}, but the model has {n} modes"))),
+    }
+}
+
+/// Poses the shell: takes the nearest motion that the state's method has.
+/// `positions` and `velocities` (n_vertices x 3) are of all vertices, in the order of the mesh, in SW_SPACE_... and as SW_FORMAT_..., `stride`
+/// and `velocity_stride` bytes from vertex to vertex (0 = packed). NULL velocities mean at rest in the support frame. The world's are as in
+/// sw_state_positions: the frame is where it was at the end of the last step, and velocities contain its own.
+/// Nearest is meant in the mass norm. `missed` (or NULL) gets what is left: the root mean square distance of the vertices from `positions`,
+/// weighted by mass, in the mesh's unit. Nonlinear shells take every vertex that moves; held and unreferenced vertices stay. Modes and fields
+/// seldom have the pose itself. Positions read in SW_FORMAT_F64 and set again come back within 1e-6 of the largest displacement, with
+/// SW_PRECISION_F64 within 1e-9. Modal methods search from rest: of a pose turned by more than two radians they may find another, which
+/// `missed` shows.
+/// Time, frame, loads, damping and constraints stay. A reduced shell's integrator starts anew. Takes as long as hundreds of readings of the
+/// positions. Allocates. On failure nothing has changed.
+/// Errors: SW_ERROR_INVALID_ARGUMENT, also when n_vertices is not the mesh's, on a number that is not finite, and on a vertex more than 1e6 sizes
+/// of the mesh from rest or faster than 1e15 of them a second; SW_ERROR_NUMERICAL when the method cannot tell the pose; SW_ERROR_OUT_OF_MEMORY,
+/// SW_ERROR_BUSY.
+#[allow(clippy::too_many_arguments)] // each has its own meaning
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn sw_state_set_pose(
+    state: *mut SwState,
+    space: u32,
+    format: u32,
+    positions: *const c_void,
+    stride: u64,
+    velocities: *const c_void,
+    velocity_stride: u64,
+    n_vertices: u32,
+    missed: *mut f64,
+) -> SwStatus {
+    // SAFETY: the header's contract; the buffers are checked, and NULL is excluded.
+    unsafe {
+        writing(state, |state| {
+            let space = space_of(space)?;
+            check_vertex_count(state.model(), n_vertices)?;
+            let field = |name: &str, base, stride| -> Result<Vec<Vec3>, Fault> {
+                let rows = VectorRows::checked(name, base, format, 3, stride, n_vertices.into())?;
+                Ok((0..n_vertices as usize).map(|v| rows.read(v)).collect())
+            };
+            let x = field("positions", positions, stride)?;
+            let given = !velocities.is_null();
+            let rate = given.then(|| field("velocities", velocities, velocity_stride)).transpose()?;
+            let distance = state.set_pose(space, &x, rate.as_deref())?;
+            if !missed.is_null() {
+                put(missed, distance);
+            }
+            Ok(())
+        })
     }
 }
 

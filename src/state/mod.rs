@@ -1,10 +1,12 @@
 //! A moving shell: its motion over a shared [`Model`], and the loads on it.
 
 mod certify;
+mod follow;
 mod modal;
 mod nodal;
 mod output;
 mod plan;
+mod pose;
 mod reduced;
 mod rest;
 mod saved;

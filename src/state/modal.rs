@@ -289,12 +289,22 @@ impl Modal {
 
     /// Hands the positions of all vertices to `write`, in order: the first vertex of some, and their rows.
     pub fn positions(&self, model: &Model, placement: &Placement, write: impl FnMut(usize, &[[f64; 3]])) {
+        self.positions_at((model, &self.q), placement, write);
+    }
+
+    /// The same at amplitudes `q`.
+    pub fn positions_at(
+        &self,
+        (model, q): (&Model, &[f64]),
+        placement: &Placement,
+        write: impl FnMut(usize, &[[f64; 3]]),
+    ) {
         if let Some(strain) = self.strain() {
-            return strain.positions((model, &self.q), placement, write);
+            return strain.positions((model, q), placement, write);
         }
         let rest = &model.shell.mesh.positions;
-        with_basis!(&model.basis, basis =>
-            warp::visit_positions_f64(basis, self.amplitudes(), (rest, placement), write));
+        let amplitudes = Amplitudes { q, warped: self.law.warped() };
+        with_basis!(&model.basis, basis => warp::visit_positions_f64(basis, amplitudes, (rest, placement), write));
     }
 
     /// As [`Modal::positions`], in the basis's precision and rounded to f32.
@@ -396,7 +406,8 @@ impl Modal {
         self.visit_visible(model, (&self.q, &self.q_dot), visit);
     }
 
-    fn visit_visible(&self, model: &Model, motion: (&[f64], &[f64]), visit: impl FnMut(usize, Vec3, Vec3)) {
+    /// The same at amplitudes and rates `motion`.
+    pub fn visit_visible(&self, model: &Model, motion: (&[f64], &[f64]), visit: impl FnMut(usize, Vec3, Vec3)) {
         match self.strain() {
             Some(strain) => strain.visit_motion(model, motion, visit),
             None => with_basis!(&model.basis, basis =>
@@ -405,7 +416,7 @@ impl Modal {
     }
 
     /// Adds (∂u/∂q)ᵀ of forces on vertices (frame axes) at amplitudes `q` to `along` (modes). Allocates.
-    fn pull_back(&self, model: &Model, q: &[f64], forces: &[(u32, Vec3)], along: &mut [f64]) {
+    pub fn pull_back(&self, model: &Model, q: &[f64], forces: &[(u32, Vec3)], along: &mut [f64]) {
         let Some(strain) = self.strain() else {
             let (law, forces) = (self.tangent_law(), forces.iter().copied());
             with_basis!(&model.basis, basis => point_force::add(basis, law, q, forces, along));
@@ -416,28 +427,6 @@ impl Modal {
         let mut pulled = vec![0.0; q.len()];
         strain.project(model, loads, (q, q), &mut strain.scratch(model), &mut pulled);
         along.iter_mut().zip(pulled).for_each(|(sum, force)| *sum += force);
-    }
-
-    /// Takes the pose nearest to displacements `u` in the mass norm, and the rates that move it most nearly as `rate` (n_vertices).
-    pub fn follow(&mut self, model: &Model, u: &[Vec3], rate: &[Vec3]) -> Result<()> {
-        let (mass, modes) = (&model.shell.mass, self.q.len());
-        let mut missing: Vec<(u32, Vec3)> = (0u32..).zip(u.iter().copied()).collect();
-        // What is missed at (q, q̇), squared, and JᵀM times it.
-        let mut miss = |q: &[f64], q_dot: &[f64], of_rate: bool| {
-            let mut square = 0.0;
-            self.visit_visible(model, (q, q_dot), |v, x, x_dot| {
-                let error = if of_rate { rate[v] - x_dot } else { u[v] - x };
-                square += mass[v] * error.norm_squared();
-                missing[v].1 = mass[v] * error;
-            });
-            let mut along = vec![0.0; modes];
-            self.pull_back(model, q, &missing, &mut along);
-            (square, along)
-        };
-        let zeros = vec![0.0; modes];
-        let q = descend(&zeros, |q| miss(q, &zeros, false));
-        let q_dot = descend(&zeros, |q_dot| miss(&q, q_dot, true));
-        self.set_amplitudes(model, &q, &q_dot)
     }
 
     /// ½ qᵀΛq with the guard's share, and ½ q̇ᵀq̇.
@@ -488,33 +477,4 @@ impl Modal {
         let message = format!("no equilibrium: the residual is {last:.1e} after {SETTLE_ITERATIONS} iterations");
         Err(Error::new(ErrorKind::Numerical, message))
     }
-}
-
-/// Steps of a descent, at most; it ends where one gains less than this share, or the share of the gradient is that short.
-const DESCENTS: usize = 50;
-const GAIN: f64 = 1e-9;
-const SHORTEST: f64 = 1e-3;
-
-/// From `start` down `miss`, which tells a square and its half descent. JᵀMJ is near the unit matrix, so whole steps mostly do.
-fn descend(start: &[f64], mut miss: impl FnMut(&[f64]) -> (f64, Vec<f64>)) -> Vec<f64> {
-    let mut q = start.to_vec();
-    let (mut square, mut down) = miss(&q);
-    let mut share = 1.0f64;
-    for _ in 0..DESCENTS {
-        let trial: Vec<f64> = q.iter().zip(&down).map(|(q, d)| q + share * d).collect();
-        let (next, next_down) = miss(&trial);
-        if next < square {
-            let gained = square - next;
-            (q, square, down, share) = (trial, next, next_down, (2.0 * share).min(1.0));
-            if gained <= GAIN * square {
-                break;
-            }
-        } else {
-            share *= 0.5;
-            if share < SHORTEST {
-                break;
-            }
-        }
-    }
-    q
 }

@@ -78,13 +78,16 @@ impl Nodal {
         self.explicit
     }
 
-    /// Takes displacements and velocities (n_vertices).
+    /// Takes displacements and velocities (n_vertices) of the vertices that move.
     pub fn follow(&mut self, model: &Model, u: &[Vec3], velocity: &[Vec3]) -> Result<()> {
         if !Self::has_meaning(model, u, velocity) {
             return Err(Error::new(ErrorKind::Numerical, "the pose is beyond all range"));
         }
-        self.u.copy_from_slice(u);
-        self.velocity.copy_from_slice(velocity);
+        self.u.fill(Vec3::zeros());
+        self.velocity.fill(Vec3::zeros());
+        for v in model.shell.free.iter().map(|v| *v as usize) {
+            (self.u[v], self.velocity[v]) = (u[v], velocity[v]);
+        }
         Ok(())
     }
 

@@ -46,6 +46,8 @@ const SETTLED: f64 = 1e-3;
 /// Root mean square displacement, in units of the model's size, up to which handles are followed. No shell reaches it unless it is
 /// stretched three times over or its few fields know no smaller way; far beyond, a fold of no area catches the energy.
 const REACH: f64 = 2.0;
+/// Of what is left, when a pose is taken: each gains the digits of B, at least four.
+const PROJECTIONS: usize = 4;
 /// Past this displacement, in units of the model's size, an amplitude has no meaning left.
 pub const LARGEST_DISPLACEMENT: f64 = 1e6;
 
@@ -311,7 +313,8 @@ impl Reduced {
         // The first pass makes up for the guess; from the second on only the frame's forces change.
         if let Some(rate) = load.spin_rate().filter(|_| gained[PASSES - 1] > gained[1].max(SETTLED * SETTLED * size)) {
             let turn = rate * h;
-            let message = format!("the forces of a frame that turns by {turn:.1e} rad in a step of {h:?} s do not settle");
+            let message =
+                format!("the forces of a frame that turns by {turn:.1e} rad in a step of {h:?} s do not settle");
             return Err(Error::new(ErrorKind::Numerical, message));
         }
         (0..self.next.len()).for_each(|k| self.rates[k] = alpha * self.next[k] + self.constant[0][k]);
@@ -520,13 +523,20 @@ impl Reduced {
         self.visit(model, &probe.force, visit);
     }
 
-    /// Takes the pose and the rates nearest to `u` and `rate` (n_vertices) in the mass norm: BᵀMu and BᵀMu̇.
+    /// Takes the pose and the rates nearest to `u` and `rate` (n_vertices) in the mass norm: BᵀMu and BᵀMu̇, and again of what is left,
+    /// because B is rounded.
     pub fn follow(&mut self, model: &Model, u: &[Vec3], rate: &[Vec3]) -> Result<()> {
         let reduced = of(model)?;
         let mut motion = Motion::rest(reduced.n());
-        for (from, to) in [(u, &mut motion.q), (rate, &mut motion.q_dot)] {
-            let weighted: Vec<Vec3> = from.iter().zip(&model.shell.mass).map(|(u, m)| u * *m).collect();
-            with_fields!(&reduced.fields, fields => fields.project(&weighted, to));
+        for _ in 0..PROJECTIONS {
+            let mut left = [u.to_vec(), rate.to_vec()];
+            let take = |v: usize, x: Vec3, x_dot: Vec3| {
+                left[0][v] = (left[0][v] - x) * model.shell.mass[v];
+                left[1][v] = (left[1][v] - x_dot) * model.shell.mass[v];
+            };
+            with_fields!(&reduced.fields, fields => fields.motion(&motion.q, &motion.q_dot, &mut { take }));
+            with_fields!(&reduced.fields, fields => fields.project(&left[0], &mut motion.q));
+            with_fields!(&reduced.fields, fields => fields.project(&left[1], &mut motion.q_dot));
         }
         if !Self::has_meaning(model, &motion.q, &motion.q_dot) {
             return Err(Error::new(ErrorKind::Numerical, "the pose is beyond what the fields can tell"));

@@ -139,6 +139,27 @@ void overloads_choose_the_format() {
   for (std::size_t i = 0; i < shape.size(); ++i) CHECK(single[i] == static_cast<float>(shape[i]));
 }
 
+void a_pose_read_is_set_again() {
+  const Model model = make_model();
+  State state = make_state(model), other(model);
+  const Positions x = run(state, 20);
+  std::array<float, 3 * STRIP_VERTICES> single;
+  for (std::size_t i = 0; i < x.size(); ++i) single[i] = static_cast<float>(x[i]);
+  // A millionth of what moves, as the header says, which is less than the strip; floats have seven digits.
+  const double tolerance = 1e-6 * STRIP_LENGTH;
+  CHECK(other.set_pose(single.data(), STRIP_VERTICES) < tolerance);
+  CHECK(other.set_pose(x.data(), STRIP_VERTICES) < tolerance);
+  Positions y;
+  other.positions(y.data(), STRIP_VERTICES);
+  for (std::size_t i = 0; i < x.size(); ++i) CHECK_NEAR(y[i], x[i], tolerance);
+  CHECK(other.report().kinetic_energy == 0);
+  const Strip rest = make_strip();
+  Positions velocity;
+  for (std::size_t i = 0; i < x.size(); ++i) velocity[i] = 0.1 * (x[i] - rest.positions[i]);
+  other.set_pose(x.data(), STRIP_VERTICES, velocity.data(), SW_SPACE_FRAME);
+  CHECK(other.report().kinetic_energy > 0);
+}
+
 void floats_and_doubles_make_the_same_mesh() {
   const Strip strip = make_strip();
   std::array<float, 3 * STRIP_VERTICES> points;
@@ -381,6 +402,7 @@ int main() {
   RUN(a_constructor_that_fails_throws);
   RUN(a_moved_from_object_is_a_null_handle);
   RUN(overloads_choose_the_format);
+  RUN(a_pose_read_is_set_again);
   RUN(floats_and_doubles_make_the_same_mesh);
   RUN(save_load_and_clone_repeat_the_run);
   RUN(a_constraint_is_set_met_reported_and_cleared);

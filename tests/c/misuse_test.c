@@ -966,6 +966,55 @@ static void an_explicit_step_too_long_fails_and_moves_nothing(void) {
 
 /* ------------------------------------------------------------------------------------------------ counts and buffers */
 
+static void what_is_no_pose_is_refused(void) {
+  const Strip strip = make_strip();
+  SwModel *model = ready_model();
+  for (uint32_t method = SW_METHOD_WARP; method <= SW_METHOD_SHELL_IMPLICIT; ++method) {
+    SwState *state = new_state(model, method, 0);
+    double x[3 * STRIP_VERTICES], rate[3 * STRIP_VERTICES], before[3 * STRIP_VERTICES], now[3 * STRIP_VERTICES],
+        missed = 7;
+    const uint32_t n = STRIP_VERTICES, f64 = SW_FORMAT_F64, world = SW_SPACE_WORLD;
+    for (uint32_t i = 0; i < 3 * n; ++i) x[i] = strip.positions[i], rate[i] = 0;
+    for (uint32_t i = 3; i < n; ++i) x[3 * i + 2] += 0.01 * strip.positions[3 * i] * strip.positions[3 * i];
+    OK(sw_state_set_pose(state, world, f64, x, 0, rate, 0, n, &missed));
+    CHECK(missed >= 0 && missed < 0.1);
+    missed = 7;
+    OK(sw_state_positions(state, world, f64, before, 0, n));
+    FAILS(sw_state_set_pose(NULL, world, f64, x, 0, NULL, 0, n, &missed), SW_ERROR_INVALID_ARGUMENT, "state");
+    FAILS(sw_state_set_pose(state, world, f64, NULL, 0, NULL, 0, n, &missed), SW_ERROR_INVALID_ARGUMENT, "positions");
+    FAILS(sw_state_set_pose(state, 2, f64, x, 0, NULL, 0, n, &missed), SW_ERROR_INVALID_ARGUMENT, "space");
+    FAILS(sw_state_set_pose(state, world, 9, x, 0, NULL, 0, n, &missed), SW_ERROR_INVALID_ARGUMENT, "format");
+    FAILS(sw_state_set_pose(state, world, f64, x, 8, NULL, 0, n, &missed), SW_ERROR_INVALID_ARGUMENT,
+          "stride of positions");
+    FAILS(sw_state_set_pose(state, world, f64, x, 0, rate, 8, n, &missed), SW_ERROR_INVALID_ARGUMENT,
+          "stride of velocities");
+    FAILS(sw_state_set_pose(state, world, f64, x, 0, NULL, 0, n - 1, &missed), SW_ERROR_INVALID_ARGUMENT, "n_vertices");
+    for (uint32_t k = 0; k < N_BAD; ++k) {
+      const double good = x[3 * 7 + 1];
+      x[3 * 7 + 1] = bad_numbers[k];
+      FAILS(sw_state_set_pose(state, world, f64, x, 0, NULL, 0, n, &missed), SW_ERROR_INVALID_ARGUMENT,
+            "positions[7] is (");
+      x[3 * 7 + 1] = good;
+      rate[3 * 9] = bad_numbers[k];
+      FAILS(sw_state_set_pose(state, world, f64, x, 0, rate, 0, n, &missed), SW_ERROR_INVALID_ARGUMENT,
+            "velocities[9] is (");
+      rate[3 * 9] = 0;
+    }
+    x[3 * 7] = 1e300;
+    FAILS(sw_state_set_pose(state, world, f64, x, 0, NULL, 0, n, &missed), SW_ERROR_INVALID_ARGUMENT,
+          "beyond 1e6 sizes");
+    x[3 * 7] = strip.positions[3 * 7];
+    rate[3 * 9] = -1e300;
+    FAILS(sw_state_set_pose(state, world, f64, x, 0, rate, 0, n, &missed), SW_ERROR_INVALID_ARGUMENT,
+          "velocities[9] is (-1e300,");
+    OK(sw_state_positions(state, world, f64, now, 0, n));
+    CHECK(memcmp(before, now, sizeof now) == 0 && missed == 7);
+    OK(sw_state_set_pose(state, world, f64, x, 0, NULL, 0, n, NULL));
+    sw_state_destroy(state);
+  }
+  sw_model_destroy(model);
+}
+
 static void impossible_mesh_counts_are_refused(void) {
   const Strip strip = make_strip();
   const uint32_t counts[5][2] = {{0, STRIP_TRIANGLES},
@@ -1242,6 +1291,7 @@ int main(void) {
   RUN(an_equilibrium_that_does_not_exist_moves_nothing);
   RUN(a_nonlinear_shell_says_what_it_does_not_offer);
   RUN(an_explicit_step_too_long_fails_and_moves_nothing);
+  RUN(what_is_no_pose_is_refused);
   RUN(impossible_mesh_counts_are_refused);
   RUN(impossible_mesh_strides_are_refused);
   RUN(huge_mode_counts_are_clamped);

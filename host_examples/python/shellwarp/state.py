@@ -1,6 +1,6 @@
 """A moving shell."""
 
-from ctypes import POINTER, byref, c_uint32, c_uint64, create_string_buffer, sizeof
+from ctypes import POINTER, byref, c_double, c_uint32, c_uint64, create_string_buffer, sizeof
 
 import numpy
 
@@ -60,8 +60,10 @@ class State(Handle):
         self._call("sw_state_set_rest_tolerance", length)
 
     def set_damping(self, ratio=0.0, mass=0.0, stiffness=0.0):
-        """Fraction of critical damping, one or (modes); Rayleigh's coefficients in 1/s and s."""
+        """Fraction of critical damping, one or (modes), 0 for a nonlinear shell; Rayleigh's coefficients in 1/s and s."""
         ratios = _arrays.numbers_in(ratio, "ratio")
+        if ratios.size == 1 and ratios[0] == 0:
+            ratios = ratios[:0]   # no ratio: all that a nonlinear shell takes
         desc = _library.initialised(_abi.SwDampingDesc)
         desc.mass_coefficient, desc.stiffness_coefficient = mass, stiffness
         desc.ratios, desc.n_ratios = _arrays.address(ratios), ratios.size
@@ -135,6 +137,21 @@ class State(Handle):
         velocities = numpy.zeros_like(amplitudes) if velocities is None else velocities
         velocities = _arrays.numbers_in(velocities, "velocities", amplitudes.size)
         self._call("sw_state_set_amplitudes", _arrays.address(amplitudes), _arrays.address(velocities), amplitudes.size)
+
+    def set_pose(self, positions, velocities=None, space="world"):
+        """Takes the nearest pose to positions (n_vertices x 3) that the method has, and the nearest velocities, or rest in the frame.
+
+        Returns how far the vertices are from where they were to be: the root of the mean square, weighted by mass."""
+        x, form, stride = _arrays.vectors_in(positions, "positions")
+        rates, rate_stride = None, 0
+        if velocities is not None:
+            rates, _, rate_stride = _arrays.vectors_in(numpy.asarray(velocities, dtype=x.dtype), "velocities")
+            if len(rates) != len(x):
+                raise InvalidArgumentError(f"velocities: {len(rates)} of {len(x)} positions")
+        missed = c_double()
+        self._call("sw_state_set_pose", choice(SPACES, space, "space"), form, _arrays.address(x), stride, _arrays.address(rates),
+                   rate_stride, len(x), byref(missed))
+        return missed.value
 
     # --------------------------------------------------------------------------------------------------------- time
 

@@ -299,6 +299,45 @@ class Running(unittest.TestCase):
             for state in pool.map(lambda _: run(made, 50), range(8)):
                 self.assertTrue(numpy.array_equal(state.positions(), expected))
 
+    def test_a_nonlinear_shell_is_damped_by_its_mass(self):
+        for method in ("shell-implicit", "shell-explicit"):
+            still = model().state(method)
+            still.set_damping(mass=2.0)
+            still.set_damping(mass=2.0, ratio=0.0)
+            with self.assertRaises(sw.UnsupportedError):
+                still.set_damping(ratio=0.1)
+            with self.assertRaises(ValueError):
+                still.set_damping(ratio=float("nan"))
+
+    def test_a_pose_read_is_set_again(self):
+        made = model()
+        source = run(made, 20)
+        pose = source.positions(dtype=numpy.float64)
+        for method in ("warp", "shell-implicit"):
+            state = made.state(method)
+            # A basis of 32 bits: 1e-6 of a displacement of some centimetres.
+            self.assertLess(state.set_pose(pose), 1e-7)
+            self.assertLess(numpy.abs(state.positions(dtype=numpy.float64) - pose).max(), 1e-7)
+            self.assertEqual(state.report()["kinetic_energy"], 0)
+            self.assertLess(state.set_pose(pose.astype(numpy.float32)[:, :], velocities=0 * pose, space="frame"), 1e-7)
+            moving = 0.1 * (pose - strip.positions())
+            state.set_pose(pose, moving)
+            self.assertGreater(state.report()["kinetic_energy"], 0)
+        # What modes cannot show is missed: a vertex pulled from its neighbours.
+        state, spike = made.state(), strip.positions(numpy.float64)
+        spike[100, 2] += 0.01
+        self.assertGreater(state.set_pose(spike), 1e-4)
+
+    def test_what_is_no_pose_is_refused(self):
+        state, pose = model().state(), strip.positions(numpy.float64)
+        state.set_pose(pose)
+        before, bad = state.positions(), pose.copy()
+        bad[7, 1] = numpy.nan
+        for wrong in (lambda: state.set_pose(bad), lambda: state.set_pose(pose, bad), lambda: state.set_pose(pose[:-1]),
+                      lambda: state.set_pose(pose, pose[:-1]), lambda: state.set_pose(1e300 * pose), lambda: state.set_pose(pose[:, :2])):
+            self.assertRaises(ValueError, wrong)
+        self.assertTrue(numpy.array_equal(state.positions(), before))
+
     def test_a_handle_is_met_and_let_go(self):
         state = swinging(model())
         state.set_damping(ratio=0.2)

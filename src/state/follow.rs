@@ -1,0 +1,129 @@
+//! The modal motion nearest to a given one, in the mass norm.
+//!
+//! The pose is a nonlinear least-squares problem, min ½ Σ m |u − u(q)|², solved by Gauss and Newton: each step d minimises
+//! ½ Σ m |u − u(q) − Jd|² by conjugate gradients (CGLS; Björck, Numerical Methods for Least Squares Problems, 1996, section 7.4),
+//! which need J and Jᵀ only as products. JᵀMJ is near the unit matrix, so they take few rounds. The rates are the linear problem
+//! min ½ Σ m |u̇ − Jq̇|² at that pose.
+
+use super::modal::Modal;
+use crate::support::Pose;
+use crate::warp::Placement;
+use crate::{Model, Result, Vec3};
+
+/// Steps of Gauss and Newton, at most; they end where one moves q by less than this share.
+const STEPS: usize = 60;
+const SETTLED: f64 = 1e-12;
+/// Of a step, the least part that is tried.
+const LEAST_SHARE: f64 = 1.0 / 1024.0;
+/// Rounds of conjugate gradients, at most; they end where the gradient has fallen by this factor.
+const ROUNDS: usize = 100;
+const FALL: f64 = 1e-10;
+
+/// What is missed at the vertices, and Σ m of its squares.
+struct Miss {
+    at: Vec<Vec3>,
+    square: f64,
+}
+
+/// A modal state's map from q to displacements, and its derivative J.
+struct Map<'a> {
+    modal: &'a Modal,
+    model: &'a Model,
+}
+
+impl Map<'_> {
+    fn miss(&self, u: &[Vec3], q: &[f64]) -> Miss {
+        let Pose { origin, .. } = Pose::identity();
+        let (rest, mass) = (&self.model.shell.mesh.positions, &self.model.shell.mass);
+        let mut miss = Miss { at: u.to_vec(), square: 0.0 };
+        self.modal.positions_at((self.model, q), &Placement { origin, rotation: None }, |first, rows| {
+            for (i, x) in rows.iter().enumerate() {
+                let v = first + i;
+                miss.at[v] -= Vec3::from(*x) - rest[v];
+                miss.square += mass[v] * miss.at[v].norm_squared();
+            }
+        });
+        miss
+    }
+
+    /// Jp at q.
+    fn along(&self, q: &[f64], p: &[f64], out: &mut [Vec3]) {
+        self.modal.visit_visible(self.model, (q, p), |v, _, rate| out[v] = rate);
+    }
+
+    /// JᵀM of a field at q.
+    fn pull_back(&self, q: &[f64], field: &[Vec3]) -> Vec<f64> {
+        let weighted = (0u32..).zip(field.iter().zip(&self.model.shell.mass)).map(|(v, (f, m))| (v, f * *m));
+        let weighted: Vec<_> = weighted.collect();
+        let mut along = vec![0.0; q.len()];
+        self.modal.pull_back(self.model, q, &weighted, &mut along);
+        along
+    }
+
+    /// d of the least Σ m |miss − Jd|² at q.
+    fn solve(&self, q: &[f64], mut miss: Vec<Vec3>) -> Vec<f64> {
+        let mut d = vec![0.0; q.len()];
+        let mut down = self.pull_back(q, &miss);
+        let mut p = down.clone();
+        let mut square = norm_squared(&down);
+        let enough = FALL * FALL * square;
+        let mut moved = vec![Vec3::zeros(); miss.len()];
+        for _ in 0..ROUNDS {
+            self.along(q, &p, &mut moved);
+            let work: f64 = moved.iter().zip(&self.model.shell.mass).map(|(x, m)| m * x.norm_squared()).sum();
+            if !(square > enough && work > 0.0) {
+                break;
+            }
+            let share = square / work;
+            d.iter_mut().zip(&p).for_each(|(d, p)| *d += share * p);
+            miss.iter_mut().zip(&moved).for_each(|(miss, moved)| *miss -= share * moved);
+            down = self.pull_back(q, &miss);
+            let next = norm_squared(&down);
+            p.iter_mut().zip(&down).for_each(|(p, down)| *p = down + next / square * *p);
+            square = next;
+        }
+        d
+    }
+
+    /// q of the least Σ m |u − u(q)|², from the rest pose.
+    fn nearest(&self, u: &[Vec3]) -> Vec<f64> {
+        let mut q = vec![0.0; self.modal.q.len()];
+        let mut miss = self.miss(u, &q);
+        for _ in 0..STEPS {
+            let step = self.solve(&q, miss.at.clone());
+            let mut share = 1.0;
+            let (trial, next) = loop {
+                let trial: Vec<f64> = q.iter().zip(&step).map(|(q, d)| q + share * d).collect();
+                let next = self.miss(u, &trial);
+                if next.square < miss.square {
+                    break (trial, next);
+                }
+                share *= 0.5;
+                if share < LEAST_SHARE {
+                    return q;
+                }
+            };
+            let settled = norm_squared(&step) <= SETTLED * SETTLED * norm_squared(&trial);
+            (q, miss) = (trial, next);
+            if settled {
+                break;
+            }
+        }
+        q
+    }
+}
+
+fn norm_squared(x: &[f64]) -> f64 {
+    x.iter().map(|x| x * x).sum()
+}
+
+impl Modal {
+    /// Takes the pose nearest to displacements `u` in the mass norm, and the rates that move it most nearly as `rate` (n_vertices).
+    /// Changes nothing on failure.
+    pub fn follow(&mut self, model: &Model, u: &[Vec3], rate: &[Vec3]) -> Result<()> {
+        let map = Map { modal: self, model };
+        let q = map.nearest(u);
+        let q_dot = map.solve(&q, rate.to_vec());
+        self.set_amplitudes(model, &q, &q_dot)
+    }
+}
