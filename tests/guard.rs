@@ -108,6 +108,80 @@ fn no_load_and_no_step_winds_a_shell_up() {
     }
 }
 
+/// β: Σ (ψ_k q_k)² under the root.
+fn bend(state: &State) -> f64 {
+    let model = state.model();
+    let (q, _) = state.amplitudes().unwrap();
+    q.iter().zip(&model.largest_rotation).map(|(q, r)| (q * r).powi(2)).sum::<f64>().sqrt()
+}
+
+#[test]
+fn point_forces_keep_the_root_sum_square_of_the_modes_turns_below_three_quarters_of_a_turn() {
+    let mut rng = StdRng::seed_from_u64(34);
+    let mut furthest = 0.0f64;
+    for name in ["flat_beam", "v_beam"] {
+        let model = beam(name);
+        let n = model.shell.mass.len() as u32;
+        for power in 0..6 {
+            for (method, integrator) in LAWS.iter().flat_map(|m| INTEGRATORS.map(|i| (*m, i))) {
+                let mut state = State::new(model.clone(), method, integrator).unwrap();
+                for _ in 0..40 {
+                    let push = |rng: &mut StdRng| {
+                        let force = Vec3::from_fn(|_, _| 10f64.powi(power) * rng.random_range(-1.0..1.0));
+                        (rng.random_range(0..n), force)
+                    };
+                    state.set_forces((0..3).map(|_| push(&mut rng)).collect(), false).unwrap();
+                    for _ in 0..5 {
+                        state.step(10f64.powf(rng.random_range(-4.0..1.0))).unwrap();
+                        let (beta, rotation) = (bend(&state), state.report().max_rotation);
+                        assert!(beta < 1.5 * GUARDED_BEND, "{name}, 1e{power}, {method:?}: {beta}");
+                        // |w| ≤ Σ ψ|q| ≤ √m β.
+                        assert!(rotation <= 8f64.sqrt() * beta, "{name}, 1e{power}, {method:?}: {rotation}");
+                        furthest = furthest.max(rotation);
+                    }
+                }
+            }
+        }
+    }
+    println!("turned by up to {furthest} rad");
+    assert!(furthest > 1.5 * GUARDED_BEND, "no vertex is turned further than the modes: {furthest}");
+}
+
+#[test]
+fn energy_never_grows_without_a_load_however_far_the_guard_is_felt() {
+    let mut rng = StdRng::seed_from_u64(35);
+    let mut felt = 0;
+    for name in ["flat_beam", "v_beam"] {
+        let model = beam(name);
+        for trial in 0..200 {
+            for integrator in INTEGRATORS {
+                let mut state = State::new(model.clone(), Method::VirtualWorkWarp, integrator).unwrap();
+                let draw = |k: usize| GUARDED_BEND / model.largest_rotation[k];
+                let q: Vec<f64> = (0..8).map(|k| draw(k) * rng.random_range(-1.0..1.0) / (1.0 + k as f64)).collect();
+                let speed: Vec<f64> =
+                    (0..8).map(|k| 3.0 * draw(k) * model.eigenvalues[k].sqrt() * rng.random_range(-1.0..1.0)).collect();
+                state.set_amplitudes(&q, &speed).unwrap();
+                // Phases of the slowest mode from 0.03 to 10, the same in all steps or any.
+                let reach = 10f64.powf(rng.random_range(-1.5..1.0)) / model.eigenvalues[0].sqrt();
+                let energy = |state: &State| state.report().elastic_energy + state.report().kinetic_energy;
+                let mut before = energy(&state);
+                for _ in 0..60 {
+                    state.step(reach * if trial % 2 == 0 { 1.0 } else { rng.random_range(0.3..3.0) }).unwrap();
+                    let now = energy(&state);
+                    felt += u32::from(bend(&state) > GUARDED_BEND);
+                    // Rounding of the exponentials of 60 steps and of G, a ratio of small numbers.
+                    assert!(
+                        now <= before * (1.0 + 1e-12),
+                        "{name}, {integrator:?}, trial {trial}: {now} after {before}"
+                    );
+                    before = now;
+                }
+            }
+        }
+    }
+    assert!(felt > 5000, "the guard was felt in {felt} steps");
+}
+
 #[test]
 fn a_strip_under_any_weight_comes_to_rest() {
     for name in ["flat_beam", "v_beam"] {

@@ -135,7 +135,7 @@ pub struct SwStateReport {
     /// Of the motion in the frame. Under handles SW_INTEGRATOR_EXACT moves by impulses at the start of each step: a shell that
     /// rests at the ends of steps reports the energy of half an impulse there, which falls with the square of the step.
     pub kinetic_energy: f64,
-    /// Of the deformation.
+    /// Of the deformation; of modal methods also that of the resistance to bends beyond half a turn, see sw_state_step.
     pub elastic_energy: f64,
     /// Work done on the shell by constraints since creation or reset.
     pub constraint_work: f64,
@@ -495,7 +495,9 @@ pub unsafe extern "C" fn sw_state_amplitudes(
 
 /// Advances by `seconds` > 0; any step, changing from call to call. Modal methods do not allocate. On failure nothing has
 /// moved. Loads that would bend a modal method's shell beyond half a turn meet a growing resistance, which ordinary scenes
-/// never feel: whatever the load, the elastic modes together turn by less than three quarters of a turn.
+/// never feel: whatever the load, the root of the sum of squares of the elastic modes' largest turns stays below three quarters of a
+/// turn. So no vertex turns further than that times the root of their number; only handles and sw_state_set_amplitudes may turn it on.
+/// Without loads and handles a modal method's energy never grows.
 /// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_NUMERICAL when the result would leave the range of numbers (turns of 1e6 rad),
 /// SW_ERROR_BUSY.
 #[unsafe(no_mangle)]

@@ -237,7 +237,10 @@ impl Modal {
             (next_q[k], next_q_dot[k]) =
                 oscillator.advance(self.integrator, self.q[k], self.q_dot[k], self.force[k], h);
         }
-        guard.hold(damping, h, next_q, next_q_dot);
+        let held = guard.hold(damping, h, next_q, next_q_dot);
+        if held && self.integrator == Integrator::Exact {
+            guard.limit(&self.force, (&self.q, &self.q_dot), next_q, next_q_dot);
+        }
         next_q.iter_mut().chain(next_q_dot).filter(|x| x.abs() < NEGLIGIBLE).for_each(|x| *x = 0.0);
     }
 

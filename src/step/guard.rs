@@ -7,7 +7,12 @@
 //!   G(β) = E x³/(1 − x),   x = (β − β₀)/(β₁ − β₀) > 0,   E = ½ min (λ_k/ψ_k²) β₀²,
 //!
 //! holds β below β₁ under any load; it is zero up to β₀, half a turn, twice the range in which the warp's shape is good. Its force
-//! is taken at the step's end: q⁺ = q* − Γ ∇G(q⁺), Γ = h²/(1 + hc + h²λ), one monotonic equation for β⁺.
+//! is taken at the step's end: q⁺ = q* − Γ ∇G(q⁺), Γ = h²/(1 + hc + h²λ), one monotonic equation for β⁺. So β < β₁ at the end of every
+//! step, one mode alone turns no vertex by β₁, and m of them together none by √m β₁: |w| ≤ Σ ψ_k|q_k| ≤ √m β.
+//!
+//! **Energy.** G is convex, and by implicit Euler H = ½|q̇|² + ½qᵀΛq − fᵀq + G never grows in a step. The exact propagator does not feel
+//! G on its way, and where it swings far in a step it comes back with more than it left with: [`Guard::limit`] takes that from q̇, and
+//! from the way where there is not enough. Without a load, energies as reported never grow.
 //!
 //! **Swing.** Loads act as at the step's start, which overshoots where the load's own stiffness |∂f_k/∂q_k| ≤ Σ |F||φ_k||ψ_k|, that
 //! of a pendulum, is beyond λ + 1/h²: a damping h (K − λ − 1/h²) stands in for the implicit treatment of the difference. With body
@@ -121,10 +126,41 @@ impl Guard<'_> {
         (0..q.len()).for_each(|k| force[k] -= self.rotation(k).powi(2) * s * q[k]);
     }
 
-    /// Moves the free (q, q̇) at the end of a step of `h` to where the guard lets it be; `damping` is c of each mode.
-    pub fn hold(&self, damping: impl Fn(usize) -> f64, h: f64, q: &mut [f64], q_dot: &mut [f64]) {
-        if cfg!(unguarded) || self.square(|k| q[k]) <= GUARDED_BEND * GUARDED_BEND {
+    /// ½|q̇|², and ½qᵀΛq − fᵀq + G, of the elastic modes.
+    fn energies(&self, force: &[f64], q: &[f64], q_dot: &[f64]) -> (f64, f64) {
+        let elastic = || (0..q.len()).filter(|k| self.eigenvalues[*k] > 0.0);
+        let potential: f64 = elastic().map(|k| q[k] * (0.5 * self.eigenvalues[k] * q[k] - force[k])).sum();
+        (0.5 * elastic().map(|k| q_dot[k] * q_dot[k]).sum::<f64>(), potential + self.energy(q))
+    }
+
+    /// Takes from (q, q̇) at the end of a step under `force` what H is larger than it was `before`, first from q̇.
+    pub fn limit(&self, force: &[f64], before: (&[f64], &[f64]), q: &mut [f64], q_dot: &mut [f64]) {
+        let (kinetic, potential) = self.energies(force, before.0, before.1);
+        let most = kinetic + potential;
+        let (kinetic, potential) = self.energies(force, q, q_dot);
+        if kinetic + potential <= most {
             return;
+        }
+        let left = ((most - potential) / kinetic).max(0.0).sqrt();
+        let elastic = |k: usize| self.eigenvalues[k] > 0.0;
+        (0..q.len()).filter(|k| elastic(*k)).for_each(|k| q_dot[k] *= left);
+        if potential <= most {
+            return;
+        }
+        // The potential is convex, and where the step began it was no larger than H: halfway back until it is.
+        for _ in 0..HALVINGS {
+            (0..q.len()).filter(|k| elastic(*k)).for_each(|k| q[k] = 0.5 * (q[k] + before.0[k]));
+            if self.energies(force, q, q_dot).1 <= most {
+                break;
+            }
+        }
+    }
+
+    /// Moves the free (q, q̇) at the end of a step of `h` to where the guard lets it be; `damping` is c of each mode. Returns whether it
+    /// moved them.
+    pub fn hold(&self, damping: impl Fn(usize) -> f64, h: f64, q: &mut [f64], q_dot: &mut [f64]) -> bool {
+        if cfg!(unguarded) || self.square(|k| q[k]) <= GUARDED_BEND * GUARDED_BEND {
+            return false;
         }
         let gamma = |k: usize| h * h / (1.0 + h * damping(k) + h * h * self.eigenvalues[k]);
         let (scale, room) = (self.scale(), LARGEST_BEND - GUARDED_BEND);
@@ -142,6 +178,7 @@ impl Guard<'_> {
             q_dot[k] += (moved - q[k]) / h;
             q[k] = moved;
         }
+        true
     }
 }
 
