@@ -123,6 +123,26 @@ impl Frame {
         rates
     }
 
+    /// The rates at which it goes on from its target: those given, none after a teleport, else those over the last step, kept in its own
+    /// axes.
+    pub fn steady_rates(&self) -> Rates {
+        let (velocity, angular_velocity) = (self.velocity, self.angular_velocity);
+        match self.motion {
+            Motion::Teleport => Rates::default(),
+            Motion::Given(rates) => rates,
+            Motion::Continuous => {
+                let acceleration = angular_velocity.cross(&velocity);
+                Rates { velocity, acceleration, angular_velocity, ..Rates::default() }
+            }
+        }
+    }
+
+    /// At its target, with these rates.
+    pub fn moving_at(&self, rates: &Rates) -> Self {
+        let (velocity, angular_velocity) = (rates.velocity, rates.angular_velocity);
+        Self { velocity, angular_velocity, ..Self::at_rest(self.target) }
+    }
+
     fn differences(&self, h: f64) -> Rates {
         let velocity = (self.target.origin - self.pose.origin) / h;
         let angular_velocity = (self.target.rotation * self.pose.rotation.inverse()).scaled_axis() / h;

@@ -18,6 +18,7 @@ use super::{Dynamics, Method, Space, State, external, nodal};
 use crate::constraint::{Constraint, Outcome, Target};
 use crate::features::Feature;
 use crate::reference::{Goal, Handle, Load, Solver, mass_norm as norm};
+use crate::support::Motion;
 use crate::{Error, ErrorKind, Result, Shell, Vec3};
 use nalgebra::UnitQuaternion;
 
@@ -131,9 +132,13 @@ impl State {
         let warp = || -> Result<State> {
             let mut warp = self.try_clone()?;
             warp.set_method(Method::Warp)?;
-            if self.is_standing() && warp.equilibrium().is_err() {
-                warp.reset();
-                warp.equilibrium()?;
+            if self.is_standing() {
+                warp.frame.motion = Motion::Given(self.rates);
+                if warp.equilibrium().is_err() {
+                    warp.reset();
+                    warp.frame.motion = Motion::Given(self.rates);
+                    warp.equilibrium()?;
+                }
             }
             Ok(warp)
         };
@@ -183,6 +188,7 @@ impl State {
     fn path_from_rest(&self) -> Result<Vec<Vec3>> {
         let mut full = self.try_clone()?;
         full.reset();
+        full.frame.motion = Motion::Given(self.rates);
         full.set_method(Method::ImplicitShell)?;
         full.equilibrium()?;
         Ok(full.in_frame())

@@ -149,10 +149,10 @@ pub struct State {
     integrator: Integrator,
 }
 
-/// An equilibrium in wind is found when the wind's force changes by less than this part of itself; as often it is taken at most.
-/// A basis of 32 bits leaves seven digits.
-const WIND_SETTLED: f64 = 1e-6;
-const WIND_ROUNDS: usize = 100;
+/// An equilibrium in wind or in a frame that turns is found when their forces change by less than this part of themselves; as often they
+/// are taken at most. A basis of 32 bits leaves seven digits.
+const FOLLOWING_SETTLED: f64 = 1e-6;
+const FOLLOWING_ROUNDS: usize = 100;
 
 /// Unknowns and their rates.
 enum Unknowns {
@@ -693,51 +693,61 @@ impl State {
         scratch.force.iter_mut().for_each(|f| *f = rotation.inverse() * *f);
     }
 
-    /// Moves to the static solution under the present loads and constraints, at rest, in the frame's present pose; time does
-    /// not pass. Returns the residual relative to the load, and the iterations. Fails, changing nothing, when none is found.
+    /// Moves to the static solution under the present loads and constraints, at rest in the frame where it is set to be and as it moves
+    /// there ([`Frame::steady_rates`]); time does not pass. Returns the residual relative to the load, and the iterations. Fails,
+    /// changing nothing, when none is found.
     pub fn equilibrium(&mut self) -> Result<(f64, usize)> {
         let before = self.dynamics.motion();
         let constraints = self.dynamics.constraints().clone(); // with what the last step made of them
-        let found = self.settle();
+        let (pose, rates) = (self.frame.target, self.frame.steady_rates());
+        let found = self.settle(&pose, &rates);
         if found.is_err() {
             self.dynamics.set_motion(before);
             self.dynamics.change_constraints(|set| *set = constraints);
             return found;
         }
-        self.frame = Frame::at_rest(self.frame.target);
-        self.rates = Rates::default();
+        self.frame = self.frame.moving_at(&rates);
+        self.rates = rates;
         self.rest.wake();
         self.forget_forces();
         found
     }
 
-    /// As [`State::equilibrium`], leaving the frame. Wind turns with the shell: its force is taken anew on the shape found
-    /// until it no longer changes.
-    fn settle(&mut self) -> Result<(f64, usize)> {
-        let (pose, rates) = (self.frame.target, Rates::default());
-        let load = self.body_load(&pose, &rates);
+    /// As [`State::equilibrium`], leaving the frame. Wind turns with the shell, and the forces of a frame that turns depend on where it
+    /// is: they are taken anew on the shape found until they no longer change.
+    fn settle(&mut self, pose: &Pose, rates: &Rates) -> Result<(f64, usize)> {
+        let load = self.body_load(pose, rates);
         let (mut last, mut iterations) = (Vec::new(), 0);
-        for _ in 0..WIND_ROUNDS {
+        for _ in 0..FOLLOWING_ROUNDS {
             self.dynamics.stop();
-            self.evaluate_loads(&pose, &rates);
+            self.evaluate_loads(pose, rates);
+            let force = self.following_forces(&load);
+            let change: f64 = force.iter().zip(&last).map(|(a, b): (&Vec3, &Vec3)| (a - b).norm_squared()).sum();
+            let size: f64 = force.iter().map(|f| f.norm_squared()).sum();
             let Self { model, dynamics, loads, scratch, .. } = &mut *self;
-            let change: f64 =
-                scratch.force.iter().zip(&last).map(|(a, b): (&Vec3, &Vec3)| (a - b).norm_squared()).sum();
-            let size: f64 = scratch.force.iter().map(|f| f.norm_squared()).sum();
-            let external = external(loads, scratch, model, &pose);
-            if !last.is_empty() && change <= WIND_SETTLED * WIND_SETTLED * size {
-                return dynamics.settle(model, &load, external, &pose).map(|(r, more)| (r, iterations + more));
-            }
-            let (residual, more) = dynamics.settle(model, &load, external, &pose)?;
+            let (residual, more) = dynamics.settle(model, &load, external(loads, scratch, model, pose), pose)?;
             iterations += more;
-            if !loads.needs_motion() {
+            let settled = !last.is_empty() && change <= FOLLOWING_SETTLED * FOLLOWING_SETTLED * size;
+            if force.is_empty() || settled {
                 return Ok((residual, iterations));
             }
-            last.clone_from(&scratch.force);
+            last = force;
         }
-        Err(Error::new(
-            ErrorKind::Numerical,
-            format!("no equilibrium: the wind still changes it after {WIND_ROUNDS} rounds"),
-        ))
+        let message =
+            format!("no equilibrium: the forces that depend on the shape still change after {FOLLOWING_ROUNDS} rounds");
+        Err(Error::new(ErrorKind::Numerical, message))
+    }
+
+    /// Forces that depend on the shape in ways that the method's own search leaves to rounds: wind, and of a frame that turns (n_vertices,
+    /// frame axes; none where neither acts).
+    fn following_forces(&self, load: &BodyLoad) -> Vec<Vec3> {
+        let (mesh, mass) = (&self.model.shell.mesh, &self.model.shell.mass);
+        let mut force = if self.loads.needs_motion() { self.scratch.force.clone() } else { vec![] };
+        if load.spin_rate().is_some() && !matches!(self.dynamics, Dynamics::Modal(_)) {
+            force.resize(mass.len(), Vec3::zeros());
+            let place = |v: usize, u: Vec3, _| force[v] += load.at(mass[v], mesh.positions[v] + u, Vec3::zeros());
+            self.dynamics.visit_motion(&self.model, place);
+        }
+        force
     }
 }

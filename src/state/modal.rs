@@ -449,7 +449,12 @@ impl Modal {
     pub fn settle(&mut self, model: &Model, load: &BodyLoad, external: External, pose: &Pose) -> Result<(f64, usize)> {
         let start = (self.q.clone(), self.q_dot.clone(), self.integrator, self.constraint_work);
         self.integrator = Integrator::ImplicitEuler;
-        let outcome = self.fixed_point(model, load, external, pose);
+        let mut outcome = self.fixed_point(model, load, external, pose);
+        // A frame that turns faster than the shell can bear throws it as far as the guard lets it.
+        if load.spin_rate().is_some() && model.guard(self.law.warped()).energy(&self.q) > 0.0 {
+            let message = "no equilibrium: the frame's spin bends the shell beyond all range";
+            outcome = Err(Error::new(ErrorKind::Numerical, message));
+        }
         (self.integrator, self.constraint_work) = (start.2, start.3);
         if outcome.is_err() {
             (self.q, self.q_dot) = (start.0, start.1);

@@ -436,11 +436,14 @@ impl Reduced {
         (0..rows.len()).map(|i| force[i] * (rows.along(i, next) - rows.along(i, &motion.q))).sum()
     }
 
-    /// The static solution under the present loads and constraints, from the present shape. Returns residual and iterations.
-    /// Changes nothing on failure.
+    /// The static solution under the present loads and constraints, from the present shape; what depends on the shape is taken as there.
+    /// Returns residual and iterations. Changes nothing on failure.
     pub fn settle(&mut self, model: &Model, load: &BodyLoad, external: External, pose: &Pose) -> Result<(f64, usize)> {
         let reduced = of(model)?;
         self.set_force(reduced, load, external);
+        if let Some((gradient, coriolis)) = load.parts().1 {
+            reduced.add_spin(gradient, coriolis, (&self.motion.q, &self.motion.q_dot), &mut self.force);
+        }
         self.next.copy_from_slice(&self.motion.q);
         reduced.energy.gradient(&self.motion.q, self.newton.scratch(), &mut self.rates);
         let start = self.rates.clone();
