@@ -245,7 +245,10 @@ impl Reduced {
         let work = self.conclude((model, reduced, pose));
         let told = (self.constraint_work + work).is_finite() && self.constraints.is_finite();
         if !told || !Self::has_meaning(model, &self.next, &self.rates) {
-            return Err(Error::new(ErrorKind::Numerical, format!("the step of {h:?} s does not give finite positions")));
+            return Err(Error::new(
+                ErrorKind::Numerical,
+                format!("the step of {h:?} s does not give finite positions"),
+            ));
         }
         let Motion { q, q_dot, before, last_steps } = &mut self.motion;
         before.swap(0, 1);
