@@ -10,10 +10,11 @@ mod saved;
 mod trials;
 
 use crate::features::Feature;
+use crate::method::Method;
 use crate::modes::{Demand, Phase};
 use crate::reduced::{self, MAX_FIELDS};
 use crate::reference::Solver;
-use crate::state::{Method, State};
+use crate::state::State;
 use crate::step::Integrator;
 use crate::{Error, ErrorKind, Model, Result, Shell, Vec3, model};
 use std::sync::Arc;
@@ -93,7 +94,7 @@ pub fn precompute(shell: Arc<Shell>, options: &model::Options, budget: Budget, c
             judge.measure(&model, &warps[2..], callback)?;
         }
     }
-    for fields in field_counts(options, base.n_modes()) {
+    for fields in field_counts(options, base.modal.n_modes()) {
         let gravity = if options.reduced.gravity > 0.0 { options.reduced.gravity } else { demand.gravity.norm() };
         let reduced = reduced::Options { fields, gravity, ..options.reduced };
         let with_fields = model::Options { reduced, ..plain.clone() };
@@ -124,7 +125,7 @@ impl Judge {
                 }
             }
             let reduced = model.reduced.as_ref().filter(|_| *method == Method::ReducedShell);
-            let (fields, elements) = reduced.map_or((0, 0), |r| (r.n() - model.n_modes(), r.samples.len()));
+            let (fields, elements) = reduced.map_or((0, 0), |r| (r.n() - model.modal.n_modes(), r.samples.len()));
             let sagged = model.shell.sag.is_some();
             let candidate = Candidate { method: *method, sagged, fields, elements, operations, error };
             self.judged.push((model.clone(), candidate));

@@ -35,12 +35,14 @@ use crate::auto::Front;
 use crate::energy::DISCRETE_SHELLS;
 use crate::error::try_zeroed;
 use crate::features::{self, Feature, Proof, SavedModels};
+use crate::limits::MAX_MODES;
 use crate::mesh::Mesh;
-use crate::model::{AnyBasis, Precision, with_basis};
-use crate::modes::{Certificate, MAX_MODES, PHASES};
+use crate::method::Method;
+use crate::modal::{AnyBasis, ModalBasis, with_basis};
+use crate::modes::{Certificate, PHASES};
+use crate::precision::Precision;
 use crate::real::Real;
 use crate::reduced::ReducedShell;
-use crate::state::Method;
 use crate::warp::{Basis, Entry};
 use crate::{Error, ErrorKind, Material, Model, Result, Shell, Supports, Vec3};
 use std::sync::Arc;
@@ -99,12 +101,12 @@ impl Header {
     fn of(model: &Model) -> Self {
         let mesh = &model.shell.mesh;
         Self {
-            precision: model.precision(),
-            linear: model.is_linear(),
+            precision: model.modal.precision(),
+            linear: model.modal.is_linear(),
             vertices: mesh.positions.len() as u32,
             triangles: mesh.triangles.len() as u32,
-            modes: model.n_modes() as u32,
-            zero_modes: model.zero_modes as u32,
+            modes: model.modal.n_modes() as u32,
+            zero_modes: model.modal.zero_modes as u32,
             reoriented: mesh.n_reoriented as u32,
             sections: section_sizes(model).map(|(_, size)| (SECTION_FRONT + size) as u64).sum(),
         }
@@ -188,7 +190,7 @@ impl Model {
         if header.sections > 0 {
             put_u64(&mut out, header.sections);
         }
-        let Self { shell, certificate, .. } = self;
+        let Self { shell, modal, certificate, .. } = self;
         [self.peak_bytes, certificate.count, certificate.found].iter().for_each(|x| put_u64(&mut out, *x as u64));
         let Material { k_area, k_length, k_bend, area_density } = shell.material;
         let Certificate { residual, orthonormality, shift, .. } = *certificate;
@@ -198,10 +200,10 @@ impl Model {
         rest.iter().flatten().for_each(|x| x.put(&mut out));
         shell.mesh.triangles.iter().flatten().for_each(|v| out.extend(v.to_le_bytes()));
         out.extend(shell.held.iter().map(|held| u8::from(*held)));
-        let without = vec![0.0; if header.linear { self.n_modes() } else { 0 }]; // in place of what a linear model lacks
-        let per_mode = [&self.eigenvalues, &self.largest_rotation, &without, &self.largest_swing, &without];
+        let without = vec![0.0; if header.linear { modal.n_modes() } else { 0 }]; // in place of what a linear model lacks
+        let per_mode = [&modal.eigenvalues, &modal.largest_rotation, &without, &modal.largest_swing, &without];
         per_mode.into_iter().flatten().for_each(|x| x.put(&mut out));
-        with_basis!(&self.basis, basis => put_basis(basis, &mut out));
+        with_basis!(&modal.basis, basis => put_basis(basis, &mut out));
         put_sections(self, &mut out);
         let sum = xxh3_64(&out);
         put_u64(&mut out, sum);
@@ -265,19 +267,24 @@ impl Model {
         let fits = |content| restore_front(&reduced, &shell, header.linear, content);
         let front = sections.front.map(fits).transpose()?;
         let fingerprint = crate::model::fingerprint(&shell, &eigenvalues, header.precision);
-        Ok(Self {
-            fingerprint,
-            reduced_fingerprint: crate::model::reduced_fingerprint(fingerprint, &shell, reduced.as_ref()),
-            shell: Arc::new(shell),
+        let shell = Arc::new(shell);
+        let modal = ModalBasis {
+            shell: shell.clone(),
             eigenvalues,
             largest_rotation,
             largest_swing,
             zero_modes: header.zero_modes as usize,
-            certificate,
             basis,
+            participation: Default::default(),
+        };
+        Ok(Self {
+            fingerprint,
+            reduced_fingerprint: crate::model::reduced_fingerprint(fingerprint, &shell, reduced.as_ref()),
+            shell,
+            modal: Arc::new(modal),
+            certificate,
             front,
             reduced,
-            participation: Default::default(),
             solvers: Default::default(),
             strain: Default::default(),
             truncation: 0.0,
@@ -361,7 +368,7 @@ fn points(bytes: &[u8]) -> Vec<Vec3> {
 /// Tag and bytes of the content of each section that `model` has.
 fn section_sizes(model: &Model) -> impl Iterator<Item = (Tag, usize)> {
     let sag = model.shell.sag.as_ref().map(|sag| (SAG, 24 + 24 * sag.rest.len()));
-    let units = (model.precision() == Precision::I16).then_some((UNITS, 16 * model.n_modes()));
+    let units = (model.modal.precision() == Precision::I16).then_some((UNITS, 16 * model.modal.n_modes()));
     let reduced = model.reduced.as_ref().map(|reduced| (REDUCED, reduced.saved_size(model.shell.mass.len())));
     let front = model.front.as_ref().map(|front| (FRONT_OF_CHOICE, front.saved_size()));
     [sag, units, reduced, front].into_iter().flatten()
@@ -379,7 +386,7 @@ fn put_sections(model: &Model, out: &mut Vec<u8>) {
             (REDUCED, _, Some(reduced)) => reduced.save(model.shell.mass.len(), out),
             (FRONT_OF_CHOICE, ..) => model.front.iter().for_each(|front| front.save(out)),
             _ => {
-                let units = with_basis!(&model.basis, basis => basis.units());
+                let units = with_basis!(&model.modal.basis, basis => basis.units());
                 units.iter().flatten().for_each(|unit| unit.put(out));
             }
         }

@@ -1,4 +1,6 @@
-//! External loads beside gravity: forces on vertices, and wind on triangles.
+//! Loads: gravity with the inertia of the support frame, forces on vertices, and wind on triangles.
+//!
+//! In the frame each vertex feels m [g − a − α × r − ω × (ω × r) − 2 ω × ṙ] ([`BodyLoad`]).
 //!
 //! Wind acts on each deformed triangle of area A and unit normal n̂ that moves with velocity v in air of velocity a, with
 //! s = a − v split into s_n = (s·n̂) n̂ and the rest s_t:
@@ -9,8 +11,70 @@
 
 use crate::error::{Result, require_finite, require_non_negative};
 use crate::features::Feature;
+use crate::support::{Pose, Rates};
 use crate::{Error, Mesh, Vec3};
-use nalgebra::UnitQuaternion;
+use nalgebra::{Matrix3, UnitQuaternion};
+
+/// Body loads in frame axes, constant over a step.
+pub struct BodyLoad {
+    /// g − a: the acceleration that acts everywhere alike.
+    pub(crate) uniform: Vec3,
+    /// Rotation of the frame, when there is any.
+    pub(crate) spin: Option<Spin>,
+}
+
+pub(crate) struct Spin {
+    /// [α]× + [ω]×².
+    pub(crate) gradient: Matrix3<f64>,
+    /// 2 ω.
+    pub(crate) coriolis: Vec3,
+}
+
+impl BodyLoad {
+    /// Gravity (world axes) and frame rates (world axes) seen from `pose`.
+    pub fn new(gravity: Vec3, pose: &Pose, rates: &Rates) -> Self {
+        let to_frame = |v: Vec3| pose.rotation.inverse() * v;
+        let (omega, alpha) = (to_frame(rates.angular_velocity), to_frame(rates.angular_acceleration));
+        let turning = omega != Vec3::zeros() || alpha != Vec3::zeros();
+        let (wx, ax) = (omega.cross_matrix(), alpha.cross_matrix());
+        let spin = turning.then(|| Spin { gradient: ax + wx * wx, coriolis: 2.0 * omega });
+        Self { uniform: to_frame(gravity - rates.acceleration), spin }
+    }
+
+    /// Without the weight that the shell carries where it is linearised, under `gravity` (frame axes).
+    pub fn less(mut self, gravity: Vec3) -> Self {
+        self.uniform -= gravity;
+        self
+    }
+
+    /// g − a, and the \[α\]× + \[ω\]×² and 2ω of a frame that turns.
+    pub fn parts(&self) -> (Vec3, Option<(&Matrix3<f64>, &Vec3)>) {
+        (self.uniform, self.spin.as_ref().map(|spin| (&spin.gradient, &spin.coriolis)))
+    }
+
+    /// |ω| of the frame, when the load depends on position and velocity.
+    pub fn spin_rate(&self) -> Option<f64> {
+        self.spin.as_ref().map(|spin| 0.5 * spin.coriolis.norm())
+    }
+
+    /// The acceleration that acts everywhere alike, where the load is nothing else.
+    pub fn everywhere_alike(&self) -> Option<&Vec3> {
+        self.spin.is_none().then_some(&self.uniform)
+    }
+
+    /// Nothing acts.
+    pub fn is_zero(&self) -> bool {
+        self.uniform == Vec3::zeros() && self.spin.is_none()
+    }
+
+    /// Force on vertex mass `m` at `r` moving with `velocity`.
+    pub fn at(&self, m: f64, r: Vec3, velocity: Vec3) -> Vec3 {
+        match &self.spin {
+            None => m * self.uniform,
+            Some(spin) => m * (self.uniform - spin.gradient * r - spin.coriolis.cross(&velocity)),
+        }
+    }
+}
 
 /// Air around the shell. World axes.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -1,8 +1,6 @@
 //! The physical problem: a mesh of a material, held at its supports.
 
 use crate::energy::{Energy, discrete_shell};
-use crate::features::{Feature, NonlinearShell, Proof};
-use crate::reference::Solver;
 use crate::{Error, ErrorKind, Material, Mesh, Result, Supports, Vec3};
 use std::ops::Deref;
 use std::sync::{Arc, LazyLock};
@@ -81,24 +79,6 @@ impl Shell {
             return Err(Error::new(ErrorKind::Numerical, "the shell's mass or area is not finite: choose other units"));
         }
         Ok(Self { mesh, material, energy, sag: None, mass, held, free, total_area, total_mass })
-    }
-
-    /// The same shell with its mesh where it hangs at rest under `gravity` (frame axes), found by the nonlinear shell. Its energy
-    /// is as before, so its stiffness there is that of the sagged shape under its own weight. Fails when nothing holds the shell.
-    /// `watch` hears of the share of the load and may stop the work with an error.
-    pub fn sagged(self: &Arc<Self>, gravity: Vec3, watch: &mut dyn FnMut(f64) -> Result<()>) -> Result<Self> {
-        let _proof: NonlinearShell = Proof::of(Feature::NonlinearShell)?;
-        let n = self.mass.len();
-        let weight: Vec<Vec3> = self.mass.iter().map(|m| *m * gravity).collect();
-        let mut solver = Solver::new(self.clone())?;
-        let found =
-            solver.equilibrium(&vec![Vec3::zeros(); n], &weight, &Default::default(), &mut |p| watch(p.load))?;
-        let positions: Vec<Vec3> = self.mesh.positions.iter().zip(&found.displacement).map(|(x, u)| x + u).collect();
-        if let Some(v) = self.stray(&positions) {
-            let message = format!("vertex {v} hangs at {:?}, beyond all measure of the shell", positions[v].data.0[0]);
-            return Err(Error::new(ErrorKind::Numerical, message));
-        }
-        Ok(self.hung(gravity, positions))
     }
 
     /// The first vertex that would hang further from rest than any shell hangs, or at no number.

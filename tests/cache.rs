@@ -102,7 +102,7 @@ fn a_model_without_modes_comes_back_too() {
     let mesh = Mesh::new(vec![Vec3::zeros(), Vec3::x(), Vec3::y()], &[[0, 1, 2]]).unwrap();
     let supports = Supports { fixed: vec![0, 1, 2], clamped: vec![] };
     let model = precomputed(Shell::new(mesh, Material::default(), &supports).unwrap(), 4, Precision::F32);
-    assert_eq!(model.n_modes(), 0);
+    assert_eq!(model.modal.n_modes(), 0);
     let bytes = model.save().unwrap();
     assert_eq!(Model::load(&bytes).unwrap().save().unwrap(), bytes);
 }
@@ -125,7 +125,11 @@ fn models_saved_by_every_version_still_load() {
         let bytes = std::fs::read(data(name)).unwrap();
         let model = Model::load(&bytes).unwrap();
         assert_eq!(model.save().unwrap(), bytes, "{name}: saved again in the version it needs");
-        assert_eq!((model.precision(), model.n_modes(), model.shell.mesh.n_reoriented), (precision, 4, 1), "{name}");
+        assert_eq!(
+            (model.modal.precision(), model.modal.n_modes(), model.shell.mesh.n_reoriented),
+            (precision, 4, 1),
+            "{name}"
+        );
         let fresh = make(precision);
         assert_eq!(model.shell.held, fresh.shell.held);
         let hangs = |model: &Model| model.shell.sag.as_ref().map(|sag| (sag.gravity, sag.rest.clone()));
@@ -134,7 +138,7 @@ fn models_saved_by_every_version_still_load() {
             // The same bits at rest; hanging, two solves to 1e-8 of the load.
             assert!((old - new).norm() <= if fresh.shell.sag.is_some() { 1e-9 } else { 0.0 }, "{name}");
         }
-        for (old, new) in model.eigenvalues.iter().zip(&fresh.eigenvalues) {
+        for (old, new) in model.modal.eigenvalues.iter().zip(&fresh.modal.eigenvalues) {
             // A dense problem of condition 1e6 on another machine's arithmetic.
             assert_close(name, *old, *new, 1e-9, 0.0);
         }
@@ -229,7 +233,7 @@ impl Layout {
     const POSITIONS: usize = Self::CERTIFICATE + 24 + 48;
 
     fn of(model: &Model) -> Self {
-        Self { n: model.shell.mass.len(), t: model.shell.mesh.triangles.len(), m: model.n_modes() }
+        Self { n: model.shell.mass.len(), t: model.shell.mesh.triangles.len(), m: model.modal.n_modes() }
     }
     fn triangles(&self) -> usize {
         Self::POSITIONS + 24 * self.n
@@ -319,7 +323,7 @@ fn a_basis_in_16_bits_takes_half_the_memory_and_moves_vertices_as_told() {
     let largest = |of: &dyn Fn(usize) -> Vec3| (0..n).map(|v| of(v).amax()).fold(0.0, f64::max);
     for seed in 0..20 {
         let q: Vec<f64> = (0..8).map(|k| f64::from((seed * 37 + k * 53) % 17 - 8) / 8.0).collect();
-        let q: Vec<f64> = q.iter().zip(&exact.largest_rotation).map(|(q, turn)| 0.4 * q / turn).collect();
+        let q: Vec<f64> = q.iter().zip(&exact.modal.largest_rotation).map(|(q, turn)| 0.4 * q / turn).collect();
         let placed = |model: &Arc<Model>, method| {
             let mut state = State::new(model.clone(), method, Integrator::Exact).unwrap();
             state.set_amplitudes(&q, &[0.0; 8]).unwrap();
@@ -330,9 +334,10 @@ fn a_basis_in_16_bits_takes_half_the_memory_and_moves_vertices_as_told() {
         let linear = placed(&exact, Method::LinearModalAnalysis);
         let rest = &exact.shell.mesh.positions;
         let reach = linear.iter().zip(rest).map(|(x, rest)| (x - rest).norm()).fold(0.0, f64::max);
-        let shapes = |k: usize| largest(&|v| exact.mode_at(k, v).0) + largest(&|v| exact.mode_at(k, v).1) * reach;
+        let shapes =
+            |k: usize| largest(&|v| exact.modal.mode_at(k, v).0) + largest(&|v| exact.modal.mode_at(k, v).1) * reach;
         let bound: f64 =
-            (0..8).map(|k| q[k].abs() * shapes(k)).sum::<f64>() * 3f64.sqrt() * rounded.precision().rounding();
+            (0..8).map(|k| q[k].abs() * shapes(k)).sum::<f64>() * 3f64.sqrt() * rounded.modal.precision().rounding();
         let error = |(a, b): (&Vec3, &Vec3)| (a - b).norm();
         let worst =
             placed(&exact, Method::Warp).iter().zip(&placed(&rounded, Method::Warp)).map(error).fold(0.0, f64::max);

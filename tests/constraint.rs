@@ -86,9 +86,9 @@ fn the_warps_derivatives_match_finite_differences() {
 /// Targets that the shell can reach: where its vertices are at random amplitudes of up to `reach` rad.
 fn reachable(model: &Arc<Model>, rng: &mut StdRng, reach: f64) -> State {
     let mut state = State::new(model.clone(), Method::Warp, Integrator::ImplicitEuler).unwrap();
-    let scale = |k: usize| (model.eigenvalues[0].max(1.0) / model.eigenvalues[k].max(1.0)).sqrt();
-    let q: Vec<f64> = (0..model.n_modes()).map(|k| rng.random_range(-1.0..1.0) * scale(k)).collect();
-    let zeros = vec![0.0; model.n_modes()];
+    let scale = |k: usize| (model.modal.eigenvalues[0].max(1.0) / model.modal.eigenvalues[k].max(1.0)).sqrt();
+    let q: Vec<f64> = (0..model.modal.n_modes()).map(|k| rng.random_range(-1.0..1.0) * scale(k)).collect();
+    let zeros = vec![0.0; model.modal.n_modes()];
     state.set_amplitudes(&q, &zeros).unwrap();
     let factor = reach * rng.random_range(0.05..1.0) / state.report().max_rotation;
     state.set_amplitudes(&q.iter().map(|q| q * factor).collect::<Vec<_>>(), &zeros).unwrap();

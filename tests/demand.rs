@@ -18,7 +18,7 @@ fn no_vertex_is_off_by_more_than_the_tolerance() {
         for share in SHARES {
             let tolerance = share * moved;
             let model = precomputed(&scene, ALL, Some(Demand { tolerance, ..scene.demand.clone() }));
-            let (off, modes, bound) = (apart(&run(&scene, &model), &whole), model.n_modes(), model.truncation);
+            let (off, modes, bound) = (apart(&run(&scene, &model), &whole), model.modal.n_modes(), model.truncation);
             println!(
                 "{:<32} moves {moved:.3}, asked {tolerance:.1e}, bound {bound:.1e}, off {off:.1e}, {modes} modes",
                 scene.name
@@ -33,8 +33,8 @@ fn no_vertex_is_off_by_more_than_the_tolerance() {
 
 /// ΦᵀMΦ and ΦᵀKΦ of a model's fields.
 fn products(model: &Model) -> [DMatrix<f64>; 2] {
-    let (shell, m) = (&model.shell, model.n_modes());
-    let shape = |k: usize, v: usize| model.mode_at(k, v).0;
+    let (shell, m) = (&model.shell, model.modal.n_modes());
+    let shape = |k: usize, v: usize| model.modal.mode_at(k, v).0;
     let mass = DMatrix::from_fn(m, m, |i, j| {
         (0..shell.mass.len()).map(|v| shell.mass[v] * shape(i, v).dot(&shape(j, v))).sum()
     });
@@ -58,16 +58,16 @@ fn static_corrections_are_orthonormal_and_answer_to_pulls_as_all_modes_do() {
     let demand = Demand { tolerance: 1e-3, gravity, handles, distance: 0.02, speed: 0.02, ..scene.demand.clone() };
     let model = precomputed(&scene, ALL, Some(demand));
     let all = precomputed(&scene, ALL, None);
-    let n_modes = (0..model.n_modes())
-        .filter(|k| all.eigenvalues.iter().any(|l| (l - model.eigenvalues[*k]).abs() <= 1e-9 * l))
+    let n_modes = (0..model.modal.n_modes())
+        .filter(|k| all.modal.eigenvalues.iter().any(|l| (l - model.modal.eigenvalues[*k]).abs() <= 1e-9 * l))
         .count();
-    assert!((2..=6).contains(&(model.n_modes() - n_modes)), "{} of {} are modes", n_modes, model.n_modes());
+    assert!((2..=6).contains(&(model.modal.n_modes() - n_modes)), "{} of {} are modes", n_modes, model.modal.n_modes());
     let [mass, stiffness] = products(&model);
-    for i in 0..model.n_modes() {
-        for j in 0..model.n_modes() {
+    for i in 0..model.modal.n_modes() {
+        for j in 0..model.modal.n_modes() {
             let same = if i == j { 1.0 } else { 0.0 };
             // The shift of the statics' factor, 1e-4 of the lowest eigenvalue, is in the corrections.
-            let scale = (model.eigenvalues[i] * model.eigenvalues[j]).sqrt();
+            let scale = (model.modal.eigenvalues[i] * model.modal.eigenvalues[j]).sqrt();
             assert!((mass[(i, j)] - same).abs() < 1e-6, "mass {i} {j}: {}", mass[(i, j)]);
             assert!(
                 (stiffness[(i, j)] / scale - same).abs() < 1e-3,
@@ -78,8 +78,10 @@ fn static_corrections_are_orthonormal_and_answer_to_pulls_as_all_modes_do() {
     }
     for v in [corner, beside] {
         let pulled = |model: &Model, at: usize| -> Vec3 {
-            (0..model.n_modes())
-                .map(|k| model.mode_at(k, at).0 * (model.mode_at(k, v as usize).0.z / model.eigenvalues[k]))
+            (0..model.modal.n_modes())
+                .map(|k| {
+                    model.modal.mode_at(k, at).0 * (model.modal.mode_at(k, v as usize).0.z / model.modal.eigenvalues[k])
+                })
                 .sum()
         };
         let (mut off, mut size) = (0.0f64, 0.0f64);

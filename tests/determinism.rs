@@ -169,7 +169,7 @@ fn runs_have_the_bits_of_the_release_before() {
         for (method, integrator) in METHODS.into_iter().flat_map(|m| INTEGRATORS.map(|i| (m, i))) {
             let mut state = loaded(&model, method, integrator, 5);
             play(&mut state, 0, 60);
-            let precision = model.precision();
+            let precision = model.modal.precision();
             writeln!(now, "{:016x} {precision:?} {method:?} {integrator:?}", xxh3_64(&bits(&state))).unwrap();
         }
     }

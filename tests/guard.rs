@@ -5,13 +5,14 @@ mod common;
 use common::*;
 use rand::{Rng, SeedableRng, rngs::StdRng};
 use shellwarp::Vec3;
-use shellwarp::model::AnyBasis;
+use shellwarp::load::BodyLoad;
+use shellwarp::modal::AnyBasis;
 use shellwarp::model::{Model, Options, Precision};
 use shellwarp::state::{Damping, Method, State};
 use shellwarp::step::ForceLaw;
 use shellwarp::step::Integrator;
 use shellwarp::step::guard::{GUARDED_BEND, Pull};
-use shellwarp::step::modal_force::{self, Acting, BodyLoad, Scratch};
+use shellwarp::step::modal_force::{self, Acting, Scratch};
 use shellwarp::support::{Pose, Rates};
 use std::sync::Arc;
 
@@ -42,12 +43,12 @@ fn ordinary_scenes_feel_nothing_of_the_guard() {
                 state.step(1.0 / 30.0).unwrap();
                 let (q, q_dot) = state.amplitudes().unwrap();
                 let (mut held, mut rate) = (q.to_vec(), q_dot.to_vec());
-                model.guard(true).hold(|_| 0.0, 1.0 / 30.0, &mut held, &mut rate);
-                assert!(held == q && rate == q_dot && model.guard(true).energy(q) == 0.0);
+                model.modal.guard(true).hold(|_| 0.0, 1.0 / 30.0, &mut held, &mut rate);
+                assert!(held == q && rate == q_dot && model.modal.guard(true).energy(q) == 0.0);
                 let weight = Pull { body: *g, external: 0.0, reach: reach_of(&model, q) };
                 for k in 0..q.len() {
                     assert_eq!(
-                        model.guard(true).damping(k, 0.3, &weight, 1.0 / 30.0),
+                        model.modal.guard(true).damping(k, 0.3, &weight, 1.0 / 30.0),
                         0.3,
                         "{name}, g = {g}, mode {k}"
                     );
@@ -61,26 +62,26 @@ fn ordinary_scenes_feel_nothing_of_the_guard() {
 fn a_guarded_pose_is_where_load_elasticity_and_guard_balance() {
     // One endless step under a constant force: f = Λq + ∇G(q), with ∇G by differences of G.
     let model = beam("flat_beam");
-    let guard = model.guard(true);
+    let guard = model.modal.guard(true);
     let mut rng = StdRng::seed_from_u64(31);
     for strength in [1.5, 10.0, 1e3, 1e6] {
-        let scale: Vec<f64> = model.largest_rotation.iter().map(|r| strength * GUARDED_BEND / r).collect();
+        let scale: Vec<f64> = model.modal.largest_rotation.iter().map(|r| strength * GUARDED_BEND / r).collect();
         let free: Vec<f64> = scale.iter().map(|s| s * rng.random_range(-1.0..1.0)).collect();
         let (mut q, mut rate) = (free.clone(), vec![0.0; free.len()]);
         guard.hold(|_| 0.0, 1e9, &mut q, &mut rate);
-        let bend = q.iter().zip(&model.largest_rotation).map(|(q, r)| (q * r).powi(2)).sum::<f64>().sqrt();
+        let bend = q.iter().zip(&model.modal.largest_rotation).map(|(q, r)| (q * r).powi(2)).sum::<f64>().sqrt();
         let room = 1.5 * GUARDED_BEND - bend;
-        let load = |k: usize| model.eigenvalues[k] * free[k];
+        let load = |k: usize| model.modal.eigenvalues[k] * free[k];
         let largest = (0..q.len()).map(|k| load(k).abs()).fold(0.0, f64::max);
         for k in 0..q.len() {
-            let step = 1e-3 * room / model.largest_rotation[k];
+            let step = 1e-3 * room / model.modal.largest_rotation[k];
             let at = |shift: f64| {
                 let mut q = q.clone();
                 q[k] += shift * step;
                 guard.energy(&q)
             };
             let slope = (8.0 * (at(1.0) - at(-1.0)) - (at(2.0) - at(-2.0))) / (12.0 * step);
-            let force = model.eigenvalues[k] * q[k] + slope;
+            let force = model.modal.eigenvalues[k] * q[k] + slope;
             // Of the largest load. Differences: (1e-3)⁴ and 1e-16/1e-3; and the rounding of β, 1e-15 a term, over 1e-3 of the room.
             let tolerance = 1e-9 + 1e-10 / room;
             assert_close(&format!("mode {k} at {strength}"), force, load(k), tolerance, largest);
@@ -215,12 +216,12 @@ fn a_shell_let_go_from_the_guard_swings_back() {
 
 /// Σ |φ_k||q_k|, each at its largest.
 fn reach_of(model: &Model, q: &[f64]) -> f64 {
-    q.iter().zip(model.participation().reach()).map(|(q, reach)| reach * q.abs()).sum()
+    q.iter().zip(model.modal.participation().reach()).map(|(q, reach)| reach * q.abs()).sum()
 }
 
 /// f and how strongly the loads pull, at amplitudes `q`.
 fn pulled(model: &Model, law: ForceLaw, load: &BodyLoad, external: &[Vec3], q: &[f64]) -> (Vec<f64>, Pull) {
-    let AnyBasis::F64(basis) = &model.basis else { unreachable!("asked for in f64") };
+    let AnyBasis::F64(basis) = &model.modal.basis else { unreachable!("asked for in f64") };
     let (mut force, at_rest) = (vec![0.0; q.len()], vec![0.0; q.len()]);
     let acting = Acting { load, external: Some(external), law, q, q_dot: &at_rest, total_mass: model.shell.total_mass };
     let mut pull = modal_force::project(basis, &acting, &mut Scratch::new(q.len()), &mut force);
@@ -236,8 +237,8 @@ fn no_load_is_stiffer_in_a_mode_than_the_guard_takes_it_for() {
     let any = |rng: &mut StdRng| Vec3::from_fn(|_, _| rng.random_range(-1.0..1.0));
     for name in ["flat_beam", "v_beam"] {
         let model = beam(name);
-        let (n, modes) = (model.shell.mass.len(), model.n_modes());
-        let guard = model.guard(true);
+        let (n, modes) = (model.shell.mass.len(), model.modal.n_modes());
+        let guard = model.modal.guard(true);
         let mut tightest = 0.0f64;
         for trial in 0..200 {
             // Body loads, forces on all vertices, on one, or all together; at rest, and up to a turn in each mode.
@@ -250,14 +251,14 @@ fn no_load_is_stiffer_in_a_mode_than_the_guard_takes_it_for() {
                 _ => external.iter_mut().for_each(|f| *f = 1e-3 * any(&mut rng)),
             }
             let turned = |reach: f64, rng: &mut StdRng| -> Vec<f64> {
-                model.largest_rotation.iter().map(|r| reach * rng.random_range(-1.0..1.0) / r).collect()
+                model.modal.largest_rotation.iter().map(|r| reach * rng.random_range(-1.0..1.0) / r).collect()
             };
             let reach = if trial % 8 < 4 { 0.0 } else { std::f64::consts::TAU };
             for law in [ForceLaw::Rotated, ForceLaw::VirtualWork] {
                 let q = turned(reach, &mut rng);
                 let (_, pull) = pulled(&model, law, &load, &external, &q);
                 for k in 0..modes {
-                    let step = 1e-5 / model.largest_rotation[k];
+                    let step = 1e-5 / model.modal.largest_rotation[k];
                     let at = |shift: f64| {
                         let mut q = q.clone();
                         q[k] += shift * step;

@@ -93,8 +93,8 @@ fn a_uniform_load_in_linear_modal_analysis_needs_no_vertex() {
 /// Modal force of gravity at amplitudes that turn vertices by about `turn`, from one step out of rest: q̇ = h f/(1 + h²λ) − ….
 fn rates_after_a_step(model: &Arc<Model>, method: Method, turn: f64, whole: bool) -> Vec<f64> {
     let mut state = state(model, method);
-    let modes = model.n_modes() as f64;
-    let q: Vec<f64> = model.largest_rotation.iter().map(|psi| turn / (modes * psi)).collect();
+    let modes = model.modal.n_modes() as f64;
+    let q: Vec<f64> = model.modal.largest_rotation.iter().map(|psi| turn / (modes * psi)).collect();
     state.set_amplitudes(&q, &vec![0.0; q.len()]).unwrap();
     state.set_gravity(Vec3::new(0.3, 0.4, -0.8)).unwrap();
     if whole {
@@ -115,7 +115,7 @@ fn gravity_near_the_rest_shape_is_taken_to_first_order_within_a_millionth_of_the
             for (k, (a, b)) in short.iter().zip(&whole).enumerate() {
                 // |f_k| is at most Σ m |g| |φ_k|.
                 let reach: f64 =
-                    model.shell.mass.iter().enumerate().map(|(v, m)| m * model.mode_at(k, v).0.norm()).sum();
+                    model.shell.mass.iter().enumerate().map(|(v, m)| m * model.modal.mode_at(k, v).0.norm()).sum();
                 apart = apart.max((a - b).abs() / (1e-6 * reach * Vec3::new(0.3, 0.4, -0.8).norm()));
             }
             println!("{method:?}, {turn} rad: {apart:e} of the load");
@@ -162,7 +162,7 @@ fn a_model_for_linear_modal_analysis_alone_moves_to_the_same_bits_in_half_the_me
     let bytes = linear.save().unwrap();
     assert_eq!(whole.save().unwrap().len() - bytes.len(), whole.shell.mass.len() * 3 * 8 * 4);
     let loaded = Arc::new(Model::load(&bytes).unwrap());
-    assert!(loaded.is_linear() && loaded.save().unwrap() == bytes);
+    assert!(loaded.modal.is_linear() && loaded.save().unwrap() == bytes);
     let mut c = state(&loaded, Method::LinearModalAnalysis);
     c.load(&b.save()).unwrap();
     assert_eq!(positions(&b), positions(&c));
@@ -192,16 +192,16 @@ fn a_model_for_linear_modal_analysis_alone_computes_no_modal_rotations() {
         };
         let ((whole, all), (linear, fewer)) = (made(false), made(true));
         assert!(
-            linear.largest_rotation.is_empty()
-                && linear.largest_swing.is_empty()
-                && linear.mode_at(0, 7).1 == Vec3::zeros()
+            linear.modal.largest_rotation.is_empty()
+                && linear.modal.largest_swing.is_empty()
+                && linear.modal.mode_at(0, 7).1 == Vec3::zeros()
         );
-        assert_eq!(whole.mode_at(0, 7).0, linear.mode_at(0, 7).0);
+        assert_eq!(whole.modal.mode_at(0, 7).0, linear.modal.mode_at(0, 7).0);
         // The operator W has three matrices and the corners of each triangle; Ψ a vector for each vertex and mode.
         let (n, triangles) = (shell.mass.len(), shell.mesh.triangles.len());
         let operator = (3 * 72 + 12) * triangles + 8 * n;
         let stored = whole.bytes() - linear.bytes();
-        assert!(all >= fewer + (operator + 24 * n * linear.n_modes() + stored) as u64, "{all} and {fewer} bytes");
+        assert!(all >= fewer + (operator + 24 * n * linear.modal.n_modes() + stored) as u64, "{all} and {fewer} bytes");
     }
 }
 
@@ -246,7 +246,7 @@ fn a_plan_says_where_modes_are_missing() {
         let modes = parts.iter().find(|part| part.kind == PartKind::Modes).unwrap();
         assert_eq!(modes.reason.contains("missing"), missing, "{}", modes.reason);
     }
-    assert_close("first mode across", model.effective_mass().z, 0.613, 0.05, 0.0);
+    assert_close("first mode across", model.modal.effective_mass().z, 0.613, 0.05, 0.0);
 }
 
 #[test]

@@ -5,12 +5,12 @@ use common::*;
 use nalgebra::{DMatrix, UnitQuaternion};
 use shellwarp::constraint::{Constraint, Target};
 use shellwarp::energy::Curvature;
+use shellwarp::load::BodyLoad;
 use shellwarp::model::{Model, Options, Precision};
 use shellwarp::reduced::{self, AnyFields, Newton, Potential, ReducedEnergy, ReducedShell, Stop, basis};
 use shellwarp::reference::{EquilibriumOptions, Solver};
 use shellwarp::state::{Damping, Method, PartKind, Space, State};
 use shellwarp::step::Integrator;
-use shellwarp::step::modal_force::BodyLoad;
 use shellwarp::support::{Motion, Pose, Rates};
 use shellwarp::{ErrorKind, Material, Mesh, Shell, Supports, Vec3};
 use std::sync::{Arc, OnceLock};
@@ -141,7 +141,7 @@ fn samples_are_few_and_reproduce_the_rest_stiffness_of_the_modes() {
     let mut newton = Newton::new(&reduced.energy);
     for k in 0..8 {
         let mut load = vec![0.0; reduced.n()];
-        load[k] = 1e-6 * model.eigenvalues[k];
+        load[k] = 1e-6 * model.modal.eigenvalues[k];
         let mut q = vec![0.0; reduced.n()];
         newton.minimize(
             &reduced.energy,

@@ -50,7 +50,7 @@ fn mode_shapes_that_32_bits_cannot_hold_are_refused_and_64_bits_hold_them() {
     assert!(error.message.contains("64-bit"), "{error}");
     is_numerical(Err::<(), _>(error));
     let model = sheet(1e-45, Precision::F64).unwrap();
-    assert!((0..4).all(|k| (0..model.shell.mass.len()).all(|v| model.mode_at(k, v).1.norm().is_finite())));
+    assert!((0..4).all(|k| (0..model.shell.mass.len()).all(|v| model.modal.mode_at(k, v).1.norm().is_finite())));
 }
 
 #[test]
@@ -77,7 +77,11 @@ fn rotations_of_a_very_heavy_shell_do_not_underflow() {
     let shell = Shell::new(Mesh::new(positions, &triangles).unwrap(), material, &Supports::default()).unwrap();
     let options = Options { modes: 8, precision: Precision::F32, ..Options::default() };
     let model = Model::precompute(Arc::new(shell), &options, &mut |_, _| Ok(())).unwrap();
-    assert!(model.largest_rotation[3..].iter().all(|rotation| *rotation > 0.0), "{:?}", model.largest_rotation);
+    assert!(
+        model.modal.largest_rotation[3..].iter().all(|rotation| *rotation > 0.0),
+        "{:?}",
+        model.modal.largest_rotation
+    );
     Model::load(&model.save().unwrap()).unwrap();
 }
 

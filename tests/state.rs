@@ -39,7 +39,7 @@ fn displacements(state: &State) -> Vec<Vec3> {
 fn equilibrium(model: &Arc<Model>, method: Method, gravity: Vec3) -> State {
     let mut state = State::new(model.clone(), method, Integrator::ImplicitEuler).unwrap();
     state.set_gravity(gravity).unwrap();
-    let still = vec![0.0; model.n_modes()];
+    let still = vec![0.0; model.modal.n_modes()];
     for _ in 0..100 {
         let before = state.amplitudes().unwrap().0.to_vec();
         state.step(1e9).unwrap();
@@ -106,11 +106,11 @@ fn at_rest_the_positions_are_the_hosts_to_the_last_bit() {
 #[test]
 fn a_free_shell_in_its_rigid_modes_moves_rigidly_over_several_turns() {
     let model = free_sheet();
-    assert_eq!(model.zero_modes, 6);
+    assert_eq!(model.modal.zero_modes, 6);
     let mut state = State::new(model.clone(), Method::Warp, Integrator::Exact).unwrap();
-    let mut spin = vec![0.0; model.n_modes()];
+    let mut spin = vec![0.0; model.modal.n_modes()];
     spin[..6].copy_from_slice(&[0.05, -0.02, 0.03, 0.2, -0.25, 0.15]);
-    state.set_amplitudes(&vec![0.0; model.n_modes()], &spin).unwrap();
+    state.set_amplitudes(&vec![0.0; model.modal.n_modes()], &spin).unwrap();
     let rest = &model.shell.mesh.positions;
     let mut turned = 0.0;
     for _ in 0..600 {
@@ -133,7 +133,7 @@ fn frequencies_of_motion_are_those_of_the_modes() {
         let mut q = vec![0.0; 8];
         q[k] = 0.01;
         state.set_amplitudes(&q, &[0.0; 8]).unwrap();
-        let period = std::f64::consts::TAU / model.eigenvalues[k].sqrt();
+        let period = std::f64::consts::TAU / model.modal.eigenvalues[k].sqrt();
         (0..7).for_each(|_| state.step(period / 7.0).unwrap());
         // Seven steps of rounding.
         assert_close(&format!("mode {k}"), state.amplitudes().unwrap().0[k], 0.01, 1e-13, 0.0);
@@ -151,7 +151,7 @@ fn damping_ratio_and_rayleigh_damping_decay_as_stated() {
     let h = 0.05;
     state.step(h).unwrap();
     for k in 0..8 {
-        let lambda = model.eigenvalues[k];
+        let lambda = model.modal.eigenvalues[k];
         let c = xi + zeta * lambda + 2.0 * ratio * lambda.sqrt();
         let (a, w) = (c / 2.0, (lambda - c * c / 4.0).sqrt());
         let exact = 0.01 * (-a * h).exp() * ((w * h).cos() + a / w * (w * h).sin());
@@ -171,7 +171,7 @@ fn modal_force(state: &State, load: impl Fn(f64, Vec3, Vec3) -> Vec3) -> Vec<f64
     let (q, q_dot) = state.amplitudes().unwrap();
     let mut f = vec![0.0; q.len()];
     for v in 0..model.shell.mass.len() {
-        let shapes: Vec<(Vec3, Vec3)> = (0..q.len()).map(|k| model.mode_at(k, v)).collect();
+        let shapes: Vec<(Vec3, Vec3)> = (0..q.len()).map(|k| model.modal.mode_at(k, v)).collect();
         let sum = |a: &[f64], pick: fn(&(Vec3, Vec3)) -> Vec3| -> Vec3 {
             shapes.iter().zip(a).map(|(s, a)| pick(s) * *a).sum()
         };
@@ -227,7 +227,7 @@ fn gravity_and_all_four_inertial_terms_act_as_defined() {
         });
         for k in 0..8 {
             // Implicit Euler solved for the force it was given.
-            let lambda = model.eigenvalues[k];
+            let lambda = model.modal.eigenvalues[k];
             let f = ((1.0 + h * h * lambda) * state.amplitudes().unwrap().1[k] - q_dot[k]) / h + lambda * q[k];
             // The difference above loses 1e-16 q̇/h, some 1e-12. In a spinning frame the one pass to the middle of the step
             // leaves a share ωh = 2e-3 of what the force changes by in half a step, here a thousandth.
@@ -294,7 +294,7 @@ fn a_frame_that_turns_steadily_pulls_outwards() {
     let expected = modal_force(&state, |m, r, _| m * rate * rate * Vec3::new(r.x, r.y, 0.0));
     let q = state.amplitudes().unwrap().0;
     for k in 0..8 {
-        assert_close(&format!("mode {k}"), model.eigenvalues[k] * q[k], expected[k], 1e-6, 1e-3);
+        assert_close(&format!("mode {k}"), model.modal.eigenvalues[k] * q[k], expected[k], 1e-6, 1e-3);
     }
 }
 
@@ -408,9 +408,9 @@ fn a_step_does_not_allocate() {
 fn normals_and_rotations_of_a_turned_shell_turn_with_it() {
     let model = free_sheet();
     let mut state = State::new(model.clone(), Method::Warp, Integrator::Exact).unwrap();
-    let mut q_dot = vec![0.0; model.n_modes()];
+    let mut q_dot = vec![0.0; model.modal.n_modes()];
     q_dot[3..6].copy_from_slice(&[0.1, 0.2, -0.1]);
-    state.set_amplitudes(&vec![0.0; model.n_modes()], &q_dot).unwrap();
+    state.set_amplitudes(&vec![0.0; model.modal.n_modes()], &q_dot).unwrap();
     state.step(1.0).unwrap();
     let rotation = UnitQuaternion::from_scaled_axis(Vec3::new(0.5, 0.2, 0.1));
     state.set_frame(Pose { origin: Vec3::zeros(), rotation }, Motion::Teleport);
@@ -454,10 +454,10 @@ fn whirling_in_a_spinning_frame_keeps_its_energy_bounded() {
         4,
         Precision::F64,
     );
-    let rate = 0.5 * model.eigenvalues[0].sqrt(); // half the critical speed
+    let rate = 0.5 * model.modal.eigenvalues[0].sqrt(); // half the critical speed
     for (method, integrator) in [(Method::LinearModalAnalysis, Integrator::Exact), (Method::Warp, Integrator::Exact)] {
         let mut state = State::new(model.clone(), method, integrator).unwrap();
-        let h = 0.1 / model.eigenvalues[0].sqrt();
+        let h = 0.1 / model.modal.eigenvalues[0].sqrt();
         let mut q = vec![0.0; 4];
         q[0] = 0.05;
         state.set_amplitudes(&q, &[0.0; 4]).unwrap();

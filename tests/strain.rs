@@ -5,11 +5,11 @@ use common::*;
 use rand::rngs::StdRng;
 use rand::{Rng, SeedableRng};
 use shellwarp::constraint::{Constraint, Target};
+use shellwarp::load::BodyLoad;
 use shellwarp::load::{External, Wind};
 use shellwarp::model::{Model, Options, Precision};
 use shellwarp::state::{Damping, Method, PartKind, Space, State};
 use shellwarp::step::Integrator;
-use shellwarp::step::modal_force::BodyLoad;
 use shellwarp::strain::{MOST_SAMPLES, poisson::Poisson};
 use shellwarp::support::{Motion, Pose, Rates};
 use shellwarp::{ErrorKind, Material, Mesh, Shell, Supports, Vec3};
@@ -48,10 +48,10 @@ fn at_rest(model: &Arc<Model>, method: Method, gravity: Vec3) -> Vec<Vec3> {
 
 /// Amplitudes whose rotations add up to `reach`, with shares as equal energies give.
 fn amplitudes(model: &Model, rng: &mut StdRng, reach: f64) -> Vec<f64> {
-    let softest = model.eigenvalues.iter().copied().find(|lambda| *lambda > 0.0).unwrap();
+    let softest = model.modal.eigenvalues.iter().copied().find(|lambda| *lambda > 0.0).unwrap();
     let q: Vec<f64> =
-        model.eigenvalues.iter().map(|lambda| rng.random_range(-1.0..1.0) / lambda.max(softest).sqrt()).collect();
-    let turn: f64 = q.iter().zip(&model.largest_rotation).map(|(q, r)| (q * r).abs()).sum();
+        model.modal.eigenvalues.iter().map(|lambda| rng.random_range(-1.0..1.0) / lambda.max(softest).sqrt()).collect();
+    let turn: f64 = q.iter().zip(&model.modal.largest_rotation).map(|(q, r)| (q * r).abs()).sum();
     q.iter().map(|q| q * reach / turn).collect()
 }
 
@@ -62,7 +62,7 @@ fn no_load() -> BodyLoad {
 fn modal_force(model: &Model, load: &BodyLoad, external: External, q: &[f64], q_dot: &[f64]) -> Vec<f64> {
     let map = model.rotation_strain().unwrap();
     let mut force = vec![0.0; q.len()];
-    map.project(model, (load, external), (q, q_dot), &mut map.scratch(model), &mut force);
+    map.project(&model.modal, (load, external), (q, q_dot), &mut map.scratch(&model.modal), &mut force);
     force
 }
 
@@ -91,7 +91,7 @@ fn the_modal_force_is_the_gradient_of_the_loads_work() {
             displacements(&state).iter().zip(&loads).map(|(u, f)| u.dot(f)).sum()
         };
         for k in 0..q.len() {
-            let step = 1e-3 / model.largest_rotation[k];
+            let step = 1e-3 / model.modal.largest_rotation[k];
             let mut at = |shift: f64| {
                 let mut q = q.clone();
                 q[k] += shift * step;
@@ -135,7 +135,7 @@ fn loads_of_a_turning_frame_are_those_on_every_vertex_and_do_the_power_of_its_ra
     let load = BodyLoad::new(Vec3::new(0.0, 1.0, -9.0), &Pose::identity(), &rates);
     let (rest, n) = (&model.shell.mesh.positions, model.shell.mass.len());
     let (mut on_vertices, mut power) = (vec![Vec3::zeros(); n], 0.0);
-    model.rotation_strain().unwrap().visit_motion(model, (&q, &q_dot), |v, u, rate| {
+    model.rotation_strain().unwrap().visit_motion(&model.modal, (&q, &q_dot), |v, u, rate| {
         on_vertices[v] = load.at(model.shell.mass[v], rest[v] + u, rate);
         power += on_vertices[v].dot(&rate);
     });
@@ -193,7 +193,7 @@ fn what_bends_without_stretching_keeps_its_area_and_the_samples_keep_to_the_pois
         let mut state = state(model, Method::RotationStrain);
         state.set_amplitudes(&q, &[0.0; 8]).unwrap();
         let n = shell.mass.len();
-        let linear: Vec<Vec3> = (0..n).map(|v| (0..8).map(|k| q[k] * model.mode_at(k, v).0).sum()).collect();
+        let linear: Vec<Vec3> = (0..n).map(|v| (0..8).map(|k| q[k] * model.modal.mode_at(k, v).0).sum()).collect();
         let solved = poisson.reconstruct(shell, &linear).unwrap();
         let apart = error(&displacements(&state), &solved);
         println!("{reach} rad: {apart:.1e} from the solve, its area change {:.1e}", area(&solved));
@@ -450,7 +450,7 @@ fn supports_in_pieces_and_pieces_afloat_have_their_place() {
     let supports = Supports { fixed: vec![], clamped };
     let shell = Shell::new(Mesh::new(positions, &triangles).unwrap(), Material::default(), &supports).unwrap();
     let model = model(shell, Precision::F64);
-    assert_eq!(model.zero_modes, 6);
+    assert_eq!(model.modal.zero_modes, 6);
     let mut state = state(&model, Method::RotationStrain);
     state.set_gravity(DOWN).unwrap();
     (0..30).for_each(|_| state.step(1.0 / 30.0).unwrap());

@@ -4,9 +4,11 @@ mod common;
 use common::*;
 use pulp::Scalar;
 use rand::{Rng, SeedableRng, rngs::StdRng};
-use shellwarp::model::{AnyBasis, Model, Options, Precision};
+use shellwarp::load::BodyLoad;
+use shellwarp::modal::AnyBasis;
+use shellwarp::model::{Model, Options, Precision};
 use shellwarp::state::{Damping, Method, State};
-use shellwarp::step::modal_force::{self, Acting, BodyLoad, Scratch};
+use shellwarp::step::modal_force::{self, Acting, Scratch};
 use shellwarp::step::{ForceLaw, Integrator};
 use shellwarp::support::{Pose, Rates};
 use shellwarp::warp::lanes::Lanes;
@@ -20,7 +22,7 @@ fn model_of(shell: Shell, modes: usize) -> Arc<Model> {
 }
 
 fn basis(model: &Model) -> &Basis<f64> {
-    match &model.basis {
+    match &model.modal.basis {
         AnyBasis::F64(basis) => basis,
         _ => unreachable!("asked for in f64"),
     }
@@ -36,7 +38,7 @@ fn modal_force(model: &Model, law: ForceLaw, loads: &[Vec3], q: &[f64], q_dot: &
 
 /// Amplitudes with rotations of up to `reach` rad in each mode.
 fn amplitudes(model: &Model, rng: &mut StdRng, reach: f64) -> Vec<f64> {
-    model.largest_rotation.iter().map(|r| reach * rng.random_range(-1.0..1.0) / r).collect()
+    model.modal.largest_rotation.iter().map(|r| reach * rng.random_range(-1.0..1.0) / r).collect()
 }
 
 #[test]
@@ -81,7 +83,7 @@ fn the_modal_force_is_the_gradient_of_the_loads_work() {
             displacements(&state).iter().zip(&loads).map(|(u, f)| u.dot(f)).sum()
         };
         for k in 0..q.len() {
-            let step = 1e-3 / model.largest_rotation[k];
+            let step = 1e-3 / model.modal.largest_rotation[k];
             let mut at = |shift: f64| {
                 let mut q = q.clone();
                 q[k] += shift * step;

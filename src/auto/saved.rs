@@ -7,8 +7,8 @@
 //! | of each: operations, error | 2c × f64 |
 
 use super::{Candidate, Front};
+use crate::method::Method;
 use crate::real::Real;
-use crate::state::Method;
 use crate::{Error, ErrorKind, Result};
 
 const COUNTS: usize = 8;

@@ -154,11 +154,11 @@ fn ways(model: &Model, v: u32, held: [bool; 3]) -> Vec<(Vec3, bool)> {
 /// Orthogonal directions among the held axes in which vertex `v` gives to first order in the modes, the softest first.
 fn soft_directions(model: &Model, v: u32, held: [bool; 3]) -> Vec<Vec3> {
     let of_mode = |k: usize| {
-        let phi = model.mode_at(k, v as usize).0;
+        let phi = model.modal.mode_at(k, v as usize).0;
         let along = Vec3::from_fn(|a, _| if held[a] { phi[a] } else { 0.0 });
-        along * along.transpose() / model.eigenvalues[k]
+        along * along.transpose() / model.modal.eigenvalues[k]
     };
-    let compliance: Matrix3<f64> = (model.zero_modes..model.n_modes()).map(of_mode).sum();
+    let compliance: Matrix3<f64> = (model.modal.zero_modes..model.modal.n_modes()).map(of_mode).sum();
     let gives = compliance.symmetric_eigen();
     let mut order = [0, 1, 2];
     order.sort_by(|a, b| gives.eigenvalues[*b].total_cmp(&gives.eigenvalues[*a]));

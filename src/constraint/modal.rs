@@ -16,11 +16,12 @@
 //! Rows are dimensionless: lengths are divided by the model's size.
 
 use super::{Constraint, ConstraintSet, MET, Outcome, Target};
+use crate::Vec3;
+use crate::modal::ModalBasis;
 use crate::step::{Bend, Integrator, Oscillator};
 use crate::strain::RotationStrain;
 use crate::support::Pose;
 use crate::warp::{Basis, Entry, warp_with_derivative};
-use crate::{Model, Vec3};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn, UnitQuaternion};
 use std::f64::consts::TAU;
 
@@ -206,7 +207,7 @@ pub struct Step<'a> {
     /// u = R̃Φq, or u = Φq.
     pub warped: bool,
     /// Rotation–strain reconstruction instead of these.
-    pub strain: Option<(&'a RotationStrain, &'a Model)>,
+    pub strain: Option<(&'a RotationStrain, &'a ModalBasis)>,
 }
 
 impl Step<'_> {
@@ -459,7 +460,7 @@ impl Constraints {
             let linear: Vec3 = (0..q.len()).map(|k| q[k] * shapes(k).0).sum();
             let w: Vec3 = (0..q.len()).map(|k| q[k] * shapes(k).1).sum();
             let (u, by_linear, by_w) = warp_with_derivative(&w, &linear, step.warped);
-            let u = step.strain.map_or(u, |(strain, model)| strain.displacement(model, v, q));
+            let u = step.strain.map_or(u, |(strain, modal)| strain.displacement(modal, v, q));
             let (missing, scale) = match c.target {
                 Target::Position(world) => {
                     let target = step.pose.rotation.inverse() * (world - step.pose.origin);
@@ -473,9 +474,9 @@ impl Constraints {
                 direction[axis] = scale;
                 let direction = step.pose.rotation.inverse() * direction;
                 self.work.missing[row] = direction.dot(&missing) - self.work.deferred[row];
-                if let (Some((strain, model)), Target::Position(_)) = (step.strain, c.target) {
+                if let (Some((strain, modal)), Target::Position(_)) = (step.strain, c.target) {
                     let jacobian = &mut self.work.jacobian;
-                    strain.slopes(model, (v, &direction), q, |k, slope| jacobian[(row, k)] = slope);
+                    strain.slopes(modal, (v, &direction), q, |k, slope| jacobian[(row, k)] = slope);
                     continue;
                 }
                 for k in 0..q.len() {

@@ -483,10 +483,14 @@ fn log_certificate(model: &Model) {
         let message = "eigenvalues are good to a share of";
         log(SW_LOG_WARNING, &format!("{message} {:.0e} only: stiffness or triangle sizes differ much", c.disagreement));
     }
-    if model.zero_modes > 0 {
+    if model.modal.zero_modes > 0 {
         log(
             SW_LOG_INFO,
-            &format!("{} of {} modes are zero modes: nothing resists them", model.zero_modes, model.n_modes()),
+            &format!(
+                "{} of {} modes are zero modes: nothing resists them",
+                model.modal.zero_modes,
+                model.modal.n_modes()
+            ),
         );
     }
 }
@@ -526,11 +530,11 @@ fn fill_precomputed(info: &mut SwModelInfo, model: &Arc<Model>) {
     const { assert!(SW_PHASE_COUNT == PHASES && PHASES <= SW_PHASE_CAPACITY) };
     let certificate = &model.certificate;
     info.precomputed = 1;
-    info.modes = model.n_modes() as u32;
-    info.zero_modes = model.zero_modes as u32;
+    info.modes = model.modal.n_modes() as u32;
+    info.zero_modes = model.modal.zero_modes as u32;
     info.inertia_count = certificate.count as u32;
     info.inertia_found = certificate.found as u32;
-    info.precision = match model.precision() {
+    info.precision = match model.modal.precision() {
         Precision::F32 => SW_PRECISION_F32,
         Precision::F64 => SW_PRECISION_F64,
         Precision::I16 => SW_PRECISION_I16,
@@ -540,17 +544,17 @@ fn fill_precomputed(info: &mut SwModelInfo, model: &Arc<Model>) {
     info.orthonormality = certificate.orthonormality;
     info.inertia_shift = certificate.shift;
     info.seconds[..PHASES].copy_from_slice(&model.seconds);
-    info.effective_mass = model.effective_mass().into(); // makes what the bytes then count
+    info.effective_mass = model.modal.effective_mass().into(); // makes what the bytes then count
     info.bytes_model = model.bytes() as u64;
-    info.bytes_state = State::bytes_for(model.n_modes()) as u64;
+    info.bytes_state = State::bytes_for(model.modal.n_modes()) as u64;
     info.bytes_precompute_peak = model.peak_bytes as u64;
-    info.basis_rounding = model.precision().rounding();
+    info.basis_rounding = model.modal.precision().rounding();
     info.truncation_bound = model.truncation;
     if let Some(choice) = model.front.as_ref().map(|front| front.choice()) {
         (info.auto_method, info.auto_error) = (choice.method.number(), choice.error.min(f64::MAX));
     }
     if let Some(reduced) = &model.reduced {
-        info.reduced_fields = (reduced.n() - model.n_modes()) as u32;
+        info.reduced_fields = (reduced.n() - model.modal.n_modes()) as u32;
         info.reduced_elements = reduced.samples.len() as u32;
         info.reduced_residual = reduced.fit;
     }
@@ -650,7 +654,7 @@ pub unsafe extern "C" fn sw_model_frequencies(
         // SAFETY: the header's contract; NULL is excluded above.
         unsafe {
             let model = object("model", model)?.precomputed()?;
-            let values: Vec<f64> = model.frequencies().collect();
+            let values: Vec<f64> = model.modal.frequencies().collect();
             copy_out("hertz", &values, hertz, capacity.into())?;
             put(count, values.len() as u32);
         }
@@ -739,17 +743,17 @@ pub unsafe extern "C" fn sw_model_mode_shape(
     guard(|| {
         // SAFETY: the header's contract.
         let model = unsafe { object("model", model)? }.precomputed()?;
-        if mode as usize >= model.n_modes() {
-            return Err(Fault::argument(format!("mode is {mode}, but the model has {} modes", model.n_modes())));
+        if mode as usize >= model.modal.n_modes() {
+            return Err(Fault::argument(format!("mode is {mode}, but the model has {} modes", model.modal.n_modes())));
         }
         let rotation = enumerant("shape", shape, &[(SW_SHAPE_DISPLACEMENT, false), (SW_SHAPE_ROTATION, true)])?;
-        if rotation && model.is_linear() {
+        if rotation && model.modal.is_linear() {
             let message = "the model was precomputed with SW_PRECOMPUTE_LINEAR: it has no modal rotations";
             return Err(Fault::new(SW_ERROR_UNSUPPORTED, message));
         }
         let rows = vertex_rows(&model, out, format, 3, stride, n_vertices)?;
         let shape = |v: usize| {
-            let (phi, psi) = model.mode_at(mode as usize, v);
+            let (phi, psi) = model.modal.mode_at(mode as usize, v);
             if rotation { psi } else { phi }
         };
         let vertices = 0..n_vertices as usize;

@@ -194,7 +194,7 @@ unsafe fn writing(state: *mut SwState, body: impl FnOnce(&mut State) -> Result<(
 
 /// What SW_METHOD_... and 0 mean for states of `model`.
 pub(super) fn method_of(name: &str, model: &Model, method: u32) -> Result<Method, Fault> {
-    let default = if model.is_linear() { Method::LinearModalAnalysis } else { Method::Warp };
+    let default = if model.modal.is_linear() { Method::LinearModalAnalysis } else { Method::Warp };
     let methods: Vec<_> = [(0, default)].into_iter().chain(METHODS).collect();
     match method {
         SW_METHOD_AUTO => Ok(model.chosen_method()?),
@@ -318,7 +318,7 @@ pub unsafe extern "C" fn sw_state_set_damping(state: *mut SwState, desc: *const 
     unsafe {
         writing(state, |state| {
             let desc = read_descriptor("desc", desc)?;
-            let modes = state.model().n_modes();
+            let modes = state.model().modal.n_modes();
             if desc.n_ratios > 1 && desc.n_ratios as usize != modes {
                 let message = format!("desc->n_ratios is {}: give no ratios, 1 or {modes}", desc.n_ratios);
                 return Err(Fault::argument(message)); // nothing is read: the host's array is not that long
@@ -412,7 +412,7 @@ pub unsafe extern "C" fn sw_state_set_amplitudes(
 
 /// The host's arrays are only as long as it says: read nothing when the number is wrong.
 fn check_count(model: &Model, count: u32) -> Result<(), Fault> {
-    match model.n_modes() {
+    match model.modal.n_modes() {
         n if n == count as usize => Ok(()),
         n => Err(Fault::argument(format!("count is {count}, but the model has {n} modes"))),
     }

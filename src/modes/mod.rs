@@ -21,15 +21,13 @@ pub use demand::Demand;
 pub use dense::symmetric_eigen;
 pub use stiffness::{ScaledStiffness, entries};
 
+use crate::limits::MAX_MODES;
 use crate::{Error, ErrorKind, Result, Shell, Vec3};
 use faer::Mat;
 use pieces::Piece;
 use solution::{Solution, rigid_freedoms};
 use std::ops::Range;
 use std::time::Instant;
-
-/// No more modes than this: the dense work grows with its cube, and no warp needs so many.
-pub const MAX_MODES: usize = 1024;
 
 /// Modes that are computed first where a tolerance tells how many are needed.
 const FIRST_SEARCH: usize = 16;

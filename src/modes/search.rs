@@ -7,7 +7,8 @@
 
 use super::inverse::Inverse;
 use super::lanczos::{BlockLanczos, Ritz};
-use super::{MAX_MODES, Phase, Progress, ScaledStiffness, dense, entries, jacobi, sort_columns};
+use super::{Phase, Progress, ScaledStiffness, dense, entries, jacobi, sort_columns};
+use crate::limits::MAX_MODES;
 use crate::sparse::{Factor, Symbolic};
 use crate::{Error, ErrorKind, Result, Shell};
 use faer::Mat;

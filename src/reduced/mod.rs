@@ -25,8 +25,8 @@ pub use newton::{End, Newton, Potential, Rows, Stop, Work};
 
 use crate::energy::Curvature;
 use crate::features::{self, Feature, Proof};
-use crate::model::Precision;
 use crate::modes::{Modes, Phase, Progress};
+use crate::precision::Precision;
 use crate::reference::{EquilibriumOptions, Solver};
 use crate::{Error, ErrorKind, Result, Shell, Vec3};
 use faer::Mat;

@@ -15,7 +15,7 @@
 
 use super::{AnyFields, Assumed, Fields, LEAST_SHARE, MAX_FIELDS, MAX_STRESSES, ReducedShell, with_fields};
 use crate::features::Feature;
-use crate::model::Precision;
+use crate::precision::Precision;
 use crate::real::Real;
 use crate::{Error, ErrorKind, Result, Shell};
 use nalgebra::DMatrix;

@@ -19,12 +19,14 @@ mod newton;
 mod noise;
 pub(crate) mod orientation;
 mod potential;
+mod sag;
 
 pub use correction::{CORRECTED, Correction, Load, SolverPool};
 pub use equilibrium::{Equilibrium, EquilibriumOptions, EquilibriumProgress};
 pub use handles::{Goal, Grip, Handle};
 pub use implicit::StepReport;
 pub use orientation::{Ring, vertex_rotations};
+pub use sag::sagged;
 
 use crate::error::{require_finite, require_non_negative};
 use crate::{Error, Result, Shell, Vec3};

@@ -256,7 +256,7 @@ impl State {
         self.dynamics.visit_motion(model, |v, displacement, speed| (u[v], rate[v]) = (displacement, speed));
         let add = |v: usize, a: Vec3| inertia[v] += shell.mass[v] * a;
         match &self.dynamics {
-            Dynamics::Modal(modal) => modal.visit_acceleration(model, &own, external, &grips, add),
+            Dynamics::Modal(modal) => modal.visit_acceleration(&model.modal, &own, external, &grips, add),
             Dynamics::Reduced(reduced) => reduced.visit_acceleration(model, &own, external, &grips, add),
             Dynamics::Nodal(_) => (),
         }
@@ -276,7 +276,7 @@ impl State {
             self.press(pose, &mut scratch);
         }
         // The full shell carries its whole weight; modes of a shell that hangs carry what differs from where it hangs.
-        let whole = crate::step::modal_force::BodyLoad::new(self.gravity, pose, rates);
+        let whole = crate::load::BodyLoad::new(self.gravity, pose, rates);
         let on = |v: usize| whole.at(shell.mass[v], shell.mesh.positions[v] + u[v], rate[v]);
         let mut force: Vec<Vec3> = (0..u.len()).map(on).collect();
         let external = external(&self.loads, &scratch, model, pose);

@@ -6,9 +6,10 @@
 //! min ½ Σ m |u̇ − Jq̇|² at that pose.
 
 use super::modal::Modal;
+use crate::modal::ModalBasis;
 use crate::support::Pose;
 use crate::warp::Placement;
-use crate::{Model, Result, Vec3};
+use crate::{Result, Vec3};
 
 /// Steps of Gauss and Newton, at most; they end where one moves q by less than this share.
 const STEPS: usize = 60;
@@ -28,15 +29,15 @@ struct Miss {
 /// A modal state's map from q to displacements, and its derivative J.
 struct Map<'a> {
     modal: &'a Modal,
-    model: &'a Model,
+    basis: &'a ModalBasis,
 }
 
 impl Map<'_> {
     fn miss(&self, u: &[Vec3], q: &[f64]) -> Miss {
         let Pose { origin, .. } = Pose::identity();
-        let (rest, mass) = (&self.model.shell.mesh.positions, &self.model.shell.mass);
+        let (rest, mass) = (&self.basis.shell.mesh.positions, &self.basis.shell.mass);
         let mut miss = Miss { at: u.to_vec(), square: 0.0 };
-        self.modal.positions_at((self.model, q), &Placement { origin, rotation: None }, |first, rows| {
+        self.modal.positions_at((self.basis, q), &Placement { origin, rotation: None }, |first, rows| {
             for (i, x) in rows.iter().enumerate() {
                 let v = first + i;
                 miss.at[v] -= Vec3::from(*x) - rest[v];
@@ -48,15 +49,15 @@ impl Map<'_> {
 
     /// Jp at q.
     fn along(&self, q: &[f64], p: &[f64], out: &mut [Vec3]) {
-        self.modal.visit_visible(self.model, (q, p), |v, _, rate| out[v] = rate);
+        self.modal.visit_visible(self.basis, (q, p), |v, _, rate| out[v] = rate);
     }
 
     /// JᵀM of a field at q.
     fn pull_back(&self, q: &[f64], field: &[Vec3]) -> Vec<f64> {
-        let weighted = (0u32..).zip(field.iter().zip(&self.model.shell.mass)).map(|(v, (f, m))| (v, f * *m));
+        let weighted = (0u32..).zip(field.iter().zip(&self.basis.shell.mass)).map(|(v, (f, m))| (v, f * *m));
         let weighted: Vec<_> = weighted.collect();
         let mut along = vec![0.0; q.len()];
-        self.modal.pull_back(self.model, q, &weighted, &mut along);
+        self.modal.pull_back(self.basis, q, &weighted, &mut along);
         along
     }
 
@@ -70,7 +71,7 @@ impl Map<'_> {
         let mut moved = vec![Vec3::zeros(); miss.len()];
         for _ in 0..ROUNDS {
             self.along(q, &p, &mut moved);
-            let work: f64 = moved.iter().zip(&self.model.shell.mass).map(|(x, m)| m * x.norm_squared()).sum();
+            let work: f64 = moved.iter().zip(&self.basis.shell.mass).map(|(x, m)| m * x.norm_squared()).sum();
             if !(square > enough && work > 0.0) {
                 break;
             }
@@ -120,10 +121,10 @@ fn norm_squared(x: &[f64]) -> f64 {
 impl Modal {
     /// Takes the pose nearest to displacements `u` in the mass norm, and the rates that move it most nearly as `rate` (n_vertices).
     /// Changes nothing on failure.
-    pub fn follow(&mut self, model: &Model, u: &[Vec3], rate: &[Vec3]) -> Result<()> {
-        let map = Map { modal: self, model };
+    pub fn follow(&mut self, modal: &ModalBasis, u: &[Vec3], rate: &[Vec3]) -> Result<()> {
+        let map = Map { modal: self, basis: modal };
         let q = map.nearest(u);
         let q_dot = map.solve(&q, rate.to_vec());
-        self.set_amplitudes(model, &q, &q_dot)
+        self.set_amplitudes(modal, &q, &q_dot)
     }
 }

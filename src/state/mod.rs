@@ -15,9 +15,9 @@ mod switch;
 use crate::constraint::{Constraint, ConstraintSet, Outcome, Target};
 use crate::error::{require_finite, require_non_negative};
 use crate::features::{Feature, NonlinearShell, Only, Proof, ReducedShell};
-use crate::load::{External, Loads, Moving, Wind};
+use crate::load::{BodyLoad, External, Loads, Moving, Wind};
+pub use crate::method::Method;
 use crate::reference::Rayleigh;
-use crate::step::modal_force::BodyLoad;
 use crate::step::{ForceLaw, Integrator};
 use crate::support::{Frame, Motion, Pose, Rates};
 use crate::{Error, ErrorKind, Model, Result, Vec3};
@@ -29,68 +29,7 @@ pub use plan::{Part, PartKind};
 use reduced::Reduced;
 use rest::Rest;
 pub use saved::HEADER as SAVED_HEADER;
-use std::fmt;
 use std::sync::Arc;
-
-/// How a shell moves.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Method {
-    /// Modal warping: u = R̃(Ψq) Φq, f = Φᵀ RᵀF (the paper).
-    Warp,
-    /// Modal warping with the exact force of its own positions: u = R̃(Ψq) Φq, f = (∂u/∂q)ᵀF.
-    VirtualWorkWarp,
-    /// Linear modal analysis: u = Φq, f = ΦᵀF.
-    LinearModalAnalysis,
-    /// The full nonlinear shell by backward Euler.
-    ImplicitShell,
-    /// The full nonlinear shell by symplectic Euler; steps must be short.
-    ExplicitShell,
-    /// The reduced nonlinear shell, u = Bq, by BDF2opt ([`crate::reduced`]).
-    ReducedShell,
-    /// Rotation–strain reconstruction from the modes, with the exact force of its own positions ([`crate::strain`]).
-    RotationStrain,
-}
-
-impl Method {
-    /// All.
-    pub const ALL: [Self; 7] = [
-        Self::Warp,
-        Self::LinearModalAnalysis,
-        Self::ImplicitShell,
-        Self::ExplicitShell,
-        Self::VirtualWorkWarp,
-        Self::ReducedShell,
-        Self::RotationStrain,
-    ];
-
-    /// Its number in the interface and in saved models; 7 stands for a choice among them.
-    pub const fn number(self) -> u32 {
-        match self {
-            Self::Warp => 1,
-            Self::LinearModalAnalysis => 2,
-            Self::ImplicitShell => 3,
-            Self::ExplicitShell => 4,
-            Self::VirtualWorkWarp => 5,
-            Self::ReducedShell => 6,
-            Self::RotationStrain => 8,
-        }
-    }
-}
-
-impl fmt::Display for Method {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let name = match self {
-            Self::Warp => "the warp",
-            Self::LinearModalAnalysis => "linear modal analysis",
-            Self::ImplicitShell => "the implicit shell",
-            Self::ExplicitShell => "the explicit shell",
-            Self::VirtualWorkWarp => "the warp by virtual work",
-            Self::ReducedShell => "the reduced shell",
-            Self::RotationStrain => "rotation-strain reconstruction",
-        };
-        write!(f, "{name} (method {})", self.number())
-    }
-}
 
 /// Axes in which output is given.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -164,16 +103,19 @@ enum Unknowns {
 impl Dynamics {
     /// At rest.
     fn new(model: &Model, method: Method, integrator: Integrator) -> Result<Self> {
-        if model.is_linear() && matches!(method, Method::Warp | Method::VirtualWorkWarp | Method::RotationStrain) {
+        if model.modal.is_linear() && matches!(method, Method::Warp | Method::VirtualWorkWarp | Method::RotationStrain)
+        {
             let message = "the model was precomputed for linear modal analysis: it has no rotations to warp by";
             return Err(Error::new(ErrorKind::Unsupported, message));
         }
-        let modal = |law| Self::Modal(Box::new(Modal::new(model, law, integrator)));
+        let modal = |law| Self::Modal(Box::new(Modal::new(&model.modal, law, integrator)));
         Ok(match method {
             Method::Warp => modal(ForceLaw::Rotated),
             Method::VirtualWorkWarp => modal(ForceLaw::VirtualWork),
             Method::LinearModalAnalysis => modal(ForceLaw::Linear),
-            Method::RotationStrain => Self::Modal(Box::new(Modal::rotation_strain(model, integrator)?)),
+            Method::RotationStrain => {
+                Self::Modal(Box::new(Modal::rotation_strain(&model.modal, model.rotation_strain()?, integrator)))
+            }
             Method::ImplicitShell | Method::ExplicitShell => {
                 let proof = Proof::of(Feature::NonlinearShell)?;
                 Self::Nodal(Only::new(proof, Box::new(Nodal::new(model, method == Method::ExplicitShell)?)))
@@ -202,7 +144,7 @@ impl Dynamics {
     /// Hands displacement u and its rate u̇ (frame axes) of every vertex to `visit`, in order.
     fn visit_motion(&self, model: &Model, mut visit: impl FnMut(usize, Vec3, Vec3)) {
         match self {
-            Self::Modal(modal) => modal.visit_motion(model, visit),
+            Self::Modal(modal) => modal.visit_motion(&model.modal, visit),
             Self::Nodal(nodal) => (0..nodal.u.len()).for_each(|v| visit(v, nodal.u[v], nodal.velocity[v])),
             Self::Reduced(reduced) => reduced.visit_motion(model, visit),
         }
@@ -211,7 +153,7 @@ impl Dynamics {
     /// Takes the motion nearest to displacements `u` and velocities `rate` (n_vertices) in the mass norm. Changes nothing on failure.
     fn follow(&mut self, model: &Model, u: &[Vec3], rate: &[Vec3]) -> Result<()> {
         match self {
-            Self::Modal(modal) => modal.follow(model, u, rate),
+            Self::Modal(modal) => modal.follow(&model.modal, u, rate),
             Self::Nodal(nodal) => nodal.follow(model, u, rate),
             Self::Reduced(reduced) => reduced.follow(model, u, rate),
         }
@@ -228,7 +170,9 @@ impl Dynamics {
     /// No vertex is further from rest by more than some orders of magnitude.
     fn largest_displacement(&self, model: &Model) -> f64 {
         match self {
-            Self::Modal(modal) => modal.q.iter().zip(model.participation().reach()).map(|(q, r)| r * q.abs()).sum(),
+            Self::Modal(modal) => {
+                modal.q.iter().zip(model.modal.participation().reach()).map(|(q, r)| r * q.abs()).sum()
+            }
             Self::Nodal(nodal) => nodal.u.iter().map(|u| u.amax()).fold(0.0, f64::max),
             Self::Reduced(_) => reduced::LARGEST_DISPLACEMENT * model.shell.mesh.size,
         }
@@ -270,7 +214,7 @@ impl Dynamics {
 
     fn settle(&mut self, model: &Model, load: &BodyLoad, external: External, pose: &Pose) -> Result<(f64, usize)> {
         match self {
-            Self::Modal(modal) => modal.settle(model, load, external, pose),
+            Self::Modal(modal) => modal.settle(&model.modal, load, external, pose),
             Self::Nodal(nodal) => nodal.settle(model, load, external, pose),
             Self::Reduced(reduced) => reduced.settle(model, load, external, pose),
         }
@@ -288,7 +232,9 @@ impl Dynamics {
     fn check_constraint(&self, model: &Model, constraint: &Constraint) -> Result<()> {
         let orientation = matches!(constraint.target, Target::Orientation(_));
         match self {
-            Self::Modal(_) if orientation && model.is_linear() => without_rotations("a constraint on an orientation"),
+            Self::Modal(_) if orientation && model.modal.is_linear() => {
+                without_rotations("a constraint on an orientation")
+            }
             _ => Ok(()),
         }
     }
@@ -489,7 +435,7 @@ impl State {
         for (k, ratio) in damping.ratios.iter().enumerate() {
             require_non_negative(format_args!("ratios[{k}]"), *ratio)?;
         }
-        let eigenvalues = &self.model.eigenvalues;
+        let eigenvalues = &self.model.modal.eigenvalues;
         let (given, modes) = (damping.ratios.len(), eigenvalues.len());
         let ratio = |k: usize| damping.ratios.get(k).or(damping.ratios.first()).copied().unwrap_or(0.0);
         let by_ratio = |k: usize, lambda: &f64| 2.0 * ratio(k) * lambda.sqrt();
@@ -571,7 +517,7 @@ impl State {
                 require_finite(format_args!("{name}[{k}]"), *x)?;
             }
         }
-        modal.set_amplitudes(&self.model, q, q_dot)?;
+        modal.set_amplitudes(&self.model.modal, q, q_dot)?;
         self.rest.wake();
         Ok(())
     }
@@ -596,7 +542,7 @@ impl State {
         let Self { model, dynamics, loads, scratch, .. } = self;
         let external = external(loads, scratch, model, &frame.pose);
         match dynamics {
-            Dynamics::Modal(modal) => modal.step(model, &load, external, &frame.pose, h)?,
+            Dynamics::Modal(modal) => modal.step(&model.modal, &load, external, &frame.pose, h)?,
             Dynamics::Nodal(nodal) => nodal.step(model, &load, external, &frame.pose, h)?,
             Dynamics::Reduced(reduced) => reduced.step(model, &load, external, &frame.pose, h)?,
         }
@@ -621,7 +567,7 @@ impl State {
         let Dynamics::Modal(modal) = dynamics else { return };
         if !still {
             rest.wake();
-        } else if rest.after_step(h, modal.unchanged, || modal.motion_left(model)) {
+        } else if rest.after_step(h, modal.unchanged, || modal.motion_left(&model.modal)) {
             modal.q_dot.fill(0.0);
         }
     }
@@ -633,7 +579,7 @@ impl State {
         match &self.dynamics {
             Dynamics::Modal(modal) => match modal.strain() {
                 Some(strain) => 1000 + 200 * strain.n_samples() as u64,
-                None => 200 + vertices * (1 + self.model.n_modes() as u64 / 3),
+                None => 200 + vertices * (1 + self.model.modal.n_modes() as u64 / 3),
             },
             Dynamics::Nodal(nodal) => vertices * if nodal.is_explicit() { 300 } else { 20_000 },
             Dynamics::Reduced(_) => self.model.reduced.as_ref().map_or(0, |reduced| reduced.step_nanoseconds()),

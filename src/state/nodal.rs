@@ -1,9 +1,9 @@
 //! Motion vertex by vertex: the nonlinear discrete shell, the baseline that modal methods are measured against.
 
 use crate::constraint::{Constraint, ConstraintSet, Outcome, Target};
+use crate::load::BodyLoad;
 use crate::load::External;
 use crate::reference::{Goal, Handle, Rayleigh, Solver, vertex_rotations};
-use crate::step::modal_force::BodyLoad;
 use crate::support::Pose;
 use crate::warp::{Extent, Placement};
 use crate::{Error, ErrorKind, Mesh, Model, Result, Vec3, wide_norm};

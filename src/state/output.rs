@@ -114,7 +114,7 @@ impl State {
     pub fn position_rows(&self, space: Space, mut write: impl FnMut(usize, &[[f64; 3]])) {
         let placement = self.placement(space);
         match &self.dynamics {
-            Dynamics::Modal(modal) => modal.positions(&self.model, &placement, write),
+            Dynamics::Modal(modal) => modal.positions(&self.model.modal, &placement, write),
             Dynamics::Nodal(nodal) => nodal.positions(&self.model, &placement, |v, x| write(v, &[x.into()])),
             Dynamics::Reduced(reduced) => reduced.positions(&self.model, &placement, |v, x| write(v, &[x.into()])),
         }
@@ -125,7 +125,7 @@ impl State {
     pub fn position_rows_f32(&self, space: Space, mut write: impl FnMut(usize, &[[f32; 3]])) {
         let placement = self.placement(space);
         match &self.dynamics {
-            Dynamics::Modal(modal) => modal.positions_f32(&self.model, &placement, write),
+            Dynamics::Modal(modal) => modal.positions_f32(&self.model.modal, &placement, write),
             Dynamics::Reduced(reduced) => reduced.positions_f32(&self.model, &placement, write),
             Dynamics::Nodal(nodal) => {
                 nodal.positions(&self.model, &placement, |v, x| write(v, &[[x.x as f32, x.y as f32, x.z as f32]]));
@@ -139,7 +139,7 @@ impl State {
         self.check_vertices(vertices)?;
         let placement = self.placement(space);
         match &self.dynamics {
-            Dynamics::Modal(modal) => modal.positions_of(&self.model, &placement, vertices, write),
+            Dynamics::Modal(modal) => modal.positions_of(&self.model.modal, &placement, vertices, write),
             Dynamics::Nodal(nodal) => {
                 let place = |v: &u32| nodal.position(&self.model, &placement, *v as usize).into();
                 vertices.iter().map(place).enumerate().for_each(|(i, x)| write(i, x));
@@ -159,7 +159,7 @@ impl State {
         self.check_vertices(vertices)?;
         let placement = self.placement(space);
         match &self.dynamics {
-            Dynamics::Modal(modal) => modal.positions_of_f32(&self.model, &placement, vertices, write),
+            Dynamics::Modal(modal) => modal.positions_of_f32(&self.model.modal, &placement, vertices, write),
             Dynamics::Nodal(nodal) => {
                 let place = |v: &u32| nodal.position(&self.model, &placement, *v as usize).map(|c| c as f32).into();
                 vertices.iter().map(place).enumerate().for_each(|(i, x)| write(i, x));
@@ -193,9 +193,9 @@ impl State {
     pub fn rotations(&self, space: Space, mut write: impl FnMut(usize, UnitQuaternion<f64>)) -> Result<()> {
         let frame = self.rotation_to(space);
         match &self.dynamics {
-            Dynamics::Modal(_) if self.model.is_linear() => return without_rotations("rotations"),
+            Dynamics::Modal(_) if self.model.modal.is_linear() => return without_rotations("rotations"),
             Dynamics::Modal(modal) => {
-                modal.visit_turns(&self.model, |v, w| write(v, frame * UnitQuaternion::from_scaled_axis(w)));
+                modal.visit_turns(&self.model.modal, |v, w| write(v, frame * UnitQuaternion::from_scaled_axis(w)));
             }
             Dynamics::Nodal(nodal) => {
                 let rotations = nodal.rotations(&self.model);
@@ -223,11 +223,11 @@ impl State {
     pub fn report(&self) -> Report {
         let (extent, (elastic_energy, kinetic_energy), constraint_work) = match &self.dynamics {
             Dynamics::Modal(modal) => {
-                let extent = match self.model.is_linear() {
+                let extent = match self.model.modal.is_linear() {
                     true => self.linear_extent(modal),
-                    false => modal.extent(&self.model, self.rotation_range().powi(2)),
+                    false => modal.extent(&self.model.modal, self.rotation_range().powi(2)),
                 };
-                (extent, modal.energies(&self.model), modal.constraint_work)
+                (extent, modal.energies(&self.model.modal), modal.constraint_work)
             }
             Dynamics::Nodal(nodal) => {
                 (nodal.extent(&self.model, ROTATION_RANGE), nodal.energies(&self.model), nodal.constraint_work)
@@ -251,7 +251,7 @@ impl State {
     /// How far a model without Ψ is bent, by w = W(Φq), which is Ψq.
     fn linear_extent(&self, modal: &Modal) -> Extent {
         let mut u = vec![Vec3::zeros(); self.model.shell.mass.len()];
-        modal.visit_motion(&self.model, |v, displacement, _| u[v] = displacement);
+        modal.visit_motion(&self.model.modal, |v, displacement, _| u[v] = displacement);
         let turns: Vec<f64> =
             ModalRotation::new(&self.model.shell.mesh).apply(&u).iter().map(Vec3::norm_squared).collect();
         Extent {

@@ -6,9 +6,9 @@
 
 use super::{Dynamics, Modal, State};
 use crate::Result;
-use crate::model::with_basis;
+use crate::load::BodyLoad;
+use crate::modal::with_basis;
 use crate::reduced::Work;
-use crate::step::modal_force::BodyLoad;
 use crate::step::{ForceLaw, Integrator};
 use crate::strain::RotationStrain;
 use crate::warp::LANES;
@@ -267,7 +267,7 @@ impl State {
 
     /// Bytes of Φ, and of Ψ with what rotation–strain reconstruction has beside it.
     fn shape_bytes(&self) -> [usize; 2] {
-        let [phi, psi] = with_basis!(&self.model.basis, basis => basis.shape_bytes());
+        let [phi, psi] = with_basis!(&self.model.modal.basis, basis => basis.shape_bytes());
         [phi, psi + self.model.strain_bytes()]
     }
 
@@ -307,7 +307,7 @@ impl State {
 
     fn plan_modal(&self, h: f64) -> Vec<Part> {
         let Dynamics::Modal(modal) = &self.dynamics else { return vec![] };
-        let (modes, costs) = (self.model.n_modes(), LawCost::of(modal.law));
+        let (modes, costs) = (self.model.modal.n_modes(), LawCost::of(modal.law));
         let [phi, psi] = self.shape_bytes();
         let mut frame = self.frame;
         let rates = frame.advance(h);
@@ -322,7 +322,7 @@ impl State {
         vec![
             self.shape_part(),
             shapes,
-            step.rotations(psi, self.model.is_linear()),
+            step.rotations(psi, self.model.modal.is_linear()),
             part(PartKind::Modes, Self::bytes_for(modes), oscillators, self.modes_reason(&load)),
             step.uniform_load(),
             step.spin(),
@@ -342,18 +342,29 @@ impl State {
         let (model, law, strain) = (&self.model, modal.law, modal.strain());
         let spins = load.spin_rate().is_some();
         let on_all = self.loads.on_some(model.shell.mass.len()).is_none();
-        let known_ahead = || strain.is_some() || model.participation().suffices(law, || modal.largest_bend(model));
+        let known_ahead =
+            || strain.is_some() || model.modal.participation().suffices(law, || modal.largest_bend(&model.modal));
         let short = !spins && !on_all && known_ahead();
         let loaded = !load.is_zero();
         let passes = 1.0 + super::modal::midpoint_passes(load, h) as f64;
         let sweeps = !short && (on_all || loaded);
-        ModalStep { law, strain, modes: model.n_modes(), passes, blocks: self.n_blocks(), spins, short, sweeps, loaded }
+        ModalStep {
+            law,
+            strain,
+            modes: model.modal.n_modes(),
+            passes,
+            blocks: self.n_blocks(),
+            spins,
+            short,
+            sweeps,
+            loaded,
+        }
     }
 
     fn modes_reason(&self, load: &BodyLoad) -> String {
-        let (model, modes) = (&self.model, self.model.n_modes());
+        let (model, modes) = (&self.model, self.model.modal.n_modes());
         let along = load.everywhere_alike().and_then(|a| a.try_normalize(0.0));
-        match along.map(|along| model.effective_mass_along(&along)) {
+        match along.map(|along| model.modal.effective_mass_along(&along)) {
             Some(share) if share < FEW_MODES && modes > 0 => {
                 let share = 100.0 * share;
                 format!(

@@ -12,10 +12,10 @@
 
 use super::nodal;
 use crate::constraint::{ConstraintSet, Outcome, Target};
+use crate::load::BodyLoad;
 use crate::load::External;
 use crate::reduced::{End, Newton, Potential, ReducedShell, Rows, Stop, Work, with_fields};
 use crate::reference::orientation::{Ring, missing_turn, part_way};
-use crate::step::modal_force::BodyLoad;
 use crate::support::Pose;
 use crate::warp::{Extent, Placement};
 use crate::{Error, ErrorKind, Model, Result, Vec3, wide_norm};
@@ -174,7 +174,7 @@ impl Reduced {
         Ok(Self {
             motion: Motion::rest(n),
             damping: Default::default(),
-            modal_damping: vec![0.0; model.n_modes()],
+            modal_damping: vec![0.0; model.modal.n_modes()],
             constraints: ConstraintSet::default(),
             constraint_work: 0.0,
             unconverged: 0,

@@ -168,7 +168,7 @@ impl State {
         let (unknowns, rates) = numbers[FIXED_DOUBLES..].split_at(self.n_unknowns());
         let vectors = |from: &[f64]| from.chunks_exact(3).map(Vec3::from_column_slice).collect::<Vec<_>>();
         let sound = match &self.dynamics {
-            Dynamics::Modal(modal) => modal.has_meaning(&self.model, unknowns, rates),
+            Dynamics::Modal(modal) => modal.has_meaning(&self.model.modal, unknowns, rates),
             Dynamics::Nodal(_) => Nodal::has_meaning(&self.model, &vectors(unknowns), &vectors(rates)),
             Dynamics::Reduced(_) => {
                 let (amplitudes, steps) = unknowns.split_at(unknowns.len() - 2);

@@ -18,7 +18,7 @@ impl State {
         let (mut u, mut rate): (Vec<Vec3>, Vec<Vec3>) = (try_zeroed("the pose", n)?, try_zeroed("the rates", n)?);
         let place = |v: usize, x: Vec3, x_dot: Vec3| (u[v], rate[v]) = (x, x_dot);
         match &self.dynamics {
-            Dynamics::Modal(modal) => modal.visit_visible_motion(&self.model, place),
+            Dynamics::Modal(modal) => modal.visit_visible_motion(&self.model.modal, place),
             others => others.visit_motion(&self.model, place),
         }
         next.follow(&self.model, &u, &rate)?;

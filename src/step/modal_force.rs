@@ -6,12 +6,10 @@
 
 use super::guard::Pull;
 use crate::Vec3;
-
+use crate::load::BodyLoad;
 use crate::real::Real;
-use crate::support::{Pose, Rates};
 use crate::warp::lanes::{Group, Lanes, Vectors};
 use crate::warp::{Basis, Block, Entry, Line, Pose as Warp, Sweep, Tangent, Weights, scatter, sweep, with_weights};
-use nalgebra::Matrix3;
 use pulp::Simd;
 
 /// How a force on a vertex becomes a force on the modes.
@@ -32,84 +30,24 @@ impl ForceLaw {
     }
 }
 
-/// Body loads in frame axes, constant over a step.
-pub struct BodyLoad {
-    /// g − a: the acceleration that acts everywhere alike.
-    uniform: Vec3,
-    /// Rotation of the frame, when there is any.
-    spin: Option<Spin>,
-}
-
-struct Spin {
-    /// [α]× + [ω]×².
-    gradient: Matrix3<f64>,
-    /// 2 ω.
-    coriolis: Vec3,
-}
-
-impl BodyLoad {
-    /// Gravity (world axes) and frame rates (world axes) seen from `pose`.
-    pub fn new(gravity: Vec3, pose: &Pose, rates: &Rates) -> Self {
-        let to_frame = |v: Vec3| pose.rotation.inverse() * v;
-        let (omega, alpha) = (to_frame(rates.angular_velocity), to_frame(rates.angular_acceleration));
-        let turning = omega != Vec3::zeros() || alpha != Vec3::zeros();
-        let (wx, ax) = (omega.cross_matrix(), alpha.cross_matrix());
-        let spin = turning.then(|| Spin { gradient: ax + wx * wx, coriolis: 2.0 * omega });
-        Self { uniform: to_frame(gravity - rates.acceleration), spin }
+/// Force per mass of a body load on a group of vertices. `uniform` is what acts everywhere alike; `motion` gives their r and ṙ, and is
+/// asked only where the load depends on them.
+#[inline(always)]
+fn load_on_group<T: Real, S: Simd, const N: usize>(
+    load: &BodyLoad,
+    lanes: Lanes<T, S, N>,
+    uniform: [T; 3],
+    motion: impl FnOnce() -> (Vectors<T, S, N>, Vectors<T, S, N>),
+) -> Vectors<T, S, N> {
+    let splat = |v: Vec3| [lanes.splat(v.x), lanes.splat(v.y), lanes.splat(v.z)];
+    let uniform = uniform.map(|x| lanes.repeat(x));
+    let Some(spin) = &load.spin else { return uniform };
+    let (r, velocity) = motion();
+    let mut force = lanes.cross(&velocity, &splat(spin.coriolis));
+    for c in 0..3 {
+        force = lanes.scale_add(r[c], &splat(-spin.gradient.column(c)), &force);
     }
-
-    /// Without the weight that the shell carries where it is linearised, under `gravity` (frame axes).
-    pub fn less(mut self, gravity: Vec3) -> Self {
-        self.uniform -= gravity;
-        self
-    }
-
-    /// g − a, and the \[α\]× + \[ω\]×² and 2ω of a frame that turns.
-    pub fn parts(&self) -> (Vec3, Option<(&Matrix3<f64>, &Vec3)>) {
-        (self.uniform, self.spin.as_ref().map(|spin| (&spin.gradient, &spin.coriolis)))
-    }
-
-    /// |ω| of the frame, when the load depends on position and velocity.
-    pub fn spin_rate(&self) -> Option<f64> {
-        self.spin.as_ref().map(|spin| 0.5 * spin.coriolis.norm())
-    }
-
-    /// The acceleration that acts everywhere alike, where the load is nothing else.
-    pub fn everywhere_alike(&self) -> Option<&Vec3> {
-        self.spin.is_none().then_some(&self.uniform)
-    }
-
-    /// Nothing acts.
-    pub fn is_zero(&self) -> bool {
-        self.uniform == Vec3::zeros() && self.spin.is_none()
-    }
-
-    /// Force on vertex mass `m` at `r` moving with `velocity`.
-    pub fn at(&self, m: f64, r: Vec3, velocity: Vec3) -> Vec3 {
-        match &self.spin {
-            None => m * self.uniform,
-            Some(spin) => m * (self.uniform - spin.gradient * r - spin.coriolis.cross(&velocity)),
-        }
-    }
-
-    /// Force per mass on a group of vertices. `uniform` is what acts everywhere alike; `motion` gives their r and ṙ, and is asked only where the load depends on them.
-    #[inline(always)]
-    fn on_group<T: Real, S: Simd, const N: usize>(
-        &self,
-        lanes: Lanes<T, S, N>,
-        uniform: [T; 3],
-        motion: impl FnOnce() -> (Vectors<T, S, N>, Vectors<T, S, N>),
-    ) -> Vectors<T, S, N> {
-        let splat = |v: Vec3| [lanes.splat(v.x), lanes.splat(v.y), lanes.splat(v.z)];
-        let uniform = uniform.map(|x| lanes.repeat(x));
-        let Some(spin) = &self.spin else { return uniform };
-        let (r, velocity) = motion();
-        let mut force = lanes.cross(&velocity, &splat(spin.coriolis));
-        for c in 0..3 {
-            force = lanes.scale_add(r[c], &splat(-spin.gradient.column(c)), &force);
-        }
-        lanes.add_vectors(&uniform, &force)
-    }
+    lanes.add_vectors(&uniform, &force)
 }
 
 /// One group of vertices at amplitudes q, as a force law sees it.
@@ -363,7 +301,7 @@ impl<E: Entry> Projection<'_, E> {
         shape: &impl Shape<E::Real, S, N>,
     ) {
         let acting = self.acting;
-        let per_mass = acting.load.on_group(lanes, self.uniform, || {
+        let per_mass = load_on_group(acting.load, lanes, self.uniform, || {
             let (u, velocity) = shape.motion(lanes, (block, at), self.rates);
             (lanes.add_vectors(&block.rest(lanes, at), &u), velocity)
         });

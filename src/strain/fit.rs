@@ -5,7 +5,7 @@
 
 use super::poisson::Poisson;
 use super::sample::{axial, remainder};
-use crate::model::Model;
+use crate::modal::ModalBasis;
 use nalgebra::Matrix3;
 
 /// Largest rotation of a triangle in the poses, rad: half a turn, where the guard begins.
@@ -42,20 +42,20 @@ pub struct Fit {
 
 impl Fit {
     /// Looks for samples that leave no more than `tolerance`.
-    pub fn new(model: &Model, poisson: &Poisson, tolerance: f64) -> Self {
+    pub fn new(modal: &ModalBasis, poisson: &Poisson, tolerance: f64) -> Self {
         let n = poisson.faces.len();
         let candidates: Vec<usize> = (0..n).step_by(n.div_ceil(CANDIDATES)).collect();
-        let gradients: Vec<_> = candidates.iter().map(|t| modal_gradients(model, poisson, *t)).collect();
-        let poses = poses(model, &gradients);
+        let gradients: Vec<_> = candidates.iter().map(|t| modal_gradients(modal, poisson, *t)).collect();
+        let poses = poses(modal, &gradients);
         let mut fit = Self { samples: vec![], left: 1.0, poses, q: vec![], r: vec![], sampled: vec![] };
         let mut columns: Vec<Vec<f64>> =
-            candidates.iter().zip(&gradients).map(|(t, g)| fit.column(model, *t, g)).collect();
+            candidates.iter().zip(&gradients).map(|(t, g)| fit.column(modal, *t, g)).collect();
         let area = |i: usize| poisson.faces[candidates[i]].area;
         let norm = |column: &[f64]| column.iter().map(|x| x * x).sum::<f64>();
         let all: f64 = columns.iter().enumerate().map(|(i, column)| area(i) * norm(&column[..9 * POSES])).sum();
         let mut rest = columns.clone();
         while fit.samples.len() < MOST_SAMPLES {
-            let own = |i: usize| if fit.is_apart(model, candidates[i]) { RIGID * RIGID } else { 0.0 };
+            let own = |i: usize| if fit.is_apart(modal, candidates[i]) { RIGID * RIGID } else { 0.0 };
             let squares: Vec<f64> =
                 rest.iter().enumerate().map(|(i, column)| area(i) * (norm(column) + own(i))).collect();
             fit.left = (squares.iter().sum::<f64>() / all).sqrt();
@@ -63,9 +63,9 @@ impl Fit {
             if fit.left.is_nan() || fit.left <= tolerance {
                 break;
             }
-            if fit.is_apart(model, candidates[worst]) {
-                fit.sampled.push(component(model, candidates[worst]));
-                let rigid = |i: usize| fit.rigid(model, candidates[i]).last();
+            if fit.is_apart(modal, candidates[worst]) {
+                fit.sampled.push(component(modal, candidates[worst]));
+                let rigid = |i: usize| fit.rigid(modal, candidates[i]).last();
                 let entries: Vec<f64> = (0..rest.len()).filter_map(rigid).collect();
                 for all in [&mut rest, &mut columns] {
                     all.iter_mut().zip(&entries).for_each(|(column, entry)| column.push(*entry));
@@ -86,8 +86,8 @@ impl Fit {
     }
 
     /// The weights of triangle `t` (samples), by least squares over the poses.
-    pub fn weights(&self, model: &Model, poisson: &Poisson, t: usize, weights: &mut [f64]) {
-        let column = self.column(model, t, &modal_gradients(model, poisson, t));
+    pub fn weights(&self, modal: &ModalBasis, poisson: &Poisson, t: usize, weights: &mut [f64]) {
+        let column = self.column(modal, t, &modal_gradients(modal, poisson, t));
         for (weight, q) in weights.iter_mut().zip(&self.q) {
             *weight = dot(q, &column);
         }
@@ -98,30 +98,30 @@ impl Fit {
     }
 
     /// N of a triangle in all poses, then, where the shell can move rigidly, which of the sampled components it belongs to.
-    fn column(&self, model: &Model, t: usize, gradients: &[Matrix3<f64>]) -> Vec<f64> {
+    fn column(&self, modal: &ModalBasis, t: usize, gradients: &[Matrix3<f64>]) -> Vec<f64> {
         let mut column = Vec::with_capacity(9 * POSES + self.sampled.len());
         for q in &self.poses {
             column.extend(remainder(&combined(gradients, q)).iter());
         }
-        column.extend(self.rigid(model, t));
+        column.extend(self.rigid(modal, t));
         column
     }
 
     /// Entries for the sampled components.
-    fn rigid(&self, model: &Model, t: usize) -> impl Iterator<Item = f64> {
-        let own = component(model, t);
+    fn rigid(&self, modal: &ModalBasis, t: usize) -> impl Iterator<Item = f64> {
+        let own = component(modal, t);
         self.sampled.iter().map(move |c| if *c == own { RIGID } else { 0.0 })
     }
 
     /// Whether a triangle's component moves rigidly and has no samples yet: an entry for it would be orthogonal to all samples.
-    fn is_apart(&self, model: &Model, t: usize) -> bool {
-        model.zero_modes > 0 && !self.sampled.contains(&component(model, t))
+    fn is_apart(&self, modal: &ModalBasis, t: usize) -> bool {
+        modal.zero_modes > 0 && !self.sampled.contains(&component(modal, t))
     }
 }
 
 /// The component of a triangle.
-fn component(model: &Model, t: usize) -> u32 {
-    let mesh = &model.shell.mesh;
+fn component(modal: &ModalBasis, t: usize) -> u32 {
+    let mesh = &modal.shell.mesh;
     mesh.component[mesh.triangles[t][0] as usize]
 }
 
@@ -130,10 +130,10 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 }
 
 /// G of a triangle in each mode.
-pub fn modal_gradients(model: &Model, poisson: &Poisson, t: usize) -> Vec<Matrix3<f64>> {
-    let corners = model.shell.mesh.triangles[t];
-    let of = |k: usize| poisson.faces[t].gradient(corners.map(|v| model.mode_at(k, v as usize).0));
-    (0..model.n_modes()).map(of).collect()
+pub fn modal_gradients(modal: &ModalBasis, poisson: &Poisson, t: usize) -> Vec<Matrix3<f64>> {
+    let corners = modal.shell.mesh.triangles[t];
+    let of = |k: usize| poisson.faces[t].gradient(corners.map(|v| modal.mode_at(k, v as usize).0));
+    (0..modal.n_modes()).map(of).collect()
 }
 
 /// Σ q_k G_k.
@@ -142,8 +142,8 @@ pub fn combined(gradients: &[Matrix3<f64>], q: &[f64]) -> Matrix3<f64> {
 }
 
 /// Amplitudes of like energy in all modes, zero modes as the softest elastic one, each pose scaled to its rotation.
-fn poses(model: &Model, gradients: &[Vec<Matrix3<f64>>]) -> Vec<Vec<f64>> {
-    let softest = model.eigenvalues.iter().copied().find(|lambda| *lambda > 0.0).unwrap_or(1.0);
+fn poses(modal: &ModalBasis, gradients: &[Vec<Matrix3<f64>>]) -> Vec<Vec<f64>> {
+    let softest = modal.eigenvalues.iter().copied().find(|lambda| *lambda > 0.0).unwrap_or(1.0);
     let mut random = 0x9e37_79b9_7f4a_7c15u64; // xorshift64: the same on every machine
     let mut next = || {
         random ^= random << 13;
@@ -152,7 +152,7 @@ fn poses(model: &Model, gradients: &[Vec<Matrix3<f64>>]) -> Vec<Vec<f64>> {
         (random >> 11) as f64 / (1u64 << 52) as f64 - 1.0
     };
     let mut pose = |i: usize| -> Vec<f64> {
-        let q: Vec<f64> = model.eigenvalues.iter().map(|lambda| next() / lambda.max(softest).sqrt()).collect();
+        let q: Vec<f64> = modal.eigenvalues.iter().map(|lambda| next() / lambda.max(softest).sqrt()).collect();
         let turn = gradients.iter().map(|g| axial(&combined(g, &q)).norm()).fold(f64::MIN_POSITIVE, f64::max);
         let scale = REACH * (i + 1) as f64 / POSES as f64 / turn;
         q.into_iter().map(|q| q * scale).collect()

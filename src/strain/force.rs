@@ -5,11 +5,11 @@ use super::fit::combined;
 use super::{AnyBasis, AnyFields, MOST_SAMPLES, RotationStrain, sample};
 use crate::Vec3;
 use crate::features::Feature;
+use crate::load::BodyLoad;
 use crate::load::External;
-use crate::model::Model;
+use crate::modal::ModalBasis;
 use crate::real::Real;
 use crate::step::guard::Pull;
-use crate::step::modal_force::BodyLoad;
 use crate::warp::{Basis, Entry, LANES, Line};
 use nalgebra::Matrix3;
 
@@ -36,8 +36,8 @@ type Motion<'a> = (&'a [f64], &'a [f64]);
 
 impl RotationStrain {
     /// Room for [`RotationStrain::project`].
-    pub fn scratch(&self, model: &Model) -> Scratch {
-        let (modes, n) = (model.n_modes(), self.n_samples());
+    pub fn scratch(&self, modal: &ModalBasis) -> Scratch {
+        let (modes, n) = (modal.n_modes(), self.n_samples());
         let sums = match &self.fields {
             AnyFields::F32(_) => AnySums::F32(Sums::new(modes, n)),
             AnyFields::F64(_) => AnySums::F64(Sums::new(modes, n)),
@@ -48,7 +48,7 @@ impl RotationStrain {
     /// Sets `force` (modes) to the modal force at amplitudes q that change at the rates q̇. Returns how strongly the loads pull.
     pub fn project(
         &self,
-        model: &Model,
+        modal: &ModalBasis,
         (load, external): (&BodyLoad, External),
         (q, q_dot): Motion,
         scratch: &mut Scratch,
@@ -58,7 +58,7 @@ impl RotationStrain {
         at.iter_mut().enumerate().for_each(|(c, g)| *g = combined(self.of_sample(c), q));
         let mut pull = match (load.everywhere_alike(), external.on_all()) {
             (Some(a), None) => {
-                let factors = model.participation().factors();
+                let factors = modal.participation().factors();
                 force.iter_mut().zip(factors).for_each(|(force, p)| *force = p.dot(a));
                 on_samples.iter_mut().zip(&self.weighted).for_each(|(h, weighted)| *h = a * weighted.transpose());
                 Pull { body: a.norm(), ..Pull::default() }
@@ -66,12 +66,12 @@ impl RotationStrain {
             (_, on_all) => {
                 force.fill(0.0);
                 on_samples.fill(Matrix3::zeros());
-                self.sum_over_vertices(model, (load, on_all), (q, q_dot), sums, (force, on_samples))
+                self.sum_over_vertices(modal, (load, on_all), (q, q_dot), sums, (force, on_samples))
             }
         };
         for (v, on_vertex) in external.on_some() {
             let v = v as usize;
-            force.iter_mut().enumerate().for_each(|(k, force)| *force += model.mode_at(k, v).0.dot(&on_vertex));
+            force.iter_mut().enumerate().for_each(|(k, force)| *force += modal.mode_at(k, v).0.dot(&on_vertex));
             let add = |(c, h): (usize, &mut Matrix3<f64>)| *h += on_vertex * self.field(c, v).transpose();
             on_samples.iter_mut().enumerate().for_each(add);
             pull.external += on_vertex.norm();
@@ -85,22 +85,22 @@ impl RotationStrain {
 
     fn sum_over_vertices(
         &self,
-        model: &Model,
+        modal: &ModalBasis,
         loads: (&BodyLoad, Option<&[Vec3]>),
         motion: Motion,
         sums: &mut AnySums,
         (force, on_samples): (&mut [f64], &mut [Matrix3<f64>]),
     ) -> Pull {
-        let mut to = Gathered { force, on_samples, scale: model.shell.total_mass };
-        match (&model.basis, &self.fields, sums) {
+        let mut to = Gathered { force, on_samples, scale: modal.shell.total_mass };
+        match (&modal.basis, &self.fields, sums) {
             (AnyBasis::F32(basis), AnyFields::F32(fields), AnySums::F32(sums)) => {
-                self.sum(model, (basis, fields), loads, motion, sums, &mut to)
+                self.sum(modal, (basis, fields), loads, motion, sums, &mut to)
             }
             (AnyBasis::I16(basis), AnyFields::F32(fields), AnySums::F32(sums)) if Feature::I16Basis.is_built_in() => {
-                self.sum(model, (basis, fields), loads, motion, sums, &mut to)
+                self.sum(modal, (basis, fields), loads, motion, sums, &mut to)
             }
             (AnyBasis::F64(basis), AnyFields::F64(fields), AnySums::F64(sums)) if Feature::F64Basis.is_built_in() => {
-                self.sum(model, (basis, fields), loads, motion, sums, &mut to)
+                self.sum(modal, (basis, fields), loads, motion, sums, &mut to)
             }
             _ => unreachable!("fields and sums have the basis's precision"),
         }
@@ -108,15 +108,15 @@ impl RotationStrain {
 
     fn sum<E: Entry>(
         &self,
-        model: &Model,
+        modal: &ModalBasis,
         (basis, fields): (&Basis<E>, &Fields<E::Real>),
         (load, external): (&BodyLoad, Option<&[Vec3]>),
         (q, q_dot): Motion,
         sums: &mut Sums<E::Real>,
         gathered: &mut Gathered,
     ) -> Pull {
-        let (mass, rest) = (&model.shell.mass, &model.shell.mesh.positions);
-        let scale = 1.0 / model.shell.total_mass;
+        let (mass, rest) = (&modal.shell.mass, &modal.shell.mesh.positions);
+        let scale = 1.0 / modal.shell.total_mass;
         let mut room = [[Matrix3::zeros(); MOST_SAMPLES]; 2];
         let spins = load.spin_rate().is_some();
         let [room, rate_room] = &mut room;

@@ -21,7 +21,8 @@ pub mod sample;
 pub use fit::{MOST_SAMPLES, REACH, TOLERANCE};
 pub use force::Scratch;
 
-use crate::model::{AnyBasis, Model, Precision};
+use crate::modal::{AnyBasis, ModalBasis};
+use crate::precision::Precision;
 use crate::{Error, ErrorKind, Result, Vec3};
 use fields::Fields;
 use fit::{Fit, combined, modal_gradients};
@@ -34,7 +35,7 @@ enum AnyFields {
     F64(Fields<f64>),
 }
 
-/// The map from amplitudes to positions of one model. See the module's text.
+/// The map from amplitudes to positions of one modal. See the module's text.
 pub struct RotationStrain {
     /// G_ck at c modes + k.
     gradients: Vec<Matrix3<f64>>,
@@ -47,8 +48,8 @@ pub struct RotationStrain {
 
 /// Calls the same code on the basis and the fields of either precision.
 macro_rules! with_fields {
-    ($model:expr, $strain:expr, $basis:ident, $fields:ident => $body:expr) => {
-        match (&$model.basis, &$strain.fields) {
+    ($modal:expr, $strain:expr, $basis:ident, $fields:ident => $body:expr) => {
+        match (&$modal.basis, &$strain.fields) {
             (AnyBasis::F32($basis), AnyFields::F32($fields)) => $body,
             (AnyBasis::I16($basis), AnyFields::F32($fields)) if Feature::I16Basis.is_built_in() => $body,
             (AnyBasis::F64($basis), AnyFields::F64($fields)) if Feature::F64Basis.is_built_in() => $body,
@@ -60,19 +61,19 @@ use with_fields;
 
 impl RotationStrain {
     /// Chooses samples that leave no more than [`TOLERANCE`] of N, and solves for their fields.
-    pub fn new(model: &Model) -> Result<Self> {
-        Self::with_tolerance(model, TOLERANCE)
+    pub fn new(modal: &ModalBasis) -> Result<Self> {
+        Self::with_tolerance(modal, TOLERANCE)
     }
 
     /// As [`RotationStrain::new`] with another tolerance; never more than [`MOST_SAMPLES`].
-    pub fn with_tolerance(model: &Model, tolerance: f64) -> Result<Self> {
-        let shell = &model.shell;
+    pub fn with_tolerance(modal: &ModalBasis, tolerance: f64) -> Result<Self> {
+        let shell = &modal.shell;
         let poisson = Poisson::new(shell)?;
-        let fit = Fit::new(model, &poisson, tolerance);
+        let fit = Fit::new(modal, &poisson, tolerance);
         let n = fit.samples.len();
-        let fields = poisson.solve(shell, n, |t, weights| fit.weights(model, &poisson, t, weights))?;
-        let gradients = fit.samples.iter().flat_map(|t| modal_gradients(model, &poisson, *t)).collect();
-        let fields = match model.precision() {
+        let fields = poisson.solve(shell, n, |t, weights| fit.weights(modal, &poisson, t, weights))?;
+        let gradients = fit.samples.iter().flat_map(|t| modal_gradients(modal, &poisson, *t)).collect();
+        let fields = match modal.precision() {
             Precision::F64 => AnyFields::F64(Fields::new(&fields, shell.mass.len())?),
             Precision::F32 | Precision::I16 => AnyFields::F32(Fields::new(&fields, shell.mass.len())?),
         };
@@ -134,14 +135,20 @@ impl RotationStrain {
     }
 
     /// u at a vertex.
-    pub fn displacement(&self, model: &Model, v: usize, q: &[f64]) -> Vec3 {
-        let linear: Vec3 = (0..q.len()).map(|k| q[k] * model.mode_at(k, v).0).sum();
+    pub fn displacement(&self, modal: &ModalBasis, v: usize, q: &[f64]) -> Vec3 {
+        let linear: Vec3 = (0..q.len()).map(|k| q[k] * modal.mode_at(k, v).0).sum();
         let beyond = |c: usize| sample::remainder(&combined(self.of_sample(c), q)) * self.field(c, v);
         linear + (0..self.n_samples()).map(beyond).sum::<Vec3>()
     }
 
     /// Hands the slope ∂(direction · u_v)/∂q_k of each mode to `visit`.
-    pub fn slopes(&self, model: &Model, (v, direction): (usize, &Vec3), q: &[f64], mut visit: impl FnMut(usize, f64)) {
+    pub fn slopes(
+        &self,
+        modal: &ModalBasis,
+        (v, direction): (usize, &Vec3),
+        q: &[f64],
+        mut visit: impl FnMut(usize, f64),
+    ) {
         let mut room = [Matrix3::zeros(); MOST_SAMPLES];
         for c in 0..self.n_samples() {
             let on_sample = direction * self.field(c, v).transpose();
@@ -149,7 +156,7 @@ impl RotationStrain {
         }
         for k in 0..q.len() {
             let beyond = (0..self.n_samples()).map(|c| room[c].dot(&self.of_sample(c)[k])).sum::<f64>();
-            visit(k, direction.dot(&model.mode_at(k, v).0) + beyond);
+            visit(k, direction.dot(&modal.mode_at(k, v).0) + beyond);
         }
     }
 }

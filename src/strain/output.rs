@@ -5,7 +5,7 @@ use super::force::wide;
 use super::{AnyBasis, AnyFields, MOST_SAMPLES, RotationStrain, with_fields};
 use crate::Vec3;
 use crate::features::Feature;
-use crate::model::Model;
+use crate::modal::ModalBasis;
 use crate::real::Real;
 use crate::warp::{LANES, Placement, visit_runs};
 use nalgebra::Matrix3;
@@ -31,15 +31,15 @@ fn placed_rows<T: Real>(placement: &Placement) -> impl Fn(&Rows<T>, &Rows<T>) ->
 impl RotationStrain {
     fn rows_f64(
         &self,
-        (model, q): (&Model, &[f64]),
+        (modal, q): (&ModalBasis, &[f64]),
         blocks: Range<usize>,
         placement: &Placement,
         write: &mut (impl FnMut(usize, &[[f64; 3]]) + ?Sized),
     ) {
-        let rest = &model.shell.mesh.positions;
+        let rest = &modal.shell.mesh.positions;
         let mut room = [Matrix3::zeros(); MOST_SAMPLES];
         let remainders = self.remainders(&mut room, q);
-        with_fields!(model, self, basis, fields => {
+        with_fields!(modal, self, basis, fields => {
             fields.displacements(basis, blocks, (q, remainders), |first, u, _| {
                 let mut rows = [[0.0; 3]; LANES];
                 for ((row, u), rest) in rows.iter_mut().zip(wide(u)).zip(&rest[first..]) {
@@ -53,15 +53,15 @@ impl RotationStrain {
 
     fn rows_f32(
         &self,
-        (model, q): (&Model, &[f64]),
+        (modal, q): (&ModalBasis, &[f64]),
         blocks: Range<usize>,
         placement: &Placement,
         write: &mut (impl FnMut(usize, &[[f32; 3]]) + ?Sized),
     ) {
-        let n = model.shell.mass.len();
+        let n = modal.shell.mass.len();
         let mut room = [Matrix3::zeros(); MOST_SAMPLES];
         let remainders = self.remainders(&mut room, q);
-        with_fields!(model, self, basis, fields => {
+        with_fields!(modal, self, basis, fields => {
             let rows = placed_rows(placement);
             fields.displacements(basis, blocks, (q, remainders), |first, u, rest| {
                 write(first, &rows(u, rest)[..LANES.min(n - first)]);
@@ -70,14 +70,19 @@ impl RotationStrain {
     }
 
     /// Hands the positions of all vertices to `write`, in order: the first vertex of some, and their rows.
-    pub fn positions(&self, at: (&Model, &[f64]), placement: &Placement, mut write: impl FnMut(usize, &[[f64; 3]])) {
+    pub fn positions(
+        &self,
+        at: (&ModalBasis, &[f64]),
+        placement: &Placement,
+        mut write: impl FnMut(usize, &[[f64; 3]]),
+    ) {
         self.rows_f64(at, blocks(at.0), placement, &mut write);
     }
 
     /// As [`RotationStrain::positions`], in the basis's precision and rounded to f32.
     pub fn positions_f32(
         &self,
-        at: (&Model, &[f64]),
+        at: (&ModalBasis, &[f64]),
         placement: &Placement,
         mut write: impl FnMut(usize, &[[f32; 3]]),
     ) {
@@ -87,7 +92,7 @@ impl RotationStrain {
     /// The positions of some vertices, to the same bits: the place in the list, and the row.
     pub fn positions_of(
         &self,
-        at: (&Model, &[f64]),
+        at: (&ModalBasis, &[f64]),
         placement: &Placement,
         vertices: &[u32],
         write: impl FnMut(usize, [f64; 3]),
@@ -98,7 +103,7 @@ impl RotationStrain {
     /// As [`RotationStrain::positions_of`], for [`RotationStrain::positions_f32`].
     pub fn positions_of_f32(
         &self,
-        at: (&Model, &[f64]),
+        at: (&ModalBasis, &[f64]),
         placement: &Placement,
         vertices: &[u32],
         write: impl FnMut(usize, [f32; 3]),
@@ -107,13 +112,18 @@ impl RotationStrain {
     }
 
     /// Hands displacement u and its rate u̇ (frame axes) of every vertex to `visit`, in order.
-    pub fn visit_motion(&self, model: &Model, (q, q_dot): (&[f64], &[f64]), mut visit: impl FnMut(usize, Vec3, Vec3)) {
-        let n = model.shell.mass.len();
+    pub fn visit_motion(
+        &self,
+        modal: &ModalBasis,
+        (q, q_dot): (&[f64], &[f64]),
+        mut visit: impl FnMut(usize, Vec3, Vec3),
+    ) {
+        let n = modal.shell.mass.len();
         let mut room = [[Matrix3::zeros(); MOST_SAMPLES]; 2];
         let [room, rate_room] = &mut room;
         let (remainders, rates) = (self.remainders(room, q), self.rates(rate_room, (q, q_dot)));
-        with_fields!(model, self, basis, fields => {
-            for b in blocks(model) {
+        with_fields!(modal, self, basis, fields => {
+            for b in blocks(modal) {
                 let mut motion = [[Vec3::zeros(); LANES]; 2];
                 for (rows, at) in motion.iter_mut().zip([(q, remainders), (q_dot, rates)]) {
                     fields.displacements(basis, b..b + 1, at, |_, u, _| *rows = wide(u));
@@ -125,12 +135,12 @@ impl RotationStrain {
     }
 
     /// Largest |u|².
-    pub fn reach(&self, model: &Model, q: &[f64]) -> f64 {
+    pub fn reach(&self, modal: &ModalBasis, q: &[f64]) -> f64 {
         let mut room = [Matrix3::zeros(); MOST_SAMPLES];
         let remainders = self.remainders(&mut room, q);
         let mut largest = 0.0f64;
-        with_fields!(model, self, basis, fields => {
-            fields.displacements(basis, blocks(model), (q, remainders), |_, u, _| {
+        with_fields!(modal, self, basis, fields => {
+            fields.displacements(basis, blocks(modal), (q, remainders), |_, u, _| {
                 largest = wide(u).iter().map(|u| u.norm_squared()).fold(largest, f64::max);
             });
         });
@@ -138,6 +148,6 @@ impl RotationStrain {
     }
 }
 
-fn blocks(model: &Model) -> Range<usize> {
-    0..model.shell.mass.len().div_ceil(LANES)
+fn blocks(modal: &ModalBasis) -> Range<usize> {
+    0..modal.shell.mass.len().div_ceil(LANES)
 }

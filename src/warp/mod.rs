@@ -22,7 +22,7 @@ pub use output::{
 pub use pose::{Pose, Tangent};
 
 use crate::Vec3;
-use crate::modes::MAX_MODES;
+use crate::limits::MAX_MODES;
 use crate::real::Real;
 use lanes::{Lanes, Vectors};
 use pulp::{Simd, WithSimd};

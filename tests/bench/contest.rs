@@ -93,8 +93,9 @@ pub struct Naive {
 
 impl Naive {
     pub fn new(model: &Model) -> Self {
-        let (n, modes) = (model.shell.mass.len(), model.n_modes());
-        let shapes = (0..n).flat_map(|v| (0..modes).map(move |k| (k, v))).map(|(k, v)| model.mode_at(k, v)).collect();
+        let (n, modes) = (model.shell.mass.len(), model.modal.n_modes());
+        let shapes =
+            (0..n).flat_map(|v| (0..modes).map(move |k| (k, v))).map(|(k, v)| model.modal.mode_at(k, v)).collect();
         Self { shapes, rest: model.shell.mesh.positions.clone(), modes }
     }
 

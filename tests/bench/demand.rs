@@ -38,7 +38,7 @@ fn main() {
                 "| {} | {:.0} % | {bound:.2} % | {error:.3} % | {} | {saved:.0} % |",
                 scene.name,
                 100.0 * share,
-                model.n_modes()
+                model.modal.n_modes()
             );
         }
     }

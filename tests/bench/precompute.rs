@@ -148,7 +148,7 @@ fn main() {
     let report = serde_json::json!({
         "seconds": seconds,
         "phases": model.seconds,
-        "eigenvalues": model.eigenvalues,
+        "eigenvalues": model.modal.eigenvalues,
         "unknowns": model.shell.n_unknowns(),
         "machine": docs::machine(),
     });

@@ -39,7 +39,7 @@ fn area_change(shell: &Shell, u: &[Vec3]) -> f64 {
 
 /// The displacement of linear modal analysis at amplitudes `q`.
 fn linear(model: &Model, q: &[f64]) -> Vec<Vec3> {
-    let of = |v: usize| (0..q.len()).map(|k| q[k] * model.mode_at(k, v).0).sum();
+    let of = |v: usize| (0..q.len()).map(|k| q[k] * model.modal.mode_at(k, v).0).sum();
     (0..model.shell.mass.len()).map(of).collect()
 }
 
@@ -122,15 +122,15 @@ fn samples() {
         let model = model(shell, Precision::F64);
         let poisson = Poisson::new(&model.shell).expect("the Laplacian has a factor");
         for tolerance in [0.4, 0.2, 0.1, TOLERANCE, 0.02] {
-            let map = RotationStrain::with_tolerance(&model, tolerance).expect("there is memory");
+            let map = RotationStrain::with_tolerance(&model.modal, tolerance).expect("there is memory");
             let apart: f64 = (1..=20)
                 .map(|pose| {
                     let phase = |k: usize| (f64::from(pose) * (1.0 + 0.37 * k as f64)).sin();
-                    let mut q: Vec<f64> = (0..MODES).map(|k| phase(k) / model.eigenvalues[k].sqrt()).collect();
-                    let turn: f64 = q.iter().zip(&model.largest_rotation).map(|(q, r)| (q * r).powi(2)).sum();
+                    let mut q: Vec<f64> = (0..MODES).map(|k| phase(k) / model.modal.eigenvalues[k].sqrt()).collect();
+                    let turn: f64 = q.iter().zip(&model.modal.largest_rotation).map(|(q, r)| (q * r).powi(2)).sum();
                     q.iter_mut().for_each(|q| *q *= 2.0 / turn.sqrt());
                     let solved = poisson.reconstruct(&model.shell, &linear(&model, &q)).expect("there is memory");
-                    let own: Vec<Vec3> = (0..solved.len()).map(|v| map.displacement(&model, v, &q)).collect();
+                    let own: Vec<Vec3> = (0..solved.len()).map(|v| map.displacement(&model.modal, v, &q)).collect();
                     error(&own, &solved).powi(2)
                 })
                 .sum();

@@ -2,7 +2,8 @@
 //! the sheet, normalised as modes are; a kernel's time does not depend on what they look like.
 #![allow(dead_code, missing_docs)] // each benchmark uses its own part
 
-use shellwarp::model::{AnyBasis, Model, Options, Precision};
+use shellwarp::modal::{AnyBasis, ModalBasis};
+use shellwarp::model::{Model, Options, Precision};
 use shellwarp::modes::Certificate;
 use shellwarp::reduced;
 use shellwarp::state::{Damping, Method, State};
@@ -74,14 +75,18 @@ fn model_on(n: usize, modes: usize, basis: impl FnOnce(&Shell) -> AnyBasis) -> A
     let basis = basis(&shell);
     let turning = if matches!(&basis, AnyBasis::F32(basis) if basis.is_linear()) { 0 } else { modes };
     let largest = |k: usize| 0.4 * (1.7 * (k + 1) as f64).max(1.0) / shell.total_mass.sqrt();
-    Arc::new(Model {
+    let modal = ModalBasis {
+        shell: shell.clone(),
         eigenvalues: (0..modes).map(|k| (6.0 * (k + 1) as f64).powi(2)).collect(),
         largest_rotation: (0..turning).map(largest).collect(),
         largest_swing: vec![0.0; turning],
         zero_modes: 0,
-        certificate: Certificate { count: modes, found: modes, ..Certificate::default() },
         basis,
         participation: Default::default(),
+    };
+    Arc::new(Model {
+        modal: Arc::new(modal),
+        certificate: Certificate { count: modes, found: modes, ..Certificate::default() },
         strain: Default::default(),
         truncation: 0.0,
         reduced: None,
