@@ -37,7 +37,6 @@ use crate::error::try_zeroed;
 use crate::features::{self, Feature, Proof, SavedModels};
 use crate::limits::MAX_MODES;
 use crate::mesh::Mesh;
-use crate::method::Method;
 use crate::modal::{AnyBasis, ModalBasis, with_basis};
 use crate::modes::{Certificate, PHASES};
 use crate::precision::Precision;
@@ -459,11 +458,7 @@ fn restore_reduced(header: &Header, shell: &Shell, content: &[u8]) -> Result<Red
 fn restore_front(reduced: &Option<ReducedShell>, shell: &Shell, linear: bool, content: &[u8]) -> Result<Front> {
     let front = Front::load(content)?;
     let choice = front.choice();
-    let can = match choice.method {
-        Method::ReducedShell => reduced.is_some(),
-        Method::Warp | Method::VirtualWorkWarp => !linear,
-        _ => true,
-    };
+    let can = choice.method.entry().needs.require(!linear, reduced.is_some()).is_ok();
     match can && choice.sagged == shell.sag.is_some() {
         true => Ok(front),
         false => invalid("it cannot move by the method that was chosen for it"),

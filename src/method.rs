@@ -1,5 +1,7 @@
-//! The names and numbers of the methods by which a shell can move.
+//! The methods by which a shell can move: numbers, names and needs, in one table.
 
+use crate::{Error, ErrorKind, Result};
+use std::ffi::CStr;
 use std::fmt;
 
 /// How a shell moves.
@@ -21,43 +23,101 @@ pub enum Method {
     RotationStrain,
 }
 
-impl Method {
-    /// All.
-    pub const ALL: [Self; 7] = [
-        Self::Warp,
-        Self::LinearModalAnalysis,
-        Self::ImplicitShell,
-        Self::ExplicitShell,
-        Self::VirtualWorkWarp,
-        Self::ReducedShell,
-        Self::RotationStrain,
-    ];
+/// What a model must have for a method.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Needs {
+    /// A precompute of any kind.
+    Modes,
+    /// Modal rotations: no precompute for linear modal analysis alone.
+    Rotations,
+    /// Fields of a reduced shell.
+    ReducedFields,
+}
 
-    /// Its number in the interface and in saved models; 7 stands for a choice among them.
-    pub const fn number(self) -> u32 {
-        match self {
-            Self::Warp => 1,
-            Self::LinearModalAnalysis => 2,
-            Self::ImplicitShell => 3,
-            Self::ExplicitShell => 4,
-            Self::VirtualWorkWarp => 5,
-            Self::ReducedShell => 6,
-            Self::RotationStrain => 8,
-        }
+impl Needs {
+    /// Fails unless a model with or without `rotations` and reduced `fields` has what is needed.
+    pub fn require(self, rotations: bool, fields: bool) -> Result<()> {
+        let missing = match self {
+            Self::Rotations if !rotations => {
+                "the model was precomputed for linear modal analysis: it has no rotations to warp by"
+            }
+            Self::ReducedFields if !fields => {
+                "the model has no reduced shell: precompute with reduced_fields, 40 for a start"
+            }
+            _ => return Ok(()),
+        };
+        Err(Error::new(ErrorKind::Unsupported, missing))
+    }
+}
+
+/// A line of the table.
+#[derive(Clone, Copy, Debug)]
+pub struct Entry {
+    /// The method.
+    pub method: Method,
+    /// Its number in the interface and in saved data, for good.
+    pub number: u32,
+    /// Its name in files and scripts.
+    pub name: &'static CStr,
+    /// Its name in menus.
+    pub label: &'static CStr,
+    /// What a model must have for it.
+    pub needs: Needs,
+}
+
+/// The number that stands for the method which a model's precompute has chosen.
+pub const AUTO: u32 = 7;
+
+const fn entry(method: Method, number: u32, name: &'static CStr, label: &'static CStr, needs: Needs) -> Entry {
+    Entry { method, number, name, label, needs }
+}
+
+/// All methods, in the order in which hosts show them.
+pub const METHODS: [Entry; 7] = [
+    entry(Method::Warp, 1, c"warp", c"Warp", Needs::Rotations),
+    entry(Method::VirtualWorkWarp, 5, c"warp-virtual-work", c"Warp by virtual work", Needs::Rotations),
+    entry(Method::RotationStrain, 8, c"rotation-strain", c"Rotation-strain", Needs::Rotations),
+    entry(Method::ReducedShell, 6, c"reduced-shell", c"Reduced shell", Needs::ReducedFields),
+    entry(Method::ImplicitShell, 3, c"shell-implicit", c"Full shell, implicit", Needs::Modes),
+    entry(Method::ExplicitShell, 4, c"shell-explicit", c"Full shell, explicit", Needs::Modes),
+    entry(Method::LinearModalAnalysis, 2, c"lma", c"Linear modes", Needs::Modes),
+];
+
+impl Method {
+    /// Its line of the table.
+    pub fn entry(self) -> &'static Entry {
+        METHODS.iter().find(|entry| entry.method == self).expect("every method is in the table")
+    }
+
+    /// Its number in the interface and in saved data.
+    pub fn number(self) -> u32 {
+        self.entry().number
+    }
+
+    /// The method of that number, if there is one.
+    pub fn of_number(number: u32) -> Option<Self> {
+        METHODS.iter().find(|entry| entry.number == number).map(|entry| entry.method)
     }
 }
 
 impl fmt::Display for Method {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let name = match self {
-            Self::Warp => "the warp",
-            Self::LinearModalAnalysis => "linear modal analysis",
-            Self::ImplicitShell => "the implicit shell",
-            Self::ExplicitShell => "the explicit shell",
-            Self::VirtualWorkWarp => "the warp by virtual work",
-            Self::ReducedShell => "the reduced shell",
-            Self::RotationStrain => "rotation-strain reconstruction",
-        };
-        write!(f, "{name} (method {})", self.number())
+        write!(f, "the method {} ({})", self.entry().name.to_string_lossy(), self.number())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_and_names_belong_to_one_method_each_and_none_is_that_of_a_choice() {
+        for (i, a) in METHODS.iter().enumerate() {
+            assert_eq!(Method::of_number(a.number), Some(a.method));
+            assert!(a.number > 0 && a.number != AUTO && !a.name.is_empty() && !a.label.is_empty());
+            for b in &METHODS[..i] {
+                assert!(a.method != b.method && a.number != b.number && a.name != b.name && a.label != b.label);
+            }
+        }
     }
 }

@@ -1,6 +1,7 @@
 //! The precomputed model: everything a state needs, immutable, shared by any number of states on any threads.
 
 use crate::auto::{self, Budget, Front};
+use crate::features::Feature;
 use crate::method::Method;
 use crate::modal::ModalBasis;
 use crate::modes::{Certificate, Demand, PHASES, Phase, Progress, demanded_modes, lowest_modes};
@@ -128,6 +129,16 @@ impl Model {
             let message = "the model has no choice of a method: precompute with auto_error or auto_operations";
             Error::new(ErrorKind::Unsupported, message)
         })
+    }
+
+    /// Fails unless states of the method can be made on this model, in this build.
+    pub fn require(&self, method: Method) -> Result<()> {
+        match method {
+            Method::ImplicitShell | Method::ExplicitShell => Feature::NonlinearShell.require()?,
+            Method::ReducedShell => Feature::ReducedShell.require()?,
+            _ => (),
+        }
+        method.entry().needs.require(!self.modal.is_linear(), self.reduced.is_some())
     }
 
     /// The map of rotation–strain reconstruction. Made at the first call.

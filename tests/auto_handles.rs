@@ -92,11 +92,11 @@ impl Scene {
     /// The directions in which the vertex gives at least a tenth as much as in its softest, the softest first.
     fn soft(&self, model: &Model, axes: [bool; 3]) -> Vec<Vec3> {
         let of_mode = |k: usize| {
-            let phi = model.mode_at(k, self.vertex as usize).0;
+            let phi = model.modal.mode_at(k, self.vertex as usize).0;
             let along = Vec3::from_fn(|a, _| if axes[a] { phi[a] } else { 0.0 });
-            along * along.transpose() / model.eigenvalues[k]
+            along * along.transpose() / model.modal.eigenvalues[k]
         };
-        let gives = (0..model.n_modes()).map(of_mode).sum::<nalgebra::Matrix3<f64>>().symmetric_eigen();
+        let gives = (0..model.modal.n_modes()).map(of_mode).sum::<nalgebra::Matrix3<f64>>().symmetric_eigen();
         let mut order = [0, 1, 2];
         order.sort_by(|a, b| gives.eigenvalues[*b].total_cmp(&gives.eigenvalues[*a]));
         let soft = order.into_iter().filter(|k| gives.eigenvalues[*k] >= 0.1 * gives.eigenvalues[order[0]]);

@@ -113,7 +113,7 @@ fn no_load_and_no_step_winds_a_shell_up() {
 fn bend(state: &State) -> f64 {
     let model = state.model();
     let (q, _) = state.amplitudes().unwrap();
-    q.iter().zip(&model.largest_rotation).map(|(q, r)| (q * r).powi(2)).sum::<f64>().sqrt()
+    q.iter().zip(&model.modal.largest_rotation).map(|(q, r)| (q * r).powi(2)).sum::<f64>().sqrt()
 }
 
 #[test]
@@ -157,13 +157,14 @@ fn energy_never_grows_without_a_load_however_far_the_guard_is_felt() {
         for trial in 0..200 {
             for integrator in INTEGRATORS {
                 let mut state = State::new(model.clone(), Method::VirtualWorkWarp, integrator).unwrap();
-                let draw = |k: usize| GUARDED_BEND / model.largest_rotation[k];
+                let draw = |k: usize| GUARDED_BEND / model.modal.largest_rotation[k];
                 let q: Vec<f64> = (0..8).map(|k| draw(k) * rng.random_range(-1.0..1.0) / (1.0 + k as f64)).collect();
-                let speed: Vec<f64> =
-                    (0..8).map(|k| 3.0 * draw(k) * model.eigenvalues[k].sqrt() * rng.random_range(-1.0..1.0)).collect();
+                let speed: Vec<f64> = (0..8)
+                    .map(|k| 3.0 * draw(k) * model.modal.eigenvalues[k].sqrt() * rng.random_range(-1.0..1.0))
+                    .collect();
                 state.set_amplitudes(&q, &speed).unwrap();
                 // Phases of the slowest mode from 0.03 to 10, the same in all steps or any.
-                let reach = 10f64.powf(rng.random_range(-1.5..1.0)) / model.eigenvalues[0].sqrt();
+                let reach = 10f64.powf(rng.random_range(-1.5..1.0)) / model.modal.eigenvalues[0].sqrt();
                 let energy = |state: &State| state.report().elastic_energy + state.report().kinetic_energy;
                 let mut before = energy(&state);
                 for _ in 0..60 {

@@ -6,13 +6,14 @@ use std::fmt::Write;
 use std::path::Path;
 
 /// The files of src/ffi in the header's order, and what each is about.
-const SECTIONS: [(&str, &str); 12] = [
+const SECTIONS: [(&str, &str); 13] = [
     ("status", "Statuses, messages and versions"),
     ("structs", "Structs"),
     ("pointer", "Buffers"),
     ("log", "Log"),
     ("mesh", "Meshes"),
     ("model", "Models"),
+    ("method", "Methods"),
     ("state", "States"),
     ("batch", "Many states"),
     ("constraint", "Constraints"),

@@ -8,6 +8,7 @@ use shellwarp::ffi::certify::*;
 use shellwarp::ffi::constraint::*;
 use shellwarp::ffi::load::*;
 use shellwarp::ffi::mesh::*;
+use shellwarp::ffi::method::*;
 use shellwarp::ffi::model::*;
 use shellwarp::ffi::plan::*;
 use shellwarp::ffi::pointer::{SW_FORMAT_F32, SW_FORMAT_F64};

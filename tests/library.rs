@@ -4,6 +4,7 @@ mod common;
 use common::*;
 use libloading::{Library, Symbol};
 use shellwarp::ffi::mesh::SwMeshDesc;
+use shellwarp::ffi::method::*;
 use shellwarp::ffi::model::{SwModel, SwPrecomputeDesc, SwSupportDesc};
 use shellwarp::ffi::pointer::SW_FORMAT_F64;
 use shellwarp::ffi::state::*;

@@ -19,7 +19,7 @@ fn asked(shell: &Arc<Shell>, fields: usize, poses: usize) -> Arc<Model> {
 }
 
 fn found(model: &Model) -> usize {
-    model.reduced.as_ref().unwrap().n() - model.n_modes()
+    model.reduced.as_ref().unwrap().n() - model.modal.n_modes()
 }
 
 /// 30 × 10 cm of card, arched by a hundredth of its length, with a vertex at its end.

@@ -259,9 +259,9 @@ fn sagged_pieces_are_pieces_too() {
     let alone = model(shell(sheet.clone(), side(&sheet)), 2);
     let all = model(shell(copies(12, &sheet), of_copies(12, &sheet, &side(&sheet))), 24);
     assert_eq!(all.certificate.count, all.certificate.found);
-    for (k, lambda) in all.eigenvalues.iter().enumerate() {
+    for (k, lambda) in all.modal.eigenvalues.iter().enumerate() {
         // The equilibrium is found to 1e-10 or so of the loads.
-        assert_close(&format!("mode {k}"), *lambda, alone.eigenvalues[k / 12], 1e-7, 0.0);
+        assert_close(&format!("mode {k}"), *lambda, alone.modal.eigenvalues[k / 12], 1e-7, 0.0);
     }
 }
 

@@ -35,7 +35,7 @@ fn turned_to(omega: Vec3, time: f64) -> Pose {
 
 /// The slowest mode's.
 fn frequency() -> f64 {
-    model().eigenvalues[0].sqrt()
+    model().modal.eigenvalues[0].sqrt()
 }
 
 #[test]

@@ -50,10 +50,9 @@ impl Front {
         let candidate = |(words, numbers): (&[u8], &[u8])| {
             let [method, sagged, fields, elements] = std::array::from_fn(|i| word(&words[4 * i..4 * i + 4]));
             let (operations, error) = (f64::get(&numbers[..8]), f64::get(&numbers[8..]));
-            let known = Method::ALL.iter().find(|known| known.number() as usize == method);
-            match known {
+            match Method::of_number(method as u32) {
                 Some(method) if sagged <= 1 && operations >= 0.0 && operations.is_finite() && error >= 0.0 => {
-                    Ok(Candidate { method: *method, sagged: sagged == 1, fields, elements, operations, error })
+                    Ok(Candidate { method, sagged: sagged == 1, fields, elements, operations, error })
                 }
                 _ => invalid(format!("method {method} of its choice is out of range")),
             }

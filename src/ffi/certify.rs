@@ -1,8 +1,9 @@
 //! What a state gets wrong, and another method for it.
 
 use super::guard::{guard, read, write};
+use super::method::method_of;
 use super::pointer::object;
-use super::state::{SwState, method_of, number_of};
+use super::state::SwState;
 use super::status::SwStatus;
 use super::structs::{Described, Output, described};
 use crate::state::{Certificate, Method};
@@ -66,7 +67,7 @@ fn told(found: &Certificate, method: Method) -> SwCertificate {
     let mut out = SwCertificate::initial();
     out.out_of_range = u32::from(found.out_of_range());
     (out.error, out.max_error, out.vertex) = (found.error, found.max_error, found.vertex as u32);
-    (out.method, out.residual, out.remaining) = (number_of(method), found.residual, found.remaining);
+    (out.method, out.residual, out.remaining) = (method.number(), found.residual, found.remaining);
     out
 }
 

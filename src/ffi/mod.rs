@@ -13,6 +13,7 @@ pub mod guard;
 pub mod load;
 pub mod log;
 pub mod mesh;
+pub mod method;
 pub mod model;
 pub mod plan;
 pub mod pointer;

@@ -1,6 +1,7 @@
 //! States: amplitudes, loads, steps and output.
 
 use super::guard::{guard, read, write};
+use super::method::method_of;
 use super::model::{SwModel, check_vertex_count, vertex_rows};
 use super::pointer::{
     VectorRows, byte_slice, check_flags, copy_out, enumerant, not_null, object, put, read_array, read_list,
@@ -9,7 +10,7 @@ use super::pointer::{
 use super::status::{Fault, SW_ERROR_INVALID_DATA, SwStatus};
 use super::structs::{Described, Output, described, read_descriptor, read_descriptor_or_default};
 use crate::error::require_finite;
-use crate::state::{Damping, Method, SAVED_HEADER, Space, State};
+use crate::state::{Damping, SAVED_HEADER, Space, State};
 use crate::step::Integrator;
 use crate::support::{Motion, Pose, Rates};
 use crate::{Model, Vec3};
@@ -17,33 +18,6 @@ use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
 use std::ffi::c_void;
 use std::sync::RwLock;
 use std::sync::atomic::AtomicU64;
-
-/// Modal warping (the paper): u = R~(Psi q) Phi q, modal force Phi^T R^T F.
-pub const SW_METHOD_WARP: u32 = 1;
-/// Linear modal analysis: u = Phi q, modal force Phi^T F.
-pub const SW_METHOD_LMA: u32 = 2;
-/// The full nonlinear shell by backward Euler with Newton's method: ground truth, seconds a frame on large meshes. No
-/// amplitudes or damping ratios; saved states hold every vertex.
-pub const SW_METHOD_SHELL_IMPLICIT: u32 = 3;
-/// The same by symplectic Euler; steps must be very short (the paper: 1/30000 s).
-pub const SW_METHOD_SHELL_EXPLICIT: u32 = 4;
-/// Modal warping with the exact modal force of its own positions, (du/dq)^T F: dead loads are conservative. A step costs up
-/// to twice that of SW_METHOD_WARP.
-pub const SW_METHOD_WARP_VIRTUAL_WORK: u32 = 5;
-/// The full nonlinear energy on a few displacement fields, u = B q, by BDF2opt and Newton's method, of a model precomputed with
-/// reduced_fields: a fraction of the warp's error, without its limit of rotation, at a step's cost that hardly grows with the mesh.
-/// No amplitudes. Stiffness damping is by the stiffness of the present shape, damping ratios are those of the modes. The integrator is
-/// its own.
-pub const SW_METHOD_REDUCED_SHELL: u32 = 6;
-/// Rotation-strain reconstruction: each triangle is turned by the rotation of its modal displacement and keeps its linear strain, and
-/// the vertices follow; modal force (du/dq)^T F. What bends without stretching keeps its lengths and area, so that large bends of
-/// shells that are flat at rest come closer to the nonlinear shell; on curved ones it is as close as SW_METHOD_WARP_VIRTUAL_WORK, since
-/// both have the same modes. A step under gravity visits no vertex. The first state of a model prepares it, which takes as long as
-/// a part of the precompute, on small meshes up to twice as long; the model then holds 3 more numbers a vertex and sample, of
-/// which there are at most 32. turn_in_range of sw_state_report up to half a turn.
-pub const SW_METHOD_ROTATION_STRAIN: u32 = 8;
-/// The method that the precompute chose for the scene by auto_error, auto_operations or both: see SwPrecomputeDesc.
-pub const SW_METHOD_AUTO: u32 = 7;
 
 /// Backward Euler: first order, stable for every step, damps what the step does not resolve.
 pub const SW_INTEGRATOR_IMPLICIT_EULER: u32 = 1;
@@ -191,31 +165,6 @@ unsafe fn writing(state: *mut SwState, body: impl FnOnce(&mut State) -> Result<(
         body(&mut *write("state", &handle.state)?)
     })
 }
-
-/// What SW_METHOD_... and 0 mean for states of `model`.
-pub(super) fn method_of(name: &str, model: &Model, method: u32) -> Result<Method, Fault> {
-    let default = if model.modal.is_linear() { Method::LinearModalAnalysis } else { Method::Warp };
-    let methods: Vec<_> = [(0, default)].into_iter().chain(METHODS).collect();
-    match method {
-        SW_METHOD_AUTO => Ok(model.chosen_method()?),
-        _ => enumerant(name, method, &methods),
-    }
-}
-
-/// The SW_METHOD_... of a method.
-pub(super) fn number_of(method: Method) -> u32 {
-    METHODS.iter().find(|(_, known)| *known == method).map_or(0, |(number, _)| *number)
-}
-
-const METHODS: [(u32, Method); 7] = [
-    (SW_METHOD_WARP, Method::Warp),
-    (SW_METHOD_LMA, Method::LinearModalAnalysis),
-    (SW_METHOD_SHELL_IMPLICIT, Method::ImplicitShell),
-    (SW_METHOD_SHELL_EXPLICIT, Method::ExplicitShell),
-    (SW_METHOD_WARP_VIRTUAL_WORK, Method::VirtualWorkWarp),
-    (SW_METHOD_REDUCED_SHELL, Method::ReducedShell),
-    (SW_METHOD_ROTATION_STRAIN, Method::RotationStrain),
-];
 
 /// Makes a state at rest on a precomputed model; `desc` may be NULL for defaults. No loads, no damping, the frame at the
 /// world's origin. The state keeps alive what it needs of the model. Callable concurrently on one model.

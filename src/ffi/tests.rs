@@ -6,6 +6,7 @@ use super::constraint::*;
 use super::load::*;
 use super::log::sw_set_log_callback;
 use super::mesh::*;
+use super::method::*;
 use super::model::*;
 use super::plan::*;
 use super::state::*;
@@ -83,6 +84,7 @@ fn status_calls<'a>(model: *mut SwModel, state: *mut SwState) -> Vec<Call<'a>> {
         sw_model_info(model, null_mut()),
         sw_model_frequencies(model, null_mut(), 0, null_mut()),
         sw_model_front(model, null_mut(), 0, 0, null_mut()),
+        sw_model_offers(model, 1),
         sw_model_mode_shape(model, 0, 0, 0, null_mut(), 0, 0),
         sw_model_save(model, null_mut(), 0, null_mut()),
         sw_model_load(null(), 0, null_mut()),
@@ -121,12 +123,17 @@ fn status_calls<'a>(model: *mut SwModel, state: *mut SwState) -> Vec<Call<'a>> {
 }
 
 /// The exported functions that cannot fail and so have no status.
-const WITHOUT_STATUS: [&str; 8] = [
+const WITHOUT_STATUS: [&str; 13] = [
     "sw_abi_version",
     "sw_features",
     "sw_version_string",
     "sw_status_string",
     "sw_last_error_message",
+    "sw_method_at",
+    "sw_method_count",
+    "sw_method_label",
+    "sw_method_name",
+    "sw_method_needs",
     "sw_struct_init",
     "sw_model_destroy",
     "sw_state_destroy",

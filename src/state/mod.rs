@@ -103,11 +103,7 @@ enum Unknowns {
 impl Dynamics {
     /// At rest.
     fn new(model: &Model, method: Method, integrator: Integrator) -> Result<Self> {
-        if model.modal.is_linear() && matches!(method, Method::Warp | Method::VirtualWorkWarp | Method::RotationStrain)
-        {
-            let message = "the model was precomputed for linear modal analysis: it has no rotations to warp by";
-            return Err(Error::new(ErrorKind::Unsupported, message));
-        }
+        model.require(method)?;
         let modal = |law| Self::Modal(Box::new(Modal::new(&model.modal, law, integrator)));
         Ok(match method {
             Method::Warp => modal(ForceLaw::Rotated),

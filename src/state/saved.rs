@@ -137,7 +137,7 @@ impl State {
             }
         }
         let (own, number) = (self.method(), u32::from(half(6)));
-        let Some(method) = Method::ALL.into_iter().find(|method| method.number() == number) else {
+        let Some(method) = Method::of_number(number) else {
             return invalid(format!("the saved state is of the method {number}, which this library does not know"));
         };
         if method != own {

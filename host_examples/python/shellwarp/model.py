@@ -7,8 +7,8 @@ import numpy
 from . import _abi, _arrays, _library
 from ._handle import Handle
 from ._values import as_dict, choice, uint32
-from .errors import CancelledError
-from .state import AXES, State
+from .errors import CancelledError, UnsupportedError
+from .state import AXES, State, methods
 
 PRECISIONS = {"f32": _abi.SW_PRECISION_F32, "f64": _abi.SW_PRECISION_F64, "i16": _abi.SW_PRECISION_I16}
 SHAPES = {"displacement": _abi.SW_SHAPE_DISPLACEMENT, "rotation": _abi.SW_SHAPE_ROTATION}
@@ -130,6 +130,14 @@ class Model(Handle):
         self._call("sw_model_mode_shape", uint32(mode, "mode"), choice(SHAPES, shape, "shape"), form,
                    _arrays.address(out), stride, self.n_vertices)
         return out
+
+    def offers(self, method):
+        """Whether states of a method can be made on this model; `method` is a name of shellwarp.state.methods()."""
+        try:
+            self._call("sw_model_offers", choice(methods(), method, "method"))
+        except UnsupportedError:
+            return False
+        return True
 
     def state(self, method="warp", integrator="implicit-euler"):
         """A new State at rest."""

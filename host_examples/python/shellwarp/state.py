@@ -9,14 +9,17 @@ from ._handle import Handle
 from ._values import as_dict, choice, uint32
 from .errors import InvalidArgumentError
 
-METHODS = {"warp": _abi.SW_METHOD_WARP, "warp-virtual-work": _abi.SW_METHOD_WARP_VIRTUAL_WORK, "lma": _abi.SW_METHOD_LMA,
-           "shell-implicit": _abi.SW_METHOD_SHELL_IMPLICIT, "shell-explicit": _abi.SW_METHOD_SHELL_EXPLICIT,
-           "reduced-shell": _abi.SW_METHOD_REDUCED_SHELL, "auto": _abi.SW_METHOD_AUTO,
-           "rotation-strain": _abi.SW_METHOD_ROTATION_STRAIN}
 INTEGRATORS = {"implicit-euler": _abi.SW_INTEGRATOR_IMPLICIT_EULER, "exact": _abi.SW_INTEGRATOR_EXACT}
 SPACES = {"world": _abi.SW_SPACE_WORLD, "frame": _abi.SW_SPACE_FRAME}
 KINDS = {"position": _abi.SW_CONSTRAINT_POSITION, "orientation": _abi.SW_CONSTRAINT_ORIENTATION}
 AXES = {"x": _abi.SW_AXIS_X, "y": _abi.SW_AXIS_Y, "z": _abi.SW_AXIS_Z}
+
+
+def methods():
+    """The library's own table of methods: the number of each name, in the order for menus."""
+    library = _library.load()
+    numbers = [library.sw_method_at(k) for k in range(library.sw_method_count())]
+    return {library.sw_method_name(number).decode(): number for number in numbers}
 
 
 def _fill(target, values, name):
@@ -30,7 +33,7 @@ class State(Handle):
 
     def __init__(self, model, method="warp", integrator="implicit-euler"):
         desc = _library.initialised(_abi.SwStateDesc)
-        desc.method, desc.integrator = choice(METHODS, method, "method"), choice(INTEGRATORS, integrator, "integrator")
+        desc.method, desc.integrator = choice(methods(), method, "method"), choice(INTEGRATORS, integrator, "integrator")
         pointer = POINTER(_abi.SwState)()
         model._call("sw_state_create", byref(desc), byref(pointer))
         self._adopt(pointer)
@@ -53,7 +56,7 @@ class State(Handle):
 
     def set_method(self, method):
         """Goes on by another method from the nearest pose and velocities."""
-        self._call("sw_state_set_method", choice(METHODS, method, "method"))
+        self._call("sw_state_set_method", choice(methods(), method, "method"))
 
     def set_rest_tolerance(self, length):
         """How little motion must be left for the state to rest and skip its steps; 0 for none at all."""

@@ -386,12 +386,13 @@ class Running(unittest.TestCase):
         self.assertLess(state.equilibrium()["residual"], 1e-6)
 
     def test_every_method_steps(self):
-        from shellwarp.state import METHODS
+        from shellwarp.state import methods
         made = model()
         made.precompute(modes=4, reduced_fields=4)
         with self.assertRaises(sw.UnsupportedError):
             made.state("auto")
-        for method in set(METHODS) - {"auto"}:
+        self.assertEqual({name: made.offers(name) for name in methods()}, {name: name != "auto" for name in methods()})
+        for method in set(methods()) - {"auto"}:
             # 1e-6 s is within the explicit shell's stable step here
             made.state(method).step(1e-6)
         chosen = sw.Model(strip.shell())
@@ -434,7 +435,7 @@ class Running(unittest.TestCase):
 
     def test_every_constant_of_a_choice_has_a_word(self):
         from shellwarp import model as models, state as states
-        for prefix, table in [("SW_METHOD_", states.METHODS), ("SW_INTEGRATOR_", states.INTEGRATORS), ("SW_AXIS_", states.AXES),
+        for prefix, table in [("SW_METHOD_", states.methods()), ("SW_INTEGRATOR_", states.INTEGRATORS), ("SW_AXIS_", states.AXES),
                               ("SW_SPACE_", states.SPACES), ("SW_CONSTRAINT_", states.KINDS), ("SW_SHAPE_", models.SHAPES),
                               ("SW_PRECISION_", models.PRECISIONS)]:
             values = {value for name, value in vars(sw.abi).items() if name.startswith(prefix)}

@@ -3,6 +3,7 @@
 use super::host::*;
 use super::input::Input;
 use shellwarp::ffi::mesh::*;
+use shellwarp::ffi::method::*;
 use shellwarp::ffi::model::*;
 use shellwarp::ffi::pointer::SW_FORMAT_F64;
 use shellwarp::ffi::state::*;

@@ -3,6 +3,7 @@
 
 use super::host::*;
 use super::input::Input;
+use shellwarp::ffi::method::*;
 use shellwarp::ffi::state::*;
 use shellwarp::ffi::status::*;
 use std::sync::OnceLock;

@@ -1,5 +1,6 @@
 //! The library's methods, one row each: a new force law or integrator is a new row.
 
+use shellwarp::ffi::method::*;
 use shellwarp::ffi::state::*;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

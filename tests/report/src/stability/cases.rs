@@ -7,7 +7,8 @@ use crate::mesh::{Mesh, P3};
 use crate::methods::{Family, Method, method};
 use crate::scenes::beams::LENGTH;
 use anyhow::Result;
-use shellwarp::ffi::state::{SW_INTEGRATOR_EXACT, SW_METHOD_SHELL_EXPLICIT};
+use shellwarp::ffi::method::SW_METHOD_SHELL_EXPLICIT;
+use shellwarp::ffi::state::SW_INTEGRATOR_EXACT;
 
 const STILL: Drive = &|_, _: &mut State| Ok(());
 
