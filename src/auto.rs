@@ -6,11 +6,11 @@
 //! candidate's error is the furthest that any vertex is off in any trial, and a quarter more where handles are led, as scenes lead them to
 //! places between those that are tried; its cost the operations of a step as the plan counts them, so that the choice does not depend on the machine.
 
-mod saved;
 mod trials;
 
 use crate::features::Feature;
 use crate::method::Method;
+use crate::model::front::{Candidate, Front};
 use crate::modes::{Demand, Phase};
 use crate::reduced::{self, MAX_FIELDS};
 use crate::reference::Solver;
@@ -29,39 +29,6 @@ pub struct Budget {
     pub operations: f64,
 }
 
-/// A method on a model of its own.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Candidate {
-    /// How it moves.
-    pub method: Method,
-    /// On modes of the shape that hangs under the demand's gravity.
-    pub sagged: bool,
-    /// Fields beyond the modes, and elements that stand for all, of a reduced shell.
-    pub fields: usize,
-    /// See there.
-    pub elements: usize,
-    /// Of a step.
-    pub operations: f64,
-    /// The furthest that a vertex is off, length; infinite where it finds no equilibrium.
-    pub error: f64,
-}
-
-/// The candidates and which of them was taken.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Front {
-    /// In the order in which they were tried.
-    pub candidates: Vec<Candidate>,
-    /// Its number.
-    pub chosen: usize,
-}
-
-impl Front {
-    /// The one that was taken.
-    pub fn choice(&self) -> &Candidate {
-        &self.candidates[self.chosen]
-    }
-}
-
 /// Fields of a reduced shell unless others are asked for.
 const FIELDS: usize = 40;
 /// Length of the step whose operations are counted, s; only a turning frame's depend on it.
@@ -71,7 +38,7 @@ const WITHOUT_LOADS: &str = "a choice by budget needs the scene's gravity, accel
 
 type Watch<'a> = &'a mut dyn FnMut(Phase, f64) -> Result<()>;
 
-/// The model with the method for a scene: see the module's text. `options` have a budget and a demand.
+/// The model with the method for a scene: see the module's text. `options` have a demand.
 pub fn precompute(shell: Arc<Shell>, options: &model::Options, budget: Budget, callback: Watch) -> Result<Model> {
     Feature::NonlinearShell.require()?;
     let Some(demand) = options.demand.clone() else {
@@ -83,7 +50,7 @@ pub fn precompute(shell: Arc<Shell>, options: &model::Options, budget: Budget, c
         return Err(Error::argument(WITHOUT_LOADS));
     }
     let fewer_modes = Some(demand.clone()).filter(|demand| demand.tolerance > 0.0);
-    let plain = model::Options { demand: fewer_modes, auto: None, reduced: Default::default(), ..options.clone() };
+    let plain = model::Options { demand: fewer_modes, reduced: Default::default(), ..options.clone() };
     let base = Arc::new(Model::precompute(shell.clone(), &plain, callback)?);
     let mut judge = Judge { trials: trials(&shell, &base, &demand, callback)?, judged: vec![] };
     let warps = [Method::LinearModalAnalysis, Method::Warp, Method::VirtualWorkWarp, Method::RotationStrain];

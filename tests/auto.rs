@@ -2,7 +2,8 @@
 #![allow(missing_docs)]
 mod common;
 use common::*;
-use shellwarp::auto::{Budget, Candidate};
+use shellwarp::auto::{self, Budget};
+use shellwarp::model::front::Candidate;
 use shellwarp::model::{Model, Options, Precision};
 use shellwarp::modes::Demand;
 use shellwarp::state::{Method, Space, State};
@@ -12,22 +13,15 @@ use std::sync::Arc;
 
 const GRAVITY: Vec3 = Vec3::new(0.0, 3.0, -4.0);
 
-fn options(budget: Budget, demand: Demand) -> Options {
+fn options(demand: Demand) -> Options {
     let reduced = reduced::Options { fields: 16, elements: 200, ..Default::default() };
-    Options {
-        modes: 6,
-        precision: Precision::F64,
-        reduced,
-        demand: Some(demand),
-        auto: Some(budget),
-        ..Default::default()
-    }
+    Options { modes: 6, precision: Precision::F64, reduced, demand: Some(demand), ..Default::default() }
 }
 
 fn chosen(error: f64, operations: f64) -> Result<Arc<Model>> {
     let demand = Demand { gravity: GRAVITY, amplification: 1.0, ..Demand::default() };
     let shell = Arc::new(reference("v_beam").0);
-    Model::precompute(shell, &options(Budget { error, operations }, demand), &mut |_, _| Ok(())).map(Arc::new)
+    auto::precompute(shell, &options(demand), Budget { error, operations }, &mut |_, _| Ok(())).map(Arc::new)
 }
 
 /// The furthest that a vertex is off under gravity and half of it.
@@ -95,7 +89,7 @@ fn a_choice_is_saved_with_its_model() {
     let front = model.front.clone().unwrap();
     for chosen in 0..front.candidates.len() {
         let Ok(mut other) = Model::load(&bytes) else { panic!() };
-        other.front = Some(shellwarp::auto::Front { chosen, ..front.clone() });
+        other.front = Some(shellwarp::model::front::Front { chosen, ..front.clone() });
         let fits = front.candidates[chosen].sagged == model.shell.sag.is_some()
             && (front.candidates[chosen].method != Method::ReducedShell || model.reduced.is_some());
         assert_eq!(Model::load(&other.save().unwrap()).is_ok(), fits, "{chosen}");
@@ -106,9 +100,10 @@ fn a_choice_is_saved_with_its_model() {
 fn pulls_and_accelerations_of_the_scene_are_among_its_loads() {
     let shell = Arc::new(reference("v_beam").0);
     let worst = |demand: Demand| {
-        let options = options(Budget { error: f64::INFINITY, operations: f64::INFINITY }, demand);
+        let options = options(demand);
+        let budget = Budget { error: f64::INFINITY, operations: f64::INFINITY };
         let options = Options { reduced: reduced::Options { fields: 2, elements: 20, ..options.reduced }, ..options };
-        let model = Model::precompute(shell.clone(), &options, &mut |_, _| Ok(())).unwrap();
+        let model = auto::precompute(shell.clone(), &options, budget, &mut |_, _| Ok(())).unwrap();
         model.front.unwrap().candidates[1].error
     };
     let gravity = Demand { gravity: GRAVITY, amplification: 1.0, ..Demand::default() };
@@ -127,7 +122,7 @@ fn a_choice_without_loads_is_refused() {
     let demand = Demand { amplification: 1.0, ..Demand::default() };
     let shell = Arc::new(reference("v_beam").0);
     let budget = Budget { error: 0.1, operations: f64::INFINITY };
-    let error = Model::precompute(shell.clone(), &options(budget, demand), &mut |_, _| Ok(())).err().unwrap();
+    let error = auto::precompute(shell.clone(), &options(demand), budget, &mut |_, _| Ok(())).err().unwrap();
     assert_eq!(error.kind, ErrorKind::InvalidArgument);
     let plain = Model::precompute(shell, &Options::default(), &mut |_, _| Ok(())).unwrap();
     assert_eq!(plain.chosen_method().unwrap_err().kind, ErrorKind::Unsupported);

@@ -12,7 +12,7 @@
 #![allow(missing_docs)]
 mod common;
 use common::*;
-use shellwarp::auto::Budget;
+use shellwarp::auto::{self, Budget};
 use shellwarp::constraint::{Constraint, Target};
 use shellwarp::model::{Model, Options, Precision};
 use shellwarp::modes::Demand;
@@ -55,9 +55,9 @@ impl Scene {
 
     fn chosen(&self, error: f64, axes: [bool; 3]) -> Arc<Model> {
         let reduced = reduced::Options { fields: 32, poses: 12, ..Default::default() };
-        let (demand, auto) = (Some(self.demand(axes)), Some(Budget { error, operations: f64::INFINITY }));
-        let options = Options { modes: 8, precision: Precision::F64, reduced, demand, auto, ..Default::default() };
-        Arc::new(Model::precompute(self.shell.clone(), &options, &mut |_, _| Ok(())).unwrap())
+        let (demand, budget) = (Some(self.demand(axes)), Budget { error, operations: f64::INFINITY });
+        let options = Options { modes: 8, precision: Precision::F64, reduced, demand, ..Default::default() };
+        Arc::new(auto::precompute(self.shell.clone(), &options, budget, &mut |_, _| Ok(())).unwrap())
     }
 
     /// Displacements with the vertex led straight to one from where it hangs, and how far they are apart from `exact` ones on the way.

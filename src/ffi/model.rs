@@ -12,9 +12,10 @@ use super::status::{
     Fault, SW_ERROR_INVALID_DATA, SW_ERROR_NOT_PRECOMPUTED, SW_ERROR_NUMERICAL, SW_ERROR_UNSUPPORTED, SwStatus,
 };
 use super::structs::{Described, Output, Outputs, described, grows, read_descriptor_or_default};
-use crate::auto::{Budget, Candidate};
-use crate::cache;
+use crate::auto::{self, Budget};
 use crate::error::{require_finite, require_non_negative};
+use crate::model::file;
+use crate::model::front::Candidate;
 use crate::model::{Model, Options, Precision};
 use crate::modes::{Demand, PHASES, Phase};
 use crate::reduced;
@@ -400,7 +401,7 @@ pub unsafe extern "C" fn sw_model_precompute(model: *mut SwModel, desc: *const S
             require_finite(format_args!("desc->sag_gravity[{k}]"), *g)?;
         }
         let linear = desc.flags & SW_PRECOMPUTE_LINEAR != 0;
-        let auto = match (require_non_negative("desc->auto_error", desc.auto_error)?, desc.auto_operations) {
+        let budget = match (require_non_negative("desc->auto_error", desc.auto_error)?, desc.auto_operations) {
             (0.0, 0.0) => None,
             (error, operations) => {
                 let most = require_non_negative("desc->auto_operations", operations)?;
@@ -408,7 +409,7 @@ pub unsafe extern "C" fn sw_model_precompute(model: *mut SwModel, desc: *const S
             }
         };
         let demand = match desc.tolerance {
-            0.0 if auto.is_none() => None,
+            0.0 if budget.is_none() => None,
             tolerance => Some(Demand {
                 tolerance,
                 gravity: desc.demand_gravity.into(),
@@ -433,7 +434,7 @@ pub unsafe extern "C" fn sw_model_precompute(model: *mut SwModel, desc: *const S
         };
         let most = if desc.tolerance != 0.0 { MOST_MODES } else { Options::default().modes };
         let modes = if desc.modes == 0 { most } else { desc.modes as usize };
-        let mut options = Options { demand, modes, precision, sag: desc.sag_gravity.into(), linear, reduced, auto };
+        let mut options = Options { demand, modes, precision, sag: desc.sag_gravity.into(), linear, reduced };
         let mut content = write("model", &handle.0)?;
         match (desc.reduced_flags & SW_REDUCED_UNTRAINED != 0, desc.reduced_poses) {
             (true, 0) => (),
@@ -446,7 +447,11 @@ pub unsafe extern "C" fn sw_model_precompute(model: *mut SwModel, desc: *const S
             (false, _) => (),
         }
         let mut progress = |phase: Phase, fraction: f64| call_progress(&desc, phase, fraction);
-        let computed = Model::precompute(content.shell.clone(), &options, &mut progress)?;
+        let shell = content.shell.clone();
+        let computed = match budget {
+            Some(budget) => auto::precompute(shell, &options, budget, &mut progress)?,
+            None => Model::precompute(shell, &options, &mut progress)?,
+        };
         log_certificate(&computed);
         content.model = Some(Arc::new(computed));
         Ok(())
@@ -627,7 +632,7 @@ pub unsafe extern "C" fn sw_model_front(
         unsafe {
             let out = Outputs::checked("points", points, element_size)?;
             let model = object("model", model)?.precomputed()?;
-            let point = |front: &crate::auto::Front| -> Vec<SwFrontPoint> {
+            let point = |front: &crate::model::front::Front| -> Vec<SwFrontPoint> {
                 let numbered = front.candidates.iter().enumerate();
                 numbered.map(|(k, candidate)| SwFrontPoint::of(candidate, k == front.chosen)).collect()
             };
@@ -707,7 +712,7 @@ pub unsafe extern "C" fn sw_model_load(bytes: *const c_void, size: u64, model: *
         not_null("bytes", bytes)?;
         // SAFETY: the header's contract; NULL is excluded above. No more is read than the first bytes announce.
         unsafe {
-            let announced = cache::announced_size(byte_slice("bytes", bytes, size.min(cache::FRONT as u64))?)?;
+            let announced = file::announced_size(byte_slice("bytes", bytes, size.min(file::FRONT as u64))?)?;
             if announced != u128::from(size) {
                 let message = format!("{size} bytes are not the {announced} of this saved model");
                 return Err(Fault::new(SW_ERROR_INVALID_DATA, message));

@@ -1,4 +1,4 @@
-//! The section "REDU" of a saved model ([`crate::cache`]): f fields and s sampled elements, p of them of the membrane, of a shell of n
+//! The section "REDU" of a saved model ([`crate::model::file`]): f fields and s sampled elements, p of them of the membrane, of a shell of n
 //! vertices and m modes, with t stress fields.
 //!
 //! | what | type |

@@ -1,4 +1,4 @@
-//! The section "AUTO" of a saved model ([`crate::cache`]): c candidates.
+//! What a choice of a method went by: the candidates, and its saved form, the section "AUTO" of a model with c candidates.
 //!
 //! | what | type |
 //! |---|---|
@@ -6,10 +6,42 @@
 //! | of each: method, 1 on a sagged shape else 0, fields, elements | 4c × u32 |
 //! | of each: operations, error | 2c × f64 |
 
-use super::{Candidate, Front};
 use crate::method::Method;
 use crate::real::Real;
 use crate::{Error, ErrorKind, Result};
+
+/// A method on a model of its own.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Candidate {
+    /// How it moves.
+    pub method: Method,
+    /// On modes of the shape that hangs under the demand's gravity.
+    pub sagged: bool,
+    /// Fields beyond the modes, and elements that stand for all, of a reduced shell.
+    pub fields: usize,
+    /// See there.
+    pub elements: usize,
+    /// Of a step.
+    pub operations: f64,
+    /// The furthest that a vertex is off, length; infinite where it finds no equilibrium.
+    pub error: f64,
+}
+
+/// The candidates and which of them was taken.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Front {
+    /// In the order in which they were tried.
+    pub candidates: Vec<Candidate>,
+    /// Its number.
+    pub chosen: usize,
+}
+
+impl Front {
+    /// The one that was taken.
+    pub fn choice(&self) -> &Candidate {
+        &self.candidates[self.chosen]
+    }
+}
 
 const COUNTS: usize = 8;
 const WORDS: usize = 16;

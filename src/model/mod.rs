@@ -1,6 +1,8 @@
 //! The precomputed model: everything a state needs, immutable, shared by any number of states on any threads.
 
-use crate::auto::{self, Budget, Front};
+pub mod file;
+pub mod front;
+
 use crate::features::Feature;
 use crate::method::Method;
 use crate::modal::ModalBasis;
@@ -10,6 +12,7 @@ use crate::reduced::{self, ReducedShell};
 use crate::reference::{self, SolverPool};
 use crate::strain::RotationStrain;
 use crate::{Error, ErrorKind, Result, Shell, Vec3};
+use front::Front;
 use std::sync::{Arc, OnceLock};
 use xxhash_rust::xxh3::xxh3_64;
 
@@ -28,22 +31,12 @@ pub struct Options {
     pub demand: Option<Demand>,
     /// The reduced discrete shell beside the warp.
     pub reduced: reduced::Options,
-    /// Chooses the method for the scene of the demand, and makes the model for it.
-    pub auto: Option<Budget>,
 }
 
 impl Default for Options {
     fn default() -> Self {
         let reduced = reduced::Options::default();
-        Self {
-            modes: 16,
-            precision: Precision::F32,
-            sag: Vec3::zeros(),
-            linear: false,
-            demand: None,
-            reduced,
-            auto: None,
-        }
+        Self { modes: 16, precision: Precision::F32, sag: Vec3::zeros(), linear: false, demand: None, reduced }
     }
 }
 
@@ -83,9 +76,6 @@ impl Model {
         callback: &mut dyn FnMut(Phase, f64) -> Result<()>,
     ) -> Result<Self> {
         options.precision.require()?;
-        if let Some(budget) = options.auto {
-            return auto::precompute(shell, options, budget, callback);
-        }
         let mut progress = Progress::new(callback);
         let shell = if options.sag == Vec3::zeros() { shell } else { sagged(&shell, options.sag, &mut progress)? };
         let (modes, truncation) = match &options.demand {

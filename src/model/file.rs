@@ -23,7 +23,7 @@
 //! | "SAGS" | gravity, positions where the shell hangs under it: (3 + 3n) × f64; the modes are those of this shape |
 //! | "UNIT" | what an entry of one stands for, in Φ√M and in Ψ√M, of each mode: 2m × f64; the basis is of i16, in 2⁻¹⁶ of these |
 //! | "REDU" | the reduced shell: see `reduced/saved.rs` |
-//! | "AUTO" | the front of a chosen method: see `auto/saved.rs` |
+//! | "AUTO" | the front of a chosen method: see `model/front.rs` |
 //!
 //! A section that this library does not know is an error: the model would mean something else without it.
 //!
@@ -31,7 +31,7 @@
 //! which checks the mesh again on the way. So whatever a file holds, a loaded model keeps every promise that the rest of the
 //! library relies on, of memory and of finite results; that its modes are those of its shell is the writer's word.
 
-use crate::auto::Front;
+use super::front::Front;
 use crate::energy::DISCRETE_SHELLS;
 use crate::error::try_zeroed;
 use crate::features::{self, Feature, Proof, SavedModels};
@@ -265,7 +265,7 @@ impl Model {
         let reduced = sections.reduced.map(|content| restore_reduced(header, &shell, content)).transpose()?;
         let fits = |content| restore_front(&reduced, &shell, header.linear, content);
         let front = sections.front.map(fits).transpose()?;
-        let fingerprint = crate::model::fingerprint(&shell, &eigenvalues, header.precision);
+        let fingerprint = super::fingerprint(&shell, &eigenvalues, header.precision);
         let shell = Arc::new(shell);
         let modal = ModalBasis {
             shell: shell.clone(),
@@ -278,7 +278,7 @@ impl Model {
         };
         Ok(Self {
             fingerprint,
-            reduced_fingerprint: crate::model::reduced_fingerprint(fingerprint, &shell, reduced.as_ref()),
+            reduced_fingerprint: super::reduced_fingerprint(fingerprint, &shell, reduced.as_ref()),
             shell,
             modal: Arc::new(modal),
             certificate,
