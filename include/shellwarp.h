@@ -679,7 +679,7 @@ SwStatus sw_model_mode_shape(const struct SwModel *model,
                              uint64_t stride,
                              uint32_t n_vertices);
 
-/* States --------------------------------------------------------------------------------------- */
+/* Methods -------------------------------------------------------------------------------------- */
 
 // Modal warping (the paper): u = R~(Psi q) Phi q, modal force Phi^T R^T F.
 #define SW_METHOD_WARP 1
@@ -711,6 +711,42 @@ SwStatus sw_model_mode_shape(const struct SwModel *model,
 // The method that the precompute chose for the scene by auto_error, auto_operations or both: see
 // SwPrecomputeDesc.
 #define SW_METHOD_AUTO 7
+
+// Modes: any precompute.
+#define SW_NEEDS_MODES 1
+// Modal rotations: a precompute without SW_PRECOMPUTE_LINEAR.
+#define SW_NEEDS_ROTATIONS 2
+// Fields: a precompute with reduced_fields.
+#define SW_NEEDS_REDUCED_FIELDS 3
+// A choice: a precompute with auto_error or auto_operations.
+#define SW_NEEDS_CHOICE 4
+
+// Number of methods that this library knows, SW_METHOD_AUTO included.
+uint32_t sw_method_count(void);
+
+// The SW_METHOD_... at `index` of the table, in the order for menus; SW_METHOD_AUTO is the last. 0
+// at and beyond sw_method_count().
+uint32_t sw_method_at(uint32_t index);
+
+// A method's name for files and scripts, such as "warp-virtual-work". Lower case, parted by
+// hyphens; it never changes. "" for an unknown number. Never NULL; constant.
+const char *sw_method_name(uint32_t method);
+
+// A method's name for menus, such as "Warp by virtual work". "" for an unknown number. Never NULL;
+// constant.
+const char *sw_method_label(uint32_t method);
+
+// What a model must have for states of a method, SW_NEEDS_.... 0 for an unknown number.
+uint32_t sw_method_needs(uint32_t method);
+
+// Whether states of a method can be made on a model: SW_OK, or the error that sw_state_create would
+// give. Callable concurrently.
+// Errors: SW_ERROR_INVALID_ARGUMENT for an unknown method, SW_ERROR_NOT_PRECOMPUTED,
+// SW_ERROR_UNSUPPORTED, SW_ERROR_BUSY.
+SwStatus sw_model_offers(const struct SwModel *model,
+                         uint32_t method);
+
+/* States --------------------------------------------------------------------------------------- */
 
 // Backward Euler: first order, stable for every step, damps what the step does not resolve.
 #define SW_INTEGRATOR_IMPLICIT_EULER 1

@@ -17,7 +17,7 @@ pub enum Method {
     ImplicitShell,
     /// The full nonlinear shell by symplectic Euler; steps must be short.
     ExplicitShell,
-    /// The reduced nonlinear shell, u = Bq, by BDF2opt ([`crate::reduced`]).
+    /// The reduced nonlinear shell, u = Bq, by a Runge–Kutta method of second order ([`crate::reduced`]).
     ReducedShell,
     /// Rotation–strain reconstruction from the modes, with the exact force of its own positions ([`crate::strain`]).
     RotationStrain,

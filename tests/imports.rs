@@ -135,5 +135,5 @@ fn every_room_uses_only_rooms_below_it() {
 fn names_are_read_out_of_paths_lists_and_nested_lists() {
     let code = "use crate::a::B;\nuse crate::{Error, c::{d, E}, self as _};\ncrate::f::g()";
     assert_eq!(first_names(code), ["a", "Error", "c", "self", "f"]);
-    assert_eq!(code_of("use x; // crate::y\n#[cfg(test)]\nmod t;"), "use x; \n");
+    assert_eq!(code_of("use x; // crate::y\n#[cfg(test)]\nmod t;"), "use x; ");
 }

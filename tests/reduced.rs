@@ -264,7 +264,7 @@ fn untrained_fields_resist_what_pulls_along_the_sheet() {
     let (found, exact) = (spun(Method::ReducedShell), spun(Method::ImplicitShell));
     let off = found.iter().zip(&exact).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
     println!("spun at a tenth of a turn a second: off by {off:.2e} of {length}");
-    assert!(off < 1e-3 * length, "{off:e}: BDF2opt and implicit Euler are 1e-4 apart");
+    assert!(off < 1e-3 * length, "{off:e}: the reduced and the full shell are 1e-4 apart");
 }
 
 #[test]

@@ -106,7 +106,7 @@ fn constraint_of(desc: &SwConstraintDesc) -> Result<Constraint, Fault> {
 ///
 /// Constraints are cloned with a state and survive its reset and loading, but are not saved. Allocates unless it replaces one of the same
 /// axes. A reduced shell follows hard handles as far as its fields can with a root mean square displacement of twice the model's size;
-/// it has the orientation of a nonlinear shell, and meets it as nearly as four passes of a step do. Steps that hold one allocate.
+/// it has the orientation of a nonlinear shell, and meets it as nearly as four passes of a step do, in an equilibrium to 1e-4 rad. Steps that hold one allocate.
 /// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_UNSUPPORTED for an orientation of a modal method on a model with
 /// SW_PRECOMPUTE_LINEAR, SW_ERROR_BUSY.
 #[unsafe(no_mangle)]

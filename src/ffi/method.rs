@@ -20,8 +20,8 @@ pub const SW_METHOD_SHELL_EXPLICIT: u32 = 4;
 /// Modal warping with the exact modal force of its own positions, (du/dq)^T F: dead loads are conservative. A step costs up
 /// to twice that of SW_METHOD_WARP.
 pub const SW_METHOD_WARP_VIRTUAL_WORK: u32 = 5;
-/// The full nonlinear energy on a few displacement fields, u = B q, by BDF2opt and Newton's method, of a model precomputed with
-/// reduced_fields: a fraction of the warp's error, without its limit of rotation, at a step's cost that hardly grows with the mesh.
+/// The full nonlinear energy on a few displacement fields, u = B q, by a Runge-Kutta method of second order and Newton's method, of a
+/// model precomputed with reduced_fields: a fraction of the warp's error, without its limit of rotation, at a step's cost that hardly grows with the mesh.
 /// No amplitudes. Stiffness damping is by the stiffness of the present shape, damping ratios are those of the modes. The integrator is
 /// its own.
 pub const SW_METHOD_REDUCED_SHELL: u32 = 6;

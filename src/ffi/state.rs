@@ -597,9 +597,8 @@ pub unsafe extern "C" fn sw_state_report(state: *const SwState, report: *mut SwS
     }
 }
 
-/// Saves the dynamic state (time, frame, amplitudes and rates, constraint work), 952 bytes at 50 modes, 160 and
-/// 32 a field or mode of a reduced shell; loads, damping and
-/// constraints are inputs and not saved. Two calls: with `bytes` NULL and `capacity` 0 only *size is written. Callable concurrently.
+/// Saves the dynamic state (time, frame, amplitudes and rates, constraint work): 152 bytes and 16 a mode, or mode and field of a
+/// reduced shell, so 952 at 50 modes; 152 and 48 a vertex of a nonlinear shell. Loads, damping and constraints are inputs and not saved. Two calls: with `bytes` NULL and `capacity` 0 only *size is written. Callable concurrently.
 /// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_BUFFER_SIZE when capacity < *size, SW_ERROR_BUSY.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn sw_state_save(

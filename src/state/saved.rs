@@ -1,8 +1,8 @@
 //! The saved form of a state: magic, version and method in 16 bits each, model fingerprint, number of unknowns, then little-endian doubles (time, frame
 //! pose and velocities, constraint work, unknowns, their rates), then a checksum of all before it. The unknowns are the modal
-//! amplitudes, or three displacements per vertex of a nonlinear shell, or, of a reduced shell, the amplitudes now and before the
-//! last two steps with their lengths (its rates end with zeros). Loads, damping, constraints and the pose asked for next
-//! are inputs and not saved. Version 1 had no method: its amplitudes mean something else to each, so that it is refused.
+//! amplitudes, or those of a reduced shell's fields, or three displacements per vertex of a nonlinear shell. Loads, damping, constraints
+//! and the pose asked for next are inputs and not saved. Version 1 had no method: its amplitudes mean something else to each, so that it
+//! is refused.
 
 use super::reduced::Motion;
 use super::{Dynamics, Method, Nodal, Reduced, State};
@@ -30,7 +30,7 @@ impl State {
         match &self.dynamics {
             Dynamics::Modal(modal) => modal.q.len(),
             Dynamics::Nodal(nodal) => 3 * nodal.u.len(),
-            Dynamics::Reduced(reduced) => 3 * reduced.motion.q.len() + 2,
+            Dynamics::Reduced(reduced) => reduced.motion.q.len(),
         }
     }
 
@@ -71,9 +71,8 @@ impl State {
             }
             Dynamics::Reduced(reduced) => {
                 push(&reduced.constraint_work);
-                let Motion { q, q_dot, before: [last, earlier], last_steps } = &reduced.motion;
-                q.iter().chain(&last[0]).chain(&earlier[0]).chain(last_steps).for_each(&mut push);
-                q_dot.iter().chain(&last[1]).chain(&earlier[1]).chain(&[0.0; 2]).for_each(push);
+                let Motion { q, q_dot } = &reduced.motion;
+                q.iter().chain(q_dot).for_each(push);
             }
         }
         bytes.extend(xxh3_64(&bytes).to_le_bytes());
@@ -109,12 +108,8 @@ impl State {
             }
             Dynamics::Reduced(reduced) => {
                 reduced.constraint_work = numbers[14];
-                let Motion { q, q_dot, before: [[q_1, q_dot_1], [q_2, q_dot_2]], last_steps } = &mut reduced.motion;
-                let n = q.len();
-                for (numbers, parts) in [(unknowns, [q, q_1, q_2]), (rates, [q_dot, q_dot_1, q_dot_2])] {
-                    parts.into_iter().zip(numbers.chunks_exact(n)).for_each(|(part, from)| part.copy_from_slice(from));
-                }
-                last_steps.copy_from_slice(&unknowns[3 * n..]);
+                reduced.motion.q.copy_from_slice(unknowns);
+                reduced.motion.q_dot.copy_from_slice(rates);
             }
         }
         Ok(())
@@ -170,10 +165,7 @@ impl State {
         let sound = match &self.dynamics {
             Dynamics::Modal(modal) => modal.has_meaning(&self.model.modal, unknowns, rates),
             Dynamics::Nodal(_) => Nodal::has_meaning(&self.model, &vectors(unknowns), &vectors(rates)),
-            Dynamics::Reduced(_) => {
-                let (amplitudes, steps) = unknowns.split_at(unknowns.len() - 2);
-                steps.iter().all(|h| *h >= 0.0) && Reduced::has_meaning(&self.model, amplitudes, rates)
-            }
+            Dynamics::Reduced(_) => Reduced::has_meaning(&self.model, unknowns, rates),
         };
         if !sound {
             return invalid("the saved state moves vertices beyond all range");

@@ -118,7 +118,7 @@ pub const METHODS: &[Method] = &[
     },
     Method {
         key: "reduced_12",
-        label: "reduced shell, BDF2opt, 12 fields",
+        label: "reduced shell, SDIRK2, 12 fields",
         family: Family::Reduced,
         method: SW_METHOD_REDUCED_SHELL,
         integrator: 0,
@@ -128,7 +128,7 @@ pub const METHODS: &[Method] = &[
     },
     Method {
         key: "reduced_40",
-        label: "reduced shell, BDF2opt, 40 fields",
+        label: "reduced shell, SDIRK2, 40 fields",
         family: Family::Reduced,
         method: SW_METHOD_REDUCED_SHELL,
         integrator: 0,
