@@ -693,11 +693,11 @@ SwStatus sw_model_mode_shape(const struct SwModel *model,
 // Modal warping with the exact modal force of its own positions, (du/dq)^T F: dead loads are
 // conservative. A step costs up to twice that of SW_METHOD_WARP.
 #define SW_METHOD_WARP_VIRTUAL_WORK 5
-// The full nonlinear energy on a few displacement fields, u = B q, by BDF2opt and Newton's method,
-// of a model precomputed with reduced_fields: a fraction of the warp's error, without its limit of
-// rotation, at a step's cost that hardly grows with the mesh. No amplitudes. Stiffness damping is
-// by the stiffness of the present shape, damping ratios are those of the modes. The integrator is
-// its own.
+// The full nonlinear energy on a few displacement fields, u = B q, by a Runge-Kutta method of
+// second order and Newton's method, of a model precomputed with reduced_fields: a fraction of the
+// warp's error, without its limit of rotation, at a step's cost that hardly grows with the mesh. No
+// amplitudes. Stiffness damping is by the stiffness of the present shape, damping ratios are those
+// of the modes. The integrator is its own.
 #define SW_METHOD_REDUCED_SHELL 6
 // Rotation-strain reconstruction: each triangle is turned by the rotation of its modal displacement
 // and keeps its linear strain, and the vertices follow; modal force (du/dq)^T F. What bends without
@@ -1030,10 +1030,10 @@ SwStatus sw_state_rotations(const struct SwState *state,
 SwStatus sw_state_report(const struct SwState *state,
                          struct SwStateReport *report);
 
-// Saves the dynamic state (time, frame, amplitudes and rates, constraint work), 952 bytes at 50
-// modes, 160 and 32 a field or mode of a reduced shell; loads, damping and constraints are inputs
-// and not saved. Two calls: with `bytes` NULL and `capacity` 0 only *size is written. Callable
-// concurrently.
+// Saves the dynamic state (time, frame, amplitudes and rates, constraint work): 152 bytes and 16 a
+// mode, or mode and field of a reduced shell, so 952 at 50 modes; 152 and 48 a vertex of a
+// nonlinear shell. Loads, damping and constraints are inputs and not saved. Two calls: with `bytes`
+// NULL and `capacity` 0 only *size is written. Callable concurrently.
 // Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_BUFFER_SIZE when capacity < *size, SW_ERROR_BUSY.
 SwStatus sw_state_save(const struct SwState *state,
                        void *bytes,
@@ -1163,8 +1163,8 @@ typedef struct SwConstraintReport {
 // Constraints are cloned with a state and survive its reset and loading, but are not saved.
 // Allocates unless it replaces one of the same axes. A reduced shell follows hard handles as far as
 // its fields can with a root mean square displacement of twice the model's size; it has the
-// orientation of a nonlinear shell, and meets it as nearly as four passes of a step do. Steps that
-// hold one allocate.
+// orientation of a nonlinear shell, and meets it as nearly as four passes of a step do, in an
+// equilibrium to 1e-4 rad. Steps that hold one allocate.
 // Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_UNSUPPORTED for an orientation
 // of a modal method on a model with SW_PRECOMPUTE_LINEAR, SW_ERROR_BUSY.
 SwStatus sw_state_set_constraint(struct SwState *state,

@@ -137,7 +137,9 @@ fn an_estimate_holds_handles_forces_and_the_frame_as_the_state_does() {
         if method == Method::ImplicitShell {
             state.equilibrium().unwrap();
         } else {
-            // To rest in motion, so that the frame and the handle have acted in steps.
+            // From rest to the equilibrium that the full shell has from rest, as the beam has several; then steps, so that the frame and the
+            // handle have acted in them.
+            state.equilibrium().unwrap();
             state.set_damping(&Damping { mass_coefficient: 6.0, ..Damping::default() }).unwrap();
             (0..400).for_each(|_| state.step(1.0 / 30.0).unwrap());
         }

@@ -67,6 +67,10 @@ SW_METHOD_WARP_VIRTUAL_WORK = 5
 SW_METHOD_REDUCED_SHELL = 6
 SW_METHOD_ROTATION_STRAIN = 8
 SW_METHOD_AUTO = 7
+SW_NEEDS_MODES = 1
+SW_NEEDS_ROTATIONS = 2
+SW_NEEDS_REDUCED_FIELDS = 3
+SW_NEEDS_CHOICE = 4
 SW_INTEGRATOR_IMPLICIT_EULER = 1
 SW_INTEGRATOR_EXACT = 2
 SW_SPACE_WORLD = 0
@@ -386,6 +390,12 @@ FUNCTIONS = {
     "sw_model_save": (c_uint32, [POINTER(SwModel), c_void_p, c_uint64, c_void_p]),
     "sw_model_load": (c_uint32, [c_void_p, c_uint64, POINTER(POINTER(SwModel))]),
     "sw_model_mode_shape": (c_uint32, [POINTER(SwModel), c_uint32, c_uint32, c_uint32, c_void_p, c_uint64, c_uint32]),
+    "sw_method_count": (c_uint32, []),
+    "sw_method_at": (c_uint32, [c_uint32]),
+    "sw_method_name": (c_char_p, [c_uint32]),
+    "sw_method_label": (c_char_p, [c_uint32]),
+    "sw_method_needs": (c_uint32, [c_uint32]),
+    "sw_model_offers": (c_uint32, [POINTER(SwModel), c_uint32]),
     "sw_state_create": (c_uint32, [POINTER(SwModel), POINTER(SwStateDesc), POINTER(POINTER(SwState))]),
     "sw_state_destroy": (None, [POINTER(SwState)]),
     "sw_state_reset": (c_uint32, [POINTER(SwState)]),

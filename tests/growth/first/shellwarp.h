@@ -325,11 +325,12 @@ typedef struct SwSupportDesc {
 
 // Hears of progress on the thread that called sw_model_precompute: SW_PHASE_... and the fraction of
 // that phase, 0 to 1. A phase may come up more than once, or not at all on a small mesh, and a
-// newer library may have phases that this header does not. A numeric factorization is one piece of
-// work, during which nothing is heard and no cancel is taken: some tenths of a second for 10^4
-// vertices and some seconds for 10^5. There are two or more. Must return SW_PROGRESS_CONTINUE or
-// SW_PROGRESS_CANCEL; anything else is an error, so that a callback which forgets to return is
-// found out. Must not throw or long-jump, nor destroy the model.
+// newer library may have phases that this header does not. Work on a mesh in pieces is told as
+// SW_PHASE_MODES, piece by piece. A numeric factorization is one step, during which nothing is
+// heard and no cancel is taken: some tenths of a second for 10^4 vertices and some seconds for
+// 10^5. There are two or more. Must return SW_PROGRESS_CONTINUE or SW_PROGRESS_CANCEL; anything
+// else is an error, so that a callback which forgets to return is found out. Must not throw or
+// long-jump, nor destroy the model.
 typedef uint32_t (*SwProgressFn)(void *user, uint32_t phase, double fraction);
 
 // The run-time basis in 32 bits: half the memory and time; positions good to about 1e-6 of the
@@ -357,7 +358,11 @@ typedef struct SwPrecomputeDesc {
   // Set by sw_precompute_desc_init.
   uint32_t struct_size;
   // Number of lowest modes, zero modes included; 0 = 16, or 256 with a tolerance. No more are given
-  // than there are unknowns, nor more than 1024; sw_model_info tells.
+  // than there are unknowns, nor more than 1024; sw_model_info tells. Loose pieces have six zero
+  // modes each, which come before all others. Where more modes are equal than are given, those come
+  // first that translations along x, y and z agree with: they hold all that gravity does to the
+  // equal ones. Rotations about the centre of mass are next, then fixed pseudo-random mixtures. A
+  // shell in thousands of pieces costs what one piece of its size costs.
   uint32_t modes;
   // SW_PRECISION_... of the run-time basis; 0 = SW_PRECISION_F32. Modes are always computed in 64
   // bits.
@@ -389,15 +394,17 @@ typedef struct SwPrecomputeDesc {
   // How much further loads move the shell than at rest: 1 when they change slowly; 0 = 2, when they
   // come at once; up to 2/(pi ratio) when they shake it in time with a mode of that damping ratio.
   double demand_amplification;
-  // How far from rest handles move their vertices, in the directions in which these give; to hold a
-  // vertex in others as well can ask for more modes.
+  // How far from rest handles move their vertices, in the directions in which these give. For a
+  // tolerance, to hold a vertex in others as well can ask for more modes; see auto_error for what
+  // is judged there.
   double handle_distance;
   // The vertices that handles move (n_handles).
   const uint32_t *handles;
   // Length of handles.
   uint32_t n_handles;
-  // Must be 0.
-  uint32_t reserved;
+  // SW_AXIS_... bits of the frame's axes along which handles hold their vertices, for
+  // SW_METHOD_AUTO; 0 = all.
+  uint32_t handle_axes;
   // Displacement fields beyond the modes for SW_METHOD_REDUCED_SHELL, which needs some; 0 = none,
   // and the model takes no more time and memory than without. 40 suit 8 modes; modes and fields are
   // at most 128 together. The shell must be held so that nothing moves freely, and sag_gravity be
@@ -421,15 +428,24 @@ typedef struct SwPrecomputeDesc {
   // SW_ERROR_NUMERICAL beyond 1e12 times that.
   double reduced_gravity;
   // Unless this and auto_operations are both 0, the method for SW_METHOD_AUTO is chosen, and the
-  // model made for it alone. It is the cheapest that under the loads of demand_gravity,
-  // demand_acceleration and handles gets no vertex wrong by more than this length against the full
-  // shell's equilibrium; else the most accurate. Tried are SW_METHOD_LMA, SW_METHOD_WARP,
-  // SW_METHOD_WARP_VIRTUAL_WORK and SW_METHOD_ROTATION_STRAIN, the last two also on the shape that
-  // hangs under demand_gravity, and SW_METHOD_REDUCED_SHELL with reduced_fields (0 = 40) and with
-  // half as many; with SW_PRECOMPUTE_LINEAR only the first and the reduced shells. With sag_gravity
-  // the modes are those of that shape, and no reduced shell is tried. Takes about four times a
-  // precompute, each reduced shell with its training, and an equilibrium of the full shell for each
-  // load.
+  // model made for it alone. Tried are SW_METHOD_LMA, SW_METHOD_WARP, SW_METHOD_WARP_VIRTUAL_WORK
+  // and SW_METHOD_ROTATION_STRAIN, the last two also on the shape that hangs under demand_gravity,
+  // and SW_METHOD_REDUCED_SHELL with reduced_fields (0 = 40) and with half as many; with
+  // SW_PRECOMPUTE_LINEAR only the first and the reduced shells. With sag_gravity the modes are
+  // those of that shape, and no reduced shell is tried. Taken is the cheapest that gets no vertex
+  // wrong by more than this length against the full shell's equilibria; else the most accurate.
+  // Trials are demand_gravity, demand_acceleration and handles, read without a tolerance too.
+  //
+  // A handle's position is held hard along handle_axes. It is led in four parts from where it hangs
+  // to handle_distance from rest, in each direction in which the vertex gives at least a tenth as
+  // much as in its softest, either way: straight, along the way that the shell's vertex takes by
+  // itself, and straight between these directions. Each part is judged, and the errors of handles
+  // count a quarter more, for places in between. Not judged are orientations, several handles at
+  // once, more than six of them, compliances, and motion. A flat sheet that is lifted straight with
+  // all axes held is stretched, and no method is near there: hold only the axes that matter.
+  //
+  // Takes about four times a precompute, each reduced shell with its training, and an equilibrium
+  // of the full shell for each load, for handles at most 200.
   double auto_error;
   // Chosen among are those of these methods whose step takes no more operations than this, as
   // sw_state_plan counts them, or else the cheapest alone; 0 = all.
@@ -479,7 +495,7 @@ typedef struct SwModelInfo {
   // Eigenvalues below inertia_shift by the inertia of an LBL^T factorization.
   uint32_t inertia_count;
   // Modes found below inertia_shift. Equal to inertia_count: none is missing. Larger than modes
-  // when these end inside a group of repeated eigenvalues.
+  // when these end inside a group of repeated eigenvalues: 6000 for 16 modes of 1000 loose pieces.
   uint32_t inertia_found;
   // SW_PRECISION_....
   uint32_t precision;
@@ -663,7 +679,7 @@ SwStatus sw_model_mode_shape(const struct SwModel *model,
                              uint64_t stride,
                              uint32_t n_vertices);
 
-/* States --------------------------------------------------------------------------------------- */
+/* Methods -------------------------------------------------------------------------------------- */
 
 // Modal warping (the paper): u = R~(Psi q) Phi q, modal force Phi^T R^T F.
 #define SW_METHOD_WARP 1
@@ -677,11 +693,11 @@ SwStatus sw_model_mode_shape(const struct SwModel *model,
 // Modal warping with the exact modal force of its own positions, (du/dq)^T F: dead loads are
 // conservative. A step costs up to twice that of SW_METHOD_WARP.
 #define SW_METHOD_WARP_VIRTUAL_WORK 5
-// The full nonlinear energy on a few displacement fields, u = B q, by BDF2opt and Newton's method,
-// of a model precomputed with reduced_fields: a fraction of the warp's error, without its limit of
-// rotation, at a step's cost that hardly grows with the mesh. No amplitudes. Stiffness damping is
-// by the stiffness of the present shape, damping ratios are those of the modes. The integrator is
-// its own.
+// The full nonlinear energy on a few displacement fields, u = B q, by a Runge-Kutta method of
+// second order and Newton's method, of a model precomputed with reduced_fields: a fraction of the
+// warp's error, without its limit of rotation, at a step's cost that hardly grows with the mesh. No
+// amplitudes. Stiffness damping is by the stiffness of the present shape, damping ratios are those
+// of the modes. The integrator is its own.
 #define SW_METHOD_REDUCED_SHELL 6
 // Rotation-strain reconstruction: each triangle is turned by the rotation of its modal displacement
 // and keeps its linear strain, and the vertices follow; modal force (du/dq)^T F. What bends without
@@ -695,6 +711,42 @@ SwStatus sw_model_mode_shape(const struct SwModel *model,
 // The method that the precompute chose for the scene by auto_error, auto_operations or both: see
 // SwPrecomputeDesc.
 #define SW_METHOD_AUTO 7
+
+// Modes: any precompute.
+#define SW_NEEDS_MODES 1
+// Modal rotations: a precompute without SW_PRECOMPUTE_LINEAR.
+#define SW_NEEDS_ROTATIONS 2
+// Fields: a precompute with reduced_fields.
+#define SW_NEEDS_REDUCED_FIELDS 3
+// A choice: a precompute with auto_error or auto_operations.
+#define SW_NEEDS_CHOICE 4
+
+// Number of methods that this library knows, SW_METHOD_AUTO included.
+uint32_t sw_method_count(void);
+
+// The SW_METHOD_... at `index` of the table, in the order for menus; SW_METHOD_AUTO is the last. 0
+// at and beyond sw_method_count().
+uint32_t sw_method_at(uint32_t index);
+
+// A method's name for files and scripts, such as "warp-virtual-work". Lower case, parted by
+// hyphens; it never changes. "" for an unknown number. Never NULL; constant.
+const char *sw_method_name(uint32_t method);
+
+// A method's name for menus, such as "Warp by virtual work". "" for an unknown number. Never NULL;
+// constant.
+const char *sw_method_label(uint32_t method);
+
+// What a model must have for states of a method, SW_NEEDS_.... 0 for an unknown number.
+uint32_t sw_method_needs(uint32_t method);
+
+// Whether states of a method can be made on a model: SW_OK, or the error that sw_state_create would
+// give. Callable concurrently.
+// Errors: SW_ERROR_INVALID_ARGUMENT for an unknown method, SW_ERROR_NOT_PRECOMPUTED,
+// SW_ERROR_UNSUPPORTED, SW_ERROR_BUSY.
+SwStatus sw_model_offers(const struct SwModel *model,
+                         uint32_t method);
+
+/* States --------------------------------------------------------------------------------------- */
 
 // Backward Euler: first order, stable for every step, damps what the step does not resolve.
 #define SW_INTEGRATOR_IMPLICIT_EULER 1
@@ -777,7 +829,8 @@ typedef struct SwStateReport {
   // each step: a shell that rests at the ends of steps reports the energy of half an impulse there,
   // which falls with the square of the step.
   double kinetic_energy;
-  // Of the deformation.
+  // Of the deformation; of modal methods also that of the resistance to bends beyond half a turn,
+  // see sw_state_step.
   double elastic_energy;
   // Work done on the shell by constraints since creation or reset.
   double constraint_work;
@@ -867,6 +920,33 @@ SwStatus sw_state_set_amplitudes(struct SwState *state,
                                  const double *velocities,
                                  uint32_t count);
 
+// Poses the shell: takes the nearest motion that the state's method has. `positions` and
+// `velocities` (n_vertices x 3) are of all vertices, in the order of the mesh, in SW_SPACE_... and
+// as SW_FORMAT_..., `stride` and `velocity_stride` bytes from vertex to vertex (0 = packed). NULL
+// velocities mean at rest in the support frame. The world's are as in sw_state_positions: the frame
+// is where it was at the end of the last step, and velocities contain its own. Nearest is meant in
+// the mass norm. `missed` (or NULL) gets what is left: the root mean square distance of the
+// vertices from `positions`, weighted by mass, in the mesh's unit. Nonlinear shells take every
+// vertex that moves; held and unreferenced vertices stay. Modes and fields seldom have the pose
+// itself. Positions read in SW_FORMAT_F64 and set again come back within 1e-6 of the largest
+// displacement, with SW_PRECISION_F64 within 1e-9. Modal methods search from rest: of a pose turned
+// by more than two radians they may find another, which `missed` shows. Time, frame, loads, damping
+// and constraints stay. A reduced shell's integrator starts anew. Takes as long as hundreds of
+// readings of the positions. Allocates. On failure nothing has changed.
+// Errors: SW_ERROR_INVALID_ARGUMENT, also when n_vertices is not the mesh's, on a number that is
+// not finite, and on a vertex more than 1e6 sizes of the mesh from rest or faster than 1e15 of them
+// a second; SW_ERROR_NUMERICAL when the method cannot tell the pose; SW_ERROR_OUT_OF_MEMORY,
+// SW_ERROR_BUSY.
+SwStatus sw_state_set_pose(struct SwState *state,
+                           uint32_t space,
+                           uint32_t format,
+                           const void *positions,
+                           uint64_t stride,
+                           const void *velocities,
+                           uint64_t velocity_stride,
+                           uint32_t n_vertices,
+                           double *missed);
+
 // Modal amplitudes q and rates. Two calls: with both pointers NULL and `capacity` 0 only *count is
 // written.
 // Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_UNSUPPORTED by a nonlinear shell, reduced or not,
@@ -879,8 +959,11 @@ SwStatus sw_state_amplitudes(const struct SwState *state,
 
 // Advances by `seconds` > 0; any step, changing from call to call. Modal methods do not allocate.
 // On failure nothing has moved. Loads that would bend a modal method's shell beyond half a turn
-// meet a growing resistance, which ordinary scenes never feel: whatever the load, the elastic modes
-// together turn by less than three quarters of a turn.
+// meet a growing resistance, which ordinary scenes never feel: whatever the load, the root of the
+// sum of squares of the elastic modes' largest turns stays below three quarters of a turn. So no
+// vertex turns further than that times the root of their number; only handles and
+// sw_state_set_amplitudes may turn it on. Without loads and handles a modal method's energy never
+// grows.
 // Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_NUMERICAL when the result would leave the range of
 // numbers (turns of 1e6 rad), SW_ERROR_BUSY.
 SwStatus sw_state_step(struct SwState *state,
@@ -947,10 +1030,10 @@ SwStatus sw_state_rotations(const struct SwState *state,
 SwStatus sw_state_report(const struct SwState *state,
                          struct SwStateReport *report);
 
-// Saves the dynamic state (time, frame, amplitudes and rates, constraint work), 952 bytes at 50
-// modes, 160 and 32 a field or mode of a reduced shell; loads, damping and constraints are inputs
-// and not saved. Two calls: with `bytes` NULL and `capacity` 0 only *size is written. Callable
-// concurrently.
+// Saves the dynamic state (time, frame, amplitudes and rates, constraint work): 152 bytes and 16 a
+// mode, or mode and field of a reduced shell, so 952 at 50 modes; 152 and 48 a vertex of a
+// nonlinear shell. Loads, damping and constraints are inputs and not saved. Two calls: with `bytes`
+// NULL and `capacity` 0 only *size is written. Callable concurrently.
 // Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_BUFFER_SIZE when capacity < *size, SW_ERROR_BUSY.
 SwStatus sw_state_save(const struct SwState *state,
                        void *bytes,
@@ -1080,8 +1163,8 @@ typedef struct SwConstraintReport {
 // Constraints are cloned with a state and survive its reset and loading, but are not saved.
 // Allocates unless it replaces one of the same axes. A reduced shell follows hard handles as far as
 // its fields can with a root mean square displacement of twice the model's size; it has the
-// orientation of a nonlinear shell, and meets it as nearly as four passes of a step do. Steps that
-// hold one allocate.
+// orientation of a nonlinear shell, and meets it as nearly as four passes of a step do, in an
+// equilibrium to 1e-4 rad. Steps that hold one allocate.
 // Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_UNSUPPORTED for an orientation
 // of a modal method on a model with SW_PRECOMPUTE_LINEAR, SW_ERROR_BUSY.
 SwStatus sw_state_set_constraint(struct SwState *state,
@@ -1171,8 +1254,12 @@ typedef struct SwEquilibriumReport {
 } SwEquilibriumReport;
 
 // Moves the state to the static solution of its method under the present loads and constraints, at
-// rest in the present frame; time does not pass. The search starts from the present shape. `report`
-// may be NULL. Blocks; on failure nothing has moved.
+// rest in the frame as it moves: at the pose set last, with the rates that sw_state_set_frame
+// gives, none after a teleport, else the velocity and the spin of the last step, steady in the
+// frame's own axes. So the shell feels the centrifugal force of a frame that turns, and the frame
+// moves on without a jolt; time does not pass. The search starts from the present shape. `report`
+// may be NULL. Blocks; on failure nothing has moved, as where the spin is faster than the shell can
+// bear.
 // Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_NUMERICAL when none is found,
 // SW_ERROR_BUSY.
 SwStatus sw_state_equilibrium(struct SwState *state,
@@ -1268,8 +1355,9 @@ typedef struct SwCertificate {
   // and constraints' forces included: no measure of the error, since stretching that nobody sees
   // leaves hundreds of times the load.
   double residual;
-  // The same at the better pose that the estimate compares with. Above 0.01 the search for it was
-  // cut short, and the estimate is rough.
+  // The same at the better pose that the estimate compares with, or the share by which a hard
+  // constraint or wind was not followed there. Above 0.01 the search for it was cut short, and the
+  // estimate is rough.
   double remaining;
 } SwCertificate;
 
@@ -1278,12 +1366,15 @@ typedef struct SwCertificate {
 // that is the error of the equilibrium; where the full shell has several, as one that buckles, it
 // is the distance to the one that these steps lead to, and another may be far. In motion the
 // inertia and damping that the method has are taken for right: it is what its forces get wrong at
-// this moment, not what has added up. A state of a nonlinear shell gets zeros.
+// this moment, not what has added up. Rigid motions that supports and constraints leave free do not
+// count. What a hard constraint misses of its target counts, also before a step. Wind follows the
+// shell. A state of a nonlinear shell gets zeros.
 //
 // Takes as long as one to three steps of SW_METHOD_SHELL_IMPLICIT, of a pose that is far off
-// longer, at most sixty factorizations, and the first time the analysis of the stiffness, which the
-// model keeps: to be called now and then, not in every step. `certificate` must be initialised by
-// sw_certificate_init. Callable concurrently.
+// longer, at most sixty factorizations, with wind, free motions and missed constraints some times
+// that, and the first time the analysis of the stiffness, which the model keeps: to be called now
+// and then, not in every step. `certificate` must be initialised by sw_certificate_init. Callable
+// concurrently.
 // Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_UNSUPPORTED by a library
 // without the feature nonlinear-shell, SW_ERROR_NUMERICAL when the full shell has no stiffness to
 // go by, SW_ERROR_OUT_OF_MEMORY, SW_ERROR_BUSY.
