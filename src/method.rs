@@ -102,7 +102,7 @@ impl Method {
 
 impl fmt::Display for Method {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "the method {} ({})", self.entry().name.to_string_lossy(), self.number())
+        write!(f, "{} (method {})", self.entry().name.to_string_lossy(), self.number())
     }
 }
 
