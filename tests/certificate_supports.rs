@@ -69,7 +69,8 @@ fn told(
 /// Supports that leave a motion free: what falls or swings is not counted as an error.
 #[test]
 fn what_supports_leave_free_to_move_is_no_error() {
-    let all: [(&str, fn(Vec3) -> bool); 4] = [
+    type Held = fn(Vec3) -> bool;
+    let all: [(&str, Held); 4] = [
         ("hinge row", |x| x.x < 1e-9),
         ("one vertex", |x| x.x < 1e-9 && x.y < 1e-9),
         ("nothing", |_| false),

@@ -50,7 +50,7 @@ class Abi(unittest.TestCase):
             import cffi
         except ImportError:
             self.skipTest("cffi is not installed (sh cmake/bootstrap.sh python)")
-        text = re.sub(r"#ifdef __cplusplus.*?#endif[^\n]*", "", HEADER.read_text(encoding="utf-8"), flags=re.S)
+        text = re.sub(r"#(?:ifdef __cplusplus|ifndef SHELLWARP_NO_INLINE).*?#endif[^\n]*", "", HEADER.read_text(encoding="utf-8"), flags=re.S)
         text = re.sub(r"^#(?!define SW_\w+ \d).*$", "", text, flags=re.M)
         ffi = cffi.FFI()
         ffi.cdef(text)
