@@ -469,8 +469,8 @@ class Certificate(Case):
         obj = add_strip()
         play(2)
         self.assertEqual(part("live").simulation(obj).turned(), "")
-        self.scene.gravity = (0, 0, -200)
-        play(30)
+        self.scene.gravity = (0, 0, -5000)
+        play(40)
         self.assertIn("too far for the method", part("live").simulation(obj).turned())
 
 
