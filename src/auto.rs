@@ -1,6 +1,6 @@
 //! The choice of a method by a budget: what each would get wrong and cost in a scene is measured at precompute.
 //!
-//! The scene is what its demand declares ([`Demand`]): gravity, accelerations in any direction, handles that are led ([`trials`]). In each of
+//! The scene is what its demand declares ([`Demand`]): gravity, accelerations in any direction, handles that are led (`trials`). In each of
 //! these trials the full shell's equilibria are set against those of every candidate: linear analysis, the warp and rotation–strain
 //! reconstruction on the modes asked for, the last two on modes of the shape that hangs under the gravity, and reduced shells of some sizes. A
 //! candidate's error is the furthest that any vertex is off in any trial, and a quarter more where handles are led, as scenes lead them to
