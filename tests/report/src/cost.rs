@@ -8,6 +8,7 @@ use crate::mesh::Mesh;
 use crate::methods::{Family, METHODS, Method, method};
 use crate::scenes::FRAME;
 use anyhow::Result;
+use shellwarp::ffi::model::SW_PHASE_COUNT;
 use std::hint::black_box;
 use std::time::Instant;
 
@@ -313,7 +314,7 @@ pub fn precompute(library: &Library, effort: Effort, progress: &mut Progress) ->
             vertices: mesh.positions.len(),
             modes: info.modes as usize,
             seconds,
-            phases: info.seconds.to_vec(),
+            phases: info.seconds[..SW_PHASE_COUNT].to_vec(),
             estimate: info.bytes_precompute_peak as f64 / 1e6,
             peak: memory("VmHWM") - before,
             model: info.bytes_model as f64 / 1e6,
