@@ -8,7 +8,7 @@ use super::free_motion::FreeMotions;
 use super::handles::{Handles, vertex_stiffness};
 use super::newton::Stop;
 use super::potential::Potential;
-use super::{Solver, free_norm, led, mass_norm};
+use super::{Solver, continuation, free_norm, mass_norm};
 use crate::{Result, Shell, Vec3};
 use std::sync::{Mutex, PoisonError};
 
@@ -101,7 +101,7 @@ impl Solver {
         };
         let before = left(handles, x, force);
         let (after, scale) = if handles.is_away(x) {
-            led::step(newton, handles, &plain, x, stop)?;
+            continuation::step(newton, handles, &plain, x, stop)?;
             let held = left(&Handles::none(), x, force);
             (left(handles, x, force), scale.hypot(held))
         } else {

@@ -6,7 +6,7 @@
 use super::handles::Handles;
 use super::newton::{Convergence, Stop};
 use super::potential::Potential;
-use super::{Solver, free_norm, led};
+use super::{Solver, continuation, free_norm};
 use crate::error::{require_finite, require_non_negative};
 use crate::{Error, ErrorKind, Result, Vec3};
 
@@ -206,7 +206,7 @@ impl LoadPath {
         handles.set_share(load);
         let potential = Potential { shell, origin, load: force, step: None, handles: &Handles::none() };
         let mut iterations = self.iterations;
-        led::minimize(newton, handles, &potential, x, stop, &mut |residual| {
+        continuation::minimize(newton, handles, &potential, x, stop, &mut |residual| {
             let heard = watch(EquilibriumProgress { load, iterations, residual });
             iterations += 1;
             heard

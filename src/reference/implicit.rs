@@ -7,7 +7,7 @@
 use super::handles::Handles;
 use super::newton::Stop;
 use super::potential::{Potential, Step};
-use super::{Rayleigh, Solver, check_step, free_norm, led};
+use super::{Rayleigh, Solver, check_step, continuation, free_norm};
 use crate::{Error, ErrorKind, Result, Vec3};
 
 /// Residual that ends Newton's iteration, relative to ‖F‖ + ‖Mu̇‖/h + ‖∇E‖ at the start of the step.
@@ -50,7 +50,7 @@ impl Solver {
             x.copy_from_slice(origin);
         }
         let stop = Stop { tolerance: TOLERANCE, scale, max_iterations: MAX_ITERATIONS };
-        let end = led::step(newton, handles, &potential, x, stop)?;
+        let end = continuation::step(newton, handles, &potential, x, stop)?;
         if !end.converged {
             let (n, r) = (end.iterations, end.residual);
             let message =

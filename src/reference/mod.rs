@@ -8,13 +8,13 @@
 //! At rest that is ξM + ζK. Unlike the rest stiffness it leaves rigid motion of the bent shell alone, so angular momentum is
 //! kept; unlike the exact tangent it is never indefinite, so damping only ever takes energy.
 
+mod continuation;
 mod correction;
 mod equilibrium;
 mod explicit;
 mod free_motion;
 mod handles;
 mod implicit;
-mod led;
 mod newton;
 mod noise;
 pub(crate) mod orientation;
@@ -23,7 +23,7 @@ mod sag;
 
 pub use correction::{CORRECTED, Correction, Load, SolverPool};
 pub use equilibrium::{Equilibrium, EquilibriumOptions, EquilibriumProgress};
-pub use handles::{Goal, Grip, Handle};
+pub use handles::{Handle, Reaction, Target};
 pub use implicit::StepReport;
 pub use orientation::{Ring, vertex_rotations};
 pub use sag::sagged;
@@ -52,7 +52,7 @@ pub struct Solver {
     /// Groups of vertices that the newton's pattern couples for orientations.
     coupled: Vec<Vec<u32>>,
     /// What became of them, and their work.
-    grips: Vec<Grip>,
+    reactions: Vec<Reaction>,
     handle_work: f64,
     /// Positions the call starts from (n_vertices).
     origin: Vec<Vec3>,
@@ -67,9 +67,9 @@ impl Solver {
     pub fn new(shell: Arc<Shell>) -> Result<Self> {
         let zeros = vec![Vec3::zeros(); shell.mass.len()];
         let newton = Newton::new(&shell, &[])?;
-        let (handles, coupled, grips) = (Handles::none(), vec![], vec![]);
+        let (handles, coupled, reactions) = (Handles::none(), vec![], vec![]);
         let (origin, x, force) = (zeros.clone(), zeros.clone(), zeros);
-        Ok(Self { shell, newton, handles, coupled, grips, handle_work: 0.0, origin, x, force })
+        Ok(Self { shell, newton, handles, coupled, reactions, handle_work: 0.0, origin, x, force })
     }
 
     /// Bytes of the matrix, its factor and the fields.

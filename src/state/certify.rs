@@ -17,7 +17,7 @@
 use super::{Dynamics, Method, Space, State, external, nodal};
 use crate::constraint::{Constraint, Outcome, Target};
 use crate::features::Feature;
-use crate::reference::{Goal, Handle, Load, Solver, mass_norm as norm};
+use crate::reference::{self, Handle, Load, Solver, mass_norm as norm};
 use crate::support::Motion;
 use crate::{Error, ErrorKind, Result, Shell, Vec3};
 use nalgebra::UnitQuaternion;
@@ -90,14 +90,14 @@ impl State {
             |solver| {
                 let handles = self.handles(&u);
                 solver.set_handles(*self.frame.pose.rotation.inverse().to_rotation_matrix().matrix(), handles, &u)?;
-                let grips = self.grips().iter().map(|(_, [pull, _])| pull.norm_squared()).sum::<f64>().sqrt();
+                let reactions = self.reactions().iter().map(|(_, [pull, _])| pull.norm_squared()).sum::<f64>().sqrt();
                 let at = |u: &[Vec3]| less(self.loads_at(u, &rate));
-                let load = Load { at: &at, follows: self.loads.needs_motion(), held: grips, moving };
+                let load = Load { at: &at, follows: self.loads.needs_motion(), held: reactions, moving };
                 let found = solver.correct(&u, &load, SOLVES)?;
                 let end: Vec<Vec3> =
                     shell.mesh.positions.iter().zip(&u).zip(&found.way).map(|((x, u), d)| x + u + d).collect();
-                let ([residual, left], off) = (found.force, self.off(&found.way, &end));
-                let certificate = Certificate { residual, remaining: left.max(found.short), ..off };
+                let ([residual, left], errors) = (found.force, self.errors_of(&found.way, &end));
+                let certificate = Certificate { residual, remaining: left.max(found.short), ..errors };
                 let Certificate { error, max_error, residual, remaining, .. } = certificate;
                 match [error, max_error, residual, remaining].iter().all(|x| x.is_finite()) {
                     true => Ok((certificate, end)),
@@ -108,8 +108,8 @@ impl State {
     }
 
     /// The errors of a pose that is `way` from where it should be, `end` (n_vertices, frame axes).
-    fn off(&self, way: &[Vec3], end: &[Vec3]) -> Certificate {
-        let (shell, rest) = (&self.model.shell, self.slack());
+    fn errors_of(&self, way: &[Vec3], end: &[Vec3]) -> Certificate {
+        let (shell, rest) = (&self.model.shell, self.stress_free_positions());
         let longest = |a: &usize, b: &usize| way[*a].norm_squared().total_cmp(&way[*b].norm_squared());
         let vertex = (0..way.len()).max_by(longest).unwrap_or(0);
         let error = ratio(norm(shell, |v| way[v]), norm(shell, |v| end[v] - rest[v]));
@@ -171,7 +171,7 @@ impl State {
     /// Whether the estimates of this state and of the warp decide between them, wherever they led.
     fn is_clear(&self, own: &Estimate, other: &Estimate) -> bool {
         let (Ok((own, here)), Ok((other, there))) = (own, other) else { return false };
-        let (shell, rest) = (&self.model.shell, self.slack());
+        let (shell, rest) = (&self.model.shell, self.stress_free_positions());
         let size = |end: &[Vec3]| norm(shell, |v| end[v] - rest[v]);
         // An error against the other's end is within their distance of that against its own.
         let apart = norm(shell, |v| here[v] - there[v]);
@@ -179,7 +179,7 @@ impl State {
     }
 
     /// The shape of no energy (n_vertices).
-    fn slack(&self) -> &[Vec3] {
+    fn stress_free_positions(&self) -> &[Vec3] {
         let shell = &self.model.shell;
         shell.sag.as_ref().map_or(&shell.mesh.positions, |sag| &sag.rest)
     }
@@ -198,7 +198,7 @@ impl State {
     fn against(&self, end: &[Vec3], estimate: &Estimate) -> Certificate {
         let way: Vec<Vec3> = end.iter().zip(self.in_frame()).map(|(end, x)| end - x).collect();
         let (residual, remaining) = estimate.as_ref().map_or((1.0, 1.0), |(c, _)| (c.residual, c.remaining));
-        Certificate { residual, remaining, ..self.off(&way, end) }
+        Certificate { residual, remaining, ..self.errors_of(&way, end) }
     }
 
     /// Positions (n_vertices, frame axes).
@@ -250,14 +250,14 @@ impl State {
         if self.loads.on_some(shell.mass.len()).is_none() {
             self.fill_loads(pose, rates, &mut scratch);
         }
-        let (external, own, grips) =
-            (external(&self.loads, &scratch, model, pose), self.body_load(pose, rates), self.grips());
+        let (external, own, reactions) =
+            (external(&self.loads, &scratch, model, pose), self.body_load(pose, rates), self.reactions());
         let [mut u, mut rate, mut inertia] = [(); 3].map(|()| vec![Vec3::zeros(); shell.mass.len()]);
         self.dynamics.visit_motion(model, |v, displacement, speed| (u[v], rate[v]) = (displacement, speed));
         let add = |v: usize, a: Vec3| inertia[v] += shell.mass[v] * a;
         match &self.dynamics {
-            Dynamics::Modal(modal) => modal.visit_acceleration(&model.modal, &own, external, &grips, add),
-            Dynamics::Reduced(reduced) => reduced.visit_acceleration(model, &own, external, &grips, add),
+            Dynamics::Modal(modal) => modal.visit_acceleration(&model.modal, &own, external, &reactions, add),
+            Dynamics::Reduced(reduced) => reduced.visit_acceleration(model, &own, external, &reactions, add),
             Dynamics::Nodal(_) => (),
         }
         [u, rate, inertia]
@@ -288,15 +288,15 @@ impl State {
     }
 
     /// Vertex, force and torque (frame axes) of each constraint, as the last step had them.
-    fn grips(&self) -> Vec<(u32, [Vec3; 2])> {
+    fn reactions(&self) -> Vec<(u32, [Vec3; 2])> {
         let to_frame = self.frame.pose.rotation.inverse();
-        let grip = |(c, outcome): (&Constraint, &Outcome)| {
+        let reaction = |(c, outcome): (&Constraint, &Outcome)| {
             let pull = to_frame * outcome.force;
             let both =
                 if matches!(c.target, Target::Position(_)) { [pull, Vec3::zeros()] } else { [Vec3::zeros(), pull] };
             (c.vertex, both)
         };
-        self.constraints().map(grip).collect()
+        self.constraints().map(reaction).collect()
     }
 
     /// The constraints as the full shell has them. Hard ones that are met to rounding hold the shell where it is.
@@ -308,19 +308,19 @@ impl State {
         let handle = |(c, _): (&Constraint, &Outcome)| {
             let v = c.vertex as usize;
             let missed = |d: Vec3| (0..3).filter(|a| c.axes[*a]).map(|a| d[a].abs()).fold(0.0, f64::max);
-            let goal = match c.target {
+            let target = match c.target {
                 Target::Position(world) => {
-                    let (goal, place) = (to_frame * (world - pose.origin), mesh.positions[v] + u[v]);
-                    let met = missed(pose.rotation * (goal - place)) <= MET * mesh.size;
-                    Goal::Position(if met && c.compliance == 0.0 { place } else { goal })
+                    let (target, place) = (to_frame * (world - pose.origin), mesh.positions[v] + u[v]);
+                    let met = missed(pose.rotation * (target - place)) <= MET * mesh.size;
+                    reference::Target::Position(if met && c.compliance == 0.0 { place } else { target })
                 }
                 Target::Orientation(world) => {
-                    let (goal, turn) = (to_frame * world, turns[v]);
+                    let (target, turn) = (to_frame * world, turns[v]);
                     let met = missed((world * (pose.rotation * turn).inverse()).scaled_axis()) <= MET;
-                    Goal::Orientation(if met && c.compliance == 0.0 { turn } else { goal })
+                    reference::Target::Orientation(if met && c.compliance == 0.0 { turn } else { target })
                 }
             };
-            Handle { vertex: c.vertex, held: c.axes, compliance: c.compliance, goal }
+            Handle { vertex: c.vertex, held: c.axes, compliance: c.compliance, target }
         };
         self.constraints().map(handle).collect()
     }

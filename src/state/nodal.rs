@@ -3,7 +3,7 @@
 use crate::constraint::{Constraint, ConstraintSet, Outcome, Target};
 use crate::load::BodyLoad;
 use crate::load::External;
-use crate::reference::{Goal, Handle, Rayleigh, Solver, vertex_rotations};
+use crate::reference::{self, Handle, Rayleigh, Solver, vertex_rotations};
 use crate::support::Pose;
 use crate::warp::{Extent, Placement};
 use crate::{Error, ErrorKind, Mesh, Model, Result, Vec3, wide_norm};
@@ -150,11 +150,11 @@ impl Nodal {
     fn take_handles(&mut self, pose: &Pose) -> Result<()> {
         let to_frame = pose.rotation.inverse();
         let handle = |c: &Constraint| {
-            let goal = match c.target {
-                Target::Position(world) => Goal::Position(to_frame * (world - pose.origin)),
-                Target::Orientation(world) => Goal::Orientation(to_frame * world),
+            let target = match c.target {
+                Target::Position(world) => reference::Target::Position(to_frame * (world - pose.origin)),
+                Target::Orientation(world) => reference::Target::Orientation(to_frame * world),
             };
-            Handle { vertex: c.vertex, held: c.axes, compliance: c.compliance, goal }
+            Handle { vertex: c.vertex, held: c.axes, compliance: c.compliance, target }
         };
         let handles = self.constraints.report().map(|(c, _)| handle(c)).collect();
         self.solver.set_handles(*to_frame.to_rotation_matrix().matrix(), handles, &self.u)
@@ -162,10 +162,11 @@ impl Nodal {
 
     /// What the solver made of the constraints; returns the work done by them.
     fn conclude(&mut self, iterations: usize) -> f64 {
-        let (grips, work) = self.solver.grips();
+        let (reactions, work) = self.solver.reactions();
         let iterations = iterations.max(1) as u32;
-        for (k, grip) in grips.iter().enumerate() {
-            self.constraints.conclude(k, Outcome { residual: wide_norm(&grip.missing), force: grip.force, iterations });
+        for (k, reaction) in reactions.iter().enumerate() {
+            self.constraints
+                .conclude(k, Outcome { residual: wide_norm(&reaction.missing), force: reaction.force, iterations });
         }
         work
     }

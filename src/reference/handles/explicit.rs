@@ -1,7 +1,7 @@
 //! Handles after an explicit step: positions are set, orientations met by the impulses M⁻¹ Jᵀ h²T of SHAKE (Ryckaert, Ciccotti
 //! and Berendsen 1977) on the vertices around, springs taken at the end of the step.
 
-use super::{Grip, Handles};
+use super::{Handles, Reaction};
 use crate::Vec3;
 use nalgebra::Matrix3;
 
@@ -15,7 +15,7 @@ const MAX_TURN: f64 = 0.5;
 impl Handles {
     /// Moves the free ends `x` of a step of `h` to where the handles have them, and fills `force` with what that takes (n_vertices
     /// each).
-    pub fn lead(&mut self, x: &mut [Vec3], mass: &[f64], h: f64, force: &mut [Vec3]) -> Vec<Grip> {
+    pub fn lead(&mut self, x: &mut [Vec3], mass: &[f64], h: f64, force: &mut [Vec3]) -> Vec<Reaction> {
         let free = x.to_vec();
         for spring in &self.springs {
             let v = spring.vertex as usize;
@@ -33,7 +33,7 @@ impl Handles {
         for v in 0..x.len() {
             force[v] = (x[v] - free[v]) * (mass[v] / (h * h));
         }
-        self.list.iter().zip(&self.parts).map(|(handle, part)| self.grip(handle, *part, x, force)).collect()
+        self.list.iter().zip(&self.parts).map(|(handle, part)| self.reaction(handle, *part, x, force)).collect()
     }
 
     /// One Newton step of an orientation; what it lacked before.

@@ -3,7 +3,7 @@
 //! A vertex that jumps to its place alone would leave its neighbours torn behind. So springs pull it there first, and the shell
 //! follows; then the place is prescribed. Orientations take a few rounds of the method of multipliers.
 
-use super::handles::{Grip, Handle, Handles};
+use super::handles::{Handle, Handles, Reaction};
 use super::newton::{Convergence, Newton, Stop};
 use super::potential::Potential;
 use super::{Solver, free_norm};
@@ -33,7 +33,7 @@ impl Solver {
     /// Handles for the calls that follow, along the columns of `axes`, on the shell at displacements `u` (n_vertices).
     pub fn set_handles(&mut self, axes: Matrix3<f64>, list: Vec<Handle>, u: &[Vec3]) -> Result<()> {
         self.place(u);
-        (self.grips, self.handle_work) = (vec![], 0.0);
+        (self.reactions, self.handle_work) = (vec![], 0.0);
         self.handles = Handles::new(&self.shell, axes, list, &self.x);
         let cliques = self.handles.cliques();
         if !cliques.iter().eq(&self.coupled) {
@@ -44,15 +44,15 @@ impl Solver {
     }
 
     /// What became of the handles in the last call, in their order, and the work that they did on the shell over it.
-    pub fn grips(&self) -> (&[Grip], f64) {
-        (&self.grips, self.handle_work)
+    pub fn reactions(&self) -> (&[Reaction], f64) {
+        (&self.reactions, self.handle_work)
     }
 
     /// Concludes a call that led from `origin` to `x`; `gradient` is the whole of its potential's.
     pub(super) fn conclude(&mut self, gradient: &[Vec3]) {
-        self.grips = self.handles.conclude(&self.x, gradient, &mut self.force);
+        self.reactions = self.handles.conclude(&self.x, gradient, &mut self.force);
         let work = |v: &u32| self.force[*v as usize].dot(&(self.x[*v as usize] - self.origin[*v as usize]));
-        self.handle_work = if self.grips.is_empty() { 0.0 } else { self.shell.free.iter().map(work).sum() };
+        self.handle_work = if self.reactions.is_empty() { 0.0 } else { self.shell.free.iter().map(work).sum() };
     }
 }
 

@@ -1,0 +1,123 @@
+//! The handles' part of the potential: its energy, its gradient and its Hessian.
+
+use super::{Handles, PULL, Turn};
+use crate::Vec3;
+use crate::energy::Curvature;
+use crate::sparse::BlockMatrix;
+use nalgebra::Matrix3;
+
+/// Step of differences, in edges: their truncation is its square, their rounding 1e-16 over it.
+const DIFFERENCE: f64 = 1e-5;
+
+impl Handles {
+    /// Energy of the handles at `x`.
+    pub fn value(&self, x: &[Vec3]) -> f64 {
+        let mut sum = 0.0;
+        for spring in &self.springs {
+            let d = self.spring(spring, x);
+            sum += 0.5 * d.dot(&(spring.stiffness * d));
+        }
+        for turn in &self.turns {
+            let missing = turn.missing(turn.present(x), self.share);
+            sum += 0.5 * self.torque(turn, &missing).norm_squared() / self.stiffness(turn);
+        }
+        for hold in self.holds.iter().filter(|_| self.pulling) {
+            let d = self.place(hold) - x[hold.vertex as usize];
+            sum += 0.5 * PULL * hold.stiffness * (d - hold.free * d).norm_squared();
+        }
+        sum
+    }
+
+    /// Force of an orientation on its ring at positions `x` of that.
+    fn pulls(&self, turn: &Turn, x: &[Vec3]) -> Vec<Vec3> {
+        let (missing, by_vertex) = turn.derivative(x, self.share);
+        let torque = self.axes * self.torque(turn, &missing);
+        by_vertex.iter().map(|by| by.tr_mul(&torque)).collect()
+    }
+
+    /// Adds its gradient.
+    pub fn add_gradient(&self, x: &[Vec3], gradient: &mut [Vec3]) {
+        for spring in &self.springs {
+            gradient[spring.vertex as usize] -= spring.stiffness * self.spring(spring, x);
+        }
+        for turn in &self.turns {
+            let pulls = self.pulls(turn, &turn.ring.gather(x));
+            turn.ring.vertices.iter().zip(pulls).for_each(|(v, pull)| gradient[*v as usize] -= pull);
+        }
+        for hold in self.holds.iter().filter(|_| self.pulling) {
+            let d = self.place(hold) - x[hold.vertex as usize];
+            gradient[hold.vertex as usize] -= PULL * hold.stiffness * (d - hold.free * d);
+        }
+    }
+
+    /// Leaves of a gradient what hard positions do not take.
+    pub fn project(&self, gradient: &mut [Vec3]) {
+        for hold in self.holds.iter().filter(|_| !self.pulling) {
+            gradient[hold.vertex as usize] = hold.free * gradient[hold.vertex as usize];
+        }
+    }
+
+    /// Leaves of an element's block between vertices `v` and `w` what hard positions do not take.
+    pub fn projected(&self, v: u32, block: Matrix3<f64>, w: u32) -> Matrix3<f64> {
+        match (self.hold_of(v), self.hold_of(w)) {
+            _ if self.pulling => block,
+            (None, None) => block,
+            (row, column) => {
+                let rows = row.map_or(block, |hold| hold.free * block);
+                column.map_or(rows, |hold| rows * hold.free)
+            }
+        }
+    }
+
+    /// Adds the second derivative, for a semidefinite one without that of m, and fills what hard positions leave empty.
+    pub fn add_hessian(&self, x: &[Vec3], curvature: Curvature, matrix: &mut BlockMatrix) {
+        for spring in &self.springs {
+            let v = spring.vertex;
+            matrix.add_element(&[v], |_, _| self.projected(v, spring.stiffness, v));
+        }
+        for turn in &self.turns {
+            let vertices = &turn.ring.vertices;
+            let block = self.turn_hessian(turn, turn.ring.gather(x), curvature);
+            matrix.add_element(vertices, |p, q| self.projected(vertices[p], block(p, q), vertices[q]));
+        }
+        for hold in &self.holds {
+            let taken = Matrix3::identity() - hold.free;
+            let stiffness = if self.pulling { PULL * hold.stiffness } else { hold.stiffness };
+            matrix.add_element(&[hold.vertex], |_, _| stiffness * taken);
+        }
+    }
+
+    /// The blocks of an orientation at positions `x` of its ring: k (∂m/∂x)ᵀ ∂m/∂x, or with the curvature of m, by differences of
+    /// the force.
+    fn turn_hessian(
+        &self,
+        turn: &Turn,
+        mut x: Vec<Vec3>,
+        curvature: Curvature,
+    ) -> impl Fn(usize, usize) -> Matrix3<f64> {
+        let n = x.len();
+        let mut blocks = vec![Matrix3::zeros(); n * n];
+        if curvature == Curvature::Semidefinite {
+            let held = Matrix3::from_diagonal(&turn.only_held(Vec3::repeat(1.0)));
+            let stiffness = self.stiffness(turn) * self.axes * held * self.axes.transpose();
+            let by_vertex = turn.derivative(&x, self.share).1;
+            (0..n * n).for_each(|k| blocks[k] = by_vertex[k / n].tr_mul(&(stiffness * by_vertex[k % n])));
+        } else {
+            let step = DIFFERENCE * (1..n).map(|i| (x[i] - x[0]).norm()).sum::<f64>() / n as f64;
+            for q in 0..n {
+                for axis in 0..3 {
+                    let place = x[q][axis];
+                    x[q][axis] = place + step;
+                    let after = self.pulls(turn, &x);
+                    x[q][axis] = place - step;
+                    let before = self.pulls(turn, &x);
+                    x[q][axis] = place;
+                    for p in 0..n {
+                        blocks[p * n + q].set_column(axis, &((before[p] - after[p]) / (2.0 * step)));
+                    }
+                }
+            }
+        }
+        move |p, q| 0.5 * (blocks[p * n + q] + blocks[q * n + p].transpose())
+    }
+}
