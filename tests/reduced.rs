@@ -732,8 +732,8 @@ fn on_a_curved_leaf_it_is_nowhere_worse_than_the_paper_on_loads_it_was_not_train
     let reduced = reduced::Options { fields: 40, elements: 400, poses: 52, gravity: 0.6, ..Default::default() };
     let options = Options { modes: 8, precision: Precision::F64, reduced, ..Options::default() };
     let model = Arc::new(Model::precompute(shell.clone(), &options, &mut |_, _| Ok(())).unwrap());
-    let own_share = model.reduced.as_ref().unwrap().assumed.own_share;
-    assert_eq!(own_share, 0.003, "the membrane's own energy locks on a leaf");
+    let membrane_share = model.reduced.as_ref().unwrap().assumed.membrane_share;
+    assert_eq!(membrane_share, 0.003, "the membrane's own energy locks on a leaf");
     let weight = |g: Vec3| shell.mass.iter().map(|m| *m * g).collect::<Vec<_>>();
     let pull = |v: usize, f: Vec3| {
         let mut load = vec![Vec3::zeros(); shell.mass.len()];
@@ -784,7 +784,7 @@ fn a_trouser_leg_whose_membrane_carries_the_loads_keeps_more_of_its_own_energy()
     let material = Material { k_area: 1e5, k_length: 1e5, k_bend: 8000.0, area_density: 0.04 }; // of tests/scenes/character.toml
     let shell = Arc::new(Shell::new(mesh, material, &Supports { fixed, clamped: vec![] }).unwrap());
     let model = model(&shell, 32, 400, reduced::MAX_POSES);
-    assert_eq!(model.reduced.as_ref().unwrap().assumed.own_share, 0.2);
+    assert_eq!(model.reduced.as_ref().unwrap().assumed.membrane_share, 0.2);
     // Down the leg, which stretches it, and obliquely: no direction is a training load's but the first.
     for (direction, share) in [(-Vec3::y(), 0.1), (Vec3::new(0.4, -0.8, 0.45), 0.1)] {
         let at_rest = |method: Method, gravity: Vec3| at_rest(&model, method, gravity);

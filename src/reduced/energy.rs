@@ -44,7 +44,7 @@ pub struct ReducedEnergy {
     stresses: Vec<f64>,
     n_stresses: usize,
     /// α, 1 without stress fields.
-    own_share: f64,
+    membrane_share: f64,
     /// Coordinates, and numbers in a row.
     n: usize,
     stride: usize,
@@ -117,7 +117,7 @@ impl ReducedEnergy {
             membrane,
             stresses: vec![],
             n_stresses: 0,
-            own_share: 1.0,
+            membrane_share: 1.0,
             n,
             stride,
             correction: DMatrix::zeros(0, 0),
@@ -136,9 +136,9 @@ impl ReducedEnergy {
     }
 
     /// Sets S and α. Of S, `of(e)` is the row of the membrane's element that is e-th among the elements here, of weight `weights[e]`.
-    pub fn assume<'a>(&mut self, weights: &[f64], of: impl Fn(usize) -> &'a [f64], own_share: f64) {
+    pub fn assume<'a>(&mut self, weights: &[f64], of: impl Fn(usize) -> &'a [f64], membrane_share: f64) {
         self.n_stresses = if self.membrane == 0 { 0 } else { of(0).len().next_multiple_of(products::WIDTH) };
-        self.own_share = if self.n_stresses == 0 { 1.0 } else { own_share };
+        self.membrane_share = if self.n_stresses == 0 { 1.0 } else { membrane_share };
         self.stresses = vec![0.0; self.membrane * self.n_stresses];
         for (e, row) in self.stresses.chunks_exact_mut(self.n_stresses.max(1)).enumerate() {
             row.iter_mut().zip(of(e)).for_each(|(out, s)| *out = weights[e].sqrt() * s);
@@ -180,7 +180,7 @@ impl ReducedEnergy {
 
     /// σ and Sᵀε of strains; returns their energy.
     fn resist(&self, strain: &[f64], stress: &mut [f64], resultants: &mut [f64]) -> f64 {
-        let own = self.own_share;
+        let own = self.membrane_share;
         resultants.fill(0.0);
         stress.copy_from_slice(strain);
         self.arch.dispatch(|| {
@@ -275,7 +275,7 @@ impl ReducedEnergy {
         self.place(q, scratch);
         let Scratch { x, blocks, strain_rows, stress, product, square, lines, coupling, .. } = scratch;
         let (mut at, mut e) = (0, 0);
-        let own = self.own_share;
+        let own = self.membrane_share;
         self.energy.visit_stress_hessian(x, stress, curvature, &mut |(vertices, element)| {
             let (k, row) = (vertices.len(), &strain_rows[e]);
             let share = if e < self.membrane { own } else { 1.0 };
@@ -307,7 +307,7 @@ impl ReducedEnergy {
         square.fill(0.0);
         self.add_coupling(strain_rows, lines, coupling, square);
         self.project_rows(0..self.elements.len(), strain_rows, lines);
-        let own = self.own_share.sqrt();
+        let own = self.membrane_share.sqrt();
         lines[..self.membrane * self.stride].iter_mut().for_each(|x| *x *= own);
         self.add_square(lines, square);
         self.unpack(square, out);
@@ -343,7 +343,7 @@ impl ReducedEnergy {
             lower: false,
             out: coupling,
         });
-        let root = (1.0 - self.own_share).sqrt();
+        let root = (1.0 - self.membrane_share).sqrt();
         coupling.iter_mut().for_each(|c| *c *= root);
         self.add_square(coupling, square);
     }

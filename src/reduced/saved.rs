@@ -48,7 +48,7 @@ impl ReducedShell {
     }
 
     fn saves_share(&self) -> bool {
-        self.assumed.stresses.nrows() > 0 && self.assumed.own_share != LEAST_SHARE
+        self.assumed.stresses.nrows() > 0 && self.assumed.membrane_share != LEAST_SHARE
     }
 
     /// Appends the content of the section.
@@ -65,7 +65,7 @@ impl ReducedShell {
             }
         });
         if self.saves_share() {
-            self.assumed.own_share.put(out);
+            self.assumed.membrane_share.put(out);
         }
     }
 
@@ -102,7 +102,7 @@ impl ReducedShell {
         let (stresses, rest) = rest.split_at(8 * t * membrane);
         let expected = size([shell.mass.len(), modes, n, samples, t * membrane], precision) as usize;
         let (fields, share) = rest.split_at(rest.len() - (content.len() - expected));
-        let own_share = if share.is_empty() { LEAST_SHARE } else { f64::get(share) };
+        let membrane_share = if share.is_empty() { LEAST_SHARE } else { f64::get(share) };
         let stresses = DMatrix::from_vec(t, membrane, stresses.chunks_exact(8).map(f64::get).collect());
         let numbers = |bytes: &[u8]| bytes.chunks_exact(8).map(f64::get).collect::<Vec<_>>();
         let (weights, correction) = (numbers(weights), DMatrix::from_vec(modes, modes, numbers(correction)));
@@ -120,15 +120,17 @@ impl ReducedShell {
         if !stresses.iter().all(|x| x.abs() <= 1.0 + NORM_ERROR) {
             return invalid("a stress field of its membrane is not normed");
         }
-        if !(own_share > 0.0 && own_share < 1.0) {
-            return invalid(format!("the membrane's own share is {own_share:?}: it is more than 0 and less than 1"));
+        if !(membrane_share > 0.0 && membrane_share < 1.0) {
+            return invalid(format!(
+                "the membrane's own share is {membrane_share:?}: it is more than 0 and less than 1"
+            ));
         }
         let fields = match precision {
             Precision::F64 if Feature::F64Basis.is_built_in() => AnyFields::F64(load_fields(shell, n, fields)?),
             _ => AnyFields::F32(load_fields(shell, n, fields)?),
         };
         let samples = elements.into_iter().zip(weights).collect();
-        let assumed = if t > 0 { Assumed { stresses, own_share } } else { Assumed::none() };
+        let assumed = if t > 0 { Assumed { stresses, membrane_share } } else { Assumed::none() };
         Ok(Self { fit, ..Self::assemble(shell, fields, samples, assumed, correction)? })
     }
 }

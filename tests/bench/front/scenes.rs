@@ -18,7 +18,7 @@ pub struct Scene {
     fresh_points: [usize; 4],
 }
 
-/// What a load is for. Training loads are those of the precompute (`Scene::loads` of src/reduced).
+/// What a load is for. Training loads are those of the precompute (`TrainingLoads::loads` of src/reduced).
 #[derive(Clone, Copy, PartialEq)]
 pub enum Part {
     /// Defaults are chosen by these.

@@ -1,0 +1,336 @@
+//! What a reduced shell is trained on: loads and the equilibria of the full shell under them, the fields and stress fields that are
+//! made of these, and the membrane's share α that suits them.
+
+use super::{Assumed, LEAST_SHARE, Newton, Options, Potential, ReducedEnergy, Stop, basis, sampling, stress};
+use crate::modes::Modes;
+use crate::reference::{EquilibriumOptions, Solver};
+use crate::{Error, ErrorKind, Result, Shell, Vec3};
+use faer::Mat;
+use nalgebra::DMatrix;
+use std::sync::Arc;
+use std::time::Instant;
+
+/// Training loads that there are: `TrainingLoads::loads`.
+pub const MAX_POSES: usize = 2 * (DISTRIBUTED + 6 * POINTS);
+/// A training's size, vertices times equilibria, unless asked otherwise.
+const TRAINED: usize = 208_000;
+
+/// Equilibria to train on unless told how many: all up to 4,000 vertices, fewer on larger meshes, so that the cost grows little.
+pub fn default_poses(n_vertices: usize) -> usize {
+    (TRAINED / n_vertices.max(1)).min(MAX_POSES)
+}
+
+/// Stress fields of modes bent far and of poses, as a share of the fields found: by the validation loads of docs/evidence/front.md. With
+/// more the membrane locks; with fewer, what no other stress field holds is soft.
+const STRESSES: f64 = 0.3;
+/// What α is chosen between, where bending carries the loads and where the membrane does; by docs/evidence/front.md's validation loads and dinosaur.
+const MEMBRANE_SHARES: [f64; 2] = [LEAST_SHARE, 0.2];
+/// Equilibria that the choice takes, at least.
+const LEAST_TRIED: usize = 5;
+
+/// What fields and stress fields are made of, beside poses.
+pub(super) struct BasisInputs<'a> {
+    pub(super) shell: &'a Shell,
+    pub(super) modes: &'a Modes,
+    /// See [`TrainingLoads`] of these.
+    pub(super) derivatives: Vec<Vec<Vec3>>,
+    pub(super) responses: Vec<Vec<Vec3>>,
+    pub(super) bent: Vec<Vec<Vec3>>,
+}
+
+impl BasisInputs<'_> {
+    /// The modes and `wanted` fields, in mass-scaled unknowns.
+    pub(super) fn basis(&self, poses: &[&[Vec3]], wanted: usize) -> Result<Mat<f64>> {
+        let derivatives = self.derivatives.iter().map(Vec::as_slice);
+        let candidates: Vec<&[Vec3]> = derivatives.chain(poses.iter().copied()).collect();
+        let mut basis = basis::columns(self.shell, &self.modes.shapes);
+        basis::extend(&mut basis, basis::columns(self.shell, &candidates), wanted)?;
+        Ok(basis)
+    }
+
+    /// S (stresses × the membrane's elements) beside so many fields.
+    pub(super) fn stresses(&self, poses: &[&[Vec3]], fields: usize) -> Result<DMatrix<f64>> {
+        let wanted = (STRESSES * fields as f64) as usize;
+        let fields = stress::fields(self.shell, &self.bent, &self.derivatives, &self.responses, poses, wanted)?;
+        Ok(DMatrix::from_fn(fields.ncols(), fields.nrows(), |k, e| fields[(e, k)]))
+    }
+}
+
+/// An equilibrium of the full shell to train on.
+pub(super) struct Pose {
+    /// The number of its load.
+    pub(super) load: usize,
+    /// Whether all of the load is balanced, or the part that was before the search grew long.
+    pub(super) whole: bool,
+    pub(super) displacement: Vec<Vec3>,
+}
+
+/// The loads that fields and samples are chosen for.
+pub(super) struct TrainingLoads {
+    /// Strength of gravity.
+    pub(super) gravity: f64,
+    /// Amplitude of the first mode that bends the shell by a quarter of its size.
+    amplitude: f64,
+    /// Far from the supports and each other.
+    points: Vec<usize>,
+}
+
+/// Share of the weight that pulls at a point.
+const PULL: f64 = 0.05;
+const POINTS: usize = 3;
+/// Loads on all of the shell, before those at points.
+const DISTRIBUTED: usize = 8;
+/// Fields are compressed to far less than this tolerance. Most equilibria take 5 to 20 iterations, those of a shell that buckles some 100s.
+/// They are worth it (a leaf under its own weight), but take most of the time on large meshes: there the last shape before has to do.
+const TRAINING: EquilibriumOptions = EquilibriumOptions { tolerance: 1e-5, first_increment: 0.5, max_iterations: 400 };
+/// Iterations times vertices, at most, but no less than [`LEAST_ITERATIONS`].
+const ITERATED: usize = 800_000;
+const LEAST_ITERATIONS: usize = 100;
+/// Poses that are nearer than this, in model sizes, are the same.
+const SAME: f64 = 1e-6;
+/// Elements that the poses are found with, at most.
+const POSE_ELEMENTS: usize = 6000;
+/// When a search for them ends; and one from the shape that is to be found.
+const POSE: Stop = Stop { tolerance: 1e-2, iterations: 40, led: false, near: false };
+const TRIED: Stop = Stop { iterations: 12, ..POSE };
+/// Gravity to train under, at most, of that which bends the shell by [`BEND`] to first order: a metre of thin silk is at 1e7.
+const MOST_GRAVITY: f64 = 1e12;
+/// Largest displacement of the first mode, in model sizes.
+const BEND: f64 = 0.25;
+
+impl TrainingLoads {
+    /// Fails where gravity is beyond all that bends the shell.
+    pub(super) fn new(shell: &Shell, modes: &Modes, options: &Options) -> Result<Self> {
+        let largest = |field: &[Vec3]| field.iter().map(|u| u.norm()).fold(f64::MIN_POSITIVE, f64::max);
+        let amplitude = BEND * shell.mesh.size / modes.shapes.first().map_or(1.0, |shape| largest(shape));
+        // λ q = g Φᵀ M 1 with the most effective direction.
+        let effective = |(shape, lambda): (&Vec<Vec3>, &f64)| {
+            let sum: Vec3 = shape.iter().zip(&shell.mass).map(|(u, m)| u * *m).sum();
+            sum.norm() * largest(shape) / lambda
+        };
+        let softest = modes.shapes.iter().zip(&modes.eigenvalues).map(effective).fold(f64::MIN_POSITIVE, f64::max);
+        let bending = BEND * shell.mesh.size / softest;
+        let gravity = if options.gravity > 0.0 { options.gravity } else { bending };
+        if !(gravity <= MOST_GRAVITY * bending && amplitude.is_finite() && gravity.is_finite()) {
+            let message = format!(
+                "reduced_gravity is {gravity:e}, but {bending:e} bends the shell by a quarter of its size already: at most {:e}",
+                MOST_GRAVITY * bending
+            );
+            return Err(Error::new(ErrorKind::Numerical, message));
+        }
+        Ok(Self { gravity, amplitude, points: far_points(shell, POINTS) })
+    }
+
+    /// ½ Θ_ij q_i q_j with q_i = a λ₁/λ_i.
+    pub(super) fn weighted_derivatives(&self, shell: &Shell, modes: &Modes) -> Result<Vec<Vec<Vec3>>> {
+        let mut derivatives = basis::modal_derivatives(shell, &modes.shapes)?;
+        let l = &modes.eigenvalues;
+        let pairs = (0..l.len()).flat_map(|i| (i..l.len()).map(move |j| (i, j)));
+        for (field, (i, j)) in derivatives.iter_mut().zip(pairs) {
+            let weight = 0.5 * self.amplitude * self.amplitude * l[0] * l[0] / (l[i] * l[j]);
+            field.iter_mut().for_each(|u| *u *= weight);
+        }
+        Ok(derivatives)
+    }
+
+    /// The rest shape's displacements to first order under accelerations that are uniform or linear in the place, as of any
+    /// frame.
+    pub(super) fn responses(&self, shell: &Shell) -> Result<Vec<Vec<Vec3>>> {
+        let rest = &shell.mesh.positions;
+        let centre = rest.iter().fold(Vec3::zeros(), |sum, x| sum + x) / rest.len() as f64;
+        let mut accelerations = vec![];
+        for axis in (0..3).map(|a| Vec3::ith(a, 1.0)) {
+            accelerations.push(vec![axis; rest.len()]);
+            accelerations.extend((0..3).map(|b| rest.iter().map(|x| axis * (x - centre)[b]).collect::<Vec<_>>()));
+        }
+        let mut right = basis::columns(shell, &accelerations);
+        basis::solve_rest(shell, &mut right)?;
+        Ok((0..right.ncols()).map(|k| basis::unscaled(shell, right.col(k))).collect())
+    }
+
+    /// The modes at the amplitudes q_i.
+    pub(super) fn bent(&self, modes: &Modes) -> Vec<Vec<Vec3>> {
+        let l = &modes.eigenvalues;
+        let scaled =
+            |(shape, lambda): (&Vec<Vec3>, &f64)| shape.iter().map(|u| u * (self.amplitude * l[0] / lambda)).collect();
+        modes.shapes.iter().zip(l).map(scaled).collect()
+    }
+
+    /// Loads, the most telling first: gravity along ± the axes, pressure, pulls at points; all at full and at half strength.
+    pub(super) fn loads(&self, shell: &Shell) -> Vec<Vec<Vec3>> {
+        let axes: Vec<Vec3> =
+            (0..6).map(|k| if k % 2 == 0 { Vec3::ith(k / 2, 1.0) } else { Vec3::ith(k / 2, -1.0) }).collect();
+        let normals = shell.mesh.normals(&shell.mesh.positions);
+        let total: f64 = shell.free.iter().map(|&v| shell.mass[v as usize]).sum::<f64>() * self.gravity;
+        let mut loads = vec![];
+        for strength in [1.0, 0.5] {
+            let g = strength * self.gravity;
+            loads.extend(axes.iter().map(|axis| shell.mass.iter().map(|m| *m * g * axis).collect::<Vec<_>>()));
+            for sign in [1.0, -1.0] {
+                loads.push(normals.iter().zip(&shell.mass).map(|(n, m)| n * (sign * g * m)).collect());
+            }
+            for &point in &self.points {
+                loads.extend(axes.iter().map(|axis| {
+                    let mut load = vec![Vec3::zeros(); shell.mass.len()];
+                    load[point] = axis * (PULL * strength * total);
+                    load
+                }));
+            }
+        }
+        loads
+    }
+
+    /// Equilibria of the full shell under at most `count` loads, or under a part of those that are not found whole; those that are not found
+    /// within the `time` are left out.
+    pub(super) fn train(
+        &self,
+        shell: &Arc<Shell>,
+        (count, time): (usize, f64),
+        watch: &mut dyn FnMut(f64) -> Result<()>,
+    ) -> Result<Vec<Pose>> {
+        let mut found: Vec<Pose> = vec![];
+        if count == 0 || time == 0.0 {
+            return Ok(found);
+        }
+        let started = Instant::now();
+        let in_time = || match started.elapsed().as_secs_f64() < time {
+            true => Ok(()),
+            false => Err(Error::new(ErrorKind::Numerical, "no time is left")),
+        };
+        let mut solver = Solver::new(shell.clone())?;
+        let loads = self.loads(shell);
+        let full_strength = loads.len() / 2;
+        let wanted = count.min(loads.len());
+        let max_iterations = (ITERATED / shell.mass.len()).clamp(LEAST_ITERATIONS, TRAINING.max_iterations);
+        for first in 0..full_strength {
+            let mut pose = vec![Vec3::zeros(); shell.mass.len()];
+            // From half a load to the whole, where the half is wanted, and in quarters of it at first.
+            let halves = first + full_strength < wanted;
+            let first_increment = if halves { 0.5 } else { 0.25 };
+            let training = EquilibriumOptions { first_increment, max_iterations, ..TRAINING };
+            for k in [first + full_strength, first].into_iter().filter(|k| *k < wanted) {
+                let share = found.len() as f64 / wanted as f64;
+                watch(share)?;
+                if in_time().is_err() {
+                    return Ok(found);
+                }
+                let watch = &mut |_| watch(share).and_then(|()| in_time());
+                let whole = match solver.equilibrium(&pose, &loads[k], &training, watch) {
+                    Ok(_) => true,
+                    Err(error) if error.kind == ErrorKind::Numerical => false,
+                    Err(error) => return Err(error),
+                };
+                let displacement = solver.reached();
+                let way = displacement.iter().zip(&pose).map(|(u, last)| (u - last).norm()).fold(0.0, f64::max);
+                if way <= SAME * shell.mesh.size {
+                    break;
+                }
+                pose.clone_from(&displacement);
+                found.push(Pose { load: k, whole, displacement });
+                if !whole {
+                    break;
+                }
+            }
+        }
+        Ok(found)
+    }
+
+    /// α, of [`MEMBRANE_SHARES`]: that with which fields and stress fields of pulls alone come nearest to the equilibria under gravity and
+    /// pressure, which they only nearly hold. Where bending carries the loads the membrane locks unless its share is least; where the
+    /// membrane does, as in a closed trouser leg, stress fields alone are soft. The least where there are too few equilibria to tell.
+    pub(super) fn membrane_share(
+        &self,
+        inputs: &BasisInputs,
+        trained: &[Pose],
+        fields: usize,
+        watch: &mut dyn FnMut(f64) -> Result<()>,
+    ) -> Result<f64> {
+        let (shell, loads) = (inputs.shell, self.loads(inputs.shell));
+        let full_strength = loads.len() / 2;
+        let (tried, of): (Vec<&Pose>, Vec<&Pose>) =
+            trained.iter().partition(|pose| pose.load % full_strength < DISTRIBUTED);
+        let tried: Vec<&Pose> = tried.into_iter().filter(|pose| pose.whole && pose.load < full_strength).collect();
+        if tried.len() < LEAST_TRIED || of.len() < LEAST_TRIED {
+            return Ok(LEAST_SHARE);
+        }
+        let of: Vec<&[Vec3]> = of.into_iter().map(|pose| &pose.displacement[..]).collect();
+        let basis = inputs.basis(&of, fields)?;
+        let columns: Vec<Vec<Vec3>> = (0..basis.ncols()).map(|k| basis::unscaled(shell, basis.col(k))).collect();
+        let mut assumed = Assumed { stresses: inputs.stresses(&of, fields)?, membrane_share: LEAST_SHARE };
+        let size = |q: &[f64]| q.iter().map(|q| q * q).sum::<f64>().sqrt();
+        let mut best = (f64::INFINITY, LEAST_SHARE);
+        for (s, membrane_share) in MEMBRANE_SHARES.into_iter().enumerate() {
+            assumed.membrane_share = membrane_share;
+            let energy = thinned(shell, &columns, &assumed);
+            let mut newton = Newton::new(&energy);
+            let mut errors = vec![];
+            for (k, Pose { load, displacement: u, .. }) in tried.iter().enumerate() {
+                watch((s as f64 + k as f64 / tried.len() as f64) / MEMBRANE_SHARES.len() as f64)?;
+                let momentum: Vec<Vec3> = u.iter().zip(&shell.mass).map(|(u, m)| u * *m).collect();
+                let exact = sampling::project(&columns, &momentum);
+                let (mut q, force) = (exact.clone(), sampling::project(&columns, &loads[*load]));
+                newton.minimize(&energy, &Potential::of_load(&force), &mut q, TRIED);
+                let way: Vec<f64> = q.iter().zip(&exact).map(|(q, exact)| q - exact).collect();
+                errors.push(size(&way) / size(&exact).max(f64::MIN_POSITIVE));
+            }
+            errors.sort_by(f64::total_cmp);
+            let median = errors[errors.len() / 2];
+            if median < best.0 {
+                best = (median, membrane_share);
+            }
+        }
+        Ok(best.1)
+    }
+
+    /// Reduced equilibria for sampling to look at.
+    pub(super) fn poses(
+        &self,
+        shell: &Shell,
+        assumed: &Assumed,
+        columns: &[Vec<Vec3>],
+        watch: &mut dyn FnMut(f64) -> Result<()>,
+    ) -> Result<Vec<Vec<f64>>> {
+        let all = &thinned(shell, columns, assumed);
+        let loads = self.loads(shell);
+        let full_strength = loads.len() / 2;
+        let mut newton = Newton::new(all);
+        let mut poses = vec![];
+        for (k, load) in loads[..full_strength].iter().enumerate() {
+            watch(k as f64 / full_strength as f64)?;
+            let load = sampling::project(columns, load);
+            let mut q = vec![0.0; all.n()];
+            newton.minimize(all, &Potential::of_load(&load), &mut q, POSE);
+            poses.push(q);
+        }
+        Ok(poses)
+    }
+}
+
+/// The energy on all elements, of a large mesh on an even choice: what is found with it need not be exact.
+fn thinned(shell: &Shell, columns: &[Vec<Vec3>], assumed: &Assumed) -> ReducedEnergy {
+    let n_elements = shell.energy.n_elements();
+    let every = n_elements.div_ceil(POSE_ELEMENTS);
+    let weights: Vec<f64> = (0..n_elements).map(|e| if e % every == 0 { every as f64 } else { 0.0 }).collect();
+    let mut all = ReducedEnergy::new(shell, columns, &weights);
+    let weights = vec![every as f64; all.n_elements()];
+    assumed.set(&mut all, &weights, every);
+    all
+}
+
+/// Vertices that are far from the held ones and from each other.
+fn far_points(shell: &Shell, count: usize) -> Vec<usize> {
+    let x = &shell.mesh.positions;
+    let mut distance = vec![f64::INFINITY; x.len()];
+    let nearer = |to: usize, distance: &mut Vec<f64>| {
+        distance.iter_mut().zip(x).for_each(|(d, p)| *d = d.min((p - x[to]).norm_squared()));
+    };
+    (0..x.len()).filter(|&v| shell.held[v]).for_each(|v| nearer(v, &mut distance));
+    let mut points = vec![];
+    for _ in 0..count {
+        let free = shell.free.iter().map(|&v| v as usize);
+        let Some(furthest) = free.max_by(|&a, &b| distance[a].total_cmp(&distance[b])) else { break };
+        points.push(furthest);
+        nearer(furthest, &mut distance);
+    }
+    points
+}
