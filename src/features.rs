@@ -1,9 +1,9 @@
-//! What this build of the library contains: Cargo features leave out what a host never uses. Their constants are known when
-//! compiling, so that what lies behind them is not built in. What states and models hold with a feature alone comes with a
-//! [`Proof`] of it: other builds have no value of such a type, so that their compiler leaves out what would work on one.
+//! What this build of the library contains: Cargo features leave out what a host never uses.
+//!
+//! Their constants are known when compiling, so that what lies behind them is not built in. What a feature alone makes takes a
+//! [`Proof`] of it: other builds have no value of that type, so that their compiler leaves out what comes after.
 
 use crate::{Error, ErrorKind, Result};
-use std::ops::{Deref, DerefMut};
 
 /// Parts that a build may lack.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -111,35 +111,3 @@ pub type SavedModels = Present;
 /// Of [`Feature::SavedModels`].
 #[cfg(not(feature = "saved-models"))]
 pub type SavedModels = Absent;
-
-/// A value beside a proof: in builds without the feature a type without values.
-#[derive(Clone)]
-pub struct Only<P, T> {
-    proof: P,
-    value: T,
-}
-
-impl<P: Proof, T> Only<P, T> {
-    /// With its proof.
-    pub fn new(proof: P, value: T) -> Self {
-        Self { proof, value }
-    }
-
-    /// The same proof with another value.
-    pub fn with<U>(&self, value: U) -> Only<P, U> {
-        Only::new(self.proof, value)
-    }
-}
-
-impl<P, T> Deref for Only<P, T> {
-    type Target = T;
-    fn deref(&self) -> &T {
-        &self.value
-    }
-}
-
-impl<P, T> DerefMut for Only<P, T> {
-    fn deref_mut(&mut self) -> &mut T {
-        &mut self.value
-    }
-}

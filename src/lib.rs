@@ -15,6 +15,7 @@ pub mod load;
 pub mod material;
 pub mod mesh;
 pub mod method;
+pub mod methods;
 pub mod modal;
 pub mod model;
 pub mod modes;

@@ -42,7 +42,7 @@ impl BodyLoad {
     }
 
     /// Without the weight that the shell carries where it is linearised, under `gravity` (frame axes).
-    pub fn less(mut self, gravity: Vec3) -> Self {
+    pub fn without_sag_weight(mut self, gravity: Vec3) -> Self {
         self.uniform -= gravity;
         self
     }
@@ -191,7 +191,7 @@ impl Loads {
     }
 
     /// Forces on some vertices: as many as these are visited, when it is less work than to visit all.
-    pub fn on_some(&self, n_vertices: usize) -> Option<&[(u32, Vec3)]> {
+    pub fn point_forces(&self, n_vertices: usize) -> Option<&[(u32, Vec3)]> {
         let few = self.forces.len() * VISITS_PER_POINT <= n_vertices;
         (self.wind.is_none() && few).then_some(&self.forces)
     }

@@ -421,11 +421,11 @@ fn forged_reduced_shells_are_refused_by_name() {
 #[test]
 fn the_membranes_own_share_is_saved_and_checked() {
     let mut model = small_reduced_model(Precision::F64);
-    let (plain, of) = (model.save().unwrap(), model.reduced.take().unwrap());
+    let (plain, of) = (model.save().unwrap(), model.reduced.take().and_then(Arc::into_inner).unwrap());
     let (assumed, correction) = (Assumed { membrane_share: 0.2, ..of.assumed }, of.energy.correction().clone());
     let mut reduced = ReducedShell::assemble(&model.shell, of.fields, of.samples, assumed, correction).unwrap();
     reduced.fit = of.fit;
-    model.reduced = Some(reduced);
+    model.reduced = Some(Arc::new(reduced));
     let bytes = model.save().unwrap();
     assert_eq!(bytes.len(), plain.len() + 8);
     let loaded = Model::load(&bytes).unwrap();

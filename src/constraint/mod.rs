@@ -50,8 +50,8 @@ pub const MET: f64 = 1e-6;
 pub struct ConstraintSet {
     items: Vec<Constraint>,
     outcomes: Vec<Outcome>,
-    /// Those of a step that is not known to be good yet.
-    concluded: Vec<Outcome>,
+    /// Of a step that is not known to be good yet.
+    pending: Vec<Outcome>,
 }
 
 impl ConstraintSet {
@@ -83,7 +83,7 @@ impl ConstraintSet {
             Err(at) => {
                 self.items.insert(at, constraint);
                 self.outcomes.insert(at, Outcome::default());
-                self.concluded.insert(at, Outcome::default());
+                self.pending.insert(at, Outcome::default());
             }
         }
         Ok(true)
@@ -95,7 +95,7 @@ impl ConstraintSet {
         if let Ok(at) = found {
             self.items.remove(at);
             self.outcomes.remove(at);
-            self.concluded.remove(at);
+            self.pending.remove(at);
         }
         found.is_ok()
     }
@@ -106,23 +106,23 @@ impl ConstraintSet {
     }
 
     /// Says what a step makes of the k-th, in the order of [`ConstraintSet::report`].
-    pub fn conclude(&mut self, k: usize, outcome: Outcome) {
-        self.concluded[k] = outcome;
+    pub fn record_outcome(&mut self, k: usize, outcome: Outcome) {
+        self.pending[k] = outcome;
     }
 
-    /// Whether what was concluded are numbers that can be told.
+    /// Whether the pending outcomes are numbers.
     pub fn is_finite(&self) -> bool {
-        self.concluded.iter().all(|o| o.residual.is_finite() && o.force.iter().all(|f| f.is_finite()))
+        self.pending.iter().all(|o| o.residual.is_finite() && o.force.iter().all(|f| f.is_finite()))
     }
 
-    /// Whether that is what the last step came to.
+    /// Whether the pending outcomes are those of the last step.
     pub fn is_unchanged(&self) -> bool {
-        self.concluded == self.outcomes
+        self.pending == self.outcomes
     }
 
-    /// Makes it the report: the step is good.
+    /// Makes the pending outcomes the report: the step is good.
     pub fn accept(&mut self) {
-        self.outcomes.copy_from_slice(&self.concluded);
+        self.outcomes.copy_from_slice(&self.pending);
     }
 
     /// Forgets what the last step made of them.

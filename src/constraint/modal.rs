@@ -89,7 +89,7 @@ struct Work {
     q_free: Vec<f64>,
     trial: Vec<f64>,
     /// Σ Γ|ψ|² and Σ |ψ|²/λ with the largest rotation ψ of each mode: what a row of J Γ Jᵀ is where the pose can move.
-    pliancy: [f64; 2],
+    flexibility_scale: [f64; 2],
     /// Bound on the bend that the present targets warrant, rad.
     bend_limit: f64,
     /// What the search from the free motion found (modes).
@@ -116,7 +116,7 @@ impl Work {
             flexibility: per_mode.clone(),
             q_free: per_mode.clone(),
             trial: per_mode.clone(),
-            pliancy: [f64::MIN_POSITIVE; 2],
+            flexibility_scale: [f64::MIN_POSITIVE; 2],
             bend_limit: LARGEST_BEND,
             first: per_mode.clone(),
             feasible: per_mode,
@@ -140,7 +140,7 @@ impl Work {
                 normal[(i, j)] = (0..modes).map(product).sum();
             }
         }
-        let largest = (0..rows).map(|i| normal[(i, i)]).fold(self.pliancy[usize::from(restoring)], f64::max);
+        let largest = (0..rows).map(|i| normal[(i, i)]).fold(self.flexibility_scale[usize::from(restoring)], f64::max);
         (0..rows).for_each(|i| normal[(i, i)] += self.compliance[i] + damping * largest);
         Cholesky::new(normal)
     }
@@ -266,11 +266,11 @@ impl Constraints {
             let oscillator = Oscillator { damping: damping[k], eigenvalue: eigenvalues[k] };
             (self.work.gamma[k], self.work.rate[k]) = oscillator.handle_response(step.integrator, step.h);
         }
-        let pliancy = |weight: &[f64]| {
+        let flexibility_scale = |weight: &[f64]| {
             let terms = weight.iter().enumerate().map(|(k, weight)| weight * step.bend.of(k).powi(2));
             terms.fold(f64::MIN_POSITIVE, f64::max)
         };
-        self.work.pliancy = [pliancy(&self.work.gamma), pliancy(&self.work.flexibility)];
+        self.work.flexibility_scale = [flexibility_scale(&self.work.gamma), flexibility_scale(&self.work.flexibility)];
         self.work.q_free.copy_from_slice(q);
         self.prepare(basis, step, q_before);
         let (iterations, met) = self.solve(basis, step, q_before, q);
@@ -284,9 +284,9 @@ impl Constraints {
             work_done += change / self.work.gamma[k] * (q[k] - q_before[k]);
         }
         if !met {
-            tame(step, self.work.bend_limit, q, q_dot);
+            limit_bend(step, self.work.bend_limit, q, q_dot);
         }
-        self.conclude(step, iterations, q);
+        self.record_outcomes(step, iterations, q);
         work_done
     }
 
@@ -492,7 +492,7 @@ impl Constraints {
     }
 
     /// Residuals and forces for the report.
-    fn conclude(&mut self, step: &Step, iterations: u32, q: &[f64]) {
+    fn record_outcomes(&mut self, step: &Step, iterations: u32, q: &[f64]) {
         let unit = |c: &Constraint| match c.target {
             Target::Position(_) => step.size,
             Target::Orientation(_) => 1.0,
@@ -500,13 +500,13 @@ impl Constraints {
         for (i, c) in self.set.items.iter().enumerate() {
             let rows = self.first_row[i]..self.first_row[i + 1];
             let squares: f64 = rows.map(|row| (unit(c) * self.work.missing[row]).powi(2)).sum();
-            self.set.concluded[i] = Outcome { residual: squares.sqrt(), force: Vec3::zeros(), iterations };
+            self.set.pending[i] = Outcome { residual: squares.sqrt(), force: Vec3::zeros(), iterations };
         }
         self.work.settle_multipliers(q);
         for (i, c) in self.set.items.iter().enumerate() {
             let rows = self.first_row[i]..self.first_row[i + 1];
             for (row, axis) in rows.zip((0..3).filter(|axis| c.axes[*axis])) {
-                self.set.concluded[i].force[axis] = self.work.multipliers[row] / unit(c);
+                self.set.pending[i].force[axis] = self.work.multipliers[row] / unit(c);
             }
         }
     }
@@ -518,7 +518,7 @@ fn bend(step: &Step, amplitude: impl Fn(usize) -> f64) -> f64 {
 }
 
 /// A handle that pulls at a target out of reach gives no more speed than the next step can stand.
-fn tame(step: &Step, limit: f64, q: &[f64], q_dot: &mut [f64]) {
+fn limit_bend(step: &Step, limit: f64, q: &[f64], q_dot: &mut [f64]) {
     let limit = limit.max(bend(step, |k| q[k]));
     for _ in 0..60 {
         if bend(step, |k| q[k] + step.h * q_dot[k]) <= limit {

@@ -57,13 +57,13 @@ pub unsafe extern "C" fn sw_state_certify(state: *const SwState, certificate: *m
             let handle = object("state", state)?;
             let out = Output::checked("certificate", certificate)?;
             let state = read("state", &handle.state)?;
-            out.write(told(&state.certify()?, state.method()));
+            out.write(certificate_of(&state.certify()?, state.method()));
         }
         Ok(())
     })
 }
 
-fn told(found: &Certificate, method: Method) -> SwCertificate {
+fn certificate_of(found: &Certificate, method: Method) -> SwCertificate {
     let mut out = SwCertificate::initial();
     out.out_of_range = u32::from(found.out_of_range());
     (out.error, out.max_error, out.vertex) = (found.error, found.max_error, found.vertex as u32);
@@ -95,7 +95,7 @@ pub unsafe extern "C" fn sw_state_fall_back(state: *mut SwState, certificate: *m
             let mut state = write("state", &handle.state)?;
             let found = state.fall_back()?;
             handle.step_nanoseconds.store(state.step_nanoseconds(), Ordering::Relaxed);
-            out.write(told(&found, state.method()));
+            out.write(certificate_of(&found, state.method()));
         }
         Ok(())
     })

@@ -272,7 +272,7 @@ pub struct SwModelInfo {
     /// largest such component of its mode. With amplitudes q it moves no vertex by more than sqrt(3) e times the sum over the
     /// modes of |q_k| (max|phi_k| + max|psi_k| max|u|), u the displacement without the warp.
     pub basis_rounding: f64,
-    /// How far a vertex may be off for want of modes, by the tolerance and the demand of SwPrecomputeDesc; 0 without one, and on a
+    /// How far a vertex may be off because modes were truncated, by the tolerance and the demand of SwPrecomputeDesc; 0 without one, and on a
     /// model that was loaded.
     pub truncation_bound: f64,
     /// Share of the mass that moves which the modes carry along x, y, z of the frame: far below 1, modes are missing for loads along

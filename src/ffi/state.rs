@@ -581,7 +581,7 @@ pub unsafe extern "C" fn sw_state_report(state: *const SwState, report: *mut SwS
         reading(state, |state| {
             let place = Output::checked("report", report)?;
             let mut out = SwStateReport::initial();
-            let measured = state.report().told()?;
+            let measured = state.report().all_finite()?;
             out.turn_in_range = u32::from(state.turn_in_range(&measured));
             out.time = measured.time;
             out.kinetic_energy = measured.kinetic_energy;

@@ -96,7 +96,7 @@ impl<T: Grows> Known<T> {
     }
 
     /// What was read of a host.
-    fn told(self) -> Result<T, Fault> {
+    fn into_result(self) -> Result<T, Fault> {
         #[cfg(feature = "abi-growth")]
         if self.appended != 0 {
             return Err(Fault::argument(format!("{}::appended is {}", T::NAME, self.appended)));
@@ -166,7 +166,7 @@ pub(super) unsafe fn read_descriptor<T: Described>(name: &str, pointer: *const T
         }
         copy_nonoverlapping(bytes.as_ptr(), (&raw mut known).cast(), size.min(here));
     }
-    known.told()
+    known.into_result()
 }
 
 /// As [`read_descriptor`], with NULL standing for an initialised descriptor.

@@ -283,7 +283,7 @@ impl Model {
             modal: Arc::new(modal),
             certificate,
             front,
-            reduced,
+            reduced: reduced.map(Arc::new),
             solvers: Default::default(),
             strain: Default::default(),
             truncation: 0.0,
@@ -480,11 +480,11 @@ fn restore_sag(shell: &Shell, content: &[u8]) -> Result<Shell> {
     Ok(shell.hung(gravity, positions))
 }
 
-/// What is only told to the host.
+/// What the host is only shown.
 fn check_facts(shell: &Shell, certificate: &Certificate, seconds: &[f64]) -> Result<()> {
     let Certificate { residual, orthonormality, shift, count, found, .. } = *certificate;
-    let told = [residual, orthonormality].into_iter().chain(seconds.iter().copied());
-    if told.into_iter().any(|x| !(x.is_finite() && x >= 0.0)) || !shift.is_finite() {
+    let measures = [residual, orthonormality].into_iter().chain(seconds.iter().copied());
+    if measures.into_iter().any(|x| !(x.is_finite() && x >= 0.0)) || !shift.is_finite() {
         return invalid("its certificate or its timing is out of range");
     }
     if count > shell.n_unknowns() || found > shell.n_unknowns() {

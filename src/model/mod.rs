@@ -50,10 +50,10 @@ pub struct Model {
     pub certificate: Certificate,
     /// Made when the first state of rotation–strain reconstruction is.
     pub strain: OnceLock<Arc<RotationStrain>>,
-    /// By the demand it was made for, no vertex is off by more for want of modes; 0 without one.
+    /// By the demand it was made for, no vertex is off by more because modes were truncated; 0 without one.
     pub truncation: f64,
     /// The reduced discrete shell, if it was asked for.
-    pub reduced: Option<ReducedShell>,
+    pub reduced: Option<Arc<ReducedShell>>,
     /// What a choice of the method went by, where there was one.
     pub front: Option<Front>,
     /// The full shell, for estimates of what the other methods get wrong; made when first asked for.
@@ -93,10 +93,16 @@ impl Model {
         }
         let reduced = match options.reduced.fields {
             0 => None,
-            _ => Some(ReducedShell::precompute(&shell, &modes, &options.reduced, options.precision, &mut progress)?),
+            _ => Some(Arc::new(ReducedShell::precompute(
+                &shell,
+                &modes,
+                &options.reduced,
+                options.precision,
+                &mut progress,
+            )?)),
         };
         let fingerprint = fingerprint(&shell, &modes.eigenvalues, options.precision);
-        let reduced_fingerprint = reduced_fingerprint(fingerprint, &shell, reduced.as_ref());
+        let reduced_fingerprint = reduced_fingerprint(fingerprint, &shell, reduced.as_deref());
         Ok(Self {
             reduced,
             shell,
@@ -150,7 +156,7 @@ impl Model {
         let mesh = &self.shell.mesh;
         let vertices = mesh.positions.len() * (size_of::<Vec3>() + size_of::<f64>() + size_of::<u32>() + 1);
         let connectivity = mesh.triangles.len() * 12 + mesh.edges.len() * 16;
-        let reduced = self.reduced.as_ref().map_or(0, ReducedShell::bytes);
+        let reduced = self.reduced.as_deref().map_or(0, ReducedShell::bytes);
         self.modal.bytes() + vertices + connectivity + reduced + self.solvers.bytes() + self.strain_bytes()
     }
 }

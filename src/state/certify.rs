@@ -14,9 +14,10 @@
 //! Of a method with coordinates q and u(q), M a = M J g, with J = ∂u/∂q as its law has it and g the part of the generalized forces
 //! that its own elastic forces do not balance, constraints included: g = q̈ + C q̇.
 
-use super::{Dynamics, Method, Space, State, external, nodal};
+use super::{Method, Space, State, external};
 use crate::constraint::{Constraint, Outcome, Target};
 use crate::features::Feature;
+use crate::methods::{self, Acting, Reaction};
 use crate::reference::{self, Handle, Load, Solver, mass_norm as norm};
 use crate::support::Motion;
 use crate::{Error, ErrorKind, Result, Shell, Vec3};
@@ -69,16 +70,16 @@ impl State {
     /// factorizations of the full shell's stiffness.
     pub fn certify(&self) -> Result<Certificate> {
         Feature::NonlinearShell.require()?;
-        match &self.dynamics {
-            Dynamics::Nodal(_) => Ok(Certificate::default()),
-            _ => self.estimate().map(|(certificate, _)| certificate),
+        if self.motion.is_full_shell() {
+            return Ok(Certificate::default());
         }
+        self.estimate().map(|(certificate, _)| certificate)
     }
 
     /// As [`State::certify`], of a method that is not a nonlinear shell's.
     fn estimate(&self) -> Estimate {
         let shell = &self.model.shell;
-        let [u, rate, inertia] = self.motion();
+        let [u, rate, inertia] = self.present_motion();
         let less = |forces: Vec<Vec3>| -> Vec<Vec3> { forces.iter().zip(&inertia).map(|(f, ma)| f - ma).collect() };
         let loads = self.loads_at(&u, &rate);
         let moving = free_norm(shell, &loads);
@@ -211,7 +212,7 @@ impl State {
     /// No velocity: at an equilibrium, or at a pose that was set.
     fn is_standing(&self) -> bool {
         let mut standing = true;
-        self.dynamics.visit_motion(&self.model, |_, _, rate| standing &= rate == Vec3::zeros());
+        self.motion.visit_motion(&mut |_, _, rate| standing &= rate == Vec3::zeros());
         standing
     }
 
@@ -243,23 +244,19 @@ impl State {
     }
 
     /// u, its rate and M a, as the method has them (n_vertices each, frame axes).
-    fn motion(&self) -> [Vec<Vec3>; 3] {
+    fn present_motion(&self) -> [Vec<Vec3>; 3] {
         let (model, pose, rates) = (&self.model, &self.frame.pose, &self.rates);
         let shell = &model.shell;
         let mut scratch = self.scratch.clone();
-        if self.loads.on_some(shell.mass.len()).is_none() {
+        if self.loads.point_forces(shell.mass.len()).is_none() {
             self.fill_loads(pose, rates, &mut scratch);
         }
         let (external, own, reactions) =
             (external(&self.loads, &scratch, model, pose), self.body_load(pose, rates), self.reactions());
         let [mut u, mut rate, mut inertia] = [(); 3].map(|()| vec![Vec3::zeros(); shell.mass.len()]);
-        self.dynamics.visit_motion(model, |v, displacement, speed| (u[v], rate[v]) = (displacement, speed));
-        let add = |v: usize, a: Vec3| inertia[v] += shell.mass[v] * a;
-        match &self.dynamics {
-            Dynamics::Modal(modal) => modal.visit_acceleration(&model.modal, &own, external, &reactions, add),
-            Dynamics::Reduced(reduced) => reduced.visit_acceleration(model, &own, external, &reactions, add),
-            Dynamics::Nodal(_) => (),
-        }
+        self.motion.visit_motion(&mut |v, displacement, speed| (u[v], rate[v]) = (displacement, speed));
+        let acting = Acting { load: &own, external, pose };
+        self.motion.visit_acceleration(&acting, &reactions, &mut |v, a| inertia[v] += shell.mass[v] * a);
         [u, rate, inertia]
     }
 
@@ -268,7 +265,7 @@ impl State {
         let (model, pose, rates) = (&self.model, &self.frame.pose, &self.rates);
         let shell = &model.shell;
         let mut scratch = self.scratch.clone();
-        if self.loads.on_some(shell.mass.len()).is_none() {
+        if self.loads.point_forces(shell.mass.len()).is_none() {
             if self.loads.needs_motion() {
                 let mut place = self.placing(pose, rates, &mut scratch);
                 (0..u.len()).for_each(|v| place(v, u[v], rate[v]));
@@ -288,7 +285,7 @@ impl State {
     }
 
     /// Vertex, force and torque (frame axes) of each constraint, as the last step had them.
-    fn reactions(&self) -> Vec<(u32, [Vec3; 2])> {
+    fn reactions(&self) -> Vec<Reaction> {
         let to_frame = self.frame.pose.rotation.inverse();
         let reaction = |(c, outcome): (&Constraint, &Outcome)| {
             let pull = to_frame * outcome.force;
@@ -304,7 +301,7 @@ impl State {
         let (mesh, pose) = (&self.model.shell.mesh, &self.frame.pose);
         let to_frame = pose.rotation.inverse();
         let turned = self.constraints().any(|(c, _)| matches!(c.target, Target::Orientation(_)));
-        let turns: Vec<UnitQuaternion<f64>> = if turned { nodal::rotations(mesh, u) } else { vec![] };
+        let turns: Vec<UnitQuaternion<f64>> = if turned { methods::rotations(mesh, u) } else { vec![] };
         let handle = |(c, _): (&Constraint, &Outcome)| {
             let v = c.vertex as usize;
             let missed = |d: Vec3| (0..3).filter(|a| c.axes[*a]).map(|a| d[a].abs()).fold(0.0, f64::max);

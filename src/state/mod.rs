@@ -1,32 +1,24 @@
 //! A moving shell: its motion over a shared [`Model`], and the loads on it.
 
 mod certify;
-mod follow;
-mod modal;
-mod nodal;
 mod output;
 mod plan;
 mod pose;
-mod reduced;
 mod rest;
 mod saved;
 mod switch;
 
-use crate::constraint::{Constraint, ConstraintSet, Outcome, Target};
+use crate::constraint::{Constraint, ConstraintSet, Outcome};
 use crate::error::{require_finite, require_non_negative};
-use crate::features::{Feature, NonlinearShell, Only, Proof, ReducedShell};
 use crate::load::{BodyLoad, External, Loads, Moving, Wind};
-pub use crate::method::Method;
-use crate::reference::Rayleigh;
-use crate::step::{ForceLaw, Integrator};
-use crate::support::{Frame, Motion, Pose, Rates};
+pub use crate::methods::plan::{Part, PartKind};
+use crate::methods::{self, Acting, Motion};
+pub use crate::methods::{Damping, Method, ROTATION_RANGE};
+use crate::step::Integrator;
+use crate::support::{Frame, Motion as FrameMotion, Pose, Rates};
 use crate::{Error, ErrorKind, Model, Result, Vec3};
 pub use certify::{Certificate, LARGEST_ERROR};
-use modal::Modal;
-use nodal::Nodal;
-pub use output::{ROTATION_RANGE, Report};
-pub use plan::{Part, PartKind};
-use reduced::Reduced;
+pub use output::Report;
 use rest::Rest;
 pub use saved::HEADER as SAVED_HEADER;
 use std::sync::Arc;
@@ -38,24 +30,6 @@ pub enum Space {
     World,
     /// The support frame's.
     Frame,
-}
-
-/// Rayleigh damping and a ratio per mode: c = ξ + ζλ + 2 ratio √λ.
-#[derive(Clone, Debug, Default)]
-pub struct Damping {
-    /// ξ, 1/s.
-    pub mass_coefficient: f64,
-    /// ζ, s.
-    pub stiffness_coefficient: f64,
-    /// Of critical, per mode; empty for none, one value for all modes.
-    pub ratios: Vec<f64>,
-}
-
-/// The unknowns and how they move.
-enum Dynamics {
-    Modal(Box<Modal>),
-    Nodal(Only<NonlinearShell, Box<Nodal>>),
-    Reduced(Only<ReducedShell, Box<Reduced>>),
 }
 
 /// Room for loads on all vertices: positions and velocities for wind, forces first in world, then in frame axes (n_vertices each,
@@ -70,7 +44,7 @@ struct LoadScratch {
 /// See the module's text.
 pub struct State {
     model: Arc<Model>,
-    dynamics: Dynamics,
+    motion: Box<dyn Motion>,
     gravity: Vec3,
     loads: Loads,
     /// Forces act in the next step only.
@@ -93,172 +67,12 @@ pub struct State {
 const FOLLOWING_SETTLED: f64 = 1e-6;
 const FOLLOWING_ROUNDS: usize = 100;
 
-/// Unknowns and their rates.
-enum Unknowns {
-    Modal(Vec<f64>, Vec<f64>),
-    Nodal(Vec<Vec3>, Vec<Vec3>),
-    Reduced(reduced::Motion),
-}
-
-impl Dynamics {
-    /// At rest.
-    fn new(model: &Model, method: Method, integrator: Integrator) -> Result<Self> {
-        model.require(method)?;
-        let modal = |law| Self::Modal(Box::new(Modal::new(&model.modal, law, integrator)));
-        Ok(match method {
-            Method::Warp => modal(ForceLaw::Rotated),
-            Method::VirtualWorkWarp => modal(ForceLaw::VirtualWork),
-            Method::LinearModalAnalysis => modal(ForceLaw::Linear),
-            Method::RotationStrain => {
-                Self::Modal(Box::new(Modal::rotation_strain(&model.modal, model.rotation_strain()?, integrator)))
-            }
-            Method::ImplicitShell | Method::ExplicitShell => {
-                let proof = Proof::of(Feature::NonlinearShell)?;
-                Self::Nodal(Only::new(proof, Box::new(Nodal::new(model, method == Method::ExplicitShell)?)))
-            }
-            Method::ReducedShell => {
-                let proof = Proof::of(Feature::ReducedShell)?;
-                Self::Reduced(Only::new(proof, Box::new(Reduced::new(model)?)))
-            }
-        })
-    }
-
-    fn method(&self) -> Method {
-        match self {
-            Self::Modal(modal) if modal.strain().is_some() => Method::RotationStrain,
-            Self::Modal(modal) => match modal.law {
-                ForceLaw::Rotated => Method::Warp,
-                ForceLaw::VirtualWork => Method::VirtualWorkWarp,
-                ForceLaw::Linear => Method::LinearModalAnalysis,
-            },
-            Self::Nodal(nodal) if nodal.is_explicit() => Method::ExplicitShell,
-            Self::Nodal(_) => Method::ImplicitShell,
-            Self::Reduced(_) => Method::ReducedShell,
-        }
-    }
-
-    /// Hands displacement u and its rate u̇ (frame axes) of every vertex to `visit`, in order.
-    fn visit_motion(&self, model: &Model, mut visit: impl FnMut(usize, Vec3, Vec3)) {
-        match self {
-            Self::Modal(modal) => modal.visit_motion(&model.modal, visit),
-            Self::Nodal(nodal) => (0..nodal.u.len()).for_each(|v| visit(v, nodal.u[v], nodal.velocity[v])),
-            Self::Reduced(reduced) => reduced.visit_motion(model, visit),
-        }
-    }
-
-    /// Takes the motion nearest to displacements `u` and velocities `rate` (n_vertices) in the mass norm. Changes nothing on failure.
-    fn follow(&mut self, model: &Model, u: &[Vec3], rate: &[Vec3]) -> Result<()> {
-        match self {
-            Self::Modal(modal) => modal.follow(&model.modal, u, rate),
-            Self::Nodal(nodal) => nodal.follow(model, u, rate),
-            Self::Reduced(reduced) => reduced.follow(model, u, rate),
-        }
-    }
-
-    fn set_constraint_work(&mut self, work: f64) {
-        match self {
-            Self::Modal(modal) => modal.constraint_work = work,
-            Self::Nodal(nodal) => nodal.constraint_work = work,
-            Self::Reduced(reduced) => reduced.constraint_work = work,
-        }
-    }
-
-    /// No vertex is further from rest by more than some orders of magnitude.
-    fn largest_displacement(&self, model: &Model) -> f64 {
-        match self {
-            Self::Modal(modal) => {
-                modal.q.iter().zip(model.modal.participation().reach()).map(|(q, r)| r * q.abs()).sum()
-            }
-            Self::Nodal(nodal) => nodal.u.iter().map(|u| u.amax()).fold(0.0, f64::max),
-            Self::Reduced(_) => reduced::LARGEST_DISPLACEMENT * model.shell.mesh.size,
-        }
-    }
-
-    fn constraint_work(&self) -> f64 {
-        match self {
-            Self::Modal(modal) => modal.constraint_work,
-            Self::Nodal(nodal) => nodal.constraint_work,
-            Self::Reduced(reduced) => reduced.constraint_work,
-        }
-    }
-
-    fn motion(&self) -> Unknowns {
-        match self {
-            Self::Modal(modal) => Unknowns::Modal(modal.q.clone(), modal.q_dot.clone()),
-            Self::Nodal(nodal) => Unknowns::Nodal(nodal.u.clone(), nodal.velocity.clone()),
-            Self::Reduced(reduced) => Unknowns::Reduced(reduced.motion.clone()),
-        }
-    }
-
-    /// What [`Dynamics::motion`] gave.
-    fn set_motion(&mut self, motion: Unknowns) {
-        match (self, motion) {
-            (Self::Modal(modal), Unknowns::Modal(q, q_dot)) => (modal.q, modal.q_dot) = (q, q_dot),
-            (Self::Nodal(nodal), Unknowns::Nodal(u, velocity)) => (nodal.u, nodal.velocity) = (u, velocity),
-            (Self::Reduced(reduced), Unknowns::Reduced(motion)) => reduced.motion = motion,
-            _ => unreachable!("a state keeps its kind of unknowns"),
-        }
-    }
-
-    fn stop(&mut self) {
-        match self {
-            Self::Modal(modal) => modal.q_dot.fill(0.0),
-            Self::Nodal(nodal) => nodal.velocity.fill(Vec3::zeros()),
-            Self::Reduced(reduced) => reduced.stop(),
-        }
-    }
-
-    fn settle(&mut self, model: &Model, load: &BodyLoad, external: External, pose: &Pose) -> Result<(f64, usize)> {
-        match self {
-            Self::Modal(modal) => modal.settle(&model.modal, load, external, pose),
-            Self::Nodal(nodal) => nodal.settle(model, load, external, pose),
-            Self::Reduced(reduced) => reduced.settle(model, load, external, pose),
-        }
-    }
-
-    fn constraints(&self) -> &ConstraintSet {
-        match self {
-            Self::Modal(modal) => modal.constraints.set(),
-            Self::Nodal(nodal) => &nodal.constraints,
-            Self::Reduced(reduced) => &reduced.constraints,
-        }
-    }
-
-    /// Fails on constraints that the method cannot take.
-    fn check_constraint(&self, model: &Model, constraint: &Constraint) -> Result<()> {
-        let orientation = matches!(constraint.target, Target::Orientation(_));
-        match self {
-            Self::Modal(_) if orientation && model.modal.is_linear() => {
-                without_rotations("a constraint on an orientation")
-            }
-            _ => Ok(()),
-        }
-    }
-
-    fn change_constraints<T>(&mut self, change: impl FnOnce(&mut ConstraintSet) -> T) -> T {
-        match self {
-            Self::Modal(modal) => modal.constraints.change(change),
-            Self::Nodal(nodal) => change(&mut nodal.constraints),
-            Self::Reduced(reduced) => reduced.change_constraints(change),
-        }
-    }
-}
-
 /// The forces that [`State::evaluate_loads`] left in the scratch, or those on few vertices as they are, for the frame at `pose`.
 fn external<'a>(loads: &'a Loads, scratch: &'a LoadScratch, model: &Model, pose: &Pose) -> External<'a> {
-    match loads.on_some(model.shell.mass.len()) {
+    match loads.point_forces(model.shell.mass.len()) {
         Some(forces) => External::OnSome(forces, pose.rotation.inverse()),
         None => External::OnAll(&scratch.force),
     }
-}
-
-fn without_rotations<T>(what: &str) -> Result<T> {
-    let message = format!("{what}: the model was precomputed for linear modal analysis and has no rotations");
-    Err(Error::new(ErrorKind::Unsupported, message))
-}
-
-fn unsupported<T>(what: &str) -> Result<T> {
-    Err(Error::new(ErrorKind::Unsupported, format!("{what}: this state's method has no modes")))
 }
 
 impl State {
@@ -266,7 +80,7 @@ impl State {
     /// memory does not suffice for a nonlinear shell's factorization.
     pub fn new(model: Arc<Model>, method: Method, integrator: Integrator) -> Result<Self> {
         Ok(Self {
-            dynamics: Dynamics::new(&model, method, integrator)?,
+            motion: methods::build(&model, method, integrator)?,
             gravity: Vec3::zeros(),
             loads: Loads::default(),
             forces_once: false,
@@ -284,14 +98,9 @@ impl State {
 
     /// An independent copy.
     pub fn try_clone(&self) -> Result<Self> {
-        let dynamics = match &self.dynamics {
-            Dynamics::Modal(modal) => Dynamics::Modal(modal.clone()),
-            Dynamics::Nodal(nodal) => Dynamics::Nodal(nodal.with(Box::new(nodal.try_clone()?))),
-            Dynamics::Reduced(reduced) => Dynamics::Reduced(reduced.clone()),
-        };
         Ok(Self {
             model: self.model.clone(),
-            dynamics,
+            motion: self.motion.try_clone()?,
             gravity: self.gravity,
             loads: self.loads.clone(),
             forces_once: self.forces_once,
@@ -308,7 +117,7 @@ impl State {
 
     /// How it moves.
     pub fn method(&self) -> Method {
-        self.dynamics.method()
+        self.motion.method()
     }
 
     /// The model it moves on.
@@ -318,10 +127,7 @@ impl State {
 
     /// Modal amplitudes q and their rates q̇.
     pub fn amplitudes(&self) -> Result<(&[f64], &[f64])> {
-        match &self.dynamics {
-            Dynamics::Modal(modal) => Ok((&modal.q, &modal.q_dot)),
-            Dynamics::Nodal(_) | Dynamics::Reduced(_) => unsupported("amplitudes"),
-        }
+        self.motion.amplitudes()
     }
 
     /// Pose of the support frame at the end of the last step.
@@ -336,11 +142,7 @@ impl State {
 
     /// Back to rest and time 0. Loads, damping and constraints stay; the frame stays where it was last set, at rest.
     pub fn reset(&mut self) {
-        match &mut self.dynamics {
-            Dynamics::Modal(modal) => modal.reset(),
-            Dynamics::Nodal(nodal) => nodal.reset(),
-            Dynamics::Reduced(reduced) => reduced.reset(),
-        }
+        self.motion.reset();
         self.time = 0.0;
         self.frame = Frame::at_rest(self.frame.target);
         self.rates = Rates::default();
@@ -409,7 +211,7 @@ impl State {
     /// Room for what the present loads need.
     fn make_room(&mut self) -> Result<()> {
         let n = self.model.shell.mass.len();
-        let on_all = if self.loads.on_some(n).is_none() { n } else { 0 };
+        let on_all = if self.loads.point_forces(n).is_none() { n } else { 0 };
         let moving = if self.loads.needs_motion() { n } else { 0 };
         if (self.scratch.force.len(), self.scratch.x.len()) != (on_all, moving) {
             let room = |n: usize| crate::error::try_zeroed::<Vec3>("the loads", n);
@@ -426,72 +228,46 @@ impl State {
     }
 
     fn apply_damping(&mut self, damping: &Damping) -> Result<()> {
-        let xi = require_non_negative("mass_coefficient", damping.mass_coefficient)?;
-        let zeta = require_non_negative("stiffness_coefficient", damping.stiffness_coefficient)?;
+        require_non_negative("mass_coefficient", damping.mass_coefficient)?;
+        require_non_negative("stiffness_coefficient", damping.stiffness_coefficient)?;
         for (k, ratio) in damping.ratios.iter().enumerate() {
             require_non_negative(format_args!("ratios[{k}]"), *ratio)?;
         }
-        let eigenvalues = &self.model.modal.eigenvalues;
-        let (given, modes) = (damping.ratios.len(), eigenvalues.len());
-        let ratio = |k: usize| damping.ratios.get(k).or(damping.ratios.first()).copied().unwrap_or(0.0);
-        let by_ratio = |k: usize, lambda: &f64| 2.0 * ratio(k) * lambda.sqrt();
-        match &mut self.dynamics {
-            Dynamics::Nodal(_) if given > 0 => unsupported("damping ratios"),
-            Dynamics::Nodal(nodal) => {
-                nodal.damping = Rayleigh { mass: xi, stiffness: zeta };
-                self.rest.wake();
-                Ok(())
-            }
-            _ if given > 1 && given != modes => {
-                Err(Error::argument(format!("{given} damping ratios for {modes} modes: give none, 1 or {modes}")))
-            }
-            Dynamics::Modal(modal) => {
-                let coefficient = |(k, lambda): (usize, &f64)| xi + zeta * lambda + by_ratio(k, lambda);
-                let damping = eigenvalues.iter().enumerate().map(coefficient).collect();
-                let changed = modal.damping != damping;
-                modal.damping = damping;
-                self.wake_if(changed);
-                Ok(())
-            }
-            Dynamics::Reduced(reduced) => {
-                reduced.damping = Rayleigh { mass: xi, stiffness: zeta };
-                let ratios = eigenvalues.iter().enumerate().map(|(k, lambda)| by_ratio(k, lambda));
-                reduced.modal_damping = ratios.collect();
-                Ok(())
-            }
-        }
+        let changed = self.motion.set_damping(damping)?;
+        self.wake_if(changed);
+        Ok(())
     }
 
     /// Adds a constraint, or replaces the one with its id.
     pub fn set_constraint(&mut self, constraint: Constraint) -> Result<()> {
-        self.dynamics.check_constraint(&self.model, &constraint)?;
+        self.motion.check_constraint(&constraint)?;
         let n_vertices = self.model.shell.mass.len();
-        let changed = self.dynamics.change_constraints(|set| set.set(constraint, n_vertices))?;
+        let changed = self.motion.change(|set| set.set(constraint, n_vertices))?;
         self.wake_if(changed);
         Ok(())
     }
 
     /// Removes a constraint. Fails if there is none with this id.
     pub fn clear_constraint(&mut self, id: u32) -> Result<()> {
-        let found = self.dynamics.change_constraints(|set| set.clear(id));
+        let found = self.motion.change(|set| set.clear(id));
         self.wake_if(found);
         if found { Ok(()) } else { Err(Error::argument(format!("there is no constraint {id}"))) }
     }
 
     /// Removes all constraints.
     pub fn clear_constraints(&mut self) {
-        self.dynamics.change_constraints(ConstraintSet::clear_all);
+        self.motion.change(ConstraintSet::clear_all);
         self.rest.wake();
     }
 
     /// The constraints, by ascending id, with what the last step made of them.
     pub fn constraints(&self) -> impl Iterator<Item = (&Constraint, &Outcome)> {
-        self.dynamics.constraints().report()
+        self.motion.constraints().report()
     }
 
     /// Where the support frame is at the end of the next step. Set for the first time since creation or reset, and before any
     /// step, it is simply placed there.
-    pub fn set_frame(&mut self, target: Pose, motion: Motion) {
+    pub fn set_frame(&mut self, target: Pose, motion: FrameMotion) {
         let before = self.frame;
         if self.time == 0.0 && !self.placed {
             self.frame = Frame::at_rest(target);
@@ -504,16 +280,7 @@ impl State {
 
     /// Replaces q and q̇ (modes each).
     pub fn set_amplitudes(&mut self, q: &[f64], q_dot: &[f64]) -> Result<()> {
-        let Dynamics::Modal(modal) = &mut self.dynamics else { return unsupported("amplitudes") };
-        for (name, given) in [("amplitudes", q), ("velocities", q_dot)] {
-            if given.len() != modal.q.len() {
-                return Err(Error::argument(format!("{} {name} for {} modes", given.len(), modal.q.len())));
-            }
-            for (k, x) in given.iter().enumerate() {
-                require_finite(format_args!("{name}[{k}]"), *x)?;
-            }
-        }
-        modal.set_amplitudes(&self.model.modal, q, q_dot)?;
+        self.motion.set_amplitudes(q, q_dot)?;
         self.rest.wake();
         Ok(())
     }
@@ -535,13 +302,9 @@ impl State {
         }
         self.evaluate_loads(&frame.pose, &rates);
         let load = self.body_load(&frame.pose, &rates);
-        let Self { model, dynamics, loads, scratch, .. } = self;
+        let Self { model, motion, loads, scratch, .. } = self;
         let external = external(loads, scratch, model, &frame.pose);
-        match dynamics {
-            Dynamics::Modal(modal) => modal.step(&model.modal, &load, external, &frame.pose, h)?,
-            Dynamics::Nodal(nodal) => nodal.step(model, &load, external, &frame.pose, h)?,
-            Dynamics::Reduced(reduced) => reduced.step(model, &load, external, &frame.pose, h)?,
-        }
+        motion.step(&Acting { load: &load, external, pose: &frame.pose }, h)?;
         let still = frame == self.frame && rates == Rates::default() && !self.forces_once;
         (self.frame, self.rates) = (frame, rates);
         self.time += h;
@@ -559,34 +322,25 @@ impl State {
 
     /// Falls asleep when the last step has shown that nothing moves; nothing around the shell did when it was `still`.
     fn rest_after_step(&mut self, h: f64, still: bool) {
-        let Self { model, dynamics, rest, .. } = self;
-        let Dynamics::Modal(modal) = dynamics else { return };
+        let Self { motion, rest, .. } = self;
         if !still {
             rest.wake();
-        } else if rest.after_step(h, modal.unchanged, || modal.motion_left(&model.modal)) {
-            modal.q_dot.fill(0.0);
+        } else if rest.after_step(h, motion.is_unchanged(), || motion.motion_left()) {
+            motion.stop();
         }
     }
 
     /// About how long a step takes without forces and wind, for sharing out work: measured on one machine, and only good to a
     /// small factor.
     pub fn step_nanoseconds(&self) -> u64 {
-        let vertices = self.model.shell.mass.len() as u64;
-        match &self.dynamics {
-            Dynamics::Modal(modal) => match modal.strain() {
-                Some(strain) => 1000 + 200 * strain.n_samples() as u64,
-                None => 200 + vertices * (1 + self.model.modal.n_modes() as u64 / 3),
-            },
-            Dynamics::Nodal(nodal) => vertices * if nodal.is_explicit() { 300 } else { 20_000 },
-            Dynamics::Reduced(_) => self.model.reduced.as_ref().map_or(0, |reduced| reduced.step_nanoseconds()),
-        }
+        self.motion.step_nanoseconds()
     }
 
     /// Gravity and inertia as the unknowns feel them.
     fn body_load(&self, pose: &Pose, rates: &Rates) -> BodyLoad {
         let load = BodyLoad::new(self.gravity, pose, rates);
-        match (&self.dynamics, &self.model.shell.sag) {
-            (Dynamics::Modal(_), Some(sag)) => load.less(sag.gravity),
+        match &self.model.shell.sag {
+            Some(sag) if self.motion.is_about_sag() => load.without_sag_weight(sag.gravity),
             _ => load,
         }
     }
@@ -600,7 +354,7 @@ impl State {
 
     /// Fills the scratch with the external forces in the axes of the frame at `pose`.
     fn evaluate_loads(&mut self, pose: &Pose, rates: &Rates) {
-        if self.loads.on_some(self.model.shell.mass.len()).is_some() {
+        if self.loads.point_forces(self.model.shell.mass.len()).is_some() {
             return;
         }
         let mut scratch = std::mem::take(&mut self.scratch);
@@ -611,8 +365,8 @@ impl State {
     /// As [`State::evaluate_loads`], into any scratch with the state's room.
     fn fill_loads(&self, pose: &Pose, rates: &Rates, scratch: &mut LoadScratch) {
         if self.loads.needs_motion() {
-            let place = self.placing(pose, rates, scratch);
-            self.dynamics.visit_motion(&self.model, place);
+            let mut place = self.placing(pose, rates, scratch);
+            self.motion.visit_motion(&mut place);
         }
         self.press(pose, scratch);
     }
@@ -639,13 +393,13 @@ impl State {
     /// there ([`Frame::steady_rates`]); time does not pass. Returns the residual relative to the load, and the iterations. Fails,
     /// changing nothing, when none is found.
     pub fn equilibrium(&mut self) -> Result<(f64, usize)> {
-        let before = self.dynamics.motion();
-        let constraints = self.dynamics.constraints().clone(); // with what the last step made of them
+        let before = self.motion.unknowns();
+        let constraints = self.motion.constraints().clone(); // with what the last step made of them
         let (pose, rates) = (self.frame.target, self.frame.steady_rates());
         let found = self.settle(&pose, &rates);
         if found.is_err() {
-            self.dynamics.set_motion(before);
-            self.dynamics.change_constraints(|set| *set = constraints);
+            self.motion.set_unknowns([&before[0], &before[1]]);
+            self.motion.change(|set| *set = constraints);
             return found;
         }
         self.frame = self.frame.moving_at(&rates);
@@ -661,13 +415,14 @@ impl State {
         let load = self.body_load(pose, rates);
         let (mut last, mut iterations) = (Vec::new(), 0);
         for _ in 0..FOLLOWING_ROUNDS {
-            self.dynamics.stop();
+            self.motion.stop();
             self.evaluate_loads(pose, rates);
             let force = self.following_forces(&load);
             let change: f64 = force.iter().zip(&last).map(|(a, b): (&Vec3, &Vec3)| (a - b).norm_squared()).sum();
             let size: f64 = force.iter().map(|f| f.norm_squared()).sum();
-            let Self { model, dynamics, loads, scratch, .. } = &mut *self;
-            let (residual, more) = dynamics.settle(model, &load, external(loads, scratch, model, pose), pose)?;
+            let Self { model, motion, loads, scratch, .. } = &mut *self;
+            let external = external(loads, scratch, model, pose);
+            let (residual, more) = motion.settle(&Acting { load: &load, external, pose })?;
             iterations += more;
             let settled = !last.is_empty() && change <= FOLLOWING_SETTLED * FOLLOWING_SETTLED * size;
             if force.is_empty() || settled {
@@ -685,10 +440,10 @@ impl State {
     fn following_forces(&self, load: &BodyLoad) -> Vec<Vec3> {
         let (mesh, mass) = (&self.model.shell.mesh, &self.model.shell.mass);
         let mut force = if self.loads.needs_motion() { self.scratch.force.clone() } else { vec![] };
-        if load.spin_rate().is_some() && !matches!(self.dynamics, Dynamics::Modal(_)) {
+        if load.spin_rate().is_some() && !self.motion.settles_spin() {
             force.resize(mass.len(), Vec3::zeros());
             let place = |v: usize, u: Vec3, _| force[v] += load.at(mass[v], mesh.positions[v] + u, Vec3::zeros());
-            self.dynamics.visit_motion(&self.model, place);
+            self.motion.visit_motion(&mut { place });
         }
         force
     }

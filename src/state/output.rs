@@ -1,8 +1,9 @@
 //! What a state shows: positions, normals, rotations, and measures.
 
-use super::{Dynamics, Modal, Space, State, without_rotations};
+use super::{Space, State};
+use crate::methods::all_finite;
 use crate::support::Pose;
-use crate::warp::{Extent, ModalRotation, Placement};
+use crate::warp::Placement;
 use crate::{Error, ErrorKind, Result, Vec3};
 use nalgebra::UnitQuaternion;
 
@@ -21,7 +22,7 @@ pub struct Report {
     pub max_rotation: f64,
     /// Largest |u| in the frame.
     pub max_displacement: f64,
-    /// Of all vertices, the share that is turned beyond [`ROTATION_RANGE`], or half a turn by rotation–strain reconstruction.
+    /// Of all vertices, the share that is turned beyond [`super::ROTATION_RANGE`], or half a turn by rotation–strain reconstruction.
     pub fraction_turned_too_far: f64,
     /// Steps of a reduced shell since creation or reset whose search ended short of its tolerance.
     pub unconverged_steps: u64,
@@ -30,12 +31,9 @@ pub struct Report {
 /// Of the range of a format's numbers: there is no need to look at each vertex within it.
 const NEAR: f64 = 1e-8;
 
-/// Beyond a quarter turn the warp's own error exceeds a fifth of the displacement (closed form of a strip bent to an arc).
-pub const ROTATION_RANGE: f64 = std::f64::consts::FRAC_PI_2;
-
 impl Report {
     /// Fails with the first measure that is no number.
-    pub fn told(self) -> Result<Self> {
+    pub fn all_finite(self) -> Result<Self> {
         let measures = [
             ("kinetic_energy", self.kinetic_energy),
             ("elastic_energy", self.elastic_energy),
@@ -49,17 +47,6 @@ impl Report {
                 let message = format!("{name} is {value}: the state is beyond the range of numbers");
                 Err(Error::new(ErrorKind::Numerical, message))
             }
-        }
-    }
-}
-
-/// Fails with the first vertex whose value is none.
-fn told<T>(what: &str, values: &[T], good: impl Fn(&T) -> bool) -> Result<()> {
-    match values.iter().position(|value| !good(value)) {
-        None => Ok(()),
-        Some(v) => {
-            let message = format!("the {what} at vertex {v} is beyond the range of numbers");
-            Err(Error::new(ErrorKind::Numerical, message))
         }
     }
 }
@@ -85,7 +72,7 @@ impl State {
     /// mesh or the displacement is far out.
     pub fn check_range(&self, space: Space, largest: f64) -> Result<()> {
         let mesh = &self.model.shell.mesh;
-        let far = self.placement(space).origin.amax() + mesh.reach + self.dynamics.largest_displacement(&self.model);
+        let far = self.placement(space).origin.amax() + mesh.reach + self.motion.largest_displacement();
         if far <= NEAR * largest {
             return Ok(());
         }
@@ -112,40 +99,20 @@ impl State {
 
     /// Hands the deformed positions of all vertices to `write`, in order: the first vertex of some, and their rows x y z.
     pub fn position_rows(&self, space: Space, mut write: impl FnMut(usize, &[[f64; 3]])) {
-        let placement = self.placement(space);
-        match &self.dynamics {
-            Dynamics::Modal(modal) => modal.positions(&self.model.modal, &placement, write),
-            Dynamics::Nodal(nodal) => nodal.positions(&self.model, &placement, |v, x| write(v, &[x.into()])),
-            Dynamics::Reduced(reduced) => reduced.positions(&self.model, &placement, |v, x| write(v, &[x.into()])),
-        }
+        self.motion.positions(&self.placement(space), &mut write);
     }
 
     /// As [`State::position_rows`], rounded to f32. A modal method on an f32 basis computes them in f32, rest positions, frame
     /// and displacement alike: within four units in the last place of the largest coordinate among these.
     pub fn position_rows_f32(&self, space: Space, mut write: impl FnMut(usize, &[[f32; 3]])) {
-        let placement = self.placement(space);
-        match &self.dynamics {
-            Dynamics::Modal(modal) => modal.positions_f32(&self.model.modal, &placement, write),
-            Dynamics::Reduced(reduced) => reduced.positions_f32(&self.model, &placement, write),
-            Dynamics::Nodal(nodal) => {
-                nodal.positions(&self.model, &placement, |v, x| write(v, &[[x.x as f32, x.y as f32, x.z as f32]]));
-            }
-        }
+        self.motion.positions_f32(&self.placement(space), &mut write);
     }
 
     /// Hands the positions of `vertices` alone to `write`, to the bits of [`State::position_rows`]: the place in the list, and
     /// the row. Costs as much as the blocks of 16 vertices that they lie in. Fails on a vertex that does not exist.
     pub fn positions_of(&self, space: Space, vertices: &[u32], mut write: impl FnMut(usize, [f64; 3])) -> Result<()> {
         self.check_vertices(vertices)?;
-        let placement = self.placement(space);
-        match &self.dynamics {
-            Dynamics::Modal(modal) => modal.positions_of(&self.model.modal, &placement, vertices, write),
-            Dynamics::Nodal(nodal) => {
-                let place = |v: &u32| nodal.position(&self.model, &placement, *v as usize).into();
-                vertices.iter().map(place).enumerate().for_each(|(i, x)| write(i, x));
-            }
-            Dynamics::Reduced(reduced) => reduced.positions_of(&self.model, &placement, vertices, write),
-        }
+        self.motion.positions_of(&self.placement(space), vertices, &mut write);
         Ok(())
     }
 
@@ -157,15 +124,7 @@ impl State {
         mut write: impl FnMut(usize, [f32; 3]),
     ) -> Result<()> {
         self.check_vertices(vertices)?;
-        let placement = self.placement(space);
-        match &self.dynamics {
-            Dynamics::Modal(modal) => modal.positions_of_f32(&self.model.modal, &placement, vertices, write),
-            Dynamics::Nodal(nodal) => {
-                let place = |v: &u32| nodal.position(&self.model, &placement, *v as usize).map(|c| c as f32).into();
-                vertices.iter().map(place).enumerate().for_each(|(i, x)| write(i, x));
-            }
-            Dynamics::Reduced(reduced) => reduced.positions_of_f32(&self.model, &placement, vertices, write),
-        }
+        self.motion.positions_of_f32(&self.placement(space), vertices, &mut write);
         Ok(())
     }
 
@@ -183,7 +142,7 @@ impl State {
         self.positions(Space::Frame, |v, position| x[v] = position);
         let rotation = self.rotation_to(space);
         let normals = self.model.shell.mesh.normals(&x);
-        told("normal", &normals, |n| n.iter().all(|c| c.is_finite()))?;
+        all_finite("normal", &normals, |n| n.iter().all(|c| c.is_finite()))?;
         normals.into_iter().enumerate().for_each(|(v, n)| write(v, rotation * n));
         Ok(())
     }
@@ -192,78 +151,28 @@ impl State {
     /// the modal rotation w, or for a nonlinear shell the mean rotation of the vertex's triangles.
     pub fn rotations(&self, space: Space, mut write: impl FnMut(usize, UnitQuaternion<f64>)) -> Result<()> {
         let frame = self.rotation_to(space);
-        match &self.dynamics {
-            Dynamics::Modal(_) if self.model.modal.is_linear() => return without_rotations("rotations"),
-            Dynamics::Modal(modal) => {
-                modal.visit_turns(&self.model.modal, |v, w| write(v, frame * UnitQuaternion::from_scaled_axis(w)));
-            }
-            Dynamics::Nodal(nodal) => {
-                let rotations = nodal.rotations(&self.model);
-                told("rotation", &rotations, |r| r.coords.iter().all(|c| c.is_finite()))?;
-                rotations.into_iter().enumerate().for_each(|(v, r)| write(v, frame * r));
-            }
-            Dynamics::Reduced(reduced) => {
-                let rotations = reduced.rotations(&self.model);
-                told("rotation", &rotations, |r| r.coords.iter().all(|c| c.is_finite()))?;
-                rotations.into_iter().enumerate().for_each(|(v, r)| write(v, frame * r));
-            }
-        }
-        Ok(())
-    }
-
-    /// The rotation, rad, beyond which the method's positions are no longer good.
-    fn rotation_range(&self) -> f64 {
-        match &self.dynamics {
-            Dynamics::Modal(modal) if modal.strain().is_some() => crate::strain::REACH,
-            _ => ROTATION_RANGE,
-        }
+        self.motion.rotations(&mut |v, rotation| write(v, frame * rotation))
     }
 
     /// Energies, and how far the shell is bent.
     pub fn report(&self) -> Report {
-        let (extent, (elastic_energy, kinetic_energy), constraint_work) = match &self.dynamics {
-            Dynamics::Modal(modal) => {
-                let extent = match self.model.modal.is_linear() {
-                    true => self.linear_extent(modal),
-                    false => modal.extent(&self.model.modal, self.rotation_range().powi(2)),
-                };
-                (extent, modal.energies(&self.model.modal), modal.constraint_work)
-            }
-            Dynamics::Nodal(nodal) => {
-                (nodal.extent(&self.model, ROTATION_RANGE), nodal.energies(&self.model), nodal.constraint_work)
-            }
-            Dynamics::Reduced(reduced) => {
-                (reduced.extent(&self.model, ROTATION_RANGE), reduced.energies(&self.model), reduced.constraint_work)
-            }
-        };
+        let extent = self.motion.extent();
+        let (elastic_energy, kinetic_energy) = self.motion.energies();
         Report {
             time: self.time,
             kinetic_energy,
             elastic_energy,
-            constraint_work,
+            constraint_work: self.motion.constraint_work(),
             max_rotation: extent.rotation.sqrt(),
             max_displacement: extent.displacement.sqrt(),
             fraction_turned_too_far: extent.beyond as f64 / self.model.shell.mass.len() as f64,
-            unconverged_steps: if let Dynamics::Reduced(reduced) = &self.dynamics { reduced.unconverged } else { 0 },
-        }
-    }
-
-    /// How far a model without Ψ is bent, by w = W(Φq), which is Ψq.
-    fn linear_extent(&self, modal: &Modal) -> Extent {
-        let mut u = vec![Vec3::zeros(); self.model.shell.mass.len()];
-        modal.visit_motion(&self.model.modal, |v, displacement, _| u[v] = displacement);
-        let turns: Vec<f64> =
-            ModalRotation::new(&self.model.shell.mesh).apply(&u).iter().map(Vec3::norm_squared).collect();
-        Extent {
-            displacement: u.iter().map(Vec3::norm_squared).fold(0.0, f64::max),
-            rotation: turns.iter().copied().fold(0.0, f64::max),
-            beyond: turns.iter().filter(|turn| **turn > ROTATION_RANGE * ROTATION_RANGE).count(),
+            unconverged_steps: self.motion.unconverged_steps(),
         }
     }
 
     /// Whether no vertex is turned further than the method's rotations are good for; always for the nonlinear shell. No measure of the
     /// error: see [`State::certify`].
     pub fn turn_in_range(&self, report: &Report) -> bool {
-        !matches!(self.dynamics, Dynamics::Modal(_)) || report.max_rotation <= self.rotation_range()
+        self.motion.rotation_range().is_none_or(|range| report.max_rotation <= range)
     }
 }

@@ -35,7 +35,7 @@ impl State {
                 return Err(refused("velocities", v, &velocity.map_or(rate[v], |velocity| velocity[v]), &why));
             }
         }
-        self.dynamics.follow(&self.model, &u, &rate)?;
+        self.motion.project_from(&u, &rate)?;
         self.rest.wake();
         let (shell, mut square) = (&self.model.shell, 0.0);
         let add = |v: usize, now: Vec3| square += shell.mass[v] * (now - shell.mesh.positions[v] - u[v]).norm_squared();

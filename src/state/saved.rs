@@ -4,8 +4,7 @@
 //! and the pose asked for next are inputs and not saved. Version 1 had no method: its amplitudes mean something else to each, so that it
 //! is refused.
 
-use super::reduced::Motion;
-use super::{Dynamics, Method, Nodal, Reduced, State};
+use super::{Method, State};
 use crate::support::{Frame, Pose};
 use crate::{Error, ErrorKind, Result, Vec3};
 use nalgebra::{Quaternion, UnitQuaternion, Vector4};
@@ -26,25 +25,9 @@ fn word(bytes: &[u8], at: usize) -> u64 {
 }
 
 impl State {
-    fn n_unknowns(&self) -> usize {
-        match &self.dynamics {
-            Dynamics::Modal(modal) => modal.q.len(),
-            Dynamics::Nodal(nodal) => 3 * nodal.u.len(),
-            Dynamics::Reduced(reduced) => reduced.motion.q.len(),
-        }
-    }
-
-    /// Of the model, as far as this kind of unknowns goes.
-    fn fingerprint(&self) -> u64 {
-        match &self.dynamics {
-            Dynamics::Modal(_) | Dynamics::Nodal(_) => self.model.fingerprint,
-            Dynamics::Reduced(_) => self.model.reduced_fingerprint,
-        }
-    }
-
     /// Size of [`State::save`].
     pub fn saved_size(&self) -> usize {
-        HEADER + 8 * (FIXED_DOUBLES + 2 * self.n_unknowns()) + 8
+        HEADER + 8 * (FIXED_DOUBLES + 2 * self.motion.n_unknowns()) + 8
     }
 
     /// The dynamic state: restoring it continues bit for bit.
@@ -53,28 +36,15 @@ impl State {
         bytes.extend(MAGIC);
         bytes.extend(VERSION.to_le_bytes());
         bytes.extend((self.method().number() as u16).to_le_bytes());
-        bytes.extend(self.fingerprint().to_le_bytes());
-        bytes.extend((self.n_unknowns() as u64).to_le_bytes());
+        bytes.extend(self.motion.fingerprint().to_le_bytes());
+        bytes.extend((self.motion.n_unknowns() as u64).to_le_bytes());
         let mut push = |x: &f64| bytes.extend(x.to_le_bytes());
         let Frame { pose, velocity, angular_velocity, .. } = &self.frame;
         push(&self.time);
         pose.origin.iter().chain(pose.rotation.coords.iter()).for_each(&mut push);
         velocity.iter().chain(angular_velocity.iter()).for_each(&mut push);
-        match &self.dynamics {
-            Dynamics::Modal(modal) => {
-                push(&modal.constraint_work);
-                modal.q.iter().chain(&modal.q_dot).for_each(push);
-            }
-            Dynamics::Nodal(nodal) => {
-                push(&nodal.constraint_work);
-                nodal.u.iter().chain(&nodal.velocity).flat_map(|v| v.iter()).for_each(push);
-            }
-            Dynamics::Reduced(reduced) => {
-                push(&reduced.constraint_work);
-                let Motion { q, q_dot } = &reduced.motion;
-                q.iter().chain(q_dot).for_each(push);
-            }
-        }
+        push(&self.motion.constraint_work());
+        self.motion.unknowns().iter().flatten().for_each(push);
         bytes.extend(xxh3_64(&bytes).to_le_bytes());
         bytes
     }
@@ -91,27 +61,9 @@ impl State {
         self.placed = true;
         self.rates = Default::default();
         self.frame = Frame { velocity: vector(8), angular_velocity: vector(11), ..Frame::at_rest(pose) };
-        let (unknowns, rates) = numbers[FIXED_DOUBLES..].split_at(self.n_unknowns());
-        match &mut self.dynamics {
-            Dynamics::Modal(modal) => {
-                modal.constraint_work = numbers[14];
-                modal.q.copy_from_slice(unknowns);
-                modal.q_dot.copy_from_slice(rates);
-            }
-            Dynamics::Nodal(nodal) => {
-                nodal.constraint_work = numbers[14];
-                let copy = |to: &mut [Vec3], from: &[f64]| {
-                    to.iter_mut().zip(from.chunks_exact(3)).for_each(|(to, from)| to.copy_from_slice(from));
-                };
-                copy(&mut nodal.u, unknowns);
-                copy(&mut nodal.velocity, rates);
-            }
-            Dynamics::Reduced(reduced) => {
-                reduced.constraint_work = numbers[14];
-                reduced.motion.q.copy_from_slice(unknowns);
-                reduced.motion.q_dot.copy_from_slice(rates);
-            }
-        }
+        let (unknowns, rates) = numbers[FIXED_DOUBLES..].split_at(self.motion.n_unknowns());
+        self.motion.set_constraint_work(numbers[14]);
+        self.motion.set_unknowns([unknowns, rates]);
         Ok(())
     }
 
@@ -143,7 +95,7 @@ impl State {
 
     fn checked_numbers(&self, bytes: &[u8]) -> Result<Vec<f64>> {
         self.check_saved_kind(bytes)?;
-        let (found, expected) = (word(bytes, 16), self.n_unknowns() as u64);
+        let (found, expected) = (word(bytes, 16), self.motion.n_unknowns() as u64);
         if found != expected || bytes.len() != self.saved_size() {
             let sizes = format!("{} bytes for {found} unknowns", bytes.len());
             return invalid(format!("the saved state has {sizes}; this one has {} for {expected}", self.saved_size()));
@@ -152,7 +104,7 @@ impl State {
         if xxh3_64(&bytes[..body]) != word(bytes, body) {
             return invalid("the saved state is damaged: its checksum does not match");
         }
-        if word(bytes, 8) != self.fingerprint() {
+        if word(bytes, 8) != self.motion.fingerprint() {
             return invalid("the saved state belongs to another model");
         }
         let numbers: Vec<f64> = (HEADER..body).step_by(8).map(|at| f64::from_bits(word(bytes, at))).collect();
@@ -160,14 +112,8 @@ impl State {
         if numbers.iter().any(|x| !x.is_finite()) || (turn - 1.0).abs() > 1e-9 || numbers[0] < 0.0 {
             return invalid("the saved state holds numbers out of range");
         }
-        let (unknowns, rates) = numbers[FIXED_DOUBLES..].split_at(self.n_unknowns());
-        let vectors = |from: &[f64]| from.chunks_exact(3).map(Vec3::from_column_slice).collect::<Vec<_>>();
-        let sound = match &self.dynamics {
-            Dynamics::Modal(modal) => modal.has_meaning(&self.model.modal, unknowns, rates),
-            Dynamics::Nodal(_) => Nodal::has_meaning(&self.model, &vectors(unknowns), &vectors(rates)),
-            Dynamics::Reduced(_) => Reduced::has_meaning(&self.model, unknowns, rates),
-        };
-        if !sound {
+        let (unknowns, rates) = numbers[FIXED_DOUBLES..].split_at(self.motion.n_unknowns());
+        if !self.motion.is_representable([unknowns, rates]) {
             return invalid("the saved state moves vertices beyond all range");
         }
         Ok(numbers)

@@ -45,11 +45,11 @@ fn off(scene: &Scene, state: &State, case: &Case) -> f64 {
 
 /// A model without its stress fields: the membrane's own energy on the same fields and elements.
 fn without_stress_fields(mut model: Model) -> Model {
-    if let Some(of) = model.reduced.take() {
+    if let Some(of) = model.reduced.take().and_then(Arc::into_inner) {
         let modes = model.modal.n_modes();
         let plain =
             ReducedShell::assemble(&model.shell, of.fields, of.samples, Assumed::none(), DMatrix::zeros(modes, modes));
-        model.reduced = Some(plain.unwrap());
+        model.reduced = Some(Arc::new(plain.unwrap()));
     }
     model
 }

@@ -5,11 +5,11 @@
 //! which need J and Jᵀ only as products. JᵀMJ is near the unit matrix, so they take few rounds. The rates are the linear problem
 //! min ½ Σ m |u̇ − Jq̇|² at that pose.
 
-use super::modal::Modal;
+use super::{Map, Modal};
+use crate::Vec3;
 use crate::modal::ModalBasis;
 use crate::support::Pose;
 use crate::warp::Placement;
-use crate::{Result, Vec3};
 
 /// Steps of Gauss and Newton, at most; they end where one moves q by less than this share.
 const STEPS: usize = 60;
@@ -26,18 +26,18 @@ struct Miss {
     square: f64,
 }
 
-/// A modal state's map from q to displacements, and its derivative J.
-struct Map<'a> {
-    modal: &'a Modal,
+/// A map from q to displacements, and its derivative J.
+struct Fit<'a, M> {
+    map: &'a M,
     basis: &'a ModalBasis,
 }
 
-impl Map<'_> {
+impl<M: Map> Fit<'_, M> {
     fn miss(&self, u: &[Vec3], q: &[f64]) -> Miss {
         let Pose { origin, .. } = Pose::identity();
         let (rest, mass) = (&self.basis.shell.mesh.positions, &self.basis.shell.mass);
         let mut miss = Miss { at: u.to_vec(), square: 0.0 };
-        self.modal.positions_at((self.basis, q), &Placement { origin, rotation: None }, |first, rows| {
+        self.map.positions((self.basis, q), &Placement { origin, rotation: None }, |first, rows| {
             for (i, x) in rows.iter().enumerate() {
                 let v = first + i;
                 miss.at[v] -= Vec3::from(*x) - rest[v];
@@ -49,7 +49,7 @@ impl Map<'_> {
 
     /// Jp at q.
     fn along(&self, q: &[f64], p: &[f64], out: &mut [Vec3]) {
-        self.modal.visit_visible(self.basis, (q, p), |v, _, rate| out[v] = rate);
+        self.map.visit_visible_motion(self.basis, (q, p), |v, _, rate| out[v] = rate);
     }
 
     /// JᵀM of a field at q.
@@ -57,7 +57,7 @@ impl Map<'_> {
         let weighted = (0u32..).zip(field.iter().zip(&self.basis.shell.mass)).map(|(v, (f, m))| (v, f * *m));
         let weighted: Vec<_> = weighted.collect();
         let mut along = vec![0.0; q.len()];
-        self.modal.pull_back(self.basis, q, &weighted, &mut along);
+        self.map.pull_back((self.basis, q), &weighted, &mut along);
         along
     }
 
@@ -88,7 +88,7 @@ impl Map<'_> {
 
     /// q of the least Σ m |u − u(q)|², from the rest pose.
     fn nearest(&self, u: &[Vec3]) -> Vec<f64> {
-        let mut q = vec![0.0; self.modal.q.len()];
+        let mut q = vec![0.0; self.basis.n_modes()];
         let mut miss = self.miss(u, &q);
         for _ in 0..STEPS {
             let step = self.solve(&q, miss.at.clone());
@@ -118,13 +118,12 @@ fn norm_squared(x: &[f64]) -> f64 {
     x.iter().map(|x| x * x).sum()
 }
 
-impl Modal {
-    /// Takes the pose nearest to displacements `u` in the mass norm, and the rates that move it most nearly as `rate` (n_vertices).
-    /// Changes nothing on failure.
-    pub fn follow(&mut self, modal: &ModalBasis, u: &[Vec3], rate: &[Vec3]) -> Result<()> {
-        let map = Map { modal: self, basis: modal };
-        let q = map.nearest(u);
-        let q_dot = map.solve(&q, rate.to_vec());
-        self.set_amplitudes(modal, &q, &q_dot)
+impl<M: Map> Modal<M> {
+    /// The pose nearest to displacements `u` in the mass norm, and the rates that move it most nearly as `rate` (n_vertices).
+    pub fn nearest(&self, u: &[Vec3], rate: &[Vec3]) -> (Vec<f64>, Vec<f64>) {
+        let fit = Fit { map: &self.map, basis: &self.basis };
+        let q = fit.nearest(u);
+        let q_dot = fit.solve(&q, rate.to_vec());
+        (q, q_dot)
     }
 }

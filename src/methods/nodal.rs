@@ -1,0 +1,355 @@
+//! Motion vertex by vertex: the nonlinear discrete shell, the baseline that modal methods are measured against.
+
+use super::plan::{AS_BEFORE, Around, BEFORE_ANY, FORCE_VERTEX, ITERATIONS, Part, PartKind};
+use super::{Acting, Damping, Motion, ROTATION_RANGE, Reaction, unsupported, write_rotations};
+use crate::constraint::{Constraint, ConstraintSet, Outcome, Target};
+use crate::features::{Feature, NonlinearShell, Proof};
+use crate::method::Method;
+use crate::reference::{self, Handle, Rayleigh, Solver, vertex_rotations};
+use crate::support::Pose;
+use crate::warp::{Extent, Placement};
+use crate::{Error, ErrorKind, Mesh, Model, Result, Shell, Vec3, wide_norm};
+use nalgebra::UnitQuaternion;
+use std::sync::Arc;
+
+/// Past this displacement, in units of the model's size, a shell has no meaning left; its energy has room for the fourth power.
+const LARGEST_DISPLACEMENT: f64 = 1e30;
+/// Of an element of the nonlinear shell in an explicit step.
+const EXPLICIT_ELEMENT: f64 = 275.0;
+/// Of an iteration of its implicit step: of an element, a multiplication of the factorization, an entry of the factor.
+const IMPLICIT_STEP: [f64; 3] = [4300.0, 2.0, 4.0];
+
+/// Displacements and velocities in frame axes, with the solver and its scratch.
+struct Nodal {
+    shell: Arc<Shell>,
+    fingerprint: u64,
+    solver: Solver,
+    explicit: bool,
+    damping: Rayleigh,
+    constraints: ConstraintSet,
+    constraint_work: f64,
+    u: Vec<Vec3>,
+    velocity: Vec<Vec3>,
+    /// Linear solves of the last step; 0 before one.
+    iterations: usize,
+    force: Vec<Vec3>,
+    /// u and the velocity before the step.
+    before: [Vec<Vec3>; 2],
+}
+
+/// At rest, undamped. Fails when memory does not suffice for the factorization's analysis.
+pub fn build(model: &Model, method: Method) -> Result<Box<dyn Motion>> {
+    let _proof: NonlinearShell = Proof::of(Feature::NonlinearShell)?;
+    let zeros = vec![Vec3::zeros(); model.shell.mass.len()];
+    Ok(Box::new(Nodal {
+        shell: model.shell.clone(),
+        fingerprint: model.fingerprint,
+        solver: Solver::new(model.shell.clone())?,
+        explicit: method == Method::ExplicitShell,
+        damping: Rayleigh::default(),
+        constraints: ConstraintSet::default(),
+        constraint_work: 0.0,
+        iterations: 0,
+        u: zeros.clone(),
+        velocity: zeros.clone(),
+        force: zeros.clone(),
+        before: [zeros.clone(), zeros],
+    }))
+}
+
+impl Nodal {
+    fn set_force(&mut self, Acting { load, external, .. }: &Acting) -> Result<()> {
+        let shell = &self.shell;
+        for v in 0..self.force.len() {
+            let r = shell.mesh.positions[v] + self.u[v];
+            self.force[v] = load.at(shell.mass[v], r, self.velocity[v]);
+            if let Some(forces) = external.on_all() {
+                self.force[v] += forces[v];
+            }
+        }
+        external.on_some().for_each(|(v, force)| self.force[v as usize] += force);
+        for (v, force) in self.force.iter().enumerate() {
+            if !force.iter().all(|c| c.is_finite()) {
+                return Err(Error::new(ErrorKind::Numerical, format!("the load on vertex {v} is not finite")));
+            }
+        }
+        Ok(())
+    }
+
+    /// Gives the solver the constraints, in frame axes.
+    fn take_handles(&mut self, pose: &Pose) -> Result<()> {
+        let to_frame = pose.rotation.inverse();
+        let handle = |c: &Constraint| {
+            let target = match c.target {
+                Target::Position(world) => reference::Target::Position(to_frame * (world - pose.origin)),
+                Target::Orientation(world) => reference::Target::Orientation(to_frame * world),
+            };
+            Handle { vertex: c.vertex, held: c.axes, compliance: c.compliance, target }
+        };
+        let handles = self.constraints.report().map(|(c, _)| handle(c)).collect();
+        self.solver.set_handles(*to_frame.to_rotation_matrix().matrix(), handles, &self.u)
+    }
+
+    /// Takes down what the solver made of the constraints; returns the work done by them.
+    fn record_outcomes(&mut self, iterations: usize) -> f64 {
+        let (reactions, work) = self.solver.reactions();
+        let iterations = iterations.max(1) as u32;
+        for (k, reaction) in reactions.iter().enumerate() {
+            let reference::Reaction { missing, force } = reaction;
+            let outcome = Outcome { residual: wide_norm(missing), force: *force, iterations };
+            self.constraints.record_outcome(k, outcome);
+        }
+        work
+    }
+
+    /// Whether positions and energies are numbers.
+    fn is_within_range(&self, u: &[Vec3], velocity: &[Vec3]) -> bool {
+        let largest = LARGEST_DISPLACEMENT * self.shell.mesh.size;
+        let kinetic: f64 = self.shell.mass.iter().zip(velocity).map(|(m, v)| m * v.norm_squared()).sum();
+        kinetic.is_finite() && u.iter().flatten().all(|c| c.abs() <= largest)
+    }
+
+    fn position(&self, placement: &Placement, v: usize) -> Vec3 {
+        let local = self.shell.mesh.positions[v] + self.u[v];
+        placement.origin + placement.rotation.map_or(local, |rotation| rotation * local)
+    }
+}
+
+impl Motion for Nodal {
+    fn method(&self) -> Method {
+        if self.explicit { Method::ExplicitShell } else { Method::ImplicitShell }
+    }
+
+    /// With a solver of its own.
+    fn try_clone(&self) -> Result<Box<dyn Motion>> {
+        Ok(Box::new(Self {
+            shell: self.shell.clone(),
+            fingerprint: self.fingerprint,
+            solver: Solver::new(self.shell.clone())?,
+            explicit: self.explicit,
+            damping: self.damping,
+            constraints: self.constraints.clone(),
+            constraint_work: self.constraint_work,
+            iterations: self.iterations,
+            u: self.u.clone(),
+            velocity: self.velocity.clone(),
+            force: self.force.clone(),
+            before: self.before.clone(),
+        }))
+    }
+
+    fn reset(&mut self) {
+        self.u.fill(Vec3::zeros());
+        self.velocity.fill(Vec3::zeros());
+        self.constraints.reset();
+        self.constraint_work = 0.0;
+        self.iterations = 0;
+    }
+
+    fn stop(&mut self) {
+        self.velocity.fill(Vec3::zeros());
+    }
+
+    fn step(&mut self, acting: &Acting, h: f64) -> Result<()> {
+        self.set_force(acting)?;
+        self.take_handles(acting.pose)?;
+        let Self { solver, explicit, damping, u, velocity, force, before, .. } = self;
+        before[0].copy_from_slice(u);
+        before[1].copy_from_slice(velocity);
+        let iterations = if *explicit {
+            solver.symplectic_euler(u, velocity, force, *damping, h)?;
+            1
+        } else {
+            solver.implicit_euler(u, velocity, force, *damping, h)?.iterations
+        };
+        let work = self.record_outcomes(iterations);
+        let finite = (self.constraint_work + work).is_finite() && self.constraints.is_finite();
+        if finite && self.is_within_range(&self.u, &self.velocity) {
+            self.constraint_work += work;
+            self.constraints.accept();
+            self.iterations = iterations;
+            return Ok(());
+        }
+        self.u.copy_from_slice(&self.before[0]);
+        self.velocity.copy_from_slice(&self.before[1]);
+        let advice = if self.explicit { ": take shorter steps" } else { "" };
+        let message = format!("the step of {h:?} s moves the shell beyond all range{advice}");
+        Err(Error::new(ErrorKind::Numerical, message))
+    }
+
+    fn settle(&mut self, acting: &Acting) -> Result<(f64, usize)> {
+        self.set_force(acting)?;
+        self.take_handles(acting.pose)?;
+        let found = self.solver.equilibrium(&self.u, &self.force, &Default::default(), &mut |_| Ok(()))?;
+        self.record_outcomes(found.iterations);
+        if !self.constraints.is_finite() || !self.is_within_range(&found.displacement, &[]) {
+            return Err(Error::new(ErrorKind::Numerical, "the equilibrium is beyond all range"));
+        }
+        self.constraints.accept();
+        self.u = found.displacement;
+        self.velocity.fill(Vec3::zeros());
+        Ok((found.residual, found.iterations))
+    }
+
+    /// Of the vertices that move.
+    fn project_from(&mut self, u: &[Vec3], rate: &[Vec3]) -> Result<()> {
+        if !self.is_within_range(u, rate) {
+            return Err(Error::new(ErrorKind::Numerical, "the pose is beyond all range"));
+        }
+        self.u.fill(Vec3::zeros());
+        self.velocity.fill(Vec3::zeros());
+        for v in self.shell.free.iter().map(|v| *v as usize) {
+            (self.u[v], self.velocity[v]) = (u[v], rate[v]);
+        }
+        Ok(())
+    }
+
+    fn step_nanoseconds(&self) -> u64 {
+        self.u.len() as u64 * if self.explicit { 300 } else { 20_000 }
+    }
+
+    fn is_full_shell(&self) -> bool {
+        true
+    }
+
+    fn unknowns(&self) -> [Vec<f64>; 2] {
+        [&self.u, &self.velocity].map(|field| field.iter().flatten().copied().collect())
+    }
+
+    fn set_unknowns(&mut self, unknowns: [&[f64]; 2]) {
+        for (field, numbers) in [&mut self.u, &mut self.velocity].into_iter().zip(unknowns) {
+            field.iter_mut().zip(numbers.chunks_exact(3)).for_each(|(to, from)| to.copy_from_slice(from));
+        }
+    }
+
+    fn n_unknowns(&self) -> usize {
+        3 * self.u.len()
+    }
+
+    fn is_representable(&self, unknowns: [&[f64]; 2]) -> bool {
+        let [u, velocity] =
+            unknowns.map(|numbers| numbers.chunks_exact(3).map(Vec3::from_column_slice).collect::<Vec<_>>());
+        self.is_within_range(&u, &velocity)
+    }
+
+    fn fingerprint(&self) -> u64 {
+        self.fingerprint
+    }
+
+    fn set_damping(&mut self, damping: &Damping) -> Result<bool> {
+        if !damping.ratios.is_empty() {
+            return unsupported("damping ratios");
+        }
+        self.damping = Rayleigh { mass: damping.mass_coefficient, stiffness: damping.stiffness_coefficient };
+        Ok(true)
+    }
+
+    fn constraints(&self) -> &ConstraintSet {
+        &self.constraints
+    }
+
+    fn change_constraints(&mut self, change: &mut dyn FnMut(&mut ConstraintSet)) {
+        change(&mut self.constraints);
+    }
+
+    fn constraint_work(&self) -> f64 {
+        self.constraint_work
+    }
+
+    fn set_constraint_work(&mut self, work: f64) {
+        self.constraint_work = work;
+    }
+
+    fn positions(&self, placement: &Placement, write: &mut dyn FnMut(usize, &[[f64; 3]])) {
+        (0..self.u.len()).for_each(|v| write(v, &[self.position(placement, v).into()]));
+    }
+
+    fn positions_f32(&self, placement: &Placement, write: &mut dyn FnMut(usize, &[[f32; 3]])) {
+        (0..self.u.len()).for_each(|v| write(v, &[self.position(placement, v).map(|c| c as f32).into()]));
+    }
+
+    fn positions_of(&self, placement: &Placement, vertices: &[u32], write: &mut dyn FnMut(usize, [f64; 3])) {
+        let place = |(i, v): (usize, &u32)| write(i, self.position(placement, *v as usize).into());
+        vertices.iter().enumerate().for_each(place);
+    }
+
+    fn positions_of_f32(&self, placement: &Placement, vertices: &[u32], write: &mut dyn FnMut(usize, [f32; 3])) {
+        let place = |(i, v): (usize, &u32)| write(i, self.position(placement, *v as usize).map(|c| c as f32).into());
+        vertices.iter().enumerate().for_each(place);
+    }
+
+    /// The mean rotation of the vertex's triangles.
+    fn rotations(&self, write: &mut dyn FnMut(usize, UnitQuaternion<f64>)) -> Result<()> {
+        write_rotations(rotations(&self.shell.mesh, &self.u), write)
+    }
+
+    fn visit_motion(&self, visit: &mut dyn FnMut(usize, Vec3, Vec3)) {
+        (0..self.u.len()).for_each(|v| visit(v, self.u[v], self.velocity[v]));
+    }
+
+    /// None: it is what others are measured by.
+    fn visit_acceleration(&self, _: &Acting, _: &[Reaction], _: &mut dyn FnMut(usize, Vec3)) {}
+
+    fn largest_displacement(&self) -> f64 {
+        self.u.iter().map(|u| u.amax()).fold(0.0, f64::max)
+    }
+
+    fn extent(&self) -> Extent {
+        extent(&self.shell.mesh, &self.u)
+    }
+
+    fn energies(&self) -> (f64, f64) {
+        let x: Vec<Vec3> = self.shell.mesh.positions.iter().zip(&self.u).map(|(x, u)| x + u).collect();
+        (self.shell.energy.value(&x), self.solver.kinetic_energy(&self.velocity))
+    }
+
+    fn plan(&self, around: &Around) -> Vec<Part> {
+        let mesh = &self.shell.mesh;
+        let elements = (mesh.triangles.len() + 2 * mesh.edges.len()) as f64;
+        let (operations, reason) = if self.explicit {
+            (elements * EXPLICIT_ELEMENT, format!("{elements} elements"))
+        } else {
+            let [factorization, entries] = self.solver.operations();
+            let (iterations, whence) = match self.iterations {
+                0 => (ITERATIONS as f64, BEFORE_ANY),
+                last => (last as f64, AS_BEFORE),
+            };
+            let [element, multiplication, entry] = IMPLICIT_STEP;
+            let once = elements * element + factorization * multiplication + entries * entry;
+            (iterations * once, format!("{elements} elements, {iterations} iterations {whence}"))
+        };
+        let bytes = 5 * self.u.len() * size_of::<Vec3>() + self.solver.bytes();
+        let unused = "the nonlinear shell has no use for modes; the model holds them";
+        let [displacements, turns] = around.unused_modes([unused, unused]);
+        let [uniform, spin] =
+            around.cheap_loads(["added to each vertex", "added to each vertex while the frame turns"]);
+        let [forces, wind] = around.forces_and_wind(FORCE_VERTEX, 0.0);
+        vec![
+            around.shape(),
+            displacements,
+            turns,
+            Part::absent(PartKind::Modes, "the nonlinear shell moves vertex by vertex"),
+            uniform,
+            spin,
+            forces,
+            wind,
+            around.constraints(&self.constraints, 0),
+            Part { kind: PartKind::NonlinearShell, active: true, bytes, operations, reason },
+            around.unused_reduced_shell(),
+        ]
+    }
+}
+
+/// Rotation of each vertex from rest to the displacements `u`.
+pub fn rotations(mesh: &Mesh, u: &[Vec3]) -> Vec<UnitQuaternion<f64>> {
+    let x: Vec<Vec3> = mesh.positions.iter().zip(u).map(|(x, u)| x + u).collect();
+    vertex_rotations(mesh, &x)
+}
+
+/// How far displacements `u` bend a shell.
+pub fn extent(mesh: &Mesh, u: &[Vec3]) -> Extent {
+    let displacement = u.iter().map(|u| u.norm_squared()).fold(0.0, f64::max);
+    let angles: Vec<f64> = rotations(mesh, u).iter().map(|r| r.angle()).collect();
+    let rotation = angles.iter().fold(0.0, |largest: f64, angle| largest.max(angle * angle));
+    Extent { displacement, rotation, beyond: angles.iter().filter(|angle| **angle > ROTATION_RANGE).count() }
+}

@@ -1,0 +1,396 @@
+//! Motion of the reduced discrete shell: amplitudes of its fields.
+
+mod rows;
+mod settle;
+mod step;
+
+use super::nodal::{extent, rotations};
+use super::plan::{AS_BEFORE, Around, BEFORE_ANY, ITERATIONS, Part, PartKind};
+use super::{Acting, Damping, Motion as Moves, Reaction, write_rotations};
+use crate::constraint::ConstraintSet;
+use crate::features::{Feature, Proof, ReducedShell as Built};
+use crate::method::Method;
+use crate::modal::ModalBasis;
+use crate::reduced::{Newton, ReducedShell, Rows, Work, with_fields};
+use crate::reference::Rayleigh;
+use crate::reference::orientation::Ring;
+use crate::support::Pose;
+use crate::warp::{Extent, Placement};
+use crate::{Error, ErrorKind, Model, Result, Shell, Vec3};
+use nalgebra::{DMatrix, UnitQuaternion};
+use rows::{places, ring_of};
+use std::sync::Arc;
+
+/// Of what is left, when a pose is taken: each gains the digits of B, at least four.
+const PROJECTIONS: usize = 4;
+/// Past this displacement, in units of the model's size, an amplitude has no meaning left.
+const LARGEST_DISPLACEMENT: f64 = 1e6;
+
+/// Of the reduced shell, by [`crate::reduced::ReducedEnergy::operations`]: of a shape, a gradient and a Hessian, and of a
+/// multiplication of its factorization.
+const REDUCED_SHAPE: [f64; 5] = [600.0, 0.7, 0.0, 0.0, 0.0];
+const REDUCED_GRADIENT: [f64; 5] = [30.0, 0.7, 0.0, 0.0, 0.0];
+const REDUCED_HESSIAN: [f64; 5] = [5000.0, 0.1, 0.65, 0.65, 0.9];
+const REDUCED_FACTOR: f64 = 1.0;
+/// What a step takes where none tells.
+const WORK: Work = Work { hessians: 1, gradients: ITERATIONS, shapes: ITERATIONS + 1 };
+/// Of a vertex with a force of its own, for each field of the reduced shell.
+const REDUCED_POINT: f64 = 20.0;
+
+/// q and its rates.
+#[derive(Clone)]
+struct Motion {
+    q: Vec<f64>,
+    q_dot: Vec<f64>,
+}
+
+impl Motion {
+    fn rest(n: usize) -> Self {
+        Self { q: vec![0.0; n], q_dot: vec![0.0; n] }
+    }
+}
+
+/// What a step or an equilibrium reads.
+#[derive(Clone, Copy)]
+struct At<'a> {
+    shell: &'a Shell,
+    reduced: &'a ReducedShell,
+    pose: &'a Pose,
+}
+
+/// Amplitudes and what acts on them.
+#[derive(Clone)]
+struct Reduced {
+    shell: Arc<Shell>,
+    /// For damping ratios.
+    basis: Arc<ModalBasis>,
+    reduced: Arc<ReducedShell>,
+    fingerprint: u64,
+    motion: Motion,
+    /// ξ and ζ.
+    damping: Rayleigh,
+    /// 2 ratio √λ of each mode.
+    modal_damping: Vec<f64>,
+    constraints: ConstraintSet,
+    constraint_work: f64,
+    /// Steps whose search ended short of its tolerance.
+    unconverged: u64,
+    /// Of the last step; none before one.
+    work: Work,
+    newton: Newton,
+    rows: Rows,
+    /// The triangles at each vertex whose orientation is held, made when a step first needs them.
+    rings: Vec<(u32, Ring)>,
+    /// Next q and that of the last pass, b of the potential, the load without inertia, and rates for forces of a turning frame.
+    next: Vec<f64>,
+    last: Vec<f64>,
+    load: Vec<f64>,
+    force: Vec<f64>,
+    rates: Vec<f64>,
+    /// Where a stage starts: q and q̇ of its backward Euler; and a q that the shell can be at.
+    from: [Vec<f64>; 2],
+    start: Vec<f64>,
+    viscosity: DMatrix<f64>,
+}
+
+/// At rest, undamped.
+pub fn build(model: &Model) -> Result<Box<dyn Moves>> {
+    let _proof: Built = Proof::of(Feature::ReducedShell)?;
+    let Some(reduced) = &model.reduced else {
+        let message = "the model has no reduced shell: precompute with reduced_fields, 40 for a start";
+        return Err(Error::new(ErrorKind::Unsupported, message));
+    };
+    let n = reduced.n();
+    let zeros = vec![0.0; n];
+    Ok(Box::new(Reduced {
+        shell: model.shell.clone(),
+        basis: model.modal.clone(),
+        reduced: reduced.clone(),
+        fingerprint: model.reduced_fingerprint,
+        motion: Motion::rest(n),
+        damping: Rayleigh::default(),
+        modal_damping: vec![0.0; model.modal.n_modes()],
+        constraints: ConstraintSet::default(),
+        constraint_work: 0.0,
+        unconverged: 0,
+        work: Work::default(),
+        newton: Newton::new(&reduced.energy),
+        rows: Rows::new(0, n),
+        rings: vec![],
+        next: zeros.clone(),
+        last: zeros.clone(),
+        load: zeros.clone(),
+        force: zeros.clone(),
+        rates: zeros.clone(),
+        from: [zeros.clone(), zeros.clone()],
+        start: zeros,
+        viscosity: DMatrix::zeros(n, n),
+    }))
+}
+
+fn placed(Placement { origin, rotation }: &Placement, local: Vec3) -> Vec3 {
+    origin + rotation.map_or(local, |rotation| rotation * local)
+}
+
+impl Reduced {
+    /// Bytes held.
+    fn bytes(&self) -> usize {
+        let (n, rows) = (self.next.len(), self.rows.len());
+        8 * (2 * n * n + 16 * n + rows * (2 * n + rows + 4))
+    }
+
+    /// Whether positions and energies are numbers.
+    fn is_within_range(&self, q: &[f64], q_dot: &[f64]) -> bool {
+        let largest = LARGEST_DISPLACEMENT * self.shell.mesh.size * self.shell.total_mass.sqrt();
+        let kinetic: f64 = q_dot.iter().map(|v| v * v).sum();
+        kinetic.is_finite() && q.iter().all(|q| q.abs() <= largest)
+    }
+
+    /// BᵀF without the turning frame's.
+    fn set_force(&mut self, Acting { load, external, .. }: &Acting) {
+        let reduced = &self.reduced;
+        self.force.fill(0.0);
+        reduced.add_uniform(&load.parts().0, &mut self.force);
+        if let Some(forces) = external.on_all() {
+            with_fields!(&reduced.fields, fields => fields.project(forces, &mut self.force));
+        }
+        for (v, force) in external.on_some() {
+            for (k, sum) in self.force.iter_mut().enumerate() {
+                *sum += with_fields!(&reduced.fields, fields => fields.at(k, v as usize)).dot(&force);
+            }
+        }
+    }
+
+    fn displacements(&self) -> Vec<Vec3> {
+        let mut u = vec![Vec3::zeros(); self.shell.mass.len()];
+        with_fields!(&self.reduced.fields, fields => fields.displacements(&self.motion.q, |v, at| u[v] = at));
+        u
+    }
+
+    /// g of `certify`: the force on each field and that of constraints, less the elastic one.
+    fn unbalanced(&self, acting: &Acting, reactions: &[Reaction]) -> Vec<f64> {
+        let reduced = &self.reduced;
+        let Motion { q, q_dot } = &self.motion;
+        let at = At { shell: &self.shell, reduced, pose: acting.pose };
+        let mut probe = self.clone();
+        probe.set_force(acting);
+        if let Some((gradient, coriolis)) = acting.load.parts().1 {
+            reduced.add_spin(gradient, coriolis, (q, q_dot), &mut probe.force);
+        }
+        reduced.energy.gradient(q, probe.newton.scratch(), &mut probe.rates);
+        for (k, g) in probe.force.iter_mut().enumerate() {
+            let field = |v: u32| with_fields!(&reduced.fields, fields => fields.at(k, v as usize));
+            let held = |(v, [force, torque]): &Reaction| {
+                let mut work = field(*v).dot(force);
+                if *torque != Vec3::zeros() {
+                    let ring = ring_of(&mut probe.rings, &self.shell, *v);
+                    let by_vertex = ring.turn(&places(at, ring, q)).1;
+                    let turned = by_vertex.iter().zip(&ring.vertices).map(|(by, v)| torque.dot(&(by * field(*v))));
+                    work += turned.sum::<f64>();
+                }
+                work
+            };
+            *g += reactions.iter().map(held).sum::<f64>() - probe.rates[k];
+        }
+        probe.force
+    }
+
+    fn plan_shell(&self) -> Part {
+        let (n, elements) = (self.reduced.n(), self.reduced.samples.len());
+        let (Work { hessians, gradients, shapes }, whence) =
+            if self.work.shapes > 0 { (self.work, AS_BEFORE) } else { (WORK, BEFORE_ANY) };
+        let counts = self.reduced.energy.operations();
+        let of_one = |costs: [f64; 5]| -> f64 { counts.iter().zip(costs).map(|(count, cost)| count * cost).sum() };
+        let factor = REDUCED_FACTOR * (n * n * n) as f64 / 6.0;
+        let operations = hessians as f64 * (of_one(REDUCED_HESSIAN) + factor)
+            + gradients as f64 * of_one(REDUCED_GRADIENT)
+            + shapes as f64 * of_one(REDUCED_SHAPE);
+        let reason = format!(
+            "{n} fields on {elements} elements; {hessians} Hessians, {gradients} gradients and {shapes} shapes {whence}"
+        );
+        let bytes = self.reduced.bytes() + self.bytes();
+        Part { kind: PartKind::ReducedShell, active: true, bytes, operations, reason }
+    }
+}
+
+impl Moves for Reduced {
+    fn method(&self) -> Method {
+        Method::ReducedShell
+    }
+
+    fn try_clone(&self) -> Result<Box<dyn Moves>> {
+        Ok(Box::new(self.clone()))
+    }
+
+    fn reset(&mut self) {
+        self.motion = Motion::rest(self.next.len());
+        self.constraints.reset();
+        self.constraint_work = 0.0;
+        self.unconverged = 0;
+        self.work = Work::default();
+    }
+
+    fn stop(&mut self) {
+        self.motion.q_dot.fill(0.0);
+    }
+
+    fn step(&mut self, acting: &Acting, h: f64) -> Result<()> {
+        self.advance_by(acting, h)
+    }
+
+    fn settle(&mut self, acting: &Acting) -> Result<(f64, usize)> {
+        self.find_equilibrium(acting)
+    }
+
+    /// BᵀMu and BᵀMu̇, and again of what is left, because B is rounded.
+    fn project_from(&mut self, u: &[Vec3], rate: &[Vec3]) -> Result<()> {
+        let (reduced, mass) = (&self.reduced, &self.shell.mass);
+        let mut motion = Motion::rest(reduced.n());
+        for _ in 0..PROJECTIONS {
+            let mut left = [u.to_vec(), rate.to_vec()];
+            let take = |v: usize, x: Vec3, x_dot: Vec3| {
+                left[0][v] = (left[0][v] - x) * mass[v];
+                left[1][v] = (left[1][v] - x_dot) * mass[v];
+            };
+            with_fields!(&reduced.fields, fields => fields.motion(&motion.q, &motion.q_dot, &mut { take }));
+            with_fields!(&reduced.fields, fields => fields.project(&left[0], &mut motion.q));
+            with_fields!(&reduced.fields, fields => fields.project(&left[1], &mut motion.q_dot));
+        }
+        if !self.is_within_range(&motion.q, &motion.q_dot) {
+            return Err(Error::new(ErrorKind::Numerical, "the pose is beyond what the fields can tell"));
+        }
+        self.motion = motion;
+        Ok(())
+    }
+
+    fn step_nanoseconds(&self) -> u64 {
+        self.reduced.step_nanoseconds()
+    }
+
+    fn unknowns(&self) -> [Vec<f64>; 2] {
+        [self.motion.q.clone(), self.motion.q_dot.clone()]
+    }
+
+    fn set_unknowns(&mut self, [q, q_dot]: [&[f64]; 2]) {
+        self.motion.q.copy_from_slice(q);
+        self.motion.q_dot.copy_from_slice(q_dot);
+    }
+
+    fn n_unknowns(&self) -> usize {
+        self.motion.q.len()
+    }
+
+    fn is_representable(&self, [q, q_dot]: [&[f64]; 2]) -> bool {
+        self.is_within_range(q, q_dot)
+    }
+
+    fn fingerprint(&self) -> u64 {
+        self.fingerprint
+    }
+
+    fn set_damping(&mut self, damping: &Damping) -> Result<bool> {
+        self.modal_damping = damping.by_ratio(&self.basis.eigenvalues)?;
+        self.damping = Rayleigh { mass: damping.mass_coefficient, stiffness: damping.stiffness_coefficient };
+        Ok(true)
+    }
+
+    fn constraints(&self) -> &ConstraintSet {
+        &self.constraints
+    }
+
+    fn change_constraints(&mut self, change: &mut dyn FnMut(&mut ConstraintSet)) {
+        change(&mut self.constraints);
+        let rows = self.constraints.report().map(|(c, _)| c.axes.iter().filter(|held| **held).count()).sum();
+        if self.rows.len() != rows {
+            self.rows = Rows::new(rows, self.next.len());
+            self.newton.make_room(rows);
+        }
+    }
+
+    fn constraint_work(&self) -> f64 {
+        self.constraint_work
+    }
+
+    fn set_constraint_work(&mut self, work: f64) {
+        self.constraint_work = work;
+    }
+
+    fn positions(&self, placement: &Placement, write: &mut dyn FnMut(usize, &[[f64; 3]])) {
+        let rest = &self.shell.mesh.positions;
+        let place = |v: usize, u: Vec3| write(v, &[placed(placement, rest[v] + u).into()]);
+        with_fields!(&self.reduced.fields, fields => fields.displacements(&self.motion.q, place));
+    }
+
+    fn positions_f32(&self, placement: &Placement, write: &mut dyn FnMut(usize, &[[f32; 3]])) {
+        with_fields!(&self.reduced.fields, fields => fields.positions_f32(&self.motion.q, placement, write));
+    }
+
+    fn positions_of(&self, placement: &Placement, vertices: &[u32], write: &mut dyn FnMut(usize, [f64; 3])) {
+        let rest = |i: usize| self.shell.mesh.positions[vertices[i] as usize];
+        let place = |i: usize, u: Vec3| write(i, placed(placement, rest(i) + u).into());
+        with_fields!(&self.reduced.fields, fields => fields.displacements_of(&self.motion.q, vertices, place));
+    }
+
+    fn positions_of_f32(&self, placement: &Placement, vertices: &[u32], write: &mut dyn FnMut(usize, [f32; 3])) {
+        with_fields!(&self.reduced.fields, fields =>
+            fields.positions_of_f32(&self.motion.q, placement, vertices, write));
+    }
+
+    /// The mean rotation of the vertex's triangles.
+    fn rotations(&self, write: &mut dyn FnMut(usize, UnitQuaternion<f64>)) -> Result<()> {
+        write_rotations(rotations(&self.shell.mesh, &self.displacements()), write)
+    }
+
+    fn visit_motion(&self, mut visit: &mut dyn FnMut(usize, Vec3, Vec3)) {
+        let Motion { q, q_dot } = &self.motion;
+        with_fields!(&self.reduced.fields, fields => fields.motion(q, q_dot, &mut visit));
+    }
+
+    fn visit_acceleration(&self, acting: &Acting, reactions: &[Reaction], visit: &mut dyn FnMut(usize, Vec3)) {
+        let g = self.unbalanced(acting, reactions);
+        with_fields!(&self.reduced.fields, fields => fields.displacements(&g, visit));
+    }
+
+    fn largest_displacement(&self) -> f64 {
+        LARGEST_DISPLACEMENT * self.shell.mesh.size
+    }
+
+    fn extent(&self) -> Extent {
+        extent(&self.shell.mesh, &self.displacements())
+    }
+
+    /// E and ½ q̇ᵀq̇.
+    fn energies(&self) -> (f64, f64) {
+        let energy = &self.reduced.energy;
+        let kinetic: f64 = self.motion.q_dot.iter().map(|v| v * v).sum();
+        (energy.value(&self.motion.q, &mut energy.scratch()), 0.5 * kinetic)
+    }
+
+    fn unconverged_steps(&self) -> u64 {
+        self.unconverged
+    }
+
+    fn plan(&self, around: &Around) -> Vec<Part> {
+        let n = self.reduced.n();
+        let [displacements, turns] = around.unused_modes([
+            "the reduced shell has fields of its own; the model holds them",
+            "the reduced shell does not warp; the model holds them",
+        ]);
+        let summed = "sums over the vertices taken once";
+        let [uniform, spin] = around.cheap_loads([summed, summed]);
+        let [forces, wind] = around.forces_and_wind(REDUCED_POINT * n as f64, 0.0);
+        vec![
+            around.shape(),
+            displacements,
+            turns,
+            Part::absent(PartKind::Modes, "the reduced shell moves by its fields"),
+            uniform,
+            spin,
+            forces,
+            wind,
+            around.constraints(&self.constraints, n),
+            Part::absent(PartKind::NonlinearShell, "the method has no use for it"),
+            self.plan_shell(),
+        ]
+    }
+}

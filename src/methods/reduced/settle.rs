@@ -1,0 +1,103 @@
+//! The equilibrium of the reduced shell: the load is led in shares, orientations in rounds about the last shape.
+
+use super::{At, Reduced};
+use crate::methods::Acting;
+use crate::reduced::{End, Potential, Stop};
+use crate::{Error, ErrorKind, Result};
+use nalgebra::DVector;
+
+const REST: Stop = Stop { tolerance: 1e-7, iterations: 200, led: true, near: false };
+/// Shares of the load that are added at once on the way to an equilibrium, at first and at least.
+const FIRST_SHARE: f64 = 0.25;
+const LEAST_SHARE: f64 = 1.0 / 64.0;
+/// Newton steps for all shares; none is tried with a smaller one past them.
+const ALL_ITERATIONS: usize = 1000;
+/// Rounds about the last shape for the orientations of an equilibrium; they converge quadratically.
+const ROUNDS: usize = 30;
+/// Of the round before, what a round moves at least where it gains nothing. And of the displacement and in rad, what rounding of the
+/// fields' numbers leaves of an equilibrium with orientations: 1e-7 of 32 bits by the size of the shell over that of a triangle and the
+/// stiffness of its sheet over that of its bending, at most.
+const STALLED: f64 = 0.5;
+const ROUNDED: f64 = 1e-4;
+
+impl Reduced {
+    /// The static solution under the present loads and constraints, from the present shape; what depends on the shape is taken as there.
+    /// Returns residual and iterations. Changes nothing on failure.
+    pub(super) fn find_equilibrium(&mut self, acting: &Acting) -> Result<(f64, usize)> {
+        let (shell, reduced) = (self.shell.clone(), self.reduced.clone());
+        let at = At { shell: &shell, reduced: &reduced, pose: acting.pose };
+        self.set_force(acting);
+        if let Some((gradient, coriolis)) = acting.load.parts().1 {
+            reduced.add_spin(gradient, coriolis, (&self.motion.q, &self.motion.q_dot), &mut self.force);
+        }
+        self.next.copy_from_slice(&self.motion.q);
+        reduced.energy.gradient(&self.motion.q, self.newton.scratch(), &mut self.rates);
+        let start = self.rates.clone();
+        self.last.copy_from_slice(&self.next);
+        let turned = self.holds_orientations();
+        let (mut done, mut way, mut iterations) = (0.0, FIRST_SHARE, 0);
+        let mut torque = DVector::zeros(self.rows.len());
+        let mut last_torque = torque.clone();
+        loop {
+            let share = f64::min(done + way, 1.0);
+            (0..start.len()).for_each(|k| self.load[k] = start[k] + share * (self.force[k] - start[k]));
+            let stop = if share < 1.0 { Stop { tolerance: 1e-3, ..REST } } else { REST };
+            let (mut rounds, mut changed, mut last_moved) = (0, true, f64::INFINITY);
+            let mut end = End { converged: true, iterations: 0, residual: 0.0 };
+            // Orientations are held to first order about the last round's shape, and their curvature counts under the last round's
+            // torques (Robinson 1972): without it a round gains nothing where these are as stiff as the shell.
+            while changed && end.converged && rounds < ROUNDS {
+                let before = self.next.clone();
+                let mut load = DVector::from_column_slice(&self.load);
+                if turned {
+                    self.set_curvature(at, share, &torque);
+                    load.gemv(1.0, &self.viscosity, &DVector::from_column_slice(&before), 1.0);
+                }
+                self.set_rows(at, share);
+                let handles = (!self.rows.is_empty()).then_some(&self.rows);
+                let matrix = turned.then_some(&self.viscosity);
+                let potential = Potential { handles, matrix, ..Potential::of_load(load.as_slice()) };
+                end = self.newton.minimize(&reduced.energy, &potential, &mut self.next, stop);
+                iterations += end.iterations;
+                torque.copy_from(self.newton.multipliers());
+                let [moved, size] = [Some(&before), None].map(|from| {
+                    let part = |k: usize| self.next[k] - from.map_or(0.0, |from| from[k]);
+                    (0..self.next.len()).map(|k| part(k).powi(2)).sum::<f64>().sqrt()
+                });
+                // Rounding of the fields' numbers ends what rounds gain; one that gains nothing before is taken half the way.
+                let stalled = moved > STALLED * last_moved;
+                let ended = stalled && moved <= ROUNDED * size && {
+                    self.set_rows(at, share);
+                    self.missing_turn_of_rows() <= ROUNDED
+                };
+                changed = turned && moved > stop.tolerance * size && !ended;
+                if changed && stalled {
+                    self.next.iter_mut().zip(&before).for_each(|(next, before)| *next = 0.5 * (*next + before));
+                }
+                last_moved = moved;
+                rounds += 1;
+            }
+            let found = end.converged && !changed && self.is_within_range(&self.next, &[]);
+            if found && share == 1.0 {
+                self.record_outcomes(at);
+                self.motion.q.copy_from_slice(&self.next);
+                self.motion.q_dot.fill(0.0);
+                self.constraints.accept();
+                return Ok((end.residual, iterations));
+            }
+            if found {
+                self.last.copy_from_slice(&self.next);
+                last_torque.copy_from(&torque);
+                (done, way) = (share, (2.0 * way).min(FIRST_SHARE));
+            } else if way > LEAST_SHARE && iterations < ALL_ITERATIONS {
+                self.next.copy_from_slice(&self.last);
+                torque.copy_from(&last_torque);
+                way = 0.5 * (share - done);
+            } else {
+                let message =
+                    format!("no equilibrium: the residual is {:.1e} after {iterations} iterations", end.residual);
+                return Err(Error::new(ErrorKind::Numerical, message));
+            }
+        }
+    }
+}
