@@ -67,6 +67,11 @@ pub(crate) fn require_non_negative(name: impl fmt::Display, value: f64) -> Resul
     }
 }
 
+/// Fails with [`ErrorKind::InvalidData`]: bytes that were not saved by this library, or were damaged.
+pub(crate) fn invalid<T>(message: impl Into<String>) -> Result<T> {
+    Err(Error::new(ErrorKind::InvalidData, message))
+}
+
 /// An empty vector with room for `len` elements, or [`ErrorKind::OutOfMemory`] naming what it was for.
 pub(crate) fn reserve<T>(what: &str, len: usize) -> Result<Vec<T>> {
     let mut v = Vec::new();

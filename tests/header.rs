@@ -6,15 +6,18 @@ use std::fmt::Write;
 use std::path::Path;
 
 /// The files of src/ffi in the header's order, and what each is about.
-const SECTIONS: [(&str, &str); 13] = [
+const SECTIONS: [(&str, &str); 16] = [
     ("status", "Statuses, messages and versions"),
     ("structs", "Structs"),
     ("pointer", "Buffers"),
     ("log", "Log"),
     ("mesh", "Meshes"),
     ("model", "Models"),
+    ("precompute", "Precompute"),
+    ("info", "What a model has"),
     ("method", "Methods"),
     ("state", "States"),
+    ("output", "What a state shows"),
     ("batch", "Many states"),
     ("constraint", "Constraints"),
     ("load", "Forces, wind and equilibrium"),

@@ -69,7 +69,7 @@ fn all_are_found(model: &Arc<Model>, name: &str) {
         for angle in angles {
             for k in 0..8 {
                 let missing = missing(model, k, *angle, far);
-                // What an equilibrium may miss by the rounding of 32 bits: src/state/reduced.rs.
+                // What an equilibrium may miss by the rounding of 32 bits: src/methods/reduced/settle.rs.
                 assert!(matches!(missing, Ok(missing) if missing < 2e-4), "{name} {far} {angle} {k}: {missing:?}");
             }
         }

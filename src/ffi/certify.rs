@@ -1,13 +1,10 @@
 //! What a state gets wrong, and another method for it.
 
-use super::guard::{guard, read, write};
 use super::method::method_of;
-use super::pointer::object;
-use super::state::SwState;
+use super::state::{SwState, reading, switching};
 use super::status::SwStatus;
 use super::structs::{Described, Output, described};
 use crate::state::{Certificate, Method};
-use std::sync::atomic::Ordering;
 
 /// How far a state is from the full nonlinear shell, by an estimate. The caller sets struct_size with sw_certificate_init.
 #[repr(C)]
@@ -51,16 +48,14 @@ described!(SwCertificate, remaining);
 /// SW_ERROR_NUMERICAL when the full shell has no stiffness to go by, SW_ERROR_OUT_OF_MEMORY, SW_ERROR_BUSY.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn sw_state_certify(state: *const SwState, certificate: *mut SwCertificate) -> SwStatus {
-    guard(|| {
-        // SAFETY: the header's contract; NULL is excluded by the descriptor's check.
-        unsafe {
-            let handle = object("state", state)?;
+    // SAFETY: `reading` refuses NULL; the host passes a live state, and an initialised certificate, whose size is checked.
+    unsafe {
+        reading(state, |state| {
             let out = Output::checked("certificate", certificate)?;
-            let state = read("state", &handle.state)?;
             out.write(certificate_of(&state.certify()?, state.method()));
-        }
-        Ok(())
-    })
+            Ok(())
+        })
+    }
 }
 
 fn certificate_of(found: &Certificate, method: Method) -> SwCertificate {
@@ -87,18 +82,15 @@ fn certificate_of(found: &Certificate, method: Method) -> SwCertificate {
 /// Errors: as of sw_state_certify, SW_ERROR_NUMERICAL where neither method has an estimate.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn sw_state_fall_back(state: *mut SwState, certificate: *mut SwCertificate) -> SwStatus {
-    guard(|| {
-        // SAFETY: the header's contract; NULL is excluded by the descriptor's check.
-        unsafe {
-            let handle = object("state", state.cast_const())?;
+    // SAFETY: `switching` refuses NULL; the host passes a live state, and an initialised certificate, whose size is checked.
+    unsafe {
+        switching(state, |state| {
             let out = Output::checked("certificate", certificate)?;
-            let mut state = write("state", &handle.state)?;
             let found = state.fall_back()?;
-            handle.step_nanoseconds.store(state.step_nanoseconds(), Ordering::Relaxed);
             out.write(certificate_of(&found, state.method()));
-        }
-        Ok(())
-    })
+            Ok(())
+        })
+    }
 }
 
 /// Goes on by another SW_METHOD_..., from the pose and velocities nearest to the present ones in the mass norm, with the same time,
@@ -110,13 +102,11 @@ pub unsafe extern "C" fn sw_state_fall_back(state: *mut SwState, certificate: *m
 /// or as by sw_state_create; SW_ERROR_NUMERICAL, SW_ERROR_OUT_OF_MEMORY, SW_ERROR_BUSY.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn sw_state_set_method(state: *mut SwState, method: u32) -> SwStatus {
-    guard(|| {
-        // SAFETY: the header's contract.
-        let handle = unsafe { object("state", state.cast_const())? };
-        let mut state = write("state", &handle.state)?;
-        let method = method_of("method", state.model(), method)?;
-        state.set_method(method)?;
-        handle.step_nanoseconds.store(state.step_nanoseconds(), Ordering::Relaxed);
-        Ok(())
-    })
+    // SAFETY: `switching` refuses NULL; the host passes a live state.
+    unsafe {
+        switching(state, |state| {
+            let method = method_of("method", state.model(), method)?;
+            Ok(state.set_method(method)?)
+        })
+    }
 }

@@ -1,8 +1,7 @@
 //! Manipulation constraints: handles on single vertices.
 
-use super::guard::{guard, read, write};
-use super::pointer::{check_flags, enumerant, not_null, object, put};
-use super::state::{SwState, rotation, vector};
+use super::pointer::{check_flags, enumerant, not_null, put};
+use super::state::{SwState, reading, rotation, vector, writing};
 use super::status::{Fault, SwStatus};
 use super::structs::{Outputs, described, grows, read_descriptor};
 use crate::constraint::{Constraint, MET, Outcome, Target};
@@ -111,27 +110,29 @@ fn constraint_of(desc: &SwConstraintDesc) -> Result<Constraint, Fault> {
 /// SW_PRECOMPUTE_LINEAR, SW_ERROR_BUSY.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn sw_state_set_constraint(state: *mut SwState, desc: *const SwConstraintDesc) -> SwStatus {
-    guard(|| {
-        // SAFETY: the header's contract.
-        let (handle, desc) = unsafe { (object("state", state.cast_const())?, read_descriptor("desc", desc)?) };
-        Ok(write("state", &handle.state)?.set_constraint(constraint_of(&desc)?)?)
-    })
+    // SAFETY: `writing` refuses a NULL state, `read_descriptor` a NULL or uninitialised descriptor; the host passes live ones.
+    unsafe {
+        writing(state, |state| {
+            let desc = read_descriptor("desc", desc)?;
+            Ok(state.set_constraint(constraint_of(&desc)?)?)
+        })
+    }
 }
 
 /// Removes a constraint, or all there are with SW_ALL_CONSTRAINTS.
 /// Errors: SW_ERROR_INVALID_ARGUMENT, also when there is none with this id; SW_ERROR_BUSY.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn sw_state_clear_constraint(state: *mut SwState, id: u32) -> SwStatus {
-    guard(|| {
-        // SAFETY: the header's contract.
-        let handle = unsafe { object("state", state.cast_const())? };
-        let mut state = write("state", &handle.state)?;
-        if id == SW_ALL_CONSTRAINTS {
-            state.clear_constraints();
-            return Ok(());
-        }
-        Ok(state.clear_constraint(id)?)
-    })
+    // SAFETY: `writing` refuses NULL; the host passes a live state.
+    unsafe {
+        writing(state, |state| {
+            if id == SW_ALL_CONSTRAINTS {
+                state.clear_constraints();
+                return Ok(());
+            }
+            Ok(state.clear_constraint(id)?)
+        })
+    }
 }
 
 fn report_of(constraint: &Constraint, outcome: &Outcome, size: f64) -> SwConstraintReport {
@@ -163,18 +164,16 @@ pub unsafe extern "C" fn sw_state_constraint_report(
     capacity: u32,
     count: *mut u32,
 ) -> SwStatus {
-    guard(|| {
-        not_null("count", count)?;
-        // SAFETY: the header's contract; NULL is excluded above.
-        unsafe {
+    // SAFETY: `reading` refuses a NULL state; `count` is not NULL, and the host's array has room for `capacity` elements.
+    unsafe {
+        reading(state, |state| {
+            not_null("count", count)?;
             let out = Outputs::checked("reports", reports, element_size)?;
-            let handle = object("state", state)?;
-            let state = read("state", &handle.state)?;
             let size = state.model().shell.mesh.size;
             let all: Vec<SwConstraintReport> = state.constraints().map(|(c, o)| report_of(c, o, size)).collect();
             out.copy_out("reports", &all, capacity)?;
             put(count, all.len() as u32);
-        }
-        Ok(())
-    })
+            Ok(())
+        })
+    }
 }

@@ -1,8 +1,7 @@
 //! External loads, and the static solution under them.
 
-use super::guard::{guard, write};
-use super::pointer::{VectorRows, check_flags, object, read_list};
-use super::state::{SwState, vector};
+use super::pointer::{VectorRows, check_flags, read_list};
+use super::state::{SwState, vector, writing};
 use super::status::{Fault, SwStatus};
 use super::structs::{Described, Output, described, read_descriptor};
 use crate::State;
@@ -83,14 +82,8 @@ unsafe fn take_forces(state: &mut State, desc: &SwForceDesc) -> Result<(), Fault
 /// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_OUT_OF_MEMORY, SW_ERROR_BUSY.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn sw_state_set_forces(state: *mut SwState, desc: *const SwForceDesc) -> SwStatus {
-    guard(|| {
-        // SAFETY: the header's contract.
-        unsafe {
-            let handle = object("state", state.cast_const())?;
-            let desc = read_descriptor("desc", desc)?;
-            take_forces(&mut *write("state", &handle.state)?, &desc)
-        }
-    })
+    // SAFETY: `writing` refuses a NULL state, `read_descriptor` a NULL or uninitialised descriptor; the host passes live ones.
+    unsafe { writing(state, |state| take_forces(state, &read_descriptor("desc", desc)?)) }
 }
 
 /// Replaces the wind.
@@ -98,27 +91,27 @@ pub unsafe extern "C" fn sw_state_set_forces(state: *mut SwState, desc: *const S
 /// SW_ERROR_OUT_OF_MEMORY, SW_ERROR_BUSY.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn sw_state_set_wind(state: *mut SwState, desc: *const SwWindDesc) -> SwStatus {
-    guard(|| {
-        // SAFETY: the header's contract.
-        let (handle, desc) = unsafe { (object("state", state.cast_const())?, read_descriptor("desc", desc)?) };
-        let mut state = write("state", &handle.state)?;
-        let n = state.model().shell.mass.len();
-        let mut local = vec![];
-        if !desc.local_velocities.is_null() {
-            let (format, stride) = (desc.local_format, desc.local_stride);
-            let rows =
-                VectorRows::checked("desc->local_velocities", desc.local_velocities, format, 3, stride, n as u64)?;
-            // SAFETY: the host's buffer holds a row per vertex.
-            local = (0..n).map(|v| unsafe { rows.read(v) }).collect();
-        }
-        Ok(state.set_wind(Wind {
-            velocity: vector("velocity", &desc.velocity)?,
-            density: desc.density,
-            normal_drag: desc.normal_drag,
-            tangential_drag: desc.tangential_drag,
-            local,
-        })?)
-    })
+    // SAFETY: `writing` refuses a NULL state, `read_descriptor` a NULL or uninitialised descriptor; the host passes live ones.
+    unsafe {
+        writing(state, |state| {
+            let desc = read_descriptor("desc", desc)?;
+            let n = state.model().shell.mass.len();
+            let mut local = vec![];
+            if !desc.local_velocities.is_null() {
+                let (format, stride) = (desc.local_format, desc.local_stride);
+                let base = desc.local_velocities;
+                let rows = VectorRows::checked("desc->local_velocities", base, format, 3, stride, n as u64)?;
+                local = (0..n).map(|v| rows.read(v)).collect(); // the host's buffer holds a row per vertex
+            }
+            Ok(state.set_wind(Wind {
+                velocity: vector("velocity", &desc.velocity)?,
+                density: desc.density,
+                normal_drag: desc.normal_drag,
+                tangential_drag: desc.tangential_drag,
+                local,
+            })?)
+        })
+    }
 }
 
 /// How a static solution was found. The caller sets struct_size with sw_equilibrium_report_init.
@@ -143,16 +136,15 @@ described!(SwEquilibriumReport, residual);
 /// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_NUMERICAL when none is found, SW_ERROR_BUSY.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn sw_state_equilibrium(state: *mut SwState, report: *mut SwEquilibriumReport) -> SwStatus {
-    guard(|| {
-        // SAFETY: the header's contract; the report is NULL or checked.
-        unsafe {
-            let handle = object("state", state.cast_const())?;
+    // SAFETY: `writing` refuses a NULL state; the report is NULL or initialised, and its size is checked.
+    unsafe {
+        writing(state, |state| {
             let out = if report.is_null() { None } else { Some(Output::checked("report", report)?) };
-            let (residual, iterations) = write("state", &handle.state)?.equilibrium()?;
+            let (residual, iterations) = state.equilibrium()?;
             if let Some(out) = out {
                 out.write(SwEquilibriumReport { residual, iterations: iterations as u32, ..Described::initial() });
             }
-        }
-        Ok(())
-    })
+            Ok(())
+        })
+    }
 }

@@ -169,7 +169,7 @@ pub unsafe extern "C" fn sw_mesh_check(
             not_null("diagnostics", diagnostics)?;
         }
         let out = Outputs::checked("diagnostics", diagnostics, element_size)?;
-        // SAFETY: the header's contract; NULL is excluded above.
+        // SAFETY: the mesh's arrays are as long as its counts say; `count` is not NULL, and the host's array has room for `capacity` elements.
         unsafe {
             let (positions, triangles) = read_mesh(mesh)?;
             let found = check(&positions, &triangles).diagnostics;

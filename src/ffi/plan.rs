@@ -1,8 +1,7 @@
 //! What a step of a state consists of, and what was left out.
 
-use super::guard::{guard, read};
-use super::pointer::{asks_for_size, copy_out, not_null, object, put};
-use super::state::SwState;
+use super::pointer::{asks_for_size, copy_out, not_null, put};
+use super::state::{SwState, reading};
 use super::status::{SwStatus, copy_text};
 use super::structs::{Outputs, grows};
 use crate::state::{Part, PartKind};
@@ -92,19 +91,17 @@ pub unsafe extern "C" fn sw_state_plan(
     capacity: u32,
     count: *mut u32,
 ) -> SwStatus {
-    guard(|| {
-        not_null("count", count)?;
-        // SAFETY: the header's contract; NULL is excluded above.
-        unsafe {
+    // SAFETY: `reading` refuses a NULL state; `count` is not NULL, and the host's array has room for `capacity` elements.
+    unsafe {
+        reading(state, |state| {
+            not_null("count", count)?;
             let out = Outputs::checked("parts", parts, element_size)?;
-            let handle = object("state", state)?;
-            let plan: Vec<SwPlanPart> =
-                read("state", &handle.state)?.plan(seconds)?.iter().map(SwPlanPart::from).collect();
+            let plan: Vec<SwPlanPart> = state.plan(seconds)?.iter().map(SwPlanPart::from).collect();
             out.copy_out("parts", &plan, capacity)?;
             put(count, plan.len() as u32);
-        }
-        Ok(())
-    })
+            Ok(())
+        })
+    }
 }
 
 /// The same as a table in words, UTF-8 and NUL-terminated. Two calls: with `text` NULL and `capacity` 0 only *size is written, the NUL
@@ -118,18 +115,17 @@ pub unsafe extern "C" fn sw_state_plan_text(
     capacity: u64,
     size: *mut u64,
 ) -> SwStatus {
-    guard(|| {
-        not_null("size", size)?;
-        // SAFETY: the header's contract; NULL is excluded above.
-        unsafe {
-            let handle = object("state", state)?;
-            let mut table = read("state", &handle.state)?.plan_text(seconds)?.into_bytes();
+    // SAFETY: `reading` refuses a NULL state; `size` is not NULL, and the host's text has room for `capacity` bytes.
+    unsafe {
+        reading(state, |state| {
+            not_null("size", size)?;
+            let mut table = state.plan_text(seconds)?.into_bytes();
             table.push(0);
             if !asks_for_size("text", text, table.len() as u64, capacity)? {
                 copy_out("text", &table, text.cast::<u8>(), capacity)?;
             }
             put(size, table.len() as u64);
-        }
-        Ok(())
-    })
+            Ok(())
+        })
+    }
 }

@@ -1,33 +1,30 @@
-//! States: amplitudes, loads, steps and output.
+//! States: method, damping, frame, amplitudes, steps, saved form.
+
+pub use super::output::*;
 
 use super::guard::{guard, read, write};
 use super::method::method_of;
-use super::model::{SwModel, check_vertex_count, vertex_rows};
+use super::model::{SwModel, check_vertex_count};
 use super::pointer::{
     VectorRows, byte_slice, check_flags, copy_out, enumerant, not_null, object, put, read_array, read_list,
     read_numbers,
 };
 use super::status::{Fault, SW_ERROR_INVALID_DATA, SwStatus};
-use super::structs::{Described, Output, described, read_descriptor, read_descriptor_or_default};
+use super::structs::{described, read_descriptor, read_descriptor_or_default};
 use crate::error::require_finite;
-use crate::state::{Damping, SAVED_HEADER, Space, State};
+use crate::state::{Damping, SAVED_HEADER, State};
 use crate::step::Integrator;
 use crate::support::{Motion, Pose, Rates};
 use crate::{Model, Vec3};
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
 use std::ffi::c_void;
 use std::sync::RwLock;
-use std::sync::atomic::AtomicU64;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Backward Euler: first order, stable for every step, damps what the step does not resolve.
 pub const SW_INTEGRATOR_IMPLICIT_EULER: u32 = 1;
 /// The closed-form motion of each mode under a force constant over the step: no numerical damping of its own.
 pub const SW_INTEGRATOR_EXACT: u32 = 2;
-
-/// World axes and origin.
-pub const SW_SPACE_WORLD: u32 = 0;
-/// Axes and origin of the support frame.
-pub const SW_SPACE_FRAME: u32 = 1;
 
 /// How a state moves.
 #[repr(C)]
@@ -94,39 +91,6 @@ pub struct SwFrameDesc {
 
 described!(SwFrameDesc, angular_acceleration);
 
-/// Measures of a state. The caller sets struct_size with sw_state_report_init.
-#[repr(C)]
-#[derive(Clone, Copy)]
-pub struct SwStateReport {
-    /// Set by sw_state_report_init.
-    pub struct_size: u32,
-    /// Of rotations alone, and no measure of the error, which sw_state_certify estimates: 1 while max_rotation is at most a quarter
-    /// turn, where the warp itself gets a fifth of a strip's displacement wrong, or half a turn with SW_METHOD_ROTATION_STRAIN; always 1
-    /// for a nonlinear shell, reduced or not. 1 does not mean that the pose is right: on curved shells modes are most of the error.
-    pub turn_in_range: u32,
-    /// Seconds stepped since creation or reset.
-    pub time: f64,
-    /// Of the motion in the frame. Under handles SW_INTEGRATOR_EXACT moves by impulses at the start of each step: a shell that
-    /// rests at the ends of steps reports the energy of half an impulse there, which falls with the square of the step.
-    pub kinetic_energy: f64,
-    /// Of the deformation; of modal methods also that of the resistance to bends beyond half a turn, see sw_state_step.
-    pub elastic_energy: f64,
-    /// Work done on the shell by constraints since creation or reset.
-    pub constraint_work: f64,
-    /// Largest rotation of a vertex, rad: |w| of modal methods, which counts turns; at most half a turn of nonlinear shells. A
-    /// modal method on a model with SW_PRECOMPUTE_LINEAR computes it from the displacements at each call.
-    pub max_rotation: f64,
-    /// Largest displacement in the frame.
-    pub max_displacement: f64,
-    /// Of all vertices, the share turned further than turn_in_range allows. Of rotations alone, too.
-    pub fraction_turned_too_far: f64,
-    /// Steps of a reduced shell since creation or reset, as this handle took them, whose Newton search ended short of its
-    /// tolerance: finite, but less accurate than the others; shorter steps help. 0 for other methods.
-    pub unconverged_steps: u64,
-}
-
-described!(SwStateReport, unconverged_steps);
-
 /// A moving shell. Opaque. One thread at a time, but functions that take it const may run at the same time as each other;
 /// a violation returns SW_ERROR_BUSY.
 pub struct SwState {
@@ -149,20 +113,32 @@ fn new_handle(state: State) -> *mut SwState {
 }
 
 /// Runs `body` with shared use of the state.
-unsafe fn reading(state: *const SwState, body: impl FnOnce(&State) -> Result<(), Fault>) -> SwStatus {
+pub(super) unsafe fn reading(state: *const SwState, body: impl FnOnce(&State) -> Result<(), Fault>) -> SwStatus {
     guard(|| {
-        // SAFETY: the header's contract.
+        // SAFETY: NULL is refused; the host passes a live state.
         let handle = unsafe { object("state", state)? };
         body(&*read("state", &handle.state)?)
     })
 }
 
 /// Runs `body` with exclusive use of the state.
-unsafe fn writing(state: *mut SwState, body: impl FnOnce(&mut State) -> Result<(), Fault>) -> SwStatus {
+pub(super) unsafe fn writing(state: *mut SwState, body: impl FnOnce(&mut State) -> Result<(), Fault>) -> SwStatus {
     guard(|| {
-        // SAFETY: the header's contract.
+        // SAFETY: NULL is refused; the host passes a live state.
         let handle = unsafe { object("state", state.cast_const())? };
         body(&mut *write("state", &handle.state)?)
+    })
+}
+
+/// As [`writing`], of what may change the method.
+pub(super) unsafe fn switching(state: *mut SwState, body: impl FnOnce(&mut State) -> Result<(), Fault>) -> SwStatus {
+    guard(|| {
+        // SAFETY: NULL is refused; the host passes a live state.
+        let handle = unsafe { object("state", state.cast_const())? };
+        let mut state = write("state", &handle.state)?;
+        let done = body(&mut state);
+        handle.step_nanoseconds.store(state.step_nanoseconds(), Ordering::Relaxed);
+        done
     })
 }
 
@@ -181,7 +157,7 @@ pub unsafe extern "C" fn sw_state_create(
 ) -> SwStatus {
     guard(|| {
         not_null("state", state)?;
-        // SAFETY: the header's contract; NULL is excluded above.
+        // SAFETY: `state` is not NULL, a live model is required and NULL refused, and `desc` is NULL or has its struct_size.
         unsafe {
             let desc = read_descriptor_or_default("desc", desc)?;
             check_flags("desc->flags", desc.flags, 0)?;
@@ -215,7 +191,7 @@ pub unsafe extern "C" fn sw_state_destroy(state: *mut SwState) {
 /// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_BUSY.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn sw_state_reset(state: *mut SwState) -> SwStatus {
-    // SAFETY: the header's contract.
+    // SAFETY: `writing` refuses NULL; the host passes a live state.
     unsafe {
         writing(state, |state| {
             state.reset();
@@ -228,7 +204,7 @@ pub unsafe extern "C" fn sw_state_reset(state: *mut SwState) -> SwStatus {
 /// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_OUT_OF_MEMORY, SW_ERROR_BUSY.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn sw_state_clone(state: *const SwState, clone: *mut *mut SwState) -> SwStatus {
-    // SAFETY: the header's contract; NULL is excluded.
+    // SAFETY: `reading` refuses NULL; the host passes a live state, and a place for the output, not at NULL.
     unsafe {
         reading(state, |state| {
             not_null("clone", clone)?;
@@ -246,7 +222,7 @@ pub unsafe extern "C" fn sw_state_clone(state: *const SwState, clone: *mut *mut 
 /// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_BUSY.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn sw_state_set_rest_tolerance(state: *mut SwState, tolerance: f64) -> SwStatus {
-    // SAFETY: the header's contract.
+    // SAFETY: `writing` refuses NULL; the host passes a live state.
     unsafe { writing(state, |state| Ok(state.set_rest_tolerance(tolerance)?)) }
 }
 
@@ -255,7 +231,7 @@ pub unsafe extern "C" fn sw_state_set_rest_tolerance(state: *mut SwState, tolera
 /// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_BUSY.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn sw_state_set_gravity(state: *mut SwState, gravity: *const f64) -> SwStatus {
-    // SAFETY: the header's contract.
+    // SAFETY: `writing` refuses NULL; the host passes a live state, and three numbers, not at NULL.
     unsafe { writing(state, |state| Ok(state.set_gravity(read_numbers::<3>("gravity", gravity)?.into())?)) }
 }
 
@@ -263,7 +239,7 @@ pub unsafe extern "C" fn sw_state_set_gravity(state: *mut SwState, gravity: *con
 /// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_UNSUPPORTED for ratios of SW_METHOD_SHELL_..., SW_ERROR_BUSY.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn sw_state_set_damping(state: *mut SwState, desc: *const SwDampingDesc) -> SwStatus {
-    // SAFETY: the header's contract.
+    // SAFETY: `writing` refuses NULL; the host passes a live state, and a descriptor that has its struct_size.
     unsafe {
         writing(state, |state| {
             let desc = read_descriptor("desc", desc)?;
@@ -314,7 +290,7 @@ pub(super) fn rotation(values: &[f64; 9]) -> Result<UnitQuaternion<f64>, Fault> 
 /// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_BUSY.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn sw_state_set_frame(state: *mut SwState, desc: *const SwFrameDesc) -> SwStatus {
-    // SAFETY: the header's contract.
+    // SAFETY: `writing` refuses NULL; the host passes a live state, and a descriptor that has its struct_size.
     unsafe {
         writing(state, |state| {
             let desc = read_descriptor("desc", desc)?;
@@ -348,7 +324,7 @@ pub unsafe extern "C" fn sw_state_set_amplitudes(
     velocities: *const f64,
     count: u32,
 ) -> SwStatus {
-    // SAFETY: the header's contract.
+    // SAFETY: `writing` refuses NULL; the host passes a live state, and arrays as long as `count`, which is checked.
     unsafe {
         writing(state, |state| {
             check_count(state.model(), count)?;
@@ -394,7 +370,7 @@ pub unsafe extern "C" fn sw_state_set_pose(
     n_vertices: u32,
     missed: *mut f64,
 ) -> SwStatus {
-    // SAFETY: the header's contract; the buffers are checked, and NULL is excluded.
+    // SAFETY: `writing` refuses NULL; the host passes a live state, and rows for n_vertices, which is checked.
     unsafe {
         writing(state, |state| {
             let space = space_of(space)?;
@@ -425,7 +401,7 @@ pub unsafe extern "C" fn sw_state_amplitudes(
     capacity: u32,
     count: *mut u32,
 ) -> SwStatus {
-    // SAFETY: the header's contract; NULL is excluded.
+    // SAFETY: `reading` refuses NULL; the host passes a live state, and room for `capacity` elements; the count is not NULL.
     unsafe {
         reading(state, |state| {
             not_null("count", count)?;
@@ -451,150 +427,8 @@ pub unsafe extern "C" fn sw_state_amplitudes(
 /// SW_ERROR_BUSY.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn sw_state_step(state: *mut SwState, seconds: f64) -> SwStatus {
-    // SAFETY: the header's contract.
+    // SAFETY: `writing` refuses NULL; the host passes a live state.
     unsafe { writing(state, |state| Ok(state.step(seconds)?)) }
-}
-
-fn space_of(space: u32) -> Result<Space, Fault> {
-    enumerant("space", space, &[(SW_SPACE_WORLD, Space::World), (SW_SPACE_FRAME, Space::Frame)])
-}
-
-/// Deformed positions (n_vertices x 3) in SW_SPACE_..., as SW_FORMAT_..., `stride` bytes from vertex to vertex (0 = packed).
-/// Order and number of vertices are those of the mesh. Callable concurrently.
-/// At rest in an unmoved frame they are the mesh's own to the last bit, with sag_gravity those of the hanging shape. SW_FORMAT_F64 adds the displacement to the mesh's
-/// positions and places the sum in 64 bits. SW_FORMAT_F32 is the faster: with SW_PRECISION_F32 all of it is done in 32 bits,
-/// good to four units in the last place of the largest coordinate among rest positions, frame origin and result.
-/// Errors: SW_ERROR_INVALID_ARGUMENT, also when n_vertices is not the mesh's; SW_ERROR_NUMERICAL when a coordinate of any vertex, in
-/// the frame or in the space asked for, exceeds 8.5e37 in SW_FORMAT_F32 or the numbers of SW_FORMAT_F64; SW_ERROR_BUSY.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn sw_state_positions(
-    state: *const SwState,
-    space: u32,
-    format: u32,
-    out: *mut c_void,
-    stride: u64,
-    n_vertices: u32,
-) -> SwStatus {
-    // SAFETY: the header's contract; the buffer is checked.
-    unsafe {
-        reading(state, |state| {
-            let rows = vertex_rows(state.model(), out, format, 3, stride, n_vertices)?;
-            let space = space_of(space)?;
-            state.check_range(space, rows.largest_coordinate())?;
-            if rows.double() {
-                state.position_rows(space, |first, x| rows.write_all(first, x));
-            } else {
-                state.position_rows_f32(space, |first, x| rows.write_all(first, x));
-            }
-            Ok(())
-        })
-    }
-}
-
-/// The positions of some vertices (n x 3), in the order of the list `vertices` (n; nothing is read or written for 0), otherwise as sw_state_positions and with the same
-/// bits: what is seen, a proxy, a render region. Costs as much as the blocks of 16 vertices that these lie in; a list in ascending
-/// order visits each block once. Callable concurrently.
-/// Errors: as sw_state_positions; SW_ERROR_INVALID_ARGUMENT also on a vertex that does not exist.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn sw_state_positions_of(
-    state: *const SwState,
-    space: u32,
-    format: u32,
-    vertices: *const u32,
-    n: u32,
-    out: *mut c_void,
-    stride: u64,
-) -> SwStatus {
-    // SAFETY: the header's contract; the buffer is checked.
-    unsafe {
-        reading(state, |state| {
-            let space = space_of(space)?;
-            if n == 0 {
-                return Ok(());
-            }
-            let mut vertices = read_list("vertices", vertices, n.into())?;
-            let rows = VectorRows::checked("out", out, format, 3, stride, n.into())?;
-            if rows.overlaps(&vertices) {
-                vertices = vertices.into_owned().into();
-            }
-            state.check_range(space, rows.largest_coordinate())?;
-            if rows.double() {
-                state.positions_of(space, &vertices, |i, x| rows.write_all(i, &[x]))?;
-            } else {
-                state.positions_of_f32(space, &vertices, |i, x| rows.write_all(i, &[x]))?;
-            }
-            Ok(())
-        })
-    }
-}
-
-/// Area-weighted unit normals of the deformed shell (n_vertices x 3), as sw_state_positions; zero at unreferenced vertices.
-/// They follow the orientation of the mesh's triangles, as re-oriented where these disagree. Allocates.
-/// Errors: as sw_state_positions, SW_ERROR_OUT_OF_MEMORY; SW_ERROR_NUMERICAL when a normal cannot be told.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn sw_state_normals(
-    state: *const SwState,
-    space: u32,
-    format: u32,
-    out: *mut c_void,
-    stride: u64,
-    n_vertices: u32,
-) -> SwStatus {
-    // SAFETY: the header's contract; the buffer is checked.
-    unsafe {
-        reading(state, |state| {
-            let rows = vertex_rows(state.model(), out, format, 3, stride, n_vertices)?;
-            Ok(state.normals(space_of(space)?, |v, n| rows.write::<3>(v, n.into()))?)
-        })
-    }
-}
-
-/// Rotation of each vertex's frame from rest (exp of its modal rotation, or the mean of its triangles'), as unit quaternions w x y z (n_vertices x 4), for
-/// hosts that carry tangent frames, hair or instances along. Otherwise as sw_state_positions.
-/// Errors: as sw_state_positions, SW_ERROR_UNSUPPORTED for a modal method on a model with SW_PRECOMPUTE_LINEAR.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn sw_state_rotations(
-    state: *const SwState,
-    space: u32,
-    format: u32,
-    out: *mut c_void,
-    stride: u64,
-    n_vertices: u32,
-) -> SwStatus {
-    // SAFETY: the header's contract; the buffer is checked.
-    unsafe {
-        reading(state, |state| {
-            let rows = vertex_rows(state.model(), out, format, 4, stride, n_vertices)?;
-            Ok(state.rotations(space_of(space)?, |v, r| rows.write(v, [r.w, r.i, r.j, r.k]))?)
-        })
-    }
-}
-
-/// Energies, and how far the shell is bent. `report` must be initialised by sw_state_report_init. Visits every vertex, so
-/// costs as much as reading the positions. Callable concurrently.
-/// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_NUMERICAL when a measure leaves the range of numbers,
-/// SW_ERROR_BUSY.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn sw_state_report(state: *const SwState, report: *mut SwStateReport) -> SwStatus {
-    // SAFETY: the header's contract; NULL is excluded by the descriptor's check.
-    unsafe {
-        reading(state, |state| {
-            let place = Output::checked("report", report)?;
-            let mut out = SwStateReport::initial();
-            let measured = state.report().all_finite()?;
-            out.turn_in_range = u32::from(state.turn_in_range(&measured));
-            out.time = measured.time;
-            out.kinetic_energy = measured.kinetic_energy;
-            out.elastic_energy = measured.elastic_energy;
-            out.constraint_work = measured.constraint_work;
-            out.max_rotation = measured.max_rotation;
-            out.fraction_turned_too_far = measured.fraction_turned_too_far;
-            out.max_displacement = measured.max_displacement;
-            out.unconverged_steps = measured.unconverged_steps;
-            place.write(out);
-            Ok(())
-        })
-    }
 }
 
 /// Saves the dynamic state (time, frame, amplitudes and rates, constraint work): 152 bytes and 16 a mode, or mode and field of a
@@ -607,7 +441,7 @@ pub unsafe extern "C" fn sw_state_save(
     capacity: u64,
     size: *mut u64,
 ) -> SwStatus {
-    // SAFETY: the header's contract; NULL is excluded.
+    // SAFETY: `reading` refuses NULL; the host passes a live state, and room for `capacity` elements; the count is not NULL.
     unsafe {
         reading(state, |state| {
             not_null("size", size)?;
@@ -626,7 +460,7 @@ pub unsafe extern "C" fn sw_state_save(
 /// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DATA, SW_ERROR_BUSY.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn sw_state_load(state: *mut SwState, bytes: *const c_void, size: u64) -> SwStatus {
-    // SAFETY: the header's contract.
+    // SAFETY: `writing` refuses NULL; the host passes a live state, and `size` bytes, not at NULL.
     unsafe {
         writing(state, |state| {
             not_null("bytes", bytes)?;

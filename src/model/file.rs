@@ -33,7 +33,7 @@
 
 use super::front::Front;
 use crate::energy::DISCRETE_SHELLS;
-use crate::error::try_zeroed;
+use crate::error::{invalid, try_zeroed};
 use crate::features::{self, Feature, Proof, SavedModels};
 use crate::limits::MAX_MODES;
 use crate::mesh::Mesh;
@@ -76,10 +76,6 @@ const LARGEST_NORM_ERROR: f64 = 0.1;
 const ROTATION_ERROR: (f64, f64) = (1e-6, 1e-44);
 
 type Tag = [u8; 4];
-
-fn invalid<T>(message: impl Into<String>) -> Result<T> {
-    Err(Error::new(ErrorKind::InvalidData, message))
-}
 
 /// Sizes and kinds at the front.
 #[derive(Clone, Copy)]

@@ -6,9 +6,10 @@
 //! | of each: method, 1 on a sagged shape else 0, fields, elements | 4c × u32 |
 //! | of each: operations, error | 2c × f64 |
 
+use crate::Result;
+use crate::error::invalid;
 use crate::method::Method;
 use crate::real::Real;
-use crate::{Error, ErrorKind, Result};
 
 /// A method on a model of its own.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -46,10 +47,6 @@ impl Front {
 const COUNTS: usize = 8;
 const WORDS: usize = 16;
 const NUMBERS: usize = 16;
-
-fn invalid<T>(message: impl Into<String>) -> Result<T> {
-    Err(Error::new(ErrorKind::InvalidData, message))
-}
 
 impl Front {
     /// Size of [`Front::save`].

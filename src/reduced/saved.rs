@@ -14,19 +14,16 @@
 //! | α, unless it is 0.003 or t is 0 | f64 |
 
 use super::{AnyFields, Assumed, Fields, LEAST_SHARE, MAX_FIELDS, MAX_STRESSES, ReducedShell, with_fields};
+use crate::error::invalid;
 use crate::features::Feature;
 use crate::precision::Precision;
 use crate::real::Real;
-use crate::{Error, ErrorKind, Result, Shell};
+use crate::{Result, Shell};
 use nalgebra::DMatrix;
 
 /// BᵀMB of a field may differ from 1 by this: f32 leaves 1e-7.
 const NORM_ERROR: f64 = 1e-4;
 const FRONT: usize = 16;
-
-fn invalid<T>(message: impl Into<String>) -> Result<T> {
-    Err(Error::new(ErrorKind::InvalidData, message))
-}
 
 /// Bytes of a section whose membrane's samples have `stresses` numbers.
 fn size([vertices, modes, fields, samples, stresses]: [usize; 5], precision: Precision) -> u128 {

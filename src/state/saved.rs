@@ -5,8 +5,9 @@
 //! is refused.
 
 use super::{Method, State};
+use crate::error::invalid;
 use crate::support::{Frame, Pose};
-use crate::{Error, ErrorKind, Result, Vec3};
+use crate::{Result, Vec3};
 use nalgebra::{Quaternion, UnitQuaternion, Vector4};
 use xxhash_rust::xxh3::xxh3_64;
 
@@ -15,10 +16,6 @@ const VERSION: u16 = 2;
 /// Bytes that tell what the rest is.
 pub const HEADER: usize = 24;
 const FIXED_DOUBLES: usize = 15;
-
-fn invalid<T>(message: impl Into<String>) -> Result<T> {
-    Err(Error::new(ErrorKind::InvalidData, message))
-}
 
 fn word(bytes: &[u8], at: usize) -> u64 {
     u64::from_le_bytes(bytes[at..at + 8].try_into().expect("eight bytes"))

@@ -73,10 +73,10 @@ SW_NEEDS_REDUCED_FIELDS = 3
 SW_NEEDS_CHOICE = 4
 SW_INTEGRATOR_IMPLICIT_EULER = 1
 SW_INTEGRATOR_EXACT = 2
-SW_SPACE_WORLD = 0
-SW_SPACE_FRAME = 1
 SW_FRAME_TELEPORT = 1
 SW_FRAME_MOTION_GIVEN = 2
+SW_SPACE_WORLD = 0
+SW_SPACE_FRAME = 1
 SW_CONSTRAINT_POSITION = 1
 SW_CONSTRAINT_ORIENTATION = 2
 SW_AXIS_X = 1
@@ -382,13 +382,13 @@ FUNCTIONS = {
     "sw_set_log_callback": (c_uint32, [SwLogFn, c_void_p]),
     "sw_mesh_check": (c_uint32, [POINTER(SwMeshDesc), POINTER(SwDiagnostic), c_uint32, c_uint32, c_void_p]),
     "sw_model_create": (c_uint32, [POINTER(SwMeshDesc), POINTER(SwMaterialDesc), POINTER(SwSupportDesc), POINTER(POINTER(SwModel))]),
-    "sw_model_precompute": (c_uint32, [POINTER(SwModel), POINTER(SwPrecomputeDesc)]),
     "sw_model_destroy": (None, [POINTER(SwModel)]),
+    "sw_model_save": (c_uint32, [POINTER(SwModel), c_void_p, c_uint64, c_void_p]),
+    "sw_model_load": (c_uint32, [c_void_p, c_uint64, POINTER(POINTER(SwModel))]),
+    "sw_model_precompute": (c_uint32, [POINTER(SwModel), POINTER(SwPrecomputeDesc)]),
     "sw_model_info": (c_uint32, [POINTER(SwModel), POINTER(SwModelInfo)]),
     "sw_model_front": (c_uint32, [POINTER(SwModel), POINTER(SwFrontPoint), c_uint32, c_uint32, c_void_p]),
     "sw_model_frequencies": (c_uint32, [POINTER(SwModel), c_void_p, c_uint32, c_void_p]),
-    "sw_model_save": (c_uint32, [POINTER(SwModel), c_void_p, c_uint64, c_void_p]),
-    "sw_model_load": (c_uint32, [c_void_p, c_uint64, POINTER(POINTER(SwModel))]),
     "sw_model_mode_shape": (c_uint32, [POINTER(SwModel), c_uint32, c_uint32, c_uint32, c_void_p, c_uint64, c_uint32]),
     "sw_method_count": (c_uint32, []),
     "sw_method_at": (c_uint32, [c_uint32]),
@@ -408,13 +408,13 @@ FUNCTIONS = {
     "sw_state_set_pose": (c_uint32, [POINTER(SwState), c_uint32, c_uint32, c_void_p, c_uint64, c_void_p, c_uint64, c_uint32, c_void_p]),
     "sw_state_amplitudes": (c_uint32, [POINTER(SwState), c_void_p, c_void_p, c_uint32, c_void_p]),
     "sw_state_step": (c_uint32, [POINTER(SwState), c_double]),
+    "sw_state_save": (c_uint32, [POINTER(SwState), c_void_p, c_uint64, c_void_p]),
+    "sw_state_load": (c_uint32, [POINTER(SwState), c_void_p, c_uint64]),
     "sw_state_positions": (c_uint32, [POINTER(SwState), c_uint32, c_uint32, c_void_p, c_uint64, c_uint32]),
     "sw_state_positions_of": (c_uint32, [POINTER(SwState), c_uint32, c_uint32, c_void_p, c_uint32, c_void_p, c_uint64]),
     "sw_state_normals": (c_uint32, [POINTER(SwState), c_uint32, c_uint32, c_void_p, c_uint64, c_uint32]),
     "sw_state_rotations": (c_uint32, [POINTER(SwState), c_uint32, c_uint32, c_void_p, c_uint64, c_uint32]),
     "sw_state_report": (c_uint32, [POINTER(SwState), POINTER(SwStateReport)]),
-    "sw_state_save": (c_uint32, [POINTER(SwState), c_void_p, c_uint64, c_void_p]),
-    "sw_state_load": (c_uint32, [POINTER(SwState), c_void_p, c_uint64]),
     "sw_states_step": (c_uint32, [POINTER(POINTER(SwState)), c_uint32, c_double, c_void_p]),
     "sw_set_threads": (c_uint32, [c_uint32]),
     "sw_state_set_constraint": (c_uint32, [POINTER(SwState), POINTER(SwConstraintDesc)]),

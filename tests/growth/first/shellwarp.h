@@ -301,6 +301,55 @@ typedef struct SwSupportDesc {
   uint32_t n_clamped;
 } SwSupportDesc;
 
+// A shell and, after precompute, its modes. Opaque.
+typedef struct SwModel SwModel;
+
+// Makes a model of a mesh, a material (NULL = defaults) and supports (NULL = none: the shell floats
+// free).
+//
+// On success *model is a new handle, to be given to sw_model_destroy; on failure it is untouched.
+// The descriptors and what they point to are copied. Callable from any thread.
+// Errors: SW_ERROR_INVALID_DESC, SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_MESH,
+// SW_ERROR_NUMERICAL when masses leave the floating-point range, SW_ERROR_OUT_OF_MEMORY.
+SwStatus sw_model_create(const struct SwMeshDesc *mesh,
+                         const struct SwMaterialDesc *material,
+                         const struct SwSupportDesc *supports,
+                         struct SwModel **model);
+
+// Destroys a model. NULL does nothing. States made from it live on. A handle must not be destroyed
+// twice or during a call.
+void sw_model_destroy(struct SwModel *model);
+
+// Saves a precomputed model, so that sw_model_load gives it back without another precompute: about
+// 24 bytes per vertex and mode (48 with SW_PRECISION_F64, 12 with SW_PRECISION_I16) and 49 per
+// vertex, or 73 with sag_gravity; 12 (24 with SW_PRECISION_F64) more per vertex and mode or field
+// of a reduced shell. Two calls: with `bytes` NULL and `capacity` 0 only *size is written. Nothing
+// of a state is saved (sw_state_save). Callable concurrently.
+// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_NOT_PRECOMPUTED, SW_ERROR_BUFFER_SIZE when capacity <
+// *size, SW_ERROR_UNSUPPORTED by a library without SW_FEATURE_SAVED_MODELS, SW_ERROR_OUT_OF_MEMORY,
+// SW_ERROR_BUSY.
+SwStatus sw_model_save(const struct SwModel *model,
+                       void *bytes,
+                       uint64_t capacity,
+                       uint64_t *size);
+
+// Makes a precomputed model of what sw_model_save gave, in this or an older version of the library.
+// On success *model is a new handle, to be given to sw_model_destroy; on failure it is untouched.
+// `bytes` (size) are read during the call only.
+//
+// The model has the same bits as the one saved: steps, handles, equilibria and saved states of
+// either go on with the other. No eigenvalue search is done; the time goes into reading the bytes
+// and checking the mesh. Safe on any bytes: they carry a version, sizes and a checksum, and
+// whatever they hold beyond that is checked, so that forged ones cannot do harm; that the modes
+// belong to the shell is not checked. Callable from any thread.
+// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DATA, SW_ERROR_UNSUPPORTED by a library
+// without SW_FEATURE_SAVED_MODELS or the model's precision, SW_ERROR_OUT_OF_MEMORY.
+SwStatus sw_model_load(const void *bytes,
+                       uint64_t size,
+                       struct SwModel **model);
+
+/* Precompute ----------------------------------------------------------------------------------- */
+
 // Go on.
 #define SW_PROGRESS_CONTINUE 256
 // Stop: sw_model_precompute returns SW_ERROR_CANCELLED and the model stays as it was.
@@ -464,6 +513,20 @@ typedef struct SwPrecomputeDesc {
   double reduced_mode_searches;
 } SwPrecomputeDesc;
 
+// Computes modes and modal rotations; `desc` may be NULL for defaults. May be called again with
+// other options: states made before keep the modes they were made with.
+//
+// Blocks for seconds on large meshes. On failure or cancellation the model is as it was before. Not
+// to be called at the same time as any other function on this model.
+// Errors: SW_ERROR_INVALID_DESC, SW_ERROR_INVALID_ARGUMENT, SW_ERROR_CANCELLED, SW_ERROR_NUMERICAL,
+// also when the shell does not come to rest under sag_gravity or is about to buckle there,
+// SW_ERROR_UNSUPPORTED for a reduced shell that can move freely or has sag_gravity, and for what
+// this library was built without; SW_ERROR_OUT_OF_MEMORY, SW_ERROR_BUSY.
+SwStatus sw_model_precompute(struct SwModel *model,
+                             const struct SwPrecomputeDesc *desc);
+
+/* What a model has ----------------------------------------------------------------------------- */
+
 // Facts about a model. The caller sets struct_size with sw_model_info_init.
 typedef struct SwModelInfo {
   // Set by sw_model_info_init.
@@ -525,7 +588,7 @@ typedef struct SwModelInfo {
   // by more than sqrt(3) e times the sum over the modes of |q_k| (max|phi_k| + max|psi_k| max|u|),
   // u the displacement without the warp.
   double basis_rounding;
-  // How far a vertex may be off for want of modes, by the tolerance and the demand of
+  // How far a vertex may be off because modes were truncated, by the tolerance and the demand of
   // SwPrecomputeDesc; 0 without one, and on a model that was loaded.
   double truncation_bound;
   // Share of the mass that moves which the modes carry along x, y, z of the frame: far below 1,
@@ -553,37 +616,6 @@ typedef struct SwModelInfo {
   // loads.
   double auto_error;
 } SwModelInfo;
-
-// A shell and, after precompute, its modes. Opaque.
-typedef struct SwModel SwModel;
-
-// Makes a model of a mesh, a material (NULL = defaults) and supports (NULL = none: the shell floats
-// free).
-//
-// On success *model is a new handle, to be given to sw_model_destroy; on failure it is untouched.
-// The descriptors and what they point to are copied. Callable from any thread.
-// Errors: SW_ERROR_INVALID_DESC, SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_MESH,
-// SW_ERROR_NUMERICAL when masses leave the floating-point range, SW_ERROR_OUT_OF_MEMORY.
-SwStatus sw_model_create(const struct SwMeshDesc *mesh,
-                         const struct SwMaterialDesc *material,
-                         const struct SwSupportDesc *supports,
-                         struct SwModel **model);
-
-// Computes modes and modal rotations; `desc` may be NULL for defaults. May be called again with
-// other options: states made before keep the modes they were made with.
-//
-// Blocks for seconds on large meshes. On failure or cancellation the model is as it was before. Not
-// to be called at the same time as any other function on this model.
-// Errors: SW_ERROR_INVALID_DESC, SW_ERROR_INVALID_ARGUMENT, SW_ERROR_CANCELLED, SW_ERROR_NUMERICAL,
-// also when the shell does not come to rest under sag_gravity or is about to buckle there,
-// SW_ERROR_UNSUPPORTED for a reduced shell that can move freely or has sag_gravity, and for what
-// this library was built without; SW_ERROR_OUT_OF_MEMORY, SW_ERROR_BUSY.
-SwStatus sw_model_precompute(struct SwModel *model,
-                             const struct SwPrecomputeDesc *desc);
-
-// Destroys a model. NULL does nothing. States made from it live on. A handle must not be destroyed
-// twice or during a call.
-void sw_model_destroy(struct SwModel *model);
 
 // Counts, sizes, certificate and timings. `info` must be initialised by sw_model_info_init.
 // Callable concurrently.
@@ -630,34 +662,6 @@ SwStatus sw_model_frequencies(const struct SwModel *model,
                               double *hertz,
                               uint32_t capacity,
                               uint32_t *count);
-
-// Saves a precomputed model, so that sw_model_load gives it back without another precompute: about
-// 24 bytes per vertex and mode (48 with SW_PRECISION_F64, 12 with SW_PRECISION_I16) and 49 per
-// vertex, or 73 with sag_gravity; 12 (24 with SW_PRECISION_F64) more per vertex and mode or field
-// of a reduced shell. Two calls: with `bytes` NULL and `capacity` 0 only *size is written. Nothing
-// of a state is saved (sw_state_save). Callable concurrently.
-// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_NOT_PRECOMPUTED, SW_ERROR_BUFFER_SIZE when capacity <
-// *size, SW_ERROR_UNSUPPORTED by a library without SW_FEATURE_SAVED_MODELS, SW_ERROR_OUT_OF_MEMORY,
-// SW_ERROR_BUSY.
-SwStatus sw_model_save(const struct SwModel *model,
-                       void *bytes,
-                       uint64_t capacity,
-                       uint64_t *size);
-
-// Makes a precomputed model of what sw_model_save gave, in this or an older version of the library.
-// On success *model is a new handle, to be given to sw_model_destroy; on failure it is untouched.
-// `bytes` (size) are read during the call only.
-//
-// The model has the same bits as the one saved: steps, handles, equilibria and saved states of
-// either go on with the other. No eigenvalue search is done; the time goes into reading the bytes
-// and checking the mesh. Safe on any bytes: they carry a version, sizes and a checksum, and
-// whatever they hold beyond that is checked, so that forged ones cannot do harm; that the modes
-// belong to the shell is not checked. Callable from any thread.
-// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DATA, SW_ERROR_UNSUPPORTED by a library
-// without SW_FEATURE_SAVED_MODELS or the model's precision, SW_ERROR_OUT_OF_MEMORY.
-SwStatus sw_model_load(const void *bytes,
-                       uint64_t size,
-                       struct SwModel **model);
 
 // Phi: displacement per unit amplitude, mass-orthonormal, 1/sqrt(mass).
 #define SW_SHAPE_DISPLACEMENT 1
@@ -754,11 +758,6 @@ SwStatus sw_model_offers(const struct SwModel *model,
 // its own.
 #define SW_INTEGRATOR_EXACT 2
 
-// World axes and origin.
-#define SW_SPACE_WORLD 0
-// Axes and origin of the support frame.
-#define SW_SPACE_FRAME 1
-
 // How a state moves.
 typedef struct SwStateDesc {
   // Set by sw_state_desc_init.
@@ -812,41 +811,6 @@ typedef struct SwFrameDesc {
   // Angular acceleration, rad/s^2.
   double angular_acceleration[3];
 } SwFrameDesc;
-
-// Measures of a state. The caller sets struct_size with sw_state_report_init.
-typedef struct SwStateReport {
-  // Set by sw_state_report_init.
-  uint32_t struct_size;
-  // Of rotations alone, and no measure of the error, which sw_state_certify estimates: 1 while
-  // max_rotation is at most a quarter turn, where the warp itself gets a fifth of a strip's
-  // displacement wrong, or half a turn with SW_METHOD_ROTATION_STRAIN; always 1 for a nonlinear
-  // shell, reduced or not. 1 does not mean that the pose is right: on curved shells modes are most
-  // of the error.
-  uint32_t turn_in_range;
-  // Seconds stepped since creation or reset.
-  double time;
-  // Of the motion in the frame. Under handles SW_INTEGRATOR_EXACT moves by impulses at the start of
-  // each step: a shell that rests at the ends of steps reports the energy of half an impulse there,
-  // which falls with the square of the step.
-  double kinetic_energy;
-  // Of the deformation; of modal methods also that of the resistance to bends beyond half a turn,
-  // see sw_state_step.
-  double elastic_energy;
-  // Work done on the shell by constraints since creation or reset.
-  double constraint_work;
-  // Largest rotation of a vertex, rad: |w| of modal methods, which counts turns; at most half a
-  // turn of nonlinear shells. A modal method on a model with SW_PRECOMPUTE_LINEAR computes it from
-  // the displacements at each call.
-  double max_rotation;
-  // Largest displacement in the frame.
-  double max_displacement;
-  // Of all vertices, the share turned further than turn_in_range allows. Of rotations alone, too.
-  double fraction_turned_too_far;
-  // Steps of a reduced shell since creation or reset, as this handle took them, whose Newton search
-  // ended short of its tolerance: finite, but less accurate than the others; shorter steps help. 0
-  // for other methods.
-  uint64_t unconverged_steps;
-} SwStateReport;
 
 // A moving shell. Opaque. One thread at a time, but functions that take it const may run at the
 // same time as each other; a violation returns SW_ERROR_BUSY.
@@ -969,6 +933,68 @@ SwStatus sw_state_amplitudes(const struct SwState *state,
 SwStatus sw_state_step(struct SwState *state,
                        double seconds);
 
+// Saves the dynamic state (time, frame, amplitudes and rates, constraint work): 152 bytes and 16 a
+// mode, or mode and field of a reduced shell, so 952 at 50 modes; 152 and 48 a vertex of a
+// nonlinear shell. Loads, damping and constraints are inputs and not saved. Two calls: with `bytes`
+// NULL and `capacity` 0 only *size is written. Callable concurrently.
+// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_BUFFER_SIZE when capacity < *size, SW_ERROR_BUSY.
+SwStatus sw_state_save(const struct SwState *state,
+                       void *bytes,
+                       uint64_t capacity,
+                       uint64_t *size);
+
+// Restores what sw_state_save gave of a state of the same method, on a model made from the same
+// inputs; the run then goes on with the same bits. Safe on any bytes: they carry a version, the
+// method, sizes, the model's fingerprint and a checksum. Bytes of format version 1 did not say
+// their method and are refused. On failure nothing has changed. A pose set for the next step is
+// dropped: set it after loading.
+// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DATA, SW_ERROR_BUSY.
+SwStatus sw_state_load(struct SwState *state,
+                       const void *bytes,
+                       uint64_t size);
+
+/* What a state shows --------------------------------------------------------------------------- */
+
+// World axes and origin.
+#define SW_SPACE_WORLD 0
+// Axes and origin of the support frame.
+#define SW_SPACE_FRAME 1
+
+// Measures of a state. The caller sets struct_size with sw_state_report_init.
+typedef struct SwStateReport {
+  // Set by sw_state_report_init.
+  uint32_t struct_size;
+  // Of rotations alone, and no measure of the error, which sw_state_certify estimates: 1 while
+  // max_rotation is at most a quarter turn, where the warp itself gets a fifth of a strip's
+  // displacement wrong, or half a turn with SW_METHOD_ROTATION_STRAIN; always 1 for a nonlinear
+  // shell, reduced or not. 1 does not mean that the pose is right: on curved shells modes are most
+  // of the error.
+  uint32_t turn_in_range;
+  // Seconds stepped since creation or reset.
+  double time;
+  // Of the motion in the frame. Under handles SW_INTEGRATOR_EXACT moves by impulses at the start of
+  // each step: a shell that rests at the ends of steps reports the energy of half an impulse there,
+  // which falls with the square of the step.
+  double kinetic_energy;
+  // Of the deformation; of modal methods also that of the resistance to bends beyond half a turn,
+  // see sw_state_step.
+  double elastic_energy;
+  // Work done on the shell by constraints since creation or reset.
+  double constraint_work;
+  // Largest rotation of a vertex, rad: |w| of modal methods, which counts turns; at most half a
+  // turn of nonlinear shells. A modal method on a model with SW_PRECOMPUTE_LINEAR computes it from
+  // the displacements at each call.
+  double max_rotation;
+  // Largest displacement in the frame.
+  double max_displacement;
+  // Of all vertices, the share turned further than turn_in_range allows. Of rotations alone, too.
+  double fraction_turned_too_far;
+  // Steps of a reduced shell since creation or reset, as this handle took them, whose Newton search
+  // ended short of its tolerance: finite, but less accurate than the others; shorter steps help. 0
+  // for other methods.
+  uint64_t unconverged_steps;
+} SwStateReport;
+
 // Deformed positions (n_vertices x 3) in SW_SPACE_..., as SW_FORMAT_..., `stride` bytes from vertex
 // to vertex (0 = packed). Order and number of vertices are those of the mesh. Callable
 // concurrently. At rest in an unmoved frame they are the mesh's own to the last bit, with
@@ -1029,26 +1055,6 @@ SwStatus sw_state_rotations(const struct SwState *state,
 // leaves the range of numbers, SW_ERROR_BUSY.
 SwStatus sw_state_report(const struct SwState *state,
                          struct SwStateReport *report);
-
-// Saves the dynamic state (time, frame, amplitudes and rates, constraint work): 152 bytes and 16 a
-// mode, or mode and field of a reduced shell, so 952 at 50 modes; 152 and 48 a vertex of a
-// nonlinear shell. Loads, damping and constraints are inputs and not saved. Two calls: with `bytes`
-// NULL and `capacity` 0 only *size is written. Callable concurrently.
-// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_BUFFER_SIZE when capacity < *size, SW_ERROR_BUSY.
-SwStatus sw_state_save(const struct SwState *state,
-                       void *bytes,
-                       uint64_t capacity,
-                       uint64_t *size);
-
-// Restores what sw_state_save gave of a state of the same method, on a model made from the same
-// inputs; the run then goes on with the same bits. Safe on any bytes: they carry a version, the
-// method, sizes, the model's fingerprint and a checksum. Bytes of format version 1 did not say
-// their method and are refused. On failure nothing has changed. A pose set for the next step is
-// dropped: set it after loading.
-// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DATA, SW_ERROR_BUSY.
-SwStatus sw_state_load(struct SwState *state,
-                       const void *bytes,
-                       uint64_t size);
 
 /* Many states ---------------------------------------------------------------------------------- */
 

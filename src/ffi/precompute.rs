@@ -1,0 +1,282 @@
+//! The precompute of a model: what to precompute, progress, and the choice of a method.
+
+use super::constraint::{SW_AXIS_X, SW_AXIS_Y, SW_AXIS_Z};
+use super::floats::as_the_host;
+use super::guard::{guard, write};
+use super::log::{SW_LOG_INFO, SW_LOG_WARNING, log};
+use super::model::SwModel;
+use super::pointer::{check_flags, enumerant, object, read_array};
+use super::status::{Fault, SwStatus};
+use super::structs::{described, read_descriptor_or_default};
+use crate::auto::{self, Budget};
+use crate::error::{require_finite, require_non_negative};
+use crate::model::{Model, Options, Precision};
+use crate::modes::{Demand, Phase};
+use crate::reduced;
+use crate::{Error, ErrorKind};
+use std::ffi::c_void;
+use std::sync::Arc;
+
+/// Go on.
+pub const SW_PROGRESS_CONTINUE: u32 = 0x100;
+/// Stop: sw_model_precompute returns SW_ERROR_CANCELLED and the model stays as it was.
+pub const SW_PROGRESS_CANCEL: u32 = 0x200;
+
+/// Stiffness and masses.
+pub const SW_PHASE_ASSEMBLY: u32 = 0;
+/// Fill-reducing ordering, symbolic factorization.
+pub const SW_PHASE_ORDERING: u32 = 1;
+/// Numeric factorization.
+pub const SW_PHASE_FACTORIZATION: u32 = 2;
+/// Eigenvalue iteration.
+pub const SW_PHASE_MODES: u32 = 3;
+/// Inertia count and residuals.
+pub const SW_PHASE_CERTIFICATE: u32 = 4;
+/// Modal rotations, run-time layout, and the reduced shell.
+pub const SW_PHASE_ROTATION: u32 = 5;
+/// Number of phases, which grows with them.
+pub const SW_PHASE_COUNT: usize = 6;
+/// Places for the phases in SwModelInfo::seconds, for good: there will not be more.
+pub const SW_PHASE_CAPACITY: usize = 16;
+
+/// Hears of progress on the thread that called sw_model_precompute: SW_PHASE_... and the fraction of that phase, 0 to 1.
+/// A phase may come up more than once, or not at all on a small mesh, and a newer library may have phases that this header
+/// does not. Work on a mesh in pieces is told as SW_PHASE_MODES, piece by piece. A numeric factorization is one step, during
+/// which nothing is heard and no cancel is taken: some tenths of a second for 10^4 vertices and some seconds for 10^5. There
+/// are two or more. Must return SW_PROGRESS_CONTINUE or SW_PROGRESS_CANCEL; anything else is an error, so that a callback
+/// which forgets to return is found out. Must not throw or long-jump, nor destroy the model.
+pub type SwProgressFn = Option<unsafe extern "C" fn(user: *mut c_void, phase: u32, fraction: f64) -> u32>;
+
+/// The run-time basis in 32 bits: half the memory and time; positions good to about 1e-6 of the displacement.
+pub const SW_PRECISION_F32: u32 = 1;
+/// The run-time basis in 64 bits.
+pub const SW_PRECISION_F64: u32 = 2;
+/// The run-time basis in 16 bits of a unit for each mode, computed with in 32: half the memory of SW_PRECISION_F32, and as fast where
+/// memory limits; positions good to about 1e-5 of the displacement (basis_rounding of SwModelInfo).
+pub const SW_PRECISION_I16: u32 = 3;
+
+/// For SW_METHOD_LMA and the nonlinear shells alone: no modal rotations are computed, and the basis takes half the memory. States
+/// are then SW_METHOD_LMA by default, whose sw_state_rotations and constraints on orientations return SW_ERROR_UNSUPPORTED, and so
+/// does making a state of another modal method.
+pub const SW_PRECOMPUTE_LINEAR: u32 = 1;
+
+/// The reduced shell's fields are the modes' own derivatives: no training, a fraction of the precompute, and many times the error.
+pub const SW_REDUCED_UNTRAINED: u32 = 1;
+
+/// Computed at most to meet a tolerance, unless asked otherwise.
+const MOST_MODES: usize = 256;
+
+/// What to precompute.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct SwPrecomputeDesc {
+    /// Set by sw_precompute_desc_init.
+    pub struct_size: u32,
+    /// Number of lowest modes, zero modes included; 0 = 16, or 256 with a tolerance. No more are given than there are unknowns, nor
+    /// more than 1024; sw_model_info tells.
+    /// Loose pieces have six zero modes each, which come before all others. Where more modes are equal than are given, those come
+    /// first that translations along x, y and z agree with: they hold all that gravity does to the equal ones. Rotations about the
+    /// centre of mass are next, then fixed pseudo-random mixtures. A shell in thousands of pieces costs what one piece of its size costs.
+    pub modes: u32,
+    /// SW_PRECISION_... of the run-time basis; 0 = SW_PRECISION_F32. Modes are always computed in 64 bits.
+    pub precision: u32,
+    /// SW_PRECOMPUTE_... or 0.
+    pub flags: u32,
+    /// NULL = none.
+    pub progress: SwProgressFn,
+    /// Passed to progress.
+    pub progress_user: *mut c_void,
+    /// Gravity in frame axes, acceleration. Unless zero, the mesh is first let sag under it to rest by the nonlinear shell, and
+    /// modes are those of the sagged shape under its own weight; states begin there, and displacements and max_displacement
+    /// count from there. Under this gravity the shape is then exact, and under others the error of a modal method grows with the
+    /// difference only. The shell must be supported.
+    pub sag_gravity: [f64; 3],
+    /// Unless 0, modes are left out that a scene cannot show: under the loads below, no vertex is off by more than this length,
+    /// against the same method with all modes. `modes` is then the most that are computed; 0 = 256. sw_model_info tells the bound
+    /// that was reached, which exceeds the tolerance where that was not enough; SW_ERROR_NUMERICAL where there is none. The bound is an
+    /// estimate by statics, see demand_amplification, and holds for turns of less than a rad.
+    pub tolerance: f64,
+    /// Gravity of the scene in frame axes. Read, as all fields from here to n_handles, with a tolerance or for SW_METHOD_AUTO only.
+    pub demand_gravity: [f64; 3],
+    /// Size of an acceleration that may act in any direction: of the frame, or gravity where the frame turns.
+    pub demand_acceleration: f64,
+    /// How much further loads move the shell than at rest: 1 when they change slowly; 0 = 2, when they come at once; up to
+    /// 2/(pi ratio) when they shake it in time with a mode of that damping ratio.
+    pub demand_amplification: f64,
+    /// How far from rest handles move their vertices, in the directions in which these give. For a tolerance, to hold a vertex in
+    /// others as well can ask for more modes; see auto_error for what is judged there.
+    pub handle_distance: f64,
+    /// The vertices that handles move (n_handles).
+    pub handles: *const u32,
+    /// Length of handles.
+    pub n_handles: u32,
+    /// SW_AXIS_... bits of the frame's axes along which handles hold their vertices, for SW_METHOD_AUTO; 0 = all.
+    pub handle_axes: u32,
+    /// Displacement fields beyond the modes for SW_METHOD_REDUCED_SHELL, which needs some; 0 = none, and the model takes no more
+    /// time and memory than without. 40 suit 8 modes; modes and fields are at most 128 together. The shell must be held so
+    /// that nothing moves freely, and sag_gravity be zero.
+    pub reduced_fields: u32,
+    /// Triangles, edges and hinges, together, that stand for all in its steps, whose cost grows with their number; 0 = as many as
+    /// leave out 1 % of the elastic forces, but at most 16 for each mode and field.
+    pub reduced_elements: u32,
+    /// Equilibria of the full shell that its fields are trained on, of gravity, pressure and pulls at points in turn; at most 52 are used.
+    /// Each takes as long as a static solution of SW_METHOD_SHELL_IMPLICIT, but of a load that buckles the shell only the part that was
+    /// balanced after a few hundred iterations is used, from 8,000 vertices on after a hundred. The fields are saved with the model. 0 = all
+    /// 52 up to 4,000 vertices, fewer on larger meshes, as 208,000 over their number.
+    pub reduced_poses: u32,
+    /// Bitwise or of SW_REDUCED_...
+    pub reduced_flags: u32,
+    /// Strength of the gravity that its scenes will have, acceleration, from which the loads of the training follow; 0 = what bends
+    /// the shell by a quarter of its size to first order. SW_ERROR_NUMERICAL beyond 1e12 times that.
+    pub reduced_gravity: f64,
+    /// Unless this and auto_operations are both 0, the method for SW_METHOD_AUTO is chosen, and the model made for it alone. Tried are
+    /// SW_METHOD_LMA, SW_METHOD_WARP, SW_METHOD_WARP_VIRTUAL_WORK and SW_METHOD_ROTATION_STRAIN, the last two also on the shape that
+    /// hangs under demand_gravity, and SW_METHOD_REDUCED_SHELL with reduced_fields (0 = 40) and with half as many; with
+    /// SW_PRECOMPUTE_LINEAR only the first and the reduced shells. With sag_gravity the modes are those of that shape, and no reduced
+    /// shell is tried. Taken is the cheapest that gets no vertex wrong by more than this length against the full shell's equilibria;
+    /// else the most accurate. Trials are demand_gravity, demand_acceleration and handles, read without a tolerance too.
+    ///
+    /// A handle's position is held hard along handle_axes. It is led in four parts from where it hangs to handle_distance from rest, in each direction
+    /// in which the vertex gives at least a tenth as much as in its softest, either way: straight, along the way that the shell's vertex takes by
+    /// itself, and straight between these directions. Each part is judged, and the errors of handles count a quarter more, for places in
+    /// between. Not judged are orientations, several handles at once, more than six of them, compliances, and motion. A flat sheet that is
+    /// lifted straight with all axes held is stretched, and no method is near there: hold only the axes that matter.
+    ///
+    /// Takes about four times a precompute, each reduced shell with its training, and an equilibrium of the full shell for each load, for handles
+    /// at most 200.
+    pub auto_error: f64,
+    /// Chosen among are those of these methods whose step takes no more operations than this, as sw_state_plan counts them, or else the
+    /// cheapest alone; 0 = all.
+    pub auto_operations: f64,
+    /// The fastest that handles move, length/s; 0 = any. With a tolerance, where it is known, the modes' static answers to pulls at the
+    /// handles may stand for those modes that nothing else needs, up to three a handle: hundreds of modes are then a few. They are counted
+    /// and saved as modes, and have frequencies as these, of their own energy; sw_model_info's certificate is of the modes beside them.
+    pub handle_speed: f64,
+    /// Seconds that the training by reduced_poses may take, beyond which no further equilibrium is sought; 0 = any. What is found in time
+    /// depends on the machine and its load, and with it the fields: reduced_poses alone gives the same ones every time.
+    pub reduced_seconds: f64,
+    /// The same as a multiple of the time that the modes took; 0 = any.
+    pub reduced_mode_searches: f64,
+}
+
+described!(SwPrecomputeDesc, reduced_mode_searches);
+
+/// Computes modes and modal rotations; `desc` may be NULL for defaults. May be called again with other options: states made
+/// before keep the modes they were made with.
+///
+/// Blocks for seconds on large meshes. On failure or cancellation the model is as it was before. Not to be called at the
+/// same time as any other function on this model.
+/// Errors: SW_ERROR_INVALID_DESC, SW_ERROR_INVALID_ARGUMENT, SW_ERROR_CANCELLED, SW_ERROR_NUMERICAL, also when the shell does not
+/// come to rest under sag_gravity or is about to buckle there, SW_ERROR_UNSUPPORTED for a reduced shell that can move freely or has
+/// sag_gravity, and for what this library was built without; SW_ERROR_OUT_OF_MEMORY, SW_ERROR_BUSY.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn sw_model_precompute(model: *mut SwModel, desc: *const SwPrecomputeDesc) -> SwStatus {
+    guard(|| {
+        // SAFETY: `object` refuses NULL; the host passes a live model, and a descriptor that is NULL or has its struct_size.
+        let (handle, desc) = unsafe { (object("model", model)?, read_descriptor_or_default("desc", desc)?) };
+        check_flags("desc->flags", desc.flags, SW_PRECOMPUTE_LINEAR)?;
+        let known = [(0, Precision::F32), (SW_PRECISION_F32, Precision::F32), (SW_PRECISION_F64, Precision::F64)];
+        let known: Vec<_> = known.into_iter().chain([(SW_PRECISION_I16, Precision::I16)]).collect();
+        let precision = enumerant("desc->precision", desc.precision, &known)?;
+        for (k, g) in desc.sag_gravity.iter().enumerate() {
+            require_finite(format_args!("desc->sag_gravity[{k}]"), *g)?;
+        }
+        let linear = desc.flags & SW_PRECOMPUTE_LINEAR != 0;
+        let budget = match (require_non_negative("desc->auto_error", desc.auto_error)?, desc.auto_operations) {
+            (0.0, 0.0) => None,
+            (error, operations) => {
+                let most = require_non_negative("desc->auto_operations", operations)?;
+                Some(Budget { error, operations: if most > 0.0 { most } else { f64::INFINITY } })
+            }
+        };
+        let demand = match desc.tolerance {
+            0.0 if budget.is_none() => None,
+            tolerance => Some(Demand {
+                tolerance,
+                gravity: desc.demand_gravity.into(),
+                acceleration: desc.demand_acceleration,
+                // SAFETY: the host's list holds as many vertices as the descriptor says.
+                handles: unsafe { read_array("desc->handles", desc.handles, desc.n_handles.into())? },
+                distance: desc.handle_distance,
+                axes: [SW_AXIS_X, SW_AXIS_Y, SW_AXIS_Z].map(|axis| desc.handle_axes & axis != 0),
+                speed: desc.handle_speed,
+                amplification: if desc.demand_amplification == 0.0 { 2.0 } else { desc.demand_amplification },
+            }),
+        };
+        check_flags("desc->handle_axes", desc.handle_axes, SW_AXIS_X | SW_AXIS_Y | SW_AXIS_Z)?;
+        check_flags("desc->reduced_flags", desc.reduced_flags, SW_REDUCED_UNTRAINED)?;
+        let reduced = reduced::Options {
+            fields: desc.reduced_fields as usize,
+            elements: desc.reduced_elements as usize,
+            poses: desc.reduced_poses as usize,
+            gravity: require_non_negative("desc->reduced_gravity", desc.reduced_gravity)?,
+            seconds: unless_zero("desc->reduced_seconds", desc.reduced_seconds)?,
+            mode_searches: unless_zero("desc->reduced_mode_searches", desc.reduced_mode_searches)?,
+        };
+        let most = if desc.tolerance != 0.0 { MOST_MODES } else { Options::default().modes };
+        let modes = if desc.modes == 0 { most } else { desc.modes as usize };
+        let mut options = Options { demand, modes, precision, sag: desc.sag_gravity.into(), linear, reduced };
+        let mut content = write("model", &handle.0)?;
+        match (desc.reduced_flags & SW_REDUCED_UNTRAINED != 0, desc.reduced_poses) {
+            (true, 0) => (),
+            (true, poses) => {
+                let message =
+                    format!("desc->reduced_poses is {poses} and desc->reduced_flags has SW_REDUCED_UNTRAINED");
+                return Err(Fault::argument(message));
+            }
+            (false, 0) => options.reduced.poses = reduced::default_poses(content.shell.mass.len()),
+            (false, _) => (),
+        }
+        let mut progress = |phase: Phase, fraction: f64| call_progress(&desc, phase, fraction);
+        let shell = content.shell.clone();
+        let computed = match budget {
+            Some(budget) => auto::precompute(shell, &options, budget, &mut progress)?,
+            None => Model::precompute(shell, &options, &mut progress)?,
+        };
+        log_certificate(&computed);
+        content.model = Some(Arc::new(computed));
+        Ok(())
+    })
+}
+
+/// A limit; 0 is none.
+fn unless_zero(name: &str, limit: f64) -> crate::Result<f64> {
+    require_non_negative(name, limit)?;
+    Ok(if limit > 0.0 { limit } else { f64::INFINITY })
+}
+
+fn call_progress(desc: &SwPrecomputeDesc, phase: Phase, fraction: f64) -> crate::Result<()> {
+    let Some(callback) = desc.progress else { return Ok(()) };
+    // SAFETY: the host gave this callback with this user pointer.
+    match as_the_host(|| unsafe { callback(desc.progress_user, phase as u32, fraction) }) {
+        SW_PROGRESS_CONTINUE => Ok(()),
+        SW_PROGRESS_CANCEL => Err(Error::new(ErrorKind::Cancelled, "the progress callback cancelled the precompute")),
+        other => {
+            Err(Error::argument(format!("the progress callback returned {other:#x}: neither continue nor cancel")))
+        }
+    }
+}
+
+/// Share by which eigenvalues may disagree before the log says so.
+const WORTH_A_WARNING: f64 = 1e-4;
+
+fn log_certificate(model: &Model) {
+    let c = &model.certificate;
+    if c.count != c.found {
+        log(SW_LOG_WARNING, &format!("{} eigenvalues lie below {:e}, but {} were found", c.count, c.shift, c.found));
+    }
+    if c.disagreement > WORTH_A_WARNING {
+        let message = "eigenvalues are good to a share of";
+        log(SW_LOG_WARNING, &format!("{message} {:.0e} only: stiffness or triangle sizes differ much", c.disagreement));
+    }
+    if model.modal.zero_modes > 0 {
+        log(
+            SW_LOG_INFO,
+            &format!(
+                "{} of {} modes are zero modes: nothing resists them",
+                model.modal.zero_modes,
+                model.modal.n_modes()
+            ),
+        );
+    }
+}
