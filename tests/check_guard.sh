@@ -12,7 +12,7 @@ same=0
 differ=
 for scene in tests/scenes/*.toml; do
     name=$(basename "$scene" .toml)
-    grep -q '^\[comparison\]\|^ *method *= *"\(implicit\|explicit\)"' "$scene" && continue
+    grep -q '^\[comparison\]\|^ *method *= *"\(shell-implicit\|shell-explicit\)"' "$scene" && continue
     rm -rf "${out:?}/$name"
     "$cli" run "$scene" --quiet --double --out "$out/$name/with"
     LD_PRELOAD=$out/target/release/libshellwarp.so "$cli" run "$scene" --quiet --double --out "$out/$name/without"

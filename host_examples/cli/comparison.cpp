@@ -61,7 +61,7 @@ void add_case(const Scene &scene, const Mesh &mesh, const shellwarp::Model &mode
 }
 
 std::string shape_name(const Scene &scene, const ComparisonRow &row) {
-  return row.found ? scene.name + "_" + std::to_string(row.case_number) + "_" + method_name(row.method) + ".obj" : "";
+  return row.found ? scene.name + "_" + std::to_string(row.case_number) + "_" + host::method_name(row.method) + ".obj" : "";
 }
 
 using Column = std::function<double(const ComparisonRow &)>;
@@ -74,7 +74,7 @@ std::vector<const ComparisonRow *> rows_of(const ComparisonRun &run, uint32_t me
 }
 
 std::string place(const ComparisonRow &row) {
-  return format("%s at gravity %g, bending x %g", method_name(row.method), row.gravity, row.bending);
+  return format("%s at gravity %g, bending x %g", host::method_name(row.method), row.gravity, row.bending);
 }
 
 double error_of(const ComparisonRow &row) { return row.error; }
@@ -89,7 +89,7 @@ void judge_numbers(const ComparisonRun &run, const ComparisonNumbers &expected, 
     if (expected.reference.empty()) continue;
     if (expected.reference.size() != rows.size())
       return judge.sentences.push_back(format("%s: %zu reference numbers of %s for %zu equilibria", what,
-                                              expected.reference.size(), method_name(expected.method), rows.size()));
+                                              expected.reference.size(), host::method_name(expected.method), rows.size()));
     const double reference = expected.reference[k];
     judge.within(where.c_str(), column(*rows[k]), Range{reference - tolerance, reference + tolerance});
   }
@@ -150,7 +150,7 @@ void write_comparison(OutputFolder &folder, const Scene &scene, const Mesh &mesh
   for (const ComparisonRow &row : run.rows) {
     const std::string shape = shape_name(scene, row);
     if (row.found) write_obj(folder, shape, row.positions, mesh);
-    table.print("%g,%g,%s", row.bending, row.gravity, method_name(row.method));
+    table.print("%g,%g,%s", row.bending, row.gravity, host::method_name(row.method));
     if (row.found)
       table.print(",%.9g,%.9g,%.3g,%d,%.9g,%s\n", row.error, row.area_change, row.residual, row.turn_in_range ? 1 : 0,
                   row.max_displacement, shape.c_str());
@@ -164,11 +164,13 @@ void print_comparison(const Scene &scene, const ComparisonRun &run) {
   std::printf("%s\n", scene.title.c_str());
   std::printf("  %u vertices, %u modes, lowest frequency %.5g Hz\n", run.info.n_vertices, run.info.modes,
               run.frequencies.empty() ? 0.0 : run.frequencies[0]);
-  std::printf("equilibria; error and area change are relative, error is that to the nonlinear shell (implicit)\n");
-  std::printf("  %8s %8s  %-9s %11s %11s %11s %10s  %s\n", "bending", "gravity", "method", "moved by", "error",
+  std::printf("equilibria; error and area change are relative, error is that to the nonlinear shell (%s)\n",
+              host::method_name(SW_METHOD_SHELL_IMPLICIT));
+  const int width = host::widest_method_name();
+  std::printf("  %8s %8s  %-*s %11s %11s %11s %10s  %s\n", "bending", "gravity", width, "method", "moved by", "error",
               "area change", "residual", "turn in range");
   for (const ComparisonRow &row : run.rows) {
-    std::printf("  %7gx %8g  %-9s ", row.bending, row.gravity, method_name(row.method));
+    std::printf("  %7gx %8g  %-*s ", row.bending, row.gravity, width, host::method_name(row.method));
     if (row.found)
       std::printf("%11.5g %11.5f %+11.2e %10.1e  %s\n", row.max_displacement, row.error, row.area_change, row.residual,
                   row.turn_in_range ? "yes" : "no");

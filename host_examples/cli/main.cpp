@@ -87,7 +87,7 @@ int run_comparison(const Scene &scene, const Mesh &mesh, const RunOptions &optio
 void certify(const Scene &scene, const RunOptions &options, const shellwarp::State &state, uint32_t n_vertices,
              Run &run) {
   constexpr uint32_t kMost = 50000;  // some tens of seconds
-  if (is_nonlinear(scene.method) || run.interrupted || options.no_certify || options.quiet) return;
+  if (host::is_full_shell(scene.method) || run.interrupted || options.no_certify || options.quiet) return;
   if (!options.certify && n_vertices > kMost) {
     run.uncertified = format("of %u vertices it would take long; --certify estimates it", n_vertices);
     return;
@@ -216,14 +216,20 @@ CLI::Validator whole() {
   return words_for("a whole number above 0", [](double x) { return x >= 1 && x <= UINT32_MAX && x == std::floor(x); });
 }
 
+// The names, each with what menus call it.
+std::string methods_in_words() {
+  std::string words;
+  for (const uint32_t method : host::methods())
+    words += (words.empty() ? "" : "; ") + std::string(host::method_name(method)) + " (" + sw_method_label(method) + ")";
+  return words;
+}
+
 void add_run_options(CLI::App &app, Scene &overrides, RunOptions &options) {
   app.add_option("--out", options.out, "Directory for the point cache, OBJ frames and the table of frames");
   app.add_option("--frames", options.frames, "Number of frames, in place of the duration")->check(whole());
   app.add_option("--modes", overrides.modes, "Number of vibration modes")->check(whole());
-  app.add_option("--method", options.method,
-                 "warp, virtual-work (the warp with its exact force), rotation-strain (each triangle turns by itself), "
-                 "lma (linear modal analysis), or the nonlinear shell: implicit, explicit, or on some fields: reduced-shell; auto chooses one for the scene")
-      ->check(CLI::IsMember(method_names()));
+  app.add_option("--method", options.method, "How the shell moves: " + methods_in_words())
+      ->check(CLI::IsMember(host::method_names()));
   app.add_flag("--linear", options.linear, "The same as --method lma");
   app.add_flag("--static", overrides.is_static, "The equilibrium in place of the motion");
   app.add_flag("--exact", overrides.exact, "Exact propagator in place of implicit Euler");
@@ -246,7 +252,7 @@ void apply_overrides(const Scene &overrides, Scene &scene) {
 }
 
 void apply_method(const RunOptions &options, Scene &scene) {
-  if (!options.method.empty()) scene.method = *find_method(options.method);
+  if (!options.method.empty()) scene.method = *host::find_method(options.method);
   if (options.linear) scene.method = SW_METHOD_LMA;
 }
 

@@ -4,6 +4,7 @@
 #include "section.hpp"
 #include "text_lines.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 
@@ -207,12 +208,12 @@ void read_reduced(Section &section, Scene &scene) {
 void read_simulation(Section section, Scene &scene) {
   scene.modes = section.count("modes").value_or(0);
   scene.double_precision = section.choice("precision", {"f32", "f64"}) == "f64";
-  scene.method = *find_method(section.choice("method", method_names()));
+  if (section.find("method")) scene.method = *host::find_method(section.choice("method", host::method_names()));
   read_reduced(section, scene);
   scene.sagged = section.flag("sagged").value_or(false);
   scene.is_static = section.flag("static").value_or(false);
   scene.exact = section.choice("integrator", {"implicit-euler", "exact"}) == "exact";
-  if (scene.exact && !is_modal(scene.method) && scene.method != SW_METHOD_AUTO)
+  if (scene.exact && !host::moves_by_modes(scene.method) && !host::needs_choice(scene.method))
     section.fail(*section.find("integrator"), "integrator exact is one of modes; a nonlinear shell has none");
   scene.frame_rate = section.positive("frame_rate", scene.frame_rate);
   scene.steps_per_frame = section.count("steps_per_frame").value_or(1);
@@ -238,15 +239,16 @@ Expectations read_expectations(Section section) {
   return e;
 }
 
-// Keys such as warp_error = [low, high], and in [expect.reference] a number for each equilibrium.
+// The keys of a method are its name with underscores and what is meant, such as warp_error = [low, high]; in [expect.reference]
+// a number for each equilibrium.
 std::vector<ComparisonNumbers> read_numbers(Section &expect, std::optional<Section> &reference, const char *what) {
   std::vector<ComparisonNumbers> all;
-  for (const auto &[word, method] :
-       {std::pair{"warp", SW_METHOD_WARP}, std::pair{"lma", SW_METHOD_LMA},
-        std::pair{"virtual_work", SW_METHOD_WARP_VIRTUAL_WORK}, std::pair{"shell", SW_METHOD_SHELL_IMPLICIT}}) {
-    const std::string key = std::string(word) + "_" + what;
+  for (const uint32_t method : host::methods()) {
+    if (host::needs_choice(method)) continue;
+    std::string key = host::method_name(method) + std::string("_") + what;
+    std::replace(key.begin(), key.end(), '-', '_');
     ComparisonNumbers numbers;
-    numbers.method = static_cast<uint32_t>(method);
+    numbers.method = method;
     numbers.range = expect.range(key.c_str());
     if (reference) numbers.reference = reference->list(key.c_str());
     if (numbers.range || !numbers.reference.empty()) all.push_back(numbers);
@@ -271,16 +273,26 @@ ComparisonExpectations read_comparison_expectations(Section section) {
   return e;
 }
 
+// The full shell is in every comparison, and a model that was made for a choice has one method alone.
+bool can_be_compared(uint32_t method) { return !host::is_full_shell(method) && !host::needs_choice(method); }
+
+std::string names_to_compare() {
+  std::string names;
+  for (const uint32_t method : host::methods())
+    if (can_be_compared(method)) names += (names.empty() ? "" : ", ") + std::string(host::method_name(method));
+  return names;
+}
+
 Comparison read_comparison(Section section, const Scene &scene) {
   Comparison c;
   const toml::node *node = section.find("methods");
   const toml::array *array = node ? node->as_array() : nullptr;
   for (std::size_t i = 0; array && i < array->size(); ++i)
-    if (const auto method = find_method((*array)[i].value<std::string>().value_or(""));
-        method && is_modal(*method))
+    if (const auto method = host::find_method((*array)[i].value<std::string>().value_or(""));
+        method && can_be_compared(*method))
       c.methods.push_back(*method);
   if (!array || c.methods.empty() || c.methods.size() != array->size())
-    section.fail(node ? *node : section.table(), "methods must be a list of warp, lma and virtual-work, in quotes");
+    section.fail(node ? *node : section.table(), "methods must be a list, in quotes, of some of " + names_to_compare());
   c.gravities = section.list("gravities");
   if (c.gravities.empty()) section.fail("gravities is missing: the lengths that gravity is to have, ascending");
   if (const std::vector<double> factors = section.list("bending"); !factors.empty()) c.bending = factors;

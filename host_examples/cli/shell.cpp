@@ -13,8 +13,6 @@ namespace cli {
 
 namespace {
 
-constexpr double kFullTurn = 6.283185307179586;
-
 bool inside(const Bounds &box, const std::array<double, 3> &x) {
   for (std::size_t k = 0; k < 3; ++k)
     if (!(x[k] >= box.low[k] && x[k] <= box.high[k])) return false;
@@ -68,26 +66,20 @@ SwSupportDesc support_desc(const SupportVertices &vertices) {
   return desc;
 }
 
-// A nonlinear shell has no modes to damp one by one: the ratio is that of its slowest mode, by the mass.
 SwDampingDesc damping_desc(const Scene &scene, const shellwarp::Model &model) {
-  SwDampingDesc damping = shellwarp::damping_desc();
-  damping.mass_coefficient = scene.damping.mass;
-  damping.stiffness_coefficient = scene.damping.stiffness;
   const std::vector<double> hertz = model.frequencies();
-  if (is_nonlinear(scene.method)) {
-    damping.mass_coefficient += hertz.empty() ? 0 : 2 * scene.damping.ratio * kFullTurn * hertz[0];
-  } else {
-    damping.ratios = &scene.damping.ratio;
-    damping.n_ratios = 1;
-  }
-  return damping;
+  return host::damping(scene.method, scene.damping.ratio, scene.damping.mass, scene.damping.stiffness,
+                       hertz.empty() ? 0 : hertz[0]);
 }
 
-constexpr uint32_t kFields = 40;  // for a start, says SwPrecomputeDesc
+bool any_needs_fields(const Scene &scene) {
+  const std::vector<uint32_t> compared = scene.comparison ? scene.comparison->methods : std::vector<uint32_t>();
+  return host::needs_fields(scene.method) || std::any_of(compared.begin(), compared.end(), host::needs_fields);
+}
 
 void add_reduced(const Scene &scene, SwPrecomputeDesc &desc) {
   desc.reduced_fields = scene.reduced.fields;
-  if (!desc.reduced_fields && scene.method == SW_METHOD_REDUCED_SHELL) desc.reduced_fields = kFields;
+  if (!desc.reduced_fields && any_needs_fields(scene)) desc.reduced_fields = host::kFields;
   desc.reduced_elements = scene.reduced.elements;
   desc.reduced_poses = scene.reduced.poses;
   if (!scene.reduced.trained) desc.reduced_flags |= SW_REDUCED_UNTRAINED;
@@ -131,7 +123,7 @@ shellwarp::Model make_model(const Scene &scene, const Mesh &mesh, ProgressBar &p
   if (scene.sagged) std::copy(scene.gravity.begin(), scene.gravity.end(), desc.sag_gravity);
   add_reduced(scene, desc);
   std::vector<uint32_t> led;
-  if (scene.method == SW_METHOD_AUTO) add_choice(scene, mesh, led, desc);
+  if (host::needs_choice(scene.method)) add_choice(scene, mesh, led, desc);
   desc.precision = scene.double_precision ? SW_PRECISION_F64 : SW_PRECISION_F32;
   progress.attach(desc);
   model.precompute(desc);

@@ -102,7 +102,7 @@ const char *length_unit(const Scene &scene) { return scene.length_unit.empty() ?
 
 void print_motion(const Scene &scene, const Run &run) {
   heading("motion");
-  row("method", method_name(scene.method));
+  row("method", host::method_name(scene.method));
   double displacement = 0, rotation = 0;
   for (const FrameRecord &f : run.frames) {
     displacement = std::max(displacement, f.report.max_displacement);
@@ -137,8 +137,8 @@ void print_certificate(const SwCertificate &certificate, const char *unit) {
 void print_choice(const std::vector<SwFrontPoint> &front) {
   heading("choice of the method: error, operations of a step");
   for (const SwFrontPoint &p : front)
-    std::printf("  %c %-13s%-8s %11s %11s %12.0f\n", p.chosen ? '*' : ' ', method_name(p.method),
-                p.sagged ? " sagged" : "", p.fields ? (count(p.fields) + " fields").c_str() : "",
+    std::printf("  %c %-*s%-8s %11s %11s %12.0f\n", p.chosen ? '*' : ' ', host::widest_method_name(),
+                host::method_name(p.method), p.sagged ? " sagged" : "", p.fields ? (count(p.fields) + " fields").c_str() : "",
                 p.failed ? "failed" : format("%.4g", p.error).c_str(), p.operations);
 }
 
@@ -184,6 +184,16 @@ void print_advice(const Summary &summary) {
     std::printf("note: nothing resists %u of the modes: the shell floats or turns freely\n", summary.info.zero_modes);
 }
 
+// What to try where a method is out of its range: from the reduced shells and the choice to the full shell.
+std::string better_methods(uint32_t method) {
+  std::string names;
+  if (!host::needs_fields(method))
+    for (const uint32_t other : host::methods())
+      if (host::needs_fields(other) || host::needs_choice(other)) names += std::string(host::method_name(other)) + ", ";
+  if (!names.empty()) names.replace(names.size() - 2, 2, " or ");
+  return names + host::method_name(SW_METHOD_SHELL_IMPLICIT);
+}
+
 }  // namespace
 
 void print_summary(const Summary &summary) {
@@ -208,14 +218,13 @@ void print_summary(const Summary &summary) {
 
 std::string verdict(const Run &run) {
   if (!run.uncertified.empty()) return "not certified: the error could not be estimated: " + run.uncertified;
-  if (!run.certificate || is_nonlinear(run.certificate->method)) return "";
+  if (!run.certificate || host::is_full_shell(run.certificate->method)) return "";
   const SwCertificate &found = *run.certificate;
   const double percent = 100 * found.error;
   std::string text = "certified: the last frame is about " + format(percent < 10 ? "%.2g" : "%.0f", percent) +
                      " % off the full nonlinear shell";
   if (found.remaining > kRoughAbove) text += ", roughly";
-  if (found.out_of_range)
-    text += found.method == SW_METHOD_REDUCED_SHELL ? "; use --method implicit" : "; use --method reduced-shell, auto or implicit";
+  if (found.out_of_range) text += "; use --method " + better_methods(found.method);
   return text;
 }
 

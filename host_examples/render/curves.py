@@ -4,7 +4,8 @@
     curves.py --out curves.png --title "V-beam" NAME_comparison.csv
 
 The table is what `shellwarp run` writes for a scene with [comparison]; .png and .svg are known. Where it has several bending
-stiffnesses the first is drawn. Methods have the colours of the stills: linear modal analysis red, warp blue, shell green.
+stiffnesses the first is drawn. Methods have the colours of the stills: the full
+shell, the first of the table, is green, the next red, then blue.
 """
 
 import argparse
@@ -18,15 +19,15 @@ try:
     import matplotlib.pyplot as plt
     from meshes import RenderError
     from paint import COLORS
+    from palette import colors_of
 except ImportError as error:
     sys.exit(f"curves.py: {error}; sh cmake/bootstrap.sh render sets up .venv/, then use .venv/bin/python")
 
-METHODS = {"lma": ("linear modal analysis", "red", "s"), "warp": ("modal warping", "blue", "o"),
-           "virtual-work": ("modal warping, exact force", "purple", "^"), "implicit": ("nonlinear shell", "green", "D")}
+MARKERS = "Dso^vP*X"
 
 
 def read_table(path):
-    """For each method, by its name, the rows of the first bending stiffness that have an equilibrium."""
+    """For each method, by its name, the rows of the first bending stiffness that have an equilibrium. The full shell is the first."""
     try:
         with open(path, encoding="utf-8", newline="") as file:
             rows = list(csv.DictReader(file))
@@ -38,19 +39,16 @@ def read_table(path):
                 methods.setdefault(row["method"], []).append(numbers)
     except (OSError, LookupError, ValueError) as error:
         raise RenderError(f"{path}: not a table of a comparison: {error!r}") from None
-    unknown = sorted(set(methods) - set(METHODS))
-    if unknown:
-        raise RenderError(f"{path}: unknown method {unknown[0]}")
     return methods
 
 
 def draw(methods, title):
     figure, (errors, areas) = plt.subplots(1, 2, figsize=(11, 4.6), layout="constrained")
-    for name, rows in sorted(methods.items(), key=lambda item: list(METHODS).index(item[0])):
-        label, color, marker = METHODS[name]
-        style = {"label": label, "color": COLORS[color], "marker": marker, "markersize": 5}
+    colors = colors_of(methods)
+    for k, (name, rows) in enumerate(methods.items()):
+        style = {"label": name, "color": COLORS[colors[name]], "marker": MARKERS[k % len(MARKERS)], "markersize": 5}
         gravity, error, area = zip(*rows)
-        if name != "implicit":
+        if k > 0:
             errors.plot(gravity, [100 * x for x in error], **style)
         areas.plot(gravity, [100 * x for x in area], **style)
     errors.set_ylabel("error of displacement, relative to the nonlinear shell (%)")

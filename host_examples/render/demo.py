@@ -6,7 +6,7 @@
 Each scene's rest shape and the frames that the program wrote (those of largest displacement) become stills in --out,
 coloured by displacement on one scale and from one camera, and a sheet of them. Of the scenes with handles each has
 one still, its handles as yellow spheres and red, green, blue axes, and they share handles_sheet.png. The shapes of the
-beams by linear modal analysis (red), the warp (blue) and the nonlinear shell (green), with bending stiffness x 1, 10, 100,
+beams by the full shell (green), linear modal analysis (red) and the warp (blue), with bending stiffness x 1, 10, 100,
 share beams_sheet.png; errors and areas over gravity become NAME_curves.png. The character has a still of
 all its shells, on the body that wears them, at each of the times that its scene lists. Without the renderer's packages the
 scenes still run. Any Python 3 will do: only the stills need the Python given by --python.
@@ -18,6 +18,8 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+
+from palette import colors_of
 
 HERE = Path(__file__).resolve().parent
 SCENES = HERE.parent.parent / "tests" / "scenes"
@@ -36,7 +38,6 @@ CURVES = {"v_beam_comparison": "V-beam with a soft membrane: rotation governs",
           "flat_beam_comparison": "flat beam",
           "v_beam_flattens": "V-beam pulled straight down: the section flattens",
           "v_beam_oblique": "V-beam pulled aslant"}
-COLORS = {"lma": "red", "warp": "blue", "implicit": "green"}   # as in the curves
 UNITS = {"dinosaur": "cm"}   # the beams' is nameless: they are 4 long
 BALL = 0.08                  # radius of a handle that holds a position, in the mesh's unit
 CHARACTER = "character"      # several shells on a skeleton, drawn together
@@ -191,16 +192,22 @@ def draw_handle_scenes(python, names, out):
     return [*stills, draw(python, out / "handles_sheet.png", "--contact-sheet", *stills, "--labels", *labels)]
 
 
+def shapes_of(folder, name):
+    """The rows of a comparison that name a shape, and a colour for each method."""
+    with open(folder / f"{name}_comparison.csv", encoding="utf-8", newline="") as file:
+        rows = [row for row in csv.DictReader(file) if row["obj"]]
+    return rows, colors_of(row["method"] for row in rows)
+
+
 def draw_shapes(python, name, folder, out):
     """A still for each bending stiffness of a comparison at its largest gravity, the methods side by side, and its label."""
-    with open(folder / f"{name}_comparison.csv", encoding="utf-8", newline="") as file:
-        rows = [row for row in csv.DictReader(file) if row["obj"] and row["method"] in COLORS]
+    rows, colors = shapes_of(folder, name)
     frame = [word for row in rows for word in ("--frame-on", folder / row["obj"])]
     stills = []
     for bending in dict.fromkeys(row["bending"] for row in rows):
         last = {row["method"]: row for row in rows if row["bending"] == bending}
         picture = draw(python, out / f"{name}_{bending}.png", *SIDE_BY_SIDE, "--size", 640, 480, *frame, "--colors",
-                       *(COLORS[method] for method in last), *(folder / row["obj"] for row in last.values()))
+                       *(colors[method] for method in last), *(folder / row["obj"] for row in last.values()))
         gravity = next(iter(last.values()))["gravity"]
         stills.append((picture, f"{SHAPES[name]}, gravity {gravity}, bending stiffness x {bending}"))
     return stills
@@ -211,7 +218,8 @@ def draw_all_shapes(python, names, out):
     stills, labels = zip(*(still for name in names for still in draw_shapes(python, name, out / name, out)))
     if None in stills:
         return list(stills)
-    title = "from the front: nonlinear shell (green), linear modal analysis (red), modal warping (blue)"
+    colors = shapes_of(out / names[0], names[0])[1]
+    title = "from the front: " + ", ".join(f"{method} ({color})" for method, color in colors.items())
     sheet = draw(python, out / "beams_sheet.png", "--contact-sheet", "--columns", len(stills) // len(names), "--title", title,
                  *stills, "--labels", *labels)
     return [*stills, sheet]

@@ -13,6 +13,7 @@ import curves
 import demo
 import figure
 import meshes
+import paint
 import render
 
 TENT = "v 0 0 0\nv 1 0 0\nv 1 0 1\nv 0 0 1\nv .5 .6 .5\nf 2 1 5\nf 3 2 5\nf 4 3 5\nf 1 4 5\n"
@@ -221,19 +222,20 @@ class Figure(WithFiles):
 
 class Curves(WithFiles):
     HEAD = "bending,gravity,method,error,area_change,residual,turn_in_range,max_displacement,obj\n"
-    ROWS = ("1,1,implicit,0,1e-6,1e-9,1,.2,a.obj\n1,1,lma,.02,.01,1e-9,1,.2,b.obj\n1,1,warp,,,,,,\n"
-            "1,2,implicit,0,2e-6,1e-9,1,.4,c.obj\n1,2,lma,.05,.03,1e-9,0,.4,d.obj\n10,1,lma,9,9,1e-9,1,.1,e.obj\n")
+    ROWS = ("1,1,shell-implicit,0,1e-6,1e-9,1,.2,a.obj\n1,1,lma,.02,.01,1e-9,1,.2,b.obj\n1,1,warp,,,,,,\n"
+            "1,2,shell-implicit,0,2e-6,1e-9,1,.4,c.obj\n1,2,lma,.05,.03,1e-9,0,.4,d.obj\n10,1,lma,9,9,1e-9,1,.1,e.obj\n")
 
     def test_the_rows_drawn_are_the_equilibria_of_the_first_stiffness(self):
         table = curves.read_table(self.file(self.HEAD + self.ROWS, "t.csv"))
         self.assertEqual(table["lma"], [(1, .02, .01), (2, .05, .03)])
-        self.assertEqual(table["implicit"], [(1, 0, 1e-6), (2, 0, 2e-6)])
+        self.assertEqual(table["shell-implicit"], [(1, 0, 1e-6), (2, 0, 2e-6)])
         self.assertNotIn("warp", table, "there is no equilibrium of it")
 
     def test_every_method_has_a_curve_a_name_and_units(self):
         figure = curves.draw(curves.read_table(self.file(self.HEAD + self.ROWS, "t.csv")), "beam")
         errors, areas = figure.axes
-        self.assertEqual([line.get_label() for line in areas.lines], ["linear modal analysis", "nonlinear shell"])
+        self.assertEqual([line.get_label() for line in areas.lines], ["shell-implicit", "lma"], "by their names, the full shell first")
+        self.assertEqual(len(errors.lines), 1, "the full shell has no error")
         np.testing.assert_allclose(errors.lines[0].get_ydata(), [2, 5], err_msg="per cent")
         for axes in (errors, areas):
             self.assertIn("s\u00b2", axes.get_xlabel())
@@ -241,7 +243,7 @@ class Curves(WithFiles):
             self.assertIsNotNone(axes.get_legend())
 
     def test_a_table_of_something_else_is_refused_and_a_good_one_drawn(self):
-        for text in ("", "a,b\n1,2\n", self.HEAD + "1,1,magic,.1,.1,0,1,1,x.obj\n"):
+        for text in ("", "a,b\n1,2\n", self.HEAD + "1,1,lma,much,.1,0,1,1,x.obj\n"):
             with contextlib.redirect_stderr(io.StringIO()) as err:
                 self.assertEqual(curves.main([self.file(text, "bad.csv"), "--out", str(self.folder / "x.png")]), 2)
             self.assertIn("bad.csv", err.getvalue())
@@ -252,6 +254,15 @@ class Curves(WithFiles):
 
 
 class Demo(WithFiles):
+    def test_methods_have_the_same_colour_in_stills_and_curves_whatever_they_are_called(self):
+        folder = self.folder
+        self.file(Curves.HEAD + "1,1,first,0,0,0,1,.2,a.obj\n1,1,second,.1,0,0,1,.2,b.obj\n1,2,second,.1,0,0,1,.2,\n", "beam_comparison.csv")
+        rows, colors = demo.shapes_of(folder, "beam")
+        self.assertEqual([row["obj"] for row in rows], ["a.obj", "b.obj"])
+        figure = curves.draw(curves.read_table(folder / "beam_comparison.csv"), "beam")
+        self.assertEqual({line.get_label(): line.get_color() for line in figure.axes[1].lines},
+                         {name: paint.COLORS[color] for name, color in colors.items()})
+
     def test_the_frames_to_draw_are_those_the_table_names_a_mesh_for(self):
         rows = "frame,time,max_displacement,obj,displacement\n0,0,0,,\n7,.25,1.5,tent_7.obj,tent_7.txt\n"
         self.file(rows, "tent_frames.csv")

@@ -6,6 +6,7 @@
 #include "frame_motion.hpp"
 #include "handle_motion.hpp"
 #include "mesh.hpp"
+#include "method.hpp"
 #include "output_file.hpp"
 #include "point_cache.hpp"
 #include "progress.hpp"
@@ -471,7 +472,7 @@ void links_are_followed_and_devices_refused() {
 
 void names_of_outputs_are_known() {
   for (const char *name : {"a.pc2", "a_rest.obj", "a_frames.csv", "a_comparison.csv", "a_bones.csv", "a_frame_0042.obj",
-                           "a_frame_123456_handles.csv", "a_12_virtual-work.obj"})
+                           "a_frame_123456_handles.csv", "a_12_warp-virtual-work.obj"})
     CHECK(cli::is_output("a", name));
   for (const char *name : {"a.obj", "a_body.obj", "b_rest.obj", "a_frame_.obj", "a", "", "a_rest.objx"})
     CHECK(!cli::is_output("a", name));
@@ -742,7 +743,7 @@ void a_scene_is_read_in_full() {
 void loads_and_comparisons_are_read() {
   const std::string start = "mesh = 'strip.off'\nlength_unit = 'cm'\n[simulation]\ngravity = [0, 0, -2]\n";
   const cli::Scene loaded = cli::read_scene(write_file(
-      "loads.toml", start + "method = 'explicit'\nstatic = true\n[[force]]\nvertex = 7\nvector = [1, 2, 3]\n"
+      "loads.toml", start + "method = 'shell-explicit'\nstatic = true\n[[force]]\nvertex = 7\nvector = [1, 2, 3]\n"
                             "[[force]]\nnearest = [1, 0, 0]\nvector = [0, 0, 1]\n[wind]\nvelocity = [0, 5, 0]\n"
                             "normal_drag = 1.5\n[expect]\nenergy_never_grows = true\nsettled = 0.1\n"));
   CHECK(loaded.method == SW_METHOD_SHELL_EXPLICIT && loaded.is_static && loaded.length_unit == "cm");
@@ -752,7 +753,7 @@ void loads_and_comparisons_are_read() {
   CHECK(loaded.expect.energy_never_grows && loaded.expect.settled == 0.1 && !loaded.comparison);
 
   const cli::Scene compared = cli::read_scene(
-      write_file("compared.toml", start + "[comparison]\nmethods = ['lma', 'virtual-work']\ngravities = [1, 2.5]\n"
+      write_file("compared.toml", start + "[comparison]\nmethods = ['lma', 'warp-virtual-work']\ngravities = [1, 2.5]\n"
                                           "bending = [1, 10]\n[expect]\nwarp_below_lma = true\nlma_error = [0, 1]\n"
                                           "[expect.reference]\ntolerance = 0.1\nlma_error = [1, 2, 3, 4]\n"));
   const cli::Comparison &c = *compared.comparison;
@@ -776,10 +777,72 @@ void the_verdict_says_how_far_off_the_last_frame_is() {
   CHECK(cli::verdict(run).find("about 45 % off the full nonlinear shell; use --method") != std::string::npos);
   found.remaining = 0.5;
   CHECK(cli::verdict(run).find("roughly") != std::string::npos);
+  CHECK(cli::verdict(run).find("reduced-shell") != std::string::npos && cli::verdict(run).find(" or shell-implicit") != std::string::npos);
+  found.method = SW_METHOD_REDUCED_SHELL;
+  CHECK(cli::verdict(run).find("use --method shell-implicit") != std::string::npos);
   found.method = SW_METHOD_SHELL_IMPLICIT;
   CHECK(cli::verdict(run).empty());
   run.uncertified = "nothing to go by";
   CHECK(cli::verdict(run) == "not certified: the error could not be estimated: nothing to go by");
+}
+
+// The names that scenes and options have are the library's own, all of them, whatever methods it has.
+void methods_have_the_names_of_the_library() {
+  const std::vector<std::string> names = host::method_names();
+  CHECK(names.size() == sw_method_count());
+  for (uint32_t k = 0; k < names.size(); ++k) {
+    CHECK(names[k] == sw_method_name(sw_method_at(k)) && host::find_method(names[k]) == sw_method_at(k));
+    CHECK(static_cast<int>(names[k].size()) <= host::widest_method_name());
+    const cli::Scene scene =
+        cli::read_scene(write_file("method.toml", "mesh = 'a.obj'\n[simulation]\nmethod = '" + names[k] + "'\n"));
+    CHECK(scene.method == sw_method_at(k));
+  }
+  CHECK(!host::find_method("virtual-work") && !host::find_method(""));
+  CHECK(cli::read_scene(write_file("method.toml", "mesh = 'a.obj'\n")).method == SW_METHOD_WARP);
+}
+
+// A comparison takes every method but the full shell, its measure, and the choice; each has keys of its name.
+void a_comparison_takes_the_methods_of_the_library() {
+  std::string list, keys;
+  for (const std::string &name : host::method_names()) {
+    if (name == "auto" || name.find("shell-") == 0) continue;
+    list += (list.empty() ? "'" : ", '") + name + "'";
+    std::string word = name;
+    std::replace(word.begin(), word.end(), '-', '_');
+    keys += word + "_error = [0, 1]\n";
+  }
+  const cli::Scene scene = cli::read_scene(
+      write_file("compared.toml", "mesh = 'a.obj'\n[simulation]\ngravity = [0, 0, -1]\n[comparison]\nmethods = [" + list +
+                                      "]\ngravities = [1]\n[expect]\n" + keys));
+  CHECK(scene.comparison->methods.size() == sw_method_count() - 3);
+  CHECK(scene.comparison->expect.errors.size() == sw_method_count() - 3);
+}
+
+// What the hosts conclude from a method's needs holds for states of it.
+void a_method_moves_as_its_needs_tell() {
+  const cli::Mesh mesh = strip_as_mesh();
+  cli::ProgressBar progress(true);
+  cli::Scene scene;
+  scene.supports.push_back({true, cli::Bounds{{0, -1, -1}, {0, 1, 1}}, {}});
+  scene.reduced.fields = 4;
+  const shellwarp::Model model = cli::make_model(scene, mesh, progress);
+  uint32_t offered = 0;
+  for (const uint32_t method : host::methods()) {
+    if (sw_model_offers(model.get(), method) != SW_OK) continue;
+    ++offered;
+    SwStateDesc desc = shellwarp::state_desc();
+    desc.method = method;
+    const shellwarp::State state(model, desc);
+    uint32_t count = 0;
+    CHECK(host::moves_by_modes(method) == (sw_state_amplitudes(state.get(), nullptr, nullptr, 0, &count) == SW_OK));
+    SwDampingDesc damping = shellwarp::damping_desc();
+    const double ratio = 0.1;
+    damping.ratios = &ratio;
+    damping.n_ratios = 1;
+    CHECK(host::is_full_shell(method) == (sw_state_set_damping(state.get(), &damping) == SW_ERROR_UNSUPPORTED));
+    CHECK(sw_state_set_damping(state.get(), &(damping = host::damping(method, ratio, 0, 0, 2))) == SW_OK);
+  }
+  CHECK(offered >= 7);
 }
 
 // Rows of a comparison that are as expected, then spoilt one at a time.
@@ -859,13 +922,13 @@ void mistakes_in_scenes_are_located() {
       {"mesh = 'a.obj'\n[material]\n\nk_bent = 1\n", "bad.toml:4:", "[material] unknown key 'k_bent'"},
       {"mesh = 'a.obj'\n[material]\nk_bend = 'soft'\n", "bad.toml:3:", "k_bend must be a number"},
       {"mesh = 'a.obj'\n[simulation]\nmodes = -1\n", "bad.toml:3:", "modes must be a whole number"},
-      {"mesh = 'a.obj'\n[simulation]\nmethod = 'magic'\n", "bad.toml:3:", "it must be one of warp, lma"},
-      {"mesh = 'a.obj'\n[simulation]\nmethod = 'implicit'\nintegrator = 'exact'\n", "bad.toml:4:", "has none"},
+      {"mesh = 'a.obj'\n[simulation]\nmethod = 'magic'\n", "bad.toml:3:", "it must be one of warp, warp-virtual-work"},
+      {"mesh = 'a.obj'\n[simulation]\nmethod = 'shell-implicit'\nintegrator = 'exact'\n", "bad.toml:4:", "has none"},
       {"mesh = 'a.obj'\n[[force]]\nvector = [0, 0, 1]\n", "bad.toml:2:", "by vertex or nearest"},
       {"mesh = 'a.obj'\n[[force]]\nvertex = 0\n", "bad.toml:2:", "vector is missing"},
       {"mesh = 'a.obj'\n[wind]\ndensity = 1\n", "bad.toml:2:", "velocity is missing"},
       {"mesh = 'a.obj'\n[wind]\nvelocity = [1, 0, 0]\ndensity = -1\n", "bad.toml:4:", "must not be negative"},
-      {"mesh = 'a.obj'\n[comparison]\nmethods = ['implicit']\ngravities = [1]\n", "bad.toml:3:", "list of warp, lma"},
+      {"mesh = 'a.obj'\n[comparison]\nmethods = ['shell-implicit']\ngravities = [1]\n", "bad.toml:3:", "some of warp, warp-virtual-work"},
       {"mesh = 'a.obj'\n[comparison]\nmethods = ['lma']\n", "bad.toml:2:", "gravities is missing"},
       {"mesh = 'a.obj'\n[comparison]\nmethods = ['lma']\ngravities = [2, 1]\n",
        "bad.toml:4:", "must be above 0 and ascend"},
@@ -969,6 +1032,9 @@ int main(int argc, char **argv) {
   RUN(a_led_strip_is_where_its_handles_are_and_is_let_go);
   RUN(a_scene_is_read_in_full);
   RUN(loads_and_comparisons_are_read);
+  RUN(methods_have_the_names_of_the_library);
+  RUN(a_comparison_takes_the_methods_of_the_library);
+  RUN(a_method_moves_as_its_needs_tell);
   RUN(the_verdict_says_how_far_off_the_last_frame_is);
   RUN(a_comparison_is_judged_row_by_row);
   RUN(the_energy_audit_counts_the_work_of_loads);

@@ -9,7 +9,7 @@ use std::process::Command;
 /// Scenes in motion by a modal method; comparisons and nonlinear shells have no basis to compare.
 fn moves_by_modes(text: &str) -> bool {
     let line = |start: &str| text.lines().any(|l| l.trim_start().starts_with(start));
-    !line("[comparison]") && !line("method = \"implicit\"") && !line("method = \"explicit\"")
+    !line("[comparison]") && !line("method = \"shell-implicit\"") && !line("method = \"shell-explicit\"")
 }
 
 /// Frames of a point cache.
