@@ -9,16 +9,17 @@ from pathlib import Path
 
 import numpy
 import shellwarp
+from shellwarp.method import damping
 
 from . import files, motion
 from .content import content_hash
 from .errors import DamagedError, FarmError, SceneError
-from .model import library_digest, load_model, mesh_at, model_tables
+from .model import library_digest, load_model, mesh_at, model_tables, slowest_of
 from .point_cache import PointCacheFile
+from .scenes import MODEL_KEYS
 from .usd_cache import UsdFile
 
 SUFFIXES = {"pc2": ".pc2", "usd": ".usdc"}
-METHODS = {"implicit": "shell-implicit", "explicit": "shell-explicit", "virtual-work": "warp-virtual-work"}
 RECORDS = "records"
 
 
@@ -43,7 +44,7 @@ def bake(job, model, before, out, cache):
 def hash_of(job, key, start):
     """Hash of all that the outputs of a job depend on."""
     names = ("damping", "wind", "frame", "force", "seed", "frames", "up_axis", "formats")
-    simulation = {k: v for k, v in job["simulation"].items() if k not in ("modes", "precision")}
+    simulation = {k: v for k, v in job["simulation"].items() if k not in MODEL_KEYS}
     return content_hash({"model": key, "simulation": simulation, "start": start, "library": library_digest(),
                          "name": job["name"], **{name: job[name] for name in names}})
 
@@ -92,9 +93,9 @@ def _bake(job, model_facts, job_hash, start, out, cache):
     base = Path(out) / job["name"]
     paths = {kind: Path(f"{base}{SUFFIXES[kind]}") for kind in job["formats"]}
     paths["state"] = Path(f"{base}.state")
-    with ExitStack() as stack, model.state(_method(job), job["simulation"]["integrator"]) as state:
+    with ExitStack() as stack, model.state(job["simulation"]["method"], job["simulation"]["integrator"]) as state:
         partials = {kind: stack.enter_context(files.whole_file(path)) for kind, path in paths.items()}
-        judged = simulate(job, state, start, partials)
+        judged = simulate(job, state, start, partials, slowest_of(model))
         partials["state"].write_bytes(state.save())
     times["simulate"] = time.perf_counter()
     outputs = {str(path.relative_to(out)): {"sha256": files.checksum(path), "bytes": path.stat().st_size}
@@ -110,11 +111,11 @@ def _bake(job, model_facts, job_hash, start, out, cache):
     return record
 
 
-def simulate(job, state, start, partials):
-    """Runs the frames into the files: what the record says of the range of the method."""
+def simulate(job, state, start, partials, slowest):
+    """Runs the frames into the files: what the record says of the range of the method. `slowest`: the slowest mode's frequency."""
     positions, triangles = mesh_at(job["mesh"])
     first, last = job["frames"]
-    _set_up(job, state, positions)
+    _set_up(job, state, positions, slowest)
     if start is not None:
         state.load(start.tobytes())
     elif job["frame"]:
@@ -133,9 +134,9 @@ def simulate(job, state, start, partials):
     return judged
 
 
-def _set_up(job, state, positions):
+def _set_up(job, state, positions, slowest):
     state.set_gravity(job["simulation"]["gravity"])
-    state.set_damping(**{key: job["damping"][key] for key in job["damping"]})
+    state.set_damping(**damping(job["simulation"]["method"], **job["damping"], slowest=slowest))
     if job["force"]:
         vertices = [force["vertex"] if "vertex" in force else _nearest(positions, force["nearest"]) for force in job["force"]]
         state.set_forces(numpy.array([force["vector"] for force in job["force"]], dtype=float), vertices)
@@ -177,10 +178,6 @@ def _judge(judged, frame, report):
         judged["first_out"] = frame if judged["first_out"] is None else judged["first_out"]
     judged["max_rotation"] = max(judged["max_rotation"], report["max_rotation"])
     judged["worst_fraction"] = max(judged["worst_fraction"], report["fraction_turned_too_far"])
-
-
-def _method(job):
-    return METHODS.get(job["simulation"]["method"], job["simulation"]["method"])
 
 
 def _nearest(positions, point):

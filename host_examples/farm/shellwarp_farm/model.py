@@ -6,12 +6,14 @@ import threading
 from collections import OrderedDict
 from pathlib import Path
 
+import numpy
 import shellwarp
+from shellwarp.method import find, precompute_options
 
 from . import files
 from .cache import Cache
 from .content import content_hash
-from .errors import FarmError
+from .errors import FarmError, SceneError
 from .mesh_file import held_vertices, read_mesh
 from .scenes import MODEL_KEYS
 
@@ -24,7 +26,22 @@ _lock = threading.Lock()
 def model_tables(job):
     """The part of a job that its model is made of."""
     return {"mesh": job["mesh"], "material": job["material"], "support": job["support"],
-            "options": {key: job["simulation"][key] for key in MODEL_KEYS}}
+            "options": options_of(job["simulation"], [job["simulation"]["method"]])}
+
+
+def options_of(simulation, methods):
+    """What the precompute is told, for all of some methods. SceneError where the library does not have one."""
+    told = {key: simulation[key] for key in ("modes", "precision")}
+    gravity = float(numpy.linalg.norm(simulation["gravity"]))
+    if len(methods) > 1 and any(find(method).needs_choice for method in methods if method in shellwarp.methods()):
+        raise SceneError("a model that was made for a choice has one method alone: give it a list of its own")
+    asked = {key: simulation[key] for key in MODEL_KEYS if key not in told}
+    try:
+        for method in methods:
+            told.update(precompute_options(method, **asked, gravity=gravity))
+    except shellwarp.InvalidArgumentError as error:
+        raise SceneError(str(error)) from None
+    return told
 
 
 def shell_of(tables):
@@ -83,6 +100,11 @@ def library_digest():
     """Of the library's file: another build may round differently. Its version, where the system's loader found it."""
     path = Path(shellwarp.library_path())
     return files.checksum(path) if path.is_file() else shellwarp.version()
+
+
+def slowest_of(model):
+    """Hz of the slowest mode that swings, 0 where none does."""
+    return float(next((hertz for hertz in model.frequencies() if hertz > 0), 0.0))
 
 
 def _precompute(tables):

@@ -11,7 +11,8 @@ from pathlib import Path
 from .errors import SceneError
 
 MATERIAL = {"k_area", "k_length", "k_bend", "density"}
-MODEL_KEYS = ("modes", "precision")   # of [simulation]: what the precompute depends on
+# Of [simulation]: what the precompute depends on, beside the method.
+MODEL_KEYS = ("modes", "precision", "reduced_fields", "auto_error", "auto_operations")
 SIMULATION = {*MODEL_KEYS, "method", "integrator", "frame_rate", "steps_per_frame", "gravity"}
 TABLES = {
     "material": MATERIAL,
@@ -28,7 +29,7 @@ TOP = {"title", "up_axis", "formats", "seeds", "asset", "shot", "parameters", "s
 FORMATS = ("pc2", "usd")
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]*")
 DEFAULTS = {"modes": 16, "precision": "f32", "method": "warp", "integrator": "implicit-euler", "frame_rate": 30.0,
-            "steps_per_frame": 1, "gravity": [0, 0, 0]}
+            "steps_per_frame": 1, "gravity": [0, 0, 0], "reduced_fields": 0, "auto_error": 0.0, "auto_operations": 0.0}
 
 
 def read_list(path):
@@ -183,7 +184,7 @@ def _check_shots(shots):
         if "after" in shot and ends[shot["after"]] + 1 != frames[0]:
             raise SceneError(f"shot {name}: begins at frame {frames[0]}, but {shot['after']} ends at {ends[shot['after']]}")
         if set(shot.get("simulation", {})) & set(MODEL_KEYS):
-            raise SceneError(f"shot {name}: {' and '.join(MODEL_KEYS)} belong to the asset")
+            raise SceneError(f"shot {name}: {', '.join(MODEL_KEYS)} belong to the asset")
         ends[name] = frames[1]
 
 

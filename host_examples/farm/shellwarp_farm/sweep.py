@@ -13,17 +13,16 @@ from pathlib import Path
 
 import numpy
 import shellwarp
+from shellwarp.method import damping, find, table
 
 from . import engine as engines
 from . import files
 from .content import content_hash
 from .errors import FarmError, SceneError
-from .job import METHODS
-from .model import library_digest, load_model, mesh_at, model_key, shell_of
+from .model import library_digest, load_model, mesh_at, model_key, options_of, shell_of, slowest_of
 from .scenes import asset_tables, label, parameter_grid, read_list
 
 KEYS = {"methods", "modes", "loads", "bending"}
-DEFAULT_METHODS = ["lma", "warp", "virtual-work"]
 REPEATS = 7        # of the timed steps; the least counts
 TIMED_SECONDS = 0.02   # a repeat lasts at least about this long, far above the clock's resolution
 
@@ -47,7 +46,7 @@ def _case(sweep, asset, values, bending, load):
             raise SceneError(f"sweep: bending is a factor on material.k_bend, which asset {asset['name']} does not give")
         tables["material"]["k_bend"] *= bending
     return {**tables, "asset": asset["name"], "variant": label(values), "parameters": values, "load": load, "bending": bending,
-            "gravity": gravity, "methods": sweep.get("methods", DEFAULT_METHODS),
+            "gravity": gravity, "methods": sweep.get("methods", [method.name for method in table() if method.moves_by_modes]),
             "mode_counts": sweep.get("modes", [tables["simulation"]["modes"]])}
 
 
@@ -55,8 +54,8 @@ def run_case(case, out, cache):
     """The rows of a case, from its record if that is of the same inputs: {"rows"}, or {"failed"}."""
     name = f"{case['asset']} {case['variant']} bending={case['bending']:g} load={case['load']:g}"
     try:
-        precision = case["simulation"]["precision"]
-        tables = [{**{key: case[key] for key in ("mesh", "material", "support")}, "options": {"modes": m, "precision": precision}}
+        tables = [{**{key: case[key] for key in ("mesh", "material", "support")},
+                   "options": options_of({**case["simulation"], "gravity": case["gravity"], "modes": m}, case["methods"])}
                   for m in sorted(case["mode_counts"])]
         keys = [model_key(table) for table in tables]
         digest = content_hash([keys, case["simulation"], case["gravity"], case["damping"], case["methods"],
@@ -75,7 +74,7 @@ def run_case(case, out, cache):
 def _measure(case, table, models):
     rest = mesh_at(case["mesh"])[0]
     weights = vertex_areas(*mesh_at(case["mesh"]))
-    reference, seconds = _equilibrium(case, models[0], "implicit")
+    reference, seconds = _equilibrium(case, models[0], find(shellwarp.abi.SW_METHOD_SHELL_IMPLICIT).name)
     shift = reference["positions"] - rest
     held = len(shell_of(table).fixed)
     rows = []
@@ -104,7 +103,7 @@ def _judge(case, model, method, reference, rest, weights):
 
 
 def _equilibrium(case, model, method):
-    with model.state(METHODS.get(method, method)) as state:
+    with model.state(method) as state:
         state.set_gravity(case["gravity"])
         start = time.perf_counter()
         state.equilibrium()
@@ -114,9 +113,9 @@ def _equilibrium(case, model, method):
 
 def _step_seconds(case, model, method):
     """Of a step and its positions, the mean over a run, the least of some runs."""
-    with model.state(METHODS.get(method, method)) as state:
+    with model.state(method) as state:
         state.set_gravity(case["gravity"])
-        state.set_damping(**case["damping"])
+        state.set_damping(**damping(method, **case["damping"], slowest=slowest_of(model)))
         points, h = numpy.empty((state.n_vertices, 3), numpy.float32), 1 / case["simulation"]["frame_rate"]
 
         def seconds(steps):

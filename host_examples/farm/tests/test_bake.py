@@ -1,5 +1,6 @@
 """Claims about baking on Dask, with real worker processes: killed, resumed and damaged, the outputs are the undisturbed ones."""
 
+import json
 import os
 import re
 import signal
@@ -12,15 +13,34 @@ from pathlib import Path
 
 import numpy
 import psutil
+import shellwarp
 import small
 from pxr import Usd, UsdGeom
 
 from shellwarp_farm import bake as baking
 from shellwarp_farm import manifest
 from shellwarp_farm.engine import Engine
+from shellwarp_farm.errors import SceneError
 from shellwarp_farm.job import RECORDS
 
 LONG = small.LIST.replace("steps_per_frame = 2", "steps_per_frame = 1500").replace("seeds = [1, 2]", "seeds = [1, 2, 3]")
+# Steps that the explicit shell bears.
+METHODS = """
+formats = ["pc2"]
+[[asset]]
+name = "card"
+mesh = "card.obj"
+material = { k_area = 50, k_length = 50, k_bend = 2.7e-3, density = 0.3 }
+support = [{ kind = "fixed", vertices = [0, 1, 2, 3, 4, 5] }]
+simulation = { modes = 6, reduced_fields = 4 }
+damping = { ratio = 0.05 }
+[parameters]
+"simulation.method" = NAMES
+[[shot]]
+name = "fall"
+frames = [0, 3]
+simulation = { gravity = [0, 0, -1], frame_rate = 1e4, steps_per_frame = 4 }
+"""
 PATIENCE = 3600   # seconds until a test that waits for another process counts as hung
 
 
@@ -76,6 +96,19 @@ class Farm(unittest.TestCase):
         self.assertEqual((self.report["models"], self.report["made"]), (2, 2))
         self.assertEqual(len(manifest.outputs(manifest.read(self.undisturbed))), 36)
         self.assertGreater(len({record["worker"] for record in manifest.read(self.undisturbed)}), 1)
+
+    def test_every_method_of_the_library_bakes_or_is_told_and_an_unknown_one_too(self):
+        folder = Path(self.enterContext(tempfile.TemporaryDirectory()))
+        with self.assertRaisesRegex(SceneError, "'magic', expected one of 'warp', "):
+            self.bake("magic", small.jobs(folder, METHODS.replace("NAMES", '["magic"]')))
+        report = self.bake("methods", small.jobs(folder, METHODS.replace("NAMES", json.dumps(list(shellwarp.methods())))))
+        self.assertGreaterEqual(report["baked"], 8)
+        self.assertEqual(report["models"], 3, "those by modes and the full shells share one; fields and the choice have their own")
+        failed = {name for name in shellwarp.methods() if any(f"method={name}: " in line for line in report["failed"])}
+        self.assertEqual(len(failed), len(report["failed"]), "what a model lacks is told")
+        for name in set(shellwarp.methods()) - failed:
+            frames = positions(self.top / "methods" / "card" / "fall" / f"card_fall_method={name}.pc2")
+            self.assertLess(frames[-1, :, 2].min(), -1e-8, name)   # half of g t^2, 4.5e-8
 
     def test_a_worker_killed_in_the_middle_changes_nothing(self):
         killed = []

@@ -14,15 +14,17 @@ belongs to one thread at a time, and a violation raises BusyError.
 """
 
 from . import _abi as abi
+from . import method
 from ._library import library_path, load, version
 from .errors import (BusyError, CancelledError, InternalError, InvalidArgumentError, InvalidDataError, InvalidMeshError,
                      LibraryNotFoundError, NotPrecomputedError, NumericalError, OutOfMemoryError, ShellwarpError,
                      UnsupportedError)
 from .log import set_log
 from .mesh import Diagnostic, Material, Shell, check_mesh
+from .method import Method, methods
 from .model import Model
 from .state import State
 
 __all__ = ["BusyError", "CancelledError", "Diagnostic", "InternalError", "InvalidArgumentError", "InvalidDataError",
-           "InvalidMeshError", "LibraryNotFoundError", "Material", "Model", "NotPrecomputedError", "NumericalError", "OutOfMemoryError",
-           "Shell", "ShellwarpError", "State", "UnsupportedError", "abi", "check_mesh", "library_path", "load", "set_log", "version"]
+           "InvalidMeshError", "LibraryNotFoundError", "Material", "Method", "Model", "NotPrecomputedError", "NumericalError", "OutOfMemoryError",
+           "Shell", "ShellwarpError", "State", "UnsupportedError", "abi", "check_mesh", "library_path", "load", "method", "methods", "set_log", "version"]

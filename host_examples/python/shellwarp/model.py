@@ -8,7 +8,8 @@ from . import _abi, _arrays, _library
 from ._handle import Handle
 from ._values import as_dict, choice, uint32
 from .errors import CancelledError, UnsupportedError
-from .state import AXES, State, methods
+from .method import methods
+from .state import AXES, State
 
 PRECISIONS = {"f32": _abi.SW_PRECISION_F32, "f64": _abi.SW_PRECISION_F64, "i16": _abi.SW_PRECISION_I16}
 SHAPES = {"displacement": _abi.SW_SHAPE_DISPLACEMENT, "rotation": _abi.SW_SHAPE_ROTATION}
@@ -132,12 +133,16 @@ class Model(Handle):
         return out
 
     def offers(self, method):
-        """Whether states of a method can be made on this model; `method` is a name of shellwarp.state.methods()."""
+        """Whether states of a method can be made on this model; `method` is a name of shellwarp.methods()."""
+        return not self.lacks(method)
+
+    def lacks(self, method):
+        """Why states of a method cannot be made on this model, in the library's words; "" where they can."""
         try:
             self._call("sw_model_offers", choice(methods(), method, "method"))
-        except UnsupportedError:
-            return False
-        return True
+        except UnsupportedError as error:
+            return str(error)
+        return ""
 
     def state(self, method="warp", integrator="implicit-euler"):
         """A new State at rest."""

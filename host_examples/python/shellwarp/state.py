@@ -8,18 +8,12 @@ from . import _abi, _arrays, _library
 from ._handle import Handle
 from ._values import as_dict, choice, uint32
 from .errors import InvalidArgumentError
+from .method import methods
 
 INTEGRATORS = {"implicit-euler": _abi.SW_INTEGRATOR_IMPLICIT_EULER, "exact": _abi.SW_INTEGRATOR_EXACT}
 SPACES = {"world": _abi.SW_SPACE_WORLD, "frame": _abi.SW_SPACE_FRAME}
 KINDS = {"position": _abi.SW_CONSTRAINT_POSITION, "orientation": _abi.SW_CONSTRAINT_ORIENTATION}
 AXES = {"x": _abi.SW_AXIS_X, "y": _abi.SW_AXIS_Y, "z": _abi.SW_AXIS_Z}
-
-
-def methods():
-    """The library's own table of methods: the number of each name, in the order for menus."""
-    library = _library.load()
-    numbers = [library.sw_method_at(k) for k in range(library.sw_method_count())]
-    return {library.sw_method_name(number).decode(): number for number in numbers}
 
 
 def _fill(target, values, name):

@@ -400,6 +400,46 @@ class Running(unittest.TestCase):
         self.assertEqual(sum(point["chosen"] for point in chosen.front()), 1)
         chosen.state("auto").step(1e-2)
 
+    def test_what_a_method_needs_makes_a_model_that_offers_it_or_says_why_not(self):
+        moved = 0
+        for method in sw.method.table():
+            self.assertEqual((method.number, method), (sw.methods()[method.name], sw.method.find(method.number)))
+            made = model()
+            made.precompute(modes=4, **sw.method.precompute_options(method.name, reduced_fields=4, gravity=2.0))
+            if made.lacks(method.name):
+                continue
+            moved += 1
+            state = made.state(method.name)
+            state.set_damping(**sw.method.damping(method.name, ratio=0.1, slowest=made.frequencies()[0]))
+            state.set_gravity((0, 0, -2))
+            state.step(1e-6)
+            self.assertLess(state.positions()[:, 2].min(), 0, method.name)
+        self.assertGreaterEqual(moved, 8)
+
+    def test_a_method_that_a_model_lacks_is_told_in_the_librarys_words(self):
+        made = model()
+        made.precompute(modes=4)
+        self.assertIn("precompute with reduced_fields", made.lacks("reduced-shell"))
+        self.assertFalse(made.offers("reduced-shell"))
+        with self.assertRaisesRegex(sw.UnsupportedError, "precompute with reduced_fields"):
+            made.state("reduced-shell")
+        for wrong in ("virtual-work", "", 99):
+            with self.assertRaisesRegex(sw.InvalidArgumentError, "expected one of 'warp', 'warp-virtual-work', "):
+                sw.method.find(wrong)
+
+    def test_how_a_method_moves_follows_from_its_needs(self):
+        made = model()
+        made.precompute(modes=4, reduced_fields=4)
+        for method in sw.method.table():
+            if made.lacks(method.name):
+                continue
+            state = made.state(method.name)
+            for claim, call in [(method.moves_by_modes, state.amplitudes), (not method.is_full_shell, lambda: state.set_damping(ratio=0.1))]:
+                if claim:
+                    call()
+                else:
+                    self.assertRaises(sw.UnsupportedError, call)
+
     def test_reduced_shells_are_trained_unless_told_otherwise(self):
         def at_rest(**options):
             made = model()

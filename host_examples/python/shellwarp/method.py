@@ -1,0 +1,86 @@
+"""The library's table of methods: the one list of their names. Hosts build their menus, checks and precomputes from it."""
+
+import math
+import sys
+from dataclasses import dataclass
+
+from . import _abi, _library
+from .errors import InvalidArgumentError
+
+FIELDS = 40   # reduced_fields where a host says none, as SwPrecomputeDesc suggests
+
+
+@dataclass(frozen=True)
+class Method:
+    """A line of the table."""
+
+    number: int   # SW_METHOD_..., for good
+    name: str     # for files and scripts, for good
+    label: str    # for menus
+    needs: int    # SW_NEEDS_...
+
+    @property
+    def needs_fields(self):
+        """A precompute with reduced_fields."""
+        return self.needs == _abi.SW_NEEDS_REDUCED_FIELDS
+
+    @property
+    def needs_choice(self):
+        """A precompute with auto_error or auto_operations."""
+        return self.needs == _abi.SW_NEEDS_CHOICE
+
+    @property
+    def is_full_shell(self):
+        """The nonlinear shell, vertex by vertex. Of the methods that need no more than modes, all but linear modal analysis are."""
+        return self.needs == _abi.SW_NEEDS_MODES and self.number != _abi.SW_METHOD_LMA
+
+    @property
+    def moves_by_modes(self):
+        """By amplitudes of modes alone."""
+        return self.needs == _abi.SW_NEEDS_ROTATIONS or self.number == _abi.SW_METHOD_LMA
+
+
+def table():
+    """All methods, in the order for menus."""
+    library = _library.load()
+    numbers = [library.sw_method_at(k) for k in range(library.sw_method_count())]
+    return tuple(Method(number, library.sw_method_name(number).decode(), library.sw_method_label(number).decode(),
+                        library.sw_method_needs(number)) for number in numbers)
+
+
+def methods():
+    """The number of each name, in the order for menus."""
+    return {method.name: method.number for method in table()}
+
+
+def find(name):
+    """The method of a name, or of a number; a Method is itself."""
+    if isinstance(name, Method):
+        return name
+    for method in table():
+        if name in (method.name, method.number):
+            return method
+    raise InvalidArgumentError(f"method: {name!r}, expected one of {', '.join(map(repr, methods()))}")
+
+
+def precompute_options(name, reduced_fields=0, auto_error=0.0, auto_operations=0.0, gravity=0.0):
+    """What Model.precompute must be told beside modes so that the model offers a method: {} for most.
+
+    `reduced_fields` is 40 where it is 0. A choice is made for `gravity`, its strength, in any direction; it is by `auto_error` and
+    `auto_operations`, and of the most accurate method where both are 0."""
+    method, options = find(name), {}
+    if method.needs_fields or (method.needs_choice and reduced_fields):
+        options["reduced_fields"] = reduced_fields or FIELDS
+    if method.needs_choice:
+        error = auto_error if auto_error or auto_operations else sys.float_info.min   # out of reach, so the nearest is taken
+        options.update(auto_error=error, auto_operations=auto_operations, demand_acceleration=gravity)
+    return options
+
+
+def damping(name, ratio=0.0, mass=0.0, stiffness=0.0, slowest=0.0):
+    """What State.set_damping takes for a share of the critical damping beside mass and stiffness.
+
+    The full shell has no modes to damp one by one: it gets the mass damping at which its slowest mode, `slowest` in Hz, has that share."""
+    if find(name).is_full_shell:
+        return {"mass": mass + 4 * math.pi * ratio * slowest, "stiffness": stiffness}
+    return {"ratio": ratio, "mass": mass, "stiffness": stiffness}
