@@ -1,6 +1,7 @@
 // All that a host's node tells the glue at one evaluation. Lengths in the scene's unit, seconds, angles where named.
 #pragma once
 
+#include "method.hpp"
 #include "pose.hpp"
 
 #include <cstdint>
@@ -30,8 +31,11 @@ struct Stiffness {
   double bend = 1, stretch = 1e4, density = 1;
 };
 
-// What the model is made of; a change of any of it is a new precompute.
+// What the model is made of; a change of any of it is a new precompute, but of the method only where the two need different models.
 struct Build {
+  uint32_t method = SW_METHOD_WARP;   // SW_METHOD_..., any of the library's table
+  uint32_t reduced_fields = kFields;  // of methods that need fields, and of a choice
+  double auto_error = 0;              // of a choice: the largest error that will do, in the object's space; 0 = the most accurate
   std::vector<uint32_t> held;  // vertices that do not move in the object's space
   bool clamped = true;         // with their slope, or hinged
   uint32_t modes = 16;         // 1 to 1024
@@ -41,9 +45,6 @@ struct Build {
 
 // How the shell moves; a change starts again from the start frame.
 struct Motion {
-  // The warp; linear modes; the warp by virtual work, which loads drive without gain or loss of energy.
-  enum class Method { warp, linear, warp_virtual_work };
-  Method method = Method::warp;
   bool implicit_euler = false;  // in place of the exact integrator; damps with the step
   double damping_ratio = 0.05;  // of critical, 0 or more
   double drag = 0;              // 1/s, 0 or more: slows whatever moves, swinging or not

@@ -69,10 +69,24 @@ uint32_t report_progress(void *user, uint32_t, double) noexcept {
   }
 }
 
-void precompute(shellwarp::Model &model, const Build &build, const std::function<bool()> &interrupted) {
+SwPrecomputeDesc precompute_desc(const Build &build) {
   SwPrecomputeDesc desc = shellwarp::precompute_desc();
   desc.modes = build.modes;
   desc.precision = build.double_precision ? SW_PRECISION_F64 : SW_PRECISION_F32;
+  if (needs_fields(build.method)) desc.reduced_fields = build.reduced_fields;
+  return desc;
+}
+
+// The model for the choice: for gravity in any direction, since the object may turn, and so of the shape that came in.
+SwPrecomputeDesc choice_desc(const Build &build, double gravity) {
+  SwPrecomputeDesc desc = precompute_desc(build);
+  desc.reduced_fields = build.reduced_fields;
+  desc.auto_error = build.auto_error > 0 ? build.auto_error : std::numeric_limits<double>::min();  // out of reach
+  desc.demand_acceleration = gravity;
+  return desc;
+}
+
+void precompute(shellwarp::Model &model, SwPrecomputeDesc desc, const std::function<bool()> &interrupted) {
   if (interrupted) {
     desc.progress = report_progress;
     desc.progress_user = const_cast<std::function<bool()> *>(&interrupted);
@@ -89,20 +103,33 @@ void require(bool good, const char *name, double value, const char *range) {
   if (!good) throw HostError(std::string(name) + " is " + number(value) + "; it must be " + range);
 }
 
+void require_method(uint32_t method) {
+  if (*sw_method_name(method)) return;
+  std::string names;
+  for (const uint32_t known : methods())
+    names += (names.empty() ? "" : ", ") + number(uint64_t(known)) + " " + method_name(known);
+  throw HostError("the method is number " + number(uint64_t(method)) + ", which this library does not have; it has " + names);
+}
+
 void require_positive(const char *name, double value) {
   require(value > 0 && value <= std::numeric_limits<double>::max(), name, value, "above 0");
 }
 
 }  // namespace
 
-ShellModel::ShellModel(const Mesh &mesh, const Build &build, const std::function<bool()> &interrupted)
+ShellModel::ShellModel(const Mesh &mesh, const Build &build, double gravity, const std::function<bool()> &interrupted)
     : rest_(mesh.points), floats_(build.held.empty()), model_(make_model(mesh, build)) {
-  precompute(model_, build, interrupted);
+  precompute(model_, precompute_desc(build), interrupted);
   for (const double hertz : model_.frequencies())
     if (hertz > 0) {
       slowest_ = hertz;
       break;
     }
+  if (needs_choice(build.method)) {
+    const double seconds = clock(build.stiffness);
+    precompute(model_, choice_desc(build, gravity / (seconds * seconds)), interrupted);
+  }
+  shellwarp::check(sw_model_offers(model_.get(), build.method));
 }
 
 double ShellModel::clock(const Stiffness &stiffness) const {
@@ -118,6 +145,8 @@ uint64_t build_key(const Mesh &mesh, const Build &build) {
   Hash hash;
   hash.add(mesh.n_points()).add_all(mesh.triangles).add_all(build.held);
   hash.add(build.clamped).add(build.modes).add(build.double_precision).add(build.stiffness.by);
+  const bool fields = needs_fields(build.method), choice = needs_choice(build.method);
+  hash.add(fields).add(choice).add(fields || choice ? build.reduced_fields : 0).add(choice ? build.auto_error : 0.0);
   const Stiffness &s = build.stiffness;
   if (s.by == Stiffness::By::frequency) return hash.add(s.thickness).value();
   return hash.add(s.bend).add(s.stretch).add(s.density).value();
@@ -132,6 +161,10 @@ void check_build(const Mesh &mesh, const Build &build) {
       throw HostError("triangle " + number(uint64_t(i / 3)) + " names vertex " + number(uint64_t(mesh.triangles[i])) +
                       ", but there are " + number(uint64_t(mesh.n_points())));
   require(build.modes >= 1 && build.modes <= 1024, "the number of modes", build.modes, "1 to 1024");
+  require_method(build.method);
+  require(build.reduced_fields >= 1, "the number of reduced fields", build.reduced_fields, "1 or above");
+  require(build.auto_error >= 0 && std::isfinite(build.auto_error), "the error of the automatic choice", build.auto_error,
+          "0 or above");
   const Stiffness &s = build.stiffness;
   if (s.by == Stiffness::By::frequency) {
     require_positive("the frequency", s.frequency);

@@ -6,7 +6,7 @@
 //
 // (SwMaterialDesc, for Poisson's ratio -1/3). Its slowest swinging mode has some frequency f0; run with a clock that is
 // faster by f / f0 it has the frequency f, and so does every shell that differs by one factor in all its stiffnesses. Hence the
-// frequency can be changed without a new precompute.
+// frequency can be changed without a new precompute. A choice of the method is for the clock that there is when it is made.
 #pragma once
 
 #include "request.hpp"
@@ -24,13 +24,15 @@ public:
 
 class ShellModel {
 public:
+  // `gravity` is its strength in the object's unit and the scene's seconds: a choice of method is made for it, in any direction.
   // Throws HostError for what the user can mend, shellwarp::Error for what the library refuses, Interrupted.
-  ShellModel(const Mesh &mesh, const Build &build, const std::function<bool()> &interrupted);
+  ShellModel(const Mesh &mesh, const Build &build, double gravity, const std::function<bool()> &interrupted);
 
   const shellwarp::Model &model() const { return model_; }
   const std::vector<double> &rest() const { return rest_; }  // n x 3
   uint32_t n_points() const { return static_cast<uint32_t>(rest_.size() / 3); }
   bool floats() const { return floats_; }  // nothing holds it
+  double slowest() const { return slowest_; }  // Hz of the slowest mode that swings, in the library's seconds; 0 where none does
 
   // Seconds of the library's clock in one of the scene's. Throws HostError where no mode swings.
   double clock(const Stiffness &stiffness) const;
@@ -39,10 +41,11 @@ private:
   std::vector<double> rest_;
   bool floats_;
   shellwarp::Model model_;
-  double slowest_ = 0;  // Hz, in the library's seconds; 0 where no mode swings
+  double slowest_ = 0;
 };
 
-// What decides whether a model can stay: the points' connections and all of Build but the frequency.
+// What decides whether a model can stay: the points' connections and all of Build but the frequency, and the method only by
+// what it needs.
 uint64_t build_key(const Mesh &mesh, const Build &build);
 
 // Throws HostError naming the value that is out of its range.

@@ -10,18 +10,6 @@ namespace host {
 
 namespace {
 
-uint32_t number_of(Motion::Method method) {
-  switch (method) {
-    case Motion::Method::linear:
-      return SW_METHOD_LMA;
-    case Motion::Method::warp_virtual_work:
-      return SW_METHOD_WARP_VIRTUAL_WORK;
-    case Motion::Method::warp:
-      break;
-  }
-  return SW_METHOD_WARP;
-}
-
 // A sentence; the frame is whole without it.
 std::string certificate_of(const shellwarp::State &state) {
   try {
@@ -63,9 +51,10 @@ void check_handles(const Request &request) {
   }
 }
 
-uint64_t key_of(const Motion &m, const Stiffness &stiffness) {
+uint64_t key_of(const Motion &m, const Build &build) {
+  const Stiffness &stiffness = build.stiffness;
   return Hash()
-      .add(m.method)
+      .add(build.method)
       .add(m.implicit_euler)
       .add(m.damping_ratio)
       .add(m.drag)
@@ -136,9 +125,9 @@ void ShellRunner::evaluate(const Request &request) {
   check_handles(request);
   const At at(request);
   if (!model_serves(request, at)) build(request);
-  const uint64_t motion_key = key_of(request.motion, request.build.stiffness);
+  const uint64_t motion_key = key_of(request.motion, request.build);
   if (!state_ || motion_key != motion_key_) {
-    restart(request.motion, model_->clock(request.build.stiffness));
+    restart(request);
     motion_key_ = motion_key;
   }
 
@@ -159,7 +148,9 @@ bool ShellRunner::model_serves(const Request &request, const At &at) const {
 
 // The old model stays in use until the new one is there.
 void ShellRunner::build(const Request &request) {
-  auto model = std::make_shared<const ShellModel>(request.mesh, request.build, request.interrupted);
+  const Vec3 &g = request.inputs.gravity;
+  const double gravity = std::hypot(g[0], g[1], g[2]) / request.inputs.object.scale;
+  auto model = std::make_shared<const ShellModel>(request.mesh, request.build, gravity, request.interrupted);
   model->clock(request.build.stiffness);
   model_ = std::move(model);
   build_key_ = build_key(request.mesh, request.build);
@@ -169,18 +160,15 @@ void ShellRunner::build(const Request &request) {
   ++notes_.builds;
 }
 
-void ShellRunner::restart(const Motion &motion, double clock) {
+void ShellRunner::restart(const Request &request) {
+  const Motion &motion = request.motion;
+  const double clock = model_->clock(request.build.stiffness);
   SwStateDesc desc = shellwarp::state_desc();
-  desc.method = number_of(motion.method);
+  desc.method = request.build.method;
   desc.integrator = motion.implicit_euler ? SW_INTEGRATOR_IMPLICIT_EULER : SW_INTEGRATOR_EXACT;
   shellwarp::State state(model_->model(), desc);
-
-  SwDampingDesc damping = shellwarp::damping_desc();
-  damping.mass_coefficient = motion.drag / clock;
-  damping.ratios = &motion.damping_ratio;
-  damping.n_ratios = 1;
-  state.set_damping(damping);
-
+  state.set_damping(
+      damping(request.build.method, motion.damping_ratio, motion.drag / clock, 0, model_->slowest()));
   state_ = std::move(state);
   cache_.drop_from(0);
   clock_ = clock;

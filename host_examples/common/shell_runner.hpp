@@ -11,8 +11,9 @@
 //   between two frames      a part of a step on a copy, which is thrown away: motion blur advances nothing
 //
 // Damping, frequency, method, start frame and frame rate belong to the whole run: a change runs it again from the start.
-// Vertices' connections, supports, material and modes belong to the model: a change builds it again. The rest shape is what came in when the
-// model was built, and is looked at again at the start frame only, so that moving points upstream do not rebuild.
+// Vertices' connections, supports, material, modes and what the method needs belong to the model: a change builds it again. The rest
+// shape is what came in when the model was built, and is looked at again at the start frame only, so that moving points upstream do
+// not rebuild.
 #pragma once
 
 #include "message.hpp"
@@ -62,7 +63,7 @@ private:
 
   bool model_serves(const Request &request, const At &at) const;
   void build(const Request &request);
-  void restart(const Motion &motion, double clock);
+  void restart(const Request &request);
   void begin(const Inputs &inputs, uint64_t key, bool exact);
   void reach(const Request &request, uint64_t frame, bool own_inputs);
   void step_to(const Request &request, uint64_t frame, uint64_t key);

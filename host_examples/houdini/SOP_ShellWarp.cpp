@@ -4,20 +4,25 @@
 #include "SOP_ShellWarp.proto.h"
 
 #include "blend.hpp"
+#include "message.hpp"
 #include "pull.hpp"
 #include "shell_runner.hpp"
 
 #include <GU/GU_Detail.h>
 #include <OP/OP_Operator.h>
 #include <OP/OP_OperatorTable.h>
+#include <PRM/PRM_ChoiceList.h>
 #include <PRM/PRM_Include.h>
+#include <PRM/PRM_Name.h>
 #include <PRM/PRM_TemplateBuilder.h>
 #include <SOP/SOP_NodeVerb.h>
 #include <UT/UT_DSOVersion.h>
 #include <UT/UT_Interrupt.h>
 
 #include <exception>
+#include <optional>
 #include <string>
+#include <vector>
 
 const UT_StringHolder SOP_ShellWarp::theSOPTypeName("shellwarp");
 
@@ -46,7 +51,9 @@ static const char *theDsFile = R"THEDSFILE(
     parm { name "drag" label "Drag" type float default { "0" } range { 0! 10 } }
     parm { name "modes" label "Modes" type integer default { "16" } range { 1! 64 } }
     parm { name "doubleprecision" label "Double Precision" type toggle default { "0" } }
-    parm { name "method" label "Method" type ordinal default { "0" } menu { "warp" "Warp" "linear" "Linear" "virtualwork" "Warp by Virtual Work" } }
+    parm { name "method" label "Method" type string default { "warp" } }
+    parm { name "reducedfields" label "Reduced Fields" type integer default { "40" } range { 1! 100 } }
+    parm { name "autoerror" label "Automatic Error" type float default { "0" } range { 0! 1 } }
     parm {
         name "integrator" label "Integrator" type ordinal default { "0" }
         menu { "exact" "Exact" "impliciteuler" "Implicit Euler" }
@@ -62,8 +69,18 @@ static const char *theDsFile = R"THEDSFILE(
 }
 )THEDSFILE";
 
+// The library's table as a menu. What is kept in the scene is the name, which is for good: scenes survive a table that grows.
+static PRM_ChoiceList &method_menu() {
+  static std::vector<PRM_Name> names;  // it and the list live as long as the operator
+  for (const uint32_t method : host::methods()) names.emplace_back(sw_method_name(method), sw_method_label(method));
+  names.emplace_back();  // ends the list
+  static PRM_ChoiceList menu(PRM_CHOICELIST_SINGLE, names.data());
+  return menu;
+}
+
 PRM_Template *SOP_ShellWarp::buildTemplates() {
   static PRM_TemplateBuilder builder("SOP_ShellWarp.cpp", theDsFile);
+  if (builder.justBuilt()) builder.setChoiceListPtr("method", &method_menu());
   return builder.templates();
 }
 
@@ -100,20 +117,31 @@ public:
 
 const SOP_NodeVerb::Register<ShellWarpVerb> ShellWarpVerb::theVerb;
 
+uint32_t count_of(int64_t value) { return value > 0 ? static_cast<uint32_t>(value) : 0; }
+
+uint32_t method_of(const UT_StringHolder &name) {
+  if (const std::optional<uint32_t> method = host::find_method(name.c_str())) return *method;
+  std::string names;
+  for (const std::string &known : host::method_names()) names += (names.empty() ? "" : ", ") + known;
+  throw host::HostError(std::string("there is no method '") + name.c_str() + "'; there are " + names);
+}
+
 void pull_settings(const SOP_ShellWarpParms &parms, host::Request &request) {
   host::Motion &motion = request.motion;
   request.time = parms.getTime();
   motion.frame_rate = parms.getFramerate();
   // Frame 1 is at time 0.
   motion.start_time = motion.frame_rate > 0 ? (parms.getStartframe() - 1) / motion.frame_rate : 0;
-  motion.method = static_cast<host::Motion::Method>(static_cast<int>(parms.getMethod()));
   motion.implicit_euler = static_cast<int>(parms.getIntegrator()) == 1;
   motion.damping_ratio = parms.getDampingratio();
   motion.drag = parms.getDrag();
 
   host::Build &build = request.build;
   build.clamped = static_cast<int>(parms.getSupportkind()) == 0;
-  build.modes = parms.getModes() > 0 ? static_cast<uint32_t>(parms.getModes()) : 0;
+  build.modes = count_of(parms.getModes());
+  build.method = method_of(parms.getMethod());
+  build.reduced_fields = count_of(parms.getReducedfields());
+  build.auto_error = parms.getAutoerror();
   build.double_precision = parms.getDoubleprecision();
   request.certify = parms.getCertify();
   host::Stiffness &stiffness = build.stiffness;

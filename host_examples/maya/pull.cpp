@@ -12,6 +12,8 @@
 #include <maya/MPointArray.h>
 #include <maya/MTime.h>
 
+#include <algorithm>
+
 using Node = ShellWarpNode;
 
 host::Matrix4 matrix_of(const MMatrix &matrix) {
@@ -101,12 +103,14 @@ MStatus pull_mesh(MDataBlock &block, const MObject &input, const MObject &inputG
 
 void pull_settings(MDataBlock &block, host::Request &request) {
   const auto real = [&block](const MObject &attribute) { return block.inputValue(attribute).asDouble(); };
+  const auto count = [&block](const MObject &attribute) {
+    return static_cast<uint32_t>(std::max(block.inputValue(attribute).asInt(), 0));
+  };
   const auto second = [&block](const MObject &choice) { return block.inputValue(choice).asShort() == 1; };
 
   request.time = block.inputValue(Node::time).asTime().as(MTime::kSeconds);
   request.motion.start_time = MTime(real(Node::startFrame), MTime::uiUnit()).as(MTime::kSeconds);
   request.motion.frame_rate = MTime(1.0, MTime::kSeconds).as(MTime::uiUnit());
-  request.motion.method = static_cast<host::Motion::Method>(block.inputValue(Node::method).asShort());
   request.motion.implicit_euler = second(Node::integrator);
   request.motion.damping_ratio = real(Node::dampingRatio);
   request.motion.drag = real(Node::drag);
@@ -118,8 +122,10 @@ void pull_settings(MDataBlock &block, host::Request &request) {
   stiffness.bend = real(Node::bendStiffness);
   stiffness.stretch = real(Node::stretchStiffness);
   stiffness.density = real(Node::density);
-  const int modes = block.inputValue(Node::modes).asInt();
-  request.build.modes = modes < 0 ? 0 : static_cast<uint32_t>(modes);
+  request.build.modes = count(Node::modes);
+  request.build.method = static_cast<uint32_t>(block.inputValue(Node::method).asShort());
+  request.build.reduced_fields = count(Node::reducedFields);
+  request.build.auto_error = real(Node::autoError);
   request.build.double_precision = block.inputValue(Node::doublePrecision).asBool();
   request.build.clamped = !second(Node::supportKind);
   request.certify = block.inputValue(Node::certify).asBool();

@@ -16,8 +16,8 @@ MObject ShellWarpNode::gravity, ShellWarpNode::gravityX, ShellWarpNode::gravityY
 MObject ShellWarpNode::stiffnessFrom, ShellWarpNode::frequency, ShellWarpNode::thickness, ShellWarpNode::bendStiffness,
     ShellWarpNode::stretchStiffness, ShellWarpNode::density;
 MObject ShellWarpNode::dampingRatio, ShellWarpNode::drag;
-MObject ShellWarpNode::modes, ShellWarpNode::doublePrecision, ShellWarpNode::method, ShellWarpNode::integrator;
-MObject ShellWarpNode::certify;
+MObject ShellWarpNode::method, ShellWarpNode::reducedFields, ShellWarpNode::autoError, ShellWarpNode::integrator;
+MObject ShellWarpNode::modes, ShellWarpNode::doublePrecision, ShellWarpNode::certify;
 MObject ShellWarpNode::supportKind, ShellWarpNode::supportComponents, ShellWarpNode::supportWeightList,
     ShellWarpNode::supportWeights;
 MObject ShellWarpNode::frameFrom, ShellWarpNode::supportFrame;
@@ -93,6 +93,25 @@ MStatus create_clock_and_loads() {
   return MS::kSuccess;
 }
 
+// What is kept in the scene is SW_METHOD_..., which is for good: scenes survive a table that grows.
+MStatus create_method() {
+  MStatus status;
+  MFnEnumAttribute fn;
+  Node::method = fn.create("method", "mth", SW_METHOD_WARP, &status);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  for (const uint32_t method : host::methods()) fn.addField(sw_method_label(method), static_cast<short>(method));
+  fn.setKeyable(false);
+  fn.setChannelBox(true);
+  status = create_plain(Node::reducedFields, "reducedFields", "rfd", MFnNumericData::kInt, host::kFields);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  MFnNumericAttribute count(Node::reducedFields);
+  count.setMin(1);
+  count.setSoftMax(100);
+  status = create_number(Node::autoError, "autoError", "aer", 0, {0, 1});
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  return create_choice(Node::integrator, "integrator", "igr", {"exact", "implicitEuler"});
+}
+
 MStatus create_material() {
   MStatus status;
   status = create_choice(Node::stiffnessFrom, "stiffnessFrom", "sfr", {"frequency", "material"});
@@ -118,10 +137,6 @@ MStatus create_material() {
   count.setMax(1024);
   count.setSoftMax(64);
   status = create_plain(Node::doublePrecision, "doublePrecision", "dbp", MFnNumericData::kBoolean, 0);
-  CHECK_MSTATUS_AND_RETURN_IT(status);
-  status = create_choice(Node::method, "method", "mth", {"warp", "linear", "warpVirtualWork"});
-  CHECK_MSTATUS_AND_RETURN_IT(status);
-  status = create_choice(Node::integrator, "integrator", "igr", {"exact", "implicitEuler"});
   CHECK_MSTATUS_AND_RETURN_IT(status);
   status = create_plain(Node::certify, "certify", "cfy", MFnNumericData::kBoolean, 0);
   CHECK_MSTATUS_AND_RETURN_IT(status);
@@ -194,6 +209,8 @@ MStatus ShellWarpNode::addAttributes() {
                              modes,
                              doublePrecision,
                              method,
+                             reducedFields,
+                             autoError,
                              integrator,
                              certify,
                              supportKind,
@@ -223,6 +240,8 @@ MStatus ShellWarpNode::initialize() {
   status = create_clock_and_loads();
   CHECK_MSTATUS_AND_RETURN_IT(status);
   status = create_material();
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  status = create_method();
   CHECK_MSTATUS_AND_RETURN_IT(status);
   status = create_supports();
   CHECK_MSTATUS_AND_RETURN_IT(status);

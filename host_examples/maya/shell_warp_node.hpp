@@ -53,7 +53,8 @@ public:
   // What it is made of
   static MObject stiffnessFrom, frequency, thickness, bendStiffness, stretchStiffness, density;
   static MObject dampingRatio, drag;
-  static MObject modes, doublePrecision, method, integrator, certify;
+  static MObject method, reducedFields, autoError, integrator;
+  static MObject modes, doublePrecision, certify;
   // What holds it
   static MObject supportKind, supportComponents, supportWeightList, supportWeights;
   static MObject frameFrom, supportFrame;

@@ -289,13 +289,17 @@ void what_makes_the_model_builds_and_what_moves_it_does_not() {
       [](Request &r) { r.build.held.pop_back(); },
       [](Request &r) { r.build.clamped = false; },
       [](Request &r) { r.build.modes = 5; },
+      [](Request &r) { r.build.method = SW_METHOD_REDUCED_SHELL; },
+      [](Request &r) { r.build.method = SW_METHOD_AUTO; },
       [](Request &r) { r.build.double_precision = true; },
       [](Request &r) { r.build.stiffness.thickness = 0.1; },
       [](Request &r) { r.build.stiffness.by = host::Stiffness::By::material; },
   };
   const std::function<void(Request &)> moves[] = {
       [](Request &r) { r.build.stiffness.frequency = 3; },
-      [](Request &r) { r.motion.method = host::Motion::Method::linear; },
+      [](Request &r) { r.build.method = SW_METHOD_LMA; },
+      [](Request &r) { r.build.reduced_fields = 7; },
+      [](Request &r) { r.build.auto_error = 0.1; },
       [](Request &r) { r.motion.implicit_euler = true; },
       [](Request &r) { r.motion.damping_ratio = 0.5; },
       [](Request &r) { r.motion.drag = 1; },
@@ -334,6 +338,78 @@ void changed_motion_runs_again_from_the_start() {
   runner.evaluate(at_frame(request, 20));
   for (int k = 0; k <= 20; ++k) fresh.evaluate(at_frame(request, k));
   CHECK(runner.deformed() == fresh.deformed());
+}
+
+// Whatever methods the library has: each builds what it needs and moves the strip, or says in a sentence why it cannot.
+void every_method_of_the_table_moves_the_shell() {
+  int moved = 0;
+  for (const uint32_t method : host::methods()) {
+    ShellRunner runner;
+    Request request = strip_request();
+    request.build.method = method;
+    request.build.reduced_fields = 6;
+    request.motion.drag = 1;
+    // The explicit shell bears steps of 1e-4 s here, as the strip's fastest mode tells.
+    if (method == SW_METHOD_SHELL_EXPLICIT) request.motion.frame_rate = 1e4;
+    const std::string refusal = failure([&] { for (int k = 0; k <= 3; ++k) runner.evaluate(at_frame(request, k)); });
+    if (!refusal.empty()) {
+      printf("   %s: %s\n", host::method_name(method), refusal.c_str());
+      CHECK(contains(refusal, "not supported: "));
+      continue;
+    }
+    ++moved;
+    CHECK(tip_height(runner) < 0 && runner.notes().builds == 1 && runner.notes().steps == 3);
+    const std::vector<double> last = runner.deformed();
+    runner.evaluate(at_frame(request, 1));
+    runner.evaluate(at_frame(request, 3));
+    CHECK(runner.deformed() == last);
+  }
+  CHECK(moved >= 8);
+}
+
+// What the library has no room for is told, and the shell stays as it was.
+void a_method_that_cannot_be_had_is_told_and_the_last_shape_stays() {
+  ShellRunner runner;
+  Request request = strip_request();
+  runner.evaluate(at_frame(request, 2));
+  const std::vector<double> before = runner.deformed();
+  const auto refused = [&](const std::function<void(Request &)> &spoil, const char *part) {
+    Request spoilt = request;
+    spoil(spoilt);
+    FAILS_WITH(runner.evaluate(at_frame(spoilt, 2)), part);
+    CHECK(runner.deformed() == before);
+  };
+  refused([](Request &r) { r.build.method = 1234; }, "number 1234, which this library does not have; it has 1 warp, ");
+  refused([](Request &r) { r.build.method = 0; }, "number 0, which");
+  refused([](Request &r) { r.build.method = SW_METHOD_REDUCED_SHELL, r.build.held.clear(); }, "must be held so that nothing moves freely");
+  refused([](Request &r) { r.build.method = SW_METHOD_REDUCED_SHELL, r.build.reduced_fields = 0; }, "reduced fields is 0");
+  refused([](Request &r) { r.build.method = SW_METHOD_AUTO, r.inputs.gravity = {}; }, "needs the scene's gravity");
+  refused([](Request &r) { r.build.method = SW_METHOD_AUTO, r.build.auto_error = -1; }, "automatic choice is -1");
+  runner.evaluate(at_frame(request, 3));
+}
+
+// A choice is of the shape that came in: where the shell would begin as it hangs, the mesh would jump at the start frame.
+void a_choice_of_the_method_begins_at_the_shape_that_came_in() {
+  ShellRunner runner;
+  Request request = strip_request();
+  request.build.method = SW_METHOD_AUTO;
+  request.build.reduced_fields = 6;
+  runner.evaluate(at_frame(request, 0));
+  CHECK(runner.deformed() == runner.rest());
+}
+
+// The full shell has no modes to damp: a share of the critical damping calms it all the same.
+void a_damping_ratio_calms_the_full_shell_too() {
+  const auto height_after_a_swing = [](double ratio) {
+    ShellRunner runner;
+    Request request = strip_request();
+    request.build.method = SW_METHOD_SHELL_IMPLICIT;
+    request.motion.damping_ratio = ratio;
+    for (int k = 0; k <= 8; ++k) runner.evaluate(at_frame(request, k));
+    return tip_height(runner);
+  };
+  // Half a swing overshoots the rest by exp(-pi ratio), here 1 and 0.2 of it.
+  CHECK(height_after_a_swing(0) < 1.2 * height_after_a_swing(0.5));
 }
 
 // The strip swings at the frequency asked for: it passes its resting place upwards and downwards once a period.
@@ -749,6 +825,10 @@ int main() {
   RUN(what_makes_the_model_builds_and_what_moves_it_does_not);
   RUN(moved_points_are_a_new_rest_shape_at_the_start_frame);
   RUN(changed_motion_runs_again_from_the_start);
+  RUN(every_method_of_the_table_moves_the_shell);
+  RUN(a_method_that_cannot_be_had_is_told_and_the_last_shape_stays);
+  RUN(a_choice_of_the_method_begins_at_the_shape_that_came_in);
+  RUN(a_damping_ratio_calms_the_full_shell_too);
   RUN(the_slowest_mode_swings_at_the_frequency_set);
   RUN(the_sag_falls_with_the_square_of_the_frequency);
   RUN(drag_acts_in_the_scenes_seconds);

@@ -142,6 +142,34 @@ void a_dropped_cache_costs_time_and_not_the_motion() {
 
 // ---------------------------------------------------------------------------------------------------------- parameters
 
+// The menu is the library's table, and what a scene keeps is the method's name: it survives a table that grows.
+void the_menu_of_methods_is_the_librarys_table() {
+  const std::unique_ptr<SOP_Node> node = plugin->create();
+  const fake::Parm &method = node->fake_cook().parms.at("method");
+  CHECK(method.type == "string" && method.text == sw_method_name(SW_METHOD_WARP) && method.menu);
+  const PRM_Name *item = method.menu->choiceNamesPtr();
+  for (uint32_t k = 0; k < sw_method_count(); ++k, ++item) {
+    CHECK(std::string(item->getToken()) == sw_method_name(sw_method_at(k)));
+    CHECK(std::string(item->getLabel()) == sw_method_label(sw_method_at(k)));
+  }
+  CHECK(!item->getToken());
+}
+
+void every_method_of_the_table_moves_the_polygons_or_is_told_of() {
+  int moved = 0;
+  for (uint32_t k = 0; k < sw_method_count(); ++k) {
+    Scene scene;
+    scene.cook.set_text("method", sw_method_name(sw_method_at(k)));
+    scene.cook.set("reducedfields", {6});
+    scene.play(3);
+    const std::vector<std::string> &errors = scene.cook.errors;
+    CHECK(errors.empty() ? scene.tip() < -1e-4 : contains(errors[0], "not supported: "));
+    moved += errors.empty();
+    if (!errors.empty()) printf("   %s: %s\n", sw_method_name(sw_method_at(k)), errors[0].c_str());
+  }
+  CHECK(moved >= 8);
+}
+
 void every_parameter_changes_the_result() {
   const auto changes = [](const std::function<void(Scene &)> &prepare, const std::function<void(Scene &)> &change) {
     Scene before, after;
@@ -168,7 +196,10 @@ void every_parameter_changes_the_result() {
   CHECK(changes(nothing, number("drag", {2})));
   CHECK(changes(nothing, number("modes", {2})));
   CHECK(changes(nothing, number("doubleprecision", {1})));
-  for (const double method : {1, 2}) CHECK(changes(nothing, number("method", {method})));
+  CHECK(changes(nothing, word("method", "lma")));
+  CHECK(changes(word("method", "reduced-shell"), number("reducedfields", {3})));
+  const auto choice = [](Scene &s) { s.cook.set_text("method", "auto"), s.cook.set("reducedfields", {6}); };
+  CHECK(changes(choice, number("autoerror", {1e9})));
   CHECK(changes(nothing, number("integrator", {1})));
   CHECK(changes(nothing, number("supportkind", {1})));
   CHECK(changes([](Scene &s) { s.geometry().group("more", {60, 61, 62}); }, word("supportgroup", "more")));
@@ -264,6 +295,9 @@ void what_a_user_can_mend_is_named_and_the_mesh_passes_through() {
   expect_error([](Scene &s) { s.cook.set("dampingratio", {-1}); }, "damping ratio is -1");
   expect_error([](Scene &s) { s.cook.set("framerate", {0}); }, "frame rate is 0");
   expect_error([](Scene &s) { s.cook.set("modes", {0}); }, "number of modes is 0");
+  expect_error([](Scene &s) { s.cook.set_text("method", "linear"); }, "there is no method 'linear'; there are warp, ");
+  expect_error([](Scene &s) { s.cook.set_text("method", "reduced-shell"), s.cook.set_text("supportgroup", ""); },
+               "must be held so that nothing moves freely");
   expect_error([](Scene &s) { s.lead(5000, UT_Vector3()); }, "holds vertex 5000");
   expect_error([](Scene &s) { s.lead(-1, UT_Vector3()); }, "negative point");
   expect_error([](Scene &s) { s.lead(3, UT_Vector3()), s.handles.fake_geometry().attributes.clear(); },
@@ -398,6 +432,8 @@ int main(int argc, char **argv) {
     RUN(scrubbing_repeats_playing_bit_for_bit);
     RUN(motion_blur_samples_do_not_disturb_the_frames);
     RUN(a_dropped_cache_costs_time_and_not_the_motion);
+    RUN(the_menu_of_methods_is_the_librarys_table);
+    RUN(every_method_of_the_table_moves_the_polygons_or_is_told_of);
     RUN(every_parameter_changes_the_result);
     RUN(a_moving_support_frame_shakes_the_shell);
     RUN(envelope_and_weights_scale_each_point);

@@ -108,7 +108,7 @@ void every_attribute_has_its_own_names_and_affects_the_output() {
                                  "binMembership",
                                  "bnm"};
   const std::vector<fake::AttributeInfo> attributes = node.attributes();
-  CHECK(attributes.size() == 31);
+  CHECK(attributes.size() == 33);
   for (const fake::AttributeInfo &attribute : attributes) {
     CHECK(names.insert(attribute.name).second && names.insert(attribute.brief).second);
     CHECK(attribute.affects_output);
@@ -250,6 +250,36 @@ void motion_upstream_is_carried_along() {
   for (std::size_t i = 0; i < out.size(); ++i) CHECK_NEAR(out[i].y, still[i].y + 3, 1e-12 * 40);  // rounding
 }
 
+// ------------------------------------------------------------------------------------------------------------- methods
+
+// The menu is the library's table, and what a scene keeps is the method's number: it survives a table that grows.
+void the_menu_of_methods_is_the_librarys_table() {
+  fake::Deformer node("shellWarp");
+  for (const fake::AttributeInfo &attribute : node.attributes()) {
+    if (attribute.name != "method") continue;
+    CHECK(attribute.fields.size() == sw_method_count());
+    for (uint32_t k = 0; k < sw_method_count(); ++k) {
+      const auto found = attribute.fields.find(sw_method_label(sw_method_at(k)));
+      CHECK(found != attribute.fields.end() && found->second == static_cast<int>(sw_method_at(k)));
+    }
+  }
+}
+
+void every_method_of_the_table_moves_the_mesh_or_is_told_of() {
+  int moved_by = 0;
+  for (uint32_t k = 0; k < sw_method_count(); ++k) {
+    Scene scene;
+    scene.node.set("method", sw_method_at(k));
+    scene.node.set("reducedFields", 6);
+    const Points after = scene.play(3).back();
+    const std::vector<std::string> &errors = fake::session().errors;
+    CHECK(errors.empty() ? after[kTip].y < -0.01 : scene.node.failed() && contains(errors[0], "not supported: "));
+    moved_by += errors.empty();
+    if (!errors.empty()) printf("   %s: %s\n", sw_method_name(sw_method_at(k)), errors[0].c_str());
+  }
+  CHECK(moved_by >= 8);
+}
+
 // ---------------------------------------------------------------------------------------------- everything has an effect
 
 // Every attribute of the table in docs/guide/maya.md, set to something else: the result of a frame differs. So each is read, and
@@ -279,7 +309,9 @@ void every_attribute_changes_the_result() {
   CHECK(changes(nothing, number("drag", 2)));
   CHECK(changes(nothing, number("modes", 2)));
   CHECK(changes(nothing, number("doublePrecision", 1)));
-  for (const double method : {1, 2}) CHECK(changes(nothing, number("method", method)));
+  CHECK(changes(nothing, number("method", SW_METHOD_LMA)));
+  CHECK(changes([](Scene &s) { s.node.set("method", SW_METHOD_REDUCED_SHELL); }, number("reducedFields", 3)));
+  CHECK(changes([](Scene &s) { s.node.set("method", SW_METHOD_AUTO), s.node.set("reducedFields", 6); }, number("autoError", 1e9)));
   CHECK(changes(nothing, number("integrator", 1)));
   CHECK(changes(nothing, number("supportKind", 1)));
   CHECK(changes(nothing, [](Scene &s) { s.node.set_components("supportComponents", {60, 61, 62}); }));
@@ -440,6 +472,12 @@ void what_a_user_can_mend_is_named() {
     for (int j = 0; j < STRIP_ROWS; ++j) scene.paint(j, 0);
     expect_error(scene, "none of the modes swings");
   }
+  {
+    Scene scene;  // as the library has it
+    for (int j = 0; j < STRIP_ROWS; ++j) scene.paint(j, 0);
+    scene.node.set("method", SW_METHOD_REDUCED_SHELL);
+    expect_error(scene, "must be held so that nothing moves freely");
+  }
 }
 
 void a_shell_out_of_range_is_warned_of_once() {
@@ -555,6 +593,8 @@ int main(int argc, char **argv) {
     RUN(painted_weights_scale_each_point);
     RUN(points_outside_of_the_set_stay);
     RUN(motion_upstream_is_carried_along);
+    RUN(the_menu_of_methods_is_the_librarys_table);
+    RUN(every_method_of_the_table_moves_the_mesh_or_is_told_of);
     RUN(every_attribute_changes_the_result);
     RUN(a_handle_is_where_its_target_is_in_the_world);
     RUN(a_listed_support_is_a_painted_one);

@@ -24,7 +24,9 @@ public:
   int64_t getModes() const { return modes_; }
   bool getDoubleprecision() const { return doubleprecision_; }
   bool getCertify() const { return certify_; }
-  int64_t getMethod() const { return method_; }
+  const UT_StringHolder &getMethod() const { return method_; }
+  int64_t getReducedfields() const { return reducedfields_; }
+  fpreal getAutoerror() const { return autoerror_; }
   int64_t getIntegrator() const { return integrator_; }
   int64_t getSupportkind() const { return supportkind_; }
   const UT_StringHolder &getSupportgroup() const { return supportgroup_; }
@@ -50,7 +52,9 @@ public:
     modes_ = static_cast<int64_t>(at(values, "modes", "integer").numbers[0]);
     doubleprecision_ = at(values, "doubleprecision", "toggle").numbers[0] != 0;
     certify_ = at(values, "certify", "toggle").numbers[0] != 0;
-    method_ = static_cast<int64_t>(at(values, "method", "ordinal").numbers[0]);
+    method_ = at(values, "method", "string").text.c_str();
+    reducedfields_ = static_cast<int64_t>(at(values, "reducedfields", "integer").numbers[0]);
+    autoerror_ = at(values, "autoerror", "float").numbers[0];
     integrator_ = static_cast<int64_t>(at(values, "integrator", "ordinal").numbers[0]);
     supportkind_ = static_cast<int64_t>(at(values, "supportkind", "ordinal").numbers[0]);
     supportgroup_ = at(values, "supportgroup", "string").text.c_str();
@@ -88,7 +92,9 @@ private:
   int64_t modes_ = 0;
   bool doubleprecision_ = false;
   bool certify_ = false;
-  int64_t method_ = 0;
+  UT_StringHolder method_;
+  int64_t reducedfields_ = 0;
+  fpreal autoerror_ = 0;
   int64_t integrator_ = 0;
   int64_t supportkind_ = 0;
   UT_StringHolder supportgroup_;

@@ -157,6 +157,9 @@ PRM_TemplateBuilder::PRM_TemplateBuilder(const UT_StringHolder &, const char *ds
   }
 }
 PRM_TemplateBuilder::~PRM_TemplateBuilder() = default;
+void PRM_TemplateBuilder::setChoiceListPtr(const UT_StringRef &name, PRM_ChoiceList *list) {
+  template_->parms.at(name.c_str()).menu = list;
+}
 
 // ------------------------------------------------------------------------------------------------------------ geometry
 

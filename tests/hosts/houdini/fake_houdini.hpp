@@ -1,7 +1,7 @@
 // A stand-in for the part of the Houdini Development Kit that SOP_ShellWarp uses, to cook the node where there is no Houdini.
 //
 // Declarations follow the HDK's headers as published with public plug-ins' sources: SOP_NodeVerb, SOP_Node, PRM_TemplateBuilder,
-// UT_AutoInterrupt, GA_Primitive and GEO_Detail of Houdini 16; and SideFX's sample SOP_Star of 2021 (Houdini 19) for the shape of
+// PRM_ChoiceList, UT_AutoInterrupt, GA_Primitive and GEO_Detail of Houdini 16; and SideFX's sample SOP_Star of 2021 (Houdini 19) for the shape of
 // a verb, the embedded dialog script and the names of accessors; read declaration by declaration, not compiled against. GA_Handle,
 // GA_Iterator, findPointGroup and containsOffset are as plug-ins for Houdini 16 to 20 call them. Only what the SOP uses is
 // declared; everything below "private:" and in namespace fake is ours. As in Houdini, points are reached by offsets, which are
@@ -14,6 +14,7 @@
 #include <memory>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 typedef int64_t exint;
@@ -225,14 +226,38 @@ private:
 
 // ---------------------------------------------------------------------------------------------------------- parameters
 
+class PRM_Name {
+public:
+  PRM_Name(const char *token = nullptr, const char *label = nullptr, int = 1) : token_(token), label_(label) {}
+  const char *getToken() const { return token_; }
+  const char *getLabel() const { return label_; }
+
+private:
+  const char *token_, *label_;
+};
+
+enum PRM_ChoiceListType { PRM_CHOICELIST_SINGLE = 0x1002 };
+
+class PRM_ChoiceList {
+public:
+  PRM_ChoiceList(PRM_ChoiceListType, PRM_Name *names) : names_(names) {}  // ends with a name without token; kept, not copied
+  PRM_Name *choiceNamesPtr() { return names_; }
+
+private:
+  PRM_Name *names_;
+};
+
 class PRM_TemplateBuilder {
 public:
   PRM_TemplateBuilder(const UT_StringHolder &name, const char *dstext);
   ~PRM_TemplateBuilder();
   PRM_Template *templates() { return template_.get(); }
+  void setChoiceListPtr(const UT_StringRef &name, PRM_ChoiceList *list);
+  bool justBuilt() { return !std::exchange(built_, true); }
 
 private:
   std::unique_ptr<PRM_Template> template_;
+  bool built_ = false;
 };
 
 // --------------------------------------------------------------------------------------------------------------- nodes
@@ -298,6 +323,7 @@ struct Parm {
   std::vector<std::string> defaults;
   std::vector<double> numbers;
   std::string text;
+  PRM_ChoiceList *menu = nullptr;  // given by the builder
   mutable bool read = false;
 };
 }  // namespace fake

@@ -4,6 +4,7 @@
 
 #include "fake_maya.hpp"
 
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -37,6 +38,7 @@ private:
 struct AttributeInfo {
   std::string name, brief, parent;
   bool keyable, is_array, affects_output, paintable;
+  std::map<std::string, int> fields;  // of an enum
 };
 
 class Deformer {

@@ -52,6 +52,7 @@ struct Attribute : Object {
   double value = 0, least = -1e300, most = 1e300;
   bool array = false, keyable = false, built = false;
   std::vector<Attribute *> children;
+  std::map<std::string, int> fields;
   Attribute *parent = nullptr;
 };
 
@@ -294,7 +295,7 @@ std::vector<AttributeInfo> Deformer::attributes() const {
     const bool paintable = std::any_of(session().commands.begin(), session().commands.end(),
                                        [&](const std::string &c) { return c.find(paint) != std::string::npos; });
     out.push_back({a->name, a->brief, a->parent ? a->parent->name : "", a->keyable, a->array,
-                   node_->type->affects_output.count(a) > 0, paintable});
+                   node_->type->affects_output.count(a) > 0, paintable, a->fields});
   };
   for (const Attribute *attribute : node_->type->attributes) {
     add(attribute);
@@ -494,7 +495,8 @@ MObject MFnEnumAttribute::create(const MString &name, const MString &brief, shor
   a.least = a.most = 0;
   return object_;
 }
-MStatus MFnEnumAttribute::addField(const MString &, short index) {
+MStatus MFnEnumAttribute::addField(const MString &field, short index) {
+  made().fields[field.asChar()] = index;
   made().most = std::max<double>(made().most, index);
   return MS::kSuccess;
 }
