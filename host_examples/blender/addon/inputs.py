@@ -106,8 +106,25 @@ def check_object(obj):
         raise Refused("the mesh is shared by several objects: make it single-user")
 
 
+@dataclass(frozen=True)
+class Recipe:
+    """How a model and its state are made, as the package takes it."""
+
+    method: str
+    integrator: str
+    options: tuple     # of Model.precompute: names and values
+
+
+def read_recipe(obj, depsgraph, package):
+    """What the settings ask for. A choice of the method is made for the scene's gravity."""
+    settings, scene = obj.shellwarp, depsgraph.scene
+    gravity = abs(obj.evaluated_get(depsgraph).shellwarp.gravity) * scene.gravity.length if scene.use_gravity else 0.0
+    needed = package.method.precompute_options(settings.method, settings.reduced_fields, settings.auto_error, gravity=gravity)
+    return Recipe(settings.method, settings.integrator, (("modes", settings.modes), *needed.items()))
+
+
 def read_shell(obj, depsgraph):
-    """The Shell, the object's scale, and a key that changes with whatever would make another model."""
+    """The Shell, the object's scale, the Recipe, and a key that changes with whatever would make another model."""
     package = library.package()
     check_object(obj)
     settings = obj.shellwarp
@@ -117,8 +134,9 @@ def read_shell(obj, depsgraph):
     fixed, clamped = (group_vertices(obj, name) for name in (settings.fixed_group, settings.clamped_group))
     shell = package.Shell(rest, triangles(obj.data), material, fixed, clamped)
     key = hashlib.blake2b(rest.tobytes() + shell.triangles.tobytes())
-    key.update(repr((material, fixed, clamped, settings.modes, settings.method, settings.integrator)).encode())
-    return shell, scale, key.digest()
+    recipe = read_recipe(obj, depsgraph, package)
+    key.update(repr((material, fixed, clamped, recipe)).encode())
+    return shell, scale, recipe, key.digest()
 
 
 def read_inputs(obj, scene, depsgraph, scale):

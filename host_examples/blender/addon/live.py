@@ -56,12 +56,11 @@ def suspended(obj):
 
 def prepare(obj, depsgraph, progress=None):
     """The object's run with a model of its present mesh, material and supports, made anew if these have changed."""
-    settings = obj.shellwarp
-    shell, scale, key = read_shell(obj, depsgraph)
+    shell, scale, recipe, key = read_shell(obj, depsgraph)
     run = simulation(obj)
     if run is None or run.key != key:
         forget(obj)
-        run = Simulation(library.package(), shell, scale, key, settings.modes, settings.method, settings.integrator, progress)
+        run = Simulation(library.package(), shell, scale, recipe, key, progress)
         store(obj, run)
     return run
 

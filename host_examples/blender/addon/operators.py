@@ -48,13 +48,11 @@ class SHELLWARP_OT_precompute(ShellOperator, bpy.types.Operator):
         from .library import package
         from .simulation import Simulation
         try:
-            shell, scale, key = read_shell(context.object, context.evaluated_depsgraph_get())
+            shell, scale, recipe, key = read_shell(context.object, context.evaluated_depsgraph_get())
             library = package()
         except Exception as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
-        settings = context.object.shellwarp
-        options = settings.modes, settings.method, settings.integrator
         self.cancel, self.made, self.failed, self.fraction = False, None, None, 0.0
         self.name = context.object.name
 
@@ -64,7 +62,7 @@ class SHELLWARP_OT_precompute(ShellOperator, bpy.types.Operator):
 
         def work():
             try:
-                self.made = Simulation(library, shell, scale, key, *options, progress)
+                self.made = Simulation(library, shell, scale, recipe, key, progress)
             except Exception as error:
                 self.failed = error
         self.thread = threading.Thread(target=work)

@@ -2,11 +2,11 @@
 
 import bpy
 
-from . import bake, live, operators
+from . import bake, library, live, operators
 
 GROUPS = [
     ("Material", ("area_density", "k_bend", "k_length", "k_area")),
-    ("Modes", ("modes", "method", "integrator")),
+    ("Method", ("method", "reduced_fields", "auto_error", "modes", "integrator")),
     ("Damping", ("damping_ratio", "damping_mass", "damping_stiffness")),
     ("Loads", ("gravity", "wind", "air_density", "normal_drag", "tangential_drag")),
     ("Time", ("frame_start", "frame_end", "substeps")),
@@ -49,7 +49,8 @@ class SHELLWARP_PT_shell(bpy.types.Panel):
         for title, names in GROUPS:
             column = layout.column(heading=title)
             for name in names:
-                column.prop(settings, name)
+                if wanted(settings, name):
+                    column.prop(settings, name)
         draw_handles(layout, settings)
         layout.prop(settings, "cache")
         row = layout.row(align=True)
@@ -58,6 +59,15 @@ class SHELLWARP_PT_shell(bpy.types.Panel):
         row.operator("shellwarp.bake")
         row.operator("shellwarp.free_bake")
         layout.operator("shellwarp.export")
+
+
+def wanted(settings, name):
+    """Whether the method reads a setting; without a library, all are shown."""
+    try:
+        method = library.package().method.find(settings.method)
+    except (ImportError, OSError, ValueError):
+        return True
+    return {"reduced_fields": method.needs_fields or method.needs_choice, "auto_error": method.needs_choice}.get(name, True)
 
 
 def draw_state(layout, context, obj):

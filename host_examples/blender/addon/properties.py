@@ -4,12 +4,40 @@ import bpy
 from bpy.props import (BoolProperty, CollectionProperty, EnumProperty, FloatProperty, FloatVectorProperty, IntProperty,
                        PointerProperty, StringProperty)
 
+from . import library
+
 NOT_KEYED = set()  # changes make a new model or a new run: no keyframes
 
 
 def changed(settings, _context):
     """Has Blender copy the value to the evaluated object, where inputs.py reads it with its animation."""
     settings.id_data.update_tag()
+
+
+_methods = []  # Blender keeps no reference to the strings of a menu that is made when it is shown
+
+
+def methods(_settings, _context):
+    """The library's table as a menu, empty while there is no library, which the panel tells. A file keeps the numbers, SW_METHOD_...,
+    and these are for good; so files survive a table that grows."""
+    if not _methods:
+        try:
+            table = library.package().method.table()
+        except (ImportError, OSError):
+            return []
+        _methods.extend((method.name, method.label, described(method), method.number) for method in table)
+    return _methods
+
+
+def described(method):
+    """What a user should know of a method's price before choosing it."""
+    if method.needs_fields:
+        return "Trained at the precompute, which takes longer; wants vertices that are held"
+    if method.needs_choice:
+        return "The precompute tries the methods under the scene's gravity and takes one; it takes longer"
+    if method.is_full_shell:
+        return "The full nonlinear shell: slow on large meshes"
+    return "By modes"
 
 
 def is_empty(_self, obj):
@@ -51,10 +79,12 @@ class ShellwarpSettings(bpy.types.PropertyGroup):
     clamped_group: StringProperty(name="Clamped", options=NOT_KEYED,
                                   description="Held together with the neighbouring vertices, so the slope as well")
     modes: IntProperty(name="Modes", default=16, min=1, max=1024, options=NOT_KEYED)
-    method: EnumProperty(name="Method", default="warp", options=NOT_KEYED, items=[
-        ("warp", "Warp", "Modal warping, as in the paper"),
-        ("warp-virtual-work", "Warp, virtual work", "Forces that belong exactly to the warped positions; half as much again a step"),
-        ("lma", "Linear", "Plain modal analysis, to compare with: large bends blow up")])
+    method: EnumProperty(name="Method", default=1, options=NOT_KEYED, items=methods,  # 1: SW_METHOD_WARP
+                         description="How the shell moves. The library's own table: docs/guide/methods.md")
+    reduced_fields: IntProperty(name="Reduced fields", default=40, min=1, soft_max=100, options=NOT_KEYED,
+                                description="Shapes beside the modes, of methods that need them. Modes and fields are at most 128 together")
+    auto_error: FloatProperty(name="Automatic error", min=0, subtype="DISTANCE", options=NOT_KEYED,
+                              description="The cheapest method with no larger error is taken; 0 takes the most accurate")
     integrator: EnumProperty(name="Integrator", default="implicit-euler", options=NOT_KEYED, items=[
         ("implicit-euler", "Backward Euler", "Calms what a step does not resolve"),
         ("exact", "Exact", "No numerical damping: rings until the damping below stops it")])

@@ -7,6 +7,7 @@ anew. Between whole frames a copy is stepped by the fraction: motion blur never 
 
 import math
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy
 from mathutils import Matrix, Vector
@@ -25,12 +26,17 @@ class Known:
 class Simulation:
     """Model, state and known frames of one shell."""
 
-    def __init__(self, package, shell, scale, key, modes, method, integrator, progress=None):
+    def __init__(self, package, shell, scale, recipe, key, progress=None):
         self.key, self.scale = key, scale
         self._rest = numpy.asarray(shell.positions / scale, numpy.float32)
         self.model = package.Model(shell)
-        self.model.precompute(modes=modes, progress=progress)
-        self._state = self.model.state(method, integrator)
+        self.model.precompute(progress=progress, **dict(recipe.options))
+        missing = self.model.lacks(recipe.method)
+        if missing:
+            raise Refused(missing)
+        self._state = self.model.state(recipe.method, recipe.integrator)
+        slowest = next((hertz for hertz in self.model.frequencies() if hertz > 0), 0.0)
+        self._damping = partial(package.method.damping, package.method.find(recipe.method), slowest=slowest)
         self._at = None
         self.certified = ""  # what the last certificate said, of the frame that it names
         self.known = {}
@@ -95,7 +101,7 @@ class Simulation:
             return
         self.forget()
         self._state.reset()
-        apply(self._state, inputs, teleport=True)
+        apply(self._state, inputs, self._damping, teleport=True)
         self.known[start] = Known(self._state.save(), inputs)
         self._at = start
 
@@ -113,7 +119,7 @@ class Simulation:
         for later in [f for f in self.known if f >= frame]:
             del self.known[later]
         self._at = None  # should a step fail, the state is between two frames
-        step(self._state, self.known[frame - 1].inputs, inputs, 1.0)
+        step(self._state, self.known[frame - 1].inputs, inputs, 1.0, self._damping)
         self.known[frame] = Known(self._state.save(), inputs)
         self._at = frame
 
@@ -122,7 +128,7 @@ class Simulation:
             raise Refused(f"frame {whole} has not been reached: play every frame, or bake")
         with self._state.clone() as copy:
             copy.load(self.known[whole].saved)
-            step(copy, self.known[whole].inputs, inputs, fraction)
+            step(copy, self.known[whole].inputs, inputs, fraction, self._damping)
             return self._positions(copy)
 
     def _positions(self, state):
@@ -140,19 +146,18 @@ def told(certificate):
     return text + ("; more modes or less load would help" if certificate["out_of_range"] else "")
 
 
-def step(state, before, after, fraction):
-    """Steps by a part of a frame, pose and handles led evenly from the one inputs to the other."""
+def step(state, before, after, fraction, damping):
+    """Steps by a part of a frame, pose and handles led evenly from the one inputs to the other. `damping` is as of apply."""
     for k in range(1, after.substeps + 1):
         now = blend(before, after, k / after.substeps)
-        apply(state, now)
+        apply(state, now, damping)
         state.step(fraction * after.seconds / after.substeps)
 
 
-def apply(state, inputs, teleport=False):
-    """Gives all inputs to a state."""
+def apply(state, inputs, damping, teleport=False):
+    """Gives all inputs to a state. `damping` makes of ratio, mass and stiffness what the method takes."""
     state.set_gravity(inputs.gravity)
-    ratio, mass, stiffness = inputs.damping
-    state.set_damping(ratio, mass, stiffness)
+    state.set_damping(**damping(*inputs.damping))
     state.set_wind(inputs.wind[:3], *inputs.wind[3:])
     state.clear_constraint()
     for handle in inputs.handles:
