@@ -97,10 +97,10 @@ def add_shell(shell, data, bones, frames):
     choose(obj)
     settings, material, simulation = obj.shellwarp, shell["material"], data["simulation"]
     settings.enabled, settings.live, settings.modes = True, False, shell["modes"]
-    settings.area_density, settings.k_bend = material["density"], material["k_bend"]
+    settings.density, settings.k_bend = material["density"], material["k_bend"]
     settings.k_length, settings.k_area = material["k_length"], material["k_area"]
     settings.damping_ratio, settings.integrator = shell["damping"]["ratio"], simulation["integrator"]
-    settings.substeps, settings.frame_end = simulation["frame_rate"] // RATE, frames
+    settings.steps_per_frame, settings.frame_end = simulation["frame_rate"] // RATE, frames
     points = numpy.array([v.co for v in obj.data.vertices])
     for attach in shell["attach"]:
         vertex = int(((points - attach["nearest"]) ** 2).sum(axis=1).argmin())

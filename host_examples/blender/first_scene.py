@@ -53,7 +53,7 @@ def dinosaur(frames):
     obj.vertex_groups.new(name="feet").add(feet, 1.0, "REPLACE")
     shell = obj.shellwarp
     shell.enabled, shell.fixed_group, shell.modes, shell.gravity = True, "feet", 4, 0.0
-    shell.area_density, shell.k_bend, shell.k_length, shell.k_area = 0.5, 1e4, 1e6, 1e6
+    shell.density, shell.k_bend, shell.k_length, shell.k_area = 0.5, 1e4, 1e6, 1e6
     shell.damping_ratio, shell.frame_end = 0.04, frames
     shake(obj, frames)
     return obj
@@ -69,7 +69,7 @@ def sheet(frames):
     obj.vertex_groups.new(name="edge").add(edge, 1.0, "REPLACE")
     shell = obj.shellwarp
     shell.enabled, shell.clamped_group, shell.modes, shell.damping_ratio = True, "edge", 24, 0.08
-    shell.area_density, shell.k_bend, shell.k_length, shell.k_area = 0.2, 3e-4, 2e3, 2e3
+    shell.density, shell.k_bend, shell.k_length, shell.k_area = 0.2, 3e-4, 2e3, 2e3
     shell.wind, shell.air_density, shell.frame_end = (0, 0.8, 0.3), 1.2, frames
     corner = max(obj.data.vertices, key=lambda v: v.co.x + v.co.y).index
     bpy.ops.shellwarp.add_handle(vertex=corner)

@@ -47,7 +47,7 @@ struct Build {
 struct Motion {
   bool implicit_euler = false;  // in place of the exact integrator; damps with the step
   double damping_ratio = 0.05;  // of critical, 0 or more
-  double drag = 0;              // 1/s, 0 or more: slows whatever moves, swinging or not
+  double damping_mass = 0;      // 1/s, 0 or more: slows whatever moves, swinging or not
   double start_time = 0;        // s
   double frame_rate = 24;       // frames per second, > 0
 };

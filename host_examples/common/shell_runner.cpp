@@ -33,7 +33,7 @@ void check_motion(const Request &request) {
   const Motion &m = request.motion;
   require(m.damping_ratio >= 0 && m.damping_ratio <= 1e6,
           "the damping ratio is " + number(m.damping_ratio) + "; it must be 0 or above");
-  require(m.drag >= 0 && m.drag <= 1e6, "the drag is " + number(m.drag) + "; it must be 0 or above");
+  require(m.damping_mass >= 0 && m.damping_mass <= 1e6, "the mass damping is " + number(m.damping_mass) + "; it must be 0 or above");
   require(m.frame_rate > 0 && m.frame_rate <= 1e6,
           "the frame rate is " + number(m.frame_rate) + "; it must be above 0");
   require(std::isfinite(request.time) && std::isfinite(m.start_time), "the time is not finite");
@@ -57,7 +57,7 @@ uint64_t key_of(const Motion &m, const Build &build) {
       .add(build.method)
       .add(m.implicit_euler)
       .add(m.damping_ratio)
-      .add(m.drag)
+      .add(m.damping_mass)
       .add(m.start_time)
       .add(m.frame_rate)
       .add(stiffness.by)
@@ -168,7 +168,7 @@ void ShellRunner::restart(const Request &request) {
   desc.integrator = motion.implicit_euler ? SW_INTEGRATOR_IMPLICIT_EULER : SW_INTEGRATOR_EXACT;
   shellwarp::State state(model_->model(), desc);
   state.set_damping(
-      damping(request.build.method, motion.damping_ratio, motion.drag / clock, 0, model_->slowest()));
+      damping(request.build.method, motion.damping_ratio, motion.damping_mass / clock, 0, model_->slowest()));
   state_ = std::move(state);
   cache_.drop_from(0);
   clock_ = clock;

@@ -44,11 +44,11 @@ static const char *theDsFile = R"THEDSFILE(
     }
     parm { name "frequency" label "Frequency" type float default { "2" } range { 0 10 } hidewhen "{ stiffnessfrom == material }" }
     parm { name "thickness" label "Thickness" type float default { "0" } range { 0! 1 } hidewhen "{ stiffnessfrom == material }" }
-    parm { name "bend" label "Bend Stiffness" type float default { "1" } range { 0 100 } hidewhen "{ stiffnessfrom == frequency }" }
-    parm { name "stretch" label "Stretch Stiffness" type float default { "10000" } range { 0 1000000 } hidewhen "{ stiffnessfrom == frequency }" }
+    parm { name "kbend" label "Bend Stiffness" type float default { "1" } range { 0 100 } hidewhen "{ stiffnessfrom == frequency }" }
+    parm { name "kstretch" label "Stretch Stiffness" type float default { "10000" } range { 0 1000000 } hidewhen "{ stiffnessfrom == frequency }" }
     parm { name "density" label "Density" type float default { "1" } range { 0 10 } hidewhen "{ stiffnessfrom == frequency }" }
     parm { name "dampingratio" label "Damping Ratio" type float default { "0.05" } range { 0! 1 } }
-    parm { name "drag" label "Drag" type float default { "0" } range { 0! 10 } }
+    parm { name "dampingmass" label "Mass Damping" type float default { "0" } range { 0! 10 } }
     parm { name "modes" label "Modes" type integer default { "16" } range { 1! 64 } }
     parm { name "doubleprecision" label "Double Precision" type toggle default { "0" } }
     parm { name "method" label "Method" type string default { "warp" } }
@@ -134,7 +134,7 @@ void pull_settings(const SOP_ShellWarpParms &parms, host::Request &request) {
   motion.start_time = motion.frame_rate > 0 ? (parms.getStartframe() - 1) / motion.frame_rate : 0;
   motion.implicit_euler = static_cast<int>(parms.getIntegrator()) == 1;
   motion.damping_ratio = parms.getDampingratio();
-  motion.drag = parms.getDrag();
+  motion.damping_mass = parms.getDampingmass();
 
   host::Build &build = request.build;
   build.clamped = static_cast<int>(parms.getSupportkind()) == 0;
@@ -149,8 +149,8 @@ void pull_settings(const SOP_ShellWarpParms &parms, host::Request &request) {
   stiffness.by = material ? host::Stiffness::By::material : host::Stiffness::By::frequency;
   stiffness.frequency = parms.getFrequency();
   stiffness.thickness = parms.getThickness();
-  stiffness.bend = parms.getBend();
-  stiffness.stretch = parms.getStretch();
+  stiffness.bend = parms.getKbend();
+  stiffness.stretch = parms.getKstretch();
   stiffness.density = parms.getDensity();
 
   const UT_Vector3D gravity = parms.getGravity(), t = parms.getFramet(), r = parms.getFramer();

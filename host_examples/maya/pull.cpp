@@ -113,14 +113,14 @@ void pull_settings(MDataBlock &block, host::Request &request) {
   request.motion.frame_rate = MTime(1.0, MTime::kSeconds).as(MTime::uiUnit());
   request.motion.implicit_euler = second(Node::integrator);
   request.motion.damping_ratio = real(Node::dampingRatio);
-  request.motion.drag = real(Node::drag);
+  request.motion.damping_mass = real(Node::dampingMass);
 
   host::Stiffness &stiffness = request.build.stiffness;
   stiffness.by = second(Node::stiffnessFrom) ? host::Stiffness::By::material : host::Stiffness::By::frequency;
   stiffness.frequency = real(Node::frequency);
   stiffness.thickness = real(Node::thickness);
-  stiffness.bend = real(Node::bendStiffness);
-  stiffness.stretch = real(Node::stretchStiffness);
+  stiffness.bend = real(Node::kBend);
+  stiffness.stretch = real(Node::kStretch);
   stiffness.density = real(Node::density);
   request.build.modes = count(Node::modes);
   request.build.method = static_cast<uint32_t>(block.inputValue(Node::method).asShort());

@@ -13,9 +13,9 @@
 
 MObject ShellWarpNode::time, ShellWarpNode::startFrame;
 MObject ShellWarpNode::gravity, ShellWarpNode::gravityX, ShellWarpNode::gravityY, ShellWarpNode::gravityZ;
-MObject ShellWarpNode::stiffnessFrom, ShellWarpNode::frequency, ShellWarpNode::thickness, ShellWarpNode::bendStiffness,
-    ShellWarpNode::stretchStiffness, ShellWarpNode::density;
-MObject ShellWarpNode::dampingRatio, ShellWarpNode::drag;
+MObject ShellWarpNode::stiffnessFrom, ShellWarpNode::frequency, ShellWarpNode::thickness, ShellWarpNode::kBend,
+    ShellWarpNode::kStretch, ShellWarpNode::density;
+MObject ShellWarpNode::dampingRatio, ShellWarpNode::dampingMass;
 MObject ShellWarpNode::method, ShellWarpNode::reducedFields, ShellWarpNode::autoError, ShellWarpNode::integrator;
 MObject ShellWarpNode::modes, ShellWarpNode::doublePrecision, ShellWarpNode::certify;
 MObject ShellWarpNode::supportKind, ShellWarpNode::supportComponents, ShellWarpNode::supportWeightList,
@@ -120,15 +120,15 @@ MStatus create_material() {
   CHECK_MSTATUS_AND_RETURN_IT(status);
   status = create_number(Node::thickness, "thickness", "thk", 0, {0, 1});
   CHECK_MSTATUS_AND_RETURN_IT(status);
-  status = create_number(Node::bendStiffness, "bendStiffness", "bst", 1, {1e-12, 100});
+  status = create_number(Node::kBend, "kBend", "kbd", 1, {1e-12, 100});
   CHECK_MSTATUS_AND_RETURN_IT(status);
-  status = create_number(Node::stretchStiffness, "stretchStiffness", "sst", 1e4, {1e-12, 1e6});
+  status = create_number(Node::kStretch, "kStretch", "kst", 1e4, {1e-12, 1e6});
   CHECK_MSTATUS_AND_RETURN_IT(status);
   status = create_number(Node::density, "density", "dns", 1, {1e-12, 10});
   CHECK_MSTATUS_AND_RETURN_IT(status);
   status = create_number(Node::dampingRatio, "dampingRatio", "dra", 0.05, {0, 1});
   CHECK_MSTATUS_AND_RETURN_IT(status);
-  status = create_number(Node::drag, "drag", "drg", 0, {0, 10});
+  status = create_number(Node::dampingMass, "dampingMass", "dms", 0, {0, 10});
   CHECK_MSTATUS_AND_RETURN_IT(status);
   status = create_plain(Node::modes, "modes", "mod", MFnNumericData::kInt, 16);
   CHECK_MSTATUS_AND_RETURN_IT(status);
@@ -201,11 +201,11 @@ MStatus ShellWarpNode::addAttributes() {
                              stiffnessFrom,
                              frequency,
                              thickness,
-                             bendStiffness,
-                             stretchStiffness,
+                             kBend,
+                             kStretch,
                              density,
                              dampingRatio,
-                             drag,
+                             dampingMass,
                              modes,
                              doublePrecision,
                              method,

@@ -51,8 +51,8 @@ public:
   // What pulls at it
   static MObject gravity, gravityX, gravityY, gravityZ;
   // What it is made of
-  static MObject stiffnessFrom, frequency, thickness, bendStiffness, stretchStiffness, density;
-  static MObject dampingRatio, drag;
+  static MObject stiffnessFrom, frequency, thickness, kBend, kStretch, density;
+  static MObject dampingRatio, dampingMass;
   static MObject method, reducedFields, autoError, integrator;
   static MObject modes, doublePrecision, certify;
   // What holds it

@@ -302,7 +302,7 @@ void what_makes_the_model_builds_and_what_moves_it_does_not() {
       [](Request &r) { r.build.auto_error = 0.1; },
       [](Request &r) { r.motion.implicit_euler = true; },
       [](Request &r) { r.motion.damping_ratio = 0.5; },
-      [](Request &r) { r.motion.drag = 1; },
+      [](Request &r) { r.motion.damping_mass = 1; },
       [](Request &r) { r.inputs.gravity[1] = 1; },
       [](Request &r) { r.mesh.points[30] += 0.01; },
       [](Request &r) { r.build.stiffness.bend = 7; },
@@ -348,7 +348,7 @@ void every_method_of_the_table_moves_the_shell() {
     Request request = strip_request();
     request.build.method = method;
     request.build.reduced_fields = 6;
-    request.motion.drag = 1;
+    request.motion.damping_mass = 1;
     // The explicit shell bears steps of 1e-4 s here, as the strip's fastest mode tells.
     if (method == SW_METHOD_SHELL_EXPLICIT) request.motion.frame_rate = 1e4;
     const std::string refusal = failure([&] { for (int k = 0; k <= 3; ++k) runner.evaluate(at_frame(request, k)); });
@@ -464,7 +464,7 @@ void drag_acts_in_the_scenes_seconds() {
     request.build.stiffness.frequency = hertz;
     request.build.modes = 1;
     request.motion.damping_ratio = 0;
-    request.motion.drag = 1;
+    request.motion.damping_mass = 1;
     request.motion.frame_rate = 60 * hertz;
     request.inputs.gravity = {0, 0, -0.004 * hertz * hertz};  // a sag of less than a thousandth
     const auto tip_after = [&](double periods) {
@@ -721,7 +721,7 @@ void values_out_of_range_are_refused_by_name() {
   FAILS_WITH(with([](Request &r) { r.build.stiffness.frequency = 0; }), "frequency is 0");
   FAILS_WITH(with([](Request &r) { r.build.stiffness.thickness = -1; }), "thickness is -1");
   FAILS_WITH(with([](Request &r) { r.motion.damping_ratio = -0.5; }), "damping ratio is -0.5");
-  FAILS_WITH(with([](Request &r) { r.motion.drag = NAN; }), "drag is nan");
+  FAILS_WITH(with([](Request &r) { r.motion.damping_mass = NAN; }), "mass damping is nan");
   FAILS_WITH(with([](Request &r) { r.motion.frame_rate = 0; }), "frame rate is 0");
   FAILS_WITH(with([](Request &r) { r.mesh.triangles[5] = 999; }), "triangle 1 names vertex 999, but there are 123");
   FAILS_WITH(with([](Request &r) { r.build.held.push_back(12345); }), "12345");

@@ -189,11 +189,11 @@ void every_parameter_changes_the_result() {
   CHECK(changes(nothing, material));
   CHECK(changes(nothing, number("frequency", {3})));
   CHECK(changes(nothing, number("thickness", {0.3})));
-  CHECK(changes(material, number("bend", {10})));
-  CHECK(changes(material, number("stretch", {10})));
+  CHECK(changes(material, number("kbend", {10})));
+  CHECK(changes(material, number("kstretch", {10})));
   CHECK(changes(material, number("density", {2})));
   CHECK(changes(nothing, number("dampingratio", {0.5})));
-  CHECK(changes(nothing, number("drag", {2})));
+  CHECK(changes(nothing, number("dampingmass", {2})));
   CHECK(changes(nothing, number("modes", {2})));
   CHECK(changes(nothing, number("doubleprecision", {1})));
   CHECK(changes(nothing, word("method", "lma")));

@@ -302,11 +302,11 @@ void every_attribute_changes_the_result() {
   CHECK(changes(nothing, material));
   CHECK(changes(frequency, number("frequency", 3)));
   CHECK(changes(frequency, number("thickness", 3)));
-  CHECK(changes(material, number("bendStiffness", 1e5)));
-  CHECK(changes(material, number("stretchStiffness", 10)));
+  CHECK(changes(material, number("kBend", 1e5)));
+  CHECK(changes(material, number("kStretch", 10)));
   CHECK(changes(material, number("density", 0.01)));
   CHECK(changes(nothing, number("dampingRatio", 0.5)));
-  CHECK(changes(nothing, number("drag", 2)));
+  CHECK(changes(nothing, number("dampingMass", 2)));
   CHECK(changes(nothing, number("modes", 2)));
   CHECK(changes(nothing, number("doublePrecision", 1)));
   CHECK(changes(nothing, number("method", SW_METHOD_LMA)));

@@ -40,7 +40,7 @@ class Inputs:
     origin: tuple
     rotation: tuple    # (9) row-major
     seconds: float     # length of a frame
-    substeps: int
+    steps_per_frame: int
     gravity: tuple
     damping: tuple     # ratio, mass, stiffness
     wind: tuple        # velocity (3), density, normal drag, tangential drag
@@ -130,7 +130,7 @@ def read_shell(obj, depsgraph):
     settings = obj.shellwarp
     scale = split_matrix(evaluated(obj, depsgraph))[2]
     rest = rest_positions(obj.data).astype(numpy.float64) * scale
-    material = package.Material(settings.k_area, settings.k_length, settings.k_bend, settings.area_density)
+    material = package.Material(settings.k_area, settings.k_length, settings.k_bend, settings.density)
     fixed, clamped = (group_vertices(obj, name) for name in (settings.fixed_group, settings.clamped_group))
     shell = package.Shell(rest, triangles(obj.data), material, fixed, clamped)
     key = hashlib.blake2b(rest.tobytes() + shell.triangles.tobytes())
@@ -147,7 +147,7 @@ def read_inputs(obj, scene, depsgraph, scale):
         raise Refused(f"the object's scale changes, from {scale:.5g} to {present:.5g}: only its place and turn may move")
     factor = settings.gravity if scene.use_gravity else 0.0
     return Inputs(
-        origin, rotation, scene.render.fps_base / scene.render.fps, settings.substeps,
+        origin, rotation, scene.render.fps_base / scene.render.fps, settings.steps_per_frame,
         tuple(factor * g for g in scene.gravity),
         (settings.damping_ratio, settings.damping_mass, settings.damping_stiffness),
         (*settings.wind, settings.air_density, settings.normal_drag, settings.tangential_drag),

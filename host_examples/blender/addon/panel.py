@@ -5,11 +5,11 @@ import bpy
 from . import bake, library, live, operators
 
 GROUPS = [
-    ("Material", ("area_density", "k_bend", "k_length", "k_area")),
+    ("Material", ("density", "k_bend", "k_length", "k_area")),
     ("Method", ("method", "reduced_fields", "auto_error", "modes", "integrator")),
     ("Damping", ("damping_ratio", "damping_mass", "damping_stiffness")),
     ("Loads", ("gravity", "wind", "air_density", "normal_drag", "tangential_drag")),
-    ("Time", ("frame_start", "frame_end", "substeps")),
+    ("Time", ("frame_start", "frame_end", "steps_per_frame")),
 ]
 
 

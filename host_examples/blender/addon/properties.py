@@ -68,7 +68,7 @@ class ShellwarpSettings(bpy.types.PropertyGroup):
     live: BoolProperty(name="Live", default=True, options=NOT_KEYED,
                        description="Move on frame changes, into the shape key “shellwarp”. Off: the mesh is left alone")
 
-    area_density: FloatProperty(name="Density", default=1.0, min=1e-9, soft_max=1000, precision=4, options=NOT_KEYED,
+    density: FloatProperty(name="Density", default=1.0, min=1e-9, soft_max=1000, precision=4, options=NOT_KEYED,
                                 description="Mass per area")
     k_bend: FloatProperty(name="Bending", default=1.0, min=1e-12, precision=5, options=NOT_KEYED,
                           description="k_B, energy. The plate rigidity is six times this")
@@ -104,7 +104,7 @@ class ShellwarpSettings(bpy.types.PropertyGroup):
 
     frame_start: IntProperty(name="Start", default=1, options=NOT_KEYED, description="Here the shell is at rest")
     frame_end: IntProperty(name="End", default=250, options=NOT_KEYED, description="The last frame that is baked")
-    substeps: IntProperty(update=changed, name="Steps per frame", default=1, min=1, max=1000, options=NOT_KEYED)
+    steps_per_frame: IntProperty(update=changed, name="Steps per frame", default=1, min=1, max=1000, options=NOT_KEYED)
     cache: StringProperty(name="Cache", subtype="FILE_PATH", default="", options=NOT_KEYED,
                           description="Point cache (PC2); empty: cache/OBJECT.pc2 beside the blend file")
 

@@ -148,10 +148,10 @@ def told(certificate):
 
 def step(state, before, after, fraction, damping):
     """Steps by a part of a frame, pose and handles led evenly from the one inputs to the other. `damping` is as of apply."""
-    for k in range(1, after.substeps + 1):
-        now = blend(before, after, k / after.substeps)
+    for k in range(1, after.steps_per_frame + 1):
+        now = blend(before, after, k / after.steps_per_frame)
         apply(state, now, damping)
-        state.step(fraction * after.seconds / after.substeps)
+        state.step(fraction * after.seconds / after.steps_per_frame)
 
 
 def apply(state, inputs, damping, teleport=False):

@@ -48,7 +48,7 @@ def add_strip(name="Strip"):
     settings = obj.shellwarp
     settings.enabled = True
     settings.fixed_group = "held"
-    settings.area_density, settings.k_bend, settings.k_length, settings.k_area = 0.3, 2.7e-3, 5e3, 5e3
+    settings.density, settings.k_bend, settings.k_length, settings.k_area = 0.3, 2.7e-3, 5e3, 5e3
     settings.damping_ratio = 0.1
     settings.frame_end = 20
     return obj
@@ -63,7 +63,7 @@ def add_dinosaur():
     obj.vertex_groups.new(name="feet").add(feet, 1.0, "REPLACE")
     settings = obj.shellwarp
     settings.enabled, settings.fixed_group, settings.modes = True, "feet", 4
-    settings.k_area, settings.k_length, settings.k_bend, settings.area_density = 1e6, 1e6, 1e4, 0.5
+    settings.k_area, settings.k_length, settings.k_bend, settings.density = 1e6, 1e6, 1e4, 0.5
     settings.damping_ratio, settings.gravity = 0.04, 0.0
     return obj
 

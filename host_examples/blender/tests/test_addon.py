@@ -51,7 +51,7 @@ def alone(obj, frames, poses=None, scale=1.0):
     triangles = part("inputs").triangles(obj.data)
     rest = part("inputs").rest_positions(obj.data).astype(float) * scale
     s = obj.shellwarp
-    model = sw.Model(sw.Shell(rest, triangles, sw.Material(s.k_area, s.k_length, s.k_bend, s.area_density), fixed=range(8)))
+    model = sw.Model(sw.Shell(rest, triangles, sw.Material(s.k_area, s.k_length, s.k_bend, s.density), fixed=range(8)))
     model.precompute(modes=s.modes)
     state = model.state()
     state.set_gravity(bpy.context.scene.gravity)
@@ -181,7 +181,7 @@ class Live(Case):
     def test_steps_per_frame_lead_the_pose_evenly(self):
         obj = add_strip()
         key(obj, "location", {1: (0, 0, 0), 11: (0.5, 0, 0)})
-        obj.shellwarp.substeps = 4
+        obj.shellwarp.steps_per_frame = 4
         play(11)
         self.assertEqual(self.message(obj), "")
         report = part("live").simulation(obj).report()
@@ -218,7 +218,7 @@ class Live(Case):
             explicit = method.number == sw.abi.SW_METHOD_SHELL_EXPLICIT
             # the explicit shell bears no steps but those of its fastest mode: the card's would be of 1e-6 s
             obj.shellwarp.k_length = obj.shellwarp.k_area = 50 if explicit else 5e3
-            self.scene.render.fps, obj.shellwarp.substeps = (240, 1000) if explicit else (30, 1)
+            self.scene.render.fps, obj.shellwarp.steps_per_frame = (240, 1000) if explicit else (30, 1)
             play(2)
             if self.message(obj):  # why the model lacks it
                 continue

@@ -16,11 +16,11 @@ public:
   int64_t getStiffnessfrom() const { return stiffnessfrom_; }
   fpreal getFrequency() const { return frequency_; }
   fpreal getThickness() const { return thickness_; }
-  fpreal getBend() const { return bend_; }
-  fpreal getStretch() const { return stretch_; }
+  fpreal getKbend() const { return kbend_; }
+  fpreal getKstretch() const { return kstretch_; }
   fpreal getDensity() const { return density_; }
   fpreal getDampingratio() const { return dampingratio_; }
-  fpreal getDrag() const { return drag_; }
+  fpreal getDampingmass() const { return dampingmass_; }
   int64_t getModes() const { return modes_; }
   bool getDoubleprecision() const { return doubleprecision_; }
   bool getCertify() const { return certify_; }
@@ -44,11 +44,11 @@ public:
     stiffnessfrom_ = static_cast<int64_t>(at(values, "stiffnessfrom", "ordinal").numbers[0]);
     frequency_ = at(values, "frequency", "float").numbers[0];
     thickness_ = at(values, "thickness", "float").numbers[0];
-    bend_ = at(values, "bend", "float").numbers[0];
-    stretch_ = at(values, "stretch", "float").numbers[0];
+    kbend_ = at(values, "kbend", "float").numbers[0];
+    kstretch_ = at(values, "kstretch", "float").numbers[0];
     density_ = at(values, "density", "float").numbers[0];
     dampingratio_ = at(values, "dampingratio", "float").numbers[0];
-    drag_ = at(values, "drag", "float").numbers[0];
+    dampingmass_ = at(values, "dampingmass", "float").numbers[0];
     modes_ = static_cast<int64_t>(at(values, "modes", "integer").numbers[0]);
     doubleprecision_ = at(values, "doubleprecision", "toggle").numbers[0] != 0;
     certify_ = at(values, "certify", "toggle").numbers[0] != 0;
@@ -84,11 +84,11 @@ private:
   int64_t stiffnessfrom_ = 0;
   fpreal frequency_ = 0;
   fpreal thickness_ = 0;
-  fpreal bend_ = 0;
-  fpreal stretch_ = 0;
+  fpreal kbend_ = 0;
+  fpreal kstretch_ = 0;
   fpreal density_ = 0;
   fpreal dampingratio_ = 0;
-  fpreal drag_ = 0;
+  fpreal dampingmass_ = 0;
   int64_t modes_ = 0;
   bool doubleprecision_ = false;
   bool certify_ = false;
