@@ -424,7 +424,7 @@ fn the_membranes_own_share_is_saved_and_checked() {
     let (plain, of) = (model.save().unwrap(), model.reduced.take().and_then(Arc::into_inner).unwrap());
     let (assumed, correction) = (Assumed { membrane_share: 0.2, ..of.assumed }, of.energy.correction().clone());
     let mut reduced = ReducedShell::assemble(&model.shell, of.fields, of.samples, assumed, correction).unwrap();
-    reduced.fit = of.fit;
+    (reduced.fit, reduced.polynomial) = (of.fit, of.polynomial);
     model.reduced = Some(Arc::new(reduced));
     let bytes = model.save().unwrap();
     assert_eq!(bytes.len(), plain.len() + 8);

@@ -23,6 +23,7 @@
 //! | "SAGS" | gravity, positions where the shell hangs under it: (3 + 3n) × f64; the modes are those of this shape |
 //! | "UNIT" | what an entry of one stands for, in Φ√M and in Ψ√M, of each mode: 2m × f64; the basis is of i16, in 2⁻¹⁶ of these |
 //! | "REDU" | the reduced shell: see `reduced/saved.rs` |
+//! | "POLY" | its energy as a polynomial, if it has one: see `reduced/polynomial/saved.rs` |
 //! | "AUTO" | the front of a chosen method: see `model/front.rs` |
 //!
 //! A section that this library does not know is an error: the model would mean something else without it.
@@ -42,6 +43,7 @@ use crate::modes::{Certificate, PHASES};
 use crate::precision::Precision;
 use crate::real::Real;
 use crate::reduced::ReducedShell;
+use crate::reduced::polynomial::PolynomialEnergy;
 use crate::warp::{Basis, Entry};
 use crate::{Error, ErrorKind, Material, Model, Result, Shell, Supports, Vec3};
 use std::sync::Arc;
@@ -66,6 +68,8 @@ const SAG: Tag = *b"SAGS";
 const UNITS: Tag = *b"UNIT";
 /// The reduced shell.
 const REDUCED: Tag = *b"REDU";
+/// Its energy as a polynomial.
+const POLYNOMIAL: Tag = *b"POLY";
 /// What a choice of the method went by.
 const FRONT_OF_CHOICE: Tag = *b"AUTO";
 
@@ -258,7 +262,11 @@ impl Model {
             largest_rotation.clear();
             largest_swing.clear();
         }
-        let reduced = sections.reduced.map(|content| restore_reduced(header, &shell, content)).transpose()?;
+        let restore = |content| restore_reduced(header, &shell, (content, sections.polynomial));
+        let reduced = sections.reduced.map(restore).transpose()?;
+        if reduced.is_none() && sections.polynomial.is_some() {
+            return invalid("it has a polynomial energy, but no reduced shell");
+        }
         let fits = |content| restore_front(&reduced, &shell, header.linear, content);
         let front = sections.front.map(fits).transpose()?;
         let fingerprint = super::fingerprint(&shell, &eigenvalues, header.precision);
@@ -365,8 +373,10 @@ fn section_sizes(model: &Model) -> impl Iterator<Item = (Tag, usize)> {
     let sag = model.shell.sag.as_ref().map(|sag| (SAG, 24 + 24 * sag.rest.len()));
     let units = (model.modal.precision() == Precision::I16).then_some((UNITS, 16 * model.modal.n_modes()));
     let reduced = model.reduced.as_ref().map(|reduced| (REDUCED, reduced.saved_size(model.shell.mass.len())));
+    let polynomial = model.reduced.as_ref().and_then(|reduced| reduced.polynomial.as_ref());
+    let polynomial = polynomial.map(|polynomial| (POLYNOMIAL, polynomial.saved_size()));
     let front = model.front.as_ref().map(|front| (FRONT_OF_CHOICE, front.saved_size()));
-    [sag, units, reduced, front].into_iter().flatten()
+    [sag, units, polynomial, reduced, front].into_iter().flatten()
 }
 
 fn put_sections(model: &Model, out: &mut Vec<u8>) {
@@ -378,6 +388,7 @@ fn put_sections(model: &Model, out: &mut Vec<u8>) {
             (SAG, Some(sag), _) => {
                 sag.gravity.iter().chain(model.shell.mesh.positions.iter().flatten()).for_each(|x| x.put(out));
             }
+            (POLYNOMIAL, _, Some(reduced)) => reduced.polynomial.iter().for_each(|polynomial| polynomial.save(out)),
             (REDUCED, _, Some(reduced)) => reduced.save(model.shell.mass.len(), out),
             (FRONT_OF_CHOICE, ..) => model.front.iter().for_each(|front| front.save(out)),
             _ => {
@@ -394,6 +405,7 @@ struct Sections<'a> {
     sag: Option<&'a [u8]>,
     units: Option<&'a [u8]>,
     reduced: Option<&'a [u8]>,
+    polynomial: Option<&'a [u8]>,
     front: Option<&'a [u8]>,
 }
 
@@ -408,6 +420,7 @@ fn sections_of(mut bytes: &[u8]) -> Result<Sections<'_>> {
             [b'S', b'A', b'G', b'S', 0, 0, 0, 0] => &mut sections.sag,
             [b'U', b'N', b'I', b'T', 0, 0, 0, 0] => &mut sections.units,
             [b'R', b'E', b'D', b'U', 0, 0, 0, 0] => &mut sections.reduced,
+            [b'P', b'O', b'L', b'Y', 0, 0, 0, 0] => &mut sections.polynomial,
             [b'A', b'U', b'T', b'O', 0, 0, 0, 0] => &mut sections.front,
             _ => return invalid(format!("this library does not know its section {tag:?}")),
         };
@@ -442,12 +455,18 @@ fn restore_units(header: &Header, content: Option<&[u8]>) -> Result<Vec<[f64; 2]
     }
 }
 
-fn restore_reduced(header: &Header, shell: &Shell, content: &[u8]) -> Result<ReducedShell> {
+fn restore_reduced(
+    header: &Header,
+    shell: &Shell,
+    (content, polynomial): (&[u8], Option<&[u8]>),
+) -> Result<ReducedShell> {
     let _proof: features::ReducedShell = Proof::of(Feature::ReducedShell)?;
     if header.zero_modes > 0 || shell.sag.is_some() {
         return invalid("it has a reduced shell, but moves freely or hangs");
     }
-    ReducedShell::load(shell, header.modes as usize, header.precision, content)
+    let mut reduced = ReducedShell::load(shell, header.modes as usize, header.precision, content)?;
+    reduced.polynomial = polynomial.map(|content| PolynomialEnergy::load(reduced.n(), content)).transpose()?;
+    Ok(reduced)
 }
 
 /// The front, whose choice the model must be able to move by.

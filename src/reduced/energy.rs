@@ -14,19 +14,13 @@
 //! Models saved before samples were weighed by the modes' rest stiffness add ½ qᵀDq on the modes, what their samples left of it; D = 0
 //! since: where the shell is bent far a constant matrix is not what was left out, and if negative it buckles the shell.
 
+use super::elastic::Scratch;
 use super::products;
 use crate::energy::{Curvature, Energy, Mat3};
 use crate::{Shell, Vec3};
 use nalgebra::DMatrix;
 use pulp::Arch;
 use std::ops::{AddAssign, Range};
-
-impl Scratch {
-    /// How many q there were since this was asked last.
-    pub fn take_shapes(&mut self) -> usize {
-        std::mem::take(&mut self.shapes)
-    }
-}
 
 /// See the module's text.
 pub struct ReducedEnergy {
@@ -56,7 +50,7 @@ pub struct ReducedEnergy {
 
 /// Room, so that evaluation does not allocate, and what is known of the last q.
 #[derive(Clone)]
-pub struct Scratch {
+pub struct Room {
     /// q, padded; no numbers before the first. And how many there were.
     q: Vec<f64>,
     shapes: usize,
@@ -76,6 +70,13 @@ pub struct Scratch {
     /// H B (as the rows).
     product: Vec<f64>,
     square: Vec<f64>,
+}
+
+impl Room {
+    /// How many q there were since this was asked last.
+    pub fn take_shapes(&mut self) -> usize {
+        std::mem::take(&mut self.shapes)
+    }
 }
 
 impl ReducedEnergy {
@@ -161,13 +162,13 @@ impl ReducedEnergy {
     }
 
     /// To x̄ + Bq: everything that the scratch knows of a q.
-    fn place(&self, q: &[f64], scratch: &mut Scratch) {
-        if scratch.q[..self.n] == *q {
+    fn place(&self, q: &[f64], room: &mut Room) {
+        if room.q[..self.n] == *q {
             return;
         }
-        scratch.q[..self.n].copy_from_slice(q);
-        scratch.shapes += 1;
-        let Scratch { q, value, x, strain, strain_rows, stress, resultants, .. } = scratch;
+        room.q[..self.n].copy_from_slice(q);
+        room.shapes += 1;
+        let Room { q, value, x, strain, strain_rows, stress, resultants, .. } = room;
         self.arch.dispatch(products::Place { rows: &self.rows, rest: &self.rest, q, x });
         let mut e = 0;
         self.energy.visit_strains(x, &mut |(_, row), value| {
@@ -222,7 +223,7 @@ impl ReducedEnergy {
     /// Room for one evaluation at a time.
     pub fn scratch(&self) -> Scratch {
         let zeros = vec![Vec3::zeros(); self.rest.len()];
-        Scratch {
+        Scratch::Sampled(Room {
             q: (0..self.stride).map(|k| if k < self.n { f64::NAN } else { 0.0 }).collect(),
             shapes: 0,
             value: 0.0,
@@ -238,13 +239,14 @@ impl ReducedEnergy {
             coupling: vec![0.0; self.n_stresses * self.stride],
             product: vec![0.0; self.rows.len()],
             square: vec![0.0; self.stride * self.stride],
-        }
+        })
     }
 
     /// E(x̄ + Bq).
     pub fn value(&self, q: &[f64], scratch: &mut Scratch) -> f64 {
-        self.place(q, scratch);
-        scratch.value + 0.5 * self.corrected(q, |k, d| q[k] * d)
+        let room = scratch.sampled();
+        self.place(q, room);
+        room.value + 0.5 * self.corrected(q, |k, d| q[k] * d)
     }
 
     /// Σ f(k, (Dq)_k).
@@ -255,8 +257,9 @@ impl ReducedEnergy {
 
     /// Bᵀ∇E at x̄ + Bq.
     pub fn gradient(&self, q: &[f64], scratch: &mut Scratch, out: &mut [f64]) {
-        self.place(q, scratch);
-        let Scratch { gradient, strain_rows, stress, sum, .. } = scratch;
+        let room = scratch.sampled();
+        self.place(q, room);
+        let Room { gradient, strain_rows, stress, sum, .. } = room;
         gradient.fill(Vec3::zeros());
         for (((vertices, k), row), stress) in self.elements.iter().zip(&*strain_rows).zip(&*stress) {
             vertices[..*k].iter().zip(row).for_each(|(&v, row)| gradient[v as usize] += *stress * row);
@@ -272,8 +275,9 @@ impl ReducedEnergy {
 
     /// BᵀHB at x̄ + Bq (n × n, both triangles).
     pub fn hessian(&self, q: &[f64], curvature: Curvature, scratch: &mut Scratch, out: &mut DMatrix<f64>) {
-        self.place(q, scratch);
-        let Scratch { x, blocks, strain_rows, stress, product, square, lines, coupling, .. } = scratch;
+        let room = scratch.sampled();
+        self.place(q, room);
+        let Room { x, blocks, strain_rows, stress, product, square, lines, coupling, .. } = room;
         let (mut at, mut e) = (0, 0);
         let own = self.membrane_share;
         self.energy.visit_stress_hessian(x, stress, curvature, &mut |(vertices, element)| {
@@ -302,8 +306,9 @@ impl ReducedEnergy {
 
     /// Bᵀ(Σ b bᵀ)B with the rows √(2w) ∇s at x̄ + Bq: the viscosity of [`crate::reference`].
     pub fn viscosity(&self, q: &[f64], scratch: &mut Scratch, out: &mut DMatrix<f64>) {
-        self.place(q, scratch);
-        let Scratch { strain_rows, lines, square, coupling, .. } = scratch;
+        let room = scratch.sampled();
+        self.place(q, room);
+        let Room { strain_rows, lines, square, coupling, .. } = room;
         square.fill(0.0);
         self.add_coupling(strain_rows, lines, coupling, square);
         self.project_rows(0..self.elements.len(), strain_rows, lines);
@@ -371,8 +376,9 @@ impl ReducedEnergy {
 
     /// Hands Bᵀ∇E of each element at x̄ + Bq and its strain to `visit`, in order.
     pub fn visit_forces(&self, q: &[f64], scratch: &mut Scratch, mut visit: impl FnMut(usize, &[f64], f64)) {
-        self.place(q, scratch);
-        let Scratch { strain, strain_rows, stress, sum, .. } = scratch;
+        let room = scratch.sampled();
+        self.place(q, room);
+        let Room { strain, strain_rows, stress, sum, .. } = room;
         for (e, ((vertices, k), row)) in self.elements.iter().zip(&*strain_rows).enumerate() {
             products::project_row(&self.rows, (vertices, &row[..*k]), sum);
             sum.iter_mut().for_each(|sum| *sum *= stress[e]);

@@ -11,16 +11,19 @@
 //! with P_ab = Σ m b_a x̄_b and S_ab = Σ m b_a b_bᵀ, b_a being the fields' a-components at a vertex.
 
 pub mod basis;
+mod elastic;
 mod energy;
 mod fields;
 mod newton;
+pub mod polynomial;
 mod products;
 pub mod sampling;
 mod saved;
 mod stress;
 mod training;
 
-pub use energy::{ReducedEnergy, Scratch};
+pub use elastic::{Elastic, Scratch};
+pub use energy::ReducedEnergy;
 pub use fields::{Fields, MAX_FIELDS};
 pub use newton::{End, Newton, Potential, Rows, Stop, Work};
 pub use training::{MAX_POSES, default_poses};
@@ -32,6 +35,7 @@ use crate::precision::Precision;
 use crate::{Error, ErrorKind, Result, Shell, Vec3};
 use faer::Mat;
 use nalgebra::{DMatrix, Matrix3};
+use polynomial::PolynomialEnergy;
 use std::sync::Arc;
 use training::{BasisInputs, TrainingLoads};
 
@@ -94,6 +98,8 @@ pub struct ReducedShell {
     pub fields: AnyFields,
     /// E.
     pub energy: ReducedEnergy,
+    /// E as a polynomial, of models that were trained with one.
+    pub polynomial: Option<PolynomialEnergy>,
     /// Weights of the sampled elements, by their number among the rest rows.
     pub samples: Vec<(u32, f64)>,
     /// S at the samples of the membrane, and α.
@@ -168,9 +174,17 @@ impl ReducedShell {
         };
         let samples: Vec<(u32, f64)> = (0u32..).zip(weights).filter(|(_, w)| *w > 0.0).collect();
         let m = modes.shapes.len();
+        let shapes = loads.shapes(shell, &columns, (modes, &trained));
+        let sources = polynomial::Sources { shell, columns: &columns, assumed: &assumed, shapes: &shapes };
+        let polynomial = polynomial::make(&sources, &mut |share| report(progress, 0.9 + 0.07 * share))?;
         let assumed = assumed.at(&samples);
         let mut reduced = Self::assemble(shell, fields, samples, assumed, DMatrix::zeros(m, m))?;
         reduced.fit = residual;
+        if let Some(mut polynomial) = polynomial {
+            let mut watch = |share| report(progress, 0.97 + 0.03 * share);
+            polynomial.gate = loads.gate((shell, &columns, &trained), (&polynomial, &reduced.energy), &mut watch)?;
+            reduced.polynomial = Some(polynomial).filter(PolynomialEnergy::is_finite);
+        }
         if !reduced.is_finite() {
             let message = format!("training under reduced_gravity {:e} leaves the range of numbers", loads.gravity);
             return Err(Error::new(ErrorKind::Numerical, message));
@@ -210,7 +224,18 @@ impl ReducedShell {
                 DMatrix::from_fn(n, n, |i, j| product[(i, j)])
             })
         });
-        Ok(Self { fields, energy, samples, assumed, weight, moment, inertia, fit: 0.0, _proof: proof })
+        Ok(Self {
+            fields,
+            energy,
+            polynomial: None,
+            samples,
+            assumed,
+            weight,
+            moment,
+            inertia,
+            fit: 0.0,
+            _proof: proof,
+        })
     }
 
     /// What is told of it and saved are numbers.
@@ -227,7 +252,11 @@ impl ReducedShell {
     /// Bytes held.
     pub fn bytes(&self) -> usize {
         let tensors = 72 * self.n() * self.n();
-        with_fields!(&self.fields, fields => fields.bytes()) + self.energy.bytes() + 12 * self.samples.len() + tensors
+        with_fields!(&self.fields, fields => fields.bytes())
+            + self.energy.bytes()
+            + self.polynomial.as_ref().map_or(0, PolynomialEnergy::bytes)
+            + 12 * self.samples.len()
+            + tensors
     }
 
     /// About how long a step takes, for sharing out work: a Hessian and some gradients, as measured on one machine.

@@ -19,7 +19,7 @@
 //! step goes the whole way to the constraints, whatever it stretches; from there on all steps are along them. In motion it does
 //! not: a vertex torn away faster than the shell can follow would load it like a catapult.
 
-use super::energy::{ReducedEnergy, Scratch};
+use super::elastic::{Elastic, Scratch};
 use crate::energy::Curvature;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
@@ -159,7 +159,7 @@ pub struct Newton {
 
 impl Newton {
     /// For evaluations of `energy`.
-    pub fn new(energy: &ReducedEnergy) -> Self {
+    pub fn new(energy: &dyn Elastic) -> Self {
         let n = energy.n();
         Self {
             scratch: energy.scratch(),
@@ -212,7 +212,7 @@ impl Newton {
     }
 
     /// Whether Π is not larger at `a` than at `b`, hard constraints aside.
-    pub fn is_lower(&mut self, energy: &ReducedEnergy, potential: &Potential, a: &[f64], b: &[f64]) -> bool {
+    pub fn is_lower(&mut self, energy: &dyn Elastic, potential: &Potential, a: &[f64], b: &[f64]) -> bool {
         self.penalty = 0.0;
         if let Some(rows) = potential.handles {
             self.goal.copy_from(&rows.target);
@@ -222,7 +222,7 @@ impl Newton {
     }
 
     /// Moves `q` to a minimum; where it finds none, not to where Π is larger. Does not allocate.
-    pub fn minimize(&mut self, energy: &ReducedEnergy, potential: &Potential, q: &mut [f64], stop: Stop) -> End {
+    pub fn minimize(&mut self, energy: &dyn Elastic, potential: &Potential, q: &mut [f64], stop: Stop) -> End {
         self.leapt = false;
         let end = self.descend(energy, potential, q, stop);
         if !end.converged && !self.has_landed(energy, potential, q) {
@@ -232,7 +232,7 @@ impl Newton {
     }
 
     /// Whether Π is below that at the wall, if there was one.
-    fn has_landed(&mut self, energy: &ReducedEnergy, potential: &Potential, q: &[f64]) -> bool {
+    fn has_landed(&mut self, energy: &dyn Elastic, potential: &Potential, q: &[f64]) -> bool {
         if self.leapt {
             let wall = std::mem::take(&mut self.wall);
             self.leapt = self.merit(energy, potential, q) > self.merit(energy, potential, &wall);
@@ -241,7 +241,7 @@ impl Newton {
         !self.leapt
     }
 
-    fn descend(&mut self, energy: &ReducedEnergy, potential: &Potential, q: &mut [f64], stop: Stop) -> End {
+    fn descend(&mut self, energy: &dyn Elastic, potential: &Potential, q: &mut [f64], stop: Stop) -> End {
         let mut mark = (f64::INFINITY, 0.0, f64::INFINITY);
         let mut ventures = 0;
         let (mut residual, mut near) = (f64::INFINITY, stop.near);
@@ -318,7 +318,7 @@ impl Newton {
     }
 
     /// From the mark at `q` along its direction to a sufficient decrease; false when there is none.
-    fn search(&mut self, energy: &ReducedEnergy, potential: &Potential, q: &[f64], (value, slope): (f64, f64)) -> bool {
+    fn search(&mut self, energy: &dyn Elastic, potential: &Potential, q: &[f64], (value, slope): (f64, f64)) -> bool {
         let mut alpha = 1.0;
         for _ in 0..TRIALS {
             for k in 0..q.len() {
@@ -350,7 +350,7 @@ impl Newton {
         }
     }
 
-    fn trial_merit(&mut self, energy: &ReducedEnergy, potential: &Potential) -> f64 {
+    fn trial_merit(&mut self, energy: &dyn Elastic, potential: &Potential) -> f64 {
         let trial = std::mem::take(&mut self.trial);
         let value = self.merit(energy, potential, &trial);
         self.trial = trial;
@@ -358,7 +358,7 @@ impl Newton {
     }
 
     /// Π + ρ Σ|Jq − d|.
-    fn merit(&mut self, energy: &ReducedEnergy, potential: &Potential, q: &[f64]) -> f64 {
+    fn merit(&mut self, energy: &dyn Elastic, potential: &Potential, q: &[f64]) -> f64 {
         let elastic = energy.value(q, &mut self.scratch);
         let quadratic: f64 = q.iter().zip(potential.load).map(|(q, b)| q * (0.5 * potential.shift * q - b)).sum();
         let viscous = potential.matrix.map_or(0.0, |c| 0.5 * self.product(c, q, |k, cq| q[k] * cq));
@@ -381,7 +381,7 @@ impl Newton {
     /// Δ, with the last Hessian or with a new one; returns its slope and the scale of Π, or none without a descent direction.
     fn find_direction(
         &mut self,
-        energy: &ReducedEnergy,
+        energy: &dyn Elastic,
         potential: &Potential,
         q: &[f64],
         near: bool,
@@ -409,7 +409,7 @@ impl Newton {
     }
 
     /// The factor of the Hessian at `q`, or of one near it that is positive definite.
-    fn factorize(&mut self, energy: &ReducedEnergy, potential: &Potential, q: &[f64]) {
+    fn factorize(&mut self, energy: &dyn Elastic, potential: &Potential, q: &[f64]) {
         let mut shift = 0.0;
         for attempt in 0..TRIALS {
             let curvature = if attempt == 0 { Curvature::Exact } else { Curvature::Semidefinite };

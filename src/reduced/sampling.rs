@@ -123,7 +123,7 @@ impl System<'_> {
     /// Fills the blocks from the `first` on with the forces of rest stiffness on random vectors and on modes.
     fn add_probes(&mut self, shell: &Shell, stiffness: &DMatrix<f64>, first: usize, modes: usize) {
         let (all, n, block) = (self.all, self.all.n(), self.block());
-        let mut random = Random(1);
+        let mut random = Random::new();
         let scale = (1.0 / n as f64).sqrt();
         let mut probes: Vec<DVector<f64>> = (0..PROBES)
             .map(|_| DVector::from_fn(n, |_, _| scale * random.next()))
@@ -152,10 +152,16 @@ impl System<'_> {
 }
 
 /// Reproducible numbers in (−1, 1).
-struct Random(u64);
+pub(super) struct Random(u64);
 
 impl Random {
-    fn next(&mut self) -> f64 {
+    /// From the start.
+    pub fn new() -> Self {
+        Self(1)
+    }
+
+    /// The next one.
+    pub fn next(&mut self) -> f64 {
         self.0 = self.0.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
         (self.0 >> 11) as f64 / (1u64 << 52) as f64 - 1.0
     }

@@ -1,7 +1,8 @@
 //! What a reduced shell is trained on: loads and the equilibria of the full shell under them, the fields and stress fields that are
 //! made of these, and the membrane's share α that suits them.
 
-use super::{Assumed, LEAST_SHARE, Newton, Options, Potential, ReducedEnergy, Stop, basis, sampling, stress};
+use super::polynomial::{Errors, Gate, PolynomialEnergy};
+use super::{Assumed, Elastic, LEAST_SHARE, Newton, Options, Potential, ReducedEnergy, Stop, basis, sampling, stress};
 use crate::modes::Modes;
 use crate::reference::{EquilibriumOptions, Solver};
 use crate::{Error, ErrorKind, Result, Shell, Vec3};
@@ -93,6 +94,8 @@ const POSE_ELEMENTS: usize = 6000;
 /// When a search for them ends; and one from the shape that is to be found.
 const POSE: Stop = Stop { tolerance: 1e-2, iterations: 40, led: false, near: false };
 const TRIED: Stop = Stop { iterations: 12, ..POSE };
+/// When one ends that an energy is judged by.
+const JUDGED: Stop = Stop { tolerance: 1e-4, ..POSE };
 /// Gravity to train under, at most, of that which bends the shell by [`BEND`] to first order: a metre of thin silk is at 1e7.
 const MOST_GRAVITY: f64 = 1e12;
 /// Largest displacement of the first mode, in model sizes.
@@ -154,6 +157,24 @@ impl TrainingLoads {
         let scaled =
             |(shape, lambda): (&Vec<Vec3>, &f64)| shape.iter().map(|u| u * (self.amplitude * l[0] / lambda)).collect();
         modes.shapes.iter().zip(l).map(scaled).collect()
+    }
+
+    /// Shapes q that the shell is likely to take: the equilibria, and the modes at their amplitudes to either side.
+    pub(super) fn shapes(
+        &self,
+        shell: &Shell,
+        columns: &[Vec<Vec3>],
+        (modes, trained): (&Modes, &[Pose]),
+    ) -> Vec<Vec<f64>> {
+        let mut shapes: Vec<Vec<f64>> =
+            trained.iter().map(|pose| projected(shell, columns, &pose.displacement)).collect();
+        for (k, lambda) in modes.eigenvalues.iter().enumerate() {
+            for side in [1.0, -1.0] {
+                let amplitude = side * self.amplitude * modes.eigenvalues[0] / lambda;
+                shapes.push((0..columns.len()).map(|j| if j == k { amplitude } else { 0.0 }).collect());
+            }
+        }
+        shapes
     }
 
     /// Loads, the most telling first: gravity along ± the axes, pressure, pulls at points; all at full and at half strength.
@@ -257,7 +278,7 @@ impl TrainingLoads {
         let basis = inputs.basis(&of, fields)?;
         let columns: Vec<Vec<Vec3>> = (0..basis.ncols()).map(|k| basis::unscaled(shell, basis.col(k))).collect();
         let mut assumed = Assumed { stresses: inputs.stresses(&of, fields)?, membrane_share: LEAST_SHARE };
-        let size = |q: &[f64]| q.iter().map(|q| q * q).sum::<f64>().sqrt();
+        let size = |q: &[f64]| norm_squared(q).sqrt();
         let mut best = (f64::INFINITY, LEAST_SHARE);
         for (s, membrane_share) in MEMBRANE_SHARES.into_iter().enumerate() {
             assumed.membrane_share = membrane_share;
@@ -266,8 +287,7 @@ impl TrainingLoads {
             let mut errors = vec![];
             for (k, Pose { load, displacement: u, .. }) in tried.iter().enumerate() {
                 watch((s as f64 + k as f64 / tried.len() as f64) / MEMBRANE_SHARES.len() as f64)?;
-                let momentum: Vec<Vec3> = u.iter().zip(&shell.mass).map(|(u, m)| u * *m).collect();
-                let exact = sampling::project(&columns, &momentum);
+                let exact = projected(shell, &columns, u);
                 let (mut q, force) = (exact.clone(), sampling::project(&columns, &loads[*load]));
                 newton.minimize(&energy, &Potential::of_load(&force), &mut q, TRIED);
                 let way: Vec<f64> = q.iter().zip(&exact).map(|(q, exact)| q - exact).collect();
@@ -280,6 +300,35 @@ impl TrainingLoads {
             }
         }
         Ok(best.1)
+    }
+
+    /// How near either energy comes to the equilibria that were found whole, each sought from where it is.
+    pub(super) fn gate(
+        &self,
+        (shell, columns, trained): (&Shell, &[Vec<Vec3>], &[Pose]),
+        (polynomial, sampled): (&PolynomialEnergy, &ReducedEnergy),
+        watch: &mut dyn FnMut(f64) -> Result<()>,
+    ) -> Result<Gate> {
+        let loads = self.loads(shell);
+        let (mut newtons, mut scratch) = ([Newton::new(polynomial), Newton::new(sampled)], polynomial.scratch());
+        let (mut errors, mut gate) = ([vec![], vec![]], Gate::default());
+        for (k, Pose { load, displacement, .. }) in trained.iter().filter(|pose| pose.whole).enumerate() {
+            watch(k as f64 / trained.len() as f64)?;
+            let exact = projected(shell, columns, displacement);
+            let force = sampling::project(columns, &loads[*load]);
+            let energies: [&dyn Elastic; 2] = [polynomial, sampled];
+            for ((energy, newton), errors) in energies.into_iter().zip(&mut newtons).zip(&mut errors) {
+                let mut q = exact.clone();
+                newton.minimize(energy, &Potential::of_load(&force), &mut q, JUDGED);
+                let way: f64 = q.iter().zip(&exact).map(|(q, exact)| (q - exact).powi(2)).sum();
+                errors.push((way / norm_squared(&exact).max(f64::MIN_POSITIVE)).sqrt());
+            }
+            gate.tried += 1;
+            gate.reach = gate.reach.max(norm_squared(&exact).sqrt());
+            gate.strain = gate.strain.max(polynomial.membrane(&exact, &mut scratch).sqrt());
+        }
+        [gate.polynomial, gate.sampled] = errors.map(Errors::of);
+        Ok(gate)
     }
 
     /// Reduced equilibria for sampling to look at.
@@ -304,6 +353,16 @@ impl TrainingLoads {
         }
         Ok(poses)
     }
+}
+
+fn norm_squared(q: &[f64]) -> f64 {
+    q.iter().map(|q| q * q).sum()
+}
+
+/// The q nearest to displacements `u` in the mass norm, BᵀMu.
+pub(super) fn projected(shell: &Shell, columns: &[Vec<Vec3>], u: &[Vec3]) -> Vec<f64> {
+    let momentum: Vec<Vec3> = u.iter().zip(&shell.mass).map(|(u, m)| u * *m).collect();
+    sampling::project(columns, &momentum)
 }
 
 /// The energy on all elements, of a large mesh on an even choice: what is found with it need not be exact.

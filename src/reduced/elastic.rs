@@ -1,0 +1,88 @@
+//! What a search for equilibria asks of an energy on reduced coordinates.
+
+use super::energy::{self, ReducedEnergy};
+use super::polynomial::{self, PolynomialEnergy};
+use crate::energy::Curvature;
+use nalgebra::DMatrix;
+
+/// An energy E(q) with two derivatives.
+pub trait Elastic: Send + Sync {
+    /// Coordinates.
+    fn n(&self) -> usize;
+    /// Room for one evaluation at a time.
+    fn scratch(&self) -> Scratch;
+    /// E.
+    fn value(&self, q: &[f64], scratch: &mut Scratch) -> f64;
+    /// ∂E/∂q.
+    fn gradient(&self, q: &[f64], scratch: &mut Scratch, out: &mut [f64]);
+    /// ∂²E/∂q² (n × n, both triangles).
+    fn hessian(&self, q: &[f64], curvature: Curvature, scratch: &mut Scratch, out: &mut DMatrix<f64>);
+    /// What damping in proportion to stiffness multiplies the rates by.
+    fn viscosity(&self, q: &[f64], scratch: &mut Scratch, out: &mut DMatrix<f64>);
+}
+
+/// Room for the evaluation of the energy that made it.
+#[derive(Clone)]
+pub enum Scratch {
+    /// Of a [`ReducedEnergy`].
+    Sampled(energy::Room),
+    /// Of a [`PolynomialEnergy`].
+    Polynomial(polynomial::Room),
+}
+
+impl Scratch {
+    /// How many q there were since this was asked last.
+    pub fn take_shapes(&mut self) -> usize {
+        match self {
+            Self::Sampled(room) => room.take_shapes(),
+            Self::Polynomial(room) => room.take_shapes(),
+        }
+    }
+
+    /// That of a [`ReducedEnergy`].
+    #[inline(always)]
+    pub(super) fn sampled(&mut self) -> &mut energy::Room {
+        match self {
+            Self::Sampled(room) => room,
+            Self::Polynomial(_) => unreachable!("an energy is evaluated in room that it made"),
+        }
+    }
+
+    /// That of a [`PolynomialEnergy`].
+    #[inline(always)]
+    pub(super) fn polynomial(&mut self) -> &mut polynomial::Room {
+        match self {
+            Self::Polynomial(room) => room,
+            Self::Sampled(_) => unreachable!("an energy is evaluated in room that it made"),
+        }
+    }
+}
+
+/// By the methods of these names.
+macro_rules! elastic {
+    ($energy:ident) => {
+        impl Elastic for $energy {
+            fn n(&self) -> usize {
+                self.n()
+            }
+            fn scratch(&self) -> Scratch {
+                self.scratch()
+            }
+            fn value(&self, q: &[f64], scratch: &mut Scratch) -> f64 {
+                self.value(q, scratch)
+            }
+            fn gradient(&self, q: &[f64], scratch: &mut Scratch, out: &mut [f64]) {
+                self.gradient(q, scratch, out);
+            }
+            fn hessian(&self, q: &[f64], curvature: Curvature, scratch: &mut Scratch, out: &mut DMatrix<f64>) {
+                self.hessian(q, curvature, scratch, out);
+            }
+            fn viscosity(&self, q: &[f64], scratch: &mut Scratch, out: &mut DMatrix<f64>) {
+                self.viscosity(q, scratch, out);
+            }
+        }
+    };
+}
+
+elastic!(ReducedEnergy);
+elastic!(PolynomialEnergy);

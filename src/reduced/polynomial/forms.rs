@@ -1,0 +1,253 @@
+//! The forms of a polynomial energy, as sums over pairs of vertices.
+//!
+//! An edge's strain √(2k_L/L) (l − L) is to first order √(2k_L/L) y/(2L), a triangle's √(2k_A/Ā) (A − Ā) likewise √(2k_A/Ā) Σ cot ᾱ y/4
+//! over its edges. Their parts along the stress fields S weigh 1, and those along R weigh the share α, where R holds what S leaves of the
+//! strains of shapes that the shell is likely to take. No sum over elements is left.
+//!
+//! What bending lacks, ½ Σ yᵀDy over the hinges, is compressed alike: by the shapes' |D|^½ y, then by the eigenvectors of the signs of D.
+
+use super::hinges::{Hinge, Matrix6, cubic, hessians, hinges};
+use super::pairs::{self, Rows};
+use super::{Coefficients, PolynomialEnergy};
+use crate::modes::symmetric_eigen;
+use crate::reduced::products::WIDTH;
+use crate::reduced::sampling::Random;
+use crate::reduced::{Assumed, basis};
+use crate::{ErrorKind, Result, Shell, Vec3};
+use faer::linalg::matmul::matmul;
+use faer::{Accum, Mat, Par};
+use nalgebra::SymmetricEigen;
+
+/// Residual fields where bending carries the loads, and where the membrane does; and corrections of bending.
+const RESIDUALS: usize = 8;
+const MEMBRANE_RESIDUALS: usize = 40;
+const CORRECTIONS: usize = 8;
+/// α from which the membrane carries loads.
+const CARRYING: f64 = 0.05;
+/// Shapes that are mixed of two others, and how much of either there is, at most.
+const MIXED: usize = 200;
+const MOST: [f64; 2] = [1.0, 0.7];
+/// Pairs times shapes, at most, beyond the shapes that are given.
+const GAINS: usize = 10_000_000;
+/// φ of a negative weight is near s² up to this multiple of the largest s of the shapes.
+const BEYOND: f64 = 3.0;
+/// Hinges whose products are summed at once.
+const CHUNK: usize = 512;
+
+/// What the coefficients are made of.
+pub struct Sources<'a> {
+    /// Whose energy it is.
+    pub shell: &'a Shell,
+    /// B.
+    pub columns: &'a [Vec<Vec3>],
+    /// On all elements of the membrane.
+    pub assumed: &'a Assumed,
+    /// Shapes q that the shell is likely to take.
+    pub shapes: &'a [Vec<f64>],
+}
+
+/// The energy; none where its numbers leave the range. `watch` is told the share of the work done.
+pub fn make(sources: &Sources, watch: &mut dyn FnMut(f64) -> Result<()>) -> Result<Option<PolynomialEnergy>> {
+    match coefficients(sources, watch) {
+        Ok(coefficients) => Ok(Some(PolynomialEnergy::new(&coefficients)).filter(PolynomialEnergy::is_finite)),
+        Err(error) if error.kind == ErrorKind::Numerical => Ok(None),
+        Err(error) => Err(error),
+    }
+}
+
+fn coefficients(sources: &Sources, watch: &mut dyn FnMut(f64) -> Result<()>) -> Result<Coefficients> {
+    let Sources { shell, columns, assumed, .. } = *sources;
+    let rows = Rows::new(columns);
+    let mut pairs: Vec<[u32; 2]> = shell.mesh.edges.iter().map(|e| e.vertices).collect();
+    let hinges = hinges(shell, &mut pairs);
+    let shapes = mixed(sources.shapes, pairs.len());
+    let gains = pairs::gains(shell, &pairs, &rows, &shapes);
+    watch(0.1)?;
+    let (corrections, signs) = corrections(&hinges, &gains, pairs.len())?;
+    watch(0.3)?;
+    let strains = Strains::new(shell);
+    let taken = assumed.stresses.nrows() + signs.len();
+    let residuals = if assumed.membrane_share < CARRYING { RESIDUALS } else { MEMBRANE_RESIDUALS };
+    let residuals = (taken + residuals).next_multiple_of(WIDTH) - taken; // those that fill a register are free
+    let fields = strains.fields(assumed, &gains, residuals)?;
+    let (assuming, membrane) = (assumed.stresses.nrows(), fields.ncols());
+    let membrane_pairs = strains.transposed(&fields, pairs.len());
+    watch(0.4)?;
+    let all = Mat::from_fn(pairs.len(), membrane + signs.len(), |e, k| match k < membrane {
+        true => membrane_pairs[(e, k)],
+        false => corrections[(e, k - membrane)],
+    });
+    let mut forms = pairs::forms(shell, &pairs, &rows, all.as_ref());
+    watch(0.7)?;
+    let strained = all.transpose() * &gains;
+    for (k, form) in forms.iter_mut().enumerate() {
+        form.weight = match k.checked_sub(membrane) {
+            None if k < assuming => 1.0,
+            None => assumed.membrane_share,
+            Some(k) => signs[k],
+        };
+        if form.weight < 0.0 {
+            form.bound = bound(&strained, k);
+        }
+    }
+    let [bending, stiffness] = hessians(&hinges, &rows);
+    watch(0.8)?;
+    Ok(Coefficients { forms, membrane, bending, stiffness, cubic: cubic(&hinges, &rows) })
+}
+
+/// 1/S² of a form whose values at the shapes are a row of `strained`.
+fn bound(strained: &Mat<f64>, form: usize) -> f64 {
+    let largest = (0..strained.ncols()).map(|s| strained[(form, s)].abs()).fold(0.0, f64::max);
+    if largest > 0.0 { (BEYOND * largest).powi(-2) } else { 0.0 }
+}
+
+/// The shapes, and sums of parts of two of them.
+fn mixed(shapes: &[Vec<f64>], pairs: usize) -> Vec<Vec<f64>> {
+    let mut random = Random::new();
+    let mut all = shapes.to_vec();
+    if !shapes.is_empty() {
+        for _ in 0..MIXED.min(GAINS / pairs.max(1)) {
+            let mut share = || 0.5 + 0.5 * random.next();
+            let [i, j] = [share(), share()].map(|x| ((x * shapes.len() as f64) as usize).min(shapes.len() - 1));
+            let [a, b] = [MOST[0] * share(), MOST[1] * share()];
+            all.push(shapes[i].iter().zip(&shapes[j]).map(|(x, y)| a * x + b * y).collect());
+        }
+    }
+    all
+}
+
+/// The linear map from y of the edges to the membrane's strains, in the order of its elements.
+struct Strains {
+    elements: Vec<Vec<(usize, f64)>>,
+}
+
+impl Strains {
+    fn new(shell: &Shell) -> Self {
+        let (mesh, material) = (&shell.mesh, &shell.material);
+        let mut elements = vec![];
+        if material.k_area > 0.0 {
+            let number = |a: u32, b: u32| {
+                mesh.edges.binary_search_by_key(&(a.min(b), a.max(b)), |e| {
+                    let [a, b] = e.vertices;
+                    (a.min(b), a.max(b))
+                })
+            };
+            for triangle in &mesh.triangles {
+                let x = triangle.map(|v| mesh.positions[v as usize]);
+                let double = (x[1] - x[0]).cross(&(x[2] - x[0])).norm();
+                let root = (4.0 * material.k_area / double).sqrt();
+                let side = |i: usize| {
+                    let [j, k] = [(i + 1) % 3, (i + 2) % 3];
+                    let cotangent = (x[j] - x[i]).dot(&(x[k] - x[i])) / double;
+                    number(triangle[j], triangle[k]).ok().map(|edge| (edge, 0.25 * root * cotangent))
+                };
+                elements.push((0..3).filter_map(side).collect());
+            }
+        }
+        if material.k_length > 0.0 {
+            for (e, edge) in mesh.edges.iter().enumerate() {
+                let [a, b] = edge.vertices.map(|v| mesh.positions[v as usize]);
+                let length = (b - a).norm();
+                elements.push(vec![(e, (2.0 * material.k_length / length).sqrt() / (2.0 * length))]);
+            }
+        }
+        Self { elements }
+    }
+
+    /// S, and orthonormal fields of what it leaves of the strains at shapes with the gains (elements × fields).
+    fn fields(&self, assumed: &Assumed, gains: &Mat<f64>, residuals: usize) -> Result<Mat<f64>> {
+        let stresses = &assumed.stresses;
+        let mut fields = Mat::from_fn(self.elements.len(), stresses.nrows(), |e, k| stresses[(k, e)]);
+        let mut left = Mat::from_fn(self.elements.len(), gains.ncols(), |e, s| {
+            self.elements[e].iter().map(|(pair, factor)| factor * gains[(*pair, s)]).sum()
+        });
+        let held = fields.transpose() * &left;
+        left -= &fields * held;
+        for s in 0..left.ncols() {
+            let factor = left.col(s).norm_l2().max(f64::MIN_POSITIVE).sqrt().recip();
+            left.col_mut(s).iter_mut().for_each(|x| *x *= factor);
+        }
+        if left.ncols() > 0 {
+            basis::extend(&mut fields, left, residuals)?;
+        }
+        Ok(fields)
+    }
+
+    /// The strains along fields, as sums over pairs (pairs × fields).
+    fn transposed(&self, fields: &Mat<f64>, pairs: usize) -> Mat<f64> {
+        let mut sums = Mat::zeros(pairs, fields.ncols());
+        for (e, element) in self.elements.iter().enumerate() {
+            for (pair, factor) in element {
+                (0..fields.ncols()).for_each(|k| sums[(*pair, k)] += factor * fields[(e, k)]);
+            }
+        }
+        sums
+    }
+}
+
+/// |D|^½ y of some hinges at shapes with the gains (6 hinges × shapes).
+struct Roots<'a> {
+    hinges: &'a [Hinge],
+    /// Eigenvectors of D by the roots of its eigenvalues, and their signs.
+    roots: Vec<Matrix6>,
+    signs: Vec<f64>,
+}
+
+impl<'a> Roots<'a> {
+    fn new(hinges: &'a [Hinge]) -> Self {
+        let (mut roots, mut signs) = (vec![], vec![]);
+        for hinge in hinges {
+            let told = hinge.correction.iter().all(|x| x.is_finite());
+            let correction = if told { hinge.correction } else { Matrix6::zeros() };
+            let SymmetricEigen { eigenvalues, eigenvectors } = SymmetricEigen::new(correction);
+            signs.extend(eigenvalues.iter().map(|x| x.signum()));
+            roots.push(Matrix6::from_fn(|i, k| eigenvectors[(i, k)] * eigenvalues[k].abs().sqrt()));
+        }
+        Self { hinges, roots, signs }
+    }
+
+    fn at(&self, gains: &Mat<f64>) -> Mat<f64> {
+        Mat::from_fn(6 * self.hinges.len(), gains.ncols(), |row, s| {
+            let (h, k) = (row / 6, row % 6);
+            let gain = |i: usize| self.hinges[h].pairs[i].map_or(0.0, |pair| gains[(pair, s)] * self.roots[h][(i, k)]);
+            (0..6).map(gain).sum()
+        })
+    }
+}
+
+/// The few sums over pairs (pairs × sums) whose squares, by their signed weights, are near ½ Σ yᵀDy at the shapes; and the weights.
+fn corrections(hinges: &[Hinge], gains: &Mat<f64>, pairs: usize) -> Result<(Mat<f64>, Vec<f64>)> {
+    let shapes = gains.ncols();
+    let mut gram = Mat::<f64>::zeros(shapes, shapes);
+    for some in hinges.chunks(CHUNK) {
+        let z = Roots::new(some).at(gains);
+        matmul(gram.as_mut(), Accum::Add, z.transpose(), &z, 1.0, Par::Seq);
+    }
+    // Shapes count by the roots of their sizes.
+    let scale: Vec<f64> = (0..shapes).map(|s| gram[(s, s)].max(f64::MIN_POSITIVE).powf(-0.25)).collect();
+    let scaled = Mat::from_fn(shapes, shapes, |i, j| scale[i] * gram[(i, j)] * scale[j]);
+    if shapes == 0 || scaled.norm_max() == 0.0 {
+        return Ok((Mat::zeros(pairs, 0), vec![]));
+    }
+    let (values, vectors) = symmetric_eigen(scaled.as_ref())?;
+    let largest = values[shapes - 1];
+    let kept: Vec<usize> = (0..shapes).rev().take(CORRECTIONS).filter(|k| values[*k] > 1e-10 * largest).collect();
+    let mixing = Mat::from_fn(shapes, kept.len(), |s, k| scale[s] * vectors[(s, kept[k])] / values[kept[k]].sqrt());
+    let mut sums = Mat::<f64>::zeros(pairs, kept.len());
+    let mut signed = Mat::<f64>::zeros(kept.len(), kept.len());
+    for some in hinges.chunks(CHUNK) {
+        let roots = Roots::new(some);
+        let fields = roots.at(gains) * &mixing;
+        let by_sign = Mat::from_fn(fields.nrows(), kept.len(), |row, k| roots.signs[row] * fields[(row, k)]);
+        matmul(signed.as_mut(), Accum::Add, fields.transpose(), &by_sign, 1.0, Par::Seq);
+        for (h, hinge) in some.iter().enumerate() {
+            for (i, pair) in hinge.pairs.iter().enumerate().filter_map(|(i, pair)| Some((i, (*pair)?))) {
+                for k in 0..kept.len() {
+                    sums[(pair, k)] += (0..6).map(|j| roots.roots[h][(i, j)] * fields[(6 * h + j, k)]).sum::<f64>();
+                }
+            }
+        }
+    }
+    let (weights, turns) = symmetric_eigen(signed.as_ref())?;
+    Ok((sums * turns, weights))
+}
