@@ -19,6 +19,8 @@ pub enum Method {
     ExplicitShell,
     /// The reduced nonlinear shell, u = Bq, by a Runge–Kutta method of second order ([`crate::reduced`]).
     ReducedShell,
+    /// The same with its energy as a polynomial of q ([`crate::reduced::polynomial`]).
+    PolynomialShell,
     /// Rotation–strain reconstruction from the modes, with the exact force of its own positions ([`crate::strain`]).
     RotationStrain,
 }
@@ -73,11 +75,12 @@ const fn entry(method: Method, number: u32, name: &'static CStr, label: &'static
 }
 
 /// All methods, in the order in which hosts show them.
-pub const METHODS: [Entry; 7] = [
+pub const METHODS: [Entry; 8] = [
     entry(Method::Warp, 1, c"warp", c"Warp", Needs::Rotations),
     entry(Method::VirtualWorkWarp, 5, c"warp-virtual-work", c"Warp by virtual work", Needs::Rotations),
     entry(Method::RotationStrain, 8, c"rotation-strain", c"Rotation-strain", Needs::Rotations),
     entry(Method::ReducedShell, 6, c"reduced-shell", c"Reduced shell", Needs::ReducedFields),
+    entry(Method::PolynomialShell, 9, c"polynomial-shell", c"Polynomial shell", Needs::ReducedFields),
     entry(Method::ImplicitShell, 3, c"shell-implicit", c"Full shell, implicit", Needs::Modes),
     entry(Method::ExplicitShell, 4, c"shell-explicit", c"Full shell, explicit", Needs::Modes),
     entry(Method::LinearModalAnalysis, 2, c"lma", c"Linear modes", Needs::Modes),

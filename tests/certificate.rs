@@ -74,6 +74,7 @@ fn estimates_tell_the_true_error_on_beams_a_leaf_and_a_hat() {
         Method::VirtualWorkWarp,
         Method::RotationStrain,
         Method::ReducedShell,
+        Method::PolynomialShell,
     ];
     let mut ratios = vec![];
     for (name, model, loads) in cases {
@@ -273,6 +274,7 @@ fn a_state_that_moves_goes_on_by_another_method_from_nearly_the_same_pose() {
         Method::LinearModalAnalysis,
         Method::RotationStrain,
         Method::ReducedShell,
+        Method::PolynomialShell,
         Method::ImplicitShell,
     ];
     for from in all {

@@ -8,7 +8,7 @@ use shellwarp::model::{Model, Options, Precision};
 use shellwarp::reduced::polynomial::{Gate, PolynomialEnergy, Sources, make};
 use shellwarp::reduced::{self, AnyFields, Assumed, Elastic, Newton, Potential, ReducedEnergy, ReducedShell, Stop};
 use shellwarp::reference::{EquilibriumOptions, Solver};
-use shellwarp::state::{Method, State};
+use shellwarp::state::{Damping, Method, State};
 use shellwarp::step::Integrator;
 use shellwarp::{Material, Mesh, Shell, Supports, Vec3};
 use std::sync::{Arc, OnceLock};
@@ -381,4 +381,82 @@ fn evaluation_does_not_allocate() {
         energy.viscosity(&q, &mut scratch, &mut hessian);
     });
     assert_eq!(used.count_total, 0);
+}
+
+fn moving(model: &Arc<Model>, method: Method) -> State {
+    let mut state = State::new(model.clone(), method, Integrator::Exact).unwrap();
+    state.set_gravity(Vec3::new(0.0, 0.06, -0.08) * model.modal.eigenvalues[0] * model.shell.mesh.size).unwrap();
+    state
+}
+
+#[test]
+fn a_state_moves_by_it_as_by_the_samples() {
+    for (name, model) in [("curved", curved()), ("cylinder", cylinder())] {
+        let paths = [Method::PolynomialShell, Method::ReducedShell, Method::Warp].map(|method| {
+            let mut state = moving(model, method);
+            (0..60)
+                .map(|_| {
+                    state.step(1.0 / 60.0).unwrap();
+                    displacements(&state)
+                })
+                .collect::<Vec<_>>()
+                .concat()
+        });
+        let [own, warp] = [0, 2].map(|k| error(&paths[k], &paths[1]));
+        let size = paths[1].iter().map(|u| u.norm()).fold(0.0, f64::max) / model.shell.mesh.size;
+        println!("{name} moves by {size:.2}: polynomial {own:.3}, warp {warp:.3} off the samples' path");
+        assert!(own < 0.1 && own < 0.5 * warp, "{name}: {own} and {warp}"); // the samples' own error at rest is 1 %
+    }
+}
+
+#[test]
+fn a_step_does_not_allocate_and_goes_on_with_the_same_bits() {
+    let damping = Damping { stiffness_coefficient: 0.01, ..Damping::default() };
+    let mut state = moving(cylinder(), Method::PolynomialShell);
+    state.set_damping(&damping).unwrap();
+    (0..3).for_each(|_| state.step(0.01).unwrap());
+    let used = allocation_counter::measure(|| state.step(0.01).unwrap());
+    assert_eq!(used.count_total, 0);
+    let saved = state.save();
+    let mut other = moving(&Arc::new(Model::load(&cylinder().save().unwrap()).unwrap()), Method::PolynomialShell);
+    other.set_damping(&damping).unwrap();
+    other.load(&saved).unwrap();
+    for state in [&mut state, &mut other] {
+        state.step(0.01).unwrap();
+    }
+    assert_eq!(displacements(&state), displacements(&other));
+}
+
+#[test]
+fn a_released_shell_gains_no_energy() {
+    for model in [curved(), folded(), cylinder()] {
+        let mut state = moving(model, Method::PolynomialShell);
+        (0..20).for_each(|_| state.step(1.0 / 60.0).unwrap());
+        state.set_gravity(Vec3::zeros()).unwrap();
+        let energy = |state: &State| {
+            let report = state.report();
+            report.elastic_energy + report.kinetic_energy
+        };
+        let (mut last, first) = (energy(&state), energy(&state));
+        for _ in 0..120 {
+            state.step(1.0 / 60.0).unwrap();
+            let now = energy(&state);
+            assert!(now <= last + 1e-2 * first, "{last:e} became {now:e}"); // the integrator's own error
+            last = now;
+        }
+        assert!(last <= first);
+    }
+}
+
+#[test]
+fn a_model_that_was_saved_without_it_says_so() {
+    let mut model = Model::load(&cylinder().save().unwrap()).unwrap();
+    let mut reduced = model.reduced.take().and_then(Arc::into_inner).unwrap();
+    reduced.polynomial = None;
+    model.reduced = Some(Arc::new(reduced));
+    let bytes = model.save().unwrap();
+    let model = Arc::new(Model::load(&bytes).unwrap());
+    let error = State::new(model.clone(), Method::PolynomialShell, Integrator::Exact).err().unwrap();
+    assert!(error.message.contains("has no polynomial energy"), "{error}");
+    State::new(model, Method::ReducedShell, Integrator::Exact).unwrap();
 }

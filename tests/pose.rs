@@ -129,7 +129,7 @@ fn velocities_move_the_shell_on() {
 #[test]
 fn velocities_in_the_world_have_the_frames_in_them() {
     let model = model_of(sheet(), f64_options());
-    for method in [Method::Warp, Method::ReducedShell, Method::ImplicitShell] {
+    for method in [Method::Warp, Method::ReducedShell, Method::PolynomialShell, Method::ImplicitShell] {
         let source = moved(&model, method, 2.0);
         let velocity = velocity_at(&source, &model, method);
         let mut state = moved(&model, method, 0.5);

@@ -48,6 +48,7 @@ fn the_equilibrium_is_where_damped_motion_in_the_turning_frame_ends() {
         Method::VirtualWorkWarp,
         Method::RotationStrain,
         Method::ReducedShell,
+        Method::PolynomialShell,
         Method::ImplicitShell,
     ] {
         let mut state = state(method);
@@ -99,7 +100,7 @@ fn the_estimate_of_a_spinning_equilibrium_is_of_the_spinning_shell() {
         state
     };
     let exact = displacements(&at_rest(Method::ImplicitShell));
-    for method in [Method::LinearModalAnalysis, Method::Warp, Method::ReducedShell] {
+    for method in [Method::LinearModalAnalysis, Method::Warp, Method::ReducedShell, Method::PolynomialShell] {
         let state = at_rest(method);
         let (told, off) = (state.certify().unwrap().error, mass_error(&model().shell, &displacements(&state), &exact));
         println!("{method:?}: estimated {told:.4}, true {off:.4}");
@@ -129,7 +130,7 @@ fn spin_softens_linear_modes_as_the_closed_form_says_up_to_the_critical_speed() 
 
 #[test]
 fn a_translating_frame_has_the_equilibrium_of_one_at_rest_and_moves_on_without_a_kick() {
-    for method in [Method::Warp, Method::ReducedShell, Method::ImplicitShell] {
+    for method in [Method::Warp, Method::ReducedShell, Method::PolynomialShell, Method::ImplicitShell] {
         let mut state = state(method);
         state.set_gravity(Vec3::new(0.0, 0.0, -0.1)).unwrap();
         state.equilibrium().unwrap();

@@ -14,6 +14,7 @@ pub use nodal::rotations;
 
 use crate::constraint::{Constraint, ConstraintSet};
 use crate::load::{BodyLoad, External};
+use crate::reduced::Form;
 use crate::step::Integrator;
 use crate::support::Pose;
 use crate::warp::{Extent, Placement};
@@ -192,7 +193,8 @@ pub fn build(model: &Model, method: Method, integrator: Integrator) -> Result<Bo
         Method::Warp | Method::VirtualWorkWarp | Method::LinearModalAnalysis => modal::build(model, method, integrator),
         Method::RotationStrain => strain::build(model, integrator),
         Method::ImplicitShell | Method::ExplicitShell => nodal::build(model, method),
-        Method::ReducedShell => reduced::build(model),
+        Method::ReducedShell => reduced::build(model, Form::Sampled),
+        Method::PolynomialShell => reduced::build(model, Form::Polynomial),
     }
 }
 

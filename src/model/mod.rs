@@ -131,10 +131,17 @@ impl Model {
     pub fn require(&self, method: Method) -> Result<()> {
         match method {
             Method::ImplicitShell | Method::ExplicitShell => Feature::NonlinearShell.require()?,
-            Method::ReducedShell => Feature::ReducedShell.require()?,
+            Method::ReducedShell | Method::PolynomialShell => Feature::ReducedShell.require()?,
             _ => (),
         }
-        method.entry().needs.require(!self.modal.is_linear(), self.reduced.is_some())
+        method.entry().needs.require(!self.modal.is_linear(), self.reduced.is_some())?;
+        let lacks =
+            method == Method::PolynomialShell && self.reduced.iter().any(|reduced| reduced.polynomial.is_none());
+        if lacks {
+            let message = "the model's reduced shell has no polynomial energy: precompute it anew";
+            return Err(Error::new(ErrorKind::Unsupported, message));
+        }
+        Ok(())
     }
 
     /// The map of rotation–strain reconstruction. Made at the first call.

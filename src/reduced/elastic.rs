@@ -5,6 +5,15 @@ use super::polynomial::{self, PolynomialEnergy};
 use crate::energy::Curvature;
 use nalgebra::DMatrix;
 
+/// In which form a reduced shell has its energy.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Form {
+    /// On sampled elements.
+    Sampled,
+    /// As a polynomial of q.
+    Polynomial,
+}
+
 /// An energy E(q) with two derivatives.
 pub trait Elastic: Send + Sync {
     /// Coordinates.

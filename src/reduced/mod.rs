@@ -22,7 +22,7 @@ mod saved;
 mod stress;
 mod training;
 
-pub use elastic::{Elastic, Scratch};
+pub use elastic::{Elastic, Form, Scratch};
 pub use energy::ReducedEnergy;
 pub use fields::{Fields, MAX_FIELDS};
 pub use newton::{End, Newton, Potential, Rows, Stop, Work};
@@ -71,6 +71,10 @@ const LEAST_SHARE: f64 = 0.003;
 /// Loads of any frame that stress fields are whole for, and with them the most stress fields: those of the modes and these beside others.
 const FRAME_LOADS: usize = 12;
 const MAX_STRESSES: usize = MAX_FIELDS + FRAME_LOADS;
+
+/// Shapes that a step of the polynomial looks at, and multiplications in a nanosecond.
+const SHAPES: f64 = 8.0;
+const MULTIPLICATIONS: f64 = 6.0;
 
 /// The run-time fields in the precision asked for.
 pub enum AnyFields {
@@ -259,8 +263,20 @@ impl ReducedShell {
             + tensors
     }
 
+    /// E in one form; the polynomial of models that have one.
+    pub fn elastic(&self, form: Form) -> &dyn Elastic {
+        match (form, &self.polynomial) {
+            (Form::Polynomial, Some(polynomial)) => polynomial,
+            _ => &self.energy,
+        }
+    }
+
     /// About how long a step takes, for sharing out work: a Hessian and some gradients, as measured on one machine.
-    pub fn step_nanoseconds(&self) -> u64 {
+    pub fn step_nanoseconds(&self, form: Form) -> u64 {
+        if let (Form::Polynomial, Some(polynomial)) = (form, &self.polynomial) {
+            let [shape, hessian] = polynomial.operations();
+            return ((SHAPES * shape + hessian) / MULTIPLICATIONS) as u64;
+        }
         let (elements, n) = (self.samples.len() as u64, self.n() as u64);
         elements * n * (n + 30) / 2
     }

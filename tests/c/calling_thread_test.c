@@ -176,7 +176,8 @@ static SwState *make_state(const SwModel *model, uint32_t method) {
 }
 
 static const uint32_t METHODS[] = {SW_METHOD_WARP,           SW_METHOD_LMA,          SW_METHOD_WARP_VIRTUAL_WORK,
-                                   SW_METHOD_ROTATION_STRAIN, SW_METHOD_REDUCED_SHELL, SW_METHOD_SHELL_IMPLICIT};
+                                   SW_METHOD_ROTATION_STRAIN, SW_METHOD_REDUCED_SHELL, SW_METHOD_POLYNOMIAL_SHELL,
+                                   SW_METHOD_SHELL_IMPLICIT};
 enum { N_METHODS = sizeof METHODS / sizeof *METHODS };
 
 /* Every call that computes, on this thread and on the library's own. */

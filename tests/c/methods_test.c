@@ -4,7 +4,7 @@
 static void every_method_has_a_name_a_label_and_a_need_of_its_own_number(void) {
   const uint32_t known[] = {SW_METHOD_WARP,           SW_METHOD_LMA,           SW_METHOD_SHELL_IMPLICIT,
                             SW_METHOD_SHELL_EXPLICIT, SW_METHOD_WARP_VIRTUAL_WORK, SW_METHOD_REDUCED_SHELL,
-                            SW_METHOD_ROTATION_STRAIN, SW_METHOD_AUTO};
+                            SW_METHOD_ROTATION_STRAIN, SW_METHOD_POLYNOMIAL_SHELL, SW_METHOD_AUTO};
   const uint32_t count = sw_method_count();
   CHECK(count >= sizeof known / sizeof known[0]);
   for (size_t k = 0; k < sizeof known / sizeof known[0]; ++k) {
@@ -57,8 +57,9 @@ static void a_model_offers_what_states_can_be_made_of(void) {
   precompute(model, 4, SW_PRECISION_F32);
   FAILS(sw_model_offers(model, 999), SW_ERROR_INVALID_ARGUMENT, "method is 999");
   FAILS(sw_model_offers(model, SW_METHOD_REDUCED_SHELL), SW_ERROR_UNSUPPORTED, "reduced_fields");
+  FAILS(sw_model_offers(model, SW_METHOD_POLYNOMIAL_SHELL), SW_ERROR_UNSUPPORTED, "reduced_fields");
   FAILS(sw_model_offers(model, SW_METHOD_AUTO), SW_ERROR_UNSUPPORTED, "auto_error");
-  check_offers(model, 6); /* all but the reduced shell and the choice */
+  check_offers(model, 6); /* all but the reduced shells and the choice */
 
   sw_precompute_desc_init(&desc);
   desc.modes = 4;

@@ -11,7 +11,7 @@ use crate::constraint::ConstraintSet;
 use crate::features::{Feature, Proof, ReducedShell as Built};
 use crate::method::Method;
 use crate::modal::ModalBasis;
-use crate::reduced::{Newton, ReducedShell, Rows, Work, with_fields};
+use crate::reduced::{Elastic, Form, Newton, ReducedShell, Rows, Work, with_fields};
 use crate::reference::Rayleigh;
 use crate::reference::orientation::Ring;
 use crate::support::Pose;
@@ -32,6 +32,8 @@ const REDUCED_SHAPE: [f64; 5] = [600.0, 0.7, 0.0, 0.0, 0.0];
 const REDUCED_GRADIENT: [f64; 5] = [30.0, 0.7, 0.0, 0.0, 0.0];
 const REDUCED_HESSIAN: [f64; 5] = [5000.0, 0.1, 0.65, 0.65, 0.9];
 const REDUCED_FACTOR: f64 = 1.0;
+/// Of a multiplication of the polynomial.
+const POLYNOMIAL: f64 = 0.4;
 /// What a step takes where none tells.
 const WORK: Work = Work { hessians: 1, gradients: ITERATIONS, shapes: ITERATIONS + 1 };
 /// Of a vertex with a force of its own, for each field of the reduced shell.
@@ -65,6 +67,8 @@ struct Reduced {
     /// For damping ratios.
     basis: Arc<ModalBasis>,
     reduced: Arc<ReducedShell>,
+    /// In which its energy is.
+    form: Form,
     fingerprint: u64,
     motion: Motion,
     /// ξ and ζ.
@@ -94,7 +98,7 @@ struct Reduced {
 }
 
 /// At rest, undamped.
-pub fn build(model: &Model) -> Result<Box<dyn Moves>> {
+pub fn build(model: &Model, form: Form) -> Result<Box<dyn Moves>> {
     let _proof: Built = Proof::of(Feature::ReducedShell)?;
     let Some(reduced) = &model.reduced else {
         let message = "the model has no reduced shell: precompute with reduced_fields, 40 for a start";
@@ -106,6 +110,7 @@ pub fn build(model: &Model) -> Result<Box<dyn Moves>> {
         shell: model.shell.clone(),
         basis: model.modal.clone(),
         reduced: reduced.clone(),
+        form,
         fingerprint: model.reduced_fingerprint,
         motion: Motion::rest(n),
         damping: Rayleigh::default(),
@@ -114,7 +119,7 @@ pub fn build(model: &Model) -> Result<Box<dyn Moves>> {
         constraint_work: 0.0,
         unconverged: 0,
         work: Work::default(),
-        newton: Newton::new(&reduced.energy),
+        newton: Newton::new(reduced.elastic(form)),
         rows: Rows::new(0, n),
         rings: vec![],
         next: zeros.clone(),
@@ -137,6 +142,11 @@ impl Reduced {
     fn bytes(&self) -> usize {
         let (n, rows) = (self.next.len(), self.rows.len());
         8 * (2 * n * n + 16 * n + rows * (2 * n + rows + 4))
+    }
+
+    /// E.
+    fn elastic(&self) -> &dyn Elastic {
+        self.reduced.elastic(self.form)
     }
 
     /// Whether positions and energies are numbers.
@@ -177,7 +187,7 @@ impl Reduced {
         if let Some((gradient, coriolis)) = acting.load.parts().1 {
             reduced.add_spin(gradient, coriolis, (q, q_dot), &mut probe.force);
         }
-        reduced.energy.gradient(q, probe.newton.scratch(), &mut probe.rates);
+        self.elastic().gradient(q, probe.newton.scratch(), &mut probe.rates);
         for (k, g) in probe.force.iter_mut().enumerate() {
             let field = |v: u32| with_fields!(&reduced.fields, fields => fields.at(k, v as usize));
             let held = |(v, [force, torque]): &Reaction| {
@@ -195,19 +205,27 @@ impl Reduced {
         probe.force
     }
 
-    fn plan_shell(&self) -> Part {
-        let (n, elements) = (self.reduced.n(), self.reduced.samples.len());
-        let (Work { hessians, gradients, shapes }, whence) =
-            if self.work.shapes > 0 { (self.work, AS_BEFORE) } else { (WORK, BEFORE_ANY) };
+    /// Operations of a Hessian, a gradient and a shape, and what they go by.
+    fn costs(&self) -> ([f64; 3], String) {
+        if let (Form::Polynomial, Some(polynomial)) = (self.form, &self.reduced.polynomial) {
+            let [shape, hessian] = polynomial.operations().map(|count| POLYNOMIAL * count);
+            return ([hessian, polynomial.n() as f64, shape], format!("and {} forms", polynomial.n_forms()));
+        }
         let counts = self.reduced.energy.operations();
         let of_one = |costs: [f64; 5]| -> f64 { counts.iter().zip(costs).map(|(count, cost)| count * cost).sum() };
+        let costs = [REDUCED_HESSIAN, REDUCED_GRADIENT, REDUCED_SHAPE].map(of_one);
+        (costs, format!("on {} elements", self.reduced.samples.len()))
+    }
+
+    fn plan_shell(&self) -> Part {
+        let n = self.reduced.n();
+        let (Work { hessians, gradients, shapes }, whence) =
+            if self.work.shapes > 0 { (self.work, AS_BEFORE) } else { (WORK, BEFORE_ANY) };
+        let ([hessian, gradient, shape], of) = self.costs();
         let factor = REDUCED_FACTOR * (n * n * n) as f64 / 6.0;
-        let operations = hessians as f64 * (of_one(REDUCED_HESSIAN) + factor)
-            + gradients as f64 * of_one(REDUCED_GRADIENT)
-            + shapes as f64 * of_one(REDUCED_SHAPE);
-        let reason = format!(
-            "{n} fields on {elements} elements; {hessians} Hessians, {gradients} gradients and {shapes} shapes {whence}"
-        );
+        let operations = hessians as f64 * (hessian + factor) + gradients as f64 * gradient + shapes as f64 * shape;
+        let reason =
+            format!("{n} fields {of}; {hessians} Hessians, {gradients} gradients and {shapes} shapes {whence}");
         let bytes = self.reduced.bytes() + self.bytes();
         Part { kind: PartKind::ReducedShell, active: true, bytes, operations, reason }
     }
@@ -215,7 +233,10 @@ impl Reduced {
 
 impl Moves for Reduced {
     fn method(&self) -> Method {
-        Method::ReducedShell
+        match self.form {
+            Form::Sampled => Method::ReducedShell,
+            Form::Polynomial => Method::PolynomialShell,
+        }
     }
 
     fn try_clone(&self) -> Result<Box<dyn Moves>> {
@@ -264,7 +285,7 @@ impl Moves for Reduced {
     }
 
     fn step_nanoseconds(&self) -> u64 {
-        self.reduced.step_nanoseconds()
+        self.reduced.step_nanoseconds(self.form)
     }
 
     fn unknowns(&self) -> [Vec<f64>; 2] {
@@ -361,7 +382,7 @@ impl Moves for Reduced {
 
     /// E and ½ q̇ᵀq̇.
     fn energies(&self) -> (f64, f64) {
-        let energy = &self.reduced.energy;
+        let energy = self.elastic();
         let kinetic: f64 = self.motion.q_dot.iter().map(|v| v * v).sum();
         (energy.value(&self.motion.q, &mut energy.scratch()), 0.5 * kinetic)
     }

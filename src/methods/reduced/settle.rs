@@ -31,7 +31,7 @@ impl Reduced {
             reduced.add_spin(gradient, coriolis, (&self.motion.q, &self.motion.q_dot), &mut self.force);
         }
         self.next.copy_from_slice(&self.motion.q);
-        reduced.energy.gradient(&self.motion.q, self.newton.scratch(), &mut self.rates);
+        reduced.elastic(self.form).gradient(&self.motion.q, self.newton.scratch(), &mut self.rates);
         let start = self.rates.clone();
         self.last.copy_from_slice(&self.next);
         let turned = self.holds_orientations();
@@ -57,7 +57,7 @@ impl Reduced {
                 let handles = (!self.rows.is_empty()).then_some(&self.rows);
                 let matrix = turned.then_some(&self.viscosity);
                 let potential = Potential { handles, matrix, ..Potential::of_load(load.as_slice()) };
-                end = self.newton.minimize(&reduced.energy, &potential, &mut self.next, stop);
+                end = self.newton.minimize(reduced.elastic(self.form), &potential, &mut self.next, stop);
                 iterations += end.iterations;
                 torque.copy_from(self.newton.multipliers());
                 let [moved, size] = [Some(&before), None].map(|from| {

@@ -121,6 +121,7 @@ impl Reduced {
         let Stage { h, tau, share, near, damped } = stage;
         let (reduced, alpha, mass) = (at.reduced, tau.recip(), self.damping.mass);
         let shift = alpha * (alpha + mass);
+        let energy = reduced.elastic(self.form);
         let turned = self.holds_orientations();
         let passes = if turned || load.spin_rate().is_some() { PASSES } else { 1 };
         let (mut converged, mut gained, mut size) = (true, [0.0; PASSES], 0.0);
@@ -145,11 +146,11 @@ impl Reduced {
             let handles = (!self.rows.is_empty()).then_some(&self.rows);
             let matrix = damped.then_some(&self.viscosity);
             let potential = Potential { shift, matrix, load: &self.load, handles };
-            if pass == 0 && !self.newton.is_lower(&reduced.energy, &potential, &self.next, &self.start) {
+            if pass == 0 && !self.newton.is_lower(energy, &potential, &self.next, &self.start) {
                 self.next.copy_from_slice(&self.start);
             }
             let stop = Stop { near: near || pass > 0, ..STEP };
-            converged = self.newton.minimize(&reduced.energy, &potential, &mut self.next, stop).converged;
+            converged = self.newton.minimize(energy, &potential, &mut self.next, stop).converged;
             *gained = self.next.iter().zip(&self.last).map(|(a, b)| (a - b).powi(2)).sum();
             size = self.next.iter().map(|q| q * q).sum();
             let moved: f64 = self.next.iter().zip(&self.start).map(|(next, q)| (next - q).powi(2)).sum();
@@ -179,7 +180,7 @@ impl Reduced {
         let zeta = self.damping.stiffness;
         let modal = self.modal_damping.iter().any(|c| *c > 0.0);
         if zeta > 0.0 {
-            reduced.energy.viscosity(&self.motion.q, self.newton.scratch(), &mut self.viscosity);
+            reduced.elastic(self.form).viscosity(&self.motion.q, self.newton.scratch(), &mut self.viscosity);
             self.viscosity *= zeta;
         } else if modal {
             self.viscosity.fill(0.0);
