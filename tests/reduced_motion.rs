@@ -2,6 +2,7 @@
 #![allow(missing_docs)]
 mod common;
 use common::*;
+use shellwarp::constraint::{Constraint, Target};
 use shellwarp::model::{Model, Options, Precision};
 use shellwarp::reduced;
 use shellwarp::state::{Damping, Method, State};
@@ -103,4 +104,35 @@ fn motion_is_of_second_order_wherever_loads_jump() {
             assert!(quarter < 0.005 && quarter < 0.3 * frame, "{name}, {what}: {quarter} after {frame}");
         }
     }
+}
+
+/// A spring pulls with its whole force in every part of a step: damped, the shell comes to the rest that the static solution has.
+#[test]
+fn a_shell_on_soft_handles_swings_to_their_equilibrium_and_stops() {
+    let model = beam();
+    let tip = model.shell.mesh.positions.len() - 1;
+    let held = || {
+        let mut state = State::new(model.clone(), Method::ReducedShell, Integrator::Exact).unwrap();
+        gravity(&mut state, -1.0);
+        let place = Target::Position(model.shell.mesh.positions[tip] + 0.1 * model.shell.mesh.size * Vec3::z());
+        let turn = Target::Orientation(nalgebra::UnitQuaternion::from_scaled_axis(Vec3::new(0.0, 0.2, 0.0)));
+        // About as soft as the beam: 1/(ω² m) of the slowest mode.
+        let soft = 1.0 / (model.modal.eigenvalues[0] * model.shell.total_mass);
+        let size = model.shell.mesh.size;
+        for (id, target, compliance) in [(1, place, soft), (2, turn, soft / (size * size))] {
+            state.set_constraint(Constraint { id, vertex: tip as u32, axes: [true; 3], compliance, target }).unwrap();
+        }
+        state
+    };
+    let mut still = held();
+    still.equilibrium().unwrap();
+    let mut moving = held();
+    let omega = model.modal.eigenvalues[0].sqrt();
+    moving.set_damping(&Damping { mass_coefficient: 2.0 * omega, ..Damping::default() }).unwrap();
+    (0..200).for_each(|_| moving.step(0.1 / omega).unwrap());
+    let apart = mass_error(&model.shell, &displacements(&moving), &displacements(&still));
+    let kinetic = moving.report().kinetic_energy / moving.report().elastic_energy;
+    println!("{:.1} % apart, kinetic over elastic energy {kinetic:.1e}", 100.0 * apart);
+    // A step ends at 1e-5 of the root of the loads' work: src/state/reduced.rs. e⁻²⁰ of the swing is left.
+    assert!(apart < 1e-4 && kinetic < 1e-8, "{apart} apart, kinetic over elastic energy {kinetic}");
 }

@@ -13,6 +13,25 @@ const DIFFERENCE: f64 = 1e-5;
 /// stretched three times over or its few fields know no smaller way; far beyond, a fold of no area catches the energy.
 const REACH: f64 = 2.0;
 
+/// How much of their way from q constraints are led. A spring that a step finds stretched acts whole in all of it.
+#[derive(Clone, Copy)]
+pub(super) struct Shares {
+    hard: f64,
+    soft: f64,
+}
+
+impl Shares {
+    /// Of the way in a step.
+    pub fn of_step(share: f64) -> Self {
+        Self { hard: share, soft: 1.0 }
+    }
+
+    /// Of the way to an equilibrium.
+    pub fn of_load(share: f64) -> Self {
+        Self { hard: share, soft: share }
+    }
+}
+
 /// The triangles at a vertex, from those made before or anew.
 pub(super) fn ring_of<'a>(rings: &'a mut Vec<(u32, Ring)>, shell: &Shell, vertex: u32) -> &'a Ring {
     let at = rings.iter().position(|(v, _)| *v == vertex).unwrap_or_else(|| {
@@ -37,11 +56,12 @@ impl Reduced {
 
     /// The constraints' rows about the next q: world axes of each vertex, and where they shall be at this share of the way from q; of
     /// an orientation its rotation vector to the target, to first order.
-    pub(super) fn set_rows(&mut self, at: At, share: f64) {
+    pub(super) fn set_rows(&mut self, at: At, shares: Shares) {
         let At { shell, reduced, pose } = at;
         let to_frame = pose.rotation.inverse();
         let mut row = 0;
         for (c, _) in self.constraints.report() {
+            let share = if c.compliance > 0.0 { shares.soft } else { shares.hard };
             let turn = match c.target {
                 Target::Position(_) => None,
                 Target::Orientation(world) => {
@@ -97,7 +117,7 @@ impl Reduced {
 
     /// Sets −Σ μ ∂²c/∂q², c the left sides of the constraints about the next q, by differences: their part of the Hessian under
     /// forces μ. In the room of the viscosity, which a step makes anew.
-    pub(super) fn set_curvature(&mut self, at: At, share: f64, force: &DVector<f64>) {
+    pub(super) fn set_curvature(&mut self, at: At, shares: Shares, force: &DVector<f64>) {
         let shell = at.shell;
         let step = DIFFERENCE * shell.mesh.size * shell.total_mass.sqrt();
         self.viscosity.fill(0.0);
@@ -105,7 +125,7 @@ impl Reduced {
             let here = self.next[k];
             for side in [step, -step] {
                 self.next[k] = here + side;
-                self.set_rows(at, share);
+                self.set_rows(at, shares);
                 self.viscosity.column_mut(k).gemv(-0.5 / side, &self.rows.jacobian, force, 1.0);
             }
             self.next[k] = here;

@@ -1,5 +1,6 @@
 //! The equilibrium of the reduced shell: the load is led in shares, orientations in rounds about the last shape.
 
+use super::rows::Shares;
 use super::{At, Reduced};
 use crate::methods::Acting;
 use crate::reduced::{End, Potential, Stop};
@@ -50,10 +51,10 @@ impl Reduced {
                 let before = self.next.clone();
                 let mut load = DVector::from_column_slice(&self.load);
                 if turned {
-                    self.set_curvature(at, share, &torque);
+                    self.set_curvature(at, Shares::of_load(share), &torque);
                     load.gemv(1.0, &self.viscosity, &DVector::from_column_slice(&before), 1.0);
                 }
-                self.set_rows(at, share);
+                self.set_rows(at, Shares::of_load(share));
                 let handles = (!self.rows.is_empty()).then_some(&self.rows);
                 let matrix = turned.then_some(&self.viscosity);
                 let potential = Potential { handles, matrix, ..Potential::of_load(load.as_slice()) };
@@ -67,7 +68,7 @@ impl Reduced {
                 // Rounding of the fields' numbers ends what rounds gain; one that gains nothing before is taken half the way.
                 let stalled = moved > STALLED * last_moved;
                 let ended = stalled && moved <= ROUNDED * size && {
-                    self.set_rows(at, share);
+                    self.set_rows(at, Shares::of_load(share));
                     self.missing_turn_of_rows() <= ROUNDED
                 };
                 changed = turned && moved > stop.tolerance * size && !ended;

@@ -13,6 +13,7 @@
 //!
 //! Damping is ξI + ζ Bᵀ(Σ b bᵀ)B with the strain rows b of the shape at the start of the step, and 2 ratio √λ on the modes.
 
+use super::rows::Shares;
 use super::{At, Motion, Reduced};
 use crate::load::BodyLoad;
 use crate::methods::Acting;
@@ -81,7 +82,7 @@ impl Reduced {
             return Ok((false, 0.0));
         }
         let work = ONWARD * self.work_of_constraints();
-        self.set_rows(at, 1.0);
+        self.set_rows(at, Shares::of_step(1.0));
         self.start.copy_from_slice(&self.next);
         let Motion { q, q_dot } = &self.motion;
         let [places, rates] = &mut self.from;
@@ -111,7 +112,7 @@ impl Reduced {
         self.from[1].copy_from_slice(q_dot);
         self.start.copy_from_slice(q);
         self.next.copy_from_slice(q);
-        self.set_rows(at, stage.share);
+        self.set_rows(at, Shares::of_step(stage.share));
         let Motion { q, q_dot } = &self.motion;
         (0..q.len()).for_each(|k| self.next[k] = q[k] + stage.tau * q_dot[k]);
     }
@@ -128,7 +129,7 @@ impl Reduced {
         for (pass, gained) in gained[..passes].iter_mut().enumerate() {
             self.last.copy_from_slice(&self.next);
             if turned && pass > 0 {
-                self.set_rows(at, share);
+                self.set_rows(at, Shares::of_step(share));
             }
             let [places, rates] = &self.from;
             let (_, spin) = load.parts();
