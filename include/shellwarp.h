@@ -1376,9 +1376,10 @@ typedef struct SwCertificate {
 // Estimates what a state gets wrong against the full nonlinear shell, under the loads, constraints
 // and frame as they are now, by a few Newton steps of the full shell from the present pose. At rest
 // that is the error of the equilibrium; where the full shell has several, as one that buckles, it
-// is the distance to the one that these steps lead to, and another may be far. In motion the
-// inertia and damping that the method has are taken for right: it is what its forces get wrong at
-// this moment, not what has added up. Rigid motions that supports and constraints leave free do not
+// is the distance to the one that these steps lead to, and another may be far. That one is stable:
+// a column that a method keeps upright counts as far off as it would fall. In motion the inertia
+// and damping that the method has are taken for right: it is what its forces get wrong at this
+// moment, not what has added up. Rigid motions that supports and constraints leave free do not
 // count. What a hard constraint misses of its target counts, also before a step. Wind follows the
 // shell. A state of a nonlinear shell gets zeros.
 //

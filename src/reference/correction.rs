@@ -19,6 +19,9 @@ pub const CORRECTED: f64 = 1e-6;
 const ROUNDS: usize = 20;
 const SETTLED: f64 = 0.01;
 
+/// Balances that are no minimum, on the way to one, at most.
+const FALLS: usize = 8;
+
 /// A way shorter than this, in sizes, is none.
 const NOWHERE: f64 = 1e-12;
 
@@ -32,6 +35,8 @@ pub struct Load<'a> {
     pub held: f64,
     /// About the forces that set in motion what nothing holds.
     pub moving: f64,
+    /// Whether the shell stands still: then only a stable equilibrium will do. A moving one may pass others.
+    pub still: bool,
 }
 
 /// The way to an equilibrium.
@@ -68,7 +73,7 @@ impl Solver {
             }
             free.balance(&shell, &self.x, &mut forces);
             self.handles.pin(&free.pins(&self.x), &self.x);
-            let [from, to] = self.approach(&forces, scale, solves)?;
+            let [from, to] = self.approach((&forces, scale), solves, load.still.then_some(&first))?;
             free.align(&shell, &mut self.x, &first);
             found.force = [if round == 0 { from } else { found.force[0] }, to];
             let gone = mass_norm(&shell, |v| self.x[v] - before[v]);
@@ -88,8 +93,14 @@ impl Solver {
         Ok(found)
     }
 
-    /// From `self.x` to the equilibrium under dead `forces`; what is left of them at the start and at the end, relative to `scale`.
-    fn approach(&mut self, forces: &[Vec3], scale: f64, solves: usize) -> Result<[f64; 2]> {
+    /// From `self.x` to the equilibrium under dead forces; what is left of them at the start and at the end, relative to `scale`. From a
+    /// balance that is no minimum it goes on to one, on the side of `from`, if given.
+    fn approach(
+        &mut self,
+        (forces, scale): (&[Vec3], f64),
+        solves: usize,
+        from: Option<&Vec<Vec3>>,
+    ) -> Result<[f64; 2]> {
         self.origin.copy_from_slice(&self.x);
         let Self { shell, newton, origin, x, force, handles, .. } = self;
         let scale = scale.max(f64::MIN_POSITIVE);
@@ -99,17 +110,25 @@ impl Solver {
             Potential { handles, ..plain }.gradient(x, force);
             free_norm(shell, force)
         };
-        let before = left(handles, x, force);
-        let (after, scale) = if handles.is_away(x) {
-            continuation::step(newton, handles, &plain, x, stop)?;
-            let held = left(&Handles::none(), x, force);
-            (left(handles, x, force), scale.hypot(held))
-        } else {
-            let end = newton.minimize(&Potential { handles, ..plain }, x, stop, &mut |_| Ok(()))?;
-            let ahead = if end.converged { None } else { newton.return_to_mark(x) };
-            (ahead.unwrap_or(end.residual * scale), scale)
-        };
-        Ok([before, after].map(|force| force / scale))
+        let before = left(handles, x, force) / scale;
+        for _ in 0..=FALLS {
+            let (after, scale) = if handles.is_away(x) {
+                continuation::step(newton, handles, &plain, x, stop)?;
+                let held = left(&Handles::none(), x, force);
+                (left(handles, x, force), scale.hypot(held))
+            } else {
+                let end = newton.minimize(&Potential { handles, ..plain }, x, stop, &mut |_| Ok(()))?;
+                let ahead = if end.converged { None } else { newton.return_to_mark(x) };
+                (ahead.unwrap_or(end.residual * scale), scale)
+            };
+            let ends = |_: &&Vec<Vec3>| after <= CORRECTED * scale && handles.share() == 1.0;
+            let potential = Potential { handles, ..plain };
+            match from.filter(ends) {
+                Some(from) if newton.leave_saddle(&potential, x, from)? => continue,
+                _ => return Ok([before, after / scale]),
+            }
+        }
+        Ok([before, 1.0])
     }
 }
 

@@ -8,6 +8,8 @@
 //! makes many small steps. But the next Newton step takes the stretch out again. So steps may raise Φ a few times in a row as
 //! long as Φ then falls below where it was (the watchdog of Chamberlain et al. 1982); if not, back to there and search.
 
+mod stability;
+
 use super::free_norm;
 use super::noise::Noise;
 use super::potential::Potential;

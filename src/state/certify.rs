@@ -8,6 +8,9 @@
 //! estimate of the error. At rest a = 0 and δ is the error against the full shell's equilibrium, as far as the steps get. In motion it
 //! is what the method's forces get wrong at this moment, not what has added up since the start.
 //!
+//! A balance may be unstable. A shell that stands on one would fall, so δ then leads on to the stable equilibrium that it falls to. One
+//! that moves may pass it, as its inertia is part of the balance, and δ ends there.
+//!
 //! Rigid motions that nothing holds are no part of it ([`crate::reference`]'s `free_motion`): inertia answers them. Hard handles are led to
 //! their targets, and wind follows the shape.
 //!
@@ -35,6 +38,9 @@ const MET: f64 = 1e-6;
 
 /// Of the loads and the handles' forces, what is left at an equilibrium, at most.
 const BALANCED: f64 = 1e-3;
+
+/// A shell stands still whose inertia is this part of its loads, and which the slowest mode moves by this part of its way in a radian, at most.
+const STILL: f64 = 1e-3;
 
 /// A method is outside what it was made for when it gets more than this share of the displacement wrong: what the warp does by its own
 /// error at [`super::ROTATION_RANGE`].
@@ -93,7 +99,8 @@ impl State {
                 solver.set_handles(*self.frame.pose.rotation.inverse().to_rotation_matrix().matrix(), handles, &u)?;
                 let reactions = self.reactions().iter().map(|(_, [pull, _])| pull.norm_squared()).sum::<f64>().sqrt();
                 let at = |u: &[Vec3]| less(self.loads_at(u, &rate));
-                let load = Load { at: &at, follows: self.loads.needs_motion(), held: reactions, moving };
+                let still = self.is_still(&u, &rate, &inertia, moving.hypot(reactions));
+                let load = Load { at: &at, follows: self.loads.needs_motion(), held: reactions, moving, still };
                 let found = solver.correct(&u, &load, SOLVES)?;
                 let end: Vec<Vec3> =
                     shell.mesh.positions.iter().zip(&u).zip(&found.way).map(|((x, u), d)| x + u + d).collect();
@@ -214,6 +221,14 @@ impl State {
         let mut standing = true;
         self.motion.visit_motion(&mut |_, _, rate| standing &= rate == Vec3::zeros());
         standing
+    }
+
+    /// Whether inertia and speed are too small to tell from rest, beside `loads` and the slowest mode's.
+    fn is_still(&self, u: &[Vec3], rate: &[Vec3], inertia: &[Vec3], loads: f64) -> bool {
+        let (shell, modal) = (&self.model.shell, &self.model.modal);
+        let slowest = modal.eigenvalues.iter().find(|lambda| **lambda > 0.0).map_or(0.0, |lambda| lambda.sqrt());
+        let speed = norm(shell, |v| rate[v]);
+        free_norm(shell, inertia) <= STILL * loads && speed <= STILL * slowest * norm(shell, |v| u[v])
     }
 
     /// Whether this state, with what it gets wrong, is no further from the full shell than the warp.
