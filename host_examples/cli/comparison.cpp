@@ -61,7 +61,8 @@ void add_case(const Scene &scene, const Mesh &mesh, const shellwarp::Model &mode
 }
 
 std::string shape_name(const Scene &scene, const ComparisonRow &row) {
-  return row.found ? scene.name + "_" + std::to_string(row.case_number) + "_" + host::method_name(row.method) + ".obj" : "";
+  return row.found ? scene.name + "_" + std::to_string(row.case_number) + "_" + host::method_name(row.method) + ".obj"
+                   : "";
 }
 
 using Column = std::function<double(const ComparisonRow &)>;
@@ -89,7 +90,8 @@ void judge_numbers(const ComparisonRun &run, const ComparisonNumbers &expected, 
     if (expected.reference.empty()) continue;
     if (expected.reference.size() != rows.size())
       return judge.sentences.push_back(format("%s: %zu reference numbers of %s for %zu equilibria", what,
-                                              expected.reference.size(), host::method_name(expected.method), rows.size()));
+                                              expected.reference.size(), host::method_name(expected.method),
+                                              rows.size()));
     const double reference = expected.reference[k];
     judge.within(where.c_str(), column(*rows[k]), Range{reference - tolerance, reference + tolerance});
   }

@@ -220,7 +220,8 @@ CLI::Validator whole() {
 std::string methods_in_words() {
   std::string words;
   for (const uint32_t method : host::methods())
-    words += (words.empty() ? "" : "; ") + std::string(host::method_name(method)) + " (" + sw_method_label(method) + ")";
+    words +=
+        (words.empty() ? "" : "; ") + std::string(host::method_name(method)) + " (" + sw_method_label(method) + ")";
   return words;
 }
 

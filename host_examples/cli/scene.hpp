@@ -6,6 +6,7 @@
 #include "handle_motion.hpp"
 #include "loads.hpp"
 #include "mesh.hpp"
+#include "method.hpp"
 #include "skeleton.hpp"
 
 #include <array>
@@ -99,7 +100,7 @@ struct Scene {
   std::vector<Support> supports;
   uint32_t modes = 0;  // 0 = the library's default
   bool double_precision = false;
-  uint32_t method = SW_METHOD_WARP;
+  uint32_t method = host::kDefaultMethod;
   Reduced reduced;
   double auto_error = 0, auto_operations = 0;  // of the method "auto": SwPrecomputeDesc; 0 and 0 = as accurate as there is
   bool sagged = false;     // linearised where it hangs at rest under gravity; starts there

@@ -138,7 +138,8 @@ void print_choice(const std::vector<SwFrontPoint> &front) {
   heading("choice of the method: error, operations of a step");
   for (const SwFrontPoint &p : front)
     std::printf("  %c %-*s%-8s %11s %11s %12.0f\n", p.chosen ? '*' : ' ', host::widest_method_name(),
-                host::method_name(p.method), p.sagged ? " sagged" : "", p.fields ? (count(p.fields) + " fields").c_str() : "",
+                host::method_name(p.method), p.sagged ? " sagged" : "",
+                p.fields ? (count(p.fields) + " fields").c_str() : "",
                 p.failed ? "failed" : format("%.4g", p.error).c_str(), p.operations);
 }
 

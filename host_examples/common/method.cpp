@@ -53,9 +53,7 @@ bool moves_by_modes(uint32_t method) {
   return method == SW_METHOD_LMA || sw_method_needs(method) == SW_NEEDS_ROTATIONS;
 }
 
-bool is_full_shell(uint32_t method) {
-  return method != SW_METHOD_LMA && sw_method_needs(method) == SW_NEEDS_MODES;
-}
+bool is_full_shell(uint32_t method) { return method != SW_METHOD_LMA && sw_method_needs(method) == SW_NEEDS_MODES; }
 
 SwDampingDesc damping(uint32_t method, const double &ratio, double mass, double stiffness, double slowest) {
   SwDampingDesc desc = shellwarp::damping_desc();

@@ -25,17 +25,21 @@ int widest_method_name();
 bool needs_fields(uint32_t method);
 bool needs_choice(uint32_t method);
 
+// What hosts take unless told otherwise, Houdini and Blender too, which cannot read it here.
+constexpr uint32_t kDefaultMethod = SW_METHOD_WARP;
+
 // reduced_fields where a host says none, as SwPrecomputeDesc suggests.
 constexpr uint32_t kFields = 40;
 
-// The table does not say how a method moves. Two facts follow from what it needs, with one exception. A method that needs no more
-// than modes is the full shell, vertex by vertex, except linear modal analysis. That one, and those that need rotations, move
-// by modes.
+// The table does not say how a method moves. Two facts follow from what it needs, with one exception. A method that
+// needs no more than modes is the full shell, vertex by vertex, except linear modal analysis. That one, and those that
+// need rotations, move by modes.
 bool moves_by_modes(uint32_t method);
 bool is_full_shell(uint32_t method);
 
-// Damping by a share of the critical, beside that by mass and stiffness. The full shell has no modes to damp one by one: it gets the
-// mass damping at which its slowest mode, `slowest` in Hz, has that share. `ratio` must outlive the descriptor.
+// Damping by a share of the critical, beside that by mass and stiffness. The full shell has no modes to damp one by
+// one: it gets the mass damping at which its slowest mode, `slowest` in Hz, has that share. `ratio` must outlive the
+// descriptor.
 SwDampingDesc damping(uint32_t method, const double &ratio, double mass, double stiffness, double slowest);
 
 }  // namespace host

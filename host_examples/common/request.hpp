@@ -33,9 +33,9 @@ struct Stiffness {
 
 // What the model is made of; a change of any of it is a new precompute, but of the method only where the two need different models.
 struct Build {
-  uint32_t method = SW_METHOD_WARP;   // SW_METHOD_..., any of the library's table
+  uint32_t method = kDefaultMethod;   // SW_METHOD_..., any of the library's table
   uint32_t reduced_fields = kFields;  // of methods that need fields, and of a choice
-  double auto_error = 0;              // of a choice: the largest error that will do, in the object's space; 0 = the most accurate
+  double auto_error = 0;  // of a choice: the largest error that will do, in the object's space; 0 = the most accurate
   std::vector<uint32_t> held;  // vertices that do not move in the object's space
   bool clamped = true;         // with their slope, or hinged
   uint32_t modes = 16;         // 1 to 1024

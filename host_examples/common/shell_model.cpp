@@ -108,7 +108,8 @@ void require_method(uint32_t method) {
   std::string names;
   for (const uint32_t known : methods())
     names += (names.empty() ? "" : ", ") + number(uint64_t(known)) + " " + method_name(known);
-  throw HostError("the method is number " + number(uint64_t(method)) + ", which this library does not have; it has " + names);
+  throw HostError("the method is number " + number(uint64_t(method)) + ", which this library does not have; it has " +
+                  names);
 }
 
 void require_positive(const char *name, double value) {
@@ -163,8 +164,8 @@ void check_build(const Mesh &mesh, const Build &build) {
   require(build.modes >= 1 && build.modes <= 1024, "the number of modes", build.modes, "1 to 1024");
   require_method(build.method);
   require(build.reduced_fields >= 1, "the number of reduced fields", build.reduced_fields, "1 or above");
-  require(build.auto_error >= 0 && std::isfinite(build.auto_error), "the error of the automatic choice", build.auto_error,
-          "0 or above");
+  require(build.auto_error >= 0 && std::isfinite(build.auto_error), "the error of the automatic choice",
+          build.auto_error, "0 or above");
   const Stiffness &s = build.stiffness;
   if (s.by == Stiffness::By::frequency) {
     require_positive("the frequency", s.frequency);

@@ -32,7 +32,9 @@ public:
   const std::vector<double> &rest() const { return rest_; }  // n x 3
   uint32_t n_points() const { return static_cast<uint32_t>(rest_.size() / 3); }
   bool floats() const { return floats_; }  // nothing holds it
-  double slowest() const { return slowest_; }  // Hz of the slowest mode that swings, in the library's seconds; 0 where none does
+  double slowest() const {
+    return slowest_;
+  }  // Hz of the slowest mode that swings, in the library's seconds; 0 where none does
 
   // Seconds of the library's clock in one of the scene's. Throws HostError where no mode swings.
   double clock(const Stiffness &stiffness) const;

@@ -33,7 +33,8 @@ void check_motion(const Request &request) {
   const Motion &m = request.motion;
   require(m.damping_ratio >= 0 && m.damping_ratio <= 1e6,
           "the damping ratio is " + number(m.damping_ratio) + "; it must be 0 or above");
-  require(m.damping_mass >= 0 && m.damping_mass <= 1e6, "the mass damping is " + number(m.damping_mass) + "; it must be 0 or above");
+  require(m.damping_mass >= 0 && m.damping_mass <= 1e6,
+          "the mass damping is " + number(m.damping_mass) + "; it must be 0 or above");
   require(m.frame_rate > 0 && m.frame_rate <= 1e6,
           "the frame rate is " + number(m.frame_rate) + "; it must be above 0");
   require(std::isfinite(request.time) && std::isfinite(m.start_time), "the time is not finite");

@@ -97,7 +97,7 @@ MStatus create_clock_and_loads() {
 MStatus create_method() {
   MStatus status;
   MFnEnumAttribute fn;
-  Node::method = fn.create("method", "mth", SW_METHOD_WARP, &status);
+  Node::method = fn.create("method", "mth", host::kDefaultMethod, &status);
   CHECK_MSTATUS_AND_RETURN_IT(status);
   for (const uint32_t method : host::methods()) fn.addField(sw_method_label(method), static_cast<short>(method));
   fn.setKeyable(false);
@@ -195,30 +195,11 @@ MStatus create_handles() {
 
 // Children come with their parents; but each of them must be declared to affect the output by itself.
 MStatus ShellWarpNode::addAttributes() {
-  const MObject parents[] = {time,
-                             startFrame,
-                             gravity,
-                             stiffnessFrom,
-                             frequency,
-                             thickness,
-                             kBend,
-                             kStretch,
-                             density,
-                             dampingRatio,
-                             dampingMass,
-                             modes,
-                             doublePrecision,
-                             method,
-                             reducedFields,
-                             autoError,
-                             integrator,
-                             certify,
-                             supportKind,
-                             supportComponents,
-                             supportWeightList,
-                             frameFrom,
-                             supportFrame,
-                             handles};
+  const MObject parents[] = {
+      time,          startFrame,   gravity,      stiffnessFrom, frequency,   thickness,         kBend,
+      kStretch,      density,      dampingRatio, dampingMass,   modes,       doublePrecision,   method,
+      reducedFields, autoError,    integrator,   certify,       supportKind, supportComponents, supportWeightList,
+      frameFrom,     supportFrame, handles};
   const MObject children[] = {gravityX,     gravityY,       gravityZ,          supportWeights,  handleVertex,
                               handleTarget, handlePosition, handleOrientation, handleCompliance};
   MStatus status;

@@ -777,7 +777,8 @@ void the_verdict_says_how_far_off_the_last_frame_is() {
   CHECK(cli::verdict(run).find("about 45 % off the full nonlinear shell; use --method") != std::string::npos);
   found.remaining = 0.5;
   CHECK(cli::verdict(run).find("roughly") != std::string::npos);
-  CHECK(cli::verdict(run).find("reduced-shell") != std::string::npos && cli::verdict(run).find(" or shell-implicit") != std::string::npos);
+  CHECK(cli::verdict(run).find("reduced-shell") != std::string::npos &&
+        cli::verdict(run).find(" or shell-implicit") != std::string::npos);
   found.method = SW_METHOD_REDUCED_SHELL;
   CHECK(cli::verdict(run).find("use --method shell-implicit") != std::string::npos);
   found.method = SW_METHOD_SHELL_IMPLICIT;
@@ -812,8 +813,8 @@ void a_comparison_takes_the_methods_of_the_library() {
     keys += word + "_error = [0, 1]\n";
   }
   const cli::Scene scene = cli::read_scene(
-      write_file("compared.toml", "mesh = 'a.obj'\n[simulation]\ngravity = [0, 0, -1]\n[comparison]\nmethods = [" + list +
-                                      "]\ngravities = [1]\n[expect]\n" + keys));
+      write_file("compared.toml", "mesh = 'a.obj'\n[simulation]\ngravity = [0, 0, -1]\n[comparison]\nmethods = [" +
+                                      list + "]\ngravities = [1]\n[expect]\n" + keys));
   CHECK(scene.comparison->methods.size() == sw_method_count() - 3);
   CHECK(scene.comparison->expect.errors.size() == sw_method_count() - 3);
 }
@@ -928,7 +929,8 @@ void mistakes_in_scenes_are_located() {
       {"mesh = 'a.obj'\n[[force]]\nvertex = 0\n", "bad.toml:2:", "vector is missing"},
       {"mesh = 'a.obj'\n[wind]\ndensity = 1\n", "bad.toml:2:", "velocity is missing"},
       {"mesh = 'a.obj'\n[wind]\nvelocity = [1, 0, 0]\ndensity = -1\n", "bad.toml:4:", "must not be negative"},
-      {"mesh = 'a.obj'\n[comparison]\nmethods = ['shell-implicit']\ngravities = [1]\n", "bad.toml:3:", "some of warp, warp-virtual-work"},
+      {"mesh = 'a.obj'\n[comparison]\nmethods = ['shell-implicit']\ngravities = [1]\n",
+       "bad.toml:3:", "some of warp, warp-virtual-work"},
       {"mesh = 'a.obj'\n[comparison]\nmethods = ['lma']\n", "bad.toml:2:", "gravities is missing"},
       {"mesh = 'a.obj'\n[comparison]\nmethods = ['lma']\ngravities = [2, 1]\n",
        "bad.toml:4:", "must be above 0 and ascend"},

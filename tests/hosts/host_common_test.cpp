@@ -296,16 +296,11 @@ void what_makes_the_model_builds_and_what_moves_it_does_not() {
       [](Request &r) { r.build.stiffness.by = host::Stiffness::By::material; },
   };
   const std::function<void(Request &)> moves[] = {
-      [](Request &r) { r.build.stiffness.frequency = 3; },
-      [](Request &r) { r.build.method = SW_METHOD_LMA; },
-      [](Request &r) { r.build.reduced_fields = 7; },
-      [](Request &r) { r.build.auto_error = 0.1; },
-      [](Request &r) { r.motion.implicit_euler = true; },
-      [](Request &r) { r.motion.damping_ratio = 0.5; },
-      [](Request &r) { r.motion.damping_mass = 1; },
-      [](Request &r) { r.inputs.gravity[1] = 1; },
-      [](Request &r) { r.mesh.points[30] += 0.01; },
-      [](Request &r) { r.build.stiffness.bend = 7; },
+      [](Request &r) { r.build.stiffness.frequency = 3; }, [](Request &r) { r.build.method = SW_METHOD_LMA; },
+      [](Request &r) { r.build.reduced_fields = 7; },      [](Request &r) { r.build.auto_error = 0.1; },
+      [](Request &r) { r.motion.implicit_euler = true; },  [](Request &r) { r.motion.damping_ratio = 0.5; },
+      [](Request &r) { r.motion.damping_mass = 1; },       [](Request &r) { r.inputs.gravity[1] = 1; },
+      [](Request &r) { r.mesh.points[30] += 0.01; },       [](Request &r) { r.build.stiffness.bend = 7; },
   };
   const auto builds_after = [](const std::function<void(Request &)> &change) {
     ShellRunner runner;
@@ -351,7 +346,9 @@ void every_method_of_the_table_moves_the_shell() {
     request.motion.damping_mass = 1;
     // The explicit shell bears steps of 1e-4 s here, as the strip's fastest mode tells.
     if (method == SW_METHOD_SHELL_EXPLICIT) request.motion.frame_rate = 1e4;
-    const std::string refusal = failure([&] { for (int k = 0; k <= 3; ++k) runner.evaluate(at_frame(request, k)); });
+    const std::string refusal = failure([&] {
+      for (int k = 0; k <= 3; ++k) runner.evaluate(at_frame(request, k));
+    });
     if (!refusal.empty()) {
       printf("   %s: %s\n", host::method_name(method), refusal.c_str());
       CHECK(contains(refusal, "not supported: "));
@@ -381,8 +378,10 @@ void a_method_that_cannot_be_had_is_told_and_the_last_shape_stays() {
   };
   refused([](Request &r) { r.build.method = 1234; }, "number 1234, which this library does not have; it has 1 warp, ");
   refused([](Request &r) { r.build.method = 0; }, "number 0, which");
-  refused([](Request &r) { r.build.method = SW_METHOD_REDUCED_SHELL, r.build.held.clear(); }, "must be held so that nothing moves freely");
-  refused([](Request &r) { r.build.method = SW_METHOD_REDUCED_SHELL, r.build.reduced_fields = 0; }, "reduced fields is 0");
+  refused([](Request &r) { r.build.method = SW_METHOD_REDUCED_SHELL, r.build.held.clear(); },
+          "must be held so that nothing moves freely");
+  refused([](Request &r) { r.build.method = SW_METHOD_REDUCED_SHELL, r.build.reduced_fields = 0; },
+          "reduced fields is 0");
   refused([](Request &r) { r.build.method = SW_METHOD_AUTO, r.inputs.gravity = {}; }, "needs the scene's gravity");
   refused([](Request &r) { r.build.method = SW_METHOD_AUTO, r.build.auto_error = -1; }, "automatic choice is -1");
   runner.evaluate(at_frame(request, 3));

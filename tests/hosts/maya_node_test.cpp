@@ -311,7 +311,8 @@ void every_attribute_changes_the_result() {
   CHECK(changes(nothing, number("doublePrecision", 1)));
   CHECK(changes(nothing, number("method", SW_METHOD_LMA)));
   CHECK(changes([](Scene &s) { s.node.set("method", SW_METHOD_REDUCED_SHELL); }, number("reducedFields", 3)));
-  CHECK(changes([](Scene &s) { s.node.set("method", SW_METHOD_AUTO), s.node.set("reducedFields", 6); }, number("autoError", 1e9)));
+  CHECK(changes([](Scene &s) { s.node.set("method", SW_METHOD_AUTO), s.node.set("reducedFields", 6); },
+                number("autoError", 1e9)));
   CHECK(changes(nothing, number("integrator", 1)));
   CHECK(changes(nothing, number("supportKind", 1)));
   CHECK(changes(nothing, [](Scene &s) { s.node.set_components("supportComponents", {60, 61, 62}); }));

@@ -19,6 +19,7 @@ CONSTANTS = {name: number for name, number in vars(shellwarp.abi).items() if nam
 # By file: the methods that it names, and why it may.
 REASONS = {
     "python/shellwarp/_abi.py": "made from the header, where every method has its constant",
+    "python/shellwarp/method.py": "the default, and linear modal analysis, the one of which the needs do not tell how it moves",
     "cli/comparison.cpp": "the expectation warp_below_lma is about these two; the full shell is what all are compared with",
 }
 
@@ -77,6 +78,17 @@ class Tables(unittest.TestCase):
                 ("a.py", f'"""Takes "{first.name}" or "{second.name}"."""\nDEFAULT = "{first.name}"', 1)]:
             with self.subTest(text=text):
                 self.assertEqual(len(methods_in(Path(name), text)), count)
+
+
+class Default(unittest.TestCase):
+    def test_every_host_takes_the_same_method_unless_told_otherwise(self):
+        def found(path, pattern):
+            return re.search(pattern, (HOSTS / path).read_text(encoding="utf-8"))[1]
+
+        default = shellwarp.method.find(shellwarp.method.DEFAULT)
+        self.assertEqual(CONSTANTS[found("common/method.hpp", r"kDefaultMethod = (SW_METHOD_\w+);")], default.number)
+        self.assertEqual(found("houdini/SOP_ShellWarp.cpp", r'name "method" .* type string default { "([a-z-]+)" }'), default.name)
+        self.assertEqual(int(found("blender/addon/properties.py", r"default=(\d+), options=NOT_KEYED, items=methods")), default.number)
 
 
 class Names(unittest.TestCase):

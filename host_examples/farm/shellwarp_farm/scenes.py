@@ -8,6 +8,8 @@ import re
 import tomllib
 from pathlib import Path
 
+from shellwarp.method import DEFAULT
+
 from .errors import SceneError
 
 MATERIAL = {"k_area", "k_length", "k_bend", "density"}
@@ -28,7 +30,7 @@ SHOT = {"name", "frames", "after", "start", "simulation", "damping", "wind", "fr
 TOP = {"title", "up_axis", "formats", "seeds", "asset", "shot", "parameters", "sweep"}
 FORMATS = ("pc2", "usd")
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]*")
-DEFAULTS = {"modes": 16, "precision": "f32", "method": "warp", "integrator": "implicit-euler", "frame_rate": 30.0,
+DEFAULTS = {"modes": 16, "precision": "f32", "method": DEFAULT, "integrator": "implicit-euler", "frame_rate": 30.0,
             "steps_per_frame": 1, "gravity": [0, 0, 0], "reduced_fields": 0, "auto_error": 0.0, "auto_operations": 0.0}
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from . import _abi, _library
 from .errors import InvalidArgumentError
 
+DEFAULT = "warp"   # what states and hosts take unless told otherwise
 FIELDS = 40   # reduced_fields where a host says none, as SwPrecomputeDesc suggests
 
 

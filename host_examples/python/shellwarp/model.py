@@ -8,7 +8,7 @@ from . import _abi, _arrays, _library
 from ._handle import Handle
 from ._values import as_dict, choice, uint32
 from .errors import CancelledError, UnsupportedError
-from .method import methods
+from .method import DEFAULT, methods
 from .state import AXES, State
 
 PRECISIONS = {"f32": _abi.SW_PRECISION_F32, "f64": _abi.SW_PRECISION_F64, "i16": _abi.SW_PRECISION_I16}
@@ -144,7 +144,7 @@ class Model(Handle):
             return str(error)
         return ""
 
-    def state(self, method="warp", integrator="implicit-euler"):
+    def state(self, method=DEFAULT, integrator="implicit-euler"):
         """A new State at rest."""
         return State(self, method, integrator)
 

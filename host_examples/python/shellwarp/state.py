@@ -8,7 +8,7 @@ from . import _abi, _arrays, _library
 from ._handle import Handle
 from ._values import as_dict, choice, uint32
 from .errors import InvalidArgumentError
-from .method import methods
+from .method import DEFAULT, methods
 
 INTEGRATORS = {"implicit-euler": _abi.SW_INTEGRATOR_IMPLICIT_EULER, "exact": _abi.SW_INTEGRATOR_EXACT}
 SPACES = {"world": _abi.SW_SPACE_WORLD, "frame": _abi.SW_SPACE_FRAME}
@@ -25,7 +25,7 @@ class State(Handle):
 
     _destroyer = "sw_state_destroy"
 
-    def __init__(self, model, method="warp", integrator="implicit-euler"):
+    def __init__(self, model, method=DEFAULT, integrator="implicit-euler"):
         desc = _library.initialised(_abi.SwStateDesc)
         desc.method, desc.integrator = choice(methods(), method, "method"), choice(INTEGRATORS, integrator, "integrator")
         pointer = POINTER(_abi.SwState)()

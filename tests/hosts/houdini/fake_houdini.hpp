@@ -240,7 +240,8 @@ enum PRM_ChoiceListType { PRM_CHOICELIST_SINGLE = 0x1002 };
 
 class PRM_ChoiceList {
 public:
-  PRM_ChoiceList(PRM_ChoiceListType, PRM_Name *names) : names_(names) {}  // ends with a name without token; kept, not copied
+  PRM_ChoiceList(PRM_ChoiceListType, PRM_Name *names)
+      : names_(names) {}  // ends with a name without token; kept, not copied
   PRM_Name *choiceNamesPtr() { return names_; }
 
 private:
