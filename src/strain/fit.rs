@@ -58,9 +58,11 @@ impl Fit {
             let own = |i: usize| if fit.is_apart(modal, candidates[i]) { RIGID * RIGID } else { 0.0 };
             let squares: Vec<f64> =
                 rest.iter().enumerate().map(|(i, column)| area(i) * (norm(column) + own(i))).collect();
-            fit.left = (squares.iter().sum::<f64>() / all).sqrt();
+            let of_remainders = |(i, column): (usize, &Vec<f64>)| area(i) * norm(&column[..9 * POSES]);
+            fit.left = (rest.iter().enumerate().map(of_remainders).sum::<f64>() / all).sqrt();
+            let left = (squares.iter().sum::<f64>() / all).sqrt(); // with rigid motions that have no samples yet
             let worst = (0..squares.len()).fold(0, |best, i| if squares[i] > squares[best] { i } else { best });
-            if fit.left.is_nan() || fit.left <= tolerance {
+            if left.is_nan() || left <= tolerance {
                 break;
             }
             if fit.is_apart(modal, candidates[worst]) {
