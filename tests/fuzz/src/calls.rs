@@ -154,6 +154,29 @@ impl Play<'_> {
         unsafe { sw_state_set_amplitudes(state, q.as_ptr(), rate.as_ptr(), count) }
     }
 
+    /// The present positions but for a vertex or a few, now and then with velocities.
+    fn pose(&mut self, state: Handle, n: usize) -> SwStatus {
+        let (space, mut missed) = (self.input.code(2), f64::NAN);
+        let mut x = vec![[0.0; 3]; n];
+        let status = unsafe { sw_state_positions(state, space, SW_FORMAT_F64, x.as_mut_ptr().cast(), 0, n as u32) };
+        if !sane(status) {
+            return status;
+        }
+        for _ in 0..self.input.below(4) {
+            let vertex = self.input.below(n.max(1));
+            let place = self.input.numbers();
+            x.iter_mut().skip(vertex).take(1).for_each(|x| *x = place);
+        }
+        let rates: Vec<[f64; 3]> =
+            if self.input.one_in(3) { (0..n).map(|_| self.input.numbers()).collect() } else { vec![] };
+        let velocities = if rates.is_empty() { std::ptr::null() } else { rates.as_ptr().cast() };
+        let count = if self.input.one_in(16) { self.input.index(n) } else { n as u32 };
+        let (x, missed_by) = (x.as_ptr().cast(), &mut missed);
+        let status = unsafe { sw_state_set_pose(state, space, SW_FORMAT_F64, x, 0, velocities, 0, count, missed_by) };
+        assert!(if sane(status) { missed.is_finite() } else { missed.is_nan() }, "status {status}, missed {missed}");
+        status
+    }
+
     fn equilibrium(&mut self, state: Handle) -> SwStatus {
         self.equilibria += 1;
         if self.equilibria > MAX_EQUILIBRIA {
@@ -222,6 +245,7 @@ impl Play<'_> {
             15 => unsafe { sw_state_set_rest_tolerance(state, self.input.number()) },
             16 => unsafe { sw_state_set_method(state, self.input.code(9)) },
             17 => self.certify(which),
+            18 => self.pose(state, n),
             _ => {
                 let h = self.input.number();
                 unsafe { sw_state_step(state, if self.input.one_in(8) { h } else { h.abs() }) }
