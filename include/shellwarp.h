@@ -1390,7 +1390,8 @@ typedef struct SwCertificate {
 // concurrently.
 // Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_UNSUPPORTED by a library
 // without the feature nonlinear-shell, SW_ERROR_NUMERICAL when the full shell has no stiffness to
-// go by, SW_ERROR_OUT_OF_MEMORY, SW_ERROR_BUSY.
+// go by, as where k_bend is 0 and parts turn freely against each other; SW_ERROR_OUT_OF_MEMORY,
+// SW_ERROR_BUSY.
 SwStatus sw_state_certify(const struct SwState *state,
                           struct SwCertificate *certificate);
 

@@ -37,15 +37,17 @@ described!(SwCertificate, remaining);
 /// a few Newton steps of the full shell from the present pose. At rest that is the error of the equilibrium; where the full shell
 /// has several, as one that buckles, it is the distance to the one that these steps lead to, and another may be far. That one is
 /// stable: a column that a method keeps upright counts as far off as it would fall. In motion the inertia and damping that the method has
-/// are taken for right: it is what its forces get wrong at this moment, not what has added up. Rigid motions that supports and constraints leave free do not count. What a hard constraint misses of its target counts, also
-/// before a step. Wind follows the shell. A state of a nonlinear shell gets zeros.
+/// are taken for right: it is what its forces get wrong at this moment, not what has added up. Rigid motions that supports and constraints
+/// leave free do not count. What a hard constraint misses of its target counts, also before a step. Wind follows the shell. A state of a
+/// nonlinear shell gets zeros.
 ///
 /// Takes as long as one to three steps of SW_METHOD_SHELL_IMPLICIT, of a pose that is far off longer, at most sixty factorizations,
 /// with wind, free motions and missed constraints some times that, and the first time the analysis of the stiffness, which the model
 /// keeps: to be called now and then, not in every step. `certificate` must be initialised by sw_certificate_init. Callable
 /// concurrently.
 /// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_UNSUPPORTED by a library without the feature nonlinear-shell,
-/// SW_ERROR_NUMERICAL when the full shell has no stiffness to go by, SW_ERROR_OUT_OF_MEMORY, SW_ERROR_BUSY.
+/// SW_ERROR_NUMERICAL when the full shell has no stiffness to go by, as where k_bend is 0 and parts turn freely against each other;
+/// SW_ERROR_OUT_OF_MEMORY, SW_ERROR_BUSY.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn sw_state_certify(state: *const SwState, certificate: *mut SwCertificate) -> SwStatus {
     // SAFETY: `reading` refuses NULL; the host passes a live state, and an initialised certificate, whose size is checked.

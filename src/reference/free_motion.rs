@@ -88,6 +88,11 @@ impl FreeMotions {
         self.0.is_empty()
     }
 
+    /// How many there are.
+    pub fn count(&self) -> usize {
+        self.0.iter().map(|free| free.twists.len()).sum()
+    }
+
     /// Takes from the loads `forces` (n_vertices) what accelerates free motions.
     pub fn balance(&self, shell: &Shell, x: &[Vec3], forces: &mut [Vec3]) {
         for free in &self.0 {

@@ -138,6 +138,11 @@ fn add_viscous_force(shell: &Shell, x: &[Vec3], rate: impl Fn(usize) -> Vec3, ze
     });
 }
 
+/// How many rigid motions of components the supports leave free.
+pub fn rigid_motions(shell: &Shell) -> usize {
+    free_motion::FreeMotions::new(shell, std::iter::empty(), &shell.mesh.positions).count()
+}
+
 /// ‖f‖_M over the free vertices.
 pub(crate) fn mass_norm(shell: &Shell, f: impl Fn(usize) -> Vec3) -> f64 {
     shell.free.iter().map(|&v| shell.mass[v as usize] * f(v as usize).norm_squared()).sum::<f64>().sqrt()

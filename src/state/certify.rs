@@ -85,6 +85,7 @@ impl State {
     /// As [`State::certify`], of a method that is not a nonlinear shell's.
     fn estimate(&self) -> Estimate {
         let shell = &self.model.shell;
+        self.refuse_mechanisms()?;
         let [u, rate, inertia] = self.present_motion();
         let less = |forces: Vec<Vec3>| -> Vec<Vec3> { forces.iter().zip(&inertia).map(|(f, ma)| f - ma).collect() };
         let loads = self.loads_at(&u, &rate);
@@ -113,6 +114,22 @@ impl State {
                 }
             },
         )
+    }
+
+    /// Fails where parts of the shell move against each other without strain: then no balance is nearest, and Newton's steps lead anywhere.
+    fn refuse_mechanisms(&self) -> Result<()> {
+        let (shell, modal) = (&self.model.shell, &self.model.modal);
+        let (free, rigid) = (modal.zero_modes, reference::rigid_motions(shell));
+        let soft = shell.material.k_bend == 0.0 || shell.material.k_length == 0.0;
+        let untold = soft && free > 0 && free == modal.n_modes(); // more of them may lie beyond
+        if free <= rigid && !untold {
+            return Ok(());
+        }
+        let message = format!(
+            "the full shell has no stiffness to go by: {free} of the {} modes move it without strain, and {rigid} motions are rigid",
+            modal.n_modes()
+        );
+        Err(Error::new(ErrorKind::Numerical, message))
     }
 
     /// The errors of a pose that is `way` from where it should be, `end` (n_vertices, frame axes).
