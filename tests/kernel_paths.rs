@@ -10,6 +10,7 @@ use rand::{Rng, SeedableRng};
 use shellwarp::energy::Curvature;
 use shellwarp::load::BodyLoad;
 use shellwarp::reduced::ReducedEnergy;
+use shellwarp::reduced::polynomial::{Coefficients, Form, PolynomialEnergy};
 use shellwarp::step::ForceLaw;
 use shellwarp::step::modal_force::{self, Acting, Scratch};
 use shellwarp::support::{Pose, Rates};
@@ -459,6 +460,76 @@ fn reduced_energies_match_plain_sums_in_every_kind_of_register() {
                     "{name}: other bits the second time"
                 );
             }
+        }
+    }
+}
+
+/// E, its gradient and its Hessian of coefficients, term by term.
+fn term_by_term(of: &Coefficients, q: &DVector<f64>) -> (f64, DVector<f64>, DMatrix<f64>) {
+    let third: DMatrix<f64> = of.cubic.iter().zip(q.iter()).map(|(c, q)| c * *q).sum();
+    let value = q.dot(&(&of.bending * q)) / 2.0 + q.dot(&(&third * q)) / 6.0;
+    let (mut value, mut gradient) = (value, &of.bending * q + &third * q / 2.0);
+    let mut hessian = &of.bending + third;
+    for form in &of.forms {
+        let slope = DVector::from_column_slice(&form.linear) + &form.quadratic * q;
+        let s = DVector::from_column_slice(&form.linear).dot(q) + q.dot(&(&form.quadratic * q)) / 2.0;
+        // w φ(s)/2 with φ = s²/(1 + s²/S²), and its derivatives.
+        let flat = 1.0 + form.bound * s * s;
+        let (stress, curvature) = (form.weight * s / flat.powi(2), form.weight * (4.0 - 3.0 * flat) / flat.powi(3));
+        value += form.weight * s * s / flat / 2.0;
+        gradient += stress * &slope;
+        hessian += stress * &form.quadratic + curvature * &slope * slope.transpose();
+    }
+    (value, gradient, hessian)
+}
+
+/// On 1 to 19 fields and up to 17 forms: rows and forms that fill registers and blocks of four rows, and that do not.
+#[test]
+fn polynomial_energies_match_plain_sums_in_every_kind_of_register() {
+    let rng = &mut StdRng::seed_from_u64(5);
+    for (n, forms) in [(1, 1), (3, 0), (8, 8), (13, 17), (19, 9)] {
+        let mut number = || rng.random_range(-1.0..1.0);
+        let mut symmetric = || {
+            let square = DMatrix::from_fn(n, n, |_, _| number());
+            &square + square.transpose()
+        };
+        let [bending, stiffness] = [symmetric(), symmetric()];
+        let quadratic: Vec<_> = (0..forms).map(|_| symmetric()).collect();
+        let seeds: Vec<f64> = (0..n).map(|_| number()).collect();
+        // C₃ of (Σ seed q)³ is symmetric.
+        let outer = DVector::from_column_slice(&seeds) * DVector::from_column_slice(&seeds).transpose();
+        let form = |(k, quadratic)| Form {
+            weight: if k % 3 == 2 { -0.7 } else { 1.0 + k as f64 },
+            bound: if k % 3 == 2 { 0.4 } else { 0.0 },
+            linear: (0..n).map(|_| number()).collect(),
+            quadratic,
+        };
+        let forms: Vec<Form> = quadratic.into_iter().enumerate().map(form).collect();
+        let membrane = forms.len().min(2);
+        let cubic = seeds.iter().map(|seed| &outer * *seed).collect();
+        let coefficients = Coefficients { forms, membrane, bending, stiffness, cubic };
+        let q = DVector::from_fn(n, |_, _| number());
+        let (value, gradient, hessian) = term_by_term(&coefficients, &q);
+        let firm = Coefficients { forms: coefficients.forms[..membrane].to_vec(), ..coefficients.clone() };
+        let resisting = |form: &Form| {
+            let slope = DVector::from_column_slice(&form.linear) + &form.quadratic * &q;
+            form.weight * &slope * slope.transpose()
+        };
+        let viscosity = firm.forms.iter().map(resisting).fold(firm.stiffness.clone(), |sum, part| sum + part);
+        for (name, arch) in kinds() {
+            let mut energy = PolynomialEnergy::new(&coefficients);
+            energy.arch = arch;
+            let (mut scratch, q) = (energy.scratch(), q.as_slice());
+            let (mut own, mut matrices) = (DVector::zeros(n), [DMatrix::zeros(n, n), DMatrix::zeros(n, n)]);
+            energy.gradient(q, &mut scratch, own.as_mut_slice());
+            energy.hessian(q, Curvature::Exact, &mut scratch, &mut matrices[0]);
+            energy.viscosity(q, &mut scratch, &mut matrices[1]);
+            let scale = 10.0 + hessian.norm() * (1.0 + q.len() as f64); // terms of either sign, rounded in another order
+            let off = |what: &str, a: f64| assert!(a <= 1e-14 * scale, "{name}, {n} fields, {what}: {a} of {scale}");
+            off("value", (energy.value(q, &mut scratch) - value).abs());
+            off("gradient", (&own - &gradient).norm());
+            off("Hessian", (&matrices[0] - &hessian).norm());
+            off("viscosity", (&matrices[1] - &viscosity).norm());
         }
     }
 }

@@ -17,7 +17,7 @@ use super::rows::Shares;
 use super::{At, Motion, Reduced};
 use crate::load::BodyLoad;
 use crate::methods::Acting;
-use crate::reduced::{Potential, ReducedShell, Stop};
+use crate::reduced::{Form, Potential, ReducedShell, Stop};
 use crate::{Error, ErrorKind, Result};
 
 /// γ, and (1 − γ)/γ: how far past the first stage's end the second starts.
@@ -25,6 +25,8 @@ const GAMMA: f64 = 1.0 - std::f64::consts::FRAC_1_SQRT_2;
 const ONWARD: f64 = 1.0 + std::f64::consts::SQRT_2;
 /// A step moves on at this, an energy of 1e-10 of what the loads do; the Newton step that shows it is still taken.
 const STEP: Stop = Stop { tolerance: 1e-5, iterations: 20, led: false, near: false };
+/// Of the largest shape that the polynomial was trained on, how near a guess is.
+const NEAR: f64 = 0.1;
 /// Passes of a step, at most: in a turning frame, whose forces are taken at the end of the step as found last, each gains a factor ωh;
 /// orientations are held to first order about the shape that was found last.
 const PASSES: usize = 4;
@@ -147,7 +149,8 @@ impl Reduced {
             let handles = (!self.rows.is_empty()).then_some(&self.rows);
             let matrix = damped.then_some(&self.viscosity);
             let potential = Potential { shift, matrix, load: &self.load, handles };
-            if pass == 0 && !self.newton.is_lower(energy, &potential, &self.next, &self.start) {
+            let checked = pass == 0 && !self.is_near(reduced, stage);
+            if checked && !self.newton.is_lower(energy, &potential, &self.next, &self.start) {
                 self.next.copy_from_slice(&self.start);
             }
             let stop = Stop { near: near || pass > 0, ..STEP };
@@ -168,6 +171,17 @@ impl Reduced {
         }
         (0..self.next.len()).for_each(|k| self.rates[k] = alpha * (self.next[k] - self.from[0][k]));
         Ok(converged)
+    }
+
+    /// The guess of a stage needs no comparison with its start: of the polynomial, which is smooth, where both are near each other beside the
+    /// shapes of the training.
+    fn is_near(&self, reduced: &ReducedShell, stage: Stage) -> bool {
+        let reach = match (self.form, &reduced.polynomial) {
+            (Form::Polynomial, Some(polynomial)) if stage.share < 1.0 || stage.near => polynomial.gate.reach,
+            _ => return false,
+        };
+        let way: f64 = self.next.iter().zip(&self.start).map(|(next, start)| (next - start).powi(2)).sum();
+        way <= (NEAR * reach).powi(2)
     }
 
     /// Work of constraints in a stage.

@@ -19,9 +19,9 @@ use faer::{Accum, Mat, Par};
 use nalgebra::SymmetricEigen;
 
 /// Residual fields where bending carries the loads, and where the membrane does; and corrections of bending.
-const RESIDUALS: usize = 8;
+const RESIDUALS: usize = 4;
 const MEMBRANE_RESIDUALS: usize = 40;
-const CORRECTIONS: usize = 8;
+const CORRECTIONS: usize = 4;
 /// α from which the membrane carries loads.
 const CARRYING: f64 = 0.05;
 /// Shapes that are mixed of two others, and how much of either there is, at most.

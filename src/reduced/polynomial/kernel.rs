@@ -24,19 +24,23 @@ fn registers<S: Simd>(numbers: usize) -> usize {
     numbers * size_of::<f64>() / size_of::<S::f64s>()
 }
 
-/// Rows J = A + Qq of all forms, field by field, and s = (A + ½ Qq)·q.
+/// J = A + Qq of all forms, and s = (A + ½ Qq)·q.
 ///
-/// `forms` are the lower triangles of Q, 8 forms side by side; `linear` and `jacobian` have a row of all forms for each field.
+/// Of 8 forms that are side by side in turn, `forms` has the lower triangle of Q, `linear` and `jacobian` the fields.
 #[inline(always)]
 pub fn strains<S: Simd>(simd: S, q: &[f64], forms: &[f64], linear: &[f64], jacobian: &mut [f64], s: &mut [f64]) {
     let sizes = (S::as_simd_f64s(forms).0, S::as_simd_f64s(linear).0);
+    let out = (S::as_mut_simd_f64s(jacobian).0, S::as_mut_simd_f64s(s).0);
     match registers::<S>(WIDTH) {
-        1 => strained::<S, 1>(simd, q, sizes, jacobian, s),
-        2 => strained::<S, 2>(simd, q, sizes, jacobian, s),
-        4 => strained::<S, 4>(simd, q, sizes, jacobian, s),
-        _ => strained::<S, 8>(simd, q, sizes, jacobian, s),
+        1 => strained::<S, 1>(simd, q, sizes, out),
+        2 => strained::<S, 2>(simd, q, sizes, out),
+        4 => strained::<S, 4>(simd, q, sizes, out),
+        _ => strained::<S, 8>(simd, q, sizes, out),
     }
 }
+
+/// Rows of Q that are read at once.
+const ROWS: usize = 4;
 
 /// With N registers for the 8 forms that are side by side.
 #[inline(always)]
@@ -44,66 +48,93 @@ fn strained<S: Simd, const N: usize>(
     simd: S,
     q: &[f64],
     (forms, linear): (&[S::f64s], &[S::f64s]),
-    jacobian: &mut [f64],
-    s: &mut [f64],
+    (jacobian, s): (&mut [S::f64s], &mut [S::f64s]),
 ) {
     let n = q.len();
-    let zero = [simd.splat_f64s(0.0); N];
-    let jacobian = S::as_mut_simd_f64s(jacobian).0;
-    let s = S::as_mut_simd_f64s(s).0;
-    let across = s.len();
-    let (lines, _) = forms.as_chunks::<N>();
-    let add = |sum: &mut [S::f64s; N], x: &[S::f64s; N], factor: S::f64s| {
-        (0..N).for_each(|r| sum[r] = simd.mul_add_e_f64s(x[r], factor, sum[r]));
-    };
-    let mut room = [zero; MAX_FIELDS];
-    for (lane, lines) in lines.chunks_exact(n * (n + 1) / 2).enumerate() {
-        let of = |i: usize| i * across + lane * N;
-        let sums = &mut room[..n];
-        (0..n).for_each(|i| sums[i].copy_from_slice(&linear[of(i)..][..N]));
-        let mut i = 0;
-        while i + 2 <= n {
-            let (head, tail) = sums.split_at_mut(i);
-            let first = i * (i + 1) / 2;
-            let (upper, lower) = lines[first..first + 2 * i + 3].split_at(i + 1);
-            let own = [simd.splat_f64s(q[i]), simd.splat_f64s(q[i + 1])];
-            let mut rows = [tail[0], tail[1]];
-            for (((x, y), sum), q) in upper.iter().zip(lower).zip(head).zip(q) {
-                let along = simd.splat_f64s(*q);
-                add(&mut rows[0], x, along);
-                add(&mut rows[1], y, along);
-                add(sum, x, own[0]);
-                add(sum, y, own[1]);
+    let (forms, linear) = (forms.as_chunks::<N>().0, linear.as_chunks::<N>().0);
+    let (jacobian, s) = (jacobian.as_chunks_mut::<N>().0, s.as_chunks_mut::<N>().0);
+    let sides = linear.chunks_exact(n).zip(jacobian.chunks_exact_mut(n));
+    for ((forms, (linear, sums)), s) in forms.chunks_exact(n * (n + 1) / 2).zip(sides).zip(s) {
+        sums.copy_from_slice(linear);
+        for part in 0..N {
+            add_rows(simd, q, forms, part, sums); // one register after the other: more sums find no room
+            let mut twice = simd.splat_f64s(0.0);
+            for ((linear, sum), q) in linear.iter().zip(&*sums).zip(q) {
+                twice = simd.mul_add_e_f64s(simd.add_f64s(linear[part], sum[part]), simd.splat_f64s(*q), twice);
             }
-            add(&mut rows[0], &upper[i], own[0]);
-            add(&mut rows[0], &lower[i], own[1]);
-            add(&mut rows[1], &lower[i], own[0]);
-            add(&mut rows[1], &lower[i + 1], own[1]);
-            tail[..2].copy_from_slice(&rows);
-            i += 2;
+            s[part] = simd.mul_f64s(twice, simd.splat_f64s(0.5));
         }
-        if i < n {
-            let (head, tail) = sums.split_at_mut(i);
-            let row = &lines[i * (i + 1) / 2..];
-            let own = simd.splat_f64s(q[i]);
-            for ((x, sum), q) in row.iter().zip(head).zip(q) {
-                add(&mut tail[0], x, simd.splat_f64s(*q));
-                add(sum, x, own);
-            }
-            add(&mut tail[0], &row[i], own);
-        }
-        let mut twice = zero;
-        for i in 0..n {
-            let own = simd.splat_f64s(q[i]);
-            for r in 0..N {
-                let mean = simd.add_f64s(linear[of(i) + r], sums[i][r]);
-                twice[r] = simd.mul_add_e_f64s(mean, own, twice[r]);
-                jacobian[of(i) + r] = sums[i][r];
-            }
-        }
-        (0..N).for_each(|r| s[lane * N + r] = simd.mul_f64s(twice[r], simd.splat_f64s(0.5)));
     }
 }
+
+/// sums += Qq of one register's forms.
+#[inline(always)]
+fn add_rows<S: Simd, const N: usize>(
+    simd: S,
+    q: &[f64],
+    forms: &[[S::f64s; N]],
+    part: usize,
+    sums: &mut [[S::f64s; N]],
+) {
+    let (n, mut rest) = (q.len(), forms);
+    let whole = n - n % ROWS;
+    for i in (0..whole).step_by(ROWS) {
+        let (head, tail) = sums.split_at_mut(i);
+        let own: [S::f64s; ROWS] = std::array::from_fn(|r| simd.splat_f64s(q[i + r]));
+        let mut lines = [rest; ROWS];
+        for (r, line) in lines.iter_mut().enumerate() {
+            (*line, rest) = rest.split_at(i + r + 1);
+        }
+        let mut rows: [S::f64s; ROWS] = std::array::from_fn(|r| tail[r][part]);
+        let [a, b, c, d] = lines.map(|line| &line[..i]);
+        for (((((a, b), c), d), out), q) in a.iter().zip(b).zip(c).zip(d).zip(head).zip(q) {
+            let (along, mut sum) = (simd.splat_f64s(*q), out[part]);
+            for (r, x) in [a[part], b[part], c[part], d[part]].into_iter().enumerate() {
+                rows[r] = simd.mul_add_e_f64s(x, along, rows[r]);
+                sum = simd.mul_add_e_f64s(x, own[r], sum);
+            }
+            out[part] = sum;
+        }
+        for r in 0..ROWS {
+            for c in 0..r {
+                let x = lines[r][i + c][part];
+                rows[r] = simd.mul_add_e_f64s(x, own[c], rows[r]);
+                rows[c] = simd.mul_add_e_f64s(x, own[r], rows[c]);
+            }
+            rows[r] = simd.mul_add_e_f64s(lines[r][i + r][part], own[r], rows[r]);
+        }
+        (0..ROWS).for_each(|r| tail[r][part] = rows[r]);
+    }
+    for i in whole..n {
+        let (head, tail) = sums.split_at_mut(i);
+        let (own, mut row) = (simd.splat_f64s(q[i]), tail[0][part]);
+        let (line, others) = rest.split_at(i + 1);
+        rest = others;
+        for ((x, out), q) in line.iter().zip(head).zip(q) {
+            row = simd.mul_add_e_f64s(x[part], simd.splat_f64s(*q), row);
+            out[part] = simd.mul_add_e_f64s(x[part], own, out[part]);
+        }
+        tail[0][part] = simd.mul_add_e_f64s(line[i][part], own, row);
+    }
+}
+
+/// out_i += Σ J_ik v_k over all forms, with J as [`strains`] gives it.
+#[inline(always)]
+pub fn add_transposed<S: Simd>(simd: S, jacobian: &[f64], v: &[f64], n: usize, out: &mut [f64]) {
+    let (jacobian, v) = (S::as_simd_f64s(jacobian).0, S::as_simd_f64s(v).0);
+    let wide = registers::<S>(WIDTH);
+    for (i, out) in out[..n].iter_mut().enumerate() {
+        let mut sum = simd.splat_f64s(0.0);
+        for (lane, v) in v.chunks_exact(wide).enumerate() {
+            let own = &jacobian[(lane * n + i) * wide..][..wide];
+            own.iter().zip(v).for_each(|(x, v)| sum = simd.mul_add_e_f64s(*x, *v, sum));
+        }
+        *out += simd.reduce_sum_f64s(sum);
+    }
+}
+
+/// Matrices whose sum is made at once.
+const MATRICES: usize = 8;
 
 /// out += Σ c_k M_k of packed matrices in turn.
 #[inline(always)]
@@ -111,23 +142,25 @@ pub fn combine<S: Simd>(simd: S, matrices: &[f64], factors: &[f64], out: &mut [f
     let out = S::as_mut_simd_f64s(out).0;
     let matrices = S::as_simd_f64s(matrices).0;
     let size = out.len();
-    let mut k = 0;
-    while k + 4 <= factors.len() {
-        let own: [S::f64s; 4] = std::array::from_fn(|m| simd.splat_f64s(factors[k + m]));
-        let (first, rest) = matrices[k * size..(k + 4) * size].split_at(size);
-        let (second, rest) = rest.split_at(size);
-        let (third, fourth) = rest.split_at(size);
-        for ((((out, a), b), c), d) in out.iter_mut().zip(first).zip(second).zip(third).zip(fourth) {
-            let sum = simd.mul_add_e_f64s(*b, own[1], simd.mul_add_e_f64s(*a, own[0], *out));
-            *out = simd.mul_add_e_f64s(*d, own[3], simd.mul_add_e_f64s(*c, own[2], sum));
+    let groups = factors.chunks_exact(MATRICES);
+    let others = groups.remainder();
+    for (factors, matrices) in groups.clone().zip(matrices.chunks_exact((MATRICES * size).max(1))) {
+        let own: [S::f64s; MATRICES] = std::array::from_fn(|m| simd.splat_f64s(factors[m]));
+        let all: [&[S::f64s]; MATRICES] = std::array::from_fn(|m| &matrices[m * size..][..size]);
+        let [a, b, c, d, e, f, g, h] = all;
+        let [first, second] = [a.iter().zip(b).zip(c).zip(d), e.iter().zip(f).zip(g).zip(h)];
+        for ((out, (((a, b), c), d)), (((e, f), g), h)) in out.iter_mut().zip(first).zip(second) {
+            let mut sum = *out;
+            for (m, x) in [a, b, c, d, e, f, g, h].into_iter().enumerate() {
+                sum = simd.mul_add_e_f64s(*x, own[m], sum);
+            }
+            *out = sum;
         }
-        k += 4;
     }
-    for k in k..factors.len() {
-        let own = simd.splat_f64s(factors[k]);
-        for (out, m) in out.iter_mut().zip(&matrices[k * size..]) {
-            *out = simd.mul_add_e_f64s(*m, own, *out);
-        }
+    let first = factors.len() - others.len();
+    for (factor, matrix) in others.iter().zip(matrices[first * size..].chunks_exact(size.max(1))) {
+        let own = simd.splat_f64s(*factor);
+        out.iter_mut().zip(matrix).for_each(|(out, m)| *out = simd.mul_add_e_f64s(*m, own, *out));
     }
 }
 

@@ -66,7 +66,7 @@ pub struct PolynomialEnergy {
     /// w and 1/S² of each form.
     weights: Vec<f64>,
     bounds: Vec<f64>,
-    /// A, a row of all forms for each field.
+    /// A, of 8 forms side by side the fields.
     linear: Vec<f64>,
     /// Q, lower triangles, 8 forms side by side: all that is needed of them for s and its gradient.
     lanes: Vec<f64>,
@@ -89,15 +89,15 @@ pub struct Room {
     /// q, padded; no numbers before the first. And how many there were.
     q: Vec<f64>,
     shapes: usize,
-    /// Of it: E, its gradient, s, dE/ds and d²E/ds², ∂s/∂q by field, and C₃q.
+    /// Of it: E, its gradient, s, dE/ds and d²E/ds², ∂s/∂q by field, and C₂ + C₃q.
     value: f64,
     gradient: Vec<f64>,
     s: Vec<f64>,
     stress: Vec<f64>,
     curvature: Vec<f64>,
     jacobian: Vec<f64>,
-    third: Vec<f64>,
-    /// Bending's gradient; ∂s/∂q by form, and with each row's factor; the Hessian.
+    bending: Vec<f64>,
+    /// C₂q and (C₂ + C₃q)q; ∂s/∂q by form, and with each row's factor; the Hessian.
     bent: [Vec<f64>; 2],
     rows: [Vec<f64>; 2],
     packed: Vec<f64>,
@@ -133,7 +133,7 @@ impl PolynomialEnergy {
         for (k, form) in list.iter().enumerate() {
             (weights[k], bounds[k]) = (form.weight, form.bound);
             for i in 0..n {
-                linear[i * forms + k] = form.linear[i];
+                linear[beside(k, i, n)] = form.linear[i];
                 for j in 0..=i {
                     let entry = k / WIDTH * triangle + i * (i + 1) / 2 + j;
                     lanes[entry * WIDTH + k % WIDTH] = 0.5 * (form.quadratic[(i, j)] + form.quadratic[(j, i)]);
@@ -167,7 +167,7 @@ impl PolynomialEnergy {
         let form = |(k, packed): (usize, &[f64])| Form {
             weight: self.weights[k],
             bound: self.bounds[k],
-            linear: (0..n).map(|i| self.linear[i * self.forms + k]).collect(),
+            linear: (0..n).map(|i| self.linear[beside(k, i, n)]).collect(),
             quadratic: matrix(packed),
         };
         Coefficients {
@@ -227,7 +227,7 @@ impl PolynomialEnergy {
             stress: forms.clone(),
             curvature: forms,
             jacobian: vec![0.0; self.n * self.forms],
-            third: vec![0.0; self.bending.len()],
+            bending: vec![0.0; self.bending.len()],
             bent: [fields.clone(), fields],
             rows: [vec![0.0; self.forms * self.stride], vec![0.0; self.forms * self.stride]],
             packed: vec![0.0; self.bending.len()],
@@ -311,6 +311,12 @@ fn above(a: &DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<f64> {
     a + &gap.eigenvectors * raised * gap.eigenvectors.transpose()
 }
 
+/// Where field `i` of form `k` is in A and J.
+#[inline(always)]
+fn beside(k: usize, i: usize, n: usize) -> usize {
+    (k / WIDTH * n + i) * WIDTH + k % WIDTH
+}
+
 /// φ-weighted: E, dE/ds and d²E/ds² of ½ w φ(s), with 1/S² given.
 #[inline(always)]
 fn resist(weight: f64, bound: f64, s: f64) -> [f64; 3] {
@@ -331,7 +337,7 @@ impl WithSimd for Place<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let Self { energy, room } = self;
-        let Room { q, value, gradient, s, stress, curvature, jacobian, third, bent: [second, cubic], .. } = room;
+        let Room { q, value, gradient, s, stress, curvature, jacobian, bending, bent: [rest, here], .. } = room;
         let n = energy.n;
         kernel::strains(simd, &q[..n], &energy.lanes, &energy.linear, jacobian, s);
         *value = 0.0;
@@ -340,33 +346,27 @@ impl WithSimd for Place<'_> {
             *value += of[0];
             (stress[k], curvature[k]) = (of[1], of[2]);
         }
-        third.fill(0.0);
-        kernel::combine(simd, &energy.cubic, &q[..n], third);
-        *value += 0.5 * kernel::multiply(simd, &energy.bending, n, q, second);
-        *value += kernel::multiply(simd, third, n, q, cubic) / 6.0;
-        let wide = S::as_simd_f64s(stress).0;
-        for (i, row) in jacobian.chunks_exact(energy.forms.max(1)).enumerate() {
-            let mut sum = simd.splat_f64s(0.0);
-            S::as_simd_f64s(row).0.iter().zip(wide).for_each(|(j, s)| sum = simd.mul_add_e_f64s(*j, *s, sum));
-            gradient[i] = simd.reduce_sum_f64s(sum) + second[i] + 0.5 * cubic[i];
-        }
-        if energy.forms == 0 {
-            (0..n).for_each(|i| gradient[i] = second[i] + 0.5 * cubic[i]);
-        }
+        bending.copy_from_slice(&energy.bending);
+        kernel::combine(simd, &energy.cubic, &q[..n], bending);
+        // ½ qᵀC₂q + ⅙ C₃(q, q, q) and its gradient, from C₂q and (C₂ + C₃q)q.
+        *value += kernel::multiply(simd, &energy.bending, n, q, rest) / 3.0;
+        *value += kernel::multiply(simd, bending, n, q, here) / 6.0;
+        (0..n).for_each(|i| gradient[i] = 0.5 * (rest[i] + here[i]));
+        kernel::add_transposed(simd, jacobian, stress, n, gradient);
     }
 }
 
 /// The rows of `count` forms, and these with their factors, from those by field.
 #[inline(always)]
 fn set_rows(energy: &PolynomialEnergy, jacobian: &[f64], factors: &[f64], [plain, scaled]: &mut [Vec<f64>; 2]) {
-    let (forms, stride) = (energy.forms, energy.stride);
-    for first in (0..energy.n).step_by(WIDTH) {
-        let fields = WIDTH.min(energy.n - first);
-        for (k, factor) in factors.iter().enumerate() {
-            for i in first..first + fields {
-                let x = jacobian[i * forms + k];
-                plain[k * stride + i] = x;
-                scaled[k * stride + i] = factor * x;
+    let (n, stride) = (energy.n, energy.stride);
+    let blocks = jacobian.chunks_exact((n * WIDTH).max(1)).zip(factors.chunks(WIDTH));
+    let outs = plain.chunks_exact_mut(WIDTH * stride).zip(scaled.chunks_exact_mut(WIDTH * stride));
+    for ((block, factors), (plain, scaled)) in blocks.zip(outs) {
+        for (i, fields) in block.as_chunks::<WIDTH>().0.iter().enumerate() {
+            for (k, factor) in factors.iter().enumerate() {
+                plain[k * stride + i] = fields[k];
+                scaled[k * stride + i] = factor * fields[k];
             }
         }
     }
@@ -383,8 +383,8 @@ impl WithSimd for Hessian<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let Self { energy, room } = self;
-        let Room { stress, curvature, jacobian, third, rows, packed, .. } = room;
-        packed.iter_mut().zip(&energy.bending).zip(&*third).for_each(|((out, a), b)| *out = a + b);
+        let Room { stress, curvature, jacobian, bending, rows, packed, .. } = room;
+        packed.copy_from_slice(bending);
         kernel::combine(simd, &energy.quadratic, stress, packed);
         set_rows(energy, jacobian, curvature, rows);
         kernel::add_products(simd, &rows[1], &rows[0], (energy.n, energy.stride), packed);
