@@ -1,4 +1,4 @@
-//! The equilibrium of the reduced shell: the load is led in shares, orientations in rounds about the last shape.
+//! The equilibrium of the reduced shell: the load and constraints are led in shares, orientations in rounds about the last shape.
 
 use super::rows::Shares;
 use super::{At, Reduced};
@@ -35,50 +35,15 @@ impl Reduced {
         reduced.elastic(self.form).gradient(&self.motion.q, self.newton.scratch(), &mut self.rates);
         let start = self.rates.clone();
         self.last.copy_from_slice(&self.next);
-        let turned = self.holds_orientations();
         let (mut done, mut way, mut iterations) = (0.0, FIRST_SHARE, 0);
         let mut torque = DVector::zeros(self.rows.len());
         let mut last_torque = torque.clone();
         loop {
             let share = f64::min(done + way, 1.0);
             (0..start.len()).for_each(|k| self.load[k] = start[k] + share * (self.force[k] - start[k]));
-            let stop = if share < 1.0 { Stop { tolerance: 1e-3, ..REST } } else { REST };
-            let (mut rounds, mut changed, mut last_moved) = (0, true, f64::INFINITY);
-            let mut end = End { converged: true, iterations: 0, residual: 0.0 };
-            // Orientations are held to first order about the last round's shape, and their curvature counts under the last round's
-            // torques (Robinson 1972): without it a round gains nothing where these are as stiff as the shell.
-            while changed && end.converged && rounds < ROUNDS {
-                let before = self.next.clone();
-                let mut load = DVector::from_column_slice(&self.load);
-                if turned {
-                    self.set_curvature(at, Shares::of_load(share), &torque);
-                    load.gemv(1.0, &self.viscosity, &DVector::from_column_slice(&before), 1.0);
-                }
-                self.set_rows(at, Shares::of_load(share));
-                let handles = (!self.rows.is_empty()).then_some(&self.rows);
-                let matrix = turned.then_some(&self.viscosity);
-                let potential = Potential { handles, matrix, ..Potential::of_load(load.as_slice()) };
-                end = self.newton.minimize(reduced.elastic(self.form), &potential, &mut self.next, stop);
-                iterations += end.iterations;
-                torque.copy_from(self.newton.multipliers());
-                let [moved, size] = [Some(&before), None].map(|from| {
-                    let part = |k: usize| self.next[k] - from.map_or(0.0, |from| from[k]);
-                    (0..self.next.len()).map(|k| part(k).powi(2)).sum::<f64>().sqrt()
-                });
-                // Rounding of the fields' numbers ends what rounds gain; one that gains nothing before is taken half the way.
-                let stalled = moved > STALLED * last_moved;
-                let ended = stalled && moved <= ROUNDED * size && {
-                    self.set_rows(at, Shares::of_load(share));
-                    self.missing_turn_of_rows() <= ROUNDED
-                };
-                changed = turned && moved > stop.tolerance * size && !ended;
-                if changed && stalled {
-                    self.next.iter_mut().zip(&before).for_each(|(next, before)| *next = 0.5 * (*next + before));
-                }
-                last_moved = moved;
-                rounds += 1;
-            }
-            let found = end.converged && !changed && self.is_within_range(&self.next, &[]);
+            let end = self.balance(at, share, &mut torque);
+            iterations += end.iterations;
+            let found = end.converged && self.is_within_range(&self.next, &[]);
             if found && share == 1.0 {
                 self.record_outcomes(at);
                 self.motion.q.copy_from_slice(&self.next);
@@ -100,5 +65,56 @@ impl Reduced {
                 return Err(Error::new(ErrorKind::Numerical, message));
             }
         }
+    }
+
+    /// Moves the next q to where the load is balanced, with constraints led by this share of their way: in rounds until orientations
+    /// are held. `torque` are the forces of constraints at the balance before, and then at this one.
+    fn balance(&mut self, at: At, share: f64, torque: &mut DVector<f64>) -> End {
+        let turned = self.holds_orientations();
+        let stop = if share < 1.0 { Stop { tolerance: 1e-3, ..REST } } else { REST };
+        let (mut iterations, mut last_moved) = (0, f64::INFINITY);
+        let mut end = End { converged: false, iterations: 0, residual: 0.0 };
+        for _ in 0..ROUNDS {
+            let before = self.next.clone();
+            end = self.balance_about(at, Shares::of_load(share), torque, stop);
+            iterations += end.iterations;
+            let [moved, size] = [Some(&before), None].map(|from| {
+                let part = |k: usize| self.next[k] - from.map_or(0.0, |from| from[k]);
+                (0..self.next.len()).map(|k| part(k).powi(2)).sum::<f64>().sqrt()
+            });
+            // Rounding of the fields' numbers ends what rounds gain; one that gains nothing before is taken half the way.
+            let stalled = moved > STALLED * last_moved;
+            let ended = stalled && moved <= ROUNDED * size && {
+                self.set_rows(at, Shares::of_load(share));
+                self.missing_turn_of_rows() <= ROUNDED
+            };
+            let changed = turned && moved > stop.tolerance * size && !ended;
+            if !changed || !end.converged {
+                return End { iterations, ..end };
+            }
+            if stalled {
+                self.next.iter_mut().zip(&before).for_each(|(next, before)| *next = 0.5 * (*next + before));
+            }
+            last_moved = moved;
+        }
+        End { converged: false, iterations, ..end }
+    }
+
+    /// One round: orientations to first order about the next q, with their curvature under the last round's torques (Robinson 1972).
+    /// Without it a round gains nothing where these are as stiff as the shell.
+    fn balance_about(&mut self, at: At, shares: Shares, torque: &mut DVector<f64>, stop: Stop) -> End {
+        let turned = self.holds_orientations();
+        let mut load = DVector::from_column_slice(&self.load);
+        if turned {
+            self.set_curvature(at, shares, torque);
+            load.gemv(1.0, &self.viscosity, &DVector::from_column_slice(&self.next), 1.0);
+        }
+        self.set_rows(at, shares);
+        let handles = (!self.rows.is_empty()).then_some(&self.rows);
+        let matrix = turned.then_some(&self.viscosity);
+        let potential = Potential { handles, matrix, ..Potential::of_load(load.as_slice()) };
+        let end = self.newton.minimize(at.reduced.elastic(self.form), &potential, &mut self.next, stop);
+        torque.copy_from(self.newton.multipliers());
+        end
     }
 }
