@@ -120,7 +120,7 @@ impl<'a> External<'a> {
     }
 
     /// The forces on some vertices, frame axes, when that is how they are given.
-    pub fn on_some(self) -> impl Iterator<Item = (u32, Vec3)> + 'a {
+    pub fn point_forces(self) -> impl Iterator<Item = (u32, Vec3)> + 'a {
         let (forces, rotation) = match self {
             Self::OnSome(forces, rotation) => (forces, rotation),
             Self::OnAll(_) => (&[][..], UnitQuaternion::identity()),

@@ -104,7 +104,7 @@ unsafe fn supports_of(desc: &SwSupportDesc) -> Result<Supports, Fault> {
 
 /// Makes a model of a mesh, a material (NULL = defaults) and supports (NULL = none: the shell floats free).
 ///
-/// On success *model is a new handle, to be given to sw_model_destroy; on failure it is untouched. The descriptors and what
+/// On success *model is a new object, to be given to sw_model_destroy; on failure it is untouched. The descriptors and what
 /// they point to are copied. Callable from any thread.
 /// Errors: SW_ERROR_INVALID_DESC, SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_MESH, SW_ERROR_NUMERICAL when masses leave the
 /// floating-point range, SW_ERROR_OUT_OF_MEMORY.
@@ -143,7 +143,7 @@ fn log_repairs(mesh: &Mesh) {
     }
 }
 
-/// Destroys a model. NULL does nothing. States made from it live on. A handle must not be destroyed twice or during a call.
+/// Destroys a model. NULL does nothing. States made from it live on. An object must not be destroyed twice or during a call.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn sw_model_destroy(model: *mut SwModel) {
     guard(|| {
@@ -185,7 +185,7 @@ pub unsafe extern "C" fn sw_model_save(
 }
 
 /// Makes a precomputed model of what sw_model_save gave, in this or an older version of the library. On success *model is a
-/// new handle, to be given to sw_model_destroy; on failure it is untouched. `bytes` (size) are read during the call only.
+/// new object, to be given to sw_model_destroy; on failure it is untouched. `bytes` (size) are read during the call only.
 ///
 /// The model has the same bits as the one saved: steps, handles, equilibria and saved states of either go on with the other.
 /// No eigenvalue search is done; the time goes into reading the bytes and checking the mesh. Safe on any bytes: they carry a

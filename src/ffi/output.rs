@@ -39,7 +39,7 @@ pub struct SwStateReport {
     pub max_displacement: f64,
     /// Of all vertices, the share turned further than turn_in_range allows. Of rotations alone, too.
     pub fraction_turned_too_far: f64,
-    /// Steps of a reduced shell since creation or reset, as this handle took them, whose Newton search ended short of its
+    /// Steps of a reduced shell since creation or reset, as this object took them, whose Newton search ended short of its
     /// tolerance: finite, but less accurate than the others; shorter steps help. 0 for other methods.
     pub unconverged_steps: u64,
 }

@@ -63,7 +63,7 @@ impl From<&Part> for SwPlanPart {
             PartKind::Spin => SW_PART_SPIN,
             PartKind::Forces => SW_PART_FORCES,
             PartKind::Wind => SW_PART_WIND,
-            PartKind::Handles => SW_PART_CONSTRAINTS,
+            PartKind::Constraints => SW_PART_CONSTRAINTS,
             PartKind::NonlinearShell => SW_PART_NONLINEAR_SHELL,
             PartKind::ReducedShell => SW_PART_REDUCED_SHELL,
         };

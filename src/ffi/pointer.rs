@@ -16,11 +16,11 @@ pub(super) fn not_null<T>(name: &str, pointer: *const T) -> Result<(), Fault> {
     if pointer.is_null() { Err(Fault::argument(format!("{name} is NULL"))) } else { Ok(()) }
 }
 
-/// The object behind a handle.
+/// The object that a pointer of the host names.
 pub(super) unsafe fn object<'a, T>(name: &str, handle: *const T) -> Result<&'a T, Fault> {
     not_null(name, handle)?;
     if !handle.is_aligned() {
-        return Err(Fault::argument(format!("{name} is not a handle of this library")));
+        return Err(Fault::argument(format!("{name} is not an object of this library")));
     }
     // SAFETY: not NULL; the host passes a live handle, and objects are only ever used through locks.
     Ok(unsafe { &*handle })

@@ -144,7 +144,7 @@ pub(super) unsafe fn switching(state: *mut SwState, body: impl FnOnce(&mut State
 
 /// Makes a state at rest on a precomputed model; `desc` may be NULL for defaults. No loads, no damping, the frame at the
 /// world's origin. The state keeps alive what it needs of the model. Callable concurrently on one model.
-/// On success *state is a new handle, to be given to sw_state_destroy; on failure it is untouched.
+/// On success *state is a new object, to be given to sw_state_destroy; on failure it is untouched.
 /// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_NOT_PRECOMPUTED, SW_ERROR_UNSUPPORTED for a warp or rotation-strain
 /// reconstruction on a model with SW_PRECOMPUTE_LINEAR, for SW_METHOD_REDUCED_SHELL on a model without reduced_fields and for
 /// SW_METHOD_AUTO on one without a choice, SW_ERROR_NUMERICAL and SW_ERROR_OUT_OF_MEMORY where a method has to prepare itself,
@@ -175,7 +175,7 @@ pub unsafe extern "C" fn sw_state_create(
     })
 }
 
-/// Destroys a state. NULL does nothing. A handle must not be destroyed twice or during a call.
+/// Destroys a state. NULL does nothing. An object must not be destroyed twice or during a call.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn sw_state_destroy(state: *mut SwState) {
     guard(|| {
@@ -200,7 +200,7 @@ pub unsafe extern "C" fn sw_state_reset(state: *mut SwState) -> SwStatus {
     }
 }
 
-/// Makes an independent copy, loads, damping and constraints included; stepping both alike gives the same bits. *clone is a new handle.
+/// Makes an independent copy, loads, damping and constraints included; stepping both alike gives the same bits. *clone is a new object.
 /// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_OUT_OF_MEMORY, SW_ERROR_BUSY.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn sw_state_clone(state: *const SwState, clone: *mut *mut SwState) -> SwStatus {

@@ -28,11 +28,11 @@ pub const SW_ERROR_NUMERICAL: SwStatus = 7;
 pub const SW_ERROR_BUFFER_SIZE: SwStatus = 8;
 /// Saved bytes are damaged, of another version, or belong to another model.
 pub const SW_ERROR_INVALID_DATA: SwStatus = 9;
-/// The handle is in use by another thread.
+/// The object is in use by another thread.
 pub const SW_ERROR_BUSY: SwStatus = 10;
 /// This build or this version does not offer what was asked for, as a field that it does not know.
 pub const SW_ERROR_UNSUPPORTED: SwStatus = 11;
-/// A defect of the library was caught. The handle concerned is poisoned: all but its destruction fails from now on.
+/// A defect of the library was caught. The object concerned is poisoned: all but its destruction fails from now on.
 pub const SW_ERROR_INTERNAL: SwStatus = 12;
 
 /// A status with its message, on the way to the host.

@@ -67,7 +67,7 @@ impl Nodal {
                 self.force[v] += forces[v];
             }
         }
-        external.on_some().for_each(|(v, force)| self.force[v as usize] += force);
+        external.point_forces().for_each(|(v, force)| self.force[v as usize] += force);
         for (v, force) in self.force.iter().enumerate() {
             if !force.iter().all(|c| c.is_finite()) {
                 return Err(Error::new(ErrorKind::Numerical, format!("the load on vertex {v} is not finite")));

@@ -29,7 +29,7 @@ pub enum PartKind {
     /// Wind.
     Wind,
     /// Constraints.
-    Handles,
+    Constraints,
     /// The nonlinear shell.
     NonlinearShell,
     /// The reduced nonlinear shell.
@@ -63,7 +63,7 @@ impl PartKind {
             Self::Spin => "inertia of a turning frame",
             Self::Forces => "forces on vertices",
             Self::Wind => "wind",
-            Self::Handles => "constraints",
+            Self::Constraints => "constraints",
             Self::NonlinearShell => "nonlinear shell",
             Self::ReducedShell => "reduced shell",
         }
@@ -159,14 +159,14 @@ impl Around<'_> {
     pub fn constraints(&self, set: &ConstraintSet, modes: usize) -> Part {
         let rows: usize = set.report().map(|(c, _)| c.axes.iter().filter(|held| **held).count()).sum();
         if rows == 0 {
-            return Part::absent(PartKind::Handles, "no constraint is set");
+            return Part::absent(PartKind::Constraints, "no constraint is set");
         }
         let iterations = set.report().map(|(_, outcome)| outcome.iterations).max().unwrap_or(0).max(1);
         let [row, row_mode, pair_mode] = HANDLE;
         let (r, m) = (rows as f64, modes as f64);
         let once = r * row + r * m * row_mode + 0.5 * r * (r + 1.0) * m * pair_mode;
         Part {
-            kind: PartKind::Handles,
+            kind: PartKind::Constraints,
             active: true,
             bytes: (rows * (modes + rows + 5) + 9 * modes) * size_of::<f64>(),
             operations: f64::from(iterations) * once,

@@ -312,7 +312,7 @@ impl State {
         if let Some(on_all) = external.on_all() {
             force.iter_mut().zip(on_all).for_each(|(f, more)| *f += more);
         }
-        external.on_some().for_each(|(v, more)| force[v as usize] += more);
+        external.point_forces().for_each(|(v, more)| force[v as usize] += more);
         force
     }
 

@@ -69,7 +69,7 @@ impl RotationStrain {
                 self.sum_over_vertices(modal, (load, on_all), (q, q_dot), sums, (force, on_samples))
             }
         };
-        for (v, on_vertex) in external.on_some() {
+        for (v, on_vertex) in external.point_forces() {
             let v = v as usize;
             force.iter_mut().enumerate().for_each(|(k, force)| *force += modal.mode_at(k, v).0.dot(&on_vertex));
             let add = |(c, h): (usize, &mut Matrix3<f64>)| *h += on_vertex * self.field(c, v).transpose();

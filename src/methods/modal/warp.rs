@@ -105,7 +105,7 @@ impl Map for Warp {
             pull.reach = q.iter().zip(participation.reach()).map(|(q, reach)| reach * q.abs()).sum();
         }
         pull.external +=
-            with_basis!(&basis.basis, basis => point_force::add(basis, *law, q, external.on_some(), force));
+            with_basis!(&basis.basis, basis => point_force::add(basis, *law, q, external.point_forces(), force));
         pull
     }
 

@@ -164,7 +164,7 @@ impl Reduced {
         if let Some(forces) = external.on_all() {
             with_fields!(&reduced.fields, fields => fields.project(forces, &mut self.force));
         }
-        for (v, force) in external.on_some() {
+        for (v, force) in external.point_forces() {
             for (k, sum) in self.force.iter_mut().enumerate() {
                 *sum += with_fields!(&reduced.fields, fields => fields.at(k, v as usize)).dot(&force);
             }
