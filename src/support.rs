@@ -77,7 +77,7 @@ impl Rates {
 
 /// How the host says the frame moves into its next pose.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Motion {
+pub enum FrameMotion {
     /// Rates follow from the poses of successive steps.
     Continuous,
     /// The frame jumps there and is then at rest: no inertial load.
@@ -98,28 +98,28 @@ pub struct Frame {
     /// Pose at the end of the next step.
     pub target: Pose,
     /// How it gets there.
-    pub motion: Motion,
+    pub motion: FrameMotion,
 }
 
 impl Frame {
     /// At rest in the world frame.
     pub fn at_rest(pose: Pose) -> Self {
         let zero = Vec3::zeros();
-        Self { pose, velocity: zero, angular_velocity: zero, target: pose, motion: Motion::Continuous }
+        Self { pose, velocity: zero, angular_velocity: zero, target: pose, motion: FrameMotion::Continuous }
     }
 
     /// Moves to the target in a step of `h` and returns the rates the shell feels over it. Differences are taken so that
     /// the impulse a·h is exactly the change of velocity, whatever the sequence of steps.
     pub fn advance(&mut self, h: f64) -> Rates {
         let rates = match self.motion {
-            Motion::Teleport => Rates::default(),
-            Motion::Given(rates) => rates,
-            Motion::Continuous => self.differences(h),
+            FrameMotion::Teleport => Rates::default(),
+            FrameMotion::Given(rates) => rates,
+            FrameMotion::Continuous => self.differences(h),
         };
         self.pose = self.target;
         self.velocity = rates.velocity;
         self.angular_velocity = rates.angular_velocity;
-        self.motion = Motion::Continuous;
+        self.motion = FrameMotion::Continuous;
         rates
     }
 
@@ -128,9 +128,9 @@ impl Frame {
     pub fn steady_rates(&self) -> Rates {
         let (velocity, angular_velocity) = (self.velocity, self.angular_velocity);
         match self.motion {
-            Motion::Teleport => Rates::default(),
-            Motion::Given(rates) => rates,
-            Motion::Continuous => {
+            FrameMotion::Teleport => Rates::default(),
+            FrameMotion::Given(rates) => rates,
+            FrameMotion::Continuous => {
                 let acceleration = angular_velocity.cross(&velocity);
                 Rates { velocity, acceleration, angular_velocity, ..Rates::default() }
             }

@@ -8,7 +8,7 @@ use shellwarp::model::{Model, Options, Precision};
 use shellwarp::reduced::{self, Assumed, ReducedShell};
 use shellwarp::state::{Method, Space, State};
 use shellwarp::step::Integrator;
-use shellwarp::support::{Motion, Pose};
+use shellwarp::support::{FrameMotion, Pose};
 use shellwarp::{ErrorKind, Material, Mesh, Shell, Supports, Vec3};
 use std::sync::Arc;
 use xxhash_rust::xxh3::xxh3_64;
@@ -64,7 +64,7 @@ fn run(model: &Arc<Model>) -> Vec<Vec<u8>> {
                 state.set_constraint(handle).unwrap();
             }
             let rotation = UnitQuaternion::from_scaled_axis(Vec3::new(0.01, 0.02, 0.0) * f64::from(k));
-            state.set_frame(Pose { origin: Vec3::x() * 0.01 * f64::from(k * k), rotation }, Motion::Continuous);
+            state.set_frame(Pose { origin: Vec3::x() * 0.01 * f64::from(k * k), rotation }, FrameMotion::Continuous);
             state.step(0.01).unwrap();
             seen.push(state.save());
         }

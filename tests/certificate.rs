@@ -129,7 +129,7 @@ fn an_estimate_holds_handles_forces_and_the_frame_as_the_state_does() {
     let pose = Pose { origin: Vec3::new(3.0, 1.0, 2.0), rotation: turn };
     let make = |method: Method, compliance: f64| {
         let mut state = state(model, method);
-        state.set_frame(pose, shellwarp::support::Motion::Teleport);
+        state.set_frame(pose, shellwarp::support::FrameMotion::Teleport);
         state.set_gravity(turn * Vec3::new(0.0, 1.8, -2.4)).unwrap();
         state.set_forces(vec![(300, turn * Vec3::new(0.0, 0.02, 0.05))], false).unwrap();
         let there = pose.origin + turn * (model.shell.mesh.positions[204] + Vec3::new(0.0, 0.02, 0.03));

@@ -8,7 +8,7 @@ use shellwarp::constraint::{Constraint, MET, Target};
 use shellwarp::model::{Model, Options, Precision};
 use shellwarp::state::{Damping, Method, Space, State};
 use shellwarp::step::Integrator;
-use shellwarp::support::{Motion, Pose};
+use shellwarp::support::{FrameMotion, Pose};
 use shellwarp::warp::warp_with_derivative;
 use shellwarp::{Material, Mesh, Shell, Supports, Vec3};
 use std::sync::Arc;
@@ -383,7 +383,7 @@ fn handles_follow_world_targets_on_a_moving_support() {
         let t = f64::from(frame) / 30.0;
         let rotation = UnitQuaternion::from_scaled_axis(Vec3::y() * 0.2 * t.sin());
         let origin = Vec3::new(0.0, 0.3 * t.sin(), 0.0);
-        state.set_frame(Pose { origin, rotation }, Motion::Continuous);
+        state.set_frame(Pose { origin, rotation }, FrameMotion::Continuous);
         // As seen in the frame the tip keeps the strip's length: its own arc to second order.
         let height = 0.5 * (2.0 * t).sin();
         let local = rest + Vec3::new(-0.15 * height * height, 0.05 * t.sin(), height);

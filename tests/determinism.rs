@@ -10,7 +10,7 @@ use shellwarp::load::Wind;
 use shellwarp::model::Model;
 use shellwarp::state::{Damping, Method, Space, State};
 use shellwarp::step::Integrator;
-use shellwarp::support::{Motion, Pose};
+use shellwarp::support::{FrameMotion, Pose};
 use shellwarp::{Material, Mesh, Shell, Supports, Vec3};
 use std::fmt::Write;
 use std::sync::Arc;
@@ -50,7 +50,7 @@ fn play(state: &mut State, from: u32, to: u32) {
         let turn = Vec3::new(0.0, 0.0625 * t, 0.125 * t);
         let rotation = UnitQuaternion::from_scaled_axis(turn);
         let pose = Pose { origin: Vec3::x() * (t * t * 0.25), rotation };
-        state.set_frame(pose, Motion::Continuous);
+        state.set_frame(pose, FrameMotion::Continuous);
         match k % 20 {
             10..20 => {
                 let lifted = pose.origin + rotation * rest + Vec3::z() * 0.02;

@@ -131,7 +131,7 @@ fn point_forces_keep_the_root_sum_square_of_the_modes_turns_below_three_quarters
                         let force = Vec3::from_fn(|_, _| 10f64.powi(power) * rng.random_range(-1.0..1.0));
                         (rng.random_range(0..n), force)
                     };
-                    state.set_forces((0..3).map(|_| push(&mut rng)).collect(), false).unwrap();
+                    state.set_forces((0..3).map(|_| push(&mut rng)), false).unwrap();
                     for _ in 0..5 {
                         state.step(10f64.powf(rng.random_range(-4.0..1.0))).unwrap();
                         let (beta, rotation) = (bend(&state), state.report().max_rotation);

@@ -9,7 +9,7 @@ use shellwarp::model::{Model, Options, Precision};
 use shellwarp::modes::Demand;
 use shellwarp::state::{Damping, Method, PartKind, Space, State};
 use shellwarp::step::Integrator;
-use shellwarp::support::{Motion, Pose, Rates};
+use shellwarp::support::{FrameMotion, Pose, Rates};
 use shellwarp::{ErrorKind, Shell, Supports, Vec3};
 use std::sync::Arc;
 
@@ -31,12 +31,12 @@ fn state(model: &Arc<Model>, method: Method) -> State {
 /// Gives every vertex a force, mostly zero, so that all work is done.
 fn with_all_work(state: &mut State, forces: &[(u32, Vec3)]) {
     let n = state.model().shell.mass.len() as u32;
-    state.set_forces((0..n).map(|v| (v, Vec3::zeros())).chain(forces.iter().copied()).collect(), false).unwrap();
+    state.set_forces((0..n).map(|v| (v, Vec3::zeros())).chain(forces.iter().copied()), false).unwrap();
 }
 
-fn spinning() -> Motion {
+fn spinning() -> FrameMotion {
     let rates = Rates { angular_velocity: Vec3::new(0.3, -0.2, 0.9), ..Rates::default() };
-    Motion::Given(rates)
+    FrameMotion::Given(rates)
 }
 
 /// Largest difference of amplitudes and of rates between two states, relative to the largest amplitude and rate.
@@ -64,7 +64,7 @@ fn forces_on_few_vertices_do_what_the_same_forces_among_those_of_all_do() {
             with_all_work(&mut all, &forces);
             for _ in 0..60 {
                 for state in [&mut few, &mut all] {
-                    let motion = if spin { spinning() } else { Motion::Continuous };
+                    let motion = if spin { spinning() } else { FrameMotion::Continuous };
                     state.set_frame(Pose::identity(), motion);
                     state.step(FRAME).unwrap();
                 }
@@ -278,7 +278,7 @@ fn the_positions_of_some_vertices_are_those_among_all() {
     for method in [Method::LinearModalAnalysis, Method::Warp, Method::ImplicitShell] {
         let mut state = state(&model, method);
         state.set_gravity(Vec3::new(0.0, 0.4, -0.8)).unwrap();
-        state.set_frame(Pose { origin: Vec3::new(1.0, 2.0, 3.0), ..Pose::identity() }, Motion::Teleport);
+        state.set_frame(Pose { origin: Vec3::new(1.0, 2.0, 3.0), ..Pose::identity() }, FrameMotion::Teleport);
         (0..5).for_each(|_| state.step(FRAME).unwrap());
         let (mut wide, mut narrow) = (vec![], vec![]);
         state.position_rows(Space::World, |_, rows| wide.extend_from_slice(rows));
@@ -367,7 +367,7 @@ fn everything_that_could_move_a_shell_wakes_it() {
         ("forces for a step", &|s| s.set_forces(vec![(5, Vec3::x())], true).unwrap()),
         ("wind", &|s| s.set_wind(wind.clone()).unwrap()),
         ("damping", &|s| s.set_damping(&Damping::default()).unwrap()),
-        ("frame", &|s| s.set_frame(Pose { origin: Vec3::x(), ..Pose::identity() }, Motion::Continuous)),
+        ("frame", &|s| s.set_frame(Pose { origin: Vec3::x(), ..Pose::identity() }, FrameMotion::Continuous)),
         ("handle", &|s| s.set_constraint(handle).unwrap()),
         ("amplitudes", &|s| s.set_amplitudes(&q, &[1.0; 8]).unwrap()),
         ("equilibrium", &|s| _ = s.equilibrium().unwrap()),

@@ -8,7 +8,7 @@ use shellwarp::load::Wind;
 use shellwarp::model::{Model, Options, Precision};
 use shellwarp::state::{Damping, Method, State};
 use shellwarp::step::Integrator;
-use shellwarp::support::{Motion, Pose};
+use shellwarp::support::{FrameMotion, Pose};
 use shellwarp::{ErrorKind, Material, Mesh, Shell, Supports, Vec3};
 use std::sync::Arc;
 
@@ -49,7 +49,7 @@ fn forces_of_the_weight_do_what_gravity_does() {
     for method in METHODS {
         let (mut by_gravity, mut by_force) = (state(&model, method), state(&model, method));
         by_gravity.set_gravity(gravity).unwrap();
-        let weights = model.shell.mass.iter().enumerate().map(|(v, m)| (v as u32, *m * gravity)).collect();
+        let weights = model.shell.mass.iter().enumerate().map(|(v, m)| (v as u32, *m * gravity)).collect::<Vec<_>>();
         by_force.set_forces(weights, false).unwrap();
         for _ in 0..10 {
             by_gravity.step(1.0 / 30.0).unwrap();
@@ -84,7 +84,7 @@ fn forces_are_in_world_axes_whatever_the_frame() {
     let (mut turned, mut plain) = (state(&model, Method::Warp), state(&model, Method::Warp));
     let force = Vec3::new(0.1, -0.2, 0.3);
     plain.set_forces(vec![(204, force)], false).unwrap();
-    turned.set_frame(Pose { origin: Vec3::zeros(), rotation: turn }, Motion::Teleport);
+    turned.set_frame(Pose { origin: Vec3::zeros(), rotation: turn }, FrameMotion::Teleport);
     turned.set_forces(vec![(204, turn * force)], false).unwrap();
     for state in [&mut turned, &mut plain] {
         state.equilibrium().unwrap();
@@ -156,9 +156,9 @@ fn a_sheet_that_moves_with_the_air_feels_none_and_still_air_damps() {
     for frame in 0..100 {
         origin += drift * 0.01;
         let motion = if frame == 0 {
-            Motion::Given(shellwarp::support::Rates { velocity: drift, ..Default::default() })
+            FrameMotion::Given(shellwarp::support::Rates { velocity: drift, ..Default::default() })
         } else {
-            Motion::Continuous
+            FrameMotion::Continuous
         };
         carried.set_frame(Pose { origin, rotation: nalgebra::UnitQuaternion::identity() }, motion);
         carried.step(0.01).unwrap();
@@ -251,7 +251,7 @@ fn no_modal_step_allocates_whatever_acts() {
             let counted = allocation_counter::measure(|| {
                 for k in 1..=10 {
                     let rotation = UnitQuaternion::from_scaled_axis(Vec3::z() * 0.05 * f64::from(k));
-                    state.set_frame(Pose { origin: Vec3::x() * 0.01, rotation }, Motion::Continuous);
+                    state.set_frame(Pose { origin: Vec3::x() * 0.01, rotation }, FrameMotion::Continuous);
                     state.step(0.01).unwrap();
                 }
             });

@@ -9,7 +9,7 @@ use shellwarp::model::{Model, Options, Precision};
 use shellwarp::reference::{Ring, vertex_rotations};
 use shellwarp::state::{Damping, Method, Space, State};
 use shellwarp::step::Integrator;
-use shellwarp::support::{Motion, Pose};
+use shellwarp::support::{FrameMotion, Pose};
 use shellwarp::{Material, Mesh, Shell, Supports, Vec3};
 use std::sync::Arc;
 
@@ -333,7 +333,7 @@ fn targets_and_axes_are_the_worlds_when_the_frame_is_elsewhere() {
     let turn = UnitQuaternion::from_scaled_axis(Vec3::new(0.0, 0.0, std::f64::consts::FRAC_PI_2));
     let run = |pose: Pose, axes: [bool; 3]| {
         let mut state = implicit(&model);
-        state.set_frame(pose, Motion::Continuous);
+        state.set_frame(pose, FrameMotion::Continuous);
         let bent = UnitQuaternion::from_scaled_axis(Vec3::new(0.1, -0.2, 0.1));
         for k in 1..=5 {
             let local = rest(&model, TIP) + Vec3::new(0.0, 0.02, 0.05) * f64::from(k);

@@ -10,7 +10,7 @@ use shellwarp::model::{Model, Options, Precision};
 use shellwarp::reduced;
 use shellwarp::state::{Method, Space, State};
 use shellwarp::step::Integrator;
-use shellwarp::support::{Motion, Pose};
+use shellwarp::support::{FrameMotion, Pose};
 use shellwarp::{Material, Shell, Supports, Vec3};
 use std::sync::Arc;
 
@@ -43,14 +43,14 @@ fn turned() -> Pose {
 /// Moved by gravity for a while, its frame elsewhere and moving.
 fn moved(model: &Arc<Model>, method: Method, gravity: f64) -> State {
     let mut state = state_of(model, method);
-    state.set_frame(turned(), Motion::Continuous);
+    state.set_frame(turned(), FrameMotion::Continuous);
     state.set_gravity(Vec3::new(0.3, 0.2, -1.0) * gravity).unwrap();
     let h = if method == Method::ExplicitShell { 1e-5 } else { 0.02 };
     for k in 1..=25 {
         let mut pose = turned();
         pose.origin.x += 0.3 * h * f64::from(k);
         pose.rotation = UnitQuaternion::from_scaled_axis(Vec3::new(0.0, 0.0, 0.5 * h * f64::from(k))) * pose.rotation;
-        state.set_frame(pose, Motion::Continuous);
+        state.set_frame(pose, FrameMotion::Continuous);
         state.step(h).unwrap();
     }
     state

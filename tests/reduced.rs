@@ -11,7 +11,7 @@ use shellwarp::reduced::{self, AnyFields, Newton, Potential, ReducedEnergy, Redu
 use shellwarp::reference::{EquilibriumOptions, Solver};
 use shellwarp::state::{Damping, Method, PartKind, Space, State};
 use shellwarp::step::Integrator;
-use shellwarp::support::{Motion, Pose, Rates};
+use shellwarp::support::{FrameMotion, Pose, Rates};
 use shellwarp::{ErrorKind, Material, Mesh, Shell, Supports, Vec3};
 use std::sync::{Arc, OnceLock};
 
@@ -255,7 +255,7 @@ fn untrained_fields_resist_what_pulls_along_the_sheet() {
             let omega = 0.2 * std::f64::consts::PI;
             let rotation = nalgebra::UnitQuaternion::from_axis_angle(&Vec3::z_axis(), omega * f64::from(k) / 60.0);
             let rates = Rates { angular_velocity: omega * Vec3::z(), ..Rates::default() };
-            state.set_frame(Pose { rotation, ..Pose::identity() }, shellwarp::support::Motion::Given(rates));
+            state.set_frame(Pose { rotation, ..Pose::identity() }, shellwarp::support::FrameMotion::Given(rates));
             state.set_gravity(0.05 * DOWN).unwrap();
             state.step(1.0 / 60.0).unwrap();
         }
@@ -351,7 +351,7 @@ fn a_frame_that_turns_too_fast_is_refused_and_nothing_moves() {
         let omega = 200.0 * std::f64::consts::PI;
         let rotation = nalgebra::UnitQuaternion::from_axis_angle(&Vec3::z_axis(), omega * f64::from(k) / 60.0);
         let rates = Rates { angular_velocity: omega * Vec3::z(), ..Rates::default() };
-        state.set_frame(Pose { rotation, ..Pose::identity() }, shellwarp::support::Motion::Given(rates));
+        state.set_frame(Pose { rotation, ..Pose::identity() }, shellwarp::support::FrameMotion::Given(rates));
         let before = displacements(&state);
         if let Err(error) = state.step(1.0 / 60.0) {
             assert!(displacements(&state) == before);
@@ -498,7 +498,7 @@ fn an_orientation_is_held_as_the_full_shell_holds_it() {
     let turn = UnitQuaternion::from_scaled_axis(Vec3::new(0.3, -0.2, 0.9));
     let hanging = |method: Method, strength: f64, held: Option<Constraint>| {
         let mut state = state(model, method);
-        state.set_frame(Pose { origin: Vec3::new(1.0, 2.0, 3.0), rotation: turn }, Motion::Teleport);
+        state.set_frame(Pose { origin: Vec3::new(1.0, 2.0, 3.0), rotation: turn }, FrameMotion::Teleport);
         state.set_gravity(turn * Vec3::new(0.0, 0.0, -strength)).unwrap();
         held.into_iter().for_each(|handle| state.set_constraint(handle).unwrap());
         state.equilibrium().unwrap();
@@ -657,7 +657,7 @@ fn every_plan_lists_the_reduced_shell_and_its_own_alone_uses_it() {
 #[test]
 fn the_positions_of_some_vertices_are_those_among_all() {
     let (mut state, _) = pulled(trained());
-    state.set_frame(Pose { origin: Vec3::x(), ..Pose::identity() }, shellwarp::support::Motion::Continuous);
+    state.set_frame(Pose { origin: Vec3::x(), ..Pose::identity() }, shellwarp::support::FrameMotion::Continuous);
     (0..3).for_each(|_| state.step(0.02).unwrap());
     let list = [204, 3, 5, 204, 17, 16];
     let (mut wide, mut narrow) = (vec![], vec![]);
@@ -761,7 +761,7 @@ fn on_a_curved_leaf_it_is_nowhere_worse_than_the_paper_on_loads_it_was_not_train
     for (name, load) in &loads {
         let of = |method: Method| {
             let mut state = state(&model, method);
-            state.set_forces((0u32..).zip(load.iter().copied()).collect(), false).unwrap();
+            state.set_forces((0u32..).zip(load.iter().copied()), false).unwrap();
             state.equilibrium().map(|_| displacements(&state))
         };
         let exact = of(Method::ImplicitShell).unwrap();

@@ -6,7 +6,7 @@ use shellwarp::constraint::{Constraint, Target};
 use shellwarp::model::{Model, Options, Precision};
 use shellwarp::state::{Method, State};
 use shellwarp::step::Integrator;
-use shellwarp::support::{Motion, Pose, Rates};
+use shellwarp::support::{FrameMotion, Pose, Rates};
 use shellwarp::{Error, ErrorKind, Material, Mesh, Result, Shell, Supports, Vec3};
 use std::sync::Arc;
 use xxhash_rust::xxh3::xxh3_64;
@@ -122,7 +122,7 @@ fn a_load_that_overflows_is_a_numerical_failure_of_the_step() {
         let mut state = state(method);
         state.set_gravity(Vec3::z() * 1e308).unwrap();
         let far = Rates { acceleration: Vec3::z() * -1.7e308, ..Rates::default() };
-        state.set_frame(Pose::identity(), Motion::Given(far));
+        state.set_frame(Pose::identity(), FrameMotion::Given(far));
         is_numerical(state.step(0.01));
     }
 }
@@ -246,10 +246,10 @@ fn a_frame_that_moves_beyond_all_speed_is_refused() {
         state.step(1e-3).unwrap();
         let saved = state.save();
         let far = Pose { origin: Vec3::x() * 1e300, ..Pose::identity() };
-        state.set_frame(far, Motion::Continuous);
+        state.set_frame(far, FrameMotion::Continuous);
         assert!(is_numerical(state.step(1e-100)).message.contains("frame"));
         assert_eq!(state.save(), saved);
-        state.set_frame(far, Motion::Teleport);
+        state.set_frame(far, FrameMotion::Teleport);
         state.step(1e-3).unwrap();
         let saved = state.save();
         state.load(&saved).unwrap();

@@ -7,7 +7,7 @@ use shellwarp::model::{Model, Options, Precision};
 use shellwarp::reduced;
 use shellwarp::state::{Damping, Method, State};
 use shellwarp::step::Integrator;
-use shellwarp::support::{Motion, Pose, Rates};
+use shellwarp::support::{FrameMotion, Pose, Rates};
 use shellwarp::{ErrorKind, Vec3};
 use std::sync::{Arc, OnceLock};
 
@@ -25,8 +25,8 @@ fn state(method: Method) -> State {
     State::new(model().clone(), method, Integrator::Exact).unwrap()
 }
 
-fn spinning(omega: Vec3) -> Motion {
-    Motion::Given(Rates { angular_velocity: omega, ..Rates::default() })
+fn spinning(omega: Vec3) -> FrameMotion {
+    FrameMotion::Given(Rates { angular_velocity: omega, ..Rates::default() })
 }
 
 fn turned_to(omega: Vec3, time: f64) -> Pose {
@@ -83,7 +83,7 @@ fn the_equilibrium_is_where_damped_motion_in_the_turning_frame_ends() {
         given.equilibrium().unwrap();
         assert!(error(&displacements(&given), &found) < 1e-5, "{method:?}");
         // A teleport stops it.
-        given.set_frame(pose, Motion::Teleport);
+        given.set_frame(pose, FrameMotion::Teleport);
         given.equilibrium().unwrap();
         assert!(error(&displacements(&given), &unmoved) < 1e-5, "{method:?}");
     }
@@ -137,7 +137,7 @@ fn a_translating_frame_has_the_equilibrium_of_one_at_rest_and_moves_on_without_a
         let still = displacements(&state);
         let at = |k: usize| Pose { origin: 0.1 * k as f64 * Vec3::new(1.0, 0.5, 0.0), ..Pose::identity() };
         let forward = |k: usize, state: &mut State| {
-            state.set_frame(at(k), Motion::Continuous);
+            state.set_frame(at(k), FrameMotion::Continuous);
             state.step(0.05).unwrap();
         };
         (0..5).for_each(|k| forward(k, &mut state));

@@ -6,7 +6,7 @@ use nalgebra::{Rotation3, UnitQuaternion};
 use shellwarp::model::{Model, Options, Precision};
 use shellwarp::state::{Damping, Method, Space, State};
 use shellwarp::step::Integrator;
-use shellwarp::support::{Motion, Pose, Rates};
+use shellwarp::support::{FrameMotion, Pose, Rates};
 use shellwarp::{ErrorKind, Material, Mesh, Shell, Supports, Vec3};
 use std::sync::Arc;
 
@@ -209,7 +209,7 @@ fn gravity_and_all_four_inertial_terms_act_as_defined() {
         state.set_gravity(gravity).unwrap();
         state.set_amplitudes(&q, &q_dot).unwrap();
         let pose = Pose { origin: Vec3::new(5.0, 6.0, 7.0), rotation: turn };
-        state.set_frame(pose, Motion::Given(rates));
+        state.set_frame(pose, FrameMotion::Given(rates));
         let back = |v: Vec3| turn.inverse() * v;
         let (w, a) = (back(rates.angular_velocity), back(rates.angular_acceleration));
         let before = state.try_clone().unwrap();
@@ -249,7 +249,7 @@ fn a_free_shell_stays_behind_when_its_frame_moves_away() {
         for k in 1..=50 {
             let t = f64::from(k) * 0.02;
             let origin = Vec3::new((3.0 * t).sin(), t * t, 1.0 - (2.0 * t).cos());
-            state.set_frame(Pose { origin, rotation: UnitQuaternion::identity() }, Motion::Continuous);
+            state.set_frame(Pose { origin, rotation: UnitQuaternion::identity() }, FrameMotion::Continuous);
             state.step(if k % 3 == 0 { 0.01 } else { 0.03 }).unwrap();
             for (x, start) in positions(&state, Space::World).iter().zip(&before) {
                 // Nothing pushes it in world space, and impulses are exact. What is left is the translations' mixture
@@ -267,7 +267,7 @@ fn a_teleport_pushes_nothing_and_a_held_frame_carries_rigidly() {
     state.step(0.01).unwrap();
     let rotation = UnitQuaternion::from_scaled_axis(Vec3::new(0.0, 2.0, 0.3));
     let origin = Vec3::new(100.0, -50.0, 3.0);
-    state.set_frame(Pose { origin, rotation }, Motion::Teleport);
+    state.set_frame(Pose { origin, rotation }, FrameMotion::Teleport);
     state.step(0.01).unwrap();
     assert_eq!(state.report().kinetic_energy, 0.0);
     for (x, rest) in positions(&state, Space::World).iter().zip(&model.shell.mesh.positions) {
@@ -287,7 +287,7 @@ fn a_frame_that_turns_steadily_pulls_outwards() {
     let (rate, h) = (1.5, 1.0 / 60.0);
     for k in 1..=750 {
         let rotation = UnitQuaternion::from_scaled_axis(Vec3::z() * (rate * h * f64::from(k)));
-        state.set_frame(Pose { origin: Vec3::zeros(), rotation }, Motion::Continuous);
+        state.set_frame(Pose { origin: Vec3::zeros(), rotation }, FrameMotion::Continuous);
         state.step(h).unwrap();
     }
     // The beam lies along x, the axis through its clamp: static force −m ω × (ω × r) = m ω² (x, y, 0).
@@ -310,7 +310,7 @@ fn shake(state: &mut State, from: u32, to: u32) {
     for k in from..to {
         let t = f64::from(k) / 30.0;
         let rotation = UnitQuaternion::from_scaled_axis(Vec3::new(0.0, 0.2 * t.sin(), 0.1 * (2.0 * t).sin()));
-        state.set_frame(Pose { origin: Vec3::new((3.0 * t).sin(), 0.0, 0.0), rotation }, Motion::Continuous);
+        state.set_frame(Pose { origin: Vec3::new((3.0 * t).sin(), 0.0, 0.0), rotation }, FrameMotion::Continuous);
         state.step(1.0 / 30.0).unwrap();
     }
 }
@@ -413,7 +413,7 @@ fn normals_and_rotations_of_a_turned_shell_turn_with_it() {
     state.set_amplitudes(&vec![0.0; model.modal.n_modes()], &q_dot).unwrap();
     state.step(1.0).unwrap();
     let rotation = UnitQuaternion::from_scaled_axis(Vec3::new(0.5, 0.2, 0.1));
-    state.set_frame(Pose { origin: Vec3::zeros(), rotation }, Motion::Teleport);
+    state.set_frame(Pose { origin: Vec3::zeros(), rotation }, FrameMotion::Teleport);
     state.step(1e-9).unwrap();
     let mut turns = vec![UnitQuaternion::identity(); model.shell.mass.len()];
     state.rotations(Space::World, |v, r| turns[v] = r).unwrap();
@@ -467,7 +467,7 @@ fn whirling_in_a_spinning_frame_keeps_its_energy_bounded() {
         for k in 1..=3000 {
             let rotation = UnitQuaternion::from_scaled_axis(Vec3::x() * (rate * h * f64::from(k)));
             let rates = Rates { angular_velocity: Vec3::x() * rate, ..Rates::default() };
-            state.set_frame(Pose { origin: Vec3::zeros(), rotation }, Motion::Given(rates));
+            state.set_frame(Pose { origin: Vec3::zeros(), rotation }, FrameMotion::Given(rates));
             state.step(h).unwrap();
             highest = highest.max(energy(&state));
         }

@@ -11,7 +11,7 @@ use shellwarp::model::{Model, Options, Precision};
 use shellwarp::state::{Damping, Method, PartKind, Space, State};
 use shellwarp::step::Integrator;
 use shellwarp::strain::{MOST_SAMPLES, poisson::Poisson};
-use shellwarp::support::{Motion, Pose, Rates};
+use shellwarp::support::{FrameMotion, Pose, Rates};
 use shellwarp::{ErrorKind, Material, Mesh, Shell, Supports, Vec3};
 use std::sync::{Arc, OnceLock};
 
@@ -368,7 +368,7 @@ fn each_precision_gives_the_positions_of_the_widest_and_of_some_vertices_those_a
         println!("{precision:?}: {apart:.1e}");
         assert!(apart < tolerance, "{precision:?}: {apart}"); // of 16 bits the samples' gradients lose three digits
         let mut state = busy(&model);
-        state.set_frame(Pose { origin: Vec3::x(), ..Pose::identity() }, Motion::Continuous);
+        state.set_frame(Pose { origin: Vec3::x(), ..Pose::identity() }, FrameMotion::Continuous);
         (0..3).for_each(|_| state.step(0.02).unwrap());
         let list = [204, 3, 5, 204, 17, 16];
         let (mut wide, mut narrow) = (vec![], vec![]);
@@ -390,7 +390,7 @@ fn a_step_does_not_allocate() {
     state.set_wind(Wind { velocity: Vec3::new(0.0, 2.0, 1.0), density: 0.1, ..Wind::default() }).unwrap();
     let turned = nalgebra::UnitQuaternion::from_axis_angle(&Vec3::z_axis(), 0.01);
     state.step(0.01).unwrap();
-    state.set_frame(Pose { origin: Vec3::zeros(), rotation: turned }, Motion::Continuous);
+    state.set_frame(Pose { origin: Vec3::zeros(), rotation: turned }, FrameMotion::Continuous);
     let used = allocation_counter::measure(|| state.step(0.01).unwrap());
     assert_eq!(used.count_total, 0);
 }

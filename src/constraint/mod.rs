@@ -2,7 +2,7 @@
 
 mod modal;
 
-pub use modal::{Constraints, Step};
+pub use modal::{ModalConstraints, Step, VertexMap};
 
 use crate::{Error, Result, Vec3};
 use nalgebra::UnitQuaternion;
@@ -52,6 +52,8 @@ pub struct ConstraintSet {
     outcomes: Vec<Outcome>,
     /// Of a step that is not known to be good yet.
     pending: Vec<Outcome>,
+    /// Work done on the shell since rest.
+    pub work: f64,
 }
 
 impl ConstraintSet {
@@ -100,9 +102,9 @@ impl ConstraintSet {
         found.is_ok()
     }
 
-    /// Removes all.
+    /// Removes all; the work that they did stays.
     pub fn clear_all(&mut self) {
-        *self = Self::default();
+        *self = Self { work: self.work, ..Self::default() };
     }
 
     /// Says what a step makes of the k-th, in the order of [`ConstraintSet::report`].
@@ -120,13 +122,15 @@ impl ConstraintSet {
         self.pending == self.outcomes
     }
 
-    /// Makes the pending outcomes the report: the step is good.
-    pub fn accept(&mut self) {
+    /// Makes the pending outcomes the report, and adds the `work` of the step: it is good.
+    pub fn accept(&mut self, work: f64) {
         self.outcomes.copy_from_slice(&self.pending);
+        self.work += work;
     }
 
-    /// Forgets what the last step made of them.
+    /// Forgets what steps made of them.
     pub fn reset(&mut self) {
         self.outcomes.fill(Outcome::default());
+        self.work = 0.0;
     }
 }

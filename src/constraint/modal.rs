@@ -10,16 +10,14 @@
 //! q̇⁺ = q̇_free + r (q⁺ − q_free), with the integrator's r: 1/h, an impulse, for backward Euler.
 //!
 //! A handle never drives the elastic modes past a bound on their joint bend: beyond it the warp has no meaning. The bound
-//! grows with the distance of the targets from the rest pose, because a warped vertex can also come a little inward by half a
-//! turn, which no hand means.
+//! grows with the distance of the targets from the rest pose: a warped vertex could also reach a near target by turning half round,
+//! and the bound prevents that.
 //!
 //! Rows are dimensionless: lengths are divided by the model's size.
 
 use super::{Constraint, ConstraintSet, MET, Outcome, Target};
 use crate::Vec3;
-use crate::modal::ModalBasis;
 use crate::step::{Bend, Integrator, Oscillator};
-use crate::strain::RotationStrain;
 use crate::support::Pose;
 use crate::warp::{Basis, Entry, warp_with_derivative};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn, UnitQuaternion};
@@ -58,7 +56,7 @@ const KICK: f64 = 0.1;
 
 /// All constraints of a state with room for the work, so that a step does not allocate.
 #[derive(Clone)]
-pub struct Constraints {
+pub struct ModalConstraints {
     set: ConstraintSet,
     /// First row of each constraint, and the end.
     first_row: Vec<usize>,
@@ -206,8 +204,16 @@ pub struct Step<'a> {
     pub bend: Bend<'a>,
     /// u = R̃Φq, or u = Φq.
     pub warped: bool,
-    /// Rotation–strain reconstruction instead of these.
-    pub strain: Option<(&'a RotationStrain, &'a ModalBasis)>,
+    /// What moves vertices instead of these.
+    pub vertices: Option<&'a dyn VertexMap>,
+}
+
+/// How amplitudes move single vertices, frame axes.
+pub trait VertexMap {
+    /// u of vertex `v`.
+    fn displacement(&self, v: usize, q: &[f64]) -> Vec3;
+    /// Hands ∂(direction · u_v)/∂q_k of each mode to `visit`.
+    fn slopes(&self, at: (usize, &Vec3), q: &[f64], visit: &mut dyn FnMut(usize, f64));
 }
 
 impl Step<'_> {
@@ -217,7 +223,7 @@ impl Step<'_> {
     }
 }
 
-impl Constraints {
+impl ModalConstraints {
     /// None.
     pub fn new(modes: usize) -> Self {
         Self { set: ConstraintSet::default(), first_row: vec![0], work: Work::new(0, 0, modes) }
@@ -460,7 +466,7 @@ impl Constraints {
             let linear: Vec3 = (0..q.len()).map(|k| q[k] * shapes(k).0).sum();
             let w: Vec3 = (0..q.len()).map(|k| q[k] * shapes(k).1).sum();
             let (u, by_linear, by_w) = warp_with_derivative(&w, &linear, step.warped);
-            let u = step.strain.map_or(u, |(strain, modal)| strain.displacement(modal, v, q));
+            let u = step.vertices.map_or(u, |map| map.displacement(v, q));
             let (missing, scale) = match c.target {
                 Target::Position(world) => {
                     let target = step.pose.rotation.inverse() * (world - step.pose.origin);
@@ -474,9 +480,9 @@ impl Constraints {
                 direction[axis] = scale;
                 let direction = step.pose.rotation.inverse() * direction;
                 self.work.missing[row] = direction.dot(&missing) - self.work.deferred[row];
-                if let (Some((strain, modal)), Target::Position(_)) = (step.strain, c.target) {
+                if let (Some(map), Target::Position(_)) = (step.vertices, c.target) {
                     let jacobian = &mut self.work.jacobian;
-                    strain.slopes(modal, (v, &direction), q, |k, slope| jacobian[(row, k)] = slope);
+                    map.slopes((v, &direction), q, &mut |k, slope| jacobian[(row, k)] = slope);
                     continue;
                 }
                 for k in 0..q.len() {

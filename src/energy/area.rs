@@ -84,10 +84,6 @@ impl Energy for AreaEnergy {
         self.each_gradient(x, |t, d| t.iter().zip(d).for_each(|(&v, d)| gradient[v as usize] += d));
     }
 
-    fn visit_gradients(&self, x: &[Vec3], visit: &mut dyn FnMut(RestRow)) {
-        self.each_gradient(x, |t, d| visit((t, &d)));
-    }
-
     fn visit_rest_rows(&self, visit: &mut dyn FnMut(RestRow)) {
         for ((t, divisor), d_area) in self.triangles.iter().zip(&self.divisor).zip(&self.rest_gradient) {
             let weight = (2.0 * self.k / divisor).sqrt();

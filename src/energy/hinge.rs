@@ -205,10 +205,6 @@ impl Energy for HingeEnergy {
         self.each_gradient(x, |h, d| h.iter().zip(d).for_each(|(&v, d)| gradient[v as usize] += d));
     }
 
-    fn visit_gradients(&self, x: &[Vec3], visit: &mut dyn FnMut(RestRow)) {
-        self.each_gradient(x, |h, d| visit((h, &d)));
-    }
-
     fn visit_rest_rows(&self, visit: &mut dyn FnMut(RestRow)) {
         for ((h, weight), d_angle) in self.hinges.iter().zip(&self.weight).zip(&self.rest_gradient) {
             let scale = (2.0 * weight).sqrt();

@@ -54,10 +54,6 @@ impl Energy for LengthEnergy {
         });
     }
 
-    fn visit_gradients(&self, x: &[Vec3], visit: &mut dyn FnMut(RestRow)) {
-        self.each_gradient(x, |e, force| visit((e, &[-force, force])));
-    }
-
     fn visit_rest_rows(&self, visit: &mut dyn FnMut(RestRow)) {
         for ((e, divisor), direction) in self.edges.iter().zip(&self.divisor).zip(&self.rest_direction) {
             let row = (2.0 * self.k / divisor).sqrt() * direction;

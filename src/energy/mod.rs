@@ -71,9 +71,6 @@ pub trait Energy: Send + Sync {
     /// How many elements, the first ones, resist stretching. The others resist bending.
     fn n_membrane(&self) -> usize;
 
-    /// Hands ∂E/∂x of every element to `visit`, in the order of the rest rows.
-    fn visit_gradients(&self, x: &[Vec3], visit: &mut dyn FnMut(RestRow));
-
     /// Elements, as many as rest rows.
     fn n_elements(&self) -> usize;
 
@@ -121,10 +118,6 @@ impl Energy for Vec<Box<dyn Energy>> {
 
     fn visit_hessian(&self, x: &[Vec3], curvature: Curvature, visit: &mut dyn FnMut(ElementHessian)) {
         self.iter().for_each(|e| e.visit_hessian(x, curvature, visit));
-    }
-
-    fn visit_gradients(&self, x: &[Vec3], visit: &mut dyn FnMut(RestRow)) {
-        self.iter().for_each(|e| e.visit_gradients(x, visit));
     }
 
     fn n_elements(&self) -> usize {

@@ -58,11 +58,11 @@ pub struct SwWindDesc {
 
 described!(SwWindDesc, local_stride);
 
-unsafe fn take_forces(state: &mut State, desc: &SwForceDesc) -> Result<(), Fault> {
+unsafe fn set_forces(state: &mut State, desc: &SwForceDesc) -> Result<(), Fault> {
     check_flags("desc->flags", desc.flags, SW_FORCES_ONE_STEP)?;
     let (count, once) = (desc.count as usize, desc.flags & SW_FORCES_ONE_STEP != 0);
     if count == 0 {
-        return Ok(state.take_forces([], once)?);
+        return Ok(state.set_forces([], once)?);
     }
     let rows = VectorRows::checked("desc->forces", desc.forces, desc.format, 3, desc.stride, desc.count.into())?;
     // SAFETY: the host's buffer holds count rows.
@@ -70,10 +70,10 @@ unsafe fn take_forces(state: &mut State, desc: &SwForceDesc) -> Result<(), Fault
     if !desc.vertices.is_null() {
         // SAFETY: the host's list holds count vertices.
         let vertices = unsafe { read_list("desc->vertices", desc.vertices, desc.count.into())? };
-        return Ok(state.take_forces(vertices.iter().enumerate().map(|(i, v)| (*v, force(i))), once)?);
+        return Ok(state.set_forces(vertices.iter().enumerate().map(|(i, v)| (*v, force(i))), once)?);
     }
     match state.model().shell.mass.len() {
-        n if n == count => Ok(state.take_forces((0..desc.count).map(|v| (v, force(v as usize))), once)?),
+        n if n == count => Ok(state.set_forces((0..desc.count).map(|v| (v, force(v as usize))), once)?),
         n => Err(Fault::argument(format!("desc->count is {count}, but the mesh has {n} vertices"))),
     }
 }
@@ -83,7 +83,7 @@ unsafe fn take_forces(state: &mut State, desc: &SwForceDesc) -> Result<(), Fault
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn sw_state_set_forces(state: *mut SwState, desc: *const SwForceDesc) -> SwStatus {
     // SAFETY: `writing` refuses a NULL state, `read_descriptor` a NULL or uninitialised descriptor; the host passes live ones.
-    unsafe { writing(state, |state| take_forces(state, &read_descriptor("desc", desc)?)) }
+    unsafe { writing(state, |state| set_forces(state, &read_descriptor("desc", desc)?)) }
 }
 
 /// Replaces the wind.

@@ -14,7 +14,7 @@ use super::structs::{described, read_descriptor, read_descriptor_or_default};
 use crate::error::require_finite;
 use crate::state::{Damping, SAVED_HEADER, State};
 use crate::step::Integrator;
-use crate::support::{Motion, Pose, Rates};
+use crate::support::{FrameMotion, Pose, Rates};
 use crate::{Model, Vec3};
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
 use std::ffi::c_void;
@@ -297,16 +297,16 @@ pub unsafe extern "C" fn sw_state_set_frame(state: *mut SwState, desc: *const Sw
             check_flags("desc->flags", desc.flags, SW_FRAME_TELEPORT | SW_FRAME_MOTION_GIVEN)?;
             let pose = Pose { origin: vector("origin", &desc.origin)?, rotation: rotation(&desc.rotation)? };
             let motion = if desc.flags & SW_FRAME_TELEPORT != 0 {
-                Motion::Teleport
+                FrameMotion::Teleport
             } else if desc.flags & SW_FRAME_MOTION_GIVEN != 0 {
-                Motion::Given(Rates {
+                FrameMotion::Given(Rates {
                     velocity: vector("velocity", &desc.velocity)?,
                     acceleration: vector("acceleration", &desc.acceleration)?,
                     angular_velocity: vector("angular_velocity", &desc.angular_velocity)?,
                     angular_acceleration: vector("angular_acceleration", &desc.angular_acceleration)?,
                 })
             } else {
-                Motion::Continuous
+                FrameMotion::Continuous
             };
             state.set_frame(pose, motion);
             Ok(())

@@ -1,7 +1,7 @@
 //! Motion vertex by vertex: the nonlinear discrete shell, the baseline that modal methods are measured against.
 
 use super::plan::{AS_BEFORE, Around, BEFORE_ANY, FORCE_VERTEX, ITERATIONS, Part, PartKind};
-use super::{Acting, Damping, Motion, ROTATION_RANGE, Reaction, unsupported, write_rotations};
+use super::{Acting, Damping, Motion, ROTATION_RANGE, Reaction, WriteRotations, unsupported, write_rotations};
 use crate::constraint::{Constraint, ConstraintSet, Outcome, Target};
 use crate::features::{Feature, NonlinearShell, Proof};
 use crate::method::Method;
@@ -27,7 +27,6 @@ struct Nodal {
     explicit: bool,
     damping: Rayleigh,
     constraints: ConstraintSet,
-    constraint_work: f64,
     u: Vec<Vec3>,
     velocity: Vec<Vec3>,
     /// Linear solves of the last step; 0 before one.
@@ -48,7 +47,6 @@ pub fn build(model: &Model, method: Method) -> Result<Box<dyn Motion>> {
         explicit: method == Method::ExplicitShell,
         damping: Rayleigh::default(),
         constraints: ConstraintSet::default(),
-        constraint_work: 0.0,
         iterations: 0,
         u: zeros.clone(),
         velocity: zeros.clone(),
@@ -110,8 +108,7 @@ impl Nodal {
     }
 
     fn position(&self, placement: &Placement, v: usize) -> Vec3 {
-        let local = self.shell.mesh.positions[v] + self.u[v];
-        placement.origin + placement.rotation.map_or(local, |rotation| rotation * local)
+        placement.place(self.shell.mesh.positions[v] + self.u[v])
     }
 }
 
@@ -129,7 +126,6 @@ impl Motion for Nodal {
             explicit: self.explicit,
             damping: self.damping,
             constraints: self.constraints.clone(),
-            constraint_work: self.constraint_work,
             iterations: self.iterations,
             u: self.u.clone(),
             velocity: self.velocity.clone(),
@@ -142,7 +138,6 @@ impl Motion for Nodal {
         self.u.fill(Vec3::zeros());
         self.velocity.fill(Vec3::zeros());
         self.constraints.reset();
-        self.constraint_work = 0.0;
         self.iterations = 0;
     }
 
@@ -163,10 +158,9 @@ impl Motion for Nodal {
             solver.implicit_euler(u, velocity, force, *damping, h)?.iterations
         };
         let work = self.record_outcomes(iterations);
-        let finite = (self.constraint_work + work).is_finite() && self.constraints.is_finite();
+        let finite = (self.constraints.work + work).is_finite() && self.constraints.is_finite();
         if finite && self.is_within_range(&self.u, &self.velocity) {
-            self.constraint_work += work;
-            self.constraints.accept();
+            self.constraints.accept(work);
             self.iterations = iterations;
             return Ok(());
         }
@@ -185,7 +179,7 @@ impl Motion for Nodal {
         if !self.constraints.is_finite() || !self.is_within_range(&found.displacement, &[]) {
             return Err(Error::new(ErrorKind::Numerical, "the equilibrium is beyond all range"));
         }
-        self.constraints.accept();
+        self.constraints.accept(0.0);
         self.u = found.displacement;
         self.velocity.fill(Vec3::zeros());
         Ok((found.residual, found.iterations))
@@ -252,14 +246,6 @@ impl Motion for Nodal {
         change(&mut self.constraints);
     }
 
-    fn constraint_work(&self) -> f64 {
-        self.constraint_work
-    }
-
-    fn set_constraint_work(&mut self, work: f64) {
-        self.constraint_work = work;
-    }
-
     fn positions(&self, placement: &Placement, write: &mut dyn FnMut(usize, &[[f64; 3]])) {
         (0..self.u.len()).for_each(|v| write(v, &[self.position(placement, v).into()]));
     }
@@ -279,8 +265,8 @@ impl Motion for Nodal {
     }
 
     /// The mean rotation of the vertex's triangles.
-    fn rotations(&self, write: &mut dyn FnMut(usize, UnitQuaternion<f64>)) -> Result<()> {
-        write_rotations(rotations(&self.shell.mesh, &self.u), write)
+    fn rotations(&self, frame: UnitQuaternion<f64>, write: &mut WriteRotations) -> Result<()> {
+        write_rotations(rotations(&self.shell.mesh, &self.u), frame, write)
     }
 
     fn visit_motion(&self, visit: &mut dyn FnMut(usize, Vec3, Vec3)) {
@@ -320,23 +306,15 @@ impl Motion for Nodal {
         };
         let bytes = 5 * self.u.len() * size_of::<Vec3>() + self.solver.bytes();
         let unused = "the nonlinear shell has no use for modes; the model holds them";
-        let [displacements, turns] = around.unused_modes([unused, unused]);
-        let [uniform, spin] =
-            around.cheap_loads(["added to each vertex", "added to each vertex while the frame turns"]);
-        let [forces, wind] = around.forces_and_wind(FORCE_VERTEX, 0.0);
-        vec![
-            around.shape(),
-            displacements,
-            turns,
+        let loads = around.cheap_loads(["added to each vertex", "added to each vertex while the frame turns"]);
+        let own = [
             Part::absent(PartKind::Modes, "the nonlinear shell moves vertex by vertex"),
-            uniform,
-            spin,
-            forces,
-            wind,
             around.constraints(&self.constraints, 0),
             Part { kind: PartKind::NonlinearShell, active: true, bytes, operations, reason },
-            around.unused_reduced_shell(),
-        ]
+        ];
+        let modes = around.unused_modes([unused, unused]);
+        let forces = around.forces_and_wind(FORCE_VERTEX, 0.0);
+        around.with_the_rest(own.into_iter().chain(modes).chain(loads).chain(forces))
     }
 }
 

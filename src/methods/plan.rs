@@ -103,7 +103,7 @@ impl Around<'_> {
     }
 
     /// The rest shape, which is always used.
-    pub fn shape(&self) -> Part {
+    fn shape(&self) -> Part {
         let (mesh, model) = (&self.model.shell.mesh, self.model);
         let basis = self.shape_bytes();
         let reason = format!("{} vertices, {} triangles", mesh.positions.len(), mesh.triangles.len());
@@ -174,8 +174,21 @@ impl Around<'_> {
         }
     }
 
+    /// A method's own parts, the rest shape, and what it has no use for, in the order of [`PartKind`].
+    pub fn with_the_rest(&self, own: impl Iterator<Item = Part>) -> Vec<Part> {
+        let mut parts: Vec<Part> = own.chain([self.shape()]).collect();
+        let unused = "the method has no use for it";
+        for rest in [self.unused_reduced_shell(), Part::absent(PartKind::NonlinearShell, unused)] {
+            if parts.iter().all(|part| part.kind != rest.kind) {
+                parts.push(rest);
+            }
+        }
+        parts.sort_by_key(|part| part.kind as u32);
+        parts
+    }
+
     /// What the model holds of a reduced shell, for other methods.
-    pub fn unused_reduced_shell(&self) -> Part {
+    fn unused_reduced_shell(&self) -> Part {
         let (bytes, reason) = match &self.model.reduced {
             Some(reduced) => (reduced.bytes(), "the method has no use for it; the model holds it"),
             None => (0, "the model was precomputed without reduced_fields"),

@@ -2,6 +2,7 @@
 
 use super::Motion;
 use super::modal::{Map, Modal};
+use crate::constraint::VertexMap;
 use crate::load::{BodyLoad, External};
 use crate::method::Method;
 use crate::modal::{ModalBasis, with_basis};
@@ -16,6 +17,7 @@ use std::sync::Arc;
 /// The map, with room for its forces.
 #[derive(Clone)]
 struct Reconstruction {
+    basis: Arc<ModalBasis>,
     map: Arc<RotationStrain>,
     scratch: Scratch,
 }
@@ -24,7 +26,17 @@ struct Reconstruction {
 pub fn build(model: &Model, integrator: Integrator) -> Result<Box<dyn Motion>> {
     let map = model.rotation_strain()?;
     let scratch = map.scratch(&model.modal);
-    Ok(Box::new(Modal::new(model, Reconstruction { map, scratch }, integrator)))
+    Ok(Box::new(Modal::new(model, Reconstruction { basis: model.modal.clone(), map, scratch }, integrator)))
+}
+
+impl VertexMap for Reconstruction {
+    fn displacement(&self, v: usize, q: &[f64]) -> Vec3 {
+        self.map.displacement(&self.basis, v, q)
+    }
+
+    fn slopes(&self, at: (usize, &Vec3), q: &[f64], visit: &mut dyn FnMut(usize, f64)) {
+        self.map.slopes(&self.basis, at, q, visit);
+    }
 }
 
 impl Map for Reconstruction {
@@ -48,7 +60,7 @@ impl Map for Reconstruction {
         force: &mut [f64],
     ) -> Pull {
         let mut pull = self.map.project(basis, load, motion, &mut self.scratch, force);
-        pull.reach = motion.0.iter().zip(basis.participation().reach()).map(|(q, reach)| reach * q.abs()).sum();
+        pull.reach = basis.participation().largest_displacement(motion.0);
         pull
     }
 
@@ -98,8 +110,12 @@ impl Map for Reconstruction {
         along.iter_mut().zip(pulled).for_each(|(sum, force)| *sum += force);
     }
 
-    fn reconstruction(&self) -> Option<&RotationStrain> {
-        Some(&self.map)
+    fn vertices(&self) -> Option<&dyn VertexMap> {
+        Some(self)
+    }
+
+    fn samples(&self) -> Option<(usize, f64)> {
+        Some((self.map.n_samples(), self.map.left))
     }
 
     fn step_nanoseconds(&self, _: &ModalBasis) -> u64 {

@@ -22,7 +22,7 @@ use crate::constraint::{Constraint, Outcome, Target};
 use crate::features::Feature;
 use crate::methods::{self, Acting, Reaction};
 use crate::reference::{self, Handle, Load, Solver, mass_norm as norm};
-use crate::support::Motion;
+use crate::support::FrameMotion;
 use crate::{Error, ErrorKind, Result, Shell, Vec3};
 use nalgebra::UnitQuaternion;
 
@@ -158,10 +158,10 @@ impl State {
             let mut warp = self.try_clone()?;
             warp.set_method(Method::Warp)?;
             if self.is_standing() {
-                warp.frame.motion = Motion::Given(self.rates);
+                warp.frame.motion = FrameMotion::Given(self.rates);
                 if warp.equilibrium().is_err() {
                     warp.reset();
-                    warp.frame.motion = Motion::Given(self.rates);
+                    warp.frame.motion = FrameMotion::Given(self.rates);
                     warp.equilibrium()?;
                 }
             }
@@ -213,7 +213,7 @@ impl State {
     fn path_from_rest(&self) -> Result<Vec<Vec3>> {
         let mut full = self.try_clone()?;
         full.reset();
-        full.frame.motion = Motion::Given(self.rates);
+        full.frame.motion = FrameMotion::Given(self.rates);
         full.set_method(Method::ImplicitShell)?;
         full.equilibrium()?;
         Ok(full.in_frame())

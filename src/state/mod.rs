@@ -15,7 +15,7 @@ pub use crate::methods::plan::{Part, PartKind};
 use crate::methods::{self, Acting, Motion};
 pub use crate::methods::{Damping, Method, ROTATION_RANGE};
 use crate::step::Integrator;
-use crate::support::{Frame, Motion as FrameMotion, Pose, Rates};
+use crate::support::{Frame, FrameMotion, Pose, Rates};
 use crate::{Error, ErrorKind, Model, Result, Vec3};
 pub use certify::{Certificate, LARGEST_ERROR};
 pub use output::Report;
@@ -62,8 +62,8 @@ pub struct State {
     integrator: Integrator,
 }
 
-/// An equilibrium in wind or in a frame that turns is found when their forces change by less than this part of themselves; as often they
-/// are taken at most. A basis of 32 bits leaves seven digits.
+/// Forces that depend on the shape are taken anew at an equilibrium until they change by less than this part of themselves, and at most
+/// in so many rounds. A basis of 32 bits leaves seven digits.
 const FOLLOWING_SETTLED: f64 = 1e-6;
 const FOLLOWING_ROUNDS: usize = 100;
 
@@ -180,13 +180,8 @@ impl State {
         Ok(())
     }
 
-    /// Replaces the forces on vertices (world axes), for good or for the next step only.
-    pub fn set_forces(&mut self, forces: Vec<(u32, Vec3)>, once: bool) -> Result<()> {
-        self.take_forces(forces, once)
-    }
-
-    /// As [`State::set_forces`], without a list: as many forces as before need no new room.
-    pub fn take_forces(&mut self, forces: impl IntoIterator<Item = (u32, Vec3)>, once: bool) -> Result<()> {
+    /// Replaces the forces on vertices (world axes), for good or for the next step only. As many as before need no new room.
+    pub fn set_forces(&mut self, forces: impl IntoIterator<Item = (u32, Vec3)>, once: bool) -> Result<()> {
         let changed = self.loads.set_forces(forces, self.model.shell.mass.len())?;
         if let Err(error) = self.make_room() {
             self.loads.undo_forces();
@@ -285,8 +280,8 @@ impl State {
         Ok(())
     }
 
-    /// Advances by `h` > 0 seconds. Loads turn with the shell as it was at the start of the step (paper eq. 12), or
-    /// in the middle of it in a spinning frame. Fails, and leaves everything as it was, when the result would not be finite. Modal
+    /// Advances by `h` > 0 seconds. The modal force is taken at the shape at the start of the step (paper eq. 12), or in the middle of it in
+    /// a spinning frame. Fails, and leaves everything as it was, when the result would not be finite. Modal
     /// methods do not allocate. A state that rests only lets the time pass.
     pub fn step(&mut self, h: f64) -> Result<()> {
         self.check_step(h)?;

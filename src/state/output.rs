@@ -150,8 +150,9 @@ impl State {
     /// Hands the rotation of every vertex's frame to `write`, in world space turned with the support frame: exp \[w\]× with
     /// the modal rotation w, or for a nonlinear shell the mean rotation of the vertex's triangles.
     pub fn rotations(&self, space: Space, mut write: impl FnMut(usize, UnitQuaternion<f64>)) -> Result<()> {
-        let frame = self.rotation_to(space);
-        self.motion.rotations(&mut |v, rotation| write(v, frame * rotation))
+        self.motion.rotations(self.rotation_to(space), &mut |first, rotations| {
+            rotations.iter().enumerate().for_each(|(i, rotation)| write(first + i, *rotation));
+        })
     }
 
     /// Energies, and how far the shell is bent.
@@ -162,7 +163,7 @@ impl State {
             time: self.time,
             kinetic_energy,
             elastic_energy,
-            constraint_work: self.motion.constraint_work(),
+            constraint_work: self.motion.constraints().work,
             max_rotation: extent.rotation.sqrt(),
             max_displacement: extent.displacement.sqrt(),
             fraction_turned_too_far: extent.beyond as f64 / self.model.shell.mass.len() as f64,

@@ -40,7 +40,7 @@ impl State {
         push(&self.time);
         pose.origin.iter().chain(pose.rotation.coords.iter()).for_each(&mut push);
         velocity.iter().chain(angular_velocity.iter()).for_each(&mut push);
-        push(&self.motion.constraint_work());
+        push(&self.motion.constraints().work);
         self.motion.unknowns().iter().flatten().for_each(push);
         bytes.extend(xxh3_64(&bytes).to_le_bytes());
         bytes
@@ -59,7 +59,7 @@ impl State {
         self.rates = Default::default();
         self.frame = Frame { velocity: vector(8), angular_velocity: vector(11), ..Frame::at_rest(pose) };
         let (unknowns, rates) = numbers[FIXED_DOUBLES..].split_at(self.motion.n_unknowns());
-        self.motion.set_constraint_work(numbers[14]);
+        self.motion.change(|set| set.work = numbers[14]);
         self.motion.set_unknowns([unknowns, rates]);
         Ok(())
     }

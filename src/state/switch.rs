@@ -21,7 +21,6 @@ impl State {
         next.project_from(&u, &rate)?;
         let set = self.motion.constraints().clone();
         next.change(|own| *own = set);
-        next.set_constraint_work(self.motion.constraint_work());
         let before = std::mem::replace(&mut self.motion, next);
         let damped = self.apply_damping(&self.damping.clone());
         if damped.is_err() {

@@ -79,6 +79,11 @@ impl Participation {
         &self.uniform
     }
 
+    /// No vertex is further from rest at amplitudes `q` without the warp.
+    pub fn largest_displacement(&self, q: &[f64]) -> f64 {
+        q.iter().zip(&self.reach).map(|(q, reach)| reach * q.abs()).sum()
+    }
+
     /// Largest displacement of a vertex per unit amplitude, of each mode.
     pub fn reach(&self) -> &[f64] {
         &self.reach

@@ -18,6 +18,14 @@ pub struct Placement {
     pub rotation: Option<Matrix3<f64>>,
 }
 
+impl Placement {
+    /// Where `local` is.
+    #[inline(always)]
+    pub fn place(&self, local: Vec3) -> Vec3 {
+        self.origin + self.rotation.map_or(local, |rotation| rotation * local)
+    }
+}
+
 /// Amplitudes and how they move vertices.
 #[derive(Clone, Copy)]
 pub struct Amplitudes<'a> {

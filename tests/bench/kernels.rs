@@ -26,7 +26,7 @@ use shellwarp::ffi::state::{
 use shellwarp::ffi::structs::Described;
 use shellwarp::model::Precision;
 use shellwarp::state::{Method, Space, State};
-use shellwarp::support::{Motion, Pose};
+use shellwarp::support::{FrameMotion, Pose};
 use shellwarp::{Model, Vec3};
 use std::fmt::Write;
 use std::hint::black_box;
@@ -81,7 +81,7 @@ fn report(state: &SwState) {
 fn turned(model: &Arc<Model>) -> State {
     let mut state = scene::moving(model, Method::Warp);
     let rotation = UnitQuaternion::from_scaled_axis(Vec3::new(0.3, -0.2, 0.9));
-    state.set_frame(Pose { origin: Vec3::new(1.0, 2.0, 3.0), rotation }, Motion::Teleport);
+    state.set_frame(Pose { origin: Vec3::new(1.0, 2.0, 3.0), rotation }, FrameMotion::Teleport);
     state.step(FRAME).expect("a step");
     state
 }

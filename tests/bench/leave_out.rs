@@ -12,7 +12,7 @@ use shellwarp::load::Wind;
 use shellwarp::model::Precision;
 use shellwarp::state::{Damping, Method, Space, State};
 use shellwarp::step::Integrator;
-use shellwarp::support::{Motion, Pose, Rates};
+use shellwarp::support::{FrameMotion, Pose, Rates};
 use std::hint::black_box;
 
 /// The function that callgrind counts in; never inlined, so that it has a name.
@@ -125,7 +125,7 @@ fn act(state: &mut State, acts: &Acts) {
     let n = state.model().shell.mass.len() as u32;
     if acts.forces > 0 {
         let force = |i: u32| (i * (n / acts.forces) % n, Vec3::new(1e-5, 2e-5, -1e-5));
-        state.set_forces((0..acts.forces).map(force).collect(), false).expect("vertices");
+        state.set_forces((0..acts.forces).map(force), false).expect("vertices");
     }
     if acts.wind {
         let wind = Wind { velocity: Vec3::new(0.1, 0.2, 0.3), density: 1e-3, normal_drag: 1.0, ..Wind::default() };
@@ -142,7 +142,7 @@ fn act(state: &mut State, acts: &Acts) {
     if acts.spin {
         // So slow that the load is taken once more in the middle of the step.
         let rates = Rates { angular_velocity: Vec3::new(0.0, 0.0, 0.3), ..Rates::default() };
-        state.set_frame(Pose::identity(), Motion::Given(rates));
+        state.set_frame(Pose::identity(), FrameMotion::Given(rates));
     }
 }
 

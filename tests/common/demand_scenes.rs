@@ -7,7 +7,7 @@ use shellwarp::model::{Model, Options, Precision};
 use shellwarp::modes::Demand;
 use shellwarp::state::{Damping, Method, Space, State};
 use shellwarp::step::Integrator;
-use shellwarp::support::{Motion, Pose};
+use shellwarp::support::{FrameMotion, Pose};
 use shellwarp::{Material, Mesh, Shell, Supports, Vec3};
 use std::sync::Arc;
 use std::time::Instant;
@@ -114,7 +114,7 @@ pub fn run(scene: &Scene, model: &Arc<Model>) -> Vec<(Vec<Vec3>, f64)> {
     state.set_damping(&Damping { ratios: vec![0.05], ..Damping::default() }).unwrap();
     let step = |k: usize| {
         let t = (k + 1) as f64 * STEP;
-        state.set_frame((scene.frame)(t), Motion::Continuous);
+        state.set_frame((scene.frame)(t), FrameMotion::Continuous);
         if let Some((vertex, to)) = scene.drag {
             let target = Target::Position(scene.shell.mesh.positions[vertex as usize] + to(t));
             state

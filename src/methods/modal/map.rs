@@ -1,12 +1,12 @@
 //! How modal amplitudes move a shell: u(q), its derivative J = ∂u/∂q, and the modal force of loads.
 
 use crate::Vec3;
+use crate::constraint::VertexMap;
 use crate::load::{BodyLoad, External};
 use crate::method::Method;
 use crate::modal::ModalBasis;
 use crate::step::ForceLaw;
 use crate::step::guard::Pull;
-use crate::strain::RotationStrain;
 use crate::warp::{Extent, Placement};
 
 /// A map of a modal method. All axes are the frame's.
@@ -55,8 +55,14 @@ pub trait Map: Clone + Send + Sync + 'static {
     }
     /// Adds Jᵀ of forces on vertices to `along` (modes), J the derivative of the positions. Allocates.
     fn pull_back(&self, at: (&ModalBasis, &[f64]), forces: &[(u32, Vec3)], along: &mut [f64]);
-    /// Rotation–strain reconstruction, if that is what it is.
-    fn reconstruction(&self) -> Option<&RotationStrain>;
+    /// What moves single vertices, where it is not the warp.
+    fn vertices(&self) -> Option<&dyn VertexMap> {
+        None
+    }
+    /// Sampled triangles that turn the shell, and what they leave of what all would do; none where vertices turn.
+    fn samples(&self) -> Option<(usize, f64)> {
+        None
+    }
     /// About how long a step takes.
     fn step_nanoseconds(&self, basis: &ModalBasis) -> u64;
 }

@@ -9,7 +9,7 @@ mod warp;
 pub use map::Map;
 
 use super::{Acting, Motion, Reaction};
-use crate::constraint::{ConstraintSet, Constraints, Step};
+use crate::constraint::{ModalConstraints, Step};
 use crate::load::BodyLoad;
 use crate::method::Method;
 use crate::modal::{AnyBasis, ModalBasis, with_basis};
@@ -62,8 +62,7 @@ pub struct Modal<M> {
     integrator: Integrator,
     /// c of each mode.
     damping: Vec<f64>,
-    constraints: Constraints,
-    constraint_work: f64,
+    constraints: ModalConstraints,
     q: Vec<f64>,
     q_dot: Vec<f64>,
     /// The next q and q̇ until they are known to be good, and the modal force.
@@ -98,8 +97,7 @@ impl<M: Map> Modal<M> {
             map,
             integrator,
             damping: zeros.clone(),
-            constraints: Constraints::new(basis.n_modes()),
-            constraint_work: 0.0,
+            constraints: ModalConstraints::new(basis.n_modes()),
             q: zeros.clone(),
             q_dot: zeros.clone(),
             next: [zeros.clone(), zeros.clone()],
@@ -150,7 +148,7 @@ impl<M: Map> Modal<M> {
             self.move_freely(h);
         }
         let work = self.meet_constraints(acting, h);
-        let finite = (self.constraint_work + work).is_finite() && self.constraints.set().is_finite();
+        let finite = (self.constraints.set().work + work).is_finite() && self.constraints.set().is_finite();
         if !finite || !self.is_representable_at(&self.next[0], &self.next[1]) {
             let message = format!("the step of {h:?} s does not give finite positions");
             return Err(Error::new(ErrorKind::Numerical, message));
@@ -159,8 +157,7 @@ impl<M: Map> Modal<M> {
         let [next_q, next_q_dot] = &mut self.next;
         std::mem::swap(&mut self.q, next_q);
         std::mem::swap(&mut self.q_dot, next_q_dot);
-        self.constraint_work += work;
-        self.constraints.change(ConstraintSet::accept);
+        self.constraints.change(|set| set.accept(work));
         Ok(())
     }
 
@@ -207,7 +204,7 @@ impl<M: Map> Modal<M> {
             size: mesh.size,
             bend: modal.bend(warped),
             warped,
-            strain: map.reconstruction().map(|map| (map, &**modal)),
+            vertices: map.vertices(),
         };
         with_basis!(&modal.basis, basis => constraints.project(basis, &step, q, (next_q, next_q_dot)))
     }
@@ -242,7 +239,7 @@ impl<M: Map> Modal<M> {
     /// and damping vanish gives Λ⁻¹f, and q moves a fraction of the way there, which is halved when the residual grows.
     /// Returns the residual |q − Λ⁻¹f|/|Λ⁻¹f| and the iterations. Changes nothing on failure.
     fn find_equilibrium(&mut self, acting: &Acting) -> Result<(f64, usize)> {
-        let start = (self.q.clone(), self.q_dot.clone(), self.integrator, self.constraint_work);
+        let start = (self.q.clone(), self.q_dot.clone(), self.integrator, self.constraints.set().work);
         self.integrator = Integrator::ImplicitEuler;
         let mut outcome = self.fixed_point(acting);
         // A frame that turns faster than the shell can bear throws it as far as the guard lets it.
@@ -250,7 +247,8 @@ impl<M: Map> Modal<M> {
             let message = "no equilibrium: the frame's spin bends the shell beyond all range";
             outcome = Err(Error::new(ErrorKind::Numerical, message));
         }
-        (self.integrator, self.constraint_work) = (start.2, start.3);
+        self.integrator = start.2;
+        self.constraints.change(|set| set.work = start.3);
         if outcome.is_err() {
             (self.q, self.q_dot) = (start.0, start.1);
         }

@@ -5,9 +5,9 @@ use crate::constraint::{Constraint, ConstraintSet, Target};
 use crate::error::require_finite;
 use crate::method::Method;
 use crate::methods::plan::{Around, Part};
-use crate::methods::{Acting, Damping, Motion, Reaction};
+use crate::methods::{Acting, Damping, Motion, Reaction, WriteRotations};
 use crate::modal::with_basis;
-use crate::warp::{Extent, Placement, visit_turns};
+use crate::warp::{Extent, LANES, Placement, visit_turns};
 use crate::{Error, ErrorKind, Result, Vec3};
 use nalgebra::UnitQuaternion;
 
@@ -24,7 +24,6 @@ impl<M: Map> Motion for Modal<M> {
         self.q.fill(0.0);
         self.q_dot.fill(0.0);
         self.constraints.change(ConstraintSet::reset);
-        self.constraint_work = 0.0;
     }
 
     fn stop(&mut self) {
@@ -137,14 +136,6 @@ impl<M: Map> Motion for Modal<M> {
         }
     }
 
-    fn constraint_work(&self) -> f64 {
-        self.constraint_work
-    }
-
-    fn set_constraint_work(&mut self, work: f64) {
-        self.constraint_work = work;
-    }
-
     fn positions(&self, placement: &Placement, write: &mut dyn FnMut(usize, &[[f64; 3]])) {
         self.map.positions((&self.basis, &self.q), placement, write);
     }
@@ -162,11 +153,19 @@ impl<M: Map> Motion for Modal<M> {
     }
 
     /// exp \[w\]× with the modal rotation w.
-    fn rotations(&self, write: &mut dyn FnMut(usize, UnitQuaternion<f64>)) -> Result<()> {
+    fn rotations(&self, frame: UnitQuaternion<f64>, write: &mut WriteRotations) -> Result<()> {
         if self.basis.is_linear() {
             return without_rotations("rotations");
         }
-        let turn = |v: usize, w: Vec3| write(v, UnitQuaternion::from_scaled_axis(w));
+        let last = self.basis.shell.mass.len() - 1;
+        let mut block = [UnitQuaternion::identity(); LANES];
+        let turn = |v: usize, w: Vec3| {
+            let at = v % LANES;
+            block[at] = frame * UnitQuaternion::from_scaled_axis(w);
+            if at == LANES - 1 || v == last {
+                write(v - at, &block[..=at]);
+            }
+        };
         with_basis!(&self.basis.basis, basis => visit_turns(basis, &self.q, turn));
         Ok(())
     }
@@ -185,7 +184,7 @@ impl<M: Map> Motion for Modal<M> {
     }
 
     fn largest_displacement(&self) -> f64 {
-        self.q.iter().zip(self.basis.participation().reach()).map(|(q, r)| r * q.abs()).sum()
+        self.basis.participation().largest_displacement(&self.q)
     }
 
     fn extent(&self) -> Extent {

@@ -5,7 +5,6 @@ use crate::load::BodyLoad;
 use crate::methods::plan::{Around, Part, PartKind};
 use crate::modal::ModalBasis;
 use crate::step::{ForceLaw, Integrator};
-use crate::strain::RotationStrain;
 use crate::warp::LANES;
 
 /// Modes that carry less of the mass along a uniform load may be too few for it.
@@ -50,12 +49,9 @@ impl LawCost {
 }
 
 /// What turns the shell by rotation–strain reconstruction.
-fn strain_reason(strain: &RotationStrain) -> String {
-    format!(
-        "{} sampled triangles turn the output and the force; they leave {:.1} % of what all would do",
-        strain.n_samples(),
-        100.0 * strain.left
-    )
+fn samples_reason((n, left): (usize, f64)) -> String {
+    let left = 100.0 * left;
+    format!("{n} sampled triangles turn the output and the force; they leave {left:.1} % of what all would do")
 }
 
 fn cost([once, each]: Cost, count: usize) -> f64 {
@@ -63,9 +59,9 @@ fn cost([once, each]: Cost, count: usize) -> f64 {
 }
 
 /// What a step of a modal method does to the loads that act everywhere.
-struct ModalStep<'a> {
+struct ModalStep {
     law: ForceLaw,
-    strain: Option<&'a RotationStrain>,
+    samples: Option<(usize, f64)>,
     modes: usize,
     /// Times that the load is taken.
     passes: f64,
@@ -80,7 +76,7 @@ struct ModalStep<'a> {
     loaded: bool,
 }
 
-impl ModalStep<'_> {
+impl ModalStep {
     /// Of a sweep over all vertices in each pass, by modes or samples.
     fn sweep(&self, block: Cost, count: usize) -> f64 {
         self.blocks * self.passes * cost(block, count)
@@ -88,26 +84,23 @@ impl ModalStep<'_> {
 
     /// What linear modal analysis would do is laid to the load, the rest of a sweep to the rotations.
     fn rotations(&self, bytes: usize, without: bool) -> Part {
-        let (active, reason) = match (without, self.law.warped(), self.strain) {
+        let (active, reason) = match (without, self.law.warped(), self.samples) {
             (true, ..) => (false, "the model was precomputed without them".into()),
             (_, false, _) => (false, "linear modal analysis; SW_PRECOMPUTE_LINEAR would not store them".into()),
-            (.., Some(strain)) => (true, strain_reason(strain)),
+            (.., Some(samples)) => (true, samples_reason(samples)),
             _ if self.sweeps => (true, "the force and the output turn with the shell".into()),
             _ => (true, "the output turns with the shell; the step does not need them".into()),
         };
         let swept = |of_sweep: f64| if self.sweeps { of_sweep } else { 0.0 };
-        let operations = match self.strain {
-            Some(strain) => {
-                let n = strain.n_samples();
-                self.passes * n as f64 * cost(STRAIN, self.modes) + swept(self.sweep(STRAIN_BLOCK, n))
-            }
+        let operations = match self.samples {
+            Some((n, _)) => self.passes * n as f64 * cost(STRAIN, self.modes) + swept(self.sweep(STRAIN_BLOCK, n)),
             None => swept(self.sweep(LawCost::of(self.law).block, self.modes) - self.sweep(LINEAR.block, self.modes)),
         };
         Part { kind: PartKind::Rotations, active, bytes, operations, reason }
     }
 
     fn uniform_load(&self) -> Part {
-        let warps = self.law.warped() && self.strain.is_none();
+        let warps = self.law.warped() && self.samples.is_none();
         let pairs = if warps { self.modes * self.modes } else { 0 };
         let summed = SHORT[0] * self.modes as f64 + SHORT[1] * pairs as f64;
         let operations = match (self.sweeps, self.short && self.loaded) {
@@ -118,7 +111,7 @@ impl ModalStep<'_> {
         let reason = match (self.loaded, self.short, self.sweeps) {
             (false, ..) => "nothing acts everywhere alike",
             (_, true, _) if warps => "sums over the vertices taken once: no vertex turns by more than 1.4e-3 rad",
-            (_, true, _) if self.strain.is_some() => "sums over the vertices taken once",
+            (_, true, _) if self.samples.is_some() => "sums over the vertices taken once",
             (_, true, _) => "sums over the vertices taken once: the force does not depend on the shape",
             (_, _, true) => "summed over all vertices, as each is turned",
             _ => "nothing to sum",
@@ -132,8 +125,8 @@ impl ModalStep<'_> {
             return Part::absent(PartKind::Spin, "the frame does not turn");
         }
         let reason = format!("Euler, centrifugal and Coriolis forces, {} times a step", self.passes);
-        let operations = match self.strain {
-            Some(strain) => self.sweep(STRAIN_SPIN, strain.n_samples()),
+        let operations = match self.samples {
+            Some((n, _)) => self.sweep(STRAIN_SPIN, n),
             None => self.sweep(LawCost::of(self.law).spin, self.modes),
         };
         Part { kind: PartKind::Spin, active: true, bytes: 0, operations, reason }
@@ -147,43 +140,41 @@ impl<M: Map> Modal<M> {
         let [phi, psi] = around.shape_bytes();
         let step = self.modal_step(around, passes);
         let whole = step.blocks * (cost(costs.block, modes) + cost(costs.spin, modes));
-        let [forces, wind] = around.forces_and_wind(step.passes * cost(costs.point, modes), whole);
+        let loads = around.forces_and_wind(step.passes * cost(costs.point, modes), whole);
         let oscillator = if self.integrator == Integrator::Exact { EXACT } else { IMPLICIT };
         let part = |kind, bytes, operations, reason: String| Part { kind, active: true, bytes, operations, reason };
-        vec![
-            around.shape(),
-            part(PartKind::Displacements, phi, 0.0, format!("{modes} modes")),
+        let shapes = part(PartKind::Displacements, phi, 0.0, format!("{modes} modes"));
+        let modes_part = part(
+            PartKind::Modes,
+            around.state_bytes,
+            cost(oscillator, modes) * step.passes,
+            modes_reason(basis, &around.load),
+        );
+        let own = [
+            shapes,
             step.rotations(psi, basis.is_linear()),
-            part(
-                PartKind::Modes,
-                around.state_bytes,
-                cost(oscillator, modes) * step.passes,
-                modes_reason(basis, &around.load),
-            ),
+            modes_part,
             step.uniform_load(),
             step.spin(),
-            forces,
-            wind,
             around.constraints(self.constraints.set(), modes),
-            Part::absent(PartKind::NonlinearShell, "the method has no use for it"),
-            around.unused_reduced_shell(),
-        ]
+        ];
+        around.with_the_rest(own.into_iter().chain(loads))
     }
 
-    fn modal_step(&self, Around { load, loads, .. }: &Around, passes: f64) -> ModalStep<'_> {
-        let (basis, law, strain) = (&self.basis, self.map.law(), self.map.reconstruction());
+    fn modal_step(&self, Around { load, loads, .. }: &Around, passes: f64) -> ModalStep {
+        let (basis, law, samples) = (&self.basis, self.map.law(), self.map.samples());
         let n = basis.shell.mass.len();
         let spins = load.spin_rate().is_some();
         let on_all = loads.point_forces(n).is_none();
         let known_ahead = || {
             let bend = || basis.bend(law.warped()).largest(&self.q);
-            strain.is_some() || basis.participation().suffices(law, bend)
+            samples.is_some() || basis.participation().suffices(law, bend)
         };
         let short = !spins && !on_all && known_ahead();
         let loaded = !load.is_zero();
         let sweeps = !short && (on_all || loaded);
         let blocks = n.div_ceil(LANES) as f64;
-        ModalStep { law, strain, modes: basis.n_modes(), passes, blocks, spins, short, sweeps, loaded }
+        ModalStep { law, samples, modes: basis.n_modes(), passes, blocks, spins, short, sweeps, loaded }
     }
 }
 

@@ -11,7 +11,6 @@ use crate::step::ForceLaw;
 use crate::step::guard::Pull;
 use crate::step::modal_force::{self, Acting, Scratch};
 use crate::step::point_force;
-use crate::strain::RotationStrain;
 use crate::warp::{self, Amplitudes, Extent, ModalRotation, Placement};
 
 /// Room for projections in the precision that the basis is computed with.
@@ -102,7 +101,7 @@ impl Map for Warp {
             }
         };
         if *law == ForceLaw::VirtualWork {
-            pull.reach = q.iter().zip(participation.reach()).map(|(q, reach)| reach * q.abs()).sum();
+            pull.reach = participation.largest_displacement(q);
         }
         pull.external +=
             with_basis!(&basis.basis, basis => point_force::add(basis, *law, q, external.point_forces(), force));
@@ -171,10 +170,6 @@ impl Map for Warp {
     fn pull_back(&self, (modal, q): (&ModalBasis, &[f64]), forces: &[(u32, Vec3)], along: &mut [f64]) {
         let (law, forces) = (self.tangent_law(), forces.iter().copied());
         with_basis!(&modal.basis, basis => point_force::add(basis, law, q, forces, along));
-    }
-
-    fn reconstruction(&self) -> Option<&RotationStrain> {
-        None
     }
 
     fn step_nanoseconds(&self, basis: &ModalBasis) -> u64 {

@@ -6,7 +6,7 @@ mod step;
 
 use super::nodal::{extent, rotations};
 use super::plan::{AS_BEFORE, Around, BEFORE_ANY, ITERATIONS, Part, PartKind};
-use super::{Acting, Damping, Motion as Moves, Reaction, write_rotations};
+use super::{Acting, Damping, Motion, Reaction, WriteRotations, write_rotations};
 use crate::constraint::ConstraintSet;
 use crate::features::{Feature, Proof, ReducedShell as Built};
 use crate::method::Method;
@@ -21,7 +21,7 @@ use nalgebra::{DMatrix, UnitQuaternion};
 use rows::{places, ring_of};
 use std::sync::Arc;
 
-/// Of what is left, when a pose is taken: each gains the digits of B, at least four.
+/// Projection rounds when a shape is set; each adds the digits of B, at least four.
 const PROJECTIONS: usize = 4;
 /// Past this displacement, in units of the model's size, an amplitude has no meaning left.
 const LARGEST_DISPLACEMENT: f64 = 1e6;
@@ -41,12 +41,12 @@ const REDUCED_POINT: f64 = 20.0;
 
 /// q and its rates.
 #[derive(Clone)]
-struct Motion {
+struct Coordinates {
     q: Vec<f64>,
     q_dot: Vec<f64>,
 }
 
-impl Motion {
+impl Coordinates {
     fn rest(n: usize) -> Self {
         Self { q: vec![0.0; n], q_dot: vec![0.0; n] }
     }
@@ -70,13 +70,12 @@ struct Reduced {
     /// In which its energy is.
     form: Form,
     fingerprint: u64,
-    motion: Motion,
+    motion: Coordinates,
     /// ξ and ζ.
     damping: Rayleigh,
     /// 2 ratio √λ of each mode.
     modal_damping: Vec<f64>,
     constraints: ConstraintSet,
-    constraint_work: f64,
     /// Steps whose search ended short of its tolerance.
     unconverged: u64,
     /// Of the last step; none before one.
@@ -85,11 +84,15 @@ struct Reduced {
     rows: Rows,
     /// The triangles at each vertex whose orientation is held, made when a step first needs them.
     rings: Vec<(u32, Ring)>,
-    /// Next q and that of the last pass, b of the potential, the load without inertia, and rates for forces of a turning frame.
+    /// Next q.
     next: Vec<f64>,
+    /// That of the last pass.
     last: Vec<f64>,
+    /// b of the potential.
     load: Vec<f64>,
+    /// The load without inertia.
     force: Vec<f64>,
+    /// Next rates.
     rates: Vec<f64>,
     /// Where a stage starts: q and q̇ of its backward Euler; and a q that the shell can be at.
     from: [Vec<f64>; 2],
@@ -98,7 +101,7 @@ struct Reduced {
 }
 
 /// At rest, undamped.
-pub fn build(model: &Model, form: Form) -> Result<Box<dyn Moves>> {
+pub fn build(model: &Model, form: Form) -> Result<Box<dyn Motion>> {
     let _proof: Built = Proof::of(Feature::ReducedShell)?;
     let Some(reduced) = &model.reduced else {
         let message = "the model has no reduced shell: precompute with reduced_fields, 40 for a start";
@@ -112,11 +115,10 @@ pub fn build(model: &Model, form: Form) -> Result<Box<dyn Moves>> {
         reduced: reduced.clone(),
         form,
         fingerprint: model.reduced_fingerprint,
-        motion: Motion::rest(n),
+        motion: Coordinates::rest(n),
         damping: Rayleigh::default(),
         modal_damping: vec![0.0; model.modal.n_modes()],
         constraints: ConstraintSet::default(),
-        constraint_work: 0.0,
         unconverged: 0,
         work: Work::default(),
         newton: Newton::new(reduced.elastic(form)),
@@ -131,10 +133,6 @@ pub fn build(model: &Model, form: Form) -> Result<Box<dyn Moves>> {
         start: zeros,
         viscosity: DMatrix::zeros(n, n),
     }))
-}
-
-fn placed(Placement { origin, rotation }: &Placement, local: Vec3) -> Vec3 {
-    origin + rotation.map_or(local, |rotation| rotation * local)
 }
 
 impl Reduced {
@@ -180,7 +178,7 @@ impl Reduced {
     /// g of `certify`: the force on each field and that of constraints, less the elastic one.
     fn unbalanced(&self, acting: &Acting, reactions: &[Reaction]) -> Vec<f64> {
         let reduced = &self.reduced;
-        let Motion { q, q_dot } = &self.motion;
+        let Coordinates { q, q_dot } = &self.motion;
         let at = At { shell: &self.shell, reduced, pose: acting.pose };
         let mut probe = self.clone();
         probe.set_force(acting);
@@ -231,7 +229,7 @@ impl Reduced {
     }
 }
 
-impl Moves for Reduced {
+impl Motion for Reduced {
     fn method(&self) -> Method {
         match self.form {
             Form::Sampled => Method::ReducedShell,
@@ -239,14 +237,13 @@ impl Moves for Reduced {
         }
     }
 
-    fn try_clone(&self) -> Result<Box<dyn Moves>> {
+    fn try_clone(&self) -> Result<Box<dyn Motion>> {
         Ok(Box::new(self.clone()))
     }
 
     fn reset(&mut self) {
-        self.motion = Motion::rest(self.next.len());
+        self.motion = Coordinates::rest(self.next.len());
         self.constraints.reset();
-        self.constraint_work = 0.0;
         self.unconverged = 0;
         self.work = Work::default();
     }
@@ -266,7 +263,7 @@ impl Moves for Reduced {
     /// BᵀMu and BᵀMu̇, and again of what is left, because B is rounded.
     fn project_from(&mut self, u: &[Vec3], rate: &[Vec3]) -> Result<()> {
         let (reduced, mass) = (&self.reduced, &self.shell.mass);
-        let mut motion = Motion::rest(reduced.n());
+        let mut motion = Coordinates::rest(reduced.n());
         for _ in 0..PROJECTIONS {
             let mut left = [u.to_vec(), rate.to_vec()];
             let take = |v: usize, x: Vec3, x_dot: Vec3| {
@@ -328,17 +325,9 @@ impl Moves for Reduced {
         }
     }
 
-    fn constraint_work(&self) -> f64 {
-        self.constraint_work
-    }
-
-    fn set_constraint_work(&mut self, work: f64) {
-        self.constraint_work = work;
-    }
-
     fn positions(&self, placement: &Placement, write: &mut dyn FnMut(usize, &[[f64; 3]])) {
         let rest = &self.shell.mesh.positions;
-        let place = |v: usize, u: Vec3| write(v, &[placed(placement, rest[v] + u).into()]);
+        let place = |v: usize, u: Vec3| write(v, &[placement.place(rest[v] + u).into()]);
         with_fields!(&self.reduced.fields, fields => fields.displacements(&self.motion.q, place));
     }
 
@@ -348,7 +337,7 @@ impl Moves for Reduced {
 
     fn positions_of(&self, placement: &Placement, vertices: &[u32], write: &mut dyn FnMut(usize, [f64; 3])) {
         let rest = |i: usize| self.shell.mesh.positions[vertices[i] as usize];
-        let place = |i: usize, u: Vec3| write(i, placed(placement, rest(i) + u).into());
+        let place = |i: usize, u: Vec3| write(i, placement.place(rest(i) + u).into());
         with_fields!(&self.reduced.fields, fields => fields.displacements_of(&self.motion.q, vertices, place));
     }
 
@@ -358,12 +347,12 @@ impl Moves for Reduced {
     }
 
     /// The mean rotation of the vertex's triangles.
-    fn rotations(&self, write: &mut dyn FnMut(usize, UnitQuaternion<f64>)) -> Result<()> {
-        write_rotations(rotations(&self.shell.mesh, &self.displacements()), write)
+    fn rotations(&self, frame: UnitQuaternion<f64>, write: &mut WriteRotations) -> Result<()> {
+        write_rotations(rotations(&self.shell.mesh, &self.displacements()), frame, write)
     }
 
     fn visit_motion(&self, mut visit: &mut dyn FnMut(usize, Vec3, Vec3)) {
-        let Motion { q, q_dot } = &self.motion;
+        let Coordinates { q, q_dot } = &self.motion;
         with_fields!(&self.reduced.fields, fields => fields.motion(q, q_dot, &mut visit));
     }
 
@@ -393,25 +382,18 @@ impl Moves for Reduced {
 
     fn plan(&self, around: &Around) -> Vec<Part> {
         let n = self.reduced.n();
-        let [displacements, turns] = around.unused_modes([
+        let modes = around.unused_modes([
             "the reduced shell has fields of its own; the model holds them",
             "the reduced shell does not warp; the model holds them",
         ]);
         let summed = "sums over the vertices taken once";
-        let [uniform, spin] = around.cheap_loads([summed, summed]);
-        let [forces, wind] = around.forces_and_wind(REDUCED_POINT * n as f64, 0.0);
-        vec![
-            around.shape(),
-            displacements,
-            turns,
+        let loads = around.cheap_loads([summed, summed]);
+        let forces = around.forces_and_wind(REDUCED_POINT * n as f64, 0.0);
+        let own = [
             Part::absent(PartKind::Modes, "the reduced shell moves by its fields"),
-            uniform,
-            spin,
-            forces,
-            wind,
             around.constraints(&self.constraints, n),
-            Part::absent(PartKind::NonlinearShell, "the method has no use for it"),
             self.plan_shell(),
-        ]
+        ];
+        around.with_the_rest(own.into_iter().chain(modes).chain(loads).chain(forces))
     }
 }

@@ -14,7 +14,7 @@
 //! Damping is ξI + ζ Bᵀ(Σ b bᵀ)B with the strain rows b of the shape at the start of the step, and 2 ratio √λ on the modes.
 
 use super::rows::Shares;
-use super::{At, Motion, Reduced};
+use super::{At, Coordinates, Reduced};
 use crate::load::BodyLoad;
 use crate::methods::Acting;
 use crate::reduced::{Form, Potential, ReducedShell, Stop};
@@ -60,17 +60,16 @@ impl Reduced {
             (converged, work) = self.backward_euler(at, acting.load, h)?;
         }
         self.record_outcomes(at);
-        let finite = (self.constraint_work + work).is_finite() && self.constraints.is_finite();
+        let finite = (self.constraints.work + work).is_finite() && self.constraints.is_finite();
         if !finite || !self.is_within_range(&self.next, &self.rates) {
             let message = format!("the step of {h:?} s does not give finite positions");
             return Err(Error::new(ErrorKind::Numerical, message));
         }
         self.motion.q.copy_from_slice(&self.next);
         self.motion.q_dot.copy_from_slice(&self.rates);
-        self.constraint_work += work;
         self.unconverged += u64::from(!converged);
         self.work = self.newton.take_work();
-        self.constraints.accept();
+        self.constraints.accept(work);
         Ok(())
     }
 
@@ -86,7 +85,7 @@ impl Reduced {
         let work = ONWARD * self.work_of_constraints();
         self.set_rows(at, Shares::of_step(1.0));
         self.start.copy_from_slice(&self.next);
-        let Motion { q, q_dot } = &self.motion;
+        let Coordinates { q, q_dot } = &self.motion;
         let [places, rates] = &mut self.from;
         for k in 0..q.len() {
             let gained = self.rates[k] - q_dot[k];
@@ -109,13 +108,13 @@ impl Reduced {
 
     /// A stage starts where the step does.
     fn begin(&mut self, at: At, stage: Stage) {
-        let Motion { q, q_dot } = &self.motion;
+        let Coordinates { q, q_dot } = &self.motion;
         self.from[0].copy_from_slice(q);
         self.from[1].copy_from_slice(q_dot);
         self.start.copy_from_slice(q);
         self.next.copy_from_slice(q);
         self.set_rows(at, Shares::of_step(stage.share));
-        let Motion { q, q_dot } = &self.motion;
+        let Coordinates { q, q_dot } = &self.motion;
         (0..q.len()).for_each(|k| self.next[k] = q[k] + stage.tau * q_dot[k]);
     }
 

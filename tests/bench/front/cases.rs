@@ -55,7 +55,7 @@ fn apply(state: &mut State, action: &Action, strength: f64, rest: &[Vec3]) -> Re
     match action {
         Action::Forces(forces) => {
             let scaled = forces.iter().map(|f| strength * f);
-            state.set_forces((0u32..).zip(scaled).filter(|(_, f)| *f != Vec3::zeros()).collect(), false)
+            state.set_forces((0u32..).zip(scaled).filter(|(_, f)| *f != Vec3::zeros()), false)
         }
         Action::Handle(vertex, direction) => {
             let v = *vertex;

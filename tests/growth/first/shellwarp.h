@@ -18,7 +18,7 @@
  *
  * Pointers. Buffers may be unaligned and strided; lengths are the caller's word. The library keeps
  * no pointer of the host's after a call, callbacks and their user pointers aside where said.
- * Handles must come from this library and be alive.
+ * Objects must come from this library and be alive.
  *
  * Threads. On x86-64 and 64-bit ARM every call computes in the processor's default floating-point
  * modes, whatever the host has set, so that its bits do not depend on them. After it the host has
@@ -85,11 +85,11 @@ typedef uint32_t SwStatus;
 #define SW_ERROR_BUFFER_SIZE 8
 // Saved bytes are damaged, of another version, or belong to another model.
 #define SW_ERROR_INVALID_DATA 9
-// The handle is in use by another thread.
+// The object is in use by another thread.
 #define SW_ERROR_BUSY 10
 // This build or this version does not offer what was asked for, as a field that it does not know.
 #define SW_ERROR_UNSUPPORTED 11
-// A defect of the library was caught. The handle concerned is poisoned: all but its destruction
+// A defect of the library was caught. The object concerned is poisoned: all but its destruction
 // fails from now on.
 #define SW_ERROR_INTERNAL 12
 
@@ -307,7 +307,7 @@ typedef struct SwModel SwModel;
 // Makes a model of a mesh, a material (NULL = defaults) and supports (NULL = none: the shell floats
 // free).
 //
-// On success *model is a new handle, to be given to sw_model_destroy; on failure it is untouched.
+// On success *model is a new object, to be given to sw_model_destroy; on failure it is untouched.
 // The descriptors and what they point to are copied. Callable from any thread.
 // Errors: SW_ERROR_INVALID_DESC, SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_MESH,
 // SW_ERROR_NUMERICAL when masses leave the floating-point range, SW_ERROR_OUT_OF_MEMORY.
@@ -316,7 +316,7 @@ SwStatus sw_model_create(const struct SwMeshDesc *mesh,
                          const struct SwSupportDesc *supports,
                          struct SwModel **model);
 
-// Destroys a model. NULL does nothing. States made from it live on. A handle must not be destroyed
+// Destroys a model. NULL does nothing. States made from it live on. An object must not be destroyed
 // twice or during a call.
 void sw_model_destroy(struct SwModel *model);
 
@@ -334,7 +334,7 @@ SwStatus sw_model_save(const struct SwModel *model,
                        uint64_t *size);
 
 // Makes a precomputed model of what sw_model_save gave, in this or an older version of the library.
-// On success *model is a new handle, to be given to sw_model_destroy; on failure it is untouched.
+// On success *model is a new object, to be given to sw_model_destroy; on failure it is untouched.
 // `bytes` (size) are read during the call only.
 //
 // The model has the same bits as the one saved: steps, handles, equilibria and saved states of
@@ -824,7 +824,7 @@ typedef struct SwState SwState;
 
 // Makes a state at rest on a precomputed model; `desc` may be NULL for defaults. No loads, no
 // damping, the frame at the world's origin. The state keeps alive what it needs of the model.
-// Callable concurrently on one model. On success *state is a new handle, to be given to
+// Callable concurrently on one model. On success *state is a new object, to be given to
 // sw_state_destroy; on failure it is untouched.
 // Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_NOT_PRECOMPUTED,
 // SW_ERROR_UNSUPPORTED for a warp or rotation-strain reconstruction on a model with
@@ -835,7 +835,7 @@ SwStatus sw_state_create(const struct SwModel *model,
                          const struct SwStateDesc *desc,
                          struct SwState **state);
 
-// Destroys a state. NULL does nothing. A handle must not be destroyed twice or during a call.
+// Destroys a state. NULL does nothing. An object must not be destroyed twice or during a call.
 void sw_state_destroy(struct SwState *state);
 
 // Back to rest and time 0. Loads, damping and constraints stay; the frame stays where it was last
@@ -844,7 +844,7 @@ void sw_state_destroy(struct SwState *state);
 SwStatus sw_state_reset(struct SwState *state);
 
 // Makes an independent copy, loads, damping and constraints included; stepping both alike gives the
-// same bits. *clone is a new handle.
+// same bits. *clone is a new object.
 // Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_OUT_OF_MEMORY, SW_ERROR_BUSY.
 SwStatus sw_state_clone(const struct SwState *state,
                         struct SwState **clone);
@@ -995,7 +995,7 @@ typedef struct SwStateReport {
   double max_displacement;
   // Of all vertices, the share turned further than turn_in_range allows. Of rotations alone, too.
   double fraction_turned_too_far;
-  // Steps of a reduced shell since creation or reset, as this handle took them, whose Newton search
+  // Steps of a reduced shell since creation or reset, as this object took them, whose Newton search
   // ended short of its tolerance: finite, but less accurate than the others; shorter steps help. 0
   // for other methods.
   uint64_t unconverged_steps;
@@ -1376,9 +1376,10 @@ typedef struct SwCertificate {
 // Estimates what a state gets wrong against the full nonlinear shell, under the loads, constraints
 // and frame as they are now, by a few Newton steps of the full shell from the present pose. At rest
 // that is the error of the equilibrium; where the full shell has several, as one that buckles, it
-// is the distance to the one that these steps lead to, and another may be far. In motion the
-// inertia and damping that the method has are taken for right: it is what its forces get wrong at
-// this moment, not what has added up. Rigid motions that supports and constraints leave free do not
+// is the distance to the one that these steps lead to, and another may be far. That one is stable:
+// a column that a method keeps upright counts as far off as it would fall. In motion the inertia
+// and damping that the method has are taken for right: it is what its forces get wrong at this
+// moment, not what has added up. Rigid motions that supports and constraints leave free do not
 // count. What a hard constraint misses of its target counts, also before a step. Wind follows the
 // shell. A state of a nonlinear shell gets zeros.
 //
