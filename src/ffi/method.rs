@@ -36,7 +36,9 @@ pub const SW_METHOD_POLYNOMIAL_SHELL: u32 = 9;
 /// a part of the precompute, on small meshes up to twice as long; the model then holds 3 more numbers a vertex and sample, of
 /// which there are at most 32. turn_in_range of sw_state_report up to half a turn.
 pub const SW_METHOD_ROTATION_STRAIN: u32 = 8;
-/// The method that the precompute chose for the scene by auto_error, auto_operations or both: see SwPrecomputeDesc.
+/// The method that the precompute chose for the scene by auto_error, auto_operations or both: see SwPrecomputeDesc. Without these, of a
+/// model with reduced_fields: SW_METHOD_POLYNOMIAL_SHELL where it met the training's equilibria as well as SW_METHOD_REDUCED_SHELL, else the
+/// latter.
 pub const SW_METHOD_AUTO: u32 = 7;
 
 /// Modes: any precompute.
@@ -45,7 +47,7 @@ pub const SW_NEEDS_MODES: u32 = 1;
 pub const SW_NEEDS_ROTATIONS: u32 = 2;
 /// Fields: a precompute with reduced_fields.
 pub const SW_NEEDS_REDUCED_FIELDS: u32 = 3;
-/// A choice: a precompute with auto_error or auto_operations.
+/// A choice: a precompute with auto_error, auto_operations or reduced_fields.
 pub const SW_NEEDS_CHOICE: u32 = 4;
 
 /// Number of methods that this library knows, SW_METHOD_AUTO included.

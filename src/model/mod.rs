@@ -119,12 +119,20 @@ impl Model {
         })
     }
 
-    /// The method that was chosen for its scene.
+    /// The method that was chosen for its scene, or that form of its reduced shell which the training's gate chose.
     pub fn chosen_method(&self) -> Result<Method> {
-        self.front.as_ref().map(|front| front.choice().method).ok_or_else(|| {
-            let message = "the model has no choice of a method: precompute with auto_error or auto_operations";
-            Error::new(ErrorKind::Unsupported, message)
-        })
+        let by_gate = |reduced: &ReducedShell| match &reduced.polynomial {
+            Some(polynomial) if polynomial.gate.holds() => Method::PolynomialShell,
+            _ => Method::ReducedShell,
+        };
+        match (&self.front, &self.reduced) {
+            (Some(front), _) => Ok(front.choice().method),
+            (None, Some(reduced)) => Ok(by_gate(reduced)),
+            (None, None) => {
+                let message = "the model has no choice of a method: precompute with auto_error, auto_operations or reduced_fields";
+                Err(Error::new(ErrorKind::Unsupported, message))
+            }
+        }
     }
 
     /// Fails unless states of the method can be made on this model, in this build.
