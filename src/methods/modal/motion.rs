@@ -157,14 +157,10 @@ impl<M: Map> Motion for Modal<M> {
         if self.basis.is_linear() {
             return without_rotations("rotations");
         }
-        let last = self.basis.shell.mass.len() - 1;
-        let mut block = [UnitQuaternion::identity(); LANES];
-        let turn = |v: usize, w: Vec3| {
-            let at = v % LANES;
-            block[at] = frame * UnitQuaternion::from_scaled_axis(w);
-            if at == LANES - 1 || v == last {
-                write(v - at, &block[..=at]);
-            }
+        let turn = |first: usize, turns: &[Vec3]| {
+            let mut block = [UnitQuaternion::identity(); LANES];
+            block.iter_mut().zip(turns).for_each(|(to, w)| *to = frame * UnitQuaternion::from_scaled_axis(*w));
+            write(first, &block[..turns.len()]);
         };
         with_basis!(&self.basis.basis, basis => visit_turns(basis, &self.q, turn));
         Ok(())

@@ -608,7 +608,7 @@ typedef struct SwModelInfo {
   // loaded.
   double eigenvalue_disagreement;
   // What SW_METHOD_AUTO means here, an SW_METHOD_...; 0 without a choice. sw_model_front tells what
-  // it went by.
+  // it went by, if it was tried.
   uint32_t auto_method;
   // 0.
   uint32_t reserved;
@@ -719,7 +719,8 @@ SwStatus sw_model_mode_shape(const struct SwModel *model,
 // turn_in_range of sw_state_report up to half a turn.
 #define SW_METHOD_ROTATION_STRAIN 8
 // The method that the precompute chose for the scene by auto_error, auto_operations or both: see
-// SwPrecomputeDesc.
+// SwPrecomputeDesc. Without these, of a model with reduced_fields: SW_METHOD_POLYNOMIAL_SHELL where
+// it met the training's equilibria as well as SW_METHOD_REDUCED_SHELL, else the latter.
 #define SW_METHOD_AUTO 7
 
 // Modes: any precompute.
@@ -728,7 +729,7 @@ SwStatus sw_model_mode_shape(const struct SwModel *model,
 #define SW_NEEDS_ROTATIONS 2
 // Fields: a precompute with reduced_fields.
 #define SW_NEEDS_REDUCED_FIELDS 3
-// A choice: a precompute with auto_error or auto_operations.
+// A choice: a precompute with auto_error, auto_operations or reduced_fields.
 #define SW_NEEDS_CHOICE 4
 
 // Number of methods that this library knows, SW_METHOD_AUTO included.
@@ -1390,7 +1391,8 @@ typedef struct SwCertificate {
 // concurrently.
 // Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_UNSUPPORTED by a library
 // without the feature nonlinear-shell, SW_ERROR_NUMERICAL when the full shell has no stiffness to
-// go by, SW_ERROR_OUT_OF_MEMORY, SW_ERROR_BUSY.
+// go by, as where k_bend is 0 and parts turn freely against each other; SW_ERROR_OUT_OF_MEMORY,
+// SW_ERROR_BUSY.
 SwStatus sw_state_certify(const struct SwState *state,
                           struct SwCertificate *certificate);
 
