@@ -461,3 +461,40 @@ fn a_model_that_was_saved_without_it_says_so() {
     assert!(error.message.contains("has no polynomial energy"), "{error}");
     State::new(model, Method::ReducedShell, Integrator::Exact).unwrap();
 }
+
+#[test]
+fn wild_loads_never_run_away() {
+    for (name, model) in [("curved", curved()), ("folded", folded()), ("cylinder", cylinder())] {
+        let unit = model.modal.eigenvalues[0] * model.shell.mesh.size;
+        let mut state = State::new(model.clone(), Method::PolynomialShell, Integrator::Exact).unwrap();
+        let (mut furthest, mut seed) = (0.0f64, 1u64);
+        let mut random = || {
+            seed = seed.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+            (seed >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+        };
+        for k in 0..6000 {
+            if k % 7 == 0 {
+                // Up to thirty times what bends it by a size to first order, in any direction; nothing for a while.
+                let strength = if k % 5 == 0 { 0.0 } else { 10f64.powf(1.5 * random()) };
+                state.set_gravity(Vec3::new(random(), random(), random()) * (strength * unit)).unwrap();
+            }
+            state.step(1.0 / 60.0).unwrap();
+            if k % 10 == 0 {
+                let largest = displacements(&state).iter().map(|u| u.norm()).fold(0.0, f64::max);
+                furthest = furthest.max(largest / model.shell.mesh.size);
+            }
+        }
+        state.set_gravity(Vec3::zeros()).unwrap();
+        state
+            .set_damping(&Damping { mass_coefficient: 2.0 * model.modal.eigenvalues[0].sqrt(), ..Damping::default() })
+            .unwrap();
+        (0..1200).for_each(|_| state.step(1.0 / 60.0).unwrap());
+        let left = displacements(&state).iter().map(|u| u.norm()).fold(0.0, f64::max) / model.shell.mesh.size;
+        println!(
+            "{name}: at most {furthest:.2} of its size, {} short steps; {left:.1e} after it was let go",
+            state.report().unconverged_steps
+        );
+        // It spans one or two sizes; edges resist from there on. At rest all is given back.
+        assert!(furthest < 3.0 && left < 1e-9, "{name}: {furthest}, {left}");
+    }
+}
