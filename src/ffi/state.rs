@@ -352,7 +352,7 @@ fn check_count(model: &Model, count: u32) -> Result<(), Fault> {
 /// seldom have the pose itself. Positions read in SW_FORMAT_F64 and set again come back within 1e-6 of the largest displacement, with
 /// SW_PRECISION_F64 within 1e-9. Modal methods search from rest: of a pose turned by more than two radians they may find another, which
 /// `missed` shows.
-/// Time, frame, loads, damping and constraints stay. A reduced shell's integrator starts anew. Takes as long as hundreds of readings of the
+/// Time, frame, loads, damping and constraints stay. Takes as long as hundreds of readings of the
 /// positions. Allocates. On failure nothing has changed.
 /// Errors: SW_ERROR_INVALID_ARGUMENT, also when n_vertices is not the mesh's, on a number that is not finite, and on a vertex more than 1e6 sizes
 /// of the mesh from rest or faster than 1e15 of them a second; SW_ERROR_NUMERICAL when the method cannot tell the pose; SW_ERROR_OUT_OF_MEMORY,

@@ -3,9 +3,9 @@
 //!   E(q) = ½ Σ w_k φ(s_k) + ½ qᵀC₂q + ⅙ C₃(q, q, q),      s_k(q) = A_k·q + ½ qᵀQ_k q.
 //!
 //! A *form* s_k is a sum Σ p y over pairs of vertices of what their squared distances gained, y = l² − l̄²: exactly quadratic in q. The
-//! membrane's stress fields and what poses leave beside them are such sums ([`forms`]). Bending is cubic where lengths hold
+//! membrane's stress fields and what poses leave beside them are such sums (`forms`). Bending is cubic where lengths hold
 //! (Garg, Grinspun, Wardetzky, Zorin, *Cubic Shells*, 2007), and forms of weights of either sign correct it where they do not
-//! ([`hinges`]). φ(s) = s²/(1 + s²/S²), bounded, where the weight is negative, else s².
+//! (`hinges`). φ(s) = s²/(1 + s²/S²), bounded, where the weight is negative, else s².
 //!
 //! Every term keeps its value when all that it joins turns.
 
