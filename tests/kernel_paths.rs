@@ -224,9 +224,9 @@ fn modal_forces_match_a_plain_loop_in_every_kind_of_register() {
 /// Displacement u and rotation vector w of every vertex, in order.
 fn visit_displacements<E: Entry>(basis: &Basis<E>, warped: bool, q: &[f64], mut visit: impl FnMut(usize, Vec3, Vec3)) {
     let mut turns = vec![];
-    warp::visit_turns(basis, q, |first, rows| {
-        assert_eq!(first, turns.len());
-        turns.extend_from_slice(rows);
+    warp::visit_turns(basis, q, |v, w| {
+        assert_eq!(v, turns.len());
+        turns.push(w);
     });
     let law = if warped { ForceLaw::Rotated } else { ForceLaw::Linear };
     modal_force::visit_motion(basis, law, (q, &vec![0.0; q.len()]), |v, u, _| visit(v, u, turns[v]));

@@ -39,8 +39,8 @@ pub struct Acting<'a> {
 /// Force and torque of a constraint on a vertex (frame axes).
 pub type Reaction = (u32, [Vec3; 2]);
 
-/// Takes rotations of vertices from a first one on.
-pub type WriteRotations<'a> = dyn FnMut(usize, &[UnitQuaternion<f64>]) + 'a;
+/// Takes the rotation of a vertex.
+pub type WriteRotation<'a> = dyn FnMut(usize, UnitQuaternion<f64>) + 'a;
 
 /// Rayleigh damping and a ratio per mode: c = ξ + ζλ + 2 ratio √λ.
 #[derive(Clone, Debug, Default)]
@@ -147,8 +147,8 @@ pub trait Motion: Send + Sync {
     fn positions_of(&self, placement: &Placement, vertices: &[u32], write: &mut dyn FnMut(usize, [f64; 3]));
     /// As [`Motion::positions_of`], for [`Motion::positions_f32`].
     fn positions_of_f32(&self, placement: &Placement, vertices: &[u32], write: &mut dyn FnMut(usize, [f32; 3]));
-    /// Hands `frame` times the rotation of every vertex from rest to `write`, in order: the first vertex of some, and their rotations.
-    fn rotations(&self, frame: UnitQuaternion<f64>, write: &mut WriteRotations) -> Result<()>;
+    /// Hands `frame` times the rotation of every vertex from rest to `write`, in order.
+    fn rotations(&self, frame: UnitQuaternion<f64>, write: &mut WriteRotation) -> Result<()>;
     /// Hands displacement and rate of every vertex to `visit`, in order, as loads feel them.
     fn visit_motion(&self, visit: &mut dyn FnMut(usize, Vec3, Vec3));
     /// The same as positions move.
@@ -212,14 +212,12 @@ pub fn all_finite<T>(what: &str, values: &[T], good: impl Fn(&T) -> bool) -> Res
     }
 }
 
-/// All at once.
 fn write_rotations(
-    mut rotations: Vec<UnitQuaternion<f64>>,
+    rotations: Vec<UnitQuaternion<f64>>,
     frame: UnitQuaternion<f64>,
-    write: &mut WriteRotations,
+    write: &mut WriteRotation,
 ) -> Result<()> {
     all_finite("rotation", &rotations, |r| r.coords.iter().all(|c| c.is_finite()))?;
-    rotations.iter_mut().for_each(|r| *r = frame * *r);
-    write(0, &rotations);
+    rotations.into_iter().enumerate().for_each(|(v, r)| write(v, frame * r));
     Ok(())
 }

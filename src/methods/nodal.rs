@@ -1,7 +1,7 @@
 //! Motion vertex by vertex: the nonlinear discrete shell, the baseline that modal methods are measured against.
 
 use super::plan::{AS_BEFORE, Around, BEFORE_ANY, FORCE_VERTEX, ITERATIONS, Part, PartKind};
-use super::{Acting, Damping, Motion, ROTATION_RANGE, Reaction, WriteRotations, unsupported, write_rotations};
+use super::{Acting, Damping, Motion, ROTATION_RANGE, Reaction, WriteRotation, unsupported, write_rotations};
 use crate::constraint::{Constraint, ConstraintSet, Outcome, Target};
 use crate::features::{Feature, NonlinearShell, Proof};
 use crate::method::Method;
@@ -265,7 +265,7 @@ impl Motion for Nodal {
     }
 
     /// The mean rotation of the vertex's triangles.
-    fn rotations(&self, frame: UnitQuaternion<f64>, write: &mut WriteRotations) -> Result<()> {
+    fn rotations(&self, frame: UnitQuaternion<f64>, write: &mut WriteRotation) -> Result<()> {
         write_rotations(rotations(&self.shell.mesh, &self.u), frame, write)
     }
 

@@ -150,9 +150,7 @@ impl State {
     /// Hands the rotation of every vertex's frame to `write`, in world space turned with the support frame: exp \[w\]× with
     /// the modal rotation w, or for a nonlinear shell the mean rotation of the vertex's triangles.
     pub fn rotations(&self, space: Space, mut write: impl FnMut(usize, UnitQuaternion<f64>)) -> Result<()> {
-        self.motion.rotations(self.rotation_to(space), &mut |first, rotations| {
-            rotations.iter().enumerate().for_each(|(i, rotation)| write(first + i, *rotation));
-        })
+        self.motion.rotations(self.rotation_to(space), &mut write)
     }
 
     /// Energies, and how far the shell is bent.

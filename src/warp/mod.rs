@@ -117,15 +117,15 @@ pub fn scatter<T: Real, S: Simd, const N: usize, const M: usize>(
     }
 }
 
-/// Hands the rotation vectors w = Ψq (frame axes) of all vertices to `visit`, in order: the first vertex of some, and theirs.
-pub fn visit_turns<E: Entry>(basis: &Basis<E>, q: &[f64], visit: impl FnMut(usize, &[Vec3])) {
+/// Hands the rotation vector w = Ψq (frame axes) of every vertex to `visit`, in order.
+pub fn visit_turns<E: Entry>(basis: &Basis<E>, q: &[f64], visit: impl FnMut(usize, Vec3)) {
     struct Turns<'a, T, F> {
         n_vertices: usize,
         weights: Weights<'a, T>,
         visit: F,
     }
 
-    impl<E: Entry, F: FnMut(usize, &[Vec3])> Sweep<E> for Turns<'_, E::Real, F> {
+    impl<E: Entry, F: FnMut(usize, Vec3)> Sweep<E> for Turns<'_, E::Real, F> {
         #[inline(always)]
         fn visit<S: Simd, const N: usize>(
             &mut self,
@@ -135,12 +135,7 @@ pub fn visit_turns<E: Entry>(basis: &Basis<E>, q: &[f64], visit: impl FnMut(usiz
             at: usize,
         ) {
             let (_, turn) = block.combine(lanes, at, self.weights);
-            let mut rows = [Vec3::zeros(); LANES];
-            scatter(lanes, self.n_vertices, first, [&turn], &mut |v, [w]| rows[v - first] = w);
-            let count = lanes.width().min(self.n_vertices.saturating_sub(first));
-            if count > 0 {
-                (self.visit)(first, &rows[..count]);
-            }
+            scatter(lanes, self.n_vertices, first, [&turn], &mut |v, [w]| (self.visit)(v, w));
         }
     }
 

@@ -5,9 +5,9 @@ use crate::constraint::{Constraint, ConstraintSet, Target};
 use crate::error::require_finite;
 use crate::method::Method;
 use crate::methods::plan::{Around, Part};
-use crate::methods::{Acting, Damping, Motion, Reaction, WriteRotations};
+use crate::methods::{Acting, Damping, Motion, Reaction, WriteRotation};
 use crate::modal::with_basis;
-use crate::warp::{Extent, LANES, Placement, visit_turns};
+use crate::warp::{Extent, Placement, visit_turns};
 use crate::{Error, ErrorKind, Result, Vec3};
 use nalgebra::UnitQuaternion;
 
@@ -153,15 +153,11 @@ impl<M: Map> Motion for Modal<M> {
     }
 
     /// exp \[w\]× with the modal rotation w.
-    fn rotations(&self, frame: UnitQuaternion<f64>, write: &mut WriteRotations) -> Result<()> {
+    fn rotations(&self, frame: UnitQuaternion<f64>, write: &mut WriteRotation) -> Result<()> {
         if self.basis.is_linear() {
             return without_rotations("rotations");
         }
-        let turn = |first: usize, turns: &[Vec3]| {
-            let mut block = [UnitQuaternion::identity(); LANES];
-            block.iter_mut().zip(turns).for_each(|(to, w)| *to = frame * UnitQuaternion::from_scaled_axis(*w));
-            write(first, &block[..turns.len()]);
-        };
+        let turn = |v: usize, w: Vec3| write(v, frame * UnitQuaternion::from_scaled_axis(w));
         with_basis!(&self.basis.basis, basis => visit_turns(basis, &self.q, turn));
         Ok(())
     }

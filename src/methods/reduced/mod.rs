@@ -6,7 +6,7 @@ mod step;
 
 use super::nodal::{extent, rotations};
 use super::plan::{AS_BEFORE, Around, BEFORE_ANY, ITERATIONS, Part, PartKind};
-use super::{Acting, Damping, Motion, Reaction, WriteRotations, write_rotations};
+use super::{Acting, Damping, Motion, Reaction, WriteRotation, write_rotations};
 use crate::constraint::ConstraintSet;
 use crate::features::{Feature, Proof, ReducedShell as Built};
 use crate::method::Method;
@@ -347,7 +347,7 @@ impl Motion for Reduced {
     }
 
     /// The mean rotation of the vertex's triangles.
-    fn rotations(&self, frame: UnitQuaternion<f64>, write: &mut WriteRotations) -> Result<()> {
+    fn rotations(&self, frame: UnitQuaternion<f64>, write: &mut WriteRotation) -> Result<()> {
         write_rotations(rotations(&self.shell.mesh, &self.displacements()), frame, write)
     }
 
