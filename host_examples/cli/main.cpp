@@ -2,19 +2,11 @@
 //
 // Exit status: 0 all is well; 1 bad input, a failed call, or an expectation of the scene that does not hold; 2 wrong usage;
 // 130 stopped by Ctrl-C or SIGTERM.
-#include "comparison.hpp"
-#include "frame_files.hpp"
-#include "judge.hpp"
 #include "mesh.hpp"
 #include "method.hpp"
-#include "output_file.hpp"
-#include "point_cache.hpp"
 #include "progress.hpp"
+#include "run.hpp"
 #include "scene.hpp"
-#include "shell.hpp"
-#include "simulation.hpp"
-#include "skeleton.hpp"
-#include "summary.hpp"
 
 #include <algorithm>
 #include <cerrno>
@@ -34,135 +26,7 @@ namespace cli {
 
 namespace {
 
-constexpr int kFailure = 1, kWrongUsage = 2, kInterrupted = 130;
-
-struct RunOptions {
-  std::string out;                 // directory; empty = write nothing
-  std::optional<uint32_t> frames;  // in place of the scene's duration
-  std::string method;              // in place of the scene's; empty = that
-  bool linear = false;
-  bool plan = false;
-  bool certify = false, no_certify = false;  // neither: unless the mesh is large
-  bool yes = false;  // to long runs
-  bool quiet = false;
-};
-
-// ---------------------------------------------------------------------------------------------------------- commands
-
-int tell_violations(const std::vector<std::string> &sentences) {
-  for (const std::string &sentence : sentences)
-    std::fprintf(stderr, "shellwarp: not as expected: %s\n", sentence.c_str());
-  return sentences.empty() ? 0 : kFailure;
-}
-
-int tell_stopped(const Scene &scene, const std::string &where) {
-  std::fprintf(stderr, "shellwarp: %s was stopped %s; its files are as they were\n", scene.name.c_str(), where.c_str());
-  return kInterrupted;
-}
-
-int report(const Summary &summary, const RunOptions &options) {
-  if (!options.quiet) print_summary(summary);
-  if (summary.run.interrupted)
-    return tell_stopped(summary.scene, "after frame " + std::to_string(summary.run.frames.back().frame));
-  if (options.frames && (summary.scene.expect.max_displacement || summary.scene.expect.final_displacement))
-    std::fprintf(stderr, "shellwarp: displacements are not judged, because --frames changes the length of the run\n");
-  return tell_violations(violations(summary, !options.frames));
-}
-
-shellwarp::Model precompute(const Scene &scene, const Mesh &mesh, bool quiet) {
-  ProgressBar progress(quiet);
-  return make_model(scene, mesh, progress);
-}
-
-int run_comparison(const Scene &scene, const Mesh &mesh, const RunOptions &options, OutputFolder *folder) {
-  const ComparisonRun run = compare(scene, mesh, options.quiet);
-  if (!options.quiet) print_comparison(scene, run);
-  if (folder) write_comparison(*folder, scene, mesh, run);
-  if (interrupted()) return tell_stopped(scene, "before the last equilibrium");
-  if (folder) folder->put_in_place();
-  return tell_violations(violations(scene, run));
-}
-
-// The last frame's error, estimated. The run is whole without it: where there is no estimate, the table says why.
-void certify(const Scene &scene, const RunOptions &options, const shellwarp::State &state, uint32_t n_vertices,
-             Run &run) {
-  constexpr uint32_t kMost = 50000;  // some tens of seconds
-  if (host::is_full_shell(scene.method) || run.interrupted || options.no_certify || options.quiet) return;
-  if (!options.certify && n_vertices > kMost) {
-    run.uncertified = format("of %u vertices it would take long; --certify estimates it", n_vertices);
-    return;
-  }
-  try {
-    run.certificate = state.certify();
-  } catch (const shellwarp::Error &error) {
-    run.uncertified = error.what();
-  }
-}
-
-// A slip of the keyboard should not run for years, or fill the disk.
-void refuse_surprises(const Scene &scene, uint32_t n_frames, const Mesh &mesh, const OutputFolder *folder) {
-  constexpr uint32_t kMany = 100000;  // an hour at 24 frames a second
-  if (n_frames > kMany) throw std::runtime_error(format("%u frames are many; add --yes if they are meant", n_frames));
-  const double bytes = 12.0 * mesh.n_vertices() * (n_frames + 1.0);
-  if (folder && bytes > static_cast<double>(folder->free_bytes()))
-    throw std::runtime_error(format("%s will take %.4g MB, and %.4g MB are free; add --yes to try",
-                                    folder->path(scene.name + ".pc2").c_str(), bytes / 1e6,
-                                    static_cast<double>(folder->free_bytes()) / 1e6));
-}
-
-int run_scene(const Scene &scene, const RunOptions &options, OutputFolder *folder) {
-  const uint32_t n_frames = scene.is_static ? 1 : options.frames ? *options.frames : frame_count(scene);
-  const Mesh mesh = read_mesh(scene.mesh_path);
-  if (scene.comparison) return run_comparison(scene, mesh, options, folder);
-  if (!options.yes) refuse_surprises(scene, n_frames, mesh, folder);
-  const std::vector<PlacedHandle> handles = place_handles(scene.handles, mesh);
-  std::optional<PointCache> cache;  // opened first: a folder that cannot be written is told before the long work
-  if (folder) cache.emplace(*folder, scene.name + ".pc2", mesh.n_vertices());
-  const shellwarp::Model model = precompute(scene, mesh, options.quiet);
-  shellwarp::State state = make_state(scene, mesh, model);
-  Run run = simulate(scene, n_frames, mesh, handles, state, cache ? &*cache : nullptr);
-  certify(scene, options, state, mesh.n_vertices(), run);
-  if (options.plan) std::fputs(state.plan_text(scene.step()).c_str(), stdout);
-  if (folder && !run.interrupted) {
-    cache->close();
-    write_frame_files(*folder, scene, mesh, handles, run, state);
-    run.interrupted = interrupted();
-    if (!run.interrupted) folder->put_in_place();
-  }
-  return report({scene, model.info(), model.frequencies(), run, model.front()}, options);
-}
-
-// A folder to write to that holds no input under a name that is going to be written; none where nothing is written.
-std::unique_ptr<OutputFolder> open_folder(const SceneFile &file, const RunOptions &options) {
-  if (options.out.empty()) return nullptr;
-  std::vector<std::string> inputs;
-  for (const Scene &scene : file.shells) inputs.insert(inputs.end(), scene.inputs.begin(), scene.inputs.end());
-  auto folder = std::make_unique<OutputFolder>(options.out, inputs);
-  folder->refuse_inputs([&](const std::string &name) {
-    return is_output(file.name, name) || std::any_of(file.shells.begin(), file.shells.end(),
-                                                     [&](const Scene &scene) { return is_output(scene.name, name); });
-  });
-  return folder;
-}
-
-// Shells do not touch, so they may run one after the other. The worst exit status; an interruption ends all, and each shell's files
-// are put in place as it is done.
-int run_shells(const SceneFile &file, const RunOptions &options) {
-  const std::unique_ptr<OutputFolder> folder = open_folder(file, options);
-  int worst = 0;
-  for (const Scene &scene : file.shells) {
-    const int status = run_scene(scene, options, folder.get());
-    if (status == kInterrupted) return status;
-    worst = std::max(worst, status);
-  }
-  if (folder && !file.skeleton.empty()) {
-    const Scene &scene = file.shells.front();
-    write_bones(*folder, file.name + "_bones.csv", file.skeleton, options.frames ? *options.frames : frame_count(scene),
-                scene.frame_rate);
-    folder->put_in_place();
-  }
-  return worst;
-}
+constexpr int kWrongUsage = 2;
 
 std::string counted(std::size_t n, const char *noun) { return std::to_string(n) + " " + noun + (n == 1 ? "" : "s"); }
 
@@ -241,6 +105,11 @@ void add_run_options(CLI::App &app, Scene &overrides, RunOptions &options) {
   app.add_flag("--no-certify", options.no_certify,
                "Leave out the estimate of the last frame's error against the nonlinear shell")
       ->excludes(certify);
+  app.add_option("--html", options.html, "Page to write, with a player of the motion: one file that any browser opens");
+  app.add_flag("--view", options.view, "Write the page (beside --out, or among temporary files) and open it");
+  app.add_option("--compare", options.compare, "Further methods on the page, with commas between")
+      ->delimiter(',')
+      ->check(CLI::IsMember(host::method_names()));
   app.add_flag("--yes", options.yes, "Run although it takes very many frames, or more room than is free");
   app.add_flag("-q,--quiet", options.quiet, "No progress and no table; failures are still told");
 }
@@ -317,7 +186,7 @@ int simulate_mesh(SimulateOptions &o) {
   o.scene.title = o.scene.name;
   o.scene.frame_rate = 1 / o.step;
   apply_method(o.run, o.scene);
-  return run_shells({o.scene.name, {o.scene}, {}}, o.run);
+  return run_shells({o.scene.name, o.scene.title, {o.scene}, {}}, o.run);
 }
 
 // -------------------------------------------------------------------------------------------------------------- main

@@ -390,7 +390,7 @@ SceneFile read_scene_file(const std::string &path) {
   SceneFile file;
   Scene scene;
   file.name = scene.name = std::filesystem::path(path).stem().string();
-  scene.title = top.text("title").value_or(scene.name);
+  file.title = scene.title = top.text("title").value_or(scene.name);
   scene.length_unit = top.text("length_unit").value_or("");
   scene.obj_frames = top.count("obj_frames").value_or(scene.obj_frames);
   scene.obj_times = read_times(top, "obj_times");

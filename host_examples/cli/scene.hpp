@@ -96,6 +96,7 @@ struct Scene {
   std::string mesh_path;
   std::vector<std::string> inputs;  // the files that it comes from
   std::string length_unit;  // for people only
+  std::optional<uint32_t> up;  // axis that a page has upward; else against gravity
   Material material;
   std::vector<Support> supports;
   uint32_t modes = 0;  // 0 = the library's default
@@ -125,7 +126,7 @@ struct Scene {
 
 // What a file holds: one shell, or several that hang on a skeleton. Shells do not touch: each is a scene of its own.
 struct SceneFile {
-  std::string name;
+  std::string name, title;
   std::vector<Scene> shells;  // called NAME_SHELL where the file lists them
   Skeleton skeleton;
 };

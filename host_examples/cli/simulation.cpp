@@ -2,6 +2,7 @@
 
 #include "energy_audit.hpp"
 #include "judge.hpp"
+#include "method.hpp"
 #include "progress.hpp"
 
 #include <algorithm>
@@ -56,14 +57,18 @@ void step_to_next_frame(const Scene &scene, std::vector<PlacedHandle> &handles, 
   }
 }
 
-void record(uint32_t frame, const shellwarp::State &state, std::vector<float> &positions, Run &run, PointCache *cache) {
+void record(const Scene &scene, uint32_t frame, const shellwarp::State &state, std::vector<float> &positions, Run &run,
+            PointCache *cache, Film *film) {
   {
     Stopwatch stopwatch(run.position_seconds);
     state.positions(positions.data(), static_cast<uint32_t>(positions.size() / 3));
   }
   run.all_finite &= std::all_of(positions.begin(), positions.end(), [](float x) { return std::isfinite(x); });
-  run.frames.push_back({frame, state.report(), cache ? state.save() : std::vector<unsigned char>()});
+  const bool again = cache || (film && !host::is_full_shell(scene.method));  // whoever comes back to this frame
+  run.frames.push_back({frame, state.report(), again ? state.save() : std::vector<unsigned char>()});
   if (cache) cache->append(positions.data());
+  const SwStateReport &report = run.frames.back().report;  // an equilibrium takes no time: a page plays it in a second
+  if (film) film->append(frame, scene.is_static ? frame : report.time, report.max_displacement, positions.data());
 }
 
 // The equilibrium is the one frame after the start; no time passes.
@@ -86,11 +91,11 @@ uint32_t frame_count(const Scene &scene) {
 }
 
 Run simulate(const Scene &scene, uint32_t n_frames, const Mesh &mesh, std::vector<PlacedHandle> handles,
-             shellwarp::State &state, PointCache *cache) {
+             shellwarp::State &state, PointCache *cache, Film *film) {
   Run run;
   std::vector<float> positions(mesh.positions.size());
   EnergyAudit audit(scene, mesh);
-  record(0, state, positions, run, cache);
+  record(scene, 0, state, positions, run, cache, film);
   audit.note(0, state, run.frames.back().report);
   run.position_seconds = 0;  // the start is not a frame that was stepped to
   for (uint32_t frame = 1; frame <= n_frames; ++frame) {
@@ -99,7 +104,7 @@ Run simulate(const Scene &scene, uint32_t n_frames, const Mesh &mesh, std::vecto
     else
       step_to_next_frame(scene, handles, state, run);
     if ((run.interrupted = interrupted())) break;  // perhaps in the middle of a frame
-    record(frame, state, positions, run, cache);
+    record(scene, frame, state, positions, run, cache, film);
     audit.note(frame, state, run.frames.back().report);
   }
   if (audit.applies()) run.largest_gain = audit.largest_gain();

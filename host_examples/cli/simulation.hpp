@@ -1,6 +1,7 @@
 // Stepping a scene through its frames, with the clock on the library alone: steps and positions are timed, files are not.
 #pragma once
 
+#include "film.hpp"
 #include "handle_motion.hpp"
 #include "mesh.hpp"
 #include "point_cache.hpp"
@@ -14,7 +15,7 @@
 
 namespace cli {
 
-// One frame as it was after its last step. `saved` brings the state back (sw_state_load); kept only where files are written.
+// One frame as it was after its last step. `saved` brings the state back (sw_state_load); kept where files are written.
 struct FrameRecord {
   uint32_t frame;
   SwStateReport report;
@@ -28,11 +29,17 @@ struct HandleFigures {
   uint32_t iterations = 0;                                 // the most in one step
 };
 
+// What the certificate said of a frame: the error of its displacement.
+struct ErrorEstimate {
+  double seconds, error;
+};
+
 struct Run {
   std::vector<FrameRecord> frames;  // frame 0 is the start
   uint64_t steps = 0;
   std::optional<SwCertificate> certificate;  // of the last frame
   std::string uncertified;                   // why there is none, if there should be one
+  std::vector<ErrorEstimate> estimates;      // of a few frames, for a page
   double step_seconds = 0, position_seconds = 0;
   HandleFigures handles;
   std::optional<SwEquilibriumReport> equilibrium;  // of a static scene
@@ -45,9 +52,9 @@ struct Run {
 // Of a point cache, which counts them in 31 bits, the start included.
 constexpr uint32_t kMostFrames = 2147483646;
 
-// Writes one sample a frame into `cache` unless it is null.
+// Writes one sample a frame into `cache` and offers it to `film`, unless they are null.
 Run simulate(const Scene &scene, uint32_t n_frames, const Mesh &mesh, std::vector<PlacedHandle> handles,
-             shellwarp::State &state, PointCache *cache);
+             shellwarp::State &state, PointCache *cache, Film *film = nullptr);
 
 // The duration in frames, at least one; one if static: the equilibrium, handles and frame as at the end of the duration. Throws
 // where a point cache cannot number them.

@@ -1,0 +1,48 @@
+// One self-contained HTML page that plays runs: `player/` with the motion in it. It asks nothing of the network.
+#pragma once
+
+#include "film.hpp"
+#include "handle_motion.hpp"
+#include "mesh.hpp"
+#include "scene.hpp"
+#include "shell.hpp"
+#include "simulation.hpp"
+
+#include <string>
+#include <vector>
+
+namespace cli {
+
+// The player, with "{{motion}}" where the data goes; made of player/ by CMake.
+extern const char kPlayerPage[];
+
+class Page {
+public:
+  explicit Page(std::string title) : title_(std::move(title)) {}
+
+  // A shell of the scene, by its first method. Films of the same shell by other methods follow it.
+  void add_shell(const Scene &scene, const Mesh &mesh, const std::vector<PlacedHandle> &handles, const Film &film);
+  // A film of the last shell. `words` is what is said of the run.
+  void add_film(const Scene &scene, const Run &run, const Film &film, const std::vector<std::string> &words);
+
+  bool empty() const { return tracks_.empty(); }
+  std::string html() const;
+
+private:
+  std::string facts() const;
+
+  std::string title_, unit_, times_;
+  std::string shells_, tracks_, handles_, loads_, words_;  // items of JSON arrays
+  std::size_t n_shells_ = 0, n_frames_ = 0;
+  uint64_t n_vertices_ = 0;
+  uint32_t up_ = 1;
+  double seconds_ = 0, most_ = 0;
+};
+
+// Puts the page in place under its name, whole or not at all; `inputs` are never replaced.
+void write_page(const Page &page, const std::string &path, const std::vector<std::string> &inputs);
+
+// Has the platform open the file. False where there is nothing that opens it.
+bool open_in_browser(const std::string &path);
+
+}  // namespace cli

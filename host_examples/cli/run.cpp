@@ -1,0 +1,230 @@
+#include "run.hpp"
+
+#include "comparison.hpp"
+#include "frame_files.hpp"
+#include "judge.hpp"
+#include "mesh.hpp"
+#include "method.hpp"
+#include "output_file.hpp"
+#include "page.hpp"
+#include "point_cache.hpp"
+#include "progress.hpp"
+#include "shell.hpp"
+#include "simulation.hpp"
+#include "skeleton.hpp"
+#include "summary.hpp"
+
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <stdexcept>
+
+namespace cli {
+
+namespace {
+
+int tell_violations(const std::vector<std::string> &sentences) {
+  for (const std::string &sentence : sentences)
+    std::fprintf(stderr, "shellwarp: not as expected: %s\n", sentence.c_str());
+  return sentences.empty() ? 0 : kFailure;
+}
+
+int tell_stopped(const Scene &scene, const std::string &where) {
+  std::fprintf(stderr, "shellwarp: %s was stopped %s; its files are as they were\n", scene.name.c_str(), where.c_str());
+  return kInterrupted;
+}
+
+int report(const Summary &summary, const RunOptions &options) {
+  if (!options.quiet) print_summary(summary);
+  if (summary.run.interrupted)
+    return tell_stopped(summary.scene, "after frame " + std::to_string(summary.run.frames.back().frame));
+  if (options.frames && (summary.scene.expect.max_displacement || summary.scene.expect.final_displacement))
+    std::fprintf(stderr, "shellwarp: displacements are not judged, because --frames changes the length of the run\n");
+  return tell_violations(violations(summary, !options.frames));
+}
+
+shellwarp::Model precompute(const Scene &scene, const Mesh &mesh, bool quiet) {
+  ProgressBar progress(quiet);
+  return make_model(scene, mesh, progress);
+}
+
+int run_comparison(const Scene &scene, const Mesh &mesh, const RunOptions &options, OutputFolder *folder) {
+  const ComparisonRun run = compare(scene, mesh, options.quiet);
+  if (!options.quiet) print_comparison(scene, run);
+  if (folder) write_comparison(*folder, scene, mesh, run);
+  if (interrupted()) return tell_stopped(scene, "before the last equilibrium");
+  if (folder) folder->put_in_place();
+  return tell_violations(violations(scene, run));
+}
+
+// The last frame's error, estimated. The run is whole without it: where there is no estimate, the table says why.
+void certify(const Scene &scene, const RunOptions &options, const shellwarp::State &state, uint32_t n_vertices,
+             Run &run) {
+  constexpr uint32_t kMost = 50000;  // some tens of seconds
+  if (host::is_full_shell(scene.method) || run.interrupted || options.no_certify || options.quiet) return;
+  if (!options.certify && n_vertices > kMost) {
+    run.uncertified = format("of %u vertices it would take long; --certify estimates it", n_vertices);
+    return;
+  }
+  try {
+    run.certificate = state.certify();
+  } catch (const shellwarp::Error &error) {
+    run.uncertified = error.what();
+  }
+}
+
+// The estimate at a few frames beside the last one's, for the page of a small shell. The state is left at the last frame.
+void estimate_errors(shellwarp::State &state, uint32_t n_vertices, Run &run) {
+  constexpr uint32_t kMost = 5000;  // a fraction of a second each
+  constexpr std::size_t kFrames = 8;
+  if (!run.certificate) return;
+  const std::size_t last = run.frames.size() - 1, n = n_vertices > kMost ? 1 : std::min(kFrames, last);
+  for (std::size_t k = 1; k < n && !interrupted(); ++k) {
+    const FrameRecord &frame = run.frames[k * last / n];
+    state.load(frame.saved);
+    try {
+      run.estimates.push_back({frame.report.time, state.certify().error});
+    } catch (const shellwarp::Error &) {  // there is none of this shape
+    }
+  }
+  if (n > 1) state.load(run.frames.back().saved);
+  run.estimates.push_back({run.frames.back().report.time, run.certificate->error});
+}
+
+// A slip of the keyboard should not run for years, or fill the disk.
+void refuse_surprises(const Scene &scene, uint32_t n_frames, const Mesh &mesh, const OutputFolder *folder) {
+  constexpr uint32_t kMany = 100000;  // an hour at 24 frames a second
+  if (n_frames > kMany) throw std::runtime_error(format("%u frames are many; add --yes if they are meant", n_frames));
+  const double bytes = 12.0 * mesh.n_vertices() * (n_frames + 1.0);
+  if (folder && bytes > static_cast<double>(folder->free_bytes()))
+    throw std::runtime_error(format("%s will take %.4g MB, and %.4g MB are free; add --yes to try",
+                                    folder->path(scene.name + ".pc2").c_str(), bytes / 1e6,
+                                    static_cast<double>(folder->free_bytes()) / 1e6));
+}
+
+// The same scene by another method, onto the page.
+void add_method(const Scene &scene, const Mesh &mesh, const std::vector<PlacedHandle> &handles, uint32_t n_frames,
+                const RunOptions &options, Page &page) {
+  const shellwarp::Model model = precompute(scene, mesh, options.quiet);
+  shellwarp::State state = make_state(scene, mesh, model);
+  Film film(mesh, n_frames, options.compare.size() + 1);
+  Run run = simulate(scene, n_frames, mesh, handles, state, nullptr, &film);
+  if (run.interrupted) return;
+  certify(scene, options, state, mesh.n_vertices(), run);
+  estimate_errors(state, mesh.n_vertices(), run);
+  const std::string words = sw_method_label(scene.method) + (": " + verdict(run));
+  if (!options.quiet && !verdict(run).empty()) std::printf("%s\n", words.c_str());
+  page.add_film(scene, run, film, verdict(run).empty() ? std::vector<std::string>() : std::vector{words});
+}
+
+// The shell with what was said of it, and the methods that it is to be compared with.
+void add_to_page(const Scene &scene, const Mesh &mesh, const std::vector<PlacedHandle> &handles, uint32_t n_frames,
+                 const Run &run, const Film &film, const RunOptions &options, Page &page) {
+  const std::string words = verdict(run);
+  page.add_shell(scene, mesh, handles, film);
+  page.add_film(scene, run, film, words.empty() ? std::vector<std::string>() : std::vector{words});
+  for (const std::string &name : options.compare) {
+    Scene other = scene;
+    other.method = *host::find_method(name);
+    if (other.method != scene.method && !interrupted()) add_method(other, mesh, handles, n_frames, options, page);
+  }
+}
+
+int run_scene(const Scene &scene, const RunOptions &options, OutputFolder *folder, Page *page) {
+  const uint32_t n_frames = scene.is_static ? 1 : options.frames ? *options.frames : frame_count(scene);
+  const Mesh mesh = read_mesh(scene.mesh_path);
+  if (scene.comparison) return run_comparison(scene, mesh, options, folder);
+  if (!options.yes) refuse_surprises(scene, n_frames, mesh, folder);
+  const std::vector<PlacedHandle> handles = place_handles(scene.handles, mesh);
+  std::optional<PointCache> cache;  // opened first: a folder that cannot be written is told before the long work
+  if (folder) cache.emplace(*folder, scene.name + ".pc2", mesh.n_vertices());
+  const shellwarp::Model model = precompute(scene, mesh, options.quiet);
+  shellwarp::State state = make_state(scene, mesh, model);
+  Film film(mesh, page ? n_frames : 0, options.compare.size() + 1);
+  Run run = simulate(scene, n_frames, mesh, handles, state, cache ? &*cache : nullptr, page ? &film : nullptr);
+  certify(scene, options, state, mesh.n_vertices(), run);
+  if (page && !run.interrupted) estimate_errors(state, mesh.n_vertices(), run);
+  if (options.plan) std::fputs(state.plan_text(scene.step()).c_str(), stdout);
+  if (folder && !run.interrupted) {
+    cache->close();
+    write_frame_files(*folder, scene, mesh, handles, run, state);
+    run.interrupted = interrupted();
+    if (!run.interrupted) folder->put_in_place();
+  }
+  const int status = report({scene, model.info(), model.frequencies(), run, model.front()}, options);
+  if (page && !run.interrupted) add_to_page(scene, mesh, handles, n_frames, run, film, options, *page);
+  return interrupted() ? kInterrupted : status;
+}
+
+std::vector<std::string> inputs_of(const SceneFile &file) {
+  std::vector<std::string> inputs;
+  for (const Scene &scene : file.shells) inputs.insert(inputs.end(), scene.inputs.begin(), scene.inputs.end());
+  return inputs;
+}
+
+// A folder to write to that holds no input under a name that is going to be written; none where nothing is written.
+std::unique_ptr<OutputFolder> open_folder(const SceneFile &file, const RunOptions &options) {
+  if (options.out.empty()) return nullptr;
+  auto folder = std::make_unique<OutputFolder>(options.out, inputs_of(file));
+  folder->refuse_inputs([&](const std::string &name) {
+    return is_output(file.name, name) || std::any_of(file.shells.begin(), file.shells.end(),
+                                                     [&](const Scene &scene) { return is_output(scene.name, name); });
+  });
+  return folder;
+}
+
+// Where the page goes; empty where none is asked for.
+std::string page_path(const SceneFile &file, const RunOptions &options) {
+  if (!options.html.empty() || !options.view) return options.html;
+  namespace fs = std::filesystem;
+  const fs::path folder = options.out.empty() ? fs::temp_directory_path() / "shellwarp" : fs::path(options.out);
+  return (folder / (file.name + ".html")).string();
+}
+
+// A page that nobody can fill, or that would lie in a file's place, is told before the long work.
+std::optional<Page> begin_page(const SceneFile &file, const RunOptions &options, const std::string &path) {
+  if (path.empty()) {
+    if (!options.compare.empty()) throw std::runtime_error("--compare puts methods on a page: add --html FILE or --view");
+    return std::nullopt;
+  }
+  for (const Scene &scene : file.shells)
+    if (scene.comparison) throw std::runtime_error("a [comparison] has equilibria and no motion to play; leave out the page");
+  if (std::filesystem::is_directory(path)) throw std::runtime_error("cannot write " + path + ": it is a folder");
+  return Page(file.title.empty() ? file.name : file.title);
+}
+
+void finish_page(const Page &page, const SceneFile &file, const RunOptions &options, const std::string &path) {
+  write_page(page, path, inputs_of(file));
+  if (!options.quiet) std::printf("page: %s\n", path.c_str());
+  std::fflush(stdout);
+  if (options.view && !open_in_browser(path))
+    std::fprintf(stderr, "shellwarp: nothing here opens a browser; open %s in one\n", path.c_str());
+}
+
+}  // namespace
+
+// Shells do not touch, so they may run one after the other. The worst exit status; an interruption ends all, and each shell's files
+// are put in place as it is done.
+int run_shells(const SceneFile &file, const RunOptions &options) {
+  const std::unique_ptr<OutputFolder> folder = open_folder(file, options);
+  const std::string path = page_path(file, options);
+  std::optional<Page> page = begin_page(file, options, path);
+  int worst = 0;
+  for (const Scene &scene : file.shells) {
+    const int status = run_scene(scene, options, folder.get(), page ? &*page : nullptr);
+    if (status == kInterrupted) return status;
+    worst = std::max(worst, status);
+  }
+  if (folder && !file.skeleton.empty()) {
+    const Scene &scene = file.shells.front();
+    write_bones(*folder, file.name + "_bones.csv", file.skeleton, options.frames ? *options.frames : frame_count(scene),
+                scene.frame_rate);
+    folder->put_in_place();
+  }
+  if (page) finish_page(*page, file, options, path);
+  return worst;
+}
+
+}  // namespace cli
