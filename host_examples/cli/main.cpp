@@ -2,6 +2,7 @@
 //
 // Exit status: 0 all is well; 1 bad input, a failed call, or an expectation of the scene that does not hold; 2 wrong usage;
 // 130 stopped by Ctrl-C or SIGTERM.
+#include "closest.hpp"
 #include "mesh.hpp"
 #include "method.hpp"
 #include "progress.hpp"
@@ -191,6 +192,25 @@ int simulate_mesh(SimulateOptions &o) {
 
 // -------------------------------------------------------------------------------------------------------------- main
 
+// The first word that a command does not know, and what may have been meant.
+int tell_unknown(const CLI::App &command, int argc, char **argv) {
+  std::vector<std::string> known;
+  for (const CLI::Option *option : command.get_options())
+    for (const std::string &name : option->get_lnames()) known.push_back("--" + name);
+  const std::vector<std::string> words(argv + 2, argv + argc);
+  for (const std::string &word : words) {
+    const std::string name = word.substr(0, word.find('='));
+    if (name.compare(0, 2, "--") != 0 || std::count(known.begin(), known.end(), name)) continue;
+    std::fprintf(stderr, "shellwarp: %s has no option '%s'%s\n", command.get_name().c_str(), name.c_str(),
+                 did_you_mean(name, known).c_str());
+    return kWrongUsage;
+  }
+  std::string left;
+  for (const std::string &word : command.remaining()) left += " '" + word + "'";
+  std::fprintf(stderr, "shellwarp: %s was given words that belong to no option:%s\n", command.get_name().c_str(), left.c_str());
+  return kWrongUsage;
+}
+
 int run_command_line(int argc, char **argv) {
   CLI::App app{"Thin shells in real time by modal warping"};
   app.set_version_flag("--version", std::string("shellwarp ") + sw_version_string());
@@ -212,12 +232,14 @@ int run_command_line(int argc, char **argv) {
 
   const auto named = [&](const CLI::App *command) { return argc > 1 && command->get_name() == argv[1]; };
   if (argc > 1 && argv[1][0] != '-' && !named(run) && !named(simulate) && !named(check)) {
-    std::fprintf(stderr, "shellwarp: there is no command '%s'; it must be run, simulate or check (see --help)\n",
-                 argv[1]);
+    std::fprintf(stderr, "shellwarp: there is no command '%s'; it must be run, simulate or check%s (see --help)\n",
+                 argv[1], did_you_mean(argv[1], {"run", "simulate", "check"}).c_str());
     return kWrongUsage;
   }
   try {
     app.parse(argc, argv);
+  } catch (const CLI::ExtrasError &) {
+    return tell_unknown(*app.get_subcommands().front(), argc, argv);
   } catch (const CLI::ParseError &error) {
     return app.exit(error) == 0 ? 0 : kWrongUsage;
   }

@@ -17,6 +17,8 @@ namespace {
 
 volatile std::sig_atomic_t interrupt_flag = 0;
 
+}  // namespace
+
 bool stderr_is_terminal() {
 #ifdef _WIN32
   return _isatty(_fileno(stderr)) != 0;
@@ -24,8 +26,6 @@ bool stderr_is_terminal() {
   return isatty(STDERR_FILENO) != 0;
 #endif
 }
-
-}  // namespace
 
 extern "C" {
 

@@ -12,6 +12,8 @@ namespace cli {
 void catch_signals();
 bool interrupted();
 
+bool stderr_is_terminal();
+
 // Draws on stderr: one line that is redrawn on a terminal, a line for each phase elsewhere, nothing when quiet.
 class ProgressBar {
 public:

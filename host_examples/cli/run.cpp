@@ -1,5 +1,6 @@
 #include "run.hpp"
 
+#include "advice.hpp"
 #include "comparison.hpp"
 #include "frame_files.hpp"
 #include "judge.hpp"
@@ -13,6 +14,7 @@
 #include "simulation.hpp"
 #include "skeleton.hpp"
 #include "summary.hpp"
+#include "watch.hpp"
 
 #include <algorithm>
 #include <cstdio>
@@ -68,6 +70,7 @@ void certify(const Scene &scene, const RunOptions &options, const shellwarp::Sta
     run.uncertified = format("of %u vertices it would take long; --certify estimates it", n_vertices);
     return;
   }
+  const Watch watch("estimating the error", options.quiet);
   try {
     run.certificate = state.certify();
   } catch (const shellwarp::Error &error) {
@@ -80,6 +83,7 @@ void estimate_errors(shellwarp::State &state, uint32_t n_vertices, Run &run) {
   constexpr uint32_t kMost = 5000;  // a fraction of a second each
   constexpr std::size_t kFrames = 8;
   if (!run.certificate) return;
+  const Watch watch("estimating the errors over time", false);
   const std::size_t last = run.frames.size() - 1, n = n_vertices > kMost ? 1 : std::min(kFrames, last);
   for (std::size_t k = 1; k < n && !interrupted(); ++k) {
     const FrameRecord &frame = run.frames[k * last / n];
@@ -110,21 +114,24 @@ void add_method(const Scene &scene, const Mesh &mesh, const std::vector<PlacedHa
   const shellwarp::Model model = precompute(scene, mesh, options.quiet);
   shellwarp::State state = make_state(scene, mesh, model);
   Film film(mesh, n_frames, options.compare.size() + 1);
-  Run run = simulate(scene, n_frames, mesh, handles, state, nullptr, &film);
+  Run run = simulate(scene, n_frames, mesh, handles, state, nullptr, &film, options.quiet);
   if (run.interrupted) return;
   certify(scene, options, state, mesh.n_vertices(), run);
   estimate_errors(state, mesh.n_vertices(), run);
-  const std::string words = sw_method_label(scene.method) + (": " + verdict(run));
-  if (!options.quiet && !verdict(run).empty()) std::printf("%s\n", words.c_str());
-  page.add_film(scene, run, film, verdict(run).empty() ? std::vector<std::string>() : std::vector{words});
+  std::vector<std::string> words = closing_words({scene, model.info(), model.frequencies(), run, {}});
+  for (std::string &sentence : words) {
+    sentence = std::string(sw_method_label(scene.method)) + " " + sentence;
+    if (!options.quiet) std::printf("%s\n", sentence.c_str());
+  }
+  page.add_film(scene, run, film, words);
 }
 
 // The shell with what was said of it, and the methods that it is to be compared with.
 void add_to_page(const Scene &scene, const Mesh &mesh, const std::vector<PlacedHandle> &handles, uint32_t n_frames,
-                 const Run &run, const Film &film, const RunOptions &options, Page &page) {
-  const std::string words = verdict(run);
+                 const Run &run, const Film &film, const std::vector<std::string> &words, const RunOptions &options,
+                 Page &page) {
   page.add_shell(scene, mesh, handles, film);
-  page.add_film(scene, run, film, words.empty() ? std::vector<std::string>() : std::vector{words});
+  page.add_film(scene, run, film, words);
   for (const std::string &name : options.compare) {
     Scene other = scene;
     other.method = *host::find_method(name);
@@ -143,7 +150,8 @@ int run_scene(const Scene &scene, const RunOptions &options, OutputFolder *folde
   const shellwarp::Model model = precompute(scene, mesh, options.quiet);
   shellwarp::State state = make_state(scene, mesh, model);
   Film film(mesh, page ? n_frames : 0, options.compare.size() + 1);
-  Run run = simulate(scene, n_frames, mesh, handles, state, cache ? &*cache : nullptr, page ? &film : nullptr);
+  Run run = simulate(scene, n_frames, mesh, handles, state, cache ? &*cache : nullptr, page ? &film : nullptr,
+                     options.quiet);
   certify(scene, options, state, mesh.n_vertices(), run);
   if (page && !run.interrupted) estimate_errors(state, mesh.n_vertices(), run);
   if (options.plan) std::fputs(state.plan_text(scene.step()).c_str(), stdout);
@@ -153,8 +161,10 @@ int run_scene(const Scene &scene, const RunOptions &options, OutputFolder *folde
     run.interrupted = interrupted();
     if (!run.interrupted) folder->put_in_place();
   }
-  const int status = report({scene, model.info(), model.frequencies(), run, model.front()}, options);
-  if (page && !run.interrupted) add_to_page(scene, mesh, handles, n_frames, run, film, options, *page);
+  const Summary summary{scene, model.info(), model.frequencies(), run, model.front()};
+  const int status = report(summary, options);
+  if (page && !run.interrupted)
+    add_to_page(scene, mesh, handles, n_frames, run, film, closing_words(summary), options, *page);
   return interrupted() ? kInterrupted : status;
 }
 

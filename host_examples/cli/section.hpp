@@ -1,6 +1,7 @@
 // A table of a scene file, read key by key with the place of every mistake.
 #pragma once
 
+#include "closest.hpp"
 #include "scene.hpp"
 #include "text_lines.hpp"
 
@@ -122,7 +123,8 @@ public:
 
   void reject_unknown_keys() const {
     for (const auto &[key, value] : table_)
-      if (!known_.count(std::string(key.str()))) fail(value, "unknown key '" + std::string(key.str()) + "'");
+      if (const std::string word(key.str()); !known_.count(word))
+        fail(value, "unknown key '" + word + "'" + did_you_mean(word, {known_.begin(), known_.end()}));
   }
 
 private:

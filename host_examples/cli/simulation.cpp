@@ -4,6 +4,7 @@
 #include "judge.hpp"
 #include "method.hpp"
 #include "progress.hpp"
+#include "watch.hpp"
 
 #include <algorithm>
 #include <chrono>
@@ -91,13 +92,14 @@ uint32_t frame_count(const Scene &scene) {
 }
 
 Run simulate(const Scene &scene, uint32_t n_frames, const Mesh &mesh, std::vector<PlacedHandle> handles,
-             shellwarp::State &state, PointCache *cache, Film *film) {
+             shellwarp::State &state, PointCache *cache, Film *film, bool quiet) {
   Run run;
   std::vector<float> positions(mesh.positions.size());
   EnergyAudit audit(scene, mesh);
   record(scene, 0, state, positions, run, cache, film);
   audit.note(0, state, run.frames.back().report);
   run.position_seconds = 0;  // the start is not a frame that was stepped to
+  Watch watch(scene.is_static ? "finding the equilibrium" : "stepping", quiet, scene.is_static ? 0 : n_frames);
   for (uint32_t frame = 1; frame <= n_frames; ++frame) {
     if (scene.is_static)
       move_to_equilibrium(scene, handles, state, run);
@@ -106,6 +108,7 @@ Run simulate(const Scene &scene, uint32_t n_frames, const Mesh &mesh, std::vecto
     if ((run.interrupted = interrupted())) break;  // perhaps in the middle of a frame
     record(scene, frame, state, positions, run, cache, film);
     audit.note(frame, state, run.frames.back().report);
+    watch.at(frame);
   }
   if (audit.applies()) run.largest_gain = audit.largest_gain();
   run.frame_of_gain = audit.frame_of_gain();

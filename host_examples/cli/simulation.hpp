@@ -52,9 +52,9 @@ struct Run {
 // Of a point cache, which counts them in 31 bits, the start included.
 constexpr uint32_t kMostFrames = 2147483646;
 
-// Writes one sample a frame into `cache` and offers it to `film`, unless they are null.
+// Writes one sample a frame into `cache` and offers it to `film`, unless they are null. Tells of long runs unless quiet.
 Run simulate(const Scene &scene, uint32_t n_frames, const Mesh &mesh, std::vector<PlacedHandle> handles,
-             shellwarp::State &state, PointCache *cache, Film *film = nullptr);
+             shellwarp::State &state, PointCache *cache, Film *film = nullptr, bool quiet = true);
 
 // The duration in frames, at least one; one if static: the equilibrium, handles and frame as at the end of the duration. Throws
 // where a point cache cannot number them.

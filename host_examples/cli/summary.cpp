@@ -1,5 +1,6 @@
 #include "summary.hpp"
 
+#include "advice.hpp"
 #include "judge.hpp"
 #include "method.hpp"
 #include "progress.hpp"
@@ -13,9 +14,6 @@ namespace {
 
 // Newton's method stops at a residual of 1e-8 of the load; positions of modal methods have seven digits.
 constexpr double kRoundingOfEnergy = 1e-6;
-
-// SwCertificate.remaining: the search for the better pose was cut short.
-constexpr double kRoughAbove = 0.01;
 
 void row(const char *label, const std::string &value, const std::optional<double> &paper = std::nullopt) {
   std::printf("  %-30s %14s", label, value.c_str());
@@ -165,36 +163,6 @@ double largest_displacement(const Run &run) {
   return largest;
 }
 
-// What a reader of the figures should know before trusting them.
-void print_advice(const Summary &summary) {
-  const std::vector<FrameRecord> &frames = summary.run.frames;
-  const auto outside =
-      std::count_if(frames.begin(), frames.end(), [](const FrameRecord &f) { return !f.report.turn_in_range; });
-  if (outside)
-    std::printf(
-        "note: %lld of %zu frames turn a vertex further than the method's rotations are good for (a quarter turn):\n"
-        "      stiffen the shell, lower the loads, or check that units and material fit together\n",
-        static_cast<long long>(outside), frames.size());
-  if (summary.info.n_unknowns == 0)
-    std::printf("note: every vertex is held, so nothing can move\n");
-  else if (largest_displacement(summary.run) == 0 && summary.scene.sagged)
-    std::printf("note: nothing has moved: the sagged shape is at rest under this gravity\n");
-  else if (largest_displacement(summary.run) == 0)
-    std::printf("note: nothing has moved: no gravity, force or wind, no moving frame, no handle\n");
-  if (summary.info.zero_modes)
-    std::printf("note: nothing resists %u of the modes: the shell floats or turns freely\n", summary.info.zero_modes);
-}
-
-// What to try where a method is out of its range: from the reduced shells and the choice to the full shell.
-std::string better_methods(uint32_t method) {
-  std::string names;
-  if (!host::needs_fields(method))
-    for (const uint32_t other : host::methods())
-      if (host::needs_fields(other) || host::needs_choice(other)) names += std::string(host::method_name(other)) + ", ";
-  if (!names.empty()) names.replace(names.size() - 2, 2, " or ");
-  return names + host::method_name(SW_METHOD_SHELL_IMPLICIT);
-}
-
 }  // namespace
 
 void print_summary(const Summary &summary) {
@@ -212,21 +180,7 @@ void print_summary(const Summary &summary) {
   if (!summary.scene.handles.empty()) print_handles(summary);
   print_memory(summary.info);
   if (!paper.note.empty()) std::printf("%s: %s\n", paper.source.c_str(), paper.note.c_str());
-  print_advice(summary);
-  const std::string error = verdict(summary.run);
-  if (!error.empty()) std::printf("%s\n", error.c_str());
-}
-
-std::string verdict(const Run &run) {
-  if (!run.uncertified.empty()) return "not certified: the error could not be estimated: " + run.uncertified;
-  if (!run.certificate || host::is_full_shell(run.certificate->method)) return "";
-  const SwCertificate &found = *run.certificate;
-  const double percent = 100 * found.error;
-  std::string text = "certified: the last frame is about " + format(percent < 10 ? "%.2g" : "%.0f", percent) +
-                     " % off the full nonlinear shell";
-  if (found.remaining > kRoughAbove) text += ", roughly";
-  if (found.out_of_range) text += "; use --method " + better_methods(found.method);
-  return text;
+  for (const std::string &sentence : closing_words(summary)) std::printf("%s\n", sentence.c_str());
 }
 
 std::vector<std::string> violations(const Summary &summary, bool whole) {

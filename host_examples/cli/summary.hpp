@@ -11,6 +11,9 @@
 
 namespace cli {
 
+// SwCertificate.remaining: the search for the better pose was cut short.
+constexpr double kRoughAbove = 0.01;
+
 struct Summary {
   const Scene &scene;
   SwModelInfo info;
@@ -21,9 +24,6 @@ struct Summary {
 
 // The figures to stdout; a third column holds another's figures where the scene states them.
 void print_summary(const Summary &summary);
-
-// What the estimate of the last frame's error means, a sentence; empty where there is nothing to say.
-std::string verdict(const Run &run);
 
 // A sentence for each expectation that does not hold. What depends on the length of the run is judged only if `whole`.
 std::vector<std::string> violations(const Summary &summary, bool whole);

@@ -13,6 +13,9 @@
 #include "scene.hpp"
 #include "shell.hpp"
 #include "simulation.hpp"
+#include "advice.hpp"
+#include "closest.hpp"
+#include "watch.hpp"
 #include "summary.hpp"
 #include "text_lines.hpp"
 
@@ -846,6 +849,73 @@ void a_method_moves_as_its_needs_tell() {
   CHECK(offered >= 7);
 }
 
+// A run of three frames of a shell 2 long, to be described.
+cli::Run run_that_moved(double most) {
+  cli::Run run;
+  for (uint32_t frame = 0; frame < 3; ++frame) {
+    cli::FrameRecord record{frame, {}, {}};
+    record.report.time = 0.1 * frame;
+    record.report.turn_in_range = 1;
+    record.report.max_displacement = frame == 1 ? most : frame == 2 ? most / 2 : 0;
+    record.report.max_rotation = 0.5;
+    run.frames.push_back(record);
+  }
+  return run;
+}
+
+std::string words_of(const cli::Scene &scene, const cli::Run &run, uint32_t unknowns = 9) {
+  SwModelInfo info{};
+  info.size = 2;
+  info.n_unknowns = unknowns;
+  std::string all;
+  for (const std::string &sentence : cli::closing_words({scene, info, {0, 45}, run, {}})) all += sentence + "\n";
+  return all;
+}
+
+// What moved how far, in lengths and sizes; and what to change only where something is to be changed.
+void the_closing_words_say_what_moved_and_what_to_change() {
+  cli::Scene scene;
+  scene.gravity = {0, 0, -1};
+  scene.length_unit = "cm";
+  CHECK(words_of(scene, run_that_moved(0.5)) ==
+        "moved: up to 0.5 cm, 25 % of its size of 2 cm, at 0.1 s; turned up to 29 degrees; at the end by 0.25 cm\n");
+  const std::string tiny = words_of(scene, run_that_moved(2e-5));
+  CHECK(tiny.find("1.0e-05 of its size") != std::string::npos && tiny.find("cannot be seen") != std::string::npos);
+  CHECK(tiny.find("Its slowest swing has 45 Hz") != std::string::npos);
+  CHECK(words_of(scene, run_that_moved(2.1e-3)).find("try") == std::string::npos);
+  CHECK(words_of(scene, run_that_moved(5)).find("no held shell moves by 2.5 times its size") != std::string::npos);
+  CHECK(words_of(scene, run_that_moved(0)).find("note: nothing has moved") != std::string::npos);
+  CHECK(words_of(scene, run_that_moved(0), 0).find("every vertex is held") != std::string::npos);
+  cli::Run missed = run_that_moved(0.5);
+  missed.handles.steps = 60;
+  missed.handles.steps_missed = 12;
+  CHECK(words_of(scene, missed).find("try: handles were missed in 12 of 60 steps") != std::string::npos);
+  scene.handles.emplace_back();  // a hand may lead a shell by less than can be seen, and as far as it likes
+  CHECK(words_of(scene, run_that_moved(2e-5)).find("try") == std::string::npos);
+  CHECK(words_of(scene, run_that_moved(5)).find("try") == std::string::npos);
+}
+
+void a_misspelt_word_finds_the_one_that_was_meant() {
+  const std::vector<std::string> keys = {"density", "k_area", "k_bend", "k_length"};
+  CHECK(cli::closest("k_bned", keys) == "k_bend" && cli::closest("kbend", keys) == "k_bend");
+  CHECK(cli::closest("bend", keys) == "k_bend" && cli::closest("--k-Bend", keys) == "k_bend");
+  CHECK(cli::closest("bending", {"k_bend", "bend"}) == "bend");
+  CHECK(cli::closest("gravitas", {"--density", "--gravity"}) == "--gravity");
+  CHECK(cli::closest("colour", keys).empty() && cli::closest("", keys).empty() && cli::closest("x", {}).empty());
+  CHECK(cli::did_you_mean("k_bned", keys) == "; did you mean 'k_bend'?" && cli::did_you_mean("colour", keys).empty());
+}
+
+// Work that says nothing of itself is told of all the same, and work that is done at once is not.
+void long_work_is_told_of() {
+  CHECK(cli::progress_words("stepping", 12, 30, 120) == "stepping: frame 30 of 120, 12 s so far, about 36 s to go");
+  CHECK(cli::progress_words("stepping", 2, 0, 120) == "stepping: frame 0 of 120, 2 s so far");
+  CHECK(cli::progress_words("finding the equilibrium", 8, 0, 0) == "finding the equilibrium: 8 s so far");
+  cli::Watch impatient("waiting", false, 0, std::chrono::milliseconds(1));
+  while (impatient.times_told() < 2) std::this_thread::yield();
+  const cli::Watch patient("not to be seen", false), silent("not to be seen", true, 0, std::chrono::seconds(0));
+  CHECK(patient.times_told() == 0 && silent.times_told() == 0);
+}
+
 // Rows of a comparison that are as expected, then spoilt one at a time.
 void a_comparison_is_judged_row_by_row() {
   cli::Scene scene;
@@ -1038,6 +1108,9 @@ int main(int argc, char **argv) {
   RUN(a_comparison_takes_the_methods_of_the_library);
   RUN(a_method_moves_as_its_needs_tell);
   RUN(the_verdict_says_how_far_off_the_last_frame_is);
+  RUN(the_closing_words_say_what_moved_and_what_to_change);
+  RUN(a_misspelt_word_finds_the_one_that_was_meant);
+  RUN(long_work_is_told_of);
   RUN(a_comparison_is_judged_row_by_row);
   RUN(the_energy_audit_counts_the_work_of_loads);
   RUN(mistakes_in_scenes_are_located);
