@@ -422,8 +422,9 @@ fn forged_reduced_shells_are_refused_by_name() {
 fn the_membranes_own_share_is_saved_and_checked() {
     let mut model = small_reduced_model(Precision::F64);
     let (plain, of) = (model.save().unwrap(), model.reduced.take().and_then(Arc::into_inner).unwrap());
-    let (assumed, correction) = (Assumed { membrane_share: 0.2, ..of.assumed }, of.energy.correction().clone());
-    let mut reduced = ReducedShell::assemble(&model.shell, of.fields, of.samples, assumed, correction).unwrap();
+    let assumed = Assumed { membrane_share: 0.2, ..of.assumed };
+    let fields = (model.modal.n_modes(), of.fields);
+    let mut reduced = ReducedShell::assemble(&model.shell, fields, of.samples, assumed).unwrap();
     (reduced.fit, reduced.polynomial) = (of.fit, of.polynomial);
     model.reduced = Some(Arc::new(reduced));
     let bytes = model.save().unwrap();

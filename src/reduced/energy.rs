@@ -11,8 +11,8 @@
 //! with a share α against motions that no stress field resists, the smaller the less the membrane carries. On samples of weight w, Sᵀε is
 //! Σ w S_e ε_e.
 //!
-//! Models saved before samples were weighed by the modes' rest stiffness add ½ qᵀDq on the modes, what their samples left of it; D = 0
-//! since: where the shell is bent far a constant matrix is not what was left out, and if negative it buckles the shell.
+//! Files from before samples were weighed by the modes' rest stiffness add ½ qᵀDq on the modes, what their samples left of it. No model
+//! is made with D: where the shell is bent far a constant matrix is not what was left out, and if negative it buckles the shell.
 
 use super::elastic::Scratch;
 use super::products;
@@ -42,8 +42,8 @@ pub struct ReducedEnergy {
     /// Coordinates, and numbers in a row.
     n: usize,
     stride: usize,
-    /// D (modes × modes).
-    correction: DMatrix<f64>,
+    /// D (modes × modes), of files that have one.
+    correction: Option<DMatrix<f64>>,
     /// The registers that it is evaluated in: the processor's widest unless set, as of [`crate::warp::Basis`].
     pub arch: Arch,
 }
@@ -121,19 +121,19 @@ impl ReducedEnergy {
             membrane_share: 1.0,
             n,
             stride,
-            correction: DMatrix::zeros(0, 0),
+            correction: None,
             arch: Arch::new(),
         }
     }
 
-    /// Sets D (modes × modes).
-    pub fn correct(&mut self, correction: DMatrix<f64>) {
-        self.correction = correction;
+    /// Sets D (modes × modes), which only files from before stress fields have.
+    pub(super) fn set_correction(&mut self, correction: DMatrix<f64>) {
+        self.correction = Some(correction);
     }
 
-    /// D.
-    pub fn correction(&self) -> &DMatrix<f64> {
-        &self.correction
+    /// D, of a model whose file has one.
+    pub(super) fn correction(&self) -> Option<&DMatrix<f64>> {
+        self.correction.as_ref()
     }
 
     /// Sets S and α. Of S, `of(e)` is the row of the membrane's element that is e-th among the elements here, of weight `weights[e]`.
@@ -246,13 +246,8 @@ impl ReducedEnergy {
     pub fn value(&self, q: &[f64], scratch: &mut Scratch) -> f64 {
         let room = scratch.sampled();
         self.place(q, room);
-        room.value + 0.5 * self.corrected(q, |k, d| q[k] * d)
-    }
-
-    /// Σ f(k, (Dq)_k).
-    fn corrected(&self, q: &[f64], mut f: impl FnMut(usize, f64) -> f64) -> f64 {
-        let m = self.correction.nrows();
-        (0..m).map(|k| f(k, (0..m).map(|j| self.correction[(k, j)] * q[j]).sum())).sum()
+        let corrected = self.correction.as_ref().map_or(0.0, |d| (0..d.nrows()).map(|k| q[k] * along(d, k, q)).sum());
+        room.value + 0.5 * corrected
     }
 
     /// Bᵀ∇E at x̄ + Bq.
@@ -267,10 +262,9 @@ impl ReducedEnergy {
         sum.fill(0.0);
         self.arch.dispatch(|| products::project(&self.rows, gradient, sum));
         out.copy_from_slice(&sum[..self.n]);
-        self.corrected(q, |k, d| {
-            out[k] += d;
-            0.0
-        });
+        if let Some(d) = &self.correction {
+            (0..d.nrows()).for_each(|k| out[k] += along(d, k, q));
+        }
     }
 
     /// BᵀHB at x̄ + Bq (n × n, both triangles).
@@ -300,8 +294,9 @@ impl ReducedEnergy {
         });
         self.add_coupling(strain_rows, lines, coupling, square);
         self.unpack(square, out);
-        let m = self.correction.nrows();
-        out.view_mut((0, 0), (m, m)).add_assign(&self.correction);
+        if let Some(d) = &self.correction {
+            out.view_mut((0, 0), d.shape()).add_assign(d);
+        }
     }
 
     /// Bᵀ(Σ b bᵀ)B with the rows √(2w) ∇s at x̄ + Bq: the viscosity of [`crate::reference`].
@@ -392,4 +387,9 @@ impl ReducedEnergy {
         self.resist(strain, &mut stress, &mut resultants);
         stress
     }
+}
+
+/// (Dq)_k.
+fn along(d: &DMatrix<f64>, k: usize, q: &[f64]) -> f64 {
+    (0..d.ncols()).map(|j| d[(k, j)] * q[j]).sum()
 }

@@ -16,6 +16,7 @@ mod energy;
 mod fields;
 mod newton;
 pub mod polynomial;
+mod precompute;
 mod products;
 pub mod sampling;
 mod saved;
@@ -28,16 +29,11 @@ pub use fields::{Fields, MAX_FIELDS};
 pub use newton::{End, Newton, Potential, Rows, Stop, Work};
 pub use training::{MAX_POSES, default_poses};
 
-use crate::energy::Curvature;
 use crate::features::{self, Feature, Proof};
-use crate::modes::{Modes, Phase, Progress};
-use crate::precision::Precision;
-use crate::{Error, ErrorKind, Result, Shell, Vec3};
+use crate::{Result, Shell, Vec3};
 use faer::Mat;
 use nalgebra::{DMatrix, Matrix3};
 use polynomial::PolynomialEnergy;
-use std::sync::Arc;
-use training::{BasisInputs, TrainingLoads};
 
 /// What to precompute beyond the modes.
 #[derive(Clone, Copy, Debug)]
@@ -64,8 +60,6 @@ impl Default for Options {
 
 /// Of the forces of the poses that sampling looks at, what samples may leave out when their number is not given.
 pub const TOLERANCE: f64 = 0.01;
-/// And their largest number then, as a multiple of the fields.
-const MOST_ELEMENTS: usize = 16;
 /// The least α that a training chooses.
 const LEAST_SHARE: f64 = 0.003;
 /// Loads of any frame that stress fields are whole for, and with them the most stress fields: those of the modes and these beside others.
@@ -78,9 +72,9 @@ const MULTIPLICATIONS: f64 = 6.0;
 
 /// The run-time fields in the precision asked for.
 pub enum AnyFields {
-    /// [`Precision::F32`], and beside modes in 16 bits.
+    /// [`crate::precision::Precision::F32`], and beside modes in 16 bits.
     F32(Fields<f32>),
-    /// [`Precision::F64`].
+    /// [`crate::precision::Precision::F64`].
     F64(Fields<f64>),
 }
 
@@ -98,6 +92,8 @@ pub(crate) use with_fields;
 
 /// Everything that reduced states share.
 pub struct ReducedShell {
+    /// How many of the fields, the first, are the modes.
+    modes: usize,
     /// B.
     pub fields: AnyFields,
     /// E.
@@ -121,89 +117,12 @@ pub struct ReducedShell {
 }
 
 impl ReducedShell {
-    /// On `modes` of `shell`.
-    pub fn precompute(
-        shell: &Arc<Shell>,
-        modes: &Modes,
-        options: &Options,
-        precision: Precision,
-        progress: &mut Progress,
-    ) -> Result<Self> {
-        let _proof: features::ReducedShell = Proof::of(Feature::ReducedShell)?;
-        let wanted = modes.shapes.len() + options.fields;
-        if wanted > MAX_FIELDS {
-            return Err(Error::argument(format!(
-                "{wanted} modes and fields: a reduced shell has at most {MAX_FIELDS}"
-            )));
-        }
-        if modes.zero_modes > 0 || shell.sag.is_some() {
-            let message =
-                "a reduced shell must be held so that nothing moves freely, and not be linearised where it hangs";
-            return Err(Error::new(ErrorKind::Unsupported, message));
-        }
-        if modes.shapes.is_empty() {
-            return Err(Error::new(ErrorKind::Unsupported, "a reduced shell needs vertices that no support holds"));
-        }
-        let report = |progress: &mut Progress, share: f64| progress.report(Phase::Rotation, share);
-        report(progress, 0.0)?;
-        let loads = TrainingLoads::new(shell, modes, options)?;
-        let derivatives = loads.weighted_derivatives(shell, modes)?;
-        let searches: f64 = progress.seconds.iter().sum();
-        let time = options.seconds.min(options.mode_searches * searches);
-        let trained = loads.train(shell, (options.poses, time), &mut |share| report(progress, 0.1 + 0.4 * share))?;
-        let inputs =
-            BasisInputs { shell, modes, derivatives, responses: loads.responses(shell)?, bent: loads.bent(modes) };
-        let poses: Vec<&[Vec3]> = trained.iter().map(|pose| &pose.displacement[..]).collect();
-        let mut watch = |share| report(progress, 0.5 + 0.1 * share);
-        let basis = inputs.basis(&poses, options.fields)?;
-        let found = basis.ncols() - modes.shapes.len(); // all else goes by these: who asks for more than there are gets the same
-        let membrane_share = loads.membrane_share(&inputs, &trained, found, &mut watch)?;
-        let assumed = Assumed { stresses: inputs.stresses(&poses, found)?, membrane_share };
-        let fields = stored(shell, &basis, precision)?;
-        let columns = unpacked(shell, &fields);
-        let whole = vec![1.0; shell.energy.n_elements()];
-        let mut all = ReducedEnergy::new(shell, &columns, &whole);
-        assumed.set(&mut all, &whole, 1);
-        let mut stiffness = DMatrix::zeros(all.n(), all.n());
-        all.hessian(&vec![0.0; all.n()], Curvature::Exact, &mut all.scratch(), &mut stiffness);
-        report(progress, 0.6)?;
-        let (weights, residual) = if options.elements >= all.n_elements() {
-            (vec![1.0; all.n_elements()], 0.0)
-        } else {
-            let count = if options.elements > 0 { options.elements } else { MOST_ELEMENTS * columns.len() };
-            let tolerance = if options.elements > 0 { 0.0 } else { TOLERANCE };
-            let poses = loads.poses(shell, &assumed, &columns, &mut |share| report(progress, 0.6 + 0.1 * share))?;
-            let mut watch = |share| report(progress, 0.7 + 0.2 * share);
-            sampling::sample(shell, &all, (&stiffness, modes.shapes.len()), (&poses, count, tolerance), &mut watch)?
-        };
-        let samples: Vec<(u32, f64)> = (0u32..).zip(weights).filter(|(_, w)| *w > 0.0).collect();
-        let m = modes.shapes.len();
-        let shapes = loads.shapes(shell, &columns, (modes, &trained));
-        let sources = polynomial::Sources { shell, columns: &columns, assumed: &assumed, shapes: &shapes };
-        let polynomial = polynomial::make(&sources, &mut |share| report(progress, 0.9 + 0.07 * share))?;
-        let assumed = assumed.at(&samples);
-        let mut reduced = Self::assemble(shell, fields, samples, assumed, DMatrix::zeros(m, m))?;
-        reduced.fit = residual;
-        if let Some(mut polynomial) = polynomial {
-            let mut watch = |share| report(progress, 0.97 + 0.03 * share);
-            polynomial.gate = loads.gate((shell, &columns, &trained), (&polynomial, &reduced.energy), &mut watch)?;
-            reduced.polynomial = Some(polynomial).filter(PolynomialEnergy::is_finite);
-        }
-        if !reduced.is_finite() {
-            let message = format!("training under reduced_gravity {:e} leaves the range of numbers", loads.gravity);
-            return Err(Error::new(ErrorKind::Numerical, message));
-        }
-        report(progress, 1.0)?;
-        Ok(reduced)
-    }
-
-    /// From what is saved; everything else follows.
+    /// From what is saved; everything else follows. Of the fields, the first `modes` are the modes.
     pub fn assemble(
         shell: &Shell,
-        fields: AnyFields,
+        (modes, fields): (usize, AnyFields),
         samples: Vec<(u32, f64)>,
         assumed: Assumed,
-        correction: DMatrix<f64>,
     ) -> Result<Self> {
         let proof = Proof::of(Feature::ReducedShell)?;
         let columns = unpacked(shell, &fields);
@@ -212,7 +131,6 @@ impl ReducedShell {
         let mut energy = ReducedEnergy::new(shell, &columns, &weights);
         let sampled: Vec<f64> = samples.iter().map(|s| s.1).collect();
         assumed.set(&mut energy, &sampled, 1);
-        energy.correct(correction);
         let n = columns.len();
         let (mass, rest) = (&shell.mass, &shell.mesh.positions);
         let sum = |f: &dyn Fn(usize) -> f64| -> f64 { (0..mass.len()).map(|v| mass[v] * f(v)).sum() };
@@ -229,6 +147,7 @@ impl ReducedShell {
             })
         });
         Ok(Self {
+            modes,
             fields,
             energy,
             polynomial: None,
@@ -301,23 +220,6 @@ impl ReducedShell {
             }
         }
     }
-}
-
-/// The basis rounded to its run-time precision, which everything else follows from.
-fn stored(shell: &Shell, basis: &Mat<f64>, precision: Precision) -> Result<AnyFields> {
-    fn of<T: crate::real::Real>(shell: &Shell, basis: &Mat<f64>) -> Result<Fields<T>> {
-        let mut fields = Fields::new(&shell.mesh.positions, basis.ncols(), shell.total_mass)?;
-        (0..basis.ncols()).for_each(|k| fields.set(k, &basis::unscaled(shell, basis.col(k))));
-        Ok(fields)
-    }
-    let fields = match precision {
-        Precision::F64 if Feature::F64Basis.is_built_in() => AnyFields::F64(of(shell, basis)?),
-        _ => AnyFields::F32(of(shell, basis)?),
-    };
-    if with_fields!(&fields, fields => fields.is_finite()) {
-        return Ok(fields);
-    }
-    Err(Error::new(ErrorKind::Numerical, "the reduced basis leaves the floating-point range: choose other units"))
 }
 
 /// The columns of B (fields × n_vertices).

@@ -8,7 +8,7 @@
 //! | what the samples leave of the forces | f64 |
 //! | sampled elements, ascending by rest row | s × u32 |
 //! | their weights | s × f64 |
-//! | D, by column | m² × f64 |
+//! | D, by column: zeros except in files older than stress fields | m² × f64 |
 //! | S at the membrane's samples, by sample | pt × f64 |
 //! | B√M by vertex, then field | 3nf × f64, or f32 unless the basis is of f64 |
 //! | α, unless it is 0.003 or t is 0 | f64 |
@@ -39,8 +39,7 @@ impl ReducedShell {
             AnyFields::F32(_) => Precision::F32,
             AnyFields::F64(_) => Precision::F64,
         };
-        let modes = self.energy.correction().nrows();
-        let counts = [n_vertices, modes, self.n(), self.samples.len(), self.assumed.stresses.len()];
+        let counts = [n_vertices, self.modes, self.n(), self.samples.len(), self.assumed.stresses.len()];
         size(counts, precision) as usize + if self.saves_share() { 8 } else { 0 }
     }
 
@@ -55,7 +54,11 @@ impl ReducedShell {
         self.fit.put(out);
         self.samples.iter().for_each(|(element, _)| out.extend(element.to_le_bytes()));
         self.samples.iter().for_each(|(_, weight)| weight.put(out));
-        self.energy.correction().iter().chain(self.assumed.stresses.iter()).for_each(|x| x.put(out));
+        match self.energy.correction() {
+            Some(correction) => correction.iter().for_each(|x| x.put(out)),
+            None => (0..self.modes * self.modes).for_each(|_| 0f64.put(out)),
+        }
+        self.assumed.stresses.iter().for_each(|x| x.put(out));
         with_fields!(&self.fields, fields => {
             for v in 0..n_vertices {
                 (0..fields.n).for_each(|k| fields.stored(k, v).iter().for_each(|x| x.put(out)));
@@ -69,6 +72,56 @@ impl ReducedShell {
     /// What [`ReducedShell::save`] wrote, for a shell whose basis has `modes` in `precision`. Samples are elements with positive weights,
     /// D is symmetric, and fields are normed and move nothing that is held.
     pub fn load(shell: &Shell, modes: usize, precision: Precision, content: &[u8]) -> Result<Self> {
+        let parts = Parts::of(shell, modes, precision, content)?;
+        let numbers = |bytes: &[u8]| bytes.chunks_exact(8).map(f64::get).collect::<Vec<_>>();
+        let (elements, weights, fit) = (&parts.elements, numbers(parts.weights), parts.fit);
+        let ascend = elements.windows(2).all(|pair| pair[0] < pair[1]);
+        if !ascend || elements.last().is_some_and(|&e| e as usize >= shell.energy.n_elements()) {
+            return invalid("its sampled elements do not ascend, or are none of its shell's");
+        }
+        if !(weights.iter().all(|w| w.is_finite() && *w > 0.0) && fit.is_finite() && fit >= 0.0) {
+            return invalid("a weight of its samples is not positive");
+        }
+        let correction = DMatrix::from_vec(modes, modes, numbers(parts.correction));
+        if !correction.iter().all(|x| x.is_finite()) || correction != correction.transpose() {
+            return invalid("the correction of its rest stiffness is not symmetric");
+        }
+        let assumed = parts.stresses()?;
+        let fields = match precision {
+            Precision::F64 if Feature::F64Basis.is_built_in() => {
+                AnyFields::F64(load_fields(shell, parts.n, parts.fields)?)
+            }
+            _ => AnyFields::F32(load_fields(shell, parts.n, parts.fields)?),
+        };
+        let samples = parts.elements.into_iter().zip(weights).collect();
+        let mut reduced = Self { fit, ..Self::assemble(shell, (modes, fields), samples, assumed)? };
+        if correction.iter().any(|x| *x != 0.0) {
+            reduced.energy.set_correction(correction);
+        }
+        Ok(reduced)
+    }
+}
+
+/// Where a section has what, by its sizes alone.
+struct Parts<'a> {
+    /// f, t.
+    n: usize,
+    n_stresses: usize,
+    fit: f64,
+    elements: Vec<u32>,
+    /// How many of them are the membrane's.
+    membrane: usize,
+    weights: &'a [u8],
+    correction: &'a [u8],
+    stresses: &'a [u8],
+    fields: &'a [u8],
+    /// α, or nothing.
+    share: &'a [u8],
+}
+
+impl<'a> Parts<'a> {
+    /// Fails unless the sizes agree.
+    fn of(shell: &Shell, modes: usize, precision: Precision, content: &'a [u8]) -> Result<Self> {
         let Some((front, rest)) = content.split_at_checked(FRONT) else {
             return invalid(format!("{} bytes are not a reduced shell", content.len()));
         };
@@ -99,20 +152,14 @@ impl ReducedShell {
         let (stresses, rest) = rest.split_at(8 * t * membrane);
         let expected = size([shell.mass.len(), modes, n, samples, t * membrane], precision) as usize;
         let (fields, share) = rest.split_at(rest.len() - (content.len() - expected));
-        let membrane_share = if share.is_empty() { LEAST_SHARE } else { f64::get(share) };
-        let stresses = DMatrix::from_vec(t, membrane, stresses.chunks_exact(8).map(f64::get).collect());
-        let numbers = |bytes: &[u8]| bytes.chunks_exact(8).map(f64::get).collect::<Vec<_>>();
-        let (weights, correction) = (numbers(weights), DMatrix::from_vec(modes, modes, numbers(correction)));
-        let ascend = elements.windows(2).all(|pair| pair[0] < pair[1]);
-        if !ascend || elements.last().is_some_and(|&e| e as usize >= shell.energy.n_elements()) {
-            return invalid("its sampled elements do not ascend, or are none of its shell's");
-        }
-        if !(weights.iter().all(|w| w.is_finite() && *w > 0.0) && fit.is_finite() && fit >= 0.0) {
-            return invalid("a weight of its samples is not positive");
-        }
-        if !correction.iter().all(|x| x.is_finite()) || correction != correction.transpose() {
-            return invalid("the correction of its rest stiffness is not symmetric");
-        }
+        Ok(Self { n, n_stresses: t, fit, elements, membrane, weights, correction, stresses, fields, share })
+    }
+
+    /// S and α.
+    fn stresses(&self) -> Result<Assumed> {
+        let membrane_share = if self.share.is_empty() { LEAST_SHARE } else { f64::get(self.share) };
+        let numbers = self.stresses.chunks_exact(8).map(f64::get).collect();
+        let stresses = DMatrix::from_vec(self.n_stresses, self.membrane, numbers);
         // Columns of an orthonormal matrix, at most.
         if !stresses.iter().all(|x| x.abs() <= 1.0 + NORM_ERROR) {
             return invalid("a stress field of its membrane is not normed");
@@ -122,13 +169,7 @@ impl ReducedShell {
                 "the membrane's own share is {membrane_share:?}: it is more than 0 and less than 1"
             ));
         }
-        let fields = match precision {
-            Precision::F64 if Feature::F64Basis.is_built_in() => AnyFields::F64(load_fields(shell, n, fields)?),
-            _ => AnyFields::F32(load_fields(shell, n, fields)?),
-        };
-        let samples = elements.into_iter().zip(weights).collect();
-        let assumed = if t > 0 { Assumed { stresses, membrane_share } } else { Assumed::none() };
-        Ok(Self { fit, ..Self::assemble(shell, fields, samples, assumed, correction)? })
+        Ok(if self.n_stresses > 0 { Assumed { stresses, membrane_share } } else { Assumed::none() })
     }
 }
 

@@ -15,7 +15,6 @@ mod scenes;
 
 use cases::{Case, loaded};
 use common::{displacements, mass_error};
-use nalgebra::DMatrix;
 use scenes::{Part, Scene};
 use shellwarp::Vec3;
 use shellwarp::model::{Model, Options};
@@ -46,9 +45,8 @@ fn off(scene: &Scene, state: &State, case: &Case) -> f64 {
 /// A model without its stress fields: the membrane's own energy on the same fields and elements.
 fn without_stress_fields(mut model: Model) -> Model {
     if let Some(of) = model.reduced.take().and_then(Arc::into_inner) {
-        let modes = model.modal.n_modes();
-        let plain =
-            ReducedShell::assemble(&model.shell, of.fields, of.samples, Assumed::none(), DMatrix::zeros(modes, modes));
+        let fields = (model.modal.n_modes(), of.fields);
+        let plain = ReducedShell::assemble(&model.shell, fields, of.samples, Assumed::none());
         model.reduced = Some(Arc::new(plain.unwrap()));
     }
     model

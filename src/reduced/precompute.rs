@@ -1,0 +1,139 @@
+//! What the precompute of a reduced shell does, in order: loads, equilibria to train on, basis and stress fields, samples, the polynomial and
+//! its gate.
+
+use super::training::{BasisInputs, Pose, TrainingLoads};
+use super::{AnyFields, Assumed, Fields, MAX_FIELDS, Options, ReducedEnergy, ReducedShell, TOLERANCE};
+use super::{basis, polynomial, sampling, unpacked, with_fields};
+use crate::energy::Curvature;
+use crate::features::{self, Feature, Proof};
+use crate::modes::{Modes, Phase, Progress};
+use crate::precision::Precision;
+use crate::{Error, ErrorKind, Result, Shell, Vec3};
+use faer::Mat;
+use nalgebra::DMatrix;
+use polynomial::PolynomialEnergy;
+use std::sync::Arc;
+
+/// The most samples where their number is not given, as a multiple of the fields.
+const MOST_ELEMENTS: usize = 16;
+
+/// Hears of the share of the work that is done.
+type Watch<'a> = &'a mut dyn FnMut(f64) -> Result<()>;
+
+impl ReducedShell {
+    /// On `modes` of `shell`.
+    pub fn precompute(
+        shell: &Arc<Shell>,
+        modes: &Modes,
+        options: &Options,
+        precision: Precision,
+        progress: &mut Progress,
+    ) -> Result<Self> {
+        let _proof: features::ReducedShell = Proof::of(Feature::ReducedShell)?;
+        require_support(shell, modes, options)?;
+        let searches: f64 = progress.seconds.iter().sum();
+        let time = options.seconds.min(options.mode_searches * searches);
+        let mut report = |share: f64| progress.report(Phase::Rotation, share);
+        report(0.0)?;
+        let loads = TrainingLoads::new(shell, modes, options)?;
+        let derivatives = loads.weighted_derivatives(shell, modes)?;
+        let trained = loads.train(shell, (options.poses, time), &mut |share| report(0.1 + 0.4 * share))?;
+        let inputs =
+            BasisInputs { shell, modes, derivatives, responses: loads.responses(shell)?, bent: loads.bent(modes) };
+        let (basis, assumed) =
+            basis_and_stresses((&loads, &inputs, &trained), options.fields, &mut |share| report(0.5 + 0.1 * share))?;
+        let fields = stored(shell, &basis, precision)?;
+        let columns = unpacked(shell, &fields);
+        let (samples, fit) = sampled((shell, modes, &columns), (&loads, &assumed), options, &mut report)?;
+        let shapes = loads.shapes(shell, &columns, (modes, &trained));
+        let sources = polynomial::Sources { shell, columns: &columns, assumed: &assumed, shapes: &shapes };
+        let polynomial = polynomial::make(&sources, &mut |share| report(0.9 + 0.07 * share))?;
+        let assumed = assumed.at(&samples);
+        let mut reduced = Self::assemble(shell, (modes.shapes.len(), fields), samples, assumed)?;
+        reduced.fit = fit;
+        if let Some(mut polynomial) = polynomial {
+            let mut watch = |share| report(0.97 + 0.03 * share);
+            polynomial.gate = loads.gate((shell, &columns, &trained), (&polynomial, &reduced.energy), &mut watch)?;
+            reduced.polynomial = Some(polynomial).filter(PolynomialEnergy::is_finite);
+        }
+        if !reduced.is_finite() {
+            let message = format!("training under reduced_gravity {:e} leaves the range of numbers", loads.gravity);
+            return Err(Error::new(ErrorKind::Numerical, message));
+        }
+        report(1.0)?;
+        Ok(reduced)
+    }
+}
+
+/// Fails for a shell that no reduced one is made of.
+fn require_support(shell: &Shell, modes: &Modes, options: &Options) -> Result<()> {
+    let wanted = modes.shapes.len() + options.fields;
+    if wanted > MAX_FIELDS {
+        let message = format!("{wanted} modes and fields: a reduced shell has at most {MAX_FIELDS}");
+        return Err(Error::argument(message));
+    }
+    if modes.zero_modes > 0 || shell.sag.is_some() {
+        let message = "a reduced shell must be held so that nothing moves freely, and not be linearised where it hangs";
+        return Err(Error::new(ErrorKind::Unsupported, message));
+    }
+    if modes.shapes.is_empty() {
+        return Err(Error::new(ErrorKind::Unsupported, "a reduced shell needs vertices that no support holds"));
+    }
+    Ok(())
+}
+
+/// B√M, and how the membrane counts on it.
+fn basis_and_stresses(
+    (loads, inputs, trained): (&TrainingLoads, &BasisInputs, &[Pose]),
+    fields: usize,
+    watch: Watch,
+) -> Result<(Mat<f64>, Assumed)> {
+    let poses: Vec<&[Vec3]> = trained.iter().map(|pose| &pose.displacement[..]).collect();
+    let basis = inputs.basis(&poses, fields)?;
+    let found = basis.ncols() - inputs.modes.shapes.len(); // all else goes by these: who asks for more than there are gets the same
+    let membrane_share = loads.membrane_share(inputs, trained, found, watch)?;
+    Ok((basis, Assumed { stresses: inputs.stresses(&poses, found)?, membrane_share }))
+}
+
+/// Samples by the number of their rest rows, with their weights, and what these leave of the forces.
+fn sampled(
+    (shell, modes, columns): (&Arc<Shell>, &Modes, &[Vec<Vec3>]),
+    (loads, assumed): (&TrainingLoads, &Assumed),
+    options: &Options,
+    report: Watch,
+) -> Result<(Vec<(u32, f64)>, f64)> {
+    let whole = vec![1.0; shell.energy.n_elements()];
+    let mut all = ReducedEnergy::new(shell, columns, &whole);
+    assumed.set(&mut all, &whole, 1);
+    let mut stiffness = DMatrix::zeros(all.n(), all.n());
+    all.hessian(&vec![0.0; all.n()], Curvature::Exact, &mut all.scratch(), &mut stiffness);
+    report(0.6)?;
+    if options.elements >= all.n_elements() {
+        return Ok(((0u32..).zip(whole).collect(), 0.0));
+    }
+    let count = if options.elements > 0 { options.elements } else { MOST_ELEMENTS * columns.len() };
+    let tolerance = if options.elements > 0 { 0.0 } else { TOLERANCE };
+    let poses = loads.poses(shell, assumed, columns, &mut |share| report(0.6 + 0.1 * share))?;
+    let mut watch = |share| report(0.7 + 0.2 * share);
+    let of = (&stiffness, modes.shapes.len());
+    let (weights, fit) = sampling::sample(shell, &all, of, (&poses, count, tolerance), &mut watch)?;
+    Ok(((0u32..).zip(weights).filter(|(_, w)| *w > 0.0).collect(), fit))
+}
+
+/// The basis rounded to its run-time precision, which everything else follows from.
+fn stored(shell: &Shell, basis: &Mat<f64>, precision: Precision) -> Result<AnyFields> {
+    fn of<T: crate::real::Real>(shell: &Shell, basis: &Mat<f64>) -> Result<Fields<T>> {
+        let mut fields = Fields::new(&shell.mesh.positions, basis.ncols(), shell.total_mass)?;
+        (0..basis.ncols()).for_each(|k| fields.set(k, &basis::unscaled(shell, basis.col(k))));
+        Ok(fields)
+    }
+    let fields = match precision {
+        Precision::F64 if Feature::F64Basis.is_built_in() => AnyFields::F64(of(shell, basis)?),
+        _ => AnyFields::F32(of(shell, basis)?),
+    };
+    if with_fields!(&fields, fields => fields.is_finite()) {
+        return Ok(fields);
+    }
+    Err(Error::new(ErrorKind::Numerical, "the reduced basis leaves the floating-point range: choose other units"))
+}
+
