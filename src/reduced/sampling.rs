@@ -175,70 +175,112 @@ fn nonnegative(
     wanted: usize,
     mut suffices: impl FnMut(&DVector<f64>, f64) -> Result<bool>,
 ) -> Result<(Vec<f64>, DVector<f64>)> {
-    let (rows, n) = (a.nrows(), a.ncols());
-    let norms: Vec<f64> = (0..n).map(|j| a.col(j).norm_l2()).collect();
-    let along = |v: &DVector<f64>| a.transpose() * ColRef::from_slice(v.as_slice());
-    let columns = |list: &[usize]| Mat::from_fn(rows, list.len(), |i, k| a[(i, list[k])]);
-    let right = along(b);
-    let mut x = vec![0.0; n];
-    let mut active: Vec<usize> = vec![];
-    let mut gram = Mat::<f64>::zeros(0, 0);
-    let least = LEAST_FORCE * norms.iter().sum::<f64>() / n as f64;
-    let mut barred: Vec<bool> = norms.iter().map(|norm| *norm <= least).collect();
+    let mut set = ActiveSet::new(a, b);
     let mut residual = b.clone();
     let batch = ((BATCH * wanted as f64) as usize).max(1);
-    while !suffices(&residual, active.len() as f64 / wanted as f64)? && active.len() < wanted {
-        let slopes = along(&residual);
-        let mut gains: Vec<(f64, usize)> = (0..n)
-            .filter(|&j| x[j] == 0.0 && !barred[j])
-            .map(|j| (slopes[j] / norms[j], j))
-            .filter(|(gain, _)| *gain > 1e-12 * b.norm())
-            .collect();
-        gains.sort_by(|p, q| q.0.total_cmp(&p.0).then(p.1.cmp(&q.1)));
-        gains.truncate(batch.min(wanted - active.len()));
-        if gains.is_empty() {
+    while !suffices(&residual, set.active.len() as f64 / wanted as f64)? && set.active.len() < wanted {
+        let best = set.best(&residual, 1e-12 * b.norm(), batch.min(wanted - set.active.len()));
+        if best.is_empty() {
             break;
         }
-        let old = active.len();
-        active.extend(gains.iter().map(|(_, j)| j));
-        let products = columns(&active).transpose() * columns(&active[old..]);
-        gram.resize_with(active.len(), active.len(), |i, k| match i.cmp(&k) {
+        set.add(&best);
+        set.solve();
+        let before = residual.norm();
+        residual = set.residual(b);
+        if residual.norm() > before * (1.0 - 1e-9) {
+            best.iter().for_each(|&j| set.barred[j] = true); // thrown out as soon as taken in
+        }
+    }
+    Ok((set.x, residual))
+}
+
+/// x ≥ 0, and the columns along which it may be positive.
+struct ActiveSet<'a> {
+    a: &'a Mat<f64>,
+    norms: Vec<f64>,
+    /// Aᵀb.
+    right: Col<f64>,
+    x: Vec<f64>,
+    active: Vec<usize>,
+    /// Of the active columns.
+    gram: Mat<f64>,
+    /// Columns that are never taken in.
+    barred: Vec<bool>,
+}
+
+impl<'a> ActiveSet<'a> {
+    /// None active.
+    fn new(a: &'a Mat<f64>, b: &DVector<f64>) -> Self {
+        let n = a.ncols();
+        let norms: Vec<f64> = (0..n).map(|j| a.col(j).norm_l2()).collect();
+        let least = LEAST_FORCE * norms.iter().sum::<f64>() / n as f64;
+        let barred = norms.iter().map(|norm| *norm <= least).collect();
+        let right = a.transpose() * ColRef::from_slice(b.as_slice());
+        Self { a, norms, right, x: vec![0.0; n], active: vec![], gram: Mat::zeros(0, 0), barred }
+    }
+
+    /// Columns along which the residual falls fastest, by more than `least`, at most so many.
+    fn best(&self, residual: &DVector<f64>, least: f64, most: usize) -> Vec<usize> {
+        let slopes = self.a.transpose() * ColRef::from_slice(residual.as_slice());
+        let mut gains: Vec<(f64, usize)> = (0..self.x.len())
+            .filter(|&j| self.x[j] == 0.0 && !self.barred[j])
+            .map(|j| (slopes[j] / self.norms[j], j))
+            .filter(|(gain, _)| *gain > least)
+            .collect();
+        gains.sort_by(|p, q| q.0.total_cmp(&p.0).then(p.1.cmp(&q.1)));
+        gains.into_iter().take(most).map(|(_, j)| j).collect()
+    }
+
+    fn columns(&self, list: &[usize]) -> Mat<f64> {
+        Mat::from_fn(self.a.nrows(), list.len(), |i, k| self.a[(i, list[k])])
+    }
+
+    /// Takes columns in.
+    fn add(&mut self, list: &[usize]) {
+        let old = self.active.len();
+        self.active.extend(list);
+        let count = self.active.len();
+        let products = self.columns(&self.active).transpose() * self.columns(list);
+        self.gram.resize_with(count, count, |i, k| match i.cmp(&k) {
             Ordering::Equal => products[(i, i - old)] * (1.0 + 1e-12),
             Ordering::Greater => products[(k, i - old)],
             Ordering::Less => products[(i, k - old)],
         });
-        loop {
-            let Ok(factor) = gram.llt(Side::Lower) else { break };
-            let z = factor.solve(Col::from_fn(active.len(), |i| right[active[i]]));
+    }
+
+    /// Moves x to the least squares over the active columns; columns whose entry reaches 0 on the way are thrown out.
+    fn solve(&mut self) {
+        while let Ok(factor) = self.gram.llt(Side::Lower) {
+            let z = factor.solve(Col::from_fn(self.active.len(), |i| self.right[self.active[i]]));
             if z.iter().all(|z| *z > 0.0) {
-                active.iter().zip(z.iter()).for_each(|(&j, z)| x[j] = *z);
-                break;
+                self.active.iter().zip(z.iter()).for_each(|(&j, z)| self.x[j] = *z);
+                return;
             }
-            let mut alpha = 1.0f64;
-            for (i, &j) in active.iter().enumerate().filter(|(i, _)| z[*i] <= 0.0) {
-                alpha = alpha.min(x[j] / (x[j] - z[i]));
-            }
-            active.iter().zip(z.iter()).for_each(|(&j, z)| x[j] += alpha * (z - x[j]));
-            let largest = active.iter().map(|&j| x[j] * norms[j]).fold(0.0, f64::max);
-            let left: Vec<usize> = (0..active.len())
-                .filter(|&i| !(z[i] <= 0.0 && x[active[i]] * norms[active[i]] <= 1e-12 * largest))
-                .collect();
-            for i in 0..active.len() {
-                if left.binary_search(&i).is_err() {
-                    x[active[i]] = 0.0;
-                }
-            }
-            gram = Mat::from_fn(left.len(), left.len(), |i, j| gram[(left[i], left[j])]);
-            active = left.iter().map(|&i| active[i]).collect();
-        }
-        let before = residual.norm();
-        let taken = columns(&active) * Col::from_fn(active.len(), |k| x[active[k]]);
-        residual = DVector::from_fn(rows, |i, _| b[i] - taken[i]);
-        if residual.norm() > before * (1.0 - 1e-9) {
-            gains.iter().for_each(|&(_, j)| barred[j] = true); // thrown out as soon as taken in
+            self.approach(&z);
         }
     }
-    Ok((x, residual))
+
+    /// Moves x towards `z` as far as it stays nonnegative, and throws out columns whose entry is 0 there.
+    fn approach(&mut self, z: &Col<f64>) {
+        let Self { norms, x, active, gram, .. } = self;
+        let mut alpha = 1.0f64;
+        for (i, &j) in active.iter().enumerate().filter(|(i, _)| z[*i] <= 0.0) {
+            alpha = alpha.min(x[j] / (x[j] - z[i]));
+        }
+        active.iter().zip(z.iter()).for_each(|(&j, z)| x[j] += alpha * (z - x[j]));
+        let largest = active.iter().map(|&j| x[j] * norms[j]).fold(0.0, f64::max);
+        let stays = |i: &usize| !(z[*i] <= 0.0 && x[active[*i]] * norms[active[*i]] <= 1e-12 * largest);
+        let (left, out): (Vec<usize>, Vec<usize>) = (0..active.len()).partition(stays);
+        out.iter().for_each(|&i| x[active[i]] = 0.0);
+        *gram = Mat::from_fn(left.len(), left.len(), |i, j| gram[(left[i], left[j])]);
+        *active = left.iter().map(|&i| active[i]).collect();
+    }
+
+    /// b − Ax.
+    fn residual(&self, b: &DVector<f64>) -> DVector<f64> {
+        let taken = self.columns(&self.active) * Col::from_fn(self.active.len(), |k| self.x[self.active[k]]);
+        DVector::from_fn(b.len(), |i, _| b[i] - taken[i])
+    }
 }
 
 /// Bᵀv of a field of forces.
