@@ -174,58 +174,11 @@ pub unsafe extern "C" fn sw_model_precompute(model: *mut SwModel, desc: *const S
     guard(|| {
         // SAFETY: `object` refuses NULL; the host passes a live model, and a descriptor that is NULL or has its struct_size.
         let (handle, desc) = unsafe { (object("model", model)?, read_descriptor_or_default("desc", desc)?) };
-        check_flags("desc->flags", desc.flags, SW_PRECOMPUTE_LINEAR)?;
-        let known = [(0, Precision::F32), (SW_PRECISION_F32, Precision::F32), (SW_PRECISION_F64, Precision::F64)];
-        let known: Vec<_> = known.into_iter().chain([(SW_PRECISION_I16, Precision::I16)]).collect();
-        let precision = enumerant("desc->precision", desc.precision, &known)?;
-        for (k, g) in desc.sag_gravity.iter().enumerate() {
-            require_finite(format_args!("desc->sag_gravity[{k}]"), *g)?;
-        }
-        let linear = desc.flags & SW_PRECOMPUTE_LINEAR != 0;
-        let budget = match (require_non_negative("desc->auto_error", desc.auto_error)?, desc.auto_operations) {
-            (0.0, 0.0) => None,
-            (error, operations) => {
-                let most = require_non_negative("desc->auto_operations", operations)?;
-                Some(Budget { error, operations: if most > 0.0 { most } else { f64::INFINITY } })
-            }
-        };
-        let demand = match desc.tolerance {
-            0.0 if budget.is_none() => None,
-            tolerance => Some(Demand {
-                tolerance,
-                gravity: desc.demand_gravity.into(),
-                acceleration: desc.demand_acceleration,
-                // SAFETY: the host's list holds as many vertices as the descriptor says.
-                handles: unsafe { read_array("desc->handles", desc.handles, desc.n_handles.into())? },
-                distance: desc.handle_distance,
-                axes: [SW_AXIS_X, SW_AXIS_Y, SW_AXIS_Z].map(|axis| desc.handle_axes & axis != 0),
-                speed: desc.handle_speed,
-                amplification: if desc.demand_amplification == 0.0 { 2.0 } else { desc.demand_amplification },
-            }),
-        };
-        check_flags("desc->handle_axes", desc.handle_axes, SW_AXIS_X | SW_AXIS_Y | SW_AXIS_Z)?;
-        check_flags("desc->reduced_flags", desc.reduced_flags, SW_REDUCED_UNTRAINED)?;
-        let reduced = reduced::Options {
-            fields: desc.reduced_fields as usize,
-            elements: desc.reduced_elements as usize,
-            poses: desc.reduced_poses as usize,
-            gravity: require_non_negative("desc->reduced_gravity", desc.reduced_gravity)?,
-            seconds: unless_zero("desc->reduced_seconds", desc.reduced_seconds)?,
-            mode_searches: unless_zero("desc->reduced_mode_searches", desc.reduced_mode_searches)?,
-        };
-        let most = if desc.tolerance != 0.0 { MOST_MODES } else { Options::default().modes };
-        let modes = if desc.modes == 0 { most } else { desc.modes as usize };
-        let mut options = Options { demand, modes, precision, sag: desc.sag_gravity.into(), linear, reduced };
+        // SAFETY: the host's list of handles holds as many vertices as the descriptor says.
+        let (mut options, budget) = unsafe { read_options(&desc)? };
         let mut content = write("model", &handle.0)?;
-        match (desc.reduced_flags & SW_REDUCED_UNTRAINED != 0, desc.reduced_poses) {
-            (true, 0) => (),
-            (true, poses) => {
-                let message =
-                    format!("desc->reduced_poses is {poses} and desc->reduced_flags has SW_REDUCED_UNTRAINED");
-                return Err(Fault::argument(message));
-            }
-            (false, 0) => options.reduced.poses = reduced::default_poses(content.shell.mass.len()),
-            (false, _) => (),
+        if desc.reduced_flags & SW_REDUCED_UNTRAINED == 0 && desc.reduced_poses == 0 {
+            options.reduced.poses = reduced::default_poses(content.shell.mass.len());
         }
         let mut progress = |phase: Phase, fraction: f64| call_progress(&desc, phase, fraction);
         let shell = content.shell.clone();
@@ -236,6 +189,80 @@ pub unsafe extern "C" fn sw_model_precompute(model: *mut SwModel, desc: *const S
         log_certificate(&computed);
         content.model = Some(Arc::new(computed));
         Ok(())
+    })
+}
+
+/// All but the poses that 0 stands for, and what the automatic choice may cost.
+///
+/// # Safety
+/// `desc.handles` points to `desc.n_handles` vertices.
+unsafe fn read_options(desc: &SwPrecomputeDesc) -> Result<(Options, Option<Budget>), Fault> {
+    check_flags("desc->flags", desc.flags, SW_PRECOMPUTE_LINEAR)?;
+    let known = [(0, Precision::F32), (SW_PRECISION_F32, Precision::F32), (SW_PRECISION_F64, Precision::F64)];
+    let known: Vec<_> = known.into_iter().chain([(SW_PRECISION_I16, Precision::I16)]).collect();
+    let precision = enumerant("desc->precision", desc.precision, &known)?;
+    for (k, g) in desc.sag_gravity.iter().enumerate() {
+        require_finite(format_args!("desc->sag_gravity[{k}]"), *g)?;
+    }
+    let budget = read_budget(desc)?;
+    let demand = match desc.tolerance {
+        0.0 if budget.is_none() => None,
+        // SAFETY: the caller's contract is the same.
+        _ => Some(unsafe { read_demand(desc)? }),
+    };
+    check_flags("desc->handle_axes", desc.handle_axes, SW_AXIS_X | SW_AXIS_Y | SW_AXIS_Z)?;
+    let most = if desc.tolerance != 0.0 { MOST_MODES } else { Options::default().modes };
+    let options = Options {
+        demand,
+        modes: if desc.modes == 0 { most } else { desc.modes as usize },
+        precision,
+        sag: desc.sag_gravity.into(),
+        linear: desc.flags & SW_PRECOMPUTE_LINEAR != 0,
+        reduced: read_reduced(desc)?,
+    };
+    Ok((options, budget))
+}
+
+/// None without an automatic choice.
+fn read_budget(desc: &SwPrecomputeDesc) -> Result<Option<Budget>, Fault> {
+    let error = require_non_negative("desc->auto_error", desc.auto_error)?;
+    if error == 0.0 && desc.auto_operations == 0.0 {
+        return Ok(None);
+    }
+    let most = require_non_negative("desc->auto_operations", desc.auto_operations)?;
+    Ok(Some(Budget { error, operations: if most > 0.0 { most } else { f64::INFINITY } }))
+}
+
+/// # Safety
+/// `desc.handles` points to `desc.n_handles` vertices.
+unsafe fn read_demand(desc: &SwPrecomputeDesc) -> Result<Demand, Fault> {
+    Ok(Demand {
+        tolerance: desc.tolerance,
+        gravity: desc.demand_gravity.into(),
+        acceleration: desc.demand_acceleration,
+        // SAFETY: there are so many by the caller's contract.
+        handles: unsafe { read_array("desc->handles", desc.handles, desc.n_handles.into())? },
+        distance: desc.handle_distance,
+        axes: [SW_AXIS_X, SW_AXIS_Y, SW_AXIS_Z].map(|axis| desc.handle_axes & axis != 0),
+        speed: desc.handle_speed,
+        amplification: if desc.demand_amplification == 0.0 { 2.0 } else { desc.demand_amplification },
+    })
+}
+
+fn read_reduced(desc: &SwPrecomputeDesc) -> Result<reduced::Options, Fault> {
+    check_flags("desc->reduced_flags", desc.reduced_flags, SW_REDUCED_UNTRAINED)?;
+    if desc.reduced_flags & SW_REDUCED_UNTRAINED != 0 && desc.reduced_poses > 0 {
+        let poses = desc.reduced_poses;
+        let message = format!("desc->reduced_poses is {poses} and desc->reduced_flags has SW_REDUCED_UNTRAINED");
+        return Err(Fault::argument(message));
+    }
+    Ok(reduced::Options {
+        fields: desc.reduced_fields as usize,
+        elements: desc.reduced_elements as usize,
+        poses: desc.reduced_poses as usize,
+        gravity: require_non_negative("desc->reduced_gravity", desc.reduced_gravity)?,
+        seconds: unless_zero("desc->reduced_seconds", desc.reduced_seconds)?,
+        mode_searches: unless_zero("desc->reduced_mode_searches", desc.reduced_mode_searches)?,
     })
 }
 

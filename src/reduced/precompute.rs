@@ -136,4 +136,3 @@ fn stored(shell: &Shell, basis: &Mat<f64>, precision: Precision) -> Result<AnyFi
     }
     Err(Error::new(ErrorKind::Numerical, "the reduced basis leaves the floating-point range: choose other units"))
 }
-

@@ -1,0 +1,167 @@
+//! The sections of a saved model: what only some models have.
+
+use super::header::Header;
+use super::{points, put_u64, u64_of};
+use crate::error::invalid;
+use crate::features::{self, Feature, Proof};
+use crate::modal::with_basis;
+use crate::model::front::Front;
+use crate::precision::Precision;
+use crate::real::Real;
+use crate::reduced::ReducedShell;
+use crate::reduced::polynomial::PolynomialEnergy;
+use crate::{Model, Result, Shell};
+
+type Tag = [u8; 4];
+
+/// Tag, zero and size before a section's content.
+const SECTION_FRONT: usize = 16;
+/// Where the shell hangs.
+const SAG: Tag = *b"SAGS";
+/// Units of a basis in 16 bits.
+const UNITS: Tag = *b"UNIT";
+/// The reduced shell.
+const REDUCED: Tag = *b"REDU";
+/// Its energy as a polynomial.
+const POLYNOMIAL: Tag = *b"POLY";
+/// What a choice of the method went by.
+const FRONT_OF_CHOICE: Tag = *b"AUTO";
+
+/// Tag and bytes of the content of each section that `model` has.
+fn sizes(model: &Model) -> impl Iterator<Item = (Tag, usize)> {
+    let sag = model.shell.sag.as_ref().map(|sag| (SAG, 24 + 24 * sag.rest.len()));
+    let units = (model.modal.precision() == Precision::I16).then_some((UNITS, 16 * model.modal.n_modes()));
+    let reduced = model.reduced.as_ref().map(|reduced| (REDUCED, reduced.saved_size(model.shell.mass.len())));
+    let polynomial = model.reduced.as_ref().and_then(|reduced| reduced.polynomial.as_ref());
+    let polynomial = polynomial.map(|polynomial| (POLYNOMIAL, polynomial.saved_size()));
+    let front = model.front.as_ref().map(|front| (FRONT_OF_CHOICE, front.saved_size()));
+    [sag, units, polynomial, reduced, front].into_iter().flatten()
+}
+
+/// Bytes of all sections of `model`.
+pub(super) fn bytes(model: &Model) -> u64 {
+    sizes(model).map(|(_, size)| (SECTION_FRONT + size) as u64).sum()
+}
+
+/// Appends them.
+pub(super) fn put(model: &Model, out: &mut Vec<u8>) {
+    for (tag, size) in sizes(model) {
+        out.extend(tag);
+        out.extend(0u32.to_le_bytes());
+        put_u64(out, size as u64);
+        match (tag, &model.shell.sag, &model.reduced) {
+            (SAG, Some(sag), _) => {
+                sag.gravity.iter().chain(model.shell.mesh.positions.iter().flatten()).for_each(|x| x.put(out));
+            }
+            (POLYNOMIAL, _, Some(reduced)) => reduced.polynomial.iter().for_each(|polynomial| polynomial.save(out)),
+            (REDUCED, _, Some(reduced)) => reduced.save(model.shell.mass.len(), out),
+            (FRONT_OF_CHOICE, ..) => model.front.iter().for_each(|front| front.save(out)),
+            _ => {
+                let units = with_basis!(&model.modal.basis, basis => basis.units());
+                units.iter().flatten().for_each(|unit| unit.put(out));
+            }
+        }
+    }
+}
+
+/// Contents of the sections that a file has.
+#[derive(Default)]
+pub(super) struct Sections<'a> {
+    pub(super) sag: Option<&'a [u8]>,
+    pub(super) units: Option<&'a [u8]>,
+    pub(super) reduced: Option<&'a [u8]>,
+    pub(super) polynomial: Option<&'a [u8]>,
+    pub(super) front: Option<&'a [u8]>,
+}
+
+/// By their tags.
+pub(super) fn split(mut bytes: &[u8]) -> Result<Sections<'_>> {
+    let mut sections = Sections::default();
+    while !bytes.is_empty() {
+        let Some((front, rest)) = bytes.split_at_checked(SECTION_FRONT) else {
+            return invalid("its last section is cut short");
+        };
+        let (tag, size) = (String::from_utf8_lossy(&front[..4]), u64_of(&front[8..]));
+        let known = match &front[..8] {
+            [b'S', b'A', b'G', b'S', 0, 0, 0, 0] => &mut sections.sag,
+            [b'U', b'N', b'I', b'T', 0, 0, 0, 0] => &mut sections.units,
+            [b'R', b'E', b'D', b'U', 0, 0, 0, 0] => &mut sections.reduced,
+            [b'P', b'O', b'L', b'Y', 0, 0, 0, 0] => &mut sections.polynomial,
+            [b'A', b'U', b'T', b'O', 0, 0, 0, 0] => &mut sections.front,
+            _ => return invalid(format!("this library does not know its section {tag:?}")),
+        };
+        if size > rest.len() as u64 {
+            return invalid(format!("its section {tag:?} of {size} bytes is cut short"));
+        }
+        let (content, rest) = rest.split_at(size as usize);
+        if known.replace(content).is_some() {
+            return invalid(format!("it has two sections {tag:?}"));
+        }
+        bytes = rest;
+    }
+    Ok(sections)
+}
+
+/// Units of Φ and Ψ of each mode: 1 except of a basis in 16 bits.
+pub(super) fn restore_units(header: &Header, content: Option<&[u8]>) -> Result<Vec<[f64; 2]>> {
+    let modes = header.modes as usize;
+    let content = match (header.precision, content) {
+        (Precision::I16, Some(content)) if content.len() == 16 * modes => content,
+        (Precision::F32 | Precision::F64, None) => return Ok(vec![[1.0; 2]; modes]),
+        (_, content) => {
+            let size = content.map_or(0, <[u8]>::len);
+            return invalid(format!("{size} bytes are not the units of its {modes} modes"));
+        }
+    };
+    let pair = |two: &[u8]| [f64::get(&two[..8]), f64::get(&two[8..])];
+    let units: Vec<_> = content.chunks_exact(16).map(pair).collect();
+    match units.iter().flatten().find(|unit| !(unit.is_normal() && **unit > 0.0)) {
+        Some(unit) => invalid(format!("a unit of its basis is {unit:?}")),
+        None => Ok(units),
+    }
+}
+
+pub(super) fn restore_reduced(
+    header: &Header,
+    shell: &Shell,
+    (content, polynomial): (&[u8], Option<&[u8]>),
+) -> Result<ReducedShell> {
+    let _proof: features::ReducedShell = Proof::of(Feature::ReducedShell)?;
+    if header.zero_modes > 0 || shell.sag.is_some() {
+        return invalid("it has a reduced shell, but moves freely or hangs");
+    }
+    let mut reduced = ReducedShell::load(shell, header.modes as usize, header.precision, content)?;
+    reduced.polynomial = polynomial.map(|content| PolynomialEnergy::load(reduced.n(), content)).transpose()?;
+    Ok(reduced)
+}
+
+/// The front, whose choice the model must be able to move by.
+pub(super) fn restore_front(
+    reduced: &Option<ReducedShell>,
+    shell: &Shell,
+    linear: bool,
+    content: &[u8],
+) -> Result<Front> {
+    let front = Front::load(content)?;
+    let choice = front.choice();
+    let can = choice.method.entry().needs.require(!linear, reduced.is_some()).is_ok();
+    match can && choice.sagged == shell.sag.is_some() {
+        true => Ok(front),
+        false => invalid("it cannot move by the method that was chosen for it"),
+    }
+}
+
+pub(super) fn restore_sag(shell: &Shell, content: &[u8]) -> Result<Shell> {
+    let rest = &shell.mesh.positions;
+    if content.len() != 24 + 24 * rest.len() {
+        return invalid(format!("{} bytes are not where {} vertices hang", content.len(), rest.len()));
+    }
+    let (gravity, positions) = (points(&content[..24])[0], points(&content[24..]));
+    if let Some(v) = shell.stray(&positions) {
+        return invalid(format!("vertex {v} hangs at {:?}", positions[v].data.0[0]));
+    }
+    if !gravity.iter().all(|g| g.is_finite()) {
+        return invalid(format!("it hangs under the gravity {:?}", gravity.data.0[0]));
+    }
+    Ok(shell.hung(gravity, positions))
+}
