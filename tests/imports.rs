@@ -17,7 +17,8 @@ const LADDER: [&str; 28] = [
     "energy",
     "support",
     "shell",
-    "load", // the physical problem
+    "load",
+    "constraint", // the physical problem, and what holds it
     "warp",
     "precision",
     "sparse",
@@ -26,7 +27,6 @@ const LADDER: [&str; 28] = [
     "step", // kernels
     "modal",
     "strain",
-    "constraint",
     "reduced", // what methods are made of
     "model",
     "methods",

@@ -10,7 +10,7 @@
 
 use crate::constraint::{Constraint, Target};
 use crate::modes::Demand;
-use crate::reference::{self, EquilibriumOptions, Handle, Solver};
+use crate::reference::{EquilibriumOptions, Solver};
 use crate::{ErrorKind, Model, Result, Vec3};
 use nalgebra::Matrix3;
 
@@ -183,10 +183,10 @@ impl Path<'_> {
         let from = self.u[vertex as usize];
         let rest = self.solver.shell().mesh.positions[vertex as usize];
         for k in 1..=FINER {
-            let target = reference::Target::Position(rest + from.lerp(&place, k as f64 / FINER as f64));
-            let handle = Handle { vertex, held, compliance: 0.0, target };
+            let target = Target::Position(rest + from.lerp(&place, k as f64 / FINER as f64));
+            let hold = Constraint { id: 0, vertex, axes: held, compliance: 0.0, target };
             let mut to = |start: &[Vec3], options: &EquilibriumOptions| {
-                self.solver.set_handles(self.axes, vec![handle], start)?;
+                self.solver.set_constraints(self.axes, vec![hold], start)?;
                 self.solver.equilibrium(start, self.force, options, &mut |_| watch())
             };
             let ahead = self

@@ -2,13 +2,13 @@
 
 use super::plan::{AS_BEFORE, Around, BEFORE_ANY, FORCE_VERTEX, ITERATIONS, Part, PartKind};
 use super::{Acting, Damping, Motion, ROTATION_RANGE, Reaction, WriteRotation, unsupported, write_rotations};
-use crate::constraint::{Constraint, ConstraintSet, Outcome, Target};
+use crate::constraint::{Constraint, ConstraintSet, Outcome};
 use crate::features::{Feature, NonlinearShell, Proof};
 use crate::method::Method;
-use crate::reference::{self, Handle, Rayleigh, Solver, vertex_rotations};
+use crate::reference::{Rayleigh, Solver, vertex_rotations};
 use crate::support::Pose;
 use crate::warp::{Extent, Placement};
-use crate::{Error, ErrorKind, Mesh, Model, Result, Shell, Vec3, wide_norm};
+use crate::{Error, ErrorKind, Mesh, Model, Result, Shell, Vec3};
 use nalgebra::UnitQuaternion;
 use std::sync::Arc;
 
@@ -75,27 +75,18 @@ impl Nodal {
     }
 
     /// Gives the solver the constraints, in frame axes.
-    fn take_handles(&mut self, pose: &Pose) -> Result<()> {
-        let to_frame = pose.rotation.inverse();
-        let handle = |c: &Constraint| {
-            let target = match c.target {
-                Target::Position(world) => reference::Target::Position(to_frame * (world - pose.origin)),
-                Target::Orientation(world) => reference::Target::Orientation(to_frame * world),
-            };
-            Handle { vertex: c.vertex, held: c.axes, compliance: c.compliance, target }
-        };
-        let handles = self.constraints.report().map(|(c, _)| handle(c)).collect();
-        self.solver.set_handles(*to_frame.to_rotation_matrix().matrix(), handles, &self.u)
+    fn pass_constraints(&mut self, pose: &Pose) -> Result<()> {
+        let in_frame = |c: &Constraint| Constraint { target: c.target.in_frame(pose), ..*c };
+        let constraints = self.constraints.items().iter().map(in_frame).collect();
+        self.solver.set_constraints(*pose.rotation.inverse().to_rotation_matrix().matrix(), constraints, &self.u)
     }
 
     /// Takes down what the solver made of the constraints; returns the work done by them.
     fn record_outcomes(&mut self, iterations: usize) -> f64 {
-        let (reactions, work) = self.solver.reactions();
+        let (outcomes, work) = self.solver.outcomes();
         let iterations = iterations.max(1) as u32;
-        for (k, reaction) in reactions.iter().enumerate() {
-            let reference::Reaction { missing, force } = reaction;
-            let outcome = Outcome { residual: wide_norm(missing), force: *force, iterations };
-            self.constraints.record_outcome(k, outcome);
+        for ((_, pending), outcome) in self.constraints.pending().zip(outcomes) {
+            *pending = Outcome { iterations, ..*outcome };
         }
         work
     }
@@ -147,7 +138,7 @@ impl Motion for Nodal {
 
     fn step(&mut self, acting: &Acting, h: f64) -> Result<()> {
         self.set_force(acting)?;
-        self.take_handles(acting.pose)?;
+        self.pass_constraints(acting.pose)?;
         let Self { solver, explicit, damping, u, velocity, force, before, .. } = self;
         before[0].copy_from_slice(u);
         before[1].copy_from_slice(velocity);
@@ -173,7 +164,7 @@ impl Motion for Nodal {
 
     fn settle(&mut self, acting: &Acting) -> Result<(f64, usize)> {
         self.set_force(acting)?;
-        self.take_handles(acting.pose)?;
+        self.pass_constraints(acting.pose)?;
         let found = self.solver.equilibrium(&self.u, &self.force, &Default::default(), &mut |_| Ok(()))?;
         self.record_outcomes(found.iterations);
         if !self.constraints.is_finite() || !self.is_within_range(&found.displacement, &[]) {

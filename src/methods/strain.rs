@@ -1,8 +1,7 @@
 //! Rotation–strain reconstruction: modal amplitudes move the shell by the map of [`crate::strain`].
 
 use super::Motion;
-use super::modal::{Map, Modal};
-use crate::constraint::VertexMap;
+use super::modal::{Map, Modal, VertexMap};
 use crate::load::{BodyLoad, External};
 use crate::method::Method;
 use crate::modal::{ModalBasis, with_basis};

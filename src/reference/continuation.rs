@@ -3,10 +3,11 @@
 //! A vertex that jumps to its place alone would leave its neighbours torn behind. So springs pull it there first, and the shell
 //! follows; then the place is prescribed. Orientations take a few rounds of the method of multipliers.
 
-use super::handles::{Handle, Handles, Reaction};
+use super::handles::Handles;
 use super::newton::{Convergence, Newton, Stop};
 use super::potential::Potential;
 use super::{Solver, free_norm};
+use crate::constraint::{Constraint, Outcome};
 use crate::{ErrorKind, Result, Vec3};
 use nalgebra::Matrix3;
 
@@ -30,10 +31,11 @@ const ALL_ITERATIONS: usize = 300;
 const SMALLEST_INCREMENT: f64 = 1e-2;
 
 impl Solver {
-    /// Handles for the calls that follow, along the columns of `axes`, on the shell at displacements `u` (n_vertices).
-    pub fn set_handles(&mut self, axes: Matrix3<f64>, list: Vec<Handle>, u: &[Vec3]) -> Result<()> {
+    /// Constraints for the calls that follow, along the columns of `axes`, on the shell at displacements `u` (n_vertices). Targets are in
+    /// the axes of the rest positions.
+    pub fn set_constraints(&mut self, axes: Matrix3<f64>, list: Vec<Constraint>, u: &[Vec3]) -> Result<()> {
         self.place(u);
-        (self.reactions, self.handle_work) = (vec![], 0.0);
+        (self.outcomes, self.handle_work) = (vec![], 0.0);
         self.handles = Handles::new(&self.shell, axes, list, &self.x);
         let cliques = self.handles.cliques();
         if !cliques.iter().eq(&self.coupled) {
@@ -43,16 +45,16 @@ impl Solver {
         Ok(())
     }
 
-    /// What became of the handles in the last call, in their order, and the work that they did on the shell over it.
-    pub fn reactions(&self) -> (&[Reaction], f64) {
-        (&self.reactions, self.handle_work)
+    /// What became of the constraints in the last call, in their order and axes, and the work that they did on the shell over it.
+    pub fn outcomes(&self) -> (&[Outcome], f64) {
+        (&self.outcomes, self.handle_work)
     }
 
     /// Concludes a call that led from `origin` to `x`; `gradient` is the whole of its potential's.
     pub(super) fn conclude(&mut self, gradient: &[Vec3]) {
-        self.reactions = self.handles.conclude(&self.x, gradient, &mut self.force);
+        self.outcomes = self.handles.conclude(&self.x, gradient, &mut self.force);
         let work = |v: &u32| self.force[*v as usize].dot(&(self.x[*v as usize] - self.origin[*v as usize]));
-        self.handle_work = if self.reactions.is_empty() { 0.0 } else { self.shell.free.iter().map(work).sum() };
+        self.handle_work = if self.outcomes.is_empty() { 0.0 } else { self.shell.free.iter().map(work).sum() };
     }
 }
 

@@ -52,7 +52,7 @@ pub struct Correction {
 
 impl Solver {
     /// Newton steps from the displacements `start` (n_vertices) toward the equilibrium under a load and the handles of
-    /// [`Solver::set_handles`], at most `solves` in a round, more where handles have a way to go. A load that follows the shape is taken
+    /// [`Solver::set_constraints`], at most `solves` in a round, more where handles have a way to go. A load that follows the shape is taken
     /// anew until this settles. What moves freely stays where it is, by mass, as in `free_motion`.
     pub fn correct(&mut self, start: &[Vec3], load: &Load, solves: usize) -> Result<Correction> {
         self.check_fields(&[("start", start)])?;

@@ -48,7 +48,7 @@ impl Solver {
         self.place(u);
         self.handles.set_share(1.0);
         let Self { shell, handles, x, force, origin, .. } = self;
-        self.reactions = handles.lead(x, &shell.mass, h, force);
+        self.outcomes = handles.lead(x, &shell.mass, h, force);
         self.handle_work = 0.0;
         for v in shell.free.iter().map(|&v| v as usize) {
             let change = x[v] - (shell.mesh.positions[v] + u[v]);

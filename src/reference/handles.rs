@@ -1,4 +1,4 @@
-//! Handles on the nonlinear shell, as terms of its potential: hard positions are prescribed, all else is an energy.
+//! Constraints of the nonlinear shell, as terms of its potential: hard positions are prescribed, all else is an energy.
 //!
 //! A hard position takes its directions out of the unknowns: with the projector P onto what is left of a vertex, the gradient
 //! is Pg and the Hessian PHP + k(1 − P), and the force of the handle is (1 − P)g. A soft one is a spring ½|d − x|²/γ.
@@ -13,41 +13,11 @@ mod setup;
 
 use super::free_motion::Held;
 use super::orientation::{Ring, missing_turn, part_way};
-use crate::Vec3;
+use crate::constraint::{Constraint, Outcome, Target};
 use crate::mesh::NONE;
+use crate::{Vec3, wide_norm};
 use nalgebra::{Matrix3, UnitQuaternion};
 pub use setup::vertex_stiffness;
-
-/// Where a handle wants its vertex.
-#[derive(Clone, Copy, Debug)]
-pub enum Target {
-    /// There, in the axes of the rest positions.
-    Position(Vec3),
-    /// So turned from rest.
-    Orientation(UnitQuaternion<f64>),
-}
-
-/// One handle.
-#[derive(Clone, Copy, Debug)]
-pub struct Handle {
-    /// Vertex held.
-    pub vertex: u32,
-    /// Which of the handles' axes it holds along, or about.
-    pub held: [bool; 3],
-    /// Displacement per force, or rotation per torque; 0 = hard.
-    pub compliance: f64,
-    /// Where to.
-    pub target: Target,
-}
-
-/// What became of a handle, in the handles' axes.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Reaction {
-    /// From where it is to the target: length or rad; zero along axes not held.
-    pub missing: Vec3,
-    /// Force or torque on the shell.
-    pub force: Vec3,
-}
 
 /// ρ over the stiffness of the vertices around: each round leaves about this part of m.
 const PENALTY: f64 = 1e3;
@@ -96,11 +66,11 @@ enum Part {
     Idle,
 }
 
-/// All handles on a shell.
+/// All constraints of a shell, with targets in the axes of the rest positions.
 pub struct Handles {
-    /// Columns: the axes that handles hold along, in those of the rest positions.
+    /// Columns: the axes that they hold along, in those of the rest positions.
     axes: Matrix3<f64>,
-    list: Vec<Handle>,
+    list: Vec<Constraint>,
     parts: Vec<Part>,
     holds: Vec<Hold>,
     springs: Vec<Spring>,
@@ -137,7 +107,7 @@ impl Handles {
         let acting = self.list.iter().zip(&self.parts).filter(|(_, part)| !matches!(part, Part::Idle));
         acting.flat_map(|(handle, _)| {
             let along = |a: usize| -> Vec3 { self.axes.column(a).into() };
-            (0..3).filter(|a| handle.held[*a]).map(move |a| match handle.target {
+            (0..3).filter(|a| handle.axes[*a]).map(move |a| match handle.target {
                 Target::Position(_) => (handle.vertex, Held::Along(along(a))),
                 Target::Orientation(_) => (handle.vertex, Held::About(along(a))),
             })
@@ -258,7 +228,7 @@ impl Handles {
 
     /// What became of each at `x`, with the gradient of the whole potential before [`Handles::project`], and the force of all on
     /// each vertex in `force`.
-    pub fn conclude(&self, x: &[Vec3], gradient: &[Vec3], force: &mut [Vec3]) -> Vec<Reaction> {
+    pub fn conclude(&self, x: &[Vec3], gradient: &[Vec3], force: &mut [Vec3]) -> Vec<Outcome> {
         force.iter_mut().for_each(|f| *f = Vec3::zeros());
         self.add_gradient(x, force);
         force.iter_mut().for_each(|f| *f = -*f);
@@ -266,12 +236,12 @@ impl Handles {
             let v = hold.vertex as usize;
             force[v] += gradient[v] - hold.free * gradient[v];
         }
-        self.list.iter().zip(&self.parts).map(|(handle, part)| self.reaction(handle, *part, x, gradient)).collect()
+        self.list.iter().zip(&self.parts).map(|(handle, part)| self.outcome(handle, *part, x, gradient)).collect()
     }
 
-    fn reaction(&self, handle: &Handle, part: Part, x: &[Vec3], gradient: &[Vec3]) -> Reaction {
+    fn outcome(&self, handle: &Constraint, part: Part, x: &[Vec3], gradient: &[Vec3]) -> Outcome {
         let v = handle.vertex as usize;
-        let only_held = |vector: Vec3| Vec3::from_fn(|a, _| if handle.held[a] { vector[a] } else { 0.0 });
+        let only_held = |vector: Vec3| Vec3::from_fn(|a, _| if handle.axes[a] { vector[a] } else { 0.0 });
         let along = |vector: Vec3| only_held(self.axes.tr_mul(&vector));
         let missing = match handle.target {
             Target::Position(place) => along(place - x[v]),
@@ -283,8 +253,9 @@ impl Handles {
         let force = match part {
             Part::Hold(h) => {
                 let sharing = |axis: usize| {
-                    let shares =
-                        |other: &(&Handle, &Part)| matches!(other.1, Part::Hold(at) if *at == h) && other.0.held[axis];
+                    let shares = |other: &(&Constraint, &Part)| {
+                        matches!(other.1, Part::Hold(at) if *at == h) && other.0.axes[axis]
+                    };
                     self.list.iter().zip(&self.parts).filter(shares).count().max(1) as f64
                 };
                 let whole = along(gradient[v]);
@@ -294,7 +265,7 @@ impl Handles {
             Part::Turn(t) => self.turns[t].torque,
             Part::Idle => Vec3::zeros(),
         };
-        Reaction { missing, force }
+        Outcome { residual: wide_norm(&missing), force, iterations: 0 }
     }
 }
 

@@ -23,11 +23,11 @@ mod sag;
 
 pub use correction::{CORRECTED, Correction, Load, SolverPool};
 pub use equilibrium::{Equilibrium, EquilibriumOptions, EquilibriumProgress};
-pub use handles::{Handle, Reaction, Target};
 pub use implicit::StepReport;
 pub use orientation::{Ring, vertex_rotations};
 pub use sag::sagged;
 
+use crate::constraint::Outcome;
 use crate::error::{require_finite, require_non_negative};
 use crate::{Error, Result, Shell, Vec3};
 use handles::Handles;
@@ -52,7 +52,7 @@ pub struct Solver {
     /// Groups of vertices that the newton's pattern couples for orientations.
     coupled: Vec<Vec<u32>>,
     /// What became of them, and their work.
-    reactions: Vec<Reaction>,
+    outcomes: Vec<Outcome>,
     handle_work: f64,
     /// Positions the call starts from (n_vertices).
     origin: Vec<Vec3>,
@@ -67,9 +67,9 @@ impl Solver {
     pub fn new(shell: Arc<Shell>) -> Result<Self> {
         let zeros = vec![Vec3::zeros(); shell.mass.len()];
         let newton = Newton::new(&shell, &[])?;
-        let (handles, coupled, reactions) = (Handles::none(), vec![], vec![]);
+        let (handles, coupled, outcomes) = (Handles::none(), vec![], vec![]);
         let (origin, x, force) = (zeros.clone(), zeros.clone(), zeros);
-        Ok(Self { shell, newton, handles, coupled, reactions, handle_work: 0.0, origin, x, force })
+        Ok(Self { shell, newton, handles, coupled, outcomes, handle_work: 0.0, origin, x, force })
     }
 
     /// Bytes of the matrix, its factor and the fields.

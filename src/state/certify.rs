@@ -21,7 +21,7 @@ use super::{Method, Space, State, external};
 use crate::constraint::{Constraint, Outcome, Target};
 use crate::features::Feature;
 use crate::methods::{self, Acting, Reaction};
-use crate::reference::{self, Handle, Load, Solver, mass_norm as norm};
+use crate::reference::{self, Load, Solver, mass_norm as norm};
 use crate::support::FrameMotion;
 use crate::{Error, ErrorKind, Result, Shell, Vec3};
 use nalgebra::UnitQuaternion;
@@ -96,8 +96,8 @@ impl State {
         self.model.solvers.with(
             || Solver::new(shell.clone()),
             |solver| {
-                let handles = self.handles(&u);
-                solver.set_handles(*self.frame.pose.rotation.inverse().to_rotation_matrix().matrix(), handles, &u)?;
+                let axes = self.frame.pose.rotation.inverse().to_rotation_matrix();
+                solver.set_constraints(*axes.matrix(), self.constraints_in_frame(&u), &u)?;
                 let reactions = self.reactions().iter().map(|(_, [pull, _])| pull.norm_squared()).sum::<f64>().sqrt();
                 let at = |u: &[Vec3]| less(self.loads_at(u, &rate));
                 let still = self.is_still(&u, &rate, &inertia, moving.hypot(reactions));
@@ -329,29 +329,28 @@ impl State {
     }
 
     /// The constraints as the full shell has them. Hard ones that are met to rounding hold the shell where it is.
-    fn handles(&self, u: &[Vec3]) -> Vec<Handle> {
+    fn constraints_in_frame(&self, u: &[Vec3]) -> Vec<Constraint> {
         let (mesh, pose) = (&self.model.shell.mesh, &self.frame.pose);
-        let to_frame = pose.rotation.inverse();
         let turned = self.constraints().any(|(c, _)| matches!(c.target, Target::Orientation(_)));
         let turns: Vec<UnitQuaternion<f64>> = if turned { methods::rotations(mesh, u) } else { vec![] };
-        let handle = |(c, _): (&Constraint, &Outcome)| {
+        let in_frame = |(c, _): (&Constraint, &Outcome)| {
             let v = c.vertex as usize;
             let missed = |d: Vec3| (0..3).filter(|a| c.axes[*a]).map(|a| d[a].abs()).fold(0.0, f64::max);
-            let target = match c.target {
-                Target::Position(world) => {
-                    let (target, place) = (to_frame * (world - pose.origin), mesh.positions[v] + u[v]);
+            let hard = c.compliance == 0.0;
+            let target = match c.target.in_frame(pose) {
+                Target::Position(target) => {
+                    let place = mesh.positions[v] + u[v];
                     let met = missed(pose.rotation * (target - place)) <= MET * mesh.size;
-                    reference::Target::Position(if met && c.compliance == 0.0 { place } else { target })
+                    Target::Position(if met && hard { place } else { target })
                 }
-                Target::Orientation(world) => {
-                    let (target, turn) = (to_frame * world, turns[v]);
-                    let met = missed((world * (pose.rotation * turn).inverse()).scaled_axis()) <= MET;
-                    reference::Target::Orientation(if met && c.compliance == 0.0 { turn } else { target })
+                Target::Orientation(target) => {
+                    let met = missed(pose.rotation * (target * turns[v].inverse()).scaled_axis()) <= MET;
+                    Target::Orientation(if met && hard { turns[v] } else { target })
                 }
             };
-            Handle { vertex: c.vertex, held: c.axes, compliance: c.compliance, target }
+            Constraint { target, ..*c }
         };
-        self.constraints().map(handle).collect()
+        self.constraints().map(in_frame).collect()
     }
 }
 

@@ -1,7 +1,7 @@
 //! How modal amplitudes move a shell: u(q), its derivative J = ∂u/∂q, and the modal force of loads.
 
+use super::VertexMap;
 use crate::Vec3;
-use crate::constraint::VertexMap;
 use crate::load::{BodyLoad, External};
 use crate::method::Method;
 use crate::modal::ModalBasis;

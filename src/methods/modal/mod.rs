@@ -1,21 +1,23 @@
 //! Motion in modal coordinates: the warp, rotation–strain reconstruction and linear modal analysis, by the [`Map`] of each.
 
+mod constraints;
 mod map;
 mod motion;
 mod plan;
 mod project;
 mod warp;
 
+pub use constraints::VertexMap;
 pub use map::Map;
 
 use super::{Acting, Motion, Reaction};
-use crate::constraint::{ModalConstraints, Step};
 use crate::load::BodyLoad;
 use crate::method::Method;
 use crate::modal::{AnyBasis, ModalBasis, with_basis};
 use crate::step::guard::Pull;
 use crate::step::{ForceLaw, Integrator, Oscillator};
 use crate::{Error, ErrorKind, Model, Result};
+use constraints::{ModalConstraints, Step};
 use std::sync::Arc;
 use warp::Warp;
 
@@ -209,7 +211,7 @@ impl<M: Map> Modal<M> {
         with_basis!(&modal.basis, basis => constraints.project(basis, &step, q, (next_q, next_q_dot)))
     }
 
-    /// g of `certify`: the modal force and that of constraints, less the elastic one.
+    /// g of [`Motion::visit_acceleration`]: the modal force and that of constraints, less the elastic one.
     fn unbalanced(&self, acting: &Acting, reactions: &[Reaction]) -> Vec<f64> {
         let modal = &self.basis;
         let mut probe = self.clone();

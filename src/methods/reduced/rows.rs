@@ -140,9 +140,7 @@ impl Reduced {
         let Self { rows, rings, newton, constraints, next, .. } = self;
         let force = newton.multipliers();
         let mut row = 0;
-        for k in 0.. {
-            let Some((c, _)) = constraints.report().nth(k) else { break };
-            let axes = c.axes;
+        for (c, outcome) in constraints.pending() {
             let turn = match c.target {
                 Target::Position(_) => None,
                 Target::Orientation(world) => {
@@ -151,15 +149,14 @@ impl Reduced {
                     Some((world * present.inverse()).scaled_axis())
                 }
             };
-            let mut outcome = Outcome { iterations: 1, ..Outcome::default() };
+            *outcome = Outcome { iterations: 1, ..Outcome::default() };
             let mut missing = Vec3::zeros();
-            for axis in (0..3).filter(|axis| axes[*axis]) {
+            for axis in (0..3).filter(|axis| c.axes[*axis]) {
                 outcome.force[axis] = force[row];
                 missing[axis] = turn.map_or_else(|| rows.target[row] - rows.along(row, next), |turn| turn[axis]);
                 row += 1;
             }
             outcome.residual = wide_norm(&missing);
-            constraints.record_outcome(k, outcome);
         }
     }
 }

@@ -1,6 +1,7 @@
 //! Which part each handle plays, told from its shell: prescribed, a spring, or a turn.
 
-use super::{Handle, Handles, Hold, Part, Spring, Target, Turn};
+use super::{Handles, Hold, Part, Spring, Turn};
+use crate::constraint::{Constraint, Target};
 use crate::mesh::NONE;
 use crate::reference::orientation::Ring;
 use crate::{Shell, Vec3};
@@ -11,7 +12,7 @@ const HARD: f64 = 1e6;
 
 impl Handles {
     /// `list` along `axes` on a shell that starts at positions `x`.
-    pub fn new(shell: &Shell, axes: Matrix3<f64>, list: Vec<Handle>, x: &[Vec3]) -> Self {
+    pub fn new(shell: &Shell, axes: Matrix3<f64>, list: Vec<Constraint>, x: &[Vec3]) -> Self {
         if list.is_empty() {
             return Self::none();
         }
@@ -37,10 +38,10 @@ impl Handles {
         handles
     }
 
-    fn add_position(&mut self, handle: &Handle, place: Vec3, stiffness: &[f64], x: &[Vec3]) -> Part {
+    fn add_position(&mut self, handle: &Constraint, place: Vec3, stiffness: &[f64], x: &[Vec3]) -> Part {
         let v = handle.vertex as usize;
         if handle.compliance * HARD * stiffness[v] > 1.0 {
-            let along = (0..3).filter(|a| handle.held[*a]).map(|a| self.axes.column(a).into_owned());
+            let along = (0..3).filter(|a| handle.axes[*a]).map(|a| self.axes.column(a).into_owned());
             let sum: Matrix3<f64> = along.map(|d| d * d.transpose() / handle.compliance).sum();
             self.springs.push(Spring { vertex: handle.vertex, stiffness: sum, place, start: x[v] });
             return Part::Spring(self.springs.len() - 1);
@@ -56,7 +57,7 @@ impl Handles {
 
     fn add_turn(
         &mut self,
-        handle: &Handle,
+        handle: &Constraint,
         target: UnitQuaternion<f64>,
         ring: Ring,
         (shell, stiffness): (&Shell, &[f64]),
@@ -70,7 +71,7 @@ impl Handles {
         }
         let resists = resists / turned.max(f64::MIN_POSITIVE);
         let start = ring.rotation(&ring.gather(x));
-        let Handle { held, compliance, .. } = *handle;
+        let Constraint { axes: held, compliance, .. } = *handle;
         self.turns.push(Turn { ring, held, compliance, resists, torque: Vec3::zeros(), target, start });
         Part::Turn(self.turns.len() - 1)
     }
@@ -108,7 +109,7 @@ impl Handles {
             for axis in 0..3 {
                 let targets =
                     self.list.iter().zip(&self.parts).filter_map(|(handle, part)| match (part, handle.target) {
-                        (Part::Hold(at), Target::Position(target)) if *at == h && handle.held[axis] => Some(target),
+                        (Part::Hold(at), Target::Position(target)) if *at == h && handle.axes[axis] => Some(target),
                         _ => None,
                     });
                 let (count, sum) = targets

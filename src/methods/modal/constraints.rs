@@ -17,8 +17,8 @@
 
 mod work;
 
-use super::{Constraint, ConstraintSet, MET, Outcome, Target};
 use crate::Vec3;
+use crate::constraint::{Constraint, ConstraintSet, MET, Outcome, Target};
 use crate::step::{Bend, Integrator, Oscillator};
 use crate::support::Pose;
 use crate::warp::{Basis, Entry, warp_with_derivative};
@@ -122,7 +122,7 @@ impl ModalConstraints {
     }
 
     fn resize(&mut self) {
-        let items = &self.set.items;
+        let items = self.set.items();
         let rows = |c: &Constraint| c.axes.iter().filter(|held| **held).count();
         let sizes = self.first_row.windows(2).map(|ends| ends[1] - ends[0]);
         if sizes.eq(items.iter().map(rows)) {
@@ -309,13 +309,13 @@ impl ModalConstraints {
             (0..q.len()).map(change).sum::<Vec3>().norm()
         };
         let turns = |c: &&Constraint| step.warped || matches!(c.target, Target::Orientation(_));
-        self.set.items.iter().filter(turns).map(turn).fold(0.0, f64::max)
+        self.set.items().iter().filter(turns).map(turn).fold(0.0, f64::max)
     }
 
     /// Compliances in rows' units, and the branch of each target rotation that lies nearest to the present one.
     fn prepare<E: Entry>(&mut self, basis: &Basis<E>, step: &Step, q: &[f64]) {
         let mut distance = 0.0;
-        for (i, c) in self.set.items.iter().enumerate() {
+        for (i, c) in self.set.items().iter().enumerate() {
             let unit = match c.target {
                 Target::Position(_) => step.size,
                 Target::Orientation(_) => 1.0,
@@ -340,7 +340,7 @@ impl ModalConstraints {
 
     /// Residuals and Jacobian at `q`.
     fn linearize<E: Entry>(&mut self, basis: &Basis<E>, step: &Step, q: &[f64]) {
-        for (i, c) in self.set.items.iter().enumerate() {
+        for (i, c) in self.set.items().iter().enumerate() {
             let v = c.vertex as usize;
             let shapes = |k: usize| basis.at(k, v);
             let linear: Vec3 = (0..q.len()).map(|k| q[k] * shapes(k).0).sum();
@@ -383,16 +383,14 @@ impl ModalConstraints {
             Target::Position(_) => step.size,
             Target::Orientation(_) => 1.0,
         };
-        for (i, c) in self.set.items.iter().enumerate() {
-            let rows = self.first_row[i]..self.first_row[i + 1];
-            let squares: f64 = rows.map(|row| (unit(c) * self.work.missing[row]).powi(2)).sum();
-            self.set.pending[i] = Outcome { residual: squares.sqrt(), force: Vec3::zeros(), iterations };
+        for ((c, outcome), rows) in self.set.pending().zip(self.first_row.windows(2)) {
+            let squares: f64 = (rows[0]..rows[1]).map(|row| (unit(c) * self.work.missing[row]).powi(2)).sum();
+            *outcome = Outcome { residual: squares.sqrt(), force: Vec3::zeros(), iterations };
         }
         self.work.settle_multipliers(q);
-        for (i, c) in self.set.items.iter().enumerate() {
-            let rows = self.first_row[i]..self.first_row[i + 1];
-            for (row, axis) in rows.zip((0..3).filter(|axis| c.axes[*axis])) {
-                self.set.pending[i].force[axis] = self.work.multipliers[row] / unit(c);
+        for ((c, outcome), rows) in self.set.pending().zip(self.first_row.windows(2)) {
+            for (row, axis) in (rows[0]..rows[1]).zip((0..3).filter(|axis| c.axes[*axis])) {
+                outcome.force[axis] = self.work.multipliers[row] / unit(c);
             }
         }
     }

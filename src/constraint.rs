@@ -1,13 +1,10 @@
-//! Manipulation constraints: handles that hold a vertex's position or orientation.
+//! Constraints: what holds a vertex's position or orientation at a target, for all methods.
 
-mod modal;
-
-pub use modal::{ModalConstraints, Step, VertexMap};
-
+use crate::support::Pose;
 use crate::{Error, Result, Vec3};
 use nalgebra::UnitQuaternion;
 
-/// What a constraint holds, and where. World space.
+/// What a constraint holds, and where: in world space, or [`Target::in_frame`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Target {
     /// The vertex's position.
@@ -16,7 +13,18 @@ pub enum Target {
     Orientation(UnitQuaternion<f64>),
 }
 
-/// One handle.
+impl Target {
+    /// A target in world space, as seen from a frame.
+    pub fn in_frame(self, pose: &Pose) -> Self {
+        let to_frame = pose.rotation.inverse();
+        match self {
+            Self::Position(world) => Self::Position(to_frame * (world - pose.origin)),
+            Self::Orientation(world) => Self::Orientation(to_frame * world),
+        }
+    }
+}
+
+/// What holds one vertex.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Constraint {
     /// The host's number for it; setting a number again replaces.
@@ -62,7 +70,12 @@ impl ConstraintSet {
         self.items.is_empty()
     }
 
-    /// The constraints with their outcomes, in order of their ids.
+    /// The constraints in order of their ids.
+    pub fn items(&self) -> &[Constraint] {
+        &self.items
+    }
+
+    /// The same with their outcomes.
     pub fn report(&self) -> impl ExactSizeIterator<Item = (&Constraint, &Outcome)> {
         self.items.iter().zip(&self.outcomes)
     }
@@ -107,9 +120,9 @@ impl ConstraintSet {
         *self = Self { work: self.work, ..Self::default() };
     }
 
-    /// Says what a step makes of the k-th, in the order of [`ConstraintSet::report`].
-    pub fn record_outcome(&mut self, k: usize, outcome: Outcome) {
-        self.pending[k] = outcome;
+    /// For a step to say what it makes of each.
+    pub fn pending(&mut self) -> impl Iterator<Item = (&Constraint, &mut Outcome)> {
+        self.items.iter().zip(&mut self.pending)
     }
 
     /// Whether the pending outcomes are numbers.
