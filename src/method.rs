@@ -39,16 +39,22 @@ pub enum Needs {
 impl Needs {
     /// Fails unless a model with or without `rotations` and reduced `fields` has what is needed.
     pub fn require(self, rotations: bool, fields: bool) -> Result<()> {
-        let missing = match self {
-            Self::Rotations if !rotations => {
-                "the model was precomputed for linear modal analysis: it has no rotations to warp by"
-            }
-            Self::ReducedFields if !fields => {
-                "the model has no reduced shell: precompute with reduced_fields, 40 for a start"
-            }
-            _ => return Ok(()),
+        let met = match self {
+            Self::Modes => true,
+            Self::Rotations => rotations,
+            Self::ReducedFields => fields,
         };
-        Err(Error::new(ErrorKind::Unsupported, missing))
+        if met { Ok(()) } else { Err(self.unmet()) }
+    }
+
+    /// What is told where a model lacks it.
+    pub fn unmet(self) -> Error {
+        let missing = match self {
+            Self::Modes => "the model has no modes: precompute it",
+            Self::Rotations => "the model was precomputed for linear modal analysis: it has no rotations to warp by",
+            Self::ReducedFields => "the model has no reduced shell: precompute with reduced_fields, 40 for a start",
+        };
+        Error::new(ErrorKind::Unsupported, missing)
     }
 }
 

@@ -155,7 +155,8 @@ pub trait Motion: Send + Sync {
     fn visit_visible_motion(&self, visit: &mut dyn FnMut(usize, Vec3, Vec3)) {
         self.visit_motion(visit);
     }
-    /// Hands J g of every vertex to `visit`, in order: see the text of `certify`.
+    /// Hands J g of every vertex to `visit`, in order: J = ∂u/∂q as the method's law has it, and g = q̈ + Cq̇
+    /// are the generalized forces, those of constraints among them, that its own elastic forces do not balance.
     fn visit_acceleration(&self, acting: &Acting, reactions: &[Reaction], visit: &mut dyn FnMut(usize, Vec3));
     /// No vertex is further from rest by more than some orders of magnitude.
     fn largest_displacement(&self) -> f64;

@@ -4,7 +4,7 @@ pub mod file;
 pub mod front;
 
 use crate::features::Feature;
-use crate::method::Method;
+use crate::method::{Method, Needs};
 use crate::modal::ModalBasis;
 use crate::modes::{Certificate, Demand, PHASES, Phase, Progress, demanded_modes, lowest_modes};
 pub use crate::precision::Precision;
@@ -150,6 +150,11 @@ impl Model {
             return Err(Error::new(ErrorKind::Unsupported, message));
         }
         Ok(())
+    }
+
+    /// The reduced shell. Fails where there is none.
+    pub fn require_reduced(&self) -> Result<&Arc<ReducedShell>> {
+        self.reduced.as_ref().ok_or_else(|| Needs::ReducedFields.unmet())
     }
 
     /// The map of rotation–strain reconstruction. Made at the first call.

@@ -47,7 +47,8 @@ impl<M: Map> Motion for Modal<M> {
         self.unchanged
     }
 
-    /// To first order: see the text of `rest`. `None` where constraints act, and for a shell that drifts.
+    /// Σ max_v |φ_k| √((q_k − f_k/λ_k)² + q̇_k²/λ_k): to first order, what is left of the swing about the equilibrium of the present forces f.
+    /// `None` where constraints act, infinite for a shell that drifts.
     fn motion_left(&self) -> Option<f64> {
         let modal = &self.basis;
         let left = |(k, lambda): (usize, &f64)| {

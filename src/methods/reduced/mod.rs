@@ -103,10 +103,7 @@ struct Reduced {
 /// At rest, undamped.
 pub fn build(model: &Model, form: Form) -> Result<Box<dyn Motion>> {
     let _proof: Built = Proof::of(Feature::ReducedShell)?;
-    let Some(reduced) = &model.reduced else {
-        let message = "the model has no reduced shell: precompute with reduced_fields, 40 for a start";
-        return Err(Error::new(ErrorKind::Unsupported, message));
-    };
+    let reduced = model.require_reduced()?;
     let n = reduced.n();
     let zeros = vec![0.0; n];
     Ok(Box::new(Reduced {
@@ -175,7 +172,7 @@ impl Reduced {
         u
     }
 
-    /// g of `certify`: the force on each field and that of constraints, less the elastic one.
+    /// g of [`Motion::visit_acceleration`]: the force on each field and that of constraints, less the elastic one.
     fn unbalanced(&self, acting: &Acting, reactions: &[Reaction]) -> Vec<f64> {
         let reduced = &self.reduced;
         let Coordinates { q, q_dot } = &self.motion;
