@@ -19,6 +19,7 @@ pub mod methods;
 pub mod modal;
 pub mod model;
 pub mod modes;
+pub mod point_energy;
 pub mod precision;
 pub mod real;
 pub mod reduced;

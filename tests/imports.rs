@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The rooms from the ground up. ARCHITECTURE.md says what each is for.
-const LADDER: [&str; 28] = [
+const LADDER: [&str; 29] = [
     "error",
     "real",
     "features",
@@ -18,7 +18,8 @@ const LADDER: [&str; 28] = [
     "support",
     "shell",
     "load",
-    "constraint", // the physical problem, and what holds it
+    "constraint",
+    "point_energy", // the physical problem, and what holds it
     "warp",
     "precision",
     "sparse",

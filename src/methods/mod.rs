@@ -14,6 +14,7 @@ pub use nodal::rotations;
 
 use crate::constraint::{Constraint, ConstraintSet};
 use crate::load::{BodyLoad, External};
+use crate::point_energy::InFrame;
 use crate::reduced::Form;
 use crate::step::Integrator;
 use crate::support::Pose;
@@ -32,6 +33,8 @@ pub struct Acting<'a> {
     pub load: &'a BodyLoad,
     /// Forces on vertices and wind.
     pub external: External<'a>,
+    /// Energies of vertices that join.
+    pub points: Option<&'a InFrame>,
     /// Of the frame, at the end of the step.
     pub pose: &'a Pose,
 }

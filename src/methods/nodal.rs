@@ -138,6 +138,7 @@ impl Motion for Nodal {
 
     fn step(&mut self, acting: &Acting, h: f64) -> Result<()> {
         self.set_force(acting)?;
+        self.solver.join(acting.points.cloned());
         self.pass_constraints(acting.pose)?;
         let Self { solver, explicit, damping, u, velocity, force, before, .. } = self;
         before[0].copy_from_slice(u);
@@ -164,6 +165,7 @@ impl Motion for Nodal {
 
     fn settle(&mut self, acting: &Acting) -> Result<(f64, usize)> {
         self.set_force(acting)?;
+        self.solver.join(acting.points.cloned());
         self.pass_constraints(acting.pose)?;
         let found = self.solver.equilibrium(&self.u, &self.force, &Default::default(), &mut |_| Ok(()))?;
         self.record_outcomes(found.iterations);

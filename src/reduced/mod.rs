@@ -14,6 +14,7 @@ pub mod basis;
 mod elastic;
 mod energy;
 mod fields;
+mod joined;
 mod newton;
 pub mod polynomial;
 mod precompute;
@@ -26,6 +27,7 @@ mod training;
 pub use elastic::{Elastic, Form, Scratch};
 pub use energy::ReducedEnergy;
 pub use fields::{Fields, MAX_FIELDS};
+pub use joined::{Joined, Places};
 pub use newton::{End, Newton, Potential, Rows, Stop, Work};
 pub use training::{MAX_POSES, default_poses};
 

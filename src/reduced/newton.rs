@@ -1,8 +1,8 @@
 //! Newton's method in reduced coordinates for the minimum of
 //!
-//!   Π(q) = E(x̄ + Bq) + ½ s |q|² + ½ qᵀCq − bᵀq     subject to Jq + γμ = d
+//!   Π(q) = E(x̄ + Bq) + W(x̄ + Bq) + ½ s |q|² + ½ qᵀCq − bᵀq     subject to Jq + γμ = d
 //!
-//! with the compliance γ of each constraint and its force μ.
+//! with the compliance γ of each constraint and its force μ, and an energy W of single vertices that may join.
 //!
 //! Where the exact Hessian is not positive definite, the semidefinite one with a shift takes its place. A straight step along
 //! bending fields stretches the shell and raises Π, and the next step takes the stretch out again; so steps may raise Π twice in
@@ -19,6 +19,7 @@
 //! step goes the whole way to the constraints, whatever it stretches; from there on all steps are along them. In motion it does
 //! not: a vertex torn away faster than the shell can follow would load it like a catapult.
 
+use super::Joined;
 use super::elastic::{Elastic, Scratch};
 use crate::energy::Curvature;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
@@ -48,12 +49,14 @@ pub struct Potential<'a> {
     pub load: &'a [f64],
     /// Constraints.
     pub handles: Option<&'a Rows>,
+    /// W.
+    pub joined: Option<Joined<'a>>,
 }
 
 impl<'a> Potential<'a> {
     /// Of a dead load alone.
     pub fn of_load(load: &'a [f64]) -> Self {
-        Self { shift: 0.0, matrix: None, load, handles: None }
+        Self { shift: 0.0, matrix: None, load, handles: None, joined: None }
     }
 }
 
@@ -365,7 +368,8 @@ impl Newton {
         let strayed = potential.handles.map_or(0.0, |rows| {
             (0..rows.len()).map(|i| self.price(self.goal[i] - rows.along(i, q), rows.compliance[i])).sum::<f64>()
         });
-        elastic + quadratic + viscous + strayed
+        let joined = potential.joined.map_or(0.0, |joined| joined.value(q));
+        elastic + quadratic + viscous + strayed + joined
     }
 
     /// Of missing a constraint by so much.
@@ -397,6 +401,9 @@ impl Newton {
                 self.gradient[k] += c.column(k).iter().zip(q).map(|(c, q)| c * q).sum::<f64>();
             }
         }
+        if let Some(joined) = potential.joined {
+            joined.add_gradient(q, self.gradient.as_mut_slice());
+        }
         if !near {
             self.factorize(energy, potential, q);
         }
@@ -420,6 +427,9 @@ impl Newton {
             (0..q.len()).for_each(|k| hessian[(k, k)] += potential.shift + shift);
             if let Some(c) = potential.matrix {
                 hessian += c;
+            }
+            if let Some(joined) = potential.joined {
+                joined.add_hessian(q, curvature, &mut hessian);
             }
             let trace = hessian.trace();
             if let Some(rows) = potential.handles {

@@ -102,10 +102,11 @@ impl Solver {
         from: Option<&Vec<Vec3>>,
     ) -> Result<[f64; 2]> {
         self.origin.copy_from_slice(&self.x);
-        let Self { shell, newton, origin, x, force, handles, .. } = self;
+        let Self { shell, newton, origin, x, force, handles, points, .. } = self;
         let scale = scale.max(f64::MIN_POSITIVE);
         let stop = Stop { tolerance: CORRECTED, scale, max_iterations: solves };
-        let plain = Potential { shell, origin, load: forces, step: None, handles: &Handles::none() };
+        let points = Self::points(points);
+        let plain = Potential { shell, origin, load: forces, step: None, handles: &Handles::none(), points };
         let left = |handles: &Handles, x: &[Vec3], force: &mut [Vec3]| {
             Potential { handles, ..plain }.gradient(x, force);
             free_norm(shell, force)

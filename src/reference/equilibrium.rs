@@ -8,6 +8,7 @@ use super::newton::{Convergence, Stop};
 use super::potential::Potential;
 use super::{Solver, continuation, free_norm};
 use crate::error::{require_finite, require_non_negative};
+use crate::point_energy::PointEnergy;
 use crate::{Error, ErrorKind, Result, Vec3};
 
 /// Newton iterations for one increment before it is halved.
@@ -96,9 +97,10 @@ impl Solver {
             }
         }
         if !self.handles.is_empty() {
-            let Self { shell, origin, x, handles, .. } = &*self;
+            let Self { shell, origin, x, handles, points, .. } = &*self;
             let mut gradient = vec![Vec3::zeros(); x.len()];
-            Potential { shell, origin, load: forces, step: None, handles }.whole_gradient(x, &mut gradient);
+            let points = Self::points(points);
+            Potential { shell, origin, load: forces, step: None, handles, points }.whole_gradient(x, &mut gradient);
             self.conclude(&gradient);
         }
         let mut displacement = start.to_vec();
@@ -141,6 +143,9 @@ impl LoadPath {
         let shell = &solver.shell;
         let mut first = vec![Vec3::zeros(); forces.len()];
         shell.energy.add_gradient(&solver.x, &mut first);
+        if let Some(points) = &solver.points {
+            points.add_gradient(&solver.x, &mut first);
+        }
         let loads = [free_norm(shell, forces), free_norm(shell, &first)];
         Self {
             scale: loads.into_iter().find(|load| *load > 0.0).unwrap_or(0.0),
@@ -202,9 +207,10 @@ impl LoadPath {
         let tolerance = if load < 1.0 { LOOSE_TOLERANCE.max(options.tolerance) } else { options.tolerance };
         let left = options.max_iterations - self.iterations.min(options.max_iterations);
         let stop = Stop { tolerance, scale: self.scale, max_iterations: left.min(ITERATIONS_PER_INCREMENT) };
-        let Solver { shell, newton, origin, x, force, handles, .. } = solver;
+        let Solver { shell, newton, origin, x, force, handles, points, .. } = solver;
         handles.set_share(load);
-        let potential = Potential { shell, origin, load: force, step: None, handles: &Handles::none() };
+        let points = Solver::points(points);
+        let potential = Potential { shell, origin, load: force, step: None, handles: &Handles::none(), points };
         let mut iterations = self.iterations;
         continuation::minimize(newton, handles, &potential, x, stop, &mut |residual| {
             let heard = watch(EquilibriumProgress { load, iterations, residual });

@@ -2,6 +2,7 @@
 
 use super::{Rayleigh, Solver, add_viscous_force, check_step};
 use crate::modes::ScaledStiffness;
+use crate::point_energy::PointEnergy;
 use crate::{Error, ErrorKind, Result, Vec3};
 
 impl Solver {
@@ -19,9 +20,12 @@ impl Solver {
         self.check_fields(&[("u", u), ("velocity", velocity), ("forces", forces)])?;
         self.place(u);
         self.origin.copy_from_slice(&self.x);
-        let Self { shell, x, force, .. } = self;
+        let Self { shell, x, force, points, .. } = self;
         force.fill(Vec3::zeros());
         shell.energy.add_gradient(x, force);
+        if let Some(points) = points {
+            points.add_gradient(x, force);
+        }
         if damping.stiffness > 0.0 {
             add_viscous_force(shell, x, |v| velocity[v], damping.stiffness, force);
         }

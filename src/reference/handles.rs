@@ -10,6 +10,7 @@
 mod energy;
 mod explicit;
 mod setup;
+mod springs;
 
 use super::free_motion::Held;
 use super::orientation::{Ring, missing_turn, part_way};
@@ -18,6 +19,7 @@ use crate::mesh::NONE;
 use crate::{Vec3, wide_norm};
 use nalgebra::{Matrix3, UnitQuaternion};
 pub use setup::vertex_stiffness;
+use springs::Springs;
 
 /// ρ over the stiffness of the vertices around: each round leaves about this part of m.
 const PENALTY: f64 = 1e3;
@@ -34,14 +36,6 @@ struct Hold {
     place: Vec3,
     start: Vec3,
     stiffness: f64,
-}
-
-struct Spring {
-    vertex: u32,
-    /// Σ d dᵀ/γ.
-    stiffness: Matrix3<f64>,
-    place: Vec3,
-    start: Vec3,
 }
 
 struct Turn {
@@ -73,7 +67,7 @@ pub struct Handles {
     list: Vec<Constraint>,
     parts: Vec<Part>,
     holds: Vec<Hold>,
-    springs: Vec<Spring>,
+    springs: Springs,
     turns: Vec<Turn>,
     /// Hold of each vertex, or [`NONE`] (n_vertices, or nothing without handles).
     hold_at: Vec<u32>,
@@ -93,7 +87,7 @@ impl Handles {
             list: vec![],
             parts: vec![],
             holds: vec![],
-            springs: vec![],
+            springs: Springs::none(),
             turns: vec![],
             hold_at: vec![],
             moves: vec![],
@@ -131,7 +125,7 @@ impl Handles {
 
     /// Asks for this share of the way from the start to the targets, of orientations without a torque yet.
     pub fn set_share(&mut self, share: f64) {
-        self.share = share;
+        (self.share, self.springs.share) = (share, share);
         self.turns.iter_mut().for_each(|turn| turn.torque = Vec3::zeros());
     }
 
@@ -143,7 +137,7 @@ impl Handles {
     /// The share of their way on which no handle goes further than `furthest`.
     pub fn share_within(&self, furthest: f64) -> f64 {
         let holds = self.holds.iter().map(|hold| hold.place - hold.start);
-        let ways = holds.chain(self.springs.iter().map(|spring| spring.place - spring.start));
+        let ways = holds.chain(self.springs.list.iter().map(|spring| spring.place - spring.start));
         furthest / ways.map(|way| way.amax()).fold(furthest, f64::max)
     }
 
@@ -189,10 +183,6 @@ impl Handles {
 
     fn place(&self, hold: &Hold) -> Vec3 {
         hold.start.lerp(&hold.place, self.share)
-    }
-
-    fn spring(&self, spring: &Spring, x: &[Vec3]) -> Vec3 {
-        spring.start.lerp(&spring.place, self.share) - x[spring.vertex as usize]
     }
 
     fn rho(&self, turn: &Turn) -> f64 {
@@ -261,7 +251,7 @@ impl Handles {
                 let whole = along(gradient[v]);
                 Vec3::from_fn(|a, _| whole[a] / sharing(a))
             }
-            Part::Spring(s) => along(self.springs[s].stiffness * self.spring(&self.springs[s], x)),
+            Part::Spring(s) => along(self.springs.force(s, &x[v])),
             Part::Turn(t) => self.turns[t].torque,
             Part::Idle => Vec3::zeros(),
         };

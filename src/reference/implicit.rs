@@ -42,8 +42,9 @@ impl Solver {
         self.origin.copy_from_slice(&self.x);
         let scale = self.force_scale(velocity, forces, h);
         let step = Some(Step { h, velocity, damping });
-        let Self { shell, newton, origin, x, handles, .. } = &mut *self;
-        let potential = Potential { shell, origin, load: forces, step, handles: &Handles::none() };
+        let Self { shell, newton, origin, x, handles, points, .. } = &mut *self;
+        let points = Self::points(points);
+        let potential = Potential { shell, origin, load: forces, step, handles: &Handles::none(), points };
         potential.free().for_each(|v| x[v] += h * velocity[v]);
         let (coasting, still) = (potential.value(x).0, potential.value(origin).0);
         if coasting.is_nan() || coasting > still {
@@ -58,9 +59,10 @@ impl Solver {
             return Err(Error::new(ErrorKind::Numerical, message));
         }
         if !self.handles.is_empty() {
-            let Self { shell, origin, x, handles, .. } = &*self;
+            let Self { shell, origin, x, handles, points, .. } = &*self;
             let mut gradient = vec![Vec3::zeros(); x.len()];
-            Potential { shell, origin, load: forces, step, handles }.whole_gradient(x, &mut gradient);
+            let points = Self::points(points);
+            Potential { shell, origin, load: forces, step, handles, points }.whole_gradient(x, &mut gradient);
             self.conclude(&gradient);
         }
         for v in self.shell.free.iter().map(|&v| v as usize) {

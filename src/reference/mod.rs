@@ -29,6 +29,7 @@ pub use sag::sagged;
 
 use crate::constraint::Outcome;
 use crate::error::{require_finite, require_non_negative};
+use crate::point_energy::{InFrame, PointEnergy};
 use crate::{Error, Result, Shell, Vec3};
 use handles::Handles;
 use newton::Newton;
@@ -49,6 +50,8 @@ pub struct Solver {
     newton: Newton,
     /// What handles hold in the present call.
     handles: Handles,
+    /// Energies of vertices that join.
+    points: Option<InFrame>,
     /// Groups of vertices that the newton's pattern couples for orientations.
     coupled: Vec<Vec<u32>>,
     /// What became of them, and their work.
@@ -69,7 +72,7 @@ impl Solver {
         let newton = Newton::new(&shell, &[])?;
         let (handles, coupled, outcomes) = (Handles::none(), vec![], vec![]);
         let (origin, x, force) = (zeros.clone(), zeros.clone(), zeros);
-        Ok(Self { shell, newton, handles, coupled, outcomes, handle_work: 0.0, origin, x, force })
+        Ok(Self { shell, newton, handles, points: None, coupled, outcomes, handle_work: 0.0, origin, x, force })
     }
 
     /// Bytes of the matrix, its factor and the fields.
@@ -91,6 +94,15 @@ impl Solver {
     pub fn elastic_energy(&mut self, u: &[Vec3]) -> f64 {
         self.place(u);
         self.shell.energy.value(&self.x)
+    }
+
+    /// Energies that join in the calls that follow, if any.
+    pub fn join(&mut self, points: Option<InFrame>) {
+        self.points = points;
+    }
+
+    fn points(points: &Option<InFrame>) -> Option<&dyn PointEnergy> {
+        points.as_ref().map(|points| points as &dyn PointEnergy)
     }
 
     /// ½ u̇ᵀMu̇.

@@ -272,7 +272,7 @@ impl Newton {
         Ok((slope < 0.0 && slope.is_finite()).then_some(slope))
     }
 
-    /// Moves each component that floats, without a handle on it, so that Δ gives it the momentum that the forces ask for. Elastic and viscous forces do
+    /// Moves each component that floats, without a handle or an energy on it, so that Δ gives it the momentum that the forces ask for. Elastic and viscous forces do
     /// not change with translations and cancel in the sum; only inertia resists. So this changes nothing but what was lost:
     /// to the shifts above, or to rounding where the stiffness is beyond 1e16 m/h².
     fn balance_momenta(&mut self, potential: &Potential) {
@@ -287,7 +287,8 @@ impl Newton {
             *force += self.gradient[v] + weight * delta;
             *total += weight;
         }
-        for v in potential.handles.vertices() {
+        let joined = potential.points.map_or(&[][..], |points| points.vertices());
+        for v in potential.handles.vertices().chain(joined.iter().copied()) {
             if let Some(sum) = sums.get_mut(component(v as usize)) {
                 *sum = (Vec3::zeros(), 1.0); // a vertex without triangles is of no component
             }

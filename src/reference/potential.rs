@@ -2,11 +2,12 @@
 //!
 //! Φ(x) = E(x) − F·d + ‖d − h u̇‖²_M/(2h²) + ξ ‖d‖²_M/(2h) + ζ Σ (b(x₀)·d)²/(2h)
 //!
-//! and the energy of the [`Handles`]. Its gradient is zero where M (u̇⁺ − u̇)/h + C(x₀) u̇⁺ + ∇E(x) = F with u̇⁺ = d/h. An equilibrium has the first two terms.
+//! and the energies of the [`Handles`] and of what joins besides. Its gradient is zero where M (u̇⁺ − u̇)/h + C(x₀) u̇⁺ + ∇E(x) = F with u̇⁺ = d/h. An equilibrium has the first two terms.
 
 use super::handles::Handles;
 use super::{Rayleigh, add_viscous_force};
 use crate::energy::Curvature;
+use crate::point_energy::PointEnergy;
 use crate::sparse::BlockMatrix;
 use crate::{Shell, Vec3};
 
@@ -22,6 +23,8 @@ pub struct Potential<'a> {
     pub step: Option<Step<'a>>,
     /// What is prescribed besides.
     pub handles: &'a Handles,
+    /// Energies of vertices that join.
+    pub points: Option<&'a dyn PointEnergy>,
 }
 
 /// What makes a step of Φ.
@@ -52,7 +55,8 @@ impl Potential<'_> {
             magnitude += loss;
         }
         let held = self.handles.value(x);
-        (value + held, magnitude + held)
+        let joined = self.points.map_or(0.0, |points| points.value(x));
+        (value + held + joined, magnitude + held + joined.abs())
     }
 
     /// ∇Φ(x) along what handles leave free; meaningless at vertices that are not free.
@@ -77,6 +81,9 @@ impl Potential<'_> {
             add_viscous_force(self.shell, self.origin, rate, s.damping.stiffness, gradient);
         }
         self.handles.add_gradient(x, gradient);
+        if let Some(points) = self.points {
+            points.add_gradient(x, gradient);
+        }
     }
 
     /// ∂²Φ/∂x² over the free vertices.
@@ -87,6 +94,9 @@ impl Potential<'_> {
             matrix.add_element(vertices, |p, q| self.handles.projected(vertices[p], block(p, q), vertices[q]));
         });
         self.handles.add_hessian(x, curvature, matrix);
+        if let Some(points) = self.points {
+            self.handles.add_points(points, x, curvature, matrix);
+        }
         let (Some(s), Some(inertia)) = (self.step, self.inertia_of_mass()) else { return };
         for (i, v) in self.free().enumerate() {
             matrix.add_diagonal(i, self.shell.mass[v] * inertia);

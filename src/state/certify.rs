@@ -85,6 +85,10 @@ impl State {
     /// As [`State::certify`], of a method that is not a nonlinear shell's.
     fn estimate(&self) -> Estimate {
         let shell = &self.model.shell;
+        if self.points.is_some() {
+            let message = "the estimate does not know energies of vertices that join the shell's own";
+            return Err(Error::new(ErrorKind::Unsupported, message));
+        }
         self.refuse_mechanisms()?;
         let [u, rate, inertia] = self.present_motion();
         let less = |forces: Vec<Vec3>| -> Vec<Vec3> { forces.iter().zip(&inertia).map(|(f, ma)| f - ma).collect() };
@@ -287,7 +291,7 @@ impl State {
             (external(&self.loads, &scratch, model, pose), self.body_load(pose, rates), self.reactions());
         let [mut u, mut rate, mut inertia] = [(); 3].map(|()| vec![Vec3::zeros(); shell.mass.len()]);
         self.motion.visit_motion(&mut |v, displacement, speed| (u[v], rate[v]) = (displacement, speed));
-        let acting = Acting { load: &own, external, pose };
+        let acting = Acting { load: &own, external, points: None, pose };
         self.motion.visit_acceleration(&acting, &reactions, &mut |v, a| inertia[v] += shell.mass[v] * a);
         [u, rate, inertia]
     }

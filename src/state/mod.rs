@@ -14,6 +14,7 @@ use crate::load::{BodyLoad, External, Loads, Moving, Wind};
 pub use crate::methods::plan::{Part, PartKind};
 use crate::methods::{self, Acting, Motion};
 pub use crate::methods::{Damping, Method, ROTATION_RANGE};
+use crate::point_energy::{InFrame, PointEnergy};
 use crate::step::Integrator;
 use crate::support::{Frame, FrameMotion, Pose, Rates};
 use crate::{Error, ErrorKind, Model, Result, Vec3};
@@ -47,6 +48,8 @@ pub struct State {
     motion: Box<dyn Motion>,
     gravity: Vec3,
     loads: Loads,
+    /// World space.
+    points: Option<Arc<dyn PointEnergy>>,
     /// Forces act in the next step only.
     forces_once: bool,
     scratch: LoadScratch,
@@ -83,6 +86,7 @@ impl State {
             motion: methods::build(&model, method, integrator)?,
             gravity: Vec3::zeros(),
             loads: Loads::default(),
+            points: None,
             forces_once: false,
             scratch: LoadScratch::default(),
             frame: Frame::at_rest(Pose::identity()),
@@ -103,6 +107,7 @@ impl State {
             motion: self.motion.try_clone()?,
             gravity: self.gravity,
             loads: self.loads.clone(),
+            points: self.points.clone(),
             forces_once: self.forces_once,
             scratch: self.scratch.clone(),
             frame: self.frame,
@@ -203,6 +208,18 @@ impl State {
         Ok(())
     }
 
+    /// Replaces the energy of single vertices that joins the shell's own (world space). It stays as it is while it is set, and is not saved.
+    pub fn set_point_energy(&mut self, energy: Option<Arc<dyn PointEnergy>>) -> Result<()> {
+        let n_vertices = self.model.shell.mass.len();
+        let vertices = energy.as_ref().map_or(&[][..], |energy| energy.vertices());
+        if let Some(v) = vertices.iter().find(|v| **v as usize >= n_vertices) {
+            return Err(Error::argument(format!("an energy acts on vertex {v} of {n_vertices}")));
+        }
+        self.points = energy;
+        self.rest.wake();
+        Ok(())
+    }
+
     /// Room for what the present loads need.
     fn make_room(&mut self) -> Result<()> {
         let n = self.model.shell.mass.len();
@@ -297,9 +314,10 @@ impl State {
         }
         self.evaluate_loads(&frame.pose, &rates);
         let load = self.body_load(&frame.pose, &rates);
+        let points = self.points_at(&frame.pose);
         let Self { model, motion, loads, scratch, .. } = self;
         let external = external(loads, scratch, model, &frame.pose);
-        motion.step(&Acting { load: &load, external, pose: &frame.pose }, h)?;
+        motion.step(&Acting { load: &load, external, points: points.as_ref(), pose: &frame.pose }, h)?;
         let still = frame == self.frame && rates == Rates::default() && !self.forces_once;
         (self.frame, self.rates) = (frame, rates);
         self.time += h;
@@ -317,10 +335,11 @@ impl State {
 
     /// Falls asleep when the last step has shown that nothing moves; nothing around the shell did when it was `still`.
     fn rest_after_step(&mut self, h: f64, still: bool) {
-        let Self { motion, rest, .. } = self;
+        let Self { motion, rest, points, .. } = self;
+        let left = || motion.motion_left().filter(|_| points.is_none());
         if !still {
             rest.wake();
-        } else if rest.after_step(h, motion.is_unchanged(), || motion.motion_left()) {
+        } else if rest.after_step(h, motion.is_unchanged(), left) {
             motion.stop();
         }
     }
@@ -338,6 +357,10 @@ impl State {
             Some(sag) if self.motion.is_about_sag() => load.without_sag_weight(sag.gravity),
             _ => load,
         }
+    }
+
+    fn points_at(&self, pose: &Pose) -> Option<InFrame> {
+        self.points.as_ref().map(|energy| InFrame { energy: energy.clone(), pose: *pose })
     }
 
     fn forget_forces(&mut self) {
@@ -408,6 +431,7 @@ impl State {
     /// is: they are taken anew on the shape found until they no longer change.
     fn settle(&mut self, pose: &Pose, rates: &Rates) -> Result<(f64, usize)> {
         let load = self.body_load(pose, rates);
+        let points = self.points_at(pose);
         let (mut last, mut iterations) = (Vec::new(), 0);
         for _ in 0..FOLLOWING_ROUNDS {
             self.motion.stop();
@@ -417,7 +441,7 @@ impl State {
             let size: f64 = force.iter().map(|f| f.norm_squared()).sum();
             let Self { model, motion, loads, scratch, .. } = &mut *self;
             let external = external(loads, scratch, model, pose);
-            let (residual, more) = motion.settle(&Acting { load: &load, external, pose })?;
+            let (residual, more) = motion.settle(&Acting { load: &load, external, points: points.as_ref(), pose })?;
             iterations += more;
             let settled = !last.is_empty() && change <= FOLLOWING_SETTLED * FOLLOWING_SETTLED * size;
             if force.is_empty() || settled {

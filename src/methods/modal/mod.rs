@@ -4,6 +4,7 @@ mod constraints;
 mod map;
 mod motion;
 mod plan;
+mod points;
 mod project;
 mod warp;
 
@@ -14,10 +15,12 @@ use super::{Acting, Motion, Reaction};
 use crate::load::BodyLoad;
 use crate::method::Method;
 use crate::modal::{AnyBasis, ModalBasis, with_basis};
+use crate::point_energy::PointEnergy;
 use crate::step::guard::Pull;
 use crate::step::{ForceLaw, Integrator, Oscillator};
 use crate::{Error, ErrorKind, Model, Result};
 use constraints::{ModalConstraints, Step};
+use points::{Placing, PointSearch};
 use std::sync::Arc;
 use warp::Warp;
 
@@ -53,6 +56,11 @@ const SETTLE_ITERATIONS: usize = 1000;
 /// hundred times longer for, and so would their squares.
 const NEGLIGIBLE: f64 = 1e-150;
 
+/// Turns of constraints and an energy of vertices, at most, and how near they come to each other, of q: eight digits are those of a basis
+/// of 32 bits.
+const TURNS: usize = 200;
+const IN_TURN: f64 = 1e-8;
+
 /// Seconds; its square times any elastic eigenvalue is beyond all rounding.
 const LONG_STEP: f64 = 1e9;
 
@@ -70,6 +78,8 @@ pub struct Modal<M> {
     /// The next q and q̇ until they are known to be good, and the modal force.
     next: [Vec<f64>; 2],
     force: Vec<f64>,
+    /// Made when an energy of vertices first joins.
+    search: Option<PointSearch>,
     pull: Pull,
     /// The state that loads are taken at.
     mean: [Vec<f64>; 2],
@@ -104,6 +114,7 @@ impl<M: Map> Modal<M> {
             q_dot: zeros.clone(),
             next: [zeros.clone(), zeros.clone()],
             force: zeros.clone(),
+            search: None,
             pull: Pull::default(),
             mean: [zeros.clone(), zeros],
             unchanged: false,
@@ -149,7 +160,10 @@ impl<M: Map> Modal<M> {
             self.project_load(acting);
             self.move_freely(h);
         }
-        let work = self.meet_constraints(acting, h);
+        let work = match acting.points {
+            None => self.meet_constraints(acting, h),
+            Some(energy) => self.meet_constraints_and(energy, acting, h),
+        };
         let finite = (self.constraints.set().work + work).is_finite() && self.constraints.set().is_finite();
         if !finite || !self.is_representable_at(&self.next[0], &self.next[1]) {
             let message = format!("the step of {h:?} s does not give finite positions");
@@ -209,6 +223,55 @@ impl<M: Map> Modal<M> {
             vertices: map.vertices(),
         };
         with_basis!(&modal.basis, basis => constraints.project(basis, &step, q, (next_q, next_q_dot)))
+    }
+
+    /// As [`Modal::meet_constraints`], and to where `energy` has its force at the step's end.
+    ///
+    /// Both move the free end of the step: by Γ∇W and by ΓJᵀμ. Each is found with the other as found last, in turns (Boyle, Dykstra 1986),
+    /// until the place is the same after either.
+    fn meet_constraints_and(&mut self, energy: &dyn PointEnergy, acting: &Acting, h: f64) -> f64 {
+        let mut search = self.search.take().unwrap_or_else(|| PointSearch::new(self.q.len()));
+        for k in 0..self.q.len() {
+            let oscillator = Oscillator { damping: self.damping[k], eigenvalue: self.basis.eigenvalues[k] };
+            (search.gamma[k], search.rate[k]) = oscillator.handle_response(self.integrator, h);
+        }
+        search.free.iter_mut().zip(&self.next).for_each(|(free, next)| free.copy_from_slice(next));
+        search.center.copy_from_slice(&self.next[0]);
+        search.moved.copy_from_slice(&self.next[0]);
+        let mut work = 0.0;
+        for _ in 0..TURNS {
+            self.minimize(energy, &mut search);
+            let PointSearch { rate, free, center, moved, .. } = &mut search;
+            let [next_q, next_q_dot] = &mut self.next;
+            for k in 0..moved.len() {
+                let change = moved[k] - center[k];
+                next_q[k] = free[0][k] + change;
+                next_q_dot[k] = free[1][k] + rate[k] * change;
+                center[k] = next_q[k];
+            }
+            if self.constraints.set().is_empty() {
+                break;
+            }
+            work = self.meet_constraints(acting, h);
+            let next = &self.next[0];
+            let apart: f64 = next.iter().zip(&*moved).map(|(a, b)| (a - b).powi(2)).sum();
+            let size: f64 = next.iter().zip(&free[0]).map(|(a, b)| a * a + b * b).sum();
+            for k in 0..moved.len() {
+                center[k] = free[0][k] + next[k] - center[k];
+            }
+            if apart <= IN_TURN * IN_TURN * size {
+                break;
+            }
+        }
+        self.search = Some(search);
+        work
+    }
+
+    fn minimize(&self, energy: &dyn PointEnergy, search: &mut PointSearch) {
+        let (warped, rest) = (self.map.law().warped(), &self.basis.shell.mesh.positions);
+        with_basis!(&self.basis.basis, basis => {
+            search.minimize(&Placing { basis, warped, rest, vertices: self.map.vertices() }, energy);
+        });
     }
 
     /// g of [`Motion::visit_acceleration`]: the modal force and that of constraints, less the elastic one.

@@ -11,7 +11,8 @@ use crate::constraint::ConstraintSet;
 use crate::features::{Feature, Proof, ReducedShell as Built};
 use crate::method::Method;
 use crate::modal::ModalBasis;
-use crate::reduced::{Elastic, Form, Newton, ReducedShell, Rows, Work, with_fields};
+use crate::point_energy::PointEnergy;
+use crate::reduced::{Elastic, Form, Newton, Places, ReducedShell, Rows, Work, with_fields};
 use crate::reference::Rayleigh;
 use crate::reference::orientation::Ring;
 use crate::support::Pose;
@@ -58,6 +59,14 @@ struct At<'a> {
     shell: &'a Shell,
     reduced: &'a ReducedShell,
     pose: &'a Pose,
+    points: Option<&'a dyn PointEnergy>,
+}
+
+impl<'a> At<'a> {
+    fn of(shell: &'a Shell, reduced: &'a ReducedShell, acting: &Acting<'a>) -> Self {
+        let points = acting.points.map(|points| points as &dyn PointEnergy);
+        Self { shell, reduced, pose: acting.pose, points }
+    }
 }
 
 /// Amplitudes and what acts on them.
@@ -84,6 +93,8 @@ struct Reduced {
     rows: Rows,
     /// The triangles at each vertex whose orientation is held, made when a step first needs them.
     rings: Vec<(u32, Ring)>,
+    /// Of the vertices with an energy of their own.
+    places: Places,
     /// Next q.
     next: Vec<f64>,
     /// That of the last pass.
@@ -121,6 +132,7 @@ pub fn build(model: &Model, form: Form) -> Result<Box<dyn Motion>> {
         newton: Newton::new(reduced.elastic(form)),
         rows: Rows::new(0, n),
         rings: vec![],
+        places: Places::none(),
         next: zeros.clone(),
         last: zeros.clone(),
         load: zeros.clone(),
@@ -142,6 +154,12 @@ impl Reduced {
     /// E.
     fn elastic(&self) -> &dyn Elastic {
         self.reduced.elastic(self.form)
+    }
+
+    fn take_places(&mut self, at: At) {
+        if let Some(points) = at.points {
+            self.places.take(at.shell, at.reduced, points.vertices());
+        }
     }
 
     /// Whether positions and energies are numbers.
@@ -176,7 +194,7 @@ impl Reduced {
     fn unbalanced(&self, acting: &Acting, reactions: &[Reaction]) -> Vec<f64> {
         let reduced = &self.reduced;
         let Coordinates { q, q_dot } = &self.motion;
-        let at = At { shell: &self.shell, reduced, pose: acting.pose };
+        let at = At::of(&self.shell, reduced, acting);
         let mut probe = self.clone();
         probe.set_force(acting);
         if let Some((gradient, coriolis)) = acting.load.parts().1 {

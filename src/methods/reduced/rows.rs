@@ -57,7 +57,7 @@ impl Reduced {
     /// The constraints' rows about the next q: world axes of each vertex, and where they shall be at this share of the way from q; of
     /// an orientation its rotation vector to the target, to first order.
     pub(super) fn set_rows(&mut self, at: At, shares: Shares) {
-        let At { shell, reduced, pose } = at;
+        let At { shell, reduced, pose, .. } = at;
         let to_frame = pose.rotation.inverse();
         let mut row = 0;
         for (c, _) in self.constraints.report() {

@@ -3,7 +3,7 @@
 use super::rows::Shares;
 use super::{At, Reduced};
 use crate::methods::Acting;
-use crate::reduced::{End, Potential, Stop};
+use crate::reduced::{End, Joined, Potential, Stop};
 use crate::{Error, ErrorKind, Result};
 use nalgebra::DVector;
 
@@ -26,13 +26,17 @@ impl Reduced {
     /// Returns residual and iterations. Changes nothing on failure.
     pub(super) fn find_equilibrium(&mut self, acting: &Acting) -> Result<(f64, usize)> {
         let (shell, reduced) = (self.shell.clone(), self.reduced.clone());
-        let at = At { shell: &shell, reduced: &reduced, pose: acting.pose };
+        let at = At::of(&shell, &reduced, acting);
+        self.take_places(at);
         self.set_force(acting);
         if let Some((gradient, coriolis)) = acting.load.parts().1 {
             reduced.add_spin(gradient, coriolis, (&self.motion.q, &self.motion.q_dot), &mut self.force);
         }
         self.next.copy_from_slice(&self.motion.q);
         reduced.elastic(self.form).gradient(&self.motion.q, self.newton.scratch(), &mut self.rates);
+        if let Some(energy) = at.points {
+            Joined { energy, places: &self.places }.add_gradient(&self.motion.q, &mut self.rates);
+        }
         let start = self.rates.clone();
         self.last.copy_from_slice(&self.next);
         let (mut done, mut way, mut iterations) = (0.0, FIRST_SHARE, 0);
@@ -112,7 +116,8 @@ impl Reduced {
         self.set_rows(at, shares);
         let handles = (!self.rows.is_empty()).then_some(&self.rows);
         let matrix = turned.then_some(&self.viscosity);
-        let potential = Potential { handles, matrix, ..Potential::of_load(load.as_slice()) };
+        let joined = at.points.map(|energy| Joined { energy, places: &self.places });
+        let potential = Potential { handles, matrix, joined, ..Potential::of_load(load.as_slice()) };
         let end = self.newton.minimize(at.reduced.elastic(self.form), &potential, &mut self.next, stop);
         torque.copy_from(self.newton.multipliers());
         end

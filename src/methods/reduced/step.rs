@@ -17,7 +17,7 @@ use super::rows::Shares;
 use super::{At, Coordinates, Reduced};
 use crate::load::BodyLoad;
 use crate::methods::Acting;
-use crate::reduced::{Form, Potential, ReducedShell, Stop};
+use crate::reduced::{Form, Joined, Potential, ReducedShell, Stop};
 use crate::{Error, ErrorKind, Result};
 
 /// γ, and (1 − γ)/γ: how far past the first stage's end the second starts.
@@ -52,7 +52,8 @@ impl Reduced {
     /// One step of `h`. Changes nothing on failure.
     pub(super) fn advance_by(&mut self, acting: &Acting, h: f64) -> Result<()> {
         let (shell, reduced) = (self.shell.clone(), self.reduced.clone());
-        let at = At { shell: &shell, reduced: &reduced, pose: acting.pose };
+        let at = At::of(&shell, &reduced, acting);
+        self.take_places(at);
         self.set_force(acting);
         self.newton.take_work();
         let (mut converged, mut work) = self.two_stages(at, acting.load, h)?;
@@ -147,7 +148,8 @@ impl Reduced {
             }
             let handles = (!self.rows.is_empty()).then_some(&self.rows);
             let matrix = damped.then_some(&self.viscosity);
-            let potential = Potential { shift, matrix, load: &self.load, handles };
+            let joined = at.points.map(|energy| Joined { energy, places: &self.places });
+            let potential = Potential { shift, matrix, load: &self.load, handles, joined };
             let checked = pass == 0 && !self.is_near(reduced, stage);
             if checked && !self.newton.is_lower(energy, &potential, &self.next, &self.start) {
                 self.next.copy_from_slice(&self.start);

@@ -3,6 +3,7 @@
 use super::{Handles, PULL, Turn};
 use crate::Vec3;
 use crate::energy::Curvature;
+use crate::point_energy::PointEnergy;
 use crate::sparse::BlockMatrix;
 use nalgebra::Matrix3;
 
@@ -12,11 +13,7 @@ const DIFFERENCE: f64 = 1e-5;
 impl Handles {
     /// Energy of the handles at `x`.
     pub fn value(&self, x: &[Vec3]) -> f64 {
-        let mut sum = 0.0;
-        for spring in &self.springs {
-            let d = self.spring(spring, x);
-            sum += 0.5 * d.dot(&(spring.stiffness * d));
-        }
+        let mut sum = self.springs.value(x);
         for turn in &self.turns {
             let missing = turn.missing(turn.present(x), self.share);
             sum += 0.5 * self.torque(turn, &missing).norm_squared() / self.stiffness(turn);
@@ -37,9 +34,7 @@ impl Handles {
 
     /// Adds its gradient.
     pub fn add_gradient(&self, x: &[Vec3], gradient: &mut [Vec3]) {
-        for spring in &self.springs {
-            gradient[spring.vertex as usize] -= spring.stiffness * self.spring(spring, x);
-        }
+        self.springs.add_gradient(x, gradient);
         for turn in &self.turns {
             let pulls = self.pulls(turn, &turn.ring.gather(x));
             turn.ring.vertices.iter().zip(pulls).for_each(|(v, pull)| gradient[*v as usize] -= pull);
@@ -71,10 +66,7 @@ impl Handles {
 
     /// Adds the second derivative, for a semidefinite one without that of m, and fills what hard positions leave empty.
     pub fn add_hessian(&self, x: &[Vec3], curvature: Curvature, matrix: &mut BlockMatrix) {
-        for spring in &self.springs {
-            let v = spring.vertex;
-            matrix.add_element(&[v], |_, _| self.projected(v, spring.stiffness, v));
-        }
+        self.add_points(&self.springs, x, curvature, matrix);
         for turn in &self.turns {
             let vertices = &turn.ring.vertices;
             let block = self.turn_hessian(turn, turn.ring.gather(x), curvature);
@@ -84,6 +76,14 @@ impl Handles {
             let taken = Matrix3::identity() - hold.free;
             let stiffness = if self.pulling { PULL * hold.stiffness } else { hold.stiffness };
             matrix.add_element(&[hold.vertex], |_, _| stiffness * taken);
+        }
+    }
+
+    /// Adds the second derivative of an energy of points.
+    pub fn add_points(&self, points: &dyn PointEnergy, x: &[Vec3], curvature: Curvature, matrix: &mut BlockMatrix) {
+        for (i, &v) in points.vertices().iter().enumerate() {
+            let block = points.hessian_at(i, &x[v as usize], curvature);
+            matrix.add_element(&[v], |_, _| self.projected(v, block, v));
         }
     }
 

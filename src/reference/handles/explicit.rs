@@ -4,6 +4,7 @@
 use super::Handles;
 use crate::Vec3;
 use crate::constraint::Outcome;
+use crate::point_energy::PointEnergy;
 use nalgebra::Matrix3;
 
 /// Sweeps over orientations, which share vertices, until all are met to this, rad.
@@ -18,10 +19,9 @@ impl Handles {
     /// each).
     pub fn lead(&mut self, x: &mut [Vec3], mass: &[f64], h: f64, force: &mut [Vec3]) -> Vec<Outcome> {
         let free = x.to_vec();
-        for spring in &self.springs {
-            let v = spring.vertex as usize;
-            let pull = spring.stiffness * self.spring(spring, x);
-            let matrix = Matrix3::identity() * (mass[v] / (h * h)) + spring.stiffness;
+        for (s, v) in self.springs.vertices().iter().map(|v| *v as usize).enumerate() {
+            let pull = self.springs.force(s, &x[v]);
+            let matrix = Matrix3::identity() * (mass[v] / (h * h)) + self.springs.list[s].stiffness;
             x[v] += matrix.try_inverse().unwrap_or_else(Matrix3::zeros) * pull;
         }
         self.place_holds(x);

@@ -1,6 +1,7 @@
 //! Which part each handle plays, told from its shell: prescribed, a spring, or a turn.
 
-use super::{Handles, Hold, Part, Spring, Turn};
+use super::springs::Spring;
+use super::{Handles, Hold, Part, Turn};
 use crate::constraint::{Constraint, Target};
 use crate::mesh::NONE;
 use crate::reference::orientation::Ring;
@@ -43,8 +44,7 @@ impl Handles {
         if handle.compliance * HARD * stiffness[v] > 1.0 {
             let along = (0..3).filter(|a| handle.axes[*a]).map(|a| self.axes.column(a).into_owned());
             let sum: Matrix3<f64> = along.map(|d| d * d.transpose() / handle.compliance).sum();
-            self.springs.push(Spring { vertex: handle.vertex, stiffness: sum, place, start: x[v] });
-            return Part::Spring(self.springs.len() - 1);
+            return Part::Spring(self.springs.push(handle.vertex, Spring { stiffness: sum, place, start: x[v] }));
         }
         if self.hold_at[v] == NONE {
             self.hold_at[v] = self.holds.len() as u32;
