@@ -1,5 +1,7 @@
 #include "handle_motion.hpp"
 
+#include "selection.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
@@ -97,10 +99,21 @@ std::array<double, 9> PlacedHandle::rotation(double seconds) const {
   return handle.bone ? product(handle.bone->pose(seconds).rotation, own.data()) : own;
 }
 
+namespace {
+
+uint32_t vertex_of(const Handle &handle, const Mesh &mesh) {
+  if (handle.vertex) return *handle.vertex;
+  if (handle.side) return middle_vertex(vertices_at(*handle.side, mesh), mesh);
+  return handle.group.empty() ? nearest_vertex(handle.nearest, mesh)
+                              : middle_vertex(vertices_of_group(handle.group, mesh), mesh);
+}
+
+}  // namespace
+
 std::vector<PlacedHandle> place_handles(const std::vector<Handle> &handles, const Mesh &mesh) {
   std::vector<PlacedHandle> placed;
   for (const Handle &handle : handles) {
-    const uint32_t vertex = handle.vertex ? *handle.vertex : nearest_vertex(handle.nearest, mesh);
+    const uint32_t vertex = vertex_of(handle, mesh);
     if (vertex >= mesh.n_vertices())
       throw std::runtime_error("handle " + std::to_string(placed.size() + 1) + " is at vertex " +
                                std::to_string(vertex) + ", but the mesh has " + std::to_string(mesh.n_vertices()) +

@@ -17,6 +17,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 namespace cli {
@@ -29,7 +30,9 @@ struct HandleKey {
 
 struct Handle {
   std::optional<uint32_t> vertex;   // or else
-  std::array<double, 3> nearest{};  // the vertex next to this point
+  std::array<double, 3> nearest{};  // the vertex next to this point, unless there is
+  std::optional<Side> side;         // the middle of a side, or
+  std::string group;                // of a group
   bool holds_position = true, holds_orientation = false;
   uint32_t axes = SW_AXIS_X | SW_AXIS_Y | SW_AXIS_Z;
   double compliance = 0;                    // length/force, rad/torque

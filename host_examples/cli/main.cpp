@@ -5,8 +5,10 @@
 #include "closest.hpp"
 #include "mesh.hpp"
 #include "method.hpp"
+#include "new_scene.hpp"
 #include "progress.hpp"
 #include "run.hpp"
+#include "selection.hpp"
 #include "scene.hpp"
 
 #include <algorithm>
@@ -28,6 +30,7 @@ namespace cli {
 namespace {
 
 constexpr int kWrongUsage = 2;
+constexpr double kGravity = 9.8;  // m/s^2
 
 std::string counted(std::size_t n, const char *noun) { return std::to_string(n) + " " + noun + (n == 1 ? "" : "s"); }
 
@@ -153,6 +156,9 @@ void add_supports(const SupportOptions &options, bool clamped, Scene &scene) {
 
 struct SimulateOptions {
   Scene scene;
+  std::vector<std::string> pins, handles;
+  std::optional<std::array<double, 3>> gravity, wind;
+  std::string up;
   SupportOptions fixed, clamped;
   double step = 1.0 / 30;
   RunOptions run;
@@ -162,9 +168,17 @@ void add_simulate_options(CLI::App &app, SimulateOptions &o) {
   app.add_option("mesh", o.scene.mesh_path, "OBJ, OFF or PLY file")->required();
   add_support_options(app, "fix", "Hold", o.fixed);
   add_support_options(app, "clamp", "Hold, with their neighbours and so the slope,", o.clamped);
-  app.add_option("--gravity", o.scene.gravity, "Acceleration, length unit/s^2 (0 0 0)")
-      ->type_name("X Y Z")
-      ->check(number());
+  app.add_option("--pin", o.pins, "Clamp a side (low-x … high-z), vertices (0,4,10-20), box:X0,Y0,Z0,X1,Y1,Z1, a file of vertices, or "
+                                  "a group of the OBJ file; several times for several")
+      ->type_name("WHAT");
+  app.add_option("--scale", o.scene.scale, "Factor on the mesh's coordinates: 0.01 makes metres of centimetres (1)")->check(positive());
+  app.add_option("--up", o.up, "Axis that points upward; gravity is then 9.8 downward unless --gravity says otherwise")
+      ->check(CLI::IsMember({"x", "y", "z"}));
+  app.add_option("--gravity", o.gravity, "Acceleration, length unit/s^2 (0 0 0, or by --up)")->type_name("X Y Z")->check(number());
+  app.add_option("--wind", o.wind, "Velocity of the air, of 1.2 kg/m^3")->type_name("X Y Z")->check(number());
+  app.add_option("--handle", o.handles, "Lead a vertex: V:DX,DY,DZ@SECONDS with further offsets behind ':' and free@SECONDS to let go; V is "
+                                        "a vertex, a side or a group, and a file of lines 'time x y z' may stand for the offsets")
+      ->type_name("V:PATH");
   app.add_option("--duration", o.scene.duration, "Seconds (5)")->check(positive());
   app.add_option("--step", o.step, "Seconds a step, a frame being one step (1/30)")->check(positive());
   app.add_option("--k-area", o.scene.material.k_area, "Stiffness against change of area; 0 means the default (1e4)")
@@ -173,6 +187,14 @@ void add_simulate_options(CLI::App &app, SimulateOptions &o) {
                  "Stiffness against change of length; 0 means the default (1e4)")
       ->check(number());
   app.add_option("--k-bend", o.scene.material.k_bend, "Bending stiffness; 0 means the default (1)")->check(number());
+  app.add_option("--frequency", o.scene.material.frequency, "Hz of the slowest swing, in place of the three stiffnesses")
+      ->check(positive())
+      ->excludes("--k-area")
+      ->excludes("--k-length")
+      ->excludes("--k-bend");
+  app.add_option("--thickness", o.scene.material.thickness, "With --frequency: how much rather it bends than stretches (a 200th of the size)")
+      ->check(positive())
+      ->needs("--frequency");
   app.add_option("--density", o.scene.material.density, "Mass an area; 0 means the default (1)")->check(number());
   app.add_option("--damping-ratio", o.scene.damping.ratio, "Of critical, the same for every mode (0)")->check(number());
   app.add_option("--obj-frames", o.scene.obj_frames, "How many frames of largest displacement become OBJ files (3)");
@@ -182,6 +204,17 @@ void add_simulate_options(CLI::App &app, SimulateOptions &o) {
 int simulate_mesh(SimulateOptions &o) {
   add_supports(o.fixed, false, o.scene);
   add_supports(o.clamped, true, o.scene);
+  for (const std::string &word : o.pins) o.scene.supports.push_back(read_pin(word, o.scene.inputs));
+  for (const std::string &word : o.handles) o.scene.handles.push_back(read_path(word, o.scene.inputs));
+  if (!o.up.empty()) {
+    o.scene.up = static_cast<uint32_t>(o.up[0] - 'x');
+    o.scene.gravity[*o.scene.up] = -kGravity;
+  }
+  if (o.gravity) o.scene.gravity = *o.gravity;
+  if (o.wind) {
+    o.scene.loads.wind.emplace();
+    o.scene.loads.wind->velocity = *o.wind;
+  }
   o.scene.inputs.push_back(o.scene.mesh_path);
   o.scene.name = std::filesystem::path(o.scene.mesh_path).stem().string();
   o.scene.title = o.scene.name;
@@ -230,10 +263,15 @@ int run_command_line(int argc, char **argv) {
   CLI::App *check = app.add_subcommand("check", "Say what is wrong with a mesh");
   check->add_option("mesh", mesh_path, "OBJ, OFF or PLY file")->required();
 
+  std::string new_path, new_mesh;
+  CLI::App *new_scene = app.add_subcommand("new-scene", "Write a scene with a comment at every key, which runs as it is");
+  new_scene->add_option("scene", new_path, "TOML file to write")->required();
+  new_scene->add_option("--mesh", new_mesh, "OBJ, OFF or PLY file; a leaf is written beside the scene unless there is one");
+
   const auto named = [&](const CLI::App *command) { return argc > 1 && command->get_name() == argv[1]; };
-  if (argc > 1 && argv[1][0] != '-' && !named(run) && !named(simulate) && !named(check)) {
-    std::fprintf(stderr, "shellwarp: there is no command '%s'; it must be run, simulate or check%s (see --help)\n",
-                 argv[1], did_you_mean(argv[1], {"run", "simulate", "check"}).c_str());
+  if (argc > 1 && argv[1][0] != '-' && !named(run) && !named(simulate) && !named(check) && !named(new_scene)) {
+    std::fprintf(stderr, "shellwarp: there is no command '%s'; it must be run, simulate, check or new-scene%s (see --help)\n",
+                 argv[1], did_you_mean(argv[1], {"run", "simulate", "check", "new-scene"}).c_str());
     return kWrongUsage;
   }
   try {
@@ -244,6 +282,11 @@ int run_command_line(int argc, char **argv) {
     return app.exit(error) == 0 ? 0 : kWrongUsage;
   }
 
+  if (new_scene->parsed()) {
+    write_new_scene(new_path, new_mesh);
+    std::printf("scene: %s\nrun it: shellwarp run %s --view\n", new_path.c_str(), new_path.c_str());
+    return 0;
+  }
   if (check->parsed()) return check_mesh(mesh_path);
   if (simulate->parsed()) return simulate_mesh(simulate_options);
   SceneFile file = read_scene_file(scene_path);

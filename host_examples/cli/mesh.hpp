@@ -4,6 +4,8 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <map>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -14,6 +16,7 @@ class OutputFolder;
 struct Mesh {
   std::vector<double> positions;    // n_vertices() x 3
   std::vector<uint32_t> triangles;  // n_triangles() x 3
+  std::map<std::string, std::set<uint32_t>> groups{};  // vertices of the faces below an OBJ file's "g NAME" or "o NAME"
 
   uint32_t n_vertices() const { return static_cast<uint32_t>(positions.size() / 3); }
   uint32_t n_triangles() const { return static_cast<uint32_t>(triangles.size() / 3); }
@@ -32,6 +35,12 @@ struct Bounds {
   std::array<double, 3> low, high;
 };
 Bounds bounds(const Mesh &mesh);
+
+// An end of the mesh along an axis.
+struct Side {
+  uint32_t axis = 0;
+  bool high = false;
+};
 
 // The vertex next to a point; the first of several.
 uint32_t nearest_vertex(const std::array<double, 3> &point, const Mesh &mesh);

@@ -1,6 +1,7 @@
-// OBJ: "v x y z", "f" with corners as 7, 7/1, 7/1/3 or 7//3, numbered from 1 or backwards as -1; every other statement is passed over.
+// OBJ: "v x y z", "f" with corners as 7, 7/1, 7/1/3 or 7//3, numbered from 1 or backwards as -1, and the names of "g" and "o"; every
+// other statement is passed over.
 //
-// Our own reader, because what a shell needs of the format is these two statements, and a loader that takes a malformed one for
+// Our own reader, because what a shell needs of the format is these statements, and a loader that takes a malformed one for
 // something else shifts every index behind it. tinyobjloader reads "1x" as 1 and a malformed coordinate as 0, lets integers
 // overflow, and does not know '\' at the end of a line.
 #include "mesh.hpp"
@@ -37,6 +38,7 @@ struct ObjBuilder {
   Mesh mesh;
   uint64_t largest = 0;  // largest vertex number used (from 1), and the line that used it
   std::size_t largest_line = 0;
+  std::vector<std::string> object{}, groups{};  // that the next faces belong to
 
   void add_vertex() {
     const std::string name = "vertex " + std::to_string(mesh.n_vertices() + 1);
@@ -79,6 +81,14 @@ struct ObjBuilder {
     while (lines.has_word()) corners.push_back(corner());
     if (corners.size() < 3) lines.fail("a face needs at least three corners; found " + std::to_string(corners.size()));
     mesh.add_polygon(corners);
+    for (const std::vector<std::string> *names : {&object, &groups})
+      for (const std::string &name : *names) mesh.groups[name].insert(corners.begin(), corners.end());
+  }
+
+  std::vector<std::string> names() {
+    std::vector<std::string> all;
+    while (lines.has_word()) all.emplace_back(lines.word());
+    return all;
   }
 };
 
@@ -92,6 +102,8 @@ Mesh read_obj(const std::string &path, const std::string &raw_contents) {
     const std::string_view statement = lines.word();
     if (statement == "v") obj.add_vertex();
     if (statement == "f") obj.add_face();
+    if (statement == "g") obj.groups = obj.names();
+    if (statement == "o") obj.object = obj.names();
   }
   if (obj.largest > obj.mesh.n_vertices())
     throw FileError(path, obj.largest_line,

@@ -65,7 +65,8 @@ int run_comparison(const Scene &scene, const Mesh &mesh, const RunOptions &optio
 void certify(const Scene &scene, const RunOptions &options, const shellwarp::State &state, uint32_t n_vertices,
              Run &run) {
   constexpr uint32_t kMost = 50000;  // some tens of seconds
-  if (host::is_full_shell(scene.method) || run.interrupted || options.no_certify || options.quiet) return;
+  if (host::is_full_shell(scene.method) || run.interrupted || options.no_certify) return;
+  if (options.quiet && options.html.empty() && !options.view) return;  // nobody would read it
   if (!options.certify && n_vertices > kMost) {
     run.uncertified = format("of %u vertices it would take long; --certify estimates it", n_vertices);
     return;
@@ -139,9 +140,13 @@ void add_to_page(const Scene &scene, const Mesh &mesh, const std::vector<PlacedH
   }
 }
 
-int run_scene(const Scene &scene, const RunOptions &options, OutputFolder *folder, Page *page) {
+int run_scene(Scene scene, const RunOptions &options, OutputFolder *folder, Page *page) {
   const uint32_t n_frames = scene.is_static ? 1 : options.frames ? *options.frames : frame_count(scene);
-  const Mesh mesh = read_mesh(scene.mesh_path);
+  const Mesh mesh = scene_mesh(scene);
+  {
+    ProgressBar progress(options.quiet);
+    scene.material = find_material(scene, mesh, progress);
+  }
   if (scene.comparison) return run_comparison(scene, mesh, options, folder);
   if (!options.yes) refuse_surprises(scene, n_frames, mesh, folder);
   const std::vector<PlacedHandle> handles = place_handles(scene.handles, mesh);

@@ -2,6 +2,7 @@
 
 #include "method.hpp"
 #include "section.hpp"
+#include "selection.hpp"
 #include "text_lines.hpp"
 
 #include <algorithm>
@@ -18,12 +19,23 @@ std::string beside(const std::string &scene_path, const std::string &path) {
   return (std::filesystem::path(scene_path).parent_path() / path).lexically_normal().string();
 }
 
+double not_negative(Section &section, const char *key, double fallback) {
+  const double value = section.number(key).value_or(fallback);
+  if (value < 0) section.fail(*section.find(key), std::string(key) + " must not be negative");
+  return value;
+}
+
 Material read_material(Section section) {
   Material m;
   m.k_area = section.number("k_area").value_or(0);
   m.k_length = section.number("k_length").value_or(0);
   m.k_bend = section.number("k_bend").value_or(0);
   m.density = section.number("density").value_or(0);
+  m.frequency = section.find("frequency") ? section.positive("frequency", 0) : 0;
+  m.thickness = not_negative(section, "thickness", 0);
+  if (m.frequency > 0 && (m.k_area > 0 || m.k_length > 0 || m.k_bend > 0))
+    section.fail(*section.find("frequency"), "frequency sets the stiffness, so k_area, k_length and k_bend must go");
+  if (m.thickness > 0 && m.frequency == 0) section.fail(*section.find("thickness"), "thickness goes with frequency");
   section.reject_unknown_keys();
   return m;
 }
@@ -39,17 +51,27 @@ std::vector<uint32_t> read_indices(Section &section, const char *key) {
   return indices;
 }
 
+std::optional<Side> read_side(Section &section) {
+  const std::optional<std::string> word = section.text("side");
+  const std::optional<Side> side = word ? find_side(*word) : std::nullopt;
+  if (word && !side) section.choice("side", side_names());  // says what it must be
+  return side;
+}
+
 Support read_support(Section section, const std::string &scene_path, std::vector<std::string> &inputs) {
   Support support;
   support.clamped = section.choice("kind", {"fixed", "clamped"}) == "clamped";
   const std::vector<double> b = section.numbers("box", 6);
   if (!b.empty()) support.box = Bounds{{b[0], b[1], b[2]}, {b[3], b[4], b[5]}};
   support.vertices = read_indices(section, "vertices");
+  support.side = read_side(section);
+  support.group = section.text("group").value_or("");
   if (const auto file = section.text("list")) {
     inputs.push_back(beside(scene_path, *file));
     support.vertices = read_vertex_list(inputs.back());
   }
-  if (!support.box && support.vertices.empty()) section.fail("name the vertices by box, vertices or list");
+  if (!support.box && support.vertices.empty() && !support.side && support.group.empty())
+    section.fail("name the vertices by side, box, vertices, list or group");
   section.reject_unknown_keys();
   return support;
 }
@@ -133,9 +155,11 @@ Handle read_grip(Section &section) {
   handle.holds_position = kind != "orientation";
   handle.holds_orientation = kind != "position";
   handle.vertex = section.count("vertex");
-  const std::vector<double> nearest = section.numbers("nearest", 3);
-  if (handle.vertex.has_value() != nearest.empty()) section.fail("name the vertex by vertex or nearest");
   handle.nearest = section.vector("nearest");
+  handle.side = read_side(section);
+  handle.group = section.text("group").value_or("");
+  if (handle.vertex.has_value() + (section.find("nearest") != nullptr) + handle.side.has_value() + !handle.group.empty() != 1)
+    section.fail("name the vertex by vertex, nearest, side or group, one of them");
   handle.axes = read_axes(section);
   handle.compliance = section.number("compliance").value_or(0);
   if (handle.compliance < 0) section.fail(*section.find("compliance"), "compliance must not be negative");
@@ -167,12 +191,6 @@ Force read_force(Section section) {
   force.vector = section.vector("vector");
   section.reject_unknown_keys();
   return force;
-}
-
-double not_negative(Section &section, const char *key, double fallback) {
-  const double value = section.number(key).value_or(fallback);
-  if (value < 0) section.fail(*section.find(key), std::string(key) + " must not be negative");
-  return value;
 }
 
 Wind read_wind(Section section) {
@@ -391,6 +409,11 @@ SceneFile read_scene_file(const std::string &path) {
   Scene scene;
   file.name = scene.name = std::filesystem::path(path).stem().string();
   file.title = scene.title = top.text("title").value_or(scene.name);
+  if (top.find("up")) {
+    const std::string axis = top.choice("up", {"x", "y", "z"});
+    scene.up = static_cast<uint32_t>(axis[0] - 'x');
+  }
+  scene.scale = top.positive("scale", 1);
   scene.length_unit = top.text("length_unit").value_or("");
   scene.obj_frames = top.count("obj_frames").value_or(scene.obj_frames);
   scene.obj_times = read_times(top, "obj_times");

@@ -18,16 +18,19 @@
 
 namespace cli {
 
-// Holds the vertices of a box, or the listed ones. Clamped also holds their edge neighbours, and so the slope.
+// Holds the vertices of a box, the listed ones, those of a side or of a group. Clamped also holds their edge neighbours, and so the slope.
 struct Support {
   bool clamped = false;
   std::optional<Bounds> box;
   std::vector<uint32_t> vertices;
+  std::optional<Side> side{};
+  std::string group{};
 };
 
 // 0 = the library's default.
 struct Material {
   double k_area = 0, k_length = 0, k_bend = 0, density = 0;
+  double frequency = 0, thickness = 0;  // above 0: the stiffness that gives the slowest swing these Hz, in place of k_…
 };
 
 struct Damping {
@@ -94,6 +97,7 @@ struct Scene {
   std::string name;  // stem of the files that are written
   std::string title;
   std::string mesh_path;
+  double scale = 1;  // of the mesh's coordinates, as they are read
   std::vector<std::string> inputs;  // the files that it comes from
   std::string length_unit;  // for people only
   std::optional<uint32_t> up;  // axis that a page has upward; else against gravity

@@ -2,6 +2,8 @@
 
 #include "method.hpp"
 #include "progress.hpp"
+#include "selection.hpp"
+#include "shell_model.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -12,6 +14,8 @@
 namespace cli {
 
 namespace {
+
+constexpr uint32_t kModesOfSearch = 8;  // a free shell's six without resistance, and more
 
 bool inside(const Bounds &box, const std::array<double, 3> &x) {
   for (std::size_t k = 0; k < 3; ++k)
@@ -38,6 +42,9 @@ std::vector<uint32_t> vertices_inside(const Bounds &box, const Mesh &mesh) {
 
 void add_support(const Support &support, const Mesh &mesh, std::vector<uint32_t> &vertices) {
   vertices.insert(vertices.end(), support.vertices.begin(), support.vertices.end());
+  for (const std::vector<uint32_t> &more : {support.side ? vertices_at(*support.side, mesh) : std::vector<uint32_t>(),
+                                            support.group.empty() ? std::vector<uint32_t>() : vertices_of_group(support.group, mesh)})
+    vertices.insert(vertices.end(), more.begin(), more.end());
   if (!support.box) return;
   const std::vector<uint32_t> boxed = vertices_inside(*support.box, mesh);
   vertices.insert(vertices.end(), boxed.begin(), boxed.end());
@@ -110,6 +117,33 @@ SupportVertices find_supports(const Scene &scene, const Mesh &mesh) {
   remove_repetitions(all.fixed);
   remove_repetitions(all.clamped);
   return all;
+}
+
+Mesh scene_mesh(const Scene &scene) {
+  Mesh mesh = read_mesh(scene.mesh_path);
+  for (double &x : mesh.positions) x *= scene.scale;
+  return mesh;
+}
+
+// All stiffnesses by one factor change all frequencies by its root.
+Material find_material(const Scene &scene, const Mesh &mesh, ProgressBar &progress) {
+  Material material = scene.material;
+  if (!(material.frequency > 0)) return material;
+  const SwMaterialDesc sheet = host::sheet_material({mesh.positions, mesh.triangles}, material.thickness);
+  material.k_area = sheet.k_area;
+  material.k_length = sheet.k_length;
+  material.k_bend = sheet.k_bend;
+  Scene probe;
+  probe.supports = scene.supports;
+  probe.material = material;
+  probe.modes = kModesOfSearch;
+  for (const double hertz : make_model(probe, mesh, progress).frequencies()) {
+    if (!(hertz > 0)) continue;
+    const double factor = material.frequency / hertz * (material.frequency / hertz);
+    for (double *stiffness : {&material.k_area, &material.k_length, &material.k_bend}) *stiffness *= factor;
+    return material;
+  }
+  throw std::runtime_error("none of the modes swings, so there is no frequency to set: hold some vertices, or give k_bend");
 }
 
 shellwarp::Model make_model(const Scene &scene, const Mesh &mesh, ProgressBar &progress) {

@@ -17,6 +17,12 @@ struct SupportVertices {
 };
 SupportVertices find_supports(const Scene &scene, const Mesh &mesh);
 
+// The scene's mesh, scaled.
+Mesh scene_mesh(const Scene &scene);
+
+// The scene's material in constants: of a frequency by a search for the slowest mode.
+Material find_material(const Scene &scene, const Mesh &mesh, ProgressBar &progress);
+
 shellwarp::Model make_model(const Scene &scene, const Mesh &mesh, ProgressBar &progress);
 shellwarp::State make_state(const Scene &scene, const Mesh &mesh, const shellwarp::Model &model);
 

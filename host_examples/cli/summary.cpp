@@ -46,6 +46,15 @@ void print_mesh(const SwModelInfo &info, const PaperFigures &paper) {
   row("unknowns", count(info.n_unknowns));
 }
 
+void print_material(const Material &material) {
+  if (!(material.frequency > 0)) return;
+  heading("material");
+  row("for a slowest swing of", format("%g Hz", material.frequency));
+  row("k_area", format("%.5g", material.k_area));
+  row("k_length", format("%.5g", material.k_length));
+  row("k_bend", format("%.5g", material.k_bend));
+}
+
 void print_modes(const SwModelInfo &info, const std::vector<double> &hertz, const PaperFigures &paper) {
   heading("modes");
   row("modes", count(info.modes), paper.modes);
@@ -170,6 +179,7 @@ void print_summary(const Summary &summary) {
   std::printf("%s\n", summary.scene.title.c_str());
   if (summary.scene.paper) std::printf("  %-30s %14s %14s\n", "", "here", paper.source.c_str());
   print_mesh(summary.info, paper);
+  print_material(summary.scene.material);
   print_modes(summary.info, summary.frequencies, paper);
   print_precompute(summary.info, paper);
   if (!summary.run.equilibrium) print_run(summary.info, summary.run, paper);

@@ -37,18 +37,11 @@ double size_of(const Mesh &mesh) {
 }
 
 SwMaterialDesc material(const Mesh &mesh, const Stiffness &stiffness) {
+  if (stiffness.by == Stiffness::By::frequency) return sheet_material(mesh, stiffness.thickness);
   SwMaterialDesc desc = shellwarp::material_desc();
-  if (stiffness.by == Stiffness::By::material) {
-    desc.k_bend = stiffness.bend;
-    desc.k_area = desc.k_length = stiffness.stretch;
-    desc.area_density = stiffness.density;
-    return desc;
-  }
-  const double h = stiffness.thickness > 0 ? stiffness.thickness : size_of(mesh) / 200;
-  desc.k_length = std::sqrt(3.0) / 4 * mean_edge(mesh);
-  desc.k_area = 0.5;
-  desc.k_bend = h * h / 64;
-  desc.area_density = 1;
+  desc.k_bend = stiffness.bend;
+  desc.k_area = desc.k_length = stiffness.stretch;
+  desc.area_density = stiffness.density;
   return desc;
 }
 
@@ -117,6 +110,16 @@ void require_positive(const char *name, double value) {
 }
 
 }  // namespace
+
+SwMaterialDesc sheet_material(const Mesh &mesh, double thickness) {
+  const double h = thickness > 0 ? thickness : size_of(mesh) / 200;
+  SwMaterialDesc desc = shellwarp::material_desc();
+  desc.k_length = std::sqrt(3.0) / 4 * mean_edge(mesh);
+  desc.k_area = 0.5;
+  desc.k_bend = h * h / 64;
+  desc.area_density = 1;
+  return desc;
+}
 
 ShellModel::ShellModel(const Mesh &mesh, const Build &build, double gravity, const std::function<bool()> &interrupted)
     : rest_(mesh.points), floats_(build.held.empty()), model_(make_model(mesh, build)) {

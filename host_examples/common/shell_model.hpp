@@ -46,6 +46,9 @@ private:
   double slowest_ = 0;
 };
 
+// The sheet that a shell by frequency is made of, before its clock; thickness 0 = a two-hundredth of the mesh's size.
+SwMaterialDesc sheet_material(const Mesh &mesh, double thickness);
+
 // What decides whether a model can stay: the points' connections and all of Build but the frequency, and the method only by
 // what it needs.
 uint64_t build_key(const Mesh &mesh, const Build &build);

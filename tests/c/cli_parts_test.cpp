@@ -15,6 +15,7 @@
 #include "simulation.hpp"
 #include "advice.hpp"
 #include "closest.hpp"
+#include "selection.hpp"
 #include "watch.hpp"
 #include "summary.hpp"
 #include "text_lines.hpp"
@@ -916,6 +917,67 @@ void long_work_is_told_of() {
   CHECK(patient.times_told() == 0 && silent.times_told() == 0);
 }
 
+// A handle's way in one word: offsets with and without times, and when it is let go.
+void a_path_in_a_word_is_read() {
+  std::vector<std::string> inputs;
+  const cli::Handle handle = cli::read_path("high-z:0,0,0.5@0.25:1,-2,3:free@4", inputs);
+  CHECK(handle.side && handle.side->axis == 2 && handle.side->high && !handle.vertex && handle.group.empty());
+  CHECK(handle.keys.size() == 2 && handle.keys[0].time == 0.25 && handle.keys[0].offset[2] == 0.5);
+  CHECK(handle.keys[1].time == 1.25 && handle.keys[1].offset[1] == -2 && handle.release == 4.0);
+  CHECK(cli::read_path("7:0,0,1", inputs).vertex == 7u && cli::read_path("stem:0,0,1", inputs).group == "stem");
+  const std::string path = write_file("way.txt", "0 0 0 0 # at rest\n1.5 0 1 2\n");
+  CHECK(cli::read_path("7:" + path, inputs).keys[1].offset[2] == 2 && inputs == std::vector<std::string>{path});
+  for (const char *bad : {"7", "7:", "7:0,0", "7:0,0,x", "7:0,0,1@", "7:0,0,1@-1", "7:0,0,1@2@3", "7:0,0,1@2:0,0,0@2", "7:none.txt"}) {
+    bool refused = false;
+    try {
+      cli::read_path(bad, inputs);
+    } catch (const std::runtime_error &error) {
+      refused = std::strstr(error.what(), "--handle 7") != nullptr;
+    }
+    CHECK(refused);
+  }
+}
+
+// A strip of 2 x 0.5 along x; sides, their middles and the words of --pin.
+void sides_and_pins_are_found() {
+  const cli::Mesh mesh = strip_as_mesh();
+  std::vector<std::string> inputs;
+  const cli::Bounds box = cli::bounds(mesh);
+  for (const std::string &name : cli::side_names()) {
+    const cli::Side side = *cli::find_side(name);
+    const std::vector<uint32_t> found = cli::vertices_at(side, mesh);
+    CHECK(!found.empty());
+    for (const uint32_t v : found)
+      CHECK(std::fabs(mesh.vertex(v)[side.axis] - (side.high ? box.high : box.low)[side.axis]) <= 0.01 * 2);
+    CHECK(cli::read_pin(name, inputs).side->axis == side.axis);
+  }
+  const std::vector<uint32_t> end = cli::vertices_at({0, true}, mesh);
+  const std::array<double, 3> middle = mesh.vertex(cli::middle_vertex(end, mesh));
+  CHECK(middle[0] == box.high[0] && std::fabs(middle[1] - 0.5 * (box.low[1] + box.high[1])) < 0.1);
+  CHECK((cli::read_pin("0,4,7-9", inputs).vertices == std::vector<uint32_t>{0, 4, 7, 8, 9}));
+  CHECK(cli::read_pin("box:0,0,0,1,1,1", inputs).box->high[2] == 1 && cli::read_pin("9-7", inputs).group == "9-7");
+  CHECK(cli::read_pin("stem", inputs).group == "stem" && inputs.empty());
+}
+
+// Whatever the thickness, the slowest swing has the frequency asked for; a thinner sheet bends for less stretch.
+void a_material_by_frequency_has_that_frequency() {
+  const cli::Mesh mesh = strip_as_mesh();
+  cli::ProgressBar progress(true);
+  double share = 1e300;
+  for (const double thickness : {0.05, 0.005}) {
+    cli::Scene scene;
+    scene.supports.push_back({true, cli::Bounds{{0, -1, -1}, {0, 1, 1}}, {}});
+    scene.material.frequency = 3;
+    scene.material.thickness = thickness;
+    scene.material.density = 0.2;
+    scene.material = cli::find_material(scene, mesh, progress);
+    const double hertz = cli::make_model(scene, mesh, progress).frequencies().at(0);
+    CHECK(std::fabs(hertz - 3) < 1e-9 * 3);  // two eigenvalue searches, to 1e-10 each
+    CHECK(scene.material.k_bend / scene.material.k_area < share);
+    share = scene.material.k_bend / scene.material.k_area;
+  }
+}
+
 // Rows of a comparison that are as expected, then spoilt one at a time.
 void a_comparison_is_judged_row_by_row() {
   cli::Scene scene;
@@ -1010,10 +1072,10 @@ void mistakes_in_scenes_are_located() {
       {"mesh = 'a.obj'\n[simulation]\ngravity = [0, 1]\n", "bad.toml:3:", "must be a list of 3 numbers"},
       {"mesh = 'a.obj'\n[simulation]\ngravity = [0, nan, 0]\n", "bad.toml:3:", "must be a list of 3 numbers"},
       {"mesh = 'a.obj'\n[support]\nbox = [0, 0, 0, 0, 0, 0]\n", "bad.toml:2:", "must be written as [[support]]"},
-      {"mesh = 'a.obj'\n[[support]]\nkind = 'fixed'\n", "bad.toml:2:", "by box, vertices or list"},
+      {"mesh = 'a.obj'\n[[support]]\nkind = 'fixed'\n", "bad.toml:2:", "by side, box, vertices, list or group"},
       {"mesh = 'a.obj'\n[expect]\nmax_displacement = [2, 1]\n", "bad.toml:3:", "[low, high]"},
-      {"mesh = 'a.obj'\n[[handle]]\nkind = 'both'\n", "bad.toml:2:", "by vertex or nearest"},
-      {"mesh = 'a.obj'\n[[handle]]\nvertex = 1\nnearest = [0, 0, 0]\n", "bad.toml:2:", "by vertex or nearest"},
+      {"mesh = 'a.obj'\n[[handle]]\nkind = 'both'\n", "bad.toml:2:", "by vertex, nearest, side or group"},
+      {"mesh = 'a.obj'\n[[handle]]\nvertex = 1\nnearest = [0, 0, 0]\n", "bad.toml:2:", "by vertex, nearest, side or group"},
       {"mesh = 'a.obj'\n[[handle]]\nvertex = 1\nkind = 'torque'\n", "bad.toml:4:", "position, orientation, both"},
       {"mesh = 'a.obj'\n[[handle]]\nvertex = 1\naxes = 'xw'\n", "bad.toml:4:", "letters xyz"},
       {"mesh = 'a.obj'\n[[handle]]\nvertex = 1\naxes = ''\n", "bad.toml:4:", "letters xyz"},
@@ -1111,6 +1173,9 @@ int main(int argc, char **argv) {
   RUN(the_closing_words_say_what_moved_and_what_to_change);
   RUN(a_misspelt_word_finds_the_one_that_was_meant);
   RUN(long_work_is_told_of);
+  RUN(a_path_in_a_word_is_read);
+  RUN(sides_and_pins_are_found);
+  RUN(a_material_by_frequency_has_that_frequency);
   RUN(a_comparison_is_judged_row_by_row);
   RUN(the_energy_audit_counts_the_work_of_loads);
   RUN(mistakes_in_scenes_are_located);

@@ -235,7 +235,7 @@ void mistakes_in_skeletons_are_located() {
       {"[[shell]]\nname = 's'\nmesh = 'a'\nattach = [\n{ nearest = [0, 0, 0] }]\n", "bad.toml:5:", "bone is missing"},
       {"[[shell]]\nname = 's'\nmesh = 'a'\nattach = [\n{ bone = 'b', nearest = [0, 0, 0] }]\n", "bad.toml:5:", "'b'"},
       {"[[bone]]\nname = 'b'\n[[shell]]\nname = 's'\nmesh = 'a'\nattach = [\n{ bone = 'b' }]\n",
-       "bad.toml:7:", "by vertex or nearest"},
+       "bad.toml:7:", "by vertex, nearest, side or group"},
       {"obj_times = 3\nmesh = 'a'\n", "bad.toml:1:", "obj_times must be a list"},
       {"obj_times = [1, 'x']\nmesh = 'a'\n", "bad.toml:1:", "obj_times must be a list"},
   };

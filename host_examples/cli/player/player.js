@@ -169,7 +169,7 @@ class Player {
   /** The lines of the ground: their ends, a round length apart. */
   grid(level) {
     const wish = this.box.size / 6, step = 10 ** Math.floor(Math.log10(wish)), apart = [1, 2, 5, 10].map((f) => f * step).find((v) => v >= wish);
-    const reach = 24, at = (a, b) => add(add(up.map((x) => x * level), across[0], a), across[1], b);
+    const reach = 14, at = (a, b) => add(add(up.map((x) => x * level), across[0], a), across[1], b);
     const start = across.map((axis) => apart * Math.round(dot(axis, camera.target) / apart));
     const ends = [];
     for (let k = -reach; k <= reach; k++)
@@ -187,7 +187,7 @@ class Player {
     gl.depthMask(false);
     const fading = { ...common, kind: 3, middle, fade: far, fresh: true };
     this.painter.draw("ground", gl.TRIANGLES, square, new Uint32Array([0, 1, 2, 0, 2, 3]), { ...fading, colour: [0.86, 0.885, 0.92], alpha: 1 });
-    this.painter.draw("grid", gl.LINES, lines.ends, lines.indices, { ...fading, colour: [0.62, 0.66, 0.72], alpha: 0.55 });
+    this.painter.draw("grid", gl.LINES, lines.ends, lines.indices, { ...fading, fade: 14 * lines.apart, colour: [0.62, 0.66, 0.72], alpha: 0.6 });
     gl.enable(gl.STENCIL_TEST);                        // a shadow is dark once, however many layers cast it
     gl.stencilFunc(gl.EQUAL, 0, 255);
     gl.stencilOp(gl.KEEP, gl.KEEP, gl.INCR);

@@ -1,0 +1,121 @@
+#include "new_scene.hpp"
+
+#include "judge.hpp"
+#include "mesh.hpp"
+#include "output_file.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <stdexcept>
+
+namespace cli {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kPi = 3.141592653589793;
+
+// A leaf of 10 cm along x, curved along and across, in metres.
+Mesh leaf() {
+  constexpr uint32_t kAlong = 32, kAcross = 10;
+  constexpr double kLength = 0.1, kHalfWidth = 0.024;
+  Mesh mesh;
+  for (uint32_t i = 0; i <= kAlong; ++i)
+    for (uint32_t j = 0; j <= kAcross; ++j) {
+      const double s = static_cast<double>(i) / kAlong, t = 2.0 * j / kAcross - 1;
+      const double width = kHalfWidth * (0.06 + 0.94 * std::pow(std::sin(kPi * (0.05 + 0.94 * std::pow(s, 0.8))), 0.9));
+      mesh.add_vertex({kLength * s, width * t, 0.003 * std::fabs(t) * std::sin(kPi * s) + 0.012 * s * (1 - s)});
+    }
+  for (uint32_t i = 0; i < kAlong; ++i)
+    for (uint32_t j = 0; j < kAcross; ++j) {
+      const uint32_t a = i * (kAcross + 1) + j, b = a + kAcross + 1;
+      mesh.add_polygon({a, b, b + 1});
+      mesh.add_polygon({a, b + 1, a + 1});
+    }
+  return mesh;
+}
+
+// The lower end of the longest axis.
+std::string end_to_hold(const Mesh &mesh) {
+  const Bounds box = bounds(mesh);
+  std::size_t longest = 0;
+  for (std::size_t k = 1; k < 3; ++k)
+    if (box.high[k] - box.low[k] > box.high[longest] - box.low[longest]) longest = k;
+  return std::string("low-") + "xyz"[longest];
+}
+
+constexpr char kScene[] = R"(# A scene of shellwarp. Run it, and look at it:  shellwarp run %s --view
+# Every key: docs/reference/scene.md. A line that begins with # is a comment; take the # away from what you want.
+
+title = "%s"
+mesh = "%s"             # OBJ, OFF or PLY, relative to this file
+scale = 1.0             # 0.01 makes metres of a mesh in centimetres; all lengths below are in the new unit
+up = "z"                # axis that points upward, for the page
+length_unit = "m"       # for the reader's eye only
+
+[material]
+frequency = 5.0         # Hz of the slowest swing: a leaf 2 to 5, a sheet of paper 1 to 3, sheet metal 20 and more
+# thickness = 0.0005    # how much rather it bends than stretches; a 200th of its size unless told
+density = 0.2           # kg/m^2: what wind and forces work against; paper 0.08, a leaf 0.2, cloth 0.15 to 0.5
+# In place of the frequency, the constants themselves:
+# k_bend = 1e-4
+# k_length = 50
+# k_area = 1e4
+
+[[support]]             # what is held; as many as you like
+side = "%s"          # low-x, high-x, low-y …; or one of the next four
+# box = [-1, -1, -1, 0.003, 1, 1]
+# vertices = [0, 1, 2]
+# list = "held.txt"
+# group = "stem"        # of lines "g stem" in an OBJ file
+kind = "clamped"        # or "fixed": the slope is free
+
+[simulation]
+duration = 4.0          # seconds
+frame_rate = 30
+gravity = [0, 0, -9.8]  # m/s^2
+modes = 16
+method = "auto"         # measures the methods on this scene and takes one; "warp" is the fastest: docs/guide/methods.md
+
+[damping]
+ratio = 0.05            # of critical: 0 swings for ever, 1 creeps
+
+# [wind]
+# velocity = [0, 3, 0]  # m/s
+
+# [[handle]]            # a vertex that is led by the hand
+# side = "%s"         # its middle; or vertex = 12, or nearest = [x, y, z]
+# release = 2.0         # seconds, when it is let go
+# [[handle.key]]
+# time = 1.0
+# offset = [0, 0, 0.03]
+)";
+
+void refuse_existing(const fs::path &path) {
+  if (fs::exists(path)) throw std::runtime_error("cannot write " + path.string() + ": it is there already");
+}
+
+}  // namespace
+
+void write_new_scene(const std::string &path, const std::string &mesh_path) {
+  fs::path place(path), mesh_name = place.filename().replace_extension(".obj");
+  if (place.extension() != ".toml") throw std::runtime_error(path + ": the name of a scene ends in .toml");
+  const fs::path folder_path = place.has_parent_path() ? place.parent_path() : fs::path(".");
+  const bool own = !mesh_path.empty();
+  const Mesh mesh = own ? read_mesh(mesh_path) : leaf();
+  if (own) mesh_name = fs::proximate(fs::absolute(mesh_path), fs::absolute(folder_path));
+  refuse_existing(place);
+  if (!own) refuse_existing(folder_path / mesh_name);
+  OutputFolder folder(folder_path.string());
+  const std::string name = place.stem().string(), held = end_to_hold(mesh);
+  const std::string led = "high" + held.substr(3);
+  OutputFile file(folder, place.filename().string());
+  file.print(kScene, path.c_str(), name.c_str(), mesh_name.generic_string().c_str(), held.c_str(), led.c_str());
+  file.close();
+  if (!own) write_obj(folder, mesh_name.string(), mesh.positions, mesh);
+  folder.put_in_place();
+}
+
+}  // namespace cli

@@ -1,0 +1,161 @@
+#include "selection.hpp"
+
+#include "closest.hpp"
+#include "judge.hpp"
+#include "text_lines.hpp"
+
+#include <algorithm>
+#include <filesystem>
+#include <set>
+#include <stdexcept>
+
+namespace cli {
+
+namespace {
+
+constexpr double kSkin = 0.01;  // of the extent: a row of vertices that is not quite straight counts as one side
+
+[[noreturn]] void refuse(const std::string &option, const std::string &word, const std::string &why) {
+  throw std::runtime_error(option + " " + word + ": " + why);
+}
+
+std::vector<std::string> split(const std::string &text, char at) {
+  std::vector<std::string> parts(1);
+  for (const char c : text)
+    if (c == at)
+      parts.emplace_back();
+    else
+      parts.back() += c;
+  return parts;
+}
+
+// As many numbers as asked for, with commas between; none if it is not that.
+std::vector<double> numbers(const std::string &text, std::size_t count) {
+  std::vector<double> values;
+  for (const std::string &part : split(text, ','))
+    if (double value; parse_number(part, value)) values.push_back(value);
+  if (values.size() != count || split(text, ',').size() != count) values.clear();
+  return values;
+}
+
+// "0,4,10-20"; empty if it is not a list.
+std::vector<uint32_t> list(const std::string &text) {
+  std::vector<uint32_t> vertices;
+  for (const std::string &part : split(text, ',')) {
+    const std::vector<std::string> ends = split(part, '-');
+    uint32_t first = 0, last = 0;
+    if (ends.size() > 2 || !parse_whole(ends.front(), first) || !parse_whole(ends.back(), last) || last < first) return {};
+    for (uint32_t v = first; v <= last && v - first < 1000000; ++v) vertices.push_back(v);
+  }
+  return vertices;
+}
+
+bool is_file(const std::string &word) {
+  std::error_code ignored;
+  return std::filesystem::is_regular_file(word, ignored);
+}
+
+std::vector<HandleKey> read_keys(const std::string &path) {
+  const std::string contents = read_file(path);
+  TextLines lines(path, contents);
+  std::vector<HandleKey> keys;
+  while (lines.next_line()) {
+    HandleKey key;
+    key.time = lines.number("a time");
+    key.offset = lines.point("the offset");
+    lines.pass_numbers(0, "a line of the path");
+    if (key.time < 0 || (!keys.empty() && key.time <= keys.back().time)) lines.fail("times must ascend from 0");
+    keys.push_back(key);
+  }
+  return keys;
+}
+
+void add_key(const std::string &part, const std::string &word, Handle &handle) {
+  const std::vector<std::string> halves = split(part, '@');
+  double time = handle.keys.empty() ? 1 : handle.keys.back().time + 1;
+  if (halves.size() > 2 || (halves.size() == 2 && (!parse_number(halves[1], time) || time < 0)))
+    refuse("--handle", word, "'" + part + "' is not DX,DY,DZ@SECONDS");
+  if (halves[0] == "free") {
+    handle.release = time;
+    return;
+  }
+  const std::vector<double> offset = numbers(halves[0], 3);
+  if (offset.empty()) refuse("--handle", word, "'" + part + "' is not DX,DY,DZ@SECONDS, free@SECONDS or a file of lines 'time x y z'");
+  if (!handle.keys.empty() && time <= handle.keys.back().time) refuse("--handle", word, "times must ascend");
+  handle.keys.push_back({time, {offset[0], offset[1], offset[2]}, {}});
+}
+
+}  // namespace
+
+std::vector<std::string> side_names() { return {"low-x", "low-y", "low-z", "high-x", "high-y", "high-z"}; }
+
+std::optional<Side> find_side(const std::string &word) {
+  const std::vector<std::string> names = side_names();
+  const auto found = static_cast<uint32_t>(std::find(names.begin(), names.end(), word) - names.begin());
+  return found < 6 ? std::optional<Side>(Side{found % 3, found >= 3}) : std::nullopt;
+}
+
+std::vector<uint32_t> vertices_at(const Side &side, const Mesh &mesh) {
+  const Bounds box = bounds(mesh);
+  const double end = side.high ? box.high[side.axis] : box.low[side.axis];
+  const double skin = kSkin * (box.high[side.axis] - box.low[side.axis]);
+  std::vector<uint32_t> vertices;
+  for (uint32_t i = 0; i < mesh.n_vertices(); ++i)
+    if (std::abs(mesh.vertex(i)[side.axis] - end) <= skin) vertices.push_back(i);
+  return vertices;
+}
+
+std::vector<uint32_t> vertices_of_group(const std::string &name, const Mesh &mesh) {
+  std::vector<std::string> names;
+  for (const auto &[group, vertices] : mesh.groups) {
+    if (group == name) return {vertices.begin(), vertices.end()};
+    names.push_back(group);
+  }
+  std::string there = names.empty() ? "none (lines 'g NAME' of an OBJ file make them)" : "";
+  for (std::size_t k = 0; k < std::min<std::size_t>(names.size(), 8); ++k) there += (k ? ", " : "") + names[k];
+  throw std::runtime_error("the mesh has no group '" + name + "'" + did_you_mean(name, names) + "; it has " + there);
+}
+
+uint32_t middle_vertex(const std::vector<uint32_t> &vertices, const Mesh &mesh) {
+  std::array<double, 3> middle{};
+  for (const uint32_t v : vertices)
+    for (std::size_t k = 0; k < 3; ++k) middle[k] += mesh.vertex(v)[k] / static_cast<double>(vertices.size());
+  return nearest_vertex(middle, mesh);
+}
+
+Support read_pin(const std::string &word, std::vector<std::string> &inputs) {
+  Support support;
+  support.clamped = true;
+  support.side = find_side(word);
+  if (support.side) return support;
+  if (word.compare(0, 4, "box:") == 0) {
+    const std::vector<double> b = numbers(word.substr(4), 6);
+    if (b.empty()) refuse("--pin", word, "a box is box:X0,Y0,Z0,X1,Y1,Z1");
+    support.box = Bounds{{b[0], b[1], b[2]}, {b[3], b[4], b[5]}};
+  } else if (is_file(word)) {
+    support.vertices = read_vertex_list(word);
+    inputs.push_back(word);
+  } else if (support.vertices = list(word); support.vertices.empty()) {
+    support.group = word;
+  }
+  return support;
+}
+
+Handle read_path(const std::string &word, std::vector<std::string> &inputs) {
+  std::vector<std::string> parts = split(word, ':');
+  if (parts.size() < 2) refuse("--handle", word, "write V:PATH, such as 12:0,0,0.1@1 or high-x:0,0,0.1@1:free@2");
+  Handle handle;
+  uint32_t vertex = 0;
+  if (parse_whole(parts[0], vertex)) handle.vertex = vertex;
+  else if (handle.side = find_side(parts[0]); !handle.side) handle.group = parts[0];
+  parts.erase(parts.begin());
+  if (parts.size() == 1 && is_file(parts[0])) {
+    handle.keys = read_keys(parts[0]);
+    inputs.push_back(parts[0]);
+  } else {
+    for (const std::string &part : parts) add_key(part, word, handle);
+  }
+  return handle;
+}
+
+}  // namespace cli
