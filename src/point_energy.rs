@@ -1,9 +1,9 @@
-//! Energies of single vertices that join a shell's own: springs, and what keeps vertices out of an obstacle.
+//! Energies of single points that join a shell's own: springs, and what keeps points out of an obstacle.
 //!
-//!   W(x) = Σ_i W_i(x_v(i))
+//!   W(x) = Σ_i W_i(p_i),   p_i = Σ_c w_ic x_c   a vertex or a point within an edge or a triangle
 //!
 //! The full and the reduced shell minimize their potentials with W in them. A modal step moves its end to where W's force is the one that
-//! acts there. So W is met at the end of a step and at an equilibrium, by its value and two derivatives where the vertices are.
+//! acts there. So W is met at the end of a step and at an equilibrium, by its value and two derivatives where the points are.
 
 use crate::Vec3;
 use crate::energy::Curvature;
@@ -11,26 +11,68 @@ use crate::support::Pose;
 use nalgebra::Matrix3;
 use std::sync::Arc;
 
-/// See the module's text. Each W_i is bounded below and has a continuous gradient; its Hessian may jump, as where a vertex meets an obstacle.
+/// A vertex, or a point that is the mean of some by weights.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Point {
+    vertices: [u32; 3],
+    weights: [f64; 3],
+    count: usize,
+}
+
+impl Point {
+    /// A vertex.
+    pub fn vertex(v: u32) -> Self {
+        Self { vertices: [v; 3], weights: [1.0, 0.0, 0.0], count: 1 }
+    }
+
+    /// A point of a triangle by the barycentric weights of its corners, which are three different vertices.
+    pub fn within(triangle: [u32; 3], weights: [f64; 3]) -> Self {
+        Self { vertices: triangle, weights, count: 3 }
+    }
+
+    /// c, corners in a mesh's triangle or one vertex.
+    pub fn vertices(&self) -> &[u32] {
+        &self.vertices[..self.count]
+    }
+
+    /// w, of each of them.
+    pub fn weights(&self) -> &[f64] {
+        &self.weights[..self.count]
+    }
+
+    /// Both.
+    pub fn corners(&self) -> impl Iterator<Item = (usize, f64)> {
+        self.vertices().iter().map(|v| *v as usize).zip(self.weights().iter().copied())
+    }
+
+    /// p of vertices at `x`.
+    pub fn place(&self, x: impl Fn(usize) -> Vec3) -> Vec3 {
+        self.corners().map(|(v, w)| w * x(v)).fold(Vec3::zeros(), |sum, part| sum + part)
+    }
+}
+
+/// See the module's text. Each W_i is bounded below and has a continuous gradient; its Hessian may jump, as where a point meets an obstacle.
 pub trait PointEnergy: Send + Sync {
-    /// v: the vertices that it acts on.
-    fn vertices(&self) -> &[u32];
-    /// W_i with the i-th of them at `x`.
-    fn value_at(&self, i: usize, x: &Vec3) -> f64;
-    /// ∂W_i/∂x.
-    fn gradient_at(&self, i: usize, x: &Vec3) -> Vec3;
-    /// ∂²W_i/∂x², or of a semidefinite curvature one near it without a negative eigenvalue.
-    fn hessian_at(&self, i: usize, x: &Vec3, curvature: Curvature) -> Matrix3<f64>;
+    /// The points that it acts on.
+    fn points(&self) -> &[Point];
+    /// W_i with the i-th of them at `p`.
+    fn value_at(&self, i: usize, p: &Vec3) -> f64;
+    /// ∂W_i/∂p.
+    fn gradient_at(&self, i: usize, p: &Vec3) -> Vec3;
+    /// ∂²W_i/∂p², or of a semidefinite curvature one near it without a negative eigenvalue.
+    fn hessian_at(&self, i: usize, p: &Vec3, curvature: Curvature) -> Matrix3<f64>;
 
     /// W at the positions `x` of all vertices.
     fn value(&self, x: &[Vec3]) -> f64 {
-        self.vertices().iter().enumerate().map(|(i, v)| self.value_at(i, &x[*v as usize])).fold(0.0, |sum, w| sum + w)
+        let values = self.points().iter().enumerate().map(|(i, point)| self.value_at(i, &point.place(|v| x[v])));
+        values.fold(0.0, |sum, w| sum + w)
     }
 
     /// Adds ∂W/∂x there.
     fn add_gradient(&self, x: &[Vec3], gradient: &mut [Vec3]) {
-        for (i, v) in self.vertices().iter().map(|v| *v as usize).enumerate() {
-            gradient[v] += self.gradient_at(i, &x[v]);
+        for (i, point) in self.points().iter().enumerate() {
+            let slope = self.gradient_at(i, &point.place(|v| x[v]));
+            point.corners().for_each(|(v, w)| gradient[v] += w * slope);
         }
     }
 }
@@ -51,8 +93,8 @@ impl InFrame {
 }
 
 impl PointEnergy for InFrame {
-    fn vertices(&self) -> &[u32] {
-        self.energy.vertices()
+    fn points(&self) -> &[Point] {
+        self.energy.points()
     }
 
     fn value_at(&self, i: usize, x: &Vec3) -> f64 {

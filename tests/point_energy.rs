@@ -1,4 +1,4 @@
-//! An energy of single vertices from outside, here of floors, joins every method's own: against closed forms, against soft constraints, and
+//! An energy of single points from outside, here of floors, joins every method's own: against closed forms, against soft constraints, and
 //! method against method.
 #![allow(missing_docs)]
 mod common;
@@ -7,7 +7,7 @@ use nalgebra::{Matrix3, UnitQuaternion};
 use shellwarp::constraint::{Constraint, Target};
 use shellwarp::energy::Curvature;
 use shellwarp::model::{Model, Options, Precision};
-use shellwarp::point_energy::PointEnergy;
+use shellwarp::point_energy::{Point, PointEnergy};
 use shellwarp::reduced;
 use shellwarp::state::{Method, Space, State};
 use shellwarp::step::Integrator;
@@ -16,9 +16,9 @@ use shellwarp::{ErrorKind, Vec3};
 use std::f64::consts::FRAC_PI_2;
 use std::sync::{Arc, OnceLock};
 
-/// ½ k min(n · x − height, 0)² at each of some vertices.
+/// ½ k min(n · x − height, 0)² at each of some points.
 struct Floor {
-    vertices: Vec<u32>,
+    points: Vec<Point>,
     stiffness: Vec<f64>,
     normal: Vec3,
     height: f64,
@@ -31,8 +31,8 @@ impl Floor {
 }
 
 impl PointEnergy for Floor {
-    fn vertices(&self) -> &[u32] {
-        &self.vertices
+    fn points(&self) -> &[Point] {
+        &self.points
     }
     fn value_at(&self, i: usize, x: &Vec3) -> f64 {
         0.5 * self.stiffness[i] * self.depth(x).powi(2)
@@ -106,10 +106,10 @@ fn displacement(state: &State, v: u32) -> Vec3 {
     at - beam().shell.mesh.positions[v as usize]
 }
 
-/// Over one vertex, `rise` above where it is at rest.
-fn floor_at(v: u32, rise: f64, stiffness: f64) -> Arc<Floor> {
+/// Over one point, `rise` above where it is at rest.
+fn floor_at(point: Point, rise: f64, stiffness: f64) -> Arc<Floor> {
     let height = up().dot(&pose().origin) + rise;
-    Arc::new(Floor { vertices: vec![v], stiffness: vec![stiffness], normal: up(), height })
+    Arc::new(Floor { points: vec![point], stiffness: vec![stiffness], normal: up(), height })
 }
 
 /// The same two-sided, as a constraint: the world's y axis is the floor's normal.
@@ -132,7 +132,7 @@ fn linear_modes_sink_into_a_floor_by_the_closed_form() {
     for integrator in [Integrator::ImplicitEuler, Integrator::Exact] {
         let mut state = state(Method::LinearModalAnalysis, integrator);
         state.set_gravity(load).unwrap();
-        state.set_point_energy(Some(floor_at(TIP, rise, k))).unwrap();
+        state.set_point_energy(Some(floor_at(Point::vertex(TIP), rise, k))).unwrap();
         state.equilibrium().unwrap();
         // u = u₀ + af with f = k(rise − u); the basis and its fixed point have eleven digits.
         let a = flexibility(TIP);
@@ -145,7 +145,7 @@ fn linear_modes_sink_into_a_floor_by_the_closed_form() {
 fn an_explicit_step_feels_the_force_of_where_it_starts() {
     let mut state = state(Method::ExplicitShell, Integrator::ImplicitEuler);
     let (h, k, rise) = (1e-6, 3.0, 0.01);
-    state.set_point_energy(Some(floor_at(TIP, rise, k))).unwrap();
+    state.set_point_energy(Some(floor_at(Point::vertex(TIP), rise, k))).unwrap();
     state.step(h).unwrap();
     let mass = beam().shell.mass[TIP as usize];
     // Positions of size 1 have an error of 1e-16.
@@ -159,7 +159,7 @@ fn a_floor_under_a_vertex_is_a_soft_constraint_there() {
     for method in ALL {
         let mut both = [(); 2].map(|()| state(method, Integrator::ImplicitEuler));
         both.iter_mut().for_each(|state| state.set_gravity(gravity(0.1)).unwrap());
-        both[0].set_point_energy(Some(floor_at(TIP, -0.04 * size, k))).unwrap();
+        both[0].set_point_energy(Some(floor_at(Point::vertex(TIP), -0.04 * size, k))).unwrap();
         both[1].set_constraint(spring_at(1, TIP, -0.04 * size, 1.0 / k)).unwrap();
         for state in &mut both {
             state.equilibrium().unwrap();
@@ -176,7 +176,7 @@ fn steps_under_a_floor_are_those_with_a_soft_constraint() {
     for method in ALL.into_iter().filter(|method| *method != Method::ExplicitShell) {
         for integrator in [Integrator::ImplicitEuler, Integrator::Exact] {
             let mut both = [(); 2].map(|()| state(method, integrator));
-            both[0].set_point_energy(Some(floor_at(TIP, rise, k))).unwrap();
+            both[0].set_point_energy(Some(floor_at(Point::vertex(TIP), rise, k))).unwrap();
             both[1].set_constraint(spring_at(1, TIP, rise, 1.0 / k)).unwrap();
             let mut steps = 0;
             while steps < 12 && displacement(&both[1], TIP).z < 0.9 * rise {
@@ -187,6 +187,28 @@ fn steps_under_a_floor_are_those_with_a_soft_constraint() {
             assert!(apart(&both[0], &both[1]) < 1e-4, "{method}: {:e}", apart(&both[0], &both[1]));
             assert!(steps > 1, "{method}: it is there after {steps} steps");
         }
+    }
+}
+
+/// The same force, given to the corners by their weights, holds the same shape, where a method's loads act by virtual work.
+#[test]
+fn a_point_within_a_triangle_pulls_its_corners_by_their_weights() {
+    let size = beam().shell.mesh.size;
+    let corners = *beam().shell.mesh.triangles.iter().find(|t| t.contains(&TIP)).unwrap();
+    let point = Point::within(corners, [0.5, 0.3, 0.2]);
+    let k = 5.0 / flexibility(TIP);
+    for method in ALL.into_iter().filter(|method| *method != Method::Warp) {
+        let mut both = [(); 2].map(|()| state(method, Integrator::ImplicitEuler));
+        both.iter_mut().for_each(|state| state.set_gravity(gravity(0.1)).unwrap());
+        both[0].set_point_energy(Some(floor_at(point, -0.04 * size, k))).unwrap();
+        both[0].equilibrium().unwrap();
+        let sunk = point.place(|v| displacement(&both[0], v as u32)).z + 0.04 * size;
+        assert!(sunk < 0.0, "{method}: the floor carries nothing");
+        let forces = point.corners().map(|(v, w)| (v as u32, -w * k * sunk * up()));
+        both[1].set_forces(forces.collect::<Vec<_>>(), false).unwrap();
+        both[1].equilibrium().unwrap();
+        // Searches end at 1e-7 of the load; under dead forces the beam is six times as soft as on the floor.
+        assert!(apart(&both[0], &both[1]) < 1e-5, "{method}: {:e}", apart(&both[0], &both[1]));
     }
 }
 
@@ -203,7 +225,7 @@ fn a_floor_and_a_hard_constraint_act_together() {
             state.set_gravity(gravity(0.1)).unwrap();
             state.set_constraint(spring_at(7, middle, -0.02 * size, 0.0)).unwrap();
         }
-        both[0].set_point_energy(Some(floor_at(TIP, -0.04 * size, k))).unwrap();
+        both[0].set_point_energy(Some(floor_at(Point::vertex(TIP), -0.04 * size, k))).unwrap();
         both[1].set_constraint(spring_at(1, TIP, -0.04 * size, 1.0 / k)).unwrap();
         for state in &mut both {
             state.equilibrium().unwrap();
@@ -217,9 +239,9 @@ fn a_floor_and_a_hard_constraint_act_together() {
 
 #[test]
 fn a_floor_out_of_reach_changes_no_bit() {
-    let vertices: Vec<u32> = (0..beam().shell.mass.len() as u32).collect();
-    let stiffness = vec![1e3; vertices.len()];
-    let far = Arc::new(Floor { vertices, stiffness, normal: up(), height: -1e3 });
+    let points: Vec<Point> = (0..beam().shell.mass.len() as u32).map(Point::vertex).collect();
+    let stiffness = vec![1e3; points.len()];
+    let far = Arc::new(Floor { points, stiffness, normal: up(), height: -1e3 });
     for method in ALL {
         let saved = [None, Some(far.clone() as Arc<dyn PointEnergy>)].map(|energy| {
             let mut state = state(method, Integrator::ImplicitEuler);
@@ -242,13 +264,13 @@ fn a_beam_comes_to_lie_on_a_floor_by_every_method() {
     let size = shell.mesh.size;
     let load = gravity(0.15);
     let lying = |method: Method| {
-        let vertices = shell.free.clone();
+        let points = shell.free.iter().map(|v| Point::vertex(*v)).collect();
         // An acceleration of ten times gravity at a depth of 1 % of the size.
-        let stiffness = vertices.iter().map(|v| 1e3 * load.norm() / size * shell.mass[*v as usize]).collect();
+        let stiffness = shell.free.iter().map(|v| 1e3 * load.norm() / size * shell.mass[*v as usize]).collect();
         let height = up().dot(&pose().origin) - 0.05 * size;
         let mut state = state(method, Integrator::ImplicitEuler);
         state.set_gravity(load).unwrap();
-        state.set_point_energy(Some(Arc::new(Floor { vertices, stiffness, normal: up(), height }))).unwrap();
+        state.set_point_energy(Some(Arc::new(Floor { points, stiffness, normal: up(), height }))).unwrap();
         state.equilibrium().unwrap();
         state
     };
@@ -270,10 +292,10 @@ const LYING: [f64; 8] = [6e-2, 7e-3, 7e-3, 4e-4, 4e-4, 4e-4, 0.0, 0.0];
 fn energies_of_no_vertex_of_the_shell_and_estimates_that_do_not_know_them_are_refused() {
     let mut state = state(Method::Warp, Integrator::ImplicitEuler);
     let n = beam().shell.mass.len() as u32;
-    let error = state.set_point_energy(Some(floor_at(n, 0.0, 1.0))).unwrap_err();
+    let error = state.set_point_energy(Some(floor_at(Point::vertex(n), 0.0, 1.0))).unwrap_err();
     assert_eq!(error.kind, ErrorKind::InvalidArgument);
     assert!(error.message.contains(&format!("vertex {n} of {n}")), "{error}");
-    state.set_point_energy(Some(floor_at(TIP, 0.0, 1.0))).unwrap();
+    state.set_point_energy(Some(floor_at(Point::vertex(TIP), 0.0, 1.0))).unwrap();
     assert_eq!(state.certify().unwrap_err().kind, ErrorKind::Unsupported);
     state.set_point_energy(None).unwrap();
     state.certify().unwrap();

@@ -33,7 +33,7 @@ pub struct Acting<'a> {
     pub load: &'a BodyLoad,
     /// Forces on vertices and wind.
     pub external: External<'a>,
-    /// Energies of vertices that join.
+    /// Energies of points that join.
     pub points: Option<&'a InFrame>,
     /// Of the frame, at the end of the step.
     pub pose: &'a Pose,

@@ -1,35 +1,35 @@
-//! An energy of single vertices on reduced coordinates: W(x̄ + Bq), its gradient Bᵀ∇W and its Hessian BᵀHB.
+//! An energy of single points on reduced coordinates: W(x̄ + Bq), its gradient Bᵀ∇W and its Hessian BᵀHB.
 
 use super::{ReducedShell, with_fields};
 use crate::energy::Curvature;
-use crate::point_energy::PointEnergy;
+use crate::point_energy::{Point, PointEnergy};
 use crate::{Shell, Vec3};
 use nalgebra::{DMatrix, Matrix3};
 
-/// Rest positions of some vertices, and B at them.
+/// Rest positions of some points, and B at them.
 #[derive(Clone)]
 pub struct Places {
-    vertices: Vec<u32>,
+    points: Vec<Point>,
     rest: Vec<Vec3>,
-    /// n × 3 numbers a vertex.
+    /// n × 3 numbers a point.
     fields: DMatrix<f64>,
 }
 
 impl Places {
-    /// Of no vertex.
+    /// Of no point.
     pub fn none() -> Self {
-        Self { vertices: vec![], rest: vec![], fields: DMatrix::zeros(0, 0) }
+        Self { points: vec![], rest: vec![], fields: DMatrix::zeros(0, 0) }
     }
 
-    /// Takes other vertices; costs nothing where they are those from before.
-    pub fn take(&mut self, shell: &Shell, reduced: &ReducedShell, vertices: &[u32]) {
-        if self.vertices == vertices {
+    /// Takes other points; costs nothing where they are those from before.
+    pub fn take(&mut self, shell: &Shell, reduced: &ReducedShell, points: &[Point]) {
+        if self.points == points {
             return;
         }
-        self.vertices = vertices.to_vec();
-        self.rest = vertices.iter().map(|v| shell.mesh.positions[*v as usize]).collect();
+        self.points = points.to_vec();
+        self.rest = points.iter().map(|point| point.place(|v| shell.mesh.positions[v])).collect();
         self.fields = with_fields!(&reduced.fields, fields => {
-            DMatrix::from_fn(reduced.n(), 3 * vertices.len(), |k, c| fields.at(k, vertices[c / 3] as usize)[c % 3])
+            DMatrix::from_fn(reduced.n(), 3 * points.len(), |k, c| points[c / 3].place(|v| fields.at(k, v))[c % 3])
         });
     }
 
@@ -45,7 +45,7 @@ impl Places {
 pub struct Joined<'a> {
     /// W in frame axes.
     pub energy: &'a dyn PointEnergy,
-    /// Of its vertices.
+    /// Of its points.
     pub places: &'a Places,
 }
 

@@ -2,7 +2,7 @@
 //!
 //!   Π(q) = E(x̄ + Bq) + W(x̄ + Bq) + ½ s |q|² + ½ qᵀCq − bᵀq     subject to Jq + γμ = d
 //!
-//! with the compliance γ of each constraint and its force μ, and an energy W of single vertices that may join.
+//! with the compliance γ of each constraint and its force μ, and an energy W of single points that may join.
 //!
 //! Where the exact Hessian is not positive definite, the semidefinite one with a shift takes its place. A straight step along
 //! bending fields stretches the shell and raises Π, and the next step takes the stretch out again; so steps may raise Π twice in

@@ -50,7 +50,7 @@ pub struct Solver {
     newton: Newton,
     /// What handles hold in the present call.
     handles: Handles,
-    /// Energies of vertices that join.
+    /// Energies of points that join.
     points: Option<InFrame>,
     /// Groups of vertices that the newton's pattern couples for orientations.
     coupled: Vec<Vec<u32>>,

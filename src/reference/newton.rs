@@ -287,8 +287,9 @@ impl Newton {
             *force += self.gradient[v] + weight * delta;
             *total += weight;
         }
-        let joined = potential.points.map_or(&[][..], |points| points.vertices());
-        for v in potential.handles.vertices().chain(joined.iter().copied()) {
+        let joined = potential.points.map_or(&[][..], |points| points.points());
+        let joined = joined.iter().flat_map(|point| point.vertices().iter().copied());
+        for v in potential.handles.vertices().chain(joined) {
             if let Some(sum) = sums.get_mut(component(v as usize)) {
                 *sum = (Vec3::zeros(), 1.0); // a vertex without triangles is of no component
             }

@@ -23,7 +23,7 @@ pub struct Potential<'a> {
     pub step: Option<Step<'a>>,
     /// What is prescribed besides.
     pub handles: &'a Handles,
-    /// Energies of vertices that join.
+    /// Energies of points that join.
     pub points: Option<&'a dyn PointEnergy>,
 }
 

@@ -86,7 +86,7 @@ impl State {
     fn estimate(&self) -> Estimate {
         let shell = &self.model.shell;
         if self.points.is_some() {
-            let message = "the estimate does not know energies of vertices that join the shell's own";
+            let message = "the estimate does not know energies of points that join the shell's own";
             return Err(Error::new(ErrorKind::Unsupported, message));
         }
         self.refuse_mechanisms()?;

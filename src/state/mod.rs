@@ -208,11 +208,12 @@ impl State {
         Ok(())
     }
 
-    /// Replaces the energy of single vertices that joins the shell's own (world space). It stays as it is while it is set, and is not saved.
+    /// Replaces the energy of single points that joins the shell's own (world space). It stays as it is while it is set, and is not saved.
     pub fn set_point_energy(&mut self, energy: Option<Arc<dyn PointEnergy>>) -> Result<()> {
         let n_vertices = self.model.shell.mass.len();
-        let vertices = energy.as_ref().map_or(&[][..], |energy| energy.vertices());
-        if let Some(v) = vertices.iter().find(|v| **v as usize >= n_vertices) {
+        let points = energy.as_ref().map_or(&[][..], |energy| energy.points());
+        let mut vertices = points.iter().flat_map(|point| point.vertices());
+        if let Some(v) = vertices.find(|v| **v as usize >= n_vertices) {
             return Err(Error::argument(format!("an energy acts on vertex {v} of {n_vertices}")));
         }
         self.points = energy;

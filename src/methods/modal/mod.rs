@@ -56,7 +56,7 @@ const SETTLE_ITERATIONS: usize = 1000;
 /// hundred times longer for, and so would their squares.
 const NEGLIGIBLE: f64 = 1e-150;
 
-/// Turns of constraints and an energy of vertices, at most, and how near they come to each other, of q: eight digits are those of a basis
+/// Turns of constraints and an energy of points, at most, and how near they come to each other, of q: eight digits are those of a basis
 /// of 32 bits.
 const TURNS: usize = 200;
 const IN_TURN: f64 = 1e-8;
@@ -78,7 +78,7 @@ pub struct Modal<M> {
     /// The next q and q̇ until they are known to be good, and the modal force.
     next: [Vec<f64>; 2],
     force: Vec<f64>,
-    /// Made when an energy of vertices first joins.
+    /// Made when an energy of points first joins.
     search: Option<PointSearch>,
     pull: Pull,
     /// The state that loads are taken at.

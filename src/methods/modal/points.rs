@@ -1,4 +1,4 @@
-//! The end of a modal step under an energy W of single vertices ([`crate::point_energy`]).
+//! The end of a modal step under an energy W of single points ([`crate::point_energy`]).
 //!
 //! With c the end of the step without W and Γ the integrator's (`Oscillator::handle_response`), q⁺ = c − ΓJᵀ∇W(x(q⁺)), as constraints have
 //! it. That is the minimum of
@@ -10,7 +10,7 @@
 use super::constraints::VertexMap;
 use crate::Vec3;
 use crate::energy::Curvature;
-use crate::point_energy::PointEnergy;
+use crate::point_energy::{Point, PointEnergy};
 use crate::warp::{Basis, Entry, warp_with_derivative};
 use nalgebra::{Cholesky, DMatrix, DVector, Matrix3, MatrixXx3};
 
@@ -48,18 +48,19 @@ impl<E: Entry> Placing<'_, E> {
         (self.rest[v] + u, [by_linear, by_w])
     }
 
-    /// x of vertex `v`; sets J = ∂x/∂q (modes × 3).
-    fn derivative(&self, v: usize, q: &[f64], jacobian: &mut MatrixXx3<f64>) -> Vec3 {
+    /// x of vertex `v`; adds w ∂x/∂q to J (modes × 3).
+    fn derivative(&self, (v, w): (usize, f64), q: &[f64], jacobian: &mut MatrixXx3<f64>) -> Vec3 {
         let (x, [by_linear, by_w]) = self.place(v, q);
-        for k in 0..q.len() {
-            let (phi, psi) = self.basis.at(k, v);
-            let motion = by_linear * phi + by_w * psi;
-            (0..3).for_each(|axis| jacobian[(k, axis)] = motion[axis]);
-        }
         if let Some(map) = self.vertices {
             for axis in 0..3 {
-                map.slopes((v, &Vec3::ith(axis, 1.0)), q, &mut |k, slope| jacobian[(k, axis)] = slope);
+                map.slopes((v, &Vec3::ith(axis, 1.0)), q, &mut |k, slope| jacobian[(k, axis)] += w * slope);
             }
+            return x;
+        }
+        for k in 0..q.len() {
+            let (phi, psi) = self.basis.at(k, v);
+            let motion = w * (by_linear * phi + by_w * psi);
+            (0..3).for_each(|axis| jacobian[(k, axis)] += motion[axis]);
         }
         x
     }
@@ -139,8 +140,8 @@ impl PointSearch {
             value += 0.5 * (q[k] - center[k]).powi(2) / self.gamma[k];
             size += (q[k] * q[k] + center[k] * center[k]) / self.gamma[k];
         }
-        let joined = |(i, v): (usize, &u32)| energy.value_at(i, &placing.place(*v as usize, q).0);
-        (value + energy.vertices().iter().enumerate().map(joined).sum::<f64>(), size)
+        let joined = |(i, point): (usize, &Point)| energy.value_at(i, &point.place(|v| placing.place(v, q).0));
+        (value + energy.points().iter().enumerate().map(joined).sum::<f64>(), size)
     }
 
     /// Sets Δ; returns the slope along it, or none without a finite one.
@@ -158,8 +159,9 @@ impl PointSearch {
             gradient[k] = (q[k] - center[k]) / gamma[k];
             hessian[(k, k)] = gamma[k].recip();
         }
-        for (i, v) in energy.vertices().iter().enumerate() {
-            let x = placing.derivative(*v as usize, q, jacobian);
+        for (i, point) in energy.points().iter().enumerate() {
+            jacobian.fill(0.0);
+            let x = point.corners().map(|(v, w)| w * placing.derivative((v, w), q, jacobian)).sum();
             let (force, stiffness) = (energy.gradient_at(i, &x), energy.hessian_at(i, &x, Curvature::Semidefinite));
             for (a, b) in (0..9).map(|ab| (ab / 3, ab % 3)).filter(|ab| stiffness[*ab] != 0.0) {
                 hessian.ger(stiffness[(a, b)], &jacobian.column(a), &jacobian.column(b), 1.0);

@@ -93,7 +93,7 @@ struct Reduced {
     rows: Rows,
     /// The triangles at each vertex whose orientation is held, made when a step first needs them.
     rings: Vec<(u32, Ring)>,
-    /// Of the vertices with an energy of their own.
+    /// Of the points with an energy of their own.
     places: Places,
     /// Next q.
     next: Vec<f64>,
@@ -158,7 +158,7 @@ impl Reduced {
 
     fn take_places(&mut self, at: At) {
         if let Some(points) = at.points {
-            self.places.take(at.shell, at.reduced, points.vertices());
+            self.places.take(at.shell, at.reduced, points.points());
         }
     }
 

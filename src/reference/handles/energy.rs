@@ -81,9 +81,11 @@ impl Handles {
 
     /// Adds the second derivative of an energy of points.
     pub fn add_points(&self, points: &dyn PointEnergy, x: &[Vec3], curvature: Curvature, matrix: &mut BlockMatrix) {
-        for (i, &v) in points.vertices().iter().enumerate() {
-            let block = points.hessian_at(i, &x[v as usize], curvature);
-            matrix.add_element(&[v], |_, _| self.projected(v, block, v));
+        for (i, point) in points.points().iter().enumerate() {
+            let hessian = points.hessian_at(i, &point.place(|v| x[v]), curvature);
+            let (vertices, weights) = (point.vertices(), point.weights());
+            let block = |p: usize, q: usize| weights[p] * weights[q] * hessian;
+            matrix.add_element(vertices, |p, q| self.projected(vertices[p], block(p, q), vertices[q]));
         }
     }
 

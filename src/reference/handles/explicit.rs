@@ -19,7 +19,7 @@ impl Handles {
     /// each).
     pub fn lead(&mut self, x: &mut [Vec3], mass: &[f64], h: f64, force: &mut [Vec3]) -> Vec<Outcome> {
         let free = x.to_vec();
-        for (s, v) in self.springs.vertices().iter().map(|v| *v as usize).enumerate() {
+        for (s, v) in self.springs.points().iter().map(|point| point.vertices()[0] as usize).enumerate() {
             let pull = self.springs.force(s, &x[v]);
             let matrix = Matrix3::identity() * (mass[v] / (h * h)) + self.springs.list[s].stiffness;
             x[v] += matrix.try_inverse().unwrap_or_else(Matrix3::zeros) * pull;

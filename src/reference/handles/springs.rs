@@ -2,7 +2,7 @@
 
 use crate::Vec3;
 use crate::energy::Curvature;
-use crate::point_energy::PointEnergy;
+use crate::point_energy::{Point, PointEnergy};
 use nalgebra::Matrix3;
 
 /// One of them.
@@ -16,7 +16,7 @@ pub(super) struct Spring {
 
 /// All of them.
 pub(super) struct Springs {
-    vertices: Vec<u32>,
+    points: Vec<Point>,
     pub(super) list: Vec<Spring>,
     /// How much of the way from the start to the place is asked for.
     pub(super) share: f64,
@@ -25,12 +25,12 @@ pub(super) struct Springs {
 impl Springs {
     /// No springs.
     pub(super) fn none() -> Self {
-        Self { vertices: vec![], list: vec![], share: 1.0 }
+        Self { points: vec![], list: vec![], share: 1.0 }
     }
 
     /// Adds one; returns its number.
     pub(super) fn push(&mut self, vertex: u32, spring: Spring) -> usize {
-        self.vertices.push(vertex);
+        self.points.push(Point::vertex(vertex));
         self.list.push(spring);
         self.list.len() - 1
     }
@@ -47,8 +47,8 @@ impl Springs {
 }
 
 impl PointEnergy for Springs {
-    fn vertices(&self) -> &[u32] {
-        &self.vertices
+    fn points(&self) -> &[Point] {
+        &self.points
     }
 
     fn value_at(&self, i: usize, x: &Vec3) -> f64 {
