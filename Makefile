@@ -18,7 +18,7 @@ export CMAKE_BUILD_PARALLEL_LEVEL ?= $(JOBS)
 .PHONY: help build native demo test test-cargo test-c test-render test-blender demo-blender install package blender-addon header \
     python-abi docs-api test-docs lint fuzz check-memory check-threads check-miri check-guard bench bench-front bench-instructions bench-leave-out bench-precompute bench-training build-report report report-docs report-stability \
     test-report clean
-.PHONY: farm-demo farm-sweep farm-costs bench-slepc
+.PHONY: pictures bench-leaf farm-demo farm-sweep farm-costs bench-slepc
 
 help: ## list the targets
 	@echo "usage: make TARGET [JOBS=2]"
@@ -36,6 +36,11 @@ demo: ## run the paper's scenes, draw and plot them: out/demo/*.png
 	@$(MAKE) native WHAT=shellwarp_cli || { echo "demo: FAILED: the program could not be built"; exit 1; }
 	@sh cmake/bootstrap.sh render || echo "demo: the renderer could not be installed (see above); going on without pictures"
 	@. ./$(BUILD)/tools.sh && python3 host_examples/render/demo.py --cli $(CLI) --python "$$PYTHON" --out out/demo
+
+pictures: ## make the README's animation: docs/pictures/shellwarp.webp
+	@$(MAKE) native WHAT=shellwarp_cli
+	@sh cmake/bootstrap.sh pictures
+	@.venv/bin/python host_examples/render/pictures.py --cli $(CLI) --out docs/pictures/shellwarp.webp
 
 test: ## run every test; ends with what was skipped and how to get it, the counts, and test: OK or test: FAILED
 	@MAKE="$(MAKE)" python3 tests/run_suites.py test-cargo test-c test-render test-report
@@ -151,6 +156,11 @@ bench-training: ## time the training of reduced shells, the table of docs/eviden
 
 bench-leave-out: ## what scenes pay for what they do not use, by valgrind: docs/evidence/leave_out.md
 	python3 tests/bench/leave_out.py --docs docs/evidence/leave_out.md
+
+bench-leaf: ## error against time, method by method, on one leaf: docs/evidence/leaf_front.csv and the README's plot
+	@$(MAKE) native WHAT=shellwarp_cli
+	@sh cmake/bootstrap.sh python
+	.venv/bin/python tests/bench/leaf_front.py
 
 bench-precompute: build ## time the precompute by phases, and against scipy's eigensolver: this machine's sections of docs/evidence/speed.md
 	@sh cmake/bootstrap.sh bench

@@ -1,10 +1,11 @@
 #!/bin/sh
 # Sets up the tools that a machine with Rust, a C and C++ compiler, make and Python 3.10 or later may still lack.
 #
-#     sh cmake/bootstrap.sh [render] [bench] [python] [blender] [cloth] [farm]
+#     sh cmake/bootstrap.sh [render] [pictures] [bench] [python] [blender] [cloth] [farm]
 #
 #   always   cmake 3.20 or later: the system's own, or a pinned one in .venv/
 #   render   the packages of host_examples/render, in .venv/
+#   pictures the same without the renderer, for make pictures, in .venv/
 #   bench    scipy and numpy for tests/bench, in .venv/
 #   python   numpy and cffi for host_examples/python, in .venv/
 #   blender  Blender as a Python module, 1 GB, in .venv/blender/: it wants an older numpy. Python 3.11 only
@@ -31,6 +32,7 @@ pins() {
     case $1 in
     cmake) echo 'cmake==3.31.10' ;;
     render) grep -v '^#' host_examples/render/requirements.txt ;;
+    pictures) grep -v "^#\|^mitsuba" host_examples/render/requirements.txt ;;
     bench)
         echo 'scipy==1.17.1; python_version >= "3.11"'
         echo 'scipy==1.15.3; python_version < "3.11"'
@@ -47,7 +49,7 @@ pins() {
         grep '^numpy' host_examples/render/requirements.txt
         ;;
     farm) grep -v '^#' host_examples/farm/requirements.txt && grep -v '^#\|^mitsuba' host_examples/render/requirements.txt ;;
-    *) fail "unknown argument '$1'; known: render, bench, python, blender, cloth, farm" ;;
+    *) fail "unknown argument '$1'; known: render, pictures, bench, python, blender, cloth, farm" ;;
     esac
 }
 
