@@ -33,7 +33,9 @@ native: ## build the library and the command-line program by CMake, in build/
 	    "$$CMAKE" --build $(BUILD) --target $(WHAT)
 
 demo: ## run the paper's scenes, draw and plot them: out/demo/*.png
+	@echo "demo: about ten minutes on two cores, five more where nothing is built yet; a first picture as soon as the program is there"
 	@$(MAKE) native WHAT=shellwarp_cli || { echo "demo: FAILED: the program could not be built"; exit 1; }
+	@python3 host_examples/render/demo.py --cli $(CLI) --out out/demo --first
 	@sh cmake/bootstrap.sh render || echo "demo: the renderer could not be installed (see above); going on without pictures"
 	@. ./$(BUILD)/tools.sh && python3 host_examples/render/demo.py --cli $(CLI) --python "$$PYTHON" --out out/demo
 
