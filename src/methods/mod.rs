@@ -39,7 +39,7 @@ pub struct Acting<'a> {
     pub pose: &'a Pose,
 }
 
-/// Force and torque of a constraint on a vertex (frame axes).
+/// Force and torque of a constraint, or of an energy of points, on a vertex (frame axes).
 pub type Reaction = (u32, [Vec3; 2]);
 
 /// Takes the rotation of a vertex.

@@ -21,6 +21,7 @@ use super::{Method, Space, State, external};
 use crate::constraint::{Constraint, Outcome, Target};
 use crate::features::Feature;
 use crate::methods::{self, Acting, Reaction};
+use crate::point_energy::PointEnergy;
 use crate::reference::{self, Load, Solver, mass_norm as norm};
 use crate::support::FrameMotion;
 use crate::{Error, ErrorKind, Result, Shell, Vec3};
@@ -85,8 +86,8 @@ impl State {
     /// As [`State::certify`], of a method that is not a nonlinear shell's.
     fn estimate(&self) -> Estimate {
         let shell = &self.model.shell;
-        if self.points.is_some() {
-            let message = "the estimate does not know energies of points that join the shell's own";
+        if self.points.is_some() && self.model.modal.zero_modes > 0 {
+            let message = "no estimate of a shell that moves freely but for energies of points";
             return Err(Error::new(ErrorKind::Unsupported, message));
         }
         self.refuse_mechanisms()?;
@@ -106,7 +107,10 @@ impl State {
                 let at = |u: &[Vec3]| less(self.loads_at(u, &rate));
                 let still = self.is_still(&u, &rate, &inertia, moving.hypot(reactions));
                 let load = Load { at: &at, follows: self.loads.needs_motion(), held: reactions, moving, still };
-                let found = solver.correct(&u, &load, SOLVES)?;
+                solver.join(self.points_at(&self.frame.pose));
+                let found = solver.correct(&u, &load, SOLVES);
+                solver.join(None); // others use it next
+                let found = found?;
                 let end: Vec<Vec3> =
                     shell.mesh.positions.iter().zip(&u).zip(&found.way).map(|((x, u), d)| x + u + d).collect();
                 let ([residual, left], errors) = (found.force, self.errors_of(&found.way, &end));
@@ -320,7 +324,7 @@ impl State {
         force
     }
 
-    /// Vertex, force and torque (frame axes) of each constraint, as the last step had them.
+    /// Vertex, force and torque (frame axes) of each constraint, as the last step had them, and of energies of points.
     fn reactions(&self) -> Vec<Reaction> {
         let to_frame = self.frame.pose.rotation.inverse();
         let reaction = |(c, outcome): (&Constraint, &Outcome)| {
@@ -329,7 +333,15 @@ impl State {
                 if matches!(c.target, Target::Position(_)) { [pull, Vec3::zeros()] } else { [Vec3::zeros(), pull] };
             (c.vertex, both)
         };
-        self.constraints().map(reaction).collect()
+        let mut reactions: Vec<Reaction> = self.constraints().map(reaction).collect();
+        if let Some(points) = self.points_at(&self.frame.pose) {
+            let x = self.in_frame();
+            for (i, point) in points.points().iter().enumerate() {
+                let force = -points.gradient_at(i, &point.place(|v| x[v]));
+                reactions.extend(point.corners().map(|(v, w)| (v as u32, [w * force, Vec3::zeros()])));
+            }
+        }
+        reactions
     }
 
     /// The constraints as the full shell has them. Hard ones that are met to rounding hold the shell where it is.
