@@ -18,7 +18,7 @@ export CMAKE_BUILD_PARALLEL_LEVEL ?= $(JOBS)
 .PHONY: help build native demo test test-cargo test-c test-render test-blender demo-blender install package blender-addon header \
     python-abi docs-api test-docs lint fuzz check-memory check-threads check-miri check-guard bench bench-front bench-instructions bench-leave-out bench-precompute bench-training build-report report report-docs report-stability \
     test-report clean
-.PHONY: pictures bench-leaf farm-demo farm-sweep farm-costs bench-slepc
+.PHONY: cli pictures bench-leaf farm-demo farm-sweep farm-costs bench-slepc
 
 help: ## list the targets
 	@echo "usage: make TARGET [JOBS=2]"
@@ -27,10 +27,13 @@ help: ## list the targets
 build: ## build the library: target/release, or CARGO_TARGET_DIR/release
 	cargo build --locked --release
 
-native: ## build the library and the command-line program by CMake, in build/
+native: ## build all that CMake builds, plug-ins and tests too, in build/
 	@sh cmake/bootstrap.sh
 	@. ./$(BUILD)/tools.sh && "$$CMAKE" -S . -B $(BUILD) -DCMAKE_BUILD_TYPE=Release && \
 	    "$$CMAKE" --build $(BUILD) --target $(WHAT)
+
+cli: ## build the library and the command-line program alone: build/lib, build/bin
+	@$(MAKE) native WHAT=shellwarp_cli
 
 demo: ## run the paper's scenes, draw and plot them: out/demo/*.png
 	@echo "demo: about ten minutes on two cores, five more where nothing is built yet; a first picture as soon as the program is there"

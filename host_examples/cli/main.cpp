@@ -43,6 +43,19 @@ void print_diagnostics(const std::string &path, const char *severity, const SwDi
                 count > kFew ? (" (and " + std::to_string(count - 1) + " more like it)").c_str() : "");
 }
 
+// Where it lies, and what may be named to hold it.
+void print_extent(const std::string &path, const Mesh &mesh) {
+  const Bounds box = bounds(mesh);
+  std::printf("%s: x %.4g to %.4g, y %.4g to %.4g, z %.4g to %.4g", path.c_str(), box.low[0], box.high[0], box.low[1],
+              box.high[1], box.low[2], box.high[2]);
+  const char *before = "; groups: ";
+  for (const auto &[name, vertices] : mesh.groups) {
+    std::printf("%s%s", before, name.c_str());
+    before = ", ";
+  }
+  std::printf("\n");
+}
+
 int check_mesh(const std::string &path) {
   const Mesh mesh = read_mesh(path);
   const std::vector<SwDiagnostic> diagnostics = shellwarp::check_mesh(
@@ -58,6 +71,7 @@ int check_mesh(const std::string &path) {
   std::printf("%s: %u vertices, %u triangles, %s, %s%s\n", path.c_str(), mesh.n_vertices(), mesh.n_triangles(),
               counted(errors, "error").c_str(), counted(diagnostics.size() - errors, "warning").c_str(),
               diagnostics.empty() ? "" : "; vertices and triangles are numbered from 0");
+  print_extent(path, mesh);
   return errors ? kFailure : 0;
 }
 
@@ -284,7 +298,7 @@ int run_command_line(int argc, char **argv) {
 
   if (new_scene->parsed()) {
     write_new_scene(new_path, new_mesh);
-    std::printf("scene: %s\nrun it: shellwarp run %s --view\n", new_path.c_str(), new_path.c_str());
+    std::printf("scene: %s\nrun it: %s run %s --view\n", new_path.c_str(), argv[0], new_path.c_str());
     return 0;
   }
   if (check->parsed()) return check_mesh(mesh_path);
