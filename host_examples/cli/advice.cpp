@@ -77,11 +77,11 @@ void add_size_of_motion(const Summary &summary, std::vector<std::string> &words)
   if (share == 0) {
     words.push_back(stillness(summary));
   } else if (share < kUnseen && loaded(summary.scene) && !led) {
-    words.push_back("try: " + share_of_size(share) + " cannot be seen: are lengths in metres, and gravity 9.8? In centimetres it is "
-                    "980. " + slowest_swing(summary) + ": frequency (--frequency 2) or a smaller k_bend makes it slower and softer");
+    words.push_back("try: " + share_of_size(share) + " cannot be seen: are lengths in metres, and gravity 9.8? --scale 0.01 (scale) "
+                    "makes metres of centimetres. " + slowest_swing(summary) + ": a lower --frequency (frequency) or k_bend softens it");
   } else if (share > kWild && !led && summary.info.zero_modes == 0) {
     words.push_back("try: no held shell moves by " + share_of_size(share) + ": are lengths in metres, and gravity 9.8? " +
-                    slowest_swing(summary) + ": frequency (--frequency 5) or a larger k_bend makes it faster and stiffer");
+                    slowest_swing(summary) + ": a higher --frequency (frequency) or k_bend stiffens it");
   }
 }
 

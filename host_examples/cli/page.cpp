@@ -46,14 +46,14 @@ std::string vector_words(const Vec3 &x) { return format("(%g, %g, %g)", x[0], x[
 
 void add_loads(const Scene &scene, const Mesh &mesh, std::string &list) {
   if (length(scene.gravity) > 0)
-    append(list, load_item(format("gravity %g along %s", length(scene.gravity), vector_words(scene.gravity).c_str()),
+    append(list, load_item(format("gravity %.3g along %s", length(scene.gravity), vector_words(scene.gravity).c_str()),
                            kGravityColour, "gravity", &scene.gravity));
   if (scene.loads.wind)
-    append(list, load_item(format("wind %g along %s", length(scene.loads.wind->velocity),
+    append(list, load_item(format("wind %.3g along %s", length(scene.loads.wind->velocity),
                                   vector_words(scene.loads.wind->velocity).c_str()),
                            kWindColour, "wind", &scene.loads.wind->velocity));
   for (const PlacedForce &force : place_forces(scene.loads.forces, mesh))
-    append(list, load_item(format("force %g on vertex %u", length(force.vector), force.vertex), kForceColour, "force",
+    append(list, load_item(format("force %.3g on vertex %u", length(force.vector), force.vertex), kForceColour, "force",
                            &force.vector));
   if (scene.motion.moves()) append(list, load_item("what holds the shell moves", kFrameColour, "", nullptr));
 }

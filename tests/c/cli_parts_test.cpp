@@ -882,7 +882,7 @@ void the_closing_words_say_what_moved_and_what_to_change() {
         "moved: up to 0.5 cm, 25 % of its size of 2 cm, at 0.1 s; turned up to 29 degrees; at the end by 0.25 cm\n");
   const std::string tiny = words_of(scene, run_that_moved(2e-5));
   CHECK(tiny.find("1.0e-05 of its size") != std::string::npos && tiny.find("cannot be seen") != std::string::npos);
-  CHECK(tiny.find("Its slowest swing has 45 Hz") != std::string::npos);
+  CHECK(tiny.find("Its slowest swing has 45 Hz") != std::string::npos && tiny.find("--scale 0.01") != std::string::npos);
   CHECK(words_of(scene, run_that_moved(2.1e-3)).find("try") == std::string::npos);
   CHECK(words_of(scene, run_that_moved(5)).find("no held shell moves by 2.5 times its size") != std::string::npos);
   CHECK(words_of(scene, run_that_moved(0)).find("note: nothing has moved") != std::string::npos);
