@@ -3,7 +3,6 @@
 #include "json.hpp"
 #include "judge.hpp"
 #include "method.hpp"
-#include "output_file.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -146,10 +145,14 @@ std::string Page::html() const {
   return page.substr(0, hole) + data + page.substr(hole + sizeof kHole - 1);
 }
 
+OutputFolder page_folder(const std::string &path, const std::vector<std::string> &inputs) {
+  const std::filesystem::path place(path);
+  return OutputFolder(place.has_parent_path() ? place.parent_path().string() : ".", inputs);
+}
+
 void write_page(const Page &page, const std::string &path, const std::vector<std::string> &inputs) {
-  const std::filesystem::path place = std::filesystem::path(path);
-  OutputFolder folder(place.has_parent_path() ? place.parent_path().string() : ".", inputs);
-  OutputFile file(folder, place.filename().string());
+  OutputFolder folder = page_folder(path, inputs);
+  OutputFile file(folder, std::filesystem::path(path).filename().string());
   const std::string html = page.html();
   file.write(html.data(), html.size());
   file.close();

@@ -4,6 +4,7 @@
 #include "film.hpp"
 #include "handle_motion.hpp"
 #include "mesh.hpp"
+#include "output_file.hpp"
 #include "scene.hpp"
 #include "shell.hpp"
 #include "simulation.hpp"
@@ -38,6 +39,9 @@ private:
   uint32_t up_ = 1;
   double seconds_ = 0, most_ = 0;
 };
+
+// Where the page goes, made if it is missing; throws where that cannot be.
+OutputFolder page_folder(const std::string &path, const std::vector<std::string> &inputs);
 
 // Puts the page in place under its name, whole or not at all; `inputs` are never replaced.
 void write_page(const Page &page, const std::string &path, const std::vector<std::string> &inputs);

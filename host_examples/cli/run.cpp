@@ -18,6 +18,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -194,7 +195,9 @@ std::unique_ptr<OutputFolder> open_folder(const SceneFile &file, const RunOption
 std::string page_path(const SceneFile &file, const RunOptions &options) {
   if (!options.html.empty() || !options.view) return options.html;
   namespace fs = std::filesystem;
-  const fs::path folder = options.out.empty() ? fs::temp_directory_path() / "shellwarp" : fs::path(options.out);
+  const char *user = std::getenv("USER");  // each has a folder of his own among the temporary files
+  const fs::path folder = options.out.empty() ? fs::temp_directory_path() / ("shellwarp-" + std::string(user ? user : "page"))
+                                              : fs::path(options.out);
   return (folder / (file.name + ".html")).string();
 }
 
@@ -207,6 +210,7 @@ std::optional<Page> begin_page(const SceneFile &file, const RunOptions &options,
   for (const Scene &scene : file.shells)
     if (scene.comparison) throw std::runtime_error("a [comparison] has equilibria and no motion to play; leave out the page");
   if (std::filesystem::is_directory(path)) throw std::runtime_error("cannot write " + path + ": it is a folder");
+  page_folder(path, inputs_of(file));
   return Page(file.title.empty() ? file.name : file.title);
 }
 
