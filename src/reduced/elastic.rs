@@ -24,7 +24,7 @@ pub trait Elastic: Send + Sync {
     fn value(&self, q: &[f64], scratch: &mut Scratch) -> f64;
     /// ∂E/∂q.
     fn gradient(&self, q: &[f64], scratch: &mut Scratch, out: &mut [f64]);
-    /// ∂²E/∂q² (n × n, both triangles).
+    /// ∂²E/∂q² (n × n); at least the lower triangle.
     fn hessian(&self, q: &[f64], curvature: Curvature, scratch: &mut Scratch, out: &mut DMatrix<f64>);
     /// What damping in proportion to stiffness multiplies the rates by.
     fn viscosity(&self, q: &[f64], scratch: &mut Scratch, out: &mut DMatrix<f64>);
@@ -69,7 +69,7 @@ impl Scratch {
 
 /// By the methods of these names.
 macro_rules! elastic {
-    ($energy:ident) => {
+    ($energy:ident, $hessian:ident) => {
         impl Elastic for $energy {
             fn n(&self) -> usize {
                 self.n()
@@ -84,7 +84,7 @@ macro_rules! elastic {
                 self.gradient(q, scratch, out);
             }
             fn hessian(&self, q: &[f64], curvature: Curvature, scratch: &mut Scratch, out: &mut DMatrix<f64>) {
-                self.hessian(q, curvature, scratch, out);
+                self.$hessian(q, curvature, scratch, out);
             }
             fn viscosity(&self, q: &[f64], scratch: &mut Scratch, out: &mut DMatrix<f64>) {
                 self.viscosity(q, scratch, out);
@@ -93,5 +93,5 @@ macro_rules! elastic {
     };
 }
 
-elastic!(ReducedEnergy);
-elastic!(PolynomialEnergy);
+elastic!(ReducedEnergy, hessian);
+elastic!(PolynomialEnergy, lower_hessian);

@@ -4,6 +4,8 @@
 //! - `read + write`: the same, and writing three floats a vertex, as reading positions must at least;
 //! - `naive`: the warp's positions by a plain f64 loop over vertices and modes with nalgebra.
 //!
+//! And the polynomial shell's energy beside streaming its coefficients once.
+//!
 //! usage: cargo bench --bench kernels [-- [--docs FILE] [--csv FILE] [LARGEST_N]]     (make bench)
 //!
 //! Prints its tables; `--docs` puts them in this machine's section of FILE, `--csv` writes every figure.
@@ -12,6 +14,7 @@
 mod contest;
 mod docs;
 mod many;
+mod polynomial_kernel;
 mod scene;
 
 use contest::{Contestant, Naive, Stream, measure};
@@ -265,7 +268,8 @@ fn main() -> std::io::Result<()> {
     let by_vertices = columns(&vertices.map(|n| (n, 8)));
     let by_modes = columns(&modes.map(|m| (13_118.min(largest), m)));
     let batches = many::measure_all(largest);
-    let tables = [table("Over vertices", &by_vertices), table("Over modes", &by_modes), many::table(&batches)];
+    let [over_vertices, over_modes] = [table("Over vertices", &by_vertices), table("Over modes", &by_modes)];
+    let tables = [over_vertices, over_modes, polynomial_kernel::table(), many::table(&batches)];
     let times: Vec<Time> = by_vertices.into_iter().chain(by_modes).flatten().collect();
     let load = format!("The machine's load was {before} before and {} after; 0 is a quiet one.\n", docs::load());
     let text = format!("## {}\n\n{load}\n{}\n{}", docs::machine(), goals(&times, &batches), tables.join("\n"));

@@ -1,21 +1,35 @@
-//! The sums that a polynomial energy is evaluated by, in the processor's widest registers.
+//! The sums that a polynomial energy is evaluated by, in the processor's widest registers. What an evaluation reads is laid out in the order
+//! in which it is read.
 //!
-//! Symmetric matrices are packed: row i has the columns from ⌊i/8⌋·8 to the stride, what is left of the diagonal is 0.
+//! Symmetric matrices are triangles, row i from the diagonal on, or squares of rows of `stride` numbers that are 0 before the diagonal.
 
 use super::super::MAX_FIELDS;
 use super::super::products::WIDTH;
 use pulp::Simd;
 
-/// Where row `i` of a packed matrix begins; that of the row past the last is its size.
-pub fn start(i: usize, stride: usize) -> usize {
-    let (blocks, rest) = (i / WIDTH, i % WIDTH);
-    // Σ over whole blocks of 8 rows of (stride − 8 block), and the rows of the last.
-    WIDTH * (blocks * stride - WIDTH * (blocks * blocks.saturating_sub(1) / 2)) + rest * (stride - WIDTH * blocks)
+/// Numbers whose sums are made at once; triangles are padded to it.
+pub const TILE: usize = 32;
+/// Rows of Q that are read at once; forms' fields are padded to it.
+pub const ROWS: usize = 4;
+/// Entries of such rows at the diagonal.
+const CORNER: usize = ROWS * (ROWS + 1) / 2;
+
+/// Where entry (i, j), i ≤ j, of a triangle is; that of (n, n) is their number.
+pub fn at(i: usize, j: usize, n: usize) -> usize {
+    i * (2 * n - i + 1) / 2 + j - i
 }
 
-/// Where entry (i, j), i ≤ j, of a packed matrix is.
-pub fn at(i: usize, j: usize, stride: usize) -> usize {
-    start(i, stride) + j - i / WIDTH * WIDTH
+/// Where entry e of matrix k is among tiles of `count` matrices.
+pub fn tiled(k: usize, e: usize, count: usize) -> usize {
+    (e / TILE * count + k) * TILE + e % TILE
+}
+
+/// Which entry of a form's lower triangle, as [`strains`] reads it, (i, j) is, j ≤ i.
+pub fn entry(i: usize, j: usize) -> usize {
+    let (block, row) = (i / ROWS, i % ROWS);
+    let before = block * ROWS;
+    let first = before * (before + 1) / 2;
+    if j < before { first + j * ROWS + row } else { first + before * ROWS + row * (row + 1) / 2 + j - before }
 }
 
 /// Registers that so many numbers fill.
@@ -24,7 +38,13 @@ fn registers<S: Simd>(numbers: usize) -> usize {
     numbers * size_of::<f64>() / size_of::<S::f64s>()
 }
 
-/// J = A + Qq of all forms, and s = (A + ½ Qq)·q.
+/// Numbers of a register.
+#[inline(always)]
+fn lanes<S: Simd>() -> usize {
+    size_of::<S::f64s>() / size_of::<f64>()
+}
+
+/// J = A + Qq of all forms, and s = (A + ½ Qq)·q, on a multiple of [`ROWS`] fields.
 ///
 /// Of 8 forms that are side by side in turn, `forms` has the lower triangle of Q, `linear` and `jacobian` the fields.
 #[inline(always)]
@@ -39,9 +59,6 @@ pub fn strains<S: Simd>(simd: S, q: &[f64], forms: &[f64], linear: &[f64], jacob
     }
 }
 
-/// Rows of Q that are read at once.
-const ROWS: usize = 4;
-
 /// With N registers for the 8 forms that are side by side.
 #[inline(always)]
 fn strained<S: Simd, const N: usize>(
@@ -54,10 +71,17 @@ fn strained<S: Simd, const N: usize>(
     let (forms, linear) = (forms.as_chunks::<N>().0, linear.as_chunks::<N>().0);
     let (jacobian, s) = (jacobian.as_chunks_mut::<N>().0, s.as_chunks_mut::<N>().0);
     let sides = linear.chunks_exact(n).zip(jacobian.chunks_exact_mut(n));
-    for ((forms, (linear, sums)), s) in forms.chunks_exact(n * (n + 1) / 2).zip(sides).zip(s) {
+    for ((mut rest, (linear, sums)), s) in forms.chunks_exact(n * (n + 1) / 2).zip(sides).zip(s) {
         sums.copy_from_slice(linear);
+        for i in (0..n).step_by(ROWS) {
+            let (wide, others) = rest.split_at(ROWS * i);
+            let (corner, others) = others.split_at(CORNER);
+            rest = others;
+            for part in 0..N {
+                add_rows(simd, q, (wide, corner), part, sums); // one register after the other: more sums find no room
+            }
+        }
         for part in 0..N {
-            add_rows(simd, q, forms, part, sums); // one register after the other: more sums find no room
             let mut twice = simd.splat_f64s(0.0);
             for ((linear, sum), q) in linear.iter().zip(&*sums).zip(q) {
                 twice = simd.mul_add_e_f64s(simd.add_f64s(linear[part], sum[part]), simd.splat_f64s(*q), twice);
@@ -67,63 +91,48 @@ fn strained<S: Simd, const N: usize>(
     }
 }
 
-/// sums += Qq of one register's forms.
+/// sums += Qq of one register's forms, as far as the rows go whose entries before and at the diagonal these are.
 #[inline(always)]
+#[allow(clippy::type_complexity)] // said by the names of its parts
 fn add_rows<S: Simd, const N: usize>(
     simd: S,
     q: &[f64],
-    forms: &[[S::f64s; N]],
+    (wide, corner): (&[[S::f64s; N]], &[[S::f64s; N]]),
     part: usize,
     sums: &mut [[S::f64s; N]],
 ) {
-    let (n, mut rest) = (q.len(), forms);
-    let whole = n - n % ROWS;
-    for i in (0..whole).step_by(ROWS) {
-        let (head, tail) = sums.split_at_mut(i);
-        let own: [S::f64s; ROWS] = std::array::from_fn(|r| simd.splat_f64s(q[i + r]));
-        let mut lines = [rest; ROWS];
-        for (r, line) in lines.iter_mut().enumerate() {
-            (*line, rest) = rest.split_at(i + r + 1);
-        }
-        let mut rows: [S::f64s; ROWS] = std::array::from_fn(|r| tail[r][part]);
-        let [a, b, c, d] = lines.map(|line| &line[..i]);
-        for (((((a, b), c), d), out), q) in a.iter().zip(b).zip(c).zip(d).zip(head).zip(q) {
-            let (along, mut sum) = (simd.splat_f64s(*q), out[part]);
-            for (r, x) in [a[part], b[part], c[part], d[part]].into_iter().enumerate() {
-                rows[r] = simd.mul_add_e_f64s(x, along, rows[r]);
-                sum = simd.mul_add_e_f64s(x, own[r], sum);
-            }
-            out[part] = sum;
-        }
+    let before = wide.len() / ROWS;
+    let (head, tail) = sums.split_at_mut(before);
+    let own: [S::f64s; ROWS] = std::array::from_fn(|r| simd.splat_f64s(q[before + r]));
+    let mut rows: [S::f64s; ROWS] = std::array::from_fn(|r| tail[r][part]);
+    for ((column, out), q) in wide.as_chunks::<ROWS>().0.iter().zip(head).zip(q) {
+        let (along, mut sum) = (simd.splat_f64s(*q), out[part]);
         for r in 0..ROWS {
-            for c in 0..r {
-                let x = lines[r][i + c][part];
-                rows[r] = simd.mul_add_e_f64s(x, own[c], rows[r]);
-                rows[c] = simd.mul_add_e_f64s(x, own[r], rows[c]);
+            let x = column[r][part];
+            rows[r] = simd.mul_add_e_f64s(x, along, rows[r]);
+            sum = simd.mul_add_e_f64s(x, own[r], sum);
+        }
+        out[part] = sum;
+    }
+    let mut entries = corner.iter();
+    for r in 0..ROWS {
+        for c in 0..=r {
+            let Some(x) = entries.next() else { return };
+            rows[r] = simd.mul_add_e_f64s(x[part], own[c], rows[r]);
+            if c < r {
+                rows[c] = simd.mul_add_e_f64s(x[part], own[r], rows[c]);
             }
-            rows[r] = simd.mul_add_e_f64s(lines[r][i + r][part], own[r], rows[r]);
         }
-        (0..ROWS).for_each(|r| tail[r][part] = rows[r]);
     }
-    for i in whole..n {
-        let (head, tail) = sums.split_at_mut(i);
-        let (own, mut row) = (simd.splat_f64s(q[i]), tail[0][part]);
-        let (line, others) = rest.split_at(i + 1);
-        rest = others;
-        for ((x, out), q) in line.iter().zip(head).zip(q) {
-            row = simd.mul_add_e_f64s(x[part], simd.splat_f64s(*q), row);
-            out[part] = simd.mul_add_e_f64s(x[part], own, out[part]);
-        }
-        tail[0][part] = simd.mul_add_e_f64s(line[i][part], own, row);
-    }
+    (0..ROWS).for_each(|r| tail[r][part] = rows[r]);
 }
 
-/// out_i += Σ J_ik v_k over all forms, with J as [`strains`] gives it.
+/// out_i += Σ J_ik v_k over all forms, with J on `n` fields as [`strains`] gives it.
 #[inline(always)]
 pub fn add_transposed<S: Simd>(simd: S, jacobian: &[f64], v: &[f64], n: usize, out: &mut [f64]) {
     let (jacobian, v) = (S::as_simd_f64s(jacobian).0, S::as_simd_f64s(v).0);
     let wide = registers::<S>(WIDTH);
-    for (i, out) in out[..n].iter_mut().enumerate() {
+    for (i, out) in out.iter_mut().enumerate() {
         let mut sum = simd.splat_f64s(0.0);
         for (lane, v) in v.chunks_exact(wide).enumerate() {
             let own = &jacobian[(lane * n + i) * wide..][..wide];
@@ -133,96 +142,128 @@ pub fn add_transposed<S: Simd>(simd: S, jacobian: &[f64], v: &[f64], n: usize, o
     }
 }
 
-/// Matrices whose sum is made at once.
-const MATRICES: usize = 8;
-
-/// out += Σ c_k M_k of packed matrices in turn.
+/// out += Σ c_k M_k of matrices whose tiles are in turn.
 #[inline(always)]
-pub fn combine<S: Simd>(simd: S, matrices: &[f64], factors: &[f64], out: &mut [f64]) {
-    let out = S::as_mut_simd_f64s(out).0;
-    let matrices = S::as_simd_f64s(matrices).0;
-    let size = out.len();
-    let groups = factors.chunks_exact(MATRICES);
-    let others = groups.remainder();
-    for (factors, matrices) in groups.clone().zip(matrices.chunks_exact((MATRICES * size).max(1))) {
-        let own: [S::f64s; MATRICES] = std::array::from_fn(|m| simd.splat_f64s(factors[m]));
-        let all: [&[S::f64s]; MATRICES] = std::array::from_fn(|m| &matrices[m * size..][..size]);
-        let [a, b, c, d, e, f, g, h] = all;
-        let [first, second] = [a.iter().zip(b).zip(c).zip(d), e.iter().zip(f).zip(g).zip(h)];
-        for ((out, (((a, b), c), d)), (((e, f), g), h)) in out.iter_mut().zip(first).zip(second) {
-            let mut sum = *out;
-            for (m, x) in [a, b, c, d, e, f, g, h].into_iter().enumerate() {
-                sum = simd.mul_add_e_f64s(*x, own[m], sum);
-            }
-            *out = sum;
-        }
-    }
-    let first = factors.len() - others.len();
-    for (factor, matrix) in others.iter().zip(matrices[first * size..].chunks_exact(size.max(1))) {
-        let own = simd.splat_f64s(*factor);
-        out.iter_mut().zip(matrix).for_each(|(out, m)| *out = simd.mul_add_e_f64s(*m, own, *out));
+pub fn combine<S: Simd>(simd: S, tiles: &[f64], factors: &[f64], out: &mut [f64]) {
+    match registers::<S>(TILE) {
+        4 => combined::<S, 4>(simd, tiles, factors, out),
+        8 => combined::<S, 8>(simd, tiles, factors, out),
+        16 => combined::<S, 16>(simd, tiles, factors, out),
+        _ => combined::<S, 32>(simd, tiles, factors, out),
     }
 }
 
-/// out = M q of a packed matrix; `q` and `out` have the stride's numbers. Returns qᵀMq.
 #[inline(always)]
-pub fn multiply<S: Simd>(simd: S, matrix: &[f64], n: usize, q: &[f64], out: &mut [f64]) -> f64 {
-    let (stride, mut first) = (q.len(), 0);
+fn combined<S: Simd, const N: usize>(simd: S, tiles: &[f64], factors: &[f64], out: &mut [f64]) {
+    let tiles = S::as_simd_f64s(tiles).0.as_chunks::<N>().0;
+    let out = S::as_mut_simd_f64s(out).0.as_chunks_mut::<N>().0;
+    for (tiles, out) in tiles.chunks_exact(factors.len().max(1)).zip(out) {
+        let mut sums = *out;
+        for (x, factor) in tiles.iter().zip(factors) {
+            let own = simd.splat_f64s(*factor);
+            (0..N).for_each(|r| sums[r] = simd.mul_add_e_f64s(x[r], own, sums[r]));
+        }
+        *out = sums;
+    }
+}
+
+/// The rows of a triangle into a square, whose numbers before the diagonal stay.
+#[inline(always)]
+pub fn square(triangle: &[f64], (n, stride): (usize, usize), out: &mut [f64]) {
+    let mut rest = triangle;
+    for (i, row) in out.chunks_exact_mut(stride).enumerate().take(n) {
+        let (own, others) = rest.split_at(n - i);
+        row[i..n].copy_from_slice(own);
+        rest = others;
+    }
+}
+
+/// out = M q of a square; `q` and `out` have the stride's numbers. Returns qᵀMq.
+#[inline(always)]
+pub fn multiply<S: Simd>(simd: S, square: &[f64], n: usize, q: &[f64], out: &mut [f64]) -> f64 {
+    let stride = q.len();
     out.fill(0.0);
     let mut beyond = [0.0; MAX_FIELDS];
-    let wide = S::as_simd_f64s(q).0;
+    let (wide, used) = (S::as_simd_f64s(q).0, n.div_ceil(lanes::<S>()));
     {
         let out = S::as_mut_simd_f64s(out).0;
-        for i in 0..n {
-            let from = i / WIDTH * WIDTH;
-            let row = S::as_simd_f64s(&matrix[first..first + stride - from]).0;
+        for (i, row) in square.chunks_exact(stride).enumerate().take(n) {
+            let from = i / lanes::<S>();
             let (own, mut sum) = (simd.splat_f64s(q[i]), simd.splat_f64s(0.0));
-            let skipped = registers::<S>(from);
-            for ((x, q), out) in row.iter().zip(&wide[skipped..]).zip(&mut out[skipped..]) {
+            let columns = S::as_simd_f64s(row).0[from..used].iter().zip(&wide[from..used]);
+            for ((x, q), out) in columns.zip(&mut out[from..used]) {
                 sum = simd.mul_add_e_f64s(*x, *q, sum);
                 *out = simd.mul_add_e_f64s(*x, own, *out);
             }
-            beyond[i] = simd.reduce_sum_f64s(sum) - matrix[first + i - from] * q[i];
-            first += stride - from;
+            beyond[i] = simd.reduce_sum_f64s(sum) - row[i] * q[i];
         }
     }
-    let mut square = 0.0;
+    let mut product = 0.0;
     for i in 0..n {
         out[i] += beyond[i];
-        square += out[i] * q[i];
+        product += out[i] * q[i];
     }
-    square
+    product
 }
 
-/// packed += LᵀR with rows of `stride` numbers.
+/// out = c J, forms side by side, and J by rows of a form.
 #[inline(always)]
-pub fn add_products<S: Simd>(simd: S, left: &[f64], right: &[f64], (n, stride): (usize, usize), packed: &mut [f64]) {
-    let wide = S::as_simd_f64s(right).0;
-    let columns = registers::<S>(stride);
-    let mut first = 0;
-    for i in (0..n).step_by(4) {
-        let (from, rows) = (i / WIDTH * WIDTH, 4.min(n - i));
-        let length = stride - from;
-        let (skipped, regs) = (registers::<S>(from), registers::<S>(length));
-        let packed = S::as_mut_simd_f64s(&mut packed[first..first + rows * length]).0;
-        for a in (0..regs).step_by(2) {
-            let mut sums = [[simd.splat_f64s(0.0); 2]; 4];
-            let two = usize::from(a + 1 < regs);
-            for (left, right) in left.chunks_exact(stride).zip(wide.chunks_exact(columns)) {
-                let right = [right[skipped + a], right[skipped + a + two]];
-                for (row, sums) in sums.iter_mut().enumerate() {
-                    let own = simd.splat_f64s(left[i + row]); // rows are padded to a multiple of 8
-                    sums[0] = simd.mul_add_e_f64s(right[0], own, sums[0]);
-                    sums[1] = simd.mul_add_e_f64s(right[1], own, sums[1]);
+pub fn scale<S: Simd>(simd: S, jacobian: &[f64], factors: &[f64], (m, stride): (usize, usize), out: [&mut [f64]; 2]) {
+    let [scaled, rows] = out;
+    let wide = registers::<S>(WIDTH);
+    let (from, factors) = (S::as_simd_f64s(jacobian).0, S::as_simd_f64s(factors).0);
+    let to = S::as_mut_simd_f64s(scaled).0;
+    let blocks = from.chunks_exact(m * wide).zip(to.chunks_exact_mut(m * wide)).zip(factors.chunks_exact(wide));
+    for ((from, to), factors) in blocks {
+        for (from, to) in from.chunks_exact(wide).zip(to.chunks_exact_mut(wide)) {
+            for ((to, from), factor) in to.iter_mut().zip(from).zip(factors) {
+                *to = simd.mul_f64s(*from, *factor);
+            }
+        }
+    }
+    let numbers = jacobian.as_chunks::<WIDTH>().0;
+    for (block, rows) in numbers.chunks_exact(m).zip(rows.chunks_exact_mut(WIDTH * stride)) {
+        let mut rows = rows.chunks_exact_mut(stride);
+        let mut next = || rows.next().unwrap_or_default().iter_mut();
+        let (first, second) = (next().zip(next()).zip(next().zip(next())), next().zip(next()).zip(next().zip(next())));
+        for (fields, (((a, b), (c, d)), ((e, f), (g, h)))) in block.iter().zip(first.zip(second)) {
+            [*a, *b, *c, *d, *e, *f, *g, *h] = *fields;
+        }
+    }
+}
+
+/// square += LᵀR, from the diagonal on, over forms: `left` has them side by side on `m` fields, `right` in rows.
+#[inline(always)]
+pub fn add_products<S: Simd>(
+    simd: S,
+    (left, m): (&[f64], usize),
+    right: &[f64],
+    (n, stride): (usize, usize),
+    square: &mut [f64],
+) {
+    let (left, wide) = (left.as_chunks::<WIDTH>().0, S::as_simd_f64s(right).0);
+    let (columns, used) = (registers::<S>(stride), n.div_ceil(lanes::<S>()));
+    for i in (0..n).step_by(ROWS) {
+        let packed = S::as_mut_simd_f64s(&mut square[i * stride..(i + ROWS).min(n) * stride]).0;
+        for a in (i / lanes::<S>()..used).step_by(2) {
+            let mut sums = [[simd.splat_f64s(0.0); 2]; ROWS];
+            let two = usize::from(a + 1 < used);
+            for (left, right) in left.chunks_exact(m).zip(wide.chunks_exact(WIDTH * columns)) {
+                let Some(own) = left.get(i..i + ROWS) else { return };
+                for (k, right) in right.chunks_exact(columns).enumerate() {
+                    let right = [right[a], right[a + two]];
+                    for r in 0..ROWS {
+                        let own = simd.splat_f64s(own[r][k]);
+                        sums[r][0] = simd.mul_add_e_f64s(right[0], own, sums[r][0]);
+                        sums[r][1] = simd.mul_add_e_f64s(right[1], own, sums[r][1]);
+                    }
                 }
             }
-            for (row, sums) in sums[..rows].iter().enumerate() {
+            for (row, sums) in packed.chunks_exact_mut(columns).zip(&sums) {
                 for c in 0..=two {
-                    let out = &mut packed[row * regs + a + c];
-                    *out = simd.add_f64s(*out, sums[c]);
+                    row[a + c] = simd.add_f64s(row[a + c], sums[c]);
                 }
             }
         }
-        first += rows * length;
     }
 }

@@ -9,6 +9,7 @@
 //!
 //! Every term keeps its value when all that it joins turns.
 
+mod evaluate;
 mod forms;
 mod gate;
 mod hinges;
@@ -16,14 +17,16 @@ mod kernel;
 mod pairs;
 mod saved;
 
+pub use evaluate::Room;
 pub use forms::{Sources, make};
 pub use gate::{Errors, Gate};
 
 use super::elastic::Scratch;
 use super::products::WIDTH;
 use crate::energy::Curvature;
+use evaluate::resist;
 use nalgebra::{DMatrix, SymmetricEigen};
-use pulp::{Arch, Simd, WithSimd};
+use pulp::Arch;
 
 /// Of any coefficient: the root of the largest number.
 const LARGEST: f64 = 1e154;
@@ -59,22 +62,26 @@ pub struct Coefficients {
 /// See the module's text.
 pub struct PolynomialEnergy {
     n: usize,
-    /// Numbers in a row of fields, and forms; multiples of [`WIDTH`].
+    /// Numbers in a row of fields, and forms, multiples of [`WIDTH`]; and fields of forms.
     stride: usize,
     forms: usize,
+    padded: usize,
     membrane: usize,
-    /// w and 1/S² of each form.
+    /// w and 1/S² of each form; and w of the membrane's, 0 of others.
     weights: Vec<f64>,
     bounds: Vec<f64>,
+    firm: Vec<f64>,
     /// A, of 8 forms side by side the fields.
     linear: Vec<f64>,
-    /// Q, lower triangles, 8 forms side by side: all that is needed of them for s and its gradient.
+    /// Q, lower triangles, 8 forms side by side ([`kernel::entry`]): all that is needed of them for s and its gradient.
     lanes: Vec<f64>,
-    /// Q again, packed ([`kernel`]), for sums over forms. And likewise C₃, C₂ and bending's rest Hessian.
+    /// Q again, and C₃, in tiles ([`kernel::tiled`]) for sums of matrices.
     quadratic: Vec<f64>,
     cubic: Vec<f64>,
+    /// C₂ and bending's rest Hessian as triangles ([`kernel::at`]), and C₂ as a square.
     bending: Vec<f64>,
     stiffness: Vec<f64>,
+    bending_square: Vec<f64>,
     /// Above both C₂ and bending's rest Hessian, as symmetric matrices are.
     convex: Vec<f64>,
     /// How near it is to the shell, as far as that was tried.
@@ -83,77 +90,57 @@ pub struct PolynomialEnergy {
     pub arch: Arch,
 }
 
-/// Room, so that evaluation does not allocate, and what is known of the last q.
-#[derive(Clone)]
-pub struct Room {
-    /// q, padded; no numbers before the first. And how many there were.
-    q: Vec<f64>,
-    shapes: usize,
-    /// Of it: E, its gradient, s, dE/ds and d²E/ds², ∂s/∂q by field, and C₂ + C₃q.
-    value: f64,
-    gradient: Vec<f64>,
-    s: Vec<f64>,
-    stress: Vec<f64>,
-    curvature: Vec<f64>,
-    jacobian: Vec<f64>,
-    bending: Vec<f64>,
-    /// C₂q and (C₂ + C₃q)q; ∂s/∂q by form, and with each row's factor; the Hessian.
-    bent: [Vec<f64>; 2],
-    rows: [Vec<f64>; 2],
-    packed: Vec<f64>,
-}
-
-impl Room {
-    /// How many q there were since this was asked last.
-    pub fn take_shapes(&mut self) -> usize {
-        std::mem::take(&mut self.shapes)
-    }
-}
-
 impl PolynomialEnergy {
     /// From its coefficients.
     pub fn new(coefficients: &Coefficients) -> Self {
         let Coefficients { forms: list, membrane, bending, stiffness, cubic } = coefficients;
         let n = bending.nrows();
         let (stride, forms) = (n.next_multiple_of(WIDTH), list.len().next_multiple_of(WIDTH));
-        let size = kernel::start(n, stride);
-        let pack = |matrix: &DMatrix<f64>, out: &mut [f64]| {
-            for i in 0..n {
-                (i..n).for_each(|j| out[kernel::at(i, j, stride)] = 0.5 * (matrix[(i, j)] + matrix[(j, i)]));
-            }
-        };
-        let packed = |matrices: &mut dyn Iterator<Item = &DMatrix<f64>>, count: usize| {
+        let padded = n.next_multiple_of(kernel::ROWS);
+        let size = kernel::at(n, n, n).next_multiple_of(kernel::TILE);
+        let mean = |matrix: &DMatrix<f64>, i: usize, j: usize| 0.5 * (matrix[(i, j)] + matrix[(j, i)]);
+        let tiles = |matrices: &mut dyn Iterator<Item = &DMatrix<f64>>, count: usize| {
             let mut out = vec![0.0; count * size];
-            out.chunks_exact_mut(size.max(1)).zip(matrices).for_each(|(out, matrix)| pack(matrix, out));
-            out
-        };
-        let triangle = n * (n + 1) / 2;
-        let (mut linear, mut lanes) = (vec![0.0; n * forms], vec![0.0; triangle * forms]);
-        let (mut weights, mut bounds) = (vec![0.0; forms], vec![0.0; forms]);
-        for (k, form) in list.iter().enumerate() {
-            (weights[k], bounds[k]) = (form.weight, form.bound);
-            for i in 0..n {
-                linear[beside(k, i, n)] = form.linear[i];
-                for j in 0..=i {
-                    let entry = k / WIDTH * triangle + i * (i + 1) / 2 + j;
-                    lanes[entry * WIDTH + k % WIDTH] = 0.5 * (form.quadratic[(i, j)] + form.quadratic[(j, i)]);
+            for (k, matrix) in matrices.enumerate() {
+                for i in 0..n {
+                    (i..n).for_each(|j| out[kernel::tiled(k, kernel::at(i, j, n), count)] = mean(matrix, i, j));
                 }
             }
+            out
+        };
+        let triangle = padded * (padded + 1) / 2;
+        let (mut linear, mut lanes) = (vec![0.0; padded * forms], vec![0.0; triangle * forms]);
+        let (mut weights, mut bounds, mut firm) = (vec![0.0; forms], vec![0.0; forms], vec![0.0; forms]);
+        for (k, form) in list.iter().enumerate() {
+            (weights[k], bounds[k]) = (form.weight, form.bound);
+            firm[k] = if k < *membrane { form.weight } else { 0.0 };
+            for i in 0..n {
+                linear[beside(k, i, padded)] = form.linear[i];
+                (0..=i).for_each(|j| lanes[beside(k, kernel::entry(i, j), triangle)] = mean(&form.quadratic, i, j));
+            }
+        }
+        let alone = |matrix: &DMatrix<f64>| tiles(&mut [matrix].into_iter(), 1);
+        let mut bending_square = vec![0.0; n * stride];
+        for i in 0..n {
+            (i..n).for_each(|j| bending_square[i * stride + j] = mean(bending, i, j));
         }
         Self {
             n,
             stride,
             forms,
+            padded,
             membrane: *membrane,
             weights,
             bounds,
+            firm,
             linear,
             lanes,
-            quadratic: packed(&mut list.iter().map(|form| &form.quadratic), forms),
-            cubic: packed(&mut cubic.iter(), n),
-            bending: packed(&mut [bending].into_iter(), 1),
-            stiffness: packed(&mut [stiffness].into_iter(), 1),
-            convex: packed(&mut [&above(stiffness, bending)].into_iter(), 1),
+            quadratic: tiles(&mut list.iter().map(|form| &form.quadratic), forms),
+            cubic: tiles(&mut cubic.iter(), n),
+            bending: alone(bending),
+            stiffness: alone(stiffness),
+            bending_square,
+            convex: alone(&above(stiffness, bending)),
             gate: Gate::default(),
             arch: Arch::new(),
         }
@@ -161,21 +148,22 @@ impl PolynomialEnergy {
 
     /// What it was made of.
     pub fn coefficients(&self) -> Coefficients {
-        let Self { n, stride, .. } = *self;
-        let size = kernel::start(n, stride).max(1);
-        let matrix = |packed: &[f64]| DMatrix::from_fn(n, n, |i, j| packed[kernel::at(i.min(j), i.max(j), stride)]);
-        let form = |(k, packed): (usize, &[f64])| Form {
+        let n = self.n;
+        let matrix = |tiles: &[f64], k: usize, count: usize| {
+            DMatrix::from_fn(n, n, |i, j| tiles[kernel::tiled(k, kernel::at(i.min(j), i.max(j), n), count)])
+        };
+        let form = |k: usize| Form {
             weight: self.weights[k],
             bound: self.bounds[k],
-            linear: (0..n).map(|i| self.linear[beside(k, i, n)]).collect(),
-            quadratic: matrix(packed),
+            linear: (0..n).map(|i| self.linear[beside(k, i, self.padded)]).collect(),
+            quadratic: matrix(&self.quadratic, k, self.forms),
         };
         Coefficients {
-            forms: self.quadratic.chunks_exact(size).take(self.n_saved()).enumerate().map(form).collect(),
+            forms: (0..self.n_saved()).map(form).collect(),
             membrane: self.membrane,
-            bending: matrix(&self.bending),
-            stiffness: matrix(&self.stiffness),
-            cubic: self.cubic.chunks_exact(size).map(matrix).collect(),
+            bending: matrix(&self.bending, 0, 1),
+            stiffness: matrix(&self.stiffness, 0, 1),
+            cubic: (0..n).map(|k| matrix(&self.cubic, k, n)).collect(),
         }
     }
 
@@ -206,7 +194,7 @@ impl PolynomialEnergy {
     pub fn bytes(&self) -> usize {
         let forms =
             self.weights.len() + self.bounds.len() + self.linear.len() + self.lanes.len() + self.quadratic.len();
-        8 * (forms + self.cubic.len() + 3 * self.bending.len())
+        8 * (forms + self.cubic.len() + 3 * self.bending.len() + self.bending_square.len())
     }
 
     /// Multiplications of a shape with its gradient, and of a Hessian beside.
@@ -217,86 +205,70 @@ impl PolynomialEnergy {
 
     /// Room for one evaluation at a time.
     pub fn scratch(&self) -> Scratch {
-        let (fields, forms) = (vec![0.0; self.stride], vec![0.0; self.forms]);
-        Scratch::Polynomial(Room {
-            q: (0..self.stride).map(|k| if k < self.n { f64::NAN } else { 0.0 }).collect(),
-            shapes: 0,
-            value: 0.0,
-            gradient: fields.clone(),
-            s: forms.clone(),
-            stress: forms.clone(),
-            curvature: forms,
-            jacobian: vec![0.0; self.n * self.forms],
-            bending: vec![0.0; self.bending.len()],
-            bent: [fields.clone(), fields],
-            rows: [vec![0.0; self.forms * self.stride], vec![0.0; self.forms * self.stride]],
-            packed: vec![0.0; self.bending.len()],
-        })
-    }
-
-    /// Everything that the room knows of a q.
-    fn place(&self, q: &[f64], room: &mut Room) {
-        if room.q[..self.n] == *q {
-            return;
-        }
-        room.q[..self.n].copy_from_slice(q);
-        room.shapes += 1;
-        self.arch.dispatch(Place { energy: self, room });
+        Scratch::Polynomial(Room::of(self))
     }
 
     /// E(q).
     pub fn value(&self, q: &[f64], scratch: &mut Scratch) -> f64 {
         let room = scratch.polynomial();
-        self.place(q, room);
-        room.value
+        room.place(self, q);
+        room.value(self)
     }
 
     /// ∂E/∂q.
     pub fn gradient(&self, q: &[f64], scratch: &mut Scratch, out: &mut [f64]) {
         let room = scratch.polynomial();
-        self.place(q, room);
-        out.copy_from_slice(&room.gradient[..self.n]);
+        room.place(self, q);
+        out.copy_from_slice(room.gradient(self.n));
     }
 
     /// ∂²E/∂q² (n × n, both triangles). The semidefinite one is Σ w ∇s∇sᵀ over the membrane's forms and what is above both C₂ and
     /// bending's rest Hessian.
     pub fn hessian(&self, q: &[f64], curvature: Curvature, scratch: &mut Scratch, out: &mut DMatrix<f64>) {
-        if curvature == Curvature::Semidefinite {
-            return self.resist(q, &self.convex, scratch, out);
-        }
+        self.lower_hessian(q, curvature, scratch, out);
+        mirror(out);
+    }
+
+    /// The lower triangle of the same.
+    pub fn lower_hessian(&self, q: &[f64], curvature: Curvature, scratch: &mut Scratch, out: &mut DMatrix<f64>) {
         let room = scratch.polynomial();
-        self.place(q, room);
-        self.arch.dispatch(Hessian { energy: self, room });
-        self.unpack(&room.packed, out);
+        room.place(self, q);
+        let square = match curvature {
+            Curvature::Exact => room.hessian(self),
+            Curvature::Semidefinite => room.resistance(self, &self.convex),
+        };
+        self.unpack(square, out);
     }
 
     /// Σ w ∇s∇sᵀ over the membrane's forms at q, and bending's rest Hessian: what resists the rates of strains and of angles. A shell that
     /// is flat at rest meets no resistance where it turns.
     pub fn viscosity(&self, q: &[f64], scratch: &mut Scratch, out: &mut DMatrix<f64>) {
-        self.resist(q, &self.stiffness, scratch, out);
-    }
-
-    fn resist(&self, q: &[f64], bending: &[f64], scratch: &mut Scratch, out: &mut DMatrix<f64>) {
         let room = scratch.polynomial();
-        self.place(q, room);
-        self.arch.dispatch(Resistance { energy: self, bending, room });
-        self.unpack(&room.packed, out);
+        room.place(self, q);
+        self.unpack(room.resistance(self, &self.stiffness), out);
+        mirror(out);
     }
 
     /// Energy of the membrane's forms at `q`.
     pub fn membrane(&self, q: &[f64], scratch: &mut Scratch) -> f64 {
         let room = scratch.polynomial();
-        self.place(q, room);
+        room.place(self, q);
         (0..self.membrane).map(|k| resist(self.weights[k], self.bounds[k], room.s[k])[0]).sum()
     }
 
-    fn unpack(&self, packed: &[f64], out: &mut DMatrix<f64>) {
-        for j in 0..self.n {
-            let row = &packed[kernel::at(j, j, self.stride)..];
-            for i in j..self.n {
-                (out[(i, j)], out[(j, i)]) = (row[i - j], row[i - j]);
-            }
+    /// The lower triangle from a square.
+    fn unpack(&self, square: &[f64], out: &mut DMatrix<f64>) {
+        let n = self.n;
+        for (i, row) in square.chunks_exact(self.stride).enumerate() {
+            out.column_mut(i).as_mut_slice()[i..].copy_from_slice(&row[i..n]);
         }
+    }
+}
+
+/// The upper triangle from the lower one.
+fn mirror(out: &mut DMatrix<f64>) {
+    for i in 0..out.nrows() {
+        (0..i).for_each(|j| out[(j, i)] = out[(i, j)]);
     }
 }
 
@@ -311,103 +283,8 @@ fn above(a: &DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<f64> {
     a + &gap.eigenvectors * raised * gap.eigenvectors.transpose()
 }
 
-/// Where field `i` of form `k` is in A and J.
+/// Where entry `i` of form `k` is where 8 forms are side by side, of so many entries each.
 #[inline(always)]
-fn beside(k: usize, i: usize, n: usize) -> usize {
-    (k / WIDTH * n + i) * WIDTH + k % WIDTH
-}
-
-/// φ-weighted: E, dE/ds and d²E/ds² of ½ w φ(s), with 1/S² given.
-#[inline(always)]
-fn resist(weight: f64, bound: f64, s: f64) -> [f64; 3] {
-    let ratio = bound * s * s;
-    let share = 1.0 / (1.0 + ratio);
-    let force = weight * s * share;
-    [0.5 * s * force, force * share, weight * (1.0 - 3.0 * ratio) * share * share * share]
-}
-
-struct Place<'a> {
-    energy: &'a PolynomialEnergy,
-    room: &'a mut Room,
-}
-
-impl WithSimd for Place<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        let Self { energy, room } = self;
-        let Room { q, value, gradient, s, stress, curvature, jacobian, bending, bent: [rest, here], .. } = room;
-        let n = energy.n;
-        kernel::strains(simd, &q[..n], &energy.lanes, &energy.linear, jacobian, s);
-        *value = 0.0;
-        for k in 0..energy.forms {
-            let of = resist(energy.weights[k], energy.bounds[k], s[k]);
-            *value += of[0];
-            (stress[k], curvature[k]) = (of[1], of[2]);
-        }
-        bending.copy_from_slice(&energy.bending);
-        kernel::combine(simd, &energy.cubic, &q[..n], bending);
-        // ½ qᵀC₂q + ⅙ C₃(q, q, q) and its gradient, from C₂q and (C₂ + C₃q)q.
-        *value += kernel::multiply(simd, &energy.bending, n, q, rest) / 3.0;
-        *value += kernel::multiply(simd, bending, n, q, here) / 6.0;
-        (0..n).for_each(|i| gradient[i] = 0.5 * (rest[i] + here[i]));
-        kernel::add_transposed(simd, jacobian, stress, n, gradient);
-    }
-}
-
-/// The rows of `count` forms, and these with their factors, from those by field.
-#[inline(always)]
-fn set_rows(energy: &PolynomialEnergy, jacobian: &[f64], factors: &[f64], [plain, scaled]: &mut [Vec<f64>; 2]) {
-    let (n, stride) = (energy.n, energy.stride);
-    let blocks = jacobian.chunks_exact((n * WIDTH).max(1)).zip(factors.chunks(WIDTH));
-    let outs = plain.chunks_exact_mut(WIDTH * stride).zip(scaled.chunks_exact_mut(WIDTH * stride));
-    for ((block, factors), (plain, scaled)) in blocks.zip(outs) {
-        for (i, fields) in block.as_chunks::<WIDTH>().0.iter().enumerate() {
-            for (k, factor) in factors.iter().enumerate() {
-                plain[k * stride + i] = fields[k];
-                scaled[k * stride + i] = factor * fields[k];
-            }
-        }
-    }
-}
-
-struct Hessian<'a> {
-    energy: &'a PolynomialEnergy,
-    room: &'a mut Room,
-}
-
-impl WithSimd for Hessian<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        let Self { energy, room } = self;
-        let Room { stress, curvature, jacobian, bending, rows, packed, .. } = room;
-        packed.copy_from_slice(bending);
-        kernel::combine(simd, &energy.quadratic, stress, packed);
-        set_rows(energy, jacobian, curvature, rows);
-        kernel::add_products(simd, &rows[1], &rows[0], (energy.n, energy.stride), packed);
-    }
-}
-
-struct Resistance<'a> {
-    energy: &'a PolynomialEnergy,
-    bending: &'a [f64],
-    room: &'a mut Room,
-}
-
-impl WithSimd for Resistance<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        let Self { energy, bending, room } = self;
-        let Room { jacobian, rows, packed, .. } = room;
-        packed.copy_from_slice(bending);
-        let count = energy.membrane;
-        set_rows(energy, jacobian, &energy.weights[..count], rows);
-        let [plain, scaled] = [&rows[0], &rows[1]].map(|rows| &rows[..count * energy.stride]);
-        kernel::add_products(simd, scaled, plain, (energy.n, energy.stride), packed);
-    }
+fn beside(k: usize, i: usize, entries: usize) -> usize {
+    (k / WIDTH * entries + i) * WIDTH + k % WIDTH
 }
