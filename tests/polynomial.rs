@@ -2,7 +2,7 @@
 #![allow(missing_docs)]
 mod common;
 use common::*;
-use nalgebra::{DMatrix, Matrix3, Rotation3};
+use nalgebra::{DMatrix, DVector, Matrix3, Rotation3};
 use shellwarp::energy::Curvature;
 use shellwarp::model::{Model, Options, Precision};
 use shellwarp::reduced::polynomial::{Gate, PolynomialEnergy, Sources, make};
@@ -388,6 +388,55 @@ fn moving(model: &Arc<Model>, method: Method) -> State {
     let mut state = State::new(model.clone(), method, Integrator::Exact).unwrap();
     state.set_gravity(Vec3::new(0.0, 0.06, -0.08) * model.modal.eigenvalues[0] * model.shell.mesh.size).unwrap();
     state
+}
+
+/// Stages of steps of 1/60 s, each from where the rates lead, under a load that turns over twice a second.
+#[test]
+fn stages_that_end_without_a_look_are_balanced_to_what_they_say() {
+    const TOLERANCE: f64 = 1.5e-4;
+    for (name, model) in [("curved", curved()), ("folded", folded()), ("cylinder", cylinder())] {
+        let (reduced, energy) = (reduced_of(model), polynomial_of(model));
+        let n = energy.n();
+        let (mut newton, mut scratch) = (Newton::new(energy), energy.scratch());
+        let [mut q, mut rates, mut force, mut gradient] = [(); 4].map(|()| vec![0.0; n]);
+        let strength = 0.15 * model.modal.eigenvalues[0] * model.shell.mesh.size;
+        reduced.add_uniform(&(Vec3::new(0.1, 0.3, -1.0) * strength), &mut force);
+        let tau = (1.0 - 0.5f64.sqrt()) / 60.0;
+        let shift = tau.powi(-2);
+        let (mut taken, mut beyond, mut worst, mut most) = (0, 0, 0.0f64, 0.0f64);
+        for k in 0..600 {
+            let sign = if k / 100 % 2 == 0 { 1.0 } else { -1.0 };
+            let mut next: Vec<f64> = (0..n).map(|i| q[i] + tau * rates[i]).collect();
+            let load: Vec<f64> = (0..n).map(|i| sign * force[i] + shift * next[i]).collect();
+            let potential = Potential { shift, ..Potential::of_load(&load) };
+            if let Some(end) = newton.approach(energy, &potential, &mut next, TOLERANCE) {
+                taken += 1;
+                energy.gradient(&next, &mut scratch, &mut gradient);
+                let mut hessian = DMatrix::zeros(n, n);
+                energy.hessian(&next, Curvature::Exact, &mut scratch, &mut hessian);
+                let scale: f64 = (0..n).map(|i| (next[i] * gradient[i]).abs() + (next[i] * load[i]).abs()).sum();
+                (0..n).for_each(|i| hessian[(i, i)] += shift);
+                let off = DVector::from_fn(n, |i, _| gradient[i] + shift * next[i] - load[i]);
+                let left = (hessian.cholesky().unwrap().solve(&off).dot(&off) / scale).sqrt();
+                worst = worst.max(left);
+                beyond += usize::from(left > TOLERANCE);
+                assert!(end.converged && end.residual <= TOLERANCE);
+            } else {
+                let stop = Stop { tolerance: 1e-9, iterations: 60, led: false, near: false };
+                newton.minimize(energy, &potential, &mut next, stop);
+            }
+            rates = (0..n).map(|i| (next[i] - q[i]) / tau).collect();
+            q = next;
+            most = most.max(q.iter().map(|q| q * q).sum::<f64>().sqrt());
+        }
+        println!(
+            "{name}: {taken} of 600 stages, at most {worst:.1e} left, {beyond} more than they say, up to {:.2} of the training",
+            most / energy.gate.reach
+        );
+        // What they say is an estimate; where a gutter folds, it is five times off.
+        assert!(worst <= 10.0 * TOLERANCE && beyond <= 30, "{name}: {worst:e}, {beyond} beyond");
+        assert!(taken > 480, "{name}: {taken}");
+    }
 }
 
 #[test]

@@ -13,6 +13,7 @@
 pub mod basis;
 mod elastic;
 mod energy;
+mod factor;
 mod fields;
 mod joined;
 mod newton;
@@ -68,9 +69,10 @@ const LEAST_SHARE: f64 = 0.003;
 const FRAME_LOADS: usize = 12;
 const MAX_STRESSES: usize = MAX_FIELDS + FRAME_LOADS;
 
-/// Shapes that a step of the polynomial looks at, and multiplications in a nanosecond.
-const SHAPES: f64 = 8.0;
-const MULTIPLICATIONS: f64 = 6.0;
+/// Shapes that a step of the polynomial looks at, Hessians, and multiplications in a nanosecond, as measured on leaves that swing.
+const SHAPES: f64 = 3.5;
+const HESSIANS: f64 = 3.0;
+const MULTIPLICATIONS: f64 = 7.0;
 
 /// The run-time fields in the precision asked for.
 pub enum AnyFields {
@@ -196,7 +198,7 @@ impl ReducedShell {
     pub fn step_nanoseconds(&self, form: Form) -> u64 {
         if let (Form::Polynomial, Some(polynomial)) = (form, &self.polynomial) {
             let [shape, hessian] = polynomial.operations();
-            return ((SHAPES * shape + hessian) / MULTIPLICATIONS) as u64;
+            return ((SHAPES * shape + HESSIANS * hessian) / MULTIPLICATIONS) as u64;
         }
         let (elements, n) = (self.samples.len() as u64, self.n() as u64);
         elements * n * (n + 30) / 2

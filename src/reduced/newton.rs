@@ -21,6 +21,7 @@
 
 use super::Joined;
 use super::elastic::{Elastic, Scratch};
+use super::factor::Factor;
 use crate::energy::Curvature;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
@@ -32,6 +33,15 @@ const VENTURES: usize = 2;
 const TRIALS: usize = 40;
 /// Of a residual, what a step with the last Hessian leaves at most; it costs about a tenth of one with a new Hessian.
 const CHORD: f64 = 0.2;
+/// Of the square of a residual, what a Newton step leaves; and a step with the Hessian before it, of its square over the residual then. An
+/// estimate: on shells that swing by their size nearly all leave less, a fifth of it as a rule, and none ten times as much.
+const SQUARED: f64 = 10.0;
+/// Newton steps on the way there, at most, the residual that the first may have, and what a later one may have of the one before.
+const APPROACHES: usize = 4;
+const FAR: f64 = 1.0;
+const GAINED: f64 = 0.8;
+/// Along such a step, Π curves at least this much of what inertia alone does.
+const FIRM: f64 = 0.5;
 /// Below this residual rounding of Π may hide what a step gains.
 const ROUNDING: f64 = 1e-6;
 /// ε of J H⁻¹ Jᵀ + ε, relative to each diagonal entry, so that constraints may repeat or conflict.
@@ -144,6 +154,9 @@ pub struct Newton {
     wall: Vec<f64>,
     leapt: bool,
     work: Work,
+    /// The lower triangle of an approach's Hessian, and its factor.
+    hessian: DMatrix<f64>,
+    near: Factor,
     /// Of the last Hessian; none after one that was not positive definite, whatever was tried.
     factor: Option<Cholesky<f64, Dyn>>,
     /// μ (rows), H⁻¹Jᵀ (n × rows) and the rows' own matrix.
@@ -174,6 +187,8 @@ impl Newton {
             wall: vec![0.0; n],
             leapt: false,
             work: Work::default(),
+            hessian: DMatrix::zeros(n, n),
+            near: Factor::new(n),
             factor: Cholesky::new(DMatrix::identity(n, n)),
             multipliers: DVector::zeros(0),
             response: DMatrix::zeros(n, 0),
@@ -232,6 +247,87 @@ impl Newton {
             q.copy_from_slice(&self.wall);
         }
         end
+    }
+
+    /// Moves `q` by a few Newton steps to where by their residuals at most `tolerance` is left, without looking at Π: without constraints,
+    /// where no energy of points acts, and by exact Hessians far from singular. Otherwise it leaves `q` as it is.
+    pub fn approach(
+        &mut self,
+        energy: &dyn Elastic,
+        potential: &Potential,
+        q: &mut [f64],
+        tolerance: f64,
+    ) -> Option<End> {
+        let acts = |q: &[f64]| potential.joined.is_some_and(|joined| joined.value(q) != 0.0);
+        if potential.handles.is_some() || acts(q) {
+            return None; // of what may jump, residuals say little of what is left
+        }
+        self.mark.copy_from_slice(q);
+        let end = self.approached(energy, potential, q, tolerance).filter(|_| !acts(q));
+        if end.is_none() {
+            q.copy_from_slice(&self.mark);
+        }
+        end
+    }
+
+    fn approached(
+        &mut self,
+        energy: &dyn Elastic,
+        potential: &Potential,
+        q: &mut [f64],
+        tolerance: f64,
+    ) -> Option<End> {
+        let mut before = f64::INFINITY;
+        for iterations in 1..=APPROACHES {
+            let scale = self.find_gradient(energy, potential, q);
+            let mut residual = f64::INFINITY;
+            if iterations > 1 {
+                residual = self.approaching(scale)?;
+                if residual > GAINED * before {
+                    return None;
+                }
+            }
+            let mut left = SQUARED * residual * residual / before;
+            if iterations == 1 || left > tolerance {
+                if !self.factorize_near(energy, potential, q) {
+                    return None;
+                }
+                residual = self.approaching(scale)?;
+                left = SQUARED * residual * residual;
+                let firm = FIRM * potential.shift * self.direction.norm_squared();
+                if residual > FAR || -self.gradient.dot(&self.direction) < firm {
+                    return None;
+                }
+            }
+            q.iter_mut().zip(self.direction.iter()).for_each(|(q, d)| *q += d);
+            if left <= tolerance {
+                return Some(End { converged: true, iterations, residual: left });
+            }
+            before = residual;
+        }
+        None
+    }
+
+    /// The factor of the exact Hessian at `q`; false where it is not positive definite.
+    fn factorize_near(&mut self, energy: &dyn Elastic, potential: &Potential, q: &[f64]) -> bool {
+        energy.hessian(q, Curvature::Exact, &mut self.scratch, &mut self.hessian);
+        self.work.hessians += 1;
+        for (k, mut column) in self.hessian.column_iter_mut().enumerate() {
+            column[k] += potential.shift;
+            if let Some(c) = potential.matrix {
+                column.iter_mut().zip(c.column(k).iter()).skip(k).for_each(|(out, c)| *out += c);
+            }
+        }
+        self.near.factorize(&self.hessian)
+    }
+
+    /// Δ of an approach, and its residual; none without a descent direction.
+    fn approaching(&mut self, scale: f64) -> Option<f64> {
+        self.direction.copy_from(&self.gradient);
+        self.direction.neg_mut();
+        self.near.solve(self.direction.as_mut_slice());
+        let slope = self.gradient.dot(&self.direction);
+        (slope <= ROUNDING * ROUNDING * scale).then(|| (-slope.min(0.0) / scale).sqrt())
     }
 
     /// Whether Π is below that at the wall, if there was one.
@@ -390,6 +486,18 @@ impl Newton {
         q: &[f64],
         near: bool,
     ) -> Option<(f64, f64)> {
+        let scale = self.find_gradient(energy, potential, q);
+        if !near {
+            self.factorize(energy, potential, q);
+        }
+        let factor = self.factor.take()?;
+        let slope = self.solve(&factor, potential, q);
+        self.factor = Some(factor);
+        (slope <= ROUNDING * ROUNDING * scale).then_some((slope.min(0.0), scale))
+    }
+
+    /// ∇Π without constraints; returns the scale of Π.
+    fn find_gradient(&mut self, energy: &dyn Elastic, potential: &Potential, q: &[f64]) -> f64 {
         energy.gradient(q, &mut self.scratch, self.gradient.as_mut_slice());
         self.work.gradients += 1;
         let elastic: f64 = q.iter().zip(self.gradient.iter()).map(|(q, g)| (q * g).abs()).sum();
@@ -404,15 +512,8 @@ impl Newton {
         if let Some(joined) = potential.joined {
             joined.add_gradient(q, self.gradient.as_mut_slice());
         }
-        if !near {
-            self.factorize(energy, potential, q);
-        }
-        let factor = self.factor.take()?;
-        let slope = self.solve(&factor, potential, q);
-        self.factor = Some(factor);
         let work: f64 = q.iter().zip(potential.load).map(|(q, b)| (q * b).abs()).sum();
-        let scale = work + elastic + f64::MIN_POSITIVE;
-        (slope <= ROUNDING * ROUNDING * scale).then_some((slope.min(0.0), scale))
+        work + elastic + f64::MIN_POSITIVE
     }
 
     /// The factor of the Hessian at `q`, or of one near it that is positive definite.

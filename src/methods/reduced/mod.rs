@@ -33,8 +33,11 @@ const REDUCED_SHAPE: [f64; 5] = [600.0, 0.7, 0.0, 0.0, 0.0];
 const REDUCED_GRADIENT: [f64; 5] = [30.0, 0.7, 0.0, 0.0, 0.0];
 const REDUCED_HESSIAN: [f64; 5] = [5000.0, 0.1, 0.65, 0.65, 0.9];
 const REDUCED_FACTOR: f64 = 1.0;
-/// Of a multiplication of the polynomial.
-const POLYNOMIAL: f64 = 0.4;
+/// Of a multiplication of the polynomial, as counted on AVX2 (see `make bench-instructions`); and of an entry of a matrix, where it is solved
+/// with and where it is factorized first.
+const POLYNOMIAL: f64 = 0.8;
+const POLYNOMIAL_SOLVED: f64 = 10.0;
+const POLYNOMIAL_FACTORIZED: f64 = 10.0;
 /// What a step takes where none tells.
 const WORK: Work = Work { hessians: 1, gradients: ITERATIONS, shapes: ITERATIONS + 1 };
 /// Of a vertex with a force of its own, for each field of the reduced shell.
@@ -222,7 +225,9 @@ impl Reduced {
     fn costs(&self) -> ([f64; 3], String) {
         if let (Form::Polynomial, Some(polynomial)) = (self.form, &self.reduced.polynomial) {
             let [shape, hessian] = polynomial.operations().map(|count| POLYNOMIAL * count);
-            return ([hessian, polynomial.n() as f64, shape], format!("and {} forms", polynomial.n_forms()));
+            let entries = (polynomial.n() * polynomial.n()) as f64;
+            let costs = [hessian + POLYNOMIAL_FACTORIZED * entries, POLYNOMIAL_SOLVED * entries, shape];
+            return (costs, format!("and {} forms", polynomial.n_forms()));
         }
         let counts = self.reduced.energy.operations();
         let of_one = |costs: [f64; 5]| -> f64 { counts.iter().zip(costs).map(|(count, cost)| count * cost).sum() };

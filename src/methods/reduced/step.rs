@@ -25,6 +25,8 @@ const GAMMA: f64 = 1.0 - std::f64::consts::FRAC_1_SQRT_2;
 const ONWARD: f64 = 1.0 + std::f64::consts::SQRT_2;
 /// A step moves on at this, an energy of 1e-10 of what the loads do; the Newton step that shows it is still taken.
 const STEP: Stop = Stop { tolerance: 1e-5, iterations: 20, led: false, near: false };
+/// What a stage on a smooth energy may leave where it is not looked at: a part of the error of the step itself.
+const QUICK: f64 = 1.5e-4;
 /// Of the largest shape that the polynomial was trained on, how near a guess is.
 const NEAR: f64 = 0.1;
 /// Passes of a step, at most: in a turning frame, whose forces are taken at the end of the step as found last, each gains a factor ωh;
@@ -150,12 +152,18 @@ impl Reduced {
             let matrix = damped.then_some(&self.viscosity);
             let joined = at.points.map(|energy| Joined { energy, places: &self.places });
             let potential = Potential { shift, matrix, load: &self.load, handles, joined };
-            let checked = pass == 0 && !self.is_near(reduced, stage);
+            let smooth = self.form == Form::Polynomial && (share < 1.0 || near);
+            let quick = smooth && handles.is_none();
+            let checked = pass == 0 && !(smooth && self.is_near(reduced));
             if checked && !self.newton.is_lower(energy, &potential, &self.next, &self.start) {
                 self.next.copy_from_slice(&self.start);
             }
-            let stop = Stop { near: near || pass > 0, ..STEP };
-            converged = self.newton.minimize(energy, &potential, &mut self.next, stop).converged;
+            let end = if quick { self.newton.approach(energy, &potential, &mut self.next, QUICK) } else { None };
+            let end = end.unwrap_or_else(|| {
+                let stop = Stop { near: (near || pass > 0) && !quick, ..STEP };
+                self.newton.minimize(energy, &potential, &mut self.next, stop)
+            });
+            converged = end.converged;
             *gained = self.next.iter().zip(&self.last).map(|(a, b)| (a - b).powi(2)).sum();
             size = self.next.iter().map(|q| q * q).sum();
             let moved: f64 = self.next.iter().zip(&self.start).map(|(next, q)| (next - q).powi(2)).sum();
@@ -174,13 +182,9 @@ impl Reduced {
         Ok(converged)
     }
 
-    /// The guess of a stage needs no comparison with its start: of the polynomial, which is smooth, where both are near each other beside the
-    /// shapes of the training.
-    fn is_near(&self, reduced: &ReducedShell, stage: Stage) -> bool {
-        let reach = match (self.form, &reduced.polynomial) {
-            (Form::Polynomial, Some(polynomial)) if stage.share < 1.0 || stage.near => polynomial.gate.reach,
-            _ => return false,
-        };
+    /// The guess of a stage on a smooth energy needs no comparison with its start: both are near each other beside the shapes of the training.
+    fn is_near(&self, reduced: &ReducedShell) -> bool {
+        let reach = reduced.polynomial.as_ref().map_or(0.0, |polynomial| polynomial.gate.reach);
         let way: f64 = self.next.iter().zip(&self.start).map(|(next, start)| (next - start).powi(2)).sum();
         way <= (NEAR * reach).powi(2)
     }
