@@ -1,0 +1,147 @@
+//! Steps and positions of the polynomial shell beside the warp's, taking turns on one machine, on leaves of several sizes; and what a
+//! step of its length misses of the same motion in much shorter steps.
+//!
+//! usage: polynomial [--leaf FINE] [--size SHARE] [--errors] [--sampled] [N ...]
+//!
+//! N are modes and fields together. The leaf's edges are FINE times as short. It swings: gravity that bends it by SHARE of its size to first
+//! order acts, turns over after a second and is gone after two and a half. Models stay in out/bench.
+#![allow(missing_docs)]
+
+#[path = "../common/mod.rs"]
+mod common;
+
+use common::{displacements, error, leaf};
+use shellwarp::model::{Model, Options};
+use shellwarp::reduced;
+use shellwarp::state::{Method, Space, State};
+use shellwarp::step::Integrator;
+use shellwarp::{Shell, Vec3};
+use std::hint::black_box;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::Instant;
+
+/// Seconds of a step, steps, and turns that each contestant takes.
+const FRAME: f64 = 1.0 / 60.0;
+const STEPS: usize = 240;
+const TURNS: usize = 9;
+const MODES: usize = 8;
+
+/// Precomputed, or as it was saved by an earlier run.
+fn model(shell: &Arc<Shell>, n: usize) -> Arc<Model> {
+    let file = PathBuf::from(format!("out/bench/leaf_{}_{n}.swm", shell.mass.len()));
+    if let Some(model) = std::fs::read(&file).ok().and_then(|bytes| Model::load(&bytes).ok()) {
+        return Arc::new(model);
+    }
+    let reduced =
+        reduced::Options { fields: n - MODES, poses: reduced::default_poses(shell.mass.len()), ..Default::default() };
+    let options = Options { modes: MODES, reduced, ..Options::default() };
+    let model = Model::precompute(shell.clone(), &options, &mut |_, _| Ok(())).expect("a model");
+    std::fs::create_dir_all("out/bench").expect("a folder");
+    std::fs::write(file, model.save().expect("bytes")).expect("room");
+    Arc::new(model)
+}
+
+/// The gravity that moves the leaf by about `size` of its size, to first order.
+fn gravity(model: &Model, size: f64) -> Vec3 {
+    let mut state = State::new(
+        Arc::new(Model::load(&model.save().unwrap()).unwrap()),
+        Method::LinearModalAnalysis,
+        Integrator::Exact,
+    )
+    .unwrap();
+    let down = Vec3::new(0.0, 0.0, -1.0);
+    state.set_gravity(down).unwrap();
+    state.equilibrium().unwrap();
+    let largest = displacements(&state).iter().map(|u| u.norm()).fold(0.0, f64::max);
+    down * (size * model.shell.mesh.size / largest)
+}
+
+fn load(state: &mut State, gravity: Vec3, seconds: f64) {
+    let now = if seconds < 1.0 {
+        gravity
+    } else if seconds < 2.5 {
+        -gravity
+    } else {
+        Vec3::zeros()
+    };
+    state.set_gravity(now).unwrap();
+}
+
+#[inline(never)]
+fn run(state: &mut State, gravity: Vec3, parts: usize, mut visit: impl FnMut(&State)) {
+    state.reset();
+    for k in 0..STEPS {
+        load(state, gravity, k as f64 * FRAME);
+        (0..parts).for_each(|_| state.step(FRAME / parts as f64).unwrap());
+        visit(state);
+    }
+}
+
+fn path(state: &mut State, gravity: Vec3, parts: usize) -> Vec<Vec3> {
+    let mut all = vec![];
+    run(state, gravity, parts, |state| all.extend(displacements(state)));
+    all
+}
+
+fn main() {
+    let mut fine = 1;
+    let mut sizes: Vec<usize> = vec![];
+    let mut strength = 0.4;
+    let mut args = std::env::args().skip(1);
+    let mut errors = false;
+    let mut method = Method::PolynomialShell;
+    while let Some(arg) = args.next() {
+        match arg.as_str() {
+            "--leaf" => fine = args.next().unwrap().parse().unwrap(),
+            "--size" => strength = args.next().unwrap().parse().unwrap(),
+            "--errors" => errors = true,
+            "--sampled" => method = Method::ReducedShell,
+            n => sizes.push(n.parse().unwrap()),
+        }
+    }
+    if sizes.is_empty() {
+        sizes = vec![20, 28, 48];
+    }
+    let shell = Arc::new(leaf(fine));
+    let models: Vec<_> = sizes.iter().map(|n| model(&shell, *n)).collect();
+    let gravity = gravity(&models[0], strength);
+    let state = |model: &Arc<Model>, method| State::new(model.clone(), method, Integrator::Exact).unwrap();
+    let mut states: Vec<State> = vec![state(&models[0], Method::Warp)];
+    states.extend(models.iter().map(|model| state(model, method)));
+    let mut best = vec![[f64::INFINITY; 2]; states.len()];
+    let mut out = vec![[0f32; 3]; shell.mass.len()];
+    for _ in 0..TURNS {
+        for (state, best) in states.iter_mut().zip(&mut best) {
+            let start = Instant::now();
+            run(state, gravity, 1, |_| ());
+            best[0] = best[0].min(start.elapsed().as_secs_f64() / STEPS as f64);
+            state.reset();
+            load(state, gravity, 0.0);
+            (0..30).for_each(|_| state.step(FRAME).unwrap());
+            for _ in 0..20 {
+                let start = Instant::now();
+                state.position_rows_f32(Space::World, |v, rows| out[v..v + rows.len()].copy_from_slice(rows));
+                black_box(&out);
+                best[1] = best[1].min(start.elapsed().as_secs_f64());
+            }
+        }
+    }
+    println!("leaf of {} vertices, {STEPS} steps of 1/60 s, gravity for {strength} of its size", shell.mass.len());
+    let names: Vec<String> =
+        std::iter::once("warp, 8 modes".into()).chain(sizes.iter().map(|n| format!("polynomial, r = {n}"))).collect();
+    for ((name, own), state) in names.iter().zip(&best).zip(&mut states) {
+        let [step, read] = own.map(|seconds| 1e6 * seconds);
+        let [a, b] = [own[0] / best[0][0], (own[0] + own[1]) / (best[0][0] + best[0][1])];
+        let short = state.report().unconverged_steps;
+        print!("{name:<22} step {step:8.2} µs ({a:6.2} x), positions {read:8.2} µs, both {b:6.2} x, {short} short");
+        if errors && name.starts_with('p') {
+            let exact = path(state, gravity, 64);
+            let size = exact.iter().map(|u| u.norm()).fold(0.0, f64::max) / shell.mesh.size;
+            let own = error(&path(state, gravity, 1), &exact);
+            let half = error(&path(state, gravity, 2), &exact);
+            print!(", off h/64 by {:.3} %, h/2 {:.3} % (moves by {size:.2})", 100.0 * own, 100.0 * half);
+        }
+        println!();
+    }
+}
