@@ -51,19 +51,28 @@ fn constraint_step() {
     measured(&mut || state.step(FRAME).expect("a step"));
 }
 
+/// Of a strip of 200 vertices: a step of the polynomial shell does not know the mesh.
+fn polynomial_step(n: usize) {
+    let mut state = scene::moving(&scene::clamped_model(200, n - 8), Method::PolynomialShell);
+    measured(&mut || state.step(FRAME).expect("a step"));
+    black_box(state.save());
+}
+
 fn precompute() {
     let shell = Arc::new(common::reference("v_beam").0);
     let options = Options { modes: 8, ..Options::default() };
     measured(&mut || consume(&Model::precompute(shell.clone(), &options, &mut |_, _| Ok(())).expect("modes")));
 }
 
-const CASES: [(&str, fn()); 11] = [
+const CASES: [(&str, fn()); 13] = [
     ("step, LMA", || step(Method::LinearModalAnalysis, Precision::F32)),
     ("step, warp", || step(Method::Warp, Precision::F32)),
     ("step, virtual work", || step(Method::VirtualWorkWarp, Precision::F32)),
     ("step, warp, f64 basis", || step(Method::Warp, Precision::F64)),
     ("step, warp, i16 basis", || step(Method::Warp, Precision::I16)),
     ("step, warp, 1 handle", constraint_step),
+    ("step, polynomial, 20", || polynomial_step(20)),
+    ("step, polynomial, 28", || polynomial_step(28)),
     ("positions, f32", || read(|state| state.position_rows_f32(Space::World, |_, rows| consume(rows)))),
     ("positions, f64", || read(|state| state.position_rows(Space::World, |_, rows| consume(rows)))),
     ("rotations", || read(|state| state.rotations(Space::World, |_, rotation| consume(&rotation)).expect("rotations"))),
