@@ -16,7 +16,7 @@ export CMAKE_BUILD_PARALLEL_LEVEL ?= $(JOBS)
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
 .PHONY: help build native demo test test-cargo test-c test-render test-blender demo-blender install package blender-addon header \
-    python-abi docs-api test-docs lint fuzz check-memory check-threads check-miri check-guard bench bench-front bench-instructions bench-leave-out bench-polynomial bench-precompute bench-training build-report report report-docs report-stability \
+    python-abi docs-api test-docs lint fuzz check-memory check-threads check-miri check-guard bench bench-front bench-instructions bench-leave-out bench-polynomial bench-precompute bench-solver bench-training build-report report report-docs report-stability \
     test-report clean
 .PHONY: cli pictures bench-leaf farm-demo farm-sweep farm-costs bench-slepc
 
@@ -155,6 +155,9 @@ check-guard: ## compare the scenes' motion, byte for byte, with that of a librar
 
 bench-front: ## error of reduced shells on loads they were not trained on, the figures of docs/evidence/front.md (references stay in out/front)
 	cargo run --locked --release --example front
+
+bench-solver: ## count factorizations of the full shell's equilibria: docs/evidence/solver.md
+	cargo run --locked --release --example solver -- --docs docs/evidence/solver.md
 
 bench-training: ## time the training of reduced shells, the table of docs/evidence/front.md
 	cargo run --locked --release --example training -- --docs docs/evidence/front.md

@@ -543,7 +543,15 @@ fn wild_loads_never_run_away() {
             "{name}: at most {furthest:.2} of its size, {} short steps; {left:.1e} after it was let go",
             state.report().unconverged_steps
         );
-        // It spans one or two sizes; edges resist from there on. At rest all is given back.
-        assert!(furthest < 3.0 && left < 1e-9, "{name}: {furthest}, {left}");
+        // It spans one or two sizes; edges resist from there on. At rest all is given back, unless the shell has another shape to rest in: a
+        // sharp gutter that is bent far enough stays bent, the full one too.
+        assert!(furthest < 3.0, "{name}: {furthest}");
+        if left >= 1e-9 {
+            let mut full = state.try_clone().unwrap();
+            full.set_method(Method::ImplicitShell).unwrap();
+            full.equilibrium().unwrap();
+            let stays = displacements(&full).iter().map(|u| u.norm()).fold(0.0, f64::max) / model.shell.mesh.size;
+            assert!(name == "folded" && stays > 0.1, "{name}: {left}, the full shell {stays}");
+        }
     }
 }

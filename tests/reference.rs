@@ -124,7 +124,12 @@ fn a_solve_can_be_stopped_at_any_iteration() {
     let (shell, mut solver, _) = beam("v_beam");
     let forces = weight(&shell, Vec3::new(0.0, 0.0, -3.0));
     let options = EquilibriumOptions::default();
-    let whole = equilibrium(&mut solver, &zeros(&shell), &forces);
+    let mut every = 0;
+    let count = &mut |_| {
+        every += 1;
+        Ok(())
+    };
+    let whole = solver.equilibrium(&zeros(&shell), &forces, &options, count).unwrap();
     let mut calls = 0;
     loop {
         let mut heard = 0;
@@ -142,7 +147,7 @@ fn a_solve_can_be_stopped_at_any_iteration() {
         }
         calls += 1;
     }
-    assert_eq!(calls, whole.iterations + whole.increments);
+    assert!(calls == every && calls >= whole.iterations, "{calls} calls of {every}, {} iterations", whole.iterations);
 }
 
 #[test]

@@ -26,7 +26,8 @@ const FINER: usize = 2;
 /// Of errors on ways that are tried, what ways between them may err.
 const BETWEEN: f64 = 1.25;
 /// As near as methods are judged by; a part is followed at once where that works.
-const FOLLOWED: EquilibriumOptions = EquilibriumOptions { tolerance: 1e-7, first_increment: 1.0, max_iterations: 200 };
+const FOLLOWED: EquilibriumOptions =
+    EquilibriumOptions { tolerance: 1e-7, first_increment: 1.0, max_iterations: 200, follow_snaps: true };
 
 type Watch<'a> = &'a mut dyn FnMut() -> Result<()>;
 

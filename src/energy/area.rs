@@ -32,6 +32,26 @@ impl AreaEnergy {
             visit(t, d_area.map(|d| slope * d));
         }
     }
+
+    /// ∂²E of each triangle with `strain(t, A − Ā)` for A − Ā where its curvature goes by that.
+    #[inline(always)]
+    fn each_hessian(
+        &self,
+        x: &[Vec3],
+        curvature: Curvature,
+        strain: impl Fn(usize, f64) -> f64,
+        visit: &mut dyn FnMut(ElementHessian),
+    ) {
+        for (i, ((t, rest), divisor)) in self.triangles.iter().zip(&self.rest_area).zip(&self.divisor).enumerate() {
+            let corners = t.map(|v| x[v as usize]);
+            let (area, d_area) = area_and_gradient(&corners);
+            let mut blocks = area_curvature(&corners, strain(i, area - rest), curvature);
+            for (ij, block) in blocks.iter_mut().enumerate() {
+                *block = (2.0 * self.k / divisor) * (*block + d_area[ij / 3] * d_area[ij % 3].transpose());
+            }
+            visit((t, &blocks));
+        }
+    }
 }
 
 /// A and ∂A/∂(a, b, c). The gradient is zero where the triangle has collapsed and has no normal.
@@ -117,15 +137,12 @@ impl Energy for AreaEnergy {
     }
 
     fn visit_hessian(&self, x: &[Vec3], curvature: Curvature, visit: &mut dyn FnMut(ElementHessian)) {
-        for ((t, rest), divisor) in self.triangles.iter().zip(&self.rest_area).zip(&self.divisor) {
-            let corners = t.map(|v| x[v as usize]);
-            let (area, d_area) = area_and_gradient(&corners);
-            let mut blocks = area_curvature(&corners, area - rest, curvature);
-            for (ij, block) in blocks.iter_mut().enumerate() {
-                *block = (2.0 * self.k / divisor) * (*block + d_area[ij / 3] * d_area[ij % 3].transpose());
-            }
-            visit((t, &blocks));
-        }
+        self.each_hessian(x, curvature, |_, strain| strain, visit);
+    }
+
+    fn visit_mixed_hessian(&self, x: &[Vec3], stress: &[f64], visit: &mut dyn FnMut(ElementHessian)) {
+        let strain = |t: usize, _| stress[t] / (2.0 * self.k / self.divisor[t]).sqrt();
+        self.each_hessian(x, Curvature::Exact, strain, visit);
     }
 
     fn n_elements(&self) -> usize {

@@ -96,6 +96,30 @@ impl HingeEnergy {
             visit(h, self.gradient(i, &bend).map(|d| moment * d));
         }
     }
+
+    /// 2w (∇θ∇θᵀ + t ∂²θ) of each hinge, t its `turn` θ − θ̄; the semidefinite one is Gauss–Newton's, without the second part.
+    #[inline(always)]
+    fn each_hessian(
+        &self,
+        x: &[Vec3],
+        curvature: Curvature,
+        turn: impl Fn(usize, &Bend) -> f64,
+        visit: &mut dyn FnMut(ElementHessian),
+    ) {
+        for (i, (h, weight)) in self.hinges.iter().zip(&self.weight).enumerate() {
+            let bend = self.bend(i, x);
+            let d_angle = self.gradient(i, &bend);
+            let mut blocks = [Mat3::zeros(); 16];
+            if curvature == Curvature::Exact {
+                let turn = turn(i, &bend);
+                blocks = angle_curvature(&bend.corners).map(|block| turn * block);
+            }
+            for (ij, block) in blocks.iter_mut().enumerate() {
+                *block = (2.0 * weight) * (*block + d_angle[ij / 4] * d_angle[ij % 4].transpose());
+            }
+            visit((h, &blocks));
+        }
+    }
 }
 
 /// Twice-area normals of the two triangles.
@@ -242,21 +266,13 @@ impl Energy for HingeEnergy {
         0
     }
 
-    /// 2w (∇θ∇θᵀ + (θ − θ̄) ∂²θ); the semidefinite one is Gauss–Newton's, without the second part.
     fn visit_hessian(&self, x: &[Vec3], curvature: Curvature, visit: &mut dyn FnMut(ElementHessian)) {
-        for (i, (h, weight)) in self.hinges.iter().zip(&self.weight).enumerate() {
-            let bend = self.bend(i, x);
-            let d_angle = self.gradient(i, &bend);
-            let mut blocks = [Mat3::zeros(); 16];
-            if curvature == Curvature::Exact {
-                let turn = bend.share * bend.share * bend.turn;
-                blocks = angle_curvature(&bend.corners).map(|block| turn * block);
-            }
-            for (ij, block) in blocks.iter_mut().enumerate() {
-                *block = (2.0 * weight) * (*block + d_angle[ij / 4] * d_angle[ij % 4].transpose());
-            }
-            visit((h, &blocks));
-        }
+        self.each_hessian(x, curvature, |_, bend| bend.share * bend.share * bend.turn, visit);
+    }
+
+    fn visit_mixed_hessian(&self, x: &[Vec3], stress: &[f64], visit: &mut dyn FnMut(ElementHessian)) {
+        let turn = |h: usize, bend: &Bend| bend.share * stress[h] / (2.0 * self.weight[h]).sqrt();
+        self.each_hessian(x, Curvature::Exact, turn, visit);
     }
 
     fn n_elements(&self) -> usize {

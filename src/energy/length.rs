@@ -29,6 +29,26 @@ impl LengthEnergy {
             visit(e, (2.0 * self.k * (length - rest) / divisor) * direction);
         }
     }
+
+    /// 2k/l̄ (ddᵀ + t (I − ddᵀ)) of each edge, t its `tension` at a length, 1 − l̄/l; a compressed edge's second part is negative and left out
+    /// of the semidefinite one.
+    #[inline(always)]
+    fn each_hessian(
+        &self,
+        x: &[Vec3],
+        curvature: Curvature,
+        tension: impl Fn(usize, f64) -> f64,
+        visit: &mut dyn FnMut(ElementHessian),
+    ) {
+        for (i, (e, divisor)) in self.edges.iter().zip(&self.divisor).enumerate() {
+            let (length, direction) = length_and_direction(&e.map(|v| x[v as usize]));
+            let along = direction * direction.transpose();
+            let tension = if length > 0.0 { tension(i, length) } else { 0.0 };
+            let tension = if curvature == Curvature::Exact { tension } else { tension.max(0.0) };
+            let block = (2.0 * self.k / divisor) * (along + tension * (Mat3::identity() - along));
+            visit((e, &[block, -block, -block, block]));
+        }
+    }
 }
 
 /// l and ∂l/∂b = −∂l/∂a; zero where the edge has collapsed and has no direction.
@@ -89,16 +109,14 @@ impl Energy for LengthEnergy {
         self.edges.len()
     }
 
-    /// 2k/l̄ (ddᵀ + (1 − l̄/l)(I − ddᵀ)); a compressed edge's second part is negative and left out of the semidefinite one.
     fn visit_hessian(&self, x: &[Vec3], curvature: Curvature, visit: &mut dyn FnMut(ElementHessian)) {
-        for ((e, rest), divisor) in self.edges.iter().zip(&self.rest_length).zip(&self.divisor) {
-            let (length, direction) = length_and_direction(&e.map(|v| x[v as usize]));
-            let along = direction * direction.transpose();
-            let tension = if length > 0.0 { 1.0 - rest / length } else { 0.0 };
-            let tension = if curvature == Curvature::Exact { tension } else { tension.max(0.0) };
-            let block = (2.0 * self.k / divisor) * (along + tension * (Mat3::identity() - along));
-            visit((e, &[block, -block, -block, block]));
-        }
+        let tension = |e: usize, length: f64| 1.0 - self.rest_length[e] / length;
+        self.each_hessian(x, curvature, tension, visit);
+    }
+
+    fn visit_mixed_hessian(&self, x: &[Vec3], stress: &[f64], visit: &mut dyn FnMut(ElementHessian)) {
+        let tension = |e: usize, length: f64| stress[e] / ((2.0 * self.k / self.divisor[e]).sqrt() * length);
+        self.each_hessian(x, Curvature::Exact, tension, visit);
     }
 
     fn n_elements(&self) -> usize {

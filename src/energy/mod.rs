@@ -68,6 +68,10 @@ pub trait Energy: Send + Sync {
         visit: &mut dyn FnMut(ElementHessian),
     );
 
+    /// As [`Energy::visit_hessian`] with these stresses of the elements for their own where strains curve: with ε the strains √(2w) s,
+    /// Σ ∇ε∇εᵀ + σ ∂²ε.
+    fn visit_mixed_hessian(&self, x: &[Vec3], stress: &[f64], visit: &mut dyn FnMut(ElementHessian));
+
     /// How many elements, the first ones, resist stretching. The others resist bending.
     fn n_membrane(&self) -> usize;
 
@@ -109,6 +113,15 @@ impl Energy for Vec<Box<dyn Energy>> {
             let (own, others) = rest.split_at(e.n_elements());
             rest = others;
             e.visit_stress_hessian(x, own, curvature, visit);
+        }
+    }
+
+    fn visit_mixed_hessian(&self, x: &[Vec3], stress: &[f64], visit: &mut dyn FnMut(ElementHessian)) {
+        let mut rest = stress;
+        for e in self {
+            let (own, others) = rest.split_at(e.n_elements());
+            rest = others;
+            e.visit_mixed_hessian(x, own, visit);
         }
     }
 

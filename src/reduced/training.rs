@@ -83,7 +83,9 @@ const POINTS: usize = 3;
 const DISTRIBUTED: usize = 8;
 /// Fields are compressed to far less than this tolerance. Most equilibria take 5 to 20 iterations, those of a shell that buckles some 100s.
 /// They are worth it (a leaf under its own weight), but take most of the time on large meshes: there the last shape before has to do.
-const TRAINING: EquilibriumOptions = EquilibriumOptions { tolerance: 1e-5, first_increment: 0.5, max_iterations: 400 };
+/// Where the shell snaps, fields for the shape before that are wanted, not for the one that it falls to.
+const TRAINING: EquilibriumOptions =
+    EquilibriumOptions { tolerance: 1e-5, first_increment: 0.5, max_iterations: 400, follow_snaps: false };
 /// Iterations times vertices, at most, but no less than [`LEAST_ITERATIONS`].
 const ITERATED: usize = 800_000;
 const LEAST_ITERATIONS: usize = 100;

@@ -1,9 +1,12 @@
 //! Static equilibrium under dead forces: ∇E(x̄ + u) = F over the free vertices.
 //!
-//! The load moves from the one the start balances, ∇E at the start (zero at rest), to F, in increments that shrink where
-//! Newton's method does not converge and grow again. So the solution is the one that loading leads to, not just any.
+//! The load moves from the one the start balances, ∇E at the start (zero at rest), to F. All of it is tried at once first, for as long
+//! as the shell stays stable on the way. If it does not, the load goes in increments that shrink where Newton's method does not converge
+//! and grow again. So the solution is the one that loading leads to, not just any. Where the shell snaps under a small increment, the
+//! search goes on downhill from where it stands.
 
 use super::handles::Handles;
+use super::mixed::Unstable;
 use super::newton::{Convergence, Stop};
 use super::potential::Potential;
 use super::{Solver, continuation, free_norm};
@@ -20,6 +23,9 @@ const LOOSE_TOLERANCE: f64 = 1e-3;
 /// The smallest increment.
 const SMALLEST_INCREMENT: f64 = 1e-4;
 
+/// Up to this share of the load, an increment that takes too many iterations is not halved: the shell is on its way down.
+const SNAPPING: f64 = 0.3;
+
 /// Rounding of the coordinates leaves 1e-6 of the load on shells that hang together; more means that one flies away.
 const WORST_RESIDUAL: f64 = 1e-3;
 
@@ -33,11 +39,13 @@ pub struct EquilibriumOptions {
     pub first_increment: f64,
     /// Newton iterations at most, of all increments.
     pub max_iterations: usize,
+    /// Whether to go on downhill where the shell snaps, or to halve the increment until the shape before that is found.
+    pub follow_snaps: bool,
 }
 
 impl Default for EquilibriumOptions {
     fn default() -> Self {
-        Self { tolerance: 1e-8, first_increment: 0.25, max_iterations: 2000 }
+        Self { tolerance: 1e-8, first_increment: 0.25, max_iterations: 2000, follow_snaps: true }
     }
 }
 
@@ -90,9 +98,10 @@ impl Solver {
         options.check()?;
         self.place(start);
         let mut path = LoadPath::new(self, forces, options);
+        path.advance_at_once(self, forces, options, watch)?;
         while path.done < 1.0 {
             if let Err(error) = path.advance(self, forces, options, watch) {
-                self.x.copy_from_slice(&self.origin);
+                self.x.copy_from_slice(&path.balanced);
                 return Err(error);
             }
         }
@@ -130,8 +139,9 @@ struct LoadPath {
     first: Vec<Vec3>,
     /// ‖F‖, or the first load's without one, or 0.
     scale: f64,
-    /// Share of the load that is in equilibrium.
+    /// Share of the load that is in equilibrium, and the positions (n_vertices).
     done: f64,
+    balanced: Vec<Vec3>,
     increment: f64,
     residual: f64,
     iterations: usize,
@@ -151,11 +161,41 @@ impl LoadPath {
             scale: loads.into_iter().find(|load| *load > 0.0).unwrap_or(0.0),
             first,
             done: 0.0,
+            balanced: solver.x.clone(),
             increment: options.first_increment.max(SMALLEST_INCREMENT),
             residual: 0.0,
             iterations: 0,
             increments: 0,
         }
+    }
+
+    /// Tries the whole load, if no handle has a way to go.
+    fn advance_at_once(
+        &mut self,
+        solver: &mut Solver,
+        forces: &[Vec3],
+        options: &EquilibriumOptions,
+        watch: &mut dyn FnMut(EquilibriumProgress) -> Result<()>,
+    ) -> Result<()> {
+        if !solver.newton.is_mixed() || !solver.handles.is_empty() || self.scale == 0.0 {
+            return Ok(());
+        }
+        solver.origin.copy_from_slice(&solver.x);
+        let Solver { shell, newton, origin, x, points, .. } = solver;
+        let stop = Stop { tolerance: options.tolerance, scale: self.scale, max_iterations: options.max_iterations };
+        let (handles, points) = (&Handles::none(), Solver::points(points));
+        let potential = Potential { shell, origin, load: forces, step: None, handles, points };
+        let mut iterations = 0;
+        let found = newton.minimize_mixed(&potential, x, (stop, Unstable::Stop), &mut |residual| {
+            let heard = watch(EquilibriumProgress { load: 1.0, iterations, residual });
+            iterations += 1;
+            heard
+        })?;
+        self.iterations = iterations;
+        if let Some(end) = found.filter(|end| end.residual <= WORST_RESIDUAL) {
+            (self.done, self.residual, self.increments) = (1.0, end.residual, 1);
+        }
+        Ok(())
     }
 
     /// Solves for one more increment, or halves it.
@@ -174,9 +214,14 @@ impl LoadPath {
             self.residual = outcome.residual;
             self.increments += 1;
             self.increment *= 2.0;
+            self.balanced.copy_from_slice(&solver.x);
             return Ok(());
         }
-        solver.x.copy_from_slice(&solver.origin);
+        let falling = options.follow_snaps && !outcome.converged && outcome.iterations >= ITERATIONS_PER_INCREMENT;
+        if falling && load - self.done <= SNAPPING && self.iterations < options.max_iterations {
+            return Ok(());
+        }
+        solver.x.copy_from_slice(&self.balanced);
         self.increment = 0.5 * (load - self.done);
         if self.increment >= SMALLEST_INCREMENT && self.iterations < options.max_iterations {
             return Ok(());

@@ -15,6 +15,7 @@ mod explicit;
 mod free_motion;
 mod handles;
 mod implicit;
+mod mixed;
 mod newton;
 mod noise;
 pub(crate) mod orientation;
@@ -78,6 +79,16 @@ impl Solver {
     /// Bytes of the matrix, its factor and the fields.
     pub fn bytes(&self) -> usize {
         3 * self.x.len() * size_of::<Vec3>() + self.newton.bytes()
+    }
+
+    /// Whether searches begin with the stress as an unknown, as they do unless told otherwise. They end in minima either way.
+    pub fn set_mixed(&mut self, mixed: bool) {
+        self.newton.set_mixed(mixed);
+    }
+
+    /// Factorizations since it was made.
+    pub fn factorizations(&self) -> usize {
+        self.newton.factorizations
     }
 
     /// Multiplications of a factorization and entries of the factor.

@@ -1,4 +1,4 @@
-//! Newton's method with a line search on a [`Potential`].
+//! Newton's method with a line search on a [`Potential`], where the steps of [`super::mixed`] do not get there.
 //!
 //! The direction is −H⁻¹∇Φ with the exact Hessian H. Where its Cholesky factorization fails, the semidefinite Hessian plus τM
 //! takes its place: τ is such that no direction is longer than the shell is large, and vanishes with ∇Φ. What rounding alone
@@ -11,6 +11,7 @@
 mod stability;
 
 use super::free_norm;
+use super::mixed::Unstable;
 use super::noise::Noise;
 use super::potential::Potential;
 use crate::energy::Curvature;
@@ -55,22 +56,29 @@ pub struct Convergence {
 
 /// The sparse solver and scratch.
 pub struct Newton {
-    matrix: BlockMatrix,
+    pub(super) matrix: BlockMatrix,
     symbolic: Symbolic,
     factor: Factor,
     /// ∇Φ (n_vertices).
-    gradient: Vec<Vec3>,
+    pub(super) gradient: Vec<Vec3>,
     /// Δ = −H⁻¹∇Φ (n_unknowns).
     direction: Vec<f64>,
     /// x + αΔ (n_vertices).
-    trial: Vec<Vec3>,
-    noise: Noise,
+    pub(super) trial: Vec<Vec3>,
+    pub(super) noise: Noise,
     /// Whether nothing holds a component, and its momentum and inertia (n_components).
     floats: Vec<bool>,
     momenta: Vec<(Vec3, f64)>,
     /// Whether the last direction is of the exact Hessian.
     exact: bool,
     mark: Mark,
+    /// The stress that the last step foresaw (n_elements), and where Φ was lowest (n_vertices).
+    pub(super) stress: Vec<f64>,
+    pub(super) lowest: Vec<Vec3>,
+    /// Whether steps with the stress as an unknown come first.
+    mixed: bool,
+    /// Factorizations so far.
+    pub(super) factorizations: usize,
 }
 
 /// The last iterate that Φ fell to, and how far it is left behind.
@@ -93,8 +101,8 @@ impl Newton {
     /// Bytes of the matrix, its factor and the fields.
     pub fn bytes(&self) -> usize {
         let entries = self.matrix.lower.val().len() * (size_of::<f64>() + size_of::<usize>());
-        let fields =
-            (self.gradient.len() + self.trial.len()) * size_of::<Vec3>() + self.direction.len() * size_of::<f64>();
+        let fields = (self.gradient.len() + self.trial.len() + self.lowest.len()) * size_of::<Vec3>()
+            + self.direction.len() * size_of::<f64>();
         entries + fields + self.symbolic.factor_bytes()
     }
 
@@ -120,13 +128,38 @@ impl Newton {
             ventures: 0,
             reach: 1.0,
         };
-        let (gradient, trial) = (zeros.clone(), zeros);
+        let (gradient, trial, lowest) = (zeros.clone(), zeros.clone(), zeros);
         let mut floats = vec![true; shell.mesh.n_components];
         let held = (0..shell.held.len()).filter(|&v| shell.held[v] && shell.mesh.component[v] != NONE);
         held.for_each(|v| floats[shell.mesh.component[v] as usize] = false);
         let momenta = vec![(Vec3::zeros(), 0.0); floats.len()];
         let noise = Noise::default();
-        Ok(Self { matrix, symbolic, factor, gradient, direction, trial, noise, floats, momenta, exact: true, mark })
+        Ok(Self {
+            matrix,
+            symbolic,
+            factor,
+            gradient,
+            direction,
+            trial,
+            noise,
+            floats,
+            momenta,
+            exact: true,
+            mark,
+            stress: Vec::with_capacity(shell.energy.n_elements()),
+            lowest,
+            mixed: true,
+            factorizations: 0,
+        })
+    }
+
+    /// See [`super::Solver::set_mixed`].
+    pub(super) fn set_mixed(&mut self, mixed: bool) {
+        self.mixed = mixed;
+    }
+
+    pub(super) fn is_mixed(&self) -> bool {
+        self.mixed
     }
 
     /// Moves `x` to a minimum of Φ. `watch` hears of each iterate's residual.
@@ -137,10 +170,16 @@ impl Newton {
         stop: Stop,
         watch: &mut dyn FnMut(f64) -> Result<()>,
     ) -> Result<Convergence> {
-        let mut last = f64::INFINITY;
         self.noise.clear();
         (self.mark.ventures, self.mark.reach) = (0, 1.0);
-        for iterations in 0.. {
+        let before = self.factorizations;
+        if self.mixed
+            && let Some(end) = self.minimize_mixed(potential, x, (stop, Unstable::Shift), watch)?
+        {
+            return Ok(end);
+        }
+        let mut last = f64::INFINITY;
+        for iterations in self.factorizations - before.. {
             potential.gradient(x, &mut self.gradient);
             let force = free_norm(potential.shell, &self.gradient);
             let residual = force / stop.scale;
@@ -148,7 +187,7 @@ impl Newton {
             let stagnates = force > 0.5 * last && self.noise.explains(potential.shell, &self.gradient);
             let settled = residual <= stop.tolerance || stagnates;
             let converged = settled && self.is_below_mark(potential, x);
-            if converged || iterations == stop.max_iterations {
+            if converged || iterations >= stop.max_iterations {
                 return Ok(Convergence { converged, iterations, residual });
             }
             last = force;
@@ -257,8 +296,9 @@ impl Newton {
     }
 
     /// Δ and ∇Φ·Δ, or `None` unless the matrix is positive definite.
-    fn solve(&mut self, potential: &Potential) -> Result<Option<f64>> {
+    pub(super) fn solve(&mut self, potential: &Potential) -> Result<Option<f64>> {
         self.matrix.require_finite()?;
+        self.factorizations += 1;
         if !self.symbolic.refactorize(&self.matrix.lower, &mut self.factor)? {
             return Ok(None);
         }
@@ -308,7 +348,7 @@ impl Newton {
     }
 
     /// Δ at the i-th free vertex.
-    fn along(&self, i: usize) -> Vec3 {
+    pub(super) fn along(&self, i: usize) -> Vec3 {
         Vec3::from_column_slice(&self.direction[3 * i..3 * i + 3])
     }
 
@@ -332,7 +372,7 @@ impl Newton {
     }
 
     /// trial ← x + αΔ.
-    fn try_step(&mut self, potential: &Potential, x: &[Vec3], alpha: f64) {
+    pub(super) fn try_step(&mut self, potential: &Potential, x: &[Vec3], alpha: f64) {
         self.trial.copy_from_slice(x);
         for (i, v) in potential.free().enumerate() {
             self.trial[v] = x[v] + alpha * self.along(i);

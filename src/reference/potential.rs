@@ -69,6 +69,11 @@ impl Potential<'_> {
     pub fn whole_gradient(&self, x: &[Vec3], gradient: &mut [Vec3]) {
         gradient.fill(Vec3::zeros());
         self.shell.energy.add_gradient(x, gradient);
+        self.add_other_forces(x, gradient);
+    }
+
+    /// Adds the gradient of all but the elastic energy.
+    fn add_other_forces(&self, x: &[Vec3], gradient: &mut [Vec3]) {
         for v in self.free() {
             gradient[v] -= self.load[v];
             if let Some(s) = self.step {
@@ -93,6 +98,33 @@ impl Potential<'_> {
             let block = |p: usize, q: usize| blocks[p * vertices.len() + q];
             matrix.add_element(vertices, |p, q| self.handles.projected(vertices[p], block(p, q), vertices[q]));
         });
+        self.add_others(x, curvature, matrix);
+    }
+
+    /// ∇Φ(x) along what handles leave free, with these `stress`es of the elements in the place of their strains.
+    pub fn mixed_gradient(&self, x: &[Vec3], stress: &[f64], gradient: &mut [Vec3]) {
+        gradient.fill(Vec3::zeros());
+        let mut each = stress.iter();
+        self.shell.energy.visit_rows(x, &mut |(vertices, row)| {
+            let stress = each.next().copied().unwrap_or(0.0);
+            vertices.iter().zip(row).for_each(|(&v, b)| gradient[v as usize] += stress * b);
+        });
+        self.add_other_forces(x, gradient);
+        self.handles.project(gradient);
+    }
+
+    /// ∂²Φ/∂x² over the free vertices with these `stress`es of the elements in the place of their strains.
+    pub fn assemble_mixed(&self, x: &[Vec3], stress: &[f64], matrix: &mut BlockMatrix) {
+        matrix.clear();
+        self.shell.energy.visit_mixed_hessian(x, stress, &mut |(vertices, blocks)| {
+            let block = |p: usize, q: usize| blocks[p * vertices.len() + q];
+            matrix.add_element(vertices, |p, q| self.handles.projected(vertices[p], block(p, q), vertices[q]));
+        });
+        self.add_others(x, Curvature::Exact, matrix);
+    }
+
+    /// Adds the second derivatives of all but the elastic energy.
+    fn add_others(&self, x: &[Vec3], curvature: Curvature, matrix: &mut BlockMatrix) {
         self.handles.add_hessian(x, curvature, matrix);
         if let Some(points) = self.points {
             self.handles.add_points(points, x, curvature, matrix);

@@ -1,0 +1,113 @@
+//! Factorizations and seconds that equilibria of the full shell take from rest, by the energy alone and with the stress as an unknown of the
+//! search, over the forces of the lists in `front/scenes.rs`.
+//!
+//! usage: solver [--docs FILE] [SHELL ...]
+#![allow(missing_docs)]
+
+#[path = "../common/mod.rs"]
+mod common;
+mod docs;
+#[path = "front/scenes.rs"]
+#[allow(dead_code)] // the front's own
+mod scenes;
+
+use common::mass_error;
+use scenes::{Action, Scene};
+use shellwarp::reference::{EquilibriumOptions, Solver};
+use shellwarp::{Shell, Vec3};
+use std::time::Instant;
+
+/// Largest displacements to first order, in model sizes.
+const AIMS: [f64; 3] = [0.1, 0.3, 1.0];
+/// Of the weight, a force that leaves the shell linear.
+const LITTLE: f64 = 1e-3;
+/// Ends further apart than this, relative, are not the same.
+const APART: f64 = 1e-3;
+
+/// Searches for a list of loads.
+#[derive(Default)]
+struct Total {
+    factorizations: usize,
+    seconds: f64,
+    found: usize,
+}
+
+impl Total {
+    fn search(&mut self, solver: &mut Solver, forces: &[Vec3]) -> Option<Vec<Vec3>> {
+        let (before, started) = (solver.factorizations(), Instant::now());
+        let start = vec![Vec3::zeros(); forces.len()];
+        let end = solver.equilibrium(&start, forces, &EquilibriumOptions::default(), &mut |_| Ok(())).ok();
+        self.factorizations += solver.factorizations() - before;
+        self.seconds += started.elapsed().as_secs_f64();
+        self.found += usize::from(end.is_some());
+        end.map(|end| end.displacement)
+    }
+}
+
+fn largest(u: &[Vec3]) -> f64 {
+    u.iter().map(|u| u.norm()).fold(0.0, f64::max)
+}
+
+/// Those of a scene, each at the strengths of [`AIMS`].
+fn forces(scene: &Scene, solver: &mut Solver) -> Vec<Vec<Vec3>> {
+    let shell: &Shell = &scene.shell;
+    let mut list = vec![];
+    for load in [false, true].into_iter().flat_map(|fresh| scene.loads(fresh)) {
+        let Action::Forces(forces) = &load.action else { continue };
+        let little: Vec<Vec3> = forces.iter().map(|f| f * (LITTLE * shell.total_mass)).collect();
+        let Some(linear) = Total::default().search(solver, &little) else { continue };
+        let scaled = |aim: f64| little.iter().map(|f| f * (aim * shell.mesh.size / largest(&linear))).collect();
+        list.extend(AIMS.map(scaled));
+    }
+    list
+}
+
+fn main() {
+    let mut arguments: Vec<String> = std::env::args().skip(1).collect();
+    let docs = arguments.iter().position(|a| a == "--docs").map(|i| arguments.drain(i..i + 2).nth(1).expect("a file"));
+    let mut table = format!(
+        "From rest to 1e-8 of the load, forces that move the shell by 0.1, 0.3 and 1 of its size to first order; `make bench-solver` on {} \
+         (load {}). By the energy alone → with the stress as an unknown. Elsewhere: ends that differ by more than {APART}, and where the \
+         potential is lower with the stress as an unknown.\n\n\
+         | shell | loads | factorizations | seconds | found | elsewhere | lower |\n|---|---|---|---|---|---|---|\n",
+        docs::machine(),
+        docs::load()
+    );
+    for scene in scenes::all().iter().filter(|s| arguments.is_empty() || arguments.iter().any(|a| a == s.key)) {
+        let mut solver = Solver::new(scene.shell.clone()).unwrap();
+        let mut totals = [Total::default(), Total::default()];
+        let (mut elsewhere, mut lower) = (0, 0);
+        let list = forces(scene, &mut solver);
+        for forces in &list {
+            let mut ends = vec![];
+            for (mixed, total) in [false, true].into_iter().zip(&mut totals) {
+                solver.set_mixed(mixed);
+                ends.push(total.search(&mut solver, forces));
+            }
+            let [Some(plain), Some(mixed)] = &ends[..] else { continue };
+            if mass_error(&scene.shell, mixed, plain) > APART {
+                let work = |u: &[Vec3]| u.iter().zip(forces).map(|(u, f)| u.dot(f)).sum::<f64>();
+                let [a, b] = [plain, mixed].map(|u| solver.elastic_energy(u) - work(u));
+                elsewhere += 1;
+                lower += usize::from(b < a);
+            }
+        }
+        let [a, b] = totals;
+        let row = format!(
+            "| {} | {} | {} → {} | {:.1} → {:.1} | {} → {} | {elsewhere} | {lower} |\n",
+            scene.key,
+            list.len(),
+            a.factorizations,
+            b.factorizations,
+            a.seconds,
+            b.seconds,
+            a.found,
+            b.found
+        );
+        print!("{row}");
+        table += &row;
+    }
+    if let Some(file) = docs {
+        docs::put_section(&file, "solver", &table).unwrap();
+    }
+}
