@@ -4,8 +4,8 @@
 //! nearly all of this stretch: the first step takes it out, and only the next ones see how the shell then bends. So steps go on until
 //! the load is all but balanced, which takes three to a dozen of them, and up to some 50 where the shell bends far without stretching.
 
+use super::constraints::{Constraints, vertex_stiffness};
 use super::free_motion::FreeMotions;
-use super::handles::{Handles, vertex_stiffness};
 use super::newton::Stop;
 use super::potential::Potential;
 use super::{Solver, continuation, free_norm, mass_norm};
@@ -31,7 +31,7 @@ pub struct Load<'a> {
     pub at: &'a dyn Fn(&[Vec3]) -> Vec<Vec3>,
     /// Whether they differ from pose to pose.
     pub follows: bool,
-    /// About the force of the handles.
+    /// About the force of the constraints.
     pub held: f64,
     /// About the forces that set in motion what nothing holds.
     pub moving: f64,
@@ -44,15 +44,15 @@ pub struct Load<'a> {
 pub struct Correction {
     /// To where the steps led (n_vertices), without what moves freely.
     pub way: Vec<Vec3>,
-    /// ‖F − ∇E‖ over the free vertices, along what handles leave free, at the start and at the end, relative to F and the handles' forces.
+    /// ‖F − ∇E‖ over the free vertices, along what constraints leave free, at the start and at the end, relative to F and the constraints' forces.
     pub force: [f64; 2],
-    /// The share of their way that handles were not led, or of the whole that the last round still went.
+    /// The share of their way that constraints were not led, or of the whole that the last round still went.
     pub short: f64,
 }
 
 impl Solver {
-    /// Newton steps from the displacements `start` (n_vertices) toward the equilibrium under a load and the handles of
-    /// [`Solver::set_constraints`], at most `solves` in a round, more where handles have a way to go. A load that follows the shape is taken
+    /// Newton steps from the displacements `start` (n_vertices) toward the equilibrium under a load and the constraints of
+    /// [`Solver::set_constraints`], at most `solves` in a round, more where constraints have a way to go. A load that follows the shape is taken
     /// anew until this settles. What moves freely stays where it is, by mass, as in `free_motion`.
     pub fn correct(&mut self, start: &[Vec3], load: &Load, solves: usize) -> Result<Correction> {
         self.check_fields(&[("start", start)])?;
@@ -64,21 +64,21 @@ impl Solver {
             let rest = &shell.mesh.positions;
             let displacement: Vec<Vec3> = self.x.iter().zip(rest).map(|(x, rest)| x - rest).collect();
             let before = self.x.clone();
-            let free = FreeMotions::new(&shell, self.handles.held(), &self.x);
+            let free = FreeMotions::new(&shell, self.constraints.held(), &self.x);
             let mut forces = (load.at)(if round == 0 { start } else { &displacement });
             let moving = if free.is_empty() { 0.0 } else { load.moving.hypot(rounding(&shell)) };
             let scale = free_norm(&shell, &forces).hypot(load.held).hypot(moving);
             if round > 0 {
-                self.handles.renew(&shell, &self.x);
+                self.constraints.renew(&shell, &self.x);
             }
             free.balance(&shell, &self.x, &mut forces);
-            self.handles.pin(&free.pins(&self.x), &self.x);
+            self.constraints.pin(&free.pins(&self.x), &self.x);
             let [from, to] = self.approach((&forces, scale), solves, load.still.then_some(&first))?;
             free.align(&shell, &mut self.x, &first);
             found.force = [if round == 0 { from } else { found.force[0] }, to];
             let gone = mass_norm(&shell, |v| self.x[v] - before[v]);
             let whole = mass_norm(&shell, |v| self.x[v] - first[v]);
-            found.short = 1.0 - self.handles.share();
+            found.short = 1.0 - self.constraints.share();
             let again = found.short == 0.0 && (load.follows || !free.is_empty());
             if !again || gone <= NOWHERE * shell.mesh.size * shell.total_mass.sqrt() {
                 break;
@@ -102,28 +102,28 @@ impl Solver {
         from: Option<&Vec<Vec3>>,
     ) -> Result<[f64; 2]> {
         self.origin.copy_from_slice(&self.x);
-        let Self { shell, newton, origin, x, force, handles, points, .. } = self;
+        let Self { shell, newton, origin, x, force, constraints, points, .. } = self;
         let scale = scale.max(f64::MIN_POSITIVE);
         let stop = Stop { tolerance: CORRECTED, scale, max_iterations: solves };
         let points = Self::points(points);
-        let plain = Potential { shell, origin, load: forces, step: None, handles: &Handles::none(), points };
-        let left = |handles: &Handles, x: &[Vec3], force: &mut [Vec3]| {
-            Potential { handles, ..plain }.gradient(x, force);
+        let plain = Potential { shell, origin, load: forces, step: None, constraints: &Constraints::none(), points };
+        let left = |constraints: &Constraints, x: &[Vec3], force: &mut [Vec3]| {
+            Potential { constraints, ..plain }.gradient(x, force);
             free_norm(shell, force)
         };
-        let before = left(handles, x, force) / scale;
+        let before = left(constraints, x, force) / scale;
         for _ in 0..=FALLS {
-            let (after, scale) = if handles.is_away(x) {
-                continuation::step(newton, handles, &plain, x, stop)?;
-                let held = left(&Handles::none(), x, force);
-                (left(handles, x, force), scale.hypot(held))
+            let (after, scale) = if constraints.is_away(x) {
+                continuation::step(newton, constraints, &plain, x, stop)?;
+                let held = left(&Constraints::none(), x, force);
+                (left(constraints, x, force), scale.hypot(held))
             } else {
-                let end = newton.minimize(&Potential { handles, ..plain }, x, stop, &mut |_| Ok(()))?;
+                let end = newton.minimize(&Potential { constraints, ..plain }, x, stop, &mut |_| Ok(()))?;
                 let ahead = if end.converged { None } else { newton.return_to_mark(x) };
                 (ahead.unwrap_or(end.residual * scale), scale)
             };
-            let ends = |_: &&Vec<Vec3>| after <= CORRECTED * scale && handles.share() == 1.0;
-            let potential = Potential { handles, ..plain };
+            let ends = |_: &&Vec<Vec3>| after <= CORRECTED * scale && constraints.share() == 1.0;
+            let potential = Potential { constraints, ..plain };
             match from.filter(ends) {
                 Some(from) if newton.leave_saddle(&potential, x, from)? => continue,
                 _ => return Ok([before, after / scale]),

@@ -5,7 +5,7 @@
 //! and grow again. So the solution is the one that loading leads to, not just any. Where the shell snaps under a small increment, the
 //! search goes on downhill from where it stands.
 
-use super::handles::Handles;
+use super::constraints::Constraints;
 use super::mixed::Unstable;
 use super::newton::{Convergence, Stop};
 use super::potential::Potential;
@@ -105,11 +105,11 @@ impl Solver {
                 return Err(error);
             }
         }
-        if !self.handles.is_empty() {
-            let Self { shell, origin, x, handles, points, .. } = &*self;
+        if !self.constraints.is_empty() {
+            let Self { shell, origin, x, constraints, points, .. } = &*self;
             let mut gradient = vec![Vec3::zeros(); x.len()];
             let points = Self::points(points);
-            Potential { shell, origin, load: forces, step: None, handles, points }.whole_gradient(x, &mut gradient);
+            Potential { shell, origin, load: forces, step: None, constraints, points }.whole_gradient(x, &mut gradient);
             self.conclude(&gradient);
         }
         let mut displacement = start.to_vec();
@@ -169,7 +169,7 @@ impl LoadPath {
         }
     }
 
-    /// Tries the whole load, if no handle has a way to go.
+    /// Tries the whole load, if no constraint has a way to go.
     fn advance_at_once(
         &mut self,
         solver: &mut Solver,
@@ -177,14 +177,14 @@ impl LoadPath {
         options: &EquilibriumOptions,
         watch: &mut dyn FnMut(EquilibriumProgress) -> Result<()>,
     ) -> Result<()> {
-        if !solver.newton.is_mixed() || !solver.handles.is_empty() || self.scale == 0.0 {
+        if !solver.newton.is_mixed() || !solver.constraints.is_empty() || self.scale == 0.0 {
             return Ok(());
         }
         solver.origin.copy_from_slice(&solver.x);
         let Solver { shell, newton, origin, x, points, .. } = solver;
         let stop = Stop { tolerance: options.tolerance, scale: self.scale, max_iterations: options.max_iterations };
-        let (handles, points) = (&Handles::none(), Solver::points(points));
-        let potential = Potential { shell, origin, load: forces, step: None, handles, points };
+        let (constraints, points) = (&Constraints::none(), Solver::points(points));
+        let potential = Potential { shell, origin, load: forces, step: None, constraints, points };
         let mut iterations = 0;
         let found = newton.minimize_mixed(&potential, x, (stop, Unstable::Stop), &mut |residual| {
             let heard = watch(EquilibriumProgress { load: 1.0, iterations, residual });
@@ -252,12 +252,12 @@ impl LoadPath {
         let tolerance = if load < 1.0 { LOOSE_TOLERANCE.max(options.tolerance) } else { options.tolerance };
         let left = options.max_iterations - self.iterations.min(options.max_iterations);
         let stop = Stop { tolerance, scale: self.scale, max_iterations: left.min(ITERATIONS_PER_INCREMENT) };
-        let Solver { shell, newton, origin, x, force, handles, points, .. } = solver;
-        handles.set_share(load);
+        let Solver { shell, newton, origin, x, force, constraints, points, .. } = solver;
+        constraints.set_share(load);
         let points = Solver::points(points);
-        let potential = Potential { shell, origin, load: force, step: None, handles: &Handles::none(), points };
+        let potential = Potential { shell, origin, load: force, step: None, constraints: &Constraints::none(), points };
         let mut iterations = self.iterations;
-        continuation::minimize(newton, handles, &potential, x, stop, &mut |residual| {
+        continuation::minimize(newton, constraints, &potential, x, stop, &mut |residual| {
             let heard = watch(EquilibriumProgress { load, iterations, residual });
             iterations += 1;
             heard

@@ -41,24 +41,24 @@ impl Solver {
             velocity[v] += h * force[v];
             u[v] += h * velocity[v];
         }
-        if !self.handles.is_empty() {
-            self.lead_to_handles(u, velocity, h);
+        if !self.constraints.is_empty() {
+            self.lead_to_constraints(u, velocity, h);
         }
         Ok(())
     }
 
-    /// Moves the ends of a step to where handles have them.
-    fn lead_to_handles(&mut self, u: &mut [Vec3], velocity: &mut [Vec3], h: f64) {
+    /// Moves the ends of a step to where constraints have them.
+    fn lead_to_constraints(&mut self, u: &mut [Vec3], velocity: &mut [Vec3], h: f64) {
         self.place(u);
-        self.handles.set_share(1.0);
-        let Self { shell, handles, x, force, origin, .. } = self;
-        self.outcomes = handles.lead(x, &shell.mass, h, force);
-        self.handle_work = 0.0;
+        self.constraints.set_share(1.0);
+        let Self { shell, constraints, x, force, origin, .. } = self;
+        self.outcomes = constraints.lead(x, &shell.mass, h, force);
+        self.constraint_work = 0.0;
         for v in shell.free.iter().map(|&v| v as usize) {
             let change = x[v] - (shell.mesh.positions[v] + u[v]);
             u[v] += change;
             velocity[v] += change / h;
-            self.handle_work += force[v].dot(&(x[v] - origin[v]));
+            self.constraint_work += force[v].dot(&(x[v] - origin[v]));
         }
     }
 

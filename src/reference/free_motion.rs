@@ -1,4 +1,4 @@
-//! Rigid motions that supports and handles leave free, and shapes apart from them.
+//! Rigid motions that supports and constraints leave free, and shapes apart from them.
 //!
 //! A component moves rigidly by a twist (t, ω), t + ω × (x − c) at x, c its centre of mass. Each held direction n at x takes out the
 //! twists that move x along n. The others meet no stiffness: only inertia answers a force along them. So of a load F what does work on

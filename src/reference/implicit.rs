@@ -4,7 +4,7 @@
 //! every h. Of first order: it damps what it does not resolve, a mode λ by λh/2 a second, and loses energy in every step but
 //! one through a snap, where E is concave along the step by more than M/h².
 
-use super::handles::Handles;
+use super::constraints::Constraints;
 use super::newton::Stop;
 use super::potential::{Potential, Step};
 use super::{Rayleigh, Solver, check_step, continuation, free_norm};
@@ -42,27 +42,27 @@ impl Solver {
         self.origin.copy_from_slice(&self.x);
         let scale = self.force_scale(velocity, forces, h);
         let step = Some(Step { h, velocity, damping });
-        let Self { shell, newton, origin, x, handles, points, .. } = &mut *self;
+        let Self { shell, newton, origin, x, constraints, points, .. } = &mut *self;
         let points = Self::points(points);
-        let potential = Potential { shell, origin, load: forces, step, handles: &Handles::none(), points };
+        let potential = Potential { shell, origin, load: forces, step, constraints: &Constraints::none(), points };
         potential.free().for_each(|v| x[v] += h * velocity[v]);
         let (coasting, still) = (potential.value(x).0, potential.value(origin).0);
         if coasting.is_nan() || coasting > still {
             x.copy_from_slice(origin);
         }
         let stop = Stop { tolerance: TOLERANCE, scale, max_iterations: MAX_ITERATIONS };
-        let end = continuation::step(newton, handles, &potential, x, stop)?;
+        let end = continuation::step(newton, constraints, &potential, x, stop)?;
         if !end.converged {
             let (n, r) = (end.iterations, end.residual);
             let message =
                 format!("the implicit step of {h:?} s did not converge: residual {r:.2e} after {n} iterations");
             return Err(Error::new(ErrorKind::Numerical, message));
         }
-        if !self.handles.is_empty() {
-            let Self { shell, origin, x, handles, points, .. } = &*self;
+        if !self.constraints.is_empty() {
+            let Self { shell, origin, x, constraints, points, .. } = &*self;
             let mut gradient = vec![Vec3::zeros(); x.len()];
             let points = Self::points(points);
-            Potential { shell, origin, load: forces, step, handles, points }.whole_gradient(x, &mut gradient);
+            Potential { shell, origin, load: forces, step, constraints, points }.whole_gradient(x, &mut gradient);
             self.conclude(&gradient);
         }
         for v in self.shell.free.iter().map(|&v| v as usize) {

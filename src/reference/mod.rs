@@ -8,12 +8,12 @@
 //! At rest that is ξM + ζK. Unlike the rest stiffness it leaves rigid motion of the bent shell alone, so angular momentum is
 //! kept; unlike the exact tangent it is never indefinite, so damping only ever takes energy.
 
+mod constraints;
 mod continuation;
 mod correction;
 mod equilibrium;
 mod explicit;
 mod free_motion;
-mod handles;
 mod implicit;
 mod mixed;
 mod newton;
@@ -32,7 +32,7 @@ use crate::constraint::Outcome;
 use crate::error::{require_finite, require_non_negative};
 use crate::point_energy::{InFrame, PointEnergy};
 use crate::{Error, Result, Shell, Vec3};
-use handles::Handles;
+use constraints::Constraints;
 use newton::Newton;
 use std::sync::Arc;
 
@@ -49,15 +49,15 @@ pub struct Rayleigh {
 pub struct Solver {
     shell: Arc<Shell>,
     newton: Newton,
-    /// What handles hold in the present call.
-    handles: Handles,
+    /// What constraints hold in the present call.
+    constraints: Constraints,
     /// Energies of points that join.
     points: Option<InFrame>,
     /// Groups of vertices that the newton's pattern couples for orientations.
     coupled: Vec<Vec<u32>>,
     /// What became of them, and their work.
     outcomes: Vec<Outcome>,
-    handle_work: f64,
+    constraint_work: f64,
     /// Positions the call starts from (n_vertices).
     origin: Vec<Vec3>,
     /// Positions being found (n_vertices).
@@ -71,9 +71,9 @@ impl Solver {
     pub fn new(shell: Arc<Shell>) -> Result<Self> {
         let zeros = vec![Vec3::zeros(); shell.mass.len()];
         let newton = Newton::new(&shell, &[])?;
-        let (handles, coupled, outcomes) = (Handles::none(), vec![], vec![]);
+        let (constraints, coupled, outcomes) = (Constraints::none(), vec![], vec![]);
         let (origin, x, force) = (zeros.clone(), zeros.clone(), zeros);
-        Ok(Self { shell, newton, handles, points: None, coupled, outcomes, handle_work: 0.0, origin, x, force })
+        Ok(Self { shell, newton, constraints, points: None, coupled, outcomes, constraint_work: 0.0, origin, x, force })
     }
 
     /// Bytes of the matrix, its factor and the fields.

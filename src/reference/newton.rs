@@ -111,7 +111,7 @@ impl Newton {
         [self.symbolic.operations(), (self.symbolic.factor_bytes() / size_of::<f64>()) as f64]
     }
 
-    /// Analyses the pattern once; handles couple the vertices of `cliques` besides.
+    /// Analyses the pattern once; constraints couple the vertices of `cliques` besides.
     pub fn new(shell: &Shell, cliques: &[&[u32]]) -> Result<Self> {
         let matrix = BlockMatrix::with(shell, cliques);
         let symbolic = Symbolic::analyse(matrix.lower.symbolic(), &shell.points(&shell.free))?;
@@ -312,7 +312,7 @@ impl Newton {
         Ok((slope < 0.0 && slope.is_finite()).then_some(slope))
     }
 
-    /// Moves each component that floats, without a handle or an energy on it, so that Δ gives it the momentum that the forces ask for. Elastic and viscous forces do
+    /// Moves each component that floats, without a constraint or an energy on it, so that Δ gives it the momentum that the forces ask for. Elastic and viscous forces do
     /// not change with translations and cancel in the sum; only inertia resists. So this changes nothing but what was lost:
     /// to the shifts above, or to rounding where the stiffness is beyond 1e16 m/h².
     fn balance_momenta(&mut self, potential: &Potential) {
@@ -329,7 +329,7 @@ impl Newton {
         }
         let joined = potential.points.map_or(&[][..], |points| points.points());
         let joined = joined.iter().flat_map(|point| point.vertices().iter().copied());
-        for v in potential.handles.vertices().chain(joined) {
+        for v in potential.constraints.vertices().chain(joined) {
             if let Some(sum) = sums.get_mut(component(v as usize)) {
                 *sum = (Vec3::zeros(), 1.0); // a vertex without triangles is of no component
             }

@@ -2,9 +2,9 @@
 //!
 //! Φ(x) = E(x) − F·d + ‖d − h u̇‖²_M/(2h²) + ξ ‖d‖²_M/(2h) + ζ Σ (b(x₀)·d)²/(2h)
 //!
-//! and the energies of the [`Handles`] and of what joins besides. Its gradient is zero where M (u̇⁺ − u̇)/h + C(x₀) u̇⁺ + ∇E(x) = F with u̇⁺ = d/h. An equilibrium has the first two terms.
+//! and the energies of the [`Constraints`] and of what joins besides. Its gradient is zero where M (u̇⁺ − u̇)/h + C(x₀) u̇⁺ + ∇E(x) = F with u̇⁺ = d/h. An equilibrium has the first two terms.
 
-use super::handles::Handles;
+use super::constraints::Constraints;
 use super::{Rayleigh, add_viscous_force};
 use crate::energy::Curvature;
 use crate::point_energy::PointEnergy;
@@ -22,7 +22,7 @@ pub struct Potential<'a> {
     /// The terms of a step; `None` for an equilibrium.
     pub step: Option<Step<'a>>,
     /// What is prescribed besides.
-    pub handles: &'a Handles,
+    pub constraints: &'a Constraints,
     /// Energies of points that join.
     pub points: Option<&'a dyn PointEnergy>,
 }
@@ -54,15 +54,15 @@ impl Potential<'_> {
             value += loss;
             magnitude += loss;
         }
-        let held = self.handles.value(x);
+        let held = self.constraints.value(x);
         let joined = self.points.map_or(0.0, |points| points.value(x));
         (value + held + joined, magnitude + held + joined.abs())
     }
 
-    /// ∇Φ(x) along what handles leave free; meaningless at vertices that are not free.
+    /// ∇Φ(x) along what constraints leave free; meaningless at vertices that are not free.
     pub fn gradient(&self, x: &[Vec3], gradient: &mut [Vec3]) {
         self.whole_gradient(x, gradient);
-        self.handles.project(gradient);
+        self.constraints.project(gradient);
     }
 
     /// ∇Φ(x) along all directions; meaningless at vertices that are not free.
@@ -85,7 +85,7 @@ impl Potential<'_> {
             let rate = |v: usize| (x[v] - self.origin[v]) / s.h;
             add_viscous_force(self.shell, self.origin, rate, s.damping.stiffness, gradient);
         }
-        self.handles.add_gradient(x, gradient);
+        self.constraints.add_gradient(x, gradient);
         if let Some(points) = self.points {
             points.add_gradient(x, gradient);
         }
@@ -96,12 +96,12 @@ impl Potential<'_> {
         matrix.clear();
         self.shell.energy.visit_hessian(x, curvature, &mut |(vertices, blocks)| {
             let block = |p: usize, q: usize| blocks[p * vertices.len() + q];
-            matrix.add_element(vertices, |p, q| self.handles.projected(vertices[p], block(p, q), vertices[q]));
+            matrix.add_element(vertices, |p, q| self.constraints.projected(vertices[p], block(p, q), vertices[q]));
         });
         self.add_others(x, curvature, matrix);
     }
 
-    /// ∇Φ(x) along what handles leave free, with these `stress`es of the elements in the place of their strains.
+    /// ∇Φ(x) along what constraints leave free, with these `stress`es of the elements in the place of their strains.
     pub fn mixed_gradient(&self, x: &[Vec3], stress: &[f64], gradient: &mut [Vec3]) {
         gradient.fill(Vec3::zeros());
         let mut each = stress.iter();
@@ -110,7 +110,7 @@ impl Potential<'_> {
             vertices.iter().zip(row).for_each(|(&v, b)| gradient[v as usize] += stress * b);
         });
         self.add_other_forces(x, gradient);
-        self.handles.project(gradient);
+        self.constraints.project(gradient);
     }
 
     /// ∂²Φ/∂x² over the free vertices with these `stress`es of the elements in the place of their strains.
@@ -118,16 +118,16 @@ impl Potential<'_> {
         matrix.clear();
         self.shell.energy.visit_mixed_hessian(x, stress, &mut |(vertices, blocks)| {
             let block = |p: usize, q: usize| blocks[p * vertices.len() + q];
-            matrix.add_element(vertices, |p, q| self.handles.projected(vertices[p], block(p, q), vertices[q]));
+            matrix.add_element(vertices, |p, q| self.constraints.projected(vertices[p], block(p, q), vertices[q]));
         });
         self.add_others(x, Curvature::Exact, matrix);
     }
 
     /// Adds the second derivatives of all but the elastic energy.
     fn add_others(&self, x: &[Vec3], curvature: Curvature, matrix: &mut BlockMatrix) {
-        self.handles.add_hessian(x, curvature, matrix);
+        self.constraints.add_hessian(x, curvature, matrix);
         if let Some(points) = self.points {
-            self.handles.add_points(points, x, curvature, matrix);
+            self.constraints.add_points(points, x, curvature, matrix);
         }
         let (Some(s), Some(inertia)) = (self.step, self.inertia_of_mass()) else { return };
         for (i, v) in self.free().enumerate() {
@@ -137,7 +137,7 @@ impl Potential<'_> {
             let weight = s.damping.stiffness / s.h;
             self.shell.energy.visit_rows(self.origin, &mut |(vertices, row)| {
                 let block = |p: usize, q: usize| row[p] * (weight * row[q]).transpose();
-                matrix.add_element(vertices, |p, q| self.handles.projected(vertices[p], block(p, q), vertices[q]));
+                matrix.add_element(vertices, |p, q| self.constraints.projected(vertices[p], block(p, q), vertices[q]));
             });
         }
     }

@@ -9,7 +9,7 @@ use nalgebra::DVector;
 
 /// Displacement, in units of the model's size, over which the curvature of orientations is found by differences.
 const DIFFERENCE: f64 = 1e-5;
-/// Root mean square displacement, in units of the model's size, up to which handles are followed. No shell reaches it unless it is
+/// Root mean square displacement, in units of the model's size, up to which constraints are followed. No shell reaches it unless it is
 /// stretched three times over or its few fields know no smaller way; far beyond, a fold of no area catches the energy.
 const REACH: f64 = 2.0;
 

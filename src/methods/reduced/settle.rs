@@ -114,10 +114,10 @@ impl Reduced {
             load.gemv(1.0, &self.viscosity, &DVector::from_column_slice(&self.next), 1.0);
         }
         self.set_rows(at, shares);
-        let handles = (!self.rows.is_empty()).then_some(&self.rows);
+        let constraints = (!self.rows.is_empty()).then_some(&self.rows);
         let matrix = turned.then_some(&self.viscosity);
         let joined = at.points.map(|energy| Joined { energy, places: &self.places });
-        let potential = Potential { handles, matrix, joined, ..Potential::of_load(load.as_slice()) };
+        let potential = Potential { constraints, matrix, joined, ..Potential::of_load(load.as_slice()) };
         let end = self.newton.minimize(at.reduced.elastic(self.form), &potential, &mut self.next, stop);
         torque.copy_from(self.newton.multipliers());
         end

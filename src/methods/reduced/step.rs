@@ -4,12 +4,12 @@
 //!   y₁ = y + γh f(y₁),   y⁺ = y + (1 − γ)h f(y₁) + γh f(y⁺).
 //!
 //! It is L-stable: of a swing with the phase θ = ωh it takes θ⁴/270 a step, and what the step does not resolve dies at once. A step
-//! knows nothing of those before, so that loads and handles may jump between steps: they are constant over each, handles move evenly.
+//! knows nothing of those before, so that loads and targets may jump between steps: loads are constant over each, targets move evenly.
 //!
 //! Each stage is a step of backward Euler over γh from a place that is known. Its end is the minimum of a potential, found by Newton's
 //! method ([`crate::reduced::Newton`]) from a guess or, where the potential is lower, from the stage's start. Both have the same
 //! inertia, and the second begins with the Hessian of the first. A step with a search that ends short is made anew by backward Euler,
-//! whose potential is no higher at its end than at q: a step that ends short gains no energy but what loads and handles put in.
+//! whose potential is no higher at its end than at q: a step that ends short gains no energy but what loads and constraints put in.
 //!
 //! Damping is ξI + ζ Bᵀ(Σ b bᵀ)B with the strain rows b of the shape at the start of the step, and 2 ratio √λ on the modes.
 
@@ -43,7 +43,7 @@ struct Stage {
     /// Seconds of the whole step, and of this.
     h: f64,
     tau: f64,
-    /// Where handles are at its end, as a share of their way in the step.
+    /// Where constraints are at its end, as a share of their way in the step.
     share: f64,
     /// The Hessian of the search before is near enough to begin with.
     near: bool,
@@ -148,12 +148,12 @@ impl Reduced {
                     self.load[k] += self.viscosity.column(k).iter().zip(places).map(|(c, q)| c * q).sum::<f64>();
                 }
             }
-            let handles = (!self.rows.is_empty()).then_some(&self.rows);
+            let constraints = (!self.rows.is_empty()).then_some(&self.rows);
             let matrix = damped.then_some(&self.viscosity);
             let joined = at.points.map(|energy| Joined { energy, places: &self.places });
-            let potential = Potential { shift, matrix, load: &self.load, handles, joined };
+            let potential = Potential { shift, matrix, load: &self.load, constraints, joined };
             let smooth = self.form == Form::Polynomial && (share < 1.0 || near);
-            let quick = smooth && handles.is_none();
+            let quick = smooth && constraints.is_none();
             let checked = pass == 0 && !(smooth && self.is_near(reduced));
             if checked && !self.newton.is_lower(energy, &potential, &self.next, &self.start) {
                 self.next.copy_from_slice(&self.start);

@@ -1,7 +1,7 @@
 //! Constraints of the nonlinear shell, as terms of its potential: hard positions are prescribed, all else is an energy.
 //!
 //! A hard position takes its directions out of the unknowns: with the projector P onto what is left of a vertex, the gradient
-//! is Pg and the Hessian PHP + k(1 − P), and the force of the handle is (1 − P)g. A soft one is a spring ½|d − x|²/γ.
+//! is Pg and the Hessian PHP + k(1 − P), and the force of the constraint is (1 − P)g. A soft one is a spring ½|d − x|²/γ.
 //!
 //! An orientation is a condition m = γT on the rotation vector m from the present orientation to the target, along each held
 //! axis, met by the method of multipliers: the energy ½k(m + T/ρ)², k = 1/(γ + 1/ρ), is minimized and T ← k(m + T/ρ). Any ρ
@@ -44,13 +44,13 @@ struct Turn {
     compliance: f64,
     /// Stiffness of the vertices around, as a rotation feels it.
     resists: f64,
-    /// T along each of the handles' axes.
+    /// T along each of the constraints' axes.
     torque: Vec3,
     target: UnitQuaternion<f64>,
     start: UnitQuaternion<f64>,
 }
 
-/// How a handle acts.
+/// How a constraint acts.
 #[derive(Clone, Copy)]
 enum Part {
     Hold(usize),
@@ -61,7 +61,7 @@ enum Part {
 }
 
 /// All constraints of a shell, with targets in the axes of the rest positions.
-pub struct Handles {
+pub struct Constraints {
     /// Columns: the axes that they hold along, in those of the rest positions.
     axes: Matrix3<f64>,
     list: Vec<Constraint>,
@@ -69,9 +69,9 @@ pub struct Handles {
     holds: Vec<Hold>,
     springs: Springs,
     turns: Vec<Turn>,
-    /// Hold of each vertex, or [`NONE`] (n_vertices, or nothing without handles).
+    /// Hold of each vertex, or [`NONE`] (n_vertices, or nothing without constraints).
     hold_at: Vec<u32>,
-    /// Not held by supports, and with mass (n_vertices, or nothing without handles).
+    /// Not held by supports, and with mass (n_vertices, or nothing without constraints).
     moves: Vec<bool>,
     /// How much of the way from the start to the targets is asked for.
     share: f64,
@@ -79,8 +79,8 @@ pub struct Handles {
     pulling: bool,
 }
 
-impl Handles {
-    /// No handles.
+impl Constraints {
+    /// No constraints.
     pub fn none() -> Self {
         Self {
             axes: Matrix3::identity(),
@@ -99,11 +99,11 @@ impl Handles {
     /// What they hold of vertices, softly or not.
     pub fn held(&self) -> impl Iterator<Item = (u32, Held)> + '_ {
         let acting = self.list.iter().zip(&self.parts).filter(|(_, part)| !matches!(part, Part::Idle));
-        acting.flat_map(|(handle, _)| {
+        acting.flat_map(|(constraint, _)| {
             let along = |a: usize| -> Vec3 { self.axes.column(a).into() };
-            (0..3).filter(|a| handle.axes[*a]).map(move |a| match handle.target {
-                Target::Position(_) => (handle.vertex, Held::Along(along(a))),
-                Target::Orientation(_) => (handle.vertex, Held::About(along(a))),
+            (0..3).filter(|a| constraint.axes[*a]).map(move |a| match constraint.target {
+                Target::Position(_) => (constraint.vertex, Held::Along(along(a))),
+                Target::Orientation(_) => (constraint.vertex, Held::About(along(a))),
             })
         })
     }
@@ -115,7 +115,7 @@ impl Handles {
 
     /// Vertices that they hold.
     pub fn vertices(&self) -> impl Iterator<Item = u32> + '_ {
-        self.list.iter().map(|handle| handle.vertex)
+        self.list.iter().map(|constraint| constraint.vertex)
     }
 
     /// Vertices that an orientation couples.
@@ -134,7 +134,7 @@ impl Handles {
         self.share
     }
 
-    /// The share of their way on which no handle goes further than `furthest`.
+    /// The share of their way on which no constraint goes further than `furthest`.
     pub fn share_within(&self, furthest: f64) -> f64 {
         let holds = self.holds.iter().map(|hold| hold.place - hold.start);
         let ways = holds.chain(self.springs.list.iter().map(|spring| spring.place - spring.start));
@@ -151,7 +151,7 @@ impl Handles {
         self.turns.iter().map(|turn| turn.torque).collect()
     }
 
-    /// What [`Handles::torques`] gave.
+    /// What [`Constraints::torques`] gave.
     pub fn set_torques(&mut self, torques: Vec<Vec3>) {
         self.turns.iter_mut().zip(torques).for_each(|(turn, torque)| turn.torque = torque);
     }
@@ -216,7 +216,7 @@ impl Handles {
         worst
     }
 
-    /// What became of each at `x`, with the gradient of the whole potential before [`Handles::project`], and the force of all on
+    /// What became of each at `x`, with the gradient of the whole potential before [`Constraints::project`], and the force of all on
     /// each vertex in `force`.
     pub fn conclude(&self, x: &[Vec3], gradient: &[Vec3], force: &mut [Vec3]) -> Vec<Outcome> {
         force.iter_mut().for_each(|f| *f = Vec3::zeros());
@@ -226,14 +226,18 @@ impl Handles {
             let v = hold.vertex as usize;
             force[v] += gradient[v] - hold.free * gradient[v];
         }
-        self.list.iter().zip(&self.parts).map(|(handle, part)| self.outcome(handle, *part, x, gradient)).collect()
+        self.list
+            .iter()
+            .zip(&self.parts)
+            .map(|(constraint, part)| self.outcome(constraint, *part, x, gradient))
+            .collect()
     }
 
-    fn outcome(&self, handle: &Constraint, part: Part, x: &[Vec3], gradient: &[Vec3]) -> Outcome {
-        let v = handle.vertex as usize;
-        let only_held = |vector: Vec3| Vec3::from_fn(|a, _| if handle.axes[a] { vector[a] } else { 0.0 });
+    fn outcome(&self, constraint: &Constraint, part: Part, x: &[Vec3], gradient: &[Vec3]) -> Outcome {
+        let v = constraint.vertex as usize;
+        let only_held = |vector: Vec3| Vec3::from_fn(|a, _| if constraint.axes[a] { vector[a] } else { 0.0 });
         let along = |vector: Vec3| only_held(self.axes.tr_mul(&vector));
-        let missing = match handle.target {
+        let missing = match constraint.target {
             Target::Position(place) => along(place - x[v]),
             Target::Orientation(target) => match part {
                 Part::Turn(t) => along((target * self.turns[t].present(x).inverse()).scaled_axis()),

@@ -1,6 +1,6 @@
-//! The handles' part of the potential: its energy, its gradient and its Hessian.
+//! The constraints' part of the potential: its energy, its gradient and its Hessian.
 
-use super::{Handles, PULL, Turn};
+use super::{Constraints, PULL, Turn};
 use crate::Vec3;
 use crate::energy::Curvature;
 use crate::point_energy::PointEnergy;
@@ -10,8 +10,8 @@ use nalgebra::Matrix3;
 /// Step of differences, in edges: their truncation is its square, their rounding 1e-16 over it.
 const DIFFERENCE: f64 = 1e-5;
 
-impl Handles {
-    /// Energy of the handles at `x`.
+impl Constraints {
+    /// Energy of the constraints at `x`.
     pub fn value(&self, x: &[Vec3]) -> f64 {
         let mut sum = self.springs.value(x);
         for turn in &self.turns {

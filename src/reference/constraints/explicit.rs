@@ -1,7 +1,7 @@
-//! Handles after an explicit step: positions are set, orientations met by the impulses M⁻¹ Jᵀ h²T of SHAKE (Ryckaert, Ciccotti
+//! Constraints after an explicit step: positions are set, orientations met by the impulses M⁻¹ Jᵀ h²T of SHAKE (Ryckaert, Ciccotti
 //! and Berendsen 1977) on the vertices around, springs taken at the end of the step.
 
-use super::Handles;
+use super::Constraints;
 use crate::Vec3;
 use crate::constraint::Outcome;
 use crate::point_energy::PointEnergy;
@@ -14,8 +14,8 @@ const MET: f64 = 1e-10;
 /// The largest turn at once, rad: the derivative is trusted no further.
 const MAX_TURN: f64 = 0.5;
 
-impl Handles {
-    /// Moves the free ends `x` of a step of `h` to where the handles have them, and fills `force` with what that takes (n_vertices
+impl Constraints {
+    /// Moves the free ends `x` of a step of `h` to where the constraints have them, and fills `force` with what that takes (n_vertices
     /// each).
     pub fn lead(&mut self, x: &mut [Vec3], mass: &[f64], h: f64, force: &mut [Vec3]) -> Vec<Outcome> {
         let free = x.to_vec();
@@ -34,7 +34,7 @@ impl Handles {
         for v in 0..x.len() {
             force[v] = (x[v] - free[v]) * (mass[v] / (h * h));
         }
-        self.list.iter().zip(&self.parts).map(|(handle, part)| self.outcome(handle, *part, x, force)).collect()
+        self.list.iter().zip(&self.parts).map(|(constraint, part)| self.outcome(constraint, *part, x, force)).collect()
     }
 
     /// One Newton step of an orientation; what it lacked before.

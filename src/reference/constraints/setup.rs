@@ -1,7 +1,7 @@
-//! Which part each handle plays, told from its shell: prescribed, a spring, or a turn.
+//! Which part each constraint plays, told from its shell: prescribed, a spring, or a turn.
 
 use super::springs::Spring;
-use super::{Handles, Hold, Part, Turn};
+use super::{Constraints, Hold, Part, Turn};
 use crate::constraint::{Constraint, Target};
 use crate::mesh::NONE;
 use crate::reference::orientation::Ring;
@@ -11,7 +11,7 @@ use nalgebra::{Matrix3, UnitQuaternion};
 /// A spring stiffer than this many times its vertex is hard: it gives way by less than a millionth of what the shell does.
 const HARD: f64 = 1e6;
 
-impl Handles {
+impl Constraints {
     /// `list` along `axes` on a shell that starts at positions `x`.
     pub fn new(shell: &Shell, axes: Matrix3<f64>, list: Vec<Constraint>, x: &[Vec3]) -> Self {
         if list.is_empty() {
@@ -21,43 +21,47 @@ impl Handles {
         let hold_at = vec![NONE; x.len()];
         let mut moves = vec![false; x.len()];
         shell.free.iter().for_each(|v| moves[*v as usize] = true);
-        let mut handles = Self { axes, hold_at, moves, ..Self::none() };
-        for handle in &list {
-            let part = match handle.target {
-                Target::Position(_) if !handles.moves[handle.vertex as usize] => Part::Idle,
-                Target::Position(place) => handles.add_position(handle, place, &stiffness, x),
+        let mut constraints = Self { axes, hold_at, moves, ..Self::none() };
+        for constraint in &list {
+            let part = match constraint.target {
+                Target::Position(_) if !constraints.moves[constraint.vertex as usize] => Part::Idle,
+                Target::Position(place) => constraints.add_position(constraint, place, &stiffness, x),
                 Target::Orientation(target) => {
-                    let ring = Ring::of(&shell.mesh, handle.vertex);
-                    let idle = !ring.vertices.iter().any(|v| handles.moves[*v as usize]);
-                    if idle { Part::Idle } else { handles.add_turn(handle, target, ring, (shell, &stiffness), x) }
+                    let ring = Ring::of(&shell.mesh, constraint.vertex);
+                    let idle = !ring.vertices.iter().any(|v| constraints.moves[*v as usize]);
+                    if idle {
+                        Part::Idle
+                    } else {
+                        constraints.add_turn(constraint, target, ring, (shell, &stiffness), x)
+                    }
                 }
             };
-            handles.parts.push(part);
+            constraints.parts.push(part);
         }
-        handles.list = list;
-        handles.average_holds();
-        handles
+        constraints.list = list;
+        constraints.average_holds();
+        constraints
     }
 
-    fn add_position(&mut self, handle: &Constraint, place: Vec3, stiffness: &[f64], x: &[Vec3]) -> Part {
-        let v = handle.vertex as usize;
-        if handle.compliance * HARD * stiffness[v] > 1.0 {
-            let along = (0..3).filter(|a| handle.axes[*a]).map(|a| self.axes.column(a).into_owned());
-            let sum: Matrix3<f64> = along.map(|d| d * d.transpose() / handle.compliance).sum();
-            return Part::Spring(self.springs.push(handle.vertex, Spring { stiffness: sum, place, start: x[v] }));
+    fn add_position(&mut self, constraint: &Constraint, place: Vec3, stiffness: &[f64], x: &[Vec3]) -> Part {
+        let v = constraint.vertex as usize;
+        if constraint.compliance * HARD * stiffness[v] > 1.0 {
+            let along = (0..3).filter(|a| constraint.axes[*a]).map(|a| self.axes.column(a).into_owned());
+            let sum: Matrix3<f64> = along.map(|d| d * d.transpose() / constraint.compliance).sum();
+            return Part::Spring(self.springs.push(constraint.vertex, Spring { stiffness: sum, place, start: x[v] }));
         }
         if self.hold_at[v] == NONE {
             self.hold_at[v] = self.holds.len() as u32;
             let (free, stiffness) = (Matrix3::identity(), stiffness[v]);
             let [place, start] = [x[v]; 2];
-            self.holds.push(Hold { vertex: handle.vertex, held: [false; 3], free, place, start, stiffness });
+            self.holds.push(Hold { vertex: constraint.vertex, held: [false; 3], free, place, start, stiffness });
         }
         Part::Hold(self.hold_at[v] as usize)
     }
 
     fn add_turn(
         &mut self,
-        handle: &Constraint,
+        constraint: &Constraint,
         target: UnitQuaternion<f64>,
         ring: Ring,
         (shell, stiffness): (&Shell, &[f64]),
@@ -71,7 +75,7 @@ impl Handles {
         }
         let resists = resists / turned.max(f64::MIN_POSITIVE);
         let start = ring.rotation(&ring.gather(x));
-        let Constraint { axes: held, compliance, .. } = *handle;
+        let Constraint { axes: held, compliance, .. } = *constraint;
         self.turns.push(Turn { ring, held, compliance, resists, torque: Vec3::zeros(), target, start });
         Part::Turn(self.turns.len() - 1)
     }
@@ -83,7 +87,7 @@ impl Handles {
         self.set_torques(torques);
     }
 
-    /// Holds vertices of the shell at `x` along unit directions besides, until the next handles.
+    /// Holds vertices of the shell at `x` along unit directions besides, until the next constraints.
     pub fn pin(&mut self, pins: &[(u32, Vec3)], x: &[Vec3]) {
         self.hold_at.resize(x.len(), NONE);
         for &(vertex, direction) in pins {
@@ -102,16 +106,17 @@ impl Handles {
         }
     }
 
-    /// Several handles on one axis of a vertex: the mean, which is the nearest to all.
+    /// Several constraints on one axis of a vertex: the mean, which is the nearest to all.
     fn average_holds(&mut self) {
         for (h, hold) in self.holds.iter_mut().enumerate() {
             let mut place = self.axes.tr_mul(&hold.place);
             for axis in 0..3 {
-                let targets =
-                    self.list.iter().zip(&self.parts).filter_map(|(handle, part)| match (part, handle.target) {
-                        (Part::Hold(at), Target::Position(target)) if *at == h && handle.axes[axis] => Some(target),
+                let targets = self.list.iter().zip(&self.parts).filter_map(|(constraint, part)| {
+                    match (part, constraint.target) {
+                        (Part::Hold(at), Target::Position(target)) if *at == h && constraint.axes[axis] => Some(target),
                         _ => None,
-                    });
+                    }
+                });
                 let (count, sum) = targets
                     .fold((0.0, 0.0), |(count, sum), target| (count + 1.0, sum + self.axes.column(axis).dot(&target)));
                 if count > 0.0 {

@@ -1,0 +1,98 @@
+//! A few Newton steps toward a minimum that is near, without looking at the potential.
+
+use super::super::elastic::Elastic;
+use super::{End, Newton, Potential, ROUNDING};
+use crate::energy::Curvature;
+
+/// Of the square of a residual, what a Newton step leaves; and a step with the Hessian before it, of its square over the residual then. An
+/// estimate: on shells that swing by their size nearly all leave less, a fifth of it as a rule, and none ten times as much.
+const SQUARED: f64 = 10.0;
+/// Newton steps on the way there, at most, the residual that the first may have, and what a later one may have of the one before.
+const APPROACHES: usize = 4;
+const FAR: f64 = 1.0;
+const GAINED: f64 = 0.8;
+/// Along such a step, Π curves at least this much of what inertia alone does.
+const FIRM: f64 = 0.5;
+
+impl Newton {
+    /// Moves `q` by a few Newton steps to where by their residuals at most `tolerance` is left, without looking at Π: without constraints,
+    /// where no energy of points acts, and by exact Hessians far from singular. Otherwise it leaves `q` as it is.
+    pub fn approach(
+        &mut self,
+        energy: &dyn Elastic,
+        potential: &Potential,
+        q: &mut [f64],
+        tolerance: f64,
+    ) -> Option<End> {
+        let acts = |q: &[f64]| potential.joined.is_some_and(|joined| joined.value(q) != 0.0);
+        if potential.constraints.is_some() || acts(q) {
+            return None; // of what may jump, residuals say little of what is left
+        }
+        self.mark.copy_from_slice(q);
+        let end = self.approached(energy, potential, q, tolerance).filter(|_| !acts(q));
+        if end.is_none() {
+            q.copy_from_slice(&self.mark);
+        }
+        end
+    }
+
+    fn approached(
+        &mut self,
+        energy: &dyn Elastic,
+        potential: &Potential,
+        q: &mut [f64],
+        tolerance: f64,
+    ) -> Option<End> {
+        let mut before = f64::INFINITY;
+        for iterations in 1..=APPROACHES {
+            let scale = self.find_gradient(energy, potential, q);
+            let mut residual = f64::INFINITY;
+            if iterations > 1 {
+                residual = self.approaching(scale)?;
+                if residual > GAINED * before {
+                    return None;
+                }
+            }
+            let mut left = SQUARED * residual * residual / before;
+            if iterations == 1 || left > tolerance {
+                if !self.factorize_near(energy, potential, q) {
+                    return None;
+                }
+                residual = self.approaching(scale)?;
+                left = SQUARED * residual * residual;
+                let firm = FIRM * potential.shift * self.direction.norm_squared();
+                if residual > FAR || -self.gradient.dot(&self.direction) < firm {
+                    return None;
+                }
+            }
+            q.iter_mut().zip(self.direction.iter()).for_each(|(q, d)| *q += d);
+            if left <= tolerance {
+                return Some(End { converged: true, iterations, residual: left });
+            }
+            before = residual;
+        }
+        None
+    }
+
+    /// The factor of the exact Hessian at `q`; false where it is not positive definite.
+    fn factorize_near(&mut self, energy: &dyn Elastic, potential: &Potential, q: &[f64]) -> bool {
+        energy.hessian(q, Curvature::Exact, &mut self.scratch, &mut self.hessian);
+        self.work.hessians += 1;
+        for (k, mut column) in self.hessian.column_iter_mut().enumerate() {
+            column[k] += potential.shift;
+            if let Some(c) = potential.matrix {
+                column.iter_mut().zip(c.column(k).iter()).skip(k).for_each(|(out, c)| *out += c);
+            }
+        }
+        self.near.factorize(&self.hessian)
+    }
+
+    /// Δ of an approach, and its residual; none without a descent direction.
+    fn approaching(&mut self, scale: f64) -> Option<f64> {
+        self.direction.copy_from(&self.gradient);
+        self.direction.neg_mut();
+        self.near.solve(self.direction.as_mut_slice());
+        let slope = self.gradient.dot(&self.direction);
+        (slope <= ROUNDING * ROUNDING * scale).then(|| (-slope.min(0.0) / scale).sqrt())
+    }
+}
