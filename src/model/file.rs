@@ -42,7 +42,7 @@ use crate::error::invalid;
 use crate::features::{Feature, Proof, SavedModels};
 use crate::mesh::Mesh;
 use crate::modal::{ModalBasis, with_basis};
-use crate::modes::{Certificate, PHASES};
+use crate::modes::{PHASES, SpectrumCertificate};
 use crate::real::Real;
 use crate::{Error, ErrorKind, Material, Model, Result, Shell, Supports, Vec3};
 use header::{HEADER, Header};
@@ -69,7 +69,7 @@ impl Model {
         let Self { shell, modal, certificate, .. } = self;
         [self.peak_bytes, certificate.count, certificate.found].iter().for_each(|x| put_u64(&mut out, *x as u64));
         let Material { k_area, k_length, k_bend, area_density } = shell.material;
-        let Certificate { residual, orthonormality, shift, .. } = *certificate;
+        let SpectrumCertificate { residual, orthonormality, shift, .. } = *certificate;
         let facts = [k_area, k_length, k_bend, area_density, residual, orthonormality, shift];
         facts.iter().chain(&self.seconds).for_each(|x| x.put(&mut out));
         let rest = shell.sag.as_ref().map_or(&shell.mesh.positions, |sag| &sag.rest);
@@ -119,7 +119,7 @@ impl Model {
             Some(content) => sections::restore_sag(&shell, content)?,
             None => shell,
         });
-        let certificate = Certificate { residual, orthonormality, shift, disagreement: 0.0, count, found };
+        let certificate = SpectrumCertificate { residual, orthonormality, shift, disagreement: 0.0, count, found };
         check_facts(&shell, &certificate, &seconds)?;
         let modal = restore_modal(header, &shell, sections.units, &mut from)?;
         let restore = |content| sections::restore_reduced(header, &shell, (content, sections.polynomial));
@@ -234,8 +234,8 @@ fn points(bytes: &[u8]) -> Vec<Vec3> {
 }
 
 /// What the host is only shown.
-fn check_facts(shell: &Shell, certificate: &Certificate, seconds: &[f64]) -> Result<()> {
-    let Certificate { residual, orthonormality, shift, count, found, .. } = *certificate;
+fn check_facts(shell: &Shell, certificate: &SpectrumCertificate, seconds: &[f64]) -> Result<()> {
+    let SpectrumCertificate { residual, orthonormality, shift, count, found, .. } = *certificate;
     let measures = [residual, orthonormality].into_iter().chain(seconds.iter().copied());
     if measures.into_iter().any(|x| !(x.is_finite() && x >= 0.0)) || !shift.is_finite() {
         return invalid("its certificate or its timing is out of range");

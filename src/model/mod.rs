@@ -6,7 +6,7 @@ pub mod front;
 use crate::features::Feature;
 use crate::method::{Method, Needs};
 use crate::modal::ModalBasis;
-use crate::modes::{Certificate, Demand, PHASES, Phase, Progress, demanded_modes, lowest_modes};
+use crate::modes::{Demand, PHASES, Phase, Progress, SpectrumCertificate, demanded_modes, lowest_modes};
 pub use crate::precision::Precision;
 use crate::reduced::{self, ReducedShell};
 use crate::reference::{self, SolverPool};
@@ -47,7 +47,7 @@ pub struct Model {
     /// Its modes.
     pub modal: Arc<ModalBasis>,
     /// Evidence for the modes.
-    pub certificate: Certificate,
+    pub certificate: SpectrumCertificate,
     /// Made when the first state of rotation–strain reconstruction is.
     pub strain: OnceLock<Arc<RotationStrain>>,
     /// By the demand it was made for, no vertex is off by more because modes were truncated; 0 without one.
@@ -86,7 +86,7 @@ impl Model {
             }
         };
         let modal = ModalBasis::new(&shell, &modes, options.precision, options.linear, &mut progress)?;
-        let Certificate { residual, orthonormality, .. } = modes.certificate;
+        let SpectrumCertificate { residual, orthonormality, .. } = modes.certificate;
         if !(modal.is_finite() && residual.is_finite() && orthonormality.is_finite()) {
             let message = "the mode shapes leave the floating-point range: choose other units, or 64-bit precision";
             return Err(Error::new(ErrorKind::Numerical, message));

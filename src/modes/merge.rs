@@ -4,7 +4,7 @@
 
 use super::canonical::{self, Span, repeated};
 use super::pieces::Piece;
-use super::{Certificate, Modes, Phase, Progress, ScaledStiffness, Solution};
+use super::{Modes, Phase, Progress, ScaledStiffness, Solution, SpectrumCertificate};
 use crate::{Result, Shell};
 use faer::Mat;
 
@@ -76,11 +76,11 @@ pub fn merge(
 
 /// The counts. Each piece's list is complete up to its own shift, at or above its last wanted mode; so is the whole up to the least of
 /// those and the first mode that is left out.
-fn counted(all: &[Pair], solved: &[Solution], wanted: usize) -> Certificate {
+fn counted(all: &[Pair], solved: &[Solution], wanted: usize) -> SpectrumCertificate {
     let disagreement = solved.iter().map(|one| one.disagreement).fold(0.0, f64::max);
     if let [one] = solved {
         let (shift, count, found) = (one.shift, one.count, one.eigenvalues.len());
-        return Certificate { shift, count, found, disagreement, ..Default::default() };
+        return SpectrumCertificate { shift, count, found, disagreement, ..Default::default() };
     }
     let end = last_of_wanted(all, wanted).unwrap_or(all.len() - 1);
     let complete = solved.iter().map(|one| one.shift).fold(f64::INFINITY, f64::min);
@@ -88,7 +88,7 @@ fn counted(all: &[Pair], solved: &[Solution], wanted: usize) -> Certificate {
     let shift = complete.min(above);
     let found = all.iter().filter(|pair| pair.0 < shift).count();
     let missing: usize = solved.iter().map(|one| one.count.saturating_sub(one.eigenvalues.len())).sum();
-    Certificate { shift, count: found + missing, found, disagreement, ..Default::default() }
+    SpectrumCertificate { shift, count: found + missing, found, disagreement, ..Default::default() }
 }
 
 /// The space of a group; a piece's pairs follow each other in it.

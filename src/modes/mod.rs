@@ -103,7 +103,7 @@ impl<'a> Progress<'a> {
 
 /// Evidence that the modes are what they claim to be.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Certificate {
+pub struct SpectrumCertificate {
     /// max ‖Kφ − λMφ‖₂ / (‖K‖₁ ‖φ‖₂).
     pub residual: f64,
     /// max |ΦᵀMΦ − I|.
@@ -128,7 +128,7 @@ pub struct Modes {
     /// How many of the eigenvalues are 0.
     pub zero_modes: usize,
     /// Evidence.
-    pub certificate: Certificate,
+    pub certificate: SpectrumCertificate,
     /// Largest estimate of memory held at once, bytes.
     pub peak_bytes: usize,
 }
@@ -141,7 +141,7 @@ pub fn lowest_modes(shell: &Shell, wanted: usize, progress: &mut Progress) -> Re
     let n = shell.n_unknowns();
     let wanted = wanted.min(n).min(MAX_MODES);
     if wanted == 0 {
-        let certificate = Certificate::default();
+        let certificate = SpectrumCertificate::default();
         return Ok(Modes { eigenvalues: vec![], shapes: vec![], zero_modes: 0, certificate, peak_bytes: 0 });
     }
     let pieces = Piece::split(shell, &stiffness);

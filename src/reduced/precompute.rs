@@ -1,7 +1,7 @@
 //! What the precompute of a reduced shell does, in order: loads, equilibria to train on, basis and stress fields, samples, the polynomial and
 //! its gate.
 
-use super::training::{BasisInputs, Pose, TrainingLoads};
+use super::training::{BasisInputs, TrainingLoads, TrainingPose};
 use super::{AnyFields, Assumed, Fields, MAX_FIELDS, Options, ReducedEnergy, ReducedShell, TOLERANCE};
 use super::{basis, polynomial, sampling, unpacked, with_fields};
 use crate::energy::Curvature;
@@ -84,7 +84,7 @@ fn require_support(shell: &Shell, modes: &Modes, options: &Options) -> Result<()
 
 /// B√M, and how the membrane counts on it.
 fn basis_and_stresses(
-    (loads, inputs, trained): (&TrainingLoads, &BasisInputs, &[Pose]),
+    (loads, inputs, trained): (&TrainingLoads, &BasisInputs, &[TrainingPose]),
     fields: usize,
     watch: Watch,
 ) -> Result<(Mat<f64>, Assumed)> {

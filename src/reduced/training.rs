@@ -58,7 +58,7 @@ impl BasisInputs<'_> {
 }
 
 /// An equilibrium of the full shell to train on.
-pub(super) struct Pose {
+pub(super) struct TrainingPose {
     /// The number of its load.
     pub(super) load: usize,
     /// Whether all of the load is balanced, or the part that was before the search grew long.
@@ -166,7 +166,7 @@ impl TrainingLoads {
         &self,
         shell: &Shell,
         columns: &[Vec<Vec3>],
-        (modes, trained): (&Modes, &[Pose]),
+        (modes, trained): (&Modes, &[TrainingPose]),
     ) -> Vec<Vec<f64>> {
         let mut shapes: Vec<Vec<f64>> =
             trained.iter().map(|pose| projected(shell, columns, &pose.displacement)).collect();
@@ -210,8 +210,8 @@ impl TrainingLoads {
         shell: &Arc<Shell>,
         (count, time): (usize, f64),
         watch: &mut dyn FnMut(f64) -> Result<()>,
-    ) -> Result<Vec<Pose>> {
-        let mut found: Vec<Pose> = vec![];
+    ) -> Result<Vec<TrainingPose>> {
+        let mut found: Vec<TrainingPose> = vec![];
         if count == 0 || time == 0.0 {
             return Ok(found);
         }
@@ -249,7 +249,7 @@ impl TrainingLoads {
                     break;
                 }
                 pose.clone_from(&displacement);
-                found.push(Pose { load: k, whole, displacement });
+                found.push(TrainingPose { load: k, whole, displacement });
                 if !whole {
                     break;
                 }
@@ -264,15 +264,16 @@ impl TrainingLoads {
     pub(super) fn membrane_share(
         &self,
         inputs: &BasisInputs,
-        trained: &[Pose],
+        trained: &[TrainingPose],
         fields: usize,
         watch: &mut dyn FnMut(f64) -> Result<()>,
     ) -> Result<f64> {
         let (shell, loads) = (inputs.shell, self.loads(inputs.shell));
         let full_strength = loads.len() / 2;
-        let (tried, of): (Vec<&Pose>, Vec<&Pose>) =
+        let (tried, of): (Vec<&TrainingPose>, Vec<&TrainingPose>) =
             trained.iter().partition(|pose| pose.load % full_strength < DISTRIBUTED);
-        let tried: Vec<&Pose> = tried.into_iter().filter(|pose| pose.whole && pose.load < full_strength).collect();
+        let tried: Vec<&TrainingPose> =
+            tried.into_iter().filter(|pose| pose.whole && pose.load < full_strength).collect();
         if tried.len() < LEAST_TRIED || of.len() < LEAST_TRIED {
             return Ok(LEAST_SHARE);
         }
@@ -287,7 +288,7 @@ impl TrainingLoads {
             let energy = thinned(shell, &columns, &assumed);
             let mut newton = Newton::new(&energy);
             let mut errors = vec![];
-            for (k, Pose { load, displacement: u, .. }) in tried.iter().enumerate() {
+            for (k, TrainingPose { load, displacement: u, .. }) in tried.iter().enumerate() {
                 watch((s as f64 + k as f64 / tried.len() as f64) / MEMBRANE_SHARES.len() as f64)?;
                 let exact = projected(shell, &columns, u);
                 let (mut q, force) = (exact.clone(), sampling::project(&columns, &loads[*load]));
@@ -307,14 +308,14 @@ impl TrainingLoads {
     /// How near either energy comes to the equilibria that were found whole, each sought from where it is.
     pub(super) fn gate(
         &self,
-        (shell, columns, trained): (&Shell, &[Vec<Vec3>], &[Pose]),
+        (shell, columns, trained): (&Shell, &[Vec<Vec3>], &[TrainingPose]),
         (polynomial, sampled): (&PolynomialEnergy, &ReducedEnergy),
         watch: &mut dyn FnMut(f64) -> Result<()>,
     ) -> Result<Gate> {
         let loads = self.loads(shell);
         let (mut newtons, mut scratch) = ([Newton::new(polynomial), Newton::new(sampled)], polynomial.scratch());
         let (mut errors, mut gate) = ([vec![], vec![]], Gate::default());
-        for (k, Pose { load, displacement, .. }) in trained.iter().filter(|pose| pose.whole).enumerate() {
+        for (k, TrainingPose { load, displacement, .. }) in trained.iter().filter(|pose| pose.whole).enumerate() {
             watch(k as f64 / trained.len() as f64)?;
             let exact = projected(shell, columns, displacement);
             let force = sampling::project(columns, &loads[*load]);

@@ -9,7 +9,7 @@ use crate::Vec3;
 use crate::load::BodyLoad;
 use crate::real::Real;
 use crate::warp::lanes::{Group, Lanes, Vectors};
-use crate::warp::{Basis, Block, Entry, Line, Pose as Warp, Sweep, Tangent, Weights, scatter, sweep, with_weights};
+use crate::warp::{Basis, Block, Entry, Line, Sweep, Tangent, WarpPose as Warp, Weights, scatter, sweep, with_weights};
 use pulp::Simd;
 
 /// How a force on a vertex becomes a force on the modes.
@@ -150,7 +150,7 @@ pub fn visit_motion<E: Entry>(
     (q, q_dot): (&[f64], &[f64]),
     visit: impl FnMut(usize, Vec3, Vec3),
 ) {
-    struct Motion<'a, T, F> {
+    struct Rates<'a, T, F> {
         n_vertices: usize,
         law: ForceLaw,
         weights: Weights<'a, T>,
@@ -158,7 +158,7 @@ pub fn visit_motion<E: Entry>(
         visit: F,
     }
 
-    impl<E: Entry, F: FnMut(usize, Vec3, Vec3)> Sweep<E> for Motion<'_, E::Real, F> {
+    impl<E: Entry, F: FnMut(usize, Vec3, Vec3)> Sweep<E> for Rates<'_, E::Real, F> {
         #[inline(always)]
         fn visit<S: Simd, const N: usize>(
             &mut self,
@@ -180,7 +180,7 @@ pub fn visit_motion<E: Entry>(
 
     with_weights(basis, q, |weights| {
         with_weights(basis, q_dot, |rates| {
-            sweep(basis, &mut Motion { n_vertices: basis.n_vertices, law, weights, rates, visit });
+            sweep(basis, &mut Rates { n_vertices: basis.n_vertices, law, weights, rates, visit });
         });
     });
 }

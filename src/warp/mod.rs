@@ -19,7 +19,7 @@ pub use output::{
     Amplitudes, Extent, Placement, extent, visit_positions_f32, visit_positions_f64, visit_positions_of_f32,
     visit_positions_of_f64, visit_runs,
 };
-pub use pose::{Pose, Tangent};
+pub use pose::{Tangent, WarpPose};
 
 use crate::Vec3;
 use crate::limits::MAX_MODES;

@@ -2,7 +2,7 @@
 //! from the registers' lanes straight to rows, in whole groups of vertices.
 
 use super::lanes::{Lanes, Vectors};
-use super::{Basis, Block, Entry, LANES, Line, Pose, Sweep, Weights, sweep, sweep_blocks, with_weights};
+use super::{Basis, Block, Entry, LANES, Line, Sweep, WarpPose, Weights, sweep, sweep_blocks, with_weights};
 use crate::Vec3;
 use crate::real::Real;
 use nalgebra::Matrix3;
@@ -37,12 +37,12 @@ pub struct Amplitudes<'a> {
 
 /// How vertices move.
 #[derive(Clone, Copy)]
-struct Motion<'a, T> {
+struct Moving<'a, T> {
     weights: Weights<'a, T>,
     warped: bool,
 }
 
-impl<T: Real> Motion<'_, T> {
+impl<T: Real> Moving<'_, T> {
     /// u of a group.
     #[inline(always)]
     fn displacement<E: Entry<Real = T>, S: Simd, const N: usize>(
@@ -52,15 +52,15 @@ impl<T: Real> Motion<'_, T> {
         at: usize,
     ) -> Vectors<T, S, N> {
         if self.warped {
-            Pose::new(lanes, block.combine(lanes, at, self.weights), self.weights.doublings).displacement()
+            WarpPose::new(lanes, block.combine(lanes, at, self.weights), self.weights.doublings).displacement()
         } else {
             block.combine_linear(lanes, at, self.weights)
         }
     }
 }
 
-fn with_motion<E: Entry>(basis: &Basis<E>, amplitudes: Amplitudes, work: impl FnOnce(Motion<E::Real>)) {
-    with_weights(basis, amplitudes.q, |weights| work(Motion { weights, warped: amplitudes.warped }));
+fn with_motion<E: Entry>(basis: &Basis<E>, amplitudes: Amplitudes, work: impl FnOnce(Moving<E::Real>)) {
+    with_weights(basis, amplitudes.q, |weights| work(Moving { weights, warped: amplitudes.warped }));
 }
 
 /// The lanes of a group's vectors, component by component.
@@ -145,13 +145,13 @@ pub fn visit_runs<F: Copy + Default>(
 fn rows_f32<E: Entry>(
     basis: &Basis<E>,
     blocks: Range<usize>,
-    motion: Motion<E::Real>,
+    motion: Moving<E::Real>,
     placement: &Placement,
     write: impl FnMut(usize, &[[f32; 3]]),
 ) {
     struct Rows<'a, T, W> {
         n_vertices: usize,
-        motion: Motion<'a, T>,
+        motion: Moving<'a, T>,
         placement: &'a Placement,
         write: W,
     }
@@ -199,12 +199,12 @@ pub fn visit_positions_f64<E: Entry>(
 fn rows_f64<E: Entry>(
     basis: &Basis<E>,
     blocks: Range<usize>,
-    motion: Motion<E::Real>,
+    motion: Moving<E::Real>,
     (rest, placement): (&[Vec3], &Placement),
     write: impl FnMut(usize, &[[f64; 3]]),
 ) {
     struct Rows<'a, T, W> {
-        motion: Motion<'a, T>,
+        motion: Moving<'a, T>,
         rest: &'a [Vec3],
         placement: &'a Placement,
         write: W,
@@ -251,7 +251,7 @@ pub struct Extent {
 /// The extent at given amplitudes; `limit` is a |w|². A basis without Ψ has no rotations to show.
 pub fn extent<E: Entry>(basis: &Basis<E>, amplitudes: Amplitudes, limit: f64) -> Extent {
     struct Measure<'a, T> {
-        motion: Motion<'a, T>,
+        motion: Moving<'a, T>,
         without_turns: bool,
         limit: f64,
         displacement: [f64; LANES],
@@ -268,12 +268,12 @@ pub fn extent<E: Entry>(basis: &Basis<E>, amplitudes: Amplitudes, limit: f64) ->
             _: usize,
             at: usize,
         ) {
-            let Motion { weights, warped } = self.motion;
+            let Moving { weights, warped } = self.motion;
             let (u, w) = if self.without_turns {
                 (block.combine_linear(lanes, at, weights), [lanes.splat(0.0); 3])
             } else {
                 let (linear, turn) = block.combine(lanes, at, weights);
-                let pose = || Pose::new(lanes, (linear, turn), weights.doublings);
+                let pose = || WarpPose::new(lanes, (linear, turn), weights.doublings);
                 (if warped { pose().displacement() } else { linear }, turn)
             };
             let (u, w) = (lines(lanes, &u), lines(lanes, &w));

@@ -12,7 +12,7 @@ use crate::real::Real;
 use pulp::Simd;
 
 /// See the module's text.
-pub struct Pose<T: Real, S: Simd, const N: usize> {
+pub struct WarpPose<T: Real, S: Simd, const N: usize> {
     lanes: Lanes<T, S, N>,
     /// y = Φq: the displacement of linear modal analysis.
     pub linear: Vectors<T, S, N>,
@@ -21,7 +21,7 @@ pub struct Pose<T: Real, S: Simd, const N: usize> {
     at: Coefficients<Group<T, S, N>>,
 }
 
-impl<T: Real, S: Simd, const N: usize> Pose<T, S, N> {
+impl<T: Real, S: Simd, const N: usize> WarpPose<T, S, N> {
     /// Of (Φq, Ψq), given the [`super::doublings`] of all vertices.
     #[inline(always)]
     pub fn new(lanes: Lanes<T, S, N>, (linear, turn): (Vectors<T, S, N>, Vectors<T, S, N>), doublings: u32) -> Self {
@@ -73,7 +73,7 @@ fn turned_back<T: Real, S: Simd, const N: usize>(
 
 /// The tangent at a pose.
 pub struct Tangent<T: Real, S: Simd, const N: usize> {
-    pose: Pose<T, S, N>,
+    pose: WarpPose<T, S, N>,
     slopes: Slopes<Group<T, S, N>>,
 }
 
@@ -82,7 +82,7 @@ impl<T: Real, S: Simd, const N: usize> Tangent<T, S, N> {
     #[inline(always)]
     pub fn new(lanes: Lanes<T, S, N>, (linear, turn): (Vectors<T, S, N>, Vectors<T, S, N>), doublings: u32) -> Self {
         let (at, slopes) = coefficients_and_slopes(lanes, lanes.dot(&turn, &turn), doublings);
-        Self { pose: Pose { lanes, linear, turn, at }, slopes }
+        Self { pose: WarpPose { lanes, linear, turn, at }, slopes }
     }
 
     /// u = R̃(w) y.
@@ -94,7 +94,7 @@ impl<T: Real, S: Simd, const N: usize> Tangent<T, S, N> {
     /// ẋ from (ẏ, ẇ) = (Φq̇, Ψq̇).
     #[inline(always)]
     pub fn rate(&self, (linear_rate, turn_rate): &(Vectors<T, S, N>, Vectors<T, S, N>)) -> Vectors<T, S, N> {
-        let Self { pose: Pose { lanes, linear, turn, at }, slopes } = self;
+        let Self { pose: WarpPose { lanes, linear, turn, at }, slopes } = self;
         let (lanes, along) = (*lanes, lanes.dot(turn, linear));
         let on_turn = lanes.scale(lanes.mul(slopes.c, along), turn);
         let by_turn = lanes.scale_add(slopes.b, &lanes.cross(turn, linear), &on_turn);
@@ -109,7 +109,7 @@ impl<T: Real, S: Simd, const N: usize> Tangent<T, S, N> {
     /// (R̃ᵀF, DᵀF), where DᵀF = (A' y·F + B' w·(y × F) + C' (w·y)(w·F)) w + B y × F + C ((w·F) y + (w·y) F).
     #[inline(always)]
     pub fn pull_back(&self, force: &Vectors<T, S, N>) -> (Vectors<T, S, N>, Vectors<T, S, N>) {
-        let Self { pose: Pose { lanes, linear, turn, at }, slopes } = self;
+        let Self { pose: WarpPose { lanes, linear, turn, at }, slopes } = self;
         let lanes = *lanes;
         let on_linear = turned_back(lanes, turn, force, (at.b, at.c));
         let crossed = lanes.cross(linear, force);

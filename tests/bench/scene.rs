@@ -4,7 +4,7 @@
 
 use shellwarp::modal::{AnyBasis, ModalBasis};
 use shellwarp::model::{Model, Options, Precision};
-use shellwarp::modes::Certificate;
+use shellwarp::modes::SpectrumCertificate;
 use shellwarp::reduced;
 use shellwarp::state::{Damping, Method, State};
 use shellwarp::step::Integrator;
@@ -86,7 +86,7 @@ fn model_on(n: usize, modes: usize, basis: impl FnOnce(&Shell) -> AnyBasis) -> A
     };
     Arc::new(Model {
         modal: Arc::new(modal),
-        certificate: Certificate { count: modes, found: modes, ..Certificate::default() },
+        certificate: SpectrumCertificate { count: modes, found: modes, ..SpectrumCertificate::default() },
         strain: Default::default(),
         truncation: 0.0,
         reduced: None,
