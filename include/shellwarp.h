@@ -597,7 +597,7 @@ typedef struct SwModelInfo {
   // Fields of SW_METHOD_REDUCED_SHELL beyond the modes; fewer than asked for where these span no
   // more. 0 = it has none.
   uint32_t reduced_fields;
-  // Elements that stand for all there.
+  // Number of sampled elements.
   uint32_t reduced_elements;
   // What these leave of the elastic forces and the rest stiffness that they were chosen by,
   // relative.

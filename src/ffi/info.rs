@@ -82,7 +82,7 @@ pub struct SwModelInfo {
     pub effective_mass: [f64; 3],
     /// Fields of SW_METHOD_REDUCED_SHELL beyond the modes; fewer than asked for where these span no more. 0 = it has none.
     pub reduced_fields: u32,
-    /// Elements that stand for all there.
+    /// Number of sampled elements.
     pub reduced_elements: u32,
     /// What these leave of the elastic forces and the rest stiffness that they were chosen by, relative.
     pub reduced_residual: f64,

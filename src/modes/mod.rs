@@ -58,8 +58,8 @@ pub struct Progress<'a> {
     /// Seconds spent in each phase.
     pub seconds: [f64; PHASES],
     since: Instant,
-    /// The last fraction told of a search in pieces.
-    told: f64,
+    /// The last fraction reported of a search in pieces.
+    reported: f64,
 }
 
 /// Pieces that are less of the work than this are told of together.
@@ -68,7 +68,7 @@ const LEAST_NEWS: f64 = 1e-3;
 impl<'a> Progress<'a> {
     /// Reports to `callback`, whose error stops the work.
     pub fn new(callback: &'a mut dyn FnMut(Phase, f64) -> Result<()>) -> Self {
-        Self { callback, seconds: [0.0; PHASES], since: Instant::now(), told: 0.0 }
+        Self { callback, seconds: [0.0; PHASES], since: Instant::now(), reported: 0.0 }
     }
 
     /// Books the time since the last report on `phase` and tells the host.
@@ -86,10 +86,10 @@ impl<'a> Progress<'a> {
         let mut tell = |phase, fraction: f64| {
             done = if phase == Phase::Modes { done.max(fraction) } else { done };
             let at = share.start + width * done;
-            if width < LEAST_NEWS && at < self.told + LEAST_NEWS {
+            if width < LEAST_NEWS && at < self.reported + LEAST_NEWS {
                 return Ok(());
             }
-            self.told = at;
+            self.reported = at;
             (self.callback)(Phase::Modes, at)
         };
         let mut inner = Progress::new(&mut tell);

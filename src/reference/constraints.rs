@@ -218,7 +218,7 @@ impl Constraints {
 
     /// What became of each at `x`, with the gradient of the whole potential before [`Constraints::project`], and the force of all on
     /// each vertex in `force`.
-    pub fn conclude(&self, x: &[Vec3], gradient: &[Vec3], force: &mut [Vec3]) -> Vec<Outcome> {
+    pub fn outcomes(&self, x: &[Vec3], gradient: &[Vec3], force: &mut [Vec3]) -> Vec<Outcome> {
         force.iter_mut().for_each(|f| *f = Vec3::zeros());
         self.add_gradient(x, force);
         force.iter_mut().for_each(|f| *f = -*f);

@@ -50,9 +50,9 @@ impl Solver {
         (&self.outcomes, self.constraint_work)
     }
 
-    /// Concludes a call that led from `origin` to `x`; `gradient` is the whole of its potential's.
-    pub(super) fn conclude(&mut self, gradient: &[Vec3]) {
-        self.outcomes = self.constraints.conclude(&self.x, gradient, &mut self.force);
+    /// Records the outcomes of a call that led from `origin` to `x`. `gradient` is the whole of its potential's.
+    pub(super) fn record_outcomes(&mut self, gradient: &[Vec3]) {
+        self.outcomes = self.constraints.outcomes(&self.x, gradient, &mut self.force);
         let work = |v: &u32| self.force[*v as usize].dot(&(self.x[*v as usize] - self.origin[*v as usize]));
         self.constraint_work = if self.outcomes.is_empty() { 0.0 } else { self.shell.free.iter().map(work).sum() };
     }

@@ -110,7 +110,7 @@ impl Solver {
             let mut gradient = vec![Vec3::zeros(); x.len()];
             let points = Self::points(points);
             Potential { shell, origin, load: forces, step: None, constraints, points }.whole_gradient(x, &mut gradient);
-            self.conclude(&gradient);
+            self.record_outcomes(&gradient);
         }
         let mut displacement = start.to_vec();
         self.shell.free.iter().for_each(|&v| displacement[v as usize] = self.displacement(v as usize));

@@ -63,7 +63,7 @@ impl Solver {
             let mut gradient = vec![Vec3::zeros(); x.len()];
             let points = Self::points(points);
             Potential { shell, origin, load: forces, step, constraints, points }.whole_gradient(x, &mut gradient);
-            self.conclude(&gradient);
+            self.record_outcomes(&gradient);
         }
         for v in self.shell.free.iter().map(|&v| v as usize) {
             let d = self.x[v] - self.origin[v];

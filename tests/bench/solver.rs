@@ -1,5 +1,6 @@
-//! Factorizations and seconds that equilibria of the full shell take from rest, by the energy alone and with the stress as an unknown of the
-//! search, over the forces of the lists in `front/scenes.rs`.
+//! Factorizations and seconds that equilibria of the full shell take from rest.
+//!
+//! Each search is made by the energy alone and with the stress as an unknown, over the forces of the lists in `front/scenes.rs`.
 //!
 //! usage: solver [--docs FILE] [SHELL ...]
 #![allow(missing_docs)]

@@ -44,7 +44,7 @@ class SHELLWARP_OT_precompute(ShellOperator, bpy.types.Operator):
         self.report({"INFO"}, summary(run))
 
     def invoke(self, context, _event):
-        """The modes are found on a thread, which touches none of Blender's data: the library lets Python's lock go."""
+        """The modes are found on a thread, which touches none of Blender's data: the library releases the GIL."""
         from .library import package
         from .simulation import Simulation
         try:
