@@ -25,7 +25,7 @@ impl Point {
         Self { vertices: [v; 3], weights: [1.0, 0.0, 0.0], count: 1 }
     }
 
-    /// A point of a triangle by the barycentric weights of its corners, which are three different vertices.
+    /// A point of a triangle by the barycentric weights of its corners, three different vertices. Weights sum to 1.
     pub fn within(triangle: [u32; 3], weights: [f64; 3]) -> Self {
         Self { vertices: triangle, weights, count: 3 }
     }
@@ -51,7 +51,8 @@ impl Point {
     }
 }
 
-/// See the module's text. Each W_i is bounded below and has a continuous gradient; its Hessian may jump, as where a point meets an obstacle.
+/// See the module's text. One that is set on a state has positions in world space. Each W_i is bounded below and has a continuous gradient; its Hessian may jump, as where
+/// a point meets an obstacle. All of it stays as it is while a state has it: what moves is set anew.
 pub trait PointEnergy: Send + Sync {
     /// The points that it acts on.
     fn points(&self) -> &[Point];

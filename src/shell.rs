@@ -30,7 +30,7 @@ const FURTHEST_SAG: f64 = 1e30;
 
 /// Mesh, material and supports with what follows from them directly. Immutable.
 pub struct Shell {
-    /// Rest geometry.
+    /// Rest geometry; with `sag`, the shape that hangs.
     pub mesh: Arc<Mesh>,
     /// Constants.
     pub material: Material,

@@ -29,7 +29,7 @@ impl Edge {
 /// A validated mesh. Immutable; all lengths are in the host's unit.
 #[derive(Clone, Debug)]
 pub struct Mesh {
-    /// Rest positions x̄ (n_vertices).
+    /// Rest positions x̄, or where a shell with sag hangs (n_vertices).
     pub positions: Vec<Vec3>,
     /// Consistently oriented (n_triangles).
     pub triangles: Vec<[u32; 3]>,

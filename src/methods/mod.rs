@@ -26,14 +26,14 @@ use plan::{Around, Part};
 /// Beyond a quarter turn the warp's own error exceeds a fifth of the displacement (closed form of a strip bent to an arc).
 pub const ROTATION_RANGE: f64 = std::f64::consts::FRAC_PI_2;
 
-/// What acts on a shell in a step or at an equilibrium, in frame axes.
+/// What acts on a shell in a step or at an equilibrium. The load is in frame axes.
 #[derive(Clone, Copy)]
 pub struct Acting<'a> {
     /// Gravity and inertia.
     pub load: &'a BodyLoad,
     /// Forces on vertices and wind.
     pub external: External<'a>,
-    /// Energies of points that join.
+    /// Energies of points that join, in world space as seen from the frame.
     pub points: Option<&'a InFrame>,
     /// Of the frame, at the end of the step.
     pub pose: &'a Pose,

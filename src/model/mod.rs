@@ -69,7 +69,7 @@ pub struct Model {
 }
 
 impl Model {
-    /// Computes modes and, unless for linear modal analysis, modal rotations. `callback` hears of progress and may stop the work with an error.
+    /// Computes modes, their rotations unless for linear modal analysis, and the reduced shell if asked for. `callback` hears of progress and may stop the work with an error.
     pub fn precompute(
         shell: Arc<Shell>,
         options: &Options,

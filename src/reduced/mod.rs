@@ -45,7 +45,7 @@ pub struct Options {
     pub fields: usize,
     /// Elements that the energy is evaluated on; 0 for as many as [`TOLERANCE`] asks for.
     pub elements: usize,
-    /// Equilibria of the full shell that the fields are trained on, at most.
+    /// Equilibria of the full shell that the fields are trained on, at most; 0 for no training.
     pub poses: usize,
     /// The strength of the gravity that scenes will have; 0 for what bends the shell by a quarter of its size to first order.
     pub gravity: f64,

@@ -60,7 +60,7 @@ pub struct Weights<'a, T> {
 }
 
 impl<E: Entry> Basis<E> {
-    /// Without shapes yet, of vertices at `rest` that have the shares `mass` of the mass `total_mass`.
+    /// Without shapes yet, of vertices at `rest` with masses `mass`, `total_mass` in sum.
     pub fn new(rest: &[Vec3], mass: &[f64], modes: usize, total_mass: f64) -> Result<Self> {
         Self::with_shapes(rest, mass, (modes, E::LINES), total_mass)
     }
