@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The rooms from the ground up. ARCHITECTURE.md says what each is for.
-const LADDER: [&str; 29] = [
+const LADDER: [&str; 30] = [
     "error",
     "real",
     "features",
@@ -20,6 +20,7 @@ const LADDER: [&str; 29] = [
     "load",
     "constraint",
     "point_energy", // the physical problem, and what holds it
+    "collider",     // solids that shells touch
     "warp",
     "precision",
     "sparse",

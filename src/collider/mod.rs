@@ -1,0 +1,139 @@
+//! Solids that shells touch: where a point is to their surface.
+//!
+//!   d(p) > 0 outside, < 0 inside;   n(p) = ∇d, of length 1;   |d(p) − d(q)| ≤ |p − q|
+//!
+//! A solid is immutable and knows only its own axes: what has one also has its pose, its friction and its thickness.
+
+mod primitive;
+mod sweep;
+
+use crate::{Error, Result, Vec3};
+use primitive::{Capsule, Cuboid};
+
+/// Where a point is to a solid's surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Touch {
+    /// From the surface; negative inside.
+    pub distance: f64,
+    /// Outward, of length 1: the gradient of the distance.
+    pub normal: Vec3,
+}
+
+/// All points that are no farther from `center` than `radius`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ball {
+    /// In the solid's axes.
+    pub center: Vec3,
+    /// Not negative.
+    pub radius: f64,
+}
+
+/// A body of one closed form or another. Send and Sync: share it by an `Arc`.
+#[derive(Clone, Debug)]
+pub struct Solid {
+    shape: Shape,
+}
+
+#[derive(Clone, Debug)]
+enum Shape {
+    Plane,
+    Sphere(f64),
+    Capsule(Capsule),
+    Cuboid(Cuboid),
+}
+
+/// Sizes whose squares, and those of points that matter beside them, are normal numbers.
+const SIZES: std::ops::RangeInclusive<f64> = 1e-100..=1e100;
+/// Points farther away along an axis are taken to be here, so that no square overflows.
+const FAR: f64 = 1e150;
+
+impl Solid {
+    /// The half-space z ≤ 0.
+    pub fn plane() -> Self {
+        Self { shape: Shape::Plane }
+    }
+
+    /// A ball about the origin. Fails unless its radius is within 1e-100 and 1e100.
+    pub fn sphere(radius: f64) -> Result<Self> {
+        Ok(Self { shape: Shape::Sphere(require_size("the sphere's radius", radius)?) })
+    }
+
+    /// All points within `radius` of the segment from −`half_length` to `half_length` along z, which may be 0.
+    pub fn capsule(half_length: f64, radius: f64) -> Result<Self> {
+        let half_length = match half_length {
+            0.0 => 0.0, // a sphere
+            half => require_size("the capsule's half length", half)?,
+        };
+        let radius = require_size("the capsule's radius", radius)?;
+        Ok(Self { shape: Shape::Capsule(Capsule { half_length, radius }) })
+    }
+
+    /// A box about the origin, `half` as long along each axis to either side.
+    pub fn cuboid(half: Vec3) -> Result<Self> {
+        for (axis, half) in ["x", "y", "z"].iter().zip(&half) {
+            require_size(format_args!("the box's half extent along {axis}"), *half)?;
+        }
+        Ok(Self { shape: Shape::Cuboid(Cuboid { half }) })
+    }
+
+    /// Finite whatever `p` is, and the normal of length 1. Where several normals are right, as at a centre, it is always the same of them.
+    #[inline]
+    pub fn touch(&self, p: &Vec3) -> Touch {
+        let p = p.map(|c| c.max(-FAR).min(FAR)); // also of a NaN
+        match &self.shape {
+            Shape::Plane => Touch { distance: p.z, normal: Vec3::z() },
+            Shape::Sphere(radius) => primitive::ball(&p, *radius),
+            Shape::Capsule(capsule) => capsule.touch(&p),
+            Shape::Cuboid(cuboid) => cuboid.touch(&p),
+        }
+    }
+
+    /// A ball about all of it; None of a plane.
+    pub fn bounds(&self) -> Option<Ball> {
+        let about_origin = |radius| Some(Ball { center: Vec3::zeros(), radius });
+        match &self.shape {
+            Shape::Plane => None,
+            Shape::Sphere(radius) => about_origin(*radius),
+            Shape::Capsule(Capsule { half_length, radius }) => about_origin(half_length + radius),
+            Shape::Cuboid(Cuboid { half }) => about_origin(half.norm()),
+        }
+    }
+
+    /// Radius of the largest ball within its thinnest part; infinite of a plane. A step shorter than this does not leap through.
+    pub fn inner_radius(&self) -> f64 {
+        match &self.shape {
+            Shape::Plane => f64::INFINITY,
+            Shape::Sphere(radius) | Shape::Capsule(Capsule { radius, .. }) => *radius,
+            Shape::Cuboid(Cuboid { half }) => half.min(),
+        }
+    }
+
+    /// How far the matter at the surface next to `p` came since the shape before, in the solid's axes. Zero of what does not deform.
+    pub fn slip(&self, _p: &Vec3) -> Vec3 {
+        Vec3::zeros()
+    }
+
+    /// Memory that it takes.
+    pub fn bytes(&self) -> usize {
+        size_of::<Self>()
+    }
+
+    /// The first place on the way from `from` to `to` where the distance is no more than `margin`: the share of the way, and the touch there.
+    ///
+    /// None where the way starts within the margin, never gets there, or has an end beyond 1e150.
+    /// However thin the solid and long the way, it is not leapt over.
+    pub fn first_touch(&self, from: &Vec3, to: &Vec3, margin: f64) -> Option<(f64, Touch)> {
+        let near = from.iter().chain(to).chain([&margin]).all(|x| x.abs() <= FAR); // no NaN is
+        if near { sweep::convex(self, from, to, margin) } else { None }
+    }
+}
+
+/// Fails with the name and value unless it is a size within [`SIZES`].
+fn require_size(name: impl std::fmt::Display, value: f64) -> Result<f64> {
+    if SIZES.contains(&value) {
+        Ok(value)
+    } else {
+        let (least, most) = (SIZES.start(), SIZES.end());
+        Err(Error::argument(format!("{name} is {value:?}: it must be from {least:e} to {most:e}")))
+    }
+}
