@@ -1,6 +1,6 @@
-//! Material constants of the discrete-shell energies.
+//! Material constants: of the paper's energy, and of Koiter's in engineering units.
 
-use crate::error::{Error, Result, require_non_negative};
+use crate::error::{Error, Result, require_finite, require_non_negative};
 
 /// Stiffnesses and density, uniform over a shell.
 ///
@@ -40,5 +40,115 @@ impl Material {
             return Err(Error::argument(format!("area_density is {:?}: it must be positive", self.area_density)));
         }
         Ok(self)
+    }
+}
+
+/// An isotropic elastic sheet in engineering units, uniform over a shell. The same on every mesh.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ElasticSheet {
+    /// Young's modulus E, force per area.
+    pub young: f64,
+    /// Poisson's ratio ν.
+    pub poisson: f64,
+    /// Thickness h, length.
+    pub thickness: f64,
+    /// Mass per volume ρ.
+    pub volume_density: f64,
+}
+
+impl ElasticSheet {
+    /// Modulus, thickness and density positive, −1 < ν ≤ 0.5, and what follows from them within the floating-point range.
+    pub fn validated(self) -> Result<Self> {
+        let Self { young, poisson, thickness, volume_density } = self;
+        for (name, value) in [("young", young), ("thickness", thickness), ("volume_density", volume_density)] {
+            if require_non_negative(name, value)? == 0.0 {
+                return Err(Error::argument(format!("{name} is {value:?}: it must be positive")));
+            }
+        }
+        if !(require_finite("poisson", poisson)? > -1.0 && poisson <= 0.5) {
+            return Err(Error::argument(format!("poisson is {poisson:?}: it must be above -1 and at most 0.5")));
+        }
+        let [membrane, bending] = self.stiffness();
+        for (name, value) in [("stretching", membrane), ("bending", bending), ("mass per area", self.area_density())] {
+            if !value.is_normal() {
+                let message = format!(
+                    "the {name} of young {young:?}, poisson {poisson:?}, thickness {thickness:?} and volume_density {volume_density:?} is {value:?}: outside the floating-point range"
+                );
+                return Err(Error::argument(message));
+            }
+        }
+        Ok(self)
+    }
+
+    /// E h/(1 − ν²), force per length, and the plate rigidity E h³/(12 (1 − ν²)), moment.
+    pub fn stiffness(&self) -> [f64; 2] {
+        let Self { young, poisson, thickness, .. } = *self;
+        let membrane = young * thickness / ((1.0 - poisson) * (1.0 + poisson));
+        [membrane, membrane * thickness * thickness / 12.0]
+    }
+
+    /// Mass per area.
+    pub fn area_density(&self) -> f64 {
+        self.volume_density * self.thickness
+    }
+}
+
+/// What a shell is made of, and with it the energy of its deformation.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Elasticity {
+    /// The paper's energy.
+    DiscreteShells(Material),
+    /// Koiter's energy.
+    Koiter(ElasticSheet),
+}
+
+impl Elasticity {
+    /// Fails with the constant that is out of range.
+    pub fn validated(self) -> Result<Self> {
+        Ok(match self {
+            Self::DiscreteShells(material) => Self::DiscreteShells(material.validated()?),
+            Self::Koiter(sheet) => Self::Koiter(sheet.validated()?),
+        })
+    }
+
+    /// Mass per area.
+    pub fn area_density(&self) -> f64 {
+        match self {
+            Self::DiscreteShells(material) => material.area_density,
+            Self::Koiter(sheet) => sheet.area_density(),
+        }
+    }
+
+    /// Whether stretching and bending both are resisted, so that no motion but a rigid one is free.
+    pub fn resists_all(&self) -> bool {
+        match self {
+            Self::DiscreteShells(material) => material.k_bend != 0.0 && material.k_length != 0.0,
+            Self::Koiter(_) => true,
+        }
+    }
+
+    /// Whether an edge and its triangles tell every element that moves a vertex of theirs.
+    pub fn is_told_by_pieces(&self) -> bool {
+        matches!(self, Self::DiscreteShells(_))
+    }
+
+    /// Constants of the paper's energy, if it is that.
+    pub fn discrete_shells(&self) -> Option<&Material> {
+        match self {
+            Self::DiscreteShells(material) => Some(material),
+            Self::Koiter(_) => None,
+        }
+    }
+}
+
+impl From<Material> for Elasticity {
+    fn from(material: Material) -> Self {
+        Self::DiscreteShells(material)
+    }
+}
+
+impl From<ElasticSheet> for Elasticity {
+    fn from(sheet: ElasticSheet) -> Self {
+        Self::Koiter(sheet)
     }
 }

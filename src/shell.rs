@@ -1,7 +1,8 @@
 //! The physical problem: a mesh of a material, held at its supports.
 
-use crate::energy::{Energy, discrete_shell};
-use crate::{Error, ErrorKind, Material, Mesh, Result, Supports, Vec3};
+use crate::energy::{Energy, of_material};
+use crate::material::Elasticity;
+use crate::{Error, ErrorKind, Mesh, Result, Supports, Vec3};
 use std::ops::Deref;
 use std::sync::{Arc, LazyLock};
 
@@ -32,8 +33,8 @@ const FURTHEST_SAG: f64 = 1e30;
 pub struct Shell {
     /// Rest geometry; with `sag`, the shape that hangs.
     pub mesh: Arc<Mesh>,
-    /// Constants.
-    pub material: Material,
+    /// Constants, and which energy.
+    pub material: Elasticity,
     /// The deformation energy.
     pub energy: LazyEnergy,
     /// How it hangs at the mesh's positions; `None` where these are the shape of no energy.
@@ -42,6 +43,8 @@ pub struct Shell {
     pub mass: Vec<f64>,
     /// Held by a support (n_vertices).
     pub held: Vec<bool>,
+    /// Ends of edges whose slope is held (n_vertices); empty where no edge's is.
+    pub clamped: Arc<[bool]>,
     /// The vertices that move, ascending: referenced and not held. Each has three unknowns.
     pub free: Vec<u32>,
     /// Sum of the triangles' rest areas.
@@ -60,25 +63,28 @@ pub struct Sag {
 
 impl Shell {
     /// Checks everything and assembles masses. Fails when a mass or an area leaves the floating-point range.
-    pub fn new(mesh: Mesh, material: Material, supports: &Supports) -> Result<Self> {
-        let material = material.validated()?;
-        let held = supports.held(&mesh)?;
+    pub fn new(mesh: Mesh, material: impl Into<Elasticity>, supports: &Supports) -> Result<Self> {
+        let material = material.into().validated()?;
+        let (held, clamped) = match material {
+            Elasticity::DiscreteShells(_) => (supports.held(&mesh)?, vec![]),
+            Elasticity::Koiter(_) => supports.held_exactly(&mesh)?,
+        };
         if !mesh.size.is_finite() {
             return Err(Error::new(
                 ErrorKind::Numerical,
                 "the mesh is wider than the floating-point range: choose other units",
             ));
         }
-        let (mass, total_area) = lumped_mass(&mesh, material.area_density)?;
+        let (mass, total_area) = lumped_mass(&mesh, material.area_density())?;
         let free = (0..mass.len() as u32).filter(|&v| mass[v as usize] > 0.0 && !held[v as usize]).collect();
         let mesh = Arc::new(mesh);
-        let rest = mesh.clone();
-        let energy = LazyEnergy::new(move || Box::new(discrete_shell(&rest, &material)));
+        let clamped: Arc<[bool]> = clamped.into();
+        let energy = energy_of(&mesh, material, &clamped);
         let total_mass: f64 = mass.iter().sum();
         if !(total_mass.is_finite() && total_area.is_finite()) {
             return Err(Error::new(ErrorKind::Numerical, "the shell's mass or area is not finite: choose other units"));
         }
-        Ok(Self { mesh, material, energy, sag: None, mass, held, free, total_area, total_mass })
+        Ok(Self { mesh, material, energy, sag: None, mass, held, clamped, free, total_area, total_mass })
     }
 
     /// The first vertex that would hang further from rest than any shell hangs, or at no number.
@@ -99,6 +105,7 @@ impl Shell {
             sag: Some(Sag { gravity, rest }),
             mass: self.mass.clone(),
             held: self.held.clone(),
+            clamped: self.clamped.clone(),
             free: self.free.clone(),
             ..*self
         }
@@ -110,11 +117,14 @@ impl Shell {
         let mut held = vec![true; vertices.len()];
         free.iter().for_each(|v| held[*v as usize] = false);
         let mesh = Arc::new(mesh);
-        let (rest, material) = (mesh.clone(), self.material);
+        let clamped: Arc<[bool]> = match self.clamped.is_empty() {
+            true => self.clamped.clone(),
+            false => vertices.iter().map(|v| self.clamped[*v as usize]).collect(),
+        };
         let part = Self {
+            energy: energy_of(&mesh, self.material, &clamped),
             mesh,
-            material,
-            energy: LazyEnergy::new(move || Box::new(discrete_shell(&rest, &material))),
+            clamped,
             sag: None,
             mass: vertices.iter().map(|v| self.mass[*v as usize]).collect(),
             held,
@@ -125,6 +135,11 @@ impl Shell {
             Some(sag) => part.hung(sag.gravity, self.points(vertices)),
             None => part,
         }
+    }
+
+    /// Whether the slope is held at an edge of vertex `v`.
+    pub fn is_clamped(&self, v: usize) -> bool {
+        self.clamped.get(v) == Some(&true)
     }
 
     /// Number of unknowns: three per free vertex.
@@ -145,6 +160,11 @@ impl Shell {
         }
         field
     }
+}
+
+fn energy_of(mesh: &Arc<Mesh>, material: Elasticity, clamped: &Arc<[bool]>) -> LazyEnergy {
+    let (rest, clamped) = (mesh.clone(), clamped.clone());
+    LazyEnergy::new(move || Box::new(of_material(&rest, &material, &clamped)))
 }
 
 fn lumped_mass(mesh: &Mesh, density: f64) -> Result<(Vec<f64>, f64)> {

@@ -36,6 +36,25 @@ impl Supports {
         }
         Ok(held)
     }
+
+    /// As [`Supports::held`], but clamped vertices on an edge between two of them hold the slope there, without their neighbours; the others
+    /// still need these. And which vertices are on such an edge (n_vertices, or none).
+    pub fn held_exactly(&self, mesh: &Mesh) -> Result<(Vec<bool>, Vec<bool>)> {
+        let alone = Self { fixed: vec![], clamped: self.clamped.clone() };
+        alone.held(mesh)?; // checks the list
+        let mut marked = vec![false; mesh.positions.len()];
+        self.clamped.iter().for_each(|&v| marked[v as usize] = true);
+        let mut clamped = vec![false; mesh.positions.len()];
+        for [a, b] in
+            mesh.edges.iter().map(|e| e.vertices.map(|v| v as usize)).filter(|[a, b]| marked[*a] && marked[*b])
+        {
+            (clamped[a], clamped[b]) = (true, true);
+        }
+        let (on_edges, single) = self.clamped.iter().partition::<Vec<u32>, _>(|v| clamped[**v as usize]);
+        let fixed = self.fixed.iter().chain(&on_edges).copied().collect();
+        let held = Self { fixed, clamped: single }.held(mesh)?;
+        Ok((held, if on_edges.is_empty() { vec![] } else { clamped }))
+    }
 }
 
 /// Pose of the support frame: world = origin + rotation · local.

@@ -4,7 +4,8 @@ mod common;
 use common::*;
 use rand::{Rng, SeedableRng, rngs::StdRng};
 use shellwarp::energy::{
-    AreaEnergy, Curvature, Energy, HingeEnergy, LengthEnergy, Mat3, dihedral_angle, rest_quadratic_form,
+    AreaEnergy, BendingEnergy, Curvature, Energy, HingeEnergy, LengthEnergy, Mat3, MembraneEnergy, dihedral_angle,
+    plane_stress, rest_quadratic_form,
 };
 use shellwarp::{Mesh, Vec3};
 
@@ -69,7 +70,7 @@ fn assert_same_field(what: &str, actual: &[Vec3], expected: &[Vec3], relative: f
 fn energies_and_gradient_match_the_reference() {
     for name in ["flat_beam", "v_beam"] {
         let (shell, json) = reference(name);
-        let (m, probe) = (shell.material, &json["probe"]);
+        let (m, probe) = (shell.material.discrete_shells().unwrap(), &json["probe"]);
         let amp = probe["amp"].as_f64().unwrap();
         let displaced = |(i, p): (usize, &Vec3)| {
             let k = (i + 1) as f64;
@@ -110,16 +111,19 @@ fn gradients_match_finite_differences_on_random_configurations() {
     }
 }
 
-type NamedTerms = [(&'static str, Box<dyn Energy>); 3];
+type NamedTerms = [(&'static str, Box<dyn Energy>); 5];
 
-/// A bumpy sheet and its three terms.
+/// A bumpy sheet and its terms, of the paper's energy and of Koiter's.
 fn bumpy_sheet(rng: &mut StdRng) -> (Mesh, NamedTerms) {
     let (rest, triangles) = equilateral_sheet(5, 4, 1.0);
     let mesh = Mesh::new(along(&rest, &random_field(rng, rest.len()), 0.15), &triangles).unwrap();
+    let stress = plane_stress(9.0, 0.3);
     let terms: NamedTerms = [
         ("area", Box::new(AreaEnergy::new(&mesh, 3.0))),
         ("length", Box::new(LengthEnergy::new(&mesh, 5.0))),
         ("hinge", Box::new(HingeEnergy::new(&mesh, 7.0))),
+        ("membrane", Box::new(MembraneEnergy::new(&mesh, &stress))),
+        ("bending", Box::new(BendingEnergy::new(&mesh, &stress, &[]))),
     ];
     (mesh, terms)
 }
@@ -165,7 +169,7 @@ fn hessians_at_rest_are_the_sum_of_the_rest_rows() {
 }
 
 #[test]
-fn semidefinite_hessians_are_so_and_bound_the_exact_ones_of_area_and_length() {
+fn semidefinite_hessians_are_so_and_bound_the_exact_ones_of_membranes() {
     let mut rng = StdRng::seed_from_u64(7);
     let (mesh, terms) = bumpy_sheet(&mut rng);
     for trial in 0..20 {
@@ -180,7 +184,10 @@ fn semidefinite_hessians_are_so_and_bound_the_exact_ones_of_area_and_length() {
                 // Eigenvalues carry the matrix's rounding.
                 assert!(lowest_eigenvalue(blocks, vertices.len()) >= -1e-14 * largest, "{name}");
                 let excess = lowest_eigenvalue(&difference, vertices.len());
-                assert!(*name == "hinge" || excess >= -1e-13 * largest, "{name}: {excess:e} of {largest:e}");
+                assert!(
+                    ["hinge", "bending"].contains(name) || excess >= -1e-13 * largest,
+                    "{name}: {excess:e} of {largest:e}"
+                );
             });
         }
     }
@@ -307,10 +314,13 @@ fn collapsed_triangles_give_finite_energy_and_force() {
     let mesh = Mesh::new(hinge(0.5), &[[0, 1, 2], [1, 0, 3]]).unwrap();
     let collapsed = vec![Vec3::zeros(); 4];
     let line: Vec<Vec3> = (0..4).map(|i| Vec3::x() * f64::from(i)).collect();
-    let terms: [Box<dyn Energy>; 3] = [
+    let stress = plane_stress(1.0, 0.3);
+    let terms: [Box<dyn Energy>; 5] = [
         Box::new(AreaEnergy::new(&mesh, 1.0)),
         Box::new(LengthEnergy::new(&mesh, 1.0)),
         Box::new(HingeEnergy::new(&mesh, 1.0)),
+        Box::new(MembraneEnergy::new(&mesh, &stress)),
+        Box::new(BendingEnergy::new(&mesh, &stress, &[])),
     ];
     for (x, energy) in terms.iter().flat_map(|e| [(&collapsed, e), (&line, e)]) {
         assert!(energy.value(x).is_finite());

@@ -708,8 +708,8 @@ fn what_it_cannot_do_is_refused_by_name() {
     assert_eq!(error.kind, ErrorKind::Unsupported);
     assert!(error.message.contains("reduced_fields"), "{error}");
     let (positions, triangles) = equilateral_sheet(6, 4, 0.1);
-    let free =
-        Shell::new(Mesh::new(positions.clone(), &triangles).unwrap(), Default::default(), &Default::default()).unwrap();
+    let free = Shell::new(Mesh::new(positions.clone(), &triangles).unwrap(), Material::default(), &Default::default())
+        .unwrap();
     let options = |fields| Options { reduced: reduced::Options { fields, ..Default::default() }, ..Options::default() };
     let error = Model::precompute(Arc::new(free), &options(8), &mut |_, _| Ok(())).err().unwrap();
     assert!(error.message.contains("must be held"), "{error}");
@@ -717,7 +717,7 @@ fn what_it_cannot_do_is_refused_by_name() {
     assert!(error.message.contains("at most 128"), "{error}");
     let fixed = (0..positions.len() as u32).collect();
     let supports = Supports { fixed, clamped: vec![] };
-    let held = Shell::new(Mesh::new(positions, &triangles).unwrap(), Default::default(), &supports).unwrap();
+    let held = Shell::new(Mesh::new(positions, &triangles).unwrap(), Material::default(), &supports).unwrap();
     let error = Model::precompute(Arc::new(held), &options(8), &mut |_, _| Ok(())).err().unwrap();
     assert_eq!(error.kind, ErrorKind::Unsupported);
     assert!(error.message.contains("no support holds"), "{error}");

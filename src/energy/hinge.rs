@@ -24,7 +24,7 @@ pub struct HingeEnergy {
 }
 
 /// Of the rest area, below which a triangle lets go of its hinges.
-const COLLAPSED: f64 = 0.01;
+pub(super) const COLLAPSED: f64 = 0.01;
 
 /// One hinge in a shape.
 struct Bend {
@@ -67,25 +67,9 @@ impl HingeEnergy {
         let mut gradient = angle_gradient(&bend.corners);
         if bend.share < 1.0 {
             gradient.iter_mut().for_each(|g| *g *= bend.share);
-            self.add_letting_go(i, bend, &mut gradient);
+            add_letting_go(&bend.corners, &self.small[i], bend.turn, &mut gradient);
         }
         gradient
-    }
-
-    /// += (θ − θ̄) ∂(φ₁φ₂).
-    #[cold]
-    fn add_letting_go(&self, i: usize, Bend { corners: [a, b, c, d], turn, .. }: &Bend, gradient: &mut [Vec3; 4]) {
-        let triangles = [([a, b, c], [0, 1, 2]), ([b, a, d], [1, 0, 3])];
-        let normal = |[p, q, r]: [&Vec3; 3]| (q - p).cross(&(r - p));
-        let ratio = |k: usize| normal(triangles[k].0).norm_squared() / self.small[i][k];
-        for (k, ([p, q, r], slots)) in triangles.into_iter().enumerate() {
-            // ∂|N|² = 2 N × (opposite edge) at each corner.
-            let n = normal([p, q, r]) * (2.0 / self.small[i][k]);
-            let slope = turn * 2.0 * (1.0 - ratio(k)).max(0.0) * presence(ratio(1 - k));
-            for (slot, opposite) in slots.into_iter().zip([r - q, p - r, q - p]) {
-                gradient[slot] += slope * n.cross(&opposite);
-            }
-        }
     }
 
     #[inline(always)]
@@ -122,8 +106,24 @@ impl HingeEnergy {
     }
 }
 
+/// += (θ − θ̄) ∂(φ₁φ₂).
+#[cold]
+pub(super) fn add_letting_go([a, b, c, d]: &[Vec3; 4], small: &[f64; 2], turn: f64, gradient: &mut [Vec3; 4]) {
+    let triangles = [([a, b, c], [0, 1, 2]), ([b, a, d], [1, 0, 3])];
+    let normal = |[p, q, r]: [&Vec3; 3]| (q - p).cross(&(r - p));
+    let ratio = |k: usize| normal(triangles[k].0).norm_squared() / small[k];
+    for (k, ([p, q, r], slots)) in triangles.into_iter().enumerate() {
+        // ∂|N|² = 2 N × (opposite edge) at each corner.
+        let n = normal([p, q, r]) * (2.0 / small[k]);
+        let slope = turn * 2.0 * (1.0 - ratio(k)).max(0.0) * presence(ratio(1 - k));
+        for (slot, opposite) in slots.into_iter().zip([r - q, p - r, q - p]) {
+            gradient[slot] += slope * n.cross(&opposite);
+        }
+    }
+}
+
 /// Twice-area normals of the two triangles.
-fn normals([a, b, c, d]: &[Vec3; 4]) -> (Vec3, Vec3) {
+pub(super) fn normals([a, b, c, d]: &[Vec3; 4]) -> (Vec3, Vec3) {
     let e = b - a;
     (e.cross(&(c - a)), (d - a).cross(&e))
 }
@@ -143,7 +143,7 @@ fn length_over_height(corners: &[Vec3; 4]) -> f64 {
 
 /// ∂θ/∂(a, b, c, d): −n̂/height at the opposite vertices, shared out to the edge by where their feet lie.
 /// A collapsed triangle has no normal and contributes nothing.
-fn angle_gradient(corners: &[Vec3; 4]) -> [Vec3; 4] {
+pub(super) fn angle_gradient(corners: &[Vec3; 4]) -> [Vec3; 4] {
     let [a, b, c, d] = corners;
     let (n1, n2) = normals(corners);
     let edge = b - a;
@@ -189,7 +189,7 @@ fn angle_curvature_share([p, q, r]: [&Vec3; 3]) -> [Mat3; 9] {
 }
 
 /// The blocks of ∂²θ. The two shares are unsymmetric in (a, b), by opposite amounts; their sum is symmetric.
-fn angle_curvature([a, b, c, d]: &[Vec3; 4]) -> [Mat3; 16] {
+pub(super) fn angle_curvature([a, b, c, d]: &[Vec3; 4]) -> [Mat3; 16] {
     let mut blocks = [Mat3::zeros(); 16];
     for (corners, slots) in [([a, b, c], [0, 1, 2]), ([b, a, d], [1, 0, 3])] {
         for (ij, block) in angle_curvature_share(corners).iter().enumerate() {
@@ -200,12 +200,12 @@ fn angle_curvature([a, b, c, d]: &[Vec3; 4]) -> [Mat3; 16] {
 }
 
 /// φ of r.
-fn presence(r: f64) -> f64 {
+pub(super) fn presence(r: f64) -> f64 {
     if r < 1.0 { r * (2.0 - r) } else { 1.0 }
 }
 
 /// θ − θ̄ on the branch (−π, π].
-fn wrapped_difference(angle: f64, rest: f64) -> f64 {
+pub(super) fn wrapped_difference(angle: f64, rest: f64) -> f64 {
     let d = angle - rest;
     if d > PI {
         d - TAU

@@ -1,27 +1,39 @@
-//! Deformation energies of thin shells behind one trait, after Grinspun et al., "Discrete Shells" (SCA 2003):
+//! Deformation energies of thin shells behind one trait. The paper's, after Grinspun et al., "Discrete Shells" (SCA 2003):
 //!
 //! E = k_A Σ (A − Ā)²/Ā + k_L Σ (l − l̄)²/l̄ + k_B Σ 3 (θ − θ̄)² l̄/h̄
 //!
-//! over triangles, edges and interior edges. All residuals vanish at rest, so the rest Hessian is exactly the Gauss–Newton
+//! over triangles, edges and interior edges. And Koiter's, of a sheet in engineering units ([`koiter`]): see `membrane.rs` and `bending.rs`.
+//! All residuals vanish at rest, so the rest Hessian is exactly the Gauss–Newton
 //! sum K = Σ b bᵀ of outer products, and an energy hands out its rows b.
 
 mod area;
+mod bending;
+mod flips;
 mod hinge;
 mod length;
+mod membrane;
+mod patch;
 
 pub use area::AreaEnergy;
+pub use bending::BendingEnergy;
 pub use hinge::{HingeEnergy, dihedral_angle};
 pub use length::LengthEnergy;
+pub use membrane::MembraneEnergy;
+pub use patch::plane_stress;
 
+use crate::material::{ElasticSheet, Elasticity};
 use crate::{Material, Mesh, Vec3};
 
 /// A 3 × 3 block.
 pub type Mat3 = nalgebra::Matrix3<f64>;
 
-/// One row b of a sum Σ b bᵀ, of K at rest: the vertices it touches (2 to 4) and a 3-vector at each.
+/// Vertices of an element, at most.
+pub const MAX_ELEMENT: usize = 6;
+
+/// One row b of a sum Σ b bᵀ, of K at rest: the vertices it touches (2 to [`MAX_ELEMENT`]) and a 3-vector at each.
 pub type RestRow<'a> = (&'a [u32], &'a [Vec3]);
 
-/// The Hessian of one element: its k vertices and its k × k blocks, row by row.
+/// The Hessian of an element, or of several on the same vertices: its k vertices and its k × k blocks, row by row.
 pub type ElementHessian<'a> = (&'a [u32], &'a [Mat3]);
 
 /// Which second derivative. With a strain s of weight w, E = Σ w s², it is Σ 2w (∇s∇sᵀ + s ∇²s).
@@ -52,7 +64,7 @@ pub trait Energy: Send + Sync {
         self.visit_strains(x, &mut |row, _| visit(row));
     }
 
-    /// Hands ∂²E/∂x² to `visit` element by element, in the order of the rest rows, whose Σ b bᵀ it is at rest.
+    /// Hands ∂²E/∂x² to `visit` in the order of the rest rows, whose Σ b bᵀ it is at rest. Elements on the same vertices may come as one.
     fn visit_hessian(&self, x: &[Vec3], curvature: Curvature, visit: &mut dyn FnMut(ElementHessian));
 
     /// As [`Energy::visit_rows`], with the strain √(2w) s of each element: E = Σ (√(2w) s)²/2.
@@ -150,6 +162,26 @@ impl Energy for Vec<Box<dyn Energy>> {
 
 /// Number of [`discrete_shell`] in saved models.
 pub const DISCRETE_SHELLS: u32 = 1;
+/// Number of [`koiter`] in saved models.
+pub const KOITER: u32 = 2;
+
+/// The energy of what a shell is made of. `clamped` (n_vertices, or none): see [`BendingEnergy`].
+pub fn of_material(mesh: &Mesh, material: &Elasticity, clamped: &[bool]) -> Vec<Box<dyn Energy>> {
+    match material {
+        Elasticity::DiscreteShells(material) => discrete_shell(mesh, material),
+        Elasticity::Koiter(sheet) => koiter(mesh, sheet, clamped),
+    }
+}
+
+/// Koiter's energy of a thin sheet (1966): the membrane's and the plate's of plane stress. Bending by the blended shape operator.
+pub fn koiter(mesh: &Mesh, sheet: &ElasticSheet, clamped: &[bool]) -> Vec<Box<dyn Energy>> {
+    let stress = plane_stress(sheet.young, sheet.poisson);
+    let thickness = sheet.thickness;
+    vec![
+        Box::new(MembraneEnergy::new(mesh, &(thickness * stress))),
+        Box::new(BendingEnergy::new(mesh, &(thickness.powi(3) / 12.0 * stress), clamped)),
+    ]
+}
 
 /// The paper's energy: area, length and hinge terms with the material's constants. A term of zero stiffness is left out.
 pub fn discrete_shell(mesh: &Mesh, material: &Material) -> Vec<Box<dyn Energy>> {

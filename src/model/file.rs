@@ -6,10 +6,10 @@
 //! |---|---|
 //! | magic "SWMD", version, byte-order mark, precision, energy, n vertices, t triangles, m modes, zero modes, re-oriented triangles | 10 × u32 |
 //! | estimate of the peak memory, count and found of the certificate | 3 × u64 |
-//! | k_A, k_L, k_B, density; residual, orthonormality, shift; seconds by phase | 13 × f64 |
+//! | k_A, k_L, k_B, mass per area, or for energy 2 E, ν, thickness, mass per volume; residual, orthonormality, shift; seconds by phase | 13 × f64 |
 //! | rest positions | 3n × f64 |
 //! | triangles, oriented | 3t × u32 |
-//! | held | n × u8, 0 or 1 |
+//! | held | n × u8, 0 or 1; for energy 2 also 2, clamped: held, and on an edge of such whose slope is held |
 //! | eigenvalues, largest rotation, largest swing of each mode | 3m × f64 |
 //! | Φ√M and Ψ√M by vertex, then mode | 6nm × f32, f64 or i16; without Ψ 3nm |
 //! | xxh3 of all before | u64 |
@@ -38,8 +38,10 @@ mod sections;
 
 pub use header::{FRONT, announced_size};
 
+use crate::energy::KOITER;
 use crate::error::invalid;
 use crate::features::{Feature, Proof, SavedModels};
+use crate::material::{ElasticSheet, Elasticity};
 use crate::mesh::Mesh;
 use crate::modal::{ModalBasis, with_basis};
 use crate::modes::{PHASES, SpectrumCertificate};
@@ -48,6 +50,30 @@ use crate::{Error, ErrorKind, Material, Model, Result, Shell, Supports, Vec3};
 use header::{HEADER, Header};
 use std::sync::Arc;
 use xxhash_rust::xxh3::xxh3_64;
+
+/// Of a vertex whose slope is held along an edge.
+const CLAMPED: u8 = 2;
+
+/// Four constants of the material.
+fn constants(material: &Elasticity) -> [f64; 4] {
+    match *material {
+        Elasticity::DiscreteShells(Material { k_area, k_length, k_bend, area_density }) => {
+            [k_area, k_length, k_bend, area_density]
+        }
+        Elasticity::Koiter(ElasticSheet { young, poisson, thickness, volume_density }) => {
+            [young, poisson, thickness, volume_density]
+        }
+    }
+}
+
+/// The material of an energy with these constants.
+fn material(energy: u32, constants: [f64; 4]) -> Elasticity {
+    let [a, b, c, density] = constants;
+    match energy {
+        KOITER => ElasticSheet { young: a, poisson: b, thickness: c, volume_density: density }.into(),
+        _ => Material { k_area: a, k_length: b, k_bend: c, area_density: density }.into(),
+    }
+}
 
 impl Model {
     /// Size of [`Model::save`].
@@ -68,14 +94,13 @@ impl Model {
         }
         let Self { shell, modal, certificate, .. } = self;
         [self.peak_bytes, certificate.count, certificate.found].iter().for_each(|x| put_u64(&mut out, *x as u64));
-        let Material { k_area, k_length, k_bend, area_density } = shell.material;
         let SpectrumCertificate { residual, orthonormality, shift, .. } = *certificate;
-        let facts = [k_area, k_length, k_bend, area_density, residual, orthonormality, shift];
-        facts.iter().chain(&self.seconds).for_each(|x| x.put(&mut out));
+        let facts = [residual, orthonormality, shift];
+        constants(&shell.material).iter().chain(&facts).chain(&self.seconds).for_each(|x| x.put(&mut out));
         let rest = shell.sag.as_ref().map_or(&shell.mesh.positions, |sag| &sag.rest);
         rest.iter().flatten().for_each(|x| x.put(&mut out));
         shell.mesh.triangles.iter().flatten().for_each(|v| out.extend(v.to_le_bytes()));
-        out.extend(shell.held.iter().map(|held| u8::from(*held)));
+        out.extend((0..shell.held.len()).map(|v| if shell.is_clamped(v) { CLAMPED } else { u8::from(shell.held[v]) }));
         let without = vec![0.0; if header.linear { modal.n_modes() } else { 0 }]; // in place of what a linear model lacks
         let per_mode = [&modal.eigenvalues, &modal.largest_rotation, &without, &modal.largest_swing, &without];
         per_mode.into_iter().flatten().for_each(|x| x.put(&mut out));
@@ -109,10 +134,9 @@ impl Model {
 
     fn restore(header: &Header, mut from: Reader) -> Result<Self> {
         let [peak_bytes, count, found] = std::array::from_fn(|_| from.word() as usize);
-        let [k_area, k_length, k_bend, area_density] = std::array::from_fn(|_| from.number());
+        let material = material(header.energy, std::array::from_fn(|_| from.number()));
         let [residual, orthonormality, shift] = std::array::from_fn(|_| from.number());
         let seconds: [f64; PHASES] = std::array::from_fn(|_| from.number());
-        let material = Material { k_area, k_length, k_bend, area_density };
         let shell = restore_shell(header, &mut from, material)?;
         let sections = sections::split(from.last(header.sections as usize))?;
         let shell = Arc::new(match sections.sag {
@@ -209,14 +233,15 @@ impl<'a> Reader<'a> {
 }
 
 /// Mesh, material and supports, checked as those of a host are.
-fn restore_shell(header: &Header, from: &mut Reader, material: Material) -> Result<Shell> {
+fn restore_shell(header: &Header, from: &mut Reader, material: Elasticity) -> Result<Shell> {
     let (n, t) = (header.vertices as usize, header.triangles as usize);
     let positions = points(from.take(24 * n));
     let index = |row: &[u8], i: usize| u32::from_le_bytes(row[4 * i..4 * i + 4].try_into().expect("four bytes"));
     let corners = |row: &[u8]| std::array::from_fn(|i| index(row, i));
     let triangles: Vec<[u32; 3]> = from.take(12 * t).chunks_exact(12).map(corners).collect();
     let held = from.take(n);
-    if held.iter().any(|held| *held > 1) {
+    let most = if header.energy == KOITER { CLAMPED } else { 1 };
+    if held.iter().any(|held| *held > most) {
         return invalid("a vertex is neither held nor free");
     }
     let mut mesh = Mesh::new(positions, &triangles)?;
@@ -224,8 +249,13 @@ fn restore_shell(header: &Header, from: &mut Reader, material: Material) -> Resu
         return invalid("its triangles are not oriented consistently");
     }
     mesh.n_reoriented = header.reoriented as usize;
-    let fixed = (0..header.vertices).filter(|v| held[*v as usize] == 1).collect();
-    Shell::new(mesh, material, &Supports { fixed, clamped: vec![] })
+    let all = |kind: u8| (0..header.vertices).filter(|v| held[*v as usize] == kind).collect::<Vec<u32>>();
+    let supports = Supports { fixed: all(1), clamped: all(CLAMPED) };
+    let shell = Shell::new(mesh, material, &supports)?;
+    if let Some(v) = supports.clamped.iter().find(|v| !shell.is_clamped(**v as usize)) {
+        return invalid(format!("vertex {v} is clamped, but on no edge between two such"));
+    }
+    Ok(shell)
 }
 
 fn points(bytes: &[u8]) -> Vec<Vec3> {

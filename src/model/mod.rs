@@ -4,6 +4,7 @@ pub mod file;
 pub mod front;
 
 use crate::features::Feature;
+use crate::material::Elasticity;
 use crate::method::{Method, Needs};
 use crate::modal::ModalBasis;
 use crate::modes::{Demand, PHASES, Phase, Progress, SpectrumCertificate, demanded_modes, lowest_modes};
@@ -146,7 +147,12 @@ impl Model {
         let lacks =
             method == Method::PolynomialShell && self.reduced.iter().any(|reduced| reduced.polynomial.is_none());
         if lacks {
-            let message = "the model's reduced shell has no polynomial energy: precompute it anew";
+            let message = match self.shell.material {
+                Elasticity::DiscreteShells(_) => {
+                    "the model's reduced shell has no polynomial energy: precompute it anew"
+                }
+                Elasticity::Koiter(_) => "Koiter's energy has no polynomial form yet: use the reduced shell",
+            };
             return Err(Error::new(ErrorKind::Unsupported, message));
         }
         Ok(())

@@ -41,11 +41,28 @@ impl Piece {
             piece_of[shell.free[k] as usize] = number[root];
             pieces[number[root] as usize].free.push(k as u32);
         }
+        if !shell.material.is_told_by_pieces() {
+            return Self::within_components(shell, pieces);
+        }
         for (t, corners) in shell.mesh.triangles.iter().enumerate() {
             of_each(&piece_of, corners, |piece| pieces[piece].triangles.push(t as u32));
         }
         for (e, edge) in shell.mesh.edges.iter().enumerate() {
             of_each(&piece_of, &around(edge), |piece| pieces[piece].edges.push(e as u32));
+        }
+        pieces
+    }
+
+    /// Each with all of its component, of an energy whose elements reach beyond an edge and its triangles.
+    fn within_components(shell: &Shell, mut pieces: Vec<Self>) -> Vec<Self> {
+        let mesh = &shell.mesh;
+        let mut whole: Vec<(Vec<u32>, Vec<u32>)> = vec![Default::default(); mesh.n_components];
+        let component = |v: u32| mesh.component[v as usize] as usize;
+        (0..mesh.triangles.len()).for_each(|t| whole[component(mesh.triangles[t][0])].0.push(t as u32));
+        (0..mesh.edges.len()).for_each(|e| whole[component(mesh.edges[e].vertices[0])].1.push(e as u32));
+        for piece in &mut pieces {
+            let first = shell.free[piece.free[0] as usize];
+            (piece.triangles, piece.edges) = whole[component(first)].clone();
         }
         pieces
     }

@@ -86,12 +86,15 @@ pub fn rigid_freedoms(shell: &Shell) -> Option<usize> {
     if shell.sag.is_some() {
         return Some(0); // what moves freely does not come to rest under its weight
     }
-    if shell.material.k_bend == 0.0 || shell.material.k_length == 0.0 {
+    if !shell.material.resists_all() {
         return None;
     }
     let mesh = &shell.mesh;
     let own = shell.free.first().map(|v| mesh.component[*v as usize]);
     let held = (0..mesh.positions.len()).filter(|&v| shell.held[v] && Some(mesh.component[v]) == own);
+    if held.clone().any(|v| shell.is_clamped(v)) {
+        return Some(0);
+    }
     Some(freedoms_about(&held.map(|v| mesh.positions[v]).collect::<Vec<Vec3>>()))
 }
 

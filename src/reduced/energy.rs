@@ -16,7 +16,7 @@
 
 use super::elastic::Scratch;
 use super::products;
-use crate::energy::{Curvature, Energy, Mat3};
+use crate::energy::{Curvature, Energy, MAX_ELEMENT, Mat3};
 use crate::{Shell, Vec3};
 use nalgebra::DMatrix;
 use pulp::Arch;
@@ -30,7 +30,7 @@ pub struct ReducedEnergy {
     /// B at them: x, y, z of each vertex in turn, a row of `stride` numbers each.
     rows: Vec<f64>,
     /// Vertices of each element.
-    elements: Vec<([u32; 4], usize)>,
+    elements: Vec<([u32; MAX_ELEMENT], usize)>,
     n_blocks: usize,
     /// How many of them, the first, are the membrane's.
     membrane: usize,
@@ -58,7 +58,7 @@ pub struct Room {
     value: f64,
     x: Vec<Vec3>,
     strain: Vec<f64>,
-    strain_rows: Vec<[Vec3; 4]>,
+    strain_rows: Vec<[Vec3; MAX_ELEMENT]>,
     stress: Vec<f64>,
     resultants: Vec<f64>,
     gradient: Vec<Vec3>,
@@ -89,7 +89,7 @@ impl ReducedEnergy {
             if weight.next().is_none_or(|w| *w == 0.0) {
                 return;
             }
-            let mut own = [0; 4];
+            let mut own = [0; MAX_ELEMENT];
             for (slot, &v) in own.iter_mut().zip(vertices) {
                 if index[v as usize] == u32::MAX {
                     index[v as usize] = touched.len() as u32;
@@ -229,7 +229,7 @@ impl ReducedEnergy {
             value: 0.0,
             x: zeros.clone(),
             strain: vec![0.0; self.elements.len()],
-            strain_rows: vec![[Vec3::zeros(); 4]; self.elements.len()],
+            strain_rows: vec![[Vec3::zeros(); MAX_ELEMENT]; self.elements.len()],
             stress: vec![0.0; self.elements.len()],
             resultants: vec![0.0; self.n_stresses],
             gradient: zeros,
@@ -314,7 +314,7 @@ impl ReducedEnergy {
     }
 
     /// Bᵀb of some elements' rows b.
-    fn project_rows(&self, some: Range<usize>, strain_rows: &[[Vec3; 4]], lines: &mut [f64]) {
+    fn project_rows(&self, some: Range<usize>, strain_rows: &[[Vec3; MAX_ELEMENT]], lines: &mut [f64]) {
         let Self { rows, stride, .. } = self;
         let elements = self.elements[some.clone()].iter().zip(&strain_rows[some]);
         self.arch.dispatch(|| {
@@ -331,7 +331,13 @@ impl ReducedEnergy {
     }
 
     /// square += (1 − α) CᵀC, with C = ∂(Sᵀε)/∂q.
-    fn add_coupling(&self, strain_rows: &[[Vec3; 4]], lines: &mut [f64], coupling: &mut [f64], square: &mut [f64]) {
+    fn add_coupling(
+        &self,
+        strain_rows: &[[Vec3; MAX_ELEMENT]],
+        lines: &mut [f64],
+        coupling: &mut [f64],
+        square: &mut [f64],
+    ) {
         if self.n_stresses == 0 {
             return;
         }

@@ -2,7 +2,7 @@
 //! multiple of [`WIDTH`].
 
 use crate::Vec3;
-use crate::energy::Mat3;
+use crate::energy::{MAX_ELEMENT, Mat3};
 use pulp::{Simd, WithSimd};
 
 /// Numbers in the widest register; rows are padded to it.
@@ -52,7 +52,7 @@ pub struct Multiply<'a> {
     /// Of a row.
     pub stride: usize,
     /// Vertices, and how many.
-    pub elements: &'a [([u32; 4], usize)],
+    pub elements: &'a [([u32; MAX_ELEMENT], usize)],
     /// k × k of each element.
     pub blocks: &'a [Mat3],
     /// As the rows.
@@ -74,7 +74,9 @@ impl WithSimd for Multiply<'_> {
             match k {
                 2 => multiply::<S, 2>(simd, rows, vertices, own, out),
                 3 => multiply::<S, 3>(simd, rows, vertices, own, out),
-                _ => multiply::<S, 4>(simd, rows, vertices, own, out),
+                4 => multiply::<S, 4>(simd, rows, vertices, own, out),
+                5 => multiply::<S, 5>(simd, rows, vertices, own, out),
+                _ => multiply::<S, MAX_ELEMENT>(simd, rows, vertices, own, out),
             }
         }
     }
@@ -90,7 +92,7 @@ fn registers<S: Simd>(numbers: usize) -> usize {
 fn multiply<S: Simd, const K: usize>(
     simd: S,
     (rows, stride): (&[S::f64s], usize),
-    vertices: &[u32; 4],
+    vertices: &[u32; MAX_ELEMENT],
     blocks: &[Mat3],
     out: &mut [S::f64s],
 ) {
@@ -176,7 +178,7 @@ pub fn project(rows: &[f64], g: &[Vec3], sum: &mut [f64]) {
 
 /// sum = Bᵀb for one element's row b.
 #[inline(always)]
-pub fn project_row(rows: &[f64], (vertices, row): (&[u32; 4], &[Vec3]), sum: &mut [f64]) {
+pub fn project_row(rows: &[f64], (vertices, row): (&[u32; MAX_ELEMENT], &[Vec3]), sum: &mut [f64]) {
     sum.fill(0.0);
     let size = 3 * sum.len();
     for (&v, g) in vertices.iter().zip(row) {

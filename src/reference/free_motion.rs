@@ -55,6 +55,9 @@ impl FreeMotions {
             let c = component(v) as usize;
             let moves = motion((x[v] - center(c)) / size);
             grams[c] += moves.tr_mul(&moves);
+            if shell.is_clamped(v) {
+                grams[c] += Matrix6::identity(); // nor does it turn about its edge
+            }
         }
         for (v, held) in held.filter(|(v, _)| component(*v as usize) != NONE) {
             let c = component(v as usize) as usize;

@@ -128,7 +128,7 @@ impl State {
     fn refuse_mechanisms(&self) -> Result<()> {
         let (shell, modal) = (&self.model.shell, &self.model.modal);
         let (free, rigid) = (modal.zero_modes, reference::rigid_motions(shell));
-        let soft = shell.material.k_bend == 0.0 || shell.material.k_length == 0.0;
+        let soft = !shell.material.resists_all();
         let untold = soft && free > 0 && free == modal.n_modes(); // more of them may lie beyond
         if free <= rigid && !untold {
             return Ok(());

@@ -4,9 +4,10 @@ use super::sections;
 use super::u64_of;
 use crate::Model;
 use crate::Result;
-use crate::energy::DISCRETE_SHELLS;
+use crate::energy::{DISCRETE_SHELLS, KOITER};
 use crate::error::invalid;
 use crate::limits::MAX_MODES;
+use crate::material::Elasticity;
 use crate::modes::PHASES;
 use crate::precision::Precision;
 
@@ -27,6 +28,8 @@ pub(super) struct Header {
     pub(super) precision: Precision,
     /// Without Ψ.
     pub(super) linear: bool,
+    /// Number of the energy.
+    pub(super) energy: u32,
     pub(super) vertices: u32,
     pub(super) triangles: u32,
     pub(super) modes: u32,
@@ -42,6 +45,10 @@ impl Header {
         Self {
             precision: model.modal.precision(),
             linear: model.modal.is_linear(),
+            energy: match model.shell.material {
+                Elasticity::DiscreteShells(_) => DISCRETE_SHELLS,
+                Elasticity::Koiter(_) => KOITER,
+            },
             vertices: mesh.positions.len() as u32,
             triangles: mesh.triangles.len() as u32,
             modes: model.modal.n_modes() as u32,
@@ -52,11 +59,11 @@ impl Header {
     }
 
     pub(super) fn words(&self) -> [u32; HEADER / 4] {
-        let Self { precision, linear, vertices, triangles, modes, zero_modes, reoriented, .. } = *self;
+        let Self { precision, linear, energy, vertices, triangles, modes, zero_modes, reoriented, .. } = *self;
         let magic = u32::from_le_bytes(MAGIC);
         let precision = precision.number_bytes() as u32 | if linear { WITHOUT_TURNS } else { 0 };
         let version = if self.sections > 0 { WITH_SECTIONS } else { PLAIN };
-        [magic, version, BYTE_ORDER, precision, DISCRETE_SHELLS, vertices, triangles, modes, zero_modes, reoriented]
+        [magic, version, BYTE_ORDER, precision, energy, vertices, triangles, modes, zero_modes, reoriented]
     }
 
     /// Reads and checks the first [`FRONT`] bytes.
@@ -86,7 +93,8 @@ impl Header {
         let Some(precision) = precision else {
             return invalid(format!("the saved model has numbers of {} bytes", word(3)));
         };
-        if word(4) != DISCRETE_SHELLS {
+        let energy = word(4);
+        if ![DISCRETE_SHELLS, KOITER].contains(&energy) {
             return invalid(format!("the saved model has the energy {}, which this library does not know", word(4)));
         }
         let [vertices, triangles, modes, zero_modes, reoriented] = std::array::from_fn(|i| word(5 + i));
@@ -95,7 +103,7 @@ impl Header {
             let counts = format!("{vertices} vertices, {triangles} triangles, {zero_modes} zero modes of {modes}");
             return invalid(format!("the saved model has {counts}: out of range"));
         }
-        Ok(Self { precision, linear, vertices, triangles, modes, zero_modes, reoriented, sections })
+        Ok(Self { precision, linear, energy, vertices, triangles, modes, zero_modes, reoriented, sections })
     }
 
     /// Bytes of the whole, exact whatever the counts are.

@@ -13,7 +13,7 @@ use crate::modes::symmetric_eigen;
 use crate::reduced::products::WIDTH;
 use crate::reduced::sampling::Random;
 use crate::reduced::{Assumed, basis};
-use crate::{ErrorKind, Result, Shell, Vec3};
+use crate::{ErrorKind, Material, Result, Shell, Vec3};
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, Par};
 use nalgebra::SymmetricEigen;
@@ -46,26 +46,31 @@ pub struct Sources<'a> {
     pub shapes: &'a [Vec<f64>],
 }
 
-/// The energy; none where its numbers leave the range. `watch` is told the share of the work done.
+/// The energy; none where its numbers leave the range, or that of the shell is none of the terms above. `watch` is told the share of the work done.
 pub fn make(sources: &Sources, watch: &mut dyn FnMut(f64) -> Result<()>) -> Result<Option<PolynomialEnergy>> {
-    match coefficients(sources, watch) {
+    let Some(material) = sources.shell.material.discrete_shells() else { return Ok(None) };
+    match coefficients(sources, material, watch) {
         Ok(coefficients) => Ok(Some(PolynomialEnergy::new(&coefficients)).filter(PolynomialEnergy::is_finite)),
         Err(error) if error.kind == ErrorKind::Numerical => Ok(None),
         Err(error) => Err(error),
     }
 }
 
-fn coefficients(sources: &Sources, watch: &mut dyn FnMut(f64) -> Result<()>) -> Result<Coefficients> {
+fn coefficients(
+    sources: &Sources,
+    material: &Material,
+    watch: &mut dyn FnMut(f64) -> Result<()>,
+) -> Result<Coefficients> {
     let Sources { shell, columns, assumed, .. } = *sources;
     let rows = Rows::new(columns);
     let mut pairs: Vec<[u32; 2]> = shell.mesh.edges.iter().map(|e| e.vertices).collect();
-    let hinges = hinges(shell, &mut pairs);
+    let hinges = hinges(shell, material.k_bend, &mut pairs);
     let shapes = mixed(sources.shapes, pairs.len());
     let gains = pairs::gains(shell, &pairs, &rows, &shapes);
     watch(0.1)?;
     let (corrections, signs) = corrections(&hinges, &gains, pairs.len())?;
     watch(0.3)?;
-    let strains = Strains::new(shell);
+    let strains = Strains::new(shell, material);
     let taken = assumed.stresses.nrows() + signs.len();
     let residuals = if assumed.membrane_share < CARRYING { RESIDUALS } else { MEMBRANE_RESIDUALS };
     let residuals = (taken + residuals).next_multiple_of(WIDTH) - taken; // those that fill a register are free
@@ -122,8 +127,8 @@ struct Strains {
 }
 
 impl Strains {
-    fn new(shell: &Shell) -> Self {
-        let (mesh, material) = (&shell.mesh, &shell.material);
+    fn new(shell: &Shell, material: &Material) -> Self {
+        let mesh = &shell.mesh;
         let mut elements = vec![];
         if material.k_area > 0.0 {
             let number = |a: u32, b: u32| {

@@ -43,8 +43,8 @@ pub struct Hinge {
     pub correction: Matrix6,
 }
 
-/// All hinges that resist bending; `pairs` are the mesh's edges, and diagonals of folded hinges are added to them.
-pub fn hinges(shell: &Shell, pairs: &mut Vec<[u32; 2]>) -> Vec<Hinge> {
+/// All hinges that resist bending by k_B; `pairs` are the mesh's edges, and diagonals of folded hinges are added to them.
+pub fn hinges(shell: &Shell, k_bend: f64, pairs: &mut Vec<[u32; 2]>) -> Vec<Hinge> {
     let mut rows = vec![];
     let membrane = shell.energy.n_membrane();
     let mut e = 0;
@@ -65,7 +65,7 @@ pub fn hinges(shell: &Shell, pairs: &mut Vec<[u32; 2]>) -> Vec<Hinge> {
             pairs.push([corners[2], corners[3]]);
             pairs.len() - 1
         });
-        Hinge::new(corners, own, &x, shell.material.k_bend, row)
+        Hinge::new(corners, own, &x, k_bend, row)
     };
     interior.zip(rows).map(hinge).collect()
 }

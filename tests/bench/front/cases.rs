@@ -130,7 +130,7 @@ fn cache(scene: &Scene, loads: &[Load]) -> PathBuf {
         }
     }
     AIMS.iter().for_each(|aim| add(&Vec3::repeat(*aim)));
-    let m = &scene.shell.material;
+    let m = scene.shell.material.discrete_shells().unwrap();
     add(&Vec3::new(m.k_area, m.k_length, m.k_bend));
     (0..scene.shell.held.len()).filter(|v| scene.shell.held[*v]).for_each(|v| add(&Vec3::repeat(v as f64)));
     PathBuf::from(format!("out/front/{}_grown_twice_{:016x}.bin", scene.key, hasher.finish()))
@@ -157,7 +157,7 @@ fn solve(scene: &Scene, loads: &[Load], numbers: &mut Vec<f64>) {
         // What a tiny load does gives the first strength.
         let tiny = match load.action {
             Action::Handle(..) => 1e-3 * size,
-            Action::Forces(_) => 1e-3 * shell.material.k_bend / size,
+            Action::Forces(_) => 1e-3 * shell.material.discrete_shells().unwrap().k_bend / size,
         };
         let Some((_, u)) = grown(&state, tiny) else { continue };
         let (mut last, mut power) = ((tiny, largest(&u) / size), 1.0);

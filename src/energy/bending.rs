@@ -1,0 +1,308 @@
+//! Bending of plates: ½ ∫ κᵀC κ, with the curvature κ of each triangle and C = h³/12 of plane stress.
+//!
+//! A triangle has three elements ε = √A Lᵀ M (θ − θ̄), linear in the angles at its edges ([`super::patch`]), which are those of
+//! [`super::hinge`]. They touch its corners and those beyond its edges. A triangle on less than a hundredth of its area lets go of its angles, as there.
+//! At a clamp the fourth corner stays where the rest triangle goes on, and the angle counts twice.
+
+use super::hinge::{
+    COLLAPSED, add_letting_go, angle_curvature, angle_gradient, dihedral_angle, normals, presence, wrapped_difference,
+};
+use super::patch::{self, Beyond};
+use super::{Curvature, ElementHessian, Energy, MAX_ELEMENT as MOST, Mat3, RestRow, flips};
+use crate::mesh::NONE;
+use crate::{Mesh, Vec3};
+use nalgebra::{Matrix3, Vector3};
+
+/// The bending term over all triangles.
+pub struct BendingEnergy {
+    patches: Vec<Patch>,
+    /// The elements' gradients at rest.
+    rest: Vec<[[Vec3; MOST]; 3]>,
+}
+
+/// A triangle with what is beyond its edges, and those of its elements that count.
+#[derive(Clone, Copy)]
+struct Patch {
+    vertices: [u32; MOST],
+    /// How many vertices, and elements.
+    size: usize,
+    kept: usize,
+    edges: [Option<Edge>; 3],
+    /// Each element by the angles at the edges.
+    rows: [Vector3<f64>; 3],
+}
+
+/// An edge of a patch.
+#[derive(Clone, Copy)]
+struct Edge {
+    /// Where in the patch its ends and the opposite corners are; [`CLAMP`] for a corner that stays.
+    places: [u8; 4],
+    rest_angle: f64,
+    /// (2 Ā/100)² of the two triangles.
+    small: [f64; 2],
+    /// The corner that stays, of a clamp.
+    stays: Vec3,
+    /// 2 at a clamp.
+    factor: f64,
+}
+
+const CLAMP: u8 = u8::MAX;
+
+/// An edge in a shape.
+#[derive(Clone, Copy, Default)]
+struct Bend {
+    corners: [Vec3; 4],
+    /// φ₁φ₂, by the factor.
+    share: f64,
+    /// θ − θ̄.
+    turn: f64,
+}
+
+impl BendingEnergy {
+    /// `stiffness` is LLᵀ = C, moment, of (κ₁₁, κ₂₂, 2κ₁₂), isotropic. Edges of the mesh whose ends both are `clamped` (n_vertices, or
+    /// none) keep their slope.
+    pub fn new(mesh: &Mesh, stiffness: &Matrix3<f64>, clamped: &[bool]) -> Self {
+        let triangles = flips::bending_triangles(mesh, clamped);
+        let beyond = flips::beyond(mesh, &triangles, clamped);
+        let patches: Vec<Patch> = triangles
+            .iter()
+            .zip(&beyond)
+            .filter(|(_, beyond)| beyond.iter().any(|edge| *edge != Beyond::Free))
+            .map(|(triangle, beyond)| Patch::new(mesh, triangle, beyond, stiffness))
+            .collect();
+        let rest = patches.iter().map(|patch| patch.gradients(&patch.bends(&mesh.positions))).collect();
+        Self { patches, rest }
+    }
+}
+
+impl Patch {
+    fn new(mesh: &Mesh, triangle: &[u32; 3], beyond: &[Beyond; 3], stiffness: &Matrix3<f64>) -> Self {
+        let mut vertices = [NONE; MOST];
+        vertices[..3].copy_from_slice(triangle);
+        let mut size = 3;
+        let mut place = |v: u32| {
+            let known = vertices[..size].iter().position(|other| *other == v);
+            known.unwrap_or_else(|| {
+                vertices[size] = v;
+                size += 1;
+                size - 1
+            }) as u8
+        };
+        let edges = std::array::from_fn(|k| {
+            let places = [(k + 1) % 3, (k + 2) % 3, k].map(|place| place as u8);
+            let [a, b, c] = places.map(|place| mesh.positions[triangle[place as usize] as usize]);
+            let (last, d) = match beyond[k] {
+                Beyond::Free => return None,
+                Beyond::Clamp => (CLAMP, mirrored([a, b, c])),
+                Beyond::Vertex(v) => (place(v), mesh.positions[v as usize]),
+            };
+            let corners = [a, b, c, d];
+            Some(Edge {
+                places: [places[0], places[1], places[2], last],
+                rest_angle: dihedral_angle(&corners),
+                small: <[Vec3; 2]>::from(normals(&corners)).map(|n| (COLLAPSED * n.norm()).powi(2)),
+                stays: d,
+                factor: if last == CLAMP { 2.0 } else { 1.0 },
+            })
+        });
+        let rows = patch::elements(mesh, triangle, beyond, stiffness);
+        let rows = std::array::from_fn(|i| rows.row(i).transpose());
+        Self { vertices, size, kept: 3, edges, rows }
+    }
+
+    fn vertices(&self) -> &[u32] {
+        &self.vertices[..self.size]
+    }
+
+    fn rows(&self) -> &[Vector3<f64>] {
+        &self.rows[..self.kept]
+    }
+
+    /// At the three edges; none of a free one.
+    fn bends(&self, x: &[Vec3]) -> [Bend; 3] {
+        self.edges.each_ref().map(|edge| {
+            let Some(edge) = edge else { return Bend::default() };
+            let corner = |place: u8| match place {
+                CLAMP => edge.stays,
+                place => x[self.vertices[place as usize] as usize],
+            };
+            let corners = edge.places.map(corner);
+            let turn = wrapped_difference(dihedral_angle(&corners), edge.rest_angle);
+            let (n1, n2) = normals(&corners);
+            let there = |n: Vec3, small: f64| presence(n.norm_squared() / small);
+            Bend { corners, share: edge.factor * there(n1, edge.small[0]) * there(n2, edge.small[1]), turn }
+        })
+    }
+
+    /// ε of the elements that count, and 0.
+    fn strains(&self, bends: &[Bend; 3]) -> [f64; 3] {
+        let turns = Vector3::from_fn(|k, _| bends[k].share * bends[k].turn);
+        std::array::from_fn(|i| if i < self.kept { self.rows[i].dot(&turns) } else { 0.0 })
+    }
+
+    /// ∂(φ₁φ₂ (θ − θ̄)) of an edge by its corners, by the factor.
+    fn slope(edge: &Edge, bend: &Bend) -> [Vec3; 4] {
+        let mut gradient = angle_gradient(&bend.corners);
+        let share = bend.share / edge.factor;
+        if share < 1.0 {
+            gradient.iter_mut().for_each(|g| *g *= share);
+            add_letting_go(&bend.corners, &edge.small, bend.turn, &mut gradient);
+        }
+        gradient.map(|g| edge.factor * g)
+    }
+
+    /// ∇ε of the elements, by vertex.
+    fn gradients(&self, bends: &[Bend; 3]) -> [[Vec3; MOST]; 3] {
+        let mut gradients = [[Vec3::zeros(); MOST]; 3];
+        for (k, (edge, bend)) in self.edges.iter().zip(bends).enumerate() {
+            let Some(edge) = edge else { continue };
+            for (place, slope) in edge.places.iter().zip(Self::slope(edge, bend)).filter(|(place, _)| **place != CLAMP)
+            {
+                for (gradient, row) in gradients.iter_mut().zip(self.rows()) {
+                    gradient[*place as usize] += row[k] * slope;
+                }
+            }
+        }
+        gradients
+    }
+
+    /// blocks += Σ m ∂²θ over the edges, of moments m.
+    fn add_curvature(&self, bends: &[Bend; 3], moments: &Vector3<f64>, blocks: &mut [Mat3]) {
+        for (k, (edge, bend)) in self.edges.iter().zip(bends).enumerate() {
+            let Some(edge) = edge else { continue };
+            let moment = moments[k] * bend.share;
+            for (ij, block) in angle_curvature(&bend.corners).iter().enumerate() {
+                let (i, j) = (edge.places[ij / 4], edge.places[ij % 4]);
+                if i != CLAMP && j != CLAMP {
+                    blocks[i as usize * self.size + j as usize] += moment * block;
+                }
+            }
+        }
+    }
+
+    /// Hands Σ ∇ε∇εᵀ + σ ∂²ε over the elements to `visit`; without σ the first part.
+    fn visit_hessian(&self, bends: &[Bend; 3], stress: Option<[f64; 3]>, visit: &mut dyn FnMut(ElementHessian)) {
+        let mut blocks = [Mat3::zeros(); MOST * MOST];
+        let blocks = &mut blocks[..self.size * self.size];
+        if let Some(stress) = stress {
+            let moments: Vector3<f64> = self.rows().iter().zip(stress).map(|(row, stress)| stress * row).sum();
+            self.add_curvature(bends, &moments, blocks);
+        }
+        for gradient in &self.gradients(bends)[..self.kept] {
+            for (ij, block) in blocks.iter_mut().enumerate() {
+                *block += gradient[ij / self.size] * gradient[ij % self.size].transpose();
+            }
+        }
+        visit((self.vertices(), blocks));
+    }
+}
+
+/// The third corner of a triangle mirrored in its plane at the first two.
+fn mirrored([a, b, c]: [Vec3; 3]) -> Vec3 {
+    let edge = b - a;
+    let foot = a + edge * ((c - a).dot(&edge) / edge.norm_squared());
+    2.0 * foot - c
+}
+
+impl Energy for BendingEnergy {
+    fn value(&self, x: &[Vec3]) -> f64 {
+        let of = |patch: &Patch| patch.strains(&patch.bends(x)).iter().map(|strain| strain * strain).sum::<f64>();
+        0.5 * self.patches.iter().map(of).sum::<f64>()
+    }
+
+    fn add_gradient(&self, x: &[Vec3], gradient: &mut [Vec3]) {
+        for patch in &self.patches {
+            let bends = patch.bends(x);
+            let pulls = patch.rows().iter().zip(patch.strains(&bends)).map(|(row, strain)| strain * row);
+            let moments: Vector3<f64> = pulls.sum();
+            for (k, (edge, bend)) in patch.edges.iter().zip(&bends).enumerate() {
+                let Some(edge) = edge else { continue };
+                for (place, slope) in edge.places.iter().zip(Patch::slope(edge, bend)).filter(|(p, _)| **p != CLAMP) {
+                    gradient[patch.vertices[*place as usize] as usize] += moments[k] * slope;
+                }
+            }
+        }
+    }
+
+    fn visit_rest_rows(&self, visit: &mut dyn FnMut(RestRow)) {
+        for (patch, rest) in self.patches.iter().zip(&self.rest) {
+            rest[..patch.kept].iter().for_each(|row| visit((patch.vertices(), &row[..patch.size])));
+        }
+    }
+
+    fn visit_hessian(&self, x: &[Vec3], curvature: Curvature, visit: &mut dyn FnMut(ElementHessian)) {
+        for patch in &self.patches {
+            let bends = patch.bends(x);
+            let stress = (curvature == Curvature::Exact).then(|| patch.strains(&bends));
+            patch.visit_hessian(&bends, stress, visit);
+        }
+    }
+
+    fn visit_strains(&self, x: &[Vec3], visit: &mut dyn FnMut(RestRow, f64)) {
+        for patch in &self.patches {
+            let bends = patch.bends(x);
+            let strains = patch.strains(&bends);
+            for (gradient, strain) in patch.gradients(&bends).iter().zip(strains).take(patch.kept) {
+                visit((patch.vertices(), &gradient[..patch.size]), strain);
+            }
+        }
+    }
+
+    fn visit_stress_hessian(
+        &self,
+        x: &[Vec3],
+        stress: &[f64],
+        curvature: Curvature,
+        visit: &mut dyn FnMut(ElementHessian),
+    ) {
+        let mut stress = stress.iter();
+        for patch in &self.patches {
+            let bends = patch.bends(x);
+            for (row, stress) in patch.rows().iter().zip(&mut stress) {
+                let mut blocks = [Mat3::zeros(); MOST * MOST];
+                let blocks = &mut blocks[..patch.size * patch.size];
+                if curvature == Curvature::Exact {
+                    patch.add_curvature(&bends, &(*stress * row), blocks);
+                }
+                visit((patch.vertices(), blocks));
+            }
+        }
+    }
+
+    fn visit_mixed_hessian(&self, x: &[Vec3], stress: &[f64], visit: &mut dyn FnMut(ElementHessian)) {
+        let mut stress = stress.iter();
+        for patch in &self.patches {
+            let mut own = [0.0; 3];
+            own.iter_mut().take(patch.kept).zip(&mut stress).for_each(|(own, stress)| *own = *stress);
+            patch.visit_hessian(&patch.bends(x), Some(own), visit);
+        }
+    }
+
+    fn n_membrane(&self) -> usize {
+        0
+    }
+
+    fn n_elements(&self) -> usize {
+        self.patches.iter().map(|patch| patch.kept).sum()
+    }
+
+    fn sampled(&self, weights: &[f64], index: &[u32]) -> Box<dyn Energy> {
+        let mut weights = weights.iter();
+        let (mut patches, mut rest) = (vec![], vec![]);
+        for (patch, gradients) in self.patches.iter().zip(&self.rest) {
+            let (mut sample, mut at_rest) = (Patch { kept: 0, ..*patch }, *gradients);
+            let own = patch.rows().iter().zip(gradients);
+            for ((row, gradient), weight) in own.zip(&mut weights).filter(|(_, weight)| **weight != 0.0) {
+                sample.rows[sample.kept] = weight.sqrt() * row;
+                at_rest[sample.kept] = gradient.map(|g| weight.sqrt() * g);
+                sample.kept += 1;
+            }
+            if sample.kept > 0 {
+                sample.vertices[..patch.size].iter_mut().for_each(|v| *v = index[*v as usize]);
+                patches.push(sample);
+                rest.push(at_rest);
+            }
+        }
+        Box::new(Self { patches, rest })
+    }
+}
