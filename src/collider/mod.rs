@@ -79,7 +79,7 @@ impl Solid {
     /// Finite whatever `p` is, and the normal of length 1. Where several normals are right, as at a centre, it is always the same of them.
     #[inline]
     pub fn touch(&self, p: &Vec3) -> Touch {
-        let p = p.map(|c| c.max(-FAR).min(FAR)); // also of a NaN
+        let p = p.map(|c| if c.is_nan() { -FAR } else { c.clamp(-FAR, FAR) });
         match &self.shape {
             Shape::Plane => Touch { distance: p.z, normal: Vec3::z() },
             Shape::Sphere(radius) => primitive::ball(&p, *radius),

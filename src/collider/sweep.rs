@@ -25,7 +25,7 @@ pub(super) fn convex(solid: &Solid, from: &Vec3, to: &Vec3, margin: f64) -> Opti
             break;
         }
         let next = share - gap / slope;
-        if slope >= 0.0 || !(next <= 1.0) {
+        if slope >= 0.0 || next > 1.0 || next.is_nan() {
             return None;
         }
         (share, touch) = (next, solid.touch(&(from + next * way)));
