@@ -31,7 +31,7 @@
  * set_constraint that replaces one of the same axes, positions, positions_of, amplitudes, and
  * report but with SW_PRECOMPUTE_LINEAR. Lists that are not aligned are copied first.
  *
- * Units. Lengths in the mesh's unit, time in seconds, mass as area_density gives it; energies and
+ * Units. Lengths in the mesh's unit, time in seconds, mass as the density gives it; energies and
  * forces follow.
  *
  * Growth. New functions, constants, and fields at the ends of structs raise SW_ABI_VERSION; what is
@@ -263,25 +263,42 @@ SwStatus sw_mesh_check(const struct SwMeshDesc *mesh,
 /* Models --------------------------------------------------------------------------------------- */
 
 // Discrete shells: area, length and dihedral-angle terms (Grinspun et al. 2003), as in the paper.
+// By k_area, k_length, k_bend and area_density. What these mean depends on the mesh.
 #define SW_ENERGY_DISCRETE_SHELLS 1
+// Koiter's energy of a thin elastic sheet (1966): St. Venant-Kirchhoff membrane and plate. By
+// young, poisson, thickness and volume_density, in engineering units, of which every mesh makes the
+// same shell. SW_METHOD_POLYNOMIAL_SHELL does not take it yet.
+#define SW_ENERGY_KOITER 2
 
-// Material constants, uniform over the shell. 0 means the default; stiffnesses must not be
-// negative.
+// Material constants, uniform over the shell: four for each energy. 0 means the default in the
+// first four; the last four have none.
 typedef struct SwMaterialDesc {
   // Set by sw_material_desc_init.
   uint32_t struct_size;
   // SW_ENERGY_...; 0 = SW_ENERGY_DISCRETE_SHELLS.
   uint32_t energy;
-  // Area stiffness k_A, energy per area. Default 1e4.
+  // Area stiffness k_A, energy per area, not negative. Default 1e4.
   double k_area;
-  // Length stiffness k_L, energy per length. Default 1e4. On a near-equilateral mesh of edge l the
-  // membrane stiffness (Young's modulus times thickness) is about 4 k_L / (sqrt(3) l).
+  // Length stiffness k_L, energy per length, not negative. Default 1e4. On a near-equilateral mesh
+  // of edge l the membrane stiffness (Young's modulus times thickness) is about 4 k_L / (sqrt(3)
+  // l).
   double k_length;
-  // Bending stiffness k_B, energy. Default 1. The plate rigidity is D = 6 k_B with Poisson's ratio
-  // -1/3.
+  // Bending stiffness k_B, energy, not negative. Default 1. The plate rigidity is D = 6 k_B with
+  // Poisson's ratio -1/3.
   double k_bend;
-  // Mass per area. Default 1.
+  // Mass per area, positive. Default 1. Of SW_ENERGY_DISCRETE_SHELLS.
   double area_density;
+  // Young's modulus E, force per area, positive: Pa where lengths are in metres and masses in
+  // kilograms. This and the next three are of SW_ENERGY_KOITER, and must be 0 with the other
+  // energy.
+  double young;
+  // Poisson's ratio, above -1 and at most 0.5.
+  double poisson;
+  // Thickness h, a length, positive. The membrane stiffness is E h, the plate rigidity E h^3 / (12
+  // (1 - poisson^2)).
+  double thickness;
+  // Mass per volume, positive: kg/m^3.
+  double volume_density;
 } SwMaterialDesc;
 
 // Which vertices are held in place in the support frame. Lists may repeat vertices.
@@ -293,7 +310,8 @@ typedef struct SwSupportDesc {
   // Fixed vertices (n_fixed). A straight row of them is a hinge: nothing resists turning about it.
   const uint32_t *fixed;
   // Clamped vertices (n_clamped): fixed together with all their edge neighbours, which holds the
-  // slope as well.
+  // slope as well. With SW_ENERGY_KOITER the slope is held exactly at edges between two of them,
+  // and their neighbours stay free; only those on no such edge need these.
   const uint32_t *clamped;
   // Length of fixed.
   uint32_t n_fixed;
@@ -707,7 +725,7 @@ SwStatus sw_model_mode_shape(const struct SwModel *model,
 // and training: no element is evaluated in a step, which takes a fraction of the time of
 // SW_METHOD_REDUCED_SHELL and does not know the mesh. Where hinges turn by radians or edges stretch
 // by tenths of their length it is too stiff. A model that was saved without it is refused:
-// precompute anew.
+// precompute anew. So is one of SW_ENERGY_KOITER.
 #define SW_METHOD_POLYNOMIAL_SHELL 9
 // Rotation-strain reconstruction: each triangle is turned by the rotation of its modal displacement
 // and keeps its linear strain, and the vertices follow; modal force (du/dq)^T F. What bends without

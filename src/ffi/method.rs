@@ -27,7 +27,8 @@ pub const SW_METHOD_WARP_VIRTUAL_WORK: u32 = 5;
 pub const SW_METHOD_REDUCED_SHELL: u32 = 6;
 /// The reduced shell with its energy as a polynomial of the fields' amplitudes, of the same model and training: no element is evaluated in a
 /// step, which takes a fraction of the time of SW_METHOD_REDUCED_SHELL and does not know the mesh. Where hinges turn by radians or
-/// edges stretch by tenths of their length it is too stiff. A model that was saved without it is refused: precompute anew.
+/// edges stretch by tenths of their length it is too stiff. A model that was saved without it is refused: precompute anew. So is one of
+/// SW_ENERGY_KOITER.
 pub const SW_METHOD_POLYNOMIAL_SHELL: u32 = 9;
 /// Rotation-strain reconstruction: each triangle is turned by the rotation of its modal displacement and keeps its linear strain, and
 /// the vertices follow; modal force (du/dq)^T F. What bends without stretching keeps its lengths and area, so that large bends of

@@ -11,16 +11,21 @@ use super::pointer::{
 };
 use super::status::{Fault, SW_ERROR_INVALID_DATA, SW_ERROR_NOT_PRECOMPUTED, SwStatus};
 use super::structs::{described, read_descriptor_or_default};
+use crate::material::{ElasticSheet, Elasticity};
 use crate::model::Model;
 use crate::model::file;
 use crate::{Material, Mesh, Shell, Supports};
 use std::ffi::c_void;
 use std::sync::{Arc, RwLock};
 
-/// Discrete shells: area, length and dihedral-angle terms (Grinspun et al. 2003), as in the paper.
+/// Discrete shells: area, length and dihedral-angle terms (Grinspun et al. 2003), as in the paper. By k_area, k_length, k_bend and
+/// area_density. What these mean depends on the mesh.
 pub const SW_ENERGY_DISCRETE_SHELLS: u32 = 1;
+/// Koiter's energy of a thin elastic sheet (1966): St. Venant-Kirchhoff membrane and plate. By young, poisson, thickness and
+/// volume_density, in engineering units, of which every mesh makes the same shell. SW_METHOD_POLYNOMIAL_SHELL does not take it yet.
+pub const SW_ENERGY_KOITER: u32 = 2;
 
-/// Material constants, uniform over the shell. 0 means the default; stiffnesses must not be negative.
+/// Material constants, uniform over the shell: four for each energy. 0 means the default in the first four; the last four have none.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct SwMaterialDesc {
@@ -28,18 +33,27 @@ pub struct SwMaterialDesc {
     pub struct_size: u32,
     /// SW_ENERGY_...; 0 = SW_ENERGY_DISCRETE_SHELLS.
     pub energy: u32,
-    /// Area stiffness k_A, energy per area. Default 1e4.
+    /// Area stiffness k_A, energy per area, not negative. Default 1e4.
     pub k_area: f64,
-    /// Length stiffness k_L, energy per length. Default 1e4. On a near-equilateral mesh of edge l the membrane stiffness
+    /// Length stiffness k_L, energy per length, not negative. Default 1e4. On a near-equilateral mesh of edge l the membrane stiffness
     /// (Young's modulus times thickness) is about 4 k_L / (sqrt(3) l).
     pub k_length: f64,
-    /// Bending stiffness k_B, energy. Default 1. The plate rigidity is D = 6 k_B with Poisson's ratio -1/3.
+    /// Bending stiffness k_B, energy, not negative. Default 1. The plate rigidity is D = 6 k_B with Poisson's ratio -1/3.
     pub k_bend: f64,
-    /// Mass per area. Default 1.
+    /// Mass per area, positive. Default 1. Of SW_ENERGY_DISCRETE_SHELLS.
     pub area_density: f64,
+    /// Young's modulus E, force per area, positive: Pa where lengths are in metres and masses in kilograms. This and the next
+    /// three are of SW_ENERGY_KOITER, and must be 0 with the other energy.
+    pub young: f64,
+    /// Poisson's ratio, above -1 and at most 0.5.
+    pub poisson: f64,
+    /// Thickness h, a length, positive. The membrane stiffness is E h, the plate rigidity E h^3 / (12 (1 - poisson^2)).
+    pub thickness: f64,
+    /// Mass per volume, positive: kg/m^3.
+    pub volume_density: f64,
 }
 
-described!(SwMaterialDesc, area_density);
+described!(SwMaterialDesc, volume_density);
 
 /// Which vertices are held in place in the support frame. Lists may repeat vertices.
 #[repr(C)]
@@ -51,7 +65,8 @@ pub struct SwSupportDesc {
     pub flags: u32,
     /// Fixed vertices (n_fixed). A straight row of them is a hinge: nothing resists turning about it.
     pub fixed: *const u32,
-    /// Clamped vertices (n_clamped): fixed together with all their edge neighbours, which holds the slope as well.
+    /// Clamped vertices (n_clamped): fixed together with all their edge neighbours, which holds the slope as well. With SW_ENERGY_KOITER
+    /// the slope is held exactly at edges between two of them, and their neighbours stay free; only those on no such edge need these.
     pub clamped: *const u32,
     /// Length of fixed.
     pub n_fixed: u32,
@@ -79,8 +94,18 @@ impl SwModel {
     }
 }
 
-fn material_of(desc: &SwMaterialDesc) -> Result<Material, Fault> {
-    enumerant("material->energy", desc.energy, &[(0, ()), (SW_ENERGY_DISCRETE_SHELLS, ())])?;
+fn material_of(desc: &SwMaterialDesc) -> Result<Elasticity, Fault> {
+    let known = [(0, false), (SW_ENERGY_DISCRETE_SHELLS, false), (SW_ENERGY_KOITER, true)];
+    let koiter = enumerant("material->energy", desc.energy, &known)?;
+    let SwMaterialDesc { young, poisson, thickness, volume_density, .. } = *desc;
+    if koiter {
+        return Ok(ElasticSheet { young, poisson, thickness, volume_density }.into());
+    }
+    let others = [("young", young), ("poisson", poisson), ("thickness", thickness), ("volume_density", volume_density)];
+    if let Some((name, value)) = others.into_iter().find(|(_, value)| *value != 0.0) {
+        let message = format!("material->{name} is {value:?}, which only SW_ENERGY_KOITER takes: set material->energy");
+        return Err(Fault::argument(message));
+    }
     let default = Material::default();
     let or = |value: f64, default: f64| if value == 0.0 { default } else { value };
     Ok(Material {
@@ -88,7 +113,8 @@ fn material_of(desc: &SwMaterialDesc) -> Result<Material, Fault> {
         k_length: or(desc.k_length, default.k_length),
         k_bend: or(desc.k_bend, default.k_bend),
         area_density: or(desc.area_density, default.area_density),
-    })
+    }
+    .into())
 }
 
 unsafe fn supports_of(desc: &SwSupportDesc) -> Result<Supports, Fault> {

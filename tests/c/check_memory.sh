@@ -4,7 +4,7 @@
 set -eu
 command -v valgrind >/dev/null || { echo "check-memory: valgrind is not installed"; exit 1; }
 cd "$1"
-for program in misuse_load_test saved_model_test leave_out_test misuse_test abi_test states_test hpp_test; do
+for program in misuse_load_test saved_model_test leave_out_test material_test misuse_test abi_test states_test hpp_test; do
     echo "== memcheck $program"
     # states_test forks: its child has not the threads of its parent, and so has lost what they held.
     leaks=full

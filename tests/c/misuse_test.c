@@ -306,7 +306,7 @@ static void unknown_enumerants_and_flags_are_refused(void) {
 
   SwMaterialDesc material;
   sw_material_desc_init(&material);
-  material.energy = 2;
+  material.energy = 3;
   FAILS(sw_model_create(&mesh, &material, NULL, &model), SW_ERROR_INVALID_ARGUMENT, "energy");
   SwSupportDesc supports;
   sw_support_desc_init(&supports);
@@ -373,6 +373,51 @@ static void bad_material_numbers_are_named(void) {
       *fields[field] = bad[k];
       FAILS(sw_model_create(&mesh, &material, NULL, &model), SW_ERROR_INVALID_ARGUMENT, names[field]);
     }
+  CHECK(model == no_model);
+}
+
+/* Each constant of an engineering sheet at each value that it cannot have. */
+static void bad_sheet_numbers_are_named(void) {
+  const Strip strip = make_strip();
+  const SwMeshDesc mesh = strip_mesh(&strip);
+  const double bad[4][7] = {{NAN, HUGE_VAL, -HUGE_VAL, -1, 0, -0.0, 1e-320},
+                            {NAN, HUGE_VAL, -HUGE_VAL, -1, 0.51, -1.5, 1e300},
+                            {NAN, HUGE_VAL, -HUGE_VAL, -1, 0, -0.0, 1e-200},
+                            {NAN, HUGE_VAL, -HUGE_VAL, -1, 0, -0.0, 1e-320}};
+  const char *names[4] = {"young", "poisson", "thickness", "volume_density"};
+  SwModel *model = no_model;
+  for (int field = 0; field < 4; ++field)
+    for (int k = 0; k < 7; ++k) {
+      SwMaterialDesc material;
+      sw_material_desc_init(&material);
+      double *fields[4] = {&material.young, &material.poisson, &material.thickness, &material.volume_density};
+      const double good[4] = {1e9, 0.3, 1e-3, 1000};
+      for (int i = 0; i < 4; ++i) *fields[i] = good[i];
+      *fields[field] = bad[field][k];
+      material.energy = SW_ENERGY_KOITER;
+      FAILS(sw_model_create(&mesh, &material, NULL, &model), SW_ERROR_INVALID_ARGUMENT, names[field]);
+    }
+  CHECK(model == no_model);
+}
+
+/* Constants that the energy would not read. */
+static void a_sheet_without_its_energy_is_refused(void) {
+  const Strip strip = make_strip();
+  const SwMeshDesc mesh = strip_mesh(&strip);
+  const char *names[4] = {"young", "poisson", "thickness", "volume_density"};
+  SwModel *model = no_model;
+  SwMaterialDesc material;
+  for (int field = 0; field < 4; ++field) {
+    sw_material_desc_init(&material);
+    double *fields[4] = {&material.young, &material.poisson, &material.thickness, &material.volume_density};
+    *fields[field] = field == 1 ? -0.25 : 7e10;
+    FAILS(sw_model_create(&mesh, &material, NULL, &model), SW_ERROR_INVALID_ARGUMENT, names[field]);
+  }
+  sw_material_desc_init(&material);
+  material.energy = 3;
+  FAILS(sw_model_create(&mesh, &material, NULL, &model), SW_ERROR_INVALID_ARGUMENT, "material->energy is 3");
+  material.energy = SW_ENERGY_KOITER;
+  FAILS(sw_model_create(&mesh, &material, NULL, &model), SW_ERROR_INVALID_ARGUMENT, "young is 0");
   CHECK(model == no_model);
 }
 
@@ -1270,6 +1315,8 @@ int main(void) {
   RUN(unknown_enumerants_and_flags_are_refused);
   RUN(bad_mesh_coordinates_are_located);
   RUN(bad_material_numbers_are_named);
+  RUN(bad_sheet_numbers_are_named);
+  RUN(a_sheet_without_its_energy_is_refused);
   RUN(supports_outside_the_mesh_are_named);
   RUN(bad_steps_move_nothing);
   RUN(a_step_whose_result_would_overflow_moves_nothing);

@@ -42,6 +42,7 @@ SW_DIAGNOSTIC_COINCIDENT_VERTICES = 11
 SW_DIAGNOSTIC_SLIVER = 12
 SW_DIAGNOSTIC_MESSAGE_SIZE = 160
 SW_ENERGY_DISCRETE_SHELLS = 1
+SW_ENERGY_KOITER = 2
 SW_PROGRESS_CONTINUE = 256
 SW_PROGRESS_CANCEL = 512
 SW_PHASE_ASSEMBLY = 0
@@ -144,6 +145,10 @@ class SwMaterialDesc(Structure):
         ("k_length", c_double),
         ("k_bend", c_double),
         ("area_density", c_double),
+        ("young", c_double),
+        ("poisson", c_double),
+        ("thickness", c_double),
+        ("volume_density", c_double),
     ]
 
 

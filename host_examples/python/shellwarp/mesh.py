@@ -23,15 +23,31 @@ class Material:
         return desc
 
 
+@dataclass(frozen=True)
+class Sheet:
+    """A material in engineering units, SW_ENERGY_KOITER: of it every mesh makes the same shell. All four must be given."""
+
+    young: float           # E, force per area: Pa with metres and kilograms
+    poisson: float         # above -1 and at most 0.5
+    thickness: float       # a length
+    volume_density: float  # mass per volume
+
+    def desc(self):
+        desc = _library.initialised(_abi.SwMaterialDesc)
+        desc.energy, desc.young, desc.poisson = _abi.SW_ENERGY_KOITER, self.young, self.poisson
+        desc.thickness, desc.volume_density = self.thickness, self.volume_density
+        return desc
+
+
 @dataclass(frozen=True, eq=False)
 class Shell:
-    """A mesh at rest, its material, and the vertices that hold it."""
+    """A mesh at rest, its material (Material or Sheet), and the vertices that hold it."""
 
     positions: numpy.ndarray                                   # (n_vertices x 3), float32 or float64, any row stride
     triangles: numpy.ndarray                                   # (n_triangles x 3), vertex indices from 0
-    material: Material = field(default_factory=Material)
+    material: Material | Sheet = field(default_factory=Material)
     fixed: numpy.ndarray = ()                                  # vertices held in place
-    clamped: numpy.ndarray = ()                                # held with all their edge neighbours, so the slope as well
+    clamped: numpy.ndarray = ()                                # held with their slope; of a Material by all their edge neighbours
 
     def mesh_desc(self):
         """The SwMeshDesc and the arrays that it points into, which must outlive it."""
