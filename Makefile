@@ -18,7 +18,7 @@ export CMAKE_BUILD_PARALLEL_LEVEL ?= $(JOBS)
 .PHONY: help build native demo test test-cargo test-c test-render test-blender demo-blender install package blender-addon header \
     python-abi docs-api test-docs lint fuzz check-memory check-threads check-miri check-guard bench bench-front bench-instructions bench-leave-out bench-polynomial bench-precompute bench-solver bench-training build-report report report-docs report-stability \
     test-report clean
-.PHONY: cli pictures bench-leaf farm-demo farm-sweep farm-costs bench-slepc
+.PHONY: cli wheel pictures bench-leaf farm-demo farm-sweep farm-costs bench-slepc
 
 help: ## list the targets
 	@echo "usage: make TARGET [JOBS=2]"
@@ -70,6 +70,18 @@ install: native ## install headers, libraries and the program: PREFIX=/usr/local
 
 package: native ## pack the same into out/package/shellwarp-VERSION-SYSTEM.tar.gz, to be unpacked anywhere
 	@. ./$(BUILD)/tools.sh && "$${CTEST%ctest}cpack" --config $(BUILD)/CPackConfig.cmake -B out/package
+
+# On Linux the wheel's library is linked for glibc 2.17, so that it runs on systems of 2013 and later; elsewhere it is that of this machine.
+PORTABLE := $(shell uname -m)-unknown-linux-gnu
+PORTABLE_LIBRARY := $(or $(CARGO_TARGET_DIR),target)/$(PORTABLE)/release/libshellwarp.so
+
+wheel: ## build the Python wheel, for glibc 2.17 and later on Linux, and test it in a clean environment: out/wheel
+	@sh cmake/bootstrap.sh python $(if $(filter Linux,$(shell uname)),portable)
+	rm -rf out/wheel
+	$(if $(filter Linux,$(shell uname)),PATH="$(CURDIR)/.venv/bin:$$PATH" cargo-zigbuild zigbuild --locked --release --lib --target $(PORTABLE).2.17 && \
+	    SHELLWARP_LIBRARY=$(PORTABLE_LIBRARY)) .venv/bin/python host_examples/python/backend/shellwarp_wheel.py out/wheel
+	SHELLWARP_WHEEL=$$(ls $(CURDIR)/out/wheel/*.whl) SHELLWARP_OLDEST_GLIBC=$(if $(filter Linux,$(shell uname)),2.17) \
+	    .venv/bin/python host_examples/python/tests/test_wheel.py
 
 demo-blender: blender-addon ## make, bake, export and draw the scenes of docs/guide/blender.md: out/blender
 	@sh cmake/bootstrap.sh blender

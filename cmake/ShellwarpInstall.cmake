@@ -66,7 +66,7 @@ if(TARGET shellwarp_cli)
   install(TARGETS shellwarp_cli RUNTIME DESTINATION "${CMAKE_INSTALL_BINDIR}")
 endif()
 install(DIRECTORY host_examples/python/shellwarp DESTINATION "${CMAKE_INSTALL_DATADIR}/shellwarp/python"
-        FILES_MATCHING PATTERN "*.py" PATTERN __pycache__ EXCLUDE)
+        FILES_MATCHING PATTERN "*.py" PATTERN py.typed PATTERN __pycache__ EXCLUDE)
 install(FILES LICENSE-MIT LICENSE-APACHE README.md CHANGELOG.md DESTINATION "${CMAKE_INSTALL_DOCDIR}")
 
 set(CPACK_GENERATOR TGZ)

@@ -1,16 +1,17 @@
 #!/bin/sh
 # Sets up the tools that a machine with Rust, a C and C++ compiler, make and Python 3.10 or later may still lack.
 #
-#     sh cmake/bootstrap.sh [render] [pictures] [bench] [python] [blender] [cloth] [farm]
+#     sh cmake/bootstrap.sh [render] [pictures] [bench] [python] [blender] [cloth] [farm] [portable]
 #
 #   always   cmake 3.20 or later: the system's own, or a pinned one in .venv/
 #   render   the packages of host_examples/render, in .venv/
 #   pictures the same without the renderer, for make pictures, in .venv/
 #   bench    scipy and numpy for tests/bench, in .venv/
-#   python   numpy and cffi for host_examples/python, in .venv/
+#   python   numpy, cffi and mypy for host_examples/python, in .venv/
 #   blender  Blender as a Python module, 1 GB, in .venv/blender/: it wants an older numpy. Python 3.11 only
 #   cloth    the cloth solver that tests/report sets beside the library, in .venv/
 #   farm     Dask, USD and what else host_examples/farm needs, in .venv/: Python 3.11 or later
+#   portable a linker for old Linux systems, 450 MB, for make wheel, in .venv/
 #
 # Everything lands in .venv/ and build/ below the project. What is set up is noted in .venv/installed-*, so that a
 # later run does nothing and needs no network. build/tools.sh then names the tools: CMAKE, CTEST, PYTHON.
@@ -40,6 +41,7 @@ pins() {
         ;;
     python)
         echo 'cffi==2.1.1'
+        echo 'mypy==2.4.1'
         grep '^numpy' host_examples/render/requirements.txt
         ;;
     blender) echo 'bpy==5.0.1' ;;
@@ -49,7 +51,8 @@ pins() {
         grep '^numpy' host_examples/render/requirements.txt
         ;;
     farm) grep -v '^#' host_examples/farm/requirements.txt && grep -v '^#\|^mitsuba' host_examples/render/requirements.txt ;;
-    *) fail "unknown argument '$1'; known: render, pictures, bench, python, blender, cloth, farm" ;;
+    portable) printf '%s\n' 'cargo-zigbuild==0.24.0' 'ziglang==0.17.1' ;;
+    *) fail "unknown argument '$1'; known: render, pictures, bench, python, blender, cloth, farm, portable" ;;
     esac
 }
 

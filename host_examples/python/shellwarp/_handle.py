@@ -3,9 +3,12 @@
 import threading
 import weakref
 from contextlib import contextmanager
+from typing import TypeVar
 
 from . import _library
 from .errors import BusyError, InvalidArgumentError
+
+Self = TypeVar("Self")
 
 
 def _destroy(function, cell):
@@ -44,21 +47,21 @@ class Handle:
             _library.call(name, pointer, *arguments)
 
     @property
-    def closed(self):
+    def closed(self) -> bool:
         """Whether close has been called."""
         return not self._cell
 
-    def close(self):
+    def close(self) -> None:
         """Frees the memory now rather than with the last reference. BusyError while a call is in it on any thread."""
         with self._lock:
             if self._calls:
                 raise BusyError(f"this {type(self).__name__} is in use by another call")
             self._finalizer()
 
-    def __enter__(self):
+    def __enter__(self: Self) -> Self:
         return self
 
-    def __exit__(self, *exception):
+    def __exit__(self, *exception: object) -> None:
         self.close()
 
     def __reduce__(self):

@@ -20,7 +20,7 @@ _lock = threading.Lock()
 _loaded = None
 
 
-def load(path=None):
+def load(path: "str | os.PathLike[str] | None" = None) -> ctypes.CDLL:
     """Loads the library, from `path` if given. Happens by itself at the first use; a second call must name the same file."""
     global _loaded
     with _lock:
@@ -31,12 +31,12 @@ def load(path=None):
         return _loaded
 
 
-def library_path():
+def library_path() -> str:
     """The file, or the plain name, that the library was loaded by."""
     return load()._name
 
 
-def version():
+def version() -> str:
     """Version of the library, such as "0.1.0"."""
     return load().sw_version_string().decode()
 

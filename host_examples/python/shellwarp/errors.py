@@ -6,7 +6,7 @@ from . import _abi
 class ShellwarpError(Exception):
     """A failed call; `status` is SW_ERROR_....  The call has changed nothing."""
 
-    def __init__(self, message, status=None):
+    def __init__(self, message: str, status: "int | None" = None) -> None:
         super().__init__(message)
         self.status = status
 

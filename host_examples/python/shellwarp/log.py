@@ -1,12 +1,14 @@
 """The library's log messages."""
 
+from collections.abc import Callable
+
 from . import _abi, _library
 
 _LEVELS = {_abi.SW_LOG_INFO: "info", _abi.SW_LOG_WARNING: "warning"}
 _kept = []  # a call under way on another thread may use the old callback once more: none is ever freed
 
 
-def set_log(receiver):
+def set_log(receiver: "Callable[[str, str], None] | None") -> None:
     """Sends the library's messages to `receiver(level, message)`, level "info" or "warning"; None stops them.
 
     For the whole process. What the receiver raises goes to sys.unraisablehook.

@@ -3,9 +3,10 @@
 from dataclasses import dataclass, field
 from ctypes import byref, c_uint32, sizeof
 
-import numpy
+from numpy.typing import ArrayLike
 
 from . import _abi, _arrays, _library
+from ._types import Array
 
 
 @dataclass(frozen=True)
@@ -17,7 +18,7 @@ class Material:
     bend: float = 0.0      # k_B, energy
     density: float = 0.0   # mass per area
 
-    def desc(self):
+    def desc(self) -> _abi.SwMaterialDesc:
         desc = _library.initialised(_abi.SwMaterialDesc)
         desc.k_area, desc.k_length, desc.k_bend, desc.area_density = self.area, self.length, self.bend, self.density
         return desc
@@ -32,7 +33,7 @@ class Sheet:
     thickness: float       # a length
     volume_density: float  # mass per volume
 
-    def desc(self):
+    def desc(self) -> _abi.SwMaterialDesc:
         desc = _library.initialised(_abi.SwMaterialDesc)
         desc.energy, desc.young, desc.poisson = _abi.SW_ENERGY_KOITER, self.young, self.poisson
         desc.thickness, desc.volume_density = self.thickness, self.volume_density
@@ -43,13 +44,13 @@ class Sheet:
 class Shell:
     """A mesh at rest, its material (Material or Sheet), and the vertices that hold it."""
 
-    positions: numpy.ndarray                                   # (n_vertices x 3), float32 or float64, any row stride
-    triangles: numpy.ndarray                                   # (n_triangles x 3), vertex indices from 0
-    material: Material | Sheet = field(default_factory=Material)
-    fixed: numpy.ndarray = ()                                  # vertices held in place
-    clamped: numpy.ndarray = ()                                # held with their slope; of a Material by all their edge neighbours
+    positions: ArrayLike                                       # (n_vertices x 3), float32 or float64, any row stride
+    triangles: ArrayLike                                       # (n_triangles x 3), vertex indices from 0
+    material: "Material | Sheet" = field(default_factory=Material)
+    fixed: ArrayLike = ()                                      # vertices held in place
+    clamped: ArrayLike = ()                                    # held with their slope; of a Material by all their edge neighbours
 
-    def mesh_desc(self):
+    def mesh_desc(self) -> tuple[_abi.SwMeshDesc, tuple[Array, ...]]:
         """The SwMeshDesc and the arrays that it points into, which must outlive it."""
         positions, form, stride = _arrays.vectors_in(self.positions, "positions")
         triangles = _arrays.indices_in(self.triangles, "triangles", 3)
@@ -58,7 +59,7 @@ class Shell:
         desc.triangles, desc.n_vertices, desc.n_triangles = _arrays.address(triangles), len(positions), len(triangles)
         return desc, (positions, triangles)
 
-    def support_desc(self):
+    def support_desc(self) -> tuple[_abi.SwSupportDesc, tuple[Array, ...]]:
         """The SwSupportDesc and the arrays that it points into, which must outlive it."""
         fixed, clamped = _arrays.indices_in(self.fixed, "fixed"), _arrays.indices_in(self.clamped, "clamped")
         desc = _library.initialised(_abi.SwSupportDesc)
@@ -74,11 +75,11 @@ class Diagnostic:
     kind: int          # SW_DIAGNOSTIC_...
     is_error: bool     # the mesh is refused; else it is handled
     element: int       # triangle or vertex, as the kind says
-    vertices: tuple    # those concerned
+    vertices: tuple[int, ...]   # those concerned
     message: str
 
 
-def check_mesh(positions, triangles):
+def check_mesh(positions: ArrayLike, triangles: ArrayLike) -> list[Diagnostic]:
     """Every problem of a mesh as a list of Diagnostic, errors first; empty when it is sound."""
     desc, kept = Shell(positions, triangles).mesh_desc()
     count = c_uint32()

@@ -3,6 +3,7 @@
 import math
 import sys
 from dataclasses import dataclass
+from typing import Any
 
 from . import _abi, _library
 from .errors import InvalidArgumentError
@@ -21,27 +22,27 @@ class Method:
     needs: int    # SW_NEEDS_...
 
     @property
-    def needs_fields(self):
+    def needs_fields(self) -> bool:
         """A precompute with reduced_fields."""
         return self.needs == _abi.SW_NEEDS_REDUCED_FIELDS
 
     @property
-    def needs_choice(self):
+    def needs_choice(self) -> bool:
         """A precompute with auto_error or auto_operations."""
         return self.needs == _abi.SW_NEEDS_CHOICE
 
     @property
-    def is_full_shell(self):
+    def is_full_shell(self) -> bool:
         """The nonlinear shell, vertex by vertex. Of the methods that need no more than modes, all but linear modal analysis are."""
         return self.needs == _abi.SW_NEEDS_MODES and self.number != _abi.SW_METHOD_LMA
 
     @property
-    def moves_by_modes(self):
+    def moves_by_modes(self) -> bool:
         """By amplitudes of modes alone."""
         return self.needs == _abi.SW_NEEDS_ROTATIONS or self.number == _abi.SW_METHOD_LMA
 
 
-def table():
+def table() -> tuple[Method, ...]:
     """All methods, in the order for menus."""
     library = _library.load()
     numbers = [library.sw_method_at(k) for k in range(library.sw_method_count())]
@@ -49,12 +50,12 @@ def table():
                         library.sw_method_needs(number)) for number in numbers)
 
 
-def methods():
+def methods() -> dict[str, int]:
     """The number of each name, in the order for menus."""
     return {method.name: method.number for method in table()}
 
 
-def find(name):
+def find(name: "Method | str | int") -> Method:
     """The method of a name, or of a number; a Method is itself."""
     if isinstance(name, Method):
         return name
@@ -64,7 +65,8 @@ def find(name):
     raise InvalidArgumentError(f"method: {name!r}, expected one of {', '.join(map(repr, methods()))}")
 
 
-def precompute_options(name, reduced_fields=0, auto_error=0.0, auto_operations=0.0, gravity=0.0):
+def precompute_options(name: "Method | str | int", reduced_fields: int = 0, auto_error: float = 0.0, auto_operations: float = 0.0,
+                       gravity: float = 0.0) -> dict[str, Any]:
     """What Model.precompute must be told beside modes so that the model offers a method: {} for most.
 
     `reduced_fields` is 40 where it is 0. A choice is made for `gravity`, its strength, in any direction; it is by `auto_error` and
@@ -78,7 +80,8 @@ def precompute_options(name, reduced_fields=0, auto_error=0.0, auto_operations=0
     return options
 
 
-def damping(name, ratio=0.0, mass=0.0, stiffness=0.0, slowest=0.0):
+def damping(name: "Method | str | int", ratio: float = 0.0, mass: float = 0.0, stiffness: float = 0.0,
+            slowest: float = 0.0) -> dict[str, float]:
     """What State.set_damping takes for a share of the critical damping beside mass and stiffness.
 
     The full shell has no modes to damp one by one: it gets the mass damping at which its slowest mode, `slowest` in Hz, has that share."""

@@ -1,13 +1,17 @@
 """A shell and its modes."""
 
+from collections.abc import Callable, Sequence
 from ctypes import POINTER, byref, c_uint32, c_uint64, create_string_buffer, cast, c_void_p, sizeof
 
 import numpy
+from numpy.typing import DTypeLike
 
 from . import _abi, _arrays, _library
 from ._handle import Handle
+from ._types import Array, Buffer, Report
 from ._values import as_dict, choice, uint32
 from .errors import CancelledError, UnsupportedError
+from .mesh import Shell
 from .method import DEFAULT, methods
 from .state import AXES, State
 
@@ -24,7 +28,7 @@ class Model(Handle):
 
     _destroyer = "sw_model_destroy"
 
-    def __init__(self, shell):
+    def __init__(self, shell: Shell) -> None:
         mesh, mesh_arrays = shell.mesh_desc()
         supports, support_arrays = shell.support_desc()
         pointer = POINTER(_abi.SwModel)()
@@ -33,10 +37,13 @@ class Model(Handle):
         self._adopt(pointer)
         self.n_vertices = int(mesh.n_vertices)
 
-    def precompute(self, modes=16, precision="f32", progress=None, sag_gravity=(0.0, 0.0, 0.0),
-                   reduced_fields=0, reduced_elements=0, reduced_poses=0, reduced_trained=True, reduced_gravity=0.0,
-                   reduced_seconds=0.0, auto_error=0.0, auto_operations=0.0, demand_gravity=(0.0, 0.0, 0.0), demand_acceleration=0.0,
-                   handles=(), handle_distance=0.0, handle_axes="xyz", handle_speed=0.0, tolerance=0.0, demand_amplification=0.0):
+    def precompute(self, modes: int = 16, precision: str = "f32", progress: "Callable[[str, float], bool | None] | None" = None,
+                   sag_gravity: Sequence[float] = (0.0, 0.0, 0.0), reduced_fields: int = 0, reduced_elements: int = 0,
+                   reduced_poses: int = 0, reduced_trained: bool = True, reduced_gravity: float = 0.0, reduced_seconds: float = 0.0,
+                   auto_error: float = 0.0, auto_operations: float = 0.0, demand_gravity: Sequence[float] = (0.0, 0.0, 0.0),
+                   demand_acceleration: float = 0.0, handles: Sequence[int] = (), handle_distance: float = 0.0,
+                   handle_axes: str = "xyz", handle_speed: float = 0.0, tolerance: float = 0.0,
+                   demand_amplification: float = 0.0) -> None:
         """Finds the `modes` lowest (0: 16); seconds on large meshes.
 
         `precision` is that of the run-time basis: "i16" takes half the memory of "f32" and moves vertices by about 1e-5 of the
@@ -84,7 +91,7 @@ class Model(Handle):
                 raise raised[0] from None
             raise
 
-    def save(self):
+    def save(self) -> bytes:
         """The precomputed model as bytes, for load: about 24 a vertex and mode, 48 with "f64", 12 with "i16"."""
         size = c_uint64()
         self._call("sw_model_save", None, 0, byref(size))
@@ -93,7 +100,7 @@ class Model(Handle):
         return data.raw[:size.value]
 
     @classmethod
-    def load(cls, data):
+    def load(cls, data: Buffer) -> "Model":
         """The model that save wrote, with the same bits and no precompute; InvalidDataError on any other bytes."""
         data = bytes(data)
         pointer = POINTER(_abi.SwModel)()
@@ -103,13 +110,13 @@ class Model(Handle):
         model.n_vertices = model.info()["n_vertices"]
         return model
 
-    def info(self):
+    def info(self) -> Report:
         """Counts, sizes, the certificate and timings: SwModelInfo as a dict."""
         info = _library.initialised(_abi.SwModelInfo)
         self._call("sw_model_info", byref(info))
         return as_dict(info)
 
-    def front(self):
+    def front(self) -> list[Report]:
         """The methods that were tried for "auto": a list of dicts as SwFrontPoint."""
         count = c_uint32()
         self._call("sw_model_front", None, sizeof(_abi.SwFrontPoint), 0, byref(count))
@@ -117,7 +124,7 @@ class Model(Handle):
         self._call("sw_model_front", points, sizeof(_abi.SwFrontPoint), count.value, byref(count))
         return [as_dict(point) for point in points[:count.value]]
 
-    def frequencies(self):
+    def frequencies(self) -> Array:
         """Frequencies in Hz, ascending (modes)."""
         count = c_uint32()
         self._call("sw_model_frequencies", None, 0, byref(count))
@@ -125,18 +132,18 @@ class Model(Handle):
         self._call("sw_model_frequencies", _arrays.address(hertz), count.value, byref(count))
         return hertz
 
-    def mode_shape(self, mode, shape="displacement", out=None, dtype=numpy.float64):
+    def mode_shape(self, mode: int, shape: str = "displacement", out: "Array | None" = None, dtype: DTypeLike = numpy.float64) -> Array:
         """One mode (n_vertices x 3), its "displacement" or "rotation" per unit amplitude."""
         out, form, stride = _arrays.vectors_out(out, (self.n_vertices, 3), dtype, "mode_shape")
         self._call("sw_model_mode_shape", uint32(mode, "mode"), choice(SHAPES, shape, "shape"), form,
                    _arrays.address(out), stride, self.n_vertices)
         return out
 
-    def offers(self, method):
+    def offers(self, method: str) -> bool:
         """Whether states of a method can be made on this model; `method` is a name of shellwarp.methods()."""
         return not self.lacks(method)
 
-    def lacks(self, method):
+    def lacks(self, method: str) -> str:
         """Why states of a method cannot be made on this model, in the library's words; "" where they can."""
         try:
             self._call("sw_model_offers", choice(methods(), method, "method"))
@@ -144,7 +151,7 @@ class Model(Handle):
             return str(error)
         return ""
 
-    def state(self, method=DEFAULT, integrator="implicit-euler"):
+    def state(self, method: str = DEFAULT, integrator: str = "implicit-euler") -> State:
         """A new State at rest."""
         return State(self, method, integrator)
 

@@ -1,14 +1,20 @@
 """A moving shell."""
 
 from ctypes import POINTER, byref, c_double, c_uint32, c_uint64, create_string_buffer, sizeof
+from typing import TYPE_CHECKING
 
 import numpy
+from numpy.typing import ArrayLike, DTypeLike
 
 from . import _abi, _arrays, _library
 from ._handle import Handle
+from ._types import Array, Buffer, Report
 from ._values import as_dict, choice, uint32
 from .errors import InvalidArgumentError
 from .method import DEFAULT, methods
+
+if TYPE_CHECKING:
+    from .model import Model
 
 INTEGRATORS = {"implicit-euler": _abi.SW_INTEGRATOR_IMPLICIT_EULER, "exact": _abi.SW_INTEGRATOR_EXACT}
 SPACES = {"world": _abi.SW_SPACE_WORLD, "frame": _abi.SW_SPACE_FRAME}
@@ -25,7 +31,7 @@ class State(Handle):
 
     _destroyer = "sw_state_destroy"
 
-    def __init__(self, model, method=DEFAULT, integrator="implicit-euler"):
+    def __init__(self, model: "Model", method: str = DEFAULT, integrator: str = "implicit-euler") -> None:
         desc = _library.initialised(_abi.SwStateDesc)
         desc.method, desc.integrator = choice(methods(), method, "method"), choice(INTEGRATORS, integrator, "integrator")
         pointer = POINTER(_abi.SwState)()
@@ -33,7 +39,7 @@ class State(Handle):
         self._adopt(pointer)
         self.n_vertices = model.n_vertices
 
-    def clone(self):
+    def clone(self) -> "State":
         """An independent copy: stepped alike, the same bits."""
         pointer = POINTER(_abi.SwState)()
         self._call("sw_state_clone", byref(pointer))
@@ -44,19 +50,19 @@ class State(Handle):
 
     # ------------------------------------------------------------------------------------------------------- inputs
 
-    def set_gravity(self, gravity):
+    def set_gravity(self, gravity: ArrayLike) -> None:
         """Acceleration (3), world axes."""
         self._call("sw_state_set_gravity", _arrays.address(_arrays.numbers_in(gravity, "gravity", 3)))
 
-    def set_method(self, method):
+    def set_method(self, method: str) -> None:
         """Goes on by another method from the nearest pose and velocities."""
         self._call("sw_state_set_method", choice(methods(), method, "method"))
 
-    def set_rest_tolerance(self, length):
+    def set_rest_tolerance(self, length: float) -> None:
         """How little motion must be left for the state to rest and skip its steps; 0 for none at all."""
         self._call("sw_state_set_rest_tolerance", length)
 
-    def set_damping(self, ratio=0.0, mass=0.0, stiffness=0.0):
+    def set_damping(self, ratio: ArrayLike = 0.0, mass: float = 0.0, stiffness: float = 0.0) -> None:
         """Fraction of critical damping, one or (modes), 0 for a nonlinear shell; Rayleigh's coefficients in 1/s and s."""
         ratios = _arrays.numbers_in(ratio, "ratio")
         if ratios.size == 1 and ratios[0] == 0:
@@ -66,7 +72,8 @@ class State(Handle):
         desc.ratios, desc.n_ratios = _arrays.address(ratios), ratios.size
         self._call("sw_state_set_damping", byref(desc))
 
-    def set_frame(self, origin=(0, 0, 0), rotation=None, teleport=False, motion=None):
+    def set_frame(self, origin: ArrayLike = (0, 0, 0), rotation: "ArrayLike | None" = None, teleport: bool = False,
+                  motion: "ArrayLike | None" = None) -> None:
         """Where the support frame is at the end of the next step: world = origin + rotation local, rotation (3 x 3).
 
         `motion` gives velocity, acceleration, angular velocity and angular acceleration (4 x 3) instead of differences.
@@ -83,7 +90,7 @@ class State(Handle):
                 target[:] = values.tolist()
         self._call("sw_state_set_frame", byref(desc))
 
-    def set_forces(self, forces, vertices=None, one_step=False):
+    def set_forces(self, forces: "ArrayLike | None", vertices: "ArrayLike | None" = None, one_step: bool = False) -> None:
         """Forces (n x 3), world axes, on `vertices` (n) or on all in order; None removes them."""
         desc = _library.initialised(_abi.SwForceDesc)
         forces, form, stride = _arrays.vectors_in(numpy.empty((0, 3)) if forces is None else forces, "forces")
@@ -96,7 +103,8 @@ class State(Handle):
         desc.vertices = _arrays.address(vertices)
         self._call("sw_state_set_forces", byref(desc))
 
-    def set_wind(self, velocity=(0, 0, 0), density=0.0, normal_drag=0.0, tangential_drag=0.0, local_velocities=None):
+    def set_wind(self, velocity: ArrayLike = (0, 0, 0), density: float = 0.0, normal_drag: float = 0.0, tangential_drag: float = 0.0,
+                 local_velocities: "ArrayLike | None" = None) -> None:
         """Air that drags at the triangles: SwWindDesc. A density of 0 is no wind."""
         desc = _library.initialised(_abi.SwWindDesc)
         _fill(desc.velocity, velocity, "velocity")
@@ -108,7 +116,8 @@ class State(Handle):
             desc.local_velocities = _arrays.address(local)
         self._call("sw_state_set_wind", byref(desc))
 
-    def set_constraint(self, number, kind, vertex, position=None, rotation=None, axes="xyz", compliance=0.0):
+    def set_constraint(self, number: int, kind: str, vertex: int, position: "ArrayLike | None" = None, rotation: "ArrayLike | None" = None,
+                       axes: str = "xyz", compliance: float = 0.0) -> None:
         """Adds, moves or replaces the handle `number`: holds a vertex's "position" (3) or "orientation" (3 x 3), in the world."""
         desc = _library.initialised(_abi.SwConstraintDesc)
         desc.id, desc.kind, desc.vertex = uint32(number, "number"), choice(KINDS, kind, "kind"), uint32(vertex, "vertex")
@@ -124,18 +133,18 @@ class State(Handle):
             _fill(desc.rotation, rotation, "rotation")
         self._call("sw_state_set_constraint", byref(desc))
 
-    def clear_constraint(self, number=None):
+    def clear_constraint(self, number: "int | None" = None) -> None:
         """Lets one go, or all."""
         self._call("sw_state_clear_constraint", _abi.SW_ALL_CONSTRAINTS if number is None else uint32(number, "number"))
 
-    def set_amplitudes(self, amplitudes, velocities=None):
+    def set_amplitudes(self, amplitudes: ArrayLike, velocities: "ArrayLike | None" = None) -> None:
         """Modal amplitudes and their rates (modes), rates 0 by default."""
         amplitudes = _arrays.numbers_in(amplitudes, "amplitudes")
         velocities = numpy.zeros_like(amplitudes) if velocities is None else velocities
         velocities = _arrays.numbers_in(velocities, "velocities", amplitudes.size)
         self._call("sw_state_set_amplitudes", _arrays.address(amplitudes), _arrays.address(velocities), amplitudes.size)
 
-    def set_pose(self, positions, velocities=None, space="world"):
+    def set_pose(self, positions: ArrayLike, velocities: "ArrayLike | None" = None, space: str = "world") -> float:
         """Takes the nearest pose to positions (n_vertices x 3) that the method has, and the nearest velocities, or rest in the frame.
 
         Returns how far the vertices are from where they were to be: the root of the mean square, weighted by mass."""
@@ -152,21 +161,21 @@ class State(Handle):
 
     # --------------------------------------------------------------------------------------------------------- time
 
-    def step(self, seconds):
+    def step(self, seconds: float) -> None:
         """Advances by `seconds` > 0. Releases the global lock."""
         self._call("sw_state_step", seconds)
 
-    def reset(self):
+    def reset(self) -> None:
         """Back to rest and time 0."""
         self._call("sw_state_reset")
 
-    def equilibrium(self):
+    def equilibrium(self) -> Report:
         """Moves to the static solution under the present loads: {"iterations", "residual"}."""
         report = _library.initialised(_abi.SwEquilibriumReport)
         self._call("sw_state_equilibrium", byref(report))
         return as_dict(report)
 
-    def save(self):
+    def save(self) -> bytes:
         """The dynamic state as bytes, under a kilobyte at 50 modes. Loads, damping and constraints are inputs, not in it."""
         size = c_uint64()
         self._call("sw_state_save", None, 0, byref(size))
@@ -174,7 +183,7 @@ class State(Handle):
         self._call("sw_state_save", data, size.value, byref(size))
         return data.raw[:size.value]
 
-    def load(self, data):
+    def load(self, data: Buffer) -> None:
         """Restores what save gave, on a model of the same inputs; the run goes on with the same bits."""
         data = bytes(data)
         self._call("sw_state_load", data, len(data))
@@ -186,11 +195,11 @@ class State(Handle):
         self._call(f"sw_state_{name}", choice(SPACES, space, "space"), form, _arrays.address(out), stride, self.n_vertices)
         return out
 
-    def positions(self, out=None, space="world", dtype=numpy.float32):
+    def positions(self, out: "Array | None" = None, space: str = "world", dtype: DTypeLike = numpy.float32) -> Array:
         """Deformed positions (n_vertices x 3), written into `out` if given."""
         return self._read("positions", 3, out, space, dtype)
 
-    def positions_of(self, vertices, space="world", dtype=numpy.float32):
+    def positions_of(self, vertices: ArrayLike, space: str = "world", dtype: DTypeLike = numpy.float32) -> Array:
         """Deformed positions of some vertices alone (n x 3), in their order."""
         vertices = numpy.ascontiguousarray(vertices, dtype=numpy.uint32)
         out, form, stride = _arrays.vectors_out(None, (vertices.size, 3), dtype, "positions")
@@ -198,15 +207,15 @@ class State(Handle):
                    _arrays.address(out), stride)
         return out
 
-    def normals(self, out=None, space="world", dtype=numpy.float32):
+    def normals(self, out: "Array | None" = None, space: str = "world", dtype: DTypeLike = numpy.float32) -> Array:
         """Unit normals (n_vertices x 3)."""
         return self._read("normals", 3, out, space, dtype)
 
-    def rotations(self, out=None, space="world", dtype=numpy.float32):
+    def rotations(self, out: "Array | None" = None, space: str = "world", dtype: DTypeLike = numpy.float32) -> Array:
         """Rotation of each vertex from rest, unit quaternions w x y z (n_vertices x 4)."""
         return self._read("rotations", 4, out, space, dtype)
 
-    def amplitudes(self):
+    def amplitudes(self) -> tuple[Array, Array]:
         """Modal amplitudes and their rates, two arrays (modes)."""
         count = c_uint32()
         self._call("sw_state_amplitudes", None, None, 0, byref(count))
@@ -214,25 +223,25 @@ class State(Handle):
         self._call("sw_state_amplitudes", _arrays.address(q), _arrays.address(rates), count.value, byref(count))
         return q, rates
 
-    def report(self):
+    def report(self) -> Report:
         """Energies, and how far the shell is bent: SwStateReport as a dict."""
         report = _library.initialised(_abi.SwStateReport)
         self._call("sw_state_report", byref(report))
         return as_dict(report)
 
-    def certify(self):
+    def certify(self) -> Report:
         """How far it is from the full nonlinear shell, by an estimate: SwCertificate as a dict."""
         certificate = _library.initialised(_abi.SwCertificate)
         self._call("sw_state_certify", byref(certificate))
         return as_dict(certificate)
 
-    def fall_back(self):
+    def fall_back(self) -> Report:
         """Goes on by the paper's warp where that is nearer to the full nonlinear shell: SwCertificate of the method that goes on."""
         certificate = _library.initialised(_abi.SwCertificate)
         self._call("sw_state_fall_back", byref(certificate))
         return as_dict(certificate)
 
-    def plan(self, seconds):
+    def plan(self, seconds: float) -> list[Report]:
         """What a step of that length uses and leaves out: a list of dicts as SwPlanPart."""
         count = c_uint32()
         self._call("sw_state_plan", seconds, None, sizeof(_abi.SwPlanPart), 0, byref(count))
@@ -240,7 +249,7 @@ class State(Handle):
         self._call("sw_state_plan", seconds, parts, sizeof(_abi.SwPlanPart), count.value, byref(count))
         return [as_dict(part) for part in parts]
 
-    def plan_text(self, seconds):
+    def plan_text(self, seconds: float) -> str:
         """The same as a table."""
         size = c_uint64()
         self._call("sw_state_plan_text", seconds, None, 0, byref(size))
@@ -248,7 +257,7 @@ class State(Handle):
         self._call("sw_state_plan_text", seconds, text, size.value, byref(size))
         return text.value.decode()
 
-    def constraint_report(self):
+    def constraint_report(self) -> list[Report]:
         """What the last step made of each handle: a list of dicts as SwConstraintReport, by ascending id."""
         count = c_uint32()
         self._call("sw_state_constraint_report", None, sizeof(_abi.SwConstraintReport), 0, byref(count))
