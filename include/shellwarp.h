@@ -13,8 +13,8 @@
  * object; any other combination on one object returns SW_ERROR_BUSY.
  *
  * Structs begin with struct_size, which their sw_..._init function sets to the host's sizeof; after
- * that, zero means default. The elements of output arrays have no struct_size: the host's sizeof is
- * the argument element_size.
+ * that, zero means default unless a field says otherwise. The elements of output arrays have no
+ * struct_size: the host's sizeof is the argument element_size.
  *
  * Pointers. Buffers may be unaligned and strided; lengths are the caller's word. The library keeps
  * no pointer of the host's after a call, callbacks and their user pointers aside where said.
@@ -270,8 +270,9 @@ SwStatus sw_mesh_check(const struct SwMeshDesc *mesh,
 // same shell. SW_METHOD_POLYNOMIAL_SHELL does not take it yet.
 #define SW_ENERGY_KOITER 2
 
-// Material constants, uniform over the shell: four for each energy. 0 means the default in the
-// first four; the last four have none.
+// Material constants, uniform over the shell: four for each energy. A stiffness of 0 is one of 0;
+// but where k_area, k_length and k_bend are all 0, as sw_material_desc_init leaves them, all three
+// have their defaults.
 typedef struct SwMaterialDesc {
   // Set by sw_material_desc_init.
   uint32_t struct_size;
@@ -286,7 +287,7 @@ typedef struct SwMaterialDesc {
   // Bending stiffness k_B, energy, not negative. Default 1. The plate rigidity is D = 6 k_B with
   // Poisson's ratio -1/3.
   double k_bend;
-  // Mass per area, positive. Default 1. Of SW_ENERGY_DISCRETE_SHELLS.
+  // Mass per area, positive; 0 = 1. Of SW_ENERGY_DISCRETE_SHELLS.
   double area_density;
   // Young's modulus E, force per area, positive: Pa where lengths are in metres and masses in
   // kilograms. This and the next three are of SW_ENERGY_KOITER, and must be 0 with the other

@@ -127,7 +127,7 @@ ComparisonRun compare(const Scene &scene, const Mesh &mesh, bool quiet) {
   ComparisonRow blank{};
   for (double bending : scene.comparison->bending) {
     Scene stiffened = scene;
-    stiffened.material.k_bend = bending * (scene.material.k_bend > 0 ? scene.material.k_bend : 1);  // the default
+    stiffened.material.k_bend = bending * scene.material.k_bend;
     ProgressBar progress(quiet);
     const shellwarp::Model model = make_model(stiffened, mesh, progress);
     if (run.rows.empty()) {

@@ -195,12 +195,12 @@ void add_simulate_options(CLI::App &app, SimulateOptions &o) {
       ->type_name("V:PATH");
   app.add_option("--duration", o.scene.duration, "Seconds (5)")->check(positive());
   app.add_option("--step", o.step, "Seconds a step, a frame being one step (1/30)")->check(positive());
-  app.add_option("--k-area", o.scene.material.k_area, "Stiffness against change of area; 0 means the default (1e4)")
+  app.add_option("--k-area", o.scene.material.k_area, "Stiffness against change of area (1e4)")
       ->check(number());
   app.add_option("--k-length", o.scene.material.k_length,
-                 "Stiffness against change of length; 0 means the default (1e4)")
+                 "Stiffness against change of length (1e4)")
       ->check(number());
-  app.add_option("--k-bend", o.scene.material.k_bend, "Bending stiffness; 0 means the default (1)")->check(number());
+  app.add_option("--k-bend", o.scene.material.k_bend, "Bending stiffness (1)")->check(number());
   app.add_option("--frequency", o.scene.material.frequency, "Hz of the slowest swing, in place of the three stiffnesses")
       ->check(positive())
       ->excludes("--k-area")
@@ -209,7 +209,7 @@ void add_simulate_options(CLI::App &app, SimulateOptions &o) {
   app.add_option("--thickness", o.scene.material.thickness, "With --frequency: how much rather it bends than stretches (a 200th of the size)")
       ->check(positive())
       ->needs("--frequency");
-  app.add_option("--density", o.scene.material.density, "Mass an area; 0 means the default (1)")->check(number());
+  app.add_option("--density", o.scene.material.density, "Mass an area (1)")->check(number());
   app.add_option("--damping-ratio", o.scene.damping.ratio, "Of critical, the same for every mode (0)")->check(number());
   app.add_option("--obj-frames", o.scene.obj_frames, "How many frames of largest displacement become OBJ files (3)");
   add_run_options(app, o.scene, o.run);

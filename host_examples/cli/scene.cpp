@@ -27,13 +27,13 @@ double not_negative(Section &section, const char *key, double fallback) {
 
 Material read_material(Section section) {
   Material m;
-  m.k_area = section.number("k_area").value_or(0);
-  m.k_length = section.number("k_length").value_or(0);
-  m.k_bend = section.number("k_bend").value_or(0);
-  m.density = section.number("density").value_or(0);
+  m.k_area = section.number("k_area").value_or(m.k_area);
+  m.k_length = section.number("k_length").value_or(m.k_length);
+  m.k_bend = section.number("k_bend").value_or(m.k_bend);
+  m.density = section.number("density").value_or(m.density);
   m.frequency = section.find("frequency") ? section.positive("frequency", 0) : 0;
   m.thickness = not_negative(section, "thickness", 0);
-  if (m.frequency > 0 && (m.k_area > 0 || m.k_length > 0 || m.k_bend > 0))
+  if (m.frequency > 0 && (section.find("k_area") || section.find("k_length") || section.find("k_bend")))
     section.fail(*section.find("frequency"), "frequency sets the stiffness, so k_area, k_length and k_bend must go");
   if (m.thickness > 0 && m.frequency == 0) section.fail(*section.find("thickness"), "thickness goes with frequency");
   section.reject_unknown_keys();

@@ -27,9 +27,8 @@ struct Support {
   std::string group{};
 };
 
-// 0 = the library's default.
 struct Material {
-  double k_area = 0, k_length = 0, k_bend = 0, density = 0;
+  double k_area = 1e4, k_length = 1e4, k_bend = 1, density = 1;  // the library's defaults
   double frequency = 0, thickness = 0;  // above 0: the stiffness that gives the slowest swing these Hz, in place of k_…
 };
 

@@ -25,7 +25,8 @@ pub const SW_ENERGY_DISCRETE_SHELLS: u32 = 1;
 /// volume_density, in engineering units, of which every mesh makes the same shell. SW_METHOD_POLYNOMIAL_SHELL does not take it yet.
 pub const SW_ENERGY_KOITER: u32 = 2;
 
-/// Material constants, uniform over the shell: four for each energy. 0 means the default in the first four; the last four have none.
+/// Material constants, uniform over the shell: four for each energy. A stiffness of 0 is one of 0; but where k_area, k_length and k_bend are all 0,
+/// as sw_material_desc_init leaves them, all three have their defaults.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct SwMaterialDesc {
@@ -40,7 +41,7 @@ pub struct SwMaterialDesc {
     pub k_length: f64,
     /// Bending stiffness k_B, energy, not negative. Default 1. The plate rigidity is D = 6 k_B with Poisson's ratio -1/3.
     pub k_bend: f64,
-    /// Mass per area, positive. Default 1. Of SW_ENERGY_DISCRETE_SHELLS.
+    /// Mass per area, positive; 0 = 1. Of SW_ENERGY_DISCRETE_SHELLS.
     pub area_density: f64,
     /// Young's modulus E, force per area, positive: Pa where lengths are in metres and masses in kilograms. This and the next
     /// three are of SW_ENERGY_KOITER, and must be 0 with the other energy.
@@ -107,14 +108,14 @@ fn material_of(desc: &SwMaterialDesc) -> Result<Elasticity, Fault> {
         return Err(Fault::argument(message));
     }
     let default = Material::default();
-    let or = |value: f64, default: f64| if value == 0.0 { default } else { value };
-    Ok(Material {
-        k_area: or(desc.k_area, default.k_area),
-        k_length: or(desc.k_length, default.k_length),
-        k_bend: or(desc.k_bend, default.k_bend),
-        area_density: or(desc.area_density, default.area_density),
+    let SwMaterialDesc { k_area, k_length, k_bend, area_density, .. } = *desc;
+    // Nothing would resist anything: nobody asks for that.
+    let untouched = [k_area, k_length, k_bend].iter().all(|k| *k == 0.0);
+    let stiff = if untouched { default } else { Material { k_area, k_length, k_bend, ..default } };
+    if stiff.k_length == 0.0 {
+        log(SW_LOG_WARNING, "material->k_length is 0, so that no edge resists stretching");
     }
-    .into())
+    Ok(Material { area_density: if area_density == 0.0 { default.area_density } else { area_density }, ..stiff }.into())
 }
 
 unsafe fn supports_of(desc: &SwSupportDesc) -> Result<Supports, Fault> {

@@ -103,10 +103,69 @@ static void the_polynomial_shell_says_that_it_lacks_the_energy(void) {
   sw_model_destroy(model);
 }
 
+static SwMaterialDesc stiffnesses(double area, double length, double bend) {
+  SwMaterialDesc material;
+  sw_material_desc_init(&material);
+  material.k_area = area;
+  material.k_length = length;
+  material.k_bend = bend;
+  return material;
+}
+
+static double slowest_of(SwMaterialDesc material) {
+  SwModel *model = strip_of(&material, 1);
+  precompute(model, 4, SW_PRECISION_F64);
+  const double hertz = slowest(model);
+  sw_model_destroy(model);
+  return hertz;
+}
+
+static uint32_t zero_modes_of(SwMaterialDesc material) {
+  SwModel *model = strip_of(&material, 1);
+  precompute(model, 4, SW_PRECISION_F64);
+  const uint32_t zero = info_of(model).zero_modes;
+  sw_model_destroy(model);
+  return zero;
+}
+
+static void none_given_are_the_defaults(void) {
+  CHECK(slowest_of(stiffnesses(0, 0, 0)) == slowest_of(stiffnesses(1e4, 1e4, 1)));
+}
+
+/* The nearly free stiffness tends to the zero one, which the default is far from. */
+static void a_stiffness_of_zero_beside_others_is_zero(void) {
+  const double without = slowest_of(stiffnesses(0, 1e4, 1e4)), nearly = slowest_of(stiffnesses(1e-9, 1e4, 1e4));
+  CHECK(without > 0);
+  CHECK_NEAR(nearly / without, 1, 1e-6);
+  CHECK(slowest_of(stiffnesses(1e4, 1e4, 1e4)) / without > 1.01);
+  CHECK(zero_modes_of(stiffnesses(1e4, 1e4, 0)) == 4); /* out of its plane nothing holds it */
+  CHECK(zero_modes_of(stiffnesses(1e4, 1e4, 1)) == 0);
+}
+
+static int warnings = 0;
+
+static void count_warning(void *user, uint32_t level, const char *message) {
+  (void)user;
+  warnings += level == SW_LOG_WARNING && strstr(message, "k_length is 0") != NULL;
+}
+
+static void no_resistance_to_stretching_is_warned_of(void) {
+  const SwMaterialDesc material = stiffnesses(1e4, 0, 1), usual = stiffnesses(1e4, 1e4, 0);
+  sw_set_log_callback(count_warning, NULL);
+  sw_model_destroy(strip_of(&usual, 1));
+  CHECK(warnings == 0);
+  sw_model_destroy(strip_of(&material, 1));
+  CHECK(warnings == 1);
+  sw_set_log_callback(NULL, NULL);
+}
+
 int main(void) {
   RUN(a_clamped_strip_swings_as_a_beam_does);
   RUN(the_unit_of_length_does_not_matter);
   RUN(a_saved_model_keeps_its_sheet);
   RUN(the_polynomial_shell_says_that_it_lacks_the_energy);
+  RUN(none_given_are_the_defaults);
+  RUN(a_stiffness_of_zero_beside_others_is_zero);
+  RUN(no_resistance_to_stretching_is_warned_of);
   return report_failures();
 }

@@ -212,7 +212,7 @@ void a_scene_of_two_shells_is_read_in_full() {
   CHECK(a.name == "pair_a" && a.title == "pair: a" && a.mesh_path == in_directory("a.obj") && a.modes == 12);
   CHECK(b.name == "pair_b" && b.modes == 20 && b.duration == 3 && b.handles.empty() && !b.motion.moves());
   CHECK(a.motion.moves() && a.motion.parent == file.skeleton[0].motion);
-  CHECK(a.material.k_bend == 3 && b.material.k_bend == 0 && a.expect.turn_in_range && !b.expect.turn_in_range);
+  CHECK(a.material.k_bend == 3 && b.material.k_bend == 1 && a.expect.turn_in_range && !b.expect.turn_in_range);
   CHECK(a.handles.size() == 2 && a.handles[0].bone == file.skeleton[0].motion && a.handles[0].holds_orientation);
   CHECK(a.handles[0].nearest == (Vec3{4, 5, 6}) && a.handles[1].vertex == 7u && !a.handles[1].holds_orientation);
   CHECK(a.obj_times == (std::vector<double>{0.5, 2}) && b.obj_times == a.obj_times);

@@ -70,10 +70,10 @@ class ShellwarpSettings(bpy.types.PropertyGroup):
 
     density: FloatProperty(name="Density", default=1.0, min=1e-9, soft_max=1000, precision=4, options=NOT_KEYED,
                                 description="Mass per area")
-    k_bend: FloatProperty(name="Bending", default=1.0, min=1e-12, precision=5, options=NOT_KEYED,
+    k_bend: FloatProperty(name="Bending", default=1.0, min=0, precision=5, options=NOT_KEYED,
                           description="k_B, energy. The plate rigidity is six times this")
-    k_length: FloatProperty(name="Stretch", default=1e4, min=1e-9, options=NOT_KEYED, description="k_L, energy per length")
-    k_area: FloatProperty(name="Area", default=1e4, min=1e-9, options=NOT_KEYED, description="k_A, energy per area")
+    k_length: FloatProperty(name="Stretch", default=1e4, min=0, options=NOT_KEYED, description="k_L, energy per length")
+    k_area: FloatProperty(name="Area", default=1e4, min=0, options=NOT_KEYED, description="k_A, energy per area")
     fixed_group: StringProperty(name="Fixed", options=NOT_KEYED,
                                 description="Vertex group held in place by the object: weights above a half")
     clamped_group: StringProperty(name="Clamped", options=NOT_KEYED,

@@ -17,6 +17,7 @@ from .errors import FarmError, SceneError
 from .mesh_file import held_vertices, read_mesh
 from .scenes import MODEL_KEYS
 
+MATERIAL = {"k_area": "area", "k_length": "length", "k_bend": "bend", "density": "density"}
 KEPT = 4   # models that a worker keeps loaded
 
 _kept = OrderedDict()
@@ -47,7 +48,7 @@ def options_of(simulation, methods):
 def shell_of(tables):
     """The Shell of a model's tables."""
     positions, triangles = mesh_at(tables["mesh"])
-    material = shellwarp.Material(*(float(tables["material"].get(key, 0)) for key in ("k_area", "k_length", "k_bend", "density")))
+    material = shellwarp.Material(**{MATERIAL[key]: float(value) for key, value in tables["material"].items()})
     held = held_vertices(tables["support"], positions, triangles)
     return shellwarp.Shell(positions, triangles, material, fixed=held)
 

@@ -11,12 +11,12 @@ from ._types import Array
 
 @dataclass(frozen=True)
 class Material:
-    """Constants of SwMaterialDesc; 0 means the library's default (1e4, 1e4, 1, 1)."""
+    """The paper's constants, of SwMaterialDesc. A stiffness of 0 is one of 0."""
 
-    area: float = 0.0      # k_A, energy per area
-    length: float = 0.0    # k_L, energy per length
-    bend: float = 0.0      # k_B, energy
-    density: float = 0.0   # mass per area
+    area: float = 1e4      # k_A, energy per area
+    length: float = 1e4    # k_L, energy per length
+    bend: float = 1.0      # k_B, energy
+    density: float = 1.0   # mass per area
 
     def desc(self) -> _abi.SwMaterialDesc:
         desc = _library.initialised(_abi.SwMaterialDesc)
