@@ -18,7 +18,7 @@ export CMAKE_BUILD_PARALLEL_LEVEL ?= $(JOBS)
 .PHONY: help build native demo test test-cargo test-c test-render test-blender demo-blender install package blender-addon header \
     python-abi docs-api test-docs lint fuzz check-memory check-threads check-miri check-guard bench bench-front bench-instructions bench-leave-out bench-polynomial bench-precompute bench-solver bench-training build-report report report-docs report-stability \
     test-report clean
-.PHONY: cli wheel pictures bench-leaf farm-demo farm-sweep farm-costs bench-slepc
+.PHONY: cli notices wheel pictures bench-leaf farm-demo farm-sweep farm-costs bench-slepc
 
 help: ## list the targets
 	@echo "usage: make TARGET [JOBS=2]"
@@ -130,12 +130,16 @@ python-abi: ## write the Python package's declarations anew from include/shellwa
 test-docs: ## test that links and names of the pages lead somewhere, and that the API page is current
 	@python3 -m unittest discover -s tests/docs
 
+notices: ## write THIRD_PARTY.md anew: the licences of all that the binaries contain
+	python3 cmake/third_party.py
+
 lint: test-docs ## check links and formatting, and run clippy, warnings as errors
 	cargo fmt --all --check
 	cargo clippy --locked --workspace --all-targets -- -D warnings
 	cargo clippy --locked --no-default-features --lib --test features -- -D warnings
 	RUSTDOCFLAGS="-D warnings" cargo doc --locked --no-deps
 	@sh tests/check_dependencies.sh
+	@python3 cmake/third_party.py --check
 
 bench: ## time the kernels beside their floors: this machine's section of docs/evidence/speed.md, its plots, out/report/kernels.csv
 	@mkdir -p out/report

@@ -14,7 +14,7 @@ from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
 PACKAGE = HERE.parent / "python" / "shellwarp"
-LICENCES = [HERE.parents[1] / name for name in ("LICENSE-MIT", "LICENSE-APACHE")]
+LICENCES = [HERE.parents[1] / name for name in ("LICENSE-MIT", "LICENSE-APACHE", "THIRD_PARTY.md")]
 DATE = (1980, 1, 1, 0, 0, 0)
 
 

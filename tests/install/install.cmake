@@ -17,7 +17,8 @@ endif()
 
 foreach(name IN ITEMS include/shellwarp.h include/shellwarp.hpp ${LIBDIR}/cmake/shellwarp/shellwarpConfig.cmake
                       ${LIBDIR}/cmake/shellwarp/shellwarpConfigVersion.cmake ${LIBDIR}/pkgconfig/shellwarp.pc
-                      share/shellwarp/python/shellwarp/__init__.py)
+                      share/shellwarp/python/shellwarp/__init__.py share/shellwarp/python/shellwarp/py.typed
+                      share/doc/shellwarp/LICENSE-APACHE share/doc/shellwarp/THIRD_PARTY.md)
   if(NOT EXISTS "${OUT}/prefix/${name}")
     message(FATAL_ERROR "${name} is missing from the installation")
   endif()

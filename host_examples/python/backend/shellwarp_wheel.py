@@ -23,7 +23,7 @@ except ImportError:   # Python 3.10
 
 HERE = Path(__file__).resolve().parents[1]
 ROOT = HERE.parents[1]
-LICENCES = ("LICENSE-MIT", "LICENSE-APACHE")
+LICENCES = ("LICENSE-MIT", "LICENSE-APACHE", "THIRD_PARTY.md")
 DATE = (1980, 1, 1, 0, 0, 0)
 BUILT = {"win32": "shellwarp.dll", "darwin": "libshellwarp.dylib"}.get(sys.platform, "libshellwarp.so")
 

@@ -115,7 +115,7 @@ class Wheel(unittest.TestCase):
 
     def test_the_licences_and_types_are_inside(self):
         names = "\n".join(self.files())
-        for name in ("licenses/LICENSE-MIT", "licenses/LICENSE-APACHE", "shellwarp/py.typed"):
+        for name in ("licenses/LICENSE-MIT", "licenses/LICENSE-APACHE", "licenses/THIRD_PARTY.md", "shellwarp/py.typed"):
             self.assertIn(name, names)
 
     def test_the_version_is_that_of_cargo(self):
