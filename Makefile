@@ -18,7 +18,7 @@ export CMAKE_BUILD_PARALLEL_LEVEL ?= $(JOBS)
 .PHONY: help build native demo test test-cargo test-c test-render test-blender demo-blender install package blender-addon header \
     python-abi docs-api test-docs lint fuzz check-memory check-threads check-miri check-guard bench bench-front bench-instructions bench-leave-out bench-polynomial bench-precompute bench-solver bench-training build-report report report-docs report-stability \
     test-report clean
-.PHONY: cli notices wheel pictures bench-leaf farm-demo farm-sweep farm-costs bench-slepc
+.PHONY: cli docs notices wheel pictures bench-leaf farm-demo farm-sweep farm-costs bench-slepc
 
 help: ## list the targets
 	@echo "usage: make TARGET [JOBS=2]"
@@ -55,7 +55,7 @@ test-cargo: ## run the Rust tests
 	cargo test --locked --release --no-default-features --test features
 
 test-c: native ## run the C, C++ and Python tests (ctest)
-	@sh cmake/bootstrap.sh python farm || echo "test-c: the Python packages could not be installed (see above); their tests are skipped"
+	@sh cmake/bootstrap.sh python farm docs || echo "test-c: the Python packages could not be installed (see above); their tests are skipped"
 	@. ./$(BUILD)/tools.sh && "$$CTEST" --test-dir $(BUILD) --output-on-failure --no-tests=error --timeout $(PATIENCE) -j $(JOBS)
 
 test-render: ## test the renderer, where cmake/bootstrap.sh render has set it up
@@ -132,6 +132,11 @@ test-docs: ## test that links and names of the pages lead somewhere, and that th
 
 notices: ## write THIRD_PARTY.md anew: the licences of all that the binaries contain
 	python3 cmake/third_party.py
+
+docs: ## build the pages as a site that needs no network: out/docs/index.html
+	@sh cmake/bootstrap.sh docs
+	NO_MKDOCS_2_WARNING=1 .venv/bin/python -m mkdocs build --quiet
+	@echo "docs: out/docs/index.html"
 
 lint: test-docs ## check links and formatting, and run clippy, warnings as errors
 	cargo fmt --all --check

@@ -1,7 +1,7 @@
 #!/bin/sh
 # Sets up the tools that a machine with Rust, a C and C++ compiler, make and Python 3.10 or later may still lack.
 #
-#     sh cmake/bootstrap.sh [render] [pictures] [bench] [python] [blender] [cloth] [farm] [portable]
+#     sh cmake/bootstrap.sh [render] [pictures] [bench] [python] [blender] [cloth] [farm] [portable] [docs]
 #
 #   always   cmake 3.20 or later: the system's own, or a pinned one in .venv/
 #   render   the packages of host_examples/render, in .venv/
@@ -12,6 +12,7 @@
 #   cloth    the cloth solver that tests/report sets beside the library, in .venv/
 #   farm     Dask, USD and what else host_examples/farm needs, in .venv/: Python 3.11 or later
 #   portable a linker for old Linux systems, 450 MB, for make wheel, in .venv/
+#   docs     what makes the pages of make docs, in .venv/
 #
 # Everything lands in .venv/ and build/ below the project. What is set up is noted in .venv/installed-*, so that a
 # later run does nothing and needs no network. build/tools.sh then names the tools: CMAKE, CTEST, PYTHON.
@@ -51,8 +52,9 @@ pins() {
         grep '^numpy' host_examples/render/requirements.txt
         ;;
     farm) grep -v '^#' host_examples/farm/requirements.txt && grep -v '^#\|^mitsuba' host_examples/render/requirements.txt ;;
+    docs) echo 'mkdocs-material==9.8.1' ;;
     portable) printf '%s\n' 'cargo-zigbuild==0.24.0' 'ziglang==0.17.1' ;;
-    *) fail "unknown argument '$1'; known: render, pictures, bench, python, blender, cloth, farm, portable" ;;
+    *) fail "unknown argument '$1'; known: render, pictures, bench, python, blender, cloth, farm, portable, docs" ;;
     esac
 }
 
