@@ -4,7 +4,7 @@ use super::Touch;
 use crate::Vec3;
 
 /// Below this a vector's square is not a normal number, so that it has no sure direction.
-const NO_DIRECTION: f64 = 1e-150;
+pub(super) const NO_DIRECTION: f64 = 1e-150;
 
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Capsule {
