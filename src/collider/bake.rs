@@ -265,7 +265,6 @@ impl Lattice {
             } else {
                 rows.extend(self.row_aside(surface, row[0].row)?);
             }
-            check_pieces(surface, &rows[rows.len() - rows.iter().rev().take_while(|c| c.row == row[0].row).count()..])?;
         }
         Ok(rows)
     }
@@ -352,22 +351,4 @@ fn crossing(surface: &Surface, t: usize, row: u32, at: &Vec3) -> Option<Crossing
     let sum: f64 = parts.iter().sum();
     let x = (0..3).map(|k| parts[k] / sum * own[k].x).sum();
     Some(Crossing { row, x, turn, triangle: t as u32 })
-}
-
-/// Fails where a piece that is turned inside out is in no other one: a hollow is, such a piece alone is a fault.
-fn check_pieces(surface: &Surface, row: &[Crossing]) -> Result<()> {
-    let mut inside = 0;
-    for (n, crossing) in row.iter().enumerate() {
-        let before = inside;
-        inside += crossing.turn;
-        let apart = row.get(n + 1).is_some_and(|next| next.x - crossing.x > 1e-9); // not two of one edge
-        if surface.inverted[crossing.triangle as usize] && inside < 0 && before == 0 && apart {
-            let [a, b, c] = surface.triangles[crossing.triangle as usize];
-            return Err(Error::new(
-                ErrorKind::InvalidMesh,
-                format!("a piece of the mesh is inside out: that of the triangle with vertices {a}, {b}, {c}"),
-            ));
-        }
-    }
-    Ok(())
 }

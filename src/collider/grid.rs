@@ -58,12 +58,11 @@ impl Grid {
         let [nx, ny, nz] = nodes;
         let fits =
             nodes.iter().all(|n| (LEAST_NODES..=MOST_NODES).contains(n)) && nx * ny * nz + PADDING == values.len();
-        let sizes = cell >= 1e-4 * SIZES.start() && cell <= *SIZES.end() && origin.amax() <= 10.0 * SIZES.end();
-        let told = ball.center.amax() <= 10.0 * SIZES.end()
-            && (0.0..=10.0 * SIZES.end()).contains(&ball.radius)
-            && inner_radius > 0.0
-            && (0.0..=10.0 * SIZES.end()).contains(&inner_radius)
-            && (0.0..=10.0 * SIZES.end()).contains(&surface_error);
+        let known = |c: &f64| c.abs() <= 10.0 * SIZES.end(); // no NaN is
+        let sizes = cell >= 1e-4 * SIZES.start() && cell <= *SIZES.end() && origin.iter().all(known);
+        let told = ball.center.iter().all(known)
+            && [ball.radius, inner_radius, surface_error].iter().all(|told| known(told) && *told >= 0.0)
+            && inner_radius > 0.0;
         if !fits || !sizes || !told {
             return invalid(format!("a grid of {nx} × {ny} × {nz} nodes in cells of {cell:?} is out of range"));
         }

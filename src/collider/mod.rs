@@ -6,6 +6,8 @@
 
 mod bake;
 mod grid;
+mod hull;
+mod moving;
 mod primitive;
 mod surface;
 mod sweep;
@@ -16,6 +18,8 @@ pub use bake::{GridOptions, Resolution};
 
 use crate::{Error, Result, Vec3};
 use grid::Grid;
+use hull::Hull;
+use moving::Moving;
 use primitive::{Capsule, Cuboid};
 use surface::Surface;
 
@@ -50,6 +54,8 @@ enum Shape {
     Capsule(Capsule),
     Cuboid(Cuboid),
     Grid(Box<Grid>),
+    Hull(Box<Hull>),
+    Moving(Box<Moving>),
 }
 
 /// Sizes whose squares, and those of points that matter beside them, are normal numbers.
@@ -86,6 +92,20 @@ impl Solid {
         Ok(Self { shape: Shape::Cuboid(Cuboid { half }) })
     }
 
+    /// The convex hull of points, with an exact distance. A touch tests all its planes: more than 512 triangles are refused, and points that lie
+    /// in a plane, on a line or at one place.
+    pub fn hull(points: &[Vec3]) -> Result<Self> {
+        Ok(Self { shape: Shape::Hull(Box::new(Hull::of(points)?)) })
+    }
+
+    /// All within a closed triangle mesh whose vertices move: where they were and where they are. Then [`Solid::update`] gives the next shape.
+    ///
+    /// The mesh is checked as for a [grid](Solid::grid), once. The distance is exact and 1-Lipschitz as long as the mesh does not meet itself;
+    /// where it does, the sign is that of the nearest triangle. A touch searches a tree of boxes, an update fits these anew.
+    pub fn moving_mesh(before: &[Vec3], after: &[Vec3], triangles: &[[u32; 3]]) -> Result<Self> {
+        Ok(Self { shape: Shape::Moving(Box::new(Moving::of(before, after, triangles)?)) })
+    }
+
     /// All within a closed triangle mesh, as distances on a grid whose value and gradient are continuous.
     ///
     /// Every edge needs two triangles. Vertices at the same place count as one where that closes the mesh, and triangles that disagree with
@@ -105,13 +125,15 @@ impl Solid {
     /// Finite whatever `p` is, and the normal of length 1. Where several normals are right, as at a centre, it is always the same of them.
     #[inline]
     pub fn touch(&self, p: &Vec3) -> Touch {
-        let p = p.map(|c| if c.is_nan() { -FAR } else { c.clamp(-FAR, FAR) });
+        let p = near(p);
         match &self.shape {
             Shape::Plane => Touch { distance: p.z, normal: Vec3::z() },
             Shape::Sphere(radius) => primitive::ball(&p, *radius),
             Shape::Capsule(capsule) => capsule.touch(&p),
             Shape::Cuboid(cuboid) => cuboid.touch(&p),
             Shape::Grid(grid) => grid.touch(&p),
+            Shape::Hull(hull) => hull.touch(&p),
+            Shape::Moving(mesh) => mesh.touch(&p),
         }
     }
 
@@ -124,16 +146,21 @@ impl Solid {
             Shape::Capsule(Capsule { half_length, radius }) => about_origin(half_length + radius),
             Shape::Cuboid(Cuboid { half }) => about_origin(half.norm()),
             Shape::Grid(grid) => Some(grid.ball),
+            Shape::Hull(hull) => Some(hull.ball),
+            Shape::Moving(mesh) => Some(mesh.ball),
         }
     }
 
     /// Radius of the largest ball within its thinnest part; infinite of a plane. A step shorter than this does not leap through.
+    /// Of a mesh, half the thickness between sides that face each other by more than 67°; of a moving one, in its first shape.
     pub fn inner_radius(&self) -> f64 {
         match &self.shape {
             Shape::Plane => f64::INFINITY,
             Shape::Sphere(radius) | Shape::Capsule(Capsule { radius, .. }) => *radius,
             Shape::Cuboid(Cuboid { half }) => half.min(),
             Shape::Grid(grid) => grid.inner_radius,
+            Shape::Hull(hull) => hull.inner_radius,
+            Shape::Moving(mesh) => mesh.inner_radius,
         }
     }
 
@@ -146,8 +173,20 @@ impl Solid {
     }
 
     /// How far the matter at the surface next to `p` came since the shape before, in the solid's axes. Zero of what does not deform.
-    pub fn slip(&self, _p: &Vec3) -> Vec3 {
-        Vec3::zeros()
+    pub fn slip(&self, p: &Vec3) -> Vec3 {
+        match &self.shape {
+            Shape::Moving(mesh) => mesh.slip(&near(p)),
+            _ => Vec3::zeros(),
+        }
+    }
+
+    /// The next shape of a [moving mesh](Solid::moving_mesh), with as many positions as the first; the present one becomes the one before.
+    /// Allocates nothing. Fails without changing anything, and of other solids.
+    pub fn update(&mut self, positions: &[Vec3]) -> Result<()> {
+        match &mut self.shape {
+            Shape::Moving(mesh) => mesh.update(positions),
+            _ => Err(Error::new(crate::ErrorKind::Unsupported, "only a moving mesh takes new positions")),
+        }
     }
 
     /// Memory that it takes.
@@ -156,6 +195,8 @@ impl Solid {
             + match &self.shape {
                 Shape::Plane | Shape::Sphere(_) | Shape::Capsule(_) | Shape::Cuboid(_) => 0,
                 Shape::Grid(grid) => grid.bytes(),
+                Shape::Hull(hull) => hull.bytes(),
+                Shape::Moving(mesh) => mesh.bytes(),
             }
     }
 
@@ -168,9 +209,16 @@ impl Solid {
         match &self.shape {
             _ if !near => None,
             Shape::Grid(grid) => grid.first_touch(from, to, margin),
-            _ => sweep::convex(self, from, to, margin),
+            Shape::Moving(mesh) => mesh.first_touch(from, to, margin),
+            _ => sweep::convex(|p| self.touch(p), from, to, margin),
         }
     }
+}
+
+/// Numbers whose squares are numbers.
+#[inline]
+fn near(p: &Vec3) -> Vec3 {
+    p.map(|c| if c.is_nan() { -FAR } else { c.clamp(-FAR, FAR) })
 }
 
 /// Fails with the name and value unless it is a size within [`SIZES`].

@@ -19,8 +19,6 @@ pub(super) struct Surface {
     pub triangles: Vec<[u32; 3]>,
     /// A power of two no shorter than the longest side of the box about it.
     pub unit: f64,
-    /// Per triangle: whether its piece's volume is negative, as a cavity's.
-    pub inverted: Vec<bool>,
 }
 
 fn invalid_mesh<T>(message: String) -> Result<T> {
@@ -59,7 +57,7 @@ impl Surface {
         let unit = 2f64.powi(size.log2().ceil() as i32);
         let mut scaled = vec![Vec3::zeros(); positions.len()];
         triangles.iter().flatten().for_each(|&v| scaled[v as usize] = positions[v as usize] / unit);
-        let mut surface = Self { positions: scaled, triangles, unit, inverted: vec![] };
+        let mut surface = Self { positions: scaled, triangles, unit };
         tree::sort(&surface.positions, &mut surface.triangles);
         surface.check_volume()?;
         Ok(surface)
@@ -71,7 +69,7 @@ impl Surface {
         a.dot(&b.cross(&c))
     }
 
-    fn check_volume(&mut self) -> Result<()> {
+    fn check_volume(&self) -> Result<()> {
         let (low, high) = box_about(&self.positions, &self.triangles);
         let about = 0.5 * (low + high);
         let mut sets = UnionFind::new(self.positions.len());
@@ -98,8 +96,25 @@ impl Surface {
         if whole <= NO_VOLUME * area {
             return invalid_mesh(format!("the mesh has no inside: its volume is {volume:e}"));
         }
-        self.inverted = self.triangles.iter().map(|t| of_piece[sets.find(t[0]) as usize] < 0.0).collect();
+        for piece in (0..of_piece.len()).filter(|v| of_piece[*v] < 0.0) {
+            // Within another one its triangles fill the sphere, 4π; out of it, they sum to zero.
+            let mut others = |t: &&[u32; 3]| sets.find(t[0]) as usize != piece;
+            let about = self.positions[piece];
+            let angles: f64 = self.triangles.iter().filter(|t| others(t)).map(|t| self.solid_angle(t, &about)).sum();
+            if angles < 2.0 * std::f64::consts::PI {
+                return invalid_mesh(format!(
+                    "a piece of the mesh is inside out, and in no other one: that of vertex {piece}"
+                ));
+            }
+        }
         Ok(())
+    }
+
+    /// Of a triangle, seen from a point (Van Oosterom and Strackee, 1983).
+    fn solid_angle(&self, triangle: &[u32; 3], about: &Vec3) -> f64 {
+        let [a, b, c] = tree::corners(&self.positions, triangle).map(|x| x - about);
+        let [x, y, z] = [a.norm(), b.norm(), c.norm()];
+        2.0 * a.dot(&b.cross(&c)).atan2(x * y * z + a.dot(&b) * z + b.dot(&c) * x + c.dot(&a) * y)
     }
 
     pub fn box_about(&self) -> (Vec3, Vec3) {
@@ -141,7 +156,7 @@ fn oriented(positions: &[Vec3], triangles: &[[u32; 3]]) -> Result<Vec<[u32; 3]>>
 }
 
 /// Fails unless each edge that is run along one way is run along the other way too.
-fn check_closed(triangles: &[[u32; 3]]) -> Result<()> {
+pub(super) fn check_closed(triangles: &[[u32; 3]]) -> Result<()> {
     let mut sides: Vec<([u32; 2], bool)> = vec![];
     for t in triangles {
         for k in 0..3 {

@@ -1,6 +1,6 @@
 //! The first place on a segment that is within a margin of a solid.
 
-use super::{Solid, Touch};
+use super::Touch;
 use crate::Vec3;
 
 /// Newton doubles the digits of a crossing and halves the distance where the way just grazes: more would find nothing new.
@@ -10,10 +10,10 @@ const ROUNDING: f64 = 1e-14;
 
 /// Newton along the segment. The distance of a convex solid is a convex function, so that its tangent lies below it: a step never
 /// passes the place, and where the distance no longer falls there is none.
-pub(super) fn convex(solid: &Solid, from: &Vec3, to: &Vec3, margin: f64) -> Option<(f64, Touch)> {
+pub(super) fn convex(touch_at: impl Fn(&Vec3) -> Touch, from: &Vec3, to: &Vec3, margin: f64) -> Option<(f64, Touch)> {
     let way = to - from;
     let mut share = 0.0;
-    let mut touch = solid.touch(from);
+    let mut touch = touch_at(from);
     if touch.distance <= margin {
         return None;
     }
@@ -28,7 +28,7 @@ pub(super) fn convex(solid: &Solid, from: &Vec3, to: &Vec3, margin: f64) -> Opti
         if slope >= 0.0 || next > 1.0 || next.is_nan() {
             return None;
         }
-        (share, touch) = (next, solid.touch(&(from + next * way)));
+        (share, touch) = (next, touch_at(&(from + next * way)));
     }
     Some((share, touch))
 }

@@ -9,6 +9,9 @@ const LEAF: usize = 4;
 /// Halving 2³² triangles leaves one in each part after so many levels.
 const DEPTH: usize = 34;
 
+/// Coordinates beyond, in sizes of the mesh, leave no sure squares.
+pub(super) const FAR_OFF: f64 = 1e120;
+
 /// Of the triangles in their order: node and halves, depth first, so that a node's left half is the node after it.
 #[derive(Clone, Debug)]
 pub(super) struct Tree {
@@ -99,6 +102,10 @@ impl Tree {
         }
     }
 
+    pub fn bytes(&self) -> usize {
+        self.nodes.capacity() * size_of::<Node>()
+    }
+
     /// The triangle nearest to `p`, if nearer than `best`.
     #[inline]
     pub fn nearest(&self, positions: &[Vec3], triangles: &[[u32; 3]], p: &Vec3, mut best: Nearest) -> Nearest {
@@ -132,7 +139,52 @@ impl Tree {
     }
 }
 
+impl Tree {
+    /// Leaves whose boxes come within `margin` of the way from `from` along `way`, up to the share of it that `look` last returned.
+    pub fn visit_way(&self, from: &Vec3, way: &Vec3, margin: f64, mut look: impl FnMut(std::ops::Range<usize>) -> f64) {
+        let mut open = [0u32; DEPTH];
+        let (mut depth, mut at, mut reach) = (0, 0usize, 1.0);
+        loop {
+            if self.nodes[at].is_met(from, way, margin, reach) {
+                let Node { first, count, .. } = self.nodes[at];
+                if count == 0 {
+                    open[depth] = first;
+                    depth += 1;
+                    at += 1;
+                    continue;
+                }
+                reach = look(first as usize..(first + count) as usize);
+            }
+            if depth == 0 {
+                return;
+            }
+            depth -= 1;
+            at = open[depth] as usize;
+        }
+    }
+}
+
 impl Node {
+    /// By the way's shares between two planes along each axis.
+    fn is_met(&self, from: &Vec3, way: &Vec3, margin: f64, reach: f64) -> bool {
+        let (mut enter, mut leave) = (0.0f64, reach);
+        for a in 0..3 {
+            // A rounding more, as the way's points have it.
+            let more = margin + 1e-12 * (from[a].abs() + way[a].abs() + margin);
+            let (low, high) = (self.low[a] - more - from[a], self.high[a] + more - from[a]);
+            if way[a] == 0.0 {
+                if low > 0.0 || high < 0.0 {
+                    return false;
+                }
+            } else {
+                let (s, t) = (low / way[a], high / way[a]);
+                enter = enter.max(s.min(t));
+                leave = leave.min(s.max(t));
+            }
+        }
+        enter <= leave
+    }
+
     /// From the box.
     #[inline]
     fn squared(&self, p: &Vec3) -> f64 {
@@ -141,6 +193,11 @@ impl Node {
 }
 
 impl Nearest {
+    #[inline]
+    pub fn foot(&self, positions: &[Vec3], triangles: &[[u32; 3]]) -> Vec3 {
+        place(&corners(positions, &triangles[self.triangle]), &self.weights)
+    }
+
     /// None yet, nearer than this.
     pub fn within(distance: f64) -> Self {
         Self { triangle: usize::MAX, weights: [0.0; 3], squared: distance * distance }
