@@ -367,6 +367,31 @@ SwStatus sw_model_load(const void *bytes,
                        uint64_t size,
                        struct SwModel **model);
 
+/* Known materials ------------------------------------------------------------------------------ */
+
+// Number of materials in the table of presets.
+uint32_t sw_preset_count(void);
+
+// A preset's name for files and scripts, such as "printer-paper": lower case, parted by hyphens. It
+// never changes, but its index may. "" at and beyond sw_preset_count(). Never NULL; constant.
+const char *sw_preset_name(uint32_t index);
+
+// A preset's name for menus, such as "Printer paper, 80 g/m2". "" at and beyond sw_preset_count().
+// Never NULL; constant.
+const char *sw_preset_label(uint32_t index);
+
+// Where a preset's numbers are from, and how far they vary. "" at and beyond sw_preset_count().
+// Never NULL; constant.
+const char *sw_preset_source(uint32_t index);
+
+// Makes an initialised descriptor that of a preset: energy, young, poisson, thickness and
+// volume_density. Mass is in kilograms. `metres_per_unit` is how long the mesh's unit is: 1 for
+// metres, 0.01 for centimetres. The numbers are as in docs/reference/materials.md.
+// Errors: SW_ERROR_INVALID_ARGUMENT, also at and beyond sw_preset_count(), SW_ERROR_INVALID_DESC.
+SwStatus sw_preset_material(uint32_t index,
+                            double metres_per_unit,
+                            struct SwMaterialDesc *material);
+
 /* Precompute ----------------------------------------------------------------------------------- */
 
 // Go on.

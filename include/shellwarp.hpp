@@ -55,6 +55,12 @@ struct Destroy {
 /* Descriptors with every field at its default. */
 inline SwMeshDesc mesh_desc() { return detail::initialized<SwMeshDesc>(); }
 inline SwMaterialDesc material_desc() { return detail::initialized<SwMaterialDesc>(); }
+/* A known material by its index in the table: see sw_preset_material. */
+inline SwMaterialDesc preset_material(uint32_t index, double metres_per_unit = 1) {
+  SwMaterialDesc desc = material_desc();
+  check(sw_preset_material(index, metres_per_unit, &desc));
+  return desc;
+}
 inline SwSupportDesc support_desc() { return detail::initialized<SwSupportDesc>(); }
 inline SwPrecomputeDesc precompute_desc() { return detail::initialized<SwPrecomputeDesc>(); }
 inline SwStateDesc state_desc() { return detail::initialized<SwStateDesc>(); }

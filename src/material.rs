@@ -1,5 +1,9 @@
 //! Material constants: of the paper's energy, and of Koiter's in engineering units.
 
+mod presets;
+
+pub use presets::{PRESETS, Preset};
+
 use crate::error::{Error, Result, require_finite, require_non_negative};
 
 /// Stiffnesses and density, uniform over a shell.

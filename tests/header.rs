@@ -6,13 +6,14 @@ use std::fmt::Write;
 use std::path::Path;
 
 /// The files of src/ffi in the header's order, and what each is about.
-const SECTIONS: [(&str, &str); 16] = [
+const SECTIONS: [(&str, &str); 17] = [
     ("status", "Statuses, messages and versions"),
     ("structs", "Structs"),
     ("pointer", "Buffers"),
     ("log", "Log"),
     ("mesh", "Meshes"),
     ("model", "Models"),
+    ("preset", "Known materials"),
     ("precompute", "Precompute"),
     ("info", "What a model has"),
     ("method", "Methods"),

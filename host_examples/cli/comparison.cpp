@@ -127,7 +127,8 @@ ComparisonRun compare(const Scene &scene, const Mesh &mesh, bool quiet) {
   ComparisonRow blank{};
   for (double bending : scene.comparison->bending) {
     Scene stiffened = scene;
-    stiffened.material.k_bend = bending * scene.material.k_bend;
+    stiffened.material.k_bend *= bending;
+    stiffened.material.young *= bending;
     ProgressBar progress(quiet);
     const shellwarp::Model model = make_model(stiffened, mesh, progress);
     if (run.rows.empty()) {

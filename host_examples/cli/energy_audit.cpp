@@ -11,7 +11,7 @@ EnergyAudit::EnergyAudit(const Scene &scene, const Mesh &mesh)
       load_(mesh.positions.size()),
       positions_(mesh.positions.size()) {
   if (!applies_) return;
-  const double density = scene.material.density;
+  const double density = scene.material.mass_per_area();
   const std::vector<uint32_t> &t = mesh.triangles;
   for (std::size_t k = 0; k < t.size(); k += 3) {
     const double area = triangle_area(mesh.positions, &t[k]);

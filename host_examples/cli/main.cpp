@@ -3,6 +3,7 @@
 // Exit status: 0 all is well; 1 bad input, a failed call, or an expectation of the scene that does not hold; 2 wrong usage;
 // 130 stopped by Ctrl-C or SIGTERM.
 #include "closest.hpp"
+#include "material.hpp"
 #include "mesh.hpp"
 #include "method.hpp"
 #include "new_scene.hpp"
@@ -172,11 +173,24 @@ struct SimulateOptions {
   Scene scene;
   std::vector<std::string> pins, handles;
   std::optional<std::array<double, 3>> gravity, wind;
-  std::string up;
+  std::string up, preset;
+  std::optional<double> young, poisson, thickness, volume_density;
   SupportOptions fixed, clamped;
   double step = 1.0 / 30;
   RunOptions run;
 };
+
+// A sheet in engineering units: a known one, by its numbers, or by both.
+void add_sheet_options(CLI::App &app, SimulateOptions &o) {
+  app.add_option("--material", o.preset, "A known sheet: " + preset_names() + "; lengths are in metres");
+  app.add_option("--young", o.young, "Young's modulus, Pa: with --poisson, --thickness and --volume-density a sheet that is the same on every mesh")
+      ->check(number());
+  app.add_option("--poisson", o.poisson, "Poisson's ratio, above -1 and at most 0.5")->check(number());
+  app.add_option("--volume-density", o.volume_density, "Mass a volume, kg/m^3")->check(number());
+  for (const char *constant : {"--k-area", "--k-length", "--k-bend", "--frequency", "--density"})
+    for (const char *sheet : {"--material", "--young", "--poisson", "--volume-density"})
+      app.get_option(sheet)->excludes(app.get_option(constant));
+}
 
 void add_simulate_options(CLI::App &app, SimulateOptions &o) {
   app.add_option("mesh", o.scene.mesh_path, "OBJ, OFF or PLY file")->required();
@@ -206,16 +220,30 @@ void add_simulate_options(CLI::App &app, SimulateOptions &o) {
       ->excludes("--k-area")
       ->excludes("--k-length")
       ->excludes("--k-bend");
-  app.add_option("--thickness", o.scene.material.thickness, "With --frequency: how much rather it bends than stretches (a 200th of the size)")
-      ->check(positive())
-      ->needs("--frequency");
+  app.add_option("--thickness", o.thickness, "Of the sheet; with --frequency: how much rather it bends than stretches (a 200th of the size)")
+      ->check(positive());
   app.add_option("--density", o.scene.material.density, "Mass an area (1)")->check(number());
+  add_sheet_options(app, o);
   app.add_option("--damping-ratio", o.scene.damping.ratio, "Of critical, the same for every mode (0)")->check(number());
   app.add_option("--obj-frames", o.scene.obj_frames, "How many frames of largest displacement become OBJ files (3)");
   add_run_options(app, o.scene, o.run);
 }
 
+void apply_sheet(const SimulateOptions &o, Material &m) {
+  m.sheet = !o.preset.empty() || o.young || o.poisson || o.volume_density;
+  if (!o.preset.empty()) set_preset(o.preset, m);
+  if (m.sheet && o.preset.empty() && !(o.young && o.poisson && o.thickness && o.volume_density))
+    throw std::runtime_error("a sheet needs --young, --poisson, --thickness and --volume-density, or --material");
+  if (!m.sheet && o.thickness && !(m.frequency > 0))
+    throw std::runtime_error("--thickness goes with --frequency, or with --young or --material");
+  m.young = o.young.value_or(m.young);
+  m.poisson = o.poisson.value_or(m.poisson);
+  m.thickness = o.thickness.value_or(m.thickness);
+  m.volume_density = o.volume_density.value_or(m.volume_density);
+}
+
 int simulate_mesh(SimulateOptions &o) {
+  apply_sheet(o, o.scene.material);
   add_supports(o.fixed, false, o.scene);
   add_supports(o.clamped, true, o.scene);
   for (const std::string &word : o.pins) o.scene.supports.push_back(read_pin(word, o.scene.inputs));

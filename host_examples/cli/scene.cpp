@@ -1,5 +1,6 @@
 #include "scene.hpp"
 
+#include "material.hpp"
 #include "method.hpp"
 #include "section.hpp"
 #include "selection.hpp"
@@ -23,21 +24,6 @@ double not_negative(Section &section, const char *key, double fallback) {
   const double value = section.number(key).value_or(fallback);
   if (value < 0) section.fail(*section.find(key), std::string(key) + " must not be negative");
   return value;
-}
-
-Material read_material(Section section) {
-  Material m;
-  m.k_area = section.number("k_area").value_or(m.k_area);
-  m.k_length = section.number("k_length").value_or(m.k_length);
-  m.k_bend = section.number("k_bend").value_or(m.k_bend);
-  m.density = section.number("density").value_or(m.density);
-  m.frequency = section.find("frequency") ? section.positive("frequency", 0) : 0;
-  m.thickness = not_negative(section, "thickness", 0);
-  if (m.frequency > 0 && (section.find("k_area") || section.find("k_length") || section.find("k_bend")))
-    section.fail(*section.find("frequency"), "frequency sets the stiffness, so k_area, k_length and k_bend must go");
-  if (m.thickness > 0 && m.frequency == 0) section.fail(*section.find("thickness"), "thickness goes with frequency");
-  section.reject_unknown_keys();
-  return m;
 }
 
 std::vector<uint32_t> read_indices(Section &section, const char *key) {

@@ -27,9 +27,14 @@ struct Support {
   std::string group{};
 };
 
+// By the paper's constants, or as a sheet in engineering units.
 struct Material {
   double k_area = 1e4, k_length = 1e4, k_bend = 1, density = 1;  // the library's defaults
+  bool sheet = false;
+  double young = 0, poisson = 0, volume_density = 0;  // and thickness, of a sheet
   double frequency = 0, thickness = 0;  // above 0: the stiffness that gives the slowest swing these Hz, in place of k_…
+
+  double mass_per_area() const { return sheet ? volume_density * thickness : density; }
 };
 
 struct Damping {

@@ -57,6 +57,14 @@ void remove_repetitions(std::vector<uint32_t> &vertices) {
 
 SwMaterialDesc material_desc(const Material &material) {
   SwMaterialDesc desc = shellwarp::material_desc();
+  if (material.sheet) {
+    desc.energy = SW_ENERGY_KOITER;
+    desc.young = material.young;
+    desc.poisson = material.poisson;
+    desc.thickness = material.thickness;
+    desc.volume_density = material.volume_density;
+    return desc;
+  }
   desc.k_area = material.k_area;
   desc.k_length = material.k_length;
   desc.k_bend = material.k_bend;

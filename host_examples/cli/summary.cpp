@@ -47,6 +47,13 @@ void print_mesh(const SwModelInfo &info, const PaperFigures &paper) {
 }
 
 void print_material(const Material &material) {
+  if (material.sheet) {
+    heading("material");
+    row("Young's modulus", format("%.5g", material.young));
+    row("Poisson's ratio", format("%.5g", material.poisson));
+    row("thickness", format("%.5g", material.thickness));
+    row("mass per volume", format("%.5g", material.volume_density));
+  }
   if (!(material.frequency > 0)) return;
   heading("material");
   row("for a slowest swing of", format("%g Hz", material.frequency));

@@ -20,6 +20,7 @@ pub mod output;
 pub mod plan;
 pub mod pointer;
 pub mod precompute;
+pub mod preset;
 pub mod state;
 pub mod status;
 pub mod structs;

@@ -9,6 +9,7 @@ use super::mesh::*;
 use super::method::*;
 use super::model::*;
 use super::plan::*;
+use super::preset::*;
 use super::state::*;
 use super::status::*;
 use std::cell::Cell;
@@ -119,11 +120,12 @@ fn status_calls<'a>(model: *mut SwModel, state: *mut SwState) -> Vec<Call<'a>> {
         sw_state_plan_text(state, 0.0, null_mut(), 0, null_mut()),
         sw_states_step(null(), 0, 0.0, null_mut()),
         sw_set_threads(0),
+        sw_preset_material(0, 1.0, null_mut()),
     ]
 }
 
 /// The exported functions that cannot fail and so have no status.
-const WITHOUT_STATUS: [&str; 13] = [
+const WITHOUT_STATUS: [&str; 17] = [
     "sw_abi_version",
     "sw_features",
     "sw_version_string",
@@ -134,6 +136,10 @@ const WITHOUT_STATUS: [&str; 13] = [
     "sw_method_label",
     "sw_method_name",
     "sw_method_needs",
+    "sw_preset_count",
+    "sw_preset_label",
+    "sw_preset_name",
+    "sw_preset_source",
     "sw_struct_init",
     "sw_model_destroy",
     "sw_state_destroy",

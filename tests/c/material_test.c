@@ -142,6 +142,47 @@ static void a_stiffness_of_zero_beside_others_is_zero(void) {
   CHECK(zero_modes_of(stiffnesses(1e4, 1e4, 1)) == 0);
 }
 
+static void presets_are_sheets_in_any_unit_of_length(void) {
+  const uint32_t count = sw_preset_count();
+  uint32_t found = 0;
+  CHECK(count >= 7);
+  for (uint32_t i = 0; i < count; ++i) {
+    SwMaterialDesc metres, centimetres;
+    sw_material_desc_init(&metres);
+    sw_material_desc_init(&centimetres);
+    CHECK(strlen(sw_preset_name(i)) > 0 && strlen(sw_preset_label(i)) > 0 && strlen(sw_preset_source(i)) > 0);
+    OK(sw_preset_material(i, 1, &metres));
+    OK(sw_preset_material(i, 0.01, &centimetres));
+    CHECK(metres.energy == SW_ENERGY_KOITER && metres.struct_size == sizeof metres);
+    SwModel *here = strip_of(&metres, 0.1), *there = strip_of(&centimetres, 10);
+    precompute(here, 2, SW_PRECISION_F64);
+    precompute(there, 2, SW_PRECISION_F64);
+    CHECK_NEAR(slowest(there) / slowest(here), 1, 1e-8); /* two eigenvalue searches, to 1e-10 each */
+    sw_model_destroy(here);
+    sw_model_destroy(there);
+    if (strcmp(sw_preset_name(i), "aluminium") == 0) {
+      ++found;
+      CHECK(metres.young == 6.9e10 && metres.poisson == 0.33 && metres.thickness == 1e-3 && metres.volume_density == 2710);
+    }
+  }
+  CHECK(found == 1);
+}
+
+static void what_is_no_preset_is_refused(void) {
+  SwMaterialDesc material, before;
+  sw_material_desc_init(&material);
+  before = material;
+  CHECK(strcmp(sw_preset_name(sw_preset_count()), "") == 0 && strcmp(sw_preset_label(UINT32_MAX), "") == 0);
+  CHECK(strcmp(sw_preset_source(UINT32_MAX), "") == 0);
+  FAILS(sw_preset_material(sw_preset_count(), 1, &material), SW_ERROR_INVALID_ARGUMENT, "index");
+  const double bad[5] = {0, -1, NAN, HUGE_VAL, 1e-200};
+  for (int k = 0; k < 5; ++k) FAILS(sw_preset_material(0, bad[k], &material), SW_ERROR_INVALID_ARGUMENT, k < 4 ? "metres_per_unit" : "volume_density");
+  FAILS(sw_preset_material(0, 1, NULL), SW_ERROR_INVALID_ARGUMENT, "material");
+  CHECK(memcmp(&material, &before, sizeof material) == 0);
+  material.struct_size = 7;
+  FAILS(sw_preset_material(0, 1, &material), SW_ERROR_INVALID_DESC, "struct_size");
+}
+
 static int warnings = 0;
 
 static void count_warning(void *user, uint32_t level, const char *message) {
@@ -166,6 +207,8 @@ int main(void) {
   RUN(the_polynomial_shell_says_that_it_lacks_the_energy);
   RUN(none_given_are_the_defaults);
   RUN(a_stiffness_of_zero_beside_others_is_zero);
+  RUN(presets_are_sheets_in_any_unit_of_length);
+  RUN(what_is_no_preset_is_refused);
   RUN(no_resistance_to_stretching_is_warned_of);
   return report_failures();
 }

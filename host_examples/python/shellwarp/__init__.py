@@ -20,11 +20,11 @@ from .errors import (BusyError, CancelledError, InternalError, InvalidArgumentEr
                      LibraryNotFoundError, NotPrecomputedError, NumericalError, OutOfMemoryError, ShellwarpError,
                      UnsupportedError)
 from .log import set_log
-from .mesh import Diagnostic, Material, Sheet, Shell, check_mesh
+from .mesh import Diagnostic, Material, Sheet, Shell, check_mesh, presets
 from .method import Method, methods
 from .model import Model
 from .state import State
 
 __all__ = ["BusyError", "CancelledError", "Diagnostic", "InternalError", "InvalidArgumentError", "InvalidDataError",
            "InvalidMeshError", "LibraryNotFoundError", "Material", "Method", "Model", "NotPrecomputedError", "NumericalError", "OutOfMemoryError",
-           "Sheet", "Shell", "ShellwarpError", "State", "UnsupportedError", "abi", "check_mesh", "library_path", "load", "method", "methods", "set_log", "version"]
+           "Sheet", "Shell", "ShellwarpError", "State", "UnsupportedError", "abi", "check_mesh", "library_path", "load", "method", "methods", "presets", "set_log", "version"]

@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike
 
 from . import _abi, _arrays, _library
 from ._types import Array
+from .errors import InvalidArgumentError
 
 
 @dataclass(frozen=True)
@@ -33,11 +34,29 @@ class Sheet:
     thickness: float       # a length
     volume_density: float  # mass per volume
 
+    @classmethod
+    def known(cls, name: str, metres_per_unit: float = 1.0) -> "Sheet":
+        """The sheet of a name in presets(), such as "card", for a mesh whose unit has this length."""
+        names = list(presets())
+        if name not in names:
+            raise InvalidArgumentError(f"no known material is called {name!r}; there are {', '.join(names)}")
+        desc = _library.initialised(_abi.SwMaterialDesc)
+        _library.call("sw_preset_material", names.index(name), float(metres_per_unit), byref(desc))
+        return cls(desc.young, desc.poisson, desc.thickness, desc.volume_density)
+
     def desc(self) -> _abi.SwMaterialDesc:
         desc = _library.initialised(_abi.SwMaterialDesc)
         desc.energy, desc.young, desc.poisson = _abi.SW_ENERGY_KOITER, self.young, self.poisson
         desc.thickness, desc.volume_density = self.thickness, self.volume_density
         return desc
+
+
+def presets() -> dict[str, tuple[str, str]]:
+    """Label and source of each known material, by its name."""
+    library = _library.load()
+    texts = (library.sw_preset_name, library.sw_preset_label, library.sw_preset_source)
+    rows = [[text(index).decode() for text in texts] for index in range(library.sw_preset_count())]
+    return {name: (label, source) for name, label, source in rows}
 
 
 @dataclass(frozen=True, eq=False)

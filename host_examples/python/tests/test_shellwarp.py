@@ -121,6 +121,13 @@ class Sheets(unittest.TestCase):
         # 30 squares along the beam, whose diagonals all lean one way: docs/evidence/koiter.md has -0.4 % at 16
         self.assertLess(abs(made.frequencies()[0] / beam - 1), 4e-3)
 
+    def test_known_materials_are_sheets(self):
+        self.assertIn("card", sw.presets())
+        self.assertEqual(sw.Sheet.known("aluminium"), sw.Sheet(6.9e10, 0.33, 1e-3, 2710.0))
+        self.assertAlmostEqual(sw.Sheet.known("aluminium", 0.01).thickness, 0.1)
+        with self.assertRaisesRegex(sw.InvalidArgumentError, "'bread'; there are denim"):
+            sw.Sheet.known("bread")
+
     def test_bad_constants_are_named(self):
         for name, bad in [("young", 0), ("poisson", 0.6), ("thickness", -1), ("volume_density", numpy.nan)]:
             with self.assertRaisesRegex(sw.InvalidArgumentError, name):

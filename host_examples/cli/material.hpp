@@ -1,0 +1,21 @@
+// What a shell is made of: by constants, by frequency, as a sheet or by the name of one.
+#pragma once
+
+#include "scene.hpp"
+
+#include <string>
+
+namespace cli {
+
+class Section;
+
+// [material] of a scene.
+Material read_material(Section section);
+
+// Makes a material the known sheet of that name, in metres. Throws std::runtime_error where the library has none.
+void set_preset(const std::string &name, Material &material);
+
+// The names of all known sheets, for a message.
+std::string preset_names();
+
+}  // namespace cli

@@ -1,0 +1,123 @@
+//! Sheets that people know, with where their numbers are from. In metres, kilograms and seconds.
+
+use super::ElasticSheet;
+use std::ffi::CStr;
+
+/// A known sheet.
+pub struct Preset {
+    /// For files and scripts; it never changes.
+    pub name: &'static CStr,
+    /// For menus.
+    pub label: &'static CStr,
+    /// E in Pa, thickness in m, density in kg/m³.
+    pub sheet: ElasticSheet,
+    /// What the numbers are from, and how far they vary.
+    pub source: &'static CStr,
+}
+
+const fn sheet(young: f64, poisson: f64, thickness: f64, volume_density: f64) -> ElasticSheet {
+    ElasticSheet { young, poisson, thickness, volume_density }
+}
+
+/// All of them, in the order for menus: from soft to stiff. `docs/reference/materials.md` has this table.
+pub const PRESETS: [Preset; 7] = [
+    Preset {
+        name: c"denim",
+        label: c"Denim, 12 oz",
+        sheet: sheet(6.4e7, 0.0, 1.48e-4, 2750.0),
+        source: c"Bending rigidity 0.144 to 0.227 gf cm^2/cm and extension 4.7 to 5.7 % at 500 gf/cm of six denims: Journal of \
+            Textiles 2016, 4614168, table 5. Their means give E and the thickness of a sheet that bends and stretches so, thinner than the cloth's \
+            0.8 to 1.2 mm; the density gives that sheet 407 g/m^2, 12 oz/yd^2. Poisson's ratio was not measured",
+    },
+    Preset {
+        name: c"leather",
+        label: c"Leather, 2 mm",
+        sheet: sheet(2e8, 0.4, 2e-3, 930.0),
+        source: c"E 0.1 to 0.5 GPa, density 810 to 1050 kg/m^3: Ashby, Materials Selection in Mechanical Design, appendix. Thickness and \
+            Poisson's ratio are chosen",
+    },
+    Preset {
+        name: c"printer-paper",
+        label: c"Printer paper, 80 g/m2",
+        sheet: sheet(4e9, 0.29, 1e-4, 800.0),
+        source: c"E 3 to 8.9 GPa, density 480 to 860 kg/m^3 of paper and cardboard: Ashby, Materials and the Environment. Poisson's ratio, \
+            of the two directions together: Baum, Brennan, Habeger, Tappi 64(8), 1981. Thickness is chosen for 80 g/m^2",
+    },
+    Preset {
+        name: c"card",
+        label: c"Card, 300 g/m2",
+        sheet: sheet(3e9, 0.29, 4e-4, 750.0),
+        source: c"As of printer paper; thickness is chosen for 300 g/m^2",
+    },
+    Preset {
+        name: c"pet-bottle",
+        label: c"PET bottle, 0.3 mm",
+        sheet: sheet(3e9, 0.38, 3e-4, 1350.0),
+        source: c"E 2.76 to 4.14 GPa, density 1350 kg/m^3: Callister, Rethwisch, Materials Science and Engineering, appendix B. Thickness is \
+            chosen, and so is Poisson's ratio, within the 0.33 to 0.46 that the appendix has of other plastics",
+    },
+    Preset {
+        name: c"aluminium",
+        label: c"Aluminium sheet, 1 mm",
+        sheet: sheet(6.9e10, 0.33, 1e-3, 2710.0),
+        source: c"Alloy 1100: Callister, Rethwisch, Materials Science and Engineering, appendix B",
+    },
+    Preset {
+        name: c"steel",
+        label: c"Steel sheet, 0.5 mm",
+        sheet: sheet(2.07e11, 0.3, 5e-4, 7850.0),
+        source: c"Steel A36: Callister, Rethwisch, Materials Science and Engineering, appendix B",
+    },
+];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_preset_is_a_sheet_of_a_name_of_its_own() {
+        for (k, preset) in PRESETS.iter().enumerate() {
+            assert!(preset.sheet.validated().is_ok(), "{:?}", preset.name);
+            assert!(!preset.label.is_empty() && !preset.source.is_empty());
+            assert!(preset.name.to_bytes().iter().all(|c| c.is_ascii_lowercase() || *c == b'-'));
+            assert!(PRESETS[..k].iter().all(|other| other.name != preset.name));
+        }
+    }
+
+    /// The table and the list of the page.
+    fn page() -> String {
+        let row = |Preset { name, label, sheet, .. }: &Preset| {
+            let ElasticSheet { young, poisson, thickness, volume_density } = sheet;
+            let [name, label] = [name, label].map(|text| text.to_str().unwrap());
+            format!("| `{name}` | {label} | {young:e} | {poisson} | {thickness:e} | {volume_density} |\n")
+        };
+        let source = |Preset { name, source, .. }: &Preset| {
+            let [name, source] = [name, source].map(|text| text.to_str().unwrap());
+            format!("- `{name}`: {source}.\n")
+        };
+        let head = "| name | label | E, Pa | ν | thickness, m | density, kg/m³ |\n|---|---|---|---|---|---|\n";
+        let rows: String = PRESETS.iter().map(row).collect();
+        let sources: String = PRESETS.iter().map(source).collect();
+        format!("{head}{rows}\n## Sources\n\n{sources}")
+    }
+
+    #[test]
+    fn the_page_has_the_table() {
+        let written = include_str!("../../docs/reference/materials.md");
+        assert!(written.contains(&page()), "docs/reference/materials.md lacks this:\n{}", page());
+    }
+
+    /// Denim's means of table 5: B of a strip is E h³/12, the extension gives E h.
+    #[test]
+    fn denim_bends_and_stretches_as_measured() {
+        let ElasticSheet { young, thickness, volume_density, .. } = PRESETS[0].sheet;
+        let gf = 9.80665e-3; // N
+        let bending = [0.172, 0.144, 0.227, 0.147, 0.207, 0.148].iter().sum::<f64>() / 6.0 * gf * 1e-2;
+        let extension = [5.515, 5.735, 4.695, 5.135, 4.710, 5.455].iter().sum::<f64>() / 6.0 / 100.0;
+        let stretching = 500.0 * gf * 100.0 / extension;
+        // The preset's numbers have two or three digits.
+        assert!((young * thickness.powi(3) / 12.0 / bending - 1.0).abs() < 0.03);
+        assert!((young * thickness / stretching - 1.0).abs() < 0.03);
+        assert!((volume_density * thickness / 0.407 - 1.0).abs() < 0.01);
+    }
+}
