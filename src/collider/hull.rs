@@ -1,10 +1,10 @@
 //! The convex hull of points: planes for the inside, the nearest triangle for the outside.
 
-use super::surface::ball_about;
+use super::surface::{FARTHEST, ball_about, check_closed};
 use super::tree::{self, FAR_OFF, Nearest, Tree, corners};
 use super::{Ball, SIZES, Touch};
 use crate::Vec3;
-use crate::error::{Error, Result, reserve};
+use crate::error::{Error, Result, invalid, reserve};
 
 /// More would be slower than a grid.
 pub(super) const MOST_TRIANGLES: usize = 512;
@@ -74,12 +74,18 @@ impl Hull {
                 SIZES.end()
             )));
         }
+        let reach = low.amax().max(high.amax());
+        if reach > FARTHEST * size {
+            return Err(Error::argument(format!(
+                "the hull is {size:e} large, {reach:e} from the origin: the limit is {FARTHEST:e} times as far"
+            )));
+        }
         let unit = 2f64.powi(size.log2().ceil() as i32);
         let scaled: Vec<Vec3> = points.iter().map(|p| p / unit).collect();
         let first = simplex(&scaled, unit)?;
         let mut problem = None;
         for on_plane in ON_PLANE {
-            match grow(&scaled, first, on_plane).and_then(|triangles| Self::new(&scaled, &triangles, unit)) {
+            match grow(&scaled, first, on_plane).and_then(|triangles| Self::of_triangles(&scaled, &triangles, unit)) {
                 Ok(hull) if hull.holds(&scaled) => return Ok(hull),
                 Ok(_) => (),
                 Err(error) => problem = Some(error),
@@ -88,8 +94,8 @@ impl Hull {
         Err(problem.unwrap_or_else(|| Error::argument("the hull's points are too nearly coplanar for a convex body")))
     }
 
-    /// Of triangles that bound a convex body. Fails unless they do.
-    pub fn new(points: &[Vec3], triangles: &[[u32; 3]], unit: f64) -> Result<Self> {
+    /// Of triangles among more points.
+    fn of_triangles(points: &[Vec3], triangles: &[[u32; 3]], unit: f64) -> Result<Self> {
         let mut used: Vec<u32> = triangles.iter().flatten().copied().collect();
         used.sort_unstable();
         used.dedup();
@@ -97,6 +103,18 @@ impl Hull {
         let positions: Vec<Vec3> = used.iter().map(|v| points[*v as usize]).collect();
         let mut triangles: Vec<[u32; 3]> = triangles.iter().map(|t| t.each_ref().map(number)).collect();
         tree::sort(&positions, &mut triangles);
+        Self::new(positions, triangles, unit)
+    }
+
+    /// Of its corners and triangles in the order of a tree. Fails unless they bound a convex body.
+    pub fn new(positions: Vec<Vec3>, triangles: Vec<[u32; 3]>, unit: f64) -> Result<Self> {
+        let (n, t) = (positions.len(), triangles.len());
+        let exist = triangles.iter().flatten().all(|v| (*v as usize) < n);
+        let near = positions.iter().flatten().all(|c| c.abs() <= 2.0 * FARTHEST); // no NaN is
+        if !exist || !near || t > MOST_TRIANGLES || n > MOST_TRIANGLES {
+            return invalid(format!("a hull of {n} corners and {t} triangles is out of range"));
+        }
+        check_closed(&triangles)?;
         let planes = planes(&positions, &triangles)?;
         let tree = Tree::new(&positions, &triangles)?;
         let ball = ball_about(&positions, &triangles, unit);

@@ -9,6 +9,7 @@ mod grid;
 mod hull;
 mod moving;
 mod primitive;
+mod saved;
 mod surface;
 mod sweep;
 mod tree;

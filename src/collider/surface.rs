@@ -6,7 +6,7 @@ use crate::error::{Error, ErrorKind, Result};
 use crate::mesh::{Kind, Severity, UnionFind, check};
 
 /// Coordinates that are more than this many sizes from the origin leave fewer than six digits of the shape.
-const FARTHEST: f64 = 1e10;
+pub(super) const FARTHEST: f64 = 1e10;
 /// Of surface times size: rounding of a volume that is zero.
 const NO_VOLUME: f64 = 1e-13;
 
