@@ -5,6 +5,7 @@
 //! A solid is immutable and knows only its own axes: what has one also has its pose, its friction and its thickness.
 
 mod bake;
+mod fit;
 mod grid;
 mod hull;
 mod moving;
@@ -16,6 +17,7 @@ mod tree;
 mod triangle;
 
 pub use bake::{GridOptions, Resolution};
+pub use fit::fit_capsule;
 
 use crate::{Error, Result, Vec3};
 use grid::Grid;
