@@ -114,7 +114,7 @@ fn grids_have_continuous_values_and_gradients_and_a_bounded_slope() {
             let q = p + random_point(&mut rng, 1.0) * 10f64.powi(-rng.random_range(0..7));
             let (a, b) = (solid.touch(&p), solid.touch(&q));
             let way = (p - q).norm();
-            assert!((a.distance - b.distance).abs() <= 2.0 * way + 1e-14, "{name}: {a:?} {b:?} {p:?} {q:?}");
+            assert!((a.distance - b.distance).abs() <= 1.4 * way + 1e-14, "{name}: {a:?} {b:?} {p:?} {q:?}");
             let step = 1e-6;
             let along = |axis: usize, h: f64| solid.touch(&(p + h * Vec3::ith(axis, 1.0))).distance;
             let slope = Vec3::from_fn(|i, _| (along(i, step) - along(i, -step)) / (2.0 * step));
@@ -164,6 +164,31 @@ fn touches_of_grids_are_finite_whatever_the_point_and_size() {
                     assert!(touch.distance.is_finite() && (touch.normal.norm() - 1.0).abs() < 1e-12, "{touch:?}");
                 }
             }
+        }
+    }
+}
+
+/// Rows of nodes run along x: one goes through a vertex, where three triangles of a side meet, and one along an edge.
+#[test]
+fn rows_of_nodes_through_vertices_and_along_edges_find_the_inside() {
+    let half = Vec3::new(0.5, 0.3, 0.4);
+    let (mut positions, mut triangles) = box_mesh(half);
+    let cells = 16;
+    let h = 1.0 / cells as f64;
+    // As the grid places its nodes: the first is 5.618 cells from the box.
+    let node = |low: f64, i: usize| (low - (4.618 + 1.0) * h) + h * i as f64;
+    let (y, z) = (node(-half.y, 9), node(-half.z, 10));
+    let right: Vec<[u32; 3]> = triangles.extract_if(.., |t| t.iter().all(|v| v & 1 == 1)).collect();
+    positions.push(Vec3::new(half.x, y, z));
+    let sides: Vec<[u32; 2]> = right.iter().flat_map(|[a, b, c]| [[*a, *b], [*b, *c], [*c, *a]]).collect();
+    let rim = sides.iter().filter(|[a, b]| !sides.contains(&[*b, *a]));
+    triangles.extend(rim.map(|[a, b]| [*a, *b, 8]));
+    let solid = grid(&(positions, triangles), cells).unwrap();
+    let exact = Solid::cuboid(half).unwrap();
+    for i in 0..40 {
+        for p in [Vec3::new(-0.7 + 0.035 * i as f64, y, z), Vec3::new(0.6, -0.4 + 0.02 * i as f64, z)] {
+            let (found, expected) = (solid.touch(&p).distance, exact.touch(&p).distance);
+            assert!((found - expected).abs() < 0.5 * h, "{found} {expected} at {p:?}");
         }
     }
 }

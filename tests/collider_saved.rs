@@ -55,6 +55,18 @@ fn every_kind_comes_back_to_the_same_bits() {
 }
 
 #[test]
+fn the_form_is_the_one_that_was_written_down() {
+    // Magic, version 1, kind 3, half length and radius.
+    let mut expected = b"SWSO\x01\0\x03\0".to_vec();
+    expected.extend([0.5f64, 0.25].into_iter().flat_map(f64::to_le_bytes));
+    expected.extend(xxh3_64(&expected).to_le_bytes());
+    assert_eq!(Solid::capsule(0.5, 0.25).unwrap().save(), expected);
+    // Plane, sphere, capsule, box, hull, grid, moving mesh.
+    let kinds: Vec<u8> = solids().iter().map(|solid| solid.save()[6]).collect();
+    assert_eq!(kinds, [1, 2, 3, 4, 5, 6, 7]);
+}
+
+#[test]
 fn a_loaded_mesh_moves_on_as_the_saved_one() {
     let mut solid = solids().pop().unwrap();
     let mut loaded = Solid::load(&solid.save()).unwrap();

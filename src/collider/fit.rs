@@ -9,6 +9,8 @@ use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector2};
 /// Rounds of tilts about both axes across, the first by [`FIRST_TILT`], each half as far as the one before where none made it smaller.
 const TILTS: usize = 40;
 const FIRST_TILT: f64 = 0.2;
+/// Axes from which they begin: few points have several valleys.
+const TILTED: usize = 5;
 /// The radius grows at each step but the last: a few more than the three points that hold a circle.
 const CIRCLE_STEPS: usize = 100;
 /// Of the size: rounding of the pose, by which a point at the end of a long bone may come out.
@@ -28,7 +30,7 @@ struct Fit {
 
 /// A small [capsule](super::Solid::capsule) with all `points` inside: its pose, half length and radius.
 ///
-/// The axis is a principal one, tilted where that makes it smaller. About the axis the radius is the least, and then the length. Fails where
+/// The axis is found by tilts from several, the principal ones among them. About the axis the radius is the least, and then the length. Fails where
 /// there is no point, where all are at one place, and where one is not within 1e100.
 pub fn fit_capsule(points: &[Vec3]) -> Result<(Pose, f64, f64)> {
     for (i, p) in points.iter().enumerate() {
@@ -51,7 +53,7 @@ pub fn fit_capsule(points: &[Vec3]) -> Result<(Pose, f64, f64)> {
     let (middle, unit) = (low + 0.5 * (high - low), 2f64.powi(size.log2().ceil() as i32));
     let mut near = reserve("the points of the capsule", points.len())?;
     near.extend(points.iter().map(|p| (p - middle) / unit));
-    let fit = smallest(&near);
+    let fit = Fit::along(&near, smallest(&near).axes);
     let rotation = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(fit.axes));
     let pose = Pose { origin: middle + unit * fit.center, rotation };
     // By the very pose that is given back.
@@ -66,20 +68,47 @@ pub fn fit_capsule(points: &[Vec3]) -> Result<(Pose, f64, f64)> {
     Ok((pose, half_length.max(0.0), (radius * unit).max(*SIZES.start())))
 }
 
-/// Of those along the principal axes, each tilted until no tilt makes it smaller.
+/// Of many points the farthest along each of 386 directions, in axes and lengths in which they are as far spread along each.
+fn outermost(points: &[Vec3], axes: &Matrix3<f64>, spread: &Vec3) -> Vec<Vec3> {
+    let lattice = || -4..=4i32;
+    let all = lattice().flat_map(|x| lattice().flat_map(move |y| lattice().map(move |z| [x, y, z])));
+    let directions: Vec<[i32; 3]> = all.filter(|d| d.iter().any(|c| c.abs() == 4)).collect();
+    if points.len() <= directions.len() {
+        return points.to_vec();
+    }
+    let farthest = |d: &[i32; 3]| {
+        let way = axes * Vec3::from_fn(|a, _| f64::from(d[a]) / spread[a]);
+        let each = points.iter().map(|p| way.dot(p)).enumerate();
+        each.fold((0, f64::NEG_INFINITY), |most, next| if next.1 > most.1 { next } else { most }).0
+    };
+    let mut found: Vec<usize> = directions.iter().map(farthest).collect();
+    found.sort_unstable();
+    found.dedup();
+    found.into_iter().map(|i| points[i]).collect()
+}
+
+/// Of those along the axes, edges and corners of a cube that lies along the principal axes, the smallest few, each tilted until no tilt makes
+/// it smaller.
 fn smallest(points: &[Vec3]) -> Fit {
     let mean = points.iter().sum::<Vec3>() / points.len() as f64;
     let spread: Matrix3<f64> = points.iter().map(|p| (p - mean) * (p - mean).transpose()).sum();
-    let axes = spread.symmetric_eigen().eigenvectors;
-    let mut best: Option<Fit> = None;
-    for k in 0..3 {
-        let (u, w) = (axes.column((k + 1) % 3).into_owned(), axes.column(k).into_owned());
-        let fit = tilted(points, Matrix3::from_columns(&[u, w.cross(&u), w]));
-        if best.is_none_or(|best| fit.volume() < best.volume()) {
-            best = Some(fit);
-        }
-    }
-    best.expect("three axes")
+    let eigen = spread.symmetric_eigen();
+    let (axes, most) = (eigen.eigenvectors, eigen.eigenvalues.max());
+    let points = &outermost(points, &axes, &eigen.eigenvalues.map(|value| value.max(1e-12 * most).sqrt()));
+    let mut fits: Vec<Fit> = (14..27)
+        .map(|i| {
+            let way = Vec3::from_fn(|a, _| (i / [1, 3, 9][a] % 3) as f64 - 1.0); // one of each and its opposite
+            let along = (axes * way).normalize();
+            let across = along.cross(&axes.column((way.iamin() + 1) % 3).into_owned());
+            let u = if across.norm() > 0.5 { across } else { along.cross(&axes.column(way.iamin()).into_owned()) }
+                .normalize();
+            Fit::along(points, Matrix3::from_columns(&[u, along.cross(&u), along]))
+        })
+        .collect();
+    fits.sort_by(|a, b| a.volume().total_cmp(&b.volume()));
+    fits.truncate(TILTED);
+    let tilted = fits.iter().map(|fit| tilted(points, fit.axes));
+    tilted.reduce(|best, fit| if fit.volume() < best.volume() { fit } else { best }).expect("there are some")
 }
 
 fn tilted(points: &[Vec3], axes: Matrix3<f64>) -> Fit {

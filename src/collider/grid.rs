@@ -186,6 +186,19 @@ impl Grid {
         self.sample(p).touch()
     }
 
+    /// None where the distance is surely more than `reach`, by the node next to `p`.
+    #[inline]
+    pub fn touch_within(&self, p: &Vec3, reach: f64) -> Option<Touch> {
+        let node = |a: usize| {
+            let last = self.nodes[a] as f64 - 2.0;
+            ((p[a] - self.origin[a]) * self.per_cell + 0.5).clamp(1.0, last) as u32 as usize
+        };
+        let value = f64::from(self.values[node(0) + self.nodes[0] * (node(1) + self.nodes[1] * node(2))]);
+        // The spline is a mean of nodes at most half a step off along each axis, in the mean: √3/2 of the slope.
+        let least = (value - 0.8661 * self.slope) * self.cell;
+        (least <= reach).then(|| self.touch(p))
+    }
+
     pub fn bytes(&self) -> usize {
         size_of::<Self>() + self.values.capacity() * size_of::<f32>()
     }

@@ -25,8 +25,10 @@ pub(super) struct Hull {
     pub triangles: Vec<[u32; 3]>,
     pub unit: f64,
     tree: Tree,
-    /// Per triangle its normal and where it is along that; no point of the hull is beyond.
+    /// Per triangle its normal and where it is along that; no corner of the hull is beyond.
     planes: Vec<(Vec3, f64)>,
+    /// The same by fours: x, y and z of normals, and places along them.
+    fours: Vec<[[f64; 4]; 4]>,
     pub ball: Ball,
     pub inner_radius: f64,
 }
@@ -122,38 +124,62 @@ impl Hull {
         if inner_radius.is_nan() || inner_radius <= 0.0 {
             return Err(Error::argument("the hull has no inside"));
         }
-        Ok(Self { positions, triangles, unit, tree, planes, ball, inner_radius })
+        let fours = planes.chunks(4).map(by_four).collect();
+        Ok(Self { positions, triangles, unit, tree, planes, fours, ball, inner_radius })
     }
 
     fn holds(&self, points: &[Vec3]) -> bool {
         points.iter().all(|p| self.planes.iter().all(|(normal, offset)| normal.dot(p) - offset <= OUT))
     }
 
+    /// The plane that `p` is highest above, in units: how high, and which.
+    #[inline]
+    fn highest(&self, p: &Vec3) -> (f64, usize) {
+        let (mut most, mut at) = ([f64::NEG_INFINITY; 4], [0.0; 4]);
+        let mut here = 0.0;
+        for [x, y, z, offset] in &self.fours {
+            for lane in 0..4 {
+                let over = x[lane] * p.x + y[lane] * p.y + z[lane] * p.z - offset[lane];
+                let higher = over > most[lane];
+                most[lane] = if higher { over } else { most[lane] };
+                at[lane] = if higher { here } else { at[lane] };
+            }
+            here += 4.0;
+        }
+        let best = (1..4).fold(0, |best, lane| if most[lane] > most[best] { lane } else { best });
+        (most[best], at[best] as usize + best)
+    }
+
     #[inline]
     pub fn touch(&self, p: &Vec3) -> Touch {
         let p = p / self.unit;
-        let mut most = (f64::NEG_INFINITY, 0);
-        for (at, (normal, offset)) in self.planes.iter().enumerate() {
-            let over = normal.dot(&p) - offset;
-            most = if over > most.0 { (over, at) } else { most };
-        }
-        let (over, at) = most;
-        let normal = self.planes[at].0;
+        self.touch_below(&p, self.highest(&p))
+    }
+
+    /// None where the distance is surely more than `reach`.
+    #[inline]
+    pub fn touch_within(&self, p: &Vec3, reach: f64) -> Option<Touch> {
+        let p = p / self.unit;
+        let highest = self.highest(&p);
+        (highest.0 * self.unit <= reach).then(|| self.touch_below(&p, highest))
+    }
+
+    fn touch_below(&self, p: &Vec3, (over, at): (f64, usize)) -> Touch {
+        let on_plane = Touch { distance: over * self.unit, normal: self.planes[at].0 };
         if over <= 0.0 {
-            return Touch { distance: over * self.unit, normal };
+            return on_plane;
         }
         let near = p.map(|c| c.clamp(-FAR_OFF, FAR_OFF)); // its square is a number
         let mut nearest = Nearest::within(f64::INFINITY);
         nearest.look_at(&self.positions, &self.triangles, &near, at);
+        if nearest.weights.iter().all(|weight| *weight > 0.0) {
+            return on_plane; // its foot is in the triangle
+        }
         nearest = self.tree.nearest(&self.positions, &self.triangles, &near, nearest);
         let way = p - nearest.foot(&self.positions, &self.triangles);
         let distance = crate::wide_norm(&way);
-        // So near, or within rounding of a plane, the way has no sure direction.
-        if distance > over {
-            Touch { distance: distance * self.unit, normal: way / distance }
-        } else {
-            Touch { distance: over * self.unit, normal }
-        }
+        // Within rounding of a plane the way has no sure direction.
+        if distance > over { Touch { distance: distance * self.unit, normal: way / distance } } else { on_plane }
     }
 
     pub fn bytes(&self) -> usize {
@@ -162,7 +188,19 @@ impl Hull {
             + self.positions.capacity() * size_of::<Vec3>()
             + self.triangles.capacity() * size_of::<[u32; 3]>()
             + self.planes.capacity() * size_of::<(Vec3, f64)>()
+            + self.fours.capacity() * size_of::<[[f64; 4]; 4]>()
     }
+}
+
+/// The last are of planes that no point is above.
+fn by_four(planes: &[(Vec3, f64)]) -> [[f64; 4]; 4] {
+    let mut four = [[0.0; 4], [0.0; 4], [0.0; 4], [f64::INFINITY; 4]];
+    for (lane, (normal, offset)) in planes.iter().enumerate() {
+        for (row, number) in [normal.x, normal.y, normal.z, *offset].into_iter().enumerate() {
+            four[row][lane] = number;
+        }
+    }
+    four
 }
 
 /// Through each triangle, moved out to the outermost corner. Fails unless that is close by.

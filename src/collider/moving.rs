@@ -127,6 +127,12 @@ impl Moving {
         Touch { distance: sign * distance * self.unit, normal }
     }
 
+    /// None where the distance is surely more than `reach`, by the box about all.
+    #[inline]
+    pub fn touch_within(&self, p: &Vec3, reach: f64) -> Option<Touch> {
+        (self.tree.box_distance(&(p / self.unit)) * self.unit <= reach.max(0.0)).then(|| self.touch(p))
+    }
+
     /// How far the point of the surface next to `p` came.
     pub fn slip(&self, p: &Vec3) -> Vec3 {
         let Nearest { triangle, weights, .. } = self.nearest(&(p / self.unit));

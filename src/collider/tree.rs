@@ -106,6 +106,12 @@ impl Tree {
         self.nodes.capacity() * size_of::<Node>()
     }
 
+    /// From the box about all triangles.
+    #[inline]
+    pub fn box_distance(&self, p: &Vec3) -> f64 {
+        crate::wide_norm(&self.nodes[0].off(p))
+    }
+
     /// The triangle nearest to `p`, if nearer than `best`.
     #[inline]
     pub fn nearest(&self, positions: &[Vec3], triangles: &[[u32; 3]], p: &Vec3, mut best: Nearest) -> Nearest {
@@ -188,7 +194,13 @@ impl Node {
     /// From the box.
     #[inline]
     fn squared(&self, p: &Vec3) -> f64 {
-        (self.low - p).sup(&(p - self.high)).sup(&Vec3::zeros()).norm_squared()
+        self.off(p).norm_squared()
+    }
+
+    /// To the box, along each axis.
+    #[inline]
+    fn off(&self, p: &Vec3) -> Vec3 {
+        (self.low - p).sup(&(p - self.high)).sup(&Vec3::zeros())
     }
 }
 
