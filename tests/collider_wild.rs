@@ -78,6 +78,22 @@ fn spoilt_meshes_are_refused_or_make_finite_solids() {
 }
 
 #[test]
+fn thousands_of_bubbles_in_a_box_are_hollows() {
+    let mut mesh = box_mesh(Vec3::repeat(1.0));
+    let bubble = inside_out(box_mesh(Vec3::repeat(0.02)));
+    let place =
+        |i: usize| Vec3::new((i % 13) as f64, (i / 13 % 13) as f64, (i / 169) as f64) * 0.14 - Vec3::repeat(0.84);
+    for i in 0..13 * 13 * 13 {
+        mesh = joined(mesh, moved(bubble.clone(), place(i)));
+    }
+    let solid = Solid::moving_mesh(&mesh.0, &mesh.0, &mesh.1).unwrap();
+    let at = |offset: f64| solid.touch(&(place(1000) + Vec3::repeat(offset))).distance;
+    assert!((at(0.0) - 0.02).abs() < 1e-14 && at(0.05) < 0.0, "{} {}", at(0.0), at(0.05));
+    mesh.1.drain(..12); // the box
+    assert!(Solid::moving_mesh(&mesh.0, &mesh.0, &mesh.1).unwrap_err().message.contains("inside out"));
+}
+
+#[test]
 fn any_points_are_refused_or_have_a_finite_hull_that_holds_them_and_a_capsule() {
     let mut rng = StdRng::seed_from_u64(2);
     let mut made = 0;

@@ -34,6 +34,27 @@ pub(super) fn box_about(positions: &[Vec3], triangles: &[[u32; 3]]) -> (Vec3, Ve
         .fold((Vec3::repeat(f64::INFINITY), Vec3::repeat(-f64::INFINITY)), |(low, high), x| (low.inf(x), high.sup(x)))
 }
 
+/// Triangles that hang together, named by a vertex: six times their volume, twice their area, the box about them.
+#[derive(Clone, Default)]
+struct Piece {
+    volume: f64,
+    area: f64,
+    reach: Option<(Vec3, Vec3)>,
+}
+
+impl Piece {
+    fn add(&mut self, volume: f64, [a, b, c]: &[Vec3; 3]) {
+        self.volume += volume;
+        self.area += (b - a).cross(&(c - a)).norm();
+        let (low, high) = self.reach.unwrap_or((*a, *a));
+        self.reach = Some((low.inf(a).inf(b).inf(c), high.sup(a).sup(b).sup(c)));
+    }
+
+    fn may_hold(&self, p: &Vec3) -> bool {
+        self.reach.is_some_and(|(low, high)| low <= *p && *p <= high)
+    }
+}
+
 impl Surface {
     /// Fails with the place unless the mesh is closed and its volume is positive. See [`super::Solid::grid`].
     pub fn closed(positions: &[Vec3], triangles: &[[u32; 3]]) -> Result<Self> {
@@ -70,38 +91,35 @@ impl Surface {
     }
 
     fn check_volume(&self) -> Result<()> {
-        let (low, high) = box_about(&self.positions, &self.triangles);
+        let (low, high) = self.box_about();
         let about = 0.5 * (low + high);
         let mut sets = UnionFind::new(self.positions.len());
         for [a, b, c] in &self.triangles {
             sets.join(*a, *b);
             sets.join(*b, *c);
         }
-        let mut of_piece = vec![0.0; self.positions.len()];
-        let (mut whole, mut area) = (0.0, 0.0);
-        for (t, triangle) in self.triangles.iter().enumerate() {
-            let volume = self.volume(t, &about);
-            let [a, b, c] = tree::corners(&self.positions, triangle);
-            of_piece[sets.find(triangle[0]) as usize] += volume;
-            whole += volume;
-            area += (b - a).cross(&(c - a)).norm();
+        let piece_of: Vec<u32> = self.triangles.iter().map(|t| sets.find(t[0])).collect();
+        let mut pieces = vec![Piece::default(); self.positions.len()];
+        for (t, piece) in piece_of.iter().enumerate() {
+            pieces[*piece as usize].add(self.volume(t, &about), &tree::corners(&self.positions, &self.triangles[t]));
         }
-        let units = self.unit.powi(3) / 6.0; // zero or infinite in a message at worst
-        let volume = whole * units;
-        if whole < -NO_VOLUME * area {
+        let whole: f64 = pieces.iter().map(|piece| piece.volume).sum();
+        let nothing = NO_VOLUME * pieces.iter().map(|piece| piece.area).sum::<f64>();
+        let volume = whole * self.unit.powi(3) / 6.0; // zero or infinite in a message at worst
+        if whole < -nothing {
             return invalid_mesh(format!(
                 "the mesh is inside out: its volume is {volume:e}; turn its triangles so that they run counterclockwise seen from outside"
             ));
         }
-        if whole <= NO_VOLUME * area {
+        if whole <= nothing {
             return invalid_mesh(format!("the mesh has no inside: its volume is {volume:e}"));
         }
-        for piece in (0..of_piece.len()).filter(|v| of_piece[*v] < 0.0) {
+        for piece in (0..pieces.len()).filter(|piece| pieces[*piece].volume < -NO_VOLUME * pieces[*piece].area) {
             // Within another one its triangles fill the sphere, 4π; out of it, they sum to zero.
-            let mut others = |t: &&[u32; 3]| sets.find(t[0]) as usize != piece;
-            let about = self.positions[piece];
-            let angles: f64 = self.triangles.iter().filter(|t| others(t)).map(|t| self.solid_angle(t, &about)).sum();
-            if angles < 2.0 * std::f64::consts::PI {
+            let about = &self.positions[piece];
+            let others = piece_of.iter().zip(&self.triangles);
+            let others = others.filter(|(p, _)| **p as usize != piece && pieces[**p as usize].may_hold(about));
+            if others.map(|(_, t)| self.solid_angle(t, about)).sum::<f64>() < 2.0 * std::f64::consts::PI {
                 return invalid_mesh(format!(
                     "a piece of the mesh is inside out, and in no other one: that of vertex {piece}"
                 ));
