@@ -18,7 +18,7 @@ export CMAKE_BUILD_PARALLEL_LEVEL ?= $(JOBS)
 .PHONY: help build native demo test test-cargo test-c test-render test-blender demo-blender install package blender-addon header \
     python-abi docs-api test-docs lint fuzz check-memory check-threads check-miri check-guard bench bench-front bench-instructions bench-leave-out bench-polynomial bench-precompute bench-solver bench-training build-report report report-docs report-stability \
     test-report clean
-.PHONY: cli docs notices wheel pictures bench-leaf farm-demo farm-sweep farm-costs bench-slepc
+.PHONY: cli tutorial-pictures docs notices wheel pictures bench-leaf farm-demo farm-sweep farm-costs bench-slepc
 
 help: ## list the targets
 	@echo "usage: make TARGET [JOBS=2]"
@@ -46,6 +46,10 @@ pictures: ## make the README's animation: docs/pictures/shellwarp.webp
 	@$(MAKE) native WHAT=shellwarp_cli
 	@sh cmake/bootstrap.sh pictures
 	@.venv/bin/python host_examples/render/pictures.py --cli $(CLI) --out docs/pictures/shellwarp.webp
+
+tutorial-pictures: ## draw the pictures of docs/tutorials from what the tests tutorial_… left in build/
+	@sh cmake/bootstrap.sh pictures
+	.venv/bin/python host_examples/render/tutorial_pictures.py --ran $(BUILD)/tests/c/tutorials --out docs/tutorials/pictures
 
 test: ## run every test; ends with what was skipped and how to get it, the counts, and test: OK or test: FAILED
 	@MAKE="$(MAKE)" python3 tests/run_suites.py test-cargo test-c test-render test-report

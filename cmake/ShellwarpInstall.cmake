@@ -10,14 +10,15 @@ get_filename_component(shellwarp_built_directory "${shellwarp_built}" DIRECTORY)
 set(SHELLWARP_CMAKE_DIRECTORY "${CMAKE_INSTALL_LIBDIR}/cmake/shellwarp")
 set(SHELLWARP_INSTALLED_LIBRARY "${CMAKE_INSTALL_LIBDIR}/${shellwarp_load_name}")
 
-# What `cargo rustc --crate-type staticlib -- --print native-static-libs` names.
+# What `cargo rustc --crate-type staticlib -- --print native-static-libs` names, but for gcc_s: compilers add it by themselves, or
+# gcc_eh in its place where a program is linked with -static.
 set(SHELLWARP_STATIC_NEEDS "")
 if(APPLE)
   set(SHELLWARP_STATIC_NEEDS System c m)
 elseif(WIN32)
   set(SHELLWARP_STATIC_NEEDS kernel32 ntdll userenv ws2_32 dbghelp)
 else()
-  set(SHELLWARP_STATIC_NEEDS gcc_s util rt pthread m dl c)
+  set(SHELLWARP_STATIC_NEEDS util rt pthread m dl c)
 endif()
 list(TRANSFORM SHELLWARP_STATIC_NEEDS PREPEND "-l" OUTPUT_VARIABLE SHELLWARP_PC_PRIVATE)
 list(JOIN SHELLWARP_PC_PRIVATE " " SHELLWARP_PC_PRIVATE)
