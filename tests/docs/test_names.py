@@ -35,6 +35,10 @@ class Names(unittest.TestCase):
         targets = set(re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text(encoding="utf-8"), re.M))
         self.assertEqual(self.missing(TARGET, lambda _, name: name in targets), [])
 
+    def test_the_menu_of_the_site_has_every_page(self):
+        listed = re.findall(r": ([\w/]+\.md)$", (ROOT / "mkdocs.yml").read_text(encoding="utf-8"), re.M)
+        self.assertEqual(sorted(listed), sorted(name.removeprefix("docs/") for name in pages() if name.startswith("docs/")))
+
     def test_the_readme_is_short(self):
         self.assertLessEqual(len(pages()["README.md"].splitlines()), 120)
 
