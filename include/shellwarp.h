@@ -260,7 +260,7 @@ SwStatus sw_mesh_check(const struct SwMeshDesc *mesh,
                        uint32_t capacity,
                        uint32_t *count);
 
-/* Models --------------------------------------------------------------------------------------- */
+/* Materials ------------------------------------------------------------------------------------ */
 
 // Discrete shells: area, length and dihedral-angle terms (Grinspun et al. 2003), as in the paper.
 // By k_area, k_length, k_bend and area_density. What these mean depends on the mesh.
@@ -270,9 +270,50 @@ SwStatus sw_mesh_check(const struct SwMeshDesc *mesh,
 // same shell. SW_METHOD_POLYNOMIAL_SHELL does not take it yet.
 #define SW_ENERGY_KOITER 2
 
-// Material constants, uniform over the shell: four for each energy. A stiffness of 0 is one of 0;
-// but where k_area, k_length and k_bend are all 0, as sw_material_desc_init leaves them, all three
-// have their defaults.
+// k_area.
+#define SW_MAP_K_AREA 1
+// k_length: by edges, as the mean of their ends' or of their triangles' values.
+#define SW_MAP_K_LENGTH 2
+// k_bend: by edges, as the mean of their ends' or of their triangles' values.
+#define SW_MAP_K_BEND 3
+// area_density.
+#define SW_MAP_AREA_DENSITY 4
+// young.
+#define SW_MAP_YOUNG 5
+// thickness, linear within a triangle where it is given at vertices.
+#define SW_MAP_THICKNESS 6
+// volume_density.
+#define SW_MAP_VOLUME_DENSITY 7
+
+// One value a vertex, in the mesh's order; triangles take the mean.
+#define SW_MAP_ON_VERTICES 1
+// One value a triangle, in the mesh's order.
+#define SW_MAP_ON_TRIANGLES 2
+
+// A constant's values over the shell, all of them positive. Equal values make the same model as the
+// constant does, to the bit.
+typedef struct SwMaterialMap {
+  // Set by sw_material_map_init.
+  uint32_t struct_size;
+  // SW_MAP_...: which constant, of the material's energy.
+  uint32_t quantity;
+  // SW_MAP_ON_...
+  uint32_t on;
+  // SW_FORMAT_... of values.
+  uint32_t format;
+  // Values (count). Read during the call only.
+  const void *values;
+  // Bytes from value to value; 0 = packed.
+  uint64_t stride;
+  // Length of values: that of the mesh's vertices or triangles.
+  uint32_t count;
+  // Must be 0.
+  uint32_t reserved;
+} SwMaterialMap;
+
+// Material constants: four for each energy, uniform over the shell or by maps. A stiffness of 0 is
+// one of 0; but where k_area, k_length and k_bend are all 0, as sw_material_desc_init leaves them,
+// all three have their defaults.
 typedef struct SwMaterialDesc {
   // Set by sw_material_desc_init.
   uint32_t struct_size;
@@ -300,7 +341,17 @@ typedef struct SwMaterialDesc {
   double thickness;
   // Mass per volume, positive: kg/m^3.
   double volume_density;
+  // Maps of constants that vary over the shell (n_maps), at most one a constant. What a map has,
+  // its field above may leave 0. Each element begins with the host's sizeof of SwMaterialMap, as
+  // sw_material_map_init sets it.
+  const struct SwMaterialMap *maps;
+  // Length of maps.
+  uint32_t n_maps;
+  // Must be 0.
+  uint32_t reserved;
 } SwMaterialDesc;
+
+/* Models --------------------------------------------------------------------------------------- */
 
 // Which vertices are held in place in the support frame. Lists may repeat vertices.
 typedef struct SwSupportDesc {
@@ -1480,6 +1531,9 @@ SwStatus sw_state_set_method(struct SwState *state,
 // sw_struct_init.
 #ifndef SHELLWARP_NO_INLINE
 static inline void sw_mesh_desc_init(SwMeshDesc *s) {
+  sw_struct_init(s, sizeof *s);
+}
+static inline void sw_material_map_init(SwMaterialMap *s) {
   sw_struct_init(s, sizeof *s);
 }
 static inline void sw_material_desc_init(SwMaterialDesc *s) {

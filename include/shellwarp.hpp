@@ -61,6 +61,7 @@ inline SwMaterialDesc preset_material(uint32_t index, double metres_per_unit = 1
   check(sw_preset_material(index, metres_per_unit, &desc));
   return desc;
 }
+inline SwMaterialMap material_map() { return detail::initialized<SwMaterialMap>(); }
 inline SwSupportDesc support_desc() { return detail::initialized<SwSupportDesc>(); }
 inline SwPrecomputeDesc precompute_desc() { return detail::initialized<SwPrecomputeDesc>(); }
 inline SwStateDesc state_desc() { return detail::initialized<SwStateDesc>(); }

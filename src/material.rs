@@ -1,7 +1,9 @@
 //! Material constants: of the paper's energy, and of Koiter's in engineering units.
 
+mod maps;
 mod presets;
 
+pub use maps::{Map, Maps, On, Quantity, mean, mean_cube};
 pub use presets::{PRESETS, Preset};
 
 use crate::error::{Error, Result, require_finite, require_non_negative};

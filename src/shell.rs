@@ -1,7 +1,7 @@
 //! The physical problem: a mesh of a material, held at its supports.
 
 use crate::energy::{Energy, of_material};
-use crate::material::Elasticity;
+use crate::material::{Elasticity, Map, Maps};
 use crate::{Error, ErrorKind, Mesh, Result, Supports, Vec3};
 use std::ops::Deref;
 use std::sync::{Arc, LazyLock};
@@ -35,10 +35,14 @@ pub struct Shell {
     pub mesh: Arc<Mesh>,
     /// Constants, and which energy.
     pub material: Elasticity,
+    /// What varies over the shell; the material has the largest values of it.
+    pub maps: Arc<Maps>,
     /// The deformation energy.
     pub energy: LazyEnergy,
     /// How it hangs at the mesh's positions; `None` where these are the shape of no energy.
     pub sag: Option<Sag>,
+    /// Lumped area where mass per area varies (n_vertices), or none.
+    areas: Arc<[f64]>,
     /// Lumped mass: a third of each incident triangle's rest area times the density; 0 if unreferenced (n_vertices).
     pub mass: Vec<f64>,
     /// Held by a support (n_vertices).
@@ -64,7 +68,13 @@ pub struct Sag {
 impl Shell {
     /// Checks everything and assembles masses. Fails when a mass or an area leaves the floating-point range.
     pub fn new(mesh: Mesh, material: impl Into<Elasticity>, supports: &Supports) -> Result<Self> {
-        let material = material.into().validated()?;
+        Self::mapped(mesh, material, vec![], supports)
+    }
+
+    /// The same with maps in place of some constants of the material.
+    pub fn mapped(mesh: Mesh, material: impl Into<Elasticity>, maps: Vec<Map>, supports: &Supports) -> Result<Self> {
+        let (maps, material) = Maps::new(maps, &mesh, material.into())?;
+        let (maps, material) = (Arc::new(maps), material.validated()?);
         let (held, clamped) = match material {
             Elasticity::DiscreteShells(_) => (supports.held(&mesh)?, vec![]),
             Elasticity::Koiter(_) => supports.held_exactly(&mesh)?,
@@ -75,16 +85,34 @@ impl Shell {
                 "the mesh is wider than the floating-point range: choose other units",
             ));
         }
-        let (mass, total_area) = lumped_mass(&mesh, material.area_density())?;
+        let densities = maps.area_density(&mesh, &material);
+        let uniform = material.area_density();
+        let (mass, total_area) = lumped_mass(&mesh, |t| densities.as_ref().map_or(uniform, |of| of[t]))?;
+        let areas = if densities.is_some() { lumped_mass(&mesh, |_| 1.0)?.0 } else { vec![] };
         let free = (0..mass.len() as u32).filter(|&v| mass[v as usize] > 0.0 && !held[v as usize]).collect();
         let mesh = Arc::new(mesh);
         let clamped: Arc<[bool]> = clamped.into();
-        let energy = energy_of(&mesh, material, &clamped);
+        let energy = energy_of(&mesh, material, &maps, &clamped);
+        let areas = areas.into();
         let total_mass: f64 = mass.iter().sum();
         if !(total_mass.is_finite() && total_area.is_finite()) {
             return Err(Error::new(ErrorKind::Numerical, "the shell's mass or area is not finite: choose other units"));
         }
-        Ok(Self { mesh, material, energy, sag: None, mass, held, clamped, free, total_area, total_mass })
+        let sag = None;
+        Ok(Self { mesh, material, maps, energy, sag, areas, mass, held, clamped, free, total_area, total_mass })
+    }
+
+    /// A vertex's share of the area at rest.
+    pub fn area_of(&self, v: usize) -> f64 {
+        match self.areas.get(v) {
+            Some(area) => *area,
+            None => self.mass[v] / self.material.area_density(),
+        }
+    }
+
+    /// Whether an edge and its triangles tell every element that moves a vertex of theirs.
+    pub(crate) fn is_told_by_pieces(&self) -> bool {
+        self.material.is_told_by_pieces() && self.maps.is_empty()
     }
 
     /// The first vertex that would hang further from rest than any shell hangs, or at no number.
@@ -101,6 +129,8 @@ impl Shell {
         Self {
             mesh: Arc::new(mesh),
             material: self.material,
+            maps: self.maps.clone(),
+            areas: self.areas.clone(),
             energy: self.energy.clone(),
             sag: Some(Sag { gravity, rest }),
             mass: self.mass.clone(),
@@ -111,9 +141,9 @@ impl Shell {
         }
     }
 
-    /// The shell of these `vertices` alone, numbered anew in their order, with the triangles and edges of `mesh`, where they are at
+    /// The shell of these `vertices` and `triangles` alone, numbered anew in their order, with the triangles and edges of `mesh`, where they are at
     /// rest. Those that `free` does not name are held.
-    pub(crate) fn part(&self, vertices: &[u32], mesh: Mesh, free: Vec<u32>) -> Self {
+    pub(crate) fn part(&self, (vertices, triangles): (&[u32], &[u32]), mesh: Mesh, free: Vec<u32>) -> Self {
         let mut held = vec![true; vertices.len()];
         free.iter().for_each(|v| held[*v as usize] = false);
         let mesh = Arc::new(mesh);
@@ -121,9 +151,13 @@ impl Shell {
             true => self.clamped.clone(),
             false => vertices.iter().map(|v| self.clamped[*v as usize]).collect(),
         };
+        let maps = Arc::new(self.maps.part(vertices, triangles));
+        let some = |v: &u32| self.areas.get(*v as usize).copied();
         let part = Self {
-            energy: energy_of(&mesh, self.material, &clamped),
+            energy: energy_of(&mesh, self.material, &maps, &clamped),
             mesh,
+            maps,
+            areas: vertices.iter().filter_map(some).collect(),
             clamped,
             sag: None,
             mass: vertices.iter().map(|v| self.mass[*v as usize]).collect(),
@@ -162,17 +196,17 @@ impl Shell {
     }
 }
 
-fn energy_of(mesh: &Arc<Mesh>, material: Elasticity, clamped: &Arc<[bool]>) -> LazyEnergy {
-    let (rest, clamped) = (mesh.clone(), clamped.clone());
-    LazyEnergy::new(move || Box::new(of_material(&rest, &material, &clamped)))
+fn energy_of(mesh: &Arc<Mesh>, material: Elasticity, maps: &Arc<Maps>, clamped: &Arc<[bool]>) -> LazyEnergy {
+    let (rest, maps, clamped) = (mesh.clone(), maps.clone(), clamped.clone());
+    LazyEnergy::new(move || Box::new(of_material(&rest, &material, &maps, &clamped)))
 }
 
-fn lumped_mass(mesh: &Mesh, density: f64) -> Result<(Vec<f64>, f64)> {
+fn lumped_mass(mesh: &Mesh, density: impl Fn(usize) -> f64) -> Result<(Vec<f64>, f64)> {
     let mut mass = vec![0.0; mesh.positions.len()];
     let mut total_area = 0.0;
     for (t, tri) in mesh.triangles.iter().enumerate() {
         let area = mesh.area(t);
-        let share = density * area / 3.0;
+        let share = density(t) * area / 3.0;
         if !(share.is_normal() && area.is_normal()) {
             let message = format!(
                 "triangle {t} has area {area:e} and mass {:e}: outside the floating-point range; choose other units",

@@ -6,12 +6,13 @@ use std::fmt::Write;
 use std::path::Path;
 
 /// The files of src/ffi in the header's order, and what each is about.
-const SECTIONS: [(&str, &str); 17] = [
+const SECTIONS: [(&str, &str); 18] = [
     ("status", "Statuses, messages and versions"),
     ("structs", "Structs"),
     ("pointer", "Buffers"),
     ("log", "Log"),
     ("mesh", "Meshes"),
+    ("material", "Materials"),
     ("model", "Models"),
     ("preset", "Known materials"),
     ("precompute", "Precompute"),

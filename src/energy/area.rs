@@ -24,6 +24,12 @@ impl AreaEnergy {
         Self { k, triangles: mesh.triangles.clone(), divisor: rest_area.clone(), rest_area, rest_gradient }
     }
 
+    /// The same with a constant of each triangle's own, of which that of the term is the largest.
+    pub fn with(mut self, values: &[f64]) -> Self {
+        self.divisor.iter_mut().zip(values).for_each(|(divisor, k)| *divisor *= self.k / k);
+        self
+    }
+
     #[inline(always)]
     fn each_gradient(&self, x: &[Vec3], mut visit: impl FnMut(&[u32; 3], [Vec3; 3])) {
         for ((t, rest), divisor) in self.triangles.iter().zip(&self.rest_area).zip(&self.divisor) {

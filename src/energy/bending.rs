@@ -7,11 +7,41 @@
 use super::hinge::{
     COLLAPSED, add_letting_go, angle_curvature, angle_gradient, dihedral_angle, normals, presence, wrapped_difference,
 };
-use super::patch::{self, Beyond};
+use super::patch::{self, Beyond, plane_stress};
 use super::{Curvature, ElementHessian, Energy, MAX_ELEMENT as MOST, Mat3, RestRow, flips};
 use crate::mesh::NONE;
 use crate::{Mesh, Vec3};
 use nalgebra::{Matrix3, Vector3};
+
+/// What a triangle's bending stiffness is made of.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Plate {
+    /// E.
+    pub young: f64,
+    /// The mean of h³.
+    pub cube: f64,
+}
+
+impl Default for Plate {
+    fn default() -> Self {
+        Self { young: 1.0, cube: 1.0 }
+    }
+}
+
+impl Plate {
+    pub(super) fn rigidity(&self) -> f64 {
+        self.young * self.cube
+    }
+
+    /// Two triangles' plates as one of the same rigidity.
+    pub(super) fn together(plates: [Self; 2], areas: [f64; 2]) -> Self {
+        let [a, b] = plates;
+        let mean = |p: f64, q: f64| if p == q { p } else { (areas[0] * p + areas[1] * q) / (areas[0] + areas[1]) };
+        let young = mean(a.young, b.young);
+        let cube = if a == b { a.cube } else { mean(a.rigidity(), b.rigidity()) / young };
+        Self { young, cube }
+    }
+}
 
 /// The bending term over all triangles.
 pub struct BendingEnergy {
@@ -62,21 +92,39 @@ impl BendingEnergy {
     /// `stiffness` is LLᵀ = C, moment, of (κ₁₁, κ₂₂, 2κ₁₂), isotropic. Edges of the mesh whose ends both are `clamped` (n_vertices, or
     /// none) keep their slope.
     pub fn new(mesh: &Mesh, stiffness: &Matrix3<f64>, clamped: &[bool]) -> Self {
-        let triangles = flips::bending_triangles(mesh, clamped);
+        Self::of_plates(mesh, &mut [], |_| *stiffness, clamped)
+    }
+
+    /// The same with a plate of each triangle's own.
+    pub fn varying(mesh: &Mesh, mut plates: Vec<Plate>, poisson: f64, clamped: &[bool]) -> Self {
+        Self::of_plates(mesh, &mut plates, |plate| plate.cube / 12.0 * plane_stress(plate.young, poisson), clamped)
+    }
+
+    fn of_plates(
+        mesh: &Mesh,
+        plates: &mut [Plate],
+        stiffness: impl Fn(Plate) -> Matrix3<f64>,
+        clamped: &[bool],
+    ) -> Self {
+        let triangles = flips::bending_triangles(mesh, clamped, plates);
         let beyond = flips::beyond(mesh, &triangles, clamped);
-        let patches: Vec<Patch> = triangles
-            .iter()
-            .zip(&beyond)
-            .filter(|(_, beyond)| beyond.iter().any(|edge| *edge != Beyond::Free))
-            .map(|(triangle, beyond)| Patch::new(mesh, triangle, beyond, stiffness))
-            .collect();
+        let plate = |t: usize| plates.get(t).copied().unwrap_or_default();
+        let of = |t: usize| {
+            let ratio = beyond[t].map(|edge| match edge {
+                Beyond::Vertex { triangle, .. } => plate(t).rigidity() / plate(triangle).rigidity(),
+                _ => 1.0,
+            });
+            Patch::new(mesh, &triangles[t], &beyond[t], (&stiffness(plate(t)), &ratio))
+        };
+        let held = |t: &usize| beyond[*t].iter().any(|edge| *edge != Beyond::Free);
+        let patches: Vec<Patch> = (0..triangles.len()).filter(held).map(of).collect();
         let rest = patches.iter().map(|patch| patch.gradients(&patch.bends(&mesh.positions))).collect();
         Self { patches, rest }
     }
 }
 
 impl Patch {
-    fn new(mesh: &Mesh, triangle: &[u32; 3], beyond: &[Beyond; 3], stiffness: &Matrix3<f64>) -> Self {
+    fn new(mesh: &Mesh, triangle: &[u32; 3], beyond: &[Beyond; 3], stiffness: (&Matrix3<f64>, &[f64; 3])) -> Self {
         let mut vertices = [NONE; MOST];
         vertices[..3].copy_from_slice(triangle);
         let mut size = 3;
@@ -94,7 +142,7 @@ impl Patch {
             let (last, d) = match beyond[k] {
                 Beyond::Free => return None,
                 Beyond::Clamp => (CLAMP, mirrored([a, b, c])),
-                Beyond::Vertex(v) => (place(v), mesh.positions[v as usize]),
+                Beyond::Vertex { corner: v, .. } => (place(v), mesh.positions[v as usize]),
             };
             let corners = [a, b, c, d];
             Some(Edge {

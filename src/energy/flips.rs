@@ -4,6 +4,7 @@
 //! curvature badly. So edges of nearly flat convex quads are flipped, for bending alone: the membrane keeps the mesh. No crease is, and none
 //! that is clamped.
 
+use super::bending::Plate;
 use super::patch::Beyond;
 use crate::{Mesh, Vec3};
 use std::collections::{HashSet, VecDeque};
@@ -13,6 +14,8 @@ const FLAT: f64 = 0.6;
 /// A flip must leave this share of the worse triangle's shape.
 const SHAPE: f64 = 0.6;
 const PASSES: usize = 6;
+/// Ratio of two rigidities beyond which the edge between them stays: a step in thickness stays where it is.
+const JUMP: f64 = 2.0;
 /// Cosine of two edges at a vertex that go straight on.
 const STRAIGHT: f64 = -0.8;
 
@@ -54,7 +57,7 @@ pub fn beyond(mesh: &Mesh, triangles: &[[u32; 3]], clamped: &[bool]) -> Vec<[Bey
             let Some((t, k)) = own else { continue };
             beyond[t][k] = match other {
                 _ if clamp => Beyond::Clamp,
-                Some((t, k)) => Beyond::Vertex(triangles[t][k]),
+                Some((t, k)) => Beyond::Vertex { corner: triangles[t][k], triangle: t },
                 None => Beyond::Free,
             };
         }
@@ -66,11 +69,11 @@ fn sorted([a, b]: [u32; 2]) -> [u32; 2] {
     [a.min(b), a.max(b)]
 }
 
-/// The mesh's triangles after the flips.
-pub fn bending_triangles(mesh: &Mesh, clamped: &[bool]) -> Vec<[u32; 3]> {
+/// The mesh's triangles after the flips. `plates` are theirs (n_triangles, or none where all are equal), and afterwards those of what comes out.
+pub fn bending_triangles(mesh: &Mesh, clamped: &[bool], plates: &mut [Plate]) -> Vec<[u32; 3]> {
     let mut triangles = mesh.triangles.clone();
     for _ in 0..PASSES {
-        if !flip(&mesh.positions, clamped, &mut triangles) {
+        if !flip(&mesh.positions, clamped, &mut triangles, plates) {
             break;
         }
     }
@@ -141,7 +144,7 @@ impl Fronts<'_> {
 }
 
 /// One pass over all edges, those of the largest gain first and from each straight on; whether anything was flipped.
-fn flip(x: &[Vec3], clamped: &[bool], triangles: &mut [[u32; 3]]) -> bool {
+fn flip(x: &[Vec3], clamped: &[bool], triangles: &mut [[u32; 3]], plates: &mut [Plate]) -> bool {
     let edges = edges(triangles);
     let mut valence = Valence::of(x.len(), triangles, &edges);
     let mut taken: HashSet<[u32; 2]> = edges.iter().map(|e| sorted(e.ends)).collect();
@@ -159,9 +162,18 @@ fn flip(x: &[Vec3], clamped: &[bool], triangles: &mut [[u32; 3]]) -> bool {
         while let Some(i) = queue.pop_front() {
             let Candidate { quad: quad @ [a, b, c, d], triangles: [t, s] } = candidates[i];
             let barred = seen[i] || used[t] || used[s] || taken.contains(&sorted([c, d])) || both(a, b) || both(c, d);
+            let barred = barred || jumps(plates, t, s);
             seen[i] = true;
             if barred || valence.gain(quad) <= 0 || !may_flip(quad.map(|v| x[v as usize])) {
                 continue;
+            }
+            if !plates.is_empty() {
+                let area = |t: usize| {
+                    let [p, q, r] = triangles[t].map(|v| x[v as usize]);
+                    0.5 * (q - p).cross(&(r - p)).norm()
+                };
+                let one = Plate::together([plates[t], plates[s]], [area(t), area(s)]);
+                (plates[t], plates[s]) = (one, one);
             }
             (triangles[t], triangles[s]) = ([c, a, d], [d, b, c]);
             (used[t], used[s], any) = (true, true, true);
@@ -171,6 +183,12 @@ fn flip(x: &[Vec3], clamped: &[bool], triangles: &mut [[u32; 3]]) -> bool {
         }
     }
     any
+}
+
+/// Whether the plates of two triangles differ too much for triangles that lie in both.
+fn jumps(plates: &[Plate], t: usize, s: usize) -> bool {
+    let ratio = |a: &Plate, b: &Plate| a.rigidity() / b.rigidity();
+    !plates.is_empty() && ratio(&plates[t], &plates[s]).max(ratio(&plates[s], &plates[t])) > JUMP
 }
 
 /// Edges whose flip would gain, those of the largest gain first.

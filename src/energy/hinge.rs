@@ -38,13 +38,22 @@ struct Bend {
 impl HingeEnergy {
     /// Rest angles and weights from the mesh; `k` is k_B.
     pub fn new(mesh: &Mesh, k: f64) -> Self {
-        let interior = mesh.edges.iter().filter(|e| e.is_interior());
-        let hinges: Vec<[u32; 4]> =
-            interior.map(|e| [e.vertices[0], e.vertices[1], e.opposite[0], e.opposite[1]]).collect();
+        Self::of(mesh, |_| k)
+    }
+
+    /// The same with a constant of each edge's own (n_edges).
+    pub fn varying(mesh: &Mesh, values: &[f64]) -> Self {
+        Self::of(mesh, |edge| values[edge])
+    }
+
+    fn of(mesh: &Mesh, k: impl Fn(usize) -> f64) -> Self {
+        let interior = mesh.edges.iter().enumerate().filter(|(_, e)| e.is_interior());
+        let (hinges, k): (Vec<[u32; 4]>, Vec<f64>) =
+            interior.map(|(i, e)| ([e.vertices[0], e.vertices[1], e.opposite[0], e.opposite[1]], k(i))).unzip();
         let corners = |h: &[u32; 4]| h.map(|v| mesh.positions[v as usize]);
         Self {
             rest_angle: hinges.iter().map(|h| dihedral_angle(&corners(h))).collect(),
-            weight: hinges.iter().map(|h| 3.0 * k * length_over_height(&corners(h))).collect(),
+            weight: hinges.iter().zip(k).map(|(h, k)| 3.0 * k * length_over_height(&corners(h))).collect(),
             rest_gradient: hinges.iter().map(|h| angle_gradient(&corners(h))).collect(),
             small: hinges
                 .iter()

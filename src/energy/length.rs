@@ -22,6 +22,12 @@ impl LengthEnergy {
         Self { k, edges, divisor: rest_length.clone(), rest_length, rest_direction }
     }
 
+    /// The same with a constant of each edge's own, of which that of the term is the largest.
+    pub fn with(mut self, values: &[f64]) -> Self {
+        self.divisor.iter_mut().zip(values).for_each(|(divisor, k)| *divisor *= self.k / k);
+        self
+    }
+
     #[inline(always)]
     fn each_gradient(&self, x: &[Vec3], mut visit: impl FnMut(&[u32; 2], Vec3)) {
         for ((e, rest), divisor) in self.edges.iter().zip(&self.rest_length).zip(&self.divisor) {

@@ -28,7 +28,16 @@ impl MembraneEnergy {
     /// `stiffness` is LLᵀ = hC, force per length, of (E₁₁, E₂₂, 2E₁₂), isotropic.
     pub fn new(mesh: &Mesh, stiffness: &Matrix3<f64>) -> Self {
         let root = super::patch::upper_root(stiffness);
-        let triangle = |corners: &[u32; 3]| {
+        Self::rooted(mesh, |_| root)
+    }
+
+    /// The same with a stiffness of each triangle's own.
+    pub fn varying(mesh: &Mesh, stiffness: impl Fn(usize) -> Matrix3<f64>) -> Self {
+        Self::rooted(mesh, |t| super::patch::upper_root(&stiffness(t)))
+    }
+
+    fn rooted(mesh: &Mesh, root: impl Fn(usize) -> Matrix3<f64>) -> Self {
+        let triangle = |(number, corners): (usize, &[u32; 3])| {
             let [a, b, c] = corners.map(|v| mesh.positions[v as usize]);
             let (u, v) = (b - a, c - a);
             let (length, double) = (u.norm(), u.cross(&v).norm());
@@ -37,11 +46,11 @@ impl MembraneEnergy {
             let (s, t) = (1.0 / length, 1.0 / y);
             let r = -x * s * t; // the inverse of (u v) is (s r; 0 t)
             let to_strain = Matrix3::new(0.5 * s * s, 0.0, 0.0, 0.5 * r * r, 0.5 * t * t, r * t, s * r, 0.0, s * t);
-            let map = (0.5 * double).sqrt() * root * to_strain;
+            let map = (0.5 * double).sqrt() * root(number) * to_strain;
             let rows = std::array::from_fn(|i| map.row(i).transpose());
             Triangle { corners: *corners, kept: 3, rest: [u, v], rows }
         };
-        Self { triangles: mesh.triangles.iter().map(triangle).collect() }
+        Self { triangles: mesh.triangles.iter().enumerate().map(triangle).collect() }
     }
 }
 

@@ -15,13 +15,13 @@ mod membrane;
 mod patch;
 
 pub use area::AreaEnergy;
-pub use bending::BendingEnergy;
+pub use bending::{BendingEnergy, Plate};
 pub use hinge::{HingeEnergy, dihedral_angle};
 pub use length::LengthEnergy;
 pub use membrane::MembraneEnergy;
 pub use patch::plane_stress;
 
-use crate::material::{ElasticSheet, Elasticity};
+use crate::material::{ElasticSheet, Elasticity, Maps, On, Quantity, mean, mean_cube};
 use crate::{Material, Mesh, Vec3};
 
 /// A 3 × 3 block.
@@ -166,11 +166,30 @@ pub const DISCRETE_SHELLS: u32 = 1;
 pub const KOITER: u32 = 2;
 
 /// The energy of what a shell is made of. `clamped` (n_vertices, or none): see [`BendingEnergy`].
-pub fn of_material(mesh: &Mesh, material: &Elasticity, clamped: &[bool]) -> Vec<Box<dyn Energy>> {
+pub fn of_material(mesh: &Mesh, material: &Elasticity, maps: &Maps, clamped: &[bool]) -> Vec<Box<dyn Energy>> {
     match material {
-        Elasticity::DiscreteShells(material) => discrete_shell(mesh, material),
-        Elasticity::Koiter(sheet) => koiter(mesh, sheet, clamped),
+        Elasticity::DiscreteShells(material) => mapped_discrete_shell(mesh, material, maps),
+        Elasticity::Koiter(sheet) => mapped_koiter(mesh, sheet, maps, clamped),
     }
+}
+
+/// [`koiter`] with what varies.
+fn mapped_koiter(mesh: &Mesh, sheet: &ElasticSheet, maps: &Maps, clamped: &[bool]) -> Vec<Box<dyn Energy>> {
+    let (young, thickness) = (maps.by_triangle(Quantity::Young, mesh), maps.of(Quantity::Thickness));
+    if young.is_none() && thickness.is_none() {
+        return koiter(mesh, sheet, clamped);
+    }
+    let heights = |t: usize| match thickness {
+        None => [sheet.thickness; 3],
+        Some(map) if map.on == On::Triangles => [map.values[t]; 3],
+        Some(map) => mesh.triangles[t].map(|v| map.values[v as usize]),
+    };
+    let young = |t: usize| young.as_ref().map_or(sheet.young, |young| young[t]);
+    let plates = (0..mesh.triangles.len()).map(|t| Plate { young: young(t), cube: mean_cube(heights(t)) }).collect();
+    vec![
+        Box::new(MembraneEnergy::varying(mesh, |t| mean(heights(t)) * plane_stress(young(t), sheet.poisson))),
+        Box::new(BendingEnergy::varying(mesh, plates, sheet.poisson, clamped)),
+    ]
 }
 
 /// Koiter's energy of a thin sheet (1966): the membrane's and the plate's of plane stress. Bending by the blended shape operator.
@@ -185,15 +204,30 @@ pub fn koiter(mesh: &Mesh, sheet: &ElasticSheet, clamped: &[bool]) -> Vec<Box<dy
 
 /// The paper's energy: area, length and hinge terms with the material's constants. A term of zero stiffness is left out.
 pub fn discrete_shell(mesh: &Mesh, material: &Material) -> Vec<Box<dyn Energy>> {
+    mapped_discrete_shell(mesh, material, &Maps::default())
+}
+
+fn mapped_discrete_shell(mesh: &Mesh, material: &Material, maps: &Maps) -> Vec<Box<dyn Energy>> {
     let mut terms: Vec<Box<dyn Energy>> = Vec::new();
     if material.k_area > 0.0 {
-        terms.push(Box::new(AreaEnergy::new(mesh, material.k_area)));
+        let term = AreaEnergy::new(mesh, material.k_area);
+        terms.push(Box::new(match maps.by_triangle(Quantity::KArea, mesh) {
+            Some(values) => term.with(&values),
+            None => term,
+        }));
     }
     if material.k_length > 0.0 {
-        terms.push(Box::new(LengthEnergy::new(mesh, material.k_length)));
+        let term = LengthEnergy::new(mesh, material.k_length);
+        terms.push(Box::new(match maps.by_edge(Quantity::KLength, mesh) {
+            Some(values) => term.with(&values),
+            None => term,
+        }));
     }
     if material.k_bend > 0.0 {
-        terms.push(Box::new(HingeEnergy::new(mesh, material.k_bend)));
+        terms.push(Box::new(match maps.by_edge(Quantity::KBend, mesh) {
+            Some(values) => HingeEnergy::varying(mesh, &values),
+            None => HingeEnergy::new(mesh, material.k_bend),
+        }));
     }
     terms
 }

@@ -20,7 +20,12 @@ pub enum Beyond {
     /// A clamp: the triangle's mirror image.
     Clamp,
     /// The triangle with this other corner.
-    Vertex(u32),
+    Vertex {
+        /// The corner.
+        corner: u32,
+        /// The triangle's number.
+        triangle: usize,
+    },
 }
 
 /// C of plane stress for (ε₁₁, ε₂₂, 2ε₁₂), of a unit thickness.
@@ -47,8 +52,13 @@ struct Side {
 }
 
 /// The three elements of a triangle's bending: √A Lᵀ M with LLᵀ = C, elements × edges; edge k is opposite to corner k. The column of a free
-/// edge is zero.
-pub fn elements(mesh: &Mesh, triangle: &[u32; 3], beyond: &[Beyond; 3], stiffness: &Matrix3<f64>) -> Matrix3<f64> {
+/// edge is zero. `ratios` are those of the rigidity to that beyond each edge: the stiffer side has less of an angle's share.
+pub fn elements(
+    mesh: &Mesh,
+    triangle: &[u32; 3],
+    beyond: &[Beyond; 3],
+    (stiffness, ratios): (&Matrix3<f64>, &[f64; 3]),
+) -> Matrix3<f64> {
     let corners = triangle.map(|v| mesh.positions[v as usize]);
     let across = corners[1] - corners[0];
     let normal = across.cross(&(corners[2] - corners[0]));
@@ -56,7 +66,7 @@ pub fn elements(mesh: &Mesh, triangle: &[u32; 3], beyond: &[Beyond; 3], stiffnes
     let first = across.normalize();
     let second = normal.normalize().cross(&first);
     let flat = corners.map(|x| Vector2::new((x - corners[0]).dot(&first), (x - corners[0]).dot(&second)));
-    let sides: [Side; 3] = std::array::from_fn(|k| Side::new(mesh, (&corners, &flat), beyond[k], k));
+    let sides: [Side; 3] = std::array::from_fn(|k| Side::new(mesh, (&corners, &flat), (beyond[k], ratios[k]), k));
     let blend = (1.0 - BLEND) * consistent(&sides, stiffness) + BLEND * edge_normal(&sides, area, stiffness);
     area.sqrt() * upper_root(stiffness) * blend
 }
@@ -67,7 +77,12 @@ fn quadric(q: Vector2<f64>) -> Vector3<f64> {
 }
 
 impl Side {
-    fn new(mesh: &Mesh, (corners, flat): (&[Vec3; 3], &[Vector2<f64>; 3]), beyond: Beyond, k: usize) -> Self {
+    fn new(
+        mesh: &Mesh,
+        (corners, flat): (&[Vec3; 3], &[Vector2<f64>; 3]),
+        (beyond, ratio): (Beyond, f64),
+        k: usize,
+    ) -> Self {
         let (i, j) = ((k + 1) % 3, (k + 2) % 3);
         let (a, b, c) = (flat[i], flat[j], flat[k]);
         let edge = b - a;
@@ -80,7 +95,7 @@ impl Side {
             (quadric(point) - (1.0 - foot) * quadric(a) - foot * quadric(b)) / height
         };
         let other = match beyond {
-            Beyond::Vertex(v) => mesh.positions[v as usize],
+            Beyond::Vertex { corner, .. } => mesh.positions[corner as usize],
             _ => corners[k],
         };
         let axis = (corners[j] - corners[i]) / length;
@@ -91,7 +106,7 @@ impl Side {
         let share = match beyond {
             Beyond::Free => 0.0,
             Beyond::Clamp => 0.5,
-            Beyond::Vertex(_) => height / (height + beyond_height),
+            Beyond::Vertex { .. } => height / (height + beyond_height * ratio),
         };
         let angle = slope(c, height, foot) + slope(unfolded, beyond_height, foot_beyond);
         Self { length, normal, share, angle }

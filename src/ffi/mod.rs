@@ -13,6 +13,7 @@ pub mod guard;
 pub mod info;
 pub mod load;
 pub mod log;
+pub mod material;
 pub mod mesh;
 pub mod method;
 pub mod model;

@@ -1,60 +1,20 @@
 //! Models: the shell, and after precompute its modes.
 
 pub use super::info::*;
+pub use super::material::*;
 pub use super::precompute::*;
 
 use super::guard::{guard, read};
 use super::log::{SW_LOG_WARNING, log};
 use super::mesh::{SwMeshDesc, read_mesh};
-use super::pointer::{
-    VectorRows, asks_for_size, byte_slice, check_flags, copy_out, enumerant, not_null, object, put, read_array,
-};
+use super::pointer::{VectorRows, asks_for_size, byte_slice, check_flags, copy_out, not_null, object, put, read_array};
 use super::status::{Fault, SW_ERROR_INVALID_DATA, SW_ERROR_NOT_PRECOMPUTED, SwStatus};
 use super::structs::{described, read_descriptor_or_default};
-use crate::material::{ElasticSheet, Elasticity};
 use crate::model::Model;
 use crate::model::file;
-use crate::{Material, Mesh, Shell, Supports};
+use crate::{Mesh, Shell, Supports};
 use std::ffi::c_void;
 use std::sync::{Arc, RwLock};
-
-/// Discrete shells: area, length and dihedral-angle terms (Grinspun et al. 2003), as in the paper. By k_area, k_length, k_bend and
-/// area_density. What these mean depends on the mesh.
-pub const SW_ENERGY_DISCRETE_SHELLS: u32 = 1;
-/// Koiter's energy of a thin elastic sheet (1966): St. Venant-Kirchhoff membrane and plate. By young, poisson, thickness and
-/// volume_density, in engineering units, of which every mesh makes the same shell. SW_METHOD_POLYNOMIAL_SHELL does not take it yet.
-pub const SW_ENERGY_KOITER: u32 = 2;
-
-/// Material constants, uniform over the shell: four for each energy. A stiffness of 0 is one of 0; but where k_area, k_length and k_bend are all 0,
-/// as sw_material_desc_init leaves them, all three have their defaults.
-#[repr(C)]
-#[derive(Clone, Copy)]
-pub struct SwMaterialDesc {
-    /// Set by sw_material_desc_init.
-    pub struct_size: u32,
-    /// SW_ENERGY_...; 0 = SW_ENERGY_DISCRETE_SHELLS.
-    pub energy: u32,
-    /// Area stiffness k_A, energy per area, not negative. Default 1e4.
-    pub k_area: f64,
-    /// Length stiffness k_L, energy per length, not negative. Default 1e4. On a near-equilateral mesh of edge l the membrane stiffness
-    /// (Young's modulus times thickness) is about 4 k_L / (sqrt(3) l).
-    pub k_length: f64,
-    /// Bending stiffness k_B, energy, not negative. Default 1. The plate rigidity is D = 6 k_B with Poisson's ratio -1/3.
-    pub k_bend: f64,
-    /// Mass per area, positive; 0 = 1. Of SW_ENERGY_DISCRETE_SHELLS.
-    pub area_density: f64,
-    /// Young's modulus E, force per area, positive: Pa where lengths are in metres and masses in kilograms. This and the next
-    /// three are of SW_ENERGY_KOITER, and must be 0 with the other energy.
-    pub young: f64,
-    /// Poisson's ratio, above -1 and at most 0.5.
-    pub poisson: f64,
-    /// Thickness h, a length, positive. The membrane stiffness is E h, the plate rigidity E h^3 / (12 (1 - poisson^2)).
-    pub thickness: f64,
-    /// Mass per volume, positive: kg/m^3.
-    pub volume_density: f64,
-}
-
-described!(SwMaterialDesc, volume_density);
 
 /// Which vertices are held in place in the support frame. Lists may repeat vertices.
 #[repr(C)]
@@ -95,29 +55,6 @@ impl SwModel {
     }
 }
 
-fn material_of(desc: &SwMaterialDesc) -> Result<Elasticity, Fault> {
-    let known = [(0, false), (SW_ENERGY_DISCRETE_SHELLS, false), (SW_ENERGY_KOITER, true)];
-    let koiter = enumerant("material->energy", desc.energy, &known)?;
-    let SwMaterialDesc { young, poisson, thickness, volume_density, .. } = *desc;
-    if koiter {
-        return Ok(ElasticSheet { young, poisson, thickness, volume_density }.into());
-    }
-    let others = [("young", young), ("poisson", poisson), ("thickness", thickness), ("volume_density", volume_density)];
-    if let Some((name, value)) = others.into_iter().find(|(_, value)| *value != 0.0) {
-        let message = format!("material->{name} is {value:?}, which only SW_ENERGY_KOITER takes: set material->energy");
-        return Err(Fault::argument(message));
-    }
-    let default = Material::default();
-    let SwMaterialDesc { k_area, k_length, k_bend, area_density, .. } = *desc;
-    // Nothing would resist anything: nobody asks for that.
-    let untouched = [k_area, k_length, k_bend].iter().all(|k| *k == 0.0);
-    let stiff = if untouched { default } else { Material { k_area, k_length, k_bend, ..default } };
-    if stiff.k_length == 0.0 {
-        log(SW_LOG_WARNING, "material->k_length is 0, so that no edge resists stretching");
-    }
-    Ok(Material { area_density: if area_density == 0.0 { default.area_density } else { area_density }, ..stiff }.into())
-}
-
 unsafe fn supports_of(desc: &SwSupportDesc) -> Result<Supports, Fault> {
     check_flags("supports->flags", desc.flags, 0)?;
     // SAFETY: the host's lists hold as many vertices as the descriptor says.
@@ -146,11 +83,15 @@ pub unsafe extern "C" fn sw_model_create(
         not_null("model", model)?;
         // SAFETY: `model` is not NULL; descriptors are NULL or have their struct_size, and what they point to is as long as they say.
         unsafe {
-            let material = material_of(&read_descriptor_or_default("material", material)?)?;
+            let material = read_descriptor_or_default("material", material)?;
+            let (material, maps) = (material_of(&material)?, maps_of(&material)?);
             let supports = supports_of(&read_descriptor_or_default("supports", supports)?)?;
             let (positions, triangles) = read_mesh(mesh)?;
-            let shell = Arc::new(Shell::new(Mesh::new(positions, &triangles)?, material, &supports)?);
+            let shell = Arc::new(Shell::mapped(Mesh::new(positions, &triangles)?, material, maps, &supports)?);
             log_repairs(&shell.mesh);
+            if shell.material.discrete_shells().is_some_and(|material| material.k_length == 0.0) {
+                log(SW_LOG_WARNING, "material->k_length is 0, so that no edge resists stretching");
+            }
             let content = ModelContent { shell, model: None };
             put(model, Box::into_raw(Box::new(SwModel(RwLock::new(content)))));
         }

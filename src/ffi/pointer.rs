@@ -136,6 +136,15 @@ impl VectorRows {
         }
     }
 
+    /// Reads the number `i`, of rows of one.
+    pub unsafe fn read_one(&self, i: usize) -> f64 {
+        let row = self.rows.at(i);
+        // SAFETY: the host's buffer holds this row.
+        unsafe {
+            if self.double { row.cast::<f64>().read_unaligned() } else { row.cast::<f32>().read_unaligned().into() }
+        }
+    }
+
     /// Whether a list of the host shares bytes with these rows, which would change it while they are written.
     pub fn overlaps<T>(&self, list: &[T]) -> bool {
         let Rows { base, stride, count } = self.rows;

@@ -169,6 +169,7 @@ fn the_first_version_of_each_struct_is_the_frozen_one() {
         SwMeshDesc,
         SwDiagnostic,
         SwMaterialDesc,
+        SwMaterialMap,
         SwSupportDesc,
         SwPrecomputeDesc,
         SwModelInfo,

@@ -20,6 +20,7 @@
 //!
 //! | tag | content |
 //! |---|---|
+//! | "MAPS" | of each map, the number of its constant and of what it is on, as u32, how many values, as u64, and these, as f64 |
 //! | "SAGS" | gravity, positions where the shell hangs under it: (3 + 3n) × f64; the modes are those of this shape |
 //! | "UNIT" | what an entry of one stands for, in Φ√M and in Ψ√M, of each mode: 2m × f64; the basis is of i16, in 2⁻¹⁶ of these |
 //! | "REDU" | the reduced shell: see `reduced/saved.rs` |
@@ -137,8 +138,8 @@ impl Model {
         let material = material(header.energy, std::array::from_fn(|_| from.number()));
         let [residual, orthonormality, shift] = std::array::from_fn(|_| from.number());
         let seconds: [f64; PHASES] = std::array::from_fn(|_| from.number());
-        let shell = restore_shell(header, &mut from, material)?;
         let sections = sections::split(from.last(header.sections as usize))?;
+        let shell = restore_shell(header, &mut from, material, sections.maps)?;
         let shell = Arc::new(match sections.sag {
             Some(content) => sections::restore_sag(&shell, content)?,
             None => shell,
@@ -233,7 +234,7 @@ impl<'a> Reader<'a> {
 }
 
 /// Mesh, material and supports, checked as those of a host are.
-fn restore_shell(header: &Header, from: &mut Reader, material: Elasticity) -> Result<Shell> {
+fn restore_shell(header: &Header, from: &mut Reader, material: Elasticity, maps: Option<&[u8]>) -> Result<Shell> {
     let (n, t) = (header.vertices as usize, header.triangles as usize);
     let positions = points(from.take(24 * n));
     let index = |row: &[u8], i: usize| u32::from_le_bytes(row[4 * i..4 * i + 4].try_into().expect("four bytes"));
@@ -251,7 +252,8 @@ fn restore_shell(header: &Header, from: &mut Reader, material: Elasticity) -> Re
     mesh.n_reoriented = header.reoriented as usize;
     let all = |kind: u8| (0..header.vertices).filter(|v| held[*v as usize] == kind).collect::<Vec<u32>>();
     let supports = Supports { fixed: all(1), clamped: all(CLAMPED) };
-    let shell = Shell::new(mesh, material, &supports)?;
+    let maps = maps.map_or(Ok(vec![]), sections::restore_maps)?;
+    let shell = Shell::mapped(mesh, material, maps, &supports)?;
     if let Some(v) = supports.clamped.iter().find(|v| !shell.is_clamped(**v as usize)) {
         return invalid(format!("vertex {v} is clamped, but on no edge between two such"));
     }

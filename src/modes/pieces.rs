@@ -41,7 +41,7 @@ impl Piece {
             piece_of[shell.free[k] as usize] = number[root];
             pieces[number[root] as usize].free.push(k as u32);
         }
-        if !shell.material.is_told_by_pieces() {
+        if !shell.is_told_by_pieces() {
             return Self::within_components(shell, pieces);
         }
         for (t, corners) in shell.mesh.triangles.iter().enumerate() {
@@ -97,7 +97,7 @@ impl Piece {
             reach: mesh.reach,
             positions,
         };
-        whole.part(&vertices, alone, free)
+        whole.part((&vertices, &self.triangles), alone, free)
     }
 
     fn solve(&self, whole: &Shell, wanted: usize, progress: &mut Progress) -> Result<Solution> {

@@ -286,7 +286,7 @@ impl Newton {
         let shell = potential.shell;
         let mut any = false;
         for (i, v) in potential.free().enumerate() {
-            let stiffness = self.noise.stiffness(i, shell.mass[v] / shell.material.area_density());
+            let stiffness = self.noise.stiffness(i, shell.area_of(v));
             if stiffness > shift * shell.mass[v] {
                 self.matrix.add_diagonal(i, stiffness);
                 any = true;

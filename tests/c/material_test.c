@@ -183,6 +183,62 @@ static void what_is_no_preset_is_refused(void) {
   FAILS(sw_preset_material(0, 1, &material), SW_ERROR_INVALID_DESC, "struct_size");
 }
 
+/* A sheet by maps of its thickness on vertices and its modulus on triangles, in two formats and with strides. */
+static SwModel *mapped_strip(double thin, double thick) {
+  static float thickness[2 * STRIP_VERTICES];
+  static double young[STRIP_TRIANGLES];
+  const Strip strip = make_strip();
+  const SwMeshDesc mesh = strip_mesh(&strip);
+  SwMaterialDesc sheet = aluminium(0);
+  SwMaterialMap maps[2];
+  SwSupportDesc supports;
+  SwModel *model = NULL;
+  for (int v = 0; v < STRIP_VERTICES; ++v) {
+    thickness[2 * v] = (float)(strip.positions[3 * v] < STRIP_LENGTH / 2 ? thick : thin);
+    thickness[2 * v + 1] = NAN; /* not ours */
+  }
+  for (int t = 0; t < STRIP_TRIANGLES; ++t) young[t] = sheet.young;
+  for (int k = 0; k < 2; ++k) sw_material_map_init(&maps[k]);
+  maps[0].quantity = SW_MAP_THICKNESS;
+  maps[0].on = SW_MAP_ON_VERTICES;
+  maps[0].format = SW_FORMAT_F32;
+  maps[0].values = thickness;
+  maps[0].stride = 2 * sizeof(float);
+  maps[0].count = STRIP_VERTICES;
+  maps[1].quantity = SW_MAP_YOUNG;
+  maps[1].on = SW_MAP_ON_TRIANGLES;
+  maps[1].format = SW_FORMAT_F64;
+  maps[1].values = young;
+  maps[1].count = STRIP_TRIANGLES;
+  sheet.young = sheet.thickness = 0; /* the maps have them */
+  sheet.maps = maps;
+  sheet.n_maps = 2;
+  sw_support_desc_init(&supports);
+  supports.clamped = strip.held;
+  supports.n_clamped = STRIP_ROWS;
+  OK(sw_model_create(&mesh, &sheet, &supports, &model));
+  precompute(model, 4, SW_PRECISION_F64);
+  return model;
+}
+
+static void maps_of_equal_values_are_the_constant(void) {
+  const SwMaterialDesc sheet = aluminium(0);
+  SwMaterialDesc same = sheet;
+  same.thickness = (float)sheet.thickness; /* the map has 32 bits */
+  SwModel *uniform = strip_of(&same, 1), *mapped = mapped_strip(sheet.thickness, sheet.thickness);
+  precompute(uniform, 4, SW_PRECISION_F64);
+  CHECK(slowest(uniform) == slowest(mapped));
+  sw_model_destroy(uniform);
+  sw_model_destroy(mapped);
+}
+
+static void a_thin_end_makes_the_beam_faster(void) {
+  SwModel *uniform = mapped_strip(1e-3, 1e-3), *mapped = mapped_strip(5e-4, 1e-3);
+  CHECK(slowest(mapped) > 1.1 * slowest(uniform)); /* less mass where it swings, as stiff where it bends */
+  sw_model_destroy(uniform);
+  sw_model_destroy(mapped);
+}
+
 static int warnings = 0;
 
 static void count_warning(void *user, uint32_t level, const char *message) {
@@ -209,6 +265,8 @@ int main(void) {
   RUN(a_stiffness_of_zero_beside_others_is_zero);
   RUN(presets_are_sheets_in_any_unit_of_length);
   RUN(what_is_no_preset_is_refused);
+  RUN(maps_of_equal_values_are_the_constant);
+  RUN(a_thin_end_makes_the_beam_faster);
   RUN(no_resistance_to_stretching_is_warned_of);
   return report_failures();
 }

@@ -421,6 +421,59 @@ static void a_sheet_without_its_energy_is_refused(void) {
   CHECK(model == no_model);
 }
 
+static void bad_maps_are_named(void) {
+  const Strip strip = make_strip();
+  const SwMeshDesc mesh = strip_mesh(&strip);
+  double values[STRIP_TRIANGLES];
+  SwModel *model = no_model;
+  SwMaterialMap good, map;
+  SwMaterialDesc material;
+  for (int t = 0; t < STRIP_TRIANGLES; ++t) values[t] = 2;
+  sw_material_map_init(&good);
+  good.quantity = SW_MAP_K_BEND;
+  good.on = SW_MAP_ON_TRIANGLES;
+  good.format = SW_FORMAT_F64;
+  good.values = values;
+  good.count = STRIP_TRIANGLES;
+  sw_material_desc_init(&material);
+  material.maps = &map;
+  material.n_maps = 1;
+#define REFUSED(change, text)                                                                     \
+  do {                                                                                            \
+    map = good;                                                                                   \
+    change;                                                                                       \
+    FAILS(sw_model_create(&mesh, &material, NULL, &model), SW_ERROR_INVALID_ARGUMENT, text);      \
+  } while (0)
+  REFUSED(map.quantity = 0, "maps[0].quantity is 0");
+  REFUSED(map.quantity = 8, "maps[0].quantity is 8");
+  REFUSED(map.quantity = SW_MAP_YOUNG, "map of young");
+  REFUSED(map.on = 0, "maps[0].on is 0");
+  REFUSED(map.on = 3, "maps[0].on is 3");
+  REFUSED(map.format = 0, "maps[0].values");
+  REFUSED(map.values = NULL, "maps[0].values is NULL");
+  REFUSED(map.stride = 7, "stride of material->maps[0].values");
+  REFUSED(map.count = STRIP_TRIANGLES - 1, "k_bend has 159 values");
+  REFUSED(map.on = SW_MAP_ON_VERTICES, "123 vertices");
+  REFUSED(map.reserved = 1, "maps[0].reserved");
+  const double bad[N_BAD + 2] = {NAN, HUGE_VAL, -HUGE_VAL, 0, -1};
+  for (int k = 0; k < N_BAD + 2; ++k) REFUSED(values[9] = bad[k], "value 9 of the map of k_bend");
+  values[9] = 2;
+  map = good;
+  map.struct_size = 3;
+  FAILS(sw_model_create(&mesh, &material, NULL, &model), SW_ERROR_INVALID_DESC, "maps[0]->struct_size");
+  map = good;
+  material.maps = NULL;
+  FAILS(sw_model_create(&mesh, &material, NULL, &model), SW_ERROR_INVALID_ARGUMENT, "material->maps is NULL");
+  material.maps = &map;
+  material.n_maps = UINT32_MAX;
+  FAILS(sw_model_create(&mesh, &material, NULL, &model), SW_ERROR_INVALID_ARGUMENT, "n_maps");
+  material.n_maps = 1;
+  material.reserved = 1;
+  FAILS(sw_model_create(&mesh, &material, NULL, &model), SW_ERROR_INVALID_ARGUMENT, "reserved");
+  CHECK(model == no_model);
+#undef REFUSED
+}
+
 static void supports_outside_the_mesh_are_named(void) {
   const Strip strip = make_strip();
   const SwMeshDesc mesh = strip_mesh(&strip);
@@ -1317,6 +1370,7 @@ int main(void) {
   RUN(bad_material_numbers_are_named);
   RUN(bad_sheet_numbers_are_named);
   RUN(a_sheet_without_its_energy_is_refused);
+  RUN(bad_maps_are_named);
   RUN(supports_outside_the_mesh_are_named);
   RUN(bad_steps_move_nothing);
   RUN(a_step_whose_result_would_overflow_moves_nothing);

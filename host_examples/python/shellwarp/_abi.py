@@ -43,6 +43,15 @@ SW_DIAGNOSTIC_SLIVER = 12
 SW_DIAGNOSTIC_MESSAGE_SIZE = 160
 SW_ENERGY_DISCRETE_SHELLS = 1
 SW_ENERGY_KOITER = 2
+SW_MAP_K_AREA = 1
+SW_MAP_K_LENGTH = 2
+SW_MAP_K_BEND = 3
+SW_MAP_AREA_DENSITY = 4
+SW_MAP_YOUNG = 5
+SW_MAP_THICKNESS = 6
+SW_MAP_VOLUME_DENSITY = 7
+SW_MAP_ON_VERTICES = 1
+SW_MAP_ON_TRIANGLES = 2
 SW_PROGRESS_CONTINUE = 256
 SW_PROGRESS_CANCEL = 512
 SW_PHASE_ASSEMBLY = 0
@@ -137,6 +146,19 @@ class SwMeshDesc(Structure):
     ]
 
 
+class SwMaterialMap(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("quantity", c_uint32),
+        ("on", c_uint32),
+        ("format", c_uint32),
+        ("values", c_void_p),
+        ("stride", c_uint64),
+        ("count", c_uint32),
+        ("reserved", c_uint32),
+    ]
+
+
 class SwMaterialDesc(Structure):
     _fields_ = [
         ("struct_size", c_uint32),
@@ -149,6 +171,9 @@ class SwMaterialDesc(Structure):
         ("poisson", c_double),
         ("thickness", c_double),
         ("volume_density", c_double),
+        ("maps", POINTER(SwMaterialMap)),
+        ("n_maps", c_uint32),
+        ("reserved", c_uint32),
     ]
 
 

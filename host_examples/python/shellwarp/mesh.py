@@ -1,13 +1,21 @@
 """What a model is made of: plain data, which can be pickled and sent to other processes."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from ctypes import byref, c_uint32, sizeof
+from typing import Any
 
+import numpy
 from numpy.typing import ArrayLike
 
 from . import _abi, _arrays, _library
 from ._types import Array
 from .errors import InvalidArgumentError
+
+
+QUANTITIES = {"k_area": _abi.SW_MAP_K_AREA, "k_length": _abi.SW_MAP_K_LENGTH, "k_bend": _abi.SW_MAP_K_BEND,
+              "area_density": _abi.SW_MAP_AREA_DENSITY, "young": _abi.SW_MAP_YOUNG, "thickness": _abi.SW_MAP_THICKNESS,
+              "volume_density": _abi.SW_MAP_VOLUME_DENSITY}
 
 
 @dataclass(frozen=True)
@@ -68,6 +76,7 @@ class Shell:
     material: "Material | Sheet" = field(default_factory=Material)
     fixed: ArrayLike = ()                                      # vertices held in place
     clamped: ArrayLike = ()                                    # held with their slope; of a Material by all their edge neighbours
+    maps: Mapping[str, ArrayLike] = field(default_factory=dict)  # values of a material's constant, by its name: a vertex or a triangle each
 
     def mesh_desc(self) -> tuple[_abi.SwMeshDesc, tuple[Array, ...]]:
         """The SwMeshDesc and the arrays that it points into, which must outlive it."""
@@ -77,6 +86,26 @@ class Shell:
         desc.positions, desc.position_format, desc.position_stride = _arrays.address(positions), form, stride
         desc.triangles, desc.n_vertices, desc.n_triangles = _arrays.address(triangles), len(positions), len(triangles)
         return desc, (positions, triangles)
+
+    def material_desc(self) -> tuple[_abi.SwMaterialDesc, tuple[Any, ...]]:
+        """The SwMaterialDesc and what it points into, which must outlive it."""
+        desc = self.material.desc()
+        maps = (_abi.SwMaterialMap * len(self.maps))()
+        kept: list[Any] = [maps]
+        for item, (name, given) in zip(maps, self.maps.items()):
+            if name not in QUANTITIES:
+                raise InvalidArgumentError(f"maps: no constant is called {name!r}; there are {', '.join(QUANTITIES)}")
+            values = numpy.ascontiguousarray(given, dtype=numpy.float64)
+            counts = {numpy.shape(self.positions)[:1]: _abi.SW_MAP_ON_VERTICES, numpy.shape(self.triangles)[:1]: _abi.SW_MAP_ON_TRIANGLES}
+            if len(counts) < 2:
+                raise InvalidArgumentError("maps: the mesh has as many vertices as triangles, so that what a map is on cannot be told")
+            if values.shape not in counts:
+                raise InvalidArgumentError(f"maps: {name} has the shape {values.shape}, expected one of {', '.join(map(str, counts))}")
+            kept.append(values)
+            item.struct_size, item.quantity, item.on = sizeof(_abi.SwMaterialMap), QUANTITIES[name], counts[values.shape]
+            item.format, item.values, item.count = _abi.SW_FORMAT_F64, _arrays.address(values), len(values)
+        desc.maps, desc.n_maps = (maps if self.maps else None), len(self.maps)
+        return desc, tuple(kept)
 
     def support_desc(self) -> tuple[_abi.SwSupportDesc, tuple[Array, ...]]:
         """The SwSupportDesc and the arrays that it points into, which must outlive it."""

@@ -30,10 +30,11 @@ class Model(Handle):
 
     def __init__(self, shell: Shell) -> None:
         mesh, mesh_arrays = shell.mesh_desc()
+        material, maps = shell.material_desc()
         supports, support_arrays = shell.support_desc()
         pointer = POINTER(_abi.SwModel)()
-        _library.call("sw_model_create", byref(mesh), byref(shell.material.desc()), byref(supports), byref(pointer))
-        del mesh_arrays, support_arrays
+        _library.call("sw_model_create", byref(mesh), byref(material), byref(supports), byref(pointer))
+        del mesh_arrays, maps, support_arrays
         self._adopt(pointer)
         self.n_vertices = int(mesh.n_vertices)
 

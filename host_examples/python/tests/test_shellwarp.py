@@ -121,6 +121,19 @@ class Sheets(unittest.TestCase):
         # 30 squares along the beam, whose diagonals all lean one way: docs/evidence/koiter.md has -0.4 % at 16
         self.assertLess(abs(made.frequencies()[0] / beam - 1), 4e-3)
 
+    def test_maps_of_equal_values_are_the_constant_and_others_are_not(self):
+        def slowest(maps):
+            return model(material=sw.Sheet(**self.CARD), fixed=(), clamped=range(4), maps=maps).frequencies()[0]
+        x = strip.positions()[:, 0]
+        self.assertEqual(slowest({"thickness": numpy.full(124, 4e-4), "young": numpy.full(180, 3e9)}), slowest({}))
+        self.assertGreater(slowest({"thickness": numpy.where(x < 0.15, 4e-4, 2e-4)}), 1.1 * slowest({}))
+
+    def test_bad_maps_are_named(self):
+        for maps, text in [({"thick": [1]}, "'thick'"), ({"thickness": [1, 2]}, r"\(2,\), expected one of \(124,\), \(180,\)"),
+                           ({"thickness": numpy.zeros(124)}, "value 0 of the map of thickness"), ({"k_bend": numpy.ones(124)}, "k_bend")]:
+            with self.assertRaisesRegex(sw.InvalidArgumentError, text):
+                sw.Model(strip.shell(material=sw.Sheet(**self.CARD), maps=maps))
+
     def test_known_materials_are_sheets(self):
         self.assertIn("card", sw.presets())
         self.assertEqual(sw.Sheet.known("aluminium"), sw.Sheet(6.9e10, 0.33, 1e-3, 2710.0))

@@ -4,6 +4,7 @@ use super::header::Header;
 use super::{points, put_u64, u64_of};
 use crate::error::invalid;
 use crate::features::{self, Feature, Proof};
+use crate::material::{Map, On, Quantity};
 use crate::modal::with_basis;
 use crate::model::front::Front;
 use crate::precision::Precision;
@@ -16,6 +17,8 @@ type Tag = [u8; 4];
 
 /// Tag, zero and size before a section's content.
 const SECTION_FRONT: usize = 16;
+/// What varies over the shell.
+const MAPS: Tag = *b"MAPS";
 /// Where the shell hangs.
 const SAG: Tag = *b"SAGS";
 /// Units of a basis in 16 bits.
@@ -29,13 +32,15 @@ const FRONT_OF_CHOICE: Tag = *b"AUTO";
 
 /// Tag and bytes of the content of each section that `model` has.
 fn sizes(model: &Model) -> impl Iterator<Item = (Tag, usize)> {
+    let maps = model.shell.maps.all();
+    let maps = (!maps.is_empty()).then(|| (MAPS, maps.iter().map(|map| 16 + 8 * map.values.len()).sum()));
     let sag = model.shell.sag.as_ref().map(|sag| (SAG, 24 + 24 * sag.rest.len()));
     let units = (model.modal.precision() == Precision::I16).then_some((UNITS, 16 * model.modal.n_modes()));
     let reduced = model.reduced.as_ref().map(|reduced| (REDUCED, reduced.saved_size(model.shell.mass.len())));
     let polynomial = model.reduced.as_ref().and_then(|reduced| reduced.polynomial.as_ref());
     let polynomial = polynomial.map(|polynomial| (POLYNOMIAL, polynomial.saved_size()));
     let front = model.front.as_ref().map(|front| (FRONT_OF_CHOICE, front.saved_size()));
-    [sag, units, polynomial, reduced, front].into_iter().flatten()
+    [maps, sag, units, polynomial, reduced, front].into_iter().flatten()
 }
 
 /// Bytes of all sections of `model`.
@@ -53,6 +58,7 @@ pub(super) fn put(model: &Model, out: &mut Vec<u8>) {
             (SAG, Some(sag), _) => {
                 sag.gravity.iter().chain(model.shell.mesh.positions.iter().flatten()).for_each(|x| x.put(out));
             }
+            (MAPS, ..) => model.shell.maps.all().iter().for_each(|map| put_map(map, out)),
             (POLYNOMIAL, _, Some(reduced)) => reduced.polynomial.iter().for_each(|polynomial| polynomial.save(out)),
             (REDUCED, _, Some(reduced)) => reduced.save(model.shell.mass.len(), out),
             (FRONT_OF_CHOICE, ..) => model.front.iter().for_each(|front| front.save(out)),
@@ -64,9 +70,38 @@ pub(super) fn put(model: &Model, out: &mut Vec<u8>) {
     }
 }
 
+fn put_map(map: &Map, out: &mut Vec<u8>) {
+    out.extend((map.quantity as u32).to_le_bytes());
+    out.extend((map.on as u32).to_le_bytes());
+    put_u64(out, map.values.len() as u64);
+    map.values.iter().for_each(|x| x.put(out));
+}
+
+/// The maps; their lengths and values are the shell's to check.
+pub(super) fn restore_maps(mut content: &[u8]) -> Result<Vec<Map>> {
+    let mut maps = vec![];
+    while let Some((front, rest)) = content.split_at_checked(16) {
+        let word = |i: usize| u32::from_le_bytes([front[i], front[i + 1], front[i + 2], front[i + 3]]);
+        let quantity = Quantity::ALL.into_iter().find(|quantity| *quantity as u32 == word(0));
+        let on = [On::Vertices, On::Triangles].into_iter().find(|on| *on as u32 == word(4));
+        let size = u64_of(&front[8..]).checked_mul(8).filter(|size| *size <= rest.len() as u64);
+        let (Some(quantity), Some(on), Some(size)) = (quantity, on, size) else {
+            return invalid(format!("its map {} is of nothing known", maps.len()));
+        };
+        let (values, rest) = rest.split_at(size as usize);
+        maps.push(Map { quantity, on, values: values.chunks_exact(8).map(f64::get).collect() });
+        content = rest;
+    }
+    match content.is_empty() && !maps.is_empty() {
+        true => Ok(maps),
+        false => invalid("its maps are cut short"),
+    }
+}
+
 /// Contents of the sections that a file has.
 #[derive(Default)]
 pub(super) struct Sections<'a> {
+    pub(super) maps: Option<&'a [u8]>,
     pub(super) sag: Option<&'a [u8]>,
     pub(super) units: Option<&'a [u8]>,
     pub(super) reduced: Option<&'a [u8]>,
@@ -83,6 +118,7 @@ pub(super) fn split(mut bytes: &[u8]) -> Result<Sections<'_>> {
         };
         let (tag, size) = (String::from_utf8_lossy(&front[..4]), u64_of(&front[8..]));
         let known = match &front[..8] {
+            [b'M', b'A', b'P', b'S', 0, 0, 0, 0] => &mut sections.maps,
             [b'S', b'A', b'G', b'S', 0, 0, 0, 0] => &mut sections.sag,
             [b'U', b'N', b'I', b'T', 0, 0, 0, 0] => &mut sections.units,
             [b'R', b'E', b'D', b'U', 0, 0, 0, 0] => &mut sections.reduced,

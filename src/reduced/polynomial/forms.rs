@@ -9,6 +9,7 @@
 use super::hinges::{Hinge, Matrix6, cubic, hessians, hinges};
 use super::pairs::{self, Rows};
 use super::{Coefficients, PolynomialEnergy};
+use crate::material::Quantity;
 use crate::modes::symmetric_eigen;
 use crate::reduced::products::WIDTH;
 use crate::reduced::sampling::Random;
@@ -129,6 +130,10 @@ struct Strains {
 impl Strains {
     fn new(shell: &Shell, material: &Material) -> Self {
         let mesh = &shell.mesh;
+        let areas = shell.maps.by_triangle(Quantity::KArea, mesh);
+        let lengths = shell.maps.by_edge(Quantity::KLength, mesh);
+        let k_area = |t: usize| areas.as_ref().map_or(material.k_area, |k| k[t]);
+        let k_length = |e: usize| lengths.as_ref().map_or(material.k_length, |k| k[e]);
         let mut elements = vec![];
         if material.k_area > 0.0 {
             let number = |a: u32, b: u32| {
@@ -137,10 +142,10 @@ impl Strains {
                     (a.min(b), a.max(b))
                 })
             };
-            for triangle in &mesh.triangles {
+            for (t, triangle) in mesh.triangles.iter().enumerate() {
                 let x = triangle.map(|v| mesh.positions[v as usize]);
                 let double = (x[1] - x[0]).cross(&(x[2] - x[0])).norm();
-                let root = (4.0 * material.k_area / double).sqrt();
+                let root = (4.0 * k_area(t) / double).sqrt();
                 let side = |i: usize| {
                     let [j, k] = [(i + 1) % 3, (i + 2) % 3];
                     let cotangent = (x[j] - x[i]).dot(&(x[k] - x[i])) / double;
@@ -153,7 +158,7 @@ impl Strains {
             for (e, edge) in mesh.edges.iter().enumerate() {
                 let [a, b] = edge.vertices.map(|v| mesh.positions[v as usize]);
                 let length = (b - a).norm();
-                elements.push(vec![(e, (2.0 * material.k_length / length).sqrt() / (2.0 * length))]);
+                elements.push(vec![(e, (2.0 * k_length(e) / length).sqrt() / (2.0 * length))]);
             }
         }
         Self { elements }

@@ -9,6 +9,7 @@
 
 use super::pairs::{Rows, symmetric};
 use crate::energy::dihedral_angle;
+use crate::material::Quantity;
 use crate::{Shell, Vec3};
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par};
@@ -56,8 +57,9 @@ pub fn hinges(shell: &Shell, k_bend: f64, pairs: &mut Vec<[u32; 2]>) -> Vec<Hing
     });
     let edges: Vec<[u32; 2]> = pairs.clone();
     let number = |a: u32, b: u32| edges.binary_search_by_key(&sorted([a, b]), |pair| sorted(*pair)).ok();
-    let interior = shell.mesh.edges.iter().filter(|edge| edge.is_interior());
-    let hinge = |(edge, row): (&crate::mesh::Edge, Vector12)| {
+    let varying = shell.maps.by_edge(Quantity::KBend, &shell.mesh);
+    let interior = shell.mesh.edges.iter().enumerate().filter(|(_, edge)| edge.is_interior());
+    let hinge = |((e, edge), row): ((usize, &crate::mesh::Edge), Vector12)| {
         let corners = [edge.vertices[0], edge.vertices[1], edge.opposite[0], edge.opposite[1]];
         let mut own: [Option<usize>; 6] = std::array::from_fn(|k| number(corners[ENDS[k][0]], corners[ENDS[k][1]]));
         let x = corners.map(|v| shell.mesh.positions[v as usize]);
@@ -65,7 +67,7 @@ pub fn hinges(shell: &Shell, k_bend: f64, pairs: &mut Vec<[u32; 2]>) -> Vec<Hing
             pairs.push([corners[2], corners[3]]);
             pairs.len() - 1
         });
-        Hinge::new(corners, own, &x, k_bend, row)
+        Hinge::new(corners, own, &x, varying.as_ref().map_or(k_bend, |k| k[e]), row)
     };
     interior.zip(rows).map(hinge).collect()
 }

@@ -1,0 +1,215 @@
+//! What varies over a shell: a constant's values per vertex or per triangle, in place of the uniform one.
+//!
+//! A triangle has the mean of its vertices' values, and an edge that of its ends or its triangles; equal values stay the same bits. Bending goes by the mean of h³
+//! over the triangle, of an h that is linear there.
+
+use super::Elasticity;
+use crate::Mesh;
+use crate::error::{Error, Result};
+use std::collections::HashMap;
+
+/// A constant of a material. The numbers are those of the interface and of saved models.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u32)]
+pub enum Quantity {
+    /// k_A.
+    KArea = 1,
+    /// k_L.
+    KLength = 2,
+    /// k_B.
+    KBend = 3,
+    /// Mass per area.
+    AreaDensity = 4,
+    /// E.
+    Young = 5,
+    /// h.
+    Thickness = 6,
+    /// ρ.
+    VolumeDensity = 7,
+}
+
+impl Quantity {
+    /// All, by number.
+    pub const ALL: [Self; 7] =
+        [Self::KArea, Self::KLength, Self::KBend, Self::AreaDensity, Self::Young, Self::Thickness, Self::VolumeDensity];
+
+    /// Its field's name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::KArea => "k_area",
+            Self::KLength => "k_length",
+            Self::KBend => "k_bend",
+            Self::AreaDensity => "area_density",
+            Self::Young => "young",
+            Self::Thickness => "thickness",
+            Self::VolumeDensity => "volume_density",
+        }
+    }
+
+    /// The constant in a material; none of the other energy's.
+    pub fn of(self, material: &mut Elasticity) -> Option<&mut f64> {
+        match (material, self) {
+            (Elasticity::DiscreteShells(m), Self::KArea) => Some(&mut m.k_area),
+            (Elasticity::DiscreteShells(m), Self::KLength) => Some(&mut m.k_length),
+            (Elasticity::DiscreteShells(m), Self::KBend) => Some(&mut m.k_bend),
+            (Elasticity::DiscreteShells(m), Self::AreaDensity) => Some(&mut m.area_density),
+            (Elasticity::Koiter(m), Self::Young) => Some(&mut m.young),
+            (Elasticity::Koiter(m), Self::Thickness) => Some(&mut m.thickness),
+            (Elasticity::Koiter(m), Self::VolumeDensity) => Some(&mut m.volume_density),
+            _ => None,
+        }
+    }
+}
+
+/// What the values of a map belong to. The numbers are those of the interface and of saved models.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u32)]
+pub enum On {
+    /// One value a vertex.
+    Vertices = 1,
+    /// One value a triangle.
+    Triangles = 2,
+}
+
+/// Values of one constant.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Map {
+    /// Which constant.
+    pub quantity: Quantity,
+    /// What the values belong to.
+    pub on: On,
+    /// As many as there are of these.
+    pub values: Vec<f64>,
+}
+
+/// The maps of a material, at most one a constant.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Maps(Vec<Map>);
+
+impl Maps {
+    /// Checks them for a mesh and a material: lengths, and every value finite and positive. With the material whose mapped constants are
+    /// the largest values.
+    pub fn new(maps: Vec<Map>, mesh: &Mesh, mut material: Elasticity) -> Result<(Self, Elasticity)> {
+        let mut smallest = material;
+        for (k, Map { quantity, on, values }) in maps.iter().enumerate() {
+            let name = quantity.name();
+            if maps[..k].iter().any(|other| other.quantity == *quantity) {
+                return Err(Error::argument(format!("there are two maps of {name}")));
+            }
+            let (wanted, kind) = match on {
+                On::Vertices => (mesh.positions.len(), "vertices"),
+                On::Triangles => (mesh.triangles.len(), "triangles"),
+            };
+            if values.len() != wanted {
+                let message =
+                    format!("the map of {name} has {} values, but the mesh has {wanted} {kind}", values.len());
+                return Err(Error::argument(message));
+            }
+            if let Some(i) = values.iter().position(|x| !(x.is_finite() && *x > 0.0)) {
+                let message = format!("value {i} of the map of {name} is {:?}: it must be positive", values[i]);
+                return Err(Error::argument(message));
+            }
+            let of_the_other = || Error::argument(format!("there is a map of {name}, which the energy does not have"));
+            let (low, high) = values.iter().fold((f64::MAX, 0.0f64), |(low, high), x| (low.min(*x), high.max(*x)));
+            *quantity.of(&mut material).ok_or_else(of_the_other)? = high;
+            *quantity.of(&mut smallest).ok_or_else(of_the_other)? = low;
+        }
+        if !maps.is_empty() {
+            smallest.validated()?;
+        }
+        Ok((Self(maps), material))
+    }
+
+    /// None at all.
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    /// All, in their order.
+    pub fn all(&self) -> &[Map] {
+        &self.0
+    }
+
+    /// A constant's map.
+    pub fn of(&self, quantity: Quantity) -> Option<&Map> {
+        self.0.iter().find(|map| map.quantity == quantity)
+    }
+
+    /// Values of a constant by triangle; none where it is uniform.
+    pub fn by_triangle(&self, quantity: Quantity, mesh: &Mesh) -> Option<Vec<f64>> {
+        self.of(quantity).map(|map| match map.on {
+            On::Triangles => map.values.clone(),
+            On::Vertices => mesh.triangles.iter().map(|t| mean(t.map(|v| map.values[v as usize]))).collect(),
+        })
+    }
+
+    /// Values of a constant by edge; none where it is uniform.
+    pub fn by_edge(&self, quantity: Quantity, mesh: &Mesh) -> Option<Vec<f64>> {
+        let map = self.of(quantity)?;
+        if map.on == On::Vertices {
+            return Some(mesh.edges.iter().map(|e| mean(e.vertices.map(|v| map.values[v as usize]))).collect());
+        }
+        let mut sides: HashMap<[u32; 2], Vec<f64>> = HashMap::new();
+        for (t, value) in mesh.triangles.iter().zip(&map.values) {
+            for k in 0..3 {
+                let (a, b) = (t[k], t[(k + 1) % 3]);
+                sides.entry([a.min(b), a.max(b)]).or_default().push(*value);
+            }
+        }
+        let of = |[a, b]: [u32; 2]| match sides[&[a.min(b), a.max(b)]][..] {
+            [one] => one,
+            [one, other, ..] => mean([one, other]),
+            [] => f64::NAN,
+        };
+        Some(mesh.edges.iter().map(|e| of(e.vertices)).collect())
+    }
+
+    /// Mass per area of each triangle; none where it is uniform.
+    pub fn area_density(&self, mesh: &Mesh, material: &Elasticity) -> Option<Vec<f64>> {
+        match material {
+            Elasticity::DiscreteShells(_) => self.by_triangle(Quantity::AreaDensity, mesh),
+            Elasticity::Koiter(sheet) => {
+                let [density, thickness] =
+                    [Quantity::VolumeDensity, Quantity::Thickness].map(|quantity| self.by_triangle(quantity, mesh));
+                if density.is_none() && thickness.is_none() {
+                    return None;
+                }
+                let of = |values: &Option<Vec<f64>>, t: usize, uniform| values.as_ref().map_or(uniform, |v| v[t]);
+                let product = |t| of(&density, t, sheet.volume_density) * of(&thickness, t, sheet.thickness);
+                Some((0..mesh.triangles.len()).map(product).collect())
+            }
+        }
+    }
+
+    /// Those of some vertices and triangles alone.
+    pub fn part(&self, vertices: &[u32], triangles: &[u32]) -> Self {
+        let part = |map: &Map| {
+            let some = match map.on {
+                On::Vertices => vertices,
+                On::Triangles => triangles,
+            };
+            Map { values: some.iter().map(|i| map.values[*i as usize]).collect(), ..*map }
+        };
+        Self(self.0.iter().map(part).collect())
+    }
+}
+
+/// The mean; of equal values the value itself.
+pub fn mean<const N: usize>(values: [f64; N]) -> f64 {
+    match values.iter().all(|x| *x == values[0]) {
+        true => values[0],
+        false => values.iter().sum::<f64>() / N as f64,
+    }
+}
+
+/// The mean of h³ over a triangle of a linear h; of equal values the cube itself.
+pub fn mean_cube(h: [f64; 3]) -> f64 {
+    let [a, b, c] = h;
+    match a == b && b == c {
+        true => a.powi(3),
+        false => {
+            let squares = a * a + b * b + c * c;
+            (a * b * c + (a + b + c) * squares) / 10.0
+        }
+    }
+}
