@@ -1,7 +1,13 @@
-//! Gives the shared library its SONAME on ELF systems, so that hosts bind to the interface and not to a file name.
+//! Gives the shared library its SONAME on ELF systems, so that hosts bind to the interface and not to a file name, and a WebAssembly module
+//! its table of functions.
 
 fn main() {
     println!("cargo:rerun-if-changed=build.rs");
+    if std::env::var("CARGO_CFG_TARGET_ARCH").as_deref() == Ok("wasm32") {
+        // A page puts its callbacks into the module's own table of functions.
+        println!("cargo:rustc-cdylib-link-arg=--export-table");
+        println!("cargo:rustc-cdylib-link-arg=--growable-table");
+    }
     let os = std::env::var("CARGO_CFG_TARGET_OS").unwrap_or_default();
     if matches!(os.as_str(), "linux" | "freebsd" | "netbsd" | "openbsd") {
         println!("cargo:rustc-cdylib-link-arg=-Wl,-soname,libshellwarp.so.0");

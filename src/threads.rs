@@ -13,6 +13,9 @@ const WORTHWHILE: u64 = 100_000;
 const SHARES: u64 = 8;
 const LEAST_SHARE: u64 = 10_000;
 
+/// False in a bare WebAssembly module, where asking for a thread, or for the process, would trap.
+const HAS_THREADS: bool = !cfg!(all(target_family = "wasm", target_os = "unknown"));
+
 /// More would be a mistake.
 pub const MOST_THREADS: usize = 1024;
 
@@ -31,6 +34,10 @@ struct Threads {
 
 static THREADS: RwLock<Threads> = RwLock::new(Threads { wanted: 0, pool: None });
 
+fn process() -> u32 {
+    if HAS_THREADS { std::process::id() } else { 0 }
+}
+
 impl Pool {
     /// None where the system gives no threads.
     fn new(workers: usize) -> Option<Self> {
@@ -44,7 +51,7 @@ impl Pool {
         });
         let pool = built.build().ok();
         let workers = std::mem::take(&mut *handles.lock().unwrap_or_else(PoisonError::into_inner));
-        let pool = Self { pool, workers, process: std::process::id() };
+        let pool = Self { pool, workers, process: process() };
         pool.pool.is_some().then_some(pool)
     }
 }
@@ -53,7 +60,7 @@ impl Drop for Pool {
     /// Returns when the threads have ended, so that the library may be unloaded.
     fn drop(&mut self) {
         drop(self.pool.take());
-        if self.process == std::process::id() {
+        if self.process == process() {
             self.workers.drain(..).for_each(|worker| drop(worker.join()));
         }
     }
@@ -62,13 +69,14 @@ impl Drop for Pool {
 impl Threads {
     fn count(&self) -> usize {
         match self.wanted {
+            _ if !HAS_THREADS => 1,
             0 => std::thread::available_parallelism().map_or(1, usize::from),
             wanted => wanted,
         }
     }
 
     fn is_ready(&self) -> bool {
-        self.count() == 1 || self.pool.as_ref().is_some_and(|pool| pool.process == std::process::id())
+        self.count() == 1 || self.pool.as_ref().is_some_and(|pool| pool.process == process())
     }
 
     fn prepare(&mut self) {

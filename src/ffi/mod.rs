@@ -14,6 +14,8 @@ pub mod info;
 pub mod load;
 pub mod log;
 pub mod material;
+#[cfg(all(target_family = "wasm", target_os = "unknown"))]
+pub mod memory;
 pub mod mesh;
 pub mod method;
 pub mod model;

@@ -21,13 +21,13 @@ pub use demand::Demand;
 pub use dense::symmetric_eigen;
 pub use stiffness::{ScaledStiffness, entries};
 
+use crate::clock::Instant;
 use crate::limits::MAX_MODES;
 use crate::{Error, ErrorKind, Result, Shell, Vec3};
 use faer::Mat;
 use pieces::Piece;
 use solution::{Solution, rigid_freedoms};
 use std::ops::Range;
-use std::time::Instant;
 
 /// Modes that are computed first where a tolerance tells how many are needed.
 const FIRST_SEARCH: usize = 16;

@@ -3,13 +3,13 @@
 
 use super::polynomial::{Errors, Gate, PolynomialEnergy};
 use super::{Assumed, Elastic, LEAST_SHARE, Newton, Options, Potential, ReducedEnergy, Stop, basis, sampling, stress};
+use crate::clock::Instant;
 use crate::modes::Modes;
 use crate::reference::{EquilibriumOptions, Solver};
 use crate::{Error, ErrorKind, Result, Shell, Vec3};
 use faer::Mat;
 use nalgebra::DMatrix;
 use std::sync::Arc;
-use std::time::Instant;
 
 /// Training loads that there are: `TrainingLoads::loads`.
 pub const MAX_POSES: usize = 2 * (DISTRIBUTED + 6 * POINTS);
