@@ -18,7 +18,7 @@ export CMAKE_BUILD_PARALLEL_LEVEL ?= $(JOBS)
 .PHONY: help build native demo test test-cargo test-c test-render test-blender demo-blender install package blender-addon header \
     python-abi docs-api test-docs lint fuzz check-memory check-threads check-miri check-guard bench bench-front bench-instructions bench-leave-out bench-polynomial bench-precompute bench-solver bench-training build-report report report-docs report-stability \
     test-report clean
-.PHONY: cli wasm test-wasm tutorial-pictures docs notices wheel pictures bench-leaf farm-demo farm-sweep farm-costs bench-slepc
+.PHONY: cli check-platforms wasm test-wasm tutorial-pictures docs notices wheel pictures bench-leaf farm-demo farm-sweep farm-costs bench-slepc
 
 help: ## list the targets
 	@echo "usage: make TARGET [JOBS=2]"
@@ -86,6 +86,9 @@ wheel: ## build the Python wheel, for glibc 2.17 and later on Linux, and test it
 	    SHELLWARP_LIBRARY=$(PORTABLE_LIBRARY)) .venv/bin/python host_examples/python/backend/shellwarp_wheel.py out/wheel
 	SHELLWARP_WHEEL=$$(ls $(CURDIR)/out/wheel/*.whl) SHELLWARP_OLDEST_GLIBC=$(if $(filter Linux,$(shell uname)),2.17) \
 	    .venv/bin/python host_examples/python/tests/test_wheel.py
+
+check-platforms: ## compile for every platform whose Rust target is installed, and write docs/reference/platforms.md
+	@python3 tests/check_platforms.py
 
 WASM := $(or $(CARGO_TARGET_DIR),target)/wasm32-unknown-unknown/release/shellwarp.wasm
 
