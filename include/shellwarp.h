@@ -122,6 +122,8 @@ uint32_t sw_abi_version(void);
 #define SW_FEATURE_I16_BASIS 16
 // SW_METHOD_REDUCED_SHELL and reduced_fields.
 #define SW_FEATURE_REDUCED_SHELL 32
+// Colliders: sw_state_set_colliders.
+#define SW_FEATURE_CONTACT 64
 
 // The SW_FEATURE_... that the library was built with; usually all. Every function is there in any
 // build; what asks for a missing feature returns SW_ERROR_UNSUPPORTED, and the message names it.
@@ -1037,8 +1039,9 @@ SwStatus sw_state_step(struct SwState *state,
 
 // Saves the dynamic state (time, frame, amplitudes and rates, constraint work): 152 bytes and 16 a
 // mode, or mode and field of a reduced shell, so 952 at 50 modes; 152 and 48 a vertex of a
-// nonlinear shell. Loads, damping and constraints are inputs and not saved. Two calls: with `bytes`
-// NULL and `capacity` 0 only *size is written. Callable concurrently.
+// nonlinear shell; with colliders 16 more, 56 a collider and 48 a contact. Loads, damping and
+// constraints are inputs and not saved. Two calls: with `bytes` NULL and `capacity` 0 only *size is
+// written. Callable concurrently.
 // Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_BUFFER_SIZE when capacity < *size, SW_ERROR_BUSY.
 SwStatus sw_state_save(const struct SwState *state,
                        void *bytes,
@@ -1095,6 +1098,13 @@ typedef struct SwStateReport {
   // ended short of its tolerance: finite, but less accurate than the others; shorter steps help. 0
   // for other methods.
   uint64_t unconverged_steps;
+  // Contacts with colliders that had a force at the end of the last step or equilibrium.
+  uint64_t contact_count;
+  // Of any vertex, how far it was inside a collider and its thickness then; 0 outside. What modes
+  // or fields cannot follow stays.
+  double deepest_penetration;
+  // Of the colliders on the shell over the last step, world axes.
+  double contact_impulse[3];
 } SwStateReport;
 
 // Deformed positions (n_vertices x 3) in SW_SPACE_..., as SW_FORMAT_..., `stride` bytes from vertex
@@ -1293,6 +1303,156 @@ SwStatus sw_state_constraint_report(const struct SwState *state,
                                     uint32_t capacity,
                                     uint32_t *count);
 
+/* Colliders ------------------------------------------------------------------------------------ */
+
+// The half-space z <= 0.
+#define SW_COLLIDER_PLANE 1
+// A ball about the origin: radius.
+#define SW_COLLIDER_SPHERE 2
+// All points within radius of the segment from -half_length to half_length along z.
+#define SW_COLLIDER_CAPSULE 3
+// A box about the origin: half_extents.
+#define SW_COLLIDER_BOX 4
+// The convex hull of mesh->positions; its triangles are not read.
+#define SW_COLLIDER_HULL 5
+// The inside of a closed mesh, prepared as signed distances on a grid.
+#define SW_COLLIDER_MESH 6
+
+// In sw_state_move_collider: the collider is there at once and has no velocity.
+#define SW_COLLIDER_TELEPORT 1
+
+// A solid in axes of its own, which sw_state_move_collider places.
+typedef struct SwColliderDesc {
+  // Set by sw_collider_desc_init.
+  uint32_t struct_size;
+  // SW_COLLIDER_.... Required.
+  uint32_t kind;
+  // Must be 0.
+  uint32_t flags;
+  // Must be 0.
+  uint32_t reserved;
+  // Of a sphere or capsule, length, positive.
+  double radius;
+  // Of a capsule, length, not negative.
+  double half_length;
+  // Of a box, length, positive.
+  double half_extents[3];
+  // Coefficient of Coulomb's friction, not negative; 0 = none. About 0.3 to 0.6 for cloth and
+  // leaves.
+  double friction;
+  // The shell stays so far off the surface, length, not negative; such as half its own thickness.
+  double thickness;
+  // Of SW_COLLIDER_HULL and SW_COLLIDER_MESH, in the collider's axes; copied.
+  const struct SwMeshDesc *mesh;
+  // Of SW_COLLIDER_MESH: cells along the longest side of the mesh, 4 to 2000; 0 = 64. A cell is
+  // about the size of the finest feature.
+  uint32_t cells;
+  // Must be 0.
+  uint32_t reserved2;
+} SwColliderDesc;
+
+// Where a collider is at the end of the next step.
+typedef struct SwColliderPoseDesc {
+  // Set by sw_collider_pose_desc_init.
+  uint32_t struct_size;
+  // SW_COLLIDER_TELEPORT or 0.
+  uint32_t flags;
+  // World position of its origin.
+  double origin[3];
+  // Row-major rotation matrix from its axes to the world's; all zero = identity.
+  double rotation[9];
+} SwColliderPoseDesc;
+
+// Where the shell touched a collider at the end of the last step. Output only.
+typedef struct SwContact {
+  // A vertex three times, the ends of an edge and the second again, or the corners of a triangle.
+  uint32_t vertices[3];
+  // Which of the state's colliders.
+  uint32_t collider;
+  // Of the vertices: what touches is their mean by these.
+  double weights[3];
+  // Where it is, world space.
+  double point[3];
+  // Of the collider's surface, outward, of length 1.
+  double normal[3];
+  // From the surface with its thickness; negative inside.
+  double gap;
+  // On the shell, friction included, world axes.
+  double force[3];
+} SwContact;
+
+// An immutable solid with its friction and thickness. Share it by any number of states and threads.
+typedef struct SwCollider SwCollider;
+
+// Makes a collider. On success *collider is a new object, to be given to sw_collider_destroy; on
+// failure it is untouched. A mesh takes up to seconds, and about a megabyte at 64 cells. Triangles
+// that are turned against their neighbours are taken as meant.
+// Errors: SW_ERROR_INVALID_ARGUMENT, also on a size that is not from 1e-100 to 1e100;
+// SW_ERROR_INVALID_DESC; SW_ERROR_INVALID_MESH on a mesh that is open, inside out or thinner than
+// its cells, with the place.
+SwStatus sw_collider_create(const struct SwColliderDesc *desc,
+                            struct SwCollider **collider);
+
+// Saves a collider, so that sw_collider_load gives it back without preparing its mesh again. Two
+// calls: with `bytes` NULL and `capacity` 0 only *size is written. Callable concurrently.
+// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_BUFFER_SIZE when capacity < *size.
+SwStatus sw_collider_save(const struct SwCollider *collider,
+                          void *bytes,
+                          uint64_t capacity,
+                          uint64_t *size);
+
+// Makes a collider of what sw_collider_save gave. Safe on any bytes. On success *collider is a new
+// object, to be given to sw_collider_destroy; on failure it is untouched.
+// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DATA.
+SwStatus sw_collider_load(const void *bytes,
+                          uint64_t size,
+                          struct SwCollider **collider);
+
+// Destroys a collider. NULL does nothing. States that have it go on with it. An object must not be
+// destroyed twice or during a call.
+void sw_collider_destroy(struct SwCollider *collider);
+
+// Replaces the colliders of a state; count 0 removes all. Each is in the world's axes until
+// sw_state_move_collider, and is known by its place in the list. One that was in the same place
+// before stays where it is. The list is copied; a collider may come more than once.
+//
+// Every method keeps its shell out of colliders: a step is taken in rounds, until no gap of a
+// contact and no penetration is beyond 2e-5 of the mesh's size, at most twelve. So a step among
+// colliders costs as many steps as it has rounds and a reading of the positions each; one that
+// touches nothing costs one round. Vertices are looked at, and points between them where a collider
+// is smaller than an edge. Vertices that a support holds pass through. A vertex that crosses a
+// collider within a step, however fast, is stopped where it entered. One that begins a step inside
+// comes out by at most the mesh's size a second. What a method's modes or fields cannot follow
+// stays inside, and sw_state_report tells how deep. An explicit step feels a spring of its own
+// vertex's mass instead. Friction is Coulomb's; an equilibrium has none. Contacts are cloned and
+// saved with a state; colliders are cloned, survive its reset and loading, but are not saved.
+// Allocates; steps of modal methods then do not.
+// Errors: SW_ERROR_INVALID_ARGUMENT, also above 65536 colliders; SW_ERROR_UNSUPPORTED by a library
+// without SW_FEATURE_CONTACT, SW_ERROR_BUSY.
+SwStatus sw_state_set_colliders(struct SwState *state,
+                                const struct SwCollider *const *colliders,
+                                uint32_t count);
+
+// Sets where a collider is at the end of the next step; it gets there evenly, and friction feels
+// its velocity. It stays where it is when not called. The first call for a collider simply places
+// it. sw_state_equilibrium has it there, at rest.
+// Errors: SW_ERROR_INVALID_ARGUMENT, also where the state has no such collider;
+// SW_ERROR_INVALID_DESC, SW_ERROR_BUSY.
+SwStatus sw_state_move_collider(struct SwState *state,
+                                uint32_t collider,
+                                const struct SwColliderPoseDesc *desc);
+
+// Where the shell touched at the end of the last step or equilibrium. `element_size` is
+// sizeof(SwContact). Two calls: with `contacts` NULL and `capacity` 0 only *count is written.
+// Callable concurrently.
+// Errors: SW_ERROR_INVALID_DESC, SW_ERROR_INVALID_ARGUMENT, SW_ERROR_BUFFER_SIZE when capacity <
+// *count, SW_ERROR_BUSY.
+SwStatus sw_state_contacts(const struct SwState *state,
+                           struct SwContact *contacts,
+                           uint32_t element_size,
+                           uint32_t capacity,
+                           uint32_t *count);
+
 /* Forces, wind and equilibrium ----------------------------------------------------------------- */
 
 // The forces act in the next step, or the next sw_state_equilibrium, and are then forgotten.
@@ -1397,6 +1557,8 @@ SwStatus sw_state_equilibrium(struct SwState *state,
 #define SW_PART_NONLINEAR_SHELL 10
 // The reduced nonlinear shell.
 #define SW_PART_REDUCED_SHELL 11
+// Contact with colliders.
+#define SW_PART_CONTACT 12
 
 // Length of SwPlanPart::reason, the closing NUL included; for good.
 #define SW_PLAN_REASON_SIZE 120
@@ -1561,6 +1723,12 @@ static inline void sw_state_report_init(SwStateReport *s) {
   sw_struct_init(s, sizeof *s);
 }
 static inline void sw_constraint_desc_init(SwConstraintDesc *s) {
+  sw_struct_init(s, sizeof *s);
+}
+static inline void sw_collider_desc_init(SwColliderDesc *s) {
+  sw_struct_init(s, sizeof *s);
+}
+static inline void sw_collider_pose_desc_init(SwColliderPoseDesc *s) {
   sw_struct_init(s, sizeof *s);
 }
 static inline void sw_force_desc_init(SwForceDesc *s) {

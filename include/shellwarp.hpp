@@ -48,6 +48,7 @@ Struct initialized() {
 struct Destroy {
   void operator()(SwModel *model) const noexcept { sw_model_destroy(model); }
   void operator()(SwState *state) const noexcept { sw_state_destroy(state); }
+  void operator()(SwCollider *collider) const noexcept { sw_collider_destroy(collider); }
 };
 
 }  // namespace detail
@@ -70,6 +71,8 @@ inline SwFrameDesc frame_desc() { return detail::initialized<SwFrameDesc>(); }
 inline SwConstraintDesc constraint_desc() { return detail::initialized<SwConstraintDesc>(); }
 inline SwForceDesc force_desc() { return detail::initialized<SwForceDesc>(); }
 inline SwWindDesc wind_desc() { return detail::initialized<SwWindDesc>(); }
+inline SwColliderDesc collider_desc() { return detail::initialized<SwColliderDesc>(); }
+inline SwColliderPoseDesc collider_pose_desc() { return detail::initialized<SwColliderPoseDesc>(); }
 
 /* A mesh of packed positions (n_vertices x 3) and packed triangles (n_triangles x 3). */
 inline SwMeshDesc mesh_desc(const void *positions, uint32_t format, uint32_t n_vertices, const uint32_t *triangles,
@@ -202,6 +205,36 @@ private:
   std::unique_ptr<SwModel, detail::Destroy> handle_;
 };
 
+/* Owns an SwCollider. Move only. States that have it go on with it when it is destroyed. */
+class Collider {
+public:
+  explicit Collider(const SwColliderDesc &desc) {
+    SwCollider *collider = nullptr;
+    check(sw_collider_create(&desc, &collider));
+    handle_.reset(collider);
+  }
+
+  std::vector<unsigned char> save() const {
+    uint64_t size = 0;
+    check(sw_collider_save(get(), nullptr, 0, &size));
+    std::vector<unsigned char> bytes(size);
+    check(sw_collider_save(get(), bytes.data(), size, &size));
+    return bytes;
+  }
+  static Collider load(const std::vector<unsigned char> &bytes) {
+    SwCollider *collider = nullptr;
+    check(sw_collider_load(bytes.data(), bytes.size(), &collider));
+    return Collider(collider);
+  }
+
+  SwCollider *get() const noexcept { return handle_.get(); }
+
+private:
+  explicit Collider(SwCollider *collider) noexcept : handle_(collider) {}
+
+  std::unique_ptr<SwCollider, detail::Destroy> handle_;
+};
+
 /* q and its time derivative, one entry for each mode. */
 struct Amplitudes {
   std::vector<double> value, velocity;
@@ -254,6 +287,14 @@ public:
   void clear_forces() { set_forces(force_desc()); }
   void set_wind(const SwWindDesc &desc) { check(sw_state_set_wind(get(), &desc)); }
   void clear_wind() { set_wind(wind_desc()); }
+  /* All that were set before are replaced; Collider::get() each. */
+  void set_colliders(const std::vector<const SwCollider *> &colliders) {
+    check(sw_state_set_colliders(get(), colliders.data(), static_cast<uint32_t>(colliders.size())));
+  }
+  /* Where one of them is at the end of the next step. */
+  void move_collider(uint32_t collider, const SwColliderPoseDesc &desc) {
+    check(sw_state_move_collider(get(), collider, &desc));
+  }
   void set_rest_tolerance(double length) { check(sw_state_set_rest_tolerance(get(), length)); }
   void step(double seconds) { check(sw_state_step(get(), seconds)); }
 
@@ -347,6 +388,15 @@ public:
     std::vector<SwConstraintReport> reports(count);
     check(sw_state_constraint_report(get(), reports.data(), sizeof(SwConstraintReport), count, &count));
     return reports;
+  }
+
+  /* Where the shell touched at the end of the last step. */
+  std::vector<SwContact> contacts() const {
+    uint32_t count = 0;
+    check(sw_state_contacts(get(), nullptr, sizeof(SwContact), 0, &count));
+    std::vector<SwContact> contacts(count);
+    check(sw_state_contacts(get(), contacts.data(), sizeof(SwContact), count, &count));
+    return contacts;
   }
 
   std::vector<unsigned char> save() const {

@@ -20,12 +20,21 @@ pub enum Feature {
     I16Basis,
     /// The reduced nonlinear shell, which needs [`Feature::NonlinearShell`].
     ReducedShell,
+    /// Colliders.
+    Contact,
 }
 
 impl Feature {
     /// All of them.
-    pub const ALL: [Self; 6] =
-        [Self::NonlinearShell, Self::Wind, Self::SavedModels, Self::F64Basis, Self::I16Basis, Self::ReducedShell];
+    pub const ALL: [Self; 7] = [
+        Self::NonlinearShell,
+        Self::Wind,
+        Self::SavedModels,
+        Self::F64Basis,
+        Self::I16Basis,
+        Self::ReducedShell,
+        Self::Contact,
+    ];
 
     /// Whether this build has it.
     #[inline(always)]
@@ -37,6 +46,7 @@ impl Feature {
             Self::F64Basis => cfg!(feature = "f64-basis"),
             Self::I16Basis => cfg!(feature = "i16-basis"),
             Self::ReducedShell => cfg!(feature = "reduced-shell"),
+            Self::Contact => cfg!(feature = "contact"),
         }
     }
 
@@ -49,6 +59,7 @@ impl Feature {
             Self::F64Basis => "f64-basis",
             Self::I16Basis => "i16-basis",
             Self::ReducedShell => "reduced-shell",
+            Self::Contact => "contact",
         }
     }
 
@@ -111,3 +122,10 @@ pub type SavedModels = Present;
 /// Of [`Feature::SavedModels`].
 #[cfg(not(feature = "saved-models"))]
 pub type SavedModels = Absent;
+
+/// Of [`Feature::Contact`].
+#[cfg(feature = "contact")]
+pub type Contact = Present;
+/// Of [`Feature::Contact`].
+#[cfg(not(feature = "contact"))]
+pub type Contact = Absent;

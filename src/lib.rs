@@ -8,6 +8,7 @@ pub mod auto;
 pub mod clock;
 pub mod collider;
 pub mod constraint;
+pub mod contact;
 pub mod energy;
 pub mod error;
 pub mod features;

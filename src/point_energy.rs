@@ -30,6 +30,11 @@ impl Point {
         Self { vertices: triangle, weights, count: 3 }
     }
 
+    /// A point of an edge: `share` of the way from its first vertex to its second, which differ.
+    pub fn between([a, b]: [u32; 2], share: f64) -> Self {
+        Self { vertices: [a, b, b], weights: [1.0 - share, share, 0.0], count: 2 }
+    }
+
     /// c, corners in a mesh's triangle or one vertex.
     pub fn vertices(&self) -> &[u32] {
         &self.vertices[..self.count]
@@ -62,6 +67,16 @@ pub trait PointEnergy: Send + Sync {
     fn gradient_at(&self, i: usize, p: &Vec3) -> Vec3;
     /// ∂²W_i/∂p², or of a semidefinite curvature one near it without a negative eigenvalue.
     fn hessian_at(&self, i: usize, p: &Vec3, curvature: Curvature) -> Matrix3<f64>;
+
+    /// It does no work that it has not stored before: what it acts by stands still.
+    fn is_passive(&self) -> bool {
+        false
+    }
+
+    /// Its force comes and goes at once, so that a step is better taken whole than by stages.
+    fn is_sudden(&self) -> bool {
+        false
+    }
 
     /// W at the positions `x` of all vertices.
     fn value(&self, x: &[Vec3]) -> f64 {
@@ -96,6 +111,14 @@ impl InFrame {
 impl PointEnergy for InFrame {
     fn points(&self) -> &[Point] {
         self.energy.points()
+    }
+
+    fn is_passive(&self) -> bool {
+        self.energy.is_passive()
+    }
+
+    fn is_sudden(&self) -> bool {
+        self.energy.is_sudden()
     }
 
     fn value_at(&self, i: usize, x: &Vec3) -> f64 {

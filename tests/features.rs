@@ -3,12 +3,15 @@
 #![allow(missing_docs)]
 mod common;
 use common::equilateral_sheet;
+use shellwarp::collider::Solid;
+use shellwarp::contact::Obstacle;
 use shellwarp::features::Feature;
 use shellwarp::load::Wind;
 use shellwarp::model::{Model, Options, Precision};
 use shellwarp::reduced;
 use shellwarp::state::{Method, Space, State};
 use shellwarp::step::Integrator;
+use shellwarp::support::Pose;
 use shellwarp::{ErrorKind, Material, Mesh, Result, Shell, Supports, Vec3};
 use std::sync::Arc;
 
@@ -55,6 +58,9 @@ fn what_a_build_lacks_is_refused_by_name_and_the_rest_works() {
         let wind = Wind { velocity: Vec3::y(), density: 1.2, normal_drag: 1.0, ..Wind::default() };
         agrees(Feature::Wind, state.set_wind(wind));
         state.set_wind(Wind::default()).unwrap(); // none at all, with any build
+        let floor =
+            Obstacle::new(Arc::new(Solid::plane()), Pose { origin: Vec3::new(0.0, 0.0, -1.0), ..Pose::identity() });
+        agrees(Feature::Contact, state.set_obstacles(vec![floor]));
         state.step(1.0 / 30.0).unwrap();
         let mut moved = 0;
         state.positions(Space::World, |v, x| moved += usize::from(x != model.shell.mesh.positions[v]));

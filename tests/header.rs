@@ -6,7 +6,7 @@ use std::fmt::Write;
 use std::path::Path;
 
 /// The files of src/ffi in the header's order, and what each is about.
-const SECTIONS: [(&str, &str); 18] = [
+const SECTIONS: [(&str, &str); 19] = [
     ("status", "Statuses, messages and versions"),
     ("structs", "Structs"),
     ("pointer", "Buffers"),
@@ -22,6 +22,7 @@ const SECTIONS: [(&str, &str); 18] = [
     ("output", "What a state shows"),
     ("batch", "Many states"),
     ("constraint", "Constraints"),
+    ("collider", "Colliders"),
     ("load", "Forces, wind and equilibrium"),
     ("plan", "What a step consists of"),
     ("certify", "What a state gets wrong, and another method for it"),

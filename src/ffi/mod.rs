@@ -7,6 +7,7 @@
 
 pub mod batch;
 pub mod certify;
+pub mod collider;
 pub mod constraint;
 mod floats;
 pub mod guard;

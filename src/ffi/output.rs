@@ -42,9 +42,15 @@ pub struct SwStateReport {
     /// Steps of a reduced shell since creation or reset, as this object took them, whose Newton search ended short of its
     /// tolerance: finite, but less accurate than the others; shorter steps help. 0 for other methods.
     pub unconverged_steps: u64,
+    /// Contacts with colliders that had a force at the end of the last step or equilibrium.
+    pub contact_count: u64,
+    /// Of any vertex, how far it was inside a collider and its thickness then; 0 outside. What modes or fields cannot follow stays.
+    pub deepest_penetration: f64,
+    /// Of the colliders on the shell over the last step, world axes.
+    pub contact_impulse: [f64; 3],
 }
 
-described!(SwStateReport, unconverged_steps);
+described!(SwStateReport, contact_impulse);
 
 pub(super) fn space_of(space: u32) -> Result<Space, Fault> {
     enumerant("space", space, &[(SW_SPACE_WORLD, Space::World), (SW_SPACE_FRAME, Space::Frame)])
@@ -182,6 +188,10 @@ pub unsafe extern "C" fn sw_state_report(state: *const SwState, report: *mut SwS
             out.fraction_turned_too_far = measured.fraction_turned_too_far;
             out.max_displacement = measured.max_displacement;
             out.unconverged_steps = measured.unconverged_steps;
+            let touched = state.contact_summary();
+            out.contact_count = touched.count as u64;
+            out.deepest_penetration = touched.deepest;
+            out.contact_impulse = touched.impulse.into();
             place.write(out);
             Ok(())
         })

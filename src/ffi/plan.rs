@@ -29,6 +29,8 @@ pub const SW_PART_CONSTRAINTS: u32 = 9;
 pub const SW_PART_NONLINEAR_SHELL: u32 = 10;
 /// The reduced nonlinear shell.
 pub const SW_PART_REDUCED_SHELL: u32 = 11;
+/// Contact with colliders.
+pub const SW_PART_CONTACT: u32 = 12;
 
 /// Length of SwPlanPart::reason, the closing NUL included; for good.
 pub const SW_PLAN_REASON_SIZE: usize = 120;
@@ -66,6 +68,7 @@ impl From<&Part> for SwPlanPart {
             PartKind::Constraints => SW_PART_CONSTRAINTS,
             PartKind::NonlinearShell => SW_PART_NONLINEAR_SHELL,
             PartKind::ReducedShell => SW_PART_REDUCED_SHELL,
+            PartKind::Contact => SW_PART_CONTACT,
         };
         let mut text = [0u8; SW_PLAN_REASON_SIZE];
         copy_text(&part.reason, &mut text);

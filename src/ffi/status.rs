@@ -148,6 +148,8 @@ pub const SW_FEATURE_F64_BASIS: u32 = 8;
 pub const SW_FEATURE_I16_BASIS: u32 = 16;
 /// SW_METHOD_REDUCED_SHELL and reduced_fields.
 pub const SW_FEATURE_REDUCED_SHELL: u32 = 32;
+/// Colliders: sw_state_set_colliders.
+pub const SW_FEATURE_CONTACT: u32 = 64;
 
 /// The SW_FEATURE_... that the library was built with; usually all. Every function is there in any build; what asks for a missing
 /// feature returns SW_ERROR_UNSUPPORTED, and the message names it.
@@ -160,6 +162,7 @@ pub extern "C" fn sw_features() -> u32 {
         Feature::F64Basis => SW_FEATURE_F64_BASIS,
         Feature::I16Basis => SW_FEATURE_I16_BASIS,
         Feature::ReducedShell => SW_FEATURE_REDUCED_SHELL,
+        Feature::Contact => SW_FEATURE_CONTACT,
     };
     Feature::ALL.iter().filter(|feature| feature.is_built_in()).map(bit).sum()
 }

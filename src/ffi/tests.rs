@@ -2,6 +2,7 @@
 
 use super::batch::*;
 use super::certify::*;
+use super::collider::*;
 use super::constraint::*;
 use super::load::*;
 use super::log::sw_set_log_callback;
@@ -118,6 +119,12 @@ fn status_calls<'a>(model: *mut SwModel, state: *mut SwState) -> Vec<Call<'a>> {
         sw_state_set_method(state, 1),
         sw_state_plan(state, 0.0, null_mut(), 0, 0, null_mut()),
         sw_state_plan_text(state, 0.0, null_mut(), 0, null_mut()),
+        sw_collider_create(null(), null_mut()),
+        sw_collider_save(null(), null_mut(), 0, null_mut()),
+        sw_collider_load(null(), 0, null_mut()),
+        sw_state_set_colliders(state, null(), 0),
+        sw_state_move_collider(state, 0, null()),
+        sw_state_contacts(state, null_mut(), 0, 0, null_mut()),
         sw_states_step(null(), 0, 0.0, null_mut()),
         sw_set_threads(0),
         sw_preset_material(0, 1.0, null_mut()),
@@ -125,7 +132,7 @@ fn status_calls<'a>(model: *mut SwModel, state: *mut SwState) -> Vec<Call<'a>> {
 }
 
 /// The exported functions that cannot fail and so have no status.
-const WITHOUT_STATUS: [&str; 17] = [
+const WITHOUT_STATUS: [&str; 18] = [
     "sw_abi_version",
     "sw_features",
     "sw_version_string",
@@ -141,6 +148,7 @@ const WITHOUT_STATUS: [&str; 17] = [
     "sw_preset_name",
     "sw_preset_source",
     "sw_struct_init",
+    "sw_collider_destroy",
     "sw_model_destroy",
     "sw_state_destroy",
 ];
@@ -184,7 +192,10 @@ fn the_first_version_of_each_struct_is_the_frozen_one() {
         SwWindDesc,
         SwEquilibriumReport,
         SwCertificate,
-        SwPlanPart
+        SwPlanPart,
+        SwColliderDesc,
+        SwColliderPoseDesc,
+        SwContact
     ];
     let frozen = include_str!("../../tests/growth/first/struct_layout.def");
     let mut frozen: Vec<&str> = frozen.lines().filter(|line| line.starts_with("STRUCT")).collect();
@@ -214,7 +225,7 @@ fn a_panic_in_any_exported_function_becomes_a_status() {
                 )*
             };
         }
-        stays_inside![sw_model_destroy(null_mut()), sw_state_destroy(null_mut()),];
+        stays_inside![sw_model_destroy(null_mut()), sw_state_destroy(null_mut()), sw_collider_destroy(null_mut()),];
         // The handles were not poisoned: nothing held them.
         assert_eq!(sw_state_step(state, 0.1), SW_OK);
         sw_state_destroy(state);

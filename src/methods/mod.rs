@@ -99,6 +99,13 @@ pub trait Motion: Send + Sync {
     /// About how long a step takes without forces and wind.
     fn step_nanoseconds(&self) -> u64;
 
+    /// A step feels the forces of where it starts, and not those of where it ends.
+    fn feels_start(&self) -> bool {
+        false
+    }
+    /// Makes room for steps in which energies act on so many points.
+    fn expect_points(&mut self, _n: usize) {}
+
     /// The full nonlinear shell, which others are measured by.
     fn is_full_shell(&self) -> bool {
         false
@@ -114,6 +121,8 @@ pub trait Motion: Send + Sync {
 
     /// Unknowns and their rates.
     fn unknowns(&self) -> [Vec<f64>; 2];
+    /// Unknowns and their rates, into what a call before this filled: then without allocation.
+    fn copy_unknowns(&self, into: &mut [Vec<f64>; 2]);
     /// Takes what [`Motion::unknowns`] gave, or what is representable.
     fn set_unknowns(&mut self, unknowns: [&[f64]; 2]);
     /// Number of unknowns.

@@ -195,12 +195,23 @@ impl Motion for Nodal {
         self.u.len() as u64 * if self.explicit { 300 } else { 20_000 }
     }
 
+    fn feels_start(&self) -> bool {
+        self.explicit
+    }
+
     fn is_full_shell(&self) -> bool {
         true
     }
 
     fn unknowns(&self) -> [Vec<f64>; 2] {
         [&self.u, &self.velocity].map(|field| field.iter().flatten().copied().collect())
+    }
+
+    fn copy_unknowns(&self, into: &mut [Vec<f64>; 2]) {
+        for (to, from) in into.iter_mut().zip([&self.u, &self.velocity]) {
+            to.clear();
+            to.extend(from.iter().flatten());
+        }
     }
 
     fn set_unknowns(&mut self, unknowns: [&[f64]; 2]) {

@@ -34,6 +34,8 @@ pub enum PartKind {
     NonlinearShell,
     /// The reduced nonlinear shell.
     ReducedShell,
+    /// Contact with solids.
+    Contact,
 }
 
 /// One of them.
@@ -66,6 +68,7 @@ impl PartKind {
             Self::Constraints => "constraints",
             Self::NonlinearShell => "nonlinear shell",
             Self::ReducedShell => "reduced shell",
+            Self::Contact => "contact",
         }
     }
 }

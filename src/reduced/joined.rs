@@ -4,38 +4,58 @@ use super::{ReducedShell, with_fields};
 use crate::energy::Curvature;
 use crate::point_energy::{Point, PointEnergy};
 use crate::{Shell, Vec3};
-use nalgebra::{DMatrix, Matrix3};
+use nalgebra::{DMatrix, DVectorView, Matrix3};
 
 /// Rest positions of some points, and B at them.
 #[derive(Clone)]
 pub struct Places {
     points: Vec<Point>,
     rest: Vec<Vec3>,
-    /// n × 3 numbers a point.
-    fields: DMatrix<f64>,
+    /// n × 3 numbers a point, those along x first.
+    fields: Vec<f64>,
+    n: usize,
 }
 
 impl Places {
     /// Of no point.
     pub fn none() -> Self {
-        Self { points: vec![], rest: vec![], fields: DMatrix::zeros(0, 0) }
+        Self { points: vec![], rest: vec![], fields: vec![], n: 0 }
     }
 
-    /// Takes other points; costs nothing where they are those from before.
+    /// Makes room for so many.
+    pub fn expect(&mut self, reduced: &ReducedShell, n: usize) {
+        self.points.reserve(n);
+        self.rest.reserve(n);
+        self.fields.reserve(3 * n * reduced.n());
+    }
+
+    /// Takes other points; costs nothing where they are those from before, and needs no new room for as many.
     pub fn take(&mut self, shell: &Shell, reduced: &ReducedShell, points: &[Point]) {
         if self.points == points {
             return;
         }
-        self.points = points.to_vec();
-        self.rest = points.iter().map(|point| point.place(|v| shell.mesh.positions[v])).collect();
-        self.fields = with_fields!(&reduced.fields, fields => {
-            DMatrix::from_fn(reduced.n(), 3 * points.len(), |k, c| points[c / 3].place(|v| fields.at(k, v))[c % 3])
-        });
+        self.points.clear();
+        self.points.extend_from_slice(points);
+        self.rest.clear();
+        self.rest.extend(points.iter().map(|point| point.place(|v| shell.mesh.positions[v])));
+        self.n = reduced.n();
+        self.fields.resize(3 * self.n * points.len(), 0.0);
+        for (point, rows) in points.iter().zip(self.fields.chunks_exact_mut(3 * self.n)) {
+            for k in 0..self.n {
+                let field = with_fields!(&reduced.fields, fields => point.place(|v| fields.at(k, v)));
+                (0..3).for_each(|c| rows[c * self.n + k] = field[c]);
+            }
+        }
+    }
+
+    /// B of the i-th along an axis.
+    fn along(&self, i: usize, axis: usize) -> &[f64] {
+        &self.fields[(3 * i + axis) * self.n..][..self.n]
     }
 
     /// x̄ + Bq of the i-th.
     fn at(&self, i: usize, q: &[f64]) -> Vec3 {
-        let along = |c: usize| self.fields.column(3 * i + c).iter().zip(q).map(|(b, q)| b * q).sum::<f64>();
+        let along = |c: usize| self.along(i, c).iter().zip(q).map(|(b, q)| b * q).sum::<f64>();
         self.rest[i] + Vec3::new(along(0), along(1), along(2))
     }
 }
@@ -60,18 +80,19 @@ impl Joined<'_> {
         for i in 0..self.places.rest.len() {
             let gradient = self.energy.gradient_at(i, &self.places.at(i, q));
             for (c, g) in gradient.iter().enumerate().filter(|(_, g)| **g != 0.0) {
-                out.iter_mut().zip(self.places.fields.column(3 * i + c).iter()).for_each(|(out, b)| *out += g * b);
+                out.iter_mut().zip(self.places.along(i, c)).for_each(|(out, b)| *out += g * b);
             }
         }
     }
 
     /// Adds BᵀHB.
     pub fn add_hessian(&self, q: &[f64], curvature: Curvature, out: &mut DMatrix<f64>) {
-        let fields = &self.places.fields;
+        let n = self.places.n;
         for i in 0..self.places.rest.len() {
             let hessian: Matrix3<f64> = self.energy.hessian_at(i, &self.places.at(i, q), curvature);
             for (a, b) in (0..9).map(|ab| (ab / 3, ab % 3)).filter(|ab| hessian[*ab] != 0.0) {
-                out.ger(hessian[(a, b)], &fields.column(3 * i + a), &fields.column(3 * i + b), 1.0);
+                let [along, across] = [a, b].map(|axis| DVectorView::from_slice(self.places.along(i, axis), n));
+                out.ger(hessian[(a, b)], &along, &across, 1.0);
             }
         }
     }

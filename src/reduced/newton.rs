@@ -293,11 +293,13 @@ impl Newton {
                 self.hold(rows, &mut hessian);
             }
             self.exact = attempt == 0;
-            self.factor = Cholesky::new(hessian);
-            if self.factor.is_some() {
+            // What is not positive shows as infinite, so that the matrix is not lost with it.
+            self.factor = Cholesky::new_with_substitute(hessian, f64::INFINITY);
+            if self.factor.as_ref().is_some_and(|factor| (0..q.len()).all(|k| factor.l_dirty()[(k, k)].is_finite())) {
                 return;
             }
             shift = if attempt == 0 { 0.0 } else { (10.0 * shift).max(1e-12 * trace.abs()) };
         }
+        self.factor = None;
     }
 }

@@ -21,7 +21,7 @@ use super::{Method, Space, State, external};
 use crate::constraint::{Constraint, Outcome, Target};
 use crate::features::Feature;
 use crate::methods::{self, Acting, Reaction};
-use crate::point_energy::PointEnergy;
+use crate::point_energy::{InFrame, PointEnergy};
 use crate::reference::{self, Load, Solver, mass_norm as norm};
 use crate::support::FrameMotion;
 use crate::{Error, ErrorKind, Result, Shell, Vec3};
@@ -42,6 +42,9 @@ const BALANCED: f64 = 1e-3;
 
 /// A shell stands still whose inertia is this part of its loads, and which the slowest mode moves by this part of its way in a radian, at most.
 const STILL: f64 = 1e-3;
+
+/// Times that the full shell is led again as it came into solids, at most.
+const TOUCHES: usize = 6;
 
 /// A method is outside what it was made for when it gets more than this share of the displacement wrong: what the warp does by its own
 /// error at [`super::ROTATION_RANGE`].
@@ -86,12 +89,15 @@ impl State {
     /// As [`State::certify`], of a method that is not a nonlinear shell's.
     fn estimate(&self) -> Estimate {
         let shell = &self.model.shell;
-        if self.points.is_some() && self.model.modal.zero_modes > 0 {
-            let message = "no estimate of a shell that moves freely but for energies of points";
+        let mut judges = self.contacts.clone();
+        let judging = self.judging_points(&mut judges, None);
+        if judging.is_some() && self.model.modal.zero_modes > 0 {
+            let message = "no estimate of a shell that nothing but contact holds";
             return Err(Error::new(ErrorKind::Unsupported, message));
         }
         self.refuse_mechanisms()?;
-        let [u, rate, inertia] = self.present_motion();
+        let reactions = self.reactions(judging.as_ref());
+        let [u, rate, inertia] = self.present_motion(&reactions);
         let less = |forces: Vec<Vec3>| -> Vec<Vec3> { forces.iter().zip(&inertia).map(|(f, ma)| f - ma).collect() };
         let loads = self.loads_at(&u, &rate);
         let moving = free_norm(shell, &loads);
@@ -103,16 +109,26 @@ impl State {
             |solver| {
                 let axes = self.frame.pose.rotation.inverse().to_rotation_matrix();
                 solver.set_constraints(*axes.matrix(), self.constraints_in_frame(&u), &u)?;
-                let reactions = self.reactions().iter().map(|(_, [pull, _])| pull.norm_squared()).sum::<f64>().sqrt();
+                let reactions = reactions.iter().map(|(_, [pull, _])| pull.norm_squared()).sum::<f64>().sqrt();
                 let at = |u: &[Vec3]| less(self.loads_at(u, &rate));
                 let still = self.is_still(&u, &rate, &inertia, moving.hypot(reactions));
                 let load = Load { at: &at, follows: self.loads.needs_motion(), held: reactions, moving, still };
-                solver.join(self.points_at(&self.frame.pose));
-                let found = solver.correct(&u, &load, SOLVES);
-                solver.join(None); // others use it next
-                let found = found?;
-                let end: Vec<Vec3> =
-                    shell.mesh.positions.iter().zip(&u).zip(&found.way).map(|((x, u), d)| x + u + d).collect();
+                let (mut found, mut joined) = (None, judging);
+                let mut end = vec![];
+                for _ in 0..TOUCHES {
+                    solver.join(joined.take());
+                    let corrected = solver.correct(&u, &load, SOLVES);
+                    solver.join(None); // others use it next
+                    let corrected = corrected?;
+                    end =
+                        shell.mesh.positions.iter().zip(&u).zip(&corrected.way).map(|((x, u), d)| x + u + d).collect();
+                    found = Some(corrected);
+                    joined = self.judging_points(&mut judges, Some(&end));
+                    if joined.is_none() {
+                        break;
+                    }
+                }
+                let Some(found) = found else { unreachable!("there is a first time") };
                 let ([residual, left], errors) = (found.force, self.errors_of(&found.way, &end));
                 let certificate = Certificate { residual, remaining: left.max(found.short), ..errors };
                 let Certificate { error, max_error, residual, remaining, .. } = certificate;
@@ -284,19 +300,18 @@ impl State {
     }
 
     /// u, its rate and M a, as the method has them (n_vertices each, frame axes).
-    fn present_motion(&self) -> [Vec<Vec3>; 3] {
+    fn present_motion(&self, reactions: &[Reaction]) -> [Vec<Vec3>; 3] {
         let (model, pose, rates) = (&self.model, &self.frame.pose, &self.rates);
         let shell = &model.shell;
         let mut scratch = self.scratch.clone();
         if self.loads.point_forces(shell.mass.len()).is_none() {
             self.fill_loads(pose, rates, &mut scratch);
         }
-        let (external, own, reactions) =
-            (external(&self.loads, &scratch, model, pose), self.body_load(pose, rates), self.reactions());
+        let (external, own) = (external(&self.loads, &scratch, model, pose), self.body_load(pose, rates));
         let [mut u, mut rate, mut inertia] = [(); 3].map(|()| vec![Vec3::zeros(); shell.mass.len()]);
         self.motion.visit_motion(&mut |v, displacement, speed| (u[v], rate[v]) = (displacement, speed));
         let acting = Acting { load: &own, external, points: None, pose };
-        self.motion.visit_acceleration(&acting, &reactions, &mut |v, a| inertia[v] += shell.mass[v] * a);
+        self.motion.visit_acceleration(&acting, reactions, &mut |v, a| inertia[v] += shell.mass[v] * a);
         [u, rate, inertia]
     }
 
@@ -325,7 +340,7 @@ impl State {
     }
 
     /// Vertex, force and torque (frame axes) of each constraint, as the last step had them, and of energies of points.
-    fn reactions(&self) -> Vec<Reaction> {
+    fn reactions(&self, points: Option<&InFrame>) -> Vec<Reaction> {
         let to_frame = self.frame.pose.rotation.inverse();
         let reaction = |(c, outcome): (&Constraint, &Outcome)| {
             let pull = to_frame * outcome.force;
@@ -334,7 +349,7 @@ impl State {
             (c.vertex, both)
         };
         let mut reactions: Vec<Reaction> = self.constraints().map(reaction).collect();
-        if let Some(points) = self.points_at(&self.frame.pose) {
+        if let Some(points) = points {
             let x = self.in_frame();
             for (i, point) in points.points().iter().enumerate() {
                 let force = -points.gradient_at(i, &point.place(|v| x[v]));

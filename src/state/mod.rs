@@ -1,6 +1,7 @@
 //! A moving shell: its motion over a shared [`Model`], and the loads on it.
 
 mod certify;
+mod contact;
 mod output;
 mod plan;
 mod pose;
@@ -9,6 +10,7 @@ mod saved;
 mod switch;
 
 use crate::constraint::{Constraint, ConstraintSet, Outcome};
+use crate::contact::{Contacts, Obstacle};
 use crate::error::{require_finite, require_non_negative};
 use crate::load::{BodyLoad, External, Loads, Moving, Wind};
 pub use crate::methods::plan::{Part, PartKind};
@@ -19,6 +21,7 @@ use crate::step::Integrator;
 use crate::support::{Frame, FrameMotion, Pose, Rates};
 use crate::{Error, ErrorKind, Model, Result, Vec3};
 pub use certify::{Certificate, LARGEST_ERROR};
+pub use contact::MOST_OBSTACLES;
 pub use output::Report;
 use rest::Rest;
 pub use saved::HEADER as SAVED_HEADER;
@@ -50,6 +53,7 @@ pub struct State {
     loads: Loads,
     /// World space.
     points: Option<Arc<dyn PointEnergy>>,
+    contacts: Option<Box<Contacts>>,
     /// Forces act in the next step only.
     forces_once: bool,
     scratch: LoadScratch,
@@ -87,6 +91,7 @@ impl State {
             gravity: Vec3::zeros(),
             loads: Loads::default(),
             points: None,
+            contacts: None,
             forces_once: false,
             scratch: LoadScratch::default(),
             frame: Frame::at_rest(Pose::identity()),
@@ -102,12 +107,13 @@ impl State {
 
     /// An independent copy.
     pub fn try_clone(&self) -> Result<Self> {
-        Ok(Self {
+        let mut copy = Self {
             model: self.model.clone(),
             motion: self.motion.try_clone()?,
             gravity: self.gravity,
             loads: self.loads.clone(),
             points: self.points.clone(),
+            contacts: self.contacts.clone(),
             forces_once: self.forces_once,
             scratch: self.scratch.clone(),
             frame: self.frame,
@@ -117,7 +123,9 @@ impl State {
             rest: self.rest,
             damping: self.damping.clone(),
             integrator: self.integrator,
-        })
+        };
+        copy.make_room_for_contacts();
+        Ok(copy)
     }
 
     /// How it moves.
@@ -148,6 +156,7 @@ impl State {
     /// Back to rest and time 0. Loads, damping and constraints stay; the frame stays where it was last set, at rest.
     pub fn reset(&mut self) {
         self.motion.reset();
+        self.forget_contacts();
         self.time = 0.0;
         self.frame = Frame::at_rest(self.frame.target);
         self.rates = Rates::default();
@@ -215,6 +224,9 @@ impl State {
         let mut vertices = points.iter().flat_map(|point| point.vertices());
         if let Some(v) = vertices.find(|v| **v as usize >= n_vertices) {
             return Err(Error::argument(format!("an energy acts on vertex {v} of {n_vertices}")));
+        }
+        if self.contacts.is_some() && energy.is_some() {
+            return Err(Error::argument("a state has colliders or a point energy, not both"));
         }
         self.points = energy;
         self.rest.wake();
@@ -294,6 +306,7 @@ impl State {
     /// Replaces q and q̇ (modes each).
     pub fn set_amplitudes(&mut self, q: &[f64], q_dot: &[f64]) -> Result<()> {
         self.motion.set_amplitudes(q, q_dot)?;
+        self.forget_contacts();
         self.rest.wake();
         Ok(())
     }
@@ -315,11 +328,16 @@ impl State {
         }
         self.evaluate_loads(&frame.pose, &rates);
         let load = self.body_load(&frame.pose, &rates);
-        let points = self.points_at(&frame.pose);
-        let Self { model, motion, loads, scratch, .. } = self;
-        let external = external(loads, scratch, model, &frame.pose);
-        motion.step(&Acting { load: &load, external, points: points.as_ref(), pose: &frame.pose }, h)?;
-        let still = frame == self.frame && rates == Rates::default() && !self.forces_once;
+        let around = self.contacts.as_ref().is_some_and(|contacts| contacts.obstacles.iter().any(Obstacle::moves));
+        let still = frame == self.frame && rates == Rates::default() && !self.forces_once && !around;
+        if self.contacts.is_some() {
+            self.step_touching(&load, &frame.pose, h)?;
+        } else {
+            let points = self.points_at(&frame.pose);
+            let Self { model, motion, loads, scratch, .. } = self;
+            let external = external(loads, scratch, model, &frame.pose);
+            motion.step(&Acting { load: &load, external, points: points.as_ref(), pose: &frame.pose }, h)?;
+        }
         (self.frame, self.rates) = (frame, rates);
         self.time += h;
         self.forget_forces();
@@ -336,8 +354,8 @@ impl State {
 
     /// Falls asleep when the last step has shown that nothing moves; nothing around the shell did when it was `still`.
     fn rest_after_step(&mut self, h: f64, still: bool) {
-        let Self { motion, rest, points, .. } = self;
-        let left = || motion.motion_left().filter(|_| points.is_none());
+        let Self { motion, rest, points, contacts, .. } = self;
+        let left = || motion.motion_left().filter(|_| points.is_none() && contacts.is_none());
         if !still {
             rest.wake();
         } else if rest.after_step(h, motion.is_unchanged(), left) {
@@ -414,11 +432,13 @@ impl State {
     pub fn equilibrium(&mut self) -> Result<(f64, usize)> {
         let before = self.motion.unknowns();
         let constraints = self.motion.constraints().clone(); // with what the last step made of them
+        let contacts = self.contacts.clone();
         let (pose, rates) = (self.frame.target, self.frame.steady_rates());
         let found = self.settle(&pose, &rates);
         if found.is_err() {
             self.motion.set_unknowns([&before[0], &before[1]]);
             self.motion.change(|set| *set = constraints);
+            self.contacts = contacts;
             return found;
         }
         self.frame = self.frame.moving_at(&rates);
@@ -432,7 +452,6 @@ impl State {
     /// is: they are taken anew on the shape found until they no longer change.
     fn settle(&mut self, pose: &Pose, rates: &Rates) -> Result<(f64, usize)> {
         let load = self.body_load(pose, rates);
-        let points = self.points_at(pose);
         let (mut last, mut iterations) = (Vec::new(), 0);
         for _ in 0..FOLLOWING_ROUNDS {
             self.motion.stop();
@@ -440,9 +459,7 @@ impl State {
             let force = self.following_forces(&load);
             let change: f64 = force.iter().zip(&last).map(|(a, b): (&Vec3, &Vec3)| (a - b).norm_squared()).sum();
             let size: f64 = force.iter().map(|f| f.norm_squared()).sum();
-            let Self { model, motion, loads, scratch, .. } = &mut *self;
-            let external = external(loads, scratch, model, pose);
-            let (residual, more) = motion.settle(&Acting { load: &load, external, points: points.as_ref(), pose })?;
+            let (residual, more) = self.settle_touching(&load, pose)?;
             iterations += more;
             let settled = !last.is_empty() && change <= FOLLOWING_SETTLED * FOLLOWING_SETTLED * size;
             if force.is_empty() || settled {
@@ -453,6 +470,14 @@ impl State {
         let message =
             format!("no equilibrium: the forces that depend on the shape still change after {FOLLOWING_ROUNDS} rounds");
         Err(Error::new(ErrorKind::Numerical, message))
+    }
+
+    /// The motion's equilibrium under loads as they are, and where `touching` has its force.
+    fn settle_alone(&mut self, load: &BodyLoad, pose: &Pose, touching: Option<&InFrame>) -> Result<(f64, usize)> {
+        let own = self.points_at(pose);
+        let Self { model, motion, loads, scratch, .. } = self;
+        let external = external(loads, scratch, model, pose);
+        motion.settle(&Acting { load, external, points: touching.or(own.as_ref()), pose })
     }
 
     /// Forces that depend on the shape in ways that the method's own search leaves to rounds: wind, and of a frame that turns (n_vertices,

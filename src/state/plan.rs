@@ -16,6 +16,7 @@ impl State {
         let room = [scratch.force.len(), scratch.x.len() + scratch.v.len()];
         let state_bytes = Self::bytes_for(model.modal.n_modes());
         let mut parts = self.motion.plan(&Around { model, loads: &self.loads, load, h, room, state_bytes });
+        parts.push(self.plan_contact());
         if self.rest.skips(h) {
             for part in &mut parts {
                 part.operations = 0.0;

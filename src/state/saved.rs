@@ -1,10 +1,12 @@
 //! The saved form of a state: magic, version and method in 16 bits each, model fingerprint, number of unknowns, then little-endian doubles (time, frame
-//! pose and velocities, constraint work, unknowns, their rates), then a checksum of all before it. The unknowns are the modal
+//! pose and velocities, constraint work, unknowns, their rates; where there are solids, how many of them and of contacts, and these), then a checksum of all before it. The unknowns are the modal
 //! amplitudes, or those of a reduced shell's fields, or three displacements per vertex of a nonlinear shell. Loads, damping, constraints
-//! and the pose asked for next are inputs and not saved. Version 1 had no method: its amplitudes mean something else to each, so that it
-//! is refused.
+//! the pose asked for next and colliders but for their poses are inputs and not saved. Version 1 had no method: its amplitudes mean something else to each, so that it
+//! is refused. Version 2 had no contacts.
 
+use super::MOST_OBSTACLES;
 use super::{Method, State};
+use crate::contact::{CONTACT_DOUBLES, Contacts, OBSTACLE_DOUBLES};
 use crate::error::invalid;
 use crate::support::{Frame, Pose};
 use crate::{Result, Vec3};
@@ -12,7 +14,9 @@ use nalgebra::{Quaternion, UnitQuaternion, Vector4};
 use xxhash_rust::xxh3::xxh3_64;
 
 const MAGIC: [u8; 4] = *b"SWST";
-const VERSION: u16 = 2;
+const VERSION: u16 = 3;
+/// The oldest that is read, before there were contacts.
+const BEFORE_CONTACTS: u16 = 2;
 /// Bytes that tell what the rest is.
 pub const HEADER: usize = 24;
 const FIXED_DOUBLES: usize = 15;
@@ -24,7 +28,25 @@ fn word(bytes: &[u8], at: usize) -> u64 {
 impl State {
     /// Size of [`State::save`].
     pub fn saved_size(&self) -> usize {
-        HEADER + 8 * (FIXED_DOUBLES + 2 * self.motion.n_unknowns()) + 8
+        let contacts = self.contacts.as_ref().map_or(0, |contacts| {
+            let [obstacles, touching] = contacts.saved_counts();
+            2 + OBSTACLE_DOUBLES * obstacles + CONTACT_DOUBLES * touching
+        });
+        HEADER + 8 * (self.motion_doubles() + contacts) + 8
+    }
+
+    /// Whether bytes of a saved state of this model and method can be as many.
+    pub fn takes_saved_size(&self, size: u64) -> bool {
+        let least = (HEADER + 8 * self.motion_doubles() + 8) as u64;
+        let room =
+            |contacts: &Contacts| OBSTACLE_DOUBLES * contacts.obstacles.len() + CONTACT_DOUBLES * contacts.capacity();
+        let contacts = 2 + self.contacts.as_deref().map_or(OBSTACLE_DOUBLES * MOST_OBSTACLES, room);
+        (least..=least + 8 * contacts as u64).contains(&size)
+    }
+
+    /// Numbers of a saved state's first part.
+    fn motion_doubles(&self) -> usize {
+        FIXED_DOUBLES + 2 * self.motion.n_unknowns()
     }
 
     /// The dynamic state: restoring it continues bit for bit.
@@ -41,7 +63,11 @@ impl State {
         pose.origin.iter().chain(pose.rotation.coords.iter()).for_each(&mut push);
         velocity.iter().chain(angular_velocity.iter()).for_each(&mut push);
         push(&self.motion.constraints().work);
-        self.motion.unknowns().iter().flatten().for_each(push);
+        self.motion.unknowns().iter().flatten().for_each(&mut push);
+        if let Some(contacts) = &self.contacts {
+            contacts.saved_counts().iter().for_each(|n| push(&(*n as f64)));
+            contacts.save(&mut |x| push(&x));
+        }
         bytes.extend(xxh3_64(&bytes).to_le_bytes());
         bytes
     }
@@ -58,9 +84,15 @@ impl State {
         self.placed = true;
         self.rates = Default::default();
         self.frame = Frame { velocity: vector(8), angular_velocity: vector(11), ..Frame::at_rest(pose) };
-        let (unknowns, rates) = numbers[FIXED_DOUBLES..].split_at(self.motion.n_unknowns());
+        let (motion, contacts) = numbers.split_at(self.motion_doubles());
+        let (unknowns, rates) = motion[FIXED_DOUBLES..].split_at(self.motion.n_unknowns());
         self.motion.change(|set| set.work = numbers[14]);
         self.motion.set_unknowns([unknowns, rates]);
+        let touched = contacts.first().is_some_and(|obstacles| *obstacles > 0.0);
+        match &mut self.contacts {
+            Some(own) if touched => own.load(&contacts[2..]),
+            _ => self.forget_contacts(),
+        }
         Ok(())
     }
 
@@ -71,7 +103,7 @@ impl State {
         }
         let half = |at: usize| u16::from_le_bytes([bytes[at], bytes[at + 1]]);
         match (half(4), half(6)) {
-            (VERSION, _) => (),
+            (BEFORE_CONTACTS | VERSION, _) => (),
             (1, 0) => {
                 let unsaid = "the saved state has format version 1, which does not say its method";
                 return invalid(format!("{unsaid}; this library reads {VERSION}: save it anew"));
@@ -93,11 +125,13 @@ impl State {
     fn checked_numbers(&self, bytes: &[u8]) -> Result<Vec<f64>> {
         self.check_saved_kind(bytes)?;
         let (found, expected) = (word(bytes, 16), self.motion.n_unknowns() as u64);
-        if found != expected || bytes.len() != self.saved_size() {
+        let body = bytes.len() - 8;
+        let least = HEADER + 8 * self.motion_doubles();
+        let short = if bytes[4] == BEFORE_CONTACTS as u8 { body != least } else { body < least };
+        if found != expected || short || !body.is_multiple_of(8) {
             let sizes = format!("{} bytes for {found} unknowns", bytes.len());
             return invalid(format!("the saved state has {sizes}; this one has {} for {expected}", self.saved_size()));
         }
-        let body = bytes.len() - 8;
         if xxh3_64(&bytes[..body]) != word(bytes, body) {
             return invalid("the saved state is damaged: its checksum does not match");
         }
@@ -109,10 +143,31 @@ impl State {
         if numbers.iter().any(|x| !x.is_finite()) || (turn - 1.0).abs() > 1e-9 || numbers[0] < 0.0 {
             return invalid("the saved state holds numbers out of range");
         }
-        let (unknowns, rates) = numbers[FIXED_DOUBLES..].split_at(self.motion.n_unknowns());
+        let (motion, contacts) = numbers.split_at(self.motion_doubles());
+        let (unknowns, rates) = motion[FIXED_DOUBLES..].split_at(self.motion.n_unknowns());
         if !self.motion.is_representable([unknowns, rates]) {
             return invalid("the saved state moves vertices beyond all range");
         }
+        self.check_saved_contacts(contacts)?;
         Ok(numbers)
+    }
+
+    /// Of what follows the motion: how many solids and contacts, and these.
+    fn check_saved_contacts(&self, numbers: &[f64]) -> Result<()> {
+        let [obstacles, touching, rest @ ..] = numbers else { return Ok(()) };
+        let most = (numbers.len() + 1) as f64;
+        let counts = [obstacles, touching].map(|n| if (0.0..most).contains(n) { *n as usize } else { usize::MAX / 8 });
+        let doubles =
+            OBSTACLE_DOUBLES.saturating_mul(counts[0]).saturating_add(CONTACT_DOUBLES.saturating_mul(counts[1]));
+        if rest.len() != doubles {
+            return invalid("the saved state holds contacts out of range");
+        }
+        match &self.contacts {
+            _ if counts[0] == 0 => Ok(()),
+            Some(contacts) => contacts.check_saved(counts[0], rest),
+            None => {
+                invalid(format!("the saved state touched {obstacles} colliders; this one has none: set them first"))
+            }
+        }
     }
 }

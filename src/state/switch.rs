@@ -26,6 +26,9 @@ impl State {
         if damped.is_err() {
             self.motion = before;
         }
+        if damped.is_ok() {
+            self.make_room_for_contacts();
+        }
         self.rest.wake();
         damped
     }

@@ -22,6 +22,7 @@ SW_FEATURE_SAVED_MODELS = 4
 SW_FEATURE_F64_BASIS = 8
 SW_FEATURE_I16_BASIS = 16
 SW_FEATURE_REDUCED_SHELL = 32
+SW_FEATURE_CONTACT = 64
 SW_FORMAT_F32 = 1
 SW_FORMAT_F64 = 2
 SW_LOG_INFO = 1
@@ -94,6 +95,13 @@ SW_AXIS_X = 1
 SW_AXIS_Y = 2
 SW_AXIS_Z = 4
 SW_ALL_CONSTRAINTS = 4294967295
+SW_COLLIDER_PLANE = 1
+SW_COLLIDER_SPHERE = 2
+SW_COLLIDER_CAPSULE = 3
+SW_COLLIDER_BOX = 4
+SW_COLLIDER_HULL = 5
+SW_COLLIDER_MESH = 6
+SW_COLLIDER_TELEPORT = 1
 SW_FORCES_ONE_STEP = 1
 SW_PART_SHAPE = 1
 SW_PART_DISPLACEMENTS = 2
@@ -106,6 +114,7 @@ SW_PART_WIND = 8
 SW_PART_CONSTRAINTS = 9
 SW_PART_NONLINEAR_SHELL = 10
 SW_PART_REDUCED_SHELL = 11
+SW_PART_CONTACT = 12
 SW_PLAN_REASON_SIZE = 120
 
 
@@ -114,6 +123,10 @@ class SwModel(Structure):
 
 
 class SwState(Structure):
+    """Opaque."""
+
+
+class SwCollider(Structure):
     """Opaque."""
 
 
@@ -316,6 +329,9 @@ class SwStateReport(Structure):
         ("max_displacement", c_double),
         ("fraction_turned_too_far", c_double),
         ("unconverged_steps", c_uint64),
+        ("contact_count", c_uint64),
+        ("deepest_penetration", c_double),
+        ("contact_impulse", c_double * 3),
     ]
 
 
@@ -342,6 +358,44 @@ class SwConstraintReport(Structure):
         ("iterations", c_uint32),
         ("reserved", c_uint32),
         ("residual", c_double),
+        ("force", c_double * 3),
+    ]
+
+
+class SwColliderDesc(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("kind", c_uint32),
+        ("flags", c_uint32),
+        ("reserved", c_uint32),
+        ("radius", c_double),
+        ("half_length", c_double),
+        ("half_extents", c_double * 3),
+        ("friction", c_double),
+        ("thickness", c_double),
+        ("mesh", POINTER(SwMeshDesc)),
+        ("cells", c_uint32),
+        ("reserved2", c_uint32),
+    ]
+
+
+class SwColliderPoseDesc(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("flags", c_uint32),
+        ("origin", c_double * 3),
+        ("rotation", c_double * 9),
+    ]
+
+
+class SwContact(Structure):
+    _fields_ = [
+        ("vertices", c_uint32 * 3),
+        ("collider", c_uint32),
+        ("weights", c_double * 3),
+        ("point", c_double * 3),
+        ("normal", c_double * 3),
+        ("gap", c_double),
         ("force", c_double * 3),
     ]
 
@@ -456,6 +510,13 @@ FUNCTIONS = {
     "sw_state_set_constraint": (c_uint32, [POINTER(SwState), POINTER(SwConstraintDesc)]),
     "sw_state_clear_constraint": (c_uint32, [POINTER(SwState), c_uint32]),
     "sw_state_constraint_report": (c_uint32, [POINTER(SwState), POINTER(SwConstraintReport), c_uint32, c_uint32, c_void_p]),
+    "sw_collider_create": (c_uint32, [POINTER(SwColliderDesc), POINTER(POINTER(SwCollider))]),
+    "sw_collider_save": (c_uint32, [POINTER(SwCollider), c_void_p, c_uint64, c_void_p]),
+    "sw_collider_load": (c_uint32, [c_void_p, c_uint64, POINTER(POINTER(SwCollider))]),
+    "sw_collider_destroy": (None, [POINTER(SwCollider)]),
+    "sw_state_set_colliders": (c_uint32, [POINTER(SwState), POINTER(POINTER(SwCollider)), c_uint32]),
+    "sw_state_move_collider": (c_uint32, [POINTER(SwState), c_uint32, POINTER(SwColliderPoseDesc)]),
+    "sw_state_contacts": (c_uint32, [POINTER(SwState), POINTER(SwContact), c_uint32, c_uint32, c_void_p]),
     "sw_state_set_forces": (c_uint32, [POINTER(SwState), POINTER(SwForceDesc)]),
     "sw_state_set_wind": (c_uint32, [POINTER(SwState), POINTER(SwWindDesc)]),
     "sw_state_equilibrium": (c_uint32, [POINTER(SwState), POINTER(SwEquilibriumReport)]),

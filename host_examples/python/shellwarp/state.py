@@ -1,6 +1,8 @@
 """A moving shell."""
 
 from ctypes import POINTER, byref, c_double, c_uint32, c_uint64, create_string_buffer, sizeof
+from collections.abc import Sequence
+from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
 import numpy
@@ -10,6 +12,7 @@ from . import _abi, _arrays, _library
 from ._handle import Handle
 from ._types import Array, Buffer, Report
 from ._values import as_dict, choice, uint32
+from .collider import Collider
 from .errors import InvalidArgumentError
 from .method import DEFAULT, methods
 
@@ -115,6 +118,22 @@ class State(Handle):
                 raise InvalidArgumentError(f"local_velocities: {len(local)} rows, the mesh has {self.n_vertices} vertices")
             desc.local_velocities = _arrays.address(local)
         self._call("sw_state_set_wind", byref(desc))
+
+    def set_colliders(self, colliders: "Sequence[Collider]" = ()) -> None:
+        """Replaces the solids that it touches; none for none. Each is in the world's axes until move_collider."""
+        with ExitStack() as stack:
+            pointers = [stack.enter_context(collider._use()) for collider in colliders]
+            self._call("sw_state_set_colliders", (POINTER(_abi.SwCollider) * max(len(pointers), 1))(*pointers), len(pointers))
+
+    def move_collider(self, number: int, origin: ArrayLike = (0, 0, 0), rotation: "ArrayLike | None" = None,
+                      teleport: bool = False) -> None:
+        """Where the collider of this place in the list is at the end of the next step: world = origin + rotation local (3 x 3)."""
+        desc = _library.initialised(_abi.SwColliderPoseDesc)
+        _fill(desc.origin, origin, "origin")
+        if rotation is not None:
+            _fill(desc.rotation, rotation, "rotation")
+        desc.flags = _abi.SW_COLLIDER_TELEPORT if teleport else 0
+        self._call("sw_state_move_collider", uint32(number, "number"), byref(desc))
 
     def set_constraint(self, number: int, kind: str, vertex: int, position: "ArrayLike | None" = None, rotation: "ArrayLike | None" = None,
                        axes: str = "xyz", compliance: float = 0.0) -> None:
@@ -263,4 +282,12 @@ class State(Handle):
         self._call("sw_state_constraint_report", None, sizeof(_abi.SwConstraintReport), 0, byref(count))
         found = (_abi.SwConstraintReport * max(count.value, 1))()
         self._call("sw_state_constraint_report", found, sizeof(_abi.SwConstraintReport), count.value, byref(count))
+        return [as_dict(item) for item in found[:count.value]]
+
+    def contacts(self) -> list[Report]:
+        """Where it touched at the end of the last step: a list of dicts as SwContact."""
+        count = c_uint32()
+        self._call("sw_state_contacts", None, sizeof(_abi.SwContact), 0, byref(count))
+        found = (_abi.SwContact * max(count.value, 1))()
+        self._call("sw_state_contacts", found, sizeof(_abi.SwContact), count.value, byref(count))
         return [as_dict(item) for item in found[:count.value]]

@@ -537,5 +537,34 @@ class Running(unittest.TestCase):
         self.assertIn(ZeroDivisionError, unraisable)
 
 
+class Colliders(unittest.TestCase):
+    def test_a_strip_comes_to_lie_on_a_floor_and_a_saved_collider_is_the_same(self):
+        made = model()
+        state = swinging(made)
+        floor = sw.Collider.load(sw.Collider.plane(friction=0.4).save())
+        state.set_colliders([floor])
+        floor.close()   # the state goes on with it
+        state.move_collider(0, [0, 0, -0.05])
+        run(made, 60, state)
+        self.assertGreater(state.positions()[:, 2].min(), -0.0501)
+        self.assertGreater(len(state.contacts()), 0)
+        self.assertLess(state.report()["deepest_penetration"], 1e-4)
+        self.assertGreater(sum(contact["force"][2] for contact in state.contacts()), 0)
+        state.set_colliders()
+        run(made, 60, state)
+        self.assertLess(state.positions()[:, 2].min(), -0.06)
+
+    def test_meshes_hulls_and_what_is_wrong(self):
+        corners = [[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]
+        with sw.Collider.hull(corners) as hull:
+            self.assertFalse(hull.closed)
+        with self.assertRaisesRegex(sw.InvalidArgumentError, "radius"):
+            sw.Collider.sphere(0)
+        with self.assertRaises(sw.ShellwarpError):
+            sw.Collider.mesh(corners, [[0, 1, 2]])
+        with self.assertRaisesRegex(sw.InvalidArgumentError, "collider 0 of 0"):
+            swinging(model()).move_collider(0)
+
+
 if __name__ == "__main__":
     unittest.main()

@@ -61,6 +61,10 @@ const NEGLIGIBLE: f64 = 1e-150;
 const TURNS: usize = 200;
 const IN_TURN: f64 = 1e-8;
 
+/// Sum over the modes of the largest turn of each, rad, or displacement in sizes, that energies of points may lead to: half a turn and as much
+/// again for what modes have against each other.
+const FURTHEST_BEND: f64 = 2.0 * std::f64::consts::PI;
+
 /// Seconds; its square times any elastic eigenvalue is beyond all rounding.
 const LONG_STEP: f64 = 1e9;
 
@@ -238,9 +242,11 @@ impl<M: Map> Modal<M> {
         search.free.iter_mut().zip(&self.next).for_each(|(free, next)| free.copy_from_slice(next));
         search.center.copy_from_slice(&self.next[0]);
         search.moved.copy_from_slice(&self.next[0]);
+        search.start.copy_from_slice(&self.q);
         let mut work = 0.0;
         for _ in 0..TURNS {
             self.minimize(energy, &mut search);
+            self.bend_no_further(&mut search);
             let PointSearch { rate, free, center, moved, .. } = &mut search;
             let [next_q, next_q_dot] = &mut self.next;
             for k in 0..moved.len() {
@@ -263,8 +269,33 @@ impl<M: Map> Modal<M> {
                 break;
             }
         }
+        if energy.is_passive() {
+            self.gain_nothing(&search.free);
+        }
         self.search = Some(search);
         work
+    }
+
+    /// Slows the next motion down where it has more energy than the free end of the step, by the map's curvature: what stands still gives none.
+    fn gain_nothing(&mut self, [free, free_rate]: &[Vec<f64>; 2]) {
+        let (elastic, kinetic) = self.energies_at(&self.next[0], &self.next[1]);
+        let (free_elastic, free_kinetic) = self.energies_at(free, free_rate);
+        let room = free_elastic + free_kinetic - elastic;
+        if kinetic > room.max(0.0) {
+            let share = (room.max(0.0) / kinetic).sqrt();
+            self.next[1].iter_mut().for_each(|rate| *rate *= share);
+        }
+    }
+
+    /// Goes back towards the free end where an energy of points would bend the shell beyond the range of all loads.
+    fn bend_no_further(&self, PointSearch { center, moved, .. }: &mut PointSearch) {
+        let bend = self.basis.bend(self.is_warped());
+        let [free, reached] = [bend.largest(center), bend.largest(moved)];
+        let limit = free.max(FURTHEST_BEND);
+        if reached > limit {
+            let share = (limit - free) / (reached - free); // `largest` is a norm
+            center.iter().zip(moved).for_each(|(center, moved)| *moved = center + share * (*moved - center));
+        }
     }
 
     fn minimize(&self, energy: &dyn PointEnergy, search: &mut PointSearch) {

@@ -1,5 +1,6 @@
 //! A modal method as a [`Motion`].
 
+use super::points::PointSearch;
 use super::{Map, Modal, midpoint_passes};
 use crate::constraint::{Constraint, ConstraintSet, Target};
 use crate::error::require_finite;
@@ -78,6 +79,16 @@ impl<M: Map> Motion for Modal<M> {
 
     fn unknowns(&self) -> [Vec<f64>; 2] {
         [self.q.clone(), self.q_dot.clone()]
+    }
+
+    fn copy_unknowns(&self, into: &mut [Vec<f64>; 2]) {
+        into[0].clone_from(&self.q);
+        into[1].clone_from(&self.q_dot);
+    }
+
+    fn expect_points(&mut self, n: usize) {
+        let modes = self.q.len();
+        self.search.get_or_insert_with(|| PointSearch::new(modes)).expect(n);
     }
 
     fn set_unknowns(&mut self, [q, q_dot]: [&[f64]; 2]) {

@@ -309,6 +309,15 @@ impl Motion for Reduced {
         [self.motion.q.clone(), self.motion.q_dot.clone()]
     }
 
+    fn copy_unknowns(&self, into: &mut [Vec<f64>; 2]) {
+        into[0].clone_from(&self.motion.q);
+        into[1].clone_from(&self.motion.q_dot);
+    }
+
+    fn expect_points(&mut self, n: usize) {
+        self.places.expect(&self.reduced, n);
+    }
+
     fn set_unknowns(&mut self, [q, q_dot]: [&[f64]; 2]) {
         self.motion.q.copy_from_slice(q);
         self.motion.q_dot.copy_from_slice(q_dot);

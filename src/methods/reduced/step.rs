@@ -11,6 +11,8 @@
 //! inertia, and the second begins with the Hessian of the first. A step with a search that ends short is made anew by backward Euler,
 //! whose potential is no higher at its end than at q: a step that ends short gains no energy but what loads and constraints put in.
 //!
+//! A step among contacts, whose force comes and goes at once, is one of backward Euler.
+//!
 //! Damping is ξI + ζ Bᵀ(Σ b bᵀ)B with the strain rows b of the shape at the start of the step, and 2 ratio √λ on the modes.
 
 use super::rows::Shares;
@@ -58,9 +60,13 @@ impl Reduced {
         self.take_places(at);
         self.set_force(acting);
         self.newton.take_work();
-        let (mut converged, mut work) = self.two_stages(at, acting.load, h)?;
+        let sudden = at.points.is_some_and(|points| points.is_sudden());
+        let (mut converged, mut work) = if sudden { (false, 0.0) } else { self.two_stages(at, acting.load, h)? };
         if !converged {
             (converged, work) = self.backward_euler(at, acting.load, h)?;
+        }
+        if at.points.is_some_and(|points| points.is_passive()) && acting.load.spin_rate().is_none() {
+            self.gain_nothing(work);
         }
         self.record_outcomes(at);
         let finite = (self.constraints.work + work).is_finite() && self.constraints.is_finite();
@@ -74,6 +80,21 @@ impl Reduced {
         self.work = self.newton.take_work();
         self.constraints.accept(work);
         Ok(())
+    }
+
+    /// Slows the next motion down where it has more energy than the work of loads and constraints tells: what stands still gives none.
+    fn gain_nothing(&mut self, work: f64) {
+        let Coordinates { q, q_dot } = &self.motion;
+        let energy = self.reduced.elastic(self.form);
+        let kinetic = |rates: &[f64]| 0.5 * rates.iter().map(|rate| rate * rate).sum::<f64>();
+        let loads: f64 = (0..q.len()).map(|k| self.force[k] * (self.next[k] - q[k])).sum();
+        let scratch = self.newton.scratch();
+        let stored = energy.value(&self.next, scratch) - energy.value(q, scratch);
+        let (room, moving) = ((kinetic(q_dot) + work + loads - stored).max(0.0), kinetic(&self.rates));
+        if moving > room {
+            let share = (room / moving).sqrt();
+            self.rates.iter_mut().for_each(|rate| *rate *= share);
+        }
     }
 
     /// Sets the next q and its rates. Returns whether the searches converged, and the work of constraints.

@@ -1,0 +1,108 @@
+//! A solid where it is, and where it goes in the next step.
+
+use crate::Vec3;
+use crate::collider::{Solid, Touch};
+use crate::support::Pose;
+use nalgebra::UnitQuaternion;
+use std::sync::Arc;
+
+/// See the module's text. Poses are in world space.
+#[derive(Clone)]
+pub struct Obstacle {
+    /// Shared.
+    pub solid: Arc<Solid>,
+    /// μ of Coulomb's law, not negative.
+    pub friction: f64,
+    /// The shell stays so far off the surface, not negative.
+    pub thickness: f64,
+    /// At the end of the last step.
+    pub pose: Pose,
+    /// At the end of the next.
+    pub target: Pose,
+    /// It stands somewhere; else the first move only places it.
+    pub placed: bool,
+}
+
+/// From a pose's axes.
+fn inward(pose: &Pose, x: &Vec3) -> Vec3 {
+    pose.rotation.inverse_transform_vector(&(x - pose.origin))
+}
+
+impl Obstacle {
+    /// That stands there, without friction and thickness.
+    pub fn new(solid: Arc<Solid>, pose: Pose) -> Self {
+        Self { solid, friction: 0.0, thickness: 0.0, pose, target: pose, placed: true }
+    }
+
+    /// A plane that is at `pose` and goes to `target`: of a frame, to be led like the solids.
+    pub fn moving(pose: Pose, target: Pose) -> Self {
+        Self { target, ..Self::new(Arc::new(Solid::plane()), pose) }
+    }
+
+    /// With Coulomb's μ.
+    pub fn with_friction(self, friction: f64) -> Self {
+        Self { friction, ..self }
+    }
+
+    /// With a distance that the shell keeps from the surface.
+    pub fn with_thickness(self, thickness: f64) -> Self {
+        Self { thickness, ..self }
+    }
+
+    /// Where `x` of when the step begins is in the solid's axes.
+    pub fn at_start(&self, x: &Vec3) -> Vec3 {
+        inward(&self.pose, x)
+    }
+
+    /// Where `x` of when it ends is.
+    pub fn at_end(&self, x: &Vec3) -> Vec3 {
+        inward(&self.target, x)
+    }
+
+    /// World space of a place in the solid's axes, at the end of the step.
+    pub fn place(&self, x: &Vec3) -> Vec3 {
+        self.target.origin + self.target.rotation * x
+    }
+
+    /// The same of a direction.
+    pub fn direction(&self, n: &Vec3) -> Vec3 {
+        self.target.rotation * n
+    }
+
+    /// From the surface with its thickness.
+    pub fn touch(&self, local: &Vec3) -> Touch {
+        let touch = self.solid.touch(local);
+        Touch { distance: touch.distance - self.thickness, ..touch }
+    }
+
+    /// The first place on a way, in the solid's axes.
+    pub fn first_touch(&self, from: &Vec3, to: &Vec3) -> Option<(Vec3, Touch)> {
+        let (share, touch) = self.solid.first_touch(from, to, self.thickness)?;
+        Some((from + share * (to - from), Touch { distance: touch.distance - self.thickness, ..touch }))
+    }
+
+    /// It moves in the next step.
+    pub fn moves(&self) -> bool {
+        self.pose != self.target
+    }
+
+    /// Its way in the step, of any of its points within `reach` of the origin.
+    pub fn way(&self, reach: f64) -> f64 {
+        let turn = self.pose.rotation.angle_to(&self.target.rotation);
+        (self.target.origin - self.pose.origin).norm() + turn * reach
+    }
+
+    /// Where it is after a share of the way to `goal`.
+    pub fn between(&self, goal: &Pose, share: f64) -> Pose {
+        let turn = (goal.rotation * self.pose.rotation.inverse()).scaled_axis();
+        Pose {
+            origin: self.pose.origin + share * (goal.origin - self.pose.origin),
+            rotation: UnitQuaternion::from_scaled_axis(share * turn) * self.pose.rotation,
+        }
+    }
+
+    /// The step has ended.
+    pub fn arrive(&mut self) {
+        self.pose = self.target;
+    }
+}

@@ -1,0 +1,332 @@
+//! Colliders: solids that shells touch.
+
+use super::guard::guard;
+use super::mesh::{SwMeshDesc, read_mesh};
+use super::pointer::{VectorRows, byte_slice, check_flags, copy_out, enumerant, not_null, object, put, read_array};
+use super::state::{SwState, reading, rotation, vector, writing};
+use super::status::{Fault, SW_ERROR_INVALID_DATA, SwStatus};
+use super::structs::{Outputs, described, grows, read_descriptor};
+use crate::Vec3;
+use crate::collider::{GridOptions, Resolution, Solid};
+use crate::contact::{Contact, Obstacle};
+use crate::error::require_non_negative;
+use crate::support::Pose;
+use std::ffi::c_void;
+use std::sync::Arc;
+use xxhash_rust::xxh3::xxh3_64;
+
+/// The half-space z <= 0.
+pub const SW_COLLIDER_PLANE: u32 = 1;
+/// A ball about the origin: radius.
+pub const SW_COLLIDER_SPHERE: u32 = 2;
+/// All points within radius of the segment from -half_length to half_length along z.
+pub const SW_COLLIDER_CAPSULE: u32 = 3;
+/// A box about the origin: half_extents.
+pub const SW_COLLIDER_BOX: u32 = 4;
+/// The convex hull of mesh->positions; its triangles are not read.
+pub const SW_COLLIDER_HULL: u32 = 5;
+/// The inside of a closed mesh, prepared as signed distances on a grid.
+pub const SW_COLLIDER_MESH: u32 = 6;
+
+/// In sw_state_move_collider: the collider is there at once and has no velocity.
+pub const SW_COLLIDER_TELEPORT: u32 = 1;
+
+/// A solid in axes of its own, which sw_state_move_collider places.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct SwColliderDesc {
+    /// Set by sw_collider_desc_init.
+    pub struct_size: u32,
+    /// SW_COLLIDER_.... Required.
+    pub kind: u32,
+    /// Must be 0.
+    pub flags: u32,
+    /// Must be 0.
+    pub reserved: u32,
+    /// Of a sphere or capsule, length, positive.
+    pub radius: f64,
+    /// Of a capsule, length, not negative.
+    pub half_length: f64,
+    /// Of a box, length, positive.
+    pub half_extents: [f64; 3],
+    /// Coefficient of Coulomb's friction, not negative; 0 = none. About 0.3 to 0.6 for cloth and leaves.
+    pub friction: f64,
+    /// The shell stays so far off the surface, length, not negative; such as half its own thickness.
+    pub thickness: f64,
+    /// Of SW_COLLIDER_HULL and SW_COLLIDER_MESH, in the collider's axes; copied.
+    pub mesh: *const SwMeshDesc,
+    /// Of SW_COLLIDER_MESH: cells along the longest side of the mesh, 4 to 2000; 0 = 64. A cell is about the size of the finest feature.
+    pub cells: u32,
+    /// Must be 0.
+    pub reserved2: u32,
+}
+
+described!(SwColliderDesc, reserved2);
+
+/// Where a collider is at the end of the next step.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct SwColliderPoseDesc {
+    /// Set by sw_collider_pose_desc_init.
+    pub struct_size: u32,
+    /// SW_COLLIDER_TELEPORT or 0.
+    pub flags: u32,
+    /// World position of its origin.
+    pub origin: [f64; 3],
+    /// Row-major rotation matrix from its axes to the world's; all zero = identity.
+    pub rotation: [f64; 9],
+}
+
+described!(SwColliderPoseDesc, rotation);
+
+/// Where the shell touched a collider at the end of the last step. Output only.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct SwContact {
+    /// A vertex three times, the ends of an edge and the second again, or the corners of a triangle.
+    pub vertices: [u32; 3],
+    /// Which of the state's colliders.
+    pub collider: u32,
+    /// Of the vertices: what touches is their mean by these.
+    pub weights: [f64; 3],
+    /// Where it is, world space.
+    pub point: [f64; 3],
+    /// Of the collider's surface, outward, of length 1.
+    pub normal: [f64; 3],
+    /// From the surface with its thickness; negative inside.
+    pub gap: f64,
+    /// On the shell, friction included, world axes.
+    pub force: [f64; 3],
+}
+
+grows!(SwContact, force);
+
+/// An immutable solid with its friction and thickness. Share it by any number of states and threads.
+pub struct SwCollider {
+    solid: Arc<Solid>,
+    friction: f64,
+    thickness: f64,
+}
+
+unsafe fn solid_of(desc: &SwColliderDesc) -> Result<Solid, Fault> {
+    check_flags("desc->flags", desc.flags, 0)?;
+    check_flags("desc->reserved", desc.reserved, 0)?;
+    check_flags("desc->reserved2", desc.reserved2, 0)?;
+    let kinds = [
+        SW_COLLIDER_PLANE,
+        SW_COLLIDER_SPHERE,
+        SW_COLLIDER_CAPSULE,
+        SW_COLLIDER_BOX,
+        SW_COLLIDER_HULL,
+        SW_COLLIDER_MESH,
+    ];
+    let kinds = kinds.map(|kind| (kind, kind));
+    Ok(match enumerant("desc->kind", desc.kind, &kinds)? {
+        SW_COLLIDER_SPHERE => Solid::sphere(desc.radius)?,
+        SW_COLLIDER_CAPSULE => Solid::capsule(desc.half_length, desc.radius)?,
+        SW_COLLIDER_BOX => Solid::cuboid(Vec3::from(desc.half_extents))?,
+        SW_COLLIDER_HULL => {
+            // SAFETY: `read_descriptor` refuses NULL and a wrong size; the host passes a live descriptor.
+            let mesh = unsafe { read_descriptor("desc->mesh", desc.mesh)? };
+            let (n, format, stride) = (mesh.n_vertices, mesh.position_format, mesh.position_stride);
+            let rows = VectorRows::checked("desc->mesh->positions", mesh.positions, format, 3, stride, n.into())?;
+            // SAFETY: the host's buffer holds n rows.
+            Solid::hull(&(0..n as usize).map(|i| unsafe { rows.read(i) }).collect::<Vec<_>>())?
+        }
+        SW_COLLIDER_MESH => {
+            // SAFETY: `read_mesh` refuses NULL and a wrong size; the host's buffers hold as many rows as the descriptor says.
+            let (positions, triangles) = unsafe { read_mesh(desc.mesh)? };
+            let cells = if desc.cells == 0 {
+                GridOptions::default().resolution
+            } else {
+                Resolution::Cells(desc.cells as usize)
+            };
+            let margin = 2.0 * desc.thickness;
+            Solid::grid(&positions, &triangles, &GridOptions { resolution: cells, margin, ..GridOptions::default() })?
+        }
+        _ => Solid::plane(),
+    })
+}
+
+/// Makes a collider. On success *collider is a new object, to be given to sw_collider_destroy; on failure it is untouched.
+/// A mesh takes up to seconds, and about a megabyte at 64 cells. Triangles that are turned against their neighbours are taken as meant.
+/// Errors: SW_ERROR_INVALID_ARGUMENT, also on a size that is not from 1e-100 to 1e100; SW_ERROR_INVALID_DESC; SW_ERROR_INVALID_MESH on a mesh that
+/// is open, inside out or thinner than its cells, with the place.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn sw_collider_create(desc: *const SwColliderDesc, collider: *mut *mut SwCollider) -> SwStatus {
+    guard(|| {
+        not_null("collider", collider)?;
+        // SAFETY: `read_descriptor` refuses NULL and a wrong size; the host passes a live descriptor.
+        let desc = unsafe { read_descriptor("desc", desc)? };
+        let friction = require_non_negative("desc->friction", desc.friction)?;
+        let thickness = require_non_negative("desc->thickness", desc.thickness)?;
+        // SAFETY: what the descriptor points to is as long as it says.
+        let made = Box::new(SwCollider { solid: Arc::new(unsafe { solid_of(&desc)? }), friction, thickness });
+        // SAFETY: not NULL; the host passes a place for the output.
+        unsafe { put(collider, Box::into_raw(made)) };
+        Ok(())
+    })
+}
+
+/// Friction and thickness behind the solid's bytes, and a checksum of all.
+const SAVED_TAIL: usize = 24;
+
+/// Saves a collider, so that sw_collider_load gives it back without preparing its mesh again. Two calls: with `bytes` NULL and `capacity` 0
+/// only *size is written. Callable concurrently.
+/// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_BUFFER_SIZE when capacity < *size.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn sw_collider_save(
+    collider: *const SwCollider,
+    bytes: *mut c_void,
+    capacity: u64,
+    size: *mut u64,
+) -> SwStatus {
+    guard(|| {
+        // SAFETY: `object` refuses NULL; the host passes a live collider, and room for `capacity` bytes; `size` is not NULL.
+        unsafe {
+            let collider = object("collider", collider)?;
+            not_null("size", size)?;
+            let mut saved = collider.solid.save();
+            saved.extend(collider.friction.to_le_bytes());
+            saved.extend(collider.thickness.to_le_bytes());
+            saved.extend(xxh3_64(&saved).to_le_bytes());
+            copy_out("bytes", &saved, bytes.cast(), capacity)?;
+            put(size, saved.len() as u64);
+        }
+        Ok(())
+    })
+}
+
+/// Makes a collider of what sw_collider_save gave. Safe on any bytes. On success *collider is a new object, to be given to
+/// sw_collider_destroy; on failure it is untouched.
+/// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DATA.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn sw_collider_load(bytes: *const c_void, size: u64, collider: *mut *mut SwCollider) -> SwStatus {
+    guard(|| {
+        not_null("collider", collider)?;
+        // SAFETY: `byte_slice` refuses NULL; the host passes `size` bytes.
+        let bytes = unsafe { byte_slice("bytes", bytes, size)? };
+        let number = |at: usize| u64::from_le_bytes(std::array::from_fn(|i| bytes[at + i]));
+        let Some(solid) = bytes.len().checked_sub(SAVED_TAIL) else {
+            return Err(Fault::new(SW_ERROR_INVALID_DATA, format!("these {size} bytes are not a saved collider")));
+        };
+        let [friction, thickness] = [number(solid), number(solid + 8)].map(f64::from_bits);
+        let whole = xxh3_64(&bytes[..solid + 16]) == number(solid + 16);
+        if !whole || ![friction, thickness].iter().all(|x| x.is_finite() && *x >= 0.0) {
+            return Err(Fault::new(
+                SW_ERROR_INVALID_DATA,
+                "the saved collider is damaged: its checksum does not match",
+            ));
+        }
+        let solid = Arc::new(Solid::load(&bytes[..solid])?);
+        // SAFETY: not NULL; the host passes a place for the output.
+        unsafe { put(collider, Box::into_raw(Box::new(SwCollider { solid, friction, thickness }))) };
+        Ok(())
+    })
+}
+
+/// Destroys a collider. NULL does nothing. States that have it go on with it. An object must not be destroyed twice or during a call.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn sw_collider_destroy(collider: *mut SwCollider) {
+    guard(|| {
+        if !collider.is_null() {
+            // SAFETY: made by sw_collider_create and not destroyed before.
+            drop(unsafe { Box::from_raw(collider) });
+        }
+        Ok(())
+    });
+}
+
+/// Replaces the colliders of a state; count 0 removes all. Each is in the world's axes until sw_state_move_collider, and is known by its
+/// place in the list. One that was in the same place before stays where it is. The list is copied; a collider may come more than once.
+///
+/// Every method keeps its shell out of colliders: a step is taken in rounds, until no gap of a contact and no penetration is beyond 2e-5 of
+/// the mesh's size, at most twelve. So a step among colliders costs as many steps as it has rounds and a reading of the positions each; one
+/// that touches nothing costs one round. Vertices are looked at, and points between them where a collider is smaller than an edge. Vertices that a
+/// support holds pass through. A vertex that crosses a collider within a step, however fast, is stopped where it entered. One that begins
+/// a step inside comes out by at most the mesh's size a second. What a method's modes or fields cannot follow stays inside, and
+/// sw_state_report tells how deep. An explicit step feels a spring of its own vertex's mass instead.
+/// Friction is Coulomb's; an equilibrium has none.
+/// Contacts are cloned and saved with a state; colliders are cloned, survive its reset and loading, but are not saved.
+/// Allocates; steps of modal methods then do not.
+/// Errors: SW_ERROR_INVALID_ARGUMENT, also above 65536 colliders; SW_ERROR_UNSUPPORTED by a library without SW_FEATURE_CONTACT, SW_ERROR_BUSY.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn sw_state_set_colliders(
+    state: *mut SwState,
+    colliders: *const *const SwCollider,
+    count: u32,
+) -> SwStatus {
+    // SAFETY: `writing` refuses a NULL state; the host's list holds `count` live colliders, none of which may be NULL.
+    unsafe {
+        writing(state, |state| {
+            if count as usize > crate::state::MOST_OBSTACLES {
+                let most = crate::state::MOST_OBSTACLES;
+                return Err(Fault::argument(format!("count is {count}: at most {most} colliders")));
+            }
+            let mut obstacles = Vec::with_capacity(count as usize);
+            for (i, collider) in read_array("colliders", colliders, count.into())?.into_iter().enumerate() {
+                let SwCollider { solid, friction, thickness } = object(&format!("colliders[{i}]"), collider)?;
+                let still = Obstacle::new(solid.clone(), Pose::identity());
+                let still = still.with_friction(*friction).with_thickness(*thickness);
+                obstacles.push(Obstacle { placed: false, ..still });
+            }
+            Ok(state.set_obstacles(obstacles)?)
+        })
+    }
+}
+
+/// Sets where a collider is at the end of the next step; it gets there evenly, and friction feels its velocity. It stays where it is when
+/// not called. The first call for a collider simply places it. sw_state_equilibrium has it there, at rest.
+/// Errors: SW_ERROR_INVALID_ARGUMENT, also where the state has no such collider; SW_ERROR_INVALID_DESC, SW_ERROR_BUSY.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn sw_state_move_collider(
+    state: *mut SwState,
+    collider: u32,
+    desc: *const SwColliderPoseDesc,
+) -> SwStatus {
+    // SAFETY: `writing` refuses a NULL state, `read_descriptor` a NULL or uninitialised descriptor; the host passes live ones.
+    unsafe {
+        writing(state, |state| {
+            let desc = read_descriptor("desc", desc)?;
+            check_flags("desc->flags", desc.flags, SW_COLLIDER_TELEPORT)?;
+            let pose = Pose { origin: vector("origin", &desc.origin)?, rotation: rotation(&desc.rotation)? };
+            Ok(state.move_obstacle(collider as usize, pose, desc.flags & SW_COLLIDER_TELEPORT != 0)?)
+        })
+    }
+}
+
+fn contact_of(contact: &Contact) -> SwContact {
+    SwContact {
+        vertices: contact.vertices,
+        collider: contact.obstacle,
+        weights: contact.weights,
+        point: contact.point.into(),
+        normal: contact.normal.into(),
+        gap: contact.gap,
+        force: contact.force.into(),
+    }
+}
+
+/// Where the shell touched at the end of the last step or equilibrium. `element_size` is sizeof(SwContact). Two calls: with `contacts`
+/// NULL and `capacity` 0 only *count is written. Callable concurrently.
+/// Errors: SW_ERROR_INVALID_DESC, SW_ERROR_INVALID_ARGUMENT, SW_ERROR_BUFFER_SIZE when capacity < *count, SW_ERROR_BUSY.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn sw_state_contacts(
+    state: *const SwState,
+    contacts: *mut SwContact,
+    element_size: u32,
+    capacity: u32,
+    count: *mut u32,
+) -> SwStatus {
+    // SAFETY: `reading` refuses a NULL state; `count` is not NULL, and the host's array has room for `capacity` elements.
+    unsafe {
+        reading(state, |state| {
+            not_null("count", count)?;
+            let out = Outputs::checked("contacts", contacts, element_size)?;
+            let all: Vec<SwContact> = state.contacts().map(|contact| contact_of(&contact)).collect();
+            out.copy_out("contacts", &all, capacity)?;
+            put(count, all.len() as u32);
+            Ok(())
+        })
+    }
+}

@@ -1,0 +1,229 @@
+/* Colliders through the C interface: a strip that nothing holds lies on a plane and a hull, what moves, what is saved, what is refused. */
+#include "test_support.h"
+
+static const double GRAVITY[3] = {0, 0, -9.81};
+
+static SwModel *free_strip(void) {
+  Strip strip = make_strip();
+  const SwMeshDesc mesh = strip_mesh(&strip);
+  SwModel *model = NULL;
+  OK(sw_model_create(&mesh, NULL, NULL, &model));
+  precompute(model, 12, SW_PRECISION_F64);
+  return model;
+}
+
+static SwCollider *collider_of(uint32_t kind, double friction) {
+  SwColliderDesc desc;
+  SwCollider *collider = NULL;
+  sw_collider_desc_init(&desc);
+  desc.kind = kind;
+  desc.radius = 0.5;
+  desc.half_length = 1;
+  desc.friction = friction;
+  for (int c = 0; c < 3; ++c) desc.half_extents[c] = 3;
+  OK(sw_collider_create(&desc, &collider));
+  return collider;
+}
+
+static void set_colliders(SwState *state, SwCollider *const *colliders, uint32_t count) {
+  const SwCollider *list[4];
+  for (uint32_t i = 0; i < count; ++i) list[i] = colliders[i];
+  OK(sw_state_set_colliders(state, list, count));
+}
+
+static void place(SwState *state, uint32_t collider, double z) {
+  SwColliderPoseDesc pose;
+  sw_collider_pose_desc_init(&pose);
+  pose.origin[2] = z;
+  OK(sw_state_move_collider(state, collider, &pose));
+}
+
+static SwStateReport report_of(const SwState *state) {
+  SwStateReport report;
+  sw_state_report_init(&report);
+  OK(sw_state_report(state, &report));
+  return report;
+}
+
+/* The sum of the contacts' forces along z. */
+static double carried(const SwState *state) {
+  uint32_t count = 0;
+  SwContact contacts[512];
+  double sum = 0;
+  OK(sw_state_contacts(state, NULL, sizeof(SwContact), 0, &count));
+  OK(sw_state_contacts(state, contacts, sizeof(SwContact), 512, &count));
+  for (uint32_t i = 0; i < count; ++i) {
+    sum += contacts[i].force[2];
+    CHECK_NEAR(contacts[i].weights[0] + contacts[i].weights[1] + contacts[i].weights[2], 1, 1e-15);
+    CHECK(contacts[i].vertices[0] < STRIP_VERTICES && contacts[i].collider == 0);
+    CHECK_NEAR(contacts[i].normal[2], 1, 1e-9);
+  }
+  return sum;
+}
+
+static void a_strip_lies_with_its_weight_on_a_plane_and_on_a_box(void) {
+  SwModel *model = free_strip();
+  const uint32_t kinds[2] = {SW_COLLIDER_PLANE, SW_COLLIDER_BOX};
+  for (int i = 0; i < 2; ++i) {
+    SwState *state = new_state(model, SW_METHOD_WARP, SW_INTEGRATOR_IMPLICIT_EULER);
+    SwCollider *floor = collider_of(kinds[i], 0.5);
+    OK(sw_state_set_gravity(state, GRAVITY));
+    set_colliders(state, &floor, 1);
+    sw_collider_destroy(floor); /* the state goes on with it */
+    place(state, 0, kinds[i] == SW_COLLIDER_BOX ? -3.01 : -0.01);
+    for (int step = 0; step < 60; ++step) OK(sw_state_step(state, 1.0 / 60));
+    const double weight = 9.81 * info_of(model).total_mass;
+    CHECK_NEAR(carried(state), weight, 1e-2 * weight); /* what still swings */
+    const SwStateReport report = report_of(state);
+    CHECK(report.contact_count > 0);
+    CHECK(report.deepest_penetration <= 1e-3 * STRIP_LENGTH);
+    CHECK_NEAR(report.contact_impulse[2], carried(state) / 60, 1e-9 * weight);
+    sw_state_destroy(state);
+  }
+  sw_model_destroy(model);
+}
+
+static void a_closed_mesh_and_its_hull_carry_as_the_box_that_they_are(void) {
+  const double points[24] = {-3, -3, -3, 3, -3, -3, 3, 3, -3, -3, 3, -3, -3, -3, 3, 3, -3, 3, 3, 3, 3, -3, 3, 3};
+  const uint32_t corners[36] = {0, 2, 1, 0, 3, 2, 4, 5, 6, 4, 6, 7, 0, 1, 5, 0, 5, 4,
+                                1, 2, 6, 1, 6, 5, 2, 3, 7, 2, 7, 6, 3, 0, 4, 3, 4, 7};
+  SwMeshDesc mesh;
+  SwModel *model = free_strip();
+  sw_mesh_desc_init(&mesh);
+  mesh.positions = points;
+  mesh.position_format = SW_FORMAT_F64;
+  mesh.triangles = corners;
+  mesh.n_vertices = 8;
+  mesh.n_triangles = 12;
+  for (uint32_t kind = SW_COLLIDER_HULL; kind <= SW_COLLIDER_MESH; ++kind) {
+    SwState *state = new_state(model, SW_METHOD_WARP, SW_INTEGRATOR_IMPLICIT_EULER);
+    SwColliderDesc desc;
+    SwCollider *made = NULL, *box = NULL;
+    uint64_t size = 0;
+    sw_collider_desc_init(&desc);
+    desc.kind = kind;
+    desc.mesh = &mesh;
+    OK(sw_collider_create(&desc, &made));
+    OK(sw_collider_save(made, NULL, 0, &size));
+    unsigned char *bytes = malloc(size);
+    OK(sw_collider_save(made, bytes, size, &size));
+    OK(sw_collider_load(bytes, size, &box));
+    OK(sw_state_set_gravity(state, GRAVITY));
+    set_colliders(state, &box, 1);
+    place(state, 0, -3.01);
+    for (int step = 0; step < 60; ++step) OK(sw_state_step(state, 1.0 / 60));
+    const double weight = 9.81 * info_of(model).total_mass;
+    CHECK_NEAR(carried(state), weight, 1e-2 * weight);
+    bytes[size / 2] ^= 1;
+    SwCollider *none = NULL;
+    FAILS(sw_collider_load(bytes, size, &none), SW_ERROR_INVALID_DATA, "damaged");
+    FAILS(sw_collider_load(bytes, 5, &none), SW_ERROR_INVALID_DATA, "5 bytes");
+    CHECK(!none);
+    free(bytes);
+    sw_collider_destroy(made);
+    sw_collider_destroy(box);
+    sw_state_destroy(state);
+  }
+  mesh.n_triangles = 11;
+  SwColliderDesc desc;
+  SwCollider *open = NULL;
+  sw_collider_desc_init(&desc);
+  desc.kind = SW_COLLIDER_MESH;
+  desc.mesh = &mesh;
+  CHECK(sw_collider_create(&desc, &open) != SW_OK && !open);
+  sw_model_destroy(model);
+}
+
+static void a_saved_state_goes_on_with_its_contacts(void) {
+  SwModel *model = free_strip();
+  SwCollider *floor = collider_of(SW_COLLIDER_PLANE, 0.3);
+  SwState *states[2];
+  double x[2][3 * STRIP_VERTICES];
+  unsigned char *bytes = NULL;
+  uint64_t size = 0;
+  for (int i = 0; i < 2; ++i) {
+    states[i] = new_state(model, SW_METHOD_WARP, SW_INTEGRATOR_IMPLICIT_EULER);
+    OK(sw_state_set_gravity(states[i], GRAVITY));
+    set_colliders(states[i], &floor, 1);
+    place(states[i], 0, -0.02);
+  }
+  for (int step = 0; step < 20; ++step) OK(sw_state_step(states[0], 1.0 / 60));
+  OK(sw_state_save(states[0], NULL, 0, &size));
+  bytes = malloc(size);
+  OK(sw_state_save(states[0], bytes, size, &size));
+  OK(sw_state_load(states[1], bytes, size));
+  for (int i = 0; i < 2; ++i) {
+    for (int step = 0; step < 10; ++step) OK(sw_state_step(states[i], 1.0 / 60));
+    OK(sw_state_positions(states[i], SW_SPACE_WORLD, SW_FORMAT_F64, x[i], 0, STRIP_VERTICES));
+  }
+  CHECK(memcmp(x[0], x[1], sizeof x[0]) == 0);
+  OK(sw_state_set_colliders(states[1], NULL, 0));
+  FAILS(sw_state_load(states[1], bytes, size), SW_ERROR_INVALID_DATA, "colliders");
+  for (int i = 0; i < 2; ++i) sw_state_destroy(states[i]);
+  sw_collider_destroy(floor);
+  free(bytes);
+  sw_model_destroy(model);
+}
+
+static void what_is_wrong_is_refused_by_name(void) {
+  SwModel *model = free_strip();
+  SwState *state = new_state(model, SW_METHOD_WARP, SW_INTEGRATOR_IMPLICIT_EULER);
+  SwCollider *floor = collider_of(SW_COLLIDER_PLANE, 0), *none = NULL;
+  const SwCollider *list[2] = {floor, NULL};
+  SwColliderPoseDesc pose;
+  uint32_t count = 0;
+  struct {
+    uint32_t kind;
+    double radius, half_length, friction, thickness;
+    const char *text;
+  } bad[] = {
+      {0, 1, 1, 0, 0, "desc->kind is 0"},
+      {SW_COLLIDER_SPHERE, 0, 0, 0, 0, "radius is 0"},
+      {SW_COLLIDER_SPHERE, NAN, 0, 0, 0, "radius is NaN"},
+      {SW_COLLIDER_CAPSULE, 1, -1, 0, 0, "half length is -1"},
+      {SW_COLLIDER_PLANE, 0, 0, -0.5, 0, "friction is -0.5"},
+      {SW_COLLIDER_PLANE, 0, 0, 0, INFINITY, "thickness is inf"},
+      {SW_COLLIDER_BOX, 0, 0, 0, 0, "half extent along x"},
+      {SW_COLLIDER_MESH, 0, 0, 0, 0, "mesh is NULL"},
+      {SW_COLLIDER_HULL, 0, 0, 0, 0, "mesh is NULL"},
+  };
+  for (size_t i = 0; i < sizeof bad / sizeof *bad; ++i) {
+    SwColliderDesc desc;
+    sw_collider_desc_init(&desc);
+    desc.kind = bad[i].kind;
+    desc.radius = bad[i].radius;
+    desc.half_length = bad[i].half_length;
+    desc.friction = bad[i].friction;
+    desc.thickness = bad[i].thickness;
+    FAILS(sw_collider_create(&desc, &none), SW_ERROR_INVALID_ARGUMENT, bad[i].text);
+  }
+  CHECK(!none);
+  FAILS(sw_state_set_colliders(state, list, 2), SW_ERROR_INVALID_ARGUMENT, "colliders[1] is NULL");
+  FAILS(sw_state_set_colliders(state, NULL, 2), SW_ERROR_INVALID_ARGUMENT, "colliders is NULL");
+  FAILS(sw_state_set_colliders(state, list, 70000), SW_ERROR_INVALID_ARGUMENT, "70000");
+  OK(sw_state_set_colliders(state, list, 1));
+  sw_collider_pose_desc_init(&pose);
+  FAILS(sw_state_move_collider(state, 1, &pose), SW_ERROR_INVALID_ARGUMENT, "collider 1 of 1");
+  pose.origin[1] = NAN;
+  FAILS(sw_state_move_collider(state, 0, &pose), SW_ERROR_INVALID_ARGUMENT, "origin[1] is NaN");
+  pose.origin[1] = 0;
+  pose.rotation[0] = 2;
+  FAILS(sw_state_move_collider(state, 0, &pose), SW_ERROR_INVALID_ARGUMENT, "rotation");
+  pose.rotation[0] = 0;
+  pose.flags = 8;
+  FAILS(sw_state_move_collider(state, 0, &pose), SW_ERROR_INVALID_ARGUMENT, "flags");
+  FAILS(sw_state_contacts(state, NULL, sizeof(SwContact), 0, NULL), SW_ERROR_INVALID_ARGUMENT, "count");
+  FAILS(sw_state_contacts(NULL, NULL, sizeof(SwContact), 0, &count), SW_ERROR_INVALID_ARGUMENT, "state");
+  sw_collider_destroy(NULL);
+  sw_collider_destroy(floor);
+  sw_state_destroy(state);
+  sw_model_destroy(model);
+}
+
+int main(void) {
+  RUN(a_strip_lies_with_its_weight_on_a_plane_and_on_a_box);
+  RUN(a_closed_mesh_and_its_hull_carry_as_the_box_that_they_are);
+  RUN(a_saved_state_goes_on_with_its_contacts);
+  RUN(what_is_wrong_is_refused_by_name);
+  return report_failures();
+}
