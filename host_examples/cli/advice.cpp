@@ -68,12 +68,12 @@ bool loaded(const Scene &scene) {
 std::string stillness(const Summary &summary) {
   if (summary.info.n_unknowns == 0) return "note: every vertex is held, so nothing can move";
   if (summary.scene.sagged) return "note: nothing has moved: the sagged shape is at rest under this gravity";
-  return "note: nothing has moved: no gravity, force or wind, no moving frame, no handle";
+  return "note: nothing has moved: no gravity, force or wind, no moving frame, no handle, no moving collider";
 }
 
 void add_size_of_motion(const Summary &summary, std::vector<std::string> &words) {
   const double share = widest_frame(summary.run).report.max_displacement / summary.info.size;
-  const bool led = summary.scene.motion.moves() || !summary.scene.handles.empty();
+  const bool led = summary.scene.motion.moves() || !summary.scene.handles.empty() || any_moves(summary.scene.colliders);
   if (share == 0) {
     words.push_back(stillness(summary));
   } else if (share < kUnseen && loaded(summary.scene) && !led) {
@@ -83,6 +83,25 @@ void add_size_of_motion(const Summary &summary, std::vector<std::string> &words)
     words.push_back("try: no held shell moves by " + share_of_size(share) + ": are lengths in metres, and gravity 9.8? " +
                     slowest_swing(summary) + ": a higher --frequency (frequency) or k_bend stiffens it");
   }
+}
+
+// How the shell touched the colliders, at the ends of frames.
+void add_contact(const Summary &summary, std::vector<std::string> &words) {
+  if (summary.scene.colliders.empty()) return;
+  uint64_t most = 0;
+  double deepest = 0;
+  for (const FrameRecord &f : summary.run.frames) {
+    most = std::max(most, f.report.contact_count);
+    deepest = std::max(deepest, f.report.deepest_penetration);
+  }
+  if (most == 0 && deepest == 0) return words.push_back("touched: no collider");
+  const double share = deepest / summary.info.size;
+  words.push_back(format("touched: %llu contact%s at most, deepest penetration ", static_cast<unsigned long long>(most), most == 1 ? "" : "s") +
+                  in_unit(deepest, summary.scene) + format(" (%.2g %% of its size)", 100 * share));
+  if (share > kUnseen)
+    words.push_back(std::string("note: the shell went into a collider by more than 0.1 % of its size: ") +
+                    (host::is_full_shell(summary.scene.method) ? "shorter steps help" : "more modes help") +
+                    ", and colliders that are outside it at the start");
 }
 
 void add_turns(const Summary &summary, std::vector<std::string> &words) {
@@ -117,6 +136,7 @@ std::string better_methods(uint32_t method) {
 
 std::vector<std::string> closing_words(const Summary &summary) {
   std::vector<std::string> words = {motion_words(summary)};
+  add_contact(summary, words);
   if (const std::string error = verdict(summary.run); !error.empty()) words.push_back(error);
   add_size_of_motion(summary, words);
   add_turns(summary, words);

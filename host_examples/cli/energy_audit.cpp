@@ -6,7 +6,7 @@
 namespace cli {
 
 EnergyAudit::EnergyAudit(const Scene &scene, const Mesh &mesh)
-    : applies_(!scene.loads.wind && scene.handles.empty() && !scene.motion.moves()),
+    : applies_(!scene.loads.wind && scene.handles.empty() && !scene.motion.moves() && !any_moves(scene.colliders)),
       mesh_(mesh),
       load_(mesh.positions.size()),
       positions_(mesh.positions.size()) {

@@ -20,7 +20,7 @@ class EnergyAudit {
 public:
   EnergyAudit(const Scene &scene, const Mesh &mesh);
 
-  // False where something else does work on the shell: wind, handles, a moving frame.
+  // False where something else does work on the shell: wind, handles, a moving frame or collider.
   bool applies() const { return applies_; }
   // Notes the energy of a frame.
   void note(uint32_t frame, const shellwarp::State &state, const SwStateReport &report);

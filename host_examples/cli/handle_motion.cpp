@@ -74,7 +74,7 @@ void clear_constraints(const Handle &handle, uint32_t first_id, shellwarp::State
 
 bool Handle::held(double seconds) const { return !release || seconds <= *release + kSameTime; }
 
-HandleKey Handle::target(double seconds) const {
+HandleKey key_at(const std::vector<HandleKey> &keys, double seconds) {
   const std::vector<HandleKey> all = with_start(keys);
   if (seconds <= all.front().time) return all.front();
   if (seconds >= all.back().time) return all.back();

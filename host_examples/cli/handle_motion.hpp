@@ -22,11 +22,15 @@
 
 namespace cli {
 
+// Of a handle's or a collider's way.
 struct HandleKey {
   double time = 0;  // s
   std::array<double, 3> offset{};
   std::array<double, 3> rotation{};  // rotation vector, radians
 };
+
+// Offset and rotation at a time; before the first key and after the last as there. At rest at time 0 unless there is a key.
+HandleKey key_at(const std::vector<HandleKey> &keys, double seconds);
 
 struct Handle {
   std::optional<uint32_t> vertex;   // or else
@@ -37,12 +41,11 @@ struct Handle {
   uint32_t axes = SW_AXIS_X | SW_AXIS_Y | SW_AXIS_Z;
   double compliance = 0;                    // length/force, rad/torque
   std::optional<double> release;            // s; never where missing
-  std::vector<HandleKey> keys;              // by ascending time; at rest at time 0 unless there is a key
+  std::vector<HandleKey> keys;              // by ascending time
   std::shared_ptr<const FrameMotion> bone;  // carries the targets; null = the world
 
   bool held(double seconds) const;
-  // Offset and rotation at a time; before the first key and after the last as there.
-  HandleKey target(double seconds) const;
+  HandleKey target(double seconds) const { return key_at(keys, seconds); }
 };
 
 // A handle on a mesh.

@@ -171,7 +171,7 @@ void add_supports(const SupportOptions &options, bool clamped, Scene &scene) {
 
 struct SimulateOptions {
   Scene scene;
-  std::vector<std::string> pins, handles;
+  std::vector<std::string> pins, handles, colliders;
   std::optional<std::array<double, 3>> gravity, wind;
   std::string up, preset;
   std::optional<double> young, poisson, thickness, volume_density;
@@ -207,6 +207,10 @@ void add_simulate_options(CLI::App &app, SimulateOptions &o) {
   app.add_option("--handle", o.handles, "Lead a vertex: V:DX,DY,DZ@SECONDS with further offsets behind ':' and free@SECONDS to let go; V is "
                                         "a vertex, a side or a group, and a file of lines 'time x y z' may stand for the offsets")
       ->type_name("V:PATH");
+  app.add_option("--collider", o.colliders, "A solid that the shell touches: plane:z=HEIGHT, sphere:R@X,Y,Z, capsule:R,HALF_LENGTH@X,Y,Z (along z), "
+                                            "box:HX,HY,HZ@X,Y,Z, hull:FILE@X,Y,Z or mesh:FILE@X,Y,Z; behind ':' friction=F, thickness=T, and "
+                                            "offsets that move it, as of a handle; several times for several")
+      ->type_name("SPEC");
   app.add_option("--duration", o.scene.duration, "Seconds (5)")->check(positive());
   app.add_option("--step", o.step, "Seconds a step, a frame being one step (1/30)")->check(positive());
   app.add_option("--k-area", o.scene.material.k_area, "Stiffness against change of area (1e4)")
@@ -248,6 +252,7 @@ int simulate_mesh(SimulateOptions &o) {
   add_supports(o.clamped, true, o.scene);
   for (const std::string &word : o.pins) o.scene.supports.push_back(read_pin(word, o.scene.inputs));
   for (const std::string &word : o.handles) o.scene.handles.push_back(read_path(word, o.scene.inputs));
+  for (const std::string &word : o.colliders) o.scene.colliders.push_back(read_collider(word, o.scene.inputs));
   if (!o.up.empty()) {
     o.scene.up = static_cast<uint32_t>(o.up[0] - 'x');
     o.scene.gravity[*o.scene.up] = -kGravity;

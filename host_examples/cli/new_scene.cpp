@@ -94,6 +94,12 @@ ratio = 0.05            # of critical: 0 swings for ever, 1 creeps
 # [[handle.key]]
 # time = 1.0
 # offset = [0, 0, 0.03]
+
+# [[collider]]          # a solid that the shell touches; as many as you like
+# kind = "sphere"       # or plane, capsule, box, hull, mesh
+# radius = 0.02         # m
+# position = [0.08, 0, -0.045]
+# friction = 0.4
 )";
 
 void refuse_existing(const fs::path &path) {

@@ -222,16 +222,27 @@ void finish_page(const Page &page, const SceneFile &file, const RunOptions &opti
     std::fprintf(stderr, "shellwarp: nothing here opens a browser; open %s in one\n", path.c_str());
 }
 
+// Those of all shells, made once.
+std::vector<Collider> shared_colliders(const SceneFile &file, bool quiet) {
+  const Scene &scene = file.shells.front();
+  std::vector<Collider> colliders = scene.colliders;
+  const Watch watch("preparing colliders", quiet);
+  prepare_colliders(colliders, scene.scale);
+  return colliders;
+}
+
 }  // namespace
 
-// Shells do not touch, so they may run one after the other. The worst exit status; an interruption ends all, and each shell's files
+// Shells do not touch each other, so they may run one after the other. The worst exit status; an interruption ends all, and each shell's files
 // are put in place as it is done.
 int run_shells(const SceneFile &file, const RunOptions &options) {
   const std::unique_ptr<OutputFolder> folder = open_folder(file, options);
   const std::string path = page_path(file, options);
   std::optional<Page> page = begin_page(file, options, path);
+  const std::vector<Collider> colliders = shared_colliders(file, options.quiet);
   int worst = 0;
-  for (const Scene &scene : file.shells) {
+  for (Scene scene : file.shells) {
+    scene.colliders = colliders;
     const int status = run_scene(scene, options, folder.get(), page ? &*page : nullptr);
     if (status == kInterrupted) return status;
     worst = std::max(worst, status);

@@ -16,16 +16,6 @@ namespace {
 
 constexpr double kRadians = 0.017453292519943295;
 
-std::string beside(const std::string &scene_path, const std::string &path) {
-  return (std::filesystem::path(scene_path).parent_path() / path).lexically_normal().string();
-}
-
-double not_negative(Section &section, const char *key, double fallback) {
-  const double value = section.number(key).value_or(fallback);
-  if (value < 0) section.fail(*section.find(key), std::string(key) + " must not be negative");
-  return value;
-}
-
 std::vector<uint32_t> read_indices(Section &section, const char *key) {
   std::vector<uint32_t> indices;
   const toml::node *node = section.find(key);
@@ -44,7 +34,7 @@ std::optional<Side> read_side(Section &section) {
   return side;
 }
 
-Support read_support(Section section, const std::string &scene_path, std::vector<std::string> &inputs) {
+Support read_support(Section section, std::vector<std::string> &inputs) {
   Support support;
   support.clamped = section.choice("kind", {"fixed", "clamped"}) == "clamped";
   const std::vector<double> b = section.numbers("box", 6);
@@ -52,8 +42,8 @@ Support read_support(Section section, const std::string &scene_path, std::vector
   support.vertices = read_indices(section, "vertices");
   support.side = read_side(section);
   support.group = section.text("group").value_or("");
-  if (const auto file = section.text("list")) {
-    inputs.push_back(beside(scene_path, *file));
+  if (const auto file = section.file("list")) {
+    inputs.push_back(*file);
     support.vertices = read_vertex_list(inputs.back());
   }
   if (!support.box && support.vertices.empty() && !support.side && support.group.empty())
@@ -108,17 +98,22 @@ Bone read_bone(Section section, const Skeleton &skeleton, double duration) {
   return bone;
 }
 
-HandleKey read_key(Section section, const Handle &handle) {
-  HandleKey key;
-  const std::optional<double> time = section.number("time");
-  if (!time || *time < 0) section.fail("time must be 0 or more");
-  key.time = *time;
-  if (!handle.keys.empty() && key.time <= handle.keys.back().time) section.fail("the times of keys must ascend");
-  if (handle.holds_position) key.offset = section.vector("offset");
-  if (handle.holds_orientation) key.rotation = section.vector("rotate_degrees");
-  for (double &r : key.rotation) r *= kRadians;
-  section.reject_unknown_keys();  // an offset of what does not hold a position, too
-  return key;
+// The way of a handle or collider: what it leads is the position, the orientation or both.
+std::vector<HandleKey> read_keys(Section &led, bool position, bool orientation) {
+  std::vector<HandleKey> keys;
+  for (Section &section : led.sections("key")) {
+    HandleKey key;
+    const std::optional<double> time = section.number("time");
+    if (!time || *time < 0) section.fail("time must be 0 or more");
+    key.time = *time;
+    if (!keys.empty() && key.time <= keys.back().time) section.fail("the times of keys must ascend");
+    if (position) key.offset = section.vector("offset");
+    if (orientation) key.rotation = section.vector("rotate_degrees");
+    for (double &r : key.rotation) r *= kRadians;
+    section.reject_unknown_keys();  // an offset of what does not hold a position, too
+    keys.push_back(key);
+  }
+  return keys;
 }
 
 uint32_t read_axes(Section &section) {
@@ -155,7 +150,7 @@ Handle read_grip(Section &section) {
 
 Handle read_handle(Section section) {
   Handle handle = read_grip(section);
-  for (Section &s : section.sections("key")) handle.keys.push_back(read_key(std::move(s), handle));
+  handle.keys = read_keys(section, handle.holds_position, handle.holds_orientation);
   section.reject_unknown_keys();
   return handle;
 }
@@ -165,6 +160,14 @@ Handle read_attachment(Section section, const Skeleton &skeleton) {
   handle.bone = named_bone(section, "bone", skeleton).motion;
   section.reject_unknown_keys();
   return handle;
+}
+
+Collider read_moving_collider(Section section, const Skeleton &skeleton, std::vector<std::string> &inputs) {
+  Collider collider = read_collider(section, inputs);
+  if (section.find("bone")) collider.bone = named_bone(section, "bone", skeleton).motion;
+  collider.keys = read_keys(section, true, true);
+  section.reject_unknown_keys();
+  return collider;
 }
 
 Force read_force(Section section) {
@@ -183,9 +186,9 @@ Wind read_wind(Section section) {
   Wind wind;
   if (!section.find("velocity")) section.fail("velocity is missing: that of the air, in world axes");
   wind.velocity = section.vector("velocity");
-  wind.density = not_negative(section, "density", wind.density);
-  wind.normal_drag = not_negative(section, "normal_drag", wind.normal_drag);
-  wind.tangential_drag = not_negative(section, "tangential_drag", wind.tangential_drag);
+  wind.density = section.not_negative("density", wind.density);
+  wind.normal_drag = section.not_negative("normal_drag", wind.normal_drag);
+  wind.tangential_drag = section.not_negative("tangential_drag", wind.tangential_drag);
   section.reject_unknown_keys();
   return wind;
 }
@@ -204,9 +207,9 @@ void read_reduced(Section &section, Scene &scene) {
   scene.reduced.elements = section.count("reduced_elements").value_or(0);
   scene.reduced.poses = section.count("reduced_poses").value_or(0);
   scene.reduced.trained = section.flag("reduced_trained").value_or(true);
-  scene.reduced.gravity = not_negative(section, "reduced_gravity", 0);
-  scene.auto_error = not_negative(section, "auto_error", 0);
-  scene.auto_operations = not_negative(section, "auto_operations", 0);
+  scene.reduced.gravity = section.not_negative("reduced_gravity", 0);
+  scene.auto_error = section.not_negative("auto_error", 0);
+  scene.auto_operations = section.not_negative("auto_operations", 0);
 }
 
 void read_simulation(Section section, Scene &scene) {
@@ -335,14 +338,14 @@ toml::table parse(const std::string &path, const std::string &contents) {
 
 // What a file says of its one shell at the top, and of several in a table each.
 void read_substance(Section &section, const std::string &path, Scene &scene) {
-  const auto mesh = section.text("mesh");
+  const auto mesh = section.file("mesh");
   if (!mesh) section.fail("mesh is missing: name the OBJ, OFF or PLY file, relative to the scene");
-  scene.mesh_path = beside(path, *mesh);
+  scene.mesh_path = *mesh;
   scene.inputs.insert(scene.inputs.end(), {path, scene.mesh_path});
   if (auto s = section.section("material")) scene.material = read_material(*s);
   if (auto s = section.section("damping")) scene.damping = read_damping(*s);
   for (Section &s : section.sections("support"))
-    scene.supports.push_back(read_support(std::move(s), path, scene.inputs));
+    scene.supports.push_back(read_support(std::move(s), scene.inputs));
   for (Section &s : section.sections("force")) scene.loads.forces.push_back(read_force(std::move(s)));
   if (auto s = section.section("wind")) scene.loads.wind = read_wind(*s);
   if (auto s = section.section("expect")) {
@@ -406,6 +409,8 @@ SceneFile read_scene_file(const std::string &path) {
   if (auto s = top.section("simulation")) read_simulation(*s, scene);
   for (Section &s : top.sections("bone"))
     file.skeleton.push_back(read_bone(std::move(s), file.skeleton, scene.duration));
+  for (Section &s : top.sections("collider"))
+    scene.colliders.push_back(read_moving_collider(std::move(s), file.skeleton, scene.inputs));
   for (Section &s : top.sections("shell")) file.shells.push_back(read_shell(std::move(s), path, file, scene));
   if (file.shells.empty()) {
     if (!file.skeleton.empty()) top.fail("bones are for [[shell]] tables, of which there are none");

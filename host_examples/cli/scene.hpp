@@ -1,7 +1,8 @@
-// What to simulate: a mesh, its material and supports, how the support frame and handles move, what is expected to come out.
+// What to simulate: a mesh, its material and supports, how the support frame, handles and colliders move, what is expected to come out.
 // Filled from a TOML file (read_scene) or from command line options.
 #pragma once
 
+#include "collider.hpp"
 #include "frame_motion.hpp"
 #include "handle_motion.hpp"
 #include "loads.hpp"
@@ -123,6 +124,7 @@ struct Scene {
   FrameMotion motion;
   Loads loads;  // beside gravity
   std::vector<Handle> handles;
+  std::vector<Collider> colliders;       // of a file, the same for all its shells
   std::optional<Comparison> comparison;  // in place of a run
   uint32_t obj_frames = 3;               // how many frames of largest displacement are written
   std::vector<double> obj_times;         // s: these frames in their place, unless empty

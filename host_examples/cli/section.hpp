@@ -8,6 +8,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <filesystem>
 #include <optional>
 #include <set>
 #include <string>
@@ -57,6 +58,19 @@ public:
     const double value = number(key).value_or(fallback);
     if (!(value > 0)) fail(*table_.get(key), std::string(key) + " must be greater than 0");
     return value;
+  }
+
+  double not_negative(const char *key, double fallback) {
+    const double value = number(key).value_or(fallback);
+    if (value < 0) fail(*table_.get(key), std::string(key) + " must not be negative");
+    return value;
+  }
+
+  // The path of a file that is named relative to the scene.
+  std::optional<std::string> file(const char *key) {
+    const std::optional<std::string> name = text(key);
+    if (!name) return std::nullopt;
+    return (std::filesystem::path(path_).parent_path() / *name).lexically_normal().string();
   }
 
   std::vector<double> numbers(const char *key, std::size_t size) {

@@ -70,19 +70,71 @@ std::vector<HandleKey> read_keys(const std::string &path) {
   return keys;
 }
 
-void add_key(const std::string &part, const std::string &word, Handle &handle) {
+// A part DX,DY,DZ@SECONDS of a way; or free@SECONDS where there is a time of release to set. `forms`: what else it may be.
+void add_key(const std::string &option, const std::string &part, const std::string &word, const std::string &forms,
+             std::vector<HandleKey> &keys, std::optional<double> *release) {
   const std::vector<std::string> halves = split(part, '@');
-  double time = handle.keys.empty() ? 1 : handle.keys.back().time + 1;
+  double time = keys.empty() ? 1 : keys.back().time + 1;
   if (halves.size() > 2 || (halves.size() == 2 && (!parse_number(halves[1], time) || time < 0)))
-    refuse("--handle", word, "'" + part + "' is not DX,DY,DZ@SECONDS");
-  if (halves[0] == "free") {
-    handle.release = time;
+    refuse(option, word, "'" + part + "' is not DX,DY,DZ@SECONDS");
+  if (release && halves[0] == "free") {
+    *release = time;
     return;
   }
   const std::vector<double> offset = numbers(halves[0], 3);
-  if (offset.empty()) refuse("--handle", word, "'" + part + "' is not DX,DY,DZ@SECONDS, free@SECONDS or a file of lines 'time x y z'");
-  if (!handle.keys.empty() && time <= handle.keys.back().time) refuse("--handle", word, "times must ascend");
-  handle.keys.push_back({time, {offset[0], offset[1], offset[2]}, {}});
+  if (offset.empty()) refuse(option, word, "'" + part + "' is not DX,DY,DZ@SECONDS, " + forms);
+  if (!keys.empty() && time <= keys.back().time) refuse(option, word, "times must ascend");
+  keys.push_back({time, {offset[0], offset[1], offset[2]}, {}});
+}
+
+// How --collider writes each kind, in their order.
+constexpr const char *kForms[] = {"plane:z=HEIGHT", "sphere:R@X,Y,Z", "capsule:R,HALF_LENGTH@X,Y,Z", "box:HX,HY,HZ@X,Y,Z",
+                                  "hull:FILE@X,Y,Z", "mesh:FILE@X,Y,Z"};
+
+// "z=-0.2": what lies below, along that axis. False if it is not that.
+bool read_plane(const std::string &shape, Collider &collider) {
+  const std::size_t axis = shape.empty() ? std::string::npos : std::string("xyz").find(shape[0]);
+  double height = 0;
+  if (axis == std::string::npos || shape.size() < 3 || shape[1] != '=' || !parse_number(shape.substr(2), height)) return false;
+  std::array<double, 3> normal{};
+  normal[axis] = 1;
+  collider.rotation = rotation_to(normal);
+  collider.position[axis] = height;
+  return true;
+}
+
+// Sizes, or a file, and behind '@' the place; at the origin without. False if it is not that.
+bool read_shape(const std::string &shape, Collider &collider) {
+  if (collider.kind == SW_COLLIDER_PLANE) return read_plane(shape, collider);
+  const std::size_t at = shape.rfind('@');
+  const std::vector<double> place = at == std::string::npos ? std::vector<double>(3) : numbers(shape.substr(at + 1), 3);
+  if (place.empty()) return false;
+  std::copy(place.begin(), place.end(), collider.position.begin());
+  const std::string what = shape.substr(0, at);
+  if (collider.kind == SW_COLLIDER_HULL || collider.kind == SW_COLLIDER_MESH) {
+    collider.mesh_path = what;
+    return !what.empty();
+  }
+  const std::size_t count = collider.kind == SW_COLLIDER_SPHERE ? 1 : collider.kind == SW_COLLIDER_CAPSULE ? 2 : 3;
+  const std::vector<double> sizes = numbers(what, count);
+  if (sizes.empty() || std::any_of(sizes.begin(), sizes.end(), [](double x) { return !(x > 0); })) return false;
+  collider.radius = count < 3 ? sizes[0] : 0;
+  collider.half_length = count == 2 ? sizes[1] : 0;
+  if (count == 3) std::copy(sizes.begin(), sizes.end(), collider.half_extents.begin());
+  return true;
+}
+
+// "friction=0.4" or "thickness=0.001". False if it is neither.
+bool read_property(const std::string &part, const std::string &word, Collider &collider) {
+  const std::size_t equals = part.find('=');
+  if (equals == std::string::npos) return false;
+  const std::string key = part.substr(0, equals);
+  double *value = key == "friction" ? &collider.friction : key == "thickness" ? &collider.thickness : nullptr;
+  if (!value)
+    refuse("--collider", word, "'" + key + "' is neither friction nor thickness" + did_you_mean(key, {"friction", "thickness"}));
+  if (!parse_number(part.substr(equals + 1), *value) || *value < 0)
+    refuse("--collider", word, "'" + part + "': " + key + " is a number from 0 on");
+  return true;
 }
 
 }  // namespace
@@ -153,9 +205,26 @@ Handle read_path(const std::string &word, std::vector<std::string> &inputs) {
     handle.keys = read_keys(parts[0]);
     inputs.push_back(parts[0]);
   } else {
-    for (const std::string &part : parts) add_key(part, word, handle);
+    for (const std::string &part : parts)
+      add_key("--handle", part, word, "free@SECONDS or a file of lines 'time x y z'", handle.keys, &handle.release);
   }
   return handle;
+}
+
+Collider read_collider(const std::string &word, std::vector<std::string> &inputs) {
+  const std::vector<std::string> parts = split(word, ':'), names = collider_kinds();
+  const auto kind = static_cast<uint32_t>(std::find(names.begin(), names.end(), parts[0]) - names.begin());
+  if (kind == names.size())
+    refuse("--collider", word, "'" + parts[0] + "' is none of plane, sphere, capsule, box, hull, mesh" + did_you_mean(parts[0], names));
+  Collider collider;
+  collider.kind = 1 + kind;
+  if (parts.size() < 2 || !read_shape(parts[1], collider))
+    refuse("--collider", word, "'" + (parts.size() < 2 ? word : parts[1]) + "' is not as in " + kForms[kind]);
+  if (!collider.mesh_path.empty()) inputs.push_back(collider.mesh_path);
+  for (std::size_t k = 2; k < parts.size(); ++k)
+    if (!read_property(parts[k], word, collider))
+      add_key("--collider", parts[k], word, "friction=F or thickness=T", collider.keys, nullptr);
+  return collider;
 }
 
 }  // namespace cli

@@ -1,6 +1,7 @@
-// Vertices named in words, on the command line and in scenes; and the way of a handle in one word.
+// Vertices named in words, on the command line and in scenes; and the way of a handle, and a collider, in one word.
 #pragma once
 
+#include "collider.hpp"
 #include "handle_motion.hpp"
 #include "mesh.hpp"
 #include "scene.hpp"
@@ -31,5 +32,8 @@ Support read_pin(const std::string &word, std::vector<std::string> &inputs);
 // What --handle takes: V:PATH, where V is a vertex, a side (its middle) or a group, and PATH is a file of lines "time x y z" or offsets
 // DX,DY,DZ@SECONDS with ':' between; seconds count 1, 2, 3 … where left out, and free@SECONDS lets go.
 Handle read_path(const std::string &word, std::vector<std::string> &inputs);
+
+// What --collider takes: plane:AXIS=HEIGHT or KIND:SIZES@X,Y,Z, and behind ':' friction=F, thickness=T or offsets as of a handle.
+Collider read_collider(const std::string &word, std::vector<std::string> &inputs);
 
 }  // namespace cli

@@ -180,6 +180,7 @@ shellwarp::State make_state(const Scene &scene, const Mesh &mesh, const shellwar
   state.set_gravity(scene.gravity[0], scene.gravity[1], scene.gravity[2]);
   state.set_damping(damping_desc(scene, model));
   set_loads(scene.loads, mesh, state);
+  set_colliders(scene.colliders, state);
   return state;
 }
 

@@ -42,8 +42,8 @@ void note_handles(const shellwarp::State &state, HandleFigures &figures) {
   figures.steps_missed += !all_met;
 }
 
-// The frame's pose and the handles' places are given for the end of each step; the library takes velocities from the
-// differences.
+// The frame's pose and the places of handles and colliders are given for the end of each step; the library takes velocities
+// from the differences.
 void step_to_next_frame(const Scene &scene, std::vector<PlacedHandle> &handles, shellwarp::State &state, Run &run) {
   for (uint32_t k = 0; k < scene.steps_per_frame && !interrupted(); ++k) {
     const double end_time = static_cast<double>(run.steps + 1) * scene.step();
@@ -51,6 +51,7 @@ void step_to_next_frame(const Scene &scene, std::vector<PlacedHandle> &handles, 
       Stopwatch stopwatch(run.step_seconds);
       if (scene.motion.moves()) state.set_frame(scene.motion.pose(end_time));
       move_handles(handles, end_time, state);
+      move_colliders(scene.colliders, end_time, state);
       state.step(scene.step());
     }
     ++run.steps;
@@ -76,6 +77,7 @@ void record(const Scene &scene, uint32_t frame, const shellwarp::State &state, s
 void move_to_equilibrium(const Scene &scene, std::vector<PlacedHandle> &handles, shellwarp::State &state, Run &run) {
   if (scene.motion.moves()) state.set_frame(scene.motion.pose(scene.duration));
   move_handles(handles, scene.duration, state);
+  move_colliders(scene.colliders, scene.duration, state);
   Stopwatch stopwatch(run.step_seconds);
   run.equilibrium = state.equilibrium();
 }

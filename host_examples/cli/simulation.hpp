@@ -56,8 +56,8 @@ constexpr uint32_t kMostFrames = 2147483646;
 Run simulate(const Scene &scene, uint32_t n_frames, const Mesh &mesh, std::vector<PlacedHandle> handles,
              shellwarp::State &state, PointCache *cache, Film *film = nullptr, bool quiet = true);
 
-// The duration in frames, at least one; one if static: the equilibrium, handles and frame as at the end of the duration. Throws
-// where a point cache cannot number them.
+// The duration in frames, at least one; one if static: the equilibrium, with handles, frame and colliders as at the end of the
+// duration. Throws where a point cache cannot number them.
 uint32_t frame_count(const Scene &scene);
 
 }  // namespace cli

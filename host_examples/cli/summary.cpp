@@ -221,7 +221,7 @@ std::vector<std::string> violations(const Summary &summary, bool whole) {
                                      count(run.handles.steps - run.handles.steps_missed).c_str(),
                                      count(run.handles.steps).c_str()));
   if (expect.energy_never_grows && !run.largest_gain)
-    judge.sentences.push_back("energy: wind, handles or a moving frame do work on the shell, so it cannot be judged");
+    judge.sentences.push_back("energy: wind, handles, a moving frame or collider do work on the shell, so it cannot be judged");
   if (expect.energy_never_grows && run.largest_gain.value_or(0) > kRoundingOfEnergy)
     judge.sentences.push_back(
         format("energy: grew by %.1e of the work of the loads in frame %u", *run.largest_gain, run.frame_of_gain));

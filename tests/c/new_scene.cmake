@@ -1,4 +1,4 @@
-# `new-scene` writes a scene that runs, as it is and with its handle and wind; and one of a mesh of the user's own.
+# `new-scene` writes a scene that runs, as it is and with its handle, wind and collider; and one of a mesh of the user's own.
 #
 #   cmake -DPROGRAM=… -DMESH=… -DOUT=… -P new_scene.cmake
 file(REMOVE_RECURSE "${OUT}")
@@ -24,13 +24,17 @@ if(NOT said MATCHES "it is there already")
 endif()
 
 file(READ "${OUT}/first.toml" scene)
-foreach(line IN ITEMS "[wind]" "velocity" "[[handle]]" "side" "release" "[[handle.key]]" "time" "offset")
+foreach(line IN ITEMS "[wind]" "velocity" "[[handle]]" "side" "release" "[[handle.key]]" "time" "offset" "[[collider]]" "kind = \"sphere\""
+             "radius" "position" "friction")
   string(REPLACE "# ${line}" "${line}" scene "${scene}")
 endforeach()
 file(WRITE "${OUT}/more.toml" "${scene}")
 run(0 run "${OUT}/more.toml" --frames 70 --method polynomial-shell --no-certify)
 if(NOT said MATCHES "steps with a handle held +60\n")
   message(FATAL_ERROR "the handle is not led:\n${said}")
+endif()
+if(NOT said MATCHES "touched: [1-9]")
+  message(FATAL_ERROR "the leaf does not touch the collider:\n${said}")
 endif()
 
 run(0 new-scene "${OUT}/own.toml" --mesh "${MESH}")

@@ -15,7 +15,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = ROOT / "docs" / "reference" / "scene.md"
-SOURCES = [ROOT / "host_examples" / "cli" / name for name in ("scene.cpp", "material.cpp", "section.hpp")]
+SOURCES = [ROOT / "host_examples" / "cli" / name for name in ("scene.cpp", "read_collider.cpp", "material.cpp", "section.hpp")]
 NO_VALUE = "1979-05-27"  # a date: no key takes one
 
 MESH = {"mesh": '"none.obj"'}
@@ -36,6 +36,8 @@ TABLES = {
     "[[frame.rotate_degrees]]": ('mesh = "none.obj"\n', "[[frame.rotate_degrees]]", {}),
     "[[handle]]": ('mesh = "none.obj"\n', "[[handle]]", {"vertex": "0"}),
     "[[handle.key]]": ('mesh = "none.obj"\n[[handle]]\nvertex = 0\nkind = "both"\n', "[[handle.key]]", {"time": "1"}),
+    "[[collider]]": ('mesh = "none.obj"\n', "[[collider]]", {"kind": '"sphere"', "radius": "1"}),
+    "[[collider.key]]": ('mesh = "none.obj"\n[[collider]]\nkind = "plane"\n', "[[collider.key]]", {"time": "1"}),
     "[[bone]]": ("", "[[bone]]", {"name": '"b"'}),
     "[[shell]]": (BONE, "[[shell]]", {"name": '"s"', **MESH}),
     "[[shell.attach]]": (BONE + '[[shell]]\nname = "s"\nmesh = "none.obj"\n', "[[shell.attach]]", {"bone": '"b"', "vertex": "0"}),

@@ -1,0 +1,62 @@
+// A collider: a solid that shells touch, where it stands, and how it moves along keys, as a handle does.
+//
+//   rotation = exp[r(t)]× exp[rotation]×      from the collider's axes to the world's
+//   origin   = position + offset(t)           world axes
+//
+// and then as a bone moves, where one carries it. offset and r go through the keys as in handle_motion.hpp.
+#pragma once
+
+#include "frame_motion.hpp"
+#include "handle_motion.hpp"
+#include "shellwarp.hpp"
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace cli {
+
+class Section;
+
+// See SwColliderDesc.
+struct Collider {
+  uint32_t kind = SW_COLLIDER_PLANE;
+  double radius = 0, half_length = 0;
+  std::array<double, 3> half_extents{};
+  std::string mesh_path;  // of a hull or mesh
+  uint32_t cells = 0;
+  double friction = 0, thickness = 0;
+  std::array<double, 3> position{};
+  std::array<double, 3> rotation{};  // rotation vector, radians
+  std::vector<HandleKey> keys;       // by ascending time
+  std::shared_ptr<const FrameMotion> bone;                // carries it; null = the world
+  std::shared_ptr<const shellwarp::Collider> solid = {};  // what states share, once prepare_colliders has made it
+
+  bool moves() const { return !keys.empty() || (bone && bone->moves()); }
+  SwColliderPoseDesc pose(double seconds) const;
+};
+
+// "plane", "sphere" … in the order of SW_COLLIDER_…, which count from 1.
+std::vector<std::string> collider_kinds();
+
+// The rotation vector that turns the z axis to a direction, which must not be 0.
+std::array<double, 3> rotation_to(const std::array<double, 3> &direction);
+
+// All of a [[collider]] but what moves it. A file that is named is added to `inputs`.
+Collider read_collider(Section &section, std::vector<std::string> &inputs);
+
+bool any_moves(const std::vector<Collider> &colliders);
+
+// Makes the solids, reading the files of hulls and meshes; `scale` is the factor on their coordinates. Up to seconds a mesh. Throws
+// where one cannot be made, with its number from 1 and its file.
+void prepare_colliders(std::vector<Collider> &colliders, double scale);
+
+// Gives a state the prepared colliders, placed as at time 0.
+void set_colliders(const std::vector<Collider> &colliders, shellwarp::State &state);
+
+// Puts those that move where they are to be at the end of the next step.
+void move_colliders(const std::vector<Collider> &colliders, double seconds, shellwarp::State &state);
+
+}  // namespace cli
