@@ -643,7 +643,7 @@ fn saved_loaded_and_cloned_states_and_models_go_on_with_the_same_bits() {
 fn every_plan_lists_the_reduced_shell_and_its_own_alone_uses_it() {
     for method in [Method::ReducedShell, Method::Warp, Method::ImplicitShell] {
         let parts = state(trained(), method).plan(0.01).unwrap();
-        assert_eq!(parts.len(), 11);
+        assert_eq!(parts.len(), 12);
         let [own, last] = [PartKind::NonlinearShell, PartKind::ReducedShell].map(|kind| {
             let part = parts.iter().find(|part| part.kind == kind).unwrap();
             assert_eq!(part.active, part.operations > 0.0, "{part:?}");

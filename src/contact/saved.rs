@@ -41,7 +41,7 @@ impl Contacts {
         let unit = |pose: &[f64]| (Vector4::from_column_slice(&pose[3..]).norm() - 1.0).abs() <= 1e-9;
         let mut last = None;
         let good = |contact: &[f64]| {
-            let whole = |x: f64, n: usize| x >= 0.0 && x.fract() == 0.0 && x < n as f64;
+            let whole = |x: f64, n: usize| x.is_sign_positive() && x.fract() == 0.0 && x < n as f64;
             let key = (contact[0] as u32, contact[1] as u32);
             let rises = last.is_none_or(|last| last < key);
             last = Some(key);

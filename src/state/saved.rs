@@ -2,7 +2,7 @@
 //! pose and velocities, constraint work, unknowns, their rates; where there are solids, how many of them and of contacts, and these), then a checksum of all before it. The unknowns are the modal
 //! amplitudes, or those of a reduced shell's fields, or three displacements per vertex of a nonlinear shell. Loads, damping, constraints
 //! the pose asked for next and colliders but for their poses are inputs and not saved. Version 1 had no method: its amplitudes mean something else to each, so that it
-//! is refused. Version 2 had no contacts.
+//! is refused. A state without solids has version 2, one with them version 3.
 
 use super::MOST_OBSTACLES;
 use super::{Method, State};
@@ -14,9 +14,9 @@ use nalgebra::{Quaternion, UnitQuaternion, Vector4};
 use xxhash_rust::xxh3::xxh3_64;
 
 const MAGIC: [u8; 4] = *b"SWST";
-const VERSION: u16 = 3;
-/// The oldest that is read, before there were contacts.
-const BEFORE_CONTACTS: u16 = 2;
+/// Of a state without solids, and of one with them.
+const VERSION: u16 = 2;
+const WITH_CONTACTS: u16 = 3;
 /// Bytes that tell what the rest is.
 pub const HEADER: usize = 24;
 const FIXED_DOUBLES: usize = 15;
@@ -53,7 +53,8 @@ impl State {
     pub fn save(&self) -> Vec<u8> {
         let mut bytes = Vec::with_capacity(self.saved_size());
         bytes.extend(MAGIC);
-        bytes.extend(VERSION.to_le_bytes());
+        let version = if self.contacts.is_some() { WITH_CONTACTS } else { VERSION };
+        bytes.extend(version.to_le_bytes());
         bytes.extend((self.method().number() as u16).to_le_bytes());
         bytes.extend(self.motion.fingerprint().to_le_bytes());
         bytes.extend((self.motion.n_unknowns() as u64).to_le_bytes());
@@ -103,13 +104,14 @@ impl State {
         }
         let half = |at: usize| u16::from_le_bytes([bytes[at], bytes[at + 1]]);
         match (half(4), half(6)) {
-            (BEFORE_CONTACTS | VERSION, _) => (),
+            (VERSION | WITH_CONTACTS, _) => (),
             (1, 0) => {
                 let unsaid = "the saved state has format version 1, which does not say its method";
-                return invalid(format!("{unsaid}; this library reads {VERSION}: save it anew"));
+                return invalid(format!("{unsaid}; this library reads {VERSION} and {WITH_CONTACTS}: save it anew"));
             }
             (version, _) => {
-                return invalid(format!("the saved state has format version {version}; this library reads {VERSION}"));
+                let reads = format!("this library reads {VERSION} and {WITH_CONTACTS}");
+                return invalid(format!("the saved state has format version {version}; {reads}"));
             }
         }
         let (own, number) = (self.method(), u32::from(half(6)));
@@ -127,7 +129,7 @@ impl State {
         let (found, expected) = (word(bytes, 16), self.motion.n_unknowns() as u64);
         let body = bytes.len() - 8;
         let least = HEADER + 8 * self.motion_doubles();
-        let short = if bytes[4] == BEFORE_CONTACTS as u8 { body != least } else { body < least };
+        let short = if bytes[4] == VERSION as u8 { body != least } else { body <= least };
         if found != expected || short || !body.is_multiple_of(8) {
             let sizes = format!("{} bytes for {found} unknowns", bytes.len());
             return invalid(format!("the saved state has {sizes}; this one has {} for {expected}", self.saved_size()));
@@ -156,14 +158,15 @@ impl State {
     fn check_saved_contacts(&self, numbers: &[f64]) -> Result<()> {
         let [obstacles, touching, rest @ ..] = numbers else { return Ok(()) };
         let most = (numbers.len() + 1) as f64;
-        let counts = [obstacles, touching].map(|n| if (0.0..most).contains(n) { *n as usize } else { usize::MAX / 8 });
+        let whole = |n: &f64| (0.0..most).contains(n) && n.fract() == 0.0 && n.is_sign_positive();
+        let counts = [obstacles, touching].map(|n| if whole(n) { *n as usize } else { usize::MAX / 8 });
         let doubles =
             OBSTACLE_DOUBLES.saturating_mul(counts[0]).saturating_add(CONTACT_DOUBLES.saturating_mul(counts[1]));
         if rest.len() != doubles {
             return invalid("the saved state holds contacts out of range");
         }
         match &self.contacts {
-            _ if counts[0] == 0 => Ok(()),
+            _ if counts[0] == 0 => invalid("the saved state holds contacts with no collider"),
             Some(contacts) => contacts.check_saved(counts[0], rest),
             None => {
                 invalid(format!("the saved state touched {obstacles} colliders; this one has none: set them first"))
