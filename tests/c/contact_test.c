@@ -38,13 +38,6 @@ static void place(SwState *state, uint32_t collider, double z) {
   OK(sw_state_move_collider(state, collider, &pose));
 }
 
-static SwStateReport report_of(const SwState *state) {
-  SwStateReport report;
-  sw_state_report_init(&report);
-  OK(sw_state_report(state, &report));
-  return report;
-}
-
 /* The sum of the contacts' forces along z. */
 static double carried(const SwState *state) {
   uint32_t count = 0;

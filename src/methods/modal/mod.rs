@@ -61,8 +61,8 @@ const NEGLIGIBLE: f64 = 1e-150;
 const TURNS: usize = 200;
 const IN_TURN: f64 = 1e-8;
 
-/// Sum over the modes of the largest turn of each, rad, or displacement in sizes, that energies of points may lead to: half a turn and as much
-/// again for what modes have against each other.
+/// Sum over the elastic modes of the largest turn of each, rad, that energies of points may lead to: half a turn and as much again for what
+/// modes have against each other.
 const FURTHEST_BEND: f64 = 2.0 * std::f64::consts::PI;
 
 /// Seconds; its square times any elastic eigenvalue is beyond all rounding.
@@ -287,13 +287,20 @@ impl<M: Map> Modal<M> {
         }
     }
 
-    /// Goes back towards the free end where an energy of points would bend the shell beyond the range of all loads.
+    /// Goes back towards the free end where an energy of points would bend a warped shell beyond the range of all loads.
     fn bend_no_further(&self, PointSearch { center, moved, .. }: &mut PointSearch) {
-        let bend = self.basis.bend(self.is_warped());
-        let [free, reached] = [bend.largest(center), bend.largest(moved)];
+        if !self.is_warped() {
+            return;
+        }
+        let bend = self.basis.bend(true);
+        let elastic = |q: &[f64]| -> f64 {
+            let turns = q.iter().zip(&self.basis.eigenvalues).enumerate().filter(|(_, (_, lambda))| **lambda > 0.0);
+            turns.map(|(k, (q, _))| (q * bend.of(k)).abs()).sum()
+        };
+        let [free, reached] = [elastic(center), elastic(moved)];
         let limit = free.max(FURTHEST_BEND);
         if reached > limit {
-            let share = (limit - free) / (reached - free); // `largest` is a norm
+            let share = (limit - free) / (reached - free); // the sum is a norm
             center.iter().zip(moved).for_each(|(center, moved)| *moved = center + share * (*moved - center));
         }
     }
