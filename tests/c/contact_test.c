@@ -20,7 +20,7 @@ static SwCollider *collider_of(uint32_t kind, double friction) {
   desc.radius = 0.5;
   desc.half_length = 1;
   desc.friction = friction;
-  for (int c = 0; c < 3; ++c) desc.half_extents[c] = 3;
+  for (int c = 0; c < 3; ++c) desc.half_extents[c] = 6;
   OK(sw_collider_create(&desc, &collider));
   return collider;
 }
@@ -38,6 +38,19 @@ static void place(SwState *state, uint32_t collider, double z) {
   OK(sw_state_move_collider(state, collider, &pose));
 }
 
+/* Under gravity, with so much damping that it lies still after a second. */
+static SwState *falling(const SwModel *model) {
+  SwState *state = new_state(model, SW_METHOD_WARP, SW_INTEGRATOR_IMPLICIT_EULER);
+  SwDampingDesc damping;
+  const double ratio = 0.5;
+  sw_damping_desc_init(&damping);
+  damping.ratios = &ratio;
+  damping.n_ratios = 1;
+  OK(sw_state_set_damping(state, &damping));
+  OK(sw_state_set_gravity(state, GRAVITY));
+  return state;
+}
+
 /* The sum of the contacts' forces along z. */
 static double carried(const SwState *state) {
   uint32_t count = 0;
@@ -49,7 +62,7 @@ static double carried(const SwState *state) {
     sum += contacts[i].force[2];
     CHECK_NEAR(contacts[i].weights[0] + contacts[i].weights[1] + contacts[i].weights[2], 1, 1e-15);
     CHECK(contacts[i].vertices[0] < STRIP_VERTICES && contacts[i].collider == 0);
-    CHECK_NEAR(contacts[i].normal[2], 1, 1e-9);
+    CHECK_NEAR(contacts[i].normal[2], 1, 1e-3); /* of a grid's distances in 24 bits */
   }
   return sum;
 }
@@ -58,13 +71,12 @@ static void a_strip_lies_with_its_weight_on_a_plane_and_on_a_box(void) {
   SwModel *model = free_strip();
   const uint32_t kinds[2] = {SW_COLLIDER_PLANE, SW_COLLIDER_BOX};
   for (int i = 0; i < 2; ++i) {
-    SwState *state = new_state(model, SW_METHOD_WARP, SW_INTEGRATOR_IMPLICIT_EULER);
+    SwState *state = falling(model);
     SwCollider *floor = collider_of(kinds[i], 0.5);
-    OK(sw_state_set_gravity(state, GRAVITY));
     set_colliders(state, &floor, 1);
     sw_collider_destroy(floor); /* the state goes on with it */
-    place(state, 0, kinds[i] == SW_COLLIDER_BOX ? -3.01 : -0.01);
-    for (int step = 0; step < 60; ++step) OK(sw_state_step(state, 1.0 / 60));
+    place(state, 0, kinds[i] == SW_COLLIDER_BOX ? -6.01 : -0.01);
+    for (int step = 0; step < 240; ++step) OK(sw_state_step(state, 1.0 / 60));
     const double weight = 9.81 * info_of(model).total_mass;
     CHECK_NEAR(carried(state), weight, 1e-2 * weight); /* what still swings */
     const SwStateReport report = report_of(state);
@@ -77,7 +89,7 @@ static void a_strip_lies_with_its_weight_on_a_plane_and_on_a_box(void) {
 }
 
 static void a_closed_mesh_and_its_hull_carry_as_the_box_that_they_are(void) {
-  const double points[24] = {-3, -3, -3, 3, -3, -3, 3, 3, -3, -3, 3, -3, -3, -3, 3, 3, -3, 3, 3, 3, 3, -3, 3, 3};
+  const double points[24] = {-6, -6, -6, 6, -6, -6, 6, 6, -6, -6, 6, -6, -6, -6, 6, 6, -6, 6, 6, 6, 6, -6, 6, 6};
   const uint32_t corners[36] = {0, 2, 1, 0, 3, 2, 4, 5, 6, 4, 6, 7, 0, 1, 5, 0, 5, 4,
                                 1, 2, 6, 1, 6, 5, 2, 3, 7, 2, 7, 6, 3, 0, 4, 3, 4, 7};
   SwMeshDesc mesh;
@@ -89,7 +101,7 @@ static void a_closed_mesh_and_its_hull_carry_as_the_box_that_they_are(void) {
   mesh.n_vertices = 8;
   mesh.n_triangles = 12;
   for (uint32_t kind = SW_COLLIDER_HULL; kind <= SW_COLLIDER_MESH; ++kind) {
-    SwState *state = new_state(model, SW_METHOD_WARP, SW_INTEGRATOR_IMPLICIT_EULER);
+    SwState *state = falling(model);
     SwColliderDesc desc;
     SwCollider *made = NULL, *box = NULL;
     uint64_t size = 0;
@@ -101,10 +113,9 @@ static void a_closed_mesh_and_its_hull_carry_as_the_box_that_they_are(void) {
     unsigned char *bytes = malloc(size);
     OK(sw_collider_save(made, bytes, size, &size));
     OK(sw_collider_load(bytes, size, &box));
-    OK(sw_state_set_gravity(state, GRAVITY));
     set_colliders(state, &box, 1);
-    place(state, 0, -3.01);
-    for (int step = 0; step < 60; ++step) OK(sw_state_step(state, 1.0 / 60));
+    place(state, 0, -6.01);
+    for (int step = 0; step < 240; ++step) OK(sw_state_step(state, 1.0 / 60));
     const double weight = 9.81 * info_of(model).total_mass;
     CHECK_NEAR(carried(state), weight, 1e-2 * weight);
     bytes[size / 2] ^= 1;
