@@ -71,6 +71,15 @@ impl Pose {
     pub fn identity() -> Self {
         Self { origin: Vec3::zeros(), rotation: UnitQuaternion::identity() }
     }
+
+    /// Where it is after a share of the way to `goal`, 0 to 1, moving and turning evenly.
+    pub fn toward(&self, goal: &Self, share: f64) -> Self {
+        let turn = (goal.rotation * self.rotation.inverse()).scaled_axis();
+        Self {
+            origin: self.origin + share * (goal.origin - self.origin),
+            rotation: UnitQuaternion::from_scaled_axis(share * turn) * self.rotation,
+        }
+    }
 }
 
 /// First and second derivatives of a [`Pose`], all in world axes.

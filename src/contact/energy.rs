@@ -247,18 +247,12 @@ impl Pressed {
         self.points.extend(self.list.iter().map(|touch| probes.points[touch.probe as usize]));
     }
 
-    /// With each force as it acts at these positions: what a shell that goes on from there has to balance.
+    /// Firm, and with friction as it acts at these positions: for a shell that goes on from there.
     pub fn as_pressed(&self, x: &[Vec3]) -> Self {
         let mut pressed = self.clone();
         for (touch, point) in pressed.list.iter_mut().zip(&self.points) {
             let p = point.place(|v| x[v]);
             touch.stiffness *= FIRM;
-            touch.allowed = 0.0;
-            touch.border = touch.normal.dot(&p).min(touch.border);
-            if touch.force > 0.0 {
-                touch.border = touch.normal.dot(&p);
-            }
-            touch.carried = touch.force;
             // Friction acts on as it did: what sticks by its spring, and what slips by the same force, from far away.
             let pull = touch.pull - touch.normal.dot(&touch.pull) * touch.normal;
             let (length, slips) = (pull.norm(), pull.norm() >= SLIPS * touch.cap);

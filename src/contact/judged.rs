@@ -24,16 +24,11 @@ pub struct Judged {
 }
 
 impl Judged {
-    /// Of contacts whose half-spaces' borders are where they press with their forces; solids are where they were to be.
-    pub fn new(pressed: Pressed, obstacles: Vec<Obstacle>) -> Self {
-        let mut new = Self { gaps: vec![0.0; pressed.list.len()], pressed, obstacles, aside: 0.0 };
-        new.aside = ASIDE * new.pressed.list.iter().map(|touch| touch.gap.abs()).fold(1e-3, f64::max);
-        for i in 0..new.gaps.len() {
-            let touch = &new.pressed.list[i];
-            // Where its border is, a contact with a force has the gap that it has to keep; one without keeps out.
-            new.gaps[i] = if touch.force > 0.0 { touch.gap } else { 0.0 };
-        }
-        new
+    /// Of contacts of a shell of this size, whose solids are where they were to be.
+    pub fn new(pressed: Pressed, obstacles: Vec<Obstacle>, size: f64) -> Self {
+        // A contact with a force has the gap that it has to keep; one without keeps out.
+        let gaps = pressed.list.iter().map(|touch| if touch.force > 0.0 { touch.gap } else { 0.0 }).collect();
+        Self { gaps, pressed, obstacles, aside: ASIDE * size }
     }
 
     fn touch(&self, i: usize, p: &Vec3) -> Touch {

@@ -333,7 +333,7 @@ impl Contacts {
     /// The contacts of a shell at these positions, for one that goes on from there.
     pub fn judged(&mut self, x: &[Vec3]) -> Judged {
         self.start.copy_from_slice(x);
-        Judged::new(self.pressed.as_pressed(x), self.obstacles.clone())
+        Judged::new(self.pressed.as_pressed(x), self.obstacles.clone(), self.probes.size)
     }
 
     /// Adds the probes that would be within a solid with the vertices at `x`, or have come through one; whether there are any.

@@ -3,7 +3,6 @@
 use crate::Vec3;
 use crate::collider::{Solid, Touch};
 use crate::support::Pose;
-use nalgebra::UnitQuaternion;
 use std::sync::Arc;
 
 /// See the module's text. Poses are in world space.
@@ -32,11 +31,6 @@ impl Obstacle {
     /// That stands there, without friction and thickness.
     pub fn new(solid: Arc<Solid>, pose: Pose) -> Self {
         Self { solid, friction: 0.0, thickness: 0.0, pose, target: pose, placed: true }
-    }
-
-    /// A plane that is at `pose` and goes to `target`: of a frame, to be led like the solids.
-    pub fn moving(pose: Pose, target: Pose) -> Self {
-        Self { target, ..Self::new(Arc::new(Solid::plane()), pose) }
     }
 
     /// With Coulomb's μ.
@@ -90,15 +84,6 @@ impl Obstacle {
     pub fn way(&self, reach: f64) -> f64 {
         let turn = self.pose.rotation.angle_to(&self.target.rotation);
         (self.target.origin - self.pose.origin).norm() + turn * reach
-    }
-
-    /// Where it is after a share of the way to `goal`.
-    pub fn between(&self, goal: &Pose, share: f64) -> Pose {
-        let turn = (goal.rotation * self.pose.rotation.inverse()).scaled_axis();
-        Pose {
-            origin: self.pose.origin + share * (goal.origin - self.pose.origin),
-            rotation: UnitQuaternion::from_scaled_axis(share * turn) * self.pose.rotation,
-        }
     }
 
     /// The step has ended.

@@ -6,8 +6,8 @@ use crate::Vec3;
 use std::sync::Arc;
 
 impl Contacts {
-    /// Sets the contacts that are found: of each patch the deepest probe in each solid, or all. Returns how deep the deepest probe of all is
-    /// that may not be there, and notes how deep any is.
+    /// Sets the contacts that are found: of each patch the deepest probe in each solid, or all. Returns how deep the deepest is of the probes
+    /// that are no contacts yet. Notes how deep any probe is.
     pub(super) fn find(&mut self, round: Round) -> f64 {
         self.found.clear();
         let (mut left, mut deepest) = (0.0f64, 0.0f64);

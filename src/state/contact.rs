@@ -130,7 +130,7 @@ impl State {
         // Constraints go all their way in the first part of a step: a step with any has one part.
         let parts = if self.motion.constraints().is_empty() { contacts.parts() } else { 1 };
         let outcome = if parts == 1 {
-            self.take_rounds(&mut contacts, load, (&self.frame.pose.clone(), pose), h)
+            self.take_rounds(&mut contacts, load, (&{ self.frame.pose }, pose), h)
         } else {
             self.take_parts(&mut contacts, load, pose, h, parts)
         };
@@ -148,13 +148,13 @@ impl State {
         n: usize,
     ) -> Result<()> {
         let (begun, start) = (contacts.clone(), self.motion.unknowns());
-        let frame = Obstacle::moving(self.frame.pose, *pose);
-        let (mut from, mut impulse, mut count) = (frame.pose, Vec3::zeros(), 0);
+        let frame = self.frame.pose;
+        let (mut from, mut impulse, mut count) = (frame, Vec3::zeros(), 0);
         for part in 1..=n {
             let share = part as f64 / n as f64;
-            let to = if part == n { *pose } else { frame.between(pose, share) };
+            let to = if part == n { *pose } else { frame.toward(pose, share) };
             for (obstacle, begun) in contacts.obstacles.iter_mut().zip(&begun.obstacles) {
-                obstacle.target = if part == n { begun.target } else { begun.between(&begun.target, share) };
+                obstacle.target = if part == n { begun.target } else { begun.pose.toward(&begun.target, share) };
             }
             if let Err(error) = self.take_rounds(contacts, load, (&from, &to), h / n as f64) {
                 self.motion.set_unknowns([&start[0], &start[1]]);

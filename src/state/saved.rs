@@ -1,11 +1,10 @@
 //! The saved form of a state: magic, version and method in 16 bits each, model fingerprint, number of unknowns, then little-endian doubles (time, frame
 //! pose and velocities, constraint work, unknowns, their rates; where there are solids, how many of them and of contacts, and these), then a checksum of all before it. The unknowns are the modal
-//! amplitudes, or those of a reduced shell's fields, or three displacements per vertex of a nonlinear shell. Loads, damping, constraints
-//! the pose asked for next and colliders but for their poses are inputs and not saved. Version 1 had no method: its amplitudes mean something else to each, so that it
+//! amplitudes, or those of a reduced shell's fields, or three displacements per vertex of a nonlinear shell. Loads, damping, constraints,
+//! the pose asked for next, and solids but for where they are, are inputs and not saved. Version 1 had no method: its amplitudes mean something else to each, so that it
 //! is refused. A state without solids has version 2, one with them version 3.
 
-use super::MOST_OBSTACLES;
-use super::{Method, State};
+use super::{MOST_OBSTACLES, Method, State};
 use crate::contact::{CONTACT_DOUBLES, Contacts, OBSTACLE_DOUBLES};
 use crate::error::invalid;
 use crate::support::{Frame, Pose};
