@@ -4,6 +4,7 @@ A baked shell needs neither this add-on nor its library any more, moves between 
 exporters take for animated: they skip what only a handler moves.
 """
 
+import hashlib
 import os
 
 import bpy
@@ -22,7 +23,19 @@ def cache_path(obj):
         return obj.shellwarp.cache
     if not bpy.data.filepath:
         raise Refused("save the file first, or name a cache")
-    return f"//cache/{bpy.path.clean_name(obj.name)}.pc2"
+    name = bpy.path.clean_name(obj.name)
+    if name != obj.name:  # others may become the same
+        name += "-" + hashlib.blake2b(obj.name.encode(), digest_size=4).hexdigest()
+    return f"//cache/{name}.pc2"
+
+
+def check_alone(obj, path):
+    """Raises Refused where another shell's cache is the same file, also where the system tells no case apart."""
+    mine = os.path.realpath(bpy.path.abspath(path)).casefold()
+    for other in bpy.data.objects:
+        if other != obj and other.type == "MESH" and other.shellwarp.enabled and (other.shellwarp.cache or bpy.data.filepath):
+            if os.path.realpath(bpy.path.abspath(cache_path(other))).casefold() == mine:
+                raise Refused(f"{path} is the cache of “{other.name}” too: name another")
 
 
 def bake(obj, context):
@@ -32,7 +45,9 @@ def bake(obj, context):
     if settings.frame_end < settings.frame_start:
         raise Refused("the end is before the start")
     path = cache_path(obj)
+    check_alone(obj, path)
     back, cache, count = scene.frame_current, None, settings.frame_end - settings.frame_start + 1
+    settings.verdict, too_far = "", 0
     with live.suspended(obj):
         try:
             for i in range(count):
@@ -42,12 +57,14 @@ def bake(obj, context):
                     run = live.prepare(obj, depsgraph)
                     run.forget()
                     cache = PointCache(bpy.path.abspath(path), run.model.n_vertices, settings.frame_start, [bpy.data.filepath])
-                inputs = read_inputs(obj, scene, depsgraph, run.scale)
+                inputs = read_inputs(obj, scene, depsgraph, run)
                 cache.append(run.go(settings.frame_start + i, settings.frame_start, inputs))
+                too_far += not run.report()["turn_in_range"]
                 yield (i + 1) / count
             cache.close()
             cache = None
             certify(run)
+            settings.verdict = verdict(run, too_far, count)
             use(obj, path)
         finally:
             if cache is not None:
@@ -62,6 +79,13 @@ def certify(run):
             run.certify()
         except Exception as error:
             run.certified = f"not certified: {error}"
+
+
+def verdict(run, too_far, count):
+    """What to say of a whole bake."""
+    parts = [run.certified or f"not certified: more than {CERTIFIED} vertices", run.touching()]
+    parts.append(f"turned too far for the method in {too_far} of {count} frames" if too_far else "")
+    return "; ".join(filter(None, parts))
 
 
 def use(obj, path):

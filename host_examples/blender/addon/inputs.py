@@ -10,14 +10,10 @@ from dataclasses import dataclass
 
 import numpy
 
-from . import library
+from . import colliders, library, materials
+from .meshes import SCALE_TOLERANCE, Refused, evaluated, group_vertices, rest_positions, triangles
 
 SHAPE_KEY = "shellwarp"
-SCALE_TOLERANCE = 1e-4  # of the scale: matrices are float32, and the library takes rotations good to 1e-4
-
-
-class Refused(Exception):
-    """The scene asks for what cannot be; the text tells the user what to do."""
 
 
 @dataclass(frozen=True)
@@ -45,36 +41,7 @@ class Inputs:
     damping: tuple     # ratio, mass, stiffness
     wind: tuple        # velocity (3), density, normal drag, tangential drag
     handles: tuple     # of Handle
-
-
-def rest_positions(mesh):
-    """The basis shape, object coordinates (n x 3) float32."""
-    out = numpy.empty((len(mesh.vertices), 3), numpy.float32)
-    points = mesh.shape_keys.reference_key.data if mesh.shape_keys else mesh.vertices
-    points.foreach_get("co", out.ravel())
-    return out
-
-
-def triangles(mesh):
-    """Blender's own triangulation (n x 3)."""
-    mesh.calc_loop_triangles()
-    out = numpy.empty((len(mesh.loop_triangles), 3), numpy.int32)
-    mesh.loop_triangles.foreach_get("vertices", out.ravel())
-    return out
-
-
-def group_vertices(obj, name):
-    """Vertices of a group with weights above a half; none when no group is named."""
-    if not name:
-        return []
-    group = obj.vertex_groups.get(name)
-    if group is None:
-        raise Refused(f"there is no vertex group “{name}”")
-    index = group.index
-    found = [v.index for v in obj.data.vertices if any(g.group == index and g.weight > 0.5 for g in v.groups)]
-    if not found:
-        raise Refused(f"no vertex has more than half a weight in “{name}”")
-    return found
+    solids: tuple = ()  # of colliders.Solid
 
 
 def split_matrix(matrix):
@@ -89,11 +56,6 @@ def split_matrix(matrix):
         raise Refused("the object's scale differs between axes, or it is sheared: apply it (Ctrl+A, Scale)")
     left, _, right = numpy.linalg.svd(rotation)  # the nearest rotation: float32 matrices are only nearly one
     return tuple(m[:3, 3].tolist()), tuple((left @ right).ravel().tolist()), scale
-
-
-def evaluated(obj, depsgraph):
-    """World matrix at the present frame, animation and constraints included."""
-    return obj.evaluated_get(depsgraph).matrix_world
 
 
 def check_object(obj):
@@ -130,17 +92,30 @@ def read_shell(obj, depsgraph):
     settings = obj.shellwarp
     scale = split_matrix(evaluated(obj, depsgraph))[2]
     rest = rest_positions(obj.data).astype(numpy.float64) * scale
-    material = package.Material(settings.k_area, settings.k_length, settings.k_bend, settings.density)
+    material = materials.read_material(settings, depsgraph.scene, package)
+    maps = materials.read_maps(obj, material)
     fixed, clamped = (group_vertices(obj, name) for name in (settings.fixed_group, settings.clamped_group))
-    shell = package.Shell(rest, triangles(obj.data), material, fixed, clamped)
+    shell = package.Shell(rest, triangles(obj.data), material, fixed, clamped, maps)
     key = hashlib.blake2b(rest.tobytes() + shell.triangles.tobytes())
     recipe = read_recipe(obj, depsgraph, package)
+    for name, values in maps.items():
+        key.update(name.encode() + values.tobytes())
     key.update(repr((material, fixed, clamped, recipe)).encode())
     return shell, scale, recipe, key.digest()
 
 
-def read_inputs(obj, scene, depsgraph, scale):
-    """What acts on the shell at the depsgraph's frame. `scale` is what the model was made with."""
+def check_groups(obj):
+    """Raises Refused where a group that is named does not exist: the shell must not go on with what it had."""
+    settings = obj.shellwarp
+    for name in (settings.fixed_group, settings.clamped_group, *materials.group_names(settings).values()):
+        if name and name not in obj.vertex_groups:
+            raise Refused(f"there is no vertex group “{name}”")
+
+
+def read_inputs(obj, scene, depsgraph, run):
+    """What acts on the shell at the depsgraph's frame. `run` has the scale and colliders that it was made with."""
+    check_groups(obj)
+    scale = run.scale
     settings = obj.evaluated_get(depsgraph).shellwarp
     origin, rotation, present = split_matrix(evaluated(obj, depsgraph))
     if abs(present - scale) > SCALE_TOLERANCE * scale:
@@ -151,7 +126,8 @@ def read_inputs(obj, scene, depsgraph, scale):
         tuple(factor * g for g in scene.gravity),
         (settings.damping_ratio, settings.damping_mass, settings.damping_stiffness),
         (*settings.wind, settings.air_density, settings.normal_drag, settings.tangential_drag),
-        tuple(handle for i, item in enumerate(settings.handles) for handle in read_handle(obj, i, item, depsgraph)))
+        tuple(handle for i, item in enumerate(settings.handles) for handle in read_handle(obj, i, item, depsgraph)),
+        colliders.read_solids(obj, scene, depsgraph, run.solids))
 
 
 def read_handle(obj, index, item, depsgraph):

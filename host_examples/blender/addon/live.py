@@ -11,12 +11,13 @@ from contextlib import contextmanager
 import bpy
 from bpy.app.handlers import persistent
 
-from . import library, shape_key
+from . import colliders, library, shape_key
 from .inputs import Refused, read_inputs, read_shell
 from .simulation import Simulation
 
 _runs = {}      # session_uid of the object -> Simulation
 _messages = {}  # session_uid -> what went wrong last, "" for nothing
+_causes = {}    # session_uid -> why there is no model, until there is one
 _suspended = set()
 
 
@@ -40,6 +41,7 @@ def forget(obj):
     """Frees the object's run."""
     run = _runs.pop(obj.session_uid, None)
     _messages.pop(obj.session_uid, None)
+    _causes.pop(obj.session_uid, None)
     if run is not None:
         run.close()
 
@@ -55,13 +57,21 @@ def suspended(obj):
 
 
 def prepare(obj, depsgraph, progress=None):
-    """The object's run with a model of its present mesh, material and supports, made anew if these have changed."""
-    shell, scale, recipe, key = read_shell(obj, depsgraph)
-    run = simulation(obj)
-    if run is None or run.key != key:
+    """The object's run with a model of its present mesh, material and supports, made anew if these have changed.
+
+    Where that fails, the run before ends as well: a shell does not go on with what it had."""
+    try:
+        shell, scale, recipe, key = read_shell(obj, depsgraph)
+        run = simulation(obj)
+        if run is None or run.key != key:
+            forget(obj)
+            run = Simulation(library.package(), shell, scale, recipe, key, progress)
+            store(obj, run)
+        run.collide(colliders.prepare(obj, depsgraph.scene, depsgraph, library.package(), run.solids))
+    except Exception as error:
         forget(obj)
-        run = Simulation(library.package(), shell, scale, recipe, key, progress)
-        store(obj, run)
+        _causes[obj.session_uid] = str(error) or type(error).__name__
+        raise
     return run
 
 
@@ -73,10 +83,22 @@ def show(obj, scene, depsgraph):
     else:
         run = simulation(obj)
         if run is None:
-            raise Refused("go to the start frame: the model is made there")
+            raise Refused(cause(obj, depsgraph) or "go to the start frame: the model is made there")
         if run.model.n_vertices != len(obj.data.vertices):
             raise Refused("the mesh has changed: go to the start frame")
-    shape_key.write(obj, run.go(frame, start, read_inputs(obj, scene, depsgraph, run.scale)))
+    shape_key.write(obj, run.go(frame, start, read_inputs(obj, scene, depsgraph, run)))
+
+
+def cause(obj, depsgraph):
+    """Why the object has no model, "" when that is mended or none was asked for."""
+    text = _causes.get(obj.session_uid, "")
+    if text:
+        try:
+            read_shell(obj, depsgraph)
+            colliders.prepare(obj, depsgraph.scene, depsgraph, library.package())
+        except Exception:
+            return text
+    return ""
 
 
 def tell(obj, text):
@@ -108,6 +130,7 @@ def on_load(*_):
         run.close()
     _runs.clear()
     _messages.clear()
+    _causes.clear()
 
 
 def register():

@@ -151,9 +151,8 @@ class SHELLWARP_OT_bake(ShellOperator, bpy.types.Operator):
 
 
 def baked(obj):
-    """Where a bake went, and how far its last frame is from the full shell."""
-    run = live.simulation(obj)
-    return f"baked to {bake.baked(obj).filepath}" + (f"; {run.certified}" if run is not None and run.certified else "")
+    """Where a bake went, and how good it is."""
+    return f"baked to {bake.baked(obj).filepath}; {obj.shellwarp.verdict}"
 
 
 class SHELLWARP_OT_free_bake(ShellOperator, bpy.types.Operator):

@@ -2,15 +2,22 @@
 
 import bpy
 
-from . import bake, library, live, operators
+from . import bake, colliders, library, live, operators
 
 GROUPS = [
-    ("Material", ("density", "k_bend", "k_length", "k_area")),
+    ("Material", ("material", "preset", "young", "poisson", "thickness", "volume_density", "density", "k_bend", "k_length", "k_area",
+                  "thickness_group", "young_group", "density_group")),
     ("Method", ("method", "reduced_fields", "auto_error", "modes", "integrator")),
     ("Damping", ("damping_ratio", "damping_mass", "damping_stiffness")),
     ("Loads", ("gravity", "wind", "air_density", "normal_drag", "tangential_drag")),
     ("Time", ("frame_start", "frame_end", "steps_per_frame")),
 ]
+
+
+# Which materials read a setting.
+MATERIALS = {**dict.fromkeys(("density", "k_bend", "k_length", "k_area"), ("CONSTANTS",)),
+             **dict.fromkeys(("young", "poisson", "volume_density"), ("SHEET",)), "preset": ("PRESET",),
+             **dict.fromkeys(("thickness", "thickness_group", "young_group"), ("PRESET", "SHEET"))}
 
 
 class SHELLWARP_UL_handles(bpy.types.UIList):
@@ -49,8 +56,13 @@ class SHELLWARP_PT_shell(bpy.types.Panel):
         for title, names in GROUPS:
             column = layout.column(heading=title)
             for name in names:
-                if wanted(settings, name):
+                if not wanted(settings, name):
+                    continue
+                if name.endswith("_group"):
+                    column.prop_search(settings, name, obj, "vertex_groups")
+                else:
                     column.prop(settings, name)
+        layout.prop(settings, "collision_collection")
         draw_handles(layout, settings)
         layout.prop(settings, "cache")
         row = layout.row(align=True)
@@ -62,7 +74,9 @@ class SHELLWARP_PT_shell(bpy.types.Panel):
 
 
 def wanted(settings, name):
-    """Whether the method reads a setting; without a library, all are shown."""
+    """Whether material and method read a setting; without a library, all of a method are shown."""
+    if name in MATERIALS:
+        return settings.material in MATERIALS[name]
     try:
         method = library.package().method.find(settings.method)
     except (ImportError, OSError, ValueError):
@@ -79,15 +93,19 @@ def draw_state(layout, context, obj):
         layout.prop(context.scene.render, "use_lock_interface", text="Lock interface while rendering", icon="INFO")
     if bake.baked(obj):
         layout.label(text=f"Plays {obj.modifiers[bake.MODIFIER].filepath}", icon="FILE_CACHE")
+        layout.label(text=obj.shellwarp.verdict)
     elif run is not None:
         layout.label(text=operators.summary(run))
         turned = run.turned()
         if turned:
             layout.label(text=turned, icon="INFO")
+        touching = run.touching()
+        if touching:
+            layout.label(text=touching, icon="INFO")
         missed, count = run.unmet()
         if missed:
             layout.label(text=f"{missed} of {count} constraints cannot be met", icon="INFO")
-    if run is not None and run.certified:
+    if run is not None and run.certified and run.certified not in obj.shellwarp.verdict:
         layout.label(text=run.certified)
 
 
@@ -103,7 +121,38 @@ def draw_handles(layout, settings):
             layout.prop(item, name)
 
 
-_CLASSES = (SHELLWARP_UL_handles, SHELLWARP_PT_shell)
+class SHELLWARP_PT_collider(bpy.types.Panel):
+    """An object as a solid that shells touch."""
+
+    bl_label = "Shellwarp Collider"
+    bl_space_type, bl_region_type, bl_context = "PROPERTIES", "WINDOW", "physics"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    @classmethod
+    def poll(cls, context):
+        return context.object is not None and context.object.type in ("MESH", "EMPTY")
+
+    def draw_header(self, context):
+        self.layout.prop(context.object.shellwarp_collider, "enabled", text="")
+
+    def draw(self, context):
+        obj, layout = context.object, self.layout
+        settings = obj.shellwarp_collider
+        layout.use_property_split = True
+        layout.active = colliders.is_collider(obj)
+        layout.prop(settings, "shape")
+        if settings.shape in ("AUTO", "MESH"):
+            layout.prop(settings, "cells")
+        if colliders.modifier(obj) is None:
+            layout.prop(settings, "friction")
+            layout.prop(settings, "thickness")
+        else:
+            layout.label(text="Friction and thickness: of the Collision modifier", icon="INFO")
+            layout.prop(obj.collision, "cloth_friction")
+            layout.prop(obj.collision, "thickness_outer")
+
+
+_CLASSES = (SHELLWARP_UL_handles, SHELLWARP_PT_shell, SHELLWARP_PT_collider)
 
 
 def register():

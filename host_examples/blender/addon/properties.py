@@ -29,6 +29,15 @@ def methods(_settings, _context):
     return _methods
 
 
+def preset_names(_settings, _context, text):
+    """Names of known materials with this text in them, for the search."""
+    try:
+        known = library.package().presets()
+    except (ImportError, OSError):
+        return []
+    return [name for name, (label, _) in known.items() if text.lower() in f"{name} {label}".lower()]
+
+
 def described(method):
     """What a user should know of a method's price before choosing it."""
     if method.needs_fields:
@@ -61,12 +70,49 @@ class ShellwarpHandle(bpy.types.PropertyGroup):
     held: BoolProperty(update=changed, name="Held", default=True, description="Key this off to let go")
 
 
+class ShellwarpCollider(bpy.types.PropertyGroup):
+    """What shells touch of an object."""
+
+    enabled: BoolProperty(name="Shellwarp Collider", options=NOT_KEYED, description="Shells touch this object")
+    shape: EnumProperty(name="Shape", default="AUTO", options=NOT_KEYED, items=[
+        ("AUTO", "By its mesh", "The closed mesh; a plane where the mesh is flat across its z axis, or where there is none"),
+        ("PLANE", "Plane", "All below the object's z axis, however large its mesh"),
+        ("SPHERE", "Sphere", "As wide as the mesh's longest side"),
+        ("BOX", "Box", "The mesh's bounding box"),
+        ("CAPSULE", "Capsule", "Along the object's z axis, as long and as wide as the mesh"),
+        ("HULL", "Convex hull", "Of the mesh's vertices"),
+        ("MESH", "Closed mesh", "The inside of the mesh, as distances on a grid")])
+    cells: IntProperty(name="Cells", default=64, min=4, max=2000, options=NOT_KEYED,
+                       description="Of a closed mesh: cells of its grid along the longest side")
+    friction: FloatProperty(name="Friction", default=0.3, min=0, soft_max=1, options=NOT_KEYED, description="Coulomb's coefficient")
+    thickness: FloatProperty(name="Thickness", default=0.0, min=0, subtype="DISTANCE", options=NOT_KEYED,
+                             description="How far shells stay off the surface")
+
+
 class ShellwarpSettings(bpy.types.PropertyGroup):
     """A shell's settings, on its object."""
 
     enabled: BoolProperty(name="Shellwarp", options=NOT_KEYED, description="This mesh is a shell")
     live: BoolProperty(name="Live", default=True, options=NOT_KEYED,
                        description="Move on frame changes, into the shape key “shellwarp”. Off: the mesh is left alone")
+
+    material: EnumProperty(name="Material", default="CONSTANTS", options=NOT_KEYED, items=[
+        ("CONSTANTS", "Constants", "The paper's four numbers, which are the mesh's and the unit's"),
+        ("PRESET", "Known material", "A sheet by name: docs/reference/materials.md"),
+        ("SHEET", "Sheet", "Young's modulus, Poisson's ratio, thickness and density in SI units")])
+    preset: StringProperty(name="Known material", default="card", options=NOT_KEYED, search=preset_names,
+                           description="A name of the library's table")
+    young: FloatProperty(name="Young's modulus, Pa", default=3e9, min=0, options=NOT_KEYED)
+    poisson: FloatProperty(name="Poisson's ratio", default=0.3, min=-0.99, max=0.5, options=NOT_KEYED)
+    thickness: FloatProperty(name="Thickness, m", default=0.0, min=0, precision=6, step=0.01, options=NOT_KEYED,
+                             description="Of a known material 0 is its own")
+    volume_density: FloatProperty(name="Density, kg/m³", default=1000, min=0, options=NOT_KEYED)
+    thickness_group: StringProperty(name="Thickness map", options=NOT_KEYED,
+                                    description="Vertex group whose weights multiply the thickness. Vertices outside keep it")
+    young_group: StringProperty(name="Stiffness map", options=NOT_KEYED,
+                                description="Vertex group whose weights multiply Young's modulus. Vertices outside keep it")
+    density_group: StringProperty(name="Density map", options=NOT_KEYED,
+                                  description="Vertex group whose weights multiply the density. Vertices outside keep it")
 
     density: FloatProperty(name="Density", default=1.0, min=1e-9, soft_max=1000, precision=4, options=NOT_KEYED,
                                 description="Mass per area")
@@ -108,20 +154,26 @@ class ShellwarpSettings(bpy.types.PropertyGroup):
     cache: StringProperty(name="Cache", subtype="FILE_PATH", default="", options=NOT_KEYED,
                           description="Point cache (PC2); empty: cache/OBJECT.pc2 beside the blend file")
 
+    verdict: StringProperty(name="Last bake", options={"HIDDEN"}, description="How good the last bake is; kept in the file")
+
+    collision_collection: PointerProperty(name="Collision collection", type=bpy.types.Collection, options=NOT_KEYED,
+                                          description="The shell touches the colliders of this collection; empty: of the scene")
     handles: CollectionProperty(type=ShellwarpHandle)
     active_handle: IntProperty(options=NOT_KEYED)
 
 
-_CLASSES = (ShellwarpHandle, ShellwarpSettings)
+_CLASSES = (ShellwarpHandle, ShellwarpCollider, ShellwarpSettings)
 
 
 def register():
     for item in _CLASSES:
         bpy.utils.register_class(item)
     bpy.types.Object.shellwarp = PointerProperty(type=ShellwarpSettings)
+    bpy.types.Object.shellwarp_collider = PointerProperty(type=ShellwarpCollider)
 
 
 def unregister():
+    del bpy.types.Object.shellwarp_collider
     del bpy.types.Object.shellwarp
     for item in reversed(_CLASSES):
         bpy.utils.unregister_class(item)

@@ -15,6 +15,9 @@ from mathutils import Matrix, Vector
 from .inputs import Refused
 
 
+DEEP = 1e-3  # of the mesh's size: deeper than this is seen
+
+
 @dataclass(frozen=True)
 class Known:
     """A frame that was reached."""
@@ -39,13 +42,20 @@ class Simulation:
         self._damping = partial(package.method.damping, package.method.find(recipe.method), slowest=slowest)
         self._at = None
         self.certified = ""  # what the last certificate said, of the frame that it names
-        self.known = {}
+        self.known, self.solids = {}, ()
         self._buffer = numpy.empty_like(self._rest)
 
     def close(self):
         """Frees the library's memory now."""
         self._state.close()
         self.model.close()
+
+    def collide(self, solids):
+        """Takes prepared colliders for a run that begins; others than before drop all frames."""
+        if [item.digest for item in solids] != [item.digest for item in self.solids]:
+            self._state.set_colliders([item.shape for item in solids])
+            self.forget()
+        self.solids = solids
 
     def forget(self):
         """Drops all frames."""
@@ -81,6 +91,15 @@ class Simulation:
             return ""
         share = math.ceil(100 * report["fraction_turned_too_far"])
         return f"turns by {math.degrees(report['max_rotation']):.0f} degrees, {share} % of it too far for the method: certify it"
+
+    def touching(self):
+        """What to say of contact, "" for nothing."""
+        if not self.solids:
+            return ""
+        report = self.report()
+        text = f"touches at {report['contact_count']} points"
+        deepest, size = report["deepest_penetration"], float(numpy.ptp(self._rest, axis=0).max() * self.scale)
+        return text + (f", {deepest:.2g} deep inside: more modes help" if deepest > DEEP * size else "")
 
     def certify(self):
         """How far the present frame is from the full nonlinear shell, estimated: a sentence, kept for the panel."""
@@ -164,6 +183,8 @@ def apply(state, inputs, damping, teleport=False):
         state.set_constraint(handle.number, handle.kind, handle.vertex, handle.position or None, handle.rotation or None,
                              handle.axes, handle.compliance)
     state.set_frame(inputs.origin, inputs.rotation, teleport)
+    for number, solid in enumerate(inputs.solids):
+        state.move_collider(number, solid.origin, solid.rotation, teleport)
 
 
 def blend(before, after, t):
@@ -172,7 +193,9 @@ def blend(before, after, t):
         return after
     earlier = {handle.number: handle for handle in before.handles}
     handles = tuple(blend_handle(earlier.get(handle.number, handle), handle, t) for handle in after.handles)
-    return replace(after, origin=lerp(before.origin, after.origin, t), handles=handles,
+    solids = tuple(replace(b, origin=lerp(a.origin, b.origin, t), rotation=turn(a.rotation, b.rotation, t))
+                   for a, b in zip(before.solids, after.solids))
+    return replace(after, origin=lerp(before.origin, after.origin, t), handles=handles, solids=solids,
                    rotation=turn(before.rotation, after.rotation, t))
 
 

@@ -1,0 +1,172 @@
+"""Reads the objects that a shell touches: once their shape, every frame their place.
+
+A collider is an object with the role of shellwarp, or with Blender's Collision modifier, from which friction and distance
+are read then. Its scale is in its shape, so scale must be constant; its place and turn may move.
+"""
+
+import hashlib
+from dataclasses import dataclass
+
+import numpy
+
+from .meshes import SCALE_TOLERANCE, Refused, evaluated, rest_positions, triangles
+
+FLAT = 1e-5    # of the longest side: what is thinner is taken for a plane
+COULOMB = 0.01  # Blender's cloth multiplies its friction of 0 to 80 by this
+
+
+@dataclass(frozen=True)
+class Solid:
+    """A collider at one time. Its shape is known by a digest, so that equal inputs mean equal contact."""
+
+    name: str
+    digest: bytes
+    origin: tuple      # (3), of the shape's axes in the world
+    rotation: tuple    # (9) row-major
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """A collider whose shape is made: what all frames of a run share."""
+
+    name: str
+    digest: bytes
+    shape: object          # the library's Collider
+    stretch: numpy.ndarray  # (3 x 3), the scale that is in the shape
+    middle: numpy.ndarray   # (3), of the shape, in the object's turned axes
+
+
+def objects(obj, scene):
+    """The colliders of a shell by name: of its collection, else of the scene, without itself."""
+    chosen = obj.shellwarp.collision_collection
+    found = chosen.all_objects if chosen else scene.objects
+    return sorted((item for item in found if item != obj and is_collider(item)), key=lambda item: item.name_full)
+
+
+def is_collider(item):
+    return item.shellwarp_collider.enabled or modifier(item) is not None
+
+
+def modifier(item):
+    """Settings of Blender's Collision modifier, None without one that acts."""
+    acts = any(m.type == "COLLISION" and m.show_viewport for m in item.modifiers)
+    return item.collision if acts and item.collision is not None and item.collision.use else None
+
+
+def surface(item):
+    """Friction and thickness: of the Collision modifier where there is one, else of the role."""
+    theirs = modifier(item)
+    if theirs is not None:
+        return COULOMB * theirs.cloth_friction, theirs.thickness_outer
+    return item.shellwarp_collider.friction, item.shellwarp_collider.thickness
+
+
+def prepare(obj, scene, depsgraph, package, before=()):
+    """All colliders of a shell, those of `before` taken over where nothing changed. Refused names the object."""
+    known = {item.digest: item for item in before}
+    return tuple(named(item, lambda item=item: prepared(item, depsgraph, package, known)) for item in objects(obj, scene))
+
+
+def named(item, work):
+    """Does the work; what it refuses begins with the object's name."""
+    try:
+        return work()
+    except Exception as error:
+        raise Refused(f"collider “{item.name}”: {error}") from error
+
+
+def prepared(item, depsgraph, package, known):
+    rotation, stretch = split(evaluated(item, depsgraph))
+    points, faces = mesh_of(item, depsgraph)
+    points = points @ stretch.T
+    settings, kind = item.shellwarp_collider, kind_of(item, points)
+    friction, thickness = surface(item)
+    key = hashlib.blake2b(points.astype(numpy.float32).tobytes() + faces.tobytes())
+    key.update(repr((item.name_full, kind, friction, thickness, settings.cells)).encode())
+    if kind not in ("HULL", "MESH"):
+        check_diagonal(stretch)
+    digest = key.digest()
+    if digest in known:
+        return known[digest]
+    shape, middle = make(package.Collider, kind, points, faces, settings.cells, friction, thickness, numpy.linalg.det(stretch) < 0)
+    return Prepared(item.name_full, digest, shape, stretch, middle)
+
+
+def kind_of(item, points):
+    """The chosen shape; “by its mesh” is a plane where the mesh is flat across z, and the closed mesh else."""
+    kind = item.shellwarp_collider.shape
+    if kind != "AUTO":
+        if not len(points) and kind != "PLANE":
+            raise Refused("it has no mesh: only a plane needs none")
+        return kind
+    if not len(points):
+        return "PLANE"
+    sides = numpy.ptp(points, axis=0)
+    return "PLANE" if sides[2] <= FLAT * sides.max() else "MESH"
+
+
+def make(kinds, kind, points, faces, cells, friction, thickness, mirrored):
+    """The library's collider, and where its middle is."""
+    common, nowhere = {"friction": friction, "thickness": thickness}, numpy.zeros(3)
+    if kind == "HULL":
+        return kinds.hull(points, **common), nowhere
+    if kind == "MESH":
+        return kinds.mesh(points, faces[:, ::-1] if mirrored else faces, cells=cells, **common), nowhere
+    if kind == "PLANE":
+        return kinds.plane(**common), (points.mean(axis=0) if len(points) else nowhere)
+    low, high = points.min(axis=0), points.max(axis=0)
+    half, middle = (high - low) / 2, (low + high) / 2
+    if kind == "BOX":
+        return kinds.box(half, **common), middle
+    if kind == "SPHERE":
+        return kinds.sphere(float(half.max()), **common), middle
+    radius = float(half[:2].max())
+    if half[2] <= radius:
+        raise Refused("a capsule lies along the object's z axis, and this one is not longer along it than across: take a sphere")
+    return kinds.capsule(float(half[2]) - radius, radius, **common), middle
+
+
+def mesh_of(item, depsgraph):
+    """Points and triangles of what is seen of an object, in its own axes; none of an empty. A shell gives its rest shape."""
+    if item.type != "MESH":
+        return numpy.empty((0, 3)), numpy.empty((0, 3), numpy.int32)
+    if item.shellwarp.enabled:
+        return rest_positions(item.data).astype(numpy.float64), triangles(item.data)
+    mesh = item.evaluated_get(depsgraph).data
+    points = numpy.empty((len(mesh.vertices), 3), numpy.float32)
+    mesh.vertices.foreach_get("co", points.ravel())
+    return points.astype(numpy.float64), triangles(mesh)
+
+
+def split(matrix):
+    """Rotation (3 x 3) and the stretch before it of a world matrix; the stretch is negative where the matrix mirrors."""
+    linear = numpy.array(matrix, dtype=numpy.float64)[:3, :3]
+    left, sizes, right = numpy.linalg.svd(linear)
+    if not sizes[2] > 1e-9 * sizes[0]:
+        raise Refused("its scale is zero along an axis")
+    rotation = left @ right
+    rotation *= numpy.sign(numpy.linalg.det(rotation))
+    return rotation, rotation.T @ linear
+
+
+def check_diagonal(stretch):
+    size = numpy.abs(stretch).max()
+    if numpy.abs(stretch - numpy.diag(numpy.diag(stretch))).max() > SCALE_TOLERANCE * size or numpy.diag(stretch).min() <= 0:
+        raise Refused("it is sheared or mirrored: apply its scale (Ctrl+A, Scale), or take a hull or a mesh")
+
+
+def read_solids(obj, scene, depsgraph, ready):
+    """Where the colliders are at the depsgraph's frame. Refused where others collide, or otherwise, than were prepared."""
+    present = objects(obj, scene)
+    if [item.name_full for item in present] != [item.name for item in ready]:
+        raise Refused("the colliders are others than at the start frame: go there")
+    return tuple(named(item, lambda item=item, made=made: place(item, depsgraph, made)) for item, made in zip(present, ready))
+
+
+def place(item, depsgraph, made):
+    matrix = evaluated(item, depsgraph)
+    rotation, stretch = split(matrix)
+    if numpy.abs(stretch - made.stretch).max() > SCALE_TOLERANCE * numpy.abs(made.stretch).max():
+        raise Refused("its scale changes: only its place and turn may move")
+    origin = numpy.array(matrix.translation, dtype=numpy.float64) + rotation @ made.middle
+    return Solid(made.name, made.digest, tuple(origin.tolist()), tuple(rotation.ravel().tolist()))

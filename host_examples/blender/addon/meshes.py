@@ -1,0 +1,60 @@
+"""What an object's mesh has: points, triangles, groups; and how the add-on refuses what cannot be."""
+
+import numpy
+
+SCALE_TOLERANCE = 1e-4  # of the scale: matrices are float32, and the library takes rotations good to 1e-4
+
+
+class Refused(Exception):
+    """The scene asks for what cannot be; the text tells the user what to do."""
+
+
+def rest_positions(mesh):
+    """The basis shape, object coordinates (n x 3) float32."""
+    out = numpy.empty((len(mesh.vertices), 3), numpy.float32)
+    points = mesh.shape_keys.reference_key.data if mesh.shape_keys else mesh.vertices
+    points.foreach_get("co", out.ravel())
+    return out
+
+
+def triangles(mesh):
+    """Blender's own triangulation (n x 3)."""
+    mesh.calc_loop_triangles()
+    out = numpy.empty((len(mesh.loop_triangles), 3), numpy.int32)
+    mesh.loop_triangles.foreach_get("vertices", out.ravel())
+    return out
+
+
+def group_vertices(obj, name):
+    """Vertices of a group with weights above a half; none when no group is named."""
+    if not name:
+        return []
+    group = obj.vertex_groups.get(name)
+    if group is None:
+        raise Refused(f"there is no vertex group “{name}”")
+    index = group.index
+    found = [v.index for v in obj.data.vertices if any(g.group == index and g.weight > 0.5 for g in v.groups)]
+    if not found:
+        raise Refused(f"no vertex has more than half a weight in “{name}”")
+    return found
+
+
+def evaluated(obj, depsgraph):
+    """World matrix at the present frame, animation and constraints included."""
+    return obj.evaluated_get(depsgraph).matrix_world
+
+
+def weights(obj, name):
+    """A group's weight of each vertex, 1 of those that are not in it."""
+    group = obj.vertex_groups.get(name)
+    if group is None:
+        raise Refused(f"there is no vertex group “{name}”")
+    out = numpy.ones(len(obj.data.vertices))
+    for vertex in obj.data.vertices:
+        for item in vertex.groups:
+            if item.group == group.index:
+                out[vertex.index] = item.weight
+    empty = numpy.flatnonzero(out == 0)
+    if len(empty):
+        raise Refused(f"the weight of vertex {empty[0]} in “{name}” is 0, and {len(empty)} are: a material there would be none")
+    return out

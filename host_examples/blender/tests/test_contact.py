@@ -1,0 +1,293 @@
+"""Claims about colliders, materials and what lasts in the add-on, in Blender itself; run by ctest as `blender`."""
+
+import tempfile
+import unittest
+from pathlib import Path
+
+import bpy
+import numpy
+import scene as scenes
+import shellwarp as sw
+import test_addon
+from mathutils import Matrix
+from scene import add_strip, key, play, shown
+from test_addon import part, setUpModule, tearDownModule  # noqa: F401 - unittest calls them
+
+BELOW = 0.03  # how far below the strip the colliders of these tests begin
+
+
+def collide(obj, shape="AUTO", friction=0.0):
+    """Gives an object the role."""
+    role = obj.shellwarp_collider
+    role.enabled, role.shape, role.friction = True, shape, friction
+    return obj
+
+
+def ball(radius=0.05, location=(0.2, 0.015, -0.08), scale=(1, 1, 1)):
+    bpy.ops.mesh.primitive_uv_sphere_add(segments=32, ring_count=16, radius=radius, location=location)
+    obj = bpy.context.object
+    obj.scale = scale
+    return obj
+
+
+def run_of(obj):
+    return part("live").simulation(obj)
+
+
+class Case(unittest.TestCase):
+    def setUp(self):
+        self.scene = scenes.empty_file()
+        self.folder = Path(tempfile.mkdtemp(dir=test_addon.FOLDER.name))
+
+    def message(self, obj):
+        return part("live").message(obj)
+
+    def depth(self, obj):
+        return run_of(obj).report()["deepest_penetration"]
+
+
+class Shapes(Case):
+    def test_a_ball_is_the_librarys_sphere_to_the_bit(self):
+        obj = add_strip()
+        collide(ball(), "SPHERE", 0.25)
+        play(1)
+        made = run_of(obj).solids[0]
+        s = obj.shellwarp
+        rest, triangles = part("inputs").rest_positions(obj.data).astype(float), part("inputs").triangles(obj.data)
+        model = sw.Model(sw.Shell(rest, triangles, sw.Material(s.k_area, s.k_length, s.k_bend, s.density), fixed=range(8)))
+        model.precompute(modes=s.modes)
+        state = model.state()
+        state.set_gravity(self.scene.gravity)
+        state.set_damping(s.damping_ratio)
+        middle = numpy.array(bpy.data.objects["Sphere"].matrix_world.translation, float)
+        state.set_colliders([sw.Collider.sphere(0.05, friction=0.25)])
+        state.move_collider(0, middle, teleport=True)
+        for frame in range(2, 21):
+            self.scene.frame_set(frame)
+            state.step(1 / 30)
+            self.assertLess(numpy.abs(shown(obj) - state.positions(space="frame")).max(), 1e-6, frame)
+        self.assertGreater(state.report()["contact_count"], 0)
+        # The mesh's vertices are float32, so that its half side is.
+        self.assertLess(numpy.abs(made.middle).max(), 1e-7)
+
+    def test_every_shape_holds_the_strip_up(self):
+        """Without the collider the strip's end falls 7 cm and more; with it, no vertex goes below the top."""
+        free = add_strip()
+        play(20)
+        self.assertLess(shown(free)[:, 2].min(), -0.07)
+        bpy.data.objects.remove(free)
+        for shape, scale in (("PLANE", (1, 1, 1)), ("BOX", (8, 4, 1)), ("HULL", (8, 4, 1)), ("MESH", (8, 4, 1)), ("MESH", (-8, 4, 1)),
+                             ("SPHERE", (1, 1, 1)), ("CAPSULE", (1, 1, 3))):
+            with self.subTest(shape=shape, scale=scale):
+                self.scene = scenes.empty_file()
+                obj = add_strip()
+                bpy.ops.mesh.primitive_cube_add(size=0.05, location=(0.15, 0.015, -BELOW - 0.025))
+                item = collide(bpy.context.object, shape)
+                item.scale = scale
+                if shape == "PLANE":
+                    item.location.z = -BELOW - 0.0
+                    item.data.transform(Matrix.Diagonal((1, 1, 0, 1)))
+                if shape == "CAPSULE":
+                    item.rotation_euler.x = 1.5707963
+                play(20)
+                self.assertEqual(self.message(obj), "")
+                self.assertGreater(run_of(obj).report()["contact_count"], 0)
+                self.assertLess(self.depth(obj), 1e-4)
+                self.assertIn("touches at", run_of(obj).touching())
+                if shape not in ("SPHERE", "CAPSULE"):  # round ones let the strip hang beside them
+                    near = shown(obj)[:, 0] < 0.3
+                    self.assertGreater(shown(obj)[near, 2].min(), -BELOW - 2e-3)
+
+    def test_an_empty_is_a_plane_and_a_flat_mesh_as_well(self):
+        obj = add_strip()
+        bpy.ops.object.empty_add(location=(0, 0, -BELOW))
+        collide(bpy.context.object)
+        play(20)
+        self.assertEqual(self.message(obj), "")
+        self.assertGreater(shown(obj)[:, 2].min(), -BELOW - 1e-4)
+
+    def test_a_moving_collider_pushes_and_scrubbing_back_is_exact(self):
+        obj = add_strip()
+        obj.shellwarp.gravity = 0.0
+        item = collide(ball(), "SPHERE")
+        key(item, "location", {frame: (0.2, 0.015, z) for frame, z in ((1, -0.08), (10, -0.02), (20, -0.02))})
+        found = {}
+        for frame in range(1, 21):
+            self.scene.frame_set(frame)
+            found[frame] = shown(obj)
+        self.assertGreater(found[12][:, 2].max(), 0.02)
+        for frame in (6, 15, 3, 4):
+            self.scene.frame_set(frame)
+            self.assertTrue(numpy.array_equal(shown(obj), found[frame]), frame)
+
+    def test_the_collision_modifier_gives_role_friction_and_distance(self):
+        obj = add_strip()
+        item = ball()
+        item.modifiers.new("Collision", "COLLISION")
+        item.collision.cloth_friction, item.collision.thickness_outer = 40, 0.004
+        self.assertEqual(part("colliders").surface(item), (40 * 0.01, item.collision.thickness_outer))
+        play(20)
+        self.assertGreater(run_of(obj).report()["contact_count"], 0)
+        distance = numpy.linalg.norm(shown(obj, world=True) - numpy.array(item.location), axis=1).min()
+        self.assertGreater(distance, 0.05 + 0.003)  # the ball of facets is within 1 mm of the round one
+        item.collision.use = False
+        self.scene.frame_set(1)
+        self.assertEqual(run_of(obj).solids, ())
+
+    def test_a_collection_chooses_and_the_shell_is_not_its_own_collider(self):
+        obj = add_strip()
+        collide(ball())
+        collide(obj)
+        chosen = bpy.data.collections.new("chosen")
+        obj.shellwarp.collision_collection = chosen
+        play(1)
+        self.assertEqual(run_of(obj).solids, ())
+        obj.shellwarp.collision_collection = None
+        play(1)
+        self.assertEqual([item.name for item in run_of(obj).solids], ["Sphere"])
+
+    def test_a_bake_has_the_same_contact_as_live(self):
+        obj = add_strip()
+        collide(ball(), "SPHERE", 0.3)
+        play(20)
+        live = shown(obj)
+        obj.shellwarp.cache = str(self.folder / "strip.pc2")
+        bpy.context.view_layer.objects.active = obj
+        self.assertEqual(bpy.ops.shellwarp.bake(), {"FINISHED"})
+        for text in ("frame 20: about", "off the full nonlinear shell", "touches at"):
+            self.assertIn(text, obj.shellwarp.verdict)
+        self.assertNotIn("too far", obj.shellwarp.verdict)
+        self.scene.frame_set(20)
+        self.assertTrue(numpy.array_equal(shown(obj), live))
+
+
+class Warned(Case):
+    def test_a_shell_out_of_range_is_told_live_and_after_a_bake(self):
+        """A strip of a hundredth of the stiffness hangs straight down: it turns by a right angle and more."""
+        obj = add_strip()
+        obj.shellwarp.k_bend *= 0.01
+        play(20)
+        self.assertRegex(run_of(obj).turned(), r"turns by \d+ degrees")
+        obj.shellwarp.cache = str(self.folder / "strip.pc2")
+        self.assertEqual(bpy.ops.shellwarp.bake(), {"FINISHED"})
+        self.assertRegex(obj.shellwarp.verdict, r"turned too far for the method in \d+ of 20 frames")
+
+
+class Wrong(Case):
+    def test_an_open_mesh_is_refused_by_name_at_every_frame_until_mended(self):
+        obj = add_strip()
+        bpy.ops.mesh.primitive_grid_add(size=0.1, location=(0.2, 0, -0.1))
+        item = collide(bpy.context.object, "MESH")
+        item.data.vertices[0].co.z += 0.01
+        before = shown(obj)
+        for frame in (1, 2, 5):
+            self.scene.frame_set(frame)
+            self.assertIn("collider “Grid”", self.message(obj))
+            self.assertTrue(numpy.array_equal(shown(obj), before))
+        item.shellwarp_collider.shape = "BOX"
+        self.scene.frame_set(6)
+        self.assertEqual(self.message(obj), "go to the start frame: the model is made there")
+        play(3)
+        self.assertEqual(self.message(obj), "")
+
+    def test_a_scale_that_moves_or_is_zero_and_a_collider_that_goes_are_named(self):
+        obj = add_strip()
+        item = collide(ball(), "SPHERE")
+        play(2)
+        item.scale.x = 2
+        self.scene.frame_set(3)
+        self.assertIn("collider “Sphere”: its scale changes", self.message(obj))
+        item.shellwarp_collider.enabled = False
+        self.scene.frame_set(3)
+        self.assertIn("the colliders are others", self.message(obj))
+        item.shellwarp_collider.enabled, item.scale.x = True, 0
+        self.scene.frame_set(1)
+        self.assertIn("collider “Sphere”: its scale is zero", self.message(obj))
+
+    def test_a_renamed_pin_group_stops_the_shell_with_its_name_until_mended(self):
+        obj = add_strip()
+        play(5)
+        before = shown(obj)
+        obj.vertex_groups["held"].name = "other"
+        for frame in (6, 7, 1, 2, 3):
+            self.scene.frame_set(frame)
+            self.assertIn("“held”", self.message(obj), frame)
+            self.assertTrue(numpy.array_equal(shown(obj), before), frame)
+        obj.vertex_groups["other"].name = "held"
+        self.scene.frame_set(1)
+        self.assertEqual(self.message(obj), "")
+
+
+class Materials(Case):
+    def shell(self, obj):
+        depsgraph = bpy.context.evaluated_depsgraph_get()
+        return part("inputs").read_shell(obj, depsgraph)[0]
+
+    def test_a_known_material_is_the_librarys_in_the_scenes_unit(self):
+        obj = add_strip()
+        obj.shellwarp.material, obj.shellwarp.preset = "PRESET", "steel"
+        for length in (1.0, 0.01):
+            self.scene.unit_settings.scale_length = length
+            found, known = self.shell(obj).material, sw.Sheet.known("steel", self.scene.unit_settings.scale_length)
+            self.assertEqual((found.young, found.poisson, found.thickness, found.volume_density),
+                             (known.young, known.poisson, known.thickness, known.volume_density))
+        obj.shellwarp.preset = "stele"
+        with self.assertRaisesRegex(Exception, "no known material is called 'stele'"):
+            self.shell(obj)
+
+    def test_a_sheet_swings_alike_in_metres_and_in_centimetres(self):
+        """The same card in both units; 1e-3: frequencies come from float32 coordinates."""
+        hertz = []
+        for length in (1.0, 0.01):
+            self.scene = scenes.empty_file()
+            self.scene.unit_settings.scale_length = length
+            obj = add_strip()
+            obj.scale = (1 / length,) * 3
+            s = obj.shellwarp
+            s.material, s.young, s.poisson, s.thickness, s.volume_density = "SHEET", 3e9, 0.29, 4e-4, 750
+            play(1)
+            self.assertEqual(self.message(obj), "")
+            hertz.append(run_of(obj).model.frequencies()[0])
+        self.assertAlmostEqual(hertz[1] / hertz[0], 1, delta=1e-3)
+        self.assertGreater(hertz[0], 0.5)
+
+    def test_a_group_multiplies_the_thickness(self):
+        """Half the thickness on all vertices halves a sheet's first frequency: f ~ h."""
+        obj = add_strip()
+        s = obj.shellwarp
+        s.material, s.preset = "PRESET", "card"
+        play(1)
+        whole = run_of(obj).model.frequencies()[0]
+        obj.vertex_groups.new(name="thin").add(range(scenes.N), 0.5, "REPLACE")
+        s.thickness_group = "thin"
+        play(1)
+        self.assertEqual(self.message(obj), "")
+        self.assertAlmostEqual(run_of(obj).model.frequencies()[0] / whole, 0.5, delta=1e-3)
+        obj.vertex_groups["thin"].name = "gone"
+        self.scene.frame_set(2)
+        self.assertIn("“thin”", self.message(obj))
+        obj.vertex_groups["gone"].add([3], 0.0, "REPLACE")
+        s.thickness_group = "gone"
+        self.scene.frame_set(1)
+        self.assertIn("the weight of vertex 3 in “gone” is 0", self.message(obj))
+
+
+class Caches(Case):
+    def test_names_that_files_cannot_have_do_not_clash(self):
+        first, second = add_strip("A/1"), add_strip("A:1")
+        path = part("bake").cache_path
+        bpy.ops.wm.save_as_mainfile(filepath=str(self.folder / "file.blend"))
+        first, second = bpy.data.objects["A/1"], bpy.data.objects["A:1"]
+        self.assertNotEqual(path(first), path(second))
+        self.assertEqual(path(add_strip("plain")), "//cache/plain.pc2")
+
+    def test_a_cache_that_is_anothers_too_is_refused(self):
+        obj, other = add_strip("one"), add_strip("two")
+        obj.shellwarp.cache = other.shellwarp.cache = str(self.folder / "same.pc2")
+        with self.assertRaisesRegex(Exception, "the cache of “.*” too"):
+            list(part("bake").bake(obj, bpy.context))
+        self.assertFalse((self.folder / "same.pc2").exists())
+
+
+if __name__ == "__main__":
+    unittest.main()
