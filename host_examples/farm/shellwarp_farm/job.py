@@ -11,7 +11,7 @@ import numpy
 import shellwarp
 from shellwarp.method import damping
 
-from . import files, motion
+from . import colliders, files, motion
 from .content import content_hash
 from .errors import DamagedError, FarmError, SceneError
 from .model import library_digest, load_model, mesh_at, model_tables, slowest_of
@@ -46,6 +46,7 @@ def hash_of(job, key, start):
     names = ("damping", "wind", "frame", "force", "seed", "frames", "up_axis", "formats")
     simulation = {k: v for k, v in job["simulation"].items() if k not in MODEL_KEYS}
     return content_hash({"model": key, "simulation": simulation, "start": start, "library": library_digest(),
+                         "collider": colliders.content(job["collider"]),
                          "name": job["name"], **{name: job[name] for name in names}})
 
 
@@ -116,12 +117,16 @@ def simulate(job, state, start, partials, slowest):
     positions, triangles = mesh_at(job["mesh"])
     first, last = job["frames"]
     _set_up(job, state, positions, slowest)
+    colliders.put(state, job["collider"])
     if start is not None:
         state.load(start.tobytes())
-    elif job["frame"]:
-        state.set_frame(*motion.pose(job["frame"], _seconds(job, first), _seconds(job, last)), teleport=True)
+    else:
+        colliders.move(state, job["collider"], _seconds(job, first), teleport=True)
+        if job["frame"]:
+            state.set_frame(*motion.pose(job["frame"], _seconds(job, first), _seconds(job, last)), teleport=True)
     writers = _writers(job, partials, triangles)
-    judged = {"frames_out": 0, "first_out": None, "max_rotation": 0.0, "worst_fraction": 0.0}
+    judged = {"frames_out": 0, "first_out": None, "max_rotation": 0.0, "worst_fraction": 0.0,
+              "deepest_penetration": 0.0, "contact_count": 0}
     buffer = numpy.empty((state.n_vertices, 3), numpy.float32)
     for frame in range(first, last + 1):
         if start is not None or frame > first:
@@ -151,6 +156,7 @@ def _step_to(job, state, frame):
             state.set_frame(*motion.pose(job["frame"], seconds, last))
         if job["wind"]:
             _blow(job["wind"], job["seed"], seconds, state)
+        colliders.move(state, job["collider"], seconds)
         state.step(1 / (job["simulation"]["frame_rate"] * steps))
 
 
@@ -176,7 +182,8 @@ def _judge(judged, frame, report):
     if not report["turn_in_range"]:
         judged["frames_out"] += 1
         judged["first_out"] = frame if judged["first_out"] is None else judged["first_out"]
-    judged["max_rotation"] = max(judged["max_rotation"], report["max_rotation"])
+    for name in ("max_rotation", "deepest_penetration", "contact_count"):  # the most of all frames
+        judged[name] = max(judged[name], report[name])
     judged["worst_fraction"] = max(judged["worst_fraction"], report["fraction_turned_too_far"])
 
 

@@ -65,6 +65,12 @@ def held_vertices(supports, positions, triangles):
     return numpy.flatnonzero(held).astype(numpy.uint32)
 
 
+def supported_vertices(supports, positions, kind):
+    """The vertices that supports of a kind name, sorted and each once: (k), uint32."""
+    chosen = [_chosen(support, positions) for support in supports if support["kind"] == kind]
+    return numpy.flatnonzero(numpy.any(chosen, axis=0) if chosen else ()).astype(numpy.uint32)
+
+
 def _chosen(support, positions):
     chosen = numpy.zeros(len(positions), dtype=bool)
     if "box" in support:

@@ -1,5 +1,6 @@
 """A job's shell, its content key, and its modes from the cache."""
 
+import dataclasses
 import functools
 import os
 import threading
@@ -14,8 +15,8 @@ from . import files
 from .cache import Cache
 from .content import content_hash
 from .errors import FarmError, SceneError
-from .mesh_file import held_vertices, read_mesh
-from .scenes import MODEL_KEYS
+from .mesh_file import held_vertices, read_mesh, supported_vertices
+from .scenes import CONSTANTS, MODEL_KEYS, SHEET
 
 MATERIAL = {"k_area": "area", "k_length": "length", "k_bend": "bend", "density": "density"}
 KEPT = 4   # models that a worker keeps loaded
@@ -48,9 +49,27 @@ def options_of(simulation, methods):
 def shell_of(tables):
     """The Shell of a model's tables."""
     positions, triangles = mesh_at(tables["mesh"])
-    material = shellwarp.Material(**{MATERIAL[key]: float(value) for key, value in tables["material"].items()})
+    material = material_of(tables["material"])
+    if isinstance(material, shellwarp.Sheet):  # whose edges hold their slope without their neighbours
+        held = {kind: supported_vertices(tables["support"], positions, kind) for kind in ("fixed", "clamped")}
+        return shellwarp.Shell(positions, triangles, material, **held)
     held = held_vertices(tables["support"], positions, triangles)
     return shellwarp.Shell(positions, triangles, material, fixed=held)
+
+
+def material_of(table):
+    """The Material or Sheet of a table: one of them, and of a sheet all four numbers, of its preset or its own."""
+    constants, sheet = sorted(set(table) & CONSTANTS), sorted(set(table) & SHEET)
+    if constants and sheet:
+        raise SceneError(f"material: {constants[0]} does not go with {sheet[0]}: either the constants or a sheet")
+    if not sheet:
+        return shellwarp.Material(**{MATERIAL[key]: float(value) for key, value in table.items()})
+    own = {key: float(value) for key, value in table.items() if key != "preset"}
+    if "preset" in table:
+        return dataclasses.replace(shellwarp.Sheet.known(table["preset"]), **own)
+    if missing := sorted(SHEET - set(table) - {"preset"}):
+        raise SceneError(f"material: a sheet needs {missing[0]}, or a preset")
+    return shellwarp.Sheet(**own)
 
 
 def model_key(tables):
@@ -58,8 +77,8 @@ def model_key(tables):
     shell = shell_of(tables)
     material = shell.material
     return content_hash({
-        "positions": shell.positions, "triangles": shell.triangles, "held": shell.fixed,
-        "material": [material.area, material.length, material.bend, material.density],
+        "positions": shell.positions, "triangles": shell.triangles, "held": shell.fixed, "clamped": list(shell.clamped),
+        "material": [type(material).__name__, *dataclasses.astuple(material)],
         "options": tables["options"], "library": library_digest()})
 
 

@@ -10,23 +10,25 @@ from pathlib import Path
 
 from shellwarp.method import DEFAULT
 
+from . import colliders
 from .errors import SceneError
 
-MATERIAL = {"k_area", "k_length", "k_bend", "density"}
+CONSTANTS = {"k_area", "k_length", "k_bend", "density"}
+SHEET = {"preset", "young", "poisson", "thickness", "volume_density"}
 # Of [simulation]: what the precompute depends on, beside the method.
 MODEL_KEYS = ("modes", "precision", "reduced_fields", "auto_error", "auto_operations")
 SIMULATION = {*MODEL_KEYS, "method", "integrator", "frame_rate", "steps_per_frame", "gravity"}
 TABLES = {
-    "material": MATERIAL,
+    "material": CONSTANTS | SHEET,
     "simulation": SIMULATION,
     "damping": {"ratio", "mass", "stiffness"},
     "wind": {"velocity", "density", "normal_drag", "tangential_drag", "gust", "gust_frequency"},
     "frame": {"pivot", "rise", "end", "fall", "translate", "rotate_degrees"},
 }
-LISTS = {"support": {"kind", "box", "vertices"}, "force": {"vertex", "nearest", "vector"}}
+LISTS = {"support": {"kind", "box", "vertices"}, "force": {"vertex", "nearest", "vector"}, "collider": colliders.KEYS}
 OSCILLATION = {"axis", "amplitude", "frequency", "phase_degrees"}
-ASSET = {"name", "mesh", "material", "support", "simulation", "damping", "force"}
-SHOT = {"name", "frames", "after", "start", "simulation", "damping", "wind", "frame", "force"}
+ASSET = {"name", "mesh", "material", "support", "simulation", "damping", "force", "collider"}
+SHOT = {"name", "frames", "after", "start", "simulation", "damping", "wind", "frame", "force", "collider"}
 TOP = {"title", "up_axis", "formats", "seeds", "asset", "shot", "parameters", "sweep"}
 FORMATS = ("pc2", "usd")
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]*")
@@ -47,7 +49,9 @@ def read_list(path):
         _check(scene_list)
     except SceneError as error:
         raise SceneError(f"{path}: {error}") from None
-    for owner, key in [(a, "mesh") for a in scene_list["asset"]] + [(s, "start") for s in scene_list.get("shot", [])]:
+    entries = scene_list["asset"] + scene_list.get("shot", [])
+    files = [(a, "mesh") for a in scene_list["asset"]] + [(s, "start") for s in scene_list.get("shot", [])]
+    for owner, key in files + [(item, "mesh") for entry in entries for item in entry.get("collider", [])]:
         if key in owner:
             owner[key] = str((path.parent / owner[key]).resolve())
     return scene_list
@@ -165,10 +169,12 @@ def _check_entry(kind, entry, keys, needed, seen):
     for table, allowed in TABLES.items():
         _known(f"{kind} {name}, {table}", entry.get(table, {}), allowed)
     for table, allowed in LISTS.items():
-        for item in entry.get(table, []):
+        for number, item in enumerate(entry.get(table, []), 1):
             _known(f"{kind} {name}, {table}", item, allowed)
             if table == "support" and item.get("kind") not in ("fixed", "clamped"):
                 raise SceneError(f"{kind} {name}: the kind of a support is 'fixed' or 'clamped'")
+            if table == "collider":
+                colliders.check(f"{kind} {name}, collider {number}", item)
     for item in entry.get("frame", {}).get("translate", []) + entry.get("frame", {}).get("rotate_degrees", []):
         _known(f"{kind} {name}, frame", item, OSCILLATION)
 

@@ -39,6 +39,8 @@ def cases(scene_list):
 def _case(sweep, asset, values, bending, load):
     tables = asset_tables(asset, values)
     gravity = [load * component for component in tables["simulation"]["gravity"]]
+    if asset.get("collider"):
+        raise SceneError(f"sweep: asset {asset['name']} has colliders; a sweep compares free equilibria")
     if not any(gravity):
         raise SceneError(f"sweep: asset {asset['name']} has no simulation.gravity")
     if bending != 1:

@@ -50,6 +50,12 @@ class Expansion(unittest.TestCase):
             ("gust = 0.5", "density = 1", "seeds change nothing"),
             ('name = "card"', 'name = "../card"', "part of a file name"),
             ("seeds", "seeds = = 3", "line 2"),
+            ("damping = {", 'collider = [{ kind = "ball" }]\ndamping = {', "asset card, collider 1: the kind is 'ball'"),
+            ("damping = {", 'collider = [{ kind = "plane" }, { kind = "sphere" }]\ndamping = {', "collider 2: a sphere needs radius"),
+            ("damping = {", 'collider = [{ kind = "plane", radius = 1 }]\ndamping = {', "collider 1: a plane has no radius"),
+            ("damping = {", 'collider = [{ kind = "plane", position = [0, 1] }]\ndamping = {', "position is .0, 1., expected three"),
+            ("damping = {", 'collider = [{ kind = "plane", key = [{ time = 1 }, { time = 1 }] }]\ndamping = {', "times must ascend"),
+            ("damping = {", 'collider = [{ kind = "plane", size = 1 }]\ndamping = {', "unknown key 'size'"),
         ]:
             with self.subTest(new), self.assertRaisesRegex(SceneError, message):
                 self.jobs(small.LIST.replace(old, new))
