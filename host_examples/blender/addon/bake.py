@@ -11,7 +11,7 @@ import bpy
 
 from . import live, shape_key
 from .inputs import Refused, check_object, read_inputs
-from .point_cache import PointCache
+from .point_cache import PointCache, points_of
 
 MODIFIER = "shellwarp cache"
 CERTIFIED = 50_000  # vertices at most that a bake certifies its last frame of
@@ -106,6 +106,15 @@ def baked(obj):
     """The modifier, None when the shell is not baked or its file is gone."""
     modifier = obj.modifiers.get(MODIFIER)
     return modifier if modifier and os.path.isfile(bpy.path.abspath(modifier.filepath)) else None
+
+
+def stale(obj):
+    """What to say of a cache that is not of the present mesh, "" for nothing."""
+    modifier = baked(obj)
+    if modifier is None:
+        return ""
+    points, present = points_of(bpy.path.abspath(modifier.filepath)), len(obj.data.vertices)
+    return f"the cache is of {points} points, the mesh has {present}: bake anew" if points != present else ""
 
 
 def free(obj):

@@ -36,11 +36,11 @@ class Prepared:
     middle: numpy.ndarray   # (3), of the shape, in the object's turned axes
 
 
-def objects(obj, scene):
-    """The colliders of a shell by name: of its collection, else of the scene, without itself."""
-    chosen = obj.shellwarp.collision_collection
-    found = chosen.all_objects if chosen else scene.objects
-    return sorted((item for item in found if item != obj and is_collider(item)), key=lambda item: item.name_full)
+def objects(obj, depsgraph):
+    """The colliders of a shell by name: of its collection, else of the scene, without itself and what the view layer excludes."""
+    chosen, present = obj.shellwarp.collision_collection, set(depsgraph.view_layer.objects)
+    found = chosen.all_objects if chosen else present
+    return sorted((item for item in found if item != obj and item in present and is_collider(item)), key=lambda item: item.name_full)
 
 
 def is_collider(item):
@@ -61,15 +61,17 @@ def surface(item):
     return item.shellwarp_collider.friction, item.shellwarp_collider.thickness
 
 
-def prepare(obj, scene, depsgraph, package, before=()):
+def prepare(obj, depsgraph, package, before=()):
     """All colliders of a shell, those of `before` taken over where nothing changed. Refused names the object."""
     known = {item.digest: item for item in before}
-    return tuple(named(item, lambda item=item: prepared(item, depsgraph, package, known)) for item in objects(obj, scene))
+    return tuple(named(item, depsgraph, lambda item=item: prepared(item, depsgraph, package, known)) for item in objects(obj, depsgraph))
 
 
-def named(item, work):
+def named(item, depsgraph, work):
     """Does the work; what it refuses begins with the object's name."""
     try:
+        if not item.evaluated_get(depsgraph).is_evaluated:
+            raise Refused("it is disabled here, so that nobody knows where it is: hide it by the eye, or from rays, or bake")
         return work()
     except Exception as error:
         raise Refused(f"collider “{item.name}”: {error}") from error
@@ -155,12 +157,12 @@ def check_diagonal(stretch):
         raise Refused("it is sheared or mirrored: apply its scale (Ctrl+A, Scale), or take a hull or a mesh")
 
 
-def read_solids(obj, scene, depsgraph, ready):
+def read_solids(obj, depsgraph, ready):
     """Where the colliders are at the depsgraph's frame. Refused where others collide, or otherwise, than were prepared."""
-    present = objects(obj, scene)
+    present = objects(obj, depsgraph)
     if [item.name_full for item in present] != [item.name for item in ready]:
         raise Refused("the colliders are others than at the start frame: go there")
-    return tuple(named(item, lambda item=item, made=made: place(item, depsgraph, made)) for item, made in zip(present, ready))
+    return tuple(named(item, depsgraph, lambda item=item, made=made: place(item, depsgraph, made)) for item, made in zip(present, ready))
 
 
 def place(item, depsgraph, made):

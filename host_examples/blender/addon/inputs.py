@@ -104,17 +104,23 @@ def read_shell(obj, depsgraph):
     return shell, scale, recipe, key.digest()
 
 
-def check_groups(obj):
-    """Raises Refused where a group that is named does not exist: the shell must not go on with what it had."""
-    settings = obj.shellwarp
-    for name in (settings.fixed_group, settings.clamped_group, *materials.group_names(settings).values()):
+def groups_of(settings):
+    """The vertex groups that the settings name, each with what it is for."""
+    return {"fixed": settings.fixed_group, "clamped": settings.clamped_group, **materials.group_names(settings)}
+
+
+def check_groups(obj, made):
+    """Raises Refused where a group does not exist or is another than the model was made with: the shell must not go on with that."""
+    for use, name in groups_of(obj.shellwarp).items():
         if name and name not in obj.vertex_groups:
             raise Refused(f"there is no vertex group “{name}”")
+        if name != made.get(use, ""):
+            raise Refused(f"the group “{name}” ({use}) is another than at the start frame: go there")
 
 
 def read_inputs(obj, scene, depsgraph, run):
     """What acts on the shell at the depsgraph's frame. `run` has the scale and colliders that it was made with."""
-    check_groups(obj)
+    check_groups(obj, run.groups)
     scale = run.scale
     settings = obj.evaluated_get(depsgraph).shellwarp
     origin, rotation, present = split_matrix(evaluated(obj, depsgraph))
@@ -127,7 +133,7 @@ def read_inputs(obj, scene, depsgraph, run):
         (settings.damping_ratio, settings.damping_mass, settings.damping_stiffness),
         (*settings.wind, settings.air_density, settings.normal_drag, settings.tangential_drag),
         tuple(handle for i, item in enumerate(settings.handles) for handle in read_handle(obj, i, item, depsgraph)),
-        colliders.read_solids(obj, scene, depsgraph, run.solids))
+        colliders.read_solids(obj, depsgraph, run.solids))
 
 
 def read_handle(obj, index, item, depsgraph):

@@ -12,7 +12,7 @@ import bpy
 from bpy.app.handlers import persistent
 
 from . import colliders, library, shape_key
-from .inputs import Refused, read_inputs, read_shell
+from .inputs import Refused, groups_of, read_inputs, read_shell
 from .simulation import Simulation
 
 _runs = {}      # session_uid of the object -> Simulation
@@ -67,7 +67,8 @@ def prepare(obj, depsgraph, progress=None):
             forget(obj)
             run = Simulation(library.package(), shell, scale, recipe, key, progress)
             store(obj, run)
-        run.collide(colliders.prepare(obj, depsgraph.scene, depsgraph, library.package(), run.solids))
+        run.groups = groups_of(obj.shellwarp)
+        run.collide(colliders.prepare(obj, depsgraph, library.package(), run.solids))
     except Exception as error:
         forget(obj)
         _causes[obj.session_uid] = str(error) or type(error).__name__
@@ -95,7 +96,7 @@ def cause(obj, depsgraph):
     if text:
         try:
             read_shell(obj, depsgraph)
-            colliders.prepare(obj, depsgraph.scene, depsgraph, library.package())
+            colliders.prepare(obj, depsgraph, library.package())
         except Exception:
             return text
     return ""

@@ -93,7 +93,8 @@ def draw_state(layout, context, obj):
         layout.prop(context.scene.render, "use_lock_interface", text="Lock interface while rendering", icon="INFO")
     if bake.baked(obj):
         layout.label(text=f"Plays {obj.modifiers[bake.MODIFIER].filepath}", icon="FILE_CACHE")
-        layout.label(text=obj.shellwarp.verdict)
+        stale = bake.stale(obj)
+        layout.label(text=stale or obj.shellwarp.verdict, icon="ERROR" if stale else "NONE")
     elif run is not None:
         layout.label(text=operators.summary(run))
         turned = run.turned()

@@ -3,6 +3,15 @@
 import os
 import struct
 
+HEAD, MAGIC = struct.Struct("<12siiffi"), b"POINTCACHE2\0"
+
+
+def points_of(path):
+    """How many points a cache has, 0 of a file that is none."""
+    with open(path, "rb") as file:
+        head = file.read(HEAD.size)
+    return HEAD.unpack(head)[2] if len(head) == HEAD.size and head.startswith(MAGIC) else 0
+
 
 class PointCache:
     """A file under way: it has another name until close, so that a stopped bake leaves the one before as it was."""
@@ -14,13 +23,13 @@ class PointCache:
                 raise FileExistsError(f"{path} is the file {name} itself; name another cache")
         self.path, self._partial = path, path + ".partial"
         os.makedirs(os.path.dirname(path) or ".", exist_ok=True)
-        self._head = (b"POINTCACHE2\0", 1, n_points, float(first_frame), 1.0)
+        self._head = (MAGIC, 1, n_points, float(first_frame), 1.0)
         self._samples = 0
         self._file = open(self._partial, "wb")
         self._write_head()
 
     def _write_head(self):
-        self._file.write(struct.pack("<12siiffi", *self._head, self._samples))
+        self._file.write(HEAD.pack(*self._head, self._samples))
 
     def append(self, positions):
         """One frame, (n_points x 3) float32."""

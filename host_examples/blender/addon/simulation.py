@@ -43,6 +43,7 @@ class Simulation:
         self._at = None
         self.certified = ""  # what the last certificate said, of the frame that it names
         self.known, self.solids = {}, ()
+        self.groups = {}  # the vertex groups that the model was made with, by what they are for
         self._buffer = numpy.empty_like(self._rest)
 
     def close(self):

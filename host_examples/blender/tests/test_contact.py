@@ -159,6 +159,14 @@ class Shapes(Case):
         self.assertNotIn("too far", obj.shellwarp.verdict)
         self.scene.frame_set(20)
         self.assertTrue(numpy.array_equal(shown(obj), live))
+        bpy.ops.object.select_all(action="DESELECT")
+        obj.select_set(True)
+        self.assertEqual(bpy.ops.shellwarp.export(filepath=str(self.folder / "strip.usdc")), {"FINISHED"})
+        self.scene = scenes.empty_file()
+        bpy.ops.wm.usd_import(filepath=str(self.folder / "strip.usdc"))
+        self.scene.frame_set(20)
+        back = next(item for item in bpy.data.objects if item.type == "MESH")
+        self.assertLess(numpy.abs(shown(back) - live).max(), 1e-6)  # float32 through one matrix
 
 
 class Warned(Case):
@@ -204,6 +212,34 @@ class Wrong(Case):
         self.scene.frame_set(1)
         self.assertIn("collider “Sphere”: its scale is zero", self.message(obj))
 
+    def test_a_disabled_collider_is_named_and_an_excluded_one_is_none(self):
+        obj = add_strip()
+        item = collide(ball(), "SPHERE")
+        item.hide_set(True)
+        play(2)
+        self.assertEqual((self.message(obj), len(run_of(obj).solids)), ("", 1))
+        item.hide_viewport = True
+        self.scene.frame_set(3)
+        self.assertIn("collider “Sphere”: it is disabled", self.message(obj))
+        item.hide_viewport = False
+        chosen = bpy.data.collections.new("apart")
+        self.scene.collection.children.link(chosen)
+        chosen.objects.link(item)
+        self.scene.collection.objects.unlink(item)
+        bpy.context.view_layer.layer_collection.children["apart"].exclude = True
+        play(2)
+        self.assertEqual((self.message(obj), run_of(obj).solids), ("", ()))
+
+    def test_a_mesh_edited_after_its_bake_is_told(self):
+        obj = add_strip()
+        obj.shellwarp.cache = str(self.folder / "strip.pc2")
+        self.assertEqual(bpy.ops.shellwarp.bake(), {"FINISHED"})
+        self.assertEqual(part("bake").stale(obj), "")
+        obj.data.vertices.add(1)
+        self.assertEqual(part("bake").stale(obj), f"the cache is of {scenes.N} points, the mesh has {scenes.N + 1}: bake anew")
+        (self.folder / "strip.pc2").write_bytes(b"short")
+        self.assertIn("is of 0 points", part("bake").stale(obj))
+
     def test_a_renamed_pin_group_stops_the_shell_with_its_name_until_mended(self):
         obj = add_strip()
         play(5)
@@ -216,6 +252,19 @@ class Wrong(Case):
         obj.vertex_groups["other"].name = "held"
         self.scene.frame_set(1)
         self.assertEqual(self.message(obj), "")
+
+    def test_another_pin_group_waits_for_the_start_frame_rather_than_holding_the_old_pins(self):
+        obj = add_strip()
+        obj.vertex_groups.new(name="other").add(list(range(116, 124)), 1.0, "REPLACE")
+        play(5)
+        before = shown(obj)
+        obj.shellwarp.fixed_group = "other"
+        self.scene.frame_set(6)
+        self.assertIn("the group “other” (fixed) is another", self.message(obj))
+        self.assertTrue(numpy.array_equal(shown(obj), before))
+        play(6)
+        self.assertEqual(self.message(obj), "")
+        self.assertLess(shown(obj)[0, 2], -1e-3)  # what was held falls
 
 
 class Materials(Case):
