@@ -3,7 +3,7 @@
 
     build_addon.py [--library build/lib/libshellwarp.so.0] [--out out/blender]
 
-The same inputs give the same bytes.
+The library goes in without debugging information. The same inputs give the same bytes.
 """
 
 import argparse
@@ -13,6 +13,9 @@ import zipfile
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
+sys.path.insert(0, str(HERE.parent / "python" / "backend"))
+from library_file import stripped  # noqa: E402 - of the wheel's builder
+
 PACKAGE = HERE.parent / "python" / "shellwarp"
 LICENCES = [HERE.parents[1] / name for name in ("LICENSE-MIT", "LICENSE-APACHE", "THIRD_PARTY.md")]
 DATE = (1980, 1, 1, 0, 0, 0)
@@ -36,7 +39,7 @@ def contents(library, tag):
     yield "blender_manifest.toml", manifest.replace("\n[permissions]", f'\nplatforms = ["{tag}"]\n\n[permissions]').encode()
     for path in sorted(PACKAGE.glob("*.py")):
         yield f"shellwarp/{path.name}", path.read_bytes()
-    yield f"shellwarp/{load_name()}", library.read_bytes()
+    yield f"shellwarp/{load_name()}", stripped(library)
     for path in LICENCES:
         yield path.name, path.read_bytes()
 

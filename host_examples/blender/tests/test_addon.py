@@ -2,6 +2,7 @@
 
 import importlib
 import os
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -82,6 +83,13 @@ class Install(Case):
             subprocess.run(command, stdout=subprocess.DEVNULL, check=True)
             found.append(next((self.folder / name).iterdir()).read_bytes())
         self.assertEqual(found[0], found[1])
+
+    @unittest.skipUnless(shutil.which("strip") and sys.platform == "linux", "no program that strips")
+    def test_the_zips_library_has_no_debugging_information(self):
+        library = Path(part("library").package().library_path())
+        name = b"\0.debug_info\0"  # as the file's table of sections has it
+        self.assertFalse(name in library.read_bytes(), "a section .debug_info")
+        self.assertLess(library.stat().st_size, Path(scenes.LIBRARY).stat().st_size + 1)
 
     def test_disabling_takes_everything_away_and_enabling_brings_it_back(self):
         obj = add_strip()

@@ -6,9 +6,12 @@ prints the platform tag of a Python wheel that carries the file, and the version
 """
 
 import re
+import shutil
 import struct
+import subprocess
 import sys
 import sysconfig
+import tempfile
 from pathlib import Path
 
 ELF_MACHINES = {0x3E: "x86_64", 0xB7: "aarch64", 0x03: "i686", 0xF3: "riscv64"}
@@ -59,6 +62,17 @@ def platform_tag(data):
         header, = struct.unpack_from("<I", data, 0x3C)
         return PE_MACHINES[struct.unpack_from("<H", data, header + 4)[0]]
     return re.sub(r"[.-]", "_", sysconfig.get_platform())
+
+
+def stripped(path):
+    """The library without debugging information, where there is a program that can take it away."""
+    strip = shutil.which("strip")
+    if strip and path.read_bytes()[:4] == b"\x7fELF":
+        with tempfile.TemporaryDirectory() as folder:
+            copy = Path(folder) / "library"
+            if subprocess.run([strip, "--strip-unneeded", "-o", copy, path], capture_output=True, check=False).returncode == 0:
+                return copy.read_bytes()
+    return path.read_bytes()
 
 
 def main():

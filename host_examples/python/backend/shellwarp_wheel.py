@@ -10,11 +10,10 @@ import os
 import shutil
 import subprocess
 import sys
-import tempfile
 import zipfile
 from pathlib import Path
 
-from library_file import platform_tag
+from library_file import platform_tag, stripped
 
 try:
     import tomllib
@@ -56,17 +55,6 @@ def library():
 def load_name(data):
     """What the package loads it by."""
     return "libshellwarp.so.0" if data[:4] == b"\x7fELF" else "shellwarp.dll" if data[:2] == b"MZ" else "libshellwarp.dylib"
-
-
-def stripped(path):
-    """The library without debugging information, where there is a program that can take it away."""
-    strip = shutil.which("strip")
-    if strip and path.read_bytes()[:4] == b"\x7fELF":
-        with tempfile.TemporaryDirectory() as folder:
-            copy = Path(folder) / "library"
-            if subprocess.run([strip, "--strip-unneeded", "-o", copy, path], capture_output=True, check=False).returncode == 0:
-                return copy.read_bytes()
-    return path.read_bytes()
 
 
 def write(folder, files, tag, pure):
