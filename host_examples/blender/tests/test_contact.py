@@ -1,6 +1,7 @@
 """Claims about colliders, materials and what lasts in the add-on, in Blender itself; run by ctest as `blender`."""
 
 import tempfile
+import types
 import unittest
 from pathlib import Path
 
@@ -319,6 +320,81 @@ class Materials(Case):
         s.thickness_group = "gone"
         self.scene.frame_set(1)
         self.assertIn("the weight of vertex 3 in “gone” is 0", self.message(obj))
+
+
+class Layout:
+    """Stands in for a panel's layout, which there is none of without a window: keeps what is shown, refuses what is not there."""
+
+    ICONS = set(bpy.types.UILayout.bl_rna.functions["label"].parameters["icon"].enum_items.keys())
+
+    def __init__(self):
+        self.labels, self.shown = [], []
+
+    def row(self, **_):
+        return self
+
+    column = row
+
+    def label(self, text="", icon="NONE"):
+        assert icon in self.ICONS, icon
+        self.labels.append(text)
+
+    def prop(self, data, name, text="", icon="NONE"):
+        assert name in data.bl_rna.properties and icon in self.ICONS, name
+        self.shown.append(name)
+
+    def prop_search(self, data, name, source, names):
+        assert names in source.bl_rna.properties, names
+        self.prop(data, name)
+
+    def operator(self, name, text="", icon="NONE"):
+        folder, _, last = name.partition(".")
+        assert last in dir(getattr(bpy.ops, folder)) and icon in self.ICONS, name
+
+    def template_list(self, kind, *_, **__):
+        assert hasattr(bpy.types, kind), kind
+
+
+class Panels(Case):
+    def drawn(self, name, obj):
+        layout = Layout()
+        context = types.SimpleNamespace(object=obj, scene=self.scene)
+        getattr(part("panel"), name).draw(types.SimpleNamespace(layout=layout), context)
+        return layout
+
+    def test_the_panel_shows_the_settings_of_the_material_alone(self):
+        obj = add_strip()
+        for material, there, absent in (("CONSTANTS", "k_bend", "young"), ("PRESET", "preset", "young"), ("SHEET", "young", "k_bend")):
+            obj.shellwarp.material = material
+            shown_now = self.drawn("SHELLWARP_PT_shell", obj).shown
+            self.assertTrue({there, "density_group", "collision_collection"} <= set(shown_now))
+            self.assertNotIn(absent, shown_now)
+
+    def test_the_panel_tells_of_contact_range_errors_and_the_last_bake(self):
+        obj = add_strip()
+        obj.shellwarp.k_bend *= 0.01
+        play(20)
+        self.assertRegex("; ".join(self.drawn("SHELLWARP_PT_shell", obj).labels), "turns by .* too far for the method")
+        collide(ball(), "SPHERE")
+        play(20)
+        self.assertRegex("; ".join(self.drawn("SHELLWARP_PT_shell", obj).labels), "touches at [1-9]")
+        obj.vertex_groups["held"].name = "other"
+        self.scene.frame_set(19)
+        self.assertIn("there is no vertex group “held”", self.drawn("SHELLWARP_PT_shell", obj).labels)
+        obj.vertex_groups["other"].name = "held"
+        obj.shellwarp.cache = str(self.folder / "strip.pc2")
+        bpy.context.view_layer.objects.active = obj
+        self.assertEqual(bpy.ops.shellwarp.bake(), {"FINISHED"})
+        self.assertIn(obj.shellwarp.verdict, self.drawn("SHELLWARP_PT_shell", obj).labels)
+        obj.data.vertices.add(1)
+        self.assertIn(part("bake").stale(obj), self.drawn("SHELLWARP_PT_shell", obj).labels)
+
+    def test_the_colliders_panel_shows_whose_friction_counts(self):
+        item = ball()
+        self.assertIn("friction", self.drawn("SHELLWARP_PT_collider", item).shown)
+        item.modifiers.new("Collision", "COLLISION")
+        there = self.drawn("SHELLWARP_PT_collider", item).shown
+        self.assertTrue({"cloth_friction", "thickness_outer"} <= set(there) and "friction" not in there)
 
 
 class Caches(Case):
