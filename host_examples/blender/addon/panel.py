@@ -2,7 +2,7 @@
 
 import bpy
 
-from . import bake, colliders, library, live, operators
+from . import bake, colliders, library, live, materials, operators
 
 GROUPS = [
     ("Material", ("material", "preset", "young", "poisson", "thickness", "volume_density", "density", "k_bend", "k_length", "k_area",
@@ -62,6 +62,9 @@ class SHELLWARP_PT_shell(bpy.types.Panel):
                     column.prop_search(settings, name, obj, "vertex_groups")
                 else:
                     column.prop(settings, name)
+        unit = materials.metres(context.scene)
+        if settings.material != "CONSTANTS" and unit != 1.0:
+            layout.label(text=f"Here gravity is {settings.gravity * context.scene.gravity.length * unit:.3g} m/s²", icon="INFO")
         layout.prop(settings, "collision_collection")
         draw_handles(layout, settings)
         layout.prop(settings, "cache")

@@ -389,6 +389,13 @@ class Panels(Case):
         obj.data.vertices.add(1)
         self.assertIn(part("bake").stale(obj), self.drawn("SHELLWARP_PT_shell", obj).labels)
 
+    def test_the_panel_says_what_gravity_is_where_a_unit_is_no_metre(self):
+        obj = add_strip()
+        obj.shellwarp.material = "PRESET"
+        self.assertNotIn("gravity", "; ".join(self.drawn("SHELLWARP_PT_shell", obj).labels))
+        self.scene.unit_settings.scale_length = 0.01
+        self.assertIn("Here gravity is 0.098 m/s²", self.drawn("SHELLWARP_PT_shell", obj).labels)
+
     def test_the_colliders_panel_shows_whose_friction_counts(self):
         item = ball()
         self.assertIn("friction", self.drawn("SHELLWARP_PT_collider", item).shown)
