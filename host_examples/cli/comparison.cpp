@@ -1,5 +1,6 @@
 #include "comparison.hpp"
 
+#include "material_maps.hpp"
 #include "judge.hpp"
 #include "method.hpp"
 #include "output_file.hpp"
@@ -127,8 +128,7 @@ ComparisonRun compare(const Scene &scene, const Mesh &mesh, bool quiet) {
   ComparisonRow blank{};
   for (double bending : scene.comparison->bending) {
     Scene stiffened = scene;
-    stiffened.material.k_bend *= bending;
-    stiffened.material.young *= bending;
+    stiffen_bending(stiffened.material, bending);
     ProgressBar progress(quiet);
     const shellwarp::Model model = make_model(stiffened, mesh, progress);
     if (run.rows.empty()) {

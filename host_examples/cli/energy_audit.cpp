@@ -1,5 +1,7 @@
 #include "energy_audit.hpp"
 
+#include "material_maps.hpp"
+
 #include <algorithm>
 #include <cmath>
 
@@ -11,12 +13,12 @@ EnergyAudit::EnergyAudit(const Scene &scene, const Mesh &mesh)
       load_(mesh.positions.size()),
       positions_(mesh.positions.size()) {
   if (!applies_) return;
-  const double density = scene.material.mass_per_area();
+  const std::vector<double> masses = masses_per_area(scene.material, mesh);
   const std::vector<uint32_t> &t = mesh.triangles;
   for (std::size_t k = 0; k < t.size(); k += 3) {
     const double area = triangle_area(mesh.positions, &t[k]);
     for (std::size_t c = 0; c < 3; ++c)
-      for (std::size_t i = 0; i < 3; ++i) load_[3 * std::size_t{t[k + c]} + i] += density * area / 3 * scene.gravity[i];
+      for (std::size_t i = 0; i < 3; ++i) load_[3 * std::size_t{t[k + c]} + i] += masses[k / 3] * area / 3 * scene.gravity[i];
   }
   for (const PlacedForce &force : place_forces(scene.loads.forces, mesh))
     for (std::size_t i = 0; i < 3; ++i) load_[3 * std::size_t{force.vertex} + i] += force.vector[i];

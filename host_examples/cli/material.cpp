@@ -1,5 +1,6 @@
 #include "material.hpp"
 
+#include "material_maps.hpp"
 #include "section.hpp"
 #include "shellwarp.hpp"
 
@@ -43,7 +44,7 @@ void read_sheet(Section &section, Material &m) {
 
 }  // namespace
 
-Material read_material(Section section) {
+Material read_material(Section section, std::vector<std::string> &inputs) {
   Material m;
   m.k_area = section.number("k_area").value_or(m.k_area);
   m.k_length = section.number("k_length").value_or(m.k_length);
@@ -57,6 +58,7 @@ Material read_material(Section section) {
   if (m.thickness < 0) section.fail(*section.find("thickness"), "thickness must not be negative");
   if (m.thickness > 0 && m.frequency == 0 && !m.sheet)
     section.fail(*section.find("thickness"), "thickness goes with frequency, or with young or preset");
+  read_maps(section, m, inputs);
   section.reject_unknown_keys();
   return m;
 }

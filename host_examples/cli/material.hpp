@@ -4,13 +4,14 @@
 #include "scene.hpp"
 
 #include <string>
+#include <vector>
 
 namespace cli {
 
 class Section;
 
-// [material] of a scene.
-Material read_material(Section section);
+// [material] of a scene. Files are added to `inputs`.
+Material read_material(Section section, std::vector<std::string> &inputs);
 
 // Makes a material the known sheet of that name, in metres. Throws std::runtime_error where the library has none.
 void set_preset(const std::string &name, Material &material);

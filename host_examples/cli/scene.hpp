@@ -28,14 +28,27 @@ struct Support {
   std::string group{};
 };
 
+// One constant's values from a file: by vertices or by triangles.
+struct MaterialFile {
+  uint32_t quantity = 0;  // SW_MAP_...
+  std::string path;
+  std::vector<double> values;
+};
+
+// Constants of some vertices, in place of those around.
+struct MaterialRegion {
+  Support where;
+  std::vector<std::pair<uint32_t, double>> values;  // SW_MAP_... and its value
+};
+
 // By the paper's constants, or as a sheet in engineering units.
 struct Material {
   double k_area = 1e4, k_length = 1e4, k_bend = 1, density = 1;  // the library's defaults
   bool sheet = false;
   double young = 0, poisson = 0, volume_density = 0;  // and thickness, of a sheet
   double frequency = 0, thickness = 0;  // above 0: the stiffness that gives the slowest swing these Hz, in place of k_…
-
-  double mass_per_area() const { return sheet ? volume_density * thickness : density; }
+  std::vector<MaterialFile> files{};      // where constants vary; see material_maps.hpp
+  std::vector<MaterialRegion> regions{};  // over the files; later ones over earlier ones
 };
 
 struct Damping {

@@ -1,5 +1,6 @@
 #include "shell.hpp"
 
+#include "material_maps.hpp"
 #include "method.hpp"
 #include "progress.hpp"
 #include "selection.hpp"
@@ -35,7 +36,7 @@ std::vector<uint32_t> vertices_inside(const Bounds &box, const Mesh &mesh) {
   for (uint32_t i = 0; i < mesh.n_vertices(); ++i)
     if (inside(box, mesh.vertex(i))) vertices.push_back(i);
   if (vertices.empty())
-    throw std::runtime_error("support box " + describe(box) + " holds no vertex; the mesh lies in " +
+    throw std::runtime_error("box " + describe(box) + " holds no vertex; the mesh lies in " +
                              describe(bounds(mesh)));
   return vertices;
 }
@@ -53,6 +54,21 @@ void add_support(const Support &support, const Mesh &mesh, std::vector<uint32_t>
 void remove_repetitions(std::vector<uint32_t> &vertices) {
   std::sort(vertices.begin(), vertices.end());
   vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
+}
+
+// `maps` must outlive what is returned.
+std::vector<SwMaterialMap> map_descs(const std::vector<MaterialFile> &maps, const Mesh &mesh) {
+  std::vector<SwMaterialMap> descs;
+  for (const MaterialFile &map : maps) {
+    SwMaterialMap desc = shellwarp::material_map();
+    desc.quantity = map.quantity;
+    desc.on = map.values.size() == mesh.n_vertices() ? SW_MAP_ON_VERTICES : SW_MAP_ON_TRIANGLES;
+    desc.format = SW_FORMAT_F64;
+    desc.values = map.values.data();
+    desc.count = static_cast<uint32_t>(map.values.size());
+    descs.push_back(desc);
+  }
+  return descs;
 }
 
 SwMaterialDesc material_desc(const Material &material) {
@@ -119,6 +135,12 @@ void add_choice(const Scene &scene, const Mesh &mesh, std::vector<uint32_t> &led
 
 }  // namespace
 
+std::vector<uint32_t> find_vertices(const Support &support, const Mesh &mesh) {
+  std::vector<uint32_t> vertices;
+  add_support(support, mesh, vertices);
+  return vertices;
+}
+
 SupportVertices find_supports(const Scene &scene, const Mesh &mesh) {
   SupportVertices all;
   for (const Support &support : scene.supports) add_support(support, mesh, support.clamped ? all.clamped : all.fixed);
@@ -156,9 +178,14 @@ Material find_material(const Scene &scene, const Mesh &mesh, ProgressBar &progre
 
 shellwarp::Model make_model(const Scene &scene, const Mesh &mesh, ProgressBar &progress) {
   const SupportVertices supports = find_supports(scene, mesh);
+  const std::vector<MaterialFile> maps = material_maps(scene.material, mesh);
+  const std::vector<SwMaterialMap> map_list = map_descs(maps, mesh);
+  SwMaterialDesc material = material_desc(scene.material);
+  material.maps = map_list.data();
+  material.n_maps = static_cast<uint32_t>(map_list.size());
   shellwarp::Model model(
       shellwarp::mesh_desc(mesh.positions.data(), mesh.n_vertices(), mesh.triangles.data(), mesh.n_triangles()),
-      material_desc(scene.material), support_desc(supports));
+      material, support_desc(supports));
 
   SwPrecomputeDesc desc = shellwarp::precompute_desc();
   desc.modes = scene.modes;

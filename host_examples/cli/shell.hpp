@@ -17,6 +17,9 @@ struct SupportVertices {
 };
 SupportVertices find_supports(const Scene &scene, const Mesh &mesh);
 
+// Those of one support, or of a region of the material.
+std::vector<uint32_t> find_vertices(const Support &support, const Mesh &mesh);
+
 // The scene's mesh, scaled.
 Mesh scene_mesh(const Scene &scene);
 

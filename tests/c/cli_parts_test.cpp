@@ -14,6 +14,7 @@
 #include "scene.hpp"
 #include "shell.hpp"
 #include "simulation.hpp"
+#include "material_maps.hpp"
 #include "advice.hpp"
 #include "closest.hpp"
 #include "selection.hpp"
@@ -981,9 +982,71 @@ void a_preset_is_a_sheet_that_can_be_changed() {
   const cli::Material card = scene_of_material("preset = 'card'\n").material;
   CHECK(card.sheet && card.young == 3e9 && card.poisson == 0.29 && card.thickness == 4e-4 && card.volume_density == 750);
   const cli::Material thick = scene_of_material("preset = 'card'\nthickness = 1e-3\n").material;
-  CHECK(thick.thickness == 1e-3 && thick.young == card.young && thick.mass_per_area() == 0.75);
+  CHECK(thick.thickness == 1e-3 && thick.young == card.young && cli::masses_per_area(thick, strip_as_mesh()).at(0) == 0.75);
   CHECK(!scene_of_material("k_area = 0\n").material.sheet && scene_of_material("k_area = 0\n").material.k_area == 0);
   CHECK(cli::preset_names().find("aluminium") != std::string::npos);
+}
+
+constexpr const char *kSheetLines = "young = 7e10\npoisson = 0\nthickness = 1e-3\nvolume_density = 2700\n";
+
+double slowest_of_material(const std::string &lines) {
+  cli::Scene scene = scene_of_material(lines);
+  cli::ProgressBar progress(true);
+  scene.supports.push_back({true, cli::Bounds{{0, -1, -1}, {0, 1, 1}}, {}});
+  return cli::make_model(scene, strip_as_mesh(), progress).frequencies().at(0);
+}
+
+void a_material_varies_by_files_and_regions() {
+  const cli::Mesh strip = strip_as_mesh();
+  std::string values, triangles;
+  for (uint32_t v = 0; v < strip.n_vertices(); ++v) values += "2e-3\n";
+  for (uint32_t t = 0; t < strip.n_triangles(); ++t) triangles += "1350 ";
+  write_file("thick.txt", "# metres\n" + values);
+  write_file("light.txt", triangles);
+  const std::string uniform = kSheetLines;
+  const double slow = slowest_of_material(uniform);
+  // Equal values, by file and over the whole mesh by a region, are the uniform ones.
+  CHECK(slowest_of_material(uniform + "[[material.region]]\nbox = [-9, -9, -9, 9, 9, 9]\nthickness = 1e-3\n") == slow);
+  // Twice as thick swings twice as fast; half as heavy by the root of two. Both are exact but for the search's residual.
+  CHECK(std::fabs(slowest_of_material(uniform + "[material.map]\nthickness = 'thick.txt'\n") / slow - 2) < 1e-6);
+  CHECK(std::fabs(slowest_of_material(uniform + "[material.map]\nvolume_density = 'light.txt'\n") / slow - std::sqrt(2.0)) < 1e-6);
+  // A heavy end slows it, and a later region goes over an earlier one.
+  const std::string heavy = "[[material.region]]\nside = 'high-x'\nvolume_density = 27000\n";
+  CHECK(slowest_of_material(uniform + heavy) < 0.99 * slow);
+  CHECK(slowest_of_material(uniform + heavy + "[[material.region]]\nside = 'high-x'\nvolume_density = 2700\n") == slow);
+  cli::Material stiffer = scene_of_material("k_bend = 2\n[[material.region]]\nvertices = [0]\nk_bend = 3\n").material;
+  cli::stiffen_bending(stiffer, 10);
+  CHECK(stiffer.k_bend == 20 && cli::material_maps(stiffer, strip).at(0).values.at(0) == 30);
+}
+
+std::string refusal_of_material(const std::string &lines) {
+  try {
+    cli::material_maps(scene_of_material(kSheetLines + lines).material, strip_as_mesh());
+  } catch (const std::runtime_error &error) {
+    return error.what();
+  }
+  return "";
+}
+
+void a_bad_map_is_named() {
+  const auto says = [](const std::string &lines, const char *words) {
+    const std::string error = refusal_of_material(lines);
+    if (error.find(words) == std::string::npos) std::fprintf(stderr, "  said '%s', not '%s'\n", error.c_str(), words);
+    return error.find(words) != std::string::npos;
+  };
+  write_file("short.txt", "1 2\n3\n");
+  write_file("bad.txt", "1\n-2\n");
+  write_file("nan.txt", "1\nnan\n");
+  CHECK(says("[material.map]\nthickness = 'short.txt'\n", "short.txt: 3 values of thickness; the mesh has "));
+  CHECK(says("[material.map]\nthickness = 'bad.txt'\n", "bad.txt:2: thickness 1 must be greater than 0"));
+  CHECK(says("[material.map]\nthickness = 'nan.txt'\n", "nan.txt:2: "));
+  CHECK(says("[material.map]\nthickness = 'none.txt'\n", "none.txt"));
+  CHECK(says("[material.map]\nk_bend = 'bad.txt'\n", "material.toml:8: [material.map] k_bend does not go with a sheet"));
+  CHECK(says("[material.map]\nthicknes = 'bad.txt'\n", "material.toml:8: [material.map] unknown key 'thicknes'"));
+  CHECK(says("[[material.region]]\nthickness = 1\n", "name the vertices by"));
+  CHECK(says("[[material.region]]\nside = 'low-x'\nthickness = -1\n", "material.toml:9: [material.region] thickness must be greater"));
+  CHECK(says("[[material.region]]\nside = 'low-x'\n", "material.toml:7: [material.region] give a young"));
+  CHECK(says("[[material.region]]\nvertices = [999999]\nyoung = 1\n", "a region of young names vertex 999999"));
 }
 
 // Whatever the thickness, the slowest swing has the frequency asked for; a thinner sheet bends for less stretch.
@@ -1208,6 +1271,8 @@ int main(int argc, char **argv) {
   RUN(sides_and_pins_are_found);
   RUN(a_sheet_is_read_and_swings_as_a_beam);
   RUN(a_preset_is_a_sheet_that_can_be_changed);
+  RUN(a_material_varies_by_files_and_regions);
+  RUN(a_bad_map_is_named);
   RUN(a_material_by_frequency_has_that_frequency);
   RUN(a_comparison_is_judged_row_by_row);
   RUN(the_energy_audit_counts_the_work_of_loads);
