@@ -16,7 +16,7 @@ export CMAKE_BUILD_PARALLEL_LEVEL ?= $(JOBS)
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
 .PHONY: help build native demo test test-cargo test-c test-render test-blender demo-blender install package blender-addon header \
-    python-abi docs-api test-docs lint fuzz check-memory check-threads check-miri check-guard bench bench-front bench-instructions bench-leave-out bench-polynomial bench-precompute bench-solver bench-training build-report report report-docs report-stability \
+    python-abi docs-api test-docs lint fuzz check-memory check-threads check-miri check-guard bench bench-contact bench-front bench-instructions bench-leave-out bench-polynomial bench-precompute bench-solver bench-training build-report report report-docs report-stability \
     test-report clean
 .PHONY: cli check-platforms wasm test-wasm tutorial-pictures docs notices wheel pictures bench-leaf farm-demo farm-sweep farm-costs bench-slepc
 
@@ -202,6 +202,9 @@ bench-training: ## time the training of reduced shells, the table of docs/eviden
 
 bench-polynomial: ## time the polynomial shell's steps and positions beside the warp's on leaves (models stay in out/bench)
 	cargo run --locked --release --example polynomial
+
+bench-contact: ## time frames of the warp among colliders beside free ones: docs/evidence/speed.md
+	cargo run --locked --release --example contact -- --docs docs/evidence/speed.md
 
 bench-leave-out: ## what scenes pay for what they do not use, by valgrind: docs/evidence/leave_out.md
 	python3 tests/bench/leave_out.py --docs docs/evidence/leave_out.md

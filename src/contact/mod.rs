@@ -24,6 +24,7 @@ pub use obstacle::Obstacle;
 pub use probes::{Probes, Reach};
 pub use saved::{CONTACT_DOUBLES, OBSTACLE_DOUBLES};
 
+use crate::support::Pose;
 use crate::{Shell, Vec3};
 use std::sync::Arc;
 
@@ -136,6 +137,10 @@ pub struct Contacts {
     ends: Vec<Reach>,
     /// Unknowns and rates when the step began.
     pub unknowns: [Vec<f64>; 2],
+    /// Unknowns and rates where the last step ended.
+    pub came_to: [Vec<f64>; 2],
+    /// The frame then, where the end positions are those of that step.
+    pub came_at: Option<Pose>,
     /// What touched in the last step.
     pub summary: Summary,
     /// Every probe may touch at once, else one of a patch in each round.
@@ -164,6 +169,8 @@ impl Contacts {
             starts: reach.clone(),
             ends: reach,
             unknowns: [vec![], vec![]],
+            came_to: [vec![], vec![]],
+            came_at: None,
             summary: Summary::default(),
             probes,
             all,
@@ -191,6 +198,7 @@ impl Contacts {
     pub fn forget(&mut self) {
         Arc::make_mut(&mut self.pressed).clear();
         self.summary = Summary::default();
+        self.came_at = None;
     }
 
     /// Replaces the solids of a shell: contacts with those that stay in their place go on, unless the probes lie too far apart for the new.
@@ -210,6 +218,26 @@ impl Contacts {
         self.obstacles = obstacles;
     }
 
+    /// Whether a step from `unknowns` in this frame begins where the last one ended; then the start positions are set.
+    pub fn goes_on(&mut self, from: &Pose) -> bool {
+        let goes_on = self.came_at.take().is_some_and(|at| at == *from) && self.came_to == self.unknowns;
+        if goes_on {
+            std::mem::swap(&mut self.start, &mut self.end);
+            std::mem::swap(&mut self.starts, &mut self.ends);
+        }
+        goes_on
+    }
+
+    /// Measures the patches at the start positions.
+    pub fn measure_start(&mut self) {
+        self.probes.reach(&self.start, &mut self.starts);
+    }
+
+    /// Whether the method has an unknown for each vertex.
+    pub fn serves_all(&self) -> bool {
+        self.all
+    }
+
     /// Begins a step or an equilibrium of a shell of this mass and slowest eigenvalue, with the start positions set.
     pub fn begin(&mut self, shell: (f64, f64), round: Round) {
         self.before.clone_from(&self.pressed.list);
@@ -218,7 +246,6 @@ impl Contacts {
         self.stiffness = HARDNESS * mass * (round.h.map_or(0.0, |h| (h * h).recip()) + eigenvalue);
         self.hardest = HARDEST * self.stiffness;
         self.strongest = f64::INFINITY;
-        self.probes.reach(&self.start, &mut self.starts);
         let Self { obstacles, probes, pressed, start, .. } = self;
         for touch in &mut Arc::make_mut(pressed).list {
             let obstacle = &obstacles[touch.obstacle as usize];
@@ -339,7 +366,7 @@ impl Contacts {
     /// Adds the probes that would be within a solid with the vertices at `x`, or have come through one; whether there are any.
     pub fn add_within(&mut self, x: &[Vec3]) -> bool {
         self.end.copy_from_slice(x);
-        self.all = true;
+        (self.all, self.came_at) = (true, None);
         self.probes.reach(&self.start, &mut self.starts);
         self.probes.reach(&self.end, &mut self.ends);
         self.find(Round { h: None, feels_start: false });

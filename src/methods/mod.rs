@@ -37,6 +37,8 @@ pub struct Acting<'a> {
     pub points: Option<&'a InFrame>,
     /// Of the frame, at the end of the step.
     pub pose: &'a Pose,
+    /// As in the call before but for the points: the same loads, from the same unknowns and for the same time.
+    pub again: bool,
 }
 
 /// Force and torque of a constraint, or of an energy of points, on a vertex (frame axes).

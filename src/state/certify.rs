@@ -310,7 +310,7 @@ impl State {
         let (external, own) = (external(&self.loads, &scratch, model, pose), self.body_load(pose, rates));
         let [mut u, mut rate, mut inertia] = [(); 3].map(|()| vec![Vec3::zeros(); shell.mass.len()]);
         self.motion.visit_motion(&mut |v, displacement, speed| (u[v], rate[v]) = (displacement, speed));
-        let acting = Acting { load: &own, external, points: None, pose };
+        let acting = Acting { load: &own, external, points: None, pose, again: false };
         self.motion.visit_acceleration(&acting, reactions, &mut |v, a| inertia[v] += shell.mass[v] * a);
         [u, rate, inertia]
     }

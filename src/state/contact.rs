@@ -58,6 +58,7 @@ impl State {
             contacts.serve(self.motion.is_full_shell());
             self.motion.expect_points(contacts.capacity());
             self.motion.copy_unknowns(&mut contacts.unknowns);
+            self.motion.copy_unknowns(&mut contacts.came_to);
         }
     }
 
@@ -181,7 +182,10 @@ impl State {
         let round = Round { h: Some(h), feels_start: motion.feels_start() };
         motion.copy_unknowns(&mut contacts.unknowns);
         let work = motion.constraints().work;
-        read(&**motion, from, &mut contacts.start);
+        if !contacts.goes_on(from) {
+            read(&**motion, from, &mut contacts.start);
+            contacts.measure_start();
+        }
         contacts.begin(scale, round);
         if round.feels_start {
             contacts.end.clone_from(&contacts.start);
@@ -194,7 +198,8 @@ impl State {
             }
             let points = contacts.energy().map(|energy| InFrame { energy, pose: *pose });
             let external = external(loads, scratch, model, pose);
-            let step = motion.step(&Acting { load, external, points: points.as_ref(), pose }, h);
+            let again = turn > 0;
+            let step = motion.step(&Acting { load, external, points: points.as_ref(), pose, again }, h);
             drop(points);
             if let Err(error) = step {
                 motion.set_unknowns([&contacts.unknowns[0], &contacts.unknowns[1]]);
@@ -208,6 +213,10 @@ impl State {
             }
         }
         contacts.accept(round);
+        if !contacts.serves_all() {
+            motion.copy_unknowns(&mut contacts.came_to);
+            contacts.came_at = Some(*pose);
+        }
         Ok(())
     }
 
@@ -224,6 +233,7 @@ impl State {
         contacts.obstacles.iter_mut().for_each(Obstacle::arrive);
         read(&*self.motion, pose, &mut contacts.start);
         contacts.end.clone_from(&contacts.start);
+        contacts.measure_start();
         contacts.begin(self.scale_of_contact(), round);
         contacts.expect(round);
         let mut iterations = 0;

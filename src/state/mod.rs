@@ -336,7 +336,8 @@ impl State {
             let points = self.points_at(&frame.pose);
             let Self { model, motion, loads, scratch, .. } = self;
             let external = external(loads, scratch, model, &frame.pose);
-            motion.step(&Acting { load: &load, external, points: points.as_ref(), pose: &frame.pose }, h)?;
+            motion
+                .step(&Acting { load: &load, external, points: points.as_ref(), pose: &frame.pose, again: false }, h)?;
         }
         (self.frame, self.rates) = (frame, rates);
         self.time += h;
@@ -477,7 +478,7 @@ impl State {
         let own = self.points_at(pose);
         let Self { model, motion, loads, scratch, .. } = self;
         let external = external(loads, scratch, model, pose);
-        motion.settle(&Acting { load, external, points: touching.or(own.as_ref()), pose })
+        motion.settle(&Acting { load, external, points: touching.or(own.as_ref()), pose, again: false })
     }
 
     /// Forces that depend on the shape in ways that the method's own search leaves to rounds: wind, and of a frame that turns (n_vertices,

@@ -153,16 +153,8 @@ impl<M: Map> Modal<M> {
 
     /// One step of `h`.
     fn advance(&mut self, acting: &Acting, h: f64) -> Result<()> {
-        self.mean[0].copy_from_slice(&self.q);
-        self.mean[1].copy_from_slice(&self.q_dot);
-        self.project_load(acting);
-        self.move_freely(h);
-        for _ in 0..midpoint_passes(acting.load, h) {
-            for (mean, (now, next)) in self.mean.iter_mut().zip([&self.q, &self.q_dot].into_iter().zip(&self.next)) {
-                mean.iter_mut().zip(now.iter().zip(next)).for_each(|(mean, (a, b))| *mean = 0.5 * (a + b));
-            }
-            self.project_load(acting);
-            self.move_freely(h);
+        if !(acting.again && self.take_free_end()) {
+            self.advance_freely(acting, h);
         }
         let work = match acting.points {
             None => self.meet_constraints(acting, h),
@@ -179,6 +171,31 @@ impl<M: Map> Modal<M> {
         std::mem::swap(&mut self.q_dot, next_q_dot);
         self.constraints.change(|set| set.accept(work));
         Ok(())
+    }
+
+    /// Moves the next q and q̇ to the end of the step without constraints and points; notes it where points are searched for.
+    fn advance_freely(&mut self, acting: &Acting, h: f64) {
+        self.mean[0].copy_from_slice(&self.q);
+        self.mean[1].copy_from_slice(&self.q_dot);
+        self.project_load(acting);
+        self.move_freely(h);
+        for _ in 0..midpoint_passes(acting.load, h) {
+            for (mean, (now, next)) in self.mean.iter_mut().zip([&self.q, &self.q_dot].into_iter().zip(&self.next)) {
+                mean.iter_mut().zip(now.iter().zip(next)).for_each(|(mean, (a, b))| *mean = 0.5 * (a + b));
+            }
+            self.project_load(acting);
+            self.move_freely(h);
+        }
+        if let Some(search) = &mut self.search {
+            search.free.iter_mut().zip(&self.next).for_each(|(free, next)| free.copy_from_slice(next));
+        }
+    }
+
+    /// Puts the next q and q̇ where the step before had them without points.
+    fn take_free_end(&mut self) -> bool {
+        let Some(search) = &self.search else { return false };
+        self.next.iter_mut().zip(&search.free).for_each(|(next, free)| next.copy_from_slice(free));
+        true
     }
 
     /// The modal force at the mean state.
