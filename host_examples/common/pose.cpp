@@ -82,6 +82,13 @@ Pose pose_of(const Matrix4 &matrix, const char *what, Scale rule) {
   return pose;
 }
 
+Vec3 scale_of(const Matrix4 &matrix) {
+  Vec3 lengths{};
+  for (std::size_t k = 0; k < 3; ++k)
+    lengths[k] = static_cast<double>(static_cast<float>(std::hypot(matrix[4 * k], matrix[4 * k + 1], matrix[4 * k + 2])));
+  return lengths;
+}
+
 Pose pose_of_angles(const Vec3 &origin, const Vec3 &degrees) {
   Vec3 c{}, s{};
   for (std::size_t k = 0; k < 3; ++k) {

@@ -28,6 +28,9 @@ enum class Scale {
 // Throws HostError, the message beginning with `what`.
 Pose pose_of(const Matrix4 &matrix, const char *what, Scale rule);
 
+// Lengths of a matrix's three axes, rounded to floats: a matrix that turns keeps them to the bit.
+Vec3 scale_of(const Matrix4 &matrix);
+
 // Rotation about the fixed x, then y, then z axis, in degrees: Houdini's default order.
 Pose pose_of_angles(const Vec3 &origin, const Vec3 &degrees);
 

@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <string>
 #include <vector>
 
 namespace host {
@@ -19,16 +20,22 @@ struct Mesh {
   uint32_t n_triangles() const { return static_cast<uint32_t>(triangles.size() / 3); }
 };
 
-// How stiff the shell is, in one of two ways.
+// How stiff the shell is, in one of four ways; their numbers are hosts' menus.
 struct Stiffness {
-  enum class By { frequency, material };
+  enum class By { frequency = 0, material = 1, preset = 2, sheet = 3 };
   By by = By::frequency;
 
   double frequency = 2;  // Hz of the slowest mode that swings, > 0 (by frequency)
-  double thickness = 0;  // > 0, or 0 for a two-hundredth of the mesh's size: how much rather it bends than stretches
+  // In the object's space. By frequency 0 is a two-hundredth of the mesh's size, by preset 0 is the preset's own.
+  double thickness = 0;
 
   // SwMaterialDesc, by material.
   double bend = 1, stretch = 1e4, density = 1;
+
+  // By preset: its index in the library's table. By sheet: Pa, and kg/m3.
+  uint32_t preset = 0;
+  double young = 3e9, poisson = 0.3, volume_density = 1000;
+  double metres = 1;  // in a unit of the object's space, for both
 };
 
 // What the model is made of; a change of any of it is a new precompute, but of the method only where the two need different models.
@@ -59,12 +66,24 @@ struct Handle {
   double compliance = 0;  // length/force and rad/torque, 0 = hard
 };
 
+// A solid that the shell touches. Its mesh is in axes of its own and has its scale: only the pose moves it cheaply.
+struct Collider {
+  std::string name;                   // for messages
+  uint32_t kind = SW_COLLIDER_MESH;   // SW_COLLIDER_...; all but the mesh itself are fitted round it
+  Mesh mesh;                          // in lengths of the scene
+  Pose pose;                          // world; its scale is not used
+  double friction = 0.3;              // Coulomb's coefficient, 0 or more
+  double thickness = 0;               // length of the scene, 0 or more: how far the shell stays off
+  uint32_t cells = 64;                // of a mesh: cells along its longest side, 4 to 2000
+};
+
 // What may be animated; read at every evaluation.
 struct Inputs {
   Vec3 gravity{};  // world, length/s²
   Pose object;     // where the object stands in the world
   Pose frame;      // what shakes the shell; the object's own pose unless the host is told otherwise
   std::vector<Handle> handles;
+  std::vector<Collider> colliders;
 };
 
 struct Request {

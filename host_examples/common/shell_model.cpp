@@ -36,8 +36,25 @@ double size_of(const Mesh &mesh) {
   return distance(low, high);
 }
 
+// A sheet in the object's unit of length, kilograms and seconds.
+SwMaterialDesc real_material(const Stiffness &s) {
+  if (s.by == Stiffness::By::preset) {
+    SwMaterialDesc known = shellwarp::preset_material(s.preset, s.metres);
+    if (s.thickness > 0) known.thickness = s.thickness;
+    return known;
+  }
+  SwMaterialDesc desc = shellwarp::material_desc();
+  desc.energy = SW_ENERGY_KOITER;
+  desc.young = s.young * s.metres;
+  desc.poisson = s.poisson;
+  desc.thickness = s.thickness;
+  desc.volume_density = s.volume_density * s.metres * s.metres * s.metres;
+  return desc;
+}
+
 SwMaterialDesc material(const Mesh &mesh, const Stiffness &stiffness) {
   if (stiffness.by == Stiffness::By::frequency) return sheet_material(mesh, stiffness.thickness);
+  if (stiffness.by == Stiffness::By::preset || stiffness.by == Stiffness::By::sheet) return real_material(stiffness);
   SwMaterialDesc desc = shellwarp::material_desc();
   desc.k_bend = stiffness.bend;
   desc.k_area = desc.k_length = stiffness.stretch;
@@ -109,6 +126,26 @@ void require_positive(const char *name, double value) {
   require(value > 0 && value <= std::numeric_limits<double>::max(), name, value, "above 0");
 }
 
+void check_stiffness(const Stiffness &s) {
+  if (s.by == Stiffness::By::frequency) require_positive("the frequency", s.frequency);
+  if (s.by == Stiffness::By::frequency || s.by == Stiffness::By::preset)
+    require(s.thickness >= 0 && std::isfinite(s.thickness), "the thickness", s.thickness, "0 or above");
+  if (s.by == Stiffness::By::material) {
+    require_positive("the bend stiffness", s.bend);
+    require_positive("the stretch stiffness", s.stretch);
+    require_positive("the density", s.density);
+  }
+  if (s.by == Stiffness::By::preset && s.preset >= sw_preset_count())
+    throw HostError("the known material is number " + number(uint64_t(s.preset)) + ", but this library has " +
+                    number(uint64_t(sw_preset_count())));
+  if (s.by == Stiffness::By::sheet) {
+    require_positive("Young's modulus", s.young);
+    require(s.poisson > -1 && s.poisson <= 0.5, "Poisson's ratio", s.poisson, "above -1 and at most 0.5");
+    require_positive("the thickness of a sheet", s.thickness);
+    require_positive("the density by volume", s.volume_density);
+  }
+}
+
 }  // namespace
 
 SwMaterialDesc sheet_material(const Mesh &mesh, double thickness) {
@@ -137,7 +174,7 @@ ShellModel::ShellModel(const Mesh &mesh, const Build &build, double gravity, con
 }
 
 double ShellModel::clock(const Stiffness &stiffness) const {
-  if (stiffness.by == Stiffness::By::material) return 1;
+  if (stiffness.by != Stiffness::By::frequency) return 1;
   if (!(slowest_ > 0))
     throw HostError(
         "none of the modes swings, so there is no frequency to set: ask for more modes, hold more vertices, "
@@ -153,6 +190,9 @@ uint64_t build_key(const Mesh &mesh, const Build &build) {
   hash.add(fields).add(choice).add(fields || choice ? build.reduced_fields : 0).add(choice ? build.auto_error : 0.0);
   const Stiffness &s = build.stiffness;
   if (s.by == Stiffness::By::frequency) return hash.add(s.thickness).value();
+  if (s.by == Stiffness::By::preset) return hash.add(s.preset).add(s.thickness).add(s.metres).value();
+  if (s.by == Stiffness::By::sheet)
+    return hash.add(s.young).add(s.poisson).add(s.thickness).add(s.volume_density).add(s.metres).value();
   return hash.add(s.bend).add(s.stretch).add(s.density).value();
 }
 
@@ -169,15 +209,7 @@ void check_build(const Mesh &mesh, const Build &build) {
   require(build.reduced_fields >= 1, "the number of reduced fields", build.reduced_fields, "1 or above");
   require(build.auto_error >= 0 && std::isfinite(build.auto_error), "the error of the automatic choice",
           build.auto_error, "0 or above");
-  const Stiffness &s = build.stiffness;
-  if (s.by == Stiffness::By::frequency) {
-    require_positive("the frequency", s.frequency);
-    require(s.thickness >= 0 && std::isfinite(s.thickness), "the thickness", s.thickness, "0 or above");
-  } else {
-    require_positive("the bend stiffness", s.bend);
-    require_positive("the stretch stiffness", s.stretch);
-    require_positive("the density", s.density);
-  }
+  check_stiffness(build.stiffness);
 }
 
 }  // namespace host

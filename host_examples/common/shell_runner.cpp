@@ -52,7 +52,8 @@ void check_handles(const Request &request) {
   }
 }
 
-uint64_t key_of(const Motion &m, const Build &build) {
+// The number of colliders belongs to the run: a saved state has a place for each.
+uint64_t key_of(const Motion &m, const Build &build, std::size_t n_colliders) {
   const Stiffness &stiffness = build.stiffness;
   return Hash()
       .add(build.method)
@@ -63,6 +64,7 @@ uint64_t key_of(const Motion &m, const Build &build) {
       .add(m.frame_rate)
       .add(stiffness.by)
       .add(stiffness.frequency)
+      .add(n_colliders)
       .value();
 }
 
@@ -76,6 +78,10 @@ uint64_t key_of(const Inputs &inputs) {
   for (const Handle &handle : inputs.handles) {
     add(hash, handle.target);
     hash.add(handle.vertex).add(handle.position).add(handle.orientation).add(handle.compliance);
+  }
+  for (const Collider &collider : inputs.colliders) {
+    add(hash, collider.pose);
+    hash.add(shape_key(collider));
   }
   return hash.value();
 }
@@ -126,11 +132,15 @@ void ShellRunner::evaluate(const Request &request) {
   check_handles(request);
   const At at(request);
   if (!model_serves(request, at)) build(request);
-  const uint64_t motion_key = key_of(request.motion, request.build);
-  if (!state_ || motion_key != motion_key_) {
+  const std::vector<Collider> &touched = request.inputs.colliders;
+  const bool other_solids = colliders_.prepare(touched, request.inputs.object.scale);
+  const uint64_t motion_key = key_of(request.motion, request.build, touched.size());
+  const bool again = !state_ || motion_key != motion_key_;
+  if (again) {
     restart(request);
     motion_key_ = motion_key;
   }
+  if (other_solids || (again && !touched.empty())) state_->set_colliders(colliders_.solids());
 
   reach(request, at.frame, at.fraction == 0);
   if (at.fraction > 0) {
@@ -184,6 +194,7 @@ void ShellRunner::begin(const Inputs &inputs, uint64_t key, bool exact) {
   SwFrameDesc frame = frame_of(inputs);
   frame.flags = SW_FRAME_TELEPORT;
   state_->set_frame(frame);
+  colliders_.place(*state_, inputs, unit_, true);
   cache_.store(0, {state_->save(), key, exact, 0});
 }
 
@@ -236,6 +247,7 @@ void ShellRunner::step(shellwarp::State &state, const Inputs &inputs, double fra
   frame.flags = teleport ? SW_FRAME_TELEPORT : 0;
   state.set_frame(frame);
   place_handles(state, inputs);
+  colliders_.place(state, inputs, unit_, teleport);
   state.step(frames * frame_time_ * clock_);
 }
 
@@ -247,13 +259,9 @@ SwFrameDesc ShellRunner::frame_of(const Inputs &inputs) const {
   return frame;
 }
 
-// A target goes from the world into the object's space, where the shell is seen, and on with the frame that shakes it.
 void ShellRunner::place_handles(shellwarp::State &state, const Inputs &inputs) const {
   state.clear_constraint(SW_ALL_CONSTRAINTS);
-  Pose frame = inputs.frame;
-  frame.scale = 1;
-  for (double &x : frame.origin) x /= unit_;
-  const Pose world = product(frame, inverse(inputs.object));
+  const Pose world = to_library(inputs, unit_);
   for (std::size_t i = 0; i < inputs.handles.size(); ++i) {
     const Handle &handle = inputs.handles[i];
     const Pose target = product(world, handle.target);

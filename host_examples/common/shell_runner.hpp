@@ -10,12 +10,13 @@
 //                           exact only where the inputs have not changed meanwhile (Notes::jumped tells)
 //   between two frames      a part of a step on a copy, which is thrown away: motion blur advances nothing
 //
-// Damping, frequency, method, start frame and frame rate belong to the whole run: a change runs it again from the start.
+// Damping, frequency, method, start frame, frame rate and the number of colliders belong to the whole run: a change runs it again from the start.
 // Vertices' connections, supports, material, modes and what the method needs belong to the model: a change builds it again. The rest
 // shape is what came in when the model was built, and is looked at again at the start frame only, so that moving points upstream do
 // not rebuild.
 #pragma once
 
+#include "collider_set.hpp"
 #include "message.hpp"
 #include "request.hpp"
 #include "shell_model.hpp"
@@ -77,6 +78,7 @@ private:
 
   std::optional<shellwarp::State> state_;
   StateCache cache_;
+  ColliderSet colliders_;
   double clock_ = 1;       // the library's seconds in one of the scene's
   double frame_time_ = 0;  // s of the scene
   double unit_ = 1;        // world lengths in one of the object's, as at the start

@@ -13,6 +13,7 @@
 #include <maya/MTime.h>
 
 #include <algorithm>
+#include <utility>
 
 using Node = ShellWarpNode;
 
@@ -37,6 +38,35 @@ std::vector<uint32_t> triangles_of(const MIntArray &counts, const MIntArray &cor
     first += n;
   }
   return triangles;
+}
+
+// Points and polygons in the mesh's own space.
+MStatus read_mesh(const MObject &data, host::Mesh &mesh) {
+  MStatus status;
+  MFnMesh fn(data, &status);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  MPointArray points;
+  MIntArray counts, corners;
+  status = fn.getPoints(points);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  status = fn.getVertices(counts, corners);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  mesh.points.resize(3 * static_cast<std::size_t>(points.length()));
+  for (unsigned int i = 0; i < points.length(); ++i) {
+    mesh.points[3 * i] = points[i].x;
+    mesh.points[3 * i + 1] = points[i].y;
+    mesh.points[3 * i + 2] = points[i].z;
+  }
+  mesh.triangles = triangles_of(counts, corners);
+  return MS::kSuccess;
+}
+
+// Where an object is; its scale goes into the mesh.
+void place(const MMatrix &matrix, host::Collider &collider) {
+  const host::Matrix4 m = matrix_of(matrix);
+  collider.pose = host::pose_of(m, collider.name.c_str(), host::Scale::ignored);
+  const host::Vec3 scale = host::scale_of(m);
+  for (std::size_t i = 0; i < collider.mesh.points.size(); ++i) collider.mesh.points[i] *= scale[i % 3];
 }
 
 void add_painted(MDataBlock &block, unsigned int multiIndex, host::Request &request) {
@@ -82,23 +112,7 @@ MStatus pull_mesh(MDataBlock &block, const MObject &input, const MObject &inputG
   CHECK_MSTATUS_AND_RETURN_IT(status);
   const MObject data = element.child(inputGeom).asMesh();
   if (data.isNull()) throw host::HostError("only polygon meshes can be shells");
-  MFnMesh fn(data, &status);
-  CHECK_MSTATUS_AND_RETURN_IT(status);
-
-  MPointArray points;
-  MIntArray counts, corners;
-  status = fn.getPoints(points);
-  CHECK_MSTATUS_AND_RETURN_IT(status);
-  status = fn.getVertices(counts, corners);
-  CHECK_MSTATUS_AND_RETURN_IT(status);
-  mesh.points.resize(3 * static_cast<std::size_t>(points.length()));
-  for (unsigned int i = 0; i < points.length(); ++i) {
-    mesh.points[3 * i] = points[i].x;
-    mesh.points[3 * i + 1] = points[i].y;
-    mesh.points[3 * i + 2] = points[i].z;
-  }
-  mesh.triangles = triangles_of(counts, corners);
-  return MS::kSuccess;
+  return read_mesh(data, mesh);
 }
 
 void pull_settings(MDataBlock &block, host::Request &request) {
@@ -116,12 +130,16 @@ void pull_settings(MDataBlock &block, host::Request &request) {
   request.motion.damping_mass = real(Node::dampingMass);
 
   host::Stiffness &stiffness = request.build.stiffness;
-  stiffness.by = second(Node::stiffnessFrom) ? host::Stiffness::By::material : host::Stiffness::By::frequency;
+  stiffness.by = static_cast<host::Stiffness::By>(block.inputValue(Node::stiffnessFrom).asShort());
   stiffness.frequency = real(Node::frequency);
   stiffness.thickness = real(Node::thickness);
   stiffness.bend = real(Node::kBend);
   stiffness.stretch = real(Node::kStretch);
   stiffness.density = real(Node::density);
+  stiffness.preset = static_cast<uint32_t>(block.inputValue(Node::preset).asShort());
+  stiffness.young = real(Node::young);
+  stiffness.poisson = real(Node::poisson);
+  stiffness.volume_density = real(Node::volumeDensity);
   request.build.modes = count(Node::modes);
   request.build.method = static_cast<uint32_t>(block.inputValue(Node::method).asShort());
   request.build.reduced_fields = count(Node::reducedFields);
@@ -155,4 +173,24 @@ void pull_handles(MDataBlock &block, std::vector<host::Handle> &handles) {
         host::pose_of(matrix_of(element.child(Node::handleTarget).asMatrix()), name.c_str(), host::Scale::ignored);
     handles.push_back(handle);
   }
+}
+
+MStatus pull_colliders(MDataBlock &block, std::vector<host::Collider> &colliders) {
+  MArrayDataHandle list = block.inputArrayValue(Node::colliders);
+  for (unsigned int k = 0, n = list.elementCount(); k < n; ++k, list.next()) {
+    MDataHandle element = list.inputValue();
+    const MObject data = element.child(Node::colliderMesh).asMesh();
+    if (data.isNull()) continue;  // nothing is connected: a mesh that was deleted leaves its element behind
+    host::Collider collider;
+    collider.name = "colliders[" + host::number(uint64_t(list.elementIndex())) + "]";
+    collider.kind = static_cast<uint32_t>(element.child(Node::colliderShape).asShort());
+    collider.cells = static_cast<uint32_t>(element.child(Node::colliderCells).asInt());
+    collider.friction = element.child(Node::colliderFriction).asDouble();
+    collider.thickness = element.child(Node::colliderThickness).asDouble();
+    const MStatus status = read_mesh(data, collider.mesh);
+    CHECK_MSTATUS_AND_RETURN_IT(status);
+    place(element.child(Node::colliderMatrix).asMatrix(), collider);
+    colliders.push_back(std::move(collider));
+  }
+  return MS::kSuccess;
 }

@@ -15,3 +15,4 @@ MStatus pull_mesh(MDataBlock &block, const MObject &input, const MObject &inputG
 void pull_settings(MDataBlock &block, host::Request &request);
 void pull_supports(MDataBlock &block, unsigned int multiIndex, host::Request &request);  // asks for the mesh
 void pull_handles(MDataBlock &block, std::vector<host::Handle> &handles);
+MStatus pull_colliders(MDataBlock &block, std::vector<host::Collider> &colliders);

@@ -15,6 +15,7 @@ MObject ShellWarpNode::time, ShellWarpNode::startFrame;
 MObject ShellWarpNode::gravity, ShellWarpNode::gravityX, ShellWarpNode::gravityY, ShellWarpNode::gravityZ;
 MObject ShellWarpNode::stiffnessFrom, ShellWarpNode::frequency, ShellWarpNode::thickness, ShellWarpNode::kBend,
     ShellWarpNode::kStretch, ShellWarpNode::density;
+MObject ShellWarpNode::preset, ShellWarpNode::young, ShellWarpNode::poisson, ShellWarpNode::volumeDensity;
 MObject ShellWarpNode::dampingRatio, ShellWarpNode::dampingMass;
 MObject ShellWarpNode::method, ShellWarpNode::reducedFields, ShellWarpNode::autoError, ShellWarpNode::integrator;
 MObject ShellWarpNode::modes, ShellWarpNode::doublePrecision, ShellWarpNode::certify;
@@ -23,6 +24,9 @@ MObject ShellWarpNode::supportKind, ShellWarpNode::supportComponents, ShellWarpN
 MObject ShellWarpNode::frameFrom, ShellWarpNode::supportFrame;
 MObject ShellWarpNode::handles, ShellWarpNode::handleVertex, ShellWarpNode::handleTarget, ShellWarpNode::handlePosition,
     ShellWarpNode::handleOrientation, ShellWarpNode::handleCompliance;
+MObject ShellWarpNode::colliders, ShellWarpNode::colliderMesh, ShellWarpNode::colliderMatrix,
+    ShellWarpNode::colliderShape, ShellWarpNode::colliderCells, ShellWarpNode::colliderFriction,
+    ShellWarpNode::colliderThickness;
 
 using Node = ShellWarpNode;
 
@@ -112,9 +116,32 @@ MStatus create_method() {
   return create_choice(Node::integrator, "integrator", "igr", {"exact", "implicitEuler"});
 }
 
+// The library's table of known materials.
+MStatus create_preset() {
+  MStatus status;
+  MFnEnumAttribute fn;
+  Node::preset = fn.create("preset", "prs", 0, &status);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  for (uint32_t k = 0; k < sw_preset_count(); ++k) fn.addField(sw_preset_label(k), static_cast<short>(k));
+  fn.setKeyable(false);
+  fn.setChannelBox(true);
+  return MS::kSuccess;
+}
+
+// Of a sheet, in Pa and kg/m3 whatever Maya's unit is.
+MStatus create_sheet() {
+  MStatus status = create_preset();
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  status = create_number(Node::young, "young", "yng", 3e9, {0, 1e11});
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  status = create_number(Node::poisson, "poisson", "poi", 0.3, {-0.99, 0.5});
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  return create_number(Node::volumeDensity, "volumeDensity", "vdn", 1000, {1e-12, 1e4});
+}
+
 MStatus create_material() {
   MStatus status;
-  status = create_choice(Node::stiffnessFrom, "stiffnessFrom", "sfr", {"frequency", "material"});
+  status = create_choice(Node::stiffnessFrom, "stiffnessFrom", "sfr", {"frequency", "material", "preset", "sheet"});
   CHECK_MSTATUS_AND_RETURN_IT(status);
   status = create_number(Node::frequency, "frequency", "frq", 2, {1e-3, 10});
   CHECK_MSTATUS_AND_RETURN_IT(status);
@@ -191,6 +218,45 @@ MStatus create_handles() {
   return MS::kSuccess;
 }
 
+// In the order of SW_COLLIDER_...; the closed mesh is the default, whatever its place.
+MStatus create_collider_shape() {
+  MStatus status;
+  MFnEnumAttribute fn;
+  Node::colliderShape = fn.create("colliderShape", "csh", SW_COLLIDER_MESH, &status);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  short kind = SW_COLLIDER_PLANE;
+  for (const char *shape : {"plane", "sphere", "capsule", "box", "hull", "mesh"}) fn.addField(shape, kind++);
+  return MS::kSuccess;
+}
+
+MStatus create_colliders() {
+  MStatus status;
+  MFnTypedAttribute typed;
+  Node::colliderMesh = typed.create("colliderMesh", "cme", MFnData::kMesh, MObject::kNullObj, &status);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  status = create_matrix(Node::colliderMatrix, "colliderMatrix", "cma");
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  status = create_collider_shape();
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  status = create_plain(Node::colliderCells, "colliderCells", "cce", MFnNumericData::kInt, 64);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  MFnNumericAttribute cells(Node::colliderCells);
+  cells.setMin(4);
+  cells.setMax(2000);
+  status = create_number(Node::colliderFriction, "colliderFriction", "cfr", 0.3, {0, 1});
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  status = create_number(Node::colliderThickness, "colliderThickness", "cth", 0, {0, 1});
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  MFnCompoundAttribute list;
+  Node::colliders = list.create("colliders", "col", &status);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  for (const MObject &child : {Node::colliderMesh, Node::colliderMatrix, Node::colliderShape, Node::colliderCells,
+                               Node::colliderFriction, Node::colliderThickness})
+    list.addChild(child);
+  list.setArray(true);
+  return MS::kSuccess;
+}
+
 }  // namespace
 
 // Children come with their parents; but each of them must be declared to affect the output by itself.
@@ -199,9 +265,12 @@ MStatus ShellWarpNode::addAttributes() {
       time,          startFrame,   gravity,      stiffnessFrom, frequency,   thickness,         kBend,
       kStretch,      density,      dampingRatio, dampingMass,   modes,       doublePrecision,   method,
       reducedFields, autoError,    integrator,   certify,       supportKind, supportComponents, supportWeightList,
-      frameFrom,     supportFrame, handles};
+      frameFrom,     supportFrame, handles,      preset,        young,       poisson,           volumeDensity,
+      colliders};
   const MObject children[] = {gravityX,     gravityY,       gravityZ,          supportWeights,  handleVertex,
-                              handleTarget, handlePosition, handleOrientation, handleCompliance};
+                              handleTarget, handlePosition, handleOrientation, handleCompliance,
+                              colliderMesh, colliderMatrix, colliderShape,     colliderCells,   colliderFriction,
+                              colliderThickness};
   MStatus status;
   for (const MObject &attribute : parents) {
     status = addAttribute(attribute);
@@ -227,6 +296,10 @@ MStatus ShellWarpNode::initialize() {
   status = create_supports();
   CHECK_MSTATUS_AND_RETURN_IT(status);
   status = create_handles();
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  status = create_sheet();
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  status = create_colliders();
   CHECK_MSTATUS_AND_RETURN_IT(status);
   status = addAttributes();
   CHECK_MSTATUS_AND_RETURN_IT(status);

@@ -14,6 +14,9 @@ const char *const ShellWarpNode::nodeName = "shellWarp";
 // From the block that Autodesk leaves to plug-ins that are not published; a studio puts one of its own here.
 const MTypeId ShellWarpNode::nodeId(0x0007F5A1);
 
+// Maya's internal unit of length is the centimetre, whatever its interface shows.
+static constexpr double kMetresPerUnit = 0.01;
+
 void *ShellWarpNode::creator() { return new ShellWarpNode; }
 
 MStatus ShellWarpNode::deform(MDataBlock &block, MItGeometry &points, const MMatrix &toWorld, unsigned int multiIndex) {
@@ -54,8 +57,9 @@ MStatus ShellWarpNode::pull(MDataBlock &block, const MMatrix &toWorld, unsigned 
   request.inputs.frame =
       own ? request.inputs.object
           : host::pose_of(matrix_of(block.inputValue(supportFrame).asMatrix()), "supportFrame", host::Scale::even);
+  request.build.stiffness.metres = kMetresPerUnit * request.inputs.object.scale;
   pull_handles(block, request.inputs.handles);
-  return MS::kSuccess;
+  return pull_colliders(block, request.inputs.colliders);
 }
 
 // Only the members of the deformer's set come with the iterator; the shell is the whole mesh.

@@ -52,6 +52,7 @@ public:
   static MObject gravity, gravityX, gravityY, gravityZ;
   // What it is made of
   static MObject stiffnessFrom, frequency, thickness, kBend, kStretch, density;
+  static MObject preset, young, poisson, volumeDensity;
   static MObject dampingRatio, dampingMass;
   static MObject method, reducedFields, autoError, integrator;
   static MObject modes, doublePrecision, certify;
@@ -60,4 +61,6 @@ public:
   static MObject frameFrom, supportFrame;
   // What leads it
   static MObject handles, handleVertex, handleTarget, handlePosition, handleOrientation, handleCompliance;
+  // What it touches
+  static MObject colliders, colliderMesh, colliderMatrix, colliderShape, colliderCells, colliderFriction, colliderThickness;
 };

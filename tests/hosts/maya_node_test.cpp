@@ -108,7 +108,7 @@ void every_attribute_has_its_own_names_and_affects_the_output() {
                                  "binMembership",
                                  "bnm"};
   const std::vector<fake::AttributeInfo> attributes = node.attributes();
-  CHECK(attributes.size() == 33);
+  CHECK(attributes.size() == 44);
   for (const fake::AttributeInfo &attribute : attributes) {
     CHECK(names.insert(attribute.name).second && names.insert(attribute.brief).second);
     CHECK(attribute.affects_output);
@@ -121,7 +121,8 @@ void supports_can_be_painted_and_handles_are_an_array() {
   for (const fake::AttributeInfo &attribute : node.attributes()) {
     CHECK(attribute.paintable == (attribute.name == "supportWeights"));
     const bool array =
-        attribute.name == "supportWeights" || attribute.name == "supportWeightList" || attribute.name == "handles";
+        attribute.name == "supportWeights" || attribute.name == "supportWeightList" ||
+                       attribute.name == "handles" || attribute.name == "colliders";
     CHECK(attribute.is_array == array);
   }
   CHECK(contains(fake::session().commands.at(0), "makePaintable -attrType multiFloat -sm deformer shellWarp weights"));
@@ -305,6 +306,14 @@ void every_attribute_changes_the_result() {
   CHECK(changes(material, number("kBend", 1e5)));
   CHECK(changes(material, number("kStretch", 10)));
   CHECK(changes(material, number("density", 0.01)));
+  const auto preset = number("stiffnessFrom", 2);
+  const auto sheet = [](Scene &s) { s.node.set("stiffnessFrom", 3), s.node.set("thickness", 0.1); };
+  CHECK(changes(preset, number("preset", 1)));
+  CHECK(changes(preset, number("thickness", 0.3)));
+  CHECK(changes(sheet, number("young", 1e8)));
+  CHECK(changes(sheet, number("poisson", 0)));
+  CHECK(changes(sheet, number("volumeDensity", 5000)));
+  CHECK(changes(sheet, number("thickness", 0.2)));
   CHECK(changes(nothing, number("dampingRatio", 0.5)));
   CHECK(changes(nothing, number("dampingMass", 2)));
   CHECK(changes(nothing, number("modes", 2)));
@@ -341,6 +350,88 @@ void every_attribute_changes_the_result() {
   CHECK(changes([&](Scene &s) { handle(s), s.node.set("handles[2].handleTarget", MMatrix(turned)); },
                 number("handles[2].handleOrientation", 1)));
   CHECK(changes(handle, number("handles[2].handleCompliance", 0.1)));
+}
+
+// A cube of 2 cm about the origin, in quads; turned so that its corners are up by the matrix, not here.
+fake::Mesh cube() {
+  fake::Mesh mesh;
+  for (int i = 0; i < 8; ++i) mesh.points.emplace_back(i & 1 ? 1 : -1, i & 2 ? 1 : -1, i & 4 ? 1 : -1);
+  mesh.counts.assign(6, 4);
+  mesh.corners = {0, 2, 3, 1, 4, 5, 7, 6, 0, 1, 5, 4, 2, 6, 7, 3, 0, 4, 6, 2, 1, 3, 7, 5};
+  return mesh;
+}
+
+// A long box across the strip's free end, its top at a height.
+void put_box(Scene &scene, double top, int element = 0) {
+  const std::string name = "colliders[" + std::to_string(element) + "].";
+  const fake::Mesh mesh = cube();
+  const double m[4][4] = {{8, 0, 0, 0}, {0, 5, 0, 0}, {0, 0, 10, 0}, {37, top - 5, 0, 1}};
+  scene.node.set_mesh(name + "colliderMesh", &mesh);
+  scene.node.set(name + "colliderMatrix", MMatrix(m));
+}
+
+void a_connected_mesh_stops_the_strip() {
+  Scene free;
+  CHECK(free.play(16).back()[kTip].y < -1.5);
+  for (const int shape : {SW_COLLIDER_BOX, SW_COLLIDER_HULL, SW_COLLIDER_MESH}) {
+    Scene scene;
+    put_box(scene, -0.8, 3);
+    scene.node.set("colliders[3].colliderShape", shape);
+    double lowest = 0;
+    for (const Points &frame : scene.play(16)) lowest = std::min(lowest, frame[kTip].y);
+    CHECK_NEAR(lowest, -0.8, 5e-3);  // a grid of 64 cells of 0.3 cm keeps a hundredth of one
+    CHECK(fake::session().errors.empty());
+    scene.node.set_mesh("colliders[3].colliderMesh", nullptr);  // deleted: as if it had never been
+    CHECK(same(scene.play(16).back(), free.node.evaluate()));
+  }
+}
+
+void a_connected_mesh_moves_the_strip_and_every_attribute_of_it_counts() {
+  Scene scene;
+  for (int frame = 1; frame <= 16; ++frame) {
+    put_box(scene, -0.5 + 0.1 * frame);
+    scene.at(frame);
+  }
+  CHECK(scene.tip() > 1.05);  // the top is at 1.1, and corners of the strip lie on it
+  const auto changes = [](const std::function<void(Scene &)> &change) {
+    Scene with;
+    put_box(with, -0.3);
+    const Points before = with.play(8).back();
+    change(with);
+    const Points &after = with.node.evaluate();
+    return !same(before, after) && !with.node.failed();
+  };
+  CHECK(changes([](Scene &s) { put_box(s, -0.2); }));
+  CHECK(changes([](Scene &s) { s.node.set("colliders[0].colliderThickness", 0.1); }));
+  CHECK(changes([](Scene &s) { s.node.set("colliders[0].colliderFriction", 0); }));
+  CHECK(changes([](Scene &s) { s.node.set("colliders[0].colliderShape", SW_COLLIDER_SPHERE); }));
+  CHECK(changes([](Scene &s) { s.node.set("colliders[0].colliderCells", 9); }));
+  CHECK(changes([](Scene &s) { s.node.remove("colliders[0]"); }));
+}
+
+void the_menu_of_known_materials_is_the_librarys_table() {
+  for (const fake::AttributeInfo &attribute : fake::Deformer("shellWarp").attributes()) {
+    if (attribute.name != "preset") continue;
+    CHECK(attribute.fields.size() == sw_preset_count());
+    for (uint32_t k = 0; k < sw_preset_count(); ++k) CHECK(attribute.fields.at(sw_preset_label(k)) == static_cast<int>(k));
+  }
+}
+
+// Maya's unit is the centimetre: steel by its preset is steel by its numbers in Pa and kg/m3, a twentieth of a centimetre thick.
+void a_known_material_is_the_sheet_of_its_numbers() {
+  Scene named, numbers;
+  uint32_t steel = 0;
+  while (std::string(sw_preset_name(steel)) != "steel") ++steel;
+  named.node.set("stiffnessFrom", 2);
+  named.node.set("preset", steel);
+  numbers.node.set("stiffnessFrom", 3);
+  numbers.node.set("young", 2.07e11);
+  numbers.node.set("poisson", 0.3);
+  numbers.node.set("thickness", 0.05);
+  numbers.node.set("volumeDensity", 7850);
+  const double tip = named.play(10).back()[kTip].y;
+  CHECK(tip < -0.01);
+  CHECK_NEAR(numbers.play(10).back()[kTip].y, tip, 1e-6 * std::fabs(tip) + 1e-9);  // the numbers are rounded otherwise
 }
 
 void a_handle_is_where_its_target_is_in_the_world() {
@@ -461,6 +552,19 @@ void what_a_user_can_mend_is_named() {
     Scene scene;
     scene.node.set_components("supportComponents", {1, 2}, true);
     expect_error(scene, "more than vertices");
+  }
+  {
+    Scene scene;
+    fake::Mesh open = cube();
+    open.counts.pop_back();
+    open.corners.resize(20);
+    scene.node.set_mesh("colliders[7].colliderMesh", &open);
+    expect_error(scene, "colliders[7]: ");
+  }
+  {
+    Scene scene;
+    scene.node.set("stiffnessFrom", 3);
+    expect_error(scene, "the thickness of a sheet is 0");
   }
   {
     Scene scene;
@@ -597,6 +701,10 @@ int main(int argc, char **argv) {
     RUN(the_menu_of_methods_is_the_librarys_table);
     RUN(every_method_of_the_table_moves_the_mesh_or_is_told_of);
     RUN(every_attribute_changes_the_result);
+    RUN(a_connected_mesh_stops_the_strip);
+    RUN(a_connected_mesh_moves_the_strip_and_every_attribute_of_it_counts);
+    RUN(the_menu_of_known_materials_is_the_librarys_table);
+    RUN(a_known_material_is_the_sheet_of_its_numbers);
     RUN(a_handle_is_where_its_target_is_in_the_world);
     RUN(a_listed_support_is_a_painted_one);
     RUN(two_geometries_of_a_node_keep_apart);

@@ -262,6 +262,12 @@ void Deformer::set_components(const std::string &plug, const std::vector<int> &v
   node_->dirty(attribute);
 }
 
+void Deformer::set_mesh(const std::string &plug, const Mesh *mesh) {
+  Attribute *attribute = nullptr;
+  node_->find(plug, attribute)->data = mesh ? Object::wrap(std::make_shared<MeshData>(*mesh)) : MObject::kNullObj;
+  node_->dirty(attribute);
+}
+
 void Deformer::remove(const std::string &plug) {
   Attribute *attribute = nullptr;
   const std::size_t bracket = plug.find('[');

@@ -1,0 +1,39 @@
+// The solids that a shell touches: one object of the library each, made anew only where its shape changes.
+#pragma once
+
+#include "request.hpp"
+#include "shellwarp.hpp"
+
+#include <cstdint>
+#include <vector>
+
+namespace host {
+
+// From the scene's world to the library's: into the object's space, where the shell is seen, and on with the frame that shakes it.
+Pose to_library(const Inputs &inputs, double unit);
+
+// Equal for equal solids, wherever they are.
+uint64_t shape_key(const Collider &collider);
+
+class ColliderSet {
+public:
+  // Makes what is not there yet. `unit` is the scene's lengths in one of the object's. True where a state needs the solids again.
+  // Throws HostError naming the collider.
+  bool prepare(const std::vector<Collider> &colliders, double unit);
+
+  std::vector<const SwCollider *> solids() const;
+  void place(shellwarp::State &state, const Inputs &inputs, double unit, bool teleport) const;
+  uint64_t made() const { return made_; }  // so far
+
+private:
+  struct Solid {
+    uint64_t key;
+    shellwarp::Collider solid;
+    Pose local;  // from the library's axes of the shape to those of the host's mesh, in lengths of the scene
+  };
+
+  std::vector<Solid> solids_;
+  uint64_t made_ = 0;
+};
+
+}  // namespace host
