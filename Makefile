@@ -192,7 +192,7 @@ check-guard: ## compare the scenes' motion, byte for byte, with that of a librar
 	@sh tests/check_guard.sh $(CLI) $(CURDIR)/out/guard
 
 bench-front: ## error of reduced shells on loads they were not trained on, the figures of docs/evidence/front.md (references stay in out/front)
-	cargo run --locked --release --example front
+	cargo run --locked --release --example front -- --docs docs/evidence/front.md
 
 bench-solver: ## count factorizations of the full shell's equilibria: docs/evidence/solver.md
 	cargo run --locked --release --example solver -- --docs docs/evidence/solver.md

@@ -94,7 +94,7 @@ fn measure(fine: usize) -> String {
     let options = Options { modes: 16, ..Options::default() };
     let model = Arc::new(Model::precompute(shell.clone(), &options, &mut |_, _| Ok(())).unwrap());
     let below = |x: f64, radius: f64| Pose { origin: Vec3::new(x, 0.0, -radius - 0.02), ..Pose::identity() };
-    let mut all = vec![
+    let mut all = [
         contestant(&model, "none", None),
         contestant(&model, "a ball far away", Some((ball(0.3, false), below(0.75, 30.0)))),
         contestant(&model, "a small ball", Some((ball(0.1, false), below(0.9, 0.1)))),

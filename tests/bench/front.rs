@@ -1,7 +1,7 @@
 //! Error against the full shell on loads that were never trained on: the paper's warp beside reduced shells of several sizes, with the best
 //! that their fields could do, and what goes on after `State::fall_back`. docs/evidence/front.md says what it found.
 //!
-//! usage: front [--scene KEY] [--reduced "FIELDS,ELEMENTS,POSES ..."] [--ablate]
+//! usage: front [--scene KEY] [--reduced "FIELDS,ELEMENTS,POSES ..."] [--docs FILE] [--ablate]
 //!
 //! With --ablate, what each ingredient of the reduced shell buys, on held-out and fresh loads: a column of docs/evidence/front.md for each shell.
 #![allow(missing_docs)]
@@ -10,6 +10,8 @@
 mod cases;
 #[path = "../common/mod.rs"]
 mod common;
+#[path = "docs.rs"]
+mod docs;
 #[path = "front/scenes.rs"]
 mod scenes;
 
@@ -107,9 +109,127 @@ fn ablate(scene: &Scene, cases: Vec<Case>) {
     println!();
 }
 
+/// A form of the reduced shell on a model, measured.
+struct Contender {
+    spec: String,
+    method: Method,
+    model: Arc<Model>,
+}
+
+/// What a contender's errors were on one part of a scene's loads.
+#[derive(Default)]
+struct Tally {
+    /// Error, the paper's, and whether the load moves the shell by a fifth of its size.
+    errors: Vec<(f64, f64, bool)>,
+    /// Loads worse than the paper after `State::fall_back`.
+    fallen: usize,
+}
+
+fn median(mut list: Vec<f64>) -> f64 {
+    list.sort_by(f64::total_cmp);
+    list.get(list.len() / 2).copied().unwrap_or(f64::NAN)
+}
+
+impl Tally {
+    fn ratios(&self) -> Vec<f64> {
+        self.errors.iter().map(|(own, paper, _)| own / paper).collect()
+    }
+
+    /// Cells of the table: of the error over the paper's the median, of the errors at a fifth of the size the median, the paper's there,
+    /// loads worse than the paper, those not found among them, and those worse after falling back.
+    fn cells(&self) -> String {
+        let fifth =
+            |of: fn(&(f64, f64, bool)) -> f64| 100.0 * median(self.errors.iter().filter(|e| e.2).map(of).collect());
+        let worse = self.ratios().iter().filter(|ratio| **ratio > SAME).count();
+        let lost = self.errors.iter().filter(|e| e.0 == f64::INFINITY).count();
+        let (own, paper) = (fifth(|e| e.0), fifth(|e| e.1));
+        format!(
+            "{:.3} | {own:.2} | {paper:.1} | {worse} of {} | {lost} | {}",
+            median(self.ratios()),
+            self.errors.len(),
+            self.fallen
+        )
+    }
+}
+
+/// The models of a scene by this list of fields, elements and poses, each in both forms of the reduced shell.
+fn contenders(scene: &Scene, specs: &str) -> Vec<Contender> {
+    let mut all = vec![];
+    for spec in specs.split_whitespace() {
+        let n: Vec<usize> = spec.split(',').map(|n| n.parse().unwrap()).collect();
+        let reduced = reduced::Options { fields: n[0], elements: n[1], poses: n[2], ..Default::default() };
+        let options = Options { modes: 8, reduced, ..Options::default() };
+        let start = Instant::now();
+        let model = Arc::new(Model::precompute(scene.shell.clone(), &options, &mut |_, _| Ok(())).unwrap());
+        let reduced = model.reduced.as_ref().unwrap();
+        println!(
+            "  {spec}: {} fields, {} elements, fit {:.1e}, {:.1} s",
+            reduced.n(),
+            reduced.samples.len(),
+            reduced.fit,
+            start.elapsed().as_secs_f64()
+        );
+        for method in [Method::ReducedShell, Method::PolynomialShell] {
+            all.push(Contender { spec: spec.to_owned(), method, model: model.clone() });
+        }
+    }
+    all
+}
+
+/// Measures all contenders under one load, a line; the paper's error.
+fn measure(scene: &Scene, contenders: &[Contender], tallies: &mut [Tally], case: &Case) {
+    let of = |model: &Arc<Model>, method: Method| loaded(scene, model, method, case);
+    let error = |found: &Option<(State, bool)>| match found {
+        Some((state, true)) => off(scene, state, case),
+        _ => f64::INFINITY,
+    };
+    let paper = error(&of(&contenders[0].model, Method::Warp));
+    let mark = if case.is_confirmed() { "" } else { "unconfirmed " };
+    print!("{mark}{:<22} {:.2} {:.3}: paper {paper:.3} |", case.name, case.aim, case.moved);
+    for (contender, tally) in contenders.iter().zip(tallies) {
+        let found = of(&contender.model, contender.method);
+        let own = error(&found);
+        if case.is_confirmed() {
+            tally.errors.push((own, paper, case.aim == 0.2));
+        }
+        print!(" {own:.4} ({:.4})", projection(&contender.model, &case.exact));
+        let Some((mut state, _)) = found else { continue };
+        let estimate = state.fall_back();
+        let (stays, after) = (state.method() == contender.method, off(scene, &state, case));
+        tally.fallen += usize::from(after > SAME * paper && case.is_confirmed());
+        let (estimate, remaining) = estimate.map_or((f64::NAN, f64::NAN), |c| (c.error, c.remaining));
+        print!(" [{} {after:.4}, estimate {estimate:.4}, left {remaining:.0e}]", if stays { "stays" } else { "falls" });
+    }
+    println!();
+}
+
+/// Measures all contenders on a scene, and adds their rows to the table.
+fn contest(scene: &Scene, cases: &[Case], specs: &str, table: &mut String) {
+    let contenders = contenders(scene, specs);
+    for (part, name) in [(Part::Validation, "validation"), (Part::HeldOut, "held out"), (Part::Fresh, "fresh")] {
+        let mut tallies: Vec<Tally> = contenders.iter().map(|_| Tally::default()).collect();
+        for case in cases.iter().filter(|case| case.part == part) {
+            measure(scene, &contenders, &mut tallies, case);
+        }
+        for (contender, tally) in contenders.iter().zip(&tallies) {
+            let fields = contender.model.reduced.as_ref().map_or(0, |reduced| reduced.n());
+            let form = format!("{:?}", contender.method);
+            let row =
+                format!("| {} | {} ({fields}) | {form} | {name} | {} |", scene.key, contender.spec, tally.cells());
+            println!("{row}");
+            table.push_str(&row);
+            table.push('\n');
+        }
+    }
+}
+
+const HEADER: &str = "| shell | asked for (coordinates) | form | loads | error over the paper's, median | at a fifth of the size, % | the paper's there, % \
+| worse than the paper | not found | worse after falling back |\n|---|---|---|---|---|---|---|---|---|---|\n";
+
 fn main() {
     let arguments: Vec<String> = std::env::args().collect();
     let value = |key: &str| arguments.iter().position(|a| a == key).and_then(|i| arguments.get(i + 1));
+    let mut table = String::from(HEADER);
     for scene in scenes::all() {
         if value("--scene").is_some_and(|key| key != scene.key) {
             continue;
@@ -128,66 +248,9 @@ fn main() {
             cases.len(),
             start.elapsed().as_secs_f64()
         );
-        let mut models = vec![];
-        for spec in value("--reduced").map_or("40,0,52 100,0,52", |s| s).split_whitespace() {
-            let n: Vec<usize> = spec.split(',').map(|n| n.parse().unwrap()).collect();
-            let reduced = reduced::Options { fields: n[0], elements: n[1], poses: n[2], ..Default::default() };
-            let options = Options { modes: 8, reduced, ..Options::default() };
-            let start = Instant::now();
-            let model = Arc::new(Model::precompute(scene.shell.clone(), &options, &mut |_, _| Ok(())).unwrap());
-            let reduced = model.reduced.as_ref().unwrap();
-            println!(
-                "  {spec}: {} fields, {} elements, fit {:.1e}, {:.1} s",
-                reduced.n(),
-                reduced.samples.len(),
-                reduced.fit,
-                start.elapsed().as_secs_f64()
-            );
-            models.push(model);
-        }
-        for (part, name) in [(Part::Validation, "validation"), (Part::HeldOut, "held out"), (Part::Fresh, "fresh")] {
-            let (mut ratios, mut fallen) = (vec![vec![]; models.len()], vec![0; models.len()]);
-            for case in cases.iter().filter(|case| case.part == part) {
-                let of = |model: &Arc<Model>, method: Method| {
-                    let at_rest = loaded(&scene, model, method, case);
-                    at_rest.filter(|(_, found)| *found).map_or(f64::INFINITY, |(state, _)| off(&scene, &state, case))
-                };
-                let warp = of(&models[0], Method::Warp);
-                let mark = if case.is_confirmed() { "" } else { "unconfirmed " };
-                print!("{mark}{:<22} {:.2} {:.3}: paper {warp:.3} |", case.name, case.aim, case.moved);
-                for ((model, ratios), fallen) in models.iter().zip(&mut ratios).zip(&mut fallen) {
-                    let own = of(model, Method::ReducedShell);
-                    if case.is_confirmed() {
-                        ratios.push((own / warp, own));
-                    }
-                    print!(" {own:.4} ({:.4})", projection(model, &case.exact));
-                    let Some((mut state, _)) = loaded(&scene, model, Method::ReducedShell, case) else { continue };
-                    let estimate = state.fall_back();
-                    let (stays, after) = (state.method() == Method::ReducedShell, off(&scene, &state, case));
-                    *fallen += usize::from(after > SAME * warp && case.is_confirmed());
-                    let (estimate, remaining) = estimate.map_or((f64::NAN, f64::NAN), |c| (c.error, c.remaining));
-                    print!(
-                        " [{} {after:.4}, estimate {estimate:.4}, left {remaining:.0e}]",
-                        if stays { "stays" } else { "falls" }
-                    );
-                }
-                println!();
-            }
-            for (ratios, fallen) in ratios.iter_mut().zip(fallen) {
-                ratios.sort_by(|a, b| a.0.total_cmp(&b.0));
-                let mut errors: Vec<f64> = ratios.iter().map(|r| r.1).collect();
-                errors.sort_by(f64::total_cmp);
-                let middle = ratios.len() / 2;
-                println!(
-                    "  {}: ratio median {:.3}, worst {:.3}; error median {:.4}, worst {:.4}; worse than the paper: {}, fallen back: {fallen}",
-                    name,
-                    ratios[middle].0,
-                    ratios[ratios.len() - 1].0,
-                    errors[middle],
-                    errors[errors.len() - 1],
-                    ratios.iter().filter(|r| r.0 > 1.0).count()
-                );
-            }
-        }
+        contest(&scene, &cases, value("--reduced").map_or("40,0,52 100,0,52", |s| s), &mut table);
+    }
+    if let Some(file) = value("--docs") {
+        docs::put_section(file, "front", &table).unwrap();
     }
 }

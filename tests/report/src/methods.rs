@@ -42,9 +42,11 @@ const BLUE: (u8, u8, u8) = (35, 95, 190);
 const VIOLET: (u8, u8, u8) = (125, 60, 165);
 const BROWN: (u8, u8, u8) = (120, 85, 60);
 const ORANGE: (u8, u8, u8) = (205, 120, 20);
+const TEAL: (u8, u8, u8) = (0, 135, 140);
 const GREEN: (u8, u8, u8) = (30, 135, 75);
 
-/// Linear modal analysis red, warps blue and violet, rotation–strain brown, reduced shells orange, discrete shells green, as on every page of the report.
+/// Linear modal analysis red, warps blue and violet, rotation–strain brown, reduced shells orange and teal, discrete shells green, as on every
+/// page of the report.
 pub const METHODS: &[Method] = &[
     Method {
         key: "lma_implicit",
@@ -134,6 +136,26 @@ pub const METHODS: &[Method] = &[
         integrator: 0,
         fields: 40,
         colour: ORANGE,
+        marker: Marker::Disc,
+    },
+    Method {
+        key: "polynomial_12",
+        label: "polynomial shell, SDIRK2, 12 fields",
+        family: Family::Reduced,
+        method: SW_METHOD_POLYNOMIAL_SHELL,
+        integrator: 0,
+        fields: 12,
+        colour: TEAL,
+        marker: Marker::Ring,
+    },
+    Method {
+        key: "polynomial_40",
+        label: "polynomial shell, SDIRK2, 40 fields",
+        family: Family::Reduced,
+        method: SW_METHOD_POLYNOMIAL_SHELL,
+        integrator: 0,
+        fields: 40,
+        colour: TEAL,
         marker: Marker::Disc,
     },
     Method {
