@@ -90,7 +90,8 @@ void check_mesh(const Mesh &mesh) {
     if (!std::isfinite(x)) throw HostError("a point is not finite");
   for (const uint32_t i : mesh.triangles)
     if (i >= mesh.n_points())
-      throw HostError("a polygon names vertex " + number(uint64_t(i)) + ", but there are " + number(uint64_t(mesh.n_points())));
+      throw HostError("a polygon names vertex " + number(uint64_t(i)) + ", but there are " +
+                      number(uint64_t(mesh.n_points())));
 }
 
 Fit fit_of(const Collider &collider) {
@@ -152,7 +153,8 @@ bool ColliderSet::prepare(const std::vector<Collider> &colliders, double unit) {
   bool changed = colliders.size() != solids_.size();
   for (std::size_t k = 0; k < colliders.size(); ++k) {
     const uint64_t key = Hash().add(shape_key(colliders[k])).add(lengths).value();
-    const auto known = std::find_if(solids_.begin(), solids_.end(), [key](const Solid &s) { return s.key == key && s.solid.get(); });
+    const auto known =
+        std::find_if(solids_.begin(), solids_.end(), [key](const Solid &s) { return s.key == key && s.solid.get(); });
     changed |= k >= solids_.size() || known != solids_.begin() + static_cast<std::ptrdiff_t>(k);
     if (known != solids_.end()) {
       next.push_back(std::move(*known));

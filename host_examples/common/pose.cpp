@@ -85,7 +85,8 @@ Pose pose_of(const Matrix4 &matrix, const char *what, Scale rule) {
 Vec3 scale_of(const Matrix4 &matrix) {
   Vec3 lengths{};
   for (std::size_t k = 0; k < 3; ++k)
-    lengths[k] = static_cast<double>(static_cast<float>(std::hypot(matrix[4 * k], matrix[4 * k + 1], matrix[4 * k + 2])));
+    lengths[k] =
+        static_cast<double>(static_cast<float>(std::hypot(matrix[4 * k], matrix[4 * k + 1], matrix[4 * k + 2])));
   return lengths;
 }
 

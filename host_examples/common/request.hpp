@@ -68,13 +68,13 @@ struct Handle {
 
 // A solid that the shell touches. Its mesh is in axes of its own and has its scale: only the pose moves it cheaply.
 struct Collider {
-  std::string name;                   // for messages
-  uint32_t kind = SW_COLLIDER_MESH;   // SW_COLLIDER_...; all but the mesh itself are fitted round it
-  Mesh mesh;                          // in lengths of the scene
-  Pose pose;                          // world; its scale is not used
-  double friction = 0.3;              // Coulomb's coefficient, 0 or more
-  double thickness = 0;               // length of the scene, 0 or more: how far the shell stays off
-  uint32_t cells = 64;                // of a mesh: cells along its longest side, 4 to 2000
+  std::string name;                  // for messages
+  uint32_t kind = SW_COLLIDER_MESH;  // SW_COLLIDER_...; all but the mesh itself are fitted round it
+  Mesh mesh;                         // in lengths of the scene
+  Pose pose;                         // world; its scale is not used
+  double friction = 0.3;             // Coulomb's coefficient, 0 or more
+  double thickness = 0;              // length of the scene, 0 or more: how far the shell stays off
+  uint32_t cells = 64;               // of a mesh: cells along its longest side, 4 to 2000
 };
 
 // What may be animated; read at every evaluation.

@@ -138,6 +138,8 @@ void check_stiffness(const Stiffness &s) {
   if (s.by == Stiffness::By::preset && s.preset >= sw_preset_count())
     throw HostError("the known material is number " + number(uint64_t(s.preset)) + ", but this library has " +
                     number(uint64_t(sw_preset_count())));
+  if (s.by == Stiffness::By::preset || s.by == Stiffness::By::sheet)
+    require_positive("the number of metres in a unit", s.metres);
   if (s.by == Stiffness::By::sheet) {
     require_positive("Young's modulus", s.young);
     require(s.poisson > -1 && s.poisson <= 0.5, "Poisson's ratio", s.poisson, "above -1 and at most 0.5");

@@ -28,7 +28,7 @@ const UT_StringHolder SOP_ShellWarp::theSOPTypeName("shellwarp");
 
 void newSopOperator(OP_OperatorTable *table) {
   table->addOperator(new OP_Operator(SOP_ShellWarp::theSOPTypeName, "Shell Warp", SOP_ShellWarp::myConstructor,
-                                     SOP_ShellWarp::buildTemplates(), 1, 2, nullptr, 0));
+                                     SOP_ShellWarp::buildTemplates(), 1, 3, nullptr, 0));
 }
 
 static const char *theDsFile = R"THEDSFILE(
@@ -40,13 +40,18 @@ static const char *theDsFile = R"THEDSFILE(
     parm { name "gravity" label "Gravity" type vector size 3 default { "0" "-9.81" "0" } }
     parm {
         name "stiffnessfrom" label "Stiffness From" type ordinal default { "0" }
-        menu { "frequency" "Frequency" "material" "Material" }
+        menu { "frequency" "Frequency" "material" "Material" "preset" "Known Material" "sheet" "Sheet" }
     }
-    parm { name "frequency" label "Frequency" type float default { "2" } range { 0 10 } hidewhen "{ stiffnessfrom == material }" }
+    parm { name "frequency" label "Frequency" type float default { "2" } range { 0 10 } hidewhen "{ stiffnessfrom != frequency }" }
     parm { name "thickness" label "Thickness" type float default { "0" } range { 0! 1 } hidewhen "{ stiffnessfrom == material }" }
-    parm { name "kbend" label "Bend Stiffness" type float default { "1" } range { 0 100 } hidewhen "{ stiffnessfrom == frequency }" }
-    parm { name "kstretch" label "Stretch Stiffness" type float default { "10000" } range { 0 1000000 } hidewhen "{ stiffnessfrom == frequency }" }
-    parm { name "density" label "Density" type float default { "1" } range { 0 10 } hidewhen "{ stiffnessfrom == frequency }" }
+    parm { name "preset" label "Known Material" type string default { "card" } hidewhen "{ stiffnessfrom != preset }" }
+    parm { name "young" label "Young's Modulus" type float default { "3e9" } range { 0! 100000000000 } hidewhen "{ stiffnessfrom != sheet }" }
+    parm { name "poisson" label "Poisson's Ratio" type float default { "0.3" } range { -0.99! 0.5! } hidewhen "{ stiffnessfrom != sheet }" }
+    parm { name "volumedensity" label "Density by Volume" type float default { "1000" } range { 0! 10000 } hidewhen "{ stiffnessfrom != sheet }" }
+    parm { name "metresperunit" label "Metres per Unit" type float default { "1" } range { 0! 1 } hidewhen "{ stiffnessfrom == frequency } { stiffnessfrom == material }" }
+    parm { name "kbend" label "Bend Stiffness" type float default { "1" } range { 0 100 } hidewhen "{ stiffnessfrom != material }" }
+    parm { name "kstretch" label "Stretch Stiffness" type float default { "10000" } range { 0 1000000 } hidewhen "{ stiffnessfrom != material }" }
+    parm { name "density" label "Density" type float default { "1" } range { 0 10 } hidewhen "{ stiffnessfrom != material }" }
     parm { name "dampingratio" label "Damping Ratio" type float default { "0.05" } range { 0! 1 } }
     parm { name "dampingmass" label "Mass Damping" type float default { "0" } range { 0! 10 } }
     parm { name "modes" label "Modes" type integer default { "16" } range { 1! 64 } }
@@ -64,6 +69,15 @@ static const char *theDsFile = R"THEDSFILE(
     parm { name "supportattrib" label "Support Attribute" type string default { "" } }
     parm { name "framet" label "Support Frame Translate" type vector size 3 default { "0" "0" "0" } }
     parm { name "framer" label "Support Frame Rotate" type vector size 3 default { "0" "0" "0" } }
+    parm {
+        name "collidershape" label "Collider Shape" type ordinal default { "5" }
+        menu { "plane" "Plane" "sphere" "Sphere" "capsule" "Capsule" "box" "Box" "hull" "Hull" "mesh" "Mesh" }
+    }
+    parm { name "collidercells" label "Collider Cells" type integer default { "64" } range { 4! 2000! } }
+    parm { name "colliderfriction" label "Collider Friction" type float default { "0.3" } range { 0! 1 } }
+    parm { name "colliderthickness" label "Collider Thickness" type float default { "0" } range { 0! 1 } }
+    parm { name "collidert" label "Collider Translate" type vector size 3 default { "0" "0" "0" } }
+    parm { name "colliderr" label "Collider Rotate" type vector size 3 default { "0" "0" "0" } }
     parm { name "envelope" label "Envelope" type float default { "1" } range { 0 1 } }
     parm { name "weightattrib" label "Weight Attribute" type string default { "" } }
 }
@@ -78,9 +92,20 @@ static PRM_ChoiceList &method_menu() {
   return menu;
 }
 
+static PRM_ChoiceList &preset_menu() {
+  static std::vector<PRM_Name> names;
+  for (uint32_t k = 0; k < sw_preset_count(); ++k) names.emplace_back(sw_preset_name(k), sw_preset_label(k));
+  names.emplace_back();
+  static PRM_ChoiceList menu(PRM_CHOICELIST_SINGLE, names.data());
+  return menu;
+}
+
 PRM_Template *SOP_ShellWarp::buildTemplates() {
   static PRM_TemplateBuilder builder("SOP_ShellWarp.cpp", theDsFile);
-  if (builder.justBuilt()) builder.setChoiceListPtr("method", &method_menu());
+  if (builder.justBuilt()) {
+    builder.setChoiceListPtr("method", &method_menu());
+    builder.setChoiceListPtr("preset", &preset_menu());
+  }
   return builder.templates();
 }
 
@@ -93,7 +118,9 @@ SOP_ShellWarp::SOP_ShellWarp(OP_Network *network, const char *name, OP_Operator 
 }
 
 const char *SOP_ShellWarp::inputLabel(unsigned index) const {
-  return index == 0 ? "Polygons to deform" : "Points that hold or lead them";
+  static const char *const labels[] = {"Polygons to deform", "Points that hold or lead them",
+                                       "Polygons that they touch"};
+  return index < 3 ? labels[index] : "";
 }
 
 namespace {
@@ -126,6 +153,48 @@ uint32_t method_of(const UT_StringHolder &name) {
   throw host::HostError(std::string("there is no method '") + name.c_str() + "'; there are " + names);
 }
 
+uint32_t preset_of(const UT_StringHolder &name) {
+  std::string names;
+  for (uint32_t k = 0; k < sw_preset_count(); ++k) {
+    const std::string known = sw_preset_name(k);
+    if (known == name.c_str()) return k;
+    names += (names.empty() ? "" : ", ") + known;
+  }
+  throw host::HostError(std::string("there is no known material '") + name.c_str() + "'; there are " + names);
+}
+
+// How stiff, in the words of the four choices.
+void pull_stiffness(const SOP_ShellWarpParms &parms, host::Stiffness &stiffness) {
+  stiffness.by = static_cast<host::Stiffness::By>(static_cast<int>(parms.getStiffnessfrom()));
+  stiffness.frequency = parms.getFrequency();
+  stiffness.thickness = parms.getThickness();
+  stiffness.bend = parms.getKbend();
+  stiffness.stretch = parms.getKstretch();
+  stiffness.density = parms.getDensity();
+  stiffness.young = parms.getYoung();
+  stiffness.poisson = parms.getPoisson();
+  stiffness.volume_density = parms.getVolumedensity();
+  stiffness.metres = parms.getMetresperunit();
+  if (stiffness.by == host::Stiffness::By::preset) stiffness.preset = preset_of(parms.getPreset());
+}
+
+host::Collider collider_of(const SOP_ShellWarpParms &parms, const GU_Detail &polygons) {
+  host::Collider collider;
+  collider.name = "the collider";
+  collider.kind = static_cast<uint32_t>(static_cast<int>(parms.getCollidershape()) + SW_COLLIDER_PLANE);
+  collider.cells = count_of(parms.getCollidercells());
+  collider.friction = parms.getColliderfriction();
+  collider.thickness = parms.getColliderthickness();
+  const UT_Vector3D t = parms.getCollidert(), r = parms.getColliderr();
+  collider.pose = host::pose_of_angles({t.x(), t.y(), t.z()}, {r.x(), r.y(), r.z()});
+  try {
+    pull_mesh(polygons, collider.mesh);
+  } catch (const host::HostError &error) {
+    throw host::HostError(collider.name + ": " + error.what());
+  }
+  return collider;
+}
+
 void pull_settings(const SOP_ShellWarpParms &parms, host::Request &request) {
   host::Motion &motion = request.motion;
   request.time = parms.getTime();
@@ -144,14 +213,7 @@ void pull_settings(const SOP_ShellWarpParms &parms, host::Request &request) {
   build.auto_error = parms.getAutoerror();
   build.double_precision = parms.getDoubleprecision();
   request.certify = parms.getCertify();
-  host::Stiffness &stiffness = build.stiffness;
-  const bool material = static_cast<int>(parms.getStiffnessfrom()) == 1;
-  stiffness.by = material ? host::Stiffness::By::material : host::Stiffness::By::frequency;
-  stiffness.frequency = parms.getFrequency();
-  stiffness.thickness = parms.getThickness();
-  stiffness.bend = parms.getKbend();
-  stiffness.stretch = parms.getKstretch();
-  stiffness.density = parms.getDensity();
+  pull_stiffness(parms, build.stiffness);
 
   const UT_Vector3D gravity = parms.getGravity(), t = parms.getFramet(), r = parms.getFramer();
   request.inputs.gravity = {gravity.x(), gravity.y(), gravity.z()};
@@ -175,6 +237,8 @@ void ShellWarpVerb::cook(const CookParms &cookparms) const {
     pull_mesh(*detail, request.mesh);
     pull_supports(*detail, parms.getSupportgroup(), parms.getSupportattrib(), request.build.held);
     if (const GU_Detail *points = cookparms.inputGeo(1)) pull_handles(*points, request.inputs.handles);
+    const GU_Detail *touched = cookparms.inputGeo(2);
+    if (touched && touched->getNumPoints() > 0) request.inputs.colliders.push_back(collider_of(parms, *touched));
     runner.evaluate(request);
     push(*detail, runner, parms.getEnvelope(), parms.getWeightattrib());
     const std::string warning = runner.notes().warning();

@@ -267,10 +267,9 @@ MStatus ShellWarpNode::addAttributes() {
       reducedFields, autoError,    integrator,   certify,       supportKind, supportComponents, supportWeightList,
       frameFrom,     supportFrame, handles,      preset,        young,       poisson,           volumeDensity,
       colliders};
-  const MObject children[] = {gravityX,     gravityY,       gravityZ,          supportWeights,  handleVertex,
-                              handleTarget, handlePosition, handleOrientation, handleCompliance,
-                              colliderMesh, colliderMatrix, colliderShape,     colliderCells,   colliderFriction,
-                              colliderThickness};
+  const MObject children[] = {gravityX,       gravityY,       gravityZ,          supportWeights,   handleVertex,
+                              handleTarget,   handlePosition, handleOrientation, handleCompliance, colliderMesh,
+                              colliderMatrix, colliderShape,  colliderCells,     colliderFriction, colliderThickness};
   MStatus status;
   for (const MObject &attribute : parents) {
     status = addAttribute(attribute);

@@ -62,5 +62,6 @@ public:
   // What leads it
   static MObject handles, handleVertex, handleTarget, handlePosition, handleOrientation, handleCompliance;
   // What it touches
-  static MObject colliders, colliderMesh, colliderMatrix, colliderShape, colliderCells, colliderFriction, colliderThickness;
+  static MObject colliders, colliderMesh, colliderMatrix, colliderShape, colliderCells, colliderFriction,
+      colliderThickness;
 };

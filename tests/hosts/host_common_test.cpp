@@ -819,7 +819,8 @@ void a_known_material_is_the_librarys_own() {
     SwSupportDesc supports = shellwarp::support_desc();
     supports.clamped = strip.held;
     supports.n_clamped = STRIP_ROWS;
-    shellwarp::Model model(shellwarp::mesh_desc(strip.positions, STRIP_VERTICES, strip.triangles, STRIP_TRIANGLES), known, supports);
+    shellwarp::Model model(shellwarp::mesh_desc(strip.positions, STRIP_VERTICES, strip.triangles, STRIP_TRIANGLES),
+                           known, supports);
     SwPrecomputeDesc modes = shellwarp::precompute_desc();
     modes.modes = 6;
     modes.precision = SW_PRECISION_F32;
@@ -889,7 +890,8 @@ host::Mesh box_mesh(const Vec3 &low, const Vec3 &high) {
   host::Mesh mesh;
   for (int i = 0; i < 8; ++i)
     for (std::size_t k = 0; k < 3; ++k) mesh.points.push_back((i >> k) & 1 ? high[k] : low[k]);
-  mesh.triangles = {0, 2, 3, 0, 3, 1, 4, 5, 7, 4, 7, 6, 0, 1, 5, 0, 5, 4, 2, 6, 7, 2, 7, 3, 0, 4, 6, 0, 6, 2, 1, 3, 7, 1, 7, 5};
+  mesh.triangles = {0, 2, 3, 0, 3, 1, 4, 5, 7, 4, 7, 6, 0, 1, 5, 0, 5, 4,
+                    2, 6, 7, 2, 7, 3, 0, 4, 6, 0, 6, 2, 1, 3, 7, 1, 7, 5};
   return mesh;
 }
 
@@ -1033,7 +1035,8 @@ void a_solid_that_cannot_be_made_is_named() {
   FAILS_WITH(with(SW_COLLIDER_BOX, [](C &c) { c.mesh.triangles[3] = 99; })(), "names vertex 99, but there are 8");
   FAILS_WITH(with(SW_COLLIDER_BOX, [](C &c) { c.friction = -1; })(), "the solid: ");
   FAILS_WITH(with(SW_COLLIDER_BOX, [](C &c) { c.mesh.points[4] = NAN; })(), "the solid: a point is not finite");
-  FAILS_WITH(with(SW_COLLIDER_PLANE, [](C &c) { c.mesh = box_mesh({0, 0, 0}, {1, 1, 1}); })(), "a plane needs flat ones");
+  FAILS_WITH(with(SW_COLLIDER_PLANE, [](C &c) { c.mesh = box_mesh({0, 0, 0}, {1, 1, 1}); })(),
+             "a plane needs flat ones");
 }
 
 }  // namespace

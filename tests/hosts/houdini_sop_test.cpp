@@ -51,7 +51,7 @@ GU_Detail strip_detail() {
 
 struct Scene {
   std::unique_ptr<SOP_Node> node = plugin->create();
-  GU_Detail mesh = strip_detail(), handles;
+  GU_Detail mesh = strip_detail(), handles, solid;
   fake::Cook &cook = node->fake_cook();
 
   Scene() {
@@ -77,14 +77,26 @@ struct Scene {
     points.attributes["shellpoint"] = {vertex};
     cook.inputs[1] = &handles;
   }
+  // A third input: a box across the strip's free end, its top at a height.
+  void put_box(float top) {
+    fake::Geometry &box = solid.fake_geometry();
+    box = {};
+    for (int i = 0; i < 8; ++i)
+      box.points.emplace_back(i & 1 ? 4.5f : 2.9f, i & 2 ? top : top - 1, i & 4 ? 1.0f : -1.0f);
+    for (const std::vector<GA_Index> &face : std::vector<std::vector<GA_Index>>{
+             {0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}})
+      add_polygon(box, face);
+    cook.inputs[2] = &solid;
+  }
   double tip() { return cook.output.fake_geometry().points[kTip].y(); }
 };
 
 // ---------------------------------------------------------------------------------------------------------------- time
 
 void the_operator_takes_a_mesh_and_perhaps_handles() {
-  CHECK(plugin->op().name == "shellwarp" && plugin->op().min_sources == 1 && plugin->op().max_sources == 2);
+  CHECK(plugin->op().name == "shellwarp" && plugin->op().min_sources == 1 && plugin->op().max_sources == 3);
   CHECK(std::string(plugin->create()->inputLabel(1)) == "Points that hold or lead them");
+  CHECK(std::string(plugin->create()->inputLabel(2)) == "Polygons that they touch");
 }
 
 void the_documentation_names_every_parameter(const char *page) {
@@ -192,6 +204,14 @@ void every_parameter_changes_the_result() {
   CHECK(changes(material, number("kbend", {10})));
   CHECK(changes(material, number("kstretch", {10})));
   CHECK(changes(material, number("density", {2})));
+  const auto known = number("stiffnessfrom", {2});
+  const auto sheet = [](Scene &s) { s.cook.set("stiffnessfrom", {3}), s.cook.set("thickness", {1e-3}); };
+  CHECK(changes(known, word("preset", "steel")));
+  CHECK(changes(known, number("thickness", {2e-3})));
+  CHECK(changes(known, number("metresperunit", {0.1})));
+  CHECK(changes(sheet, number("young", {1e8})));
+  CHECK(changes(sheet, number("poisson", {0})));
+  CHECK(changes(sheet, number("volumedensity", {5000})));
   CHECK(changes(nothing, number("dampingratio", {0.5})));
   CHECK(changes(nothing, number("dampingmass", {2})));
   CHECK(changes(nothing, number("modes", {2})));
@@ -213,6 +233,70 @@ void every_parameter_changes_the_result() {
   CHECK(changes(nothing, number("envelope", {0.5})));
   CHECK(changes([](Scene &s) { s.geometry().attributes["soft"].assign(STRIP_VERTICES, 0.5); },
                 word("weightattrib", "soft")));
+}
+
+// A parameter of the collider at a time: each changes a strip that lies on it.
+void every_parameter_of_the_collider_changes_the_result() {
+  const auto changes = [](const char *name, std::vector<double> value) {
+    Scene before, after;
+    before.put_box(-0.03f), after.put_box(-0.03f);
+    after.cook.set(name, std::move(value));
+    return !same(before.play(8), after.play(8)) && before.cook.errors.empty() && after.cook.errors.empty();
+  };
+  CHECK(changes("collidershape", {1}));
+  CHECK(changes("collidercells", {9}));
+  CHECK(changes("colliderfriction", {0}));
+  CHECK(changes("colliderthickness", {0.01}));
+  CHECK(changes("collidert", {0, 0.01, 0}));
+  CHECK(changes("colliderr", {0, 0, -1}));
+}
+
+void polygons_of_the_third_input_stop_the_strip_and_lift_it() {
+  Scene free;
+  double unstopped = 0;
+  for (int frame = 1; frame <= 16; ++frame) free.at(frame), unstopped = std::min(unstopped, free.tip());
+  CHECK(unstopped < -0.1);
+  for (const int shape : {3, 4, 5}) {  // box, hull, mesh
+    Scene scene;
+    scene.put_box(-0.08f);
+    scene.cook.set("collidershape", {double(shape)});
+    double lowest = 0;
+    for (int frame = 1; frame <= 16; ++frame) scene.at(frame), lowest = std::min(lowest, scene.tip());
+    CHECK_NEAR(lowest, -0.08, 5e-4);  // a grid of 64 cells of 0.03 keeps a hundredth of one
+    for (int frame = 17; frame <= 30; ++frame) {
+      scene.cook.set("collidert", {0, 0.02 * (frame - 16), 0});
+      scene.at(frame);
+    }
+    CHECK(scene.tip() > 0.195 && scene.cook.errors.empty());  // the top is at 0.2
+  }
+}
+
+// What a scene keeps is the name, which is for good.
+void the_menu_of_known_materials_is_the_librarys_table() {
+  const std::unique_ptr<SOP_Node> node = plugin->create();
+  const fake::Parm &preset = node->fake_cook().parms.at("preset");
+  CHECK(preset.type == "string" && preset.menu);
+  const PRM_Name *item = preset.menu->choiceNamesPtr();
+  for (uint32_t k = 0; k < sw_preset_count(); ++k, ++item) {
+    CHECK(std::string(item->getToken()) == sw_preset_name(k));
+    CHECK(std::string(item->getLabel()) == sw_preset_label(k));
+  }
+  CHECK(!item->getToken());
+}
+
+// Steel by name is steel by its numbers.
+void a_known_material_is_the_sheet_of_its_numbers() {
+  Scene named, numbers;
+  named.cook.set("stiffnessfrom", {2});
+  named.cook.set_text("preset", "steel");
+  numbers.cook.set("stiffnessfrom", {3});
+  numbers.cook.set("young", {2.07e11});
+  numbers.cook.set("poisson", {0.3});
+  numbers.cook.set("thickness", {5e-4});
+  numbers.cook.set("volumedensity", {7850});
+  named.play(10), numbers.play(10);
+  CHECK(named.tip() < -1e-3);
+  CHECK_NEAR(numbers.tip(), named.tip(), 1e-6 * std::fabs(named.tip()));  // P is in floats
 }
 
 // A moving frame is what shakes the shell: rotation and translation are animated parameters.
@@ -298,6 +382,12 @@ void what_a_user_can_mend_is_named_and_the_mesh_passes_through() {
   expect_error([](Scene &s) { s.cook.set_text("method", "linear"); }, "there is no method 'linear'; there are warp, ");
   expect_error([](Scene &s) { s.cook.set_text("method", "reduced-shell"), s.cook.set_text("supportgroup", ""); },
                "must be held so that nothing moves freely");
+  expect_error([](Scene &s) { s.cook.set("stiffnessfrom", {2}), s.cook.set_text("preset", "felt"); },
+               "there is no known material 'felt'; there are denim, ");
+  expect_error([](Scene &s) { s.cook.set("stiffnessfrom", {3}); }, "the thickness of a sheet is 0");
+  expect_error([](Scene &s) { s.put_box(-1), s.solid.fake_geometry().primitives.pop_back(); }, "the collider: ");
+  expect_error([](Scene &s) { s.put_box(-1), s.solid.fake_geometry().primitives[2].closed = false; },
+               "the collider: primitive 2 is no closed polygon");
   expect_error([](Scene &s) { s.lead(5000, UT_Vector3()); }, "holds vertex 5000");
   expect_error([](Scene &s) { s.lead(-1, UT_Vector3()); }, "negative point");
   expect_error([](Scene &s) { s.lead(3, UT_Vector3()), s.handles.fake_geometry().attributes.clear(); },
@@ -435,6 +525,10 @@ int main(int argc, char **argv) {
     RUN(the_menu_of_methods_is_the_librarys_table);
     RUN(every_method_of_the_table_moves_the_polygons_or_is_told_of);
     RUN(every_parameter_changes_the_result);
+    RUN(every_parameter_of_the_collider_changes_the_result);
+    RUN(polygons_of_the_third_input_stop_the_strip_and_lift_it);
+    RUN(the_menu_of_known_materials_is_the_librarys_table);
+    RUN(a_known_material_is_the_sheet_of_its_numbers);
     RUN(a_moving_support_frame_shakes_the_shell);
     RUN(envelope_and_weights_scale_each_point);
     RUN(a_handle_point_leads_its_point);

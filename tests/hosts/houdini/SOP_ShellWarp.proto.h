@@ -33,6 +33,17 @@ public:
   const UT_StringHolder &getSupportattrib() const { return supportattrib_; }
   UT_Vector3D getFramet() const { return framet_; }
   UT_Vector3D getFramer() const { return framer_; }
+  const UT_StringHolder &getPreset() const { return preset_; }
+  fpreal getYoung() const { return young_; }
+  fpreal getPoisson() const { return poisson_; }
+  fpreal getVolumedensity() const { return volumedensity_; }
+  fpreal getMetresperunit() const { return metresperunit_; }
+  int64_t getCollidershape() const { return collidershape_; }
+  int64_t getCollidercells() const { return collidercells_; }
+  fpreal getColliderfriction() const { return colliderfriction_; }
+  fpreal getColliderthickness() const { return colliderthickness_; }
+  UT_Vector3D getCollidert() const { return collidert_; }
+  UT_Vector3D getColliderr() const { return colliderr_; }
   fpreal getEnvelope() const { return envelope_; }
   const UT_StringHolder &getWeightattrib() const { return weightattrib_; }
 
@@ -61,6 +72,17 @@ public:
     supportattrib_ = at(values, "supportattrib", "string").text.c_str();
     framet_ = vector(at(values, "framet", "vector"));
     framer_ = vector(at(values, "framer", "vector"));
+    preset_ = at(values, "preset", "string").text.c_str();
+    young_ = at(values, "young", "float").numbers[0];
+    poisson_ = at(values, "poisson", "float").numbers[0];
+    volumedensity_ = at(values, "volumedensity", "float").numbers[0];
+    metresperunit_ = at(values, "metresperunit", "float").numbers[0];
+    collidershape_ = static_cast<int64_t>(at(values, "collidershape", "ordinal").numbers[0]);
+    collidercells_ = static_cast<int64_t>(at(values, "collidercells", "integer").numbers[0]);
+    colliderfriction_ = at(values, "colliderfriction", "float").numbers[0];
+    colliderthickness_ = at(values, "colliderthickness", "float").numbers[0];
+    collidert_ = vector(at(values, "collidert", "vector"));
+    colliderr_ = vector(at(values, "colliderr", "vector"));
     envelope_ = at(values, "envelope", "float").numbers[0];
     weightattrib_ = at(values, "weightattrib", "string").text.c_str();
   }
@@ -101,6 +123,17 @@ private:
   UT_StringHolder supportattrib_;
   UT_Vector3D framet_;
   UT_Vector3D framer_;
+  UT_StringHolder preset_;
+  fpreal young_ = 0;
+  fpreal poisson_ = 0;
+  fpreal volumedensity_ = 0;
+  fpreal metresperunit_ = 0;
+  int64_t collidershape_ = 0;
+  int64_t collidercells_ = 0;
+  fpreal colliderfriction_ = 0;
+  fpreal colliderthickness_ = 0;
+  UT_Vector3D collidert_;
+  UT_Vector3D colliderr_;
   fpreal envelope_ = 0;
   UT_StringHolder weightattrib_;
 };

@@ -244,7 +244,9 @@ OP_ERROR SOP_Node::cookMyselfAsVerb(OP_Context &context) {
 
 GU_DetailHandle &SOP_NodeVerb::CookParms::gdh() const { return cook_.handle; }
 // In place: the first input is the destination by now.
-const GU_Detail *SOP_NodeVerb::CookParms::inputGeo(exint idx) const { return idx == 1 ? cook_.inputs[1] : nullptr; }
+const GU_Detail *SOP_NodeVerb::CookParms::inputGeo(exint idx) const {
+  return idx == 1 || idx == 2 ? cook_.inputs[idx] : nullptr;
+}
 SOP_NodeCache *SOP_NodeVerb::CookParms::cache() const { return cook_.cache.get(); }
 const SOP_NodeParms &SOP_NodeVerb::CookParms::any_parms() const { return *cook_.values; }
 UT_ErrorSeverity SOP_NodeVerb::CookParms::sopAddWarning(int, const char *msg, const UT_SourceLocation *) const {

@@ -410,7 +410,7 @@ struct Cook {
   std::map<std::string, Parm> parms;  // by name; numbers are set by the test, or evaluated from the defaults
   std::set<std::string> set_by_hand;
   double frames_per_second = 24;
-  const GU_Detail *inputs[2] = {nullptr, nullptr};
+  const GU_Detail *inputs[3] = {nullptr, nullptr, nullptr};
   GU_Detail output;
   GU_DetailHandle handle{&output};
   std::unique_ptr<SOP_NodeCache> cache;

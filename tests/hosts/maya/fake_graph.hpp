@@ -53,7 +53,7 @@ public:
   void set_time(double value, MTime::Unit unit);
   void set_components(const std::string &plug, const std::vector<int> &vertices, bool edges = false);
   void set_mesh(const std::string &plug, const Mesh *mesh);  // what is connected; NULL: no more
-  void remove(const std::string &plug);  // an array's element
+  void remove(const std::string &plug);                      // an array's element
 
   // The geometry at an index; NULL: something that is no mesh. The members of the deformer's set are all vertices, or these.
   void connect(unsigned int index, const Mesh *mesh);
