@@ -1,6 +1,6 @@
 # Lays the stand-in for Houdini's kit out as an installation, names it by HFS, builds the SOP as a user would, and cooks it.
 # The package below has the functions of the HoudiniConfig.cmake of Houdini 18 with the arguments that the SOP's build gives.
-#   SOURCE, WORK, LIBRARY (libshellwarp), FAKE (the stand-in's library), TEST (houdini_sop_test), PAGE, GENERATOR
+#   SOURCE, WORK, LIBRARY (libshellwarp), LOADER (load_alone), FAKE (the stand-in's library), TEST (houdini_sop_test), PAGE, GENERATOR
 file(REMOVE_RECURSE "${WORK}")
 set(hfs "${WORK}/hfs")
 file(COPY "${SOURCE}/tests/hosts/houdini/" DESTINATION "${hfs}/toolkit/include" PATTERN "*.cpp" EXCLUDE
@@ -37,4 +37,9 @@ if(NOT output MATCHES "Houdini 20.5.0 in ")
   message(FATAL_ERROR "the kit was not found:\n${output}")
 endif()
 run_step("${CMAKE_COMMAND}" --build "${WORK}/build" --target shellwarp_houdini)
-run_step("${TEST}" "${WORK}/build/houdini/dso/SOP_ShellWarp.so" "${PAGE}")
+
+# Copied elsewhere with its library beside it, and the build gone, as docs say to install it.
+file(COPY "${WORK}/build/houdini/dso/SOP_ShellWarp.so" "${WORK}/build/lib/libshellwarp.so.0" DESTINATION "${WORK}/moved/dso")
+file(REMOVE_RECURSE "${WORK}/build")
+run_step("${LOADER}" "${WORK}/moved/dso/SOP_ShellWarp.so" "${WORK}/moved/dso/" "${FAKE}")
+run_step("${TEST}" "${WORK}/moved/dso/SOP_ShellWarp.so" "${PAGE}")

@@ -1,5 +1,5 @@
 # Lays the stand-in for Maya out as a devkit, finds it by DEVKIT_LOCATION, builds the plug-in as a user would, and runs it.
-#   SOURCE, WORK, LIBRARY (libshellwarp), FAKE (the stand-in's library), TEST (maya_node_test), PAGE (docs/guide/maya.md), GENERATOR
+#   SOURCE, WORK, LIBRARY (libshellwarp), LOADER (load_alone), FAKE (the stand-in's library), TEST (maya_node_test), PAGE (docs/guide/maya.md), GENERATOR
 file(REMOVE_RECURSE "${WORK}")
 set(devkit "${WORK}/devkitBase")
 file(COPY "${SOURCE}/tests/hosts/maya/maya" "${SOURCE}/tests/hosts/maya/fake_maya.hpp" DESTINATION "${devkit}/include")
@@ -24,4 +24,9 @@ if(NOT output MATCHES "Maya 20240000 in ")
   message(FATAL_ERROR "the devkit was not found:\n${output}")
 endif()
 run_step("${CMAKE_COMMAND}" --build "${WORK}/build" --target shellwarp_maya)
-run_step("${TEST}" "${WORK}/build/maya/plug-ins/shellWarp.so" "${PAGE}")
+
+# Copied elsewhere with its library beside it, and the build gone, as docs say to install it.
+file(COPY "${WORK}/build/maya/plug-ins/shellWarp.so" "${WORK}/build/lib/libshellwarp.so.0" DESTINATION "${WORK}/moved/plug-ins")
+file(REMOVE_RECURSE "${WORK}/build")
+run_step("${LOADER}" "${WORK}/moved/plug-ins/shellWarp.so" "${WORK}/moved/plug-ins/" "${FAKE}")
+run_step("${TEST}" "${WORK}/moved/plug-ins/shellWarp.so" "${PAGE}")
