@@ -125,7 +125,7 @@ std::vector<MaterialFile> material_maps(const Material &material, const Mesh &me
                                "; the mesh has " + std::to_string(mesh.n_vertices()) + " vertices and " +
                                std::to_string(mesh.n_triangles()) + " triangles");
   for (const MaterialRegion &region : material.regions) {
-    const std::vector<uint32_t> vertices = find_vertices(region.where, mesh);
+    const std::vector<uint32_t> vertices = find_vertices(region.where, mesh, "material region");
     for (const auto &[quantity, value] : region.values)
       set_region(vertices, value, mesh, map_of(quantity, material, mesh, maps));
   }

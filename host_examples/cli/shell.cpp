@@ -31,23 +31,22 @@ std::string describe(const Bounds &box) {
   return text;
 }
 
-std::vector<uint32_t> vertices_inside(const Bounds &box, const Mesh &mesh) {
+std::vector<uint32_t> vertices_inside(const Bounds &box, const Mesh &mesh, const std::string &owner) {
   std::vector<uint32_t> vertices;
   for (uint32_t i = 0; i < mesh.n_vertices(); ++i)
     if (inside(box, mesh.vertex(i))) vertices.push_back(i);
   if (vertices.empty())
-    throw std::runtime_error("box " + describe(box) + " holds no vertex; the mesh lies in " +
-                             describe(bounds(mesh)));
+    throw std::runtime_error(owner + " box " + describe(box) + " holds no vertex; the mesh lies in " + describe(bounds(mesh)));
   return vertices;
 }
 
-void add_support(const Support &support, const Mesh &mesh, std::vector<uint32_t> &vertices) {
+void add_vertices(const Support &support, const Mesh &mesh, const std::string &owner, std::vector<uint32_t> &vertices) {
   vertices.insert(vertices.end(), support.vertices.begin(), support.vertices.end());
   for (const std::vector<uint32_t> &more : {support.side ? vertices_at(*support.side, mesh) : std::vector<uint32_t>(),
                                             support.group.empty() ? std::vector<uint32_t>() : vertices_of_group(support.group, mesh)})
     vertices.insert(vertices.end(), more.begin(), more.end());
   if (!support.box) return;
-  const std::vector<uint32_t> boxed = vertices_inside(*support.box, mesh);
+  const std::vector<uint32_t> boxed = vertices_inside(*support.box, mesh, owner);
   vertices.insert(vertices.end(), boxed.begin(), boxed.end());
 }
 
@@ -135,15 +134,15 @@ void add_choice(const Scene &scene, const Mesh &mesh, std::vector<uint32_t> &led
 
 }  // namespace
 
-std::vector<uint32_t> find_vertices(const Support &support, const Mesh &mesh) {
+std::vector<uint32_t> find_vertices(const Support &support, const Mesh &mesh, const std::string &owner) {
   std::vector<uint32_t> vertices;
-  add_support(support, mesh, vertices);
+  add_vertices(support, mesh, owner, vertices);
   return vertices;
 }
 
 SupportVertices find_supports(const Scene &scene, const Mesh &mesh) {
   SupportVertices all;
-  for (const Support &support : scene.supports) add_support(support, mesh, support.clamped ? all.clamped : all.fixed);
+  for (const Support &support : scene.supports) add_vertices(support, mesh, "support", support.clamped ? all.clamped : all.fixed);
   remove_repetitions(all.fixed);
   remove_repetitions(all.clamped);
   return all;

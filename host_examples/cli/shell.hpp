@@ -17,8 +17,8 @@ struct SupportVertices {
 };
 SupportVertices find_supports(const Scene &scene, const Mesh &mesh);
 
-// Those of one support, or of a region of the material.
-std::vector<uint32_t> find_vertices(const Support &support, const Mesh &mesh);
+// Those of one support, or of a region of the material. Errors begin with `owner`.
+std::vector<uint32_t> find_vertices(const Support &support, const Mesh &mesh, const std::string &owner);
 
 // The scene's mesh, scaled.
 Mesh scene_mesh(const Scene &scene);
