@@ -333,6 +333,30 @@ fn saved_cloned_and_resumed_runs_have_the_same_bits() {
     }
 }
 
+/// What a step keeps of where the last one ended is of no use to a state that was put elsewhere.
+#[test]
+fn a_state_that_goes_back_begins_where_it_was_then() {
+    let model = leaf_model();
+    let ball = Arc::new(Solid::sphere(0.3).unwrap());
+    let obstacles = || vec![Obstacle::new(ball.clone(), at(1.0, 0.2, -0.2)).with_friction(0.4)];
+    for method in [Method::Warp, Method::PolynomialShell] {
+        let mut run = state_of(model, method);
+        run.set_obstacles(obstacles()).unwrap();
+        (0..20).for_each(|_| run.step(H).unwrap());
+        assert!(run.contact_summary().count > 0);
+        let bytes = run.save();
+        let mut fresh = state_of(model, method);
+        (0..20).for_each(|_| run.step(H).unwrap());
+        for state in [&mut run, &mut fresh] {
+            state.set_obstacles(obstacles()).unwrap();
+            state.load(&bytes).unwrap();
+            state.set_obstacles(obstacles()).unwrap();
+            state.step(H).unwrap();
+        }
+        assert!(positions(&run) == positions(&fresh), "{method}");
+    }
+}
+
 #[test]
 fn impossible_scenes_stay_bounded_and_finite() {
     let model = leaf_model();

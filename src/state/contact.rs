@@ -59,6 +59,7 @@ impl State {
             self.motion.expect_points(contacts.capacity());
             self.motion.copy_unknowns(&mut contacts.unknowns);
             self.motion.copy_unknowns(&mut contacts.came_to);
+            contacts.came_at = None; // only the room was wanted
         }
     }
 
@@ -231,6 +232,7 @@ impl State {
     fn settle_rounds(&mut self, contacts: &mut Contacts, load: &BodyLoad, pose: &Pose) -> Result<(f64, usize)> {
         let round = Round { h: None, feels_start: false };
         contacts.obstacles.iter_mut().for_each(Obstacle::arrive);
+        contacts.came_at = None;
         read(&*self.motion, pose, &mut contacts.start);
         contacts.end.clone_from(&contacts.start);
         contacts.measure_start();

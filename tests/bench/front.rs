@@ -135,8 +135,7 @@ impl Tally {
         self.errors.iter().map(|(own, paper, _)| own / paper).collect()
     }
 
-    /// Cells of the table: of the error over the paper's the median, of the errors at a fifth of the size the median, the paper's there,
-    /// loads worse than the paper, those not found among them, and those worse after falling back.
+    /// Cells of the table, as [`HEADER`] names them.
     fn cells(&self) -> String {
         let fifth =
             |of: fn(&(f64, f64, bool)) -> f64| 100.0 * median(self.errors.iter().filter(|e| e.2).map(of).collect());
@@ -176,7 +175,7 @@ fn contenders(scene: &Scene, specs: &str) -> Vec<Contender> {
     all
 }
 
-/// Measures all contenders under one load, a line; the paper's error.
+/// Measures all contenders under one load, and prints a line.
 fn measure(scene: &Scene, contenders: &[Contender], tallies: &mut [Tally], case: &Case) {
     let of = |model: &Arc<Model>, method: Method| loaded(scene, model, method, case);
     let error = |found: &Option<(State, bool)>| match found {
