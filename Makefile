@@ -18,7 +18,7 @@ export CMAKE_BUILD_PARALLEL_LEVEL ?= $(JOBS)
 .PHONY: help build native demo test test-cargo test-c test-render test-blender demo-blender install package blender-addon header \
     python-abi docs-api test-docs lint fuzz check-memory check-threads check-miri check-guard bench bench-contact bench-front bench-instructions bench-leave-out bench-polynomial bench-precompute bench-solver bench-training build-report report report-docs report-stability \
     test-report clean
-.PHONY: cli check-platforms wasm test-wasm tutorial-pictures docs notices wheel pictures bench-leaf farm-demo farm-sweep farm-costs bench-slepc
+.PHONY: maya-module houdini-package plugin-zip cli check-platforms wasm test-wasm tutorial-pictures docs notices wheel pictures bench-leaf farm-demo farm-sweep farm-costs bench-slepc
 
 help: ## list the targets
 	@echo "usage: make TARGET [JOBS=2]"
@@ -78,6 +78,16 @@ package: native ## pack the same into out/package/shellwarp-VERSION-SYSTEM.tar.g
 # On Linux the wheel's library is linked for glibc 2.17, so that it runs on systems of 2013 and later; elsewhere it is that of this machine.
 PORTABLE := $(shell uname -m)-unknown-linux-gnu
 PORTABLE_LIBRARY := $(or $(CARGO_TARGET_DIR),target)/$(PORTABLE)/release/libshellwarp.so
+
+maya-module: ## pack the Maya plug-in as a module, with DEVKIT_LOCATION=devkitBase in the environment: out/maya/*.zip
+	@$(MAKE) plugin-zip HOST=maya
+
+houdini-package: ## pack the Houdini SOP as a package, with HFS in the environment: out/houdini/*.zip
+	@$(MAKE) plugin-zip HOST=houdini
+
+plugin-zip:
+	@$(MAKE) native WHAT=shellwarp_$(HOST)_tree
+	@for tree in $(BUILD)/$(HOST)/trees/*; do python3 cmake/pack.py "$$tree" "out/$(HOST)/$${tree##*/}.zip" || exit 1; done
 
 wheel: ## build the Python wheel, for glibc 2.17 and later on Linux, and test it in a clean environment: out/wheel
 	@sh cmake/bootstrap.sh python $(if $(filter Linux,$(shell uname)),portable)

@@ -1,6 +1,7 @@
-# Lays the stand-in for Houdini's kit out as an installation, names it by HFS, builds the SOP as a user would, and cooks it.
+# Lays the stand-in for Houdini's kit out as an installation, names it by HFS, packs the package as a user would, and cooks
+# with what is in it.
 # The package below has the functions of the HoudiniConfig.cmake of Houdini 18 with the arguments that the SOP's build gives.
-#   SOURCE, WORK, LIBRARY (libshellwarp), LOADER (load_alone), FAKE (the stand-in's library), TEST (houdini_sop_test), PAGE, GENERATOR
+#   SOURCE, WORK, LIBRARY (libshellwarp), LOADER (load_alone), FAKE (the stand-in's library), TEST (houdini_sop_test), PAGE, GENERATOR, PYTHON
 file(REMOVE_RECURSE "${WORK}")
 set(hfs "${WORK}/hfs")
 file(COPY "${SOURCE}/tests/hosts/houdini/" DESTINATION "${hfs}/toolkit/include" PATTERN "*.cpp" EXCLUDE
@@ -23,23 +24,34 @@ function(houdini_configure_target target_name)
 endfunction()
 ")
 
-function(run_step)
-  execute_process(COMMAND ${ARGN} RESULT_VARIABLE result OUTPUT_VARIABLE output ERROR_VARIABLE output)
-  if(NOT result EQUAL 0)
-    message(FATAL_ERROR "failed: ${ARGN}\n${output}")
-  endif()
-  set(output "${output}" PARENT_SCOPE)
-endfunction()
+include("${CMAKE_CURRENT_LIST_DIR}/plugin_tree.cmake")
+set(configure "${CMAKE_COMMAND}" -S "${SOURCE}" -B "${WORK}/build" -G "${GENERATOR}" -DCMAKE_BUILD_TYPE=Release
+    "-DSHELLWARP_PREBUILT_LIBRARY=${LIBRARY}" -DSHELLWARP_BUILD_CLI=OFF -DSHELLWARP_BUILD_TESTS=OFF)
 
-run_step("${CMAKE_COMMAND}" -S "${SOURCE}" -B "${WORK}/build" -G "${GENERATOR}" -DCMAKE_BUILD_TYPE=Release "-DHFS=${hfs}"
-         "-DSHELLWARP_PREBUILT_LIBRARY=${LIBRARY}" -DSHELLWARP_BUILD_CLI=OFF -DSHELLWARP_BUILD_TESTS=OFF)
-if(NOT output MATCHES "Houdini 20.5.0 in ")
-  message(FATAL_ERROR "the kit was not found:\n${output}")
-endif()
-run_step("${CMAKE_COMMAND}" --build "${WORK}/build" --target shellwarp_houdini)
+# A folder that is no Houdini is named, when configuring and when the package is asked for.
+run_step(${configure} "-DHFS=${WORK}")
+must_match("${output}" "Houdini: HFS is [^ ]*, without toolkit/cmake/HoudiniConfig.cmake")
+refused_step("HFS is [^ ]*, without toolkit" "${CMAKE_COMMAND}" --build "${WORK}/build" --target shellwarp_houdini_tree)
 
-# Copied elsewhere with its library beside it, and the build gone, as docs say to install it.
-file(COPY "${WORK}/build/houdini/dso/SOP_ShellWarp.so" "${WORK}/build/lib/libshellwarp.so.0" DESTINATION "${WORK}/moved/dso")
+run_step(${configure} "-DHFS=${hfs}")
+must_match("${output}" "Houdini 20.5.0 in ")
+run_step("${CMAKE_COMMAND}" --build "${WORK}/build" --target shellwarp_houdini_tree)
+unpack_elsewhere(houdini shellwarp-${VERSION}-houdini20.5-linux)
 file(REMOVE_RECURSE "${WORK}/build")
-run_step("${LOADER}" "${WORK}/moved/dso/SOP_ShellWarp.so" "${WORK}/moved/dso/" "${FAKE}")
-run_step("${TEST}" "${WORK}/moved/dso/SOP_ShellWarp.so" "${PAGE}")
+same_files("shellwarp.json;shellwarp/config/Icons/SOP_shellwarp.svg;shellwarp/dso/SOP_ShellWarp.so;\
+shellwarp/dso/libshellwarp.so.0;shellwarp/licences/LICENSE-APACHE;shellwarp/licences/LICENSE-MIT;\
+shellwarp/licences/THIRD_PARTY.md")
+
+# Where Houdini looks: the folder beside the package file joins HOUDINI_PATH, in this Houdini alone.
+file(READ "${UNPACKED}/shellwarp.json" package)
+string(JSON path GET "${package}" hpath)
+string(JSON enable GET "${package}" enable)
+if(NOT path STREQUAL "$HOUDINI_PACKAGE_PATH/shellwarp")
+  message(FATAL_ERROR "hpath is ${path}")
+endif()
+if(NOT enable STREQUAL "houdini_os == 'linux' and houdini_version >= '20.5' and houdini_version < '20.6'")
+  message(FATAL_ERROR "enable is ${enable}")
+endif()
+set(dso "${UNPACKED}/shellwarp/dso")
+run_step("${LOADER}" "${dso}/SOP_ShellWarp.so" "${dso}/" "${FAKE}")
+run_step("${TEST}" "${dso}/SOP_ShellWarp.so" "${PAGE}")

@@ -1,5 +1,5 @@
-# Lays the stand-in for Maya out as a devkit, finds it by DEVKIT_LOCATION, builds the plug-in as a user would, and runs it.
-#   SOURCE, WORK, LIBRARY (libshellwarp), LOADER (load_alone), FAKE (the stand-in's library), TEST (maya_node_test), PAGE (docs/guide/maya.md), GENERATOR
+# Lays the stand-in for Maya out as a devkit, finds it by DEVKIT_LOCATION, packs the module as a user would, and runs what is in it.
+#   SOURCE, WORK, LIBRARY (libshellwarp), LOADER (load_alone), FAKE (the stand-in's library), TEST (maya_node_test), PAGE (docs/guide/maya.md), GENERATOR, PYTHON
 file(REMOVE_RECURSE "${WORK}")
 set(devkit "${WORK}/devkitBase")
 file(COPY "${SOURCE}/tests/hosts/maya/maya" "${SOURCE}/tests/hosts/maya/fake_maya.hpp" DESTINATION "${devkit}/include")
@@ -9,24 +9,30 @@ foreach(name IN ITEMS OpenMaya OpenMayaAnim Foundation)
   file(COPY_FILE "${FAKE}" "${devkit}/lib/lib${name}.so")
 endforeach()
 
-function(run_step)
-  execute_process(COMMAND ${ARGN} RESULT_VARIABLE result OUTPUT_VARIABLE output ERROR_VARIABLE output)
-  if(NOT result EQUAL 0)
-    message(FATAL_ERROR "failed: ${ARGN}\n${output}")
-  endif()
-  set(output "${output}" PARENT_SCOPE)
-endfunction()
+include("${CMAKE_CURRENT_LIST_DIR}/plugin_tree.cmake")
+set(configure "${CMAKE_COMMAND}" -S "${SOURCE}" -B "${WORK}/build" -G "${GENERATOR}" -DCMAKE_BUILD_TYPE=Release
+    "-DDEVKIT_LOCATION=${devkit}" "-DSHELLWARP_PREBUILT_LIBRARY=${LIBRARY}" -DSHELLWARP_BUILD_CLI=OFF -DSHELLWARP_BUILD_TESTS=OFF)
 
-run_step("${CMAKE_COMMAND}" -S "${SOURCE}" -B "${WORK}/build" -G "${GENERATOR}" -DCMAKE_BUILD_TYPE=Release
-         "-DDEVKIT_LOCATION=${devkit}" "-DSHELLWARP_PREBUILT_LIBRARY=${LIBRARY}" -DSHELLWARP_BUILD_CLI=OFF
-         -DSHELLWARP_BUILD_TESTS=OFF)
-if(NOT output MATCHES "Maya 20240000 in ")
-  message(FATAL_ERROR "the devkit was not found:\n${output}")
-endif()
-run_step("${CMAKE_COMMAND}" --build "${WORK}/build" --target shellwarp_maya)
+# A devkit that lacks a library is told from none at all, when configuring and when the module is asked for.
+file(RENAME "${devkit}/lib/libOpenMayaAnim.so" "${devkit}/lib/elsewhere")
+run_step(${configure})
+string(REPLACE "\n" " " output "${output}")
+must_match("${output}" "Maya: headers in [^ ]*/devkitBase/include, but without the libraries OpenMayaAnim; looked in [^ ]*/devkitBase")
+refused_step("without the libraries OpenMayaAnim" "${CMAKE_COMMAND}" --build "${WORK}/build" --target shellwarp_maya_tree)
+file(RENAME "${devkit}/lib/elsewhere" "${devkit}/lib/libOpenMayaAnim.so")
 
-# Copied elsewhere with its library beside it, and the build gone, as docs say to install it.
-file(COPY "${WORK}/build/maya/plug-ins/shellWarp.so" "${WORK}/build/lib/libshellwarp.so.0" DESTINATION "${WORK}/moved/plug-ins")
+run_step(${configure})
+must_match("${output}" "Maya 20240000 in ")
+run_step("${CMAKE_COMMAND}" --build "${WORK}/build" --target shellwarp_maya_tree)
+unpack_elsewhere(maya shellwarp-${VERSION}-maya2024-linux)
 file(REMOVE_RECURSE "${WORK}/build")
-run_step("${LOADER}" "${WORK}/moved/plug-ins/shellWarp.so" "${WORK}/moved/plug-ins/" "${FAKE}")
-run_step("${TEST}" "${WORK}/moved/plug-ins/shellWarp.so" "${PAGE}")
+same_files("shellWarp.mod;shellWarp/icons/out_shellWarp.png;shellWarp/icons/shellWarp.png;\
+shellWarp/licences/LICENSE-APACHE;shellWarp/licences/LICENSE-MIT;shellWarp/licences/THIRD_PARTY.md;\
+shellWarp/plug-ins/libshellwarp.so.0;shellWarp/plug-ins/shellWarp.so")
+
+# Where Maya looks: the module's folder is named relative to the module file.
+file(READ "${UNPACKED}/shellWarp.mod" module)
+must_match("${module}" "^\\+ MAYAVERSION:2024 PLATFORM:linux shellWarp ${VERSION} shellWarp\n")
+set(plugins "${UNPACKED}/shellWarp/plug-ins")
+run_step("${LOADER}" "${plugins}/shellWarp.so" "${plugins}/" "${FAKE}")
+run_step("${TEST}" "${plugins}/shellWarp.so" "${PAGE}")

@@ -1,0 +1,45 @@
+# What the tests of a plug-in's tree share. WORK is the test's folder, SOURCE the project, PYTHON a Python.
+file(STRINGS "${SOURCE}/Cargo.toml" VERSION REGEX "^version = " LIMIT_COUNT 1)
+string(REGEX MATCH "[0-9.]+" VERSION "${VERSION}")
+
+function(run_step)
+  execute_process(COMMAND ${ARGN} RESULT_VARIABLE result OUTPUT_VARIABLE output ERROR_VARIABLE output)
+  if(NOT result EQUAL 0)
+    message(FATAL_ERROR "failed: ${ARGN}\n${output}")
+  endif()
+  set(output "${output}" PARENT_SCOPE)
+endfunction()
+
+function(must_match text pattern)
+  if(NOT text MATCHES "${pattern}")
+    message(FATAL_ERROR "expected “${pattern}” in:\n${text}")
+  endif()
+endfunction()
+
+# A command that fails and says why.
+function(refused_step pattern)
+  execute_process(COMMAND ${ARGN} RESULT_VARIABLE result OUTPUT_VARIABLE output ERROR_VARIABLE output)
+  if(result EQUAL 0)
+    message(FATAL_ERROR "succeeded: ${ARGN}\n${output}")
+  endif()
+  must_match("${output}" "${pattern}")
+endfunction()
+
+# Packs build/NAME/trees/TREE, twice for the same bytes, and unpacks it into UNPACKED.
+macro(unpack_elsewhere name tree)
+  set(UNPACKED "${WORK}/unpacked")
+  foreach(turn IN ITEMS 1 2)
+    run_step("${PYTHON}" "${SOURCE}/cmake/pack.py" "${WORK}/build/${name}/trees/${tree}" "${WORK}/packed${turn}.zip")
+  endforeach()
+  run_step("${CMAKE_COMMAND}" -E compare_files "${WORK}/packed1.zip" "${WORK}/packed2.zip")
+  file(ARCHIVE_EXTRACT INPUT "${WORK}/packed1.zip" DESTINATION "${UNPACKED}")
+endmacro()
+
+function(same_files expected)
+  file(GLOB_RECURSE found RELATIVE "${UNPACKED}" "${UNPACKED}/*")
+  list(SORT found)
+  list(SORT expected)
+  if(NOT found STREQUAL expected)
+    message(FATAL_ERROR "unpacked: ${found}\nexpected: ${expected}")
+  endif()
+endfunction()
