@@ -5,6 +5,7 @@
 //! Hosts use the C ABI (`include/shellwarp.h`, made from `src/ffi`); this Rust interface serves the tests and may change.
 
 pub mod auto;
+pub mod binding;
 pub mod clock;
 pub mod collider;
 pub mod constraint;

@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The rooms from the ground up. ARCHITECTURE.md says what each is for.
-const LADDER: [&str; 32] = [
+const LADDER: [&str; 33] = [
     "error",
     "real",
     "clock",
@@ -23,6 +23,7 @@ const LADDER: [&str; 32] = [
     "point_energy", // the physical problem, and what holds it
     "collider",     // solids that shells touch
     "contact",
+    "binding", // points that follow a shell
     "warp",
     "precision",
     "sparse",

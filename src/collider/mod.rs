@@ -18,6 +18,7 @@ mod triangle;
 
 pub use bake::{GridOptions, Resolution};
 pub use fit::fit_capsule;
+pub(crate) use tree::{Nearest, Tree, sort as sort_triangles};
 
 use crate::{Error, Result, Vec3};
 use grid::Grid;

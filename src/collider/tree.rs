@@ -14,7 +14,7 @@ pub(super) const FAR_OFF: f64 = 1e120;
 
 /// Of the triangles in their order: node and halves, depth first, so that a node's left half is the node after it.
 #[derive(Clone, Debug)]
-pub(super) struct Tree {
+pub(crate) struct Tree {
     nodes: Vec<Node>,
 }
 
@@ -30,7 +30,7 @@ struct Node {
 
 /// A triangle, the weights of its corners at its nearest point, and the distance there squared.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Nearest {
+pub(crate) struct Nearest {
     pub triangle: usize,
     pub weights: [f64; 3],
     pub squared: f64,
@@ -42,7 +42,7 @@ pub(super) fn corners(positions: &[Vec3], triangle: &[u32; 3]) -> [Vec3; 3] {
 }
 
 /// Puts near triangles next to each other, as a [`Tree`] wants them.
-pub(super) fn sort(positions: &[Vec3], triangles: &mut [[u32; 3]]) {
+pub(crate) fn sort(positions: &[Vec3], triangles: &mut [[u32; 3]]) {
     if triangles.len() <= LEAF {
         return;
     }

@@ -22,7 +22,7 @@ use crate::support::{Frame, FrameMotion, Pose, Rates};
 use crate::{Error, ErrorKind, Model, Result, Vec3};
 pub use certify::{Certificate, LARGEST_ERROR};
 pub use contact::MOST_OBSTACLES;
-pub use output::Report;
+pub use output::{Outward, Report};
 use rest::Rest;
 pub use saved::HEADER as SAVED_HEADER;
 use std::sync::Arc;

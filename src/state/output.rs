@@ -1,6 +1,8 @@
 //! What a state shows: positions, normals, rotations, and measures.
 
 use super::{Space, State};
+use crate::binding::{Binding, Pose as BoundPose};
+use crate::error::try_zeroed;
 use crate::methods::all_finite;
 use crate::support::Pose;
 use crate::warp::Placement;
@@ -26,6 +28,37 @@ pub struct Report {
     pub fraction_turned_too_far: f64,
     /// Steps of a reduced shell since creation or reset whose search ended short of its tolerance.
     pub unconverged_steps: u64,
+}
+
+/// From the frame outward to a space. See [`State::to_space`].
+#[derive(Clone, Copy)]
+pub struct Outward {
+    placement: Placement,
+    velocity: Vec3,
+    angular_velocity: Vec3,
+}
+
+impl Outward {
+    /// Where a position of the frame is.
+    pub fn position(&self, x: Vec3) -> Vec3 {
+        self.placement.place(x)
+    }
+
+    /// Where a direction of the frame points.
+    pub fn direction(&self, d: Vec3) -> Vec3 {
+        self.placement.rotation.map_or(d, |rotation| rotation * d)
+    }
+
+    /// The velocity of what is at `x` in the frame and moves there by `rate`.
+    pub fn velocity(&self, x: Vec3, rate: Vec3) -> Vec3 {
+        let arm = self.position(x) - self.placement.origin;
+        self.velocity + self.angular_velocity.cross(&arm) + self.direction(rate)
+    }
+
+    /// The largest coordinate of the space's origin.
+    pub fn origin(&self) -> f64 {
+        self.placement.origin.amax()
+    }
 }
 
 /// Of the range of a format's numbers: there is no need to look at each vertex within it.
@@ -138,13 +171,39 @@ impl State {
 
     /// Hands the area-weighted unit normal of the deformed shell at every vertex to `write`; zero at unreferenced ones.
     pub fn normals(&self, space: Space, mut write: impl FnMut(usize, Vec3)) -> Result<()> {
-        let mut x = crate::error::try_zeroed("the deformed positions", self.model.shell.mass.len())?;
+        let mut x = try_zeroed("the deformed positions", self.model.shell.mass.len())?;
         self.positions(Space::Frame, |v, position| x[v] = position);
         let rotation = self.rotation_to(space);
         let normals = self.model.shell.mesh.normals(&x);
         all_finite("normal", &normals, |n| n.iter().all(|c| c.is_finite()))?;
         normals.into_iter().enumerate().for_each(|(v, n)| write(v, rotation * n));
         Ok(())
+    }
+
+    /// The shell as the points of `binding` see it, in the frame; with velocities where these are wanted. Fails on a binding to another mesh. Allocates.
+    pub fn bound<'a>(&self, binding: &'a Binding, velocities: bool) -> Result<BoundPose<'a>> {
+        let n = self.model.shell.mass.len();
+        if !binding.fits(&self.model.shell) {
+            return Err(Error::argument("the points are bound to another mesh than the state's"));
+        }
+        let mut x = try_zeroed("the deformed positions", n)?;
+        self.positions(Space::Frame, |v, position| x[v] = position);
+        if !velocities {
+            return binding.pose(x, None);
+        }
+        let mut rates = try_zeroed("the velocities", n)?;
+        self.motion.visit_visible_motion(&mut |v, _, rate| rates[v] = rate);
+        binding.pose(x, Some(&mut rates))
+    }
+
+    /// How positions, directions and velocities in the frame become those of a space.
+    pub fn to_space(&self, space: Space) -> Outward {
+        let moving = space == Space::World;
+        Outward {
+            placement: self.placement(space),
+            velocity: if moving { self.rates.velocity } else { Vec3::zeros() },
+            angular_velocity: if moving { self.rates.angular_velocity } else { Vec3::zeros() },
+        }
     }
 
     /// Hands the rotation of every vertex's frame to `write`, in world space turned with the support frame: exp \[w\]× with
