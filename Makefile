@@ -16,9 +16,9 @@ export CMAKE_BUILD_PARALLEL_LEVEL ?= $(JOBS)
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
 .PHONY: help build native demo test test-cargo test-c test-render test-blender demo-blender install package blender-addon header \
-    python-abi docs-api test-docs lint fuzz check-memory check-threads check-miri check-guard bench bench-contact bench-front bench-instructions bench-leave-out bench-polynomial bench-precompute bench-solver bench-training build-report report report-docs report-stability \
+    python-abi docs-api test-docs lint fuzz check-memory check-threads check-miri check-guard bench bench-binding bench-contact bench-front bench-instructions bench-leave-out bench-polynomial bench-precompute bench-solver bench-training build-report report report-docs report-stability \
     test-report clean
-.PHONY: maya-module houdini-package plugin-zip cli check-platforms wasm test-wasm tutorial-pictures docs notices wheel pictures bench-leaf farm-demo farm-sweep farm-costs bench-slepc
+.PHONY: render-mesh-picture maya-module houdini-package plugin-zip cli check-platforms wasm test-wasm tutorial-pictures docs notices wheel pictures bench-leaf farm-demo farm-sweep farm-costs bench-slepc
 
 help: ## list the targets
 	@echo "usage: make TARGET [JOBS=2]"
@@ -50,6 +50,10 @@ pictures: ## make the README's animation: docs/pictures/shellwarp.webp
 tutorial-pictures: ## draw the pictures of docs/tutorials from what the tests tutorial_… left in build/
 	@sh cmake/bootstrap.sh pictures
 	.venv/bin/python host_examples/render/tutorial_pictures.py --ran $(BUILD)/tests/c/tutorials --out docs/tutorials/pictures
+
+render-mesh-picture: cli ## draw the picture of docs/guide/render_mesh.md
+	@sh cmake/bootstrap.sh pictures
+	.venv/bin/python host_examples/render/render_mesh_picture.py --cli $(BUILD)/bin/shellwarp --out docs/guide/pictures/render_mesh.png
 
 test: ## run every test; ends with what was skipped and how to get it, the counts, and test: OK or test: FAILED
 	@MAKE="$(MAKE)" python3 tests/run_suites.py test-cargo test-c test-render test-report
@@ -215,6 +219,9 @@ bench-polynomial: ## time the polynomial shell's steps and positions beside the 
 
 bench-contact: ## time frames of the warp among colliders beside free ones: docs/evidence/speed.md
 	cargo run --locked --release --example contact -- --docs docs/evidence/speed.md
+
+bench-binding: ## time points that follow a shell beside the positions of as many vertices: docs/evidence/speed.md
+	cargo run --locked --release --example binding -- --docs docs/evidence/speed.md
 
 bench-leave-out: ## what scenes pay for what they do not use, by valgrind: docs/evidence/leave_out.md
 	python3 tests/bench/leave_out.py --docs docs/evidence/leave_out.md

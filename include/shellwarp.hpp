@@ -49,6 +49,7 @@ struct Destroy {
   void operator()(SwModel *model) const noexcept { sw_model_destroy(model); }
   void operator()(SwState *state) const noexcept { sw_state_destroy(state); }
   void operator()(SwCollider *collider) const noexcept { sw_collider_destroy(collider); }
+  void operator()(SwBinding *binding) const noexcept { sw_binding_destroy(binding); }
 };
 
 }  // namespace detail
@@ -73,6 +74,8 @@ inline SwForceDesc force_desc() { return detail::initialized<SwForceDesc>(); }
 inline SwWindDesc wind_desc() { return detail::initialized<SwWindDesc>(); }
 inline SwColliderDesc collider_desc() { return detail::initialized<SwColliderDesc>(); }
 inline SwColliderPoseDesc collider_pose_desc() { return detail::initialized<SwColliderPoseDesc>(); }
+inline SwBindingDesc binding_desc() { return detail::initialized<SwBindingDesc>(); }
+inline SwBoundPointsDesc bound_points_desc() { return detail::initialized<SwBoundPointsDesc>(); }
 
 /* A mesh of packed positions (n_vertices x 3) and packed triangles (n_triangles x 3). */
 inline SwMeshDesc mesh_desc(const void *positions, uint32_t format, uint32_t n_vertices, const uint32_t *triangles,
@@ -235,6 +238,41 @@ private:
   std::unique_ptr<SwCollider, detail::Destroy> handle_;
 };
 
+/* Owns an SwBinding: points that follow the mesh of `model`, which may end before it. Move only. */
+class Binding {
+public:
+  explicit Binding(const Model &model, const SwBindingDesc &desc) {
+    SwBinding *binding = nullptr;
+    check(sw_binding_create(model.get(), &desc, &binding));
+    handle_.reset(binding);
+  }
+
+  SwBindingInfo info() const {
+    SwBindingInfo info = detail::initialized<SwBindingInfo>();
+    check(sw_binding_info(get(), &info));
+    return info;
+  }
+  std::vector<unsigned char> save() const {
+    uint64_t size = 0;
+    check(sw_binding_save(get(), nullptr, 0, &size));
+    std::vector<unsigned char> bytes(size);
+    check(sw_binding_save(get(), bytes.data(), size, &size));
+    return bytes;
+  }
+  static Binding load(const Model &model, const std::vector<unsigned char> &bytes) {
+    SwBinding *binding = nullptr;
+    check(sw_binding_load(model.get(), bytes.data(), bytes.size(), &binding));
+    return Binding(binding);
+  }
+
+  SwBinding *get() const noexcept { return handle_.get(); }
+
+private:
+  explicit Binding(SwBinding *binding) noexcept : handle_(binding) {}
+
+  std::unique_ptr<SwBinding, detail::Destroy> handle_;
+};
+
 /* q and its time derivative, one entry for each mode. */
 struct Amplitudes {
   std::vector<double> value, velocity;
@@ -341,6 +379,11 @@ public:
   }
   void rotations(double *out, uint32_t n_vertices, uint32_t space = SW_SPACE_WORLD, uint64_t stride = 0) const {
     check(sw_state_rotations(get(), space, SW_FORMAT_F64, out, stride, n_vertices));
+  }
+
+  /* Reads points of a binding into the arrays of `desc`. */
+  void bound_points(const Binding &binding, const SwBoundPointsDesc &desc) const {
+    check(sw_state_bound_points(get(), binding.get(), &desc));
   }
 
   SwStateReport report() const {

@@ -54,7 +54,7 @@ fn points_on_sheet(n: usize, height: f64) -> Vec<Vec3> {
     (0..n).map(|_| point()).collect()
 }
 
-fn bind<'a>(shell: &Shell, positions: &'a [Vec3]) -> Binding {
+fn bind(shell: &Shell, positions: &[Vec3]) -> Binding {
     Binding::new(shell, &Points { positions, ..Points::default() }).unwrap()
 }
 
@@ -233,7 +233,7 @@ fn velocities_and_tangents_are_derivatives_of_positions() {
         let pose = state.bound(&binding, true).unwrap();
         let mut out = [(); 3].map(|()| vec![Vec3::zeros(); n]);
         pose.positions(0..n, |i, x| out[0][i] = x);
-        pose.velocities(0..n, |i, x| out[1][i] = x);
+        pose.velocities(0..n, |i, _, v| out[1][i] = v);
         pose.tangents(0..n, |i, x| out[2][i] = x);
         out
     };

@@ -6,7 +6,7 @@ use std::fmt::Write;
 use std::path::Path;
 
 /// The files of src/ffi in the header's order, and what each is about.
-const SECTIONS: [(&str, &str); 19] = [
+const SECTIONS: [(&str, &str); 20] = [
     ("status", "Statuses, messages and versions"),
     ("structs", "Structs"),
     ("pointer", "Buffers"),
@@ -20,6 +20,7 @@ const SECTIONS: [(&str, &str); 19] = [
     ("method", "Methods"),
     ("state", "States"),
     ("output", "What a state shows"),
+    ("binding", "Points that follow a shell"),
     ("batch", "Many states"),
     ("constraint", "Constraints"),
     ("collider", "Colliders"),

@@ -8,12 +8,6 @@ namespace cli {
 
 namespace {
 
-std::string frame_name(const Scene &scene, uint32_t frame) {
-  char number[16];
-  std::snprintf(number, sizeof number, "%04u", frame);
-  return scene.name + "_frame_" + number;
-}
-
 void write_displacement(OutputFolder &folder, const std::string &name, const Mesh &mesh,
                         const shellwarp::State &state) {
   std::vector<double> x(mesh.positions.size());
@@ -98,13 +92,24 @@ void write_table_row(OutputFile &file, const FrameRecord &frame, const std::stri
 
 }  // namespace
 
+std::string frame_file_name(const std::string &name, uint32_t frame) {
+  char number[16];
+  std::snprintf(number, sizeof number, "%04u", frame);
+  return name + "_frame_" + number;
+}
+
 bool is_output(const std::string &scene, const std::string &name) {
   if (name.compare(0, scene.size(), scene) != 0) return false;
-  const std::string end = name.substr(scene.size());
+  std::string end = name.substr(scene.size());
+  if (end.compare(0, 7, "_render") == 0) end = end.substr(7);
   for (const char *whole : {".pc2", "_rest.obj", "_frames.csv", "_comparison.csv", "_bones.csv"})
     if (end == whole) return true;
   const std::size_t digits = end.compare(0, 7, "_frame_") == 0 ? 7 : 1;  // or "_2_warp.obj" of a comparison
   return end.size() > digits && end[0] == '_' && end[digits] >= '0' && end[digits] <= '9';
+}
+
+std::vector<std::size_t> chosen_frames(const Scene &scene, const std::vector<FrameRecord> &frames) {
+  return scene.obj_times.empty() ? extreme_frames(frames, scene.obj_frames) : timed_frames(frames, scene.obj_times);
 }
 
 std::vector<std::size_t> extreme_frames(const std::vector<FrameRecord> &frames, std::size_t count) {
@@ -137,14 +142,12 @@ std::vector<std::size_t> timed_frames(const std::vector<FrameRecord> &frames, co
 void write_frame_files(OutputFolder &folder, const Scene &scene, const Mesh &mesh,
                        const std::vector<PlacedHandle> &handles, const Run &run, shellwarp::State &state) {
   write_obj(folder, scene.name + "_rest.obj", mesh.positions, mesh);
-  const std::vector<std::size_t> chosen = scene.obj_times.empty() ? extreme_frames(run.frames, scene.obj_frames)
-                                                                  : timed_frames(run.frames, scene.obj_times);
-
+  const std::vector<std::size_t> chosen = chosen_frames(scene, run.frames);
   OutputFile table(folder, scene.name + "_frames.csv");
   table.print("frame,time,max_displacement,max_rotation,kinetic_energy,elastic_energy,obj,displacement,handles\n");
   for (std::size_t i = 0; i < run.frames.size(); ++i) {
     const bool write = std::binary_search(chosen.begin(), chosen.end(), i);
-    const std::string name = write ? frame_name(scene, run.frames[i].frame) : "";
+    const std::string name = write ? frame_file_name(scene.name, run.frames[i].frame) : "";
     if (write) write_frame(folder, name, mesh, handles, run.frames[i], state);
     write_table_row(table, run.frames[i], name, any_held(handles, run.frames[i]));
   }

@@ -28,6 +28,12 @@ namespace cli {
 // Whether a run, a comparison or a skeleton called `scene` may write a file of that name.
 bool is_output(const std::string &scene, const std::string &name);
 
+// NAME_frame_0042.
+std::string frame_file_name(const std::string &name, uint32_t frame);
+
+// Of which frames OBJ files are written.
+std::vector<std::size_t> chosen_frames(const Scene &scene, const std::vector<FrameRecord> &frames);
+
 // Indices into `frames`, ascending: the largest `count` of the local maxima of displacement over time.
 std::vector<std::size_t> extreme_frames(const std::vector<FrameRecord> &frames, std::size_t count);
 

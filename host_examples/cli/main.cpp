@@ -211,6 +211,9 @@ void add_simulate_options(CLI::App &app, SimulateOptions &o) {
                                             "box:HX,HY,HZ@X,Y,Z, hull:FILE@X,Y,Z or mesh:FILE@X,Y,Z; behind ':' friction=F, thickness=T, and "
                                             "offsets that move it, as of a handle; several times for several")
       ->type_name("SPEC");
+  app.add_option("--render", o.scene.render_path, "OBJ, OFF or PLY file of the mesh that is drawn: its vertices follow, and are written beside the "
+                                                  "simulated ones (with --out)")
+      ->type_name("FILE");
   app.add_option("--duration", o.scene.duration, "Seconds (5)")->check(positive());
   app.add_option("--step", o.step, "Seconds a step, a frame being one step (1/30)")->check(positive());
   app.add_option("--k-area", o.scene.material.k_area, "Stiffness against change of area (1e4)")
@@ -263,6 +266,7 @@ int simulate_mesh(SimulateOptions &o) {
     o.scene.loads.wind->velocity = *o.wind;
   }
   o.scene.inputs.push_back(o.scene.mesh_path);
+  if (!o.scene.render_path.empty()) o.scene.inputs.push_back(o.scene.render_path);
   o.scene.name = std::filesystem::path(o.scene.mesh_path).stem().string();
   o.scene.title = o.scene.name;
   o.scene.frame_rate = 1 / o.step;

@@ -53,6 +53,9 @@ double surface_area(const std::vector<double> &positions, const std::vector<uint
 void write_obj(OutputFolder &folder, const std::string &name, const std::vector<float> &positions, const Mesh &mesh);
 void write_obj(OutputFolder &folder, const std::string &name, const std::vector<double> &positions, const Mesh &mesh);
 
+// An OBJ file's contents with other positions (n_vertices x 3), and without normals, which would be the old shape's.
+std::string obj_with_positions(const std::string &contents, const std::vector<float> &positions);
+
 // Reads an OBJ, OFF or PLY file, told apart by its extension. Throws FileError (see text_lines.hpp) for anything that is not
 // a whole, well-formed mesh with at least one triangle; a file is never read past its end, whatever it claims to hold.
 Mesh read_mesh(const std::string &path);

@@ -7,6 +7,8 @@
 #include "mesh.hpp"
 #include "text_lines.hpp"
 
+#include <cstdio>
+
 namespace cli {
 
 namespace {
@@ -92,7 +94,40 @@ struct ObjBuilder {
   }
 };
 
+// "7/1/3" as "7/1", "7//3" as "7".
+std::string without_normal(std::string_view corner) {
+  const std::size_t first = corner.find('/'), second = first == corner.npos ? first : corner.find('/', first + 1);
+  std::string kept(corner.substr(0, second));
+  while (!kept.empty() && kept.back() == '/') kept.pop_back();
+  return kept;
+}
+
 }  // namespace
+
+std::string obj_with_positions(const std::string &raw_contents, const std::vector<float> &positions) {
+  const std::string contents = with_whole_statements(raw_contents), path;
+  TextLines lines(path, contents);
+  std::string out;
+  std::size_t vertex = 0;
+  while (lines.next_line()) {
+    const std::string_view statement = lines.word();
+    if (statement == "vn") continue;
+    out.append(statement);
+    if (statement == "v") {
+      char numbers[64];
+      const float *x = &positions.at(3 * vertex++);
+      std::snprintf(numbers, sizeof numbers, " %.9g %.9g %.9g", x[0], x[1], x[2]);
+      out.append(numbers);
+    } else {
+      while (lines.has_word()) {
+        const std::string_view word = lines.word();
+        out.append(" ").append(statement == "f" ? without_normal(word) : std::string(word));
+      }
+    }
+    out.append("\n");
+  }
+  return out;
+}
 
 Mesh read_obj(const std::string &path, const std::string &raw_contents) {
   const std::string contents = with_whole_statements(raw_contents);

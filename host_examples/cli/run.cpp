@@ -10,6 +10,7 @@
 #include "page.hpp"
 #include "point_cache.hpp"
 #include "progress.hpp"
+#include "render_files.hpp"
 #include "shell.hpp"
 #include "simulation.hpp"
 #include "skeleton.hpp"
@@ -141,6 +142,13 @@ void add_to_page(const Scene &scene, const Mesh &mesh, const std::vector<PlacedH
   }
 }
 
+void bind_render_mesh(const Scene &scene, const shellwarp::Model &model, bool quiet, RenderMesh &render) {
+  const SwBindingInfo info = render.bind(model);
+  if (!quiet)
+    std::printf("%s: %u vertices follow the shell, of which vertex %u is the furthest from it, %.3g\n",
+                scene.render_path.c_str(), info.n_points, info.furthest_point, info.furthest_distance);
+}
+
 int run_scene(Scene scene, const RunOptions &options, OutputFolder *folder, Page *page) {
   const uint32_t n_frames = scene.is_static ? 1 : options.frames ? *options.frames : frame_count(scene);
   const Mesh mesh = scene_mesh(scene);
@@ -151,9 +159,12 @@ int run_scene(Scene scene, const RunOptions &options, OutputFolder *folder, Page
   if (scene.comparison) return run_comparison(scene, mesh, options, folder);
   if (!options.yes) refuse_surprises(scene, n_frames, mesh, folder);
   const std::vector<PlacedHandle> handles = place_handles(scene.handles, mesh);
+  std::optional<RenderMesh> render;
+  if (!scene.render_path.empty()) render.emplace(scene);
   std::optional<PointCache> cache;  // opened first: a folder that cannot be written is told before the long work
   if (folder) cache.emplace(*folder, scene.name + ".pc2", mesh.n_vertices());
   const shellwarp::Model model = precompute(scene, mesh, options.quiet);
+  if (render) bind_render_mesh(scene, model, options.quiet, *render);
   shellwarp::State state = make_state(scene, mesh, model);
   Film film(mesh, page ? n_frames : 0, options.compare.size() + 1);
   Run run = simulate(scene, n_frames, mesh, handles, state, cache ? &*cache : nullptr, page ? &film : nullptr,
@@ -164,6 +175,10 @@ int run_scene(Scene scene, const RunOptions &options, OutputFolder *folder, Page
   if (folder && !run.interrupted) {
     cache->close();
     write_frame_files(*folder, scene, mesh, handles, run, state);
+    if (render) {
+      render->write(*folder, scene, chosen_frames(scene, run.frames), run, state);
+      state.load(run.frames.back().saved);
+    }
     run.interrupted = interrupted();
     if (!run.interrupted) folder->put_in_place();
   }

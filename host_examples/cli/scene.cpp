@@ -314,6 +314,10 @@ void read_substance(Section &section, const std::string &path, Scene &scene) {
   if (!mesh) section.fail("mesh is missing: name the OBJ, OFF or PLY file, relative to the scene");
   scene.mesh_path = *mesh;
   scene.inputs.insert(scene.inputs.end(), {path, scene.mesh_path});
+  if (const auto render = section.file("render")) {
+    scene.render_path = *render;
+    scene.inputs.push_back(*render);
+  }
   if (auto s = section.section("material")) scene.material = read_material(*s, scene.inputs);
   if (auto s = section.section("damping")) scene.damping = read_damping(*s);
   for (Section &s : section.sections("support"))

@@ -115,6 +115,7 @@ struct Scene {
   std::string name;  // stem of the files that are written
   std::string title;
   std::string mesh_path;
+  std::string render_path;  // of what is drawn in the mesh's place, or empty
   double scale = 1;  // of the mesh's coordinates, as they are read
   std::vector<std::string> inputs;  // the files that it comes from
   std::string length_unit;  // for people only

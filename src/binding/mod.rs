@@ -229,26 +229,24 @@ impl Binding {
         Ok(Self { mesh, base, frames, rest, rows, turning, has, furthest, reach: 0.0, gain: 0.0 })
     }
 
-    /// With how far its points can get. Fails where a factor is no number.
+    /// With how far its points can get. Fails where a factor is no number, or as large as no point needs.
     fn measured(mut self) -> Result<Self> {
-        let gain = |row: &Row| row.factors.iter().flatten().map(|c| f64::from(c.abs())).sum::<f64>();
-        let rows = self.rows.iter().chain(self.turning.iter().flat_map(|t| &t.rows));
-        self.gain = rows.map(gain).fold(0.0, |a, b| if b <= a { a } else { b });
         self.reach = self.rest.iter().flatten().map(|c| c.abs()).fold(0.0, f64::max);
-        if self.gain <= LARGEST_GAIN { Ok(self) } else { self.too_large() }
-    }
-
-    fn too_large(&self) -> Result<Self> {
         let sum = |row: &Row| row.factors.iter().flatten().map(|c| f64::from(c.abs())).sum::<f64>();
-        let bad = |row: &Row| !(sum(row) <= LARGEST_GAIN);
-        let point = (0..self.rows.len())
-            .position(|i| bad(&self.rows[i]) || self.turning.get(i).is_some_and(|t| t.rows.iter().any(bad)));
-        let i = point.unwrap_or(0);
-        let corners = self.rows[i].corners;
-        let message = format!(
-            "point {i} cannot be bound to triangle {corners:?} of the mesh: it is too thin or too sharply bent there"
-        );
-        Err(Error::new(ErrorKind::Numerical, message))
+        for (i, row) in self.rows.iter().enumerate() {
+            let turning = self.turning.get(i).map_or(&[][..], |turning| &turning.rows);
+            let gain = turning.iter().map(sum).fold(sum(row), |a, b| if b <= a { a } else { b });
+            let bounded = gain <= LARGEST_GAIN;
+            if !bounded {
+                let place = format!("point {i} cannot be bound to triangle {:?} of the mesh", row.corners);
+                return Err(Error::new(
+                    ErrorKind::Numerical,
+                    format!("{place}: it is too thin or too sharply bent there"),
+                ));
+            }
+            self.gain = self.gain.max(gain);
+        }
+        Ok(self)
     }
 
     /// Number of points.
@@ -324,11 +322,20 @@ fn applied(row: &Row, followed: &[Followed]) -> [f32; 4] {
 }
 
 impl Pose<'_> {
+    fn bound(&self, followed: &[Followed]) -> f64 {
+        let larger = |a: f32, b: f32| if b <= a { a } else { b }; // and no number is
+        let largest = followed.iter().flatten().flatten().map(|c| c.abs()).fold(0f32, larger);
+        self.binding.mesh.size * self.binding.gain * f64::from(largest)
+    }
+
     /// A bound of every coordinate of a point.
     pub fn reach(&self) -> f64 {
-        let largest =
-            self.followed.iter().flatten().flatten().map(|c| c.abs()).fold(0f32, |a, b| if b <= a { a } else { b });
-        self.binding.reach + self.binding.mesh.size * self.binding.gain * f64::from(largest)
+        self.binding.reach + self.bound(&self.followed)
+    }
+
+    /// A bound of every component of a velocity.
+    pub fn speed(&self) -> f64 {
+        self.bound(&self.rates)
     }
 
     /// Where the points of a range are.
@@ -341,12 +348,13 @@ impl Pose<'_> {
         }
     }
 
-    /// Their velocities; zero where the pose was made without.
-    pub fn velocities(&self, points: Range<usize>, mut write: impl FnMut(usize, Vec3)) {
-        for i in points {
+    /// Where they are, and their velocities; zero where the pose was made without.
+    pub fn velocities(&self, points: Range<usize>, mut write: impl FnMut(usize, Vec3, Vec3)) {
+        let size = self.binding.mesh.size;
+        self.positions(points, |i, x| {
             let v = if self.rates.is_empty() { [0.0; 4] } else { applied(&self.binding.rows[i], &self.rates) };
-            write(i, Vec3::from_fn(|c, _| self.binding.mesh.size * f64::from(v[c])));
-        }
+            write(i, x, Vec3::from_fn(|c, _| size * f64::from(v[c])));
+        });
     }
 
     /// What became of a point's two directions.

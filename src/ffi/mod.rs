@@ -6,6 +6,7 @@
 #![allow(unsafe_code, clippy::missing_safety_doc)]
 
 pub mod batch;
+pub mod binding;
 pub mod certify;
 pub mod collider;
 pub mod constraint;

@@ -42,6 +42,13 @@ pub(super) struct ModelContent {
     pub(super) model: Option<Arc<Model>>,
 }
 
+impl ModelContent {
+    /// Of the precomputed model, or before that the shell.
+    pub(super) fn shell_to_bind(&self) -> Arc<Shell> {
+        self.model.as_ref().map_or(&self.shell, |model| &model.shell).clone()
+    }
+}
+
 /// A shell and, after precompute, its modes. Opaque.
 pub struct SwModel(pub(super) RwLock<ModelContent>);
 

@@ -1,6 +1,7 @@
 //! A panic forced inside every exported function becomes SW_ERROR_INTERNAL, prints nothing and poisons the handle.
 
 use super::batch::*;
+use super::binding::*;
 use super::certify::*;
 use super::collider::*;
 use super::constraint::*;
@@ -119,6 +120,11 @@ fn status_calls<'a>(model: *mut SwModel, state: *mut SwState) -> Vec<Call<'a>> {
         sw_state_set_method(state, 1),
         sw_state_plan(state, 0.0, null_mut(), 0, 0, null_mut()),
         sw_state_plan_text(state, 0.0, null_mut(), 0, null_mut()),
+        sw_binding_create(model, null(), null_mut()),
+        sw_binding_info(null(), null_mut()),
+        sw_binding_save(null(), null_mut(), 0, null_mut()),
+        sw_binding_load(model, null(), 0, null_mut()),
+        sw_state_bound_points(state, null(), null()),
         sw_collider_create(null(), null_mut()),
         sw_collider_save(null(), null_mut(), 0, null_mut()),
         sw_collider_load(null(), 0, null_mut()),
@@ -132,7 +138,7 @@ fn status_calls<'a>(model: *mut SwModel, state: *mut SwState) -> Vec<Call<'a>> {
 }
 
 /// The exported functions that cannot fail and so have no status.
-const WITHOUT_STATUS: [&str; 18] = [
+const WITHOUT_STATUS: [&str; 19] = [
     "sw_abi_version",
     "sw_features",
     "sw_version_string",
@@ -148,6 +154,7 @@ const WITHOUT_STATUS: [&str; 18] = [
     "sw_preset_name",
     "sw_preset_source",
     "sw_struct_init",
+    "sw_binding_destroy",
     "sw_collider_destroy",
     "sw_model_destroy",
     "sw_state_destroy",
@@ -195,7 +202,10 @@ fn the_first_version_of_each_struct_is_the_frozen_one() {
         SwPlanPart,
         SwColliderDesc,
         SwColliderPoseDesc,
-        SwContact
+        SwContact,
+        SwBindingDesc,
+        SwBindingInfo,
+        SwBoundPointsDesc
     ];
     let frozen = include_str!("../../tests/growth/first/struct_layout.def");
     let mut frozen: Vec<&str> = frozen.lines().filter(|line| line.starts_with("STRUCT")).collect();
@@ -225,7 +235,12 @@ fn a_panic_in_any_exported_function_becomes_a_status() {
                 )*
             };
         }
-        stays_inside![sw_model_destroy(null_mut()), sw_state_destroy(null_mut()), sw_collider_destroy(null_mut()),];
+        stays_inside![
+            sw_model_destroy(null_mut()),
+            sw_state_destroy(null_mut()),
+            sw_collider_destroy(null_mut()),
+            sw_binding_destroy(null_mut()),
+        ];
         // The handles were not poisoned: nothing held them.
         assert_eq!(sw_state_step(state, 0.1), SW_OK);
         sw_state_destroy(state);

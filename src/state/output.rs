@@ -55,6 +55,12 @@ impl Outward {
         self.velocity + self.angular_velocity.cross(&arm) + self.direction(rate)
     }
 
+    /// A bound of velocities at points and by rates whose coordinates have these.
+    pub fn speed(&self, reach: f64, rate: f64) -> f64 {
+        let turning = 6.0 * self.angular_velocity.amax() * reach;
+        self.velocity.amax() + turning + 2.0 * rate
+    }
+
     /// The largest coordinate of the space's origin.
     pub fn origin(&self) -> f64 {
         self.placement.origin.amax()

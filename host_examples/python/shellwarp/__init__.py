@@ -15,6 +15,7 @@ belongs to one thread at a time, and a violation raises BusyError.
 
 from . import _abi as abi
 from . import method
+from .binding import Binding
 from .collider import Collider
 from ._library import library_path, load, version
 from .errors import (BusyError, CancelledError, InternalError, InvalidArgumentError, InvalidDataError, InvalidMeshError,
@@ -26,6 +27,6 @@ from .method import Method, methods
 from .model import Model
 from .state import State
 
-__all__ = ["BusyError", "CancelledError", "Collider", "Diagnostic", "InternalError", "InvalidArgumentError", "InvalidDataError",
+__all__ = ["Binding", "BusyError", "CancelledError", "Collider", "Diagnostic", "InternalError", "InvalidArgumentError", "InvalidDataError",
            "InvalidMeshError", "LibraryNotFoundError", "Material", "Method", "Model", "NotPrecomputedError", "NumericalError", "OutOfMemoryError",
            "Sheet", "Shell", "ShellwarpError", "State", "UnsupportedError", "abi", "check_mesh", "library_path", "load", "method", "methods", "presets", "set_log", "version"]

@@ -126,6 +126,10 @@ class SwState(Structure):
     """Opaque."""
 
 
+class SwBinding(Structure):
+    """Opaque."""
+
+
 class SwCollider(Structure):
     """Opaque."""
 
@@ -335,6 +339,54 @@ class SwStateReport(Structure):
     ]
 
 
+class SwBindingDesc(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("flags", c_uint32),
+        ("format", c_uint32),
+        ("n_points", c_uint32),
+        ("points", c_void_p),
+        ("point_stride", c_uint64),
+        ("normals", c_void_p),
+        ("normal_stride", c_uint64),
+        ("tangents", c_void_p),
+        ("tangent_stride", c_uint64),
+        ("max_distance", c_double),
+    ]
+
+
+class SwBindingInfo(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("n_points", c_uint32),
+        ("has_normals", c_uint32),
+        ("has_tangents", c_uint32),
+        ("furthest_distance", c_double),
+        ("furthest_point", c_uint32),
+        ("reserved", c_uint32),
+        ("bytes", c_uint64),
+    ]
+
+
+class SwBoundPointsDesc(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("space", c_uint32),
+        ("format", c_uint32),
+        ("flags", c_uint32),
+        ("first", c_uint32),
+        ("count", c_uint32),
+        ("positions", c_void_p),
+        ("position_stride", c_uint64),
+        ("normals", c_void_p),
+        ("normal_stride", c_uint64),
+        ("tangents", c_void_p),
+        ("tangent_stride", c_uint64),
+        ("velocities", c_void_p),
+        ("velocity_stride", c_uint64),
+    ]
+
+
 class SwConstraintDesc(Structure):
     _fields_ = [
         ("struct_size", c_uint32),
@@ -505,6 +557,12 @@ FUNCTIONS = {
     "sw_state_normals": (c_uint32, [POINTER(SwState), c_uint32, c_uint32, c_void_p, c_uint64, c_uint32]),
     "sw_state_rotations": (c_uint32, [POINTER(SwState), c_uint32, c_uint32, c_void_p, c_uint64, c_uint32]),
     "sw_state_report": (c_uint32, [POINTER(SwState), POINTER(SwStateReport)]),
+    "sw_binding_create": (c_uint32, [POINTER(SwModel), POINTER(SwBindingDesc), POINTER(POINTER(SwBinding))]),
+    "sw_binding_destroy": (None, [POINTER(SwBinding)]),
+    "sw_binding_info": (c_uint32, [POINTER(SwBinding), POINTER(SwBindingInfo)]),
+    "sw_binding_save": (c_uint32, [POINTER(SwBinding), c_void_p, c_uint64, c_void_p]),
+    "sw_binding_load": (c_uint32, [POINTER(SwModel), c_void_p, c_uint64, POINTER(POINTER(SwBinding))]),
+    "sw_state_bound_points": (c_uint32, [POINTER(SwState), POINTER(SwBinding), POINTER(SwBoundPointsDesc)]),
     "sw_states_step": (c_uint32, [POINTER(POINTER(SwState)), c_uint32, c_double, c_void_p]),
     "sw_set_threads": (c_uint32, [c_uint32]),
     "sw_state_set_constraint": (c_uint32, [POINTER(SwState), POINTER(SwConstraintDesc)]),

@@ -12,6 +12,7 @@ from . import _abi, _arrays, _library
 from ._handle import Handle
 from ._types import Array, Buffer, Report
 from ._values import as_dict, choice, uint32
+from .binding import Binding
 from .collider import Collider
 from .errors import InvalidArgumentError
 from .method import DEFAULT, methods
@@ -233,6 +234,29 @@ class State(Handle):
     def rotations(self, out: "Array | None" = None, space: str = "world", dtype: DTypeLike = numpy.float32) -> Array:
         """Rotation of each vertex from rest, unit quaternions w x y z (n_vertices x 4)."""
         return self._read("rotations", 4, out, space, dtype)
+
+    def bound_points(self, binding: "Binding", wanted: Sequence[str] = ("positions",), out: "dict[str, Array] | None" = None,
+                     space: str = "world", dtype: DTypeLike = numpy.float32) -> dict[str, Array]:
+        """What of "positions", "normals", "tangents" and "velocities" is wanted of a binding's points, each (n_points x 3).
+
+        `out` has arrays to fill, of one dtype; otherwise they are new."""
+        desc = _library.initialised(_abi.SwBoundPointsDesc)
+        names = ("positions", "normals", "tangents", "velocities")
+        arrays = dict(out) if out is not None else {name: numpy.empty((binding.n_points, 3), dtype) for name in wanted}
+        for name, values in arrays.items():
+            if name not in names:
+                raise InvalidArgumentError(f"{name!r} is none of {', '.join(names)}")
+            _, form, stride = _arrays.vectors_out(values, (binding.n_points, 3), dtype, name)
+            if desc.format not in (0, form):
+                raise InvalidArgumentError("the arrays are of different dtypes")
+            desc.format = form
+            setattr(desc, name, _arrays.address(values))
+            setattr(desc, {"velocities": "velocity"}.get(name, name[:-1]) + "_stride", stride)
+        desc.space = choice(SPACES, space, "space")
+        if arrays:
+            with binding._use() as pointer:
+                self._call("sw_state_bound_points", pointer, byref(desc))
+        return arrays
 
     def amplitudes(self) -> tuple[Array, Array]:
         """Modal amplitudes and their rates, two arrays (modes)."""

@@ -566,5 +566,40 @@ class Colliders(unittest.TestCase):
             swinging(model()).move_collider(0)
 
 
+class Bindings(unittest.TestCase):
+    def test_points_follow_with_normals_and_velocities(self):
+        made = model()
+        state = run(made, 20)
+        corners = strip.positions(numpy.float64)
+        points = numpy.concatenate([corners, corners + [0, 0, 0.002]])
+        normals = numpy.tile([0.0, 0.0, 1.0], (len(points), 1))
+        binding = sw.Binding(made, points, normals)
+        self.assertEqual(binding.info()["has_normals"], 1)
+        got = state.bound_points(binding, ["positions", "normals", "velocities"], dtype=numpy.float64)
+        # The vertices' own points are the vertices, in 32 bits of the displacement.
+        self.assertLess(numpy.abs(got["positions"][:len(corners)] - state.positions(dtype=numpy.float64)).max(), 1e-6)
+        off = got["positions"][len(corners):] - got["positions"][:len(corners)]
+        self.assertLess(numpy.abs(numpy.linalg.norm(off, axis=1) / 0.002 - 1).max(), 1e-2)
+        self.assertLess(numpy.abs(off / 0.002 - got["normals"][:len(corners)]).max(), 0.1)
+        self.assertGreater(numpy.abs(got["velocities"]).max(), 1e-3)
+        loaded = sw.Binding.load(made, binding.save())
+        filled = {"positions": numpy.zeros((len(points), 3))}
+        state.bound_points(loaded, out=filled)
+        self.assertTrue(numpy.array_equal(filled["positions"], got["positions"]))
+
+    def test_what_is_wrong_is_named(self):
+        made = model()
+        points = strip.positions()
+        with self.assertRaisesRegex(sw.InvalidArgumentError, "normals: 1 rows"):
+            sw.Binding(made, points, normals=[[0, 0, 1]])
+        with self.assertRaisesRegex(sw.InvalidArgumentError, r"points\[3\]"):
+            sw.Binding(made, numpy.where(numpy.arange(len(points))[:, None] == 3, numpy.nan, points))
+        binding = sw.Binding(made, points)
+        with self.assertRaisesRegex(sw.UnsupportedError, "without normals"):
+            swinging(made).bound_points(binding, ["normals"])
+        with self.assertRaisesRegex(sw.InvalidArgumentError, "'colours' is none of"):
+            swinging(made).bound_points(binding, ["colours"])
+
+
 if __name__ == "__main__":
     unittest.main()

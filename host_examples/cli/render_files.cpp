@@ -1,0 +1,78 @@
+#include "render_files.hpp"
+
+#include "frame_files.hpp"
+#include "text_lines.hpp"
+
+#include <algorithm>
+#include <filesystem>
+#include <stdexcept>
+
+namespace cli {
+
+namespace {
+
+Mesh scaled_mesh(const Scene &scene) {
+  Mesh mesh = read_mesh(scene.render_path);
+  for (double &x : mesh.positions) x *= scene.scale;
+  return mesh;
+}
+
+bool is_obj(const std::string &path) {
+  std::string end = std::filesystem::path(path).extension().string();
+  std::transform(end.begin(), end.end(), end.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return end == ".obj";
+}
+
+// In the frame's axes nothing would be seen of the frame's motion: a cache holds the world's.
+std::vector<float> points_of(const shellwarp::State &state, const shellwarp::Binding &binding, uint32_t n) {
+  std::vector<float> x(std::size_t{3} * n);
+  SwBoundPointsDesc desc = shellwarp::bound_points_desc();
+  desc.format = SW_FORMAT_F32;
+  desc.positions = x.data();
+  state.bound_points(binding, desc);
+  return x;
+}
+
+}  // namespace
+
+RenderMesh::RenderMesh(const Scene &scene)
+    : path_(scene.render_path), contents_(is_obj(path_) ? read_file(path_) : ""), mesh_(scaled_mesh(scene)) {}
+
+SwBindingInfo RenderMesh::bind(const shellwarp::Model &model) {
+  SwBindingDesc desc = shellwarp::binding_desc();
+  desc.format = SW_FORMAT_F64;
+  desc.points = mesh_.positions.data();
+  desc.n_points = mesh_.n_vertices();
+  try {
+    binding_.emplace(model, desc);
+  } catch (const shellwarp::Error &error) {
+    throw std::runtime_error(path_ + ": " + error.what());
+  }
+  return binding_->info();
+}
+
+void RenderMesh::write_obj(OutputFolder &folder, const std::string &name, const std::vector<float> &positions) const {
+  if (contents_.empty()) return cli::write_obj(folder, name, positions, mesh_);
+  OutputFile file(folder, name);
+  const std::string text = obj_with_positions(contents_, positions);
+  file.write(text.data(), text.size());
+  file.close();
+}
+
+void RenderMesh::write(OutputFolder &folder, const Scene &scene, const std::vector<std::size_t> &chosen, const Run &run,
+                       shellwarp::State &state) const {
+  const std::string name = scene.name + "_render";
+  PointCache cache(folder, name + ".pc2", n_points());
+  write_obj(folder, name + "_rest.obj", std::vector<float>(mesh_.positions.begin(), mesh_.positions.end()));
+  for (std::size_t i = 0; i < run.frames.size(); ++i) {
+    state.load(run.frames[i].saved);
+    const std::vector<float> x = points_of(state, binding_.value(), n_points());
+    cache.append(x.data());
+    if (std::binary_search(chosen.begin(), chosen.end(), i)) {
+      write_obj(folder, frame_file_name(name, run.frames[i].frame) + ".obj", x);
+    }
+  }
+  cache.close();
+}
+
+}  // namespace cli
