@@ -18,7 +18,7 @@ export CMAKE_BUILD_PARALLEL_LEVEL ?= $(JOBS)
 .PHONY: help build native demo test test-cargo test-c test-render test-blender demo-blender install package blender-addon header \
     python-abi docs-api test-docs lint fuzz check-memory check-threads check-miri check-guard bench bench-binding bench-contact bench-front bench-instructions bench-leave-out bench-polynomial bench-precompute bench-solver bench-training build-report report report-docs report-stability \
     test-report clean
-.PHONY: render-mesh-picture maya-module houdini-package plugin-zip cli check-platforms wasm test-wasm tutorial-pictures docs notices wheel pictures bench-leaf farm-demo farm-sweep farm-costs bench-slepc
+.PHONY: dist test-dist dist-again render-mesh-picture maya-module houdini-package plugin-zip cli check-platforms wasm test-wasm tutorial-pictures docs notices wheel pictures bench-leaf farm-demo farm-sweep farm-costs bench-slepc
 
 help: ## list the targets
 	@echo "usage: make TARGET [JOBS=2]"
@@ -79,10 +79,6 @@ install: native ## install headers, libraries and the program: PREFIX=/usr/local
 package: native ## pack the same into out/package/shellwarp-VERSION-SYSTEM.tar.gz, to be unpacked anywhere
 	@. ./$(BUILD)/tools.sh && "$${CTEST%ctest}cpack" --config $(BUILD)/CPackConfig.cmake -B out/package
 
-# On Linux the wheel's library is linked for glibc 2.17, so that it runs on systems of 2013 and later; elsewhere it is that of this machine.
-PORTABLE := $(shell uname -m)-unknown-linux-gnu
-PORTABLE_LIBRARY := $(or $(CARGO_TARGET_DIR),target)/$(PORTABLE)/release/libshellwarp.so
-
 maya-module: ## pack the Maya plug-in as a module, with DEVKIT_LOCATION=devkitBase in the environment: out/maya/*.zip
 	@$(MAKE) plugin-zip HOST=maya
 
@@ -93,13 +89,27 @@ plugin-zip:
 	@$(MAKE) native WHAT=shellwarp_$(HOST)_tree
 	@for tree in $(BUILD)/$(HOST)/trees/*; do python3 cmake/pack.py "$$tree" "out/$(HOST)/$${tree##*/}.zip" || exit 1; done
 
+# On Linux the wheel's library is that of the archives: linked for glibc 2.17, so that it runs on systems of 2013 and later.
+PORTABLE := linux-$(shell uname -m)
+
 wheel: ## build the Python wheel, for glibc 2.17 and later on Linux, and test it in a clean environment: out/wheel
 	@sh cmake/bootstrap.sh python $(if $(filter Linux,$(shell uname)),portable)
 	rm -rf out/wheel
-	$(if $(filter Linux,$(shell uname)),PATH="$(CURDIR)/.venv/bin:$$PATH" cargo-zigbuild zigbuild --locked --release --lib --target $(PORTABLE).2.17 && \
-	    SHELLWARP_LIBRARY=$(PORTABLE_LIBRARY)) .venv/bin/python host_examples/python/backend/shellwarp_wheel.py out/wheel
+	$(if $(filter Linux,$(shell uname)),library=$$(python3 cmake/dist_platforms.py library $(PORTABLE)) && \
+	    SHELLWARP_LIBRARY=$$library) .venv/bin/python host_examples/python/backend/shellwarp_wheel.py out/wheel
 	SHELLWARP_WHEEL=$$(ls $(CURDIR)/out/wheel/*.whl) SHELLWARP_OLDEST_GLIBC=$(if $(filter Linux,$(shell uname)),2.17) \
 	    .venv/bin/python host_examples/python/tests/test_wheel.py
+
+dist: ## make an archive for each platform that can be built for here, their checksums, and test them: out/dist (DEVKIT_LOCATION, HFS: with plug-ins)
+	@sh cmake/bootstrap.sh portable
+	python3 cmake/dist.py
+	@$(MAKE) test-dist
+
+test-dist: ## test the archives in out/dist: what is in them, and that outside projects build and run with them
+	python3 tests/dist/test_dist.py
+
+dist-again: ## build the archives a second time in another folder, and list what differs
+	python3 cmake/dist.py --again
 
 check-platforms: ## compile for every platform whose Rust target is installed, and write docs/reference/platforms.md
 	@python3 tests/check_platforms.py

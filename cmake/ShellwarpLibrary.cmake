@@ -17,6 +17,10 @@ set(shellwarp_plain_name "${CMAKE_SHARED_LIBRARY_PREFIX}shellwarp${CMAKE_SHARED_
 if(WIN32)
   set(shellwarp_plain_name shellwarp.dll)
   set(shellwarp_load_name shellwarp.dll)
+  set(shellwarp_import_name shellwarp.dll.lib) # what a program is linked to
+  if(MINGW)
+    set(shellwarp_import_name libshellwarp.dll.a)
+  endif()
 elseif(APPLE)
   set(shellwarp_load_name ${shellwarp_plain_name})
 else()
@@ -64,8 +68,10 @@ if(NOT shellwarp_load_name STREQUAL shellwarp_plain_name)
     COMMAND "${CMAKE_COMMAND}" -E create_symlink "${shellwarp_load_name}" "${shellwarp_directory}/${shellwarp_plain_name}")
 endif()
 if(WIN32)
+  get_filename_component(shellwarp_import_library "${shellwarp_built}" DIRECTORY)
   list(APPEND shellwarp_link_command
-    COMMAND "${CMAKE_COMMAND}" -E copy_if_different "${shellwarp_built}.lib" "${shellwarp_directory}/shellwarp.dll.lib")
+    COMMAND "${CMAKE_COMMAND}" -E copy_if_different "${shellwarp_import_library}/${shellwarp_import_name}"
+            "${shellwarp_directory}/${shellwarp_import_name}")
 endif()
 
 add_custom_target(shellwarp_library ALL
@@ -85,7 +91,7 @@ set_target_properties(shellwarp::shellwarp PROPERTIES
   IMPORTED_LOCATION "${shellwarp_directory}/${shellwarp_load_name}"
   INTERFACE_INCLUDE_DIRECTORIES "${PROJECT_SOURCE_DIR}/include")
 if(WIN32)
-  set_target_properties(shellwarp::shellwarp PROPERTIES IMPORTED_IMPLIB "${shellwarp_directory}/shellwarp.dll.lib")
+  set_target_properties(shellwarp::shellwarp PROPERTIES IMPORTED_IMPLIB "${shellwarp_directory}/${shellwarp_import_name}")
 elseif(NOT APPLE)
   set_target_properties(shellwarp::shellwarp PROPERTIES IMPORTED_SONAME "${shellwarp_load_name}")
 endif()

@@ -21,14 +21,23 @@ LICENCES = [HERE.parents[1] / name for name in ("LICENSE-MIT", "LICENSE-APACHE",
 DATE = (1980, 1, 1, 0, 0, 0)
 
 
-def platform_tag():
-    """Blender's name of this machine."""
-    system = {"linux": "linux", "darwin": "macos", "win32": "windows"}[sys.platform]
-    return f"{system}-{'arm64' if platform.machine().lower() in ('arm64', 'aarch64') else 'x64'}"
+def platform_tag(data):
+    """Blender's name of the platform that a library is for."""
+    if data[:4] == b"\x7fELF":
+        return f"linux-{'arm64' if data[0x12] == 0xB7 else 'x64'}"
+    if data[:2] == b"MZ":
+        return "windows-x64"
+    return f"macos-{'arm64' if platform.machine().lower() in ('arm64', 'aarch64') else 'x64'}"
 
 
-def load_name():
-    return {"darwin": "libshellwarp.dylib", "win32": "shellwarp.dll"}.get(sys.platform, "libshellwarp.so.0")
+def load_name(tag):
+    """What the package loads a library by."""
+    return {"macos": "libshellwarp.dylib", "windows": "shellwarp.dll"}.get(tag.split("-", maxsplit=1)[0], "libshellwarp.so.0")
+
+
+def built():
+    """The library that CMake leaves on this machine."""
+    return HERE.parents[1] / "build" / "lib" / load_name({"darwin": "macos", "win32": "windows"}.get(sys.platform, "linux"))
 
 
 def contents(library, tag):
@@ -39,22 +48,23 @@ def contents(library, tag):
     yield "blender_manifest.toml", manifest.replace("\n[permissions]", f'\nplatforms = ["{tag}"]\n\n[permissions]').encode()
     for path in sorted(PACKAGE.glob("*.py")):
         yield f"shellwarp/{path.name}", path.read_bytes()
-    yield f"shellwarp/{load_name()}", stripped(library)
+    yield f"shellwarp/{load_name(tag)}", stripped(library)
     for path in LICENCES:
         yield path.name, path.read_bytes()
 
 
 def main():
     options = argparse.ArgumentParser(description=__doc__.split("\n\n", maxsplit=1)[0])
-    options.add_argument("--library", type=Path, default=HERE.parents[1] / "build" / "lib" / load_name())
+    options.add_argument("--library", type=Path, default=built())
     options.add_argument("--out", type=Path, default=HERE.parents[1] / "out" / "blender", help="the folder for shellwarp-blender-VERSION-PLATFORM.zip")
     given = options.parse_args()
     manifest = (HERE / "addon" / "blender_manifest.toml").read_text(encoding="utf-8")
     version = manifest.split('\nversion = "', 1)[1].split('"', 1)[0]
     given.out.mkdir(parents=True, exist_ok=True)
-    path = given.out / f"shellwarp-blender-{version}-{platform_tag()}.zip"
+    tag = platform_tag(given.library.read_bytes())
+    path = given.out / f"shellwarp-blender-{version}-{tag}.zip"
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as file:
-        for name, data in contents(given.library, platform_tag()):
+        for name, data in contents(given.library, tag):
             file.writestr(zipfile.ZipInfo(f"shellwarp/{name}", DATE), data, zipfile.ZIP_DEFLATED)
     print(path)
 

@@ -1,8 +1,12 @@
 # Lays the stand-in for Houdini's kit out as an installation, names it by HFS, packs the package as a user would, and cooks
 # with what is in it.
 # The package below has the functions of the HoudiniConfig.cmake of Houdini 18 with the arguments that the SOP's build gives.
-#   SOURCE, WORK, LIBRARY (libshellwarp), LOADER (load_alone), FAKE (the stand-in's library), TEST (houdini_sop_test), PAGE, GENERATOR, PYTHON
+#   SOURCE, WORK, LIBRARY (libshellwarp), LOADER (load_alone), FAKE (the stand-in's library), TEST (houdini_sop_test), PAGE, GENERATOR, PYTHON;
+#   TREE: where CMake begins instead of SOURCE, such as the plug-ins' sources in an archive; TEST is then not run
 file(REMOVE_RECURSE "${WORK}")
+if(NOT TREE)
+  set(TREE "${SOURCE}")
+endif()
 set(hfs "${WORK}/hfs")
 file(COPY "${SOURCE}/tests/hosts/houdini/" DESTINATION "${hfs}/toolkit/include" PATTERN "*.cpp" EXCLUDE
      PATTERN "SOP_ShellWarp.proto.h" EXCLUDE)
@@ -25,7 +29,7 @@ endfunction()
 ")
 
 include("${CMAKE_CURRENT_LIST_DIR}/plugin_tree.cmake")
-set(configure "${CMAKE_COMMAND}" -S "${SOURCE}" -B "${WORK}/build" -G "${GENERATOR}" -DCMAKE_BUILD_TYPE=Release
+set(configure "${CMAKE_COMMAND}" -S "${TREE}" -B "${WORK}/build" -G "${GENERATOR}" -DCMAKE_BUILD_TYPE=Release
     "-DSHELLWARP_PREBUILT_LIBRARY=${LIBRARY}" -DSHELLWARP_BUILD_CLI=OFF -DSHELLWARP_BUILD_TESTS=OFF)
 
 # A folder that is no Houdini is named, when configuring and when the package is asked for.
@@ -54,4 +58,6 @@ if(NOT enable STREQUAL "houdini_os == 'linux' and houdini_version >= '20.5' and 
 endif()
 set(dso "${UNPACKED}/shellwarp/dso")
 run_step("${LOADER}" "${dso}/SOP_ShellWarp.so" "${dso}/" "${FAKE}")
-run_step("${TEST}" "${dso}/SOP_ShellWarp.so" "${PAGE}")
+if(TEST)
+  run_step("${TEST}" "${dso}/SOP_ShellWarp.so" "${PAGE}")
+endif()

@@ -1,6 +1,10 @@
 # Lays the stand-in for Maya out as a devkit, finds it by DEVKIT_LOCATION, packs the module as a user would, and runs what is in it.
-#   SOURCE, WORK, LIBRARY (libshellwarp), LOADER (load_alone), FAKE (the stand-in's library), TEST (maya_node_test), PAGE (docs/guide/maya.md), GENERATOR, PYTHON
+#   SOURCE, WORK, LIBRARY (libshellwarp), LOADER (load_alone), FAKE (the stand-in's library), TEST (maya_node_test), PAGE (docs/guide/maya.md), GENERATOR, PYTHON;
+#   TREE: where CMake begins instead of SOURCE, such as the plug-ins' sources in an archive; TEST is then not run
 file(REMOVE_RECURSE "${WORK}")
+if(NOT TREE)
+  set(TREE "${SOURCE}")
+endif()
 set(devkit "${WORK}/devkitBase")
 file(COPY "${SOURCE}/tests/hosts/maya/maya" "${SOURCE}/tests/hosts/maya/fake_maya.hpp" DESTINATION "${devkit}/include")
 file(WRITE "${devkit}/include/maya/MTypes.h" "#define MAYA_API_VERSION 20240000\n")
@@ -10,7 +14,7 @@ foreach(name IN ITEMS OpenMaya OpenMayaAnim Foundation)
 endforeach()
 
 include("${CMAKE_CURRENT_LIST_DIR}/plugin_tree.cmake")
-set(configure "${CMAKE_COMMAND}" -S "${SOURCE}" -B "${WORK}/build" -G "${GENERATOR}" -DCMAKE_BUILD_TYPE=Release
+set(configure "${CMAKE_COMMAND}" -S "${TREE}" -B "${WORK}/build" -G "${GENERATOR}" -DCMAKE_BUILD_TYPE=Release
     "-DDEVKIT_LOCATION=${devkit}" "-DSHELLWARP_PREBUILT_LIBRARY=${LIBRARY}" -DSHELLWARP_BUILD_CLI=OFF -DSHELLWARP_BUILD_TESTS=OFF)
 
 # A devkit that lacks a library is told from none at all, when configuring and when the module is asked for.
@@ -35,4 +39,6 @@ file(READ "${UNPACKED}/shellWarp.mod" module)
 must_match("${module}" "^\\+ MAYAVERSION:2024 PLATFORM:linux shellWarp ${VERSION} shellWarp\n")
 set(plugins "${UNPACKED}/shellWarp/plug-ins")
 run_step("${LOADER}" "${plugins}/shellWarp.so" "${plugins}/" "${FAKE}")
-run_step("${TEST}" "${plugins}/shellWarp.so" "${PAGE}")
+if(TEST)
+  run_step("${TEST}" "${plugins}/shellWarp.so" "${PAGE}")
+endif()
