@@ -18,7 +18,7 @@ export CMAKE_BUILD_PARALLEL_LEVEL ?= $(JOBS)
 .PHONY: help build native demo test test-cargo test-c test-render test-blender demo-blender install package blender-addon header \
     python-abi docs-api test-docs lint fuzz check-memory check-threads check-miri check-guard bench bench-binding bench-contact bench-front bench-instructions bench-leave-out bench-polynomial bench-precompute bench-solver bench-training build-report report report-docs report-stability \
     test-report clean
-.PHONY: dist test-dist dist-again render-mesh-picture maya-module houdini-package plugin-zip cli check-platforms wasm test-wasm tutorial-pictures docs notices wheel pictures bench-leaf farm-demo farm-sweep farm-costs bench-slepc
+.PHONY: dist test-dist dist-again render-mesh-picture maya-module houdini-package plugin-zip cli check-platforms wasm test-wasm playground test-playground tutorial-pictures docs notices wheel pictures bench-leaf farm-demo farm-sweep farm-costs bench-slepc
 
 help: ## list the targets
 	@echo "usage: make TARGET [JOBS=2]"
@@ -56,7 +56,7 @@ render-mesh-picture: cli ## draw the picture of docs/guide/render_mesh.md
 	.venv/bin/python host_examples/render/render_mesh_picture.py --cli $(BUILD)/bin/shellwarp --out docs/guide/pictures/render_mesh.png
 
 test: ## run every test; ends with what was skipped and how to get it, the counts, and test: OK or test: FAILED
-	@MAKE="$(MAKE)" python3 tests/run_suites.py test-cargo test-c test-render test-report
+	@MAKE="$(MAKE)" python3 tests/run_suites.py test-cargo test-c test-render test-report test-playground
 
 test-cargo: ## run the Rust tests
 	cargo test --locked --release --no-fail-fast
@@ -119,8 +119,27 @@ WASM := $(or $(CARGO_TARGET_DIR),target)/wasm32-unknown-unknown/release/shellwar
 wasm: ## build the library as a WebAssembly module with SIMD, where the target is installed (rustup target add wasm32-unknown-unknown)
 	RUSTFLAGS="-C target-feature=+simd128" cargo build --locked --release --lib --target wasm32-unknown-unknown
 
+# A page that needs no server: the library, its workers, five shells and their saved models in one file.
+PLAYGROUND := host_examples/playground
+
+playground: ## write the page where shells are dragged, with npm and the wasm target: build/playground/index.html
+	@command -v npm >/dev/null || { echo "playground: npm is missing"; exit 1; }
+	@rustup target list --installed | grep -q wasm32-unknown-unknown || \
+	    { echo "playground: run rustup target add wasm32-unknown-unknown first"; exit 1; }
+	@$(MAKE) wasm
+	npm ci --silent --prefix $(PLAYGROUND)
+	@mkdir -p $(BUILD)/playground
+	python3 $(PLAYGROUND)/layout.py include/shellwarp.h >$(BUILD)/playground/layout.json
+	node $(PLAYGROUND)/make.mjs $(WASM) $(BUILD)/playground/layout.json $(BUILD)/playground
+
+test-playground: ## drag its shells in headless Chromium; skipped where npm, the wasm target or a browser is missing
+	@if ! command -v npm >/dev/null; then echo "skipped: the playground: npm is missing (install node)"; \
+	elif ! rustup target list --installed 2>/dev/null | grep -q wasm32-unknown-unknown; then \
+	    echo "skipped: the playground: rustup target add wasm32-unknown-unknown"; \
+	else $(MAKE) playground && node $(PLAYGROUND)/test_page.mjs $(BUILD)/playground/index.html; fi
+
 test-wasm: wasm ## test that module in node
-	python3 tests/wasm/layout.py include/shellwarp.h >$(BUILD)-layout.tmp
+	python3 host_examples/playground/layout.py include/shellwarp.h >$(BUILD)-layout.tmp
 	SHELLWARP_WASM=$(WASM) SHELLWARP_LAYOUT=$(BUILD)-layout.tmp node --test tests/wasm/
 	@rm -f $(BUILD)-layout.tmp
 

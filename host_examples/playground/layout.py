@@ -9,7 +9,7 @@ import json
 import sys
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "host_examples" / "python"))
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "python"))
 from generate_abi import Declarations   # noqa: E402
 
 POINTER = ctypes.c_uint32

@@ -1,4 +1,4 @@
-// The library as a WebAssembly module: its memory, structs and callbacks from JavaScript. As much as the tests need.
+// The library as a WebAssembly module: its memory, structs and callbacks from JavaScript.
 
 const SECTION = { type: 1, import: 2, function: 3, export: 7 };
 const TYPE = { i32: 0x7f, f64: 0x7c };
@@ -20,6 +20,19 @@ export class Library {
   constructor(instance, layout) {
     this.calls = instance.exports;
     this.layout = layout;
+    this.lent = null;
+  }
+
+  // Does `work` and gives back what it allocated.
+  within(work) {
+    const outer = this.lent;
+    this.lent = [];
+    try {
+      return work();
+    } finally {
+      for (const [at, size] of this.lent) this.calls.sw_free(at, size);
+      this.lent = outer;
+    }
   }
 
   // Made anew at each use: memory that grows moves.
@@ -34,6 +47,7 @@ export class Library {
   alloc(size) {
     const at = this.calls.sw_alloc(size);
     if (!at) throw new Error(`no memory for ${size} bytes`);
+    this.lent?.push([at, size]);
     return at;
   }
 
