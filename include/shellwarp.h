@@ -1460,7 +1460,12 @@ SwStatus sw_state_constraint_report(const struct SwState *state,
 // The inside of a closed mesh, prepared as signed distances on a grid.
 #define SW_COLLIDER_MESH 6
 
-// In sw_state_move_collider: the collider is there at once and has no velocity.
+// The inside of a closed mesh whose vertices move: sw_state_deform_collider. Its distances are
+// exact, by a search for each point.
+#define SW_COLLIDER_DEFORMING_MESH 7
+
+// In sw_state_move_collider and sw_state_deform_collider: the collider is there at once and has no
+// velocity.
 #define SW_COLLIDER_TELEPORT 1
 
 // A solid in axes of its own, which sw_state_move_collider places.
@@ -1484,7 +1489,8 @@ typedef struct SwColliderDesc {
   double friction;
   // The shell stays so far off the surface, length, not negative; such as half its own thickness.
   double thickness;
-  // Of SW_COLLIDER_HULL and SW_COLLIDER_MESH, in the collider's axes; copied.
+  // Of SW_COLLIDER_HULL, SW_COLLIDER_MESH and SW_COLLIDER_DEFORMING_MESH, in the collider's axes;
+  // copied.
   const struct SwMeshDesc *mesh;
   // Of SW_COLLIDER_MESH: cells along the longest side of the mesh, 4 to 2000; 0 = 64. A cell is
   // about the size of the finest feature.
@@ -1583,6 +1589,64 @@ SwStatus sw_state_set_colliders(struct SwState *state,
 SwStatus sw_state_move_collider(struct SwState *state,
                                 uint32_t collider,
                                 const struct SwColliderPoseDesc *desc);
+
+// Sets the shape that a collider of SW_COLLIDER_DEFORMING_MESH has at the end of the next step:
+// positions (n_vertices x 3) of its vertices in their order, in its axes, as SW_FORMAT_...,
+// `stride` bytes apart (0 = packed). The triangles stay. What lies on it is taken along, and
+// friction feels how it moves. It keeps the shape when not called. With SW_COLLIDER_TELEPORT it has
+// it at once. The state takes a copy for its own the first time, so that states may share the
+// collider; that copy is dropped by sw_state_set_colliders. The mesh should stay closed and not
+// meet itself.
+// Errors: SW_ERROR_INVALID_ARGUMENT, also where the state has no such collider or it has another
+// number of vertices; SW_ERROR_UNSUPPORTED of other kinds; SW_ERROR_OUT_OF_MEMORY, SW_ERROR_BUSY.
+SwStatus sw_state_deform_collider(struct SwState *state,
+                                  uint32_t collider,
+                                  uint32_t flags,
+                                  uint32_t format,
+                                  const void *positions,
+                                  uint64_t stride,
+                                  uint32_t n_vertices);
+
+// A capsule about points. Output only.
+typedef struct SwCapsuleFit {
+  // Set by sw_capsule_fit_init.
+  uint32_t struct_size;
+  // Always 0.
+  uint32_t reserved;
+  // Of a SwColliderDesc of SW_COLLIDER_CAPSULE.
+  double radius;
+  // The same.
+  double half_length;
+  // Of its SwColliderPoseDesc.
+  double origin[3];
+  // The same.
+  double rotation[9];
+} SwCapsuleFit;
+
+// Fits a small capsule about points, such as the vertices of a bone: (n_points x 3) as
+// SW_FORMAT_..., `stride` bytes apart (0 = packed). All are inside. `fit` must be initialised by
+// sw_capsule_fit_init.
+// Errors: SW_ERROR_INVALID_ARGUMENT, also where there is no point, where all are at one place or
+// one is not within 1e100; SW_ERROR_INVALID_DESC.
+SwStatus sw_fit_capsule(uint32_t format,
+                        const void *points,
+                        uint64_t stride,
+                        uint32_t n_points,
+                        struct SwCapsuleFit *fit);
+
+// Positions for the eye (n_vertices x 3): as sw_state_positions, but what is inside a collider is
+// pushed out of it, and its neighbours follow smoothly. Cosmetic: the motion does not know, and
+// forces and contacts are those of sw_state_positions. Vertices that a support holds stay.
+// *deepest, which may be NULL, is how deep a vertex still is: 0 but between colliders that leave no
+// room. Allocates. Callable concurrently.
+// Errors: as sw_state_positions; SW_ERROR_OUT_OF_MEMORY.
+SwStatus sw_state_positions_outside(const struct SwState *state,
+                                    uint32_t space,
+                                    uint32_t format,
+                                    void *out,
+                                    uint64_t stride,
+                                    uint32_t n_vertices,
+                                    double *deepest);
 
 // Where the shell touched at the end of the last step or equilibrium. `element_size` is
 // sizeof(SwContact). Two calls: with `contacts` NULL and `capacity` 0 only *count is written.
@@ -1880,6 +1944,9 @@ static inline void sw_collider_desc_init(SwColliderDesc *s) {
   sw_struct_init(s, sizeof *s);
 }
 static inline void sw_collider_pose_desc_init(SwColliderPoseDesc *s) {
+  sw_struct_init(s, sizeof *s);
+}
+static inline void sw_capsule_fit_init(SwCapsuleFit *s) {
   sw_struct_init(s, sizeof *s);
 }
 static inline void sw_force_desc_init(SwForceDesc *s) {

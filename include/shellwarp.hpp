@@ -273,6 +273,13 @@ private:
   std::unique_ptr<SwBinding, detail::Destroy> handle_;
 };
 
+/* A small capsule about packed points (n x 3). */
+inline SwCapsuleFit fit_capsule(const double *points, uint32_t n) {
+  SwCapsuleFit fit = detail::initialized<SwCapsuleFit>();
+  check(sw_fit_capsule(SW_FORMAT_F64, points, 0, n, &fit));
+  return fit;
+}
+
 /* q and its time derivative, one entry for each mode. */
 struct Amplitudes {
   std::vector<double> value, velocity;
@@ -333,6 +340,13 @@ public:
   void move_collider(uint32_t collider, const SwColliderPoseDesc &desc) {
     check(sw_state_move_collider(get(), collider, &desc));
   }
+  /* Packed positions (n_vertices x 3) of a collider of SW_COLLIDER_DEFORMING_MESH at the end of the next step. */
+  void deform_collider(uint32_t collider, const double *positions, uint32_t n_vertices, uint32_t flags = 0) {
+    check(sw_state_deform_collider(get(), collider, flags, SW_FORMAT_F64, positions, 0, n_vertices));
+  }
+  void deform_collider(uint32_t collider, const float *positions, uint32_t n_vertices, uint32_t flags = 0) {
+    check(sw_state_deform_collider(get(), collider, flags, SW_FORMAT_F32, positions, 0, n_vertices));
+  }
   void set_rest_tolerance(double length) { check(sw_state_set_rest_tolerance(get(), length)); }
   void step(double seconds) { check(sw_state_step(get(), seconds)); }
 
@@ -384,6 +398,18 @@ public:
   /* Reads points of a binding into the arrays of `desc`. */
   void bound_points(const Binding &binding, const SwBoundPointsDesc &desc) const {
     check(sw_state_bound_points(get(), binding.get(), &desc));
+  }
+
+  /* Where they are for the eye: out of colliders, cosmetic. Returns how deep a vertex still is. */
+  double positions_outside(double *out, uint32_t n_vertices, uint32_t space = SW_SPACE_WORLD, uint64_t stride = 0) const {
+    double deepest = 0;
+    check(sw_state_positions_outside(get(), space, SW_FORMAT_F64, out, stride, n_vertices, &deepest));
+    return deepest;
+  }
+  double positions_outside(float *out, uint32_t n_vertices, uint32_t space = SW_SPACE_WORLD, uint64_t stride = 0) const {
+    double deepest = 0;
+    check(sw_state_positions_outside(get(), space, SW_FORMAT_F32, out, stride, n_vertices, &deepest));
+    return deepest;
   }
 
   SwStateReport report() const {

@@ -213,6 +213,26 @@ impl Solid {
         }
     }
 
+    /// Whether it has another shape than before.
+    pub fn deforms(&self) -> bool {
+        matches!(&self.shape, Shape::Moving(mesh) if mesh.moved)
+    }
+
+    /// As [`Solid::update`], but the shape before stays where there is one since the last [`Solid::arrive`].
+    pub fn lead(&mut self, positions: &[Vec3]) -> Result<()> {
+        match &mut self.shape {
+            Shape::Moving(mesh) => mesh.replace(positions),
+            _ => self.update(positions),
+        }
+    }
+
+    /// The present shape becomes the one before.
+    pub fn arrive(&mut self) {
+        if let Shape::Moving(mesh) = &mut self.shape {
+            mesh.arrive();
+        }
+    }
+
     /// Memory that it takes.
     pub fn bytes(&self) -> usize {
         size_of::<Self>()

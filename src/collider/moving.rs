@@ -30,6 +30,8 @@ pub(super) struct Moving {
     /// In the order of the tree.
     pub triangles: Vec<[u32; 3]>,
     pub unit: f64,
+    /// The shape before is another one.
+    pub moved: bool,
     /// Of the shape that it was made with.
     pub inner_radius: f64,
     pub ball: Ball,
@@ -49,6 +51,7 @@ impl Moving {
         moving.inner_radius = moving.thinnest() * unit;
         moving.check(before)?;
         moving.before.iter_mut().zip(before).for_each(|(own, x)| *own = x / unit);
+        moving.moved = moving.before != moving.positions;
         Ok(moving)
     }
 
@@ -76,7 +79,20 @@ impl Moving {
             };
             across.push([beyond(0), beyond(1), beyond(2)]);
         }
-        Ok(Self { positions, before, triangles, unit, inner_radius: unit, ball, tree, across, first_of_fan, fans })
+        let moved = positions != before;
+        Ok(Self {
+            positions,
+            before,
+            triangles,
+            unit,
+            moved,
+            inner_radius: unit,
+            ball,
+            tree,
+            across,
+            first_of_fan,
+            fans,
+        })
     }
 
     fn check(&self, positions: &[Vec3]) -> Result<()> {
@@ -102,9 +118,31 @@ impl Moving {
         self.check(positions)?;
         std::mem::swap(&mut self.before, &mut self.positions);
         self.positions.iter_mut().zip(positions).for_each(|(own, x)| *own = x / self.unit);
+        self.moved = true;
+        self.refit();
+        Ok(())
+    }
+
+    /// Another shape in the place of this one: the one before stays.
+    pub fn replace(&mut self, positions: &[Vec3]) -> Result<()> {
+        if !self.moved {
+            return self.update(positions);
+        }
+        self.check(positions)?;
+        self.positions.iter_mut().zip(positions).for_each(|(own, x)| *own = x / self.unit);
+        self.refit();
+        Ok(())
+    }
+
+    /// From now on the shape before is this one.
+    pub fn arrive(&mut self) {
+        self.before.copy_from_slice(&self.positions);
+        self.moved = false;
+    }
+
+    fn refit(&mut self) {
         self.tree.refit(&self.positions, &self.triangles);
         self.ball = ball_about(&self.positions, &self.triangles, self.unit);
-        Ok(())
     }
 
     #[inline]

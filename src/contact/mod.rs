@@ -15,6 +15,7 @@ mod energy;
 mod judged;
 mod obstacle;
 mod probes;
+mod push_out;
 mod saved;
 mod search;
 
@@ -22,6 +23,7 @@ pub use energy::{Pressed, Touching};
 pub use judged::Judged;
 pub use obstacle::Obstacle;
 pub use probes::{Probes, Reach};
+pub use push_out::push_out;
 pub use saved::{CONTACT_DOUBLES, OBSTACLE_DOUBLES};
 
 use crate::support::Pose;
@@ -250,6 +252,7 @@ impl Contacts {
         for touch in &mut Arc::make_mut(pressed).list {
             let obstacle = &obstacles[touch.obstacle as usize];
             let place = probes.points[touch.probe as usize].place(|v| start[v]);
+            touch.anchor = obstacle.carried(&touch.anchor);
             let gap = touch.plane_of(obstacle, &obstacle.at_start(&place));
             touch.give_way(gap, probes.size, round);
         }

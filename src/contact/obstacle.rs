@@ -1,8 +1,8 @@
 //! A solid where it is, and where it goes in the next step.
 
-use crate::Vec3;
 use crate::collider::{Solid, Touch};
 use crate::support::Pose;
+use crate::{Result, Vec3};
 use std::sync::Arc;
 
 /// See the module's text. Poses are in world space.
@@ -43,9 +43,29 @@ impl Obstacle {
         Self { thickness, ..self }
     }
 
-    /// Where `x` of when the step begins is in the solid's axes.
+    /// Where `x` of when the step begins is in the solid's axes, and goes as the matter at the surface next to it goes.
     pub fn at_start(&self, x: &Vec3) -> Vec3 {
-        inward(&self.pose, x)
+        self.carried(&inward(&self.pose, x))
+    }
+
+    /// Where a place in the solid's axes is taken by its change of shape.
+    pub fn carried(&self, x: &Vec3) -> Vec3 {
+        if !self.solid.deforms() {
+            return *x;
+        }
+        // The surface that was next to it is next to where that takes it.
+        let near = x + self.solid.slip(x);
+        x + self.solid.slip(&near)
+    }
+
+    /// Gives the solid the shape that it has at the end of the next step, of its own. `jump`: it has it at once.
+    pub fn deform(&mut self, positions: &[Vec3], jump: bool) -> Result<()> {
+        let solid = Arc::make_mut(&mut self.solid);
+        solid.lead(positions)?;
+        if jump {
+            solid.arrive();
+        }
+        Ok(())
     }
 
     /// Where `x` of when it ends is.
@@ -77,7 +97,7 @@ impl Obstacle {
 
     /// It moves in the next step.
     pub fn moves(&self) -> bool {
-        self.pose != self.target
+        self.pose != self.target || self.solid.deforms()
     }
 
     /// Its way in the step, of any of its points within `reach` of the origin.
@@ -89,5 +109,8 @@ impl Obstacle {
     /// The step has ended.
     pub fn arrive(&mut self) {
         self.pose = self.target;
+        if self.solid.deforms() {
+            Arc::make_mut(&mut self.solid).arrive();
+        }
     }
 }

@@ -2,12 +2,14 @@
 
 use super::guard::guard;
 use super::mesh::{SwMeshDesc, read_mesh};
+use super::model::vertex_rows;
+use super::output::space_of;
 use super::pointer::{VectorRows, byte_slice, check_flags, copy_out, enumerant, not_null, object, put, read_array};
 use super::state::{SwState, reading, rotation, vector, writing};
-use super::status::{Fault, SW_ERROR_INVALID_DATA, SwStatus};
-use super::structs::{Outputs, described, grows, read_descriptor};
+use super::status::{Fault, SW_ERROR_INVALID_DATA, SW_ERROR_NUMERICAL, SwStatus};
+use super::structs::{Output, Outputs, described, grows, read_descriptor};
 use crate::Vec3;
-use crate::collider::{GridOptions, Resolution, Solid};
+use crate::collider::{GridOptions, Resolution, Solid, fit_capsule};
 use crate::contact::{Contact, Obstacle};
 use crate::error::require_non_negative;
 use crate::support::Pose;
@@ -28,7 +30,10 @@ pub const SW_COLLIDER_HULL: u32 = 5;
 /// The inside of a closed mesh, prepared as signed distances on a grid.
 pub const SW_COLLIDER_MESH: u32 = 6;
 
-/// In sw_state_move_collider: the collider is there at once and has no velocity.
+/// The inside of a closed mesh whose vertices move: sw_state_deform_collider. Its distances are exact, by a search for each point.
+pub const SW_COLLIDER_DEFORMING_MESH: u32 = 7;
+
+/// In sw_state_move_collider and sw_state_deform_collider: the collider is there at once and has no velocity.
 pub const SW_COLLIDER_TELEPORT: u32 = 1;
 
 /// A solid in axes of its own, which sw_state_move_collider places.
@@ -53,7 +58,7 @@ pub struct SwColliderDesc {
     pub friction: f64,
     /// The shell stays so far off the surface, length, not negative; such as half its own thickness.
     pub thickness: f64,
-    /// Of SW_COLLIDER_HULL and SW_COLLIDER_MESH, in the collider's axes; copied.
+    /// Of SW_COLLIDER_HULL, SW_COLLIDER_MESH and SW_COLLIDER_DEFORMING_MESH, in the collider's axes; copied.
     pub mesh: *const SwMeshDesc,
     /// Of SW_COLLIDER_MESH: cells along the longest side of the mesh, 4 to 2000; 0 = 64. A cell is about the size of the finest feature.
     pub cells: u32,
@@ -119,6 +124,7 @@ unsafe fn solid_of(desc: &SwColliderDesc) -> Result<Solid, Fault> {
         SW_COLLIDER_BOX,
         SW_COLLIDER_HULL,
         SW_COLLIDER_MESH,
+        SW_COLLIDER_DEFORMING_MESH,
     ];
     let kinds = kinds.map(|kind| (kind, kind));
     Ok(match enumerant("desc->kind", desc.kind, &kinds)? {
@@ -143,6 +149,11 @@ unsafe fn solid_of(desc: &SwColliderDesc) -> Result<Solid, Fault> {
             };
             let margin = 2.0 * desc.thickness;
             Solid::grid(&positions, &triangles, &GridOptions { resolution: cells, margin, ..GridOptions::default() })?
+        }
+        SW_COLLIDER_DEFORMING_MESH => {
+            // SAFETY: as of SW_COLLIDER_MESH.
+            let (positions, triangles) = unsafe { read_mesh(desc.mesh)? };
+            Solid::moving_mesh(&positions, &positions, &triangles)?
         }
         _ => Solid::plane(),
     })
@@ -291,6 +302,117 @@ pub unsafe extern "C" fn sw_state_move_collider(
             check_flags("desc->flags", desc.flags, SW_COLLIDER_TELEPORT)?;
             let pose = Pose { origin: vector("origin", &desc.origin)?, rotation: rotation(&desc.rotation)? };
             Ok(state.move_obstacle(collider as usize, pose, desc.flags & SW_COLLIDER_TELEPORT != 0)?)
+        })
+    }
+}
+
+/// Sets the shape that a collider of SW_COLLIDER_DEFORMING_MESH has at the end of the next step: positions (n_vertices x 3) of its vertices in their order,
+/// in its axes, as SW_FORMAT_..., `stride` bytes apart (0 = packed). The triangles stay. What lies on it is taken along, and friction feels how it moves. It
+/// keeps the shape when not called. With SW_COLLIDER_TELEPORT it has it at once. The state takes a copy for its own the first time, so that states may share the
+/// collider; that copy is dropped by sw_state_set_colliders. The mesh should stay closed and not meet itself.
+/// Errors: SW_ERROR_INVALID_ARGUMENT, also where the state has no such collider or it has another number of vertices; SW_ERROR_UNSUPPORTED of
+/// other kinds; SW_ERROR_OUT_OF_MEMORY, SW_ERROR_BUSY.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn sw_state_deform_collider(
+    state: *mut SwState,
+    collider: u32,
+    flags: u32,
+    format: u32,
+    positions: *const c_void,
+    stride: u64,
+    n_vertices: u32,
+) -> SwStatus {
+    // SAFETY: `writing` refuses a NULL state; the host's array has n_vertices rows.
+    unsafe {
+        writing(state, |state| {
+            check_flags("flags", flags, SW_COLLIDER_TELEPORT)?;
+            let rows = VectorRows::checked("positions", positions, format, 3, stride, n_vertices.into())?;
+            let mut x = crate::error::reserve("the collider's positions", n_vertices as usize)?;
+            x.extend((0..n_vertices as usize).map(|i| rows.read(i)));
+            Ok(state.deform_obstacle(collider as usize, &x, flags & SW_COLLIDER_TELEPORT != 0)?)
+        })
+    }
+}
+
+/// A capsule about points. Output only.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct SwCapsuleFit {
+    /// Set by sw_capsule_fit_init.
+    pub struct_size: u32,
+    /// Always 0.
+    pub reserved: u32,
+    /// Of a SwColliderDesc of SW_COLLIDER_CAPSULE.
+    pub radius: f64,
+    /// The same.
+    pub half_length: f64,
+    /// Of its SwColliderPoseDesc.
+    pub origin: [f64; 3],
+    /// The same.
+    pub rotation: [f64; 9],
+}
+
+described!(SwCapsuleFit, rotation);
+
+/// Fits a small capsule about points, such as the vertices of a bone: (n_points x 3) as SW_FORMAT_..., `stride` bytes apart (0 = packed). All are inside.
+/// `fit` must be initialised by sw_capsule_fit_init.
+/// Errors: SW_ERROR_INVALID_ARGUMENT, also where there is no point, where all are at one place or one is not within 1e100; SW_ERROR_INVALID_DESC.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn sw_fit_capsule(
+    format: u32,
+    points: *const c_void,
+    stride: u64,
+    n_points: u32,
+    fit: *mut SwCapsuleFit,
+) -> SwStatus {
+    guard(|| {
+        // SAFETY: NULL is refused; the host passes an initialised struct, whose size is checked, and n_points rows.
+        unsafe {
+            let place = Output::checked("fit", fit)?;
+            let rows = VectorRows::checked("points", points, format, 3, stride, n_points.into())?;
+            let points: Vec<Vec3> = (0..n_points as usize).map(|i| rows.read(i)).collect();
+            let mut out: SwCapsuleFit = super::structs::Described::initial();
+            let (pose, half_length, radius) = fit_capsule(&points)?;
+            (out.half_length, out.radius) = (half_length, radius);
+            let matrix = pose.rotation.to_rotation_matrix();
+            out.origin = pose.origin.into();
+            out.rotation = std::array::from_fn(|i| matrix[(i / 3, i % 3)]);
+            place.write(out);
+        }
+        Ok(())
+    })
+}
+
+/// Positions for the eye (n_vertices x 3): as sw_state_positions, but what is inside a collider is pushed out of it, and its neighbours follow smoothly.
+/// Cosmetic: the motion does not know, and forces and contacts are those of sw_state_positions. Vertices that a support holds stay. *deepest, which may be NULL, is
+/// how deep a vertex still is: 0 but between colliders that leave no room. Allocates. Callable concurrently.
+/// Errors: as sw_state_positions; SW_ERROR_OUT_OF_MEMORY.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn sw_state_positions_outside(
+    state: *const SwState,
+    space: u32,
+    format: u32,
+    out: *mut c_void,
+    stride: u64,
+    n_vertices: u32,
+    deepest: *mut f64,
+) -> SwStatus {
+    // SAFETY: `reading` refuses NULL; the host passes a live state, a buffer of n_vertices rows, which is checked, and a place for *deepest or NULL.
+    unsafe {
+        reading(state, |state| {
+            let rows = vertex_rows(state.model(), out, format, 3, stride, n_vertices)?;
+            let space = space_of(space)?;
+            state.check_range(space, rows.largest_coordinate())?;
+            let (x, left) = state.positions_outside(space)?;
+            if let Some(v) = x.iter().position(|x| !x.iter().all(|c| c.abs() <= rows.largest_coordinate())) {
+                let message = format!("vertex {v} is pushed beyond the numbers of this format");
+                return Err(Fault::new(SW_ERROR_NUMERICAL, message));
+            }
+            x.iter().enumerate().for_each(|(v, x)| rows.write::<3>(v, (*x).into()));
+            if !deepest.is_null() {
+                put(deepest, left);
+            }
+            Ok(())
         })
     }
 }

@@ -130,6 +130,9 @@ fn status_calls<'a>(model: *mut SwModel, state: *mut SwState) -> Vec<Call<'a>> {
         sw_collider_load(null(), 0, null_mut()),
         sw_state_set_colliders(state, null(), 0),
         sw_state_move_collider(state, 0, null()),
+        sw_state_deform_collider(state, 0, 0, 1, null(), 0, 0),
+        sw_fit_capsule(1, null(), 0, 0, null_mut()),
+        sw_state_positions_outside(state, 0, 0, null_mut(), 0, 0, null_mut()),
         sw_state_contacts(state, null_mut(), 0, 0, null_mut()),
         sw_states_step(null(), 0, 0.0, null_mut()),
         sw_set_threads(0),
@@ -203,6 +206,7 @@ fn the_first_version_of_each_struct_is_the_frozen_one() {
         SwColliderDesc,
         SwColliderPoseDesc,
         SwContact,
+        SwCapsuleFit,
         SwBindingDesc,
         SwBindingInfo,
         SwBoundPointsDesc

@@ -1,7 +1,7 @@
 //! Steps and equilibria of a shell among solids: rounds of the method's own, as [`crate::contact`] has it.
 
-use super::{State, external};
-use crate::contact::{Contact, Contacts, Obstacle, ROUNDS, Round, STATIC_ROUNDS, Summary};
+use super::{Space, State, external};
+use crate::contact::{Contact, Contacts, Obstacle, ROUNDS, Round, STATIC_ROUNDS, Summary, push_out};
 use crate::features::{Contact as Built, Feature, Proof};
 use crate::load::BodyLoad;
 use crate::methods::plan::{Part, PartKind};
@@ -86,6 +86,21 @@ impl State {
         Ok(())
     }
 
+    /// The shape that a mesh that deforms has at the end of the next step (its vertices, in its axes). `jump`: it has it at once. The first
+    /// time the state takes a copy of the mesh for its own.
+    pub fn deform_obstacle(&mut self, index: usize, positions: &[Vec3], jump: bool) -> Result<()> {
+        let n = self.obstacles().len();
+        let obstacle = self.contacts.as_mut().and_then(|contacts| contacts.obstacles.get_mut(index));
+        let Some(obstacle) = obstacle else {
+            return Err(Error::argument(format!("collider {index} of {n}: there is none")));
+        };
+        obstacle
+            .deform(positions, jump)
+            .map_err(|error| Error::new(error.kind, format!("collider {index}: {error}")))?;
+        self.rest.wake();
+        Ok(())
+    }
+
     /// Nothing touches: the shell is elsewhere.
     pub(super) fn forget_contacts(&mut self) {
         if let Some(contacts) = &mut self.contacts {
@@ -96,6 +111,24 @@ impl State {
     /// Where the shell touched at the end of the last step, by ascending vertex and solid.
     pub fn contacts(&self) -> impl Iterator<Item = Contact> {
         self.contacts.iter().flat_map(|contacts| contacts.shown())
+    }
+
+    /// Positions (n_vertices) for the eye: what is inside a solid is pushed out of it, smoothly. The motion does not know. Returns how deep the
+    /// deepest vertex still is, between solids that leave no room. Held vertices stay. Allocates.
+    pub fn positions_outside(&self, space: Space) -> Result<(Vec<Vec3>, f64)> {
+        let shell = &self.model.shell;
+        let mut x = crate::error::try_zeroed("the positions", shell.mass.len())?;
+        if self.obstacles().is_empty() {
+            self.positions(space, |v, p| x[v] = p);
+            return Ok((x, 0.0));
+        }
+        self.positions(Space::World, |v, p| x[v] = p);
+        let deepest = push_out(self.obstacles(), &shell.mesh.edges, &shell.held, &mut x)?;
+        if space == Space::Frame {
+            let Pose { origin, rotation } = self.frame.pose;
+            x.iter_mut().for_each(|x| *x = rotation.inverse() * (*x - origin));
+        }
+        Ok((x, deepest))
     }
 
     /// What touched in the last step.

@@ -224,7 +224,148 @@ static void what_is_wrong_is_refused_by_name(void) {
   sw_model_destroy(model);
 }
 
+/* A box whose upper side is lifted vertex by vertex, and what stays inside of a ball pushed out for the eye. */
+static void a_deforming_mesh_lifts_the_strip_and_the_push_out_leaves_nothing_inside(void) {
+  const double box[24] = {-9, -9, -1, 9, -9, -1, -9, 9, -1, 9, 9, -1, -9, -9, 0, 9, -9, 0, -9, 9, 0, 9, 9, 0};
+  const uint32_t triangles[36] = {0, 2, 3, 0, 3, 1, 4, 5, 7, 4, 7, 6, 0, 1, 5, 0, 5, 4,
+                                  2, 6, 7, 2, 7, 3, 0, 4, 6, 0, 6, 2, 1, 3, 7, 1, 7, 5};
+  const Strip strip = make_strip();
+  const double gravity[3] = {0, 0, -9.8};
+  SwModel *model = strip_model(&strip);
+  precompute(model, 8, SW_PRECISION_F64);
+  SwState *state = new_state(model, SW_METHOD_WARP, SW_INTEGRATOR_EXACT);
+  SwMeshDesc mesh;
+  SwColliderDesc desc;
+  SwColliderPoseDesc pose;
+  SwCollider *collider = NULL;
+  sw_mesh_desc_init(&mesh);
+  mesh.positions = box;
+  mesh.position_format = SW_FORMAT_F64;
+  mesh.triangles = triangles;
+  mesh.n_vertices = 8;
+  mesh.n_triangles = 12;
+  sw_collider_desc_init(&desc);
+  desc.kind = SW_COLLIDER_DEFORMING_MESH;
+  desc.mesh = &mesh;
+  OK(sw_collider_create(&desc, &collider));
+  OK(sw_state_set_gravity(state, gravity));
+  OK(sw_state_set_colliders(state, (const SwCollider *const *)&collider, 1));
+  sw_collider_pose_desc_init(&pose);
+  pose.origin[2] = -0.4;
+  OK(sw_state_move_collider(state, 0, &pose));
+  sw_collider_destroy(collider);
+  double led[24], x[3 * STRIP_VERTICES], lowest = 1, deepest = 1;
+  for (int k = 0; k <= 60; ++k) {
+    for (int i = 0; i < 24; ++i) led[i] = box[i] + (i % 3 == 2 ? 0.2 * k / 60 : 0);
+    OK(sw_state_deform_collider(state, 0, 0, SW_FORMAT_F64, led, 0, 8));
+    OK(sw_state_step(state, 1.0 / 60));
+  }
+  OK(sw_state_positions_outside(state, SW_SPACE_WORLD, SW_FORMAT_F64, x, 0, STRIP_VERTICES, &deepest));
+  for (int v = 0; v < STRIP_VERTICES; ++v) lowest = fmin(lowest, x[3 * v + 2]);
+  CHECK(deepest == 0);
+  CHECK(lowest > -0.2 - 1e-9 && lowest < -0.1); /* it lies on the box, whose top is at -0.2 now */
+  FAILS(sw_state_deform_collider(state, 1, 0, SW_FORMAT_F64, led, 0, 8), SW_ERROR_INVALID_ARGUMENT, "collider 1 of 1");
+  FAILS(sw_state_deform_collider(state, 0, 0, SW_FORMAT_F64, led, 0, 7), SW_ERROR_INVALID_ARGUMENT, "vertices");
+  FAILS(sw_state_deform_collider(state, 0, 2, SW_FORMAT_F64, led, 0, 8), SW_ERROR_INVALID_ARGUMENT, "flags");
+  FAILS(sw_state_deform_collider(state, 0, 0, SW_FORMAT_F64, NULL, 0, 8), SW_ERROR_INVALID_ARGUMENT, "positions");
+  led[4] = NAN;
+  FAILS(sw_state_deform_collider(state, 0, 0, SW_FORMAT_F64, led, 0, 8), SW_ERROR_INVALID_ARGUMENT, "vertex 1");
+  FAILS(sw_state_positions_outside(state, 9, SW_FORMAT_F64, x, 0, STRIP_VERTICES, NULL), SW_ERROR_INVALID_ARGUMENT, "space");
+  SwCapsuleFit fit;
+  sw_capsule_fit_init(&fit);
+  OK(sw_fit_capsule(SW_FORMAT_F64, box, 0, 8, &fit));
+  CHECK(fit.radius > 9 && fit.radius < 15 && fit.half_length >= 0);
+  FAILS(sw_fit_capsule(SW_FORMAT_F64, box, 0, 0, &fit), SW_ERROR_INVALID_ARGUMENT, "point");
+  sw_state_destroy(state);
+  sw_model_destroy(model);
+}
+
+enum { CROWD = 8, CROWD_STEPS = 60 };
+
+typedef struct {
+  SwState *states[CROWD];
+} Fallen;
+
+/* Strips over a ball each, at eight heights, with friction. */
+static Fallen fallen(const SwModel *model) {
+  Fallen crowd;
+  for (int i = 0; i < CROWD; ++i) {
+    const double gravity[3] = {0, 0.3 * i, -9.8};
+    SwColliderDesc desc;
+    SwColliderPoseDesc pose;
+    SwCollider *collider = NULL;
+    crowd.states[i] = new_state(model, SW_METHOD_WARP, SW_INTEGRATOR_EXACT);
+    OK(sw_state_set_gravity(crowd.states[i], gravity));
+    sw_collider_desc_init(&desc);
+    desc.kind = SW_COLLIDER_SPHERE;
+    desc.radius = 0.5;
+    desc.friction = 0.4;
+    OK(sw_collider_create(&desc, &collider));
+    OK(sw_state_set_colliders(crowd.states[i], (const SwCollider *const *)&collider, 1));
+    sw_collider_destroy(collider);
+    sw_collider_pose_desc_init(&pose);
+    pose.origin[0] = 3;
+    pose.origin[2] = -0.52 - 0.01 * i;
+    OK(sw_state_move_collider(crowd.states[i], 0, &pose));
+  }
+  return crowd;
+}
+
+static void destroy_fallen(Fallen *crowd) {
+  for (int i = 0; i < CROWD; ++i) sw_state_destroy(crowd->states[i]);
+}
+
+static int same_bits(const SwState *a, const SwState *b) {
+  static double x[3 * STRIP_VERTICES], y[3 * STRIP_VERTICES];
+  OK(sw_state_positions(a, SW_SPACE_WORLD, SW_FORMAT_F64, x, 0, STRIP_VERTICES));
+  OK(sw_state_positions(b, SW_SPACE_WORLD, SW_FORMAT_F64, y, 0, STRIP_VERTICES));
+  return memcmp(x, y, sizeof x) == 0;
+}
+
+static void many_states_among_colliders_step_to_the_same_bits_on_any_threads_and_when_resumed(void) {
+  const Strip strip = make_strip();
+  SwModel *model = strip_model(&strip);
+  precompute(model, 8, SW_PRECISION_F64);
+  Fallen alone = fallen(model);
+  uint32_t touching = 0;
+  for (int k = 0; k < CROWD_STEPS; ++k)
+    for (int i = 0; i < CROWD; ++i) OK(sw_state_step(alone.states[i], 1.0 / 60));
+  for (int i = 0; i < CROWD; ++i) {
+    uint32_t count = 0;
+    OK(sw_state_contacts(alone.states[i], NULL, sizeof(SwContact), 0, &count));
+    touching += count > 0;
+  }
+  CHECK(touching >= 4);
+  for (uint32_t threads = 1; threads <= 4; threads *= 2) {
+    Fallen crowd = fallen(model);
+    OK(sw_set_threads(threads));
+    for (int k = 0; k < CROWD_STEPS; ++k) {
+      if (k == CROWD_STEPS / 2) { /* into states that know the same colliders */
+        Fallen resumed = fallen(model);
+        for (int i = 0; i < CROWD; ++i) {
+          uint64_t size = 0;
+          OK(sw_state_save(crowd.states[i], NULL, 0, &size));
+          void *bytes = malloc((size_t)size);
+          OK(sw_state_save(crowd.states[i], bytes, size, &size));
+          OK(sw_state_load(resumed.states[i], bytes, size));
+          free(bytes);
+        }
+        destroy_fallen(&crowd);
+        crowd = resumed;
+      }
+      OK(sw_states_step(crowd.states, CROWD, 1.0 / 60, NULL));
+    }
+    for (int i = 0; i < CROWD; ++i) CHECK(same_bits(crowd.states[i], alone.states[i]));
+    destroy_fallen(&crowd);
+  }
+  OK(sw_set_threads(0));
+  destroy_fallen(&alone);
+  sw_model_destroy(model);
+}
+
 int main(void) {
+  RUN(many_states_among_colliders_step_to_the_same_bits_on_any_threads_and_when_resumed);
+  RUN(a_deforming_mesh_lifts_the_strip_and_the_push_out_leaves_nothing_inside);
   RUN(a_strip_lies_with_its_weight_on_a_plane_and_on_a_box);
   RUN(a_closed_mesh_and_its_hull_carry_as_the_box_that_they_are);
   RUN(a_saved_state_goes_on_with_its_contacts);

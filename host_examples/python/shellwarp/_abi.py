@@ -101,6 +101,7 @@ SW_COLLIDER_CAPSULE = 3
 SW_COLLIDER_BOX = 4
 SW_COLLIDER_HULL = 5
 SW_COLLIDER_MESH = 6
+SW_COLLIDER_DEFORMING_MESH = 7
 SW_COLLIDER_TELEPORT = 1
 SW_FORCES_ONE_STEP = 1
 SW_PART_SHAPE = 1
@@ -452,6 +453,17 @@ class SwContact(Structure):
     ]
 
 
+class SwCapsuleFit(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("reserved", c_uint32),
+        ("radius", c_double),
+        ("half_length", c_double),
+        ("origin", c_double * 3),
+        ("rotation", c_double * 9),
+    ]
+
+
 class SwForceDesc(Structure):
     _fields_ = [
         ("struct_size", c_uint32),
@@ -574,6 +586,9 @@ FUNCTIONS = {
     "sw_collider_destroy": (None, [POINTER(SwCollider)]),
     "sw_state_set_colliders": (c_uint32, [POINTER(SwState), POINTER(POINTER(SwCollider)), c_uint32]),
     "sw_state_move_collider": (c_uint32, [POINTER(SwState), c_uint32, POINTER(SwColliderPoseDesc)]),
+    "sw_state_deform_collider": (c_uint32, [POINTER(SwState), c_uint32, c_uint32, c_uint32, c_void_p, c_uint64, c_uint32]),
+    "sw_fit_capsule": (c_uint32, [c_uint32, c_void_p, c_uint64, c_uint32, POINTER(SwCapsuleFit)]),
+    "sw_state_positions_outside": (c_uint32, [POINTER(SwState), c_uint32, c_uint32, c_void_p, c_uint64, c_uint32, c_void_p]),
     "sw_state_contacts": (c_uint32, [POINTER(SwState), POINTER(SwContact), c_uint32, c_uint32, c_void_p]),
     "sw_state_set_forces": (c_uint32, [POINTER(SwState), POINTER(SwForceDesc)]),
     "sw_state_set_wind": (c_uint32, [POINTER(SwState), POINTER(SwWindDesc)]),

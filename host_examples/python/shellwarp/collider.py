@@ -6,8 +6,8 @@ from numpy.typing import ArrayLike
 
 from . import _abi, _arrays, _library
 from ._handle import Handle
-from ._types import Buffer
-from ._values import uint32
+from ._types import Buffer, Report
+from ._values import as_dict, uint32
 from .mesh import Shell
 
 
@@ -58,6 +58,19 @@ class Collider(Handle):
     def mesh(cls, positions: ArrayLike, triangles: ArrayLike, friction: float = 0.0, thickness: float = 0.0, cells: int = 0) -> "Collider":
         """The inside of a closed mesh (n x 3, m x 3), by distances on a grid of `cells` along its longest side; 0 for 64."""
         return cls(_abi.SW_COLLIDER_MESH, friction, thickness, shape=Shell(positions, triangles), cells=cells)
+
+    @classmethod
+    def deforming(cls, positions: ArrayLike, triangles: ArrayLike, friction: float = 0.0, thickness: float = 0.0) -> "Collider":
+        """The inside of a closed mesh (n x 3, m x 3) whose vertices State.deform_collider moves."""
+        return cls(_abi.SW_COLLIDER_DEFORMING_MESH, friction, thickness, shape=Shell(positions, triangles))
+
+    @staticmethod
+    def fit_capsule(points: ArrayLike) -> Report:
+        """A small capsule about points (n x 3): radius, half_length, origin (3) and rotation (9), for capsule and move_collider."""
+        points, form, stride = _arrays.vectors_in(points, "points")
+        fit = _library.initialised(_abi.SwCapsuleFit)
+        _library.call("sw_fit_capsule", form, _arrays.address(points), stride, len(points), byref(fit))
+        return as_dict(fit)
 
     def save(self) -> bytes:
         """As bytes, for load: a mesh need not be prepared again."""

@@ -136,6 +136,12 @@ class State(Handle):
         desc.flags = _abi.SW_COLLIDER_TELEPORT if teleport else 0
         self._call("sw_state_move_collider", uint32(number, "number"), byref(desc))
 
+    def deform_collider(self, number: int, positions: ArrayLike, teleport: bool = False) -> None:
+        """The shape of a deforming collider at the end of the next step: positions (n x 3) of its vertices, in its axes."""
+        positions, form, stride = _arrays.vectors_in(positions, "positions")
+        self._call("sw_state_deform_collider", uint32(number, "number"), _abi.SW_COLLIDER_TELEPORT if teleport else 0, form,
+                   _arrays.address(positions), stride, len(positions))
+
     def set_constraint(self, number: int, kind: str, vertex: int, position: "ArrayLike | None" = None, rotation: "ArrayLike | None" = None,
                        axes: str = "xyz", compliance: float = 0.0) -> None:
         """Adds, moves or replaces the handle `number`: holds a vertex's "position" (3) or "orientation" (3 x 3), in the world."""
@@ -226,6 +232,14 @@ class State(Handle):
         self._call("sw_state_positions_of", choice(SPACES, space, "space"), form, _arrays.address(vertices), vertices.size,
                    _arrays.address(out), stride)
         return out
+
+    def positions_outside(self, space: str = "world", dtype: DTypeLike = numpy.float32) -> tuple[Array, float]:
+        """Positions for the eye, out of colliders (n_vertices x 3), and how deep a vertex still is. The motion does not know."""
+        out, form, stride = _arrays.vectors_out(None, (self.n_vertices, 3), dtype, "positions")
+        deepest = c_double()
+        self._call("sw_state_positions_outside", choice(SPACES, space, "space"), form, _arrays.address(out), stride, self.n_vertices,
+                   byref(deepest))
+        return out, deepest.value
 
     def normals(self, out: "Array | None" = None, space: str = "world", dtype: DTypeLike = numpy.float32) -> Array:
         """Unit normals (n_vertices x 3)."""

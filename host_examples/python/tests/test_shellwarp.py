@@ -554,6 +554,27 @@ class Colliders(unittest.TestCase):
         run(made, 60, state)
         self.assertLess(state.positions()[:, 2].min(), -0.06)
 
+    def test_a_mesh_that_deforms_lifts_the_strip_and_the_push_out_is_for_the_eye(self):
+        corners = numpy.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 0)], float)
+        quads = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
+        triangles = [t for a, b, c, d in quads for t in ([a, b, c], [a, c, d])]
+        state = swinging(model())
+        state.set_colliders([sw.Collider.deforming(corners, triangles)])
+        state.move_collider(0, [0, 0, -0.05])
+        for frame in range(60):
+            state.deform_collider(0, corners + [0, 0, 0.02 * frame / 60])
+            state.step(1 / 30)
+        self.assertGreater(state.positions()[:, 2].min(), -0.0305)
+        outside, left = state.positions_outside(dtype=numpy.float64)
+        self.assertGreaterEqual(outside[:, 2].min(), -0.0303333 - 1e-6)
+        self.assertLess(left, 1e-9)
+        with self.assertRaisesRegex(sw.InvalidArgumentError, "vertices"):
+            state.deform_collider(0, corners[1:])
+        fit = sw.Collider.fit_capsule([[0, 0, z] for z in range(5)] + [[0.5, 0, 2], [-0.5, 0, 2]])
+        self.assertLess(fit["radius"], 0.6)
+        with self.assertRaises(sw.InvalidArgumentError):
+            sw.Collider.fit_capsule(numpy.empty((0, 3)))
+
     def test_meshes_hulls_and_what_is_wrong(self):
         corners = [[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]
         with sw.Collider.hull(corners) as hull:

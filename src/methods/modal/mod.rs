@@ -67,6 +67,9 @@ const FURTHEST_BEND: f64 = 2.0 * std::f64::consts::PI;
 
 /// Seconds; its square times any elastic eigenvalue is beyond all rounding.
 const LONG_STEP: f64 = 1e9;
+/// The square of a step that is long beside the slowest swing, in these swings; and what a step may turn a shell that only contact stops.
+const LONG_SWINGS: f64 = 1e3;
+const LITTLE_TURN: f64 = 0.1;
 
 /// Amplitudes, the map by which they move the shell, and what acts on them.
 #[derive(Clone)]
@@ -204,6 +207,14 @@ impl<M: Map> Modal<M> {
         *pull = map.project(basis, (load, *external), (q, q_dot), force);
     }
 
+    /// c of mode `k` in a step of `h` under the present load.
+    fn step_damping(&self, k: usize, h: f64) -> f64 {
+        match self.is_warped() {
+            true => self.basis.guard(true).damping(k, self.damping[k], &self.pull, h),
+            false => self.damping[k],
+        }
+    }
+
     /// The next q and q̇ without constraints.
     fn move_freely(&mut self, h: f64) {
         let (modal, warped) = (&self.basis, self.map.law().warped());
@@ -253,7 +264,7 @@ impl<M: Map> Modal<M> {
     fn meet_constraints_and(&mut self, energy: &dyn PointEnergy, acting: &Acting, h: f64) -> f64 {
         let mut search = self.search.take().unwrap_or_else(|| PointSearch::new(self.q.len()));
         for k in 0..self.q.len() {
-            let oscillator = Oscillator { damping: self.damping[k], eigenvalue: self.basis.eigenvalues[k] };
+            let oscillator = Oscillator { damping: self.step_damping(k, h), eigenvalue: self.basis.eigenvalues[k] };
             (search.gamma[k], search.rate[k]) = oscillator.handle_response(self.integrator, h);
         }
         search.free.iter_mut().zip(&self.next).for_each(|(free, next)| free.copy_from_slice(next));
@@ -361,7 +372,10 @@ impl<M: Map> Modal<M> {
     fn find_equilibrium(&mut self, acting: &Acting) -> Result<(f64, usize)> {
         let start = (self.q.clone(), self.q_dot.clone(), self.integrator, self.constraints.set().work);
         self.integrator = Integrator::ImplicitEuler;
+        let settling = self.settling_damping(acting);
+        let damping = std::mem::replace(&mut self.damping, settling);
         let mut outcome = self.fixed_point(acting);
+        self.damping = damping;
         // A frame that turns faster than the shell can bear throws it as far as the guard lets it.
         if acting.load.spin_rate().is_some() && self.basis.guard(self.is_warped()).energy(&self.q) > 0.0 {
             let message = "no equilibrium: the frame's spin bends the shell beyond all range";
@@ -373,6 +387,28 @@ impl<M: Map> Modal<M> {
             (self.q, self.q_dot) = (start.0, start.1);
         }
         outcome
+    }
+
+    /// Damping for the fixed point: none, but where contact stops what else moves freely. In so long a step that would go beyond all range, and the
+    /// guard against loads would hold it in the contact's place. So it comes to rest by and by, each time from where it was (the proximal
+    /// point method), with ways that turn the shell little.
+    fn settling_damping(&self, acting: &Acting) -> Vec<f64> {
+        let eigenvalues = &self.basis.eigenvalues;
+        let free = |k: &usize| eigenvalues[*k] <= 0.0;
+        let mut damping = self.damping.clone();
+        if acting.points.is_none() || !(0..eigenvalues.len()).any(|k| free(&k)) {
+            return damping;
+        }
+        let mut probe = self.clone();
+        probe.mean = [self.q.clone(), vec![0.0; self.q.len()]];
+        probe.project_load(acting);
+        let bend = self.basis.bend(self.is_warped());
+        let turn: f64 = (0..eigenvalues.len()).filter(free).map(|k| (probe.force[k] * bend.of(k)).abs()).sum();
+        let slowest = eigenvalues.iter().copied().find(|lambda| *lambda > 0.0).unwrap_or(1.0);
+        // 1/h² of a step that is long beside the slowest swing, or in which the load turns the shell by this much.
+        let held = (slowest / LONG_SWINGS).max(turn / LITTLE_TURN);
+        (0..damping.len()).filter(free).for_each(|k| damping[k] = LONG_STEP * held);
+        damping
     }
 
     fn fixed_point(&mut self, acting: &Acting) -> Result<(f64, usize)> {
