@@ -5,7 +5,7 @@ import { boxOf, lowEnd, placed, readObj } from './shapes.mjs';
 import { View, turned } from './view.js';
 
 const element = (id) => document.getElementById(id);
-const JUDGED = 400, BRUSH = 0.04, DROPPED_HERTZ = 1.6;      // ms between estimates; m; of a dropped mesh
+const JUDGED = 400, OLD = 2000, BRUSH = 0.04, DROPPED_HERTZ = 1.6;      // ms between estimates, and until one is pale; m; of a dropped mesh
 const BALL = 0.13, GIVE = 0.3;                              // radius, m; how far a soft handle gives under the shell's weight, m
 const PHASES = ['masses', 'ordering', 'factorization', 'modes', 'certificate', 'training the reduced shell'];
 const UPRIGHT = [1, 0, 0, 0, 1, 0, 0, 0, 1];
@@ -60,7 +60,7 @@ class Pane {
   }
 
   clear() {
-    Object.assign(this, { owed: 0, micros: NaN, error: NaN, saved: null, judgedAt: 0, reset: true });
+    Object.assign(this, { owed: 0, micros: NaN, error: NaN, saved: null, judgedAt: 0, judgedOf: 0, unsure: false, reset: true });
   }
 
   async start() {
@@ -97,7 +97,7 @@ class Pane {
     this.reset = false;
     this.last = this.method;
     this.mover.ask('move', question).then((answer) => {
-      if (page.bytes !== model) return;
+      if (page.bytes !== model || element('paint').checked) return;
       this.stage.setShape(answer.positions);
       if (this.method?.number === question.method) this.micros = answer.micros;
       this.saved = { ...question, saved: answer.saved };
@@ -109,25 +109,26 @@ class Pane {
 
   judgeNow(now) {
     if (this.full || !this.saved || this.judge.busy || now - this.judgedAt < JUDGED || this.page.waiting) return;
-    const { method, loads, handles, saved } = this.saved, model = this.page.bytes;
+    const { method, loads, handles, saved } = this.saved, model = this.page.bytes, of = this.shownAt;
     this.judge.ask('judge', { method, loads, handles, saved }).then(({ error }) => {
-      if (this.page.bytes === model && this.method?.number === method) this.error = error;
+      if (this.page.bytes === model && this.method?.number === method) Object.assign(this, { error, judgedOf: of, unsure: false });
       this.judgedAt = performance.now();
     }, (error) => {
-      this.error = NaN;
-      this.judgedAt = performance.now() + 1000;
+      Object.assign(this, { error: NaN, unsure: true, judgedAt: performance.now() + 1000 });
       if (error.broken) this.page.restart();
     });
   }
 
   label() {
     const tag = element(`tag${this.index}`), { x, y } = this.page.view.pane(this.index);
-    tag.hidden = this.index >= this.page.view.shown;
+    tag.hidden = this.index >= this.page.view.shown || !this.page.bytes;
     tag.style.left = `${x + 18}px`;
     tag.style.top = `${y + (y ? 12 : 62)}px`;
     tag.children[0].textContent = this.method?.label ?? '';
     tag.children[1].textContent = Number.isFinite(this.micros) ? `${shown(this.micros)} \u00b5s a step` : '\u2026 \u00b5s a step';
-    tag.children[2].textContent = this.full ? 'what the others are judged by' : Number.isFinite(this.error) ? `error ${shown(100 * this.error)} %` : 'error \u2026';
+    tag.children[2].textContent = this.full ? 'what the others are judged by'
+      : Number.isFinite(this.error) ? `error ${shown(100 * this.error)} %` : this.unsure ? 'no estimate here' : 'error \u2026';
+    tag.children[2].classList.toggle('old', !this.full && this.shownAt - this.judgedOf > OLD);
   }
 }
 
@@ -195,7 +196,10 @@ class Page {
     this.view.fit();
     this.floorAt = low - (shape.name === 'dinosaur' ? 0 : 0.22);
     this.ball = [0.2, 0, this.floorAt + BALL];
-    if (!bytes) return this.fillFacts();
+    if (!bytes) {
+      for (const pane of this.panes) pane.clear();
+      return this.fillFacts();
+    }
     this.facts = (await Promise.all(this.panes.map((pane) => pane.open(bytes))))[0];
     for (const pane of this.panes) pane.fresh = true;
     this.offer(this.facts.methods);
@@ -261,7 +265,7 @@ class Page {
   frame(now) {
     const elapsed = Math.min((now - this.last) / 1000, 0.1), seconds = this.paused ? 0 : elapsed * Number(element('speed').value);
     this.last = now;
-    if (!this.waiting) {
+    if (!this.waiting && !element('paint').checked) {
       this.script?.(seconds);
       for (const pane of this.panes.slice(0, this.view.shown)) pane.next(seconds), pane.judgeNow(now);
     }
@@ -311,7 +315,7 @@ class Page {
     on('lead', () => this.pullOver());
     on('compute', () => this.compute());
     on('cancel', () => this.cancel?.());
-    element('paint').addEventListener('change', ({ target }) => target.checked && this.reset());
+    element('paint').addEventListener('change', ({ target }) => target.checked && this.showRest());
     this.listenForFiles();
   }
 
@@ -326,6 +330,12 @@ class Page {
     this.handles = [];
     this.script = null;
     for (const pane of this.panes) pane.reset = true;
+  }
+
+  /** The rest shape, to paint on. */
+  showRest() {
+    this.reset();
+    for (const { stage } of this.panes) stage.setShape(Float32Array.from(this.mesh.positions)), stage.setHeld([...this.held]);
   }
 
   press(event, x, y) {
