@@ -38,6 +38,11 @@ fn no_saved_bytes_break_the_library() {
 }
 
 #[test]
+fn no_colliders_and_no_bound_points_break_the_library() {
+    replay("contact", fuzzed::contact::run, 800);
+}
+
+#[test]
 fn no_sequence_of_calls_breaks_the_library() {
     replay("calls", fuzzed::calls::run, 2000);
 }

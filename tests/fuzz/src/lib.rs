@@ -4,6 +4,7 @@
 #![allow(missing_docs, dead_code, unsafe_code, clippy::undocumented_unsafe_blocks)] // a host's calls, all pointers valid
 
 pub mod calls;
+pub mod contact;
 pub mod host;
 pub mod input;
 pub mod mesh;
