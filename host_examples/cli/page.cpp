@@ -81,6 +81,27 @@ std::string handle_item(const Scene &scene, std::size_t shell, const PlacedHandl
          json_numbers(path) + "}";
 }
 
+// A collider's shape in its own axes, and its origin and rotation, row by row, at the film's frames: once where it stands still.
+std::string collider_item(const Scene &scene, const Collider &collider, const Film &film) {
+  std::vector<float> poses;
+  for (const uint32_t frame : film.frames()) {
+    if (!poses.empty() && !collider.moves()) break;
+    const SwColliderPoseDesc pose = collider.pose(frame_seconds(scene, frame));
+    poses.insert(poses.end(), pose.origin, pose.origin + 3);
+    poses.insert(poses.end(), pose.rotation, pose.rotation + 9);
+  }
+  std::string item = "{\"kind\":" + json_text(collider_kinds()[collider.kind - 1]) + ",\"radius\":" +
+                     json_number(collider.radius) + ",\"half_length\":" + json_number(collider.half_length) + ",\"half_extents\":" +
+                     json_numbers({collider.half_extents[0], collider.half_extents[1], collider.half_extents[2]});
+  if (!collider.mesh_path.empty()) {
+    Mesh mesh = read_mesh(collider.mesh_path);
+    for (double &x : mesh.positions) x *= scene.scale;
+    item += ",\"rest\":" + json_bytes(std::vector<float>(mesh.positions.begin(), mesh.positions.end())) + ",\"triangles\":" +
+            json_bytes(mesh.triangles);
+  }
+  return item + ",\"poses\":" + json_bytes(poses) + "}";
+}
+
 std::string cost_of(const Scene &scene, const Run &run) {
   if (scene.is_static || run.steps == 0) return "";
   const double seconds = (run.step_seconds + run.position_seconds) / static_cast<double>(run.frames.size() - 1);
@@ -101,6 +122,7 @@ void Page::add_shell(const Scene &scene, const Mesh &mesh, const std::vector<Pla
     unit_ = scene.length_unit;
     seconds_ = scene.is_static ? 0 : scene.duration;
     add_loads(scene, mesh, loads_);
+    for (const Collider &collider : scene.colliders) append(colliders_, collider_item(scene, collider, film));
   }
   if (!handles.empty())
     append(loads_, load_item(format("%zu handle%s%s", handles.size(), handles.size() == 1 ? "" : "s", of.c_str()),
@@ -141,7 +163,7 @@ std::string Page::html() const {
   const std::string data = "{\"title\":" + json_text(title_) + ",\"facts\":" + json_text(facts()) + ",\"unit\":" +
                            json_text(unit_) + format(",\"up\":%u,\"most\":", up_) + json_number(most_) + ",\"times\":" +
                            times_ + ",\n\"words\":[" + words_ + "],\n\"loads\":[" + loads_ + "],\n\"handles\":[" + handles_ +
-                           "],\n\"shells\":[" + shells_ + "],\n\"tracks\":[" + tracks_ + "]}";
+                           "],\n\"colliders\":[" + colliders_ + "],\n\"shells\":[" + shells_ + "],\n\"tracks\":[" + tracks_ + "]}";
   return page.substr(0, hole) + data + page.substr(hole + sizeof kHole - 1);
 }
 

@@ -33,7 +33,7 @@ private:
   std::string facts() const;
 
   std::string title_, unit_, times_;
-  std::string shells_, tracks_, handles_, loads_, words_;  // items of JSON arrays
+  std::string shells_, tracks_, handles_, colliders_, loads_, words_;  // items of JSON arrays
   std::size_t n_shells_ = 0, n_frames_ = 0;
   uint64_t n_vertices_ = 0;
   uint32_t up_ = 1;

@@ -1,7 +1,7 @@
 # Makes OUT.cpp of the player's files: the page as one text, with {{motion}} where the data goes.
 function(shellwarp_embed_player out)
   set(folder "${CMAKE_CURRENT_SOURCE_DIR}/player")
-  set(parts page.html style.css motion.js painter.js player.js aside.js)
+  set(parts page.html style.css motion.js solids.js painter.js player.js aside.js)
   list(TRANSFORM parts PREPEND "${folder}/")
   set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${parts})
   foreach(part IN LISTS parts)

@@ -121,6 +121,7 @@ class Player {
     element("time").value = String(time);
     element("clock").textContent = `${time.toFixed(2)} s`;
     for (const track of tracks) setShape(track, time, this.larger);
+    for (const solid of solids) if (solid.moves) placeSolid(solid, time);
     this.fresh = true;
     this.draw();
   }
@@ -155,6 +156,7 @@ class Player {
     gl.depthMask(true);
     const common = { camera: matrix, eye, sun, up, level, flatten: 0, tinted: 0, alpha: 1, shift: [0, 0, 0], size: 1, fresh: this.fresh };
     if (camera.lift > 0.02) this.drawGround(common, level, shown);
+    this.drawSolids(common, shown);
     for (const track of shown) this.drawTrack(track, common, shown.length > 1 && !element("beside").checked && methods.length > 1);
     this.fresh = false;
     this.drawCompass(axes);
@@ -197,6 +199,25 @@ class Player {
         { ...common, kind: 3, flatten: 1, colour: [0.2, 0.24, 0.32], alpha: 0.28, shift: this.shift(track), middle, fade: far, indexKey: `shell${track.shell}` });
     gl.enable(gl.DEPTH_TEST);
     gl.disable(gl.STENCIL_TEST);
+    gl.depthMask(true);
+    gl.disable(gl.BLEND);
+  }
+
+  /** Colliders beside each shell; none where the motion is drawn larger, since nothing would touch them. */
+  drawSolids(common, shown) {
+    if (this.larger !== 1) return;
+    const shifts = [...new Map(shown.map((track) => this.shift(track)).map((shift) => [shift.join(), shift])).values()];
+    gl.enable(gl.BLEND);
+    gl.enable(gl.POLYGON_OFFSET_FILL);
+    gl.polygonOffset(2, 2);                              // behind the shells that lie on them
+    for (const solid of solids) {
+      const level = solid.kind === "plane" && shifts.every((shift) => Math.abs(dot(shift, [...solid.turned.slice(0, 3)])) < 1e-6 * this.box.size);
+      gl.depthMask(solid.kind !== "plane");
+      for (const shift of level ? [[0, 0, 0]] : shifts)         // shells side by side stand on one level plane
+        this.painter.draw(solid.key, gl.TRIANGLES, solid.now, solid.triangles, { ...common, shift, kind: 0, colour: SOLID,
+          alpha: solid.kind === "plane" ? 0.45 : 1, normals: solid.turned, tints: solid.tint, fresh: common.fresh && solid.moves });
+    }
+    gl.disable(gl.POLYGON_OFFSET_FILL);
     gl.depthMask(true);
     gl.disable(gl.BLEND);
   }
