@@ -63,7 +63,7 @@ for (const shape of SHAPES) {
   const mesh = shapeOf(shape, (file) => readFileSync(path.join(meshes, file), 'utf8'));
   parts.push(embedded(`mesh-${shape.name}`, meshBytes(mesh)), embedded(`model-${shape.name}`, await savedModel(wasm, shape, mesh)));
 }
-parts.push(`<script id="shapes-list" type="application/json">${JSON.stringify(SHAPES.map(({ name, label, frequency, fields, poses }) => ({ name, label, frequency, fields, poses })))}</script>`);
+parts.push(`<script id="shapes-list" type="application/json">${JSON.stringify(SHAPES.map(({ name, label, frequency, fields, poses, soft }) => ({ name, label, frequency, fields, poses, soft })))}</script>`);
 parts.push(`<script id="worker" type="text/plain">${await bundled('worker.js')}</script>`);
 const fill = { style: readFileSync(path.join(here, 'style.css'), 'utf8'), data: parts.join('\n'), script: await bundled('page.js') };
 const page = readFileSync(path.join(here, 'page.html'), 'utf8').replace(/\{\{(\w+)\}\}/g, (_, name) => fill[name]);

@@ -177,6 +177,7 @@ class Page {
       };
       shape.bytes = await part(`model-${shape.name}`);
     }
+    element('soft').checked = Boolean(shape.soft);
     await this.open(shape, shape.mesh, shape.bytes);
   }
 

@@ -80,10 +80,11 @@ function inBand(x, y, z) {
   return Math.abs(height) < 1.6 && Math.hypot(x, z + 6) < 11;
 }
 
-/** Where each shell's mesh comes from, which way is up, what holds it, and how fast it swings in Hz. */
+/** Where each shell's mesh comes from, which way is up, what holds it, how fast it swings in Hz; soft: handles give way at first, since
+ * its crown does not bend. */
 export const SHAPES = [
   { name: 'leaf', label: 'Leaf', mesh: leaf, up: 'z', held: (x) => x < 0.03, frequency: 1.8 },
-  { name: 'hat', label: 'Hat', file: 'character_hat.obj', up: 'y', held: inBand, frequency: 3, poses: 20 },
+  { name: 'hat', label: 'Hat', file: 'character_hat.obj', up: 'y', held: inBand, frequency: 3, poses: 20, soft: true },
   { name: 'v_beam', label: 'V-beam', file: 'v_beam.obj', up: 'z', held: (x) => x < 0.11, frequency: 2.5 },
   { name: 'strip', label: 'Flat strip', file: 'flat_beam.obj', up: 'z', held: (x) => x < 0.11, frequency: 1.2 },
   { name: 'dinosaur', label: 'Dinosaur', file: 'dinosaur.obj', up: 'y', held: (x, y) => y < 0.02, frequency: 1.5, fields: 12, poses: 4 },
