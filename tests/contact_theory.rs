@@ -187,3 +187,82 @@ fn an_equilibrium_lays_a_free_sheet_on_the_floor() {
         assert!((force / weight - 1.0).abs() < 1e-4 && far < 1e-3, "{method}: {force} of {weight}, {far}");
     }
 }
+
+/// Three balls bend a leaf of two modes against each other: it cannot give way to all. With answers at their places it does.
+#[test]
+fn contact_patches_follow_what_modes_cannot() {
+    let shell = Arc::new(common::leaf(1));
+    let places =
+        [(0.5, 1.0), (0.85, -1.0), (1.2, 1.0)].map(|(x, side)| (Vec3::new(x, 0.0, 0.25 * x * (1.5 - x)), side));
+    let near = |p: Vec3| {
+        let distance = |v: &u32| (shell.mesh.positions[*v as usize] - p).norm();
+        *shell.free.iter().min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap()
+    };
+    let patches: Vec<u32> = places.iter().map(|(p, _)| near(*p)).collect();
+    let deepest = |patches: Vec<u32>| {
+        let options = Options { modes: 2, precision: Precision::F64, contact_patches: patches, ..Options::default() };
+        let model = Arc::new(Model::precompute(shell.clone(), &options, &mut |_, _| Ok(())).unwrap());
+        let count = model.modal.eigenvalues.len();
+        assert!(model.modal.eigenvalues.windows(2).all(|pair| pair[0] <= pair[1]));
+        let mut state = State::new(model, Method::Warp, Integrator::ImplicitEuler).unwrap();
+        let ball = Arc::new(Solid::sphere(0.2).unwrap());
+        // From 0.01 off the leaf to 0.02 within where it rests, from below and from above.
+        let at = |(p, side): (Vec3, f64), share: f64| {
+            let off = 0.2 + 0.01 - 0.03 * share;
+            Pose { origin: p - side * off * Vec3::z(), ..Pose::identity() }
+        };
+        state.set_obstacles(places.map(|place| Obstacle::new(ball.clone(), at(place, 0.0))).to_vec()).unwrap();
+        for k in 1..=90 {
+            for (i, place) in places.into_iter().enumerate() {
+                state.move_obstacle(i, at(place, (f64::from(k) / 60.0).min(1.0)), false).unwrap();
+            }
+            state.step(H).unwrap();
+        }
+        (count, state.contact_summary().deepest / shell.mesh.size)
+    };
+    let ((few, without), (more, with)) = (deepest(vec![]), deepest(patches));
+    println!("three balls: {few} modes leave {without:.1e} of the size inside, {more} with patches {with:.1e}");
+    assert!(few == 2 && more == 5 && without > 1e-3 && with < 0.1 * without, "{without} {with}");
+}
+
+/// The answer of a patch is that of the whole shell: a push there bends four modes and a patch as all modes together.
+#[test]
+fn a_patch_answers_a_push_as_the_whole_shell_does() {
+    let (positions, triangles) = equilateral_sheet(12, 4, 0.1);
+    let fixed = (0..positions.len() as u32).filter(|v| positions[*v as usize].x < 0.06).collect();
+    let shell = Shell::new(
+        Mesh::new(positions, &triangles).unwrap(),
+        shellwarp::Material::default(),
+        &Supports { fixed, clamped: vec![] },
+    );
+    let shell = Arc::new(shell.unwrap());
+    let at = shell.free[shell.free.len() * 2 / 3];
+    let moved = |modes: usize, patches: Vec<u32>| {
+        let options = Options { modes, precision: Precision::F64, contact_patches: patches, ..Options::default() };
+        let model = Arc::new(Model::precompute(shell.clone(), &options, &mut |_, _| Ok(())).unwrap());
+        let mut state = State::new(model, Method::LinearModalAnalysis, Integrator::Exact).unwrap();
+        state.set_forces([(at, Vec3::new(0.0, 0.0, 0.01))], false).unwrap();
+        state.equilibrium().unwrap();
+        common::displacements(&state)
+    };
+    let all = moved(3 * shell.free.len(), vec![]);
+    let (few, patched) = (common::error(&moved(4, vec![]), &all), common::error(&moved(4, vec![at]), &all));
+    println!("a push at a vertex: 4 modes are {few:.1e} off all {}, with a patch {patched:.1e}", 3 * shell.free.len());
+    assert!(few > 1e-3 && patched < 1e-8, "{few} {patched}");
+}
+
+#[test]
+fn patches_that_cannot_be_are_named() {
+    let refused = |shell: Shell, patches: Vec<u32>| {
+        let options = Options { contact_patches: patches, ..Options::default() };
+        Model::precompute(Arc::new(shell), &options, &mut |_, _| Ok(())).err().unwrap().message
+    };
+    assert!(
+        refused(common::leaf(1), vec![300, 100_000]).contains("contact_patches[1] is vertex 100000: the mesh has 472")
+    );
+    assert!(refused(common::leaf(1), vec![0]).contains("contact_patches[0] is vertex 0: it does not move"));
+    let (positions, triangles) = equilateral_sheet(4, 3, 0.1);
+    let mesh = Mesh::new(positions, &triangles).unwrap();
+    let free = Shell::new(mesh, shellwarp::Material::default(), &Supports::default()).unwrap();
+    assert!(refused(free, vec![3]).contains("can move freely"));
+}

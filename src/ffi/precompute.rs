@@ -157,9 +157,17 @@ pub struct SwPrecomputeDesc {
     pub reduced_seconds: f64,
     /// The same as a multiple of the time that the modes took; 0 = any.
     pub reduced_mode_searches: f64,
+    /// Vertices (n_contact_patches) where the shell is to be touched by what is smaller than its modes. The shell's static answer to a push along the normal at each joins the
+    /// modes, and with them the methods that move by modes. They are counted and saved as modes, and have frequencies as these, of their own energy. The
+    /// shell must be held so that nothing moves freely. Not with auto_error or auto_operations. NULL = none.
+    pub contact_patches: *const u32,
+    /// Length of contact_patches.
+    pub n_contact_patches: u32,
+    /// Must be 0.
+    pub reserved: u32,
 }
 
-described!(SwPrecomputeDesc, reduced_mode_searches);
+described!(SwPrecomputeDesc, reserved);
 
 /// Computes modes and modal rotations; `desc` may be NULL for defaults. May be called again with other options: states made
 /// before keep the modes they were made with.
@@ -219,7 +227,15 @@ unsafe fn read_options(desc: &SwPrecomputeDesc) -> Result<(Options, Option<Budge
         sag: desc.sag_gravity.into(),
         linear: desc.flags & SW_PRECOMPUTE_LINEAR != 0,
         reduced: read_reduced(desc)?,
+        // SAFETY: the host's list holds as many vertices as the descriptor says.
+        contact_patches: unsafe {
+            read_array("desc->contact_patches", desc.contact_patches, desc.n_contact_patches.into())?
+        },
     };
+    check_flags("desc->reserved", desc.reserved, 0)?;
+    if budget.is_some() && !options.contact_patches.is_empty() {
+        return Err(Fault::argument("desc->contact_patches: not with auto_error or auto_operations"));
+    }
     Ok((options, budget))
 }
 

@@ -7,7 +7,7 @@ use crate::features::Feature;
 use crate::material::Elasticity;
 use crate::method::{Method, Needs};
 use crate::modal::ModalBasis;
-use crate::modes::{Demand, PHASES, Phase, Progress, SpectrumCertificate, demanded_modes, lowest_modes};
+use crate::modes::{Demand, PHASES, Phase, Progress, SpectrumCertificate, add_patches, demanded_modes, lowest_modes};
 pub use crate::precision::Precision;
 use crate::reduced::{self, ReducedShell};
 use crate::reference::{self, SolverPool};
@@ -32,12 +32,22 @@ pub struct Options {
     pub demand: Option<Demand>,
     /// The reduced discrete shell beside the warp.
     pub reduced: reduced::Options,
+    /// Vertices whose static answers to a push along the normal join the modes.
+    pub contact_patches: Vec<u32>,
 }
 
 impl Default for Options {
     fn default() -> Self {
         let reduced = reduced::Options::default();
-        Self { modes: 16, precision: Precision::F32, sag: Vec3::zeros(), linear: false, demand: None, reduced }
+        Self {
+            modes: 16,
+            precision: Precision::F32,
+            sag: Vec3::zeros(),
+            linear: false,
+            demand: None,
+            reduced,
+            contact_patches: vec![],
+        }
     }
 }
 
@@ -86,6 +96,7 @@ impl Model {
                 demanded_modes(&shell, &demand, (options.modes, options.linear), &mut progress)?
             }
         };
+        let modes = add_patches(&shell, modes, &options.contact_patches)?;
         let modal = ModalBasis::new(&shell, &modes, options.precision, options.linear, &mut progress)?;
         let SpectrumCertificate { residual, orthonormality, .. } = modes.certificate;
         if !(modal.is_finite() && residual.is_finite() && orthonormality.is_finite()) {

@@ -11,6 +11,7 @@ mod inverse;
 mod jacobi;
 mod lanczos;
 mod merge;
+mod patches;
 mod pieces;
 mod search;
 mod solution;
@@ -19,6 +20,7 @@ mod stiffness;
 pub use canonical::{REPEATED, repeated};
 pub use demand::Demand;
 pub use dense::symmetric_eigen;
+pub use patches::add_patches;
 pub use stiffness::{ScaledStiffness, entries};
 
 use crate::clock::Instant;

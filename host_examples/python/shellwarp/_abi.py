@@ -233,6 +233,9 @@ class SwPrecomputeDesc(Structure):
         ("handle_speed", c_double),
         ("reduced_seconds", c_double),
         ("reduced_mode_searches", c_double),
+        ("contact_patches", c_void_p),
+        ("n_contact_patches", c_uint32),
+        ("reserved", c_uint32),
     ]
 
 

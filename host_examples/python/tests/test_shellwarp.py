@@ -575,6 +575,15 @@ class Colliders(unittest.TestCase):
         with self.assertRaises(sw.InvalidArgumentError):
             sw.Collider.fit_capsule(numpy.empty((0, 3)))
 
+    def test_contact_patches_are_modes_of_their_own(self):
+        made = sw.Model(strip.shell())
+        made.precompute(modes=4, contact_patches=[60, 90])
+        self.assertEqual(made.info()["modes"], 6)
+        with self.assertRaisesRegex(sw.InvalidArgumentError, r"contact_patches\[1\] is vertex 99999"):
+            made.precompute(modes=4, contact_patches=[60, 99999])
+        with self.assertRaisesRegex(sw.InvalidArgumentError, "contact_patches"):
+            made.precompute(modes=4, contact_patches=[60], auto_error=0.01)
+
     def test_meshes_hulls_and_what_is_wrong(self):
         corners = [[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]
         with sw.Collider.hull(corners) as hull:

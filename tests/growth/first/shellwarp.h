@@ -608,6 +608,16 @@ typedef struct SwPrecomputeDesc {
   double reduced_seconds;
   // The same as a multiple of the time that the modes took; 0 = any.
   double reduced_mode_searches;
+  // Vertices (n_contact_patches) where the shell is to be touched by what is smaller than its
+  // modes. The shell's static answer to a push along the normal at each joins the modes, and with
+  // them the methods that move by modes. They are counted and saved as modes, and have frequencies
+  // as these, of their own energy. The shell must be held so that nothing moves freely. Not with
+  // auto_error or auto_operations. NULL = none.
+  const uint32_t *contact_patches;
+  // Length of contact_patches.
+  uint32_t n_contact_patches;
+  // Must be 0.
+  uint32_t reserved;
 } SwPrecomputeDesc;
 
 // Computes modes and modal rotations; `desc` may be NULL for defaults. May be called again with
