@@ -103,7 +103,8 @@ class Pane {
       this.saved = { ...question, saved: answer.saved };
       this.shownAt = performance.now();
       this.moved = (this.moved ?? 0) + 1;
-      page.say('');
+      if (this.refused) page.say('');
+      this.refused = false;
     }, (error) => page.trouble(this, error));
   }
 
@@ -251,6 +252,7 @@ class Page {
   }
 
   trouble(pane, error) {
+    pane.refused = true;
     this.say(`${pane.method.label}: ${error.message}`);
     if (error.broken) this.restart();
   }

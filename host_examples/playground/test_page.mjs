@@ -82,11 +82,11 @@ const claims = {
     await page.click('#pause');
     await page.click('#reset');
     await page.waitForFunction(() => !window.playground.panes[0].reset && !window.playground.panes[0].mover.busy, null, PATIENCE);
-    const tip = await tipOf(page), rest = await place(page, tip);
+    const tip = await tipOf(page);
     await page.click('#pause');
     const led = await page.evaluate(() => window.playground.handles.length);
     assert.equal(led, 0);
-    await dragged(page, tip, [-40, -130]);
+    const from = await dragged(page, tip, [-40, -130]);
     await frames(page, 20);
     const seen = await page.evaluate(() => {
       const { handles, panes } = window.playground, { vertex, position } = handles[0], at = panes[0].stage.at(vertex).toArray();
@@ -95,7 +95,7 @@ const claims = {
     await shot(page, 'dragged');
     // A millionth of the metre that the shell measures is what the library calls met; floats on the way have 1e-7.
     assert.ok(seen.off < 1e-5, `the vertex is ${seen.off} m from the pointer`);
-    assert.ok(Math.hypot(...seen.moved.map((x, c) => x - rest.at[c])) > 0.15, 'it was led far');
+    assert.ok(Math.hypot(...seen.moved.map((x, c) => x - from.at[c])) > 0.15, 'it was led far');
     await page.mouse.up();
     await frames(page, 40);
     const after = await place(page, tip);
