@@ -183,7 +183,7 @@ fn tried(model: &Arc<Model>, method: Method, trial: &Trial) -> Result<(f64, f64)
 /// Takes the state through a trial; the furthest that a vertex is off.
 fn led(state: &mut State, trial: &Trial) -> Result<f64> {
     let shell = state.model().shell.clone();
-    let rest = shell.sag.as_ref().map_or(&shell.mesh.positions, |sag| &sag.rest);
+    let rest = shell.unloaded();
     let mut error = 0.0f64;
     if trial.hangs_first() {
         state.equilibrium()?;

@@ -1,8 +1,10 @@
 //! Material constants: of the paper's energy, and of Koiter's in engineering units.
 
+mod creases;
 mod maps;
 mod presets;
 
+pub use creases::{Crease, Creases};
 pub use maps::{Map, Maps, On, Quantity, mean, mean_cube};
 pub use presets::{PRESETS, Preset};
 

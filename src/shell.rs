@@ -1,7 +1,7 @@
 //! The physical problem: a mesh of a material, held at its supports.
 
-use crate::energy::{Energy, of_material};
-use crate::material::{Elasticity, Map, Maps};
+use crate::energy::{Energy, Source, of_material};
+use crate::material::{Crease, Creases, Elasticity, Map, Maps};
 use crate::{Error, ErrorKind, Mesh, Result, Supports, Vec3};
 use std::ops::Deref;
 use std::sync::{Arc, LazyLock};
@@ -29,17 +29,43 @@ impl Deref for LazyEnergy {
 /// No shell hangs further from its rest shape than this, in model sizes; squares and energies of it are finite.
 const FURTHEST_SAG: f64 = 1e30;
 
+/// What a shell is made of beside its mesh.
+#[derive(Clone, Debug)]
+pub struct Make {
+    /// Constants, and which energy.
+    pub material: Elasticity,
+    /// In place of some of them.
+    pub maps: Vec<Map>,
+    /// Edges of another stiffness or angle.
+    pub creases: Vec<Crease>,
+    /// The shape without stress (n_vertices), if it is not the mesh's.
+    pub rest_shape: Option<Vec<Vec3>>,
+}
+
+impl Make {
+    /// Of these constants everywhere.
+    pub fn of(material: impl Into<Elasticity>) -> Self {
+        Self { material: material.into(), maps: vec![], creases: vec![], rest_shape: None }
+    }
+}
+
 /// Mesh, material and supports with what follows from them directly. Immutable.
 pub struct Shell {
-    /// Rest geometry; with `sag`, the shape that hangs.
+    /// Where it rests; with `sag`, the shape that hangs.
     pub mesh: Arc<Mesh>,
     /// Constants, and which energy.
     pub material: Elasticity,
     /// What varies over the shell; the material has the largest values of it.
     pub maps: Arc<Maps>,
+    /// Those that change something.
+    pub creases: Arc<Creases>,
+    /// The shape without stress (n_vertices), if it is not the mesh that was given.
+    pub rest_shape: Option<Arc<[Vec3]>>,
+    /// The mesh that was given (n_vertices), where that is not at rest and `mesh` was found to be.
+    pub settled_from: Option<Arc<[Vec3]>>,
     /// The deformation energy.
     pub energy: LazyEnergy,
-    /// How it hangs at the mesh's positions; `None` where these are the shape of no energy.
+    /// How it hangs at the mesh's positions; `None` where it rests there without load.
     pub sag: Option<Sag>,
     /// Lumped area where mass per area varies (n_vertices), or none.
     areas: Arc<[f64]>,
@@ -61,7 +87,7 @@ pub struct Shell {
 pub struct Sag {
     /// Gravity (frame axes) whose weight the elastic forces balance there.
     pub gravity: Vec3,
-    /// The shape of no energy (n_vertices).
+    /// Where it rests without load (n_vertices).
     pub rest: Vec<Vec3>,
 }
 
@@ -73,8 +99,16 @@ impl Shell {
 
     /// The same with maps in place of some constants of the material.
     pub fn mapped(mesh: Mesh, material: impl Into<Elasticity>, maps: Vec<Map>, supports: &Supports) -> Result<Self> {
-        let (maps, material) = Maps::new(maps, &mesh, material.into())?;
+        Self::made(mesh, Make { maps, ..Make::of(material) }, supports)
+    }
+
+    /// The same of all that a shell can be made of. One with angles or a rest shape of its own is not at rest yet: see
+    /// [`Shell::must_settle`].
+    pub fn made(mesh: Mesh, make: Make, supports: &Supports) -> Result<Self> {
+        let (maps, material) = Maps::new(make.maps, &mesh, make.material)?;
         let (maps, material) = (Arc::new(maps), material.validated()?);
+        let creases = Arc::new(Creases::new(&make.creases, &mesh)?);
+        let rest_mesh = make.rest_shape.map(|shape| rest_mesh(&mesh, shape)).transpose()?;
         let (held, clamped) = match material {
             Elasticity::DiscreteShells(_) => (supports.held(&mesh)?, vec![]),
             Elasticity::Koiter(_) => supports.held_exactly(&mesh)?,
@@ -87,19 +121,62 @@ impl Shell {
         }
         let densities = maps.area_density(&mesh, &material);
         let uniform = material.area_density();
-        let (mass, total_area) = lumped_mass(&mesh, |t| densities.as_ref().map_or(uniform, |of| of[t]))?;
-        let areas = if densities.is_some() { lumped_mass(&mesh, |_| 1.0)?.0 } else { vec![] };
+        let unstressed = rest_mesh.as_ref().unwrap_or(&mesh);
+        let (mass, total_area) = lumped_mass(unstressed, |t| densities.as_ref().map_or(uniform, |of| of[t]))?;
+        let areas = if densities.is_some() { lumped_mass(unstressed, |_| 1.0)?.0 } else { vec![] };
         let free = (0..mass.len() as u32).filter(|&v| mass[v as usize] > 0.0 && !held[v as usize]).collect();
         let mesh = Arc::new(mesh);
         let clamped: Arc<[bool]> = clamped.into();
-        let energy = energy_of(&mesh, material, &maps, &clamped);
+        let rest_shape = rest_mesh.as_ref().map(|mesh| Arc::from(&mesh.positions[..]));
+        let unstressed = rest_mesh.map_or_else(|| mesh.clone(), Arc::new);
+        let energy = energy_of(unstressed, (material, &maps, &creases), (&clamped, &mesh));
         let areas = areas.into();
         let total_mass: f64 = mass.iter().sum();
         if !(total_mass.is_finite() && total_area.is_finite()) {
             return Err(Error::new(ErrorKind::Numerical, "the shell's mass or area is not finite: choose other units"));
         }
-        let sag = None;
-        Ok(Self { mesh, material, maps, energy, sag, areas, mass, held, clamped, free, total_area, total_mass })
+        Ok(Self {
+            mesh,
+            material,
+            maps,
+            creases,
+            rest_shape,
+            settled_from: None,
+            energy,
+            sag: None,
+            areas,
+            mass,
+            held,
+            clamped,
+            free,
+            total_area,
+            total_mass,
+        })
+    }
+
+    /// Whether its energy pulls at the mesh that was given, and where it rests was not found yet.
+    pub fn must_settle(&self) -> bool {
+        self.settled_from.is_none() && (self.rest_shape.is_some() || self.creases.have_angles())
+    }
+
+    /// Whether it may be under stress at the mesh's positions.
+    pub fn is_stressed(&self) -> bool {
+        self.settled_from.is_some() || self.sag.is_some()
+    }
+
+    /// Where it rests without load (n_vertices).
+    pub fn unloaded(&self) -> &[Vec3] {
+        self.sag.as_ref().map_or(&self.mesh.positions, |sag| &sag.rest)
+    }
+
+    /// The mesh that was given (n_vertices).
+    pub fn given(&self) -> &[Vec3] {
+        self.settled_from.as_ref().map_or(self.unloaded(), |given| given)
+    }
+
+    /// Whether no motion but a rigid one is free of energy, as far as the material tells.
+    pub fn resists_all(&self) -> bool {
+        self.material.resists_all() && !self.creases.have_hinges()
     }
 
     /// A vertex's share of the area at rest.
@@ -112,7 +189,10 @@ impl Shell {
 
     /// Whether an edge and its triangles tell every element that moves a vertex of theirs.
     pub(crate) fn is_told_by_pieces(&self) -> bool {
-        self.material.is_told_by_pieces() && self.maps.is_empty()
+        self.material.is_told_by_pieces()
+            && self.maps.is_empty()
+            && self.creases.is_empty()
+            && self.rest_shape.is_none()
     }
 
     /// The first vertex that would hang further from rest than any shell hangs, or at no number.
@@ -124,15 +204,34 @@ impl Shell {
 
     /// The same shell with its mesh at `positions` (n_vertices), where the elastic forces balance its weight under `gravity`.
     pub(crate) fn hung(&self, gravity: Vec3, positions: Vec<Vec3>) -> Self {
+        let (mesh, rest) = self.moved(positions);
+        Self { mesh, sag: Some(Sag { gravity, rest }), ..self.copy() }
+    }
+
+    /// The same shell with its mesh at `positions` (n_vertices), where the elastic forces balance each other.
+    pub(crate) fn settled(&self, positions: Vec<Vec3>) -> Self {
+        let (mesh, given) = self.moved(positions);
+        Self { mesh, settled_from: Some(given.into()), ..self.copy() }
+    }
+
+    /// The mesh at `positions`, and where it was.
+    fn moved(&self, positions: Vec<Vec3>) -> (Arc<Mesh>, Vec<Vec3>) {
         let mut mesh = Mesh::clone(&self.mesh);
-        let rest = std::mem::replace(&mut mesh.positions, positions);
+        let before = std::mem::replace(&mut mesh.positions, positions);
+        (Arc::new(mesh), before)
+    }
+
+    /// The same that does not hang.
+    fn copy(&self) -> Self {
         Self {
-            mesh: Arc::new(mesh),
-            material: self.material,
+            mesh: self.mesh.clone(),
             maps: self.maps.clone(),
+            creases: self.creases.clone(),
+            rest_shape: self.rest_shape.clone(),
+            settled_from: self.settled_from.clone(),
             areas: self.areas.clone(),
             energy: self.energy.clone(),
-            sag: Some(Sag { gravity, rest }),
+            sag: None,
             mass: self.mass.clone(),
             held: self.held.clone(),
             clamped: self.clamped.clone(),
@@ -141,8 +240,8 @@ impl Shell {
         }
     }
 
-    /// The shell of these `vertices` and `triangles` alone, numbered anew in their order, with the triangles and edges of `mesh`, where they are at
-    /// rest. Those that `free` does not name are held.
+    /// The shell of these `vertices` and `triangles` alone, numbered anew in their order, with the triangles and edges of `mesh`, where they
+    /// were given. Those that `free` does not name are held.
     pub(crate) fn part(&self, (vertices, triangles): (&[u32], &[u32]), mesh: Mesh, free: Vec<u32>) -> Self {
         let mut held = vec![true; vertices.len()];
         free.iter().for_each(|v| held[*v as usize] = false);
@@ -151,12 +250,21 @@ impl Shell {
             true => self.clamped.clone(),
             false => vertices.iter().map(|v| self.clamped[*v as usize]).collect(),
         };
-        let maps = Arc::new(self.maps.part(vertices, triangles));
+        let (maps, creases) = (Arc::new(self.maps.part(vertices, triangles)), Arc::new(self.creases.part(vertices)));
         let some = |v: &u32| self.areas.get(*v as usize).copied();
+        let points = |x: &[Vec3]| vertices.iter().map(|v| x[*v as usize]).collect::<Vec<_>>();
+        let rest_shape: Option<Arc<[Vec3]>> = self.rest_shape.as_ref().map(|shape| points(shape).into());
+        let unstressed = match &rest_shape {
+            Some(shape) => Arc::new(Mesh { positions: shape.to_vec(), ..Mesh::clone(&mesh) }),
+            None => mesh.clone(),
+        };
         let part = Self {
-            energy: energy_of(&mesh, self.material, &maps, &clamped),
+            energy: energy_of(unstressed, (self.material, &maps, &creases), (&clamped, &mesh)),
             mesh,
             maps,
+            creases,
+            rest_shape,
+            settled_from: None,
             areas: vertices.iter().filter_map(some).collect(),
             clamped,
             sag: None,
@@ -165,8 +273,9 @@ impl Shell {
             free,
             ..*self
         };
+        let part = if self.settled_from.is_some() { part.settled(points(self.unloaded())) } else { part };
         match &self.sag {
-            Some(sag) => part.hung(sag.gravity, self.points(vertices)),
+            Some(sag) => part.hung(sag.gravity, points(&self.mesh.positions)),
             None => part,
         }
     }
@@ -196,9 +305,30 @@ impl Shell {
     }
 }
 
-fn energy_of(mesh: &Arc<Mesh>, material: Elasticity, maps: &Arc<Maps>, clamped: &Arc<[bool]>) -> LazyEnergy {
-    let (rest, maps, clamped) = (mesh.clone(), maps.clone(), clamped.clone());
-    LazyEnergy::new(move || Box::new(of_material(&rest, &material, &maps, &clamped)))
+/// Of the shape without stress, with slopes kept where the mesh was `given`.
+fn energy_of(
+    unstressed: Arc<Mesh>,
+    (material, maps, creases): (Elasticity, &Arc<Maps>, &Arc<Creases>),
+    (clamped, given): (&Arc<[bool]>, &Arc<Mesh>),
+) -> LazyEnergy {
+    let (maps, creases, clamped, given) = (maps.clone(), creases.clone(), clamped.clone(), given.clone());
+    LazyEnergy::new(move || {
+        let (mesh, given) = (&*unstressed, &given.positions[..]);
+        Box::new(of_material(&Source { mesh, material, maps: &maps, creases: &creases, clamped: &clamped, given }))
+    })
+}
+
+/// The mesh in the shape that is without stress.
+fn rest_mesh(mesh: &Mesh, shape: Vec<Vec3>) -> Result<Mesh> {
+    let n = mesh.positions.len();
+    if shape.len() != n {
+        let message = format!("the rest shape has {} positions, but the mesh has {n} vertices", shape.len());
+        return Err(Error::argument(message));
+    }
+    let n_reoriented = mesh.n_reoriented;
+    let checked = Mesh::new(shape, &mesh.triangles)
+        .map_err(|error| Error::new(error.kind, format!("the rest shape: {}", error.message)))?;
+    Ok(Mesh { n_reoriented, ..checked })
 }
 
 fn lumped_mass(mesh: &Mesh, density: impl Fn(usize) -> f64) -> Result<(Vec<f64>, f64)> {

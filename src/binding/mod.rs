@@ -222,7 +222,7 @@ impl Binding {
     /// To the shell's mesh, without points.
     fn empty(shell: &Shell) -> Result<Self> {
         let mesh = shell.mesh.clone();
-        let base: Arc<[Vec3]> = shell.sag.as_ref().map_or(&mesh.positions[..], |sag| &sag.rest).into();
+        let base: Arc<[Vec3]> = shell.given().into();
         let frames = Frames::new(&mesh, &scaled(&base, mesh.size)?)?;
         let (rest, rows, turning) = (vec![], vec![], vec![]);
         let (furthest, has) = ((0.0, 0), [false; 2]);
@@ -275,7 +275,7 @@ impl Binding {
 
     /// Whether a shell has the mesh that the points are bound to.
     pub fn fits(&self, shell: &Shell) -> bool {
-        let base = shell.sag.as_ref().map_or(&shell.mesh.positions[..], |sag| &sag.rest);
+        let base = shell.given();
         Arc::ptr_eq(&self.mesh, &shell.mesh) || (*self.base == *base && self.mesh.triangles == shell.mesh.triangles)
     }
 

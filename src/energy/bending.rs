@@ -9,6 +9,7 @@ use super::hinge::{
 };
 use super::patch::{self, Beyond, plane_stress};
 use super::{Curvature, ElementHessian, Energy, MAX_ELEMENT as MOST, Mat3, RestRow, flips};
+use crate::material::Creases;
 use crate::mesh::NONE;
 use crate::{Mesh, Vec3};
 use nalgebra::{Matrix3, Vector3};
@@ -41,6 +42,16 @@ impl Plate {
         let cube = if a == b { a.cube } else { mean(a.rigidity(), b.rigidity()) / young };
         Self { young, cube }
     }
+}
+
+/// What is told of the edges of a mesh.
+pub(super) struct Edges<'a> {
+    /// Both ends of an edge whose slope is kept (n_vertices, or none).
+    pub(super) clamped: &'a [bool],
+    /// Those that fold: of another stiffness they are left out here, as [`super::HingeEnergy`] has them.
+    pub(super) creases: &'a Creases,
+    /// The shape in which slopes are kept (n_vertices).
+    pub(super) given: &'a [Vec3],
 }
 
 /// The bending term over all triangles.
@@ -92,29 +103,31 @@ impl BendingEnergy {
     /// `stiffness` is LLᵀ = C, moment, of (κ₁₁, κ₂₂, 2κ₁₂), isotropic. Edges of the mesh whose ends both are `clamped` (n_vertices, or
     /// none) keep their slope.
     pub fn new(mesh: &Mesh, stiffness: &Matrix3<f64>, clamped: &[bool]) -> Self {
-        Self::of_plates(mesh, &mut [], |_| *stiffness, clamped)
+        let none = Creases::default();
+        Self::creased(mesh, stiffness, &Edges { clamped, creases: &none, given: &mesh.positions })
+    }
+
+    /// The same with other edges.
+    pub(super) fn creased(mesh: &Mesh, stiffness: &Matrix3<f64>, edges: &Edges) -> Self {
+        Self::of_plates(mesh, &mut [], |_| *stiffness, edges)
     }
 
     /// The same with a plate of each triangle's own.
-    pub fn varying(mesh: &Mesh, mut plates: Vec<Plate>, poisson: f64, clamped: &[bool]) -> Self {
-        Self::of_plates(mesh, &mut plates, |plate| plate.cube / 12.0 * plane_stress(plate.young, poisson), clamped)
+    pub(super) fn varying(mesh: &Mesh, mut plates: Vec<Plate>, poisson: f64, edges: &Edges) -> Self {
+        Self::of_plates(mesh, &mut plates, |plate| plate.cube / 12.0 * plane_stress(plate.young, poisson), edges)
     }
 
-    fn of_plates(
-        mesh: &Mesh,
-        plates: &mut [Plate],
-        stiffness: impl Fn(Plate) -> Matrix3<f64>,
-        clamped: &[bool],
-    ) -> Self {
-        let triangles = flips::bending_triangles(mesh, clamped, plates);
-        let beyond = flips::beyond(mesh, &triangles, clamped);
+    fn of_plates(mesh: &Mesh, plates: &mut [Plate], stiffness: impl Fn(Plate) -> Matrix3<f64>, edges: &Edges) -> Self {
+        let triangles = flips::bending_triangles(mesh, edges.clamped, edges.creases, plates);
+        let beyond = flips::beyond(mesh, &triangles, edges.clamped, edges.creases);
         let plate = |t: usize| plates.get(t).copied().unwrap_or_default();
         let of = |t: usize| {
             let ratio = beyond[t].map(|edge| match edge {
                 Beyond::Vertex { triangle, .. } => plate(t).rigidity() / plate(triangle).rigidity(),
                 _ => 1.0,
             });
-            Patch::new(mesh, &triangles[t], &beyond[t], (&stiffness(plate(t)), &ratio))
+            let elements = patch::elements(mesh, &triangles[t], &beyond[t], (&stiffness(plate(t)), &ratio));
+            Patch::new(mesh, edges, (&triangles[t], &beyond[t]), &elements)
         };
         let held = |t: &usize| beyond[*t].iter().any(|edge| *edge != Beyond::Free);
         let patches: Vec<Patch> = (0..triangles.len()).filter(held).map(of).collect();
@@ -124,7 +137,7 @@ impl BendingEnergy {
 }
 
 impl Patch {
-    fn new(mesh: &Mesh, triangle: &[u32; 3], beyond: &[Beyond; 3], stiffness: (&Matrix3<f64>, &[f64; 3])) -> Self {
+    fn new(mesh: &Mesh, of: &Edges, (triangle, beyond): (&[u32; 3], &[Beyond; 3]), elements: &Matrix3<f64>) -> Self {
         let mut vertices = [NONE; MOST];
         vertices[..3].copy_from_slice(triangle);
         let mut size = 3;
@@ -138,23 +151,24 @@ impl Patch {
         };
         let edges = std::array::from_fn(|k| {
             let places = [(k + 1) % 3, (k + 2) % 3, k].map(|place| place as u8);
-            let [a, b, c] = places.map(|place| mesh.positions[triangle[place as usize] as usize]);
-            let (last, d) = match beyond[k] {
+            let corners_in = |x: &[Vec3]| places.map(|place| x[triangle[place as usize] as usize]);
+            let (last, [a, b, c], d) = match beyond[k] {
                 Beyond::Free => return None,
-                Beyond::Clamp => (CLAMP, mirrored([a, b, c])),
-                Beyond::Vertex { corner: v, .. } => (place(v), mesh.positions[v as usize]),
+                Beyond::Clamp => (CLAMP, corners_in(of.given), mirrored(corners_in(of.given))),
+                Beyond::Vertex { corner: v, .. } => (place(v), corners_in(&mesh.positions), mesh.positions[v as usize]),
             };
             let corners = [a, b, c, d];
+            let crease = of.creases.at([places[0], places[1]].map(|place| triangle[place as usize]));
+            let own = crease.filter(|_| last != CLAMP).and_then(|crease| crease.angle);
             Some(Edge {
                 places: [places[0], places[1], places[2], last],
-                rest_angle: dihedral_angle(&corners),
+                rest_angle: own.unwrap_or_else(|| dihedral_angle(&corners)),
                 small: <[Vec3; 2]>::from(normals(&corners)).map(|n| (COLLAPSED * n.norm()).powi(2)),
                 stays: d,
                 factor: if last == CLAMP { 2.0 } else { 1.0 },
             })
         });
-        let rows = patch::elements(mesh, triangle, beyond, stiffness);
-        let rows = std::array::from_fn(|i| rows.row(i).transpose());
+        let rows = std::array::from_fn(|i| elements.row(i).transpose());
         Self { vertices, size, kept: 3, edges, rows }
     }
 

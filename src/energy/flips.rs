@@ -1,11 +1,12 @@
 //! The triangles on which bending is told: the mesh's, with edges flipped towards six triangles a vertex.
 //!
 //! Where four and eight triangles meet by turns, as in a union jack, the patch of a triangle has its points near a conic and tells
-//! curvature badly. So edges of nearly flat convex quads are flipped, for bending alone: the membrane keeps the mesh. No crease is, and none
-//! that is clamped.
+//! curvature badly. So edges of nearly flat convex quads are flipped, for bending alone: the membrane keeps the mesh. No sharp edge is, none
+//! that is clamped, and none of a triangle beside a crease.
 
 use super::bending::Plate;
 use super::patch::Beyond;
+use crate::material::Creases;
 use crate::{Mesh, Vec3};
 use std::collections::{HashSet, VecDeque};
 
@@ -45,8 +46,8 @@ fn edges(triangles: &[[u32; 3]]) -> Vec<Shared> {
 }
 
 /// What is beyond each edge of each triangle (edge k opposite to corner k), with clamps at the edges of the `mesh` whose ends both are
-/// `clamped`.
-pub fn beyond(mesh: &Mesh, triangles: &[[u32; 3]], clamped: &[bool]) -> Vec<[Beyond; 3]> {
+/// `clamped`. Of a crease with another stiffness nothing: it has a term of its own.
+pub fn beyond(mesh: &Mesh, triangles: &[[u32; 3]], clamped: &[bool], creases: &Creases) -> Vec<[Beyond; 3]> {
     let mut beyond = vec![[Beyond::Free; 3]; triangles.len()];
     let is_clamp = |[a, b]: [u32; 2]| clamped.get(a as usize) == Some(&true) && clamped.get(b as usize) == Some(&true);
     let clamps: HashSet<[u32; 2]> =
@@ -57,6 +58,7 @@ pub fn beyond(mesh: &Mesh, triangles: &[[u32; 3]], clamped: &[bool]) -> Vec<[Bey
             let Some((t, k)) = own else { continue };
             beyond[t][k] = match other {
                 _ if clamp => Beyond::Clamp,
+                _ if creases.factor(ends) != 1.0 => Beyond::Free,
                 Some((t, k)) => Beyond::Vertex { corner: triangles[t][k], triangle: t },
                 None => Beyond::Free,
             };
@@ -69,11 +71,16 @@ fn sorted([a, b]: [u32; 2]) -> [u32; 2] {
     [a.min(b), a.max(b)]
 }
 
-/// The mesh's triangles after the flips. `plates` are theirs (n_triangles, or none where all are equal), and afterwards those of what comes out.
-pub fn bending_triangles(mesh: &Mesh, clamped: &[bool], plates: &mut [Plate]) -> Vec<[u32; 3]> {
+/// The mesh's triangles after the flips; those beside creases stay. `plates` are theirs (n_triangles, or none where all are equal), and afterwards those of what comes out.
+pub fn bending_triangles(mesh: &Mesh, clamped: &[bool], creases: &Creases, plates: &mut [Plate]) -> Vec<[u32; 3]> {
     let mut triangles = mesh.triangles.clone();
+    let creased = |t: &[u32; 3]| (0..3).any(|k| creases.at([t[k], t[(k + 1) % 3]]).is_some());
+    let stay: Vec<bool> = match creases.is_empty() {
+        true => vec![],
+        false => triangles.iter().map(creased).collect(),
+    };
     for _ in 0..PASSES {
-        if !flip(&mesh.positions, clamped, &mut triangles, plates) {
+        if !flip(&mesh.positions, (clamped, &stay), &mut triangles, plates) {
             break;
         }
     }
@@ -144,11 +151,11 @@ impl Fronts<'_> {
 }
 
 /// One pass over all edges, those of the largest gain first and from each straight on; whether anything was flipped.
-fn flip(x: &[Vec3], clamped: &[bool], triangles: &mut [[u32; 3]], plates: &mut [Plate]) -> bool {
+fn flip(x: &[Vec3], (clamped, stay): (&[bool], &[bool]), triangles: &mut [[u32; 3]], plates: &mut [Plate]) -> bool {
     let edges = edges(triangles);
     let mut valence = Valence::of(x.len(), triangles, &edges);
     let mut taken: HashSet<[u32; 2]> = edges.iter().map(|e| sorted(e.ends)).collect();
-    let mut used = vec![false; triangles.len()];
+    let mut used = if stay.is_empty() { vec![false; triangles.len()] } else { stay.to_vec() };
     let both = |v: u32, w: u32| clamped.get(v as usize) == Some(&true) && clamped.get(w as usize) == Some(&true);
     let candidates = candidates(&edges, triangles, &valence);
     let mut at: Vec<(u32, usize)> = candidates.iter().enumerate().flat_map(|(i, c)| c.quad.map(|v| (v, i))).collect();

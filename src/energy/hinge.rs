@@ -8,6 +8,7 @@
 //! φ = r (2 − r), r = (100 A/Ā)² below r = 1 and φ = 1 from there on. The Hessian goes without the derivatives of φ.
 
 use super::{Curvature, ElementHessian, Energy, Mat3, RestRow};
+use crate::mesh::Edge;
 use crate::{Mesh, Vec3};
 use std::f64::consts::{PI, TAU};
 
@@ -38,21 +39,27 @@ struct Bend {
 impl HingeEnergy {
     /// Rest angles and weights from the mesh; `k` is k_B.
     pub fn new(mesh: &Mesh, k: f64) -> Self {
-        Self::of(mesh, |_| k)
+        Self::of(mesh, |_, _| Some((k, None)))
     }
 
     /// The same with a constant of each edge's own (n_edges).
     pub fn varying(mesh: &Mesh, values: &[f64]) -> Self {
-        Self::of(mesh, |edge| values[edge])
+        Self::of(mesh, |edge, _| Some((values[edge], None)))
     }
 
-    fn of(mesh: &Mesh, k: impl Fn(usize) -> f64) -> Self {
+    /// Over the interior edges that have a constant by `k`, of an edge's number and the edge, with an angle at rest if not the mesh's.
+    pub(super) fn of(mesh: &Mesh, k: impl Fn(usize, &Edge) -> Option<(f64, Option<f64>)>) -> Self {
         let interior = mesh.edges.iter().enumerate().filter(|(_, e)| e.is_interior());
-        let (hinges, k): (Vec<[u32; 4]>, Vec<f64>) =
-            interior.map(|(i, e)| ([e.vertices[0], e.vertices[1], e.opposite[0], e.opposite[1]], k(i))).unzip();
+        let corner_and_constant = |(i, e): (usize, &Edge)| {
+            let corners = [e.vertices[0], e.vertices[1], e.opposite[0], e.opposite[1]];
+            k(i, e).map(|constant| (corners, constant))
+        };
+        let (hinges, constants): (Vec<[u32; 4]>, Vec<_>) = interior.filter_map(corner_and_constant).unzip();
+        let (k, angles): (Vec<f64>, Vec<Option<f64>>) = constants.into_iter().unzip();
         let corners = |h: &[u32; 4]| h.map(|v| mesh.positions[v as usize]);
+        let angle = |(h, own): (&[u32; 4], Option<f64>)| own.unwrap_or_else(|| dihedral_angle(&corners(h)));
         Self {
-            rest_angle: hinges.iter().map(|h| dihedral_angle(&corners(h))).collect(),
+            rest_angle: hinges.iter().zip(angles).map(angle).collect(),
             weight: hinges.iter().zip(k).map(|(h, k)| 3.0 * k * length_over_height(&corners(h))).collect(),
             rest_gradient: hinges.iter().map(|h| angle_gradient(&corners(h))).collect(),
             small: hinges

@@ -21,8 +21,9 @@ pub use length::LengthEnergy;
 pub use membrane::MembraneEnergy;
 pub use patch::plane_stress;
 
-use crate::material::{ElasticSheet, Elasticity, Maps, On, Quantity, mean, mean_cube};
+use crate::material::{Creases, ElasticSheet, Elasticity, Maps, On, Quantity, mean, mean_cube};
 use crate::{Material, Mesh, Vec3};
+use std::collections::HashMap;
 
 /// A 3 × 3 block.
 pub type Mat3 = nalgebra::Matrix3<f64>;
@@ -45,7 +46,7 @@ pub enum Curvature {
     Semidefinite,
 }
 
-/// A deformation energy that is zero, with zero gradient, at the rest positions.
+/// A deformation energy that is zero, with zero gradient, at the rest positions, unless creases have angles of their own.
 ///
 /// `x` holds the deformed positions of all vertices.
 pub trait Energy: Send + Sync {
@@ -165,49 +166,106 @@ pub const DISCRETE_SHELLS: u32 = 1;
 /// Number of [`koiter`] in saved models.
 pub const KOITER: u32 = 2;
 
-/// The energy of what a shell is made of. `clamped` (n_vertices, or none): see [`BendingEnergy`].
-pub fn of_material(mesh: &Mesh, material: &Elasticity, maps: &Maps, clamped: &[bool]) -> Vec<Box<dyn Energy>> {
-    match material {
-        Elasticity::DiscreteShells(material) => mapped_discrete_shell(mesh, material, maps),
-        Elasticity::Koiter(sheet) => mapped_koiter(mesh, sheet, maps, clamped),
+/// What an energy is made of.
+pub struct Source<'a> {
+    /// The shape that has no energy but for creases with an angle of their own.
+    pub mesh: &'a Mesh,
+    /// Constants, and which energy.
+    pub material: Elasticity,
+    /// What varies.
+    pub maps: &'a Maps,
+    /// Edges that fold.
+    pub creases: &'a Creases,
+    /// Ends of edges whose slope is kept (n_vertices, or none): see [`BendingEnergy`].
+    pub clamped: &'a [bool],
+    /// The shape in which it is kept (n_vertices).
+    pub given: &'a [Vec3],
+}
+
+/// The energy of what a shell is made of.
+pub fn of_material(source: &Source) -> Vec<Box<dyn Energy>> {
+    match source.material {
+        Elasticity::DiscreteShells(material) => creased_discrete_shell(source, &material),
+        Elasticity::Koiter(sheet) => creased_koiter(source, &sheet),
     }
 }
 
-/// [`koiter`] with what varies.
-fn mapped_koiter(mesh: &Mesh, sheet: &ElasticSheet, maps: &Maps, clamped: &[bool]) -> Vec<Box<dyn Energy>> {
+fn creased_koiter(source: &Source, sheet: &ElasticSheet) -> Vec<Box<dyn Energy>> {
+    let Source { mesh, maps, creases, clamped, given, .. } = *source;
     let (young, thickness) = (maps.by_triangle(Quantity::Young, mesh), maps.of(Quantity::Thickness));
-    if young.is_none() && thickness.is_none() {
-        return koiter(mesh, sheet, clamped);
-    }
+    let edges = bending::Edges { clamped, creases, given };
     let heights = |t: usize| match thickness {
         None => [sheet.thickness; 3],
         Some(map) if map.on == On::Triangles => [map.values[t]; 3],
         Some(map) => mesh.triangles[t].map(|v| map.values[v as usize]),
     };
-    let young = |t: usize| young.as_ref().map_or(sheet.young, |young| young[t]);
-    let plates = (0..mesh.triangles.len()).map(|t| Plate { young: young(t), cube: mean_cube(heights(t)) }).collect();
-    vec![
-        Box::new(MembraneEnergy::varying(mesh, |t| mean(heights(t)) * plane_stress(young(t), sheet.poisson))),
-        Box::new(BendingEnergy::varying(mesh, plates, sheet.poisson, clamped)),
-    ]
+    let young_of = |t: usize| young.as_ref().map_or(sheet.young, |young| young[t]);
+    let plate = |t: usize| Plate { young: young_of(t), cube: mean_cube(heights(t)) };
+    let mut terms = if young.is_none() && thickness.is_none() {
+        uniform_koiter(mesh, sheet, &edges)
+    } else {
+        let plates = (0..mesh.triangles.len()).map(plate).collect();
+        let stretching = |t| mean(heights(t)) * plane_stress(young_of(t), sheet.poisson);
+        vec![
+            Box::new(MembraneEnergy::varying(mesh, stretching)) as Box<dyn Energy>,
+            Box::new(BendingEnergy::varying(mesh, plates, sheet.poisson, &edges)),
+        ]
+    };
+    if !creases.is_empty() {
+        let rigidity = |t: usize| plate(t).rigidity() / (12.0 * (1.0 - sheet.poisson * sheet.poisson));
+        terms.push(Box::new(springs(mesh, &edges, rigidity)));
+    }
+    terms
+}
+
+/// The creases of another stiffness as springs, each of the plate's own stiffness over the mean height of its triangles, by its factor.
+fn springs(mesh: &Mesh, edges: &bending::Edges, rigidity: impl Fn(usize) -> f64) -> HingeEnergy {
+    let mut sides: HashMap<[u32; 2], Vec<usize>> = HashMap::new();
+    for (t, corners) in mesh.triangles.iter().enumerate() {
+        for ends in (0..3).map(|k| [corners[k], corners[(k + 1) % 3]]) {
+            if let Some(crease) = edges.creases.at(ends) {
+                sides.entry(crease.vertices).or_default().push(t);
+            }
+        }
+    }
+    let kept = |v: u32| edges.clamped.get(v as usize) == Some(&true);
+    HingeEnergy::of(mesh, |_, edge| {
+        let crease = edges.creases.at(edge.vertices).filter(|crease| crease.factor != 1.0 && crease.factor != 0.0)?;
+        if edge.vertices.iter().all(|v| kept(*v)) {
+            return None;
+        }
+        // One behind the other: what gives is the sum, by heights, which go as the areas.
+        let (areas, gives) = sides[&crease.vertices].iter().fold((0.0, 0.0), |(areas, gives), t| {
+            let area = mesh.area(*t);
+            (areas + area, gives + area / rigidity(*t))
+        });
+        Some((crease.factor * areas / gives / 6.0, crease.angle))
+    })
 }
 
 /// Koiter's energy of a thin sheet (1966): the membrane's and the plate's of plane stress. Bending by the blended shape operator.
 pub fn koiter(mesh: &Mesh, sheet: &ElasticSheet, clamped: &[bool]) -> Vec<Box<dyn Energy>> {
+    uniform_koiter(mesh, sheet, &bending::Edges { clamped, creases: &Creases::default(), given: &mesh.positions })
+}
+
+fn uniform_koiter(mesh: &Mesh, sheet: &ElasticSheet, edges: &bending::Edges) -> Vec<Box<dyn Energy>> {
     let stress = plane_stress(sheet.young, sheet.poisson);
     let thickness = sheet.thickness;
     vec![
         Box::new(MembraneEnergy::new(mesh, &(thickness * stress))),
-        Box::new(BendingEnergy::new(mesh, &(thickness.powi(3) / 12.0 * stress), clamped)),
+        Box::new(BendingEnergy::creased(mesh, &(thickness.powi(3) / 12.0 * stress), edges)),
     ]
 }
 
 /// The paper's energy: area, length and hinge terms with the material's constants. A term of zero stiffness is left out.
 pub fn discrete_shell(mesh: &Mesh, material: &Material) -> Vec<Box<dyn Energy>> {
-    mapped_discrete_shell(mesh, material, &Maps::default())
+    let (maps, creases) = (&Maps::default(), &Creases::default());
+    let given = &mesh.positions;
+    creased_discrete_shell(&Source { mesh, material: (*material).into(), maps, creases, clamped: &[], given }, material)
 }
 
-fn mapped_discrete_shell(mesh: &Mesh, material: &Material, maps: &Maps) -> Vec<Box<dyn Energy>> {
+fn creased_discrete_shell(source: &Source, material: &Material) -> Vec<Box<dyn Energy>> {
+    let Source { mesh, maps, creases, .. } = *source;
     let mut terms: Vec<Box<dyn Energy>> = Vec::new();
     if material.k_area > 0.0 {
         let term = AreaEnergy::new(mesh, material.k_area);
@@ -224,10 +282,13 @@ fn mapped_discrete_shell(mesh: &Mesh, material: &Material, maps: &Maps) -> Vec<B
         }));
     }
     if material.k_bend > 0.0 {
-        terms.push(Box::new(match maps.by_edge(Quantity::KBend, mesh) {
-            Some(values) => HingeEnergy::varying(mesh, &values),
-            None => HingeEnergy::new(mesh, material.k_bend),
-        }));
+        let values = maps.by_edge(Quantity::KBend, mesh);
+        let k = |edge: usize| values.as_ref().map_or(material.k_bend, |values| values[edge]);
+        terms.push(Box::new(HingeEnergy::of(mesh, |e, edge| match creases.at(edge.vertices) {
+            None => Some((k(e), None)),
+            Some(crease) if crease.factor == 0.0 => None,
+            Some(crease) => Some((crease.factor * k(e), crease.angle)),
+        })));
     }
     terms
 }

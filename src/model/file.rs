@@ -7,7 +7,7 @@
 //! | magic "SWMD", version, byte-order mark, precision, energy, n vertices, t triangles, m modes, zero modes, re-oriented triangles | 10 × u32 |
 //! | estimate of the peak memory, count and found of the certificate | 3 × u64 |
 //! | k_A, k_L, k_B, mass per area, or for energy 2 E, ν, thickness, mass per volume; residual, orthonormality, shift; seconds by phase | 13 × f64 |
-//! | rest positions | 3n × f64 |
+//! | positions of the mesh as it was given | 3n × f64 |
 //! | triangles, oriented | 3t × u32 |
 //! | held | n × u8, 0 or 1; for energy 2 also 2, clamped: held, and on an edge of such whose slope is held |
 //! | eigenvalues, largest rotation, largest swing of each mode | 3m × f64 |
@@ -21,6 +21,9 @@
 //! | tag | content |
 //! |---|---|
 //! | "MAPS" | of each map, the number of its constant and of what it is on, as u32, how many values, as u64, and these, as f64 |
+//! | "CREA" | of each crease its ends, as u32, its factor and rest angle, as f64; no number for that of the mesh |
+//! | "REST" | the rest shape, if not the mesh: 3n × f64 |
+//! | "SETL" | where it rests by these without load: 3n × f64 |
 //! | "SAGS" | gravity, positions where the shell hangs under it: (3 + 3n) × f64; the modes are those of this shape |
 //! | "UNIT" | what an entry of one stands for, in Φ√M and in Ψ√M, of each mode: 2m × f64; the basis is of i16, in 2⁻¹⁶ of these |
 //! | "REDU" | the reduced shell: see `reduced/saved.rs` |
@@ -47,8 +50,10 @@ use crate::mesh::Mesh;
 use crate::modal::{ModalBasis, with_basis};
 use crate::modes::{PHASES, SpectrumCertificate};
 use crate::real::Real;
+use crate::shell::Make;
 use crate::{Error, ErrorKind, Material, Model, Result, Shell, Supports, Vec3};
 use header::{HEADER, Header};
+use sections::Sections;
 use std::sync::Arc;
 use xxhash_rust::xxh3::xxh3_64;
 
@@ -98,8 +103,7 @@ impl Model {
         let SpectrumCertificate { residual, orthonormality, shift, .. } = *certificate;
         let facts = [residual, orthonormality, shift];
         constants(&shell.material).iter().chain(&facts).chain(&self.seconds).for_each(|x| x.put(&mut out));
-        let rest = shell.sag.as_ref().map_or(&shell.mesh.positions, |sag| &sag.rest);
-        rest.iter().flatten().for_each(|x| x.put(&mut out));
+        shell.given().iter().flatten().for_each(|x| x.put(&mut out));
         shell.mesh.triangles.iter().flatten().for_each(|v| out.extend(v.to_le_bytes()));
         out.extend((0..shell.held.len()).map(|v| if shell.is_clamped(v) { CLAMPED } else { u8::from(shell.held[v]) }));
         let without = vec![0.0; if header.linear { modal.n_modes() } else { 0 }]; // in place of what a linear model lacks
@@ -139,7 +143,8 @@ impl Model {
         let [residual, orthonormality, shift] = std::array::from_fn(|_| from.number());
         let seconds: [f64; PHASES] = std::array::from_fn(|_| from.number());
         let sections = sections::split(from.last(header.sections as usize))?;
-        let shell = restore_shell(header, &mut from, material, sections.maps)?;
+        let shell = restore_shell(header, &mut from, material, &sections)?;
+        let shell = sections::restore_settled(shell, sections.settled)?;
         let shell = Arc::new(match sections.sag {
             Some(content) => sections::restore_sag(&shell, content)?,
             None => shell,
@@ -234,7 +239,7 @@ impl<'a> Reader<'a> {
 }
 
 /// Mesh, material and supports, checked as those of a host are.
-fn restore_shell(header: &Header, from: &mut Reader, material: Elasticity, maps: Option<&[u8]>) -> Result<Shell> {
+fn restore_shell(header: &Header, from: &mut Reader, material: Elasticity, sections: &Sections) -> Result<Shell> {
     let (n, t) = (header.vertices as usize, header.triangles as usize);
     let positions = points(from.take(24 * n));
     let index = |row: &[u8], i: usize| u32::from_le_bytes(row[4 * i..4 * i + 4].try_into().expect("four bytes"));
@@ -252,8 +257,13 @@ fn restore_shell(header: &Header, from: &mut Reader, material: Elasticity, maps:
     mesh.n_reoriented = header.reoriented as usize;
     let all = |kind: u8| (0..header.vertices).filter(|v| held[*v as usize] == kind).collect::<Vec<u32>>();
     let supports = Supports { fixed: all(1), clamped: all(CLAMPED) };
-    let maps = maps.map_or(Ok(vec![]), sections::restore_maps)?;
-    let shell = Shell::mapped(mesh, material, maps, &supports)?;
+    let maps = sections.maps.map_or(Ok(vec![]), sections::restore_maps)?;
+    let creases = sections.creases.map_or(Ok(vec![]), sections::restore_creases)?;
+    if let Some(content) = sections.rest_shape.filter(|content| content.len() != 24 * n) {
+        return invalid(format!("{} bytes are not the rest shape of {n} vertices", content.len()));
+    }
+    let rest_shape = sections.rest_shape.map(points);
+    let shell = Shell::made(mesh, Make { material, maps, creases, rest_shape }, &supports)?;
     if let Some(v) = supports.clamped.iter().find(|v| !shell.is_clamped(**v as usize)) {
         return invalid(format!("vertex {v} is clamped, but on no edge between two such"));
     }

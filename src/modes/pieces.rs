@@ -82,8 +82,7 @@ impl Piece {
         vertices.sort_unstable();
         vertices.dedup();
         let index = |v: u32| if v == NONE { NONE } else { vertices.partition_point(|other| *other < v) as u32 };
-        let rest = whole.sag.as_ref().map_or(&mesh.positions, |sag| &sag.rest);
-        let positions: Vec<Vec3> = vertices.iter().map(|v| rest[*v as usize]).collect();
+        let positions: Vec<Vec3> = vertices.iter().map(|v| whole.given()[*v as usize]).collect();
         let edge = |e: Edge| Edge { vertices: e.vertices.map(index), opposite: e.opposite.map(index) };
         let free = self.free.iter().map(|k| index(whole.free[*k as usize])).collect();
         let alone = Mesh {

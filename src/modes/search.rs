@@ -121,7 +121,7 @@ impl Search<'_> {
         entries(&self.stiffness.lower).for_each(|(i, j, value)| a[(i, j)] = value);
         let (mut eigenvalues, mut vectors) = dense::symmetric_eigen(a.as_ref())?;
         let elastic = eigenvalues.get(self.rigid.unwrap_or(0)).copied().unwrap_or(f64::INFINITY);
-        if elastic < FEW_DIGITS * self.stiffness.norm && n <= REFINED && self.shell.sag.is_none() {
+        if elastic < FEW_DIGITS * self.stiffness.norm && n <= REFINED && !self.shell.is_stressed() {
             eigenvalues = jacobi::refine(self.shell, &mut vectors);
             sort_columns(&mut eigenvalues, &mut vectors);
         }

@@ -6,6 +6,7 @@ use super::search::{self, Pairs, Plan, Search};
 use super::{Phase, Progress, ScaledStiffness, sort_columns};
 use crate::energy::rest_quadratic_form;
 use crate::error::reserve;
+use crate::shell::Sag;
 use crate::sparse::Symbolic;
 use crate::{Error, ErrorKind, Result, Shell, Vec3};
 use faer::Mat;
@@ -47,10 +48,11 @@ impl Solution {
         let work = if dense { 2 * n * n } else { 2 * n * Plan::of(wanted, n).capacity };
         let peak_bytes = symbolic.factor_bytes() + 8 * work + 3 * 16 * stiffness.lower.val().len();
         drop(reserve::<u8>("the search for modes", peak_bytes)?); // told now, not after minutes
-        if let Some(sag) = &shell.sag {
-            refuse_buckled(&symbolic, stiffness, sag.gravity)?;
+        let rigid = rigid_freedoms(shell);
+        if shell.is_stressed() {
+            refuse_buckled(shell, &symbolic, stiffness, rigid)?;
         }
-        let search = Search { shell, stiffness, symbolic: &symbolic, wanted, rigid: rigid_freedoms(shell) };
+        let search = Search { shell, stiffness, symbolic: &symbolic, wanted, rigid };
         let pairs = search.run(progress)?;
         let mut vectors = pairs.vectors.subcols(0, pairs.converged).to_owned();
         let quotient = |j: usize| rayleigh_quotient(shell, stiffness, vectors.col(j));
@@ -67,14 +69,23 @@ impl Solution {
     }
 }
 
-/// Fails where the pose under `gravity` is no minimum of energy: vibration about it has no meaning.
-fn refuse_buckled(symbolic: &Symbolic, stiffness: &ScaledStiffness, gravity: Vec3) -> Result<()> {
-    match symbolic.negative_eigenvalues(&stiffness.lower)? {
+/// Of ‖A‖, how far below zero the eigenvalues of free motions may come to lie by rounding, and where stress is balanced to 1e-8.
+const ABOUT_ZERO: f64 = 1e-9;
+
+/// Fails where the pose is no minimum of energy: vibration about it has no meaning.
+fn refuse_buckled(shell: &Shell, symbolic: &Symbolic, stiffness: &ScaledStiffness, rigid: Option<usize>) -> Result<()> {
+    let negative = match rigid {
+        Some(0) => symbolic.negative_eigenvalues(&stiffness.lower)?,
+        _ => symbolic.negative_eigenvalues(&stiffness.shifted(-ABOUT_ZERO * stiffness.norm))?,
+    };
+    match negative {
         Some(0) | None => Ok(()),
         Some(count) => {
-            let g = [gravity.x, gravity.y, gravity.z];
-            let message =
-                format!("the pose under the gravity {g:?} is unstable in {count} directions: it is about to buckle");
+            let pose = match &shell.sag {
+                Some(Sag { gravity: g, .. }) => format!("the pose under the gravity {:?}", [g.x, g.y, g.z]),
+                None => "the shape in which the shell rests by its rest shape or angles".into(),
+            };
+            let message = format!("{pose} is unstable in {count} directions: it is about to buckle");
             Err(Error::new(ErrorKind::Numerical, message))
         }
     }
@@ -86,7 +97,7 @@ pub fn rigid_freedoms(shell: &Shell) -> Option<usize> {
     if shell.sag.is_some() {
         return Some(0); // what moves freely does not come to rest under its weight
     }
-    if !shell.material.resists_all() {
+    if !shell.resists_all() {
         return None;
     }
     let mesh = &shell.mesh;
@@ -127,7 +138,7 @@ fn require_digits(search: &Search, pairs: &Pairs, eigenvalues: &[f64], vectors: 
         let lambda = eigenvalues[k];
         let error = match pairs.sigma {
             // The energy's rows are those of the rest pose.
-            Some(sigma) if search.shell.sag.is_none() => vector_error(search, sigma, vectors.col(k), lambda)?,
+            Some(sigma) if !search.shell.is_stressed() => vector_error(search, sigma, vectors.col(k), lambda)?,
             _ => apart(k),
         };
         if error.is_nan() || error > LEAST_AGREEMENT {
@@ -168,7 +179,7 @@ fn vector_error(search: &Search, sigma: f64, y: ColRef<'_, f64>, lambda: f64) ->
 
 /// yᵀAy/yᵀy, at rest as a sum of squares, which keeps small eigenvalues accurate.
 fn rayleigh_quotient(shell: &Shell, stiffness: &ScaledStiffness, y: ColRef<'_, f64>) -> f64 {
-    if shell.sag.is_some() {
+    if shell.is_stressed() {
         let y: Vec<f64> = y.iter().copied().collect();
         let image = stiffness.apply(&y);
         return image.iter().zip(&y).map(|(a, y)| a * y).sum::<f64>() / y.iter().map(|y| y * y).sum::<f64>();

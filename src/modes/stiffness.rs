@@ -26,7 +26,7 @@ impl ScaledStiffness {
         let mut matrix = BlockMatrix::of(shell);
         let mut finite = true; // at held vertices too, which have no entries
         let scale = |a: u32, b: u32| inverse_root[a as usize] * inverse_root[b as usize];
-        if shell.sag.is_some() {
+        if shell.is_stressed() {
             shell.energy.visit_hessian(&shell.mesh.positions, Curvature::Exact, &mut |(vertices, blocks)| {
                 let block = |p: usize, q: usize| blocks[p * vertices.len() + q] * scale(vertices[p], vertices[q]);
                 matrix.add_element(vertices, block);

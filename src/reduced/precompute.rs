@@ -72,6 +72,10 @@ fn require_support(shell: &Shell, modes: &Modes, options: &Options) -> Result<()
         let message = format!("{wanted} modes and fields: a reduced shell has at most {MAX_FIELDS}");
         return Err(Error::argument(message));
     }
+    if shell.settled_from.is_some() {
+        let message = "a reduced shell cannot have a rest shape or rest angles of its own";
+        return Err(Error::new(ErrorKind::Unsupported, message));
+    }
     if modes.zero_modes > 0 || shell.sag.is_some() {
         let message = "a reduced shell must be held so that nothing moves freely, and not be linearised where it hangs";
         return Err(Error::new(ErrorKind::Unsupported, message));

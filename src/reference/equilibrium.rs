@@ -10,9 +10,10 @@ use super::mixed::Unstable;
 use super::newton::{Convergence, Stop};
 use super::potential::Potential;
 use super::{Solver, continuation, free_norm};
+use crate::energy::Curvature;
 use crate::error::{require_finite, require_non_negative};
 use crate::point_energy::PointEnergy;
-use crate::{Error, ErrorKind, Result, Vec3};
+use crate::{Error, ErrorKind, Result, Shell, Vec3};
 
 /// Newton iterations for one increment before it is halved.
 const ITERATIONS_PER_INCREMENT: usize = 60;
@@ -133,6 +134,23 @@ impl Solver {
     }
 }
 
+/// Of what rounding of the coordinates pulls: what a load is taken for where it is less, of a shell that rests by its own angles or shape, and so
+/// never quite without force.
+const LEAST_LOAD: f64 = 1e4;
+
+fn least_load(shell: &Shell) -> f64 {
+    if !shell.must_settle() && shell.settled_from.is_none() {
+        return 0.0;
+    }
+    let mut diagonal = vec![0.0; shell.mass.len()];
+    shell.energy.visit_hessian(&shell.mesh.positions, Curvature::Semidefinite, &mut |(vertices, blocks)| {
+        let k = vertices.len();
+        vertices.iter().enumerate().for_each(|(i, v)| diagonal[*v as usize] += blocks[i * k + i].norm());
+    });
+    let squares: f64 = shell.free.iter().map(|v| diagonal[*v as usize].powi(2)).sum();
+    LEAST_LOAD * f64::EPSILON * shell.mesh.reach * squares.sqrt()
+}
+
 /// The load's way from the start's to the whole.
 struct LoadPath {
     /// The load that the start balances (n_vertices).
@@ -158,7 +176,7 @@ impl LoadPath {
         }
         let loads = [free_norm(shell, forces), free_norm(shell, &first)];
         Self {
-            scale: loads.into_iter().find(|load| *load > 0.0).unwrap_or(0.0),
+            scale: loads.into_iter().find(|load| *load > 0.0).unwrap_or(0.0).max(least_load(shell)),
             first,
             done: 0.0,
             balanced: solver.x.clone(),

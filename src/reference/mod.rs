@@ -26,7 +26,7 @@ pub use correction::{CORRECTED, Correction, Load, SolverPool};
 pub use equilibrium::{Equilibrium, EquilibriumOptions, EquilibriumProgress};
 pub use implicit::StepReport;
 pub use orientation::{Ring, vertex_rotations};
-pub use sag::sagged;
+pub use sag::{sagged, settled};
 
 use crate::constraint::Outcome;
 use crate::error::{require_finite, require_non_negative};

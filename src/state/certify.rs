@@ -144,7 +144,7 @@ impl State {
     fn refuse_mechanisms(&self) -> Result<()> {
         let (shell, modal) = (&self.model.shell, &self.model.modal);
         let (free, rigid) = (modal.zero_modes, reference::rigid_motions(shell));
-        let soft = !shell.material.resists_all();
+        let soft = !shell.resists_all();
         let untold = soft && free > 0 && free == modal.n_modes(); // more of them may lie beyond
         if free <= rigid && !untold {
             return Ok(());
@@ -230,7 +230,7 @@ impl State {
     /// The shape of no energy (n_vertices).
     fn stress_free_positions(&self) -> &[Vec3] {
         let shell = &self.model.shell;
-        shell.sag.as_ref().map_or(&shell.mesh.positions, |sag| &sag.rest)
+        shell.unloaded()
     }
 
     /// The equilibrium that the full shell's path from rest leads to under the loads and constraints (n_vertices, frame axes).

@@ -4,21 +4,29 @@ use super::header::Header;
 use super::{points, put_u64, u64_of};
 use crate::error::invalid;
 use crate::features::{self, Feature, Proof};
-use crate::material::{Map, On, Quantity};
+use crate::material::{Crease, Map, On, Quantity};
 use crate::modal::with_basis;
 use crate::model::front::Front;
 use crate::precision::Precision;
 use crate::real::Real;
 use crate::reduced::ReducedShell;
 use crate::reduced::polynomial::PolynomialEnergy;
-use crate::{Model, Result, Shell};
+use crate::{Model, Result, Shell, Vec3};
 
 type Tag = [u8; 4];
 
 /// Tag, zero and size before a section's content.
 const SECTION_FRONT: usize = 16;
+/// Bytes of a crease.
+const CREASE: usize = 24;
 /// What varies over the shell.
 const MAPS: Tag = *b"MAPS";
+/// Edges that fold.
+const CREASES: Tag = *b"CREA";
+/// The shape without stress.
+const REST_SHAPE: Tag = *b"REST";
+/// Where the shell rests by these.
+const SETTLED: Tag = *b"SETL";
 /// Where the shell hangs.
 const SAG: Tag = *b"SAGS";
 /// Units of a basis in 16 bits.
@@ -34,13 +42,17 @@ const FRONT_OF_CHOICE: Tag = *b"AUTO";
 fn sizes(model: &Model) -> impl Iterator<Item = (Tag, usize)> {
     let maps = model.shell.maps.all();
     let maps = (!maps.is_empty()).then(|| (MAPS, maps.iter().map(|map| 16 + 8 * map.values.len()).sum()));
+    let creases = model.shell.creases.all();
+    let creases = (!creases.is_empty()).then_some((CREASES, CREASE * creases.len()));
+    let rest_shape = model.shell.rest_shape.as_ref().map(|shape| (REST_SHAPE, 24 * shape.len()));
+    let settled = model.shell.settled_from.as_ref().map(|given| (SETTLED, 24 * given.len()));
     let sag = model.shell.sag.as_ref().map(|sag| (SAG, 24 + 24 * sag.rest.len()));
     let units = (model.modal.precision() == Precision::I16).then_some((UNITS, 16 * model.modal.n_modes()));
     let reduced = model.reduced.as_ref().map(|reduced| (REDUCED, reduced.saved_size(model.shell.mass.len())));
     let polynomial = model.reduced.as_ref().and_then(|reduced| reduced.polynomial.as_ref());
     let polynomial = polynomial.map(|polynomial| (POLYNOMIAL, polynomial.saved_size()));
     let front = model.front.as_ref().map(|front| (FRONT_OF_CHOICE, front.saved_size()));
-    [maps, sag, units, polynomial, reduced, front].into_iter().flatten()
+    [maps, creases, rest_shape, settled, sag, units, polynomial, reduced, front].into_iter().flatten()
 }
 
 /// Bytes of all sections of `model`.
@@ -58,6 +70,9 @@ pub(super) fn put(model: &Model, out: &mut Vec<u8>) {
             (SAG, Some(sag), _) => {
                 sag.gravity.iter().chain(model.shell.mesh.positions.iter().flatten()).for_each(|x| x.put(out));
             }
+            (CREASES, ..) => model.shell.creases.all().iter().for_each(|crease| put_crease(crease, out)),
+            (REST_SHAPE, ..) => model.shell.rest_shape.iter().flat_map(|x| x.iter()).for_each(|x| put_point(x, out)),
+            (SETTLED, ..) => model.shell.unloaded().iter().for_each(|x| put_point(x, out)),
             (MAPS, ..) => model.shell.maps.all().iter().for_each(|map| put_map(map, out)),
             (POLYNOMIAL, _, Some(reduced)) => reduced.polynomial.iter().for_each(|polynomial| polynomial.save(out)),
             (REDUCED, _, Some(reduced)) => reduced.save(model.shell.mass.len(), out),
@@ -75,6 +90,48 @@ fn put_map(map: &Map, out: &mut Vec<u8>) {
     out.extend((map.on as u32).to_le_bytes());
     put_u64(out, map.values.len() as u64);
     map.values.iter().for_each(|x| x.put(out));
+}
+
+fn put_crease(crease: &Crease, out: &mut Vec<u8>) {
+    crease.vertices.iter().for_each(|v| out.extend(v.to_le_bytes()));
+    crease.factor.put(out);
+    crease.angle.unwrap_or(f64::NAN).put(out);
+}
+
+fn put_point(x: &Vec3, out: &mut Vec<u8>) {
+    x.iter().for_each(|x| x.put(out));
+}
+
+/// The creases; what they hold is the shell's to check.
+pub(super) fn restore_creases(content: &[u8]) -> Result<Vec<Crease>> {
+    if content.is_empty() || !content.len().is_multiple_of(CREASE) {
+        return invalid(format!("{} bytes are not its creases", content.len()));
+    }
+    let crease = |row: &[u8]| {
+        let [a, b, factor, angle] = [&row[..4], &row[4..8], &row[8..16], &row[16..]];
+        let vertices = [a, b].map(|v| u32::from_le_bytes([v[0], v[1], v[2], v[3]]));
+        let angle = f64::get(angle);
+        Crease { vertices, factor: f64::get(factor), angle: (!angle.is_nan()).then_some(angle) }
+    };
+    Ok(content.chunks_exact(CREASE).map(crease).collect())
+}
+
+/// The shell where it rests by its creases and its rest shape.
+pub(super) fn restore_settled(shell: Shell, content: Option<&[u8]>) -> Result<Shell> {
+    let n = shell.mesh.positions.len();
+    let positions = match content {
+        None if shell.must_settle() => return invalid("it lacks where it rests by its rest shape or angles"),
+        None => return Ok(shell),
+        Some(_) if !shell.must_settle() => return invalid("it rests elsewhere than its mesh, without a reason"),
+        Some(content) if content.len() != 24 * n => {
+            return invalid(format!("{} bytes are not where {n} vertices rest", content.len()));
+        }
+        Some(content) => points(content),
+    };
+    if let Some(v) = shell.stray(&positions) {
+        return invalid(format!("vertex {v} rests at {:?}", positions[v].data.0[0]));
+    }
+    Ok(shell.settled(positions))
 }
 
 /// The maps; their lengths and values are the shell's to check.
@@ -102,6 +159,9 @@ pub(super) fn restore_maps(mut content: &[u8]) -> Result<Vec<Map>> {
 #[derive(Default)]
 pub(super) struct Sections<'a> {
     pub(super) maps: Option<&'a [u8]>,
+    pub(super) creases: Option<&'a [u8]>,
+    pub(super) rest_shape: Option<&'a [u8]>,
+    pub(super) settled: Option<&'a [u8]>,
     pub(super) sag: Option<&'a [u8]>,
     pub(super) units: Option<&'a [u8]>,
     pub(super) reduced: Option<&'a [u8]>,
@@ -119,6 +179,9 @@ pub(super) fn split(mut bytes: &[u8]) -> Result<Sections<'_>> {
         let (tag, size) = (String::from_utf8_lossy(&front[..4]), u64_of(&front[8..]));
         let known = match &front[..8] {
             [b'M', b'A', b'P', b'S', 0, 0, 0, 0] => &mut sections.maps,
+            [b'C', b'R', b'E', b'A', 0, 0, 0, 0] => &mut sections.creases,
+            [b'R', b'E', b'S', b'T', 0, 0, 0, 0] => &mut sections.rest_shape,
+            [b'S', b'E', b'T', b'L', 0, 0, 0, 0] => &mut sections.settled,
             [b'S', b'A', b'G', b'S', 0, 0, 0, 0] => &mut sections.sag,
             [b'U', b'N', b'I', b'T', 0, 0, 0, 0] => &mut sections.units,
             [b'R', b'E', b'D', b'U', 0, 0, 0, 0] => &mut sections.reduced,
@@ -163,8 +226,8 @@ pub(super) fn restore_reduced(
     (content, polynomial): (&[u8], Option<&[u8]>),
 ) -> Result<ReducedShell> {
     let _proof: features::ReducedShell = Proof::of(Feature::ReducedShell)?;
-    if header.zero_modes > 0 || shell.sag.is_some() {
-        return invalid("it has a reduced shell, but moves freely or hangs");
+    if header.zero_modes > 0 || shell.is_stressed() {
+        return invalid("it has a reduced shell, but moves freely, hangs or is under stress at rest");
     }
     let mut reduced = ReducedShell::load(shell, header.modes as usize, header.precision, content)?;
     reduced.polynomial = polynomial.map(|content| PolynomialEnergy::load(reduced.n(), content)).transpose()?;

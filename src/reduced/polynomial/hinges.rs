@@ -58,7 +58,8 @@ pub fn hinges(shell: &Shell, k_bend: f64, pairs: &mut Vec<[u32; 2]>) -> Vec<Hing
     let edges: Vec<[u32; 2]> = pairs.clone();
     let number = |a: u32, b: u32| edges.binary_search_by_key(&sorted([a, b]), |pair| sorted(*pair)).ok();
     let varying = shell.maps.by_edge(Quantity::KBend, &shell.mesh);
-    let interior = shell.mesh.edges.iter().enumerate().filter(|(_, edge)| edge.is_interior());
+    let resists = |edge: &crate::mesh::Edge| edge.is_interior() && shell.creases.factor(edge.vertices) != 0.0;
+    let interior = shell.mesh.edges.iter().enumerate().filter(|(_, edge)| resists(edge));
     let hinge = |((e, edge), row): ((usize, &crate::mesh::Edge), Vector12)| {
         let corners = [edge.vertices[0], edge.vertices[1], edge.opposite[0], edge.opposite[1]];
         let mut own: [Option<usize>; 6] = std::array::from_fn(|k| number(corners[ENDS[k][0]], corners[ENDS[k][1]]));
@@ -67,7 +68,8 @@ pub fn hinges(shell: &Shell, k_bend: f64, pairs: &mut Vec<[u32; 2]>) -> Vec<Hing
             pairs.push([corners[2], corners[3]]);
             pairs.len() - 1
         });
-        Hinge::new(corners, own, &x, varying.as_ref().map_or(k_bend, |k| k[e]), row)
+        let k_bend = shell.creases.factor(edge.vertices) * varying.as_ref().map_or(k_bend, |k| k[e]);
+        Hinge::new(corners, own, &x, k_bend, row)
     };
     interior.zip(rows).map(hinge).collect()
 }
