@@ -1,10 +1,10 @@
 //! What a shell is made of.
 
-use super::pointer::{VectorRows, enumerant, not_null};
+use super::pointer::{VectorRows, enumerant, not_null, read_array};
 use super::status::Fault;
 use super::structs::{described, read_descriptor};
-use crate::Material;
-use crate::material::{ElasticSheet, Elasticity, Map, On, Quantity};
+use crate::material::{Crease, ElasticSheet, Elasticity, Map, On, Quantity};
+use crate::{Material, Vec3};
 use std::ffi::c_void;
 
 /// Discrete shells: area, length and dihedral-angle terms (Grinspun et al. 2003), as in the paper. By k_area, k_length, k_bend and
@@ -92,9 +92,30 @@ pub struct SwMaterialDesc {
     pub n_maps: u32,
     /// Must be 0.
     pub reserved: u32,
+    /// Edges that bend by another stiffness or rest at another angle than the sheet (n_creases x 2 vertices, in any order): folds, veins, seams.
+    /// Each is an edge between two triangles, and stands once.
+    pub creases: *const u32,
+    /// What the stiffness against bending is multiplied by (n_creases), not negative; 0 = turns freely. NULL = 1 for all.
+    pub crease_factors: *const f64,
+    /// Rest angles in rad (n_creases), from -pi to pi: 0 is flat, above 0 is convex on the side of the triangles' normals, as re-oriented where these disagree;
+    /// SW_CREASE_ANGLE_OF_MESH = as the mesh has it. NULL = that for all.
+    pub crease_angles: *const f64,
+    /// Length of creases.
+    pub n_creases: u32,
+    /// SW_FORMAT_... of rest_positions.
+    pub rest_format: u32,
+    /// The shape without stress (n_vertices x 3), where it is not the mesh. NULL = the mesh.
+    /// With this or rest angles the mesh is where the search for rest begins: sw_model_precompute first finds where the shell rests without load, by
+    /// the full shell, and modes and states begin there. SW_METHOD_POLYNOMIAL_SHELL and SW_METHOD_REDUCED_SHELL do not take it yet.
+    pub rest_positions: *const c_void,
+    /// Bytes from rest position to rest position; 0 = packed.
+    pub rest_stride: u64,
 }
 
-described!(SwMaterialDesc, reserved);
+described!(SwMaterialDesc, rest_stride);
+
+/// Of a crease: the angle that the mesh has there.
+pub const SW_CREASE_ANGLE_OF_MESH: u32 = 7;
 
 pub(super) fn material_of(desc: &SwMaterialDesc) -> Result<Elasticity, Fault> {
     let known = [(0, false), (SW_ENERGY_DISCRETE_SHELLS, false), (SW_ENERGY_KOITER, true)];
@@ -142,6 +163,38 @@ pub(super) unsafe fn maps_of(desc: &SwMaterialDesc) -> Result<Vec<Map>, Fault> {
         }
     }
     Ok(maps)
+}
+
+/// The creases of a descriptor; that they are edges is the shell's to check.
+pub(super) unsafe fn creases_of(desc: &SwMaterialDesc) -> Result<Vec<Crease>, Fault> {
+    let n = u64::from(desc.n_creases);
+    // SAFETY: the host's lists hold n_creases elements each, or are NULL where that is allowed.
+    let (ends, factors, angles) = unsafe {
+        let optional = |name: &str, list: *const f64| match list.is_null() {
+            true => Ok(vec![]),
+            false => read_array(name, list, n),
+        };
+        let ends: Vec<[u32; 2]> = read_array("material->creases", desc.creases.cast(), n)?;
+        let factors = optional("material->crease_factors", desc.crease_factors)?;
+        (ends, factors, optional("material->crease_angles", desc.crease_angles)?)
+    };
+    let crease = |(i, vertices): (usize, [u32; 2])| {
+        let angle = angles.get(i).copied().filter(|angle| *angle != f64::from(SW_CREASE_ANGLE_OF_MESH));
+        Crease { vertices, factor: factors.get(i).copied().unwrap_or(1.0), angle }
+    };
+    Ok(ends.into_iter().enumerate().map(crease).collect())
+}
+
+/// The rest shape of a descriptor, for a mesh of so many vertices.
+pub(super) unsafe fn rest_shape_of(desc: &SwMaterialDesc, n_vertices: usize) -> Result<Option<Vec<Vec3>>, Fault> {
+    if desc.rest_positions.is_null() {
+        return Ok(None);
+    }
+    let (format, stride) = (desc.rest_format, desc.rest_stride);
+    let rows =
+        VectorRows::checked("material->rest_positions", desc.rest_positions, format, 3, stride, n_vertices as u64)?;
+    // SAFETY: the host's array has a row for each vertex of the mesh.
+    Ok(Some((0..n_vertices).map(|i| unsafe { rows.read(i) }).collect()))
 }
 
 unsafe fn map_of(name: &str, map: &SwMaterialMap) -> Result<Map, Fault> {

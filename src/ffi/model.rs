@@ -12,6 +12,7 @@ use super::status::{Fault, SW_ERROR_INVALID_DATA, SW_ERROR_NOT_PRECOMPUTED, SwSt
 use super::structs::{described, read_descriptor_or_default};
 use crate::model::Model;
 use crate::model::file;
+use crate::shell::Make;
 use crate::{Mesh, Shell, Supports};
 use std::ffi::c_void;
 use std::sync::{Arc, RwLock};
@@ -91,10 +92,13 @@ pub unsafe extern "C" fn sw_model_create(
         // SAFETY: `model` is not NULL; descriptors are NULL or have their struct_size, and what they point to is as long as they say.
         unsafe {
             let material = read_descriptor_or_default("material", material)?;
-            let (material, maps) = (material_of(&material)?, maps_of(&material)?);
+            let made_of = material;
+            let (material, maps, creases) = (material_of(&made_of)?, maps_of(&made_of)?, creases_of(&made_of)?);
             let supports = supports_of(&read_descriptor_or_default("supports", supports)?)?;
             let (positions, triangles) = read_mesh(mesh)?;
-            let shell = Arc::new(Shell::mapped(Mesh::new(positions, &triangles)?, material, maps, &supports)?);
+            let rest_shape = rest_shape_of(&made_of, positions.len())?;
+            let make = Make { material, maps, creases, rest_shape };
+            let shell = Arc::new(Shell::made(Mesh::new(positions, &triangles)?, make, &supports)?);
             log_repairs(&shell.mesh);
             if shell.material.discrete_shells().is_some_and(|material| material.k_length == 0.0) {
                 log(SW_LOG_WARNING, "material->k_length is 0, so that no edge resists stretching");

@@ -256,7 +256,119 @@ static void no_resistance_to_stretching_is_warned_of(void) {
   sw_set_log_callback(NULL, NULL);
 }
 
+/* The strip's column of edges at mid length, in the order of the mesh's vertices. */
+static void middle_edges(uint32_t (*edges)[2]) {
+  for (int j = 0; j + 1 < STRIP_ROWS; ++j) {
+    edges[j][0] = strip_vertex(STRIP_COLUMNS / 2, j);
+    edges[j][1] = strip_vertex(STRIP_COLUMNS / 2, j + 1);
+  }
+}
+
+static SwModel *folded(const uint32_t (*edges)[2], const double *factors, const double *angles, const double *rest) {
+  SwMaterialDesc sheet = aluminium(0.3);
+  sheet.creases = &edges[0][0];
+  sheet.n_creases = edges ? STRIP_ROWS - 1 : 0;
+  sheet.crease_factors = factors;
+  sheet.crease_angles = angles;
+  sheet.rest_positions = rest;
+  sheet.rest_format = SW_FORMAT_F64;
+  return strip_of(&sheet, 1);
+}
+
+/* A card whose crease rests at a right angle rests there: the free half stands across the clamped one. */
+static void a_creased_strip_rests_folded(void) {
+  uint32_t edges[STRIP_ROWS - 1][2];
+  const double angles[STRIP_ROWS - 1] = {1.5707963267948966, 1.5707963267948966};
+  double x[3 * STRIP_VERTICES];
+  middle_edges(edges);
+  SwModel *model = folded((const uint32_t(*)[2])edges, NULL, angles, NULL);
+  precompute(model, 6, SW_PRECISION_F64);
+  SwState *state = new_state(model, SW_METHOD_WARP, SW_INTEGRATOR_EXACT);
+  OK(sw_state_positions(state, SW_SPACE_WORLD, SW_FORMAT_F64, x, 0, STRIP_VERTICES));
+  const double *fold = &x[3 * strip_vertex(STRIP_COLUMNS / 2, 1)], *end = &x[3 * strip_vertex(STRIP_COLUMNS - 1, 1)];
+  const double along = end[0] - fold[0], up = end[2] - fold[2], half = STRIP_LENGTH / 2;
+  CHECK_NEAR(fabs(up) / half, 1, 2e-3);
+  CHECK_NEAR(along / half, 0, 2e-2); /* the sheet beside the fold takes part of the angle only where it is loaded: nowhere */
+  sw_state_destroy(state);
+  sw_model_destroy(model);
+}
+
+/* The rest shape is the strip on a cylinder: the flat strip curls to it. */
+static void a_flat_strip_curls_to_its_rest_shape(void) {
+  const Strip strip = make_strip();
+  double rest[3 * STRIP_VERTICES], x[3 * STRIP_VERTICES], worst = 0;
+  const double radius = 4;
+  for (int v = 0; v < STRIP_VERTICES; ++v) {
+    const double angle = strip.positions[3 * v] / radius;
+    rest[3 * v] = radius * sin(angle);
+    rest[3 * v + 1] = strip.positions[3 * v + 1];
+    rest[3 * v + 2] = radius * (1 - cos(angle));
+  }
+  SwModel *model = folded(NULL, NULL, NULL, rest);
+  precompute(model, 6, SW_PRECISION_F64);
+  SwState *state = new_state(model, SW_METHOD_WARP, SW_INTEGRATOR_EXACT);
+  OK(sw_state_positions(state, SW_SPACE_WORLD, SW_FORMAT_F64, x, 0, STRIP_VERTICES));
+  const double *tip = &x[3 * strip_vertex(STRIP_COLUMNS - 1, 1)];
+  /* Clamped flat at its root, where the rest shape has the slope of half an edge: of a length of 4, 0.05 / 4 rad. */
+  worst = hypot(tip[0] - radius * sin(1), tip[2] - radius * (1 - cos(1)));
+  CHECK(worst < 0.1);
+  CHECK(tip[2] > 1.5); /* of 1.84 */
+  sw_state_destroy(state);
+  sw_model_destroy(model);
+}
+
+static void creases_of_one_are_none_and_bad_ones_are_named(void) {
+  uint32_t edges[STRIP_ROWS - 1][2];
+  const double ones[] = {1, 1}, none[] = {SW_CREASE_ANGLE_OF_MESH, SW_CREASE_ANGLE_OF_MESH};
+  middle_edges(edges);
+  SwModel *plain = folded(NULL, NULL, NULL, NULL), *creased = folded((const uint32_t(*)[2])edges, ones, none, NULL);
+  precompute(plain, 4, SW_PRECISION_F64);
+  precompute(creased, 4, SW_PRECISION_F64);
+  CHECK(slowest(plain) == slowest(creased));
+  sw_model_destroy(plain);
+  sw_model_destroy(creased);
+
+  const Strip strip = make_strip();
+  const SwMeshDesc mesh = strip_mesh(&strip);
+  SwMaterialDesc sheet = aluminium(0.3);
+  SwModel *model = NULL;
+  sheet.creases = &edges[0][0];
+  sheet.n_creases = STRIP_ROWS - 1;
+  double factors[] = {1, -2}, angles[] = {0.5, 4};
+  sheet.crease_factors = factors;
+  FAILS(sw_model_create(&mesh, &sheet, NULL, &model), SW_ERROR_INVALID_ARGUMENT, "factor of crease 1");
+  factors[1] = NAN;
+  FAILS(sw_model_create(&mesh, &sheet, NULL, &model), SW_ERROR_INVALID_ARGUMENT, "factor of crease 1");
+  sheet.crease_factors = NULL;
+  sheet.crease_angles = angles;
+  FAILS(sw_model_create(&mesh, &sheet, NULL, &model), SW_ERROR_INVALID_ARGUMENT, "rest angle of crease 1");
+  sheet.crease_angles = NULL;
+  edges[1][0] = edges[0][1];
+  edges[1][1] = edges[0][0];
+  FAILS(sw_model_create(&mesh, &sheet, NULL, &model), SW_ERROR_INVALID_ARGUMENT, "same edge");
+  edges[1][1] = 999;
+  FAILS(sw_model_create(&mesh, &sheet, NULL, &model), SW_ERROR_INVALID_ARGUMENT, "crease 1 is at the edge");
+  edges[1][0] = 0;
+  edges[1][1] = strip_vertex(5, 0);
+  FAILS(sw_model_create(&mesh, &sheet, NULL, &model), SW_ERROR_INVALID_ARGUMENT, "does not have");
+  edges[1][1] = strip_vertex(0, 1); /* on the boundary */
+  FAILS(sw_model_create(&mesh, &sheet, NULL, &model), SW_ERROR_INVALID_ARGUMENT, "only one triangle");
+  sheet.creases = NULL;
+  FAILS(sw_model_create(&mesh, &sheet, NULL, &model), SW_ERROR_INVALID_ARGUMENT, "material->creases");
+  sheet.n_creases = 0;
+  double rest[3 * STRIP_VERTICES] = {0};
+  sheet.rest_positions = rest;
+  sheet.rest_format = SW_FORMAT_F64;
+  FAILS(sw_model_create(&mesh, &sheet, NULL, &model), SW_ERROR_INVALID_MESH, "rest shape");
+  sheet.rest_format = 0;
+  FAILS(sw_model_create(&mesh, &sheet, NULL, &model), SW_ERROR_INVALID_ARGUMENT, "rest_positions");
+  CHECK(model == NULL);
+}
+
 int main(void) {
+  RUN(a_creased_strip_rests_folded);
+  RUN(a_flat_strip_curls_to_its_rest_shape);
+  RUN(creases_of_one_are_none_and_bad_ones_are_named);
   RUN(a_clamped_strip_swings_as_a_beam_does);
   RUN(the_unit_of_length_does_not_matter);
   RUN(a_saved_model_keeps_its_sheet);

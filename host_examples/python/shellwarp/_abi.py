@@ -53,6 +53,7 @@ SW_MAP_THICKNESS = 6
 SW_MAP_VOLUME_DENSITY = 7
 SW_MAP_ON_VERTICES = 1
 SW_MAP_ON_TRIANGLES = 2
+SW_CREASE_ANGLE_OF_MESH = 7
 SW_PROGRESS_CONTINUE = 256
 SW_PROGRESS_CANCEL = 512
 SW_PHASE_ASSEMBLY = 0
@@ -192,6 +193,13 @@ class SwMaterialDesc(Structure):
         ("maps", POINTER(SwMaterialMap)),
         ("n_maps", c_uint32),
         ("reserved", c_uint32),
+        ("creases", c_void_p),
+        ("crease_factors", c_void_p),
+        ("crease_angles", c_void_p),
+        ("n_creases", c_uint32),
+        ("rest_format", c_uint32),
+        ("rest_positions", c_void_p),
+        ("rest_stride", c_uint64),
     ]
 
 

@@ -1,6 +1,6 @@
 """What a model is made of: plain data, which can be pickled and sent to other processes."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from ctypes import byref, c_uint32, sizeof
 from typing import Any
@@ -77,6 +77,8 @@ class Shell:
     fixed: ArrayLike = ()                                      # vertices held in place
     clamped: ArrayLike = ()                                    # held with their slope; of a Material by all their edge neighbours
     maps: Mapping[str, ArrayLike] = field(default_factory=dict)  # values of a material's constant, by its name: a vertex or a triangle each
+    creases: "Sequence[tuple[Any, ...]]" = ()   # (a, b), (a, b, factor) or (a, b, factor, angle): edges of another stiffness or rest angle, rad
+    rest_positions: "ArrayLike | None" = None   # the shape without stress (n_vertices x 3), where it is not `positions`
 
     def mesh_desc(self) -> tuple[_abi.SwMeshDesc, tuple[Array, ...]]:
         """The SwMeshDesc and the arrays that it points into, which must outlive it."""
@@ -105,7 +107,27 @@ class Shell:
             item.struct_size, item.quantity, item.on = sizeof(_abi.SwMaterialMap), QUANTITIES[name], counts[values.shape]
             item.format, item.values, item.count = _abi.SW_FORMAT_F64, _arrays.address(values), len(values)
         desc.maps, desc.n_maps = (maps if self.maps else None), len(self.maps)
+        kept += self._creases(desc)
+        if self.rest_positions is not None:
+            rest, desc.rest_format, desc.rest_stride = _arrays.vectors_in(self.rest_positions, "rest_positions")
+            if len(rest) != len(self.positions):  # type: ignore[arg-type]
+                raise InvalidArgumentError(f"rest_positions: {len(rest)} rows, the mesh has {len(self.positions)} vertices")  # type: ignore[arg-type]
+            desc.rest_positions = _arrays.address(rest)
+            kept.append(rest)
         return desc, tuple(kept)
+
+    def _creases(self, desc: _abi.SwMaterialDesc) -> list[Any]:
+        """Puts them into the descriptor; what it points into."""
+        if not len(self.creases):
+            return []
+        if any(not 2 <= len(crease) <= 4 for crease in self.creases):
+            raise InvalidArgumentError("creases: each is (a, b), (a, b, factor) or (a, b, factor, angle)")
+        ends = _arrays.indices_in([crease[:2] for crease in self.creases], "creases", 2)
+        factors = numpy.array([crease[2] if len(crease) > 2 else 1.0 for crease in self.creases], dtype=numpy.float64)
+        angles = numpy.array([crease[3] if len(crease) > 3 else _abi.SW_CREASE_ANGLE_OF_MESH for crease in self.creases], dtype=numpy.float64)
+        desc.creases, desc.n_creases = _arrays.address(ends), len(ends)
+        desc.crease_factors, desc.crease_angles = _arrays.address(factors), _arrays.address(angles)
+        return [ends, factors, angles]
 
     def support_desc(self) -> tuple[_abi.SwSupportDesc, tuple[Array, ...]]:
         """The SwSupportDesc and the arrays that it points into, which must outlive it."""

@@ -537,6 +537,30 @@ class Running(unittest.TestCase):
         self.assertIn(ZeroDivisionError, unraisable)
 
 
+class Creases(unittest.TestCase):
+    def test_a_folded_strip_rests_folded_and_a_rest_shape_curls_it(self):
+        flat = strip.positions(numpy.float64)
+        n = len(flat)
+        columns = numpy.unique(numpy.round(flat[:, 0], 6))
+        middle = numpy.flatnonzero(numpy.abs(flat[:, 0] - columns[len(columns) // 2]) < 1e-6)
+        middle = middle[numpy.argsort(flat[middle, 1])]
+        folds = [(a, b, 1.0, 1.0) for a, b in zip(middle[:-1], middle[1:])]
+        with sw.Model(strip.shell(positions=flat, creases=folds)) as made:
+            made.precompute(modes=6)
+            self.assertGreater(numpy.abs(made.state().positions()[:, 2]).max(), 0.2 * numpy.ptp(flat[:, 0]))
+        radius = 2 * numpy.ptp(flat[:, 0])
+        angle = (flat[:, 0] - flat[:, 0].min()) / radius
+        curled = numpy.stack([flat[:, 0].min() + radius * numpy.sin(angle), flat[:, 1], radius * (1 - numpy.cos(angle))], axis=1)
+        with sw.Model(strip.shell(positions=flat, rest_positions=curled)) as made:
+            made.precompute(modes=6)
+            self.assertGreater(made.state().positions()[:, 2].max(), 0.5 * curled[:, 2].max())
+        for bad, words in (([(0, n + 5)], "the mesh has"), ([(0,)], "each is"), ([(int(middle[0]), int(middle[1]), -1.0)], "factor of crease 0")):
+            with self.assertRaisesRegex(sw.InvalidArgumentError, words):
+                sw.Model(strip.shell(positions=flat, creases=bad))
+        with self.assertRaisesRegex(sw.InvalidArgumentError, "rest_positions: 3 rows"):
+            sw.Model(strip.shell(positions=flat, rest_positions=flat[:3]))
+
+
 class Colliders(unittest.TestCase):
     def test_a_strip_comes_to_lie_on_a_floor_and_a_saved_collider_is_the_same(self):
         made = model()

@@ -351,7 +351,32 @@ typedef struct SwMaterialDesc {
   uint32_t n_maps;
   // Must be 0.
   uint32_t reserved;
+  // Edges that bend by another stiffness or rest at another angle than the sheet (n_creases x 2
+  // vertices, in any order): folds, veins, seams. Each is an edge between two triangles, and stands
+  // once.
+  const uint32_t *creases;
+  // What the stiffness against bending is multiplied by (n_creases), not negative; 0 = turns
+  // freely. NULL = 1 for all.
+  const double *crease_factors;
+  // Rest angles in rad (n_creases), from -pi to pi: 0 is flat, above 0 is convex on the side of the
+  // triangles' normals, as re-oriented where these disagree; SW_CREASE_ANGLE_OF_MESH = as the mesh
+  // has it. NULL = that for all.
+  const double *crease_angles;
+  // Length of creases.
+  uint32_t n_creases;
+  // SW_FORMAT_... of rest_positions.
+  uint32_t rest_format;
+  // The shape without stress (n_vertices x 3), where it is not the mesh. NULL = the mesh. With this
+  // or rest angles the mesh is where the search for rest begins: sw_model_precompute first finds
+  // where the shell rests without load, by the full shell, and modes and states begin there.
+  // SW_METHOD_POLYNOMIAL_SHELL and SW_METHOD_REDUCED_SHELL do not take it yet.
+  const void *rest_positions;
+  // Bytes from rest position to rest position; 0 = packed.
+  uint64_t rest_stride;
 } SwMaterialDesc;
+
+// Of a crease: the angle that the mesh has there.
+#define SW_CREASE_ANGLE_OF_MESH 7
 
 /* Models --------------------------------------------------------------------------------------- */
 
