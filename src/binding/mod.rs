@@ -3,7 +3,7 @@
 //!   x = X + Σᵢ [aᵢ uᵢ + (Fᵢ − 1) gᵢ],   gᵢ = Σⱼ dᵢⱼ (Xⱼ − Xᵢ) + bᵢ r,   r = X − Σ bᵢ Xᵢ
 //!
 //! over the corners i of the triangle where X stands at rest. uᵢ are the corners' displacements and Fᵢ turns the shell's tangents and normal
-//! there ([`frames`]). a, d belong to a surface with a continuous normal through the corners ([`patch`]), b are barycentric ([`foot`]). So a point
+//! there (`frames`). a, d belong to a surface with a continuous normal through the corners (`patch`), b are barycentric (`foot`). So a point
 //! costs the same whatever the method and the number of modes. A shell at rest leaves points where they are to the last bit, and a
 //! rigid motion carries them rigidly. On a flat mesh quadratic motions are met exactly.
 

@@ -2,7 +2,7 @@
 //!
 //!   K u = n at a vertex,   u orthogonal to the modes,   then Ritz vectors: M-orthonormal, and K makes them independent
 //!
-//! (MacNeal 1971, as [`super::demand`] has it for handles.) A modal shell of a few modes gives way to a small solid only as these do. With
+//! (MacNeal 1971, as `demand.rs` has it for handles.) A modal shell of a few modes gives way to a small solid only as these do. With
 //! its own answer there, a push is answered as by all modes together.
 
 use super::{MAX_MODES, Modes, ScaledStiffness};
