@@ -194,6 +194,9 @@ fn the_push_out_leaves_no_vertex_inside_stays_smooth_and_is_not_fed_back() {
     let bare = pairs().map(|[a, b]| (alone(a) - alone(b)).abs()).fold(0.0, f64::max);
     println!("pushed by up to {most:.4}, neighbours apart by up to {torn:.4}, without following by {bare:.4}");
     assert!(torn < 0.8 * bare, "neighbours follow: {torn} {bare}");
+    // Where a solid goes next is another matter.
+    state.move_obstacle(0, place(0.5, -9.0), false).unwrap();
+    assert_eq!(state.positions_outside(Space::World).unwrap().0, outside);
     // Without colliders they are the positions.
     state.set_obstacles(vec![]).unwrap();
     assert_eq!(state.positions_outside(Space::World).unwrap(), (plain, 0.0));

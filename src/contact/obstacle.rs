@@ -106,6 +106,11 @@ impl Obstacle {
         (self.target.origin - self.pose.origin).norm() + turn * reach
     }
 
+    /// The same that stays where it is.
+    pub fn now(&self) -> Self {
+        Self { target: self.pose, ..self.clone() }
+    }
+
     /// The step has ended.
     pub fn arrive(&mut self) {
         self.pose = self.target;

@@ -123,7 +123,9 @@ impl State {
             return Ok((x, 0.0));
         }
         self.positions(Space::World, |v, p| x[v] = p);
-        let deepest = push_out(self.obstacles(), &shell.mesh.edges, &shell.held, &mut x)?;
+        // Where they are, not where they go in the next step.
+        let solids: Vec<Obstacle> = self.obstacles().iter().map(Obstacle::now).collect();
+        let deepest = push_out(&solids, &shell.mesh.edges, &shell.held, &mut x)?;
         if space == Space::Frame {
             let Pose { origin, rotation } = self.frame.pose;
             x.iter_mut().for_each(|x| *x = rotation.inverse() * (*x - origin));
