@@ -641,8 +641,13 @@ typedef struct SwPrecomputeDesc {
   const uint32_t *contact_patches;
   // Length of contact_patches.
   uint32_t n_contact_patches;
-  // Must be 0.
-  uint32_t reserved;
+  // Fields by which the modal methods follow supports that move against each other
+  // (sw_state_move_supports); 0 = none. The first follow each group of supports that edges join as
+  // it moves, turns and strains, 12 a group less the 6 rigid motions of all, which need none;
+  // further ones follow its bending: 24 suit most. The shell's static answer to each is solved for,
+  // and they cost in a step and in output as much as modes. Not for a shell with clamped edges of
+  // SW_ENERGY_KOITER: fix two rows there.
+  uint32_t support_fields;
 } SwPrecomputeDesc;
 
 // Computes modes and modal rotations; `desc` may be NULL for defaults. May be called again with
@@ -742,8 +747,8 @@ typedef struct SwModelInfo {
   // What SW_METHOD_AUTO means here, an SW_METHOD_...; 0 without a choice. sw_model_front tells what
   // it went by, if it was tried.
   uint32_t auto_method;
-  // 0.
-  uint32_t reserved;
+  // Fields that follow moving supports; fewer than asked for where supports are few.
+  uint32_t support_fields;
   // Its largest error in the choice, length; DBL_MAX where it found no equilibrium under one of the
   // loads.
   double auto_error;
@@ -1093,6 +1098,39 @@ SwStatus sw_state_load(struct SwState *state,
                        const void *bytes,
                        uint64_t size);
 
+/* Supports that move --------------------------------------------------------------------------- */
+
+// The supports are there without having moved: nothing feels inertia of it.
+#define SW_SUPPORTS_TELEPORT 1
+
+// Sets where supported vertices are at the end of the next step, each on a path of its own; call it
+// before each step while they move. They stay where they are when not called. `positions`
+// (n_vertices x 3, world space) has a row for every vertex in the order of the mesh, as
+// SW_FORMAT_..., `stride` bytes from vertex to vertex (0 = packed); only rows of supports (fixed
+// and clamped vertices, with the neighbours that these need) are read. The first call after
+// creation or reset, before any step, simply places them. `flags`: SW_SUPPORTS_TELEPORT or 0.
+//
+// The support frame is set to the rigid motion nearest to them, as by sw_state_set_frame, with its
+// inertia: rows may move and turn as one, however far, by every method. What is left of their
+// motion bends the shell: SW_METHOD_WARP, SW_METHOD_WARP_VIRTUAL_WORK and SW_METHOD_LMA follow it
+// by the model's support_fields (SwPrecomputeDesc), with the inertia of that; nonlinear shells, not
+// reduced, follow exactly. Other methods return SW_ERROR_UNSUPPORTED when it is more than 1e-5 of
+// the model's size. Supports are shown where they are; SwStateReport's support_miss is how far the
+// fields are from that.
+//
+// A later sw_state_set_frame moves the supports along, in the frame as they are. Modes do not know
+// that a sheet which is pushed together buckles: sw_state_certify shows it.
+// Errors: SW_ERROR_INVALID_ARGUMENT, also when n_vertices is not the mesh's, the shell has no
+// supports, on a number that is not finite and on a support more than 1e6 sizes of the mesh from
+// the rigid motion; SW_ERROR_UNSUPPORTED, see above; SW_ERROR_OUT_OF_MEMORY, SW_ERROR_BUSY. On
+// failure nothing has changed.
+SwStatus sw_state_move_supports(struct SwState *state,
+                                uint32_t format,
+                                const void *positions,
+                                uint64_t stride,
+                                uint32_t n_vertices,
+                                uint32_t flags);
+
 /* What a state shows --------------------------------------------------------------------------- */
 
 // World axes and origin.
@@ -1140,6 +1178,10 @@ typedef struct SwStateReport {
   double deepest_penetration;
   // Of the colliders on the shell over the last step, world axes.
   double contact_impulse[3];
+  // How far any support that moved is from where the model's support_fields have it, length: by so
+  // much the shell is bent beside it. More fields make it less. 0 where none moved, and for
+  // nonlinear shells.
+  double support_miss;
 } SwStateReport;
 
 // Deformed positions (n_vertices x 3) in SW_SPACE_..., as SW_FORMAT_..., `stride` bytes from vertex

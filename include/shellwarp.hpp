@@ -307,6 +307,13 @@ public:
   }
   void set_damping(const SwDampingDesc &desc) { check(sw_state_set_damping(get(), &desc)); }
   void set_frame(const SwFrameDesc &desc) { check(sw_state_set_frame(get(), &desc)); }
+  /* Where supports are at the end of the next step: world positions of all vertices (n_vertices x 3), of which those of supports are read. */
+  void move_supports(const float *positions, uint32_t n_vertices, uint32_t flags = 0) {
+    check(sw_state_move_supports(get(), SW_FORMAT_F32, positions, 0, n_vertices, flags));
+  }
+  void move_supports(const double *positions, uint32_t n_vertices, uint32_t flags = 0) {
+    check(sw_state_move_supports(get(), SW_FORMAT_F64, positions, 0, n_vertices, flags));
+  }
   void set_amplitudes(const double *amplitudes, const double *velocities, uint32_t count) {
     check(sw_state_set_amplitudes(get(), amplitudes, velocities, count));
   }

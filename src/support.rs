@@ -1,7 +1,7 @@
 //! Supports: which vertices are held, and the rigid motion T(t) of the frame that holds them.
 
 use crate::{Error, Mesh, Result, Vec3};
-use nalgebra::UnitQuaternion;
+use nalgebra::{Matrix3, Rotation3, SVD, UnitQuaternion};
 
 /// Vertices held in place in the support frame.
 #[derive(Clone, Debug, Default)]
@@ -72,6 +72,17 @@ impl Pose {
         Self { origin: Vec3::zeros(), rotation: UnitQuaternion::identity() }
     }
 
+    /// The rigid motion that brings points nearest to where others are, by least squares (Kabsch 1976), in pairs (from, to). What points on a
+    /// line leave open stays as it is `before`.
+    pub fn between<I: Iterator<Item = (Vec3, Vec3)>>(pairs: impl Fn() -> I, before: &Self) -> Self {
+        let back = before.rotation.inverse();
+        let turn = turn_between(|| pairs().map(|(from, to)| (from, back * to)));
+        let rotation = before.rotation * turn;
+        let n = pairs().count().max(1) as f64;
+        let (from, to) = pairs().fold((Vec3::zeros(), Vec3::zeros()), |(a, b), (from, to)| (a + from, b + to));
+        Self { origin: to / n - rotation * (from / n), rotation }
+    }
+
     /// Where it is after a share of the way to `goal`, 0 to 1, moving and turning evenly.
     pub fn toward(&self, goal: &Self, share: f64) -> Self {
         let turn = (goal.rotation * self.rotation.inverse()).scaled_axis();
@@ -80,6 +91,39 @@ impl Pose {
             rotation: UnitQuaternion::from_scaled_axis(share * turn) * self.rotation,
         }
     }
+}
+
+/// Points are on a line when they are off it by less than this share of their length.
+const LINE: f64 = 1e-8;
+
+/// The rotation about their means that brings points nearest to where others are, in pairs (from, to): of those on a line the least, none
+/// of a single one.
+pub fn turn_between<I: Iterator<Item = (Vec3, Vec3)>>(pairs: impl Fn() -> I) -> UnitQuaternion<f64> {
+    let n = pairs().count().max(1) as f64;
+    let (from, to) = pairs().fold((Vec3::zeros(), Vec3::zeros()), |(a, b), (from, to)| (a + from / n, b + to / n));
+    let spread = |x: f64, (a, b): (Vec3, Vec3)| x.max((a - from).amax()).max((b - to).amax());
+    let size = pairs().fold(0.0, spread);
+    if !(size > 0.0 && size.is_finite()) {
+        return UnitQuaternion::identity();
+    }
+    let moments =
+        pairs().fold(Matrix3::zeros(), |sum, (a, b)| sum + ((b - to) / size) * ((a - from) / size).transpose());
+    let SVD { u: Some(u), v_t: Some(v_t), singular_values } = moments.svd(true, true) else {
+        return UnitQuaternion::identity();
+    };
+    if singular_values[1] <= LINE * singular_values[0] {
+        let (there, here) = (u.column(0).into_owned(), v_t.row(0).transpose());
+        let opposite = || UnitQuaternion::from_axis_angle(&across(&here), std::f64::consts::PI);
+        return UnitQuaternion::rotation_between(&here, &there).unwrap_or_else(opposite);
+    }
+    let sign = (u.determinant() * v_t.determinant()).signum();
+    let turn = u * Matrix3::from_diagonal(&Vec3::new(1.0, 1.0, sign)) * v_t;
+    UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(turn))
+}
+
+/// A unit vector across `d`.
+fn across(d: &Vec3) -> nalgebra::Unit<Vec3> {
+    nalgebra::Unit::new_normalize(d.cross(&Vec3::ith(d.iamin(), 1.0)))
 }
 
 /// First and second derivatives of a [`Pose`], all in world axes.

@@ -6,7 +6,7 @@ use std::fmt::Write;
 use std::path::Path;
 
 /// The files of src/ffi in the header's order, and what each is about.
-const SECTIONS: [(&str, &str); 20] = [
+const SECTIONS: [(&str, &str); 21] = [
     ("status", "Statuses, messages and versions"),
     ("structs", "Structs"),
     ("pointer", "Buffers"),
@@ -19,6 +19,7 @@ const SECTIONS: [(&str, &str); 20] = [
     ("info", "What a model has"),
     ("method", "Methods"),
     ("state", "States"),
+    ("supports", "Supports that move"),
     ("output", "What a state shows"),
     ("binding", "Points that follow a shell"),
     ("batch", "Many states"),

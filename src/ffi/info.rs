@@ -92,8 +92,8 @@ pub struct SwModelInfo {
     pub eigenvalue_disagreement: f64,
     /// What SW_METHOD_AUTO means here, an SW_METHOD_...; 0 without a choice. sw_model_front tells what it went by, if it was tried.
     pub auto_method: u32,
-    /// 0.
-    pub reserved: u32,
+    /// Fields that follow moving supports; fewer than asked for where supports are few.
+    pub support_fields: u32,
     /// Its largest error in the choice, length; DBL_MAX where it found no equilibrium under one of the loads.
     pub auto_error: f64,
 }
@@ -124,6 +124,7 @@ fn fill_precomputed(info: &mut SwModelInfo, model: &Arc<Model>) {
     let certificate = &model.certificate;
     info.precomputed = 1;
     info.modes = model.modal.n_modes() as u32;
+    info.support_fields = (model.modal.n_amplitudes() - model.modal.n_modes()) as u32;
     info.zero_modes = model.modal.zero_modes as u32;
     info.inertia_count = certificate.count as u32;
     info.inertia_found = certificate.found as u32;

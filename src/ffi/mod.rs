@@ -29,6 +29,7 @@ pub mod preset;
 pub mod state;
 pub mod status;
 pub mod structs;
+pub mod supports;
 
 #[cfg(test)]
 mod tests;

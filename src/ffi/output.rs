@@ -48,9 +48,12 @@ pub struct SwStateReport {
     pub deepest_penetration: f64,
     /// Of the colliders on the shell over the last step, world axes.
     pub contact_impulse: [f64; 3],
+    /// How far any support that moved is from where the model's support_fields have it, length: by so much the shell is bent beside it. More
+    /// fields make it less. 0 where none moved, and for nonlinear shells.
+    pub support_miss: f64,
 }
 
-described!(SwStateReport, contact_impulse);
+described!(SwStateReport, support_miss);
 
 pub(super) fn space_of(space: u32) -> Result<Space, Fault> {
     enumerant("space", space, &[(SW_SPACE_WORLD, Space::World), (SW_SPACE_FRAME, Space::Frame)])
@@ -192,6 +195,7 @@ pub unsafe extern "C" fn sw_state_report(state: *const SwState, report: *mut SwS
             out.contact_count = touched.count as u64;
             out.deepest_penetration = touched.deepest;
             out.contact_impulse = touched.impulse.into();
+            out.support_miss = state.supports_missed();
             place.write(out);
             Ok(())
         })

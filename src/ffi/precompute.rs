@@ -163,11 +163,14 @@ pub struct SwPrecomputeDesc {
     pub contact_patches: *const u32,
     /// Length of contact_patches.
     pub n_contact_patches: u32,
-    /// Must be 0.
-    pub reserved: u32,
+    /// Fields by which the modal methods follow supports that move against each other (sw_state_move_supports); 0 = none. The first follow each group
+    /// of supports that edges join as it moves, turns and strains, 12 a group less the 6 rigid motions of all, which need none; further ones
+    /// follow its bending: 24 suit most. The shell's static answer to each is solved for, and they cost in a step and in output as much as modes. Not for a
+    /// shell with clamped edges of SW_ENERGY_KOITER: fix two rows there.
+    pub support_fields: u32,
 }
 
-described!(SwPrecomputeDesc, reserved);
+described!(SwPrecomputeDesc, support_fields);
 
 /// Computes modes and modal rotations; `desc` may be NULL for defaults. May be called again with other options: states made
 /// before keep the modes they were made with.
@@ -231,8 +234,11 @@ unsafe fn read_options(desc: &SwPrecomputeDesc) -> Result<(Options, Option<Budge
         contact_patches: unsafe {
             read_array("desc->contact_patches", desc.contact_patches, desc.n_contact_patches.into())?
         },
+        support_fields: desc.support_fields as usize,
     };
-    check_flags("desc->reserved", desc.reserved, 0)?;
+    if budget.is_some() && options.support_fields > 0 {
+        return Err(Fault::argument("desc->support_fields: not with auto_error or auto_operations"));
+    }
     if budget.is_some() && !options.contact_patches.is_empty() {
         return Err(Fault::argument("desc->contact_patches: not with auto_error or auto_operations"));
     }

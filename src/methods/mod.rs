@@ -35,10 +35,21 @@ pub struct Acting<'a> {
     pub external: External<'a>,
     /// Energies of points that join, in world space as seen from the frame.
     pub points: Option<&'a InFrame>,
+    /// Where supports that move in the frame are at the end of the step.
+    pub supports: Option<SupportTargets<'a>>,
     /// Of the frame, at the end of the step.
     pub pose: &'a Pose,
     /// As in the call before but for the points: the same loads, from the same unknowns and for the same time.
     pub again: bool,
+}
+
+/// Where moving supports go.
+#[derive(Clone, Copy)]
+pub struct SupportTargets<'a> {
+    /// Off their places in the frame (supported vertices with mass, ascending).
+    pub displacement: &'a [Vec3],
+    /// They are there without having moved: nothing feels inertia of it.
+    pub jump: bool,
 }
 
 /// Force and torque of a constraint, or of an energy of points, on a vertex (frame axes).
@@ -100,6 +111,17 @@ pub trait Motion: Send + Sync {
     }
     /// About how long a step takes without forces and wind.
     fn step_nanoseconds(&self) -> u64;
+
+    /// Supports may move against each other.
+    fn follows_supports(&self) -> bool {
+        false
+    }
+    /// Puts supports where they are, displaced in the frame (supported vertices with mass), at rest there.
+    fn place_supports(&mut self, _displacement: &[Vec3]) {}
+    /// How far any support is from where the method shows it.
+    fn supports_missed(&self, _displacement: &[Vec3]) -> f64 {
+        0.0
+    }
 
     /// A step feels the forces of where it starts, and not those of where it ends.
     fn feels_start(&self) -> bool {

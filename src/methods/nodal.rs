@@ -5,6 +5,7 @@ use super::{Acting, Damping, Motion, ROTATION_RANGE, Reaction, WriteRotation, un
 use crate::constraint::{Constraint, ConstraintSet, Outcome};
 use crate::features::{Feature, NonlinearShell, Proof};
 use crate::method::Method;
+use crate::modes::supported;
 use crate::reference::{Rayleigh, Solver, vertex_rotations};
 use crate::support::Pose;
 use crate::warp::{Extent, Placement};
@@ -27,6 +28,8 @@ struct Nodal {
     explicit: bool,
     damping: Rayleigh,
     constraints: ConstraintSet,
+    /// Supported vertices with mass, ascending.
+    supported: Arc<[u32]>,
     u: Vec<Vec3>,
     velocity: Vec<Vec3>,
     /// Linear solves of the last step; 0 before one.
@@ -47,6 +50,7 @@ pub fn build(model: &Model, method: Method) -> Result<Box<dyn Motion>> {
         explicit: method == Method::ExplicitShell,
         damping: Rayleigh::default(),
         constraints: ConstraintSet::default(),
+        supported: supported(&model.shell).into(),
         iterations: 0,
         u: zeros.clone(),
         velocity: zeros.clone(),
@@ -79,6 +83,41 @@ impl Nodal {
         let in_frame = |c: &Constraint| Constraint { target: c.target.in_frame(pose), ..*c };
         let constraints = self.constraints.items().iter().map(in_frame).collect();
         self.solver.set_constraints(*pose.rotation.inverse().to_rotation_matrix().matrix(), constraints, &self.u)
+    }
+
+    /// As [`Motion::step`]; what changed when it fails is in `before`.
+    fn try_step(&mut self, acting: &Acting, h: f64) -> Result<()> {
+        self.set_force(acting)?;
+        self.move_supports(acting, Some(h));
+        self.solver.join(acting.points.cloned());
+        self.pass_constraints(acting.pose)?;
+        let Self { solver, explicit, damping, u, velocity, force, .. } = self;
+        let iterations = if *explicit {
+            solver.symplectic_euler(u, velocity, force, *damping, h)?;
+            1
+        } else {
+            solver.implicit_euler(u, velocity, force, *damping, h)?.iterations
+        };
+        let work = self.record_outcomes(iterations);
+        let finite = (self.constraints.work + work).is_finite() && self.constraints.is_finite();
+        if finite && self.is_within_range(&self.u, &self.velocity) {
+            self.constraints.accept(work);
+            self.iterations = iterations;
+            return Ok(());
+        }
+        let advice = if self.explicit { ": take shorter steps" } else { "" };
+        let message = format!("the step of {h:?} s moves the shell beyond all range{advice}");
+        Err(Error::new(ErrorKind::Numerical, message))
+    }
+
+    /// Puts supports where they go, in a step of `h` or at rest.
+    fn move_supports(&mut self, acting: &Acting, h: Option<f64>) {
+        let Some(to) = acting.supports else { return };
+        let h = h.filter(|_| !to.jump);
+        for (v, d) in self.supported.iter().map(|v| *v as usize).zip(to.displacement) {
+            self.velocity[v] = h.map_or(Vec3::zeros(), |h| (d - self.u[v]) / h);
+            self.u[v] = *d;
+        }
     }
 
     /// Takes down what the solver made of the constraints; returns the work done by them.
@@ -117,6 +156,7 @@ impl Motion for Nodal {
             explicit: self.explicit,
             damping: self.damping,
             constraints: self.constraints.clone(),
+            supported: self.supported.clone(),
             iterations: self.iterations,
             u: self.u.clone(),
             velocity: self.velocity.clone(),
@@ -137,33 +177,18 @@ impl Motion for Nodal {
     }
 
     fn step(&mut self, acting: &Acting, h: f64) -> Result<()> {
-        self.set_force(acting)?;
-        self.solver.join(acting.points.cloned());
-        self.pass_constraints(acting.pose)?;
-        let Self { solver, explicit, damping, u, velocity, force, before, .. } = self;
-        before[0].copy_from_slice(u);
-        before[1].copy_from_slice(velocity);
-        let iterations = if *explicit {
-            solver.symplectic_euler(u, velocity, force, *damping, h)?;
-            1
-        } else {
-            solver.implicit_euler(u, velocity, force, *damping, h)?.iterations
-        };
-        let work = self.record_outcomes(iterations);
-        let finite = (self.constraints.work + work).is_finite() && self.constraints.is_finite();
-        if finite && self.is_within_range(&self.u, &self.velocity) {
-            self.constraints.accept(work);
-            self.iterations = iterations;
-            return Ok(());
+        self.before[0].copy_from_slice(&self.u);
+        self.before[1].copy_from_slice(&self.velocity);
+        let stepped = self.try_step(acting, h);
+        if stepped.is_err() {
+            self.u.copy_from_slice(&self.before[0]);
+            self.velocity.copy_from_slice(&self.before[1]);
         }
-        self.u.copy_from_slice(&self.before[0]);
-        self.velocity.copy_from_slice(&self.before[1]);
-        let advice = if self.explicit { ": take shorter steps" } else { "" };
-        let message = format!("the step of {h:?} s moves the shell beyond all range{advice}");
-        Err(Error::new(ErrorKind::Numerical, message))
+        stepped
     }
 
     fn settle(&mut self, acting: &Acting) -> Result<(f64, usize)> {
+        self.move_supports(acting, None);
         self.set_force(acting)?;
         self.solver.join(acting.points.cloned());
         self.pass_constraints(acting.pose)?;
@@ -178,13 +203,11 @@ impl Motion for Nodal {
         Ok((found.residual, found.iterations))
     }
 
-    /// Of the vertices that move.
+    /// Of the vertices that move; supports stay.
     fn project_from(&mut self, u: &[Vec3], rate: &[Vec3]) -> Result<()> {
         if !self.is_within_range(u, rate) {
             return Err(Error::new(ErrorKind::Numerical, "the pose is beyond all range"));
         }
-        self.u.fill(Vec3::zeros());
-        self.velocity.fill(Vec3::zeros());
         for v in self.shell.free.iter().map(|v| *v as usize) {
             (self.u[v], self.velocity[v]) = (u[v], rate[v]);
         }
@@ -197,6 +220,16 @@ impl Motion for Nodal {
 
     fn feels_start(&self) -> bool {
         self.explicit
+    }
+
+    fn follows_supports(&self) -> bool {
+        true
+    }
+
+    fn place_supports(&mut self, displacement: &[Vec3]) {
+        for (v, d) in self.supported.iter().map(|v| *v as usize).zip(displacement) {
+            (self.u[v], self.velocity[v]) = (*d, Vec3::zeros());
+        }
     }
 
     fn is_full_shell(&self) -> bool {

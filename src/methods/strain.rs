@@ -113,6 +113,11 @@ impl Map for Reconstruction {
         Some(self)
     }
 
+    /// Its samples are chosen for modes.
+    fn follows_supports(&self) -> bool {
+        false
+    }
+
     fn samples(&self) -> Option<(usize, f64)> {
         Some((self.map.n_samples(), self.map.left))
     }

@@ -1,7 +1,7 @@
 //! The modal basis of a shell: its lowest modes as the run-time methods read them. Immutable.
 
 use crate::features::Feature;
-use crate::modes::{Modes, Phase, Progress};
+use crate::modes::{Modes, Phase, Progress, Shapes, SupportFields};
 use crate::precision::Precision;
 use crate::step::{Bend, Guard, Participation};
 use crate::warp::{Basis, Entry, I16, ModalRotation};
@@ -37,12 +37,14 @@ pub struct ModalBasis {
     pub shell: Arc<Shell>,
     /// λ of each mode, 1/s², ascending; zero modes exactly 0.
     pub eigenvalues: Vec<f64>,
-    /// Largest |Ψ| of each mode: rotation per unit amplitude. Empty where there is no Ψ.
+    /// Largest |Ψ| of each mode and support field: rotation per unit amplitude. Empty where there is no Ψ.
     pub largest_rotation: Vec<f64>,
-    /// Largest |Φ||Ψ| of a vertex of each mode: how a force swings with the shell. Empty where there is no Ψ.
+    /// Largest |Φ||Ψ| of a vertex of each: how a force swings with the shell. Empty where there is no Ψ.
     pub largest_swing: Vec<f64>,
     /// Number of zero modes among them.
     pub zero_modes: usize,
+    /// Fields that follow moving supports, whose shapes come after the modes' in `basis`.
+    pub supports: Option<SupportFields>,
     /// Φ and Ψ.
     pub basis: AnyBasis,
     /// Made when the first state with modes is.
@@ -50,15 +52,17 @@ pub struct ModalBasis {
 }
 
 impl ModalBasis {
-    /// Stores `modes` in `precision`, with their modal rotations unless `linear`.
+    /// Stores `modes` and support fields in `precision`, with their modal rotations unless `linear`.
     pub fn new(
         shell: &Arc<Shell>,
-        modes: &Modes,
+        (modes, supports): (&Modes, Option<(SupportFields, Shapes)>),
         precision: Precision,
         linear: bool,
         progress: &mut Progress,
     ) -> Result<Self> {
-        let shapes = &modes.shapes;
+        let (supports, following) = supports.unzip();
+        let shapes: Vec<&[Vec3]> = modes.shapes.iter().chain(following.iter().flatten()).map(|x| &x[..]).collect();
+        let shapes = &shapes[..];
         let (basis, largest_rotation, largest_swing) = match precision {
             Precision::F32 => run_time_basis(shell, shapes, linear, progress, AnyBasis::F32)?,
             Precision::F64 if Feature::F64Basis.is_built_in() => {
@@ -75,6 +79,7 @@ impl ModalBasis {
             largest_rotation,
             largest_swing,
             zero_modes: modes.zero_modes,
+            supports,
             basis,
             participation: OnceLock::new(),
         })
@@ -83,7 +88,8 @@ impl ModalBasis {
     /// Whether every number in it is finite.
     pub fn is_finite(&self) -> bool {
         let per_mode = self.largest_rotation.iter().chain(&self.largest_swing).chain(&self.eigenvalues);
-        with_basis!(&self.basis, basis => basis.is_finite()) && per_mode.into_iter().all(|x| x.is_finite())
+        let supports = self.supports.as_ref().is_none_or(SupportFields::is_finite);
+        supports && with_basis!(&self.basis, basis => basis.is_finite()) && per_mode.into_iter().all(|x| x.is_finite())
     }
 
     /// Whether it is for linear modal analysis alone.
@@ -121,7 +127,8 @@ impl ModalBasis {
     /// The same along the unit vector `along`.
     pub fn effective_mass_along(&self, along: &Vec3) -> f64 {
         let moving: f64 = self.shell.free.iter().map(|v| self.shell.mass[*v as usize]).sum();
-        let carried: f64 = self.participation().factors().iter().map(|p| p.dot(along).powi(2)).sum();
+        let factors = &self.participation().factors()[..self.n_modes()];
+        let carried: f64 = factors.iter().map(|p| p.dot(along).powi(2)).sum();
         if moving > 0.0 { carried / moving } else { 0.0 }
     }
 
@@ -134,6 +141,11 @@ impl ModalBasis {
     /// Number of modes.
     pub fn n_modes(&self) -> usize {
         self.eigenvalues.len()
+    }
+
+    /// Number of modes and support fields.
+    pub fn n_amplitudes(&self) -> usize {
+        self.n_modes() + self.supports.as_ref().map_or(0, SupportFields::n)
     }
 
     /// √λ/2π of each mode.
@@ -159,14 +171,15 @@ impl ModalBasis {
     pub fn bytes(&self) -> usize {
         let per_mode = 8 * (self.n_modes() + self.largest_rotation.len() + self.largest_swing.len());
         let participation = self.participation.get().map_or(0, Participation::bytes);
-        with_basis!(&self.basis, basis => basis.bytes()) + per_mode + participation
+        let supports = self.supports.as_ref().map_or(0, SupportFields::bytes);
+        with_basis!(&self.basis, basis => basis.bytes()) + per_mode + participation + supports
     }
 }
 
 /// The basis, and of each mode the largest |Ψ| and |Φ||Ψ|; none of these without Ψ.
 fn run_time_basis<E: Entry>(
     shell: &Shell,
-    shapes: &[Vec<Vec3>],
+    shapes: &[&[Vec3]],
     linear: bool,
     progress: &mut Progress,
     any: impl Fn(Basis<E>) -> AnyBasis,
@@ -181,7 +194,7 @@ fn run_time_basis<E: Entry>(
         let psi = rotation.as_ref().map_or(vec![], |rotation| rotation.apply(phi));
         if !linear {
             largest_rotation.push(psi.iter().map(wide_norm).fold(0.0, f64::max));
-            let swings = psi.iter().zip(phi).map(|(w, u)| wide_norm(w) * wide_norm(u));
+            let swings = psi.iter().zip(*phi).map(|(w, u)| wide_norm(w) * wide_norm(u));
             largest_swing.push(swings.fold(0.0, f64::max));
         }
         basis.set_mode(k, phi, &psi);

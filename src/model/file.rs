@@ -25,6 +25,7 @@
 //! | "REST" | the rest shape, if not the mesh: 3n × f64 |
 //! | "SETL" | where it rests by these without load: 3n × f64 |
 //! | "SAGS" | gravity, positions where the shell hangs under it: (3 + 3n) × f64; the modes are those of this shape |
+//! | "SUPP" | of the s support fields, which are the last of the m modes: how many, as u64, and of h supported vertices with mass, Σ p at each: 3sh × f64, their coupling with the m − s modes and their stiffness: (s(m − s) + s²) × f64 |
 //! | "UNIT" | what an entry of one stands for, in Φ√M and in Ψ√M, of each mode: 2m × f64; the basis is of i16, in 2⁻¹⁶ of these |
 //! | "REDU" | the reduced shell: see `reduced/saved.rs` |
 //! | "POLY" | its energy as a polynomial, if it has one: see `reduced/polynomial/saved.rs` |
@@ -39,6 +40,7 @@
 mod basis;
 mod header;
 mod sections;
+mod supports;
 
 pub use header::{FRONT, announced_size};
 
@@ -48,7 +50,7 @@ use crate::features::{Feature, Proof, SavedModels};
 use crate::material::{ElasticSheet, Elasticity};
 use crate::mesh::Mesh;
 use crate::modal::{ModalBasis, with_basis};
-use crate::modes::{PHASES, SpectrumCertificate};
+use crate::modes::{PHASES, SpectrumCertificate, SupportFields};
 use crate::real::Real;
 use crate::shell::Make;
 use crate::{Error, ErrorKind, Material, Model, Result, Shell, Supports, Vec3};
@@ -106,8 +108,9 @@ impl Model {
         shell.given().iter().flatten().for_each(|x| x.put(&mut out));
         shell.mesh.triangles.iter().flatten().for_each(|v| out.extend(v.to_le_bytes()));
         out.extend((0..shell.held.len()).map(|v| if shell.is_clamped(v) { CLAMPED } else { u8::from(shell.held[v]) }));
-        let without = vec![0.0; if header.linear { modal.n_modes() } else { 0 }]; // in place of what a linear model lacks
-        let per_mode = [&modal.eigenvalues, &modal.largest_rotation, &without, &modal.largest_swing, &without];
+        let without = vec![0.0; if header.linear { modal.n_amplitudes() } else { 0 }]; // in place of what a linear model lacks
+        let eigenvalues = supports::padded(modal);
+        let per_mode = [&eigenvalues, &modal.largest_rotation, &without, &modal.largest_swing, &without];
         per_mode.into_iter().flatten().for_each(|x| x.put(&mut out));
         with_basis!(&modal.basis, modes => basis::put(modes, &mut out));
         sections::put(self, &mut out);
@@ -151,15 +154,16 @@ impl Model {
         });
         let certificate = SpectrumCertificate { residual, orthonormality, shift, disagreement: 0.0, count, found };
         check_facts(&shell, &certificate, &seconds)?;
-        let modal = restore_modal(header, &shell, sections.units, &mut from)?;
-        let restore = |content| sections::restore_reduced(header, &shell, (content, sections.polynomial));
+        let modal = restore_modal(header, &shell, (sections.units, sections.supports), &mut from)?;
+        let restore =
+            |content| sections::restore_reduced((header, modal.n_modes()), &shell, (content, sections.polynomial));
         let reduced = sections.reduced.map(restore).transpose()?;
         if reduced.is_none() && sections.polynomial.is_some() {
             return invalid("it has a polynomial energy, but no reduced shell");
         }
         let fits = |content| sections::restore_front(&reduced, &shell, header.linear, content);
         let front = sections.front.map(fits).transpose()?;
-        let fingerprint = super::fingerprint(&shell, &modal.eigenvalues, header.precision);
+        let fingerprint = super::fingerprint(&shell, &modal, header.precision);
         Ok(Self {
             fingerprint,
             reduced_fingerprint: super::reduced_fingerprint(fingerprint, &shell, reduced.as_ref()),
@@ -178,11 +182,18 @@ impl Model {
 }
 
 /// Eigenvalues and basis, checked.
-fn restore_modal(header: &Header, shell: &Arc<Shell>, units: Option<&[u8]>, from: &mut Reader) -> Result<ModalBasis> {
-    let [eigenvalues, mut largest_rotation, mut largest_swing] = [(); 3].map(|()| from.numbers(header.modes));
+fn restore_modal(
+    header: &Header,
+    shell: &Arc<Shell>,
+    (units, supports): (Option<&[u8]>, Option<&[u8]>),
+    from: &mut Reader,
+) -> Result<ModalBasis> {
+    let [mut eigenvalues, mut largest_rotation, mut largest_swing] = [(); 3].map(|()| from.numbers(header.modes));
     check_modes(header, shell, &eigenvalues, [&largest_rotation, &largest_swing])?;
     let units = sections::restore_units(header, units)?;
-    let basis = basis::restore(header, shell, (&largest_rotation, &units), from)?;
+    let supports = supports.map(|content| supports::restore(header, shell, content)).transpose()?;
+    eigenvalues.truncate(eigenvalues.len() - supports.as_ref().map_or(0, SupportFields::n));
+    let basis = basis::restore((header, eigenvalues.len()), shell, (&largest_rotation, &units), from)?;
     if header.linear {
         largest_rotation.clear();
         largest_swing.clear();
@@ -193,6 +204,7 @@ fn restore_modal(header: &Header, shell: &Arc<Shell>, units: Option<&[u8]>, from
         largest_rotation,
         largest_swing,
         zero_modes: header.zero_modes as usize,
+        supports,
         basis,
         participation: Default::default(),
     })

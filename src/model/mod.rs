@@ -7,7 +7,9 @@ use crate::features::Feature;
 use crate::material::Elasticity;
 use crate::method::{Method, Needs};
 use crate::modal::ModalBasis;
-use crate::modes::{Demand, PHASES, Phase, Progress, SpectrumCertificate, add_patches, demanded_modes, lowest_modes};
+use crate::modes::{
+    Demand, PHASES, Phase, Progress, SpectrumCertificate, SupportFields, add_patches, demanded_modes, lowest_modes,
+};
 pub use crate::precision::Precision;
 use crate::reduced::{self, ReducedShell};
 use crate::reference::{self, SolverPool};
@@ -34,6 +36,8 @@ pub struct Options {
     pub reduced: reduced::Options,
     /// Vertices whose static answers to a push along the normal join the modes.
     pub contact_patches: Vec<u32>,
+    /// Fields that follow supports which move against each other.
+    pub support_fields: usize,
 }
 
 impl Default for Options {
@@ -47,6 +51,7 @@ impl Default for Options {
             demand: None,
             reduced,
             contact_patches: vec![],
+            support_fields: 0,
         }
     }
 }
@@ -98,7 +103,11 @@ impl Model {
             }
         };
         let modes = add_patches(&shell, modes, &options.contact_patches)?;
-        let modal = ModalBasis::new(&shell, &modes, options.precision, options.linear, &mut progress)?;
+        let supports = match options.support_fields {
+            0 => None,
+            wanted => Some(SupportFields::new(&shell, &modes, wanted)?),
+        };
+        let modal = ModalBasis::new(&shell, (&modes, supports), options.precision, options.linear, &mut progress)?;
         let SpectrumCertificate { residual, orthonormality, .. } = modes.certificate;
         if !(modal.is_finite() && residual.is_finite() && orthonormality.is_finite()) {
             let message = "the mode shapes leave the floating-point range: choose other units, or 64-bit precision";
@@ -114,7 +123,7 @@ impl Model {
                 &mut progress,
             )?)),
         };
-        let fingerprint = fingerprint(&shell, &modes.eigenvalues, options.precision);
+        let fingerprint = fingerprint(&shell, &modal, options.precision);
         let reduced_fingerprint = reduced_fingerprint(fingerprint, &shell, reduced.as_deref());
         Ok(Self {
             reduced,
@@ -205,13 +214,15 @@ fn sagged(shell: &Arc<Shell>, gravity: Vec3, progress: &mut Progress) -> Result<
 }
 
 /// Hash of everything that amplitudes mean something by: mesh, supports, eigenvalues, precision.
-pub(crate) fn fingerprint(shell: &Shell, eigenvalues: &[f64], precision: Precision) -> u64 {
+pub(crate) fn fingerprint(shell: &Shell, modal: &ModalBasis, precision: Precision) -> u64 {
     let mut bytes: Vec<u8> = vec![];
     shell.mesh.positions.iter().flatten().for_each(|x| bytes.extend(x.to_le_bytes()));
     shell.mesh.triangles.iter().flatten().for_each(|v| bytes.extend(v.to_le_bytes()));
     bytes.extend(shell.held.iter().map(|held| u8::from(*held)));
-    eigenvalues.iter().for_each(|x| bytes.extend(x.to_le_bytes()));
+    modal.eigenvalues.iter().for_each(|x| bytes.extend(x.to_le_bytes()));
     bytes.push(precision as u8);
+    let stiffness = modal.supports.iter().flat_map(|supports| &supports.stiffness);
+    stiffness.for_each(|x| bytes.extend(x.to_le_bytes()));
     xxh3_64(&bytes)
 }
 

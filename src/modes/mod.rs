@@ -16,12 +16,14 @@ mod pieces;
 mod search;
 mod solution;
 mod stiffness;
+mod supports;
 
 pub use canonical::{REPEATED, repeated};
 pub use demand::Demand;
 pub use dense::symmetric_eigen;
 pub use patches::add_patches;
 pub use stiffness::{ScaledStiffness, entries};
+pub use supports::{Shapes, SupportFields, groups, supported};
 
 use crate::clock::Instant;
 use crate::limits::MAX_MODES;

@@ -110,6 +110,7 @@ impl State {
                 let axes = self.frame.pose.rotation.inverse().to_rotation_matrix();
                 solver.set_constraints(*axes.matrix(), self.constraints_in_frame(&u), &u)?;
                 let reactions = reactions.iter().map(|(_, [pull, _])| pull.norm_squared()).sum::<f64>().sqrt();
+                let reactions = reactions.hypot(self.support_pull());
                 let at = |u: &[Vec3]| less(self.loads_at(u, &rate));
                 let still = self.is_still(&u, &rate, &inertia, moving.hypot(reactions));
                 let load = Load { at: &at, follows: self.loads.needs_motion(), held: reactions, moving, still };
@@ -310,7 +311,10 @@ impl State {
         let (external, own) = (external(&self.loads, &scratch, model, pose), self.body_load(pose, rates));
         let [mut u, mut rate, mut inertia] = [(); 3].map(|()| vec![Vec3::zeros(); shell.mass.len()]);
         self.motion.visit_motion(&mut |v, displacement, speed| (u[v], rate[v]) = (displacement, speed));
-        let acting = Acting { load: &own, external, points: None, pose, again: false };
+        for (v, u) in u.iter_mut().enumerate() {
+            *u = self.support_at(v).map_or(*u, |x| x - shell.mesh.positions[v]);
+        }
+        let acting = Acting { load: &own, external, points: None, supports: self.heading(), pose, again: false };
         self.motion.visit_acceleration(&acting, reactions, &mut |v, a| inertia[v] += shell.mass[v] * a);
         [u, rate, inertia]
     }

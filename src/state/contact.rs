@@ -193,6 +193,9 @@ impl State {
             for (obstacle, begun) in contacts.obstacles.iter_mut().zip(&begun.obstacles) {
                 obstacle.target = if part == n { begun.target } else { begun.pose.toward(&begun.target, share) };
             }
+            if let Some(supports) = &mut self.supports {
+                supports.head(share);
+            }
             if let Err(error) = self.take_rounds(contacts, load, (&from, &to), h / n as f64) {
                 self.motion.set_unknowns([&start[0], &start[1]]);
                 *contacts = begun;
@@ -214,7 +217,8 @@ impl State {
         h: f64,
     ) -> Result<()> {
         let scale = self.scale_of_contact();
-        let Self { model, motion, loads, scratch, .. } = self;
+        let Self { model, motion, loads, scratch, supports, .. } = self;
+        let supports = supports.as_ref().map(|supports| supports.targets());
         let round = Round { h: Some(h), feels_start: motion.feels_start() };
         motion.copy_unknowns(&mut contacts.unknowns);
         let work = motion.constraints().work;
@@ -235,7 +239,7 @@ impl State {
             let points = contacts.energy().map(|energy| InFrame { energy, pose: *pose });
             let external = external(loads, scratch, model, pose);
             let again = turn > 0;
-            let step = motion.step(&Acting { load, external, points: points.as_ref(), pose, again }, h);
+            let step = motion.step(&Acting { load, external, points: points.as_ref(), supports, pose, again }, h);
             drop(points);
             if let Err(error) = step {
                 motion.set_unknowns([&contacts.unknowns[0], &contacts.unknowns[1]]);

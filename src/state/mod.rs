@@ -7,6 +7,7 @@ mod plan;
 mod pose;
 mod rest;
 mod saved;
+mod supports;
 mod switch;
 
 use crate::constraint::{Constraint, ConstraintSet, Outcome};
@@ -26,6 +27,7 @@ pub use output::{Outward, Report};
 use rest::Rest;
 pub use saved::HEADER as SAVED_HEADER;
 use std::sync::Arc;
+use supports::MovingSupports;
 
 /// Axes in which output is given.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -58,6 +60,8 @@ pub struct State {
     forces_once: bool,
     scratch: LoadScratch,
     frame: Frame,
+    /// None until they move.
+    supports: Option<Box<MovingSupports>>,
     /// Of the frame over the last step.
     rates: Rates,
     /// The frame was set since creation or reset.
@@ -95,6 +99,7 @@ impl State {
             forces_once: false,
             scratch: LoadScratch::default(),
             frame: Frame::at_rest(Pose::identity()),
+            supports: None,
             rates: Rates::default(),
             placed: false,
             time: 0.0,
@@ -117,6 +122,7 @@ impl State {
             forces_once: self.forces_once,
             scratch: self.scratch.clone(),
             frame: self.frame,
+            supports: self.supports.clone(),
             rates: self.rates,
             placed: self.placed,
             time: self.time,
@@ -156,6 +162,10 @@ impl State {
     /// Back to rest and time 0. Loads, damping and constraints stay; the frame stays where it was last set, at rest.
     pub fn reset(&mut self) {
         self.motion.reset();
+        if let Some(supports) = &mut self.supports {
+            supports.arrive(None);
+            self.motion.place_supports(&supports.now);
+        }
         self.forget_contacts();
         self.time = 0.0;
         self.frame = Frame::at_rest(self.frame.target);
@@ -329,17 +339,24 @@ impl State {
         self.evaluate_loads(&frame.pose, &rates);
         let load = self.body_load(&frame.pose, &rates);
         let around = self.contacts.as_ref().is_some_and(|contacts| contacts.obstacles.iter().any(Obstacle::moves));
-        let still = frame == self.frame && rates == Rates::default() && !self.forces_once && !around;
+        let held = self.supports.as_ref().is_none_or(|supports| supports.is_still());
+        let still = frame == self.frame && rates == Rates::default() && !self.forces_once && !around && held;
+        if let Some(supports) = &mut self.supports {
+            supports.head(1.0);
+        }
         if self.contacts.is_some() {
             self.step_touching(&load, &frame.pose, h)?;
         } else {
             let points = self.points_at(&frame.pose);
-            let Self { model, motion, loads, scratch, .. } = self;
+            let Self { model, motion, loads, scratch, supports, .. } = self;
             let external = external(loads, scratch, model, &frame.pose);
-            motion
-                .step(&Acting { load: &load, external, points: points.as_ref(), pose: &frame.pose, again: false }, h)?;
+            let (points, supports) = (points.as_ref(), supports.as_ref().map(|supports| supports.targets()));
+            motion.step(&Acting { load: &load, external, points, supports, pose: &frame.pose, again: false }, h)?;
         }
         (self.frame, self.rates) = (frame, rates);
+        if let Some(supports) = &mut self.supports {
+            supports.arrive(Some(h));
+        }
         self.time += h;
         self.forget_forces();
         self.rest_after_step(h, still);
@@ -444,6 +461,9 @@ impl State {
         }
         self.frame = self.frame.moving_at(&rates);
         self.rates = rates;
+        if let Some(supports) = &mut self.supports {
+            supports.arrive(None);
+        }
         self.rest.wake();
         self.forget_forces();
         found
@@ -453,6 +473,9 @@ impl State {
     /// is: they are taken anew on the shape found until they no longer change.
     fn settle(&mut self, pose: &Pose, rates: &Rates) -> Result<(f64, usize)> {
         let load = self.body_load(pose, rates);
+        if let Some(supports) = &mut self.supports {
+            supports.head(1.0);
+        }
         let (mut last, mut iterations) = (Vec::new(), 0);
         for _ in 0..FOLLOWING_ROUNDS {
             self.motion.stop();
@@ -476,9 +499,10 @@ impl State {
     /// The motion's equilibrium under loads as they are, and where `touching` has its force.
     fn settle_alone(&mut self, load: &BodyLoad, pose: &Pose, touching: Option<&InFrame>) -> Result<(f64, usize)> {
         let own = self.points_at(pose);
-        let Self { model, motion, loads, scratch, .. } = self;
+        let Self { model, motion, loads, scratch, supports, .. } = self;
         let external = external(loads, scratch, model, pose);
-        motion.settle(&Acting { load, external, points: touching.or(own.as_ref()), pose, again: false })
+        let (points, supports) = (touching.or(own.as_ref()), supports.as_ref().map(|supports| supports.targets()));
+        motion.settle(&Acting { load, external, points, supports, pose, again: false })
     }
 
     /// Forces that depend on the shape in ways that the method's own search leaves to rounds: wind, and of a frame that turns (n_vertices,

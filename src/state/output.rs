@@ -138,20 +138,35 @@ impl State {
 
     /// Hands the deformed positions of all vertices to `write`, in order: the first vertex of some, and their rows x y z.
     pub fn position_rows(&self, space: Space, mut write: impl FnMut(usize, &[[f64; 3]])) {
-        self.motion.positions(&self.placement(space), &mut write);
+        let placement = self.placement(space);
+        match &self.supports {
+            None => self.motion.positions(&placement, &mut write),
+            Some(_) => self.motion.positions(&placement, &mut |first, rows: &[[f64; 3]]| {
+                self.write_with_supports((first, rows), |x| placement.place(x).into(), &mut write);
+            }),
+        }
     }
 
     /// As [`State::position_rows`], rounded to f32. A modal method on an f32 basis computes them in f32, rest positions, frame
     /// and displacement alike: within four units in the last place of the largest coordinate among these.
     pub fn position_rows_f32(&self, space: Space, mut write: impl FnMut(usize, &[[f32; 3]])) {
-        self.motion.positions_f32(&self.placement(space), &mut write);
+        let placement = self.placement(space);
+        match &self.supports {
+            None => self.motion.positions_f32(&placement, &mut write),
+            Some(_) => self.motion.positions_f32(&placement, &mut |first, rows: &[[f32; 3]]| {
+                self.write_with_supports((first, rows), |x| placement.place(x).map(|c| c as f32).into(), &mut write);
+            }),
+        }
     }
 
     /// Hands the positions of `vertices` alone to `write`, to the bits of [`State::position_rows`]: the place in the list, and
     /// the row. Costs as much as the blocks of 16 vertices that they lie in. Fails on a vertex that does not exist.
     pub fn positions_of(&self, space: Space, vertices: &[u32], mut write: impl FnMut(usize, [f64; 3])) -> Result<()> {
         self.check_vertices(vertices)?;
-        self.motion.positions_of(&self.placement(space), vertices, &mut write);
+        let placement = self.placement(space);
+        self.motion.positions_of(&placement, vertices, &mut |i, row| {
+            write(i, self.support_at(vertices[i] as usize).map_or(row, |x| placement.place(x).into()));
+        });
         Ok(())
     }
 
@@ -163,8 +178,34 @@ impl State {
         mut write: impl FnMut(usize, [f32; 3]),
     ) -> Result<()> {
         self.check_vertices(vertices)?;
-        self.motion.positions_of_f32(&self.placement(space), vertices, &mut write);
+        let placement = self.placement(space);
+        self.motion.positions_of_f32(&placement, vertices, &mut |i, row| {
+            let exact = |x| placement.place(x).map(|c| c as f32).into();
+            write(i, self.support_at(vertices[i] as usize).map_or(row, exact));
+        });
         Ok(())
+    }
+
+    /// Hands rows on in order, with supports that moved where they are.
+    fn write_with_supports<T>(
+        &self,
+        (first, rows): (usize, &[[T; 3]]),
+        row: impl Fn(Vec3) -> [T; 3],
+        write: &mut impl FnMut(usize, &[[T; 3]]),
+    ) {
+        let held = self.supports.as_ref().map_or(&[][..], |supports| &supports.held[..]);
+        let below = |end: usize| held.partition_point(|v| (*v as usize) < end);
+        let mut done = 0;
+        for v in held[below(first)..below(first + rows.len())].iter().map(|v| *v as usize) {
+            if v > first + done {
+                write(first + done, &rows[done..v - first]);
+            }
+            self.support_at(v).into_iter().for_each(|x| write(v, &[row(x)]));
+            done = v - first + 1;
+        }
+        if done < rows.len() {
+            write(first + done, &rows[done..]);
+        }
     }
 
     fn check_vertices(&self, vertices: &[u32]) -> Result<()> {
@@ -199,6 +240,9 @@ impl State {
         }
         let mut rates = try_zeroed("the velocities", n)?;
         self.motion.visit_visible_motion(&mut |v, _, rate| rates[v] = rate);
+        if let Some(supports) = &self.supports {
+            supports.held.iter().zip(&supports.rates).for_each(|(v, rate)| rates[*v as usize] = *rate);
+        }
         binding.pose(x, Some(&mut rates))
     }
 

@@ -2,11 +2,13 @@
 //! pose and velocities, constraint work, unknowns, their rates; where there are solids, how many of them and of contacts, and these), then a checksum of all before it. The unknowns are the modal
 //! amplitudes, or those of a reduced shell's fields, or three displacements per vertex of a nonlinear shell. Loads, damping, constraints,
 //! the pose asked for next, and solids but for where they are, are inputs and not saved. Version 1 had no method: its amplitudes mean something else to each, so that it
-//! is refused. A state without solids has version 2, one with them version 3.
+//! is refused. A state without solids has version 2, one with them version 3. Where supports moved it is version 4: after the unknowns
+//! come how many supports there are and, three numbers each, where they are in the frame and their rates, and then the solids, none too.
 
 use super::{MOST_OBSTACLES, Method, State};
 use crate::contact::{CONTACT_DOUBLES, Contacts, OBSTACLE_DOUBLES};
 use crate::error::invalid;
+use crate::modes::supported;
 use crate::support::{Frame, Pose};
 use crate::{Result, Vec3};
 use nalgebra::{Quaternion, UnitQuaternion, Vector4};
@@ -16,6 +18,8 @@ const MAGIC: [u8; 4] = *b"SWST";
 /// Of a state without solids, and of one with them.
 const VERSION: u16 = 2;
 const WITH_CONTACTS: u16 = 3;
+/// Of one whose supports moved.
+const WITH_SUPPORTS: u16 = 4;
 /// Bytes that tell what the rest is.
 pub const HEADER: usize = 24;
 const FIXED_DOUBLES: usize = 15;
@@ -31,7 +35,8 @@ impl State {
             let [obstacles, touching] = contacts.saved_counts();
             2 + OBSTACLE_DOUBLES * obstacles + CONTACT_DOUBLES * touching
         });
-        HEADER + 8 * (self.motion_doubles() + contacts) + 8
+        let none = if self.supports.is_some() && self.contacts.is_none() { 2 } else { 0 };
+        HEADER + 8 * (self.motion_doubles() + self.support_doubles() + contacts + none) + 8
     }
 
     /// Whether bytes of a saved state of this model and method can be as many.
@@ -40,7 +45,13 @@ impl State {
         let room =
             |contacts: &Contacts| OBSTACLE_DOUBLES * contacts.obstacles.len() + CONTACT_DOUBLES * contacts.capacity();
         let contacts = 2 + self.contacts.as_deref().map_or(OBSTACLE_DOUBLES * MOST_OBSTACLES, room);
-        (least..=least + 8 * contacts as u64).contains(&size)
+        let supports = 1 + 6 * supported(&self.model.shell).len();
+        (least..=least + 8 * (contacts + supports) as u64).contains(&size)
+    }
+
+    /// Numbers about supports.
+    fn support_doubles(&self) -> usize {
+        self.supports.as_ref().map_or(0, |supports| 1 + 6 * supports.held.len())
     }
 
     /// Numbers of a saved state's first part.
@@ -52,7 +63,11 @@ impl State {
     pub fn save(&self) -> Vec<u8> {
         let mut bytes = Vec::with_capacity(self.saved_size());
         bytes.extend(MAGIC);
-        let version = if self.contacts.is_some() { WITH_CONTACTS } else { VERSION };
+        let version = match (&self.supports, &self.contacts) {
+            (Some(_), _) => WITH_SUPPORTS,
+            (None, Some(_)) => WITH_CONTACTS,
+            (None, None) => VERSION,
+        };
         bytes.extend(version.to_le_bytes());
         bytes.extend((self.method().number() as u16).to_le_bytes());
         bytes.extend(self.motion.fingerprint().to_le_bytes());
@@ -64,9 +79,17 @@ impl State {
         velocity.iter().chain(angular_velocity.iter()).for_each(&mut push);
         push(&self.motion.constraints().work);
         self.motion.unknowns().iter().flatten().for_each(&mut push);
-        if let Some(contacts) = &self.contacts {
-            contacts.saved_counts().iter().for_each(|n| push(&(*n as f64)));
-            contacts.save(&mut |x| push(&x));
+        if let Some(supports) = &self.supports {
+            push(&(supports.held.len() as f64));
+            supports.now.iter().chain(&supports.rates).flatten().for_each(&mut push);
+        }
+        match &self.contacts {
+            Some(contacts) => {
+                contacts.saved_counts().iter().for_each(|n| push(&(*n as f64)));
+                contacts.save(&mut |x| push(&x));
+            }
+            None if version == WITH_SUPPORTS => [0.0; 2].iter().for_each(push),
+            None => (),
         }
         bytes.extend(xxh3_64(&bytes).to_le_bytes());
         bytes
@@ -75,6 +98,10 @@ impl State {
     /// Restores what [`State::save`] gave, on the same model. Fails without changing anything on damaged or foreign bytes.
     pub fn load(&mut self, bytes: &[u8]) -> Result<()> {
         let numbers = self.checked_numbers(bytes)?;
+        let supports = if bytes[4] == WITH_SUPPORTS as u8 { 1 + 6 * supported(&self.model.shell).len() } else { 0 };
+        let (motion, rest) = numbers.split_at(self.motion_doubles());
+        let (supports, contacts) = rest.split_at(supports);
+        self.restore_supports(supports)?;
         let vector = |at: usize| Vec3::from_column_slice(&numbers[at..at + 3]);
         // Not renormalized: the same bits must come back.
         let rotation = UnitQuaternion::new_unchecked(Quaternion::from(Vector4::from_column_slice(&numbers[4..8])));
@@ -84,7 +111,6 @@ impl State {
         self.placed = true;
         self.rates = Default::default();
         self.frame = Frame { velocity: vector(8), angular_velocity: vector(11), ..Frame::at_rest(pose) };
-        let (motion, contacts) = numbers.split_at(self.motion_doubles());
         let (unknowns, rates) = motion[FIXED_DOUBLES..].split_at(self.motion.n_unknowns());
         self.motion.change(|set| set.work = numbers[14]);
         self.motion.set_unknowns([unknowns, rates]);
@@ -103,13 +129,13 @@ impl State {
         }
         let half = |at: usize| u16::from_le_bytes([bytes[at], bytes[at + 1]]);
         match (half(4), half(6)) {
-            (VERSION | WITH_CONTACTS, _) => (),
+            (VERSION | WITH_CONTACTS | WITH_SUPPORTS, _) => (),
             (1, 0) => {
                 let unsaid = "the saved state has format version 1, which does not say its method";
-                return invalid(format!("{unsaid}; this library reads {VERSION} and {WITH_CONTACTS}: save it anew"));
+                return invalid(format!("{unsaid}; this library reads {VERSION} to {WITH_SUPPORTS}: save it anew"));
             }
             (version, _) => {
-                let reads = format!("this library reads {VERSION} and {WITH_CONTACTS}");
+                let reads = format!("this library reads {VERSION} to {WITH_SUPPORTS}");
                 return invalid(format!("the saved state has format version {version}; {reads}"));
             }
         }
@@ -144,17 +170,22 @@ impl State {
         if numbers.iter().any(|x| !x.is_finite()) || (turn - 1.0).abs() > 1e-9 || numbers[0] < 0.0 {
             return invalid("the saved state holds numbers out of range");
         }
-        let (motion, contacts) = numbers.split_at(self.motion_doubles());
+        let (motion, rest) = numbers.split_at(self.motion_doubles());
+        let supports = match bytes[4] == WITH_SUPPORTS as u8 {
+            true => self.check_saved_supports(rest)?,
+            false => 0,
+        };
+        let contacts = &rest[supports..];
         let (unknowns, rates) = motion[FIXED_DOUBLES..].split_at(self.motion.n_unknowns());
         if !self.motion.is_representable([unknowns, rates]) {
             return invalid("the saved state moves vertices beyond all range");
         }
-        self.check_saved_contacts(contacts)?;
+        self.check_saved_contacts(contacts, supports > 0)?;
         Ok(numbers)
     }
 
     /// Of what follows the motion: how many solids and contacts, and these.
-    fn check_saved_contacts(&self, numbers: &[f64]) -> Result<()> {
+    fn check_saved_contacts(&self, numbers: &[f64], with_supports: bool) -> Result<()> {
         let [obstacles, touching, rest @ ..] = numbers else { return Ok(()) };
         let most = (numbers.len() + 1) as f64;
         let whole = |n: &f64| (0.0..most).contains(n) && n.fract() == 0.0 && n.is_sign_positive();
@@ -165,6 +196,7 @@ impl State {
             return invalid("the saved state holds contacts out of range");
         }
         match &self.contacts {
+            _ if counts == [0, 0] && with_supports => Ok(()),
             _ if counts[0] == 0 => invalid("the saved state holds contacts with no collider"),
             Some(contacts) => contacts.check_saved(counts[0], rest),
             None => {

@@ -18,7 +18,11 @@ impl State {
         let n = self.model.shell.mass.len();
         let (mut u, mut rate): (Vec<Vec3>, Vec<Vec3>) = (try_zeroed("the pose", n)?, try_zeroed("the rates", n)?);
         self.motion.visit_visible_motion(&mut |v, x, x_dot| (u[v], rate[v]) = (x, x_dot));
+        self.check_supports_of(&*next)?;
+        let held = self.supports.as_ref().map(|supports| &supports.now[..]);
+        held.iter().for_each(|held| next.place_supports(held));
         next.project_from(&u, &rate)?;
+        held.iter().for_each(|held| next.place_supports(held));
         let set = self.motion.constraints().clone();
         next.change(|own| *own = set);
         let before = std::mem::replace(&mut self.motion, next);

@@ -135,7 +135,7 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 pub fn modal_gradients(modal: &ModalBasis, poisson: &Poisson, t: usize) -> Vec<Matrix3<f64>> {
     let corners = modal.shell.mesh.triangles[t];
     let of = |k: usize| poisson.faces[t].gradient(corners.map(|v| modal.mode_at(k, v as usize).0));
-    (0..modal.n_modes()).map(of).collect()
+    (0..modal.n_amplitudes()).map(of).collect()
 }
 
 /// Σ q_k G_k.

@@ -37,7 +37,7 @@ type Motion<'a> = (&'a [f64], &'a [f64]);
 impl RotationStrain {
     /// Room for [`RotationStrain::project`].
     pub fn scratch(&self, modal: &ModalBasis) -> Scratch {
-        let (modes, n) = (modal.n_modes(), self.n_samples());
+        let (modes, n) = (modal.n_amplitudes(), self.n_samples());
         let sums = match &self.fields {
             AnyFields::F32(_) => AnySums::F32(Sums::new(modes, n)),
             AnyFields::F64(_) => AnySums::F64(Sums::new(modes, n)),

@@ -80,6 +80,7 @@ fn model_on(n: usize, modes: usize, basis: impl FnOnce(&Shell) -> AnyBasis) -> A
         eigenvalues: (0..modes).map(|k| (6.0 * (k + 1) as f64).powi(2)).collect(),
         largest_rotation: (0..turning).map(largest).collect(),
         largest_swing: vec![0.0; turning],
+        supports: None,
         zero_modes: 0,
         basis,
         participation: Default::default(),

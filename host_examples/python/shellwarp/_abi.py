@@ -88,6 +88,7 @@ SW_INTEGRATOR_IMPLICIT_EULER = 1
 SW_INTEGRATOR_EXACT = 2
 SW_FRAME_TELEPORT = 1
 SW_FRAME_MOTION_GIVEN = 2
+SW_SUPPORTS_TELEPORT = 1
 SW_SPACE_WORLD = 0
 SW_SPACE_FRAME = 1
 SW_CONSTRAINT_POSITION = 1
@@ -243,7 +244,7 @@ class SwPrecomputeDesc(Structure):
         ("reduced_mode_searches", c_double),
         ("contact_patches", c_void_p),
         ("n_contact_patches", c_uint32),
-        ("reserved", c_uint32),
+        ("support_fields", c_uint32),
     ]
 
 
@@ -283,7 +284,7 @@ class SwModelInfo(Structure):
         ("reduced_residual", c_double),
         ("eigenvalue_disagreement", c_double),
         ("auto_method", c_uint32),
-        ("reserved", c_uint32),
+        ("support_fields", c_uint32),
         ("auto_error", c_double),
     ]
 
@@ -348,6 +349,7 @@ class SwStateReport(Structure):
         ("contact_count", c_uint64),
         ("deepest_penetration", c_double),
         ("contact_impulse", c_double * 3),
+        ("support_miss", c_double),
     ]
 
 
@@ -575,6 +577,7 @@ FUNCTIONS = {
     "sw_state_step": (c_uint32, [POINTER(SwState), c_double]),
     "sw_state_save": (c_uint32, [POINTER(SwState), c_void_p, c_uint64, c_void_p]),
     "sw_state_load": (c_uint32, [POINTER(SwState), c_void_p, c_uint64]),
+    "sw_state_move_supports": (c_uint32, [POINTER(SwState), c_uint32, c_void_p, c_uint64, c_uint32, c_uint32]),
     "sw_state_positions": (c_uint32, [POINTER(SwState), c_uint32, c_uint32, c_void_p, c_uint64, c_uint32]),
     "sw_state_positions_of": (c_uint32, [POINTER(SwState), c_uint32, c_uint32, c_void_p, c_uint32, c_void_p, c_uint64]),
     "sw_state_normals": (c_uint32, [POINTER(SwState), c_uint32, c_uint32, c_void_p, c_uint64, c_uint32]),

@@ -44,7 +44,7 @@ class Model(Handle):
                    auto_error: float = 0.0, auto_operations: float = 0.0, demand_gravity: Sequence[float] = (0.0, 0.0, 0.0),
                    demand_acceleration: float = 0.0, handles: Sequence[int] = (), handle_distance: float = 0.0,
                    handle_axes: str = "xyz", handle_speed: float = 0.0, tolerance: float = 0.0,
-                   demand_amplification: float = 0.0, contact_patches: Sequence[int] = ()) -> None:
+                   demand_amplification: float = 0.0, contact_patches: Sequence[int] = (), support_fields: int = 0) -> None:
         """Finds the `modes` lowest (0: 16); seconds on large meshes.
 
         `precision` is that of the run-time basis: "i16" takes half the memory of "f32" and moves vertices by about 1e-5 of the
@@ -62,6 +62,8 @@ class Model(Handle):
 
         With a `tolerance`, a length, modes are left out that the same scene cannot show, at most `modes` of them computed (0: 256);
         `handle_speed` and `demand_amplification` as the header has them.
+
+        With `support_fields`, say 24, modal methods follow supports that move against each other (State.move_supports).
 
         With `contact_patches`, vertices, the shell's static answers to a push along the normal there join the modes: for what touches it and is
         smaller than they are.
@@ -87,6 +89,7 @@ class Model(Handle):
         desc.handles, desc.n_handles = cast(held, c_void_p), len(held)  # `held` lives through the call
         touched = (c_uint32 * len(contact_patches))(*[uint32(v, "contact_patches") for v in contact_patches])
         desc.contact_patches, desc.n_contact_patches = cast(touched, c_void_p), len(touched)
+        desc.support_fields = uint32(support_fields, "support_fields")
         raised = []
         if progress is not None:
             desc.progress = _abi.SwProgressFn(_guarded(progress, raised))

@@ -170,6 +170,14 @@ class State(Handle):
         velocities = _arrays.numbers_in(velocities, "velocities", amplitudes.size)
         self._call("sw_state_set_amplitudes", _arrays.address(amplitudes), _arrays.address(velocities), amplitudes.size)
 
+    def move_supports(self, positions: ArrayLike, teleport: bool = False) -> None:
+        """Sets where supported vertices are at the end of the next step, each on a path of its own, in world space.
+
+        `positions` (n_vertices x 3) has a row for every vertex; only those of supports are read. The frame follows them as a whole. What is left bends the
+        shell, by the model's support_fields or, of the full shell, exactly. With `teleport` they are there without having moved."""
+        x, form, stride = _arrays.vectors_in(positions, "positions")
+        self._call("sw_state_move_supports", form, _arrays.address(x), stride, len(x), _abi.SW_SUPPORTS_TELEPORT if teleport else 0)
+
     def set_pose(self, positions: ArrayLike, velocities: "ArrayLike | None" = None, space: str = "world") -> float:
         """Takes the nearest pose to positions (n_vertices x 3) that the method has, and the nearest velocities, or rest in the frame.
 

@@ -620,6 +620,33 @@ class Colliders(unittest.TestCase):
             swinging(model()).move_collider(0)
 
 
+class MovingSupports(unittest.TestCase):
+    def test_supports_go_where_they_are_sent(self):
+        rest, triangles = strip.positions(numpy.float64), strip.triangles()
+        held = numpy.flatnonzero((rest[:, 0] < rest[3, 0] + 1e-9) | (rest[:, 0] > rest[-4, 0] - 1e-9))
+        far = rest[:, 0] > 0.5 * rest[-1, 0]
+        made = sw.Model(sw.Shell(rest, triangles, fixed=held.tolist()))
+        made.precompute(modes=8, support_fields=24)
+        self.assertGreater(made.info()["support_fields"], 6)
+        state = made.state("warp")
+        for i in range(10):
+            place, angle = numpy.full_like(rest, numpy.nan), 0.05 * i
+            place[held] = rest[held] + [0.01 * i, 0, 0]
+            turned = far[held]
+            y, z = rest[held][turned, 1], rest[held][turned, 2]
+            place[held[turned], 1:] = numpy.stack([y * numpy.cos(angle) - z * numpy.sin(angle),
+                                                   y * numpy.sin(angle) + z * numpy.cos(angle)], axis=1)
+            state.move_supports(place, teleport=i == 5)
+            state.step(1 / 24)
+            self.assertLess(numpy.abs(state.positions(dtype=numpy.float64)[held] - place[held]).max(), 1e-12)
+        self.assertLess(state.report()["support_miss"], 1e-3)
+        with self.assertRaisesRegex(sw.InvalidArgumentError, "support"):
+            state.move_supports(numpy.full_like(rest, numpy.inf))
+        made.precompute(modes=8)
+        with self.assertRaisesRegex(sw.ShellwarpError, "precompute with support_fields"):
+            made.state("warp").move_supports(place)
+
+
 class Bindings(unittest.TestCase):
     def test_points_follow_with_normals_and_velocities(self):
         made = model()

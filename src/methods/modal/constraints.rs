@@ -74,7 +74,7 @@ pub struct Step<'a> {
     pub h: f64,
     /// How it is taken.
     pub integrator: Integrator,
-    /// c and λ of each mode.
+    /// c and λ of each mode. What support fields have beyond them stays.
     pub modes: (&'a [f64], &'a [f64]),
     /// Rest positions.
     pub rest: &'a [Vec3],
@@ -99,7 +99,7 @@ pub trait VertexMap {
 impl Step<'_> {
     /// How far a unit of an elastic mode bends the shell; 0 for a zero mode, which bends nothing.
     fn bend(&self, k: usize) -> f64 {
-        if self.modes.1[k] > 0.0 { self.bend.of(k) } else { 0.0 }
+        if self.modes.1.get(k).is_some_and(|lambda| *lambda > 0.0) { self.bend.of(k) } else { 0.0 }
     }
 }
 
@@ -147,13 +147,14 @@ impl ModalConstraints {
     ) -> f64 {
         let (damping, eigenvalues) = step.modes;
         let softest = eigenvalues.iter().copied().find(|lambda| *lambda > 0.0).unwrap_or(1.0);
-        for k in 0..q.len() {
+        let moving = eigenvalues.len();
+        for k in 0..moving {
             self.work.flexibility[k] = 1.0 / (eigenvalues[k] + softest);
             let oscillator = Oscillator { damping: damping[k], eigenvalue: eigenvalues[k] };
             (self.work.gamma[k], self.work.rate[k]) = oscillator.handle_response(step.integrator, step.h);
         }
         let flexibility_scale = |weight: &[f64]| {
-            let terms = weight.iter().enumerate().map(|(k, weight)| weight * step.bend.of(k).powi(2));
+            let terms = weight[..moving].iter().enumerate().map(|(k, weight)| weight * step.bend.of(k).powi(2));
             terms.fold(f64::MIN_POSITIVE, f64::max)
         };
         self.work.flexibility_scale = [flexibility_scale(&self.work.gamma), flexibility_scale(&self.work.flexibility)];
@@ -161,7 +162,7 @@ impl ModalConstraints {
         self.prepare(basis, step, q_before);
         let (iterations, met) = self.solve(basis, step, q_before, q);
         let mut work_done = 0.0;
-        for k in 0..q.len() {
+        for k in 0..moving {
             let change = q[k] - self.work.q_free[k];
             q_dot[k] += match step.integrator {
                 Integrator::ImplicitEuler => change / step.h,
@@ -196,7 +197,7 @@ impl ModalConstraints {
             }
         }
         for bend in [0.0, KICK] {
-            for k in 0..q.len() {
+            for k in 0..step.modes.1.len() {
                 q[k] = q_before[k] + if step.bend(k) > 0.0 { bend / step.bend(k) } else { 0.0 };
             }
             let (more, distance) = self.search_in_stages(basis, step, q);

@@ -59,6 +59,10 @@ pub trait Map: Clone + Send + Sync + 'static {
     fn vertices(&self) -> Option<&dyn VertexMap> {
         None
     }
+    /// Whether it moves with support fields.
+    fn follows_supports(&self) -> bool {
+        true
+    }
     /// Sampled triangles that turn the shell, and what they leave of what all would do; none where vertices turn.
     fn samples(&self) -> Option<(usize, f64)> {
         None

@@ -6,6 +6,7 @@ mod motion;
 mod plan;
 mod points;
 mod project;
+mod supports;
 mod warp;
 
 pub use constraints::VertexMap;
@@ -22,6 +23,7 @@ use crate::{Error, ErrorKind, Model, Result};
 use constraints::{ModalConstraints, Step};
 use points::{Placing, PointSearch};
 use std::sync::Arc;
+use supports::SupportMotion;
 use warp::Warp;
 
 /// Past this rotation, rad, or this displacement, in units of 1/√M, an amplitude has no meaning left and f32 no room.
@@ -80,6 +82,9 @@ pub struct Modal<M> {
     /// c of each mode.
     damping: Vec<f64>,
     constraints: ModalConstraints,
+    /// What support fields do; none without them.
+    supports: Option<Box<SupportMotion>>,
+    /// Amplitudes of modes, and then of support fields.
     q: Vec<f64>,
     q_dot: Vec<f64>,
     /// The next q and q̇ until they are known to be good, and the modal force.
@@ -110,13 +115,14 @@ impl<M: Map> Modal<M> {
     /// At rest, undamped.
     pub fn new(model: &Model, map: M, integrator: Integrator) -> Self {
         let basis = model.modal.clone();
-        let zeros = vec![0.0; basis.n_modes()];
+        let zeros = vec![0.0; basis.n_amplitudes()];
         basis.participation(); // now: a step does not allocate
         Self {
             map,
             integrator,
-            damping: zeros.clone(),
-            constraints: ModalConstraints::new(basis.n_modes()),
+            damping: vec![0.0; basis.n_modes()],
+            constraints: ModalConstraints::new(basis.n_amplitudes()),
+            supports: basis.supports.as_ref().map(|fields| Box::new(SupportMotion::new(fields))),
             q: zeros.clone(),
             q_dot: zeros.clone(),
             next: [zeros.clone(), zeros.clone()],
@@ -144,18 +150,19 @@ impl<M: Map> Modal<M> {
         bounded && elastic.is_finite() && kinetic.is_finite()
     }
 
-    /// Replaces q and q̇, finite and of the right number.
+    /// Replaces q and q̇ of modes, or with those of support fields.
     fn take_amplitudes(&mut self, q: &[f64], q_dot: &[f64]) -> Result<()> {
         if !self.is_representable_at(q, q_dot) {
             return Err(Error::new(ErrorKind::Numerical, "these amplitudes turn or move vertices beyond all range"));
         }
-        self.q.copy_from_slice(q);
-        self.q_dot.copy_from_slice(q_dot);
+        self.q[..q.len()].copy_from_slice(q);
+        self.q_dot[..q_dot.len()].copy_from_slice(q_dot);
         Ok(())
     }
 
     /// One step of `h`.
     fn advance(&mut self, acting: &Acting, h: f64) -> Result<()> {
+        self.follow_supports(acting, h);
         if !(acting.again && self.take_free_end()) {
             self.advance_freely(acting, h);
         }
@@ -205,6 +212,9 @@ impl<M: Map> Modal<M> {
     fn project_load(&mut self, Acting { load, external, .. }: &Acting) {
         let Self { basis, map, mean: [q, q_dot], force, pull, .. } = self;
         *pull = map.project(basis, (load, *external), (q, q_dot), force);
+        if let (Some(supports), Some(fields)) = (&self.supports, &self.basis.supports) {
+            fields.add_inertia(&supports.acceleration, &mut self.force);
+        }
     }
 
     /// c of mode `k` in a step of `h` under the present load.
@@ -220,18 +230,24 @@ impl<M: Map> Modal<M> {
         let (modal, warped) = (&self.basis, self.map.law().warped());
         let guard = modal.guard(warped);
         let [next_q, next_q_dot] = &mut self.next;
+        let modes = self.damping.len();
+        if let Some(supports) = &self.supports {
+            next_q[modes..].copy_from_slice(&supports.amplitudes);
+            next_q_dot[modes..].copy_from_slice(&supports.rates);
+        }
+        let (next_q, next_q_dot) = (&mut next_q[..modes], &mut next_q_dot[..modes]);
         let damping = |k: usize| match warped {
             true => guard.damping(k, self.damping[k], &self.pull, h),
             false => self.damping[k],
         };
-        for k in 0..self.q.len() {
+        for k in 0..modes {
             let oscillator = Oscillator { damping: damping(k), eigenvalue: modal.eigenvalues[k] };
             (next_q[k], next_q_dot[k]) =
                 oscillator.advance(self.integrator, self.q[k], self.q_dot[k], self.force[k], h);
         }
         let held = guard.hold(damping, h, next_q, next_q_dot);
         if held && self.integrator == Integrator::Exact {
-            guard.limit(&self.force, (&self.q, &self.q_dot), next_q, next_q_dot);
+            guard.limit(&self.force[..modes], (&self.q[..modes], &self.q_dot[..modes]), next_q, next_q_dot);
         }
         next_q.iter_mut().chain(next_q_dot).filter(|x| x.abs() < NEGLIGIBLE).for_each(|x| *x = 0.0);
     }
@@ -262,8 +278,8 @@ impl<M: Map> Modal<M> {
     /// Both move the free end of the step: by Γ∇W and by ΓJᵀμ. Each is found with the other as found last, in turns (Boyle, Dykstra 1986),
     /// until the place is the same after either.
     fn meet_constraints_and(&mut self, energy: &dyn PointEnergy, acting: &Acting, h: f64) -> f64 {
-        let mut search = self.search.take().unwrap_or_else(|| PointSearch::new(self.q.len()));
-        for k in 0..self.q.len() {
+        let mut search = self.search.take().unwrap_or_else(|| PointSearch::new(self.damping.len(), self.q.len()));
+        for k in 0..self.damping.len() {
             let oscillator = Oscillator { damping: self.step_damping(k, h), eigenvalue: self.basis.eigenvalues[k] };
             (search.gamma[k], search.rate[k]) = oscillator.handle_response(self.integrator, h);
         }
@@ -271,13 +287,15 @@ impl<M: Map> Modal<M> {
         search.center.copy_from_slice(&self.next[0]);
         search.moved.copy_from_slice(&self.next[0]);
         search.start.copy_from_slice(&self.q);
+        let modes = self.damping.len();
+        search.start[modes..].copy_from_slice(&self.next[0][modes..]);
         let mut work = 0.0;
         for _ in 0..TURNS {
             self.minimize(energy, &mut search);
             self.bend_no_further(&mut search);
             let PointSearch { rate, free, center, moved, .. } = &mut search;
             let [next_q, next_q_dot] = &mut self.next;
-            for k in 0..moved.len() {
+            for k in 0..rate.len() {
                 let change = moved[k] - center[k];
                 next_q[k] = free[0][k] + change;
                 next_q_dot[k] = free[1][k] + rate[k] * change;
@@ -350,11 +368,15 @@ impl<M: Map> Modal<M> {
         // Constraints act by virtual work whatever the law of the loads.
         let pulls: Vec<_> = reactions.iter().map(|(v, [force, _])| (*v, *force)).collect();
         self.map.pull_back((modal, &self.q), &pulls, &mut g);
-        for (k, g) in g.iter_mut().enumerate() {
+        let modes = modal.n_modes();
+        for (k, g) in g[..modes].iter_mut().enumerate() {
             *g -= modal.eigenvalues[k] * self.q[k];
             *g += reactions.iter().map(|(v, [_, torque])| modal.mode_at(k, *v as usize).1.dot(torque)).sum::<f64>();
         }
-        modal.guard(self.is_warped()).add_force(&self.q, &mut g);
+        modal.guard(self.is_warped()).add_force(&self.q[..modes], &mut g[..modes]);
+        if let Some(supports) = &self.supports {
+            g[modes..].copy_from_slice(&supports.acceleration);
+        }
         g
     }
 
@@ -363,7 +385,8 @@ impl<M: Map> Modal<M> {
         let modal = &self.basis;
         let elastic: f64 = q.iter().zip(&modal.eigenvalues).map(|(q, lambda)| lambda * q * q).sum();
         let guard = modal.guard(self.is_warped()).energy(q);
-        (0.5 * elastic + guard, 0.5 * q_dot.iter().map(|v| v * v).sum::<f64>())
+        let following = modal.supports.as_ref().map_or(0.0, |fields| fields.energy(&q[modal.n_modes()..]));
+        (0.5 * elastic + guard + following, 0.5 * q_dot.iter().map(|v| v * v).sum::<f64>())
     }
 
     /// The static solution Λq = f(q) + Jᵀμ by fixed point, from the present q: a step of backward Euler so long that inertia
@@ -371,6 +394,7 @@ impl<M: Map> Modal<M> {
     /// Returns the residual |q − Λ⁻¹f|/|Λ⁻¹f| and the iterations. Changes nothing on failure.
     fn find_equilibrium(&mut self, acting: &Acting) -> Result<(f64, usize)> {
         let start = (self.q.clone(), self.q_dot.clone(), self.integrator, self.constraints.set().work);
+        self.stand_at_supports(acting);
         self.integrator = Integrator::ImplicitEuler;
         let settling = self.settling_damping(acting);
         let damping = std::mem::replace(&mut self.damping, settling);

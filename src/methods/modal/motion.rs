@@ -22,7 +22,8 @@ impl<M: Map> Motion for Modal<M> {
     }
 
     fn reset(&mut self) {
-        self.q.fill(0.0);
+        let modes = self.damping.len();
+        self.q[..modes].fill(0.0);
         self.q_dot.fill(0.0);
         self.constraints.change(ConstraintSet::reset);
     }
@@ -69,6 +70,18 @@ impl<M: Map> Motion for Modal<M> {
         self.map.step_nanoseconds(&self.basis)
     }
 
+    fn follows_supports(&self) -> bool {
+        self.supports.is_some() && self.map.follows_supports()
+    }
+
+    fn place_supports(&mut self, displacement: &[Vec3]) {
+        self.set_supports(displacement);
+    }
+
+    fn supports_missed(&self, displacement: &[Vec3]) -> f64 {
+        self.largest_support_miss(displacement)
+    }
+
     fn is_about_sag(&self) -> bool {
         true
     }
@@ -87,8 +100,8 @@ impl<M: Map> Motion for Modal<M> {
     }
 
     fn expect_points(&mut self, n: usize) {
-        let modes = self.q.len();
-        self.search.get_or_insert_with(|| PointSearch::new(modes)).expect(n);
+        let (modes, amplitudes) = (self.damping.len(), self.q.len());
+        self.search.get_or_insert_with(|| PointSearch::new(modes, amplitudes)).expect(n);
     }
 
     fn set_unknowns(&mut self, [q, q_dot]: [&[f64]; 2]) {
@@ -109,13 +122,14 @@ impl<M: Map> Motion for Modal<M> {
     }
 
     fn amplitudes(&self) -> Result<(&[f64], &[f64])> {
-        Ok((&self.q, &self.q_dot))
+        let modes = self.damping.len();
+        Ok((&self.q[..modes], &self.q_dot[..modes]))
     }
 
     fn set_amplitudes(&mut self, q: &[f64], q_dot: &[f64]) -> Result<()> {
         for (name, given) in [("amplitudes", q), ("velocities", q_dot)] {
-            if given.len() != self.q.len() {
-                return Err(Error::argument(format!("{} {name} for {} modes", given.len(), self.q.len())));
+            if given.len() != self.damping.len() {
+                return Err(Error::argument(format!("{} {name} for {} modes", given.len(), self.damping.len())));
             }
             for (k, x) in given.iter().enumerate() {
                 require_finite(format_args!("{name}[{k}]"), *x)?;

@@ -136,7 +136,7 @@ impl ModalStep {
 impl<M: Map> Modal<M> {
     /// The parts of a step that takes the load so many times.
     pub fn plan_step(&self, around: &Around, passes: f64) -> Vec<Part> {
-        let (basis, modes, costs) = (&*self.basis, self.basis.n_modes(), LawCost::of(self.map.law()));
+        let (basis, modes, costs) = (&*self.basis, self.basis.n_amplitudes(), LawCost::of(self.map.law()));
         let [phi, psi] = around.shape_bytes();
         let step = self.modal_step(around, passes);
         let whole = step.blocks * (cost(costs.block, modes) + cost(costs.spin, modes));
@@ -174,12 +174,12 @@ impl<M: Map> Modal<M> {
         let loaded = !load.is_zero();
         let sweeps = !short && (on_all || loaded);
         let blocks = n.div_ceil(LANES) as f64;
-        ModalStep { law, samples, modes: basis.n_modes(), passes, blocks, spins, short, sweeps, loaded }
+        ModalStep { law, samples, modes: basis.n_amplitudes(), passes, blocks, spins, short, sweeps, loaded }
     }
 }
 
 fn modes_reason(basis: &ModalBasis, load: &BodyLoad) -> String {
-    let modes = basis.n_modes();
+    let modes = basis.n_amplitudes();
     let along = load.everywhere_alike().and_then(|a| a.try_normalize(0.0));
     match along.map(|along| basis.effective_mass_along(&along)) {
         Some(share) if share < FEW_MODES && modes > 0 => {

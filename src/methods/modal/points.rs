@@ -54,11 +54,15 @@ impl<E: Entry> Placing<'_, E> {
         let (x, [by_linear, by_w]) = self.place(v, shapes, q);
         if let Some(map) = self.vertices {
             for axis in 0..3 {
-                map.slopes((v, &Vec3::ith(axis, 1.0)), q, &mut |k, slope| jacobian[(k, axis)] += w * slope);
+                map.slopes((v, &Vec3::ith(axis, 1.0)), q, &mut |k, slope| {
+                    if k < jacobian.nrows() {
+                        jacobian[(k, axis)] += w * slope;
+                    }
+                });
             }
             return x;
         }
-        for (k, row) in shapes.chunks_exact(6).enumerate() {
+        for (k, row) in shapes.chunks_exact(6).enumerate().take(jacobian.nrows()) {
             let (phi, psi) = (Vec3::from_column_slice(&row[..3]), Vec3::from_column_slice(&row[3..]));
             let motion = w * (by_linear * phi + by_w * psi);
             (0..3).for_each(|axis| jacobian[(k, axis)] += motion[axis]);
@@ -135,21 +139,21 @@ pub struct PointSearch {
 }
 
 impl PointSearch {
-    /// For so many modes.
-    pub fn new(modes: usize) -> Self {
+    /// For so many modes, and with support fields so many amplitudes; these fields stay as they are.
+    pub fn new(modes: usize, amplitudes: usize) -> Self {
         Self {
             gamma: vec![0.0; modes],
             rate: vec![0.0; modes],
-            free: [vec![0.0; modes], vec![0.0; modes]],
-            center: vec![0.0; modes],
-            moved: vec![0.0; modes],
-            start: vec![0.0; modes],
+            free: [vec![0.0; amplitudes], vec![0.0; amplitudes]],
+            center: vec![0.0; amplitudes],
+            moved: vec![0.0; amplitudes],
+            start: vec![0.0; amplitudes],
             gradient: DVector::zeros(modes),
             direction: DVector::zeros(modes),
             hessian: Some(DMatrix::zeros(modes, modes)),
             jacobian: MatrixXx3::zeros(modes),
             turned: MatrixXx3::zeros(modes),
-            trial: vec![0.0; modes],
+            trial: vec![0.0; amplitudes],
             shapes: Shapes::default(),
         }
     }
@@ -169,6 +173,7 @@ impl PointSearch {
 
     fn descend<E: Entry>(&mut self, placing: &Placing<E>, energy: &dyn PointEnergy, center: &[f64], q: &mut [f64]) {
         let (mut value, mut size) = self.value(placing, energy, center, q);
+        self.trial.copy_from_slice(q);
         let begun = self.value(placing, energy, center, &self.start);
         if begun.0 < value {
             (value, size) = begun;
@@ -184,7 +189,7 @@ impl PointSearch {
                 if halving == HALVINGS {
                     return; // as near as rounding lets it
                 }
-                (0..q.len()).for_each(|k| self.trial[k] = q[k] + share * self.direction[k]);
+                (0..self.gamma.len()).for_each(|k| self.trial[k] = q[k] + share * self.direction[k]);
                 let (there, size_there) = self.value(placing, energy, center, &self.trial);
                 if there - value <= DECREASE * share * slope + ROUNDING * size {
                     (value, size) = (there, size_there);
@@ -199,7 +204,7 @@ impl PointSearch {
     /// What is minimized, and the size of its terms.
     fn value<E: Entry>(&self, placing: &Placing<E>, energy: &dyn PointEnergy, center: &[f64], q: &[f64]) -> (f64, f64) {
         let (mut value, mut size) = (0.0, f64::MIN_POSITIVE);
-        for k in 0..q.len() {
+        for k in 0..self.gamma.len() {
             value += 0.5 * (q[k] - center[k]).powi(2) / self.gamma[k];
             size += (q[k] * q[k] + center[k] * center[k]) / self.gamma[k];
         }
@@ -219,7 +224,8 @@ impl PointSearch {
         center: &[f64],
         q: &[f64],
     ) -> Option<f64> {
-        let n = q.len();
+        let n = self.gamma.len();
+        let amplitudes = q.len();
         let Self { gamma, gradient, direction, jacobian, turned, shapes, .. } = self;
         let mut hessian = self.hessian.take().unwrap_or_else(|| DMatrix::zeros(n, n));
         hessian.fill(0.0);
@@ -231,7 +237,7 @@ impl PointSearch {
             jacobian.fill(0.0);
             let mut x = Vec3::zeros();
             for (c, (v, w)) in point.corners().enumerate() {
-                x += w * placing.derivative((v, w), shapes.corner(i, c, n), q, jacobian);
+                x += w * placing.derivative((v, w), shapes.corner(i, c, amplitudes), q, jacobian);
             }
             let (force, stiffness) = (energy.gradient_at(i, &x), energy.hessian_at(i, &x, Curvature::Semidefinite));
             if stiffness != Matrix3::zeros() {

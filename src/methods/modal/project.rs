@@ -58,6 +58,7 @@ impl<M: Map> Fit<'_, M> {
         let weighted: Vec<_> = weighted.collect();
         let mut along = vec![0.0; q.len()];
         self.map.pull_back((self.basis, q), &weighted, &mut along);
+        along[self.basis.n_modes()..].fill(0.0); // support fields stay
         along
     }
 
@@ -86,9 +87,10 @@ impl<M: Map> Fit<'_, M> {
         d
     }
 
-    /// q of the least Σ m |u − u(q)|², from the rest pose.
-    fn nearest(&self, u: &[Vec3]) -> Vec<f64> {
-        let mut q = vec![0.0; self.basis.n_modes()];
+    /// q of the least Σ m |u − u(q)|², from the rest pose with support fields as in `own`.
+    fn nearest(&self, u: &[Vec3], own: &[f64]) -> Vec<f64> {
+        let mut q = own.to_vec();
+        q[..self.basis.n_modes()].fill(0.0);
         let mut miss = self.miss(u, &q);
         for _ in 0..STEPS {
             let step = self.solve(&q, miss.at.clone());
@@ -122,8 +124,15 @@ impl<M: Map> Modal<M> {
     /// The pose nearest to displacements `u` in the mass norm, and the rates that move it most nearly as `rate` (n_vertices).
     pub fn nearest(&self, u: &[Vec3], rate: &[Vec3]) -> (Vec<f64>, Vec<f64>) {
         let fit = Fit { map: &self.map, basis: &self.basis };
-        let q = fit.nearest(u);
-        let q_dot = fit.solve(&q, rate.to_vec());
+        let q = fit.nearest(u, &self.q);
+        let modes = self.damping.len();
+        let mut following = self.q_dot.clone();
+        following[..modes].fill(0.0);
+        let mut carried = vec![Vec3::zeros(); rate.len()];
+        fit.along(&q, &following, &mut carried);
+        let own = rate.iter().zip(carried).map(|(rate, carried)| rate - carried).collect();
+        let mut q_dot = fit.solve(&q, own);
+        q_dot[modes..].copy_from_slice(&following[modes..]);
         (q, q_dot)
     }
 }

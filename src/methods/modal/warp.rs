@@ -30,7 +30,7 @@ pub struct Warp {
 impl Warp {
     /// With room for the forces of `basis`.
     pub fn new(basis: &ModalBasis, law: ForceLaw) -> Self {
-        let modes = basis.n_modes();
+        let modes = basis.n_amplitudes();
         let scratch = match basis.basis {
             AnyBasis::F32(_) | AnyBasis::I16(_) => AnyScratch::F32(Scratch::new(modes)),
             AnyBasis::F64(_) => AnyScratch::F64(Scratch::new(modes)),

@@ -24,16 +24,20 @@ pub(super) fn put<E: Entry>(basis: &Basis<E>, out: &mut Vec<u8>) {
 
 /// Φ and Ψ in the precision that the header says, which this build has.
 pub(super) fn restore(
-    header: &Header,
+    (header, n_modes): (&Header, usize),
     shell: &Shell,
     modes: (&[f64], &[[f64; 2]]),
     from: &mut Reader,
 ) -> Result<AnyBasis> {
     let linear = header.linear;
     Ok(match header.precision {
-        Precision::F32 => AnyBasis::F32(restore_basis(shell, modes, linear, from)?),
-        Precision::F64 if Feature::F64Basis.is_built_in() => AnyBasis::F64(restore_basis(shell, modes, linear, from)?),
-        Precision::I16 if Feature::I16Basis.is_built_in() => AnyBasis::I16(restore_basis(shell, modes, linear, from)?),
+        Precision::F32 => AnyBasis::F32(restore_basis(shell, modes, (linear, n_modes), from)?),
+        Precision::F64 if Feature::F64Basis.is_built_in() => {
+            AnyBasis::F64(restore_basis(shell, modes, (linear, n_modes), from)?)
+        }
+        Precision::I16 if Feature::I16Basis.is_built_in() => {
+            AnyBasis::I16(restore_basis(shell, modes, (linear, n_modes), from)?)
+        }
         _ => unreachable!("a header of another precision was refused"),
     })
 }
@@ -49,11 +53,11 @@ struct Found {
     turn: f64,
 }
 
-/// Φ and Ψ: finite, normed, zero where nothing moves, and turning no vertex by more than is said.
+/// Φ and Ψ: finite, of the first `n_modes` normed and zero where nothing moves, and turning no vertex by more than is said.
 fn restore_basis<E: Entry>(
     shell: &Shell,
     (largest_rotation, units): (&[f64], &[[f64; 2]]),
-    linear: bool,
+    (linear, n_modes): (bool, usize),
     from: &mut Reader,
 ) -> Result<Basis<E>> {
     let (n, modes) = (shell.mass.len(), largest_rotation.len());
@@ -68,14 +72,14 @@ fn restore_basis<E: Entry>(
         let rows = bytes[v * modes * row..(v + 1) * modes * row].chunks_exact(row).map(entries);
         let share = shell.mass[v] / shell.total_mass;
         let (mut all, mut moved) = (0.0, 0.0);
-        for ((entries, found), units) in rows.clone().zip(&mut found).zip(units) {
+        for (k, ((entries, found), units)) in rows.clone().zip(&mut found).zip(units).enumerate() {
             let square = |half: &[E], unit: f64| half.iter().map(|x| (x.decode() * unit).powi(2)).sum::<f64>();
             let (shape, turn) = (square(&entries[..3], units[0]), square(&entries[3..], units[1]));
             found.norm += share * shape;
             found.shape = found.shape.max(shape);
             found.turn = found.turn.max(turn);
             all += shape + turn;
-            moved += shape;
+            moved += if k < n_modes { shape } else { 0.0 };
         }
         if !all.is_finite() {
             return invalid(format!("a mode is not finite at vertex {v}"));
@@ -94,7 +98,8 @@ fn restore_basis<E: Entry>(
         let largest_turn = largest_rotation[k] * root_mass;
         let turn_bound = largest_turn * (1.0 + relative + 2.0 * E::ROUNDING) + absolute;
         let rounding = (4.0 * E::ROUNDING * found.shape.sqrt()).min(LARGEST_NORM_ERROR);
-        if !((found.norm - 1.0).abs() <= NORM_ERROR + rounding && found.turn.sqrt() <= turn_bound) {
+        let normed = k >= n_modes || (found.norm - 1.0).abs() <= NORM_ERROR + rounding;
+        if !(normed && found.turn.sqrt() <= turn_bound) {
             let facts = format!("norm {:e}, turns {:e} of {turn_bound:e}", found.norm, found.turn.sqrt());
             return invalid(format!("mode {k} is not normed, or turns further than is said: {facts}"));
         }

@@ -32,6 +32,7 @@ pub(super) struct Header {
     pub(super) energy: u32,
     pub(super) vertices: u32,
     pub(super) triangles: u32,
+    /// Support fields are among them, at the end.
     pub(super) modes: u32,
     pub(super) zero_modes: u32,
     pub(super) reoriented: u32,
@@ -51,7 +52,7 @@ impl Header {
             },
             vertices: mesh.positions.len() as u32,
             triangles: mesh.triangles.len() as u32,
-            modes: model.modal.n_modes() as u32,
+            modes: model.modal.n_amplitudes() as u32,
             zero_modes: model.modal.zero_modes as u32,
             reoriented: mesh.n_reoriented as u32,
             sections: sections::bytes(model),

@@ -1,7 +1,7 @@
 //! The sections of a saved model: what only some models have.
 
 use super::header::Header;
-use super::{points, put_u64, u64_of};
+use super::{points, put_u64, supports, u64_of};
 use crate::error::invalid;
 use crate::features::{self, Feature, Proof};
 use crate::material::{Crease, Map, On, Quantity};
@@ -27,6 +27,8 @@ const CREASES: Tag = *b"CREA";
 const REST_SHAPE: Tag = *b"REST";
 /// Where the shell rests by these.
 const SETTLED: Tag = *b"SETL";
+/// Fields that follow moving supports.
+const SUPPORTS: Tag = *b"SUPP";
 /// Where the shell hangs.
 const SAG: Tag = *b"SAGS";
 /// Units of a basis in 16 bits.
@@ -47,12 +49,13 @@ fn sizes(model: &Model) -> impl Iterator<Item = (Tag, usize)> {
     let rest_shape = model.shell.rest_shape.as_ref().map(|shape| (REST_SHAPE, 24 * shape.len()));
     let settled = model.shell.settled_from.as_ref().map(|given| (SETTLED, 24 * given.len()));
     let sag = model.shell.sag.as_ref().map(|sag| (SAG, 24 + 24 * sag.rest.len()));
-    let units = (model.modal.precision() == Precision::I16).then_some((UNITS, 16 * model.modal.n_modes()));
+    let units = (model.modal.precision() == Precision::I16).then_some((UNITS, 16 * model.modal.n_amplitudes()));
+    let supports = model.modal.supports.as_ref().map(|fields| (SUPPORTS, supports::size(fields)));
     let reduced = model.reduced.as_ref().map(|reduced| (REDUCED, reduced.saved_size(model.shell.mass.len())));
     let polynomial = model.reduced.as_ref().and_then(|reduced| reduced.polynomial.as_ref());
     let polynomial = polynomial.map(|polynomial| (POLYNOMIAL, polynomial.saved_size()));
     let front = model.front.as_ref().map(|front| (FRONT_OF_CHOICE, front.saved_size()));
-    [maps, creases, rest_shape, settled, sag, units, polynomial, reduced, front].into_iter().flatten()
+    [maps, creases, rest_shape, settled, sag, units, supports, polynomial, reduced, front].into_iter().flatten()
 }
 
 /// Bytes of all sections of `model`.
@@ -70,6 +73,7 @@ pub(super) fn put(model: &Model, out: &mut Vec<u8>) {
             (SAG, Some(sag), _) => {
                 sag.gravity.iter().chain(model.shell.mesh.positions.iter().flatten()).for_each(|x| x.put(out));
             }
+            (SUPPORTS, ..) => model.modal.supports.iter().for_each(|fields| supports::put(fields, out)),
             (CREASES, ..) => model.shell.creases.all().iter().for_each(|crease| put_crease(crease, out)),
             (REST_SHAPE, ..) => model.shell.rest_shape.iter().flat_map(|x| x.iter()).for_each(|x| put_point(x, out)),
             (SETTLED, ..) => model.shell.unloaded().iter().for_each(|x| put_point(x, out)),
@@ -164,6 +168,7 @@ pub(super) struct Sections<'a> {
     pub(super) settled: Option<&'a [u8]>,
     pub(super) sag: Option<&'a [u8]>,
     pub(super) units: Option<&'a [u8]>,
+    pub(super) supports: Option<&'a [u8]>,
     pub(super) reduced: Option<&'a [u8]>,
     pub(super) polynomial: Option<&'a [u8]>,
     pub(super) front: Option<&'a [u8]>,
@@ -184,6 +189,7 @@ pub(super) fn split(mut bytes: &[u8]) -> Result<Sections<'_>> {
             [b'S', b'E', b'T', b'L', 0, 0, 0, 0] => &mut sections.settled,
             [b'S', b'A', b'G', b'S', 0, 0, 0, 0] => &mut sections.sag,
             [b'U', b'N', b'I', b'T', 0, 0, 0, 0] => &mut sections.units,
+            [b'S', b'U', b'P', b'P', 0, 0, 0, 0] => &mut sections.supports,
             [b'R', b'E', b'D', b'U', 0, 0, 0, 0] => &mut sections.reduced,
             [b'P', b'O', b'L', b'Y', 0, 0, 0, 0] => &mut sections.polynomial,
             [b'A', b'U', b'T', b'O', 0, 0, 0, 0] => &mut sections.front,
@@ -221,7 +227,7 @@ pub(super) fn restore_units(header: &Header, content: Option<&[u8]>) -> Result<V
 }
 
 pub(super) fn restore_reduced(
-    header: &Header,
+    (header, n_modes): (&Header, usize),
     shell: &Shell,
     (content, polynomial): (&[u8], Option<&[u8]>),
 ) -> Result<ReducedShell> {
@@ -229,7 +235,7 @@ pub(super) fn restore_reduced(
     if header.zero_modes > 0 || shell.is_stressed() {
         return invalid("it has a reduced shell, but moves freely, hangs or is under stress at rest");
     }
-    let mut reduced = ReducedShell::load(shell, header.modes as usize, header.precision, content)?;
+    let mut reduced = ReducedShell::load(shell, n_modes, header.precision, content)?;
     reduced.polynomial = polynomial.map(|content| PolynomialEnergy::load(reduced.n(), content)).transpose()?;
     Ok(reduced)
 }

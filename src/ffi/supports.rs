@@ -1,0 +1,46 @@
+//! Supports that move against each other.
+
+use super::model::check_vertex_count;
+use super::pointer::{VectorRows, check_flags};
+use super::state::{SwState, writing};
+use super::status::SwStatus;
+use std::ffi::c_void;
+
+/// The supports are there without having moved: nothing feels inertia of it.
+pub const SW_SUPPORTS_TELEPORT: u32 = 1;
+
+/// Sets where supported vertices are at the end of the next step, each on a path of its own; call it before each step while they move. They stay
+/// where they are when not called. `positions` (n_vertices x 3, world space) has a row for every vertex in the order of the mesh, as
+/// SW_FORMAT_..., `stride` bytes from vertex to vertex (0 = packed); only rows of supports (fixed and clamped vertices, with the neighbours that
+/// these need) are read. The first call after creation or reset, before any step, simply places them. `flags`: SW_SUPPORTS_TELEPORT or 0.
+///
+/// The support frame is set to the rigid motion nearest to them, as by sw_state_set_frame, with its inertia: rows may move and turn as one,
+/// however far, by every method. What is left of their motion bends the shell: SW_METHOD_WARP, SW_METHOD_WARP_VIRTUAL_WORK and SW_METHOD_LMA
+/// follow it by the model's support_fields (SwPrecomputeDesc), with the inertia of that; nonlinear shells, not reduced, follow exactly. Other methods
+/// return SW_ERROR_UNSUPPORTED when it is more than 1e-5 of the model's size. Supports are shown where they are; SwStateReport's
+/// support_miss is how far the fields are from that.
+///
+/// A later sw_state_set_frame moves the supports along, in the frame as they are. Modes do not know that a sheet which is pushed
+/// together buckles: sw_state_certify shows it.
+/// Errors: SW_ERROR_INVALID_ARGUMENT, also when n_vertices is not the mesh's, the shell has no supports, on a number that is not finite and
+/// on a support more than 1e6 sizes of the mesh from the rigid motion; SW_ERROR_UNSUPPORTED, see above; SW_ERROR_OUT_OF_MEMORY,
+/// SW_ERROR_BUSY. On failure nothing has changed.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn sw_state_move_supports(
+    state: *mut SwState,
+    format: u32,
+    positions: *const c_void,
+    stride: u64,
+    n_vertices: u32,
+    flags: u32,
+) -> SwStatus {
+    // SAFETY: `writing` refuses NULL; the host passes a live state, and rows for n_vertices, which is checked.
+    unsafe {
+        writing(state, |state| {
+            check_flags("flags", flags, SW_SUPPORTS_TELEPORT)?;
+            check_vertex_count(state.model(), n_vertices)?;
+            let rows = VectorRows::checked("positions", positions, format, 3, stride, n_vertices.into())?;
+            Ok(state.move_supports(|v| rows.read(v), flags & SW_SUPPORTS_TELEPORT != 0)?)
+        })
+    }
+}
