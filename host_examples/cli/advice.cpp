@@ -2,6 +2,7 @@
 
 #include "judge.hpp"
 #include "method.hpp"
+#include "support_motion.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -73,7 +74,7 @@ std::string stillness(const Summary &summary) {
 
 void add_size_of_motion(const Summary &summary, std::vector<std::string> &words) {
   const double share = widest_frame(summary.run).report.max_displacement / summary.info.size;
-  const bool led = summary.scene.motion.moves() || !summary.scene.handles.empty() || any_moves(summary.scene.colliders);
+  const bool led = summary.scene.motion.moves() || !summary.scene.handles.empty() || any_moves(summary.scene.colliders) || any_moves(summary.scene.supports);
   if (share == 0) {
     words.push_back(stillness(summary));
   } else if (share < kUnseen && loaded(summary.scene) && !led) {
@@ -122,6 +123,15 @@ void add_handles(const Summary &summary, std::vector<std::string> &words) {
                            static_cast<unsigned long long>(handles.steps)));
 }
 
+// How far supports that move were from the fields that follow them.
+void add_supports(const Summary &summary, std::vector<std::string> &words) {
+  double most = 0;
+  for (const FrameRecord &f : summary.run.frames) most = std::max(most, f.report.support_miss);
+  if (most / summary.info.size > kUnseen)
+    words.push_back("try: the shell beside supports that move is up to " + in_unit(most, summary.scene) +
+                    " off them: more support_fields");
+}
+
 // What to try where a method is out of its range: from the reduced shells and the choice to the full shell.
 std::string better_methods(uint32_t method) {
   std::string names;
@@ -141,6 +151,7 @@ std::vector<std::string> closing_words(const Summary &summary) {
   add_size_of_motion(summary, words);
   add_turns(summary, words);
   add_handles(summary, words);
+  add_supports(summary, words);
   if (const uint64_t early = summary.run.frames.back().report.unconverged_steps)
     words.push_back(format("try: %llu steps ended short of their tolerance: shorter steps help",
                            static_cast<unsigned long long>(early)));
@@ -157,7 +168,8 @@ std::string verdict(const Run &run) {
   std::string text = "certified: the last frame is about " + format(percent < 10 ? "%.2g" : "%.0f", percent) +
                      " % off the full nonlinear shell";
   if (found.remaining > kRoughAbove) text += ", roughly";
-  if (found.out_of_range) text += "; use --method " + better_methods(found.method);
+  const std::string follows = host::method_name(SW_METHOD_SHELL_IMPLICIT);  // other accurate methods do not follow such supports
+  if (found.out_of_range) text += "; use --method " + (run.supports_move ? follows : better_methods(found.method));
   return text;
 }
 

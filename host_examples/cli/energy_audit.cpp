@@ -1,6 +1,7 @@
 #include "energy_audit.hpp"
 
 #include "material_maps.hpp"
+#include "support_motion.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -8,7 +9,7 @@
 namespace cli {
 
 EnergyAudit::EnergyAudit(const Scene &scene, const Mesh &mesh)
-    : applies_(!scene.loads.wind && scene.handles.empty() && !scene.motion.moves() && !any_moves(scene.colliders)),
+    : applies_(!scene.loads.wind && scene.handles.empty() && !scene.motion.moves() && !any_moves(scene.colliders) && !any_moves(scene.supports)),
       mesh_(mesh),
       load_(mesh.positions.size()),
       positions_(mesh.positions.size()) {

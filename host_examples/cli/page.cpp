@@ -3,6 +3,7 @@
 #include "json.hpp"
 #include "judge.hpp"
 #include "method.hpp"
+#include "support_motion.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -54,7 +55,7 @@ void add_loads(const Scene &scene, const Mesh &mesh, std::string &list) {
   for (const PlacedForce &force : place_forces(scene.loads.forces, mesh))
     append(list, load_item(format("force %.3g on vertex %u", length(force.vector), force.vertex), kForceColour, "force",
                            &force.vector));
-  if (scene.motion.moves()) append(list, load_item("what holds the shell moves", kFrameColour, "", nullptr));
+  if (scene.motion.moves() || any_moves(scene.supports)) append(list, load_item("what holds the shell moves", kFrameColour, "", nullptr));
 }
 
 std::vector<uint32_t> held_vertices(const SupportVertices &supports) {

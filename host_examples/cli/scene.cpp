@@ -17,13 +17,6 @@ namespace {
 
 constexpr double kRadians = 0.017453292519943295;
 
-Support read_support(Section section, std::vector<std::string> &inputs) {
-  Support support = read_where(section, inputs);
-  support.clamped = section.choice("kind", {"fixed", "clamped"}) == "clamped";
-  section.reject_unknown_keys();
-  return support;
-}
-
 Oscillation read_oscillation(Section section, double unit) {
   Oscillation o;
   o.axis = section.vector("axis");
@@ -70,7 +63,7 @@ Bone read_bone(Section section, const Skeleton &skeleton, double duration) {
   return bone;
 }
 
-// The way of a handle or collider: what it leads is the position, the orientation or both.
+// The way of a handle, collider or support: what it leads is the position, the orientation or both.
 std::vector<HandleKey> read_keys(Section &led, bool position, bool orientation) {
   std::vector<HandleKey> keys;
   for (Section &section : led.sections("key")) {
@@ -86,6 +79,16 @@ std::vector<HandleKey> read_keys(Section &led, bool position, bool orientation) 
     keys.push_back(key);
   }
   return keys;
+}
+
+Support read_support(Section section, std::vector<std::string> &inputs) {
+  Support support = read_where(section, inputs);
+  support.clamped = section.choice("kind", {"fixed", "clamped"}) == "clamped";
+  support.keys = read_keys(section, true, true);
+  if (section.find("about")) support.about = section.vector("about");
+  if (support.about && support.keys.empty()) section.fail(*section.find("about"), "about is for a support with a key");
+  section.reject_unknown_keys();
+  return support;
 }
 
 uint32_t read_axes(Section &section) {
@@ -186,6 +189,7 @@ void read_reduced(Section &section, Scene &scene) {
 
 void read_simulation(Section section, Scene &scene) {
   scene.modes = section.count("modes").value_or(0);
+  scene.support_fields = section.count("support_fields");
   scene.double_precision = section.choice("precision", {"f32", "f64"}) == "f64";
   if (section.find("method")) scene.method = *host::find_method(section.choice("method", host::method_names()));
   read_reduced(section, scene);

@@ -26,6 +26,8 @@ struct Support {
   std::vector<uint32_t> vertices;
   std::optional<Side> side{};
   std::string group{};
+  std::vector<HandleKey> keys{};              // by ascending time; of a support alone
+  std::optional<std::array<double, 3>> about{};  // what it turns about; else the middle of its vertices
 };
 
 // One constant's values from a file: by vertices or by triangles.
@@ -123,6 +125,7 @@ struct Scene {
   Material material;
   std::vector<Support> supports;
   uint32_t modes = 0;  // 0 = the library's default
+  std::optional<uint32_t> support_fields;  // SwPrecomputeDesc; else kSupportFields where supports move
   bool double_precision = false;
   uint32_t method = host::kDefaultMethod;
   Reduced reduced;

@@ -5,6 +5,7 @@
 #include "progress.hpp"
 #include "selection.hpp"
 #include "shell_model.hpp"
+#include "support_motion.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -16,6 +17,7 @@ namespace cli {
 
 namespace {
 
+constexpr uint32_t kSupportFields = 24;  // as SwPrecomputeDesc suggests
 constexpr uint32_t kModesOfSearch = 8;  // a free shell's six without resistance, and more
 
 bool inside(const Bounds &box, const std::array<double, 3> &x) {
@@ -166,6 +168,7 @@ Material find_material(const Scene &scene, const Mesh &mesh, ProgressBar &progre
   probe.supports = scene.supports;
   probe.material = material;
   probe.modes = kModesOfSearch;
+  probe.support_fields = 0;
   for (const double hertz : make_model(probe, mesh, progress).frequencies()) {
     if (!(hertz > 0)) continue;
     const double factor = material.frequency / hertz * (material.frequency / hertz);
@@ -190,6 +193,7 @@ shellwarp::Model make_model(const Scene &scene, const Mesh &mesh, ProgressBar &p
   desc.modes = scene.modes;
   if (scene.sagged) std::copy(scene.gravity.begin(), scene.gravity.end(), desc.sag_gravity);
   add_reduced(scene, desc);
+  desc.support_fields = scene.support_fields.value_or(any_moves(scene.supports) ? kSupportFields : 0);
   std::vector<uint32_t> led;
   if (host::needs_choice(scene.method)) add_choice(scene, mesh, led, desc);
   desc.precision = scene.double_precision ? SW_PRECISION_F64 : SW_PRECISION_F32;

@@ -4,6 +4,7 @@
 #include "judge.hpp"
 #include "method.hpp"
 #include "progress.hpp"
+#include "support_motion.hpp"
 #include "watch.hpp"
 
 #include <algorithm>
@@ -44,12 +45,13 @@ void note_handles(const shellwarp::State &state, HandleFigures &figures) {
 
 // The frame's pose and the places of handles and colliders are given for the end of each step; the library takes velocities
 // from the differences.
-void step_to_next_frame(const Scene &scene, std::vector<PlacedHandle> &handles, shellwarp::State &state, Run &run) {
+void step_to_next_frame(const Scene &scene, SupportMotion &supports, std::vector<PlacedHandle> &handles, shellwarp::State &state,
+                        Run &run) {
   for (uint32_t k = 0; k < scene.steps_per_frame && !interrupted(); ++k) {
     const double end_time = static_cast<double>(run.steps + 1) * scene.step();
     {
       Stopwatch stopwatch(run.step_seconds);
-      if (scene.motion.moves()) state.set_frame(scene.motion.pose(end_time));
+      supports.move(end_time, state);
       move_handles(handles, end_time, state);
       move_colliders(scene.colliders, end_time, state);
       state.step(scene.step());
@@ -74,8 +76,9 @@ void record(const Scene &scene, uint32_t frame, const shellwarp::State &state, s
 }
 
 // The equilibrium is the one frame after the start; no time passes.
-void move_to_equilibrium(const Scene &scene, std::vector<PlacedHandle> &handles, shellwarp::State &state, Run &run) {
-  if (scene.motion.moves()) state.set_frame(scene.motion.pose(scene.duration));
+void move_to_equilibrium(const Scene &scene, SupportMotion &supports, std::vector<PlacedHandle> &handles, shellwarp::State &state,
+                         Run &run) {
+  supports.move(scene.duration, state);
   move_handles(handles, scene.duration, state);
   move_colliders(scene.colliders, scene.duration, state);
   Stopwatch stopwatch(run.step_seconds);
@@ -98,15 +101,18 @@ Run simulate(const Scene &scene, uint32_t n_frames, const Mesh &mesh, std::vecto
   Run run;
   std::vector<float> positions(mesh.positions.size());
   EnergyAudit audit(scene, mesh);
+  SupportMotion supports(scene, mesh);
+  run.supports_move = any_moves(scene.supports);
+  if (run.supports_move) supports.move(0, state);
   record(scene, 0, state, positions, run, cache, film);
   audit.note(0, state, run.frames.back().report);
   run.position_seconds = 0;  // the start is not a frame that was stepped to
   Watch watch(scene.is_static ? "finding the equilibrium" : "stepping", quiet, scene.is_static ? 0 : n_frames);
   for (uint32_t frame = 1; frame <= n_frames; ++frame) {
     if (scene.is_static)
-      move_to_equilibrium(scene, handles, state, run);
+      move_to_equilibrium(scene, supports, handles, state, run);
     else
-      step_to_next_frame(scene, handles, state, run);
+      step_to_next_frame(scene, supports, handles, state, run);
     if ((run.interrupted = interrupted())) break;  // perhaps in the middle of a frame
     record(scene, frame, state, positions, run, cache, film);
     audit.note(frame, state, run.frames.back().report);

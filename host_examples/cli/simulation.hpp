@@ -45,6 +45,7 @@ struct Run {
   std::optional<SwEquilibriumReport> equilibrium;  // of a static scene
   std::optional<double> largest_gain;              // see energy_audit.hpp
   uint32_t frame_of_gain = 0;
+  bool supports_move = false;                      // against each other
   bool all_finite = true;
   bool interrupted = false;
 };

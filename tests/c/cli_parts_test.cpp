@@ -1167,6 +1167,8 @@ void mistakes_in_scenes_are_located() {
       {"mesh = 'a.obj'\n[simulation]\ngravity = [0, nan, 0]\n", "bad.toml:3:", "must be a list of 3 numbers"},
       {"mesh = 'a.obj'\n[support]\nbox = [0, 0, 0, 0, 0, 0]\n", "bad.toml:2:", "must be written as [[support]]"},
       {"mesh = 'a.obj'\n[[support]]\nkind = 'fixed'\n", "bad.toml:2:", "by side, box, vertices, list or group"},
+      {"mesh = 'a.obj'\n[[support]]\nside = 'low-x'\nabout = [0, 0, 0]\n", "bad.toml:4:", "for a support with a key"},
+      {"mesh = 'a.obj'\n[[support]]\nside = 'low-x'\nkey = [{ offset = [0, 0, 1] }]\n", "bad.toml:4:", "time must be 0 or more"},
       {"mesh = 'a.obj'\n[expect]\nmax_displacement = [2, 1]\n", "bad.toml:3:", "[low, high]"},
       {"mesh = 'a.obj'\n[[handle]]\nkind = 'both'\n", "bad.toml:2:", "by vertex, nearest, side or group"},
       {"mesh = 'a.obj'\n[[handle]]\nvertex = 1\nnearest = [0, 0, 0]\n", "bad.toml:2:", "by vertex, nearest, side or group"},
@@ -1207,6 +1209,47 @@ void lists_of_vertices_are_read_strictly() {
     refused = std::strstr(error.what(), "list.txt:2:") != nullptr;
   }
   CHECK(refused);
+}
+
+void supports_with_keys_move_against_each_other_and_with_the_frame() {
+  const cli::Mesh mesh = strip_as_mesh();
+  const double end = STRIP_LENGTH;
+  write_file("strip.obj", "v 0 0 0\n");  // never read: the mesh is at hand
+  const std::string path = write_file(
+      "supports.toml",
+      "mesh = 'strip.obj'\n[[support]]\nkind = 'clamped'\nside = 'low-x'\n[[support]]\nkind = 'clamped'\nside = 'high-x'\n"
+      "about = [4, 0, 0]\nkey = [{ time = 0 }, { time = 1, offset = [0, 0, 0.1], rotate_degrees = [30, 0, 0] }]\n"
+      "[simulation]\nmodes = 6\nduration = 1\nframe_rate = 10\n[frame]\nrise = 0.2\nend = 3\n"
+      "[[frame.translate]]\naxis = [0, 1, 0]\namplitude = 0.5\nfrequency = 0.3\n");
+  cli::Scene scene = cli::read_scene(path);
+  CHECK(scene.supports.size() == 2 && scene.supports[1].keys.size() == 2 && scene.supports[1].about && !scene.support_fields);
+  cli::ProgressBar progress(true);
+  const shellwarp::Model model = cli::make_model(scene, mesh, progress);
+  CHECK(model.info().support_fields > 6);
+  shellwarp::State state = cli::make_state(scene, mesh, model);
+  const cli::Run run = cli::simulate(scene, 10, mesh, {}, state, nullptr);
+  CHECK(run.supports_move && run.frames.size() == 11 && run.frames.back().report.support_miss < 1e-3);
+  std::vector<double> x(mesh.positions.size());
+  state.positions(x.data(), mesh.n_vertices());
+  const SwFrameDesc pose = scene.motion.pose(1);
+  const double angle = std::acos(-1.0) / 6;
+  for (uint32_t v = 0; v < mesh.n_vertices(); ++v) {
+    const double *rest = &mesh.positions[3 * v], *now = &x[3 * v];
+    const bool far = rest[0] > end - 0.15, near = rest[0] < 0.15;  // with the neighbours that a clamp holds
+    if (!far && !near) continue;
+    std::array<double, 3> place = {rest[0], rest[1], rest[2]};
+    if (far) place = {rest[0], rest[1] * std::cos(angle), rest[1] * std::sin(angle) + 0.1};
+    place = cli::transform(pose, place);
+    for (std::size_t i = 0; i < 3; ++i) CHECK(std::fabs(now[i] - place[i]) < 1e-12);
+  }
+  // Where only the full shell follows, no other method is advised.
+  SwCertificate far_off{};
+  far_off.method = SW_METHOD_WARP;
+  far_off.error = 1;
+  far_off.out_of_range = 1;
+  cli::Run wrong = run;
+  wrong.certificate = far_off;
+  CHECK(cli::verdict(wrong).find("use --method shell-implicit") != std::string::npos);
 }
 
 void supports_are_found_by_box_and_list_without_repetition() {
@@ -1279,5 +1322,6 @@ int main(int argc, char **argv) {
   RUN(mistakes_in_scenes_are_located);
   RUN(lists_of_vertices_are_read_strictly);
   RUN(supports_are_found_by_box_and_list_without_repetition);
+  RUN(supports_with_keys_move_against_each_other_and_with_the_frame);
   return report_failures();
 }

@@ -29,6 +29,7 @@ TABLES = {
     "[material.map]": ('mesh = "none.obj"\n', "[material.map]", {}),
     "[[material.region]]": ('mesh = "none.obj"\n', "[[material.region]]", {"side": '"low-x"', "density": "1"}),
     "[[support]]": ('mesh = "none.obj"\n', "[[support]]", {"vertices": "[0]"}),
+    "[[support.key]]": ('mesh = "none.obj"\n[[support]]\nside = "low-x"\n', "[[support.key]]", {"time": "1"}),
     "[simulation]": ('mesh = "none.obj"\n', "[simulation]", {}),
     "[damping]": ('mesh = "none.obj"\n', "[damping]", {}),
     "[[force]]": ('mesh = "none.obj"\n', "[[force]]", {"vertex": "0", "vector": "[0, 0, 1]"}),

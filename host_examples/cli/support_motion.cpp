@@ -1,0 +1,83 @@
+#include "support_motion.hpp"
+
+#include "shell.hpp"
+
+#include <algorithm>
+
+namespace cli {
+
+namespace {
+
+using Vec3 = std::array<double, 3>;
+
+Vec3 vertex_of(const Mesh &mesh, uint32_t v) {
+  const double *x = &mesh.positions[3 * std::size_t{v}];
+  return {x[0], x[1], x[2]};
+}
+
+// The vertices and those that share a triangle with one.
+std::vector<uint32_t> with_neighbours(const std::vector<uint32_t> &vertices, const Mesh &mesh) {
+  std::vector<bool> named(mesh.n_vertices()), held(mesh.n_vertices());
+  for (const uint32_t v : vertices) named.at(v) = held.at(v) = true;
+  for (std::size_t k = 0; k < mesh.triangles.size(); k += 3) {
+    const uint32_t *t = &mesh.triangles[k];
+    if (named[t[0]] || named[t[1]] || named[t[2]]) held[t[0]] = held[t[1]] = held[t[2]] = true;
+  }
+  std::vector<uint32_t> all;
+  for (uint32_t v = 0; v < mesh.n_vertices(); ++v)
+    if (held[v]) all.push_back(v);
+  return all;
+}
+
+Vec3 middle_of(const std::vector<uint32_t> &vertices, const Mesh &mesh) {
+  Vec3 middle{};
+  for (const uint32_t v : vertices)
+    for (std::size_t i = 0; i < 3; ++i) middle[i] += vertex_of(mesh, v)[i] / static_cast<double>(vertices.size());
+  return middle;
+}
+
+}  // namespace
+
+bool any_moves(const std::vector<Support> &supports) {
+  return std::any_of(supports.begin(), supports.end(), [](const Support &support) { return !support.keys.empty(); });
+}
+
+SupportMotion::SupportMotion(const Scene &scene, const Mesh &mesh) : scene_(scene), mesh_(mesh) {
+  if (!any_moves(scene.supports)) return;
+  positions_.resize(mesh.positions.size());
+  for (const Support &support : scene.supports) {
+    if (support.keys.empty()) continue;
+    const std::vector<uint32_t> named = find_vertices(support, mesh, "support");
+    const Vec3 about = support.about ? *support.about : middle_of(named, mesh);
+    led_.push_back({support.clamped ? with_neighbours(named, mesh) : named, about, &support.keys});
+  }
+}
+
+void SupportMotion::move(double seconds, shellwarp::State &state) {
+  if (led_.empty()) {
+    if (scene_.motion.moves()) state.set_frame(scene_.motion.pose(seconds));
+    return;
+  }
+  positions_ = mesh_.positions;
+  for (const Led &led : led_) {
+    const HandleKey key = key_at(*led.keys, seconds);
+    SwFrameDesc turn = shellwarp::frame_desc();
+    const std::array<double, 9> rotation = rotation_matrix(key.rotation);
+    std::copy(rotation.begin(), rotation.end(), turn.rotation);
+    for (const uint32_t v : led.vertices) {
+      const Vec3 rest = vertex_of(mesh_, v), arm = {rest[0] - led.about[0], rest[1] - led.about[1], rest[2] - led.about[2]};
+      const Vec3 turned = transform(turn, arm);
+      for (std::size_t i = 0; i < 3; ++i) positions_[3 * std::size_t{v} + i] = led.about[i] + key.offset[i] + turned[i];
+    }
+  }
+  if (scene_.motion.moves()) {
+    const SwFrameDesc pose = scene_.motion.pose(seconds);
+    for (std::size_t k = 0; k < positions_.size(); k += 3) {
+      const Vec3 x = transform(pose, {positions_[k], positions_[k + 1], positions_[k + 2]});
+      std::copy(x.begin(), x.end(), &positions_[k]);
+    }
+  }
+  state.move_supports(positions_.data(), mesh_.n_vertices());
+}
+
+}  // namespace cli
