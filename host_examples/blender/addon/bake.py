@@ -1,75 +1,132 @@
-"""Runs a shell from its first to its last frame into a point cache, which a Mesh Cache modifier then plays.
+"""Runs shells from their first to their last frames into point caches, which Mesh Cache modifiers then play.
 
 A baked shell needs neither this add-on nor its library any more, moves between frames for motion blur, and is what
-exporters take for animated: they skip what only a handler moves.
+exporters take for animated: they skip what only a handler moves. Meshes that follow it have caches of their own.
 """
 
 import hashlib
 import os
+from contextlib import ExitStack
 
 import bpy
 
-from . import live, shape_key
-from .inputs import Refused, check_object, read_inputs
+from . import live, render_mesh, shape_key
+from .inputs import Refused, check_mesh, read_inputs
 from .point_cache import PointCache, points_of
 
 MODIFIER = "shellwarp cache"
 CERTIFIED = 50_000  # vertices at most that a bake certifies its last frame of
 
 
-def cache_path(obj):
-    """Where the cache of an object goes, as it is written into the file: relative when it can be."""
-    if obj.shellwarp.cache:
-        return obj.shellwarp.cache
+def cache_path(obj, of=None):
+    """Where the cache of a shell goes, or of a mesh that follows it, as it is written into the file: relative when it can be."""
+    name = file_name((of or obj).name)
+    chosen = obj.shellwarp.cache
+    if chosen and of is None:
+        return chosen
+    if chosen:  # beside the shell's
+        stem, ending = os.path.splitext(chosen)
+        return f"{stem}-{name}{ending or '.pc2'}"
     if not bpy.data.filepath:
         raise Refused("save the file first, or name a cache")
-    name = bpy.path.clean_name(obj.name)
-    if name != obj.name:  # others may become the same
-        name += "-" + hashlib.blake2b(obj.name.encode(), digest_size=4).hexdigest()
     return f"//cache/{name}.pc2"
 
 
-def check_alone(obj, path):
-    """Raises Refused where another shell's cache is the same file, also where the system tells no case apart."""
-    mine = os.path.realpath(bpy.path.abspath(path)).casefold()
+def file_name(name):
+    """A name that files can have, and no other object's."""
+    clean = bpy.path.clean_name(name)
+    if clean != name:  # others may become the same
+        clean += "-" + hashlib.blake2b(name.encode(), digest_size=4).hexdigest()
+    return clean
+
+
+def paths_of(obj):
+    """The caches of a shell: its own, and those of the meshes that follow it, by object."""
+    return {obj: cache_path(obj), **{item: cache_path(obj, item) for item in render_mesh.objects(obj)}}
+
+
+def the_file(path):
+    """What tells files apart, also where the system tells no case apart."""
+    return os.path.realpath(bpy.path.abspath(path)).casefold()
+
+
+def check_alone(obj):
+    """Raises Refused where another object's cache is the same file."""
+    mine = {the_file(path): path for path in paths_of(obj).values()}
     for other in bpy.data.objects:
         if other != obj and other.type == "MESH" and other.shellwarp.enabled and (other.shellwarp.cache or bpy.data.filepath):
-            if os.path.realpath(bpy.path.abspath(cache_path(other))).casefold() == mine:
-                raise Refused(f"{path} is the cache of “{other.name}” too: name another")
+            followers = [entry.target for entry in other.shellwarp.renders if entry.target]
+            for path in (cache_path(other), *(cache_path(other, item) for item in followers)):
+                if the_file(path) in mine:
+                    raise Refused(f"{mine[the_file(path)]} is the cache of “{other.name}” too: name another")
+
+
+class Track:
+    """One shell's bake under way: its run and its caches."""
+
+    def __init__(self, obj):
+        check_mesh(obj)
+        settings = obj.shellwarp
+        if settings.frame_end < settings.frame_start:
+            raise Refused("the end is before the start")
+        check_alone(obj)
+        self.obj, self.paths = obj, paths_of(obj)
+        self.start, self.end = settings.frame_start, settings.frame_end
+        self.caches, self.run, self.too_far = {}, None, 0
+        settings.verdict = ""
+
+    def begin(self, depsgraph):
+        """Makes the model and opens the caches."""
+        self.run = live.prepare(self.obj, depsgraph)
+        self.run.forget()
+        if len(self.run.bound) != len(self.paths) - 1:
+            there = {item.uid for item in self.run.bound}
+            lost = next(item.name for item in self.paths if item != self.obj and item.session_uid not in there)
+            raise Refused(f"render mesh “{lost}” is disabled here, so that nobody knows where it is: hide it by the eye")
+        for item, path in self.paths.items():
+            self.caches[item] = PointCache(bpy.path.abspath(path), len(item.data.vertices), self.start, [bpy.data.filepath])
+
+    def frame(self, frame, scene, depsgraph):
+        """Appends one frame."""
+        if self.run is None:
+            self.begin(depsgraph)
+        inputs = read_inputs(self.obj, scene, depsgraph, self.run)
+        self.caches[self.obj].append(self.run.go(frame, self.start, inputs))
+        for item, points in render_mesh.positions(self.obj, depsgraph, self.run, (inputs.origin, inputs.rotation)):
+            self.caches[item].append(points)
+        self.too_far += not self.run.report()["turn_in_range"]
+
+    def close(self):
+        """Puts the files in their places, lets modifiers play them, and says how good the last frame is."""
+        for item in list(self.caches):
+            self.caches[item].close()
+            del self.caches[item]
+        certify(self.run)
+        self.obj.shellwarp.verdict = verdict(self.run, self.too_far, self.end - self.start + 1)
+        self.obj.shellwarp.live = False
+        for item, path in self.paths.items():
+            use(item, path, self.start)
+
+    def discard(self):
+        """Removes what was written and not finished."""
+        for cache in self.caches.values():
+            cache.discard()
+        self.caches = {}
 
 
 def bake(obj, context):
     """A generator: one frame a turn, yields the fraction done. Closing it before its end drops what was written."""
-    check_object(obj)
-    settings, scene = obj.shellwarp, context.scene
-    if settings.frame_end < settings.frame_start:
-        raise Refused("the end is before the start")
-    path = cache_path(obj)
-    check_alone(obj, path)
-    back, cache, count = scene.frame_current, None, settings.frame_end - settings.frame_start + 1
-    settings.verdict, too_far = "", 0
-    with live.suspended(obj):
-        try:
-            for i in range(count):
-                scene.frame_set(settings.frame_start + i)
-                depsgraph = context.evaluated_depsgraph_get()
-                if cache is None:
-                    run = live.prepare(obj, depsgraph)
-                    run.forget()
-                    cache = PointCache(bpy.path.abspath(path), run.model.n_vertices, settings.frame_start, [bpy.data.filepath])
-                inputs = read_inputs(obj, scene, depsgraph, run)
-                cache.append(run.go(settings.frame_start + i, settings.frame_start, inputs))
-                too_far += not run.report()["turn_in_range"]
-                yield (i + 1) / count
-            cache.close()
-            cache = None
-            certify(run)
-            settings.verdict = verdict(run, too_far, count)
-            use(obj, path)
-        finally:
-            if cache is not None:
-                cache.discard()
-            scene.frame_set(back)
+    track, scene = Track(obj), context.scene
+    count = track.end - track.start + 1
+    with ExitStack() as stack:
+        stack.callback(scene.frame_set, scene.frame_current)
+        stack.callback(track.discard)
+        stack.enter_context(live.suspended(obj))
+        for i in range(count):
+            scene.frame_set(track.start + i)
+            track.frame(track.start + i, scene, context.evaluated_depsgraph_get())
+            yield (i + 1) / count
+        track.close()
 
 
 def certify(run):
@@ -88,17 +145,15 @@ def verdict(run, too_far, count):
     return "; ".join(filter(None, parts))
 
 
-def use(obj, path):
+def use(obj, path, start):
     """Lets the modifier play the cache, first of all modifiers, and the live key go."""
-    settings = obj.shellwarp
-    settings.live = False
     shape_key.remove(obj)
     modifier = obj.modifiers.get(MODIFIER) or obj.modifiers.new(MODIFIER, "MESH_CACHE")
     obj.modifiers.move(obj.modifiers.find(MODIFIER), 0)
     modifier.cache_format, modifier.filepath = "PC2", path
     modifier.play_mode, modifier.time_mode, modifier.interpolation = "SCENE", "FRAME", "LINEAR"
     modifier.forward_axis, modifier.up_axis = "POS_Y", "POS_Z"
-    modifier.frame_start, modifier.frame_scale = settings.frame_start, 1.0
+    modifier.frame_start, modifier.frame_scale = start, 1.0
     obj.update_tag()
 
 
@@ -118,8 +173,14 @@ def stale(obj):
 
 
 def free(obj):
-    """Removes the modifier and goes live again; the file stays."""
-    modifier = obj.modifiers.get(MODIFIER)
-    if modifier is not None:
-        obj.modifiers.remove(modifier)
+    """Removes the modifiers and goes live again; the files stay."""
+    for item in (obj, *(entry.target for entry in obj.shellwarp.renders if entry.target)):
+        remove(item)
     obj.shellwarp.live = True
+
+
+def remove(item):
+    """Removes the modifier that plays a cache."""
+    modifier = item.modifiers.get(MODIFIER)
+    if modifier is not None:
+        item.modifiers.remove(modifier)

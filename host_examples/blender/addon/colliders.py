@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy
 
-from .meshes import SCALE_TOLERANCE, Refused, evaluated, rest_positions, triangles
+from .meshes import DISABLED, SCALE_TOLERANCE, Refused, evaluated, present, rest_positions, triangles
 
 FLAT = 1e-5    # of the longest side: what is thinner is taken for a plane
 COULOMB = 0.01  # Blender's cloth multiplies its friction of 0 to 80 by this
@@ -38,9 +38,9 @@ class Prepared:
 
 def objects(obj, depsgraph):
     """The colliders of a shell by name: of its collection, else of the scene, without itself and what the view layer excludes."""
-    chosen, present = obj.shellwarp.collision_collection, set(depsgraph.view_layer.objects)
-    found = chosen.all_objects if chosen else present
-    return sorted((item for item in found if item != obj and item in present and is_collider(item)), key=lambda item: item.name_full)
+    chosen, there = obj.shellwarp.collision_collection, set(depsgraph.view_layer.objects)
+    found = chosen.all_objects if chosen else there
+    return sorted((item for item in found if item != obj and item in there and is_collider(item)), key=lambda item: item.name_full)
 
 
 def is_collider(item):
@@ -70,8 +70,8 @@ def prepare(obj, depsgraph, package, before=()):
 def named(item, depsgraph, work):
     """Does the work; what it refuses begins with the object's name."""
     try:
-        if not item.evaluated_get(depsgraph).is_evaluated:
-            raise Refused("it is disabled here, so that nobody knows where it is: hide it by the eye, or from rays, or bake")
+        if not present(item, depsgraph):
+            raise Refused(DISABLED)
         return work()
     except Exception as error:
         raise Refused(f"collider “{item.name}”: {error}") from error
@@ -159,10 +159,10 @@ def check_diagonal(stretch):
 
 def read_solids(obj, depsgraph, ready):
     """Where the colliders are at the depsgraph's frame. Refused where others collide, or otherwise, than were prepared."""
-    present = objects(obj, depsgraph)
-    if [item.name_full for item in present] != [item.name for item in ready]:
+    found = objects(obj, depsgraph)
+    if [item.name_full for item in found] != [item.name for item in ready]:
         raise Refused("the colliders are others than at the start frame: go there")
-    return tuple(named(item, depsgraph, lambda item=item, made=made: place(item, depsgraph, made)) for item, made in zip(present, ready))
+    return tuple(named(item, depsgraph, lambda item=item, made=made: place(item, depsgraph, made)) for item, made in zip(found, ready))
 
 
 def place(item, depsgraph, made):

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy
 
 from . import colliders, library, materials
-from .meshes import SCALE_TOLERANCE, Refused, evaluated, group_vertices, rest_positions, triangles
+from .meshes import DISABLED, SCALE_TOLERANCE, Refused, check_mesh, evaluated, present, group_vertices, rest_positions, triangles
 
 SHAPE_KEY = "shellwarp"
 
@@ -58,16 +58,6 @@ def split_matrix(matrix):
     return tuple(m[:3, 3].tolist()), tuple((left @ right).ravel().tolist()), scale
 
 
-def check_object(obj):
-    """Raises Refused where the object cannot be a shell."""
-    if obj.type != "MESH":
-        raise Refused("only meshes can be shells")
-    if obj.mode == "EDIT":
-        raise Refused("leave edit mode first")
-    if obj.data.users > 1:
-        raise Refused("the mesh is shared by several objects: make it single-user")
-
-
 @dataclass(frozen=True)
 class Recipe:
     """How a model and its state are made, as the package takes it."""
@@ -88,7 +78,7 @@ def read_recipe(obj, depsgraph, package):
 def read_shell(obj, depsgraph):
     """The Shell, the object's scale, the Recipe, and a key that changes with whatever would make another model."""
     package = library.package()
-    check_object(obj)
+    check_mesh(obj)
     settings = obj.shellwarp
     scale = split_matrix(evaluated(obj, depsgraph))[2]
     rest = rest_positions(obj.data).astype(numpy.float64) * scale
@@ -139,10 +129,14 @@ def read_inputs(obj, scene, depsgraph, run):
 def read_handle(obj, index, item, depsgraph):
     """A handle as one or two constraints, none while it is let go."""
     axes = "".join(axis for axis, on in zip("xyz", item.axes) if on)
-    if item.target is None or not item.held or not axes:
+    if not item.held or not axes:
         return
+    if item.target is None:
+        raise Refused(f"the empty of handle {index + 1} is gone: choose another, or remove the handle")
     if item.vertex >= len(obj.data.vertices):
         raise Refused(f"handle {index + 1} holds vertex {item.vertex}, the mesh has {len(obj.data.vertices)}")
+    if not present(item.target.original, depsgraph):
+        raise Refused(f"handle {index + 1}, “{item.target.name}”: {DISABLED}")
     matrix = evaluated(item.target.original, depsgraph)
     if item.kind != "ORIENTATION":
         yield Handle(2 * index, "position", item.vertex, axes, item.compliance, tuple(matrix.translation), ())

@@ -11,13 +11,14 @@ from contextlib import contextmanager
 import bpy
 from bpy.app.handlers import persistent
 
-from . import colliders, library, shape_key
-from .inputs import Refused, groups_of, read_inputs, read_shell
+from . import colliders, library, render_mesh, shape_key
+from .inputs import Refused, groups_of, read_inputs, read_shell, split_matrix
+from .meshes import evaluated, present
 from .simulation import Simulation
 
 _runs = {}      # session_uid of the object -> Simulation
 _messages = {}  # session_uid -> what went wrong last, "" for nothing
-_causes = {}    # session_uid -> why there is no model, until there is one
+_causes = {}    # session_uid -> why there is no model or no binding, until there is one
 _suspended = set()
 
 
@@ -73,7 +74,19 @@ def prepare(obj, depsgraph, progress=None):
         forget(obj)
         _causes[obj.session_uid] = str(error) or type(error).__name__
         raise
+    _causes.pop(obj.session_uid, None)
+    bind(obj, depsgraph, run)
     return run
+
+
+def bind(obj, depsgraph, run):
+    """Binds the meshes that follow. Where that fails the model stays, as it may have taken long, and the shell waits."""
+    try:
+        run.follow(render_mesh.prepare(obj, depsgraph, library.package(), run, split_matrix(evaluated(obj, depsgraph))[:2]))
+    except Exception as error:
+        run.follow(())
+        _causes[obj.session_uid] = str(error) or type(error).__name__
+        raise
 
 
 def show(obj, scene, depsgraph):
@@ -83,20 +96,23 @@ def show(obj, scene, depsgraph):
         run = prepare(obj, depsgraph)
     else:
         run = simulation(obj)
-        if run is None:
+        if run is None or obj.session_uid in _causes:
             raise Refused(cause(obj, depsgraph) or "go to the start frame: the model is made there")
         if run.model.n_vertices != len(obj.data.vertices):
             raise Refused("the mesh has changed: go to the start frame")
-    shape_key.write(obj, run.go(frame, start, read_inputs(obj, scene, depsgraph, run)))
+    inputs = read_inputs(obj, scene, depsgraph, run)
+    shape_key.write(obj, run.go(frame, start, inputs))
+    render_mesh.show(obj, depsgraph, run, (inputs.origin, inputs.rotation))
 
 
 def cause(obj, depsgraph):
-    """Why the object has no model, "" when that is mended or none was asked for."""
+    """Why the object has no model or binding, "" when that is mended or none was asked for."""
     text = _causes.get(obj.session_uid, "")
     if text:
         try:
             read_shell(obj, depsgraph)
             colliders.prepare(obj, depsgraph, library.package())
+            render_mesh.check_all(obj)
         except Exception:
             return text
     return ""
@@ -115,7 +131,7 @@ def on_frame_change(scene, depsgraph):
     for obj in scene.objects:
         if not (obj.type == "MESH" and obj.shellwarp.enabled and obj.shellwarp.live):
             continue
-        if obj.session_uid in _suspended or not obj.evaluated_get(depsgraph).is_evaluated:
+        if obj.session_uid in _suspended or not (present(obj, depsgraph) or render_mesh.seen(obj, depsgraph)):
             continue
         try:
             show(obj, scene, depsgraph)

@@ -9,6 +9,16 @@ class Refused(Exception):
     """The scene asks for what cannot be; the text tells the user what to do."""
 
 
+def check_mesh(obj):
+    """Raises Refused where the vertices of an object's mesh cannot be moved."""
+    if obj.type != "MESH":
+        raise Refused("only meshes can be shells")
+    if obj.mode == "EDIT":
+        raise Refused("leave edit mode first")
+    if obj.data.users > 1:
+        raise Refused("the mesh is shared by several objects: make it single-user")
+
+
 def rest_positions(mesh):
     """The basis shape, object coordinates (n x 3) float32."""
     out = numpy.empty((len(mesh.vertices), 3), numpy.float32)
@@ -39,8 +49,31 @@ def group_vertices(obj, name):
     return found
 
 
+DISABLED = "it is disabled here, so that nobody knows where it is: hide it by the eye, or from rays, or bake"
+
+
+def present(obj, depsgraph):
+    """Whether an object is where the depsgraph says. One that is disabled may be there too, at the place of an earlier frame."""
+    if not obj.evaluated_get(depsgraph).is_evaluated:
+        return False
+    hidden = "hide_render" if depsgraph.mode == "RENDER" else "hide_viewport"
+    return not getattr(obj, hidden) and any(item in obj.users_collection for item in enabled(depsgraph.view_layer.layer_collection, hidden))
+
+
+def enabled(layer, hidden):
+    """The collections of a view layer that are neither excluded nor disabled."""
+    if getattr(layer.collection, hidden):
+        return
+    if not layer.exclude:
+        yield layer.collection
+    for child in layer.children:
+        yield from enabled(child, hidden)
+
+
 def evaluated(obj, depsgraph):
     """World matrix at the present frame, animation and constraints included."""
+    if not present(obj, depsgraph):
+        raise Refused(DISABLED)
     return obj.evaluated_get(depsgraph).matrix_world
 
 

@@ -1,11 +1,12 @@
 """What the panel's buttons do. All can be undone, run from scripts, and report what goes wrong."""
 
 import threading
+from contextlib import contextmanager
 
 import bpy
 from bpy_extras.io_utils import ExportHelper
 
-from . import bake, live
+from . import bake, live, render_mesh
 from .inputs import Refused, evaluated, read_shell, rest_positions, split_matrix
 
 TICK = 0.05  # seconds between looks at a precompute under way
@@ -212,8 +213,41 @@ class SHELLWARP_OT_remove_handle(ShellOperator, bpy.types.Operator):
         settings.active_handle = max(0, min(settings.active_handle, len(settings.handles) - 1))
 
 
+class SHELLWARP_OT_add_render(ShellOperator, bpy.types.Operator):
+    """Let the other selected meshes follow the shell, which is then a proxy for them; with none selected, add an empty line"""
+
+    bl_idname = "shellwarp.add_render"
+    bl_label = "Add render mesh"
+
+    def run(self, context, obj):
+        settings = obj.shellwarp
+        there = [item.target for item in settings.renders]
+        chosen = [item for item in context.selected_objects if item.type == "MESH" and item != obj and item not in there]
+        for item in chosen or [None]:
+            settings.renders.add().target = item
+        settings.active_render = len(settings.renders) - 1
+
+
+class SHELLWARP_OT_remove_render(ShellOperator, bpy.types.Operator):
+    """Let the chosen mesh follow no more: it is at rest again"""
+
+    bl_idname = "shellwarp.remove_render"
+    bl_label = "Remove render mesh"
+
+    def run(self, _context, obj):
+        settings = obj.shellwarp
+        if settings.active_render >= len(settings.renders):
+            raise Refused("there is no render mesh")
+        item = settings.renders[settings.active_render].target
+        if item is not None:
+            bake.remove(item)
+            render_mesh.release(item)
+        settings.renders.remove(settings.active_render)
+        settings.active_render = max(0, min(settings.active_render, len(settings.renders) - 1))
+
+
 class SHELLWARP_OT_export(ShellOperator, bpy.types.Operator, ExportHelper):
-    """Export the selected objects, baked shells as moving meshes, over the shell's frames"""
+    """Export the selected objects, baked shells as moving meshes, over the shell's frames. Of a proxy its render meshes go out"""
 
     bl_idname = "shellwarp.export"
     bl_label = "Export Alembic or USD"
@@ -229,10 +263,46 @@ class SHELLWARP_OT_export(ShellOperator, bpy.types.Operator, ExportHelper):
 
 
 def export(context, obj, path):
-    """Writes a file of the selected objects; every shell among them must be baked."""
-    for item in context.selected_objects:
-        if item.type == "MESH" and item.shellwarp.enabled and bake.baked(item) is None:
-            raise Refused(f"bake “{item.name}” first: exporters take a mesh that only a handler moves for still")
+    """Writes a file of the selected objects; every shell among them must be baked. Proxies are left out for what follows them."""
+    chosen = context.selected_objects
+    for item in chosen:
+        for moved in moving(item):
+            if bake.baked(moved) is None:
+                raise Refused(f"bake “{item.name}” first: exporters take a mesh that only a handler moves for still")
+    drawn = [moved for item in chosen for moved in moving(item) or [item]]
+    with selected(context, chosen, drawn):
+        write(context, obj, path)
+
+
+def moving(item):
+    """What is drawn of a shell: the meshes that follow it, else itself; nothing of another object."""
+    if item.type != "MESH" or not item.shellwarp.enabled:
+        return []
+    return render_mesh.objects(item) or [item]
+
+
+@contextmanager
+def selected(context, before, wanted):
+    """Selects objects for the exporters, which go by the selection."""
+    present = set(context.view_layer.objects)
+    missing = next((item.name for item in wanted if item not in present or item.hide_select or not item.visible_get()), None)
+    if missing:
+        raise Refused(f"“{missing}” is hidden, cannot be selected, or is not in the view layer: exporters go by the selection")
+    for item in before:
+        item.select_set(False)
+    for item in wanted:
+        item.select_set(True)
+    try:
+        yield
+    finally:
+        for item in wanted:
+            item.select_set(False)
+        for item in before:
+            item.select_set(True)
+
+
+def write(context, obj, path):
+    """Writes the selected objects over the frames of a shell."""
     settings, scene = obj.shellwarp, context.scene
     if path.lower().endswith(".abc"):
         bpy.ops.wm.alembic_export(filepath=path, start=settings.frame_start, end=settings.frame_end, selected=True,
@@ -250,7 +320,7 @@ def export(context, obj, path):
 
 
 _CLASSES = (SHELLWARP_OT_precompute, SHELLWARP_OT_certify, SHELLWARP_OT_bake, SHELLWARP_OT_free_bake, SHELLWARP_OT_add_handle,
-            SHELLWARP_OT_remove_handle, SHELLWARP_OT_export)
+            SHELLWARP_OT_remove_handle, SHELLWARP_OT_add_render, SHELLWARP_OT_remove_render, SHELLWARP_OT_export)
 
 
 def register():

@@ -30,6 +30,13 @@ class SHELLWARP_UL_handles(bpy.types.UIList):
         row.prop(item, "held", text="")
 
 
+class SHELLWARP_UL_renders(bpy.types.UIList):
+    """The meshes that follow a shell."""
+
+    def draw_item(self, _context, layout, _data, item, _icon, _active_data, _active_property, _index):
+        layout.prop(item, "target", text="")
+
+
 class SHELLWARP_PT_shell(bpy.types.Panel):
     """A mesh as a shell."""
 
@@ -67,6 +74,7 @@ class SHELLWARP_PT_shell(bpy.types.Panel):
             layout.label(text=f"Here gravity is {settings.gravity * context.scene.gravity.length * unit:.3g} m/s²", icon="INFO")
         layout.prop(settings, "collision_collection")
         draw_handles(layout, settings)
+        draw_renders(layout, obj)
         layout.prop(settings, "cache")
         row = layout.row(align=True)
         row.operator("shellwarp.precompute")
@@ -125,6 +133,22 @@ def draw_handles(layout, settings):
             layout.prop(item, name)
 
 
+def draw_renders(layout, obj):
+    """The meshes that follow, and how the proxy itself is kept out of pictures."""
+    settings = obj.shellwarp
+    layout.label(text="Render meshes that follow")
+    row = layout.row()
+    row.template_list("SHELLWARP_UL_renders", "", settings, "renders", settings, "active_render", rows=2)
+    column = row.column(align=True)
+    column.operator("shellwarp.add_render", text="", icon="ADD")
+    column.operator("shellwarp.remove_render", text="", icon="REMOVE")
+    if len(settings.renders):
+        layout.prop(obj, "visible_camera", text="Camera sees the proxy")
+        layout.prop(obj, "visible_shadow", text="The proxy casts shadows")
+        if obj.hide_render and not bake.baked(obj):
+            layout.label(text="The proxy is disabled in renders: it moves nothing there until it is baked", icon="ERROR")
+
+
 class SHELLWARP_PT_collider(bpy.types.Panel):
     """An object as a solid that shells touch."""
 
@@ -156,7 +180,7 @@ class SHELLWARP_PT_collider(bpy.types.Panel):
             layout.prop(obj.collision, "thickness_outer")
 
 
-_CLASSES = (SHELLWARP_UL_handles, SHELLWARP_PT_shell, SHELLWARP_PT_collider)
+_CLASSES = (SHELLWARP_UL_handles, SHELLWARP_UL_renders, SHELLWARP_PT_shell, SHELLWARP_PT_collider)
 
 
 def register():

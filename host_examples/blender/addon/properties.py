@@ -70,6 +70,17 @@ class ShellwarpHandle(bpy.types.PropertyGroup):
     held: BoolProperty(update=changed, name="Held", default=True, description="Key this off to let go")
 
 
+def is_mesh(settings, obj):
+    return obj.type == "MESH" and obj != settings.id_data
+
+
+class ShellwarpRender(bpy.types.PropertyGroup):
+    """A mesh that follows the shell."""
+
+    target: PointerProperty(name="Render mesh", type=bpy.types.Object, poll=is_mesh, options=NOT_KEYED,
+                            description="Its vertices follow the shell, which is a proxy for it. Any faces, any modifiers")
+
+
 class ShellwarpCollider(bpy.types.PropertyGroup):
     """What shells touch of an object."""
 
@@ -158,11 +169,13 @@ class ShellwarpSettings(bpy.types.PropertyGroup):
 
     collision_collection: PointerProperty(name="Collision collection", type=bpy.types.Collection, options=NOT_KEYED,
                                           description="The shell touches the colliders of this collection; empty: of the scene")
+    renders: CollectionProperty(type=ShellwarpRender)
+    active_render: IntProperty(options=NOT_KEYED)
     handles: CollectionProperty(type=ShellwarpHandle)
     active_handle: IntProperty(options=NOT_KEYED)
 
 
-_CLASSES = (ShellwarpHandle, ShellwarpCollider, ShellwarpSettings)
+_CLASSES = (ShellwarpHandle, ShellwarpRender, ShellwarpCollider, ShellwarpSettings)
 
 
 def register():

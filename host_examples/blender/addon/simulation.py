@@ -43,11 +43,14 @@ class Simulation:
         self._at = None
         self.certified = ""  # what the last certificate said, of the frame that it names
         self.known, self.solids = {}, ()
+        self.bound, self.drawn = (), ()  # the meshes that follow, and their points (n x 3) beside the shell at the frame last gone to
         self.groups = {}  # the vertex groups that the model was made with, by what they are for
         self._buffer = numpy.empty_like(self._rest)
 
     def close(self):
         """Frees the library's memory now."""
+        for item in self.bound:
+            item.binding.close()
         self._state.close()
         self.model.close()
 
@@ -57,6 +60,14 @@ class Simulation:
             self._state.set_colliders([item.shape for item in solids])
             self.forget()
         self.solids = solids
+
+    def follow(self, bound):
+        """Takes meshes that are bound; frames do not depend on them."""
+        kept = {item.digest for item in bound}
+        for item in self.bound:
+            if item.digest not in kept:
+                item.binding.close()
+        self.bound = bound
 
     def forget(self):
         """Drops all frames."""
@@ -70,6 +81,7 @@ class Simulation:
         """
         whole = math.floor(frame)
         if frame < start:
+            self.drawn = [item.rest for item in self.bound]
             return self._rest
         if frame > whole:
             return self._between(whole, frame - whole, inputs)
@@ -152,6 +164,7 @@ class Simulation:
             return self._positions(copy)
 
     def _positions(self, state):
+        self.drawn = [state.bound_points(item.binding, space="frame")["positions"] for item in self.bound]
         state.positions(self._buffer, space="frame")
         if self.scale != 1.0:
             numpy.divide(self._buffer, self.scale, out=self._buffer)
