@@ -1,4 +1,5 @@
 // What Maya calls when it loads and unloads the plug-in.
+#include "shell_warp_command.hpp"
 #include "shell_warp_node.hpp"
 
 #include <maya/MFnPlugin.h>
@@ -11,11 +12,18 @@
 
 SHELLWARP_PLUGIN_EXPORT MStatus initializePlugin(MObject object) {
   MFnPlugin plugin(object, "shellwarp", sw_version_string(), "Any");
-  return plugin.registerNode(ShellWarpNode::nodeName, ShellWarpNode::nodeId, ShellWarpNode::creator,
-                             ShellWarpNode::initialize, MPxNode::kDeformerNode);
+  MStatus status = plugin.registerNode(ShellWarpNode::nodeName, ShellWarpNode::nodeId, ShellWarpNode::creator,
+                                       ShellWarpNode::initialize, MPxNode::kDeformerNode);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  status = plugin.registerCommand("shellWarp", ShellWarpCommand::creator, ShellWarpCommand::syntax_of);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  // Procedures of the module's scripts: the menu. Where they are missing, the node and the command are there all the same.
+  return plugin.registerUI("shellWarpCreateUI", "shellWarpDeleteUI");
 }
 
 SHELLWARP_PLUGIN_EXPORT MStatus uninitializePlugin(MObject object) {
   MFnPlugin plugin(object);
+  const MStatus status = plugin.deregisterCommand("shellWarp");
+  CHECK_MSTATUS_AND_RETURN_IT(status);
   return plugin.deregisterNode(ShellWarpNode::nodeId);
 }

@@ -4,9 +4,11 @@
 #include "host_interrupt.hpp"
 #include "pull.hpp"
 
+#include <maya/MFnDependencyNode.h>
 #include <maya/MGlobal.h>
 #include <maya/MPoint.h>
 #include <maya/MPointArray.h>
+#include <maya/MSelectionList.h>
 
 #include <exception>
 
@@ -18,6 +20,21 @@ const MTypeId ShellWarpNode::nodeId(0x0007F5A1);
 static constexpr double kMetresPerUnit = 0.01;
 
 void *ShellWarpNode::creator() { return new ShellWarpNode; }
+
+MStatus ShellWarpNode::accessoryNodeSetup(MDagModifier &modifier) {
+  MSelectionList found;
+  MObject clock;
+  if (found.add("time1") != MS::kSuccess || found.getDependNode(0, clock) != MS::kSuccess) return MS::kSuccess;
+  return modifier.connect(clock, MFnDependencyNode(clock).attribute("outTime"), thisMObject(), time);
+}
+
+std::string ShellWarpNode::status() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  std::string lines;
+  for (const auto &[index, shell] : shells_)
+    if (!shell.status.empty()) lines += (lines.empty() ? "" : "\n") + shell.status;
+  return lines;
+}
 
 MStatus ShellWarpNode::deform(MDataBlock &block, MItGeometry &points, const MMatrix &toWorld, unsigned int multiIndex) {
   MStatus status;
@@ -88,6 +105,7 @@ MStatus ShellWarpNode::push(MDataBlock &block, MItGeometry &points, unsigned int
 // Both tell once for each change, not at every frame.
 void ShellWarpNode::warn(Shell &shell) const {
   const host::Notes &notes = shell.runner.notes();
+  shell.status = notes.warning();
   const std::string what = host::number(uint64_t(notes.warnings())) + notes.certified;
   if (what == shell.told) return;
   shell.told = what;
@@ -95,6 +113,7 @@ void ShellWarpNode::warn(Shell &shell) const {
 }
 
 void ShellWarpNode::fail(Shell &shell, const std::string &message) const {
+  shell.status = message;
   if (message == shell.told) return;
   shell.told = message;
   MGlobal::displayError(name() + ": " + message.c_str());

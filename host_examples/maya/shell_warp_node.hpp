@@ -3,6 +3,7 @@
 
 #include "shell_runner.hpp"
 
+#include <maya/MDagModifier.h>
 #include <maya/MDataBlock.h>
 #include <maya/MDataHandle.h>
 #include <maya/MItGeometry.h>
@@ -26,6 +27,10 @@ public:
   static MStatus initialize();
 
   MStatus deform(MDataBlock &block, MItGeometry &points, const MMatrix &toWorld, unsigned int multiIndex) override;
+  MStatus accessoryNodeSetup(MDagModifier &modifier) override;  // what `deformer` asks for: connects the clock
+
+  // What the user was told of last, of all geometries; empty where all is well. For any thread.
+  std::string status() const;
 
 private:
   static MStatus addAttributes();
@@ -33,7 +38,8 @@ private:
   // One geometry that the node deforms.
   struct Shell {
     host::ShellRunner runner;
-    std::string told;  // what the user was told of last
+    std::string told;    // what the user was told of last, without its numbers
+    std::string status;  // with them
   };
 
   MStatus pull(MDataBlock &block, const MMatrix &toWorld, unsigned int multiIndex, host::Request &request) const;
@@ -42,7 +48,7 @@ private:
   void warn(Shell &shell) const;
   void fail(Shell &shell, const std::string &message) const;
 
-  std::mutex mutex_;  // background and foreground evaluation may meet
+  mutable std::mutex mutex_;  // background and foreground evaluation may meet
   std::map<unsigned int, Shell> shells_;
 
 public:

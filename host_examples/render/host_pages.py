@@ -36,7 +36,8 @@ def sphere(mesh):
 def page(name, build, out, work):
     program, plugin, pattern, frames, options = PAGES[name]
     tests = build / "tests" / "hosts"
-    run(tests / program, tests / plugin, RENDER.parents[2] / "docs" / "guide" / f"{name}.md", work)
+    shipped = {"maya": [RENDER.parents[1] / "maya" / "module" / "scripts"]}
+    run(tests / program, tests / plugin, RENDER.parents[2] / "docs" / "guide" / f"{name}.md", *shipped.get(name, []), work)
     meshes = [work / pattern.format(frame) for frame in frames]
     stills = []
     for mesh in meshes:

@@ -7,7 +7,6 @@ if(NOT TREE)
 endif()
 set(devkit "${WORK}/devkitBase")
 file(COPY "${SOURCE}/tests/hosts/maya/maya" "${SOURCE}/tests/hosts/maya/fake_maya.hpp" DESTINATION "${devkit}/include")
-file(WRITE "${devkit}/include/maya/MTypes.h" "#define MAYA_API_VERSION 20240000\n")
 file(MAKE_DIRECTORY "${devkit}/lib")
 foreach(name IN ITEMS OpenMaya OpenMayaAnim Foundation)
   file(COPY_FILE "${FAKE}" "${devkit}/lib/lib${name}.so")
@@ -32,7 +31,8 @@ unpack_elsewhere(maya shellwarp-${VERSION}-maya2024-linux)
 file(REMOVE_RECURSE "${WORK}/build")
 same_files("shellWarp.mod;shellWarp/icons/out_shellWarp.png;shellWarp/icons/shellWarp.png;\
 shellWarp/licences/LICENSE-APACHE;shellWarp/licences/LICENSE-MIT;shellWarp/licences/THIRD_PARTY.md;\
-shellWarp/plug-ins/libshellwarp.so.0;shellWarp/plug-ins/shellWarp.so")
+shellWarp/plug-ins/libshellwarp.so.0;shellWarp/plug-ins/shellWarp.so;shellWarp/scripts/AEshellWarpTemplate.mel;\
+shellWarp/scripts/shellWarpCreateUI.mel;shellWarp/scripts/shellWarpDeleteUI.mel;shellWarp/scripts/shellwarp_maya.py")
 
 # Where Maya looks: the module's folder is named relative to the module file.
 file(READ "${UNPACKED}/shellWarp.mod" module)
@@ -40,5 +40,5 @@ must_match("${module}" "^\\+ MAYAVERSION:2024 PLATFORM:linux shellWarp ${VERSION
 set(plugins "${UNPACKED}/shellWarp/plug-ins")
 run_step("${LOADER}" "${plugins}/shellWarp.so" "${plugins}/" "${FAKE}")
 if(TEST)
-  run_step("${TEST}" "${plugins}/shellWarp.so" "${PAGE}")
+  run_step("${TEST}" "${plugins}/shellWarp.so" "${PAGE}" "${UNPACKED}/shellWarp/scripts")
 endif()

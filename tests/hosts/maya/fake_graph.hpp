@@ -4,6 +4,7 @@
 
 #include "fake_maya.hpp"
 
+#include <functional>
 #include <map>
 #include <memory>
 #include <string>
@@ -16,6 +17,7 @@ struct Session {
   std::vector<std::string> errors, warnings, commands;
   int interrupt_polls = 0, computations_open = 0;
   int interrupt_at = 0;  // the poll at which the user presses Esc; 0 = never
+  std::string create_ui, delete_ui;  // the procedures of the plug-in's menu
 };
 Session &session();
 
@@ -43,8 +45,10 @@ struct AttributeInfo {
 
 class Deformer {
 public:
-  explicit Deformer(const std::string &type_name);
+  explicit Deformer(const std::string &type_name, const std::string &name = "");
   ~Deformer();
+  Deformer(const Deformer &) = delete;
+  Deformer &operator=(const Deformer &) = delete;
 
   // "frequency", "gravityY", "handles[2].handleVertex", "supportWeightList[0].supportWeights[7]". Throws where there is no such
   // attribute, or the value is below its minimum or above its maximum.
@@ -64,10 +68,47 @@ public:
   const std::vector<MPoint> &evaluate(unsigned int index = 0);
   bool failed() const;                            // the last evaluate's deform
   int deform_calls() const;                       // so far
+  MPxDeformerNode &user();
+  unsigned int type_id() const;
+  std::vector<unsigned int> elements(const std::string &array) const;  // that there are
+  double get(const std::string &plug);
+  std::function<void()> remember(const std::string &plug);  // what puts the plug's attribute back
   std::vector<AttributeInfo> attributes() const;  // those that the plug-in added, children included
 
 private:
   std::unique_ptr<Node> node_;
 };
+
+// A scene of transforms, meshes, locators and deformers by name, and the few commands of MEL that the plug-in runs in it. Each
+// can be undone. What is connected is carried over when a mesh is asked for.
+struct Scene {
+  struct Dag {
+    std::string parent;  // of a shape: its transform
+    bool mesh = false, intermediate = false;
+    Mesh shape;
+    MMatrix matrix;         // of a transform, in the world
+    std::string deformer;   // of a mesh: what makes it
+  };
+  std::map<std::string, Dag> dag;
+  std::map<std::string, std::unique_ptr<Deformer>> deformers;
+  std::map<std::string, std::string> connections;  // from each input to its source
+  std::vector<std::string> selection;              // "plane", "planeShape.vtx[4]", "planeShape.e[2]"
+  std::string result;
+  double units = 1;  // the interface's lengths in a centimetre
+  double frame = 1;  // of time1
+
+  void add_mesh(const std::string &name, const Mesh &mesh, const MMatrix &matrix = MMatrix());
+  bool exists(const std::string &name) const;
+  bool run(const std::string &command);  // a command of the plug-in; false: it failed
+  void undo();
+  void redo();
+  std::vector<MPoint> world_points(const std::string &shape);
+  std::function<void()> mel(const std::string &command);  // returns what undoes it; throws what Maya would complain of
+
+private:
+  std::vector<std::unique_ptr<MPxCommand>> done_, undone_;
+};
+Scene &scene();  // the one there is
+void new_scene();
 
 }  // namespace fake

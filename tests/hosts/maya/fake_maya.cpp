@@ -1,4 +1,4 @@
-#include "fake_graph.hpp"
+#include "fake_object.hpp"
 
 #include <dlfcn.h>
 
@@ -10,22 +10,6 @@
 // ------------------------------------------------------------------------------------------------------------- objects
 
 namespace fake {
-
-struct Object {
-  explicit Object(MFn::Type kind) : fn(kind) {}
-  virtual ~Object() = default;
-  MFn::Type fn;
-
-  template <class T>
-  static T *get(const MObject &object) {
-    return dynamic_cast<T *>(object.object_.get());
-  }
-  static MObject wrap(std::shared_ptr<Object> object) {
-    MObject out;
-    out.object_ = std::move(object);
-    return out;
-  }
-};
 
 struct MeshData : Object {
   explicit MeshData(Mesh m) : Object(MFn::kMeshData), mesh(std::move(m)) {}
@@ -147,7 +131,7 @@ struct Node {
   bool failed = false;
   int calls = 0;
 
-  explicit Node(const std::string &name) {
+  explicit Node(const std::string &name, const std::string &own_name) {
     const auto found = types.find(name);
     if (found == types.end()) throw std::runtime_error("no node type " + name);
     type = &found->second;
@@ -155,7 +139,8 @@ struct Node {
       add(Object::get<Attribute>(*attribute));
     for (Attribute *attribute : type->attributes) add(attribute);
     user.reset(static_cast<MPxDeformerNode *>(type->create()));
-    user->name_ = name + "1";
+    user->name_ = own_name.empty() ? name + "1" : own_name;
+    user->self_ = Object::wrap(std::make_shared<NodeObject>(MFn::kPluginDeformerNode, user->name_));
   }
   void add(Attribute *attribute) { values[attribute] = Value::make(attribute, false); }
 
@@ -226,7 +211,8 @@ struct Node {
 
 // ------------------------------------------------------------------------------------------------------------ deformer
 
-Deformer::Deformer(const std::string &type_name) : node_(std::make_unique<Node>(type_name)) {}
+Deformer::Deformer(const std::string &type_name, const std::string &name)
+    : node_(std::make_unique<Node>(type_name, name)) {}
 Deformer::~Deformer() = default;
 
 void Deformer::set(const std::string &plug, double x) {
@@ -293,6 +279,30 @@ void Deformer::set_world_matrix(unsigned int index, const MMatrix &matrix) { nod
 const std::vector<MPoint> &Deformer::evaluate(unsigned int index) { return node_->evaluate(index); }
 bool Deformer::failed() const { return node_->failed; }
 int Deformer::deform_calls() const { return node_->calls; }
+MPxDeformerNode &Deformer::user() { return *node_->user; }
+unsigned int Deformer::type_id() const { return node_->type->id; }
+std::vector<unsigned int> Deformer::elements(const std::string &array) const {
+  Attribute *attribute = nullptr;
+  std::vector<unsigned int> out;
+  for (const auto &[index, value] : node_->find(array, attribute)->elements) out.push_back(index);
+  return out;
+}
+double Deformer::get(const std::string &plug) {
+  Attribute *attribute = nullptr;
+  const Value &value = *node_->find(plug, attribute);
+  return attribute->kind == Kind::integer  ? value.integer
+         : attribute->kind == Kind::real32 ? static_cast<double>(value.real32)
+                                           : value.real64;
+}
+std::function<void()> Deformer::remember(const std::string &plug) {
+  Attribute *attribute = nullptr;
+  Value *value = node_->find(plug.substr(0, plug.find_first_of("[.")), attribute);
+  const Value before = *value;
+  return [=] {
+    *value = before;
+    node_->dirty(attribute);
+  };
+}
 
 std::vector<AttributeInfo> Deformer::attributes() const {
   std::vector<AttributeInfo> out;
@@ -308,6 +318,14 @@ std::vector<AttributeInfo> Deformer::attributes() const {
     for (const Attribute *child : attribute->children) add(child);
   }
   return out;
+}
+
+MObject component_of(MFn::Type kind, const std::vector<int> &elements) {
+  return Object::wrap(std::make_shared<Component>(kind, elements));
+}
+std::string attribute_name(const MObject &attribute) {
+  if (const Attribute *known = Object::get<Attribute>(attribute)) return known->name;
+  return Object::get<NodeObject>(attribute)->name;
 }
 
 // ------------------------------------------------------------------------------------------------------------- plug-in
@@ -392,6 +410,8 @@ bool MObject::hasFn(MFn::Type fs) const { return object_ && object_->fn == fs; }
 MFnBase::~MFnBase() = default;
 
 // ---------------------------------------------------------------------------------------------------------------- data
+
+double MDistance::internalToUI(double value) { return value * fake::scene().units; }
 
 MFnMesh::MFnMesh(const MObject &object, MStatus *status) : object_(object) {
   report(status, Object::get<fake::MeshData>(object) != nullptr);
@@ -667,6 +687,8 @@ MStatus MFnPlugin::deregisterNode(const MTypeId &id) {
     }
   return MS::kFailure;
 }
+
+MStatus MPxDeformerNode::accessoryNodeSetup(MDagModifier &) { return MS::kSuccess; }
 
 void MGlobal::displayError(const MString &text, bool) { fake::session().errors.push_back(text.asChar()); }
 void MGlobal::displayWarning(const MString &text, bool) { fake::session().warnings.push_back(text.asChar()); }

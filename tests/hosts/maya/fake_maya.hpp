@@ -29,7 +29,10 @@ struct Attribute;
 struct Node;
 struct Value;
 struct Type;
+struct Call;
 }  // namespace fake
+
+
 
 // ------------------------------------------------------------------------------------------------------- plain values
 
@@ -81,6 +84,7 @@ private:
 class MTypeId {
 public:
   MTypeId(unsigned int id) : id_(id) {}
+  bool operator==(const MTypeId &other) const { return id_ == other.id_; }
   unsigned int id() const { return id_; }
 
 private:
@@ -129,6 +133,11 @@ private:
 class MPointArray : public FakeArray<MPoint> {};
 class MIntArray : public FakeArray<int> {};
 
+class MDistance {
+public:
+  static double internalToUI(double internalValue);
+};
+
 class MMatrix {
 public:
   MMatrix();
@@ -154,7 +163,10 @@ public:
     kMeshVertComponent,
     kMeshEdgeComponent,
     kAttribute,
-    kPlugin
+    kPlugin,
+    kTransform,
+    kTime,
+    kPluginDeformerNode
   };
 };
 
@@ -199,14 +211,123 @@ public:
   enum Type { kInvalid = 0, kNumeric, kPlugin, kString, kMesh, kComponentList };
 };
 
+class MDagPath {
+public:
+  bool operator==(const MDagPath &src) const { return name_ == src.name_; }
+  bool hasFn(MFn::Type type, MStatus *ReturnStatus = NULL) const;
+  MObject node(MStatus *ReturnStatus = NULL) const;
+  MString partialPathName(MStatus * = NULL) const { return name_.c_str(); }
+  MStatus numberOfShapesDirectlyBelow(unsigned int &numShapes) const;
+  MStatus extendToShapeDirectlyBelow(unsigned int index);
+
+private:
+  friend class MSelectionList;
+  friend class MFnMesh;
+  friend class MFnDagNode;
+  std::string name_;
+};
+
+class MSelectionList {
+public:
+  unsigned int length(MStatus * = NULL) const { return static_cast<unsigned int>(items_.size()); }
+  MStatus add(const MString &matchString, const bool searchChildNamespacesToo = false);
+  MStatus getDependNode(unsigned int index, MObject &depNode) const;
+  MStatus getDagPath(unsigned int index, MDagPath &dagPath) const;
+  MStatus getDagPath(unsigned int index, MDagPath &dagPath, MObject &component) const;
+
+private:
+  struct Item {
+    std::string node;
+    std::vector<int> vertices, edges;
+  };
+  std::vector<Item> items_;
+};
+
+class MFnDependencyNode : public MFnBase {
+public:
+  MFnDependencyNode(const MObject &object, MStatus *ReturnStatus = NULL) : object_(object) { (void)ReturnStatus; }
+  MString name(MStatus *ReturnStatus = NULL) const;
+  MTypeId typeId(MStatus *ReturnStatus = NULL) const;
+  MPxNode *userNode(MStatus *ReturnStatus = NULL) const;
+  MObject attribute(const MString &attrName, MStatus *ReturnStatus = NULL) const;
+
+private:
+  MObject object_;
+};
+
+class MFnDagNode : public MFnBase {
+public:
+  MFnDagNode(const MDagPath &objectPath, MStatus *ReturnStatus = NULL) : name_(objectPath.name_) { (void)ReturnStatus; }
+  bool isIntermediateObject(MStatus *ReturnStatus = NULL) const;
+
+private:
+  std::string name_;
+};
+
+class MPlug {
+public:
+  MPlug(const MObject &node, const MObject &attribute, MStatus *ReturnStatus = NULL) : node_(node), attribute_(attribute) {
+    (void)ReturnStatus;
+  }
+  unsigned int getExistingArrayAttributeIndices(MIntArray &indices, MStatus *ReturnStatus = NULL);
+
+private:
+  MObject node_, attribute_;
+};
+
+class MItDependencyGraph {
+public:
+  enum Direction { kDownstream, kUpstream };
+  enum Traversal { kDepthFirst, kBreadthFirst };
+  enum Level { kNodeLevel, kPlugLevel };
+  MItDependencyGraph(MObject &rootNode, MFn::Type filter = MFn::kInvalid, Direction direction = kDownstream,
+                     Traversal traversal = kDepthFirst, Level level = kNodeLevel, MStatus *ReturnStatus = NULL);
+  bool isDone(MStatus * = NULL) { return at_ == nodes_.size(); }
+  MStatus next();
+  MObject currentItem(MStatus * = NULL) { return nodes_.at(at_); }
+
+private:
+  std::vector<MObject> nodes_;
+  std::size_t at_ = 0;
+};
+
+class MItDependencyNodes {
+public:
+  MItDependencyNodes(MFn::Type filter = MFn::kInvalid, MStatus *ReturnStatus = NULL);
+  bool isDone(MStatus * = NULL) const { return at_ == nodes_.size(); }
+  MStatus next();
+  MObject thisNode(MStatus * = NULL) const { return nodes_.at(at_); }
+
+private:
+  std::vector<MObject> nodes_;
+  std::size_t at_ = 0;
+};
+
+class MDGModifier {
+public:
+  virtual ~MDGModifier();
+  MStatus connect(const MObject &sourceNode, const MObject &sourceAttr, const MObject &destNode, const MObject &destAttr);
+  MStatus commandToExecute(const MString &command);
+  MStatus doIt();
+  MStatus undoIt();
+
+private:
+  std::vector<std::string> commands_;
+  std::vector<std::function<void()>> inverses_;
+};
+class MDagModifier : public MDGModifier {};
+
 class MFnMesh : public MFnBase {
 public:
   MFnMesh(const MObject &object, MStatus *ReturnStatus = NULL);
+  MFnMesh(const MDagPath &object, MStatus *ReturnStatus = NULL);
+  MStatus getPoint(int vertexId, MPoint &pos, MSpace::Space space = MSpace::kObject) const;
   MStatus getPoints(MPointArray &vertexArray, MSpace::Space space = MSpace::kObject) const;
   MStatus getVertices(MIntArray &vertexCount, MIntArray &vertexList) const;
 
 private:
   MObject object_;
+  std::string shape_;
 };
 
 class MFnComponentListData : public MFnBase {
@@ -368,12 +489,14 @@ public:
   MPxNode();
   virtual ~MPxNode();
   MString name() const;
+  MObject thisMObject() const { return self_; }
   static MStatus addAttribute(const MObject &attr);
   static MStatus attributeAffects(const MObject &whenChanges, const MObject &isAffected);
 
 private:
   friend struct fake::Node;
   std::string name_;
+  MObject self_;
 };
 
 // In Maya since 2018 these members come with MPxGeometryFilter; a plug-in sees no difference.
@@ -382,6 +505,7 @@ public:
   MPxDeformerNode();
   virtual ~MPxDeformerNode();
   virtual MStatus deform(MDataBlock &block, MItGeometry &iter, const MMatrix &mat, unsigned int multiIndex);
+  virtual MStatus accessoryNodeSetup(MDagModifier &cmd);
   float weightValue(MDataBlock &mblock, unsigned int multiIndex, unsigned int wtIndex);
 
   static MObject input;
@@ -395,6 +519,60 @@ public:
 typedef void *(*MCreatorFunction)();
 typedef MStatus (*MInitializeFunction)();
 
+// ------------------------------------------------------------------------------------------------------------ commands
+
+class MSyntax {
+public:
+  enum MArgType { kInvalidArgType, kNoArg, kBoolean, kLong, kDouble, kString };
+  enum MObjectFormat { kInvalidObjectFormat, kNone, kStringObjects, kSelectionList };
+  MStatus addFlag(const char *shortName, const char *longName, MArgType argType1 = kNoArg);
+  void setObjectType(MObjectFormat objectFormat, unsigned int minimumObjects = 0);
+  void useSelectionAsDefault(bool useSelectionAsDefault);
+
+private:
+  friend class MArgDatabase;
+  std::map<std::string, std::string> flags_;  // by the long name
+  bool objects_ = false, selection_ = false;
+};
+
+class MArgList {
+private:
+  friend class MArgDatabase;
+  friend struct fake::Call;
+  std::vector<std::string> words_;
+};
+
+class MArgDatabase {
+public:
+  MArgDatabase(const MSyntax &syntax, const MArgList &argList, MStatus *ReturnStatus = NULL);
+  bool isFlagSet(const char *flag, MStatus *ReturnStatus = NULL) const;
+  MStatus getObjects(MSelectionList &result) const;
+
+private:
+  std::vector<std::string> flags_;
+  MSelectionList objects_;
+};
+
+class MPxCommand {
+public:
+  MPxCommand();
+  virtual ~MPxCommand();
+  virtual MStatus doIt(const MArgList &args);
+  virtual MStatus undoIt();
+  virtual MStatus redoIt();
+  virtual bool isUndoable() const;
+  virtual bool hasSyntax() const;
+  MSyntax syntax() const { return syntax_; }
+  static void displayError(const MString &theError, bool showLineNumber = false);
+  static void setResult(const char *val);
+  static void appendToResult(const char *val);
+
+private:
+  friend struct fake::Call;
+  MSyntax syntax_;
+};
+typedef MSyntax (*MCreateSyntaxFunction)();
+
 class MFnPlugin : public MFnBase {
 public:
   MFnPlugin(MObject &object, const char *vendor = "Unknown", const char *version = "Unknown",
@@ -403,6 +581,11 @@ public:
                        MInitializeFunction initFunction, MPxNode::Type type = MPxNode::kDependNode,
                        const MString *classification = NULL);
   MStatus deregisterNode(const MTypeId &typeId);
+  MStatus registerCommand(const MString &commandName, MCreatorFunction creatorFunction,
+                          MCreateSyntaxFunction createSyntaxFunction = NULL);
+  MStatus deregisterCommand(const MString &commandName);
+  MStatus registerUI(const MString &creationProc, const MString &deletionProc, const MString &creationBatchProc = "",
+                     const MString &deletionBatchProc = "");
 };
 
 class MGlobal {

@@ -1,0 +1,67 @@
+"""The menu of shellWarp, its shelf and its line in the viewport; each does what the command shellWarp does."""
+
+from maya import cmds, mel
+
+MENU = "shellWarpMenu"
+DISPLAY = "shellWarpStatus"
+
+# Label, what runs, what a person reads in the help line.
+ACTIONS = (
+    ("Create", "shellWarp", "Selected meshes become shells; selected vertices are held"),
+    ("Handles on Vertices", "shellWarp -handle", "A locator leads each selected vertex of a shell"),
+    ("Touch Meshes", "shellWarp -collider", "The shell, selected last, touches the meshes selected before it"),
+)
+
+
+def create_menu():
+    if cmds.about(batch=True):
+        return
+    delete_menu()
+    window = mel.eval("$shellWarpWindow = $gMainWindow")
+    cmds.menu(MENU, label="Shell Warp", parent=window, tearOff=True)
+    for label, command, annotation in ACTIONS:
+        cmds.menuItem(label=label, command=command, sourceType="mel", annotation=annotation, parent=MENU)
+    cmds.menuItem(label="Paint Supports", command="import shellwarp_maya; shellwarp_maya.paint()", sourceType="python", parent=MENU)
+    cmds.menuItem(divider=True, parent=MENU)
+    cmds.menuItem(label="Buttons on This Shelf", command="import shellwarp_maya; shellwarp_maya.add_to_shelf()", sourceType="python", parent=MENU)
+    show_status()
+
+
+def delete_menu():
+    if cmds.about(batch=True):
+        return
+    if cmds.menu(MENU, exists=True):
+        cmds.deleteUI(MENU)
+    if cmds.headsUpDisplay(DISPLAY, exists=True):
+        cmds.headsUpDisplay(DISPLAY, remove=True)
+
+
+def add_to_shelf():
+    """Buttons for the menu's actions on the shelf that is open."""
+    shelves = mel.eval("$shellWarpShelves = $gShelfTopLevel")
+    shelf = cmds.tabLayout(shelves, query=True, selectTab=True)
+    for label, command, annotation in ACTIONS:
+        cmds.shelfButton(label=label, command=command, sourceType="mel", annotation=annotation, image="shellWarp.png",
+                         imageOverlayLabel=label.split()[0], parent=shelf)
+
+
+def show_status():
+    """What shells have to tell, in every viewport: an error, a shape that was not simulated."""
+    section = 7
+    cmds.headsUpDisplay(DISPLAY, section=section, block=cmds.headsUpDisplay(nextFreeBlock=section), blockSize="small",
+                        label="", labelFontSize="large", dataFontSize="large", command=status, attachToRefresh=True)
+
+
+def status():
+    return cmds.shellWarp(status=True)
+
+
+def paint(node=None):
+    """Opens the Paint Attributes tool on a shell's supports: of the node, or of what is selected."""
+    if node is None:
+        history = cmds.ls(cmds.listHistory(pruneDagObjects=True) or [], type="shellWarp")
+        if not history:
+            cmds.warning("shellWarp: select a shell to paint its supports")
+            return
+        node = history[0]
+    mel.eval('artSetToolAndSelectAttr("artAttrCtx", "shellWarp.%s.supportWeights")' % node)

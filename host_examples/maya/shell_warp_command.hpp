@@ -1,0 +1,34 @@
+// shellWarp, the command: makes shells, handles and colliders of what is selected, each in one step of undo.
+#pragma once
+
+#include <maya/MArgList.h>
+#include <maya/MDGModifier.h>
+#include <maya/MPxCommand.h>
+#include <maya/MSelectionList.h>
+#include <maya/MStatus.h>
+#include <maya/MString.h>
+#include <maya/MSyntax.h>
+
+#include <string>
+
+class ShellWarpCommand : public MPxCommand {
+public:
+  static void *creator();
+  static MSyntax syntax_of();
+
+  MStatus doIt(const MArgList &arguments) override;
+  MStatus redoIt() override;
+  MStatus undoIt() override;
+  bool isUndoable() const override { return changes_; }
+  bool hasSyntax() const override { return true; }
+
+private:
+  void create(const MSelectionList &selected);
+  void add_handles(const MSelectionList &selected);
+  void add_colliders(const MSelectionList &selected);
+  void tell_status();
+  void run(const std::string &mel);  // when the command is done, and again when it is redone
+
+  MDGModifier modifier_;
+  bool changes_ = false;
+};
