@@ -115,7 +115,7 @@ std::string Notes::warning() const {
         number(std::ceil(100 * turned_too_far)) + " % of it beyond the quarter turn within which the method's turns hold");
   if (handles_missed)
     say(number(uint64_t(handles_missed)) + " of the handles' holds cannot be met; more modes or a compliance may help");
-  if (jumped) say("frames were skipped while something moved; play from the start frame for the exact motion");
+  if (jumped) say("not simulated: frames were skipped while something moved; play from the start frame");
   if (floats) say("nothing holds the shell: paint supports, or it falls");
   if (!certified.empty()) say(certified);
   return text;

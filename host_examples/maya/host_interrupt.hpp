@@ -1,5 +1,8 @@
-// Maya's Esc key, asked for only when there is something long to stop: a computation that has begun shows in Maya's window.
+// Maya's Esc key, asked for only when there is something long to stop: a computation that has begun shows in Maya's window. Maya is to
+// be asked on its main thread alone; on a thread of the evaluation manager nothing can be stopped.
 #pragma once
+
+#include "notice.hpp"
 
 #include <maya/MComputation.h>
 
@@ -13,6 +16,7 @@ public:
   }
 
   bool requested() {
+    if (!notice::on_main_thread()) return false;
     if (!begun_) computation_.beginComputation();
     begun_ = true;
     return computation_.isInterruptRequested();

@@ -1,4 +1,5 @@
 // What Maya calls when it loads and unloads the plug-in.
+#include "notice.hpp"
 #include "shell_warp_command.hpp"
 #include "shell_warp_node.hpp"
 
@@ -11,6 +12,7 @@
 #endif
 
 SHELLWARP_PLUGIN_EXPORT MStatus initializePlugin(MObject object) {
+  notice::start();
   MFnPlugin plugin(object, "shellwarp", sw_version_string(), "Any");
   MStatus status = plugin.registerNode(ShellWarpNode::nodeName, ShellWarpNode::nodeId, ShellWarpNode::creator,
                                        ShellWarpNode::initialize, MPxNode::kDeformerNode);

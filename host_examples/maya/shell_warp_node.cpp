@@ -2,10 +2,10 @@
 
 #include "blend.hpp"
 #include "host_interrupt.hpp"
+#include "notice.hpp"
 #include "pull.hpp"
 
 #include <maya/MFnDependencyNode.h>
-#include <maya/MGlobal.h>
 #include <maya/MPoint.h>
 #include <maya/MPointArray.h>
 #include <maya/MSelectionList.h>
@@ -27,6 +27,25 @@ MStatus ShellWarpNode::accessoryNodeSetup(MDagModifier &modifier) {
   if (found.add("time1") != MS::kSuccess || found.getDependNode(0, clock) != MS::kSuccess) return MS::kSuccess;
   return modifier.connect(clock, MFnDependencyNode(clock).attribute("outTime"), thisMObject(), time);
 }
+
+#if MAYA_API_VERSION >= 20200000
+
+void ShellWarpNode::getCacheSetup(const MEvaluationNode &node, MNodeCacheDisablingInfo &disabling,
+                                  MNodeCacheSetupInfo &setup, MObjectArray &monitored) const {
+  MPxDeformerNode::getCacheSetup(node, disabling, setup, monitored);
+  setup.setRequirement(MNodeCacheSetupInfo::kSimulationSupport, true);
+}
+
+// A frame rests on all before it, and Maya is told so without asking for values: this is called while they change. The base's is not
+// to be called.
+MTimeRange ShellWarpNode::transformInvalidationRange(const MPlug &, const MTimeRange &input) const {
+  if (input.empty()) return input;
+  const MTime always(1e9, MTime::kSeconds);  // 31 years; Maya's ticks reach 65e9 s
+  const MTime never(-1e9, MTime::kSeconds);
+  return input | MTimeRange(never, always);
+}
+
+#endif
 
 std::string ShellWarpNode::status() const {
   const std::lock_guard<std::mutex> lock(mutex_);
@@ -109,12 +128,12 @@ void ShellWarpNode::warn(Shell &shell) const {
   const std::string what = host::number(uint64_t(notes.warnings())) + notes.certified;
   if (what == shell.told) return;
   shell.told = what;
-  if (notes.warnings()) MGlobal::displayWarning(name() + ": " + notes.warning().c_str());
+  if (notes.warnings()) notice::warning(std::string(name().asChar()) + ": " + notes.warning());
 }
 
 void ShellWarpNode::fail(Shell &shell, const std::string &message) const {
   shell.status = message;
   if (message == shell.told) return;
   shell.told = message;
-  MGlobal::displayError(name() + ": " + message.c_str());
+  notice::error(std::string(name().asChar()) + ": " + message);
 }

@@ -13,6 +13,15 @@
 #include <maya/MStatus.h>
 #include <maya/MString.h>
 #include <maya/MTypeId.h>
+#include <maya/MTypes.h>
+#if MAYA_API_VERSION >= 20200000
+#include <maya/MEvaluationNode.h>
+#include <maya/MNodeCacheDisablingInfo.h>
+#include <maya/MNodeCacheSetupInfo.h>
+#include <maya/MObjectArray.h>
+#include <maya/MPlug.h>
+#include <maya/MTimeRange.h>
+#endif
 
 #include <map>
 #include <mutex>
@@ -28,6 +37,15 @@ public:
 
   MStatus deform(MDataBlock &block, MItGeometry &points, const MMatrix &toWorld, unsigned int multiIndex) override;
   MStatus accessoryNodeSetup(MDagModifier &modifier) override;  // what `deformer` asks for: connects the clock
+
+  // Beside other nodes: all that nodes share is constant. A node with itself waits for its mutex.
+  SchedulingType schedulingType() const override { return kParallel; }
+#if MAYA_API_VERSION >= 20200000
+  // Cached Playback, as nodes of a simulation have it: frames are filled from the first on, and a change forgets all of them.
+  void getCacheSetup(const MEvaluationNode &node, MNodeCacheDisablingInfo &disabling, MNodeCacheSetupInfo &setup,
+                     MObjectArray &monitored) const override;
+  MTimeRange transformInvalidationRange(const MPlug &source, const MTimeRange &input) const override;
+#endif
 
   // What the user was told of last, of all geometries; empty where all is well. For any thread.
   std::string status() const;

@@ -10,6 +10,7 @@
 #include <random>
 #include <set>
 #include <string>
+#include <thread>
 #include <vector>
 
 namespace {
@@ -633,6 +634,71 @@ void escape_stops_the_precompute_and_leaves_nothing_open() {
   CHECK(fake::session().interrupt_polls == polls);  // no waiting cursor at every frame
 }
 
+// ---------------------------------------------------------------------------------------------------------- evaluation
+
+void maya_is_told_that_this_is_a_simulation() {
+  fake::Deformer node("shellWarp");
+  CHECK(node.user().schedulingType() == MPxNode::kParallel);
+  MNodeCacheSetupInfo setup;
+  MNodeCacheDisablingInfo disabling;
+  MObjectArray monitored;
+  node.user().getCacheSetup(MEvaluationNode(), disabling, setup, monitored);
+  CHECK(setup.getRequirement(MNodeCacheSetupInfo::kSimulationSupport));
+
+  // A key at one time changes all frames; a change of nothing, none.
+  MObject none;
+  const MPlug plug(none, none);
+  const MTime key(30, MTime::kFilm);
+  const MTimeRange changed = node.user().transformInvalidationRange(plug, MTimeRange(key, key));
+  for (const double frame : {-1e6, 1.0, 30.0, 31.0, 1e6}) CHECK(changed.contains(MTime(frame, MTime::kFilm)));
+  CHECK(node.user().transformInvalidationRange(plug, MTimeRange()).empty());
+}
+
+// Warnings, errors and the question for Esc: from a thread of the evaluation manager nothing goes to Maya's window.
+void another_thread_tells_what_is_wrong_when_maya_is_idle() {
+  Scene scene;
+  std::thread evaluation([&] {
+    scene.at(1);
+    scene.node.set_world_matrix(0, moved(5, 0, 0));
+    scene.at(20);
+    scene.node.set("handles[4].handleVertex", -1);
+    scene.at(21);
+  });
+  evaluation.join();
+  CHECK(fake::session().off_thread.empty() && fake::session().interrupt_polls == 0);
+  for (const std::string &call : fake::session().off_thread) printf("   %s\n", call.c_str());
+  CHECK(fake::session().warnings.size() == 1 && fake::session().errors.size() == 1);
+}
+
+// The viewport's line: a frame that was jumped to is marked until its motion has been played.
+void a_jumped_frame_is_marked_in_the_viewport_until_it_is_played() {
+  for (const bool moving : {false, true}) {
+    fake::new_scene();
+    fake::session() = {};
+    fake::scene().add_mesh("strip", strip_mesh_cm());
+    for (int j = 0; j < STRIP_ROWS; ++j) fake::scene().selection.push_back("stripShape.vtx[" + std::to_string(j) + "]");
+    CHECK(fake::scene().run("shellWarp"));
+    fake::Deformer &node = *fake::scene().deformers.at("shellWarp1");
+    node.set("modes", 6);
+    const auto see = [&](int frame) {
+      fake::scene().frame = frame;
+      if (moving) node.set_world_matrix(0, moved(0.1 * frame * frame, 0, 0));
+      return fake::scene().world_points("stripShape")[kTip];
+    };
+    const auto status = [] {
+      fake::scene().run("shellWarp -status");
+      return fake::scene().result;
+    };
+    see(1);
+    const MPoint jumped = see(9);
+    CHECK(moving ? contains(status(), "shellWarp1: not simulated: frames were skipped") : status().empty());
+    for (int frame = 1; frame <= 9; ++frame) see(frame);
+    CHECK(status().empty());
+    const MPoint played = see(9);
+    CHECK(moving || (jumped.x == played.x && jumped.y == played.y));  // nothing but the shell moves: the jump is exact
+  }
+}
+
 // ------------------------------------------------------------------------------------------------------------- command
 
 std::string vertex_of(const std::string &mesh, int vertex) { return mesh + "Shape.vtx[" + std::to_string(vertex) + "]"; }
@@ -866,6 +932,9 @@ int main(int argc, char **argv) {
     RUN(certify_tells_how_far_off_the_frame_is);
     RUN(a_jump_is_warned_of_when_the_object_moves);
     RUN(escape_stops_the_precompute_and_leaves_nothing_open);
+    RUN(maya_is_told_that_this_is_a_simulation);
+    RUN(another_thread_tells_what_is_wrong_when_maya_is_idle);
+    RUN(a_jumped_frame_is_marked_in_the_viewport_until_it_is_played);
     RUN(the_command_makes_a_shell_that_plays);
     RUN(the_command_is_undone_and_redone);
     RUN(the_command_takes_meshes_as_a_whole_and_names_what_is_wrong);

@@ -17,6 +17,7 @@ struct Session {
   std::vector<std::string> errors, warnings, commands;
   int interrupt_polls = 0, computations_open = 0;
   int interrupt_at = 0;  // the poll at which the user presses Esc; 0 = never
+  std::vector<std::string> off_thread;  // what Maya takes on its main thread alone, and was asked elsewhere
   std::string create_ui, delete_ui;  // the procedures of the plug-in's menu
 };
 Session &session();

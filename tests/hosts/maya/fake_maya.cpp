@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <mutex>
 #include <set>
 #include <stdexcept>
+#include <thread>
 
 // ------------------------------------------------------------------------------------------------------------- objects
 
@@ -690,8 +692,38 @@ MStatus MFnPlugin::deregisterNode(const MTypeId &id) {
 
 MStatus MPxDeformerNode::accessoryNodeSetup(MDagModifier &) { return MS::kSuccess; }
 
-void MGlobal::displayError(const MString &text, bool) { fake::session().errors.push_back(text.asChar()); }
-void MGlobal::displayWarning(const MString &text, bool) { fake::session().warnings.push_back(text.asChar()); }
+namespace {
+
+const std::thread::id main_thread = std::this_thread::get_id();
+std::mutex idle_mutex;
+
+void main_thread_only(const char *call) {
+  if (std::this_thread::get_id() == main_thread) return;
+  const std::lock_guard<std::mutex> lock(idle_mutex);
+  fake::session().off_thread.push_back(call);
+}
+
+}  // namespace
+
+MTimeRange MPxNode::transformInvalidationRange(const MPlug &, const MTimeRange &input) const { return input; }
+
+MGlobal::MMayaState MGlobal::mayaState(MStatus *) { return kInteractive; }
+void MGlobal::displayError(const MString &text, bool) {
+  main_thread_only("displayError");
+  fake::session().errors.push_back(text.asChar());
+}
+void MGlobal::displayWarning(const MString &text, bool) {
+  main_thread_only("displayWarning");
+  fake::session().warnings.push_back(text.asChar());
+}
+// The stand-in is always idle.
+MStatus MGlobal::executeCommandOnIdle(const MString &command, bool) {
+  const std::string text = command.asChar();
+  const std::string word = text.substr(0, text.find(' ')), told = text.substr(text.find(' ') + 2);
+  const std::lock_guard<std::mutex> lock(idle_mutex);
+  (word == "error" ? fake::session().errors : fake::session().warnings).push_back(told.substr(0, told.size() - 1));
+  return MS::kSuccess;
+}
 MStatus MGlobal::executeCommand(const MString &command, bool, bool) {
   fake::session().commands.push_back(command.asChar());
   return MS::kSuccess;
@@ -699,6 +731,9 @@ MStatus MGlobal::executeCommand(const MString &command, bool, bool) {
 
 MComputation::MComputation() = default;
 MComputation::~MComputation() = default;
-void MComputation::beginComputation(bool, bool, bool) { ++fake::session().computations_open; }
+void MComputation::beginComputation(bool, bool, bool) {
+  main_thread_only("beginComputation");
+  ++fake::session().computations_open;
+}
 bool MComputation::isInterruptRequested() { return ++fake::session().interrupt_polls == fake::session().interrupt_at; }
 void MComputation::endComputation() { --fake::session().computations_open; }

@@ -97,11 +97,42 @@ public:
   MTime() = default;
   MTime(double time, Unit unit = kFilm);
   double as(Unit unit) const;
+  bool operator<(const MTime &other) const { return seconds_ < other.seconds_; }
   static Unit uiUnit();
   static MStatus setUIUnit(Unit unit);
 
 private:
   double seconds_ = 0;
+};
+
+// Of the stand-in: one closed interval, or none.
+class MTimeRange {
+public:
+  MTimeRange() = default;
+  MTimeRange(MTime start, MTime end) noexcept : start_(start), end_(end), empty_(end < start) {}
+  bool contains(MTime time) const noexcept { return !empty_ && !(time < start_) && !(end_ < time); }
+  bool empty() const noexcept { return empty_; }
+  MTimeRange operator|(const MTimeRange &rhs) const {
+    if (empty_ || rhs.empty_) return empty_ ? rhs : *this;
+    return MTimeRange(rhs.start_ < start_ ? rhs.start_ : start_, end_ < rhs.end_ ? rhs.end_ : end_);
+  }
+
+private:
+  MTime start_, end_;
+  bool empty_ = true;
+};
+
+class MEvaluationNode {};
+class MNodeCacheDisablingInfo {};
+class MObjectArray {};
+class MNodeCacheSetupInfo {
+public:
+  enum RequirementFlag { kSimulationSupport, kLastRequirement };
+  void setRequirement(RequirementFlag flag, bool value) { requirements_[flag] = value; }
+  bool getRequirement(RequirementFlag flag) const { return requirements_[flag]; }
+
+private:
+  bool requirements_[kLastRequirement] = {};
 };
 
 class MPoint {
@@ -486,8 +517,12 @@ private:
 class MPxNode {
 public:
   enum Type { kDependNode, kLocatorNode, kDeformerNode };
+  enum SchedulingType { kParallel, kSerial, kGloballySerial, kUntrusted, kDefaultScheduling = kSerial };
   MPxNode();
   virtual ~MPxNode();
+  virtual SchedulingType schedulingType() const { return kDefaultScheduling; }
+  virtual void getCacheSetup(const MEvaluationNode &, MNodeCacheDisablingInfo &, MNodeCacheSetupInfo &, MObjectArray &) const {}
+  virtual MTimeRange transformInvalidationRange(const MPlug &source, const MTimeRange &input) const;
   MString name() const;
   MObject thisMObject() const { return self_; }
   static MStatus addAttribute(const MObject &attr);
@@ -590,6 +625,9 @@ public:
 
 class MGlobal {
 public:
+  enum MMayaState { kInteractive, kBatch, kLibraryApp, kBaseUIMode };
+  static MMayaState mayaState(MStatus *ReturnStatus = NULL);
+  static MStatus executeCommandOnIdle(const MString &command, bool displayEnabled = false);
   static void displayError(const MString &theError, bool showLineNumber = false);
   static void displayWarning(const MString &theWarning, bool showLineNumber = false);
   static MStatus executeCommand(const MString &command, bool displayEnabled = false, bool undoEnabled = false);

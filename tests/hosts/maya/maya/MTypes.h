@@ -1,1 +1,2 @@
 #define MAYA_API_VERSION 20240000
+#include "../fake_maya.hpp"
