@@ -102,7 +102,7 @@ std::array<double, 9> PlacedHandle::rotation(double seconds) const {
 namespace {
 
 uint32_t vertex_of(const Handle &handle, const Mesh &mesh) {
-  if (handle.vertex) return *handle.vertex;
+  if (handle.vertex) return mesh.of(*handle.vertex);
   if (handle.side) return middle_vertex(vertices_at(*handle.side, mesh), mesh);
   return handle.group.empty() ? nearest_vertex(handle.nearest, mesh)
                               : middle_vertex(vertices_of_group(handle.group, mesh), mesh);

@@ -9,7 +9,7 @@ namespace cli {
 std::vector<PlacedForce> place_forces(const std::vector<Force> &forces, const Mesh &mesh) {
   std::vector<PlacedForce> placed;
   for (const Force &force : forces) {
-    const uint32_t vertex = force.vertex ? *force.vertex : nearest_vertex(force.nearest, mesh);
+    const uint32_t vertex = force.vertex ? mesh.of(*force.vertex) : nearest_vertex(force.nearest, mesh);
     if (vertex >= mesh.n_vertices())
       throw std::runtime_error("force " + std::to_string(placed.size() + 1) + " is on vertex " +
                                std::to_string(vertex) + ", but the mesh has " + std::to_string(mesh.n_vertices()) +

@@ -72,6 +72,9 @@ int check_mesh(const std::string &path) {
   std::printf("%s: %u vertices, %u triangles, %s, %s%s\n", path.c_str(), mesh.n_vertices(), mesh.n_triangles(),
               counted(errors, "error").c_str(), counted(diagnostics.size() - errors, "warning").c_str(),
               diagnostics.empty() ? "" : "; vertices and triangles are numbered from 0");
+  const bool touching = std::any_of(diagnostics.begin(), diagnostics.end(),
+                                    [](const SwDiagnostic &d) { return d.kind == SW_DIAGNOSTIC_COINCIDENT_VERTICES; });
+  if (touching) std::printf("%s: try: --weld 0 (weld) makes vertices at the same place one\n", path.c_str());
   print_extent(path, mesh);
   return errors ? kFailure : 0;
 }
@@ -214,6 +217,8 @@ void add_simulate_options(CLI::App &app, SimulateOptions &o) {
   app.add_option("--render", o.scene.render_path, "OBJ, OFF or PLY file of the mesh that is drawn: its vertices follow, and are written beside the "
                                                   "simulated ones (with --out)")
       ->type_name("FILE");
+  app.add_option("--weld", o.scene.weld, "Make vertices within this distance one, so that pieces that touch are one shell; the file's own vertices follow as by --render")
+      ->check(words_for("a number from 0 on", [](double x) { return x >= 0; }));
   app.add_option("--duration", o.scene.duration, "Seconds (5)")->check(positive());
   app.add_option("--step", o.step, "Seconds a step, a frame being one step (1/30)")->check(positive());
   app.add_option("--k-area", o.scene.material.k_area, "Stiffness against change of area (1e4)")
@@ -266,6 +271,7 @@ int simulate_mesh(SimulateOptions &o) {
     o.scene.loads.wind->velocity = *o.wind;
   }
   o.scene.inputs.push_back(o.scene.mesh_path);
+  if (o.scene.weld && o.scene.render_path.empty()) o.scene.render_path = o.scene.mesh_path;
   if (!o.scene.render_path.empty()) o.scene.inputs.push_back(o.scene.render_path);
   o.scene.name = std::filesystem::path(o.scene.mesh_path).stem().string();
   o.scene.title = o.scene.name;

@@ -1,6 +1,7 @@
 #include "mesh.hpp"
 
 #include "output_file.hpp"
+#include "polygon.hpp"
 #include "text_lines.hpp"
 
 #include <algorithm>
@@ -48,8 +49,21 @@ void Mesh::add_vertex(const std::array<double, 3> &x) {
 
 void Mesh::add_polygon(const std::vector<uint32_t> &corners) {
   if (triangles.size() / 3 + corners.size() > UINT32_MAX) throw std::length_error("more than 4294967295 triangles");
+  if (corners.size() > 3) polygons.push_back({triangles.size(), corners});
   for (std::size_t k = 2; k < corners.size(); ++k)
     triangles.insert(triangles.end(), {corners[0], corners[k - 1], corners[k]});
+}
+
+void Mesh::cut_polygons() {
+  for (const Polygon &polygon : polygons) {
+    const std::vector<uint32_t> cut = host::cut_polygon(polygon.corners, positions.data());
+    std::copy(cut.begin(), cut.end(), triangles.begin() + static_cast<std::ptrdiff_t>(polygon.first));
+  }
+  polygons.clear();
+}
+
+uint32_t Mesh::of(uint32_t file_vertex) const {
+  return file_vertex < of_file.size() ? of_file[file_vertex] : file_vertex;
 }
 
 Bounds bounds(const Mesh &mesh) {

@@ -1,4 +1,4 @@
-// A triangle mesh as it came from a file: vertices keep the file's order, polygons are cut into fans.
+// A triangle mesh as it came from a file: vertices keep the file's order, polygons are cut as polygon.hpp has it.
 #pragma once
 
 #include <array>
@@ -18,6 +18,13 @@ struct Mesh {
   std::vector<uint32_t> triangles;  // n_triangles() x 3
   std::map<std::string, std::set<uint32_t>> groups{};  // vertices of the faces below an OBJ file's "g NAME" or "o NAME"
 
+  struct Polygon {
+    std::size_t first;  // of its triangles' corners
+    std::vector<uint32_t> corners;
+  };
+  std::vector<Polygon> polygons{};  // not cut yet
+  std::vector<uint32_t> of_file{};  // of welded vertices, the number here of each in the file; else empty
+
   uint32_t n_vertices() const { return static_cast<uint32_t>(positions.size() / 3); }
   uint32_t n_triangles() const { return static_cast<uint32_t>(triangles.size() / 3); }
   std::array<double, 3> vertex(uint32_t i) const {
@@ -26,8 +33,12 @@ struct Mesh {
 
   // Throws std::length_error at the 2^32nd vertex: the library counts them in 32 bits.
   void add_vertex(const std::array<double, 3> &x);
-  // The fan (0, 1, 2), (0, 2, 3), … of a polygon with at least three corners.
+  // The triangles of a polygon with at least three corners: in its place now, cut by cut_polygons.
   void add_polygon(const std::vector<uint32_t> &corners);
+  // Once all vertices are there.
+  void cut_polygons();
+  // The number here of a vertex of the file; of one that is not there, the same.
+  uint32_t of(uint32_t file_vertex) const;
 };
 
 // The corners of a box that holds every vertex.

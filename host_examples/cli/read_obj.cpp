@@ -144,6 +144,7 @@ Mesh read_obj(const std::string &path, const std::string &raw_contents) {
     throw FileError(path, obj.largest_line,
                     "face names vertex " + std::to_string(obj.largest) + ", but the file holds only " +
                         std::to_string(obj.mesh.n_vertices()) + " vertices");
+  obj.mesh.cut_polygons();
   return std::move(obj.mesh);
 }
 

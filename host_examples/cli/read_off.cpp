@@ -57,6 +57,7 @@ Mesh read_off(const std::string &path, const std::string &contents) {
     mesh.add_polygon(read_corners(lines, i, n_vertices));
     lines.pass_numbers(kBeside, "face " + std::to_string(i));
   }
+  mesh.cut_polygons();
   if (lines.next_line()) lines.fail("the file goes on after its " + std::to_string(n_faces) + " faces");
   return mesh;
 }

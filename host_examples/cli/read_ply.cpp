@@ -323,6 +323,7 @@ Mesh read_ply(const std::string &path, const std::string &contents) {
   for (const Element &element : header.elements) read_element(*body, element, mesh);
   body->end();
   check_corners(path, mesh);
+  mesh.cut_polygons();
   return mesh;
 }
 

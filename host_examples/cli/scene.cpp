@@ -322,6 +322,11 @@ void read_substance(Section &section, const std::string &path, Scene &scene) {
     scene.render_path = *render;
     scene.inputs.push_back(*render);
   }
+  if (const auto distance = section.number("weld")) {
+    if (!(*distance >= 0)) section.fail(*section.find("weld"), "weld must not be negative");
+    scene.weld = *distance;
+    if (scene.render_path.empty()) scene.render_path = scene.mesh_path;
+  }
   if (auto s = section.section("material")) scene.material = read_material(*s, scene.inputs);
   if (auto s = section.section("damping")) scene.damping = read_damping(*s);
   for (Section &s : section.sections("support"))

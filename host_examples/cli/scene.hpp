@@ -119,6 +119,7 @@ struct Scene {
   std::string mesh_path;
   std::string render_path;  // of what is drawn in the mesh's place, or empty
   double scale = 1;  // of the mesh's coordinates, as they are read
+  std::optional<double> weld;  // vertices within it are one, after the scale; the file's own are drawn
   std::vector<std::string> inputs;  // the files that it comes from
   std::string length_unit;  // for people only
   std::optional<uint32_t> up;  // axis that a page has upward; else against gravity

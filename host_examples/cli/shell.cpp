@@ -6,6 +6,7 @@
 #include "selection.hpp"
 #include "shell_model.hpp"
 #include "support_motion.hpp"
+#include "weld.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -43,7 +44,7 @@ std::vector<uint32_t> vertices_inside(const Bounds &box, const Mesh &mesh, const
 }
 
 void add_vertices(const Support &support, const Mesh &mesh, const std::string &owner, std::vector<uint32_t> &vertices) {
-  vertices.insert(vertices.end(), support.vertices.begin(), support.vertices.end());
+  for (const uint32_t v : support.vertices) vertices.push_back(mesh.of(v));
   for (const std::vector<uint32_t> &more : {support.side ? vertices_at(*support.side, mesh) : std::vector<uint32_t>(),
                                             support.group.empty() ? std::vector<uint32_t>() : vertices_of_group(support.group, mesh)})
     vertices.insert(vertices.end(), more.begin(), more.end());
@@ -153,7 +154,7 @@ SupportVertices find_supports(const Scene &scene, const Mesh &mesh) {
 Mesh scene_mesh(const Scene &scene) {
   Mesh mesh = read_mesh(scene.mesh_path);
   for (double &x : mesh.positions) x *= scene.scale;
-  return mesh;
+  return scene.weld ? weld(mesh, *scene.weld) : mesh;
 }
 
 // All stiffnesses by one factor change all frequencies by its root.
@@ -175,7 +176,7 @@ Material find_material(const Scene &scene, const Mesh &mesh, ProgressBar &progre
     for (double *stiffness : {&material.k_area, &material.k_length, &material.k_bend}) *stiffness *= factor;
     return material;
   }
-  throw std::runtime_error("none of the modes swings, so there is no frequency to set: hold some vertices, or give k_bend");
+  throw std::runtime_error("none of the modes swings, so there is no frequency to set: hold some vertices, --weld (weld) pieces that only touch, or give k_bend");
 }
 
 shellwarp::Model make_model(const Scene &scene, const Mesh &mesh, ProgressBar &progress) {

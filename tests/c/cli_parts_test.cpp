@@ -10,6 +10,7 @@
 #include "method.hpp"
 #include "output_file.hpp"
 #include "point_cache.hpp"
+#include "polygon.hpp"
 #include "progress.hpp"
 #include "scene.hpp"
 #include "shell.hpp"
@@ -19,6 +20,7 @@
 #include "closest.hpp"
 #include "selection.hpp"
 #include "watch.hpp"
+#include "weld.hpp"
 #include "summary.hpp"
 #include "text_lines.hpp"
 
@@ -29,6 +31,7 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -50,7 +53,8 @@ std::string write_file(const std::string &name, const std::string &contents) {
 const double kPoints[7][3] = {{0, 0, 0},        {0.5, 0, 0.25}, {1, 0, -0.125},  {0, 0.75, 0},
                               {0.5, 0.75, 1e3}, {1, 0.75, 0},   {1.5, 0.375, -2}};
 const std::vector<std::vector<uint32_t>> kFaces = {{0, 1, 4, 3}, {1, 2, 5, 4}, {2, 6, 5}};
-const std::vector<uint32_t> kTriangles = {0, 1, 4, 0, 4, 3, 1, 2, 5, 1, 5, 4, 2, 6, 5};
+// By the diagonals whose triangles are less thin: 1-3 and 1-5.
+const std::vector<uint32_t> kTriangles = {3, 0, 1, 1, 4, 3, 1, 2, 5, 1, 5, 4, 2, 6, 5};
 
 std::string coordinates(const double *x) {
   char text[96];
@@ -155,12 +159,98 @@ bool is_the_mesh(const cli::Mesh &mesh) {
   return std::memcmp(mesh.positions.data(), kPoints, sizeof kPoints) == 0;
 }
 
-void every_format_gives_the_same_vertices_and_fans() {
+void every_format_gives_the_same_vertices_and_triangles() {
   for (const Sample &sample : samples()) {
     const bool same = is_the_mesh(cli::read_mesh(write_file(sample.name, sample.contents)));
     if (!same) printf("differs: %s\n", sample.name);
     CHECK(same);
   }
+}
+
+double signed_area(const std::vector<double> &x, const uint32_t *t) {
+  const double *a = &x[3 * t[0]], *b = &x[3 * t[1]], *c = &x[3 * t[2]];
+  return 0.5 * ((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]));
+}
+
+// Which undirected edges the triangles have.
+std::set<std::pair<uint32_t, uint32_t>> edges_of(const std::vector<uint32_t> &triangles) {
+  std::set<std::pair<uint32_t, uint32_t>> edges;
+  for (std::size_t k = 0; k < triangles.size(); ++k) {
+    const uint32_t a = triangles[k], b = triangles[k % 3 == 2 ? k - 2 : k + 1];
+    edges.insert({std::min(a, b), std::max(a, b)});
+  }
+  return edges;
+}
+
+void concave_polygons_are_cut_inside_whichever_corner_is_first() {
+  // An arrow head, an L, a comb with three teeth, a square, and a star of ten corners; counterclockwise.
+  const std::vector<std::vector<double>> shapes = {
+      {0, 0, 2, 1, 0, 2, 0.6, 1},
+      {0, 0, 3, 0, 3, 1, 1, 1, 1, 3, 0, 3},
+      {0, 0, 5, 0, 5, 3, 4, 3, 4, 1, 3, 1, 3, 3, 2, 3, 2, 1, 1, 1, 1, 3, 0, 3},
+      {0, 0, 1, 0, 1, 1, 0, 1},
+      {1, 0, 0.32, 0.24, 0.31, 0.95, -0.12, 0.38, -0.81, 0.59, -0.4, 0, -0.81, -0.59, -0.12, -0.38, 0.31, -0.95, 0.32, -0.24}};
+  for (const std::vector<double> &shape : shapes) {
+    const uint32_t n = static_cast<uint32_t>(shape.size() / 2);
+    std::vector<double> x;
+    std::vector<uint32_t> corners;
+    double area = 0;
+    for (uint32_t i = 0; i < n; ++i) {
+      const uint32_t j = (i + 1) % n;
+      x.insert(x.end(), {shape[2 * i], shape[2 * i + 1], 0});
+      corners.push_back(i);
+      area += 0.5 * (shape[2 * i] * shape[2 * j + 1] - shape[2 * j] * shape[2 * i + 1]);
+    }
+    const auto first = edges_of(host::cut_polygon(corners, x.data()));
+    for (uint32_t turn = 0; turn < n; ++turn) {
+      const std::vector<uint32_t> triangles = host::cut_polygon(corners, x.data());
+      CHECK(triangles.size() == 3 * (n - 2) && edges_of(triangles) == first);
+      double sum = 0;
+      for (std::size_t k = 0; k < triangles.size(); k += 3) {
+        CHECK(signed_area(x, &triangles[k]) > 0);
+        sum += signed_area(x, &triangles[k]);
+      }
+      CHECK(std::fabs(sum - area) < 1e-12);  // they cover it once: none is turned over
+      std::rotate(corners.begin(), corners.begin() + 1, corners.end());
+    }
+  }
+  // The shorter diagonal of a kite; and what has no inside is a fan, for the library to judge.
+  const double kite[12] = {0, 0, 0, 4, -1, 0, 9, 0, 0, 4, 1, 0}, line[12] = {0, 0, 0, 1, 0, 0, 2, 0, 0, 3, 0, 0};
+  CHECK(edges_of(host::cut_polygon({0, 1, 2, 3}, kite)).count({1, 3}) == 1);
+  CHECK((host::cut_polygon({0, 1, 2, 3}, line) == std::vector<uint32_t>{0, 1, 2, 0, 2, 3}));
+}
+
+void welded_pieces_are_one_shell_and_the_file_is_drawn() {
+  // Two squares that touch along an edge, each with corners of its own, and the second once more from behind.
+  const std::string path = write_file("pieces.obj",
+                                      "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 1.001 0 0\nv 2 0 0\nv 2 1 0\nv 1 1 0\n"
+                                      "g left\nf 1 2 3 4\ng right\nf 5 6 7 8\ng back\nf 8 7 6 5\n");
+  const cli::Mesh mesh = cli::read_mesh(path);
+  const cli::Mesh exact = cli::weld(mesh, 0), near = cli::weld(mesh, 0.01);
+  CHECK(mesh.n_vertices() == 8 && exact.n_vertices() == 7 && near.n_vertices() == 6);
+  CHECK(near.n_triangles() == 4 && near.groups.at("back") == near.groups.at("right"));
+  CHECK(near.of(4) == 1 && near.of(7) == 2 && near.of(99) == 99 && mesh.of(4) == 4);
+  for (uint32_t v = 0; v < 8; ++v)
+    for (std::size_t i = 0; i < 3; ++i) CHECK(std::fabs(near.vertex(near.of(v))[i] - mesh.vertex(v)[i]) <= 0.01);
+  const auto diagnostics = shellwarp::check_mesh(
+      shellwarp::mesh_desc(near.positions.data(), near.n_vertices(), near.triangles.data(), near.n_triangles()));
+  CHECK(diagnostics.empty());
+  for (const double bad : {-1.0, 100.0}) {
+    bool refused = false;
+    try {
+      cli::weld(mesh, bad);
+    } catch (const std::runtime_error &error) {
+      refused = std::strstr(error.what(), "weld: the distance") != nullptr;
+    }
+    CHECK(refused);
+  }
+  const std::string scene_path = write_file(
+      "pieces.toml", "mesh = 'pieces.obj'\nscale = 2\nweld = 0.01\n[[support]]\nvertices = [0, 3]\n[[force]]\nvertex = 7\nvector = [0, 0, 1]\n");
+  const cli::Scene scene = cli::read_scene(scene_path);
+  CHECK(scene.weld == 0.01 && scene.render_path == scene.mesh_path);
+  const cli::Mesh scaled = cli::scene_mesh(scene);
+  CHECK(scaled.n_vertices() == 6 && cli::place_forces(scene.loads.forces, scaled).at(0).vertex == 2);
+  CHECK((cli::find_supports(scene, scaled).fixed == std::vector<uint32_t>{0, 3}));
 }
 
 std::string with_line_ends(const std::string &contents, const char *line_end) {
@@ -1277,7 +1367,9 @@ int main(int argc, char **argv) {
   if (argc != 2) return EXIT_FAILURE;
   directory = argv[1];
   std::filesystem::create_directories(directory);
-  RUN(every_format_gives_the_same_vertices_and_fans);
+  RUN(every_format_gives_the_same_vertices_and_triangles);
+  RUN(concave_polygons_are_cut_inside_whichever_corner_is_first);
+  RUN(welded_pieces_are_one_shell_and_the_file_is_drawn);
   RUN(byte_order_marks_do_not_matter);
   RUN(statements_of_obj_go_on_after_a_backslash);
   RUN(off_counts_may_stand_behind_the_first_word);
