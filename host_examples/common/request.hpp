@@ -89,6 +89,10 @@ struct Inputs {
 struct Request {
   double time = 0;  // s
   Mesh mesh;        // as it comes in now
+  // Points of any mesh that follow (n x 3), where they are now, in the same axes; empty: the mesh itself is drawn. Where there are such
+  // points, vertices of supports and handles are theirs.
+  std::vector<double> drawn;
+  bool velocities = false;  // of what is drawn, for motion blur
   Build build;
   Motion motion;
   Inputs inputs;

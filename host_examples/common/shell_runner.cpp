@@ -123,15 +123,36 @@ std::string Notes::warning() const {
 
 const std::vector<double> &ShellRunner::rest() const {
   static const std::vector<double> none;
+  if (drawn_key_ != 0 && follower_.bound()) return follower_.rest();
   return model_ ? model_->rest() : none;
 }
 
+uint64_t ShellRunner::bytes() const {
+  uint64_t sum = cache_.size() * cache_.bytes_per_frame() + follower_.bytes();
+  sum += (deformed_.capacity() + velocities_.capacity()) * sizeof(double);
+  if (!model_) return sum;
+  const SwModelInfo info = model_->model().info();
+  return sum + info.bytes_model + info.bytes_state + model_->rest().capacity() * sizeof(double);
+}
+
 void ShellRunner::evaluate(const Request &request) {
-  check_build(request.mesh, request.build);
   check_motion(request);
-  check_handles(request);
+  if (request.drawn.empty()) {
+    run(request, At(request));
+    return;
+  }
+  Request led = request;
   const At at(request);
-  if (!model_serves(request, at)) build(request);
+  follower_.lead(led, at.start());
+  run(led, at);
+}
+
+void ShellRunner::run(const Request &request, const At &at) {
+  check_build(request.mesh, request.build);
+  check_handles(request);
+  const bool built = !model_serves(request, at);
+  if (built) build(request);
+  follow(request, at, built);
   const std::vector<Collider> &touched = request.inputs.colliders;
   const bool other_solids = colliders_.prepare(touched, request.inputs.object.scale);
   const uint64_t motion_key = key_of(request.motion, request.build, touched.size());
@@ -146,10 +167,27 @@ void ShellRunner::evaluate(const Request &request) {
   if (at.fraction > 0) {
     shellwarp::State copy = state_->clone();
     step(copy, request.inputs, at.fraction, false);
-    read(copy, request.certify);
+    read(copy, request);
   } else {
-    read(*state_, request.certify);
+    read(*state_, request);
   }
+}
+
+// What is drawn is bound to a new model, and anew at the start frame where it has changed. Velocities of the mesh itself need a binding
+// too.
+void ShellRunner::follow(const Request &request, const At &at, bool built) {
+  const bool other = !request.drawn.empty();
+  if (!other && !request.velocities) {
+    follower_.release();
+    drawn_key_ = 0;
+    return;
+  }
+  const std::vector<double> &points = other ? request.drawn : model_->rest();
+  const bool same = !built && follower_.bound() && other == (drawn_key_ != 0) && points.size() == follower_.rest().size();
+  const uint64_t key = other ? Hash().add_all(points).value() | 1 : 0;
+  if (same && (!at.start() || key == drawn_key_)) return;
+  follower_.bind(model_->model(), points);
+  drawn_key_ = key;
 }
 
 bool ShellRunner::model_serves(const Request &request, const At &at) const {
@@ -284,16 +322,22 @@ void ShellRunner::place_handles(shellwarp::State &state, const Inputs &inputs) c
   }
 }
 
-void ShellRunner::read(const shellwarp::State &state, bool certify) {
+void ShellRunner::read(const shellwarp::State &state, const Request &request) {
   const SwStateReport report = state.report();
-  std::vector<double> points(model_->rest().size());
-  state.positions(points.data(), model_->n_points(), SW_SPACE_FRAME);
+  std::vector<double> points, velocities;
+  if (follower_.bound()) points = follower_.read(state, request.velocities ? &velocities : nullptr);
+  if (request.drawn.empty()) {
+    points.resize(model_->rest().size());
+    state.positions(points.data(), model_->n_points(), SW_SPACE_FRAME);
+  }
+  for (double &v : velocities) v *= clock_;
   deformed_ = std::move(points);
+  velocities_ = std::move(velocities);
   notes_.turn_in_range = report.turn_in_range == 1;
   notes_.max_rotation = report.max_rotation;
   notes_.turned_too_far = report.fraction_turned_too_far;
   notes_.handles_missed = missed_;
-  notes_.certified = certify ? certificate_of(state) : "";
+  notes_.certified = request.certify ? certificate_of(state) : "";
 }
 
 }  // namespace host

@@ -17,6 +17,7 @@
 #pragma once
 
 #include "collider_set.hpp"
+#include "follower.hpp"
 #include "message.hpp"
 #include "request.hpp"
 #include "shell_model.hpp"
@@ -52,9 +53,13 @@ public:
   // Throws std::exception with a message for the user. The result is then as it was before.
   void evaluate(const Request &request);
 
-  // Rest shape and result in the object's space, n x 3. Empty before the first evaluation.
+  // Rest shape and result of what is drawn in the object's space, n x 3. Empty before the first evaluation.
   const std::vector<double> &rest() const;
   const std::vector<double> &deformed() const { return deformed_; }
+  // In the object's space and the scene's seconds, without the object's own motion. Empty where not asked for.
+  const std::vector<double> &velocities() const { return velocities_; }
+
+  uint64_t bytes() const;  // of model, frames and binding
 
   const Notes &notes() const { return notes_; }
   const StateCache &cache() const { return cache_; }
@@ -62,6 +67,8 @@ public:
 private:
   struct At;
 
+  void run(const Request &request, const At &at);
+  void follow(const Request &request, const At &at, bool built);
   bool model_serves(const Request &request, const At &at) const;
   void build(const Request &request);
   void restart(const Request &request);
@@ -71,7 +78,7 @@ private:
   void step(shellwarp::State &state, const Inputs &inputs, double frames, bool teleport) const;
   void place_handles(shellwarp::State &state, const Inputs &inputs) const;
   SwFrameDesc frame_of(const Inputs &inputs) const;
-  void read(const shellwarp::State &state, bool certify);
+  void read(const shellwarp::State &state, const Request &request);
 
   std::shared_ptr<const ShellModel> model_;
   uint64_t build_key_ = 0, rest_key_ = 0, motion_key_ = 0;
@@ -79,11 +86,13 @@ private:
   std::optional<shellwarp::State> state_;
   StateCache cache_;
   ColliderSet colliders_;
+  Follower follower_;
+  uint64_t drawn_key_ = 0;
   double clock_ = 1;       // the library's seconds in one of the scene's
   double frame_time_ = 0;  // s of the scene
   double unit_ = 1;        // world lengths in one of the object's, as at the start
 
-  std::vector<double> deformed_;
+  std::vector<double> deformed_, velocities_;
   uint32_t missed_ = 0;
   Notes notes_;
 };

@@ -6,7 +6,7 @@
 #include "blend.hpp"
 #include "message.hpp"
 #include "pull.hpp"
-#include "shell_runner.hpp"
+#include "runner_store.hpp"
 
 #include <GU/GU_Detail.h>
 #include <OP/OP_Operator.h>
@@ -20,15 +20,17 @@
 #include <UT/UT_Interrupt.h>
 
 #include <exception>
+#include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 const UT_StringHolder SOP_ShellWarp::theSOPTypeName("shellwarp");
 
 void newSopOperator(OP_OperatorTable *table) {
   table->addOperator(new OP_Operator(SOP_ShellWarp::theSOPTypeName, "Shell Warp", SOP_ShellWarp::myConstructor,
-                                     SOP_ShellWarp::buildTemplates(), 1, 3, nullptr, 0));
+                                     SOP_ShellWarp::buildTemplates(), 1, 4, nullptr, 0));
 }
 
 static const char *theDsFile = R"THEDSFILE(
@@ -79,6 +81,7 @@ static const char *theDsFile = R"THEDSFILE(
     parm { name "collidert" label "Collider Translate" type vector size 3 default { "0" "0" "0" } }
     parm { name "colliderr" label "Collider Rotate" type vector size 3 default { "0" "0" "0" } }
     parm { name "envelope" label "Envelope" type float default { "1" } range { 0 1 } }
+    parm { name "velocity" label "Velocity for Motion Blur" type toggle default { "0" } }
     parm { name "weightattrib" label "Weight Attribute" type string default { "" } }
 }
 )THEDSFILE";
@@ -105,6 +108,9 @@ PRM_Template *SOP_ShellWarp::buildTemplates() {
   if (builder.justBuilt()) {
     builder.setChoiceListPtr("method", &method_menu());
     builder.setChoiceListPtr("preset", &preset_menu());
+    builder.setChoiceListPtr("supportgroup", &SOP_Node::pointGroupMenu);
+    for (const char *attribute : {"supportattrib", "weightattrib"})
+      builder.setChoiceListPtr(attribute, &SOP_Node::pointAttribReplaceMenu);
   }
   return builder.templates();
 }
@@ -119,16 +125,45 @@ SOP_ShellWarp::SOP_ShellWarp(OP_Network *network, const char *name, OP_Operator 
 
 const char *SOP_ShellWarp::inputLabel(unsigned index) const {
   static const char *const labels[] = {"Polygons to deform", "Points that hold or lead them",
-                                       "Polygons that they touch"};
-  return index < 3 ? labels[index] : "";
+                                       "Polygons that they touch",
+                                       "Polygons to simulate in their place"};
+  return index < 4 ? labels[index] : "";
 }
 
 namespace {
 
-// The shell of one node. Houdini may drop it: the next cook then builds anew.
+// Shells whose node's cache Houdini has dropped, or whose turn in a loop is over. It is never destroyed: caches may end after all else.
+host::RunnerStore &store() {
+  static host::RunnerStore *shells = new host::RunnerStore;
+  return *shells;
+}
+
+// The shell of one node. Houdini says that it may, or may not, keep it from cook to cook: what is dropped goes to the store.
 class ShellWarpCache : public SOP_NodeCache {
 public:
-  host::ShellRunner runner;
+  ~ShellWarpCache() override {
+    if (runner_ && key_) store().keep(key_, std::move(runner_));
+  }
+
+  // The shell to go on with. In a compiled loop one cache meets many pieces: there each piece has a shell by its own points.
+  host::ShellRunner &runner(const host::Request &request, const SOP_NodeVerb::CookParms &cookparms) {
+    const OP_Node *node = cookparms.getSrcNode();
+    const uint64_t key = host::identity(request, node ? node->getUniqueId() : 0);
+    const bool compiled = cookparms.getNode() == nullptr;
+    if (runner_ && compiled && key != key_) store().keep(key_, std::move(runner_));
+    if (!runner_) runner_ = store().take(key);
+    if (!runner_) runner_ = std::make_unique<host::ShellRunner>();
+    key_ = key;
+    return *runner_;
+  }
+
+  int64 getMemoryUsage(bool inclusive) const override {
+    return static_cast<int64>((inclusive ? sizeof(*this) : 0) + (runner_ ? runner_->bytes() : 0));
+  }
+
+private:
+  std::unique_ptr<host::ShellRunner> runner_;
+  uint64_t key_ = 0;  // of the input at the last cook
 };
 
 class ShellWarpVerb : public SOP_NodeVerb {
@@ -213,6 +248,7 @@ void pull_settings(const SOP_ShellWarpParms &parms, host::Request &request) {
   build.auto_error = parms.getAutoerror();
   build.double_precision = parms.getDoubleprecision();
   request.certify = parms.getCertify();
+  request.velocities = parms.getVelocity();
   pull_stiffness(parms, build.stiffness);
 
   const UT_Vector3D gravity = parms.getGravity(), t = parms.getFramet(), r = parms.getFramer();
@@ -221,27 +257,45 @@ void pull_settings(const SOP_ShellWarpParms &parms, host::Request &request) {
   request.inputs.object = request.inputs.frame;
 }
 
+constexpr const char *kVertexNormals = "N of vertices is as it came in; put a Normal node behind this one";
+
+// The first input, or polygons of the fourth in its place, which it then follows.
+void pull_shell(const SOP_NodeVerb::CookParms &cookparms, const GU_Detail &detail, host::Request &request) {
+  const GU_Detail *simulated = cookparms.inputGeo(3);
+  if (!simulated || simulated->getNumPoints() == 0) {
+    pull_mesh(detail, request.mesh);
+    return;
+  }
+  request.drawn = points_of(detail);
+  try {
+    pull_mesh(*simulated, request.mesh);
+  } catch (const host::HostError &error) {
+    throw host::HostError(std::string("the fourth input: ") + error.what());
+  }
+}
+
 void ShellWarpVerb::cook(const CookParms &cookparms) const {
   const auto &parms = cookparms.parms<SOP_ShellWarpParms>();
   GU_Detail *detail = cookparms.gdh().gdpNC();
   if (parms.getEnvelope() == 0) return;
 
   ShellWarpCache passing;  // where Houdini keeps none
-  auto *cache = static_cast<ShellWarpCache *>(cookparms.cache());
-  host::ShellRunner &runner = cache ? cache->runner : passing.runner;
+  auto *kept = static_cast<ShellWarpCache *>(cookparms.cache());
   try {
     UT_AutoInterrupt boss("Building and stepping the shell");
     host::Request request;
     request.interrupted = [&boss] { return boss.wasInterrupted(); };
     pull_settings(parms, request);
-    pull_mesh(*detail, request.mesh);
+    pull_shell(cookparms, *detail, request);
     pull_supports(*detail, parms.getSupportgroup(), parms.getSupportattrib(), request.build.held);
     if (const GU_Detail *points = cookparms.inputGeo(1)) pull_handles(*points, request.inputs.handles);
     const GU_Detail *touched = cookparms.inputGeo(2);
     if (touched && touched->getNumPoints() > 0) request.inputs.colliders.push_back(collider_of(parms, *touched));
+    host::ShellRunner &runner = (kept ? *kept : passing).runner(request, cookparms);
     runner.evaluate(request);
     push(*detail, runner, parms.getEnvelope(), parms.getWeightattrib());
-    const std::string warning = runner.notes().warning();
+    std::string warning = runner.notes().warning();
+    if (!push_normals(*detail)) warning += (warning.empty() ? "" : "\n") + std::string(kVertexNormals);
     if (!warning.empty()) cookparms.sopAddWarning(SOP_MESSAGE, warning.c_str());
   } catch (const std::exception &error) {
     cookparms.sopAddError(SOP_MESSAGE, error.what());

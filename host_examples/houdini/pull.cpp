@@ -6,8 +6,10 @@
 #include <GA/GA_Handle.h>
 #include <GA/GA_Iterator.h>
 #include <GEO/GEO_PrimPoly.h>
+#include <GOP/GOP_Manager.h>
 #include <UT/UT_Quaternion.h>
 
+#include <cmath>
 #include <string>
 
 namespace {
@@ -22,15 +24,33 @@ GA_ROHandleF float_attribute(const GU_Detail &detail, const UT_StringHolder &nam
   return handle;
 }
 
+// Half the polygon's area as a vector, to each of its points. Houdini's polygons are seen from where they run clockwise.
+void add_area(const GA_Primitive &polygon, const std::vector<double> &points, std::vector<double> &sums) {
+  double area[3] = {0, 0, 0};
+  const GA_Size n = polygon.getVertexCount();
+  for (GA_Size k = 0; k < n; ++k) {
+    const double *a = &points[3 * static_cast<std::size_t>(polygon.getPointIndex((k + 1) % n))];
+    const double *b = &points[3 * static_cast<std::size_t>(polygon.getPointIndex(k))];
+    for (int i = 0; i < 3; ++i) area[i] += a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3];
+  }
+  for (GA_Size k = 0; k < n; ++k)
+    for (std::size_t i = 0; i < 3; ++i) sums[3 * static_cast<std::size_t>(polygon.getPointIndex(k)) + i] += area[i] / 2;
+}
+
 }  // namespace
 
-void pull_mesh(const GU_Detail &detail, host::Mesh &mesh) {
-  mesh.points.resize(3 * static_cast<std::size_t>(detail.getNumPoints()));
+std::vector<double> points_of(const GU_Detail &detail) {
+  std::vector<double> points(3 * static_cast<std::size_t>(detail.getNumPoints()));
   for (GA_Iterator it(detail.getPointRange()); !it.atEnd(); ++it) {
     const UT_Vector3 x = detail.getPos3(*it);
-    double *to = &mesh.points[3 * std::size_t(index_of(detail, *it))];
+    double *to = &points[3 * std::size_t(index_of(detail, *it))];
     to[0] = x.x(), to[1] = x.y(), to[2] = x.z();
   }
+  return points;
+}
+
+void pull_mesh(const GU_Detail &detail, host::Mesh &mesh) {
+  mesh.points = points_of(detail);
   for (GA_Iterator it(detail.getPrimitiveRange()); !it.atEnd(); ++it) {
     const GA_Primitive *primitive = detail.getPrimitive(*it);
     if (primitive->getTypeId().get() != GEO_PRIMPOLY || !static_cast<const GEO_PrimPoly *>(primitive)->isClosed())
@@ -44,10 +64,11 @@ void pull_mesh(const GU_Detail &detail, host::Mesh &mesh) {
 
 void pull_supports(const GU_Detail &detail, const UT_StringHolder &group, const UT_StringHolder &attribute,
                    std::vector<uint32_t> &held) {
+  GOP_Manager groups;  // owns what a pattern makes
   const GA_PointGroup *members = nullptr;
   if (group.isstring()) {
-    members = detail.findPointGroup(group);
-    if (!members) throw host::HostError(std::string("there is no point group ") + group.c_str());
+    members = groups.parsePointGroups(group, GOP_Manager::GroupCreator(&detail));
+    if (!members) throw host::HostError(std::string("there are no points of the group ") + group.c_str());
   }
   GA_ROHandleF painted;
   if (attribute.isstring()) painted = float_attribute(detail, attribute);
@@ -85,6 +106,15 @@ void pull_handles(const GU_Detail &points, std::vector<host::Handle> &handles) {
 void push(GU_Detail &detail, const host::ShellRunner &runner, double envelope, const UT_StringHolder &weights) {
   GA_ROHandleF weight;
   if (weights.isstring()) weight = float_attribute(detail, weights);
+  GA_RWHandleV3 velocity;
+  if (!runner.velocities().empty()) {
+    GA_RWAttributeRef attribute = detail.findFloatTuple(GA_ATTRIB_POINT, "v", 3, 3);
+    if (!attribute.isValid()) {
+      attribute = detail.addFloatTuple(GA_ATTRIB_POINT, "v", 3);
+      attribute.setTypeInfo(GA_TYPE_VECTOR);
+    }
+    velocity = GA_RWHandleV3(attribute);
+  }
   for (GA_Iterator it(detail.getPointRange()); !it.atEnd(); ++it) {
     const std::size_t at = 3 * std::size_t(index_of(detail, *it));
     const UT_Vector3 x = detail.getPos3(*it);
@@ -93,6 +123,36 @@ void push(GU_Detail &detail, const host::ShellRunner &runner, double envelope, c
     const double share = weight.isValid() ? envelope * static_cast<double>(weight.get(*it)) : envelope;
     host::blend_point(out, in, &runner.rest()[at], &runner.deformed()[at], share);
     detail.setPos3(*it, UT_Vector3(static_cast<float>(out[0]), static_cast<float>(out[1]), static_cast<float>(out[2])));
+    if (!velocity.isValid()) continue;
+    // What came in moves as well: the shell's motion is added to its v.
+    const UT_Vector3 before = velocity.get(*it);
+    const double *v = &runner.velocities()[at];
+    velocity.set(*it, UT_Vector3(before.x() + static_cast<float>(share * v[0]), before.y() + static_cast<float>(share * v[1]),
+                                 before.z() + static_cast<float>(share * v[2])));
   }
   detail.getP()->bumpDataId();
+  if (velocity.isValid()) velocity.bumpDataId();
+}
+
+// By Newell's sum of a polygon, which weighs by area: quads and polygons need no triangles.
+bool push_normals(GU_Detail &detail) {
+  GA_RWHandleV3 normal(&detail, GA_ATTRIB_POINT, "N");
+  if (normal.isValid()) {
+    const std::vector<double> points = points_of(detail);
+    std::vector<double> sums(points.size());
+    for (GA_Iterator it(detail.getPrimitiveRange()); !it.atEnd(); ++it) {
+      const GA_Primitive *polygon = detail.getPrimitive(*it);
+      if (polygon->getTypeId().get() != GEO_PRIMPOLY) continue;
+      add_area(*polygon, points, sums);
+    }
+    for (GA_Iterator it(detail.getPointRange()); !it.atEnd(); ++it) {
+      const double *n = &sums[3 * std::size_t(index_of(detail, *it))];
+      const double length = std::sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+      if (length > 0)
+        normal.set(*it, UT_Vector3(static_cast<float>(n[0] / length), static_cast<float>(n[1] / length),
+                                   static_cast<float>(n[2] / length)));
+    }
+    normal.bumpDataId();
+  }
+  return !GA_ROHandleV3(&detail, GA_ATTRIB_VERTEX, "N").isValid();
 }

@@ -11,6 +11,8 @@
 #include <vector>
 
 void pull_mesh(const GU_Detail &detail, host::Mesh &mesh);
+std::vector<double> points_of(const GU_Detail &detail);  // n x 3
+// `group` is a pattern, as in every node: names, wildcards, numbers.
 void pull_supports(const GU_Detail &detail, const UT_StringHolder &group, const UT_StringHolder &attribute,
                    std::vector<uint32_t> &held);
 
@@ -18,5 +20,7 @@ void pull_supports(const GU_Detail &detail, const UT_StringHolder &group, const 
 // i@holdorientation (0), f@compliance (0); in brackets what holds where the attribute is missing.
 void pull_handles(const GU_Detail &points, std::vector<host::Handle> &handles);
 
-// Writes P, and nothing else. `weights` names a point attribute, or is empty.
+// Writes P, and v where the runner has velocities. `weights` names a point attribute, or is empty.
 void push(GU_Detail &detail, const host::ShellRunner &runner, double envelope, const UT_StringHolder &weights);
+// Where points have N: of the polygons as they are now. False where vertices have N, which is left.
+bool push_normals(GU_Detail &detail);

@@ -1,5 +1,6 @@
 // The glue of the host examples, without any host: building, frames, scrubbing, sub-frames, poses, messages.
 #include "blend.hpp"
+#include "runner_store.hpp"
 #include "shell_runner.hpp"
 #include "test_support.h"
 
@@ -8,6 +9,7 @@
 #include <clocale>
 #include <functional>
 #include <locale>
+#include <memory>
 #include <random>
 #include <string>
 #include <vector>
@@ -1039,9 +1041,90 @@ void a_solid_that_cannot_be_made_is_named() {
              "a plane needs flat ones");
 }
 
+// -------------------------------------------------------------------------------------------------------- what is drawn
+
+// Drawn points a little off the simulated ones, and in another order: supports and a handle that turns are named by them. The handle's
+// target is the drawn point's, so both runs lead the shell alike.
+void drawn_points_follow_and_their_supports_and_handles_are_those_of_the_mesh() {
+  const Vec3 off = {0.01, -0.02, 0.03};
+  const auto drawn = [off](double frame) {
+    Request request = lively_request(frame);
+    const uint32_t n = request.mesh.n_points();
+    request.drawn.resize(3 * std::size_t(n));
+    for (uint32_t i = 0; i < n; ++i)
+      for (std::size_t k = 0; k < 3; ++k)
+        request.drawn[3 * std::size_t(n - 1 - i) + k] = request.mesh.points[3 * std::size_t(i) + k] + off[k];
+    for (uint32_t &vertex : request.build.held) vertex = n - 1 - vertex;
+    host::Handle &handle = request.inputs.handles[0];
+    handle.vertex = n - 1 - handle.vertex;
+    host::Pose turn = handle.target;
+    turn.scale = 1;
+    handle.target.origin = host::apply(turn, off);
+    return request;
+  };
+  ShellRunner own, led;
+  for (int frame = 0; frame <= 12; ++frame) {
+    own.evaluate(lively_request(frame));
+    led.evaluate(drawn(frame));
+    const std::size_t n = own.deformed().size() / 3;
+    CHECK(led.rest().size() == 3 * n && led.rest() != own.rest());
+    // Each drawn point keeps its distance of 0.037 to its own vertex, to a hundredth and the floats of the binding.
+    for (std::size_t i = 0; i < n; ++i) {
+      double squared = 0;
+      for (std::size_t k = 0; k < 3; ++k) {
+        const double d = led.deformed()[3 * (n - 1 - i) + k] - own.deformed()[3 * i + k];
+        squared += d * d;
+      }
+      CHECK_NEAR(std::sqrt(squared), std::sqrt(0.0014), 4e-4);
+    }
+  }
+  Request wrong = drawn(3);
+  wrong.build.held.push_back(5000);
+  FAILS_WITH(led.evaluate(wrong), "the supports have vertex 5000, but there are");
+}
+
+void velocities_are_asked_for_and_are_of_the_scenes_seconds() {
+  ShellRunner runner;
+  Request request = at_frame(strip_request(), 5);
+  runner.evaluate(request);
+  CHECK(runner.velocities().empty());
+  const std::vector<double> plain = runner.deformed();
+  request.velocities = true;
+  runner.evaluate(request);
+  CHECK(runner.deformed() == plain);  // the mesh itself is read as ever
+  const double v = runner.velocities()[3 * strip_vertex(STRIP_COLUMNS - 1, 1) + 2], before = tip_height(runner);
+  runner.evaluate(at_frame(strip_request(), 5.01));
+  CHECK_NEAR(v, (tip_height(runner) - before) * 24 / 0.01, 0.01 * std::fabs(v));  // half a hundredth of a frame's change
+  CHECK(v < -0.1);
+}
+
+void the_store_gives_back_what_it_keeps_and_drops_the_oldest() {
+  host::RunnerStore store;
+  CHECK(!store.take(3));
+  const host::ShellRunner *third = nullptr;
+  for (uint64_t key = 0; key <= host::RunnerStore::limit; ++key) {
+    auto runner = std::make_unique<ShellRunner>();
+    if (key == 3) third = runner.get();
+    store.keep(key, std::move(runner));
+  }
+  CHECK(store.size() == host::RunnerStore::limit && !store.take(0));
+  const std::unique_ptr<ShellRunner> taken = store.take(3);
+  CHECK(taken.get() == third && !store.take(3));
+
+  // One that gave its shell back goes on where it was; another node, or another place, is another shell.
+  Request request = strip_request();
+  const uint64_t key = host::identity(request, 1);
+  CHECK(key != host::identity(request, 2));
+  request.mesh.points[5] += 1e-9;
+  CHECK(key != host::identity(request, 1));
+}
+
 }  // namespace
 
 int main() {
+  RUN(drawn_points_follow_and_their_supports_and_handles_are_those_of_the_mesh);
+  RUN(velocities_are_asked_for_and_are_of_the_scenes_seconds);
+  RUN(the_store_gives_back_what_it_keeps_and_drops_the_oldest);
   RUN(the_start_frame_is_the_rest_shape);
   RUN(playing_is_the_library_stepped_frame_by_frame);
   RUN(every_frame_is_stepped_once_and_the_model_built_once);

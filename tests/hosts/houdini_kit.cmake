@@ -37,13 +37,25 @@ run_step(${configure} "-DHFS=${WORK}")
 must_match("${output}" "Houdini: HFS is [^ ]*, without toolkit/cmake/HoudiniConfig.cmake")
 refused_step("HFS is [^ ]*, without toolkit" "${CMAKE_COMMAND}" --build "${WORK}/build" --target shellwarp_houdini_tree)
 
+# And one of which a part is there: the part that is missing is named.
+file(RENAME "${hfs}/toolkit/cmake" "${hfs}/toolkit/elsewhere")
+run_step(${configure} "-DHFS=${hfs}")
+string(REPLACE "\n" " " output "${output}")
+must_match("${output}" "without toolkit/cmake/HoudiniConfig.cmake; its headers are there")
+file(RENAME "${hfs}/toolkit/elsewhere" "${hfs}/toolkit/cmake")
+file(RENAME "${hfs}/toolkit/include/SOP" "${hfs}/toolkit/include/elsewhere")
+run_step(${configure} "-DHFS=${hfs}")
+string(REPLACE "\n" " " output "${output}")
+must_match("${output}" "without toolkit/include/SOP/SOP_NodeVerb.h")
+file(RENAME "${hfs}/toolkit/include/elsewhere" "${hfs}/toolkit/include/SOP")
+
 run_step(${configure} "-DHFS=${hfs}")
 must_match("${output}" "Houdini 20.5.0 in ")
 run_step("${CMAKE_COMMAND}" --build "${WORK}/build" --target shellwarp_houdini_tree)
 unpack_elsewhere(houdini shellwarp-${VERSION}-houdini20.5-linux)
 file(REMOVE_RECURSE "${WORK}/build")
 same_files("shellwarp.json;shellwarp/config/Icons/SOP_shellwarp.svg;shellwarp/dso/SOP_ShellWarp.so;\
-shellwarp/dso/libshellwarp.so.0;shellwarp/licences/LICENSE-APACHE;shellwarp/licences/LICENSE-MIT;\
+shellwarp/dso/libshellwarp.so.0;shellwarp/help/nodes/sop/shellwarp.txt;shellwarp/licences/LICENSE-APACHE;shellwarp/licences/LICENSE-MIT;\
 shellwarp/licences/THIRD_PARTY.md")
 
 # Where Houdini looks: the folder beside the package file joins HOUDINI_PATH, in this Houdini alone.

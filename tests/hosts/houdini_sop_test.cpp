@@ -94,9 +94,10 @@ struct Scene {
 // ---------------------------------------------------------------------------------------------------------------- time
 
 void the_operator_takes_a_mesh_and_perhaps_handles() {
-  CHECK(plugin->op().name == "shellwarp" && plugin->op().min_sources == 1 && plugin->op().max_sources == 3);
+  CHECK(plugin->op().name == "shellwarp" && plugin->op().min_sources == 1 && plugin->op().max_sources == 4);
   CHECK(std::string(plugin->create()->inputLabel(1)) == "Points that hold or lead them");
   CHECK(std::string(plugin->create()->inputLabel(2)) == "Polygons that they touch");
+  CHECK(std::string(plugin->create()->inputLabel(3)) == "Polygons to simulate in their place");
 }
 
 void the_documentation_names_every_parameter(const char *page) {
@@ -144,12 +145,58 @@ void motion_blur_samples_do_not_disturb_the_frames() {
   }
 }
 
-void a_dropped_cache_costs_time_and_not_the_motion() {
+// Houdini may keep a node's cache, or not: the shell goes on where it was, also while something moves.
+void a_dropped_cache_changes_nothing() {
   Scene kept, dropped;
   dropped.cook.keep_cache = false;
-  const Points expected = kept.play(12);
-  CHECK(same(dropped.at(12), expected));  // nothing moves but the shell, so the jump is exact
-  CHECK(!dropped.cook.warnings.empty() && contains(dropped.cook.warnings[0], "play from the start frame"));
+  for (int frame = 1; frame <= 12; ++frame) {
+    for (Scene *scene : {&kept, &dropped}) scene->cook.set("framet", {0, 0, 0.01 * frame * frame});
+    CHECK(same(dropped.at(frame), kept.at(frame)));
+  }
+  CHECK(dropped.cook.warnings.empty() && dropped.cook.errors.empty());
+}
+
+// A compiled loop over three pieces with one cache, or with none kept: each piece is what a node of its own gives.
+void pieces_of_a_compiled_loop_keep_apart() {
+  for (const bool keep : {true, false}) {
+    std::vector<std::unique_ptr<Scene>> alone;
+    std::vector<GU_Detail> pieces;
+    for (int k = 0; k < 3; ++k) {
+      alone.push_back(std::make_unique<Scene>());
+      for (UT_Vector3 &p : alone.back()->geometry().points)
+        p = UT_Vector3(p.x(), p.y(), p.z() * (1.1f + 0.2f * float(k)));
+      pieces.push_back(alone.back()->mesh);
+    }
+    Scene loop;
+    loop.cook.compiled = true;
+    loop.cook.keep_cache = keep;
+    for (int frame = 1; frame <= 8; ++frame)
+      for (std::size_t k = 0; k < 3; ++k) {
+        loop.cook.inputs[0] = &pieces[k];
+        for (Scene *scene : {&loop, alone[k].get()}) scene->cook.set("framet", {0, 0.01 * frame * frame, 0});
+        CHECK(same(loop.at(frame), alone[k]->at(frame)));
+        CHECK(loop.cook.warnings.empty() && loop.cook.errors.empty());
+      }
+  }
+}
+
+void a_jumped_frame_is_marked_as_not_simulated() {
+  Scene scene;
+  scene.at(1);
+  scene.cook.set("framet", {0, 0, 1});
+  scene.at(9);
+  CHECK(scene.cook.warnings.size() == 1 && contains(scene.cook.warnings[0], "not simulated: frames were skipped"));
+}
+
+// A frame is some hundred bytes; a model of 123 points and 6 modes is above 24 bytes for each.
+void the_cache_tells_its_memory() {
+  Scene scene;
+  scene.at(1);
+  const int64 at_start = scene.cook.cache->getMemoryUsage(false);
+  scene.play(40);
+  const int64 later = scene.cook.cache->getMemoryUsage(false);
+  CHECK(at_start > STRIP_VERTICES * 6 * 24 && later > at_start + 39 * 200 && later < at_start + 39 * 4000);
+  CHECK(scene.cook.cache->getMemoryUsage(true) > later);
 }
 
 // ---------------------------------------------------------------------------------------------------------- parameters
@@ -230,6 +277,13 @@ void every_parameter_changes_the_result() {
         painted[60] = 0.8;
       },
       word("supportattrib", "pin")));
+  const auto same_points = [](const char *pattern) {
+    Scene named, by_pattern;
+    named.geometry().group("more", {0, 1, 2, 60, 61}), by_pattern.geometry().group("more", {0, 1, 2, 60, 61});
+    named.cook.set_text("supportgroup", "more"), by_pattern.cook.set_text("supportgroup", pattern);
+    return same(named.play(6), by_pattern.play(6)) && by_pattern.cook.errors.empty();
+  };
+  CHECK(same_points("0-2 60 61") && same_points("mo*") && same_points("held 60-61"));
   CHECK(changes(nothing, number("envelope", {0.5})));
   CHECK(changes([](Scene &s) { s.geometry().attributes["soft"].assign(STRIP_VERTICES, 0.5); },
                 word("weightattrib", "soft")));
@@ -327,6 +381,107 @@ void envelope_and_weights_scale_each_point() {
   CHECK(same(none.play(5), none.geometry().points) && none.cook.output.getP()->bumps == 0);
 }
 
+// -------------------------------------------------------------------------------------------------------- what is drawn
+
+// v against the positions a thousandth of a frame apart; what came in with a motion of its own keeps it.
+void velocities_are_those_of_the_positions() {
+  Scene scene;
+  scene.geometry().attributes["v"].assign(3 * STRIP_VERTICES, 2);
+  scene.cook.set("velocity", {1});
+  scene.cook.set("doubleprecision", {1});
+  scene.play(10);
+  const Points before = scene.cook.output.fake_geometry().points;
+  const std::vector<double> v = scene.cook.output.fake_geometry().attributes["v"];
+  CHECK(scene.cook.output.fake_geometry().bumps["v"] == 1);
+  const double frames = 0.02;
+  const Points after = scene.at(10 + frames);
+  double fastest = 0;
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    const double seen = double(after[i].y() - before[i].y()) * 24 / frames;
+    CHECK_NEAR(v[3 * i + 1] - 2, seen, 0.05);  // P's floats of 1e-7 over 1e-3 s, and half a step's acceleration
+    fastest = std::max(fastest, std::fabs(v[3 * i + 1] - 2));
+  }
+  CHECK(fastest > 0.5);
+
+  Scene plain;
+  plain.play(3);
+  CHECK(plain.cook.output.fake_geometry().attributes.count("v") == 0);
+  Scene made;
+  made.cook.set("velocity", {1});
+  made.play(3);
+  CHECK(made.cook.output.fake_geometry().vectors.count("v") == 1);
+}
+
+void normals_of_points_are_those_of_the_bent_polygons() {
+  Scene scene;
+  scene.geometry().attributes["N"].assign(3 * STRIP_VERTICES, 0);
+  scene.play(20);
+  const fake::Geometry &out = scene.cook.output.fake_geometry();
+  for (int i = 0; i < STRIP_VERTICES; ++i) {
+    const double *n = &out.attributes.at("N")[3 * std::size_t(i)];
+    CHECK_NEAR(n[0] * n[0] + n[1] * n[1] + n[2] * n[2], 1, 1e-6);
+  }
+  // At the tip the strip has turned about z: the normal is across it, by two points of its middle row.
+  const UT_Vector3 a = out.points[kTip - 3], b = out.points[kTip];
+  const double *n = &out.attributes.at("N")[3 * std::size_t(kTip)];
+  const double along = (double(b.x() - a.x()) * n[0] + double(b.y() - a.y()) * n[1]) / std::hypot(b.x() - a.x(), b.y() - a.y());
+  CHECK(std::fabs(along) < 0.05 && std::fabs(n[1]) < 0.999);
+  CHECK(scene.cook.warnings.empty());
+  scene.geometry().of_vertices.insert("N");
+  scene.at(20);
+  CHECK(scene.cook.warnings.size() == 1 && contains(scene.cook.warnings[0], "N of vertices is as it came in"));
+}
+
+// A sheet of quads of two sides, a little above and below, follows the strip: as the strip's own points where they coincide, and its
+// groups and handles are named by its own points.
+void the_first_input_follows_what_is_simulated() {
+  Scene own, led;
+  const GU_Detail strip = led.mesh;
+  GU_Detail sheet;
+  fake::Geometry &drawn = sheet.fake_geometry();
+  for (const float side : {0.02f, -0.02f, 0.0f})
+    for (const UT_Vector3 &p : strip.fake_geometry().points) drawn.points.emplace_back(p.x(), side, p.z());
+  add_polygon(drawn, {0, 1, 4, 3});  // any faces: two sides that share no edge
+  add_polygon(drawn, {3, 4, 1, 0});
+  drawn.group("held", {0, 1, 2});
+  led.cook.inputs[0] = &sheet;
+  led.cook.inputs[3] = &strip;
+  double lowest = 0;
+  for (int frame = 1; frame <= 12; ++frame) {
+    const Points alone = own.at(frame), out = led.at(frame);
+    lowest = std::min(lowest, own.tip());
+    for (std::size_t i = 0; i < alone.size(); ++i) {
+      const UT_Vector3 middle = out[i + 2 * alone.size()], up = out[i], down = out[i + alone.size()];
+      CHECK_NEAR(middle.x(), alone[i].x(), 1e-5);  // floats of the binding, of 4
+      CHECK_NEAR(middle.y(), alone[i].y(), 1e-5);
+      const double thick = std::hypot(std::hypot(up.x() - down.x(), up.y() - down.y()), up.z() - down.z());
+      CHECK_NEAR(thick, 0.04, 4e-4);  // a hundredth: points off the surface keep their distance
+    }
+  }
+  CHECK(lowest < -0.05 && led.cook.errors.empty() && led.cook.warnings.empty());
+
+  led.lead(kTip, UT_Vector3(3.9f, 0.3f, 0));
+  for (int frame = 13; frame <= 40; ++frame) led.at(frame);
+  const UT_Vector3 tip = led.cook.output.fake_geometry().points[kTip];
+  CHECK_NEAR(tip.y(), 0.3, 0.02);  // the strip's vertex is led so; the drawn one is 0.02 beside it and turns
+  led.lead(3 * STRIP_VERTICES, UT_Vector3());
+  led.at(40);
+  CHECK(led.cook.errors.size() == 1 && contains(led.cook.errors[0], "but there are 369"));
+  led.cook.inputs[1] = nullptr;
+  GU_Detail broken = strip;
+  broken.fake_geometry().primitives[2].closed = false;
+  led.cook.inputs[3] = &broken;
+  led.at(40);
+  CHECK(led.cook.errors.size() == 1 && contains(led.cook.errors[0], "the fourth input: primitive 2 is no closed polygon"));
+}
+
+void the_menus_of_groups_and_attributes_are_houdinis() {
+  const std::unique_ptr<SOP_Node> node = plugin->create();
+  const auto &parms = node->fake_cook().parms;
+  CHECK(parms.at("supportgroup").menu == &SOP_Node::pointGroupMenu);
+  for (const char *name : {"supportattrib", "weightattrib"}) CHECK(parms.at(name).menu == &SOP_Node::pointAttribReplaceMenu);
+}
+
 // ------------------------------------------------------------------------------------------------------------- handles
 
 void a_handle_point_leads_its_point() {
@@ -369,7 +524,7 @@ void expect_error(const std::function<void(Scene &)> &spoil, const char *part) {
 }
 
 void what_a_user_can_mend_is_named_and_the_mesh_passes_through() {
-  expect_error([](Scene &s) { s.cook.set_text("supportgroup", "none"); }, "there is no point group none");
+  expect_error([](Scene &s) { s.cook.set_text("supportgroup", "none"); }, "there are no points of the group none");
   expect_error([](Scene &s) { s.cook.set_text("supportattrib", "none"); }, "there is no point attribute none");
   expect_error([](Scene &s) { s.cook.set_text("weightattrib", "none"); }, "there is no point attribute none");
   expect_error([](Scene &s) { s.geometry().primitives[4].closed = false; }, "primitive 4 is no closed polygon");
@@ -521,7 +676,14 @@ int main(int argc, char **argv) {
     RUN(playing_moves_P_alone_and_says_so);
     RUN(scrubbing_repeats_playing_bit_for_bit);
     RUN(motion_blur_samples_do_not_disturb_the_frames);
-    RUN(a_dropped_cache_costs_time_and_not_the_motion);
+    RUN(a_dropped_cache_changes_nothing);
+    RUN(pieces_of_a_compiled_loop_keep_apart);
+    RUN(a_jumped_frame_is_marked_as_not_simulated);
+    RUN(the_cache_tells_its_memory);
+    RUN(velocities_are_those_of_the_positions);
+    RUN(normals_of_points_are_those_of_the_bent_polygons);
+    RUN(the_first_input_follows_what_is_simulated);
+    RUN(the_menus_of_groups_and_attributes_are_houdinis);
     RUN(the_menu_of_methods_is_the_librarys_table);
     RUN(every_method_of_the_table_moves_the_polygons_or_is_told_of);
     RUN(every_parameter_changes_the_result);

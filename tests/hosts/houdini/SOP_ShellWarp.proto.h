@@ -45,6 +45,7 @@ public:
   UT_Vector3D getCollidert() const { return collidert_; }
   UT_Vector3D getColliderr() const { return colliderr_; }
   fpreal getEnvelope() const { return envelope_; }
+  bool getVelocity() const { return velocity_; }
   const UT_StringHolder &getWeightattrib() const { return weightattrib_; }
 
   void fake_load(const std::map<std::string, fake::Parm> &values) override {
@@ -84,6 +85,7 @@ public:
     collidert_ = vector(at(values, "collidert", "vector"));
     colliderr_ = vector(at(values, "colliderr", "vector"));
     envelope_ = at(values, "envelope", "float").numbers[0];
+    velocity_ = at(values, "velocity", "toggle").numbers[0] != 0;
     weightattrib_ = at(values, "weightattrib", "string").text.c_str();
   }
 
@@ -135,5 +137,6 @@ private:
   UT_Vector3D collidert_;
   UT_Vector3D colliderr_;
   fpreal envelope_ = 0;
+  bool velocity_ = false;
   UT_StringHolder weightattrib_;
 };

@@ -197,14 +197,59 @@ void GU_Detail::setPos3(GA_Offset offset, const UT_Vector3 &position) {
   geometry_->points.at(static_cast<std::size_t>(pointIndex(offset))) = position;
 }
 GA_Attribute *GU_Detail::getP() { return &geometry_->position; }
-const GA_PointGroup *GU_Detail::findPointGroup(const UT_StringRef &name) const {
-  const auto found = geometry_->groups.find(name.c_str());
-  return found == geometry_->groups.end() ? nullptr : &found->second;
+GA_RWAttributeRef GU_Detail::findFloatTuple(GA_AttributeOwner owner, const UT_StringRef &name, int, int) {
+  GA_RWAttributeRef found;
+  if (owner == GA_ATTRIB_POINT && geometry_->attributes.count(name.c_str())) found.detail_ = this;
+  found.name_ = name.c_str();
+  return found;
+}
+GA_RWAttributeRef GU_Detail::addFloatTuple(GA_AttributeOwner, const UT_StringHolder &name, int size) {
+  geometry_->attributes[name.c_str()].assign(geometry_->points.size() * static_cast<std::size_t>(size), 0);
+  GA_RWAttributeRef made;
+  made.detail_ = this;
+  made.name_ = name.c_str();
+  return made;
+}
+void GA_RWAttributeRef::setTypeInfo(GA_TypeInfo type) const {
+  if (type == GA_TYPE_VECTOR) detail_->fake_geometry().vectors.insert(name_);
+}
+
+const GA_PointGroup *GOP_Manager::parsePointGroups(const char *pattern, const GroupCreator &creator) {
+  made_.push_back(std::make_unique<GA_PointGroup>());
+  GA_PointGroup &out = *made_.back();
+  std::istringstream words(pattern);
+  for (std::string word; words >> word;) {
+    if (word[0] >= '0' && word[0] <= '9') {
+      const long from = std::atol(word.c_str());
+      const long to = word.find('-') == std::string::npos ? from : std::atol(word.c_str() + word.find('-') + 1);
+      for (long k = from; k <= to; ++k) out.offsets.insert(fake::Geometry::offset(k));
+      continue;
+    }
+    bool any = false;
+    const bool open = word.back() == '*';
+    for (const auto &[name, group] : creator.detail_->fake_geometry().groups)
+      if (open ? name.rfind(word.substr(0, word.size() - 1), 0) == 0 : name == word) {
+        out.offsets.insert(group.offsets.begin(), group.offsets.end());
+        any = true;
+      }
+    if (!any) return nullptr;
+  }
+  return &out;
 }
 
 template <class T>
 T GA_ROHandleT<T>::get(GA_Offset offset) const {
   return fake::read<T>(detail_->fake_geometry().find(name_, offset, sizeof(T) == sizeof(UT_Quaternion) ? 4 : 1));
+}
+template <>
+UT_Vector3 GA_RWHandleV3::get(GA_Offset offset) const {
+  const double *v = detail_->fake_geometry().find(name_, offset, 3);
+  return UT_Vector3(float(v[0]), float(v[1]), float(v[2]));
+}
+template <>
+void GA_RWHandleV3::set(GA_Offset offset, const UT_Vector3 &value) const {
+  double *to = const_cast<double *>(detail_->fake_geometry().find(name_, offset, 3));
+  to[0] = value.x(), to[1] = value.y(), to[2] = value.z();
 }
 template class GA_ROHandleT<float>;
 template class GA_ROHandleT<int>;
@@ -216,11 +261,17 @@ OP_Operator::OP_Operator(const char *type, const char *, OP_Constructor construc
                          unsigned least, unsigned most, CH_LocalVariable *, unsigned)
     : name(type), construct(constructor), templates(parms), min_sources(least), max_sources(most) {}
 
+int OP_Node::last_id = 0;
 OP_Node::~OP_Node() = default;
 SOP_NodeCache::~SOP_NodeCache() = default;
 SOP_NodeParms::~SOP_NodeParms() = default;
 SOP_NodeVerb::~SOP_NodeVerb() = default;
-SOP_Node::SOP_Node(OP_Network *, const char *, OP_Operator *) : cook_(std::make_unique<fake::Cook>()) {}
+static PRM_Name no_names[1];
+PRM_ChoiceList SOP_Node::pointGroupMenu(PRM_CHOICELIST_SINGLE, no_names);
+PRM_ChoiceList SOP_Node::pointAttribReplaceMenu(PRM_CHOICELIST_SINGLE, no_names);
+SOP_Node::SOP_Node(OP_Network *, const char *, OP_Operator *) : cook_(std::make_unique<fake::Cook>()) {
+  cook_->node = this;
+}
 SOP_Node::~SOP_Node() = default;
 
 OP_ERROR SOP_Node::cookMyselfAsVerb(OP_Context &context) {
@@ -245,8 +296,10 @@ OP_ERROR SOP_Node::cookMyselfAsVerb(OP_Context &context) {
 GU_DetailHandle &SOP_NodeVerb::CookParms::gdh() const { return cook_.handle; }
 // In place: the first input is the destination by now.
 const GU_Detail *SOP_NodeVerb::CookParms::inputGeo(exint idx) const {
-  return idx == 1 || idx == 2 ? cook_.inputs[idx] : nullptr;
+  return idx >= 1 && idx <= 3 ? cook_.inputs[idx] : nullptr;
 }
+SOP_Node *SOP_NodeVerb::CookParms::getNode() const { return cook_.compiled ? nullptr : cook_.node; }
+OP_Node *SOP_NodeVerb::CookParms::getSrcNode() const { return cook_.node; }
 SOP_NodeCache *SOP_NodeVerb::CookParms::cache() const { return cook_.cache.get(); }
 const SOP_NodeParms &SOP_NodeVerb::CookParms::any_parms() const { return *cook_.values; }
 UT_ErrorSeverity SOP_NodeVerb::CookParms::sopAddWarning(int, const char *msg, const UT_SourceLocation *) const {

@@ -18,6 +18,7 @@
 #include <vector>
 
 typedef int64_t exint;
+typedef int64_t int64;
 typedef double fpreal;
 typedef exint GA_Offset;
 typedef exint GA_Index;
@@ -133,6 +134,22 @@ public:
   int bumps = 0;
 };
 
+enum GA_TypeInfo { GA_TYPE_VOID, GA_TYPE_VECTOR = 4 };
+
+class GA_RWAttributeRef {
+public:
+  GA_RWAttributeRef() = default;
+  bool isValid() const { return detail_ != nullptr; }
+  void setTypeInfo(GA_TypeInfo type) const;
+
+private:
+  friend class GU_Detail;
+  template <class T>
+  friend class GA_RWHandleT;
+  GU_Detail *detail_ = nullptr;
+  std::string name_;
+};
+
 class GA_PointGroup {
 public:
   bool containsOffset(GA_Offset offset) const { return offsets.count(offset) > 0; }
@@ -172,7 +189,8 @@ public:
   UT_Vector3 getPos3(GA_Offset offset) const;
   void setPos3(GA_Offset offset, const UT_Vector3 &position);
   GA_Attribute *getP();
-  const GA_PointGroup *findPointGroup(const UT_StringRef &name) const;
+  GA_RWAttributeRef findFloatTuple(GA_AttributeOwner owner, const UT_StringRef &name, int min_size, int max_size);
+  GA_RWAttributeRef addFloatTuple(GA_AttributeOwner owner, const UT_StringHolder &name, int tuple_size);
 
   fake::Geometry &fake_geometry() { return *geometry_; }
   const fake::Geometry &fake_geometry() const { return *geometry_; }
@@ -188,6 +206,8 @@ struct Geometry {
   std::vector<UT_Vector3> points;
   std::vector<GEO_PrimPoly> primitives;
   std::map<std::string, std::vector<double>> attributes;
+  std::set<std::string> of_vertices, vectors;  // attributes of vertices, by name; and those that transform as vectors
+  std::map<std::string, int> bumps;            // of attributes but P
   std::map<std::string, GA_PointGroup> groups;
   GA_Attribute position;
 
@@ -202,7 +222,10 @@ class GA_ROHandleT {
 public:
   GA_ROHandleT() = default;
   GA_ROHandleT(const GA_Detail *gdp, GA_AttributeOwner owner, const UT_StringRef &name)
-      : detail_(owner == GA_ATTRIB_POINT && gdp->fake_geometry().attributes.count(name.c_str()) ? gdp : nullptr),
+      : detail_((owner == GA_ATTRIB_POINT && gdp->fake_geometry().attributes.count(name.c_str())) ||
+                        (owner == GA_ATTRIB_VERTEX && gdp->fake_geometry().of_vertices.count(name.c_str()))
+                    ? gdp
+                    : nullptr),
         name_(name.c_str()) {}
   bool isValid() const { return detail_ != nullptr; }
   T get(GA_Offset offset) const;
@@ -214,6 +237,46 @@ private:
 typedef GA_ROHandleT<float> GA_ROHandleF;
 typedef GA_ROHandleT<int> GA_ROHandleI;
 typedef GA_ROHandleT<UT_Quaternion> GA_ROHandleQ;
+typedef GA_ROHandleT<UT_Vector3> GA_ROHandleV3;
+
+template <class T>
+class GA_RWHandleT {
+public:
+  GA_RWHandleT() = default;
+  explicit GA_RWHandleT(const GA_RWAttributeRef &attribute) : detail_(attribute.detail_), name_(attribute.name_) {}
+  GA_RWHandleT(GA_Detail *gdp, GA_AttributeOwner owner, const UT_StringRef &name)
+      : detail_(owner == GA_ATTRIB_POINT && gdp->fake_geometry().attributes.count(name.c_str()) ? gdp : nullptr),
+        name_(name.c_str()) {}
+  bool isValid() const { return detail_ != nullptr; }
+  T get(GA_Offset offset) const;
+  void set(GA_Offset offset, const T &value) const;
+  void bumpDataId() const { ++detail_->fake_geometry().bumps[name_]; }
+
+private:
+  GU_Detail *detail_ = nullptr;
+  std::string name_;
+};
+typedef GA_RWHandleT<UT_Vector3> GA_RWHandleV3;
+
+// Patterns of groups: names, wildcards at a name's end, and numbers from-to, as far as the tests write them.
+class GOP_Manager {
+public:
+  class GroupCreator {
+  public:
+    GroupCreator(const GU_Detail *gdp) : detail_(gdp) {}
+
+  private:
+    friend class GOP_Manager;
+    const GU_Detail *detail_;
+  };
+  const GA_PointGroup *parsePointGroups(const char *pattern, const GroupCreator &creator);
+  const GA_PointGroup *parsePointGroups(const UT_StringRef &pattern, const GroupCreator &creator) {
+    return parsePointGroups(pattern.c_str(), creator);
+  }
+
+private:
+  std::vector<std::unique_ptr<GA_PointGroup>> made_;
+};
 
 class GU_DetailHandle {
 public:
@@ -304,11 +367,17 @@ public:
 class OP_Node {
 public:
   virtual ~OP_Node();
+  int getUniqueId() const { return id_; }
+
+private:
+  static int last_id;
+  int id_ = ++last_id;
 };
 
 class SOP_NodeCache {
 public:
   virtual ~SOP_NodeCache();
+  virtual int64 getMemoryUsage(bool inclusive) const { return inclusive ? 1 : 0; }
 };
 
 class SOP_NodeParms {
@@ -356,6 +425,8 @@ public:
       return dynamic_cast<const T &>(any_parms());
     }
     SOP_NodeCache *cache() const;
+    SOP_Node *getNode() const;
+    OP_Node *getSrcNode() const;
     UT_ErrorSeverity sopAddWarning(int code, const char *msg = 0, const UT_SourceLocation *loc = 0) const;
     UT_ErrorSeverity sopAddError(int code, const char *msg = 0, const UT_SourceLocation *loc = 0) const;
 
@@ -381,6 +452,7 @@ class SOP_Node : public OP_Node {
 public:
   SOP_Node(OP_Network *parent, const char *name, OP_Operator *entry);
   ~SOP_Node() override;
+  static PRM_ChoiceList pointGroupMenu, pointAttribReplaceMenu;
   virtual const SOP_NodeVerb *cookVerb() const { return nullptr; }
   virtual const char *inputLabel(unsigned index) const { return index ? "" : "Input"; }
 
@@ -410,13 +482,15 @@ struct Cook {
   std::map<std::string, Parm> parms;  // by name; numbers are set by the test, or evaluated from the defaults
   std::set<std::string> set_by_hand;
   double frames_per_second = 24;
-  const GU_Detail *inputs[3] = {nullptr, nullptr, nullptr};
+  const GU_Detail *inputs[4] = {nullptr, nullptr, nullptr, nullptr};
   GU_Detail output;
   GU_DetailHandle handle{&output};
   std::unique_ptr<SOP_NodeCache> cache;
   std::unique_ptr<SOP_NodeParms> values;
   std::vector<std::string> errors, warnings;
   bool keep_cache = true;
+  SOP_Node *node = nullptr;
+  bool compiled = false;  // in a compiled block a verb has no node
 
   void set(const std::string &parm, std::vector<double> numbers);
   void set_text(const std::string &parm, const std::string &text);

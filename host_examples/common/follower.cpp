@@ -1,0 +1,95 @@
+#include "follower.hpp"
+
+#include "message.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+namespace host {
+
+namespace {
+
+Vec3 point_of(const std::vector<double> &points, uint32_t i) {
+  const double *x = &points[3 * std::size_t(i)];
+  return {x[0], x[1], x[2]};
+}
+
+Vec3 difference(const Vec3 &a, const Vec3 &b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
+
+}  // namespace
+
+uint32_t Follower::nearest(const Request &request, uint32_t drawn) {
+  const auto known = nearest_.find(drawn);
+  if (known != nearest_.end()) return known->second;
+  const Vec3 x = point_of(request.drawn, drawn);
+  uint32_t best = 0;
+  double least = std::numeric_limits<double>::infinity();
+  for (uint32_t i = 0; i < request.mesh.n_points(); ++i) {
+    const Vec3 d = difference(point_of(request.mesh.points, i), x);
+    const double squared = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
+    if (squared < least) least = squared, best = i;
+  }
+  nearest_[drawn] = best;
+  return best;
+}
+
+// A handle's target is that of the drawn vertex, beside which the simulated one stands: by as much as at rest, turned as the handle
+// turns it, or the object.
+void Follower::lead(Request &request, bool anew) {
+  if (anew) nearest_.clear();
+  const uint64_t n = request.drawn.size() / 3;
+  const auto check = [n](const std::string &what, uint32_t vertex) {
+    if (vertex >= n)
+      throw HostError(what + " vertex " + number(uint64_t(vertex)) + ", but there are " + number(n));
+  };
+  if (request.mesh.points.empty()) return;  // the caller says so
+  for (uint32_t &vertex : request.build.held) {
+    check("the supports have", vertex);
+    vertex = nearest(request, vertex);
+  }
+  std::vector<uint32_t> &held = request.build.held;
+  std::sort(held.begin(), held.end());
+  held.erase(std::unique(held.begin(), held.end()), held.end());
+  for (std::size_t k = 0; k < request.inputs.handles.size(); ++k) {
+    Handle &handle = request.inputs.handles[k];
+    check("handle " + number(uint64_t(k)) + " holds", handle.vertex);
+    const uint32_t vertex = nearest(request, handle.vertex);
+    Pose turn = handle.orientation ? handle.target : request.inputs.object;
+    turn.origin = handle.target.origin;
+    turn.scale = request.inputs.object.scale;
+    handle.target.origin =
+        host::apply(turn, difference(point_of(request.mesh.points, vertex), point_of(request.drawn, handle.vertex)));
+    handle.vertex = vertex;
+  }
+}
+
+void Follower::bind(const shellwarp::Model &model, const std::vector<double> &points) {
+  SwBindingDesc desc = shellwarp::binding_desc();
+  desc.format = SW_FORMAT_F64;
+  desc.points = points.data();
+  desc.n_points = static_cast<uint32_t>(points.size() / 3);
+  binding_ = shellwarp::Binding(model, desc);
+  rest_ = points;
+}
+
+void Follower::release() {
+  binding_.reset();
+  rest_.clear();
+}
+
+uint64_t Follower::bytes() const { return binding_ ? binding_->info().bytes + rest_.capacity() * sizeof(double) : 0; }
+
+std::vector<double> Follower::read(const shellwarp::State &state, std::vector<double> *velocities) const {
+  std::vector<double> points(rest_.size());
+  if (velocities) velocities->resize(rest_.size());
+  SwBoundPointsDesc desc = shellwarp::bound_points_desc();
+  desc.space = SW_SPACE_FRAME;
+  desc.format = SW_FORMAT_F64;
+  desc.positions = points.data();
+  desc.velocities = velocities ? velocities->data() : nullptr;
+  state.bound_points(*binding_, desc);
+  return points;
+}
+
+}  // namespace host

@@ -1,0 +1,38 @@
+// What is drawn follows what is simulated: points of any mesh by a binding of the library, and vertices that a user named on them.
+#pragma once
+
+#include "request.hpp"
+#include "shellwarp.hpp"
+
+#include <cstdint>
+#include <optional>
+#include <unordered_map>
+#include <vector>
+
+namespace host {
+
+class Follower {
+public:
+  // Supports' and handles' vertices, which are of request.drawn, become the nearest ones of the mesh. `anew`: both are at rest now.
+  // Throws HostError naming a vertex that there is not.
+  void lead(Request &request, bool anew);
+
+  // Throws shellwarp::Error, after which the binding is what it was.
+  void bind(const shellwarp::Model &model, const std::vector<double> &points);
+  void release();
+
+  bool bound() const { return binding_.has_value(); }
+  uint64_t bytes() const;
+  const std::vector<double> &rest() const { return rest_; }
+  // In the frame's axes; `velocities` is NULL, or what is asked for in the library's seconds.
+  std::vector<double> read(const shellwarp::State &state, std::vector<double> *velocities) const;
+
+private:
+  uint32_t nearest(const Request &request, uint32_t drawn);
+
+  std::unordered_map<uint32_t, uint32_t> nearest_;  // from drawn vertices that were named
+  std::optional<shellwarp::Binding> binding_;
+  std::vector<double> rest_;
+};
+
+}  // namespace host
