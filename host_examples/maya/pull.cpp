@@ -73,11 +73,12 @@ void add_painted(MDataBlock &block, unsigned int multiIndex, host::Request &requ
   MArrayDataHandle list = block.inputArrayValue(Node::supportWeightList);
   if (list.jumpToElement(multiIndex) != MS::kSuccess) return;  // never painted
   MDataHandle element = list.inputValue();
+  const std::size_t n_points = (request.drawn.empty() ? request.mesh.points : request.drawn).size() / 3;
   MArrayDataHandle weights(element.child(Node::supportWeights));
   for (unsigned int k = 0, n = weights.elementCount(); k < n; ++k, weights.next()) {
     const uint32_t vertex = weights.elementIndex();
     // What was painted on a mesh that has fewer vertices by now stays in the map.
-    if (weights.inputValue().asFloat() >= 0.5f && vertex < request.mesh.n_points())
+    if (weights.inputValue().asFloat() >= 0.5f && vertex < n_points)
       request.build.held.push_back(vertex);
   }
 }
@@ -113,6 +114,14 @@ MStatus pull_mesh(MDataBlock &block, const MObject &input, const MObject &inputG
   const MObject data = element.child(inputGeom).asMesh();
   if (data.isNull()) throw host::HostError("only polygon meshes can be shells");
   return read_mesh(data, mesh);
+}
+
+MStatus pull_proxy(MDataBlock &block, host::Request &request) {
+  const MObject data = block.inputValue(Node::proxy).asMesh();
+  if (data.isNull()) return MS::kSuccess;
+  request.drawn = std::move(request.mesh.points);
+  request.mesh = {};
+  return read_mesh(data, request.mesh);
 }
 
 void pull_settings(MDataBlock &block, host::Request &request) {

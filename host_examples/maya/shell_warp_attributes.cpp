@@ -21,7 +21,7 @@ MObject ShellWarpNode::method, ShellWarpNode::reducedFields, ShellWarpNode::auto
 MObject ShellWarpNode::modes, ShellWarpNode::doublePrecision, ShellWarpNode::certify;
 MObject ShellWarpNode::supportKind, ShellWarpNode::supportComponents, ShellWarpNode::supportWeightList,
     ShellWarpNode::supportWeights;
-MObject ShellWarpNode::frameFrom, ShellWarpNode::supportFrame;
+MObject ShellWarpNode::frameFrom, ShellWarpNode::supportFrame, ShellWarpNode::proxy;
 MObject ShellWarpNode::handles, ShellWarpNode::handleVertex, ShellWarpNode::handleTarget, ShellWarpNode::handlePosition,
     ShellWarpNode::handleOrientation, ShellWarpNode::handleCompliance;
 MObject ShellWarpNode::colliders, ShellWarpNode::colliderMesh, ShellWarpNode::colliderMatrix,
@@ -178,6 +178,8 @@ MStatus create_supports() {
   Node::supportComponents =
       typed.create("supportComponents", "scp", MFnData::kComponentList, MObject::kNullObj, &status);
   CHECK_MSTATUS_AND_RETURN_IT(status);
+  Node::proxy = typed.create("proxy", "prx", MFnData::kMesh, MObject::kNullObj, &status);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
   MFnNumericAttribute weight;
   Node::supportWeights = weight.create("supportWeights", "sws", MFnNumericData::kFloat, 0, &status);
   CHECK_MSTATUS_AND_RETURN_IT(status);
@@ -266,7 +268,7 @@ MStatus ShellWarpNode::addAttributes() {
       kStretch,      density,      dampingRatio, dampingMass,   modes,       doublePrecision,   method,
       reducedFields, autoError,    integrator,   certify,       supportKind, supportComponents, supportWeightList,
       frameFrom,     supportFrame, handles,      preset,        young,       poisson,           volumeDensity,
-      colliders};
+      colliders,     proxy};
   const MObject children[] = {gravityX,       gravityY,       gravityZ,          supportWeights,   handleVertex,
                               handleTarget,   handlePosition, handleOrientation, handleCompliance, colliderMesh,
                               colliderMatrix, colliderShape,  colliderCells,     colliderFriction, colliderThickness};

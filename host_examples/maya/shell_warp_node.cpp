@@ -86,6 +86,8 @@ MStatus ShellWarpNode::pull(MDataBlock &block, const MMatrix &toWorld, unsigned 
                             host::Request &request) const {
   MStatus status = pull_mesh(block, input, inputGeom, multiIndex, request.mesh);
   CHECK_MSTATUS_AND_RETURN_IT(status);
+  status = pull_proxy(block, request);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
   pull_settings(block, request);
   pull_supports(block, multiIndex, request);
   request.inputs.object = host::pose_of(matrix_of(toWorld), "the deformed object's transform", host::Scale::even);

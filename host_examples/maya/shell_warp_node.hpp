@@ -83,6 +83,8 @@ public:
   // What holds it
   static MObject supportKind, supportComponents, supportWeightList, supportWeights;
   static MObject frameFrom, supportFrame;
+  // What is simulated in the deformed mesh's place
+  static MObject proxy;
   // What leads it
   static MObject handles, handleVertex, handleTarget, handlePosition, handleOrientation, handleCompliance;
   // What it touches

@@ -109,7 +109,7 @@ void every_attribute_has_its_own_names_and_affects_the_output() {
                                  "binMembership",
                                  "bnm"};
   const std::vector<fake::AttributeInfo> attributes = node.attributes();
-  CHECK(attributes.size() == 44);
+  CHECK(attributes.size() == 45);
   for (const fake::AttributeInfo &attribute : attributes) {
     CHECK(names.insert(attribute.name).second && names.insert(attribute.brief).second);
     CHECK(attribute.affects_output);
@@ -433,6 +433,27 @@ void a_known_material_is_the_sheet_of_its_numbers() {
   const double tip = named.play(10).back()[kTip].y;
   CHECK(tip < -0.01);
   CHECK_NEAR(numbers.play(10).back()[kTip].y, tip, 1e-6 * std::fabs(tip) + 1e-9);  // the numbers are rounded otherwise
+}
+
+// A mesh of two triangles that share no edge with others, its points a copy of the strip's and one above: it follows the proxy.
+void the_deformed_mesh_follows_a_proxy() {
+  Scene own, led;
+  fake::Mesh drawn;
+  drawn.points = own.mesh.points;
+  drawn.points.emplace_back(39, 1, 0);
+  drawn.counts = {3, 3};
+  drawn.corners = {0, 1, 3, 0, 1, 3};
+  led.node.connect(0, &drawn);
+  led.node.set_mesh("proxy", &own.mesh);
+  for (int frame = 1; frame <= 10; ++frame) {
+    const Points alone = own.at(frame), out = led.at(frame);
+    for (std::size_t i = 0; i < alone.size(); ++i) CHECK_NEAR(out[i].y, alone[i].y, 1e-4);  // floats of the binding, of 40
+    CHECK(out.size() == alone.size() + 1 && !led.node.failed());
+  }
+  CHECK(led.node.evaluate()[kTip].y < -0.5 && led.node.evaluate().back().y < 0.6);
+  led.node.set_mesh("proxy", nullptr);
+  led.at(1);
+  CHECK(led.node.failed());  // such a mesh cannot be simulated itself
 }
 
 void a_handle_is_where_its_target_is_in_the_world() {
@@ -922,6 +943,7 @@ int main(int argc, char **argv) {
     RUN(a_connected_mesh_moves_the_strip_and_every_attribute_of_it_counts);
     RUN(the_menu_of_known_materials_is_the_librarys_table);
     RUN(a_known_material_is_the_sheet_of_its_numbers);
+    RUN(the_deformed_mesh_follows_a_proxy);
     RUN(a_handle_is_where_its_target_is_in_the_world);
     RUN(a_listed_support_is_a_painted_one);
     RUN(two_geometries_of_a_node_keep_apart);
