@@ -18,7 +18,7 @@ export CMAKE_BUILD_PARALLEL_LEVEL ?= $(JOBS)
 .PHONY: help build native demo test test-cargo test-c test-render test-blender demo-blender install package blender-addon header \
     python-abi docs-api test-docs lint fuzz check-memory check-threads check-miri check-guard bench bench-binding bench-contact bench-front bench-instructions bench-leave-out bench-polynomial bench-precompute bench-solver bench-training build-report report report-docs report-stability \
     test-report clean
-.PHONY: dist test-dist dist-again render-mesh-picture moving-supports-picture maya-module houdini-package plugin-zip cli check-platforms wasm test-wasm playground test-playground tutorial-pictures docs notices wheel pictures bench-leaf farm-demo farm-sweep farm-costs bench-slepc
+.PHONY: dist test-dist test-platforms dist-again render-mesh-picture moving-supports-picture maya-module houdini-package plugin-zip cli check-platforms wasm test-wasm playground test-playground tutorial-pictures docs notices wheel pictures bench-leaf farm-demo farm-sweep farm-costs bench-slepc
 
 help: ## list the targets
 	@echo "usage: make TARGET [JOBS=2]"
@@ -111,6 +111,11 @@ dist: ## make an archive for each platform that can be built for here, their che
 
 test-dist: ## test the archives in out/dist: what is in them, and that outside projects build and run with them
 	python3 tests/dist/test_dist.py
+
+test-platforms: ## build the C, C++ and command-line tests for every platform and run them natively, under qemu or Wine; twenty minutes
+	@sh cmake/bootstrap.sh
+	@sh cmake/bootstrap.sh portable
+	@JOBS=$(JOBS) python3 tests/dist/run_portable.py
 
 dist-again: ## build the archives a second time in another folder, and list what differs
 	python3 cmake/dist.py --again

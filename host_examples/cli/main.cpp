@@ -305,6 +305,7 @@ int run_command_line(int argc, char **argv) {
   CLI::App app{"Thin shells in real time by modal warping"};
   app.set_version_flag("--version", std::string("shellwarp ") + sw_version_string());
   app.require_subcommand(1);
+  app.allow_windows_style_options(false);  // on Windows, too, "/x" is a place
 
   std::string scene_path, mesh_path;
   Scene overrides;

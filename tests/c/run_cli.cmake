@@ -1,13 +1,13 @@
 # Runs a program and judges its exit status and its words.
 #
-#   cmake -DPROGRAM=… "-DARGUMENTS=a;b" -DEXIT=1 [-DSTDOUT=regex] [-DSTDERR=regex] [-DWRITES=file;file] -P run_cli.cmake
+#   cmake "-DPROGRAM=[emulator;]…" "-DARGUMENTS=a;b" -DEXIT=1 [-DSTDOUT=regex] [-DSTDERR=regex] [-DWRITES=file;file] -P run_cli.cmake
 #
 # Files in WRITES are removed first and must be there, and not empty, afterwards.
 foreach(file IN LISTS WRITES)
   file(REMOVE "${file}")
 endforeach()
 
-execute_process(COMMAND "${PROGRAM}" ${ARGUMENTS} RESULT_VARIABLE exit OUTPUT_VARIABLE stdout ERROR_VARIABLE stderr)
+execute_process(COMMAND ${PROGRAM} ${ARGUMENTS} RESULT_VARIABLE exit OUTPUT_VARIABLE stdout ERROR_VARIABLE stderr)
 message("${stdout}${stderr}")
 
 if(NOT "${exit}" STREQUAL "${EXIT}")
