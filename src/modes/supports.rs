@@ -206,7 +206,7 @@ fn patterns(shell: &Shell, held: &[u32], group: &[u32], wanted: usize) -> Vec<Ve
         for (g, (center, reach)) in (0u32..).zip(&frames) {
             for powers in monomials(degree) {
                 for axis in axes {
-                    if basis.len() - rigid == wanted {
+                    if basis.len() - rigid == wanted || basis.len() == 3 * rest.len() {
                         return basis.split_off(rigid);
                     }
                     let value = |x: &Vec3| -> f64 {

@@ -107,6 +107,9 @@ impl<M: Map> Motion for Modal<M> {
     fn set_unknowns(&mut self, [q, q_dot]: [&[f64]; 2]) {
         self.q.copy_from_slice(q);
         self.q_dot.copy_from_slice(q_dot);
+        if let Some(supports) = &mut self.supports {
+            supports.acceleration.fill(0.0); // of another motion
+        }
     }
 
     fn n_unknowns(&self) -> usize {
