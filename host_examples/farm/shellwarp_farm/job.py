@@ -14,7 +14,7 @@ from shellwarp.method import damping
 from . import colliders, files, motion
 from .content import content_hash
 from .errors import DamagedError, FarmError, SceneError
-from .model import library_digest, load_model, mesh_at, model_tables, slowest_of
+from .model import library_digest, load_model, mesh_at, model_tables, polygons_at, slowest_of
 from .point_cache import PointCacheFile
 from .scenes import MODEL_KEYS
 from .usd_cache import UsdFile
@@ -46,8 +46,13 @@ def hash_of(job, key, start):
     names = ("damping", "wind", "frame", "force", "seed", "frames", "up_axis", "formats")
     simulation = {k: v for k, v in job["simulation"].items() if k not in MODEL_KEYS}
     return content_hash({"model": key, "simulation": simulation, "start": start, "library": library_digest(),
-                         "collider": colliders.content(job["collider"]),
+                         "collider": colliders.content(job["collider"]), "render": [_content(path) for path in job["render"]],
                          "name": job["name"], **{name: job[name] for name in names}})
+
+
+def _content(path):
+    points, faces = polygons_at(path)
+    return [Path(path).stem, points, numpy.array([len(face) for face in faces]), numpy.array([v for face in faces for v in face])]
 
 
 def record_path(out, name):
@@ -92,11 +97,12 @@ def _bake(job, model_facts, job_hash, start, out, cache):
     times["model"] = time.perf_counter()
     record_path(out, job["name"]).unlink(missing_ok=True)   # it speaks of what is about to be replaced
     base = Path(out) / job["name"]
-    paths = {kind: Path(f"{base}{SUFFIXES[kind]}") for kind in job["formats"]}
+    paths = {(kind, number): Path(f"{base}{stem}{SUFFIXES[kind]}") for kind in job["formats"] for number, stem in enumerate(stems(job))}
     paths["state"] = Path(f"{base}.state")
     with ExitStack() as stack, model.state(job["simulation"]["method"], job["simulation"]["integrator"]) as state:
+        bindings = [stack.enter_context(bind(model, path)) for path in job["render"]]
         partials = {kind: stack.enter_context(files.whole_file(path)) for kind, path in paths.items()}
-        judged = simulate(job, state, start, partials, slowest_of(model))
+        judged = simulate(job, state, start, partials, slowest_of(model), bindings)
         partials["state"].write_bytes(state.save())
     times["simulate"] = time.perf_counter()
     outputs = {str(path.relative_to(out)): {"sha256": files.checksum(path), "bytes": path.stat().st_size}
@@ -112,7 +118,20 @@ def _bake(job, model_facts, job_hash, start, out, cache):
     return record
 
 
-def simulate(job, state, start, partials, slowest):
+def stems(job):
+    """What the files of the shell and of each mesh that follows it are called by, after the job's name."""
+    return ["", *(f"_{Path(path).stem}" for path in job["render"])]
+
+
+def bind(model, path):
+    """The points of a mesh that follows, bound to a model. SceneError where they cannot be."""
+    try:
+        return shellwarp.Binding(model, polygons_at(path)[0])
+    except shellwarp.ShellwarpError as error:
+        raise SceneError(f"{path}: {error}") from None
+
+
+def simulate(job, state, start, partials, slowest, bindings=()):
     """Runs the frames into the files: what the record says of the range of the method. `slowest`: the slowest mode's frequency."""
     positions, triangles = mesh_at(job["mesh"])
     first, last = job["frames"]
@@ -124,17 +143,17 @@ def simulate(job, state, start, partials, slowest):
         colliders.move(state, job["collider"], _seconds(job, first), teleport=True)
         if job["frame"]:
             state.set_frame(*motion.pose(job["frame"], _seconds(job, first), _seconds(job, last)), teleport=True)
-    writers = _writers(job, partials, triangles)
+    writers = _writers(job, partials, triangles)  # by which mesh: the shell, then what follows it
     judged = {"frames_out": 0, "first_out": None, "max_rotation": 0.0, "worst_fraction": 0.0,
               "deepest_penetration": 0.0, "contact_count": 0}
     buffer = numpy.empty((state.n_vertices, 3), numpy.float32)
     for frame in range(first, last + 1):
         if start is not None or frame > first:
             _step_to(job, state, frame)
-        for writer in writers:
-            writer.append(state.positions(out=buffer))
+        for number, writer in writers:
+            writer.append(state.bound_points(bindings[number - 1])["positions"] if number else state.positions(out=buffer))
         _judge(judged, frame, state.report())
-    for writer in writers:
+    for _, writer in writers:
         writer.close()
     return judged
 
@@ -170,11 +189,14 @@ def _writers(job, partials, triangles):
     first, last = job["frames"]
     frames = range(first, last + 1)
     name = Path(job["name"]).name
+    meshes = [(len(mesh_at(job["mesh"])[0]), triangles), *((len(points), faces) for points, faces in map(polygons_at, job["render"]))]
     writers = []
-    if "pc2" in partials:
-        writers.append(PointCacheFile(partials["pc2"], len(mesh_at(job["mesh"])[0]), first, len(frames)))
-    if "usd" in partials:
-        writers.append(UsdFile(partials["usd"], name, triangles, frames, job["simulation"]["frame_rate"], job["up_axis"]))
+    for number, (stem, (count, faces)) in enumerate(zip(stems(job), meshes)):
+        if "pc2" in job["formats"]:
+            writers.append((number, PointCacheFile(partials["pc2", number], count, first, len(frames))))
+        if "usd" in job["formats"]:
+            rate = job["simulation"]["frame_rate"]
+            writers.append((number, UsdFile(partials["usd", number], name + stem, faces, frames, rate, job["up_axis"])))
     return writers
 
 

@@ -9,6 +9,15 @@ from .errors import SceneError
 
 def read_mesh(path):
     """Positions (n x 3, float64) and triangles (m x 3, uint32). Polygons are cut into fans."""
+    points, faces = read_polygons(path)
+    triangles = [(face[0], face[k], face[k + 1]) for face in faces for k in range(1, len(face) - 1)]
+    if not triangles:
+        raise SceneError(f"{path}: no faces found")
+    return points, numpy.array(triangles, dtype=numpy.uint32)
+
+
+def read_polygons(path):
+    """Positions (n x 3, float64) and faces, each a list of vertices; a cloud of points has none."""
     path = Path(path)
     if not path.is_file():
         raise SceneError(f"{path}: there is no such mesh")
@@ -16,13 +25,12 @@ def read_mesh(path):
         points, faces = _read_usd(path) if path.suffix.lower() in (".usd", ".usda", ".usdc") else _read_obj(path)
     except (ValueError, IndexError) as error:
         raise SceneError(f"{path}: {error}") from None
-    triangles = [(face[0], face[k], face[k + 1]) for face in faces for k in range(1, len(face) - 1)]
-    if len(points) == 0 or not triangles:
-        raise SceneError(f"{path}: no {'vertices' if len(points) == 0 else 'faces'} found")
-    triangles = numpy.array(triangles, dtype=numpy.int64)
-    if triangles.min() < 0 or triangles.max() >= len(points):
-        raise SceneError(f"{path}: a face names vertex {triangles.max()}, from 0; there are {len(points)}")
-    return numpy.array(points, dtype=numpy.float64).reshape(-1, 3), triangles.astype(numpy.uint32)
+    if len(points) == 0:
+        raise SceneError(f"{path}: no vertices found")
+    wrong = next((vertex for face in faces for vertex in face if not 0 <= vertex < len(points)), None)
+    if wrong is not None:
+        raise SceneError(f"{path}: a face names vertex {wrong}, from 0; there are {len(points)}")
+    return numpy.array(points, dtype=numpy.float64).reshape(-1, 3), faces
 
 
 def _read_obj(path):

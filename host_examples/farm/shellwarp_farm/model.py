@@ -15,7 +15,7 @@ from . import files
 from .cache import Cache
 from .content import content_hash
 from .errors import FarmError, SceneError
-from .mesh_file import held_vertices, read_mesh, supported_vertices
+from .mesh_file import held_vertices, read_mesh, read_polygons, supported_vertices
 from .scenes import CONSTANTS, MODEL_KEYS, SHEET
 
 MATERIAL = {"k_area": "area", "k_length": "length", "k_bend": "bend", "density": "density"}
@@ -135,13 +135,22 @@ def _precompute(tables):
 
 def mesh_at(path):
     """As read_mesh, kept until the file changes."""
+    return _kept_of(read_mesh, path)
+
+
+def polygons_at(path):
+    """As read_polygons, kept until the file changes."""
+    return _kept_of(read_polygons, path)
+
+
+def _kept_of(reader, path):
     try:
         facts = os.stat(path)
-        return _read(path, facts.st_mtime_ns, facts.st_size)
+        return _read(reader, path, facts.st_mtime_ns, facts.st_size)
     except FileNotFoundError:
-        return read_mesh(path)   # says what is missing
+        return reader(path)   # says what is missing
 
 
 @functools.lru_cache(maxsize=KEPT)
-def _read(path, _time, _size):
-    return read_mesh(path)
+def _read(reader, path, _time, _size):
+    return reader(path)

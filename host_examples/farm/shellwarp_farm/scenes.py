@@ -27,7 +27,7 @@ TABLES = {
 }
 LISTS = {"support": {"kind", "box", "vertices"}, "force": {"vertex", "nearest", "vector"}, "collider": colliders.KEYS}
 OSCILLATION = {"axis", "amplitude", "frequency", "phase_degrees"}
-ASSET = {"name", "mesh", "material", "support", "simulation", "damping", "force", "collider"}
+ASSET = {"name", "mesh", "render", "material", "support", "simulation", "damping", "force", "collider"}
 SHOT = {"name", "frames", "after", "start", "simulation", "damping", "wind", "frame", "force", "collider"}
 TOP = {"title", "up_axis", "formats", "seeds", "asset", "shot", "parameters", "sweep"}
 FORMATS = ("pc2", "usd")
@@ -54,6 +54,8 @@ def read_list(path):
     for owner, key in files + [(item, "mesh") for entry in entries for item in entry.get("collider", [])]:
         if key in owner:
             owner[key] = str((path.parent / owner[key]).resolve())
+    for asset in scene_list["asset"]:
+        asset["render"] = [str((path.parent / name).resolve()) for name in renders(asset)]
     return scene_list
 
 
@@ -90,11 +92,17 @@ def label(values):
     return "_".join(texts)
 
 
+def renders(asset):
+    """The meshes that follow an asset's: one name or a list of them."""
+    given = asset.get("render", [])
+    return given if isinstance(given, list) else [given]
+
+
 def _job(scene_list, asset, shot, values, seed):
     merged = {table: {**asset.get(table, {}), **shot.get(table, {})} for table in TABLES}
     merged["simulation"] = {**DEFAULTS, **merged["simulation"]}
     lists = {key: asset.get(key, []) + shot.get(key, []) for key in LISTS}
-    job = _with_parameters({"mesh": asset["mesh"], **merged, **lists}, values)
+    job = _with_parameters({"mesh": asset["mesh"], "render": asset["render"], **merged, **lists}, values)
     variant = "_".join(filter(None, [label(values), "" if seed is None else f"s{seed}"]))
 
     def name_in(shot_name):
@@ -166,6 +174,9 @@ def _check_entry(kind, entry, keys, needed, seen):
     if name in seen:
         raise SceneError(f"two {kind}s have the name {name}")
     seen.add(name)
+    stems = [Path(str(path)).stem for path in renders(entry)]
+    if not all(isinstance(path, str) for path in renders(entry)) or len(set(stems)) < len(stems):
+        raise SceneError(f"{kind} {name}: render is the path of a mesh, or a list of paths whose file names differ")
     for table, allowed in TABLES.items():
         _known(f"{kind} {name}, {table}", entry.get(table, {}), allowed)
     for table, allowed in LISTS.items():

@@ -6,7 +6,8 @@ import numpy
 class UsdFile:
     """Written frame by frame; time codes are frame numbers."""
 
-    def __init__(self, path, name, triangles, frames, frame_rate, up_axis):
+    def __init__(self, path, name, faces, frames, frame_rate, up_axis):
+        """`faces`: the vertices of each, any number of them."""
         from pxr import Usd, UsdGeom, Vt
         self._vectors = Vt.Vec3fArray.FromNumpy
         self._stage = Usd.Stage.CreateNew(str(path))
@@ -18,8 +19,8 @@ class UsdFile:
         mesh = UsdGeom.Mesh.Define(self._stage, "/" + "".join(c if c.isalnum() else "_" for c in "shell_" + name))
         self._stage.SetDefaultPrim(mesh.GetPrim())
         mesh.CreateSubdivisionSchemeAttr(UsdGeom.Tokens.none)
-        mesh.CreateFaceVertexCountsAttr(Vt.IntArray.FromNumpy(numpy.full(len(triangles), 3, numpy.int32)))
-        mesh.CreateFaceVertexIndicesAttr(Vt.IntArray.FromNumpy(triangles.astype(numpy.int32).ravel()))
+        mesh.CreateFaceVertexCountsAttr(Vt.IntArray([len(face) for face in faces]))
+        mesh.CreateFaceVertexIndicesAttr(Vt.IntArray([int(vertex) for face in faces for vertex in face]))
         self._points, self._extent = mesh.CreatePointsAttr(), mesh.CreateExtentAttr()
         self._frames = iter(frames)
 

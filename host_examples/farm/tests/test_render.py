@@ -1,0 +1,115 @@
+"""Claims about meshes that follow an asset's shell: the library's own points, any faces, and named refusals."""
+
+import tempfile
+import unittest
+from pathlib import Path
+
+import numpy
+import shellwarp
+import small
+
+from shellwarp_farm.errors import SceneError
+from shellwarp_farm.job import bake, hash_of
+from shellwarp_farm.mesh_file import read_polygons
+from shellwarp_farm.model import mesh_at, model_tables, prepare
+from shellwarp_farm.scenes import read_list
+
+LIST = """
+[[asset]]
+name = "card"
+mesh = "card.obj"
+render = RENDER
+material = { k_area = 5e3, k_length = 5e3, k_bend = 2.7e-3, density = 0.3 }
+support = [{ kind = "fixed", vertices = [0, 1, 2, 3, 4, 5] }]
+simulation = { modes = 6 }
+damping = { ratio = 0.1 }
+[[shot]]
+name = "one"
+frames = [0, 9]
+simulation = { gravity = [0, 0, -9.8] }
+frame = { translate = [{ axis = [0, 1, 0], amplitude = 0.02, frequency = 2 }] }
+"""
+# A pentagon, a quad and a triangle, 2 mm above the card; and a quad on it.
+FINE = ("v 0.02 0 0.002\nv 0.06 0 0.002\nv 0.07 0.01 0.002\nv 0.06 0.02 0.002\nv 0.02 0.02 0.002\nv 0.1 0 0.002\nv 0.1 0.02 0.002\nv 0.12 0.01 0.002\n"
+        "f 1 2 3 4 5\nf 2 6 7 4\nf 6 8 7\n")
+FLAT = "v 0 0 0\nv 0.12 0 0\nv 0.12 0.02 0\nv 0 0.02 0\nf 1 2 3 4\n"
+
+
+class Render(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = Path(folder.name)
+        (self.folder / "fine.obj").write_text(FINE)
+        (self.folder / "flat.obj").write_text(FLAT)
+
+    def job(self, render='["fine.obj", "flat.obj"]'):
+        return small.jobs(self.folder, LIST.replace("RENDER", render))[0]
+
+    def bake(self, job):
+        cache = self.folder / "cache"
+        return bake(job, prepare(model_tables(job), cache), None, self.folder / "out", cache)
+
+    def points(self, name):
+        data = (self.folder / "out" / name).read_bytes()
+        n, frames = numpy.frombuffer(data, "<i4", 1, 16)[0], numpy.frombuffer(data, "<i4", 1, 28)[0]
+        return numpy.frombuffer(data, "<f4", offset=32).reshape(frames, n, 3)
+
+    def test_they_follow_as_the_librarys_binding_says_to_the_bit(self):
+        job = self.job()
+        record = self.bake(job)
+        self.assertNotIn("failed", record)
+        self.assertEqual(sorted(Path(name).name for name in record["outputs"]),
+                         sorted(["card_one.state", *(f"card_one{stem}{end}" for stem in ("", "_fine", "_flat") for end in (".pc2", ".usdc"))]))
+        positions, triangles = mesh_at(job["mesh"])
+        model = shellwarp.Model(shellwarp.Shell(positions, triangles, shellwarp.Material(5e3, 5e3, 2.7e-3, 0.3), fixed=range(6)))
+        model.precompute(modes=6)
+        state = model.state()
+        state.load((self.folder / "out" / f"{job['name']}.state").read_bytes())  # the last frame's
+        for stem in ("fine", "flat"):
+            points = read_polygons(self.folder / f"{stem}.obj")[0]
+            expected = state.bound_points(shellwarp.Binding(model, points))["positions"]
+            found = self.points(f"{job['name']}_{stem}.pc2")
+            self.assertTrue(numpy.array_equal(found[-1], expected))
+            self.assertTrue(numpy.array_equal(found[0], points.astype(numpy.float32)))
+            self.assertGreater(numpy.abs(found[-1] - found[0]).max(), 0.002)
+
+    def test_usd_keeps_the_faces(self):
+        from pxr import Usd, UsdGeom
+        job = self.job('"fine.obj"')
+        self.bake(job)
+        stage = Usd.Stage.Open(str(self.folder / "out" / f"{job['name']}_fine.usdc"))
+        mesh = UsdGeom.Mesh(stage.GetDefaultPrim())
+        self.assertEqual(list(mesh.GetFaceVertexCountsAttr().Get()), [5, 4, 3])
+        self.assertEqual(list(mesh.GetFaceVertexIndicesAttr().Get()), [0, 1, 2, 3, 4, 1, 5, 6, 3, 5, 7, 6])
+        points = numpy.array(mesh.GetPointsAttr().Get(9))
+        self.assertTrue(numpy.array_equal(points, self.points(f"{job['name']}_fine.pc2")[9]))
+
+    def test_the_shells_own_bits_do_not_depend_on_what_follows(self):
+        job = self.job()
+        with_them = self.bake(job)["outputs"]
+        job["render"] = []
+        without = self.bake(job)["outputs"]
+        self.assertEqual({name: with_them[name] for name in without}, without)
+
+    def test_an_edited_render_mesh_is_baked_anew(self):
+        job = self.job()
+        before = hash_of(job, "key", None)
+        (self.folder / "flat.obj").write_text(FLAT.replace("0.12 0 0", "0.11 0 0.001"))
+        self.assertNotEqual(hash_of(job, "key", None), before)
+
+    def test_what_cannot_follow_fails_by_its_path(self):
+        for name, text, said in (("gone.obj", None, "there is no such mesh"), ("none.obj", "", "no vertices"),
+                                 ("nan.obj", "v nan 0 0\nv 1 0 0\n", "nan|finite|NaN")):
+            if text is not None:
+                (self.folder / name).write_text(text)
+            self.assertRegex(self.bake(self.job(f'"{name}"'))["failed"], rf"{name}.*({said})")
+
+    def test_a_wrong_list_is_refused_with_its_place(self):
+        for wrong in ('["fine.obj", "more/fine.obj"]', "[3]"):
+            with self.assertRaisesRegex(SceneError, "asset card: render is the path"):
+                read_list(small.write_list(self.folder, LIST.replace("RENDER", wrong)))
+
+
+if __name__ == "__main__":
+    unittest.main()
