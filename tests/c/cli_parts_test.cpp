@@ -523,6 +523,17 @@ std::string refusal(cli::OutputFolder &folder, const std::string &name) {
   return "written without complaint";
 }
 
+// False where the system makes no symbolic links for everybody, as Windows and Wine do not.
+bool make_link(const std::filesystem::path &target, const std::string &link) {
+  std::error_code error;
+  std::filesystem::create_symlink(target, link, error);
+  if (error) printf("skipped: the symbolic link %s: %s\n", link.c_str(), error.message().c_str());
+#ifdef __unix__
+  CHECK(!error);
+#endif
+  return !error;
+}
+
 // By its own name, a hard link and a symbolic link; the early check finds the same before anything is written.
 void an_input_is_never_replaced() {
   const std::string path = in_directory("inputs"), mesh = path + "/a_rest.obj";
@@ -530,9 +541,10 @@ void an_input_is_never_replaced() {
   std::filesystem::create_directories(path);
   std::ofstream(mesh) << "input";
   std::filesystem::create_hard_link(mesh, path + "/hard.obj");
-  std::filesystem::create_symlink("a_rest.obj", path + "/soft.obj");
+  std::vector<std::string> names = {"a_rest.obj", "hard.obj"};
+  if (make_link("a_rest.obj", path + "/soft.obj")) names.push_back("soft.obj");
   cli::OutputFolder folder(path, {mesh});
-  for (const char *name : {"a_rest.obj", "hard.obj", "soft.obj"}) {
+  for (const std::string &name : names) {
     CHECK(refusal(folder, name).find("a_rest.obj; choose another folder") != std::string::npos);
     bool refused = false;
     try {
@@ -554,14 +566,14 @@ void links_are_followed_and_devices_refused() {
   std::filesystem::remove_all(path);
   std::filesystem::create_directories(path + "/folder.csv");
   std::ofstream(elsewhere) << "old";
-  std::filesystem::create_symlink(std::filesystem::absolute(elsewhere), path + "/link.csv");
+  if (!make_link(std::filesystem::absolute(elsewhere), path + "/link.csv")) return;
   cli::OutputFolder folder(path);
   print_file(folder, "link.csv", "new");
   folder.put_in_place();
   CHECK(cli::read_file(elsewhere) == "new" && std::filesystem::is_symlink(path + "/link.csv"));
   CHECK(refusal(folder, "folder.csv").find("folder.csv: something that is no file has this name") != std::string::npos);
 #ifdef __linux__
-  std::filesystem::create_symlink("/dev/full", path + "/device.csv");
+  make_link("/dev/full", path + "/device.csv");
   CHECK(refusal(folder, "device.csv").find("device.csv: something that is no file") != std::string::npos);
 #endif
 }
