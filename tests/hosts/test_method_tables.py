@@ -21,6 +21,7 @@ REASONS = {
     "python/shellwarp/_abi.py": "made from the header, where every method has its constant",
     "python/shellwarp/method.py": "the default, and linear modal analysis, the one of which the needs do not tell how it moves",
     "cli/comparison.cpp": "the expectation warp_below_lma is about these two; the full shell is what all are compared with",
+    "render/moving_supports_picture.py": "the picture is of these two",
 }
 
 
