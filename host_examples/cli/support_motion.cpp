@@ -10,11 +10,6 @@ namespace {
 
 using Vec3 = std::array<double, 3>;
 
-Vec3 vertex_of(const Mesh &mesh, uint32_t v) {
-  const double *x = &mesh.positions[3 * std::size_t{v}];
-  return {x[0], x[1], x[2]};
-}
-
 // The vertices and those that share a triangle with one.
 std::vector<uint32_t> with_neighbours(const std::vector<uint32_t> &vertices, const Mesh &mesh) {
   std::vector<bool> named(mesh.n_vertices()), held(mesh.n_vertices());
@@ -32,7 +27,7 @@ std::vector<uint32_t> with_neighbours(const std::vector<uint32_t> &vertices, con
 Vec3 middle_of(const std::vector<uint32_t> &vertices, const Mesh &mesh) {
   Vec3 middle{};
   for (const uint32_t v : vertices)
-    for (std::size_t i = 0; i < 3; ++i) middle[i] += vertex_of(mesh, v)[i] / static_cast<double>(vertices.size());
+    for (std::size_t i = 0; i < 3; ++i) middle[i] += mesh.vertex(v)[i] / static_cast<double>(vertices.size());
   return middle;
 }
 
@@ -44,7 +39,6 @@ bool any_moves(const std::vector<Support> &supports) {
 
 SupportMotion::SupportMotion(const Scene &scene, const Mesh &mesh) : scene_(scene), mesh_(mesh) {
   if (!any_moves(scene.supports)) return;
-  positions_.resize(mesh.positions.size());
   for (const Support &support : scene.supports) {
     if (support.keys.empty()) continue;
     const std::vector<uint32_t> named = find_vertices(support, mesh, "support");
@@ -65,7 +59,7 @@ void SupportMotion::move(double seconds, shellwarp::State &state) {
     const std::array<double, 9> rotation = rotation_matrix(key.rotation);
     std::copy(rotation.begin(), rotation.end(), turn.rotation);
     for (const uint32_t v : led.vertices) {
-      const Vec3 rest = vertex_of(mesh_, v), arm = {rest[0] - led.about[0], rest[1] - led.about[1], rest[2] - led.about[2]};
+      const Vec3 rest = mesh_.vertex(v), arm = {rest[0] - led.about[0], rest[1] - led.about[1], rest[2] - led.about[2]};
       const Vec3 turned = transform(turn, arm);
       for (std::size_t i = 0; i < 3; ++i) positions_[3 * std::size_t{v} + i] = led.about[i] + key.offset[i] + turned[i];
     }

@@ -24,8 +24,9 @@ struct HashOfCell {
 // Cells as wide as the distance: what is within it is in the same cell or the next. Without a distance only the same numbers are together.
 class Grid {
 public:
-  Grid(const Mesh &mesh, double distance) : mesh_(mesh), distance_(distance), low_(bounds(mesh).low) {
+  Grid(const Mesh &mesh, double distance) : mesh_(mesh), distance_(distance) {
     const Bounds box = bounds(mesh);
+    low_ = box.low;
     double size = 0;
     for (std::size_t c = 0; c < 3; ++c) size = std::max(size, box.high[c] - box.low[c]);
     width_ = std::max(distance, size * 1e-9);
@@ -59,7 +60,7 @@ private:
 
   const Mesh &mesh_;
   double distance_, width_ = 0;
-  std::array<double, 3> low_;
+  std::array<double, 3> low_{};
   std::unordered_map<Cell, std::vector<uint32_t>, HashOfCell> cells_;
 };
 

@@ -22,9 +22,9 @@ pub const SW_SUPPORTS_TELEPORT: u32 = 1;
 ///
 /// A later sw_state_set_frame moves the supports along, in the frame as they are. Modes do not know that a sheet which is pushed
 /// together buckles: sw_state_certify shows it.
-/// Errors: SW_ERROR_INVALID_ARGUMENT, also when n_vertices is not the mesh's, the shell has no supports, on a number that is not finite and
-/// on a support more than 1e6 sizes of the mesh from the rigid motion; SW_ERROR_UNSUPPORTED, see above; SW_ERROR_OUT_OF_MEMORY,
-/// SW_ERROR_BUSY. On failure nothing has changed.
+/// Errors: SW_ERROR_INVALID_ARGUMENT, also when n_vertices is not the mesh's or the shell has no supports; SW_ERROR_UNSUPPORTED, see above;
+/// SW_ERROR_OUT_OF_MEMORY, SW_ERROR_BUSY. A support must be finite, and within 1e6 sizes of the mesh of the rigid motion. On failure nothing has
+/// changed.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn sw_state_move_supports(
     state: *mut SwState,

@@ -25,7 +25,7 @@
 //! | "REST" | the rest shape, if not the mesh: 3n × f64 |
 //! | "SETL" | where it rests by these without load: 3n × f64 |
 //! | "SAGS" | gravity, positions where the shell hangs under it: (3 + 3n) × f64; the modes are those of this shape |
-//! | "SUPP" | of the s support fields, which are the last of the m modes: how many, as u64, and of h supported vertices with mass, Σ p at each: 3sh × f64, their coupling with the m − s modes and their stiffness: (s(m − s) + s²) × f64 |
+//! | "SUPP" | of the s support fields, which are the last of the m modes: how many, as u64, the pattern of each at h supported vertices with mass: 3sh × f64, their coupling with the m − s modes and their stiffness: (s(m − s) + s²) × f64 |
 //! | "UNIT" | what an entry of one stands for, in Φ√M and in Ψ√M, of each mode: 2m × f64; the basis is of i16, in 2⁻¹⁶ of these |
 //! | "REDU" | the reduced shell: see `reduced/saved.rs` |
 //! | "POLY" | its energy as a polynomial, if it has one: see `reduced/polynomial/saved.rs` |

@@ -14,6 +14,7 @@
 
 use super::{MAX_MODES, Modes, ScaledStiffness};
 use crate::energy::Curvature;
+use crate::mesh::UnionFind;
 use crate::sparse::Symbolic;
 use crate::support::turn_between;
 use crate::warp::warp_with_derivative;
@@ -159,33 +160,22 @@ pub fn supported(shell: &Shell) -> Vec<u32> {
 
 /// Of each of `held`, which of the groups that edges join it belongs to, numbered in the order of their first vertices.
 pub fn groups(shell: &Shell, held: &[u32]) -> Vec<u32> {
-    let mut first: Vec<usize> = (0..held.len()).collect();
-    fn root(first: &mut [usize], mut i: usize) -> usize {
-        while first[i] != i {
-            first[i] = first[first[i]];
-            i = first[i];
-        }
-        i
-    }
-    let place = |v: u32| held.binary_search(&v).ok();
+    let mut sets = UnionFind::new(held.len());
+    let place = |v: u32| held.binary_search(&v).ok().map(|i| i as u32);
     for [a, b] in shell.mesh.edges.iter().map(|e| e.vertices) {
         if let (Some(a), Some(b)) = (place(a), place(b)) {
-            let (a, b) = (root(&mut first, a), root(&mut first, b));
-            first[a.max(b)] = a.min(b);
+            sets.join(a, b);
         }
     }
-    let mut numbers = vec![u32::MAX; held.len()];
-    let mut count = 0;
-    (0..held.len())
-        .map(|i| {
-            let own = root(&mut first, i);
-            if numbers[own] == u32::MAX {
-                numbers[own] = count;
-                count += 1;
-            }
-            numbers[own]
-        })
-        .collect()
+    let mut roots = vec![]; // each the first of its group, so that they ascend
+    let number = |i: u32| match roots.binary_search(&sets.find(i)) {
+        Ok(group) => group as u32,
+        Err(_) => {
+            roots.push(i);
+            roots.len() as u32 - 1
+        }
+    };
+    (0..held.len() as u32).map(number).collect()
 }
 
 /// At most `wanted` patterns: of each degree in turn, on each group in turn.

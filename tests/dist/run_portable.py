@@ -18,6 +18,7 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "cmake"))
 from dist import cmake, configure                        # noqa: E402
 from dist_platforms import PLATFORMS, build_library      # noqa: E402
+from emulator import environment                         # noqa: E402
 
 RAN = ROOT / "build" / "dist" / "ran.json"
 JOBS = os.environ.get("JOBS", "2")
@@ -28,18 +29,6 @@ def missing(platform):
     return platform.missing() or (f"{runner[0]}, which runs its programs" if runner and not shutil.which(runner[0]) else "")
 
 
-def environment_of(platform, folder):
-    """Of Wine: a prefix of its own, the library's folder, and what Wine 8 lacks."""
-    environment = {key: value for key, value in os.environ.items() if not key.startswith(("SHELLWARP", "LD_", "PYTHON"))}
-    if "windows" not in platform.name:
-        return environment
-    shim = folder / "shim"
-    shim.mkdir(exist_ok=True)
-    subprocess.run([platform.needs[0], "-shared", "-O2", "-o", shim / "bcryptprimitives.dll", ROOT / "tests" / "dist" / "process_prng.c", "-ladvapi32"], check=True)
-    libraries = {path.parent for path in folder.rglob("*.dll")} | {platform.built().parent}
-    return environment | {"WINEPREFIX": str(folder / "wine"), "WINEDEBUG": "-all", "WINEPATH": ";".join(map(str, [shim, *sorted(libraries)]))}
-
-
 def run(platform):
     """How many tests passed, and the names of those that failed."""
     build_library(platform)
@@ -47,7 +36,7 @@ def run(platform):
     subprocess.run([cmake(), "--build", folder, "--parallel", JOBS], stdout=subprocess.DEVNULL, check=True)
     ctest = Path(cmake()).with_name("ctest")
     words = [ctest, "--test-dir", folder, "-L", "portable", "-LE", "scene", "-j", JOBS, "--timeout", "600"]
-    done = subprocess.run(words, env=environment_of(platform, folder), capture_output=True, text=True, check=False)
+    done = subprocess.run(words, env=environment(platform, folder, [folder / "lib", platform.built().parent]), capture_output=True, text=True, check=False)
     (folder / "ctest.log").write_text(done.stdout + done.stderr, encoding="utf-8")
     results = re.findall(r"^ *\d+/\d+ Test +#\d+: (\S+) \.+ *(\**\w+)", done.stdout, re.M)
     if not results:

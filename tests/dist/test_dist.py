@@ -23,6 +23,7 @@ sys.path[:0] = [str(ROOT / "cmake"), str(ROOT / "host_examples" / "python" / "ba
 import library_file  # noqa: E402
 from dist import VERSION, cmake  # noqa: E402
 from dist_platforms import PLATFORMS, TARGET, places  # noqa: E402
+from emulator import environment  # noqa: E402
 
 OUT = ROOT / "out" / "dist"
 CALLERS = ROOT / "tests" / "callers"
@@ -89,18 +90,7 @@ class Archive:
         """What comes before a program's name to run it here, with its environment."""
         if self.platform.runner and not shutil.which(self.platform.runner[0]):
             self.skipTest(f"{self.platform.runner[0]} is not installed")
-        environment = {key: value for key, value in os.environ.items() if not key.startswith(("SHELLWARP", "LD_", "PYTHON"))}
-        if "windows" in self.platform.name:
-            environment |= {"WINEPREFIX": str(self.folder / "wine"), "WINEDEBUG": "-all", "WINEPATH": f"{self.shim()};{self.prefix / 'bin'}"}
-        return list(self.platform.runner), environment
-
-    def shim(self):
-        """A folder with what Wine 8 lacks."""
-        folder = self.folder / "shim"
-        if not folder.exists():
-            folder.mkdir()
-            run(self.platform.needs[0], "-shared", "-O2", "-o", folder / "bcryptprimitives.dll", ROOT / "tests" / "dist" / "process_prng.c", "-ladvapi32")
-        return folder
+        return list(self.platform.runner), environment(self.platform, self.folder, [self.prefix / "bin"])
 
     def binaries(self):
         return [self.prefix / name for name in self.expected if Path(name).suffix in (".0", ".dll", ".exe") or name == "bin/shellwarp"]

@@ -394,7 +394,9 @@ impl<M: Map> Modal<M> {
     /// Returns the residual |q − Λ⁻¹f|/|Λ⁻¹f| and the iterations. Changes nothing on failure.
     fn find_equilibrium(&mut self, acting: &Acting) -> Result<(f64, usize)> {
         let start = (self.q.clone(), self.q_dot.clone(), self.integrator, self.constraints.set().work);
-        self.stand_at_supports(acting);
+        if let Some(to) = acting.supports {
+            self.set_supports(to.displacement);
+        }
         self.integrator = Integrator::ImplicitEuler;
         let settling = self.settling_damping(acting);
         let damping = std::mem::replace(&mut self.damping, settling);

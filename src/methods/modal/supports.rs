@@ -48,13 +48,6 @@ impl<M: Map> Modal<M> {
         }
     }
 
-    /// Puts support fields where supports are, at rest.
-    pub(super) fn stand_at_supports(&mut self, acting: &Acting) {
-        if let Some(to) = acting.supports {
-            self.set_supports(to.displacement);
-        }
-    }
-
     /// How far any support is, by the map, from its place displaced by `d`.
     pub(super) fn largest_support_miss(&self, d: &[Vec3]) -> f64 {
         let Some(fields) = &self.basis.supports else { return 0.0 };
