@@ -1,5 +1,6 @@
 #include "energy_audit.hpp"
 
+#include "creases.hpp"
 #include "material_maps.hpp"
 #include "support_motion.hpp"
 
@@ -15,9 +16,10 @@ EnergyAudit::EnergyAudit(const Scene &scene, const Mesh &mesh)
       positions_(mesh.positions.size()) {
   if (!applies_) return;
   const std::vector<double> masses = masses_per_area(scene.material, mesh);
+  const std::vector<double> rest = rest_positions(scene, mesh);  // whose areas give the masses
   const std::vector<uint32_t> &t = mesh.triangles;
   for (std::size_t k = 0; k < t.size(); k += 3) {
-    const double area = triangle_area(mesh.positions, &t[k]);
+    const double area = triangle_area(rest.empty() ? mesh.positions : rest, &t[k]);
     for (std::size_t c = 0; c < 3; ++c)
       for (std::size_t i = 0; i < 3; ++i) load_[3 * std::size_t{t[k + c]} + i] += masses[k / 3] * area / 3 * scene.gravity[i];
   }

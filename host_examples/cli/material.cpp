@@ -1,5 +1,6 @@
 #include "material.hpp"
 
+#include "creases.hpp"
 #include "material_maps.hpp"
 #include "section.hpp"
 #include "shellwarp.hpp"
@@ -59,6 +60,7 @@ Material read_material(Section section, std::vector<std::string> &inputs) {
   if (m.thickness > 0 && m.frequency == 0 && !m.sheet)
     section.fail(*section.find("thickness"), "thickness goes with frequency, or with young or preset");
   read_maps(section, m, inputs);
+  read_creases(section, m, inputs);
   section.reject_unknown_keys();
   return m;
 }

@@ -43,6 +43,14 @@ struct MaterialRegion {
   std::vector<std::pair<uint32_t, double>> values;  // SW_MAP_... and its value
 };
 
+// Edges that bend by another stiffness, or rest at another angle, than the sheet: those named, and those within a box.
+struct MaterialCrease {
+  std::optional<Bounds> box{};
+  std::vector<std::array<uint32_t, 2>> edges{};  // as the file counts vertices
+  double factor = 1;
+  std::optional<double> angle{};  // rad; else as the mesh has it
+};
+
 // By the paper's constants, or as a sheet in engineering units.
 struct Material {
   double k_area = 1e4, k_length = 1e4, k_bend = 1, density = 1;  // the library's defaults
@@ -51,6 +59,8 @@ struct Material {
   double frequency = 0, thickness = 0;  // above 0: the stiffness that gives the slowest swing these Hz, in place of k_…
   std::vector<MaterialFile> files{};      // where constants vary; see material_maps.hpp
   std::vector<MaterialRegion> regions{};  // over the files; later ones over earlier ones
+  std::vector<MaterialCrease> creases{};  // later ones over earlier ones; see creases.hpp
+  std::string rest_shape{};               // mesh file of the shape without stress; empty = the mesh
 };
 
 struct Damping {

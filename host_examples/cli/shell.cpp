@@ -1,5 +1,6 @@
 #include "shell.hpp"
 
+#include "creases.hpp"
 #include "material_maps.hpp"
 #include "method.hpp"
 #include "progress.hpp"
@@ -90,6 +91,19 @@ SwMaterialDesc material_desc(const Material &material) {
   return desc;
 }
 
+// The lists must outlive the descriptor.
+void set_rest(const CreaseLists &creases, const std::vector<double> &rest, SwMaterialDesc &desc) {
+  if (!creases.edges.empty()) {
+    desc.creases = creases.edges.front().data();
+    desc.n_creases = static_cast<uint32_t>(creases.edges.size());
+    desc.crease_factors = creases.factors.data();
+    desc.crease_angles = creases.angles.data();
+  }
+  if (rest.empty()) return;
+  desc.rest_format = SW_FORMAT_F64;
+  desc.rest_positions = rest.data();
+}
+
 SwSupportDesc support_desc(const SupportVertices &vertices) {
   SwSupportDesc desc = shellwarp::support_desc();
   desc.fixed = vertices.fixed.data();
@@ -168,6 +182,7 @@ Material find_material(const Scene &scene, const Mesh &mesh, ProgressBar &progre
   Scene probe;
   probe.supports = scene.supports;
   probe.material = material;
+  probe.scale = scene.scale;  // of a rest shape
   probe.modes = kModesOfSearch;
   probe.support_fields = 0;
   for (const double hertz : make_model(probe, mesh, progress).frequencies()) {
@@ -186,6 +201,9 @@ shellwarp::Model make_model(const Scene &scene, const Mesh &mesh, ProgressBar &p
   SwMaterialDesc material = material_desc(scene.material);
   material.maps = map_list.data();
   material.n_maps = static_cast<uint32_t>(map_list.size());
+  const CreaseLists creases = find_creases(scene.material, mesh);
+  const std::vector<double> rest = rest_positions(scene, mesh);
+  set_rest(creases, rest, material);
   shellwarp::Model model(
       shellwarp::mesh_desc(mesh.positions.data(), mesh.n_vertices(), mesh.triangles.data(), mesh.n_triangles()),
       material, support_desc(supports));

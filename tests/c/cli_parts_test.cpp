@@ -15,6 +15,7 @@
 #include "scene.hpp"
 #include "shell.hpp"
 #include "simulation.hpp"
+#include "creases.hpp"
 #include "material_maps.hpp"
 #include "advice.hpp"
 #include "closest.hpp"
@@ -1151,6 +1152,109 @@ void a_bad_map_is_named() {
   CHECK(says("[[material.region]]\nvertices = [999999]\nyoung = 1\n", "a region of young names vertex 999999"));
 }
 
+std::vector<double> rest_of(const cli::Scene &scene, const cli::Mesh &mesh) {
+  cli::ProgressBar progress(true);
+  const shellwarp::Model model = cli::make_model(scene, mesh, progress);
+  std::vector<double> x(mesh.positions.size());
+  cli::make_state(scene, mesh, model).positions(x.data(), mesh.n_vertices());
+  return x;
+}
+
+// The strip, clamped at x = 0 and folded by a crease at x = 2: how far its end is from where a rigid fold by `angle` has it.
+double miss_of_fold(const std::string &lines, double angle) {
+  cli::Scene scene = scene_of_material(kSheetLines + lines);
+  scene.supports.push_back({true, cli::Bounds{{0, -1, -1}, {0, 1, 1}}, {}});
+  const std::vector<double> x = rest_of(scene, strip_as_mesh());
+  const double *end = &x[3 * std::size_t{strip_vertex(STRIP_COLUMNS - 1, 1)}];
+  return std::hypot(end[0] - 2 - 2 * std::cos(angle), end[1], end[2] + 2 * std::sin(angle));
+}
+
+void a_crease_of_a_scene_folds_the_strip_there() {
+  std::string list = "# the column at x = 2\n", pairs;
+  for (int row = 0; row + 1 < STRIP_ROWS; ++row) {
+    const std::string a = std::to_string(strip_vertex(20, row)), b = std::to_string(strip_vertex(20, row + 1));
+    list += b + " " + a + "\n";
+    pairs += (row ? ", [" : "[") + a + ", " + b + "]";
+  }
+  write_file("fold.txt", list);
+  // Nothing but the crease is under stress, so the fold is rigid: to the tolerance of the search for rest, 1e-6 of the size.
+  const double quarter = 1.5707963267948966;
+  for (const std::string &where : {std::string("box = [1.99, -1, -1, 2.01, 1, 1]"), "edges = [" + pairs + "]", std::string("list = 'fold.txt'")}) {
+    CHECK(miss_of_fold("[[material.crease]]\n" + where + "\nangle_degrees = 90\n", quarter) < 4e-6);
+    CHECK(miss_of_fold("[[material.crease]]\n" + where + "\nfactor = 0.1\nangle_degrees = -90\n", -quarter) < 4e-6);
+  }
+  // A later table goes over an earlier one; a hinge that turns freely has no stiffness left but that of the clamp's other side.
+  const std::string box = "[[material.crease]]\nbox = [1.99, -1, -1, 2.01, 1, 1]\n";
+  CHECK(miss_of_fold(box + "angle_degrees = 45\n" + box + "angle_degrees = 90\n", quarter) < 4e-6);
+  const double slow = slowest_of_material(kSheetLines);
+  CHECK(slowest_of_material(kSheetLines + box + "factor = 0\n") < 1e-3 * slow);
+  // Four times as stiff over a 40th of the length, where a cantilever's curvature is 0.34 of that at the clamp and its mean square a
+  // quarter: 0.34² · 3/4 / 40 / (1/4) more of ω², half of it of ω, to first order. A fifth is left to the second.
+  const double gain = slowest_of_material(kSheetLines + box + "factor = 4\n") / slow - 1;
+  CHECK(std::fabs(gain / 4.3e-3 - 1) < 0.2);
+}
+
+// The strip's file, rolled to half a cylinder of its length, is where the flat strip goes.
+void a_rest_shape_of_a_scene_curls_the_strip() {
+  const double radius = STRIP_LENGTH / 3.141592653589793;
+  const cli::Mesh strip = strip_as_mesh();
+  std::string rolled;
+  char line[128];
+  for (uint32_t v = 0; v < strip.n_vertices(); ++v) {
+    const std::array<double, 3> x = strip.vertex(v);
+    std::snprintf(line, sizeof line, "v %.17g %.17g %.17g\n", radius * std::sin(x[0] / radius), x[1], radius * (1 - std::cos(x[0] / radius)));
+    rolled += line;
+  }
+  for (std::size_t k = 0; k < strip.triangles.size(); k += 3)
+    rolled += "f " + std::to_string(strip.triangles[k] + 1) + " " + std::to_string(strip.triangles[k + 1] + 1) + " " +
+              std::to_string(strip.triangles[k + 2] + 1) + "\n";
+  write_file("rolled.obj", rolled);
+  cli::Scene scene = scene_of_material(std::string(kSheetLines) + "rest_shape = 'rolled.obj'\n");
+  scene.supports.push_back({true, cli::Bounds{{0, -1, -1}, {0, 1, 1}}, {}});
+  const std::vector<double> x = rest_of(scene, strip);
+  const double *end = &x[3 * std::size_t{strip_vertex(STRIP_COLUMNS - 1, 1)}];
+  // The clamp turns the rolled shape by half an edge's angle, 1/80 of half a turn, which moves its end, 2 radii off, by 0.1.
+  CHECK(std::hypot(end[0], end[1], end[2] - 2 * radius) < 0.11);
+}
+
+void a_bad_crease_is_named() {
+  const auto says = [](const std::string &lines, const char *words) {
+    std::string error;
+    try {
+      cli::Scene scene = scene_of_material(kSheetLines + lines);
+      cli::find_creases(scene.material, strip_as_mesh());
+      cli::rest_positions(scene, strip_as_mesh());
+    } catch (const std::runtime_error &refused) {
+      error = refused.what();
+    }
+    if (error.find(words) == std::string::npos) std::fprintf(stderr, "  said '%s', not '%s'\n", error.c_str(), words);
+    return error.find(words) != std::string::npos;
+  };
+  const std::string crease = "[[material.crease]]\n";
+  write_file("half_edge.txt", "1 2\n3\n");
+  write_file("long_edge.txt", "1 2 3\n");
+  write_file("no_edge.txt", "# none\n");
+  write_file("small.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+  CHECK(says(crease + "factor = 2\n", "material.toml:7: [material.crease] name the edges by box, edges or list"));
+  CHECK(says(crease + "edges = [[1, 2], [3]]\nfactor = 2\n", "material.toml:8: [material.crease] edge 1 of edges must be two vertices"));
+  CHECK(says(crease + "edges = []\nfactor = 2\n", "edges must be a list of pairs"));
+  CHECK(says(crease + "edges = [[3, 4]]\n", "give a factor other than 1, or angle_degrees"));
+  CHECK(says(crease + "edges = [[3, 4]]\nfactor = -2\n", "material.toml:9: [material.crease] factor must not be negative"));
+  CHECK(says(crease + "edges = [[3, 4]]\nfactor = nan\n", "factor must be finite"));
+  CHECK(says(crease + "edges = [[3, 4]]\nangle_degrees = 190\n", "angle_degrees is 190.000000; it must be from -180 to 180"));
+  CHECK(says(crease + "edges = [[3, 4]]\nangle = 90\n", "unknown key 'angle'"));
+  CHECK(says(crease + "edges = [[3, 999]]\nfactor = 2\n", "edge 3-999: the mesh has 123 vertices"));
+  CHECK(says(crease + "edges = [[0, 99]]\nfactor = 2\n", "edge 0-99 is none of the mesh"));
+  CHECK(says(crease + "edges = [[0, 1]]\nfactor = 2\n", "edge 0-1 has only one triangle"));
+  CHECK(says(crease + "box = [-1, -1, -1, 0.01, 1, 1]\nfactor = 2\n", "the box holds 3 vertices, but no edge between two triangles"));
+  CHECK(says(crease + "box = [7, 7, 7, 8, 8, 8]\nfactor = 2\n", "material crease box (7 7 7) to (8 8 8) holds no vertex"));
+  CHECK(says(crease + "list = 'half_edge.txt'\nfactor = 2\n", "half_edge.txt:2: "));
+  CHECK(says(crease + "list = 'long_edge.txt'\nfactor = 2\n", "long_edge.txt:1: an edge has two vertices"));
+  CHECK(says(crease + "list = 'no_edge.txt'\nfactor = 2\n", "no_edge.txt: names no edge"));
+  CHECK(says("rest_shape = 'small.obj'\n", "small.obj: rest_shape has 3 vertices; the mesh has 123"));
+  CHECK(says("rest_shape = 'none.obj'\n", "none.obj"));
+}
+
 // Whatever the thickness, the slowest swing has the frequency asked for; a thinner sheet bends for less stretch.
 void a_material_by_frequency_has_that_frequency() {
   const cli::Mesh mesh = strip_as_mesh();
@@ -1419,6 +1523,9 @@ int main(int argc, char **argv) {
   RUN(a_sheet_is_read_and_swings_as_a_beam);
   RUN(a_preset_is_a_sheet_that_can_be_changed);
   RUN(a_material_varies_by_files_and_regions);
+  RUN(a_crease_of_a_scene_folds_the_strip_there);
+  RUN(a_rest_shape_of_a_scene_curls_the_strip);
+  RUN(a_bad_crease_is_named);
   RUN(a_bad_map_is_named);
   RUN(a_material_by_frequency_has_that_frequency);
   RUN(a_comparison_is_judged_row_by_row);

@@ -15,7 +15,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = ROOT / "docs" / "reference" / "scene.md"
-SOURCES = [ROOT / "host_examples" / "cli" / name for name in ("scene.cpp", "read_collider.cpp", "material.cpp", "material_maps.cpp", "read_where.cpp", "section.hpp")]
+SOURCES = [ROOT / "host_examples" / "cli" / name for name in ("scene.cpp", "read_collider.cpp", "material.cpp", "material_maps.cpp", "creases.cpp", "read_where.cpp", "section.hpp")]
 NO_VALUE = "1979-05-27"  # a date: no key takes one
 
 MESH = {"mesh": '"none.obj"'}
@@ -28,6 +28,7 @@ TABLES = {
     "[material]": ('mesh = "none.obj"\n', "[material]", {}),
     "[material.map]": ('mesh = "none.obj"\n', "[material.map]", {}),
     "[[material.region]]": ('mesh = "none.obj"\n', "[[material.region]]", {"side": '"low-x"', "density": "1"}),
+    "[[material.crease]]": ('mesh = "none.obj"\n', "[[material.crease]]", {"edges": "[[0, 1]]", "factor": "0"}),
     "[[support]]": ('mesh = "none.obj"\n', "[[support]]", {"vertices": "[0]"}),
     "[[support.key]]": ('mesh = "none.obj"\n[[support]]\nside = "low-x"\n', "[[support.key]]", {"time": "1"}),
     "[simulation]": ('mesh = "none.obj"\n', "[simulation]", {}),
