@@ -18,7 +18,7 @@ export CMAKE_BUILD_PARALLEL_LEVEL ?= $(JOBS)
 .PHONY: help build native demo test test-cargo test-c test-render test-blender demo-blender install package blender-addon header \
     python-abi docs-api test-docs lint fuzz check-memory check-threads check-miri check-guard bench bench-binding bench-contact bench-front bench-instructions bench-leave-out bench-polynomial bench-precompute bench-solver bench-training build-report report report-docs report-stability \
     test-report clean
-.PHONY: dist test-dist test-platforms dist-again render-mesh-picture moving-supports-picture maya-module houdini-package plugin-zip cli check-platforms wasm test-wasm playground test-playground tutorial-pictures docs notices wheel pictures bench-leaf farm-demo farm-sweep farm-costs bench-slepc
+.PHONY: dist test-dist test-platforms dist-again render-mesh-picture moving-supports-picture materials-picture maya-module houdini-package plugin-zip cli check-platforms wasm test-wasm playground test-playground tutorial-pictures docs notices wheel pictures bench-leaf farm-demo farm-sweep farm-costs bench-slepc
 
 help: ## list the targets
 	@echo "usage: make TARGET [JOBS=2]"
@@ -58,6 +58,10 @@ render-mesh-picture: cli ## draw the picture of docs/guide/render_mesh.md
 moving-supports-picture: cli ## draw the picture of docs/guide/moving_supports.md
 	@sh cmake/bootstrap.sh pictures
 	.venv/bin/python host_examples/render/moving_supports_picture.py --cli $(BUILD)/bin/shellwarp --out docs/guide/pictures/moving_supports.png
+
+materials-picture: cli ## draw the pictures of docs/reference/materials.md
+	@sh cmake/bootstrap.sh pictures
+	.venv/bin/python host_examples/render/materials_picture.py --cli $(BUILD)/bin/shellwarp --out docs/reference/pictures
 
 test: ## run every test; ends with what was skipped and how to get it, the counts, and test: OK or test: FAILED
 	@MAKE="$(MAKE)" python3 tests/run_suites.py test-cargo test-c test-render test-report test-playground
