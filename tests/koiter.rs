@@ -182,6 +182,24 @@ fn square_plates_have_the_frequencies_of_thin_plates_on_every_mesh() {
 }
 
 #[test]
+fn square_plates_held_on_all_sides_have_the_frequencies_of_thin_plates() {
+    for family in FAMILIES {
+        for (name, exact, most) in [("SSSS", SUPPORTED, 1.0), ("CCCC", CLAMPED, 2.0)] {
+            let (positions, triangles) = rectangle(family, 32, 1.0, 1.0);
+            let at_edge = |x: &Vec3| x.x.min(x.y).min(1.0 - x.x).min(1.0 - x.y) < 1e-9;
+            let edge = (0..positions.len() as u32).filter(|v| at_edge(&positions[*v as usize])).collect();
+            let (fixed, clamped) = if name == "SSSS" { (edge, vec![]) } else { (vec![], edge) };
+            let mesh = Mesh::new(positions, &triangles).unwrap();
+            let found = frequencies(&Shell::new(mesh, THIN, &Supports { fixed, clamped }).unwrap(), &THIN, 4);
+            let off: Vec<f64> = found.iter().zip(exact).map(|(f, e)| 100.0 * (f / e - 1.0)).collect();
+            println!("{name} {family:?}: {off:.2?} %");
+            // Second order in the cell: at 16 cells 2.4 % and 5.7 % of the fourth mode, at 32 a quarter of that.
+            assert!(off.iter().all(|off| off.abs() < most), "{name} {family:?}: {off:?}");
+        }
+    }
+}
+
+#[test]
 fn a_cantilever_bends_by_p_l3_over_3_e_i_on_every_mesh() {
     let sheet = ElasticSheet { young: 1.2e6, poisson: 0.0, thickness: 0.1, volume_density: 1.0 };
     for family in FAMILIES {
