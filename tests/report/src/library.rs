@@ -7,6 +7,7 @@ use crate::mesh::{Mesh, P3};
 use anyhow::{Context, Result, bail};
 use shellwarp::ffi::constraint::{self, SwConstraintDesc};
 use shellwarp::ffi::load::{SwEquilibriumReport, SwForceDesc};
+use shellwarp::ffi::material::{SW_ENERGY_KOITER, SW_MAP_ON_VERTICES, SwMaterialMap};
 use shellwarp::ffi::mesh::SwMeshDesc;
 use shellwarp::ffi::model::{SwMaterialDesc, SwModel, SwModelInfo, SwPrecomputeDesc, SwSupportDesc};
 use shellwarp::ffi::pointer::{SW_FORMAT_F32, SW_FORMAT_F64};
@@ -94,6 +95,18 @@ pub struct Material {
     pub density: f64,
 }
 
+/// A sheet of Koiter's energy without Poisson's ratio, in place of a material; and how it varies.
+#[derive(Clone, Debug)]
+pub struct Sheet {
+    pub young: f64,
+    pub thickness: f64,
+    pub density: f64,
+    /// SW_MAP_... and its values at the vertices.
+    pub map: Option<(u32, Vec<f64>)>,
+    /// Edges, and what their stiffness is multiplied by.
+    pub creases: Vec<([u32; 2], f64)>,
+}
+
 /// The library.
 #[derive(Clone)]
 pub struct Library(Arc<Api>);
@@ -136,15 +149,44 @@ impl Library {
         f64_basis: bool,
         fields: u32,
     ) -> Result<Model> {
+        let mut c = SwMaterialDesc::initial();
+        (c.k_area, c.k_length, c.k_bend, c.area_density) =
+            (material.area, material.length, material.bend, material.density);
+        self.model_of(mesh, &c, fixed, modes, f64_basis, fields)
+    }
+
+    /// The same of a sheet.
+    pub fn sheet_model(&self, mesh: &Mesh, sheet: &Sheet, fixed: &[u32], modes: usize, fields: u32) -> Result<Model> {
+        let mut c = SwMaterialDesc::initial();
+        c.energy = SW_ENERGY_KOITER;
+        (c.young, c.thickness, c.volume_density) = (sheet.young, sheet.thickness, sheet.density);
+        let mut map = SwMaterialMap::initial();
+        if let Some((quantity, values)) = &sheet.map {
+            (map.quantity, map.on, map.format) = (*quantity, SW_MAP_ON_VERTICES, SW_FORMAT_F64);
+            (map.values, map.count) = (values.as_ptr().cast(), values.len() as u32);
+            (c.maps, c.n_maps) = (&map, 1);
+        }
+        let (edges, factors): (Vec<[u32; 2]>, Vec<f64>) = sheet.creases.iter().copied().unzip();
+        (c.creases, c.crease_factors, c.n_creases) = (edges.as_ptr().cast(), factors.as_ptr(), edges.len() as u32);
+        self.model_of(mesh, &c, fixed, modes, false, fields)
+    }
+
+    /// What the descriptor points to must live through the call.
+    fn model_of(
+        &self,
+        mesh: &Mesh,
+        material: &SwMaterialDesc,
+        fixed: &[u32],
+        modes: usize,
+        f64_basis: bool,
+        fields: u32,
+    ) -> Result<Model> {
         let api = &self.0;
         let mut m = SwMeshDesc::initial();
         m.position_format = SW_FORMAT_F64;
         m.positions = mesh.positions.as_ptr().cast();
         m.triangles = mesh.triangles.as_ptr().cast();
         (m.n_vertices, m.n_triangles) = (mesh.positions.len() as u32, mesh.triangles.len() as u32);
-        let mut c = SwMaterialDesc::initial();
-        (c.k_area, c.k_length, c.k_bend, c.area_density) =
-            (material.area, material.length, material.bend, material.density);
         let mut s = SwSupportDesc::initial();
         (s.fixed, s.n_fixed) = (fixed.as_ptr(), fixed.len() as u32);
         let mut p = SwPrecomputeDesc::initial();
@@ -153,7 +195,7 @@ impl Library {
         let mut handle = null_mut();
         // SAFETY: descriptors and what they point to live through the calls.
         unsafe {
-            api.check((api.sw_model_create)(&m, &c, &s, &mut handle))?;
+            api.check((api.sw_model_create)(&m, material, &s, &mut handle))?;
             let model = Model { api: api.clone(), handle, n: mesh.positions.len() };
             api.check((api.sw_model_precompute)(handle, &p))?;
             Ok(model)

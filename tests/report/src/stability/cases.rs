@@ -10,27 +10,27 @@ use anyhow::Result;
 use shellwarp::ffi::method::SW_METHOD_SHELL_EXPLICIT;
 use shellwarp::ffi::state::SW_INTEGRATOR_EXACT;
 
-const STILL: Drive = &|_, _: &mut State| Ok(());
+pub(super) const STILL: Drive = &|_, _: &mut State| Ok(());
 
 /// Everything but the explicit shell, whose steps must be short.
-fn common() -> impl Iterator<Item = &'static Method> {
+pub(super) fn common() -> impl Iterator<Item = &'static Method> {
     methods().filter(|m| m.method != SW_METHOD_SHELL_EXPLICIT)
 }
 
 /// A flat strip, held at one end, that sags by 8 % of its length; its slowest mode swings in 12 s.
-fn strip(rows: usize) -> Problem {
+pub(super) fn strip(rows: usize) -> Problem {
     let mesh = Mesh::strip(LENGTH, 0.8, rows);
     let fixed = mesh.root();
     let material = Material { area: 1e4, length: 1e4, bend: 1.0, density: 1.0 };
-    Problem { mesh, material, fixed, modes: 8, gravity: [0.0, 0.0, -0.05], damping: 1.0, steps: vec![] }
+    Problem { mesh, material, sheet: None, fixed, modes: 8, gravity: [0.0, 0.0, -0.05], damping: 1.0, steps: vec![] }
 }
 
 /// Half a minute and more at the slowest mode's critical damping: at rest to 1e-5. A nonlinear shell takes fewer, longer steps.
-fn settling(m: &Method) -> Vec<f64> {
+pub(super) fn settling(m: &Method) -> Vec<f64> {
     if m.family == Family::Shell { vec![1.0; 60] } else { vec![1.0 / 30.0; 1800] }
 }
 
-fn linear_modes(m: &Method, end: &End) -> String {
+pub(super) fn linear_modes(m: &Method, end: &End) -> String {
     let turn = end.rotation.to_degrees();
     match m.family {
         Family::Lma => format!("turned by {turn:.0}°: a linear displacement stretches what turns"),
@@ -41,7 +41,7 @@ fn linear_modes(m: &Method, end: &End) -> String {
 }
 
 /// Judged by the nonlinear shell at rest, or that of the first of its components `alone`; 5 % is what linear modes are worth at a sag of 8 %.
-fn by_the_shell(
+pub(super) fn by_the_shell(
     library: &Library,
     key: (&'static str, String),
     problem: &Problem,
@@ -518,7 +518,7 @@ fn handles(library: &Library) -> Vec<Cell> {
 
 pub fn all(library: &Library) -> Vec<Cell> {
     #[allow(clippy::type_complexity)]
-    let groups: [(&str, fn(&Library) -> Vec<Cell>); 9] = [
+    let groups: [(&str, fn(&Library) -> Vec<Cell>); 10] = [
         ("stiffness", stiffness),
         ("units", units),
         ("steps", steps),
@@ -528,6 +528,7 @@ pub fn all(library: &Library) -> Vec<Cell> {
         ("folds", folds),
         ("shapes", topology),
         ("handles", handles),
+        ("material", super::material::all),
     ];
     let start = std::time::Instant::now();
     let run = |(name, group): &(&str, fn(&Library) -> Vec<Cell>)| {

@@ -93,7 +93,8 @@ pub fn all(library: &Library, data: &Path) -> Result<(Vec<Cell>, Table)> {
                 let gravity = [0.0, 0.0, -g];
                 // A fifth of the slowest mode's critical damping.
                 let (mesh, fixed) = (mesh.clone(), fixed.clone());
-                let problem = Problem { mesh, material, fixed, modes, gravity, damping: 0.4 * omega, steps: vec![] };
+                let problem =
+                    Problem { mesh, material, sheet: None, fixed, modes, gravity, damping: 0.4 * omega, steps: vec![] };
                 // Its tip fixed where the handle holds it.
                 let mut known = problem.clone();
                 known.fixed.extend(held.then(|| problem.mesh.nearest([4.0, 0.0]) as u32));

@@ -2,6 +2,7 @@
 
 mod cases;
 mod gravity;
+mod material;
 mod page;
 mod precision;
 mod trial;

@@ -1,6 +1,6 @@
 //! One run of one method on one case, and its verdict.
 
-use crate::library::{Library, Material, Model, State};
+use crate::library::{Library, Material, Model, Sheet, State};
 use crate::mesh::{Mesh, P3};
 use crate::methods::{Family, Method};
 use anyhow::{Result, ensure};
@@ -40,6 +40,8 @@ impl Cell {
 pub struct Problem {
     pub mesh: Mesh,
     pub material: Material,
+    /// In place of the material.
+    pub sheet: Option<Sheet>,
     pub fixed: Vec<u32>,
     pub modes: usize,
     pub gravity: P3,
@@ -66,6 +68,9 @@ pub struct End {
 impl Problem {
     /// As the method needs it.
     pub fn model(&self, library: &Library, method: &Method) -> Result<Model> {
+        if let Some(sheet) = &self.sheet {
+            return library.sheet_model(&self.mesh, sheet, &self.fixed, self.modes, method.fields);
+        }
         library.reduced_model(&self.mesh, self.material, &self.fixed, self.modes, false, method.fields)
     }
 

@@ -1,0 +1,135 @@
+//! Sheets that vary strongly, and creases: thickness and Young's modulus along a strip, hinges along its middle.
+
+use super::cases::{STILL, by_the_shell, common, settling, strip};
+use super::trial::{Cell, End, Judge, Problem, distance, judged};
+use crate::library::{Library, Sheet};
+use crate::methods::{Family, Method, method};
+use shellwarp::ffi::material::{SW_MAP_THICKNESS, SW_MAP_YOUNG};
+
+const THICKNESS: f64 = 0.01;
+
+/// Radian frequency of the plain strip's slowest swing: its mass damping is near the critical one.
+const SWING: f64 = 0.52;
+
+/// How far a strip sags whose load is linear, of its length.
+const SAG: f64 = 1e-9;
+
+/// A sheet as stiff and heavy as the plain strip of the other groups.
+fn sheet() -> Sheet {
+    let young = 12.0 * 6.0 / THICKNESS.powi(3);
+    Sheet { young, thickness: THICKNESS, density: 1.0 / THICKNESS, map: None, creases: vec![] }
+}
+
+/// Deflection of a beam clamped at 0 under its weight, by its rigidity and mass at a place: the closed form, integrated in small steps.
+struct Beam {
+    dx: f64,
+    /// At multiples of dx.
+    w: Vec<f64>,
+    /// Rayleigh's quotient of that shape.
+    swing: f64,
+}
+
+impl Beam {
+    fn new(length: f64, rigidity: impl Fn(f64) -> f64, mass: impl Fn(f64) -> f64) -> Self {
+        const STEPS: usize = 20_000;
+        let dx = length / STEPS as f64;
+        let at = |k: usize| (k as f64 + 0.5) * dx;
+        let (mut shear, mut moment, mut bend) = (0.0, 0.0, vec![0.0; STEPS]);
+        for k in (0..STEPS).rev() {
+            let weight = mass(at(k)) * dx;
+            bend[k] = (moment + 0.5 * (shear + 0.25 * weight) * dx) / rigidity(at(k));
+            moment += (shear + 0.5 * weight) * dx;
+            shear += weight;
+        }
+        let (mut slope, mut w) = (0.0, vec![0.0]);
+        for (k, bend) in bend.iter().enumerate() {
+            w.push(w[k] + (slope + 0.5 * bend * dx) * dx);
+            slope += bend * dx;
+        }
+        let sum = |power: i32| (0..STEPS).map(|k| mass(at(k)) * w[k + 1].powi(power)).sum::<f64>();
+        let swing = (sum(1) / sum(2)).sqrt();
+        Self { dx, w, swing }
+    }
+
+    fn at(&self, x: f64) -> f64 {
+        self.w[((x / self.dx).round().max(0.0) as usize).min(self.w.len() - 1)]
+    }
+
+    fn tip(&self) -> f64 {
+        self.w[self.w.len() - 1]
+    }
+}
+
+/// A strip whose thickness or modulus goes from 1 at its root to `contrast` at its tip, and how it hangs.
+fn graded(quantity: u32, contrast: f64) -> (Problem, Vec<[f64; 3]>) {
+    let base = strip(8);
+    let length = base.mesh.length();
+    let grade = |x: f64| contrast.powf((x / length).clamp(0.0, 1.0));
+    let power = if quantity == SW_MAP_THICKNESS { 3 } else { 1 };
+    let mass = |x: f64| if quantity == SW_MAP_THICKNESS { grade(x) } else { 1.0 };
+    let soft = Beam::new(length, |x| 6.0 * grade(x).powi(power), mass);
+    let mut sheet = sheet();
+    let stiffer = (SWING / soft.swing).powi(2); // so that it swings as the plain strip does
+    sheet.young *= stiffer;
+    let uniform = if quantity == SW_MAP_THICKNESS { sheet.thickness } else { sheet.young };
+    sheet.map = Some((quantity, base.mesh.place.iter().map(|p| uniform * grade(p[0])).collect()));
+    let gravity = SAG * length * stiffer / soft.tip();
+    let hung = |p: &[f64; 3]| [p[0], p[1], -gravity / stiffer * soft.at(p[0])];
+    let expected = base.mesh.positions.iter().map(hung).collect();
+    (Problem { sheet: Some(sheet), gravity: [0.0, 0.0, -gravity], ..base }, expected)
+}
+
+fn contrasts(library: &Library) -> Vec<Cell> {
+    let mut cells = vec![];
+    let quantities = [(SW_MAP_THICKNESS, "thickness"), (SW_MAP_YOUNG, "Young's modulus")];
+    for (quantity, name, contrast) in
+        quantities.into_iter().flat_map(|(q, name)| [1e-6, 1e-3, 1.0, 1e3, 1e6].map(|c| (q, name, c)))
+    {
+        let (p, expected) = graded(quantity, contrast);
+        let error = |end: &End| Ok(distance(&end.positions, &expected, &p.mesh.positions, 1e-12));
+        let shell = p.at_rest(library, method("shell_implicit"));
+        let of_mesh = shell.map_or(f64::NAN, |x| distance(&x, &expected, &p.mesh.positions, 1e-12));
+        let reason = |m: &Method, end: &End| match m.family {
+            _ if distance(&end.positions, &expected, &p.mesh.positions, 1e-12) < 1.2 * of_mesh => {
+                "the mesh's: the nonlinear shell is as far off the beam".to_owned()
+            }
+            Family::Shell => "the step's own error".to_owned(),
+            _ => format!("its modes or fields: the nonlinear shell is {:.1} % off", 100.0 * of_mesh),
+        };
+        // At 1e6 a triangle has one thickness where the beam's changes by a third: the mesh alone leaves some percent.
+        let judge = Judge { name: "beam theory", tolerance: 0.05, error: &error, reason: &reason, bound: 100.0 };
+        for m in common() {
+            let p = Problem { steps: settling(m), ..p.clone() };
+            let key = ("material", format!("{name} at the tip × {contrast:e}"));
+            cells.push(judged(library, key, m, &p, STILL, &judge));
+        }
+    }
+    cells
+}
+
+/// Edges along the middle of the strip, by which its halves fold.
+fn creases(library: &Library) -> Vec<Cell> {
+    let base = strip(4);
+    let middle = |v: u32| base.mesh.place[v as usize][1].abs() < 1e-9;
+    let mut edges: Vec<[u32; 2]> = vec![];
+    for [a, b, c] in &base.mesh.triangles {
+        for [a, b] in [[*a, *b], [*b, *c], [*c, *a]] {
+            let edge = [a.min(b), a.max(b)];
+            if middle(a) && middle(b) && !edges.contains(&edge) {
+                edges.push(edge);
+            }
+        }
+    }
+    let of = |factor: &f64| {
+        let creases = edges.iter().map(|edge| (*edge, *factor)).collect();
+        let problem = Problem { sheet: Some(Sheet { creases, ..sheet() }), ..base.clone() };
+        by_the_shell(library, ("material", format!("crease along the middle × {factor:e}")), &problem, None)
+    };
+    [0.0, 1e-6, 1e-3, 1e3, 1e6].iter().flat_map(of).collect()
+}
+
+pub fn all(library: &Library) -> Vec<Cell> {
+    let mut cells = contrasts(library);
+    cells.extend(creases(library));
+    cells
+}
