@@ -29,7 +29,7 @@ use std::path::{Path, PathBuf};
 
 const USAGE: &str = "usage: shellwarp-report --library FILE [--out DIR] [--viewer FILE] [--python FILE] [--docs DIR] \
     [--quick | --smoke] [--fresh]
-    [--stability [--cli FILE]] [--kernels]
+    [--stability [--cli FILE | --group NAME]] [--kernels]
 
   --library  the built shared library
   --out      where the report goes, out/report by default
@@ -40,6 +40,7 @@ const USAGE: &str = "usage: shellwarp-report --library FILE [--out DIR] [--viewe
   --smoke    a few seconds, for tests
   --fresh    forget the reference runs of earlier reports
   --stability  only the map of where each method holds; with --docs also stability.md
+  --group    of that map only these cells, such as contact; writes no page
   --kernels  only the plots of the DIR/kernels.csv that `make bench` leaves; with --docs they go there
   --cli      the command-line program, for the comparison of 32 and 64 bits";
 
@@ -57,6 +58,7 @@ struct Options {
     stability: bool,
     kernels: bool,
     cli: Option<PathBuf>,
+    group: Option<String>,
 }
 
 fn options() -> Result<Options> {
@@ -72,6 +74,7 @@ fn options() -> Result<Options> {
         stability: false,
         kernels: false,
         cli: None,
+        group: None,
     };
     let mut parser = lexopt::Parser::from_env();
     while let Some(argument) = parser.next()? {
@@ -87,6 +90,7 @@ fn options() -> Result<Options> {
             Long("stability") => o.stability = true,
             Long("kernels") => o.kernels = true,
             Long("cli") => o.cli = Some(parser.value()?.into()),
+            Long("group") => o.group = Some(parser.value()?.string()?),
             Long("help") => {
                 println!("{USAGE}");
                 std::process::exit(0);
@@ -191,6 +195,9 @@ fn run() -> Result<()> {
     let here = Path::new(env!("CARGO_MANIFEST_DIR"));
     if o.stability {
         let library = library::Library::open(&o.library)?;
+        if let Some(group) = &o.group {
+            return stability::run_group(&library, group, &o.out);
+        }
         return stability::run(&library, o.cli.as_deref(), &here.join("../scenes"), &o.out, o.docs.as_deref());
     }
     if o.kernels {

@@ -516,24 +516,34 @@ fn handles(library: &Library) -> Vec<Cell> {
     cells
 }
 
+type Group = fn(&Library) -> Vec<Cell>;
+
+const GROUPS: [(&str, Group); 10] = [
+    ("stiffness", stiffness),
+    ("units", units),
+    ("steps", steps),
+    ("damping", damping),
+    ("supports", supports),
+    ("modes", modes),
+    ("folds", folds),
+    ("shapes", topology),
+    ("handles", handles),
+    ("material", super::material::all),
+];
+
 pub fn all(library: &Library) -> Vec<Cell> {
-    #[allow(clippy::type_complexity)]
-    let groups: [(&str, fn(&Library) -> Vec<Cell>); 10] = [
-        ("stiffness", stiffness),
-        ("units", units),
-        ("steps", steps),
-        ("damping", damping),
-        ("supports", supports),
-        ("modes", modes),
-        ("folds", folds),
-        ("shapes", topology),
-        ("handles", handles),
-        ("material", super::material::all),
-    ];
     let start = std::time::Instant::now();
-    let run = |(name, group): &(&str, fn(&Library) -> Vec<Cell>)| {
+    let run = |(name, group): &(&str, Group)| {
         eprintln!("stability: {:4.0} s  {name}", start.elapsed().as_secs_f64());
         group(library)
     };
-    groups.iter().flat_map(run).collect()
+    GROUPS.iter().flat_map(run).collect()
+}
+
+pub fn of_group(library: &Library, name: &str) -> Result<Vec<Cell>> {
+    let Some((_, group)) = GROUPS.iter().find(|(n, _)| *n == name) else {
+        let names = GROUPS.map(|(n, _)| n).join(", ");
+        anyhow::bail!("no group {name}: there are {names}");
+    };
+    Ok(group(library))
 }

@@ -87,14 +87,17 @@ fn contrasts(library: &Library) -> Vec<Cell> {
     {
         let (p, expected) = graded(quantity, contrast);
         let error = |end: &End| Ok(distance(&end.positions, &expected, &p.mesh.positions, 1e-12));
-        let shell = p.at_rest(library, method("shell_implicit"));
-        let of_mesh = shell.map_or(f64::NAN, |x| distance(&x, &expected, &p.mesh.positions, 1e-12));
-        let reason = |m: &Method, end: &End| match m.family {
-            _ if distance(&end.positions, &expected, &p.mesh.positions, 1e-12) < 1.2 * of_mesh => {
+        let shell = method("shell_implicit");
+        // By steps, as its own cell: a search for rest does not begin at loads whose strains are rounding.
+        let settled = Problem { steps: settling(shell), ..p.clone() }.run(library, shell, STILL);
+        let of_mesh = settled.map(|end| distance(&end.positions, &expected, &p.mesh.positions, 1e-12));
+        let reason = |m: &Method, end: &End| match &of_mesh {
+            _ if m.family == Family::Shell => "the mesh's, or the step's own error".to_owned(),
+            Ok(off) if distance(&end.positions, &expected, &p.mesh.positions, 1e-12) < 1.2 * off => {
                 "the mesh's: the nonlinear shell is as far off the beam".to_owned()
             }
-            Family::Shell => "the step's own error".to_owned(),
-            _ => format!("its modes or fields: the nonlinear shell is {:.1} % off", 100.0 * of_mesh),
+            Ok(off) => format!("its modes or fields: the nonlinear shell is {:.1} % off", 100.0 * off),
+            Err(e) => format!("its modes or fields; the nonlinear shell has no end to compare with: {e}"),
         };
         // At 1e6 a triangle has one thickness where the beam's changes by a third: the mesh alone leaves some percent.
         let judge = Judge { name: "beam theory", tolerance: 0.05, error: &error, reason: &reason, bound: 100.0 };

@@ -42,10 +42,21 @@ pub fn run(library: &Library, cli: Option<&Path>, scenes: &Path, out: &Path, doc
     if let Some(docs) = docs {
         page::write(docs, &map)?;
     }
-    let broken: Vec<_> = map.cells.iter().filter(|c| c.verdict == trial::Verdict::Broken).collect();
+    check(&map.cells, out)
+}
+
+/// The cells of one group alone: stability.csv.
+pub fn run_group(library: &Library, group: &str, out: &Path) -> Result<()> {
+    let cells = cases::of_group(library, group)?;
+    page::table(&cells).write(out)?;
+    check(&cells, out)
+}
+
+fn check(cells: &[Cell], out: &Path) -> Result<()> {
+    let broken: Vec<_> = cells.iter().filter(|c| c.verdict == trial::Verdict::Broken).collect();
     anyhow::ensure!(broken.is_empty(), "not finite, or out of bounds: {broken:?}");
-    let unexplained: Vec<_> = map.cells.iter().filter(|c| c.needs_reason()).collect();
+    let unexplained: Vec<_> = cells.iter().filter(|c| c.needs_reason()).collect();
     anyhow::ensure!(unexplained.is_empty(), "cells without a reason: {unexplained:?}");
-    println!("stability: {} cells, {}", map.cells.len(), out.join("stability.csv").display());
+    println!("stability: {} cells, {}", cells.len(), out.join("stability.csv").display());
     Ok(())
 }

@@ -30,8 +30,9 @@ pub struct Cell {
 }
 
 impl Cell {
+    /// Of what is not accurate: none, or one that names no number.
     pub fn needs_reason(&self) -> bool {
-        self.verdict != Verdict::Accurate && self.note.is_empty()
+        self.verdict != Verdict::Accurate && (self.note.is_empty() || self.note.contains("NaN"))
     }
 }
 
