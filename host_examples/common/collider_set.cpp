@@ -83,19 +83,18 @@ Fit round_box(const Collider &collider) {
 }
 
 void check_mesh(const Mesh &mesh) {
-  if (mesh.points.empty() || mesh.triangles.empty())
+  if (mesh.points.empty() || mesh.faces().empty())
     throw HostError("it has no polygons: " + number(uint64_t(mesh.n_points())) + " points, " +
                     number(uint64_t(mesh.n_triangles())) + " triangles");
   for (const double x : mesh.points)
     if (!std::isfinite(x)) throw HostError("a point is not finite");
-  for (const uint32_t i : mesh.triangles)
+  for (const uint32_t i : mesh.faces())
     if (i >= mesh.n_points())
       throw HostError("a polygon names vertex " + number(uint64_t(i)) + ", but there are " +
                       number(uint64_t(mesh.n_points())));
 }
 
 Fit fit_of(const Collider &collider) {
-  check_mesh(collider.mesh);
   switch (collider.kind) {
     case SW_COLLIDER_PLANE: {
       Fit fit;
@@ -111,7 +110,9 @@ Fit fit_of(const Collider &collider) {
   }
 }
 
-std::pair<shellwarp::Collider, Pose> make(const Collider &collider, double unit) {
+std::pair<shellwarp::Collider, Pose> make(Collider collider, double unit) {
+  check_mesh(collider.mesh);
+  collider.mesh.cut();
   Fit fit = fit_of(collider);
   SwColliderDesc &desc = fit.desc;
   desc.kind = collider.kind;
@@ -144,7 +145,7 @@ Pose to_library(const Inputs &inputs, double unit) {
 uint64_t shape_key(const Collider &collider) {
   Hash hash;
   hash.add(collider.kind).add(collider.friction).add(collider.thickness).add(collider.cells);
-  return hash.add_all(collider.mesh.points).add_all(collider.mesh.triangles).value();
+  return hash.add_all(collider.mesh.points).add_all(collider.mesh.faces()).add_all(collider.mesh.sizes).value();
 }
 
 bool ColliderSet::prepare(const std::vector<Collider> &colliders, double unit) {

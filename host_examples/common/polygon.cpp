@@ -109,4 +109,16 @@ std::vector<uint32_t> cut_polygon(const std::vector<uint32_t> &corners, const do
   return corners.size() == 3 ? corners : Cutter(corners, positions).cut();
 }
 
+std::vector<uint32_t> cut_polygons(const std::vector<uint32_t> &sizes, const std::vector<uint32_t> &corners, const double *positions) {
+  std::vector<uint32_t> triangles, polygon;
+  auto next = corners.begin();
+  for (const uint32_t size : sizes) {
+    polygon.assign(next, next + size);
+    next += size;
+    const std::vector<uint32_t> cut = cut_polygon(polygon, positions);
+    triangles.insert(triangles.end(), cut.begin(), cut.end());
+  }
+  return triangles;
+}
+
 }  // namespace host

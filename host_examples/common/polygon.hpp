@@ -12,4 +12,7 @@ namespace host {
 // every vertex.
 std::vector<uint32_t> cut_polygon(const std::vector<uint32_t> &corners, const double *positions);
 
+// Of many polygons, one after the other: how many corners each has, and all corners.
+std::vector<uint32_t> cut_polygons(const std::vector<uint32_t> &sizes, const std::vector<uint32_t> &corners, const double *positions);
+
 }  // namespace host

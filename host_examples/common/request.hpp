@@ -2,6 +2,7 @@
 #pragma once
 
 #include "method.hpp"
+#include "polygon.hpp"
 #include "pose.hpp"
 
 #include <cstdint>
@@ -11,13 +12,20 @@
 
 namespace host {
 
-// Points and triangles in the object's own space.
+// Points and faces in the object's own space. Indices are from 0.
 struct Mesh {
   std::vector<double> points;       // n x 3
-  std::vector<uint32_t> triangles;  // n x 3, indices from 0
+  std::vector<uint32_t> triangles;  // n x 3
+  // Polygons in the triangles' place: how many corners each has, 3 or more, and the corners, one polygon after the other. Whoever makes a
+  // model or a solid cuts them then: cut anew as points move, they would be another mesh each time.
+  std::vector<uint32_t> sizes{}, corners{};
 
   uint32_t n_points() const { return static_cast<uint32_t>(points.size() / 3); }
   uint32_t n_triangles() const { return static_cast<uint32_t>(triangles.size() / 3); }
+  const std::vector<uint32_t> &faces() const { return sizes.empty() ? triangles : corners; }
+  void cut() {
+    if (!sizes.empty()) triangles = cut_polygons(sizes, corners, points.data());
+  }
 };
 
 // How stiff the shell is, in one of four ways; their numbers are hosts' menus.

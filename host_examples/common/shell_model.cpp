@@ -186,7 +186,7 @@ double ShellModel::clock(const Stiffness &stiffness) const {
 
 uint64_t build_key(const Mesh &mesh, const Build &build) {
   Hash hash;
-  hash.add(mesh.n_points()).add_all(mesh.triangles).add_all(build.held);
+  hash.add(mesh.n_points()).add_all(mesh.faces()).add_all(mesh.sizes).add_all(build.held);
   hash.add(build.clamped).add(build.modes).add(build.double_precision).add(build.stiffness.by);
   const bool fields = needs_fields(build.method), choice = needs_choice(build.method);
   hash.add(fields).add(choice).add(fields || choice ? build.reduced_fields : 0).add(choice ? build.auto_error : 0.0);
@@ -199,13 +199,17 @@ uint64_t build_key(const Mesh &mesh, const Build &build) {
 }
 
 void check_build(const Mesh &mesh, const Build &build) {
-  if (mesh.points.empty() || mesh.triangles.empty())
+  if (mesh.points.empty() || mesh.faces().empty())
     throw HostError("there is no surface: " + number(uint64_t(mesh.n_points())) + " points, " +
                     number(uint64_t(mesh.n_triangles())) + " triangles");
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i)
     if (mesh.triangles[i] >= mesh.n_points())
       throw HostError("triangle " + number(uint64_t(i / 3)) + " names vertex " + number(uint64_t(mesh.triangles[i])) +
                       ", but there are " + number(uint64_t(mesh.n_points())));
+  for (const uint32_t i : mesh.corners)
+    if (i >= mesh.n_points())
+      throw HostError("a polygon names vertex " + number(uint64_t(i)) + ", but there are " +
+                      number(uint64_t(mesh.n_points())));
   require(build.modes >= 1 && build.modes <= 1024, "the number of modes", build.modes, "1 to 1024");
   require_method(build.method);
   require(build.reduced_fields >= 1, "the number of reduced fields", build.reduced_fields, "1 or above");

@@ -135,19 +135,14 @@ uint64_t ShellRunner::bytes() const {
   return sum + info.bytes_model + info.bytes_state + model_->rest().capacity() * sizeof(double);
 }
 
-void ShellRunner::evaluate(const Request &request) {
+void ShellRunner::evaluate(Request request) {
   check_motion(request);
-  if (request.drawn.empty()) {
-    run(request, At(request));
-    return;
-  }
-  Request led = request;
   const At at(request);
-  follower_.lead(led, at.start());
-  run(led, at);
+  if (!request.drawn.empty()) follower_.lead(request, at.start());
+  run(request, at);
 }
 
-void ShellRunner::run(const Request &request, const At &at) {
+void ShellRunner::run(Request &request, const At &at) {
   check_build(request.mesh, request.build);
   check_handles(request);
   const bool built = !model_serves(request, at);
@@ -196,7 +191,8 @@ bool ShellRunner::model_serves(const Request &request, const At &at) const {
 }
 
 // The old model stays in use until the new one is there.
-void ShellRunner::build(const Request &request) {
+void ShellRunner::build(Request &request) {
+  request.mesh.cut();
   const Vec3 &g = request.inputs.gravity;
   const double gravity = std::hypot(g[0], g[1], g[2]) / request.inputs.object.scale;
   auto model = std::make_shared<const ShellModel>(request.mesh, request.build, gravity, request.interrupted);

@@ -51,7 +51,7 @@ struct Notes {
 class ShellRunner {
 public:
   // Throws std::exception with a message for the user. The result is then as it was before.
-  void evaluate(const Request &request);
+  void evaluate(Request request);
 
   // Rest shape and result of what is drawn in the object's space, n x 3. Empty before the first evaluation.
   const std::vector<double> &rest() const;
@@ -67,10 +67,10 @@ public:
 private:
   struct At;
 
-  void run(const Request &request, const At &at);
+  void run(Request &request, const At &at);
   void follow(const Request &request, const At &at, bool built);
   bool model_serves(const Request &request, const At &at) const;
-  void build(const Request &request);
+  void build(Request &request);  // cuts its polygons
   void restart(const Request &request);
   void begin(const Inputs &inputs, uint64_t key, bool exact);
   void reach(const Request &request, uint64_t frame, bool own_inputs);

@@ -292,7 +292,7 @@ void ShellWarpVerb::cook(const CookParms &cookparms) const {
     const GU_Detail *touched = cookparms.inputGeo(2);
     if (touched && touched->getNumPoints() > 0) request.inputs.colliders.push_back(collider_of(parms, *touched));
     host::ShellRunner &runner = (kept ? *kept : passing).runner(request, cookparms);
-    runner.evaluate(request);
+    runner.evaluate(std::move(request));
     push(*detail, runner, parms.getEnvelope(), parms.getWeightattrib());
     std::string warning = runner.notes().warning();
     if (!push_normals(*detail)) warning += (warning.empty() ? "" : "\n") + std::string(kVertexNormals);

@@ -56,9 +56,10 @@ void pull_mesh(const GU_Detail &detail, host::Mesh &mesh) {
     if (primitive->getTypeId().get() != GEO_PRIMPOLY || !static_cast<const GEO_PrimPoly *>(primitive)->isClosed())
       throw host::HostError("primitive " + host::number(uint64_t(detail.primitiveIndex(*it))) +
                             " is no closed polygon; convert it, or delete it before the shell");
-    for (GA_Size k = 2; k < primitive->getVertexCount(); ++k)
-      for (const GA_Size corner : {GA_Size(0), k - 1, k})
-        mesh.triangles.push_back(static_cast<uint32_t>(primitive->getPointIndex(corner)));
+    const GA_Size n = primitive->getVertexCount();
+    if (n < 3) continue;
+    mesh.sizes.push_back(static_cast<uint32_t>(n));
+    for (GA_Size k = 0; k < n; ++k) mesh.corners.push_back(static_cast<uint32_t>(primitive->getPointIndex(k)));
   }
 }
 

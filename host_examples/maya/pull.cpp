@@ -26,18 +26,10 @@ host::Matrix4 matrix_of(const MMatrix &matrix) {
 
 namespace {
 
-// Polygons as fans: Maya's own triangles may change as points move, and would be another shell each time.
-std::vector<uint32_t> triangles_of(const MIntArray &counts, const MIntArray &corners) {
-  std::vector<uint32_t> triangles;
-  unsigned int first = 0;
-  for (unsigned int p = 0; p < counts.length(); ++p) {
-    const unsigned int n = static_cast<unsigned int>(counts[p]);
-    for (unsigned int k = 2; k < n; ++k)
-      for (const unsigned int corner : {first, first + k - 1, first + k})
-        triangles.push_back(static_cast<uint32_t>(corners[corner]));
-    first += n;
-  }
-  return triangles;
+std::vector<uint32_t> indices_of(const MIntArray &array) {
+  std::vector<uint32_t> out(array.length());
+  for (unsigned int i = 0; i < array.length(); ++i) out[i] = static_cast<uint32_t>(array[i]);
+  return out;
 }
 
 // Points and polygons in the mesh's own space.
@@ -57,7 +49,8 @@ MStatus read_mesh(const MObject &data, host::Mesh &mesh) {
     mesh.points[3 * i + 1] = points[i].y;
     mesh.points[3 * i + 2] = points[i].z;
   }
-  mesh.triangles = triangles_of(counts, corners);
+  mesh.sizes = indices_of(counts);
+  mesh.corners = indices_of(corners);
   return MS::kSuccess;
 }
 

@@ -11,6 +11,7 @@
 #include <maya/MSelectionList.h>
 
 #include <exception>
+#include <utility>
 
 const char *const ShellWarpNode::nodeName = "shellWarp";
 // From the block that Autodesk leaves to plug-ins that are not published; a studio puts one of its own here.
@@ -69,7 +70,7 @@ MStatus ShellWarpNode::deform(MDataBlock &block, MItGeometry &points, const MMat
     request.interrupted = [&interrupt] { return interrupt.requested(); };
     status = pull(block, toWorld, multiIndex, request);
     CHECK_MSTATUS_AND_RETURN_IT(status);
-    shell.runner.evaluate(request);
+    shell.runner.evaluate(std::move(request));
     status = push(block, points, multiIndex, amount, shell.runner);
     CHECK_MSTATUS_AND_RETURN_IT(status);
     warn(shell);

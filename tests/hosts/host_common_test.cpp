@@ -1,5 +1,6 @@
 // The glue of the host examples, without any host: building, frames, scrubbing, sub-frames, poses, messages.
 #include "blend.hpp"
+#include "concave_sheet.hpp"
 #include "runner_store.hpp"
 #include "shell_runner.hpp"
 #include "test_support.h"
@@ -325,6 +326,64 @@ void moved_points_are_a_new_rest_shape_at_the_start_frame() {
   CHECK(runner.rest() != request.mesh.points);
   runner.evaluate(at_frame(request, 0));
   CHECK(runner.rest() == request.mesh.points && runner.deformed() == request.mesh.points);
+}
+
+// The sheet in polygons, or in the triangles that are right.
+Request concave_request(bool polygons) {
+  const ConcaveSheet sheet;
+  Request request;
+  for (const auto &p : sheet.points) request.mesh.points.insert(request.mesh.points.end(), {p[0], p[1], 0});
+  if (polygons)
+    for (const auto &corners : sheet.polygons) {
+      request.mesh.sizes.push_back(static_cast<uint32_t>(corners.size()));
+      request.mesh.corners.insert(request.mesh.corners.end(), corners.begin(), corners.end());
+    }
+  else
+    for (const auto &t : sheet.triangles) request.mesh.triangles.insert(request.mesh.triangles.end(), t.begin(), t.end());
+  request.build.held = {0, 1, 2};
+  request.build.modes = 6;
+  request.inputs.gravity = {0, 0, -9.8};
+  return request;
+}
+
+void concave_polygons_are_cut_inside() {
+  ShellRunner cut, right;
+  for (int k = 0; k <= 6; ++k) {  // half a swing
+    cut.evaluate(at_frame(concave_request(true), k));
+    right.evaluate(at_frame(concave_request(false), k));
+  }
+  CHECK(right.deformed()[3 * ConcaveSheet::far_corner + 2] < -0.05);
+  for (std::size_t i = 0; i < right.deformed().size(); ++i)
+    CHECK_NEAR(cut.deformed()[i], right.deformed()[i], 1e-5);  // triangles come in another order, the basis in floats of 8
+}
+
+// Leaning quads, which lean the other way later, where the other diagonal is the better: no new shell while they play, one at the start.
+void a_cut_stays_while_points_move() {
+  const auto leaning = [](double lean, double frame) {
+    Request request = concave_request(true);
+    request.mesh = {};
+    for (int i = 0; i <= 8; ++i)
+      for (int j = 0; j <= 2; ++j) request.mesh.points.insert(request.mesh.points.end(), {i + lean * j, double(j), 0});
+    for (uint32_t a = 0; a < 23; ++a)
+      if (a % 3 < 2) {
+        request.mesh.sizes.push_back(4);
+        request.mesh.corners.insert(request.mesh.corners.end(), {a, a + 3, a + 4, a + 1});
+      }
+    return at_frame(request, frame);
+  };
+  ShellRunner runner, fresh;
+  runner.evaluate(leaning(0.4, 0));
+  for (int k = 1; k <= 5; ++k) runner.evaluate(leaning(-0.4, k));
+  CHECK(runner.notes().builds == 1);
+  for (int k = 0; k <= 5; ++k) runner.evaluate(leaning(-0.4, k)), fresh.evaluate(leaning(-0.4, k));
+  CHECK(runner.notes().builds == 2 && runner.deformed() == fresh.deformed());
+}
+
+void a_polygon_of_a_vertex_that_there_is_not_is_refused() {
+  ShellRunner runner;
+  Request request = concave_request(true);
+  request.mesh.corners[5] = 99;
+  FAILS_WITH(runner.evaluate(at_frame(request, 0)), "a polygon names vertex 99, but there are 43");
 }
 
 void changed_motion_runs_again_from_the_start() {
@@ -1142,6 +1201,9 @@ int main() {
   RUN(the_run_is_refused_beyond_the_cache);
   RUN(what_makes_the_model_builds_and_what_moves_it_does_not);
   RUN(moved_points_are_a_new_rest_shape_at_the_start_frame);
+  RUN(concave_polygons_are_cut_inside);
+  RUN(a_cut_stays_while_points_move);
+  RUN(a_polygon_of_a_vertex_that_there_is_not_is_refused);
   RUN(changed_motion_runs_again_from_the_start);
   RUN(every_method_of_the_table_moves_the_shell);
   RUN(a_method_that_cannot_be_had_is_told_and_the_last_shape_stays);

@@ -1,5 +1,6 @@
 // SOP_ShellWarp, loaded and cooked as Houdini would, in the stand-in of tests/hosts/houdini. Arguments: the plug-in,
 // docs/guide/houdini.md. A third argument is a folder: the first scene of docs/guide/houdini.md is written there as OBJ files, for its picture.
+#include "concave_sheet.hpp"
 #include "fake_houdini.hpp"
 #include "test_support.h"
 
@@ -592,6 +593,29 @@ void escape_stops_the_precompute() {
   CHECK(scene.cook.errors.empty());
 }
 
+// As polygons, or as the triangles that are right.
+GU_Detail concave_detail(bool polygons) {
+  const ConcaveSheet sheet;
+  GU_Detail detail;
+  fake::Geometry &geometry = detail.fake_geometry();
+  for (const auto &p : sheet.points) geometry.points.emplace_back(float(p[0]), 0.0f, float(p[1]));
+  for (const auto &corners : sheet.polygons)
+    if (polygons) add_polygon(geometry, {corners.begin(), corners.end()});
+  for (const auto &corners : sheet.triangles)
+    if (!polygons) add_polygon(geometry, {corners.begin(), corners.end()});
+  geometry.group("held", {0, 1, 2});
+  return detail;
+}
+
+void concave_polygons_are_cut_inside() {
+  Scene cut, right;
+  cut.mesh = concave_detail(true);
+  right.mesh = concave_detail(false);
+  const Points a = cut.play(7), b = right.play(7);
+  CHECK(cut.cook.errors.empty() && b[ConcaveSheet::far_corner].y() < -0.05f);
+  for (std::size_t i = 0; i < b.size(); ++i) CHECK_NEAR(a[i].y(), b[i].y(), 1e-5);  // the basis in floats of 8
+}
+
 void quads_and_changed_topology_are_taken() {
   Scene scene;
   scene.play(5);
@@ -700,6 +724,7 @@ int main(int argc, char **argv) {
     RUN(a_shell_out_of_range_is_warned_of);
     RUN(certify_tells_how_far_off_the_frame_is);
     RUN(escape_stops_the_precompute);
+    RUN(concave_polygons_are_cut_inside);
     RUN(quads_and_changed_topology_are_taken);
     const auto the_first_scene_works = [&] {
       the_first_scene_of_the_documentation_works(argc > 3 ? argv[3] : nullptr);

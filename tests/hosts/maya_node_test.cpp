@@ -1,5 +1,6 @@
 // The shellWarp plug-in, loaded and evaluated as Maya would, in the stand-in of tests/hosts/maya. Arguments: the plug-in, docs/guide/maya.md,
 // the module's scripts. A fourth argument is a folder: the first scene of docs/guide/maya.md is written there as OBJ files, for its picture.
+#include "concave_sheet.hpp"
 #include "fake_graph.hpp"
 #include "test_support.h"
 
@@ -492,7 +493,33 @@ void two_geometries_of_a_node_keep_apart() {
   CHECK(same(both.node.evaluate(0), expected) && !same(both.node.evaluate(3), longer.points));
 }
 
-// Quads go in as fans, and one triangle more is another shell.
+// As polygons, or as the triangles that are right.
+fake::Mesh concave_mesh(bool polygons) {
+  const ConcaveSheet sheet;
+  fake::Mesh mesh;
+  for (const auto &p : sheet.points) mesh.points.emplace_back(5 * p[0], 0, 5 * p[1]);
+  const auto add = [&mesh](const auto &corners) {
+    mesh.counts.push_back(static_cast<int>(corners.size()));
+    mesh.corners.insert(mesh.corners.end(), corners.begin(), corners.end());
+  };
+  for (const auto &corners : sheet.polygons)
+    if (polygons) add(corners);
+  for (const auto &corners : sheet.triangles)
+    if (!polygons) add(corners);
+  return mesh;
+}
+
+void concave_polygons_are_cut_inside() {
+  Scene cut, right;
+  const fake::Mesh polygons = concave_mesh(true), triangles = concave_mesh(false);
+  cut.node.connect(0, &polygons);
+  right.node.connect(0, &triangles);
+  const Points a = cut.play(7).back(), b = right.play(7).back();
+  CHECK(!cut.node.failed() && b[ConcaveSheet::far_corner].y < -0.5);
+  for (std::size_t i = 0; i < b.size(); ++i) CHECK_NEAR(a[i].y, b[i].y, 1e-4);  // the basis in floats of 40
+}
+
+// Quads are taken, and one triangle more is another shell.
 void polygons_and_changed_topology_are_taken() {
   Scene scene;
   scene.play(5);
@@ -947,7 +974,8 @@ int main(int argc, char **argv) {
     RUN(a_handle_is_where_its_target_is_in_the_world);
     RUN(a_listed_support_is_a_painted_one);
     RUN(two_geometries_of_a_node_keep_apart);
-    RUN(polygons_and_changed_topology_are_taken);
+    RUN(concave_polygons_are_cut_inside);
+  RUN(polygons_and_changed_topology_are_taken);
     RUN(errors_are_shown_once_and_the_mesh_passes_through);
     RUN(what_a_user_can_mend_is_named);
     RUN(a_shell_out_of_range_is_warned_of_once);
