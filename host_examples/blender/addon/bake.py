@@ -10,11 +10,11 @@ from contextlib import ExitStack
 
 import bpy
 
-from . import live, render_mesh, shape_key
+from . import live, render_mesh, shape_key, stack
 from .inputs import Refused, check_mesh, read_inputs
 from .point_cache import PointCache, points_of
+from .stack import CACHE
 
-MODIFIER = "shellwarp cache"
 CERTIFIED = 50_000  # vertices at most that a bake certifies its last frame of
 
 
@@ -146,10 +146,12 @@ def verdict(run, too_far, count):
 
 
 def use(obj, path, start):
-    """Lets the modifier play the cache, first of all modifiers, and the live key go."""
+    """Lets the modifier play the cache where the shell is in the stack, and what showed it live go."""
+    place = stack.slot(obj)
     shape_key.remove(obj)
-    modifier = obj.modifiers.get(MODIFIER) or obj.modifiers.new(MODIFIER, "MESH_CACHE")
-    obj.modifiers.move(obj.modifiers.find(MODIFIER), 0)
+    stack.detach(obj)
+    modifier = obj.modifiers.get(CACHE) or obj.modifiers.new(CACHE, "MESH_CACHE")
+    obj.modifiers.move(obj.modifiers.find(CACHE), place)
     modifier.cache_format, modifier.filepath = "PC2", path
     modifier.play_mode, modifier.time_mode, modifier.interpolation = "SCENE", "FRAME", "LINEAR"
     modifier.forward_axis, modifier.up_axis = "POS_Y", "POS_Z"
@@ -159,7 +161,7 @@ def use(obj, path, start):
 
 def baked(obj):
     """The modifier, None when the shell is not baked or its file is gone."""
-    modifier = obj.modifiers.get(MODIFIER)
+    modifier = obj.modifiers.get(CACHE)
     return modifier if modifier and os.path.isfile(bpy.path.abspath(modifier.filepath)) else None
 
 
@@ -181,6 +183,6 @@ def free(obj):
 
 def remove(item):
     """Removes the modifier that plays a cache."""
-    modifier = item.modifiers.get(MODIFIER)
+    modifier = item.modifiers.get(CACHE)
     if modifier is not None:
         item.modifiers.remove(modifier)

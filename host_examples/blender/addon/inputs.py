@@ -10,10 +10,8 @@ from dataclasses import dataclass
 
 import numpy
 
-from . import colliders, library, materials
+from . import colliders, library, materials, stack
 from .meshes import DISABLED, SCALE_TOLERANCE, Refused, check_mesh, evaluated, present, group_vertices, rest_positions, triangles
-
-SHAPE_KEY = "shellwarp"
 
 
 @dataclass(frozen=True)
@@ -42,6 +40,7 @@ class Inputs:
     wind: tuple        # velocity (3), density, normal drag, tangential drag
     handles: tuple     # of Handle
     solids: tuple = ()  # of colliders.Solid
+    supports: bytes = b""  # where each supported vertex is in the world (float64), none where the pose carries them
 
 
 def split_matrix(matrix):
@@ -65,6 +64,10 @@ class Recipe:
     method: str
     integrator: str
     options: tuple     # of Model.precompute: names and values
+    follows: bool      # shape keys and modifiers lead the pins
+
+
+BY_FIELDS = ("warp", "warp-virtual-work", "lma")  # methods that support_fields let follow pins that bend the shell
 
 
 def read_recipe(obj, depsgraph, package):
@@ -72,7 +75,10 @@ def read_recipe(obj, depsgraph, package):
     settings, scene = obj.shellwarp, depsgraph.scene
     gravity = abs(obj.evaluated_get(depsgraph).shellwarp.gravity) * scene.gravity.length if scene.use_gravity else 0.0
     needed = package.method.precompute_options(settings.method, settings.reduced_fields, settings.auto_error, gravity=gravity)
-    return Recipe(settings.method, settings.integrator, (("modes", settings.modes), *needed.items()))
+    follows = stack.leads(obj)
+    if follows and settings.method in BY_FIELDS:
+        needed["support_fields"] = settings.support_fields
+    return Recipe(settings.method, settings.integrator, (("modes", settings.modes), *needed.items()), follows)
 
 
 def read_shell(obj, depsgraph):
@@ -111,6 +117,7 @@ def check_groups(obj, made):
 def read_inputs(obj, scene, depsgraph, run):
     """What acts on the shell at the depsgraph's frame. `run` has the scale and colliders that it was made with."""
     check_groups(obj, run.groups)
+    check_follows(obj, run)
     scale = run.scale
     settings = obj.evaluated_get(depsgraph).shellwarp
     origin, rotation, present = split_matrix(evaluated(obj, depsgraph))
@@ -123,7 +130,23 @@ def read_inputs(obj, scene, depsgraph, run):
         (settings.damping_ratio, settings.damping_mass, settings.damping_stiffness),
         (*settings.wind, settings.air_density, settings.normal_drag, settings.tangential_drag),
         tuple(handle for i, item in enumerate(settings.handles) for handle in read_handle(obj, i, item, depsgraph)),
-        colliders.read_solids(obj, depsgraph, run.solids))
+        colliders.read_solids(obj, depsgraph, run.solids), read_supports(obj, depsgraph, run))
+
+
+def check_follows(obj, run):
+    """Raises Refused where other things lead the pins than the model was made for."""
+    now = stack.leads(obj)
+    if now != run.recipe.follows:
+        raise Refused("shape keys and modifiers lead the pins now: go to the start frame" if now else
+                      "shape keys and modifiers do not lead the pins any more: go to the start frame")
+
+
+def read_supports(obj, depsgraph, run):
+    """Where supported vertices are led in the world, as bytes; none where the pose carries them."""
+    if not run.recipe.follows:
+        return b""
+    matrix = numpy.array(evaluated(obj, depsgraph), dtype=numpy.float64)
+    return (stack.read(obj, depsgraph)[run.held] @ matrix[:3, :3].T + matrix[:3, 3]).tobytes()
 
 
 def read_handle(obj, index, item, depsgraph):

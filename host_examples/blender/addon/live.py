@@ -11,7 +11,7 @@ from contextlib import contextmanager
 import bpy
 from bpy.app.handlers import persistent
 
-from . import colliders, library, render_mesh, shape_key
+from . import colliders, library, render_mesh, shape_key, stack
 from .inputs import Refused, groups_of, read_inputs, read_shell, split_matrix
 from .meshes import evaluated, present
 from .simulation import Simulation
@@ -63,6 +63,7 @@ def prepare(obj, depsgraph, progress=None):
     Where that fails, the run before ends as well: a shell does not go on with what it had."""
     try:
         shell, scale, recipe, key = read_shell(obj, depsgraph)
+        shown_by(obj, depsgraph)
         run = simulation(obj)
         if run is None or run.key != key:
             forget(obj)
@@ -77,6 +78,16 @@ def prepare(obj, depsgraph, progress=None):
     _causes.pop(obj.session_uid, None)
     bind(obj, depsgraph, run)
     return run
+
+
+def shown_by(obj, depsgraph):
+    """Readies what the shell is shown by: its modifier where something is below it, else a shape key."""
+    if not stack.leads(obj):
+        stack.detach(obj)
+        return
+    shape_key.remove(obj)
+    if stack.attach(obj):
+        depsgraph.update()  # so that the modifier has been where it leaves what is read
 
 
 def bind(obj, depsgraph, run):
@@ -101,7 +112,11 @@ def show(obj, scene, depsgraph):
         if run.model.n_vertices != len(obj.data.vertices):
             raise Refused("the mesh has changed: go to the start frame")
     inputs = read_inputs(obj, scene, depsgraph, run)
-    shape_key.write(obj, run.go(frame, start, inputs))
+    positions = run.go(frame, start, inputs)
+    if not run.recipe.follows:
+        shape_key.write(obj, positions)
+    else:
+        stack.write(obj, stack.read(obj, depsgraph) if frame < start else positions)
     render_mesh.show(obj, depsgraph, run, (inputs.origin, inputs.rotation))
 
 

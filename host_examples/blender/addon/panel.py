@@ -2,7 +2,7 @@
 
 import bpy
 
-from . import bake, colliders, library, live, materials, operators
+from . import bake, colliders, inputs, library, live, materials, operators, stack
 
 GROUPS = [
     ("Material", ("material", "preset", "young", "poisson", "thickness", "volume_density", "density", "k_bend", "k_length", "k_area",
@@ -60,6 +60,7 @@ class SHELLWARP_PT_shell(bpy.types.Panel):
         layout.prop(settings, "live")
         layout.prop_search(settings, "fixed_group", obj, "vertex_groups")
         layout.prop_search(settings, "clamped_group", obj, "vertex_groups")
+        draw_follow(layout, obj)
         for title, names in GROUPS:
             column = layout.column(heading=title)
             for name in names:
@@ -84,6 +85,19 @@ class SHELLWARP_PT_shell(bpy.types.Panel):
         layout.operator("shellwarp.export")
 
 
+def draw_follow(layout, obj):
+    """What leads the pins."""
+    settings = obj.shellwarp
+    layout.prop(settings, "follow")
+    if stack.leads(obj):
+        layout.label(text=f"They follow {stack.named(obj)}", icon="INFO")
+        if settings.method in inputs.BY_FIELDS:
+            layout.prop(settings, "support_fields")
+    lost = stack.out_of_reach(obj)
+    if lost is not None:
+        layout.label(text=f"They cannot follow “{lost.name}”: it comes after a modifier that changes the vertices", icon="ERROR")
+
+
 def wanted(settings, name):
     """Whether material and method read a setting; without a library, all of a method are shown."""
     if name in MATERIALS:
@@ -103,7 +117,7 @@ def draw_state(layout, context, obj):
     if obj.shellwarp.enabled and obj.shellwarp.live and not context.scene.render.use_lock_interface:
         layout.prop(context.scene.render, "use_lock_interface", text="Lock interface while rendering", icon="INFO")
     if bake.baked(obj):
-        layout.label(text=f"Plays {obj.modifiers[bake.MODIFIER].filepath}", icon="FILE_CACHE")
+        layout.label(text=f"Plays {obj.modifiers[bake.CACHE].filepath}", icon="FILE_CACHE")
         stale = bake.stale(obj)
         layout.label(text=stale or obj.shellwarp.verdict, icon="ERROR" if stale else "NONE")
     elif run is not None:

@@ -135,6 +135,11 @@ class ShellwarpSettings(bpy.types.PropertyGroup):
                                 description="Vertex group held in place by the object: weights above a half")
     clamped_group: StringProperty(name="Clamped", options=NOT_KEYED,
                                   description="Held together with the neighbouring vertices, so the slope as well")
+    follow: BoolProperty(name="Pins follow", default=True, options=NOT_KEYED,
+                         description="Shape keys, and modifiers such as Armature and Hook before the shell's own, lead what is held. Off: "
+                         "the object does, and they come after the shell")
+    support_fields: IntProperty(name="Support fields", default=24, min=1, soft_max=64, options=NOT_KEYED,
+                                description="Shapes beside the modes by which the shell follows pins that go apart")
     modes: IntProperty(name="Modes", default=16, min=1, max=1024, options=NOT_KEYED)
     method: EnumProperty(name="Method", default=1, options=NOT_KEYED, items=methods,  # 1: SW_METHOD_WARP
                          description="How the shell moves. The library's own table: docs/guide/methods.md")

@@ -1,6 +1,6 @@
 """Where live positions go: the shape key “shellwarp”. The basis stays the rest shape, and the file keeps both."""
 
-from .inputs import SHAPE_KEY
+SHAPE_KEY = "shellwarp"
 
 
 def write(obj, positions):

@@ -30,17 +30,24 @@ class Simulation:
     """Model, state and known frames of one shell."""
 
     def __init__(self, package, shell, scale, recipe, key, progress=None):
-        self.key, self.scale = key, scale
+        self.key, self.scale, self.recipe, self.held = key, scale, recipe, held(shell)
         self._rest = numpy.asarray(shell.positions / scale, numpy.float32)
         self.model = package.Model(shell)
-        self.model.precompute(progress=progress, **dict(recipe.options))
+        try:
+            self.model.precompute(progress=progress, **dict(recipe.options))
+        except Exception as error:
+            if "support_fields" in str(error):  # what a user has of them is a switch
+                raise Refused(f"{error}; or switch Pins follow off") from error
+            raise
         missing = self.model.lacks(recipe.method)
         if missing:
             raise Refused(missing)
         self._state = self.model.state(recipe.method, recipe.integrator)
         slowest = next((hertz for hertz in self.model.frequencies() if hertz > 0), 0.0)
-        self._damping = partial(package.method.damping, package.method.find(recipe.method), slowest=slowest)
-        self._at = None
+        method = package.method.find(recipe.method)
+        self._full = method.is_full_shell
+        self._damping = partial(package.method.damping, method, slowest=slowest)
+        self._at, self._failed = None, (None, "")  # the frame that the state is at; the frame that a step could not reach, and why
         self.certified = ""  # what the last certificate said, of the frame that it names
         self.known, self.solids = {}, ()
         self.bound, self.drawn = (), ()  # the meshes that follow, and their points (n x 3) beside the shell at the frame last gone to
@@ -72,7 +79,7 @@ class Simulation:
     def forget(self):
         """Drops all frames."""
         self.known.clear()
-        self._at, self.certified = None, ""
+        self._at, self.certified, self._failed = None, "", (None, "")
 
     def go(self, frame, start, inputs):
         """Positions (n x 3) float32 in the object's coordinates at `frame`, which may lie between two.
@@ -91,7 +98,7 @@ class Simulation:
             self._restore(whole)
         else:
             self._advance(whole, inputs)
-        return self._positions(self._state)
+        return self._positions(self._state, inputs)
 
     def report(self):
         """Energies and turns of the present frame; see State.report."""
@@ -132,8 +139,12 @@ class Simulation:
             self._restore(start)
             return
         self.forget()
+        self._state.set_frame(inputs.origin, inputs.rotation, teleport=True)  # supports that are led begin to look for theirs here
         self._state.reset()
-        apply(self._state, inputs, self._damping, teleport=True)
+        if self._full and inputs.supports:  # it has supports moved and nothing else: let it rest there
+            self._apply(self._state, replace(inputs, gravity=(0, 0, 0), wind=(0,) * 6, handles=()), teleport=True)
+            self._state.equilibrium()
+        self._apply(self._state, inputs, teleport=True)
         self.known[start] = Known(self._state.save(), inputs)
         self._at = start
 
@@ -145,13 +156,20 @@ class Simulation:
     def _advance(self, frame, inputs):
         if frame - 1 not in self.known:
             last = max((f for f in self.known if f < frame), default=None)
+            if last is not None and self._failed[0] == last + 1:
+                raise Refused(f"frame {last + 1}: {self._failed[1]}")
             raise Refused("go to the start frame and play from there" if last is None else
                           f"frames were skipped after {last}: play every frame, or bake")
         self._restore(frame - 1)
         for later in [f for f in self.known if f >= frame]:
             del self.known[later]
         self._at = None  # should a step fail, the state is between two frames
-        step(self._state, self.known[frame - 1].inputs, inputs, 1.0, self._damping)
+        try:
+            self._step(self._state, self.known[frame - 1].inputs, inputs, 1.0)
+        except Exception as error:
+            self._failed = frame, str(error) or type(error).__name__
+            raise
+        self._failed = None, ""
         self.known[frame] = Known(self._state.save(), inputs)
         self._at = frame
 
@@ -160,15 +178,52 @@ class Simulation:
             raise Refused(f"frame {whole} has not been reached: play every frame, or bake")
         with self._state.clone() as copy:
             copy.load(self.known[whole].saved)
-            step(copy, self.known[whole].inputs, inputs, fraction, self._damping)
-            return self._positions(copy)
+            self._step(copy, self.known[whole].inputs, inputs, fraction)
+            return self._positions(copy, inputs)
 
-    def _positions(self, state):
+    def _positions(self, state, inputs):
+        if inputs.supports:  # the frame goes with them, and the object where it likes
+            origin, rotation = numpy.array(inputs.origin), numpy.reshape(inputs.rotation, (3, 3))
+            points = [state.bound_points(item.binding, dtype=numpy.float64)["positions"] for item in self.bound]
+            self.drawn = [((found - origin) @ rotation).astype(numpy.float32) for found in points]
+            self._buffer[:] = (state.positions(dtype=numpy.float64) - origin) @ rotation / self.scale
+            return self._buffer
         self.drawn = [state.bound_points(item.binding, space="frame")["positions"] for item in self.bound]
         state.positions(self._buffer, space="frame")
         if self.scale != 1.0:
             numpy.divide(self._buffer, self.scale, out=self._buffer)
         return self._buffer
+
+    def _step(self, state, before, after, fraction):
+        """Steps by a part of a frame, pose and handles led evenly from the one inputs to the other."""
+        for k in range(1, after.steps_per_frame + 1):
+            self._apply(state, blend(before, after, k / after.steps_per_frame))
+            state.step(fraction * after.seconds / after.steps_per_frame)
+
+    def _apply(self, state, inputs, teleport=False):
+        """Gives all inputs to a state."""
+        state.set_gravity(inputs.gravity)
+        state.set_damping(**self._damping(*inputs.damping))
+        state.set_wind(inputs.wind[:3], *inputs.wind[3:])
+        state.clear_constraint()
+        for handle in inputs.handles:
+            state.set_constraint(handle.number, handle.kind, handle.vertex, handle.position or None, handle.rotation or None,
+                                 handle.axes, handle.compliance)
+        if inputs.supports:
+            places = numpy.zeros((self.model.n_vertices, 3))
+            places[self.held] = numpy.frombuffer(inputs.supports).reshape(-1, 3)
+            state.move_supports(places, teleport)
+        else:
+            state.set_frame(inputs.origin, inputs.rotation, teleport)
+        for number, solid in enumerate(inputs.solids):
+            state.move_collider(number, solid.origin, solid.rotation, teleport)
+
+
+def held(shell):
+    """The vertices that a shell's supports may hold, ascending: fixed and clamped ones, and the neighbours of the latter."""
+    faces = numpy.asarray(shell.triangles)
+    near = faces[numpy.isin(faces, shell.clamped).any(axis=1)]
+    return numpy.unique(numpy.concatenate([numpy.asarray(part, numpy.int64).ravel() for part in (shell.fixed, shell.clamped, near)]))
 
 
 def told(certificate):
@@ -179,26 +234,6 @@ def told(certificate):
     return text + ("; more modes or less load would help" if certificate["out_of_range"] else "")
 
 
-def step(state, before, after, fraction, damping):
-    """Steps by a part of a frame, pose and handles led evenly from the one inputs to the other. `damping` is as of apply."""
-    for k in range(1, after.steps_per_frame + 1):
-        now = blend(before, after, k / after.steps_per_frame)
-        apply(state, now, damping)
-        state.step(fraction * after.seconds / after.steps_per_frame)
-
-
-def apply(state, inputs, damping, teleport=False):
-    """Gives all inputs to a state. `damping` makes of ratio, mass and stiffness what the method takes."""
-    state.set_gravity(inputs.gravity)
-    state.set_damping(**damping(*inputs.damping))
-    state.set_wind(inputs.wind[:3], *inputs.wind[3:])
-    state.clear_constraint()
-    for handle in inputs.handles:
-        state.set_constraint(handle.number, handle.kind, handle.vertex, handle.position or None, handle.rotation or None,
-                             handle.axes, handle.compliance)
-    state.set_frame(inputs.origin, inputs.rotation, teleport)
-    for number, solid in enumerate(inputs.solids):
-        state.move_collider(number, solid.origin, solid.rotation, teleport)
 
 
 def blend(before, after, t):
@@ -209,7 +244,10 @@ def blend(before, after, t):
     handles = tuple(blend_handle(earlier.get(handle.number, handle), handle, t) for handle in after.handles)
     solids = tuple(replace(b, origin=lerp(a.origin, b.origin, t), rotation=turn(a.rotation, b.rotation, t))
                    for a, b in zip(before.solids, after.solids))
-    return replace(after, origin=lerp(before.origin, after.origin, t), handles=handles, solids=solids,
+    supports = after.supports
+    if supports and len(supports) == len(before.supports):
+        supports = ((1 - t) * numpy.frombuffer(before.supports) + t * numpy.frombuffer(supports)).tobytes()
+    return replace(after, origin=lerp(before.origin, after.origin, t), handles=handles, solids=solids, supports=supports,
                    rotation=turn(before.rotation, after.rotation, t))
 
 
