@@ -56,8 +56,46 @@ try {
   page.on("console", (m) => m.type() === "error" && troubles.push(m.text()));
   page.on("request", (r) => /^(file|data|blob):/.test(r.url()) || troubles.push(`asks for ${r.url()}`));
   await page.goto(pathToFileURL(path.resolve(file)).href);
-  await page.waitForSelector("html[data-player=ready]", { timeout: 60_000 });
   const shot = (name, options = {}) => folder && page.screenshot({ path: path.join(folder, name), ...options });
+  await shot("opening.png");
+
+  // The page opens with one plot, in which every method of the page's list is named once, of short runs all but
+  // the explicit shell, which is their reference; all else is folded.
+  const opening = await page.evaluate(() => {
+    const plots = [...document.querySelectorAll(".plot svg")].filter((svg) => svg.checkVisibility());
+    const names = [...document.querySelectorAll(".methods b")].map((b) => b.textContent);
+    const words = [...(plots[0]?.querySelectorAll("text") ?? [])].map((t) => t.textContent.trim());
+    return { plots: plots.length, names, counts: names.map((n) => words.filter((w) => w === n).length), top: plots[0]?.getBoundingClientRect().bottom };
+  });
+  assert.equal(opening.plots, 1, "one plot is open");
+  assert.ok(opening.names.length >= 8 && opening.names.every((n, k) => opening.counts[k] === 1 || n === "full shell, explicit"), JSON.stringify(opening));
+  assert.ok(opening.top <= 900, `the plot is seen at once: it ends at ${opening.top}`);
+  await page.evaluate(() => (location.hash = "#watch"));
+  await page.waitForSelector("html[data-player=ready]", { timeout: 60_000 });
+  await page.evaluate(() => document.querySelectorAll("details").forEach((d) => (d.open = true)));
+
+  // Of every plot, the title, both axes' words, and no words over others.
+  const faults = await page.evaluate(() => {
+    const found = [];
+    for (const svg of document.querySelectorAll(".plot svg")) {
+      const title = svg.querySelector("title")?.textContent ?? "";
+      const texts = [...svg.querySelectorAll("text")].map((t) => [t.textContent.trim(), t.getBoundingClientRect(), t.hasAttribute("transform")]);
+      if (!title || !texts.some((t) => t[0] === title)) found.push(`a plot without a title: ${texts[0]?.[0]}`);
+      if (texts.filter((t) => t[2]).length < 1) found.push(`${title}: an axis says nothing`);
+      const box = svg.getBoundingClientRect();
+      for (const [i, [a, r]] of texts.entries()) {
+        if (!a) continue;
+        if (r.left < box.left || r.right > box.right || r.top < box.top || r.bottom > box.bottom) found.push(`${title}: '${a}' is cut off`);
+        for (const [b, q] of texts.slice(0, i)) {
+          const wide = Math.min(r.right, q.right) - Math.max(r.left, q.left), high = Math.min(r.bottom, q.bottom) - Math.max(r.top, q.top);
+          if (b && wide > 1 && high > 4) found.push(`${title}: '${a}' lies on '${b}'`);
+        }
+      }
+    }
+    const cells = [...document.querySelectorAll("td")].map((t) => t.textContent).filter((t) => /^-0\.0+( |$)/.test(t));
+    return found.concat(cells.map((c) => `a cell says ${c}`));
+  });
+  assert.deepEqual(faults, []);
 
   const scenes = await page.$$eval("#player select option", (options) => options.map((o) => o.textContent));
   assert.ok(scenes.length > 0, "the player has scenes");

@@ -1,4 +1,4 @@
-// Plays the recorded shells: LMA red, warp blue, nonlinear shell green, overlaid or side by side.
+// Plays the recorded shells: linear modes red, warp blue, full shell green, overlaid or side by side.
 // Reads the JSON of <script id="motions">: positions as 16-bit numbers in a box, differences from frame to frame, low bytes
 // then high bytes, deflated, base64.
 import * as THREE from "three";
@@ -180,6 +180,9 @@ class Player {
 async function start() {
   const source = document.getElementById("motions");
   if (!source) return;
+  // A canvas has no size before what it stands in is open.
+  const section = document.getElementById("watching");
+  while (!section.open) await new Promise((opened) => section.addEventListener("toggle", opened, { once: true }));
   const player = new Player(document.getElementById("player"), JSON.parse(source.textContent));
   await player.show(0);
   player.seek(0.6 * Number(player.slider.max));

@@ -1,5 +1,5 @@
 //! Where a step's time goes, how it grows, and what precomputing takes. Serial; medians of calls after a warm-up, beside a
-//! floor measured in the same run: reading as many bytes as the basis has in a plain loop.
+//! scale measured in the same run: reading as many bytes as the basis has in a plain loop.
 
 use crate::effort::{Effort, Progress};
 use crate::error::quartiles;
@@ -7,22 +7,31 @@ use crate::library::{Library, Material, Model, State};
 use crate::mesh::Mesh;
 use crate::methods::{Family, METHODS, Method, method};
 use crate::scenes::FRAME;
-use anyhow::Result;
+use anyhow::{Context, Result};
+use serde::{Deserialize, Serialize};
 use shellwarp::ffi::model::SW_PHASE_COUNT;
 use std::hint::black_box;
+use std::path::Path;
+use std::process::{Command, Stdio};
 use std::time::Instant;
 
-/// A timed thing: which series, at what size, microseconds, and how many times the floor.
+/// A timed thing: which series, at what size, microseconds, and how many times reading the basis takes.
 pub struct Cost {
     pub series: String,
     pub size: usize,
     pub us: f64,
-    pub floor: f64,
+    pub reads: f64,
     /// Vertices times modes times states.
     pub work: usize,
+    /// What else there is to say.
+    pub note: String,
 }
 
+/// The series that is the scale of the others.
+pub const READING: &str = "reading the basis";
+
 /// One precompute.
+#[derive(Serialize, Deserialize)]
 pub struct Precompute {
     pub vertices: usize,
     pub modes: usize,
@@ -30,9 +39,10 @@ pub struct Precompute {
     pub seconds: f64,
     /// By SW_PHASE_....
     pub phases: Vec<f64>,
-    /// Estimated by the library, and the most that the process held meanwhile; MB.
+    /// MB, estimated by the library.
     pub estimate: f64,
-    pub peak: f64,
+    /// MB that a process of its own grew by at most; none where the system does not tell.
+    pub peak: Option<f64>,
     /// Held for the run, MB.
     pub model: f64,
 }
@@ -72,7 +82,7 @@ fn median_us(mut call: impl FnMut() -> Result<()>) -> Result<f64> {
 }
 
 /// Reads an f32 basis of 6 numbers per vertex and mode, as a step has to at least.
-fn floor_us(vertices: usize, modes: usize) -> Result<f64> {
+fn reading_us(vertices: usize, modes: usize) -> Result<f64> {
     let basis: Vec<f32> = (0..6 * vertices * modes).map(|k| (k % 7) as f32).collect();
     median_us(|| {
         let mut sums = [0f32; 64];
@@ -112,7 +122,7 @@ pub fn parts(library: &Library, vertices: usize, modes: usize) -> Result<Vec<Cos
     let model = library.model(&mesh, SHEET, &mesh.root(), modes, false)?;
     let tiny = Mesh::strip(4.0, 0.8, 4);
     let few = library.model(&tiny, SHEET, &tiny.root(), modes, false)?;
-    let floor = floor_us(n, modes)?;
+    let reading = reading_us(n, modes)?;
     let update = step_us(&few, "lma_implicit")?;
     let (lma, warp) = (step_us(&model, "lma_implicit")?, step_us(&model, "warp_implicit")?);
     let state = moving(&model, "warp_implicit")?;
@@ -134,8 +144,8 @@ pub fn parts(library: &Library, vertices: usize, modes: usize) -> Result<Vec<Cos
     let constrained = median_step_us(|h| held.step(h))?;
     let parts = [
         ("modal update (a step of a mesh of 90 vertices)", update),
-        ("projection of loads (LMA's step, less the update)", lma - update),
-        ("modal rotation and turned projection (the warp's step, less LMA's)", warp - lma),
+        ("projection of loads (the step of linear modes, less the update)", lma - update),
+        ("modal rotation and turned projection (the warp's step, less that of linear modes)", warp - lma),
         ("reconstruction (positions, less copying them)", positions - copy),
         ("output (copying positions)", copy),
         ("one constraint (a step with it, less one without)", constrained - warp),
@@ -143,9 +153,12 @@ pub fn parts(library: &Library, vertices: usize, modes: usize) -> Result<Vec<Cos
         ("vertex rotations, where asked for", rotations),
         ("energy report, where asked for", report),
     ];
-    Ok(parts
-        .map(|(series, us)| Cost { series: series.to_owned(), size: n, us, floor: us / floor, work: n * modes })
-        .into())
+    // Differences of times that are too small to tell come out at or below nothing.
+    let cost = |(series, us): (&str, f64)| {
+        let us = us.max(0.0);
+        Cost { series: series.to_owned(), size: n, us, reads: us / reading, work: n * modes, note: String::new() }
+    };
+    Ok(parts.map(cost).into())
 }
 
 /// How a step and reading the positions grow with vertices, modes, constraints and instances.
@@ -161,51 +174,28 @@ pub fn growth(library: &Library, effort: Effort, progress: &mut Progress) -> Res
         let mesh = sheet(size);
         let n = mesh.positions.len();
         let model = library.model(&mesh, SHEET, &mesh.root(), 8, false)?;
-        let floor = floor_us(n, 8)?;
-        let mut put = |series: &str, us: f64| {
-            all.push(Cost { series: format!("vertices: {series}"), size: n, us, floor: us / floor, work: 8 * n });
+        let mut put = |series: &str, us: f64, reading: f64| {
+            let series = format!("vertices: {series}");
+            all.push(Cost { series, size: n, us, reads: us / reading, work: 8 * n, note: String::new() });
         };
-        put("step, LMA", step_us(&model, "lma_implicit")?);
-        put("step, warp", step_us(&model, "warp_implicit")?);
+        let reading = reading_us(n, 8)?;
+        put("step, linear modes", step_us(&model, "lma_implicit")?, reading);
+        put("step, warp", step_us(&model, "warp_implicit")?, reading);
         let (state, mut points) = (moving(&model, "warp_implicit")?, vec![[0f32; 3]; n]);
-        put("positions, warp", median_us(|| state.write_f32(&mut points))?);
-        put("floor", floor);
+        put("positions, warp", median_us(|| state.write_f32(&mut points))?, reading);
+        put(READING, reading, reading);
     }
+    let mesh = sheet(if effort == Effort::Smoke { 300 } else { 3000 });
+    if effort != Effort::Smoke {
+        over_modes(library, &mesh, progress, &mut all)?;
+    }
+    let model = library.model(&mesh, SHEET, &mesh.root(), 16, false)?;
+    over_constraints(&model, 16, &mesh, &mut all)?;
+    over_constraints(&library.model(&mesh, SHEET, &mesh.root(), 32, false)?, 32, &mesh, &mut all)?;
     if effort == Effort::Smoke {
         return Ok(all);
     }
-    let mesh = sheet(3000);
-    let n = mesh.positions.len();
-    for modes in [1, 2, 4, 8, 16, 32, 64, 128, 200] {
-        progress.say(&format!("steps of {modes} modes"));
-        let model = library.model(&mesh, SHEET, &mesh.root(), modes, false)?;
-        let floor = floor_us(n, modes)?;
-        let (state, mut points) = (moving(&model, "warp_implicit")?, vec![[0f32; 3]; n]);
-        let positions = median_us(|| state.write_f32(&mut points))?;
-        for (series, us) in
-            [("step, warp", step_us(&model, "warp_implicit")?), ("positions, warp", positions), ("floor", floor)]
-        {
-            all.push(Cost { series: format!("modes: {series}"), size: modes, us, floor: us / floor, work: n * modes });
-        }
-    }
-    let model = library.model(&mesh, SHEET, &mesh.root(), 16, false)?;
-    let floor = floor_us(n, 16)?;
-    let end = mesh.vertices_where(|_, p| p[0] > mesh.length() - 1e-9);
-    for count in [0, 1, 2, 4, 8, 16] {
-        let mut state = moving(&model, "warp_implicit")?;
-        for k in 0..count.min(end.len()) {
-            let v = end[k * (end.len() - 1) / count.max(1)];
-            state.hold(k as u32, v, 4, mesh.positions[v as usize])?;
-        }
-        let us = median_step_us(|h| state.step(h))?;
-        all.push(Cost {
-            series: "constraints: step, warp".to_owned(),
-            size: count,
-            us,
-            floor: us / floor,
-            work: n * 16,
-        });
-    }
+    let reading = reading_us(mesh.positions.len(), 16)?;
     for count in [1, 4, 16, 64] {
         let mut states = (0..count).map(|_| moving(&model, "warp_implicit")).collect::<Result<Vec<_>>>()?;
         let us = median_step_us(|h| states.iter_mut().try_for_each(|s| s.step(h)))?;
@@ -213,11 +203,53 @@ pub fn growth(library: &Library, effort: Effort, progress: &mut Progress) -> Res
             series: "instances: step of all, warp".to_owned(),
             size: count,
             us,
-            floor: us / floor / count as f64,
-            work: n * 16 * count,
+            reads: us / reading / count as f64,
+            work: mesh.positions.len() * 16 * count,
+            note: String::new(),
         });
     }
     Ok(all)
+}
+
+fn over_modes(library: &Library, mesh: &Mesh, progress: &mut Progress, all: &mut Vec<Cost>) -> Result<()> {
+    let n = mesh.positions.len();
+    for modes in [1, 2, 4, 8, 16, 32, 64, 128, 200] {
+        progress.say(&format!("steps of {modes} modes"));
+        let model = library.model(mesh, SHEET, &mesh.root(), modes, false)?;
+        let reading = reading_us(n, modes)?;
+        let (state, mut points) = (moving(&model, "warp_implicit")?, vec![[0f32; 3]; n]);
+        let positions = median_us(|| state.write_f32(&mut points))?;
+        for (series, us) in
+            [("step, warp", step_us(&model, "warp_implicit")?), ("positions, warp", positions), (READING, reading)]
+        {
+            let series = format!("modes: {series}");
+            all.push(Cost { series, size: modes, us, reads: us / reading, work: n * modes, note: String::new() });
+        }
+    }
+    Ok(())
+}
+
+/// Vertices along the free end of a sheet, held in height.
+fn over_constraints(model: &Model, modes: usize, mesh: &Mesh, all: &mut Vec<Cost>) -> Result<()> {
+    let n = mesh.positions.len();
+    let reading = reading_us(n, modes)?;
+    let end = mesh.vertices_where(|_, p| p[0] > mesh.length() - 1e-9);
+    for count in [0, 1, 2, 4, 8, 16] {
+        let mut state = moving(model, "warp_implicit")?;
+        for k in 0..count {
+            let v = end[k * (end.len() - 1) / count];
+            state.hold(k as u32, v, 4, mesh.positions[v as usize])?;
+        }
+        let us = median_step_us(|h| state.step(h))?;
+        let note = match state.constraints_met()? {
+            _ if count == 0 => String::new(),
+            (true, searches) => format!("met, {searches} linearizations"),
+            (false, searches) => format!("not all met, {searches} linearizations"),
+        };
+        let series = format!("constraints: step, warp of {modes} modes");
+        all.push(Cost { series, size: count, us, reads: us / reading, work: n * modes, note });
+    }
+    Ok(())
 }
 
 /// The reduced shells of the table of methods, over vertices.
@@ -273,21 +305,23 @@ pub fn sheet_frames(library: &Library, vertices: usize) -> Result<Vec<(&'static 
     Ok(all)
 }
 
-/// The process's memory now and at its most since `reset_peak`, MB; 0 where the system does not tell.
-fn memory(what: &str) -> f64 {
-    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
-    let line = status.lines().find(|l| l.starts_with(what)).unwrap_or_default();
-    line.split_whitespace().nth(1).and_then(|kb| kb.parse::<f64>().ok()).unwrap_or(0.0) / 1024.0
+/// A line of the process's state, MB; `None` where the system does not tell.
+fn memory(what: &str) -> Option<f64> {
+    megabytes(&std::fs::read_to_string("/proc/self/status").ok()?, what)
+}
+
+fn megabytes(text: &str, what: &str) -> Option<f64> {
+    let line = text.lines().find(|l| l.starts_with(what))?;
+    Some(line.split_whitespace().nth(1)?.parse::<f64>().ok()? / 1024.0)
 }
 
 fn available_megabytes() -> f64 {
-    let text = std::fs::read_to_string("/proc/meminfo").unwrap_or_default();
-    let line = text.lines().find(|l| l.starts_with("MemAvailable")).unwrap_or_default();
-    line.split_whitespace().nth(1).and_then(|kb| kb.parse::<f64>().ok()).unwrap_or(0.0) / 1024.0
+    std::fs::read_to_string("/proc/meminfo").ok().and_then(|text| megabytes(&text, "MemAvailable")).unwrap_or(0.0)
 }
 
-/// Up to 10⁵ vertices, and on by doubling while the next is foreseen to fit half the memory and a minute.
-pub fn precompute(library: &Library, effort: Effort, progress: &mut Progress) -> Result<Vec<Precompute>> {
+/// Up to 10⁵ vertices, and on by doubling while the next is foreseen to fit half the memory and a minute. Each in a process of its
+/// own: what an earlier one has freed would hide the memory that the next one takes.
+pub fn precompute(library: &Path, effort: Effort, progress: &mut Progress) -> Result<Vec<Precompute>> {
     let sizes: &[usize] = match effort {
         Effort::Full => &[1000, 3000, 10_000, 30_000, 100_000, 200_000, 400_000, 800_000, 1_600_000],
         Effort::Quick => &[1000, 3000, 10_000],
@@ -297,28 +331,36 @@ pub fn precompute(library: &Library, effort: Effort, progress: &mut Progress) ->
     for &size in sizes {
         if let Some(last) = all.last().filter(|_| size > 100_000) {
             // Nested dissection's work and fill grow as n^1.5 and n log n.
-            if last.seconds * 2.9 > 60.0 || last.peak.max(last.estimate) * 2.4 > 0.5 * available_megabytes() {
+            let held = last.peak.unwrap_or(0.0).max(last.estimate);
+            if last.seconds * 2.9 > 60.0 || held * 2.4 > 0.5 * available_megabytes() {
                 break;
             }
         }
         progress.say(&format!("precomputing {size} vertices"));
-        let mesh = sheet(size);
-        let root = mesh.root();
-        let _ = std::fs::write("/proc/self/clear_refs", "5"); // the peak starts anew
-        let before = memory("VmRSS");
-        let start = Instant::now();
-        let model = library.model(&mesh, SHEET, &root, 16, false)?;
-        let seconds = start.elapsed().as_secs_f64();
-        let info = model.info()?;
-        all.push(Precompute {
-            vertices: mesh.positions.len(),
-            modes: info.modes as usize,
-            seconds,
-            phases: info.seconds[..SW_PHASE_COUNT].to_vec(),
-            estimate: info.bytes_precompute_peak as f64 / 1e6,
-            peak: memory("VmHWM") - before,
-            model: info.bytes_model as f64 / 1e6,
-        });
+        let mut again = Command::new(std::env::current_exe()?);
+        again.arg("--library").arg(library).args(["--precompute", &size.to_string()]);
+        let done = again.stderr(Stdio::inherit()).output()?;
+        all.push(serde_json::from_slice(&done.stdout).with_context(|| format!("precomputing {size} vertices"))?);
     }
     Ok(all)
+}
+
+/// One of these, in this process.
+pub fn precompute_once(library: &Library, size: usize) -> Result<Precompute> {
+    let mesh = sheet(size);
+    let root = mesh.root();
+    let before = memory("VmRSS");
+    let start = Instant::now();
+    let model = library.model(&mesh, SHEET, &root, 16, false)?;
+    let seconds = start.elapsed().as_secs_f64();
+    let info = model.info()?;
+    Ok(Precompute {
+        vertices: mesh.positions.len(),
+        modes: info.modes as usize,
+        seconds,
+        phases: info.seconds[..SW_PHASE_COUNT].to_vec(),
+        estimate: info.bytes_precompute_peak as f64 / 1e6,
+        peak: memory("VmHWM").zip(before).map(|(most, before)| most - before),
+        model: info.bytes_model as f64 / 1e6,
+    })
 }

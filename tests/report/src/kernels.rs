@@ -59,21 +59,24 @@ pub fn figures(kernels: &[Kernel]) -> Result<Vec<Figure>> {
         let series = SHOWN.map(|(name, key, marker)| {
             let own = alone().filter(|k| k.kernel == name && chosen(k));
             let points = own.map(|k| (size(k) as f64, 1e-3 * k.ns_per_vertex * k.vertices as f64));
-            let name = if name == "read" { "floor: reading the basis" } else { name };
+            let name = if name == "read" { "reading the f32 basis once" } else { name };
             line(name, colour(key), Some(marker), points.collect())
         });
         let plot = Plot {
-            x: (label, Scale::Log),
+            title: format!("Time of the kernels over {label}"),
+            x: (label.trim_start_matches("the "), Scale::Log),
             y: ("time of a call", Scale::Time),
             series: series.into(),
-            marks: Marks { rising: true, ..Marks::default() },
+            marks: Marks::default(),
             size: WHOLE,
         };
         anyhow::Ok(Figure { name: name.to_owned(), svg: plot.draw()? })
     };
-    let modes = format!("modes ({most} vertices)");
+    let modes = format!("the number of modes ({most} vertices)");
     Ok(vec![
-        figure("kernels_vertices", "vertices (8 modes)", |k| k.vertices, &|k| k.modes == 8 && k.vertices != most)?,
+        figure("kernels_vertices", "the number of vertices (8 modes)", |k| k.vertices, &|k| {
+            k.modes == 8 && k.vertices != most
+        })?,
         figure("kernels_modes", &modes, |k| k.modes, &|k| k.vertices == most)?,
     ])
 }

@@ -5,7 +5,7 @@
 
 use crate::mesh::{Mesh, P3};
 use anyhow::{Context, Result, bail};
-use shellwarp::ffi::constraint::{self, SwConstraintDesc};
+use shellwarp::ffi::constraint::{self, SwConstraintDesc, SwConstraintReport};
 use shellwarp::ffi::load::{SwEquilibriumReport, SwForceDesc};
 use shellwarp::ffi::material::{SW_ENERGY_KOITER, SW_MAP_ON_VERTICES, SwMaterialMap};
 use shellwarp::ffi::mesh::SwMeshDesc;
@@ -71,6 +71,7 @@ functions! {
     state::sw_state_report(*const SwState, *mut SwStateReport) -> u32;
     constraint::sw_state_set_constraint(*mut SwState, *const SwConstraintDesc) -> u32;
     constraint::sw_state_clear_constraint(*mut SwState, u32) -> u32;
+    constraint::sw_state_constraint_report(*const SwState, *mut SwConstraintReport, u32, u32, *mut u32) -> u32;
     load::sw_state_set_forces(*mut SwState, *const SwForceDesc) -> u32;
     load::sw_state_equilibrium(*mut SwState, *mut SwEquilibriumReport) -> u32;
 }
@@ -320,6 +321,19 @@ impl State {
     /// Lets a handle go.
     pub fn release(&mut self, id: u32) -> Result<()> {
         self.api.check(unsafe { (self.api.sw_state_clear_constraint)(self.handle, id) })
+    }
+
+    /// Whether the last step met all constraints, and after how many linearizations.
+    pub fn constraints_met(&self) -> Result<(bool, u32)> {
+        let (size, mut count, call) = (size_of::<SwConstraintReport>() as u32, 0, self.api.sw_state_constraint_report);
+        self.api.check(unsafe { call(self.handle, null_mut(), size, 0, &mut count) })?;
+        let mut reports = Vec::with_capacity(count as usize);
+        // SAFETY: as many as there is room for, all of them written on success.
+        unsafe {
+            self.api.check(call(self.handle, reports.as_mut_ptr(), size, count, &mut count))?;
+            reports.set_len(count as usize);
+        }
+        Ok((reports.iter().all(|r| r.met == 1), reports.iter().map(|r| r.iterations).max().unwrap_or(0)))
     }
 
     /// The support is here at the end of the next step, its motion whatever that takes.

@@ -11,6 +11,7 @@ mod mesh;
 mod methods;
 mod motion;
 mod motions;
+mod names;
 mod page;
 mod peers;
 mod physics;
@@ -29,7 +30,7 @@ use std::path::{Path, PathBuf};
 
 const USAGE: &str = "usage: shellwarp-report --library FILE [--out DIR] [--viewer FILE] [--python FILE] [--docs DIR] \
     [--quick | --smoke] [--fresh]
-    [--stability [--cli FILE | --group NAME]] [--kernels]
+    [--stability [--cli FILE | --group NAME]] [--kernels] [--precompute VERTICES]
 
   --library  the built shared library
   --out      where the report goes, out/report by default
@@ -42,7 +43,8 @@ const USAGE: &str = "usage: shellwarp-report --library FILE [--out DIR] [--viewe
   --stability  only the map of where each method holds; with --docs also stability.md
   --group    of that map only these cells, such as contact; writes no page
   --kernels  only the plots of the DIR/kernels.csv that `make bench` leaves; with --docs they go there
-  --cli      the command-line program, for the comparison of 32 and 64 bits";
+  --cli      the command-line program, for the comparison of 32 and 64 bits
+  --precompute  only time one precompute of so many vertices, and print it as JSON";
 
 /// What `make bench` leaves where the report goes.
 const KERNELS: &str = "kernels.csv";
@@ -59,6 +61,7 @@ struct Options {
     kernels: bool,
     cli: Option<PathBuf>,
     group: Option<String>,
+    precompute: Option<usize>,
 }
 
 fn options() -> Result<Options> {
@@ -75,6 +78,7 @@ fn options() -> Result<Options> {
         kernels: false,
         cli: None,
         group: None,
+        precompute: None,
     };
     let mut parser = lexopt::Parser::from_env();
     while let Some(argument) = parser.next()? {
@@ -91,6 +95,7 @@ fn options() -> Result<Options> {
             Long("kernels") => o.kernels = true,
             Long("cli") => o.cli = Some(parser.value()?.into()),
             Long("group") => o.group = Some(parser.value()?.string()?),
+            Long("precompute") => o.precompute = Some(parser.value()?.parse()?),
             Long("help") => {
                 println!("{USAGE}");
                 std::process::exit(0);
@@ -147,7 +152,7 @@ fn measure(o: &Options, data: &Path, peers: &Path) -> Result<summary::Report> {
     let parts = sizes.iter().map(|n| cost::parts(&library, *n, 8)).collect::<Result<_>>()?;
     let growth = cost::growth(&library, effort, &mut progress)?;
     progress.stage("cost of precomputing");
-    let precompute = cost::precompute(&library, effort, &mut progress)?;
+    let precompute = cost::precompute(&o.library, effort, &mut progress)?;
     progress.stage("cost of reduced shells");
     let reduced = cost::reduced(&library, effort, &mut progress)?;
     progress.stage("peers");
@@ -191,6 +196,11 @@ fn main() -> std::process::ExitCode {
 
 fn run() -> Result<()> {
     let o = options()?;
+    if let Some(size) = o.precompute {
+        let library = library::Library::open(&o.library)?;
+        println!("{}", serde_json::to_string(&cost::precompute_once(&library, size)?)?);
+        return Ok(());
+    }
     std::fs::create_dir_all(&o.out)?;
     let here = Path::new(env!("CARGO_MANIFEST_DIR"));
     if o.stability {

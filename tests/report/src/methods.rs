@@ -45,12 +45,12 @@ const ORANGE: (u8, u8, u8) = (205, 120, 20);
 const TEAL: (u8, u8, u8) = (0, 135, 140);
 const GREEN: (u8, u8, u8) = (30, 135, 75);
 
-/// Linear modal analysis red, warps blue and violet, rotation–strain brown, reduced shells orange and teal, discrete shells green, as on every
+/// Linear modal analysis red, warps blue and violet, rotation–strain brown, reduced shells orange and teal, full shells green, as on every
 /// page of the report.
 pub const METHODS: &[Method] = &[
     Method {
         key: "lma_implicit",
-        label: "LMA, implicit Euler",
+        label: "linear modes, implicit Euler",
         family: Family::Lma,
         method: SW_METHOD_LMA,
         integrator: SW_INTEGRATOR_IMPLICIT_EULER,
@@ -60,7 +60,7 @@ pub const METHODS: &[Method] = &[
     },
     Method {
         key: "lma_exact",
-        label: "LMA, exact propagator",
+        label: "linear modes, exact propagator",
         family: Family::Lma,
         method: SW_METHOD_LMA,
         integrator: SW_INTEGRATOR_EXACT,
@@ -160,7 +160,7 @@ pub const METHODS: &[Method] = &[
     },
     Method {
         key: "shell_implicit",
-        label: "discrete shell, implicit Euler",
+        label: "full shell, implicit Euler",
         family: Family::Shell,
         method: SW_METHOD_SHELL_IMPLICIT,
         integrator: 0,
@@ -170,13 +170,73 @@ pub const METHODS: &[Method] = &[
     },
     Method {
         key: "shell_explicit",
-        label: "discrete shell, explicit Euler",
+        label: "full shell, explicit Euler",
         family: Family::Shell,
         method: SW_METHOD_SHELL_EXPLICIT,
         integrator: 0,
         fields: 0,
         colour: GREEN,
         marker: Marker::Cross,
+    },
+];
+
+/// What the page says of a method of the library.
+pub struct Kind {
+    /// SW_METHOD_....
+    pub method: u32,
+    /// The library's label.
+    pub name: &'static str,
+    /// How it moves, and when to take it.
+    pub advice: &'static str,
+}
+
+/// From the cheapest to the dearest, as a rule.
+pub const KINDS: &[Kind] = &[
+    Kind {
+        method: SW_METHOD_LMA,
+        name: "linear modes",
+        advice: "adds up vibration shapes (LMA). The cheapest. Take it for small vibrations; it swells in bends.",
+    },
+    Kind {
+        method: SW_METHOD_WARP,
+        name: "warp",
+        advice: "the paper's: every vertex also turns by its own rotation. Take it for flat shells that bend up to a quarter turn, many \
+            of them, or very large meshes.",
+    },
+    Kind {
+        method: SW_METHOD_WARP_VIRTUAL_WORK,
+        name: "warp by virtual work",
+        advice: "the warp with the exact force of its own shape, at up to twice the step's time. Take it where loads pull aside, or \
+            energy must be kept.",
+    },
+    Kind {
+        method: SW_METHOD_ROTATION_STRAIN,
+        name: "rotation–strain",
+        advice: "turns triangles instead of vertices, so that bends keep lengths and areas. The most accurate of the modal methods on \
+            shells that are flat at rest.",
+    },
+    Kind {
+        method: SW_METHOD_POLYNOMIAL_SHELL,
+        name: "polynomial shell",
+        advice: "the reduced shell with its energy as a polynomial: tens of microseconds, whatever the mesh. Take it for curved or folded \
+            shells and large bends in real time.",
+    },
+    Kind {
+        method: SW_METHOD_REDUCED_SHELL,
+        name: "reduced shell",
+        advice: "the nonlinear energy on a few trained fields, evaluated at a few hundred elements. Take it for errors of a few percent \
+            and less, at a small part of the full shell's time. Training takes seconds to two minutes.",
+    },
+    Kind {
+        method: SW_METHOD_SHELL_IMPLICIT,
+        name: "full shell, implicit",
+        advice: "the full nonlinear equations at every vertex. Take it for snaps, crumples, and loads unlike any that a reduced shell \
+            was trained on.",
+    },
+    Kind {
+        method: SW_METHOD_SHELL_EXPLICIT,
+        name: "full shell, explicit",
+        advice: "the same by short explicit steps: reference runs on small meshes.",
     },
 ];
 
@@ -192,4 +252,21 @@ pub fn modal_at_rest() -> impl Iterator<Item = &'static Method> {
     METHODS
         .iter()
         .filter(|m| m.family != Family::Shell && (m.fields > 0 || m.integrator == SW_INTEGRATOR_IMPLICIT_EULER))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_method_of_the_library_is_measured_and_described() {
+        let mut library: Vec<u32> = shellwarp::method::METHODS.iter().map(|m| m.number).collect();
+        let mut described: Vec<u32> = KINDS.iter().map(|k| k.method).collect();
+        let mut measured: Vec<u32> = METHODS.iter().map(|m| m.method).collect();
+        for list in [&mut library, &mut described, &mut measured] {
+            list.sort_unstable();
+        }
+        measured.dedup();
+        assert_eq!((&described, &measured), (&library, &library));
+    }
 }

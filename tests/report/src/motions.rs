@@ -60,7 +60,7 @@ pub fn entry(scene: &Scene, outcome: &Outcome) -> Result<Value> {
         }
         _ => None,
     };
-    let names = [("LMA", "#c8372d"), ("warp", "#235fbe"), ("discrete shell", "#1e874b")];
+    let names = [("linear modes", "#c8372d"), ("warp", "#235fbe"), ("full shell", "#1e874b")];
     let mut packed_tracks = vec![];
     for (track, (name, colour)) in tracks.iter().zip(names) {
         packed_tracks.push(json!({ "name": name, "colour": colour, "data": packed(&quantised(track, low, high))? }));

@@ -1,14 +1,15 @@
 //! The page: one file with tables, plots and the player.
 
+use crate::cost::READING;
 use crate::effort::Effort;
 use crate::error::pareto_front;
 use crate::kernels;
-use crate::methods::{Family, METHODS, Marker};
+use crate::methods::{Family, KINDS, METHODS, Marker};
 use crate::motions;
 use crate::plots::{HALF, Marks, Plot, Scale, Series, WHOLE};
 use crate::row::Row;
 use crate::scenes::FRAME;
-use crate::summary::{Report, points};
+use crate::summary::{Report, fixed_mesh, points};
 use crate::table::escape;
 use anyhow::Result;
 use std::path::Path;
@@ -16,8 +17,8 @@ use std::path::Path;
 const TEMPLATE: &str = include_str!("../page/template.html");
 const STYLE: &str = include_str!("../page/style.css");
 
-/// Error against run time of one scene.
-pub fn pareto_plot(rows: &[&Row]) -> Plot<'static> {
+/// Error against run time of one scene, over all knobs. Dotted: what each mesh gets wrong by itself.
+pub fn pareto_plot(title: &str, rows: &[&Row], meshes: &[(f64, String)]) -> Plot<'static> {
     let points = points(rows);
     let series = METHODS.iter().map(|m| Series {
         name: m.label.to_owned(),
@@ -30,13 +31,50 @@ pub fn pareto_plot(rows: &[&Row]) -> Plot<'static> {
             .collect(),
     });
     let shown = series.filter(|s: &Series| s.points.iter().any(|p| p.1.is_finite())).collect();
-    let paper = rows.iter().find(|r| r.paper).map(|r| ((r.us[1], r.l2), "the paper's setting".to_owned()));
+    let ringed = rows.iter().find(|r| r.paper).map(|r| ((r.us[1], r.l2), "the paper's setting"));
     let front = pareto_front(&points).into_iter().map(|i| points[i]).filter(|p| p.1 > 0.0).collect();
     Plot {
-        x: ("computing time for a frame of 1/30 s", Scale::Time),
-        y: ("relative L2 error", Scale::Percent),
+        title: format!("{title}: error against time, all settings and meshes"),
+        x: TIME,
+        y: ERROR,
         series: shown,
-        marks: Marks { front, ringed: paper, limit: Some((1e6 / 30.0, "real time".to_owned())), rising: false },
+        marks: Marks {
+            front,
+            ringed,
+            limit: REAL_TIME,
+            levels: meshes.to_vec(),
+            levels_are: "the mesh's own error",
+            named: false,
+        },
+        size: WHOLE,
+    }
+}
+
+const TIME: (&str, Scale) = ("computing time for a frame of 1/30 s", Scale::Time);
+const ERROR: (&str, Scale) = ("error, % of the displacement (relative L2)", Scale::Percent);
+const REAL_TIME: Option<(f64, &str)> = Some((1e6 / 30.0, "real time: 1/30 s"));
+
+/// What a user with a mesh asks: the least error of each method for its time, on the scene's own mesh.
+pub fn fixed_mesh_plot(title: &str, rows: &[&Row]) -> Plot<'static> {
+    let mut vertices = 0;
+    let mut series = vec![];
+    for kind in KINDS {
+        let own = fixed_mesh(rows);
+        let own: Vec<&Row> = own.into_iter().filter(|r| r.method.method == kind.method && r.l2 > 0.0).collect();
+        let Some(first) = own.first() else { continue };
+        vertices = first.vertices;
+        let all = points(&own);
+        let mut front: Vec<_> = pareto_front(&all).into_iter().map(|i| all[i]).collect();
+        // What brings less than a twentieth is not worth a point.
+        front.dedup_by(|next, last| next.1 > 0.95 * last.1);
+        series.push(line(kind.name, first.method.colour, Some(Marker::Disc), front));
+    }
+    Plot {
+        title: format!("{title}: error against time on one mesh of {vertices} vertices"),
+        x: TIME,
+        y: ERROR,
+        series,
+        marks: Marks { limit: REAL_TIME, named: true, ..Marks::default() },
         size: WHOLE,
     }
 }
@@ -76,7 +114,9 @@ pub fn figures(report: &Report) -> Result<Vec<Figure>> {
     };
     for (sweep, outcome) in &report.sweeps {
         let knobs: Vec<&Row> = outcome.rows.iter().filter(|r| r.scene.ends_with("_knobs")).collect();
-        put(format!("pareto_{}", sweep.key), pareto_plot(&knobs))?;
+        let meshes: Vec<_> = outcome.ladder.iter().map(|l| (l.3, format!("{} vertices", l.2))).collect();
+        put(format!("pareto_{}", sweep.key), pareto_plot(sweep.title, &knobs, &meshes))?;
+        put(format!("fixed_{}", sweep.key), fixed_mesh_plot(sweep.title, &knobs))?;
         let by_load = |measure: fn(&Row) -> f64, shell: bool| -> Vec<Series> {
             METHODS
                 .iter()
@@ -90,29 +130,42 @@ pub fn figures(report: &Report) -> Result<Vec<Figure>> {
                 .filter(|s| !s.points.is_empty())
                 .collect()
         };
-        let x = ("gravity", Scale::Linear);
-        let plot = |y, series| Plot { x, y, series, marks: Marks::default(), size: HALF };
-        put(
-            format!("sweep_error_{}", sweep.key),
-            plot(("relative L2 error", Scale::Percent), by_load(|r| r.l2, false)),
-        )?;
-        let area = by_load(|r| 100.0 * r.area, true);
-        put(format!("sweep_area_{}", sweep.key), plot(("change of area, %", Scale::Linear), area))?;
+        let x = ("gravity, m/s²", Scale::Linear);
+        let plot = |what, y, series| Plot {
+            title: format!("{}: {what}", sweep.title),
+            x,
+            y,
+            series,
+            marks: Marks::default(),
+            size: HALF,
+        };
+        let error = plot("error", ERROR, by_load(|r| r.l2, false));
+        put(format!("sweep_error_{}", sweep.key), error)?;
+        let area = plot("change of area", ("change of area, %", Scale::Linear), by_load(|r| 100.0 * r.area, true));
+        put(format!("sweep_area_{}", sweep.key), area)?;
     }
     for (scene, outcome) in &report.motions {
         let rows: Vec<&Row> = outcome.rows.iter().collect();
-        put(format!("pareto_{}", scene.key), pareto_plot(&rows))?;
+        put(format!("pareto_{}", scene.key), pareto_plot(scene.title, &rows, &[]))?;
+        put(format!("fixed_{}", scene.key), fixed_mesh_plot(scene.title, &rows))?;
         let (v, c) = (scene.mesh.nearest(scene.probe.0), scene.probe.1);
-        let names = [("LMA", "lma_exact"), ("warp", "warp_exact"), ("discrete shell", "shell_explicit")];
+        let names = [("linear modes", "lma_exact"), ("warp", "warp_exact"), ("full shell", "shell_explicit")];
         let traces = outcome.shown.iter().zip(names).map(|(frames, (name, key))| {
             let height = |f: &Vec<[f64; 3]>| f[v][c] - scene.mesh.positions[v][c];
             let signal = frames.iter().enumerate().map(|(k, f)| ((k + 1) as f64 * FRAME, height(f)));
             line(name, colour(key), None, signal.collect())
         });
-        let y = (["displacement along x", "displacement along y", "displacement along z"][c], Scale::Linear);
+        let y = (["displacement along x, m", "displacement along y, m", "displacement along z, m"][c], Scale::Linear);
         put(
             format!("trace_{}", scene.key),
-            Plot { x: ("time, s", Scale::Linear), y, series: traces.collect(), marks: Marks::default(), size: WHOLE },
+            Plot {
+                title: format!("{}: one vertex over time", scene.title),
+                x: ("time, s", Scale::Linear),
+                y,
+                series: traces.collect(),
+                marks: Marks::default(),
+                size: WHOLE,
+            },
         )?;
     }
     convergence_figures(report, &mut put)?;
@@ -128,12 +181,12 @@ fn convergence_figures(report: &Report, put: &mut Put) -> Result<()> {
         let own = report.steps.iter().filter(|p| p.method == m.key);
         line(m.label, m.colour, Some(m.marker), own.map(|p| (FRAME / p.steps, p.error)).collect())
     });
-    let y = ("distance to its own limit", Scale::Percent);
+    let y = ("distance to its own limit, % of the displacement", Scale::Percent);
     let series = series.filter(|s| !s.points.is_empty()).collect();
-    put(
-        "convergence_steps".into(),
-        Plot { x: ("step, s", Scale::Log), y, series, marks: Marks::default(), size: WHOLE },
-    )?;
+    let mut whole = |name: &str, title: &str, x, y, series| {
+        put(name.to_owned(), Plot { title: title.to_owned(), x, y, series, marks: Marks::default(), size: WHOLE })
+    };
+    whole("convergence_steps", "Flat beam, released: convergence in step size", ("step, s", Scale::Log), y, series)?;
     let mut series: Vec<Series> = report
         .sweeps
         .iter()
@@ -145,39 +198,43 @@ fn convergence_figures(report: &Report, put: &mut Put) -> Result<()> {
         .collect();
     let plate = report.plate.iter().filter(|p| p.mode == 1).map(|p| (p.edge, (p.here / p.there - 1.0).abs()));
     series.push(line("square plate, first frequency", (20, 20, 20), Some(Marker::Cross), plate.collect()));
-    let y = ("relative error", Scale::Percent);
-    put(
-        "convergence_mesh".into(),
-        Plot { x: ("edge length", Scale::Log), y, series, marks: Marks::default(), size: WHOLE },
-    )?;
+    let y = ("error, % of the displacement or frequency", Scale::Percent);
+    whole("convergence_mesh", "Full shell: convergence in mesh size", ("edge length, m", Scale::Log), y, series)?;
     let by = |k: usize| report.modes.iter().map(|(m, e)| (*m as f64, e[k])).collect::<Vec<_>>();
     let series = vec![
-        line("LMA", colour("lma_implicit"), Some(Marker::Disc), by(0)),
+        line("linear modes", colour("lma_implicit"), Some(Marker::Disc), by(0)),
         line("warp", colour("warp_implicit"), Some(Marker::Disc), by(1)),
     ];
-    let y = ("relative L2 error", Scale::Percent);
-    put("convergence_modes".into(), Plot { x: ("modes", Scale::Log), y, series, marks: Marks::default(), size: WHOLE })
+    whole(
+        "convergence_modes",
+        "Flat beam at rest: convergence in modes",
+        ("number of modes", Scale::Log),
+        ERROR,
+        series,
+    )
 }
 
 fn cost_figures(report: &Report, put: &mut Put) -> Result<()> {
-    for (what, label) in [("vertices", "vertices (8 modes)"), ("modes", "modes (3000 vertices)")] {
+    let labels = [("vertices", "number of vertices", "8 modes"), ("modes", "number of modes", "3,000 vertices")];
+    for (what, label, at) in labels {
         let names = [
-            ("step, LMA", "lma_implicit", Marker::Disc),
+            ("step, linear modes", "lma_implicit", Marker::Disc),
             ("step, warp", "warp_implicit", Marker::Disc),
             ("positions, warp", "warp_implicit", Marker::Ring),
-            ("floor", "", Marker::Cross),
+            (READING, "", Marker::Cross),
         ];
         let series = names.into_iter().map(|(name, key, marker)| {
             let own = report.growth.iter().filter(|c| c.series == format!("{what}: {name}"));
-            let name = if name == "floor" { "floor: reading the basis" } else { name };
+            let name = if name == READING { "reading the basis in a plain loop" } else { name };
             line(name, colour(key), Some(marker), own.map(|c| (c.size as f64, c.us)).collect())
         });
         let series = series.filter(|s| !s.points.is_empty()).collect();
         let plot = Plot {
+            title: format!("Time of a frame's parts over {what}, {at}"),
             x: (label, Scale::Log),
-            y: ("time", Scale::Time),
+            y: ("time of a call", Scale::Time),
             series,
-            marks: Marks { rising: true, ..Marks::default() },
+            marks: Marks::default(),
             size: HALF,
         };
         put(format!("cost_{what}"), plot)?;
@@ -190,8 +247,9 @@ fn cost_figures(report: &Report, put: &mut Put) -> Result<()> {
         let points = all(&|p| 1e6 * p.phases[k]).into_iter().filter(|p| p.1 > 0.0).collect();
         series.push(line(phase, grey(k, 6), None, points));
     }
-    let x = ("vertices (16 modes)", Scale::Log);
-    put("precompute".into(), Plot { x, y: ("time", Scale::Time), series, marks: Marks::default(), size: WHOLE })
+    let (x, y) = (("number of vertices", Scale::Log), ("time", Scale::Time));
+    let title = "Precompute of a square sheet, 16 modes, by phase".to_owned();
+    put("precompute".into(), Plot { title, x, y, series, marks: Marks::default(), size: WHOLE })
 }
 
 /// Writes index.html; `viewer` is the bundled player, if there is one.
@@ -201,8 +259,13 @@ pub fn write(folder: &Path, report: &Report, figures: &[Figure], machine: &str, 
         format!("<div class=\"plot\">{svg}</div>")
     };
     let mut scenes = String::new();
+    let all_settings = |key: &str| {
+        let plot = figure(&format!("pareto_{key}"));
+        format!("<details><summary>All settings and meshes</summary>{plot}</details>")
+    };
     for (scene, outcome) in &report.motions {
-        scenes += &scene_section(scene.title, scene.text, &figure(&format!("pareto_{}", scene.key)));
+        scenes += &scene_section(scene.title, scene.text, &figure(&format!("fixed_{}", scene.key)));
+        scenes += &all_settings(scene.key);
         let failures = outcome.rows.iter().filter(|r| !r.failure.is_empty()).count();
         if failures > 0 {
             scenes += &format!(
@@ -214,7 +277,8 @@ pub fn write(folder: &Path, report: &Report, figures: &[Figure], machine: &str, 
     }
     for (sweep, outcome) in &report.sweeps {
         let heading = format!("{} (g = {})", sweep.title, sweep.knob_load);
-        scenes += &scene_section(&heading, sweep.text, &figure(&format!("pareto_{}", sweep.key)));
+        scenes += &scene_section(&heading, sweep.text, &figure(&format!("fixed_{}", sweep.key)));
+        scenes += &all_settings(sweep.key);
         scenes += "<p>Over gravity, 8 modes, against the nonlinear shell on the same mesh:</p><div class=\"pair\">";
         scenes += &figure(&format!("sweep_error_{}", sweep.key));
         scenes += &figure(&format!("sweep_area_{}", sweep.key));
@@ -242,8 +306,15 @@ pub fn write(folder: &Path, report: &Report, figures: &[Figure], machine: &str, 
             "<p class=\"note\">A quick run: fewer knobs and scenes, and no peers. <code>make report</code> makes the whole.</p>"
         }
     };
+    let opening = report.opening();
+    let methods = KINDS.iter().map(|k| format!("<li><b>{}</b>: {}</li>", escape(k.name), escape(k.advice)));
     let parts: Vec<(&str, String)> = vec![
         ("style", STYLE.to_owned()),
+        ("opening_text", escape(opening.text)),
+        ("opening_plot", figure(&format!("fixed_{}", opening.key))),
+        ("answer", report.answer().html()),
+        ("count", spelled(KINDS.len())),
+        ("methods", methods.collect()),
         ("note", note.to_owned()),
         ("version", escape(&report.version)),
         ("machine", escape(machine)),
@@ -277,6 +348,12 @@ pub fn write(folder: &Path, report: &Report, figures: &[Figure], machine: &str, 
     ];
     std::fs::write(folder.join("index.html"), filled(TEMPLATE, &parts))?;
     Ok(())
+}
+
+/// A number of methods in letters, at the head of a sentence.
+fn spelled(n: usize) -> String {
+    let words = ["No", "One", "Two", "Three", "Four", "Five", "Six", "Seven", "Eight", "Nine", "Ten"];
+    words.get(n).map_or_else(|| n.to_string(), |word| (*word).to_owned())
 }
 
 /// The template with each {{name}} replaced once, so that nothing in the data is taken for a name.

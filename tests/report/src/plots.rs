@@ -1,7 +1,10 @@
 //! Plots as SVG, log–log or linear, in one style.
 
 use crate::methods::Marker;
+use crate::names::{LETTER, places};
+use crate::table::escape;
 use anyhow::{Result, anyhow};
+use plotters::coord::Shift;
 use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 use std::ops::Range;
@@ -29,19 +32,25 @@ pub struct Series {
 pub struct Marks {
     /// Drawn as a staircase.
     pub front: Vec<(f64, f64)>,
-    /// Ringed and named.
-    pub ringed: Option<((f64, f64), String)>,
+    /// Ringed, and its name.
+    pub ringed: Option<((f64, f64), &'static str)>,
     /// A vertical line and its name.
-    pub limit: Option<(f64, String)>,
-    /// Curves rise, and leave the upper left corner to the legend.
-    pub rising: bool,
+    pub limit: Option<(f64, &'static str)>,
+    /// Horizontal lines, what stands right of each, and what they are.
+    pub levels: Vec<(f64, String)>,
+    pub levels_are: &'static str,
+    /// Series have their names beside them in place of a legend below.
+    pub named: bool,
 }
 
 pub struct Plot<'a> {
+    pub title: String,
+    /// What an axis has, with its unit where its labels have none.
     pub x: (&'a str, Scale),
     pub y: (&'a str, Scale),
     pub series: Vec<Series>,
     pub marks: Marks,
+    /// Without the legend.
     pub size: (u32, u32),
 }
 
@@ -51,6 +60,11 @@ pub const HALF: (u32, u32) = (560, 430);
 
 const INK: RGBColor = RGBColor(40, 44, 52);
 const GRID: RGBColor = RGBColor(226, 228, 232);
+const FAINT: RGBColor = RGBColor(110, 110, 110);
+
+/// Pixels: of the title, and of a line of the legend.
+const TITLE: i32 = 34;
+const LINE: i32 = 21;
 
 impl Scale {
     fn place(self, x: f64) -> f64 {
@@ -88,7 +102,7 @@ impl Scale {
         }
         if self == Scale::Linear {
             let air = 0.05 * (high - low).max(1e-12);
-            return low - air..high + 6.0 * air; // room for the legend
+            return low - air..high + air;
         }
         (low - 0.05).floor()..(high + 0.05).ceil()
     }
@@ -99,37 +113,98 @@ impl Scale {
     }
 }
 
-/// Of a plot's width and height, what the legend of a front takes in the lower left corner, which is made free of the front by decades
-/// below it; and how many there are in all, at most.
-const LEGEND: (f64, f64) = (0.38, 0.52);
-const MOST_DECADES: f64 = 8.0;
+/// Where the area of the data stands in the picture, pixels.
+const LEFT: i32 = 90;
+const BOTTOM: i32 = 52;
 
 type Chart<'a, 'b> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
+type Drawn = std::result::Result<(), Box<dyn std::error::Error>>;
+
+/// What stands before a name in the legend.
+#[derive(Clone, Copy)]
+enum Symbol {
+    Line(RGBColor),
+    Dashes(RGBColor),
+    Marker(Marker, RGBColor),
+    Ring,
+}
+
+fn rgb(colour: (u8, u8, u8)) -> RGBColor {
+    RGBColor(colour.0, colour.1, colour.2)
+}
+
+fn symbol<'b, C: Clone + 'static>(at: C, marker: Marker, colour: RGBColor) -> DynElement<'static, SVGBackend<'b>, C> {
+    let (fill, thin, thick) = (colour.mix(0.65).filled(), colour.stroke_width(1), colour.stroke_width(2));
+    match marker {
+        Marker::Disc => Circle::new(at, 4, fill).into_dyn(),
+        Marker::Ring => Circle::new(at, 4, thin).into_dyn(),
+        Marker::Cross => Cross::new(at, 4, thick).into_dyn(),
+        Marker::Triangle => TriangleMarker::new(at, 5, fill).into_dyn(),
+    }
+}
 
 impl Plot<'_> {
     /// The SVG's text.
     pub fn draw(&self) -> Result<String> {
         let mut text = String::new();
         self.draw_into(&mut text).map_err(|e| anyhow!("{e}"))?;
-        Ok(text)
+        // For readers who do not see it.
+        let (head, rest) = text.split_once('>').expect("an SVG's tag");
+        let title = escape(&self.title);
+        Ok(format!("{head} role=\"img\" aria-label=\"{title}\">\n<title>{title}</title>{rest}"))
     }
 
-    fn draw_into(&self, text: &mut String) -> std::result::Result<(), Box<dyn std::error::Error>> {
-        let root = SVGBackend::with_string(text, self.size).into_drawing_area();
-        root.fill(&WHITE)?;
-        let all = || self.series.iter().flat_map(|s| &s.points);
-        let (x, mut y) = (self.x.1.range(all().map(|p| p.0)), self.y.1.range(all().map(|p| p.1)));
-        let share = |range: &Range<f64>, place: f64| (place - range.start) / (range.end - range.start);
-        let covered = |y: &Range<f64>, p: (f64, f64)| share(&x, p.0) < LEGEND.0 && share(y, p.1) < LEGEND.1;
-        while y.end - y.start < MOST_DECADES && self.marks.front.iter().any(|p| covered(&y, self.at(*p))) {
-            y.start -= 1.0;
+    /// Of an axis; levels lie on the second.
+    fn range(&self, axis: fn((f64, f64)) -> f64, scale: Scale) -> Range<f64> {
+        let levels = self.marks.levels.iter().map(|l| axis((f64::NAN, l.0)));
+        scale.range(self.series.iter().flat_map(|s| &s.points).map(|p| axis(*p)).chain(levels))
+    }
+
+    fn legend(&self) -> Vec<(Symbol, &str)> {
+        let mut all: Vec<(Symbol, &str)> = vec![];
+        if !self.marks.named {
+            all.extend(self.series.iter().map(|s| {
+                let colour = rgb(s.colour);
+                (s.marker.map_or(Symbol::Line(colour), |m| Symbol::Marker(m, colour)), &s.name[..])
+            }));
         }
+        if !self.marks.front.is_empty() {
+            all.push((Symbol::Line(INK), "what nothing beats"));
+        }
+        all.extend(self.marks.ringed.iter().map(|r| (Symbol::Ring, r.1)));
+        let shown = |limit: &&(f64, &str)| self.range(|p| p.0, self.x.1).contains(&self.x.1.place(limit.0));
+        all.extend(self.marks.limit.iter().filter(shown).map(|l| (Symbol::Dashes(FAINT), l.1)));
+        if !self.marks.levels.is_empty() {
+            all.push((Symbol::Dashes(FAINT), self.marks.levels_are));
+        }
+        all
+    }
+
+    /// Pixels of a column of the legend, and how many lines there are.
+    fn legend_size(&self, legend: &[(Symbol, &str)]) -> (i32, i32) {
+        let longest = legend.iter().map(|l| l.1.chars().count()).max().unwrap_or(0) as i32;
+        let column = (LETTER * longest + 48).max(1);
+        let columns = ((self.size.0 as i32 - 24) / column).max(1);
+        (column, (legend.len() as i32 + columns - 1) / columns)
+    }
+
+    fn draw_into(&self, text: &mut String) -> Drawn {
+        let legend = self.legend();
+        let (column, lines) = self.legend_size(&legend);
+        let height = self.size.1 + (LINE * lines) as u32;
+        let root = SVGBackend::with_string(text, (self.size.0, height)).into_drawing_area();
+        root.fill(&WHITE)?;
+        root.draw(&Text::new(self.title.clone(), (14, 10), ("sans-serif", 18, &INK).into_text_style(&root)))?;
+        let (top, below) = root.split_vertically(self.size.1);
+        let (x, y) = (self.range(|p| p.0, self.x.1), self.range(|p| p.1, self.y.1));
         let labels = (self.x.1.labels(&x), self.y.1.labels(&y));
-        let mut chart = ChartBuilder::on(&root)
+        let words = self.marks.levels.iter().map(|l| l.1.chars().count()).max().unwrap_or(0) as i32;
+        let mut chart = ChartBuilder::on(&top)
             .margin(12)
-            .margin_right(24)
-            .x_label_area_size(52)
-            .y_label_area_size(78)
+            .margin_top(TITLE)
+            .margin_right(24 + LETTER * words)
+            .x_label_area_size(BOTTOM)
+            .y_label_area_size(LEFT - 12)
             .build_cartesian_2d(x.clone(), y.clone())?;
         chart
             .configure_mesh()
@@ -149,21 +224,19 @@ impl Plot<'_> {
         for series in &self.series {
             self.draw_series(&mut chart, series)?;
         }
-        self.draw_ring(&mut chart)?;
-        // Cheap and exact at once is what nothing is: with a front, that corner is free.
-        let corner = match &self.marks {
-            Marks { rising: true, .. } => SeriesLabelPosition::UpperLeft,
-            Marks { front, .. } if front.is_empty() => SeriesLabelPosition::UpperRight,
-            _ => SeriesLabelPosition::LowerLeft,
-        };
-        chart
-            .configure_series_labels()
-            .position(corner)
-            .background_style(WHITE.mix(0.85))
-            .border_style(GRID)
-            .label_font(("sans-serif", 14, &INK))
-            .legend_area_size(26)
-            .draw()?;
+        if let Some((p, _)) = &self.marks.ringed {
+            let p = self.at(*p);
+            chart.draw_series([p].into_iter().filter(finite).map(|p| Circle::new(p, 10, INK.stroke_width(2))))?;
+        }
+        self.draw_levels(&mut chart, &top, &x)?;
+        if self.marks.named {
+            self.draw_names(&mut chart, &top)?;
+        }
+        for (k, (symbol, name)) in legend.iter().enumerate() {
+            let columns = ((self.size.0 as i32 - 24) / column).max(1);
+            let at = (20 + column * (k as i32 % columns), LINE * (k as i32 / columns));
+            draw_entry(&below, *symbol, name, at)?;
+        }
         root.present()?;
         Ok(())
     }
@@ -173,23 +246,16 @@ impl Plot<'_> {
     }
 
     /// The limit's line and the front's staircase.
-    fn draw_marks(
-        &self,
-        chart: &mut Chart,
-        x: &Range<f64>,
-        y: &Range<f64>,
-    ) -> std::result::Result<(), Box<dyn std::error::Error>> {
-        if let Some((limit, name)) = &self.marks.limit {
+    fn draw_marks(&self, chart: &mut Chart, x: &Range<f64>, y: &Range<f64>) -> Drawn {
+        if let Some((limit, _)) = &self.marks.limit {
             let place = self.x.1.place(*limit);
             if x.contains(&place) {
-                let style = RGBColor(150, 150, 150).stroke_width(1);
-                chart.draw_series(DashedLineSeries::new([(place, y.start), (place, y.end)], 5, 5, style))?;
-                let style = ("sans-serif", 13, &RGBColor(110, 110, 110)).into_text_style(&self.size);
-                chart.draw_series([Text::new(
-                    format!(" {name}"),
-                    (place, y.start + 0.95 * (y.end - y.start)),
-                    style,
-                )])?;
+                chart.draw_series(DashedLineSeries::new(
+                    [(place, y.start), (place, y.end)],
+                    5,
+                    5,
+                    FAINT.stroke_width(1),
+                ))?;
             }
         }
         let mut stairs = vec![];
@@ -202,62 +268,128 @@ impl Plot<'_> {
         }
         if let Some(&(_, last)) = stairs.last() {
             stairs.push((x.end, last));
-            let style = INK.mix(0.75).stroke_width(2);
-            chart
-                .draw_series(LineSeries::new(stairs, style))?
-                .label("Pareto front")
-                .legend(move |(x, y)| PathElement::new([(x, y), (x + 20, y)], style));
+            chart.draw_series(LineSeries::new(stairs, INK.mix(0.75).stroke_width(2)))?;
         }
         Ok(())
     }
 
-    fn draw_series(&self, chart: &mut Chart, series: &Series) -> std::result::Result<(), Box<dyn std::error::Error>> {
-        let colour = RGBColor(series.colour.0, series.colour.1, series.colour.2);
-        let points: Vec<(f64, f64)> =
-            series.points.iter().map(|p| self.at(*p)).filter(|p| p.0.is_finite() && p.1.is_finite()).collect();
+    /// Each with its words right of the data, no nearer to one another than a line.
+    fn draw_levels(&self, chart: &mut Chart, area: &DrawingArea<SVGBackend, Shift>, x: &Range<f64>) -> Drawn {
+        let mut all: Vec<(f64, &str)> =
+            self.marks.levels.iter().map(|(l, words)| (self.y.1.place(*l), &words[..])).collect();
+        all.retain(|l| l.0.is_finite());
+        all.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let mut lowest = i32::MIN;
+        for (place, words) in all {
+            chart.draw_series(DashedLineSeries::new(
+                [(x.start, place), (x.end, place)],
+                2,
+                4,
+                FAINT.stroke_width(1),
+            ))?;
+            let (right, line) = chart.backend_coord(&(x.end, place));
+            let top = (line - 8).max(lowest);
+            lowest = top + 17;
+            area.draw(&Text::new(
+                words.to_owned(),
+                (right + 6, top),
+                ("sans-serif", 14, &FAINT).into_text_style(area),
+            ))?;
+        }
+        Ok(())
+    }
+
+    /// Each series' name by its last point.
+    fn draw_names(&self, chart: &mut Chart, area: &DrawingArea<SVGBackend, Shift>) -> Drawn {
+        let pixels = |p: &(f64, f64)| chart.backend_coord(&self.at(*p));
+        let shown: Vec<&Series> = self.series.iter().filter(|s| !s.points.is_empty()).collect();
+        let names: Vec<_> = shown.iter().map(|s| (s.name.clone(), pixels(&s.points[s.points.len() - 1]))).collect();
+        let mut points: Vec<_> = shown.iter().flat_map(|s| &s.points).map(pixels).collect();
+        // Along the lines between them, too.
+        for pair in shown.iter().flat_map(|s| s.points.windows(2)) {
+            let ((x, y), (u, v)) = (pixels(&pair[0]), pixels(&pair[1]));
+            let parts = 1 + (u - x).abs().max((v - y).abs()) / 8;
+            points.extend((1..parts).map(|k| (x + (u - x) * k / parts, y + (v - y) * k / parts)));
+        }
+        let inner = [LEFT + 2, TITLE, self.size.0 as i32 - 8, self.size.1 as i32 - BOTTOM - 14];
+        for (series, place) in shown.iter().zip(places(&names, &points, inner)) {
+            let colour = rgb(series.colour);
+            area.draw(&Text::new(series.name.clone(), place, ("sans-serif", 16, &colour).into_text_style(area)))?;
+        }
+        Ok(())
+    }
+
+    fn draw_series(&self, chart: &mut Chart, series: &Series) -> Drawn {
+        let colour = rgb(series.colour);
+        let points: Vec<(f64, f64)> = series.points.iter().map(|p| self.at(*p)).filter(finite).collect();
         if series.line {
-            let drawn = chart.draw_series(LineSeries::new(points.iter().copied(), colour.stroke_width(2)))?;
-            if series.marker.is_none() {
-                drawn
-                    .label(&series.name)
-                    .legend(move |(x, y)| PathElement::new([(x, y), (x + 20, y)], colour.stroke_width(2)));
-            }
+            chart.draw_series(LineSeries::new(points.iter().copied(), colour.stroke_width(2)))?;
         }
-        let points = points.into_iter();
-        let name = &series.name;
-        let (fill, thin, thick) = (colour.mix(0.65).filled(), colour.stroke_width(1), colour.stroke_width(2));
-        match series.marker {
-            None => {}
-            Some(Marker::Disc) => {
-                let drawn = chart.draw_series(points.map(|p| Circle::new(p, 4, fill)))?;
-                drawn.label(name).legend(move |(x, y)| Circle::new((x + 10, y), 4, fill));
-            }
-            Some(Marker::Ring) => {
-                let drawn = chart.draw_series(points.map(|p| Circle::new(p, 4, thin)))?;
-                drawn.label(name).legend(move |(x, y)| Circle::new((x + 10, y), 4, thin));
-            }
-            Some(Marker::Cross) => {
-                let drawn = chart.draw_series(points.map(|p| Cross::new(p, 4, thick)))?;
-                drawn.label(name).legend(move |(x, y)| Cross::new((x + 10, y), 4, thick));
-            }
-            Some(Marker::Triangle) => {
-                let drawn = chart.draw_series(points.map(|p| TriangleMarker::new(p, 5, fill)))?;
-                drawn.label(name).legend(move |(x, y)| TriangleMarker::new((x + 10, y), 5, fill));
-            }
+        if let Some(marker) = series.marker {
+            chart.draw_series(points.into_iter().map(|p| symbol(p, marker, colour)))?;
         }
         Ok(())
     }
+}
 
-    fn draw_ring(&self, chart: &mut Chart) -> std::result::Result<(), Box<dyn std::error::Error>> {
-        let Some((p, name)) = &self.marks.ringed else { return Ok(()) };
-        let p = self.at(*p);
-        if !(p.0.is_finite() && p.1.is_finite()) {
-            return Ok(());
+fn finite(p: &(f64, f64)) -> bool {
+    p.0.is_finite() && p.1.is_finite()
+}
+
+/// A line of the legend; `at` is its upper left corner.
+fn draw_entry(area: &DrawingArea<SVGBackend, Shift>, what: Symbol, name: &str, at: (i32, i32)) -> Drawn {
+    let (middle, ends) = ((at.0 + 10, at.1 + 9), [(at.0, at.1 + 9), (at.0 + 20, at.1 + 9)]);
+    match what {
+        Symbol::Line(colour) => area.draw(&PathElement::new(ends, colour.stroke_width(2)))?,
+        Symbol::Dashes(colour) => {
+            for k in [0, 8, 16] {
+                let dash = [(at.0 + k, at.1 + 9), (at.0 + k + 4, at.1 + 9)];
+                area.draw(&PathElement::new(dash, colour.stroke_width(1)))?;
+            }
         }
-        let style = ("sans-serif", 15, &INK).into_text_style(&self.size);
-        chart.draw_series([Circle::new(p, 10, INK.stroke_width(2))])?;
-        let name = name.clone();
-        chart.draw_series([EmptyElement::at(p) + Text::new(name, (14, -20), style)])?;
-        Ok(())
+        Symbol::Marker(marker, colour) => area.draw(&symbol(middle, marker, colour))?,
+        Symbol::Ring => area.draw(&Circle::new(middle, 8, INK.stroke_width(2)))?,
+    }
+    area.draw(&Text::new(name.to_owned(), (at.0 + 28, at.1 + 2), ("sans-serif", 14, &INK).into_text_style(area)))?;
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_plot_has_its_title_its_axes_and_every_name_once() {
+        let series = |name: &str, y: f64| Series {
+            name: name.to_owned(),
+            colour: (1, 2, 3),
+            marker: Some(Marker::Disc),
+            line: true,
+            points: vec![(1.0, y), (100.0, 0.1 * y)],
+        };
+        let mut plot = Plot {
+            title: "What it costs & what it brings".to_owned(),
+            x: ("time of a frame", Scale::Time),
+            y: ("error, %", Scale::Percent),
+            series: vec![series("warp", 0.5), series("reduced shell", 0.2)],
+            marks: Marks {
+                limit: Some((50.0, "real time")),
+                levels: vec![(0.1, "97 vertices".to_owned())],
+                levels_are: "of the mesh",
+                ..Marks::default()
+            },
+            size: WHOLE,
+        };
+        for named in [false, true] {
+            plot.marks.named = named;
+            let svg = plot.draw().unwrap();
+            let lines: Vec<&str> = svg.lines().map(str::trim).collect();
+            for words in
+                ["time of a frame", "error, %", "warp", "reduced shell", "real time", "97 vertices", "of the mesh"]
+            {
+                assert_eq!(lines.iter().filter(|line| **line == words).count(), 1, "{words}: {svg}");
+            }
+            assert!(svg.contains("<title>What it costs &amp; what it brings</title>"));
+        }
     }
 }

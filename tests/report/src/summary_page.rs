@@ -8,7 +8,15 @@ use std::path::Path;
 const TEMPLATE: &str = include_str!("../page/summary.md");
 
 /// The plots that the summary shows.
-const SHOWN: [&str; 5] = ["pareto_vee_static", "pareto_flat_release", "pareto_dinosaur", "cost_vertices", "cost_modes"];
+const SHOWN: [&str; 7] = [
+    "fixed_leaf",
+    "fixed_dinosaur",
+    "pareto_vee_static",
+    "pareto_flat_release",
+    "pareto_dinosaur",
+    "cost_vertices",
+    "cost_modes",
+];
 
 /// The processor by class and widest vector instructions, not by name.
 fn class() -> String {
@@ -22,6 +30,7 @@ fn class() -> String {
 pub fn write(folder: &Path, report: &Report, figures: &[Figure]) -> Result<()> {
     let parts: Vec<(&str, String)> = vec![
         ("class", class()),
+        ("answer", report.answer().markdown()),
         ("choice", report.choice().markdown()),
         ("next_factor", report.next_factor().markdown()),
         ("references", report.references().markdown()),

@@ -66,10 +66,13 @@ pub fn percent(x: f64) -> String {
     format!("{p:.*} %", digits as usize)
 }
 
-/// Microseconds as people say them, to two or three digits.
+/// Microseconds as people say them, to two or three digits. Differences of times below what is resolved are said to be so.
 pub fn duration(us: f64) -> String {
     if !us.is_finite() {
         return "–".to_owned();
+    }
+    if us < 0.05 {
+        return "< 0.1 µs".to_owned();
     }
     let (value, unit) = match us {
         us if us < 1e3 => (us, "µs"),
@@ -82,7 +85,17 @@ pub fn duration(us: f64) -> String {
 
 /// Two decimals, or a dash.
 pub fn decimal(x: f64) -> String {
-    if x.is_finite() { format!("{x:.2}") } else { "–".to_owned() }
+    // Zero is added to what rounds to −0.
+    if x.is_finite() { format!("{:.2}", (100.0 * x).round() / 100.0 + 0.0) } else { "–".to_owned() }
+}
+
+/// Megabytes, or a dash where the system does not tell.
+pub fn megabytes(x: f64) -> String {
+    match x {
+        x if !x.is_finite() => "–".to_owned(),
+        x if x < 9.95 => format!("{x:.1}"),
+        x => format!("{x:.0}"),
+    }
 }
 
 #[cfg(test)]
@@ -93,5 +106,9 @@ mod tests {
     fn numbers_read_as_people_write_them() {
         assert_eq!([percent(0.0314), percent(1.2), percent(0.00071)], ["3.1 %", "120 %", "0.071 %"]);
         assert_eq!([duration(3.21), duration(32_100.0), duration(1.5e6)], ["3.2 µs", "32 ms", "1.5 s"]);
+        // Differences of times come out at or below nothing.
+        assert_eq!([duration(-0.03), duration(0.0), duration(0.06)], ["< 0.1 µs", "< 0.1 µs", "0.1 µs"]);
+        assert_eq!([decimal(-0.004), decimal(-0.1), decimal(2.345)], ["0.00", "-0.10", "2.35"]);
+        assert_eq!([megabytes(0.34), megabytes(12.6), megabytes(f64::NAN)], ["0.3", "13", "–"]);
     }
 }
