@@ -9,9 +9,11 @@ import os
 from contextlib import ExitStack
 
 import bpy
+import numpy
 
 from . import live, render_mesh, shape_key, stack
 from .inputs import Refused, check_mesh, read_inputs
+from .meshes import rest_positions
 from .point_cache import PointCache, points_of
 from .stack import CACHE
 
@@ -103,6 +105,7 @@ class Track:
             del self.caches[item]
         certify(self.run)
         self.obj.shellwarp.verdict = verdict(self.run, self.too_far, self.end - self.start + 1)
+        self.obj.shellwarp.baked_mesh = mesh_digests(self.obj.data)
         self.obj.shellwarp.live = False
         for item, path in self.paths.items():
             use(item, path, self.start)
@@ -166,12 +169,28 @@ def baked(obj):
 
 
 def stale(obj):
-    """What to say of a cache that is not of the present mesh, "" for nothing."""
-    modifier = baked(obj)
-    if modifier is None:
+    """What to say of caches that are not of the present meshes, "" for nothing."""
+    if baked(obj) is None:
         return ""
-    points, present = points_of(bpy.path.abspath(modifier.filepath)), len(obj.data.vertices)
-    return f"the cache is of {points} points, the mesh has {present}: bake anew" if points != present else ""
+    for item in (obj, *(entry.target for entry in obj.shellwarp.renders if entry.target)):
+        if baked(item) is None:
+            continue
+        points, present = points_of(bpy.path.abspath(baked(item).filepath)), len(item.data.vertices)
+        if points != present:
+            return ("" if item == obj else f"render mesh “{item.name}”: ") + f"the cache is of {points} points, the mesh has {present}: bake anew"
+    before, now = obj.shellwarp.baked_mesh.split(), mesh_digests(obj.data).split()
+    if before and before[0] != now[0]:
+        return "the mesh has other faces than when it was baked: bake anew"
+    return "vertices were moved since the bake: bake anew" if before and before[1] != now[1] else ""
+
+
+def mesh_digests(mesh):
+    """What tells meshes apart, in two words: by their faces, and by where their vertices are."""
+    corners, starts = numpy.empty(len(mesh.loops), numpy.int32), numpy.empty(len(mesh.polygons), numpy.int32)
+    mesh.loops.foreach_get("vertex_index", corners)
+    mesh.polygons.foreach_get("loop_start", starts)
+    parts = corners.tobytes() + starts.tobytes(), rest_positions(mesh).tobytes()
+    return " ".join(hashlib.blake2b(part, digest_size=8).hexdigest() for part in parts)
 
 
 def free(obj):

@@ -105,11 +105,27 @@ def groups_of(settings):
     return {"fixed": settings.fixed_group, "clamped": settings.clamped_group, **materials.group_names(settings)}
 
 
-def check_groups(obj, made):
-    """Raises Refused where a group does not exist or is another than the model was made with: the shell must not go on with that."""
-    for use, name in groups_of(obj.shellwarp).items():
+def check_there(obj):
+    """Raises Refused where a group that the settings name does not exist."""
+    for name in groups_of(obj.shellwarp).values():
         if name and name not in obj.vertex_groups:
             raise Refused(f"there is no vertex group “{name}”")
+
+
+def check_named(obj):
+    """Raises Refused where the settings name what there is not: a group, an empty, a mesh."""
+    check_there(obj)
+    for index, item in enumerate(obj.shellwarp.handles):
+        check_handle(obj, index, item)
+    for index, item in enumerate(obj.shellwarp.renders):
+        if item.target is None:
+            raise Refused(f"render mesh {index + 1} is gone: choose another, or remove it")
+
+
+def check_groups(obj, made):
+    """Raises Refused where a group does not exist or is another than the model was made with: the shell must not go on with that."""
+    check_there(obj)
+    for use, name in groups_of(obj.shellwarp).items():
         if name != made.get(use, ""):
             raise Refused(f"the group “{name}” ({use}) is another than at the start frame: go there")
 
@@ -149,15 +165,22 @@ def read_supports(obj, depsgraph, run):
     return (stack.read(obj, depsgraph)[run.held] @ matrix[:3, :3].T + matrix[:3, 3]).tobytes()
 
 
-def read_handle(obj, index, item, depsgraph):
-    """A handle as one or two constraints, none while it is let go."""
-    axes = "".join(axis for axis, on in zip("xyz", item.axes) if on)
-    if not item.held or not axes:
+def check_handle(obj, index, item):
+    """Raises Refused where a handle that is held has no empty, or no vertex."""
+    if not item.held or not any(item.axes):
         return
     if item.target is None:
         raise Refused(f"the empty of handle {index + 1} is gone: choose another, or remove the handle")
     if item.vertex >= len(obj.data.vertices):
         raise Refused(f"handle {index + 1} holds vertex {item.vertex}, the mesh has {len(obj.data.vertices)}")
+
+
+def read_handle(obj, index, item, depsgraph):
+    """A handle as one or two constraints, none while it is let go."""
+    axes = "".join(axis for axis, on in zip("xyz", item.axes) if on)
+    if not item.held or not axes:
+        return
+    check_handle(obj, index, item)
     if not present(item.target.original, depsgraph):
         raise Refused(f"handle {index + 1}, “{item.target.name}”: {DISABLED}")
     matrix = evaluated(item.target.original, depsgraph)

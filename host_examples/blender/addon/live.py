@@ -12,12 +12,13 @@ import bpy
 from bpy.app.handlers import persistent
 
 from . import colliders, library, render_mesh, shape_key, stack
-from .inputs import Refused, groups_of, read_inputs, read_shell, split_matrix
+from .inputs import Refused, check_named, groups_of, read_inputs, read_shell, split_matrix
 from .meshes import evaluated, present
 from .simulation import Simulation
 
 _runs = {}      # session_uid of the object -> Simulation
 _messages = {}  # session_uid -> what went wrong last, "" for nothing
+_refused = {}   # session_uid -> what a button could not do and why, by the button
 _causes = {}    # session_uid -> why there is no model or no binding, until there is one
 _suspended = set()
 
@@ -30,6 +31,24 @@ def simulation(obj):
 def message(obj):
     """What went wrong at the last frame, "" for nothing."""
     return _messages.get(obj.session_uid, "")
+
+
+def trouble(obj):
+    """What the panel says is wrong: what a button could not do, what the settings name in vain now, what went wrong at the last frame."""
+    found = [f"{button}: {text}" for button, text in _refused.get(obj.session_uid, {}).items()]
+    try:
+        check_named(obj)
+    except Refused as error:
+        return [*found, str(error)]
+    return [*found, message(obj)] if message(obj) else found
+
+
+def refuse(obj, button, text):
+    """Keeps why a button did not do its work, until it does; "" forgets."""
+    kept = _refused.setdefault(obj.session_uid, {})
+    kept.pop(button, None)
+    if text:
+        kept[button] = text
 
 
 def store(obj, run):
@@ -162,6 +181,7 @@ def on_load(*_):
         run.close()
     _runs.clear()
     _messages.clear()
+    _refused.clear()
     _causes.clear()
 
 

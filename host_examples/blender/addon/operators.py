@@ -28,10 +28,20 @@ class ShellOperator:
 
     def execute(self, context):
         try:
-            return self.run(context, context.object) or {"FINISHED"}
+            done = self.run(context, context.object) or {"FINISHED"}
         except Exception as error:
-            self.report({"ERROR"}, str(error) or type(error).__name__)
-            return {"CANCELLED"}
+            return refused(self, context.object, error)
+        live.refuse(context.object, self.bl_label, "")
+        return done
+
+
+def refused(operator, obj, error):
+    """Reports why a button did not do its work, and keeps it for the panel."""
+    text = str(error) or type(error).__name__
+    operator.report({"ERROR"}, text)
+    if obj is not None:
+        live.refuse(obj, operator.bl_label, text)
+    return {"CANCELLED"}
 
 
 class SHELLWARP_OT_precompute(ShellOperator, bpy.types.Operator):
@@ -52,8 +62,7 @@ class SHELLWARP_OT_precompute(ShellOperator, bpy.types.Operator):
             shell, scale, recipe, key = read_shell(context.object, context.evaluated_depsgraph_get())
             library = package()
         except Exception as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
+            return refused(self, context.object, error)
         self.cancel, self.made, self.failed, self.fraction = False, None, None, 0.0
         self.name = context.object.name
 
@@ -83,9 +92,12 @@ class SHELLWARP_OT_precompute(ShellOperator, bpy.types.Operator):
         context.window_manager.event_timer_remove(self.timer)
         context.window_manager.progress_end()
         obj = bpy.data.objects.get(self.name)
-        if self.failed is not None or obj is None:
-            self.report({"ERROR"}, str(self.failed or "the object is gone"))
+        if self.cancel:
+            self.report({"ERROR"}, str(self.failed or "cancelled"))
             return {"CANCELLED"}
+        if self.failed is not None or obj is None:
+            return refused(self, obj, self.failed or Refused("the object is gone"))
+        live.refuse(obj, self.bl_label, "")
         live.store(obj, self.made)
         self.report({"INFO"}, summary(self.made))
         return {"FINISHED"}
@@ -138,11 +150,11 @@ class SHELLWARP_OT_bake(ShellOperator, bpy.types.Operator):
         try:
             context.window_manager.progress_update(next(self.frames))
         except StopIteration:
+            live.refuse(context.object, self.bl_label, "")
             self.report({"INFO"}, baked(context.object))
             return self.end(context, {"FINISHED"})
         except Exception as error:
-            self.report({"ERROR"}, str(error) or type(error).__name__)
-            return self.end(context, {"CANCELLED"})
+            return self.end(context, refused(self, context.object, error))
         return {"RUNNING_MODAL"}
 
     def end(self, context, result):
@@ -269,6 +281,8 @@ def export(context, obj, path):
         for moved in moving(item):
             if bake.baked(moved) is None:
                 raise Refused(f"bake “{item.name}” first: exporters take a mesh that only a handler moves for still")
+        if item.type == "MESH" and item.shellwarp.enabled and bake.stale(item):
+            raise Refused(f"“{item.name}”: {bake.stale(item)}")
     drawn = [moved for item in chosen for moved in moving(item) or [item]]
     with selected(context, chosen, drawn):
         write(context, obj, path)

@@ -111,8 +111,8 @@ def wanted(settings, name):
 
 def draw_state(layout, context, obj):
     """What is wrong, else what is."""
-    message, run = live.message(obj), live.simulation(obj)
-    if message:
+    run = live.simulation(obj)
+    for message in live.trouble(obj) if obj.shellwarp.enabled else []:
         layout.label(text=message, icon="ERROR")
     if obj.shellwarp.enabled and obj.shellwarp.live and not context.scene.render.use_lock_interface:
         layout.prop(context.scene.render, "use_lock_interface", text="Lock interface while rendering", icon="INFO")

@@ -171,6 +171,7 @@ class ShellwarpSettings(bpy.types.PropertyGroup):
                           description="Point cache (PC2); empty: cache/OBJECT.pc2 beside the blend file")
 
     verdict: StringProperty(name="Last bake", options={"HIDDEN"}, description="How good the last bake is; kept in the file")
+    baked_mesh: StringProperty(name="Baked mesh", options={"HIDDEN"}, description="What tells the mesh of the last bake from others")
 
     collision_collection: PointerProperty(name="Collision collection", type=bpy.types.Collection, options=NOT_KEYED,
                                           description="The shell touches the colliders of this collection; empty: of the scene")

@@ -597,7 +597,7 @@ class Window:
     def __init__(self, operator):
         self.operator, self.reports, self.timers = operator, [], 0
         self.window_manager, self.window, self.scene = self, None, bpy.context.scene
-        self.object, self.bl = bpy.context.object, types.SimpleNamespace()
+        self.object, self.bl = bpy.context.object, types.SimpleNamespace(bl_label=operator.bl_label)
         self.bl.report = lambda kind, text: self.reports.append((kind, text))
         for name in ("end", "run"):
             if hasattr(operator, name):

@@ -241,6 +241,23 @@ class Wrong(Case):
         (self.folder / "strip.pc2").write_bytes(b"short")
         self.assertIn("is of 0 points", part("bake").stale(obj))
 
+    def test_faces_and_vertices_changed_after_a_bake_are_told_and_not_exported(self):
+        obj = add_strip()
+        obj.shellwarp.cache = str(self.folder / "strip.pc2")
+        self.assertEqual(bpy.ops.shellwarp.bake(), {"FINISHED"})
+        points = part("inputs").rest_positions(obj.data)
+        faces = [list(face.vertices) for face in obj.data.polygons]
+        a, b, c, d = faces[10]
+        for changed, text in (([*faces[:10], [a, b, c], [a, c, d], *faces[11:]], "other faces"), (faces, "")):
+            obj.data.clear_geometry()
+            obj.data.from_pydata(points.tolist(), [], changed)
+            self.assertIn(text, part("bake").stale(obj))
+        self.assertEqual(part("bake").stale(obj), "")
+        obj.data.vertices[60].co.z += 0.01
+        self.assertIn("vertices were moved", part("bake").stale(obj))
+        with self.assertRaisesRegex(RuntimeError, "vertices were moved"):
+            bpy.ops.shellwarp.export(filepath=str(self.folder / "strip.abc"))
+
     def test_a_renamed_pin_group_stops_the_shell_with_its_name_until_mended(self):
         obj = add_strip()
         play(5)
@@ -388,6 +405,28 @@ class Panels(Case):
         self.assertIn(obj.shellwarp.verdict, self.drawn("SHELLWARP_PT_shell", obj).labels)
         obj.data.vertices.add(1)
         self.assertIn(part("bake").stale(obj), self.drawn("SHELLWARP_PT_shell", obj).labels)
+
+    def test_the_panel_tells_of_a_renamed_group_at_once_and_until_it_is_mended(self):
+        obj = add_strip()
+        play(5)
+        obj.vertex_groups["held"].name = "other"
+        for _ in range(2):  # no frame has changed since
+            self.assertIn("there is no vertex group “held”", self.drawn("SHELLWARP_PT_shell", obj).labels)
+        obj.vertex_groups["other"].name = "held"
+        self.assertNotIn("there is no vertex group “held”", self.drawn("SHELLWARP_PT_shell", obj).labels)
+        obj.shellwarp.handles.add()
+        self.assertIn("the empty of handle 1 is gone: choose another, or remove the handle", self.drawn("SHELLWARP_PT_shell", obj).labels)
+
+    def test_what_a_button_could_not_do_stays_in_the_panel_until_it_can(self):
+        obj = add_strip()
+        with self.assertRaisesRegex(RuntimeError, "save the file first"):
+            bpy.ops.shellwarp.bake()
+        text = "Bake: save the file first, or name a cache"
+        play(3)
+        self.assertIn(text, self.drawn("SHELLWARP_PT_shell", obj).labels)
+        obj.shellwarp.cache = str(self.folder / "strip.pc2")
+        self.assertEqual(bpy.ops.shellwarp.bake(), {"FINISHED"})
+        self.assertNotIn(text, self.drawn("SHELLWARP_PT_shell", obj).labels)
 
     def test_the_panel_says_what_gravity_is_where_a_unit_is_no_metre(self):
         obj = add_strip()
