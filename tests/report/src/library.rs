@@ -5,6 +5,7 @@
 
 use crate::mesh::{Mesh, P3};
 use anyhow::{Context, Result, bail};
+use shellwarp::ffi::collider::{self, SwCollider, SwColliderDesc, SwColliderPoseDesc};
 use shellwarp::ffi::constraint::{self, SwConstraintDesc, SwConstraintReport};
 use shellwarp::ffi::load::{SwEquilibriumReport, SwForceDesc};
 use shellwarp::ffi::material::{SW_ENERGY_KOITER, SW_MAP_ON_VERTICES, SwMaterialMap};
@@ -69,6 +70,10 @@ functions! {
     state::sw_state_normals(*const SwState, u32, u32, *mut c_void, u64, u32) -> u32;
     state::sw_state_rotations(*const SwState, u32, u32, *mut c_void, u64, u32) -> u32;
     state::sw_state_report(*const SwState, *mut SwStateReport) -> u32;
+    collider::sw_collider_create(*const SwColliderDesc, *mut *mut SwCollider) -> u32;
+    collider::sw_collider_destroy(*mut SwCollider);
+    collider::sw_state_set_colliders(*mut SwState, *const *const SwCollider, u32) -> u32;
+    collider::sw_state_move_collider(*mut SwState, u32, *const SwColliderPoseDesc) -> u32;
     constraint::sw_state_set_constraint(*mut SwState, *const SwConstraintDesc) -> u32;
     constraint::sw_state_clear_constraint(*mut SwState, u32) -> u32;
     constraint::sw_state_constraint_report(*const SwState, *mut SwConstraintReport, u32, u32, *mut u32) -> u32;
@@ -106,6 +111,19 @@ pub struct Sheet {
     pub map: Option<(u32, Vec<f64>)>,
     /// Edges, and what their stiffness is multiplied by.
     pub creases: Vec<([u32; 2], f64)>,
+}
+
+/// A solid about its origin.
+#[derive(Clone, Copy, Debug)]
+pub enum Solid {
+    /// z ≤ 0.
+    Plane,
+    /// Its radius.
+    Ball(f64),
+    /// Along y: its radius and half its length.
+    Rod(f64, f64),
+    /// Half its sides.
+    Box(P3),
 }
 
 /// The library.
@@ -341,6 +359,44 @@ impl State {
         let mut desc = SwFrameDesc::initial();
         desc.origin = origin;
         self.api.check(unsafe { (self.api.sw_state_set_frame)(self.handle, &desc) })
+    }
+
+    /// Solids with a coefficient of friction each, in place of all others.
+    pub fn set_colliders(&mut self, solids: &[(Solid, f64)]) -> Result<()> {
+        let mut made: Vec<*const SwCollider> = vec![];
+        let set = solids.iter().try_for_each(|(solid, friction)| {
+            let mut desc = SwColliderDesc::initial();
+            desc.friction = *friction;
+            match *solid {
+                Solid::Plane => desc.kind = collider::SW_COLLIDER_PLANE,
+                Solid::Ball(radius) => (desc.kind, desc.radius) = (collider::SW_COLLIDER_SPHERE, radius),
+                Solid::Rod(radius, half) => {
+                    (desc.kind, desc.radius, desc.half_length) = (collider::SW_COLLIDER_CAPSULE, radius, half);
+                }
+                Solid::Box(half) => (desc.kind, desc.half_extents) = (collider::SW_COLLIDER_BOX, half),
+            }
+            let mut handle = null_mut();
+            self.api.check(unsafe { (self.api.sw_collider_create)(&desc, &mut handle) })?;
+            made.push(handle);
+            Ok(())
+        });
+        let call = self.api.sw_state_set_colliders;
+        let set = set.and_then(|()| self.api.check(unsafe { call(self.handle, made.as_ptr(), made.len() as u32) }));
+        // The state keeps what it needs of them.
+        made.iter().for_each(|handle| unsafe { (self.api.sw_collider_destroy)(handle.cast_mut()) });
+        set
+    }
+
+    /// Where a collider is at the end of the next step; the first time, where it is. A rod lies along y, any other stands upright, or with `over` upside down.
+    pub fn move_collider(&mut self, index: u32, solid: Solid, over: bool, origin: P3) -> Result<()> {
+        let mut desc = SwColliderPoseDesc::initial();
+        desc.origin = origin;
+        desc.rotation = match (solid, over) {
+            (Solid::Rod(..), _) => [1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, -1.0, 0.0],
+            (_, true) => [1.0, 0.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.0, -1.0],
+            (_, false) => [0.0; 9],
+        };
+        self.api.check(unsafe { (self.api.sw_state_move_collider)(self.handle, index, &desc) })
     }
 
     pub fn set_amplitudes(&mut self, q: &[f64]) -> Result<()> {

@@ -97,7 +97,7 @@ fn stiffness(library: &Library) -> Vec<Cell> {
 }
 
 /// The problem in units of length, stiffness and mass, and the factor on displacements.
-fn in_units(p: &Problem, length: f64, stiffness: f64, mass: f64, offset: f64) -> Problem {
+pub(super) fn in_units(p: &Problem, length: f64, stiffness: f64, mass: f64, offset: f64) -> Problem {
     let time = length * (mass / stiffness).sqrt();
     let mut q = p.clone();
     q.mesh.positions.iter_mut().flatten().for_each(|x| *x = *x * length + offset);
@@ -518,7 +518,7 @@ fn handles(library: &Library) -> Vec<Cell> {
 
 type Group = fn(&Library) -> Vec<Cell>;
 
-const GROUPS: [(&str, Group); 10] = [
+const GROUPS: [(&str, Group); 11] = [
     ("stiffness", stiffness),
     ("units", units),
     ("steps", steps),
@@ -529,6 +529,7 @@ const GROUPS: [(&str, Group); 10] = [
     ("shapes", topology),
     ("handles", handles),
     ("material", super::material::all),
+    ("contact", super::contact::all),
 ];
 
 pub fn all(library: &Library) -> Vec<Cell> {

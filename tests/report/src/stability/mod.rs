@@ -1,10 +1,12 @@
 //! Where each method holds: extreme cases, each run through the built library and judged by something outside of it.
 
 mod cases;
+mod contact;
 mod gravity;
 mod material;
 mod page;
 mod precision;
+mod touch;
 mod trial;
 
 use crate::library::Library;

@@ -4,6 +4,7 @@ use crate::library::{Library, Material, Model, Sheet, State};
 use crate::mesh::{Mesh, P3};
 use crate::methods::{Family, Method};
 use anyhow::{Result, ensure};
+use shellwarp::ffi::state::SwStateReport;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Verdict {
@@ -64,6 +65,24 @@ pub struct End {
     /// ½ q̇ᵀq̇ over the elastic energy at the end.
     pub kinetic: f64,
     pub elastic: f64,
+    pub contact: Told,
+}
+
+/// What a report tells of colliders after a step.
+#[derive(Clone, Copy, Default)]
+pub struct Told {
+    pub contacts: u64,
+    /// How deep the shell is in one.
+    pub penetration: f64,
+    /// Of all on the shell, over the step.
+    pub impulse: P3,
+}
+
+impl Told {
+    pub fn of(report: &SwStateReport) -> Self {
+        let SwStateReport { contact_count, deepest_penetration, contact_impulse, .. } = *report;
+        Self { contacts: contact_count, penetration: deepest_penetration, impulse: contact_impulse }
+    }
 }
 
 impl Problem {
@@ -88,7 +107,8 @@ impl Problem {
         let mut state = model.state(method.method, method.integrator)?;
         state.set_gravity(self.gravity)?;
         state.set_mass_damping(self.damping)?;
-        let mut end = End { positions: vec![], displacement: 0.0, rotation: 0.0, kinetic: 0.0, elastic: 0.0 };
+        let (positions, contact) = (vec![], Told::default());
+        let mut end = End { positions, displacement: 0.0, rotation: 0.0, kinetic: 0.0, elastic: 0.0, contact };
         for (k, h) in self.steps.iter().enumerate() {
             drive(k, &mut state)?;
             state.step(*h)?;
@@ -97,6 +117,7 @@ impl Problem {
                 end.displacement = end.displacement.max(report.max_displacement);
                 end.rotation = end.rotation.max(report.max_rotation);
                 (end.kinetic, end.elastic) = (report.kinetic_energy, report.elastic_energy);
+                end.contact = Told::of(&report);
                 ensure!(report.max_displacement.is_finite() && report.kinetic_energy.is_finite(), "{NOT_FINITE}");
             }
         }
