@@ -22,10 +22,13 @@ from mathutils import Matrix, Vector
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 from first_scene import ROOT, choose, draw, empty_scene, install, paint, stage
 
+sys.path.insert(0, str(ROOT / "host_examples" / "render"))
+import figure  # noqa: E402 - the body that the command line's pictures have
+
 SCENE = ROOT / "tests" / "scenes" / "character.toml"
 RATE = 30  # frames a second; the scene steps at 60, so two steps a frame
 COLOURS = {"hat": (0.42, 0.23, 0.08, 1), "torso": (0.55, 0.1, 0.08, 1), "leg_left": (0.06, 0.11, 0.25, 1),
-           "leg_right": (0.06, 0.11, 0.25, 1), "body": (0.62, 0.44, 0.33, 1)}
+           "leg_right": (0.06, 0.11, 0.25, 1)}
 
 
 def swell(bone, t):
@@ -71,19 +74,23 @@ def add_bones(data, frames):
 
 
 def add_body(bones):
-    """Plain limbs from joint to joint and a head, so that somebody wears the shells."""
-    for name, (empty, joint) in bones.items():
-        children = [j - joint for n, (e, j) in bones.items() if e.parent == empty and n not in ("arm_left", "arm_right")]
-        end = children[0] if children else {"head": Vector((0, 14, 2)), "foot": Vector((0, -3, 12))}.get(
-            name.split("_")[0], Vector((3 if "left" in name else -3, -20, 4)))
-        radius = {"head": 8.5, "pelvis": 7.5, "chest": 6.5}.get(name, 4.0)
-        bpy.ops.mesh.primitive_uv_sphere_add(radius=1, segments=32, ring_count=16)
-        limb = bpy.context.object
-        bpy.ops.object.shade_smooth()
-        paint(limb, COLOURS["body"])
-        limb.parent, limb.location = empty, end / 2
-        limb.rotation_euler = end.to_track_quat("Z", "Y").to_euler()
-        limb.scale = (radius, radius, end.length / 2 + 0.6 * radius)
+    """The body of the other pictures, so that somebody wears the shells."""
+    for number, (name, start, end, radii, colour) in enumerate(figure.SOLIDS):
+        points, triangles = figure.solid_mesh(start, end, radii)
+        empty, joint = bones[name]
+        mesh = bpy.data.meshes.new(f"body_{number}")
+        mesh.from_pydata((points - numpy.array(joint)).tolist(), [], triangles.tolist())
+        mesh.shade_smooth()
+        solid = bpy.data.objects.new(mesh.name, mesh)
+        bpy.context.scene.collection.objects.link(solid)
+        solid.parent = empty
+        paint(solid, COLOURS["leg_left"] if colour == figure.DENIM else linear(colour))
+
+
+def linear(colour):
+    """#rrggbb as Blender's shaders take it."""
+    shares = [int(colour[k:k + 2], 16) / 255 for k in (1, 3, 5)]
+    return tuple(s / 12.92 if s <= 0.04045 else ((s + 0.055) / 1.055) ** 2.4 for s in shares) + (1,)
 
 
 def add_shell(shell, data, bones, frames):

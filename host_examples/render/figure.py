@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-SKIN, SHOES, EYES = "#e0ac7e", "#3a3a40", "#26221f"
+SKIN, SHOES, EYES, DENIM = "#e0ac7e", "#3a3a40", "#26221f", "#2d62ad"
 ROUND = 24                   # points around a solid
 
 
@@ -29,8 +29,11 @@ def limbs(side, s):
         capsule(f"arm_{side}", (18.5 * s, 141, -5.5), (30.5 * s, 116, -4.7), 3.1),
         capsule(f"forearm_{side}", (30.5 * s, 116, -4.7), (39 * s, 95, -3.8), 2.8),
         ellipsoid(f"forearm_{side}", (40.5 * s, 90, -3.2), (3.6, 5.4, 4.4)),
+        ellipsoid(f"thigh_{side}", (8.4 * s, 87.5, -6.6), (7.3, 4.5, 9.2), DENIM),   # the trousers are open at the top, which is not to be seen
         capsule(f"thigh_{side}", (8.4 * s, 86, -6.6), (10.2 * s, 48, -4.4), 3.4),
-        capsule(f"shin_{side}", (10.2 * s, 48, -4.4), (13 * s, 9, -7.5), 2.8),
+        # Of the trousers' colour, and boots: what a swinging hem lays bare is no skin.
+        capsule(f"shin_{side}", (10.2 * s, 48, -4.4), (12.6 * s, 14, -7.5), 2.6, DENIM),
+        capsule(f"shin_{side}", (12.6 * s, 13, -7.5), (13 * s, 6, -7.5), 2.4, SHOES),
         ellipsoid(f"foot_{side}", (13.2 * s, 4.2, -2.0), (5.2, 4.2, 12.5), SHOES),
         ellipsoid("head", (3.7 * s, 161.5, 3.5), (1.15, 1.6, 0.9), EYES),
         ellipsoid("head", (9.6 * s, 160, -6), (1.5, 3, 2.2)),
@@ -43,7 +46,7 @@ SOLIDS = [
     capsule("chest", (0, 140, -6.5), (0, 156, -6), 4.6),
     capsule("chest", (0, 108, -6.5), (0, 136, -6.5), 4.5),
     capsule("chest", (-18.5, 141, -5.5), (18.5, 141, -5.5), 2.6),
-    ellipsoid("pelvis", (0, 93, -6.3), (10, 5, 5)),
+    ellipsoid("pelvis", (0, 92, -6.5), (14.5, 6.5, 8.5), DENIM),
     *limbs("left", 1),
     *limbs("right", -1),
 ]
