@@ -111,6 +111,12 @@ try {
     assert.notEqual(first.hash, later.hash, `${scenes[k]}: the slider moves the shells`);
     await page.$eval("#player", (e) => e.scrollIntoView());
     await shot(`player_${k}_beside.png`);
+    // Every method but the explicit shell, which is the reference's, has its box and its error; a further one shows.
+    const ticks = await page.$$eval("#player .tracks label", (labels) => labels.map((l) => l.textContent.trim()));
+    assert.ok(ticks.length === 7 && ticks.slice(0, 6).every((t) => /: error [\d.]+ %$/.test(t)) && /full shell: the reference$/.test(ticks[6]), ticks.join());
+    await page.check("#player .tracks label:first-child input");
+    assert.notEqual((await look(page)).hash, later.hash, `${scenes[k]}: ${ticks[0]} shows`);
+    await page.uncheck("#player .tracks label:first-child input");
     await page.uncheck("#player [name=beside]");
     assert.notEqual((await look(page)).hash, later.hash, `${scenes[k]}: overlaid looks different`);
     await shot(`player_${k}.png`);

@@ -1,4 +1,4 @@
-// Plays the recorded shells: linear modes red, warp blue, full shell green, overlaid or side by side.
+// Plays the recorded shells, those that are ticked, overlaid or side by side.
 // Reads the JSON of <script id="motions">: positions as 16-bit numbers in a box, differences from frame to frame, low bytes
 // then high bytes, deflated, base64.
 import * as THREE from "three";
@@ -54,13 +54,8 @@ class Player {
     this.slider.addEventListener("input", () => { this.pause(); this.seek(Number(this.slider.value)); });
     this.beside.addEventListener("change", () => { this.arrange(); this.frameCamera(); this.draw(); });
     this.playButton.addEventListener("click", () => (this.playing ? this.pause() : this.play()));
-    for (const box of root.querySelectorAll("[data-track]")) {
-      box.addEventListener("change", () => {
-        this.tracks[Number(box.dataset.track)].mesh.visible = box.checked;
-        this.draw();
-      });
-    }
-    this.boxes = root.querySelectorAll("[data-track]");
+    this.list = root.querySelector(".tracks");
+    this.ticked = new Set(["warp", "polynomial shell", "full shell"]);
     new ResizeObserver(() => this.resize()).observe(this.canvas.parentElement);
   }
 
@@ -86,14 +81,33 @@ class Player {
       const group = new THREE.Group();
       group.add(mesh);
       this.scene.add(group);
-      this.tracks.push({ mesh, group, frames: await decoded(motion, track) });
+      this.tracks.push({ mesh, group, name: track.name, frames: await decoded(motion, track) });
     }
-    this.boxes.forEach((box) => (this.tracks[Number(box.dataset.track)].mesh.visible = box.checked));
+    this.list.replaceChildren(...motion.tracks.map((track) => this.tick(track)));
     this.slider.max = String((motion.frames - 1) * motion.every * FRAME);
     this.arrange();
     this.frameCamera();
     this.resize();
     this.seek(Math.min(this.time, Number(this.slider.max)));
+  }
+
+  /** A box that shows or hides a track, with its error. */
+  tick(track) {
+    const label = document.createElement("label");
+    const box = Object.assign(document.createElement("input"), { type: "checkbox", checked: this.ticked.has(track.name) });
+    box.addEventListener("change", () => {
+      this.ticked[box.checked ? "add" : "delete"](track.name);
+      this.arrange();
+      this.frameCamera();
+      this.draw();
+    });
+    label.style.color = track.colour;
+    label.append(box, ` ${track.name}: ${track.error}`);
+    return label;
+  }
+
+  shown() {
+    return this.tracks.filter((track) => this.ticked.has(track.name));
   }
 
   size() {
@@ -103,8 +117,10 @@ class Player {
   arrange() {
     const { beside, low, high } = this.motion;
     const gap = 1.15 * (high[beside] - low[beside]);
-    this.tracks.forEach(({ group, mesh }, k) => {
-      group.position.setComponent(beside, this.beside.checked ? (k - 1) * gap : 0);
+    this.tracks.forEach(({ mesh, name }) => (mesh.visible = this.ticked.has(name)));
+    const shown = this.shown();
+    shown.forEach(({ group, mesh }, k) => {
+      group.position.setComponent(beside, this.beside.checked ? (k - (shown.length - 1) / 2) * gap : 0);
       mesh.material.opacity = this.beside.checked ? 1 : 0.72;
     });
   }
@@ -113,7 +129,8 @@ class Player {
     const { low, high, up, view, beside } = this.motion;
     const centre = new THREE.Vector3(...low.map((l, c) => 0.5 * (l + high[c])));
     this.camera.up.set(...up);
-    const width = this.beside.checked ? 2.3 * (high[beside] - low[beside]) : 0;
+    const more = Math.max(this.shown().length - 1, 0);
+    const width = this.beside.checked ? 1.15 * more * (high[beside] - low[beside]) : 0;
     const aspect = Math.min(1, this.camera.aspect / 1.3);
     const far = (1.35 * this.size() + 0.9 * width) / aspect;
     this.camera.position.copy(centre).addScaledVector(new THREE.Vector3(...view).normalize(), far);

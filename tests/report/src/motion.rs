@@ -5,7 +5,7 @@ use crate::effort::{Effort, Progress};
 use crate::error::{amplitude, period, quartiles, relative_l2};
 use crate::library::{Library, Model};
 use crate::mesh::{Mesh, P3};
-use crate::methods::{Family, METHODS, Method, PAPER, method};
+use crate::methods::{Family, KINDS, METHODS, Method, PAPER, method};
 use crate::row::Row;
 use crate::scenes::{Drive, FRAME, Played, Reference, Scene, Setting};
 use anyhow::Result;
@@ -17,8 +17,26 @@ pub struct Outcome {
     pub reference_error: f64,
     /// How it was found, for the page.
     pub reference_text: String,
-    /// For the page: LMA, warp and the nonlinear shell.
-    pub shown: [Vec<Vec<P3>>; 3],
+    /// For the page: each method in the paper's number of modes, steps of 1/30 s, and the full shell last.
+    pub shown: Vec<Track>,
+}
+
+/// A motion of the page's player.
+pub struct Track {
+    pub name: &'static str,
+    pub colour: (u8, u8, u8),
+    /// Relative L2 error; none of the reference itself.
+    pub error: Option<f64>,
+    pub frames: Vec<Vec<P3>>,
+}
+
+/// The methods that are shown, by the integrator that does not damp where there is one, and by the most fields.
+const SHOWN: [&str; 6] =
+    ["lma_exact", "warp_exact", "virtual_work_exact", "rotation_strain", "polynomial_40", "reduced_40"];
+
+fn is_shown(scene: &Scene, s: &Setting) -> bool {
+    let modes = s.method.fields > 0 || s.modes == scene.paper_modes;
+    SHOWN.contains(&s.method.key) && modes && s.steps == 1.0 && !s.f64_basis && !s.coarse
 }
 
 fn setting(method: &'static Method, modes: usize, steps: f64) -> Setting {
@@ -152,7 +170,7 @@ pub fn run(
     progress.say(&format!("{}: the reference", scene.title));
     let (truth, reference_error, reference_text) = reference(scene, library, cache, effort)?;
     let truth_on_coarse = scene.coarse.as_ref().map(|(mesh, _)| carried(&truth.frames, &scene.mesh, mesh));
-    let mut rows = vec![];
+    let (mut rows, mut shown) = (vec![], vec![]);
     let all = settings(scene, effort);
     let mut last: Option<((usize, u32, bool, bool), Model)> = None;
     for (done, s) in all.iter().enumerate() {
@@ -166,6 +184,7 @@ pub fn run(
         let play = || scene.play(model, s);
         let played = if s.method.family == Family::Shell { cache.played(scene, s, play) } else { play() };
         let truth_here = if s.coarse { truth_on_coarse.as_ref().unwrap_or(&truth.frames) } else { &truth.frames };
+        let frames = played.as_ref().ok().filter(|_| is_shown(scene, s)).map(|played| played.frames.clone());
         let mut row = measured(scene, s, played, &truth, truth_here);
         // Nothing is known to be closer than the reference is to the truth: not its neighbours, nor itself.
         row.l2 = row.l2.max(reference_error);
@@ -173,11 +192,16 @@ pub fn run(
         if reference && s.method.key == "shell_explicit" && !s.coarse {
             row.l2 = reference_error;
         }
+        if let Some(frames) = frames {
+            let name = KINDS.iter().find(|k| k.method == s.method.method).map_or(s.method.label, |k| k.name);
+            shown.push(Track { name, colour: s.method.colour, error: Some(row.l2), frames });
+        }
         rows.push(row);
     }
-    let [lma, warp] = ["lma_exact", "warp_exact"].map(|key| setting(method(key), scene.paper_modes, 1.0));
-    let play = |s: &Setting| -> Result<Vec<Vec<P3>>> { Ok(scene.play(&scene.model(library, s)?, s)?.frames) };
-    let shown = [play(&lma)?, play(&warp)?, truth.frames];
+    let order = |t: &Track| KINDS.iter().position(|k| k.name == t.name);
+    shown.sort_by_key(order);
+    let colour = method("shell_implicit").colour;
+    shown.push(Track { name: "full shell", colour, error: None, frames: truth.frames });
     Ok(Outcome { rows, reference_error, reference_text, shown })
 }
 

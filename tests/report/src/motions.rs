@@ -3,6 +3,7 @@
 use crate::mesh::P3;
 use crate::motion::Outcome;
 use crate::scenes::{Drive, FRAME, Scene};
+use crate::table::percent;
 use anyhow::Result;
 use base64::{Engine, engine::general_purpose::STANDARD};
 use flate2::{Compression, write::ZlibEncoder};
@@ -43,7 +44,7 @@ pub fn entry(scene: &Scene, outcome: &Outcome) -> Result<Value> {
     let tracks: Vec<Vec<&Vec<P3>>> = outcome
         .shown
         .iter()
-        .map(|frames| std::iter::once(rest).chain(frames.iter().skip(EVERY - 1).step_by(EVERY)).collect())
+        .map(|track| std::iter::once(rest).chain(track.frames.iter().skip(EVERY - 1).step_by(EVERY)).collect())
         .collect();
     let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
     for x in tracks.iter().flatten().flat_map(|f| f.iter()) {
@@ -60,10 +61,14 @@ pub fn entry(scene: &Scene, outcome: &Outcome) -> Result<Value> {
         }
         _ => None,
     };
-    let names = [("linear modes", "#c8372d"), ("warp", "#235fbe"), ("full shell", "#1e874b")];
     let mut packed_tracks = vec![];
-    for (track, (name, colour)) in tracks.iter().zip(names) {
-        packed_tracks.push(json!({ "name": name, "colour": colour, "data": packed(&quantised(track, low, high))? }));
+    for (frames, track) in tracks.iter().zip(&outcome.shown) {
+        let (r, g, b) = track.colour;
+        let error = track.error.map_or_else(|| "the reference".to_owned(), |e| format!("error {}", percent(e)));
+        packed_tracks.push(json!({
+            "name": track.name, "colour": format!("#{r:02x}{g:02x}{b:02x}"), "error": error,
+            "data": packed(&quantised(frames, low, high))?,
+        }));
     }
     let index: Vec<u8> = scene.mesh.triangles.iter().flatten().flat_map(|v| v.to_le_bytes()).collect();
     let dinosaur = scene.gravity == [0.0; 3] && scene.coarse.is_none();

@@ -149,11 +149,10 @@ pub fn figures(report: &Report) -> Result<Vec<Figure>> {
         put(format!("pareto_{}", scene.key), pareto_plot(scene.title, &rows, &[]))?;
         put(format!("fixed_{}", scene.key), fixed_mesh_plot(scene.title, &rows))?;
         let (v, c) = (scene.mesh.nearest(scene.probe.0), scene.probe.1);
-        let names = [("linear modes", "lma_exact"), ("warp", "warp_exact"), ("full shell", "shell_explicit")];
-        let traces = outcome.shown.iter().zip(names).map(|(frames, (name, key))| {
+        let traces = outcome.shown.iter().map(|track| {
             let height = |f: &Vec<[f64; 3]>| f[v][c] - scene.mesh.positions[v][c];
-            let signal = frames.iter().enumerate().map(|(k, f)| ((k + 1) as f64 * FRAME, height(f)));
-            line(name, colour(key), None, signal.collect())
+            let signal = track.frames.iter().enumerate().map(|(k, f)| ((k + 1) as f64 * FRAME, height(f)));
+            line(track.name, track.colour, None, signal.collect())
         });
         let y = (["displacement along x, m", "displacement along y, m", "displacement along z, m"][c], Scale::Linear);
         put(
