@@ -16,9 +16,9 @@ export CMAKE_BUILD_PARALLEL_LEVEL ?= $(JOBS)
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
 .PHONY: help build native demo test test-cargo test-c test-render test-blender demo-blender install package blender-addon header \
-    python-abi docs-api test-docs lint fuzz check-memory check-threads check-miri check-guard bench bench-binding bench-contact bench-front bench-instructions bench-leave-out bench-polynomial bench-precompute bench-solver bench-training build-report report report-docs report-stability \
+    python-abi docs-api test-docs lint fuzz check-memory check-threads check-miri check-guard bench bench-binding bench-contact bench-front bench-instructions bench-leave-out bench-polynomial bench-precompute bench-same-bits bench-solver bench-training build-report report report-docs report-stability \
     test-report clean
-.PHONY: dist test-dist test-platforms dist-again render-mesh-picture moving-supports-picture materials-picture maya-module houdini-package plugin-zip cli check-platforms wasm test-wasm playground test-playground tutorial-pictures docs notices wheel pictures bench-leaf farm-demo farm-sweep farm-costs bench-slepc
+.PHONY: npm dist test-dist test-platforms dist-again render-mesh-picture moving-supports-picture materials-picture maya-module houdini-package plugin-zip cli check-platforms wasm test-wasm playground test-playground tutorial-pictures docs notices wheel pictures bench-leaf farm-demo farm-sweep farm-costs bench-slepc
 
 help: ## list the targets
 	@echo "usage: make TARGET [JOBS=2]"
@@ -64,7 +64,7 @@ materials-picture: cli ## draw the pictures of docs/reference/materials.md
 	.venv/bin/python host_examples/render/materials_picture.py --cli $(BUILD)/bin/shellwarp --out docs/reference/pictures
 
 test: ## run every test; ends with what was skipped and how to get it, the counts, and test: OK or test: FAILED
-	@MAKE="$(MAKE)" python3 tests/run_suites.py test-cargo test-c test-render test-report test-playground
+	@MAKE="$(MAKE)" python3 tests/run_suites.py test-cargo test-c test-render test-report test-wasm test-playground
 
 test-cargo: ## run the Rust tests
 	cargo test --locked --release --no-fail-fast
@@ -130,7 +130,7 @@ check-platforms: ## compile for every platform whose Rust target is installed, a
 WASM := $(or $(CARGO_TARGET_DIR),target)/wasm32-unknown-unknown/release/shellwarp.wasm
 
 wasm: ## build the library as a WebAssembly module with SIMD, where the target is installed (rustup target add wasm32-unknown-unknown)
-	RUSTFLAGS="-C target-feature=+simd128" cargo build --locked --release --lib --target wasm32-unknown-unknown
+	python3 cmake/dist_platforms.py module
 
 # A page that needs no server: the library, its workers, five shells and their saved models in one file.
 PLAYGROUND := host_examples/playground
@@ -142,7 +142,7 @@ playground: ## write the page where shells are dragged, with npm and the wasm ta
 	@$(MAKE) wasm
 	npm ci --silent --prefix $(PLAYGROUND)
 	@mkdir -p $(BUILD)/playground
-	python3 $(PLAYGROUND)/layout.py include/shellwarp.h >$(BUILD)/playground/layout.json
+	python3 host_examples/npm/layout.py include/shellwarp.h >$(BUILD)/playground/layout.json
 	node $(PLAYGROUND)/make.mjs $(WASM) $(BUILD)/playground/layout.json $(BUILD)/playground
 
 test-playground: ## drag its shells in headless Chromium; skipped where npm, the wasm target or a browser is missing
@@ -151,10 +151,23 @@ test-playground: ## drag its shells in headless Chromium; skipped where npm, the
 	    echo "skipped: the playground: rustup target add wasm32-unknown-unknown"; \
 	else $(MAKE) playground && node $(PLAYGROUND)/test_page.mjs $(BUILD)/playground/index.html; fi
 
-test-wasm: wasm ## test that module in node
-	python3 host_examples/playground/layout.py include/shellwarp.h >$(BUILD)-layout.tmp
-	SHELLWARP_WASM=$(WASM) SHELLWARP_LAYOUT=$(BUILD)-layout.tmp node --test tests/wasm/
-	@rm -f $(BUILD)-layout.tmp
+# What the module's users need beside it: offsets of fields, and types.
+MODULE := $(BUILD)/module
+
+npm: wasm ## make the npm package in out/npm/shellwarp, and out/npm/shellwarp-VERSION.tgz
+	@mkdir -p $(MODULE) out/npm
+	python3 host_examples/npm/layout.py include/shellwarp.h >$(MODULE)/layout.json
+	python3 host_examples/npm/layout.py include/shellwarp.h --types >$(MODULE)/descriptors.d.ts
+	node host_examples/npm/make.mjs $(WASM) $(MODULE)/layout.json $(MODULE)/descriptors.d.ts out/npm/shellwarp
+	npm pack --silent --pack-destination out/npm ./out/npm/shellwarp
+
+test-wasm: ## test that module and the npm package in node; skipped where node or the wasm target is missing
+	@if ! command -v npm >/dev/null; then echo "skipped: WebAssembly: node and npm are missing"; \
+	elif ! rustup target list --installed 2>/dev/null | grep -q wasm32-unknown-unknown; then \
+	    echo "skipped: WebAssembly: rustup target add wasm32-unknown-unknown"; \
+	else npm ci --silent --prefix host_examples/npm || echo "skipped: types of the npm package: npm could not install typescript"; \
+	    $(MAKE) npm && SHELLWARP_WASM=$(WASM) SHELLWARP_LAYOUT=$(MODULE)/layout.json SHELLWARP_NPM=out/npm/shellwarp \
+	    node --test --test-reporter=tap tests/wasm/; fi
 
 demo-blender: blender-addon ## make, bake, export and draw the scenes of docs/guide/blender.md: out/blender
 	@sh cmake/bootstrap.sh blender
@@ -264,6 +277,9 @@ bench-contact: ## time frames of the warp among colliders beside free ones: docs
 
 bench-binding: ## time points that follow a shell beside the positions of as many vertices: docs/evidence/speed.md
 	cargo run --locked --release --example binding -- --docs docs/evidence/speed.md
+
+bench-same-bits: ## time deterministic states beside plain ones: docs/evidence/speed.md
+	cargo run --locked --release --example same_bits -- --docs docs/evidence/speed.md
 
 bench-leave-out: ## what scenes pay for what they do not use, by valgrind: docs/evidence/leave_out.md
 	python3 tests/bench/leave_out.py --docs docs/evidence/leave_out.md

@@ -73,9 +73,21 @@ def places():
     return {sysroot: "rust", str(cargo / "registry" / "src"): "crates", str(TARGET): "target", str(ROOT): "shellwarp"}
 
 
+def without_places():
+    """Flags of rustc that leave the folders of this machine out."""
+    return [f"--remap-path-prefix={place}={name}" for place, name in sorted(places().items(), key=lambda pair: len(pair[0]))]
+
+
+def build_module():
+    """The WebAssembly module with SIMD, without folders of this machine inside; its names stay, for profilers."""
+    environment = {**os.environ, "CARGO_ENCODED_RUSTFLAGS": "\x1f".join([*without_places(), "-Ctarget-feature=+simd128"])}
+    subprocess.run(["cargo", "build", "--locked", "--release", "--lib", "--target", "wasm32-unknown-unknown"], cwd=ROOT, env=environment, check=True)
+    return TARGET / "wasm32-unknown-unknown" / "release" / "shellwarp.wasm"
+
+
 def build_library(platform):
     """The library, stripped and without folders of this machine inside; returns its file."""
-    flags = [f"--remap-path-prefix={place}={name}" for place, name in sorted(places().items(), key=lambda pair: len(pair[0]))]
+    flags = without_places()
     if "windows" in platform.rust:
         flags.append("-Clink-arg=-Wl,--no-insert-timestamp")
     environment = {**os.environ, "CARGO_ENCODED_RUSTFLAGS": "\x1f".join(flags), "CARGO_PROFILE_RELEASE_DEBUG": "false",
@@ -92,8 +104,11 @@ def build_library(platform):
 
 
 def main():
+    if sys.argv[1:] == ["module"]:
+        print(build_module())
+        return
     if len(sys.argv) != 3 or sys.argv[1] != "library" or sys.argv[2] not in PLATFORMS:
-        sys.exit(f"usage: dist_platforms.py library {'|'.join(PLATFORMS)}")
+        sys.exit(f"usage: dist_platforms.py module | library {'|'.join(PLATFORMS)}")
     platform = PLATFORMS[sys.argv[2]]
     if platform.missing():
         sys.exit(f"dist: {platform.name}: missing {platform.missing()}")

@@ -4,6 +4,9 @@
 //! The pipeline reads from top to bottom: [`mesh`] → [`energy`] → [`modes`] → [`model`] → [`state`] → [`step`] → [`warp`].
 //! Hosts use the C ABI (`include/shellwarp.h`, made from `src/ffi`); this Rust interface serves the tests and may change.
 
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
+
+pub mod arithmetic;
 pub mod auto;
 pub mod binding;
 pub mod clock;
@@ -28,6 +31,7 @@ pub mod precision;
 pub mod real;
 pub mod reduced;
 pub mod reference;
+pub mod rotation;
 pub mod shell;
 pub mod sparse;
 pub mod state;

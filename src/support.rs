@@ -1,6 +1,6 @@
 //! Supports: which vertices are held, and the rigid motion T(t) of the frame that holds them.
 
-use crate::{Error, Mesh, Result, Vec3};
+use crate::{Error, Mesh, Result, Vec3, rotation};
 use nalgebra::{Matrix3, Rotation3, SVD, UnitQuaternion};
 
 /// Vertices held in place in the support frame.
@@ -85,10 +85,10 @@ impl Pose {
 
     /// Where it is after a share of the way to `goal`, 0 to 1, moving and turning evenly.
     pub fn toward(&self, goal: &Self, share: f64) -> Self {
-        let turn = (goal.rotation * self.rotation.inverse()).scaled_axis();
+        let turn = rotation::vector(&(goal.rotation * self.rotation.inverse()));
         Self {
             origin: self.origin + share * (goal.origin - self.origin),
-            rotation: UnitQuaternion::from_scaled_axis(share * turn) * self.rotation,
+            rotation: rotation::by(&(share * turn)) * self.rotation,
         }
     }
 }
@@ -113,17 +113,11 @@ pub fn turn_between<I: Iterator<Item = (Vec3, Vec3)>>(pairs: impl Fn() -> I) -> 
     };
     if singular_values[1] <= LINE * singular_values[0] {
         let (there, here) = (u.column(0).into_owned(), v_t.row(0).transpose());
-        let opposite = || UnitQuaternion::from_axis_angle(&across(&here), std::f64::consts::PI);
-        return UnitQuaternion::rotation_between(&here, &there).unwrap_or_else(opposite);
+        return rotation::shortest(&here, &there);
     }
     let sign = (u.determinant() * v_t.determinant()).signum();
     let turn = u * Matrix3::from_diagonal(&Vec3::new(1.0, 1.0, sign)) * v_t;
     UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(turn))
-}
-
-/// A unit vector across `d`.
-fn across(d: &Vec3) -> nalgebra::Unit<Vec3> {
-    nalgebra::Unit::new_normalize(d.cross(&Vec3::ith(d.iamin(), 1.0)))
 }
 
 /// First and second derivatives of a [`Pose`], all in world axes.
@@ -217,7 +211,7 @@ impl Frame {
 
     fn differences(&self, h: f64) -> Rates {
         let velocity = (self.target.origin - self.pose.origin) / h;
-        let angular_velocity = (self.target.rotation * self.pose.rotation.inverse()).scaled_axis() / h;
+        let angular_velocity = rotation::vector(&(self.target.rotation * self.pose.rotation.inverse())) / h;
         Rates {
             velocity,
             acceleration: (velocity - self.velocity) / h,

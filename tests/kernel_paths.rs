@@ -320,6 +320,42 @@ fn positions_are_rest_and_displacement_placed_in_every_kind_of_register() {
     }
 }
 
+/// All that sweeps give, one number after the other.
+fn swept<E: Entry>(case: &Case, arch: Arch, fused: bool) -> Vec<f64> {
+    let mut basis = case.basis::<E>(arch);
+    basis.fused = fused;
+    let (mut out, modes) = (vec![], case.q.len());
+    for law in LAWS {
+        for (_, load, external) in &loads(case) {
+            let external = external.then_some(&case.external[..]);
+            let acting = Acting { load, external, law, q: &case.q, q_dot: &case.q_dot, total_mass: 1.0 };
+            let mut force = vec![f64::NAN; modes];
+            let pull = modal_force::project(&basis, &acting, &mut Scratch::new(modes), &mut force);
+            out.extend(force.into_iter().chain([pull.body, pull.external]));
+        }
+        let amplitudes = Amplitudes { q: &case.q, warped: law.warped() };
+        let placement =
+            Placement { origin: case.pose.origin, rotation: Some(*case.pose.rotation.to_rotation_matrix().matrix()) };
+        let wide = rows(|write| warp::visit_positions_f64(&basis, amplitudes, (&case.rest, &placement), write));
+        let narrow = rows(|write| warp::visit_positions_f32(&basis, amplitudes, &placement, write));
+        out.extend(wide.into_iter().flatten().chain(narrow.into_iter().flatten().map(f64::from)));
+        modal_force::visit_motion(&basis, law, (&case.q, &case.q_dot), |_, u, rate| out.extend(u.iter().chain(&rate)));
+    }
+    warp::visit_turns(&basis, &case.q, |_, w| out.extend(w.iter()));
+    out
+}
+
+#[test]
+fn without_fused_multiply_add_every_kind_of_register_gives_the_same_bits() {
+    for case in cases() {
+        for (name, arch) in kinds() {
+            assert!(swept::<f32>(&case, arch, false) == swept::<f32>(&case, Arch::Scalar, true), "{name}, f32");
+            assert!(swept::<f64>(&case, arch, false) == swept::<f64>(&case, Arch::Scalar, true), "{name}, f64");
+            assert!(swept::<I16>(&case, arch, false) == swept::<I16>(&case, Arch::Scalar, true), "{name}, 16 bits");
+        }
+    }
+}
+
 fn check_extent<E: Entry>(case: &Case, name: &str, arch: Arch) {
     let case = &case.as_stored::<E>();
     let basis = case.basis::<E>(arch);

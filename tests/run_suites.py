@@ -17,6 +17,7 @@ import sys
 CTEST_LOG = Path("build/Testing/Temporary/LastTest.log")
 CTEST_COUNTS = re.compile(r"^\d+% tests passed, (\d+) tests failed out of (\d+)", re.M)
 CARGO_COUNTS = re.compile(r"^test result: \w+\. (\d+) passed; (\d+) failed; (\d+) ignored", re.M)
+NODE_COUNTS = re.compile(r"^# pass (\d+)\n# fail (\d+)\n# cancelled (\d+)\n# skipped (\d+)", re.M)
 UNITTEST_RAN = re.compile(r"^Ran (\d+) tests? in .*\n\n(?:OK|FAILED)(?: \((.*)\))?", re.M)
 SKIPPED = re.compile(r"^skipped: (.*)", re.M)
 
@@ -29,7 +30,7 @@ def of_ctest(log):
 
 
 def counts(text):
-    """Passed, failed and skipped tests that an output tells of: cargo's, ctest's and unittest's."""
+    """Passed, failed and skipped tests that an output tells of: cargo's, ctest's, node's and unittest's."""
     total = [0, 0, 0]
 
     def add(*more):
@@ -40,6 +41,8 @@ def counts(text):
     for failed, of in CTEST_COUNTS.findall(text):
         skipped = len(re.findall(r"\*\*\*Skipped", text))
         add(int(of) - int(failed) - skipped, int(failed), skipped)
+    for passed, failed, cancelled, ignored in NODE_COUNTS.findall(text):
+        add(int(passed), int(failed) + int(cancelled), int(ignored))
     for ran, notes in UNITTEST_RAN.findall(text):
         noted = {key: int(n) for key, n in re.findall(r"(\w+)=(\d+)", notes)}
         failed, skipped = noted.get("failures", 0) + noted.get("errors", 0), noted.get("skipped", 0)

@@ -11,7 +11,7 @@ use shellwarp::state::{Damping, Method, State};
 use shellwarp::step::modal_force::{self, Acting, Scratch};
 use shellwarp::step::{ForceLaw, Integrator};
 use shellwarp::support::{Pose, Rates};
-use shellwarp::warp::lanes::Lanes;
+use shellwarp::warp::lanes::{Fused, Lanes};
 use shellwarp::warp::{Basis, coefficients_and_slopes, doublings};
 use shellwarp::{Material, Shell, Supports, Vec3};
 use std::sync::Arc;
@@ -52,8 +52,8 @@ fn slopes_of_the_coefficients_match_differences_of_closed_forms() {
     for k in 0..2000 {
         let s = 0.3 + 0.2 * f64::from(k); // up to 20 rad
         let halvings = doublings(s.sqrt());
-        let (_, double) = coefficients_and_slopes(Lanes::<f64, _, 1>::new(Scalar), [s], halvings);
-        let (_, single) = coefficients_and_slopes(Lanes::<f32, _, 1>::new(Scalar), [s as f32], halvings);
+        let (_, double) = coefficients_and_slopes(Lanes::<f64, Fused<Scalar>, 1>::new(Scalar), [s], halvings);
+        let (_, single) = coefficients_and_slopes(Lanes::<f32, Fused<Scalar>, 1>::new(Scalar), [s as f32], halvings);
         let (db, dc) = closed(s);
         let (db, dc) = (2.0 * db, 2.0 * dc);
         assert!((double.b[0] - db).abs() < 1e-14 && (double.c[0] - dc).abs() < 1e-14, "s = {s}");
@@ -61,7 +61,7 @@ fn slopes_of_the_coefficients_match_differences_of_closed_forms() {
     }
     // Through zero: the first two terms of the series, whose next is below 1e-17 and 1e-19.
     for s in [0.0, 1e-12, 1e-6] {
-        let (_, slopes) = coefficients_and_slopes(Lanes::<f64, _, 1>::new(Scalar), [s], 0);
+        let (_, slopes) = coefficients_and_slopes(Lanes::<f64, Fused<Scalar>, 1>::new(Scalar), [s], 0);
         assert_close("2 dB/ds", slopes.b[0], -1.0 / 12.0 + s / 180.0, 1e-12, 0.0);
         assert_close("2 dC/ds", slopes.c[0], -1.0 / 60.0 + s / 1260.0, 1e-12, 0.0);
     }

@@ -8,7 +8,7 @@ use rand::{Rng, SeedableRng, rngs::StdRng};
 use shellwarp::real::Real;
 use shellwarp::step::ForceLaw;
 use shellwarp::step::modal_force::visit_motion;
-use shellwarp::warp::lanes::Lanes;
+use shellwarp::warp::lanes::{Fused, Lanes};
 use shellwarp::warp::{Basis, LANES, ModalRotation, coefficients, doublings};
 use shellwarp::{Mesh, Vec3};
 
@@ -81,7 +81,7 @@ fn wide_coefficients<T: Real>(s: &[T; LANES]) -> [[T; LANES]; 3] {
         fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
             let mut out = [[T::default(); LANES]; 3];
             for at in 0..T::registers::<S>(self.0).len() {
-                let lanes = Lanes::<T, S, 1>::new(simd);
+                let lanes = Lanes::<T, Fused<S>, 1>::new(simd);
                 let c = coefficients(lanes, lanes.load(self.0, at), doublings_of(self.0));
                 lanes.store(c.a, &mut out[0], at);
                 lanes.store(c.b, &mut out[1], at);
@@ -97,7 +97,7 @@ fn wide_coefficients<T: Real>(s: &[T; LANES]) -> [[T; LANES]; 3] {
 fn narrow_coefficients<T: Real>(s: &[T; LANES]) -> [[T; LANES]; 3] {
     let mut out = [[T::default(); LANES]; 3];
     for at in 0..LANES {
-        let lanes = Lanes::<T, Scalar, 1>::new(Scalar);
+        let lanes = Lanes::<T, Fused<Scalar>, 1>::new(Scalar);
         let c = coefficients(lanes, lanes.load(s, at), doublings_of(s));
         lanes.store(c.a, &mut out[0], at);
         lanes.store(c.b, &mut out[1], at);

@@ -198,6 +198,7 @@ void read_simulation(Section section, Scene &scene) {
   scene.exact = section.choice("integrator", {"implicit-euler", "exact"}) == "exact";
   if (scene.exact && !host::moves_by_modes(scene.method) && !host::needs_choice(scene.method))
     section.fail(*section.find("integrator"), "integrator exact is one of modes; a nonlinear shell has none");
+  scene.deterministic = section.flag("deterministic").value_or(false);
   scene.frame_rate = section.positive("frame_rate", scene.frame_rate);
   scene.steps_per_frame = section.count("steps_per_frame").value_or(1);
   if (scene.steps_per_frame == 0) section.fail("steps_per_frame must be at least 1");

@@ -143,6 +143,7 @@ struct Scene {
   double auto_error = 0, auto_operations = 0;  // of the method "auto": SwPrecomputeDesc; 0 and 0 = as accurate as there is
   bool sagged = false;     // linearised where it hangs at rest under gravity; starts there
   bool is_static = false;  // the equilibrium instead of the motion
+  bool deterministic = false;  // the same bits on every processor
   bool exact = false;      // exact propagator in place of implicit Euler
   double frame_rate = 30;  // Hz
   uint32_t steps_per_frame = 1;

@@ -224,6 +224,7 @@ shellwarp::Model make_model(const Scene &scene, const Mesh &mesh, ProgressBar &p
 shellwarp::State make_state(const Scene &scene, const Mesh &mesh, const shellwarp::Model &model) {
   SwStateDesc desc = shellwarp::state_desc();
   desc.method = scene.method;
+  desc.flags = scene.deterministic ? SW_STATE_DETERMINISTIC : 0;
   desc.integrator = scene.exact ? SW_INTEGRATOR_EXACT : SW_INTEGRATOR_IMPLICIT_EULER;
   shellwarp::State state(model, desc);
   state.set_gravity(scene.gravity[0], scene.gravity[1], scene.gravity[2]);

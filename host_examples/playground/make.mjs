@@ -8,6 +8,7 @@ import { build } from 'esbuild';
 import { existsSync, mkdirSync, readFileSync, statSync, writeFileSync } from 'node:fs';
 import path from 'node:path';
 import { gzipSync } from 'node:zlib';
+import { stripped } from '../npm/strip.mjs';
 import { SHAPES, shapeOf } from './shapes.mjs';
 import { precompute, startLibrary } from './shell.mjs';
 
@@ -15,19 +16,6 @@ const here = import.meta.dirname, meshes = path.join(here, '../../tests/data/mes
 const [wasmFile, layoutFile, folder] = process.argv.slice(2);
 const layout = JSON.parse(readFileSync(layoutFile));
 const recipes = ['shell.mjs', 'shapes.mjs'].map((file) => path.join(here, file));
-
-/** The module without what only debuggers read: its custom sections. */
-function stripped(wasm) {
-  const kept = [wasm.subarray(0, 8)];
-  for (let at = 8; at < wasm.length; ) {
-    const start = at, id = wasm[at++];
-    let size = 0, byte;
-    for (let shift = 0; (byte = wasm[at++]), (size += (byte & 127) * 2 ** shift), byte & 128; shift += 7);
-    at += size;
-    if (id !== 0) kept.push(wasm.subarray(start, at));
-  }
-  return Buffer.concat(kept);
-}
 
 const newerThan = (file, others) => existsSync(file) && others.every((other) => statSync(file).mtimeMs >= statSync(other).mtimeMs);
 

@@ -1,6 +1,6 @@
 // Shells by the library: precompute, steps, handles, loads, colliders, the certificate. For workers and for node alike.
 
-import { Library } from './module.mjs';
+import { Library } from '../npm/module.mjs';
 
 const MODES = 8, FIELDS = 24, POSES = 0;             // 0 poses: as many as the library thinks fit
 const AIR = 1.2, DRAG = 1.3;                       // kg/m^3; of a plate

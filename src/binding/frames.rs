@@ -59,7 +59,7 @@ fn fit(x: &Vec3, normal: &Vec3, neighbours: &[Vec3]) -> Option<Vec<[f64; 2]>> {
     let reach = neighbours.iter().map(|y| (y - x).norm()).fold(0.0, f64::max);
     let row = |y: &Vec3| -> Option<(SVector<f64, 5>, f64)> {
         let (e, flat) = (y - x, [first.dot(&(y - x)), second.dot(&(y - x))]);
-        let (length, seen) = (e.norm(), flat[0].hypot(flat[1]));
+        let (length, seen) = (e.norm(), libm::hypot(flat[0], flat[1]));
         let [a, b] = flat.map(|c| c * length / (seen * reach)); // as far as it is, where it is seen
         let known = seen > 1e-3 * length;
         known.then(|| (SVector::from([a, b, 0.5 * a * a, a * b, 0.5 * b * b]), (reach / length).powi(2)))

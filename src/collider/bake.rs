@@ -275,8 +275,8 @@ impl Lattice {
         let at = self.place(0, row as usize % ny, row as usize / ny);
         for aside in 1..=TRIES {
             let angle = 2.4 * aside as f64; // all around
-            let by = ASIDE * self.cell * aside as f64;
-            let near = at + by * Vec3::new(0.0, angle.cos(), angle.sin());
+            let (by, (sine, cosine)) = (ASIDE * self.cell * aside as f64, libm::sincos(angle));
+            let near = at + by * Vec3::new(0.0, cosine, sine);
             let mut found: Vec<Crossing> =
                 (0..surface.triangles.len()).filter_map(|t| crossing(surface, t, row, &near)).collect();
             if found.iter().map(|c| c.turn).sum::<i32>() == 0 {

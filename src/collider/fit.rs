@@ -1,9 +1,9 @@
 //! A capsule about points, as for the bone of a character.
 
 use super::SIZES;
-use crate::Vec3;
 use crate::error::{Error, Result, reserve};
 use crate::support::Pose;
+use crate::{Vec3, rotation};
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector2};
 
 /// Rounds of tilts about both axes across, the first by [`FIRST_TILT`], each half as far as the one before where none made it smaller.
@@ -50,7 +50,7 @@ pub fn fit_capsule(points: &[Vec3]) -> Result<(Pose, f64, f64)> {
             "the {n} points of the capsule are {size:e} large: it needs {least:e} to {most:e}"
         )));
     }
-    let (middle, unit) = (low + 0.5 * (high - low), 2f64.powi(size.log2().ceil() as i32));
+    let (middle, unit) = (low + 0.5 * (high - low), 2f64.powi(libm::log2(size).ceil() as i32));
     let mut near = reserve("the points of the capsule", points.len())?;
     near.extend(points.iter().map(|p| (p - middle) / unit));
     let fit = Fit::along(&near, smallest(&near).axes);
@@ -117,7 +117,7 @@ fn tilted(points: &[Vec3], axes: Matrix3<f64>) -> Fit {
     for _ in 0..TILTS {
         let before = best.volume();
         for (x, y) in [(tilt, 0.0), (-tilt, 0.0), (0.0, tilt), (0.0, -tilt)] {
-            let turn = Rotation3::from_scaled_axis(Vec3::new(x, y, 0.0));
+            let turn = rotation::by(&Vec3::new(x, y, 0.0)).to_rotation_matrix();
             let fit = Fit::along(points, best.axes * turn.matrix());
             if fit.volume() < best.volume() {
                 best = fit;

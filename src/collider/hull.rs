@@ -82,7 +82,7 @@ impl Hull {
                 "the hull is {size:e} large, {reach:e} from the origin: the limit is {FARTHEST:e} times as far"
             )));
         }
-        let unit = 2f64.powi(size.log2().ceil() as i32);
+        let unit = 2f64.powi(libm::log2(size).ceil() as i32);
         let scaled: Vec<Vec3> = points.iter().map(|p| p / unit).collect();
         let first = simplex(&scaled, unit)?;
         let mut problem = None;

@@ -205,7 +205,7 @@ impl Moving {
         let k = triangle.iter().position(|w| *w as usize == v).unwrap_or(0);
         let at = |k: usize| self.positions[triangle[k % 3] as usize];
         let (a, b) = (at(k + 1) - at(k), at(k + 2) - at(k));
-        a.cross(&b).norm().atan2(a.dot(&b))
+        libm::atan2(a.cross(&b).norm(), a.dot(&b))
     }
 
     /// Half the least way straight through, from the middle of a triangle to a side that faces it; half the longest where none does.

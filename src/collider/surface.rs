@@ -75,7 +75,7 @@ impl Surface {
                 "the mesh is {size:e} large, {reach:e} from the origin: the limits are {limits}"
             ));
         }
-        let unit = 2f64.powi(size.log2().ceil() as i32);
+        let unit = 2f64.powi(libm::log2(size).ceil() as i32);
         let mut scaled = vec![Vec3::zeros(); positions.len()];
         triangles.iter().flatten().for_each(|&v| scaled[v as usize] = positions[v as usize] / unit);
         let mut surface = Self { positions: scaled, triangles, unit };
@@ -132,7 +132,7 @@ impl Surface {
     fn solid_angle(&self, triangle: &[u32; 3], about: &Vec3) -> f64 {
         let [a, b, c] = tree::corners(&self.positions, triangle).map(|x| x - about);
         let [x, y, z] = [a.norm(), b.norm(), c.norm()];
-        2.0 * a.dot(&b.cross(&c)).atan2(x * y * z + a.dot(&b) * z + b.dot(&c) * x + c.dot(&a) * y)
+        2.0 * libm::atan2(a.dot(&b.cross(&c)), x * y * z + a.dot(&b) * z + b.dot(&c) * x + c.dot(&a) * y)
     }
 
     pub fn box_about(&self) -> (Vec3, Vec3) {

@@ -216,7 +216,7 @@ fn candidates(edges: &[Shared], triangles: &[[u32; 3]], valence: &Valence) -> Ve
 /// Whether the quad is convex and nearly flat, and the flip keeps the shape of its triangles.
 fn may_flip([a, b, c, d]: [Vec3; 4]) -> bool {
     let normal = |p: Vec3, q: Vec3, r: Vec3| (q - p).cross(&(r - p));
-    let flat = |m: Vec3, n: Vec3| m.dot(&n) > FLAT.cos() * m.norm() * n.norm();
+    let flat = |m: Vec3, n: Vec3| m.dot(&n) > libm::cos(FLAT) * m.norm() * n.norm();
     let (old, other_old) = (normal(a, b, c), normal(b, a, d));
     let (new, other_new) = (normal(c, a, d), normal(d, b, c));
     let shape = |p: Vec3, q: Vec3, r: Vec3| {

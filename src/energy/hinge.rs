@@ -148,7 +148,7 @@ pub(super) fn normals([a, b, c, d]: &[Vec3; 4]) -> (Vec3, Vec3) {
 pub fn dihedral_angle(corners: &[Vec3; 4]) -> f64 {
     let (n1, n2) = normals(corners);
     let edge = (corners[1] - corners[0]).try_normalize(0.0).unwrap_or_default();
-    n1.cross(&n2).dot(&edge).atan2(n1.dot(&n2))
+    libm::atan2(n1.cross(&n2).dot(&edge), n1.dot(&n2))
 }
 
 /// l/h with h the mean of the two heights over the edge: l² / (A₁ + A₂).

@@ -105,7 +105,7 @@ impl Triangle {
 /// The part of a symmetric matrix along its positive eigenvalues.
 fn semidefinite(of: Matrix2<f64>) -> Matrix2<f64> {
     let mean = 0.5 * of.trace();
-    let radius = (0.5 * (of[(0, 0)] - of[(1, 1)])).hypot(of[(0, 1)]);
+    let radius = libm::hypot(0.5 * (of[(0, 0)] - of[(1, 1)]), of[(0, 1)]);
     let (high, low) = (mean + radius, mean - radius);
     match () {
         () if low >= 0.0 => of,

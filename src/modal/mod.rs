@@ -1,5 +1,6 @@
 //! The modal basis of a shell: its lowest modes as the run-time methods read them. Immutable.
 
+use crate::arithmetic::Arithmetic;
 use crate::features::Feature;
 use crate::modes::{Modes, Phase, Progress, Shapes, SupportFields};
 use crate::precision::Precision;
@@ -83,6 +84,24 @@ impl ModalBasis {
             basis,
             participation: OnceLock::new(),
         })
+    }
+
+    /// The same modes, in the same memory, computed with by `arithmetic`.
+    pub fn with_arithmetic(&self, arithmetic: Arithmetic) -> Self {
+        Self {
+            shell: self.shell.clone(),
+            eigenvalues: self.eigenvalues.clone(),
+            largest_rotation: self.largest_rotation.clone(),
+            largest_swing: self.largest_swing.clone(),
+            zero_modes: self.zero_modes,
+            supports: self.supports.clone(),
+            basis: match &self.basis {
+                AnyBasis::F32(basis) => AnyBasis::F32(basis.with_arithmetic(arithmetic)),
+                AnyBasis::F64(basis) => AnyBasis::F64(basis.with_arithmetic(arithmetic)),
+                AnyBasis::I16(basis) => AnyBasis::I16(basis.with_arithmetic(arithmetic)),
+            },
+            participation: OnceLock::new(),
+        }
     }
 
     /// Whether every number in it is finite.

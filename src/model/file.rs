@@ -174,6 +174,8 @@ impl Model {
             reduced: reduced.map(Arc::new),
             solvers: Default::default(),
             strain: Default::default(),
+            arithmetic: Default::default(),
+            other: Default::default(),
             truncation: 0.0,
             seconds,
             peak_bytes,

@@ -3,6 +3,7 @@
 pub mod file;
 pub mod front;
 
+use crate::arithmetic::Arithmetic;
 use crate::features::Feature;
 use crate::material::Elasticity;
 use crate::method::{Method, Needs};
@@ -64,6 +65,10 @@ pub struct Model {
     pub modal: Arc<ModalBasis>,
     /// Evidence for the modes.
     pub certificate: SpectrumCertificate,
+    /// How its states compute.
+    pub arithmetic: Arithmetic,
+    /// The same model with the other arithmetic, made when a state first asks for it.
+    pub other: OnceLock<Arc<Model>>,
     /// Made when the first state of rotation–strain reconstruction is.
     pub strain: OnceLock<Arc<RotationStrain>>,
     /// By the demand it was made for, no vertex is off by more because modes were truncated; 0 without one.
@@ -131,6 +136,8 @@ impl Model {
             modal: Arc::new(modal),
             certificate: modes.certificate,
             front: None,
+            arithmetic: Arithmetic::default(),
+            other: OnceLock::new(),
             solvers: SolverPool::default(),
             strain: OnceLock::new(),
             truncation,
@@ -179,9 +186,47 @@ impl Model {
         Ok(())
     }
 
+    /// Fails unless a state that moves by the method computes as this model asks for.
+    pub fn require_arithmetic(&self, method: Method) -> Result<()> {
+        let full = matches!(method, Method::ImplicitShell | Method::ExplicitShell);
+        if self.arithmetic == Arithmetic::Fastest || !full {
+            return Ok(());
+        }
+        let message = "a deterministic state does not move by the full shell, whose sparse factors have other bits on other processors";
+        Err(Error::new(ErrorKind::Unsupported, message))
+    }
+
     /// The reduced shell. Fails where there is none.
     pub fn require_reduced(&self) -> Result<&Arc<ReducedShell>> {
         self.reduced.as_ref().ok_or_else(|| Needs::ReducedFields.unmet())
+    }
+
+    /// The model for states that compute by `arithmetic`. Both share modes and fields; the other one is made at the first call.
+    pub fn with_arithmetic(self: &Arc<Self>, arithmetic: Arithmetic) -> Result<Arc<Self>> {
+        if arithmetic == self.arithmetic {
+            return Ok(self.clone());
+        }
+        if let Some(made) = self.other.get() {
+            return Ok(made.clone());
+        }
+        let reduced = self.reduced.as_ref().map(|reduced| reduced.with_arithmetic(&self.shell, arithmetic));
+        let made = Arc::new(Self {
+            shell: self.shell.clone(),
+            modal: Arc::new(self.modal.with_arithmetic(arithmetic)),
+            certificate: self.certificate,
+            strain: OnceLock::new(),
+            truncation: self.truncation,
+            reduced: reduced.transpose()?.map(Arc::new),
+            front: self.front.clone(),
+            arithmetic,
+            other: OnceLock::new(),
+            solvers: SolverPool::default(),
+            seconds: self.seconds,
+            peak_bytes: self.peak_bytes,
+            fingerprint: self.fingerprint,
+            reduced_fingerprint: self.reduced_fingerprint,
+        });
+        Ok(self.other.get_or_init(|| made).clone()) // of two callers at once both make the same
     }
 
     /// The map of rotation–strain reconstruction. Made at the first call.
@@ -198,13 +243,20 @@ impl Model {
         self.strain.get().map_or(0, |strain| strain.bytes())
     }
 
+    /// Bytes of what it does not share with the model that it was made of.
+    fn own_bytes(&self) -> usize {
+        let reduced = self.reduced.as_deref().map_or(0, |reduced| reduced.bytes() - reduced.field_bytes());
+        reduced + self.solvers.bytes() + self.strain_bytes()
+    }
+
     /// Bytes that stay for the run: basis, mesh, masses.
     pub fn bytes(&self) -> usize {
         let mesh = &self.shell.mesh;
         let vertices = mesh.positions.len() * (size_of::<Vec3>() + size_of::<f64>() + size_of::<u32>() + 1);
         let connectivity = mesh.triangles.len() * 12 + mesh.edges.len() * 16;
         let reduced = self.reduced.as_deref().map_or(0, ReducedShell::bytes);
-        self.modal.bytes() + vertices + connectivity + reduced + self.solvers.bytes() + self.strain_bytes()
+        let other = self.other.get().map_or(0, |other| other.own_bytes());
+        self.modal.bytes() + vertices + connectivity + reduced + self.solvers.bytes() + self.strain_bytes() + other
     }
 }
 

@@ -37,8 +37,8 @@ fn orthogonalize(images: &mut Mat<f64>, vectors: &mut Mat<f64>, p: usize, q: usi
         return false;
     }
     let zeta = (b - a) / (2.0 * product);
-    let tangent = zeta.signum() / (zeta.abs() + zeta.hypot(1.0));
-    let cosine = tangent.hypot(1.0).recip();
+    let tangent = zeta.signum() / (zeta.abs() + libm::hypot(zeta, 1.0));
+    let cosine = libm::hypot(tangent, 1.0).recip();
     rotate(images, p, q, cosine, cosine * tangent);
     rotate(vectors, p, q, cosine, cosine * tangent);
     // A rotation that changes nothing in 53 bits ends the sweep's work here; else two noise columns would turn for ever.

@@ -18,7 +18,7 @@ use crate::mesh::UnionFind;
 use crate::sparse::Symbolic;
 use crate::support::turn_between;
 use crate::warp::warp_with_derivative;
-use crate::{Error, ErrorKind, Result, Shell, Vec3};
+use crate::{Error, ErrorKind, Result, Shell, Vec3, rotation};
 use faer::Mat;
 
 /// Degree of the polynomials, at most.
@@ -115,7 +115,7 @@ impl SupportFields {
     ) -> nalgebra::Matrix3<f64> {
         let at = |i: usize| rest[self.held[i] as usize];
         let turn = turn_between(|| own().map(|i| (at(i), at(i) + d[i])));
-        let (_, warp, _) = warp_with_derivative(&turn.scaled_axis(), &Vec3::zeros(), true);
+        let (_, warp, _) = warp_with_derivative(&rotation::vector(&turn), &Vec3::zeros(), true);
         warp.try_inverse().unwrap_or_else(nalgebra::Matrix3::identity)
     }
 

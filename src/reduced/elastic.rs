@@ -4,6 +4,7 @@ use super::energy::{self, ReducedEnergy};
 use super::polynomial::{self, PolynomialEnergy};
 use crate::energy::Curvature;
 use nalgebra::DMatrix;
+use pulp::Arch;
 
 /// In which form a reduced shell has its energy.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -18,6 +19,8 @@ pub enum Form {
 pub trait Elastic: Send + Sync {
     /// Coordinates.
     fn n(&self) -> usize;
+    /// The registers that it is evaluated in.
+    fn arch(&self) -> Arch;
     /// Room for one evaluation at a time.
     fn scratch(&self) -> Scratch;
     /// E.
@@ -73,6 +76,9 @@ macro_rules! elastic {
         impl Elastic for $energy {
             fn n(&self) -> usize {
                 self.n()
+            }
+            fn arch(&self) -> Arch {
+                self.arch
             }
             fn scratch(&self) -> Scratch {
                 self.scratch()

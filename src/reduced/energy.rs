@@ -16,6 +16,7 @@
 
 use super::elastic::Scratch;
 use super::products;
+use crate::arithmetic::Arithmetic;
 use crate::energy::{Curvature, Energy, MAX_ELEMENT, Mat3};
 use crate::{Shell, Vec3};
 use nalgebra::DMatrix;
@@ -122,7 +123,7 @@ impl ReducedEnergy {
             n,
             stride,
             correction: None,
-            arch: Arch::new(),
+            arch: Arithmetic::default().arch(),
         }
     }
 

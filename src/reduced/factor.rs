@@ -1,4 +1,4 @@
-//! UᵀU of small positive definite matrices in the processor's widest registers: those of reduced Hessians.
+//! UᵀU of small positive definite matrices in registers of any width: those of reduced Hessians.
 
 use super::products::WIDTH;
 use nalgebra::DMatrix;
@@ -21,12 +21,12 @@ pub struct Factor {
 }
 
 impl Factor {
-    /// Of the identity.
-    pub fn new(n: usize) -> Self {
+    /// Of the identity, computed in the registers `arch`.
+    pub fn new(n: usize, arch: Arch) -> Self {
         let stride = n.max(1).next_multiple_of(WIDTH);
         let mut rows = vec![0.0; n * stride];
         (0..n).for_each(|k| rows[k * stride + k] = 1.0);
-        Self { n, stride, rows, inverse: vec![1.0; n], x: vec![0.0; stride], arch: Arch::new() }
+        Self { n, stride, rows, inverse: vec![1.0; n], x: vec![0.0; stride], arch }
     }
 
     /// Factorizes; of the matrix, the lower triangle counts. False where it is not positive definite, and then there is no factor.
@@ -173,7 +173,7 @@ mod tests {
             let mut matrix = &root * root.transpose() + DMatrix::identity(n, n);
             let wanted = DVector::from_fn(n, |i, _| 1.0 + (i as f64).cos());
             let mut x = &matrix * &wanted;
-            let mut factor = Factor::new(n);
+            let mut factor = Factor::new(n, Arch::new());
             assert!(factor.factorize(&matrix));
             factor.solve(x.as_mut_slice());
             let off = (&x - &wanted).amax();

@@ -2,12 +2,14 @@
 //! u = Bq is one pass from front to back. As in [`crate::warp::Basis`], stored values are B √M, with M the total mass.
 
 use crate::Vec3;
+use crate::arithmetic::Arithmetic;
 use crate::error::{Result, try_zeroed};
 use crate::real::Real;
-use crate::warp::lanes::{Lanes, Vectors};
+use crate::warp::lanes::{Fused, Kind, Lanes, Unfused, Vectors};
 use crate::warp::{LANES, Line, Placement};
 use pulp::{Arch, Simd, WithSimd};
 use std::ops::Range;
+use std::sync::Arc;
 
 /// Lines before the fields, and of a field.
 const HEADER: usize = 3;
@@ -23,7 +25,10 @@ pub struct Fields<T> {
     n_vertices: usize,
     root_mass: f64,
     arch: Arch,
-    lines: Vec<Line<T>>,
+    /// As of [`crate::warp::Basis`].
+    fused: bool,
+    /// Shared by copies of other arithmetic.
+    lines: Arc<Vec<Line<T>>>,
 }
 
 impl<T: Real> Fields<T> {
@@ -31,12 +36,24 @@ impl<T: Real> Fields<T> {
     pub fn new(rest: &[Vec3], n: usize, total_mass: f64) -> Result<Self> {
         let n_vertices = rest.len();
         let lines = try_zeroed("the reduced basis", n_vertices.div_ceil(LANES) * (HEADER + SHAPES * n))?;
-        let mut fields = Self { n, n_vertices, root_mass: total_mass.sqrt(), arch: Arch::new(), lines };
+        let (arch, lines) = (Arch::new(), Arc::new(lines));
+        let mut fields = Self { n, n_vertices, root_mass: total_mass.sqrt(), arch, fused: true, lines };
         for (v, x) in rest.iter().enumerate() {
             let first = fields.first_line(v);
-            (0..3).for_each(|c| fields.lines[first + c].0[v % LANES] = T::of(x[c]));
+            let lines = fields.lines_mut();
+            (0..3).for_each(|c| lines[first + c].0[v % LANES] = T::of(x[c]));
         }
         Ok(fields)
+    }
+
+    /// The same numbers in the same memory, computed with by `arithmetic`.
+    pub fn with_arithmetic(&self, arithmetic: Arithmetic) -> Self {
+        Self { fused: arithmetic.fused(), lines: self.lines.clone(), ..*self }
+    }
+
+    /// While nothing shares them.
+    fn lines_mut(&mut self) -> &mut [Line<T>] {
+        Arc::get_mut(&mut self.lines).expect("fields are filled before they are shared")
     }
 
     fn first_line(&self, v: usize) -> usize {
@@ -64,7 +81,8 @@ impl<T: Real> Fields<T> {
     /// Stores what [`Fields::stored`] gave.
     pub fn set_stored(&mut self, k: usize, v: usize, numbers: [T; 3]) {
         let first = self.first_line(v) + HEADER + SHAPES * k;
-        (0..3).for_each(|c| self.lines[first + c].0[v % LANES] = numbers[c]);
+        let lines = self.lines_mut();
+        (0..3).for_each(|c| lines[first + c].0[v % LANES] = numbers[c]);
     }
 
     /// Whether all of it are numbers.
@@ -200,19 +218,27 @@ impl<T: Real, V: FnMut(usize, &[Line<T>; 3], &[Line<T>])> WithSimd for Sweep<'_,
     type Output = ();
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        // As many registers as a line has: so many independent sums.
-        match size_of::<Line<T>>() / size_of::<T::Register<S>>() {
-            1 => self.run::<S, 1>(simd),
-            2 => self.run::<S, 2>(simd),
-            4 => self.run::<S, 4>(simd),
-            _ => self.run_narrow(simd),
+        match self.fields.fused {
+            true => self.by::<Fused<S>>(simd),
+            false => self.by::<Unfused<S>>(simd),
         }
     }
 }
 
 impl<T: Real, V: FnMut(usize, &[Line<T>; 3], &[Line<T>])> Sweep<'_, T, V> {
     #[inline(always)]
-    fn run<S: Simd, const N: usize>(self, simd: S) {
+    fn by<S: Kind>(self, simd: S::Simd) {
+        // As many registers as a line has: so many independent sums.
+        match size_of::<Line<T>>() / size_of::<T::Register<S::Simd>>() {
+            1 => self.run::<S, 1>(simd),
+            2 => self.run::<S, 2>(simd),
+            4 => self.run::<S, 4>(simd),
+            _ => self.run_narrow::<S>(simd),
+        }
+    }
+
+    #[inline(always)]
+    fn run<S: Kind, const N: usize>(self, simd: S::Simd) {
         let lanes = Lanes::<T, S, N>::new(simd);
         self.combined(|shapes, q, u: &mut [Line<T>; 3]| {
             let mut sum: Vectors<T, S, N> = [lanes.splat(0.0); 3];
@@ -226,7 +252,7 @@ impl<T: Real, V: FnMut(usize, &[Line<T>; 3], &[Line<T>])> Sweep<'_, T, V> {
 
     /// One register at a time, where a line has very many.
     #[inline(always)]
-    fn run_narrow<S: Simd>(self, simd: S) {
+    fn run_narrow<S: Kind>(self, simd: S::Simd) {
         let lanes = Lanes::<T, S, 1>::new(simd);
         self.combined(|shapes, q, u: &mut [Line<T>; 3]| {
             for at in 0..LANES / lanes.width() {

@@ -32,6 +32,7 @@ pub use joined::{Joined, Places};
 pub use newton::{End, Newton, Potential, Rows, Stop, Work};
 pub use training::{MAX_POSES, default_poses};
 
+use crate::arithmetic::Arithmetic;
 use crate::features::{self, Feature, Proof};
 use crate::{Result, Shell, Vec3};
 use faer::Mat;
@@ -128,11 +129,22 @@ impl ReducedShell {
         samples: Vec<(u32, f64)>,
         assumed: Assumed,
     ) -> Result<Self> {
+        Self::assemble_by(Arithmetic::default(), shell, (modes, fields), samples, assumed)
+    }
+
+    fn assemble_by(
+        arithmetic: Arithmetic,
+        shell: &Shell,
+        (modes, fields): (usize, AnyFields),
+        samples: Vec<(u32, f64)>,
+        assumed: Assumed,
+    ) -> Result<Self> {
         let proof = Proof::of(Feature::ReducedShell)?;
         let columns = unpacked(shell, &fields);
         let mut weights = vec![0.0; shell.energy.n_elements()];
         samples.iter().for_each(|&(e, w)| weights[e as usize] = w);
         let mut energy = ReducedEnergy::new(shell, &columns, &weights);
+        energy.arch = arithmetic.arch();
         let sampled: Vec<f64> = samples.iter().map(|s| s.1).collect();
         assumed.set(&mut energy, &sampled, 1);
         let n = columns.len();
@@ -144,12 +156,8 @@ impl ReducedShell {
         });
         let component = |a: usize| Mat::from_fn(mass.len(), n, |v, k| columns[k][v][a] * mass[v].sqrt());
         let components: [Mat<f64>; 3] = std::array::from_fn(component);
-        let inertia = std::array::from_fn(|b| {
-            std::array::from_fn(|a| {
-                let product = components[a].transpose() * &components[b];
-                DMatrix::from_fn(n, n, |i, j| product[(i, j)])
-            })
-        });
+        let inertia =
+            std::array::from_fn(|b| std::array::from_fn(|a| product(arithmetic, &components[a], &components[b])));
         Ok(Self {
             modes,
             fields,
@@ -163,6 +171,21 @@ impl ReducedShell {
             fit: 0.0,
             _proof: proof,
         })
+    }
+
+    /// The same fields, in the same memory, computed with by `arithmetic`.
+    pub fn with_arithmetic(&self, shell: &Shell, arithmetic: Arithmetic) -> Result<Self> {
+        let fields = match &self.fields {
+            AnyFields::F32(fields) => AnyFields::F32(fields.with_arithmetic(arithmetic)),
+            AnyFields::F64(fields) => AnyFields::F64(fields.with_arithmetic(arithmetic)),
+        };
+        let (samples, assumed) = (self.samples.clone(), self.assumed.clone());
+        let mut made = Self::assemble_by(arithmetic, shell, (self.modes, fields), samples, assumed)?;
+        if let Some(correction) = self.energy.correction() {
+            made.energy.set_correction(correction.clone());
+        }
+        let polynomial = self.polynomial.as_ref().map(|polynomial| polynomial.with_arithmetic(arithmetic));
+        Ok(Self { polynomial, fit: self.fit, ..made })
     }
 
     /// What is told of it and saved are numbers.
@@ -179,11 +202,16 @@ impl ReducedShell {
     /// Bytes held.
     pub fn bytes(&self) -> usize {
         let tensors = 72 * self.n() * self.n();
-        with_fields!(&self.fields, fields => fields.bytes())
+        self.field_bytes()
             + self.energy.bytes()
             + self.polynomial.as_ref().map_or(0, PolynomialEnergy::bytes)
             + 12 * self.samples.len()
             + tensors
+    }
+
+    /// Bytes of the run-time fields alone.
+    pub fn field_bytes(&self) -> usize {
+        with_fields!(&self.fields, fields => fields.bytes())
     }
 
     /// E in one form; the polynomial of models that have one.
@@ -223,6 +251,19 @@ impl ReducedShell {
                 }
             }
         }
+    }
+}
+
+/// AᵀB. The portable one has plain sums, vertex after vertex.
+fn product(arithmetic: Arithmetic, a: &Mat<f64>, b: &Mat<f64>) -> DMatrix<f64> {
+    match arithmetic {
+        Arithmetic::Fastest => {
+            let product = a.transpose() * b;
+            DMatrix::from_fn(product.nrows(), product.ncols(), |i, j| product[(i, j)])
+        }
+        Arithmetic::Portable => DMatrix::from_fn(a.ncols(), b.ncols(), |i, j| {
+            a.col(i).iter().zip(b.col(j).iter()).map(|(a, b)| a * b).sum()
+        }),
     }
 }
 

@@ -138,7 +138,7 @@ impl Newton {
             leapt: false,
             work: Work::default(),
             hessian: DMatrix::zeros(n, n),
-            near: Factor::new(n),
+            near: Factor::new(n, energy.arch()),
             factor: Cholesky::new(DMatrix::identity(n, n)),
             multipliers: DVector::zeros(0),
             response: DMatrix::zeros(n, 0),

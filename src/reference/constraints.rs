@@ -16,7 +16,7 @@ use super::free_motion::Held;
 use super::orientation::{Ring, missing_turn, part_way};
 use crate::constraint::{Constraint, Outcome, Target};
 use crate::mesh::NONE;
-use crate::{Vec3, wide_norm};
+use crate::{Vec3, rotation, wide_norm};
 use nalgebra::{Matrix3, UnitQuaternion};
 pub use setup::vertex_stiffness;
 use springs::Springs;
@@ -240,8 +240,8 @@ impl Constraints {
         let missing = match constraint.target {
             Target::Position(place) => along(place - x[v]),
             Target::Orientation(target) => match part {
-                Part::Turn(t) => along((target * self.turns[t].present(x).inverse()).scaled_axis()),
-                _ => along(target.scaled_axis()),
+                Part::Turn(t) => along(rotation::vector(&(target * self.turns[t].present(x).inverse()))),
+                _ => along(rotation::vector(&target)),
             },
         };
         let force = match part {

@@ -66,8 +66,8 @@ impl Solver {
             let before = self.x.clone();
             let free = FreeMotions::new(&shell, self.constraints.held(), &self.x);
             let mut forces = (load.at)(if round == 0 { start } else { &displacement });
-            let moving = if free.is_empty() { 0.0 } else { load.moving.hypot(rounding(&shell)) };
-            let scale = free_norm(&shell, &forces).hypot(load.held).hypot(moving);
+            let moving = if free.is_empty() { 0.0 } else { libm::hypot(load.moving, rounding(&shell)) };
+            let scale = libm::hypot(libm::hypot(free_norm(&shell, &forces), load.held), moving);
             if round > 0 {
                 self.constraints.renew(&shell, &self.x);
             }
@@ -116,7 +116,7 @@ impl Solver {
             let (after, scale) = if constraints.is_away(x) {
                 continuation::step(newton, constraints, &plain, x, stop)?;
                 let held = left(&Constraints::none(), x, force);
-                (left(constraints, x, force), scale.hypot(held))
+                (left(constraints, x, force), libm::hypot(scale, held))
             } else {
                 let end = newton.minimize(&Potential { constraints, ..plain }, x, stop, &mut |_| Ok(()))?;
                 let ahead = if end.converged { None } else { newton.return_to_mark(x) };

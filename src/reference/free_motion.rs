@@ -6,8 +6,8 @@
 //! the shell to does not depend on what keeps the shell from drifting: here some directions of a few vertices.
 
 use crate::mesh::NONE;
-use crate::{Shell, Vec3};
-use nalgebra::{DMatrix, DVector, Matrix3x6, Matrix6, Rotation3, Vector6};
+use crate::{Shell, Vec3, rotation};
+use nalgebra::{DMatrix, DVector, Matrix3x6, Matrix6, Vector6};
 
 /// A twist that moves what is held by less than the root of this part of the size is free; rows of f32 coordinates are straight to 1e-7.
 const FREE: f64 = 1e-12;
@@ -119,7 +119,7 @@ impl FreeMotions {
                     Some(n) => (free.center + turn.cross(&slide) / (angle * angle), n * n.dot(&slide)),
                     None => (free.center, slide),
                 };
-                let rotation = Rotation3::new(turn);
+                let rotation = rotation::by(&turn);
                 free.vertices.iter().for_each(|&v| {
                     let x = &mut x[v as usize];
                     *x = axis + rotation * (*x - axis) + along;

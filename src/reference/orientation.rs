@@ -5,7 +5,7 @@
 //!
 //!   ω = Σ ± (a_t ω_t + ω_t × b_t) / |Q|²
 
-use crate::{Mesh, Vec3};
+use crate::{Mesh, Vec3, rotation};
 use nalgebra::{Matrix3, Quaternion, Rotation3, UnitQuaternion};
 
 /// Unit axes along the first edge, in the plane, and along the normal; the identity for a collapsed triangle.
@@ -114,12 +114,13 @@ impl Ring {
 
 /// The rotation vector m from `present` to `goal`, and J⁻¹(m) = 1 + ½[m]× + c[m]×²: where the vertex turns by ω, m changes by −J⁻¹ω.
 pub fn missing_turn(goal: &UnitQuaternion<f64>, present: &UnitQuaternion<f64>) -> (Vec3, Matrix3<f64>) {
-    let missing = (goal * present.inverse()).scaled_axis();
+    let missing = rotation::vector(&(goal * present.inverse()));
     let angle = missing.norm();
     let c = if angle < 1e-2 {
         1.0 / 12.0 + angle * angle / 720.0
     } else {
-        1.0 / (angle * angle) - (1.0 + angle.cos()) / (2.0 * angle * angle.sin())
+        let (sine, cosine) = libm::sincos(angle);
+        1.0 / (angle * angle) - (1.0 + cosine) / (2.0 * angle * sine)
     };
     let cross = missing.cross_matrix();
     (missing, Matrix3::identity() + 0.5 * cross + c * cross * cross)
@@ -129,7 +130,7 @@ pub fn missing_turn(goal: &UnitQuaternion<f64>, present: &UnitQuaternion<f64>) -
 pub fn part_way(start: &UnitQuaternion<f64>, goal: &UnitQuaternion<f64>, share: f64) -> UnitQuaternion<f64> {
     match share {
         1.0 => *goal,
-        _ => UnitQuaternion::from_scaled_axis(share * (goal * start.inverse()).scaled_axis()) * start,
+        _ => rotation::by(&(share * rotation::vector(&(goal * start.inverse())))) * start,
     }
 }
 

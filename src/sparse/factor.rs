@@ -41,22 +41,27 @@ impl Symbolic {
         Ok(if dissected.operations() < by_degree.operations() { dissected } else { by_degree })
     }
 
-    /// Analyses a pattern of single entries.
+    /// Analyses a pattern of single entries. Its factors are made column by column, in plain sums: their bits are the same on every
+    /// processor. They solve; operations and negative eigenvalues are not counted.
     pub fn analyse_scalar(lower: SymbolicSparseColMatRef<'_, usize>) -> Result<Self> {
-        Self::ordered::<1>(lower, &minimum_degree::<1>(lower)?)
+        Self::in_form::<1>(lower, &minimum_degree::<1>(lower)?, SupernodalThreshold::FORCE_SIMPLICIAL)
     }
 
-    /// With the blocks of N × N in this order.
+    /// With the blocks of N × N in this order. Always supernodal, because only that form pivots and so gives a reliable inertia.
     fn ordered<const N: usize>(lower: SymbolicSparseColMatRef<'_, usize>, order: &[u32]) -> Result<Self> {
+        Self::in_form::<N>(lower, order, SupernodalThreshold::FORCE_SUPERNODAL)
+    }
+
+    fn in_form<const N: usize>(
+        lower: SymbolicSparseColMatRef<'_, usize>,
+        order: &[u32],
+        supernodal_flop_ratio_threshold: SupernodalThreshold,
+    ) -> Result<Self> {
         let forward: Vec<usize> = order.iter().flat_map(|&k| (0..N).map(move |c| N * k as usize + c)).collect();
         let mut inverse = crate::error::try_zeroed("the fill-reducing order", forward.len())?;
         forward.iter().enumerate().for_each(|(k, &i)| inverse[i] = k);
         let order = SymmetricOrdering::Custom(PermRef::new_checked(&forward, &inverse, forward.len()));
-        // Always supernodal, because only that form pivots and so gives a reliable inertia.
-        let params = CholeskySymbolicParams {
-            supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SUPERNODAL,
-            ..Default::default()
-        };
+        let params = CholeskySymbolicParams { supernodal_flop_ratio_threshold, ..Default::default() };
         let inner = factorize_symbolic_cholesky(lower, Side::Lower, order, params)
             .map_err(|_| out_of_memory("symbolic factorization"))?;
         Ok(Self { inner })
@@ -64,7 +69,7 @@ impl Symbolic {
 
     fn structure(&self) -> &SymbolicSupernodalCholesky<usize> {
         let SymbolicCholeskyRaw::Supernodal(structure) = self.inner.raw() else {
-            unreachable!("the analysis is always supernodal");
+            unreachable!("an analysis of blocks is supernodal");
         };
         structure
     }

@@ -24,7 +24,7 @@ use crate::methods::{self, Acting, Reaction};
 use crate::point_energy::{InFrame, PointEnergy};
 use crate::reference::{self, Load, Solver, mass_norm as norm};
 use crate::support::FrameMotion;
-use crate::{Error, ErrorKind, Result, Shell, Vec3};
+use crate::{Error, ErrorKind, Result, Shell, Vec3, rotation};
 use nalgebra::UnitQuaternion;
 
 /// Newton steps at most. `cargo test --release --test certificate -- --nocapture` shows what estimates they give.
@@ -110,9 +110,9 @@ impl State {
                 let axes = self.frame.pose.rotation.inverse().to_rotation_matrix();
                 solver.set_constraints(*axes.matrix(), self.constraints_in_frame(&u), &u)?;
                 let reactions = reactions.iter().map(|(_, [pull, _])| pull.norm_squared()).sum::<f64>().sqrt();
-                let reactions = reactions.hypot(self.support_pull());
+                let reactions = libm::hypot(reactions, self.support_pull());
                 let at = |u: &[Vec3]| less(self.loads_at(u, &rate));
-                let still = self.is_still(&u, &rate, &inertia, moving.hypot(reactions));
+                let still = self.is_still(&u, &rate, &inertia, libm::hypot(moving, reactions));
                 let load = Load { at: &at, follows: self.loads.needs_motion(), held: reactions, moving, still };
                 let (mut found, mut joined) = (None, judging);
                 let mut end = vec![];
@@ -239,7 +239,7 @@ impl State {
         let mut full = self.try_clone()?;
         full.reset();
         full.frame.motion = FrameMotion::Given(self.rates);
-        full.set_method(Method::ImplicitShell)?;
+        full.change_method(Method::ImplicitShell)?;
         full.equilibrium()?;
         Ok(full.in_frame())
     }
@@ -379,7 +379,7 @@ impl State {
                     Target::Position(if met && hard { place } else { target })
                 }
                 Target::Orientation(target) => {
-                    let met = missed(pose.rotation * (target * turns[v].inverse()).scaled_axis()) <= MET;
+                    let met = missed(pose.rotation * rotation::vector(&(target * turns[v].inverse()))) <= MET;
                     Target::Orientation(if met && hard { turns[v] } else { target })
                 }
             };

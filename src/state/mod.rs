@@ -90,6 +90,7 @@ impl State {
     /// At rest, without loads, undamped, the frame at the world's origin. `integrator` is for modal methods. Fails when
     /// memory does not suffice for a nonlinear shell's factorization.
     pub fn new(model: Arc<Model>, method: Method, integrator: Integrator) -> Result<Self> {
+        model.require_arithmetic(method)?;
         Ok(Self {
             motion: methods::build(&model, method, integrator)?,
             gravity: Vec3::zeros(),

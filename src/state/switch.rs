@@ -10,9 +10,12 @@ impl State {
     /// frame, loads, damping and constraints. Fails, changing nothing, where the method cannot take these, or the model lacks what it
     /// needs. Allocates.
     pub fn set_method(&mut self, method: Method) -> Result<()> {
-        if method == self.method() {
-            return Ok(());
-        }
+        self.model.require_arithmetic(method)?;
+        if method == self.method() { Ok(()) } else { self.change_method(method) }
+    }
+
+    /// The same, whatever the state's arithmetic is.
+    pub(super) fn change_method(&mut self, method: Method) -> Result<()> {
         let mut next = methods::build(&self.model, method, self.integrator)?;
         self.constraints().try_for_each(|(constraint, _)| next.check_constraint(constraint))?;
         let n = self.model.shell.mass.len();

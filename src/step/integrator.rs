@@ -43,7 +43,7 @@ impl Oscillator {
             return (euler, h.recip());
         }
         let Propagator { s, v, g, .. } = self.propagator(h);
-        let bound = LARGEST_RATE * h.recip().hypot(self.eigenvalue.sqrt());
+        let bound = LARGEST_RATE * libm::hypot(h.recip(), self.eigenvalue.sqrt());
         let r = if v == 0.0 { 0.0 } else { (v / s).clamp(-bound, bound) };
         let gamma = (g * (1.0 - v) + s * s) / (1.0 - v + r * s);
         if gamma.is_finite() && gamma > 0.0 { (gamma, r) } else { (euler, 0.0) }
@@ -72,8 +72,8 @@ impl Oscillator {
         let discriminant = a * a - lambda;
         let delta = discriminant.abs().sqrt();
         let (p, s, v) = if discriminant < 0.0 {
-            let decay = (-a * h).exp();
-            let (sine, cosine) = (delta * h).sin_cos();
+            let decay = libm::exp(-a * h);
+            let (sine, cosine) = libm::sincos(delta * h);
             let s = if delta > 0.0 { decay * sine / delta } else { decay * h };
             (decay * cosine + a * s, s, decay * cosine - a * s)
         } else {
@@ -116,7 +116,7 @@ struct Propagator {
 /// P, S, V for rates r₁ = λ/(a + δ) ≤ r₂ = a + δ.
 fn overdamped(a: f64, delta: f64, lambda: f64, h: f64) -> (f64, f64, f64) {
     let (slow, fast) = (lambda / (a + delta), a + delta);
-    let (e_slow, e_fast) = ((-slow * h).exp(), (-fast * h).exp());
+    let (e_slow, e_fast) = (libm::exp(-slow * h), libm::exp(-fast * h));
     let s = e_slow * h * relaxation(2.0 * delta * h);
     let mean = 0.5 * (e_slow + e_fast);
     let v = if delta * h > 0.5 { (fast * e_fast - slow * e_slow) / (2.0 * delta) } else { mean - a * s };
@@ -125,5 +125,5 @@ fn overdamped(a: f64, delta: f64, lambda: f64, h: f64) -> (f64, f64, f64) {
 
 /// (1 − e⁻ᶻ)/z.
 fn relaxation(z: f64) -> f64 {
-    if z == 0.0 { 1.0 } else { -(-z).exp_m1() / z }
+    if z == 0.0 { 1.0 } else { -libm::expm1(-z) / z }
 }

@@ -8,9 +8,8 @@ use super::guard::Pull;
 use crate::Vec3;
 use crate::load::BodyLoad;
 use crate::real::Real;
-use crate::warp::lanes::{Group, Lanes, Vectors};
+use crate::warp::lanes::{Group, Kind, Lanes, Vectors};
 use crate::warp::{Basis, Block, Entry, Line, Sweep, Tangent, WarpPose as Warp, Weights, scatter, sweep, with_weights};
-use pulp::Simd;
 
 /// How a force on a vertex becomes a force on the modes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -33,7 +32,7 @@ impl ForceLaw {
 /// Force per mass of a body load on a group of vertices. `uniform` is what acts everywhere alike; `motion` gives their r and ṙ, and is
 /// asked only where the load depends on them.
 #[inline(always)]
-fn load_on_group<T: Real, S: Simd, const N: usize>(
+fn load_on_group<T: Real, S: Kind, const N: usize>(
     load: &BodyLoad,
     lanes: Lanes<T, S, N>,
     uniform: [T; 3],
@@ -51,7 +50,7 @@ fn load_on_group<T: Real, S: Simd, const N: usize>(
 }
 
 /// One group of vertices at amplitudes q, as a force law sees it.
-trait Shape<T: Real, S: Simd, const N: usize> {
+trait Shape<T: Real, S: Kind, const N: usize> {
     /// Displacement and its rate where amplitudes change at the rates of `rates`.
     fn motion<E: Entry<Real = T>>(
         &self,
@@ -71,9 +70,9 @@ trait Shape<T: Real, S: Simd, const N: usize> {
 }
 
 /// u = Φq.
-struct Linear<T: Real, S: Simd, const N: usize>(Vectors<T, S, N>);
+struct Linear<T: Real, S: Kind, const N: usize>(Vectors<T, S, N>);
 
-impl<T: Real, S: Simd, const N: usize> Shape<T, S, N> for Linear<T, S, N> {
+impl<T: Real, S: Kind, const N: usize> Shape<T, S, N> for Linear<T, S, N> {
     #[inline(always)]
     fn motion<E: Entry<Real = T>>(
         &self,
@@ -96,7 +95,7 @@ impl<T: Real, S: Simd, const N: usize> Shape<T, S, N> for Linear<T, S, N> {
     }
 }
 
-impl<T: Real, S: Simd, const N: usize> Shape<T, S, N> for Warp<T, S, N> {
+impl<T: Real, S: Kind, const N: usize> Shape<T, S, N> for Warp<T, S, N> {
     #[inline(always)]
     fn motion<E: Entry<Real = T>>(
         &self,
@@ -119,7 +118,7 @@ impl<T: Real, S: Simd, const N: usize> Shape<T, S, N> for Warp<T, S, N> {
     }
 }
 
-impl<T: Real, S: Simd, const N: usize> Shape<T, S, N> for Tangent<T, S, N> {
+impl<T: Real, S: Kind, const N: usize> Shape<T, S, N> for Tangent<T, S, N> {
     #[inline(always)]
     fn motion<E: Entry<Real = T>>(
         &self,
@@ -160,7 +159,7 @@ pub fn visit_motion<E: Entry>(
 
     impl<E: Entry, F: FnMut(usize, Vec3, Vec3)> Sweep<E> for Rates<'_, E::Real, F> {
         #[inline(always)]
-        fn visit<S: Simd, const N: usize>(
+        fn visit<S: Kind, const N: usize>(
             &mut self,
             lanes: Lanes<E::Real, S, N>,
             block: Block<E>,
@@ -294,7 +293,7 @@ impl<E: Entry> Projection<'_, E> {
 
     /// Adds the modal force of one group.
     #[inline(always)]
-    fn act<S: Simd, const N: usize>(
+    fn act<S: Kind, const N: usize>(
         &mut self,
         lanes: Lanes<E::Real, S, N>,
         (block, first, at): (&Block<E>, usize, usize),
@@ -322,7 +321,7 @@ impl<E: Entry> Projection<'_, E> {
 
 /// `scale` times the vectors of the vertices from `first` on; zero past the end.
 #[inline(always)]
-fn gather_vectors<T: Real, S: Simd, const N: usize>(
+fn gather_vectors<T: Real, S: Kind, const N: usize>(
     lanes: Lanes<T, S, N>,
     vectors: &[Vec3],
     first: usize,
@@ -337,7 +336,7 @@ fn gather_vectors<T: Real, S: Simd, const N: usize>(
 
 impl<E: Entry> Sweep<E> for Projection<'_, E> {
     #[inline(always)]
-    fn visit<S: Simd, const N: usize>(
+    fn visit<S: Kind, const N: usize>(
         &mut self,
         lanes: Lanes<E::Real, S, N>,
         block: Block<E>,

@@ -10,13 +10,9 @@
 use super::ForceLaw;
 use crate::Vec3;
 use crate::warp::{Basis, Entry};
-use nalgebra::DMatrix;
 
 /// Beyond, the tables of T would take longer to make than a step saves.
 const MOST_MODES: usize = 16;
-
-/// Vertices whose shapes are multiplied at once.
-const CHUNK: usize = 1024;
 
 /// Rotation, rad, below which the first order is the force to one part in 10⁶ of the load, about what a basis of 32 bits
 /// gives: what is left out of R is at most w²/2.
@@ -44,28 +40,19 @@ impl Participation {
         let mut uniform = vec![Vec3::zeros(); modes];
         let [mut reach, mut swing, mut turn_squares] = [(); 3].map(|()| vec![0.0f64; modes]);
         let mut turning = vec![Vec3::zeros(); if turns { modes * modes } else { 0 }];
-        for first in (0..mass.len()).step_by(CHUNK) {
-            let vertices = first..(first + CHUNK).min(mass.len());
-            // A row for each component of each mode.
-            let [mut phi, mut psi] = [(); 2].map(|()| DMatrix::zeros(3 * modes, vertices.len()));
-            for (column, v) in vertices.enumerate() {
-                for k in 0..modes {
-                    let (shape, turn) = basis.at(k, v);
-                    uniform[k] += mass[v] * shape;
-                    reach[k] = reach[k].max(shape.norm());
-                    swing[k] += mass[v] * shape.norm_squared() * turn.norm_squared();
-                    turn_squares[k] += mass[v] * turn.norm_squared().powi(2);
-                    phi.fixed_view_mut::<3, 1>(3 * k, column).copy_from(&(mass[v] * shape));
-                    psi.fixed_view_mut::<3, 1>(3 * k, column).copy_from(&turn);
-                }
+        let [mut pulls, mut spins] = [(); 2].map(|()| vec![Vec3::zeros(); modes]);
+        for (v, mass) in mass.iter().enumerate() {
+            for k in 0..modes {
+                let (shape, turn) = basis.at(k, v);
+                (pulls[k], spins[k]) = (*mass * shape, turn);
+                uniform[k] += pulls[k];
+                reach[k] = reach[k].max(shape.norm());
+                swing[k] += mass * shape.norm_squared() * turn.norm_squared();
+                turn_squares[k] += mass * turn.norm_squared().powi(2);
             }
-            if turns {
-                let products = &psi * phi.transpose();
-                for (at, t) in turning.iter_mut().enumerate() {
-                    let (j, k) = (3 * (at / modes), 3 * (at % modes));
-                    let of = |a: usize, b: usize| products[(k + a, j + b)] - products[(k + b, j + a)];
-                    *t += Vec3::new(of(1, 2), of(2, 0), of(0, 1));
-                }
+            // Plain sums: those of a library of matrices have other bits on other processors.
+            for (row, pull) in turning.chunks_exact_mut(modes.max(1)).zip(&pulls) {
+                row.iter_mut().zip(&spins).for_each(|(t, spin)| *t += spin.cross(pull));
             }
         }
         for square in swing.iter_mut().chain(&mut turn_squares) {

@@ -1,9 +1,8 @@
 //! The modal force of forces on a few vertices: only these are visited.
 
 use super::ForceLaw;
-use crate::Vec3;
 use crate::warp::{Basis, Entry, warp_with_derivative};
-use nalgebra::Rotation3;
+use crate::{Vec3, rotation};
 
 /// Adds to `force` (modes) what the forces (frame axes) on `points` do to the modes at amplitudes `q`; returns Σ|F|.
 pub fn add<E: Entry>(
@@ -33,7 +32,7 @@ pub fn add<E: Entry>(
 fn pull_back(law: ForceLaw, force: &Vec3, combined: impl FnOnce() -> (Vec3, Vec3)) -> (Vec3, Vec3) {
     match law {
         ForceLaw::Linear => (*force, Vec3::zeros()),
-        ForceLaw::Rotated => (Rotation3::new(combined().1).inverse() * force, Vec3::zeros()),
+        ForceLaw::Rotated => (rotation::by(&combined().1).inverse_transform_vector(force), Vec3::zeros()),
         ForceLaw::VirtualWork => {
             let (y, w) = combined();
             let (_, by_y, by_w) = warp_with_derivative(&w, &y, true);

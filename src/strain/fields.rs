@@ -5,10 +5,9 @@ use super::fit::MOST_SAMPLES;
 use crate::Vec3;
 use crate::error::{Result, try_zeroed};
 use crate::real::Real;
-use crate::warp::lanes::Lanes;
+use crate::warp::lanes::{Kind, Lanes};
 use crate::warp::{Basis, Block, Entry, LANES, Line, Sweep, Weights, sweep_blocks, with_weights};
 use nalgebra::Matrix3;
-use pulp::Simd;
 use std::ops::Range;
 
 /// Lines of a field.
@@ -114,7 +113,7 @@ struct Displacements<'a, T: Real, V> {
 
 impl<E: Entry, V: FnMut(usize, &Rows<E::Real>, &Rows<E::Real>)> Sweep<E> for Displacements<'_, E::Real, V> {
     #[inline(always)]
-    fn visit<S: Simd, const N: usize>(
+    fn visit<S: Kind, const N: usize>(
         &mut self,
         lanes: Lanes<E::Real, S, N>,
         block: Block<E>,
@@ -151,7 +150,7 @@ struct Projection<'a, T: Real> {
 
 impl<E: Entry> Sweep<E> for Projection<'_, E::Real> {
     #[inline(always)]
-    fn visit<S: Simd, const N: usize>(
+    fn visit<S: Kind, const N: usize>(
         &mut self,
         lanes: Lanes<E::Real, S, N>,
         block: Block<E>,

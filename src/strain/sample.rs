@@ -6,7 +6,7 @@
 //!   F = exp\[ω\]× (I + S),     N(G) = F − I − G = O(|G|²).
 
 use crate::Vec3;
-use crate::warp::lanes::Lanes;
+use crate::warp::lanes::{Lanes, Unfused};
 use crate::warp::{coefficients, doublings};
 use nalgebra::Matrix3;
 use pulp::Scalar;
@@ -23,7 +23,7 @@ fn symmetric(g: &Matrix3<f64>) -> Matrix3<f64> {
 
 /// R = exp [ω]×, and J with which its rate is Ṙ = [J ω̇]× R.
 fn rotation(w: &Vec3) -> (Matrix3<f64>, Matrix3<f64>) {
-    let lanes = Lanes::<f64, _, 1>::new(Scalar);
+    let lanes = Lanes::<f64, Unfused<Scalar>, 1>::new(Scalar);
     let all = coefficients(lanes, [w.norm_squared()], doublings(w.norm()));
     let ([a], [b], [c]) = (all.a, all.b, all.c);
     let (cross, square) = (w.cross_matrix(), w.cross_matrix() * w.cross_matrix());

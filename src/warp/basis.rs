@@ -6,13 +6,15 @@
 //! the basis: any unit of mass stays within the range of f32.
 
 use super::entry::{Entry, SHAPES};
-use super::lanes::{Group, Lanes, Vectors};
+use super::lanes::{Group, Kind, Lanes, Vectors};
 use super::{LANES, doublings};
+use crate::arithmetic::Arithmetic;
 use crate::error::{Result, try_zeroed};
 use crate::real::Real;
 use crate::{Vec3, wide_norm};
-use pulp::{Arch, Simd};
+use pulp::Arch;
 use std::ops::Range;
+use std::sync::Arc;
 
 /// One number for each vertex of a block, on a cache line of its own.
 #[derive(Clone, Copy, Default)]
@@ -28,13 +30,15 @@ pub struct Basis<E: Entry> {
     pub modes: usize,
     /// Number of vertices; the last block is padded with zeros.
     pub n_vertices: usize,
-    /// The registers that sweeps run in: the processor's widest unless set. Each kind gives its own bits, the same every time;
-    /// between kinds the last bits differ.
+    /// The registers that sweeps run in: the processor's widest unless set.
     pub arch: Arch,
+    /// Whether they multiply and add in one rounding where they can: then kinds of registers differ in the last bits.
+    pub fused: bool,
     root_mass: f64,
     /// Lines of a mode.
     shapes: usize,
-    lines: Vec<Line<E::Real>>,
+    /// Shared by copies of other arithmetic.
+    lines: Arc<Vec<Line<E::Real>>>,
     /// What an entry of one stands for, of Φ√M and of Ψ√M (modes).
     units: Vec<[f64; 2]>,
     /// Largest |Ψ|√M (modes).
@@ -75,13 +79,26 @@ impl<E: Entry> Basis<E> {
         let lines = try_zeroed("the run-time basis", n_vertices.div_ceil(LANES) * (HEADER + shapes * modes))?;
         let (units, largest_turn) = (vec![[1.0; 2]; modes], vec![0.0; modes]);
         let root_mass = total_mass.sqrt();
-        let mut basis = Self { modes, n_vertices, arch: Arch::new(), root_mass, shapes, lines, units, largest_turn };
+        let (arch, lines) = (Arch::new(), Arc::new(lines));
+        let mut basis = Self { modes, n_vertices, arch, fused: true, root_mass, shapes, lines, units, largest_turn };
         for (v, (x, m)) in rest.iter().zip(mass).enumerate() {
             let (line, lane) = basis.place(v);
             let header = [m / total_mass, x.x, x.y, x.z];
-            header.iter().enumerate().for_each(|(c, value)| basis.lines[line + c].0[lane] = E::Real::of(*value));
+            let lines = basis.lines_mut();
+            header.iter().enumerate().for_each(|(c, value)| lines[line + c].0[lane] = E::Real::of(*value));
         }
         Ok(basis)
+    }
+
+    /// The same numbers in the same memory, computed with by `arithmetic`.
+    pub fn with_arithmetic(&self, arithmetic: Arithmetic) -> Self {
+        let (units, largest_turn) = (self.units.clone(), self.largest_turn.clone());
+        Self { fused: arithmetic.fused(), lines: self.lines.clone(), units, largest_turn, ..*self }
+    }
+
+    /// While nothing shares them.
+    fn lines_mut(&mut self) -> &mut [Line<E::Real>] {
+        Arc::get_mut(&mut self.lines).expect("a basis is filled before it is shared")
     }
 
     /// Whether it has Φ alone.
@@ -113,7 +130,7 @@ impl<E: Entry> Basis<E> {
             let (phi, psi) = (phi[v] * (root_mass / unit), psi * (root_mass / turn_unit));
             let (lines, lane) = self.range(mode, v);
             let entries = [phi.x, phi.y, phi.z, psi.x, psi.y, psi.z].map(E::encode);
-            E::set_entries(&mut self.lines[lines], lane, entries);
+            E::set_entries(&mut self.lines_mut()[lines], lane, entries);
         }
     }
 
@@ -138,8 +155,8 @@ impl<E: Entry> Basis<E> {
 
     /// Stores what [`Basis::stored`] gave of one vertex in all modes.
     pub fn set_stored(&mut self, v: usize, modes: impl Iterator<Item = [E; SHAPES]>) {
-        let (line, lane) = self.place(v);
-        let lines = self.lines[line + HEADER..][..self.shapes * self.modes].chunks_exact_mut(self.shapes);
+        let ((line, lane), shapes, all) = (self.place(v), self.shapes, self.shapes * self.modes);
+        let lines = self.lines_mut()[line + HEADER..][..all].chunks_exact_mut(shapes);
         lines.zip(modes).for_each(|(lines, entries)| E::set_entries(lines, lane, entries));
     }
 
@@ -209,20 +226,20 @@ impl<E: Entry> Basis<E> {
 impl<E: Entry> Block<'_, E> {
     /// m/M of the vertices from register `at` on.
     #[inline(always)]
-    pub fn mass<S: Simd, const N: usize>(&self, lanes: Lanes<E::Real, S, N>, at: usize) -> Group<E::Real, S, N> {
+    pub fn mass<S: Kind, const N: usize>(&self, lanes: Lanes<E::Real, S, N>, at: usize) -> Group<E::Real, S, N> {
         lanes.load(&self.header[0].0, at)
     }
 
     /// Rest positions.
     #[inline(always)]
-    pub fn rest<S: Simd, const N: usize>(&self, lanes: Lanes<E::Real, S, N>, at: usize) -> Vectors<E::Real, S, N> {
+    pub fn rest<S: Kind, const N: usize>(&self, lanes: Lanes<E::Real, S, N>, at: usize) -> Vectors<E::Real, S, N> {
         let load = |c: usize| lanes.load(&self.header[c].0, at);
         [load(1), load(2), load(3)]
     }
 
     /// Φq and Ψq.
     #[inline(always)]
-    pub fn combine<S: Simd, const N: usize>(
+    pub fn combine<S: Kind, const N: usize>(
         &self,
         lanes: Lanes<E::Real, S, N>,
         at: usize,
@@ -241,7 +258,7 @@ impl<E: Entry> Block<'_, E> {
 
     /// Φq.
     #[inline(always)]
-    pub fn combine_linear<S: Simd, const N: usize>(
+    pub fn combine_linear<S: Kind, const N: usize>(
         &self,
         lanes: Lanes<E::Real, S, N>,
         at: usize,
@@ -257,7 +274,7 @@ impl<E: Entry> Block<'_, E> {
 
     /// Adds Φᵀg, in entries of the mode, lane by lane, to the first of the lines for each mode.
     #[inline(always)]
-    pub fn project_linear<S: Simd, const N: usize>(
+    pub fn project_linear<S: Kind, const N: usize>(
         &self,
         lanes: Lanes<E::Real, S, N>,
         at: usize,
@@ -271,7 +288,7 @@ impl<E: Entry> Block<'_, E> {
 
     /// As [`Block::project_linear`], where Ψ lies between.
     #[inline(always)]
-    pub fn project<S: Simd, const N: usize>(
+    pub fn project<S: Kind, const N: usize>(
         &self,
         lanes: Lanes<E::Real, S, N>,
         at: usize,
@@ -286,7 +303,7 @@ impl<E: Entry> Block<'_, E> {
     /// As [`Block::project`], and adds Ψᵀg' to the second line, or to the first where all entries have the unit 1.
     #[inline(always)]
     #[allow(clippy::type_complexity)]
-    pub fn project_both<S: Simd, const N: usize>(
+    pub fn project_both<S: Kind, const N: usize>(
         &self,
         lanes: Lanes<E::Real, S, N>,
         at: usize,

@@ -11,9 +11,8 @@
 //! The slope of a function f is 2 df/ds, which makes ∇f = slope w. That of A is C − B; by differentiating the above,
 //! C' ← (C' + A'B + AB')/16, B' ← AA'/4.
 
-use super::lanes::{Group, Lanes};
+use super::lanes::{Group, Kind, Lanes};
 use crate::real::Real;
-use pulp::Simd;
 
 /// A, B, C of a group of vertices.
 #[derive(Clone, Copy)]
@@ -123,7 +122,7 @@ pub fn doublings(largest: f64) -> u32 {
 
 /// A, B, C at the squared angles `s` ≥ 0, given the [`doublings`] of the largest.
 #[inline(always)]
-pub fn coefficients<T: Real, S: Simd, const N: usize>(
+pub fn coefficients<T: Real, S: Kind, const N: usize>(
     lanes: Lanes<T, S, N>,
     s: Group<T, S, N>,
     doublings: u32,
@@ -139,7 +138,7 @@ pub fn coefficients<T: Real, S: Simd, const N: usize>(
 /// As [`coefficients`], with the slopes.
 #[inline(always)]
 #[allow(clippy::type_complexity)]
-pub fn coefficients_and_slopes<T: Real, S: Simd, const N: usize>(
+pub fn coefficients_and_slopes<T: Real, S: Kind, const N: usize>(
     lanes: Lanes<T, S, N>,
     s: Group<T, S, N>,
     doublings: u32,
@@ -159,7 +158,7 @@ pub fn coefficients_and_slopes<T: Real, S: Simd, const N: usize>(
 
 /// s/4ʲ.
 #[inline(always)]
-fn reduced<T: Real, S: Simd, const N: usize>(
+fn reduced<T: Real, S: Kind, const N: usize>(
     lanes: Lanes<T, S, N>,
     s: Group<T, S, N>,
     doublings: u32,
@@ -169,7 +168,7 @@ fn reduced<T: Real, S: Simd, const N: usize>(
 
 /// A, B, C at x ≤ π².
 #[inline(always)]
-fn within_reach<T: Real, S: Simd, const N: usize>(
+fn within_reach<T: Real, S: Kind, const N: usize>(
     lanes: Lanes<T, S, N>,
     x: Group<T, S, N>,
 ) -> Coefficients<Group<T, S, N>> {
@@ -179,7 +178,7 @@ fn within_reach<T: Real, S: Simd, const N: usize>(
 
 /// From x to 4x.
 #[inline(always)]
-fn double<T: Real, S: Simd, const N: usize>(
+fn double<T: Real, S: Kind, const N: usize>(
     lanes: Lanes<T, S, N>,
     at: &mut Coefficients<Group<T, S, N>>,
     x: &mut Group<T, S, N>,
@@ -193,7 +192,7 @@ fn double<T: Real, S: Simd, const N: usize>(
 
 /// The polynomial at `x`, by Horner's rule.
 #[inline(always)]
-fn horner<T: Real, S: Simd, const N: usize>(
+fn horner<T: Real, S: Kind, const N: usize>(
     lanes: Lanes<T, S, N>,
     x: Group<T, S, N>,
     polynomial: &Polynomial,

@@ -4,7 +4,7 @@
 //!
 //!   ∂u/∂w = (A' y + B' w × y + C' (w·y) w) wᵀ − B [y]× + C (w yᵀ + (w·y) I).
 
-use super::lanes::Lanes;
+use super::lanes::{Lanes, Unfused};
 use super::{coefficients_and_slopes, doublings};
 use crate::Vec3;
 use nalgebra::Matrix3;
@@ -16,7 +16,7 @@ pub fn warp_with_derivative(w: &Vec3, y: &Vec3, warped: bool) -> (Vec3, Matrix3<
         return (*y, Matrix3::identity(), Matrix3::zeros());
     }
     let (all, slopes) =
-        coefficients_and_slopes(Lanes::<f64, _, 1>::new(Scalar), [w.norm_squared()], doublings(w.norm()));
+        coefficients_and_slopes(Lanes::<f64, Unfused<Scalar>, 1>::new(Scalar), [w.norm_squared()], doublings(w.norm()));
     let ([a], [b], [c]) = (all.a, all.b, all.c);
     let (cross, along) = (w.cross(y), w.dot(y));
     let warp = Matrix3::identity() * a + w.cross_matrix() * b + w * w.transpose() * c;

@@ -1,9 +1,8 @@
 //! How a number of Φ or Ψ is stored in the lines of a block: as it is, or as 16 bits of a unit that its mode has.
 
 use super::Line;
-use super::lanes::{Lanes, Vectors};
+use super::lanes::{Kind, Lanes, Vectors};
 use crate::real::Real;
-use pulp::Simd;
 
 /// Numbers of a vertex in a mode: Φ and Ψ.
 pub const SHAPES: usize = 6;
@@ -38,13 +37,13 @@ pub trait Entry: Copy + Default + Send + Sync + 'static {
     /// As [`Entry::entries`], the other way.
     fn set_entries(lines: &mut [Line<Self::Real>], lane: usize, entries: [Self; SHAPES]);
     /// Φ of a group of vertices, in entries.
-    fn phi<S: Simd, const N: usize>(
+    fn phi<S: Kind, const N: usize>(
         lanes: Lanes<Self::Real, S, N>,
         lines: &[Line<Self::Real>],
         at: usize,
     ) -> Vectors<Self::Real, S, N>;
     /// Ψ of a group of vertices, in entries.
-    fn psi<S: Simd, const N: usize>(
+    fn psi<S: Kind, const N: usize>(
         lanes: Lanes<Self::Real, S, N>,
         lines: &[Line<Self::Real>],
         at: usize,
@@ -88,12 +87,12 @@ impl<T: Real> Entry for T {
     }
 
     #[inline(always)]
-    fn phi<S: Simd, const N: usize>(lanes: Lanes<T, S, N>, lines: &[Line<T>], at: usize) -> Vectors<T, S, N> {
+    fn phi<S: Kind, const N: usize>(lanes: Lanes<T, S, N>, lines: &[Line<T>], at: usize) -> Vectors<T, S, N> {
         [lanes.load(&lines[0].0, at), lanes.load(&lines[1].0, at), lanes.load(&lines[2].0, at)]
     }
 
     #[inline(always)]
-    fn psi<S: Simd, const N: usize>(lanes: Lanes<T, S, N>, lines: &[Line<T>], at: usize) -> Vectors<T, S, N> {
+    fn psi<S: Kind, const N: usize>(lanes: Lanes<T, S, N>, lines: &[Line<T>], at: usize) -> Vectors<T, S, N> {
         [lanes.load(&lines[3].0, at), lanes.load(&lines[4].0, at), lanes.load(&lines[5].0, at)]
     }
 }
@@ -146,13 +145,13 @@ impl Entry for I16 {
     }
 
     #[inline(always)]
-    fn phi<S: Simd, const N: usize>(lanes: Lanes<f32, S, N>, lines: &[Line<f32>], at: usize) -> Vectors<f32, S, N> {
+    fn phi<S: Kind, const N: usize>(lanes: Lanes<f32, S, N>, lines: &[Line<f32>], at: usize) -> Vectors<f32, S, N> {
         let [x, y] = lanes.halves(lanes.load(&lines[0].0, at));
         [x, y, lanes.halves(lanes.load(&lines[1].0, at))[0]]
     }
 
     #[inline(always)]
-    fn psi<S: Simd, const N: usize>(lanes: Lanes<f32, S, N>, lines: &[Line<f32>], at: usize) -> Vectors<f32, S, N> {
+    fn psi<S: Kind, const N: usize>(lanes: Lanes<f32, S, N>, lines: &[Line<f32>], at: usize) -> Vectors<f32, S, N> {
         let [y, z] = lanes.halves(lanes.load(&lines[2].0, at));
         [lanes.halves(lanes.load(&lines[1].0, at))[1], y, z]
     }

@@ -5,30 +5,56 @@ use crate::real::Real;
 use pulp::Simd;
 use std::marker::PhantomData;
 
+/// Registers, and how they multiply and add.
+pub trait Kind: Copy {
+    /// The instruction set.
+    type Simd: Simd;
+    /// a b + c in one rounding where the instruction set can; else in two everywhere.
+    const FUSED: bool;
+}
+
+/// As fast as the instruction set does it.
+#[derive(Clone, Copy)]
+pub struct Fused<S>(PhantomData<S>);
+
+/// With the same bits in every instruction set.
+#[derive(Clone, Copy)]
+pub struct Unfused<S>(PhantomData<S>);
+
+impl<S: Simd> Kind for Fused<S> {
+    type Simd = S;
+    const FUSED: bool = true;
+}
+
+impl<S: Simd> Kind for Unfused<S> {
+    type Simd = S;
+    const FUSED: bool = false;
+}
+
 /// One number for each vertex of the group.
-pub type Group<T, S, const N: usize> = [<T as Real>::Register<S>; N];
+pub type Group<T, S, const N: usize> = [<T as Real>::Register<<S as Kind>::Simd>; N];
 
 /// A 3-vector for each vertex of the group.
 pub type Vectors<T, S, const N: usize> = [Group<T, S, N>; 3];
 
 /// The operations.
 #[derive(Clone, Copy)]
-pub struct Lanes<T, S, const N: usize> {
-    simd: S,
+pub struct Lanes<T, S: Kind, const N: usize> {
+    simd: S::Simd,
     of: PhantomData<T>,
 }
 
-impl<T: Real, S: Simd, const N: usize> Lanes<T, S, N> {
+impl<T: Real, S: Kind, const N: usize> Lanes<T, S, N> {
     /// On an instruction set that is known to be there.
     #[inline(always)]
-    pub fn new(simd: S) -> Self {
+    pub fn new(simd: S::Simd) -> Self {
         Self { simd, of: PhantomData }
     }
 
     /// Vertices in a group.
     #[inline(always)]
     pub fn width(self) -> usize {
-        N * size_of::<T::Register<S>>() / size_of::<T>()
+        N * size_of::<T::Register<S::Simd>>() / size_of::<T>()
     }
 
     /// The same number for every vertex.
@@ -74,7 +100,10 @@ impl<T: Real, S: Simd, const N: usize> Lanes<T, S, N> {
     #[inline(always)]
     pub fn mul_add(self, a: Group<T, S, N>, b: Group<T, S, N>, mut c: Group<T, S, N>) -> Group<T, S, N> {
         for n in 0..N {
-            c[n] = T::mul_add(self.simd, a[n], b[n], c[n]);
+            c[n] = match S::FUSED {
+                true => T::mul_add(self.simd, a[n], b[n], c[n]),
+                false => T::sum(self.simd, T::product(self.simd, a[n], b[n]), c[n]),
+            };
         }
         c
     }
@@ -83,7 +112,10 @@ impl<T: Real, S: Simd, const N: usize> Lanes<T, S, N> {
     #[inline(always)]
     pub fn negate_mul_add(self, a: Group<T, S, N>, b: Group<T, S, N>, mut c: Group<T, S, N>) -> Group<T, S, N> {
         for n in 0..N {
-            c[n] = T::negate_mul_add(self.simd, a[n], b[n], c[n]);
+            c[n] = match S::FUSED {
+                true => T::negate_mul_add(self.simd, a[n], b[n], c[n]),
+                false => T::difference(self.simd, c[n], T::product(self.simd, a[n], b[n])),
+            };
         }
         c
     }
@@ -148,7 +180,7 @@ impl<T: Real, S: Simd, const N: usize> Lanes<T, S, N> {
     /// The group's numbers in a line of a block, from register `at` on.
     #[inline(always)]
     pub fn load(self, line: &[T], at: usize) -> Group<T, S, N> {
-        let registers = T::registers::<S>(line);
+        let registers = T::registers::<S::Simd>(line);
         let mut group = [registers[at]; N];
         group.copy_from_slice(&registers[at..at + N]);
         group
@@ -157,12 +189,12 @@ impl<T: Real, S: Simd, const N: usize> Lanes<T, S, N> {
     /// As [`Lanes::load`], the other way.
     #[inline(always)]
     pub fn store(self, group: Group<T, S, N>, line: &mut [T], at: usize) {
-        let registers = T::registers_mut::<S>(line);
+        let registers = T::registers_mut::<S::Simd>(line);
         registers[at..at + N].copy_from_slice(&group);
     }
 }
 
-impl<S: Simd, const N: usize> Lanes<f32, S, N> {
+impl<S: Kind, const N: usize> Lanes<f32, S, N> {
     /// Two 16-bit integers a lane, those of the lower halves and of the upper, in units of 2⁻¹⁶.
     ///
     /// Without conversion: 1.5 has the bits 0x3fc00000, and an integer added to its mantissa's upper 16 bits is added to it in

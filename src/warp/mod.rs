@@ -24,7 +24,7 @@ pub use pose::{Tangent, WarpPose};
 use crate::Vec3;
 use crate::limits::MAX_MODES;
 use crate::real::Real;
-use lanes::{Lanes, Vectors};
+use lanes::{Fused, Kind, Lanes, Unfused, Vectors};
 use pulp::{Simd, WithSimd};
 use std::ops::Range;
 
@@ -34,7 +34,7 @@ pub const LANES: usize = 16;
 /// Work on every group of vertices of every block, in registers of any width.
 pub trait Sweep<E: Entry> {
     /// `first` is the vertex of the group's first lane; `at` its first register in a line.
-    fn visit<S: Simd, const N: usize>(&mut self, lanes: Lanes<E::Real, S, N>, block: Block<E>, first: usize, at: usize);
+    fn visit<S: Kind, const N: usize>(&mut self, lanes: Lanes<E::Real, S, N>, block: Block<E>, first: usize, at: usize);
     /// After each block.
     fn end_block(&mut self) {}
 }
@@ -57,17 +57,20 @@ pub fn sweep_blocks<E: Entry>(basis: &Basis<E>, blocks: Range<usize>, sweep: &mu
         #[inline(always)]
         fn with_simd<S: Simd>(self, simd: S) {
             // Two registers at a time where a line has as many: one chain of additions alone would wait for itself.
-            if size_of::<<E::Real as Real>::Register<S>>() == size_of::<Line<E::Real>>() {
-                groups::<E, S, 1>(simd, self.basis, self.blocks, self.sweep);
-            } else {
-                groups::<E, S, 2>(simd, self.basis, self.blocks, self.sweep);
+            let Self { basis, blocks, sweep } = self;
+            let whole = size_of::<<E::Real as Real>::Register<S>>() == size_of::<Line<E::Real>>();
+            match (whole, basis.fused) {
+                (true, true) => groups::<E, Fused<S>, 1>(simd, basis, blocks, sweep),
+                (false, true) => groups::<E, Fused<S>, 2>(simd, basis, blocks, sweep),
+                (true, false) => groups::<E, Unfused<S>, 1>(simd, basis, blocks, sweep),
+                (false, false) => groups::<E, Unfused<S>, 2>(simd, basis, blocks, sweep),
             }
         }
     }
 
     #[inline(always)]
-    fn groups<E: Entry, S: Simd, const N: usize>(
-        simd: S,
+    fn groups<E: Entry, S: Kind, const N: usize>(
+        simd: S::Simd,
         basis: &Basis<E>,
         blocks: Range<usize>,
         sweep: &mut impl Sweep<E>,
@@ -101,7 +104,7 @@ pub fn with_weights<E: Entry, R>(basis: &Basis<E>, q: &[f64], work: impl FnOnce(
 
 /// Hands `M` vectors of each lane to `visit` as those of vertices `first`, `first` + 1, …
 #[inline(always)]
-pub fn scatter<T: Real, S: Simd, const N: usize, const M: usize>(
+pub fn scatter<T: Real, S: Kind, const N: usize, const M: usize>(
     lanes: Lanes<T, S, N>,
     n_vertices: usize,
     first: usize,
@@ -127,7 +130,7 @@ pub fn visit_turns<E: Entry>(basis: &Basis<E>, q: &[f64], visit: impl FnMut(usiz
 
     impl<E: Entry, F: FnMut(usize, Vec3)> Sweep<E> for Turns<'_, E::Real, F> {
         #[inline(always)]
-        fn visit<S: Simd, const N: usize>(
+        fn visit<S: Kind, const N: usize>(
             &mut self,
             lanes: Lanes<E::Real, S, N>,
             block: Block<E>,

@@ -1,12 +1,11 @@
 //! What hosts read from a deformed shell: positions in rows x y z, and how far it is bent. One pass over the basis each;
 //! from the registers' lanes straight to rows, in whole groups of vertices.
 
-use super::lanes::{Lanes, Vectors};
+use super::lanes::{Kind, Lanes, Vectors};
 use super::{Basis, Block, Entry, LANES, Line, Sweep, WarpPose, Weights, sweep, sweep_blocks, with_weights};
 use crate::Vec3;
 use crate::real::Real;
 use nalgebra::Matrix3;
-use pulp::Simd;
 use std::ops::Range;
 
 /// Where the frame is that rest positions and displacements are given in: x = origin + rotation (rest + u).
@@ -45,7 +44,7 @@ struct Moving<'a, T> {
 impl<T: Real> Moving<'_, T> {
     /// u of a group.
     #[inline(always)]
-    fn displacement<E: Entry<Real = T>, S: Simd, const N: usize>(
+    fn displacement<E: Entry<Real = T>, S: Kind, const N: usize>(
         &self,
         lanes: Lanes<T, S, N>,
         block: &Block<E>,
@@ -65,7 +64,7 @@ fn with_motion<E: Entry>(basis: &Basis<E>, amplitudes: Amplitudes, work: impl Fn
 
 /// The lanes of a group's vectors, component by component.
 #[inline(always)]
-fn lines<T: Real, S: Simd, const N: usize>(lanes: Lanes<T, S, N>, v: &Vectors<T, S, N>) -> [Line<T>; 3] {
+fn lines<T: Real, S: Kind, const N: usize>(lanes: Lanes<T, S, N>, v: &Vectors<T, S, N>) -> [Line<T>; 3] {
     let mut lines = [Line([T::default(); LANES]); 3];
     (0..3).for_each(|c| lanes.store(v[c], &mut lines[c].0, 0));
     lines
@@ -158,7 +157,7 @@ fn rows_f32<E: Entry>(
 
     impl<E: Entry, W: FnMut(usize, &[[f32; 3]])> Sweep<E> for Rows<'_, E::Real, W> {
         #[inline(always)]
-        fn visit<S: Simd, const N: usize>(
+        fn visit<S: Kind, const N: usize>(
             &mut self,
             lanes: Lanes<E::Real, S, N>,
             block: Block<E>,
@@ -212,7 +211,7 @@ fn rows_f64<E: Entry>(
 
     impl<E: Entry, W: FnMut(usize, &[[f64; 3]])> Sweep<E> for Rows<'_, E::Real, W> {
         #[inline(always)]
-        fn visit<S: Simd, const N: usize>(
+        fn visit<S: Kind, const N: usize>(
             &mut self,
             lanes: Lanes<E::Real, S, N>,
             block: Block<E>,
@@ -261,7 +260,7 @@ pub fn extent<E: Entry>(basis: &Basis<E>, amplitudes: Amplitudes, limit: f64) ->
 
     impl<E: Entry> Sweep<E> for Measure<'_, E::Real> {
         #[inline(always)]
-        fn visit<S: Simd, const N: usize>(
+        fn visit<S: Kind, const N: usize>(
             &mut self,
             lanes: Lanes<E::Real, S, N>,
             block: Block<E>,

@@ -7,12 +7,11 @@
 //! with the slopes A', B', C' of [`super::Slopes`].
 
 use super::coefficients::{Coefficients, Slopes, coefficients, coefficients_and_slopes};
-use super::lanes::{Group, Lanes, Vectors};
+use super::lanes::{Group, Kind, Lanes, Vectors};
 use crate::real::Real;
-use pulp::Simd;
 
 /// See the module's text.
-pub struct WarpPose<T: Real, S: Simd, const N: usize> {
+pub struct WarpPose<T: Real, S: Kind, const N: usize> {
     lanes: Lanes<T, S, N>,
     /// y = Φq: the displacement of linear modal analysis.
     pub linear: Vectors<T, S, N>,
@@ -21,7 +20,7 @@ pub struct WarpPose<T: Real, S: Simd, const N: usize> {
     at: Coefficients<Group<T, S, N>>,
 }
 
-impl<T: Real, S: Simd, const N: usize> WarpPose<T, S, N> {
+impl<T: Real, S: Kind, const N: usize> WarpPose<T, S, N> {
     /// Of (Φq, Ψq), given the [`super::doublings`] of all vertices.
     #[inline(always)]
     pub fn new(lanes: Lanes<T, S, N>, (linear, turn): (Vectors<T, S, N>, Vectors<T, S, N>), doublings: u32) -> Self {
@@ -49,7 +48,7 @@ impl<T: Real, S: Simd, const N: usize> WarpPose<T, S, N> {
 
 /// v + w × (f v + g w × v).
 #[inline(always)]
-fn turned<T: Real, S: Simd, const N: usize>(
+fn turned<T: Real, S: Kind, const N: usize>(
     lanes: Lanes<T, S, N>,
     w: &Vectors<T, S, N>,
     v: &Vectors<T, S, N>,
@@ -60,7 +59,7 @@ fn turned<T: Real, S: Simd, const N: usize>(
 
 /// v + w × (g w × v − f v): the transpose of [`turned`].
 #[inline(always)]
-fn turned_back<T: Real, S: Simd, const N: usize>(
+fn turned_back<T: Real, S: Kind, const N: usize>(
     lanes: Lanes<T, S, N>,
     w: &Vectors<T, S, N>,
     v: &Vectors<T, S, N>,
@@ -72,12 +71,12 @@ fn turned_back<T: Real, S: Simd, const N: usize>(
 }
 
 /// The tangent at a pose.
-pub struct Tangent<T: Real, S: Simd, const N: usize> {
+pub struct Tangent<T: Real, S: Kind, const N: usize> {
     pose: WarpPose<T, S, N>,
     slopes: Slopes<Group<T, S, N>>,
 }
 
-impl<T: Real, S: Simd, const N: usize> Tangent<T, S, N> {
+impl<T: Real, S: Kind, const N: usize> Tangent<T, S, N> {
     /// At (Φq, Ψq), given the [`super::doublings`] of all vertices.
     #[inline(always)]
     pub fn new(lanes: Lanes<T, S, N>, (linear, turn): (Vectors<T, S, N>, Vectors<T, S, N>), doublings: u32) -> Self {

@@ -89,6 +89,8 @@ fn model_on(n: usize, modes: usize, basis: impl FnOnce(&Shell) -> AnyBasis) -> A
         modal: Arc::new(modal),
         certificate: SpectrumCertificate { count: modes, found: modes, ..SpectrumCertificate::default() },
         strain: Default::default(),
+        arithmetic: Default::default(),
+        other: Default::default(),
         truncation: 0.0,
         reduced: None,
         seconds: Default::default(),

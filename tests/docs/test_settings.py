@@ -9,7 +9,7 @@ HOSTS = ROOT / "host_examples"
 PAGE = (ROOT / "docs" / "reference" / "settings.md").read_text(encoding="utf-8")
 COLUMNS = ("scene", "blender", "maya", "houdini")
 # What every deformer of Maya has of its own; and what Blender keeps for its lists.
-NOT_OURS, INTERNAL = {"envelope", "weights"}, {"active_handle", "active_render"}
+NOT_OURS, INTERNAL = {"envelope", "weights"}, {"active_handle", "active_render", "baked_mesh"}
 
 
 def listed():

@@ -5,7 +5,7 @@
 import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
 import { test } from 'node:test';
-import { Library } from '../../host_examples/playground/module.mjs';
+import { Library } from '../../host_examples/npm/module.mjs';
 
 const module = new WebAssembly.Module(readFileSync(process.env.SHELLWARP_WASM));
 const layout = JSON.parse(readFileSync(process.env.SHELLWARP_LAYOUT));

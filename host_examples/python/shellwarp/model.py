@@ -160,9 +160,9 @@ class Model(Handle):
             return str(error)
         return ""
 
-    def state(self, method: str = DEFAULT, integrator: str = "implicit-euler") -> State:
-        """A new State at rest."""
-        return State(self, method, integrator)
+    def state(self, method: str = DEFAULT, integrator: str = "implicit-euler", deterministic: bool = False) -> State:
+        """A new State at rest; a deterministic one gives the same bits on every processor, on one saved model."""
+        return State(self, method, integrator, deterministic)
 
 
 def _guarded(progress, raised):

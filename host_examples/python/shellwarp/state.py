@@ -35,9 +35,11 @@ class State(Handle):
 
     _destroyer = "sw_state_destroy"
 
-    def __init__(self, model: "Model", method: str = DEFAULT, integrator: str = "implicit-euler") -> None:
+    def __init__(self, model: "Model", method: str = DEFAULT, integrator: str = "implicit-euler",
+                 deterministic: bool = False) -> None:
         desc = _library.initialised(_abi.SwStateDesc)
         desc.method, desc.integrator = choice(methods(), method, "method"), choice(INTEGRATORS, integrator, "integrator")
+        desc.flags = _abi.SW_STATE_DETERMINISTIC if deterministic else 0
         pointer = POINTER(_abi.SwState)()
         model._call("sw_state_create", byref(desc), byref(pointer))
         self._adopt(pointer)

@@ -280,6 +280,16 @@ class Running(unittest.TestCase):
         with self.assertRaises(sw.InvalidDataError):
             other.load(saved[:-1])
 
+    def test_a_deterministic_state_moves_alike_and_refuses_the_full_shell(self):
+        made = model()
+        fast, same = made.state(), made.state(deterministic=True)
+        for state in fast, same:
+            state.set_gravity(strip.GRAVITY)
+            run(made, 7, state)
+        numpy.testing.assert_allclose(same.positions(), fast.positions(), atol=1e-5)  # a basis of 32 bits
+        with self.assertRaisesRegex(sw.UnsupportedError, "deterministic"):
+            made.state("shell-implicit", deterministic=True)
+
     def test_pickled_inputs_give_the_same_bits_in_another_process(self):
         made, shell = model(), strip.shell()
         state = run(made, 7)

@@ -17,11 +17,11 @@
 
 mod work;
 
-use crate::Vec3;
 use crate::constraint::{Constraint, ConstraintSet, MET, Outcome, Target};
 use crate::step::{Bend, Integrator, Oscillator};
 use crate::support::Pose;
 use crate::warp::{Basis, Entry, warp_with_derivative};
+use crate::{Vec3, rotation};
 use nalgebra::UnitQuaternion;
 use std::f64::consts::TAU;
 use work::Work;
@@ -415,7 +415,7 @@ fn limit_bend(step: &Step, limit: f64, q: &[f64], q_dot: &mut [f64]) {
 
 /// The rotation vector of `target`, among all θ + 2πk about its axis, that is nearest to `present`.
 fn nearest_branch(target: &UnitQuaternion<f64>, present: &Vec3) -> Vec3 {
-    let principal = target.scaled_axis();
+    let principal = rotation::vector(target);
     let angle = principal.norm();
     // A full turn has no axis of its own: it keeps the present one.
     let axis = if angle > 1e-9 { principal / angle } else { present.try_normalize(1e-9).unwrap_or_default() };

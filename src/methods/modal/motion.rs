@@ -9,7 +9,7 @@ use crate::methods::plan::{Around, Part};
 use crate::methods::{Acting, Damping, Motion, Reaction, WriteRotation};
 use crate::modal::with_basis;
 use crate::warp::{Extent, Placement, visit_turns};
-use crate::{Error, ErrorKind, Result, Vec3};
+use crate::{Error, ErrorKind, Result, Vec3, rotation};
 use nalgebra::UnitQuaternion;
 
 impl<M: Map> Motion for Modal<M> {
@@ -55,7 +55,7 @@ impl<M: Map> Motion for Modal<M> {
         let modal = &self.basis;
         let left = |(k, lambda): (usize, &f64)| {
             let swing = if *lambda > 0.0 {
-                (self.q[k] - self.force[k] / lambda).hypot(self.q_dot[k] / lambda.sqrt())
+                libm::hypot(self.q[k] - self.force[k] / lambda, self.q_dot[k] / lambda.sqrt())
             } else if self.q_dot[k] == 0.0 && self.force[k] == 0.0 {
                 0.0
             } else {
@@ -186,7 +186,7 @@ impl<M: Map> Motion for Modal<M> {
         if self.basis.is_linear() {
             return without_rotations("rotations");
         }
-        let turn = |v: usize, w: Vec3| write(v, frame * UnitQuaternion::from_scaled_axis(w));
+        let turn = |v: usize, w: Vec3| write(v, frame * rotation::by(&w));
         with_basis!(&self.basis.basis, basis => visit_turns(basis, &self.q, turn));
         Ok(())
     }

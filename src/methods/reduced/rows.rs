@@ -4,7 +4,7 @@ use super::{At, Reduced};
 use crate::constraint::{Outcome, Target};
 use crate::reduced::with_fields;
 use crate::reference::orientation::{Ring, missing_turn, part_way};
-use crate::{Shell, Vec3, wide_norm};
+use crate::{Shell, Vec3, rotation, wide_norm};
 use nalgebra::DVector;
 
 /// Displacement, in units of the model's size, over which the curvature of orientations is found by differences.
@@ -146,7 +146,7 @@ impl Reduced {
                 Target::Orientation(world) => {
                     let ring = ring_of(rings, at.shell, c.vertex);
                     let present = at.pose.rotation * ring.rotation(&places(at, ring, next));
-                    Some((world * present.inverse()).scaled_axis())
+                    Some(rotation::vector(&(world * present.inverse())))
                 }
             };
             *outcome = Outcome { iterations: 1, ..Outcome::default() };

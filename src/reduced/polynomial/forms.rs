@@ -234,7 +234,7 @@ fn corrections(hinges: &[Hinge], gains: &Mat<f64>, pairs: usize) -> Result<(Mat<
         matmul(gram.as_mut(), Accum::Add, z.transpose(), &z, 1.0, Par::Seq);
     }
     // Shapes count by the roots of their sizes.
-    let scale: Vec<f64> = (0..shapes).map(|s| gram[(s, s)].max(f64::MIN_POSITIVE).powf(-0.25)).collect();
+    let scale: Vec<f64> = (0..shapes).map(|s| gram[(s, s)].max(f64::MIN_POSITIVE).sqrt().sqrt().recip()).collect();
     let scaled = Mat::from_fn(shapes, shapes, |i, j| scale[i] * gram[(i, j)] * scale[j]);
     if shapes == 0 || scaled.norm_max() == 0.0 {
         return Ok((Mat::zeros(pairs, 0), vec![]));

@@ -87,7 +87,7 @@ impl Hinge {
         let [h, k] = doubles.map(|double| double / length);
         let [t, r] = [p, s].map(|of| of.dot(&e) / (length * length));
         let across = [-(1.0 - t) / h - (1.0 - r) / k, -t / h - r / k, 1.0 / h, 1.0 / k];
-        let (sine, cosine) = dihedral_angle(x).sin_cos();
+        let (sine, cosine) = libm::sincos(dihedral_angle(x));
         let turning = 2.0 * weight * sine / (length * h * k);
         let arm: Vec3 = across.iter().zip(x).map(|(k, x)| *k * x).sum();
         let mut gradient = Vector12::zeros();

@@ -23,6 +23,7 @@ pub use gate::{Errors, Gate};
 
 use super::elastic::Scratch;
 use super::products::WIDTH;
+use crate::arithmetic::Arithmetic;
 use crate::energy::Curvature;
 use evaluate::resist;
 use nalgebra::{DMatrix, SymmetricEigen};
@@ -142,8 +143,13 @@ impl PolynomialEnergy {
             bending_square,
             convex: alone(&above(stiffness, bending)),
             gate: Gate::default(),
-            arch: Arch::new(),
+            arch: Arithmetic::default().arch(),
         }
+    }
+
+    /// The same, computed with by `arithmetic`.
+    pub fn with_arithmetic(&self, arithmetic: Arithmetic) -> Self {
+        Self { arch: arithmetic.arch(), gate: self.gate, ..Self::new(&self.coefficients()) }
     }
 
     /// What it was made of.
@@ -272,15 +278,19 @@ fn mirror(out: &mut DMatrix<f64>) {
     }
 }
 
-/// A + (B − A)⁺: above both.
+/// A + (B − A)⁺: above both. By plain sums, whose bits are the same on every processor.
 fn above(a: &DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<f64> {
     let gap = b - a;
     if !gap.iter().all(|x| x.is_finite()) {
         return gap; // no search for eigenvalues among what is no number
     }
     let gap = SymmetricEigen::new(gap);
-    let raised = DMatrix::from_diagonal(&gap.eigenvalues.map(|x| x.max(0.0)));
-    a + &gap.eigenvectors * raised * gap.eigenvectors.transpose()
+    let mut sum = a.clone();
+    for (value, vector) in gap.eigenvalues.iter().zip(gap.eigenvectors.column_iter()).filter(|(value, _)| **value > 0.0)
+    {
+        sum.ger(*value, &vector, &vector, 1.0);
+    }
+    sum
 }
 
 /// Where entry `i` of form `k` is where 8 forms are side by side, of so many entries each.

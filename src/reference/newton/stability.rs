@@ -85,7 +85,8 @@ impl Newton {
     /// The lowest pair, by the factor of H + σM.
     fn lowest(&mut self, potential: &Potential, sigma: f64) -> Result<(Vec<Vec3>, f64)> {
         let (shell, n) = (potential.shell, self.direction.len());
-        let spread = |v: usize| Vec3::new((1.3 * v as f64).sin(), (0.7 * v as f64 + 1.0).cos(), (2.1 * v as f64).cos());
+        let spread =
+            |v: usize| Vec3::new(libm::sin(1.3 * v as f64), libm::cos(0.7 * v as f64 + 1.0), libm::cos(2.1 * v as f64));
         let mut way = vec![Vec3::zeros(); shell.mass.len()];
         potential.free().for_each(|v| way[v] = spread(v));
         let mut lambda = f64::INFINITY;
