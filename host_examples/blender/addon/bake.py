@@ -6,7 +6,7 @@ exporters take for animated: they skip what only a handler moves. Meshes that fo
 
 import hashlib
 import os
-from contextlib import ExitStack
+from contextlib import ExitStack, closing
 
 import bpy
 import numpy
@@ -17,6 +17,7 @@ from .meshes import rest_positions
 from .point_cache import PointCache, points_of
 from .stack import CACHE
 
+WAIT = 0.05  # seconds between looks at a precompute
 CERTIFIED = 50_000  # vertices at most that a bake certifies its last frame of
 
 
@@ -77,6 +78,19 @@ class Track:
         self.caches, self.run, self.too_far = {}, None, 0
         settings.verdict = ""
 
+    def precompute(self, context):
+        """Makes the model on a thread; yields texts meanwhile, and stops it when closed."""
+        under_way = live.start(self.obj, context.evaluated_depsgraph_get())
+        try:
+            while under_way is not None and under_way.running():
+                under_way.wait(WAIT)
+                yield f"{self.obj.name}: {under_way.text()}"
+        finally:
+            if under_way is not None and under_way.running():
+                live.stop(self.obj)
+        if under_way is not None:
+            live.take(self.obj)
+
     def begin(self, depsgraph):
         """Makes the model and opens the caches."""
         self.run = live.prepare(self.obj, depsgraph)
@@ -89,7 +103,9 @@ class Track:
             self.caches[item] = PointCache(bpy.path.abspath(path), len(item.data.vertices), self.start, [bpy.data.filepath])
 
     def frame(self, frame, scene, depsgraph):
-        """Appends one frame."""
+        """Appends one frame, if it is one of the shell's."""
+        if not self.start <= frame <= self.end:
+            return
         if self.run is None:
             self.begin(depsgraph)
         inputs = read_inputs(self.obj, scene, depsgraph, self.run)
@@ -117,19 +133,68 @@ class Track:
         self.caches = {}
 
 
-def bake(obj, context):
-    """A generator: one frame a turn, yields the fraction done. Closing it before its end drops what was written."""
-    track, scene = Track(obj), context.scene
-    count = track.end - track.start + 1
-    with ExitStack() as stack:
-        stack.callback(scene.frame_set, scene.frame_current)
-        stack.callback(track.discard)
-        stack.enter_context(live.suspended(obj))
-        for i in range(count):
-            scene.frame_set(track.start + i)
-            track.frame(track.start + i, scene, context.evaluated_depsgraph_get())
-            yield (i + 1) / count
-        track.close()
+def bake(objects, context):
+    """A generator that bakes shells side by side, so that each frame is evaluated once: yields the fraction done, and a text.
+    Closing it before its end drops what was written, and stops a precompute. One that fails drops its own; in the end its reason
+    is raised."""
+    scene, failed = context.scene, []
+    tracks = [named(obj, objects, lambda obj=obj: Track(obj)) for obj in objects]
+    with ExitStack() as cleaning:
+        cleaning.callback(go_back, scene, scene.frame_current, objects)
+        for track in tracks:
+            cleaning.callback(track.discard)
+            cleaning.enter_context(live.suspended(track.obj))
+
+        def survivors(work):
+            """Those of the tracks that the work does not fail with."""
+            kept = []
+            for track in tracks:
+                try:
+                    named(track.obj, objects, lambda track=track: work(track))
+                    kept.append(track)
+                except Exception as error:
+                    track.discard()
+                    failed.append(error)
+            return kept
+
+        for track in list(tracks):
+            scene.frame_set(track.start)
+            try:
+                with closing(track.precompute(context)) as texts:
+                    for text in texts:
+                        yield 0.0, text
+            except Exception as error:
+                failed.append(Refused(f"“{track.obj.name}”: {error}") if len(objects) > 1 else error)
+                tracks.remove(track)
+        first, last = min((t.start for t in tracks), default=0), max((t.end for t in tracks), default=-1)
+        for frame in range(first, last + 1):
+            scene.frame_set(frame)
+            tracks = survivors(lambda track: track.frame(frame, scene, context.evaluated_depsgraph_get()))
+            if not tracks:
+                break
+            yield (frame - first + 1) / (last - first + 1), f"frame {frame} of {last}"
+        survivors(lambda track: track.close())
+        if failed:
+            raise failed[0] if len(objects) == 1 else Refused("; ".join(map(str, failed)))
+
+
+def go_back(scene, frame, objects):
+    """Goes to a frame; a shell whose precompute was stopped does not begin another there."""
+    with ExitStack() as waiting:
+        for obj in objects:
+            if live.simulation(obj) is None:
+                waiting.enter_context(live.suspended(obj))
+        scene.frame_set(frame)
+
+
+def named(obj, objects, work):
+    """Does the work for an object; where there are several, what it refuses begins with the name."""
+    try:
+        return work()
+    except Exception as error:
+        if len(objects) == 1:
+            raise
+        raise Refused(f"“{obj.name}”: {error}") from error
 
 
 def certify(run):

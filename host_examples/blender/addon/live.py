@@ -13,6 +13,7 @@ from bpy.app.handlers import persistent
 
 from . import colliders, library, render_mesh, shape_key, stack
 from .inputs import Refused, check_named, groups_of, read_inputs, read_shell, split_matrix
+from .jobs import Job
 from .meshes import evaluated, present
 from .simulation import Simulation
 
@@ -20,7 +21,13 @@ _runs = {}      # session_uid of the object -> Simulation
 _messages = {}  # session_uid -> what went wrong last, "" for nothing
 _refused = {}   # session_uid -> what a button could not do and why, by the button
 _causes = {}    # session_uid -> why there is no model or no binding, until there is one
+_jobs = {}      # session_uid -> the model that is being made
 _suspended = set()
+PATIENCE, TICK = 1.0, 0.2  # seconds that a frame waits for a model before it goes on without, and between looks at one under way
+
+
+class Working(Refused):
+    """The model is being made."""
 
 
 def simulation(obj):
@@ -59,6 +66,7 @@ def store(obj, run):
 
 def forget(obj):
     """Frees the object's run."""
+    stop(obj)
     run = _runs.pop(obj.session_uid, None)
     _messages.pop(obj.session_uid, None)
     _causes.pop(obj.session_uid, None)
@@ -76,20 +84,94 @@ def suspended(obj):
         _suspended.discard(obj.session_uid)
 
 
-def prepare(obj, depsgraph, progress=None):
+def job(obj):
+    """The model that is being made for an object, None for none."""
+    return _jobs.get(obj.session_uid)
+
+
+def start(obj, depsgraph):
+    """Begins to make the object's model on a thread; the job, None where there is a model of what the object is now."""
+    shell, scale, recipe, key = read_shell(obj, depsgraph)
+    run, under_way, package = simulation(obj), job(obj), library.package()
+    if run is not None and run.key == key:
+        return None
+    if under_way is None or under_way.key != key or under_way.cancelled:
+        forget(obj)
+        method = package.method.find(recipe.method)
+
+        def make(progress):
+            return Simulation(package, shell, scale, recipe, key, progress)
+        _jobs[obj.session_uid] = Job(make, key, method.needs_fields or method.needs_choice)
+    return job(obj)
+
+
+def stop(obj):
+    """Stops the job of an object."""
+    under_way = _jobs.pop(obj.session_uid, None)
+    if under_way is not None:
+        under_way.cancel()
+
+
+def waits(depsgraph):
+    """Whether frames must wait for models: renders, and where nobody looks on."""
+    return bpy.app.background or depsgraph.mode == "RENDER" or bpy.app.is_job_running("RENDER")
+
+
+def watch():
+    """Looks at the jobs, again and again by a timer while there are any: takes what is done, and shows it at the start frame."""
+    for obj in [obj for obj in bpy.data.objects if obj.session_uid in _jobs and obj.session_uid not in _suspended]:
+        if not job(obj).running():
+            finish(obj)
+    for window in bpy.context.window_manager.windows:
+        for area in window.screen.areas:
+            if area.type == "PROPERTIES":
+                area.tag_redraw()
+    return TICK if _jobs else None
+
+
+def finish(obj):
+    """Takes a job's model, and shows the shell."""
+    if job(obj).cancelled:
+        forget(obj)
+        _causes[obj.session_uid] = "the precompute was cancelled: press Precompute, or go to the start frame"
+        tell(obj, _causes[obj.session_uid])
+        return
+    scene = next((scene for scene in bpy.data.scenes if obj.name in scene.objects), bpy.context.scene)
+    if scene.frame_current_final == obj.shellwarp.frame_start:
+        scene.frame_set(scene.frame_current)  # where prepare takes it
+    else:
+        try:
+            take(obj)
+            tell(obj, "the model is made: go to the start frame")
+        except Exception as error:
+            _causes[obj.session_uid] = str(error) or type(error).__name__
+            tell(obj, _causes[obj.session_uid])
+
+
+def take(obj):
+    """Makes a job's model the object's run; waits for it."""
+    under_way = _jobs.pop(obj.session_uid)
+    store(obj, under_way.result())
+    return simulation(obj)
+
+
+def prepare(obj, depsgraph, patience=None):
     """The object's run with a model of its present mesh, material and supports, made anew if these have changed.
 
-    Where that fails, the run before ends as well: a shell does not go on with what it had."""
+    Where that fails, the run before ends as well: a shell does not go on with what it had. Where it takes longer than `patience`
+    seconds, Working is raised, and it goes on."""
     try:
-        shell, scale, recipe, key = read_shell(obj, depsgraph)
+        under_way = start(obj, depsgraph)
         shown_by(obj, depsgraph)
-        run = simulation(obj)
-        if run is None or run.key != key:
-            forget(obj)
-            run = Simulation(library.package(), shell, scale, recipe, key, progress)
-            store(obj, run)
+        if under_way is not None:
+            under_way.wait(patience)
+            if under_way.running():
+                raise Working(under_way.text())
+        run = simulation(obj) if under_way is None else take(obj)
         run.groups = groups_of(obj.shellwarp)
         run.collide(colliders.prepare(obj, depsgraph, library.package(), run.solids))
+    except Working:
+        raise
     except Exception as error:
         forget(obj)
         _causes[obj.session_uid] = str(error) or type(error).__name__
@@ -121,9 +203,11 @@ def bind(obj, depsgraph, run):
 
 def show(obj, scene, depsgraph):
     """Moves one object to the depsgraph's frame."""
-    start, frame = obj.shellwarp.frame_start, scene.frame_current_final
-    if frame == start:
-        run = prepare(obj, depsgraph)
+    begin, frame = obj.shellwarp.frame_start, scene.frame_current_final
+    if frame == begin:
+        run = prepare(obj, depsgraph, None if waits(depsgraph) else PATIENCE)
+    elif job(obj) is not None:
+        raise Working(job(obj).text())
     else:
         run = simulation(obj)
         if run is None or obj.session_uid in _causes:
@@ -131,11 +215,11 @@ def show(obj, scene, depsgraph):
         if run.model.n_vertices != len(obj.data.vertices):
             raise Refused("the mesh has changed: go to the start frame")
     inputs = read_inputs(obj, scene, depsgraph, run)
-    positions = run.go(frame, start, inputs)
+    positions = run.go(frame, begin, inputs)
     if not run.recipe.follows:
         shape_key.write(obj, positions)
     else:
-        stack.write(obj, stack.read(obj, depsgraph) if frame < start else positions)
+        stack.write(obj, stack.read(obj, depsgraph) if frame < begin else positions)
     render_mesh.show(obj, depsgraph, run, (inputs.origin, inputs.rotation))
 
 
@@ -170,6 +254,10 @@ def on_frame_change(scene, depsgraph):
         try:
             show(obj, scene, depsgraph)
             tell(obj, "")
+        except Working:  # the panel asks the job itself
+            _messages[obj.session_uid] = ""
+            if not bpy.app.timers.is_registered(watch):
+                bpy.app.timers.register(watch, first_interval=TICK)
         except Exception as error:  # whatever it is, the frame change of all others goes on
             tell(obj, str(error) or type(error).__name__)
 
@@ -177,6 +265,9 @@ def on_frame_change(scene, depsgraph):
 @persistent
 def on_load(*_):
     """Another file: its objects' numbers are new."""
+    for under_way in _jobs.values():
+        under_way.cancel()
+    _jobs.clear()
     for run in _runs.values():
         run.close()
     _runs.clear()

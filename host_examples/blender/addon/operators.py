@@ -1,13 +1,12 @@
 """What the panel's buttons do. All can be undone, run from scripts, and report what goes wrong."""
 
-import threading
 from contextlib import contextmanager
 
 import bpy
 from bpy_extras.io_utils import ExportHelper
 
 from . import bake, live, render_mesh
-from .inputs import Refused, evaluated, read_shell, rest_positions, split_matrix
+from .inputs import Refused, evaluated, rest_positions, split_matrix
 
 TICK = 0.05  # seconds between looks at a precompute under way
 
@@ -55,58 +54,84 @@ class SHELLWARP_OT_precompute(ShellOperator, bpy.types.Operator):
         self.report({"INFO"}, summary(run))
 
     def invoke(self, context, _event):
-        """The modes are found on a thread, which touches none of Blender's data: the library releases the GIL."""
-        from .library import package
-        from .simulation import Simulation
+        """The modes are found on a thread."""
         try:
-            shell, scale, recipe, key = read_shell(context.object, context.evaluated_depsgraph_get())
-            library = package()
+            self.job = live.start(context.object, context.evaluated_depsgraph_get())
+            if self.job is None:
+                return self.execute(context)
         except Exception as error:
             return refused(self, context.object, error)
-        self.cancel, self.made, self.failed, self.fraction = False, None, None, 0.0
         self.name = context.object.name
-
-        def progress(phase, fraction):
-            self.fraction = fraction
-            return not self.cancel
-
-        def work():
-            try:
-                self.made = Simulation(library, shell, scale, recipe, key, progress)
-            except Exception as error:
-                self.failed = error
-        self.thread = threading.Thread(target=work)
-        self.thread.start()
-        self.timer = context.window_manager.event_timer_add(TICK, window=context.window)
-        context.window_manager.progress_begin(0, 1)
-        context.window_manager.modal_handler_add(self)
+        begin_modal(self, context, TICK)
         return {"RUNNING_MODAL"}
 
     def modal(self, context, event):
         if event.type == "ESC":
-            self.cancel = True
+            self.job.cancel()
         if event.type == "TIMER":
-            context.window_manager.progress_update(self.fraction)
-        if self.thread.is_alive():
+            show_progress(context, self.job.fraction, f"{self.name}: {self.job.text()}")
+        if self.job.running():
             return {"RUNNING_MODAL"}
-        context.window_manager.event_timer_remove(self.timer)
-        context.window_manager.progress_end()
+        end_modal(self, context)
         obj = bpy.data.objects.get(self.name)
-        if self.cancel:
-            self.report({"ERROR"}, str(self.failed or "cancelled"))
+        if self.job.cancelled:
+            if obj is not None and live.job(obj) is self.job:
+                live.stop(obj)
+            self.report({"ERROR"}, "the precompute was cancelled")
             return {"CANCELLED"}
-        if self.failed is not None or obj is None:
-            return refused(self, obj, self.failed or Refused("the object is gone"))
+        try:
+            if obj is None:
+                raise Refused("the object is gone")
+            run = live.take(obj) if live.job(obj) is self.job else live.simulation(obj)
+        except Exception as error:
+            return refused(self, obj, error)
         live.refuse(obj, self.bl_label, "")
-        live.store(obj, self.made)
-        self.report({"INFO"}, summary(self.made))
+        self.report({"INFO"}, summary(run))
         return {"FINISHED"}
+
+
+def begin_modal(operator, context, tick):
+    """Lets an operator hear of the timer and of Esc."""
+    operator.timer = context.window_manager.event_timer_add(tick, window=context.window)
+    context.window_manager.progress_begin(0, 1)
+    context.window_manager.modal_handler_add(operator)
+
+
+def show_progress(context, fraction, text):
+    """At the pointer, and in the line at the bottom of the window."""
+    context.window_manager.progress_update(fraction)
+    context.workspace.status_text_set(f"{text}   Esc: stop")
+
+
+def end_modal(operator, context):
+    context.window_manager.event_timer_remove(operator.timer)
+    context.window_manager.progress_end()
+    context.workspace.status_text_set(None)
+
+
+class SHELLWARP_OT_cancel(ShellOperator, bpy.types.Operator):
+    """Stop the precompute that a frame began"""
+
+    bl_idname = "shellwarp.cancel"
+    bl_label = "Cancel"
+    bl_options = {"REGISTER"}
+
+    def run(self, _context, obj):
+        if live.job(obj) is None:
+            raise Refused("no precompute is under way")
+        live.job(obj).cancel()
 
 
 def summary(run):
     info, hertz = run.model.info(), run.model.frequencies()
     return (f"{info['modes']} modes, {hertz[0]:.3g} to {hertz[-1]:.3g} Hz, {info['n_fixed']} of {info['n_vertices']} "
-            f"vertices held, {sum(info['seconds']):.1f} s")
+            f"vertices held, {sum(info['seconds']):.1f} s, {megabytes(run)}")
+
+
+def megabytes(run):
+    """What memory a shell takes."""
+    now, most = (size / 1e6 for size in run.memory())
+    return f"{now:.3g} MB, {most:.3g} MB while precomputing"
 
 
 class SHELLWARP_OT_certify(ShellOperator, bpy.types.Operator):
@@ -124,22 +149,25 @@ class SHELLWARP_OT_certify(ShellOperator, bpy.types.Operator):
 
 
 class SHELLWARP_OT_bake(ShellOperator, bpy.types.Operator):
-    """Run from start to end into a point cache, which a modifier then plays. Esc stops it"""
+    """Run all selected shells from start to end into point caches, which modifiers then play. Esc stops it"""
 
     bl_idname = "shellwarp.bake"
     bl_label = "Bake"
 
-    def run(self, context, obj):
-        for _ in bake.bake(obj, context):
+    def run(self, context, _obj):
+        for _ in bake.bake(chosen(context), context):
             pass
-        self.report({"INFO"}, baked(obj))
+        self.tell(chosen(context))
 
     def invoke(self, context, _event):
-        self.frames = bake.bake(context.object, context)
-        self.timer = context.window_manager.event_timer_add(0.0, window=context.window)
-        context.window_manager.progress_begin(0, 1)
-        context.window_manager.modal_handler_add(self)
+        self.chosen = chosen(context)
+        self.frames = bake.bake(self.chosen, context)
+        begin_modal(self, context, 0.0)
         return {"RUNNING_MODAL"}
+
+    def tell(self, objects):
+        for obj in objects:
+            self.report({"INFO"}, baked(obj))
 
     def modal(self, context, event):
         if event.type == "ESC":
@@ -148,34 +176,40 @@ class SHELLWARP_OT_bake(ShellOperator, bpy.types.Operator):
         if event.type != "TIMER":
             return {"RUNNING_MODAL"}
         try:
-            context.window_manager.progress_update(next(self.frames))
+            show_progress(context, *next(self.frames))
         except StopIteration:
             live.refuse(context.object, self.bl_label, "")
-            self.report({"INFO"}, baked(context.object))
+            self.tell(self.chosen)
             return self.end(context, {"FINISHED"})
         except Exception as error:
             return self.end(context, refused(self, context.object, error))
         return {"RUNNING_MODAL"}
 
     def end(self, context, result):
-        context.window_manager.event_timer_remove(self.timer)
-        context.window_manager.progress_end()
+        end_modal(self, context)
         return result
+
+
+def chosen(context):
+    """The active shell and the other selected ones."""
+    others = [item for item in context.selected_objects if item != context.object and item.type == "MESH" and item.shellwarp.enabled]
+    return [context.object, *others]
 
 
 def baked(obj):
     """Where a bake went, and how good it is."""
-    return f"baked to {bake.baked(obj).filepath}; {obj.shellwarp.verdict}"
+    return f"“{obj.name}” baked to {bake.baked(obj).filepath}; {obj.shellwarp.verdict}"
 
 
 class SHELLWARP_OT_free_bake(ShellOperator, bpy.types.Operator):
-    """Take the cache's modifier away and go live again; the file stays"""
+    """Take the caches' modifiers of all selected shells away and go live again; the files stay"""
 
     bl_idname = "shellwarp.free_bake"
     bl_label = "Free bake"
 
-    def run(self, _context, obj):
-        bake.free(obj)
+    def run(self, context, _obj):
+        for item in chosen(context):
+            bake.free(item)
 
 
 class SHELLWARP_OT_add_handle(ShellOperator, bpy.types.Operator):
@@ -333,7 +367,7 @@ def write(context, obj, path):
         scene.frame_start, scene.frame_end = before
 
 
-_CLASSES = (SHELLWARP_OT_precompute, SHELLWARP_OT_certify, SHELLWARP_OT_bake, SHELLWARP_OT_free_bake, SHELLWARP_OT_add_handle,
+_CLASSES = (SHELLWARP_OT_precompute, SHELLWARP_OT_cancel, SHELLWARP_OT_certify, SHELLWARP_OT_bake, SHELLWARP_OT_free_bake, SHELLWARP_OT_add_handle,
             SHELLWARP_OT_remove_handle, SHELLWARP_OT_add_render, SHELLWARP_OT_remove_render, SHELLWARP_OT_export)
 
 

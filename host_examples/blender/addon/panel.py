@@ -112,6 +112,10 @@ def wanted(settings, name):
 def draw_state(layout, context, obj):
     """What is wrong, else what is."""
     run = live.simulation(obj)
+    if live.job(obj) is not None:
+        row = layout.row()
+        row.label(text=live.job(obj).text(), icon="TIME")
+        row.operator("shellwarp.cancel", icon="CANCEL")
     for message in live.trouble(obj) if obj.shellwarp.enabled else []:
         layout.label(text=message, icon="ERROR")
     if obj.shellwarp.enabled and obj.shellwarp.live and not context.scene.render.use_lock_interface:

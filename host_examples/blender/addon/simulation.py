@@ -112,6 +112,12 @@ class Simulation:
         share = math.ceil(100 * report["fraction_turned_too_far"])
         return f"turns by {math.degrees(report['max_rotation']):.0f} degrees, {share} % of it too far for the method: certify it"
 
+    def memory(self):
+        """Bytes: of model, state and kept frames now, and the most at once while the model was made, estimated."""
+        info = self.model.info()
+        kept = sum(len(frame.saved) + len(frame.inputs.supports) for frame in self.known.values())
+        return info["bytes_model"] + info["bytes_state"] + kept, info["bytes_precompute_peak"]
+
     def touching(self):
         """What to say of contact, "" for nothing."""
         if not self.solids:

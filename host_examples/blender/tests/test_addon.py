@@ -419,7 +419,7 @@ class Bake(Case):
         obj = self.baked_strip()
         before = (self.folder / "strip.pc2").read_bytes()
         self.scene.frame_set(4)
-        under_way = part("bake").bake(obj, bpy.context)
+        under_way = part("bake").bake([obj], bpy.context)
         for _ in range(5):
             next(under_way)
         under_way.close()
@@ -596,10 +596,11 @@ class Window:
 
     def __init__(self, operator):
         self.operator, self.reports, self.timers = operator, [], 0
-        self.window_manager, self.window, self.scene = self, None, bpy.context.scene
+        self.window_manager, self.window, self.workspace, self.scene = self, None, self, bpy.context.scene
+        self.selected_objects, self.texts = bpy.context.selected_objects, []
         self.object, self.bl = bpy.context.object, types.SimpleNamespace(bl_label=operator.bl_label)
         self.bl.report = lambda kind, text: self.reports.append((kind, text))
-        for name in ("end", "run"):
+        for name in ("end", "run", "tell", "execute"):
             if hasattr(operator, name):
                 setattr(self.bl, name, types.MethodType(getattr(operator, name), self.bl))
 
@@ -614,6 +615,9 @@ class Window:
 
     def progress_begin(self, *_):
         pass
+
+    def status_text_set(self, text):
+        self.texts.append(text)
 
     progress_update = progress_end = modal_handler_add = progress_begin
 

@@ -456,7 +456,7 @@ class Caches(Case):
         obj, other = add_strip("one"), add_strip("two")
         obj.shellwarp.cache = other.shellwarp.cache = str(self.folder / "same.pc2")
         with self.assertRaisesRegex(Exception, "the cache of “.*” too"):
-            list(part("bake").bake(obj, bpy.context))
+            list(part("bake").bake([obj], bpy.context))
         self.assertFalse((self.folder / "same.pc2").exists())
 
 

@@ -217,7 +217,7 @@ class Bake(Case):
     def test_a_stopped_bake_leaves_no_file(self):
         proxy, slab = self.pair()
         proxy.shellwarp.cache = str(self.folder / "strip.pc2")
-        under_way = part("bake").bake(proxy, bpy.context)
+        under_way = part("bake").bake([proxy], bpy.context)
         for _ in range(5):
             next(under_way)
         under_way.close()
