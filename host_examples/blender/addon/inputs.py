@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy
 
-from . import colliders, library, materials, stack
+from . import colliders, fields, library, materials, stack
 from .meshes import DISABLED, SCALE_TOLERANCE, Refused, check_mesh, evaluated, present, group_vertices, rest_positions, triangles
 
 
@@ -40,6 +40,7 @@ class Inputs:
     wind: tuple        # velocity (3), density, normal drag, tangential drag
     handles: tuple     # of Handle
     solids: tuple = ()  # of colliders.Solid
+    fields: tuple = ()  # of fields.Field
     supports: bytes = b""  # where each supported vertex is in the world (float64), none where the pose carries them
 
 
@@ -140,13 +141,22 @@ def read_inputs(obj, scene, depsgraph, run):
     if abs(present - scale) > SCALE_TOLERANCE * scale:
         raise Refused(f"the object's scale changes, from {scale:.5g} to {present:.5g}: only its place and turn may move")
     factor = settings.gravity if scene.use_gravity else 0.0
+    found = fields.read(obj, scene, depsgraph, settings.fields)
     return Inputs(
         origin, rotation, scene.render.fps_base / scene.render.fps, settings.steps_per_frame,
         tuple(factor * g for g in scene.gravity),
         (settings.damping_ratio, settings.damping_mass, settings.damping_stiffness),
-        (*settings.wind, settings.air_density, settings.normal_drag, settings.tangential_drag),
+        (*settings.wind, air_density(settings, scene, found), settings.normal_drag, settings.tangential_drag),
         tuple(handle for i, item in enumerate(settings.handles) for handle in read_handle(obj, i, item, depsgraph)),
-        colliders.read_solids(obj, depsgraph, run.solids), read_supports(obj, depsgraph, run))
+        colliders.read_solids(obj, depsgraph, run.solids), found, read_supports(obj, depsgraph, run))
+
+
+def air_density(settings, scene, found):
+    """Mass of the air per cubic Blender unit: of sheets the setting is in SI units. Where a field blows and none is set, it is air."""
+    cube = materials.metres(scene) ** 3
+    if not settings.air_density:
+        return fields.AIR * cube if any(item.kind == "WIND" for item in found) else 0.0
+    return settings.air_density * (1.0 if settings.material == "CONSTANTS" else cube)
 
 
 def check_follows(obj, run):

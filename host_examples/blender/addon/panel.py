@@ -2,14 +2,14 @@
 
 import bpy
 
-from . import bake, colliders, inputs, library, live, materials, operators, stack
+from . import bake, colliders, fields, inputs, library, live, materials, operators, stack
 
 GROUPS = [
     ("Material", ("material", "preset", "young", "poisson", "thickness", "volume_density", "density", "k_bend", "k_length", "k_area",
                   "thickness_group", "young_group", "density_group")),
     ("Method", ("method", "reduced_fields", "auto_error", "modes", "integrator")),
     ("Damping", ("damping_ratio", "damping_mass", "damping_stiffness")),
-    ("Loads", ("gravity", "wind", "air_density", "normal_drag", "tangential_drag")),
+    ("Loads", ("gravity", "fields", "wind", "air_density", "normal_drag", "tangential_drag")),
     ("Time", ("frame_start", "frame_end", "steps_per_frame")),
 ]
 
@@ -73,6 +73,9 @@ class SHELLWARP_PT_shell(bpy.types.Panel):
         unit = materials.metres(context.scene)
         if settings.material != "CONSTANTS" and unit != 1.0:
             layout.label(text=f"Here gravity is {settings.gravity * context.scene.gravity.length * unit:.3g} m/s²", icon="INFO")
+        unfelt = fields.unfelt(obj, context.view_layer) if settings.fields else []
+        if unfelt:
+            layout.label(text=f"Fields that do not act on shells: {', '.join(unfelt)}", icon="INFO")
         layout.prop(settings, "collision_collection")
         draw_handles(layout, settings)
         draw_renders(layout, obj)

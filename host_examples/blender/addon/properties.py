@@ -158,9 +158,10 @@ class ShellwarpSettings(bpy.types.PropertyGroup):
                                 description="Rayleigh's coefficient of the masses, 1/s")
     damping_stiffness: FloatProperty(update=changed, name="Stiffness damping", min=0, precision=5,
                                      description="Rayleigh's coefficient of the stiffness, s")
+    fields: FloatProperty(update=changed, name="Force fields", default=1.0, description="Factor on the scene's wind, force and vortex fields")
     wind: FloatVectorProperty(update=changed, name="Wind", subtype="VELOCITY", description="Velocity of the air, world axes")
     air_density: FloatProperty(update=changed, name="Air density", min=0,
-                               description="Mass per volume; 0 is no air. Air in SI units: 1.2")
+                               description="Mass per volume, of sheets in kg/m³: air has 1.2. 0 is no air, or 1.2 kg/m³ where a wind field blows")
     normal_drag: FloatProperty(update=changed, name="Drag across", min=0, default=1.5)
     tangential_drag: FloatProperty(update=changed, name="Drag along", min=0, default=0.05)
 

@@ -12,6 +12,7 @@ from functools import partial
 import numpy
 from mathutils import Matrix, Vector
 
+from . import fields
 from .inputs import Refused
 
 
@@ -31,6 +32,7 @@ class Simulation:
 
     def __init__(self, package, shell, scale, recipe, key, progress=None):
         self.key, self.scale, self.recipe, self.held = key, scale, recipe, held(shell)
+        self._areas = areas(shell)
         self._rest = numpy.asarray(shell.positions / scale, numpy.float32)
         self.model = package.Model(shell)
         try:
@@ -148,7 +150,7 @@ class Simulation:
         self._state.set_frame(inputs.origin, inputs.rotation, teleport=True)  # supports that are led begin to look for theirs here
         self._state.reset()
         if self._full and inputs.supports:  # it has supports moved and nothing else: let it rest there
-            self._apply(self._state, replace(inputs, gravity=(0, 0, 0), wind=(0,) * 6, handles=()), teleport=True)
+            self._apply(self._state, replace(inputs, gravity=(0, 0, 0), wind=(0,) * 6, fields=(), handles=()), teleport=True)
             self._state.equilibrium()
         self._apply(self._state, inputs, teleport=True)
         self.known[start] = Known(self._state.save(), inputs)
@@ -210,7 +212,9 @@ class Simulation:
         """Gives all inputs to a state."""
         state.set_gravity(inputs.gravity)
         state.set_damping(**self._damping(*inputs.damping))
-        state.set_wind(inputs.wind[:3], *inputs.wind[3:])
+        air, push = fields.at(inputs.fields, state.positions(dtype=numpy.float64)) if inputs.fields else (None, None)
+        state.set_wind(inputs.wind[:3], *inputs.wind[3:], local_velocities=air)
+        state.set_forces(None if push is None else push * self._areas)
         state.clear_constraint()
         for handle in inputs.handles:
             state.set_constraint(handle.number, handle.kind, handle.vertex, handle.position or None, handle.rotation or None,
@@ -223,6 +227,14 @@ class Simulation:
             state.set_frame(inputs.origin, inputs.rotation, teleport)
         for number, solid in enumerate(inputs.solids):
             state.move_collider(number, solid.origin, solid.rotation, teleport)
+
+
+def areas(shell):
+    """The area of each vertex (n x 1): a third of its triangles."""
+    points, faces = numpy.asarray(shell.positions, numpy.float64), numpy.asarray(shell.triangles)
+    sides = points[faces[:, 1:]] - points[faces[:, :1]]
+    third = numpy.linalg.norm(numpy.cross(sides[:, 0], sides[:, 1]), axis=1) / 6
+    return numpy.bincount(faces.ravel(), numpy.repeat(third, 3), len(points))[:, None]
 
 
 def held(shell):

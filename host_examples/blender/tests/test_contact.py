@@ -375,7 +375,7 @@ class Layout:
 class Panels(Case):
     def drawn(self, name, obj):
         layout = Layout()
-        context = types.SimpleNamespace(object=obj, scene=self.scene)
+        context = types.SimpleNamespace(object=obj, scene=self.scene, view_layer=bpy.context.view_layer)
         getattr(part("panel"), name).draw(types.SimpleNamespace(layout=layout), context)
         return layout
 

@@ -326,7 +326,7 @@ class Stack(Case):
 class Panel(Case):
     def drawn(self, name, obj):
         layout = Layout()
-        getattr(part("panel"), name).draw(types.SimpleNamespace(layout=layout), types.SimpleNamespace(object=obj, scene=self.scene))
+        getattr(part("panel"), name).draw(types.SimpleNamespace(layout=layout), types.SimpleNamespace(object=obj, scene=self.scene, view_layer=bpy.context.view_layer))
         return layout
 
     def test_the_panel_names_what_leads_the_pins(self):

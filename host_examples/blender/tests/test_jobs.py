@@ -39,7 +39,7 @@ class Slow(Case):
 
     def labels(self, obj):
         layout = Layout()
-        part("panel").SHELLWARP_PT_shell.draw(types.SimpleNamespace(layout=layout), types.SimpleNamespace(object=obj, scene=self.scene))
+        part("panel").SHELLWARP_PT_shell.draw(types.SimpleNamespace(layout=layout), types.SimpleNamespace(object=obj, scene=self.scene, view_layer=bpy.context.view_layer))
         return layout.labels
 
     def watch(self, obj):

@@ -329,7 +329,7 @@ class Shown(Case):
         panel = part("panel").SHELLWARP_PT_shell
         for hidden in (False, True):
             proxy.hide_render, layout = hidden, Layout()
-            panel.draw(types.SimpleNamespace(layout=layout), types.SimpleNamespace(object=proxy, scene=self.scene))
+            panel.draw(types.SimpleNamespace(layout=layout), types.SimpleNamespace(object=proxy, scene=self.scene, view_layer=bpy.context.view_layer))
             self.assertIn("visible_camera", layout.shown)
             self.assertEqual(any("disabled in renders" in text for text in layout.labels), hidden)
 
