@@ -215,7 +215,7 @@ def verdict(run, too_far, count):
 
 def use(obj, path, start):
     """Lets the modifier play the cache where the shell is in the stack, and what showed it live go."""
-    place = stack.slot(obj)
+    place = stack.place(obj)
     shape_key.remove(obj)
     stack.detach(obj)
     modifier = obj.modifiers.get(CACHE) or obj.modifiers.new(CACHE, "MESH_CACHE")

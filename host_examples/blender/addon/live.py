@@ -12,6 +12,7 @@ import bpy
 from bpy.app.handlers import persistent
 
 from . import colliders, library, render_mesh, shape_key, stack
+from .render_mesh import display
 from .inputs import Refused, check_named, groups_of, read_inputs, read_shell, split_matrix
 from .jobs import Job
 from .meshes import evaluated, present
@@ -181,9 +182,14 @@ def prepare(obj, depsgraph, patience=None):
     return run
 
 
+def find(uid):
+    """The object of a session_uid, None where it is gone."""
+    return next((obj for obj in bpy.data.objects if obj.session_uid == uid), None)
+
+
 def shown_by(obj, depsgraph):
     """Readies what the shell is shown by: its modifier where something is below it, else a shape key."""
-    if not stack.leads(obj):
+    if not stack.shows(obj):
         stack.detach(obj)
         return
     shape_key.remove(obj)
@@ -216,10 +222,7 @@ def show(obj, scene, depsgraph):
             raise Refused("the mesh has changed: go to the start frame")
     inputs = read_inputs(obj, scene, depsgraph, run)
     positions = run.go(frame, begin, inputs)
-    if not run.recipe.follows:
-        shape_key.write(obj, positions)
-    else:
-        stack.write(obj, stack.read(obj, depsgraph) if frame < begin else positions)
+    display(obj, stack.read(obj, depsgraph) if run.recipe.follows and frame < begin else positions)
     render_mesh.show(obj, depsgraph, run, (inputs.origin, inputs.rotation))
 
 

@@ -15,8 +15,15 @@ def check_mesh(obj):
         raise Refused("only meshes can be shells")
     if obj.mode == "EDIT":
         raise Refused("leave edit mode first")
-    if obj.data.users > 1:
+    if obj.library is not None:
+        raise Refused("it is linked from another file: make a library override of it")
+    if writable(obj) and obj.data.users > 1:
         raise Refused("the mesh is shared by several objects: make it single-user")
+
+
+def writable(obj):
+    """Whether an object's mesh is this file's own; one that is linked is only read."""
+    return obj.data.library is None and obj.data.override_library is None
 
 
 def rest_positions(mesh):

@@ -61,7 +61,7 @@ class SHELLWARP_OT_precompute(ShellOperator, bpy.types.Operator):
                 return self.execute(context)
         except Exception as error:
             return refused(self, context.object, error)
-        self.name = context.object.name
+        self.name, self.uid = context.object.name, context.object.session_uid
         begin_modal(self, context, TICK)
         return {"RUNNING_MODAL"}
 
@@ -73,7 +73,7 @@ class SHELLWARP_OT_precompute(ShellOperator, bpy.types.Operator):
         if self.job.running():
             return {"RUNNING_MODAL"}
         end_modal(self, context)
-        obj = bpy.data.objects.get(self.name)
+        obj = live.find(self.uid)
         if self.job.cancelled:
             if obj is not None and live.job(obj) is self.job:
                 live.stop(obj)

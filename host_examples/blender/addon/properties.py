@@ -6,6 +6,8 @@ from bpy.props import (BoolProperty, CollectionProperty, EnumProperty, FloatProp
 
 from . import library
 
+OVER = {"LIBRARY_OVERRIDABLE"}  # all may be changed in overrides of linked objects
+LISTS = OVER | {"USE_INSERTION"}
 NOT_KEYED = set()  # changes make a new model or a new run: no keyframes
 
 
@@ -56,18 +58,18 @@ def is_empty(_self, obj):
 class ShellwarpHandle(bpy.types.PropertyGroup):
     """One vertex led by an empty."""
 
-    target: PointerProperty(update=changed, name="Empty", type=bpy.types.Object, poll=is_empty,
+    target: PointerProperty(override=OVER, update=changed, name="Empty", type=bpy.types.Object, poll=is_empty,
                             description="Its place and axes in the world are where the vertex is led")
-    vertex: IntProperty(update=changed, name="Vertex", min=0, options=NOT_KEYED)
-    kind: EnumProperty(update=changed, name="Holds", default="POSITION", options=NOT_KEYED, items=[
+    vertex: IntProperty(override=OVER, update=changed, name="Vertex", min=0, options=NOT_KEYED)
+    kind: EnumProperty(override=OVER, update=changed, name="Holds", default="POSITION", options=NOT_KEYED, items=[
         ("POSITION", "Position", "The vertex goes to the empty"),
         ("ORIENTATION", "Orientation", "The vertex's frame takes the empty's axes"),
         ("BOTH", "Both", "Position and orientation")])
-    axes: bpy.props.BoolVectorProperty(update=changed, name="Axes", subtype="XYZ", default=(True, True, True),
+    axes: bpy.props.BoolVectorProperty(override=OVER, update=changed, name="Axes", subtype="XYZ", default=(True, True, True),
                                        description="World axes along and about which it holds")
-    compliance: FloatProperty(update=changed, name="Compliance", min=0, precision=5,
+    compliance: FloatProperty(override=OVER, update=changed, name="Compliance", min=0, precision=5,
                               description="Gives way by this much per force; 0 is hard")
-    held: BoolProperty(update=changed, name="Held", default=True, description="Key this off to let go")
+    held: BoolProperty(override=OVER, update=changed, name="Held", default=True, description="Key this off to let go")
 
 
 def is_mesh(settings, obj):
@@ -77,15 +79,15 @@ def is_mesh(settings, obj):
 class ShellwarpRender(bpy.types.PropertyGroup):
     """A mesh that follows the shell."""
 
-    target: PointerProperty(name="Render mesh", type=bpy.types.Object, poll=is_mesh, options=NOT_KEYED,
+    target: PointerProperty(override=OVER, name="Render mesh", type=bpy.types.Object, poll=is_mesh, options=NOT_KEYED,
                             description="Its vertices follow the shell, which is a proxy for it. Any faces, any modifiers")
 
 
 class ShellwarpCollider(bpy.types.PropertyGroup):
     """What shells touch of an object."""
 
-    enabled: BoolProperty(name="Shellwarp Collider", options=NOT_KEYED, description="Shells touch this object")
-    shape: EnumProperty(name="Shape", default="AUTO", options=NOT_KEYED, items=[
+    enabled: BoolProperty(override=OVER, name="Shellwarp Collider", options=NOT_KEYED, description="Shells touch this object")
+    shape: EnumProperty(override=OVER, name="Shape", default="AUTO", options=NOT_KEYED, items=[
         ("AUTO", "By its mesh", "The closed mesh; a plane where the mesh is flat across its z axis, or where there is none"),
         ("PLANE", "Plane", "All below the object's z axis, however large its mesh"),
         ("SPHERE", "Sphere", "As wide as the mesh's longest side"),
@@ -93,92 +95,92 @@ class ShellwarpCollider(bpy.types.PropertyGroup):
         ("CAPSULE", "Capsule", "Along the object's z axis, as long and as wide as the mesh"),
         ("HULL", "Convex hull", "Of the mesh's vertices"),
         ("MESH", "Closed mesh", "The inside of the mesh, as distances on a grid")])
-    cells: IntProperty(name="Cells", default=64, min=4, max=2000, options=NOT_KEYED,
+    cells: IntProperty(override=OVER, name="Cells", default=64, min=4, max=2000, options=NOT_KEYED,
                        description="Of a closed mesh: cells of its grid along the longest side")
-    friction: FloatProperty(name="Friction", default=0.3, min=0, soft_max=1, options=NOT_KEYED, description="Coulomb's coefficient")
-    thickness: FloatProperty(name="Thickness", default=0.0, min=0, subtype="DISTANCE", options=NOT_KEYED,
+    friction: FloatProperty(override=OVER, name="Friction", default=0.3, min=0, soft_max=1, options=NOT_KEYED, description="Coulomb's coefficient")
+    thickness: FloatProperty(override=OVER, name="Thickness", default=0.0, min=0, subtype="DISTANCE", options=NOT_KEYED,
                              description="How far shells stay off the surface")
 
 
 class ShellwarpSettings(bpy.types.PropertyGroup):
     """A shell's settings, on its object."""
 
-    enabled: BoolProperty(name="Shellwarp", options=NOT_KEYED, description="This mesh is a shell")
-    live: BoolProperty(name="Live", default=True, options=NOT_KEYED,
+    enabled: BoolProperty(override=OVER, name="Shellwarp", options=NOT_KEYED, description="This mesh is a shell")
+    live: BoolProperty(override=OVER, name="Live", default=True, options=NOT_KEYED,
                        description="Move on frame changes, into the shape key “shellwarp”. Off: the mesh is left alone")
 
-    material: EnumProperty(name="Material", default="CONSTANTS", options=NOT_KEYED, items=[
+    material: EnumProperty(override=OVER, name="Material", default="CONSTANTS", options=NOT_KEYED, items=[
         ("CONSTANTS", "Constants", "The paper's four numbers, which are the mesh's and the unit's"),
         ("PRESET", "Known material", "A sheet by name: docs/reference/materials.md"),
         ("SHEET", "Sheet", "Young's modulus, Poisson's ratio, thickness and density in SI units")])
-    preset: StringProperty(name="Known material", default="card", options=NOT_KEYED, search=preset_names,
+    preset: StringProperty(override=OVER, name="Known material", default="card", options=NOT_KEYED, search=preset_names,
                            description="A name of the library's table")
-    young: FloatProperty(name="Young's modulus, Pa", default=3e9, min=0, options=NOT_KEYED)
-    poisson: FloatProperty(name="Poisson's ratio", default=0.3, min=-0.99, max=0.5, options=NOT_KEYED)
-    thickness: FloatProperty(name="Thickness, m", default=0.0, min=0, precision=6, step=0.01, options=NOT_KEYED,
+    young: FloatProperty(override=OVER, name="Young's modulus, Pa", default=3e9, min=0, options=NOT_KEYED)
+    poisson: FloatProperty(override=OVER, name="Poisson's ratio", default=0.3, min=-0.99, max=0.5, options=NOT_KEYED)
+    thickness: FloatProperty(override=OVER, name="Thickness, m", default=0.0, min=0, precision=6, step=0.01, options=NOT_KEYED,
                              description="Of a known material 0 is its own")
-    volume_density: FloatProperty(name="Density, kg/m³", default=1000, min=0, options=NOT_KEYED)
-    thickness_group: StringProperty(name="Thickness map", options=NOT_KEYED,
+    volume_density: FloatProperty(override=OVER, name="Density, kg/m³", default=1000, min=0, options=NOT_KEYED)
+    thickness_group: StringProperty(override=OVER, name="Thickness map", options=NOT_KEYED,
                                     description="Vertex group whose weights multiply the thickness. Vertices outside keep it")
-    young_group: StringProperty(name="Stiffness map", options=NOT_KEYED,
+    young_group: StringProperty(override=OVER, name="Stiffness map", options=NOT_KEYED,
                                 description="Vertex group whose weights multiply Young's modulus. Vertices outside keep it")
-    density_group: StringProperty(name="Density map", options=NOT_KEYED,
+    density_group: StringProperty(override=OVER, name="Density map", options=NOT_KEYED,
                                   description="Vertex group whose weights multiply the density. Vertices outside keep it")
 
-    density: FloatProperty(name="Density", default=1.0, min=1e-9, soft_max=1000, precision=4, options=NOT_KEYED,
+    density: FloatProperty(override=OVER, name="Density", default=1.0, min=1e-9, soft_max=1000, precision=4, options=NOT_KEYED,
                                 description="Mass per area")
-    k_bend: FloatProperty(name="Bending", default=1.0, min=0, precision=5, options=NOT_KEYED,
+    k_bend: FloatProperty(override=OVER, name="Bending", default=1.0, min=0, precision=5, options=NOT_KEYED,
                           description="k_B, energy. The plate rigidity is six times this")
-    k_length: FloatProperty(name="Stretch", default=1e4, min=0, options=NOT_KEYED, description="k_L, energy per length")
-    k_area: FloatProperty(name="Area", default=1e4, min=0, options=NOT_KEYED, description="k_A, energy per area")
-    fixed_group: StringProperty(name="Fixed", options=NOT_KEYED,
+    k_length: FloatProperty(override=OVER, name="Stretch", default=1e4, min=0, options=NOT_KEYED, description="k_L, energy per length")
+    k_area: FloatProperty(override=OVER, name="Area", default=1e4, min=0, options=NOT_KEYED, description="k_A, energy per area")
+    fixed_group: StringProperty(override=OVER, name="Fixed", options=NOT_KEYED,
                                 description="Vertex group held in place by the object: weights above a half")
-    clamped_group: StringProperty(name="Clamped", options=NOT_KEYED,
+    clamped_group: StringProperty(override=OVER, name="Clamped", options=NOT_KEYED,
                                   description="Held together with the neighbouring vertices, so the slope as well")
-    follow: BoolProperty(name="Pins follow", default=True, options=NOT_KEYED,
+    follow: BoolProperty(override=OVER, name="Pins follow", default=True, options=NOT_KEYED,
                          description="Shape keys, and modifiers such as Armature and Hook before the shell's own, lead what is held. Off: "
                          "the object does, and they come after the shell")
-    support_fields: IntProperty(name="Support fields", default=24, min=1, soft_max=64, options=NOT_KEYED,
+    support_fields: IntProperty(override=OVER, name="Support fields", default=24, min=1, soft_max=64, options=NOT_KEYED,
                                 description="Shapes beside the modes by which the shell follows pins that go apart")
-    modes: IntProperty(name="Modes", default=16, min=1, max=1024, options=NOT_KEYED)
-    method: EnumProperty(name="Method", default=1, options=NOT_KEYED, items=methods,  # 1: SW_METHOD_WARP
+    modes: IntProperty(override=OVER, name="Modes", default=16, min=1, max=1024, options=NOT_KEYED)
+    method: EnumProperty(override=OVER, name="Method", default=1, options=NOT_KEYED, items=methods,  # 1: SW_METHOD_WARP
                          description="How the shell moves. The library's own table: docs/guide/methods.md")
-    reduced_fields: IntProperty(name="Reduced fields", default=40, min=1, soft_max=100, options=NOT_KEYED,
+    reduced_fields: IntProperty(override=OVER, name="Reduced fields", default=40, min=1, soft_max=100, options=NOT_KEYED,
                                 description="Shapes beside the modes, of methods that need them. Modes and fields are at most 128 together")
-    auto_error: FloatProperty(name="Automatic error", min=0, subtype="DISTANCE", options=NOT_KEYED,
+    auto_error: FloatProperty(override=OVER, name="Automatic error", min=0, subtype="DISTANCE", options=NOT_KEYED,
                               description="The cheapest method with no larger error is taken; 0 takes the most accurate")
-    integrator: EnumProperty(name="Integrator", default="implicit-euler", options=NOT_KEYED, items=[
+    integrator: EnumProperty(override=OVER, name="Integrator", default="implicit-euler", options=NOT_KEYED, items=[
         ("implicit-euler", "Backward Euler", "Calms what a step does not resolve"),
         ("exact", "Exact", "No numerical damping: rings until the damping below stops it")])
 
-    gravity: FloatProperty(update=changed, name="Gravity", default=1.0, description="Factor on the scene's gravity")
-    damping_ratio: FloatProperty(update=changed, name="Damping", default=0.05, min=0, soft_max=1,
+    gravity: FloatProperty(override=OVER, update=changed, name="Gravity", default=1.0, description="Factor on the scene's gravity")
+    damping_ratio: FloatProperty(override=OVER, update=changed, name="Damping", default=0.05, min=0, soft_max=1,
                                  description="Fraction of critical damping")
-    damping_mass: FloatProperty(update=changed, name="Mass damping", min=0,
+    damping_mass: FloatProperty(override=OVER, update=changed, name="Mass damping", min=0,
                                 description="Rayleigh's coefficient of the masses, 1/s")
-    damping_stiffness: FloatProperty(update=changed, name="Stiffness damping", min=0, precision=5,
+    damping_stiffness: FloatProperty(override=OVER, update=changed, name="Stiffness damping", min=0, precision=5,
                                      description="Rayleigh's coefficient of the stiffness, s")
-    fields: FloatProperty(update=changed, name="Force fields", default=1.0, description="Factor on the scene's wind, force and vortex fields")
-    wind: FloatVectorProperty(update=changed, name="Wind", subtype="VELOCITY", description="Velocity of the air, world axes")
-    air_density: FloatProperty(update=changed, name="Air density", min=0,
+    fields: FloatProperty(override=OVER, update=changed, name="Force fields", default=1.0, description="Factor on the scene's wind, force and vortex fields")
+    wind: FloatVectorProperty(override=OVER, update=changed, name="Wind", subtype="VELOCITY", description="Velocity of the air, world axes")
+    air_density: FloatProperty(override=OVER, update=changed, name="Air density", min=0,
                                description="Mass per volume, of sheets in kg/m³: air has 1.2. 0 is no air, or 1.2 kg/m³ where a wind field blows")
-    normal_drag: FloatProperty(update=changed, name="Drag across", min=0, default=1.5)
-    tangential_drag: FloatProperty(update=changed, name="Drag along", min=0, default=0.05)
+    normal_drag: FloatProperty(override=OVER, update=changed, name="Drag across", min=0, default=1.5)
+    tangential_drag: FloatProperty(override=OVER, update=changed, name="Drag along", min=0, default=0.05)
 
-    frame_start: IntProperty(name="Start", default=1, options=NOT_KEYED, description="Here the shell is at rest")
-    frame_end: IntProperty(name="End", default=250, options=NOT_KEYED, description="The last frame that is baked")
-    steps_per_frame: IntProperty(update=changed, name="Steps per frame", default=1, min=1, max=1000, options=NOT_KEYED)
-    cache: StringProperty(name="Cache", subtype="FILE_PATH", default="", options=NOT_KEYED,
+    frame_start: IntProperty(override=OVER, name="Start", default=1, options=NOT_KEYED, description="Here the shell is at rest")
+    frame_end: IntProperty(override=OVER, name="End", default=250, options=NOT_KEYED, description="The last frame that is baked")
+    steps_per_frame: IntProperty(override=OVER, update=changed, name="Steps per frame", default=1, min=1, max=1000, options=NOT_KEYED)
+    cache: StringProperty(override=OVER, name="Cache", subtype="FILE_PATH", default="", options=NOT_KEYED,
                           description="Point cache (PC2); empty: cache/OBJECT.pc2 beside the blend file")
 
-    verdict: StringProperty(name="Last bake", options={"HIDDEN"}, description="How good the last bake is; kept in the file")
-    baked_mesh: StringProperty(name="Baked mesh", options={"HIDDEN"}, description="What tells the mesh of the last bake from others")
+    verdict: StringProperty(override=OVER, name="Last bake", options={"HIDDEN"}, description="How good the last bake is; kept in the file")
+    baked_mesh: StringProperty(override=OVER, name="Baked mesh", options={"HIDDEN"}, description="What tells the mesh of the last bake from others")
 
-    collision_collection: PointerProperty(name="Collision collection", type=bpy.types.Collection, options=NOT_KEYED,
+    collision_collection: PointerProperty(override=OVER, name="Collision collection", type=bpy.types.Collection, options=NOT_KEYED,
                                           description="The shell touches the colliders of this collection; empty: of the scene")
-    renders: CollectionProperty(type=ShellwarpRender)
+    renders: CollectionProperty(override=LISTS, type=ShellwarpRender)
     active_render: IntProperty(options=NOT_KEYED)
-    handles: CollectionProperty(type=ShellwarpHandle)
+    handles: CollectionProperty(override=LISTS, type=ShellwarpHandle)
     active_handle: IntProperty(options=NOT_KEYED)
 
 
@@ -188,8 +190,8 @@ _CLASSES = (ShellwarpHandle, ShellwarpRender, ShellwarpCollider, ShellwarpSettin
 def register():
     for item in _CLASSES:
         bpy.utils.register_class(item)
-    bpy.types.Object.shellwarp = PointerProperty(type=ShellwarpSettings)
-    bpy.types.Object.shellwarp_collider = PointerProperty(type=ShellwarpCollider)
+    bpy.types.Object.shellwarp = PointerProperty(override=OVER, type=ShellwarpSettings)
+    bpy.types.Object.shellwarp_collider = PointerProperty(override=OVER, type=ShellwarpCollider)
 
 
 def unregister():

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import bpy
 import numpy
 
-from . import shape_key
+from . import shape_key, stack
 from .meshes import Refused, check_mesh, evaluated, present, rest_positions
 
 
@@ -97,6 +97,15 @@ def bind(obj, item, depsgraph, package, model, pose, known):
 def show(obj, depsgraph, run, pose):
     """Moves the meshes that follow a shell to where its run is."""
     for item, points in positions(obj, depsgraph, run, pose):
+        display(item, points)
+
+
+def display(item, points):
+    """Shows positions (n x 3), object coordinates: by a shape key, or by a modifier."""
+    if stack.shows(item):
+        stack.attach(item)
+        stack.write(item, points)
+    else:
         shape_key.write(item, points)
 
 
@@ -144,3 +153,4 @@ def release(item):
     """Gives an object its rest shape back."""
     if item is not None and item.type == "MESH":
         shape_key.remove(item)
+        stack.detach(item)

@@ -1,5 +1,7 @@
 """Where live positions go: the shape key “shellwarp”. The basis stays the rest shape, and the file keeps both."""
 
+from .meshes import writable
+
 SHAPE_KEY = "shellwarp"
 
 
@@ -19,6 +21,8 @@ def write(obj, positions):
 
 def remove(obj):
     """Takes the key away, and the basis with it when nothing else is left: exporters treat meshes with keys apart."""
+    if not writable(obj):
+        return
     keys = obj.data.shape_keys
     block = keys.key_blocks.get(SHAPE_KEY) if keys else None
     if block is not None:

@@ -3,6 +3,8 @@
 Below are shape keys and the modifiers before the shell's own. A modifier of geometry nodes keeps where they lead the vertices
 as an attribute, which whoever steps the shell reads, and puts the vertices where a helper mesh has them. The shell's own mesh
 is only read.
+
+A linked mesh cannot be written to: there the modifier shows shells that nothing below leads, and meshes that follow.
 """
 
 from itertools import takewhile
@@ -10,7 +12,7 @@ from itertools import takewhile
 import bpy
 import numpy
 
-from .meshes import Refused
+from .meshes import Refused, writable
 from .shape_key import SHAPE_KEY
 
 LIVE, CACHE = "shellwarp live", "shellwarp cache"  # names of modifiers: of a shell that moves live, and of a baked one
@@ -43,7 +45,12 @@ def keys(obj):
 def leads(obj):
     """Whether something below leads pins."""
     settings = obj.shellwarp
-    return settings.follow and bool(settings.fixed_group or settings.clamped_group) and (slot(obj) > 0 or bool(keys(obj)))
+    return settings.enabled and settings.follow and bool(settings.fixed_group or settings.clamped_group) and (slot(obj) > 0 or bool(keys(obj)))
+
+
+def shows(obj):
+    """Whether the shell is shown by its modifier: something is below it, or its mesh is linked and not to be written to."""
+    return leads(obj) or not writable(obj)
 
 
 def named(obj):
@@ -62,20 +69,25 @@ def out_of_reach(obj):
     return next((item for item in rest[changed:] if item.type in CARRIERS), None)
 
 
+def place(obj):
+    """Where in the stack the shell's modifier goes."""
+    return slot(obj) if leads(obj) else 0
+
+
 def attach(obj):
     """Makes sure that the shell's modifier is there, with a helper mesh of its own. True where something has changed."""
     modifier, n = obj.modifiers.get(LIVE), len(obj.data.vertices)
     helper = shape_of(modifier)
     if helper is not None and helper.users == 1 and len(helper.data.vertices) == n:
         return False
-    points, place, nodes = bpy.data.meshes.new(f"shellwarp {obj.name}"), slot(obj), group()
+    points, number, nodes = bpy.data.meshes.new(f"shellwarp {obj.name}"), place(obj), group()
     points.vertices.add(n)
     detach(obj)
     modifier = obj.modifiers.new(LIVE, "NODES")
     modifier.node_group, modifier.show_expanded = nodes, False
     modifier[socket(nodes)] = bpy.data.objects.new(points.name, points)
     modifier.node_group = nodes  # Blender looks for what a modifier depends on when this is set
-    obj.modifiers.move(len(obj.modifiers) - 1, place)
+    obj.modifiers.move(len(obj.modifiers) - 1, number)
     return True
 
 
