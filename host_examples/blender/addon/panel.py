@@ -2,7 +2,7 @@
 
 import bpy
 
-from . import bake, colliders, fields, inputs, library, live, materials, operators, stack
+from . import bake, colliders, fields, inputs, library, live, materials, operators, presets, stack
 
 GROUPS = [
     ("Material", ("material", "preset", "young", "poisson", "thickness", "volume_density", "density", "k_bend", "k_length", "k_area",
@@ -50,6 +50,9 @@ class SHELLWARP_PT_shell(bpy.types.Panel):
 
     def draw_header(self, context):
         self.layout.prop(context.object.shellwarp, "enabled", text="")
+
+    def draw_header_preset(self, _context):
+        presets.SHELLWARP_PT_presets.draw_panel_header(self.layout)
 
     def draw(self, context):
         obj, layout = context.object, self.layout

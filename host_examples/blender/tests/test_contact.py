@@ -443,6 +443,28 @@ class Panels(Case):
         self.assertTrue({"cloth_friction", "thickness_outer"} <= set(there) and "friction" not in there)
 
 
+class Presets(Case):
+    def test_a_preset_gives_another_shell_the_same_nature_and_leaves_what_is_its_own(self):
+        obj = add_strip()
+        s = obj.shellwarp
+        s.material, s.young, s.thickness, s.method, s.damping_ratio, s.air_density = "SHEET", 2e9, 3e-4, "rotation-strain", 0.3, 1.2
+        self.assertEqual(bpy.ops.shellwarp.preset_add(name="Stiff card"), {"FINISHED"})
+        files = [Path(folder) / "Stiff_card.py" for folder in bpy.utils.preset_paths("shellwarp")]
+        path = next(path for path in files if path.is_file())
+        self.addCleanup(path.unlink, missing_ok=True)
+        other = add_strip("Other")
+        other.shellwarp.cache = "mine.pc2"
+        self.assertEqual(bpy.ops.script.execute_preset(filepath=str(path), menu_idname="SHELLWARP_PT_presets"), {"FINISHED"})
+        for name in part("presets").KEPT:
+            self.assertEqual(getattr(other.shellwarp, name), getattr(s, name), name)
+        self.assertEqual((other.shellwarp.cache, other.shellwarp.fixed_group, other.shellwarp.method), ("mine.pc2", "held", "rotation-strain"))
+
+    def test_every_setting_of_a_preset_is_there(self):
+        known = set(add_strip().shellwarp.bl_rna.properties.keys())
+        self.assertEqual(set(part("presets").KEPT) - known, set())
+        self.assertTrue(hasattr(part("panel").SHELLWARP_PT_shell, "draw_header_preset"))
+
+
 class Caches(Case):
     def test_names_that_files_cannot_have_do_not_clash(self):
         first, second = add_strip("A/1"), add_strip("A:1")
