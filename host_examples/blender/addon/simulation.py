@@ -16,6 +16,7 @@ from . import fields
 from .inputs import Refused
 
 
+BENT = 1e-5  # of the mesh's size: supports that are less off a rigid motion are off it by rounding
 DEEP = 1e-3  # of the mesh's size: deeper than this is seen
 
 
@@ -151,10 +152,20 @@ class Simulation:
         self._state.reset()
         if self._full and inputs.supports:  # it has supports moved and nothing else: let it rest there
             self._apply(self._state, replace(inputs, gravity=(0, 0, 0), wind=(0,) * 6, fields=(), handles=()), teleport=True)
-            self._state.equilibrium()
+            self._settle()
         self._apply(self._state, inputs, teleport=True)
         self.known[start] = Known(self._state.save(), inputs)
         self._at = start
+
+    def _settle(self):
+        """Lets a shell whose supports are not as at rest find where it rests."""
+        rest = self._rest * self.scale
+        off = self._state.positions(space="frame")[self.held] - rest[self.held]
+        if numpy.abs(off).max() > BENT * numpy.ptp(rest, axis=0).max():
+            try:
+                self._state.equilibrium()
+            except Exception as error:
+                raise Refused(f"the shell finds no rest where its pins are at the start: begin in a pose nearer to the rest shape ({error})") from error
 
     def _restore(self, frame):
         if self._at != frame:

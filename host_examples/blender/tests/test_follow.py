@@ -180,6 +180,22 @@ class Below(Case):
         # it does not spring: it moves by what leads it
         self.assertLess(moved, 3 * led_by)
 
+    def test_the_full_shell_looks_for_rest_only_where_the_pins_are_bent_and_says_where_there_is_none(self):
+        obj = held_at_both_ends()
+        obj.shellwarp.method = "shell-implicit"
+        add_bones(obj)
+        state = part("library").package().state.State
+
+        def none(_self):
+            raise ValueError("no equilibrium")
+        self.addCleanup(setattr, state, "equilibrium", state.equilibrium)
+        state.equilibrium = none
+        play(2)
+        self.assertEqual(self.message(obj), "")
+        obj.shellwarp.frame_start = 12
+        self.scene.frame_set(12)
+        self.assertIn("begin in a pose nearer to the rest shape (no equilibrium)", self.message(obj))
+
     def test_methods_that_cannot_follow_say_so_and_follow_what_moves_as_one(self):
         obj = held_at_both_ends()
         obj.shellwarp.method = "rotation-strain"
