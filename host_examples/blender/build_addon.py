@@ -1,13 +1,15 @@
 #!/usr/bin/env python3
-"""Packs the add-on, the Python package and a built library into one zip that Blender installs; `make blender-addon` calls it.
+"""Packs the add-on, the Python package and built libraries into one zip that Blender installs; `make blender-addon` calls it.
 
-    build_addon.py [--library build/lib/libshellwarp.so.0] [--out out/blender]
+    build_addon.py [--library build/lib/libshellwarp.so.0 …] [--out out/blender]
 
-The library goes in without debugging information. The same inputs give the same bytes.
+With libraries of several platforms it is one extension for all of them. They go in without debugging information. The same inputs give the same bytes.
 """
 
 import argparse
+import json
 import platform
+import struct
 import sys
 import zipfile
 from pathlib import Path
@@ -26,7 +28,8 @@ def platform_tag(data):
     if data[:4] == b"\x7fELF":
         return f"linux-{'arm64' if data[0x12] == 0xB7 else 'x64'}"
     if data[:2] == b"MZ":
-        return "windows-x64"
+        machine, = struct.unpack_from("<H", data, struct.unpack_from("<I", data, 0x3C)[0] + 4)
+        return f"windows-{'arm64' if machine == 0xAA64 else 'x64'}"
     return f"macos-{'arm64' if platform.machine().lower() in ('arm64', 'aarch64') else 'x64'}"
 
 
@@ -40,31 +43,34 @@ def built():
     return HERE.parents[1] / "build" / "lib" / load_name({"darwin": "macos", "win32": "windows"}.get(sys.platform, "linux"))
 
 
-def contents(library, tag):
-    """Names in the zip and their bytes."""
+def contents(libraries):
+    """Names in the zip and their bytes; `libraries` by platform, each in a folder of its own where there are several."""
     for path in sorted((HERE / "addon").glob("*.py")):
         yield path.name, path.read_bytes()
     manifest = (HERE / "addon" / "blender_manifest.toml").read_text(encoding="utf-8")
-    yield "blender_manifest.toml", manifest.replace("\n[permissions]", f'\nplatforms = ["{tag}"]\n\n[permissions]').encode()
+    yield "blender_manifest.toml", manifest.replace("\n[permissions]", f'\nplatforms = {json.dumps(list(libraries))}\n\n[permissions]').encode()
     for path in sorted(PACKAGE.glob("*.py")):
         yield f"shellwarp/{path.name}", path.read_bytes()
-    yield f"shellwarp/{load_name(tag)}", stripped(library)
+    for tag, library in libraries.items():
+        yield f"shellwarp/{f'{tag}/' if len(libraries) > 1 else ''}{load_name(tag)}", stripped(library)
     for path in LICENCES:
         yield path.name, path.read_bytes()
 
 
 def main():
     options = argparse.ArgumentParser(description=__doc__.split("\n\n", maxsplit=1)[0])
-    options.add_argument("--library", type=Path, default=built())
+    options.add_argument("--library", type=Path, nargs="+", default=[built()], help="one of each platform")
     options.add_argument("--out", type=Path, default=HERE.parents[1] / "out" / "blender", help="the folder for shellwarp-blender-VERSION-PLATFORM.zip")
     given = options.parse_args()
     manifest = (HERE / "addon" / "blender_manifest.toml").read_text(encoding="utf-8")
     version = manifest.split('\nversion = "', 1)[1].split('"', 1)[0]
     given.out.mkdir(parents=True, exist_ok=True)
-    tag = platform_tag(given.library.read_bytes())
-    path = given.out / f"shellwarp-blender-{version}-{tag}.zip"
+    libraries = {platform_tag(library.read_bytes()): library for library in sorted(given.library)}
+    if len(libraries) < len(given.library):
+        sys.exit("build_addon: two libraries are of one platform")
+    path = given.out / f"shellwarp-blender-{version}{f'-{next(iter(libraries))}' if len(libraries) == 1 else ''}.zip"
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as file:
-        for name, data in contents(given.library, tag):
+        for name, data in contents(libraries):
             file.writestr(zipfile.ZipInfo(f"shellwarp/{name}", DATE), data, zipfile.ZIP_DEFLATED)
     print(path)
 

@@ -1,6 +1,7 @@
 """Scenes for the tests, made as a user's script would: data, properties, operators."""
 
 import os
+import platform
 import subprocess
 import sys
 from pathlib import Path
@@ -19,6 +20,12 @@ def install(folder):
     made = subprocess.run([sys.executable, ROOT / "host_examples" / "blender" / "build_addon.py", "--out", folder,
                            "--library", LIBRARY], stdout=subprocess.PIPE, text=True, check=True)
     bpy.ops.extensions.package_install_files(filepath=made.stdout.strip(), repo="user_default", enable_on_install=True)
+
+
+def ours():
+    """This machine's platform, as Blender calls it."""
+    system = {"linux": "linux", "darwin": "macos"}.get(sys.platform, "windows")
+    return f"{system}-{'arm64' if platform.machine().lower() in ('arm64', 'aarch64') else 'x64'}"
 
 
 def empty_file():

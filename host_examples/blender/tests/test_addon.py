@@ -7,8 +7,10 @@ import subprocess
 import sys
 import tempfile
 import time
+import tomllib
 import types
 import unittest
+import zipfile
 from pathlib import Path
 
 import bpy
@@ -83,6 +85,27 @@ class Install(Case):
             subprocess.run(command, stdout=subprocess.DEVNULL, check=True)
             found.append(next((self.folder / name).iterdir()).read_bytes())
         self.assertEqual(found[0], found[1])
+
+    def test_one_zip_for_several_platforms_is_valid_and_each_finds_its_own(self):
+        """Blender's own checker judges the zip; this machine's library is beside a stand-in for another's."""
+        other = bytearray(512)
+        other[:2], other[0x3C:0x40], other[0x84:0x86] = b"MZ", (0x80).to_bytes(4, "little"), (0x8664).to_bytes(2, "little")
+        (self.folder / "shellwarp.dll").write_bytes(other)
+        made = subprocess.run([sys.executable, scenes.ROOT / "host_examples/blender/build_addon.py", "--out", self.folder, "--library",
+                               scenes.LIBRARY, self.folder / "shellwarp.dll"], stdout=subprocess.PIPE, text=True, check=True)
+        path = Path(made.stdout.strip())
+        self.assertRegex(path.name, r"^shellwarp-blender-[0-9.]+\.zip$")
+        with zipfile.ZipFile(path) as packed:
+            manifest = tomllib.loads(packed.read("shellwarp/blender_manifest.toml").decode())
+            packed.extractall(self.folder / "unpacked")
+        here = scenes.ours()
+        self.assertEqual(set(manifest["platforms"]), {here, "windows-x64"})
+        checker = next(Path(bpy.utils.system_resource("SCRIPTS")).glob("addons_core/bl_pkg/cli/blender_ext.py"))
+        for file in (path, next(Path(FOLDER.name, "zip").glob("*.zip"))):
+            subprocess.run([sys.executable, checker, "validate", file], stdout=subprocess.DEVNULL, check=True)
+        package = self.folder / "unpacked" / "shellwarp" / "shellwarp"
+        self.assertEqual(Path(part("library").ours(package)), next((package / here).iterdir()))
+        self.assertEqual(part("library").ours(Path(part("library").package().__file__).parent), "")
 
     @unittest.skipUnless(shutil.which("strip") and sys.platform == "linux", "no program that strips")
     def test_the_zips_library_has_no_debugging_information(self):
