@@ -317,6 +317,32 @@ class Stack(Case):
         self.scene.frame_set(2)  # both begin to fall, the other against more damping
         self.assertGreater(numpy.abs(shown(obj, world=True) - shown(other, world=True)).max(), 1e-4)
 
+    def test_undo_and_redo_many_times_leave_a_shell_that_moves(self):
+        obj = held_at_both_ends()
+        add_bones(obj)
+        bpy.ops.ed.undo_push(message="strip")
+        expected = seen(obj, 6)
+        for i in range(12):
+            obj = bpy.data.objects["Strip"]
+            obj.shellwarp.damping_ratio = 0.1 + 0.01 * (i + 1)
+            bpy.ops.ed.undo_push(message="damping")
+            play(3)
+            if i % 3 == 0:  # the stack goes and comes back as well
+                bpy.data.objects["Strip"].shellwarp.follow = False
+                bpy.ops.ed.undo_push(message="off")
+                play(2)
+                bpy.ops.ed.undo()
+            bpy.ops.ed.undo()
+            if i % 2:
+                bpy.ops.ed.redo()
+                bpy.ops.ed.undo()
+        obj = bpy.data.objects["Strip"]
+        self.assertAlmostEqual(obj.shellwarp.damping_ratio, 0.1, places=6)
+        self.same(seen(obj, 6)[6], expected[6])
+        self.assertEqual(self.message(obj), "")
+        helpers = [item for item in bpy.data.objects if item.name.startswith("shellwarp")]
+        self.assertEqual([item.users for item in helpers], [1])
+
     def test_a_saved_file_goes_on_after_loading(self):
         obj = held_at_both_ends()
         add_bones(obj)
