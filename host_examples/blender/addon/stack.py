@@ -155,11 +155,14 @@ def group():
             setattr(made, name, value)
         return made
 
+    def end(sockets, name):  # nodes of older versions keep one of a name for each type of data, and enable one
+        return next(item for item in sockets if item.name == name and item.enabled)
+
     def store(name, kind, geometry, value):
         made = node("GeometryNodeStoreNamedAttribute", data_type=kind, domain="POINT")
         made.inputs["Name"].default_value = name
         nodes.links.new(geometry, made.inputs["Geometry"])
-        nodes.links.new(value, made.inputs["Value"])
+        nodes.links.new(value, end(made.inputs, "Value"))
         return made.outputs["Geometry"]
 
     given, out = node("NodeGroupInput"), node("NodeGroupOutput")
@@ -169,17 +172,17 @@ def group():
     shape, sample = node("GeometryNodeObjectInfo"), node("GeometryNodeSampleIndex", data_type="FLOAT_VECTOR", domain="POINT")
     nodes.links.new(given.outputs["Shape"], shape.inputs["Object"])
     nodes.links.new(shape.outputs["Geometry"], sample.inputs["Geometry"])
-    nodes.links.new(position, sample.inputs["Value"])
+    nodes.links.new(position, end(sample.inputs, "Value"))
     nodes.links.new(index, sample.inputs["Index"])
     counts = [node("GeometryNodeAttributeDomainSize", component="MESH") for _ in range(2)]
     nodes.links.new(kept, counts[0].inputs["Geometry"])
     nodes.links.new(shape.outputs["Geometry"], counts[1].inputs["Geometry"])
     same = node("FunctionNodeCompare", data_type="INT", operation="EQUAL")
-    for count, end in zip(counts, [end for end in same.inputs if end.enabled]):
-        nodes.links.new(count.outputs["Point Count"], end)
+    for count, name in zip(counts, "AB"):
+        nodes.links.new(count.outputs["Point Count"], end(same.inputs, name))
     moved = node("GeometryNodeSetPosition")
     nodes.links.new(kept, moved.inputs["Geometry"])
     nodes.links.new(same.outputs["Result"], moved.inputs["Selection"])
-    nodes.links.new(sample.outputs[0], moved.inputs["Position"])
+    nodes.links.new(end(sample.outputs, "Value"), moved.inputs["Position"])
     nodes.links.new(moved.outputs["Geometry"], out.inputs["Geometry"])
     return nodes
