@@ -64,6 +64,15 @@ void Follower::lead(Request &request, bool anew) {
   }
 }
 
+void Follower::carry(const Request &request, const std::vector<double> &rest, std::vector<double> &points) const {
+  if (rest_.size() != request.drawn.size()) return;
+  for (const auto &[drawn, vertex] : nearest_) {
+    if (point_of(points, vertex) != point_of(rest, vertex)) continue;
+    const Vec3 way = difference(point_of(request.drawn, drawn), point_of(rest_, drawn));
+    for (std::size_t k = 0; k < 3; ++k) points[3 * std::size_t{vertex} + k] += way[k];
+  }
+}
+
 void Follower::bind(const shellwarp::Model &model, const std::vector<double> &points) {
   SwBindingDesc desc = shellwarp::binding_desc();
   desc.format = SW_FORMAT_F64;
@@ -80,11 +89,11 @@ void Follower::release() {
 
 uint64_t Follower::bytes() const { return binding_ ? binding_->info().bytes + rest_.capacity() * sizeof(double) : 0; }
 
-std::vector<double> Follower::read(const shellwarp::State &state, std::vector<double> *velocities) const {
+std::vector<double> Follower::read(const shellwarp::State &state, uint32_t space, std::vector<double> *velocities) const {
   std::vector<double> points(rest_.size());
   if (velocities) velocities->resize(rest_.size());
   SwBoundPointsDesc desc = shellwarp::bound_points_desc();
-  desc.space = SW_SPACE_FRAME;
+  desc.space = space;
   desc.format = SW_FORMAT_F64;
   desc.positions = points.data();
   desc.velocities = velocities ? velocities->data() : nullptr;

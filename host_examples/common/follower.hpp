@@ -5,8 +5,8 @@
 #include "shellwarp.hpp"
 
 #include <cstdint>
+#include <map>
 #include <optional>
-#include <unordered_map>
 #include <vector>
 
 namespace host {
@@ -24,13 +24,15 @@ public:
   bool bound() const { return binding_.has_value(); }
   uint64_t bytes() const;
   const std::vector<double> &rest() const { return rest_; }
-  // In the frame's axes; `velocities` is NULL, or what is asked for in the library's seconds.
-  std::vector<double> read(const shellwarp::State &state, std::vector<double> *velocities) const;
+  // Takes vertices of the mesh that are at `rest` in `points` along with what they are named by on what is drawn.
+  void carry(const Request &request, const std::vector<double> &rest, std::vector<double> &points) const;
+  // In SW_SPACE_...; `velocities` is NULL, or what is asked for in the library's seconds.
+  std::vector<double> read(const shellwarp::State &state, uint32_t space, std::vector<double> *velocities) const;
 
 private:
   uint32_t nearest(const Request &request, uint32_t drawn);
 
-  std::unordered_map<uint32_t, uint32_t> nearest_;  // from drawn vertices that were named
+  std::map<uint32_t, uint32_t> nearest_;  // from drawn vertices that were named
   std::optional<shellwarp::Binding> binding_;
   std::vector<double> rest_;
 };

@@ -36,6 +36,7 @@ constexpr uint32_t kFields = 40;
 // need rotations, move by modes.
 bool moves_by_modes(uint32_t method);
 bool is_full_shell(uint32_t method);
+bool follows_by_fields(uint32_t method);  // supports that move against each other, by SwPrecomputeDesc.support_fields
 
 // Damping by a share of the critical, beside that by mass and stiffness. The full shell has no modes to damp one by
 // one: it gets the mass damping at which its slowest mode, `slowest` in Hz, has that share. `ratio` must outlive the

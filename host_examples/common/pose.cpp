@@ -116,6 +116,13 @@ Matrix3 rotation_of_quaternion(const std::array<double, 4> &q) {
           n * (x * z - w * y),     n * (y * z + w * x),     1 - n * (x * x + y * y)};
 }
 
+Vec3 turn_of(const Matrix3 &m) {
+  Vec3 turn = {(m[7] - m[5]) / 2, (m[2] - m[6]) / 2, (m[3] - m[1]) / 2};
+  const double s = std::hypot(turn[0], turn[1], turn[2]), c = (m[0] + m[4] + m[8] - 1) / 2;
+  for (double &x : turn) x *= s > 0 ? std::atan2(s, c) / s : 1;
+  return turn;
+}
+
 Vec3 apply(const Pose &pose, const Vec3 &x) {
   Vec3 y = turn(pose.rotation, x);
   for (std::size_t k = 0; k < 3; ++k) y[k] = pose.origin[k] + pose.scale * y[k];

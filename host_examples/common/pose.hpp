@@ -37,6 +37,9 @@ Pose pose_of_angles(const Vec3 &origin, const Vec3 &degrees);
 // Of a unit quaternion x y z w; one that is far from unit length is refused.
 Matrix3 rotation_of_quaternion(const std::array<double, 4> &q);
 
+// The angle times the axis of a rotation of less than half a turn.
+Vec3 turn_of(const Matrix3 &rotation);
+
 Vec3 apply(const Pose &pose, const Vec3 &x);
 Pose inverse(const Pose &pose);
 Pose product(const Pose &outer, const Pose &inner);  // apply(product(a, b), x) = apply(a, apply(b, x))

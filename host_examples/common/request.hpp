@@ -55,6 +55,7 @@ struct Build {
   bool clamped = true;         // with their slope, or hinged
   uint32_t modes = 16;         // 1 to 1024
   bool double_precision = false;
+  uint32_t support_fields = 24;  // of methods that follow by them, where supports move against each other; 0: none
   Stiffness stiffness;  // its frequency alone needs no precompute
 };
 
@@ -92,6 +93,7 @@ struct Inputs {
   Pose frame;      // what shakes the shell; the object's own pose unless the host is told otherwise
   std::vector<Handle> handles;
   std::vector<Collider> colliders;
+  std::vector<double> supports;  // object's axes; the runner's own, from Request::follow
 };
 
 struct Request {
@@ -104,6 +106,9 @@ struct Request {
   Build build;
   Motion motion;
   Inputs inputs;
+  // Held vertices are where the mesh has them now: the shell follows, and what it gives takes the place of all points that come in. Else
+  // they stand in the frame, and what moves points is carried along.
+  bool follow = false;
   bool certify = false;  // estimate this frame's error, which takes seconds on large meshes
   // True: give up. Asked while a model is built and while frames are caught up with, never for a single step. May be empty.
   std::function<bool()> interrupted;

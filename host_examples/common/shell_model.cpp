@@ -84,6 +84,7 @@ SwPrecomputeDesc precompute_desc(const Build &build) {
   desc.modes = build.modes;
   desc.precision = build.double_precision ? SW_PRECISION_F64 : SW_PRECISION_F32;
   if (needs_fields(build.method)) desc.reduced_fields = build.reduced_fields;
+  if (follows_by_fields(build.method)) desc.support_fields = build.support_fields;
   return desc;
 }
 
@@ -190,6 +191,7 @@ uint64_t build_key(const Mesh &mesh, const Build &build) {
   hash.add(build.clamped).add(build.modes).add(build.double_precision).add(build.stiffness.by);
   const bool fields = needs_fields(build.method), choice = needs_choice(build.method);
   hash.add(fields).add(choice).add(fields || choice ? build.reduced_fields : 0).add(choice ? build.auto_error : 0.0);
+  hash.add(follows_by_fields(build.method) ? build.support_fields : 0);
   const Stiffness &s = build.stiffness;
   if (s.by == Stiffness::By::frequency) return hash.add(s.thickness).value();
   if (s.by == Stiffness::By::preset) return hash.add(s.preset).add(s.thickness).add(s.metres).value();

@@ -53,7 +53,9 @@ void check_handles(const Request &request) {
 }
 
 // The number of colliders belongs to the run: a saved state has a place for each.
-uint64_t key_of(const Motion &m, const Build &build, std::size_t n_colliders) {
+uint64_t key_of(const Request &request) {
+  const Motion &m = request.motion;
+  const Build &build = request.build;
   const Stiffness &stiffness = build.stiffness;
   return Hash()
       .add(build.method)
@@ -64,7 +66,7 @@ uint64_t key_of(const Motion &m, const Build &build, std::size_t n_colliders) {
       .add(m.frame_rate)
       .add(stiffness.by)
       .add(stiffness.frequency)
-      .add(n_colliders)
+      .add(request.inputs.colliders.size())
       .value();
 }
 
@@ -72,7 +74,7 @@ void add(Hash &hash, const Pose &pose) { hash.add_all(pose.origin).add_all(pose.
 
 uint64_t key_of(const Inputs &inputs) {
   Hash hash;
-  hash.add_all(inputs.gravity);
+  hash.add_all(inputs.gravity).add_all(inputs.supports);
   add(hash, inputs.object);
   add(hash, inputs.frame);
   for (const Handle &handle : inputs.handles) {
@@ -86,15 +88,23 @@ uint64_t key_of(const Inputs &inputs) {
   return hash.value();
 }
 
+// Supports have left the rigid motion of all, and the state cannot follow.
+class Apart : public HostError {
+public:
+  using HostError::HostError;
+};
+
 }  // namespace
 
 // The last whole frame, and how much of one has gone by since.
 struct ShellRunner::At {
   uint64_t frame = 0;
   double fraction = 0;
+  bool before = false;  // the start
 
   explicit At(const Request &request) {
     const double frames = (request.time - request.motion.start_time) * request.motion.frame_rate;
+    before = frames < -kWholeFrame;
     if (frames <= kWholeFrame) return;
     require(frames < static_cast<double>(StateCache::limit),
             "this is " + number(frames) + " frames after the start, too far: the most is " +
@@ -104,7 +114,7 @@ struct ShellRunner::At {
     if (fraction < kWholeFrame) fraction = 0;
   }
 
-  bool start() const { return frame == 0 && fraction == 0; }
+  bool start() const { return frame == 0 && fraction == 0 && !before; }
 };
 
 std::string Notes::warning() const {
@@ -117,6 +127,9 @@ std::string Notes::warning() const {
     say(number(uint64_t(handles_missed)) + " of the handles' holds cannot be met; more modes or a compliance may help");
   if (jumped) say("not simulated: frames were skipped while something moved; play from the start frame");
   if (floats) say("nothing holds the shell: paint supports, or it falls");
+  if (supports_missed > kMissed)
+    say("the shell beside the supports is " + number(std::round(1000 * supports_missed) / 10) +
+        " % of its size off them: more support fields");
   if (!certified.empty()) say(certified);
   return text;
 }
@@ -143,28 +156,90 @@ void ShellRunner::evaluate(Request request) {
 }
 
 void ShellRunner::run(Request &request, const At &at) {
+  const uint32_t support_fields = request.build.support_fields;
+  if (!needs_support_fields_ || !request.follow) request.build.support_fields = 0;
   check_build(request.mesh, request.build);
   check_handles(request);
   const bool built = !model_serves(request, at);
-  if (built) build(request);
+  if (built) build(request, at);
   follow(request, at, built);
+  prepare_state(request);
+  move_supports(request, at);
+  try {
+    show(request, at);
+  } catch (const Apart &apart) {
+    request.build.support_fields = support_fields;
+    build_support_fields(request, at, apart.what());
+    show(request, at);
+  }
+}
+
+void ShellRunner::prepare_state(const Request &request) {
   const std::vector<Collider> &touched = request.inputs.colliders;
   const bool other_solids = colliders_.prepare(touched, request.inputs.object.scale);
-  const uint64_t motion_key = key_of(request.motion, request.build, touched.size());
+  if (other_solids) cache_.forget_inputs();  // they were for the solids of before
+  const uint64_t motion_key = key_of(request);
   const bool again = !state_ || motion_key != motion_key_;
   if (again) {
     restart(request);
     motion_key_ = motion_key;
   }
   if (other_solids || (again && !touched.empty())) state_->set_colliders(colliders_.solids());
+}
 
+void ShellRunner::move_supports(Request &request, const At &at) {
+  replaces_ = request.follow && !model_->floats() && !at.before;
+  if (!replaces_) return;
+  if (request.drawn.empty()) {
+    request.inputs.supports = places_.read(request.mesh.points, model_->rest());
+    return;
+  }
+  std::vector<double> points = request.mesh.points;
+  follower_.carry(request, model_->rest(), points);
+  request.inputs.supports = places_.read(points, model_->rest());
+}
+
+void ShellRunner::show(const Request &request, const At &at) {
   reach(request, at.frame, at.fraction == 0);
   if (at.fraction > 0) {
     shellwarp::State copy = state_->clone();
-    step(copy, request.inputs, at.fraction, false);
-    read(copy, request);
+    const bool before = led_;
+    led_ = step(copy, request.inputs, at.fraction, false);
+    read(copy, request, at);
+    led_ = before;
   } else {
-    read(*state_, request);
+    read(*state_, request, at);
+  }
+}
+
+// A model with support fields, and the frames so far by it: supports that move as one need none.
+void ShellRunner::build_support_fields(const Request &request, const At &at, const std::string &apart) {
+  const Build &build = request.build;
+  const std::string why = "held vertices move against each other (" + apart + "): ";
+  if (!follows_by_fields(build.method))
+    throw HostError(why + method_name(build.method) + " follows them as one only; take the warp or a full shell, or switch follow off");
+  if (build.support_fields == 0) throw HostError(why + "set the support fields, 24 suit most");
+  const Stiffness::By by = build.stiffness.by;
+  if (build.clamped && (by == Stiffness::By::preset || by == Stiffness::By::sheet))
+    throw HostError(why + "clamped supports of a real material cannot follow; hold two rows of vertices, hinged");
+  try {
+    this->build(request, at);
+  } catch (const shellwarp::Error &error) {
+    throw HostError(why + error.what());
+  }
+  needs_support_fields_ = true;
+  const std::vector<StateCache::Entry> before = cache_.take();
+  follow(request, at, true);
+  prepare_state(request);
+  replay(request, before);
+}
+
+void ShellRunner::replay(const Request &request, const std::vector<StateCache::Entry> &before) {
+  if (before.empty() || !before[0].seen || !before[0].exact) return;
+  begin(*before[0].seen, before[0].inputs, true);
+  for (uint64_t k = 1; k < before.size() && before[k].seen && before[k].exact; ++k) {
+    if (request.interrupted && request.interrupted()) throw Interrupted();
+    advance(*before[k].seen, before[k].inputs, k, true, false);
   }
 }
 
@@ -177,7 +252,8 @@ void ShellRunner::follow(const Request &request, const At &at, bool built) {
     drawn_key_ = 0;
     return;
   }
-  const std::vector<double> &points = other ? request.drawn : model_->rest();
+  const bool as_before = built && !at.start() && other && drawn_key_ != 0 && follower_.rest().size() == request.drawn.size();
+  const std::vector<double> &points = as_before ? follower_.rest() : other ? request.drawn : model_->rest();
   const bool same = !built && follower_.bound() && other == (drawn_key_ != 0) && points.size() == follower_.rest().size();
   const uint64_t key = other ? Hash().add_all(points).value() | 1 : 0;
   if (same && (!at.start() || key == drawn_key_)) return;
@@ -190,16 +266,21 @@ bool ShellRunner::model_serves(const Request &request, const At &at) const {
   return !at.start() || rest_key_ == Hash().add_all(request.mesh.points).value();
 }
 
-// The old model stays in use until the new one is there.
-void ShellRunner::build(Request &request) {
-  request.mesh.cut();
+// The old model stays in use until the new one is there. The rest shape stays as well where the faces do, but at the start frame.
+void ShellRunner::build(const Request &request, const At &at) {
+  Mesh mesh = request.mesh;
+  const uint64_t faces_key = Hash().add_all(mesh.faces()).add_all(mesh.sizes).value();
+  if (model_ && !at.start() && faces_key == faces_key_ && mesh.n_points() == model_->n_points()) mesh.points = model_->rest();
+  mesh.cut();
   const Vec3 &g = request.inputs.gravity;
   const double gravity = std::hypot(g[0], g[1], g[2]) / request.inputs.object.scale;
-  auto model = std::make_shared<const ShellModel>(request.mesh, request.build, gravity, request.interrupted);
+  auto model = std::make_shared<const ShellModel>(mesh, request.build, gravity, request.interrupted);
   model->clock(request.build.stiffness);
   model_ = std::move(model);
+  places_.prepare(mesh, request.build);
   build_key_ = build_key(request.mesh, request.build);
-  rest_key_ = Hash().add_all(request.mesh.points).value();
+  rest_key_ = Hash().add_all(mesh.points).value();
+  faces_key_ = faces_key;
   state_.reset();
   notes_.floats = model_->floats();
   ++notes_.builds;
@@ -215,7 +296,9 @@ void ShellRunner::restart(const Request &request) {
   state.set_damping(
       damping(request.build.method, motion.damping_ratio, motion.damping_mass / clock, 0, model_->slowest()));
   state_ = std::move(state);
+  fresh_.clear();
   cache_.drop_from(0);
+  method_ = request.build.method;
   clock_ = clock;
   frame_time_ = 1 / motion.frame_rate;
 }
@@ -223,13 +306,24 @@ void ShellRunner::restart(const Request &request) {
 void ShellRunner::begin(const Inputs &inputs, uint64_t key, bool exact) {
   cache_.drop_from(0);
   unit_ = inputs.object.scale;
+  led_ = false;
+  if (fresh_.empty())
+    fresh_ = state_->save();
+  else
+    state_->load(fresh_);  // supports that were led are where they belong
   state_->clear_constraint(SW_ALL_CONSTRAINTS);
-  state_->reset();
   SwFrameDesc frame = frame_of(inputs);
   frame.flags = SW_FRAME_TELEPORT;
   state_->set_frame(frame);
+  state_->reset();
+  if (inputs.supports.empty()) {
+    state_->set_frame(frame);
+  } else {
+    led_ = stand(*state_, inputs, true);  // the first to be moved after a reset are simply placed
+    if (is_full_shell(method_)) state_->equilibrium();  // it has its supports moved and nothing else
+  }
   colliders_.place(*state_, inputs, unit_, true);
-  cache_.store(0, {state_->save(), key, exact, 0});
+  cache_.store(0, {state_->save(), key, exact, 0, led_, seen(inputs, 0, key)});
 }
 
 // Leaves the state at the frame. For a sub-frame the inputs are not the frame's own, so a frame that is there is taken as it is.
@@ -241,6 +335,7 @@ void ShellRunner::reach(const Request &request, uint64_t frame, bool own_inputs)
     if (!own_inputs || (entry->inputs == key && !can_be_better)) {
       state_->load(entry->state);
       missed_ = entry->missed;
+      led_ = entry->led;
       notes_.jumped = !entry->exact;
       return;
     }
@@ -264,32 +359,79 @@ void ShellRunner::step_to(const Request &request, uint64_t frame, uint64_t key) 
   const bool still = base.inputs == key;
   const bool exact = base.exact && (!jump || still);
   state_->load(base.state);
+  led_ = base.led;
   for (uint64_t k = from + 1; k <= frame; ++k) {
     if (jump && request.interrupted && request.interrupted()) throw Interrupted();
-    step(*state_, request.inputs, 1, jump && !still && k == from + 1);
-    ++notes_.steps;
-    missed_ = 0;
-    for (const SwConstraintReport &report : state_->constraint_report()) missed_ += report.met == 0;
-    cache_.store(k, {state_->save(), key, exact, missed_});
+    advance(request.inputs, key, k, exact, jump && !still && k == from + 1);
   }
 }
 
-void ShellRunner::step(shellwarp::State &state, const Inputs &inputs, double frames, bool teleport) const {
+void ShellRunner::advance(const Inputs &inputs, uint64_t key, uint64_t frame, bool exact, bool teleport) {
+  led_ = step(*state_, inputs, 1, teleport);
+  ++notes_.steps;
+  missed_ = 0;
+  for (const SwConstraintReport &report : state_->constraint_report()) missed_ += report.met == 0;
+  cache_.store(frame, {state_->save(), key, exact, missed_, led_, seen(inputs, frame, key)});
+}
+
+// One of its own for inputs that have changed alone.
+std::shared_ptr<const Inputs> ShellRunner::seen(const Inputs &inputs, uint64_t frame, uint64_t key) const {
+  if (!replaces_) return nullptr;
+  const StateCache::Entry *before = frame > 0 ? cache_.find(frame - 1) : nullptr;
+  if (before && before->seen && before->inputs == key) return before->seen;
+  auto copy = std::make_shared<Inputs>(inputs);
+  for (Collider &collider : copy->colliders) collider.mesh = {};
+  return copy;
+}
+
+bool ShellRunner::step(shellwarp::State &state, const Inputs &inputs, double frames, bool teleport) const {
   const double g = 1 / (unit_ * clock_ * clock_);
   state.set_gravity(g * inputs.gravity[0], g * inputs.gravity[1], g * inputs.gravity[2]);
-  SwFrameDesc frame = frame_of(inputs);
-  frame.flags = teleport ? SW_FRAME_TELEPORT : 0;
-  state.set_frame(frame);
+  const bool led = stand(state, inputs, teleport);
   place_handles(state, inputs);
   colliders_.place(state, inputs, unit_, teleport);
   state.step(frames * frame_time_ * clock_);
+  return led;
+}
+
+// Supports stand in the frame until they have moved, and are moved from there on.
+bool ShellRunner::stand(shellwarp::State &state, const Inputs &inputs, bool teleport) const {
+  if (inputs.supports.empty() && !led_) {
+    SwFrameDesc frame = frame_of(inputs);
+    frame.flags = teleport ? SW_FRAME_TELEPORT : 0;
+    state.set_frame(frame);
+    return false;
+  }
+  const Pose world = place_of(inputs);
+  std::vector<double> positions = model_->rest();
+  for (std::size_t k = 0; k < places_.vertices().size(); ++k) {
+    double *at = &positions[3 * std::size_t{places_.vertices()[k]}];
+    const double *x = inputs.supports.empty() ? at : &inputs.supports[3 * k];
+    const Vec3 place = host::apply(world, {x[0], x[1], x[2]});
+    std::copy(place.begin(), place.end(), at);
+  }
+  try {
+    state.move_supports(positions.data(), model_->n_points(), teleport ? SW_SUPPORTS_TELEPORT : 0);
+  } catch (const shellwarp::Error &error) {
+    if (error.status() == SW_ERROR_UNSUPPORTED) throw Apart(error.what());
+    throw;
+  }
+  return true;
 }
 
 // The library's world is the scene's, measured in the object's unit.
+Pose ShellRunner::place_of(const Inputs &inputs) const {
+  Pose place = inputs.frame;
+  place.scale = 1;
+  for (double &x : place.origin) x /= unit_;
+  return place;
+}
+
 SwFrameDesc ShellRunner::frame_of(const Inputs &inputs) const {
+  const Pose place = place_of(inputs);
   SwFrameDesc frame = shellwarp::frame_desc();
-  for (std::size_t k = 0; k < 3; ++k) frame.origin[k] = inputs.frame.origin[k] / unit_;
-  std::copy(inputs.frame.rotation.begin(), inputs.frame.rotation.end(), frame.rotation);
+  std::copy(place.origin.begin(), place.origin.end(), frame.origin);
+  std::copy(place.rotation.begin(), place.rotation.end(), frame.rotation);
   return frame;
 }
 
@@ -318,22 +460,51 @@ void ShellRunner::place_handles(shellwarp::State &state, const Inputs &inputs) c
   }
 }
 
-void ShellRunner::read(const shellwarp::State &state, const Request &request) {
+void ShellRunner::read(const shellwarp::State &state, const Request &request, const At &at) {
   const SwStateReport report = state.report();
+  const uint32_t space = led_ ? SW_SPACE_WORLD : SW_SPACE_FRAME;
   std::vector<double> points, velocities;
-  if (follower_.bound()) points = follower_.read(state, request.velocities ? &velocities : nullptr);
+  if (follower_.bound()) points = follower_.read(state, space, request.velocities ? &velocities : nullptr);
   if (request.drawn.empty()) {
     points.resize(model_->rest().size());
-    state.positions(points.data(), model_->n_points(), SW_SPACE_FRAME);
+    state.positions(points.data(), model_->n_points(), space);
   }
   for (double &v : velocities) v *= clock_;
+  if (led_) to_object(request, at, points, velocities);
   deformed_ = std::move(points);
   velocities_ = std::move(velocities);
   notes_.turn_in_range = report.turn_in_range == 1;
   notes_.max_rotation = report.max_rotation;
   notes_.turned_too_far = report.fraction_turned_too_far;
   notes_.handles_missed = missed_;
+  notes_.supports_missed = report.support_miss / model_->model().info().size;
   notes_.certified = request.certify ? certificate_of(state) : "";
+}
+
+// The library's frame goes with supports that are led, so what is read of the world is taken to where the object stands. Its own motion
+// over the last step is no velocity of the shell.
+void ShellRunner::to_object(const Request &request, const At &at, std::vector<double> &points,
+                            std::vector<double> &velocities) const {
+  const Pose here = place_of(request.inputs), back = inverse(here);
+  const auto turn_back = [&back](const Vec3 &v) { return host::apply({{}, back.rotation, 1}, v); };
+  const uint64_t frame = at.fraction > 0 ? at.frame : at.frame - std::min<uint64_t>(at.frame, 1);
+  const StateCache::Entry *last = cache_.find(frame);
+  const Pose before = last && last->seen ? place_of(*last->seen) : here;
+  const double seconds = frame_time_ * (at.fraction > 0 ? at.fraction : 1);
+  const Vec3 turn = turn_of(product(here, inverse(before)).rotation);  // as the library has rates
+  for (std::size_t i = 0; i < points.size(); i += 3) {
+    const Vec3 world = {points[i], points[i + 1], points[i + 2]}, x = host::apply(back, world);
+    std::copy(x.begin(), x.end(), &points[i]);
+    if (velocities.empty()) continue;
+    Vec3 v;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::size_t p = (k + 1) % 3, q = (k + 2) % 3;
+      const double turned = turn[p] * (world[q] - here.origin[q]) - turn[q] * (world[p] - here.origin[p]);
+      v[k] = velocities[i + k] - (here.origin[k] - before.origin[k] + turned) / seconds;
+    }
+    const Vec3 turned = turn_back(v);
+    std::copy(turned.begin(), turned.end(), &velocities[i]);
+  }
 }
 
 }  // namespace host

@@ -12,7 +12,7 @@
 //
 // Damping, frequency, method, start frame, frame rate and the number of colliders belong to the whole run: a change runs it again from the start.
 // Vertices' connections, supports, material, modes and what the method needs belong to the model: a change builds it again. The rest
-// shape is what came in when the model was built, and is looked at again at the start frame only, so that moving points upstream do
+// shape is what came in first, and is looked at again at the start frame only, so that moving points upstream do
 // not rebuild.
 #pragma once
 
@@ -22,6 +22,7 @@
 #include "request.hpp"
 #include "shell_model.hpp"
 #include "state_cache.hpp"
+#include "support_places.hpp"
 
 #include <memory>
 #include <optional>
@@ -37,14 +38,18 @@ struct Notes {
   std::string certified;           // what the estimate of the error says, where it was asked for
   bool jumped = false;             // the frames before this one were not all seen with their own inputs
   bool floats = false;             // nothing is held
+  double supports_missed = 0;      // SwStateReport.support_miss over the mesh's size
   uint64_t builds = 0, steps = 0;  // so far; a sub-frame's part of a step is not counted
+
+  static constexpr double kMissed = 0.01;  // a kink beside the supports that is seen
 
   // What a user should be told, one sentence a line; empty where all is well.
   std::string warning() const;
   // Which of the sentences there are, as bits: a host that tells of a change once goes by this, as the numbers in them change
   // from frame to frame.
   uint32_t warnings() const {
-    return 1u * !turn_in_range | 2u * (handles_missed > 0) | 4u * jumped | 8u * floats | 16u * !certified.empty();
+    return 1u * !turn_in_range | 2u * (handles_missed > 0) | 4u * jumped | 8u * floats | 16u * !certified.empty() |
+           32u * (supports_missed > kMissed);
   }
 };
 
@@ -56,6 +61,8 @@ public:
   // Rest shape and result of what is drawn in the object's space, n x 3. Empty before the first evaluation.
   const std::vector<double> &rest() const;
   const std::vector<double> &deformed() const { return deformed_; }
+  // The result stands for all that came in; else its way from rest is added to that.
+  bool replaces() const { return replaces_; }
   // In the object's space and the scene's seconds, without the object's own motion. Empty where not asked for.
   const std::vector<double> &velocities() const { return velocities_; }
 
@@ -70,15 +77,25 @@ private:
   void run(Request &request, const At &at);
   void follow(const Request &request, const At &at, bool built);
   bool model_serves(const Request &request, const At &at) const;
-  void build(Request &request);  // cuts its polygons
+  void build(const Request &request, const At &at);
+  void build_support_fields(const Request &request, const At &at, const std::string &apart);
+  void replay(const Request &request, const std::vector<StateCache::Entry> &before);
+  void prepare_state(const Request &request);
+  void move_supports(Request &request, const At &at);
   void restart(const Request &request);
   void begin(const Inputs &inputs, uint64_t key, bool exact);
   void reach(const Request &request, uint64_t frame, bool own_inputs);
   void step_to(const Request &request, uint64_t frame, uint64_t key);
-  void step(shellwarp::State &state, const Inputs &inputs, double frames, bool teleport) const;
+  void advance(const Inputs &inputs, uint64_t key, uint64_t frame, bool exact, bool teleport);
+  void show(const Request &request, const At &at);
+  bool step(shellwarp::State &state, const Inputs &inputs, double frames, bool teleport) const;  // as stand
+  bool stand(shellwarp::State &state, const Inputs &inputs, bool teleport) const;  // true: supports were moved
+  std::shared_ptr<const Inputs> seen(const Inputs &inputs, uint64_t frame, uint64_t key) const;
   void place_handles(shellwarp::State &state, const Inputs &inputs) const;
+  Pose place_of(const Inputs &inputs) const;  // of the object's axes in the library's world
   SwFrameDesc frame_of(const Inputs &inputs) const;
-  void read(const shellwarp::State &state, const Request &request);
+  void read(const shellwarp::State &state, const Request &request, const At &at);
+  void to_object(const Request &request, const At &at, std::vector<double> &points, std::vector<double> &velocities) const;
 
   std::shared_ptr<const ShellModel> model_;
   uint64_t build_key_ = 0, rest_key_ = 0, motion_key_ = 0;
@@ -87,13 +104,18 @@ private:
   StateCache cache_;
   ColliderSet colliders_;
   Follower follower_;
-  uint64_t drawn_key_ = 0;
+  SupportPlaces places_;
+  bool needs_support_fields_ = false;  // supports have moved against each other
+  bool led_ = false;                   // supports were moved in the state
+  bool replaces_ = false;
+  std::vector<unsigned char> fresh_;   // the state before all
+  uint64_t drawn_key_ = 0, faces_key_ = 0;
   double clock_ = 1;       // the library's seconds in one of the scene's
   double frame_time_ = 0;  // s of the scene
   double unit_ = 1;        // world lengths in one of the object's, as at the start
 
   std::vector<double> deformed_, velocities_;
-  uint32_t missed_ = 0;
+  uint32_t missed_ = 0, method_ = 0;
   Notes notes_;
 };
 

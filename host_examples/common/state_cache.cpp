@@ -29,6 +29,16 @@ void StateCache::drop_from(uint64_t frame) {
   if (frame < entries_.size()) entries_.resize(frame);
 }
 
+std::vector<StateCache::Entry> StateCache::take() {
+  std::vector<Entry> all = std::move(entries_);
+  entries_.clear();
+  return all;
+}
+
+void StateCache::forget_inputs() {
+  for (Entry &entry : entries_) entry.seen.reset();
+}
+
 uint64_t StateCache::size() const {
   return static_cast<uint64_t>(
       std::count_if(entries_.begin(), entries_.end(), [](const Entry &entry) { return !entry.state.empty(); }));

@@ -3,7 +3,10 @@
 // A frame costs bytes_per_frame: the library's 952 bytes at 50 modes and 40 of ours, so under a kilobyte.
 #pragma once
 
+#include "request.hpp"
+
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 namespace host {
@@ -15,6 +18,8 @@ public:
     uint64_t inputs = 0;               // fingerprint of the inputs that led here
     bool exact = false;                // stepped frame by frame from the start, each with its own inputs
     uint32_t missed = 0;               // handles that could not be met
+    bool led = false;                  // supports were moved
+    std::shared_ptr<const Inputs> seen{};  // what led here, without the solids' meshes, where supports may be moved
   };
 
   // Frames 0 to limit - 1.
@@ -24,6 +29,8 @@ public:
   const Entry *last_before(uint64_t frame, uint64_t &found) const;
   void store(uint64_t frame, Entry entry);  // throws HostError from `limit` on
   void drop_from(uint64_t frame);           // this frame and all after it
+  std::vector<Entry> take();  // leaves none
+  void forget_inputs();       // Entry::seen of all
   uint64_t size() const;                    // frames stored
   uint64_t bytes_per_frame() const;         // of the largest, bookkeeping included
 

@@ -4,6 +4,7 @@
 #include "SOP_ShellWarp.proto.h"
 
 #include "blend.hpp"
+#include "hash.hpp"
 #include "message.hpp"
 #include "pull.hpp"
 #include "runner_store.hpp"
@@ -69,6 +70,8 @@ static const char *theDsFile = R"THEDSFILE(
     parm { name "supportkind" label "Supports" type ordinal default { "0" } menu { "clamped" "Clamped" "hinged" "Hinged" } }
     parm { name "supportgroup" label "Support Group" type string default { "" } }
     parm { name "supportattrib" label "Support Attribute" type string default { "" } }
+    parm { name "follow" label "Supports Follow" type toggle default { "1" } }
+    parm { name "supportfields" label "Support Fields" type integer default { "24" } range { 0! 64 } }
     parm { name "framet" label "Support Frame Translate" type vector size 3 default { "0" "0" "0" } }
     parm { name "framer" label "Support Frame Rotate" type vector size 3 default { "0" "0" "0" } }
     parm {
@@ -145,11 +148,12 @@ public:
     if (runner_ && key_) store().keep(key_, std::move(runner_));
   }
 
-  // The shell to go on with. In a compiled loop one cache meets many pieces: there each piece has a shell by its own points.
+  // The shell to go on with: the node's. In a compiled loop one cache meets many pieces: there each piece has a shell by its own points.
   host::ShellRunner &runner(const host::Request &request, const SOP_NodeVerb::CookParms &cookparms) {
     const OP_Node *node = cookparms.getSrcNode();
-    const uint64_t key = host::identity(request, node ? node->getUniqueId() : 0);
     const bool compiled = cookparms.getNode() == nullptr;
+    const int64_t id = node ? node->getUniqueId() : 0;
+    const uint64_t key = compiled ? host::identity(request, id) : host::Hash().add(id).value();
     if (runner_ && compiled && key != key_) store().keep(key_, std::move(runner_));
     if (!runner_) runner_ = store().take(key);
     if (!runner_) runner_ = std::make_unique<host::ShellRunner>();
@@ -242,6 +246,8 @@ void pull_settings(const SOP_ShellWarpParms &parms, host::Request &request) {
 
   host::Build &build = request.build;
   build.clamped = static_cast<int>(parms.getSupportkind()) == 0;
+  build.support_fields = count_of(parms.getSupportfields());
+  request.follow = parms.getFollow();
   build.modes = count_of(parms.getModes());
   build.method = method_of(parms.getMethod());
   build.reduced_fields = count_of(parms.getReducedfields());

@@ -122,14 +122,15 @@ void push(GU_Detail &detail, const host::ShellRunner &runner, double envelope, c
     const double in[3] = {x.x(), x.y(), x.z()};
     double out[3];
     const double share = weight.isValid() ? envelope * static_cast<double>(weight.get(*it)) : envelope;
-    host::blend_point(out, in, &runner.rest()[at], &runner.deformed()[at], share);
+    host::blend_point(out, in, runner.replaces() ? in : &runner.rest()[at], &runner.deformed()[at], share);
     detail.setPos3(*it, UT_Vector3(static_cast<float>(out[0]), static_cast<float>(out[1]), static_cast<float>(out[2])));
     if (!velocity.isValid()) continue;
-    // What came in moves as well: the shell's motion is added to its v.
+    // What came in moves as well: the shell's motion is added to its v, or takes its place as the points do.
     const UT_Vector3 before = velocity.get(*it);
-    const double *v = &runner.velocities()[at];
-    velocity.set(*it, UT_Vector3(before.x() + static_cast<float>(share * v[0]), before.y() + static_cast<float>(share * v[1]),
-                                 before.z() + static_cast<float>(share * v[2])));
+    const double v_in[3] = {before.x(), before.y(), before.z()}, none[3] = {0, 0, 0};
+    double v[3];
+    host::blend_point(v, v_in, runner.replaces() ? v_in : none, &runner.velocities()[at], share);
+    velocity.set(*it, UT_Vector3(static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2])));
   }
   detail.getP()->bumpDataId();
   if (velocity.isValid()) velocity.bumpDataId();

@@ -148,6 +148,8 @@ void pull_settings(MDataBlock &block, host::Request &request) {
   request.build.auto_error = real(Node::autoError);
   request.build.double_precision = block.inputValue(Node::doublePrecision).asBool();
   request.build.clamped = !second(Node::supportKind);
+  request.follow = block.inputValue(Node::follow).asBool();
+  request.build.support_fields = count(Node::supportFields);
   request.certify = block.inputValue(Node::certify).asBool();
 
   const double3 &gravity = block.inputValue(Node::gravity).asDouble3();

@@ -20,7 +20,7 @@ MObject ShellWarpNode::dampingRatio, ShellWarpNode::dampingMass;
 MObject ShellWarpNode::method, ShellWarpNode::reducedFields, ShellWarpNode::autoError, ShellWarpNode::integrator;
 MObject ShellWarpNode::modes, ShellWarpNode::doublePrecision, ShellWarpNode::certify;
 MObject ShellWarpNode::supportKind, ShellWarpNode::supportComponents, ShellWarpNode::supportWeightList,
-    ShellWarpNode::supportWeights;
+    ShellWarpNode::supportWeights, ShellWarpNode::follow, ShellWarpNode::supportFields;
 MObject ShellWarpNode::frameFrom, ShellWarpNode::supportFrame, ShellWarpNode::proxy;
 MObject ShellWarpNode::handles, ShellWarpNode::handleVertex, ShellWarpNode::handleTarget, ShellWarpNode::handlePosition,
     ShellWarpNode::handleOrientation, ShellWarpNode::handleCompliance;
@@ -174,6 +174,13 @@ MStatus create_supports() {
   MStatus status;
   status = create_choice(Node::supportKind, "supportKind", "skd", {"clamped", "hinged"});
   CHECK_MSTATUS_AND_RETURN_IT(status);
+  status = create_plain(Node::follow, "follow", "fol", MFnNumericData::kBoolean, 1);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  status = create_plain(Node::supportFields, "supportFields", "sfd", MFnNumericData::kInt, host::Build().support_fields);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  MFnNumericAttribute fields(Node::supportFields);
+  fields.setMin(0);
+  fields.setSoftMax(64);
   MFnTypedAttribute typed;
   Node::supportComponents =
       typed.create("supportComponents", "scp", MFnData::kComponentList, MObject::kNullObj, &status);
@@ -268,7 +275,7 @@ MStatus ShellWarpNode::addAttributes() {
       kStretch,      density,      dampingRatio, dampingMass,   modes,       doublePrecision,   method,
       reducedFields, autoError,    integrator,   certify,       supportKind, supportComponents, supportWeightList,
       frameFrom,     supportFrame, handles,      preset,        young,       poisson,           volumeDensity,
-      colliders,     proxy};
+      colliders,     proxy,        follow,       supportFields};
   const MObject children[] = {gravityX,       gravityY,       gravityZ,          supportWeights,   handleVertex,
                               handleTarget,   handlePosition, handleOrientation, handleCompliance, colliderMesh,
                               colliderMatrix, colliderShape,  colliderCells,     colliderFriction, colliderThickness};

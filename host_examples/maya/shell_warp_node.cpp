@@ -93,6 +93,7 @@ MStatus ShellWarpNode::pull(MDataBlock &block, const MMatrix &toWorld, unsigned 
   pull_supports(block, multiIndex, request);
   request.inputs.object = host::pose_of(matrix_of(toWorld), "the deformed object's transform", host::Scale::even);
   const bool own = block.inputValue(frameFrom).asShort() == 0;
+  request.follow &= own;  // supportFrame says by itself how they move
   request.inputs.frame =
       own ? request.inputs.object
           : host::pose_of(matrix_of(block.inputValue(supportFrame).asMatrix()), "supportFrame", host::Scale::even);
@@ -116,7 +117,7 @@ MStatus ShellWarpNode::push(MDataBlock &block, MItGeometry &points, unsigned int
     MPoint &point = positions[k];
     const double in[3] = {point.x, point.y, point.z};
     double out[3];
-    host::blend_point(out, in, &runner.rest()[at], &runner.deformed()[at], share);
+    host::blend_point(out, in, runner.replaces() ? in : &runner.rest()[at], &runner.deformed()[at], share);
     point.x = out[0];
     point.y = out[1];
     point.z = out[2];

@@ -81,7 +81,7 @@ public:
   static MObject method, reducedFields, autoError, integrator;
   static MObject modes, doublePrecision, certify;
   // What holds it
-  static MObject supportKind, supportComponents, supportWeightList, supportWeights;
+  static MObject supportKind, supportComponents, supportWeightList, supportWeights, follow, supportFields;
   static MObject frameFrom, supportFrame;
   // What is simulated in the deformed mesh's place
   static MObject proxy;

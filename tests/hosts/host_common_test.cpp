@@ -1180,10 +1180,245 @@ void the_store_gives_back_what_it_keeps_and_drops_the_oldest() {
 
 }  // namespace
 
+// ---------------------------------------------------------------------------------- supports that follow the input's animation
+
+// A strip that is held at both ends, two columns each.
+Request bridge_request() {
+  Request request = strip_request();
+  for (const int column : {1, STRIP_COLUMNS - 2, STRIP_COLUMNS - 1})
+    for (int j = 0; j < STRIP_ROWS; ++j) request.build.held.push_back(strip_vertex(column, j));
+  request.build.clamped = false;
+  request.follow = true;
+  return request;
+}
+
+void move_points(Request &request, const Pose &pose, int first_column, int last_column) {
+  for (int i = first_column; i <= last_column; ++i)
+    for (int j = 0; j < STRIP_ROWS; ++j) {
+      double *x = &request.mesh.points[3 * strip_vertex(i, j)];
+      const Vec3 moved = host::apply(pose, {x[0], x[1], x[2]});
+      std::copy(moved.begin(), moved.end(), x);
+    }
+}
+
+// Both ends rise for five frames; then the far one turns about the strip as well, and comes nearer.
+Request parting_request(double frame) {
+  Request request = at_frame(bridge_request(), frame);
+  move_points(request, host::pose_of_angles({0, 0, 0.02 * frame}, {}), 0, STRIP_COLUMNS - 1);
+  const double apart = std::max(frame - 5, 0.0);
+  move_points(request, host::pose_of_angles({-0.01 * apart, 0, 0}, {3 * apart, 0, 0}), STRIP_COLUMNS - 2, STRIP_COLUMNS - 1);
+  return request;
+}
+
+Vec3 point_of(const std::vector<double> &points, uint32_t v) { return {points[3 * v], points[3 * v + 1], points[3 * v + 2]}; }
+
+double furthest(const std::vector<double> &a, const std::vector<double> &b) {
+  double most = a.size() == b.size() ? 0 : INFINITY;
+  for (std::size_t i = 0; i < std::min(a.size(), b.size()); ++i) most = std::max(most, std::fabs(a[i] - b[i]));
+  return most;
+}
+
+// The input goes as the object would: the same motion, by the same model.
+void supports_that_move_as_one_shake_the_shell_as_its_object_does() {
+  ShellRunner carried, led;
+  for (int k = 0; k <= 20; ++k) {
+    const Pose pose = host::pose_of_angles({0.01 * k * k, 0, 0.1 * std::sin(0.4 * k)}, {0, 3.0 * k, 2.0 * k});
+    Request object = at_frame(strip_request(), k), input = object;
+    object.inputs.object = object.inputs.frame = pose;
+    if (k > 0) move_points(input, pose, 0, STRIP_COLUMNS - 1);
+    input.follow = true;
+    carried.evaluate(k > 0 ? object : at_frame(strip_request(), 0));
+    led.evaluate(input);
+    double off = 0;
+    for (uint32_t v = 0; v < STRIP_VERTICES; ++v) {
+      const Vec3 x = k > 0 ? host::apply(pose, point_of(carried.deformed(), v)) : point_of(carried.deformed(), v);
+      for (std::size_t i = 0; i < 3; ++i) off = std::max(off, std::fabs(x[i] - led.deformed()[3 * v + i]));
+    }
+    CHECK_NEAR(off, 0, 1e-9);  // rounding; a shell that is not shaken is off by centimetres
+  }
+  CHECK(led.notes().builds == 1 && led.notes().steps == 20 && led.replaces() && !carried.replaces());
+  CHECK(furthest(carried.deformed(), carried.rest()) > 0.01);
+}
+
+// Against the library alone, given support fields from the start.
+void supports_that_part_bend_the_shell_by_fields_that_come_when_they_are_needed() {
+  const Request rest = bridge_request();
+  SwSupportDesc supports = shellwarp::support_desc();
+  supports.fixed = rest.build.held.data();
+  supports.n_fixed = static_cast<uint32_t>(rest.build.held.size());
+  shellwarp::Model model(shellwarp::mesh_desc(rest.mesh.points.data(), STRIP_VERTICES, rest.mesh.triangles.data(), STRIP_TRIANGLES),
+                         host::sheet_material(rest.mesh, 0), supports);
+  SwPrecomputeDesc desc = shellwarp::precompute_desc();
+  desc.modes = 6;
+  desc.support_fields = 24;
+  model.precompute(desc);
+  const double clock = 2 / model.frequencies()[0];
+  SwStateDesc exact = shellwarp::state_desc();
+  exact.method = SW_METHOD_WARP;
+  exact.integrator = SW_INTEGRATOR_EXACT;
+  shellwarp::State state(model, exact);
+  state.set_damping(host::damping(SW_METHOD_WARP, rest.motion.damping_ratio, 0, 0, 1));
+  state.set_gravity(0, 0, -9.8 / (clock * clock));
+  std::vector<double> expected(3 * STRIP_VERTICES);
+  ShellRunner runner;
+  for (int k = 0; k <= 15; ++k) {
+    const Request request = parting_request(k);
+    runner.evaluate(request);
+    state.move_supports(request.mesh.points.data(), STRIP_VERTICES);
+    if (k > 0) state.step(clock / 24);
+    state.positions(expected.data(), STRIP_VERTICES);
+    CHECK_NEAR(furthest(runner.deformed(), expected), 0, 1e-7);  // the basis in floats of 4; frames are carried until they move, there led from the start
+    CHECK(runner.notes().builds == (k <= 5 ? 1 : 2) && !runner.notes().jumped);
+    for (const uint32_t v : request.build.held)
+      for (uint32_t i = 3 * v; i < 3 * v + 3; ++i) CHECK_NEAR(runner.deformed()[i], request.mesh.points[i], 1e-12);
+  }
+  CHECK(furthest(runner.deformed(), runner.rest()) > 0.2);
+}
+
+void scrubbing_under_supports_that_part_repeats_playing_bit_for_bit() {
+  ShellRunner runner;
+  play(runner, parting_request, 15);
+  const Frames played = play(runner, parting_request, 15);
+  for (const int frame : {3, 12, 7, 0, 15, 6}) {
+    runner.evaluate(parting_request(frame + 0.25));
+    runner.evaluate(parting_request(frame));
+    CHECK(runner.deformed() == played[std::size_t(frame)] && !runner.notes().jumped);
+  }
+  CHECK(runner.notes().builds == 2);
+  ShellRunner other;  // a setting changes in the middle: the rest shape stays that of the start
+  play(other, parting_request, 15);
+  Request request = parting_request(15);
+  request.build.modes = 5;
+  other.evaluate(request);
+  CHECK(other.rest() == runner.rest() && other.notes().jumped);
+}
+
+void before_the_start_all_is_as_it_comes_in() {
+  ShellRunner runner;
+  play(runner, parting_request, 3);
+  Request request = parting_request(-8);
+  runner.evaluate(request);
+  CHECK(!runner.replaces() && runner.deformed() == runner.rest() && runner.notes().builds == 1);
+}
+
+void the_full_shell_follows_supports_that_part_without_fields() {
+  ShellRunner runner;
+  Request last;
+  for (int k = 0; k <= 12; ++k) {
+    last = parting_request(k);
+    last.build.method = SW_METHOD_SHELL_IMPLICIT;
+    runner.evaluate(last);
+  }
+  CHECK(runner.notes().builds == 1);
+  for (const uint32_t v : last.build.held)
+    for (uint32_t i = 3 * v; i < 3 * v + 3; ++i) CHECK_NEAR(runner.deformed()[i], last.mesh.points[i], 1e-12);
+}
+
+// A cluster on the held vertices alone: the neighbours that a clamp holds too are at rest in the input.
+void clamped_neighbours_go_with_what_they_are_clamped_to() {
+  ShellRunner alone, all;
+  for (int k = 0; k <= 10; ++k) {
+    const Pose pose = host::pose_of_angles({0.02 * k, 0, 0.03 * k}, {0, 0, 19.0 * k});
+    Request request = at_frame(strip_request(), k);
+    request.follow = true;
+    Request with = request;
+    move_points(request, pose, 0, 0);
+    move_points(with, pose, 0, 1);
+    alone.evaluate(request);
+    all.evaluate(with);
+    CHECK_NEAR(furthest(alone.deformed(), all.deformed()), 0, 1e-9);
+  }
+  CHECK(alone.notes().builds == 1);  // as one
+}
+
+// The mesh that is drawn is led; the one that is simulated comes as it was.
+void supports_of_what_is_drawn_lead_a_mesh_at_rest() {
+  ShellRunner own, drawn;
+  for (int k = 0; k <= 10; ++k) {
+    Request request = parting_request(k);
+    own.evaluate(request);
+    request.drawn = request.mesh.points;
+    request.mesh.points = bridge_request().mesh.points;
+    drawn.evaluate(request);
+    CHECK_NEAR(furthest(own.deformed(), drawn.deformed()), 0, 2e-6);  // a binding's floats
+  }
+  CHECK(drawn.notes().builds == 2);
+}
+
+// A motion that is even over each frame: differences of sub-frames are the velocity.
+void velocities_of_a_shell_whose_supports_are_led_are_those_of_its_positions() {
+  ShellRunner runner;
+  const auto at = [&](double frame) {
+    Request request = parting_request(frame);
+    request.velocities = true;
+    request.inputs.object = request.inputs.frame = host::pose_of_angles({0.5 * frame, 0, 0}, {0, 0, 0.5 * frame});
+    runner.evaluate(request);
+    return runner.deformed();
+  };
+  for (int k = 0; k <= 9; ++k) at(k);
+  const std::vector<double> before = at(9.49), after = at(9.51);
+  at(9.5);
+  double most = 0, off = 0;
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    const double v = (after[i] - before[i]) * 24 / 0.02;
+    most = std::max(most, std::fabs(v));
+    off = std::max(off, std::fabs(v - runner.velocities()[i]));
+  }
+  CHECK(most > 0.3);
+  CHECK_NEAR(off, 0, 0.01 * most);  // the library takes the frame from differences of half a frame
+}
+
+void what_cannot_follow_supports_that_part_is_named() {
+  const auto told = [](const std::function<void(Request &)> &change) {
+    return failure([&] {
+      ShellRunner runner;
+      for (const int frame : {0, 10}) {
+        Request request = parting_request(frame);
+        change(request);
+        runner.evaluate(request);
+      }
+    });
+  };
+  CHECK(told([](Request &) {}).empty());
+  const std::string reduced = told([](Request &r) { r.build.method = SW_METHOD_ROTATION_STRAIN; });
+  CHECK(contains(reduced, "held vertices move against each other (") && contains(reduced, "support ") &&
+        contains(reduced, "rotation-strain follows them as one only; take the warp or a full shell"));
+  CHECK(contains(told([](Request &r) { r.build.support_fields = 0; }), "set the support fields, 24 suit most"));
+  CHECK(contains(told([](Request &r) {
+                   r.build.clamped = true;
+                   r.build.stiffness.by = host::Stiffness::By::preset;
+                 }),
+                 "clamped supports of a real material cannot follow; hold two rows of vertices, hinged"));
+  CHECK(contains(told([](Request &r) { r.mesh.points[0] += r.time > 0 ? NAN : 0; }), "it must be finite"));
+  CHECK(told([](Request &r) { r.build.method = SW_METHOD_ROTATION_STRAIN, r.follow = false; }).empty());
+}
+
+void few_fields_are_told_of() {
+  ShellRunner runner;
+  for (int k = 0; k <= 30; ++k) {
+    Request request = parting_request(k);
+    request.build.support_fields = 1;
+    runner.evaluate(request);
+  }
+  CHECK(contains(runner.notes().warning(), "off them: more support fields") && (runner.notes().warnings() & 32u));
+  play(runner, parting_request, 12);
+  CHECK(!contains(runner.notes().warning(), "support fields"));
+}
+
 int main() {
   RUN(drawn_points_follow_and_their_supports_and_handles_are_those_of_the_mesh);
   RUN(velocities_are_asked_for_and_are_of_the_scenes_seconds);
   RUN(the_store_gives_back_what_it_keeps_and_drops_the_oldest);
+  RUN(supports_that_move_as_one_shake_the_shell_as_its_object_does);
+  RUN(supports_that_part_bend_the_shell_by_fields_that_come_when_they_are_needed);
+  RUN(scrubbing_under_supports_that_part_repeats_playing_bit_for_bit);
+  RUN(before_the_start_all_is_as_it_comes_in);
+  RUN(the_full_shell_follows_supports_that_part_without_fields);
+  RUN(clamped_neighbours_go_with_what_they_are_clamped_to);
+  RUN(supports_of_what_is_drawn_lead_a_mesh_at_rest);
+  RUN(velocities_of_a_shell_whose_supports_are_led_are_those_of_its_positions);
+  RUN(what_cannot_follow_supports_that_part_is_named);
+  RUN(few_fields_are_told_of);
   RUN(the_start_frame_is_the_rest_shape);
   RUN(playing_is_the_library_stepped_frame_by_frame);
   RUN(every_frame_is_stepped_once_and_the_model_built_once);

@@ -384,9 +384,54 @@ void envelope_and_weights_scale_each_point() {
 
 // -------------------------------------------------------------------------------------------------------- what is drawn
 
-// v against the positions a thousandth of a frame apart; what came in with a motion of its own keeps it.
+// Both ends held in two columns; the far one comes nearer and turns.
+Points part(Scene &scene, int last) {
+  scene.cook.set("supportkind", {1});
+  scene.cook.set_text("supportgroup", "0-5 117-122");
+  const Points rest = scene.geometry().points;
+  for (int frame = 1; frame <= last; ++frame) {
+    const float angle = 0.06f * float(frame - 1);
+    for (std::size_t i = STRIP_ROWS * (STRIP_COLUMNS - 2); i < rest.size(); ++i)
+      scene.geometry().points[i] = UT_Vector3(rest[i].x() - 0.01f * float(frame - 1), -std::sin(angle) * rest[i].z(), std::cos(angle) * rest[i].z());
+    scene.at(frame);
+  }
+  return scene.cook.output.fake_geometry().points;
+}
+
+void held_points_of_the_input_lead_the_shell_or_are_told_of() {
+  Scene scene, few, off, dropped, refused;
+  const Points out = part(scene, 12);
+  CHECK(scene.cook.errors.empty() && scene.cook.warnings.empty());
+  for (const std::size_t i : {0, 5, 117, 122})
+    CHECK_NEAR(out[i].y(), scene.geometry().points[i].y(), 1e-6);  // floats
+  const std::size_t middle = STRIP_ROWS * (STRIP_COLUMNS / 2);
+  const double tilt = std::atan2(out[middle + 2].y() - out[middle].y(), out[middle].z() - out[middle + 2].z());
+  CHECK_NEAR(tilt, 0.5 * 0.06 * 11, 0.1);  // the middle of a strip turns by half of what its end does
+  few.cook.set("supportfields", {1});
+  CHECK(!same(part(few, 12), out));
+  Scene fewer;
+  fewer.cook.set("supportfields", {1});
+  part(fewer, 24);
+  CHECK(fewer.cook.warnings.size() == 1 && contains(fewer.cook.warnings[0], "off them: more support fields"));
+  off.cook.set("follow", {0});
+  CHECK(!same(part(off, 12), out) && off.cook.errors.empty());
+  dropped.cook.keep_cache = false;  // the node goes on with its shell, though its points have moved
+  CHECK(same(part(dropped, 12), out) && dropped.cook.warnings.empty());
+  refused.cook.set_text("method", "rotation-strain");
+  part(refused, 12);
+  CHECK(contains(refused.cook.errors.at(0), "rotation-strain follows them as one only; take the warp or a full shell"));
+  CHECK(same(refused.cook.output.fake_geometry().points, refused.geometry().points));
+}
+
+// v against the positions a thousandth of a frame apart; what came in with a motion of its own keeps it where that is carried along.
 void velocities_are_those_of_the_positions() {
+  Scene replaced;
+  replaced.geometry().attributes["v"].assign(3 * STRIP_VERTICES, 2);
+  replaced.cook.set("velocity", {1});
+  replaced.play(10);
+  const std::vector<double> own = replaced.cook.output.fake_geometry().attributes["v"];
   Scene scene;
+  scene.cook.set("follow", {0});
   scene.geometry().attributes["v"].assign(3 * STRIP_VERTICES, 2);
   scene.cook.set("velocity", {1});
   scene.cook.set("doubleprecision", {1});
@@ -394,6 +439,7 @@ void velocities_are_those_of_the_positions() {
   const Points before = scene.cook.output.fake_geometry().points;
   const std::vector<double> v = scene.cook.output.fake_geometry().attributes["v"];
   CHECK(scene.cook.output.fake_geometry().bumps["v"] == 1);
+  for (std::size_t i = 0; i < v.size(); ++i) CHECK_NEAR(own[i], v[i] - 2, 1e-4);  // floats, and the basis in them
   const double frames = 0.02;
   const Points after = scene.at(10 + frames);
   double fastest = 0;
@@ -704,6 +750,7 @@ int main(int argc, char **argv) {
     RUN(pieces_of_a_compiled_loop_keep_apart);
     RUN(a_jumped_frame_is_marked_as_not_simulated);
     RUN(the_cache_tells_its_memory);
+    RUN(held_points_of_the_input_lead_the_shell_or_are_told_of);
     RUN(velocities_are_those_of_the_positions);
     RUN(normals_of_points_are_those_of_the_bent_polygons);
     RUN(the_first_input_follows_what_is_simulated);

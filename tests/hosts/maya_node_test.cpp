@@ -110,7 +110,7 @@ void every_attribute_has_its_own_names_and_affects_the_output() {
                                  "binMembership",
                                  "bnm"};
   const std::vector<fake::AttributeInfo> attributes = node.attributes();
-  CHECK(attributes.size() == 45);
+  CHECK(attributes.size() == 47);
   for (const fake::AttributeInfo &attribute : attributes) {
     CHECK(names.insert(attribute.name).second && names.insert(attribute.brief).second);
     CHECK(attribute.affects_output);
@@ -246,11 +246,85 @@ void points_outside_of_the_set_stay() {
 void motion_upstream_is_carried_along() {
   Scene plain, lifted;
   const Points still = plain.play(8).back();
+  lifted.node.set("follow", 0);
   lifted.play(7);
   for (MPoint &p : lifted.mesh.points) p.y += 3;
   lifted.node.connect(0, &lifted.mesh);
   const Points out = lifted.at(8);
   for (std::size_t i = 0; i < out.size(); ++i) CHECK_NEAR(out[i].y, still[i].y + 3, 1e-12 * 40);  // rounding
+}
+
+// The mesh that comes in rises by a growing step, as the object does in the other scene: the shell is shaken alike.
+void held_points_of_the_input_lead_the_shell() {
+  Scene object, input;
+  for (Scene *scene : {&object, &input}) scene->node.set("gravityY", -60);
+  const fake::Mesh rest = input.mesh;
+  for (int frame = 1; frame <= 16; ++frame) {
+    const double up = 0.03 * (frame - 1) * (frame - 1);
+    object.node.set_world_matrix(0, moved(0, up, 0));
+    for (std::size_t i = 0; i < rest.points.size(); ++i) input.mesh.points[i].y = rest.points[i].y + up;
+    input.node.connect(0, &input.mesh);
+    const Points a = object.at(frame), b = input.at(frame);
+    double off = 0;
+    for (std::size_t i = 0; i < a.size(); ++i) off = std::max(off, std::fabs(b[i].y - up - a[i].y));
+    CHECK_NEAR(off, 0, 1e-3);  // a step under strong loads knows supports
+  }
+  Scene still;
+  still.node.set("gravityY", -60);
+  CHECK(object.node.evaluate()[kTip].y < still.play(16).back()[kTip].y - 0.05);
+  CHECK(fake::session().errors.empty());
+}
+
+// Both ends held in two columns; the far one comes down, nearer, and turns. What the scene does before each frame is the first argument.
+Points part(Scene &scene, int last) {
+  scene.node.set("supportKind", 1);
+  for (const int column : {1, STRIP_COLUMNS - 2, STRIP_COLUMNS - 1})
+    for (int j = 0; j < STRIP_ROWS; ++j) scene.paint(STRIP_ROWS * column + j, 1);
+  const fake::Mesh rest = scene.mesh;
+  for (int frame = 1; frame <= last; ++frame) {
+    const double angle = 0.06 * (frame - 1);
+    for (std::size_t i = STRIP_ROWS * (STRIP_COLUMNS - 2); i < rest.points.size(); ++i) {
+      const MPoint &p = rest.points[i];
+      scene.mesh.points[i].x = p.x - 0.1 * (frame - 1);
+      scene.mesh.points[i].y = -std::sin(angle) * p.z;
+      scene.mesh.points[i].z = std::cos(angle) * p.z;
+    }
+    scene.node.connect(0, &scene.mesh);
+    scene.at(frame);
+  }
+  return scene.node.evaluate();
+}
+
+void held_points_that_part_bend_the_shell_or_are_told_of() {
+  Scene scene, few, off, full;
+  const Points out = part(scene, 12);
+  CHECK(fake::session().errors.empty() && fake::session().warnings.empty());
+  for (const int column : {0, 1, STRIP_COLUMNS - 2, STRIP_COLUMNS - 1})
+    for (int j = 0; j < STRIP_ROWS; ++j) {
+      const std::size_t i = std::size_t(STRIP_ROWS * column + j);
+      CHECK_NEAR(out[i].x, scene.mesh.points[i].x, 1e-12 * 40);  // rounding
+      CHECK_NEAR(out[i].y, scene.mesh.points[i].y, 1e-12 * 40);
+    }
+  // A third of the way along, a turned end of a strip has turned it by about a third: by half at the middle.
+  const std::size_t middle = STRIP_ROWS * (STRIP_COLUMNS / 2);
+  const double tilt = std::atan2(out[middle + 2].y - out[middle].y, out[middle].z - out[middle + 2].z);
+  CHECK_NEAR(tilt, 0.5 * 0.06 * 11, 0.1);
+  few.node.set("supportFields", 1);
+  CHECK(!same(part(few, 12), out));
+  Scene fewer;
+  fewer.node.set("supportFields", 1);
+  part(fewer, 24);
+  CHECK(fake::session().warnings.size() == 1 && contains(fake::session().warnings[0], "off them: more support fields"));
+  off.node.set("follow", 0);
+  CHECK(!same(part(off, 12), out) && !off.node.failed());
+  Scene refused;
+  refused.node.set("method", SW_METHOD_ROTATION_STRAIN);
+  part(refused, 12);
+  CHECK(refused.node.failed());
+  CHECK(contains(fake::session().errors.at(0), "rotation-strain follows them as one only; take the warp or a full shell"));
+  refused.node.set("method", SW_METHOD_SHELL_IMPLICIT);
+  refused.node.evaluate();
+  CHECK(!refused.node.failed());
 }
 
 // ------------------------------------------------------------------------------------------------------------- methods
@@ -963,6 +1037,8 @@ int main(int argc, char **argv) {
     RUN(painted_weights_scale_each_point);
     RUN(points_outside_of_the_set_stay);
     RUN(motion_upstream_is_carried_along);
+  RUN(held_points_of_the_input_lead_the_shell);
+  RUN(held_points_that_part_bend_the_shell_or_are_told_of);
     RUN(the_menu_of_methods_is_the_librarys_table);
     RUN(every_method_of_the_table_moves_the_mesh_or_is_told_of);
     RUN(every_attribute_changes_the_result);

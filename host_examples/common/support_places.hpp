@@ -1,0 +1,34 @@
+// Where the input's animation has what holds the shell.
+#pragma once
+
+#include "request.hpp"
+
+#include <cstdint>
+#include <vector>
+
+namespace host {
+
+class SupportPlaces {
+public:
+  // Of a new model: the vertices that its supports may hold, clamped ones with their neighbours.
+  void prepare(const Mesh &mesh, const Build &build);
+
+  const std::vector<uint32_t> &vertices() const { return vertices_; }  // ascending
+
+  // Their places in `points` (3 each, object's axes); none where all of them are as at `rest`. What is clamped only as a neighbour, and is
+  // left at rest while what it belongs to moves, goes along.
+  std::vector<double> read(const std::vector<double> &points, const std::vector<double> &rest) const;
+
+private:
+  struct Neighbour {
+    std::size_t at;                  // in vertices_
+    std::vector<uint32_t> supports;  // that share an edge with it
+    std::size_t group;
+  };
+
+  std::vector<uint32_t> vertices_;
+  std::vector<std::vector<uint32_t>> groups_;  // of supports that edges join
+  std::vector<Neighbour> neighbours_;
+};
+
+}  // namespace host
