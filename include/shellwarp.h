@@ -421,7 +421,8 @@ void sw_model_destroy(struct SwModel *model);
 // 24 bytes per vertex and mode (48 with SW_PRECISION_F64, 12 with SW_PRECISION_I16) and 49 per
 // vertex, or 73 with sag_gravity; 12 (24 with SW_PRECISION_F64) more per vertex and mode or field
 // of a reduced shell. Two calls: with `bytes` NULL and `capacity` 0 only *size is written. Nothing
-// of a state is saved (sw_state_save). Callable concurrently.
+// of a state is saved (sw_state_save), and no time: two precomputes of the same input on one
+// machine save the same bytes. Callable concurrently.
 // Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_NOT_PRECOMPUTED, SW_ERROR_BUFFER_SIZE when capacity <
 // *size, SW_ERROR_UNSUPPORTED by a library without SW_FEATURE_SAVED_MODELS, SW_ERROR_OUT_OF_MEMORY,
 // SW_ERROR_BUSY.
@@ -712,7 +713,7 @@ typedef struct SwModelInfo {
   // Where eigenvalues were counted, 1/s^2.
   double inertia_shift;
   // Seconds by SW_PHASE_...; 0 beyond the last. Their sum is the time of the precompute, with
-  // phases that a host does not know.
+  // phases that a host does not know. 0 of a model that was loaded.
   double seconds[SW_PHASE_CAPACITY];
   // Bytes that the model holds for the run.
   uint64_t bytes_model;

@@ -62,7 +62,8 @@ pub struct SwModelInfo {
     pub orthonormality: f64,
     /// Where eigenvalues were counted, 1/s^2.
     pub inertia_shift: f64,
-    /// Seconds by SW_PHASE_...; 0 beyond the last. Their sum is the time of the precompute, with phases that a host does not know.
+    /// Seconds by SW_PHASE_...; 0 beyond the last. Their sum is the time of the precompute, with phases that a host does not know. 0 of a
+    /// model that was loaded.
     pub seconds: [f64; SW_PHASE_CAPACITY],
     /// Bytes that the model holds for the run.
     pub bytes_model: u64,

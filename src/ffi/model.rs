@@ -138,7 +138,8 @@ pub unsafe extern "C" fn sw_model_destroy(model: *mut SwModel) {
 /// mode (48 with SW_PRECISION_F64, 12 with SW_PRECISION_I16) and 49 per vertex, or 73 with sag_gravity; 12 (24 with
 /// SW_PRECISION_F64) more per vertex and mode or field of a reduced shell. Two calls: with `bytes` NULL and `capacity` 0 only *size
 /// is written.
-/// Nothing of a state is saved (sw_state_save). Callable concurrently.
+/// Nothing of a state is saved (sw_state_save), and no time: two precomputes of the same input on one machine save the same bytes.
+/// Callable concurrently.
 /// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_NOT_PRECOMPUTED, SW_ERROR_BUFFER_SIZE when capacity < *size,
 /// SW_ERROR_UNSUPPORTED by a library without SW_FEATURE_SAVED_MODELS, SW_ERROR_OUT_OF_MEMORY, SW_ERROR_BUSY.
 #[unsafe(no_mangle)]

@@ -6,7 +6,7 @@
 //! |---|---|
 //! | magic "SWMD", version, byte-order mark, precision, energy, n vertices, t triangles, m modes, zero modes, re-oriented triangles | 10 × u32 |
 //! | estimate of the peak memory, count and found of the certificate | 3 × u64 |
-//! | k_A, k_L, k_B, mass per area, or for energy 2 E, ν, thickness, mass per volume; residual, orthonormality, shift; seconds by phase | 13 × f64 |
+//! | k_A, k_L, k_B, mass per area, or for energy 2 E, ν, thickness, mass per volume; residual, orthonormality, shift; room for seconds by phase, 0 since they are not saved | 13 × f64 |
 //! | positions of the mesh as it was given | 3n × f64 |
 //! | triangles, oriented | 3t × u32 |
 //! | held | n × u8, 0 or 1; for energy 2 also 2, clamped: held, and on an edge of such whose slope is held |
@@ -104,7 +104,8 @@ impl Model {
         [self.peak_bytes, certificate.count, certificate.found].iter().for_each(|x| put_u64(&mut out, *x as u64));
         let SpectrumCertificate { residual, orthonormality, shift, .. } = *certificate;
         let facts = [residual, orthonormality, shift];
-        constants(&shell.material).iter().chain(&facts).chain(&self.seconds).for_each(|x| x.put(&mut out));
+        // No seconds: two precomputes of the same input save the same bytes.
+        constants(&shell.material).iter().chain(&facts).chain(&[0.0; PHASES]).for_each(|x| x.put(&mut out));
         shell.given().iter().flatten().for_each(|x| x.put(&mut out));
         shell.mesh.triangles.iter().flatten().for_each(|v| out.extend(v.to_le_bytes()));
         out.extend((0..shell.held.len()).map(|v| if shell.is_clamped(v) { CLAMPED } else { u8::from(shell.held[v]) }));
