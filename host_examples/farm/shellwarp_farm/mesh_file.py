@@ -5,15 +5,16 @@ from pathlib import Path
 import numpy
 
 from .errors import SceneError
+from .polygon import cut
 
 
 def read_mesh(path):
-    """Positions (n x 3, float64) and triangles (m x 3, uint32). Polygons are cut into fans."""
+    """Positions (n x 3, float64) and triangles (m x 3, uint32). Polygons are cut as polygon.py has it."""
     points, faces = read_polygons(path)
-    triangles = [(face[0], face[k], face[k + 1]) for face in faces for k in range(1, len(face) - 1)]
-    if not triangles:
+    triangles = cut([face for face in faces if len(face) > 2], points)
+    if len(triangles) == 0:
         raise SceneError(f"{path}: no faces found")
-    return points, numpy.array(triangles, dtype=numpy.uint32)
+    return points, triangles
 
 
 def read_polygons(path):
