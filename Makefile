@@ -18,7 +18,7 @@ export CMAKE_BUILD_PARALLEL_LEVEL ?= $(JOBS)
 .PHONY: help build native demo test test-cargo test-c test-render test-blender demo-blender install package blender-addon header \
     python-abi docs-api test-docs lint fuzz check-memory check-threads check-miri check-guard bench bench-binding bench-contact bench-front bench-instructions bench-leave-out bench-polynomial bench-precompute bench-same-bits bench-solver bench-training build-report report report-docs report-stability \
     test-report clean
-.PHONY: npm dist test-dist test-platforms dist-again render-mesh-picture moving-supports-picture materials-picture maya-module houdini-package plugin-zip cli check-platforms wasm test-wasm playground test-playground tutorial-pictures docs notices wheel pictures bench-leaf farm-demo farm-sweep farm-costs bench-slepc
+.PHONY: npm dist test-dist test-platforms dist-again render-mesh-picture moving-supports-picture materials-picture maya-module houdini-package plugin-zip cli check-platforms wasm test-wasm playground test-playground tutorial-pictures docs scene-schema notices wheel pictures bench-leaf farm-demo farm-sweep farm-costs bench-slepc
 
 help: ## list the targets
 	@echo "usage: make TARGET [JOBS=2]"
@@ -215,6 +215,11 @@ python-abi: ## write the Python package's declarations anew from include/shellwa
 
 test-docs: ## test that links and names of the pages lead somewhere, and that the API page is current
 	@python3 -m unittest discover -s tests/docs
+
+scene-schema: ## write docs/reference/scene.schema.json anew, from docs/reference/scene.md and the command-line program
+	@$(MAKE) native WHAT=shellwarp_cli
+	.venv/bin/python tests/docs/scene_schema.py $(CLI) --write
+	@$(MAKE) native WHAT=shellwarp_cli
 
 notices: ## write THIRD_PARTY.md anew: the licences of all that the binaries contain
 	python3 cmake/third_party.py

@@ -3,9 +3,11 @@
 #include "judge.hpp"
 #include "mesh.hpp"
 #include "output_file.hpp"
+#include "text_lines.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <filesystem>
 #include <stdexcept>
 
@@ -46,7 +48,11 @@ std::string end_to_hold(const Mesh &mesh) {
   return std::string("low-") + "xyz"[longest];
 }
 
-constexpr char kScene[] = R"(# A scene of shellwarp. Run it, and look at it:  shellwarp run %s --view
+constexpr char kSchemaName[] = "scene.schema.json";
+
+constexpr char kScene[] = R"(#:schema ./scene.schema.json
+# By the first line, editors with taplo complete and check the keys.
+# A scene of shellwarp. Run it, and look at it:  shellwarp run %s --view
 # Every key: docs/reference/scene.md. A line that begins with # is a comment; take the # away from what you want.
 
 title = "%s"
@@ -66,6 +72,11 @@ density = 0.2           # kg/m^2: what wind and forces work against; paper 0.08,
 # k_bend = 1e-4
 # k_length = 50
 # k_area = 1e4
+
+# [[material.crease]]   # a fold, a vein or a seam; as many as you like
+# box = [0.049, -1, -1, 0.051, 1, 1]  # all edges with both ends inside; or edges = [[3, 4], [4, 5]], or a list
+# factor = 0.2          # of the sheet's stiffness against bending there; above 1 a vein
+# angle_degrees = 30    # where it rests; without it as in the mesh
 
 [[support]]             # what is held; as many as you like
 side = "%s"          # low-x, high-x, low-y …; or one of the next four
@@ -106,6 +117,14 @@ void refuse_existing(const fs::path &path) {
   if (fs::exists(path)) throw std::runtime_error("cannot write " + path.string() + ": it is there already");
 }
 
+// An older version's schema is replaced, a file that is none of ours is not.
+bool writes_schema(const fs::path &path) {
+  if (!fs::exists(path)) return true;
+  const std::string text = read_file(path.string());
+  if (text.find("\"title\": \"Scene of shellwarp\"") == std::string::npos) refuse_existing(path);
+  return text != kSceneSchema;
+}
+
 }  // namespace
 
 void write_new_scene(const std::string &path, const std::string &mesh_path) {
@@ -117,12 +136,18 @@ void write_new_scene(const std::string &path, const std::string &mesh_path) {
   if (own) mesh_name = fs::proximate(fs::absolute(mesh_path), fs::absolute(folder_path));
   refuse_existing(place);
   if (!own) refuse_existing(folder_path / mesh_name);
+  const bool schema = writes_schema(folder_path / kSchemaName);
   OutputFolder folder(folder_path.string());
   const std::string name = place.stem().string(), held = end_to_hold(mesh);
   const std::string led = "high" + held.substr(3);
   OutputFile file(folder, place.filename().string());
   file.print(kScene, path.c_str(), name.c_str(), mesh_name.generic_string().c_str(), held.c_str(), led.c_str());
   file.close();
+  if (schema) {
+    OutputFile for_editors(folder, kSchemaName);
+    for_editors.write(kSceneSchema, std::strlen(kSceneSchema));
+    for_editors.close();
+  }
   if (!own) write_obj(folder, mesh_name.string(), mesh.positions, mesh);
   folder.put_in_place();
 }

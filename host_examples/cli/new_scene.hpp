@@ -5,7 +5,11 @@
 
 namespace cli {
 
-// Writes `path`, and beside it a leaf as NAME.obj unless `mesh` names a mesh of the user's own. Nothing that is there is replaced.
+// Of scene files, for editors: docs/reference/scene.schema.json.
+extern const char kSceneSchema[];
+
+// Writes `path`, beside it that schema as scene.schema.json, and a leaf as NAME.obj unless `mesh` names a mesh of the user's own.
+// Nothing that is there is replaced but an older schema.
 void write_new_scene(const std::string &path, const std::string &mesh);
 
 }  // namespace cli

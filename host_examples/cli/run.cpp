@@ -184,7 +184,7 @@ int run_scene(Scene scene, const RunOptions &options, OutputFolder *folder, Page
     run.interrupted = interrupted();
     if (!run.interrupted) folder->put_in_place();
   }
-  const Summary summary{scene, model.info(), model.frequencies(), run, model.front()};
+  const Summary summary{scene, model.info(), model.frequencies(), run, model.front(), find_creases(scene.material, mesh)};
   const int status = report(summary, options);
   if (page && !run.interrupted)
     add_to_page(scene, mesh, handles, n_frames, run, film, closing_words(summary), options, *page);

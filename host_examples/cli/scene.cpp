@@ -371,7 +371,8 @@ Scene read_shell(Section section, const std::string &path, const SceneFile &file
 
 std::vector<double> read_times(Section &section, const char *key) {
   const toml::node *node = section.find(key);
-  return node && node->as_array() ? section.numbers(key, node->as_array()->size()) : section.numbers(key, 0);
+  if (node && !node->as_array()) section.fail(*node, std::string(key) + " must be a list of numbers");
+  return section.numbers(key, node ? node->as_array()->size() : 0);
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <filesystem>
 
 namespace cli {
 
@@ -46,20 +47,34 @@ void print_mesh(const SwModelInfo &info, const PaperFigures &paper) {
   row("unknowns", count(info.n_unknowns));
 }
 
-void print_material(const Material &material) {
+void print_creases(const Material &material, const CreaseLists &creases) {
+  if (!creases.edges.empty()) {
+    row("creased edges", count(creases.edges.size()));
+    const auto [low, high] = std::minmax_element(creases.factors.begin(), creases.factors.end());
+    const std::string most = format(*low == *high ? "" : " to %g", *high);
+    row("  factor of their stiffness", format("%g", *low) + most);
+    const auto of_mesh = std::count(creases.angles.begin(), creases.angles.end(), SW_CREASE_ANGLE_OF_MESH);
+    row("  with a rest angle", count(creases.edges.size() - static_cast<std::size_t>(of_mesh)));
+  }
+  if (!material.rest_shape.empty()) row("shape without stress", std::filesystem::path(material.rest_shape).filename().string());
+}
+
+void print_material(const Material &material, const CreaseLists &creases) {
+  const bool other = !creases.edges.empty() || !material.rest_shape.empty();
+  if (material.sheet || material.frequency > 0 || other) heading("material");
   if (material.sheet) {
-    heading("material");
     row("Young's modulus", format("%.5g", material.young));
     row("Poisson's ratio", format("%.5g", material.poisson));
     row("thickness", format("%.5g", material.thickness));
     row("mass per volume", format("%.5g", material.volume_density));
   }
-  if (!(material.frequency > 0)) return;
-  heading("material");
-  row("for a slowest swing of", format("%g Hz", material.frequency));
-  row("k_area", format("%.5g", material.k_area));
-  row("k_length", format("%.5g", material.k_length));
-  row("k_bend", format("%.5g", material.k_bend));
+  if (material.frequency > 0) {
+    row("for a slowest swing of", format("%g Hz", material.frequency));
+    row("k_area", format("%.5g", material.k_area));
+    row("k_length", format("%.5g", material.k_length));
+    row("k_bend", format("%.5g", material.k_bend));
+  }
+  if (other) print_creases(material, creases);
 }
 
 void print_modes(const SwModelInfo &info, const std::vector<double> &hertz, const PaperFigures &paper) {
@@ -186,7 +201,7 @@ void print_summary(const Summary &summary) {
   std::printf("%s\n", summary.scene.title.c_str());
   if (summary.scene.paper) std::printf("  %-30s %14s %14s\n", "", "here", paper.source.c_str());
   print_mesh(summary.info, paper);
-  print_material(summary.scene.material);
+  print_material(summary.scene.material, summary.creases);
   print_modes(summary.info, summary.frequencies, paper);
   print_precompute(summary.info, paper);
   if (!summary.run.equilibrium) print_run(summary.info, summary.run, paper);

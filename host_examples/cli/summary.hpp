@@ -1,6 +1,7 @@
 // The plain table at the end of a run, and the judgement of what the scene expects.
 #pragma once
 
+#include "creases.hpp"
 #include "mesh.hpp"
 #include "scene.hpp"
 #include "shellwarp.hpp"
@@ -20,6 +21,7 @@ struct Summary {
   std::vector<double> frequencies;
   const Run &run;
   std::vector<SwFrontPoint> front;  // of a method that was chosen for the scene
+  CreaseLists creases{};
 };
 
 // The figures to stdout; a third column holds another's figures where the scene states them.
