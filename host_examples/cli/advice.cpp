@@ -68,7 +68,12 @@ bool loaded(const Scene &scene) {
 // Why nothing has moved.
 std::string stillness(const Summary &summary) {
   if (summary.info.n_unknowns == 0) return "note: every vertex is held, so nothing can move";
-  if (summary.scene.sagged) return "note: nothing has moved: the sagged shape is at rest under this gravity";
+  const std::string at_rest = "note: nothing has moved: the sagged shape is at rest under this gravity";
+  if (summary.scene.sagged) return at_rest;
+  for (const SwFrontPoint &p : summary.front)
+    if (p.chosen && p.sagged)
+      return at_rest + ", and " + host::method_name(p.method) + ", which was chosen, begins there: --wind or --handle would move it, and "
+             "--method warp lets it fall there";
   return "note: nothing has moved: no gravity, force or wind, no moving frame, no handle, no moving collider";
 }
 

@@ -75,6 +75,13 @@ Bounds bounds(const Mesh &mesh) {
   return box;
 }
 
+double longest_side(const Mesh &mesh) {
+  const Bounds box = bounds(mesh);
+  double longest = 0;
+  for (std::size_t k = 0; k < 3; ++k) longest = std::max(longest, box.high[k] - box.low[k]);
+  return longest;
+}
+
 uint32_t nearest_vertex(const std::array<double, 3> &point, const Mesh &mesh) {
   uint32_t nearest = 0;
   double least = std::numeric_limits<double>::infinity();

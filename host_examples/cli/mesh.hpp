@@ -47,6 +47,10 @@ struct Bounds {
 };
 Bounds bounds(const Mesh &mesh);
 
+// Of that box. A mesh that is longer is taken for one in centimetres.
+double longest_side(const Mesh &mesh);
+constexpr double kLongestInMetres = 10;
+
 // An end of the mesh along an axis.
 struct Side {
   uint32_t axis = 0;

@@ -57,8 +57,8 @@ constexpr char kScene[] = R"(#:schema ./scene.schema.json
 
 title = "%s"
 mesh = "%s"             # OBJ, OFF or PLY, relative to this file
-scale = 1.0             # 0.01 makes metres of a mesh in centimetres; all lengths below are in the new unit
-up = "z"                # axis that points upward, for the page
+scale = %s%s# 0.01 makes metres of a mesh in centimetres; all lengths below are in the new unit
+up = "z"                # axis that points upward, for the page; where it is y, gravity below is [0, -9.8, 0]
 length_unit = "m"       # for the reader's eye only
 
 [material]
@@ -83,7 +83,7 @@ side = "%s"          # low-x, high-x, low-y …; or one of the next four
 # box = [-1, -1, -1, 0.003, 1, 1]
 # vertices = [0, 1, 2]
 # list = "held.txt"
-# group = "stem"        # of lines "g stem" in an OBJ file
+# group = "%s"%s# of lines "g NAME" in an OBJ file
 kind = "clamped"        # or "fixed": the slope is free
 
 [simulation]
@@ -113,6 +113,12 @@ ratio = 0.05            # of critical: 0 swings for ever, 1 creeps
 # friction = 0.4
 )";
 
+// Spaces up to the comments' column, after words of that length.
+std::string gap(std::size_t used) {
+  constexpr std::size_t kComments = 24;
+  return std::string(used < kComments ? kComments - used : 1, ' ');
+}
+
 void refuse_existing(const fs::path &path) {
   if (fs::exists(path)) throw std::runtime_error("cannot write " + path.string() + ": it is there already");
 }
@@ -139,9 +145,12 @@ void write_new_scene(const std::string &path, const std::string &mesh_path) {
   const bool schema = writes_schema(folder_path / kSchemaName);
   OutputFolder folder(folder_path.string());
   const std::string name = place.stem().string(), held = end_to_hold(mesh);
+  const std::string scale = longest_side(mesh) > kLongestInMetres ? "0.01" : "1.0";
+  const std::string group = mesh.groups.empty() ? "stem" : mesh.groups.begin()->first;
   const std::string led = "high" + held.substr(3);
   OutputFile file(folder, place.filename().string());
-  file.print(kScene, path.c_str(), name.c_str(), mesh_name.generic_string().c_str(), held.c_str(), led.c_str());
+  file.print(kScene, path.c_str(), name.c_str(), mesh_name.generic_string().c_str(), scale.c_str(), gap(8 + scale.size()).c_str(),
+             held.c_str(), group.c_str(), gap(12 + group.size()).c_str(), led.c_str());
   file.close();
   if (schema) {
     OutputFile for_editors(folder, kSchemaName);

@@ -969,12 +969,12 @@ cli::Run run_that_moved(double most) {
   return run;
 }
 
-std::string words_of(const cli::Scene &scene, const cli::Run &run, uint32_t unknowns = 9) {
+std::string words_of(const cli::Scene &scene, const cli::Run &run, uint32_t unknowns = 9, const std::vector<SwFrontPoint> &front = {}) {
   SwModelInfo info{};
   info.size = 2;
   info.n_unknowns = unknowns;
   std::string all;
-  for (const std::string &sentence : cli::closing_words({scene, info, {0, 45}, run, {}})) all += sentence + "\n";
+  for (const std::string &sentence : cli::closing_words({scene, info, {0, 45}, run, front})) all += sentence + "\n";
   return all;
 }
 
@@ -992,6 +992,11 @@ void the_closing_words_say_what_moved_and_what_to_change() {
   CHECK(words_of(scene, run_that_moved(5)).find("no held shell moves by 2.5 times its size") != std::string::npos);
   CHECK(words_of(scene, run_that_moved(0)).find("note: nothing has moved") != std::string::npos);
   CHECK(words_of(scene, run_that_moved(0), 0).find("every vertex is held") != std::string::npos);
+  SwFrontPoint hanging{};  // a curtain that the choice lets hang before it begins
+  hanging.method = SW_METHOD_ROTATION_STRAIN;
+  hanging.chosen = hanging.sagged = 1;
+  const std::string hangs = words_of(scene, run_that_moved(0), 9, {hanging});
+  CHECK(hangs.find("rotation-strain, which was chosen, begins there") != std::string::npos && hangs.find("no gravity") == std::string::npos);
   cli::Run missed = run_that_moved(0.5);
   missed.handles.steps = 60;
   missed.handles.steps_missed = 12;

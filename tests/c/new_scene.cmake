@@ -57,4 +57,13 @@ file(REMOVE "${OUT}/scene.schema.json")
 
 run(0 new-scene "${OUT}/own.toml" --mesh "${MESH}")
 run(0 run "${OUT}/own.toml" --frames 10 --method warp --no-certify)
+# A mesh of centimetres, and one with groups.
+file(COPY "${HAT}" DESTINATION "${OUT}")
+run(0 new-scene "${OUT}/hat.toml" --mesh "${OUT}/character_hat.obj")
+file(READ "${OUT}/hat.toml" hat)
+file(READ "${OUT}/own.toml" own)
+if(NOT hat MATCHES "\nscale = 0.01 +# 0.01 makes" OR NOT own MATCHES "\nscale = 1.0 +# 0.01 makes" OR NOT own MATCHES "\n# group = \"root\" +# of lines")
+  message(FATAL_ERROR "the scene of a hat of 47 cm is not in centimetres, or that of a mesh with groups names none of them:\n${hat}\n${own}")
+endif()
+run(0 run "${OUT}/hat.toml" --frames 2 --method warp --no-certify)
 run(1 new-scene "${OUT}/scene.txt")
