@@ -56,7 +56,7 @@ void print_extent(const std::string &path, const Mesh &mesh) {
   }
   std::printf("\n");
   if (const double longest = longest_side(mesh); longest > kLongestInMetres)
-    std::printf("%s: %.4g across: if these are centimetres, --scale 0.01 (scale) makes metres of them\n", path.c_str(), longest);
+    std::printf("%s: %.4g across: lengths are metres, so --scale 0.01 (scale) if these are centimetres, --scale 0.001 if millimetres\n", path.c_str(), longest);
 }
 
 int check_mesh(const std::string &path) {

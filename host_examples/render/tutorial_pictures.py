@@ -24,6 +24,8 @@ PAGES = {
                   [("at rest", "sheet_rest.obj", None), ("dragged by its corner", "sheet_dragged.obj", None), ("a second later", "sheet_free.obj", None)]),
     "hat_on_head": ((116, 76, 190), {"azimuth": 24, "elevation": 12, "up": 1},
                     [("at rest", "hat/hat_felt.pc2", 0), ("0.7 s", "hat/hat_felt.pc2", 42), ("1.1 s", "hat/hat_felt.pc2", 66), ("2 s", "hat/hat_felt.pc2", 120)]),
+    "sheet_metal_panel": ((150, 158, 168), {"azimuth": -60, "elevation": 16, "up": 2},
+                          [("at rest", "bent/panel.pc2", 0), ("under 50 N", "bent/panel.pc2", 1), ("folded, under 50 N", "folded/channel.pc2", 1)]),
     "bake_in_blender": ((190, 80, 60), {"azimuth": -55, "elevation": 20, "up": 2},
                         [("frame 1", "flag_1.obj", None), ("frame 12", "flag_12.obj", None), ("frame 60", "flag_60.obj", None)]),
 }

@@ -7,6 +7,7 @@ A block with title="NAME" is the file NAME. Lines of sh blocks are run where lin
 and so is `blender --background --python`, which must have bpy. Any other block is an error: nothing in a tutorial is untried.
 """
 
+import math
 import os
 import re
 import shutil
@@ -53,7 +54,24 @@ def bake_in_blender(said, folder):
     assert 0.5 < number(r"hangs ([\d.]+) cm low", said) < 30, said
 
 
-CLAIMS = {claim.__name__: claim for claim in (leaf_in_wind, drag_in_c, hat_on_head, bake_in_blender)}
+def sheet_metal_panel(said, folder):
+    assert "panel.obj: 400 across" in said and "--scale 0.001" in said, said
+    flat, folded = map(float, re.findall(r"^  frequency 1 +([\d.]+) Hz", said, re.M))
+    # Kirchhoff's plate twice as long as wide, Poisson's ratio 0.3; of a mesh of 10 mm one part in a hundred.
+    plates = (ROOT / "tests" / "data" / "reference" / "plate_kirchhoff_CFFF_ritz.csv").read_text(encoding="utf-8")
+    eigenvalue = float(re.search(r"^2,0\.3,([\d.]+)", plates, re.M)[1])
+    young, poisson, density, thickness, length = 2.07e11, 0.3, 7850, 1e-3, 0.4
+    theory = eigenvalue / (2 * math.pi * length**2) * math.sqrt(young * thickness**2 / (12 * (1 - poisson**2) * density))
+    assert abs(flat / theory - 1) < 0.01 and f"{eigenvalue:.3f} {theory:.2f}" == "3.439 5.32", (flat, theory)
+    bent, stiff = map(float, re.findall(r"^  largest displacement +([\d.]+) m", said, re.M))
+    beam = 50 * length**3 / (3 * young * 0.2 * thickness**3 / 12)
+    assert f"{beam:.2f}" == "0.31" and 0.15 < bent < 0.25, (beam, bent)
+    assert bent / 6 < stiff < bent / 4 and 0.035 < stiff < 0.045 and 2 * flat < folded < 2.5 * flat, said
+    assert said.count("creased edges") == 1 and re.search(r"with a rest angle +80$", said, re.M), said
+    assert (folder / "panel.html").stat().st_size > 3e4 and (folder / "folded" / "channel.pc2").exists()
+
+
+CLAIMS = {claim.__name__: claim for claim in (leaf_in_wind, drag_in_c, hat_on_head, bake_in_blender, sheet_metal_panel)}
 
 
 def steps(page):
