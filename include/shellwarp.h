@@ -339,7 +339,8 @@ typedef struct SwMaterialDesc {
   // Poisson's ratio, above -1 and at most 0.5.
   double poisson;
   // Thickness h, a length, positive. The membrane stiffness is E h, the plate rigidity E h^3 / (12
-  // (1 - poisson^2)).
+  // (1 - poisson^2)). Beyond a tenth of the radius of curvature the theory does not hold:
+  // sw_model_create logs a warning.
   double thickness;
   // Mass per volume, positive: kg/m^3.
   double volume_density;

@@ -1,7 +1,7 @@
 //! The physical problem: a mesh of a material, held at its supports.
 
-use crate::energy::{Energy, Source, of_material};
-use crate::material::{Crease, Creases, Elasticity, Map, Maps};
+use crate::energy::{Energy, Source, Thick, of_material, thick};
+use crate::material::{Crease, Creases, Elasticity, Map, Maps, Quantity};
 use crate::{Error, ErrorKind, Mesh, Result, Supports, Vec3};
 use std::ops::Deref;
 use std::sync::{Arc, LazyLock};
@@ -177,6 +177,15 @@ impl Shell {
     /// Whether no motion but a rigid one is free of energy, as far as the material tells.
     pub fn resists_all(&self) -> bool {
         self.material.resists_all() && !self.creases.have_hinges()
+    }
+
+    /// Where its thickness is beyond a tenth of its radius of curvature without stress. Only a sheet of Koiter's energy has a thickness.
+    pub fn thick(&self) -> Option<Thick> {
+        let Elasticity::Koiter(sheet) = self.material else { return None };
+        let values = self.maps.by_triangle(Quantity::Thickness, &self.mesh);
+        let thickness = |t: usize| values.as_ref().map_or(sheet.thickness, |values| values[t]);
+        let x = self.rest_shape.as_deref().unwrap_or(self.given());
+        thick(&self.mesh, x, thickness, &self.creases)
     }
 
     /// A vertex's share of the area at rest.

@@ -160,6 +160,7 @@ std::vector<std::string> closing_words(const Summary &summary) {
   if (const uint64_t early = summary.run.frames.back().report.unconverged_steps)
     words.push_back(format("try: %llu steps ended short of their tolerance: shorter steps help",
                            static_cast<unsigned long long>(early)));
+  for (const std::string &warning : summary.warnings) words.push_back("note: " + warning);
   if (summary.info.zero_modes)
     words.push_back(format("note: nothing resists %u of the modes: the shell floats or turns freely", summary.info.zero_modes));
   return words;

@@ -15,6 +15,7 @@
 #include "simulation.hpp"
 #include "skeleton.hpp"
 #include "summary.hpp"
+#include "warnings.hpp"
 #include "watch.hpp"
 
 #include <algorithm>
@@ -165,7 +166,9 @@ int run_scene(Scene scene, const RunOptions &options, OutputFolder *folder, Page
   if (!scene.render_path.empty()) render.emplace(scene);
   std::optional<PointCache> cache;  // opened first: a folder that cannot be written is told before the long work
   if (folder) cache.emplace(*folder, scene.name + ".pc2", mesh.n_vertices());
+  Warnings warnings;
   const shellwarp::Model model = precompute(scene, mesh, options.quiet);
+  const std::vector<std::string> warned = warnings.taken();
   if (render) bind_render_mesh(scene, model, options.quiet, *render);
   shellwarp::State state = make_state(scene, mesh, model);
   Film film(mesh, page ? n_frames : 0, options.compare.size() + 1);
@@ -184,7 +187,7 @@ int run_scene(Scene scene, const RunOptions &options, OutputFolder *folder, Page
     run.interrupted = interrupted();
     if (!run.interrupted) folder->put_in_place();
   }
-  const Summary summary{scene, model.info(), model.frequencies(), run, model.front(), find_creases(scene.material, mesh)};
+  const Summary summary{scene, model.info(), model.frequencies(), run, model.front(), find_creases(scene.material, mesh), warned};
   const int status = report(summary, options);
   if (page && !run.interrupted)
     add_to_page(scene, mesh, handles, n_frames, run, film, closing_words(summary), options, *page);

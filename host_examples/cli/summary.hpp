@@ -22,6 +22,7 @@ struct Summary {
   const Run &run;
   std::vector<SwFrontPoint> front;  // of a method that was chosen for the scene
   CreaseLists creases{};
+  std::vector<std::string> warnings{};  // of the library, while it made the model
 };
 
 // The figures to stdout; a third column holds another's figures where the scene states them.

@@ -13,6 +13,7 @@ mod hinge;
 mod length;
 mod membrane;
 mod patch;
+mod thin;
 
 pub use area::AreaEnergy;
 pub use bending::{BendingEnergy, Plate};
@@ -20,6 +21,7 @@ pub use hinge::{HingeEnergy, dihedral_angle};
 pub use length::LengthEnergy;
 pub use membrane::MembraneEnergy;
 pub use patch::plane_stress;
+pub use thin::{Thick, thick};
 
 use crate::material::{Creases, ElasticSheet, Elasticity, Maps, On, Quantity, mean, mean_cube};
 use crate::{Material, Mesh, Vec3};

@@ -82,6 +82,7 @@ pub struct SwMaterialDesc {
     /// Poisson's ratio, above -1 and at most 0.5.
     pub poisson: f64,
     /// Thickness h, a length, positive. The membrane stiffness is E h, the plate rigidity E h^3 / (12 (1 - poisson^2)).
+    /// Beyond a tenth of the radius of curvature the theory does not hold: sw_model_create logs a warning.
     pub thickness: f64,
     /// Mass per volume, positive: kg/m^3.
     pub volume_density: f64,

@@ -10,6 +10,7 @@ use super::mesh::{SwMeshDesc, read_mesh};
 use super::pointer::{VectorRows, asks_for_size, byte_slice, check_flags, copy_out, not_null, object, put, read_array};
 use super::status::{Fault, SW_ERROR_INVALID_DATA, SW_ERROR_NOT_PRECOMPUTED, SwStatus};
 use super::structs::{described, read_descriptor_or_default};
+use crate::energy::Thick;
 use crate::model::Model;
 use crate::model::file;
 use crate::shell::Make;
@@ -102,6 +103,13 @@ pub unsafe extern "C" fn sw_model_create(
             log_repairs(&shell.mesh);
             if shell.material.discrete_shells().is_some_and(|material| material.k_length == 0.0) {
                 log(SW_LOG_WARNING, "material->k_length is 0, so that no edge resists stretching");
+            }
+            if let Some(Thick { count, triangle, part }) = shell.thick() {
+                let message = format!(
+                    "the sheet is thicker than a tenth of its radius of curvature at {count} triangles, most at triangle {triangle}, by {part:.2} of it: \
+                    thin-shell theory holds below a tenth, and a sharp fold should be a crease"
+                );
+                log(SW_LOG_WARNING, &message);
             }
             let content = ModelContent { shell, model: None };
             put(model, Box::into_raw(Box::new(SwModel(RwLock::new(content)))));

@@ -21,6 +21,7 @@
 #include "closest.hpp"
 #include "selection.hpp"
 #include "watch.hpp"
+#include "warnings.hpp"
 #include "weld.hpp"
 #include "summary.hpp"
 #include "text_lines.hpp"
@@ -969,12 +970,13 @@ cli::Run run_that_moved(double most) {
   return run;
 }
 
-std::string words_of(const cli::Scene &scene, const cli::Run &run, uint32_t unknowns = 9, const std::vector<SwFrontPoint> &front = {}) {
+std::string words_of(const cli::Scene &scene, const cli::Run &run, uint32_t unknowns = 9, const std::vector<SwFrontPoint> &front = {},
+                     const std::vector<std::string> &warnings = {}) {
   SwModelInfo info{};
   info.size = 2;
   info.n_unknowns = unknowns;
   std::string all;
-  for (const std::string &sentence : cli::closing_words({scene, info, {0, 45}, run, front})) all += sentence + "\n";
+  for (const std::string &sentence : cli::closing_words({scene, info, {0, 45}, run, front, {}, warnings})) all += sentence + "\n";
   return all;
 }
 
@@ -1199,27 +1201,94 @@ void a_crease_of_a_scene_folds_the_strip_there() {
   CHECK(std::fabs(gain / 4.3e-3 - 1) < 0.2);
 }
 
+// The strip's file with its vertices rolled about y to a radius, or as they are where it is 0. In two pieces, both have the column of
+// vertices at mid length: 3 to a column, and one column more.
+std::string strip_file(double radius, bool in_pieces) {
+  const cli::Mesh strip = strip_as_mesh();
+  const uint32_t seam = strip_vertex(STRIP_COLUMNS / 2, 0), more = in_pieces ? STRIP_ROWS : 0;
+  std::string text;
+  char line[128];
+  for (uint32_t k = 0; k < strip.n_vertices() + more; ++k) {
+    std::array<double, 3> x = strip.vertex(k < seam + more ? k : k - more);
+    if (radius > 0) x = {radius * std::sin(x[0] / radius), x[1], radius * (1 - std::cos(x[0] / radius))};
+    std::snprintf(line, sizeof line, "v %.17g %.17g %.17g\n", x[0], x[1], x[2]);
+    text += line;
+  }
+  for (std::size_t k = 0; k < strip.triangles.size(); k += 3) {
+    const uint32_t *corners = &strip.triangles[k];
+    const bool second = *std::max_element(corners, corners + 3) >= seam + STRIP_ROWS;
+    text += "f";
+    for (std::size_t c = 0; c < 3; ++c) text += " " + std::to_string(corners[c] + (second ? more : 0) + 1);
+    text += "\n";
+  }
+  return text;
+}
+
+constexpr double kHalfCylinder = STRIP_LENGTH / 3.141592653589793;  // the radius at which the strip is half a cylinder
+
+// How far the strip's end is from that of the half cylinder.
+double miss_of_roll(const std::vector<double> &x, uint32_t end) {
+  return std::hypot(x[3 * std::size_t{end}], x[3 * std::size_t{end} + 1], x[3 * std::size_t{end} + 2] - 2 * kHalfCylinder);
+}
+
 // The strip's file, rolled to half a cylinder of its length, is where the flat strip goes.
 void a_rest_shape_of_a_scene_curls_the_strip() {
-  const double radius = STRIP_LENGTH / 3.141592653589793;
-  const cli::Mesh strip = strip_as_mesh();
-  std::string rolled;
-  char line[128];
-  for (uint32_t v = 0; v < strip.n_vertices(); ++v) {
-    const std::array<double, 3> x = strip.vertex(v);
-    std::snprintf(line, sizeof line, "v %.17g %.17g %.17g\n", radius * std::sin(x[0] / radius), x[1], radius * (1 - std::cos(x[0] / radius)));
-    rolled += line;
-  }
-  for (std::size_t k = 0; k < strip.triangles.size(); k += 3)
-    rolled += "f " + std::to_string(strip.triangles[k] + 1) + " " + std::to_string(strip.triangles[k + 1] + 1) + " " +
-              std::to_string(strip.triangles[k + 2] + 1) + "\n";
-  write_file("rolled.obj", rolled);
+  write_file("rolled.obj", strip_file(kHalfCylinder, false));
   cli::Scene scene = scene_of_material(std::string(kSheetLines) + "rest_shape = 'rolled.obj'\n");
   scene.supports.push_back({true, cli::Bounds{{0, -1, -1}, {0, 1, 1}}, {}});
-  const std::vector<double> x = rest_of(scene, strip);
-  const double *end = &x[3 * std::size_t{strip_vertex(STRIP_COLUMNS - 1, 1)}];
   // The clamp turns the rolled shape by half an edge's angle, 1/80 of half a turn, which moves its end, 2 radii off, by 0.1.
-  CHECK(std::hypot(end[0], end[1], end[2] - 2 * radius) < 0.11);
+  CHECK(miss_of_roll(rest_of(scene, strip_as_mesh()), strip_vertex(STRIP_COLUMNS - 1, 1)) < 0.11);
+}
+
+// Two pieces of the strip, welded, curl as the whole strip does: by a rest shape in the same two pieces, scaled as the mesh is.
+void a_rest_shape_of_welded_pieces_curls_them_as_one() {
+  write_file("pieces_flat.obj", strip_file(0, true));
+  write_file("pieces_rolled.obj", strip_file(kHalfCylinder, true));
+  const auto scene_of = [](const char *top, const char *shape) {
+    cli::Scene scene = cli::read_scene(write_file("material.toml", std::string("mesh = 'pieces_flat.obj'\n") + top + "[material]\n" + kSheetLines +
+                                                                      "rest_shape = '" + shape + "'\n"));
+    scene.supports.push_back({true, cli::Bounds{{0, -9, -9}, {0, 9, 9}}, {}});
+    return scene;
+  };
+  const cli::Scene one = scene_of("weld = 0\n", "pieces_rolled.obj");
+  const cli::Mesh mesh = cli::scene_mesh(one);
+  CHECK(mesh.n_vertices() == STRIP_VERTICES && mesh.of_file.size() == STRIP_VERTICES + STRIP_ROWS);
+  const std::vector<double> x = rest_of(one, mesh);
+  const uint32_t end = mesh.of(STRIP_VERTICES + STRIP_ROWS - 2);  // the middle of the last column
+  CHECK(miss_of_roll(x, end) < 0.11);
+  // The same mesh, vertex by vertex, as the strip that was never cut.
+  cli::Scene whole = scene_of_material(std::string(kSheetLines) + "rest_shape = 'rolled.obj'\n");
+  whole.supports = one.supports;
+  CHECK(mesh.positions == strip_as_mesh().positions && x == rest_of(whole, strip_as_mesh()));
+  const cli::Scene twice = scene_of("scale = 2\nweld = 0.001\n", "pieces_rolled.obj");
+  std::vector<double> half = cli::rest_positions(twice, cli::scene_mesh(twice));
+  for (double &c : half) c /= 2;
+  CHECK(half == cli::rest_positions(one, mesh));
+  // Numbers are those of the file, also where they are wrong.
+  std::string error;
+  try {
+    cli::rest_positions(scene_of("weld = 0\n", "rolled.obj"), mesh);
+  } catch (const std::runtime_error &refused) {
+    error = refused.what();
+  }
+  CHECK(error.find("rolled.obj: rest_shape has 123 vertices; the mesh has 126") != std::string::npos);
+}
+
+// A strip that rests rolled, thicker and thinner than a tenth of its radius of curvature.
+void a_sheet_too_thick_for_its_curvature_is_told_of() {
+  const auto warned = [](const char *thickness) {
+    cli::Scene scene = scene_of_material(std::string("young = 7e10\npoisson = 0\nvolume_density = 2700\nrest_shape = 'rolled.obj'\nthickness = ") + thickness);
+    scene.supports.push_back({true, cli::Bounds{{0, -1, -1}, {0, 1, 1}}, {}});
+    cli::ProgressBar progress(true);
+    cli::Warnings warnings;
+    cli::make_model(scene, strip_as_mesh(), progress);
+    return warnings.taken();
+  };
+  CHECK(warned("0.1").empty());  // of 1.27
+  const std::vector<std::string> told = warned("0.2\n");
+  CHECK(told.size() == 1 && told.at(0).find("thicker than a tenth of its radius of curvature") != std::string::npos);
+  CHECK(words_of(cli::Scene{}, run_that_moved(0.5)).find("curvature") == std::string::npos);
+  CHECK(words_of(cli::Scene{}, run_that_moved(0.5), 9, {}, told).find("note: the sheet is thicker than") != std::string::npos);
 }
 
 void a_bad_crease_is_named() {
@@ -1530,6 +1599,8 @@ int main(int argc, char **argv) {
   RUN(a_material_varies_by_files_and_regions);
   RUN(a_crease_of_a_scene_folds_the_strip_there);
   RUN(a_rest_shape_of_a_scene_curls_the_strip);
+  RUN(a_rest_shape_of_welded_pieces_curls_them_as_one);
+  RUN(a_sheet_too_thick_for_its_curvature_is_told_of);
   RUN(a_bad_crease_is_named);
   RUN(a_bad_map_is_named);
   RUN(a_material_by_frequency_has_that_frequency);
