@@ -18,7 +18,7 @@ export CMAKE_BUILD_PARALLEL_LEVEL ?= $(JOBS)
 .PHONY: help build native demo test test-cargo test-c test-render test-blender demo-blender install package blender-addon header \
     python-abi docs-api test-docs lint fuzz check-memory check-threads check-miri check-guard bench bench-binding bench-contact bench-front bench-instructions bench-leave-out bench-polynomial bench-precompute bench-same-bits bench-solver bench-training build-report report report-docs report-stability \
     test-report clean
-.PHONY: npm dist test-dist test-platforms dist-again render-mesh-picture moving-supports-picture materials-picture maya-module houdini-package plugin-zip cli check-platforms wasm test-wasm playground test-playground tutorial-pictures docs scene-schema notices wheel pictures bench-leaf farm-demo farm-sweep farm-costs bench-slepc
+.PHONY: npm release-check release-facts dist test-dist test-platforms dist-again render-mesh-picture moving-supports-picture materials-picture maya-module houdini-package plugin-zip cli check-platforms wasm test-wasm playground test-playground tutorial-pictures docs scene-schema notices wheel pictures bench-leaf farm-demo farm-sweep farm-costs bench-slepc
 
 help: ## list the targets
 	@echo "usage: make TARGET [JOBS=2]"
@@ -123,6 +123,16 @@ test-platforms: ## build the C, C++ and command-line tests for every platform an
 
 dist-again: ## build the archives a second time in another folder, and list what differs
 	python3 cmake/dist.py --again
+
+# The order is that of the likeliest failures; what is not installed is skipped with its name.
+RELEASE_SUITES := release-facts lint test bench-instructions test-blender wheel docs check-guard check-memory check-threads check-miri fuzz dist dist-again test-platforms
+
+release-check: ## all that must hold before a release: facts, every test, sanitizers, FUZZ_SECONDS=3600 of fuzzing, archives twice, every platform; five hours
+	@MAKE="$(MAKE)" FUZZ_SECONDS=$(if $(filter command line environment,$(origin FUZZ_SECONDS)),$(FUZZ_SECONDS),3600) \
+	    python3 tests/run_suites.py --name release-check --log $(BUILD)/release-logs $(RELEASE_SUITES)
+
+release-facts:
+	@python3 cmake/release_facts.py
 
 check-platforms: ## compile for every platform whose Rust target is installed, and write docs/reference/platforms.md
 	@python3 tests/check_platforms.py

@@ -111,9 +111,28 @@ def make(platform, out):
     return archive
 
 
+def extension(built, out):
+    """One Blender extension for all platforms of archives that were made here, but those for which there is no Blender."""
+    libraries = [platform.built() for platform in built if "aarch64" not in platform.name]
+    if len(libraries) > 1:
+        run(sys.executable, ROOT / "host_examples" / "blender" / "build_addon.py", "--library", *libraries, "--out", out)
+
+
+def npm_package(out):
+    """The npm package, where npm and the WebAssembly target are."""
+    targets = subprocess.run(["rustup", "target", "list", "--installed"], capture_output=True, text=True, check=False).stdout if shutil.which("rustup") else ""
+    missing = "npm" if not shutil.which("npm") else "" if "wasm32-unknown-unknown" in targets else "rustup target add wasm32-unknown-unknown"
+    if missing:
+        print(f"dist: left out: the npm package: missing {missing}")
+        return
+    run("make", "--no-print-directory", "npm", cwd=ROOT, stdout=subprocess.DEVNULL)
+    package = ROOT / "out" / "npm" / f"shellwarp-{VERSION}.tgz"
+    print(shutil.copy2(package, out / f"shellwarp-npm-{VERSION}.tgz"))
+
+
 def sums(out):
     """Writes SHA256SUMS of all archives in a folder."""
-    archives = sorted(path for path in out.iterdir() if path.name.endswith((".zip", ".tar.gz")))
+    archives = sorted(path for path in out.iterdir() if path.name.endswith((".zip", ".tar.gz", ".tgz")))
     lines = [f"{hashlib.sha256(path.read_bytes()).hexdigest()}  {path.name}\n" for path in archives]
     (out / "SHA256SUMS").write_text("".join(lines), encoding="utf-8")
 
@@ -141,7 +160,7 @@ def again(names, out):
         run("sh", "cmake/bootstrap.sh", "portable", cwd=copy, env=environment)
         run(sys.executable, "cmake/dist.py", *names, "--out", copy / "out", cwd=copy, env=environment)
         differ = 0
-        for archive in sorted((copy / "out").glob("shellwarp-*")):
+        for archive in sorted(path for path in (copy / "out").glob("shellwarp-*") if (out / path.name).exists()):
             first, second = out / archive.name, archive
             same = first.read_bytes() == second.read_bytes()
             print(f"dist: {archive.name}: {'the same bytes' if same else 'differs'} when built in another folder")
@@ -165,11 +184,15 @@ def main():
         built = [name for name in options.platforms or PLATFORMS if list(options.out.glob(f"shellwarp-{VERSION}-{name}.*"))]
         return 1 if again(built, options.out) else 0
     options.out.mkdir(parents=True, exist_ok=True)
+    built = []
     for platform in [PLATFORMS[name] for name in options.platforms or PLATFORMS]:
         missing = platform.missing()
         if missing and options.platforms:
             sys.exit(f"dist: {platform.name}: missing {missing}")
         print(f"dist: left out: {platform.name}: missing {missing}" if missing else make(platform, options.out), flush=True)
+        built += [] if missing else [platform]
+    extension(built, options.out)
+    npm_package(options.out)
     sums(options.out)
     return 0
 

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Runs the test suites of `make test` one after another and ends with one list of what was skipped, and a verdict.
 
-    python3 tests/run_suites.py [--log FOLDER] SUITE…      each a target of make
+    python3 tests/run_suites.py [--log FOLDER] [--name test] SUITE…      each a target of make
 
 A test or a part of a suite that needs what is not installed says so in a line that begins with "skipped: " and tells how to get it.
 What ctest ran is read from its own log, since it does not print what a skipped test says.
@@ -68,6 +68,7 @@ def run(suite, folder):
 def main():
     arguments = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     arguments.add_argument("--log", type=Path, default=Path("build/test-logs"), help="folder for each suite's output")
+    arguments.add_argument("--name", default="test", help="what the verdict is of")
     arguments.add_argument("suites", nargs="+")
     options = arguments.parse_args()
     options.log.mkdir(parents=True, exist_ok=True)
@@ -86,7 +87,7 @@ def main():
         for name, reason in skipped:
             print(f"  {name}: {reason}")
     print(f"\n{total[0]} passed, {total[1]} failed, {total[2]} skipped or ignored")
-    print("test: FAILED: " + " ".join(failed) if failed else "test: OK")
+    print(f"{options.name}: FAILED: {' '.join(failed)}" if failed else f"{options.name}: OK")
     return 1 if failed else 0
 
 

@@ -9,6 +9,7 @@ With libraries of several platforms it is one extension for all of them. They go
 import argparse
 import json
 import platform
+import re
 import struct
 import sys
 import zipfile
@@ -20,6 +21,7 @@ from library_file import stripped  # noqa: E402 - of the wheel's builder
 
 PACKAGE = HERE.parent / "python" / "shellwarp"
 LICENCES = [HERE.parents[1] / name for name in ("LICENSE-MIT", "LICENSE-APACHE", "THIRD_PARTY.md")]
+VERSION = re.search(r'^version = "(.*)"', (HERE.parents[1] / "Cargo.toml").read_text(encoding="utf-8"), re.M)[1]
 DATE = (1980, 1, 1, 0, 0, 0)
 
 
@@ -48,7 +50,8 @@ def contents(libraries):
     for path in sorted((HERE / "addon").glob("*.py")):
         yield path.name, path.read_bytes()
     manifest = (HERE / "addon" / "blender_manifest.toml").read_text(encoding="utf-8")
-    yield "blender_manifest.toml", manifest.replace("\n[permissions]", f'\nplatforms = {json.dumps(list(libraries))}\n\n[permissions]').encode()
+    own = f'version = "{VERSION}"\nplatforms = {json.dumps(list(libraries))}\n'
+    yield "blender_manifest.toml", manifest.replace("\n[permissions]", f"\n{own}\n[permissions]").encode()
     for path in sorted(PACKAGE.glob("*.py")):
         yield f"shellwarp/{path.name}", path.read_bytes()
     for tag, library in libraries.items():
@@ -62,13 +65,11 @@ def main():
     options.add_argument("--library", type=Path, nargs="+", default=[built()], help="one of each platform")
     options.add_argument("--out", type=Path, default=HERE.parents[1] / "out" / "blender", help="the folder for shellwarp-blender-VERSION-PLATFORM.zip")
     given = options.parse_args()
-    manifest = (HERE / "addon" / "blender_manifest.toml").read_text(encoding="utf-8")
-    version = manifest.split('\nversion = "', 1)[1].split('"', 1)[0]
     given.out.mkdir(parents=True, exist_ok=True)
     libraries = {platform_tag(library.read_bytes()): library for library in sorted(given.library)}
     if len(libraries) < len(given.library):
         sys.exit("build_addon: two libraries are of one platform")
-    path = given.out / f"shellwarp-blender-{version}{f'-{next(iter(libraries))}' if len(libraries) == 1 else ''}.zip"
+    path = given.out / f"shellwarp-blender-{VERSION}{f'-{next(iter(libraries))}' if len(libraries) == 1 else ''}.zip"
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as file:
         for name, data in contents(libraries):
             file.writestr(zipfile.ZipInfo(f"shellwarp/{name}", DATE), data, zipfile.ZIP_DEFLATED)

@@ -332,7 +332,7 @@ static void unknown_enumerants_and_flags_are_refused(void) {
   desc.integrator = 3;
   FAILS(sw_state_create(ready, &desc, &other), SW_ERROR_INVALID_ARGUMENT, "integrator");
   desc.integrator = 0;
-  desc.flags = 1;
+  desc.flags = 0x80000000u;
   FAILS(sw_state_create(ready, &desc, &other), SW_ERROR_INVALID_ARGUMENT, "flags");
 
   SwFrameDesc frame;

@@ -17,13 +17,16 @@ def value(text, key):
 
 
 class Versions(unittest.TestCase):
-    def test_the_add_on_and_the_changelog_have_cargos_version(self):
+    def test_the_changelog_has_cargos_version(self):
         version = value(read("Cargo.toml").split("[package]")[1], "version")
-        self.assertEqual(value(read("host_examples/blender/addon/blender_manifest.toml"), "version"), version)
         self.assertEqual(re.search(r"^## ([\d.]+)", read("CHANGELOG.md"), re.M)[1], version)
 
-    def test_the_python_package_writes_none_of_its_own(self):
+    def test_packages_and_pages_write_none_of_their_own(self):
         self.assertIn('dynamic = ["version"]', read("host_examples/python/pyproject.toml"))
+        for name in ("host_examples/blender/addon/blender_manifest.toml", "host_examples/npm/package.json"):
+            self.assertNotRegex(read(name), r'(?m)^\s*"?version"?\s*[:=]', name)
+        for page in (ROOT / "docs").rglob("*.md"):
+            self.assertNotRegex(page.read_text(encoding="utf-8"), r"shellwarp-(blender-|npm-)?\d+\.\d+\.\d+", page)
 
     def test_one_rust_version_is_asked_for(self):
         needed = value(read("Cargo.toml"), "rust-version")
