@@ -86,9 +86,19 @@ struct Collider {
   uint32_t cells = 64;               // of a mesh: cells along its longest side, 4 to 2000
 };
 
+// Air that drags at the shell: SwWindDesc.
+struct Wind {
+  Vec3 velocity{};  // world, length/s
+  // kg/m3, 0 = no air. A shell by frequency is taken for a sheet of 0.2 kg/m2; of a material it is in the material's mass, per length
+  // in the object's space cubed.
+  double density = 0;
+  double normal_drag = 1.5, tangential_drag = 0.05;
+};
+
 // What may be animated; read at every evaluation.
 struct Inputs {
   Vec3 gravity{};  // world, length/s²
+  Wind wind;
   Pose object;     // where the object stands in the world
   Pose frame;      // what shakes the shell; the object's own pose unless the host is told otherwise
   std::vector<Handle> handles;

@@ -161,6 +161,13 @@ SwMaterialDesc sheet_material(const Mesh &mesh, double thickness) {
   return desc;
 }
 
+double air_density(const Stiffness &stiffness, double density) {
+  constexpr double kSheet = 0.2;  // kg/m2, which is 1 by frequency
+  const double metres = stiffness.metres;
+  if (stiffness.by == Stiffness::By::frequency) return density * metres / kSheet;
+  return stiffness.by == Stiffness::By::material ? density : density * metres * metres * metres;
+}
+
 ShellModel::ShellModel(const Mesh &mesh, const Build &build, double gravity, const std::function<bool()> &interrupted)
     : rest_(mesh.points), floats_(build.held.empty()), model_(make_model(mesh, build)) {
   precompute(model_, precompute_desc(build), interrupted);

@@ -49,6 +49,9 @@ private:
 // The sheet that a shell by frequency is made of, before its clock; thickness 0 = a two-hundredth of the mesh's size.
 SwMaterialDesc sheet_material(const Mesh &mesh, double thickness);
 
+// Of air in kg/m3, in the model's mass and the object's length.
+double air_density(const Stiffness &stiffness, double density);
+
 // What decides whether a model can stay: the points' connections and all of Build but the frequency, and the method only by
 // what it needs.
 uint64_t build_key(const Mesh &mesh, const Build &build);

@@ -40,6 +40,15 @@ void check_motion(const Request &request) {
   require(std::isfinite(request.time) && std::isfinite(m.start_time), "the time is not finite");
 }
 
+void check_wind(const Wind &wind) {
+  const auto check = [](const char *name, double x) {
+    require(x >= 0 && std::isfinite(x), std::string(name) + " is " + number(x) + "; it must be 0 or above");
+  };
+  check("the air's density", wind.density);
+  check("the drag across the shell", wind.normal_drag);
+  check("the drag along the shell", wind.tangential_drag);
+}
+
 void check_handles(const Request &request) {
   const std::vector<Handle> &handles = request.inputs.handles;
   for (std::size_t i = 0; i < handles.size(); ++i) {
@@ -75,6 +84,8 @@ void add(Hash &hash, const Pose &pose) { hash.add_all(pose.origin).add_all(pose.
 uint64_t key_of(const Inputs &inputs) {
   Hash hash;
   hash.add_all(inputs.gravity).add_all(inputs.supports);
+  const Wind &wind = inputs.wind;
+  hash.add_all(wind.velocity).add(wind.density).add(wind.normal_drag).add(wind.tangential_drag);
   add(hash, inputs.object);
   add(hash, inputs.frame);
   for (const Handle &handle : inputs.handles) {
@@ -160,6 +171,8 @@ void ShellRunner::run(Request &request, const At &at) {
   if (!needs_support_fields_ || !request.follow) request.build.support_fields = 0;
   check_build(request.mesh, request.build);
   check_handles(request);
+  check_wind(request.inputs.wind);
+  request.inputs.wind.density = air_density(request.build.stiffness, request.inputs.wind.density);
   const bool built = !model_serves(request, at);
   if (built) build(request, at);
   follow(request, at, built);
@@ -387,6 +400,7 @@ std::shared_ptr<const Inputs> ShellRunner::seen(const Inputs &inputs, uint64_t f
 bool ShellRunner::step(shellwarp::State &state, const Inputs &inputs, double frames, bool teleport) const {
   const double g = 1 / (unit_ * clock_ * clock_);
   state.set_gravity(g * inputs.gravity[0], g * inputs.gravity[1], g * inputs.gravity[2]);
+  blow(state, inputs.wind);
   const bool led = stand(state, inputs, teleport);
   place_handles(state, inputs);
   colliders_.place(state, inputs, unit_, teleport);
@@ -433,6 +447,19 @@ SwFrameDesc ShellRunner::frame_of(const Inputs &inputs) const {
   std::copy(place.origin.begin(), place.origin.end(), frame.origin);
   std::copy(place.rotation.begin(), place.rotation.end(), frame.rotation);
   return frame;
+}
+
+void ShellRunner::blow(shellwarp::State &state, const Wind &wind) const {
+  if (wind.density == 0) {
+    state.clear_wind();
+    return;
+  }
+  SwWindDesc desc = shellwarp::wind_desc();
+  for (std::size_t k = 0; k < 3; ++k) desc.velocity[k] = wind.velocity[k] / (unit_ * clock_);
+  desc.density = wind.density;
+  desc.normal_drag = wind.normal_drag;
+  desc.tangential_drag = wind.tangential_drag;
+  state.set_wind(desc);
 }
 
 void ShellRunner::place_handles(shellwarp::State &state, const Inputs &inputs) const {

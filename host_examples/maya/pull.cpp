@@ -154,6 +154,8 @@ void pull_settings(MDataBlock &block, host::Request &request) {
 
   const double3 &gravity = block.inputValue(Node::gravity).asDouble3();
   request.inputs.gravity = {gravity[0], gravity[1], gravity[2]};
+  const double3 &wind = block.inputValue(Node::wind).asDouble3();
+  request.inputs.wind = {{wind[0], wind[1], wind[2]}, real(Node::airDensity), real(Node::normalDrag), real(Node::tangentialDrag)};
 }
 
 void pull_supports(MDataBlock &block, unsigned int multiIndex, host::Request &request) {

@@ -13,6 +13,8 @@
 
 MObject ShellWarpNode::time, ShellWarpNode::startFrame;
 MObject ShellWarpNode::gravity, ShellWarpNode::gravityX, ShellWarpNode::gravityY, ShellWarpNode::gravityZ;
+MObject ShellWarpNode::wind, ShellWarpNode::windX, ShellWarpNode::windY, ShellWarpNode::windZ, ShellWarpNode::airDensity,
+    ShellWarpNode::normalDrag, ShellWarpNode::tangentialDrag;
 MObject ShellWarpNode::stiffnessFrom, ShellWarpNode::frequency, ShellWarpNode::thickness, ShellWarpNode::kBend,
     ShellWarpNode::kStretch, ShellWarpNode::density;
 MObject ShellWarpNode::preset, ShellWarpNode::young, ShellWarpNode::poisson, ShellWarpNode::volumeDensity;
@@ -95,6 +97,26 @@ MStatus create_clock_and_loads() {
   CHECK_MSTATUS_AND_RETURN_IT(status);
   triple.setKeyable(true);
   return MS::kSuccess;
+}
+
+MStatus create_wind() {
+  MStatus status;
+  status = create_plain(Node::windX, "windX", "wdx", MFnNumericData::kDouble, 0);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  status = create_plain(Node::windY, "windY", "wdy", MFnNumericData::kDouble, 0);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  status = create_plain(Node::windZ, "windZ", "wdz", MFnNumericData::kDouble, 0);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  MFnNumericAttribute triple;
+  Node::wind = triple.create("wind", "wnd", Node::windX, Node::windY, Node::windZ, &status);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  triple.setKeyable(true);
+  const host::Wind still;
+  status = create_number(Node::airDensity, "airDensity", "adn", still.density, {0, 2});
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  status = create_number(Node::normalDrag, "normalDrag", "ndg", still.normal_drag, {0, 2});
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  return create_number(Node::tangentialDrag, "tangentialDrag", "tdg", still.tangential_drag, {0, 1});
 }
 
 // What is kept in the scene is SW_METHOD_..., which is for good: scenes survive a table that grows.
@@ -275,8 +297,9 @@ MStatus ShellWarpNode::addAttributes() {
       kStretch,      density,      dampingRatio, dampingMass,   modes,       doublePrecision,   method,
       reducedFields, autoError,    integrator,   certify,       supportKind, supportComponents, supportWeightList,
       frameFrom,     supportFrame, handles,      preset,        young,       poisson,           volumeDensity,
-      colliders,     proxy,        follow,       supportFields};
-  const MObject children[] = {gravityX,       gravityY,       gravityZ,          supportWeights,   handleVertex,
+      colliders,     proxy,        follow,       supportFields, wind,       airDensity,        normalDrag,
+      tangentialDrag};
+  const MObject children[] = {windX, windY, windZ, gravityX,       gravityY,       gravityZ,          supportWeights,   handleVertex,
                               handleTarget,   handlePosition, handleOrientation, handleCompliance, colliderMesh,
                               colliderMatrix, colliderShape,  colliderCells,     colliderFriction, colliderThickness};
   MStatus status;
@@ -296,6 +319,8 @@ MStatus ShellWarpNode::addAttributes() {
 MStatus ShellWarpNode::initialize() {
   MStatus status;
   status = create_clock_and_loads();
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  status = create_wind();
   CHECK_MSTATUS_AND_RETURN_IT(status);
   status = create_material();
   CHECK_MSTATUS_AND_RETURN_IT(status);

@@ -74,6 +74,7 @@ public:
   static MObject time, startFrame;
   // What pulls at it
   static MObject gravity, gravityX, gravityY, gravityZ;
+  static MObject wind, windX, windY, windZ, airDensity, normalDrag, tangentialDrag;
   // What it is made of
   static MObject stiffnessFrom, frequency, thickness, kBend, kStretch, density;
   static MObject preset, young, poisson, volumeDensity;

@@ -31,7 +31,7 @@ class Settings(unittest.TestCase):
 
     def test_mayas_attributes_are_listed(self):
         source = (HOSTS / "maya/shell_warp_attributes.cpp").read_text(encoding="utf-8")
-        found = set(re.findall(r'create\w*\([^"]*"(\w+)", "\w{3}"', source)) - {f"gravity{axis}" for axis in "XYZ"}
+        found = set(re.findall(r'create\w*\([^"]*"(\w+)", "\w{3}"', source)) - {f"{name}{axis}" for name in ("gravity", "wind") for axis in "XYZ"}
         self.assertGreater(len(found), 25)
         self.assertEqual(self.names["maya"] - NOT_OURS, found)
 

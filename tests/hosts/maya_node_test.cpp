@@ -110,7 +110,7 @@ void every_attribute_has_its_own_names_and_affects_the_output() {
                                  "binMembership",
                                  "bnm"};
   const std::vector<fake::AttributeInfo> attributes = node.attributes();
-  CHECK(attributes.size() == 47);
+  CHECK(attributes.size() == 54);
   for (const fake::AttributeInfo &attribute : attributes) {
     CHECK(names.insert(attribute.name).second && names.insert(attribute.brief).second);
     CHECK(attribute.affects_output);
@@ -376,6 +376,11 @@ void every_attribute_changes_the_result() {
   CHECK(changes(nothing, [](Scene &s) { s.node.set_time(5, MTime::kFilm); }));
   CHECK(changes(nothing, number("startFrame", 3)));
   for (const char *axis : {"gravityX", "gravityY", "gravityZ"}) CHECK(changes(nothing, number(axis, -300)));
+  const auto windy = [](Scene &s) { s.node.set("windY", 300), s.node.set("windX", 200), s.node.set("airDensity", 1.2); };
+  for (const char *axis : {"windX", "windY", "windZ"}) CHECK(changes(windy, number(axis, -300)));
+  CHECK(changes(windy, number("airDensity", 0.6)));
+  CHECK(changes(windy, number("normalDrag", 0.5)));
+  CHECK(changes(windy, number("tangentialDrag", 1)));
   CHECK(changes(nothing, material));
   CHECK(changes(frequency, number("frequency", 3)));
   CHECK(changes(frequency, number("thickness", 3)));
@@ -529,6 +534,24 @@ void the_deformed_mesh_follows_a_proxy() {
   led.node.set_mesh("proxy", nullptr);
   led.at(1);
   CHECK(led.node.failed());  // such a mesh cannot be simulated itself
+}
+
+// An upward wind of v carries half of a card's weight where 1/2 rho C v² is half of g times its mass an area: the deflection is halved.
+void wind_carries_a_known_material_by_its_own_weight() {
+  const auto sag = [](double wind) {
+    Scene scene;
+    scene.node.set("stiffnessFrom", 3);
+    scene.node.set("young", 3e10);  // stiff: it stays flat, and so the whole face is across the wind
+    scene.node.set("thickness", 0.05);
+    scene.node.set("volumeDensity", 800);  // 0.4 kg/m2
+    scene.node.set("dampingMass", 30);
+    scene.node.set("windY", wind);
+    scene.node.set("airDensity", 1.2);
+    return scene.play(60).back()[kTip].y;
+  };
+  const double speed = 100 * std::sqrt(0.5 * 0.4 * 9.81 / (0.5 * 1.2 * 1.5)), still = sag(0);
+  CHECK(still < -1e-3);
+  CHECK_NEAR(sag(speed), 0.5 * still, 0.05 * std::fabs(still));  // it has not come quite to rest
 }
 
 void a_handle_is_where_its_target_is_in_the_world() {
@@ -1047,7 +1070,8 @@ int main(int argc, char **argv) {
     RUN(the_menu_of_known_materials_is_the_librarys_table);
     RUN(a_known_material_is_the_sheet_of_its_numbers);
     RUN(the_deformed_mesh_follows_a_proxy);
-    RUN(a_handle_is_where_its_target_is_in_the_world);
+    RUN(wind_carries_a_known_material_by_its_own_weight);
+  RUN(a_handle_is_where_its_target_is_in_the_world);
     RUN(a_listed_support_is_a_painted_one);
     RUN(two_geometries_of_a_node_keep_apart);
     RUN(concave_polygons_are_cut_inside);
