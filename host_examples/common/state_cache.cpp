@@ -46,7 +46,11 @@ uint64_t StateCache::size() const {
 
 uint64_t StateCache::bytes_per_frame() const {
   std::size_t most = 0;
-  for (const Entry &entry : entries_) most = std::max(most, entry.state.capacity());
+  for (const Entry &entry : entries_) {
+    const bool own = entry.seen.use_count() == 1;  // else it is that of the frame before
+    const std::size_t seen = own ? sizeof(Inputs) + entry.seen->supports.capacity() * sizeof(double) : 0;
+    most = std::max(most, entry.state.capacity() + seen);
+  }
   return most + sizeof(Entry);
 }
 

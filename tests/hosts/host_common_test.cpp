@@ -1285,6 +1285,13 @@ void scrubbing_under_supports_that_part_repeats_playing_bit_for_bit() {
     CHECK(runner.deformed() == played[std::size_t(frame)] && !runner.notes().jumped);
   }
   CHECK(runner.notes().builds == 2);
+  // For each of 12 held vertices 48 bytes of the saved state and 24 of ours, for each of 24 fields at most 16, and what animates.
+  ShellRunner carried;
+  Request still = bridge_request();
+  still.follow = false;
+  for (int k = 0; k <= 15; ++k) carried.evaluate(at_frame(still, k));
+  const uint64_t more = runner.cache().bytes_per_frame() - carried.cache().bytes_per_frame();
+  CHECK(more >= 72 * 12 && more < 72 * 12 + 24 * 16 + sizeof(host::Inputs) + 64);
   ShellRunner other;  // a setting changes in the middle: the rest shape stays that of the start
   play(other, parting_request, 15);
   Request request = parting_request(15);
