@@ -256,7 +256,7 @@ bench: ## time the kernels beside their floors: this machine's section of docs/e
 bench-instructions: ## count the kernels' instructions under valgrind against those checked in (UPDATE=1: check in these)
 	python3 tests/bench/instructions.py $(if $(UPDATE),--update)
 
-fuzz: ## search for inputs that break the library, FUZZ_SECONDS=300 over four targets (nightly Rust, cargo-fuzz)
+fuzz: ## search for inputs that break the library, FUZZ_SECONDS=300 over five targets (nightly Rust, cargo-fuzz)
 	@sh tests/fuzz/search.sh $(FUZZ_SECONDS) $(FUZZ_SANITIZER)
 
 check-memory: ## run the C and C++ tests under valgrind (memcheck; helgrind and drd where threads are)

@@ -33,6 +33,11 @@ fn no_mesh_material_or_supports_break_the_library() {
 }
 
 #[test]
+fn no_maps_creases_and_rest_shapes_break_the_library() {
+    replay("material", fuzzed::material::run, 3000);
+}
+
+#[test]
 fn no_saved_bytes_break_the_library() {
     replay("saved", fuzzed::saved::run, 20000);
 }

@@ -127,8 +127,12 @@ fn freedoms_about(points: &[Vec3]) -> usize {
 /// then not the energies of its vectors. Where only the shift swallows the eigenvalue, the vectors are looked at themselves.
 /// Returns the largest disagreement.
 fn require_digits(search: &Search, pairs: &Pairs, eigenvalues: &[f64], vectors: &Mat<f64>) -> Result<f64> {
-    let apart = |k: usize| (pairs.eigenvalues[k] - eigenvalues[k]).abs() / eigenvalues[k];
-    let elastic = (0..search.wanted.min(eigenvalues.len())).filter(|&k| eigenvalues[k] > 0.0);
+    // Of a stressed shell rounding can leave one below zero, which no number of digits makes right.
+    let apart = |k: usize| match eigenvalues[k] {
+        lambda if lambda > 0.0 => (pairs.eigenvalues[k] - lambda).abs() / lambda,
+        _ => f64::INFINITY,
+    };
+    let elastic = (0..search.wanted.min(eigenvalues.len())).filter(|&k| eigenvalues[k] != 0.0);
     let mut largest = 0.0f64;
     for k in elastic {
         if apart(k) <= LEAST_AGREEMENT {

@@ -7,5 +7,6 @@ pub mod calls;
 pub mod contact;
 pub mod host;
 pub mod input;
+pub mod material;
 pub mod mesh;
 pub mod saved;

@@ -82,7 +82,7 @@ fn precompute(model: &Model, sags: bool, input: &mut Input) -> bool {
     ok_or(unsafe { sw_model_precompute(model.0, &options) }, &failures)
 }
 
-fn check_modes(model: &Model, info: &SwModelInfo) {
+pub fn check_modes(model: &Model, info: &SwModelInfo) {
     all_finite("certificate", &[info.residual, info.orthonormality, info.inertia_shift]);
     let (mut hertz, mut count) = ([0.0; 8], 0);
     unsafe { ok(sw_model_frequencies(model.0, hertz.as_mut_ptr(), 8, &mut count)) };
@@ -98,7 +98,7 @@ fn check_modes(model: &Model, info: &SwModelInfo) {
     }
 }
 
-fn run_a_little(model: &Model, input: &mut Input) {
+pub fn run_a_little(model: &Model, input: &mut Input) {
     let state = model.state([SW_METHOD_WARP, SW_METHOD_LMA, SW_METHOD_WARP_VIRTUAL_WORK][input.below(3)], 0);
     let gravity: [f64; 3] = input.numbers();
     unsafe { ok_or(sw_state_set_gravity(state.handle, gravity.as_ptr()), &[SW_ERROR_INVALID_ARGUMENT]) };

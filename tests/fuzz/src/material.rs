@@ -1,0 +1,180 @@
+//! What a shell is made of: constants, maps, creases and a rest shape, with a few things wrong → model → modes → a few steps.
+
+use super::host::*;
+use super::input::Input;
+use super::mesh::{check_modes, run_a_little};
+use shellwarp::ffi::material::*;
+use shellwarp::ffi::model::*;
+use shellwarp::ffi::pointer::{SW_FORMAT_F32, SW_FORMAT_F64};
+use shellwarp::ffi::status::*;
+use shellwarp::ffi::structs::Described;
+use std::ptr::{null, null_mut};
+
+/// Values of a map, and lists of creases, that are there whatever is said of them.
+const ROOM: usize = 64;
+const MAPS: usize = 3;
+
+/// A positive number for a constant, seldom one that is none.
+fn constant(input: &mut Input) -> f64 {
+    match input.below(8) {
+        0 => input.number(),
+        1 => 10f64.powi(i32::from(input.byte().cast_signed()) / 8),
+        _ => 0.01 + f64::from(input.byte()) / 64.0,
+    }
+}
+
+/// The lists behind a descriptor.
+#[derive(Default)]
+struct Lists {
+    values: Vec<Vec<f64>>,
+    maps: Vec<SwMaterialMap>,
+    edges: Vec<[u32; 2]>,
+    factors: Vec<f64>,
+    angles: Vec<f64>,
+    rest: Vec<[f64; 3]>,
+}
+
+fn maps(input: &mut Input, mesh: &Triangles, koiter: bool) -> (Vec<Vec<f64>>, Vec<SwMaterialMap>) {
+    let count = input.below(MAPS + 1);
+    let mut values: Vec<Vec<f64>> = vec![];
+    let mut maps = vec![];
+    for _ in 0..count {
+        let mut map = SwMaterialMap::initial();
+        map.quantity = 1 + if koiter { 4 + input.code(3) } else { input.code(4) }.min(u32::MAX - 8);
+        let on_triangles = input.one_in(2);
+        map.on = if on_triangles { SW_MAP_ON_TRIANGLES } else { SW_MAP_ON_VERTICES };
+        map.format = SW_FORMAT_F64;
+        map.count = if on_triangles { mesh.t.len() } else { mesh.x.len() } as u32;
+        // Room for twice as long a stride.
+        let uniform = constant(input);
+        let varies = input.one_in(2);
+        let mut of = || if varies { constant(input) } else { uniform };
+        values.push((0..ROOM).map(|_| of()).chain((0..ROOM).map(|_| uniform)).collect());
+        match input.below(16) {
+            0 => map.quantity = input.code(9),
+            1 => map.on = input.code(4),
+            2 => map.format = input.code(4),
+            3 => map.count = input.below(ROOM) as u32,
+            4 => map.stride = [4, 7, 8, 16][input.below(4)],
+            5 => map.reserved = input.code(2),
+            6 => map.struct_size = [0, 1, 8, 39][input.below(4)],
+            7 => map.format = SW_FORMAT_F32,
+            _ => {}
+        }
+        maps.push(map);
+    }
+    maps.iter_mut().zip(&values).for_each(|(map, values)| map.values = values.as_ptr().cast());
+    if let Some(map) = maps.first_mut().filter(|_| input.one_in(16)) {
+        map.values = null();
+    }
+    (values, maps)
+}
+
+/// Edges of the mesh, or of none.
+fn creases(input: &mut Input, mesh: &Triangles) -> (Vec<[u32; 2]>, Vec<f64>, Vec<f64>) {
+    let (mut edges, mut factors, mut angles) = (vec![], vec![], vec![]);
+    for _ in 0..input.below(5) {
+        let corners = mesh.t[input.below(mesh.t.len())];
+        let k = input.below(3);
+        edges.push(match input.below(8) {
+            0 => [input.index(mesh.x.len()), input.index(mesh.x.len())],
+            _ => [corners[k], corners[(k + 1) % 3]],
+        });
+        factors.push([0.0, 0.1, 1.0, 10.0, constant(input)][input.below(5)]);
+        angles.push([f64::from(SW_CREASE_ANGLE_OF_MESH), 0.0, input.number(), 3.0 * input.number()][input.below(4)]);
+    }
+    (edges, factors, angles)
+}
+
+/// The mesh a little bent, or anything.
+fn rest(input: &mut Input, mesh: &Triangles) -> Vec<[f64; 3]> {
+    let mut x = mesh.x.clone();
+    for _ in 0..input.below(6) {
+        let v = input.below(x.len());
+        match input.below(4) {
+            0 => x[v] = input.numbers(),
+            _ => x[v][2] = 0.1 * input.number(),
+        }
+    }
+    x
+}
+
+/// The descriptor points into the lists.
+fn material(input: &mut Input, mesh: &Triangles, lists: &mut Lists) -> SwMaterialDesc {
+    let koiter = input.one_in(2);
+    let mut material = SwMaterialDesc::initial();
+    if koiter {
+        material.energy = SW_ENERGY_KOITER;
+        (material.young, material.thickness) = (constant(input), 0.1 * constant(input));
+        (material.poisson, material.volume_density) = (0.3, constant(input));
+    } else if input.one_in(2) {
+        (material.k_area, material.k_length) = (constant(input), constant(input));
+        (material.k_bend, material.area_density) = (constant(input), constant(input));
+    }
+    (lists.values, lists.maps) = maps(input, mesh, koiter);
+    (lists.edges, lists.factors, lists.angles) = creases(input, mesh);
+    (material.maps, material.n_maps) = (lists.maps.as_ptr(), lists.maps.len() as u32);
+    (material.creases, material.n_creases) = (lists.edges.as_ptr().cast(), lists.edges.len() as u32);
+    (material.crease_factors, material.crease_angles) = (lists.factors.as_ptr(), lists.angles.as_ptr());
+    if input.one_in(3) {
+        lists.rest = rest(input, mesh);
+        (material.rest_format, material.rest_positions) = (SW_FORMAT_F64, lists.rest.as_ptr().cast());
+    }
+    match input.below(24) {
+        0 => material.energy = input.code(4),
+        1 => material.poisson = input.number(),
+        2 => material.crease_factors = null(),
+        3 => material.crease_angles = null(),
+        4 => material.creases = null(),
+        5 => material.maps = null(),
+        6 => material.rest_format = input.code(4),
+        7 => material.rest_stride = [4, 8, 23, 24][input.below(4)],
+        8 => material.reserved = input.code(2),
+        9 => material.young = input.number(),
+        10 => material.k_bend = input.number(),
+        11 => material.n_maps = material.n_maps.min(input.below(4) as u32),
+        _ => {}
+    }
+    material
+}
+
+pub fn run(bytes: &[u8]) {
+    let mut input = Input::new(bytes);
+    let mut mesh = Triangles::sheet(1 + input.below(3) as u32, 1 + input.below(2) as u32);
+    if input.one_in(3) {
+        mesh.x.iter_mut().for_each(|x| x[2] = 0.05 * input.number());
+    }
+    let mut lists = Lists::default();
+    let material = material(&mut input, &mesh, &mut lists);
+    let held: Vec<u32> = (0..input.below(4)).map(|_| input.index(mesh.x.len())).collect();
+    let mut supports = SwSupportDesc::initial();
+    (supports.fixed, supports.n_fixed) = (held.as_ptr(), held.len() as u32);
+    if input.one_in(2) {
+        (supports.clamped, supports.n_clamped) = (supports.fixed, supports.n_fixed);
+        (supports.fixed, supports.n_fixed) = (null(), 0);
+    }
+
+    let mut model = null_mut();
+    let status = unsafe { sw_model_create(&mesh.desc(), &material, &supports, &mut model) };
+    let failures = [SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_INVALID_MESH, SW_ERROR_NUMERICAL];
+    if !ok_or(status, &failures) {
+        assert!(model.is_null());
+        return;
+    }
+    let model = Model(model);
+    let info = model.info();
+    all_finite("masses", &[info.total_mass, info.total_area, info.size]);
+    assert!(info.total_mass > 0.0 && info.total_area > 0.0);
+    let mut options = SwPrecomputeDesc::initial();
+    options.modes = 1 + input.below(8) as u32;
+    options.reduced_fields = if input.one_in(4) { 4 } else { 0 };
+    let failures = [SW_ERROR_NUMERICAL, SW_ERROR_INVALID_ARGUMENT, SW_ERROR_UNSUPPORTED];
+    if !ok_or(unsafe { sw_model_precompute(model.0, &options) }, &failures) {
+        return;
+    }
+    check_modes(&model, &model.info());
+    let saved = model.save();
+    let loaded = Model::load(&saved).unwrap_or_else(|| panic!("a saved model must load: {}", message()));
+    assert!(loaded.save() == saved);
+    run_a_little(&loaded, &mut input);
+}
