@@ -51,7 +51,7 @@ void print_creases(const Material &material, const CreaseLists &creases) {
   if (!creases.edges.empty()) {
     row("creased edges", count(creases.edges.size()));
     const auto [low, high] = std::minmax_element(creases.factors.begin(), creases.factors.end());
-    const std::string most = format(*low == *high ? "" : " to %g", *high);
+    const std::string most = *low == *high ? "" : format(" to %g", *high);
     row("  factor of their stiffness", format("%g", *low) + most);
     const auto of_mesh = std::count(creases.angles.begin(), creases.angles.end(), SW_CREASE_ANGLE_OF_MESH);
     row("  with a rest angle", count(creases.edges.size() - static_cast<std::size_t>(of_mesh)));

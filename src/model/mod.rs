@@ -118,6 +118,14 @@ impl Model {
             let message = "the mode shapes leave the floating-point range: choose other units, or 64-bit precision";
             return Err(Error::new(ErrorKind::Numerical, message));
         }
+        // Of a stressed shell; without stress the search finds none.
+        if let Some(k) = modes.eigenvalues.iter().position(|lambda| *lambda < 0.0) {
+            let message = format!(
+                "mode {k} has the eigenvalue {:e} below zero: rounding hides what the stressed shell does there",
+                modes.eigenvalues[k]
+            );
+            return Err(Error::new(ErrorKind::Numerical, message));
+        }
         let reduced = match options.reduced.fields {
             0 => None,
             _ => Some(Arc::new(ReducedShell::precompute(
