@@ -57,5 +57,5 @@ fn curvature(mesh: &Mesh, x: &[Vec3], triangle: usize, creases: &Creases) -> f64
         half += 0.5 * bend * (s * s - t * t);
         shear -= bend * s * t;
     }
-    mean.abs() + half.hypot(shear)
+    mean.abs() + libm::hypot(half, shear)
 }
