@@ -21,6 +21,8 @@ REASONS = {
     "python/shellwarp/_abi.py": "made from the header, where every method has its constant",
     "python/shellwarp/method.py": "the default, and linear modal analysis, the one of which the needs do not tell how it moves",
     "cli/comparison.cpp": "the expectation warp_below_lma is about these two; the full shell is what all are compared with",
+    "blender/addon/inputs.py": "those that follow supports by fields; the library's table does not tell",
+    "common/method.cpp": "linear modes, of which the needs do not tell how it moves, and the one that moves by modes and has no support fields",
     "render/moving_supports_picture.py": "the picture is of these two",
 }
 
