@@ -71,7 +71,7 @@ test-cargo: ## run the Rust tests
 	cargo test --locked --release --no-default-features --test features
 
 test-c: native ## run the C, C++ and Python tests (ctest)
-	@sh cmake/bootstrap.sh python farm docs || echo "test-c: the Python packages could not be installed (see above); their tests are skipped"
+	@sh cmake/bootstrap.sh python farm files docs || echo "test-c: the Python packages could not be installed (see above); their tests are skipped"
 	@. ./$(BUILD)/tools.sh && "$$CTEST" --test-dir $(BUILD) --output-on-failure --no-tests=error --timeout $(PATIENCE) -j $(JOBS)
 
 test-render: ## test the renderer, where cmake/bootstrap.sh render has set it up

@@ -1,7 +1,7 @@
 #!/bin/sh
 # Sets up the tools that a machine with Rust, a C and C++ compiler, make and Python 3.10 or later may still lack.
 #
-#     sh cmake/bootstrap.sh [render] [pictures] [bench] [python] [blender] [cloth] [farm] [portable] [docs]
+#     sh cmake/bootstrap.sh [render] [pictures] [bench] [python] [blender] [cloth] [farm] [files] [portable] [docs]
 #
 #   always   cmake 3.20 or later: the system's own, or a pinned one in .venv/
 #   render   the packages of host_examples/render, in .venv/
@@ -11,6 +11,7 @@
 #   blender  Blender as a Python module, 1 GB, in .venv/blender/: it wants an older numpy. Python 3.11 only
 #   cloth    the cloth solver that tests/report sets beside the library, in .venv/
 #   farm     Dask, USD and what else host_examples/farm needs, in .venv/: Python 3.11 or later
+#   files    USD and a reader of glTF, which judge what the command line writes, in .venv/
 #   portable a linker for old Linux systems, 450 MB, for make wheel, in .venv/
 #   docs     what makes the pages of make docs, in .venv/
 #
@@ -52,9 +53,14 @@ pins() {
         grep '^numpy' host_examples/render/requirements.txt
         ;;
     farm) grep -v '^#' host_examples/farm/requirements.txt && grep -v '^#\|^mitsuba' host_examples/render/requirements.txt ;;
+    files)
+        echo 'pygltflib==1.16.5'
+        grep '^usd-core' host_examples/farm/requirements.txt
+        grep '^numpy' host_examples/render/requirements.txt
+        ;;
     docs) echo 'mkdocs-material==9.8.1' ;;
     portable) printf '%s\n' 'cargo-zigbuild==0.24.0' 'ziglang==0.17.1' ;;
-    *) fail "unknown argument '$1'; known: render, pictures, bench, python, blender, cloth, farm, portable, docs" ;;
+    *) fail "unknown argument '$1'; known: render, pictures, bench, python, blender, cloth, farm, files, portable, docs" ;;
     esac
 }
 

@@ -102,13 +102,14 @@ bool is_output(const std::string &scene, const std::string &name) {
   if (name.compare(0, scene.size(), scene) != 0) return false;
   std::string end = name.substr(scene.size());
   if (end.compare(0, 7, "_render") == 0) end = end.substr(7);
-  for (const char *whole : {".pc2", "_rest.obj", "_frames.csv", "_comparison.csv", "_bones.csv"})
+  for (const char *whole : {".pc2", ".usda", ".glb", "_rest.obj", "_frames.csv", "_comparison.csv", "_bones.csv"})
     if (end == whole) return true;
   const std::size_t digits = end.compare(0, 7, "_frame_") == 0 ? 7 : 1;  // or "_2_warp.obj" of a comparison
   return end.size() > digits && end[0] == '_' && end[digits] >= '0' && end[digits] <= '9';
 }
 
 std::vector<std::size_t> chosen_frames(const Scene &scene, const std::vector<FrameRecord> &frames) {
+  if (scene.obj_every) return regular_frames(frames, *scene.obj_every);
   return scene.obj_times.empty() ? extreme_frames(frames, scene.obj_frames) : timed_frames(frames, scene.obj_times);
 }
 
@@ -121,6 +122,13 @@ std::vector<std::size_t> extreme_frames(const std::vector<FrameRecord> &frames, 
   peaks.resize(std::min(peaks.size(), count));
   std::sort(peaks.begin(), peaks.end());
   return peaks;
+}
+
+std::vector<std::size_t> regular_frames(const std::vector<FrameRecord> &frames, uint32_t every) {
+  std::vector<std::size_t> chosen;
+  for (std::size_t i = 0; i < frames.size(); ++i)
+    if (frames[i].frame % every == 0) chosen.push_back(i);
+  return chosen;
 }
 
 std::vector<std::size_t> timed_frames(const std::vector<FrameRecord> &frames, const std::vector<double> &times) {

@@ -1,7 +1,7 @@
 // What a renderer needs of a run, for a scene called NAME in a directory of its choice:
 //
 //   NAME_rest.obj                      the rest shape
-//   NAME_frame_0042.obj                the shell in the world, frames of largest displacement or at the scene's obj_times only
+//   NAME_frame_0042.obj                the shell in the world, at frames of largest displacement, at the scene's obj_times or every obj_every frames
 //   NAME_frame_0042_displacement.txt   how far each vertex is from its rest place as seen in the support frame, one number a
 //                                      line; the same as the difference of the two OBJ files where the supports do not move
 //   NAME_frame_0042_handles.csv        the handles held then, a row each: vertex, kind, where it is to be (x, y, z; along an
@@ -36,6 +36,9 @@ std::vector<std::size_t> chosen_frames(const Scene &scene, const std::vector<Fra
 
 // Indices into `frames`, ascending: the largest `count` of the local maxima of displacement over time.
 std::vector<std::size_t> extreme_frames(const std::vector<FrameRecord> &frames, std::size_t count);
+
+// Indices into `frames` of those whose number `every` divides, the start first.
+std::vector<std::size_t> regular_frames(const std::vector<FrameRecord> &frames, uint32_t every);
 
 // Indices into `frames` of those nearest to the given times, ascending; none for a time that the run has not reached.
 std::vector<std::size_t> timed_frames(const std::vector<FrameRecord> &frames, const std::vector<double> &times);

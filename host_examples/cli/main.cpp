@@ -6,6 +6,7 @@
 #include "material.hpp"
 #include "mesh.hpp"
 #include "method.hpp"
+#include "moving_files.hpp"
 #include "new_scene.hpp"
 #include "progress.hpp"
 #include "run.hpp"
@@ -115,6 +116,11 @@ std::string methods_in_words() {
 
 void add_run_options(CLI::App &app, Scene &overrides, RunOptions &options) {
   app.add_option("--out", options.out, "Directory for the point cache, OBJ frames and the table of frames");
+  app.add_option("--formats", options.formats, "Files of the motion, with commas between: pc2, usd, gltf (pc2)")
+      ->delimiter(',')
+      ->check(CLI::IsMember(file_formats()));
+  app.add_option("--every", overrides.obj_every, "Write every so many frames as OBJ files, in place of those of largest displacement: 1 for all")
+      ->check(whole());
   app.add_option("--frames", options.frames, "Number of frames, in place of the duration")->check(whole());
   app.add_option("--modes", overrides.modes, "Number of vibration modes")->check(whole());
   app.add_option("--method", options.method, "How the shell moves: " + methods_in_words())
@@ -140,14 +146,16 @@ void add_run_options(CLI::App &app, Scene &overrides, RunOptions &options) {
 
 void apply_overrides(const Scene &overrides, Scene &scene) {
   if (overrides.modes) scene.modes = overrides.modes;
+  if (overrides.obj_every) scene.obj_every = overrides.obj_every;
   scene.is_static |= overrides.is_static;
   scene.exact |= overrides.exact;
   scene.double_precision |= overrides.double_precision;
 }
 
-void apply_method(const RunOptions &options, Scene &scene) {
+void apply_options(const RunOptions &options, Scene &scene) {
   if (!options.method.empty()) scene.method = *host::find_method(options.method);
   if (options.linear) scene.method = SW_METHOD_LMA;
+  if (!options.formats.empty()) scene.formats = options.formats;
 }
 
 struct SupportOptions {
@@ -240,6 +248,8 @@ void add_simulate_options(CLI::App &app, SimulateOptions &o) {
   add_sheet_options(app, o);
   app.add_option("--damping-ratio", o.scene.damping.ratio, "Of critical, the same for every mode (0)")->check(number());
   app.add_option("--obj-frames", o.scene.obj_frames, "How many frames of largest displacement become OBJ files (3)");
+  app.add_option("--usd-prim", o.scene.usd_prim, "The prim of a USD asset that the file is to lie over, as /World/leaf")->type_name("PATH");
+  app.add_option("--metres-per-unit", o.scene.metres_per_unit, "Of lengths behind --scale, for USD and glTF (1)")->check(positive());
   add_run_options(app, o.scene, o.run);
 }
 
@@ -278,7 +288,7 @@ int simulate_mesh(SimulateOptions &o) {
   o.scene.name = std::filesystem::path(o.scene.mesh_path).stem().string();
   o.scene.title = o.scene.name;
   o.scene.frame_rate = 1 / o.step;
-  apply_method(o.run, o.scene);
+  apply_options(o.run, o.scene);
   return run_shells({o.scene.name, o.scene.title, {o.scene}, {}}, o.run);
 }
 
@@ -352,7 +362,7 @@ int run_command_line(int argc, char **argv) {
   SceneFile file = read_scene_file(scene_path);
   for (Scene &scene : file.shells) {
     apply_overrides(overrides, scene);
-    apply_method(run_options, scene);
+    apply_options(run_options, scene);
   }
   return run_shells(file, run_options);
 }

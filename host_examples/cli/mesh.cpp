@@ -59,7 +59,6 @@ void Mesh::cut_polygons() {
     const std::vector<uint32_t> cut = host::cut_polygon(polygon.corners, positions.data());
     std::copy(cut.begin(), cut.end(), triangles.begin() + static_cast<std::ptrdiff_t>(polygon.first));
   }
-  polygons.clear();
 }
 
 uint32_t Mesh::of(uint32_t file_vertex) const {

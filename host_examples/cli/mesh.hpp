@@ -22,7 +22,9 @@ struct Mesh {
     std::size_t first;  // of its triangles' corners
     std::vector<uint32_t> corners;
   };
-  std::vector<Polygon> polygons{};  // not cut yet
+  std::vector<Polygon> polygons{};  // of more than three corners
+  std::vector<float> uvs{};              // texture coordinates of an OBJ file, two each
+  std::vector<uint32_t> corner_uvs{};    // which of them, of each corner of each face; empty where one has none
   std::vector<uint32_t> of_file{};  // of welded vertices, the number here of each in the file; else empty
 
   uint32_t n_vertices() const { return static_cast<uint32_t>(positions.size() / 3); }

@@ -22,18 +22,6 @@ constexpr char kGravityColour[] = "#23272f", kWindColour[] = "#1f9aa8", kForceCo
 
 double length(const Vec3 &x) { return std::hypot(x[0], x[1], x[2]); }
 
-// The axis that points up: against gravity, else across a flat mesh, else y.
-uint32_t up_axis(const Scene &scene, const Mesh &mesh) {
-  const auto larger = [](double a, double b) { return std::fabs(a) < std::fabs(b); };
-  const auto &g = scene.gravity;
-  if (length(g) > 0) return static_cast<uint32_t>(std::max_element(g.begin(), g.end(), larger) - g.begin());
-  const Bounds box = bounds(mesh);
-  Vec3 extent{};
-  for (std::size_t k = 0; k < 3; ++k) extent[k] = box.high[k] - box.low[k];
-  const auto thin = std::min_element(extent.begin(), extent.end());
-  return *thin < 0.2 * *std::max_element(extent.begin(), extent.end()) ? static_cast<uint32_t>(thin - extent.begin()) : 1;
-}
-
 void append(std::string &list, const std::string &item) { list += (list.empty() ? "" : ",\n") + item; }
 
 std::string load_item(const std::string &words, const char *colour, const char *in_short, const Vec3 *direction) {
@@ -110,6 +98,17 @@ std::string cost_of(const Scene &scene, const Run &run) {
 }
 
 }  // namespace
+
+uint32_t up_axis(const Scene &scene, const Mesh &mesh) {
+  const auto larger = [](double a, double b) { return std::fabs(a) < std::fabs(b); };
+  const auto &g = scene.gravity;
+  if (length(g) > 0) return static_cast<uint32_t>(std::max_element(g.begin(), g.end(), larger) - g.begin());
+  const Bounds box = bounds(mesh);
+  Vec3 extent{};
+  for (std::size_t k = 0; k < 3; ++k) extent[k] = box.high[k] - box.low[k];
+  const auto thin = std::min_element(extent.begin(), extent.end());
+  return *thin < 0.2 * *std::max_element(extent.begin(), extent.end()) ? static_cast<uint32_t>(thin - extent.begin()) : 1;
+}
 
 void Page::add_shell(const Scene &scene, const Mesh &mesh, const std::vector<PlacedHandle> &handles, const Film &film) {
   const std::vector<uint32_t> held = held_vertices(find_supports(scene, mesh));

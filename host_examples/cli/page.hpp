@@ -17,6 +17,9 @@ namespace cli {
 // The player, with "{{motion}}" where the data goes; made of player/ by CMake.
 extern const char kPlayerPage[];
 
+// The axis that points up where nobody says: against gravity, else across a flat mesh, else y.
+uint32_t up_axis(const Scene &scene, const Mesh &mesh);
+
 class Page {
 public:
   explicit Page(std::string title) : title_(std::move(title)) {}

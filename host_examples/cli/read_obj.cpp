@@ -1,5 +1,5 @@
-// OBJ: "v x y z", "f" with corners as 7, 7/1, 7/1/3 or 7//3, numbered from 1 or backwards as -1, and the names of "g" and "o"; every
-// other statement is passed over.
+// OBJ: "v x y z", "vt u v", "f" with corners as 7, 7/1, 7/1/3 or 7//3, numbered from 1 or backwards as -1, and the names of "g" and
+// "o"; every other statement is passed over.
 //
 // Our own reader, because what a shell needs of the format is these statements, and a loader that takes a malformed one for
 // something else shifts every index behind it. tinyobjloader reads "1x" as 1 and a malformed coordinate as 0, lets integers
@@ -41,6 +41,7 @@ struct ObjBuilder {
   uint64_t largest = 0;  // largest vertex number used (from 1), and the line that used it
   std::size_t largest_line = 0;
   std::vector<std::string> object{}, groups{};  // that the next faces belong to
+  bool uvs_whole = true;                        // every corner so far has texture coordinates
 
   void add_vertex() {
     const std::string name = "vertex " + std::to_string(mesh.n_vertices() + 1);
@@ -48,16 +49,14 @@ struct ObjBuilder {
     lines.pass_numbers(5, name);  // a weight, and a colour as some programs write it
   }
 
-  // A corner's numbers are of a vertex, its texture coordinates and its normal; only the first is needed.
-  int64_t vertex_number(std::string_view word) {
-    int64_t first = 0;
+  // A corner's numbers are of a vertex, its texture coordinates and its normal; the first two are needed.
+  std::array<int64_t, 3> corner_numbers(std::string_view word) {
+    std::array<int64_t, 3> numbers{};
     std::string_view rest = word;
-    for (int k = 0; k < 3; ++k) {
+    for (std::size_t k = 0; k < 3; ++k) {
       const std::string_view part = rest.substr(0, rest.find('/'));
-      int64_t number = 0;
-      if (!parse_whole(part, number) && !(k > 0 && part.empty())) break;
-      if (k == 0) first = number;
-      if (part.size() == rest.size()) return first;
+      if (!parse_whole(part, numbers[k]) && !(k > 0 && part.empty())) break;
+      if (part.size() == rest.size()) return numbers;
       rest.remove_prefix(part.size() + 1);
     }
     lines.fail("a corner of a face must be a whole number, or up to three with '/' between; " + found(word));
@@ -65,7 +64,9 @@ struct ObjBuilder {
 
   // Numbers count from 1, and backwards from the vertices read so far where negative.
   uint32_t corner() {
-    const int64_t number = vertex_number(lines.word());
+    const std::array<int64_t, 3> numbers = corner_numbers(lines.word());
+    const int64_t number = numbers[0];
+    add_uv(numbers[1]);
     if (number == 0) lines.fail("vertex numbers start at 1 (or at -1, counting backwards); found 0");
     const int64_t resolved = number > 0 ? number : int64_t{mesh.n_vertices()} + number + 1;
     if (resolved < 1)
@@ -76,6 +77,29 @@ struct ObjBuilder {
       largest_line = lines.line();
     }
     return static_cast<uint32_t>(resolved - 1);
+  }
+
+  // What is drawn with a wrong texture coordinate is drawn without any: no shell needs them.
+  void add_uv(int64_t number) {
+    const int64_t resolved = number < 0 ? static_cast<int64_t>(mesh.uvs.size() / 2) + number + 1 : number;
+    uvs_whole &= resolved > 0 && resolved <= UINT32_MAX;
+    if (uvs_whole) mesh.corner_uvs.push_back(static_cast<uint32_t>(resolved - 1));
+  }
+
+  void add_texture_coordinates() {
+    for (int k = 0; k < 2; ++k) {
+      double value = 0;
+      uvs_whole &= parse_number(lines.word(), value);
+      mesh.uvs.push_back(static_cast<float>(value));
+    }
+  }
+
+  void leave_broken_uvs() {
+    const std::size_t n = mesh.uvs.size() / 2;
+    for (const uint32_t uv : mesh.corner_uvs) uvs_whole &= uv < n;
+    if (uvs_whole) return;
+    mesh.uvs.clear();
+    mesh.corner_uvs.clear();
   }
 
   void add_face() {
@@ -136,6 +160,7 @@ Mesh read_obj(const std::string &path, const std::string &raw_contents) {
   while (lines.next_line()) {
     const std::string_view statement = lines.word();
     if (statement == "v") obj.add_vertex();
+    if (statement == "vt") obj.add_texture_coordinates();
     if (statement == "f") obj.add_face();
     if (statement == "g") obj.groups = obj.names();
     if (statement == "o") obj.object = obj.names();
@@ -144,6 +169,7 @@ Mesh read_obj(const std::string &path, const std::string &raw_contents) {
     throw FileError(path, obj.largest_line,
                     "face names vertex " + std::to_string(obj.largest) + ", but the file holds only " +
                         std::to_string(obj.mesh.n_vertices()) + " vertices");
+  obj.leave_broken_uvs();
   obj.mesh.cut_polygons();
   return std::move(obj.mesh);
 }

@@ -1,11 +1,13 @@
 #include "render_files.hpp"
 
 #include "frame_files.hpp"
+#include "moving_files.hpp"
 #include "text_lines.hpp"
 
 #include <algorithm>
 #include <filesystem>
 #include <stdexcept>
+#include <utility>
 
 namespace cli {
 
@@ -21,16 +23,6 @@ bool is_obj(const std::string &path) {
   std::string end = std::filesystem::path(path).extension().string();
   std::transform(end.begin(), end.end(), end.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   return end == ".obj";
-}
-
-// In the frame's axes nothing would be seen of the frame's motion: a cache holds the world's.
-std::vector<float> points_of(const shellwarp::State &state, const shellwarp::Binding &binding, uint32_t n) {
-  std::vector<float> x(std::size_t{3} * n);
-  SwBoundPointsDesc desc = shellwarp::bound_points_desc();
-  desc.format = SW_FORMAT_F32;
-  desc.positions = x.data();
-  state.bound_points(binding, desc);
-  return x;
 }
 
 }  // namespace
@@ -62,17 +54,22 @@ void RenderMesh::write_obj(OutputFolder &folder, const std::string &name, const 
 void RenderMesh::write(OutputFolder &folder, const Scene &scene, const std::vector<std::size_t> &chosen, const Run &run,
                        shellwarp::State &state) const {
   const std::string name = scene.name + "_render";
-  PointCache cache(folder, name + ".pc2", n_points());
+  std::optional<PointCache> cache;
+  if (writes(scene, "pc2")) cache.emplace(folder, name + ".pc2", n_points());
+  MotionFiles files(scene, mesh_, true);
   write_obj(folder, name + "_rest.obj", std::vector<float>(mesh_.positions.begin(), mesh_.positions.end()));
   for (std::size_t i = 0; i < run.frames.size(); ++i) {
     state.load(run.frames[i].saved);
-    const std::vector<float> x = points_of(state, binding_.value(), n_points());
-    cache.append(x.data());
+    std::vector<float> velocities;
+    std::vector<float> x = read_points(state, binding_.value(), n_points(), files.wanted() ? &velocities : nullptr);
+    if (cache) cache->append(x.data());
     if (std::binary_search(chosen.begin(), chosen.end(), i)) {
       write_obj(folder, frame_file_name(name, run.frames[i].frame) + ".obj", x);
     }
+    if (files.wanted()) files.append(run.frames[i], std::move(x), std::move(velocities));
   }
-  cache.close();
+  if (cache) cache->close();
+  if (files.wanted()) files.write(folder, name);
 }
 
 }  // namespace cli

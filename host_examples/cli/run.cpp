@@ -5,6 +5,7 @@
 #include "frame_files.hpp"
 #include "judge.hpp"
 #include "mesh.hpp"
+#include "moving_files.hpp"
 #include "method.hpp"
 #include "output_file.hpp"
 #include "page.hpp"
@@ -105,10 +106,11 @@ void estimate_errors(shellwarp::State &state, uint32_t n_vertices, Run &run) {
 void refuse_surprises(const Scene &scene, uint32_t n_frames, const Mesh &mesh, const OutputFolder *folder) {
   constexpr uint32_t kMany = 100000;  // an hour at 24 frames a second
   if (n_frames > kMany) throw std::runtime_error(format("%u frames are many; add --yes if they are meant", n_frames));
-  const double bytes = 12.0 * mesh.n_vertices() * (n_frames + 1.0);
+  const double each = (writes(scene, "pc2") ? 12.0 : 0) + (writes(scene, "usd") ? 140.0 : 0) + (writes(scene, "gltf") ? 24.0 : 0);
+  const double bytes = each * mesh.n_vertices() * (n_frames + 1.0);
   if (folder && bytes > static_cast<double>(folder->free_bytes()))
     throw std::runtime_error(format("%s will take %.4g MB, and %.4g MB are free; add --yes to try",
-                                    folder->path(scene.name + ".pc2").c_str(), bytes / 1e6,
+                                    folder->path(scene.name).c_str(), bytes / 1e6,
                                     static_cast<double>(folder->free_bytes()) / 1e6));
 }
 
@@ -165,7 +167,7 @@ int run_scene(Scene scene, const RunOptions &options, OutputFolder *folder, Page
   std::optional<RenderMesh> render;
   if (!scene.render_path.empty()) render.emplace(scene);
   std::optional<PointCache> cache;  // opened first: a folder that cannot be written is told before the long work
-  if (folder) cache.emplace(*folder, scene.name + ".pc2", mesh.n_vertices());
+  if (folder && writes(scene, "pc2")) cache.emplace(*folder, scene.name + ".pc2", mesh.n_vertices());
   Warnings warnings;
   const shellwarp::Model model = precompute(scene, mesh, options.quiet);
   const std::vector<std::string> warned = warnings.taken();
@@ -173,13 +175,14 @@ int run_scene(Scene scene, const RunOptions &options, OutputFolder *folder, Page
   shellwarp::State state = make_state(scene, mesh, model);
   Film film(mesh, page ? n_frames : 0, options.compare.size() + 1);
   Run run = simulate(scene, n_frames, mesh, handles, state, cache ? &*cache : nullptr, page ? &film : nullptr,
-                     options.quiet);
+                     options.quiet, folder != nullptr);
   certify(scene, options, state, mesh.n_vertices(), run);
   if (page && !run.interrupted) estimate_errors(state, mesh.n_vertices(), run);
   if (options.plan) std::fputs(state.plan_text(scene.step()).c_str(), stdout);
   if (folder && !run.interrupted) {
-    cache->close();
+    if (cache) cache->close();
     write_frame_files(*folder, scene, mesh, handles, run, state);
+    write_shell_motion(*folder, scene, mesh, model, run, state);
     if (render) {
       render->write(*folder, scene, chosen_frames(scene, run.frames), run, state);
       state.load(run.frames.back().saved);
@@ -256,6 +259,7 @@ std::vector<Collider> shared_colliders(const SceneFile &file, bool quiet) {
 // Shells do not touch each other, so they may run one after the other. The worst exit status; an interruption ends all, and each shell's files
 // are put in place as it is done.
 int run_shells(const SceneFile &file, const RunOptions &options) {
+  for (const Scene &scene : file.shells) check_formats(scene);
   const std::unique_ptr<OutputFolder> folder = open_folder(file, options);
   const std::string path = page_path(file, options);
   std::optional<Page> page = begin_page(file, options, path);

@@ -2,6 +2,7 @@
 
 #include "material.hpp"
 #include "method.hpp"
+#include "moving_files.hpp"
 #include "read_where.hpp"
 #include "section.hpp"
 #include "selection.hpp"
@@ -323,6 +324,7 @@ void read_substance(Section &section, const std::string &path, Scene &scene) {
     scene.render_path = *render;
     scene.inputs.push_back(*render);
   }
+  scene.usd_prim = section.text("usd_prim").value_or("");
   if (const auto distance = section.number("weld")) {
     if (!(*distance >= 0)) section.fail(*section.find("weld"), "weld must not be negative");
     scene.weld = *distance;
@@ -375,6 +377,20 @@ std::vector<double> read_times(Section &section, const char *key) {
   return section.numbers(key, node ? node->as_array()->size() : 0);
 }
 
+std::vector<std::string> read_formats(Section &section) {
+  const toml::node *node = section.find("formats");
+  std::vector<std::string> formats;
+  const std::vector<std::string> &known = file_formats();
+  if (const toml::array *array = node->as_array())
+    for (const toml::node &word : *array) {
+      formats.push_back(word.value<std::string>().value_or(""));
+      if (std::find(known.begin(), known.end(), formats.back()) == known.end()) formats.clear();
+      if (formats.empty()) break;
+    }
+  if (formats.empty()) section.fail(*node, "formats must be a list, in quotes, of some of pc2, usd, gltf");
+  return formats;
+}
+
 }  // namespace
 
 SceneFile read_scene_file(const std::string &path) {
@@ -393,6 +409,9 @@ SceneFile read_scene_file(const std::string &path) {
   scene.length_unit = top.text("length_unit").value_or("");
   scene.obj_frames = top.count("obj_frames").value_or(scene.obj_frames);
   scene.obj_times = read_times(top, "obj_times");
+  if ((scene.obj_every = top.count("obj_every")) == 0u) top.fail(*top.find("obj_every"), "obj_every must be above 0");
+  if (top.find("formats")) scene.formats = read_formats(top);
+  scene.metres_per_unit = top.positive("metres_per_unit", 1);
   if (auto s = top.section("simulation")) read_simulation(*s, scene);
   for (Section &s : top.sections("bone"))
     file.skeleton.push_back(read_bone(std::move(s), file.skeleton, scene.duration));

@@ -157,6 +157,10 @@ struct Scene {
   std::optional<Comparison> comparison;  // in place of a run
   uint32_t obj_frames = 3;               // how many frames of largest displacement are written
   std::vector<double> obj_times;         // s: these frames in their place, unless empty
+  std::optional<uint32_t> obj_every;     // every so many frames in the place of both
+  std::vector<std::string> formats = {"pc2"};  // see moving_files.hpp
+  std::string usd_prim;                  // the prim of an asset that a USD file is to lie over, or empty
+  double metres_per_unit = 1;            // of lengths, for USD and glTF
   Expectations expect;
   std::optional<PaperFigures> paper;
 

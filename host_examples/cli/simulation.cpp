@@ -62,13 +62,13 @@ void step_to_next_frame(const Scene &scene, SupportMotion &supports, std::vector
 }
 
 void record(const Scene &scene, uint32_t frame, const shellwarp::State &state, std::vector<float> &positions, Run &run,
-            PointCache *cache, Film *film) {
+            PointCache *cache, Film *film, bool keep_states) {
   {
     Stopwatch stopwatch(run.position_seconds);
     state.positions(positions.data(), static_cast<uint32_t>(positions.size() / 3));
   }
   run.all_finite &= std::all_of(positions.begin(), positions.end(), [](float x) { return std::isfinite(x); });
-  const bool again = cache || (film && !host::is_full_shell(scene.method));  // whoever comes back to this frame
+  const bool again = keep_states || cache || (film && !host::is_full_shell(scene.method));  // whoever comes back to this frame
   run.frames.push_back({frame, state.report(), again ? state.save() : std::vector<unsigned char>()});
   if (cache) cache->append(positions.data());
   const SwStateReport &report = run.frames.back().report;  // an equilibrium takes no time: a page plays it in a second
@@ -97,14 +97,14 @@ uint32_t frame_count(const Scene &scene) {
 }
 
 Run simulate(const Scene &scene, uint32_t n_frames, const Mesh &mesh, std::vector<PlacedHandle> handles,
-             shellwarp::State &state, PointCache *cache, Film *film, bool quiet) {
+             shellwarp::State &state, PointCache *cache, Film *film, bool quiet, bool keep_states) {
   Run run;
   std::vector<float> positions(mesh.positions.size());
   EnergyAudit audit(scene, mesh);
   SupportMotion supports(scene, mesh);
   run.supports_move = any_moves(scene.supports);
   if (run.supports_move) supports.move(0, state);
-  record(scene, 0, state, positions, run, cache, film);
+  record(scene, 0, state, positions, run, cache, film, keep_states);
   audit.note(0, state, run.frames.back().report);
   run.position_seconds = 0;  // the start is not a frame that was stepped to
   Watch watch(scene.is_static ? "finding the equilibrium" : "stepping", quiet, scene.is_static ? 0 : n_frames);
@@ -114,7 +114,7 @@ Run simulate(const Scene &scene, uint32_t n_frames, const Mesh &mesh, std::vecto
     else
       step_to_next_frame(scene, supports, handles, state, run);
     if ((run.interrupted = interrupted())) break;  // perhaps in the middle of a frame
-    record(scene, frame, state, positions, run, cache, film);
+    record(scene, frame, state, positions, run, cache, film, keep_states);
     audit.note(frame, state, run.frames.back().report);
     watch.at(frame);
   }

@@ -53,9 +53,10 @@ struct Run {
 // Of a point cache, which counts them in 31 bits, the start included.
 constexpr uint32_t kMostFrames = 2147483646;
 
-// Writes one sample a frame into `cache` and offers it to `film`, unless they are null. Tells of long runs unless quiet.
+// Writes one sample a frame into `cache` and offers it to `film`, unless they are null. Tells of long runs unless quiet. Keeps the
+// states for whoever writes other files, and with a cache always.
 Run simulate(const Scene &scene, uint32_t n_frames, const Mesh &mesh, std::vector<PlacedHandle> handles,
-             shellwarp::State &state, PointCache *cache, Film *film = nullptr, bool quiet = true);
+             shellwarp::State &state, PointCache *cache, Film *film = nullptr, bool quiet = true, bool keep_states = false);
 
 // The duration in frames, at least one; one if static: the equilibrium, with handles, frame and colliders as at the end of the
 // duration. Throws where a point cache cannot number them.

@@ -23,6 +23,7 @@ from pathlib import Path
 import numpy
 import shellwarp
 
+from .mesh_file import Drawn
 from .point_cache import PointCacheFile
 from .usd_cache import UsdFile
 
@@ -63,7 +64,7 @@ def _frames(model, triangles):
         state.set_gravity((0, 0, -1e-6))
         points = state.positions()
         makers = {"pc2": lambda path: PointCacheFile(path, len(points), 0, FRAMES),
-                  "usd": lambda path: UsdFile(path, "a", triangles, range(FRAMES), 24, "z")}
+                  "usd": lambda path: UsdFile(path, "a", Drawn(triangles), triangles, range(FRAMES), 24, "z", 1.0)}
         row = {"step_s": _least(lambda: state.step(1 / 24)), "positions_s": _least(lambda: state.positions(out=points))}
         for kind, make in makers.items():
             paths = [Path(folder) / f"{k}.{kind}{'c' * (kind == 'usd')}" for k in range(REPEATS)]
@@ -75,7 +76,7 @@ def _frames(model, triangles):
 def _write(file, points):
     for frame in range(FRAMES):
         points[0, 0] = frame   # USD would store equal frames once
-        file.append(points)
+        file.append(points, points)   # as many velocities
     file.close()
 
 

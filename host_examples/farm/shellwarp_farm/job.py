@@ -1,5 +1,6 @@
 """One job: simulate a frame range, write its point caches and its last state, then its record. The same bits on any worker."""
 
+import itertools
 import json
 import os
 import socket
@@ -14,8 +15,10 @@ from shellwarp.method import damping
 from . import colliders, files, motion
 from .content import content_hash
 from .errors import DamagedError, FarmError, SceneError
-from .model import library_digest, load_model, mesh_at, model_tables, polygons_at, slowest_of
+from .mesh_file import stem as stem_of
+from .model import drawn_at, library_digest, load_model, mesh_at, model_tables, polygons_at, slowest_of
 from .point_cache import PointCacheFile
+from .polygon import cut
 from .scenes import MODEL_KEYS
 from .usd_cache import UsdFile
 
@@ -43,16 +46,18 @@ def bake(job, model, before, out, cache):
 
 def hash_of(job, key, start):
     """Hash of all that the outputs of a job depend on."""
-    names = ("damping", "wind", "frame", "force", "seed", "frames", "up_axis", "formats")
+    names = ("damping", "wind", "frame", "force", "seed", "frames", "up_axis", "metres_per_unit", "formats")
     simulation = {k: v for k, v in job["simulation"].items() if k not in MODEL_KEYS}
     return content_hash({"model": key, "simulation": simulation, "start": start, "library": library_digest(),
-                         "collider": colliders.content(job["collider"]), "render": [_content(path) for path in job["render"]],
+                         "collider": colliders.content(job["collider"]), "drawn": [_content(job["mesh"])[1:], *map(_content, job["render"])],
                          "name": job["name"], **{name: job[name] for name in names}})
 
 
 def _content(path):
     points, faces = polygons_at(path)
-    return [Path(path).stem, points, numpy.array([len(face) for face in faces]), numpy.array([v for face in faces for v in face])]
+    _, uvs, corner_uvs, asset = drawn_at(path)
+    return [stem_of(path), points, numpy.array([len(face) for face in faces]), numpy.array([v for face in faces for v in face]),
+            uvs, corner_uvs, asset]
 
 
 def record_path(out, name):
@@ -100,7 +105,7 @@ def _bake(job, model_facts, job_hash, start, out, cache):
     paths = {(kind, number): Path(f"{base}{stem}{SUFFIXES[kind]}") for kind in job["formats"] for number, stem in enumerate(stems(job))}
     paths["state"] = Path(f"{base}.state")
     with ExitStack() as stack, model.state(job["simulation"]["method"], job["simulation"]["integrator"]) as state:
-        bindings = [stack.enter_context(bind(model, path)) for path in job["render"]]
+        bindings = [bind_itself(model, job, stack), *(stack.enter_context(bind(model, path)) for path in job["render"])]
         partials = {kind: stack.enter_context(files.whole_file(path)) for kind, path in paths.items()}
         judged = simulate(job, state, start, partials, slowest_of(model), bindings)
         partials["state"].write_bytes(state.save())
@@ -120,7 +125,7 @@ def _bake(job, model_facts, job_hash, start, out, cache):
 
 def stems(job):
     """What the files of the shell and of each mesh that follows it are called by, after the job's name."""
-    return ["", *(f"_{Path(path).stem}" for path in job["render"])]
+    return ["", *(f"_{stem_of(path)}" for path in job["render"])]
 
 
 def bind(model, path):
@@ -131,9 +136,20 @@ def bind(model, path):
         raise SceneError(f"{path}: {error}") from None
 
 
-def simulate(job, state, start, partials, slowest, bindings=()):
-    """Runs the frames into the files: what the record says of the range of the method. `slowest`: the slowest mode's frequency."""
-    positions, triangles = mesh_at(job["mesh"])
+def bind_itself(model, job, stack):
+    """The shell's own vertices, whose velocities USD has; None where nobody asks, or its mesh is too sharp for it."""
+    if "usd" not in job["formats"]:
+        return None
+    try:
+        return stack.enter_context(shellwarp.Binding(model, mesh_at(job["mesh"])[0]))
+    except shellwarp.NumericalError:
+        return None
+
+
+def simulate(job, state, start, partials, slowest, bindings):
+    """Runs the frames into the files: what the record says of the range of the method. `slowest`: the slowest mode's frequency,
+    `bindings`: of the shell's own vertices, for their velocities, and of each mesh that follows."""
+    positions = mesh_at(job["mesh"])[0]
     first, last = job["frames"]
     _set_up(job, state, positions, slowest)
     colliders.put(state, job["collider"])
@@ -143,17 +159,21 @@ def simulate(job, state, start, partials, slowest, bindings=()):
         colliders.move(state, job["collider"], _seconds(job, first), teleport=True)
         if job["frame"]:
             state.set_frame(*motion.pose(job["frame"], _seconds(job, first), _seconds(job, last)), teleport=True)
-    writers = _writers(job, partials, triangles)  # by which mesh: the shell, then what follows it
+    writers = _writers(job, partials)  # by which mesh: the shell, then what follows it
     judged = {"frames_out": 0, "first_out": None, "max_rotation": 0.0, "worst_fraction": 0.0,
               "deepest_penetration": 0.0, "contact_count": 0}
     buffer = numpy.empty((state.n_vertices, 3), numpy.float32)
     for frame in range(first, last + 1):
         if start is not None or frame > first:
             _step_to(job, state, frame)
-        for number, writer in writers:
-            writer.append(state.bound_points(bindings[number - 1])["positions"] if number else state.positions(out=buffer))
+        for number, files_of_it in enumerate(writers):
+            points = state.bound_points(bindings[number], ("positions", "velocities")) if bindings[number] else {}
+            if number == 0:   # to the last bit
+                points["positions"] = state.positions(out=buffer)
+            for writer in files_of_it:
+                writer.append(**points)
         _judge(judged, frame, state.report())
-    for _, writer in writers:
+    for writer in itertools.chain(*writers):
         writer.close()
     return judged
 
@@ -185,18 +205,19 @@ def _blow(wind, seed, seconds, state):
     state.set_wind(velocity, wind.get("density", 1.2), wind.get("normal_drag", 1.0), wind.get("tangential_drag", 0.0))
 
 
-def _writers(job, partials, triangles):
+def _writers(job, partials):
     first, last = job["frames"]
-    frames = range(first, last + 1)
-    name = Path(job["name"]).name
-    meshes = [(len(mesh_at(job["mesh"])[0]), triangles), *((len(points), faces) for points, faces in map(polygons_at, job["render"]))]
+    frames, rate, name = range(first, last + 1), job["simulation"]["frame_rate"], Path(job["name"]).name
     writers = []
-    for number, (stem, (count, faces)) in enumerate(zip(stems(job), meshes)):
+    for number, (path, stem) in enumerate(zip((job["mesh"], *job["render"]), stems(job))):
+        points, faces = polygons_at(path)
+        of_it = []
         if "pc2" in job["formats"]:
-            writers.append((number, PointCacheFile(partials["pc2", number], count, first, len(frames))))
+            of_it.append(PointCacheFile(partials["pc2", number], len(points), first, len(frames)))
         if "usd" in job["formats"]:
-            rate = job["simulation"]["frame_rate"]
-            writers.append((number, UsdFile(partials["usd", number], name + stem, faces, frames, rate, job["up_axis"])))
+            triangles = cut([face for face in faces if len(face) > 2], points)
+            of_it.append(UsdFile(partials["usd", number], name + stem, drawn_at(path), triangles, frames, rate, job["up_axis"], job["metres_per_unit"]))
+        writers.append(of_it)
     return writers
 
 

@@ -1,11 +1,60 @@
-"""Meshes from OBJ and USD files, and the vertices that supports choose."""
+"""Meshes from OBJ and USD files, and the vertices that supports choose.
 
+A mesh is named by its file. Behind it may stand a prim as USD writes it, asset.usd</World/leaf>: one of several meshes; of an OBJ file,
+the prim of a USD asset that has the same vertices."""
+
+import re
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy
 
 from .errors import SceneError
 from .polygon import cut
+
+
+class Asset(NamedTuple):
+    """The prim of a USD asset, with what its stage says; None where nobody knows."""
+
+    prim: str
+    up_axis: "str | None" = None
+    metres_per_unit: "float | None" = None
+    subdivided: bool = False
+    has_normals: bool = False
+
+
+class Drawn(NamedTuple):
+    """What is drawn of a mesh: its faces, each a list of vertices, and texture coordinates (n x 2) with one number a corner."""
+
+    faces: list
+    uvs: "numpy.ndarray | None" = None
+    corner_uvs: "numpy.ndarray | None" = None
+    asset: "Asset | None" = None
+
+
+NAMED = re.compile(r"(?P<file>.*?)(?:<(?P<prim>/.*)>)?")
+PRIM = re.compile(r"(/[A-Za-z_]\w*)+", re.ASCII)
+
+
+def file_of(path):
+    """The file that a mesh is named by."""
+    return Path(NAMED.fullmatch(str(path))["file"])
+
+
+def prim_of(path):
+    """The prim behind it, None if there is none."""
+    return NAMED.fullmatch(str(path))["prim"]
+
+
+def beside(path, folder):
+    """The same mesh, its file as seen from a folder."""
+    prim = prim_of(path)
+    return str((folder / file_of(path)).resolve()) + (f"<{prim}>" if prim else "")
+
+
+def stem(path):
+    """What files of a mesh are called by: its prim's name or its file's."""
+    return Path(prim_of(path) or file_of(path)).stem
 
 
 def read_mesh(path):
@@ -19,11 +68,22 @@ def read_mesh(path):
 
 def read_polygons(path):
     """Positions (n x 3, float64) and faces, each a list of vertices; a cloud of points has none."""
-    path = Path(path)
-    if not path.is_file():
-        raise SceneError(f"{path}: there is no such mesh")
+    return _read(path)[:2]
+
+
+def read_drawn(path):
+    """What is drawn of it: Drawn."""
+    return _read(path)[2]
+
+
+def _read(path):
+    file, prim = file_of(path), prim_of(path)
+    if not file.is_file():
+        raise SceneError(f"{file}: there is no such mesh")
+    if prim and not PRIM.fullmatch(prim):
+        raise SceneError(f"{path}: {prim} is no path of a prim, such as /World/leaf")
     try:
-        points, faces = _read_usd(path) if path.suffix.lower() in (".usd", ".usda", ".usdc") else _read_obj(path)
+        points, faces, drawn = _read_usd(file, prim) if file.suffix.lower() in (".usd", ".usda", ".usdc") else _read_obj(file, prim)
     except (ValueError, IndexError) as error:
         raise SceneError(f"{path}: {error}") from None
     if len(points) == 0:
@@ -31,35 +91,57 @@ def read_polygons(path):
     wrong = next((vertex for face in faces for vertex in face if not 0 <= vertex < len(points)), None)
     if wrong is not None:
         raise SceneError(f"{path}: a face names vertex {wrong}, from 0; there are {len(points)}")
-    return numpy.array(points, dtype=numpy.float64).reshape(-1, 3), faces
+    return numpy.array(points, dtype=numpy.float64).reshape(-1, 3), faces, drawn
 
 
-def _read_obj(path):
-    points, faces = [], []
+def _read_obj(path, prim):
+    points, faces, uvs, corner_uvs = [], [], [], []
     with open(path, encoding="utf-8", errors="replace") as lines:
         for line in lines:
             words = line.split()
             if words[:1] == ["v"]:
                 points.append([float(word) for word in words[1:4]])
+            elif words[:1] == ["vt"]:
+                uvs.append(words[1:3])
             elif words[:1] == ["f"]:
                 corners = [int(word.split("/", 1)[0]) for word in words[1:]]
                 faces.append([index - 1 if index > 0 else len(points) + index for index in corners])
-    return points, faces
+                corner_uvs.extend((word.split("/") + [""])[1] for word in words[1:])
+    return points, faces, Drawn(faces, *_uvs_of(uvs, corner_uvs), Asset(prim) if prim else None)
 
 
-def _read_usd(path):
+def _uvs_of(uvs, corners):
+    """Arrays of an OBJ file's texture coordinates, and which each corner has; twice None unless every corner has one."""
+    try:
+        values, numbers = numpy.array(uvs, dtype=float).reshape(-1, 2), numpy.array([int(word) for word in corners], dtype=int)
+    except ValueError:
+        return None, None
+    numbers = numpy.where(numbers < 0, numbers + len(values), numbers - 1)
+    whole = len(numbers) > 0 and ((numbers >= 0) & (numbers < len(values))).all() and numpy.isfinite(values).all()
+    return (values, numbers) if whole else (None, None)
+
+
+def _read_usd(path, wanted):
     from pxr import Usd, UsdGeom
     stage = Usd.Stage.Open(str(path))
     meshes = [prim for prim in stage.Traverse() if prim.IsA(UsdGeom.Mesh)]
+    names = ", ".join(str(prim.GetPath()) for prim in meshes)
+    if wanted:
+        meshes = [prim for prim in meshes if str(prim.GetPath()) == wanted]
+        if not meshes:
+            raise ValueError(f"there is no mesh {wanted}; there are {names or 'none'}")
     if len(meshes) != 1:
-        raise ValueError(f"{len(meshes)} meshes, expected one")
+        raise ValueError(f"{len(meshes)} meshes, expected one; name one as {path.name}<{meshes[0].GetPath()}>: {names}" if meshes else "no mesh")
     mesh = UsdGeom.Mesh(meshes[0])
     time = Usd.TimeCode.EarliestTime()
     counts, corners = mesh.GetFaceVertexCountsAttr().Get(time), numpy.array(mesh.GetFaceVertexIndicesAttr().Get(time))
     place = numpy.array(UsdGeom.XformCache(time).GetLocalToWorldTransform(meshes[0]))
     points = numpy.array(mesh.GetPointsAttr().Get(time), dtype=numpy.float64)
     ends = numpy.cumsum(counts)
-    return points @ place[:3, :3] + place[3, :3], [corners[end - count:end].tolist() for end, count in zip(ends, counts)]
+    faces = [corners[end - count:end].tolist() for end, count in zip(ends, counts)]
+    asset = Asset(str(meshes[0].GetPath()), str(UsdGeom.GetStageUpAxis(stage)), UsdGeom.GetStageMetersPerUnit(stage),
+                  mesh.GetSubdivisionSchemeAttr().Get() != UsdGeom.Tokens.none, bool(UsdGeom.PrimvarsAPI(mesh).GetPrimvar("normals")))
+    return points @ place[:3, :3] + place[3, :3], faces, Drawn(faces, asset=asset)
 
 
 def held_vertices(supports, positions, triangles):

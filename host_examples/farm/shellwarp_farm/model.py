@@ -15,11 +15,12 @@ from . import files
 from .cache import Cache
 from .content import content_hash
 from .errors import FarmError, SceneError
-from .mesh_file import held_vertices, read_mesh, read_polygons, supported_vertices
+from .mesh_file import file_of, held_vertices, read_drawn, read_mesh, read_polygons, supported_vertices
 from .scenes import CONSTANTS, MODEL_KEYS, SHEET
 
 MATERIAL = {"k_area": "area", "k_length": "length", "k_bend": "bend", "density": "density"}
 KEPT = 4   # models that a worker keeps loaded
+KEPT_MESHES = 12   # each as triangles, as faces and as what is drawn
 
 _kept = OrderedDict()
 _lock = threading.Lock()
@@ -143,14 +144,19 @@ def polygons_at(path):
     return _kept_of(read_polygons, path)
 
 
+def drawn_at(path):
+    """As read_drawn, kept until the file changes."""
+    return _kept_of(read_drawn, path)
+
+
 def _kept_of(reader, path):
     try:
-        facts = os.stat(path)
+        facts = os.stat(file_of(path))
         return _read(reader, path, facts.st_mtime_ns, facts.st_size)
     except FileNotFoundError:
         return reader(path)   # says what is missing
 
 
-@functools.lru_cache(maxsize=KEPT)
+@functools.lru_cache(maxsize=KEPT_MESHES)
 def _read(reader, path, _time, _size):
     return reader(path)

@@ -10,8 +10,8 @@ class PointCacheFile:
         self._file = open(path, "wb")
         self._file.write(struct.pack("<12siiffi", b"POINTCACHE2\0", 1, n_points, float(first_frame), 1.0, n_frames))
 
-    def append(self, positions):
-        """One frame, (n_points x 3)."""
+    def append(self, positions, velocities=None):
+        """One frame, (n_points x 3); the format has no velocities."""
         self._file.write(positions.astype("<f4", copy=False).tobytes())
 
     def close(self):

@@ -4,6 +4,7 @@ The tables are those of the command-line host's scenes (docs/reference/scene.md)
 docs/guide/farm.md lists them. A key that is not known is an error. A job is a plain table, so that it can be sent to any worker."""
 
 import itertools
+import math
 import re
 import tomllib
 from pathlib import Path
@@ -12,6 +13,7 @@ from shellwarp.method import DEFAULT
 
 from . import colliders
 from .errors import SceneError
+from .mesh_file import beside, stem
 
 CONSTANTS = {"k_area", "k_length", "k_bend", "density"}
 SHEET = {"preset", "young", "poisson", "thickness", "volume_density"}
@@ -29,7 +31,7 @@ LISTS = {"support": {"kind", "box", "vertices"}, "force": {"vertex", "nearest", 
 OSCILLATION = {"axis", "amplitude", "frequency", "phase_degrees"}
 ASSET = {"name", "mesh", "render", "material", "support", "simulation", "damping", "force", "collider"}
 SHOT = {"name", "frames", "after", "start", "simulation", "damping", "wind", "frame", "force", "collider"}
-TOP = {"title", "up_axis", "formats", "seeds", "asset", "shot", "parameters", "sweep"}
+TOP = {"title", "up_axis", "metres_per_unit", "formats", "seeds", "asset", "shot", "parameters", "sweep"}
 FORMATS = ("pc2", "usd")
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]*")
 DEFAULTS = {"modes": 16, "precision": "f32", "method": DEFAULT, "integrator": "implicit-euler", "frame_rate": 30.0,
@@ -53,9 +55,9 @@ def read_list(path):
     files = [(a, "mesh") for a in scene_list["asset"]] + [(s, "start") for s in scene_list.get("shot", [])]
     for owner, key in files + [(item, "mesh") for entry in entries for item in entry.get("collider", [])]:
         if key in owner:
-            owner[key] = str((path.parent / owner[key]).resolve())
+            owner[key] = beside(owner[key], path.parent)
     for asset in scene_list["asset"]:
-        asset["render"] = [str((path.parent / name).resolve()) for name in renders(asset)]
+        asset["render"] = [beside(name, path.parent) for name in renders(asset)]
     return scene_list
 
 
@@ -109,7 +111,7 @@ def _job(scene_list, asset, shot, values, seed):
         return "/".join([asset["name"], shot_name, "_".join(filter(None, [asset["name"], shot_name, variant]))])
 
     job.update(name=name_in(shot["name"]), asset=asset["name"], shot=shot["name"], seed=seed, parameters=values,
-               frames=shot["frames"], up_axis=scene_list.get("up_axis", "z"),
+               frames=shot["frames"], up_axis=scene_list.get("up_axis", "z"), metres_per_unit=scene_list.get("metres_per_unit", 1.0),
                formats=scene_list.get("formats", list(FORMATS)), start=shot.get("start"),
                after=name_in(shot["after"]) if "after" in shot else None)
     return job
@@ -156,6 +158,9 @@ def _check(scene_list):
         raise SceneError(f"formats: {unknown.pop()!r}, expected some of {', '.join(FORMATS)}")
     if scene_list.get("up_axis", "z") not in ("y", "z"):
         raise SceneError("up_axis is 'y' or 'z'")
+    metres = scene_list.get("metres_per_unit", 1.0)
+    if not isinstance(metres, (int, float)) or not 0 < metres < math.inf:
+        raise SceneError(f"metres_per_unit is {metres!r}, expected a number above 0")
     seeds = scene_list.get("seeds", [])
     if len(set(seeds)) != len(seeds):
         raise SceneError("seeds: one comes twice")
@@ -174,7 +179,7 @@ def _check_entry(kind, entry, keys, needed, seen):
     if name in seen:
         raise SceneError(f"two {kind}s have the name {name}")
     seen.add(name)
-    stems = [Path(str(path)).stem for path in renders(entry)]
+    stems = [stem(path) for path in renders(entry)]
     if not all(isinstance(path, str) for path in renders(entry)) or len(set(stems)) < len(stems):
         raise SceneError(f"{kind} {name}: render is the path of a mesh, or a list of paths whose file names differ")
     for table, allowed in TABLES.items():

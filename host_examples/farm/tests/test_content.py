@@ -1,7 +1,7 @@
 """Claims about content hashes: they change with every input that matters, and with nothing else."""
 
 import copy
-import os
+import shutil
 import tempfile
 import unittest
 from pathlib import Path
@@ -68,9 +68,11 @@ class Models(unittest.TestCase):
 class Jobs(unittest.TestCase):
     def test_everything_that_its_outputs_depend_on_changes_its_hash(self):
         with tempfile.TemporaryDirectory() as folder:
-            job = small.jobs(folder)[0]
+            self.try_all(small.jobs(folder)[0])
+
+    def try_all(self, job):
         base = jobs.hash_of(job, "model", None)
-        changes = {"frames": [0, 6], "seed": 3, "formats": ["pc2"], "up_axis": "y", "force": [{"vertex": 3, "vector": [0, 0, 1]}],
+        changes = {"frames": [0, 6], "seed": 3, "formats": ["pc2"], "up_axis": "y", "metres_per_unit": 0.01, "force": [{"vertex": 3, "vector": [0, 0, 1]}],
                    "damping": {"ratio": 0.06}, "wind": {**job["wind"], "gust": 0.6}, "frame": {"translate": []}, "name": "other"}
         changes["simulation"] = {**job["simulation"], "gravity": [0, 0, -2]}
         hashes = {jobs.hash_of({**job, key: value}, "model", None) for key, value in changes.items()}
@@ -80,9 +82,10 @@ class Jobs(unittest.TestCase):
     def test_nothing_else_does(self):
         with tempfile.TemporaryDirectory() as folder:
             job = small.jobs(folder)[0]
-        moved = copy.deepcopy(job)
-        moved["mesh"], moved["after"] = os.devnull, None   # both are in what is handed over beside the job
-        self.assertEqual(jobs.hash_of(job, "model", None), jobs.hash_of(moved, "model", None))
+            moved = copy.deepcopy(job)
+            moved["mesh"], moved["after"] = str(Path(folder) / "moved.obj"), None   # what it comes after is handed over beside the job
+            shutil.copy(job["mesh"], moved["mesh"])
+            self.assertEqual(jobs.hash_of(job, "model", None), jobs.hash_of(moved, "model", None))
 
 
 if __name__ == "__main__":
