@@ -15,6 +15,7 @@ from shellwarp_farm import scaling
 from shellwarp_farm.engine import Engine
 from shellwarp_farm.errors import FarmError
 from shellwarp_farm.job import RECORDS
+from shellwarp_farm.job_log import FOLDER
 from shellwarp_farm.scenes import expand, read_list
 
 HERE = Path(__file__).resolve().parent
@@ -47,6 +48,12 @@ def resume_with_a_worker_killed(todo, out, cache, after):
         return baking.bake(engine, todo, out, cache, on_result=on_result)
 
 
+def a_log(out):
+    """That of a job that was tried twice in a run, of one that a run was killed in, or of any."""
+    texts = [path.read_text() for path in sorted((out / FOLDER).rglob("*.log"))]
+    return max(texts, key=lambda text: (text.count("again: "), text.count(" begins")))
+
+
 def damage(cache):
     """Turns one bit of a cache entry over."""
     entry = sorted(cache.rglob("*.model"))[0]
@@ -73,6 +80,8 @@ def main():
     baking.print_report(resume_with_a_worker_killed(todo, disturbed, None, len(todo) // 2))
     problems = baking.verify(disturbed, undisturbed)
 
+    print("== what one of its logs says")
+    print(a_log(disturbed))
     print("== the same again, with a damaged cache entry")
     again = options.out / "rebuilt"
     shutil.rmtree(again, ignore_errors=True)

@@ -7,6 +7,7 @@ from . import engine as engines
 from . import files, job as jobs, manifest, model
 from .content import content_hash
 from .errors import DamagedError
+from .job_log import log_path, reasons
 from .scenes import expand, read_list
 
 
@@ -29,27 +30,34 @@ def bake(engine, todo, out, cache=None, quiet=True, on_result=None):
     from tqdm import tqdm
     out = Path(out).resolve()
     cache = str(Path(cache or out / "cache").resolve())
-    seconds = engines.stopwatch()
+    seconds, run = engines.stopwatch(), engines.run_name()
     results = []
     with tqdm(total=len(todo), unit="job", disable=quiet, mininterval=0.5, dynamic_ncols=True) as bar:
-        for future in engine.stream(_submissions(engine, todo, str(out), cache)):
-            result = engines.result_of(future)
+        for future in engine.stream(_submissions(engine, todo, str(out), cache, run)):
+            result = _with_reasons(engines.result_of(future), out, run)
             results.append(result)
             bar.set_postfix(failed=sum("failed" in r for r in results)) if "failed" in result else None
             bar.update()
             if on_result:
                 on_result(result)
     done = [result for result in results if "failed" not in result]
-    manifest.write(out, [{k: v for k, v in result.items() if k not in ("done", "redone")} for result in done])
+    manifest.write(out, [{k: v for k, v in result.items() if k not in ("done", "redone", "tried_again")} for result in done])
     if len(done) == len(results):
         for path in files.partials(out):   # nobody writes any more: these are left of killed workers
             path.unlink(missing_ok=True)
     return _report(results, done, seconds(), engine)
 
 
-def _submissions(engine, todo, out, cache):
+def _with_reasons(result, out, run):
+    """A job that Dask gave up on has told its log why."""
+    name = result["job"].removeprefix("bake-").removesuffix(f"-{run}")
+    if result["job"] == name:
+        return result
+    return {"job": name, "failed": f"{result['failed']}; see {log_path(out, name)}", "tried_again": reasons(out, name, run)[:-1]}
+
+
+def _submissions(engine, todo, out, cache, run):
     """Submits job after job, each after its model and the job that it continues."""
-    run = engines.run_name()
     awaited = {job["after"] for job in todo if job["after"]}
     models, before = {}, {}
     for job in todo:
@@ -58,7 +66,7 @@ def _submissions(engine, todo, out, cache):
         name = f"{function.__name__}-{content_hash(tables)}-{run}"
         if name not in models:
             models[name] = engine.submit(function, *((tables, cache) if function is model.prepare else (tables,)), key=name)
-        arguments = (job, models[name], before.get(job["after"]), out, cache)
+        arguments = (job, models[name], before.get(job["after"]), out, cache, run)
         future = engine.submit(jobs.bake, *arguments, key=f"bake-{job['name']}-{run}")
         if job["name"] in awaited:
             before[job["name"]] = future
@@ -81,6 +89,7 @@ def _report(results, done, seconds, engine):
         "core_seconds": sum(result["core_seconds"] for result in baked),
         "jobs": len(results), "baked": len(baked), "verified": sum(r["done"] == "verified" for r in done),
         "failed": [r["failed"] for r in results if "failed" in r], "models": len({r["model"]["key"] for r in done}),
+        "tried_again": [f"{r['job']}: {reason}" for r in results for reason in r.get("tried_again", ())],
         "made": len(made), "damage": sorted(damage), "redone": repaired,
         "turned_too_far": {r["job"]: r["range"] for r in done if r["range"]["frames_out"]},
         "bytes": sum(facts["bytes"] for r in done for facts in r["outputs"].values()),
@@ -92,7 +101,7 @@ def print_report(report, most=5):
     print(f"{report['jobs']} jobs: {report['baked']} baked, {report['verified']} done before and verified, "
           f"{len(report['failed'])} failed; {report['seconds']:.1f} s on {report['workers']} workers")
     print(f"{report['models']} models, {report['made']} precomputed now; {report['bytes'] / 1e6:.0f} MB of outputs")
-    lists = [("FAILED", report["failed"]), ("cache", report["damage"]), ("done again", report["redone"]),
+    lists = [("FAILED", report["failed"]), ("tried again", report["tried_again"]), ("cache", report["damage"]), ("done again", report["redone"]),
              ("turned too far", [f"{name}: {facts['frames_out']} frames from {facts['first_out']}, rotation up to "
                                f"{facts['max_rotation']:.2f} rad" for name, facts in report["turned_too_far"].items()])]
     for title, lines in lists:

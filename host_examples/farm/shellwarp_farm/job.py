@@ -15,6 +15,7 @@ from shellwarp.method import damping
 from . import colliders, files, motion
 from .content import content_hash
 from .errors import DamagedError, FarmError, SceneError
+from .job_log import JobLog, library_messages
 from .mesh_file import stem as stem_of
 from .model import drawn_at, library_digest, load_model, mesh_at, model_tables, polygons_at, slowest_of
 from .point_cache import PointCacheFile
@@ -26,9 +27,23 @@ SUFFIXES = {"pc2": ".pc2", "usd": ".usdc"}
 RECORDS = "records"
 
 
-def bake(job, model, before, out, cache):
+def bake(job, model, before, out, cache, run="alone"):
     """Does the job unless it is done: its record, with "done" = "baked" or "verified". `model` is what prepare or identify
-    returned, `before` the record of the job that this one comes after. What trying again cannot mend comes back as "failed"."""
+    returned, `before` the record of the job that this one comes after. What trying again cannot mend comes back as "failed";
+    what it may mend is raised. Tries of one `run` are told in the job's log."""
+    log = JobLog(out, job["name"], run)
+    try:
+        with library_messages(log.say):
+            result = _try(job, model, before, out, cache, log)
+    except Exception as error:
+        log.fail(error)
+        raise
+    log.end("failed for good: " + result["failed"] if "failed" in result else
+            f"{result['done']} in {sum(result['seconds'].values()):.3g} s, {len(result['outputs'])} files")
+    return {**result, "tried_again": log.reasons}
+
+
+def _try(job, model, before, out, cache, log):
     try:
         for needed in filter(None, (model, before)):
             if "failed" in needed:
@@ -38,7 +53,8 @@ def bake(job, model, before, out, cache):
         try:
             record = {**read_record(out, job["name"], job_hash), "done": "verified"}
         except DamagedError as error:
-            record = {**_bake(job, model, job_hash, start, out, cache), "done": "baked", "redone": error.args[0]}
+            log.say(f"baking: {error}")
+            record = {**_bake(job, model, job_hash, start, out, cache, log), "done": "baked", "redone": error.args[0]}
         return record
     except (FarmError, shellwarp.ShellwarpError) as error:
         return {"job": job["name"], "failed": f"{job['name']}: {error}"}
@@ -96,9 +112,10 @@ def _start(job, before, out):
     return numpy.frombuffer(data, dtype=numpy.uint8)
 
 
-def _bake(job, model_facts, job_hash, start, out, cache):
+def _bake(job, model_facts, job_hash, start, out, cache, log):
     times, cpu = {"begin": time.perf_counter()}, time.process_time()
     model, cache_report = load_model(model_tables(job), model_facts["key"], cache)
+    _tell_model(log, job, model_facts, cache_report, model)
     times["model"] = time.perf_counter()
     record_path(out, job["name"]).unlink(missing_ok=True)   # it speaks of what is about to be replaced
     base = Path(out) / job["name"]
@@ -107,7 +124,7 @@ def _bake(job, model_facts, job_hash, start, out, cache):
     with ExitStack() as stack, model.state(job["simulation"]["method"], job["simulation"]["integrator"]) as state:
         bindings = [bind_itself(model, job, stack), *(stack.enter_context(bind(model, path)) for path in job["render"])]
         partials = {kind: stack.enter_context(files.whole_file(path)) for kind, path in paths.items()}
-        judged = simulate(job, state, start, partials, slowest_of(model), bindings)
+        judged = simulate(job, state, start, partials, slowest_of(model), bindings, log)
         partials["state"].write_bytes(state.save())
     times["simulate"] = time.perf_counter()
     outputs = {str(path.relative_to(out)): {"sha256": files.checksum(path), "bytes": path.stat().st_size}
@@ -121,6 +138,13 @@ def _bake(job, model_facts, job_hash, start, out, cache):
               "core_seconds": time.process_time() - cpu, "worker": f"{socket.gethostname()}:{os.getpid()}", "library": shellwarp.version()}
     files.write_whole(record_path(out, job["name"]), json.dumps(record, indent=1).encode())
     return record
+
+
+def _tell_model(log, job, facts, cache_report, model):
+    for message in facts.get("messages", ()):
+        log.say(f"precompute: {message}")
+    log.say(f"model {facts['key'][:12]}, {model.n_vertices} vertices, {job['simulation']['method']}: "
+            f"{(cache_report or {'cache': 'kept'})['cache']}, prepared: {facts['cache']} in {facts['seconds']:.3g} s")
 
 
 def stems(job):
@@ -146,7 +170,7 @@ def bind_itself(model, job, stack):
         return None
 
 
-def simulate(job, state, start, partials, slowest, bindings):
+def simulate(job, state, start, partials, slowest, bindings, log):
     """Runs the frames into the files: what the record says of the range of the method. `slowest`: the slowest mode's frequency,
     `bindings`: of the shell's own vertices, for their velocities, and of each mesh that follows."""
     positions = mesh_at(job["mesh"])[0]
@@ -172,7 +196,10 @@ def simulate(job, state, start, partials, slowest, bindings):
                 points["positions"] = state.positions(out=buffer)
             for writer in files_of_it:
                 writer.append(**points)
-        _judge(judged, frame, state.report())
+        report = state.report()
+        if judged["first_out"] is None and not report["turn_in_range"]:
+            log.say(f"frame {frame}: turned too far for the method, {report['max_rotation']:.2f} rad")
+        _judge(judged, frame, report)
     for writer in itertools.chain(*writers):
         writer.close()
     return judged

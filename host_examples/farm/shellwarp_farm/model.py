@@ -15,6 +15,7 @@ from . import files
 from .cache import Cache
 from .content import content_hash
 from .errors import FarmError, SceneError
+from .job_log import library_messages
 from .mesh_file import file_of, held_vertices, read_drawn, read_mesh, read_polygons, supported_vertices
 from .scenes import CONSTANTS, MODEL_KEYS, SHEET
 
@@ -86,9 +87,10 @@ def model_key(tables):
 def prepare(tables, cache):
     """Sees to it that the model is in the cache: {"key", "cache", "seconds"}, or {"failed"} if it cannot be made."""
     try:
-        key = model_key(tables)
-        _, report = Cache(cache).get_or_make(key, lambda: _precompute(tables))
-        return {"key": key, **report}
+        key, messages = model_key(tables), []
+        with library_messages(messages.append):
+            _, report = Cache(cache).get_or_make(key, lambda: _precompute(tables))
+        return {"key": key, **report, **({"messages": messages} if messages else {})}
     except (FarmError, shellwarp.ShellwarpError) as error:
         return {"failed": str(error)}
 

@@ -22,6 +22,7 @@ from shellwarp_farm import manifest
 from shellwarp_farm.engine import Engine
 from shellwarp_farm.errors import SceneError
 from shellwarp_farm.job import RECORDS
+from shellwarp_farm.job_log import JobLog
 
 LONG = small.LIST.replace("steps_per_frame = 2", "steps_per_frame = 1500").replace("seeds = [1, 2]", "seeds = [1, 2, 3]")
 # Steps that the explicit shell bears.
@@ -122,6 +123,7 @@ class Farm(unittest.TestCase):
         self.assertTrue(gone(killed[0]))
         self.assertEqual(report["failed"], [])
         self.assertEqual(report["digest"], self.report["digest"])
+        self.assertTrue(all("ended without a word" in line for line in report["tried_again"]), report["tried_again"])
         self.assert_undisturbed("worker")
 
     def test_a_run_killed_in_the_middle_goes_on_where_it_was(self):
@@ -210,6 +212,43 @@ class Farm(unittest.TestCase):
         report = self.bake("blocked", [blocked, self.jobs[1]])
         self.assertEqual((report["baked"], len(report["failed"])), (1, 1))
         self.assertIn("card/file/blocked", report["failed"][0])
+
+    def test_the_log_of_a_job_says_why_it_was_tried_again(self):
+        blocked = {**self.jobs[0], "name": "card/log/blocked"}
+        out = self.top / "told"
+        (out / "card").mkdir(parents=True)
+        (out / "card" / "log").write_text("where a folder should be")
+        report = self.bake("told", [blocked, self.jobs[1]])
+        self.assertIn("logs/card/log/blocked.log", report["failed"][0])
+        self.assertEqual(len(report["tried_again"]), 2, "as often as --retries says")
+        text = (out / "logs" / "card" / "log" / "blocked.log").read_text()
+        for words in ("try 1 begins", "try 1 failed: FileExistsError", "again: FileExistsError", "try 3 begins", "Traceback"):
+            self.assertIn(words, text)
+        done = (out / "logs" / f"{self.jobs[1]['name']}.log").read_text()
+        for words in ("try 1 begins", "baking: not done before", "model ", "39 vertices, warp", "baked in ", "3 files", "try 1 ends"):
+            self.assertIn(words, done)
+        self.assertNotIn("failed", done)
+
+    def test_a_try_whose_worker_died_is_told_apart_from_one_that_raised(self):
+        first = JobLog(self.top / "silent", "card/one/x", "run")   # and says no more
+        self.assertEqual((first.number, first.reasons), (1, []))
+        second = JobLog(self.top / "silent", "card/one/x", "run")
+        second.fail(OSError("no space left"))
+        third = JobLog(self.top / "silent", "card/one/x", "run")
+        third.end("baked")
+        self.assertEqual(third.number, 3)
+        self.assertRegex(third.reasons[0], r"^\S+:\d+ ended without a word")
+        self.assertEqual(third.reasons[1], "OSError: no space left")
+        self.assertEqual(JobLog(self.top / "silent", "card/one/x", "another run").number, 1)
+
+    def test_what_a_job_does_beyond_the_range_of_its_method_is_in_its_log(self):
+        folder = Path(self.enterContext(tempfile.TemporaryDirectory()))
+        text = small.LIST.replace("gravity = [0, 0, -1]", "gravity = [0, 0, -4000]").replace("seeds = [1, 2]\n", "seeds = [1]\n")
+        job = small.jobs(folder, text)[0]
+        report = self.bake("far", [job])
+        said = (self.top / "far" / "logs" / f"{job['name']}.log").read_text()
+        self.assertIn(job["name"], report["turned_too_far"])
+        self.assertIn(f"frame {report['turned_too_far'][job['name']]['first_out']}: turned too far", said)
 
     def test_a_running_scheduler_is_used_by_its_address(self):
         command = [sys.executable, "-m", "shellwarp_farm", "bake", str(self.top / "list.toml"), "--out", str(self.top / "remote"),
