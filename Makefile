@@ -181,7 +181,7 @@ test-wasm: ## test that module and the npm package in node; skipped where node o
 
 demo-blender: blender-addon ## make, bake, export and draw the scenes of docs/guide/blender.md: out/blender
 	@sh cmake/bootstrap.sh blender
-	for scene in first character contact follow; do \
+	for scene in first character contact follow hat; do \
 	    BLENDER_USER_RESOURCES=$(CURDIR)/$(BUILD)/blender-user .venv/blender/bin/python \
 	        host_examples/blender/$${scene}_scene.py --addon out/blender/shellwarp-blender-*.zip --out out/blender || exit 1; \
 	done

@@ -114,12 +114,24 @@ class Track:
             self.caches[item].append(points)
         self.too_far += not self.run.report()["turn_in_range"]
 
+    def certify(self):
+        """Estimates the last frame's error on a thread; yields texts meanwhile. The bake is whole without it."""
+        if self.run.model.n_vertices > CERTIFIED:
+            return
+        try:
+            estimate = self.run.estimate()
+            while estimate.running():
+                estimate.wait(WAIT)
+                yield f"{self.obj.name}: estimating the error of frame {estimate.frame}"
+            self.run.certify(estimate)
+        except Exception as error:
+            self.run.certified = f"not certified: {error}"
+
     def close(self):
         """Puts the files in their places, lets modifiers play them, and says how good the last frame is."""
         for item in list(self.caches):
             self.caches[item].close()
             del self.caches[item]
-        certify(self.run)
         self.obj.shellwarp.verdict = verdict(self.run, self.too_far, self.end - self.start + 1)
         self.obj.shellwarp.baked_mesh = mesh_digests(self.obj.data)
         self.obj.shellwarp.live = False
@@ -173,6 +185,9 @@ def bake(objects, context):
             if not tracks:
                 break
             yield (frame - first + 1) / (last - first + 1), f"frame {frame} of {last}"
+        for track in tracks:
+            for text in track.certify():
+                yield 1.0, text
         survivors(lambda track: track.close())
         if failed:
             raise failed[0] if len(objects) == 1 else Refused("; ".join(map(str, failed)))
@@ -195,15 +210,6 @@ def named(obj, objects, work):
         if len(objects) == 1:
             raise
         raise Refused(f"“{obj.name}”: {error}") from error
-
-
-def certify(run):
-    """Estimates the last frame's error where that takes seconds; the bake is whole without it."""
-    if run.model.n_vertices <= CERTIFIED:
-        try:
-            run.certify()
-        except Exception as error:
-            run.certified = f"not certified: {error}"
 
 
 def verdict(run, too_far, count):

@@ -1,4 +1,4 @@
-"""Blender's force fields as shells feel them: wind is air that moves, a force or a vortex pushes at every part of the surface.
+"""Blender's force fields as shells feel them: wind is air that moves, all others push at every part of the surface.
 
 What acts is read once a frame as plain data; where the vertices are then, strengths follow from Blender's own falloffs.
 """
@@ -6,11 +6,13 @@ What acts is read once a frame as plain data; where the vertices are then, stren
 from dataclasses import dataclass
 
 import numpy
+from mathutils import noise
 
 from . import materials
 from .meshes import present
 
-KINDS = ("WIND", "FORCE", "VORTEX")
+KINDS = ("WIND", "FORCE", "VORTEX", "HARMONIC", "TURBULENCE")
+OCTAVES = 3  # of a turbulence, as Blender has it
 AIR = 1.2  # kg/m³, where a wind field blows and no density is set
 
 
@@ -28,6 +30,9 @@ class Field:
     gravitation: bool    # by the square of the distance as well
     along: tuple         # power, least and largest distance, which are None where there is none
     across: tuple        # the same of a tube's radius, of a cone's angle in degrees
+    rest: float = 0.0    # of a harmonic field: the distance where it does not push
+    size: float = 0.0    # of a turbulence: the length of its eddies, 0 as 1
+    in_world: bool = False   # a turbulence that does not go along with its object
 
 
 def acts(item):
@@ -62,7 +67,8 @@ def read_one(item, metres, share):
         field.type, field.shape, tuple(matrix.translation), tuple(matrix.to_3x3().col[2].normalized()), strength,
         field.falloff_type, field.z_direction, field.type == "FORCE" and field.use_gravity_falloff,
         (field.falloff_power, field.distance_min if field.use_min_distance else None, field.distance_max if field.use_max_distance else None),
-        (field.radial_falloff, field.radial_min if field.use_radial_min else None, field.radial_max if field.use_radial_max else None))
+        (field.radial_falloff, field.radial_min if field.use_radial_min else None, field.radial_max if field.use_radial_max else None),
+        field.rest_length, field.size, field.use_global_coords)
 
 
 def at(fields, points):
@@ -81,11 +87,24 @@ def at(fields, points):
         away = numpy.divide(start, distance[:, None], out=numpy.zeros_like(start), where=distance[:, None] > 0)
         if field.kind == "VORTEX":
             push += size[:, None] * numpy.cross(axis, way)
+        elif field.kind == "HARMONIC":   # a spring to where the distance is counted from
+            push -= (size * (distance - field.rest))[:, None] * away
+        elif field.kind == "TURBULENCE":
+            push += size[:, None] * eddies((points if field.in_world else way + axis) / (field.size or 1.0))
         else:
             if field.gravitation:
                 size = numpy.divide(size, distance ** 2, out=numpy.zeros_like(size), where=distance > 0)
             push += size[:, None] * away
     return air, push
+
+
+def eddies(places):
+    """Blender's turbulence at places in units of its size (n x 3): three octaves of its noise for each component, the corners in turn."""
+    def summed(place):
+        return sum(0.5 ** k * noise.noise(place * 2.0 ** k, noise_basis="PERLIN_NEW") for k in range(OCTAVES))
+
+    whole = sum(0.5 ** k for k in range(OCTAVES))
+    return numpy.array([[summed(numpy.roll(place, -k)) for k in range(3)] for place in places]).reshape(-1, 3) / whole
 
 
 def share(field, distance, height, radius):

@@ -1,4 +1,4 @@
-"""Models that are made on a thread, so that they can be watched and stopped. The thread touches none of Blender's data."""
+"""Models and estimates that are made on a thread, so that they can be watched and stopped. The thread touches none of Blender's data."""
 
 import threading
 
@@ -50,3 +50,36 @@ class Job:
         if self._made is None:
             raise self._failed or RuntimeError("the precompute was cancelled")
         return self._made
+
+
+class Estimate:
+    """The certificate of one frame under way, of a copy of the state. The library cannot break it off: who has no use for it any more
+    leaves it, and it ends by itself."""
+
+    def __init__(self, state, frame):
+        self.frame, self._state = frame, state
+        self._found, self._failed = None, None
+        self._thread = threading.Thread(target=self._work, daemon=True)
+        self._thread.start()
+
+    def _work(self):
+        try:
+            self._found = self._state.certify()
+        except BaseException as error:  # raised again by result
+            self._failed = error
+        finally:
+            self._state.close()
+
+    def running(self):
+        return self._thread.is_alive()
+
+    def wait(self, seconds=None):
+        """Waits for its end, at most so long."""
+        self._thread.join(seconds)
+
+    def result(self):
+        """The certificate; raises what went wrong."""
+        self.wait()
+        if self._failed is not None:
+            raise self._failed
+        return self._found

@@ -135,7 +135,7 @@ def megabytes(run):
 
 
 class SHELLWARP_OT_certify(ShellOperator, bpy.types.Operator):
-    """Estimate how far the present frame is from the full nonlinear shell; takes seconds on large meshes"""
+    """Estimate how far the present frame is from the full nonlinear shell; takes seconds on large meshes. Esc stops it"""
 
     bl_idname = "shellwarp.certify"
     bl_label = "Certify"
@@ -146,6 +146,34 @@ class SHELLWARP_OT_certify(ShellOperator, bpy.types.Operator):
         if run is None:
             raise Refused("go to the start frame and play from there")
         self.report({"INFO"}, run.certify())
+
+    def invoke(self, context, _event):
+        """The estimate is made on a thread."""
+        self.shell, self.name = live.simulation(context.object), context.object.name
+        if self.shell is None:
+            return self.execute(context)
+        try:
+            self.estimate = self.shell.estimate()
+        except Exception as error:
+            return refused(self, context.object, error)
+        begin_modal(self, context, TICK)
+        show_progress(context, 0.0, f"{self.name}: estimating the error of frame {self.estimate.frame}")
+        return {"RUNNING_MODAL"}
+
+    def modal(self, context, event):
+        if event.type == "ESC":
+            end_modal(self, context)
+            self.report({"ERROR"}, "the estimate was stopped")
+            return {"CANCELLED"}
+        if self.estimate.running():
+            return {"RUNNING_MODAL"}
+        end_modal(self, context)
+        try:
+            self.report({"INFO"}, self.shell.certify(self.estimate))
+        except Exception as error:
+            return refused(self, context.object, error)
+        live.refuse(context.object, self.bl_label, "")
+        return {"FINISHED"}
 
 
 class SHELLWARP_OT_bake(ShellOperator, bpy.types.Operator):

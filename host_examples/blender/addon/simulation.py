@@ -14,6 +14,7 @@ from mathutils import Matrix, Vector
 
 from . import fields
 from .inputs import Refused
+from .jobs import Estimate
 
 
 BENT = 1e-5  # of the mesh's size: supports that are less off a rigid motion are off it by rounding
@@ -130,11 +131,16 @@ class Simulation:
         deepest, size = report["deepest_penetration"], float(numpy.ptp(self._rest, axis=0).max() * self.scale)
         return text + (f", {deepest:.2g} deep inside: more modes help" if deepest > DEEP * size else "")
 
-    def certify(self):
-        """How far the present frame is from the full nonlinear shell, estimated: a sentence, kept for the panel."""
+    def estimate(self):
+        """How far the present frame is from the full nonlinear shell, on a thread: an Estimate, for `certify`."""
         if self._at is None:
             raise Refused("go to the start frame and play from there")
-        self.certified = f"frame {self._at}: {told(self._state.certify())}"
+        return Estimate(self._state.clone(), self._at)
+
+    def certify(self, estimate=None):
+        """What an estimate said, of the present frame unless told otherwise: a sentence, kept for the panel."""
+        estimate = estimate or self.estimate()
+        self.certified = f"frame {estimate.frame}: {told(estimate.result())}"
         return self.certified
 
     def unmet(self):

@@ -144,14 +144,48 @@ class Fields(Case):
         play(10)
         self.assertLess(numpy.abs(shown(obj)[:, 2]).max(), 1e-9)
 
+    def particles(self, field, points):
+        """What Blender's own particles feel: the velocity that a step gives them, over that of a plain force of 1."""
+        mesh = bpy.data.meshes.new("cloud")
+        mesh.from_pydata(points, [], [])
+        cloud = bpy.data.objects.new("cloud", mesh)
+        bpy.context.scene.collection.objects.link(cloud)
+        cloud.modifiers.new("dust", "PARTICLE_SYSTEM")
+        dust = cloud.particle_systems[0].settings
+        for name, value in (("count", len(points)), ("frame_start", 1), ("frame_end", 1), ("emit_from", "VERT"), ("use_emit_random", False),
+                            ("normal_factor", 0), ("mass", 1), ("integrator", "EULER"), ("subframes", 0), ("use_modifier_stack", False)):
+            setattr(dust, name, value)
+        dust.effector_weights.gravity = 0
+        for frame in (1, 2):
+            bpy.context.scene.frame_set(frame)
+        found = cloud.evaluated_get(bpy.context.evaluated_depsgraph_get()).particle_systems[0].particles
+        return numpy.array([tuple(particle.velocity) for particle in found])
+
+    def test_harmonic_and_turbulent_fields_push_as_they_push_blenders_own_particles(self):
+        points = [(0.5, 0.2, 0.1), (1.3, -0.4, 0.9), (-0.7, 1.1, 0.35), (2.2, 0.1, -1.4)]
+        where = numpy.array(points)
+        one = add_field("FORCE", 1.0, (0.1, -0.2, 0.3))
+        away = where - numpy.array((0.1, -0.2, 0.3))
+        unit = (self.particles(one, points)[:, 0] / (away / numpy.linalg.norm(away, axis=1, keepdims=True))[:, 0]).mean()
+        for kind, settings in (("HARMONIC", {}), ("HARMONIC", {"rest_length": 0.8}), ("HARMONIC", {"shape": "PLANE", "falloff_power": 1.0}),
+                               ("TURBULENCE", {"size": 0.5}), ("TURBULENCE", {"size": 0.7, "use_global_coords": True}), ("TURBULENCE", {"size": 0.0})):
+            scenes.empty_file()
+            item = add_field(kind, 2.0, (0.1, -0.2, 0.3), noise=0.0, **settings)
+            item.rotation_euler = (0.3, 0.2, 0.0)
+            bpy.context.view_layer.update()
+            ours = part("fields").at([part("fields").read_one(item, 1.0, 1.0)], where)[1]
+            theirs = self.particles(item, points) / unit
+            self.assertGreater(numpy.abs(theirs).max(), 0.05, (kind, settings))
+            self.assertLess(numpy.abs(ours - theirs).max(), 1e-4, (kind, settings))   # single precision, and a step's way
+
     def test_fields_that_do_not_act_are_named_in_the_panel(self):
         obj = add_strip()
-        add_field("TURBULENCE", 1.0)
+        add_field("DRAG", 1.0)
         add_field("WIND", 1.0)
         layout = Layout()
         part("panel").SHELLWARP_PT_shell.draw(types.SimpleNamespace(layout=layout), types.SimpleNamespace(
             object=obj, scene=self.scene, view_layer=bpy.context.view_layer))
-        self.assertIn("Fields that do not act on shells: turbulence", layout.labels)
+        self.assertIn("Fields that do not act on shells: drag", layout.labels)
 
 
 class Units(Case):

@@ -205,5 +205,50 @@ class Told(Case):
         self.assertTrue(19 * 150 < run.memory()[0] - now < 19 * 1000)
 
 
+class SlowEstimate(Case):
+    """Certificates take until `gate` is opened."""
+
+    def setUp(self):
+        super().setUp()
+        self.gate, real = threading.Event(), part("jobs").Estimate._work
+        self.addCleanup(setattr, part("jobs").Estimate, "_work", real)
+        self.addCleanup(self.gate.set)
+
+        def slow(estimate):
+            self.gate.wait()
+            real(estimate)
+        part("jobs").Estimate._work = slow
+
+    def test_an_estimate_can_be_stopped_and_asked_for_again(self):
+        obj = add_strip()
+        play(4)
+        window = Window(part("operators").SHELLWARP_OT_certify)
+        self.assertEqual(window.press(), {"RUNNING_MODAL"})
+        self.assertIn("Strip: estimating the error of frame 4   Esc: stop", window.texts)
+        self.assertEqual(window.until_done(escape_after=3), {"CANCELLED"})
+        self.assertEqual((part("live").simulation(obj).certified, window.timers, window.texts[-1]), ("", 0, None))
+        window.press()
+        self.gate.set()
+        self.assertEqual(window.until_done(), {"FINISHED"})
+        self.assertRegex(part("live").simulation(obj).certified, r"^frame 4: about [0-9.e-]+ % off the full nonlinear shell")
+        play(6, first=5)   # and the shell goes on as one that was never asked
+        self.same(shown(obj), alone(obj, 6)[6])
+
+    def test_a_bake_tells_of_its_estimate_and_can_be_stopped_in_it(self):
+        obj = add_strip()
+        obj.shellwarp.cache = str(self.folder / "strip.pc2")
+        window, text = Window(part("operators").SHELLWARP_OT_bake), "Strip: estimating the error of frame 20   Esc: stop"
+        window.press()
+        for _ in range(10_000):
+            self.assertEqual(window.operator.modal(window.bl, window, types.SimpleNamespace(type="TIMER")), {"RUNNING_MODAL"})
+            if text in window.texts:
+                break
+            time.sleep(0.002)
+        self.assertIn(text, window.texts)
+        self.assertEqual(window.until_done(escape_after=0), {"CANCELLED"})
+        self.assertEqual((part("bake").baked(obj), list(self.folder.iterdir())), (None, []))
+
+
+
 if __name__ == "__main__":
     unittest.main()
