@@ -580,8 +580,8 @@ typedef struct SwPrecomputeDesc {
   uint32_t handle_axes;
   // Displacement fields beyond the modes for SW_METHOD_REDUCED_SHELL, which needs some; 0 = none,
   // and the model takes no more time and memory than without. 40 suit 8 modes; modes and fields are
-  // at most 128 together. The shell must be held so that nothing moves freely, and sag_gravity be
-  // zero.
+  // at most 128 together. sag_gravity must be zero. A shell that moves freely, in one piece, needs
+  // all its rigid motions among the modes: 6 modes more where nothing holds it.
   uint32_t reduced_fields;
   // Triangles, edges and hinges, together, that stand for all in its steps, whose cost grows with
   // their number; 0 = as many as leave out 1 % of the elastic forces, but at most 16 for each mode
@@ -659,8 +659,9 @@ typedef struct SwPrecomputeDesc {
 // to be called at the same time as any other function on this model.
 // Errors: SW_ERROR_INVALID_DESC, SW_ERROR_INVALID_ARGUMENT, SW_ERROR_CANCELLED, SW_ERROR_NUMERICAL,
 // also when the shell does not come to rest under sag_gravity or is about to buckle there,
-// SW_ERROR_UNSUPPORTED for a reduced shell that can move freely or has sag_gravity, and for what
-// this library was built without; SW_ERROR_OUT_OF_MEMORY, SW_ERROR_BUSY.
+// SW_ERROR_UNSUPPORTED for a reduced shell that moves freely in several pieces, whose modes do not
+// hold all its rigid motions, or that has sag_gravity, and for what this library was built without;
+// SW_ERROR_OUT_OF_MEMORY, SW_ERROR_BUSY.
 SwStatus sw_model_precompute(struct SwModel *model,
                              const struct SwPrecomputeDesc *desc);
 

@@ -92,7 +92,7 @@ impl Judge {
                 }
             }
             let reduced = model.reduced.as_ref().filter(|_| *method == Method::ReducedShell);
-            let (fields, elements) = reduced.map_or((0, 0), |r| (r.n() - model.modal.n_modes(), r.samples.len()));
+            let (fields, elements) = reduced.map_or((0, 0), |r| (r.n_trained(), r.samples.len()));
             let sagged = model.shell.sag.is_some();
             let candidate = Candidate { method: *method, sagged, fields, elements, operations, error };
             self.judged.push((model.clone(), candidate));

@@ -148,7 +148,7 @@ fn fill_precomputed(info: &mut SwModelInfo, model: &Arc<Model>) {
     info.auto_method = model.chosen_method().map_or(0, |method| method.number());
     info.auto_error = model.front.as_ref().map_or(0.0, |front| front.choice().error.min(f64::MAX));
     if let Some(reduced) = &model.reduced {
-        info.reduced_fields = (reduced.n() - model.modal.n_modes()) as u32;
+        info.reduced_fields = reduced.n_trained() as u32;
         info.reduced_elements = reduced.samples.len() as u32;
         info.reduced_residual = reduced.fit;
     }

@@ -3,6 +3,7 @@
 //! A room holds a method's unknowns, its step, its equilibrium, what it makes of constraints, and its output. The state around it
 //! has the frame, the loads, the time and the rest; it knows [`Motion`] alone.
 
+mod floating;
 pub mod modal;
 mod nodal;
 pub mod plan;

@@ -137,6 +137,19 @@ pub struct Modes {
     pub peak_bytes: usize,
 }
 
+impl Modes {
+    /// Those that bend the shell, where others move it freely.
+    pub fn elastic(&self) -> Option<Self> {
+        let free = self.zero_modes;
+        (free > 0).then(|| Self {
+            eigenvalues: self.eigenvalues[free..].to_vec(),
+            shapes: self.shapes[free..].to_vec(),
+            zero_modes: 0,
+            ..*self
+        })
+    }
+}
+
 /// Computes the `wanted` lowest modes, or as many as there are unknowns.
 pub fn lowest_modes(shell: &Shell, wanted: usize, progress: &mut Progress) -> Result<Modes> {
     progress.report(Phase::Assembly, 0.0)?;

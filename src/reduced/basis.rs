@@ -46,19 +46,48 @@ pub fn columns<F: AsRef<[Vec3]>>(shell: &Shell, fields: &[F]) -> Mat<f64> {
     Mat::from_fn(shell.n_unknowns(), fields.len(), |i, j| scaled[j][i])
 }
 
-/// A⁻¹ of the mass-scaled stiffness, applied to columns.
-pub fn solve_rest(shell: &Shell, right: &mut Mat<f64>) -> Result<()> {
+/// Of the lowest elastic eigenvalue, what is added to all where a shell can move freely; each round leaves as much of what it takes.
+const SHIFT: f64 = 1e-4;
+const ROUNDS: usize = 3;
+
+/// Rigid motions that supports leave free (M-orthonormal), and the lowest eigenvalue beside them.
+pub type Loose<'a> = (&'a [Vec<Vec3>], f64);
+
+/// A⁻¹ of the mass-scaled stiffness, applied to columns; of a loose shell on what is in balance, inertia taking the rest.
+pub fn solve_rest(shell: &Shell, right: &mut Mat<f64>, (rigid, lowest): Loose) -> Result<()> {
     let stiffness = ScaledStiffness::assemble(shell)?;
     let symbolic = Symbolic::analyse(stiffness.lower.symbolic(), &shell.points(&shell.free))?;
-    let Some(factor) = symbolic.cholesky(&stiffness.lower)? else {
+    let shift = if rigid.is_empty() { 0.0 } else { SHIFT * lowest };
+    let factor = match rigid.is_empty() {
+        true => symbolic.cholesky(&stiffness.lower)?,
+        false => symbolic.cholesky(&stiffness.shifted(-shift))?,
+    };
+    let Some(factor) = factor else {
         let message = "a reduced basis needs a shell that is held: its stiffness is singular";
         return Err(Error::new(ErrorKind::Unsupported, message));
     };
-    factor.solve_in_place(right.as_mut())
+    if rigid.is_empty() {
+        return factor.solve_in_place(right.as_mut());
+    }
+    let rigid = columns(shell, rigid);
+    let balance = |y: &mut Mat<f64>| {
+        let inside = rigid.transpose() * &*y;
+        *y -= &rigid * inside;
+    };
+    balance(right);
+    let mut solution = Mat::zeros(right.nrows(), right.ncols());
+    for _ in 0..ROUNDS {
+        let mut next = &*right + &solution * faer::Scale(shift);
+        factor.solve_in_place(next.as_mut())?;
+        balance(&mut next);
+        solution = next;
+    }
+    *right = solution;
+    Ok(())
 }
 
 /// Θ_ij for i ≤ j, row by row (m(m + 1)/2 fields): differences of exact Hessians at x̄ ± εφ_j give E‴(φ_i, φ_j).
-pub fn modal_derivatives(shell: &Shell, shapes: &[Vec<Vec3>]) -> Result<Vec<Vec<Vec3>>> {
+pub fn modal_derivatives(shell: &Shell, shapes: &[Vec<Vec3>], loose: Loose) -> Result<Vec<Vec<Vec3>>> {
     let (n, m) = (shell.mass.len(), shapes.len());
     let mut forces = vec![vec![Vec3::zeros(); n]; m * (m + 1) / 2];
     let at = |i: usize, j: usize| i * m - i * (i + 1) / 2 + j; // i ≤ j
@@ -83,7 +112,7 @@ pub fn modal_derivatives(shell: &Shell, shapes: &[Vec<Vec3>]) -> Result<Vec<Vec<
         force.iter_mut().zip(&by_root).for_each(|(f, root)| *f *= root * root); // columns() brings M^½
     }
     let mut right = columns(shell, &forces);
-    solve_rest(shell, &mut right)?;
+    solve_rest(shell, &mut right, loose)?;
     Ok((0..right.ncols()).map(|k| unscaled(shell, right.col(k))).collect())
 }
 

@@ -2,6 +2,7 @@
 
 use super::energy::{self, ReducedEnergy};
 use super::polynomial::{self, PolynomialEnergy};
+use super::rigid::RigidRoom;
 use crate::energy::Curvature;
 use nalgebra::DMatrix;
 use pulp::Arch;
@@ -40,6 +41,8 @@ pub enum Scratch {
     Sampled(energy::Room),
     /// Of a [`PolynomialEnergy`].
     Polynomial(polynomial::Room),
+    /// Of a [`super::WithRigid`].
+    Rigid(Box<RigidRoom>),
 }
 
 impl Scratch {
@@ -48,6 +51,7 @@ impl Scratch {
         match self {
             Self::Sampled(room) => room.take_shapes(),
             Self::Polynomial(room) => room.take_shapes(),
+            Self::Rigid(room) => room.take_shapes(),
         }
     }
 
@@ -56,7 +60,23 @@ impl Scratch {
     pub(super) fn sampled(&mut self) -> &mut energy::Room {
         match self {
             Self::Sampled(room) => room,
-            Self::Polynomial(_) => unreachable!("an energy is evaluated in room that it made"),
+            _ => unreachable!("an energy is evaluated in room that it made"),
+        }
+    }
+
+    /// That of the fields alone.
+    pub fn own(&mut self) -> &mut Scratch {
+        match self {
+            Self::Rigid(room) => room.own(),
+            own => own,
+        }
+    }
+
+    /// That of a [`super::WithRigid`].
+    pub(super) fn rigid(&mut self) -> &mut RigidRoom {
+        match self {
+            Self::Rigid(room) => room,
+            _ => unreachable!("an energy is evaluated in room that it made"),
         }
     }
 
@@ -65,7 +85,7 @@ impl Scratch {
     pub(super) fn polynomial(&mut self) -> &mut polynomial::Room {
         match self {
             Self::Polynomial(room) => room,
-            Self::Sampled(_) => unreachable!("an energy is evaluated in room that it made"),
+            _ => unreachable!("an energy is evaluated in room that it made"),
         }
     }
 }

@@ -7,6 +7,7 @@ use crate::error::{Result, try_zeroed};
 use crate::real::Real;
 use crate::warp::lanes::{Fused, Kind, Lanes, Unfused, Vectors};
 use crate::warp::{LANES, Line, Placement};
+use nalgebra::Matrix3;
 use pulp::{Arch, Simd, WithSimd};
 use std::ops::Range;
 use std::sync::Arc;
@@ -172,6 +173,20 @@ impl<T: Real> Fields<T> {
                     (0..3).for_each(|c| sum += lines[c].0[i].to_f64() * f[c]);
                 }
                 *out += sum / self.root_mass;
+            }
+        }
+    }
+
+    /// Adds Σ f bᵀ of every field to `out`, in f64.
+    pub fn project_moments(&self, forces: &[Vec3], out: &mut [Matrix3<f64>]) {
+        let block = HEADER + SHAPES * self.n;
+        for (forces, lines) in forces.chunks(LANES).zip(self.lines.chunks_exact(block)) {
+            for (out, lines) in out.iter_mut().zip(lines[HEADER..].chunks_exact(SHAPES)) {
+                for (c, line) in lines.iter().enumerate() {
+                    let along = |sum: Vec3, (i, f): (usize, &Vec3)| sum + line.0[i].to_f64() * f;
+                    let sum = forces.iter().enumerate().fold(Vec3::zeros(), along) / self.root_mass;
+                    (0..3).for_each(|a| out[(a, c)] += sum[a]);
+                }
             }
         }
     }

@@ -1,6 +1,6 @@
 //! An energy of single points on reduced coordinates: W(x̄ + Bq), its gradient Bᵀ∇W and its Hessian BᵀHB.
 
-use super::{ReducedShell, with_fields};
+use super::{Flight, ReducedShell, Rigid, with_fields};
 use crate::energy::Curvature;
 use crate::point_energy::{Point, PointEnergy};
 use crate::{Shell, Vec3};
@@ -23,10 +23,38 @@ impl Places {
     }
 
     /// Makes room for so many.
-    pub fn expect(&mut self, reduced: &ReducedShell, n: usize) {
+    pub fn expect(&mut self, coordinates: usize, n: usize) {
         self.points.reserve(n);
         self.rest.reserve(n);
-        self.fields.reserve(3 * n * reduced.n());
+        self.fields.reserve(3 * n * coordinates);
+    }
+
+    /// Follows the points of a body to first order about the place `at`, where its coordinates, those of rigid motion behind the fields', are `z`.
+    pub fn follow(&mut self, body: &Self, rigid: &Rigid, at: &Flight, z: &[f64]) {
+        let (turn, n) = (at.turn.matrix(), z.len());
+        self.n = n;
+        self.rest.clear();
+        self.fields.clear();
+        self.fields.resize(3 * n * body.rest.len(), 0.0);
+        for i in 0..body.rest.len() {
+            let y = body.at(i, at.q) - rigid.pivot;
+            let rows = &mut self.fields[3 * n * i..3 * n * (i + 1)];
+            for c in 0..3 {
+                let row = &mut rows[n * c..n * (c + 1)];
+                for a in 0..3 {
+                    row.iter_mut().zip(body.along(i, a)).for_each(|(out, b)| *out += turn[(c, a)] * b);
+                }
+                let direction = turn.row(c).transpose();
+                rigid.add_force(&y.cross(&direction), &direction, &mut row[body.n..]);
+            }
+            let along = Vec3::from_fn(|c, _| rows[n * c..n * (c + 1)].iter().zip(z).map(|(b, z)| b * z).sum());
+            self.rest.push(rigid.pivot + at.slide + turn * y - along);
+        }
+    }
+
+    /// Where the i-th is at `q`.
+    pub fn place(&self, i: usize, q: &[f64]) -> Vec3 {
+        self.at(i, q)
     }
 
     /// Takes other points; costs nothing where they are those from before, and needs no new room for as many.

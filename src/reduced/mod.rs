@@ -20,6 +20,7 @@ mod newton;
 pub mod polynomial;
 mod precompute;
 mod products;
+mod rigid;
 pub mod sampling;
 mod saved;
 mod stress;
@@ -30,6 +31,7 @@ pub use energy::ReducedEnergy;
 pub use fields::{Fields, MAX_FIELDS};
 pub use joined::{Joined, Places};
 pub use newton::{End, Newton, Potential, Rows, Stop, Work};
+pub use rigid::{Flight, Moments, Pull, Rigid, WithRigid, crossed, free_motions};
 pub use training::{MAX_POSES, default_poses};
 
 use crate::arithmetic::Arithmetic;
@@ -115,6 +117,8 @@ pub struct ReducedShell {
     moment: [[Vec<f64>; 3]; 3],
     /// S_ab, b by a.
     inertia: [[DMatrix<f64>; 3]; 3],
+    /// Of a shell that supports leave free.
+    pub rigid: Option<Rigid>,
     /// What the samples leave of the forces and the stiffness that they were chosen by, relative.
     pub fit: f64,
     /// Without the feature there is none.
@@ -168,6 +172,7 @@ impl ReducedShell {
             weight,
             moment,
             inertia,
+            rigid: None,
             fit: 0.0,
             _proof: proof,
         })
@@ -185,7 +190,16 @@ impl ReducedShell {
             made.energy.set_correction(correction.clone());
         }
         let polynomial = self.polynomial.as_ref().map(|polynomial| polynomial.with_arithmetic(arithmetic));
-        Ok(Self { polynomial, fit: self.fit, ..made })
+        Ok(Self { polynomial, fit: self.fit, rigid: self.rigid.clone(), ..made })
+    }
+
+    /// Lets it move by what supports leave free, on a model of so many zero modes.
+    pub fn let_go(&mut self, shell: &Shell, zero_modes: usize) -> Result<()> {
+        self.rigid = match free_motions(shell, zero_modes)? {
+            None => None,
+            Some(free) => Some(Rigid::new(shell, &free, &unpacked(shell, &self.fields))?),
+        };
+        Ok(())
     }
 
     /// What is told of it and saved are numbers.
@@ -197,6 +211,11 @@ impl ReducedShell {
     /// Modes and further fields.
     pub fn n(&self) -> usize {
         self.energy.n()
+    }
+
+    /// Fields beyond the modes.
+    pub fn n_trained(&self) -> usize {
+        self.n() - self.modes
     }
 
     /// Bytes held.

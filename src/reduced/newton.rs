@@ -179,6 +179,11 @@ impl Newton {
         &self.multipliers
     }
 
+    /// As if no search had been.
+    pub fn forget_multipliers(&mut self) {
+        self.multipliers.fill(0.0);
+    }
+
     /// Whether Π is not larger at `a` than at `b`, hard constraints aside.
     pub fn is_lower(&mut self, energy: &dyn Elastic, potential: &Potential, a: &[f64], b: &[f64]) -> bool {
         self.penalty = 0.0;

@@ -2,12 +2,13 @@
 //! its gate.
 
 use super::training::{BasisInputs, TrainingLoads, TrainingPose};
-use super::{AnyFields, Assumed, Fields, MAX_FIELDS, Options, ReducedEnergy, ReducedShell, TOLERANCE};
+use super::{AnyFields, Assumed, Fields, MAX_FIELDS, Options, ReducedEnergy, ReducedShell, TOLERANCE, free_motions};
 use super::{basis, polynomial, sampling, unpacked, with_fields};
 use crate::energy::Curvature;
 use crate::features::{self, Feature, Proof};
 use crate::modes::{Modes, Phase, Progress};
 use crate::precision::Precision;
+use crate::reference::FreeMotions;
 use crate::{Error, ErrorKind, Result, Shell, Vec3};
 use faer::Mat;
 use nalgebra::DMatrix;
@@ -30,16 +31,26 @@ impl ReducedShell {
         progress: &mut Progress,
     ) -> Result<Self> {
         let _proof: features::ReducedShell = Proof::of(Feature::ReducedShell)?;
-        require_support(shell, modes, options)?;
+        let free = require_support(shell, modes, options)?;
+        let all = modes;
+        let elastic = modes.elastic();
+        let modes = elastic.as_ref().unwrap_or(all);
         let searches: f64 = progress.seconds.iter().sum();
         let time = options.seconds.min(options.mode_searches * searches);
         let mut report = |share: f64| progress.report(Phase::Rotation, share);
         report(0.0)?;
-        let loads = TrainingLoads::new(shell, modes, options)?;
-        let derivatives = loads.weighted_derivatives(shell, modes)?;
+        let loads = TrainingLoads::new(shell, modes, options, free)?;
+        let rigid = &all.shapes[..all.zero_modes];
+        let derivatives = loads.weighted_derivatives(shell, modes, rigid)?;
         let trained = loads.train(shell, (options.poses, time), &mut |share| report(0.1 + 0.4 * share))?;
-        let inputs =
-            BasisInputs { shell, modes, derivatives, responses: loads.responses(shell)?, bent: loads.bent(modes) };
+        let inputs = BasisInputs {
+            shell,
+            modes,
+            rigid,
+            derivatives,
+            responses: loads.responses(shell, (rigid, modes.eigenvalues[0]))?,
+            bent: loads.bent(modes),
+        };
         let (basis, assumed) =
             basis_and_stresses((&loads, &inputs, &trained), options.fields, &mut |share| report(0.5 + 0.1 * share))?;
         let fields = stored(shell, &basis, precision)?;
@@ -51,6 +62,7 @@ impl ReducedShell {
         let assumed = assumed.at(&samples);
         let mut reduced = Self::assemble(shell, (modes.shapes.len(), fields), samples, assumed)?;
         reduced.fit = fit;
+        reduced.let_go(shell, all.zero_modes)?;
         if let Some(mut polynomial) = polynomial {
             let mut watch = |share| report(0.97 + 0.03 * share);
             polynomial.gate = loads.gate((shell, &columns, &trained), (&polynomial, &reduced.energy), &mut watch)?;
@@ -65,25 +77,29 @@ impl ReducedShell {
     }
 }
 
-/// Fails for a shell that no reduced one is made of.
-fn require_support(shell: &Shell, modes: &Modes, options: &Options) -> Result<()> {
-    let wanted = modes.shapes.len() + options.fields;
+/// Fails for a shell that no reduced one is made of; what can move freely, if anything.
+fn require_support(shell: &Shell, modes: &Modes, options: &Options) -> Result<Option<FreeMotions>> {
+    let wanted = modes.shapes.len() - modes.zero_modes + options.fields;
     if wanted > MAX_FIELDS {
         let message = format!("{wanted} modes and fields: a reduced shell has at most {MAX_FIELDS}");
         return Err(Error::argument(message));
     }
+    let unsupported = |message: &str| Err(Error::new(ErrorKind::Unsupported, message));
     if shell.settled_from.is_some() {
-        let message = "a reduced shell cannot have a rest shape or rest angles of its own";
-        return Err(Error::new(ErrorKind::Unsupported, message));
+        return unsupported("a reduced shell cannot have a rest shape or rest angles of its own");
     }
-    if modes.zero_modes > 0 || shell.sag.is_some() {
-        let message = "a reduced shell must be held so that nothing moves freely, and not be linearised where it hangs";
-        return Err(Error::new(ErrorKind::Unsupported, message));
+    if shell.sag.is_some() {
+        return unsupported("a reduced shell must not be linearised where it hangs: sag_gravity");
     }
     if modes.shapes.is_empty() {
-        return Err(Error::new(ErrorKind::Unsupported, "a reduced shell needs vertices that no support holds"));
+        return unsupported("a reduced shell needs vertices that no support holds");
     }
-    Ok(())
+    if modes.zero_modes == modes.shapes.len() {
+        let free = modes.zero_modes;
+        let message = format!("a reduced shell needs modes that bend it: all {free} move it freely, ask for more");
+        return Err(Error::new(ErrorKind::Unsupported, message));
+    }
+    free_motions(shell, modes.zero_modes)
 }
 
 /// B√M, and how the membrane counts on it.

@@ -5,10 +5,11 @@ use super::polynomial::{Errors, Gate, PolynomialEnergy};
 use super::{Assumed, Elastic, LEAST_SHARE, Newton, Options, Potential, ReducedEnergy, Stop, basis, sampling, stress};
 use crate::clock::Instant;
 use crate::modes::Modes;
-use crate::reference::{EquilibriumOptions, Solver};
+use crate::reference::{EquilibriumOptions, FreeMotions, Load, Solver};
 use crate::{Error, ErrorKind, Result, Shell, Vec3};
 use faer::Mat;
 use nalgebra::DMatrix;
+use std::borrow::Cow;
 use std::sync::Arc;
 
 /// Training loads that there are: `TrainingLoads::loads`.
@@ -33,6 +34,8 @@ const LEAST_TRIED: usize = 5;
 pub(super) struct BasisInputs<'a> {
     pub(super) shell: &'a Shell,
     pub(super) modes: &'a Modes,
+    /// Rigid motions that supports leave free; fields are orthogonal to them.
+    pub(super) rigid: &'a [Vec<Vec3>],
     /// See [`TrainingLoads`] of these.
     pub(super) derivatives: Vec<Vec<Vec3>>,
     pub(super) responses: Vec<Vec<Vec3>>,
@@ -44,9 +47,13 @@ impl BasisInputs<'_> {
     pub(super) fn basis(&self, poses: &[&[Vec3]], wanted: usize) -> Result<Mat<f64>> {
         let derivatives = self.derivatives.iter().map(Vec::as_slice);
         let candidates: Vec<&[Vec3]> = derivatives.chain(poses.iter().copied()).collect();
-        let mut basis = basis::columns(self.shell, &self.modes.shapes);
+        let first: Vec<&[Vec3]> = self.rigid.iter().chain(&self.modes.shapes).map(Vec::as_slice).collect();
+        let mut basis = basis::columns(self.shell, &first);
         basis::extend(&mut basis, basis::columns(self.shell, &candidates), wanted)?;
-        Ok(basis)
+        if self.rigid.is_empty() {
+            return Ok(basis);
+        }
+        Ok(basis.subcols(self.rigid.len(), basis.ncols() - self.rigid.len()).to_owned())
     }
 
     /// S (stresses × the membrane's elements) beside so many fields.
@@ -74,6 +81,8 @@ pub(super) struct TrainingLoads {
     amplitude: f64,
     /// Far from the supports and each other.
     points: Vec<usize>,
+    /// What moves freely at rest; then the part of a load that would set it in motion is left out.
+    free: Option<FreeMotions>,
 }
 
 /// Share of the weight that pulls at a point.
@@ -89,6 +98,8 @@ const TRAINING: EquilibriumOptions =
 /// Iterations times vertices, at most, but no less than [`LEAST_ITERATIONS`].
 const ITERATED: usize = 800_000;
 const LEAST_ITERATIONS: usize = 100;
+/// Of a load, what an equilibrium of a shell that moves freely may leave.
+const BALANCED: f64 = 1e-4;
 /// Poses that are nearer than this, in model sizes, are the same.
 const SAME: f64 = 1e-6;
 /// Elements that the poses are found with, at most.
@@ -105,12 +116,16 @@ const BEND: f64 = 0.25;
 
 impl TrainingLoads {
     /// Fails where gravity is beyond all that bends the shell.
-    pub(super) fn new(shell: &Shell, modes: &Modes, options: &Options) -> Result<Self> {
+    pub(super) fn new(shell: &Shell, modes: &Modes, options: &Options, free: Option<FreeMotions>) -> Result<Self> {
         let largest = |field: &[Vec3]| field.iter().map(|u| u.norm()).fold(f64::MIN_POSITIVE, f64::max);
         let amplitude = BEND * shell.mesh.size / modes.shapes.first().map_or(1.0, |shape| largest(shape));
-        // λ q = g Φᵀ M 1 with the most effective direction.
+        let (points, floats) = (far_points(shell, POINTS), free.as_ref().is_some_and(|free| free.count() == 6));
+        // λ q = g Φᵀ M 1 with the most effective direction; of a shell that floats, held at the points.
         let effective = |(shape, lambda): (&Vec<Vec3>, &f64)| {
-            let sum: Vec3 = shape.iter().zip(&shell.mass).map(|(u, m)| u * *m).sum();
+            let mut sum: Vec3 = shape.iter().zip(&shell.mass).map(|(u, m)| u * *m).sum();
+            if floats {
+                sum -= points.iter().map(|v| shape[*v]).sum::<Vec3>() * (shell.total_mass / points.len() as f64);
+            }
             sum.norm() * largest(shape) / lambda
         };
         let softest = modes.shapes.iter().zip(&modes.eigenvalues).map(effective).fold(f64::MIN_POSITIVE, f64::max);
@@ -123,12 +138,17 @@ impl TrainingLoads {
             );
             return Err(Error::new(ErrorKind::Numerical, message));
         }
-        Ok(Self { gravity, amplitude, points: far_points(shell, POINTS) })
+        Ok(Self { gravity, amplitude, points, free })
     }
 
     /// ½ Θ_ij q_i q_j with q_i = a λ₁/λ_i.
-    pub(super) fn weighted_derivatives(&self, shell: &Shell, modes: &Modes) -> Result<Vec<Vec<Vec3>>> {
-        let mut derivatives = basis::modal_derivatives(shell, &modes.shapes)?;
+    pub(super) fn weighted_derivatives(
+        &self,
+        shell: &Shell,
+        modes: &Modes,
+        rigid: &[Vec<Vec3>],
+    ) -> Result<Vec<Vec<Vec3>>> {
+        let mut derivatives = basis::modal_derivatives(shell, &modes.shapes, (rigid, modes.eigenvalues[0]))?;
         let l = &modes.eigenvalues;
         let pairs = (0..l.len()).flat_map(|i| (i..l.len()).map(move |j| (i, j)));
         for (field, (i, j)) in derivatives.iter_mut().zip(pairs) {
@@ -140,7 +160,7 @@ impl TrainingLoads {
 
     /// The rest shape's displacements to first order under accelerations that are uniform or linear in the place, as of any
     /// frame.
-    pub(super) fn responses(&self, shell: &Shell) -> Result<Vec<Vec<Vec3>>> {
+    pub(super) fn responses(&self, shell: &Shell, loose: basis::Loose) -> Result<Vec<Vec<Vec3>>> {
         let rest = &shell.mesh.positions;
         let centre = rest.iter().fold(Vec3::zeros(), |sum, x| sum + x) / rest.len() as f64;
         let mut accelerations = vec![];
@@ -149,7 +169,7 @@ impl TrainingLoads {
             accelerations.extend((0..3).map(|b| rest.iter().map(|x| axis * (x - centre)[b]).collect::<Vec<_>>()));
         }
         let mut right = basis::columns(shell, &accelerations);
-        basis::solve_rest(shell, &mut right)?;
+        basis::solve_rest(shell, &mut right, loose)?;
         Ok((0..right.ncols()).map(|k| basis::unscaled(shell, right.col(k))).collect())
     }
 
@@ -179,7 +199,8 @@ impl TrainingLoads {
         shapes
     }
 
-    /// Loads, the most telling first: gravity along ± the axes, pressure, pulls at points; all at full and at half strength.
+    /// Loads, the most telling first: gravity along ± the axes, pressure, pulls at points; all at full and at half strength. Of a shell that
+    /// floats, gravity is borne by the points.
     pub(super) fn loads(&self, shell: &Shell) -> Vec<Vec<Vec3>> {
         let axes: Vec<Vec3> =
             (0..6).map(|k| if k % 2 == 0 { Vec3::ith(k / 2, 1.0) } else { Vec3::ith(k / 2, -1.0) }).collect();
@@ -189,6 +210,13 @@ impl TrainingLoads {
         for strength in [1.0, 0.5] {
             let g = strength * self.gravity;
             loads.extend(axes.iter().map(|axis| shell.mass.iter().map(|m| *m * g * axis).collect::<Vec<_>>()));
+            if self.free.as_ref().is_some_and(|free| free.count() == 6) {
+                let borne = strength * total / self.points.len() as f64;
+                let first = loads.len() - axes.len();
+                for (load, axis) in loads[first..].iter_mut().zip(&axes) {
+                    self.points.iter().for_each(|v| load[*v] -= borne * axis);
+                }
+            }
             for sign in [1.0, -1.0] {
                 loads.push(normals.iter().zip(&shell.mass).map(|(n, m)| n * (sign * g * m)).collect());
             }
@@ -236,6 +264,12 @@ impl TrainingLoads {
                 watch(share)?;
                 if in_time().is_err() {
                     return Ok(found);
+                }
+                if self.free.is_some() {
+                    let Some(displacement) = balanced(&mut solver, &pose, &loads[k], max_iterations)? else { break };
+                    pose.clone_from(&displacement);
+                    found.push(TrainingPose { load: k, whole: true, displacement });
+                    continue;
                 }
                 let watch = &mut |_| watch(share).and_then(|()| in_time());
                 let whole = match solver.equilibrium(&pose, &loads[k], &training, watch) {
@@ -288,10 +322,10 @@ impl TrainingLoads {
             let energy = thinned(shell, &columns, &assumed);
             let mut newton = Newton::new(&energy);
             let mut errors = vec![];
-            for (k, TrainingPose { load, displacement: u, .. }) in tried.iter().enumerate() {
+            for (k, pose) in tried.iter().enumerate() {
                 watch((s as f64 + k as f64 / tried.len() as f64) / MEMBRANE_SHARES.len() as f64)?;
-                let exact = projected(shell, &columns, u);
-                let (mut q, force) = (exact.clone(), sampling::project(&columns, &loads[*load]));
+                let exact = projected(shell, &columns, &pose.displacement);
+                let (mut q, force) = (exact.clone(), sampling::project(&columns, &self.borne(shell, &loads, pose)));
                 newton.minimize(&energy, &Potential::of_load(&force), &mut q, TRIED);
                 let way: Vec<f64> = q.iter().zip(&exact).map(|(q, exact)| q - exact).collect();
                 errors.push(size(&way) / size(&exact).max(f64::MIN_POSITIVE));
@@ -315,10 +349,10 @@ impl TrainingLoads {
         let loads = self.loads(shell);
         let (mut newtons, mut scratch) = ([Newton::new(polynomial), Newton::new(sampled)], polynomial.scratch());
         let (mut errors, mut gate) = ([vec![], vec![]], Gate::default());
-        for (k, TrainingPose { load, displacement, .. }) in trained.iter().filter(|pose| pose.whole).enumerate() {
+        for (k, pose) in trained.iter().filter(|pose| pose.whole).enumerate() {
             watch(k as f64 / trained.len() as f64)?;
-            let exact = projected(shell, columns, displacement);
-            let force = sampling::project(columns, &loads[*load]);
+            let exact = projected(shell, columns, &pose.displacement);
+            let force = sampling::project(columns, &self.borne(shell, &loads, pose));
             let energies: [&dyn Elastic; 2] = [polynomial, sampled];
             for ((energy, newton), errors) in energies.into_iter().zip(&mut newtons).zip(&mut errors) {
                 let mut q = exact.clone();
@@ -332,6 +366,16 @@ impl TrainingLoads {
         }
         [gate.polynomial, gate.sampled] = errors.map(Errors::of);
         Ok(gate)
+    }
+
+    /// The load that a pose balances: what sets it in motion is left to its inertia.
+    fn borne<'a>(&self, shell: &Shell, loads: &'a [Vec<Vec3>], pose: &TrainingPose) -> Cow<'a, [Vec3]> {
+        let mut load = Cow::from(&loads[pose.load][..]);
+        if self.free.is_some() {
+            let x = added(&shell.mesh.positions, &pose.displacement);
+            FreeMotions::new(shell, std::iter::empty(), &x).balance(shell, &x, load.to_mut());
+        }
+        load
     }
 
     /// Reduced equilibria for sampling to look at.
@@ -349,13 +393,41 @@ impl TrainingLoads {
         let mut poses = vec![];
         for (k, load) in loads[..full_strength].iter().enumerate() {
             watch(k as f64 / full_strength as f64)?;
-            let load = sampling::project(columns, load);
+            let mut load = Cow::from(load);
+            if let Some(free) = &self.free {
+                free.balance(shell, &shell.mesh.positions, load.to_mut());
+            }
+            let load = sampling::project(columns, &load);
             let mut q = vec![0.0; all.n()];
             newton.minimize(all, &Potential::of_load(&load), &mut q, POSE);
             poses.push(q);
         }
         Ok(poses)
     }
+}
+
+fn added(a: &[Vec3], b: &[Vec3]) -> Vec<Vec3> {
+    a.iter().zip(b).map(|(a, b)| a + b).collect()
+}
+
+/// From displacements `start` to where a shell that moves freely balances what of a load does not set it in motion, turned to nearest to rest;
+/// none where none is found.
+fn balanced(solver: &mut Solver, start: &[Vec3], load: &[Vec3], solves: usize) -> Result<Option<Vec<Vec3>>> {
+    let shell = solver.shell().clone();
+    let moving = load.iter().map(|f| f.norm_squared()).sum::<f64>().sqrt();
+    let under = Load { at: &|_| load.to_vec(), follows: false, held: 0.0, moving, still: true };
+    let found = match solver.correct(start, &under, solves) {
+        Ok(found) => found,
+        Err(error) if error.kind == ErrorKind::Numerical => return Ok(None),
+        Err(error) => return Err(error),
+    };
+    if !(found.force[1] <= BALANCED && found.short == 0.0) {
+        return Ok(None);
+    }
+    let rest = &shell.mesh.positions;
+    let mut x = added(&added(rest, start), &found.way);
+    FreeMotions::new(&shell, std::iter::empty(), &x).align(&shell, &mut x, rest);
+    Ok(Some(x.iter().zip(rest).map(|(x, rest)| x - rest).collect()))
 }
 
 fn norm_squared(q: &[f64]) -> f64 {
@@ -388,7 +460,13 @@ fn far_points(shell: &Shell, count: usize) -> Vec<usize> {
     };
     (0..x.len()).filter(|&v| shell.held[v]).for_each(|v| nearer(v, &mut distance));
     let mut points = vec![];
-    for _ in 0..count {
+    if !shell.held.contains(&true) {
+        let centre = x.iter().sum::<Vec3>() / x.len() as f64;
+        let out = |v: &u32| (x[*v as usize] - centre).norm_squared();
+        points.extend(shell.free.iter().max_by(|a, b| out(a).total_cmp(&out(b))).map(|v| *v as usize));
+        points.iter().for_each(|v| nearer(*v, &mut distance));
+    }
+    for _ in points.len()..count {
         let free = shell.free.iter().map(|&v| v as usize);
         let Some(furthest) = free.max_by(|&a, &b| distance[a].total_cmp(&distance[b])) else { break };
         points.push(furthest);

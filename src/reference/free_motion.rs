@@ -96,6 +96,12 @@ impl FreeMotions {
         self.0.iter().map(|free| free.twists.len()).sum()
     }
 
+    /// What each of them turns about, with its rate.
+    pub fn turns(&self) -> Vec<Vec3> {
+        let turn = |twist: &Vector6<f64>| twist.fixed_rows::<3>(3).into_owned();
+        self.0.iter().flat_map(|free| free.twists.iter().map(turn)).collect()
+    }
+
     /// Takes from the loads `forces` (n_vertices) what accelerates free motions.
     pub fn balance(&self, shell: &Shell, x: &[Vec3], forces: &mut [Vec3]) {
         for free in &self.0 {

@@ -295,7 +295,7 @@ impl State {
             let Target::Position(target) = c.target else { return 0.0 };
             let rest = pose.origin + pose.rotation * self.model.shell.mesh.positions[c.vertex as usize];
             let along = |d: Vec3| (0..3).filter(|a| c.axes[*a]).map(|a| d[a] * d[a]).sum::<f64>().sqrt();
-            along(target - place[c.vertex as usize]) / along(target - rest).max(f64::MIN_POSITIVE)
+            along(target - place[c.vertex as usize]) / along(target - rest).max(MET * self.model.shell.mesh.size)
         };
         held.into_iter().map(missed).fold(0.0, f64::max)
     }

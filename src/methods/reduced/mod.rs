@@ -118,6 +118,9 @@ struct Reduced {
 pub fn build(model: &Model, form: Form) -> Result<Box<dyn Motion>> {
     let _proof: Built = Proof::of(Feature::ReducedShell)?;
     let reduced = model.require_reduced()?;
+    if let Some(rigid) = &reduced.rigid {
+        return super::floating::build(model, form, rigid);
+    }
     let n = reduced.n();
     let zeros = vec![0.0; n];
     Ok(Box::new(Reduced {
@@ -315,7 +318,7 @@ impl Motion for Reduced {
     }
 
     fn expect_points(&mut self, n: usize) {
-        self.places.expect(&self.reduced, n);
+        self.places.expect(self.reduced.n(), n);
     }
 
     fn set_unknowns(&mut self, [q, q_dot]: [&[f64]; 2]) {

@@ -232,10 +232,12 @@ pub(super) fn restore_reduced(
     (content, polynomial): (&[u8], Option<&[u8]>),
 ) -> Result<ReducedShell> {
     let _proof: features::ReducedShell = Proof::of(Feature::ReducedShell)?;
-    if header.zero_modes > 0 || shell.is_stressed() {
-        return invalid("it has a reduced shell, but moves freely, hangs or is under stress at rest");
+    if shell.is_stressed() {
+        return invalid("it has a reduced shell, but hangs or is under stress at rest");
     }
-    let mut reduced = ReducedShell::load(shell, n_modes, header.precision, content)?;
+    let zero_modes = header.zero_modes as usize;
+    let mut reduced = ReducedShell::load(shell, n_modes.saturating_sub(zero_modes), header.precision, content)?;
+    reduced.let_go(shell, zero_modes).or_else(|error| invalid(format!("it has a reduced shell: {error}")))?;
     reduced.polynomial = polynomial.map(|content| PolynomialEnergy::load(reduced.n(), content)).transpose()?;
     Ok(reduced)
 }
