@@ -1,4 +1,4 @@
-//! Gives the shared library its SONAME on ELF systems, so that hosts bind to the interface and not to a file name, and a WebAssembly module
+//! Gives the shared library the name by which hosts find it, so that they bind to the interface and not to a file, and a WebAssembly module
 //! its table of functions.
 
 fn main() {
@@ -11,5 +11,8 @@ fn main() {
     let os = std::env::var("CARGO_CFG_TARGET_OS").unwrap_or_default();
     if matches!(os.as_str(), "linux" | "freebsd" | "netbsd" | "openbsd") {
         println!("cargo:rustc-cdylib-link-arg=-Wl,-soname,libshellwarp.so.0");
+    }
+    if os == "macos" {
+        println!("cargo:rustc-cdylib-link-arg=-Wl,-install_name,@rpath/libshellwarp.dylib");
     }
 }

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Makes the archives of a release, one a platform, and their SHA256SUMS; `make dist` calls it.
+"""Makes the archives and Python wheels of a release, one a platform, and their SHA256SUMS; `make dist` calls it.
 
     dist.py [PLATFORM ...] [--out out/dist] [--again]
 
@@ -53,7 +53,11 @@ def toolchain(platform, folder):
     folder.mkdir(parents=True, exist_ok=True)
     system, processor = platform.name.split("-")
     values = dict(zip(("C_COMPILER", "CXX_COMPILER", "AR", "RANLIB"), compilers(platform, folder)))
-    values |= {"SYSTEM_NAME": system.title(), "SYSTEM_PROCESSOR": processor, "STRIP": shutil.which(platform.strip)}
+    values |= {"SYSTEM_NAME": {"macos": "Darwin"}.get(system, system.title()), "SYSTEM_PROCESSOR": processor}
+    if platform.strip:
+        values["STRIP"] = shutil.which(platform.strip)
+    if platform.macos:   # programs are linked as they will be installed, so that nothing edits them later
+        values |= {"INSTALL_NAME_TOOL": "false", "OSX_SYSROOT": "", "BUILD_WITH_INSTALL_RPATH": "ON", "EXE_LINKER_FLAGS_INIT": "-s"}
     if platform.runner:
         values["CROSSCOMPILING_EMULATOR"] = ";".join(platform.runner)
     maps = " ".join(f"-ffile-prefix-map={place}={name}" for place, name in places().items())
@@ -102,8 +106,10 @@ def make(platform, out):
     name = f"shellwarp-{VERSION}-{platform.name}"
     stage = folder / "stage" / name
     shutil.rmtree(folder / "stage", ignore_errors=True)
-    run(cmake(), "--install", folder, "--strip", "--prefix", stage, stdout=subprocess.DEVNULL)
-    if "aarch64" not in platform.name:   # Blender has no such build for Linux
+    run(cmake(), "--install", folder, *([] if platform.macos else ["--strip"]), "--prefix", stage, stdout=subprocess.DEVNULL)
+    if platform.name.startswith("windows"):
+        microsofts_import_library(stage)
+    if platform.name != "linux-aarch64":   # Blender has no such build
         run(sys.executable, ROOT / "host_examples" / "blender" / "build_addon.py", "--library", library, "--out", stage / "blender", stdout=subprocess.DEVNULL)
     plugin_trees(platform, stage)
     archive = out / f"{name}{'.zip' if platform.name.startswith('windows') else '.tar.gz'}"
@@ -111,9 +117,25 @@ def make(platform, out):
     return archive
 
 
+def microsofts_import_library(stage):
+    """lib/shellwarp.lib, by which Microsoft's linker takes the DLL; mingw's has a format of its own."""
+    listed = (ROOT / "tests" / "c" / "exported_symbols.txt").read_text(encoding="utf-8").splitlines()
+    exported = [name for name in listed if not name.startswith("#")]
+    definition = stage / "shellwarp.def"
+    definition.write_text("LIBRARY shellwarp.dll\nEXPORTS\n" + "".join(f"    {name}\n" for name in exported), encoding="utf-8")
+    run(*ZIG, "dlltool", "-m", "i386:x86-64", "-d", definition, "-l", stage / "lib" / "shellwarp.lib")
+    definition.unlink()
+
+
+def wheel(platform, out):
+    """The Python wheel with a platform's library inside."""
+    run(sys.executable, ROOT / "host_examples" / "python" / "backend" / "shellwarp_wheel.py", out,
+        env={**os.environ, "SHELLWARP_LIBRARY": str(platform.built())})
+
+
 def extension(built, out):
     """One Blender extension for all platforms of archives that were made here, but those for which there is no Blender."""
-    libraries = [platform.built() for platform in built if "aarch64" not in platform.name]
+    libraries = [platform.built() for platform in built if platform.name != "linux-aarch64"]
     if len(libraries) > 1:
         run(sys.executable, ROOT / "host_examples" / "blender" / "build_addon.py", "--library", *libraries, "--out", out)
 
@@ -132,7 +154,7 @@ def npm_package(out):
 
 def sums(out):
     """Writes SHA256SUMS of all archives in a folder."""
-    archives = sorted(path for path in out.iterdir() if path.name.endswith((".zip", ".tar.gz", ".tgz")))
+    archives = sorted(path for path in out.iterdir() if path.name.endswith((".zip", ".tar.gz", ".tgz", ".whl")))
     lines = [f"{hashlib.sha256(path.read_bytes()).hexdigest()}  {path.name}\n" for path in archives]
     (out / "SHA256SUMS").write_text("".join(lines), encoding="utf-8")
 
@@ -190,7 +212,9 @@ def main():
         if missing and options.platforms:
             sys.exit(f"dist: {platform.name}: missing {missing}")
         print(f"dist: left out: {platform.name}: missing {missing}" if missing else make(platform, options.out), flush=True)
-        built += [] if missing else [platform]
+        if not missing:
+            wheel(platform, options.out)
+            built.append(platform)
     extension(built, options.out)
     npm_package(options.out)
     sums(options.out)

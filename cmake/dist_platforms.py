@@ -14,6 +14,7 @@ ROOT = Path(__file__).resolve().parents[1]
 TARGET = Path(os.environ.get("CARGO_TARGET_DIR") or ROOT / "target").resolve()
 ZIG = [str(ROOT / ".venv" / "bin" / "python"), "-m", "ziglang"]
 OLDEST_GLIBC = "2.17"   # of 2013: RHEL 7's
+OLDEST_MACOS = "11.0"   # of 2020, the first on ARM
 
 
 @dataclass(frozen=True)
@@ -29,7 +30,13 @@ class Platform:
     @property
     def zig(self):
         """Zig's name of it, where zig compiles its C and C++."""
+        if self.macos:
+            return f"{self.rust.split('-', maxsplit=1)[0]}-macos.{OLDEST_MACOS}"
         return self.rust.replace("-unknown", "") + f".{OLDEST_GLIBC}" if "linux" in self.rust else ""
+
+    @property
+    def macos(self):
+        return "apple" in self.rust
 
     def missing(self):
         """What is not here that builds for it: a text, or nothing."""
@@ -56,6 +63,9 @@ PLATFORMS = {
                  "aarch64-linux-gnu-strip", ("qemu-aarch64", "-L", ARM_ROOT)),
         Platform("windows-x86_64", "x86_64-pc-windows-gnu", "shellwarp.dll", ("x86_64-w64-mingw32-gcc-posix", "x86_64-w64-mingw32-g++-posix"),
                  "g++-mingw-w64-x86-64-posix", "x86_64-w64-mingw32-strip", ("wine",)),
+        # Linked against what zig has of the system, without Apple's kit. Nothing runs them here.
+        Platform("macos-x86_64", "x86_64-apple-darwin", "libshellwarp.dylib", (), "", ""),
+        Platform("macos-aarch64", "aarch64-apple-darwin", "libshellwarp.dylib", (), "", ""),
     )
 }
 
@@ -93,9 +103,12 @@ def build_library(platform):
     environment = {**os.environ, "CARGO_ENCODED_RUSTFLAGS": "\x1f".join(flags), "CARGO_PROFILE_RELEASE_DEBUG": "false",
                    "CARGO_PROFILE_RELEASE_STRIP": "symbols", "CARGO_INCREMENTAL": "0"}
     words, target = ["cargo", "build"], platform.rust
+    if platform.macos:   # the linker strips as it signs: who strips afterwards breaks the signature
+        environment |= {"CARGO_PROFILE_RELEASE_STRIP": "none", "MACOSX_DEPLOYMENT_TARGET": OLDEST_MACOS,
+                        "CARGO_ENCODED_RUSTFLAGS": "\x1f".join([*flags, "-Clink-arg=-Wl,-s"])}
     if platform.zig:
         environment["PATH"] = f"{ROOT / '.venv' / 'bin'}{os.pathsep}{environment['PATH']}"
-        words, target = ["cargo-zigbuild", "zigbuild"], f"{platform.rust}.{OLDEST_GLIBC}"
+        words, target = ["cargo-zigbuild", "zigbuild"], platform.rust + ("" if platform.macos else f".{OLDEST_GLIBC}")
     else:
         key = platform.rust.upper().replace("-", "_")
         environment[f"CARGO_TARGET_{key}_LINKER"] = platform.needs[0]

@@ -17,7 +17,7 @@ from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE.parent / "python" / "backend"))
-from library_file import stripped  # noqa: E402 - of the wheel's builder
+from library_file import MACH_O, mach_o_machine, stripped  # noqa: E402 - of the wheel's builder
 
 PACKAGE = HERE.parent / "python" / "shellwarp"
 LICENCES = [HERE.parents[1] / name for name in ("LICENSE-MIT", "LICENSE-APACHE", "THIRD_PARTY.md")]
@@ -32,6 +32,8 @@ def platform_tag(data):
     if data[:2] == b"MZ":
         machine, = struct.unpack_from("<H", data, struct.unpack_from("<I", data, 0x3C)[0] + 4)
         return f"windows-{'arm64' if machine == 0xAA64 else 'x64'}"
+    if data[:4] == MACH_O:
+        return f"macos-{mach_o_machine(data).replace('x86_64', 'x64')}"
     return f"macos-{'arm64' if platform.machine().lower() in ('arm64', 'aarch64') else 'x64'}"
 
 

@@ -25,6 +25,8 @@ JOBS = os.environ.get("JOBS", "2")
 
 
 def missing(platform):
+    if platform.macos and sys.platform != "darwin":
+        return "macOS, which runs its programs"
     runner = platform.runner[:1]
     return platform.missing() or (f"{runner[0]}, which runs its programs" if runner and not shutil.which(runner[0]) else "")
 

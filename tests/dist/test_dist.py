@@ -10,6 +10,7 @@ import json
 import os
 import re
 import shutil
+import struct
 import subprocess
 import sys
 import tarfile
@@ -22,7 +23,7 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT / "cmake"), str(ROOT / "host_examples" / "python" / "backend")]
 import library_file  # noqa: E402
 from dist import VERSION, cmake  # noqa: E402
-from dist_platforms import PLATFORMS, TARGET, places  # noqa: E402
+from dist_platforms import OLDEST_MACOS, PLATFORMS, TARGET, ZIG, places  # noqa: E402
 from emulator import environment  # noqa: E402
 
 OUT = ROOT / "out" / "dist"
@@ -35,7 +36,17 @@ COMMON = ["include/shellwarp.h", "include/shellwarp.hpp", "lib/cmake/shellwarp/s
           "share/shellwarp/plugins/CMakeLists.txt", "share/shellwarp/plugins/host_examples/maya/plugin.cpp",
           "share/shellwarp/plugins/host_examples/houdini/SOP_ShellWarp.cpp"]
 ELF = [*COMMON, "lib/libshellwarp.so", "lib/libshellwarp.so.0", "bin/shellwarp"]
-PE = [*COMMON, "lib/libshellwarp.dll.a", "bin/shellwarp.dll", "bin/shellwarp.exe"]
+PE = [*COMMON, "lib/libshellwarp.dll.a", "lib/shellwarp.lib", "bin/shellwarp.dll", "bin/shellwarp.exe"]
+MACH_O = [*COMMON, "lib/libshellwarp.dylib", "bin/shellwarp"]
+LC_ID_DYLIB, LC_LOAD_DYLIB, LC_CODE_SIGNATURE = 0xD, 0xC, 0x1D
+# Of Microsoft's C library nothing is here, so a program that begins at its own first function. It ends with 42 where the two sides agree.
+FREESTANDING = """#include "shellwarp.h"
+int start(void) {
+    SwMeshDesc mesh;
+    sw_mesh_desc_init(&mesh);
+    return mesh.struct_size == sizeof mesh && sw_abi_version() == SW_ABI_VERSION ? 42 : 1;
+}
+"""
 
 
 def run(*words, **options):
@@ -76,6 +87,7 @@ class Archive:
 
     platform = None
     expected = ELF
+    blender = ""   # its name of the platform
 
     @classmethod
     def setUpClass(cls):
@@ -88,12 +100,14 @@ class Archive:
 
     def runs(self):
         """What comes before a program's name to run it here, with its environment."""
+        if self.platform.macos and sys.platform != "darwin":
+            self.skipTest("no macOS is here")
         if self.platform.runner and not shutil.which(self.platform.runner[0]):
             self.skipTest(f"{self.platform.runner[0]} is not installed")
         return list(self.platform.runner), environment(self.platform, self.folder, [self.prefix / "bin"])
 
     def binaries(self):
-        return [self.prefix / name for name in self.expected if Path(name).suffix in (".0", ".dll", ".exe") or name == "bin/shellwarp"]
+        return [self.prefix / name for name in self.expected if Path(name).suffix in (".0", ".dll", ".exe", ".dylib") or name == "bin/shellwarp"]
 
     def test_everything_is_inside(self):
         self.assertEqual(self.prefix.name, f"shellwarp-{VERSION}-{self.platform.name}")
@@ -113,13 +127,17 @@ class Archive:
         self.assertIn(f'set(PACKAGE_VERSION "{VERSION}")', (self.prefix / "lib/cmake/shellwarp/shellwarpConfigVersion.cmake").read_text(encoding="utf-8"))
 
     def test_binaries_have_no_debugging_information(self):
+        if self.platform.macos:
+            for path in self.binaries():
+                self.assertNotIn(b"__debug_info", path.read_bytes(), path.name)
+            return
         windows = "windows" in self.platform.name
         for path in [*self.binaries(), *([] if windows else [self.prefix / "lib/libshellwarp.a"])]:   # mingw's strip cannot read that
             tool = ["x86_64-w64-mingw32-objdump", "-h"] if windows else ["readelf", "-SW"]
             self.assertNotIn(".debug_", run(*tool, path), path.name)
 
     def test_outside_programs_in_c_and_cpp_build_run_and_agree(self):
-        runner, environment = self.runs()
+        runner, environment = (None, None) if self.platform.macos and sys.platform != "darwin" else self.runs()
         for component in ("shared", "static"):
             out = self.folder / f"outside_{component}"
             library = "shellwarp::shellwarp" + ("_static" if component == "static" else "")
@@ -128,9 +146,11 @@ class Archive:
             run(cmake(), "-S", ROOT / "tests/install/consumer", "-B", out, *unwinder, f"--toolchain={ROOT / 'build/dist' / self.platform.name / 'toolchain.cmake'}",
                 f"-DCMAKE_PREFIX_PATH={self.prefix}", f"-DSOURCES={CALLERS}", f"-DLIBRARY={library}", f"-DCOMPONENT={component}")
             run(cmake(), "--build", out)
-            for language in ("c", "cpp"):
+            for language in ("c", "cpp") if environment else ():
                 program = out / f"strip_{language}{'.exe' if 'windows' in self.platform.name else ''}"
                 run(*runner, program, f"{component}_{language}.bin", env=environment, cwd=self.folder)
+        if not environment:
+            self.skipTest("no macOS is here: they were built and not run")
         written = {name.name: name.read_bytes() for name in self.folder.glob("*.bin")}
         self.assertEqual(len(written), 4)
         self.assertEqual(len(set(written.values())), 1, "shared and static, C and C++ give the same bytes")
@@ -139,15 +159,15 @@ class Archive:
 
     def test_the_blender_extension_has_this_platforms_library(self):
         found = list((self.prefix / "blender").glob("shellwarp-blender-*.zip")) if (self.prefix / "blender").exists() else []
-        if "aarch64" in self.platform.name:
+        if not self.blender:
             self.assertEqual(found, [], "Blender has no build for it")
             return
         with zipfile.ZipFile(found[0]) as packed:
             manifest = packed.read("shellwarp/blender_manifest.toml").decode()
             tag = re.search(r'platforms = \["(.*)"\]', manifest)[1]
-            self.assertEqual(tag, {"linux": "linux-x64", "windows": "windows-x64"}[self.platform.name.split("-")[0]])
+            self.assertEqual(tag, self.blender)
             self.assertEqual(found[0].name, f"shellwarp-blender-{VERSION}-{tag}.zip")
-            library = next(name for name in packed.namelist() if name.endswith((".so.0", ".dll")))
+            library = next(name for name in packed.namelist() if name.endswith((".so.0", ".dll", ".dylib")))
             self.assertEqual(library_file.platform_tag(packed.read(library)), library_file.platform_tag((self.binaries()[0]).read_bytes()))
 
 
@@ -164,6 +184,7 @@ class Elf(Archive):
 
 class LinuxX86(Elf, unittest.TestCase):
     platform = PLATFORMS["linux-x86_64"]
+    blender = "linux-x64"
 
     def test_the_systems_compilers_build_against_it(self):
         shutil.copy(CALLERS / "strip.c", self.folder)
@@ -193,6 +214,15 @@ class LinuxArm(Elf, unittest.TestCase):
 class Windows(Archive, unittest.TestCase):
     platform = PLATFORMS["windows-x86_64"]
     expected = PE
+    blender = "windows-x64"
+
+    def test_a_program_of_microsofts_kind_links_to_it_and_agrees(self):
+        runner, environment = self.runs()
+        source, built, program = (self.folder / f"freestanding.{suffix}" for suffix in ("c", "obj", "exe"))
+        source.write_text(FREESTANDING, encoding="utf-8")
+        run(*ZIG, "cc", "-target", "x86_64-windows-msvc", "-ffreestanding", "-O1", "-fno-stack-protector", "-c", source, "-o", built, "-I", self.prefix / "include")
+        run(*ZIG, "lld-link", "/entry:start", "/subsystem:console", "/nodefaultlib", f"/out:{program}", built, self.prefix / "lib/shellwarp.lib")
+        self.assertEqual(subprocess.run([*runner, program], env=environment, check=False).returncode, 42)
 
     def test_the_library_needs_what_windows_has(self):
         listed = run("x86_64-w64-mingw32-objdump", "-p", self.prefix / "bin/shellwarp.dll")
@@ -200,6 +230,75 @@ class Windows(Archive, unittest.TestCase):
         windows = {"kernel32.dll", "ntdll.dll", "userenv.dll", "ws2_32.dll", "msvcrt.dll", "bcryptprimitives.dll", "api-ms-win-core-synch-l1-2-0.dll"}
         self.assertEqual(needed - windows, set())
         note(self.platform.name, system="Windows 10 or later")
+
+
+class MachO(Archive):
+    """Of macOS: built here and not run. What its loader asks of a file is read from the file."""
+
+    expected = MACH_O
+
+    def library(self):
+        return (self.prefix / "lib/libshellwarp.dylib").read_bytes()
+
+    def names(self, wanted):
+        return [command[struct.unpack_from("<I", command, 8)[0]:].split(b"\0")[0].decode() for number, command in library_file.load_commands(self.library())
+                if number == wanted]
+
+    def test_programs_find_it_beside_them(self):
+        self.assertEqual(self.names(LC_ID_DYLIB), ["@rpath/libshellwarp.dylib"])
+
+    def test_it_needs_what_the_system_has(self):
+        self.assertEqual(set(self.names(LC_LOAD_DYLIB)) - {f"/usr/lib/lib{name}.dylib" for name in ("System.B", "iconv.2", "charset.1")}, set())
+        for path in self.binaries():
+            self.assertLessEqual(library_file.oldest_macos(path.read_bytes()), tuple(map(int, OLDEST_MACOS.split("."))), path.name)
+        note(self.platform.name, system=f"macOS {OLDEST_MACOS}", by="not run")
+
+    def test_the_signature_that_the_loader_checks_is_that_of_the_file(self):
+        """Of a code directory, every page's SHA-256. Intel's loader asks for none."""
+        signed = 0
+        for path in self.binaries():
+            data = path.read_bytes()
+            for number, command in library_file.load_commands(data):
+                if number == LC_CODE_SIGNATURE:
+                    signed += 1
+                    self.check_pages(data, struct.unpack_from("<I", command, 8)[0])
+        self.assertEqual(signed, 2 if "aarch64" in self.platform.name else signed)
+
+    def check_pages(self, data, at):
+        magic, _, count = struct.unpack_from(">III", data, at)
+        self.assertEqual(magic, 0xFADE0CC0)
+        places = [at + struct.unpack_from(">II", data, at + 12 + 8 * k)[1] for k in range(count)]
+        place = next(place for place in places if struct.unpack_from(">I", data, place)[0] == 0xFADE0C02)
+        hashes, _, _, slots, limit, size, kind, _, page = struct.unpack_from(">5I4B", data, place + 16)
+        self.assertEqual((size, kind), (32, 2), "SHA-256")
+        self.assertEqual(slots, (limit + (1 << page) - 1) >> page)
+        for k in range(slots):
+            digest = hashlib.sha256(data[k << page:min((k + 1) << page, limit)]).digest()
+            self.assertEqual(digest, data[place + hashes + size * k:place + hashes + size * (k + 1)], f"page {k}")
+
+
+class MacX86(MachO, unittest.TestCase):
+    platform = PLATFORMS["macos-x86_64"]
+    blender = "macos-x64"
+
+
+class MacArm(MachO, unittest.TestCase):
+    platform = PLATFORMS["macos-aarch64"]
+    blender = "macos-arm64"
+
+
+class Wheels(unittest.TestCase):
+    def test_each_archive_has_a_wheel_with_its_library(self):
+        wheels = {path.name: path for path in OUT.glob("shellwarp-*.whl")}
+        found = [platform for platform in PLATFORMS.values() if list(OUT.glob(f"shellwarp-{VERSION}-{platform.name}.*"))]
+        self.assertEqual(len(wheels), len(found))
+        for platform in found:
+            tag = library_file.platform_tag(platform.built().read_bytes())
+            with zipfile.ZipFile(wheels[f"shellwarp-{VERSION}-py3-none-{tag}.whl"]) as packed:
+                libraries = [name for name in packed.namelist() if name.endswith((".so.0", ".dll", ".dylib"))]
+                self.assertEqual(len(libraries), 1)
+                self.assertEqual(library_file.platform_tag(packed.read(libraries[0])), tag)
+                self.assertIn(f"Tag: py3-none-{tag}\n", packed.read(f"shellwarp-{VERSION}.dist-info/WHEEL").decode())
 
 
 if __name__ == "__main__":

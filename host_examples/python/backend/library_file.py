@@ -15,6 +15,9 @@ import tempfile
 from pathlib import Path
 
 ELF_MACHINES = {0x3E: "x86_64", 0xB7: "aarch64", 0x03: "i686", 0xF3: "riscv64"}
+MACH_O = b"\xcf\xfa\xed\xfe"      # 64-bit, little-endian
+MACH_O_MACHINES = {0x01000007: "x86_64", 0x0100000C: "arm64"}
+LC_BUILD_VERSION = 0x32
 PE_MACHINES = {0x8664: "win_amd64", 0xAA64: "win_arm64"}
 VERSIONS_NEEDED = 0x6FFFFFFE   # SHT_GNU_verneed
 WEAK = 2                       # VER_FLG_WEAK: asked for only by symbols that may be missing
@@ -52,8 +55,27 @@ def oldest_glibc(data):
     return max((int(match[1]), int(match[2])) for match in found if match)
 
 
+def load_commands(data):
+    """Number and bytes of each load command of a Mach-O file."""
+    count, at = struct.unpack_from("<I", data, 16)[0], 32
+    for _ in range(count):
+        command, size = struct.unpack_from("<II", data, at)
+        yield command, data[at:at + size]
+        at += size
+
+
+def mach_o_machine(data):
+    return MACH_O_MACHINES[struct.unpack_from("<I", data, 4)[0]]
+
+
+def oldest_macos(data):
+    """The oldest macOS that a Mach-O file is made for: (11, 0)."""
+    version, = (struct.unpack_from("<I", command, 12)[0] for number, command in load_commands(data) if number == LC_BUILD_VERSION)
+    return version >> 16, version >> 8 & 0xFF
+
+
 def platform_tag(data):
-    """The wheel's tag: manylinux of PEP 600 by what the file needs, win_amd64, or that of the running Python."""
+    """The wheel's tag: manylinux of PEP 600 or macosx by what the file needs, win_amd64, or that of the running Python."""
     if data[:4] == b"\x7fELF":
         machine = ELF_MACHINES[struct.unpack_from("<H", data, 0x12)[0]]
         # PEP 600 begins at 2.5 on x86-64; nothing older is in use.
@@ -61,6 +83,8 @@ def platform_tag(data):
     if data[:2] == b"MZ":
         header, = struct.unpack_from("<I", data, 0x3C)
         return PE_MACHINES[struct.unpack_from("<H", data, header + 4)[0]]
+    if data[:4] == MACH_O:
+        return "macosx_{}_{}_{}".format(*oldest_macos(data), mach_o_machine(data))
     return re.sub(r"[.-]", "_", sysconfig.get_platform())
 
 

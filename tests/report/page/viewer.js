@@ -80,8 +80,11 @@ class Player {
       mesh.frustumCulled = false;
       const group = new THREE.Group();
       group.add(mesh);
+      const ball = motion.ball && new THREE.Mesh(
+        new THREE.SphereGeometry(motion.ball.radius, 48, 32), new THREE.MeshStandardMaterial({ color: 0xb9b2a6, roughness: 0.9 }));
+      if (ball) group.add(ball);
       this.scene.add(group);
-      this.tracks.push({ mesh, group, name: track.name, frames: await decoded(motion, track) });
+      this.tracks.push({ mesh, ball, group, name: track.name, frames: await decoded(motion, track) });
     }
     this.list.replaceChildren(...motion.tracks.map((track) => this.tick(track)));
     this.slider.max = String((motion.frames - 1) * motion.every * FRAME);
@@ -117,7 +120,7 @@ class Player {
   arrange() {
     const { beside, low, high } = this.motion;
     const gap = 1.15 * (high[beside] - low[beside]);
-    this.tracks.forEach(({ mesh, name }) => (mesh.visible = this.ticked.has(name)));
+    this.tracks.forEach(({ group, name }) => (group.visible = this.ticked.has(name)));
     const shown = this.shown();
     shown.forEach(({ group, mesh }, k) => {
       group.position.setComponent(beside, this.beside.checked ? (k - (shown.length - 1) / 2) * gap : 0);
@@ -156,12 +159,16 @@ class Player {
     const k = Math.min(Math.floor(place), this.motion.frames - 2);
     const share = place - k;
     const pose = this.motion.poses && this.motion.poses[k].map((a, c) => a + share * (this.motion.poses[k + 1][c] - a));
-    for (const { mesh, frames } of this.tracks) {
+    for (const { mesh, ball, frames } of this.tracks) {
       const to = mesh.geometry.attributes.position.array;
       const [a, b] = [frames[k], frames[k + 1]];
       for (let i = 0; i < to.length; i++) to[i] = a[i] + share * (b[i] - a[i]);
       mesh.geometry.attributes.position.needsUpdate = true;
       mesh.geometry.computeVertexNormals();
+      if (ball) {
+        const [from, to] = [this.motion.ball.places[k], this.motion.ball.places[k + 1]];
+        ball.position.set(...from.map((x, c) => x + share * (to[c] - x)));
+      }
       if (pose) {
         mesh.position.set(pose[0], pose[1], pose[2]);
         mesh.rotation.set(0, pose[3], 0);

@@ -122,7 +122,7 @@ fn measure(o: &Options, data: &Path, peers: &Path) -> Result<summary::Report> {
     let wanted = |key: &str| match effort {
         Effort::Full => true,
         Effort::Quick => key != "dinosaur", // its reference alone takes minutes
-        Effort::Smoke => key == "vee_release",
+        Effort::Smoke => key == "vee_release" || key == "ball",
     };
     let scenes: Vec<_> = scenes::all(data)?.into_iter().filter(|s| wanted(s.key)).collect();
     let sweeps = if effort == Effort::Smoke { &statics::SWEEPS[..1] } else { statics::SWEEPS };

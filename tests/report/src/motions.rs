@@ -61,6 +61,15 @@ pub fn entry(scene: &Scene, outcome: &Outcome) -> Result<Value> {
         }
         _ => None,
     };
+    let ball = scene.ball.map(|(radius, place)| {
+        let places: Vec<P3> = (0..frames).map(|k| place((k * EVERY) as f64 * FRAME)).collect();
+        for place in &places {
+            for c in 0..3 {
+                (low[c], high[c]) = (low[c].min(place[c] - radius), high[c].max(place[c] + radius));
+            }
+        }
+        json!({ "radius": radius, "places": places })
+    });
     let mut packed_tracks = vec![];
     for (frames, track) in tracks.iter().zip(&outcome.shown) {
         let (r, g, b) = track.colour;
@@ -71,12 +80,12 @@ pub fn entry(scene: &Scene, outcome: &Outcome) -> Result<Value> {
         }));
     }
     let index: Vec<u8> = scene.mesh.triangles.iter().flatten().flat_map(|v| v.to_le_bytes()).collect();
-    let dinosaur = scene.gravity == [0.0; 3] && scene.coarse.is_none();
+    let dinosaur = scene.gravity == [0.0; 3];
     let (up, view, beside) =
         if dinosaur { ([0, 1, 0], [0.25, 0.35, 1.0], 0) } else { ([0, 0, 1], [0.9, -1.0, 0.55], 1) };
     Ok(json!({
         "key": scene.key, "title": scene.title, "vertices": rest.len(), "frames": frames, "every": EVERY,
-        "low": low, "high": high, "poses": poses, "up": up, "view": view, "beside": beside,
+        "low": low, "high": high, "poses": poses, "ball": ball, "up": up, "view": view, "beside": beside,
         "triangles": packed(&index)?, "tracks": packed_tracks,
     }))
 }

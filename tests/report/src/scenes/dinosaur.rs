@@ -36,6 +36,7 @@ pub fn scene(data: &Path) -> Result<Scene> {
         damping: 0.4,
         frames: 60,
         drive: Drive::Shaken(shake),
+        ball: None,
         probe: ([0.0, 0.0], 0),
         paper_modes: 4,
         reference: Reference::Extrapolated,

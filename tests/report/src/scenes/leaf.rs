@@ -48,6 +48,7 @@ pub fn scene() -> Scene {
         damping: 0.5,
         frames: 120,
         drive: Drive::Shaken(sway),
+        ball: None,
         probe: ([LENGTH, 0.0], 2),
         paper_modes: 8,
         reference: Reference::Explicit { steps: 1000, check: 750 },

@@ -4,7 +4,7 @@ pub mod beams;
 mod dinosaur;
 mod leaf;
 
-use crate::library::{Library, Material, Model, Pose, State};
+use crate::library::{Library, Material, Model, Pose, Solid, State};
 use crate::mesh::{Mesh, P3, dot, sub};
 use crate::methods::Method;
 use anyhow::Result;
@@ -49,6 +49,8 @@ pub struct Scene {
     pub damping: f64,
     pub frames: usize,
     pub drive: Drive,
+    /// Radius of a ball that the shell touches, and the way of its middle.
+    pub ball: Option<(f64, fn(f64) -> P3)>,
     /// Place and axis of the signal whose period and amplitude are measured.
     pub probe: ([f64; 2], usize),
     /// Modes of the paper's setting.
@@ -61,7 +63,7 @@ pub struct Scene {
 
 /// All scenes, the dinosaur from its file.
 pub fn all(data: &std::path::Path) -> Result<Vec<Scene>> {
-    Ok(vec![beams::flat(), beams::vee(), beams::led(), leaf::scene(), dinosaur::scene(data)?])
+    Ok(vec![beams::flat(), beams::vee(), beams::led(), beams::touched(), leaf::scene(), dinosaur::scene(data)?])
 }
 
 /// What is chosen for one run.
@@ -110,6 +112,9 @@ impl Scene {
         let mut state = model.state(setting.method.method, setting.method.integrator)?;
         state.set_gravity(self.gravity)?;
         state.set_mass_damping(self.damping)?;
+        if let Some((radius, _)) = self.ball {
+            state.set_colliders(&[(Solid::Ball(radius), 0.0)])?;
+        }
         self.drive(&mut state, setting, mesh, 0.0)?;
         let masses: Vec<f64> = mesh.vertex_areas().iter().map(|a| a * self.material.density).collect();
         let mut host = vec![[0f32; 3]; mesh.positions.len()];
@@ -137,6 +142,9 @@ impl Scene {
 
     /// Sets what moves the shell at the end of the next step.
     fn drive(&self, state: &mut State, setting: &Setting, mesh: &Mesh, time: f64) -> Result<()> {
+        if let Some((radius, place)) = self.ball {
+            state.move_collider(0, Solid::Ball(radius), false, place(time))?;
+        }
         match self.drive {
             Drive::Released => Ok(()),
             Drive::Shaken(pose) => state.set_frame(&pose(time)),
