@@ -22,7 +22,10 @@ For which platforms the library compiles, what ran there, and how. `make check-p
 """
 TAIL = """
 The motion is that of `tests/dist`'s C++ project: a strip that is precomputed and stepped for 60 frames, its first eight digits of SHA-256. Where they are equal the
-bits are. Linux on x86-64 and WebAssembly have tests of their own besides: `make test`, and `make test-wasm` in node. macOS is compiled and never run.
+bits are. Linux on x86-64 and WebAssembly have tests of their own besides: `make test`, and `make test-wasm` in node.
+
+macOS is built without Apple's kit, by zig, and never run. What its loader asks of a file is tested: the name inside, the libraries needed, the oldest
+system, and on ARM the signature of every page. On a Mac, `make test` runs all tests.
 
 The version of glibc is read from the library itself: `python3 host_examples/python/backend/library_file.py FILE`.
 
@@ -30,17 +33,20 @@ The version of glibc is read from the library itself: `python3 host_examples/pyt
 |---|---|---|
 | Linux, glibc 2.17 and later | the network once, for 450 MB | `make wheel`: the library is inside, and in `target/x86_64-unknown-linux-gnu/release` |
 | Windows | `apt install gcc-mingw-w64-x86-64-posix` | `cargo build --release --lib --target x86_64-pc-windows-gnu`: `shellwarp.dll`, and `libshellwarp.dll.a` to link to |
+| macOS | `sh cmake/bootstrap.sh portable`, `rustup target add aarch64-apple-darwin` | `python3 cmake/dist.py macos-aarch64`; on a Mac, `make cli` |
 | WebAssembly | | `make wasm`: [WebAssembly](../guide/webassembly.md) |
 
-The DLL needs `bcryptprimitives.dll`, which Windows has and Debian 12's Wine has not.
+The DLL needs `bcryptprimitives.dll`, which Windows has and Debian 12's Wine has not. It is built by mingw. Its C interface is that of Microsoft's compiler, too: the
+archive has `lib/shellwarp.lib` for that linker, and a test links to it by a linker of that kind. Rust's own target for Microsoft's tools needs their C library, which
+cannot be had here.
 """
 PLATFORMS = [
     ("Linux, x86-64", "x86_64-unknown-linux-gnu", "linux-x86_64"),
     ("Linux, ARM 64", "aarch64-unknown-linux-gnu", "linux-aarch64"),
     ("Windows, x86-64", "x86_64-pc-windows-gnu", "windows-x86_64"),
     ("WebAssembly", "wasm32-unknown-unknown", ""),
-    ("macOS, x86-64", "x86_64-apple-darwin", ""),
-    ("macOS, ARM 64", "aarch64-apple-darwin", ""),
+    ("macOS, x86-64", "x86_64-apple-darwin", "macos-x86_64"),
+    ("macOS, ARM 64", "aarch64-apple-darwin", "macos-aarch64"),
 ]
 
 
