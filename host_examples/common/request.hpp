@@ -64,6 +64,7 @@ struct Motion {
   bool implicit_euler = false;  // in place of the exact integrator; damps with the step
   double damping_ratio = 0.05;  // of critical, 0 or more
   double damping_mass = 0;      // 1/s, 0 or more: slows whatever moves, swinging or not
+  double damping_stiffness = 0;  // s, 0 or more: slows fast swings most
   double start_time = 0;        // s
   double frame_rate = 24;       // frames per second, > 0
 };
@@ -73,6 +74,8 @@ struct Handle {
   Pose target;  // world
   bool position = true, orientation = false;
   double compliance = 0;  // length/force and rad/torque, 0 = hard
+  uint32_t axes = SW_AXIS_X | SW_AXIS_Y | SW_AXIS_Z;  // of the world, along which the position is held
+  bool held = true;                                    // false: let go
 };
 
 // A solid that the shell touches. Its mesh is in axes of its own and has its scale: only the pose moves it cheaply.

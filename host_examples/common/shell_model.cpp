@@ -171,16 +171,25 @@ double air_density(const Stiffness &stiffness, double density) {
 ShellModel::ShellModel(const Mesh &mesh, const Build &build, double gravity, const std::function<bool()> &interrupted)
     : rest_(mesh.points), floats_(build.held.empty()), model_(make_model(mesh, build)) {
   precompute(model_, precompute_desc(build), interrupted);
-  for (const double hertz : model_.frequencies())
-    if (hertz > 0) {
-      slowest_ = hertz;
-      break;
-    }
+  find_slowest();
   if (needs_choice(build.method)) {
     const double seconds = clock(build.stiffness);
     precompute(model_, choice_desc(build, gravity / (seconds * seconds)), interrupted);
   }
   shellwarp::check(sw_model_offers(model_.get(), build.method));
+}
+
+ShellModel::ShellModel(std::vector<double> rest, bool held, const std::vector<unsigned char> &saved)
+    : rest_(std::move(rest)), floats_(!held), model_(shellwarp::Model::load(saved)) {
+  find_slowest();
+}
+
+void ShellModel::find_slowest() {
+  for (const double hertz : model_.frequencies())
+    if (hertz > 0) {
+      slowest_ = hertz;
+      break;
+    }
 }
 
 double ShellModel::clock(const Stiffness &stiffness) const {

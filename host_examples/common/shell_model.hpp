@@ -28,6 +28,9 @@ public:
   // Throws HostError for what the user can mend, shellwarp::Error for what the library refuses, Interrupted.
   ShellModel(const Mesh &mesh, const Build &build, double gravity, const std::function<bool()> &interrupted);
 
+  // A model of before, saved, with its rest positions; `held`: anything holds it.
+  ShellModel(std::vector<double> rest, bool held, const std::vector<unsigned char> &saved);
+
   const shellwarp::Model &model() const { return model_; }
   const std::vector<double> &rest() const { return rest_; }  // n x 3
   uint32_t n_points() const { return static_cast<uint32_t>(rest_.size() / 3); }
@@ -40,6 +43,8 @@ public:
   double clock(const Stiffness &stiffness) const;
 
 private:
+  void find_slowest();
+
   std::vector<double> rest_;
   bool floats_;
   shellwarp::Model model_;

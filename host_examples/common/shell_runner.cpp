@@ -35,6 +35,8 @@ void check_motion(const Request &request) {
           "the damping ratio is " + number(m.damping_ratio) + "; it must be 0 or above");
   require(m.damping_mass >= 0 && m.damping_mass <= 1e6,
           "the mass damping is " + number(m.damping_mass) + "; it must be 0 or above");
+  require(m.damping_stiffness >= 0 && m.damping_stiffness <= 1e6,
+          "the stiffness damping is " + number(m.damping_stiffness) + "; it must be 0 or above");
   require(m.frame_rate > 0 && m.frame_rate <= 1e6,
           "the frame rate is " + number(m.frame_rate) + "; it must be above 0");
   require(std::isfinite(request.time) && std::isfinite(m.start_time), "the time is not finite");
@@ -58,6 +60,7 @@ void check_handles(const Request &request) {
                                                              number(uint64_t(request.mesh.n_points())));
     require(handles[i].compliance >= 0 && std::isfinite(handles[i].compliance),
             name + " has compliance " + number(handles[i].compliance) + "; it must be 0 or above");
+    require(!handles[i].position || !handles[i].held || handles[i].axes != 0, name + " holds its position along no axis");
   }
 }
 
@@ -71,6 +74,7 @@ uint64_t key_of(const Request &request) {
       .add(m.implicit_euler)
       .add(m.damping_ratio)
       .add(m.damping_mass)
+      .add(m.damping_stiffness)
       .add(m.start_time)
       .add(m.frame_rate)
       .add(stiffness.by)
@@ -90,7 +94,7 @@ uint64_t key_of(const Inputs &inputs) {
   add(hash, inputs.frame);
   for (const Handle &handle : inputs.handles) {
     add(hash, handle.target);
-    hash.add(handle.vertex).add(handle.position).add(handle.orientation).add(handle.compliance);
+    hash.add(handle.vertex).add(handle.position).add(handle.orientation).add(handle.compliance).add(handle.axes).add(handle.held);
   }
   for (const Collider &collider : inputs.colliders) {
     add(hash, collider.pose);
@@ -141,6 +145,7 @@ std::string Notes::warning() const {
   if (supports_missed > kMissed)
     say("the shell beside the supports is " + number(std::round(1000 * supports_missed) / 10) +
         " % of its size off them: more support fields");
+  if (stored_of_others) say("the frames on disk are of another mesh, or of other settings: play from the start frame, and write them again");
   if (!certified.empty()) say(certified);
   return text;
 }
@@ -157,6 +162,36 @@ uint64_t ShellRunner::bytes() const {
   if (!model_) return sum;
   const SwModelInfo info = model_->model().info();
   return sum + info.bytes_model + info.bytes_state + model_->rest().capacity() * sizeof(double);
+}
+
+Frames ShellRunner::frames() const {
+  if (!model_ || !state_ || cache_.size() == 0) throw HostError("there are no frames yet: play from the start frame");
+  Frames all;
+  all.build_key = build_key_, all.motion_key = motion_key_, all.method = method_, all.unit = unit_;
+  all.support_fields = needs_support_fields_;
+  all.rest = model_->rest();
+  all.model = model_->model().save();
+  all.entries = cache_.all();
+  for (StateCache::Entry &entry : all.entries) entry.seen.reset();
+  return all;
+}
+
+void ShellRunner::adopt(Frames frames) {
+  needs_support_fields_ = frames.support_fields;
+  notes_.stored_of_others = false;
+  stored_ = std::make_unique<Frames>(std::move(frames));
+  model_.reset();
+  state_.reset();
+  cache_.drop_from(0);
+}
+
+// The model of the frames on disk, where they are of this mesh: at the start frame of its very points.
+bool ShellRunner::take_stored(const Mesh &mesh, const Request &request, const At &at) {
+  if (!stored_ || stored_->build_key != build_key(request.mesh, request.build)) return false;
+  const bool other_points = at.start() && Hash().add_all(mesh.points).value() != Hash().add_all(stored_->rest).value();
+  if (other_points || stored_->rest.size() != mesh.points.size()) return false;
+  model_ = std::make_shared<const ShellModel>(stored_->rest, !request.build.held.empty(), stored_->model);
+  return true;
 }
 
 void ShellRunner::evaluate(Request request) {
@@ -196,6 +231,12 @@ void ShellRunner::prepare_state(const Request &request) {
   if (again) {
     restart(request);
     motion_key_ = motion_key;
+    if (stored_) {
+      notes_.stored_of_others = !stored_serves_ || stored_->motion_key != motion_key;
+      if (!notes_.stored_of_others) cache_.put(std::move(stored_->entries)), unit_ = stored_->unit;
+      fresh_ = state_->save();
+      stored_.reset();
+    }
   }
   if (other_solids || (again && !touched.empty())) state_->set_colliders(colliders_.solids());
 }
@@ -284,19 +325,23 @@ void ShellRunner::build(const Request &request, const At &at) {
   Mesh mesh = request.mesh;
   const uint64_t faces_key = Hash().add_all(mesh.faces()).add_all(mesh.sizes).value();
   if (model_ && !at.start() && faces_key == faces_key_ && mesh.n_points() == model_->n_points()) mesh.points = model_->rest();
+  stored_serves_ = take_stored(mesh, request, at);
+  if (stored_serves_) mesh.points = stored_->rest;
   mesh.cut();
   const Vec3 &g = request.inputs.gravity;
   const double gravity = std::hypot(g[0], g[1], g[2]) / request.inputs.object.scale;
-  auto model = std::make_shared<const ShellModel>(mesh, request.build, gravity, request.interrupted);
-  model->clock(request.build.stiffness);
-  model_ = std::move(model);
+  if (!stored_serves_) {
+    auto model = std::make_shared<const ShellModel>(mesh, request.build, gravity, request.interrupted);
+    model->clock(request.build.stiffness);
+    model_ = std::move(model);
+    ++notes_.builds;
+  }
   places_.prepare(mesh, request.build);
   build_key_ = build_key(request.mesh, request.build);
   rest_key_ = Hash().add_all(mesh.points).value();
   faces_key_ = faces_key;
   state_.reset();
   notes_.floats = model_->floats();
-  ++notes_.builds;
 }
 
 void ShellRunner::restart(const Request &request) {
@@ -307,7 +352,7 @@ void ShellRunner::restart(const Request &request) {
   desc.integrator = motion.implicit_euler ? SW_INTEGRATOR_IMPLICIT_EULER : SW_INTEGRATOR_EXACT;
   shellwarp::State state(model_->model(), desc);
   state.set_damping(
-      damping(request.build.method, motion.damping_ratio, motion.damping_mass / clock, 0, model_->slowest()));
+      damping(request.build.method, motion.damping_ratio, motion.damping_mass / clock, motion.damping_stiffness * clock, model_->slowest()));
   state_ = std::move(state);
   fresh_.clear();
   cache_.drop_from(0);
@@ -467,12 +512,14 @@ void ShellRunner::place_handles(shellwarp::State &state, const Inputs &inputs) c
   const Pose world = to_library(inputs, unit_);
   for (std::size_t i = 0; i < inputs.handles.size(); ++i) {
     const Handle &handle = inputs.handles[i];
+    if (!handle.held) continue;
     const Pose target = product(world, handle.target);
     SwConstraintDesc desc = shellwarp::constraint_desc();
     desc.vertex = handle.vertex;
     if (handle.position) {
       desc.id = static_cast<uint32_t>(2 * i);
       desc.kind = SW_CONSTRAINT_POSITION;
+      desc.axes = handle.axes;
       desc.compliance = handle.compliance * clock_ * clock_;
       std::copy(target.origin.begin(), target.origin.end(), desc.position);
       state.set_constraint(desc);

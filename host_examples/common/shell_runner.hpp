@@ -18,6 +18,7 @@
 
 #include "collider_set.hpp"
 #include "follower.hpp"
+#include "frames_file.hpp"
 #include "message.hpp"
 #include "request.hpp"
 #include "shell_model.hpp"
@@ -38,6 +39,7 @@ struct Notes {
   std::string certified;           // what the estimate of the error says, where it was asked for
   bool jumped = false;             // the frames before this one were not all seen with their own inputs
   bool floats = false;             // nothing is held
+  bool stored_of_others = false;   // the frames on disk are of another mesh, or of other settings
   double supports_missed = 0;      // SwStateReport.support_miss over the mesh's size
   uint64_t builds = 0, steps = 0;  // so far; a sub-frame's part of a step is not counted
 
@@ -49,7 +51,7 @@ struct Notes {
   // from frame to frame.
   uint32_t warnings() const {
     return 1u * !turn_in_range | 2u * (handles_missed > 0) | 4u * jumped | 8u * floats | 16u * !certified.empty() |
-           32u * (supports_missed > kMissed);
+           32u * (supports_missed > kMissed) | 64u * stored_of_others;
   }
 };
 
@@ -68,6 +70,11 @@ public:
 
   uint64_t bytes() const;  // of model, frames and binding
 
+  // All frames that are there, with the model. Throws HostError where there are none.
+  Frames frames() const;
+  // Those of before, in place of all that is there: taken at the next evaluation whose mesh and settings they are of.
+  void adopt(Frames frames);
+
   const Notes &notes() const { return notes_; }
   const StateCache &cache() const { return cache_; }
 
@@ -76,6 +83,7 @@ private:
 
   void run(Request &request, const At &at);
   void follow(const Request &request, const At &at, bool built);
+  bool take_stored(const Mesh &mesh, const Request &request, const At &at);
   bool model_serves(const Request &request, const At &at) const;
   void build(const Request &request, const At &at);
   void build_support_fields(const Request &request, const At &at, const std::string &apart);
@@ -106,11 +114,13 @@ private:
   ColliderSet colliders_;
   Follower follower_;
   SupportPlaces places_;
+  bool stored_serves_ = false;         // the model is that of the frames on disk
   bool needs_support_fields_ = false;  // supports have moved against each other
   bool led_ = false;                   // supports were moved in the state
   bool replaces_ = false;
   std::vector<unsigned char> fresh_;   // the state before all
   uint64_t drawn_key_ = 0, faces_key_ = 0;
+  std::unique_ptr<Frames> stored_;     // to be adopted
   double clock_ = 1;       // the library's seconds in one of the scene's
   double frame_time_ = 0;  // s of the scene
   double unit_ = 1;        // world lengths in one of the object's, as at the start

@@ -7,6 +7,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <utility>
 #include <vector>
 
 namespace host {
@@ -30,6 +31,8 @@ public:
   void store(uint64_t frame, Entry entry);  // throws HostError from `limit` on
   void drop_from(uint64_t frame);           // this frame and all after it
   std::vector<Entry> take();  // leaves none
+  const std::vector<Entry> &all() const { return entries_; }
+  void put(std::vector<Entry> entries) { entries_ = std::move(entries); }
   void forget_inputs();       // Entry::seen of all
   uint64_t size() const;                    // frames stored
   uint64_t bytes_per_frame() const;         // of the largest, bookkeeping included

@@ -41,6 +41,10 @@ static const char *theDsFile = R"THEDSFILE(
     parm { name "startframe" label "Start Frame" type float default { "$FSTART" } }
     parm { name "framerate" label "Frames per Second" type float default { "$FPS" } range { 1 120 } }
     parm { name "gravity" label "Gravity" type vector size 3 default { "0" "-9.81" "0" } }
+    parm { name "wind" label "Wind" type vector size 3 default { "0" "0" "0" } }
+    parm { name "airdensity" label "Air Density" type float default { "0" } range { 0! 2 } }
+    parm { name "normaldrag" label "Normal Drag" type float default { "1.5" } range { 0! 2 } }
+    parm { name "tangentialdrag" label "Tangential Drag" type float default { "0.05" } range { 0! 1 } }
     parm {
         name "stiffnessfrom" label "Stiffness From" type ordinal default { "0" }
         menu { "frequency" "Frequency" "material" "Material" "preset" "Known Material" "sheet" "Sheet" }
@@ -51,12 +55,13 @@ static const char *theDsFile = R"THEDSFILE(
     parm { name "young" label "Young's Modulus" type float default { "3e9" } range { 0! 100000000000 } hidewhen "{ stiffnessfrom != sheet }" }
     parm { name "poisson" label "Poisson's Ratio" type float default { "0.3" } range { -0.99! 0.5! } hidewhen "{ stiffnessfrom != sheet }" }
     parm { name "volumedensity" label "Density by Volume" type float default { "1000" } range { 0! 10000 } hidewhen "{ stiffnessfrom != sheet }" }
-    parm { name "metresperunit" label "Metres per Unit" type float default { "1" } range { 0! 1 } hidewhen "{ stiffnessfrom == frequency } { stiffnessfrom == material }" }
+    parm { name "metresperunit" label "Metres per Unit" type float default { "1" } range { 0! 1 } hidewhen "{ stiffnessfrom == material }" }
     parm { name "kbend" label "Bend Stiffness" type float default { "1" } range { 0 100 } hidewhen "{ stiffnessfrom != material }" }
     parm { name "kstretch" label "Stretch Stiffness" type float default { "10000" } range { 0 1000000 } hidewhen "{ stiffnessfrom != material }" }
     parm { name "density" label "Density" type float default { "1" } range { 0 10 } hidewhen "{ stiffnessfrom != material }" }
     parm { name "dampingratio" label "Damping Ratio" type float default { "0.05" } range { 0! 1 } }
     parm { name "dampingmass" label "Mass Damping" type float default { "0" } range { 0! 10 } }
+    parm { name "dampingstiffness" label "Stiffness Damping" type float default { "0" } range { 0! 1 } }
     parm { name "modes" label "Modes" type integer default { "16" } range { 1! 64 } }
     parm { name "doubleprecision" label "Double Precision" type toggle default { "0" } }
     parm { name "method" label "Method" type string default { "warp" } }
@@ -243,6 +248,7 @@ void pull_settings(const SOP_ShellWarpParms &parms, host::Request &request) {
   motion.implicit_euler = static_cast<int>(parms.getIntegrator()) == 1;
   motion.damping_ratio = parms.getDampingratio();
   motion.damping_mass = parms.getDampingmass();
+  motion.damping_stiffness = parms.getDampingstiffness();
 
   host::Build &build = request.build;
   build.clamped = static_cast<int>(parms.getSupportkind()) == 0;
@@ -259,6 +265,8 @@ void pull_settings(const SOP_ShellWarpParms &parms, host::Request &request) {
 
   const UT_Vector3D gravity = parms.getGravity(), t = parms.getFramet(), r = parms.getFramer();
   request.inputs.gravity = {gravity.x(), gravity.y(), gravity.z()};
+  const UT_Vector3D wind = parms.getWind();
+  request.inputs.wind = {{wind.x(), wind.y(), wind.z()}, parms.getAirdensity(), parms.getNormaldrag(), parms.getTangentialdrag()};
   request.inputs.frame = host::pose_of_angles({t.x(), t.y(), t.z()}, {r.x(), r.y(), r.z()});
   request.inputs.object = request.inputs.frame;
 }

@@ -80,7 +80,8 @@ void pull_supports(const GU_Detail &detail, const UT_StringHolder &group, const 
 
 void pull_handles(const GU_Detail &points, std::vector<host::Handle> &handles) {
   const GA_ROHandleI vertex(&points, GA_ATTRIB_POINT, "shellpoint"), position(&points, GA_ATTRIB_POINT, "holdposition"),
-      orientation(&points, GA_ATTRIB_POINT, "holdorientation");
+      orientation(&points, GA_ATTRIB_POINT, "holdorientation"), holds(&points, GA_ATTRIB_POINT, "held"),
+      axes(&points, GA_ATTRIB_POINT, "axes");
   const GA_ROHandleF compliance(&points, GA_ATTRIB_POINT, "compliance");
   const GA_ROHandleQ orient(&points, GA_ATTRIB_POINT, "orient");
   if (points.getNumPoints() > 0 && !vertex.isValid())
@@ -100,6 +101,8 @@ void pull_handles(const GU_Detail &points, std::vector<host::Handle> &handles) {
     if (position.isValid()) handle.position = position.get(*it) != 0;
     if (orientation.isValid()) handle.orientation = orientation.get(*it) != 0;
     if (compliance.isValid()) handle.compliance = static_cast<double>(compliance.get(*it));
+    if (holds.isValid()) handle.held = holds.get(*it) != 0;
+    if (axes.isValid()) handle.axes = static_cast<uint32_t>(axes.get(*it)) & (SW_AXIS_X | SW_AXIS_Y | SW_AXIS_Z);
     handles.push_back(handle);
   }
 }

@@ -130,6 +130,7 @@ void pull_settings(MDataBlock &block, host::Request &request) {
   request.motion.implicit_euler = second(Node::integrator);
   request.motion.damping_ratio = real(Node::dampingRatio);
   request.motion.damping_mass = real(Node::dampingMass);
+  request.motion.damping_stiffness = real(Node::dampingStiffness);
 
   host::Stiffness &stiffness = request.build.stiffness;
   stiffness.by = static_cast<host::Stiffness::By>(block.inputValue(Node::stiffnessFrom).asShort());
@@ -171,6 +172,9 @@ void pull_handles(MDataBlock &block, std::vector<host::Handle> &handles) {
     handle.position = element.child(Node::handlePosition).asBool();
     handle.orientation = element.child(Node::handleOrientation).asBool();
     handle.compliance = element.child(Node::handleCompliance).asDouble();
+    handle.held = element.child(Node::handleHeld).asBool();
+    handle.axes = (element.child(Node::handleAxisX).asBool() ? SW_AXIS_X : 0u) | (element.child(Node::handleAxisY).asBool() ? SW_AXIS_Y : 0u) |
+                  (element.child(Node::handleAxisZ).asBool() ? SW_AXIS_Z : 0u);
     const int vertex = element.child(Node::handleVertex).asInt();
     const std::string name = "handles[" + host::number(uint64_t(list.elementIndex())) + "]";
     if (vertex < 0) throw host::HostError(name + " has a negative vertex");

@@ -11,21 +11,22 @@
 
 #include <initializer_list>
 
-MObject ShellWarpNode::time, ShellWarpNode::startFrame;
+MObject ShellWarpNode::time, ShellWarpNode::startFrame, ShellWarpNode::cache;
 MObject ShellWarpNode::gravity, ShellWarpNode::gravityX, ShellWarpNode::gravityY, ShellWarpNode::gravityZ;
 MObject ShellWarpNode::wind, ShellWarpNode::windX, ShellWarpNode::windY, ShellWarpNode::windZ, ShellWarpNode::airDensity,
     ShellWarpNode::normalDrag, ShellWarpNode::tangentialDrag;
 MObject ShellWarpNode::stiffnessFrom, ShellWarpNode::frequency, ShellWarpNode::thickness, ShellWarpNode::kBend,
     ShellWarpNode::kStretch, ShellWarpNode::density;
 MObject ShellWarpNode::preset, ShellWarpNode::young, ShellWarpNode::poisson, ShellWarpNode::volumeDensity;
-MObject ShellWarpNode::dampingRatio, ShellWarpNode::dampingMass;
+MObject ShellWarpNode::dampingRatio, ShellWarpNode::dampingMass, ShellWarpNode::dampingStiffness;
 MObject ShellWarpNode::method, ShellWarpNode::reducedFields, ShellWarpNode::autoError, ShellWarpNode::integrator;
 MObject ShellWarpNode::modes, ShellWarpNode::doublePrecision, ShellWarpNode::certify;
 MObject ShellWarpNode::supportKind, ShellWarpNode::supportComponents, ShellWarpNode::supportWeightList,
     ShellWarpNode::supportWeights, ShellWarpNode::follow, ShellWarpNode::supportFields;
 MObject ShellWarpNode::frameFrom, ShellWarpNode::supportFrame, ShellWarpNode::proxy;
 MObject ShellWarpNode::handles, ShellWarpNode::handleVertex, ShellWarpNode::handleTarget, ShellWarpNode::handlePosition,
-    ShellWarpNode::handleOrientation, ShellWarpNode::handleCompliance;
+    ShellWarpNode::handleOrientation, ShellWarpNode::handleCompliance, ShellWarpNode::handleHeld, ShellWarpNode::handleAxisX,
+    ShellWarpNode::handleAxisY, ShellWarpNode::handleAxisZ;
 MObject ShellWarpNode::colliders, ShellWarpNode::colliderMesh, ShellWarpNode::colliderMatrix,
     ShellWarpNode::colliderShape, ShellWarpNode::colliderCells, ShellWarpNode::colliderFriction,
     ShellWarpNode::colliderThickness;
@@ -86,6 +87,10 @@ MStatus create_clock_and_loads() {
   CHECK_MSTATUS_AND_RETURN_IT(status);
   status = create_plain(Node::startFrame, "startFrame", "stf", MFnNumericData::kDouble, 1);
   CHECK_MSTATUS_AND_RETURN_IT(status);
+  MFnTypedAttribute text;
+  Node::cache = text.create("cache", "cfl", MFnData::kString, MObject::kNullObj, &status);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  text.setUsedAsFilename(true);
   status = create_plain(Node::gravityX, "gravityX", "grx", MFnNumericData::kDouble, 0);
   CHECK_MSTATUS_AND_RETURN_IT(status);
   status = create_plain(Node::gravityY, "gravityY", "gry", MFnNumericData::kDouble, -981);
@@ -179,6 +184,8 @@ MStatus create_material() {
   CHECK_MSTATUS_AND_RETURN_IT(status);
   status = create_number(Node::dampingMass, "dampingMass", "dms", 0, {0, 10});
   CHECK_MSTATUS_AND_RETURN_IT(status);
+  status = create_number(Node::dampingStiffness, "dampingStiffness", "dst", 0, {0, 1});
+  CHECK_MSTATUS_AND_RETURN_IT(status);
   status = create_plain(Node::modes, "modes", "mod", MFnNumericData::kInt, 16);
   CHECK_MSTATUS_AND_RETURN_IT(status);
   MFnNumericAttribute count(Node::modes);
@@ -239,11 +246,20 @@ MStatus create_handles() {
   CHECK_MSTATUS_AND_RETURN_IT(status);
   status = create_number(Node::handleCompliance, "handleCompliance", "hcp", 0, {0, 1});
   CHECK_MSTATUS_AND_RETURN_IT(status);
+  status = create_plain(Node::handleHeld, "handleHeld", "hhe", MFnNumericData::kBoolean, 1);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  status = create_plain(Node::handleAxisX, "handleAxisX", "hax", MFnNumericData::kBoolean, 1);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  status = create_plain(Node::handleAxisY, "handleAxisY", "hay", MFnNumericData::kBoolean, 1);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  status = create_plain(Node::handleAxisZ, "handleAxisZ", "haz", MFnNumericData::kBoolean, 1);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
   MFnCompoundAttribute list;
   Node::handles = list.create("handles", "hnd", &status);
   CHECK_MSTATUS_AND_RETURN_IT(status);
   for (const MObject &child :
-       {Node::handleVertex, Node::handleTarget, Node::handlePosition, Node::handleOrientation, Node::handleCompliance})
+       {Node::handleVertex, Node::handleTarget, Node::handlePosition, Node::handleOrientation, Node::handleCompliance,
+        Node::handleHeld, Node::handleAxisX, Node::handleAxisY, Node::handleAxisZ})
     list.addChild(child);
   list.setArray(true);
   return MS::kSuccess;
@@ -298,9 +314,9 @@ MStatus ShellWarpNode::addAttributes() {
       reducedFields, autoError,    integrator,   certify,       supportKind, supportComponents, supportWeightList,
       frameFrom,     supportFrame, handles,      preset,        young,       poisson,           volumeDensity,
       colliders,     proxy,        follow,       supportFields, wind,       airDensity,        normalDrag,
-      tangentialDrag};
+      tangentialDrag, dampingStiffness, cache};
   const MObject children[] = {windX, windY, windZ, gravityX,       gravityY,       gravityZ,          supportWeights,   handleVertex,
-                              handleTarget,   handlePosition, handleOrientation, handleCompliance, colliderMesh,
+                              handleTarget,   handlePosition, handleOrientation, handleCompliance, handleHeld, handleAxisX, handleAxisY, handleAxisZ, colliderMesh,
                               colliderMatrix, colliderShape,  colliderCells,     colliderFriction, colliderThickness};
   MStatus status;
   for (const MObject &attribute : parents) {

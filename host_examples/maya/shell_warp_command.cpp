@@ -24,7 +24,7 @@
 
 namespace {
 
-constexpr const char *kHandle = "-hd", *kCollider = "-co", *kStatus = "-st";
+constexpr const char *kHandle = "-hd", *kCollider = "-co", *kStatus = "-st", *kWrite = "-wc";
 
 // A mesh of the selection, and which of its vertices are selected.
 struct Picked {
@@ -120,6 +120,13 @@ std::string words(const MPoint &point) {
   return text;
 }
 
+// As MEL takes a text.
+std::string quoted(const std::string &text) {
+  std::string out = "\"";
+  for (const char c : text) out += (c == '"' || c == '\\' ? std::string("\\") : std::string()) + c;
+  return out + "\"";
+}
+
 std::string element(const std::string &node, const char *array, unsigned int index) {
   return node + "." + array + "[" + std::to_string(index) + "]";
 }
@@ -133,6 +140,7 @@ MSyntax ShellWarpCommand::syntax_of() {
   syntax.addFlag(kHandle, "-handle");
   syntax.addFlag(kCollider, "-collider");
   syntax.addFlag(kStatus, "-status");
+  syntax.addFlag(kWrite, "-writeCache", MSyntax::kString);
   syntax.setObjectType(MSyntax::kSelectionList, 0);
   syntax.useSelectionAsDefault(true);
   return syntax;
@@ -154,7 +162,11 @@ MStatus ShellWarpCommand::doIt(const MArgList &arguments) {
       add_handles(selected);
     else if (given.isFlagSet(kCollider))
       add_colliders(selected);
-    else
+    else if (given.isFlagSet(kWrite)) {
+      MString file;
+      given.getFlagArgument(kWrite, 0, file);
+      write_cache(selected, file.asChar());
+    } else
       create(selected);
   } catch (const std::exception &error) {
     displayError(MString("shellWarp: ") + error.what());
@@ -223,6 +235,22 @@ void ShellWarpCommand::add_colliders(const MSelectionList &selected) {
     run("connectAttr " + meshes[k].name() + ".worldMatrix[0] " + collider + ".colliderMatrix");
     appendToResult(collider.c_str());
   }
+}
+
+// One file a shell: of several, the node's name stands before the ending.
+void ShellWarpCommand::write_cache(const MSelectionList &selected, const std::string &file) {
+  const std::vector<Picked> meshes = picked_of(selected);
+  const std::size_t dot = file.find_last_of('.') != std::string::npos ? file.find_last_of('.') : file.size();
+  for (const Picked &mesh : meshes) {
+    const MObject shell = shell_of(mesh.path);
+    if (shell.isNull()) throw host::HostError(mesh.name() + " is no shell yet: run shellWarp on it");
+    const std::string node = name_of(shell);
+    const std::string own = meshes.size() == 1 ? file : file.substr(0, dot) + "_" + node + file.substr(dot);
+    static_cast<const ShellWarpNode *>(MFnDependencyNode(shell).userNode())->write_cache(own);
+    run("setAttr -type \"string\" " + node + ".cache " + quoted(own));
+    appendToResult(own.c_str());
+  }
+  if (meshes.empty()) throw host::HostError("select the shells whose frames are to be written");
 }
 
 // A line for each shell that has something to tell; the heads-up display shows them.

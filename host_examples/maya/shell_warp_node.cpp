@@ -56,6 +56,25 @@ std::string ShellWarpNode::status() const {
   return lines;
 }
 
+static std::string cache_of(const std::string &file, unsigned int multiIndex) {
+  return multiIndex == 0 ? file : file + "." + std::to_string(multiIndex);
+}
+
+void ShellWarpNode::write_cache(const std::string &file) const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (shells_.empty()) throw host::HostError("there are no frames yet: play from the start frame");
+  for (const auto &[index, shell] : shells_) host::write_frames(cache_of(file, index), shell.runner.frames());
+}
+
+// Reads a file when its name is new. One that cannot be read is an error at every frame: a shell that moved otherwise would be worse.
+void ShellWarpNode::adopt(MDataBlock &block, unsigned int multiIndex, Shell &shell) {
+  const MString name = block.inputValue(cache).asString();
+  const std::string file = name.length() ? cache_of(name.asChar(), multiIndex) : "";
+  if (file == shell.cache) return;
+  if (!file.empty()) shell.runner.adopt(host::read_frames(file));
+  shell.cache = file;
+}
+
 MStatus ShellWarpNode::deform(MDataBlock &block, MItGeometry &points, const MMatrix &toWorld, unsigned int multiIndex) {
   MStatus status;
   const float amount = block.inputValue(envelope, &status).asFloat();
@@ -70,6 +89,7 @@ MStatus ShellWarpNode::deform(MDataBlock &block, MItGeometry &points, const MMat
     request.interrupted = [&interrupt] { return interrupt.requested(); };
     status = pull(block, toWorld, multiIndex, request);
     CHECK_MSTATUS_AND_RETURN_IT(status);
+    adopt(block, multiIndex, shell);
     shell.runner.evaluate(std::move(request));
     status = push(block, points, multiIndex, amount, shell.runner);
     CHECK_MSTATUS_AND_RETURN_IT(status);

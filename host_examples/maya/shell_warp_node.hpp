@@ -50,6 +50,9 @@ public:
   // What the user was told of last, of all geometries; empty where all is well. For any thread.
   std::string status() const;
 
+  // Writes the frames that were played to a file, of further geometries to FILE.1 and so on. Throws host::HostError.
+  void write_cache(const std::string &file) const;
+
 private:
   static MStatus addAttributes();
 
@@ -58,11 +61,13 @@ private:
     host::ShellRunner runner;
     std::string told;    // what the user was told of last, without its numbers
     std::string status;  // with them
+    std::string cache;   // the file that its frames were taken from
   };
 
   MStatus pull(MDataBlock &block, const MMatrix &toWorld, unsigned int multiIndex, host::Request &request) const;
   MStatus push(MDataBlock &block, MItGeometry &points, unsigned int multiIndex, float amount,
                const host::ShellRunner &runner);
+  static void adopt(MDataBlock &block, unsigned int multiIndex, Shell &shell);
   void warn(Shell &shell) const;
   void fail(Shell &shell, const std::string &message) const;
 
@@ -71,14 +76,14 @@ private:
 
 public:
   // The shell's clock
-  static MObject time, startFrame;
+  static MObject time, startFrame, cache;
   // What pulls at it
   static MObject gravity, gravityX, gravityY, gravityZ;
   static MObject wind, windX, windY, windZ, airDensity, normalDrag, tangentialDrag;
   // What it is made of
   static MObject stiffnessFrom, frequency, thickness, kBend, kStretch, density;
   static MObject preset, young, poisson, volumeDensity;
-  static MObject dampingRatio, dampingMass;
+  static MObject dampingRatio, dampingMass, dampingStiffness;
   static MObject method, reducedFields, autoError, integrator;
   static MObject modes, doublePrecision, certify;
   // What holds it
@@ -87,7 +92,7 @@ public:
   // What is simulated in the deformed mesh's place
   static MObject proxy;
   // What leads it
-  static MObject handles, handleVertex, handleTarget, handlePosition, handleOrientation, handleCompliance;
+  static MObject handles, handleVertex, handleTarget, handlePosition, handleOrientation, handleCompliance, handleHeld, handleAxisX, handleAxisY, handleAxisZ;
   // What it touches
   static MObject colliders, colliderMesh, colliderMatrix, colliderShape, colliderCells, colliderFriction,
       colliderThickness;

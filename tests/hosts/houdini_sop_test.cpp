@@ -246,6 +246,11 @@ void every_parameter_changes_the_result() {
   CHECK(changes(nothing, number("startframe", {3})));
   CHECK(changes(nothing, number("framerate", {48})));
   CHECK(changes(nothing, number("gravity", {1, 2, 3})));
+  const auto windy = [](Scene &s) { s.cook.set("wind", {0, 3, 2}), s.cook.set("airdensity", {1.2}); };
+  CHECK(changes(windy, number("wind", {0, -3, 2})));
+  CHECK(changes(windy, number("airdensity", {0.6})));
+  CHECK(changes(windy, number("normaldrag", {0.5})));
+  CHECK(changes(windy, number("tangentialdrag", {1})));
   CHECK(changes(nothing, material));
   CHECK(changes(nothing, number("frequency", {3})));
   CHECK(changes(nothing, number("thickness", {0.3})));
@@ -262,6 +267,7 @@ void every_parameter_changes_the_result() {
   CHECK(changes(sheet, number("volumedensity", {5000})));
   CHECK(changes(nothing, number("dampingratio", {0.5})));
   CHECK(changes(nothing, number("dampingmass", {2})));
+  CHECK(changes(nothing, number("dampingstiffness", {0.1})));
   CHECK(changes(nothing, number("modes", {2})));
   CHECK(changes(nothing, number("doubleprecision", {1})));
   CHECK(changes(nothing, word("method", "lma")));
@@ -556,6 +562,41 @@ void attributes_of_a_handle_point_are_read() {
   CHECK(changes("holdposition", {0}, false));
   CHECK(changes("holdorientation", {1}, true));
   CHECK(changes("compliance", {0.5}, false));
+  CHECK(changes("held", {0}, false));
+  CHECK(changes("axes", {SW_AXIS_Y}, false));
+}
+
+// Against a wind of v the air pushes as much as half the card's weight pulls where 1/2 rho C v² is half of g times its mass an area.
+void wind_carries_a_known_material_by_its_own_weight() {
+  const auto sag = [](double wind) {
+    Scene scene;
+    scene.cook.set("stiffnessfrom", {3});
+    scene.cook.set("young", {3e10});  // stiff: it stays flat, and so the whole face is across the wind
+    scene.cook.set("thickness", {4e-2});
+    scene.cook.set("volumedensity", {10});  // 0.4 kg/m²
+    scene.cook.set("dampingratio", {0.7});
+    scene.cook.set("wind", {0, wind, 0});
+    scene.cook.set("airdensity", {1.2});
+    return scene.play(60)[kTip].y();
+  };
+  const double speed = std::sqrt(0.5 * 0.4 * 9.81 / (0.5 * 1.2 * 1.5)), still = sag(0);
+  CHECK_NEAR(sag(speed), 0.5 * still, 0.05 * std::fabs(still));  // it has not come quite to rest
+}
+
+// Let go, a led point falls as one that was never led; held along y alone, it goes along x as the shell does.
+void a_handle_lets_go_and_holds_along_axes() {
+  Scene held, let_go, free_one, along;
+  for (int frame = 1; frame <= 8; ++frame) {
+    for (Scene *scene : {&held, &let_go, &along}) scene->lead(kTip, UT_Vector3(3.5f, 0.3f, 0));
+    let_go.handles.fake_geometry().attributes["held"] = {0};
+    along.handles.fake_geometry().attributes["axes"] = {SW_AXIS_Y};
+    for (Scene *scene : {&held, &let_go, &free_one, &along}) scene->at(frame);
+  }
+  const auto tip = [](Scene &scene) { return scene.cook.output.fake_geometry().points[kTip]; };
+  CHECK(same(let_go.cook.output.fake_geometry().points, free_one.cook.output.fake_geometry().points));
+  CHECK_NEAR(tip(held).x(), 3.5, 1e-3);
+  CHECK_NEAR(tip(along).y(), 0.3, 1e-3);
+  CHECK(tip(along).x() > 3.6);
 }
 
 // -------------------------------------------------------------------------------------------------------------- errors
@@ -766,6 +807,8 @@ int main(int argc, char **argv) {
     RUN(envelope_and_weights_scale_each_point);
     RUN(a_handle_point_leads_its_point);
     RUN(attributes_of_a_handle_point_are_read);
+    RUN(wind_carries_a_known_material_by_its_own_weight);
+    RUN(a_handle_lets_go_and_holds_along_axes);
     RUN(what_a_user_can_mend_is_named_and_the_mesh_passes_through);
     RUN(after_an_error_is_mended_the_node_cooks);
     RUN(a_shell_out_of_range_is_warned_of);

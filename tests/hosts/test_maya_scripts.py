@@ -12,14 +12,14 @@ sys.dont_write_bytecode = True
 class Cmds(types.ModuleType):
     """The commands that the scripts use; another name is an error, as in Maya."""
 
-    KNOWN = {"menu", "menuItem", "deleteUI", "headsUpDisplay", "shelfButton", "tabLayout", "about", "shellWarp", "ls", "listHistory", "warning"}
+    KNOWN = {"menu", "menuItem", "deleteUI", "headsUpDisplay", "shelfButton", "tabLayout", "about", "shellWarp", "ls", "listHistory", "warning", "fileDialog2"}
 
     def __init__(self):
         super().__init__("maya.cmds")
         self.calls = []
         self.batch = False
         self.there = set()
-        self.shells = []
+        self.shells, self.chosen = [], None
 
     def __getattr__(self, name):
         if name not in self.KNOWN:
@@ -36,7 +36,7 @@ class Cmds(types.ModuleType):
             (self.there.discard if flags.get("remove") else self.there.add)(names[0])
         if command == "deleteUI":
             self.there.discard(names[0])
-        return {"tabLayout": "Custom", "shellWarp": "shellWarp1: told", "ls": self.shells, "headsUpDisplay": 3, "listHistory": ["a"]}.get(command)
+        return {"tabLayout": "Custom", "shellWarp": "shellWarp1: told", "ls": self.shells, "headsUpDisplay": 3, "listHistory": ["a"], "fileDialog2": self.chosen}.get(command)
 
     def of(self, command):
         return [(names, flags) for known, names, flags in self.calls if known == command]
@@ -68,6 +68,13 @@ class Scripts(unittest.TestCase):
             self.assertEqual(flags["parent"], "shellWarpMenu")
             if flags.get("sourceType") == "python":
                 exec(flags["command"], {})
+
+    def test_frames_are_written_to_the_file_that_is_chosen(self):
+        self.scripts.write_frames()
+        self.assertEqual(self.cmds.of("shellWarp"), [])
+        self.cmds.chosen = ["/shots/one.swframes"]
+        self.scripts.write_frames()
+        self.assertEqual(self.cmds.of("shellWarp"), [((), {"writeCache": "/shots/one.swframes"})])
 
     def test_loading_twice_leaves_one_menu_and_unloading_none(self):
         self.scripts.create_menu()

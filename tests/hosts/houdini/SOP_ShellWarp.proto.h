@@ -13,6 +13,10 @@ public:
   fpreal getStartframe() const { return startframe_; }
   fpreal getFramerate() const { return framerate_; }
   UT_Vector3D getGravity() const { return gravity_; }
+  UT_Vector3D getWind() const { return wind_; }
+  fpreal getAirdensity() const { return airdensity_; }
+  fpreal getNormaldrag() const { return normaldrag_; }
+  fpreal getTangentialdrag() const { return tangentialdrag_; }
   int64_t getStiffnessfrom() const { return stiffnessfrom_; }
   fpreal getFrequency() const { return frequency_; }
   fpreal getThickness() const { return thickness_; }
@@ -21,6 +25,7 @@ public:
   fpreal getDensity() const { return density_; }
   fpreal getDampingratio() const { return dampingratio_; }
   fpreal getDampingmass() const { return dampingmass_; }
+  fpreal getDampingstiffness() const { return dampingstiffness_; }
   int64_t getModes() const { return modes_; }
   bool getDoubleprecision() const { return doubleprecision_; }
   bool getCertify() const { return certify_; }
@@ -55,6 +60,10 @@ public:
     startframe_ = at(values, "startframe", "float").numbers[0];
     framerate_ = at(values, "framerate", "float").numbers[0];
     gravity_ = vector(at(values, "gravity", "vector"));
+    wind_ = vector(at(values, "wind", "vector"));
+    airdensity_ = at(values, "airdensity", "float").numbers[0];
+    normaldrag_ = at(values, "normaldrag", "float").numbers[0];
+    tangentialdrag_ = at(values, "tangentialdrag", "float").numbers[0];
     stiffnessfrom_ = static_cast<int64_t>(at(values, "stiffnessfrom", "ordinal").numbers[0]);
     frequency_ = at(values, "frequency", "float").numbers[0];
     thickness_ = at(values, "thickness", "float").numbers[0];
@@ -63,6 +72,7 @@ public:
     density_ = at(values, "density", "float").numbers[0];
     dampingratio_ = at(values, "dampingratio", "float").numbers[0];
     dampingmass_ = at(values, "dampingmass", "float").numbers[0];
+    dampingstiffness_ = at(values, "dampingstiffness", "float").numbers[0];
     modes_ = static_cast<int64_t>(at(values, "modes", "integer").numbers[0]);
     doubleprecision_ = at(values, "doubleprecision", "toggle").numbers[0] != 0;
     certify_ = at(values, "certify", "toggle").numbers[0] != 0;
@@ -109,6 +119,10 @@ private:
   fpreal startframe_ = 0;
   fpreal framerate_ = 0;
   UT_Vector3D gravity_;
+  UT_Vector3D wind_;
+  fpreal airdensity_ = 0;
+  fpreal normaldrag_ = 0;
+  fpreal tangentialdrag_ = 0;
   int64_t stiffnessfrom_ = 0;
   fpreal frequency_ = 0;
   fpreal thickness_ = 0;
@@ -117,6 +131,7 @@ private:
   fpreal density_ = 0;
   fpreal dampingratio_ = 0;
   fpreal dampingmass_ = 0;
+  fpreal dampingstiffness_ = 0;
   int64_t modes_ = 0;
   bool doubleprecision_ = false;
   bool certify_ = false;

@@ -56,6 +56,8 @@ public:
   void set(const std::string &plug, double value);
   void set(const std::string &plug, const MMatrix &value);
   void set_time(double value, MTime::Unit unit);
+  void set_text(const std::string &plug, const std::string &text);
+  std::string get_text(const std::string &plug);
   void set_components(const std::string &plug, const std::vector<int> &vertices, bool edges = false);
   void set_mesh(const std::string &plug, const Mesh *mesh);  // what is connected; NULL: no more
   void remove(const std::string &plug);                      // an array's element

@@ -54,6 +54,7 @@ struct Value {
   MTime time;
   MMatrix matrix;
   MObject data;
+  MString text;
   std::map<unsigned int, Value> elements;
   std::map<const Attribute *, Value> children;
 
@@ -233,6 +234,17 @@ void Deformer::set(const std::string &plug, const MMatrix &x) {
   Attribute *attribute = nullptr;
   node_->find(plug, attribute)->matrix = x;
   node_->dirty(attribute);
+}
+
+void Deformer::set_text(const std::string &plug, const std::string &text) {
+  Attribute *attribute = nullptr;
+  node_->find(plug, attribute)->text = text.c_str();
+  node_->dirty(attribute);
+}
+
+std::string Deformer::get_text(const std::string &plug) {
+  Attribute *attribute = nullptr;
+  return node_->find(plug, attribute)->text.asChar();
 }
 
 void Deformer::set_time(double value, MTime::Unit unit) {
@@ -539,6 +551,8 @@ MObject MFnTypedAttribute::create(const MString &name, const MString &brief, MFn
   return object_;
 }
 
+MStatus MFnTypedAttribute::setUsedAsFilename(bool) { return MS::kSuccess; }
+
 MObject MFnCompoundAttribute::create(const MString &name, const MString &brief, MStatus *status) {
   start(name, brief, status).kind = Kind::compound;
   return object_;
@@ -563,6 +577,7 @@ MMatrix &MDataHandle::asMatrix() const { return checked(value_, Kind::matrix, "a
 MObject MDataHandle::asMesh() const {
   return Object::get<fake::MeshData>(value_->data) ? value_->data : MObject::kNullObj;
 }
+MString &MDataHandle::asString() const { return value_->text; }
 MDataHandle MDataHandle::child(const MObject &attribute) {
   return MDataHandle(&value_->children.at(Object::get<Attribute>(attribute)));
 }

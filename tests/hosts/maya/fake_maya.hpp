@@ -13,6 +13,7 @@
 #include <functional>
 #include <iostream>
 #include <map>
+#include <set>
 #include <memory>
 #include <string>
 #include <vector>
@@ -76,6 +77,7 @@ public:
   MString operator+(const MString &other) const { return (text_ + other.text_).c_str(); }
   MString operator+(const char *other) const { return (text_ + other).c_str(); }
   const char *asChar() const { return text_.c_str(); }
+  int length() const { return static_cast<int>(text_.size()); }
 
 private:
   std::string text_;
@@ -434,6 +436,7 @@ class MFnTypedAttribute : public MFnAttribute {
 public:
   MObject create(const MString &fullName, const MString &briefName, MFnData::Type type,
                  MObject defaultData = MObject::kNullObj, MStatus *ReturnStatus = NULL);
+  MStatus setUsedAsFilename(bool state);
 };
 
 class MFnCompoundAttribute : public MFnAttribute {
@@ -457,6 +460,7 @@ public:
   double3 &asDouble3() const;
   MMatrix &asMatrix() const;
   MObject asMesh() const;
+  MString &asString() const;
   MDataHandle child(const MObject &attribute);
 
 private:
@@ -567,6 +571,7 @@ public:
 private:
   friend class MArgDatabase;
   std::map<std::string, std::string> flags_;  // by the long name
+  std::set<std::string> with_text_;           // by the short name
   bool objects_ = false, selection_ = false;
 };
 
@@ -581,10 +586,12 @@ class MArgDatabase {
 public:
   MArgDatabase(const MSyntax &syntax, const MArgList &argList, MStatus *ReturnStatus = NULL);
   bool isFlagSet(const char *flag, MStatus *ReturnStatus = NULL) const;
+  MStatus getFlagArgument(const char *flag, unsigned int index, MString &result) const;
   MStatus getObjects(MSelectionList &result) const;
 
 private:
   std::vector<std::string> flags_;
+  std::map<std::string, std::string> texts_;  // of flags
   MSelectionList objects_;
 };
 

@@ -89,6 +89,14 @@ std::function<void()> Scene::mel(const std::string &command) {
         it = it->first.rfind(name + ".", 0) == 0 ? connections.erase(it) : std::next(it);
     };
   }
+  if (words[0] == "setAttr" && words.at(1) == "-type") {  // a text in quotes
+    const std::string node = before(words.at(3), '.'), plug = after(words[3], '.');
+    const std::function<void()> back = deformers.at(node)->remember(plug);
+    deformers.at(node)->set_text(plug, last.substr(1, last.size() - 2));
+    return [this, node, back] {
+      if (deformers.count(node)) back();
+    };
+  }
   if (words[0] == "setAttr") {
     const std::string node = before(words.at(1), '.'), plug = after(words[1], '.');
     const std::function<void()> back = deformers.at(node)->remember(plug);
@@ -326,8 +334,9 @@ MStatus MDGModifier::undoIt() {
 
 // ------------------------------------------------------------------------------------------------------------- commands
 
-MStatus MSyntax::addFlag(const char *short_name, const char *long_name, MArgType) {
+MStatus MSyntax::addFlag(const char *short_name, const char *long_name, MArgType type) {
   flags_[long_name] = short_name;
+  if (type == kString) with_text_.insert(short_name);
   return MS::kSuccess;
 }
 void MSyntax::setObjectType(MObjectFormat format, unsigned int) { objects_ = format == kSelectionList; }
@@ -335,7 +344,13 @@ void MSyntax::useSelectionAsDefault(bool use) { selection_ = use; }
 
 MArgDatabase::MArgDatabase(const MSyntax &syntax, const MArgList &arguments, MStatus *status) {
   bool named = false, good = true;
+  std::string awaits;  // the flag whose text comes next
   for (const std::string &word : arguments.words_) {
+    if (!awaits.empty()) {
+      texts_[awaits] = word;
+      awaits.clear();
+      continue;
+    }
     if (word[0] != '-') {
       named = true;
       good = good && syntax.objects_ && objects_.add(word.c_str()) == MS::kSuccess;
@@ -345,10 +360,17 @@ MArgDatabase::MArgDatabase(const MSyntax &syntax, const MArgList &arguments, MSt
                                     [&](const auto &flag) { return flag.first == word || flag.second == word; });
     good = good && found != syntax.flags_.end();
     if (good) flags_.push_back(found->second);
+    if (good && syntax.with_text_.count(found->second)) awaits = found->second;
   }
   if (!named && syntax.selection_)
     for (const std::string &name : scene().selection) objects_.add(name.c_str());
-  if (status) *status = good ? MS::kSuccess : MS::kFailure;
+  if (status) *status = good && awaits.empty() ? MS::kSuccess : MS::kFailure;
+}
+MStatus MArgDatabase::getFlagArgument(const char *flag, unsigned int, MString &result) const {
+  const auto found = texts_.find(flag);
+  if (found == texts_.end()) return MS::kFailure;
+  result = found->second.c_str();
+  return MS::kSuccess;
 }
 bool MArgDatabase::isFlagSet(const char *flag, MStatus *) const {
   return std::find(flags_.begin(), flags_.end(), flag) != flags_.end();

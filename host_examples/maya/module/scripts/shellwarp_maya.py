@@ -22,6 +22,7 @@ def create_menu():
     for label, command, annotation in ACTIONS:
         cmds.menuItem(label=label, command=command, sourceType="mel", annotation=annotation, parent=MENU)
     cmds.menuItem(label="Paint Supports", command="import shellwarp_maya; shellwarp_maya.paint()", sourceType="python", parent=MENU)
+    cmds.menuItem(label="Write Frames", command="import shellwarp_maya; shellwarp_maya.write_frames()", sourceType="python", parent=MENU)
     cmds.menuItem(divider=True, parent=MENU)
     cmds.menuItem(label="Buttons on This Shelf", command="import shellwarp_maya; shellwarp_maya.add_to_shelf()", sourceType="python", parent=MENU)
     show_status()
@@ -54,6 +55,13 @@ def show_status():
 
 def status():
     return cmds.shellWarp(status=True)
+
+
+def write_frames():
+    """Asks for a file, and writes the frames of the selected shells that were played."""
+    chosen = cmds.fileDialog2(caption="Frames of the selected shells", fileFilter="Frames of a shell (*.swframes)", fileMode=0)
+    if chosen:
+        cmds.shellWarp(writeCache=chosen[0])
 
 
 def paint(node=None):
