@@ -216,7 +216,8 @@ fn gravity_and_all_four_inertial_terms_act_as_defined() {
         state.step(h).unwrap();
         // In a spinning frame the load is that of the middle of the step.
         let mut middle = before;
-        let spinning = w != Vec3::zeros() || a != Vec3::zeros();
+        // A frame that hardly turns in a step, as by this angular acceleration alone, does not spin.
+        let spinning = w != Vec3::zeros();
         if spinning {
             let (q_after, rate_after) = state.amplitudes().unwrap();
             let mean = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| 0.5 * (a + b)).collect::<Vec<_>>();
