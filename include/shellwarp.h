@@ -374,6 +374,23 @@ typedef struct SwMaterialDesc {
   const void *rest_positions;
   // Bytes from rest position to rest position; 0 = packed.
   uint64_t rest_stride;
+  // Of a sheet that is stiffer along a direction than across it, such as paper, a weave or wood:
+  // Young's modulus across, positive; young is then that along, and poisson what stretching along
+  // takes away across, with poisson^2 < young / young_across. 0 = the same in all directions. A map
+  // of young scales it and shear along. Of SW_ENERGY_KOITER.
+  double young_across;
+  // Shear modulus G between along and across, positive. 0 = Huber's estimate, sqrt(young
+  // young_across) / (2 (1 + poisson sqrt(young_across / young))). Only with young_across.
+  double shear;
+  // Direction of young (n_directions x 3), of any length and either sign: projected into each
+  // triangle. Needed with young_across.
+  const void *directions;
+  // Bytes from direction to direction; 0 = packed.
+  uint64_t direction_stride;
+  // Length of directions: 1 for all triangles, or n_triangles.
+  uint32_t n_directions;
+  // SW_FORMAT_... of directions.
+  uint32_t direction_format;
 } SwMaterialDesc;
 
 // Of a crease: the angle that the mesh has there.

@@ -2,10 +2,12 @@
 
 mod creases;
 mod maps;
+mod orthotropy;
 mod presets;
 
 pub use creases::{Crease, Creases};
 pub use maps::{Map, Maps, On, Quantity, mean, mean_cube};
+pub use orthotropy::{Fibres, Orthotropy};
 pub use presets::{PRESETS, Preset};
 
 use crate::error::{Error, Result, require_finite, require_non_negative};

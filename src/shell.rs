@@ -1,7 +1,7 @@
 //! The physical problem: a mesh of a material, held at its supports.
 
 use crate::energy::{Energy, Source, Thick, of_material, thick};
-use crate::material::{Crease, Creases, Elasticity, Map, Maps, Quantity};
+use crate::material::{Crease, Creases, ElasticSheet, Elasticity, Fibres, Map, Maps, Orthotropy, Quantity};
 use crate::{Error, ErrorKind, Mesh, Result, Supports, Vec3};
 use std::ops::Deref;
 use std::sync::{Arc, LazyLock};
@@ -40,12 +40,14 @@ pub struct Make {
     pub creases: Vec<Crease>,
     /// The shape without stress (n_vertices), if it is not the mesh's.
     pub rest_shape: Option<Vec<Vec3>>,
+    /// A direction along which it is of another stiffness.
+    pub fibres: Option<Fibres>,
 }
 
 impl Make {
     /// Of these constants everywhere.
     pub fn of(material: impl Into<Elasticity>) -> Self {
-        Self { material: material.into(), maps: vec![], creases: vec![], rest_shape: None }
+        Self { material: material.into(), maps: vec![], creases: vec![], rest_shape: None, fibres: None }
     }
 }
 
@@ -59,6 +61,8 @@ pub struct Shell {
     pub maps: Arc<Maps>,
     /// Those that change something.
     pub creases: Arc<Creases>,
+    /// Of a sheet that is not the same in all directions.
+    pub orthotropy: Option<Arc<Orthotropy>>,
     /// The shape without stress (n_vertices), if it is not the mesh that was given.
     pub rest_shape: Option<Arc<[Vec3]>>,
     /// The mesh that was given (n_vertices), where that is not at rest and `mesh` was found to be.
@@ -105,8 +109,9 @@ impl Shell {
     /// The same of all that a shell can be made of. One with angles or a rest shape of its own is not at rest yet: see
     /// [`Shell::must_settle`].
     pub fn made(mesh: Mesh, make: Make, supports: &Supports) -> Result<Self> {
-        let (maps, material) = Maps::new(make.maps, &mesh, make.material)?;
-        let (maps, material) = (Arc::new(maps), material.validated()?);
+        let (poisson, material) = own_poisson(make.material, make.fibres.as_ref())?;
+        let (maps, material) = Maps::new(make.maps, &mesh, material)?;
+        let (maps, material) = (Arc::new(maps), with_poisson(material.validated()?, poisson));
         let creases = Arc::new(Creases::new(&make.creases, &mesh)?);
         let rest_mesh = make.rest_shape.map(|shape| rest_mesh(&mesh, shape)).transpose()?;
         let (held, clamped) = match material {
@@ -129,7 +134,11 @@ impl Shell {
         let clamped: Arc<[bool]> = clamped.into();
         let rest_shape = rest_mesh.as_ref().map(|mesh| Arc::from(&mesh.positions[..]));
         let unstressed = rest_mesh.map_or_else(|| mesh.clone(), Arc::new);
-        let energy = energy_of(unstressed, (material, &maps, &creases), (&clamped, &mesh));
+        let orthotropy = match (make.fibres, &material) {
+            (Some(fibres), Elasticity::Koiter(sheet)) => fibres.checked(sheet, &mesh, &unstressed)?.map(Arc::new),
+            _ => None,
+        };
+        let energy = energy_of(unstressed, (material, &maps, &creases, &orthotropy), (&clamped, &mesh));
         let areas = areas.into();
         let total_mass: f64 = mass.iter().sum();
         if !(total_mass.is_finite() && total_area.is_finite()) {
@@ -140,6 +149,7 @@ impl Shell {
             material,
             maps,
             creases,
+            orthotropy,
             rest_shape,
             settled_from: None,
             energy,
@@ -236,6 +246,7 @@ impl Shell {
             mesh: self.mesh.clone(),
             maps: self.maps.clone(),
             creases: self.creases.clone(),
+            orthotropy: self.orthotropy.clone(),
             rest_shape: self.rest_shape.clone(),
             settled_from: self.settled_from.clone(),
             areas: self.areas.clone(),
@@ -267,11 +278,13 @@ impl Shell {
             Some(shape) => Arc::new(Mesh { positions: shape.to_vec(), ..Mesh::clone(&mesh) }),
             None => mesh.clone(),
         };
+        let orthotropy = self.orthotropy.as_ref().map(|fibres| Arc::new(fibres.part(triangles)));
         let part = Self {
-            energy: energy_of(unstressed, (self.material, &maps, &creases), (&clamped, &mesh)),
+            energy: energy_of(unstressed, (self.material, &maps, &creases, &orthotropy), (&clamped, &mesh)),
             mesh,
             maps,
             creases,
+            orthotropy,
             rest_shape,
             settled_from: None,
             areas: vertices.iter().filter_map(some).collect(),
@@ -314,16 +327,40 @@ impl Shell {
     }
 }
 
+/// Poisson's ratio of a sheet with fibres, whose range is its own, and the material without it.
+fn own_poisson(material: Elasticity, fibres: Option<&Fibres>) -> Result<(Option<f64>, Elasticity)> {
+    match (material, fibres) {
+        (material, None) => Ok((None, material)),
+        (Elasticity::Koiter(sheet), Some(fibres)) => {
+            fibres.check(&sheet)?;
+            Ok((Some(sheet.poisson), ElasticSheet { poisson: 0.0, ..sheet }.into()))
+        }
+        (Elasticity::DiscreteShells(_), Some(_)) => {
+            Err(Error::argument("the paper's energy takes no directions: use Koiter's, of a sheet in engineering units"))
+        }
+    }
+}
+
+/// The material with this ratio, if there is one.
+fn with_poisson(material: Elasticity, poisson: Option<f64>) -> Elasticity {
+    match (material, poisson) {
+        (Elasticity::Koiter(sheet), Some(poisson)) => ElasticSheet { poisson, ..sheet }.into(),
+        _ => material,
+    }
+}
+
 /// Of the shape without stress, with slopes kept where the mesh was `given`.
 fn energy_of(
     unstressed: Arc<Mesh>,
-    (material, maps, creases): (Elasticity, &Arc<Maps>, &Arc<Creases>),
+    (material, maps, creases, orthotropy): (Elasticity, &Arc<Maps>, &Arc<Creases>, &Option<Arc<Orthotropy>>),
     (clamped, given): (&Arc<[bool]>, &Arc<Mesh>),
 ) -> LazyEnergy {
     let (maps, creases, clamped, given) = (maps.clone(), creases.clone(), clamped.clone(), given.clone());
+    let orthotropy = orthotropy.clone();
     LazyEnergy::new(move || {
         let (mesh, given) = (&*unstressed, &given.positions[..]);
-        Box::new(of_material(&Source { mesh, material, maps: &maps, creases: &creases, clamped: &clamped, given }))
+        let (maps, creases, orthotropy, clamped) = (&*maps, &*creases, orthotropy.as_deref(), &*clamped);
+        Box::new(of_material(&Source { mesh, material, maps, creases, orthotropy, clamped, given }))
     })
 }
 

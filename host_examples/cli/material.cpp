@@ -1,6 +1,7 @@
 #include "material.hpp"
 
 #include "creases.hpp"
+#include "fibres.hpp"
 #include "material_maps.hpp"
 #include "section.hpp"
 #include "shellwarp.hpp"
@@ -12,7 +13,7 @@ namespace cli {
 namespace {
 
 constexpr const char *kConstants[] = {"k_area", "k_length", "k_bend", "density", "frequency"};
-constexpr const char *kSheet[] = {"preset", "young", "poisson", "volume_density"};
+constexpr const char *kSheet[] = {"preset", "young", "poisson", "volume_density", "young_across"};
 
 void reject_both(Section &section) {
   for (const char *sheet : kSheet)
@@ -61,6 +62,7 @@ Material read_material(Section section, std::vector<std::string> &inputs) {
     section.fail(*section.find("thickness"), "thickness goes with frequency, or with young or preset");
   read_maps(section, m, inputs);
   read_creases(section, m, inputs);
+  read_fibres(section, m, inputs);
   section.reject_unknown_keys();
   return m;
 }

@@ -144,7 +144,7 @@ std::vector<double> masses_per_area(const Material &material, const Mesh &mesh) 
 
 void stiffen_bending(Material &material, double factor) {
   material.k_bend *= factor;
-  material.young *= factor;
+  for (double *modulus : {&material.young, &material.young_across, &material.shear}) *modulus *= factor;
   const auto bends = [](uint32_t quantity) { return quantity == SW_MAP_K_BEND || quantity == SW_MAP_YOUNG; };
   for (MaterialFile &map : material.files)
     if (bends(map.quantity))

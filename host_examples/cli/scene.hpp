@@ -61,6 +61,9 @@ struct Material {
   std::vector<MaterialRegion> regions{};  // over the files; later ones over earlier ones
   std::vector<MaterialCrease> creases{};  // later ones over earlier ones; see creases.hpp
   std::string rest_shape{};               // mesh file of the shape without stress; empty = the mesh
+  double young_across = 0, shear = 0;     // 0 = the same in all directions, and an estimate
+  std::vector<double> directions{};       // of young: 3 numbers, or 3 a triangle; see fibres.hpp
+  std::string directions_path{};
 };
 
 struct Damping {

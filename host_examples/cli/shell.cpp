@@ -1,6 +1,7 @@
 #include "shell.hpp"
 
 #include "creases.hpp"
+#include "fibres.hpp"
 #include "material_maps.hpp"
 #include "method.hpp"
 #include "progress.hpp"
@@ -82,6 +83,8 @@ SwMaterialDesc material_desc(const Material &material) {
     desc.poisson = material.poisson;
     desc.thickness = material.thickness;
     desc.volume_density = material.volume_density;
+    desc.young_across = material.young_across;
+    desc.shear = material.shear;
     return desc;
   }
   desc.k_area = material.k_area;
@@ -204,6 +207,10 @@ shellwarp::Model make_model(const Scene &scene, const Mesh &mesh, ProgressBar &p
   const CreaseLists creases = find_creases(scene.material, mesh);
   const std::vector<double> rest = rest_positions(scene, mesh);
   set_rest(creases, rest, material);
+  const std::vector<double> directions = find_directions(scene.material, mesh);
+  material.directions = directions.data();
+  material.direction_format = SW_FORMAT_F64;
+  material.n_directions = static_cast<uint32_t>(directions.size() / 3);
   shellwarp::Model model(
       shellwarp::mesh_desc(mesh.positions.data(), mesh.n_vertices(), mesh.triangles.data(), mesh.n_triangles()),
       material, support_desc(supports));

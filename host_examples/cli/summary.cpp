@@ -64,6 +64,7 @@ void print_material(const Material &material, const CreaseLists &creases) {
   if (material.sheet || material.frequency > 0 || other) heading("material");
   if (material.sheet) {
     row("Young's modulus", format("%.5g", material.young));
+    if (material.young_across > 0) row("  across its direction", format("%.5g", material.young_across));
     row("Poisson's ratio", format("%.5g", material.poisson));
     row("thickness", format("%.5g", material.thickness));
     row("mass per volume", format("%.5g", material.volume_density));

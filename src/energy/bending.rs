@@ -7,7 +7,8 @@
 use super::hinge::{
     COLLAPSED, add_letting_go, angle_curvature, angle_gradient, dihedral_angle, normals, presence, wrapped_difference,
 };
-use super::patch::{self, Beyond, plane_stress};
+use super::law::Law;
+use super::patch::{self, Beyond};
 use super::{Curvature, ElementHessian, Energy, MAX_ELEMENT as MOST, Mat3, RestRow, flips};
 use crate::material::Creases;
 use crate::mesh::NONE;
@@ -21,11 +22,13 @@ pub struct Plate {
     pub young: f64,
     /// The mean of h³.
     pub cube: f64,
+    /// The direction of E of a sheet that has one, a unit vector; else zero.
+    pub along: Vec3,
 }
 
 impl Default for Plate {
     fn default() -> Self {
-        Self { young: 1.0, cube: 1.0 }
+        Self { young: 1.0, cube: 1.0, along: Vec3::zeros() }
     }
 }
 
@@ -40,7 +43,17 @@ impl Plate {
         let mean = |p: f64, q: f64| if p == q { p } else { (areas[0] * p + areas[1] * q) / (areas[0] + areas[1]) };
         let young = mean(a.young, b.young);
         let cube = if a == b { a.cube } else { mean(a.rigidity(), b.rigidity()) / young };
-        Self { young, cube }
+        let same = if a.along.dot(&b.along) < 0.0 { -b.along } else { b.along };
+        let along = match a.along == b.along {
+            true => a.along,
+            false => (areas[0] * a.along + areas[1] * same).normalize(),
+        };
+        Self { young, cube, along }
+    }
+
+    /// Whether two triangles' directions are too far apart for triangles that lie in both.
+    pub(super) fn turns(&self, other: &Self) -> bool {
+        self.along != other.along && self.along.dot(&other.along).abs() < TURN
     }
 }
 
@@ -87,6 +100,8 @@ struct Edge {
     factor: f64,
 }
 
+/// Cosine of two directions between which an edge stays: a seam stays where it is.
+const TURN: f64 = 0.9;
 const CLAMP: u8 = u8::MAX;
 
 /// An edge in a shape.
@@ -109,24 +124,42 @@ impl BendingEnergy {
 
     /// The same with other edges.
     pub(super) fn creased(mesh: &Mesh, stiffness: &Matrix3<f64>, edges: &Edges) -> Self {
-        Self::of_plates(mesh, &mut [], |_| *stiffness, edges)
+        Self::of_plates(mesh, &mut [], |_, _| *stiffness, |_, _| 1.0, edges)
     }
 
     /// The same with a plate of each triangle's own.
-    pub(super) fn varying(mesh: &Mesh, mut plates: Vec<Plate>, poisson: f64, edges: &Edges) -> Self {
-        Self::of_plates(mesh, &mut plates, |plate| plate.cube / 12.0 * plane_stress(plate.young, poisson), edges)
+    pub(super) fn varying(mesh: &Mesh, mut plates: Vec<Plate>, law: &Law, edges: &Edges) -> Self {
+        let stiffness =
+            |plate: Plate, corners: &[Vec3; 3]| plate.cube / 12.0 * law.stress(plate.young, &plate.along, corners);
+        let about = |plate: Plate, edge: &Vec3| match plate.along == Vec3::zeros() {
+            true => plate.rigidity(),
+            false => plate.cube * law.about(&plate, edge),
+        };
+        Self::of_plates(mesh, &mut plates, stiffness, about, edges)
     }
 
-    fn of_plates(mesh: &Mesh, plates: &mut [Plate], stiffness: impl Fn(Plate) -> Matrix3<f64>, edges: &Edges) -> Self {
+    /// `about`: what resists bending about an edge, in any unit.
+    fn of_plates(
+        mesh: &Mesh,
+        plates: &mut [Plate],
+        stiffness: impl Fn(Plate, &[Vec3; 3]) -> Matrix3<f64>,
+        about: impl Fn(Plate, &Vec3) -> f64,
+        edges: &Edges,
+    ) -> Self {
         let triangles = flips::bending_triangles(mesh, edges.clamped, edges.creases, plates);
         let beyond = flips::beyond(mesh, &triangles, edges.clamped, edges.creases);
         let plate = |t: usize| plates.get(t).copied().unwrap_or_default();
         let of = |t: usize| {
-            let ratio = beyond[t].map(|edge| match edge {
-                Beyond::Vertex { triangle, .. } => plate(t).rigidity() / plate(triangle).rigidity(),
+            let corners = triangles[t].map(|v| mesh.positions[v as usize]);
+            let ratio = std::array::from_fn(|k| match beyond[t][k] {
+                Beyond::Vertex { triangle, .. } => {
+                    let edge = corners[(k + 2) % 3] - corners[(k + 1) % 3];
+                    about(plate(t), &edge) / about(plate(triangle), &edge)
+                }
                 _ => 1.0,
             });
-            let elements = patch::elements(mesh, &triangles[t], &beyond[t], (&stiffness(plate(t)), &ratio));
+            let stiffness = stiffness(plate(t), &corners);
+            let elements = patch::elements(mesh, &triangles[t], &beyond[t], (&stiffness, &ratio));
             Patch::new(mesh, edges, (&triangles[t], &beyond[t]), &elements)
         };
         let held = |t: &usize| beyond[*t].iter().any(|edge| *edge != Beyond::Free);

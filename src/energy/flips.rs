@@ -195,7 +195,8 @@ fn flip(x: &[Vec3], (clamped, stay): (&[bool], &[bool]), triangles: &mut [[u32; 
 /// Whether the plates of two triangles differ too much for triangles that lie in both.
 fn jumps(plates: &[Plate], t: usize, s: usize) -> bool {
     let ratio = |a: &Plate, b: &Plate| a.rigidity() / b.rigidity();
-    !plates.is_empty() && ratio(&plates[t], &plates[s]).max(ratio(&plates[s], &plates[t])) > JUMP
+    !plates.is_empty()
+        && (ratio(&plates[t], &plates[s]).max(ratio(&plates[s], &plates[t])) > JUMP || plates[t].turns(&plates[s]))
 }
 
 /// Edges whose flip would gain, those of the largest gain first.

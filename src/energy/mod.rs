@@ -10,6 +10,7 @@ mod area;
 mod bending;
 mod flips;
 mod hinge;
+mod law;
 mod length;
 mod membrane;
 mod patch;
@@ -23,8 +24,9 @@ pub use membrane::MembraneEnergy;
 pub use patch::plane_stress;
 pub use thin::{Thick, thick};
 
-use crate::material::{Creases, ElasticSheet, Elasticity, Maps, On, Quantity, mean, mean_cube};
+use crate::material::{Creases, ElasticSheet, Elasticity, Maps, On, Orthotropy, Quantity, mean, mean_cube};
 use crate::{Material, Mesh, Vec3};
+use law::Law;
 use std::collections::HashMap;
 
 /// A 3 × 3 block.
@@ -178,6 +180,8 @@ pub struct Source<'a> {
     pub maps: &'a Maps,
     /// Edges that fold.
     pub creases: &'a Creases,
+    /// A direction along which it is of another stiffness.
+    pub orthotropy: Option<&'a Orthotropy>,
     /// Ends of edges whose slope is kept (n_vertices, or none): see [`BendingEnergy`].
     pub clamped: &'a [bool],
     /// The shape in which it is kept (n_vertices).
@@ -193,7 +197,7 @@ pub fn of_material(source: &Source) -> Vec<Box<dyn Energy>> {
 }
 
 fn creased_koiter(source: &Source, sheet: &ElasticSheet) -> Vec<Box<dyn Energy>> {
-    let Source { mesh, maps, creases, clamped, given, .. } = *source;
+    let Source { mesh, maps, creases, orthotropy, clamped, given, .. } = *source;
     let (young, thickness) = (maps.by_triangle(Quantity::Young, mesh), maps.of(Quantity::Thickness));
     let edges = bending::Edges { clamped, creases, given };
     let heights = |t: usize| match thickness {
@@ -202,26 +206,32 @@ fn creased_koiter(source: &Source, sheet: &ElasticSheet) -> Vec<Box<dyn Energy>>
         Some(map) => mesh.triangles[t].map(|v| map.values[v as usize]),
     };
     let young_of = |t: usize| young.as_ref().map_or(sheet.young, |young| young[t]);
-    let plate = |t: usize| Plate { young: young_of(t), cube: mean_cube(heights(t)) };
-    let mut terms = if young.is_none() && thickness.is_none() {
+    let along = |t: usize| orthotropy.map_or_else(Vec3::zeros, |fibres| fibres.along[t]);
+    let plate = |t: usize| Plate { young: young_of(t), cube: mean_cube(heights(t)), along: along(t) };
+    let law = Law::new(sheet, orthotropy);
+    let mut terms = if young.is_none() && thickness.is_none() && orthotropy.is_none() {
         uniform_koiter(mesh, sheet, &edges)
     } else {
         let plates = (0..mesh.triangles.len()).map(plate).collect();
-        let stretching = |t| mean(heights(t)) * plane_stress(young_of(t), sheet.poisson);
+        let corners = |t: usize| mesh.triangles[t].map(|v| mesh.positions[v as usize]);
+        let stretching = |t| mean(heights(t)) * law.stress(young_of(t), &along(t), &corners(t));
         vec![
             Box::new(MembraneEnergy::varying(mesh, stretching)) as Box<dyn Energy>,
-            Box::new(BendingEnergy::varying(mesh, plates, sheet.poisson, &edges)),
+            Box::new(BendingEnergy::varying(mesh, plates, &law, &edges)),
         ]
     };
     if !creases.is_empty() {
-        let rigidity = |t: usize| plate(t).rigidity() / (12.0 * (1.0 - sheet.poisson * sheet.poisson));
+        let rigidity = |t: usize, edge: &Vec3| match orthotropy {
+            None => plate(t).rigidity() / (12.0 * (1.0 - sheet.poisson * sheet.poisson)),
+            Some(_) => plate(t).cube / 12.0 * law.about(&plate(t), edge),
+        };
         terms.push(Box::new(springs(mesh, &edges, rigidity)));
     }
     terms
 }
 
 /// The creases of another stiffness as springs, each of the plate's own stiffness over the mean height of its triangles, by its factor.
-fn springs(mesh: &Mesh, edges: &bending::Edges, rigidity: impl Fn(usize) -> f64) -> HingeEnergy {
+fn springs(mesh: &Mesh, edges: &bending::Edges, rigidity: impl Fn(usize, &Vec3) -> f64) -> HingeEnergy {
     let mut sides: HashMap<[u32; 2], Vec<usize>> = HashMap::new();
     for (t, corners) in mesh.triangles.iter().enumerate() {
         for ends in (0..3).map(|k| [corners[k], corners[(k + 1) % 3]]) {
@@ -236,10 +246,11 @@ fn springs(mesh: &Mesh, edges: &bending::Edges, rigidity: impl Fn(usize) -> f64)
         if edge.vertices.iter().all(|v| kept(*v)) {
             return None;
         }
+        let [a, b] = edge.vertices.map(|v| mesh.positions[v as usize]);
         // One behind the other: what gives is the sum, by heights, which go as the areas.
         let (areas, gives) = sides[&crease.vertices].iter().fold((0.0, 0.0), |(areas, gives), t| {
             let area = mesh.area(*t);
-            (areas + area, gives + area / rigidity(*t))
+            (areas + area, gives + area / rigidity(*t, &(b - a)))
         });
         Some((crease.factor * areas / gives / 6.0, crease.angle))
     })
@@ -263,7 +274,7 @@ fn uniform_koiter(mesh: &Mesh, sheet: &ElasticSheet, edges: &bending::Edges) -> 
 pub fn discrete_shell(mesh: &Mesh, material: &Material) -> Vec<Box<dyn Energy>> {
     let (maps, creases) = (&Maps::default(), &Creases::default());
     let given = &mesh.positions;
-    creased_discrete_shell(&Source { mesh, material: (*material).into(), maps, creases, clamped: &[], given }, material)
+    creased_discrete_shell(&Source { mesh, material: (*material).into(), maps, creases, orthotropy: None, clamped: &[], given }, material)
 }
 
 fn creased_discrete_shell(source: &Source, material: &Material) -> Vec<Box<dyn Energy>> {

@@ -3,7 +3,7 @@
 use super::pointer::{VectorRows, enumerant, not_null, read_array};
 use super::status::Fault;
 use super::structs::{described, read_descriptor};
-use crate::material::{Crease, ElasticSheet, Elasticity, Map, On, Quantity};
+use crate::material::{Crease, ElasticSheet, Elasticity, Fibres, Map, On, Quantity};
 use crate::{Material, Vec3};
 use std::ffi::c_void;
 
@@ -111,9 +111,24 @@ pub struct SwMaterialDesc {
     pub rest_positions: *const c_void,
     /// Bytes from rest position to rest position; 0 = packed.
     pub rest_stride: u64,
+    /// Of a sheet that is stiffer along a direction than across it, such as paper, a weave or wood: Young's modulus across, positive; young
+    /// is then that along, and poisson what stretching along takes away across, with poisson^2 < young / young_across. 0 = the same in all
+    /// directions. A map of young scales it and shear along. Of SW_ENERGY_KOITER.
+    pub young_across: f64,
+    /// Shear modulus G between along and across, positive. 0 = Huber's estimate, sqrt(young young_across) / (2 (1 + poisson
+    /// sqrt(young_across / young))). Only with young_across.
+    pub shear: f64,
+    /// Direction of young (n_directions x 3), of any length and either sign: projected into each triangle. Needed with young_across.
+    pub directions: *const c_void,
+    /// Bytes from direction to direction; 0 = packed.
+    pub direction_stride: u64,
+    /// Length of directions: 1 for all triangles, or n_triangles.
+    pub n_directions: u32,
+    /// SW_FORMAT_... of directions.
+    pub direction_format: u32,
 }
 
-described!(SwMaterialDesc, rest_stride);
+described!(SwMaterialDesc, direction_format);
 
 /// Of a crease: the angle that the mesh has there.
 pub const SW_CREASE_ANGLE_OF_MESH: u32 = 7;
@@ -196,6 +211,42 @@ pub(super) unsafe fn rest_shape_of(desc: &SwMaterialDesc, n_vertices: usize) -> 
         VectorRows::checked("material->rest_positions", desc.rest_positions, format, 3, stride, n_vertices as u64)?;
     // SAFETY: the host's array has a row for each vertex of the mesh.
     Ok(Some((0..n_vertices).map(|i| unsafe { rows.read(i) }).collect()))
+}
+
+/// What a descriptor says of a direction along which the sheet is of another stiffness.
+pub(super) unsafe fn fibres_of(desc: &SwMaterialDesc) -> Result<Option<Fibres>, Fault> {
+    let SwMaterialDesc { energy, young, young_across, shear, directions, n_directions, .. } = *desc;
+    if young_across == 0.0 && shear == 0.0 && n_directions == 0 {
+        return Ok(None);
+    }
+    let refused = |message: String| Err(Fault::argument(message));
+    if energy != SW_ENERGY_KOITER {
+        let message = "material->young_across, shear and directions need SW_ENERGY_KOITER: set material->energy";
+        return refused(message.into());
+    }
+    for (name, value) in [("young_across", young_across), ("shear", shear)] {
+        let given = value != 0.0 || name == "young_across";
+        if given && !(value.is_finite() && value > 0.0) {
+            return refused(format!("material->{name} is {value:?}: beside directions it must be positive"));
+        }
+    }
+    if !(young.is_finite() && young > 0.0) {
+        return refused(format!("material->young is {young:?}: it must be given beside young_across, with a map, too"));
+    }
+    if n_directions == 0 {
+        return refused("material->young_across is given, but material->n_directions is 0: give one, or one a triangle".into());
+    }
+    let rows = VectorRows::checked(
+        "material->directions",
+        directions,
+        desc.direction_format,
+        3,
+        desc.direction_stride,
+        n_directions.into(),
+    )?;
+    // SAFETY: the host's array has n_directions rows.
+    let directions = (0..n_directions as usize).map(|i| unsafe { rows.read(i) }).collect();
+    Ok(Some(Fibres { across: young_across / young, shear: shear / young, directions }))
 }
 
 unsafe fn map_of(name: &str, map: &SwMaterialMap) -> Result<Map, Fault> {

@@ -98,7 +98,8 @@ pub unsafe extern "C" fn sw_model_create(
             let supports = supports_of(&read_descriptor_or_default("supports", supports)?)?;
             let (positions, triangles) = read_mesh(mesh)?;
             let rest_shape = rest_shape_of(&made_of, positions.len())?;
-            let make = Make { material, maps, creases, rest_shape };
+            let fibres = fibres_of(&made_of)?;
+            let make = Make { material, maps, creases, rest_shape, fibres };
             let shell = Arc::new(Shell::made(Mesh::new(positions, &triangles)?, make, &supports)?);
             log_repairs(&shell.mesh);
             if shell.material.discrete_shells().is_some_and(|material| material.k_length == 0.0) {

@@ -22,6 +22,7 @@
 //! |---|---|
 //! | "MAPS" | of each map, the number of its constant and of what it is on, as u32, how many values, as u64, and these, as f64 |
 //! | "CREA" | of each crease its ends, as u32, its factor and rest angle, as f64; no number for that of the mesh |
+//! | "ORTH" | E₂/E₁ and G₁₂/E₁, the directions of E₁, one or t of them: (2 + 3) or (2 + 3t) × f64 |
 //! | "REST" | the rest shape, if not the mesh: 3n × f64 |
 //! | "SETL" | where it rests by these without load: 3n × f64 |
 //! | "SAGS" | gravity, positions where the shell hangs under it: (3 + 3n) × f64; the modes are those of this shape |
@@ -278,7 +279,12 @@ fn restore_shell(header: &Header, from: &mut Reader, material: Elasticity, secti
         return invalid(format!("{} bytes are not the rest shape of {n} vertices", content.len()));
     }
     let rest_shape = sections.rest_shape.map(points);
-    let shell = Shell::made(mesh, Make { material, maps, creases, rest_shape }, &supports)?;
+    let fibres = sections.orthotropy.map(sections::restore_fibres).transpose()?;
+    let has_fibres = fibres.is_some();
+    let shell = Shell::made(mesh, Make { material, maps, creases, rest_shape, fibres }, &supports)?;
+    if shell.orthotropy.is_some() != has_fibres {
+        return invalid("it has directions, but is the same in all of them");
+    }
     if let Some(v) = supports.clamped.iter().find(|v| !shell.is_clamped(**v as usize)) {
         return invalid(format!("vertex {v} is clamped, but on no edge between two such"));
     }

@@ -1,6 +1,7 @@
 // The parts of the command line host that stand alone: mesh readers, above all on files that are broken, writers, scenes.
 // Writes its files into the directory given as the first argument.
 #include "comparison.hpp"
+#include "fibres.hpp"
 #include "material.hpp"
 #include "energy_audit.hpp"
 #include "frame_files.hpp"
@@ -1201,6 +1202,36 @@ void a_crease_of_a_scene_folds_the_strip_there() {
   CHECK(std::fabs(gain / 4.3e-3 - 1) < 0.2);
 }
 
+// A strip bends by the modulus along it: as one of E2 where the grain runs across, by one direction or by a file.
+void a_grain_of_a_scene_makes_the_strip_softer_across() {
+  std::string across;
+  for (int t = 0; t < STRIP_TRIANGLES; ++t) across += "0 2 0\n";
+  write_file("across.txt", across);
+  write_file("few.txt", "0 1 0\n1 0 0\n");
+  write_file("long.txt", "0 1 0 1\n");
+  const auto sheet = [](const char *young) { return std::string("young = ") + young + "\npoisson = 0\nthickness = 1e-3\nvolume_density = 2700\n"; };
+  const double stiff = slowest_of_material(sheet("7e10")), soft = slowest_of_material(sheet("7e9"));
+  const std::string grain = sheet("7e10") + "young_across = 7e9\n";
+  // The strip is ten times as long as wide and its clamp holds it across: 0.1 % with no Poisson's ratio.
+  CHECK(std::fabs(slowest_of_material(grain + "direction = [1, 0, 0]\n") / stiff - 1) < 2e-3);
+  CHECK(std::fabs(slowest_of_material(grain + "direction = [0, 1, 0]\n") / soft - 1) < 2e-3);
+  CHECK(std::fabs(slowest_of_material(grain + "shear = 3e9\ndirections = 'across.txt'\n") / soft - 1) < 2e-3);
+  const auto says = [&grain](const std::string &lines, const char *words) {
+    try {
+      cli::find_directions(scene_of_material(grain + lines).material, strip_as_mesh());
+    } catch (const std::exception &error) {
+      return std::string(error.what()).find(words) != std::string::npos;
+    }
+    return false;
+  };
+  CHECK(says("", "needs a direction"));
+  CHECK(says("direction = [1, 0]\n", "direction"));
+  CHECK(says("direction = [1, 0, 0]\ndirections = 'across.txt'\n", "not both"));
+  CHECK(says("directions = 'few.txt'\n", "few.txt: 2 directions; the mesh has "));
+  CHECK(says("directions = 'long.txt'\n", "long.txt:1: direction 0 has more than three numbers"));
+  CHECK(says("direction = [1, 0, 0]\nk_bend = 1\n", "k_bend"));
+}
+
 // The strip's file with its vertices rolled about y to a radius, or as they are where it is 0. In two pieces, both have the column of
 // vertices at mid length: 3 to a column, and one column more.
 std::string strip_file(double radius, bool in_pieces) {
@@ -1598,6 +1629,7 @@ int main(int argc, char **argv) {
   RUN(a_preset_is_a_sheet_that_can_be_changed);
   RUN(a_material_varies_by_files_and_regions);
   RUN(a_crease_of_a_scene_folds_the_strip_there);
+  RUN(a_grain_of_a_scene_makes_the_strip_softer_across);
   RUN(a_rest_shape_of_a_scene_curls_the_strip);
   RUN(a_rest_shape_of_welded_pieces_curls_them_as_one);
   RUN(a_sheet_too_thick_for_its_curvature_is_told_of);

@@ -19,6 +19,15 @@ static SwMaterialDesc aluminium(double poisson) {
   return sheet;
 }
 
+static SwMaterialDesc stiffnesses(double area, double length, double bend) {
+  SwMaterialDesc material;
+  sw_material_desc_init(&material);
+  material.k_area = area;
+  material.k_length = length;
+  material.k_bend = bend;
+  return material;
+}
+
 /* The strip of test_support.h, 4 m long unless scaled, clamped at its end. */
 static SwModel *strip_of(const SwMaterialDesc *material, double scale) {
   Strip strip = make_strip();
@@ -89,6 +98,79 @@ static void a_saved_model_keeps_its_sheet(void) {
   CHECK(ends[0][2] < 0 && memcmp(ends[0], ends[1], sizeof ends[0]) == 0);
 }
 
+static SwModel *strip_of_grain(const double *directions, uint32_t n, double young, double young_across, double shear) {
+  SwMaterialDesc sheet = aluminium(0);
+  sheet.young = young;
+  sheet.young_across = young_across;
+  sheet.shear = shear;
+  sheet.directions = directions;
+  sheet.direction_format = SW_FORMAT_F64;
+  sheet.n_directions = n;
+  SwModel *model = strip_of(&sheet, 1);
+  precompute(model, 2, SW_PRECISION_F64);
+  return model;
+}
+
+/* A beam bends by the modulus along it: E1 where the grain runs along, E2 where it runs across; by one direction or one a triangle. */
+static void a_strip_swings_by_the_modulus_along_it(void) {
+  static double across[3 * STRIP_TRIANGLES];
+  const double along[3] = {-2, 0, 0}, y[3] = {0, 1, 0};
+  for (int t = 0; t < STRIP_TRIANGLES; ++t) across[3 * t + 1] = t % 2 ? 1 : -3;
+  SwModel *models[3] = {strip_of_grain(along, 1, 7e10, 5e9, 0), strip_of_grain(y, 1, 5e9, 7e10, 0), strip_of_grain(across, STRIP_TRIANGLES, 5e9, 7e10, 0)};
+  const SwMaterialDesc sheet = aluminium(0);
+  for (int k = 0; k < 3; ++k) {
+    /* As in a_clamped_strip_swings_as_a_beam_does. */
+    CHECK_NEAR(slowest(models[k]) / beam_hertz(&sheet, STRIP_LENGTH), 1, 4e-3);
+    sw_model_destroy(models[k]);
+  }
+  SwModel *equal = strip_of_grain(along, 1, 7e10, 7e10, 3.5e10), *plain = strip_of(&sheet, 1);
+  precompute(plain, 2, SW_PRECISION_F64);
+  CHECK(slowest(equal) == slowest(plain));
+  sw_model_destroy(equal);
+  sw_model_destroy(plain);
+}
+
+static void what_is_no_grain_is_refused_by_name(void) {
+  const Strip strip = make_strip();
+  const SwMeshDesc mesh = strip_mesh(&strip);
+  const double along[3] = {1, 0, 0}, upright[3] = {0, 0, 1};
+  SwModel *model = NULL;
+  SwMaterialDesc sheet = aluminium(0.3);
+  sheet.young_across = 7e9;
+  FAILS(sw_model_create(&mesh, &sheet, NULL, &model), SW_ERROR_INVALID_ARGUMENT, "n_directions is 0");
+  sheet.n_directions = 1;
+  sheet.direction_format = SW_FORMAT_F64;
+  FAILS(sw_model_create(&mesh, &sheet, NULL, &model), SW_ERROR_INVALID_ARGUMENT, "directions");
+  sheet.directions = upright;
+  FAILS(sw_model_create(&mesh, &sheet, NULL, &model), SW_ERROR_INVALID_ARGUMENT, "at triangle 0 is across");
+  sheet.directions = along;
+  sheet.direction_format = 0;
+  FAILS(sw_model_create(&mesh, &sheet, NULL, &model), SW_ERROR_INVALID_ARGUMENT, "format of material->directions");
+  sheet.direction_format = SW_FORMAT_F64;
+  sheet.direction_stride = 7;
+  FAILS(sw_model_create(&mesh, &sheet, NULL, &model), SW_ERROR_INVALID_ARGUMENT, "stride");
+  sheet.direction_stride = 0;
+  sheet.n_directions = 2;
+  const double two[6] = {1, 0, 0, 1, 0, 0};
+  sheet.directions = two;
+  FAILS(sw_model_create(&mesh, &sheet, NULL, &model), SW_ERROR_INVALID_ARGUMENT, "2 directions");
+  sheet.n_directions = 1;
+  sheet.young_across = 7e11; /* ten times young: 0.3^2 < 0.1 < 0.4^2 */
+  sheet.poisson = 0.4;
+  FAILS(sw_model_create(&mesh, &sheet, NULL, &model), SW_ERROR_INVALID_ARGUMENT, "poisson is 0.4");
+  sheet.young_across = -1;
+  FAILS(sw_model_create(&mesh, &sheet, NULL, &model), SW_ERROR_INVALID_ARGUMENT, "young_across is -1");
+  sheet.young_across = 0;
+  FAILS(sw_model_create(&mesh, &sheet, NULL, &model), SW_ERROR_INVALID_ARGUMENT, "young_across is 0");
+  sheet.young_across = 7e9;
+  sheet.shear = NAN;
+  FAILS(sw_model_create(&mesh, &sheet, NULL, &model), SW_ERROR_INVALID_ARGUMENT, "shear is NaN");
+  SwMaterialDesc paper = stiffnesses(1, 1, 1);
+  paper.young_across = 1;
+  FAILS(sw_model_create(&mesh, &paper, NULL, &model), SW_ERROR_INVALID_ARGUMENT, "SW_ENERGY_KOITER");
+  CHECK(model == NULL);
+}
+
 static void the_polynomial_shell_says_that_it_lacks_the_energy(void) {
   const SwMaterialDesc sheet = aluminium(0.3);
   SwModel *model = strip_of(&sheet, 0.1);
@@ -101,15 +183,6 @@ static void the_polynomial_shell_says_that_it_lacks_the_energy(void) {
   OK(sw_model_offers(model, SW_METHOD_REDUCED_SHELL));
   FAILS(sw_model_offers(model, SW_METHOD_POLYNOMIAL_SHELL), SW_ERROR_UNSUPPORTED, "Koiter");
   sw_model_destroy(model);
-}
-
-static SwMaterialDesc stiffnesses(double area, double length, double bend) {
-  SwMaterialDesc material;
-  sw_material_desc_init(&material);
-  material.k_area = area;
-  material.k_length = length;
-  material.k_bend = bend;
-  return material;
 }
 
 static double slowest_of(SwMaterialDesc material) {
@@ -372,6 +445,8 @@ int main(void) {
   RUN(a_clamped_strip_swings_as_a_beam_does);
   RUN(the_unit_of_length_does_not_matter);
   RUN(a_saved_model_keeps_its_sheet);
+  RUN(a_strip_swings_by_the_modulus_along_it);
+  RUN(what_is_no_grain_is_refused_by_name);
   RUN(the_polynomial_shell_says_that_it_lacks_the_energy);
   RUN(none_given_are_the_defaults);
   RUN(a_stiffness_of_zero_beside_others_is_zero);

@@ -15,7 +15,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = ROOT / "docs" / "reference" / "scene.md"
-SOURCES = [ROOT / "host_examples" / "cli" / name for name in ("scene.cpp", "read_collider.cpp", "material.cpp", "material_maps.cpp", "creases.cpp", "read_where.cpp", "section.hpp")]
+SOURCES = [ROOT / "host_examples" / "cli" / name for name in ("scene.cpp", "read_collider.cpp", "material.cpp", "material_maps.cpp", "creases.cpp", "fibres.cpp", "read_where.cpp", "section.hpp")]
 NO_VALUE = "1979-05-27"  # a date: no key takes one
 
 MESH = {"mesh": '"none.obj"'}

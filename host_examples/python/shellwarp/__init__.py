@@ -22,11 +22,11 @@ from .errors import (BusyError, CancelledError, InternalError, InvalidArgumentEr
                      LibraryNotFoundError, NotPrecomputedError, NumericalError, OutOfMemoryError, ShellwarpError,
                      UnsupportedError)
 from .log import set_log
-from .mesh import Diagnostic, Material, Sheet, Shell, check_mesh, presets
+from .mesh import Diagnostic, Material, Sheet, Shell, check_mesh, directions_of_uvs, presets
 from .method import Method, methods
 from .model import Model
 from .state import State
 
 __all__ = ["Binding", "BusyError", "CancelledError", "Collider", "Diagnostic", "InternalError", "InvalidArgumentError", "InvalidDataError",
            "InvalidMeshError", "LibraryNotFoundError", "Material", "Method", "Model", "NotPrecomputedError", "NumericalError", "OutOfMemoryError",
-           "Sheet", "Shell", "ShellwarpError", "State", "UnsupportedError", "abi", "check_mesh", "library_path", "load", "method", "methods", "presets", "set_log", "version"]
+           "Sheet", "Shell", "ShellwarpError", "State", "UnsupportedError", "abi", "check_mesh", "directions_of_uvs", "library_path", "load", "method", "methods", "presets", "set_log", "version"]

@@ -202,6 +202,12 @@ class SwMaterialDesc(Structure):
         ("rest_format", c_uint32),
         ("rest_positions", c_void_p),
         ("rest_stride", c_uint64),
+        ("young_across", c_double),
+        ("shear", c_double),
+        ("directions", c_void_p),
+        ("direction_stride", c_uint64),
+        ("n_directions", c_uint32),
+        ("direction_format", c_uint32),
     ]
 
 

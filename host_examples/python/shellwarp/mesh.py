@@ -41,6 +41,8 @@ class Sheet:
     poisson: float         # above -1 and at most 0.5
     thickness: float       # a length
     volume_density: float  # mass per volume
+    young_across: float = 0.0  # E across Shell.directions, where `young` is that along and `poisson` what stretching along takes away across; 0: isotropic
+    shear: float = 0.0     # G between the two; 0: Huber's estimate
 
     @classmethod
     def known(cls, name: str, metres_per_unit: float = 1.0) -> "Sheet":
@@ -56,6 +58,7 @@ class Sheet:
         desc = _library.initialised(_abi.SwMaterialDesc)
         desc.energy, desc.young, desc.poisson = _abi.SW_ENERGY_KOITER, self.young, self.poisson
         desc.thickness, desc.volume_density = self.thickness, self.volume_density
+        desc.young_across, desc.shear = self.young_across, self.shear
         return desc
 
 
@@ -79,6 +82,7 @@ class Shell:
     maps: Mapping[str, ArrayLike] = field(default_factory=dict)  # values of a material's constant, by its name: a vertex or a triangle each
     creases: "Sequence[tuple[Any, ...]]" = ()   # (a, b), (a, b, factor) or (a, b, factor, angle): edges of another stiffness or rest angle, rad
     rest_positions: "ArrayLike | None" = None   # the shape without stress (n_vertices x 3), where it is not `positions`
+    directions: "ArrayLike | None" = None       # along which a Sheet with young_across has `young`: one (3), or one a triangle (n_triangles x 3)
 
     def mesh_desc(self) -> tuple[_abi.SwMeshDesc, tuple[Array, ...]]:
         """The SwMeshDesc and the arrays that it points into, which must outlive it."""
@@ -114,6 +118,10 @@ class Shell:
                 raise InvalidArgumentError(f"rest_positions: {len(rest)} rows, the mesh has {len(self.positions)} vertices")  # type: ignore[arg-type]
             desc.rest_positions = _arrays.address(rest)
             kept.append(rest)
+        if self.directions is not None:
+            directions, desc.direction_format, desc.direction_stride = _arrays.vectors_in(numpy.atleast_2d(self.directions), "directions")
+            desc.directions, desc.n_directions = _arrays.address(directions), len(directions)
+            kept.append(directions)
         return desc, tuple(kept)
 
     def _creases(self, desc: _abi.SwMaterialDesc) -> list[Any]:
@@ -136,6 +144,20 @@ class Shell:
         desc.fixed, desc.n_fixed = _arrays.address(fixed), len(fixed)
         desc.clamped, desc.n_clamped = _arrays.address(clamped), len(clamped)
         return desc, (fixed, clamped)
+
+
+def directions_of_uvs(positions: ArrayLike, triangles: ArrayLike, uvs: ArrayLike) -> Array:
+    """The direction in which u grows (n_triangles x 3), for Shell.directions; uvs are of vertices (n_vertices x 2) or of corners (n_triangles x 3 x 2)."""
+    x, t, uv = numpy.asarray(positions, float), numpy.asarray(triangles), numpy.asarray(uvs, float)
+    if uv.shape not in ((len(x), 2), (len(t), 3, 2)):
+        raise InvalidArgumentError(f"uvs: the shape is {uv.shape}, expected ({len(x)}, 2) of vertices or ({len(t)}, 3, 2) of corners")
+    corners = uv if uv.ndim == 3 else uv[t]
+    (first, second), (du, dv) = (x[t[:, k]] - x[t[:, 0]] for k in (1, 2)), (corners[:, k] - corners[:, 0] for k in (1, 2))
+    area = du[:, 0] * dv[:, 1] - du[:, 1] * dv[:, 0]
+    if not numpy.all(area != 0):
+        raise InvalidArgumentError(f"uvs: those of triangle {numpy.flatnonzero(~(area != 0))[0]} are on a line, so that no direction follows")
+    along = (first * dv[:, 1:] - second * du[:, 1:]) * numpy.sign(area)[:, None]
+    return along / numpy.linalg.norm(along, axis=1, keepdims=True)
 
 
 @dataclass(frozen=True)

@@ -571,6 +571,33 @@ class Creases(unittest.TestCase):
             sw.Model(strip.shell(positions=flat, rest_positions=flat[:3]))
 
 
+class Grain(unittest.TestCase):
+    def test_a_strip_swings_by_the_modulus_along_it_and_uvs_tell_directions(self):
+        flat, triangles = strip.positions(numpy.float64), strip.shell().triangles
+        uvs = numpy.stack([flat[:, 1], -flat[:, 0]], axis=1)   # u grows along y
+        directions = sw.directions_of_uvs(flat, triangles, uvs)
+        self.assertTrue(numpy.allclose(directions, [0, 1, 0], atol=1e-12))
+        corners = uvs[numpy.asarray(triangles)]
+        self.assertTrue(numpy.array_equal(sw.directions_of_uvs(flat, triangles, corners), directions))
+
+        def slowest(young, across, given):
+            sheet = sw.Sheet(young, 0.0, 1e-3, 2700.0, young_across=across)
+            with sw.Model(strip.shell(material=sheet, directions=given)) as made:
+                made.precompute(modes=2)
+                return made.frequencies()[0]
+
+        stiff, soft = slowest(7e10, 0.0, None), slowest(7e9, 0.0, None)
+        # A slender strip without Poisson's ratio: its clamp hardly tells one shear modulus from another.
+        self.assertAlmostEqual(slowest(7e10, 7e9, [1, 0, 0]) / stiff, 1, delta=5e-3)
+        self.assertAlmostEqual(slowest(7e10, 7e9, directions.astype(numpy.float32)) / soft, 1, delta=5e-3)
+        with self.assertRaisesRegex(sw.InvalidArgumentError, "n_directions is 0"):
+            slowest(7e10, 7e9, None)
+        with self.assertRaisesRegex(sw.InvalidArgumentError, "2 directions"):
+            slowest(7e10, 7e9, [[1, 0, 0], [0, 1, 0]])
+        with self.assertRaisesRegex(sw.InvalidArgumentError, "triangle 0 are on a line"):
+            sw.directions_of_uvs(flat, triangles, numpy.zeros_like(uvs))
+
+
 class Colliders(unittest.TestCase):
     def test_a_strip_comes_to_lie_on_a_floor_and_a_saved_collider_is_the_same(self):
         made = model()

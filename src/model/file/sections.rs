@@ -4,7 +4,7 @@ use super::header::Header;
 use super::{points, put_u64, supports, u64_of};
 use crate::error::invalid;
 use crate::features::{self, Feature, Proof};
-use crate::material::{Crease, Map, On, Quantity};
+use crate::material::{Crease, Fibres, Map, On, Orthotropy, Quantity};
 use crate::modal::with_basis;
 use crate::model::front::Front;
 use crate::precision::Precision;
@@ -23,6 +23,8 @@ const CREASE: usize = 24;
 const MAPS: Tag = *b"MAPS";
 /// Edges that fold.
 const CREASES: Tag = *b"CREA";
+/// Stiffness along and across.
+const ORTHOTROPY: Tag = *b"ORTH";
 /// The shape without stress.
 const REST_SHAPE: Tag = *b"REST";
 /// Where the shell rests by these.
@@ -46,6 +48,7 @@ fn sizes(model: &Model) -> impl Iterator<Item = (Tag, usize)> {
     let maps = (!maps.is_empty()).then(|| (MAPS, maps.iter().map(|map| 16 + 8 * map.values.len()).sum()));
     let creases = model.shell.creases.all();
     let creases = (!creases.is_empty()).then_some((CREASES, CREASE * creases.len()));
+    let orthotropy = model.shell.orthotropy.as_ref().map(|fibres| (ORTHOTROPY, 16 + 24 * fibres.given.len()));
     let rest_shape = model.shell.rest_shape.as_ref().map(|shape| (REST_SHAPE, 24 * shape.len()));
     let settled = model.shell.settled_from.as_ref().map(|given| (SETTLED, 24 * given.len()));
     let sag = model.shell.sag.as_ref().map(|sag| (SAG, 24 + 24 * sag.rest.len()));
@@ -55,7 +58,8 @@ fn sizes(model: &Model) -> impl Iterator<Item = (Tag, usize)> {
     let polynomial = model.reduced.as_ref().and_then(|reduced| reduced.polynomial.as_ref());
     let polynomial = polynomial.map(|polynomial| (POLYNOMIAL, polynomial.saved_size()));
     let front = model.front.as_ref().map(|front| (FRONT_OF_CHOICE, front.saved_size()));
-    [maps, creases, rest_shape, settled, sag, units, supports, polynomial, reduced, front].into_iter().flatten()
+    let made_of = [maps, creases, orthotropy, rest_shape, settled, sag];
+    made_of.into_iter().chain([units, supports, polynomial, reduced, front]).flatten()
 }
 
 /// Bytes of all sections of `model`.
@@ -75,6 +79,7 @@ pub(super) fn put(model: &Model, out: &mut Vec<u8>) {
             }
             (SUPPORTS, ..) => model.modal.supports.iter().for_each(|fields| supports::put(fields, out)),
             (CREASES, ..) => model.shell.creases.all().iter().for_each(|crease| put_crease(crease, out)),
+            (ORTHOTROPY, ..) => model.shell.orthotropy.iter().for_each(|fibres| put_orthotropy(fibres, out)),
             (REST_SHAPE, ..) => model.shell.rest_shape.iter().flat_map(|x| x.iter()).for_each(|x| put_point(x, out)),
             (SETTLED, ..) => model.shell.unloaded().iter().for_each(|x| put_point(x, out)),
             (MAPS, ..) => model.shell.maps.all().iter().for_each(|map| put_map(map, out)),
@@ -102,6 +107,11 @@ fn put_crease(crease: &Crease, out: &mut Vec<u8>) {
     crease.angle.unwrap_or(f64::NAN).put(out);
 }
 
+fn put_orthotropy(fibres: &Orthotropy, out: &mut Vec<u8>) {
+    [fibres.across, fibres.shear].iter().for_each(|x| x.put(out));
+    fibres.given.iter().for_each(|direction| put_point(direction, out));
+}
+
 fn put_point(x: &Vec3, out: &mut Vec<u8>) {
     x.iter().for_each(|x| x.put(out));
 }
@@ -118,6 +128,17 @@ pub(super) fn restore_creases(content: &[u8]) -> Result<Vec<Crease>> {
         Crease { vertices, factor: f64::get(factor), angle: (!angle.is_nan()).then_some(angle) }
     };
     Ok(content.chunks_exact(CREASE).map(crease).collect())
+}
+
+/// Stiffness along and across; what it holds is the shell's to check.
+pub(super) fn restore_fibres(content: &[u8]) -> Result<Fibres> {
+    match content.split_at_checked(16) {
+        Some((ratios, directions)) if !directions.is_empty() && directions.len().is_multiple_of(24) => {
+            let [across, shear] = [&ratios[..8], &ratios[8..]].map(f64::get);
+            Ok(Fibres { across, shear, directions: points(directions) })
+        }
+        _ => invalid(format!("{} bytes are not its directions", content.len())),
+    }
 }
 
 /// The shell where it rests by its creases and its rest shape.
@@ -164,6 +185,7 @@ pub(super) fn restore_maps(mut content: &[u8]) -> Result<Vec<Map>> {
 pub(super) struct Sections<'a> {
     pub(super) maps: Option<&'a [u8]>,
     pub(super) creases: Option<&'a [u8]>,
+    pub(super) orthotropy: Option<&'a [u8]>,
     pub(super) rest_shape: Option<&'a [u8]>,
     pub(super) settled: Option<&'a [u8]>,
     pub(super) sag: Option<&'a [u8]>,
@@ -185,6 +207,7 @@ pub(super) fn split(mut bytes: &[u8]) -> Result<Sections<'_>> {
         let known = match &front[..8] {
             [b'M', b'A', b'P', b'S', 0, 0, 0, 0] => &mut sections.maps,
             [b'C', b'R', b'E', b'A', 0, 0, 0, 0] => &mut sections.creases,
+            [b'O', b'R', b'T', b'H', 0, 0, 0, 0] => &mut sections.orthotropy,
             [b'R', b'E', b'S', b'T', 0, 0, 0, 0] => &mut sections.rest_shape,
             [b'S', b'E', b'T', b'L', 0, 0, 0, 0] => &mut sections.settled,
             [b'S', b'A', b'G', b'S', 0, 0, 0, 0] => &mut sections.sag,

@@ -32,6 +32,7 @@ struct Lists {
     factors: Vec<f64>,
     angles: Vec<f64>,
     rest: Vec<[f64; 3]>,
+    directions: Vec<[f64; 3]>,
 }
 
 fn maps(input: &mut Input, mesh: &Triangles, koiter: bool) -> (Vec<Vec<f64>>, Vec<SwMaterialMap>) {
@@ -138,6 +139,28 @@ fn material(input: &mut Input, mesh: &Triangles, lists: &mut Lists) -> SwMateria
     material
 }
 
+/// A direction along which it is of another stiffness, with a few things wrong.
+fn grain(input: &mut Input, mesh: &Triangles, lists: &mut Lists, material: &mut SwMaterialDesc) {
+    let one = input.one_in(2);
+    let mut direction = || if input.one_in(16) { input.numbers() } else { [1.0, 0.5, 0.1] };
+    lists.directions = mesh.t.iter().map(|_| direction()).collect();
+    (material.young_across, material.shear) = (constant(input), [0.0, constant(input)][input.below(2)]);
+    (material.direction_format, material.directions) = (SW_FORMAT_F64, lists.directions.as_ptr().cast());
+    material.n_directions = if one { 1 } else { lists.directions.len() as u32 };
+    match input.below(16) {
+        0 => material.shear = input.number(),
+        1 => material.directions = null(),
+        2 => material.direction_stride = [4, 8, 23, 24][input.below(4)],
+        3 => material.n_directions = material.n_directions.min(input.below(4) as u32),
+        4 => material.direction_format = input.code(4),
+        5 => material.poisson = input.number(),
+        _ => {}
+    }
+}
+
+/// Where grain begins: what shorter inputs mean stays.
+const GRAIN: usize = 512;
+
 pub fn run(bytes: &[u8]) {
     let mut input = Input::new(bytes);
     let mut mesh = Triangles::sheet(1 + input.below(3) as u32, 1 + input.below(2) as u32);
@@ -145,7 +168,10 @@ pub fn run(bytes: &[u8]) {
         mesh.x.iter_mut().for_each(|x| x[2] = 0.05 * input.number());
     }
     let mut lists = Lists::default();
-    let material = material(&mut input, &mesh, &mut lists);
+    let mut material = material(&mut input, &mesh, &mut lists);
+    if bytes.len() > GRAIN {
+        grain(&mut Input::new(&bytes[GRAIN..]), &mesh, &mut lists, &mut material);
+    }
     let held: Vec<u32> = (0..input.below(4)).map(|_| input.index(mesh.x.len())).collect();
     let mut supports = SwSupportDesc::initial();
     (supports.fixed, supports.n_fixed) = (held.as_ptr(), held.len() as u32);
