@@ -354,6 +354,7 @@ public:
   void deform_collider(uint32_t collider, const float *positions, uint32_t n_vertices, uint32_t flags = 0) {
     check(sw_state_deform_collider(get(), collider, flags, SW_FORMAT_F32, positions, 0, n_vertices));
   }
+  void set_stiffness(double factor) { check(sw_state_set_stiffness(get(), factor)); }
   void set_rest_tolerance(double length) { check(sw_state_set_rest_tolerance(get(), length)); }
   void step(double seconds) { check(sw_state_step(get(), seconds)); }
 

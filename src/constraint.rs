@@ -104,6 +104,15 @@ impl ConstraintSet {
         Ok(true)
     }
 
+    /// Multiplies all forces and the work by `factor`, and divides compliances, as the shell's stiffness changes.
+    pub fn scale_forces(&mut self, factor: f64) {
+        self.items.iter_mut().for_each(|constraint| constraint.compliance /= factor);
+        for outcome in self.outcomes.iter_mut().chain(&mut self.pending) {
+            outcome.force *= factor;
+        }
+        self.work *= factor;
+    }
+
     /// Removes the constraint with this id; false if there is none.
     pub fn clear(&mut self, id: u32) -> bool {
         let found = self.items.binary_search_by_key(&id, |c| c.id);

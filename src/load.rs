@@ -180,6 +180,11 @@ impl Loads {
         Ok(std::mem::replace(&mut self.wind, (wind.density > 0.0).then_some(wind)))
     }
 
+    /// Multiplies all forces by `factor`.
+    pub fn scale(&mut self, factor: f64) {
+        self.forces.iter_mut().for_each(|(_, force)| *force *= factor);
+    }
+
     /// Removes all forces.
     pub fn clear_forces(&mut self) {
         self.forces.clear();

@@ -335,9 +335,9 @@ fn own_poisson(material: Elasticity, fibres: Option<&Fibres>) -> Result<(Option<
             fibres.check(&sheet)?;
             Ok((Some(sheet.poisson), ElasticSheet { poisson: 0.0, ..sheet }.into()))
         }
-        (Elasticity::DiscreteShells(_), Some(_)) => {
-            Err(Error::argument("the paper's energy takes no directions: use Koiter's, of a sheet in engineering units"))
-        }
+        (Elasticity::DiscreteShells(_), Some(_)) => Err(Error::argument(
+            "the paper's energy takes no directions: use Koiter's, of a sheet in engineering units",
+        )),
     }
 }
 

@@ -228,9 +228,15 @@ fn every_method_moves_it_and_a_saved_model_moves_by_the_same_bits() {
         displacements(&state)
     };
     let exact = hangs(&model, Method::ImplicitShell);
-    for method in [Method::LinearModalAnalysis, Method::Warp, Method::RotationStrain, Method::ReducedShell, Method::ImplicitShell] {
+    for method in
+        [Method::LinearModalAnalysis, Method::Warp, Method::RotationStrain, Method::ReducedShell, Method::ImplicitShell]
+    {
         let found = hangs(&model, method);
-        println!("{method:?}: {:.4} of {:.1e}", error(&found, &exact), exact.iter().map(|u| u.norm()).fold(0.0, f64::max));
+        println!(
+            "{method:?}: {:.4} of {:.1e}",
+            error(&found, &exact),
+            exact.iter().map(|u| u.norm()).fold(0.0, f64::max)
+        );
         // Small bending: what sixteen modes leave of the weight's shape.
         assert!(error(&found, &exact) < 2e-3, "{method:?}: {}", error(&found, &exact));
         assert!(found == hangs(&loaded, method), "{method:?}");

@@ -2,6 +2,7 @@
 
 #include "section.hpp"
 
+#include <optional>
 #include <stdexcept>
 
 namespace cli {
@@ -25,16 +26,18 @@ std::vector<double> read_directions(const std::string &path) {
 }  // namespace
 
 void read_fibres(Section &section, Material &material, std::vector<std::string> &inputs) {
-  const bool across = section.find("young_across");
+  const std::optional<double> across = section.number("young_across"), shear = section.number("shear");
+  material.directions = section.numbers("direction", 3);
+  const bool one = !material.directions.empty();
+  const auto path = section.file("directions");
   for (const char *key : {"shear", "direction", "directions"})
     if (section.find(key) && !across) section.fail(*section.find(key), std::string(key) + " goes with young_across");
   if (!across) return;
   if (!material.sheet) section.fail(*section.find("young_across"), "young_across goes with a sheet: give young or preset");
   material.young_across = section.positive("young_across", 0);
-  if (section.find("shear")) material.shear = section.positive("shear", 0);
-  if (section.find("direction")) material.directions = section.numbers("direction", 3);
-  if (const auto path = section.file("directions")) {
-    if (!material.directions.empty()) section.fail(*section.find("directions"), "give direction or directions, not both");
+  if (shear) material.shear = section.positive("shear", 0);
+  if (path && one) section.fail(*section.find("directions"), "give direction or directions, not both");
+  if (path) {
     inputs.push_back(*path);
     material.directions_path = *path;
     material.directions = read_directions(*path);

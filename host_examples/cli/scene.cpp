@@ -205,6 +205,7 @@ void read_simulation(Section section, Scene &scene) {
   if (scene.steps_per_frame == 0) section.fail("steps_per_frame must be at least 1");
   scene.duration = section.positive("duration", scene.duration);
   scene.gravity = section.vector("gravity");
+  scene.stiffness_factor = section.positive("stiffness_factor", 1);
   section.reject_unknown_keys();
 }
 

@@ -152,6 +152,7 @@ struct Scene {
   uint32_t steps_per_frame = 1;
   double duration = 5;  // s
   std::array<double, 3> gravity{};
+  double stiffness_factor = 1;  // after the precompute
   Damping damping;
   FrameMotion motion;
   Loads loads;  // beside gravity

@@ -235,6 +235,7 @@ shellwarp::State make_state(const Scene &scene, const Mesh &mesh, const shellwar
   desc.integrator = scene.exact ? SW_INTEGRATOR_EXACT : SW_INTEGRATOR_IMPLICIT_EULER;
   shellwarp::State state(model, desc);
   state.set_gravity(scene.gravity[0], scene.gravity[1], scene.gravity[2]);
+  state.set_stiffness(scene.stiffness_factor);
   state.set_damping(damping_desc(scene, model));
   set_loads(scene.loads, mesh, state);
   set_colliders(scene.colliders, state);

@@ -203,6 +203,17 @@ impl Contacts {
         self.came_at = None;
     }
 
+    /// Multiplies all forces by `factor`, as the shell's stiffness changes. What a step begins with is read anew.
+    pub fn scale_forces(&mut self, factor: f64) {
+        for touch in &mut Arc::make_mut(&mut self.pressed).list {
+            for force in [&mut touch.force, &mut touch.carried, &mut touch.stiffness, &mut touch.cap] {
+                *force *= factor;
+            }
+            touch.pull *= factor;
+        }
+        self.came_at = None;
+    }
+
     /// Replaces the solids of a shell: contacts with those that stay in their place go on, unless the probes lie too far apart for the new.
     pub fn replace(&mut self, shell: &Shell, mut obstacles: Vec<Obstacle>) {
         if self.probes.spacing != spacing(&obstacles) {

@@ -274,7 +274,10 @@ fn uniform_koiter(mesh: &Mesh, sheet: &ElasticSheet, edges: &bending::Edges) -> 
 pub fn discrete_shell(mesh: &Mesh, material: &Material) -> Vec<Box<dyn Energy>> {
     let (maps, creases) = (&Maps::default(), &Creases::default());
     let given = &mesh.positions;
-    creased_discrete_shell(&Source { mesh, material: (*material).into(), maps, creases, orthotropy: None, clamped: &[], given }, material)
+    creased_discrete_shell(
+        &Source { mesh, material: (*material).into(), maps, creases, orthotropy: None, clamped: &[], given },
+        material,
+    )
 }
 
 fn creased_discrete_shell(source: &Source, material: &Material) -> Vec<Box<dyn Energy>> {

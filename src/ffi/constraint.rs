@@ -135,7 +135,7 @@ pub unsafe extern "C" fn sw_state_clear_constraint(state: *mut SwState, id: u32)
     }
 }
 
-fn report_of(constraint: &Constraint, outcome: &Outcome, size: f64) -> SwConstraintReport {
+fn report_of(constraint: &Constraint, outcome: &Outcome, (size, stiffness): (f64, f64)) -> SwConstraintReport {
     let (kind, unit) = match constraint.target {
         Target::Position(_) => (SW_CONSTRAINT_POSITION, size),
         Target::Orientation(_) => (SW_CONSTRAINT_ORIENTATION, 1.0),
@@ -149,7 +149,7 @@ fn report_of(constraint: &Constraint, outcome: &Outcome, size: f64) -> SwConstra
         iterations: outcome.iterations,
         reserved: 0,
         residual: outcome.residual,
-        force: outcome.force.into(),
+        force: (stiffness * outcome.force).into(),
     }
 }
 
@@ -169,8 +169,8 @@ pub unsafe extern "C" fn sw_state_constraint_report(
         reading(state, |state| {
             not_null("count", count)?;
             let out = Outputs::checked("reports", reports, element_size)?;
-            let size = state.model().shell.mesh.size;
-            let all: Vec<SwConstraintReport> = state.constraints().map(|(c, o)| report_of(c, o, size)).collect();
+            let by = (state.model().shell.mesh.size, state.stiffness());
+            let all: Vec<SwConstraintReport> = state.constraints().map(|(c, o)| report_of(c, o, by)).collect();
             out.copy_out("reports", &all, capacity)?;
             put(count, all.len() as u32);
             Ok(())

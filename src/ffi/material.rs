@@ -234,7 +234,9 @@ pub(super) unsafe fn fibres_of(desc: &SwMaterialDesc) -> Result<Option<Fibres>, 
         return refused(format!("material->young is {young:?}: it must be given beside young_across, with a map, too"));
     }
     if n_directions == 0 {
-        return refused("material->young_across is given, but material->n_directions is 0: give one, or one a triangle".into());
+        return refused(
+            "material->young_across is given, but material->n_directions is 0: give one, or one a triangle".into(),
+        );
     }
     let rows = VectorRows::checked(
         "material->directions",

@@ -265,6 +265,17 @@ pub unsafe extern "C" fn sw_state_set_damping(state: *mut SwState, desc: *const 
     }
 }
 
+/// Multiplies all stiffness by a factor, from 1e-9 to 1e9, from the next step on: of membrane, bending and creases alike, in every method, without a precompute. 1 at
+/// first; sw_state_reset leaves it. Shape and velocities stay. Frequencies go with the factor's root, ratios of critical damping stay, and a step costs as much as
+/// before. Meant for slow changes, such as a leaf that wilts: the energy jumps with the factor.
+/// A saved state is loaded by a state of the same factor.
+/// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_BUSY.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn sw_state_set_stiffness(state: *mut SwState, factor: f64) -> SwStatus {
+    // SAFETY: `writing` refuses NULL; the host passes a live state.
+    unsafe { writing(state, |state| Ok(state.set_stiffness(factor)?)) }
+}
+
 pub(super) fn vector(name: &str, values: &[f64; 3]) -> Result<Vec3, Fault> {
     for (i, x) in values.iter().enumerate() {
         require_finite(format_args!("desc->{name}[{i}]"), *x)?;
@@ -419,7 +430,8 @@ pub unsafe extern "C" fn sw_state_amplitudes(
                 not_null("velocities", velocities)?;
             }
             copy_out("amplitudes", q, amplitudes, capacity.into())?;
-            copy_out("velocities", q_dot, velocities, capacity.into())?;
+            let q_dot: Vec<f64> = q_dot.iter().map(|rate| state.tempo() * rate).collect();
+            copy_out("velocities", &q_dot, velocities, capacity.into())?;
             put(count, q.len() as u32);
             Ok(())
         })

@@ -117,6 +117,7 @@ fn status_calls<'a>(model: *mut SwModel, state: *mut SwState) -> Vec<Call<'a>> {
         sw_state_load(state, null(), 0),
         sw_state_positions_of(state, 0, 0, null(), 0, null_mut(), 0),
         sw_state_set_rest_tolerance(state, -1.0),
+        sw_state_set_stiffness(state, -1.0),
         sw_state_certify(state, null_mut()),
         sw_state_fall_back(state, null_mut()),
         sw_state_set_method(state, 1),

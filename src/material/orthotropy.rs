@@ -43,7 +43,8 @@ impl Fibres {
         for (name, value) in [("young_across", across), ("shear", shear)] {
             let estimated = name == "shear" && value == 0.0;
             if !(estimated || (1.0 / MOST..=MOST).contains(&value)) {
-                let message = format!("{name} is {value:?} of young: it must be from {:e} to {MOST:e} of it", 1.0 / MOST);
+                let message =
+                    format!("{name} is {value:?} of young: it must be from {:e} to {MOST:e} of it", 1.0 / MOST);
                 return Err(Error::argument(message));
             }
         }
@@ -64,7 +65,8 @@ impl Fibres {
         let Self { across, shear, directions: given } = self;
         let (n, root) = (mesh.triangles.len(), across.sqrt());
         if given.len() != 1 && given.len() != n {
-            let message = format!("there are {} directions: give one, or one for each of the {n} triangles", given.len());
+            let message =
+                format!("there are {} directions: give one, or one for each of the {n} triangles", given.len());
             return Err(Error::argument(message));
         }
         let of = |t: usize| carried(t, *given.get(t).unwrap_or(&given[0]), mesh, unstressed);

@@ -110,7 +110,7 @@ impl State {
 
     /// Where the shell touched at the end of the last step, by ascending vertex and solid.
     pub fn contacts(&self) -> impl Iterator<Item = Contact> {
-        self.contacts.iter().flat_map(|contacts| contacts.shown())
+        self.contacts.iter().flat_map(|contacts| contacts.shown()).map(|contact| self.tempo.contact(contact))
     }
 
     /// Positions (n_vertices) for the eye: what is inside a solid is pushed out of it, smoothly. The motion does not know. Returns how deep the
@@ -135,7 +135,7 @@ impl State {
 
     /// What touched in the last step.
     pub fn contact_summary(&self) -> Summary {
-        self.contacts.as_ref().map_or_else(Summary::default, |contacts| contacts.summary)
+        self.tempo.summary(self.contacts.as_ref().map_or_else(Summary::default, |contacts| contacts.summary))
     }
 
     /// What contact does in a step.

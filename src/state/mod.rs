@@ -7,6 +7,7 @@ mod plan;
 mod pose;
 mod rest;
 mod saved;
+mod stiffness;
 mod supports;
 mod switch;
 
@@ -27,6 +28,7 @@ pub use output::{Outward, Report};
 use rest::Rest;
 pub use saved::HEADER as SAVED_HEADER;
 use std::sync::Arc;
+use stiffness::Tempo;
 use supports::MovingSupports;
 
 /// Axes in which output is given.
@@ -68,6 +70,8 @@ pub struct State {
     placed: bool,
     time: f64,
     rest: Rest,
+    /// Loads and rates here are by it.
+    tempo: Tempo,
     /// As they were asked for, for another method.
     damping: Damping,
     integrator: Integrator,
@@ -105,6 +109,7 @@ impl State {
             placed: false,
             time: 0.0,
             rest: Rest::default(),
+            tempo: Tempo::default(),
             damping: Damping::default(),
             integrator,
             model,
@@ -128,6 +133,7 @@ impl State {
             placed: self.placed,
             time: self.time,
             rest: self.rest,
+            tempo: self.tempo,
             damping: self.damping.clone(),
             integrator: self.integrator,
         };
@@ -145,7 +151,7 @@ impl State {
         &self.model
     }
 
-    /// Modal amplitudes q and their rates q̇.
+    /// Modal amplitudes q and their rates q̇, over [`State::tempo`].
     pub fn amplitudes(&self) -> Result<(&[f64], &[f64])> {
         self.motion.amplitudes()
     }
@@ -200,6 +206,7 @@ impl State {
         for (c, name) in gravity.iter().zip(["gravity[0]", "gravity[1]", "gravity[2]"]) {
             require_finite(name, *c)?;
         }
+        let gravity = gravity / self.tempo.factor;
         self.wake_if(gravity != self.gravity);
         self.gravity = gravity;
         Ok(())
@@ -207,6 +214,8 @@ impl State {
 
     /// Replaces the forces on vertices (world axes), for good or for the next step only. As many as before need no new room.
     pub fn set_forces(&mut self, forces: impl IntoIterator<Item = (u32, Vec3)>, once: bool) -> Result<()> {
+        let factor = self.tempo.factor;
+        let forces = forces.into_iter().map(|(v, force)| (v, force / factor));
         let changed = self.loads.set_forces(forces, self.model.shell.mass.len())?;
         if let Err(error) = self.make_room() {
             self.loads.undo_forces();
@@ -219,6 +228,7 @@ impl State {
 
     /// Replaces the wind.
     pub fn set_wind(&mut self, wind: Wind) -> Result<()> {
+        let wind = self.tempo.wind(wind);
         let before = self.loads.set_wind(wind, self.model.shell.mass.len())?;
         if let Err(error) = self.make_room() {
             self.loads.wind = before;
@@ -235,6 +245,9 @@ impl State {
         let mut vertices = points.iter().flat_map(|point| point.vertices());
         if let Some(v) = vertices.find(|v| **v as usize >= n_vertices) {
             return Err(Error::argument(format!("an energy acts on vertex {v} of {n_vertices}")));
+        }
+        if energy.is_some() && !self.tempo.is_one() {
+            return Err(Error::argument("a state of another stiffness factor than 1 takes no point energy"));
         }
         if self.contacts.is_some() && energy.is_some() {
             return Err(Error::argument("a state has colliders or a point energy, not both"));
@@ -269,13 +282,17 @@ impl State {
         for (k, ratio) in damping.ratios.iter().enumerate() {
             require_non_negative(format_args!("ratios[{k}]"), *ratio)?;
         }
-        let changed = self.motion.set_damping(damping)?;
+        let changed = match self.tempo.is_one() {
+            true => self.motion.set_damping(damping)?,
+            false => self.motion.set_damping(&self.tempo.damping(damping))?,
+        };
         self.wake_if(changed);
         Ok(())
     }
 
     /// Adds a constraint, or replaces the one with its id.
-    pub fn set_constraint(&mut self, constraint: Constraint) -> Result<()> {
+    pub fn set_constraint(&mut self, mut constraint: Constraint) -> Result<()> {
+        constraint.compliance *= self.tempo.factor;
         self.motion.check_constraint(&constraint)?;
         let n_vertices = self.model.shell.mass.len();
         let changed = self.motion.change(|set| set.set(constraint, n_vertices))?;
@@ -296,7 +313,7 @@ impl State {
         self.rest.wake();
     }
 
-    /// The constraints, by ascending id, with what the last step made of them.
+    /// The constraints, by ascending id, with what the last step made of them: forces, and the inverse of compliances, over [`State::stiffness`].
     pub fn constraints(&self) -> impl Iterator<Item = (&Constraint, &Outcome)> {
         self.motion.constraints().report()
     }
@@ -310,13 +327,19 @@ impl State {
         }
         self.placed = true;
         self.frame.target = target;
-        self.frame.motion = motion;
+        self.frame.motion = self.tempo.frame_motion(motion);
         self.wake_if(self.frame != before);
     }
 
-    /// Replaces q and q̇ (modes each).
+    /// Replaces q and q̇ (modes each), of a second.
     pub fn set_amplitudes(&mut self, q: &[f64], q_dot: &[f64]) -> Result<()> {
-        self.motion.set_amplitudes(q, q_dot)?;
+        match self.tempo.is_one() {
+            true => self.motion.set_amplitudes(q, q_dot)?,
+            false => {
+                let q_dot: Vec<f64> = q_dot.iter().map(|rate| rate / self.tempo.root).collect();
+                self.motion.set_amplitudes(q, &q_dot)?;
+            }
+        }
         self.forget_contacts();
         self.rest.wake();
         Ok(())
@@ -327,8 +350,14 @@ impl State {
     /// methods do not allocate. A state that rests only lets the time pass.
     pub fn step(&mut self, h: f64) -> Result<()> {
         self.check_step(h)?;
+        let tempo = self.tempo;
+        self.advance(h, h * tempo.root).map_err(|error| tempo.told(error))
+    }
+
+    /// By so many seconds, of which `h` is the time that the loads and rates are by.
+    fn advance(&mut self, seconds: f64, h: f64) -> Result<()> {
         if self.rest.skips(h) {
-            self.time += h;
+            self.time += seconds;
             return Ok(());
         }
         let mut frame = self.frame;
@@ -358,7 +387,7 @@ impl State {
         if let Some(supports) = &mut self.supports {
             supports.arrive(Some(h));
         }
-        self.time += h;
+        self.time += seconds;
         self.forget_forces();
         self.rest_after_step(h, still);
         Ok(())

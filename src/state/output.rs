@@ -243,6 +243,7 @@ impl State {
         if let Some(supports) = &self.supports {
             supports.held.iter().zip(&supports.rates).for_each(|(v, rate)| rates[*v as usize] = *rate);
         }
+        rates.iter_mut().for_each(|rate| *rate *= self.tempo.root);
         binding.pose(x, Some(&mut rates))
     }
 
@@ -251,8 +252,8 @@ impl State {
         let moving = space == Space::World;
         Outward {
             placement: self.placement(space),
-            velocity: if moving { self.rates.velocity } else { Vec3::zeros() },
-            angular_velocity: if moving { self.rates.angular_velocity } else { Vec3::zeros() },
+            velocity: if moving { self.tempo.root * self.rates.velocity } else { Vec3::zeros() },
+            angular_velocity: if moving { self.tempo.root * self.rates.angular_velocity } else { Vec3::zeros() },
         }
     }
 
@@ -268,9 +269,9 @@ impl State {
         let (elastic_energy, kinetic_energy) = self.motion.energies();
         Report {
             time: self.time,
-            kinetic_energy,
-            elastic_energy,
-            constraint_work: self.motion.constraints().work,
+            kinetic_energy: self.tempo.factor * kinetic_energy,
+            elastic_energy: self.tempo.factor * elastic_energy,
+            constraint_work: self.tempo.factor * self.motion.constraints().work,
             max_rotation: extent.rotation.sqrt(),
             max_displacement: extent.displacement.sqrt(),
             fraction_turned_too_far: extent.beyond as f64 / self.model.shell.mass.len() as f64,

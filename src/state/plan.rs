@@ -9,6 +9,7 @@ impl State {
     /// a length does.
     pub fn plan(&self, h: f64) -> Result<Vec<Part>> {
         self.check_step(h)?;
+        let h = h * self.tempo.root;
         let mut frame = self.frame;
         let rates = frame.advance(h);
         let load = self.body_load(&frame.pose, &rates);

@@ -49,11 +49,11 @@ impl State {
         let rest = self.model.shell.mesh.positions[v];
         let (pose, rates) = (&self.frame.pose, &self.rates);
         match space {
-            Space::Frame => (x - rest, velocity.copied().unwrap_or_default()),
+            Space::Frame => (x - rest, velocity.copied().unwrap_or_default() / self.tempo.root),
             Space::World => {
                 let arm = x - pose.origin;
                 let carried = rates.velocity + rates.angular_velocity.cross(&arm);
-                let rate = velocity.map(|velocity| pose.rotation.inverse() * (velocity - carried));
+                let rate = velocity.map(|velocity| pose.rotation.inverse() * (velocity / self.tempo.root - carried));
                 (pose.rotation.inverse() * arm - rest, rate.unwrap_or_default())
             }
         }

@@ -1,7 +1,7 @@
 //! The saved form of a state: magic, version and method in 16 bits each, model fingerprint, number of unknowns, then little-endian doubles (time, frame
 //! pose and velocities, constraint work, unknowns, their rates; where there are solids, how many of them and of contacts, and these), then a checksum of all before it. The unknowns are the modal
 //! amplitudes, or those of a reduced shell's fields, or three displacements per vertex of a nonlinear shell. Loads, damping, constraints,
-//! the pose asked for next, and solids but for where they are, are inputs and not saved. Version 1 had no method: its amplitudes mean something else to each, so that it
+//! the pose asked for next, the stiffness factor, by which rates are, and solids but for where they are, are inputs and not saved. Version 1 had no method: its amplitudes mean something else to each, so that it
 //! is refused. A state without solids has version 2, one with them version 3. Where supports moved it is version 4: after the unknowns
 //! come how many supports there are and, three numbers each, where they are in the frame and their rates, and then the solids, none too.
 
@@ -39,6 +39,11 @@ impl State {
         HEADER + 8 * (self.motion_doubles() + self.support_doubles() + contacts + none) + 8
     }
 
+    /// Of the model, and of the stiffness factor, by which rates are.
+    fn mark(&self) -> u64 {
+        self.motion.fingerprint() ^ self.tempo.mark()
+    }
+
     /// Whether bytes of a saved state of this model and method can be as many.
     pub fn takes_saved_size(&self, size: u64) -> bool {
         let least = (HEADER + 8 * self.motion_doubles() + 8) as u64;
@@ -70,7 +75,7 @@ impl State {
         };
         bytes.extend(version.to_le_bytes());
         bytes.extend((self.method().number() as u16).to_le_bytes());
-        bytes.extend(self.motion.fingerprint().to_le_bytes());
+        bytes.extend(self.mark().to_le_bytes());
         bytes.extend((self.motion.n_unknowns() as u64).to_le_bytes());
         let mut push = |x: &f64| bytes.extend(x.to_le_bytes());
         let Frame { pose, velocity, angular_velocity, .. } = &self.frame;
@@ -162,8 +167,8 @@ impl State {
         if xxh3_64(&bytes[..body]) != word(bytes, body) {
             return invalid("the saved state is damaged: its checksum does not match");
         }
-        if word(bytes, 8) != self.motion.fingerprint() {
-            return invalid("the saved state belongs to another model");
+        if word(bytes, 8) != self.mark() {
+            return invalid("the saved state belongs to another model, or another stiffness factor: set that first");
         }
         let numbers: Vec<f64> = (HEADER..body).step_by(8).map(|at| f64::from_bits(word(bytes, at))).collect();
         let turn = Vector4::from_column_slice(&numbers[4..8]).norm();

@@ -1212,10 +1212,10 @@ void a_grain_of_a_scene_makes_the_strip_softer_across() {
   const auto sheet = [](const char *young) { return std::string("young = ") + young + "\npoisson = 0\nthickness = 1e-3\nvolume_density = 2700\n"; };
   const double stiff = slowest_of_material(sheet("7e10")), soft = slowest_of_material(sheet("7e9"));
   const std::string grain = sheet("7e10") + "young_across = 7e9\n";
-  // The strip is ten times as long as wide and its clamp holds it across: 0.1 % with no Poisson's ratio.
-  CHECK(std::fabs(slowest_of_material(grain + "direction = [1, 0, 0]\n") / stiff - 1) < 2e-3);
-  CHECK(std::fabs(slowest_of_material(grain + "direction = [0, 1, 0]\n") / soft - 1) < 2e-3);
-  CHECK(std::fabs(slowest_of_material(grain + "shear = 3e9\ndirections = 'across.txt'\n") / soft - 1) < 2e-3);
+  // Without Poisson's ratio only the triangles, two across, tell the softer direction: under half a percent.
+  CHECK(std::fabs(slowest_of_material(grain + "direction = [1, 0, 0]\n") / stiff - 1) < 5e-3);
+  CHECK(std::fabs(slowest_of_material(grain + "direction = [0, 1, 0]\n") / soft - 1) < 5e-3);
+  CHECK(std::fabs(slowest_of_material(grain + "shear = 3e9\ndirections = 'across.txt'\n") / soft - 1) < 5e-3);
   const auto says = [&grain](const std::string &lines, const char *words) {
     try {
       cli::find_directions(scene_of_material(grain + lines).material, strip_as_mesh());

@@ -120,7 +120,7 @@ static void a_strip_swings_by_the_modulus_along_it(void) {
   const SwMaterialDesc sheet = aluminium(0);
   for (int k = 0; k < 3; ++k) {
     /* As in a_clamped_strip_swings_as_a_beam_does. */
-    CHECK_NEAR(slowest(models[k]) / beam_hertz(&sheet, STRIP_LENGTH), 1, 4e-3);
+    CHECK_NEAR(slowest(models[k]) / beam_hertz(&sheet, STRIP_LENGTH), 1, 5e-3);
     sw_model_destroy(models[k]);
   }
   SwModel *equal = strip_of_grain(along, 1, 7e10, 7e10, 3.5e10), *plain = strip_of(&sheet, 1);

@@ -17,7 +17,7 @@ from .content import content_hash
 from .errors import FarmError, SceneError
 from .job_log import library_messages
 from .mesh_file import file_of, held_vertices, read_drawn, read_mesh, read_polygons, supported_vertices
-from .scenes import CONSTANTS, MODEL_KEYS, SHEET
+from .scenes import CONSTANTS, GRAIN, MODEL_KEYS, SHEET
 
 MATERIAL = {"k_area": "area", "k_length": "length", "k_bend": "bend", "density": "density"}
 KEPT = 4   # models that a worker keeps loaded
@@ -54,19 +54,21 @@ def shell_of(tables):
     material = material_of(tables["material"])
     if isinstance(material, shellwarp.Sheet):  # whose edges hold their slope without their neighbours
         held = {kind: supported_vertices(tables["support"], positions, kind) for kind in ("fixed", "clamped")}
-        return shellwarp.Shell(positions, triangles, material, **held)
+        return shellwarp.Shell(positions, triangles, material, **held, directions=tables["material"].get("direction"))
     held = held_vertices(tables["support"], positions, triangles)
     return shellwarp.Shell(positions, triangles, material, fixed=held)
 
 
 def material_of(table):
     """The Material or Sheet of a table: one of them, and of a sheet all four numbers, of its preset or its own."""
-    constants, sheet = sorted(set(table) & CONSTANTS), sorted(set(table) & SHEET)
+    constants, sheet = sorted(set(table) & CONSTANTS), sorted(set(table) & (SHEET | GRAIN))
     if constants and sheet:
         raise SceneError(f"material: {constants[0]} does not go with {sheet[0]}: either the constants or a sheet")
     if not sheet:
         return shellwarp.Material(**{MATERIAL[key]: float(value) for key, value in table.items()})
-    own = {key: float(value) for key, value in table.items() if key != "preset"}
+    own = {key: float(value) for key, value in table.items() if key not in ("preset", "direction")}
+    if ("young_across" in table) != ("direction" in table):
+        raise SceneError("material: young_across and direction go together")
     if "preset" in table:
         return dataclasses.replace(shellwarp.Sheet.known(table["preset"]), **own)
     if missing := sorted(SHEET - set(table) - {"preset"}):
@@ -80,7 +82,7 @@ def model_key(tables):
     material = shell.material
     return content_hash({
         "positions": shell.positions, "triangles": shell.triangles, "held": shell.fixed, "clamped": list(shell.clamped),
-        "material": [type(material).__name__, *dataclasses.astuple(material)],
+        "material": [type(material).__name__, *dataclasses.astuple(material)], "directions": shell.directions,
         "options": tables["options"], "library": library_digest()})
 
 

@@ -17,11 +17,12 @@ from .mesh_file import beside, stem
 
 CONSTANTS = {"k_area", "k_length", "k_bend", "density"}
 SHEET = {"preset", "young", "poisson", "thickness", "volume_density"}
+GRAIN = {"young_across", "shear", "direction"}   # of a sheet that is stiffer along a direction
 # Of [simulation]: what the precompute depends on, beside the method.
 MODEL_KEYS = ("modes", "precision", "reduced_fields", "auto_error", "auto_operations")
 SIMULATION = {*MODEL_KEYS, "method", "integrator", "frame_rate", "steps_per_frame", "gravity"}
 TABLES = {
-    "material": CONSTANTS | SHEET,
+    "material": CONSTANTS | SHEET | GRAIN,
     "simulation": SIMULATION,
     "damping": {"ratio", "mass", "stiffness"},
     "wind": {"velocity", "density", "normal_drag", "tangential_drag", "gust", "gust_frequency"},

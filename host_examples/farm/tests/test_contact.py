@@ -11,7 +11,7 @@ import small
 from shellwarp_farm import colliders
 from shellwarp_farm.errors import SceneError
 from shellwarp_farm.job import bake, hash_of
-from shellwarp_farm.model import material_of, mesh_at, model_tables, prepare, shell_of
+from shellwarp_farm.model import material_of, mesh_at, model_key, model_tables, prepare, shell_of
 from shellwarp_farm.scenes import expand, read_list
 
 LIST = """
@@ -148,6 +148,8 @@ class Sheets(Case):
     def test_what_is_no_material_is_named(self):
         for table, message in (({"k_bend": 1, "young": 1e9}, "k_bend does not go with young"),
                                ({"young": 1e9, "poisson": 0.3, "thickness": 1e-3}, "a sheet needs volume_density"),
+                               ({"preset": "card", "young_across": 1e9}, "young_across and direction go together"),
+                               ({"k_bend": 1, "direction": [1, 0, 0]}, "k_bend does not go with direction"),
                                ({"preset": "cardd"}, "no known material is called 'cardd'")):
             with self.subTest(message), self.assertRaisesRegex((SceneError, shellwarp.ShellwarpError), message):
                 material_of(table)
@@ -157,6 +159,13 @@ class Sheets(Case):
         job = self.jobs("", text.replace('kind = "fixed"', 'kind = "clamped"'))["one"]
         shell = shell_of(model_tables(job))
         self.assertEqual((list(shell.fixed), list(shell.clamped)), ([], [0, 1, 2, 3, 4, 5]))
+
+    def test_a_sheet_sags_more_where_its_grain_runs_across_and_is_another_model(self):
+        old = "{ k_area = 5e3, k_length = 5e3, k_bend = 2.7e-3, density = 0.3 }"
+        grain = LIST.replace(old, '{ preset = "card", young_across = 3e8, direction = [1, 0, 0] }')
+        along, across = [model_tables(self.jobs("", grain.replace("[1, 0, 0]", axis))["one"]) for axis in ("[1, 0, 0]", "[0, 1, 0]")]
+        self.assertNotEqual(model_key(along), model_key(across))
+        self.assertEqual((shell_of(across).directions, shell_of(across).material.young_across), ([0, 1, 0], 3e8))
 
     def test_a_job_bakes_a_sheet_and_a_parameter_may_choose_it(self):
         old = "{ k_area = 5e3, k_length = 5e3, k_bend = 2.7e-3, density = 0.3 }"

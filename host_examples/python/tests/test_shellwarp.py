@@ -571,6 +571,38 @@ class Creases(unittest.TestCase):
             sw.Model(strip.shell(positions=flat, rest_positions=flat[:3]))
 
 
+class Stiffness(unittest.TestCase):
+    def test_a_factor_of_four_hangs_a_quarter_as_far(self):
+        made = model()
+        hangs = []
+        for factor in (1.0, 4.0):
+            state = made.state("lma")
+            state.set_stiffness(factor)
+            state.set_gravity([0, 0, -0.1])
+            state.equilibrium()
+            hangs.append(-state.positions()[:, 2].min())
+        self.assertAlmostEqual(hangs[0] / hangs[1], 4, delta=1e-4)   # linear, in 32 bits
+        with self.assertRaisesRegex(sw.InvalidArgumentError, "factor is -1"):
+            state.set_stiffness(-1)
+
+    def test_a_frequency_and_a_sag_give_the_stiffness(self):
+        made = model()
+        state = made.state()
+        factor = state.set_frequency(3 * made.frequencies()[0])
+        self.assertAlmostEqual(factor, 9, delta=1e-12)
+        state.set_gravity([0, 0, -9.8])
+        for wanted in (0.02, 0.05):
+            factor = state.set_sag(wanted)
+            state.set_stiffness(factor)
+            state.equilibrium()
+            self.assertAlmostEqual(state.report()["max_displacement"] / wanted, 1, delta=0.011)   # the tolerance
+        state.set_gravity([0, 0, 0])
+        with self.assertRaisesRegex(sw.InvalidArgumentError, "nothing moves"):
+            state.set_sag(0.01)
+        with self.assertRaisesRegex(sw.InvalidArgumentError, "length: -1"):
+            state.set_sag(-1)
+
+
 class Grain(unittest.TestCase):
     def test_a_strip_swings_by_the_modulus_along_it_and_uvs_tell_directions(self):
         flat, triangles = strip.positions(numpy.float64), strip.shell().triangles
