@@ -44,6 +44,9 @@ struct Stiffness {
   uint32_t preset = 0;
   double young = 3e9, poisson = 0.3, volume_density = 1000;
   double metres = 1;  // in a unit of the object's space, for both
+
+  // Factors at the points, above 0, of the thickness, Young's modulus and the mass per volume; empty is 1 everywhere. By preset and sheet.
+  std::vector<double> thickness_map, young_map, density_map;
 };
 
 // What the model is made of; a change of any of it is a new precompute, but of the method only where the two need different models.

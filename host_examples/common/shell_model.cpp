@@ -62,13 +62,40 @@ SwMaterialDesc material(const Mesh &mesh, const Stiffness &stiffness) {
   return desc;
 }
 
+// A constant times a factor at each vertex.
+struct ScaledMap {
+  std::vector<double> values;
+  SwMaterialMap map{};
+
+  ScaledMap(uint32_t quantity, double constant, const std::vector<double> &factors) : values(factors) {
+    for (double &x : values) x *= constant;
+    sw_material_map_init(&map);
+    map.quantity = quantity, map.on = SW_MAP_ON_VERTICES, map.format = SW_FORMAT_F64;
+    map.values = values.data(), map.count = static_cast<uint32_t>(values.size());
+  }
+};
+
+std::vector<ScaledMap> maps_of(const Stiffness &s, const SwMaterialDesc &desc) {
+  std::vector<ScaledMap> maps;
+  if (desc.energy != SW_ENERGY_KOITER) return maps;
+  if (!s.thickness_map.empty()) maps.emplace_back(SW_MAP_THICKNESS, desc.thickness, s.thickness_map);
+  if (!s.young_map.empty()) maps.emplace_back(SW_MAP_YOUNG, desc.young, s.young_map);
+  if (!s.density_map.empty()) maps.emplace_back(SW_MAP_VOLUME_DENSITY, desc.volume_density, s.density_map);
+  return maps;
+}
+
 shellwarp::Model make_model(const Mesh &mesh, const Build &build) {
   SwSupportDesc supports = shellwarp::support_desc();
   (build.clamped ? supports.clamped : supports.fixed) = build.held.data();
   (build.clamped ? supports.n_clamped : supports.n_fixed) = static_cast<uint32_t>(build.held.size());
+  SwMaterialDesc desc = material(mesh, build.stiffness);
+  std::vector<ScaledMap> scaled = maps_of(build.stiffness, desc);
+  std::vector<SwMaterialMap> maps;
+  for (ScaledMap &one : scaled) one.map.values = one.values.data(), maps.push_back(one.map);
+  desc.maps = maps.empty() ? nullptr : maps.data();
+  desc.n_maps = static_cast<uint32_t>(maps.size());
   return shellwarp::Model(
-      shellwarp::mesh_desc(mesh.points.data(), mesh.n_points(), mesh.triangles.data(), mesh.n_triangles()),
-      material(mesh, build.stiffness), supports);
+      shellwarp::mesh_desc(mesh.points.data(), mesh.n_points(), mesh.triangles.data(), mesh.n_triangles()), desc, supports);
 }
 
 uint32_t report_progress(void *user, uint32_t, double) noexcept {
@@ -210,10 +237,22 @@ uint64_t build_key(const Mesh &mesh, const Build &build) {
   hash.add(follows_by_fields(build.method) ? build.support_fields : 0);
   const Stiffness &s = build.stiffness;
   if (s.by == Stiffness::By::frequency) return hash.add(s.thickness).value();
+  if (s.by != Stiffness::By::material) hash.add_all(s.thickness_map).add_all(s.young_map).add_all(s.density_map);
   if (s.by == Stiffness::By::preset) return hash.add(s.preset).add(s.thickness).add(s.metres).value();
   if (s.by == Stiffness::By::sheet)
     return hash.add(s.young).add(s.poisson).add(s.thickness).add(s.volume_density).add(s.metres).value();
   return hash.add(s.bend).add(s.stretch).add(s.density).value();
+}
+
+static void check_map(const Mesh &mesh, const char *what, const std::vector<double> &factors) {
+  if (factors.empty()) return;
+  if (factors.size() != mesh.n_points())
+    throw HostError(std::string("the map of the ") + what + " has " + number(uint64_t(factors.size())) + " values, the simulated mesh " +
+                    number(uint64_t(mesh.n_points())) + " points: maps are painted on the mesh that is simulated, with no other in its place");
+  for (std::size_t i = 0; i < factors.size(); ++i)
+    if (!(factors[i] > 0) || !std::isfinite(factors[i]))
+      throw HostError(std::string("the map of the ") + what + " is " + number(factors[i]) + " at point " + number(uint64_t(i)) +
+                      "; it must be above 0");
 }
 
 void check_build(const Mesh &mesh, const Build &build) {
@@ -234,6 +273,9 @@ void check_build(const Mesh &mesh, const Build &build) {
   require(build.auto_error >= 0 && std::isfinite(build.auto_error), "the error of the automatic choice",
           build.auto_error, "0 or above");
   check_stiffness(build.stiffness);
+  check_map(mesh, "thickness", build.stiffness.thickness_map);
+  check_map(mesh, "Young's modulus", build.stiffness.young_map);
+  check_map(mesh, "density", build.stiffness.density_map);
 }
 
 }  // namespace host

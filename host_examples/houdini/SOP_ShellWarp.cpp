@@ -55,6 +55,9 @@ static const char *theDsFile = R"THEDSFILE(
     parm { name "young" label "Young's Modulus" type float default { "3e9" } range { 0! 100000000000 } hidewhen "{ stiffnessfrom != sheet }" }
     parm { name "poisson" label "Poisson's Ratio" type float default { "0.3" } range { -0.99! 0.5! } hidewhen "{ stiffnessfrom != sheet }" }
     parm { name "volumedensity" label "Density by Volume" type float default { "1000" } range { 0! 10000 } hidewhen "{ stiffnessfrom != sheet }" }
+    parm { name "thicknessmap" label "Thickness Map" type string default { "" } hidewhen "{ stiffnessfrom == frequency } { stiffnessfrom == material }" }
+    parm { name "youngmap" label "Young's Modulus Map" type string default { "" } hidewhen "{ stiffnessfrom == frequency } { stiffnessfrom == material }" }
+    parm { name "densitymap" label "Density Map" type string default { "" } hidewhen "{ stiffnessfrom == frequency } { stiffnessfrom == material }" }
     parm { name "metresperunit" label "Metres per Unit" type float default { "1" } range { 0! 1 } hidewhen "{ stiffnessfrom == material }" }
     parm { name "kbend" label "Bend Stiffness" type float default { "1" } range { 0 100 } hidewhen "{ stiffnessfrom != material }" }
     parm { name "kstretch" label "Stretch Stiffness" type float default { "10000" } range { 0 1000000 } hidewhen "{ stiffnessfrom != material }" }
@@ -117,7 +120,7 @@ PRM_Template *SOP_ShellWarp::buildTemplates() {
     builder.setChoiceListPtr("method", &method_menu());
     builder.setChoiceListPtr("preset", &preset_menu());
     builder.setChoiceListPtr("supportgroup", &SOP_Node::pointGroupMenu);
-    for (const char *attribute : {"supportattrib", "weightattrib"})
+    for (const char *attribute : {"supportattrib", "weightattrib", "thicknessmap", "youngmap", "densitymap"})
       builder.setChoiceListPtr(attribute, &SOP_Node::pointAttribReplaceMenu);
   }
   return builder.templates();
@@ -301,6 +304,12 @@ void ShellWarpVerb::cook(const CookParms &cookparms) const {
     request.interrupted = [&boss] { return boss.wasInterrupted(); };
     pull_settings(parms, request);
     pull_shell(cookparms, *detail, request);
+    host::Stiffness &stiffness = request.build.stiffness;
+    if (stiffness.by == host::Stiffness::By::preset || stiffness.by == host::Stiffness::By::sheet) {
+      pull_map(*detail, parms.getThicknessmap(), stiffness.thickness_map);
+      pull_map(*detail, parms.getYoungmap(), stiffness.young_map);
+      pull_map(*detail, parms.getDensitymap(), stiffness.density_map);
+    }
     pull_supports(*detail, parms.getSupportgroup(), parms.getSupportattrib(), request.build.held);
     if (const GU_Detail *points = cookparms.inputGeo(1)) pull_handles(*points, request.inputs.handles);
     const GU_Detail *touched = cookparms.inputGeo(2);

@@ -63,6 +63,13 @@ void pull_mesh(const GU_Detail &detail, host::Mesh &mesh) {
   }
 }
 
+void pull_map(const GU_Detail &detail, const UT_StringHolder &attribute, std::vector<double> &factors) {
+  if (!attribute.isstring()) return;
+  const GA_ROHandleF painted = float_attribute(detail, attribute);
+  factors.resize(static_cast<std::size_t>(detail.getNumPoints()));
+  for (GA_Iterator it(detail.getPointRange()); !it.atEnd(); ++it) factors[index_of(detail, *it)] = static_cast<double>(painted.get(*it));
+}
+
 void pull_supports(const GU_Detail &detail, const UT_StringHolder &group, const UT_StringHolder &attribute,
                    std::vector<uint32_t> &held) {
   GOP_Manager groups;  // owns what a pattern makes

@@ -76,6 +76,18 @@ void add_painted(MDataBlock &block, unsigned int multiIndex, host::Request &requ
   }
 }
 
+// What was never painted is 1.
+void add_factors(MDataBlock &block, unsigned int multiIndex, const MObject &list, const MObject &map, std::size_t n_points,
+                 std::vector<double> &factors) {
+  MArrayDataHandle all = block.inputArrayValue(list);
+  if (all.jumpToElement(multiIndex) != MS::kSuccess) return;
+  MArrayDataHandle painted(all.inputValue().child(map));
+  const unsigned int n = painted.elementCount();
+  if (n > 0) factors.assign(n_points, 1);
+  for (unsigned int k = 0; k < n; ++k, painted.next())
+    if (painted.elementIndex() < n_points) factors[painted.elementIndex()] = static_cast<double>(painted.inputValue().asFloat());
+}
+
 void add_listed(MDataBlock &block, host::Request &request) {
   const MObject data = block.inputValue(Node::supportComponents).data();
   if (data.isNull()) return;
@@ -157,6 +169,15 @@ void pull_settings(MDataBlock &block, host::Request &request) {
   request.inputs.gravity = {gravity[0], gravity[1], gravity[2]};
   const double3 &wind = block.inputValue(Node::wind).asDouble3();
   request.inputs.wind = {{wind[0], wind[1], wind[2]}, real(Node::airDensity), real(Node::normalDrag), real(Node::tangentialDrag)};
+}
+
+void pull_maps(MDataBlock &block, unsigned int multiIndex, host::Request &request) {
+  host::Stiffness &s = request.build.stiffness;
+  if (s.by != host::Stiffness::By::preset && s.by != host::Stiffness::By::sheet) return;
+  const std::size_t n_points = (request.drawn.empty() ? request.mesh.points : request.drawn).size() / 3;
+  add_factors(block, multiIndex, Node::thicknessMapList, Node::thicknessMap, n_points, s.thickness_map);
+  add_factors(block, multiIndex, Node::youngMapList, Node::youngMap, n_points, s.young_map);
+  add_factors(block, multiIndex, Node::densityMapList, Node::densityMap, n_points, s.density_map);
 }
 
 void pull_supports(MDataBlock &block, unsigned int multiIndex, host::Request &request) {

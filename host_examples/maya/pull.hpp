@@ -14,6 +14,7 @@ MStatus pull_mesh(MDataBlock &block, const MObject &input, const MObject &inputG
                   host::Mesh &mesh);
 MStatus pull_proxy(MDataBlock &block, host::Request &request);  // simulated in the mesh's place, which follows it
 void pull_settings(MDataBlock &block, host::Request &request);
+void pull_maps(MDataBlock &block, unsigned int multiIndex, host::Request &request);
 void pull_supports(MDataBlock &block, unsigned int multiIndex, host::Request &request);  // asks for the mesh
 void pull_handles(MDataBlock &block, std::vector<host::Handle> &handles);
 MStatus pull_colliders(MDataBlock &block, std::vector<host::Collider> &colliders);

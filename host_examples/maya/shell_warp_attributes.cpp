@@ -18,6 +18,8 @@ MObject ShellWarpNode::wind, ShellWarpNode::windX, ShellWarpNode::windY, ShellWa
 MObject ShellWarpNode::stiffnessFrom, ShellWarpNode::frequency, ShellWarpNode::thickness, ShellWarpNode::kBend,
     ShellWarpNode::kStretch, ShellWarpNode::density;
 MObject ShellWarpNode::preset, ShellWarpNode::young, ShellWarpNode::poisson, ShellWarpNode::volumeDensity;
+MObject ShellWarpNode::thicknessMapList, ShellWarpNode::thicknessMap, ShellWarpNode::youngMapList, ShellWarpNode::youngMap,
+    ShellWarpNode::densityMapList, ShellWarpNode::densityMap;
 MObject ShellWarpNode::dampingRatio, ShellWarpNode::dampingMass, ShellWarpNode::dampingStiffness;
 MObject ShellWarpNode::method, ShellWarpNode::reducedFields, ShellWarpNode::autoError, ShellWarpNode::integrator;
 MObject ShellWarpNode::modes, ShellWarpNode::doublePrecision, ShellWarpNode::certify;
@@ -199,6 +201,36 @@ MStatus create_material() {
   return MS::kSuccess;
 }
 
+// A painted map for each geometry: floats at vertices inside a list, as Maya's own weights.
+MStatus create_painted(MObject &list, MObject &map, const char *const (&names)[4], float value, float most) {
+  MStatus status;
+  MFnNumericAttribute number;
+  map = number.create(names[2], names[3], MFnNumericData::kFloat, value, &status);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  number.setMin(0);
+  number.setMax(most);
+  number.setArray(true);
+  number.setUsesArrayDataBuilder(true);
+  MFnCompoundAttribute compound;
+  list = compound.create(names[0], names[1], &status);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  compound.addChild(map);
+  compound.setArray(true);
+  compound.setUsesArrayDataBuilder(true);
+  return MS::kSuccess;
+}
+
+// Factors on a sheet's constants.
+MStatus create_maps() {
+  constexpr float kMost = 100;
+  MStatus status;
+  status = create_painted(Node::thicknessMapList, Node::thicknessMap, {"thicknessMapList", "tml", "thicknessMap", "tmp"}, 1, kMost);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  status = create_painted(Node::youngMapList, Node::youngMap, {"youngMapList", "yml", "youngMap", "ymp"}, 1, kMost);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  return create_painted(Node::densityMapList, Node::densityMap, {"densityMapList", "dml", "densityMap", "dmp"}, 1, kMost);
+}
+
 MStatus create_supports() {
   MStatus status;
   status = create_choice(Node::supportKind, "supportKind", "skd", {"clamped", "hinged"});
@@ -216,19 +248,8 @@ MStatus create_supports() {
   CHECK_MSTATUS_AND_RETURN_IT(status);
   Node::proxy = typed.create("proxy", "prx", MFnData::kMesh, MObject::kNullObj, &status);
   CHECK_MSTATUS_AND_RETURN_IT(status);
-  MFnNumericAttribute weight;
-  Node::supportWeights = weight.create("supportWeights", "sws", MFnNumericData::kFloat, 0, &status);
+  status = create_painted(Node::supportWeightList, Node::supportWeights, {"supportWeightList", "swl", "supportWeights", "sws"}, 0, 1);
   CHECK_MSTATUS_AND_RETURN_IT(status);
-  weight.setMin(0);
-  weight.setMax(1);
-  weight.setArray(true);
-  weight.setUsesArrayDataBuilder(true);
-  MFnCompoundAttribute list;
-  Node::supportWeightList = list.create("supportWeightList", "swl", &status);
-  CHECK_MSTATUS_AND_RETURN_IT(status);
-  list.addChild(Node::supportWeights);
-  list.setArray(true);
-  list.setUsesArrayDataBuilder(true);
   status = create_choice(Node::frameFrom, "frameFrom", "ffr", {"object", "supportFrame"});
   CHECK_MSTATUS_AND_RETURN_IT(status);
   return create_matrix(Node::supportFrame, "supportFrame", "sfm");
@@ -314,8 +335,8 @@ MStatus ShellWarpNode::addAttributes() {
       reducedFields, autoError,    integrator,   certify,       supportKind, supportComponents, supportWeightList,
       frameFrom,     supportFrame, handles,      preset,        young,       poisson,           volumeDensity,
       colliders,     proxy,        follow,       supportFields, wind,       airDensity,        normalDrag,
-      tangentialDrag, dampingStiffness, cache};
-  const MObject children[] = {windX, windY, windZ, gravityX,       gravityY,       gravityZ,          supportWeights,   handleVertex,
+      tangentialDrag, dampingStiffness, cache,  thicknessMapList, youngMapList,     densityMapList};
+  const MObject children[] = {windX, windY, windZ, gravityX,       gravityY,       gravityZ,          supportWeights,   thicknessMap, youngMap, densityMap, handleVertex,
                               handleTarget,   handlePosition, handleOrientation, handleCompliance, handleHeld, handleAxisX, handleAxisY, handleAxisZ, colliderMesh,
                               colliderMatrix, colliderShape,  colliderCells,     colliderFriction, colliderThickness};
   MStatus status;
@@ -348,12 +369,14 @@ MStatus ShellWarpNode::initialize() {
   CHECK_MSTATUS_AND_RETURN_IT(status);
   status = create_sheet();
   CHECK_MSTATUS_AND_RETURN_IT(status);
+  status = create_maps();
+  CHECK_MSTATUS_AND_RETURN_IT(status);
   status = create_colliders();
   CHECK_MSTATUS_AND_RETURN_IT(status);
   status = addAttributes();
   CHECK_MSTATUS_AND_RETURN_IT(status);
   // What Artisan offers in the Paint Attributes tool.
-  for (const char *map : {"weights", "supportWeights"})
+  for (const char *map : {"weights", "supportWeights", "thicknessMap", "youngMap", "densityMap"})
     MGlobal::executeCommand(MString("makePaintable -attrType multiFloat -sm deformer ") + nodeName + " " + map);
   return MS::kSuccess;
 }

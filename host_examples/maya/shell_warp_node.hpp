@@ -83,6 +83,7 @@ public:
   // What it is made of
   static MObject stiffnessFrom, frequency, thickness, kBend, kStretch, density;
   static MObject preset, young, poisson, volumeDensity;
+  static MObject thicknessMapList, thicknessMap, youngMapList, youngMap, densityMapList, densityMap;
   static MObject dampingRatio, dampingMass, dampingStiffness;
   static MObject method, reducedFields, autoError, integrator;
   static MObject modes, doublePrecision, certify;

@@ -265,6 +265,15 @@ void every_parameter_changes_the_result() {
   CHECK(changes(sheet, number("young", {1e8})));
   CHECK(changes(sheet, number("poisson", {0})));
   CHECK(changes(sheet, number("volumedensity", {5000})));
+  for (const char *map : {"thicknessmap", "youngmap", "densitymap"})
+    CHECK(changes(
+        [&](Scene &s) {
+          sheet(s);
+          std::vector<double> &painted = s.geometry().attributes["soft"];
+          painted.assign(STRIP_VERTICES, 1);
+          for (std::size_t i = 30; i < STRIP_VERTICES; ++i) painted[i] = 0.5;
+        },
+        word(map, "soft")));
   CHECK(changes(nothing, number("dampingratio", {0.5})));
   CHECK(changes(nothing, number("dampingmass", {2})));
   CHECK(changes(nothing, number("dampingstiffness", {0.1})));
@@ -361,6 +370,22 @@ void a_known_material_is_the_sheet_of_its_numbers() {
 }
 
 // A moving frame is what shakes the shell: rotation and translation are animated parameters.
+// A map of twos is a sheet of twice the thickness, to the rounding of its constants; what is not above 0 is named.
+void a_map_multiplies_the_sheets_constant() {
+  const auto sheet = [](Scene &s, double thickness) { s.cook.set("stiffnessfrom", {3}), s.cook.set("thickness", {thickness}); };
+  Scene thick, mapped, broken;
+  sheet(thick, 2e-3), sheet(mapped, 1e-3), sheet(broken, 1e-3);
+  mapped.geometry().attributes["twice"].assign(STRIP_VERTICES, 2);
+  mapped.cook.set_text("thicknessmap", "twice");
+  broken.geometry().attributes["twice"].assign(STRIP_VERTICES, 2);
+  broken.geometry().attributes["twice"][7] = 0;
+  broken.cook.set_text("thicknessmap", "twice");
+  const Points a = thick.play(8), b = mapped.play(8);
+  for (std::size_t i = 0; i < a.size(); ++i) CHECK_NEAR(a[i].y(), b[i].y(), 1e-6);  // the basis in floats of 4
+  broken.at(2);
+  CHECK(broken.cook.errors.size() == 1 && contains(broken.cook.errors[0], "the map of the thickness is 0 at point 7; it must be above 0"));
+}
+
 void a_moving_support_frame_shakes_the_shell() {
   for (const char *name : {"framet", "framer"}) {
     Scene still, shaken;
@@ -803,6 +828,7 @@ int main(int argc, char **argv) {
     RUN(polygons_of_the_third_input_stop_the_strip_and_lift_it);
     RUN(the_menu_of_known_materials_is_the_librarys_table);
     RUN(a_known_material_is_the_sheet_of_its_numbers);
+    RUN(a_map_multiplies_the_sheets_constant);
     RUN(a_moving_support_frame_shakes_the_shell);
     RUN(envelope_and_weights_scale_each_point);
     RUN(a_handle_point_leads_its_point);

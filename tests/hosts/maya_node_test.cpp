@@ -110,7 +110,7 @@ void every_attribute_has_its_own_names_and_affects_the_output() {
                                  "binMembership",
                                  "bnm"};
   const std::vector<fake::AttributeInfo> attributes = node.attributes();
-  CHECK(attributes.size() == 60);
+  CHECK(attributes.size() == 66);
   for (const fake::AttributeInfo &attribute : attributes) {
     CHECK(names.insert(attribute.name).second && names.insert(attribute.brief).second);
     CHECK(attribute.affects_output);
@@ -121,9 +121,10 @@ void every_attribute_has_its_own_names_and_affects_the_output() {
 void supports_can_be_painted_and_handles_are_an_array() {
   fake::Deformer node("shellWarp");
   for (const fake::AttributeInfo &attribute : node.attributes()) {
-    CHECK(attribute.paintable == (attribute.name == "supportWeights"));
+    const std::set<std::string> painted = {"supportWeights", "thicknessMap", "youngMap", "densityMap"};
+    CHECK(attribute.paintable == (painted.count(attribute.name) == 1));
     const bool array =
-        attribute.name == "supportWeights" || attribute.name == "supportWeightList" ||
+        painted.count(attribute.name) || painted.count(attribute.name.substr(0, attribute.name.size() - 4)) || attribute.name == "supportWeightList" ||
                        attribute.name == "handles" || attribute.name == "colliders";
     CHECK(attribute.is_array == array);
   }
@@ -393,6 +394,10 @@ void every_attribute_changes_the_result() {
   CHECK(changes(sheet, number("poisson", 0)));
   CHECK(changes(sheet, number("volumeDensity", 5000)));
   CHECK(changes(sheet, number("thickness", 0.2)));
+  for (const char *map : {"thicknessMap", "youngMap", "densityMap"})
+    CHECK(changes(sheet, [map](Scene &s) {
+      for (int i = 60; i < STRIP_VERTICES; ++i) s.node.set(std::string(map) + "List[0]." + map + "[" + std::to_string(i) + "]", 0.5);
+    }));
   CHECK(changes(nothing, number("dampingRatio", 0.5)));
   CHECK(changes(nothing, number("dampingMass", 2)));
   CHECK(changes(nothing, number("dampingStiffness", 0.1)));

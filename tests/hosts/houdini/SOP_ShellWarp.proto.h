@@ -44,6 +44,9 @@ public:
   fpreal getYoung() const { return young_; }
   fpreal getPoisson() const { return poisson_; }
   fpreal getVolumedensity() const { return volumedensity_; }
+  UT_StringHolder getThicknessmap() const { return thicknessmap_; }
+  UT_StringHolder getYoungmap() const { return youngmap_; }
+  UT_StringHolder getDensitymap() const { return densitymap_; }
   fpreal getMetresperunit() const { return metresperunit_; }
   int64_t getCollidershape() const { return collidershape_; }
   int64_t getCollidercells() const { return collidercells_; }
@@ -91,6 +94,9 @@ public:
     young_ = at(values, "young", "float").numbers[0];
     poisson_ = at(values, "poisson", "float").numbers[0];
     volumedensity_ = at(values, "volumedensity", "float").numbers[0];
+    thicknessmap_ = at(values, "thicknessmap", "string").text.c_str();
+    youngmap_ = at(values, "youngmap", "string").text.c_str();
+    densitymap_ = at(values, "densitymap", "string").text.c_str();
     metresperunit_ = at(values, "metresperunit", "float").numbers[0];
     collidershape_ = static_cast<int64_t>(at(values, "collidershape", "ordinal").numbers[0]);
     collidercells_ = static_cast<int64_t>(at(values, "collidercells", "integer").numbers[0]);
@@ -150,6 +156,9 @@ private:
   fpreal young_ = 0;
   fpreal poisson_ = 0;
   fpreal volumedensity_ = 0;
+  UT_StringHolder thicknessmap_;
+  UT_StringHolder youngmap_;
+  UT_StringHolder densitymap_;
   fpreal metresperunit_ = 0;
   int64_t collidershape_ = 0;
   int64_t collidercells_ = 0;

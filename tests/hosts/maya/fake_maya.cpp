@@ -323,7 +323,9 @@ std::vector<AttributeInfo> Deformer::attributes() const {
   const auto add = [&](const Attribute *a) {
     const std::string paint = "deformer " + node_->type->name + " " + a->name;
     const bool paintable = std::any_of(session().commands.begin(), session().commands.end(),
-                                       [&](const std::string &c) { return c.find(paint) != std::string::npos; });
+                                       [&](const std::string &c) {
+                                         return c.size() >= paint.size() && c.compare(c.size() - paint.size(), paint.size(), paint) == 0;
+                                       });
     out.push_back({a->name, a->brief, a->parent ? a->parent->name : "", a->keyable, a->array,
                    node_->type->affects_output.count(a) > 0, paintable, a->fields});
   };
