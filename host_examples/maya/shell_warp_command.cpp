@@ -17,6 +17,7 @@
 #include <maya/MPoint.h>
 
 #include <algorithm>
+#include <cmath>
 #include <exception>
 #include <locale>
 #include <sstream>
@@ -24,7 +25,7 @@
 
 namespace {
 
-constexpr const char *kHandle = "-hd", *kCollider = "-co", *kStatus = "-st", *kWrite = "-wc";
+constexpr const char *kHandle = "-hd", *kCollider = "-co", *kStatus = "-st", *kWrite = "-wc", *kMemory = "-me";
 
 // A mesh of the selection, and which of its vertices are selected.
 struct Picked {
@@ -140,6 +141,7 @@ MSyntax ShellWarpCommand::syntax_of() {
   syntax.addFlag(kHandle, "-handle");
   syntax.addFlag(kCollider, "-collider");
   syntax.addFlag(kStatus, "-status");
+  syntax.addFlag(kMemory, "-memory");
   syntax.addFlag(kWrite, "-writeCache", MSyntax::kString);
   syntax.setObjectType(MSyntax::kSelectionList, 0);
   syntax.useSelectionAsDefault(true);
@@ -154,7 +156,11 @@ MStatus ShellWarpCommand::doIt(const MArgList &arguments) {
   given.getObjects(selected);
   try {
     if (given.isFlagSet(kStatus)) {
-      tell_status();
+      tell([](const ShellWarpNode &node) { return node.status(); });
+      return MS::kSuccess;
+    }
+    if (given.isFlagSet(kMemory)) {
+      tell([](const ShellWarpNode &node) { return host::number(std::round(static_cast<double>(node.bytes()) / 1e4) / 100) + " MB"; });
       return MS::kSuccess;
     }
     changes_ = true;
@@ -253,14 +259,14 @@ void ShellWarpCommand::write_cache(const MSelectionList &selected, const std::st
   if (meshes.empty()) throw host::HostError("select the shells whose frames are to be written");
 }
 
-// A line for each shell that has something to tell; the heads-up display shows them.
-void ShellWarpCommand::tell_status() {
+// A line for each shell that has something to tell: the heads-up display shows what they have to say of themselves.
+void ShellWarpCommand::tell(const std::function<std::string(const ShellWarpNode &)> &what) {
   std::string lines;
   for (MItDependencyNodes it(MFn::kPluginDeformerNode); !it.isDone(); it.next()) {
     const MFnDependencyNode fn(it.thisNode());
     if (!(fn.typeId() == ShellWarpNode::nodeId)) continue;
-    const std::string status = static_cast<const ShellWarpNode *>(fn.userNode())->status();
-    if (!status.empty()) lines += (lines.empty() ? "" : "\n") + std::string(fn.name().asChar()) + ": " + status;
+    const std::string text = what(*static_cast<const ShellWarpNode *>(fn.userNode()));
+    if (!text.empty()) lines += (lines.empty() ? "" : "\n") + std::string(fn.name().asChar()) + ": " + text;
   }
   setResult(lines.c_str());
 }

@@ -9,7 +9,10 @@
 #include <maya/MString.h>
 #include <maya/MSyntax.h>
 
+#include <functional>
 #include <string>
+
+class ShellWarpNode;
 
 class ShellWarpCommand : public MPxCommand {
 public:
@@ -27,7 +30,7 @@ private:
   void add_handles(const MSelectionList &selected);
   void add_colliders(const MSelectionList &selected);
   void write_cache(const MSelectionList &selected, const std::string &file);
-  void tell_status();
+  void tell(const std::function<std::string(const ShellWarpNode &)> &what);
   void run(const std::string &mel);  // when the command is done, and again when it is redone
 
   MDGModifier modifier_;

@@ -56,6 +56,13 @@ std::string ShellWarpNode::status() const {
   return lines;
 }
 
+uint64_t ShellWarpNode::bytes() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  uint64_t sum = 0;
+  for (const auto &[index, shell] : shells_) sum += shell.runner.bytes();
+  return sum;
+}
+
 static std::string cache_of(const std::string &file, unsigned int multiIndex) {
   return multiIndex == 0 ? file : file + "." + std::to_string(multiIndex);
 }

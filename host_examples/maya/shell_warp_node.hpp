@@ -50,6 +50,9 @@ public:
   // What the user was told of last, of all geometries; empty where all is well. For any thread.
   std::string status() const;
 
+  // Memory of models and frames, of all geometries.
+  uint64_t bytes() const;
+
   // Writes the frames that were played to a file, of further geometries to FILE.1 and so on. Throws host::HostError.
   void write_cache(const std::string &file) const;
 

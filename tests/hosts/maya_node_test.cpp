@@ -938,6 +938,7 @@ void frames_on_disk_show_without_being_played() {
     CHECK(node.get_text("cache").empty());
     fake::scene().redo();
     CHECK(node.get_text("cache") == file && same(seen_at(node, 6), played[5]));
+    CHECK(fake::scene().run("shellWarp -memory") && contains(fake::scene().result, "shellWarp1: 0.") && contains(fake::scene().result, " MB"));
     played.push_back(seen_at(node, 15));
   }
   {
