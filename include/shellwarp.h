@@ -414,6 +414,20 @@ typedef struct SwSupportDesc {
   uint32_t n_fixed;
   // Length of clamped.
   uint32_t n_clamped;
+  // Vertices held along some axes of the support frame only (n_axis_vertices): on a symmetry plane,
+  // a diaphragm, a rail. What is held stays exactly at zero in every mode, field, step and answer.
+  // Those that are fixed or clamped besides are fixed.
+  const uint32_t *axis_vertices;
+  // Which axes each is held along: SW_AXIS_X, SW_AXIS_Y and SW_AXIS_Z or'ed (n_axis_vertices), or
+  // NULL.
+  const uint8_t *axes;
+  // A direction that each is held along besides, of any length, zero for none (n_axis_vertices x
+  // 3), or NULL.
+  const double *axis_directions;
+  // Length of axis_vertices.
+  uint32_t n_axis_vertices;
+  // Must be 0.
+  uint32_t reserved;
 } SwSupportDesc;
 
 // A shell and, after precompute, its modes. Opaque.
@@ -704,7 +718,7 @@ typedef struct SwModelInfo {
   uint32_t n_reoriented;
   // Vertices held by supports, clamped neighbours included.
   uint32_t n_fixed;
-  // Three per vertex that moves.
+  // Three per vertex that moves, less the axes that it is held along.
   uint32_t n_unknowns;
   // 1 after sw_model_precompute, else 0; all fields below but mass, area and size are 0 before.
   uint32_t precomputed;

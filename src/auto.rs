@@ -81,7 +81,7 @@ struct Judge {
 
 impl Judge {
     fn measure(&mut self, model: &Arc<Model>, methods: &[Method], callback: Watch) -> Result<()> {
-        for method in methods {
+        for method in methods.iter().filter(|method| model.require(**method).is_ok()) {
             let (mut error, mut operations) = (0.0f64, 0.0f64);
             for (k, trial) in self.trials.iter().enumerate() {
                 callback(Phase::Rotation, k as f64 / self.trials.len() as f64)?;

@@ -2,6 +2,7 @@
 
 use crate::energy::{Energy, Source, Thick, of_material, thick};
 use crate::material::{Crease, Creases, ElasticSheet, Elasticity, Fibres, Map, Maps, Orthotropy, Quantity};
+use crate::support::Roller;
 use crate::{Error, ErrorKind, Mesh, Result, Supports, Vec3};
 use std::ops::Deref;
 use std::sync::{Arc, LazyLock};
@@ -75,8 +76,10 @@ pub struct Shell {
     areas: Arc<[f64]>,
     /// Lumped mass: a third of each incident triangle's rest area times the density; 0 if unreferenced (n_vertices).
     pub mass: Vec<f64>,
-    /// Held by a support (n_vertices).
+    /// Held by a support in all directions (n_vertices).
     pub held: Vec<bool>,
+    /// Those of the free vertices that are held along some directions, ascending.
+    pub rollers: Arc<[Roller]>,
     /// Ends of edges whose slope is held (n_vertices); empty where no edge's is.
     pub clamped: Arc<[bool]>,
     /// The vertices that move, ascending: referenced and not held. Each has three unknowns.
@@ -114,7 +117,7 @@ impl Shell {
         let (maps, material) = (Arc::new(maps), with_poisson(material.validated()?, poisson));
         let creases = Arc::new(Creases::new(&make.creases, &mesh)?);
         let rest_mesh = make.rest_shape.map(|shape| rest_mesh(&mesh, shape)).transpose()?;
-        let (held, clamped) = match material {
+        let (mut held, clamped) = match material {
             Elasticity::DiscreteShells(_) => (supports.held(&mesh)?, vec![]),
             Elasticity::Koiter(_) => supports.held_exactly(&mesh)?,
         };
@@ -128,6 +131,8 @@ impl Shell {
         let uniform = material.area_density();
         let unstressed = rest_mesh.as_ref().unwrap_or(&mesh);
         let (mass, total_area) = lumped_mass(unstressed, |t| densities.as_ref().map_or(uniform, |of| of[t]))?;
+        let mut rollers = supports.rollers(&mesh, &mut held)?;
+        rollers.retain(|roller| mass[roller.vertex as usize] > 0.0);
         let areas = if densities.is_some() { lumped_mass(unstressed, |_| 1.0)?.0 } else { vec![] };
         let free = (0..mass.len() as u32).filter(|&v| mass[v as usize] > 0.0 && !held[v as usize]).collect();
         let mesh = Arc::new(mesh);
@@ -157,6 +162,7 @@ impl Shell {
             areas,
             mass,
             held,
+            rollers: rollers.into(),
             clamped,
             free,
             total_area,
@@ -254,6 +260,7 @@ impl Shell {
             sag: None,
             mass: self.mass.clone(),
             held: self.held.clone(),
+            rollers: self.rollers.clone(),
             clamped: self.clamped.clone(),
             free: self.free.clone(),
             ..*self
@@ -279,6 +286,10 @@ impl Shell {
             None => mesh.clone(),
         };
         let orthotropy = self.orthotropy.as_ref().map(|fibres| Arc::new(fibres.part(triangles)));
+        let mut rollers: Vec<Roller> = vec![];
+        for (i, v) in vertices.iter().enumerate().filter(|(i, _)| !held[*i]) {
+            rollers.extend(self.roller_of(*v).map(|roller| Roller { vertex: i as u32, ..*roller }));
+        }
         let part = Self {
             energy: energy_of(unstressed, (self.material, &maps, &creases, &orthotropy), (&clamped, &mesh)),
             mesh,
@@ -292,6 +303,7 @@ impl Shell {
             sag: None,
             mass: vertices.iter().map(|v| self.mass[*v as usize]).collect(),
             held,
+            rollers: rollers.into(),
             free,
             ..*self
         };
@@ -307,9 +319,36 @@ impl Shell {
         self.clamped.get(v) == Some(&true)
     }
 
-    /// Number of unknowns: three per free vertex.
+    /// Number of unknowns: three per free vertex, those of its held directions among them.
     pub fn n_unknowns(&self) -> usize {
         3 * self.free.len()
+    }
+
+    /// Number of those that move.
+    pub fn n_freedoms(&self) -> usize {
+        self.n_unknowns() - self.rollers.iter().map(|roller| roller.held as usize).sum::<usize>()
+    }
+
+    /// What is held of a free vertex, if anything is.
+    pub fn roller_of(&self, v: u32) -> Option<&Roller> {
+        self.rollers.binary_search_by_key(&v, |roller| roller.vertex).ok().map(|at| &self.rollers[at])
+    }
+
+    /// ‖f‖ over the free vertices, along what rollers leave.
+    pub fn free_norm(&self, f: &[Vec3]) -> f64 {
+        let square = |v: &u32| match self.rollers.is_empty() {
+            true => f[*v as usize].norm_squared(),
+            false => self.roller_of(*v).map_or(f[*v as usize], |roller| roller.free * f[*v as usize]).norm_squared(),
+        };
+        self.free.iter().map(square).sum::<f64>().sqrt()
+    }
+
+    /// Takes from a field (n_vertices) what rollers hold.
+    pub fn project(&self, field: &mut [Vec3]) {
+        for roller in self.rollers.iter() {
+            let x = &mut field[roller.vertex as usize];
+            *x = roller.free * *x;
+        }
     }
 
     /// Where these vertices lie.
@@ -317,12 +356,13 @@ impl Shell {
         vertices.iter().map(|&v| self.mesh.positions[v as usize]).collect()
     }
 
-    /// Spreads values at the free vertices, x y z by turns (n_unknowns), over all vertices; zero elsewhere.
+    /// Spreads values at the free vertices, x y z by turns (n_unknowns), over all vertices; zero elsewhere and where rollers hold.
     pub fn scatter(&self, unknowns: &[f64]) -> Vec<Vec3> {
         let mut field = vec![Vec3::zeros(); self.mass.len()];
         for (i, &v) in self.free.iter().enumerate() {
             field[v as usize] = Vec3::new(unknowns[3 * i], unknowns[3 * i + 1], unknowns[3 * i + 2]);
         }
+        self.project(&mut field);
         field
     }
 }

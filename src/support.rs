@@ -1,15 +1,21 @@
 //! Supports: which vertices are held, and the rigid motion T(t) of the frame that holds them.
 
+mod roller;
+
+pub use roller::{Roller, rigid_motions};
+
 use crate::{Error, Mesh, Result, Vec3, rotation};
 use nalgebra::{Matrix3, Rotation3, SVD, UnitQuaternion};
 
-/// Vertices held in place in the support frame.
+/// Vertices held in the support frame.
 #[derive(Clone, Debug, Default)]
 pub struct Supports {
     /// Lose their three unknowns. A straight row of fixed vertices is a hinge: nothing resists turning about it.
     pub fixed: Vec<u32>,
     /// Fixed together with all their edge neighbours, which holds the slope as well: a clamp.
     pub clamped: Vec<u32>,
+    /// Held along a direction of the frame only: a vertex and the direction, of any length; several of a vertex add up.
+    pub along: Vec<(u32, Vec3)>,
 }
 
 impl Supports {
@@ -40,7 +46,7 @@ impl Supports {
     /// As [`Supports::held`], but clamped vertices on an edge between two of them hold the slope there, without their neighbours; the others
     /// still need these. And which vertices are on such an edge (n_vertices, or none).
     pub fn held_exactly(&self, mesh: &Mesh) -> Result<(Vec<bool>, Vec<bool>)> {
-        let alone = Self { fixed: vec![], clamped: self.clamped.clone() };
+        let alone = Self { clamped: self.clamped.clone(), ..Self::default() };
         alone.held(mesh)?; // checks the list
         let mut marked = vec![false; mesh.positions.len()];
         self.clamped.iter().for_each(|&v| marked[v as usize] = true);
@@ -52,7 +58,7 @@ impl Supports {
         }
         let (on_edges, single) = self.clamped.iter().partition::<Vec<u32>, _>(|v| clamped[**v as usize]);
         let fixed = self.fixed.iter().chain(&on_edges).copied().collect();
-        let held = Self { fixed, clamped: single }.held(mesh)?;
+        let held = Self { fixed, clamped: single, along: vec![] }.held(mesh)?;
         Ok((held, if on_edges.is_empty() { vec![] } else { clamped }))
     }
 }

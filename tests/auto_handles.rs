@@ -154,7 +154,7 @@ impl Scene {
 fn shell(positions: Vec<Vec3>, triangles: &[[u32; 3]], k_bend: f64, held: impl Fn(&Vec3) -> bool) -> Shell {
     let fixed = (0..positions.len() as u32).filter(|&v| held(&positions[v as usize])).collect();
     let material = Material { k_area: 1e4, k_length: 1e4, k_bend, area_density: 1.0 };
-    Shell::new(Mesh::new(positions, triangles).unwrap(), material, &Supports { fixed, clamped: vec![] }).unwrap()
+    Shell::new(Mesh::new(positions, triangles).unwrap(), material, &Supports { fixed, ..Default::default() }).unwrap()
 }
 
 fn cylinder() -> Scene {
@@ -187,7 +187,7 @@ fn card() -> Scene {
     let fixed = (0..positions.len() as u32).filter(|&v| positions[v as usize].x < 0.02).collect();
     let material = Material { k_area: 5e3, k_length: 5e3, k_bend: 2.7e-3, area_density: 0.3 };
     let mesh = Mesh::new(positions, &triangles).unwrap();
-    let shell = Shell::new(mesh, material, &Supports { fixed, clamped: vec![] }).unwrap();
+    let shell = Shell::new(mesh, material, &Supports { fixed, ..Default::default() }).unwrap();
     Scene::new(shell, 0.2, Vec3::zeros(), Vec3::new(0.3, 0.05, 0.0))
 }
 

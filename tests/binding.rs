@@ -16,7 +16,7 @@ use std::sync::Arc;
 fn shell(positions: Vec<Vec3>, triangles: &[[u32; 3]]) -> Shell {
     let material = Material { k_area: 1e4, k_length: 1e4, k_bend: 0.1, area_density: 1.0 };
     let fixed = (0..positions.len() as u32).filter(|v| positions[*v as usize].x < 0.06).collect();
-    Shell::new(Mesh::new(positions, triangles).unwrap(), material, &Supports { fixed, clamped: vec![] }).unwrap()
+    Shell::new(Mesh::new(positions, triangles).unwrap(), material, &Supports { fixed, ..Default::default() }).unwrap()
 }
 
 /// Numbers from 0 to 1 that look like chance.
@@ -265,7 +265,7 @@ fn leaf_sheet(fine: usize, thickness: f64) -> Shell {
     let sheet = ElasticSheet { young: 1e7, poisson: 0.3, thickness, volume_density: 1000.0 };
     let fixed = (0..held.held.len() as u32).filter(|v| held.held[*v as usize]).collect();
     let mesh = Mesh::new(held.mesh.positions.clone(), &held.mesh.triangles).unwrap();
-    Shell::new(mesh, Elasticity::Koiter(sheet), &Supports { fixed, clamped: vec![] }).unwrap()
+    Shell::new(mesh, Elasticity::Koiter(sheet), &Supports { fixed, ..Default::default() }).unwrap()
 }
 
 #[test]

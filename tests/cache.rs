@@ -42,7 +42,7 @@ fn small_model_with(options: Options) -> Model {
     positions.push(Vec3::new(9.0, 9.0, 9.0));
     triangles[4].swap(0, 1);
     let mesh = Mesh::new(positions, &triangles).unwrap();
-    let supports = Supports { fixed: vec![1], clamped: vec![0] };
+    let supports = Supports { fixed: vec![1], clamped: vec![0], ..Default::default() };
     let material = Material { k_bend: 0.5, ..Material::default() };
     let shell = Arc::new(Shell::new(mesh, material, &supports).unwrap());
     Model::precompute(shell, &options, &mut |_, _| Ok(())).unwrap()
@@ -100,7 +100,7 @@ fn a_loaded_model_runs_with_the_same_bits() {
 #[test]
 fn a_model_without_modes_comes_back_too() {
     let mesh = Mesh::new(vec![Vec3::zeros(), Vec3::x(), Vec3::y()], &[[0, 1, 2]]).unwrap();
-    let supports = Supports { fixed: vec![0, 1, 2], clamped: vec![] };
+    let supports = Supports { fixed: vec![0, 1, 2], ..Default::default() };
     let model = precomputed(Shell::new(mesh, Material::default(), &supports).unwrap(), 4, Precision::F32);
     assert_eq!(model.modal.n_modes(), 0);
     let bytes = model.save().unwrap();

@@ -44,7 +44,7 @@ fn hat_shell() -> Shell {
     let fixed =
         (0..mesh.positions.len()).filter(|&v| height(v) > high - 0.25 * (high - low)).map(|v| v as u32).collect();
     let material = Material { k_area: 2e5, k_length: 2e5, k_bend: 1400.0, area_density: 0.05 }; // of tests/scenes/character.toml
-    Shell::new(mesh, material, &Supports { fixed, clamped: vec![] }).unwrap()
+    Shell::new(mesh, material, &Supports { fixed, ..Default::default() }).unwrap()
 }
 
 /// Gravities along `direction` under which the shell moves by these shares of its size to first order.

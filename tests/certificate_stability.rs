@@ -14,7 +14,7 @@ fn column() -> (Arc<Model>, f64, f64) {
     let (positions, triangles) = equilateral_sheet(24, 3, 0.1);
     let fixed = (0..positions.len() as u32).filter(|&v| positions[v as usize].x < 0.11).collect();
     let mesh = Mesh::new(positions, &triangles).unwrap();
-    let shell = Shell::new(mesh, Material::default(), &Supports { fixed, clamped: vec![] }).unwrap();
+    let shell = Shell::new(mesh, Material::default(), &Supports { fixed, ..Default::default() }).unwrap();
     let options = Options { modes: 8, precision: Precision::F64, ..Options::default() };
     let model = Arc::new(Model::precompute(Arc::new(shell), &options, &mut |_, _| Ok(())).unwrap());
     let (length, slowest) = (2.3, model.modal.eigenvalues[0]);

@@ -34,7 +34,7 @@ fn sheet(fixed: impl Fn(Vec3) -> bool) -> Shell {
     }
     let fixed = (0..positions.len() as u32).filter(|&v| fixed(positions[v as usize])).collect();
     let mesh = Mesh::new(positions, &triangles).unwrap();
-    Shell::new(mesh, Material::default(), &Supports { fixed, clamped: vec![] }).unwrap()
+    Shell::new(mesh, Material::default(), &Supports { fixed, ..Default::default() }).unwrap()
 }
 
 /// The full shell after `time` under the same loads, by steps so short that they hardly matter.

@@ -13,7 +13,7 @@ fn beam(name: &str, membrane: f64, bending: f64) -> Arc<Model> {
     let (_, json) = reference(name);
     let fixed = json["fixed_vertices"].as_array().unwrap().iter().map(|v| v.as_u64().unwrap() as u32).collect();
     let material = Material { k_area: membrane, k_length: membrane, k_bend: bending, area_density: 1.0 };
-    let supports = Supports { fixed, clamped: vec![] };
+    let supports = Supports { fixed, ..Default::default() };
     let shell = Shell::new(mesh(&format!("{name}.obj")), material, &supports).unwrap();
     let options = Options { modes: 8, precision: Precision::F64, ..Options::default() };
     Arc::new(Model::precompute(Arc::new(shell), &options, &mut |_, _| Ok(())).unwrap())

@@ -36,7 +36,7 @@ fn hinged_strip() -> Shell {
     let (positions, triangles) = equilateral_sheet(50, 4, EDGE);
     let fixed = (0..positions.len() as u32).filter(|v| positions[*v as usize].x < 1e-9).collect();
     let mesh = Mesh::new(positions, &triangles).unwrap();
-    Shell::new(mesh, Elasticity::Koiter(SHEET), &Supports { fixed, clamped: vec![] }).unwrap()
+    Shell::new(mesh, Elasticity::Koiter(SHEET), &Supports { fixed, ..Default::default() }).unwrap()
 }
 
 fn on_floor(shell: Shell, modes: usize, method: Method, depth: f64) -> State {
@@ -104,7 +104,7 @@ fn energy_does_not_grow_in_a_hundred_thousand_random_steps() {
     let fixed = (0..positions.len() as u32).filter(|v| positions[*v as usize].x < 0.06).collect();
     let material = shellwarp::Material { k_area: 1e3, k_length: 1e3, k_bend: 0.05, area_density: 0.5 };
     let mesh = Mesh::new(positions, &triangles).unwrap();
-    let shell = Shell::new(mesh, material, &Supports { fixed, clamped: vec![] }).unwrap();
+    let shell = Shell::new(mesh, material, &Supports { fixed, ..Default::default() }).unwrap();
     let options = Options { modes: 6, precision: Precision::F64, ..Options::default() };
     let model = Arc::new(Model::precompute(Arc::new(shell), &options, &mut |_, _| Ok(())).unwrap());
     for (method, friction) in [(Method::Warp, 0.0), (Method::Warp, 0.6), (Method::LinearModalAnalysis, 0.6)] {
@@ -233,7 +233,7 @@ fn a_patch_answers_a_push_as_the_whole_shell_does() {
     let shell = Shell::new(
         Mesh::new(positions, &triangles).unwrap(),
         shellwarp::Material::default(),
-        &Supports { fixed, clamped: vec![] },
+        &Supports { fixed, ..Default::default() },
     );
     let shell = Arc::new(shell.unwrap());
     let at = shell.free[shell.free.len() * 2 / 3];

@@ -328,7 +328,7 @@ fn stressed() -> Vec<Shell> {
         let ends = (0..flat.0.len() as u32).filter(|v| (flat.0[*v as usize].x - 0.5).abs() > 0.5 - 1e-9).collect();
         let mesh = Mesh::new(flat.0.clone(), &flat.1).unwrap();
         let make = Make { rest_shape: Some(rest), ..Make::of(material) };
-        all.push(Shell::made(mesh, make, &Supports { fixed: ends, clamped: vec![] }).unwrap());
+        all.push(Shell::made(mesh, make, &Supports { fixed: ends, ..Default::default() }).unwrap());
     }
     all
 }

@@ -84,7 +84,7 @@ fn fleet(model: &Arc<Model>) -> Vec<State> {
 #[test]
 fn any_number_of_threads_gives_the_bits_of_one() {
     let (positions, triangles) = equilateral_sheet(14, 8, 0.1); // nine blocks of vertices
-    let supports = Supports { fixed: vec![], clamped: vec![0, 15, 31] };
+    let supports = Supports { clamped: vec![0, 15, 31], ..Default::default() };
     let shell = Shell::new(Mesh::new(positions, &triangles).unwrap(), Material::default(), &supports).unwrap();
     let model = Model::precompute(Arc::new(shell), &Default::default(), &mut |_, _| Ok(())).unwrap();
     let model = Arc::new(model);

@@ -17,7 +17,7 @@ use std::sync::Arc;
 
 fn precomputed(options: &Options) -> Result<Model> {
     let (positions, triangles) = equilateral_sheet(4, 3, 0.25);
-    let supports = Supports { fixed: vec![], clamped: vec![0] };
+    let supports = Supports { clamped: vec![0], ..Default::default() };
     let shell = Shell::new(Mesh::new(positions, &triangles).unwrap(), Material::default(), &supports).unwrap();
     Model::precompute(Arc::new(shell), options, &mut |_, _| Ok(()))
 }

@@ -266,7 +266,7 @@ fn a_nonlinear_shell_is_planned_by_its_last_step_and_without_unknowns() {
 
     let (shell, _) = reference("v_beam");
     let fixed = (0..shell.mass.len() as u32).collect();
-    let held = Shell::new((*shell.mesh).clone(), shell.material, &Supports { fixed, clamped: vec![] }).unwrap();
+    let held = Shell::new((*shell.mesh).clone(), shell.material, &Supports { fixed, ..Default::default() }).unwrap();
     let held = Arc::new(Model::precompute(Arc::new(held), &in_f64(0), &mut |_, _| Ok(())).unwrap());
     shell_part(&State::new(held, Method::ImplicitShell, Integrator::Exact).unwrap());
 }

@@ -66,7 +66,7 @@ fn from_the_library(positions: &[Vec3], triangles: &[[u32; 3]]) -> Vec<Vec3> {
 
 fn from_the_core(positions: &[Vec3], triangles: &[[u32; 3]]) -> Vec<Vec3> {
     let mesh = Mesh::new(positions.to_vec(), triangles).unwrap();
-    let supports = Supports { fixed: fixed(positions), clamped: vec![] };
+    let supports = Supports { fixed: fixed(positions), ..Default::default() };
     let shell = Arc::new(Shell::new(mesh, Material::default(), &supports).unwrap());
     let model = Arc::new(Model::precompute(shell, &Options::default(), &mut |_, _| Ok(())).unwrap());
     let mut state = State::new(model, Method::Warp, Integrator::ImplicitEuler).unwrap();

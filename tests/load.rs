@@ -101,7 +101,8 @@ fn sheet() -> Arc<Model> {
     let fixed = (0..positions.len() as u32).filter(|&v| positions[v as usize].x < 0.11).collect();
     let material = Material { k_area: 1e4, k_length: 1e4, k_bend: 20.0, area_density: 1.0 };
     model_of(
-        Shell::new(Mesh::new(positions, &triangles).unwrap(), material, &Supports { fixed, clamped: vec![] }).unwrap(),
+        Shell::new(Mesh::new(positions, &triangles).unwrap(), material, &Supports { fixed, ..Default::default() })
+            .unwrap(),
         12,
     )
 }

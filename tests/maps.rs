@@ -25,7 +25,7 @@ const SHEETS: [Quantity; 3] = [Quantity::Young, Quantity::Thickness, Quantity::V
 fn shell(sheet: Sheet, material: impl Into<Elasticity>, maps: Vec<Map>) -> Shell {
     let (positions, triangles) = sheet;
     let clamped = (0..positions.len() as u32).filter(|v| positions[*v as usize].x < 1e-9).collect();
-    let supports = Supports { fixed: vec![], clamped };
+    let supports = Supports { clamped, ..Default::default() };
     Shell::mapped(Mesh::new(positions, &triangles).unwrap(), material, maps, &supports).unwrap()
 }
 

@@ -167,8 +167,8 @@ fn mass_and_area_match_the_reference() {
 fn a_clamp_holds_the_neighbours_too() {
     let (p, t) = equilateral_sheet(6, 4, 1.0);
     let clamped = (0..p.len() as u32).filter(|&v| p[v as usize].x == 0.0).collect();
-    let shell =
-        Shell::new(Mesh::new(p, &t).unwrap(), Material::default(), &Supports { fixed: vec![], clamped }).unwrap();
+    let shell = Shell::new(Mesh::new(p, &t).unwrap(), Material::default(), &Supports { clamped, ..Default::default() })
+        .unwrap();
     for (v, held) in shell.held.iter().enumerate() {
         assert_eq!(*held, shell.mesh.positions[v].x <= 1.0, "vertex {v} at {:?}", shell.mesh.positions[v]);
     }
@@ -177,6 +177,6 @@ fn a_clamp_holds_the_neighbours_too() {
 #[test]
 fn a_support_that_does_not_exist_is_named() {
     let mesh = Mesh::new(square(), &[[0, 1, 2], [0, 2, 3]]).unwrap();
-    let error = Supports { fixed: vec![1, 7], clamped: vec![] }.held(&mesh).unwrap_err();
+    let error = Supports { fixed: vec![1, 7], ..Default::default() }.held(&mesh).unwrap_err();
     assert_eq!(error.message, "fixed[1] is vertex 7, but the mesh has 5 vertices");
 }

@@ -11,7 +11,7 @@ fn shell_of(
     held: impl Fn(&Vec3) -> bool,
 ) -> Shell {
     let fixed = (0..positions.len() as u32).filter(|&v| held(&positions[v as usize])).collect();
-    Shell::new(Mesh::new(positions, &triangles).unwrap(), material, &Supports { fixed, clamped: vec![] }).unwrap()
+    Shell::new(Mesh::new(positions, &triangles).unwrap(), material, &Supports { fixed, ..Default::default() }).unwrap()
 }
 
 /// What every result must show, recomputed here from the modes themselves where it can be.

@@ -31,7 +31,7 @@ fn card() -> (Arc<Shell>, u32) {
     let far = |v: &usize| positions[*v].x - 0.01 * (positions[*v].y - 0.05).abs();
     let tip = (0..positions.len()).max_by(|a, b| far(a).total_cmp(&far(b))).unwrap() as u32;
     let mesh = Mesh::new(positions, &triangles).unwrap();
-    (Arc::new(Shell::new(mesh, material, &Supports { fixed, clamped: vec![] }).unwrap()), tip)
+    (Arc::new(Shell::new(mesh, material, &Supports { fixed, ..Default::default() }).unwrap()), tip)
 }
 
 /// The mirror image across y of displacements of a shell that is its own but for a hair.

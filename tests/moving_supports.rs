@@ -16,7 +16,7 @@ use std::sync::Arc;
 const PAPER: Material = Material { k_area: 4000.0, k_length: 300.0, k_bend: 0.015, area_density: 0.2 };
 
 fn model_of(mesh: Mesh, fixed: Vec<u32>, modes: usize, fields: usize) -> Arc<Model> {
-    let shell = Shell::new(mesh, PAPER, &Supports { fixed, clamped: vec![] }).unwrap();
+    let shell = Shell::new(mesh, PAPER, &Supports { fixed, ..Default::default() }).unwrap();
     let options = Options { modes, precision: Precision::F64, support_fields: fields, ..Options::default() };
     Arc::new(Model::precompute(Arc::new(shell), &options, &mut |_, _| Ok(())).unwrap())
 }

@@ -53,7 +53,7 @@ fn ball(rings: usize, around: usize) -> Soup {
 /// Positions after some frames of falling, held at the first vertices.
 fn moved((positions, triangles): Soup) -> Vec<Vec3> {
     let mesh = Mesh::new(positions, &triangles).unwrap();
-    let supports = Supports { fixed: vec![0, 1, 2], clamped: vec![] };
+    let supports = Supports { fixed: vec![0, 1, 2], ..Default::default() };
     let shell = Shell::new(mesh, Material::default(), &supports).unwrap();
     let options = Options { modes: 8, precision: Precision::F64, ..Options::default() };
     let model = Arc::new(Model::precompute(Arc::new(shell), &options, &mut |_, _| Ok(())).unwrap());

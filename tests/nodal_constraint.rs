@@ -115,7 +115,8 @@ fn a_held_tip_needs_the_force_that_bends_a_beam_as_far() {
     let material = Material { k_area: 1e4, k_length: 1e4, k_bend: 1.0, area_density: 1.0 };
     let tip = (0..p.len()).find(|v| p[*v].x > 3.999 && (p[*v].y - 3.0 * 0.0866).abs() < 0.01).unwrap() as u32;
     let width = ny as f64 * edge * 3f64.sqrt() / 2.0;
-    let shell = Shell::new(Mesh::new(p, &t).unwrap(), material, &Supports { fixed: clamp, clamped: vec![] }).unwrap();
+    let shell =
+        Shell::new(Mesh::new(p, &t).unwrap(), material, &Supports { fixed: clamp, ..Default::default() }).unwrap();
     let model = model_of(shell);
     for lift in [0.01, 1.0] {
         let mut held = implicit(&model);

@@ -47,7 +47,7 @@ fn both(mut a: Sheet, b: Sheet) -> Sheet {
 
 fn shell(sheet: Sheet, clamped: Vec<u32>) -> Shell {
     let material = Material { k_area: 100.0, k_length: 100.0, k_bend: 1.0, area_density: 1.0 };
-    let supports = Supports { fixed: vec![], clamped };
+    let supports = Supports { clamped, ..Default::default() };
     Shell::new(Mesh::new(sheet.0, &sheet.1).unwrap(), material, &supports).unwrap()
 }
 

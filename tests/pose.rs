@@ -20,7 +20,7 @@ fn sheet() -> Shell {
     positions.push(Vec3::new(3.0, 4.0, 5.0));
     let fixed = (0..positions.len() as u32).filter(|&v| positions[v as usize].x < 0.06).collect();
     let material = Material { k_area: 1e4, k_length: 1e4, k_bend: 0.1, area_density: 1.0 };
-    Shell::new(Mesh::new(positions, &triangles).unwrap(), material, &Supports { fixed, clamped: vec![] }).unwrap()
+    Shell::new(Mesh::new(positions, &triangles).unwrap(), material, &Supports { fixed, ..Default::default() }).unwrap()
 }
 
 fn model_of(shell: Shell, options: Options) -> Arc<Model> {

@@ -239,7 +239,7 @@ fn strip(fold: f64) -> Arc<Shell> {
     let fixed = (0..positions.len() as u32).filter(|&v| positions[v as usize].x < 0.13).collect();
     let material = Material { k_area: 1e4, k_length: 1e4, k_bend: 1.0, area_density: 1.0 };
     let mesh = Mesh::new(positions, &triangles).unwrap();
-    Arc::new(Shell::new(mesh, material, &Supports { fixed, clamped: vec![] }).unwrap())
+    Arc::new(Shell::new(mesh, material, &Supports { fixed, ..Default::default() }).unwrap())
 }
 
 #[test]
@@ -715,7 +715,7 @@ fn what_it_cannot_do_is_refused_by_name() {
     let error = Model::precompute(shell, &options(1000), &mut |_, _| Ok(())).err().unwrap();
     assert!(error.message.contains("at most 128"), "{error}");
     let fixed = (0..positions.len() as u32).collect();
-    let supports = Supports { fixed, clamped: vec![] };
+    let supports = Supports { fixed, ..Default::default() };
     let held = Shell::new(Mesh::new(positions, &triangles).unwrap(), Material::default(), &supports).unwrap();
     let error = Model::precompute(Arc::new(held), &options(8), &mut |_, _| Ok(())).err().unwrap();
     assert_eq!(error.kind, ErrorKind::Unsupported);
@@ -781,7 +781,7 @@ fn a_trouser_leg_whose_membrane_carries_the_loads_keeps_more_of_its_own_energy()
     let mesh = mesh("character_leg_left.obj");
     let fixed = (0..mesh.positions.len() as u32).filter(|&v| mesh.positions[v as usize].y > 86.0).collect();
     let material = Material { k_area: 1e5, k_length: 1e5, k_bend: 8000.0, area_density: 0.04 }; // of tests/scenes/character.toml
-    let shell = Arc::new(Shell::new(mesh, material, &Supports { fixed, clamped: vec![] }).unwrap());
+    let shell = Arc::new(Shell::new(mesh, material, &Supports { fixed, ..Default::default() }).unwrap());
     let model = model(&shell, 32, 400, reduced::MAX_POSES);
     assert_eq!(model.reduced.as_ref().unwrap().assumed.membrane_share, 0.2);
     // Down the leg, which stretches it, and obliquely: no direction is a training load's but the first.

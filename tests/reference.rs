@@ -93,7 +93,7 @@ fn sheet_held_where(held: impl Fn(&Vec3) -> bool) -> Arc<Shell> {
     let (positions, triangles) = equilateral_sheet(10, 6, 0.1);
     let fixed = (0..positions.len() as u32).filter(|&v| held(&positions[v as usize])).collect();
     let mesh = Mesh::new(positions, &triangles).unwrap();
-    Arc::new(Shell::new(mesh, Material::default(), &Supports { fixed, clamped: vec![] }).unwrap())
+    Arc::new(Shell::new(mesh, Material::default(), &Supports { fixed, ..Default::default() }).unwrap())
 }
 
 #[test]
@@ -215,7 +215,7 @@ impl Strip {
         let fixed = (0..positions.len() as u32).filter(|&v| positions[v as usize].x < 1.01 * edge).collect();
         let material = Material { k_area: 1e4, k_length: 1e4, k_bend: 1.0, area_density: 1.0 };
         let mesh = Mesh::new(positions, &triangles).unwrap();
-        let shell = Arc::new(Shell::new(mesh, material, &Supports { fixed, clamped: vec![] }).unwrap());
+        let shell = Arc::new(Shell::new(mesh, material, &Supports { fixed, ..Default::default() }).unwrap());
         // As in tests/modes.rs: the first hinge row's curvature belongs to half an edge on either side of it.
         Self { shell, length: end - 0.5 * edge, rigidity: 6.0 * (1.0 - 1.0 / 9.0) * width, tip }
     }

@@ -23,7 +23,7 @@ fn sheet(edge: f64, precision: Precision) -> Result<Arc<Model>> {
     let shell = Shell::new(
         mesh,
         Material { k_area: 1e4f64.max(edge.powi(-2)), k_length: 1e4f64.max(1.0 / edge), ..Material::default() },
-        &Supports { fixed, clamped: vec![] },
+        &Supports { fixed, ..Default::default() },
     )?;
     Ok(Arc::new(Model::precompute(
         Arc::new(shell),
@@ -62,7 +62,7 @@ fn a_residual_that_overflows_is_refused() {
         let material =
             Material { k_area: 1e4 * stiffness, k_length: 1e4 * stiffness, k_bend: stiffness, area_density: 1.0 };
         let mesh = Mesh::new(positions, &triangles).unwrap();
-        let shell = Shell::new(mesh, material, &Supports { fixed, clamped: vec![] }).unwrap();
+        let shell = Shell::new(mesh, material, &Supports { fixed, ..Default::default() }).unwrap();
         Model::precompute(Arc::new(shell), &Options { modes: 4, ..Options::default() }, &mut |_, _| Ok(()))
     };
     assert!(precompute(1e140).unwrap().certificate.residual < 1e-14);
@@ -99,7 +99,7 @@ fn a_held_vertex_out_of_all_reach_is_refused() {
     let mut positions: Vec<Vec3> = (0..6).map(|k| l * Vec3::new(f64::from(k / 3), f64::from(k % 3), 0.0)).collect();
     positions[0].z = -1e193;
     let triangles = [[0, 3, 4], [0, 4, 1], [1, 4, 5], [1, 5, 2]];
-    let supports = Supports { fixed: vec![0], clamped: vec![0, 4] };
+    let supports = Supports { fixed: vec![0], clamped: vec![0, 4], ..Default::default() };
     let shell = Shell::new(Mesh::new(positions, &triangles).unwrap(), Material::default(), &supports).unwrap();
     let outcome = Model::precompute(Arc::new(shell), &Options { modes: 3, ..Options::default() }, &mut |_, _| Ok(()));
     assert!(is_numerical(outcome).message.contains("held vertex"));
@@ -110,7 +110,7 @@ fn a_shell_that_sags_beyond_all_measure_is_refused_before_it_is_saved() {
     // A triangle pulled along its plane: stretched by m g l/k, a third of 1e32 of its size.
     let mesh = Mesh::new(vec![Vec3::zeros(), Vec3::y(), Vec3::x()], &[[0, 2, 1]]).unwrap();
     let material = Material { k_area: 1e-32, k_length: 1e-32, ..Material::default() };
-    let shell = Shell::new(mesh, material, &Supports { fixed: vec![0, 1], clamped: vec![] }).unwrap();
+    let shell = Shell::new(mesh, material, &Supports { fixed: vec![0, 1], ..Default::default() }).unwrap();
     let options = Options { modes: 3, sag: Vec3::x(), ..Options::default() };
     let outcome = Model::precompute(Arc::new(shell), &options, &mut |_, _| Ok(()));
     assert!(is_numerical(outcome).message.contains("beyond all measure"));

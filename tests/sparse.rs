@@ -11,7 +11,8 @@ fn sheet(columns: usize, rows: usize, held: bool) -> Shell {
     let (positions, triangles) = equilateral_sheet(columns, rows, 1.0);
     let bent: Vec<Vec3> = positions.iter().map(|p| Vec3::new(p.x, p.y, (0.3 * p.x).sin())).collect();
     let fixed = (0..bent.len() as u32).filter(|&v| held && bent[v as usize].x <= 1.0).collect();
-    Shell::new(Mesh::new(bent, &triangles).unwrap(), Material::default(), &Supports { fixed, clamped: vec![] }).unwrap()
+    Shell::new(Mesh::new(bent, &triangles).unwrap(), Material::default(), &Supports { fixed, ..Default::default() })
+        .unwrap()
 }
 
 fn analysed(shell: &Shell) -> (ScaledStiffness, Symbolic) {

@@ -449,7 +449,7 @@ fn whirling_in_a_spinning_frame_keeps_its_energy_bounded() {
         .collect();
     let fixed = (0..positions.len() as u32).filter(|&v| positions[v as usize].x < 0.3).collect();
     let material = Material { k_area: 1e3, k_length: 1e3, k_bend: 10.0, area_density: 1.0 };
-    let supports = Supports { fixed, clamped: vec![] };
+    let supports = Supports { fixed, ..Default::default() };
     let model = model_of(
         Shell::new(Mesh::new(positions, &triangles).unwrap(), material, &supports).unwrap(),
         4,

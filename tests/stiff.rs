@@ -20,7 +20,7 @@ fn root((positions, _): &Sheet, edge: f64) -> Vec<u32> {
 
 fn solve(sheet: &Sheet, material: Material, fixed: &[u32], wanted: usize) -> shellwarp::Result<Modes> {
     let mesh = Mesh::new(sheet.0.clone(), &sheet.1)?;
-    let shell = Shell::new(mesh, material, &Supports { fixed: fixed.to_vec(), clamped: vec![] })?;
+    let shell = Shell::new(mesh, material, &Supports { fixed: fixed.to_vec(), ..Default::default() })?;
     lowest_modes(&shell, wanted, &mut Progress::new(&mut |_, _| Ok(())))
 }
 
@@ -169,7 +169,7 @@ fn a_tiny_sheet_does_not_stop_the_implicit_steps_of_a_large_one() {
     let gravity = Vec3::new(0.0, 0.0, -0.5);
     let play = |both: &Sheet, fixed: Vec<u32>| {
         let mesh = Mesh::new(both.0.clone(), &both.1).unwrap();
-        let shell = Arc::new(Shell::new(mesh, stiff(1e4), &Supports { fixed, clamped: vec![] }).unwrap());
+        let shell = Arc::new(Shell::new(mesh, stiff(1e4), &Supports { fixed, ..Default::default() }).unwrap());
         let forces: Vec<Vec3> = shell.mass.iter().map(|m| *m * gravity).collect();
         let mut solver = Solver::new(shell.clone()).unwrap();
         let (mut u, mut v) = (vec![Vec3::zeros(); forces.len()], vec![Vec3::zeros(); forces.len()]);

@@ -447,7 +447,7 @@ fn supports_in_pieces_and_pieces_afloat_have_their_place() {
     let more: Vec<[u32; 3]> = triangles.iter().map(|t| t.map(|v| v + n)).collect();
     triangles.extend(more);
     let clamped = (0..n).filter(|v| positions[*v as usize].x < 0.01).collect();
-    let supports = Supports { fixed: vec![], clamped };
+    let supports = Supports { clamped, ..Default::default() };
     let shell = Shell::new(Mesh::new(positions, &triangles).unwrap(), Material::default(), &supports).unwrap();
     let model = model(shell, Precision::F64);
     assert_eq!(model.modal.zero_modes, 6);

@@ -82,16 +82,6 @@ std::vector<HandleKey> read_keys(Section &led, bool position, bool orientation) 
   return keys;
 }
 
-Support read_support(Section section, std::vector<std::string> &inputs) {
-  Support support = read_where(section, inputs);
-  support.clamped = section.choice("kind", {"fixed", "clamped"}) == "clamped";
-  support.keys = read_keys(section, true, true);
-  if (section.find("about")) support.about = section.vector("about");
-  if (support.about && support.keys.empty()) section.fail(*section.find("about"), "about is for a support with a key");
-  section.reject_unknown_keys();
-  return support;
-}
-
 uint32_t read_axes(Section &section) {
   const std::string letters = section.text("axes").value_or("xyz");
   const std::string known = "xyz";
@@ -103,6 +93,22 @@ uint32_t read_axes(Section &section) {
   }
   if (axes == 0) section.fail(*section.find("axes"), "axes must be some of the letters xyz");
   return axes;
+}
+
+Support read_support(Section section, std::vector<std::string> &inputs) {
+  Support support = read_where(section, inputs);
+  support.clamped = section.choice("kind", {"fixed", "clamped"}) == "clamped";
+  if (section.find("axes")) {
+    if (support.clamped) section.fail(*section.find("axes"), "axes is for a fixed support: a clamped one is held in place");
+    support.axes = read_axes(section);
+  }
+  support.keys = read_keys(section, true, true);
+  if (section.find("about")) support.about = section.vector("about");
+  if (support.axes && !support.keys.empty())
+    section.fail(*section.find("axes"), "a support with a key is held in place: it has no axes");
+  if (support.about && support.keys.empty()) section.fail(*section.find("about"), "about is for a support with a key");
+  section.reject_unknown_keys();
+  return support;
 }
 
 // All of a handle but what moves it.

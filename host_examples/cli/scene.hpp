@@ -28,6 +28,7 @@ struct Support {
   std::string group{};
   std::vector<HandleKey> keys{};              // by ascending time; of a support alone
   std::optional<std::array<double, 3>> about{};  // what it turns about; else the middle of its vertices
+  uint32_t axes = 0;                             // SW_AXIS_...: held along these alone; 0 = held in place
 };
 
 // One constant's values from a file: by vertices or by triangles.

@@ -113,6 +113,9 @@ SwSupportDesc support_desc(const SupportVertices &vertices) {
   desc.n_fixed = static_cast<uint32_t>(vertices.fixed.size());
   desc.clamped = vertices.clamped.data();
   desc.n_clamped = static_cast<uint32_t>(vertices.clamped.size());
+  desc.axis_vertices = vertices.along.data();
+  desc.axes = vertices.axes.data();
+  desc.n_axis_vertices = static_cast<uint32_t>(vertices.along.size());
   return desc;
 }
 
@@ -162,7 +165,10 @@ std::vector<uint32_t> find_vertices(const Support &support, const Mesh &mesh, co
 
 SupportVertices find_supports(const Scene &scene, const Mesh &mesh) {
   SupportVertices all;
-  for (const Support &support : scene.supports) add_vertices(support, mesh, "support", support.clamped ? all.clamped : all.fixed);
+  for (const Support &support : scene.supports) {
+    add_vertices(support, mesh, "support", support.axes ? all.along : support.clamped ? all.clamped : all.fixed);
+    all.axes.resize(all.along.size(), static_cast<uint8_t>(support.axes));
+  }
   remove_repetitions(all.fixed);
   remove_repetitions(all.clamped);
   return all;

@@ -11,9 +11,11 @@ namespace cli {
 
 class ProgressBar;
 
-// The vertices that the scene's supports name, in the order of the supports, without repetition.
+// The vertices that the scene's supports name, in the order of the supports; fixed and clamped ones without repetition.
 struct SupportVertices {
   std::vector<uint32_t> fixed, clamped;
+  std::vector<uint32_t> along;  // held along axes
+  std::vector<uint8_t> axes;    // SW_AXIS_... of each of these
 };
 SupportVertices find_supports(const Scene &scene, const Mesh &mesh);
 

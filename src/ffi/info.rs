@@ -35,7 +35,7 @@ pub struct SwModelInfo {
     pub n_reoriented: u32,
     /// Vertices held by supports, clamped neighbours included.
     pub n_fixed: u32,
-    /// Three per vertex that moves.
+    /// Three per vertex that moves, less the axes that it is held along.
     pub n_unknowns: u32,
     /// 1 after sw_model_precompute, else 0; all fields below but mass, area and size are 0 before.
     pub precomputed: u32,
@@ -112,7 +112,7 @@ fn info_of(content: &ModelContent) -> SwModelInfo {
     info.n_unreferenced = shell.mesh.n_unreferenced as u32;
     info.n_reoriented = shell.mesh.n_reoriented as u32;
     info.n_fixed = shell.held.iter().filter(|held| **held).count() as u32;
-    info.n_unknowns = shell.n_unknowns() as u32;
+    info.n_unknowns = shell.n_freedoms() as u32;
     (info.total_mass, info.total_area, info.size) = (shell.total_mass, shell.total_area, shell.mesh.size);
     if let Some(model) = &content.model {
         fill_precomputed(&mut info, model);

@@ -4,6 +4,7 @@ pub use super::info::*;
 pub use super::material::*;
 pub use super::precompute::*;
 
+use super::constraint::{SW_AXIS_X, SW_AXIS_Y, SW_AXIS_Z};
 use super::guard::{guard, read};
 use super::log::{SW_LOG_WARNING, log};
 use super::mesh::{SwMeshDesc, read_mesh};
@@ -14,7 +15,7 @@ use crate::energy::Thick;
 use crate::model::Model;
 use crate::model::file;
 use crate::shell::Make;
-use crate::{Mesh, Shell, Supports};
+use crate::{Mesh, Shell, Supports, Vec3};
 use std::ffi::c_void;
 use std::sync::{Arc, RwLock};
 
@@ -35,6 +36,17 @@ pub struct SwSupportDesc {
     pub n_fixed: u32,
     /// Length of clamped.
     pub n_clamped: u32,
+    /// Vertices held along some axes of the support frame only (n_axis_vertices): on a symmetry plane, a diaphragm, a rail. What is held stays
+    /// exactly at zero in every mode, field, step and answer. Those that are fixed or clamped besides are fixed.
+    pub axis_vertices: *const u32,
+    /// Which axes each is held along: SW_AXIS_X, SW_AXIS_Y and SW_AXIS_Z or'ed (n_axis_vertices), or NULL.
+    pub axes: *const u8,
+    /// A direction that each is held along besides, of any length, zero for none (n_axis_vertices x 3), or NULL.
+    pub axis_directions: *const f64,
+    /// Length of axis_vertices.
+    pub n_axis_vertices: u32,
+    /// Must be 0.
+    pub reserved: u32,
 }
 
 described!(SwSupportDesc, n_clamped);
@@ -71,8 +83,43 @@ unsafe fn supports_of(desc: &SwSupportDesc) -> Result<Supports, Fault> {
         Ok(Supports {
             fixed: read_array("supports->fixed", desc.fixed, desc.n_fixed.into())?,
             clamped: read_array("supports->clamped", desc.clamped, desc.n_clamped.into())?,
+            along: held_along(desc)?,
         })
     }
+}
+
+/// The axes and directions that vertices are held along.
+unsafe fn held_along(desc: &SwSupportDesc) -> Result<Vec<(u32, Vec3)>, Fault> {
+    let count = u64::from(desc.n_axis_vertices);
+    if desc.reserved != 0 {
+        return Err(Fault::argument(format!("supports->reserved is {}: it must be 0", desc.reserved)));
+    }
+    if count > 0 && desc.axes.is_null() && desc.axis_directions.is_null() {
+        let message = format!("supports->axes and supports->axis_directions are NULL, but n_axis_vertices is {count}");
+        return Err(Fault::argument(message));
+    }
+    // SAFETY: the host's lists hold as many vertices, or three numbers of each, as the descriptor says.
+    let (vertices, axes, directions) = unsafe {
+        let vertices: Vec<u32> = read_array("supports->axis_vertices", desc.axis_vertices, count)?;
+        let some = |null: bool| if null { 0 } else { count };
+        let axes: Vec<u8> = read_array("supports->axes", desc.axes, some(desc.axes.is_null()))?;
+        let size = 3 * some(desc.axis_directions.is_null());
+        let directions: Vec<f64> = read_array("supports->axis_directions", desc.axis_directions, size)?;
+        (vertices, axes, directions)
+    };
+    let mut along = vec![];
+    for (i, v) in vertices.iter().enumerate() {
+        let bits = axes.get(i).map_or(0, |bits| u32::from(*bits));
+        if bits & !(SW_AXIS_X | SW_AXIS_Y | SW_AXIS_Z) != 0 {
+            return Err(Fault::argument(format!("supports->axes[{i}] is {bits}: only SW_AXIS_X, _Y and _Z are known")));
+        }
+        along.extend((0..3).filter(|c| bits >> c & 1 == 1).map(|c| (*v, Vec3::ith(c, 1.0))));
+        let direction = directions.get(3 * i..3 * i + 3).map_or(Vec3::zeros(), Vec3::from_column_slice);
+        if direction != Vec3::zeros() {
+            along.push((*v, direction));
+        }
+    }
+    Ok(along)
 }
 
 /// Makes a model of a mesh, a material (NULL = defaults) and supports (NULL = none: the shell floats free).

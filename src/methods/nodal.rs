@@ -211,6 +211,8 @@ impl Motion for Nodal {
         for v in self.shell.free.iter().map(|v| *v as usize) {
             (self.u[v], self.velocity[v]) = (u[v], rate[v]);
         }
+        self.shell.project(&mut self.u);
+        self.shell.project(&mut self.velocity);
         Ok(())
     }
 

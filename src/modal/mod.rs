@@ -5,6 +5,7 @@ use crate::features::Feature;
 use crate::modes::{Modes, Phase, Progress, Shapes, SupportFields};
 use crate::precision::Precision;
 use crate::step::{Bend, Guard, Participation};
+use crate::support::Roller;
 use crate::warp::{Basis, Entry, I16, ModalRotation};
 use crate::{Result, Shell, Vec3, wide_norm};
 use std::sync::{Arc, OnceLock};
@@ -145,7 +146,10 @@ impl ModalBasis {
 
     /// The same along the unit vector `along`.
     pub fn effective_mass_along(&self, along: &Vec3) -> f64 {
-        let moving: f64 = self.shell.free.iter().map(|v| self.shell.mass[*v as usize]).sum();
+        let shell = &self.shell;
+        let held = |roller: &Roller| shell.mass[roller.vertex as usize] * (along - roller.free * along).norm_squared();
+        let moving = shell.free.iter().map(|v| shell.mass[*v as usize]).sum::<f64>()
+            - shell.rollers.iter().map(held).sum::<f64>();
         let factors = &self.participation().factors()[..self.n_modes()];
         let carried: f64 = factors.iter().map(|p| p.dot(along).powi(2)).sum();
         if moving > 0.0 { carried / moving } else { 0.0 }
@@ -195,6 +199,15 @@ impl ModalBasis {
     }
 }
 
+/// Leaves of rotations (n_vertices) at rollers those that do not turn a displacement out of where it may be. Of a symmetry plane that is the
+/// mean with the mirrored side.
+fn turn_along_rollers(shell: &Shell, psi: &mut [Vec3]) {
+    for roller in shell.rollers.iter() {
+        let w = &mut psi[roller.vertex as usize];
+        *w = roller.turns() * *w;
+    }
+}
+
 /// The basis, and of each mode the largest |Ψ| and |Φ||Ψ|; none of these without Ψ.
 fn run_time_basis<E: Entry>(
     shell: &Shell,
@@ -210,8 +223,9 @@ fn run_time_basis<E: Entry>(
     let rotation = (!linear).then(|| ModalRotation::new(mesh));
     let (mut largest_rotation, mut largest_swing) = (vec![], vec![]);
     for (k, phi) in shapes.iter().enumerate() {
-        let psi = rotation.as_ref().map_or(vec![], |rotation| rotation.apply(phi));
+        let mut psi = rotation.as_ref().map_or(vec![], |rotation| rotation.apply(phi));
         if !linear {
+            turn_along_rollers(shell, &mut psi);
             largest_rotation.push(psi.iter().map(wide_norm).fold(0.0, f64::max));
             let swings = psi.iter().zip(*phi).map(|(w, u)| wide_norm(w) * wide_norm(u));
             largest_swing.push(swings.fold(0.0, f64::max));

@@ -23,6 +23,7 @@
 //! | "MAPS" | of each map, the number of its constant and of what it is on, as u32, how many values, as u64, and these, as f64 |
 //! | "CREA" | of each crease its ends, as u32, its factor and rest angle, as f64; no number for that of the mesh |
 //! | "ORTH" | E₂/E₁ and G₁₂/E₁, the directions of E₁, one or t of them: (2 + 3) or (2 + 3t) × f64 |
+//! | "ROLL" | of each vertex held along one or two directions its number and how many, as u32, and the projector onto the others, 9 × f64 |
 //! | "REST" | the rest shape, if not the mesh: 3n × f64 |
 //! | "SETL" | where it rests by these without load: 3n × f64 |
 //! | "SAGS" | gravity, positions where the shell hangs under it: (3 + 3n) × f64; the modes are those of this shape |
@@ -272,7 +273,7 @@ fn restore_shell(header: &Header, from: &mut Reader, material: Elasticity, secti
     }
     mesh.n_reoriented = header.reoriented as usize;
     let all = |kind: u8| (0..header.vertices).filter(|v| held[*v as usize] == kind).collect::<Vec<u32>>();
-    let supports = Supports { fixed: all(1), clamped: all(CLAMPED) };
+    let supports = Supports { fixed: all(1), clamped: all(CLAMPED), ..Default::default() };
     let maps = sections.maps.map_or(Ok(vec![]), sections::restore_maps)?;
     let creases = sections.creases.map_or(Ok(vec![]), sections::restore_creases)?;
     if let Some(content) = sections.rest_shape.filter(|content| content.len() != 24 * n) {
@@ -281,9 +282,12 @@ fn restore_shell(header: &Header, from: &mut Reader, material: Elasticity, secti
     let rest_shape = sections.rest_shape.map(points);
     let fibres = sections.orthotropy.map(sections::restore_fibres).transpose()?;
     let has_fibres = fibres.is_some();
-    let shell = Shell::made(mesh, Make { material, maps, creases, rest_shape, fibres }, &supports)?;
+    let mut shell = Shell::made(mesh, Make { material, maps, creases, rest_shape, fibres }, &supports)?;
     if shell.orthotropy.is_some() != has_fibres {
         return invalid("it has directions, but is the same in all of them");
+    }
+    if let Some(content) = sections.rollers {
+        shell.rollers = sections::restore_rollers(&shell, content)?.into();
     }
     if let Some(v) = supports.clamped.iter().find(|v| !shell.is_clamped(**v as usize)) {
         return invalid(format!("vertex {v} is clamped, but on no edge between two such"));

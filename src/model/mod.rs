@@ -179,6 +179,10 @@ impl Model {
             Method::ReducedShell | Method::PolynomialShell => Feature::ReducedShell.require()?,
             _ => (),
         }
+        if method == Method::RotationStrain && !self.shell.rollers.is_empty() {
+            let message = "rotation-strain cannot hold vertices along some axes only: use the warp, a reduced shell or the full shell";
+            return Err(Error::new(ErrorKind::Unsupported, message));
+        }
         method.entry().needs.require(!self.modal.is_linear(), self.reduced.is_some())?;
         let lacks =
             method == Method::PolynomialShell && self.reduced.iter().any(|reduced| reduced.polynomial.is_none());
@@ -279,6 +283,10 @@ pub(crate) fn fingerprint(shell: &Shell, modal: &ModalBasis, precision: Precisio
     shell.mesh.positions.iter().flatten().for_each(|x| bytes.extend(x.to_le_bytes()));
     shell.mesh.triangles.iter().flatten().for_each(|v| bytes.extend(v.to_le_bytes()));
     bytes.extend(shell.held.iter().map(|held| u8::from(*held)));
+    for roller in shell.rollers.iter() {
+        bytes.extend(roller.vertex.to_le_bytes());
+        roller.free.iter().for_each(|x| bytes.extend(x.to_le_bytes()));
+    }
     modal.eigenvalues.iter().for_each(|x| bytes.extend(x.to_le_bytes()));
     bytes.push(precision as u8);
     let stiffness = modal.supports.iter().flat_map(|supports| &supports.stiffness);

@@ -111,7 +111,7 @@ impl Demand {
     /// they reach. In a `linear` scene nothing turns.
     pub fn choose(&self, shell: &Shell, modes: &Modes, linear: bool) -> Result<Choice> {
         if modes.zero_modes == modes.shapes.len() {
-            let bound = if shell.n_unknowns() == modes.shapes.len() { 0.0 } else { f64::INFINITY };
+            let bound = if shell.n_freedoms() == modes.shapes.len() { 0.0 } else { f64::INFINITY };
             return Ok(Choice { keep: (0..modes.shapes.len()).collect(), corrections: vec![], bound });
         }
         let responses = Responses::new(self, shell, modes, linear)?;
@@ -471,6 +471,7 @@ fn tails(shell: &Shell, modes: &Modes, loads: &[Vec<Vec3>]) -> Result<Vec<Vec<Ve
             solution[(i, column)] = f / root;
         }
     }
+    stiffness.project(shell, solution.as_mut());
     factor.solve_in_place(solution.as_mut())?;
     let field = |column: usize| {
         let u: Vec<f64> =

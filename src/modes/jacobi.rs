@@ -63,6 +63,7 @@ fn scaled_rows(shell: &Shell) -> Mat<f64> {
         for (&v, gradient) in vertices.iter().zip(row) {
             if let Some(i) = index[v as usize] {
                 let root = shell.mass[v as usize].sqrt();
+                let gradient = shell.roller_of(v).map_or(*gradient, |roller| roller.free * gradient);
                 line.extend((0..3).map(|c| (3 * i + c, gradient[c] / root)));
             }
         }

@@ -155,8 +155,7 @@ pub fn lowest_modes(shell: &Shell, wanted: usize, progress: &mut Progress) -> Re
     progress.report(Phase::Assembly, 0.0)?;
     let stiffness = ScaledStiffness::assemble(shell)?;
     progress.report(Phase::Assembly, 1.0)?;
-    let n = shell.n_unknowns();
-    let wanted = wanted.min(n).min(MAX_MODES);
+    let wanted = wanted.min(shell.n_freedoms()).min(MAX_MODES);
     if wanted == 0 {
         let certificate = SpectrumCertificate::default();
         return Ok(Modes { eigenvalues: vec![], shapes: vec![], zero_modes: 0, certificate, peak_bytes: 0 });
@@ -177,7 +176,7 @@ pub fn demanded_modes(
     (most, linear): (usize, bool),
     progress: &mut Progress,
 ) -> Result<(Modes, f64)> {
-    let most = most.min(shell.n_unknowns()).min(MAX_MODES);
+    let most = most.min(shell.n_freedoms()).min(MAX_MODES);
     let mut wanted = FIRST_SEARCH.min(most);
     loop {
         let mut modes = lowest_modes(shell, wanted, progress)?;

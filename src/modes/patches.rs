@@ -34,7 +34,9 @@ pub fn add_patches(shell: &Shell, modes: Modes, patches: &[u32]) -> Result<Modes
     for (j, (at, normal)) in pushes.iter().enumerate() {
         (0..3).for_each(|c| answers[(3 * at + c, j)] = normal[c] / stiffness.root_mass[3 * at + c]);
     }
+    stiffness.project(shell, answers.as_mut());
     factor.solve_in_place(answers.as_mut())?;
+    stiffness.project(shell, answers.as_mut());
     let mut basis: Vec<Vec<f64>> = modes.shapes.iter().map(|shape| scaled(shell, &stiffness, shape)).collect();
     let first = basis.len();
     for j in 0..pushes.len() {

@@ -72,6 +72,12 @@ impl Piece {
         3 * self.free.len()
     }
 
+    /// Number of those that move.
+    fn n_freedoms(&self, shell: &Shell) -> usize {
+        let held = |k: &u32| shell.roller_of(shell.free[*k as usize]).map_or(0, |roller| roller.held as usize);
+        self.n_unknowns() - if shell.rollers.is_empty() { 0 } else { self.free.iter().map(held).sum() }
+    }
+
     /// The piece alone, held where it meets what is held.
     fn shell(&self, whole: &Shell) -> Shell {
         let mesh = &whole.mesh;
@@ -130,7 +136,7 @@ fn of_each(piece_of: &[u32], vertices: &[u32], mut visit: impl FnMut(usize)) {
 /// So many of each piece's lowest modes that the `wanted` lowest of all are among them, with all that are equal to the last. Pieces are
 /// asked for a few first, and for more only where their next could be among those.
 pub fn solve(shell: &Shell, pieces: &[Piece], wanted: usize, progress: &mut Progress) -> Result<Vec<Solution>> {
-    let most = |i: usize| wanted.min(pieces[i].n_unknowns());
+    let most = |i: usize| wanted.min(pieces[i].n_freedoms(shell));
     let mut asked = first_asked(shell, pieces, wanted);
     let mut todo: Vec<usize> = (0..pieces.len()).collect();
     let mut solved: Vec<Solution> = Vec::with_capacity(pieces.len());
@@ -161,7 +167,7 @@ fn first_asked(shell: &Shell, pieces: &[Piece], wanted: usize) -> Vec<usize> {
     let elastic = wanted.saturating_sub(rigid.iter().sum());
     let asked = |(piece, rigid): (&Piece, usize)| {
         let share = (2 * elastic * piece.free.len()).div_ceil(shell.free.len()) + 1;
-        (rigid + share.min(elastic)).clamp(1, wanted.min(piece.n_unknowns()))
+        (rigid + share.min(elastic)).clamp(1, wanted.min(piece.n_freedoms(shell)))
     };
     pieces.iter().zip(rigid).map(asked).collect()
 }

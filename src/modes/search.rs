@@ -120,6 +120,11 @@ impl Search<'_> {
         let mut a = Mat::<f64>::zeros(n, n);
         entries(&self.stiffness.lower).for_each(|(i, j, value)| a[(i, j)] = value);
         let (mut eigenvalues, mut vectors) = dense::symmetric_eigen(a.as_ref())?;
+        let n = self.shell.n_freedoms(); // what rollers hold lies above
+        if n < eigenvalues.len() {
+            eigenvalues.truncate(n);
+            vectors = vectors.subcols(0, n).to_owned();
+        }
         let elastic = eigenvalues.get(self.rigid.unwrap_or(0)).copied().unwrap_or(f64::INFINITY);
         if elastic < FEW_DIGITS * self.stiffness.norm && n <= REFINED && !self.shell.is_stressed() {
             eigenvalues = jacobi::refine(self.shell, &mut vectors);

@@ -8,6 +8,7 @@ use crate::energy::rest_quadratic_form;
 use crate::error::reserve;
 use crate::shell::Sag;
 use crate::sparse::Symbolic;
+use crate::support::{Roller, rigid_motions};
 use crate::{Error, ErrorKind, Result, Shell, Vec3};
 use faer::Mat;
 use faer::prelude::*;
@@ -40,7 +41,7 @@ impl Solution {
     /// The `wanted` lowest of a shell in one piece, or as many as there are, to the end of the last one's group.
     pub fn new(shell: &Shell, stiffness: &ScaledStiffness, wanted: usize, progress: &mut Progress) -> Result<Self> {
         let n = shell.n_unknowns();
-        let wanted = wanted.min(n);
+        let wanted = wanted.min(shell.n_freedoms());
         progress.report(Phase::Ordering, 0.0)?;
         let symbolic = Symbolic::analyse(stiffness.lower.symbolic(), &shell.points(&shell.free))?;
         progress.report(Phase::Ordering, 1.0)?;
@@ -55,6 +56,7 @@ impl Solution {
         let search = Search { shell, stiffness, symbolic: &symbolic, wanted, rigid };
         let pairs = search.run(progress)?;
         let mut vectors = pairs.vectors.subcols(0, pairs.converged).to_owned();
+        stiffness.project(shell, vectors.as_mut());
         let quotient = |j: usize| rayleigh_quotient(shell, stiffness, vectors.col(j));
         let mut eigenvalues: Vec<f64> = (0..pairs.converged).map(quotient).collect();
         sort_columns(&mut eigenvalues, &mut vectors);
@@ -106,7 +108,18 @@ pub fn rigid_freedoms(shell: &Shell) -> Option<usize> {
     if held.clone().any(|v| shell.is_clamped(v)) {
         return Some(0);
     }
-    Some(freedoms_about(&held.map(|v| mesh.positions[v]).collect::<Vec<Vec3>>()))
+    let points = held.map(|v| mesh.positions[v]).collect::<Vec<Vec3>>();
+    let rollers = shell.rollers.iter().filter(|roller| Some(mesh.component[roller.vertex as usize]) == own);
+    let along = |roller: &Roller| {
+        let x = mesh.positions[roller.vertex as usize];
+        roller.directions().map(move |n| (x, n)).collect::<Vec<_>>()
+    };
+    let along: Vec<(Vec3, Vec3)> = rollers.flat_map(along).collect();
+    if along.is_empty() {
+        return Some(freedoms_about(&points));
+    }
+    let whole = points.iter().flat_map(|x| [Vec3::x(), Vec3::y(), Vec3::z()].map(|n| (*x, n)));
+    Some(rigid_motions(&whole.chain(along.iter().copied()).collect::<Vec<_>>()))
 }
 
 /// Rigid motions that leave the points in place: 6 without any, 3 about one, 1 about a line, 0 otherwise.
@@ -177,6 +190,7 @@ fn vector_error(search: &Search, sigma: f64, y: ColRef<'_, f64>, lambda: f64) ->
     let residual =
         |k: usize, _| image[shell.free[k / 3] as usize][k % 3] / root_mass[k] - lambda * phi[k] * root_mass[k];
     let mut residual = Mat::from_fn(root_mass.len(), 1, residual);
+    stiffness.project(shell, residual.as_mut());
     cholesky.solve_in_place(residual.as_mut())?;
     Ok(sigma.abs().max(lambda) * residual.norm_l2() / (lambda * y.norm_l2()))
 }

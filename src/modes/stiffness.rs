@@ -6,8 +6,12 @@
 use crate::energy::Curvature;
 use crate::sparse::BlockMatrix;
 pub use crate::sparse::entries;
-use crate::{Error, ErrorKind, Result, Shell};
+use crate::{Error, ErrorKind, Result, Shell, Vec3};
+use faer::MatMut;
 use faer::sparse::SparseColMat;
+
+/// What rollers hold has this eigenvalue, in ‖A‖₁: above all that moves and the shifts that these are counted below.
+pub const ABOVE_ALL: f64 = 4.0;
 
 /// The lower triangle of A, and M^½ per unknown.
 pub struct ScaledStiffness {
@@ -15,7 +19,7 @@ pub struct ScaledStiffness {
     pub lower: SparseColMat<usize, f64>,
     /// M^½ (n_unknowns).
     pub root_mass: Vec<f64>,
-    /// ‖A‖₁, a bound on the largest eigenvalue.
+    /// ‖A‖₁ of what moves, a bound on the largest eigenvalue there.
     pub norm: f64,
 }
 
@@ -43,9 +47,10 @@ impl ScaledStiffness {
             let message = "the stiffness at a held vertex is not finite: stiffness, density or size out of range";
             return Err(Error::new(ErrorKind::Numerical, message));
         }
+        let norm = one_norm(&matrix.lower, |_| 1.0);
+        matrix.fill_rollers(|_| ABOVE_ALL * if norm > 0.0 { norm } else { 1.0 });
         let lower = matrix.lower;
         let root_mass = shell.free.iter().flat_map(|&v| [shell.mass[v as usize].sqrt(); 3]).collect();
-        let norm = one_norm(&lower, |_| 1.0);
         Ok(Self { lower, root_mass, norm })
     }
 
@@ -67,6 +72,17 @@ impl ScaledStiffness {
     pub fn diagonal(&self) -> Vec<f64> {
         let first = &self.lower.symbolic().col_ptr()[..self.root_mass.len()];
         first.iter().map(|&k| self.lower.val()[k]).collect()
+    }
+
+    /// Takes from columns of unknowns what rollers hold.
+    pub fn project(&self, shell: &Shell, mut columns: MatMut<'_, f64>) {
+        for roller in shell.rollers.iter() {
+            let Ok(i) = shell.free.binary_search(&roller.vertex) else { continue };
+            for j in 0..columns.ncols() {
+                let x = roller.free * Vec3::from_fn(|c, _| columns[(3 * i + c, j)]);
+                (0..3).for_each(|c| columns[(3 * i + c, j)] = x[c]);
+            }
+        }
     }
 
     /// y ← A x.

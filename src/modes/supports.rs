@@ -293,7 +293,9 @@ fn answers(shell: &Shell, modes: &Modes, held: &[u32], patterns: &[Vec<Vec3>]) -
             (0..3).for_each(|c| solved[(3 * at + c, j)] = -force[*v as usize][c] / stiffness.root_mass[3 * at + c]);
         }
     }
+    stiffness.project(shell, solved.as_mut());
     factor.solve_in_place(solved.as_mut())?;
+    stiffness.project(shell, solved.as_mut());
     for (j, shape) in shapes.iter_mut().enumerate() {
         for (at, v) in shell.free.iter().enumerate() {
             let x = |c: usize| solved[(3 * at + c, j)] / stiffness.root_mass[3 * at + c];

@@ -66,8 +66,11 @@ pub fn solve_rest(shell: &Shell, right: &mut Mat<f64>, (rigid, lowest): Loose) -
         let message = "a reduced basis needs a shell that is held: its stiffness is singular";
         return Err(Error::new(ErrorKind::Unsupported, message));
     };
+    stiffness.project(shell, right.as_mut());
     if rigid.is_empty() {
-        return factor.solve_in_place(right.as_mut());
+        factor.solve_in_place(right.as_mut())?;
+        stiffness.project(shell, right.as_mut());
+        return Ok(());
     }
     let rigid = columns(shell, rigid);
     let balance = |y: &mut Mat<f64>| {

@@ -50,6 +50,9 @@ pub fn free_motions(shell: &Shell, zero_modes: usize) -> Result<Option<FreeMotio
         return Ok(None);
     }
     let refuse = |message: String| Err(Error::new(ErrorKind::Unsupported, message));
+    if !shell.rollers.is_empty() {
+        return refuse("a reduced shell that moves freely holds no vertices along some axes only: hold it".into());
+    }
     if shell.mesh.n_components > 1 {
         let pieces = shell.mesh.n_components;
         return refuse(format!("a reduced shell that moves freely must be of one piece: this has {pieces}"));

@@ -16,10 +16,12 @@ use super::free_motion::Held;
 use super::orientation::{Ring, missing_turn, part_way};
 use crate::constraint::{Constraint, Outcome, Target};
 use crate::mesh::NONE;
+use crate::support::Roller;
 use crate::{Vec3, rotation, wide_norm};
 use nalgebra::{Matrix3, UnitQuaternion};
 pub use setup::vertex_stiffness;
 use springs::Springs;
+use std::sync::Arc;
 
 /// ρ over the stiffness of the vertices around: each round leaves about this part of m.
 const PENALTY: f64 = 1e3;
@@ -73,6 +75,8 @@ pub struct Constraints {
     hold_at: Vec<u32>,
     /// Not held by supports, and with mass (n_vertices, or nothing without constraints).
     moves: Vec<bool>,
+    /// What supports hold of those that are.
+    rollers: Arc<[Roller]>,
     /// How much of the way from the start to the targets is asked for.
     share: f64,
     /// Hard positions are springs for now.
@@ -91,6 +95,7 @@ impl Constraints {
             turns: vec![],
             hold_at: vec![],
             moves: vec![],
+            rollers: Arc::default(),
             share: 1.0,
             pulling: false,
         }
@@ -178,7 +183,14 @@ impl Constraints {
 
     /// P of a vertex.
     fn left_free(&self, v: u32) -> Matrix3<f64> {
-        self.hold_of(v).map_or_else(Matrix3::identity, |hold| hold.free)
+        let free = self.hold_of(v).map_or_else(Matrix3::identity, |hold| hold.free);
+        if self.rollers.is_empty() { free } else { free * self.supported(v) }
+    }
+
+    /// P of its supports alone.
+    fn supported(&self, v: u32) -> Matrix3<f64> {
+        let at = self.rollers.binary_search_by_key(&v, |roller| roller.vertex);
+        at.map_or_else(|_| Matrix3::identity(), |at| self.rollers[at].free)
     }
 
     fn place(&self, hold: &Hold) -> Vec3 {

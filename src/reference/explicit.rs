@@ -37,6 +37,7 @@ impl Solver {
             }
             force[v] = acceleration;
         }
+        shell.project(force);
         for v in shell.free.iter().map(|&v| v as usize) {
             velocity[v] += h * force[v];
             u[v] += h * velocity[v];

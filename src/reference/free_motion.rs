@@ -59,7 +59,8 @@ impl FreeMotions {
                 grams[c] += Matrix6::identity(); // nor does it turn about its edge
             }
         }
-        for (v, held) in held.filter(|(v, _)| component(*v as usize) != NONE) {
+        let rollers = shell.rollers.iter().flat_map(|r| r.directions().map(|n| (r.vertex, Held::Along(n))));
+        for (v, held) in rollers.chain(held).filter(|(v, _)| component(*v as usize) != NONE) {
             let c = component(v as usize) as usize;
             let row = match held {
                 Held::Along(n) => motion((x[v as usize] - center(c)) / size).tr_mul(&n),

@@ -174,5 +174,5 @@ pub(crate) fn mass_norm(shell: &Shell, f: impl Fn(usize) -> Vec3) -> f64 {
 
 /// ‖f‖ over the free vertices.
 fn free_norm(shell: &Shell, f: &[Vec3]) -> f64 {
-    shell.free.iter().map(|&v| f[v as usize].norm_squared()).sum::<f64>().sqrt()
+    shell.free_norm(f)
 }

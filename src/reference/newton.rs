@@ -131,7 +131,8 @@ impl Newton {
         let (gradient, trial, lowest) = (zeros.clone(), zeros.clone(), zeros);
         let mut floats = vec![true; shell.mesh.n_components];
         let held = (0..shell.held.len()).filter(|&v| shell.held[v] && shell.mesh.component[v] != NONE);
-        held.for_each(|v| floats[shell.mesh.component[v] as usize] = false);
+        let rollers = shell.rollers.iter().map(|roller| roller.vertex as usize);
+        held.chain(rollers).for_each(|v| floats[shell.mesh.component[v] as usize] = false);
         let momenta = vec![(Vec3::zeros(), 0.0); floats.len()];
         let noise = Noise::default();
         Ok(Self {

@@ -65,7 +65,7 @@ impl Potential<'_> {
         self.constraints.project(gradient);
     }
 
-    /// ∇Φ(x) along all directions; meaningless at vertices that are not free.
+    /// ∇Φ(x) along all directions that supports leave; meaningless at vertices that are not free.
     pub fn whole_gradient(&self, x: &[Vec3], gradient: &mut [Vec3]) {
         gradient.fill(Vec3::zeros());
         self.shell.energy.add_gradient(x, gradient);
@@ -89,6 +89,13 @@ impl Potential<'_> {
         if let Some(points) = self.points {
             points.add_gradient(x, gradient);
         }
+        self.shell.project(gradient);
+    }
+
+    /// Leaves of a field what supports and hard positions do not take.
+    pub fn project(&self, field: &mut [Vec3]) {
+        self.shell.project(field);
+        self.constraints.project(field);
     }
 
     /// ∂²Φ/∂x² over the free vertices.
@@ -125,6 +132,7 @@ impl Potential<'_> {
 
     /// Adds the second derivatives of all but the elastic energy.
     fn add_others(&self, x: &[Vec3], curvature: Curvature, matrix: &mut BlockMatrix) {
+        matrix.fill_rollers(|stiffness| stiffness);
         self.constraints.add_hessian(x, curvature, matrix);
         if let Some(points) = self.points {
             self.constraints.add_points(points, x, curvature, matrix);

@@ -1,6 +1,7 @@
 //! The lower triangle of a symmetric matrix made of elements: 3 × 3 blocks between the free vertices of an element.
 
 use crate::mesh::NONE;
+use crate::support::Roller;
 use crate::{Error, ErrorKind, Result, Shell};
 use faer::sparse::{SparseColMat, SymbolicSparseColMat};
 use nalgebra::Matrix3;
@@ -77,6 +78,10 @@ pub struct BlockMatrix {
     pattern: BlockPattern,
     /// Free index of each vertex, [`NONE`] for one that does not move (n_vertices).
     index: Vec<u32>,
+    /// What is held of free vertices, and the mean diagonal entry of the rest stiffness there.
+    rollers: Vec<(Roller, f64)>,
+    /// Their places among these by free index, [`NONE`] for others; nothing without any.
+    roller_at: Vec<u32>,
 }
 
 impl BlockMatrix {
@@ -92,7 +97,8 @@ impl BlockMatrix {
         let pattern = BlockPattern::of(shell, &index, cliques);
         let scalar = pattern.scalar_pattern();
         let values = vec![0.0; scalar.row_idx().len()];
-        Self { lower: SparseColMat::new(scalar, values), pattern, index }
+        let (rollers, roller_at) = rollers_of(shell, &index);
+        Self { lower: SparseColMat::new(scalar, values), pattern, index, rollers, roller_at }
     }
 
     /// Back to zero.
@@ -108,9 +114,27 @@ impl BlockMatrix {
             for (p, &w) in vertices.iter().enumerate() {
                 let i = self.index[w as usize];
                 if i != NONE && j <= i {
-                    self.add_block(i, j, &block(p, q));
+                    let block = block(p, q);
+                    let block = if self.rollers.is_empty() { block } else { self.projected(i, block, j) };
+                    self.add_block(i, j, &block);
                 }
             }
+        }
+    }
+
+    /// What of a block lets free vertices i and j move.
+    fn projected(&self, i: u32, block: Matrix3<f64>, j: u32) -> Matrix3<f64> {
+        let roller = |k: u32| self.rollers.get(self.roller_at[k as usize] as usize).map(|(roller, _)| roller.free);
+        let rows = roller(i).map_or(block, |free| free * block);
+        roller(j).map_or(rows, |free| rows * free)
+    }
+
+    /// Fills what held directions leave empty of the diagonal, by `value` of the stiffness there.
+    pub fn fill_rollers(&mut self, value: impl Fn(f64) -> f64) {
+        for k in 0..self.rollers.len() {
+            let (roller, stiffness) = self.rollers[k];
+            let i = self.index[roller.vertex as usize];
+            self.add_block(i, i, &(value(stiffness) * (Matrix3::identity() - roller.free)));
         }
     }
 
@@ -148,6 +172,24 @@ impl BlockMatrix {
         let message = format!("the stiffness matrix has the entry {bad:?}: stiffness, density or size out of range");
         Err(Error::new(ErrorKind::Numerical, message))
     }
+}
+
+/// The shell's rollers with the mean diagonal entry of the rest stiffness at each, and where they are by free index.
+fn rollers_of(shell: &Shell, index: &[u32]) -> (Vec<(Roller, f64)>, Vec<u32>) {
+    if shell.rollers.is_empty() {
+        return Default::default();
+    }
+    let mut stiffness = vec![0.0; index.len()];
+    shell.energy.visit_rest_rows(&mut |(vertices, row)| {
+        vertices.iter().zip(row).for_each(|(&v, b)| stiffness[v as usize] += b.norm_squared() / 3.0);
+    });
+    let mut at = vec![NONE; shell.free.len()];
+    let rollers = shell.rollers.iter().enumerate().map(|(k, roller)| {
+        at[index[roller.vertex as usize] as usize] = k as u32;
+        let own = stiffness[roller.vertex as usize];
+        (*roller, if own > 0.0 { own } else { 1.0 })
+    });
+    (rollers.collect(), at)
 }
 
 /// (row, column, value) of every stored entry.

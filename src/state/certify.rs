@@ -24,7 +24,7 @@ use crate::methods::{self, Acting, Reaction};
 use crate::point_energy::{InFrame, PointEnergy};
 use crate::reference::{self, Load, Solver, mass_norm as norm};
 use crate::support::FrameMotion;
-use crate::{Error, ErrorKind, Result, Shell, Vec3, rotation};
+use crate::{Error, ErrorKind, Result, Vec3, rotation};
 use nalgebra::UnitQuaternion;
 
 /// Newton steps at most. `cargo test --release --test certificate -- --nocapture` shows what estimates they give.
@@ -100,7 +100,7 @@ impl State {
         let [u, rate, inertia] = self.present_motion(&reactions);
         let less = |forces: Vec<Vec3>| -> Vec<Vec3> { forces.iter().zip(&inertia).map(|(f, ma)| f - ma).collect() };
         let loads = self.loads_at(&u, &rate);
-        let moving = free_norm(shell, &loads);
+        let moving = shell.free_norm(&loads);
         if let Some(v) = less(loads).iter().position(|f| !f.iter().all(|x| x.is_finite())) {
             return Err(Error::new(ErrorKind::Numerical, format!("the load on vertex {v} is not finite")));
         }
@@ -270,7 +270,7 @@ impl State {
         let (shell, modal) = (&self.model.shell, &self.model.modal);
         let slowest = modal.eigenvalues.iter().find(|lambda| **lambda > 0.0).map_or(0.0, |lambda| lambda.sqrt());
         let speed = norm(shell, |v| rate[v]);
-        free_norm(shell, inertia) <= STILL * loads && speed <= STILL * slowest * norm(shell, |v| u[v])
+        shell.free_norm(inertia) <= STILL * loads && speed <= STILL * slowest * norm(shell, |v| u[v])
     }
 
     /// Whether this state, with what it gets wrong, is no further from the full shell than the warp.
@@ -388,12 +388,6 @@ impl State {
         self.constraints().map(in_frame).collect()
     }
 }
-
-/// ‖f‖ over the vertices that move.
-fn free_norm(shell: &Shell, f: &[Vec3]) -> f64 {
-    shell.free.iter().map(|&v| f[v as usize].norm_squared()).sum::<f64>().sqrt()
-}
-
 fn ratio(a: f64, b: f64) -> f64 {
     if a > 0.0 { a / b.max(f64::MIN_POSITIVE) } else { 0.0 }
 }

@@ -21,7 +21,7 @@ const PAPER: Material = Material { k_area: 1e6, k_length: 1e6, k_bend: 1.0 / 6.0
 
 fn shell(sheet: Sheet, material: impl Into<Elasticity>, clamped: impl Fn(&Vec3) -> bool) -> Shell {
     let clamped = (0..sheet.0.len() as u32).filter(|v| clamped(&sheet.0[*v as usize])).collect();
-    held(sheet, material, Supports { fixed: vec![], clamped })
+    held(sheet, material, Supports { clamped, ..Default::default() })
 }
 
 fn held((positions, triangles): Sheet, material: impl Into<Elasticity>, supports: Supports) -> Shell {
@@ -95,7 +95,7 @@ fn held_plates() {
             let at_edge = |x: &Vec3| x.x.min(x.y).min(1.0 - x.x).min(1.0 - x.y) < 1e-9;
             let edge = (0..square.0.len() as u32).filter(|v| at_edge(&square.0[*v as usize])).collect();
             let (fixed, clamped) = if is_clamped { (vec![], edge) } else { (edge, vec![]) };
-            let plate = held(square, material, Supports { fixed, clamped });
+            let plate = held(square, material, Supports { fixed, clamped, ..Default::default() });
             percent(&frequencies(&plate, rigidity, 4), if is_clamped { &CLAMPED } else { &SUPPORTED })
         };
         let [a, b, c, d] = [(koiter, false), (paper, false), (koiter, true), (paper, true)].map(|(m, c)| errors(m, c));

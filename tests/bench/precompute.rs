@@ -26,7 +26,7 @@ fn dinosaur() -> Shell {
     let (positions, triangles) = common::read_obj("dinosaur.obj");
     let fixed = (0..positions.len() as u32).filter(|&v| positions[v as usize].y <= 0.02).collect();
     let material = Material { k_area: 1e6, k_length: 1e6, k_bend: 1e4, area_density: 0.5 };
-    Shell::new(Mesh::new(positions, &triangles).unwrap(), material, &Supports { fixed, clamped: vec![] }).unwrap()
+    Shell::new(Mesh::new(positions, &triangles).unwrap(), material, &Supports { fixed, ..Default::default() }).unwrap()
 }
 
 fn write_matrices(shell: &Shell, directory: &Path) -> std::io::Result<()> {
@@ -53,7 +53,7 @@ fn sheet(n: usize) -> Shell {
     let (positions, triangles) = common::equilateral_sheet(n / (rows + 1), rows, edge);
     let fixed = (0..positions.len() as u32).filter(|&v| positions[v as usize].x <= 1.01 * edge).collect();
     let material = Material { k_area: 1e6, k_length: 1e6, k_bend: 1e4, area_density: 0.5 };
-    Shell::new(Mesh::new(positions, &triangles).unwrap(), material, &Supports { fixed, clamped: vec![] }).unwrap()
+    Shell::new(Mesh::new(positions, &triangles).unwrap(), material, &Supports { fixed, ..Default::default() }).unwrap()
 }
 
 /// Seconds from positions and triangles to a model, the model, and the longest time without a call for progress.

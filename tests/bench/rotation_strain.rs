@@ -28,7 +28,7 @@ fn sheet(nx: usize, ny: usize, k_bend: f64) -> Shell {
     let fixed = (0..positions.len() as u32).filter(|v| positions[*v as usize].x < 1.2 * edge).collect();
     let mesh = Mesh::new(positions, &triangles).expect("a sheet is a manifold");
     let material = Material { k_area: 1e4, k_length: 1e4, k_bend, area_density: 1.0 };
-    Shell::new(mesh, material, &Supports { fixed, clamped: vec![] }).expect("a sheet has mass")
+    Shell::new(mesh, material, &Supports { fixed, ..Default::default() }).expect("a sheet has mass")
 }
 
 fn area_change(shell: &Shell, u: &[Vec3]) -> f64 {

@@ -35,7 +35,7 @@ fn main() {
     let (positions, triangles) = read_obj(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/meshes/dinosaur.obj"));
     let fixed = (0..positions.len() as u32).filter(|v| positions[*v as usize].y < 1.0).collect();
     let mesh = Mesh::new(positions.clone(), &triangles).expect("a good mesh");
-    let shell = Shell::new(mesh, Material::default(), &Supports { fixed, clamped: vec![] }).expect("a good shell");
+    let shell = Shell::new(mesh, Material::default(), &Supports { fixed, ..Default::default() }).expect("a good shell");
     let start = Instant::now();
     let options = Options { modes, precision: Precision::F32, ..Options::default() };
     let model = Model::precompute(Arc::new(shell), &options, &mut |_, _| Ok(())).expect("modes");

@@ -108,7 +108,7 @@ pub fn clamped_model(n: usize, fields: usize) -> Arc<Model> {
     let mesh = strip(n);
     let fixed = (0..n as u32).filter(|&v| mesh.positions[v as usize].x < 2.5 * mesh.positions[1].y).collect();
     let material = Material { k_area: 1e4, k_length: 1e4, k_bend: 0.1, area_density: 1.0 };
-    let shell = Shell::new(mesh, material, &Supports { fixed, clamped: vec![] }).expect("a sound shell");
+    let shell = Shell::new(mesh, material, &Supports { fixed, ..Default::default() }).expect("a sound shell");
     let reduced = reduced::Options { fields, ..Default::default() };
     let options = Options { modes: 8, reduced, ..Options::default() };
     Arc::new(Model::precompute(Arc::new(shell), &options, &mut |_, _| Ok(())).expect("a model"))

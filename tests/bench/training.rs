@@ -24,7 +24,7 @@ fn dinosaur() -> Shell {
     let mesh = mesh("dinosaur.obj");
     let material = Material { k_area: 1e6, k_length: 1e6, k_bend: 1e4, area_density: 0.5 };
     let fixed = (0..mesh.positions.len() as u32).filter(|&v| mesh.positions[v as usize].y < 0.02).collect();
-    Shell::new(mesh, material, &Supports { fixed, clamped: vec![] }).unwrap()
+    Shell::new(mesh, material, &Supports { fixed, ..Default::default() }).unwrap()
 }
 
 /// Seconds of modes, of the modes' derivatives, of training, of what else the fields take, and of the samples.

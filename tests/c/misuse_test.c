@@ -119,6 +119,21 @@ static void null_support_lists_with_a_length_are_named(void) {
   supports.n_fixed = 0;
   supports.n_clamped = 1;
   FAILS(sw_model_create(&mesh, NULL, &supports, &model), SW_ERROR_INVALID_ARGUMENT, "clamped");
+  supports.n_clamped = 0;
+  supports.n_axis_vertices = 1;
+  FAILS(sw_model_create(&mesh, NULL, &supports, &model), SW_ERROR_INVALID_ARGUMENT, "axis_directions");
+  const uint8_t axes[1] = {8};
+  supports.axes = axes;
+  FAILS(sw_model_create(&mesh, NULL, &supports, &model), SW_ERROR_INVALID_ARGUMENT, "axis_vertices");
+  const uint32_t first[1] = {0};
+  supports.axis_vertices = first;
+  FAILS(sw_model_create(&mesh, NULL, &supports, &model), SW_ERROR_INVALID_ARGUMENT, "axes[0]");
+  const double direction[3] = {0, INFINITY, 0};
+  supports.axes = NULL;
+  supports.axis_directions = direction;
+  FAILS(sw_model_create(&mesh, NULL, &supports, &model), SW_ERROR_INVALID_ARGUMENT, "axes[0]");
+  supports.reserved = 1;
+  FAILS(sw_model_create(&mesh, NULL, &supports, &model), SW_ERROR_INVALID_ARGUMENT, "reserved");
   CHECK(model == no_model);
 }
 

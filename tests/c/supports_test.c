@@ -53,6 +53,48 @@ static double largest_miss(const SwState *state, double (*x)[4]) {
 
 static double x[STRIP_VERTICES][4];
 
+/* A vertex at the tip on a rail along z, another that slides across the direction 1 0 1. */
+static void what_is_held_along_axes_stays(void) {
+  const Strip strip = make_strip();
+  const SwMeshDesc mesh = strip_mesh(&strip);
+  uint32_t fixed[STRIP_ROWS], along[2] = {strip_vertex(STRIP_COLUMNS - 1, 0), strip_vertex(STRIP_COLUMNS - 1, STRIP_ROWS - 1)};
+  for (int j = 0; j < STRIP_ROWS; ++j) fixed[j] = strip_vertex(0, j);
+  const uint8_t axes[2] = {SW_AXIS_X | SW_AXIS_Y, 0};
+  const double directions[6] = {0, 0, 0, 1, 0, 1};
+  SwSupportDesc supports;
+  sw_support_desc_init(&supports);
+  supports.fixed = fixed;
+  supports.n_fixed = STRIP_ROWS;
+  supports.axis_vertices = along;
+  supports.axes = axes;
+  supports.axis_directions = directions;
+  supports.n_axis_vertices = 2;
+  SwModel *model = NULL;
+  OK(sw_model_create(&mesh, NULL, &supports, &model));
+  SwPrecomputeDesc desc;
+  sw_precompute_desc_init(&desc);
+  desc.precision = SW_PRECISION_F64;
+  OK(sw_model_precompute(model, &desc));
+  SwModelInfo info;
+  sw_model_info_init(&info);
+  OK(sw_model_info(model, &info));
+  CHECK(info.n_fixed == STRIP_ROWS);
+  CHECK(info.n_unknowns == 3 * (STRIP_VERTICES - STRIP_ROWS) - 3);
+  SwState *state = NULL;
+  OK(sw_state_create(model, NULL, &state));
+  const double gravity[3] = {3, 2, -9.8};
+  OK(sw_state_set_gravity(state, gravity));
+  for (int k = 0; k < 20; ++k) OK(sw_state_step(state, 1.0 / 60));
+  static double now[STRIP_VERTICES][3];
+  OK(sw_state_positions(state, SW_SPACE_WORLD, SW_FORMAT_F64, now, 0, STRIP_VERTICES));
+  const double *rail = now[along[0]], *slide = now[along[1]];
+  const double *rail_rest = &strip.positions[3 * along[0]], *slide_rest = &strip.positions[3 * along[1]];
+  CHECK(rail[0] == rail_rest[0] && rail[1] == rail_rest[1] && rail[2] != rail_rest[2]);
+  CHECK(fabs(slide[0] - slide_rest[0] + slide[2] - slide_rest[2]) < 1e-12);
+  sw_state_destroy(state);
+  sw_model_destroy(model);
+}
+
 static void supports_are_where_they_are_sent(void) {
   SwModel *model = strip_held_at_both_ends(24);
   SwModelInfo info;
@@ -145,6 +187,7 @@ static void a_batch_on_threads_moves_alike(void) {
 }
 
 int main(void) {
+  RUN(what_is_held_along_axes_stays);
   RUN(supports_are_where_they_are_sent);
   RUN(supports_that_move_as_one_need_no_fields);
   RUN(broken_input_is_refused_by_name);

@@ -42,7 +42,7 @@ fn sheet(k_bend: f64, height: fn(f64, f64) -> f64) -> Arc<Shell> {
     let fixed = (0..positions.len() as u32).filter(|&v| positions[v as usize].x < 0.11).collect();
     let material = Material { k_area: 1e3, k_length: 1e3, k_bend, area_density: 1.0 };
     let mesh = Mesh::new(positions, &triangles).unwrap();
-    Arc::new(Shell::new(mesh, material, &Supports { fixed, clamped: vec![] }).unwrap())
+    Arc::new(Shell::new(mesh, material, &Supports { fixed, ..Default::default() }).unwrap())
 }
 
 fn still(_: f64) -> Pose {

@@ -50,7 +50,7 @@ pub fn reference(name: &str) -> (Shell, serde_json::Value) {
         area_density: number("area_density"),
     };
     let fixed = json["fixed_vertices"].as_array().unwrap().iter().map(|v| v.as_u64().unwrap() as u32).collect();
-    let supports = Supports { fixed, clamped: vec![] };
+    let supports = Supports { fixed, ..Default::default() };
     let shell = Shell::new(mesh(&format!("{name}.obj")), material, &supports).unwrap();
     (shell, json)
 }
@@ -107,7 +107,7 @@ pub fn leaf(fine: usize) -> Shell {
     }
     let fixed = (0..positions.len() as u32).filter(|&v| positions[v as usize].x < 0.06).collect();
     let material = Material { k_area: 1e4, k_length: 1e4, k_bend: 0.1, area_density: 1.0 };
-    Shell::new(Mesh::new(positions, &triangles).unwrap(), material, &Supports { fixed, clamped: vec![] }).unwrap()
+    Shell::new(Mesh::new(positions, &triangles).unwrap(), material, &Supports { fixed, ..Default::default() }).unwrap()
 }
 
 /// ‖u − exact‖/‖exact‖, every vertex alike.

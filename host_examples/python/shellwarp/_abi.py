@@ -219,6 +219,11 @@ class SwSupportDesc(Structure):
         ("clamped", c_void_p),
         ("n_fixed", c_uint32),
         ("n_clamped", c_uint32),
+        ("axis_vertices", c_void_p),
+        ("axes", c_void_p),
+        ("axis_directions", c_void_p),
+        ("n_axis_vertices", c_uint32),
+        ("reserved", c_uint32),
     ]
 
 

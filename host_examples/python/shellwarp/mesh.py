@@ -79,6 +79,7 @@ class Shell:
     material: "Material | Sheet" = field(default_factory=Material)
     fixed: ArrayLike = ()                                      # vertices held in place
     clamped: ArrayLike = ()                                    # held with their slope; of a Material by all their edge neighbours
+    axes: "Mapping[int, str | ArrayLike]" = field(default_factory=dict)  # held along axes alone: "xz", or a direction, or some of them, by vertex
     maps: Mapping[str, ArrayLike] = field(default_factory=dict)  # values of a material's constant, by its name: a vertex or a triangle each
     creases: "Sequence[tuple[Any, ...]]" = ()   # (a, b), (a, b, factor) or (a, b, factor, angle): edges of another stiffness or rest angle, rad
     rest_positions: "ArrayLike | None" = None   # the shape without stress (n_vertices x 3), where it is not `positions`
@@ -143,7 +144,25 @@ class Shell:
         desc = _library.initialised(_abi.SwSupportDesc)
         desc.fixed, desc.n_fixed = _arrays.address(fixed), len(fixed)
         desc.clamped, desc.n_clamped = _arrays.address(clamped), len(clamped)
-        return desc, (fixed, clamped)
+        rows = [(int(v), *row) for v, held in self.axes.items() for row in _held_along(held)]
+        along = _arrays.indices_in([row[0] for row in rows], "axes")
+        axes = numpy.array([row[1] for row in rows], dtype=numpy.uint8)
+        directions = numpy.array([row[2] for row in rows], dtype=numpy.float64).reshape(-1, 3)
+        desc.axis_vertices, desc.n_axis_vertices = _arrays.address(along), len(along)
+        desc.axes, desc.axis_directions = _arrays.address(axes), _arrays.address(directions)
+        return desc, (fixed, clamped, along, axes, directions)
+
+
+def _held_along(held: Any) -> "list[tuple[int, tuple[float, ...]]]":
+    """Axes as bits and a direction, of each thing that a vertex is held along."""
+    if isinstance(held, str):
+        if not held or set(held) - set("xyz"):
+            raise InvalidArgumentError(f"axes: {held!r} is not some of the letters xyz")
+        return [(sum(1 << "xyz".index(letter) for letter in set(held)), (0.0, 0.0, 0.0))]
+    directions = numpy.asarray(held, dtype=numpy.float64)
+    if directions.ndim not in (1, 2) or directions.shape[-1] != 3 or not directions.any(axis=-1).all():
+        raise InvalidArgumentError(f"axes: {held!r} is neither some of the letters xyz nor directions, which are not zero")
+    return [(0, tuple(row)) for row in directions.reshape(-1, 3)]
 
 
 def directions_of_uvs(positions: ArrayLike, triangles: ArrayLike, uvs: ArrayLike) -> Array:

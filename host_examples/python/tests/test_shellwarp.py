@@ -689,6 +689,25 @@ class Colliders(unittest.TestCase):
             swinging(model()).move_collider(0)
 
 
+class AxisSupports(unittest.TestCase):
+    def test_what_is_held_along_axes_stays(self):
+        rest, triangles = strip.positions(numpy.float64), strip.triangles()
+        tip = len(rest) - 1
+        made = sw.Model(sw.Shell(rest, triangles, fixed=[0, 1, 2, 3], axes={tip: "xy", tip - 3: [[1, 0, 1]]}))
+        made.precompute(modes=8, precision="f64")
+        state = made.state()
+        state.set_gravity([3, 2, -9.8])
+        for _ in range(10):
+            state.step(1 / 24)
+        moved = state.positions(dtype=numpy.float64) - rest
+        self.assertEqual(moved[tip, :2].tolist(), [0, 0])
+        self.assertNotEqual(moved[tip, 2], 0)
+        self.assertLess(abs(moved[tip - 3, 0] + moved[tip - 3, 2]), 1e-12)
+        for wrong in ("xw", "", [0, 0, 0], [1, 0]):
+            with self.assertRaisesRegex(sw.InvalidArgumentError, "axes"):
+                sw.Model(sw.Shell(rest, triangles, axes={tip: wrong}))
+
+
 class MovingSupports(unittest.TestCase):
     def test_supports_go_where_they_are_sent(self):
         rest, triangles = strip.positions(numpy.float64), strip.triangles()

@@ -11,7 +11,9 @@ use crate::precision::Precision;
 use crate::real::Real;
 use crate::reduced::ReducedShell;
 use crate::reduced::polynomial::PolynomialEnergy;
+use crate::support::Roller;
 use crate::{Model, Result, Shell, Vec3};
+use nalgebra::Matrix3;
 
 type Tag = [u8; 4];
 
@@ -31,6 +33,10 @@ const REST_SHAPE: Tag = *b"REST";
 const SETTLED: Tag = *b"SETL";
 /// Fields that follow moving supports.
 const SUPPORTS: Tag = *b"SUPP";
+/// Vertices held along some directions.
+const ROLLERS: Tag = *b"ROLL";
+/// Bytes of one.
+const ROLLER: usize = 80;
 /// Where the shell hangs.
 const SAG: Tag = *b"SAGS";
 /// Units of a basis in 16 bits.
@@ -49,6 +55,8 @@ fn sizes(model: &Model) -> impl Iterator<Item = (Tag, usize)> {
     let creases = model.shell.creases.all();
     let creases = (!creases.is_empty()).then_some((CREASES, CREASE * creases.len()));
     let orthotropy = model.shell.orthotropy.as_ref().map(|fibres| (ORTHOTROPY, 16 + 24 * fibres.given.len()));
+    let rollers = &model.shell.rollers;
+    let rollers = (!rollers.is_empty()).then_some((ROLLERS, ROLLER * rollers.len()));
     let rest_shape = model.shell.rest_shape.as_ref().map(|shape| (REST_SHAPE, 24 * shape.len()));
     let settled = model.shell.settled_from.as_ref().map(|given| (SETTLED, 24 * given.len()));
     let sag = model.shell.sag.as_ref().map(|sag| (SAG, 24 + 24 * sag.rest.len()));
@@ -58,7 +66,7 @@ fn sizes(model: &Model) -> impl Iterator<Item = (Tag, usize)> {
     let polynomial = model.reduced.as_ref().and_then(|reduced| reduced.polynomial.as_ref());
     let polynomial = polynomial.map(|polynomial| (POLYNOMIAL, polynomial.saved_size()));
     let front = model.front.as_ref().map(|front| (FRONT_OF_CHOICE, front.saved_size()));
-    let made_of = [maps, creases, orthotropy, rest_shape, settled, sag];
+    let made_of = [maps, creases, orthotropy, rollers, rest_shape, settled, sag];
     made_of.into_iter().chain([units, supports, polynomial, reduced, front]).flatten()
 }
 
@@ -78,6 +86,7 @@ pub(super) fn put(model: &Model, out: &mut Vec<u8>) {
                 sag.gravity.iter().chain(model.shell.mesh.positions.iter().flatten()).for_each(|x| x.put(out));
             }
             (SUPPORTS, ..) => model.modal.supports.iter().for_each(|fields| supports::put(fields, out)),
+            (ROLLERS, ..) => model.shell.rollers.iter().for_each(|roller| put_roller(roller, out)),
             (CREASES, ..) => model.shell.creases.all().iter().for_each(|crease| put_crease(crease, out)),
             (ORTHOTROPY, ..) => model.shell.orthotropy.iter().for_each(|fibres| put_orthotropy(fibres, out)),
             (REST_SHAPE, ..) => model.shell.rest_shape.iter().flat_map(|x| x.iter()).for_each(|x| put_point(x, out)),
@@ -110,6 +119,34 @@ fn put_crease(crease: &Crease, out: &mut Vec<u8>) {
 fn put_orthotropy(fibres: &Orthotropy, out: &mut Vec<u8>) {
     [fibres.across, fibres.shear].iter().for_each(|x| x.put(out));
     fibres.given.iter().for_each(|direction| put_point(direction, out));
+}
+
+fn put_roller(roller: &Roller, out: &mut Vec<u8>) {
+    out.extend(roller.vertex.to_le_bytes());
+    out.extend(roller.held.to_le_bytes());
+    roller.free.iter().for_each(|x| x.put(out));
+}
+
+/// The rollers of a shell without any, checked.
+pub(super) fn restore_rollers(shell: &Shell, content: &[u8]) -> Result<Vec<Roller>> {
+    if content.is_empty() || !content.len().is_multiple_of(ROLLER) {
+        return invalid(format!("{} bytes are not its vertices that are held along axes", content.len()));
+    }
+    let word = |row: &[u8]| u32::from_le_bytes([row[0], row[1], row[2], row[3]]);
+    let roller = |row: &[u8]| Roller {
+        vertex: word(row),
+        held: word(&row[4..]),
+        free: Matrix3::from_iterator(row[8..].chunks_exact(8).map(f64::get)),
+    };
+    let rollers: Vec<Roller> = content.chunks_exact(ROLLER).map(roller).collect();
+    let free = |roller: &Roller| shell.free.binary_search(&roller.vertex).is_ok() && roller.is_sound();
+    if let Some(bad) = rollers.iter().find(|roller| !free(roller)) {
+        return invalid(format!("vertex {} is not held along one or two axes", bad.vertex));
+    }
+    match rollers.is_sorted_by_key(|roller| roller.vertex) && !rollers.windows(2).any(|w| w[0].vertex == w[1].vertex) {
+        true => Ok(rollers),
+        false => invalid("its vertices that are held along axes do not ascend"),
+    }
 }
 
 fn put_point(x: &Vec3, out: &mut Vec<u8>) {
@@ -186,6 +223,7 @@ pub(super) struct Sections<'a> {
     pub(super) maps: Option<&'a [u8]>,
     pub(super) creases: Option<&'a [u8]>,
     pub(super) orthotropy: Option<&'a [u8]>,
+    pub(super) rollers: Option<&'a [u8]>,
     pub(super) rest_shape: Option<&'a [u8]>,
     pub(super) settled: Option<&'a [u8]>,
     pub(super) sag: Option<&'a [u8]>,
@@ -208,6 +246,7 @@ pub(super) fn split(mut bytes: &[u8]) -> Result<Sections<'_>> {
             [b'M', b'A', b'P', b'S', 0, 0, 0, 0] => &mut sections.maps,
             [b'C', b'R', b'E', b'A', 0, 0, 0, 0] => &mut sections.creases,
             [b'O', b'R', b'T', b'H', 0, 0, 0, 0] => &mut sections.orthotropy,
+            [b'R', b'O', b'L', b'L', 0, 0, 0, 0] => &mut sections.rollers,
             [b'R', b'E', b'S', b'T', 0, 0, 0, 0] => &mut sections.rest_shape,
             [b'S', b'E', b'T', b'L', 0, 0, 0, 0] => &mut sections.settled,
             [b'S', b'A', b'G', b'S', 0, 0, 0, 0] => &mut sections.sag,

@@ -22,7 +22,12 @@ impl Constraints {
         for (s, v) in self.springs.points().iter().map(|point| point.vertices()[0] as usize).enumerate() {
             let pull = self.springs.force(s, &x[v]);
             let matrix = Matrix3::identity() * (mass[v] / (h * h)) + self.springs.list[s].stiffness;
-            x[v] += matrix.try_inverse().unwrap_or_else(Matrix3::zeros) * pull;
+            let left = self.supported(v as u32);
+            let matrix = match left == Matrix3::identity() {
+                true => matrix,
+                false => left * matrix * left + (Matrix3::identity() - left) * (mass[v] / (h * h)),
+            };
+            x[v] += matrix.try_inverse().unwrap_or_else(Matrix3::zeros) * (left * pull);
         }
         self.place_holds(x);
         for _ in 0..SWEEPS {

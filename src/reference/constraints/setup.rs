@@ -21,7 +21,7 @@ impl Constraints {
         let hold_at = vec![NONE; x.len()];
         let mut moves = vec![false; x.len()];
         shell.free.iter().for_each(|v| moves[*v as usize] = true);
-        let mut constraints = Self { axes, hold_at, moves, ..Self::none() };
+        let mut constraints = Self { axes, hold_at, moves, rollers: shell.rollers.clone(), ..Self::none() };
         for constraint in &list {
             let part = match constraint.target {
                 Target::Position(_) if !constraints.moves[constraint.vertex as usize] => Part::Idle,
@@ -98,17 +98,15 @@ impl Constraints {
                 let (held, free) = ([false; 3], Matrix3::identity());
                 self.holds.push(Hold { vertex, held, free, place, start, stiffness: 1.0 });
             }
-            let hold = &mut self.holds[*at as usize];
-            let left = hold.free * direction; // of what is held along already, nothing
-            if let Some(n) = left.try_normalize(1e-6) {
-                hold.free -= n * n.transpose();
-            }
+            take(&mut self.holds[*at as usize].free, direction);
         }
     }
 
     /// Several constraints on one axis of a vertex: the mean, which is the nearest to all.
     fn average_holds(&mut self) {
-        for (h, hold) in self.holds.iter_mut().enumerate() {
+        for h in 0..self.holds.len() {
+            let left = self.supported(self.holds[h].vertex);
+            let hold = &mut self.holds[h];
             let mut place = self.axes.tr_mul(&hold.place);
             for axis in 0..3 {
                 let targets = self.list.iter().zip(&self.parts).filter_map(|(constraint, part)| {
@@ -121,11 +119,21 @@ impl Constraints {
                     .fold((0.0, 0.0), |(count, sum), target| (count + 1.0, sum + self.axes.column(axis).dot(&target)));
                 if count > 0.0 {
                     (hold.held[axis], place[axis]) = (true, sum / count);
-                    hold.free -= self.axes.column(axis) * self.axes.column(axis).transpose();
+                    match left == Matrix3::identity() {
+                        true => hold.free -= self.axes.column(axis) * self.axes.column(axis).transpose(),
+                        false => take(&mut hold.free, left * self.axes.column(axis)),
+                    }
                 }
             }
             hold.place = self.axes * place;
         }
+    }
+}
+
+/// Takes a direction from P; of what is held along already, nothing.
+fn take(free: &mut Matrix3<f64>, direction: Vec3) {
+    if let Some(n) = (*free * direction).try_normalize(1e-6) {
+        *free -= n * n.transpose();
     }
 }
 

@@ -91,7 +91,7 @@ impl Newton {
         potential.free().for_each(|v| way[v] = spread(v));
         let mut lambda = f64::INFINITY;
         for _ in 0..SOLVES {
-            potential.constraints.project(&mut way);
+            potential.project(&mut way);
             let squared: f64 = potential.free().map(|v| shell.mass[v] * way[v].norm_squared()).sum();
             way.iter_mut().for_each(|w| *w /= squared.sqrt());
             for (i, v) in potential.free().enumerate() {

@@ -156,7 +156,7 @@ fn spread(shell: &Shell, mut seed: u64) -> [usize; 4] {
 
 fn held(positions: &[Vec3], keep: impl Fn(&Vec3) -> bool) -> Supports {
     let fixed = (0..positions.len() as u32).filter(|&v| keep(&positions[v as usize])).collect();
-    Supports { fixed, clamped: vec![] }
+    Supports { fixed, ..Default::default() }
 }
 
 fn shell(positions: Vec<Vec3>, triangles: &[[u32; 3]], material: Material, keep: impl Fn(&Vec3) -> bool) -> Shell {

@@ -119,6 +119,16 @@ pub fn run(bytes: &[u8]) {
     (supports.fixed, supports.n_fixed) = (lists[0].as_ptr(), lists[0].len() as u32);
     (supports.clamped, supports.n_clamped) = (lists[1].as_ptr(), lists[1].len() as u32);
 
+    // Out of what is there, so that inputs keep their meaning: clamped vertices are held along axes.
+    let along = if lists[0].len() == 3 { lists[1].clone() } else { vec![] };
+    let axes: Vec<u8> = along.iter().map(|v| (v % 9) as u8).collect();
+    let directions: Vec<f64> = along.iter().flat_map(|v| [0.0, f64::from(v % 2), f64::from(v % 3) - 1.0]).collect();
+    if !along.is_empty() {
+        supports.n_clamped = 0;
+    }
+    (supports.axis_vertices, supports.n_axis_vertices) = (along.as_ptr(), along.len() as u32);
+    (supports.axes, supports.axis_directions) = (axes.as_ptr(), directions.as_ptr());
+
     let errors = errors_of(&mesh.desc());
     let mut model = null_mut();
     let status = unsafe { sw_model_create(&mesh.desc(), &material, &supports, &mut model) };
