@@ -391,6 +391,23 @@ typedef struct SwMaterialDesc {
   uint32_t n_directions;
   // SW_FORMAT_... of directions.
   uint32_t direction_format;
+  // Vertices held together with others (n_ties x 2): a vertex, and the vertex or triangle that it
+  // is tied to. Each stays where it is beside that in the mesh: an offset turns with the triangle,
+  // of a vertex elsewhere with the first triangle at it. Components that are tied count as one.
+  const uint32_t *ties;
+  // Nonzero where the second is a triangle (n_ties). NULL = vertices all.
+  const uint8_t *tie_on_triangles;
+  // Force per length of the ties (n_ties), not negative; 0 = stiff, a thousand times the shell's
+  // own at the stiffer end, so that a tie gives by a thousandth of what the shell does there. NULL
+  // = stiff all.
+  const double *tie_stiffness;
+  // Length of ties.
+  uint32_t n_ties;
+  // Must be 0.
+  uint32_t tie_flags;
+  // Ties stiffly what touches, besides: of two components within this distance, the vertices of the
+  // one that has more of them so near, each to the nearest triangle of the other. 0 = nothing.
+  double tie_distance;
 } SwMaterialDesc;
 
 // Of a crease: the angle that the mesh has there.

@@ -4,11 +4,13 @@ mod creases;
 mod maps;
 mod orthotropy;
 mod presets;
+mod ties;
 
 pub use creases::{Crease, Creases};
 pub use maps::{Map, Maps, On, Quantity, mean, mean_cube};
 pub use orthotropy::{Fibres, Orthotropy};
 pub use presets::{PRESETS, Preset};
+pub use ties::{Bond, Tie, TiedTo, bonds, joined, touching};
 
 use crate::error::{Error, Result, require_finite, require_non_negative};
 

@@ -1,7 +1,11 @@
 //! The physical problem: a mesh of a material, held at its supports.
 
-use crate::energy::{Energy, Source, Thick, of_material, thick};
-use crate::material::{Crease, Creases, ElasticSheet, Elasticity, Fibres, Map, Maps, Orthotropy, Quantity};
+use crate::energy::{Energy, Source, Thick, TieEnergy, of_material, thick};
+use crate::material::{
+    Bond, Crease, Creases, ElasticSheet, Elasticity, Fibres, Map, Maps, Orthotropy, Quantity, Tie, bonds, joined,
+    touching,
+};
+use crate::mesh::NONE;
 use crate::support::Roller;
 use crate::{Error, ErrorKind, Mesh, Result, Supports, Vec3};
 use std::ops::Deref;
@@ -43,12 +47,20 @@ pub struct Make {
     pub rest_shape: Option<Vec<Vec3>>,
     /// A direction along which it is of another stiffness.
     pub fibres: Option<Fibres>,
+    /// Vertices held together with others.
+    pub ties: Vec<Tie>,
+    /// What of components touches within this is tied, besides.
+    pub tie_distance: f64,
+    /// Ties in numbers, besides.
+    pub bonds: Vec<Bond>,
 }
 
 impl Make {
     /// Of these constants everywhere.
     pub fn of(material: impl Into<Elasticity>) -> Self {
-        Self { material: material.into(), maps: vec![], creases: vec![], rest_shape: None, fibres: None }
+        let (maps, creases, ties, bonds) = (vec![], vec![], vec![], vec![]);
+        let (material, fibres) = (material.into(), None);
+        Self { material, maps, creases, rest_shape: None, fibres, ties, tie_distance: 0.0, bonds }
     }
 }
 
@@ -64,6 +76,8 @@ pub struct Shell {
     pub creases: Arc<Creases>,
     /// Of a sheet that is not the same in all directions.
     pub orthotropy: Option<Arc<Orthotropy>>,
+    /// What is held together; components that are count as one.
+    pub bonds: Arc<[Bond]>,
     /// The shape without stress (n_vertices), if it is not the mesh that was given.
     pub rest_shape: Option<Arc<[Vec3]>>,
     /// The mesh that was given (n_vertices), where that is not at rest and `mesh` was found to be.
@@ -116,6 +130,10 @@ impl Shell {
         let (maps, material) = Maps::new(make.maps, &mesh, material)?;
         let (maps, material) = (Arc::new(maps), with_poisson(material.validated()?, poisson));
         let creases = Arc::new(Creases::new(&make.creases, &mesh)?);
+        let mut ties = make.ties;
+        ties.extend(touching(&mesh, make.tie_distance)?);
+        let bonds: Arc<[Bond]> = make.bonds.into_iter().chain(bonds(&ties, &mesh)?).collect();
+        let mesh = if bonds.is_empty() { mesh } else { joined(mesh, &bonds) };
         let rest_mesh = make.rest_shape.map(|shape| rest_mesh(&mesh, shape)).transpose()?;
         let (mut held, clamped) = match material {
             Elasticity::DiscreteShells(_) => (supports.held(&mesh)?, vec![]),
@@ -143,7 +161,8 @@ impl Shell {
             (Some(fibres), Elasticity::Koiter(sheet)) => fibres.checked(sheet, &mesh, &unstressed)?.map(Arc::new),
             _ => None,
         };
-        let energy = energy_of(unstressed, (material, &maps, &creases, &orthotropy), (&clamped, &mesh));
+        let made_of = (material, &maps, &creases, &orthotropy, &bonds);
+        let energy = energy_of(unstressed, made_of, (&clamped, &mesh));
         let areas = areas.into();
         let total_mass: f64 = mass.iter().sum();
         if !(total_mass.is_finite() && total_area.is_finite()) {
@@ -155,6 +174,7 @@ impl Shell {
             maps,
             creases,
             orthotropy,
+            bonds,
             rest_shape,
             settled_from: None,
             energy,
@@ -192,7 +212,7 @@ impl Shell {
 
     /// Whether no motion but a rigid one is free of energy, as far as the material tells.
     pub fn resists_all(&self) -> bool {
-        self.material.resists_all() && !self.creases.have_hinges()
+        self.material.resists_all() && !self.creases.have_hinges() && self.bonds.is_empty()
     }
 
     /// Where its thickness is beyond a tenth of its radius of curvature without stress. Only a sheet of Koiter's energy has a thickness.
@@ -217,6 +237,7 @@ impl Shell {
         self.material.is_told_by_pieces()
             && self.maps.is_empty()
             && self.creases.is_empty()
+            && self.bonds.is_empty()
             && self.rest_shape.is_none()
     }
 
@@ -253,6 +274,7 @@ impl Shell {
             maps: self.maps.clone(),
             creases: self.creases.clone(),
             orthotropy: self.orthotropy.clone(),
+            bonds: self.bonds.clone(),
             rest_shape: self.rest_shape.clone(),
             settled_from: self.settled_from.clone(),
             areas: self.areas.clone(),
@@ -278,6 +300,10 @@ impl Shell {
             false => vertices.iter().map(|v| self.clamped[*v as usize]).collect(),
         };
         let (maps, creases) = (Arc::new(self.maps.part(vertices, triangles)), Arc::new(self.creases.part(vertices)));
+        let new = |v: u32| vertices.binary_search(&v).map_or(NONE, |i| i as u32);
+        let bond = |bond: &Bond| Bond { vertex: new(bond.vertex), corners: bond.corners.map(new), ..*bond };
+        let bonds: Arc<[Bond]> =
+            self.bonds.iter().map(bond).filter(|bond| bond.vertices().all(|v| v != NONE)).collect();
         let some = |v: &u32| self.areas.get(*v as usize).copied();
         let points = |x: &[Vec3]| vertices.iter().map(|v| x[*v as usize]).collect::<Vec<_>>();
         let rest_shape: Option<Arc<[Vec3]>> = self.rest_shape.as_ref().map(|shape| points(shape).into());
@@ -291,11 +317,12 @@ impl Shell {
             rollers.extend(self.roller_of(*v).map(|roller| Roller { vertex: i as u32, ..*roller }));
         }
         let part = Self {
-            energy: energy_of(unstressed, (self.material, &maps, &creases, &orthotropy), (&clamped, &mesh)),
+            energy: energy_of(unstressed, (self.material, &maps, &creases, &orthotropy, &bonds), (&clamped, &mesh)),
             mesh,
             maps,
             creases,
             orthotropy,
+            bonds,
             rest_shape,
             settled_from: None,
             areas: vertices.iter().filter_map(some).collect(),
@@ -389,18 +416,26 @@ fn with_poisson(material: Elasticity, poisson: Option<f64>) -> Elasticity {
     }
 }
 
+/// Constants, and what stands in place of some or joins.
+type MadeOf<'a> = (Elasticity, &'a Arc<Maps>, &'a Arc<Creases>, &'a Option<Arc<Orthotropy>>, &'a Arc<[Bond]>);
+
 /// Of the shape without stress, with slopes kept where the mesh was `given`.
 fn energy_of(
     unstressed: Arc<Mesh>,
-    (material, maps, creases, orthotropy): (Elasticity, &Arc<Maps>, &Arc<Creases>, &Option<Arc<Orthotropy>>),
+    (material, maps, creases, orthotropy, bonds): MadeOf,
     (clamped, given): (&Arc<[bool]>, &Arc<Mesh>),
 ) -> LazyEnergy {
     let (maps, creases, clamped, given) = (maps.clone(), creases.clone(), clamped.clone(), given.clone());
-    let orthotropy = orthotropy.clone();
+    let (orthotropy, bonds) = (orthotropy.clone(), bonds.clone());
     LazyEnergy::new(move || {
-        let (mesh, given) = (&*unstressed, &given.positions[..]);
+        let (mesh, given_mesh) = (&*unstressed, &*given);
+        let given = &given_mesh.positions[..];
         let (maps, creases, orthotropy, clamped) = (&*maps, &*creases, orthotropy.as_deref(), &*clamped);
-        Box::new(of_material(&Source { mesh, material, maps, creases, orthotropy, clamped, given }))
+        let mut terms = of_material(&Source { mesh, material, maps, creases, orthotropy, clamped, given });
+        if !bonds.is_empty() {
+            terms.push(Box::new(TieEnergy::new(given_mesh, &bonds, &terms)));
+        }
+        Box::new(terms)
     })
 }
 
@@ -414,7 +449,8 @@ fn rest_mesh(mesh: &Mesh, shape: Vec<Vec3>) -> Result<Mesh> {
     let n_reoriented = mesh.n_reoriented;
     let checked = Mesh::new(shape, &mesh.triangles)
         .map_err(|error| Error::new(error.kind, format!("the rest shape: {}", error.message)))?;
-    Ok(Mesh { n_reoriented, ..checked })
+    let (component, n_components) = (mesh.component.clone(), mesh.n_components);
+    Ok(Mesh { n_reoriented, component, n_components, ..checked })
 }
 
 fn lumped_mass(mesh: &Mesh, density: impl Fn(usize) -> f64) -> Result<(Vec<f64>, f64)> {

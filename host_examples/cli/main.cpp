@@ -189,6 +189,7 @@ struct SimulateOptions {
   std::string up, preset;
   std::optional<double> young, poisson, thickness, volume_density;
   SupportOptions fixed, clamped;
+  double tie = 0;
   double step = 1.0 / 30;
   RunOptions run;
 };
@@ -227,6 +228,7 @@ void add_simulate_options(CLI::App &app, SimulateOptions &o) {
   app.add_option("--render", o.scene.render_path, "OBJ, OFF or PLY file of the mesh that is drawn: its vertices follow, and are written beside the "
                                                   "simulated ones (with --out)")
       ->type_name("FILE");
+  app.add_option("--tie", o.tie, "Tie pieces within this distance of each other stiffly, so that they move as one; vertices stay as they are");
   app.add_option("--weld", o.scene.weld, "Make vertices within this distance one, so that pieces that touch are one shell; the file's own vertices follow as by --render")
       ->check(words_for("a number from 0 on", [](double x) { return x >= 0; }));
   app.add_option("--duration", o.scene.duration, "Seconds (5)")->check(positive());
@@ -283,6 +285,7 @@ int simulate_mesh(SimulateOptions &o) {
     o.scene.loads.wind->velocity = *o.wind;
   }
   o.scene.inputs.push_back(o.scene.mesh_path);
+  if (o.tie > 0) o.scene.ties.push_back({{}, {}, 0, o.tie});
   if (o.scene.weld && o.scene.render_path.empty()) o.scene.render_path = o.scene.mesh_path;
   if (!o.scene.render_path.empty()) o.scene.inputs.push_back(o.scene.render_path);
   o.scene.name = std::filesystem::path(o.scene.mesh_path).stem().string();

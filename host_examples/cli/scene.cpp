@@ -7,6 +7,7 @@
 #include "section.hpp"
 #include "selection.hpp"
 #include "text_lines.hpp"
+#include "ties.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -341,6 +342,7 @@ void read_substance(Section &section, const std::string &path, Scene &scene) {
   if (auto s = section.section("damping")) scene.damping = read_damping(*s);
   for (Section &s : section.sections("support"))
     scene.supports.push_back(read_support(std::move(s), scene.inputs));
+  for (Section &s : section.sections("tie")) scene.ties.push_back(read_tie(std::move(s)));
   for (Section &s : section.sections("force")) scene.loads.forces.push_back(read_force(std::move(s)));
   if (auto s = section.section("wind")) scene.loads.wind = read_wind(*s);
   if (auto s = section.section("expect")) {

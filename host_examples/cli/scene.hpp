@@ -31,6 +31,13 @@ struct Support {
   uint32_t axes = 0;                             // SW_AXIS_...: held along these alone; 0 = held in place
 };
 
+// Vertices held together with others, or with triangles, by their numbers in the file; and what touches.
+struct SceneTie {
+  std::vector<std::array<uint32_t, 2>> vertices{}, triangles{};
+  double stiffness = 0;  // 0 = stiff
+  double within = 0;     // pieces this near each other are tied; 0 = none
+};
+
 // One constant's values from a file: by vertices or by triangles.
 struct MaterialFile {
   uint32_t quantity = 0;  // SW_MAP_...
@@ -139,6 +146,7 @@ struct Scene {
   std::optional<uint32_t> up;  // axis that a page has upward; else against gravity
   Material material;
   std::vector<Support> supports;
+  std::vector<SceneTie> ties{};
   uint32_t modes = 0;  // 0 = the library's default
   std::optional<uint32_t> support_fields;  // SwPrecomputeDesc; else kSupportFields where supports move
   bool double_precision = false;

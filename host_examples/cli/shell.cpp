@@ -8,6 +8,7 @@
 #include "selection.hpp"
 #include "shell_model.hpp"
 #include "support_motion.hpp"
+#include "ties.hpp"
 #include "weld.hpp"
 
 #include <algorithm>
@@ -190,6 +191,7 @@ Material find_material(const Scene &scene, const Mesh &mesh, ProgressBar &progre
   material.k_bend = sheet.k_bend;
   Scene probe;
   probe.supports = scene.supports;
+  probe.ties = scene.ties;
   probe.material = material;
   probe.scale = scene.scale;  // of a rest shape
   probe.modes = kModesOfSearch;
@@ -217,6 +219,8 @@ shellwarp::Model make_model(const Scene &scene, const Mesh &mesh, ProgressBar &p
   material.directions = directions.data();
   material.direction_format = SW_FORMAT_F64;
   material.n_directions = static_cast<uint32_t>(directions.size() / 3);
+  const TieLists ties = find_ties(scene, mesh);
+  set_ties(ties, material);
   shellwarp::Model model(
       shellwarp::mesh_desc(mesh.positions.data(), mesh.n_vertices(), mesh.triangles.data(), mesh.n_triangles()),
       material, support_desc(supports));

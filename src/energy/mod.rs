@@ -15,6 +15,7 @@ mod length;
 mod membrane;
 mod patch;
 mod thin;
+mod tie;
 
 pub use area::AreaEnergy;
 pub use bending::{BendingEnergy, Plate};
@@ -23,6 +24,7 @@ pub use length::LengthEnergy;
 pub use membrane::MembraneEnergy;
 pub use patch::plane_stress;
 pub use thin::{Thick, thick};
+pub use tie::TieEnergy;
 
 use crate::material::{Creases, ElasticSheet, Elasticity, Maps, On, Orthotropy, Quantity, mean, mean_cube};
 use crate::{Material, Mesh, Vec3};
@@ -95,6 +97,9 @@ pub trait Energy: Send + Sync {
     /// Elements, as many as rest rows.
     fn n_elements(&self) -> usize;
 
+    /// Gives elements that stand or fall together, as the components of a tie, the same weight each: their mean.
+    fn even(&self, _weights: &mut [f64]) {}
+
     /// Σ w E of the elements that have a weight w other than 0 (`weights` in the order of the rest rows), on vertices that
     /// are numbered anew by `index` (n_vertices).
     fn sampled(&self, weights: &[f64], index: &[u32]) -> Box<dyn Energy>;
@@ -152,6 +157,15 @@ impl Energy for Vec<Box<dyn Energy>> {
 
     fn n_elements(&self) -> usize {
         self.iter().map(|e| e.n_elements()).sum()
+    }
+
+    fn even(&self, weights: &mut [f64]) {
+        let mut rest = weights;
+        for e in self {
+            let (own, others) = rest.split_at_mut(e.n_elements());
+            rest = others;
+            e.even(own);
+        }
     }
 
     fn sampled(&self, weights: &[f64], index: &[u32]) -> Box<dyn Energy> {

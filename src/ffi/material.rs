@@ -1,9 +1,9 @@
 //! What a shell is made of.
 
-use super::pointer::{VectorRows, enumerant, not_null, read_array};
+use super::pointer::{VectorRows, check_flags, enumerant, not_null, read_array};
 use super::status::Fault;
 use super::structs::{described, read_descriptor};
-use crate::material::{Crease, ElasticSheet, Elasticity, Fibres, Map, On, Quantity};
+use crate::material::{Crease, ElasticSheet, Elasticity, Fibres, Map, On, Quantity, Tie, TiedTo};
 use crate::{Material, Vec3};
 use std::ffi::c_void;
 
@@ -126,6 +126,21 @@ pub struct SwMaterialDesc {
     pub n_directions: u32,
     /// SW_FORMAT_... of directions.
     pub direction_format: u32,
+    /// Vertices held together with others (n_ties x 2): a vertex, and the vertex or triangle that it is tied to. Each stays where it is beside that in
+    /// the mesh: an offset turns with the triangle, of a vertex elsewhere with the first triangle at it. Components that are tied count as one.
+    pub ties: *const u32,
+    /// Nonzero where the second is a triangle (n_ties). NULL = vertices all.
+    pub tie_on_triangles: *const u8,
+    /// Force per length of the ties (n_ties), not negative; 0 = stiff, a thousand times the shell's own at the stiffer end, so that a tie gives by a thousandth
+    /// of what the shell does there. NULL = stiff all.
+    pub tie_stiffness: *const f64,
+    /// Length of ties.
+    pub n_ties: u32,
+    /// Must be 0.
+    pub tie_flags: u32,
+    /// Ties stiffly what touches, besides: of two components within this distance, the vertices of the one that has more of them so near, each to the
+    /// nearest triangle of the other. 0 = nothing.
+    pub tie_distance: f64,
 }
 
 described!(SwMaterialDesc, direction_format);
@@ -199,6 +214,28 @@ pub(super) unsafe fn creases_of(desc: &SwMaterialDesc) -> Result<Vec<Crease>, Fa
         Crease { vertices, factor: factors.get(i).copied().unwrap_or(1.0), angle }
     };
     Ok(ends.into_iter().enumerate().map(crease).collect())
+}
+
+/// The ties of a descriptor; that they are of the mesh is the shell's to check.
+pub(super) unsafe fn ties_of(desc: &SwMaterialDesc) -> Result<Vec<Tie>, Fault> {
+    let n = u64::from(desc.n_ties);
+    check_flags("material->tie_flags", desc.tie_flags, 0)?;
+    // SAFETY: the host's lists hold n_ties elements each, or are NULL where that is allowed.
+    let (ends, on_triangles, stiffness) = unsafe {
+        let some = |null: bool| if null { 0 } else { n };
+        let ends: Vec<[u32; 2]> = read_array("material->ties", desc.ties.cast(), n)?;
+        let on: Vec<u8> =
+            read_array("material->tie_on_triangles", desc.tie_on_triangles, some(desc.tie_on_triangles.is_null()))?;
+        let k: Vec<f64> =
+            read_array("material->tie_stiffness", desc.tie_stiffness, some(desc.tie_stiffness.is_null()))?;
+        (ends, on, k)
+    };
+    let tie = |(i, [vertex, to]): (usize, [u32; 2])| {
+        let on_triangle = on_triangles.get(i).is_some_and(|on| *on != 0);
+        let to = if on_triangle { TiedTo::Triangle(to) } else { TiedTo::Vertex(to) };
+        Tie { vertex, to, stiffness: stiffness.get(i).copied().unwrap_or(0.0) }
+    };
+    Ok(ends.into_iter().enumerate().map(tie).collect())
 }
 
 /// The rest shape of a descriptor, for a mesh of so many vertices.

@@ -24,6 +24,7 @@
 //! | "CREA" | of each crease its ends, as u32, its factor and rest angle, as f64; no number for that of the mesh |
 //! | "ORTH" | E₂/E₁ and G₁₂/E₁, the directions of E₁, one or t of them: (2 + 3) or (2 + 3t) × f64 |
 //! | "ROLL" | of each vertex held along one or two directions its number and how many, as u32, and the projector onto the others, 9 × f64 |
+//! | "TIES" | of each tie its vertex and the corners of the triangle that this is tied to, thrice the vertex where it is one, as u32, the weights of the corners, the height over it and the stiffness, or 0: 5 × f64 |
 //! | "REST" | the rest shape, if not the mesh: 3n × f64 |
 //! | "SETL" | where it rests by these without load: 3n × f64 |
 //! | "SAGS" | gravity, positions where the shell hangs under it: (3 + 3n) × f64; the modes are those of this shape |
@@ -282,7 +283,9 @@ fn restore_shell(header: &Header, from: &mut Reader, material: Elasticity, secti
     let rest_shape = sections.rest_shape.map(points);
     let fibres = sections.orthotropy.map(sections::restore_fibres).transpose()?;
     let has_fibres = fibres.is_some();
-    let mut shell = Shell::made(mesh, Make { material, maps, creases, rest_shape, fibres }, &supports)?;
+    let bonds = sections.ties.map_or(Ok(vec![]), |content| sections::restore_bonds(&mesh, content))?;
+    let make = Make { maps, creases, rest_shape, fibres, bonds, ..Make::of(material) };
+    let mut shell = Shell::made(mesh, make, &supports)?;
     if shell.orthotropy.is_some() != has_fibres {
         return invalid("it has directions, but is the same in all of them");
     }

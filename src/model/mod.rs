@@ -179,6 +179,10 @@ impl Model {
             Method::ReducedShell | Method::PolynomialShell => Feature::ReducedShell.require()?,
             _ => (),
         }
+        if method == Method::RotationStrain && !self.shell.bonds.is_empty() {
+            let message = "rotation-strain does not know ties: use the warp, a reduced shell or the full shell";
+            return Err(Error::new(ErrorKind::Unsupported, message));
+        }
         if method == Method::RotationStrain && !self.shell.rollers.is_empty() {
             let message = "rotation-strain cannot hold vertices along some axes only: use the warp, a reduced shell or the full shell";
             return Err(Error::new(ErrorKind::Unsupported, message));
@@ -188,6 +192,9 @@ impl Model {
             method == Method::PolynomialShell && self.reduced.iter().any(|reduced| reduced.polynomial.is_none());
         if lacks {
             let message = match self.shell.material {
+                _ if !self.shell.bonds.is_empty() => {
+                    "the energy of a shell with ties has no polynomial form: use the reduced shell"
+                }
                 Elasticity::DiscreteShells(_) => {
                     "the model's reduced shell has no polynomial energy: precompute it anew"
                 }
@@ -286,6 +293,11 @@ pub(crate) fn fingerprint(shell: &Shell, modal: &ModalBasis, precision: Precisio
     for roller in shell.rollers.iter() {
         bytes.extend(roller.vertex.to_le_bytes());
         roller.free.iter().for_each(|x| bytes.extend(x.to_le_bytes()));
+    }
+    for bond in shell.bonds.iter() {
+        std::iter::once(bond.vertex).chain(bond.corners).for_each(|v| bytes.extend(v.to_le_bytes()));
+        let numbers = bond.weights.into_iter().chain([bond.height, bond.stiffness]);
+        numbers.for_each(|x| bytes.extend(x.to_le_bytes()));
     }
     modal.eigenvalues.iter().for_each(|x| bytes.extend(x.to_le_bytes()));
     bytes.push(precision as u8);

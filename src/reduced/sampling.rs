@@ -62,6 +62,7 @@ pub fn sample(
     })?;
     let mut weights = vec![0.0; n_elements];
     picked.iter().zip(&solution).for_each(|(&e, w)| weights[e] = *w);
+    shell.energy.even(&mut weights);
     Ok((weights, left(&residual) / whole))
 }
 

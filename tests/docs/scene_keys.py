@@ -15,7 +15,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = ROOT / "docs" / "reference" / "scene.md"
-SOURCES = [ROOT / "host_examples" / "cli" / name for name in ("scene.cpp", "read_collider.cpp", "material.cpp", "material_maps.cpp", "creases.cpp", "fibres.cpp", "read_where.cpp", "section.hpp")]
+SOURCES = [ROOT / "host_examples" / "cli" / name for name in ("scene.cpp", "read_collider.cpp", "material.cpp", "material_maps.cpp", "creases.cpp", "fibres.cpp", "ties.cpp", "read_where.cpp", "section.hpp")]
 NO_VALUE = "1979-05-27"  # a date: no key takes one
 
 MESH = {"mesh": '"none.obj"'}
@@ -31,6 +31,7 @@ TABLES = {
     "[[material.crease]]": ('mesh = "none.obj"\n', "[[material.crease]]", {"edges": "[[0, 1]]", "factor": "0"}),
     "[[support]]": ('mesh = "none.obj"\n', "[[support]]", {"vertices": "[0]"}),
     "[[support.key]]": ('mesh = "none.obj"\n[[support]]\nside = "low-x"\n', "[[support.key]]", {"time": "1"}),
+    "[[tie]]": ('mesh = "none.obj"\n', "[[tie]]", {"vertices": "[[0, 1]]"}),
     "[simulation]": ('mesh = "none.obj"\n', "[simulation]", {}),
     "[damping]": ('mesh = "none.obj"\n', "[damping]", {}),
     "[[force]]": ('mesh = "none.obj"\n', "[[force]]", {"vertex": "0", "vector": "[0, 0, 1]"}),

@@ -208,6 +208,12 @@ class SwMaterialDesc(Structure):
         ("direction_stride", c_uint64),
         ("n_directions", c_uint32),
         ("direction_format", c_uint32),
+        ("ties", c_void_p),
+        ("tie_on_triangles", c_void_p),
+        ("tie_stiffness", c_void_p),
+        ("n_ties", c_uint32),
+        ("tie_flags", c_uint32),
+        ("tie_distance", c_double),
     ]
 
 

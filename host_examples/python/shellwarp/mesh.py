@@ -84,6 +84,9 @@ class Shell:
     creases: "Sequence[tuple[Any, ...]]" = ()   # (a, b), (a, b, factor) or (a, b, factor, angle): edges of another stiffness or rest angle, rad
     rest_positions: "ArrayLike | None" = None   # the shape without stress (n_vertices x 3), where it is not `positions`
     directions: "ArrayLike | None" = None       # along which a Sheet with young_across has `young`: one (3), or one a triangle (n_triangles x 3)
+    ties: "Sequence[tuple[Any, ...]]" = ()      # (a, b) or (a, b, stiffness): vertex a held where it is beside vertex b; stiff without a stiffness
+    triangle_ties: "Sequence[tuple[Any, ...]]" = ()  # (a, t) or (a, t, stiffness): the same beside triangle t
+    tie_distance: float = 0.0                   # pieces within this distance of each other are tied, stiffly
 
     def mesh_desc(self) -> tuple[_abi.SwMeshDesc, tuple[Array, ...]]:
         """The SwMeshDesc and the arrays that it points into, which must outlive it."""
@@ -112,7 +115,7 @@ class Shell:
             item.struct_size, item.quantity, item.on = sizeof(_abi.SwMaterialMap), QUANTITIES[name], counts[values.shape]
             item.format, item.values, item.count = _abi.SW_FORMAT_F64, _arrays.address(values), len(values)
         desc.maps, desc.n_maps = (maps if self.maps else None), len(self.maps)
-        kept += self._creases(desc)
+        kept += self._creases(desc) + self._ties(desc)
         if self.rest_positions is not None:
             rest, desc.rest_format, desc.rest_stride = _arrays.vectors_in(self.rest_positions, "rest_positions")
             if len(rest) != len(self.positions):  # type: ignore[arg-type]
@@ -137,6 +140,21 @@ class Shell:
         desc.creases, desc.n_creases = _arrays.address(ends), len(ends)
         desc.crease_factors, desc.crease_angles = _arrays.address(factors), _arrays.address(angles)
         return [ends, factors, angles]
+
+    def _ties(self, desc: _abi.SwMaterialDesc) -> list[Any]:
+        """Puts them into the descriptor; what it points into."""
+        desc.tie_distance = self.tie_distance
+        both = [(tie, False) for tie in self.ties] + [(tie, True) for tie in self.triangle_ties]
+        if not both:
+            return []
+        if any(not 2 <= len(tie) <= 3 for tie, _ in both):
+            raise InvalidArgumentError("ties: each is (a, b) or (a, b, stiffness)")
+        ends = _arrays.indices_in([tie[:2] for tie, _ in both], "ties", 2)
+        on_triangles = numpy.array([on for _, on in both], dtype=numpy.uint8)
+        stiffness = numpy.array([tie[2] if len(tie) > 2 else 0.0 for tie, _ in both], dtype=numpy.float64)
+        desc.ties, desc.n_ties = _arrays.address(ends), len(ends)
+        desc.tie_on_triangles, desc.tie_stiffness = _arrays.address(on_triangles), _arrays.address(stiffness)
+        return [ends, on_triangles, stiffness]
 
     def support_desc(self) -> tuple[_abi.SwSupportDesc, tuple[Array, ...]]:
         """The SwSupportDesc and the arrays that it points into, which must outlive it."""

@@ -708,6 +708,24 @@ class AxisSupports(unittest.TestCase):
                 sw.Model(sw.Shell(rest, triangles, axes={tip: wrong}))
 
 
+class Ties(unittest.TestCase):
+    def test_two_strips_move_as_one(self):
+        rest, triangles = strip.positions(numpy.float64), strip.triangles()
+        n, length = len(rest), rest[-1, 0]
+        both = numpy.concatenate([rest, rest + [length, 0, 0]])
+        faces = numpy.concatenate([triangles, numpy.asarray(triangles) + n])
+        seam = [(n + k, n - 4 + k) for k in range(4)]
+        for ties in ({"ties": seam}, {"ties": [(a, b, 1e3) for a, b in seam]}, {"tie_distance": 1e-6},
+                     {"triangle_ties": [(a, len(triangles) - 1) for a, _ in seam]}):
+            made = sw.Model(sw.Shell(both, faces, fixed=[0, 1, 2, 3, 2 * n - 1], **ties))
+            self.assertEqual(made.info()["n_components"], 1)
+        loose = sw.Model(sw.Shell(both, faces, fixed=[0, 1, 2, 3]))
+        self.assertEqual(loose.info()["n_components"], 2)
+        for wrong in ({"ties": [(0, 0)]}, {"ties": [(0, 2 * n)]}, {"tie_distance": -1.0}):
+            with self.assertRaisesRegex(sw.InvalidArgumentError, "tie"):
+                sw.Model(sw.Shell(both, faces, **wrong))
+
+
 class MovingSupports(unittest.TestCase):
     def test_supports_go_where_they_are_sent(self):
         rest, triangles = strip.positions(numpy.float64), strip.triangles()

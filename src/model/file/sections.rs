@@ -4,7 +4,7 @@ use super::header::Header;
 use super::{points, put_u64, supports, u64_of};
 use crate::error::invalid;
 use crate::features::{self, Feature, Proof};
-use crate::material::{Crease, Fibres, Map, On, Orthotropy, Quantity};
+use crate::material::{Bond, Crease, Fibres, Map, On, Orthotropy, Quantity};
 use crate::modal::with_basis;
 use crate::model::front::Front;
 use crate::precision::Precision;
@@ -12,7 +12,7 @@ use crate::real::Real;
 use crate::reduced::ReducedShell;
 use crate::reduced::polynomial::PolynomialEnergy;
 use crate::support::Roller;
-use crate::{Model, Result, Shell, Vec3};
+use crate::{Mesh, Model, Result, Shell, Vec3};
 use nalgebra::Matrix3;
 
 type Tag = [u8; 4];
@@ -37,6 +37,10 @@ const SUPPORTS: Tag = *b"SUPP";
 const ROLLERS: Tag = *b"ROLL";
 /// Bytes of one.
 const ROLLER: usize = 80;
+/// What is held together.
+const TIES: Tag = *b"TIES";
+/// Bytes of one.
+const TIE: usize = 56;
 /// Where the shell hangs.
 const SAG: Tag = *b"SAGS";
 /// Units of a basis in 16 bits.
@@ -57,6 +61,8 @@ fn sizes(model: &Model) -> impl Iterator<Item = (Tag, usize)> {
     let orthotropy = model.shell.orthotropy.as_ref().map(|fibres| (ORTHOTROPY, 16 + 24 * fibres.given.len()));
     let rollers = &model.shell.rollers;
     let rollers = (!rollers.is_empty()).then_some((ROLLERS, ROLLER * rollers.len()));
+    let bonds = &model.shell.bonds;
+    let bonds = (!bonds.is_empty()).then_some((TIES, TIE * bonds.len()));
     let rest_shape = model.shell.rest_shape.as_ref().map(|shape| (REST_SHAPE, 24 * shape.len()));
     let settled = model.shell.settled_from.as_ref().map(|given| (SETTLED, 24 * given.len()));
     let sag = model.shell.sag.as_ref().map(|sag| (SAG, 24 + 24 * sag.rest.len()));
@@ -66,7 +72,7 @@ fn sizes(model: &Model) -> impl Iterator<Item = (Tag, usize)> {
     let polynomial = model.reduced.as_ref().and_then(|reduced| reduced.polynomial.as_ref());
     let polynomial = polynomial.map(|polynomial| (POLYNOMIAL, polynomial.saved_size()));
     let front = model.front.as_ref().map(|front| (FRONT_OF_CHOICE, front.saved_size()));
-    let made_of = [maps, creases, orthotropy, rollers, rest_shape, settled, sag];
+    let made_of = [maps, creases, orthotropy, rollers, bonds, rest_shape, settled, sag];
     made_of.into_iter().chain([units, supports, polynomial, reduced, front]).flatten()
 }
 
@@ -86,6 +92,7 @@ pub(super) fn put(model: &Model, out: &mut Vec<u8>) {
                 sag.gravity.iter().chain(model.shell.mesh.positions.iter().flatten()).for_each(|x| x.put(out));
             }
             (SUPPORTS, ..) => model.modal.supports.iter().for_each(|fields| supports::put(fields, out)),
+            (TIES, ..) => model.shell.bonds.iter().for_each(|bond| put_bond(bond, out)),
             (ROLLERS, ..) => model.shell.rollers.iter().for_each(|roller| put_roller(roller, out)),
             (CREASES, ..) => model.shell.creases.all().iter().for_each(|crease| put_crease(crease, out)),
             (ORTHOTROPY, ..) => model.shell.orthotropy.iter().for_each(|fibres| put_orthotropy(fibres, out)),
@@ -119,6 +126,31 @@ fn put_crease(crease: &Crease, out: &mut Vec<u8>) {
 fn put_orthotropy(fibres: &Orthotropy, out: &mut Vec<u8>) {
     [fibres.across, fibres.shear].iter().for_each(|x| x.put(out));
     fibres.given.iter().for_each(|direction| put_point(direction, out));
+}
+
+fn put_bond(bond: &Bond, out: &mut Vec<u8>) {
+    std::iter::once(bond.vertex).chain(bond.corners).for_each(|v| out.extend(v.to_le_bytes()));
+    bond.weights.iter().chain([&bond.height, &bond.stiffness]).for_each(|x| x.put(out));
+}
+
+/// The ties in numbers, checked for a mesh.
+pub(super) fn restore_bonds(mesh: &Mesh, content: &[u8]) -> Result<Vec<Bond>> {
+    if content.is_empty() || !content.len().is_multiple_of(TIE) {
+        return invalid(format!("{} bytes are not its ties", content.len()));
+    }
+    let word = |row: &[u8]| u32::from_le_bytes([row[0], row[1], row[2], row[3]]);
+    let bond = |row: &[u8]| Bond {
+        vertex: word(row),
+        corners: [4, 8, 12].map(|at| word(&row[at..])),
+        weights: [16, 24, 32].map(|at| f64::get(&row[at..at + 8])),
+        height: f64::get(&row[40..48]),
+        stiffness: f64::get(&row[48..]),
+    };
+    let bonds: Vec<Bond> = content.chunks_exact(TIE).map(bond).collect();
+    match bonds.iter().find(|bond| !bond.is_sound(mesh)) {
+        Some(bad) => invalid(format!("the tie of vertex {} is none", bad.vertex)),
+        None => Ok(bonds),
+    }
 }
 
 fn put_roller(roller: &Roller, out: &mut Vec<u8>) {
@@ -224,6 +256,7 @@ pub(super) struct Sections<'a> {
     pub(super) creases: Option<&'a [u8]>,
     pub(super) orthotropy: Option<&'a [u8]>,
     pub(super) rollers: Option<&'a [u8]>,
+    pub(super) ties: Option<&'a [u8]>,
     pub(super) rest_shape: Option<&'a [u8]>,
     pub(super) settled: Option<&'a [u8]>,
     pub(super) sag: Option<&'a [u8]>,
@@ -247,6 +280,7 @@ pub(super) fn split(mut bytes: &[u8]) -> Result<Sections<'_>> {
             [b'C', b'R', b'E', b'A', 0, 0, 0, 0] => &mut sections.creases,
             [b'O', b'R', b'T', b'H', 0, 0, 0, 0] => &mut sections.orthotropy,
             [b'R', b'O', b'L', b'L', 0, 0, 0, 0] => &mut sections.rollers,
+            [b'T', b'I', b'E', b'S', 0, 0, 0, 0] => &mut sections.ties,
             [b'R', b'E', b'S', b'T', 0, 0, 0, 0] => &mut sections.rest_shape,
             [b'S', b'E', b'T', b'L', 0, 0, 0, 0] => &mut sections.settled,
             [b'S', b'A', b'G', b'S', 0, 0, 0, 0] => &mut sections.sag,

@@ -49,7 +49,9 @@ pub struct Sources<'a> {
 
 /// The energy; none where its numbers leave the range, or that of the shell is none of the terms above. `watch` is told the share of the work done.
 pub fn make(sources: &Sources, watch: &mut dyn FnMut(f64) -> Result<()>) -> Result<Option<PolynomialEnergy>> {
-    let Some(material) = sources.shell.material.discrete_shells() else { return Ok(None) };
+    let Some(material) = sources.shell.material.discrete_shells().filter(|_| sources.shell.bonds.is_empty()) else {
+        return Ok(None);
+    };
     match coefficients(sources, material, watch) {
         Ok(coefficients) => Ok(Some(PolynomialEnergy::new(&coefficients)).filter(PolynomialEnergy::is_finite)),
         Err(error) if error.kind == ErrorKind::Numerical => Ok(None),

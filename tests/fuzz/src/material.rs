@@ -33,6 +33,9 @@ struct Lists {
     angles: Vec<f64>,
     rest: Vec<[f64; 3]>,
     directions: Vec<[f64; 3]>,
+    ties: Vec<u32>,
+    tied: Vec<u8>,
+    pulls: Vec<f64>,
 }
 
 fn maps(input: &mut Input, mesh: &Triangles, koiter: bool) -> (Vec<Vec<f64>>, Vec<SwMaterialMap>) {
@@ -134,6 +137,7 @@ fn material(input: &mut Input, mesh: &Triangles, lists: &mut Lists) -> SwMateria
         9 => material.young = input.number(),
         10 => material.k_bend = input.number(),
         11 => material.n_maps = material.n_maps.min(input.below(4) as u32),
+        12..18 => add_ties(input, mesh, lists, &mut material),
         _ => {}
     }
     material
@@ -160,6 +164,16 @@ fn grain(input: &mut Input, mesh: &Triangles, lists: &mut Lists, material: &mut 
 
 /// Where grain begins: what shorter inputs mean stays.
 const GRAIN: usize = 512;
+
+fn add_ties(input: &mut Input, mesh: &Triangles, lists: &mut Lists, material: &mut SwMaterialDesc) {
+    let count = 1 + input.below(3);
+    lists.ties = (0..2 * count).map(|_| input.index(mesh.x.len())).collect();
+    lists.tied = (0..count).map(|_| input.below(2) as u8).collect();
+    lists.pulls = (0..count).map(|_| if input.one_in(2) { 0.0 } else { constant(input) }).collect();
+    (material.ties, material.n_ties) = (lists.ties.as_ptr(), count as u32);
+    (material.tie_on_triangles, material.tie_stiffness) = (lists.tied.as_ptr(), lists.pulls.as_ptr());
+    material.tie_distance = if input.one_in(2) { 0.0 } else { input.number() };
+}
 
 pub fn run(bytes: &[u8]) {
     let mut input = Input::new(bytes);
