@@ -1198,6 +1198,34 @@ SwStatus sw_state_move_supports(struct SwState *state,
                                 uint32_t n_vertices,
                                 uint32_t flags);
 
+// The rest shape is there without having moved: nothing feels inertia of it.
+#define SW_REST_TELEPORT 1
+
+// Sets where the rest shape is at the end of the next step, as the host animates it by blend shapes
+// or a skeleton; call it before each step while it moves. `positions` (n_vertices x 3, world space)
+// has a row for every vertex in the order of the mesh, as SW_FORMAT_..., `stride` bytes from vertex
+// to vertex (0 = packed); NULL with n_vertices 0: the mesh is the rest shape again. `flags`:
+// SW_REST_TELEPORT or 0. The first call places it.
+//
+// The method's displacement from the mesh is added to the shape, turned at each vertex by the mean
+// rotation of its triangles. Gravity, forces, wind and the inertia of the shape's motion act in
+// these axes. Supports go with the shape, exactly. Nothing is precomputed anew: a shape that is
+// bent or stretched far from the mesh has another stiffness, which the modes do not know;
+// rest_stretch of SwStateReport tells the largest change of an edge. The support frame then is for
+// output in SW_SPACE_FRAME alone. It is not saved: after sw_state_load it stays where it was sent
+// last, at rest.
+// Errors: SW_ERROR_INVALID_ARGUMENT, also when n_vertices is not the mesh's, or a vertex is not
+// finite or beyond 1e9 sizes of the mesh; SW_ERROR_UNSUPPORTED by the full shell, with sag_gravity,
+// zero modes, constraints, colliders or supports that moved by themselves, which, as certificates
+// and poses, are refused while it moves; SW_ERROR_OUT_OF_MEMORY, SW_ERROR_BUSY. On failure nothing
+// has changed.
+SwStatus sw_state_move_rest(struct SwState *state,
+                            uint32_t format,
+                            const void *positions,
+                            uint64_t stride,
+                            uint32_t n_vertices,
+                            uint32_t flags);
+
 /* What a state shows --------------------------------------------------------------------------- */
 
 // World axes and origin.
@@ -1249,6 +1277,9 @@ typedef struct SwStateReport {
   // much the shell is bent beside it. More fields make it less. 0 where none moved, and for
   // nonlinear shells.
   double support_miss;
+  // Largest change of an edge's length from the mesh to the rest shape that sw_state_move_rest sent
+  // last, a share; 0 without one.
+  double rest_stretch;
 } SwStateReport;
 
 // Deformed positions (n_vertices x 3) in SW_SPACE_..., as SW_FORMAT_..., `stride` bytes from vertex

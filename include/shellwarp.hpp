@@ -314,6 +314,15 @@ public:
   void move_supports(const double *positions, uint32_t n_vertices, uint32_t flags = 0) {
     check(sw_state_move_supports(get(), SW_FORMAT_F64, positions, 0, n_vertices, flags));
   }
+  /* Where the rest shape is at the end of the next step: world positions of all vertices (n_vertices x 3). */
+  void move_rest(const float *positions, uint32_t n_vertices, uint32_t flags = 0) {
+    check(sw_state_move_rest(get(), SW_FORMAT_F32, positions, 0, n_vertices, flags));
+  }
+  void move_rest(const double *positions, uint32_t n_vertices, uint32_t flags = 0) {
+    check(sw_state_move_rest(get(), SW_FORMAT_F64, positions, 0, n_vertices, flags));
+  }
+  /* The mesh is the rest shape again. */
+  void clear_rest() { check(sw_state_move_rest(get(), SW_FORMAT_F64, nullptr, 0, 0, 0)); }
   void set_amplitudes(const double *amplitudes, const double *velocities, uint32_t count) {
     check(sw_state_set_amplitudes(get(), amplitudes, velocities, count));
   }

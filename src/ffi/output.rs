@@ -51,6 +51,8 @@ pub struct SwStateReport {
     /// How far any support that moved is from where the model's support_fields have it, length: by so much the shell is bent beside it. More
     /// fields make it less. 0 where none moved, and for nonlinear shells.
     pub support_miss: f64,
+    /// Largest change of an edge's length from the mesh to the rest shape that sw_state_move_rest sent last, a share; 0 without one.
+    pub rest_stretch: f64,
 }
 
 described!(SwStateReport, support_miss);
@@ -196,6 +198,7 @@ pub unsafe extern "C" fn sw_state_report(state: *const SwState, report: *mut SwS
             out.deepest_penetration = touched.deepest;
             out.contact_impulse = touched.impulse.into();
             out.support_miss = state.supports_missed();
+            out.rest_stretch = state.rest_stretch();
             place.write(out);
             Ok(())
         })

@@ -1,4 +1,4 @@
-//! Supports that move against each other.
+//! Supports that move against each other, and a rest shape that moves.
 
 use super::model::check_vertex_count;
 use super::pointer::{VectorRows, check_flags};
@@ -41,6 +41,44 @@ pub unsafe extern "C" fn sw_state_move_supports(
             check_vertex_count(state.model(), n_vertices)?;
             let rows = VectorRows::checked("positions", positions, format, 3, stride, n_vertices.into())?;
             Ok(state.move_supports(|v| rows.read(v), flags & SW_SUPPORTS_TELEPORT != 0)?)
+        })
+    }
+}
+
+/// The rest shape is there without having moved: nothing feels inertia of it.
+pub const SW_REST_TELEPORT: u32 = 1;
+
+/// Sets where the rest shape is at the end of the next step, as the host animates it by blend shapes or a skeleton; call it before each step while it
+/// moves. `positions` (n_vertices x 3, world space) has a row for every vertex in the order of the mesh, as SW_FORMAT_..., `stride` bytes from
+/// vertex to vertex (0 = packed); NULL with n_vertices 0: the mesh is the rest shape again. `flags`: SW_REST_TELEPORT or 0. The first call places it.
+///
+/// The method's displacement from the mesh is added to the shape, turned at each vertex by the mean rotation of its triangles. Gravity, forces, wind and the
+/// inertia of the shape's motion act in these axes. Supports go with the shape, exactly. Nothing is precomputed anew: a shape that is bent or stretched far from the
+/// mesh has another stiffness, which the modes do not know; rest_stretch of SwStateReport tells the largest change of an edge. The support frame then
+/// is for output in SW_SPACE_FRAME alone. It is not saved: after sw_state_load it stays where it was sent last, at rest.
+/// Errors: SW_ERROR_INVALID_ARGUMENT, also when n_vertices is not the mesh's, or a vertex is not finite or beyond 1e9 sizes of the mesh; SW_ERROR_UNSUPPORTED
+/// by the full shell, with sag_gravity, zero modes, constraints, colliders or supports that moved by themselves, which, as certificates and poses, are refused while
+/// it moves; SW_ERROR_OUT_OF_MEMORY, SW_ERROR_BUSY. On failure nothing has changed.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn sw_state_move_rest(
+    state: *mut SwState,
+    format: u32,
+    positions: *const c_void,
+    stride: u64,
+    n_vertices: u32,
+    flags: u32,
+) -> SwStatus {
+    // SAFETY: `writing` refuses NULL; the host passes a live state, and rows for n_vertices, which is checked.
+    unsafe {
+        writing(state, |state| {
+            check_flags("flags", flags, SW_REST_TELEPORT)?;
+            if positions.is_null() && n_vertices == 0 {
+                state.clear_rest();
+                return Ok(());
+            }
+            check_vertex_count(state.model(), n_vertices)?;
+            let rows = VectorRows::checked("positions", positions, format, 3, stride, n_vertices.into())?;
+            Ok(state.move_rest(|v| rows.read(v), flags & SW_REST_TELEPORT != 0)?)
         })
     }
 }

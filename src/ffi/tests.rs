@@ -99,6 +99,7 @@ fn status_calls<'a>(model: *mut SwModel, state: *mut SwState) -> Vec<Call<'a>> {
         sw_state_set_damping(state, null()),
         sw_state_set_frame(state, null()),
         sw_state_move_supports(state, 0, null(), 0, 0, 0),
+        sw_state_move_rest(state, 0, null(), 0, 0, 0),
         sw_state_set_amplitudes(state, null(), null(), 0),
         sw_state_set_pose(state, 0, 0, null(), 0, null(), 0, 0, null_mut()),
         sw_state_amplitudes(state, null_mut(), null_mut(), 0, null_mut()),

@@ -80,6 +80,7 @@ impl State {
     /// factorizations of the full shell's stiffness.
     pub fn certify(&self) -> Result<Certificate> {
         Feature::NonlinearShell.require()?;
+        self.refuse_moving_rest("a certificate")?;
         if self.motion.is_full_shell() {
             return Ok(Certificate::default());
         }
@@ -174,6 +175,7 @@ impl State {
     /// nothing, where neither has an estimate.
     pub fn fall_back(&mut self) -> Result<Certificate> {
         Feature::NonlinearShell.require()?;
+        self.refuse_moving_rest("a certificate")?;
         match self.method() {
             Method::Warp => return self.certify(),
             Method::ImplicitShell | Method::ExplicitShell => return Ok(Certificate::default()),

@@ -33,6 +33,7 @@ impl State {
     /// touched. Their poses are where they are now.
     pub fn set_obstacles(&mut self, obstacles: Vec<Obstacle>) -> Result<()> {
         let _proof: Built = Proof::of(Feature::Contact)?;
+        self.refuse_moving_rest("colliders")?;
         if obstacles.len() > MOST_OBSTACLES {
             return Err(Error::argument(format!("{} colliders: at most {MOST_OBSTACLES}", obstacles.len())));
         }

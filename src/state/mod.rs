@@ -2,6 +2,7 @@
 
 mod certify;
 mod contact;
+mod moving_rest;
 mod output;
 mod plan;
 mod pose;
@@ -24,6 +25,7 @@ use crate::support::{Frame, FrameMotion, Pose, Rates};
 use crate::{Error, ErrorKind, Model, Result, Vec3};
 pub use certify::{Certificate, LARGEST_ERROR};
 pub use contact::MOST_OBSTACLES;
+use moving_rest::MovingRest;
 pub use output::{Outward, Report};
 use rest::Rest;
 pub use saved::HEADER as SAVED_HEADER;
@@ -64,6 +66,8 @@ pub struct State {
     frame: Frame,
     /// None until they move.
     supports: Option<Box<MovingSupports>>,
+    /// None until it moves.
+    moving_rest: Option<Box<MovingRest>>,
     /// Of the frame over the last step.
     rates: Rates,
     /// The frame was set since creation or reset.
@@ -81,6 +85,13 @@ pub struct State {
 /// in so many rounds. A basis of 32 bits leaves seven digits.
 const FOLLOWING_SETTLED: f64 = 1e-6;
 const FOLLOWING_ROUNDS: usize = 100;
+
+/// Whether forces are those of the round before, if there was one.
+fn has_settled(force: &[Vec3], last: &[Vec3]) -> bool {
+    let change: f64 = force.iter().zip(last).map(|(a, b)| (a - b).norm_squared()).sum();
+    let size: f64 = force.iter().map(|f| f.norm_squared()).sum();
+    !last.is_empty() && change <= FOLLOWING_SETTLED * FOLLOWING_SETTLED * size
+}
 
 /// The forces that [`State::evaluate_loads`] left in the scratch, or those on few vertices as they are, for the frame at `pose`.
 fn external<'a>(loads: &'a Loads, scratch: &'a LoadScratch, model: &Model, pose: &Pose) -> External<'a> {
@@ -105,6 +116,7 @@ impl State {
             scratch: LoadScratch::default(),
             frame: Frame::at_rest(Pose::identity()),
             supports: None,
+            moving_rest: None,
             rates: Rates::default(),
             placed: false,
             time: 0.0,
@@ -129,6 +141,7 @@ impl State {
             scratch: self.scratch.clone(),
             frame: self.frame,
             supports: self.supports.clone(),
+            moving_rest: self.moving_rest.clone(),
             rates: self.rates,
             placed: self.placed,
             time: self.time,
@@ -172,6 +185,9 @@ impl State {
         if let Some(supports) = &mut self.supports {
             supports.arrive(None);
             self.motion.place_supports(&supports.now);
+        }
+        if let Some(rest) = &mut self.moving_rest {
+            rest.stop();
         }
         self.forget_contacts();
         self.time = 0.0;
@@ -249,6 +265,7 @@ impl State {
         if energy.is_some() && !self.tempo.is_one() {
             return Err(Error::argument("a state of another stiffness factor than 1 takes no point energy"));
         }
+        self.refuse_moving_rest("a point energy")?;
         if self.contacts.is_some() && energy.is_some() {
             return Err(Error::argument("a state has colliders or a point energy, not both"));
         }
@@ -260,8 +277,8 @@ impl State {
     /// Room for what the present loads need.
     fn make_room(&mut self) -> Result<()> {
         let n = self.model.shell.mass.len();
-        let on_all = if self.loads.point_forces(n).is_none() { n } else { 0 };
-        let moving = if self.loads.needs_motion() { n } else { 0 };
+        let on_all = if self.moving_rest.is_some() || self.loads.point_forces(n).is_none() { n } else { 0 };
+        let moving = if self.moving_rest.is_some() || self.loads.needs_motion() { n } else { 0 };
         if (self.scratch.force.len(), self.scratch.x.len()) != (on_all, moving) {
             let room = |n: usize| crate::error::try_zeroed::<Vec3>("the loads", n);
             self.scratch = LoadScratch { x: room(moving)?, v: room(moving)?, force: room(on_all)? };
@@ -292,6 +309,7 @@ impl State {
 
     /// Adds a constraint, or replaces the one with its id.
     pub fn set_constraint(&mut self, mut constraint: Constraint) -> Result<()> {
+        self.refuse_moving_rest("a constraint")?;
         constraint.compliance *= self.tempo.factor;
         self.motion.check_constraint(&constraint)?;
         let n_vertices = self.model.shell.mass.len();
@@ -359,6 +377,9 @@ impl State {
         if self.rest.skips(h) {
             self.time += seconds;
             return Ok(());
+        }
+        if self.moving_rest.is_some() {
+            return self.step_on_moving_rest(seconds, h);
         }
         let mut frame = self.frame;
         let rates = frame.advance(h);
@@ -491,6 +512,9 @@ impl State {
         }
         self.frame = self.frame.moving_at(&rates);
         self.rates = rates;
+        if let Some(rest) = &mut self.moving_rest {
+            rest.stop();
+        }
         if let Some(supports) = &mut self.supports {
             supports.arrive(None);
         }
@@ -509,13 +533,21 @@ impl State {
         let (mut last, mut iterations) = (Vec::new(), 0);
         for _ in 0..FOLLOWING_ROUNDS {
             self.motion.stop();
+            if self.moving_rest.is_some() {
+                let (residual, more) = self.settle_on_moving_rest()?;
+                let force = if self.loads.needs_motion() { self.scratch.force.clone() } else { vec![] };
+                iterations += more;
+                if force.is_empty() || has_settled(&force, &last) {
+                    return Ok((residual, iterations));
+                }
+                last = force;
+                continue;
+            }
             self.evaluate_loads(pose, rates);
             let force = self.following_forces(&load);
-            let change: f64 = force.iter().zip(&last).map(|(a, b): (&Vec3, &Vec3)| (a - b).norm_squared()).sum();
-            let size: f64 = force.iter().map(|f| f.norm_squared()).sum();
+            let settled = has_settled(&force, &last);
             let (residual, more) = self.settle_touching(&load, pose)?;
             iterations += more;
-            let settled = !last.is_empty() && change <= FOLLOWING_SETTLED * FOLLOWING_SETTLED * size;
             if force.is_empty() || settled {
                 return Ok((residual, iterations));
             }

@@ -112,7 +112,7 @@ impl State {
     pub fn check_range(&self, space: Space, largest: f64) -> Result<()> {
         let mesh = &self.model.shell.mesh;
         let far = self.placement(space).origin.amax() + mesh.reach + self.motion.largest_displacement();
-        if far <= NEAR * largest {
+        if far <= NEAR * largest && self.moving_rest.is_none() {
             return Ok(());
         }
         let mut stray = None;
@@ -138,6 +138,12 @@ impl State {
 
     /// Hands the deformed positions of all vertices to `write`, in order: the first vertex of some, and their rows x y z.
     pub fn position_rows(&self, space: Space, mut write: impl FnMut(usize, &[[f64; 3]])) {
+        if let Some(place) = self.on_moving_rest(space) {
+            return self.motion.positions(&self.placement(Space::Frame), &mut |first, rows| {
+                let placed = |(i, row): (usize, &[f64; 3])| (first + i, place(first + i, Vec3::from(*row)).into());
+                rows.iter().enumerate().map(placed).for_each(|(v, row)| write(v, &[row]));
+            });
+        }
         let placement = self.placement(space);
         match &self.supports {
             None => self.motion.positions(&placement, &mut write),
@@ -150,6 +156,11 @@ impl State {
     /// As [`State::position_rows`], rounded to f32. A modal method on an f32 basis computes them in f32, rest positions, frame
     /// and displacement alike: within four units in the last place of the largest coordinate among these.
     pub fn position_rows_f32(&self, space: Space, mut write: impl FnMut(usize, &[[f32; 3]])) {
+        if self.moving_rest.is_some() {
+            return self.position_rows(space, |first, rows| {
+                rows.iter().enumerate().for_each(|(i, row)| write(first + i, &[row.map(|c| c as f32)]));
+            });
+        }
         let placement = self.placement(space);
         match &self.supports {
             None => self.motion.positions_f32(&placement, &mut write),
@@ -163,6 +174,12 @@ impl State {
     /// the row. Costs as much as the blocks of 16 vertices that they lie in. Fails on a vertex that does not exist.
     pub fn positions_of(&self, space: Space, vertices: &[u32], mut write: impl FnMut(usize, [f64; 3])) -> Result<()> {
         self.check_vertices(vertices)?;
+        if let Some(place) = self.on_moving_rest(space) {
+            self.motion.positions_of(&self.placement(Space::Frame), vertices, &mut |i, row| {
+                write(i, place(vertices[i] as usize, Vec3::from(row)).into());
+            });
+            return Ok(());
+        }
         let placement = self.placement(space);
         self.motion.positions_of(&placement, vertices, &mut |i, row| {
             write(i, self.support_at(vertices[i] as usize).map_or(row, |x| placement.place(x).into()));
@@ -178,6 +195,9 @@ impl State {
         mut write: impl FnMut(usize, [f32; 3]),
     ) -> Result<()> {
         self.check_vertices(vertices)?;
+        if self.moving_rest.is_some() {
+            return self.positions_of(space, vertices, |i, row| write(i, row.map(|c| c as f32)));
+        }
         let placement = self.placement(space);
         self.motion.positions_of_f32(&placement, vertices, &mut |i, row| {
             let exact = |x| placement.place(x).map(|c| c as f32).into();
@@ -239,7 +259,9 @@ impl State {
             return binding.pose(x, None);
         }
         let mut rates = try_zeroed("the velocities", n)?;
-        self.motion.visit_visible_motion(&mut |v, _, rate| rates[v] = rate);
+        self.motion.visit_visible_motion(&mut |v, u, rate| {
+            rates[v] = self.rate_on_moving_rest(v, u, rate).unwrap_or(rate);
+        });
         if let Some(supports) = &self.supports {
             supports.held.iter().zip(&supports.rates).for_each(|(v, rate)| rates[*v as usize] = *rate);
         }
@@ -260,6 +282,13 @@ impl State {
     /// Hands the rotation of every vertex's frame to `write`, in world space turned with the support frame: exp \[w\]× with
     /// the modal rotation w, or for a nonlinear shell the mean rotation of the vertex's triangles.
     pub fn rotations(&self, space: Space, mut write: impl FnMut(usize, UnitQuaternion<f64>)) -> Result<()> {
+        if self.moving_rest.is_some() {
+            let back =
+                if space == Space::World { UnitQuaternion::identity() } else { self.frame.pose.rotation.inverse() };
+            return self.motion.rotations(UnitQuaternion::identity(), &mut |v, r| {
+                write(v, back * self.rest_turn(v).unwrap_or_default() * r);
+            });
+        }
         self.motion.rotations(self.rotation_to(space), &mut write)
     }
 

@@ -13,6 +13,7 @@ impl State {
     /// with the same time, frame, loads, damping and constraints. Returns how far the vertices are from where they were to be: the
     /// root of the mean square, weighted by mass. Changes nothing on failure. Allocates.
     pub fn set_pose(&mut self, space: Space, x: &[Vec3], velocity: Option<&[Vec3]>) -> Result<f64> {
+        self.refuse_moving_rest("a pose")?;
         let n = self.model.shell.mass.len();
         check("positions", x, n)?;
         velocity.map_or(Ok(()), |velocity| check("velocities", velocity, n))?;

@@ -112,6 +112,9 @@ impl State {
         let rotation = UnitQuaternion::new_unchecked(Quaternion::from(Vector4::from_column_slice(&numbers[4..8])));
         let pose = Pose { origin: vector(1), rotation };
         self.rest.wake();
+        if let Some(rest) = &mut self.moving_rest {
+            rest.stop();
+        }
         self.time = numbers[0];
         self.placed = true;
         self.rates = Default::default();

@@ -137,6 +137,9 @@ impl State {
         if let Some(supports) = &mut self.supports {
             supports.rates.iter_mut().for_each(|rate: &mut Vec3| *rate /= by.root);
         }
+        if let Some(rest) = &mut self.moving_rest {
+            rest.rescale(by.root);
+        }
         self.motion.change(|set| set.scale_forces(1.0 / by.factor));
         let [unknowns, mut rates] = self.motion.unknowns();
         rates.iter_mut().for_each(|rate| *rate /= by.root);

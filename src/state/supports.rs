@@ -71,6 +71,7 @@ impl State {
     /// and before any step, or by a teleport, all is simply placed there. Fails, changing nothing, where nothing is supported, a place is not
     /// finite or far beyond the shell, or the supports leave a rigid motion and the state's method or model cannot follow.
     pub fn move_supports(&mut self, x: impl Fn(usize) -> Vec3, teleport: bool) -> Result<()> {
+        self.refuse_moving_rest("supports that move by themselves")?;
         let mut next = match &self.supports {
             Some(supports) => supports.clone(),
             None => Box::new(MovingSupports::new(supported(&self.model.shell).into())?),

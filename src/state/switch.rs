@@ -17,6 +17,9 @@ impl State {
     /// The same, whatever the state's arithmetic is.
     pub(super) fn change_method(&mut self, method: Method) -> Result<()> {
         let mut next = methods::build(&self.model, method, self.integrator)?;
+        if next.is_full_shell() {
+            self.refuse_moving_rest("the full shell")?;
+        }
         self.constraints().try_for_each(|(constraint, _)| next.check_constraint(constraint))?;
         let n = self.model.shell.mass.len();
         let (mut u, mut rate): (Vec<Vec3>, Vec<Vec3>) = (try_zeroed("the pose", n)?, try_zeroed("the rates", n)?);

@@ -53,6 +53,37 @@ static double largest_miss(const SwState *state, double (*x)[4]) {
 
 static double x[STRIP_VERTICES][4];
 
+/* A strip whose rest shape is carried sideways and then turned over. */
+static void the_shell_goes_with_its_rest_shape(void) {
+  const Strip strip = make_strip();
+  SwModel *model = strip_held_at_both_ends(0);
+  SwState *state = NULL;
+  OK(sw_state_create(model, NULL, &state));
+  static double shape[STRIP_VERTICES][3];
+  for (int k = 0; k < 5; ++k) {
+    for (int v = 0; v < STRIP_VERTICES; ++v)
+      for (int c = 0; c < 3; ++c) shape[v][c] = strip.positions[3 * v + c] + (c == 1 ? 0.01 * k : 0);
+    OK(sw_state_move_rest(state, SW_FORMAT_F64, shape, 0, STRIP_VERTICES, 0));
+    OK(sw_state_step(state, 1.0 / 60));
+  }
+  static double now[STRIP_VERTICES][3];
+  OK(sw_state_positions(state, SW_SPACE_WORLD, SW_FORMAT_F64, now, 0, STRIP_VERTICES));
+  CHECK(memcmp(now[0], shape[0], sizeof now[0]) == 0); /* a support */
+  SwStateReport report;
+  sw_state_report_init(&report);
+  OK(sw_state_report(state, &report));
+  CHECK(report.rest_stretch < 1e-12);
+  FAILS(sw_state_move_rest(state, SW_FORMAT_F64, shape, 0, STRIP_VERTICES - 1, 0), SW_ERROR_INVALID_ARGUMENT, "n_vertices");
+  FAILS(sw_state_move_rest(state, SW_FORMAT_F64, shape, 0, STRIP_VERTICES, 2), SW_ERROR_INVALID_ARGUMENT, "flags");
+  FAILS(sw_state_move_rest(state, SW_FORMAT_F64, NULL, 0, STRIP_VERTICES, 0), SW_ERROR_INVALID_ARGUMENT, "positions");
+  FAILS(sw_state_move_supports(state, SW_FORMAT_F64, shape, 0, STRIP_VERTICES, 0), SW_ERROR_UNSUPPORTED, "rest shape");
+  OK(sw_state_move_rest(state, SW_FORMAT_F64, NULL, 0, 0, 0));
+  OK(sw_state_positions(state, SW_SPACE_WORLD, SW_FORMAT_F64, now, 0, STRIP_VERTICES));
+  CHECK(memcmp(now[0], strip.positions, sizeof now[0]) == 0);
+  sw_state_destroy(state);
+  sw_model_destroy(model);
+}
+
 /* A vertex at the tip on a rail along z, another that slides across the direction 1 0 1. */
 static void what_is_held_along_axes_stays(void) {
   const Strip strip = make_strip();
@@ -187,6 +218,7 @@ static void a_batch_on_threads_moves_alike(void) {
 }
 
 int main(void) {
+  RUN(the_shell_goes_with_its_rest_shape);
   RUN(what_is_held_along_axes_stays);
   RUN(supports_are_where_they_are_sent);
   RUN(supports_that_move_as_one_need_no_fields);

@@ -90,6 +90,7 @@ SW_STATE_DETERMINISTIC = 1
 SW_FRAME_TELEPORT = 1
 SW_FRAME_MOTION_GIVEN = 2
 SW_SUPPORTS_TELEPORT = 1
+SW_REST_TELEPORT = 1
 SW_SPACE_WORLD = 0
 SW_SPACE_FRAME = 1
 SW_CONSTRAINT_POSITION = 1
@@ -368,6 +369,7 @@ class SwStateReport(Structure):
         ("deepest_penetration", c_double),
         ("contact_impulse", c_double * 3),
         ("support_miss", c_double),
+        ("rest_stretch", c_double),
     ]
 
 
@@ -597,6 +599,7 @@ FUNCTIONS = {
     "sw_state_save": (c_uint32, [POINTER(SwState), c_void_p, c_uint64, c_void_p]),
     "sw_state_load": (c_uint32, [POINTER(SwState), c_void_p, c_uint64]),
     "sw_state_move_supports": (c_uint32, [POINTER(SwState), c_uint32, c_void_p, c_uint64, c_uint32, c_uint32]),
+    "sw_state_move_rest": (c_uint32, [POINTER(SwState), c_uint32, c_void_p, c_uint64, c_uint32, c_uint32]),
     "sw_state_positions": (c_uint32, [POINTER(SwState), c_uint32, c_uint32, c_void_p, c_uint64, c_uint32]),
     "sw_state_positions_of": (c_uint32, [POINTER(SwState), c_uint32, c_uint32, c_void_p, c_uint32, c_void_p, c_uint64]),
     "sw_state_normals": (c_uint32, [POINTER(SwState), c_uint32, c_uint32, c_void_p, c_uint64, c_uint32]),

@@ -215,6 +215,16 @@ class State(Handle):
         x, form, stride = _arrays.vectors_in(positions, "positions")
         self._call("sw_state_move_supports", form, _arrays.address(x), stride, len(x), _abi.SW_SUPPORTS_TELEPORT if teleport else 0)
 
+    def move_rest(self, positions: "ArrayLike | None", teleport: bool = False) -> None:
+        """Sets where the rest shape is at the end of the next step (n_vertices x 3), in world space: blend shapes, skinned cloth. None is the mesh again.
+
+        The displacement is added to it, turned with its triangles; its inertia acts. With `teleport` it is there without having moved."""
+        if positions is None:
+            self._call("sw_state_move_rest", _abi.SW_FORMAT_F64, None, 0, 0, 0)
+            return
+        x, form, stride = _arrays.vectors_in(positions, "positions")
+        self._call("sw_state_move_rest", form, _arrays.address(x), stride, len(x), _abi.SW_REST_TELEPORT if teleport else 0)
+
     def set_pose(self, positions: ArrayLike, velocities: "ArrayLike | None" = None, space: str = "world") -> float:
         """Takes the nearest pose to positions (n_vertices x 3) that the method has, and the nearest velocities, or rest in the frame.
 

@@ -726,6 +726,24 @@ class Ties(unittest.TestCase):
                 sw.Model(sw.Shell(both, faces, **wrong))
 
 
+class MovingRest(unittest.TestCase):
+    def test_the_shell_goes_with_its_rest_shape(self):
+        rest = strip.positions(numpy.float64)
+        state = swinging(model())
+        for k in range(5):
+            state.move_rest(rest + [0, 0.02 * k, 0])
+            state.step(1 / 24)
+        moved = state.positions(dtype=numpy.float64)
+        self.assertLess(abs(moved[0] - rest[0] - [0, 0.08, 0]).max(), 1e-6)
+        state.move_rest(2 * rest, teleport=True)
+        state.step(1 / 24)
+        self.assertAlmostEqual(state.report()["rest_stretch"], 1.0, places=4)  # of a mesh in 32 bits
+        with self.assertRaisesRegex(sw.InvalidArgumentError, "vertex 0"):
+            state.move_rest(numpy.full_like(rest, numpy.nan))
+        state.move_rest(None)
+        self.assertEqual(state.report()["rest_stretch"], 0)
+
+
 class MovingSupports(unittest.TestCase):
     def test_supports_go_where_they_are_sent(self):
         rest, triangles = strip.positions(numpy.float64), strip.triangles()
