@@ -18,7 +18,7 @@ export CMAKE_BUILD_PARALLEL_LEVEL ?= $(JOBS)
 .PHONY: help build native demo test test-cargo test-c test-render test-blender demo-blender install package blender-addon header \
     python-abi docs-api test-docs lint fuzz check-memory check-threads check-miri check-guard bench bench-binding bench-contact bench-front bench-instructions bench-leave-out bench-polynomial bench-precompute bench-same-bits bench-solver bench-training build-report report report-docs report-stability \
     test-report clean
-.PHONY: npm release-check release-facts dist test-dist test-platforms dist-again render-mesh-picture moving-supports-picture materials-picture maya-module houdini-package plugin-zip cli check-platforms wasm test-wasm playground test-playground tutorial-pictures docs scene-schema notices wheel pictures bench-leaf farm-demo farm-sweep farm-costs bench-slepc
+.PHONY: npm release-check release-facts dist test-dist test-platforms dist-again render-mesh-picture proxy-picture moving-supports-picture materials-picture maya-module houdini-package plugin-zip cli check-platforms wasm test-wasm playground test-playground tutorial-pictures docs scene-schema notices wheel pictures bench-leaf farm-demo farm-sweep farm-costs bench-slepc
 
 help: ## list the targets
 	@echo "usage: make TARGET [JOBS=2]"
@@ -54,6 +54,10 @@ tutorial-pictures: ## draw the pictures of docs/tutorials from what the tests tu
 render-mesh-picture: cli ## draw the picture of docs/guide/render_mesh.md
 	@sh cmake/bootstrap.sh pictures
 	.venv/bin/python host_examples/render/render_mesh_picture.py --cli $(BUILD)/bin/shellwarp --out docs/guide/pictures/render_mesh.png
+
+proxy-picture: cli ## draw the picture of proxies in docs/guide/render_mesh.md
+	@sh cmake/bootstrap.sh pictures
+	.venv/bin/python host_examples/render/proxy_picture.py --cli $(BUILD)/bin/shellwarp --out docs/guide/pictures/proxies.png
 
 moving-supports-picture: cli ## draw the picture of docs/guide/moving_supports.md
 	@sh cmake/bootstrap.sh pictures
@@ -256,7 +260,7 @@ bench: ## time the kernels beside their floors: this machine's section of docs/e
 bench-instructions: ## count the kernels' instructions under valgrind against those checked in (UPDATE=1: check in these)
 	python3 tests/bench/instructions.py $(if $(UPDATE),--update)
 
-fuzz: ## search for inputs that break the library, FUZZ_SECONDS=300 over five targets (nightly Rust, cargo-fuzz)
+fuzz: ## search for inputs that break the library, FUZZ_SECONDS=300 over six targets (nightly Rust, cargo-fuzz)
 	@sh tests/fuzz/search.sh $(FUZZ_SECONDS) $(FUZZ_SANITIZER)
 
 check-memory: ## run the C and C++ tests under valgrind (memcheck; helgrind and drd where threads are)

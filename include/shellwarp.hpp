@@ -50,6 +50,7 @@ struct Destroy {
   void operator()(SwState *state) const noexcept { sw_state_destroy(state); }
   void operator()(SwCollider *collider) const noexcept { sw_collider_destroy(collider); }
   void operator()(SwBinding *binding) const noexcept { sw_binding_destroy(binding); }
+  void operator()(SwProxy *proxy) const noexcept { sw_proxy_destroy(proxy); }
 };
 
 }  // namespace detail
@@ -75,6 +76,7 @@ inline SwWindDesc wind_desc() { return detail::initialized<SwWindDesc>(); }
 inline SwColliderDesc collider_desc() { return detail::initialized<SwColliderDesc>(); }
 inline SwColliderPoseDesc collider_pose_desc() { return detail::initialized<SwColliderPoseDesc>(); }
 inline SwBindingDesc binding_desc() { return detail::initialized<SwBindingDesc>(); }
+inline SwProxyDesc proxy_desc() { return detail::initialized<SwProxyDesc>(); }
 inline SwBoundPointsDesc bound_points_desc() { return detail::initialized<SwBoundPointsDesc>(); }
 
 /* A mesh of packed positions (n_vertices x 3) and packed triangles (n_triangles x 3). */
@@ -271,6 +273,54 @@ private:
   explicit Binding(SwBinding *binding) noexcept : handle_(binding) {}
 
   std::unique_ptr<SwBinding, detail::Destroy> handle_;
+};
+
+/* Owns an SwProxy: a mesh to simulate in another's place. Move only. */
+class Proxy {
+public:
+  Proxy(const SwMeshDesc &mesh, const SwProxyDesc &desc) {
+    SwProxy *proxy = nullptr;
+    check(sw_proxy_create(&mesh, &desc, &proxy));
+    handle_.reset(proxy);
+  }
+
+  SwProxyInfo info() const {
+    SwProxyInfo info = detail::initialized<SwProxyInfo>();
+    check(sw_proxy_info(get(), &info));
+    return info;
+  }
+  /* n_vertices x 3. */
+  std::vector<double> positions() const {
+    const uint32_t n = info().n_vertices;
+    std::vector<double> positions(3 * std::size_t{n});
+    check(sw_proxy_positions(get(), SW_FORMAT_F64, positions.data(), 0, n));
+    return positions;
+  }
+  /* n_triangles x 3. */
+  std::vector<uint32_t> triangles() const {
+    const uint32_t n = info().n_triangles;
+    std::vector<uint32_t> triangles(3 * std::size_t{n});
+    check(sw_proxy_triangles(get(), triangles.data(), n));
+    return triangles;
+  }
+  /* Of each vertex, three vertices of the asset and their weights (n_vertices x 3 each). */
+  void sources(std::vector<uint32_t> &vertices, std::vector<double> &weights) const {
+    const uint32_t n = info().n_vertices;
+    vertices.resize(3 * std::size_t{n});
+    weights.resize(3 * std::size_t{n});
+    check(sw_proxy_sources(get(), vertices.data(), weights.data(), n));
+  }
+  /* Of each vertex of the asset, the nearest of the proxy. */
+  std::vector<uint32_t> nearest() const {
+    std::vector<uint32_t> vertices(info().n_asset_vertices);
+    check(sw_proxy_nearest(get(), vertices.data(), static_cast<uint32_t>(vertices.size())));
+    return vertices;
+  }
+
+  SwProxy *get() const noexcept { return handle_.get(); }
+
+private:
+  std::unique_ptr<SwProxy, detail::Destroy> handle_;
 };
 
 /* A small capsule about packed points (n x 3). */

@@ -28,6 +28,7 @@ pub mod model;
 pub mod modes;
 pub mod point_energy;
 pub mod precision;
+pub mod proxy;
 pub mod real;
 pub mod reduced;
 pub mod reference;

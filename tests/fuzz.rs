@@ -33,6 +33,11 @@ fn no_mesh_material_or_supports_break_the_library() {
 }
 
 #[test]
+fn no_asset_breaks_the_proxy() {
+    replay("proxy", fuzzed::proxy::run, 1500);
+}
+
+#[test]
 fn no_maps_creases_and_rest_shapes_break_the_library() {
     replay("material", fuzzed::material::run, 3000);
 }

@@ -6,7 +6,7 @@ use std::fmt::Write;
 use std::path::Path;
 
 /// The files of src/ffi in the header's order, and what each is about.
-const SECTIONS: [(&str, &str); 21] = [
+const SECTIONS: [(&str, &str); 22] = [
     ("status", "Statuses, messages and versions"),
     ("structs", "Structs"),
     ("pointer", "Buffers"),
@@ -22,6 +22,7 @@ const SECTIONS: [(&str, &str); 21] = [
     ("supports", "Supports that move"),
     ("output", "What a state shows"),
     ("binding", "Points that follow a shell"),
+    ("proxy", "A mesh to simulate in another's place"),
     ("batch", "Many states"),
     ("constraint", "Constraints"),
     ("collider", "Colliders"),

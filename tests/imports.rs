@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The rooms from the ground up. ARCHITECTURE.md says what each is for.
-const LADDER: [&str; 35] = [
+const LADDER: [&str; 36] = [
     "error",
     "real",
     "clock",
@@ -26,6 +26,7 @@ const LADDER: [&str; 35] = [
     "collider",     // solids that shells touch
     "contact",
     "binding", // points that follow a shell
+    "proxy",   // a mesh to simulate in another's place
     "warp",
     "precision",
     "sparse",

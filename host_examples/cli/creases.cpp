@@ -142,6 +142,12 @@ std::vector<double> rest_positions(const Scene &scene, const Mesh &mesh) {
     throw std::runtime_error(path + ": rest_shape has " + std::to_string(shape.n_vertices()) + " vertices; the mesh has " + std::to_string(n));
   for (double &x : shape.positions) x *= scene.scale;
   if (mesh.of_file.empty()) return shape.positions;
+  if (mesh.proxy) {  // as far from the proxy as the file's rest shape is from the file's mesh
+    for (std::size_t k = 0; k < shape.positions.size(); ++k) shape.positions[k] -= mesh.proxy->file_positions[k];
+    std::vector<double> positions = mesh.carried(shape.positions, 3);
+    for (std::size_t k = 0; k < positions.size(); ++k) positions[k] += mesh.positions[k];
+    return positions;
+  }
   std::vector<double> positions(mesh.positions.size());  // of welded vertices the first one's, as in the mesh
   for (auto v = static_cast<uint32_t>(n); v-- > 0;)
     for (std::size_t c = 0; c < 3; ++c) positions[3 * std::size_t{mesh.of(v)} + c] = shape.vertex(v)[c];

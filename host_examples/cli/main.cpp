@@ -9,6 +9,7 @@
 #include "moving_files.hpp"
 #include "new_scene.hpp"
 #include "progress.hpp"
+#include "proxy.hpp"
 #include "run.hpp"
 #include "selection.hpp"
 #include "scene.hpp"
@@ -78,6 +79,7 @@ int check_mesh(const std::string &path) {
   const bool touching = std::any_of(diagnostics.begin(), diagnostics.end(),
                                     [](const SwDiagnostic &d) { return d.kind == SW_DIAGNOSTIC_COINCIDENT_VERTICES; });
   if (touching) std::printf("%s: try: --weld 0 (weld) makes vertices at the same place one\n", path.c_str());
+  if (errors) std::printf("%s: try: --proxy 1000 (proxy) simulates a mesh of so many vertices that is made of this one\n", path.c_str());
   print_extent(path, mesh);
   return errors ? kFailure : 0;
 }
@@ -194,6 +196,31 @@ struct SimulateOptions {
   RunOptions run;
 };
 
+// All but how many vertices it has, with and without dashes.
+void add_proxy_details(CLI::App &app, ProxyOptions &o) {
+  const CLI::Validator at_least_0 = words_for("a number from 0 on", [](double x) { return x >= 0; });
+  app.add_option("--proxy-thickness", o.thickness, "Two sides no further apart become the sheet in their middle; 0 keeps both (found)")->check(at_least_0);
+  app.add_flag("--proxy-cut", o.cut, "Cut the mesh where it is no manifold, in place of an error");
+}
+
+void add_proxy_options(CLI::App &app, ProxyOptions &o) {
+  app.add_option("--proxy", o.vertices, "Simulate a mesh of about so many vertices made of the file, whatever that is made of; the file's own vertices follow as by --render")
+      ->check(whole());
+  add_proxy_details(app, o);
+}
+
+void add_proxy_command(CLI::App &app, ProxyCommand &o) {
+  app.add_option("mesh", o.mesh_path, "OBJ, OFF or PLY file")->required();
+  app.add_option("vertices", o.options.vertices, "How many")->required()->check(whole());
+  app.add_option("--out", o.out, "OBJ file to write");
+  app.add_option("--scale", o.scale, "Factor on the mesh's coordinates (1)")->check(positive());
+  app.add_option("--weld", o.weld, "Make vertices within this distance one (those at the same place are)")
+      ->check(words_for("a number from 0 on", [](double x) { return x >= 0; }));
+  add_proxy_details(app, o.options);
+  app.add_option("--pin", o.pins, "What is clamped where frequencies are compared, as of simulate")->type_name("WHAT");
+  app.add_flag("--no-frequencies{false}", o.frequencies, "Leave out the comparison of frequencies");
+}
+
 // A sheet in engineering units: a known one, by its numbers, or by both.
 void add_sheet_options(CLI::App &app, SimulateOptions &o) {
   app.add_option("--material", o.preset, "A known sheet: " + preset_names() + "; lengths are in metres");
@@ -231,6 +258,7 @@ void add_simulate_options(CLI::App &app, SimulateOptions &o) {
   app.add_option("--tie", o.tie, "Tie pieces within this distance of each other stiffly, so that they move as one; vertices stay as they are");
   app.add_option("--weld", o.scene.weld, "Make vertices within this distance one, so that pieces that touch are one shell; the file's own vertices follow as by --render")
       ->check(words_for("a number from 0 on", [](double x) { return x >= 0; }));
+  add_proxy_options(app, o.scene.proxy);
   app.add_option("--duration", o.scene.duration, "Seconds (5)")->check(positive());
   app.add_option("--step", o.step, "Seconds a step, a frame being one step (1/30)")->check(positive());
   app.add_option("--k-area", o.scene.material.k_area, "Stiffness against change of area (1e4)")
@@ -286,7 +314,7 @@ int simulate_mesh(SimulateOptions &o) {
   }
   o.scene.inputs.push_back(o.scene.mesh_path);
   if (o.tie > 0) o.scene.ties.push_back({{}, {}, 0, o.tie});
-  if (o.scene.weld && o.scene.render_path.empty()) o.scene.render_path = o.scene.mesh_path;
+  if ((o.scene.weld || o.scene.proxy.vertices) && o.scene.render_path.empty()) o.scene.render_path = o.scene.mesh_path;
   if (!o.scene.render_path.empty()) o.scene.inputs.push_back(o.scene.render_path);
   o.scene.name = std::filesystem::path(o.scene.mesh_path).stem().string();
   o.scene.title = o.scene.name;
@@ -336,15 +364,19 @@ int run_command_line(int argc, char **argv) {
   CLI::App *check = app.add_subcommand("check", "Say what is wrong with a mesh");
   check->add_option("mesh", mesh_path, "OBJ, OFF or PLY file")->required();
 
+  ProxyCommand proxy_command;
+  CLI::App *proxy = app.add_subcommand("proxy", "Make a mesh to simulate in a file's place, and tell how near it comes");
+  add_proxy_command(*proxy, proxy_command);
+
   std::string new_path, new_mesh;
   CLI::App *new_scene = app.add_subcommand("new-scene", "Write a scene with a comment at every key, which runs as it is");
   new_scene->add_option("scene", new_path, "TOML file to write")->required();
   new_scene->add_option("--mesh", new_mesh, "OBJ, OFF or PLY file; a leaf is written beside the scene unless there is one");
 
   const auto named = [&](const CLI::App *command) { return argc > 1 && command->get_name() == argv[1]; };
-  if (argc > 1 && argv[1][0] != '-' && !named(run) && !named(simulate) && !named(check) && !named(new_scene)) {
-    std::fprintf(stderr, "shellwarp: there is no command '%s'; it must be run, simulate, check or new-scene%s (see --help)\n",
-                 argv[1], did_you_mean(argv[1], {"run", "simulate", "check", "new-scene"}).c_str());
+  if (argc > 1 && argv[1][0] != '-' && !named(run) && !named(simulate) && !named(check) && !named(proxy) && !named(new_scene)) {
+    std::fprintf(stderr, "shellwarp: there is no command '%s'; it must be run, simulate, check, proxy or new-scene%s (see --help)\n",
+                 argv[1], did_you_mean(argv[1], {"run", "simulate", "check", "proxy", "new-scene"}).c_str());
     return kWrongUsage;
   }
   try {
@@ -361,6 +393,7 @@ int run_command_line(int argc, char **argv) {
     return 0;
   }
   if (check->parsed()) return check_mesh(mesh_path);
+  if (proxy->parsed()) return run_proxy_command(proxy_command);
   if (simulate->parsed()) return simulate_mesh(simulate_options);
   SceneFile file = read_scene_file(scene_path);
   for (Scene &scene : file.shells) {

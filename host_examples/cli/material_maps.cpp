@@ -119,6 +119,8 @@ void read_maps(Section &section, Material &material, std::vector<std::string> &i
 
 std::vector<MaterialFile> material_maps(const Material &material, const Mesh &mesh) {
   std::vector<MaterialFile> maps = material.files;
+  for (MaterialFile &map : maps)
+    if (mesh.proxy && map.values.size() == mesh.of_file.size()) map.values = mesh.carried(map.values);
   for (const MaterialFile &map : maps)
     if (map.values.size() != mesh.n_vertices() && map.values.size() != mesh.n_triangles())
       throw std::runtime_error(map.path + ": " + std::to_string(map.values.size()) + " values of " + quantity_of(map.quantity).key +

@@ -61,6 +61,15 @@ void Mesh::cut_polygons() {
   }
 }
 
+std::vector<double> Mesh::carried(const std::vector<double> &values, std::size_t columns) const {
+  std::vector<double> here(columns * n_vertices());
+  for (std::size_t v = 0; v < n_vertices(); ++v)
+    for (std::size_t k = 0; k < 3; ++k)
+      for (std::size_t c = 0; c < columns; ++c)
+        here[columns * v + c] += proxy->weights[3 * v + k] * values[columns * proxy->sources[3 * v + k] + c];
+  return here;
+}
+
 uint32_t Mesh::of(uint32_t file_vertex) const {
   return file_vertex < of_file.size() ? of_file[file_vertex] : file_vertex;
 }

@@ -1,10 +1,13 @@
 // A triangle mesh as it came from a file: vertices keep the file's order, polygons are cut as polygon.hpp has it.
 #pragma once
 
+#include "shellwarp.h"
+
 #include <array>
 #include <cstddef>
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <set>
 #include <string>
 #include <vector>
@@ -12,6 +15,14 @@
 namespace cli {
 
 class OutputFolder;
+
+// Where the vertices of a proxy lie on the file's mesh.
+struct ProxySource {
+  std::vector<uint32_t> sources;  // three vertices of the file for each
+  std::vector<double> weights;   // and theirs
+  std::vector<double> file_positions;
+  SwProxyInfo info;
+};
 
 struct Mesh {
   std::vector<double> positions;    // n_vertices() x 3
@@ -25,7 +36,8 @@ struct Mesh {
   std::vector<Polygon> polygons{};  // of more than three corners
   std::vector<float> uvs{};              // texture coordinates of an OBJ file, two each
   std::vector<uint32_t> corner_uvs{};    // which of them, of each corner of each face; empty where one has none
-  std::vector<uint32_t> of_file{};  // of welded vertices, the number here of each in the file; else empty
+  std::vector<uint32_t> of_file{};  // of welded vertices and of a proxy, the number here of each in the file; else empty
+  std::shared_ptr<const ProxySource> proxy{};
 
   uint32_t n_vertices() const { return static_cast<uint32_t>(positions.size() / 3); }
   uint32_t n_triangles() const { return static_cast<uint32_t>(triangles.size() / 3); }
@@ -39,6 +51,8 @@ struct Mesh {
   void add_polygon(const std::vector<uint32_t> &corners);
   // Once all vertices are there.
   void cut_polygons();
+  // Values at the file's vertices, `columns` each, at those of the proxy.
+  std::vector<double> carried(const std::vector<double> &values, std::size_t columns = 1) const;
   // The number here of a vertex of the file; of one that is not there, the same.
   uint32_t of(uint32_t file_vertex) const;
 };

@@ -155,7 +155,9 @@ void bind_render_mesh(const Scene &scene, const shellwarp::Model &model, bool qu
 int run_scene(Scene scene, const RunOptions &options, OutputFolder *folder, Page *page) {
   const uint32_t n_frames = scene.is_static ? 1 : options.frames ? *options.frames : frame_count(scene);
   const Mesh mesh = scene_mesh(scene);
-  if (scene.weld && !options.quiet)
+  if (mesh.proxy && !options.quiet)
+    std::printf("%s: proxy: %s\n", scene.mesh_path.c_str(), describe_proxy(mesh.proxy->info).c_str());
+  else if (scene.weld && !options.quiet)
     std::printf("%s: %zu vertices of the file are welded to %u\n", scene.mesh_path.c_str(), mesh.of_file.size(), mesh.n_vertices());
   {
     ProgressBar progress(options.quiet);

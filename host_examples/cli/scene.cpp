@@ -322,6 +322,18 @@ toml::table parse(const std::string &path, const std::string &contents) {
   }
 }
 
+void read_proxy(Section &section, Scene &scene) {
+  scene.proxy.vertices = section.count("proxy").value_or(0);
+  if (const auto thickness = section.number("proxy_thickness")) {
+    if (!(*thickness >= 0)) section.fail(*section.find("proxy_thickness"), "proxy_thickness must not be negative");
+    scene.proxy.thickness = *thickness;
+  }
+  scene.proxy.cut = section.flag("proxy_cut").value_or(false);
+  for (const char *key : {"proxy_thickness", "proxy_cut"})
+    if (section.find(key) && !scene.proxy.vertices) section.fail(*section.find(key), std::string(key) + " goes with proxy");
+  if (scene.proxy.vertices && scene.render_path.empty()) scene.render_path = scene.mesh_path;
+}
+
 // What a file says of its one shell at the top, and of several in a table each.
 void read_substance(Section &section, const std::string &path, Scene &scene) {
   const auto mesh = section.file("mesh");
@@ -338,6 +350,7 @@ void read_substance(Section &section, const std::string &path, Scene &scene) {
     scene.weld = *distance;
     if (scene.render_path.empty()) scene.render_path = scene.mesh_path;
   }
+  read_proxy(section, scene);
   if (auto s = section.section("material")) scene.material = read_material(*s, scene.inputs);
   if (auto s = section.section("damping")) scene.damping = read_damping(*s);
   for (Section &s : section.sections("support"))

@@ -7,6 +7,7 @@
 #include "handle_motion.hpp"
 #include "loads.hpp"
 #include "mesh.hpp"
+#include "proxy.hpp"
 #include "method.hpp"
 #include "skeleton.hpp"
 
@@ -141,6 +142,7 @@ struct Scene {
   std::string render_path;  // of what is drawn in the mesh's place, or empty
   double scale = 1;  // of the mesh's coordinates, as they are read
   std::optional<double> weld;  // vertices within it are one, after the scale; the file's own are drawn
+  ProxyOptions proxy;  // simulated in the mesh's place; the file's own vertices are drawn
   std::vector<std::string> inputs;  // the files that it comes from
   std::string length_unit;  // for people only
   std::optional<uint32_t> up;  // axis that a page has upward; else against gravity

@@ -5,6 +5,7 @@
 #include "material_maps.hpp"
 #include "method.hpp"
 #include "progress.hpp"
+#include "proxy.hpp"
 #include "selection.hpp"
 #include "shell_model.hpp"
 #include "support_motion.hpp"
@@ -178,6 +179,7 @@ SupportVertices find_supports(const Scene &scene, const Mesh &mesh) {
 Mesh scene_mesh(const Scene &scene) {
   Mesh mesh = read_mesh(scene.mesh_path);
   for (double &x : mesh.positions) x *= scene.scale;
+  if (scene.proxy.vertices) return make_proxy(mesh, scene.proxy, scene.weld);
   return scene.weld ? weld(mesh, *scene.weld) : mesh;
 }
 

@@ -112,12 +112,20 @@ struct Inputs {
   std::vector<double> supports;  // object's axes; the runner's own, from Request::follow
 };
 
+// A mesh made of the host's and simulated in its place: SwProxyDesc.
+struct ProxyWanted {
+  uint32_t vertices = 0;  // 0: none
+  double thickness = 0, weld = 0;
+  bool cut = false;
+};
+
 struct Request {
   double time = 0;  // s
   Mesh mesh;        // as it comes in now
   // Points of any mesh that follow (n x 3), where they are now, in the same axes; empty: the mesh itself is drawn. Where there are such
   // points, vertices of supports and handles are theirs.
   std::vector<double> drawn;
+  ProxyWanted proxy;  // where nothing is drawn but the mesh itself, which is drawn then
   bool velocities = false;  // of what is drawn, for motion blur
   Build build;
   Motion motion;

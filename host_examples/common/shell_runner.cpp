@@ -197,6 +197,7 @@ bool ShellRunner::take_stored(const Mesh &mesh, const Request &request, const At
 void ShellRunner::evaluate(Request request) {
   check_motion(request);
   const At at(request);
+  proxy_.take_place(request, at.start());
   if (!request.drawn.empty()) follower_.lead(request, at.start());
   run(request, at);
 }

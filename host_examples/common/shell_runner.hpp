@@ -19,6 +19,7 @@
 #include "collider_set.hpp"
 #include "follower.hpp"
 #include "frames_file.hpp"
+#include "proxy_maker.hpp"
 #include "message.hpp"
 #include "request.hpp"
 #include "shell_model.hpp"
@@ -112,6 +113,7 @@ private:
   std::optional<shellwarp::State> state_;
   StateCache cache_;
   ColliderSet colliders_;
+  ProxyMaker proxy_;
   Follower follower_;
   SupportPlaces places_;
   bool stored_serves_ = false;         // the model is that of the frames on disk

@@ -80,6 +80,8 @@ static const char *theDsFile = R"THEDSFILE(
     parm { name "supportattrib" label "Support Attribute" type string default { "" } }
     parm { name "follow" label "Supports Follow" type toggle default { "1" } }
     parm { name "supportfields" label "Support Fields" type integer default { "24" } range { 0! 64 } }
+    parm { name "proxyvertices" label "Proxy Points" type integer default { "0" } range { 0! 5000 } }
+    parm { name "proxythickness" label "Proxy Thickness" type float default { "0" } range { 0! 1 } }
     parm { name "framet" label "Support Frame Translate" type vector size 3 default { "0" "0" "0" } }
     parm { name "framer" label "Support Frame Rotate" type vector size 3 default { "0" "0" "0" } }
     parm {
@@ -257,6 +259,8 @@ void pull_settings(const SOP_ShellWarpParms &parms, host::Request &request) {
   build.clamped = static_cast<int>(parms.getSupportkind()) == 0;
   build.support_fields = count_of(parms.getSupportfields());
   request.follow = parms.getFollow();
+  request.proxy.vertices = count_of(parms.getProxyvertices());
+  request.proxy.thickness = parms.getProxythickness();
   build.modes = count_of(parms.getModes());
   build.method = method_of(parms.getMethod());
   build.reduced_fields = count_of(parms.getReducedfields());

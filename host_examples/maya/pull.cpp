@@ -163,6 +163,8 @@ void pull_settings(MDataBlock &block, host::Request &request) {
   request.build.clamped = !second(Node::supportKind);
   request.follow = block.inputValue(Node::follow).asBool();
   request.build.support_fields = count(Node::supportFields);
+  request.proxy.vertices = count(Node::proxyVertices);
+  request.proxy.thickness = real(Node::proxyThickness);
   request.certify = block.inputValue(Node::certify).asBool();
 
   const double3 &gravity = block.inputValue(Node::gravity).asDouble3();

@@ -25,7 +25,8 @@ MObject ShellWarpNode::method, ShellWarpNode::reducedFields, ShellWarpNode::auto
 MObject ShellWarpNode::modes, ShellWarpNode::doublePrecision, ShellWarpNode::certify;
 MObject ShellWarpNode::supportKind, ShellWarpNode::supportComponents, ShellWarpNode::supportWeightList,
     ShellWarpNode::supportWeights, ShellWarpNode::follow, ShellWarpNode::supportFields;
-MObject ShellWarpNode::frameFrom, ShellWarpNode::supportFrame, ShellWarpNode::proxy;
+MObject ShellWarpNode::frameFrom, ShellWarpNode::supportFrame, ShellWarpNode::proxy, ShellWarpNode::proxyVertices,
+    ShellWarpNode::proxyThickness;
 MObject ShellWarpNode::handles, ShellWarpNode::handleVertex, ShellWarpNode::handleTarget, ShellWarpNode::handlePosition,
     ShellWarpNode::handleOrientation, ShellWarpNode::handleCompliance, ShellWarpNode::handleHeld, ShellWarpNode::handleAxisX,
     ShellWarpNode::handleAxisY, ShellWarpNode::handleAxisZ;
@@ -248,6 +249,16 @@ MStatus create_supports() {
   CHECK_MSTATUS_AND_RETURN_IT(status);
   Node::proxy = typed.create("proxy", "prx", MFnData::kMesh, MObject::kNullObj, &status);
   CHECK_MSTATUS_AND_RETURN_IT(status);
+  status = create_plain(Node::proxyVertices, "proxyVertices", "pxv", MFnNumericData::kInt, 0);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  MFnNumericAttribute vertices(Node::proxyVertices);
+  vertices.setMin(0);
+  vertices.setSoftMax(5000);
+  status = create_plain(Node::proxyThickness, "proxyThickness", "pxt", MFnNumericData::kDouble, 0);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  MFnNumericAttribute thickness(Node::proxyThickness);
+  thickness.setMin(0);
+  thickness.setSoftMax(10);
   status = create_painted(Node::supportWeightList, Node::supportWeights, {"supportWeightList", "swl", "supportWeights", "sws"}, 0, 1);
   CHECK_MSTATUS_AND_RETURN_IT(status);
   status = create_choice(Node::frameFrom, "frameFrom", "ffr", {"object", "supportFrame"});
@@ -335,7 +346,7 @@ MStatus ShellWarpNode::addAttributes() {
       reducedFields, autoError,    integrator,   certify,       supportKind, supportComponents, supportWeightList,
       frameFrom,     supportFrame, handles,      preset,        young,       poisson,           volumeDensity,
       colliders,     proxy,        follow,       supportFields, wind,       airDensity,        normalDrag,
-      tangentialDrag, dampingStiffness, cache,  thicknessMapList, youngMapList,     densityMapList};
+      tangentialDrag, dampingStiffness, cache,  thicknessMapList, youngMapList,     densityMapList, proxyVertices, proxyThickness};
   const MObject children[] = {windX, windY, windZ, gravityX,       gravityY,       gravityZ,          supportWeights,   thicknessMap, youngMap, densityMap, handleVertex,
                               handleTarget,   handlePosition, handleOrientation, handleCompliance, handleHeld, handleAxisX, handleAxisY, handleAxisZ, colliderMesh,
                               colliderMatrix, colliderShape,  colliderCells,     colliderFriction, colliderThickness};

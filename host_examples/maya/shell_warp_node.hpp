@@ -94,7 +94,7 @@ public:
   static MObject supportKind, supportComponents, supportWeightList, supportWeights, follow, supportFields;
   static MObject frameFrom, supportFrame;
   // What is simulated in the deformed mesh's place
-  static MObject proxy;
+  static MObject proxy, proxyVertices, proxyThickness;
   // What leads it
   static MObject handles, handleVertex, handleTarget, handlePosition, handleOrientation, handleCompliance, handleHeld, handleAxisX, handleAxisY, handleAxisZ;
   // What it touches

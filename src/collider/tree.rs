@@ -114,7 +114,20 @@ impl Tree {
 
     /// The triangle nearest to `p`, if nearer than `best`.
     #[inline]
-    pub fn nearest(&self, positions: &[Vec3], triangles: &[[u32; 3]], p: &Vec3, mut best: Nearest) -> Nearest {
+    pub fn nearest(&self, positions: &[Vec3], triangles: &[[u32; 3]], p: &Vec3, best: Nearest) -> Nearest {
+        self.nearest_where(positions, triangles, p, best, |_| true)
+    }
+
+    /// The same among the triangles that `accept` takes.
+    #[inline]
+    pub fn nearest_where(
+        &self,
+        positions: &[Vec3],
+        triangles: &[[u32; 3]],
+        p: &Vec3,
+        mut best: Nearest,
+        accept: impl Fn(usize) -> bool,
+    ) -> Nearest {
         let mut open = [(0u32, 0.0f64); DEPTH];
         let (mut depth, mut at) = (0, 0usize);
         let mut squared = self.nodes[0].squared(p);
@@ -134,7 +147,8 @@ impl Tree {
                     depth += 1;
                     continue;
                 }
-                (first..first + count).for_each(|t| best.look_at(positions, triangles, p, t as usize));
+                let own = (first as usize..(first + count) as usize).filter(|t| accept(*t));
+                own.for_each(|t| best.look_at(positions, triangles, p, t));
             }
             if depth == 0 {
                 return best;

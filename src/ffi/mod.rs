@@ -26,6 +26,7 @@ pub mod plan;
 pub mod pointer;
 pub mod precompute;
 pub mod preset;
+pub mod proxy;
 pub mod state;
 pub mod status;
 pub mod structs;

@@ -295,11 +295,15 @@ fn unless_zero(name: &str, limit: f64) -> crate::Result<f64> {
 }
 
 fn call_progress(desc: &SwPrecomputeDesc, phase: Phase, fraction: f64) -> crate::Result<()> {
-    let Some(callback) = desc.progress else { return Ok(()) };
+    tell_progress(desc.progress, desc.progress_user, phase as u32, fraction)
+}
+
+pub(super) fn tell_progress(progress: SwProgressFn, user: *mut c_void, phase: u32, fraction: f64) -> crate::Result<()> {
+    let Some(callback) = progress else { return Ok(()) };
     // SAFETY: the host gave this callback with this user pointer.
-    match as_the_host(|| unsafe { callback(desc.progress_user, phase as u32, fraction) }) {
+    match as_the_host(|| unsafe { callback(user, phase, fraction) }) {
         SW_PROGRESS_CONTINUE => Ok(()),
-        SW_PROGRESS_CANCEL => Err(Error::new(ErrorKind::Cancelled, "the progress callback cancelled the precompute")),
+        SW_PROGRESS_CANCEL => Err(Error::new(ErrorKind::Cancelled, "the progress callback cancelled the work")),
         other => {
             Err(Error::argument(format!("the progress callback returned {other:#x}: neither continue nor cancel")))
         }

@@ -12,6 +12,7 @@ use super::method::*;
 use super::model::*;
 use super::plan::*;
 use super::preset::*;
+use super::proxy::*;
 use super::state::*;
 use super::status::*;
 use super::supports::*;
@@ -128,6 +129,12 @@ fn status_calls<'a>(model: *mut SwModel, state: *mut SwState) -> Vec<Call<'a>> {
         sw_binding_info(null(), null_mut()),
         sw_binding_save(null(), null_mut(), 0, null_mut()),
         sw_binding_load(model, null(), 0, null_mut()),
+        sw_proxy_create(null(), null(), null_mut()),
+        sw_proxy_info(null(), null_mut()),
+        sw_proxy_positions(null(), 0, null_mut(), 0, 0),
+        sw_proxy_triangles(null(), null_mut(), 0),
+        sw_proxy_sources(null(), null_mut(), null_mut(), 0),
+        sw_proxy_nearest(null(), null_mut(), 0),
         sw_state_bound_points(state, null(), null()),
         sw_collider_create(null(), null_mut()),
         sw_collider_save(null(), null_mut(), 0, null_mut()),
@@ -145,7 +152,7 @@ fn status_calls<'a>(model: *mut SwModel, state: *mut SwState) -> Vec<Call<'a>> {
 }
 
 /// The exported functions that cannot fail and so have no status.
-const WITHOUT_STATUS: [&str; 19] = [
+const WITHOUT_STATUS: [&str; 20] = [
     "sw_abi_version",
     "sw_features",
     "sw_version_string",
@@ -162,6 +169,7 @@ const WITHOUT_STATUS: [&str; 19] = [
     "sw_preset_source",
     "sw_struct_init",
     "sw_binding_destroy",
+    "sw_proxy_destroy",
     "sw_collider_destroy",
     "sw_model_destroy",
     "sw_state_destroy",
@@ -213,6 +221,8 @@ fn the_first_version_of_each_struct_is_the_frozen_one() {
         SwCapsuleFit,
         SwBindingDesc,
         SwBindingInfo,
+        SwProxyDesc,
+        SwProxyInfo,
         SwBoundPointsDesc
     ];
     let frozen = include_str!("../../tests/growth/first/struct_layout.def");
@@ -248,6 +258,7 @@ fn a_panic_in_any_exported_function_becomes_a_status() {
             sw_state_destroy(null_mut()),
             sw_collider_destroy(null_mut()),
             sw_binding_destroy(null_mut()),
+            sw_proxy_destroy(null_mut()),
         ];
         // The handles were not poisoned: nothing held them.
         assert_eq!(sw_state_step(state, 0.1), SW_OK);

@@ -256,6 +256,58 @@ void welded_pieces_are_one_shell_and_the_file_is_drawn() {
   CHECK((cli::find_supports(scene, scaled).fixed == std::vector<uint32_t>{0, 3}));
 }
 
+// A slab of quads with two sides, its low end a group: a sheet in its middle is simulated, held where the file says, with the file's map.
+void a_scene_may_simulate_a_proxy_of_its_file() {
+  constexpr int columns = 41, rows = 9, side = columns * rows;
+  std::string text, map;
+  for (const double z : {0.01, -0.01})
+    for (int i = 0; i < columns; ++i)
+      for (int j = 0; j < rows; ++j) {
+        text += "v " + std::to_string(0.1 * i) + " " + std::to_string(0.1 * j) + " " + std::to_string(z) + "\n";
+        map += std::to_string(1 + i) + "\n";
+      }
+  for (const bool above : {true, false})
+    for (int i = 0; i + 1 < columns; ++i) {
+      text += i < 4 ? "g held\n" : "g rest\n";
+      for (int j = 0; j + 1 < rows; ++j) {
+        const int a = (above ? 1 : 1 + side) + i * rows + j;
+        const int quad[4] = {a, a + rows, a + rows + 1, a + 1};
+        text += "f";
+        for (int k = 0; k < 4; ++k) text += " " + std::to_string(quad[above ? k : 3 - k]);
+        text += "\n";
+      }
+    }
+  write_file("slab.obj", text);
+  write_file("slab.txt", map);
+  const cli::Scene scene = cli::read_scene(write_file(
+      "slab.toml", "mesh = 'slab.obj'\nscale = 2\nproxy = 120\n[material]\nmap = { density = 'slab.txt' }\n[[support]]\ngroup = 'held'\n[[force]]\nvertex = 368\nvector = [0, 0, 1]\n"));
+  CHECK(scene.proxy.vertices == 120 && !scene.proxy.cut && !scene.proxy.thickness && scene.render_path == scene.mesh_path);
+  const cli::Mesh mesh = cli::scene_mesh(scene);
+  CHECK(mesh.proxy && mesh.n_vertices() > 105 && mesh.n_vertices() < 135 && mesh.of_file.size() == 2 * side);
+  const std::vector<cli::MaterialFile> maps = cli::material_maps(scene.material, mesh);
+  for (uint32_t v = 0; v < mesh.n_vertices(); ++v) {
+    CHECK(std::fabs(mesh.vertex(v)[2]) < 1e-9);
+    CHECK(std::fabs(maps.at(0).values.at(v) - (1 + 5 * mesh.vertex(v)[0])) < 1e-6);  // linear along it
+  }
+  const std::vector<uint32_t> held = cli::find_supports(scene, mesh).fixed;
+  CHECK(!held.empty());
+  for (const uint32_t v : held) CHECK(mesh.vertex(v)[0] < 1.0);
+  CHECK(std::fabs(mesh.vertex(cli::place_forces(scene.loads.forces, mesh).at(0).vertex)[0] - 8) < 0.5);
+  for (const char *wrong : {"proxy_cut = true\n", "proxy_thickness = 0.1\n", "proxy = 100\nproxy_thickness = -1\n"}) {
+    bool refused = false;
+    try {
+      cli::read_scene(write_file("slab_wrong.toml", std::string("mesh = 'slab.obj'\n") + wrong));
+    } catch (const std::runtime_error &error) {
+      refused = std::strstr(error.what(), "proxy_") != nullptr;
+    }
+    CHECK(refused);
+  }
+  cli::ProxyOptions both;
+  both.vertices = 240;
+  both.thickness = 0;
+  CHECK(cli::make_proxy(cli::read_mesh(scene.mesh_path), both, std::nullopt).proxy->info.n_sides_joined == 0);
+}
+
 std::string with_line_ends(const std::string &contents, const char *line_end) {
   std::string changed;
   for (char c : contents)
@@ -1591,6 +1643,7 @@ int main(int argc, char **argv) {
   RUN(every_format_gives_the_same_vertices_and_triangles);
   RUN(concave_polygons_are_cut_inside_whichever_corner_is_first);
   RUN(welded_pieces_are_one_shell_and_the_file_is_drawn);
+  RUN(a_scene_may_simulate_a_proxy_of_its_file);
   RUN(byte_order_marks_do_not_matter);
   RUN(statements_of_obj_go_on_after_a_backslash);
   RUN(off_counts_may_stand_behind_the_first_word);

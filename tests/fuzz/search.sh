@@ -1,9 +1,9 @@
 #!/bin/sh
-# Fuzzes each target for a fifth of $1 seconds with the sanitizer $2 (none or address), from the kept corpus and what earlier
+# Fuzzes each target for a sixth of $1 seconds with the sanitizer $2 (none or address), from the kept corpus and what earlier
 # searches found, in target/fuzz. One process at low priority. A finding stays in target/fuzz/found; when it is fixed its input
 # goes to tests/fuzz/corpus, which `make test` replays.
 set -eu
-seconds=$(($1 / 5))
+seconds=$(($1 / 6))
 root=$(CDPATH='' cd -- "$(dirname -- "$0")/../.." && pwd)
 cd "$root"
 cargo +nightly fuzz --version >/dev/null 2>&1 || {
@@ -11,7 +11,7 @@ cargo +nightly fuzz --version >/dev/null 2>&1 || {
     exit 1
 }
 failed=
-for target in saved calls contact material mesh; do
+for target in saved calls contact material mesh proxy; do
     mkdir -p "target/fuzz/corpus/$target" "target/fuzz/found/$target"
     nice -n 19 cargo +nightly fuzz run --fuzz-dir tests/fuzz --target-dir target/fuzz --sanitizer "$2" \
         --no-trace-compares -O -a "$target" "target/fuzz/corpus/$target" "tests/fuzz/corpus/$target" -- \

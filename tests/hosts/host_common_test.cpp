@@ -1338,6 +1338,52 @@ void clamped_neighbours_go_with_what_they_are_clamped_to() {
   CHECK(alone.notes().builds == 1);  // as one
 }
 
+// A slab with two sides, at whose end the glue holds what is named on it: a sheet in its middle is simulated, made once, and the slab follows.
+void a_proxy_is_made_of_a_slab_which_follows_it() {
+  Request request;
+  const uint32_t columns = 41, rows = 5, side = columns * rows;
+  for (uint32_t i = 0; i < 2 * side; ++i)
+    for (const double x : {0.1 * (i % side / rows), 0.1 * (i % rows), i < side ? 0.005 : -0.005}) request.mesh.points.push_back(x);
+  for (uint32_t face = 0; face < 2; ++face)
+    for (uint32_t i = 0; i + 1 < columns; ++i)
+      for (uint32_t j = 0; j + 1 < rows; ++j) {
+        const uint32_t a = face * side + i * rows + j, b = a + rows;
+        request.mesh.sizes.push_back(4);
+        for (const uint32_t v : face ? std::array<uint32_t, 4>{a, a + 1, b + 1, b} : std::array<uint32_t, 4>{a, b, b + 1, a + 1})
+          request.mesh.corners.push_back(v);
+      }
+  for (uint32_t v = 0; v < rows; ++v) request.build.held.push_back(v);
+  request.build.modes = 6;
+  request.inputs.gravity = {0, 0, -9.8};
+  request.proxy.vertices = 60;
+  ShellRunner runner;
+  for (const double frame : {0.0, 1.0, 2.0, 3.0}) runner.evaluate(at_frame(request, frame));
+  const std::vector<double> &x = runner.deformed();
+  CHECK(x.size() == request.mesh.points.size() && runner.notes().builds == 1);
+  CHECK(runner.rest() == request.mesh.points);
+  double lowest = 0;
+  for (std::size_t i = 0; i < side; ++i) {
+    double squared = 0;
+    for (std::size_t k = 0; k < 3; ++k) squared += std::pow(x[3 * i + k] - x[3 * (side + i) + k], 2);
+    CHECK_NEAR(std::sqrt(squared), 0.01, 1e-4);  // the sides stay as far apart
+    lowest = std::min(lowest, x[3 * i + 2]);
+  }
+  CHECK(lowest < -0.01);
+  Request other = at_frame(request, 0);
+  other.proxy.vertices = 90;
+  runner.evaluate(other);
+  CHECK(runner.notes().builds == 2);
+  request.mesh.sizes.push_back(3);  // a fin on an edge that two have
+  for (const uint32_t v : {rows, rows + 1, side + 2}) request.mesh.corners.push_back(v);
+  bool refused = false;
+  try {
+    ShellRunner().evaluate(request);
+  } catch (const shellwarp::Error &error) {
+    refused = std::string(error.what()).find("triangles meet at the edge from vertex") != std::string::npos;
+  }
+  CHECK(refused);
+}
+
 // The mesh that is drawn is led; the one that is simulated comes as it was.
 void supports_of_what_is_drawn_lead_a_mesh_at_rest() {
   ShellRunner own, drawn;
@@ -1423,6 +1469,7 @@ int main() {
   RUN(the_full_shell_follows_supports_that_part_without_fields);
   RUN(clamped_neighbours_go_with_what_they_are_clamped_to);
   RUN(supports_of_what_is_drawn_lead_a_mesh_at_rest);
+  RUN(a_proxy_is_made_of_a_slab_which_follows_it);
   RUN(velocities_of_a_shell_whose_supports_are_led_are_those_of_its_positions);
   RUN(what_cannot_follow_supports_that_part_is_named);
   RUN(few_fields_are_told_of);

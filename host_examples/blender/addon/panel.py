@@ -58,6 +58,8 @@ class SHELLWARP_PT_shell(bpy.types.Panel):
         obj, layout = context.object, self.layout
         settings = obj.shellwarp
         layout.use_property_split = True
+        if not settings.enabled:
+            layout.operator("shellwarp.make_proxy")
         layout.active = settings.enabled
         draw_state(layout, context, obj)
         layout.prop(settings, "live")

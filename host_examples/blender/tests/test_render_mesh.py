@@ -72,6 +72,46 @@ def judged(proxy, points, frames):
     return out
 
 
+class Made(Case):
+    def make(self, asset, **options):
+        bpy.ops.object.select_all(action="DESELECT")
+        bpy.context.view_layer.objects.active = asset
+        return bpy.ops.shellwarp.make_proxy(**options)
+
+    def test_a_slab_follows_the_proxy_made_of_it(self):
+        slab = add_slab()
+        slab.vertex_groups.new(name="held").add([v.index for v in slab.data.vertices if v.co.x < 0.02], 1.0, "REPLACE")
+        slab.matrix_world = Matrix.Translation((0.1, 0, 0.2))
+        rest = shown(slab)
+        self.assertEqual(self.make(slab, vertices=150), {"FINISHED"})
+        proxy = bpy.context.object
+        self.assertLess(abs(len(proxy.data.vertices) - 150), 20)
+        self.assertLess(max(abs(v.co.z) for v in proxy.data.vertices), 1e-6)  # in the middle of the two sides
+        self.assertEqual([item.target for item in proxy.shellwarp.renders], [slab])
+        held = part("inputs").group_vertices(proxy, "held")
+        self.assertTrue(held and all(proxy.data.vertices[v].co.x < 0.025 for v in held))
+        s = proxy.shellwarp
+        s.fixed_group, s.density, s.k_bend, s.k_length, s.k_area, s.frame_end = "held", 0.3, 2.7e-3, 5e3, 5e3, 10
+        for frame in range(1, 11):
+            play(frame)
+        self.assertEqual(self.message(proxy), "")
+        self.assertGreater(numpy.abs(shown(slab) - rest).max(), 1e-3)
+
+    def test_what_cannot_be_is_refused_and_nothing_is_left_behind(self):
+        proxy, slab = self.pair()
+        before = len(bpy.data.objects)
+        with self.assertRaisesRegex(RuntimeError, "it follows"):
+            self.make(slab)
+        mesh = bpy.data.meshes.new("tee")
+        mesh.from_pydata([(0, 0, 0), (0, 1, 0), (1, 0, 0), (-1, 0, 0), (0, 0, 1)], [], [(0, 1, 2), (1, 0, 3), (0, 1, 4)])
+        tee = bpy.data.objects.new("tee", mesh)
+        bpy.context.scene.collection.objects.link(tee)
+        with self.assertRaisesRegex(RuntimeError, "3 triangles meet at the edge"):
+            self.make(tee, vertices=50)
+        self.assertEqual(len(bpy.data.objects), before + 1)
+        self.assertEqual(self.make(tee, vertices=50, cut=True), {"FINISHED"})
+
+
 class Live(Case):
     def test_it_follows_as_the_librarys_binding_says_and_scrubbing_back_is_exact(self):
         proxy, slab = self.pair()

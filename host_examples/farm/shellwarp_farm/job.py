@@ -17,7 +17,7 @@ from .content import content_hash
 from .errors import DamagedError, FarmError, SceneError
 from .job_log import JobLog, library_messages
 from .mesh_file import stem as stem_of
-from .model import drawn_at, library_digest, load_model, mesh_at, model_tables, polygons_at, slowest_of
+from .model import drawn_at, library_digest, load_model, mesh_at, model_tables, polygons_at, simulated_at, slowest_of
 from .point_cache import PointCacheFile
 from .polygon import cut
 from .scenes import MODEL_KEYS
@@ -161,7 +161,9 @@ def bind(model, path):
 
 
 def bind_itself(model, job, stack):
-    """The shell's own vertices, whose velocities USD has; None where nobody asks, or its mesh is too sharp for it."""
+    """The shell's own vertices, whose velocities USD has; None where nobody asks, or its mesh is too sharp for it. Of a proxy, the mesh's."""
+    if job["proxy"]:
+        return stack.enter_context(bind(model, job["mesh"]))
     if "usd" not in job["formats"]:
         return None
     try:
@@ -173,9 +175,9 @@ def bind_itself(model, job, stack):
 def simulate(job, state, start, partials, slowest, bindings, log):
     """Runs the frames into the files: what the record says of the range of the method. `slowest`: the slowest mode's frequency,
     `bindings`: of the shell's own vertices, for their velocities, and of each mesh that follows."""
-    positions = mesh_at(job["mesh"])[0]
+    positions, _, here = simulated_at(job)
     first, last = job["frames"]
-    _set_up(job, state, positions, slowest)
+    _set_up(job, state, positions, here, slowest)
     colliders.put(state, job["collider"])
     if start is not None:
         state.load(start.tobytes())
@@ -192,7 +194,7 @@ def simulate(job, state, start, partials, slowest, bindings, log):
             _step_to(job, state, frame)
         for number, files_of_it in enumerate(writers):
             points = state.bound_points(bindings[number], ("positions", "velocities")) if bindings[number] else {}
-            if number == 0:   # to the last bit
+            if number == 0 and not job["proxy"]:   # to the last bit
                 points["positions"] = state.positions(out=buffer)
             for writer in files_of_it:
                 writer.append(**points)
@@ -205,11 +207,11 @@ def simulate(job, state, start, partials, slowest, bindings, log):
     return judged
 
 
-def _set_up(job, state, positions, slowest):
+def _set_up(job, state, positions, here, slowest):
     state.set_gravity(job["simulation"]["gravity"])
     state.set_damping(**damping(job["simulation"]["method"], **job["damping"], slowest=slowest))
     if job["force"]:
-        vertices = [force["vertex"] if "vertex" in force else _nearest(positions, force["nearest"]) for force in job["force"]]
+        vertices = [here(force["vertex"]) if "vertex" in force else _nearest(positions, force["nearest"]) for force in job["force"]]
         state.set_forces(numpy.array([force["vector"] for force in job["force"]], dtype=float), vertices)
 
 

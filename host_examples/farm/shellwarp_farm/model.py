@@ -29,7 +29,7 @@ _lock = threading.Lock()
 
 def model_tables(job):
     """The part of a job that its model is made of."""
-    return {"mesh": job["mesh"], "material": job["material"], "support": job["support"],
+    return {"mesh": job["mesh"], "proxy": job["proxy"], "material": job["material"], "support": job["support"],
             "options": options_of(job["simulation"], [job["simulation"]["method"]])}
 
 
@@ -50,12 +50,13 @@ def options_of(simulation, methods):
 
 def shell_of(tables):
     """The Shell of a model's tables."""
-    positions, triangles = mesh_at(tables["mesh"])
+    positions, triangles, here = simulated_at(tables)
+    supports = [{**item, "vertices": [here(v) for v in item["vertices"]]} if "vertices" in item else item for item in tables["support"]]
     material = material_of(tables["material"])
     if isinstance(material, shellwarp.Sheet):  # whose edges hold their slope without their neighbours
-        held = {kind: supported_vertices(tables["support"], positions, kind) for kind in ("fixed", "clamped")}
+        held = {kind: supported_vertices(supports, positions, kind) for kind in ("fixed", "clamped")}
         return shellwarp.Shell(positions, triangles, material, **held, directions=tables["material"].get("direction"))
-    held = held_vertices(tables["support"], positions, triangles)
+    held = held_vertices(supports, positions, triangles)
     return shellwarp.Shell(positions, triangles, material, fixed=held)
 
 
@@ -141,6 +142,33 @@ def _precompute(tables):
 def mesh_at(path):
     """As read_mesh, kept until the file changes."""
     return _kept_of(read_mesh, path)
+
+
+def simulated_at(tables):
+    """Positions and triangles of what is simulated, the mesh or a proxy of it, and the number there of a vertex of the mesh."""
+    if not tables["proxy"]:
+        return *mesh_at(tables["mesh"]), lambda vertex: vertex
+    asset = mesh_at(tables["mesh"])
+    positions, triangles, nearest = _kept_of(_proxy_reader(tuple(sorted(tables["proxy"].items()))), tables["mesh"])
+
+    def here(vertex):
+        if not 0 <= vertex < len(nearest):
+            raise SceneError(f"vertex {vertex} is named; the mesh has {len(asset[0])}, from 0")
+        return int(nearest[vertex])
+    return positions, triangles, here
+
+
+@functools.lru_cache
+def _proxy_reader(options):
+    return functools.partial(_proxy_of, **dict(options))
+
+
+def _proxy_of(path, vertices, thickness=0.0, cut=False):
+    try:
+        with shellwarp.Proxy(*mesh_at(path), vertices, thickness=thickness, cut=cut) as made:
+            return made.positions(), made.triangles(), made.nearest()
+    except shellwarp.ShellwarpError as error:
+        raise SceneError(f"{path}: {error}") from None
 
 
 def polygons_at(path):

@@ -30,7 +30,8 @@ TABLES = {
 }
 LISTS = {"support": {"kind", "box", "vertices"}, "force": {"vertex", "nearest", "vector"}, "collider": colliders.KEYS}
 OSCILLATION = {"axis", "amplitude", "frequency", "phase_degrees"}
-ASSET = {"name", "mesh", "render", "material", "support", "simulation", "damping", "force", "collider"}
+PROXY = {"proxy": "vertices", "proxy_thickness": "thickness", "proxy_cut": "cut"}
+ASSET = {"name", "mesh", *PROXY, "render", "material", "support", "simulation", "damping", "force", "collider"}
 SHOT = {"name", "frames", "after", "start", "simulation", "damping", "wind", "frame", "force", "collider"}
 TOP = {"title", "up_axis", "metres_per_unit", "formats", "seeds", "asset", "shot", "parameters", "sweep"}
 FORMATS = ("pc2", "usd")
@@ -84,7 +85,7 @@ def parameter_grid(scene_list):
 
 def asset_tables(asset, values):
     """The tables of an asset alone, parameters put in and defaults filled in."""
-    return _with_parameters({"mesh": asset["mesh"], **{key: asset.get(key, {}) for key in ("material", "damping")},
+    return _with_parameters({"mesh": asset["mesh"], "proxy": proxy(asset), **{key: asset.get(key, {}) for key in ("material", "damping")},
                              "support": asset.get("support", []), "force": asset.get("force", []),
                              "simulation": {**DEFAULTS, **asset.get("simulation", {})}, "wind": {}, "frame": {}}, values)
 
@@ -101,11 +102,16 @@ def renders(asset):
     return given if isinstance(given, list) else [given]
 
 
+def proxy(asset):
+    """What a mesh to simulate in the asset's place is to be: {} for none."""
+    return {name: asset[key] for key, name in PROXY.items() if key in asset}
+
+
 def _job(scene_list, asset, shot, values, seed):
     merged = {table: {**asset.get(table, {}), **shot.get(table, {})} for table in TABLES}
     merged["simulation"] = {**DEFAULTS, **merged["simulation"]}
     lists = {key: asset.get(key, []) + shot.get(key, []) for key in LISTS}
-    job = _with_parameters({"mesh": asset["mesh"], "render": asset["render"], **merged, **lists}, values)
+    job = _with_parameters({"mesh": asset["mesh"], "proxy": proxy(asset), "render": asset["render"], **merged, **lists}, values)
     variant = "_".join(filter(None, [label(values), "" if seed is None else f"s{seed}"]))
 
     def name_in(shot_name):
@@ -180,6 +186,10 @@ def _check_entry(kind, entry, keys, needed, seen):
     if name in seen:
         raise SceneError(f"two {kind}s have the name {name}")
     seen.add(name)
+    if "proxy" not in entry and (alone := sorted(set(PROXY) & set(entry))):
+        raise SceneError(f"{kind} {name}: {alone[0]} goes with proxy")
+    if "proxy" in entry and (not isinstance(entry["proxy"], int) or entry["proxy"] < 4):
+        raise SceneError(f"{kind} {name}: proxy is a number of vertices, 4 or more")
     stems = [stem(path) for path in renders(entry)]
     if not all(isinstance(path, str) for path in renders(entry)) or len(set(stems)) < len(stems):
         raise SceneError(f"{kind} {name}: render is the path of a mesh, or a list of paths whose file names differ")

@@ -19,7 +19,7 @@ from . import engine as engines
 from . import files
 from .content import content_hash
 from .errors import FarmError, SceneError
-from .model import library_digest, load_model, mesh_at, model_key, options_of, shell_of, slowest_of
+from .model import library_digest, load_model, model_key, options_of, shell_of, simulated_at, slowest_of
 from .scenes import asset_tables, label, parameter_grid, read_list
 
 KEYS = {"methods", "modes", "loads", "bending"}
@@ -56,7 +56,7 @@ def run_case(case, out, cache):
     """The rows of a case, from its record if that is of the same inputs: {"rows"}, or {"failed"}."""
     name = f"{case['asset']} {case['variant']} bending={case['bending']:g} load={case['load']:g}"
     try:
-        tables = [{**{key: case[key] for key in ("mesh", "material", "support")},
+        tables = [{**{key: case[key] for key in ("mesh", "proxy", "material", "support")},
                    "options": options_of({**case["simulation"], "gravity": case["gravity"], "modes": m}, case["methods"])}
                   for m in sorted(case["mode_counts"])]
         keys = [model_key(table) for table in tables]
@@ -74,8 +74,8 @@ def run_case(case, out, cache):
 
 
 def _measure(case, table, models):
-    rest = mesh_at(case["mesh"])[0]
-    weights = vertex_areas(*mesh_at(case["mesh"]))
+    rest, triangles, _ = simulated_at(table)
+    weights = vertex_areas(rest, triangles)
     reference, seconds = _equilibrium(case, models[0], find(shellwarp.abi.SW_METHOD_SHELL_IMPLICIT).name)
     shift = reference["positions"] - rest
     held = len(shell_of(table).fixed)

@@ -74,6 +74,34 @@ class Render(unittest.TestCase):
             self.assertTrue(numpy.array_equal(found[0], points.astype(numpy.float32)))
             self.assertGreater(numpy.abs(found[-1] - found[0]).max(), 0.002)
 
+    def test_a_proxy_leads_the_asset_in_its_own_faces(self):
+        from pxr import Usd, UsdGeom
+        rows, columns = 9, 41   # a card of quads with two sides, 2 mm apart
+        lines = [f"v {0.003 * i:.17g} {0.0025 * j:.17g} {z}" for z in (0.001, -0.001) for i in range(columns) for j in range(rows)]
+        for i in range(columns - 1):
+            for j in range(rows - 1):
+                a = i * rows + j + 1
+                corners = (a, a + rows, a + rows + 1, a + 1)
+                lines += ["f " + " ".join(map(str, corners)), "f " + " ".join(str(v + rows * columns) for v in reversed(corners))]
+        (self.folder / "slab.obj").write_text("\n".join(lines) + "\n")
+        text = LIST.replace('mesh = "card.obj"', 'mesh = "slab.obj"\nproxy = 80').replace("RENDER", "[]").replace("[0, 1, 2, 3, 4, 5]", str(list(range(2 * rows))))
+        job = small.jobs(self.folder, text)[0]
+        record = self.bake(job)
+        self.assertNotIn("failed", record)
+        self.assertLess(abs(record["vertices"] - 80), 12)
+        points = self.points(f"{job['name']}.pc2")
+        n = rows * columns
+        self.assertEqual(points.shape[1], 2 * n)
+        self.assertGreater(numpy.abs(points[-1] - points[0]).max(), 0.002)
+        apart = numpy.linalg.norm(points[:, :n] - points[:, n:], axis=2)
+        self.assertLess(numpy.abs(apart - 0.002).max(), 4e-5)   # the sides stay as far apart
+        stage = Usd.Stage.Open(str(self.folder / "out" / f"{job['name']}.usdc"))
+        mesh = UsdGeom.Mesh(stage.GetDefaultPrim())
+        self.assertEqual(set(mesh.GetFaceVertexCountsAttr().Get()), {4})
+        for wrong, said in (("proxy = 80", "proxy = 2"), ("proxy = 80", "proxy_cut = true")):
+            with self.assertRaisesRegex(SceneError, "asset card: proxy"):
+                read_list(small.write_list(self.folder, text.replace(wrong, said)))
+
     def test_usd_keeps_the_faces(self):
         from pxr import Usd, UsdGeom
         job = self.job('"fine.obj"')

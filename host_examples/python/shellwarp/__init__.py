@@ -25,8 +25,9 @@ from .log import set_log
 from .mesh import Diagnostic, Material, Sheet, Shell, check_mesh, directions_of_uvs, presets
 from .method import Method, methods
 from .model import Model
+from .proxy import Proxy
 from .state import State
 
 __all__ = ["Binding", "BusyError", "CancelledError", "Collider", "Diagnostic", "InternalError", "InvalidArgumentError", "InvalidDataError",
            "InvalidMeshError", "LibraryNotFoundError", "Material", "Method", "Model", "NotPrecomputedError", "NumericalError", "OutOfMemoryError",
-           "Sheet", "Shell", "ShellwarpError", "State", "UnsupportedError", "abi", "check_mesh", "directions_of_uvs", "library_path", "load", "method", "methods", "presets", "set_log", "version"]
+           "Proxy", "Sheet", "Shell", "ShellwarpError", "State", "UnsupportedError", "abi", "check_mesh", "directions_of_uvs", "library_path", "load", "method", "methods", "presets", "set_log", "version"]

@@ -93,6 +93,9 @@ SW_SUPPORTS_TELEPORT = 1
 SW_REST_TELEPORT = 1
 SW_SPACE_WORLD = 0
 SW_SPACE_FRAME = 1
+SW_PROXY_CUT = 1
+SW_PROXY_KEEP_SIDES = 2
+SW_PROXY_KEEP_PIECES = 4
 SW_CONSTRAINT_POSITION = 1
 SW_CONSTRAINT_ORIENTATION = 2
 SW_AXIS_X = 1
@@ -132,6 +135,10 @@ class SwState(Structure):
 
 
 class SwBinding(Structure):
+    """Opaque."""
+
+
+class SwProxy(Structure):
     """Opaque."""
 
 
@@ -421,6 +428,41 @@ class SwBoundPointsDesc(Structure):
     ]
 
 
+class SwProxyDesc(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("flags", c_uint32),
+        ("n_vertices", c_uint32),
+        ("reserved", c_uint32),
+        ("weld", c_double),
+        ("thickness", c_double),
+        ("progress", SwProgressFn),
+        ("progress_user", c_void_p),
+    ]
+
+
+class SwProxyInfo(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("n_vertices", c_uint32),
+        ("n_triangles", c_uint32),
+        ("n_pieces", c_uint32),
+        ("n_asset_vertices", c_uint32),
+        ("n_left_out", c_uint32),
+        ("n_welded", c_uint32),
+        ("n_repeated", c_uint32),
+        ("n_sides_joined", c_uint32),
+        ("n_cut", c_uint32),
+        ("furthest_vertex", c_uint32),
+        ("n_holes_closed", c_uint32),
+        ("furthest_distance", c_double),
+        ("edge_length", c_double),
+        ("thickness", c_double),
+        ("worst_quality", c_double),
+        ("mean_quality", c_double),
+    ]
+
+
 class SwConstraintDesc(Structure):
     _fields_ = [
         ("struct_size", c_uint32),
@@ -611,6 +653,13 @@ FUNCTIONS = {
     "sw_binding_save": (c_uint32, [POINTER(SwBinding), c_void_p, c_uint64, c_void_p]),
     "sw_binding_load": (c_uint32, [POINTER(SwModel), c_void_p, c_uint64, POINTER(POINTER(SwBinding))]),
     "sw_state_bound_points": (c_uint32, [POINTER(SwState), POINTER(SwBinding), POINTER(SwBoundPointsDesc)]),
+    "sw_proxy_create": (c_uint32, [POINTER(SwMeshDesc), POINTER(SwProxyDesc), POINTER(POINTER(SwProxy))]),
+    "sw_proxy_destroy": (None, [POINTER(SwProxy)]),
+    "sw_proxy_info": (c_uint32, [POINTER(SwProxy), POINTER(SwProxyInfo)]),
+    "sw_proxy_positions": (c_uint32, [POINTER(SwProxy), c_uint32, c_void_p, c_uint64, c_uint32]),
+    "sw_proxy_triangles": (c_uint32, [POINTER(SwProxy), c_void_p, c_uint32]),
+    "sw_proxy_sources": (c_uint32, [POINTER(SwProxy), c_void_p, c_void_p, c_uint32]),
+    "sw_proxy_nearest": (c_uint32, [POINTER(SwProxy), c_void_p, c_uint32]),
     "sw_states_step": (c_uint32, [POINTER(POINTER(SwState)), c_uint32, c_double, c_void_p]),
     "sw_set_threads": (c_uint32, [c_uint32]),
     "sw_state_set_constraint": (c_uint32, [POINTER(SwState), POINTER(SwConstraintDesc)]),

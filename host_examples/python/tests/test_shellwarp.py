@@ -806,5 +806,45 @@ class Bindings(unittest.TestCase):
             swinging(made).bound_points(binding, ["colours"])
 
 
+class Proxies(unittest.TestCase):
+    def asset(self, n=31):
+        """Two sheets that face away from each other, as quads cut in two."""
+        x, y = numpy.meshgrid(numpy.linspace(0, 1, n), numpy.linspace(0, 1, n), indexing="ij")
+        sheet = numpy.stack([x.ravel(), y.ravel(), 0.1 * numpy.sin(3 * x.ravel())], axis=1)
+        a = numpy.array([i * n + j for i in range(n - 1) for j in range(n - 1)])
+        triangles = numpy.concatenate([numpy.stack([a, a + n, a + n + 1], 1), numpy.stack([a, a + n + 1, a + 1], 1)])
+        return numpy.concatenate([sheet + [0, 0, 0.005], sheet - [0, 0, 0.005]]), numpy.concatenate([triangles, triangles[:, ::-1] + len(sheet)])
+
+    def test_a_slab_is_carried_by_the_sheet_in_its_middle(self):
+        positions, triangles = self.asset()
+        proxy = sw.Proxy(positions, triangles, 150)
+        info = proxy.info()
+        self.assertLess(abs(info["n_vertices"] - 150), 18)
+        self.assertEqual((info["n_pieces"], info["n_cut"], info["n_sides_joined"]), (1, 0, len(triangles) // 2))
+        self.assertGreater(info["worst_quality"], 0.4)
+        x, t = proxy.positions(), proxy.triangles()
+        self.assertFalse([d for d in sw.check_mesh(x, t) if d.is_error])
+        # Painted values come along: of a linear one, what it is there, but that the middle lies half a thickness along the slope of 0.3 from the side.
+        self.assertLess(numpy.abs(proxy.carried(positions[:, :2]) - x[:, :2]).max(), 0.3 * 0.005)
+        self.assertLess(numpy.linalg.norm(x[proxy.nearest()] - positions, axis=1).max(), 1.2 * info["edge_length"])
+        shell = sw.Shell(x, t, sw.Material(bend=0.1), fixed=numpy.flatnonzero(x[:, 0] < 0.05))
+        made = sw.Model(shell)
+        made.precompute(modes=6)
+        state = made.state("warp")
+        state.set_gravity([0, 0, -1])
+        state.step(1 / 30)
+        drawn = state.bound_points(sw.Binding(made, positions), ["positions"])["positions"]
+        self.assertEqual(drawn.shape, positions.shape)
+
+    def test_what_is_no_manifold_is_named_or_cut(self):
+        sheets = [[0, 0, 0], [0, 1, 0], [1, 0, 0], [-1, 0, 0], [0, 0, 1]]
+        triangles = [[0, 1, 2], [1, 0, 3], [0, 1, 4]]
+        with self.assertRaisesRegex(sw.InvalidMeshError, "3 triangles meet at the edge from vertex 0"):
+            sw.Proxy(sheets, triangles, 60)
+        self.assertEqual(sw.Proxy(sheets, triangles, 60, cut=True).info()["n_pieces"], 2)
+        with self.assertRaisesRegex(sw.InvalidArgumentError, "n_vertices is 1"):
+            sw.Proxy(sheets, triangles, 1)
+
+
 if __name__ == "__main__":
     unittest.main()

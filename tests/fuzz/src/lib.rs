@@ -9,4 +9,5 @@ pub mod host;
 pub mod input;
 pub mod material;
 pub mod mesh;
+pub mod proxy;
 pub mod saved;

@@ -35,6 +35,8 @@ public:
   int64_t getIntegrator() const { return integrator_; }
   bool getFollow() const { return follow_; }
   int64_t getSupportfields() const { return supportfields_; }
+  int64_t getProxyvertices() const { return proxyvertices_; }
+  fpreal getProxythickness() const { return proxythickness_; }
   int64_t getSupportkind() const { return supportkind_; }
   const UT_StringHolder &getSupportgroup() const { return supportgroup_; }
   const UT_StringHolder &getSupportattrib() const { return supportattrib_; }
@@ -85,6 +87,8 @@ public:
     integrator_ = static_cast<int64_t>(at(values, "integrator", "ordinal").numbers[0]);
     follow_ = at(values, "follow", "toggle").numbers[0] != 0;
     supportfields_ = static_cast<int64_t>(at(values, "supportfields", "integer").numbers[0]);
+    proxyvertices_ = static_cast<int64_t>(at(values, "proxyvertices", "integer").numbers[0]);
+    proxythickness_ = at(values, "proxythickness", "float").numbers[0];
     supportkind_ = static_cast<int64_t>(at(values, "supportkind", "ordinal").numbers[0]);
     supportgroup_ = at(values, "supportgroup", "string").text.c_str();
     supportattrib_ = at(values, "supportattrib", "string").text.c_str();
@@ -147,6 +151,8 @@ private:
   int64_t integrator_ = 0;
   bool follow_ = false;
   int64_t supportfields_ = 0;
+  int64_t proxyvertices_ = 0;
+  fpreal proxythickness_ = 0;
   int64_t supportkind_ = 0;
   UT_StringHolder supportgroup_;
   UT_StringHolder supportattrib_;

@@ -1,0 +1,109 @@
+"""A coarse mesh made of a fine one, and simulated in its place."""
+
+import bpy
+import numpy
+
+from . import library, render_mesh
+from .meshes import Refused, check_mesh, rest_positions, triangles
+
+HELD = 0.5  # of a weight that comes over
+
+
+def make(context, asset, vertices, thickness, cut):
+    """The object of the proxy, a shell that the asset follows; and what was done, in words."""
+    render_mesh_free(asset)
+    check_mesh(asset)
+    positions, faces = rest_positions(asset.data), triangles(asset.data)
+    if not len(faces):
+        raise Refused("it has no faces")
+    with library.package().Proxy(positions, faces, vertices, thickness=thickness, cut=cut) as made:
+        info, points, corners = made.info(), made.positions(), made.triangles()
+        groups = {group.name: made.carried(group_weights(asset, group.index)) for group in asset.vertex_groups}
+    mesh = bpy.data.meshes.new(f"{asset.data.name} proxy")
+    mesh.from_pydata(points.tolist(), [], corners.tolist())
+    obj = bpy.data.objects.new(f"{asset.name} proxy", mesh)
+    for collection in asset.users_collection:
+        collection.objects.link(obj)
+    obj.matrix_world = asset.matrix_world
+    for name, weights in groups.items():
+        add_group(obj, name, weights)
+    obj.display_type = "WIRE"
+    obj.visible_camera = obj.visible_shadow = False
+    obj.shellwarp.enabled = True
+    obj.shellwarp.renders.add().target = asset
+    bpy.ops.object.select_all(action="DESELECT")
+    obj.select_set(True)
+    context.view_layer.objects.active = obj
+    return obj, words(info)
+
+
+def render_mesh_free(asset):
+    """Raises Refused where the object has another part in a simulation."""
+    if asset.shellwarp.enabled:
+        raise Refused("it is a shell itself: switch that off first")
+    owner = render_mesh.owner(asset)
+    if owner is not None:
+        raise Refused(f"it follows “{owner.name}” already")
+
+
+def group_weights(obj, index):
+    """A group's weight of each vertex, 0 of those that are not in it."""
+    out = numpy.zeros(len(obj.data.vertices))
+    for vertex in obj.data.vertices:
+        for item in vertex.groups:
+            if item.group == index:
+                out[vertex.index] = item.weight
+    return out
+
+
+def add_group(obj, name, weights):
+    """A vertex group with the weights above 0."""
+    group = obj.vertex_groups.new(name=name)
+    for vertex in numpy.flatnonzero(weights > 1e-6):
+        group.add([int(vertex)], float(weights[vertex]), "REPLACE")
+
+
+def words(info):
+    """What was done to the asset."""
+    told = [f"{info['n_vertices']} vertices stand for {info['n_asset_vertices']}"]
+    if info["n_sides_joined"]:
+        told.append(f"two sides {info['thickness']:.3g} apart are one sheet")
+    if info["n_left_out"]:
+        told.append(f"{info['n_left_out']} small pieces are left out and follow")
+    if info["n_cut"]:
+        told.append(f"{info['n_cut']} places are cut and may part")
+    return "; ".join(told)
+
+
+class SHELLWARP_OT_make_proxy(bpy.types.Operator):
+    """Make a coarse mesh of this one and simulate it; this mesh follows. It may have two sides, thickness, loose faces, n-gons"""
+
+    bl_idname = "shellwarp.make_proxy"
+    bl_label = "Simulate a proxy"
+    bl_options = {"REGISTER", "UNDO"}
+
+    vertices: bpy.props.IntProperty(name="Vertices", default=1000, min=4, max=4000000, soft_max=20000, description="About so many are simulated")
+    thickness: bpy.props.FloatProperty(name="Thickness", default=0.0, min=0.0, subtype="DISTANCE",
+                                       description="Two sides no further apart become the sheet in their middle; 0: those of thin sheets are found")
+    cut: bpy.props.BoolProperty(name="Cut", default=False, description="Cut the mesh where more than two faces meet at an edge, and strips with one side")
+
+    @classmethod
+    def poll(cls, context):
+        return context.object is not None and context.object.type == "MESH" and not context.object.shellwarp.enabled
+
+    def execute(self, context):
+        try:
+            _, told = make(context, context.object, self.vertices, self.thickness, self.cut)
+        except Exception as error:
+            self.report({"ERROR"}, str(error) or type(error).__name__)
+            return {"CANCELLED"}
+        self.report({"INFO"}, told)
+        return {"FINISHED"}
+
+
+def register():
+    bpy.utils.register_class(SHELLWARP_OT_make_proxy)
+
+
+def unregister():
+    bpy.utils.unregister_class(SHELLWARP_OT_make_proxy)

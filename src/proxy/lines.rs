@@ -1,0 +1,231 @@
+//! Lines that a proxy keeps: boundaries, and creases that are sharp at the proxy's own scale.
+
+use super::edit::Place;
+use super::ground::Ground;
+use super::link::Manifold;
+use super::soup::low_high;
+use crate::collider::{Nearest, Tree, sort_triangles};
+use crate::mesh::{NONE, UnionFind};
+use crate::{Result, Vec3};
+use std::collections::HashMap;
+
+/// Cosines below which an edge is a crease, at the asset's scale and at the proxy's.
+const CREASED: [f64; 2] = [0.71, 0.77];
+/// A crease shorter than so many edges of the proxy is none.
+const SHORTEST_CREASE: f64 = 2.0;
+/// Cosine of the turn, over half an edge of the proxy to each side, that makes a corner of a line.
+const CORNER: f64 = 0.71;
+/// Loops shorter than so many edges have no corners.
+const SMALL_LOOP: f64 = 4.0;
+
+/// The lines of a manifold.
+pub struct Lines {
+    /// Of each half-edge, its line, or [`NONE`].
+    pub of_half: Vec<u32>,
+    pub places: Vec<Place>,
+    /// A segment a-b as the triangle a b b.
+    segments: Vec<[u32; 3]>,
+    line_of: Vec<u32>,
+    tree: Option<Tree>,
+    /// Whether there are creases among them.
+    pub any_creases: bool,
+}
+
+/// Vertices of a line in turn.
+struct Chain {
+    vertices: Vec<u32>,
+    closed: bool,
+}
+
+impl Lines {
+    /// At the scale of edges of length `edge`.
+    pub fn new(manifold: &Manifold, ground: &Ground, edge: f64, with_creases: bool) -> Result<Self> {
+        let mut edges: Vec<u32> = vec![];
+        let length = |h: u32| {
+            let [a, b] = ends(manifold, h).map(|v| manifold.positions[v as usize]);
+            (b - a).norm()
+        };
+        for h in (0..manifold.twins.len() as u32).filter(|h| manifold.twins[*h as usize] == NONE) {
+            edges.push(h);
+        }
+        let creases = if with_creases { creases(manifold, ground, edge, length) } else { vec![] };
+        let any_creases = !creases.is_empty();
+        edges.extend(creases);
+        let mut lines = Self {
+            of_half: vec![NONE; manifold.twins.len()],
+            places: vec![Place::Free; manifold.positions.len()],
+            segments: vec![],
+            line_of: vec![],
+            tree: None,
+            any_creases,
+        };
+        lines.trace(manifold, &edges, edge);
+        lines.plant(manifold, &edges)?;
+        Ok(lines)
+    }
+
+    /// The nearest point of a line.
+    pub fn nearest(&self, positions: &[Vec3], p: &Vec3, line: u32) -> Option<Vec3> {
+        let tree = self.tree.as_ref()?;
+        let accept = |s: usize| self.line_of[s] == line;
+        let found = tree.nearest_where(positions, &self.segments, p, Nearest::within(f64::INFINITY), accept);
+        (found.triangle != usize::MAX).then(|| found.foot(positions, &self.segments))
+    }
+
+    /// Numbers the lines, and finds the corners between and on them.
+    fn trace(&mut self, manifold: &Manifold, edges: &[u32], edge: f64) {
+        let mut at: Vec<(u32, u32)> = vec![]; // vertex and half-edge
+        for &h in edges {
+            let [a, b] = ends(manifold, h);
+            at.extend([(a, h), (b, h)]);
+        }
+        at.sort_unstable();
+        let range = |v: u32| at.partition_point(|(w, _)| *w < v)..at.partition_point(|(w, _)| *w <= v);
+        let mut count = 0;
+        let mut starts: Vec<u32> = at.chunk_by(|a, b| a.0 == b.0).filter(|c| c.len() != 2).map(|c| c[0].0).collect();
+        let n_ends = starts.len();
+        starts.extend(at.chunk_by(|a, b| a.0 == b.0).filter(|c| c.len() == 2).map(|c| c[0].0));
+        at.iter().for_each(|(v, _)| self.places[*v as usize] = Place::Line);
+        starts[..n_ends].iter().for_each(|v| self.places[*v as usize] = Place::Corner);
+        for (k, &start) in starts.iter().enumerate() {
+            for i in range(start) {
+                let mut h = at[i].1;
+                if self.of_half[h as usize] != NONE {
+                    continue;
+                }
+                let mut chain = Chain { vertices: vec![start], closed: k >= n_ends };
+                let mut v = start;
+                loop {
+                    self.of_half[h as usize] = count;
+                    if manifold.twins[h as usize] != NONE {
+                        self.of_half[manifold.twins[h as usize] as usize] = count;
+                    }
+                    let [a, b] = ends(manifold, h);
+                    v = if a == v { b } else { a };
+                    let on = &at[range(v)];
+                    let onward = on.iter().find(|(_, g)| self.of_half[*g as usize] == NONE);
+                    if v == start && chain.closed {
+                        break;
+                    }
+                    chain.vertices.push(v);
+                    match onward {
+                        Some((_, g)) if on.len() == 2 => h = *g,
+                        _ => break,
+                    }
+                }
+                self.corners(manifold, &chain, edge);
+                count += 1;
+            }
+        }
+    }
+
+    /// Marks where a line turns sharply, the sharpest first.
+    fn corners(&mut self, manifold: &Manifold, chain: &Chain, edge: f64) {
+        let n = chain.vertices.len();
+        let x = |i: usize| manifold.positions[chain.vertices[i % n] as usize];
+        let segments = if chain.closed { n } else { n - 1 };
+        let total: f64 = (0..segments).map(|i| (x(i + 1) - x(i)).norm()).sum();
+        if n < 3 || (chain.closed && total < SMALL_LOOP * edge) {
+            return;
+        }
+        let reach = 0.5 * edge;
+        // The place so far along the line, forward or backward, and how many vertices lie before it.
+        let walk = |from: usize, forward: bool| {
+            let (mut left, mut i, mut passed) = (reach, from, 0);
+            loop {
+                let stop = !chain.closed && if forward { i + 1 == n } else { i == 0 };
+                if stop || passed == n {
+                    return (x(i), passed);
+                }
+                let next = if forward { (i + 1) % n } else { (i + n - 1) % n };
+                let step = x(next) - x(i);
+                let length = step.norm();
+                if length >= left {
+                    return (x(i) + step * (left / length), passed);
+                }
+                left -= length;
+                i = next;
+                passed += 1;
+            }
+        };
+        let inner = if chain.closed { 0..n } else { 1..n - 1 };
+        let mut sharp: Vec<(f64, usize)> = inner
+            .filter_map(|i| {
+                let (before, after) = (x(i) - walk(i, false).0, walk(i, true).0 - x(i));
+                let cosine = before.dot(&after) / (before.norm() * after.norm());
+                (cosine < CORNER).then_some((cosine, i))
+            })
+            .collect();
+        sharp.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        let mut blocked = vec![false; n];
+        for (_, i) in sharp {
+            if blocked[i] {
+                continue;
+            }
+            self.places[chain.vertices[i] as usize] = Place::Corner;
+            for forward in [false, true] {
+                for k in 0..=walk(i, forward).1 {
+                    blocked[if forward { (i + k) % n } else { (i + n - k % n) % n }] = true;
+                }
+            }
+        }
+    }
+
+    fn plant(&mut self, manifold: &Manifold, edges: &[u32]) -> Result<()> {
+        if edges.is_empty() {
+            return Ok(());
+        }
+        let mut lines = HashMap::new();
+        for &h in edges {
+            let [a, b] = ends(manifold, h);
+            lines.insert(low_high(a, b), self.of_half[h as usize]);
+            self.segments.push([a, b, b]);
+        }
+        sort_triangles(&manifold.positions, &mut self.segments);
+        self.line_of = self.segments.iter().map(|[a, b, _]| lines[&low_high(*a, *b)]).collect();
+        self.tree = Some(Tree::new(&manifold.positions, &self.segments)?);
+        Ok(())
+    }
+}
+
+fn ends(manifold: &Manifold, h: u32) -> [u32; 2] {
+    let (tri, k) = (manifold.triangles[h as usize / 3], h as usize % 3);
+    [tri[k], tri[(k + 1) % 3]]
+}
+
+/// Edges between triangles at an angle that is there, too, half an edge of the proxy away from them.
+fn creases(manifold: &Manifold, ground: &Ground, edge: f64, length: impl Fn(u32) -> f64) -> Vec<u32> {
+    let mut found = vec![];
+    for h in 0..manifold.twins.len() as u32 {
+        let g = manifold.twins[h as usize];
+        if g == NONE || g < h {
+            continue;
+        }
+        let [t, s] = [h as usize / 3, g as usize / 3];
+        if ground.normals[t].dot(&ground.normals[s]) >= CREASED[0] {
+            continue;
+        }
+        let [a, b] = ends(manifold, h).map(|v| manifold.positions[v as usize]);
+        let middle = 0.5 * (a + b);
+        let beside = |triangle: usize| {
+            let n = ground.normals[triangle];
+            let inward = n.cross(&(b - a)).try_normalize(0.0)?;
+            let inward = if inward.dot(&(ground.centroid(triangle) - middle)) < 0.0 { -inward } else { inward };
+            let there = ground.facing(&(middle + 0.5 * edge * inward), &n, triangle as u32, edge)?;
+            Some(ground.normals[there.triangle as usize])
+        };
+        if let (Some(n), Some(m)) = (beside(t), beside(s))
+            && n.dot(&m) < CREASED[1]
+        {
+            found.push(h);
+        }
+    }
+    let mut sets = UnionFind::new(manifold.positions.len());
+    found.iter().map(|h| ends(manifold, *h)).for_each(|[a, b]| sets.join(a, b));
+    let mut lengths: HashMap<u32, f64> = HashMap::new();
+    for &h in &found {
+        *lengths.entry(sets.find(ends(manifold, h)[0])).or_default() += length(h);
+    }
+    found.retain(|h| lengths[&sets.find(ends(manifold, *h)[0])] >= SHORTEST_CREASE * edge);
+    found
+}

@@ -1,0 +1,302 @@
+//! A mesh to simulate in another's place: few vertices, even triangles, a manifold, whatever the other is made of.
+//!
+//! | step | file |
+//! |---|---|
+//! | vertices that lie together become one; lines and repeated triangles go | `soup` |
+//! | two sides become the sheet in their middle | `sides` |
+//! | edges of more than two triangles and one-sided strips are refused or cut | `link` |
+//! | boundaries and creases are found at the proxy's scale | `lines` |
+//! | the rest is remeshed evenly | `remesh`, `edit`, `ground` |
+
+mod edit;
+mod ground;
+mod lines;
+mod link;
+mod remesh;
+mod sides;
+mod soup;
+
+use crate::mesh::NONE;
+use crate::{Error, ErrorKind, Mesh, Result, Vec3};
+use edit::quality;
+use ground::Ground;
+use lines::Lines;
+use link::Manifold;
+use remesh::{edge_length, remesh};
+use soup::Soup;
+
+/// The most vertices that a proxy has.
+pub const MOST_VERTICES: usize = 4_000_000;
+/// A piece that is smaller across than so many edges is left out.
+const SMALLEST_PIECE: f64 = 3.0;
+/// A proxy with a worse triangle is made again without creases.
+const WORST_WITH_CREASES: f64 = 0.3;
+
+/// How two sides are treated.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Sides {
+    /// Those of thin sheets are found.
+    Find,
+    /// Those that are no further apart.
+    Within(f64),
+    /// Both are simulated.
+    Keep,
+}
+
+/// What is wanted.
+#[derive(Clone, Copy, Debug)]
+pub struct Options {
+    /// Vertices of the proxy.
+    pub n_vertices: usize,
+    /// Vertices of the asset that lie within this distance become one.
+    pub weld: f64,
+    /// Of sheets with thickness.
+    pub sides: Sides,
+    /// Cut what is no manifold, in place of an error.
+    pub cut: bool,
+    /// Small pieces stay.
+    pub keep_pieces: bool,
+}
+
+/// Where a vertex of the proxy lies on the asset.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Source {
+    /// Vertices of the asset.
+    pub vertices: [u32; 3],
+    /// Their weights, of sum 1.
+    pub weights: [f64; 3],
+}
+
+/// A proxy and how it came about.
+#[derive(Clone, Debug)]
+pub struct Proxy {
+    /// In the asset's axes and lengths.
+    pub positions: Vec<Vec3>,
+    /// Of a manifold, turned alike.
+    pub triangles: Vec<[u32; 3]>,
+    /// Of each vertex.
+    pub sources: Vec<Source>,
+    /// Of each vertex of the asset, the nearest of the proxy.
+    pub nearest: Vec<u32>,
+    /// What was done.
+    pub info: Info,
+}
+
+/// What was done to an asset, and what came out.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Info {
+    /// Length of the edges that was aimed at.
+    pub edge_length: f64,
+    /// The worst triangle's 4√3 A / Σl²: 1 is equilateral.
+    pub worst_quality: f64,
+    /// Of all triangles.
+    pub mean_quality: f64,
+    /// Of what is simulated of the asset, the vertex furthest from the proxy: its distance, and which.
+    pub furthest: (f64, u32),
+    /// Vertices made one with another.
+    pub n_welded: usize,
+    /// Triangles that repeated another.
+    pub n_repeated: usize,
+    /// Triangles of second sides and rims that were left out.
+    pub n_sides_joined: usize,
+    /// Between the sides, where some were joined.
+    pub thickness: f64,
+    /// Places cut because no manifold was there.
+    pub n_cut: usize,
+    /// Pieces of the proxy.
+    pub n_pieces: usize,
+    /// Pieces too small for the proxy.
+    pub n_left_out: usize,
+    /// Holes too small for it.
+    pub n_holes_closed: usize,
+}
+
+impl Proxy {
+    /// Of any list of triangles. `heard` is told the share that is done.
+    pub fn new(
+        positions: &[Vec3],
+        triangles: &[[u32; 3]],
+        options: &Options,
+        heard: &mut dyn FnMut(f64) -> Result<()>,
+    ) -> Result<Self> {
+        check(options)?;
+        heard(0.0)?;
+        let soup = Soup::new(positions, triangles, options.weld)?;
+        let scale = soup.scale();
+        heard(0.05)?;
+        let mut info = Info { n_welded: soup.n_welded, n_repeated: soup.n_repeated, ..Info::default() };
+        let mut manifold = sheet(&soup, options, &mut info)?;
+        info.n_cut = manifold.n_cut;
+        heard(0.1)?;
+        let wanted = options.n_vertices;
+        if !options.keep_pieces {
+            info.n_left_out = leave_out(&mut manifold, wanted);
+        }
+        info.n_holes_closed =
+            link::close_holes(&mut manifold, |manifold| Ok(edge_over(manifold, &Ground::new(manifold)?, wanted)))?;
+        let mut part = |share: f64| heard(0.1 + 0.8 * share);
+        let made = made(&manifold, wanted, &mut part)?;
+        info.edge_length = scale.length_outward(made.1);
+        let proxy = Self::finished(&soup, &manifold, made, info)?;
+        heard(1.0)?;
+        Ok(proxy)
+    }
+
+    fn finished(soup: &Soup, manifold: &Manifold, (made, edge): (edit::Edit, f64), mut info: Info) -> Result<Self> {
+        let scale = soup.scale();
+        let (inward, mut triangles, old) = made.packed();
+        crate::collider::sort_triangles(&inward, &mut triangles);
+        let positions: Vec<Vec3> = inward.iter().map(|x| scale.outward(x)).collect();
+        let checked = Mesh::new(positions, &triangles).map_err(|e| {
+            Error::new(ErrorKind::Numerical, format!("no good proxy was found: {e}; ask for more vertices"))
+        })?;
+        info.n_pieces = checked.n_components;
+        let triangles = checked.triangles;
+        let qualities = triangles.iter().map(|t| {
+            let [a, b, c] = t.map(|v| inward[v as usize]);
+            quality(&a, &b, &c)
+        });
+        (info.worst_quality, info.mean_quality) = (f64::INFINITY, 0.0);
+        for q in qualities {
+            info.worst_quality = info.worst_quality.min(q);
+            info.mean_quality += q / triangles.len() as f64;
+        }
+        let ground = Ground::new(manifold)?;
+        let mut sources = vec![];
+        for (x, v) in inward.iter().zip(&old) {
+            let near = ground.normals[made.near[*v as usize] as usize];
+            let Some(foot) = ground.facing(x, &near, made.near[*v as usize], edge) else {
+                return Err(Error::new(ErrorKind::Numerical, "a vertex of the proxy has no place on the asset"));
+            };
+            let tri = ground.triangles[foot.triangle as usize];
+            let vertices = tri.map(|v| soup.asset[manifold.soup[v as usize] as usize]);
+            sources.push(Source { vertices, weights: foot.weights });
+        }
+        let on_proxy = Ground::over(&inward, &triangles)?;
+        let nearest_of = |x: &Vec3| {
+            let foot = on_proxy.nearest(x, f64::INFINITY, |_| true);
+            foot.map_or((0, 0.0), |foot| {
+                let corner = (0..3).max_by(|i, j| foot.weights[*i].total_cmp(&foot.weights[*j]).then(j.cmp(i)));
+                (triangles[foot.triangle as usize][corner.unwrap_or(0)], foot.squared.sqrt())
+            })
+        };
+        let of_soup: Vec<u32> = soup.positions.iter().map(|x| nearest_of(x).0).collect();
+        for (v, x) in manifold.positions.iter().enumerate() {
+            let distance = scale.length_outward(nearest_of(x).1);
+            if distance > info.furthest.0 {
+                info.furthest = (distance, soup.asset[manifold.soup[v] as usize]);
+            }
+        }
+        let nearest = soup.welded.iter().map(|w| if *w == NONE { 0 } else { of_soup[*w as usize] }).collect();
+        Ok(Self { positions: checked.positions, triangles, sources, nearest, info })
+    }
+}
+
+fn check(options: &Options) -> Result<()> {
+    let n = options.n_vertices;
+    if !(4..=MOST_VERTICES).contains(&n) {
+        return Err(Error::argument(format!("n_vertices is {n}: it must be from 4 to {MOST_VERTICES}")));
+    }
+    crate::error::require_non_negative("weld", options.weld)?;
+    match options.sides {
+        Sides::Within(thickness) if !(thickness.is_finite() && thickness > 0.0) => {
+            Err(Error::argument(format!("thickness is {thickness:?}: it must be above 0")))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// The manifold to be remeshed: of two sides, the sheet in the middle.
+fn sheet(soup: &Soup, options: &Options, info: &mut Info) -> Result<Manifold> {
+    let thickness = match options.sides {
+        Sides::Keep => return Manifold::new(soup, options.cut),
+        Sides::Find => 0.0,
+        Sides::Within(thickness) => soup.scale().length_inward(thickness),
+    };
+    let whole = Manifold::new(soup, true)?;
+    let Some(found) = sides::middle(soup, &whole, thickness)? else {
+        return if whole.n_cut > 0 { Manifold::new(soup, options.cut) } else { Ok(whole) };
+    };
+    (info.n_sides_joined, info.thickness) = (found.n_dropped, soup.scale().length_outward(found.thickness));
+    let kept: Vec<usize> = (0..found.kept.len()).filter(|t| found.kept[*t]).collect();
+    let rest = soup.part(&kept);
+    let mut manifold = Manifold::new(&rest, options.cut)?;
+    for (t, whole_t) in kept.iter().enumerate() {
+        for v in manifold.triangles[t] {
+            let corner =
+                whole.triangles[*whole_t].into_iter().find(|w| whole.soup[*w as usize] == manifold.soup[v as usize]);
+            if let Some(w) = corner {
+                manifold.positions[v as usize] = found.moved[w as usize];
+            }
+        }
+    }
+    Ok(manifold)
+}
+
+/// The length of edges for so many vertices over a manifold.
+fn edge_over(manifold: &Manifold, ground: &Ground, wanted: usize) -> f64 {
+    let open = (0..manifold.twins.len()).filter(|h| manifold.twins[*h] == NONE);
+    let length = |h: usize| {
+        let tri = manifold.triangles[h / 3];
+        (manifold.positions[tri[(h + 1) % 3] as usize] - manifold.positions[tri[h % 3] as usize]).norm()
+    };
+    let (count, perimeter) = open.fold((0, 0.0), |(count, sum), h| (count + 1, sum + length(h)));
+    let (v, e, f) =
+        (manifold.positions.len() as f64, (manifold.twins.len() + count) as f64 / 2.0, manifold.triangles.len() as f64);
+    edge_length(ground.area(), perimeter, v - e + f, wanted as f64)
+}
+
+/// Takes out the pieces that are too small for triangles of the proxy; how many these are. The largest stays.
+fn leave_out(manifold: &mut Manifold, wanted: usize) -> usize {
+    let (piece, n) = manifold.pieces();
+    if n < 2 {
+        return 0;
+    }
+    let mut boxes = vec![(Vec3::repeat(f64::INFINITY), Vec3::repeat(-f64::INFINITY)); n];
+    for (v, x) in manifold.positions.iter().enumerate() {
+        let (low, high) = &mut boxes[piece[v] as usize];
+        (*low, *high) = (low.inf(x), high.sup(x));
+    }
+    let sizes: Vec<f64> = boxes.iter().map(|(low, high)| (high - low).norm()).collect();
+    let largest = (0..n).max_by(|i, j| sizes[*i].total_cmp(&sizes[*j]).then(j.cmp(i))).unwrap_or(0);
+    let mut out = vec![false; n];
+    for _ in 0..3 {
+        let stays = |t: usize| !out[piece[manifold.triangles[t][0] as usize] as usize];
+        let area: f64 = (0..manifold.triangles.len()).filter(|t| stays(*t)).map(|t| area_of(manifold, t)).sum();
+        let edge = edge_length(area, 0.0, 1.0, wanted as f64);
+        let now: Vec<bool> = (0..n).map(|p| p != largest && sizes[p] < SMALLEST_PIECE * edge).collect();
+        if now == out {
+            break;
+        }
+        out = now;
+    }
+    let count = out.iter().filter(|o| **o).count();
+    if count > 0 {
+        let stays: Vec<bool> = manifold.triangles.iter().map(|t| !out[piece[t[0] as usize] as usize]).collect();
+        manifold.keep(|t| stays[t]);
+    }
+    count
+}
+
+fn area_of(manifold: &Manifold, t: usize) -> f64 {
+    let [a, b, c] = manifold.triangles[t].map(|v| manifold.positions[v as usize]);
+    0.5 * (b - a).cross(&(c - a)).norm()
+}
+
+/// The remesh with creases, or without where these leave bad triangles.
+fn made(manifold: &Manifold, wanted: usize, heard: &mut remesh::Heard) -> Result<(edit::Edit, f64)> {
+    let ground = Ground::new(manifold)?;
+    let edge = edge_over(manifold, &ground, wanted);
+    let worst = |mesh: &edit::Edit| {
+        let alive = mesh.triangles.iter().filter(|t| t[0] != NONE);
+        alive.map(|t| quality(mesh.at(t[0]), mesh.at(t[1]), mesh.at(t[2]))).fold(1.0, f64::min)
+    };
+    let with = Lines::new(manifold, &ground, edge, true)?;
+    let first = remesh(manifold, &ground, &with, wanted, edge, heard)?;
+    if !with.any_creases || worst(&first.0) >= WORST_WITH_CREASES {
+        return Ok(first);
+    }
+    let without = Lines::new(manifold, &ground, edge, false)?;
+    let second = remesh(manifold, &ground, &without, wanted, edge, heard)?;
+    Ok(if worst(&second.0) > worst(&first.0) { second } else { first })
+}
