@@ -66,6 +66,7 @@ class Recipe:
     integrator: str
     options: tuple     # of Model.precompute: names and values
     follows: bool      # shape keys and modifiers lead the pins
+    frequency: float = 0.0   # Hz that the slowest swing is to have, 0: the material says all
 
 
 BY_FIELDS = ("warp", "warp-virtual-work", "lma")  # methods that support_fields let follow pins that bend the shell
@@ -79,7 +80,8 @@ def read_recipe(obj, depsgraph, package):
     follows = stack.leads(obj)
     if follows and settings.method in BY_FIELDS:
         needed["support_fields"] = settings.support_fields
-    return Recipe(settings.method, settings.integrator, (("modes", settings.modes), *needed.items()), follows)
+    return Recipe(settings.method, settings.integrator, (("modes", settings.modes), *needed.items()), follows,
+                  settings.frequency if settings.material == "FREQUENCY" else 0.0)
 
 
 def read_shell(obj, depsgraph):
@@ -89,7 +91,7 @@ def read_shell(obj, depsgraph):
     settings = obj.shellwarp
     scale = split_matrix(evaluated(obj, depsgraph))[2]
     rest = rest_positions(obj.data).astype(numpy.float64) * scale
-    material = materials.read_material(settings, depsgraph.scene, package)
+    material = materials.read_material(settings, depsgraph.scene, package, rest, triangles(obj.data))
     maps = materials.read_maps(obj, material)
     fixed, clamped = (group_vertices(obj, name) for name in (settings.fixed_group, settings.clamped_group))
     shell = package.Shell(rest, triangles(obj.data), material, fixed, clamped, maps)
@@ -156,7 +158,7 @@ def air_density(settings, scene, found):
     cube = materials.metres(scene) ** 3
     if not settings.air_density:
         return fields.AIR * cube if any(item.kind == "WIND" for item in found) else 0.0
-    return settings.air_density * (1.0 if settings.material == "CONSTANTS" else cube)
+    return settings.air_density * (cube if materials.is_real(settings) else 1.0)
 
 
 def check_follows(obj, run):

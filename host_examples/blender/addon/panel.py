@@ -5,7 +5,7 @@ import bpy
 from . import bake, colliders, fields, inputs, library, live, materials, operators, presets, stack
 
 GROUPS = [
-    ("Material", ("material", "preset", "young", "poisson", "thickness", "volume_density", "density", "k_bend", "k_length", "k_area",
+    ("Material", ("material", "preset", "frequency", "young", "poisson", "thickness", "volume_density", "density", "k_bend", "k_length", "k_area",
                   "thickness_group", "young_group", "density_group")),
     ("Method", ("method", "reduced_fields", "auto_error", "modes", "integrator")),
     ("Damping", ("damping_ratio", "damping_mass", "damping_stiffness")),
@@ -15,9 +15,9 @@ GROUPS = [
 
 
 # Which materials read a setting.
-MATERIALS = {**dict.fromkeys(("density", "k_bend", "k_length", "k_area"), ("CONSTANTS",)),
+MATERIALS = {**dict.fromkeys(("k_bend", "k_length", "k_area"), ("CONSTANTS",)), "density": ("CONSTANTS", "FREQUENCY"), "frequency": ("FREQUENCY",),
              **dict.fromkeys(("young", "poisson", "volume_density"), ("SHEET",)), "preset": ("PRESET",),
-             **dict.fromkeys(("thickness", "thickness_group", "young_group"), ("PRESET", "SHEET"))}
+             **dict.fromkeys(("thickness_group", "young_group"), ("PRESET", "SHEET")), "thickness": ("PRESET", "SHEET", "FREQUENCY")}
 
 
 class SHELLWARP_UL_handles(bpy.types.UIList):
@@ -76,7 +76,7 @@ class SHELLWARP_PT_shell(bpy.types.Panel):
                 else:
                     column.prop(settings, name)
         unit = materials.metres(context.scene)
-        if settings.material != "CONSTANTS" and unit != 1.0:
+        if materials.is_real(settings) and unit != 1.0:
             layout.label(text=f"Here gravity is {settings.gravity * context.scene.gravity.length * unit:.3g} m/s²", icon="INFO")
         unfelt = fields.unfelt(obj, context.view_layer) if settings.fields else []
         if unfelt:

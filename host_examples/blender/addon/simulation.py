@@ -15,6 +15,7 @@ from mathutils import Matrix, Vector
 from . import fields
 from .inputs import Refused
 from .jobs import Estimate
+from .materials import swing_at
 
 
 BENT = 1e-5  # of the mesh's size: supports that are less off a rigid motion are off it by rounding
@@ -36,6 +37,8 @@ class Simulation:
         self.key, self.scale, self.recipe, self.held = key, scale, recipe, held(shell)
         self._areas = areas(shell)
         self._rest = numpy.asarray(shell.positions / scale, numpy.float32)
+        if recipe.frequency:
+            shell = swing_at(shell, recipe.frequency, dict(recipe.options)["modes"], package, progress)
         self.model = package.Model(shell)
         try:
             self.model.precompute(progress=progress, **dict(recipe.options))

@@ -697,6 +697,32 @@ class Buttons(Case):
         self.same(shown(obj), alone(obj, 20)[20])
 
 
+class ByLook(Case):
+    def test_the_slowest_swing_has_the_frequency_that_is_asked_for_at_any_size(self):
+        for hertz, scale in ((3.0, 1.0), (0.5, 1.0), (3.0, 100.0)):
+            scenes.empty_file()
+            obj = add_strip()
+            obj.scale = (scale,) * 3
+            bpy.context.view_layer.update()
+            obj.shellwarp.material, obj.shellwarp.frequency = "FREQUENCY", hertz
+            bpy.context.scene.frame_set(1)
+            self.assertEqual(self.message(obj), "")
+            found = part("live").simulation(obj).model.frequencies()
+            self.assertAlmostEqual(found[0], hertz, delta=1e-6 * hertz)   # eigenvalues go with the stiffness; the search's tolerance
+            # The second mode of a strip that is clamped bends 6.27 times as fast; the mesh is coarse across.
+            self.assertAlmostEqual(found[1] / found[0], 6.27, delta=1.0)
+
+    def test_a_shell_by_look_bakes_and_tells_what_does_not_swing(self):
+        obj = add_strip()
+        obj.shellwarp.material, obj.shellwarp.cache = "FREQUENCY", str(self.folder / "look.pc2")
+        self.assertEqual(bpy.ops.shellwarp.bake(), {"FINISHED"})
+        obj.shellwarp.live = True
+        bpy.ops.shellwarp.free_bake()
+        obj.shellwarp.fixed_group, obj.shellwarp.modes = "", 6   # it floats: six modes of a free shell do not swing
+        self.scene.frame_set(1)
+        self.assertIn("none of the modes swings", self.message(obj))
+
+
 class Trouble(Case):
     def test_a_broken_mesh_is_told_with_its_place(self):
         obj = add_strip()
