@@ -79,7 +79,6 @@ class Shell:
     material: "Material | Sheet" = field(default_factory=Material)
     fixed: ArrayLike = ()                                      # vertices held in place
     clamped: ArrayLike = ()                                    # held with their slope; of a Material by all their edge neighbours
-    axes: "Mapping[int, str | ArrayLike]" = field(default_factory=dict)  # held along axes alone: "xz", or a direction, or some of them, by vertex
     maps: Mapping[str, ArrayLike] = field(default_factory=dict)  # values of a material's constant, by its name: a vertex or a triangle each
     creases: "Sequence[tuple[Any, ...]]" = ()   # (a, b), (a, b, factor) or (a, b, factor, angle): edges of another stiffness or rest angle, rad
     rest_positions: "ArrayLike | None" = None   # the shape without stress (n_vertices x 3), where it is not `positions`
@@ -87,6 +86,7 @@ class Shell:
     ties: "Sequence[tuple[Any, ...]]" = ()      # (a, b) or (a, b, stiffness): vertex a held where it is beside vertex b; stiff without a stiffness
     triangle_ties: "Sequence[tuple[Any, ...]]" = ()  # (a, t) or (a, t, stiffness): the same beside triangle t
     tie_distance: float = 0.0                   # pieces within this distance of each other are tied, stiffly
+    axes: "Mapping[int, str | ArrayLike]" = field(default_factory=dict)  # held along axes alone: "xz", or a direction, or some of them, by vertex
 
     def mesh_desc(self) -> tuple[_abi.SwMeshDesc, tuple[Array, ...]]:
         """The SwMeshDesc and the arrays that it points into, which must outlive it."""
