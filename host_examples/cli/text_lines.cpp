@@ -59,7 +59,8 @@ bool TextLines::next_line() {
   while (end_ < contents_.size()) {
     at_ = end_;
     end_ += line_length(std::string_view(contents_).substr(end_));
-    stop_ = std::min(contents_.find('#', at_), end_);
+    const std::size_t comment = std::string_view(contents_).substr(at_, end_ - at_).find('#');  // of this line: a file without any is not searched for it
+    stop_ = comment == std::string_view::npos ? end_ : at_ + comment;
     ++line_;
     at_ = std::min(contents_.find_first_not_of(kBlank, at_), stop_);
     if (at_ < stop_) return true;
