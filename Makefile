@@ -16,7 +16,7 @@ export CMAKE_BUILD_PARALLEL_LEVEL ?= $(JOBS)
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
 .PHONY: help build native demo test test-cargo test-c test-render test-blender demo-blender install package blender-addon header \
-    python-abi docs-api test-docs lint fuzz check-memory check-threads check-miri check-guard bench bench-binding bench-contact bench-front bench-instructions bench-leave-out bench-polynomial bench-precompute bench-same-bits bench-solver bench-training build-report report report-docs report-stability \
+    python-abi docs-api test-docs lint fuzz check-memory check-threads check-miri check-guard bench bench-binding bench-bounded bench-contact bench-front bench-judging bench-instructions bench-leave-out bench-polynomial bench-precompute bench-same-bits bench-solver bench-training build-report report report-docs report-stability \
     test-report clean
 .PHONY: npm release-check release-facts dist test-dist test-platforms dist-again render-mesh-picture proxy-picture moving-supports-picture materials-picture maya-module houdini-package plugin-zip cli check-platforms wasm test-wasm playground test-playground tutorial-pictures docs scene-schema notices wheel pictures bench-leaf farm-demo farm-sweep farm-costs bench-slepc
 
@@ -281,6 +281,12 @@ check-guard: ## compare the scenes' motion, byte for byte, with that of a librar
 
 bench-front: ## error of reduced shells on loads they were not trained on, the figures of docs/evidence/front.md (references stay in out/front)
 	cargo run --locked --release --example front -- --docs docs/evidence/front.md
+
+bench-judging: ## error of what SW_METHOD_AUTO takes on the judging list of tests/bench/front/judging.rs: docs/evidence/front.md
+	cargo run --locked --release --example front -- --judge --docs docs/evidence/front.md
+
+bench-bounded: ## 10^6 steps of the polynomial shell under wild loads: docs/evidence/front.md
+	cargo run --locked --release --example bounded -- --docs docs/evidence/front.md
 
 bench-solver: ## count factorizations of the full shell's equilibria: docs/evidence/solver.md
 	cargo run --locked --release --example solver -- --docs docs/evidence/solver.md

@@ -570,6 +570,16 @@ typedef uint32_t (*SwProgressFn)(void *user, uint32_t phase, double fraction);
 // modal method.
 #define SW_PRECOMPUTE_LINEAR 1
 
+// For SW_METHOD_AUTO, in a time that needs no asking: with a reduced shell of reduced_fields (0 =
+// 40; fewer where modes and fields would be more than 128) where the shell can have one, and else
+// without. Unless reduced_poses, reduced_seconds or reduced_mode_searches say otherwise, its
+// training ends after 8e7 / (vertices to the power 1.5) iterations, about half a minute, with the
+// same result everywhere. No reduced shell is made of a shell that moves freely, has sag_gravity, a
+// rest shape of its own or support_fields, that has more than 25,000 vertices unless a limit is
+// given, or whose training finds fewer than four equilibria. sw_model_offers tells why, auto_method
+// of SwModelInfo what became of it. With auto_error or auto_operations these choose.
+#define SW_PRECOMPUTE_AUTO 2
+
 // The reduced shell's fields are the modes' own derivatives: no training, a fraction of the
 // precompute, and many times the error.
 #define SW_REDUCED_UNTRAINED 1
@@ -795,8 +805,8 @@ typedef struct SwModelInfo {
   // largest stiffness, says nothing. Above 1e-2 the precompute refuses. 0 on a model that was
   // loaded.
   double eigenvalue_disagreement;
-  // What SW_METHOD_AUTO means here, an SW_METHOD_...; 0 without a choice. sw_model_front tells what
-  // it went by, if it was tried.
+  // What SW_METHOD_AUTO means here, an SW_METHOD_.... sw_model_front tells what it went by, if it
+  // was tried.
   uint32_t auto_method;
   // Fields that follow moving supports; fewer than asked for where supports are few.
   uint32_t support_fields;
@@ -897,6 +907,12 @@ SwStatus sw_model_mode_shape(const struct SwModel *model,
 // by tenths of their length it is too stiff. A model that was saved without it is refused:
 // precompute anew. So is one of SW_ENERGY_KOITER.
 #define SW_METHOD_POLYNOMIAL_SHELL 9
+// Both of these: SW_METHOD_POLYNOMIAL_SHELL as long as the shell is no further from rest, in the
+// mass norm, than the training's equilibria up to which the polynomial was as good as the samples,
+// SW_METHOD_REDUCED_SHELL beyond, and back at four fifths of it. Both have the same fields, so that
+// nothing jumps but the cost of a step and the elastic energy that is told. A saved state knows
+// which form acts; sw_state_plan tells. Refused as SW_METHOD_POLYNOMIAL_SHELL is.
+#define SW_METHOD_ADAPTIVE_SHELL 10
 // Rotation-strain reconstruction: each triangle is turned by the rotation of its modal displacement
 // and keeps its linear strain, and the vertices follow; modal force (du/dq)^T F. What bends without
 // stretching keeps its lengths and area, so that large bends of shells that are flat at rest come
@@ -907,8 +923,10 @@ SwStatus sw_model_mode_shape(const struct SwModel *model,
 // turn_in_range of sw_state_report up to half a turn.
 #define SW_METHOD_ROTATION_STRAIN 8
 // The method that the precompute chose for the scene by auto_error, auto_operations or both: see
-// SwPrecomputeDesc. Without these, of a model with reduced_fields: SW_METHOD_POLYNOMIAL_SHELL where
-// it met the training's equilibria as well as SW_METHOD_REDUCED_SHELL, else the latter.
+// SwPrecomputeDesc. Without these, of a model with a reduced shell, by reduced_fields or
+// SW_PRECOMPUTE_AUTO: SW_METHOD_POLYNOMIAL_SHELL where it met the training's equilibria as well as
+// SW_METHOD_REDUCED_SHELL; SW_METHOD_ADAPTIVE_SHELL where it did so up to a quarter of their size
+// or more; else SW_METHOD_REDUCED_SHELL. Of any other model what 0 stands for, the warp.
 #define SW_METHOD_AUTO 7
 
 // Modes: any precompute.
@@ -917,7 +935,8 @@ SwStatus sw_model_mode_shape(const struct SwModel *model,
 #define SW_NEEDS_ROTATIONS 2
 // Fields: a precompute with reduced_fields.
 #define SW_NEEDS_REDUCED_FIELDS 3
-// A choice: a precompute with auto_error, auto_operations or reduced_fields.
+// Something to choose from: a precompute with SW_PRECOMPUTE_AUTO, auto_error, auto_operations or
+// reduced_fields. On other models SW_METHOD_AUTO is the warp.
 #define SW_NEEDS_CHOICE 4
 
 // Number of methods that this library knows, SW_METHOD_AUTO included.

@@ -12,7 +12,7 @@ use crate::features::Feature;
 use crate::method::Method;
 use crate::model::front::{Candidate, Front};
 use crate::modes::{Demand, Phase};
-use crate::reduced::{self, MAX_FIELDS};
+use crate::reduced::{self, FIELDS, MAX_FIELDS};
 use crate::reference::Solver;
 use crate::state::State;
 use crate::step::Integrator;
@@ -29,8 +29,6 @@ pub struct Budget {
     pub operations: f64,
 }
 
-/// Fields of a reduced shell unless others are asked for.
-const FIELDS: usize = 40;
 /// Length of the step whose operations are counted, s; only a turning frame's depend on it.
 const STEP: f64 = 1.0 / 30.0;
 

@@ -21,6 +21,8 @@ pub enum Method {
     ReducedShell,
     /// The same with its energy as a polynomial of q ([`crate::reduced::polynomial`]).
     PolynomialShell,
+    /// Either form of it: the polynomial in the range where it is as good as the samples, these beyond.
+    AdaptiveShell,
     /// Rotation–strain reconstruction from the modes, with the exact force of its own positions ([`crate::strain`]).
     RotationStrain,
 }
@@ -81,12 +83,13 @@ const fn entry(method: Method, number: u32, name: &'static CStr, label: &'static
 }
 
 /// All methods, in the order in which hosts show them.
-pub const METHODS: [Entry; 8] = [
+pub const METHODS: [Entry; 9] = [
     entry(Method::Warp, 1, c"warp", c"Warp", Needs::Rotations),
     entry(Method::VirtualWorkWarp, 5, c"warp-virtual-work", c"Warp by virtual work", Needs::Rotations),
     entry(Method::RotationStrain, 8, c"rotation-strain", c"Rotation-strain", Needs::Rotations),
     entry(Method::ReducedShell, 6, c"reduced-shell", c"Reduced shell", Needs::ReducedFields),
     entry(Method::PolynomialShell, 9, c"polynomial-shell", c"Polynomial shell", Needs::ReducedFields),
+    entry(Method::AdaptiveShell, 10, c"adaptive-shell", c"Adaptive shell", Needs::ReducedFields),
     entry(Method::ImplicitShell, 3, c"shell-implicit", c"Full shell, implicit", Needs::Modes),
     entry(Method::ExplicitShell, 4, c"shell-explicit", c"Full shell, explicit", Needs::Modes),
     entry(Method::LinearModalAnalysis, 2, c"lma", c"Linear modes", Needs::Modes),

@@ -339,13 +339,14 @@ fn blow(state: *mut SwState, set: impl Fn(&mut SwWindDesc)) -> SwStatus {
     unsafe { sw_state_set_wind(state, &desc) }
 }
 
-const METHODS: [u32; 8] = [
+const METHODS: [u32; 9] = [
     SW_METHOD_WARP,
     SW_METHOD_LMA,
     SW_METHOD_WARP_VIRTUAL_WORK,
     SW_METHOD_ROTATION_STRAIN,
     SW_METHOD_REDUCED_SHELL,
     SW_METHOD_POLYNOMIAL_SHELL,
+    SW_METHOD_ADAPTIVE_SHELL,
     SW_METHOD_SHELL_IMPLICIT,
     SW_METHOD_SHELL_EXPLICIT,
 ];

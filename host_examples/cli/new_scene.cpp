@@ -91,7 +91,7 @@ duration = 4.0          # seconds
 frame_rate = 30
 gravity = [0, 0, -9.8]  # m/s^2
 modes = 16
-method = "auto"         # measures the methods on this scene and takes one; the others: docs/guide/methods.md
+method = "auto"         # a reduced shell where it can be, else the warp; the others: docs/guide/methods.md
 
 [damping]
 ratio = 0.05            # of critical: 0 swings for ever, 1 creeps

@@ -172,7 +172,9 @@ int run_scene(Scene scene, const RunOptions &options, OutputFolder *folder, Page
   if (folder && writes(scene, "pc2")) cache.emplace(*folder, scene.name + ".pc2", mesh.n_vertices());
   Warnings warnings;
   const shellwarp::Model model = precompute(scene, mesh, options.quiet);
-  const std::vector<std::string> warned = warnings.taken();
+  std::vector<std::string> warned = warnings.taken();
+  if (host::needs_choice(scene.method) && model.front().empty() && sw_model_offers(model.get(), SW_METHOD_REDUCED_SHELL) != SW_OK)
+    warned.push_back(std::string("auto is the ") + host::method_name(model.info().auto_method) + ": " + sw_last_error_message());
   if (render) bind_render_mesh(scene, model, options.quiet, *render);
   shellwarp::State state = make_state(scene, mesh, model);
   Film film(mesh, page ? n_frames : 0, options.compare.size() + 1);

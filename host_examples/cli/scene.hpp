@@ -154,7 +154,7 @@ struct Scene {
   bool double_precision = false;
   uint32_t method = host::kDefaultMethod;
   Reduced reduced;
-  double auto_error = 0, auto_operations = 0;  // of the method "auto": SwPrecomputeDesc; 0 and 0 = as accurate as there is
+  double auto_error = 0, auto_operations = 0;  // of the method "auto": SwPrecomputeDesc; 0 and 0 = without trials
   bool sagged = false;     // linearised where it hangs at rest under gravity; starts there
   bool is_static = false;  // the equilibrium instead of the motion
   bool deterministic = false;  // the same bits on every processor

@@ -15,7 +15,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <limits>
 #include <stdexcept>
 
 namespace cli {
@@ -141,10 +140,13 @@ void add_reduced(const Scene &scene, SwPrecomputeDesc &desc) {
   desc.reduced_gravity = scene.reduced.gravity;
 }
 
-// What the scene will do, for the choice of a method: its gravity, and its handles moved as far as they go. `led` keeps their vertices.
+// A choice without a budget needs no trials. For one with a budget, what the scene will do: its gravity, and its handles moved as far as they go. `led` keeps their vertices.
 void add_choice(const Scene &scene, const Mesh &mesh, std::vector<uint32_t> &led, SwPrecomputeDesc &desc) {
-  const bool any = scene.auto_error > 0 || scene.auto_operations > 0;
-  desc.auto_error = any ? scene.auto_error : std::numeric_limits<double>::min();  // as accurate as there is
+  if (!(scene.auto_error > 0) && !(scene.auto_operations > 0)) {
+    desc.flags |= SW_PRECOMPUTE_AUTO;
+    return;
+  }
+  desc.auto_error = scene.auto_error;
   desc.auto_operations = scene.auto_operations;
   std::copy(scene.gravity.begin(), scene.gravity.end(), desc.demand_gravity);
   for (const PlacedHandle &handle : place_handles(scene.handles, mesh)) led.push_back(handle.vertex);
@@ -197,6 +199,7 @@ Material find_material(const Scene &scene, const Mesh &mesh, ProgressBar &progre
   probe.material = material;
   probe.scale = scene.scale;  // of a rest shape
   probe.modes = kModesOfSearch;
+  probe.method = SW_METHOD_WARP;
   probe.support_fields = 0;
   for (const double hertz : make_model(probe, mesh, progress).frequencies()) {
     if (!(hertz > 0)) continue;

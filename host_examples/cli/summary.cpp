@@ -130,9 +130,15 @@ double kinetic_share(const Run &run) {
 
 const char *length_unit(const Scene &scene) { return scene.length_unit.empty() ? "units" : scene.length_unit.c_str(); }
 
-void print_motion(const Scene &scene, const Run &run) {
+// By name, and what the automatic choice took.
+std::string method_words(const Scene &scene, const SwModelInfo &info) {
+  const std::string name = host::method_name(scene.method);
+  return host::needs_choice(scene.method) ? name + ": " + host::method_name(info.auto_method) : name;
+}
+
+void print_motion(const Scene &scene, const SwModelInfo &info, const Run &run) {
   heading("motion");
-  row("method", host::method_name(scene.method));
+  row("method", method_words(scene, info));
   double displacement = 0, rotation = 0;
   for (const FrameRecord &f : run.frames) {
     displacement = std::max(displacement, f.report.max_displacement);
@@ -207,7 +213,7 @@ void print_summary(const Summary &summary) {
   print_precompute(summary.info, paper);
   if (!summary.run.equilibrium) print_run(summary.info, summary.run, paper);
   if (summary.run.equilibrium) print_equilibrium(*summary.run.equilibrium);
-  print_motion(summary.scene, summary.run);
+  print_motion(summary.scene, summary.info, summary.run);
   if (summary.run.certificate) print_certificate(*summary.run.certificate, length_unit(summary.scene));
   if (!summary.front.empty()) print_choice(summary.front);
   if (!summary.scene.handles.empty()) print_handles(summary);

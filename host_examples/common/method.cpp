@@ -55,7 +55,9 @@ bool moves_by_modes(uint32_t method) {
 
 bool is_full_shell(uint32_t method) { return method != SW_METHOD_LMA && sw_method_needs(method) == SW_NEEDS_MODES; }
 
-bool follows_by_fields(uint32_t method) { return moves_by_modes(method) && method != SW_METHOD_ROTATION_STRAIN; }
+bool follows_by_fields(uint32_t method) {
+  return needs_choice(method) || (moves_by_modes(method) && method != SW_METHOD_ROTATION_STRAIN);
+}
 
 SwDampingDesc damping(uint32_t method, const double &ratio, double mass, double stiffness, double slowest) {
   SwDampingDesc desc = shellwarp::damping_desc();

@@ -26,7 +26,7 @@ bool needs_fields(uint32_t method);
 bool needs_choice(uint32_t method);
 
 // What hosts take unless told otherwise, Houdini and Blender too, which cannot read it here.
-constexpr uint32_t kDefaultMethod = SW_METHOD_WARP;
+constexpr uint32_t kDefaultMethod = SW_METHOD_AUTO;
 
 // reduced_fields where a host says none, as SwPrecomputeDesc suggests.
 constexpr uint32_t kFields = 40;
@@ -36,7 +36,8 @@ constexpr uint32_t kFields = 40;
 // need rotations, move by modes.
 bool moves_by_modes(uint32_t method);
 bool is_full_shell(uint32_t method);
-bool follows_by_fields(uint32_t method);  // supports that move against each other, by SwPrecomputeDesc.support_fields
+// Supports that move against each other, by SwPrecomputeDesc.support_fields; the automatic choice is the warp then.
+bool follows_by_fields(uint32_t method);
 
 // Damping by a share of the critical, beside that by mass and stiffness. The full shell has no modes to damp one by
 // one: it gets the mass damping at which its slowest mode, `slowest` in Hz, has that share. `ratio` must outlive the

@@ -53,7 +53,8 @@ struct Stiffness {
 struct Build {
   uint32_t method = kDefaultMethod;   // SW_METHOD_..., any of the library's table
   uint32_t reduced_fields = kFields;  // of methods that need fields, and of a choice
-  double auto_error = 0;  // of a choice: the largest error that will do, in the object's space; 0 = the most accurate
+  // Of a choice: the largest error that will do, in the object's space. 0 = no trials: SW_PRECOMPUTE_AUTO.
+  double auto_error = 0;
   std::vector<uint32_t> held;  // vertices that do not move in the object's space
   bool clamped = true;         // with their slope, or hinged
   uint32_t modes = 16;         // 1 to 1024

@@ -106,11 +106,15 @@ uint32_t report_progress(void *user, uint32_t, double) noexcept {
   }
 }
 
+// A choice without trials.
+bool chosen_unasked(const Build &build) { return needs_choice(build.method) && !(build.auto_error > 0); }
+
 SwPrecomputeDesc precompute_desc(const Build &build) {
   SwPrecomputeDesc desc = shellwarp::precompute_desc();
   desc.modes = build.modes;
   desc.precision = build.double_precision ? SW_PRECISION_F64 : SW_PRECISION_F32;
-  if (needs_fields(build.method)) desc.reduced_fields = build.reduced_fields;
+  if (needs_fields(build.method) || chosen_unasked(build)) desc.reduced_fields = build.reduced_fields;
+  if (chosen_unasked(build)) desc.flags |= SW_PRECOMPUTE_AUTO;
   if (follows_by_fields(build.method)) desc.support_fields = build.support_fields;
   return desc;
 }
@@ -119,7 +123,7 @@ SwPrecomputeDesc precompute_desc(const Build &build) {
 SwPrecomputeDesc choice_desc(const Build &build, double gravity) {
   SwPrecomputeDesc desc = precompute_desc(build);
   desc.reduced_fields = build.reduced_fields;
-  desc.auto_error = build.auto_error > 0 ? build.auto_error : std::numeric_limits<double>::min();  // out of reach
+  desc.auto_error = build.auto_error;
   desc.demand_acceleration = gravity;
   return desc;
 }
@@ -199,7 +203,7 @@ ShellModel::ShellModel(const Mesh &mesh, const Build &build, double gravity, con
     : rest_(mesh.points), floats_(build.held.empty()), model_(make_model(mesh, build)) {
   precompute(model_, precompute_desc(build), interrupted);
   find_slowest();
-  if (needs_choice(build.method)) {
+  if (needs_choice(build.method) && !chosen_unasked(build)) {
     const double seconds = clock(build.stiffness);
     precompute(model_, choice_desc(build, gravity / (seconds * seconds)), interrupted);
   }

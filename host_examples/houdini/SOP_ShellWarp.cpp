@@ -67,7 +67,7 @@ static const char *theDsFile = R"THEDSFILE(
     parm { name "dampingstiffness" label "Stiffness Damping" type float default { "0" } range { 0! 1 } }
     parm { name "modes" label "Modes" type integer default { "16" } range { 1! 64 } }
     parm { name "doubleprecision" label "Double Precision" type toggle default { "0" } }
-    parm { name "method" label "Method" type string default { "warp" } }
+    parm { name "method" label "Method" type string default { "auto" } }
     parm { name "reducedfields" label "Reduced Fields" type integer default { "40" } range { 1! 100 } }
     parm { name "autoerror" label "Automatic Error" type float default { "0" } range { 0! 1 } }
     parm {

@@ -12,7 +12,7 @@ export type Vector = readonly [number, number, number] | Float64Array | Float32A
 export type Space = 'world' | 'frame';
 /** Names of methods; others that `Shellwarp.methods` lists are taken too. */
 export type MethodName =
-  | 'warp' | 'warp-virtual-work' | 'rotation-strain' | 'reduced-shell' | 'polynomial-shell' | 'shell-implicit' | 'shell-explicit' | 'lma' | (string & {});
+  | 'warp' | 'warp-virtual-work' | 'rotation-strain' | 'reduced-shell' | 'polynomial-shell' | 'adaptive-shell' | 'shell-implicit' | 'shell-explicit' | 'lma' | (string & {});
 
 /** What the library refused: `status` is a number of the C interface, `name` its word, such as "INVALID_MESH". */
 export class ShellwarpError extends Error {

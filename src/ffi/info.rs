@@ -91,7 +91,7 @@ pub struct SwModelInfo {
     /// has left of it in stiff cases, where residual, a share of the largest stiffness, says nothing. Above 1e-2 the precompute refuses.
     /// 0 on a model that was loaded.
     pub eigenvalue_disagreement: f64,
-    /// What SW_METHOD_AUTO means here, an SW_METHOD_...; 0 without a choice. sw_model_front tells what it went by, if it was tried.
+    /// What SW_METHOD_AUTO means here, an SW_METHOD_.... sw_model_front tells what it went by, if it was tried.
     pub auto_method: u32,
     /// Fields that follow moving supports; fewer than asked for where supports are few.
     pub support_fields: u32,
@@ -145,7 +145,7 @@ fn fill_precomputed(info: &mut SwModelInfo, model: &Arc<Model>) {
     info.bytes_precompute_peak = model.peak_bytes as u64;
     info.basis_rounding = model.modal.precision().rounding();
     info.truncation_bound = model.truncation;
-    info.auto_method = model.chosen_method().map_or(0, |method| method.number());
+    info.auto_method = model.chosen_method().number();
     info.auto_error = model.front.as_ref().map_or(0.0, |front| front.choice().error.min(f64::MAX));
     if let Some(reduced) = &model.reduced {
         info.reduced_fields = reduced.n_trained() as u32;

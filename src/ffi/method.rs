@@ -30,6 +30,11 @@ pub const SW_METHOD_REDUCED_SHELL: u32 = 6;
 /// edges stretch by tenths of their length it is too stiff. A model that was saved without it is refused: precompute anew. So is one of
 /// SW_ENERGY_KOITER.
 pub const SW_METHOD_POLYNOMIAL_SHELL: u32 = 9;
+/// Both of these: SW_METHOD_POLYNOMIAL_SHELL as long as the shell is no further from rest, in the mass norm, than the training's equilibria up to which
+/// the polynomial was as good as the samples, SW_METHOD_REDUCED_SHELL beyond, and back at four fifths of it. Both have the same fields, so that nothing
+/// jumps but the cost of a step and the elastic energy that is told. A saved state knows which form acts; sw_state_plan tells. Refused as
+/// SW_METHOD_POLYNOMIAL_SHELL is, and for shells that move freely.
+pub const SW_METHOD_ADAPTIVE_SHELL: u32 = 10;
 /// Rotation-strain reconstruction: each triangle is turned by the rotation of its modal displacement and keeps its linear strain, and
 /// the vertices follow; modal force (du/dq)^T F. What bends without stretching keeps its lengths and area, so that large bends of
 /// shells that are flat at rest come closer to the nonlinear shell; on curved ones it is as close as SW_METHOD_WARP_VIRTUAL_WORK, since
@@ -38,8 +43,8 @@ pub const SW_METHOD_POLYNOMIAL_SHELL: u32 = 9;
 /// which there are at most 32. turn_in_range of sw_state_report up to half a turn.
 pub const SW_METHOD_ROTATION_STRAIN: u32 = 8;
 /// The method that the precompute chose for the scene by auto_error, auto_operations or both: see SwPrecomputeDesc. Without these, of a
-/// model with reduced_fields: SW_METHOD_POLYNOMIAL_SHELL where it met the training's equilibria as well as SW_METHOD_REDUCED_SHELL, else the
-/// latter.
+/// model with a reduced shell, by reduced_fields or SW_PRECOMPUTE_AUTO: SW_METHOD_POLYNOMIAL_SHELL where it met the training's equilibria as
+/// well as SW_METHOD_REDUCED_SHELL; SW_METHOD_ADAPTIVE_SHELL where it did so up to a quarter of their size or more; else SW_METHOD_REDUCED_SHELL. Of any other model what 0 stands for, the warp.
 pub const SW_METHOD_AUTO: u32 = 7;
 
 /// Modes: any precompute.
@@ -48,7 +53,8 @@ pub const SW_NEEDS_MODES: u32 = 1;
 pub const SW_NEEDS_ROTATIONS: u32 = 2;
 /// Fields: a precompute with reduced_fields.
 pub const SW_NEEDS_REDUCED_FIELDS: u32 = 3;
-/// A choice: a precompute with auto_error, auto_operations or reduced_fields.
+/// Something to choose from: a precompute with SW_PRECOMPUTE_AUTO, auto_error, auto_operations or reduced_fields. On other models
+/// SW_METHOD_AUTO is the warp.
 pub const SW_NEEDS_CHOICE: u32 = 4;
 
 /// Number of methods that this library knows, SW_METHOD_AUTO included.
@@ -117,7 +123,7 @@ pub(super) fn method_of(name: &str, model: &Model, method: u32) -> Result<Method
     match method {
         0 if model.modal.is_linear() => Ok(Method::LinearModalAnalysis),
         0 => Ok(Method::Warp),
-        SW_METHOD_AUTO => Ok(model.chosen_method()?),
+        SW_METHOD_AUTO => Ok(model.chosen_method()),
         _ => Method::of_number(method)
             .ok_or_else(|| Fault::argument(format!("{name} is {method}, which is no SW_METHOD_..."))),
     }
@@ -131,6 +137,7 @@ const _: () = {
         (Method::RotationStrain, SW_METHOD_ROTATION_STRAIN),
         (Method::ReducedShell, SW_METHOD_REDUCED_SHELL),
         (Method::PolynomialShell, SW_METHOD_POLYNOMIAL_SHELL),
+        (Method::AdaptiveShell, SW_METHOD_ADAPTIVE_SHELL),
         (Method::ImplicitShell, SW_METHOD_SHELL_IMPLICIT),
         (Method::ExplicitShell, SW_METHOD_SHELL_EXPLICIT),
         (Method::LinearModalAnalysis, SW_METHOD_LMA),

@@ -60,6 +60,14 @@ pub const SW_PRECISION_I16: u32 = 3;
 /// does making a state of another modal method.
 pub const SW_PRECOMPUTE_LINEAR: u32 = 1;
 
+/// For SW_METHOD_AUTO, in a time that needs no asking: with a reduced shell of reduced_fields (0 = 40; fewer where modes and fields would be more
+/// than 128) where the shell can have one, and else without. Unless reduced_poses, reduced_seconds or reduced_mode_searches say otherwise, its
+/// training ends after 8e7 / (vertices to the power 1.5) iterations, about half a minute, with the same result everywhere. No reduced shell is made
+/// of a shell that has sag_gravity, a rest shape of its own or support_fields, that has more than 25,000 vertices unless
+/// a limit is given, that moves freely with too few modes or in pieces, or whose training finds fewer than four equilibria. sw_model_offers tells why, auto_method of SwModelInfo what became of it.
+/// With auto_error or auto_operations these choose.
+pub const SW_PRECOMPUTE_AUTO: u32 = 2;
+
 /// The reduced shell's fields are the modes' own derivatives: no training, a fraction of the precompute, and many times the error.
 pub const SW_REDUCED_UNTRAINED: u32 = 1;
 
@@ -188,8 +196,13 @@ pub unsafe extern "C" fn sw_model_precompute(model: *mut SwModel, desc: *const S
         // SAFETY: the host's list of handles holds as many vertices as the descriptor says.
         let (mut options, budget) = unsafe { read_options(&desc)? };
         let mut content = write("model", &handle.0)?;
+        let vertices = content.shell.mass.len();
         if desc.reduced_flags & SW_REDUCED_UNTRAINED == 0 && desc.reduced_poses == 0 {
-            options.reduced.poses = reduced::default_poses(content.shell.mass.len());
+            options.reduced.poses = reduced::default_poses(vertices);
+        }
+        let limited = desc.reduced_poses > 0 || desc.reduced_seconds > 0.0 || desc.reduced_mode_searches > 0.0;
+        if options.reduced.optional && !limited {
+            options.reduced.iterations = reduced::affordable_iterations(vertices);
         }
         let mut progress = |phase: Phase, fraction: f64| call_progress(&desc, phase, fraction);
         let shell = content.shell.clone();
@@ -208,7 +221,7 @@ pub unsafe extern "C" fn sw_model_precompute(model: *mut SwModel, desc: *const S
 /// # Safety
 /// `desc.handles` points to `desc.n_handles` vertices.
 unsafe fn read_options(desc: &SwPrecomputeDesc) -> Result<(Options, Option<Budget>), Fault> {
-    check_flags("desc->flags", desc.flags, SW_PRECOMPUTE_LINEAR)?;
+    check_flags("desc->flags", desc.flags, SW_PRECOMPUTE_LINEAR | SW_PRECOMPUTE_AUTO)?;
     let known = [(0, Precision::F32), (SW_PRECISION_F32, Precision::F32), (SW_PRECISION_F64, Precision::F64)];
     let known: Vec<_> = known.into_iter().chain([(SW_PRECISION_I16, Precision::I16)]).collect();
     let precision = enumerant("desc->precision", desc.precision, &known)?;
@@ -229,7 +242,7 @@ unsafe fn read_options(desc: &SwPrecomputeDesc) -> Result<(Options, Option<Budge
         precision,
         sag: desc.sag_gravity.into(),
         linear: desc.flags & SW_PRECOMPUTE_LINEAR != 0,
-        reduced: read_reduced(desc)?,
+        reduced: read_reduced(desc, budget.is_none())?,
         // SAFETY: the host's list holds as many vertices as the descriptor says.
         contact_patches: unsafe {
             read_array("desc->contact_patches", desc.contact_patches, desc.n_contact_patches.into())?
@@ -271,20 +284,24 @@ unsafe fn read_demand(desc: &SwPrecomputeDesc) -> Result<Demand, Fault> {
     })
 }
 
-fn read_reduced(desc: &SwPrecomputeDesc) -> Result<reduced::Options, Fault> {
+fn read_reduced(desc: &SwPrecomputeDesc, chosen_by_gate: bool) -> Result<reduced::Options, Fault> {
     check_flags("desc->reduced_flags", desc.reduced_flags, SW_REDUCED_UNTRAINED)?;
     if desc.reduced_flags & SW_REDUCED_UNTRAINED != 0 && desc.reduced_poses > 0 {
         let poses = desc.reduced_poses;
         let message = format!("desc->reduced_poses is {poses} and desc->reduced_flags has SW_REDUCED_UNTRAINED");
         return Err(Fault::argument(message));
     }
+    let optional = chosen_by_gate && desc.flags & SW_PRECOMPUTE_AUTO != 0;
+    let fields = if optional && desc.reduced_fields == 0 { reduced::FIELDS } else { desc.reduced_fields as usize };
     Ok(reduced::Options {
-        fields: desc.reduced_fields as usize,
+        fields,
         elements: desc.reduced_elements as usize,
         poses: desc.reduced_poses as usize,
         gravity: require_non_negative("desc->reduced_gravity", desc.reduced_gravity)?,
         seconds: unless_zero("desc->reduced_seconds", desc.reduced_seconds)?,
         mode_searches: unless_zero("desc->reduced_mode_searches", desc.reduced_mode_searches)?,
+        optional,
+        ..Default::default()
     })
 }
 
@@ -321,6 +338,9 @@ fn log_certificate(model: &Model) {
     if c.disagreement > WORTH_A_WARNING {
         let message = "eigenvalues are good to a share of";
         log(SW_LOG_WARNING, &format!("{message} {:.0e} only: stiffness or triangle sizes differ much", c.disagreement));
+    }
+    if let Some(why) = &model.without_reduced {
+        log(SW_LOG_INFO, &format!("no reduced shell: {why}. SW_METHOD_AUTO is {}", model.chosen_method()));
     }
     if model.modal.zero_modes > 0 {
         log(

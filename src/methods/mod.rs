@@ -232,6 +232,7 @@ pub fn build(model: &Model, method: Method, integrator: Integrator) -> Result<Bo
         Method::ImplicitShell | Method::ExplicitShell => nodal::build(model, method),
         Method::ReducedShell => reduced::build(model, Form::Sampled),
         Method::PolynomialShell => reduced::build(model, Form::Polynomial),
+        Method::AdaptiveShell => reduced::build_adaptive(model),
     }
 }
 

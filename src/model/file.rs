@@ -175,6 +175,7 @@ impl Model {
             modal: Arc::new(modal),
             certificate,
             front,
+            without_reduced: None,
             reduced: reduced.map(Arc::new),
             solvers: Default::default(),
             strain: Default::default(),

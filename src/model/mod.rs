@@ -9,7 +9,8 @@ use crate::material::Elasticity;
 use crate::method::{Method, Needs};
 use crate::modal::ModalBasis;
 use crate::modes::{
-    Demand, PHASES, Phase, Progress, SpectrumCertificate, SupportFields, add_patches, demanded_modes, lowest_modes,
+    Demand, Modes, PHASES, Phase, Progress, SpectrumCertificate, SupportFields, add_patches, demanded_modes,
+    lowest_modes,
 };
 pub use crate::precision::Precision;
 use crate::reduced::{self, ReducedShell};
@@ -75,6 +76,8 @@ pub struct Model {
     pub truncation: f64,
     /// The reduced discrete shell, if it was asked for.
     pub reduced: Option<Arc<ReducedShell>>,
+    /// Why an optional reduced shell was left out; not saved.
+    pub without_reduced: Option<String>,
     /// What a choice of the method went by, where there was one.
     pub front: Option<Front>,
     /// The full shell, for estimates of what the other methods get wrong; made when first asked for.
@@ -126,20 +129,15 @@ impl Model {
             );
             return Err(Error::new(ErrorKind::Numerical, message));
         }
-        let reduced = match options.reduced.fields {
-            0 => None,
-            _ => Some(Arc::new(ReducedShell::precompute(
-                &shell,
-                &modes,
-                &options.reduced,
-                options.precision,
-                &mut progress,
-            )?)),
+        let (reduced, without_reduced) = match options.reduced.fields {
+            0 => (None, None),
+            _ => reduced_shell((&shell, &modes), options, &mut progress)?,
         };
         let fingerprint = fingerprint(&shell, &modal, options.precision);
         let reduced_fingerprint = reduced_fingerprint(fingerprint, &shell, reduced.as_deref());
         Ok(Self {
             reduced,
+            without_reduced,
             shell,
             modal: Arc::new(modal),
             certificate: modes.certificate,
@@ -156,19 +154,20 @@ impl Model {
         })
     }
 
-    /// The method that was chosen for its scene, or that form of its reduced shell which the training's gate chose.
-    pub fn chosen_method(&self) -> Result<Method> {
-        let by_gate = |reduced: &ReducedShell| match &reduced.polynomial {
-            Some(polynomial) if polynomial.gate.holds() => Method::PolynomialShell,
-            _ => Method::ReducedShell,
-        };
-        match (&self.front, &self.reduced) {
-            (Some(front), _) => Ok(front.choice().method),
-            (None, Some(reduced)) => Ok(by_gate(reduced)),
-            (None, None) => {
-                let message = "the model has no choice of a method: precompute with auto_error, auto_operations or reduced_fields";
-                Err(Error::new(ErrorKind::Unsupported, message))
-            }
+    /// The method that was chosen for its scene; without a choice that form of its reduced shell which the training's gate chose; without a
+    /// reduced shell the warp, and where there are no rotations linear modes.
+    pub fn chosen_method(&self) -> Method {
+        if let Some(front) = &self.front {
+            return front.choice().method;
+        }
+        match &self.reduced {
+            Some(reduced) => match &reduced.polynomial {
+                Some(polynomial) if polynomial.gate.holds() => Method::PolynomialShell,
+                Some(polynomial) if polynomial.gate.holds_in_part() && reduced.rigid.is_none() => Method::AdaptiveShell,
+                _ => Method::ReducedShell,
+            },
+            None if self.modal.is_linear() => Method::LinearModalAnalysis,
+            None => Method::Warp,
         }
     }
 
@@ -176,7 +175,9 @@ impl Model {
     pub fn require(&self, method: Method) -> Result<()> {
         match method {
             Method::ImplicitShell | Method::ExplicitShell => Feature::NonlinearShell.require()?,
-            Method::ReducedShell | Method::PolynomialShell => Feature::ReducedShell.require()?,
+            Method::ReducedShell | Method::PolynomialShell | Method::AdaptiveShell => {
+                Feature::ReducedShell.require()?
+            }
             _ => (),
         }
         if method == Method::RotationStrain && !self.shell.bonds.is_empty() {
@@ -187,9 +188,16 @@ impl Model {
             let message = "rotation-strain cannot hold vertices along some axes only: use the warp, a reduced shell or the full shell";
             return Err(Error::new(ErrorKind::Unsupported, message));
         }
+        if let (Needs::ReducedFields, None, Some(why)) = (method.entry().needs, &self.reduced, &self.without_reduced) {
+            return Err(Error::new(ErrorKind::Unsupported, format!("the model has no reduced shell: {why}")));
+        }
         method.entry().needs.require(!self.modal.is_linear(), self.reduced.is_some())?;
-        let lacks =
-            method == Method::PolynomialShell && self.reduced.iter().any(|reduced| reduced.polynomial.is_none());
+        let by_polynomial = matches!(method, Method::PolynomialShell | Method::AdaptiveShell);
+        if method == Method::AdaptiveShell && self.reduced.iter().any(|reduced| reduced.rigid.is_some()) {
+            let message = "a shell that moves freely does not change its form in motion: take the polynomial or the reduced shell";
+            return Err(Error::new(ErrorKind::Unsupported, message));
+        }
+        let lacks = by_polynomial && self.reduced.iter().any(|reduced| reduced.polynomial.is_none());
         if lacks {
             let message = match self.shell.material {
                 _ if !self.shell.bonds.is_empty() => {
@@ -236,6 +244,7 @@ impl Model {
             strain: OnceLock::new(),
             truncation: self.truncation,
             reduced: reduced.transpose()?.map(Arc::new),
+            without_reduced: self.without_reduced.clone(),
             front: self.front.clone(),
             arithmetic,
             other: OnceLock::new(),
@@ -276,6 +285,25 @@ impl Model {
         let reduced = self.reduced.as_deref().map_or(0, ReducedShell::bytes);
         let other = self.other.get().map_or(0, |other| other.own_bytes());
         self.modal.bytes() + vertices + connectivity + reduced + self.solvers.bytes() + self.strain_bytes() + other
+    }
+}
+
+/// The reduced shell, or why an optional one is left out.
+fn reduced_shell(
+    (shell, modes): (&Arc<Shell>, &Modes),
+    options: &Options,
+    progress: &mut Progress,
+) -> Result<(Option<Arc<ReducedShell>>, Option<String>)> {
+    let optional = options.reduced.optional;
+    if optional && options.support_fields > 0 {
+        return Ok((None, Some("it would not follow supports that move against each other".into())));
+    }
+    match ReducedShell::precompute(shell, modes, &options.reduced, options.precision, progress) {
+        Ok(reduced) => Ok((Some(Arc::new(reduced)), None)),
+        Err(error) if optional && matches!(error.kind, ErrorKind::Unsupported | ErrorKind::Numerical) => {
+            Ok((None, Some(error.message)))
+        }
+        Err(error) => Err(error),
     }
 }
 

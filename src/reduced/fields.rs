@@ -13,7 +13,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 /// Lines before the fields, and of a field.
-const HEADER: usize = 3;
+pub(super) const HEADER: usize = 3;
 const SHAPES: usize = 3;
 
 /// Modes and further fields together, at most: the dense work of a step grows with the square.
@@ -207,7 +207,7 @@ fn wide_rows<T: Real>(u: &[Line<T>; 3]) -> [Vec3; LANES] {
 
 /// Makes the positions of a block from its displacements and rest positions.
 #[allow(clippy::type_complexity)] // said by the names of its parts
-fn placed_rows<T: Real>(placement: &Placement) -> impl Fn(&[Line<T>; 3], &[Line<T>]) -> [[f32; 3]; LANES] {
+pub(super) fn placed_rows<T: Real>(placement: &Placement) -> impl Fn(&[Line<T>; 3], &[Line<T>]) -> [[f32; 3]; LANES] {
     let origin: [T; 3] = std::array::from_fn(|c| T::of(placement.origin[c]));
     let matrix = |r: nalgebra::Matrix3<f64>| std::array::from_fn(|c| std::array::from_fn(|d| T::of(r[(c, d)])));
     let turn: Option<[[T; 3]; 3]> = placement.rotation.map(matrix);

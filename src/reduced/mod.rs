@@ -17,6 +17,7 @@ mod factor;
 mod fields;
 mod joined;
 mod newton;
+mod packed;
 pub mod polynomial;
 mod precompute;
 mod products;
@@ -31,11 +32,13 @@ pub use energy::ReducedEnergy;
 pub use fields::{Fields, MAX_FIELDS};
 pub use joined::{Joined, Places};
 pub use newton::{End, Newton, Potential, Rows, Stop, Work};
+pub use packed::PackedFields;
 pub use rigid::{Flight, Moments, Pull, Rigid, WithRigid, crossed, free_motions};
-pub use training::{MAX_POSES, default_poses};
+pub use training::{MAX_POSES, affordable_iterations, default_poses};
 
 use crate::arithmetic::Arithmetic;
 use crate::features::{self, Feature, Proof};
+use crate::precision::Precision;
 use crate::{Result, Shell, Vec3};
 use faer::Mat;
 use nalgebra::{DMatrix, Matrix3};
@@ -56,14 +59,29 @@ pub struct Options {
     pub seconds: f64,
     /// The same as a multiple of the time that the modes took.
     pub mode_searches: f64,
+    /// Iterations that finding the equilibria may take in all: a limit that is the same on every machine.
+    pub iterations: usize,
+    /// The model is left without where the shell can have no reduced shell, or where its training finds too little to judge one by.
+    pub optional: bool,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { fields: 0, elements: 0, poses: 0, gravity: 0.0, seconds: f64::INFINITY, mode_searches: f64::INFINITY }
+        Self {
+            fields: 0,
+            elements: 0,
+            poses: 0,
+            gravity: 0.0,
+            seconds: f64::INFINITY,
+            mode_searches: f64::INFINITY,
+            iterations: usize::MAX,
+            optional: false,
+        }
     }
 }
 
+/// Fields of a choice of the method unless others are asked for.
+pub const FIELDS: usize = 40;
 /// Of the forces of the poses that sampling looks at, what samples may leave out when their number is not given.
 pub const TOLERANCE: f64 = 0.01;
 /// The least α that a training chooses.
@@ -79,9 +97,9 @@ const MULTIPLICATIONS: f64 = 7.0;
 
 /// The run-time fields in the precision asked for.
 pub enum AnyFields {
-    /// [`crate::precision::Precision::F32`], and beside modes in 16 bits.
+    /// [`Precision::F32`], and beside modes in 16 bits.
     F32(Fields<f32>),
-    /// [`crate::precision::Precision::F64`].
+    /// [`Precision::F64`].
     F64(Fields<f64>),
 }
 
@@ -103,6 +121,8 @@ pub struct ReducedShell {
     modes: usize,
     /// B.
     pub fields: AnyFields,
+    /// B in 16 bits for output, where the model's basis is.
+    pub packed: Option<PackedFields>,
     /// E.
     pub energy: ReducedEnergy,
     /// E as a polynomial, of models that were trained with one.
@@ -165,6 +185,7 @@ impl ReducedShell {
         Ok(Self {
             modes,
             fields,
+            packed: None,
             energy,
             polynomial: None,
             samples,
@@ -190,7 +211,16 @@ impl ReducedShell {
             made.energy.set_correction(correction.clone());
         }
         let polynomial = self.polynomial.as_ref().map(|polynomial| polynomial.with_arithmetic(arithmetic));
-        Ok(Self { polynomial, fit: self.fit, rigid: self.rigid.clone(), ..made })
+        let packed = self.packed.as_ref().map(|packed| packed.with_arithmetic(arithmetic));
+        Ok(Self { polynomial, packed, fit: self.fit, rigid: self.rigid.clone(), ..made })
+    }
+
+    /// Output in the precision of the model's basis.
+    pub fn set_output(&mut self, shell: &Shell, precision: Precision) -> Result<()> {
+        if precision == Precision::I16 {
+            self.packed = Some(PackedFields::new(&shell.mesh.positions, &unpacked(shell, &self.fields))?);
+        }
+        Ok(())
     }
 
     /// Lets it move by what supports leave free, on a model of so many zero modes.
@@ -230,7 +260,7 @@ impl ReducedShell {
 
     /// Bytes of the run-time fields alone.
     pub fn field_bytes(&self) -> usize {
-        with_fields!(&self.fields, fields => fields.bytes())
+        with_fields!(&self.fields, fields => fields.bytes()) + self.packed.as_ref().map_or(0, PackedFields::bytes)
     }
 
     /// E in one form; the polynomial of models that have one.

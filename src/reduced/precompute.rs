@@ -18,6 +18,10 @@ use std::sync::Arc;
 /// The most samples where their number is not given, as a multiple of the fields.
 const MOST_ELEMENTS: usize = 16;
 
+/// Of an optional reduced shell: iterations of its training and equilibria that it finds, at least.
+const LEAST_ITERATIONS: usize = 20;
+const LEAST_JUDGED: usize = 4;
+
 /// Hears of the share of the work that is done.
 type Watch<'a> = &'a mut dyn FnMut(f64) -> Result<()>;
 
@@ -31,6 +35,7 @@ impl ReducedShell {
         progress: &mut Progress,
     ) -> Result<Self> {
         let _proof: features::ReducedShell = Proof::of(Feature::ReducedShell)?;
+        let options = &within_reach(shell, modes, options)?;
         let free = require_support(shell, modes, options)?;
         let all = modes;
         let elastic = modes.elastic();
@@ -42,7 +47,9 @@ impl ReducedShell {
         let loads = TrainingLoads::new(shell, modes, options, free)?;
         let rigid = &all.shapes[..all.zero_modes];
         let derivatives = loads.weighted_derivatives(shell, modes, rigid)?;
-        let trained = loads.train(shell, (options.poses, time), &mut |share| report(0.1 + 0.4 * share))?;
+        let limits = (options.poses, time, options.iterations);
+        let trained = loads.train(shell, limits, &mut |share| report(0.1 + 0.4 * share))?;
+        require_training(options, &trained)?;
         let inputs = BasisInputs {
             shell,
             modes,
@@ -63,6 +70,7 @@ impl ReducedShell {
         let mut reduced = Self::assemble(shell, (modes.shapes.len(), fields), samples, assumed)?;
         reduced.fit = fit;
         reduced.let_go(shell, all.zero_modes)?;
+        reduced.set_output(shell, precision)?;
         if let Some(mut polynomial) = polynomial {
             let mut watch = |share| report(0.97 + 0.03 * share);
             polynomial.gate = loads.gate((shell, &columns, &trained), (&polynomial, &reduced.energy), &mut watch)?;
@@ -75,6 +83,36 @@ impl ReducedShell {
         report(1.0)?;
         Ok(reduced)
     }
+}
+
+/// An optional reduced shell has no more fields than there is room for beside the modes. Fails where its training would find next to nothing.
+fn within_reach(shell: &Shell, modes: &Modes, options: &Options) -> Result<Options> {
+    if !options.optional {
+        return Ok(*options);
+    }
+    if options.iterations < LEAST_ITERATIONS {
+        let message = format!(
+            "training on {} vertices takes too long to begin with it unasked: ask for reduced_poses",
+            shell.mass.len()
+        );
+        return Err(Error::new(ErrorKind::Unsupported, message));
+    }
+    let fields = options.fields.min(MAX_FIELDS.saturating_sub(modes.shapes.len() - modes.zero_modes));
+    if fields == 0 {
+        let message = format!("{} modes leave no room for fields, of {MAX_FIELDS}", modes.shapes.len());
+        return Err(Error::new(ErrorKind::Unsupported, message));
+    }
+    Ok(Options { fields, ..*options })
+}
+
+/// Fails where an optional reduced shell has too few equilibria to be judged by.
+fn require_training(options: &Options, trained: &[TrainingPose]) -> Result<()> {
+    let whole = trained.iter().filter(|pose| pose.whole).count();
+    if !options.optional || whole >= LEAST_JUDGED {
+        return Ok(());
+    }
+    let message = format!("training found {whole} equilibria within its limits, too few to judge a reduced shell by");
+    Err(Error::new(ErrorKind::Numerical, message))
 }
 
 /// Fails for a shell that no reduced one is made of; what can move freely, if anything.

@@ -98,6 +98,7 @@ impl ReducedShell {
         if correction.iter().any(|x| *x != 0.0) {
             reduced.energy.set_correction(correction);
         }
+        reduced.set_output(shell, precision)?;
         Ok(reduced)
     }
 }

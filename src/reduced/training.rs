@@ -1,7 +1,7 @@
 //! What a reduced shell is trained on: loads and the equilibria of the full shell under them, the fields and stress fields that are
 //! made of these, and the membrane's share α that suits them.
 
-use super::polynomial::{Errors, Gate, PolynomialEnergy};
+use super::polynomial::{Gate, PolynomialEnergy};
 use super::{Assumed, Elastic, LEAST_SHARE, Newton, Options, Potential, ReducedEnergy, Stop, basis, sampling, stress};
 use crate::clock::Instant;
 use crate::modes::Modes;
@@ -20,6 +20,18 @@ const TRAINED: usize = 208_000;
 /// Equilibria to train on unless told how many: all up to 4,000 vertices, fewer on larger meshes, so that the cost grows little.
 pub fn default_poses(n_vertices: usize) -> usize {
     (TRAINED / n_vertices.max(1)).min(MAX_POSES)
+}
+
+/// Of a training that nobody asked for, iterations times vertices to the power 1.5, as which a sparse factorization grows: half a minute on a
+/// processor of 2020.
+const UNASKED: f64 = 8e7;
+
+/// What a pose of a shell that floats counts as, in iterations.
+const OF_A_BALANCE: usize = 8;
+
+/// Iterations of a training that nobody asked for.
+pub fn affordable_iterations(n_vertices: usize) -> usize {
+    (UNASKED / (n_vertices.max(1) as f64).powf(1.5)) as usize
 }
 
 /// Stress fields of modes bent far and of poses, as a share of the fields found: by the validation loads of docs/evidence/front.md. With
@@ -232,19 +244,19 @@ impl TrainingLoads {
     }
 
     /// Equilibria of the full shell under at most `count` loads, or under a part of those that are not found whole; those that are not found
-    /// within the `time` are left out.
+    /// within the `time`, and so many iterations, are left out.
     pub(super) fn train(
         &self,
         shell: &Arc<Shell>,
-        (count, time): (usize, f64),
+        (count, time, mut left): (usize, f64, usize),
         watch: &mut dyn FnMut(f64) -> Result<()>,
     ) -> Result<Vec<TrainingPose>> {
         let mut found: Vec<TrainingPose> = vec![];
-        if count == 0 || time == 0.0 {
+        if count == 0 || time == 0.0 || left == 0 {
             return Ok(found);
         }
         let started = Instant::now();
-        let in_time = || match started.elapsed().as_secs_f64() < time {
+        let in_time = |left: usize| match left > 0 && started.elapsed().as_secs_f64() < time {
             true => Ok(()),
             false => Err(Error::new(ErrorKind::Numerical, "no time is left")),
         };
@@ -262,16 +274,20 @@ impl TrainingLoads {
             for k in [first + full_strength, first].into_iter().filter(|k| *k < wanted) {
                 let share = found.len() as f64 / wanted as f64;
                 watch(share)?;
-                if in_time().is_err() {
+                if in_time(left).is_err() {
                     return Ok(found);
                 }
                 if self.free.is_some() {
+                    left = left.saturating_sub(OF_A_BALANCE);
                     let Some(displacement) = balanced(&mut solver, &pose, &loads[k], max_iterations)? else { break };
                     pose.clone_from(&displacement);
                     found.push(TrainingPose { load: k, whole: true, displacement });
                     continue;
                 }
-                let watch = &mut |_| watch(share).and_then(|()| in_time());
+                let watch = &mut |_| {
+                    left = left.saturating_sub(1);
+                    watch(share).and_then(|()| in_time(left))
+                };
                 let whole = match solver.equilibrium(&pose, &loads[k], &training, watch) {
                     Ok(_) => true,
                     Err(error) if error.kind == ErrorKind::Numerical => false,
@@ -348,24 +364,24 @@ impl TrainingLoads {
     ) -> Result<Gate> {
         let loads = self.loads(shell);
         let (mut newtons, mut scratch) = ([Newton::new(polynomial), Newton::new(sampled)], polynomial.scratch());
-        let (mut errors, mut gate) = ([vec![], vec![]], Gate::default());
+        let (mut tried, mut strain) = (vec![], 0.0f64);
         for (k, pose) in trained.iter().filter(|pose| pose.whole).enumerate() {
             watch(k as f64 / trained.len() as f64)?;
             let exact = projected(shell, columns, &pose.displacement);
             let force = sampling::project(columns, &self.borne(shell, &loads, pose));
             let energies: [&dyn Elastic; 2] = [polynomial, sampled];
-            for ((energy, newton), errors) in energies.into_iter().zip(&mut newtons).zip(&mut errors) {
+            let size = norm_squared(&exact).sqrt();
+            let mut one = [size, 0.0, 0.0];
+            for ((energy, newton), error) in energies.into_iter().zip(&mut newtons).zip(&mut one[1..]) {
                 let mut q = exact.clone();
                 newton.minimize(energy, &Potential::of_load(&force), &mut q, JUDGED);
                 let way: f64 = q.iter().zip(&exact).map(|(q, exact)| (q - exact).powi(2)).sum();
-                errors.push((way / norm_squared(&exact).max(f64::MIN_POSITIVE)).sqrt());
+                *error = way.sqrt() / size.max(f64::MIN_POSITIVE);
             }
-            gate.tried += 1;
-            gate.reach = gate.reach.max(norm_squared(&exact).sqrt());
-            gate.strain = gate.strain.max(polynomial.membrane(&exact, &mut scratch).sqrt());
+            tried.push(one);
+            strain = strain.max(polynomial.membrane(&exact, &mut scratch).sqrt());
         }
-        [gate.polynomial, gate.sampled] = errors.map(Errors::of);
-        Ok(gate)
+        Ok(Gate { strain, ..Gate::of(tried) })
     }
 
     /// The load that a pose balances: what sets it in motion is left to its inertia.

@@ -1,9 +1,10 @@
 //! Error against the full shell on loads that were never trained on: the paper's warp beside reduced shells of several sizes, with the best
 //! that their fields could do, and what goes on after `State::fall_back`. docs/evidence/front.md says what it found.
 //!
-//! usage: front [--scene KEY] [--reduced "FIELDS,ELEMENTS,POSES ..."] [--docs FILE] [--ablate]
+//! usage: front [--scene KEY] [--reduced "FIELDS,ELEMENTS,POSES ..."] [--docs FILE] [--ablate] [--judge]
 //!
 //! With --ablate, what each ingredient of the reduced shell buys, on held-out and fresh loads: a column of docs/evidence/front.md for each shell.
+//! With --judge, the judging list of front/judging.rs by what SW_METHOD_AUTO takes, with 8 modes and 20 fields.
 #![allow(missing_docs)]
 
 #[path = "front/cases.rs"]
@@ -12,6 +13,8 @@ mod cases;
 mod common;
 #[path = "docs.rs"]
 mod docs;
+#[path = "front/judging.rs"]
+mod judging;
 #[path = "front/scenes.rs"]
 mod scenes;
 
@@ -225,9 +228,83 @@ fn contest(scene: &Scene, cases: &[Case], specs: &str, table: &mut String) {
 const HEADER: &str = "| shell | asked for (coordinates) | form | loads | error over the paper's, median | at a fifth of the size, % | the paper's there, % \
 | worse than the paper | not found | worse after falling back |\n|---|---|---|---|---|---|---|---|---|---|\n";
 
+/// Of what the gate took on the judging list: the error, that after falling back, the paper's, and whether the load moves it by a fifth.
+#[derive(Default)]
+struct Verdict(Vec<(f64, f64, f64, bool)>);
+
+impl Verdict {
+    /// Cells of the table, as [`JUDGED`] names them.
+    fn cells(&self) -> String {
+        let Self(all) = self;
+        let ratios: Vec<f64> = all.iter().map(|(own, _, paper, _)| own / paper).collect();
+        let [mut own, paper] = [|e: &(f64, f64, f64, bool)| e.0, |e| e.2]
+            .map(|of| all.iter().filter(|e| e.3).map(of).collect::<Vec<f64>>());
+        own.sort_by(f64::total_cmp);
+        let good = own.iter().filter(|error| **error <= 0.05).count();
+        let worse = ratios.iter().filter(|ratio| **ratio > SAME).count();
+        let after = all.iter().filter(|(_, after, paper, _)| *after > SAME * paper).count();
+        let lost = all.iter().filter(|e| e.0 == f64::INFINITY).count();
+        let (fifth, paper) = (100.0 * median(own.clone()), 100.0 * median(paper));
+        format!(
+            "{:.3} | {fifth:.2} | {paper:.1} | {good} of {} | {worse} of {} | {lost} | {after}",
+            median(ratios),
+            own.len(),
+            all.len()
+        )
+    }
+}
+
+/// One shell of the judging list, added to the verdict on all.
+fn judged(scene: &Scene, all: &mut Verdict) -> String {
+    let contenders = contenders(scene, "20,0,52");
+    let model = &contenders[0].model;
+    let method = model.chosen_method();
+    let mut own = Verdict::default();
+    for case in cases::find(scene).iter().filter(|case| case.is_confirmed()) {
+        let error = |found: &Option<(State, bool)>| match found {
+            Some((state, true)) => off(scene, state, case),
+            _ => f64::INFINITY,
+        };
+        let paper = error(&loaded(scene, model, Method::Warp, case));
+        let found = loaded(scene, model, method, case);
+        let before = error(&found);
+        let after = found.map_or(f64::INFINITY, |(mut state, _)| {
+            state.fall_back().ok();
+            off(scene, &state, case)
+        });
+        println!("  {:<20} {:.2}: {before:.4}, after falling back {after:.4}, paper {paper:.4}", case.name, case.aim);
+        own.0.push((before, after, paper, case.aim == 0.2));
+    }
+    all.0.extend(&own.0);
+    format!("| {} | {method:?} | {} |\n", scene.key, own.cells())
+}
+
+const JUDGED: &str = "| shell | form | error over the paper's, median | at a fifth of the size, % | the paper's there, % | at most 5 % there \
+| worse than the paper | not found | worse after falling back |\n|---|---|---|---|---|---|---|---|---|\n";
+
+fn judge() -> String {
+    let (mut table, mut all) = (String::from(JUDGED), Verdict::default());
+    for scene in judging::all() {
+        println!("{} ({}): {} vertices", scene.key, scene.text, scene.shell.mass.len());
+        let row = judged(&scene, &mut all);
+        print!("{row}");
+        table.push_str(&row);
+    }
+    let row = format!("| all | | {} |\n", all.cells());
+    print!("{row}");
+    table + &row
+}
+
 fn main() {
     let arguments: Vec<String> = std::env::args().collect();
     let value = |key: &str| arguments.iter().position(|a| a == key).and_then(|i| arguments.get(i + 1));
+    if arguments.iter().any(|a| a == "--judge") {
+        let table = judge();
+        if let Some(file) = value("--docs") {
+            docs::put_section(file, "judging", &table).unwrap();
+        }
+        return;
+    }
     let mut table = String::from(HEADER);
     for scene in scenes::all() {
         if value("--scene").is_some_and(|key| key != scene.key) {

@@ -1,17 +1,18 @@
 //! Steps and positions of the polynomial shell beside the warp's, taking turns on one machine, on leaves of several sizes; and what a
 //! step of its length misses of the same motion in much shorter steps.
 //!
-//! usage: polynomial [--leaf FINE] [--size SHARE] [--errors] [--sampled] [N ...]
+//! usage: polynomial [--leaf FINE] [--size SHARE] [--poses COUNT] [--errors] [--sampled] [N ...]
 //!
 //! N are modes and fields together. The leaf's edges are FINE times as short. It swings: gravity that bends it by SHARE of its size to first
-//! order acts, turns over after a second and is gone after two and a half. Models stay in out/bench.
+//! order acts, turns over after a second and is gone after two and a half. COUNT equilibria train it, as many as are usual unless told. Positions
+//! are read in 32 bits and, of the same fields, in 16. Models stay in out/bench.
 #![allow(missing_docs)]
 
 #[path = "../common/mod.rs"]
 mod common;
 
 use common::{displacements, error, leaf};
-use shellwarp::model::{Model, Options};
+use shellwarp::model::{Model, Options, Precision};
 use shellwarp::reduced;
 use shellwarp::state::{Method, Space, State};
 use shellwarp::step::Integrator;
@@ -28,18 +29,26 @@ const TURNS: usize = 9;
 const MODES: usize = 8;
 
 /// Precomputed, or as it was saved by an earlier run.
-fn model(shell: &Arc<Shell>, n: usize) -> Arc<Model> {
-    let file = PathBuf::from(format!("out/bench/leaf_{}_{n}.swm", shell.mass.len()));
+fn model(shell: &Arc<Shell>, n: usize, poses: usize) -> Arc<Model> {
+    let file = PathBuf::from(format!("out/bench/leaf_{}_{n}_{poses}.swm", shell.mass.len()));
     if let Some(model) = std::fs::read(&file).ok().and_then(|bytes| Model::load(&bytes).ok()) {
         return Arc::new(model);
     }
-    let reduced =
-        reduced::Options { fields: n - MODES, poses: reduced::default_poses(shell.mass.len()), ..Default::default() };
+    let reduced = reduced::Options { fields: n - MODES, poses, ..Default::default() };
     let options = Options { modes: MODES, reduced, ..Options::default() };
     let model = Model::precompute(shell.clone(), &options, &mut |_, _| Ok(())).expect("a model");
     std::fs::create_dir_all("out/bench").expect("a folder");
     std::fs::write(file, model.save().expect("bytes")).expect("room");
     Arc::new(model)
+}
+
+/// The same, whose positions are read in 16 bits.
+fn in_16_bits(model: &Model) -> Arc<Model> {
+    let mut same = Model::load(&model.save().expect("bytes")).expect("what was saved");
+    let shell = same.shell.clone();
+    let reduced = same.reduced.as_mut().and_then(Arc::get_mut).expect("a reduced shell of its own");
+    reduced.set_output(&shell, Precision::I16).expect("memory");
+    Arc::new(same)
 }
 
 /// The gravity that moves the leaf by about `size` of its size, to first order.
@@ -89,12 +98,13 @@ fn main() {
     let mut sizes: Vec<usize> = vec![];
     let mut strength = 0.4;
     let mut args = std::env::args().skip(1);
-    let mut errors = false;
+    let (mut errors, mut poses) = (false, None);
     let mut method = Method::PolynomialShell;
     while let Some(arg) = args.next() {
         match arg.as_str() {
             "--leaf" => fine = args.next().unwrap().parse().unwrap(),
             "--size" => strength = args.next().unwrap().parse().unwrap(),
+            "--poses" => poses = args.next().unwrap().parse().ok(),
             "--errors" => errors = true,
             "--sampled" => method = Method::ReducedShell,
             n => sizes.push(n.parse().unwrap()),
@@ -104,11 +114,13 @@ fn main() {
         sizes = vec![20, 28, 48];
     }
     let shell = Arc::new(leaf(fine));
-    let models: Vec<_> = sizes.iter().map(|n| model(&shell, *n)).collect();
+    let poses = poses.unwrap_or_else(|| reduced::default_poses(shell.mass.len()));
+    let models: Vec<_> = sizes.iter().map(|n| model(&shell, *n, poses)).collect();
+    let packed: Vec<_> = models.iter().map(|model| in_16_bits(model)).collect();
     let gravity = gravity(&models[0], strength);
     let state = |model: &Arc<Model>, method| State::new(model.clone(), method, Integrator::Exact).unwrap();
     let mut states: Vec<State> = vec![state(&models[0], Method::Warp)];
-    states.extend(models.iter().map(|model| state(model, method)));
+    states.extend(models.iter().chain(&packed).map(|model| state(model, method)));
     let mut best = vec![[f64::INFINITY; 2]; states.len()];
     let mut out = vec![[0f32; 3]; shell.mass.len()];
     for _ in 0..TURNS {
@@ -128,14 +140,16 @@ fn main() {
         }
     }
     println!("leaf of {} vertices, {STEPS} steps of 1/60 s, gravity for {strength} of its size", shell.mass.len());
-    let names: Vec<String> =
-        std::iter::once("warp, 8 modes".into()).chain(sizes.iter().map(|n| format!("polynomial, r = {n}"))).collect();
+    let mut names = vec!["warp, 8 modes".to_owned()];
+    for bits in [32, 16] {
+        names.extend(sizes.iter().map(|n| format!("polynomial, r = {n}, {bits} bits")));
+    }
     for ((name, own), state) in names.iter().zip(&best).zip(&mut states) {
         let [step, read] = own.map(|seconds| 1e6 * seconds);
         let [a, b] = [own[0] / best[0][0], (own[0] + own[1]) / (best[0][0] + best[0][1])];
         let short = state.report().unconverged_steps;
-        print!("{name:<22} step {step:8.2} µs ({a:6.2} x), positions {read:8.2} µs, both {b:6.2} x, {short} short");
-        if errors && name.starts_with('p') {
+        print!("{name:<30} step {step:8.2} µs ({a:6.2} x), positions {read:8.2} µs, both {b:6.2} x, {short} short");
+        if errors && name.ends_with("32 bits") {
             let exact = path(state, gravity, 64);
             let size = exact.iter().map(|u| u.norm()).fold(0.0, f64::max) / shell.mesh.size;
             let own = error(&path(state, gravity, 1), &exact);

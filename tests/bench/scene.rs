@@ -98,6 +98,7 @@ fn model_on(n: usize, modes: usize, basis: impl FnOnce(&Shell) -> AnyBasis) -> A
         fingerprint: 0,
         reduced_fingerprint: 0,
         front: None,
+        without_reduced: None,
         solvers: Default::default(),
         shell,
     })

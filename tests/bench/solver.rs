@@ -53,7 +53,7 @@ fn largest(u: &[Vec3]) -> f64 {
 fn forces(scene: &Scene, solver: &mut Solver) -> Vec<Vec<Vec3>> {
     let shell: &Shell = &scene.shell;
     let mut list = vec![];
-    for load in [false, true].into_iter().flat_map(|fresh| scene.loads(fresh)) {
+    for load in scene.lists.iter().flat_map(|list| scene.loads(*list)) {
         let Action::Forces(forces) = &load.action else { continue };
         let little: Vec<Vec3> = forces.iter().map(|f| f * (LITTLE * shell.total_mass)).collect();
         let Some(linear) = Total::default().search(solver, &little) else { continue };

@@ -643,6 +643,7 @@ void names_of_outputs_are_known() {
 
 void runs_of_too_many_frames_are_refused() {
   cli::Scene scene;
+  scene.method = SW_METHOD_WARP;
   CHECK(cli::frame_count(scene) == 150);
   scene.duration = 1e300;
   std::string message;
@@ -788,6 +789,7 @@ void handles_are_placed_on_the_nearest_vertex() {
 
 cli::Scene led_scene() {
   cli::Scene scene;
+  scene.method = SW_METHOD_WARP;
   scene.name = "led";
   scene.supports.push_back({true, std::nullopt, {0, 1, 2}});
   scene.modes = 8;
@@ -962,7 +964,7 @@ void methods_have_the_names_of_the_library() {
     CHECK(scene.method == sw_method_at(k));
   }
   CHECK(!host::find_method("virtual-work") && !host::find_method(""));
-  CHECK(cli::read_scene(write_file("method.toml", "mesh = 'a.obj'\n")).method == SW_METHOD_WARP);
+  CHECK(cli::read_scene(write_file("method.toml", "mesh = 'a.obj'\n")).method == SW_METHOD_AUTO);
 }
 
 // A comparison takes every method but the full shell, its measure, and the choice; each has keys of its name.
@@ -987,6 +989,7 @@ void a_method_moves_as_its_needs_tell() {
   const cli::Mesh mesh = strip_as_mesh();
   cli::ProgressBar progress(true);
   cli::Scene scene;
+  scene.method = SW_METHOD_WARP;
   scene.supports.push_back({true, cli::Bounds{{0, -1, -1}, {0, 1, 1}}, {}});
   scene.reduced.fields = 4;
   const shellwarp::Model model = cli::make_model(scene, mesh, progress);
@@ -1036,6 +1039,7 @@ std::string words_of(const cli::Scene &scene, const cli::Run &run, uint32_t unkn
 // What moved how far, in lengths and sizes; and what to change only where something is to be changed.
 void the_closing_words_say_what_moved_and_what_to_change() {
   cli::Scene scene;
+  scene.method = SW_METHOD_WARP;
   scene.gravity = {0, 0, -1};
   scene.length_unit = "cm";
   CHECK(words_of(scene, run_that_moved(0.5)) ==
@@ -1419,6 +1423,7 @@ void a_material_by_frequency_has_that_frequency() {
   double share = 1e300;
   for (const double thickness : {0.05, 0.005}) {
     cli::Scene scene;
+    scene.method = SW_METHOD_WARP;
     scene.supports.push_back({true, cli::Bounds{{0, -1, -1}, {0, 1, 1}}, {}});
     scene.material.frequency = 3;
     scene.material.thickness = thickness;
@@ -1434,6 +1439,7 @@ void a_material_by_frequency_has_that_frequency() {
 // Rows of a comparison that are as expected, then spoilt one at a time.
 void a_comparison_is_judged_row_by_row() {
   cli::Scene scene;
+  scene.method = SW_METHOD_WARP;
   scene.comparison.emplace();
   cli::Comparison &c = *scene.comparison;
   c.methods = {SW_METHOD_LMA, SW_METHOD_WARP};
@@ -1478,6 +1484,7 @@ void a_comparison_is_judged_row_by_row() {
 void the_energy_audit_counts_the_work_of_loads() {
   const cli::Mesh mesh = strip_as_mesh();
   cli::Scene scene;
+  scene.method = SW_METHOD_WARP;
   scene.gravity = {0, 0, -2};
   scene.modes = 6;
   scene.double_precision = scene.exact = true;
@@ -1618,6 +1625,7 @@ void supports_with_keys_move_against_each_other_and_with_the_frame() {
 void supports_are_found_by_box_and_list_without_repetition() {
   const cli::Mesh mesh = cli::read_mesh(write_file("strip.off", off_text()));
   cli::Scene scene;
+  scene.method = SW_METHOD_WARP;
   scene.supports.push_back({false, cli::Bounds{{0, 0, -5}, {0.5, 0, 5}}, {1, 6}});
   scene.supports.push_back({true, cli::Bounds{{1, 0.75, 0}, {1, 0.75, 0}}, {}});  // a box of one point
   const cli::SupportVertices found = cli::find_supports(scene, mesh);

@@ -305,6 +305,7 @@ void a_moving_sphere_lifts_the_strip() {
 // Two of the numbers that reports give, in words; and a note only above 0.1 % of the size.
 void the_closing_words_tell_contacts_and_penetration() {
   cli::Scene scene;
+  scene.method = SW_METHOD_WARP;
   scene.gravity = {0, 0, -1};
   scene.length_unit = "cm";
   SwModelInfo info{};

@@ -4,7 +4,7 @@
 static void every_method_has_a_name_a_label_and_a_need_of_its_own_number(void) {
   const uint32_t known[] = {SW_METHOD_WARP,           SW_METHOD_LMA,           SW_METHOD_SHELL_IMPLICIT,
                             SW_METHOD_SHELL_EXPLICIT, SW_METHOD_WARP_VIRTUAL_WORK, SW_METHOD_REDUCED_SHELL,
-                            SW_METHOD_ROTATION_STRAIN, SW_METHOD_POLYNOMIAL_SHELL, SW_METHOD_AUTO};
+                            SW_METHOD_ROTATION_STRAIN, SW_METHOD_POLYNOMIAL_SHELL, SW_METHOD_ADAPTIVE_SHELL, SW_METHOD_AUTO};
   const uint32_t count = sw_method_count();
   CHECK(count >= sizeof known / sizeof known[0]);
   for (size_t k = 0; k < sizeof known / sizeof known[0]; ++k) {
@@ -49,6 +49,53 @@ static void check_offers(SwModel *model, uint32_t offered) {
   sw_model_destroy(model);
 }
 
+static uint32_t auto_method(const SwModel *model) {
+  SwModelInfo info;
+  sw_model_info_init(&info);
+  OK(sw_model_info(model, &info));
+  return info.auto_method;
+}
+
+/* Of a shell that is held, one that moves freely, one whose training may find next to nothing; and with a budget beside. */
+static void a_model_made_for_the_choice_has_a_reduced_shell_where_it_can(void) {
+  const Strip strip = make_strip();
+  SwPrecomputeDesc desc;
+  const SwMeshDesc mesh = strip_mesh(&strip);
+  SwMaterialDesc material;
+  SwSupportDesc none;
+  SwModel *model = strip_model(&strip), *floating = NULL;
+  sw_precompute_desc_init(&desc);
+  desc.modes = 130;
+  desc.flags = SW_PRECOMPUTE_AUTO;
+  OK(sw_model_precompute(model, &desc));
+  FAILS(sw_model_offers(model, SW_METHOD_POLYNOMIAL_SHELL), SW_ERROR_UNSUPPORTED, "leave no room for fields");
+  CHECK(auto_method(model) == SW_METHOD_WARP);
+  desc.modes = 4;
+  desc.reduced_fields = 4;
+  OK(sw_model_precompute(model, &desc));
+  OK(sw_model_offers(model, SW_METHOD_POLYNOMIAL_SHELL));
+  CHECK(sw_method_needs(auto_method(model)) == SW_NEEDS_REDUCED_FIELDS);
+  desc.reduced_poses = 1;
+  OK(sw_model_precompute(model, &desc));
+  FAILS(sw_model_offers(model, SW_METHOD_REDUCED_SHELL), SW_ERROR_UNSUPPORTED, "too few to judge");
+  CHECK(auto_method(model) == SW_METHOD_WARP);
+  desc.reduced_poses = 0;
+  desc.support_fields = 2;
+  OK(sw_model_precompute(model, &desc));
+  FAILS(sw_model_offers(model, SW_METHOD_REDUCED_SHELL), SW_ERROR_UNSUPPORTED, "supports that move");
+  sw_model_destroy(model);
+
+  sw_material_desc_init(&material);
+  sw_support_desc_init(&none);
+  material.area_density = material.k_bend = 1;
+  material.k_area = material.k_length = 1e4;
+  OK(sw_model_create(&mesh, &material, &none, &floating));
+  desc.support_fields = 0;
+  OK(sw_model_precompute(floating, &desc));
+  CHECK(sw_model_offers(floating, SW_METHOD_AUTO) == SW_OK);
+  sw_model_destroy(floating);
+}
+
 static void a_model_offers_what_states_can_be_made_of(void) {
   const Strip strip = make_strip();
   SwPrecomputeDesc desc;
@@ -58,8 +105,8 @@ static void a_model_offers_what_states_can_be_made_of(void) {
   FAILS(sw_model_offers(model, 999), SW_ERROR_INVALID_ARGUMENT, "method is 999");
   FAILS(sw_model_offers(model, SW_METHOD_REDUCED_SHELL), SW_ERROR_UNSUPPORTED, "reduced_fields");
   FAILS(sw_model_offers(model, SW_METHOD_POLYNOMIAL_SHELL), SW_ERROR_UNSUPPORTED, "reduced_fields");
-  FAILS(sw_model_offers(model, SW_METHOD_AUTO), SW_ERROR_UNSUPPORTED, "auto_error");
-  check_offers(model, 6); /* all but the reduced shells and the choice */
+  CHECK(auto_method(model) == SW_METHOD_WARP);
+  check_offers(model, 7); /* all but the reduced shells */
 
   sw_precompute_desc_init(&desc);
   desc.modes = 4;
@@ -67,7 +114,8 @@ static void a_model_offers_what_states_can_be_made_of(void) {
   model = strip_model(&strip);
   OK(sw_model_precompute(model, &desc));
   FAILS(sw_model_offers(model, SW_METHOD_WARP), SW_ERROR_UNSUPPORTED, "rotations");
-  check_offers(model, 3); /* linear modes and the full shell by two integrators */
+  CHECK(auto_method(model) == SW_METHOD_LMA);
+  check_offers(model, 4); /* linear modes, for the choice too, and the full shell by two integrators */
 
   sw_precompute_desc_init(&desc);
   desc.modes = 4;
@@ -82,5 +130,6 @@ int main(void) {
   RUN(every_method_has_a_name_a_label_and_a_need_of_its_own_number);
   RUN(numbers_that_are_no_method_have_no_name);
   RUN(a_model_offers_what_states_can_be_made_of);
+  RUN(a_model_made_for_the_choice_has_a_reduced_shell_where_it_can);
   return report_failures();
 }

@@ -145,6 +145,7 @@ Vec3 end_of_sagging_strip(double yaw, bool in_frame) {
   joint.holds_orientation = true;
   joint.bone = std::make_shared<const cli::FrameMotion>(bone);
   cli::Scene scene;
+  scene.method = SW_METHOD_WARP;
   scene.duration = 60;
   if (in_frame) scene.motion = bone;
   shellwarp::State state(model, shellwarp::state_desc());

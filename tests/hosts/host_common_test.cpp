@@ -32,6 +32,7 @@ Request strip_request() {
   request.mesh.points.assign(strip.positions, strip.positions + 3 * STRIP_VERTICES);
   request.mesh.triangles.assign(strip.triangles, strip.triangles + 3 * STRIP_TRIANGLES);
   request.build.held.assign(strip.held, strip.held + STRIP_ROWS);
+  request.build.method = SW_METHOD_WARP;
   request.build.modes = 6;
   request.inputs.gravity = {0, 0, -9.8};
   return request;
@@ -341,6 +342,7 @@ Request concave_request(bool polygons) {
   else
     for (const auto &t : sheet.triangles) request.mesh.triangles.insert(request.mesh.triangles.end(), t.begin(), t.end());
   request.build.held = {0, 1, 2};
+  request.build.method = SW_METHOD_WARP;
   request.build.modes = 6;
   request.inputs.gravity = {0, 0, -9.8};
   return request;
@@ -443,7 +445,8 @@ void a_method_that_cannot_be_had_is_told_and_the_last_shape_stays() {
           "must be held so that nothing moves freely");
   refused([](Request &r) { r.build.method = SW_METHOD_REDUCED_SHELL, r.build.reduced_fields = 0; },
           "reduced fields is 0");
-  refused([](Request &r) { r.build.method = SW_METHOD_AUTO, r.inputs.gravity = {}; }, "needs the scene's gravity");
+  refused([](Request &r) { r.build.method = SW_METHOD_AUTO, r.build.auto_error = 0.01, r.inputs.gravity = {}; },
+          "needs the scene's gravity");
   refused([](Request &r) { r.build.method = SW_METHOD_AUTO, r.build.auto_error = -1; }, "automatic choice is -1");
   runner.evaluate(at_frame(request, 3));
 }
@@ -454,8 +457,27 @@ void a_choice_of_the_method_begins_at_the_shape_that_came_in() {
   Request request = strip_request();
   request.build.method = SW_METHOD_AUTO;
   request.build.reduced_fields = 6;
-  runner.evaluate(at_frame(request, 0));
-  CHECK(runner.deformed() == runner.rest());
+  for (const double error : {0.0, 0.01}) {
+    request.build.auto_error = error;
+    runner.evaluate(at_frame(request, 0));
+    CHECK(runner.deformed() == runner.rest());
+  }
+}
+
+// Unless told otherwise: a reduced shell where something holds the mesh, with what holds it moved the warp, and never a refusal.
+void the_default_method_moves_what_is_held_what_falls_and_what_is_led() {
+  CHECK(Request().build.method == SW_METHOD_AUTO);
+  for (const bool held : {true, false})
+    for (const bool follow : {true, false}) {
+      ShellRunner runner;
+      Request request = strip_request();
+      request.build.method = SW_METHOD_AUTO;
+      request.build.reduced_fields = 6;
+      request.follow = follow && held;
+      if (!held) request.build.held.clear();
+      for (int k = 0; k <= 4; ++k) runner.evaluate(at_frame(request, k));
+      CHECK(runner.deformed() != runner.rest());
+    }
 }
 
 // The full shell has no modes to damp: a share of the critical damping calms it all the same.
@@ -1497,6 +1519,7 @@ int main() {
   RUN(every_method_of_the_table_moves_the_shell);
   RUN(a_method_that_cannot_be_had_is_told_and_the_last_shape_stays);
   RUN(a_choice_of_the_method_begins_at_the_shape_that_came_in);
+  RUN(the_default_method_moves_what_is_held_what_falls_and_what_is_led);
   RUN(a_damping_ratio_calms_the_full_shell_too);
   RUN(the_slowest_mode_swings_at_the_frequency_set);
   RUN(the_sag_falls_with_the_square_of_the_frequency);

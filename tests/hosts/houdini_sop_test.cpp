@@ -59,6 +59,7 @@ struct Scene {
     fake::interrupts() = {};
     cook.inputs[0] = &mesh;
     cook.set_text("supportgroup", "held");
+    cook.set_text("method", "warp");
     cook.set("modes", {6});
   }
   fake::Geometry &geometry() { return mesh.fake_geometry(); }
@@ -206,7 +207,7 @@ void the_cache_tells_its_memory() {
 void the_menu_of_methods_is_the_librarys_table() {
   const std::unique_ptr<SOP_Node> node = plugin->create();
   const fake::Parm &method = node->fake_cook().parms.at("method");
-  CHECK(method.type == "string" && method.text == sw_method_name(SW_METHOD_WARP) && method.menu);
+  CHECK(method.type == "string" && method.text == sw_method_name(SW_METHOD_AUTO) && method.menu);
   const PRM_Name *item = method.menu->choiceNamesPtr();
   for (uint32_t k = 0; k < sw_method_count(); ++k, ++item) {
     CHECK(std::string(item->getToken()) == sw_method_name(sw_method_at(k)));

@@ -54,6 +54,7 @@ struct Scene {
     fake::session() = {};
     node.connect(0, &mesh);
     for (int j = 0; j < STRIP_ROWS; ++j) paint(j, 1);
+    node.set("method", SW_METHOD_WARP);
     node.set("modes", 6);
     node.set_time(1, MTime::kFilm);
   }

@@ -72,13 +72,18 @@ class Recipe:
 BY_FIELDS = ("warp", "warp-virtual-work", "lma")  # methods that support_fields let follow pins that bend the shell
 
 
+def follows_by_fields(settings):
+    """The automatic choice takes the warp then; one by an error refuses."""
+    return settings.method in BY_FIELDS or (settings.method == "auto" and not settings.auto_error)
+
+
 def read_recipe(obj, depsgraph, package):
     """What the settings ask for. A choice of the method is made for the scene's gravity."""
     settings, scene = obj.shellwarp, depsgraph.scene
     gravity = abs(obj.evaluated_get(depsgraph).shellwarp.gravity) * scene.gravity.length if scene.use_gravity else 0.0
     needed = package.method.precompute_options(settings.method, settings.reduced_fields, settings.auto_error, gravity=gravity)
     follows = stack.leads(obj)
-    if follows and settings.method in BY_FIELDS:
+    if follows and follows_by_fields(settings):
         needed["support_fields"] = settings.support_fields
     return Recipe(settings.method, settings.integrator, (("modes", settings.modes), *needed.items()), follows,
                   settings.frequency if settings.material == "FREQUENCY" else 0.0)

@@ -99,7 +99,7 @@ def draw_follow(layout, obj):
     layout.prop(settings, "follow")
     if stack.leads(obj):
         layout.label(text=f"They follow {stack.named(obj)}", icon="INFO")
-        if settings.method in inputs.BY_FIELDS:
+        if inputs.follows_by_fields(settings):
             layout.prop(settings, "support_fields")
     lost = stack.out_of_reach(obj)
     if lost is not None:
@@ -134,6 +134,9 @@ def draw_state(layout, context, obj):
         layout.label(text=stale or obj.shellwarp.verdict, icon="ERROR" if stale else "NONE")
     elif run is not None:
         layout.label(text=operators.summary(run))
+        chosen = run.chosen()
+        if chosen:
+            layout.label(text=chosen)
         turned = run.turned()
         if turned:
             layout.label(text=turned, icon="INFO")

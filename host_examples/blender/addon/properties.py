@@ -45,7 +45,7 @@ def described(method):
     if method.needs_fields:
         return "Trained at the precompute, which takes longer; wants vertices that are held"
     if method.needs_choice:
-        return "The precompute tries the methods under the scene's gravity and takes one; it takes longer"
+        return "A reduced shell where the shell can have one, trained for up to half a minute, else the warp. With an error, what is within it"
     if method.is_full_shell:
         return "The full nonlinear shell: slow on large meshes"
     return "By modes"
@@ -146,12 +146,13 @@ class ShellwarpSettings(bpy.types.PropertyGroup):
     support_fields: IntProperty(override=OVER, name="Support fields", default=24, min=1, soft_max=64, options=NOT_KEYED,
                                 description="Shapes beside the modes by which the shell follows pins that go apart")
     modes: IntProperty(override=OVER, name="Modes", default=16, min=1, max=1024, options=NOT_KEYED)
-    method: EnumProperty(override=OVER, name="Method", default=1, options=NOT_KEYED, items=methods,  # 1: SW_METHOD_WARP
+    method: EnumProperty(override=OVER, name="Method", default=7, options=NOT_KEYED, items=methods,  # 7: SW_METHOD_AUTO
                          description="How the shell moves. The library's own table: docs/guide/methods.md")
     reduced_fields: IntProperty(override=OVER, name="Reduced fields", default=40, min=1, soft_max=100, options=NOT_KEYED,
                                 description="Shapes beside the modes, of methods that need them. Modes and fields are at most 128 together")
     auto_error: FloatProperty(override=OVER, name="Automatic error", min=0, subtype="DISTANCE", options=NOT_KEYED,
-                              description="The cheapest method with no larger error is taken; 0 takes the most accurate")
+                              description="Of the automatic choice: the methods are tried under the scene's gravity, and the cheapest with no larger error is "
+                              "taken. 0: a reduced shell where there can be one, without trials")
     integrator: EnumProperty(override=OVER, name="Integrator", default="implicit-euler", options=NOT_KEYED, items=[
         ("implicit-euler", "Backward Euler", "Calms what a step does not resolve"),
         ("exact", "Exact", "No numerical damping: rings until the damping below stops it")])

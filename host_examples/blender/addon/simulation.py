@@ -35,7 +35,7 @@ class Simulation:
 
     def __init__(self, package, shell, scale, recipe, key, progress=None):
         self.key, self.scale, self.recipe, self.held = key, scale, recipe, held(shell)
-        self._areas = areas(shell)
+        self._areas, self._package = areas(shell), package
         self._rest = numpy.asarray(shell.positions / scale, numpy.float32)
         if recipe.frequency:
             shell = swing_at(shell, recipe.frequency, dict(recipe.options)["modes"], package, progress)
@@ -110,6 +110,14 @@ class Simulation:
     def report(self):
         """Energies and turns of the present frame; see State.report."""
         return self._state.report()
+
+    def chosen(self):
+        """What the automatic choice took, and why it is not a reduced shell, "" for a method that was named."""
+        if self.recipe.method != "auto":
+            return ""
+        taken = self._package.method.find(self.model.info()["auto_method"])
+        why = "" if taken.needs_fields else self.model.lacks("reduced-shell")
+        return f"Automatic: {taken.label}" + (f"; {why}" if why else "")
 
     def turned(self):
         """What to say of turns beyond what the method's rotations are good for, "" for nothing. Of the error it says nothing."""

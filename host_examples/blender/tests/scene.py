@@ -54,7 +54,7 @@ def add_strip(name="Strip"):
     obj.vertex_groups.new(name="held").add(list(range(8)), 1.0, "REPLACE")
     settings = obj.shellwarp
     settings.enabled = True
-    settings.fixed_group = "held"
+    settings.fixed_group, settings.method = "held", "warp"  # the default trains for seconds
     settings.density, settings.k_bend, settings.k_length, settings.k_area = 0.3, 2.7e-3, 5e3, 5e3
     settings.damping_ratio = 0.1
     settings.frame_end = 20
@@ -69,7 +69,7 @@ def add_dinosaur():
     feet = [v.index for v in obj.data.vertices if v.co.y < 0.02]
     obj.vertex_groups.new(name="feet").add(feet, 1.0, "REPLACE")
     settings = obj.shellwarp
-    settings.enabled, settings.fixed_group, settings.modes = True, "feet", 4
+    settings.enabled, settings.fixed_group, settings.modes, settings.method = True, "feet", 4, "warp"
     settings.k_area, settings.k_length, settings.k_bend, settings.density = 1e6, 1e6, 1e4, 0.5
     settings.damping_ratio, settings.gravity = 0.04, 0.0
     return obj

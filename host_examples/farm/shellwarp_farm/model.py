@@ -37,15 +37,25 @@ def options_of(simulation, methods):
     """What the precompute is told, for all of some methods. SceneError where the library does not have one."""
     told = {key: simulation[key] for key in ("modes", "precision")}
     gravity = float(numpy.linalg.norm(simulation["gravity"]))
-    if len(methods) > 1 and any(find(method).needs_choice for method in methods if method in shellwarp.methods()):
+    chosen = [method for method in methods if method in shellwarp.methods() and find(method).needs_choice]
+    if len(methods) > 1 and chosen and (simulation["auto_error"] or simulation["auto_operations"]):
         raise SceneError("a model that was made for a choice has one method alone: give it a list of its own")
     asked = {key: simulation[key] for key in MODEL_KEYS if key not in told}
     try:
         for method in methods:
-            told.update(precompute_options(method, **asked, gravity=gravity))
+            told = _merged(told, precompute_options(method, **asked, gravity=gravity))
     except shellwarp.InvalidArgumentError as error:
         raise SceneError(str(error)) from None
     return told
+
+
+def _merged(told, options):
+    """Options for one more method: the reduced shell that either needs, which may be left out where both may do without."""
+    both = (told, options)
+    merged = {**told, **options, "reduced_fields": max(of.get("reduced_fields", 0) for of in both)}
+    if any(of.get("auto") for of in both):
+        merged["auto"] = not any(of.get("reduced_fields") and not of.get("auto") for of in both)
+    return merged
 
 
 def shell_of(tables):

@@ -1,14 +1,13 @@
 """The library's table of methods: the one list of their names. Hosts build their menus, checks and precomputes from it."""
 
 import math
-import sys
 from dataclasses import dataclass
 from typing import Any
 
 from . import _abi, _library
 from .errors import InvalidArgumentError
 
-DEFAULT = "warp"   # what states and hosts take unless told otherwise
+DEFAULT = "auto"   # what states and hosts take unless told otherwise
 FIELDS = 40   # reduced_fields where a host says none, as SwPrecomputeDesc suggests
 
 
@@ -28,7 +27,7 @@ class Method:
 
     @property
     def needs_choice(self) -> bool:
-        """A precompute with auto_error or auto_operations."""
+        """Something to choose from: a precompute with auto, reduced_fields, auto_error or auto_operations."""
         return self.needs == _abi.SW_NEEDS_CHOICE
 
     @property
@@ -67,17 +66,18 @@ def find(name: "Method | str | int") -> Method:
 
 def precompute_options(name: "Method | str | int", reduced_fields: int = 0, auto_error: float = 0.0, auto_operations: float = 0.0,
                        gravity: float = 0.0) -> dict[str, Any]:
-    """What Model.precompute must be told beside modes so that the model offers a method: {} for most.
+    """What Model.precompute must be told beside modes so that the model offers a method, and takes no longer than it needs.
 
-    `reduced_fields` is 40 where it is 0. A choice is made for `gravity`, its strength, in any direction; it is by `auto_error` and
-    `auto_operations`, and of the most accurate method where both are 0."""
-    method, options = find(name), {}
-    if method.needs_fields or (method.needs_choice and reduced_fields):
-        options["reduced_fields"] = reduced_fields or FIELDS
-    if method.needs_choice:
-        error = auto_error if auto_error or auto_operations else sys.float_info.min   # out of reach, so the nearest is taken
-        options.update(auto_error=error, auto_operations=auto_operations, demand_acceleration=gravity)
-    return options
+    `reduced_fields` is 40 where it is 0. A choice by `auto_error` and `auto_operations` is made for `gravity`, its strength, in any
+    direction. One by neither is a reduced shell where the shell can have one, else the warp."""
+    method = find(name)
+    if method.needs_fields:
+        return {"reduced_fields": reduced_fields or FIELDS}
+    if not method.needs_choice:
+        return {"reduced_fields": 0}
+    if auto_error or auto_operations:
+        return {"reduced_fields": reduced_fields, "auto_error": auto_error, "auto_operations": auto_operations, "demand_acceleration": gravity}
+    return {"auto": True, "reduced_fields": reduced_fields}
 
 
 def damping(name: "Method | str | int", ratio: float = 0.0, mass: float = 0.0, stiffness: float = 0.0,

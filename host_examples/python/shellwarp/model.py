@@ -39,12 +39,12 @@ class Model(Handle):
         self.n_vertices = int(mesh.n_vertices)
 
     def precompute(self, modes: int = 16, precision: str = "f32", progress: "Callable[[str, float], bool | None] | None" = None,
-                   sag_gravity: Sequence[float] = (0.0, 0.0, 0.0), reduced_fields: int = 0, reduced_elements: int = 0,
+                   sag_gravity: Sequence[float] = (0.0, 0.0, 0.0), reduced_fields: "int | None" = None, reduced_elements: int = 0,
                    reduced_poses: int = 0, reduced_trained: bool = True, reduced_gravity: float = 0.0, reduced_seconds: float = 0.0,
                    auto_error: float = 0.0, auto_operations: float = 0.0, demand_gravity: Sequence[float] = (0.0, 0.0, 0.0),
                    demand_acceleration: float = 0.0, handles: Sequence[int] = (), handle_distance: float = 0.0,
                    handle_axes: str = "xyz", handle_speed: float = 0.0, tolerance: float = 0.0,
-                   demand_amplification: float = 0.0, contact_patches: Sequence[int] = (), support_fields: int = 0) -> None:
+                   demand_amplification: float = 0.0, contact_patches: Sequence[int] = (), support_fields: int = 0, auto: bool = False) -> None:
         """Finds the `modes` lowest (0: 16); seconds on large meshes.
 
         `precision` is that of the run-time basis: "i16" takes half the memory of "f32" and moves vertices by about 1e-5 of the
@@ -53,8 +53,9 @@ class Model(Handle):
         With `sag_gravity`, an acceleration in frame axes, the modes are those of the shape that hangs at rest under it, and
         states begin there.
 
-        With `reduced_fields`, 40 for a start, there are states of the method "reduced-shell" too, trained on equilibria of the shell
-        unless `reduced_trained` is False; the header tells of the others.
+        A reduced shell is trained for the default method "auto", where the shell can have one, for up to half a minute; lacks("polynomial-shell")
+        tells why where it cannot. `reduced_fields` says how many fields it has and that it must be; 0 is none, and "auto" is then the
+        warp. With `auto` it may have so many. It is trained on equilibria of the shell unless `reduced_trained` is False; the header tells of the others.
 
         With `auto_error`, a length, or `auto_operations` of a step, the model is made for the method that suits the scene of
         `demand_gravity`, `demand_acceleration` and `handles` that hold `handle_axes` and go `handle_distance` far best: that of its
@@ -74,7 +75,8 @@ class Model(Handle):
         desc = _library.initialised(_abi.SwPrecomputeDesc)
         desc.modes, desc.precision = uint32(modes, "modes"), choice(PRECISIONS, precision, "precision")
         desc.sag_gravity[:] = [float(g) for g in sag_gravity]
-        desc.reduced_fields = uint32(reduced_fields, "reduced_fields")
+        desc.flags = _abi.SW_PRECOMPUTE_AUTO if auto or reduced_fields is None else 0
+        desc.reduced_fields = uint32(reduced_fields or 0, "reduced_fields")
         desc.reduced_elements = uint32(reduced_elements, "reduced_elements")
         desc.reduced_poses = uint32(reduced_poses, "reduced_poses")
         desc.reduced_flags = 0 if reduced_trained else _abi.SW_REDUCED_UNTRAINED

@@ -22,7 +22,7 @@ import shellwarp as sw
 
 def model(**changes):
     made = sw.Model(strip.shell(**changes))
-    made.precompute()
+    made.precompute(reduced_fields=0)
     return made
 
 
@@ -42,7 +42,7 @@ def run(made, frames, state=None):
 def run_elsewhere(shell, saved, frames):
     """A farm's worker: all it is given was pickled."""
     made = sw.Model(shell)
-    made.precompute()
+    made.precompute(reduced_fields=0)
     state = swinging(made)
     state.load(saved)
     return run(made, frames, state).positions()
@@ -179,16 +179,16 @@ class Errors(unittest.TestCase):
 class Callbacks(unittest.TestCase):
     def test_progress_names_its_phases(self):
         heard = []
-        sw.Model(strip.shell()).precompute(progress=lambda phase, fraction: heard.append((phase, fraction)))
+        sw.Model(strip.shell()).precompute(reduced_fields=0, progress=lambda phase, fraction: heard.append((phase, fraction)))
         self.assertIn("modes", {phase for phase, _ in heard})
         self.assertTrue(all(0 <= fraction <= 1 for _, fraction in heard))
 
     def test_returning_false_cancels_and_leaves_the_model_as_it_was(self):
         made = sw.Model(strip.shell())
         with self.assertRaises(sw.CancelledError):
-            made.precompute(progress=lambda phase, fraction: False)
+            made.precompute(reduced_fields=0, progress=lambda phase, fraction: False)
         self.assertEqual(made.info()["precomputed"], 0)
-        made.precompute()
+        made.precompute(reduced_fields=0)
         self.assertEqual(made.info()["modes"], 16)
 
     def test_what_a_callback_raises_comes_out_of_precompute(self):
@@ -197,7 +197,7 @@ class Callbacks(unittest.TestCase):
                 raise kind("from the callback")
             made = sw.Model(strip.shell())
             with self.assertRaises(kind):
-                made.precompute(progress=progress)
+                made.precompute(reduced_fields=0, progress=progress)
             self.assertEqual(made.info()["precomputed"], 0)
 
     def test_a_model_cannot_be_used_or_closed_from_its_own_progress(self):
@@ -209,7 +209,7 @@ class Callbacks(unittest.TestCase):
                     misuse()
                 except sw.BusyError as error:
                     seen.append(error)
-        made.precompute(progress=progress)
+        made.precompute(reduced_fields=0, progress=progress)
         self.assertGreaterEqual(len(seen), 3)
         self.assertEqual(made.info()["modes"], 16)
 
@@ -250,7 +250,7 @@ class Lifetime(unittest.TestCase):
                     copy.load(state.save())
                     copy.positions()
                 with self.assertRaises(sw.CancelledError):
-                    sw.Model(strip.shell()).precompute(progress=lambda *_: False)
+                    sw.Model(strip.shell()).precompute(reduced_fields=0, progress=lambda *_: False)
 
         def resident():
             gc.collect()
@@ -304,7 +304,7 @@ class Running(unittest.TestCase):
         for precision in ("f32", "f64", "i16"):
             with self.subTest(precision):
                 made = sw.Model(strip.shell())
-                made.precompute(modes=12, precision=precision)
+                made.precompute(modes=12, precision=precision, reduced_fields=0)
                 data = made.save()
                 loaded = sw.Model.load(data)
                 self.assertEqual(loaded.info()["modes"], 12)
@@ -324,7 +324,7 @@ class Running(unittest.TestCase):
 
         def precompute():
             ends.append(time.perf_counter())
-            made.precompute(modes=32)
+            made.precompute(modes=32, reduced_fields=0)
             ends.append(time.perf_counter())
 
         thread = threading.Thread(target=precompute)
@@ -433,12 +433,12 @@ class Running(unittest.TestCase):
     def test_every_method_steps(self):
         from shellwarp.state import methods
         made = model()
-        made.precompute(modes=4)
-        with self.assertRaises(sw.UnsupportedError):
-            made.state("auto")
+        made.precompute(modes=4, reduced_fields=0)
+        self.assertEqual(made.info()["auto_method"], methods()["warp"])
+        self.assertEqual(len(made.state().amplitudes()[0]), 4)
         made.precompute(modes=4, reduced_fields=4)
         self.assertTrue(all(made.offers(name) for name in methods()))
-        forms = [methods()["polynomial-shell"], methods()["reduced-shell"]]
+        forms = [methods()[form] for form in ("polynomial-shell", "reduced-shell", "adaptive-shell")]
         self.assertIn(made.info()["auto_method"], forms)   # by the training's gate
         for method in methods():
             # 1e-6 s is within the explicit shell's stable step here
@@ -447,6 +447,17 @@ class Running(unittest.TestCase):
         chosen.precompute(4, auto_error=1e-3, demand_gravity=(0, 0, -1), handles=[5], handle_distance=0.01)
         self.assertEqual(sum(point["chosen"] for point in chosen.front()), 1)
         chosen.state("auto").step(1e-2)
+
+    def test_the_default_is_a_reduced_shell_where_the_shell_can_have_one(self):
+        made = model()
+        made.precompute(modes=4)
+        self.assertTrue(made.offers("reduced-shell"))
+        swinging(made).step(1 / 30)
+        made.precompute(modes=4, reduced_fields=4, reduced_poses=1, auto=True)
+        self.assertIn("too few", made.lacks("polynomial-shell"))
+        self.assertEqual(made.info()["auto_method"], sw.methods()["warp"])
+        made.precompute(modes=4, support_fields=8)
+        self.assertIn("supports that move", made.lacks("polynomial-shell"))
 
     def test_what_a_method_needs_makes_a_model_that_offers_it_or_says_why_not(self):
         moved = 0
@@ -466,7 +477,7 @@ class Running(unittest.TestCase):
 
     def test_a_method_that_a_model_lacks_is_told_in_the_librarys_words(self):
         made = model()
-        made.precompute(modes=4)
+        made.precompute(modes=4, reduced_fields=0)
         self.assertIn("precompute with reduced_fields", made.lacks("reduced-shell"))
         self.assertFalse(made.offers("reduced-shell"))
         with self.assertRaisesRegex(sw.UnsupportedError, "precompute with reduced_fields"):
@@ -505,7 +516,7 @@ class Running(unittest.TestCase):
 
     def test_a_state_tells_its_error_and_falls_back(self):
         made = model()
-        made.precompute(modes=4)
+        made.precompute(modes=4, reduced_fields=0)
         state = made.state("lma")
         state.set_gravity((0, 0, -2))
         state.equilibrium()
@@ -517,7 +528,7 @@ class Running(unittest.TestCase):
         counts = []
         for speed in (0, 0.1):
             made = model()
-            made.precompute(0, tolerance=1e-3, handles=[119], handle_distance=0.05, handle_speed=speed)
+            made.precompute(0, tolerance=1e-3, handles=[119], handle_distance=0.05, handle_speed=speed, reduced_fields=0)
             counts.append(made.info()["modes"])
         self.assertLess(counts[1], counts[0])
 
@@ -556,13 +567,13 @@ class Creases(unittest.TestCase):
         middle = middle[numpy.argsort(flat[middle, 1])]
         folds = [(a, b, 1.0, 1.0) for a, b in zip(middle[:-1], middle[1:])]
         with sw.Model(strip.shell(positions=flat, creases=folds)) as made:
-            made.precompute(modes=6)
+            made.precompute(modes=6, reduced_fields=0)
             self.assertGreater(numpy.abs(made.state().positions()[:, 2]).max(), 0.2 * numpy.ptp(flat[:, 0]))
         radius = 2 * numpy.ptp(flat[:, 0])
         angle = (flat[:, 0] - flat[:, 0].min()) / radius
         curled = numpy.stack([flat[:, 0].min() + radius * numpy.sin(angle), flat[:, 1], radius * (1 - numpy.cos(angle))], axis=1)
         with sw.Model(strip.shell(positions=flat, rest_positions=curled)) as made:
-            made.precompute(modes=6)
+            made.precompute(modes=6, reduced_fields=0)
             self.assertGreater(made.state().positions()[:, 2].max(), 0.5 * curled[:, 2].max())
         for bad, words in (([(0, n + 5)], "the mesh has"), ([(0,)], "each is"), ([(int(middle[0]), int(middle[1]), -1.0)], "factor of crease 0")):
             with self.assertRaisesRegex(sw.InvalidArgumentError, words):
@@ -670,7 +681,7 @@ class Colliders(unittest.TestCase):
 
     def test_contact_patches_are_modes_of_their_own(self):
         made = sw.Model(strip.shell())
-        made.precompute(modes=4, contact_patches=[60, 90])
+        made.precompute(modes=4, contact_patches=[60, 90], reduced_fields=0)
         self.assertEqual(made.info()["modes"], 6)
         with self.assertRaisesRegex(sw.InvalidArgumentError, r"contact_patches\[1\] is vertex 99999"):
             made.precompute(modes=4, contact_patches=[60, 99999])
@@ -766,7 +777,7 @@ class MovingSupports(unittest.TestCase):
         self.assertLess(state.report()["support_miss"], 1e-3)
         with self.assertRaisesRegex(sw.InvalidArgumentError, "support"):
             state.move_supports(numpy.full_like(rest, numpy.inf))
-        made.precompute(modes=8)
+        made.precompute(modes=8, reduced_fields=0)
         with self.assertRaisesRegex(sw.ShellwarpError, "precompute with support_fields"):
             made.state("warp").move_supports(place)
 

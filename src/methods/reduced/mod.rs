@@ -1,5 +1,6 @@
 //! Motion of the reduced discrete shell: amplitudes of its fields.
 
+mod adaptive;
 mod rows;
 mod settle;
 mod step;
@@ -18,6 +19,7 @@ use crate::reference::orientation::Ring;
 use crate::support::Pose;
 use crate::warp::{Extent, Placement};
 use crate::{Error, ErrorKind, Model, Result, Shell, Vec3};
+use adaptive::Adaptive;
 use nalgebra::{DMatrix, UnitQuaternion};
 use rows::{places, ring_of};
 use std::sync::Arc;
@@ -79,8 +81,9 @@ struct Reduced {
     /// For damping ratios.
     basis: Arc<ModalBasis>,
     reduced: Arc<ReducedShell>,
-    /// In which its energy is.
+    /// In which its energy is now; and of a shell that has both.
     form: Form,
+    adaptive: Option<Adaptive>,
     fingerprint: u64,
     motion: Coordinates,
     /// ξ and ζ.
@@ -116,18 +119,31 @@ struct Reduced {
 
 /// At rest, undamped.
 pub fn build(model: &Model, form: Form) -> Result<Box<dyn Motion>> {
-    let _proof: Built = Proof::of(Feature::ReducedShell)?;
-    let reduced = model.require_reduced()?;
-    if let Some(rigid) = &reduced.rigid {
+    if let Some(rigid) = &model.require_reduced()?.rigid {
         return super::floating::build(model, form, rigid);
     }
+    Ok(Box::new(at_rest(model, form)?))
+}
+
+/// The same in the form for where it is.
+pub fn build_adaptive(model: &Model) -> Result<Box<dyn Motion>> {
+    let mut made = at_rest(model, Form::Polynomial)?;
+    let range = made.reduced.polynomial.as_ref().map_or(0.0, |polynomial| polynomial.gate.range);
+    made.adaptive = Some(Adaptive::new(range, made.reduced.energy.scratch()));
+    Ok(Box::new(made))
+}
+
+fn at_rest(model: &Model, form: Form) -> Result<Reduced> {
+    let _proof: Built = Proof::of(Feature::ReducedShell)?;
+    let reduced = model.require_reduced()?;
     let n = reduced.n();
     let zeros = vec![0.0; n];
-    Ok(Box::new(Reduced {
+    Ok(Reduced {
         shell: model.shell.clone(),
         basis: model.modal.clone(),
         reduced: reduced.clone(),
         form,
+        adaptive: None,
         fingerprint: model.reduced_fingerprint,
         motion: Coordinates::rest(n),
         damping: Rayleigh::default(),
@@ -147,7 +163,7 @@ pub fn build(model: &Model, form: Form) -> Result<Box<dyn Motion>> {
         from: [zeros.clone(), zeros.clone()],
         start: zeros,
         viscosity: DMatrix::zeros(n, n),
-    }))
+    })
 }
 
 impl Reduced {
@@ -245,8 +261,14 @@ impl Reduced {
         let ([hessian, gradient, shape], of) = self.costs();
         let factor = REDUCED_FACTOR * (n * n * n) as f64 / 6.0;
         let operations = hessians as f64 * (hessian + factor) + gradients as f64 * gradient + shapes as f64 * shape;
-        let reason =
-            format!("{n} fields {of}; {hessians} Hessians, {gradients} gradients and {shapes} shapes {whence}");
+        let output = self.reduced.packed.as_ref().map_or(String::new(), |packed| {
+            let (used, bound) = (packed.n_used(&self.motion.q), packed.bound(&self.motion.q));
+            format!("; output in 16 bits reads {used} fields now and is off by {bound:.1e} at most")
+        });
+        let reason = format!(
+            "{n} fields {of}; {hessians} Hessians, {gradients} gradients and {shapes} shapes {whence}{output}{}",
+            self.tell_form()
+        );
         let bytes = self.reduced.bytes() + self.bytes();
         Part { kind: PartKind::ReducedShell, active: true, bytes, operations, reason }
     }
@@ -254,10 +276,7 @@ impl Reduced {
 
 impl Motion for Reduced {
     fn method(&self) -> Method {
-        match self.form {
-            Form::Sampled => Method::ReducedShell,
-            Form::Polynomial => Method::PolynomialShell,
-        }
+        self.own_method()
     }
 
     fn try_clone(&self) -> Result<Box<dyn Motion>> {
@@ -269,6 +288,7 @@ impl Motion for Reduced {
         self.constraints.reset();
         self.unconverged = 0;
         self.work = Work::default();
+        self.take_form(Form::Polynomial);
     }
 
     fn stop(&mut self) {
@@ -276,11 +296,11 @@ impl Motion for Reduced {
     }
 
     fn step(&mut self, acting: &Acting, h: f64) -> Result<()> {
-        self.advance_by(acting, h)
+        self.advance_by_choice(acting, h)
     }
 
     fn settle(&mut self, acting: &Acting) -> Result<(f64, usize)> {
-        self.find_equilibrium(acting)
+        self.settle_by_choice(acting)
     }
 
     /// BᵀMu and BᵀMu̇, and again of what is left, because B is rounded.
@@ -301,6 +321,7 @@ impl Motion for Reduced {
             return Err(Error::new(ErrorKind::Numerical, "the pose is beyond what the fields can tell"));
         }
         self.motion = motion;
+        self.choose_form();
         Ok(())
     }
 
@@ -309,12 +330,15 @@ impl Motion for Reduced {
     }
 
     fn unknowns(&self) -> [Vec<f64>; 2] {
-        [self.motion.q.clone(), self.motion.q_dot.clone()]
+        let mut unknowns = [self.motion.q.clone(), self.motion.q_dot.clone()];
+        self.add_more_unknowns(&mut unknowns);
+        unknowns
     }
 
     fn copy_unknowns(&self, into: &mut [Vec<f64>; 2]) {
         into[0].clone_from(&self.motion.q);
         into[1].clone_from(&self.motion.q_dot);
+        self.add_more_unknowns(into);
     }
 
     fn expect_points(&mut self, n: usize) {
@@ -322,16 +346,19 @@ impl Motion for Reduced {
     }
 
     fn set_unknowns(&mut self, [q, q_dot]: [&[f64]; 2]) {
-        self.motion.q.copy_from_slice(q);
-        self.motion.q_dot.copy_from_slice(q_dot);
+        let n = self.motion.q.len();
+        self.motion.q.copy_from_slice(&q[..n]);
+        self.motion.q_dot.copy_from_slice(&q_dot[..n]);
+        self.set_more_unknowns(&q[n..]);
     }
 
     fn n_unknowns(&self) -> usize {
-        self.motion.q.len()
+        self.motion.q.len() + self.n_more_unknowns()
     }
 
     fn is_representable(&self, [q, q_dot]: [&[f64]; 2]) -> bool {
-        self.is_within_range(q, q_dot)
+        let n = self.motion.q.len();
+        self.is_within_range(&q[..n], &q_dot[..n]) && Self::are_forms(&q[n..])
     }
 
     fn fingerprint(&self) -> u64 {
@@ -364,7 +391,12 @@ impl Motion for Reduced {
     }
 
     fn positions_f32(&self, placement: &Placement, write: &mut dyn FnMut(usize, &[[f32; 3]])) {
-        with_fields!(&self.reduced.fields, fields => fields.positions_f32(&self.motion.q, placement, write));
+        match &self.reduced.packed {
+            Some(packed) => packed.positions_f32(&self.motion.q, placement, write),
+            None => {
+                with_fields!(&self.reduced.fields, fields => fields.positions_f32(&self.motion.q, placement, write))
+            }
+        }
     }
 
     fn positions_of(&self, placement: &Placement, vertices: &[u32], write: &mut dyn FnMut(usize, [f64; 3])) {
@@ -374,8 +406,11 @@ impl Motion for Reduced {
     }
 
     fn positions_of_f32(&self, placement: &Placement, vertices: &[u32], write: &mut dyn FnMut(usize, [f32; 3])) {
-        with_fields!(&self.reduced.fields, fields =>
-            fields.positions_of_f32(&self.motion.q, placement, vertices, write));
+        match &self.reduced.packed {
+            Some(packed) => packed.positions_of_f32(&self.motion.q, placement, vertices, write),
+            None => with_fields!(&self.reduced.fields, fields =>
+                fields.positions_of_f32(&self.motion.q, placement, vertices, write)),
+        }
     }
 
     /// The mean rotation of the vertex's triangles.

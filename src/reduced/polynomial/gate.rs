@@ -31,16 +31,47 @@ pub struct Gate {
     pub reach: f64,
     /// And their largest membrane energy by the polynomial, as its root.
     pub strain: f64,
+    /// The largest |q| up to which the polynomial is as good as the samples, by the equilibria up to there: the reach where it holds, 0 where
+    /// it is so nowhere.
+    pub range: f64,
 }
 
 /// The polynomial is taken where it misses at most this multiple of what the sampled energy does: its step is many times faster.
 const WORTH: f64 = 1.25;
 
+/// Equilibria that a range rests on, at least; and the least range that is worth a change of form in motion, of the reach.
+const LEAST: usize = 4;
+const SOME: f64 = 0.25;
+
+/// Whether the polynomial is as good as the sampled energy.
+fn as_good(polynomial: &Errors, sampled: &Errors) -> bool {
+    polynomial.median <= WORTH * sampled.median && polynomial.most <= WORTH * sampled.most
+}
+
 impl Gate {
     /// Whether the polynomial is as good as the sampled energy where it was trained.
     pub fn holds(&self) -> bool {
-        let near = |own: f64, other: f64| own <= WORTH * other;
-        let Self { polynomial, sampled, .. } = self;
-        self.tried > 0 && near(polynomial.median, sampled.median) && near(polynomial.most, sampled.most)
+        self.tried > 0 && as_good(&self.polynomial, &self.sampled)
+    }
+
+    /// Whether it is so for a part of the training, of motions that are not too large.
+    pub fn holds_in_part(&self) -> bool {
+        !self.holds() && self.range >= SOME * self.reach && self.range > 0.0
+    }
+
+    /// From |q| of each equilibrium, and what the polynomial and the samples miss of it.
+    pub fn of(mut tried: Vec<[f64; 3]>) -> Self {
+        tried.sort_by(|a, b| a[0].total_cmp(&b[0]));
+        let errors = |count: usize| [1, 2].map(|k| Errors::of(tried[..count].iter().map(|one| one[k]).collect()));
+        let [polynomial, sampled] = errors(tried.len());
+        let reach = tried.last().map_or(0.0, |one| one[0]);
+        let mut gate = Self { tried: tried.len() as u32, polynomial, sampled, reach, ..Self::default() };
+        let is_good = |count: &usize| {
+            let [polynomial, sampled] = errors(*count);
+            as_good(&polynomial, &sampled)
+        };
+        let within = (LEAST..=tried.len()).rev().find(is_good).map_or(0.0, |count| tried[count - 1][0]);
+        gate.range = if gate.holds() { reach } else { within };
+        gate
     }
 }

@@ -186,8 +186,8 @@ impl PolynomialEnergy {
     /// Whether all of it are numbers whose squares are.
     pub fn is_finite(&self) -> bool {
         let lists = [&self.weights, &self.bounds, &self.linear, &self.quadratic, &self.cubic, &self.bending];
-        let Gate { polynomial, sampled, reach, strain, .. } = self.gate;
-        let told = [polynomial.median, polynomial.most, sampled.median, sampled.most, reach, strain];
+        let Gate { polynomial, sampled, reach, strain, range, .. } = self.gate;
+        let told = [polynomial.median, polynomial.most, sampled.median, sampled.most, reach, strain, range];
         lists.into_iter().flatten().chain(&self.stiffness).chain(&told).all(|x| x.abs() <= LARGEST)
     }
 

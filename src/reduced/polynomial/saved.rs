@@ -8,6 +8,7 @@
 //! | w, 1/S², A and Q of each form | k (2 + f + f(f + 1)/2) × f64 |
 //! | C₂, bending's rest Hessian | f(f + 1) × f64 |
 //! | C₃ | f(f + 1)(f + 2)/6 × f64 |
+//! | the range; models of before it was known lack it | f64 |
 
 use super::super::{MAX_FIELDS, MAX_STRESSES};
 use super::{Coefficients, Errors, Form, Gate, LARGEST, PolynomialEnergy};
@@ -63,13 +64,13 @@ impl Reader<'_> {
 impl PolynomialEnergy {
     /// Size of [`PolynomialEnergy::save`].
     pub fn saved_size(&self) -> usize {
-        size(self.n(), self.n_saved())
+        size(self.n(), self.n_saved()) + 8
     }
 
     /// Appends the content of the section.
     pub fn save(&self, out: &mut Vec<u8>) {
         let Coefficients { forms, membrane, bending, stiffness, cubic } = self.coefficients();
-        let Gate { tried, polynomial, sampled, reach, strain } = self.gate;
+        let Gate { tried, polynomial, sampled, reach, strain, range } = self.gate;
         [self.n() as u32, forms.len() as u32, membrane as u32, tried].iter().for_each(|x| out.extend(x.to_le_bytes()));
         [polynomial.median, polynomial.most, sampled.median, sampled.most, reach, strain]
             .iter()
@@ -83,6 +84,7 @@ impl PolynomialEnergy {
         for (i, matrix) in cubic.iter().enumerate() {
             (0..=i).for_each(|j| (0..=j).for_each(|l| matrix[(j, l)].put(out)));
         }
+        range.put(out);
     }
 
     /// What [`PolynomialEnergy::save`] wrote, for a reduced shell of `n` fields.
@@ -97,14 +99,14 @@ impl PolynomialEnergy {
                 format!("a polynomial energy of {fields} fields, {membrane} of {forms} forms is out of range");
             return invalid(message);
         }
-        if content.len() != size(n, forms) {
+        if ![size(n, forms), size(n, forms) + 8].contains(&content.len()) {
             let message = format!("{} bytes are not those of a polynomial energy of {n} fields", content.len());
             return invalid(message);
         }
         let mut from = Reader { rest: rest.chunks_exact(8) };
         let [own, other] = [(); 2].map(|()| Errors { median: from.number(), most: from.number() });
-        let gate =
-            Gate { tried: count(3), polynomial: own, sampled: other, reach: from.number(), strain: from.number() };
+        let (reach, strain) = (from.number(), from.number());
+        let mut gate = Gate { tried: count(3), polynomial: own, sampled: other, reach, strain, range: 0.0 };
         let form = |_| Form {
             weight: from.number(),
             bound: from.number(),
@@ -123,6 +125,14 @@ impl PolynomialEnergy {
                     }
                 }
             }
+        }
+        gate.range = match content.len() > size(n, count(1) as usize) {
+            true => from.number(),
+            false if gate.holds() => gate.reach,
+            false => 0.0,
+        };
+        if gate.range < 0.0 {
+            return invalid("the range of its polynomial energy is negative");
         }
         if !rest.chunks_exact(8).map(f64::get).all(|x| x.abs() <= LARGEST) {
             return invalid("a coefficient of its polynomial energy is no number, or beyond all shells");

@@ -69,7 +69,7 @@ fn apply(state: &mut State, action: &Action, strength: f64, rest: &[Vec3]) -> Re
 /// Under the load of a case as it grows, each strength from the equilibrium of the one before; and whether the last has one.
 pub fn loaded(scene: &Scene, model: &Arc<Model>, method: Method, case: &Case) -> Option<(State, bool)> {
     let rest = &scene.shell.mesh.positions;
-    let loads = scene.loads(case.part == Part::Fresh);
+    let loads = scene.loads(case.part.list());
     let mut state = state(model, method).ok()?;
     let mut found = true;
     for strength in &case.strengths {
@@ -81,7 +81,7 @@ pub fn loaded(scene: &Scene, model: &Arc<Model>, method: Method, case: &Case) ->
 
 /// The cases of a scene; those whose equilibrium is not found are left out.
 pub fn find(scene: &Scene) -> Vec<Case> {
-    [scene.loads(false), scene.loads(true)].iter().flat_map(|loads| of_list(scene, loads)).collect()
+    scene.lists.iter().flat_map(|list| of_list(scene, &scene.loads(*list))).collect()
 }
 
 fn of_list(scene: &Scene, loads: &[Load]) -> Vec<Case> {

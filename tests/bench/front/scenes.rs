@@ -14,8 +14,10 @@ pub struct Scene {
     pub down: Vec3,
     /// Where pulls act: validation's, then held-out ones.
     points: [usize; 4],
-    /// Those of the last list.
+    /// Those of the last list, and of the judging one.
     fresh_points: [usize; 4],
+    judging_points: [usize; 4],
+    pub lists: &'static [List],
 }
 
 /// What a load is for. Training loads are those of the precompute (`TrainingLoads::loads` of src/reduced).
@@ -27,6 +29,27 @@ pub enum Part {
     HeldOut,
     /// The verdict is on these, written down when all was chosen.
     Fresh,
+    /// On shells of their own (`judging`), written down before anything was measured on them.
+    Judging,
+}
+
+/// Loads that are followed, and kept, together.
+#[derive(Clone, Copy, PartialEq)]
+pub enum List {
+    /// Validation's and held-out ones.
+    First,
+    Fresh,
+    Judging,
+}
+
+impl Part {
+    pub fn list(self) -> List {
+        match self {
+            Self::Validation | Self::HeldOut => List::First,
+            Self::Fresh => List::Fresh,
+            Self::Judging => List::Judging,
+        }
+    }
 }
 
 /// What acts, at the strength 1.
@@ -45,12 +68,18 @@ pub struct Load {
 
 impl Scene {
     fn new(key: &'static str, text: &'static str, shell: Shell, down: Vec3) -> Self {
-        let (points, fresh_points) = (spread(&shell, 7), spread(&shell, 12));
-        Self { key, text, shell: Arc::new(shell), down, points, fresh_points }
+        let [points, fresh_points, judging_points] = [7, 12, 31].map(|seed| spread(&shell, seed));
+        let lists = &[List::First, List::Fresh];
+        Self { key, text, shell: Arc::new(shell), down, points, fresh_points, judging_points, lists }
     }
 
-    /// Loads of unit weight in sum where they are forces; those of the last list, or all before.
-    pub fn loads(&self, fresh: bool) -> Vec<Load> {
+    /// One for the judging list alone.
+    pub fn to_judge(key: &'static str, text: &'static str, shell: Shell) -> Self {
+        Self { lists: &[List::Judging], ..Self::new(key, text, shell, -Vec3::z()) }
+    }
+
+    /// Loads of unit weight in sum where they are forces.
+    pub fn loads(&self, list: List) -> Vec<Load> {
         let shell = &self.shell;
         let normals = shell.mesh.normals(&shell.mesh.positions);
         // Directions are given with z up.
@@ -79,17 +108,33 @@ impl Scene {
         let sum = |a: Vec<Vec3>, b: Vec<Vec3>, part: f64| -> Vec<Vec3> {
             a.iter().zip(&b).map(|(a, b)| a + part * b).collect()
         };
-        let [p, q, r, s] = if fresh { self.fresh_points } else { self.points };
+        let [p, q, r, s] = match list {
+            List::First => self.points,
+            List::Fresh => self.fresh_points,
+            List::Judging => self.judging_points,
+        };
         let handle = |v: usize| {
             let axis = normals[v].iamax();
             Action::Handle(v, Vec3::ith(axis, normals[v][axis].signum()))
         };
         use Action::Forces;
-        use Part::{Fresh, HeldOut, Validation};
+        use Part::{Fresh, HeldOut, Judging, Validation};
         let of = |part, list: Vec<(&'static str, Action)>| {
             list.into_iter().map(move |(name, action)| Load { name, part, action })
         };
-        if fresh {
+        if list == List::Judging {
+            let list = vec![
+                ("gravity, tilted 6", Forces(gravity([0.35, -0.4, -0.85]))),
+                ("gravity, tilted 7", Forces(gravity([-0.25, 0.75, 0.6]))),
+                ("pull 6", Forces(pull(p, [0.4, 0.3, 0.87]))),
+                ("push 4", Forces(push(q))),
+                ("wind 4", Forces(wind([0.2, 0.9, 0.4]))),
+                ("gravity and pull 4", Forces(sum(gravity([0.1, 0.2, -0.97]), pull(s, [-0.6, 0.5, 0.6]), 0.05))),
+                ("handle 6", handle(r)),
+            ];
+            return of(Judging, list).collect();
+        }
+        if list == List::Fresh {
             let list = vec![
                 ("gravity, tilted 4", Forces(gravity([-0.7, 0.3, -0.6]))),
                 ("gravity, tilted 5", Forces(gravity([0.45, -0.6, 0.65]))),
@@ -159,7 +204,7 @@ fn held(positions: &[Vec3], keep: impl Fn(&Vec3) -> bool) -> Supports {
     Supports { fixed, ..Default::default() }
 }
 
-fn shell(positions: Vec<Vec3>, triangles: &[[u32; 3]], material: Material, keep: impl Fn(&Vec3) -> bool) -> Shell {
+pub fn shell(positions: Vec<Vec3>, triangles: &[[u32; 3]], material: Material, keep: impl Fn(&Vec3) -> bool) -> Shell {
     let supports = held(&positions, keep);
     Shell::new(Mesh::new(positions, triangles).unwrap(), material, &supports).unwrap()
 }
