@@ -367,7 +367,13 @@ fn it_is_saved_with_its_model_and_checked() {
         let error = PolynomialEnergy::load(energy.n(), &forged).err().unwrap();
         assert!(error.message.contains(named), "{what}: {}", error.message);
     }
-    for end in [0, 15, content.len() - 8] {
+    let before = content.len() - 8; // of models saved before the range was known
+    let gate = PolynomialEnergy::load(energy.n(), &content[..before]).unwrap().gate;
+    assert_eq!(gate.range, if gate.holds() { gate.reach } else { 0.0 });
+    let mut forged = content.clone();
+    forged[before..].copy_from_slice(&f(-1.0));
+    assert!(PolynomialEnergy::load(energy.n(), &forged).err().unwrap().message.contains("range"));
+    for end in [0, 15, content.len() - 16] {
         assert!(PolynomialEnergy::load(energy.n(), &content[..end]).is_err());
     }
 }

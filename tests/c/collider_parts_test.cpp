@@ -256,7 +256,7 @@ Moved run_of(const std::string &lines, uint32_t frames) {
   return moved;
 }
 
-const std::string kFalling = "[simulation]\nmodes = 12\nprecision = 'f64'\ngravity = [0, 0, -9.8]\n[damping]\nratio = 0.1\n";
+const std::string kFalling = "[simulation]\nmethod = 'warp'\nmodes = 12\nprecision = 'f64'\ngravity = [0, 0, -9.8]\n[damping]\nratio = 0.1\n";
 
 // Of all vertices.
 void check_heights(const Moved &moved, double height) {
