@@ -30,7 +30,7 @@ def run(program, out, *options, expect=0, scale=1.0):
     lines = [f"v {x / scale:.9g} {y / scale:.9g} {z / scale:.9g}" for x, y, z in POINTS] + [f"vt {u:.9g} {v:.9g}" for u, v in UVS]
     lines += ["f " + " ".join(f"{v + 1}/{next(corners) + 1}" for v in quad) for quad in QUADS]
     (out / "strip.obj").write_text("\n".join(lines) + "\n")
-    command = [program, "simulate", str(out / "strip.obj"), "--pin", "low-x", "--up", "z", "--frequency", "4", "--scale", str(scale),
+    command = [program, "simulate", str(out / "strip.obj"), "--pin", "low-x", "--up", "z", "--method", "warp", "--frequency", "4", "--scale", str(scale),
                "--step", str(1 / RATE), "--frames", str(FRAMES), "--no-certify", "--quiet", "--out", str(out / "out"), *options]
     done = subprocess.run(command, capture_output=True, text=True)
     assert done.returncode == expect, (command, done.returncode, done.stderr)
