@@ -76,7 +76,7 @@ class Contact(Case):
         positions, triangles = mesh_at(job["mesh"])
         material = shellwarp.Material(5e3, 5e3, 2.7e-3, 0.3)
         model = shellwarp.Model(shellwarp.Shell(positions, triangles, material, fixed=range(6)))
-        model.precompute(modes=6)
+        model.precompute(modes=6, reduced_fields=0)
         state = model.state()
         state.set_gravity((0, 0, -9.8))
         state.set_damping(0.1)
