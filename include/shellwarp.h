@@ -574,10 +574,11 @@ typedef uint32_t (*SwProgressFn)(void *user, uint32_t phase, double fraction);
 // 40; fewer where modes and fields would be more than 128) where the shell can have one, and else
 // without. Unless reduced_poses, reduced_seconds or reduced_mode_searches say otherwise, its
 // training ends after 8e7 / (vertices to the power 1.5) iterations, about half a minute, with the
-// same result everywhere. No reduced shell is made of a shell that moves freely, has sag_gravity, a
-// rest shape of its own or support_fields, that has more than 25,000 vertices unless a limit is
-// given, or whose training finds fewer than four equilibria. sw_model_offers tells why, auto_method
-// of SwModelInfo what became of it. With auto_error or auto_operations these choose.
+// same result everywhere. No reduced shell is made of a shell that has sag_gravity, a rest shape of
+// its own or support_fields, that has more than 25,000 vertices unless a limit is given, that moves
+// freely with too few modes or in pieces, or whose training finds fewer than four equilibria.
+// sw_model_offers tells why, auto_method of SwModelInfo what became of it. With auto_error or
+// auto_operations these choose.
 #define SW_PRECOMPUTE_AUTO 2
 
 // The reduced shell's fields are the modes' own derivatives: no training, a fraction of the
@@ -911,7 +912,8 @@ SwStatus sw_model_mode_shape(const struct SwModel *model,
 // mass norm, than the training's equilibria up to which the polynomial was as good as the samples,
 // SW_METHOD_REDUCED_SHELL beyond, and back at four fifths of it. Both have the same fields, so that
 // nothing jumps but the cost of a step and the elastic energy that is told. A saved state knows
-// which form acts; sw_state_plan tells. Refused as SW_METHOD_POLYNOMIAL_SHELL is.
+// which form acts; sw_state_plan tells. Refused as SW_METHOD_POLYNOMIAL_SHELL is, and for shells
+// that move freely.
 #define SW_METHOD_ADAPTIVE_SHELL 10
 // Rotation-strain reconstruction: each triangle is turned by the rotation of its modal displacement
 // and keeps its linear strain, and the vertices follow; modal force (du/dq)^T F. What bends without

@@ -237,7 +237,7 @@ impl Verdict {
     fn cells(&self) -> String {
         let Self(all) = self;
         let ratios: Vec<f64> = all.iter().map(|(own, _, paper, _)| own / paper).collect();
-        let [mut own, paper] = [|e: &(f64, f64, f64, bool)| e.0, |e| e.2]
+        let [mut own, paper] = [|e: &(f64, f64, f64, bool)| e.0, |e: &(f64, f64, f64, bool)| e.2]
             .map(|of| all.iter().filter(|e| e.3).map(of).collect::<Vec<f64>>());
         own.sort_by(f64::total_cmp);
         let good = own.iter().filter(|error| **error <= 0.05).count();
