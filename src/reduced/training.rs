@@ -31,7 +31,8 @@ const OF_A_BALANCE: usize = 8;
 
 /// Iterations of a training that nobody asked for.
 pub fn affordable_iterations(n_vertices: usize) -> usize {
-    (UNASKED / (n_vertices.max(1) as f64).powf(1.5)) as usize
+    let n = n_vertices.max(1) as f64;
+    (UNASKED / (n * n.sqrt())) as usize
 }
 
 /// Stress fields of modes bent far and of poses, as a share of the fields found: by the validation loads of docs/evidence/front.md. With
