@@ -575,7 +575,7 @@ typedef uint32_t (*SwProgressFn)(void *user, uint32_t phase, double fraction);
 // without. Unless reduced_poses, reduced_seconds or reduced_mode_searches say otherwise, its
 // training ends after 8e7 / (vertices to the power 1.5) iterations, about half a minute, with the
 // same result everywhere. No reduced shell is made of a shell that has sag_gravity, a rest shape of
-// its own or support_fields, that has more than 25,000 vertices unless a limit is given, that moves
+// its own or support_fields, that has more than 10,000 vertices unless a limit is given, that moves
 // freely with too few modes or in pieces, or whose training finds fewer than four equilibria.
 // sw_model_offers tells why, auto_method of SwModelInfo what became of it. With auto_error or
 // auto_operations these choose.

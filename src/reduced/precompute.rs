@@ -19,7 +19,7 @@ use std::sync::Arc;
 const MOST_ELEMENTS: usize = 16;
 
 /// Of an optional reduced shell: iterations of its training and equilibria that it finds, at least.
-const LEAST_ITERATIONS: usize = 20;
+const LEAST_ITERATIONS: usize = 80;
 const LEAST_JUDGED: usize = 4;
 
 /// Hears of the share of the work that is done.
