@@ -86,7 +86,7 @@ def main():
     for k, row in enumerate(rows):
         picture.paste(row, (0, k * SIZE[1]))
     args.out.parent.mkdir(parents=True, exist_ok=True)
-    picture.quantize(160).save(args.out, optimize=True)
+    picture.quantize(256).save(args.out, optimize=True)
     print(args.out)
 
 
