@@ -1301,6 +1301,12 @@ typedef struct SwStateReport {
   // Largest change of an edge's length from the mesh to the rest shape that sw_state_move_rest sent
   // last, a share; 0 without one.
   double rest_stretch;
+  // Estimate of what the last step of a reduced or polynomial shell got wrong by its length, from
+  // its own stages: root mean square displacement by mass, length. It falls with the cube of the
+  // step, with the square where the shell touches. Errors of steps add up at most, and damping
+  // takes them back. Not of fields or loads, which sw_state_certify tells. 0 before a step and for
+  // other methods.
+  double step_error;
 } SwStateReport;
 
 // Deformed positions (n_vertices x 3) in SW_SPACE_..., as SW_FORMAT_..., `stride` bytes from vertex

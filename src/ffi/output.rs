@@ -53,6 +53,10 @@ pub struct SwStateReport {
     pub support_miss: f64,
     /// Largest change of an edge's length from the mesh to the rest shape that sw_state_move_rest sent last, a share; 0 without one.
     pub rest_stretch: f64,
+    /// Estimate of what the last step of a reduced or polynomial shell got wrong by its length, from its own stages: root mean square displacement by
+    /// mass, length. It falls with the cube of the step, with the square where the shell touches. Errors of steps add up at most, and
+    /// damping takes them back. Not of fields or loads, which sw_state_certify tells. 0 before a step and for other methods.
+    pub step_error: f64,
 }
 
 described!(SwStateReport, support_miss);
@@ -199,6 +203,7 @@ pub unsafe extern "C" fn sw_state_report(state: *const SwState, report: *mut SwS
             out.contact_impulse = touched.impulse.into();
             out.support_miss = state.supports_missed();
             out.rest_stretch = state.rest_stretch();
+            out.step_error = measured.step_error;
             place.write(out);
             Ok(())
         })

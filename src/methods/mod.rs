@@ -205,6 +205,10 @@ pub trait Motion: Send + Sync {
     }
     /// Elastic and kinetic energy.
     fn energies(&self) -> (f64, f64);
+    /// The root mean square displacement, by mass, that the last step got wrong, as its stages tell; 0 where they do not.
+    fn step_error(&self) -> f64 {
+        0.0
+    }
     /// Steps since rest whose search ended short of its tolerance.
     fn unconverged_steps(&self) -> u64 {
         0

@@ -21,6 +21,7 @@ mod packed;
 pub mod polynomial;
 mod precompute;
 mod products;
+mod pull;
 mod rigid;
 pub mod sampling;
 mod saved;
@@ -33,7 +34,8 @@ pub use fields::{Fields, MAX_FIELDS};
 pub use joined::{Joined, Places};
 pub use newton::{End, Newton, Potential, Rows, Stop, Work};
 pub use packed::PackedFields;
-pub use rigid::{Flight, Moments, Pull, Rigid, WithRigid, crossed, free_motions};
+pub use pull::{Flight, Pull};
+pub use rigid::{Moments, Rigid, WithRigid, crossed, free_motions};
 pub use training::{MAX_POSES, affordable_iterations, default_poses};
 
 use crate::arithmetic::Arithmetic;

@@ -107,6 +107,8 @@ pub struct Newton {
     /// The lower triangle of an approach's Hessian, and its factor.
     hessian: DMatrix<f64>,
     near: Factor,
+    /// The last Hessian was an approach's.
+    approached: bool,
     /// Of the last Hessian; none after one that was not positive definite, whatever was tried.
     factor: Option<Cholesky<f64, Dyn>>,
     /// μ (rows), H⁻¹Jᵀ (n × rows) and the rows' own matrix.
@@ -139,6 +141,7 @@ impl Newton {
             work: Work::default(),
             hessian: DMatrix::zeros(n, n),
             near: Factor::new(n, energy.arch()),
+            approached: false,
             factor: Cholesky::new(DMatrix::identity(n, n)),
             multipliers: DVector::zeros(0),
             response: DMatrix::zeros(n, 0),
@@ -182,6 +185,20 @@ impl Newton {
     /// As if no search had been.
     pub fn forget_multipliers(&mut self) {
         self.multipliers.fill(0.0);
+    }
+
+    /// What inertia alone, `shift` times 1, answers of what the last Hessian does: x becomes shift H⁻¹x. Without a Hessian it stays.
+    pub fn filter(&mut self, shift: f64, x: &mut [f64]) {
+        if self.approached {
+            self.near.solve(x);
+        } else if let Some(factor) = &self.factor {
+            let mut solved = DVector::from_column_slice(x);
+            factor.solve_mut(&mut solved);
+            x.copy_from_slice(solved.as_slice());
+        } else {
+            return;
+        }
+        x.iter_mut().for_each(|x| *x *= shift);
     }
 
     /// Whether Π is not larger at `a` than at `b`, hard constraints aside.
@@ -280,6 +297,7 @@ impl Newton {
     /// The factor of the Hessian at `q`, or of one near it that is positive definite.
     fn factorize(&mut self, energy: &dyn Elastic, potential: &Potential, q: &[f64]) {
         let mut shift = 0.0;
+        self.approached = false;
         for attempt in 0..TRIALS {
             let curvature = if attempt == 0 { Curvature::Exact } else { Curvature::Semidefinite };
             let mut hessian =

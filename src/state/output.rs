@@ -28,6 +28,8 @@ pub struct Report {
     pub fraction_turned_too_far: f64,
     /// Steps of a reduced shell since creation or reset whose search ended short of its tolerance.
     pub unconverged_steps: u64,
+    /// What the last step of a reduced shell got wrong: a root mean square displacement by mass.
+    pub step_error: f64,
 }
 
 /// From the frame outward to a space. See [`State::to_space`].
@@ -79,6 +81,7 @@ impl Report {
             ("constraint_work", self.constraint_work),
             ("max_rotation", self.max_rotation),
             ("max_displacement", self.max_displacement),
+            ("step_error", self.step_error),
         ];
         match measures.iter().find(|(_, value)| !value.is_finite()) {
             None => Ok(self),
@@ -305,6 +308,7 @@ impl State {
             max_displacement: extent.displacement.sqrt(),
             fraction_turned_too_far: extent.beyond as f64 / self.model.shell.mass.len() as f64,
             unconverged_steps: self.motion.unconverged_steps(),
+            step_error: self.motion.step_error(),
         }
     }
 

@@ -379,6 +379,7 @@ class SwStateReport(Structure):
         ("contact_impulse", c_double * 3),
         ("support_miss", c_double),
         ("rest_stretch", c_double),
+        ("step_error", c_double),
     ]
 
 

@@ -443,6 +443,10 @@ class Running(unittest.TestCase):
         for method in methods():
             # 1e-6 s is within the explicit shell's stable step here
             made.state(method).step(1e-6)
+        swings = made.state("polynomial-shell")
+        swings.set_gravity((0.0, 0.0, -1.0))
+        swings.step(0.01)
+        self.assertGreater(swings.report()["step_error"], 0)
         chosen = sw.Model(strip.shell())
         chosen.precompute(4, auto_error=1e-3, demand_gravity=(0, 0, -1), handles=[5], handle_distance=0.01)
         self.assertEqual(sum(point["chosen"] for point in chosen.front()), 1)

@@ -4,6 +4,7 @@
 //! nothing holds, or handles alone, slides and turns; one on a row of fixed vertices turns about it. Elastic and viscous forces are those of
 //! the fields and do not know of rigid motion.
 
+mod acceleration;
 mod place;
 mod rows;
 mod settle;
@@ -12,13 +13,14 @@ mod step;
 
 use super::nodal::{extent, rotations};
 use super::plan::{Around, Part, PartKind};
+use super::reduced::estimate::Estimate;
 use super::{Acting, Damping, Motion, Reaction, WriteRotation, write_rotations};
 use crate::constraint::ConstraintSet;
 use crate::method::Method;
 use crate::modal::ModalBasis;
 use crate::point_energy::PointEnergy;
 use crate::reduced::{
-    Elastic, Flight, Form, Moments, Newton, Places, Pull, ReducedShell, Rigid, Rows, WithRigid, Work, with_fields,
+    Elastic, Form, Moments, Newton, Places, Pull, ReducedShell, Rigid, Rows, WithRigid, Work, with_fields,
 };
 use crate::reference::Rayleigh;
 use crate::reference::orientation::Ring;
@@ -63,6 +65,8 @@ struct Room {
     matrix: DMatrix<f64>,
     load: Vec<f64>,
     z: Vec<f64>,
+    /// Rates of z at the start of a step, after its first stage, and at its end, without those of slides.
+    paces: [Vec<f64>; 3],
     guess: Vec<f64>,
     start: Vec<f64>,
 }
@@ -78,6 +82,7 @@ impl Room {
             matrix: DMatrix::zeros(n, n),
             load: zeros.clone(),
             z: zeros.clone(),
+            paces: [zeros.clone(), zeros.clone(), zeros.clone()],
             guess: zeros.clone(),
             start: zeros,
         }
@@ -105,6 +110,7 @@ struct Floating {
     unconverged: u64,
     /// Of the last step; none before one.
     work: Work,
+    estimate: Estimate,
     newton: Newton,
     rows: Rows,
     /// The triangles at each vertex whose orientation is held, made when a step first needs them.
@@ -139,6 +145,7 @@ pub(super) fn build(model: &Model, form: Form, rigid: &Rigid) -> Result<Box<dyn 
         constraints: ConstraintSet::default(),
         unconverged: 0,
         work: Work::default(),
+        estimate: Estimate::none(n),
         newton: Newton::new(&WithRigid { energy: reduced.elastic(form), rigid: rigid.n() }),
         rows: Rows::new(0, n),
         rings: vec![],
@@ -221,48 +228,6 @@ impl Floating {
         0.5 * (slide + turn + rates.q.iter().map(|v| v * v).sum::<f64>())
     }
 
-    /// Acceleration of the fields' and the rigid coordinates by all forces that elastic ones do not balance, with damping: see
-    /// [`Motion::visit_acceleration`]. In the probe's room stay the moments.
-    fn acceleration(&self, probe: &mut Self, acting: &Acting, reactions: &[Reaction]) -> Vec<f64> {
-        let (reduced, rigid, shell) = (&*self.reduced, &*self.rigid, &*self.shell);
-        let (place, rates, n) = (&self.place, &self.rates, self.n());
-        let turn = place.turn.to_rotation_matrix();
-        reduced.set_moments(rigid, (&place.q, &rates.q), &mut probe.room.moments);
-        let Room { moments, pull, .. } = &mut probe.room;
-        pull.set(shell, reduced, rigid, acting.load, acting.external);
-        if let Some(spin) = acting.load.parts().1 {
-            let at = Flight { slide: place.slide, turn, q: &place.q, velocity: rates.slide, spin: rates.spin };
-            pull.add_spin(rigid, spin, &at, moments);
-        }
-        let at = At { shell, reduced, rigid, pose: acting.pose, points: None };
-        for (v, [force, torque]) in reactions {
-            pull.add_at(reduced, (shell.mesh.positions[*v as usize] - rigid.pivot, *v as usize), force);
-            if *torque != Vec3::zeros() {
-                let ring = rows::ring_of(&mut probe.rings, shell, *v);
-                let by_vertex = ring.turn(&rows::places(at, ring, place)).1;
-                for (by, v) in by_vertex.iter().zip(&ring.vertices) {
-                    let p = shell.mesh.positions[*v as usize] - rigid.pivot;
-                    pull.add_at(reduced, (p, *v as usize), &by.tr_mul(torque));
-                }
-            }
-        }
-        let mut force = vec![0.0; n + rigid.n()];
-        self.elastic().gradient(&place.q, &mut self.elastic().scratch(), &mut force[..n]);
-        force.iter_mut().for_each(|f| *f = -*f);
-        pull.add_along(rigid, &turn, &place.q, &mut force);
-        // Less what the rates alone make of the momenta.
-        (0..n).for_each(|k| force[k] -= rates.spin.dot(&moments.swing(k)) - moments.thrust(k, &rates.spin));
-        let spread = moments.stirred + moments.stirred.transpose();
-        let gained = rates.spin * spread.trace() - spread * rates.spin;
-        let torque = gained + rates.spin.cross(&moments.momentum(&rates.spin));
-        rigid.add_force(&-torque, &Vec3::zeros(), &mut force[n..]);
-        let mut mass = DMatrix::identity(force.len(), force.len());
-        rigid.add_mass(moments, 1.0, &mut mass);
-        mass.cholesky().map_or(force.clone(), |factor| {
-            factor.solve(&nalgebra::DVector::from_column_slice(&force)).as_slice().to_vec()
-        })
-    }
-
     fn plan_shell(&self) -> Part {
         let n = self.room.z.len();
         let nanoseconds = self.step_nanoseconds() as f64;
@@ -295,9 +260,11 @@ impl Motion for Floating {
         self.constraints.reset();
         self.unconverged = 0;
         self.work = Work::default();
+        self.estimate.forget();
     }
 
     fn stop(&mut self) {
+        self.estimate.forget();
         self.rates = Rates::rest(self.n());
     }
 
@@ -315,6 +282,7 @@ impl Motion for Floating {
             return Err(Error::new(ErrorKind::Numerical, "the pose is beyond what the fields can tell"));
         }
         (self.place, self.rates) = (place, rates);
+        self.estimate.forget();
         Ok(())
     }
 
@@ -343,7 +311,9 @@ impl Motion for Floating {
     }
 
     fn set_unknowns(&mut self, [places, rates]: [&[f64]; 2]) {
-        (self.place, self.rates) = place::of_unknowns(self.n(), [places, rates]);
+        self.place.set(places);
+        self.rates.set(rates);
+        self.estimate.forget();
     }
 
     fn n_unknowns(&self) -> usize {
@@ -351,7 +321,9 @@ impl Motion for Floating {
     }
 
     fn is_representable(&self, unknowns: [&[f64]; 2]) -> bool {
-        let (place, rates) = place::of_unknowns(self.n(), unknowns);
+        let (mut place, mut rates) = (Place::rest(self.n()), Rates::rest(self.n()));
+        place.set(unknowns[0]);
+        rates.set(unknowns[1]);
         (place.turn.coords.norm() - 1.0).abs() <= place::UNIT && self.is_within_range(&place, &rates)
     }
 
@@ -449,6 +421,10 @@ impl Motion for Floating {
         let mut probe = self.clone();
         self.reduced.set_moments(&self.rigid, (&self.place.q, &self.rates.q), &mut probe.room.moments);
         (energy.value(&self.place.q, &mut energy.scratch()), probe.kinetic(&self.rates))
+    }
+
+    fn step_error(&self) -> f64 {
+        self.estimate.length(&self.newton, self.shell.total_mass)
     }
 
     fn unconverged_steps(&self) -> u64 {

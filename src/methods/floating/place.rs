@@ -49,6 +49,15 @@ impl Place {
         (self.slide, self.turn) = (other.slide, other.turn);
     }
 
+    /// Takes the numbers that [`crate::methods::Motion::unknowns`] gives, without allocation.
+    pub fn set(&mut self, places: &[f64]) {
+        let n = self.q.len();
+        self.q.copy_from_slice(&places[..n]);
+        self.slide = Vec3::from_column_slice(&places[n..n + 3]);
+        // Not renormalized: the same bits must come back.
+        self.turn = UnitQuaternion::new_unchecked(Quaternion::from(Vector4::from_column_slice(&places[n + 3..n + 7])));
+    }
+
     /// Turns by a rotation vector in body axes.
     pub fn turn_by(&mut self, turn: &Vec3) {
         self.turn = UnitQuaternion::new_normalize((self.turn * rotation::by(turn)).into_inner());
@@ -70,6 +79,14 @@ impl Rates {
     pub fn copy_from(&mut self, other: &Self) {
         self.q.copy_from_slice(&other.q);
         (self.slide, self.spin) = (other.slide, other.spin);
+    }
+
+    /// Takes the numbers that [`crate::methods::Motion::unknowns`] gives, without allocation.
+    pub fn set(&mut self, rates: &[f64]) {
+        let n = self.q.len();
+        self.q.copy_from_slice(&rates[..n]);
+        self.slide = Vec3::from_column_slice(&rates[n..n + 3]);
+        self.spin = Vec3::from_column_slice(&rates[n + 3..n + 6]);
     }
 
     /// As a place and they make a flight.
@@ -99,22 +116,6 @@ impl Momentum {
         self.slide = from.slide + share * (self.slide - from.slide);
         self.spin = from.spin + share * (self.spin - from.spin);
     }
-}
-
-/// Of the numbers that [`crate::methods::Motion::unknowns`] gives.
-pub(super) fn of_unknowns(n: usize, [places, rates]: [&[f64]; 2]) -> (Place, Rates) {
-    let turn = Quaternion::from(Vector4::from_column_slice(&places[n + 3..n + 7]));
-    let place = Place {
-        q: places[..n].to_vec(),
-        slide: Vec3::from_column_slice(&places[n..n + 3]),
-        turn: UnitQuaternion::new_unchecked(turn), // not renormalized: the same bits must come back
-    };
-    let rates = Rates {
-        q: rates[..n].to_vec(),
-        slide: Vec3::from_column_slice(&rates[n..n + 3]),
-        spin: Vec3::from_column_slice(&rates[n + 3..n + 6]),
-    };
-    (place, rates)
 }
 
 impl Floating {

@@ -56,6 +56,7 @@ impl Floating {
                 self.record_outcomes(at);
                 self.place.copy_from(&self.next);
                 self.rates.copy_from(&rates);
+                self.estimate.forget();
                 self.constraints.accept(0.0);
                 return Ok((residual, rounds));
             }

@@ -25,10 +25,14 @@ impl Floating {
         let (mut converged, mut work) = if sudden { (false, 0.0) } else { self.two_stages(at, acting.load, h) };
         if !converged {
             self.begin(at);
-            let stage = Stage { tau: h, share: 1.0, near: false, damped: self.set_viscosity(h) };
+            let stage = Stage { tau: h, share: 1.0, near: false, damped: self.set_viscosity() };
             self.set_out(h);
             converged = self.advance(at, acting.load, stage);
             work = h * self.power_of_constraints();
+            self.pace(0, false);
+            self.pace(2, true);
+            let [start, _, end] = &self.room.paces;
+            self.estimate.of_one(h, start.iter().zip(end).map(|(start, end)| [*start, *end]));
         }
         if at.points.is_some_and(|points| points.is_passive()) && acting.load.spin_rate().is_none() {
             self.gain_nothing(before + work);
@@ -73,12 +77,14 @@ impl Floating {
     /// Sets the next place and its rates. Returns whether the searches converged, and the work of constraints.
     fn two_stages(&mut self, at: At, load: &BodyLoad, h: f64) -> (bool, f64) {
         let tau = GAMMA * h;
-        let first = Stage { tau, share: GAMMA, near: false, damped: self.set_viscosity(tau) };
+        let first = Stage { tau, share: GAMMA, near: false, damped: self.set_viscosity() };
         self.set_out(tau);
         if !self.advance(at, load, first) {
             return (false, 0.0);
         }
         let work = ONWARD * tau * self.power_of_constraints();
+        self.pace(0, false);
+        self.pace(1, true);
         let Self { from, with, elsewhere, began, place, rates, next, next_rates, room, .. } = self;
         elsewhere.set(at, (next, next_rates), &room.moments);
         elsewhere.go_on(with, ONWARD);
@@ -97,11 +103,23 @@ impl Floating {
         next.turn = from.turn;
         next.turn_by(&(tau * (next_rates.spin + ONWARD * (next_rates.spin - rates.spin))));
         let converged = self.advance(at, load, Stage { share: 1.0, near: true, ..first });
-        (converged, work + tau * self.power_of_constraints())
+        let work = work + tau * self.power_of_constraints();
+        self.pace(2, true);
+        let [start, first, end] = &self.room.paces;
+        self.estimate.of_stages(h, (0..end.len()).map(|k| [start[k], first[k], end[k]]));
+        (converged, work)
+    }
+
+    /// Takes down rates, `next` or those at the start, for the estimate of the step's error. The centre's way is exact.
+    fn pace(&mut self, at: usize, next: bool) {
+        let rates = if next { &self.next_rates } else { &self.rates };
+        let (fields, rigid) = self.room.paces[at].split_at_mut(rates.q.len());
+        fields.copy_from_slice(&rates.q);
+        self.rigid.coordinates(&rates.spin, &crate::Vec3::zeros(), rigid);
     }
 
     /// The damping of the fields beside ξ at the start of the step; false if there is none.
-    fn set_viscosity(&mut self, _tau: f64) -> bool {
+    fn set_viscosity(&mut self) -> bool {
         let zeta = self.damping.stiffness;
         let modal = self.modal_damping.iter().any(|c| *c > 0.0);
         let viscosity = &mut self.room.viscosity;

@@ -1,6 +1,7 @@
 //! Motion of the reduced discrete shell: amplitudes of its fields.
 
 mod adaptive;
+pub(super) mod estimate;
 mod rows;
 mod settle;
 mod step;
@@ -20,6 +21,7 @@ use crate::support::Pose;
 use crate::warp::{Extent, Placement};
 use crate::{Error, ErrorKind, Model, Result, Shell, Vec3};
 use adaptive::Adaptive;
+use estimate::Estimate;
 use nalgebra::{DMatrix, UnitQuaternion};
 use rows::{places, ring_of};
 use std::sync::Arc;
@@ -95,6 +97,7 @@ struct Reduced {
     unconverged: u64,
     /// Of the last step; none before one.
     work: Work,
+    estimate: Estimate,
     newton: Newton,
     rows: Rows,
     /// The triangles at each vertex whose orientation is held, made when a step first needs them.
@@ -151,6 +154,7 @@ fn at_rest(model: &Model, form: Form) -> Result<Reduced> {
         constraints: ConstraintSet::default(),
         unconverged: 0,
         work: Work::default(),
+        estimate: Estimate::none(n),
         newton: Newton::new(reduced.elastic(form)),
         rows: Rows::new(0, n),
         rings: vec![],
@@ -289,9 +293,11 @@ impl Motion for Reduced {
         self.unconverged = 0;
         self.work = Work::default();
         self.take_form(Form::Polynomial);
+        self.estimate.forget();
     }
 
     fn stop(&mut self) {
+        self.estimate.forget();
         self.motion.q_dot.fill(0.0);
     }
 
@@ -322,6 +328,7 @@ impl Motion for Reduced {
         }
         self.motion = motion;
         self.choose_form();
+        self.estimate.forget();
         Ok(())
     }
 
@@ -346,6 +353,7 @@ impl Motion for Reduced {
     }
 
     fn set_unknowns(&mut self, [q, q_dot]: [&[f64]; 2]) {
+        self.estimate.forget();
         let n = self.motion.q.len();
         self.motion.q.copy_from_slice(&q[..n]);
         self.motion.q_dot.copy_from_slice(&q_dot[..n]);
@@ -441,6 +449,10 @@ impl Motion for Reduced {
         let energy = self.elastic();
         let kinetic: f64 = self.motion.q_dot.iter().map(|v| v * v).sum();
         (energy.value(&self.motion.q, &mut energy.scratch()), 0.5 * kinetic)
+    }
+
+    fn step_error(&self) -> f64 {
+        self.estimate.length(&self.newton, self.shell.total_mass)
     }
 
     fn unconverged_steps(&self) -> u64 {

@@ -52,6 +52,7 @@ impl Reduced {
                 self.record_outcomes(at);
                 self.motion.q.copy_from_slice(&self.next);
                 self.motion.q_dot.fill(0.0);
+                self.estimate.forget();
                 self.constraints.accept(0.0);
                 return Ok((end.residual, iterations));
             }

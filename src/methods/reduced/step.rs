@@ -118,6 +118,9 @@ impl Reduced {
             self.next[k] = places[k] + tau * (rates[k] + gained); // with the acceleration of the first stage
         }
         let converged = self.advance(at, load, Stage { share: 1.0, near: true, ..first })?;
+        let (start, gone, end) = (&self.motion.q_dot, &self.from[1], &self.rates);
+        let rates = |k: usize| [start[k], start[k] + (gone[k] - start[k]) / ONWARD, end[k]];
+        self.estimate.of_stages(h, (0..end.len()).map(rates));
         Ok((converged, work + self.work_of_constraints()))
     }
 
@@ -127,6 +130,8 @@ impl Reduced {
         let stage = Stage { h, tau: h, share: 1.0, near: false, damped };
         self.begin(at, stage);
         let converged = self.advance(at, load, stage)?;
+        let (start, end) = (&self.motion.q_dot, &self.rates);
+        self.estimate.of_one(h, start.iter().zip(end).map(|(start, end)| [*start, *end]));
         Ok((converged, self.work_of_constraints()))
     }
 

@@ -84,7 +84,8 @@ impl Newton {
                 column.iter_mut().zip(c.column(k).iter()).skip(k).for_each(|(out, c)| *out += c);
             }
         }
-        self.near.factorize(&self.hessian)
+        self.approached = self.near.factorize(&self.hessian);
+        self.approached
     }
 
     /// Δ of an approach, and its residual; none without a descent direction.
