@@ -23,7 +23,7 @@ fn arch(k_bend: f64, rise: f64, fixed: impl Fn(&Vec3) -> bool) -> Shell {
     }
     let fixed = (0..positions.len() as u32).filter(|v| fixed(&positions[*v as usize])).collect();
     let material = Material { k_area: 1e4, k_length: 1e4, k_bend, area_density: 1.0 };
-    Shell::new(Mesh::new(positions, &triangles).unwrap(), material, &Supports { fixed, clamped: vec![] }).unwrap()
+    Shell::new(Mesh::new(positions, &triangles).unwrap(), material, &Supports { fixed, ..Supports::default() }).unwrap()
 }
 
 fn model(shell: Shell, fields: usize) -> Arc<Model> {

@@ -40,7 +40,7 @@ fn where_held(sheet: &Sheet, held: impl Fn(&Vec3) -> bool) -> Vec<u32> {
 }
 
 fn clamped(sheet: &Sheet) -> Supports {
-    Supports { fixed: vec![], clamped: where_held(sheet, |x| x.x < 1e-9) }
+    Supports { clamped: where_held(sheet, |x| x.x < 1e-9), ..Supports::default() }
 }
 
 /// A bumpy sheet, its fibres along circles about a corner: every flip has two directions.
@@ -119,7 +119,7 @@ fn a_supported_plate_has_the_frequencies_of_the_closed_form_on_every_mesh() {
     for (family, angle) in FAMILIES.into_iter().flat_map(|family| [0.0, 0.5 * PI].map(|angle| (family, angle))) {
         let sheet = rectangle(family, 32, 1.0, 1.0);
         let at_edge = |x: &Vec3| x.x.min(x.y).min(1.0 - x.x).min(1.0 - x.y) < 1e-9;
-        let supports = Supports { fixed: where_held(&sheet, at_edge), clamped: vec![] };
+        let supports = Supports { fixed: where_held(&sheet, at_edge), ..Supports::default() };
         let shell = made(&sheet, Make { fibres: fibres(vec![3.0 * at(angle)]), ..Make::of(WOOD) }, supports);
         let found: Vec<f64> = modes_of(&shell, 4).eigenvalues.iter().map(|lambda| lambda.sqrt()).collect();
         let (dx, dy) = if angle == 0.0 { (d1, d2) } else { (d2, d1) };

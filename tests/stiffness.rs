@@ -24,7 +24,7 @@ fn model(stiffer: f64) -> Arc<Model> {
     let material =
         Material { k_area: 2e2 * stiffer, k_length: 2e2 * stiffer, k_bend: 0.02 * stiffer, area_density: 1.0 };
     let mesh = Mesh::new(positions, &triangles).unwrap();
-    let shell = Shell::new(mesh, material, &Supports { fixed, clamped: vec![] }).unwrap();
+    let shell = Shell::new(mesh, material, &Supports { fixed, ..Supports::default() }).unwrap();
     let reduced = reduced::Options { fields: 8, poses: 6, ..Default::default() };
     let options = Options { modes: 8, precision: Precision::F64, reduced, ..Options::default() };
     Arc::new(Model::precompute(Arc::new(shell), &options, &mut |_, _| Ok(())).unwrap())
