@@ -18,7 +18,7 @@ export CMAKE_BUILD_PARALLEL_LEVEL ?= $(JOBS)
 .PHONY: help build native demo test test-cargo test-c test-render test-blender demo-blender install package blender-addon header \
     python-abi docs-api test-docs lint fuzz check-memory check-threads check-miri check-guard bench bench-binding bench-bounded bench-contact bench-front bench-judging bench-instructions bench-leave-out bench-polynomial bench-precompute bench-same-bits bench-solver bench-training build-report report report-docs report-stability \
     test-report clean
-.PHONY: npm release-check release-facts dist test-dist test-platforms dist-again render-mesh-picture proxy-picture moving-supports-picture materials-picture maya-module houdini-package plugin-zip cli check-platforms wasm test-wasm playground test-playground tutorial-pictures docs scene-schema notices wheel pictures bench-leaf farm-demo farm-sweep farm-costs bench-slepc
+.PHONY: npm release-check release-facts theory-pictures dist test-dist test-platforms dist-again render-mesh-picture proxy-picture moving-supports-picture materials-picture maya-module houdini-package plugin-zip cli check-platforms wasm test-wasm playground test-playground tutorial-pictures docs scene-schema notices wheel pictures bench-leaf farm-demo farm-sweep farm-costs bench-slepc
 
 help: ## list the targets
 	@echo "usage: make TARGET [JOBS=2]"
@@ -50,6 +50,10 @@ pictures: ## make the README's animation: docs/pictures/shellwarp.webp
 tutorial-pictures: ## draw the pictures of docs/tutorials from what the tests tutorial_… left in build/
 	@sh cmake/bootstrap.sh pictures
 	.venv/bin/python host_examples/render/tutorial_pictures.py --ran $(BUILD)/tests/c/tutorials --out docs/tutorials/pictures
+
+theory-pictures: cli ## measure and draw the pictures of docs/theory, two minutes
+	@sh cmake/bootstrap.sh pictures python
+	.venv/bin/python host_examples/render/theory_pictures.py --out docs/theory/pictures
 
 render-mesh-picture: cli ## draw the picture of docs/guide/render_mesh.md
 	@sh cmake/bootstrap.sh pictures

@@ -205,7 +205,7 @@ fn times() {
 const PURPOSE: &str = "\
 `SW_METHOD_ROTATION_STRAIN` turns each triangle by the rotation of its modal displacement and keeps its linear strain. Positions are those
 whose triangles come nearest to that. A sparse solve a frame is not needed: the solutions for a few sampled triangles are known ahead
-(`src/strain`). The force is the exact gradient of the loads' work: [theory](../theory.md#rotationstrain-reconstruction).
+(`src/strain`). The force is the exact gradient of the loads' work: [theory](../theory/rotation_strain.md).
 ";
 
 const ABOUT_ERRORS: &str = "\

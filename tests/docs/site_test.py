@@ -68,7 +68,7 @@ class Site(unittest.TestCase):
         index = (FOLDER / "search" / "search_index.js").read_text(encoding="utf-8")   # a script: pages opened as files may load it
         found = json.loads(index.partition("=")[2].rstrip().rstrip(";"))["docs"]
         for word, page in (("sw_state_certify", "reference/api.html"), ("k_bend", "reference/scene.html"), ("precompute", "guide/python.html"),
-                           ("dihedral", "theory.html"), ("certificate", "evidence/robustness.html")):
+                           ("dihedral", "theory/energies.html"), ("certificate", "evidence/robustness.html")):
             self.assertTrue(any(doc["location"].startswith(page) and word in doc["text"] + doc["title"] for doc in found), (word, page))
 
 

@@ -24,6 +24,7 @@ REASONS = {
     "blender/addon/inputs.py": "those that follow supports by fields; the library's table does not tell",
     "common/method.cpp": "linear modes, of which the needs do not tell how it moves, and the one that moves by modes and has no support fields",
     "render/moving_supports_picture.py": "the picture is of these two",
+    "render/theory_pictures.py": "each picture is of the methods that its page explains",
 }
 
 
