@@ -5,7 +5,7 @@ mod common;
 #[path = "bench/front/scenes.rs"]
 mod scenes;
 use common::*;
-use scenes::Action;
+use scenes::{Action, List};
 use shellwarp::constraint::{Constraint, Target};
 use shellwarp::model::{Model, Options, Precision};
 use shellwarp::state::{Damping, Method, Space, State};
@@ -409,7 +409,7 @@ fn falling_back_keeps_handles_that_the_modes_would_miss_and_what_already_is_the_
 #[test]
 fn a_state_that_a_handle_leads_and_the_warp_are_set_against_the_equilibrium_that_its_way_leads_to() {
     let scene = scenes::all().into_iter().find(|scene| scene.key == "cylinder").unwrap();
-    let load = scene.loads(true).into_iter().find(|load| load.name == "handle 5").unwrap();
+    let load = scene.loads(List::Fresh).into_iter().find(|load| load.name == "handle 5").unwrap();
     let Action::Handle(v, direction) = load.action else { panic!("a handle") };
     let reduced = reduced::Options { fields: 40, poses: reduced::MAX_POSES, ..Default::default() };
     let options = Options { modes: 8, reduced, ..Options::default() };

@@ -30,6 +30,7 @@ fn clamped(positions: &[Vec3]) -> Supports {
     Supports {
         fixed: vec![],
         clamped: (0..positions.len() as u32).filter(|v| positions[*v as usize].x < 1e-9).collect(),
+        ..Supports::default()
     }
 }
 
