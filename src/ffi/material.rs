@@ -143,7 +143,7 @@ pub struct SwMaterialDesc {
     pub tie_distance: f64,
 }
 
-described!(SwMaterialDesc, direction_format);
+described!(SwMaterialDesc, rest_stride);
 
 /// Of a crease: the angle that the mesh has there.
 pub const SW_CREASE_ANGLE_OF_MESH: u32 = 7;

@@ -430,8 +430,9 @@ pub unsafe extern "C" fn sw_state_amplitudes(
                 not_null("velocities", velocities)?;
             }
             copy_out("amplitudes", q, amplitudes, capacity.into())?;
-            let q_dot: Vec<f64> = q_dot.iter().map(|rate| state.tempo() * rate).collect();
-            copy_out("velocities", &q_dot, velocities, capacity.into())?;
+            let tempo = state.tempo();
+            let scaled: Vec<f64> = if tempo == 1.0 { vec![] } else { q_dot.iter().map(|rate| tempo * rate).collect() };
+            copy_out("velocities", if tempo == 1.0 { q_dot } else { &scaled }, velocities, capacity.into())?;
             put(count, q.len() as u32);
             Ok(())
         })

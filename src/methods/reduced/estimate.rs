@@ -52,6 +52,17 @@ impl Estimate {
         }
         let mut missed = self.missed.clone();
         newton.clone().filter(self.shift, &mut missed);
-        (missed.iter().map(|x| x * x).sum::<f64>() / total_mass).sqrt()
+        // What the filter cannot solve is told without it, which is more; beyond all numbers, the largest.
+        let lengths = [&missed, &self.missed].map(|missed| root_mean_square(missed, total_mass));
+        lengths.into_iter().find(|length| length.is_finite()).unwrap_or(f64::MAX)
     }
+}
+
+/// |x|/√m, without an overflow on the way.
+fn root_mean_square(x: &[f64], mass: f64) -> f64 {
+    let largest = x.iter().fold(0.0f64, |most, x| if x.is_finite() { most.max(x.abs()) } else { f64::INFINITY });
+    if largest == 0.0 {
+        return 0.0;
+    }
+    largest * (x.iter().map(|x| (x / largest).powi(2)).sum::<f64>() / mass).sqrt()
 }
