@@ -69,8 +69,8 @@ fn it_is_left_out_with_the_reason_and_the_choice_is_the_warp() {
     let few = |options: &mut Options| options.reduced.poses = 3;
     let large = |options: &mut Options| options.reduced.iterations = reduced::affordable_iterations(30_000);
     let follows = |options: &mut Options| options.support_fields = 4;
-    let cases: [(&dyn Fn(&mut Options), &str); 3] =
-        [(&few, "too few"), (&large, "takes too long"), (&follows, "supports that move")];
+    type Change<'a> = &'a dyn Fn(&mut Options);
+    let cases: [(Change, &str); 3] = [(&few, "too few"), (&large, "takes too long"), (&follows, "supports that move")];
     for (change, why) in cases {
         let model = made(&held, change);
         assert!(model.reduced.is_none(), "{why}");

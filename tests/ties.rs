@@ -206,7 +206,8 @@ fn elements_of_ties_add_up_to_their_energy_and_hessian() {
     assert_eq!(stress.len(), tied.energy.n_elements());
     assert_close("energy", sum, tied.energy.value(&x), 1e-12, 0.0);
     assert!(error(&force, &gradient(&*tied.energy, &x)) < 1e-12);
-    let apply = |visit: &dyn Fn(&mut dyn FnMut((&[u32], &[Mat3])))| {
+    type Blocks<'a> = &'a mut dyn FnMut((&[u32], &[Mat3]));
+    let apply = |visit: &dyn Fn(Blocks)| {
         let mut out = vec![Vec3::zeros(); x.len()];
         visit(&mut |(vertices, blocks)| {
             for (p, v) in vertices.iter().enumerate() {

@@ -33,6 +33,9 @@ pub enum Reference {
     Extrapolated,
 }
 
+/// A ball's radius, and the way of its middle.
+pub type Ball = (f64, fn(f64) -> P3);
+
 #[derive(Clone)]
 pub struct Scene {
     pub key: &'static str,
@@ -49,8 +52,8 @@ pub struct Scene {
     pub damping: f64,
     pub frames: usize,
     pub drive: Drive,
-    /// Radius of a ball that the shell touches, and the way of its middle.
-    pub ball: Option<(f64, fn(f64) -> P3)>,
+    /// What the shell touches.
+    pub ball: Option<Ball>,
     /// Place and axis of the signal whose period and amplitude are measured.
     pub probe: ([f64; 2], usize),
     /// Modes of the paper's setting.
