@@ -442,7 +442,7 @@ void a_method_that_cannot_be_had_is_told_and_the_last_shape_stays() {
   refused([](Request &r) { r.build.method = 1234; }, "number 1234, which this library does not have; it has 1 warp, ");
   refused([](Request &r) { r.build.method = 0; }, "number 0, which");
   refused([](Request &r) { r.build.method = SW_METHOD_REDUCED_SHELL, r.build.held.clear(); },
-          "must be held so that nothing moves freely");
+          "needs modes that bend it");
   refused([](Request &r) { r.build.method = SW_METHOD_REDUCED_SHELL, r.build.reduced_fields = 0; },
           "reduced fields is 0");
   refused([](Request &r) { r.build.method = SW_METHOD_AUTO, r.build.auto_error = 0.01, r.inputs.gravity = {}; },

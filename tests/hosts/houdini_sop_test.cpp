@@ -650,7 +650,7 @@ void what_a_user_can_mend_is_named_and_the_mesh_passes_through() {
   expect_error([](Scene &s) { s.cook.set("modes", {0}); }, "number of modes is 0");
   expect_error([](Scene &s) { s.cook.set_text("method", "linear"); }, "there is no method 'linear'; there are warp, ");
   expect_error([](Scene &s) { s.cook.set_text("method", "reduced-shell"), s.cook.set_text("supportgroup", ""); },
-               "must be held so that nothing moves freely");
+               "needs modes that bend it");
   expect_error([](Scene &s) { s.cook.set("stiffnessfrom", {2}), s.cook.set_text("preset", "felt"); },
                "there is no known material 'felt'; there are denim, ");
   expect_error([](Scene &s) { s.cook.set("stiffnessfrom", {3}); }, "the thickness of a sheet is 0");

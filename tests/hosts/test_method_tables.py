@@ -22,6 +22,7 @@ REASONS = {
     "python/shellwarp/method.py": "the default, and linear modal analysis, the one of which the needs do not tell how it moves",
     "cli/comparison.cpp": "the expectation warp_below_lma is about these two; the full shell is what all are compared with",
     "blender/addon/inputs.py": "those that follow supports by fields; the library's table does not tell",
+    "blender/addon/simulation.py": "whether the automatic choice took a reduced shell, and why not",
     "common/method.cpp": "linear modes, of which the needs do not tell how it moves, and the one that moves by modes and has no support fields",
     "render/moving_supports_picture.py": "the picture is of these two",
     "render/theory_pictures.py": "each picture is of the methods that its page explains",
