@@ -63,8 +63,8 @@ class Render(unittest.TestCase):
                          sorted(["card_one.state", *(f"card_one{stem}{end}" for stem in ("", "_fine", "_flat") for end in (".pc2", ".usdc"))]))
         positions, triangles = mesh_at(job["mesh"])
         model = shellwarp.Model(shellwarp.Shell(positions, triangles, shellwarp.Material(5e3, 5e3, 2.7e-3, 0.3), fixed=range(6)))
-        model.precompute(modes=6)
-        state = model.state()
+        model.precompute(modes=6, reduced_fields=0)
+        state = model.state("warp")
         state.load((self.folder / "out" / f"{job['name']}.state").read_bytes())  # the last frame's
         for stem in ("fine", "flat"):
             points = read_polygons(self.folder / f"{stem}.obj")[0]

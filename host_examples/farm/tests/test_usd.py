@@ -22,7 +22,7 @@ name = "card"
 mesh = "MESH"
 material = { k_area = 5e3, k_length = 5e3, k_bend = 2.7e-3, density = 0.3 }
 support = [{ kind = "fixed", vertices = [0, 1, 2, 3, 4, 5] }]
-simulation = { modes = 6 }
+simulation = { modes = 6, method = "warp" }
 damping = { ratio = 0.1 }
 [[shot]]
 name = "one"
