@@ -33,8 +33,8 @@ def pushed(obj, frames, push, areas):
     s = obj.shellwarp
     rest, triangles = part("inputs").rest_positions(obj.data).astype(float), part("inputs").triangles(obj.data)
     model = sw.Model(sw.Shell(rest, triangles, sw.Material(s.k_area, s.k_length, s.k_bend, s.density), fixed=range(8)))
-    model.precompute(modes=s.modes)
-    state = model.state()
+    model.precompute(modes=s.modes, reduced_fields=0)
+    state = model.state("warp")
     state.set_gravity(bpy.context.scene.gravity)
     state.set_damping(s.damping_ratio)
     out = {1: state.positions()}

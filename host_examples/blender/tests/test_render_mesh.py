@@ -60,8 +60,8 @@ def judged(proxy, points, frames):
     s = proxy.shellwarp
     rest, triangles = part("inputs").rest_positions(proxy.data).astype(float), part("inputs").triangles(proxy.data)
     model = sw.Model(sw.Shell(rest, triangles, sw.Material(s.k_area, s.k_length, s.k_bend, s.density), fixed=range(8)))
-    model.precompute(modes=s.modes)
-    binding, state = sw.Binding(model, points), model.state()
+    model.precompute(modes=s.modes, reduced_fields=0)
+    binding, state = sw.Binding(model, points), model.state("warp")
     state.set_gravity(bpy.context.scene.gravity)
     state.set_damping(s.damping_ratio)
     out = {}
