@@ -159,6 +159,16 @@ pub const METHODS: &[Method] = &[
         marker: Marker::Disc,
     },
     Method {
+        key: "adaptive_40",
+        label: "adaptive shell, SDIRK2, 40 fields",
+        family: Family::Reduced,
+        method: SW_METHOD_ADAPTIVE_SHELL,
+        integrator: 0,
+        fields: 40,
+        colour: TEAL,
+        marker: Marker::Cross,
+    },
+    Method {
         key: "shell_implicit",
         label: "full shell, implicit Euler",
         family: Family::Shell,
@@ -220,6 +230,12 @@ pub const KINDS: &[Kind] = &[
         name: "polynomial shell",
         advice: "the reduced shell with its energy as a polynomial: tens of microseconds, whatever the mesh. Take it for curved or folded \
             shells and large bends in real time.",
+    },
+    Kind {
+        method: SW_METHOD_ADAPTIVE_SHELL,
+        name: "adaptive shell",
+        advice: "the polynomial shell as far as it was as good as the samples in training, the reduced shell beyond. Take it where a shell \
+            is near rest most of the time and bends far at times.",
     },
     Kind {
         method: SW_METHOD_REDUCED_SHELL,
