@@ -84,10 +84,10 @@ void add_size_of_motion(const Summary &summary, std::vector<std::string> &words)
     words.push_back(stillness(summary));
   } else if (share < kUnseen && loaded(summary.scene) && !led) {
     words.push_back("try: " + share_of_size(share) + " cannot be seen: are lengths in metres, and gravity 9.8? --scale 0.01 (scale) "
-                    "makes metres of centimetres. " + slowest_swing(summary) + ": a lower --frequency (frequency) or k_bend softens it");
+                    "makes metres of centimetres. " + slowest_swing(summary) + ": a lower --frequency (frequency) or k_bend softens it, and --material NAME (preset) takes a known sheet");
   } else if (share > kWild && !led && summary.info.zero_modes == 0) {
     words.push_back("try: no held shell moves by " + share_of_size(share) + ": are lengths in metres, and gravity 9.8? " +
-                    slowest_swing(summary) + ": a higher --frequency (frequency) or k_bend stiffens it");
+                    slowest_swing(summary) + ": a higher --frequency (frequency) or k_bend stiffens it, and --material NAME (preset) takes a known sheet");
   }
 }
 

@@ -23,7 +23,7 @@ from readme_test import has_numpy, library
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = sorted([*(ROOT / "docs" / "guide").glob("*.md"), *(ROOT / "docs" / "reference").glob("*.md")])
-COMMAND = re.compile(r"^    (?:build/bin/)?(shellwarp (?:run|simulate|check|new-scene) .*)$", re.M)
+COMMAND = re.compile(r"^    (?:build/bin/)?(shellwarp (?:run|simulate|check|new-scene|proxy) .*)$", re.M)
 # A scene's lines: indented or fenced, they begin with a table of the scene file. The farm's lists have tables of their own.
 INDENTED = re.compile(r"(?:^    \[.*\n)(?:^(?:    .*)?\n)*", re.M)
 FENCED = re.compile(r"^```toml\n(.*?)^```", re.M | re.S)

@@ -91,6 +91,7 @@ def _report(results, done, seconds, engine):
         "failed": [r["failed"] for r in results if "failed" in r], "models": len({r["model"]["key"] for r in done}),
         "tried_again": [f"{r['job']}: {reason}" for r in results for reason in r.get("tried_again", ())],
         "made": len(made), "damage": sorted(damage), "redone": repaired,
+        "certified": {r["job"]: r.get("certified", {"why": "baked by an earlier version"}) for r in done},
         "turned_too_far": {r["job"]: r["range"] for r in done if r["range"]["frames_out"]},
         "bytes": sum(facts["bytes"] for r in done for facts in r["outputs"].values()),
         "seconds": seconds, "workers": engine.workers(), "digest": manifest.digest(done)}
@@ -104,12 +105,24 @@ def print_report(report, most=5):
     lists = [("FAILED", report["failed"]), ("tried again", report["tried_again"]), ("cache", report["damage"]), ("done again", report["redone"]),
              ("turned too far", [f"{name}: {facts['frames_out']} frames from {facts['first_out']}, rotation up to "
                                f"{facts['max_rotation']:.2f} rad" for name, facts in report["turned_too_far"].items()])]
+    if report["certified"]:
+        print(f"last frames: {certified(report['certified'])}")
     for title, lines in lists:
         for line in lines[:most]:
             print(f"{title}: {line}")
         if len(lines) > most:
             print(f"{title}: and {len(lines) - most} more")
     print(f"checksum of all outputs {report['digest']}")
+
+
+def certified(found):
+    """What the certificates of the last frames say, in a line."""
+    known = {name: facts for name, facts in found.items() if "why" not in facts}
+    if not known:
+        return f"not certified: {next(iter(found.values()))['why']}"
+    worst = max(known, key=lambda name: known[name]["error"])
+    others = f"; {len(found) - len(known)} not certified" if len(known) < len(found) else ""
+    return f"at most {100 * known[worst]['error']:.2g} % off the full shell, {worst}{others}"
 
 
 def verify_main(arguments):

@@ -25,6 +25,7 @@ from .usd_cache import UsdFile
 
 SUFFIXES = {"pc2": ".pc2", "usd": ".usdc"}
 RECORDS = "records"
+CERTIFIED = 50_000   # vertices at most that a last frame is certified of
 
 
 def bake(job, model, before, out, cache, run="alone"):
@@ -126,18 +127,42 @@ def _bake(job, model_facts, job_hash, start, out, cache, log):
         partials = {kind: stack.enter_context(files.whole_file(path)) for kind, path in paths.items()}
         judged = simulate(job, state, start, partials, slowest_of(model), bindings, log)
         partials["state"].write_bytes(state.save())
-    times["simulate"] = time.perf_counter()
+        times["simulate"] = time.perf_counter()
+        certified = _certified(job, state)
+        log.say(certificate_words(certified))
+    times["certify"] = time.perf_counter()
     outputs = {str(path.relative_to(out)): {"sha256": files.checksum(path), "bytes": path.stat().st_size}
                for path in paths.values()}
     times["checksum"] = time.perf_counter()
     marks = list(times)
     report = cache_report or {"cache": "kept", "seconds": 0.0}
-    record = {"job": job["name"], "hash": job_hash, "outputs": outputs, "range": judged, "cache": report,
+    record = {"job": job["name"], "hash": job_hash, "outputs": outputs, "range": judged, "certified": certified, "cache": report,
               "model": model_facts, "vertices": model.n_vertices, "frames": job["frames"], "parameters": job["parameters"],
               "seed": job["seed"], "seconds": {b: times[b] - times[a] for a, b in zip(marks, marks[1:])},
               "core_seconds": time.process_time() - cpu, "worker": f"{socket.gethostname()}:{os.getpid()}", "library": shellwarp.version()}
     files.write_whole(record_path(out, job["name"]), json.dumps(record, indent=1).encode())
     return record
+
+
+def _certified(job, state):
+    """How far the last frame is off the full shell, a share of its displacement, or why that is not known: for the record."""
+    if not job["certify"]:
+        return {"why": "nobody asks for it"}
+    if state.n_vertices > CERTIFIED:
+        return {"why": f"more than {CERTIFIED} vertices"}
+    try:
+        found = state.certify()
+    except shellwarp.ShellwarpError as error:
+        return {"why": str(error)}
+    return {name: found[name] for name in ("error", "max_error", "remaining")}
+
+
+def certificate_words(certified):
+    """The same in a line."""
+    if "why" in certified:
+        return f"last frame: not certified: {certified['why']}"
+    rough = ", roughly" if certified["remaining"] > 0.01 else ""
+    return f"last frame: {100 * certified['error']:.2g} % off the full shell{rough}"
 
 
 def _tell_model(log, job, facts, cache_report, model):

@@ -33,7 +33,7 @@ OSCILLATION = {"axis", "amplitude", "frequency", "phase_degrees"}
 PROXY = {"proxy": "vertices", "proxy_thickness": "thickness", "proxy_cut": "cut"}
 ASSET = {"name", "mesh", *PROXY, "render", "material", "support", "simulation", "damping", "force", "collider"}
 SHOT = {"name", "frames", "after", "start", "simulation", "damping", "wind", "frame", "force", "collider"}
-TOP = {"title", "up_axis", "metres_per_unit", "formats", "seeds", "asset", "shot", "parameters", "sweep"}
+TOP = {"title", "up_axis", "metres_per_unit", "formats", "certify", "seeds", "asset", "shot", "parameters", "sweep"}
 FORMATS = ("pc2", "usd")
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]*")
 DEFAULTS = {"modes": 16, "precision": "f32", "method": DEFAULT, "integrator": "implicit-euler", "frame_rate": 30.0,
@@ -119,7 +119,7 @@ def _job(scene_list, asset, shot, values, seed):
 
     job.update(name=name_in(shot["name"]), asset=asset["name"], shot=shot["name"], seed=seed, parameters=values,
                frames=shot["frames"], up_axis=scene_list.get("up_axis", "z"), metres_per_unit=scene_list.get("metres_per_unit", 1.0),
-               formats=scene_list.get("formats", list(FORMATS)), start=shot.get("start"),
+               formats=scene_list.get("formats", list(FORMATS)), certify=scene_list.get("certify", True), start=shot.get("start"),
                after=name_in(shot["after"]) if "after" in shot else None)
     return job
 
@@ -165,6 +165,8 @@ def _check(scene_list):
         raise SceneError(f"formats: {unknown.pop()!r}, expected some of {', '.join(FORMATS)}")
     if scene_list.get("up_axis", "z") not in ("y", "z"):
         raise SceneError("up_axis is 'y' or 'z'")
+    if not isinstance(scene_list.get("certify", True), bool):
+        raise SceneError(f"certify is {scene_list['certify']!r}, expected true or false")
     metres = scene_list.get("metres_per_unit", 1.0)
     if not isinstance(metres, (int, float)) or not 0 < metres < math.inf:
         raise SceneError(f"metres_per_unit is {metres!r}, expected a number above 0")

@@ -98,6 +98,18 @@ class Farm(unittest.TestCase):
         self.assertEqual(len(manifest.outputs(manifest.read(self.undisturbed))), 36)
         self.assertGreater(len({record["worker"] for record in manifest.read(self.undisturbed)}), 1)
 
+    def test_the_last_frame_is_certified_in_record_log_and_report(self):
+        worst = max(record["certified"]["error"] for record in manifest.read(self.undisturbed))
+        self.assertGreater(worst, 1e-5, "six modes are not the full shell, which gets 0")
+        self.assertEqual({name: facts["error"] for name, facts in self.report["certified"].items()},
+                         {record["job"]: record["certified"]["error"] for record in manifest.read(self.undisturbed)})
+        self.assertIn(f"at most {100 * worst:.2g} % off the full shell, card/", baking.certified(self.report["certified"]))
+        for record in manifest.read(self.undisturbed):
+            log = (self.undisturbed / "logs" / f"{record['job']}.log").read_text()
+            self.assertIn(f"last frame: {100 * record['certified']['error']:.2g} % off the full shell", log)
+        report = self.bake("uncertified", small.jobs(self.top, "certify = false\n" + small.LIST))
+        self.assertEqual(baking.certified(report["certified"]), "not certified: nobody asks for it")
+
     def test_every_method_of_the_library_bakes_or_is_told_and_an_unknown_one_too(self):
         folder = Path(self.enterContext(tempfile.TemporaryDirectory()))
         with self.assertRaisesRegex(SceneError, "'magic', expected one of 'warp', "):

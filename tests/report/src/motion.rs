@@ -31,8 +31,8 @@ pub struct Track {
 }
 
 /// The methods that are shown, by the integrator that does not damp where there is one, and by the most fields.
-const SHOWN: [&str; 6] =
-    ["lma_exact", "warp_exact", "virtual_work_exact", "rotation_strain", "polynomial_40", "reduced_40"];
+const SHOWN: [&str; 7] =
+    ["lma_exact", "warp_exact", "virtual_work_exact", "rotation_strain", "polynomial_40", "adaptive_40", "reduced_40"];
 
 fn is_shown(scene: &Scene, s: &Setting) -> bool {
     let modes = s.method.fields > 0 || s.modes == scene.paper_modes;
