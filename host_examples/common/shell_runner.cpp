@@ -164,6 +164,11 @@ uint64_t ShellRunner::bytes() const {
   return sum + info.bytes_model + info.bytes_state + model_->rest().capacity() * sizeof(double);
 }
 
+std::string ShellRunner::certificate() const {
+  if (!state_ || cache_.size() == 0) throw HostError("there are no frames yet: play from the start frame");
+  return certificate_of(*state_);
+}
+
 Frames ShellRunner::frames() const {
   if (!model_ || !state_ || cache_.size() == 0) throw HostError("there are no frames yet: play from the start frame");
   Frames all;

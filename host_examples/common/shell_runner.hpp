@@ -71,6 +71,9 @@ public:
 
   uint64_t bytes() const;  // of model, frames and binding
 
+  // What Notes::certified is, of the frame that was shown last. Throws HostError where there is none.
+  std::string certificate() const;
+
   // All frames that are there, with the model. Throws HostError where there are none.
   Frames frames() const;
   // Those of before, in place of all that is there: taken at the next evaluation whose mesh and settings they are of.

@@ -25,7 +25,7 @@
 
 namespace {
 
-constexpr const char *kHandle = "-hd", *kCollider = "-co", *kStatus = "-st", *kWrite = "-wc", *kMemory = "-me";
+constexpr const char *kHandle = "-hd", *kCollider = "-co", *kStatus = "-st", *kWrite = "-wc", *kMemory = "-me", *kCertify = "-ce";
 
 // A mesh of the selection, and which of its vertices are selected.
 struct Picked {
@@ -142,6 +142,7 @@ MSyntax ShellWarpCommand::syntax_of() {
   syntax.addFlag(kCollider, "-collider");
   syntax.addFlag(kStatus, "-status");
   syntax.addFlag(kMemory, "-memory");
+  syntax.addFlag(kCertify, "-certify");
   syntax.addFlag(kWrite, "-writeCache", MSyntax::kString);
   syntax.setObjectType(MSyntax::kSelectionList, 0);
   syntax.useSelectionAsDefault(true);
@@ -161,6 +162,10 @@ MStatus ShellWarpCommand::doIt(const MArgList &arguments) {
     }
     if (given.isFlagSet(kMemory)) {
       tell([](const ShellWarpNode &node) { return host::number(std::round(static_cast<double>(node.bytes()) / 1e4) / 100) + " MB"; });
+      return MS::kSuccess;
+    }
+    if (given.isFlagSet(kCertify)) {
+      certify(selected);
       return MS::kSuccess;
     }
     changes_ = true;
@@ -241,6 +246,18 @@ void ShellWarpCommand::add_colliders(const MSelectionList &selected) {
     run("connectAttr " + meshes[k].name() + ".worldMatrix[0] " + collider + ".colliderMatrix");
     appendToResult(collider.c_str());
   }
+}
+
+// Of the frame that each was shown at last: a sentence for each, after its node's name.
+void ShellWarpCommand::certify(const MSelectionList &selected) {
+  const std::vector<Picked> meshes = picked_of(selected);
+  for (const Picked &mesh : meshes) {
+    const MObject shell = shell_of(mesh.path);
+    if (shell.isNull()) throw host::HostError(mesh.name() + " is no shell yet: run shellWarp on it");
+    const auto *node = static_cast<const ShellWarpNode *>(MFnDependencyNode(shell).userNode());
+    appendToResult((name_of(shell) + ": " + node->certificate()).c_str());
+  }
+  if (meshes.empty()) throw host::HostError("select the shells whose error is to be estimated");
 }
 
 // One file a shell: of several, the node's name stands before the ending.

@@ -29,6 +29,7 @@ private:
   void create(const MSelectionList &selected);
   void add_handles(const MSelectionList &selected);
   void add_colliders(const MSelectionList &selected);
+  void certify(const MSelectionList &selected);
   void write_cache(const MSelectionList &selected, const std::string &file);
   void tell(const std::function<std::string(const ShellWarpNode &)> &what);
   void run(const std::string &mel);  // when the command is done, and again when it is redone

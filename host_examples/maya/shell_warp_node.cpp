@@ -63,6 +63,14 @@ uint64_t ShellWarpNode::bytes() const {
   return sum;
 }
 
+std::string ShellWarpNode::certificate() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (shells_.empty()) throw host::HostError("there are no frames yet: play from the start frame");
+  std::string lines;
+  for (const auto &[index, shell] : shells_) lines += (lines.empty() ? "" : "\n") + shell.runner.certificate();
+  return lines;
+}
+
 static std::string cache_of(const std::string &file, unsigned int multiIndex) {
   return multiIndex == 0 ? file : file + "." + std::to_string(multiIndex);
 }

@@ -53,6 +53,9 @@ public:
   // Memory of models and frames, of all geometries.
   uint64_t bytes() const;
 
+  // How far the frame that was shown last is off the full shell, a line for each geometry. Throws host::HostError.
+  std::string certificate() const;
+
   // Writes the frames that were played to a file, of further geometries to FILE.1 and so on. Throws host::HostError.
   void write_cache(const std::string &file) const;
 

@@ -214,6 +214,37 @@ const claims = {
     await page.fill('#gravity', '4');
   },
 
+  async 'wind blows the way that it should, and slow motion is slow'(page) {
+    await choose(page, 'Flat strip');
+    const gravity = await page.inputValue('#gravity');
+    await page.fill('#gravity', '0');
+    await page.click('#reset');
+    await page.waitForFunction(() => !window.playground.panes[0].reset && !window.playground.panes[0].mover.busy, null, PATIENCE);
+    const tip = await tipOf(page), before = (await place(page, tip)).at;
+    await page.fill('#wind', '12');
+    // A millimetre of the metre along the air's way: no rounding, and without wind nothing else moves it.
+    await page.waitForFunction(([v, from]) => {
+      const { panes, loads } = window.playground, at = panes[0].stage.at(v).toArray(), way = loads.wind;
+      return at.reduce((sum, x, c) => sum + (x - from[c]) * way[c], 0) / Math.hypot(...way) > 1e-3;
+    }, [tip, before], PATIENCE);
+    await shot(page, 'wind');
+    await page.selectOption('#speed', '0.1');
+    const seen = await page.evaluate(() => new Promise((done) => {
+      const { playground } = window, [pane] = playground.panes, found = [];
+      pane.next = function (seconds) { found.at(-1)[1] = seconds; Object.getPrototypeOf(pane).next.call(pane, seconds); };
+      playground.frame = function (now) {
+        found.push([Math.min((now - this.last) / 1000, 0.1), 0]);
+        Object.getPrototypeOf(playground).frame.call(this, now);
+        if (found.length === 5) { delete pane.next; delete playground.frame; done(found); }
+      };
+    }));
+    for (const [elapsed, simulated] of seen) assert.ok(Math.abs(simulated - 0.1 * elapsed) < 1e-12, `${simulated} s of ${elapsed} s`);
+    assert.ok(seen.some(([elapsed]) => elapsed > 0));
+    await page.selectOption('#speed', '1');
+    await page.fill('#wind', '0');
+    await page.fill('#gravity', gravity);
+  },
+
   async 'a dropped mesh is painted, precomputed, cancelled and moved'(page) {
     const side = 12, lines = [];
     for (let i = 0; i <= side; ++i) for (let j = 0; j <= side; ++j) lines.push(`v ${i} 0 ${j}`);

@@ -42,6 +42,12 @@ class Settings(unittest.TestCase):
         self.assertGreater(len(found), 20)
         self.assertEqual(self.names["houdini"], found)
 
+    def test_houdinis_help_card_says_what_each_parameter_does(self):
+        source = (HOSTS / "houdini/SOP_ShellWarp.cpp").read_text(encoding="utf-8")
+        card = (HOSTS / "houdini/package/help/nodes/sop/shellwarp.txt").read_text(encoding="utf-8").split("@parameters", 1)[1]
+        self.assertEqual(re.findall(r'\bname "(\w+)"\s+label "([^"]+)"', source),
+                         [(name, label) for label, name in re.findall(r"^(\S.*):\n    #id: (\w+)\n    \S.*\.$", card, re.M)])
+
     def test_scene_files_have_the_keys(self):
         scene = (ROOT / "docs/reference/scene.md").read_text(encoding="utf-8")
         self.assertEqual({name for name in self.names["scene"] if f"| `{name}` |" not in scene and f"[{name}]" not in scene}, set())

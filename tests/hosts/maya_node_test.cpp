@@ -928,6 +928,7 @@ void frames_on_disk_show_without_being_played() {
     moving_shell();
     fake::scene().selection = {"strip"};
     CHECK(!fake::scene().run("shellWarp -writeCache " + file));  // nothing is there yet
+    CHECK(!fake::scene().run("shellWarp -certify"));
   }
   std::vector<std::vector<MPoint>> played;
   {
@@ -939,6 +940,15 @@ void frames_on_disk_show_without_being_played() {
     CHECK(node.get_text("cache").empty());
     fake::scene().redo();
     CHECK(node.get_text("cache") == file && same(seen_at(node, 6), played[5]));
+    CHECK(fake::scene().run("shellWarp -certify") && contains(fake::scene().result, "shellWarp1: certified: about ") &&
+          contains(fake::scene().result, " % off the full nonlinear shell"));
+    const std::string certified = fake::scene().result;
+    seen_at(node, 2);  // another frame, another error; the same frame again, the same
+    CHECK(fake::scene().run("shellWarp -certify") && fake::scene().result != certified);
+    seen_at(node, 6);
+    CHECK(fake::scene().run("shellWarp -certify") && fake::scene().result == certified && node.get_text("cache") == file);
+    fake::scene().selection = {};
+    CHECK(!fake::scene().run("shellWarp -certify"));
     CHECK(fake::scene().run("shellWarp -memory") && contains(fake::scene().result, "shellWarp1: 0.") && contains(fake::scene().result, " MB"));
     played.push_back(seen_at(node, 15));
   }

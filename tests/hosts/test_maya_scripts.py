@@ -36,7 +36,7 @@ class Cmds(types.ModuleType):
             (self.there.discard if flags.get("remove") else self.there.add)(names[0])
         if command == "deleteUI":
             self.there.discard(names[0])
-        return {"tabLayout": "Custom", "shellWarp": "shellWarp1: told", "ls": self.shells, "headsUpDisplay": 3, "listHistory": ["a"], "fileDialog2": self.chosen}.get(command)
+        return {"tabLayout": "Custom", "shellWarp": ["shellWarp1: certified"] if "certify" in flags else "shellWarp1: told", "ls": self.shells, "headsUpDisplay": 3, "listHistory": ["a"], "fileDialog2": self.chosen}.get(command)
 
     def of(self, command):
         return [(names, flags) for known, names, flags in self.calls if known == command]
@@ -74,7 +74,7 @@ class Scripts(unittest.TestCase):
         self.assertEqual(self.cmds.of("shellWarp"), [])
         self.cmds.chosen = ["/shots/one.swframes"]
         self.scripts.write_frames()
-        self.assertEqual(self.cmds.of("shellWarp"), [((), {"writeCache": "/shots/one.swframes"})])
+        self.assertEqual(self.cmds.of("shellWarp"), [((), {"writeCache": "/shots/one.swframes"}), ((), {"certify": True})])
 
     def test_loading_twice_leaves_one_menu_and_unloading_none(self):
         self.scripts.create_menu()
@@ -111,6 +111,8 @@ class Scripts(unittest.TestCase):
         self.cmds.shells = ["shellWarp3"]
         self.scripts.paint()
         self.assertIn("shellWarp.shellWarp3.supportWeights", self.evaluated[-1])
+        self.scripts.paint("shellWarp4", "thicknessMap")
+        self.assertIn("shellWarp.shellWarp4.thicknessMap", self.evaluated[-1])
 
 
 if __name__ == "__main__":

@@ -22,6 +22,7 @@ def create_menu():
     for label, command, annotation in ACTIONS:
         cmds.menuItem(label=label, command=command, sourceType="mel", annotation=annotation, parent=MENU)
     cmds.menuItem(label="Paint Supports", command="import shellwarp_maya; shellwarp_maya.paint()", sourceType="python", parent=MENU)
+    cmds.menuItem(label="Certify", command="import shellwarp_maya; shellwarp_maya.certify()", sourceType="python", parent=MENU)
     cmds.menuItem(label="Write Frames", command="import shellwarp_maya; shellwarp_maya.write_frames()", sourceType="python", parent=MENU)
     cmds.menuItem(divider=True, parent=MENU)
     cmds.menuItem(label="Buttons on This Shelf", command="import shellwarp_maya; shellwarp_maya.add_to_shelf()", sourceType="python", parent=MENU)
@@ -57,19 +58,26 @@ def status():
     return cmds.shellWarp(status=True)
 
 
+def certify():
+    """Prints how far the present frame of each selected shell is off the full shell."""
+    found = cmds.shellWarp(certify=True)   # a list, of one shell perhaps its text
+    print(found if isinstance(found, str) else "\n".join(found))
+
+
 def write_frames():
-    """Asks for a file, and writes the frames of the selected shells that were played."""
+    """Asks for a file, writes the frames of the selected shells that were played, and certifies the last that was shown."""
     chosen = cmds.fileDialog2(caption="Frames of the selected shells", fileFilter="Frames of a shell (*.swframes)", fileMode=0)
     if chosen:
         cmds.shellWarp(writeCache=chosen[0])
+        certify()
 
 
-def paint(node=None):
-    """Opens the Paint Attributes tool on a shell's supports: of the node, or of what is selected."""
+def paint(node=None, painted="supportWeights"):
+    """Opens the Paint Attributes tool on a map of a shell, its supports unless said otherwise: of the node, or of what is selected."""
     if node is None:
         history = cmds.ls(cmds.listHistory(pruneDagObjects=True) or [], type="shellWarp")
         if not history:
             cmds.warning("shellWarp: select a shell to paint its supports")
             return
         node = history[0]
-    mel.eval('artSetToolAndSelectAttr("artAttrCtx", "shellWarp.%s.supportWeights")' % node)
+    mel.eval('artSetToolAndSelectAttr("artAttrCtx", "shellWarp.%s.%s")' % (node, painted))
