@@ -537,10 +537,12 @@ SwStatus sw_preset_material(uint32_t index,
 #define SW_PHASE_MODES 3
 // Inertia count and residuals.
 #define SW_PHASE_CERTIFICATE 4
-// Modal rotations, run-time layout, and the reduced shell.
+// Modal rotations and run-time layout.
 #define SW_PHASE_ROTATION 5
+// Equilibria of the full shell, and the reduced shell that is trained on them.
+#define SW_PHASE_TRAINING 6
 // Number of phases, which grows with them.
-#define SW_PHASE_COUNT 6
+#define SW_PHASE_COUNT 7
 // Places for the phases in SwModelInfo::seconds, for good: there will not be more.
 #define SW_PHASE_CAPACITY 16
 
@@ -2167,7 +2169,18 @@ typedef struct SwCertificate {
   // constraint or wind was not followed there. Above 0.01 the search for it was cut short, and the
   // estimate is rough.
   double remaining;
+  // Factorizations of the full shell's stiffness that it took.
+  uint32_t factorizations;
+  // 0.
+  uint32_t reserved;
+  // Bytes of the full shell's matrix, factor and fields, which the model keeps for the next call.
+  uint64_t bytes;
 } SwCertificate;
+
+// Hears of sw_state_certify_watched after each iteration, on the thread that called it, what it
+// leaves of the force, relative: it ends at 1e-6 or less. Must return SW_PROGRESS_CONTINUE or
+// SW_PROGRESS_CANCEL, as SwProgressFn, and must not destroy the state.
+typedef uint32_t (*SwWatchFn)(void *user, double residual);
 
 // Estimates what a state gets wrong against the full nonlinear shell, under the loads, constraints
 // and frame as they are now, by a few Newton steps of the full shell from the present pose. At rest
@@ -2190,6 +2203,15 @@ typedef struct SwCertificate {
 // SW_ERROR_BUSY.
 SwStatus sw_state_certify(const struct SwState *state,
                           struct SwCertificate *certificate);
+
+// As sw_state_certify, with a callback that hears of each iteration and may cancel: between two
+// calls there is one factorization, or a few where the shell is about to snap. `watch` may be NULL.
+// Errors: as of sw_state_certify, SW_ERROR_CANCELLED, SW_ERROR_INVALID_ARGUMENT for an answer that
+// is neither.
+SwStatus sw_state_certify_watched(const struct SwState *state,
+                                  struct SwCertificate *certificate,
+                                  SwWatchFn watch,
+                                  void *user);
 
 // Goes on by SW_METHOD_WARP, the paper's method, where that is nearer to the full nonlinear shell:
 // where its estimate by sw_state_certify, or what its hard handles miss of their way, is less than

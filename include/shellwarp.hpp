@@ -12,6 +12,7 @@
 #include <memory>
 #include <stdexcept>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 namespace shellwarp {
@@ -489,6 +490,17 @@ public:
   SwCertificate certify() const {
     SwCertificate certificate = detail::initialized<SwCertificate>();
     check(sw_state_certify(get(), &certificate));
+    return certificate;
+  }
+  /* The same; `watch`, called with what an iteration leaves of the force, may stop it by returning false. */
+  template <class Watch>
+  SwCertificate certify(Watch &&watch) const {
+    SwCertificate certificate = detail::initialized<SwCertificate>();
+    using Function = std::remove_reference_t<Watch>;
+    const auto call = [](void *user, double residual) noexcept -> uint32_t {
+      return (*static_cast<Function *>(user))(residual) ? SW_PROGRESS_CONTINUE : SW_PROGRESS_CANCEL;
+    };
+    check(sw_state_certify_watched(get(), &certificate, call, const_cast<void *>(static_cast<const void *>(&watch))));
     return certificate;
   }
   /* Goes on by the paper's warp where that is nearer to it; of the method that goes on, which it names. */

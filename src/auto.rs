@@ -82,7 +82,7 @@ impl Judge {
         for method in methods.iter().filter(|method| model.require(**method).is_ok()) {
             let (mut error, mut operations) = (0.0f64, 0.0f64);
             for (k, trial) in self.trials.iter().enumerate() {
-                callback(Phase::Rotation, k as f64 / self.trials.len() as f64)?;
+                callback(Phase::Training, k as f64 / self.trials.len() as f64)?;
                 let (off, cost) = tried(model, *method, trial)?;
                 (error, operations) = (error.max(off), operations.max(cost));
                 if off == f64::INFINITY {
@@ -148,7 +148,7 @@ fn choose(candidates: &[Candidate], budget: Budget) -> usize {
 
 /// What the full shell does in the scene.
 fn trials(shell: &Arc<Shell>, model: &Model, demand: &Demand, callback: Watch) -> Result<Vec<Trial>> {
-    let mut watch = || callback(Phase::Rotation, 0.0);
+    let mut watch = || callback(Phase::Training, 0.0);
     let mut solver = Solver::new(shell.clone())?;
     let mut trials = trials::accelerations(&mut solver, demand, &mut watch)?;
     let at_rest = vec![Vec3::zeros(); shell.mass.len()];

@@ -6,8 +6,10 @@ use crate::material::{
     touching,
 };
 use crate::mesh::NONE;
+use crate::sparse::{Analyses, BlockMatrix, Symbolic};
 use crate::support::Roller;
 use crate::{Error, ErrorKind, Mesh, Result, Supports, Vec3};
+use faer::sparse::SymbolicSparseColMatRef;
 use std::ops::Deref;
 use std::sync::{Arc, LazyLock};
 
@@ -102,6 +104,8 @@ pub struct Shell {
     pub total_area: f64,
     /// Σ m over all vertices, held ones included.
     pub total_mass: f64,
+    /// Of the stiffness' pattern.
+    pub analyses: Arc<Analyses>,
 }
 
 /// A shell whose mesh is where it hangs at rest.
@@ -187,6 +191,7 @@ impl Shell {
             free,
             total_area,
             total_mass,
+            analyses: Arc::default(),
         })
     }
 
@@ -285,6 +290,7 @@ impl Shell {
             rollers: self.rollers.clone(),
             clamped: self.clamped.clone(),
             free: self.free.clone(),
+            analyses: Arc::default(), // its points are elsewhere, and so may be the order of elimination
             ..*self
         }
     }
@@ -332,6 +338,7 @@ impl Shell {
             held,
             rollers: rollers.into(),
             free,
+            analyses: Arc::default(),
             ..*self
         };
         let part = if self.settled_from.is_some() { part.settled(points(self.unloaded())) } else { part };
@@ -376,6 +383,24 @@ impl Shell {
             let x = &mut field[roller.vertex as usize];
             *x = roller.free * *x;
         }
+    }
+
+    /// The zero matrix of the stiffness' pattern, with room also for elements of these vertices.
+    pub fn matrix(&self, cliques: &[&[u32]]) -> BlockMatrix {
+        BlockMatrix::new(self.mass.len(), &self.free, &mut |join| {
+            self.energy.visit_rest_rows(&mut |(vertices, _)| join(vertices));
+            cliques.iter().for_each(|vertices| join(vertices));
+        })
+        .rolling(&self.rollers, |stiffness| {
+            self.energy.visit_rest_rows(&mut |(vertices, row)| {
+                vertices.iter().zip(row).for_each(|(&v, b)| stiffness[v as usize] += b.norm_squared() / 3.0);
+            })
+        })
+    }
+
+    /// The analysis of that pattern, `lower`, which all share that factorize it.
+    pub fn analysis(&self, lower: SymbolicSparseColMatRef<'_, usize>) -> Result<Arc<Symbolic>> {
+        self.analyses.of(lower, || self.points(&self.free))
     }
 
     /// Where these vertices lie.

@@ -3,15 +3,21 @@
 //!
 //! The caller works with them: items are handed out in shares of about equal work to whoever is free.
 
+use crate::{Error, ErrorKind, Result};
 use rayon::{ThreadPool, ThreadPoolBuilder};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError, RwLock, RwLockReadGuard};
 use std::thread::JoinHandle;
+use std::time::Duration;
 
 /// Nanoseconds of work below which waking another thread costs more than it brings.
 const WORTHWHILE: u64 = 100_000;
 /// Shares per thread, so that unequal threads end together, and the least work in one, against the cost of taking it.
 const SHARES: u64 = 8;
 const LEAST_SHARE: u64 = 10_000;
+
+/// Between two looks at threads that still work.
+const BREATH: Duration = Duration::from_millis(2);
 
 /// False in a bare WebAssembly module, where asking for a thread, or for the process, would trap.
 const HAS_THREADS: bool = !cfg!(all(target_family = "wasm", target_os = "unknown"));
@@ -124,6 +130,74 @@ impl<'a, T, W: Fn(&T) -> u64> Queue<'a, T, W> {
         self.rest = rest;
         taken
     }
+}
+
+/// Asks whether to go on; from the caller's thread, the host.
+pub type GoOn<'a> = &'a mut dyn FnMut() -> Result<()>;
+
+/// What was wrong first, and so ended all.
+#[derive(Default)]
+struct Outcome {
+    failed: AtomicBool,
+    done: AtomicUsize,
+    error: Mutex<Option<Error>>,
+}
+
+impl Outcome {
+    fn fail(&self, error: Error) {
+        if !self.failed.swap(true, Ordering::SeqCst) {
+            *self.error.lock().unwrap_or_else(PoisonError::into_inner) = Some(error);
+        }
+    }
+
+    fn go_on(&self) -> Result<()> {
+        match self.failed.load(Ordering::SeqCst) {
+            true => Err(Error::new(ErrorKind::Cancelled, "other work failed or was cancelled")),
+            false => Ok(()),
+        }
+    }
+}
+
+/// Calls `body` once on every item, long work each, on at most so many threads of its own, each with what `make` makes for it, and
+/// none of the pool's, which steps of other states must find free. `watch` hears on the caller's
+/// thread how many items are done, and may stop all with an error. `body` must not panic.
+pub fn for_each_long<T: Send, W>(
+    items: &mut [T],
+    most: usize,
+    make: impl Fn() -> Result<W> + Sync,
+    body: impl Fn(&mut W, &mut T, GoOn) -> Result<()> + Sync,
+    watch: &mut dyn FnMut(usize) -> Result<()>,
+) -> Result<()> {
+    let (n_items, outcome) = (items.len(), Outcome::default());
+    let queue = Mutex::new(items.iter_mut());
+    let next = || queue.lock().unwrap_or_else(PoisonError::into_inner).next();
+    let work = |go_on: GoOn| -> Result<()> {
+        let mut own = make()?;
+        while let Some(item) = next() {
+            body(&mut own, item, go_on)?;
+            outcome.done.fetch_add(1, Ordering::SeqCst);
+        }
+        Ok(())
+    };
+    let count = THREADS.read().unwrap_or_else(PoisonError::into_inner).count();
+    let workers = count.min(most).min(n_items).max(1) - 1;
+    std::thread::scope(|scope| {
+        for k in 0..workers {
+            let alone = || work(&mut || outcome.go_on()).unwrap_or_else(|error| outcome.fail(error));
+            let spawned = std::thread::Builder::new().name(format!("shellwarp+{}", k + 1)).spawn_scoped(scope, alone);
+            if spawned.is_err() {
+                break; // the others do its work
+            }
+        }
+        let mut hear = || outcome.go_on().and_then(|()| watch(outcome.done.load(Ordering::SeqCst)));
+        let mut worked = work(&mut hear);
+        while worked.is_ok() && outcome.done.load(Ordering::SeqCst) < n_items {
+            std::thread::sleep(BREATH);
+            worked = hear();
+        }
+        worked.unwrap_or_else(|error| outcome.fail(error));
+    });
+    outcome.error.into_inner().unwrap_or_else(PoisonError::into_inner).map_or(Ok(()), Err)
 }
 
 /// Calls `body` once on every item, on several threads where `nanoseconds`, an estimate of an item's work, says that this pays.

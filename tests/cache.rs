@@ -163,7 +163,7 @@ fn two_precomputes_of_the_same_input_save_the_same_bytes() {
         let (one, other) = (make(Precision::F32), make(Precision::F32));
         assert!(one.seconds != other.seconds && one.seconds.iter().any(|seconds| *seconds > 0.0));
         assert!(one.save().unwrap() == other.save().unwrap());
-        assert_eq!(Model::load(&one.save().unwrap()).unwrap().seconds, [0.0; 6]);
+        assert_eq!(Model::load(&one.save().unwrap()).unwrap().seconds, [0.0; shellwarp::modes::PHASES]);
     }
 }
 

@@ -97,6 +97,8 @@ fn estimates_tell_the_true_error_on_beams_a_leaf_and_a_hat() {
                     found.error, found.max_error, found.residual, found.remaining
                 );
                 assert_eq!(found.out_of_range(), found.error > 0.2);
+                println!("  {} factorizations, {} bytes", found.factorizations, found.bytes);
+                assert!(found.factorizations > 0 && found.bytes > 0);
                 // What the header calls rough comes where the hat buckles, and says no more than that it is out of range.
                 if found.remaining > 0.01 {
                     assert!(found.out_of_range() && truth > 0.2, "{name} {method:?}");
@@ -468,4 +470,28 @@ fn a_state_in_motion_falls_back_at_its_pose_and_one_without_estimates_not_at_all
     let u = displacements(&lost);
     assert_eq!(lost.fall_back().unwrap_err().kind, ErrorKind::Numerical);
     assert_eq!((lost.method(), displacements(&lost)), (Method::ReducedShell, u));
+}
+
+#[test]
+fn a_certificate_is_heard_of_at_each_iteration_and_can_be_stopped_there() {
+    let mut state = state(vee(), Method::Warp);
+    state.set_gravity(Vec3::new(0.0, 0.0, -0.5)).unwrap();
+    state.equilibrium().unwrap();
+    let mut heard = vec![];
+    let found = state
+        .certify_watched(&mut |left| {
+            heard.push(left);
+            Ok(())
+        })
+        .unwrap();
+    assert_eq!(found.error, state.certify().unwrap().error, "hearing changes nothing, nor does another certificate");
+    assert!(heard.len() >= found.factorizations, "{} heard, {} factorizations", heard.len(), found.factorizations);
+    let mut calls = 0;
+    let stopped = state.certify_watched(&mut |_| {
+        calls += 1;
+        if calls == 2 { Err(shellwarp::Error::new(ErrorKind::Cancelled, "enough")) } else { Ok(()) }
+    });
+    assert_eq!(stopped.unwrap_err().kind, ErrorKind::Cancelled);
+    assert_eq!(calls, 2);
+    assert_eq!(found.error, state.certify().unwrap().error, "after a stop, too");
 }

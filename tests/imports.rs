@@ -19,6 +19,7 @@ const LADDER: [&str; 36] = [
     "material",
     "energy",
     "support",
+    "sparse",
     "shell",
     "load",
     "constraint",
@@ -29,7 +30,6 @@ const LADDER: [&str; 36] = [
     "proxy",   // a mesh to simulate in another's place
     "warp",
     "precision",
-    "sparse",
     "modes",
     "reference",
     "step", // kernels

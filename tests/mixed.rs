@@ -2,10 +2,10 @@
 
 mod common;
 
-use common::{leaf, mass_error};
+use common::{equilateral_sheet, leaf, mass_error};
 use shellwarp::energy::{Curvature, Mat3};
-use shellwarp::reference::{EquilibriumOptions, Solver};
-use shellwarp::{Shell, Vec3};
+use shellwarp::reference::{EquilibriumOptions, Rayleigh, Solver};
+use shellwarp::{Material, Mesh, Shell, Supports, Vec3};
 use std::sync::Arc;
 
 /// Gravity along `direction` that moves the shell by `aim` sizes to first order.
@@ -82,5 +82,88 @@ fn the_hessian_with_given_stresses_is_the_hessian_where_they_are_the_shape_s_own
     shell.energy.visit_mixed_hessian(&x, &vec![0.0; stress.len()], &mut |(_, blocks)| bare.extend(blocks));
     for (k, ((bare, by_stress), own)) in bare.iter().zip(&both).zip(&own).enumerate() {
         assert!((bare + by_stress - own).amax() <= 1e-13 * scale, "block {k}");
+    }
+}
+
+/// A leaf that falls and swings for two seconds, by frames of 1/30 s: where it ends, the iterations and the factorizations.
+fn swing(shell: &Arc<Shell>, mixed: bool) -> (Vec<Vec3>, usize, usize) {
+    let mut solver = Solver::new(shell.clone()).unwrap();
+    solver.set_mixed(mixed);
+    let still = vec![Vec3::zeros(); shell.mass.len()];
+    let (mut u, mut velocity, mut iterations) = (still.clone(), still, 0);
+    let weight: Vec<Vec3> = shell.mass.iter().map(|m| *m * Vec3::new(3.0, -2.0, -9.0)).collect();
+    for _ in 0..60 {
+        let step =
+            solver.implicit_euler(&mut u, &mut velocity, &weight, Rayleigh { mass: 0.5, stiffness: 0.0 }, 1.0 / 30.0);
+        iterations += step.unwrap().iterations;
+    }
+    (u, iterations, solver.factorizations())
+}
+
+#[test]
+fn steps_by_the_factor_of_an_earlier_tangent_end_where_newton_s_steps_end() {
+    let shell = Arc::new(leaf(1));
+    let (plain, _, _) = swing(&shell, false); // each direction by a factor of its own
+    let (mixed, iterations, factorizations) = swing(&shell, true);
+    // 60 steps to 1e-9 of the forces each.
+    let apart = mass_error(&shell, &mixed, &plain);
+    assert!(apart < 1e-8, "{apart:e}");
+    assert!(3 * factorizations < 2 * iterations, "{factorizations} factorizations for {iterations} iterations");
+}
+
+#[test]
+fn a_search_that_does_not_follow_snaps_ends_at_the_last_shape_before() {
+    let shell = Arc::new(leaf(1));
+    let rest = vec![Vec3::zeros(); shell.mass.len()];
+    let forces = gravity(&shell, [-0.5, -0.5, 0.7], 0.3);
+    let (fallen, _) = equilibrium(&shell, &forces, true);
+    let mut solver = Solver::new(shell.clone()).unwrap();
+    let options = EquilibriumOptions { follow_snaps: false, ..Default::default() };
+    let error = solver.equilibrium(&rest, &forces, &options, &mut |_| Ok(())).unwrap_err();
+    assert_eq!(error.kind, shellwarp::ErrorKind::Numerical, "{error}");
+    // Tries that halve from the whole to a thirtieth of the load, of a few iterations each.
+    assert!(solver.factorizations() < 100, "{}", solver.factorizations());
+    let reached = solver.reached();
+    let size = |u: &[Vec3]| u.iter().map(|u| u.norm()).fold(0.0, f64::max);
+    assert!(size(&reached) > 0.0 && size(&reached) < 0.75 * size(&fallen), "{} of {}", size(&reached), size(&fallen));
+}
+
+/// A flat card of 0.3 x 0.2 m and 0.3 mm, held at its left rim.
+fn card() -> Arc<Shell> {
+    let (positions, triangles) = equilateral_sheet(18, 12, 0.3 / 18.0);
+    let fixed = (0..positions.len() as u32).filter(|&v| positions[v as usize].x < 0.01).collect();
+    let material = Material { k_area: 5e5, k_length: 5e5, k_bend: 4e-3, area_density: 0.25 };
+    let mesh = Mesh::new(positions, &triangles).unwrap();
+    Arc::new(Shell::new(mesh, material, &Supports { fixed, ..Supports::default() }).unwrap())
+}
+
+#[test]
+fn shear_along_the_rim_of_a_card_is_found_or_refused_within_so_many_factorizations() {
+    let shell = card();
+    let far = shell.mesh.positions.iter().map(|x| x.x).fold(0.0, f64::max) - 0.01;
+    let rim: Vec<usize> = (0..shell.mass.len()).filter(|v| shell.mesh.positions[*v].x > far).collect();
+    let rest = vec![Vec3::zeros(); shell.mass.len()];
+    // In its plane, and a thousandth out of it, which tells the card to which side it buckles.
+    for newtons in [0.1, 1.0, 10.0, 100.0] {
+        for aside in [0.0, 1e-3] {
+            let mut forces = rest.clone();
+            rim.iter().for_each(|v| forces[*v] = Vec3::new(0.0, 1.0, aside) * (newtons / rim.len() as f64));
+            let mut solver = Solver::new(shell.clone()).unwrap();
+            let found = solver.equilibrium(&rest, &forces, &EquilibriumOptions::default(), &mut |_| Ok(()));
+            let factorizations = solver.factorizations();
+            println!(
+                "{newtons} N, {aside}: {factorizations} factorizations, {:?}",
+                found.as_ref().map(|found| found.residual)
+            );
+            // Where the tangent is not positive definite an iteration tries more than one.
+            assert!(
+                factorizations <= 2 * EquilibriumOptions::default().max_iterations,
+                "{newtons} N: {factorizations}"
+            );
+            match found {
+                Ok(found) => assert!(found.residual <= 1e-3, "{newtons} N: {:e}", found.residual),
+                Err(error) => assert_eq!(error.kind, shellwarp::ErrorKind::Numerical, "{newtons} N: {error}"),
+            }
+        }
     }
 }

@@ -6,7 +6,8 @@ use common::*;
 use shellwarp::model::{Model, Options};
 use shellwarp::state::{Method, State};
 use shellwarp::step::Integrator;
-use shellwarp::threads::{for_each, set_threads};
+use shellwarp::threads::{for_each, for_each_long, set_threads};
+use shellwarp::{Error, ErrorKind, reduced};
 use shellwarp::{Vec3, threads};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -56,6 +57,50 @@ fn model(name: &str) -> Arc<Model> {
     Arc::new(Model::precompute(Arc::new(reference(name).0), &options, &mut |_, _| Ok(())).unwrap())
 }
 
+/// The saved bytes of a reduced shell that was trained.
+fn trained() -> Vec<u8> {
+    let reduced = reduced::Options { fields: 6, poses: 40, ..Default::default() };
+    let options = Options { modes: 4, reduced, ..Options::default() };
+    Model::precompute(Arc::new(reference("flat_beam").0), &options, &mut |_, _| Ok(())).unwrap().save().unwrap()
+}
+
+/// Long work has threads of its own, so that steps find the pool's free.
+fn long_work_is_done_once_and_heard_of_on_the_calling_thread() {
+    let caller = std::thread::current().id();
+    let run = |failing: usize, most: usize| {
+        let mut items: Vec<(usize, u32)> = (0..50).map(|i| (i, 0)).collect();
+        let mut heard = 0;
+        let outcome = for_each_long(
+            &mut items,
+            most,
+            || Ok(()),
+            |(), (i, visits), go_on| {
+                *visits += 1;
+                std::thread::sleep(Duration::from_millis(1));
+                go_on()?;
+                if *i == failing { Err(Error::new(ErrorKind::Numerical, "that one")) } else { Ok(()) }
+            },
+            &mut |done| {
+                assert_eq!(std::thread::current().id(), caller);
+                assert!(done <= 50);
+                heard += 1;
+                if failing == usize::MAX - 1 && heard == 3 {
+                    return Err(Error::new(ErrorKind::Cancelled, "enough"));
+                }
+                Ok(())
+            },
+        );
+        (outcome.map_err(|error| error.kind), items.into_iter().map(|(_, visits)| visits).collect::<Vec<_>>())
+    };
+    for most in [0, 1, 3, 100] {
+        assert_eq!(run(usize::MAX, most), (Ok(()), vec![1; 50]), "{most}");
+        let (outcome, visits) = run(7, most);
+        assert_eq!(outcome, Err(ErrorKind::Numerical), "{most}");
+        assert!(visits.iter().all(|v| *v <= 1) && visits.contains(&0), "the others were given up: {visits:?}");
+        assert_eq!(run(usize::MAX - 1, most).0, Err(ErrorKind::Cancelled), "{most}");
+    }
+}
+
 #[test]
 fn the_pool_visits_all_once_to_the_same_bits_and_comes_and_goes_as_asked() {
     assert!(set_threads(4));
@@ -78,6 +123,14 @@ fn the_pool_visits_all_once_to_the_same_bits_and_comes_and_goes_as_asked() {
     for count in [2, 3, 8] {
         assert!(set_threads(count));
         assert!(motion(&models) == alone, "{count} threads");
+    }
+
+    long_work_is_done_once_and_heard_of_on_the_calling_thread();
+    assert!(set_threads(1));
+    let alone = trained();
+    for count in [2, 5] {
+        assert!(set_threads(count));
+        assert!(trained() == alone, "trained on {count} threads");
     }
 
     assert!(set_threads(1));

@@ -170,6 +170,7 @@ void print_certificate(const SwCertificate &certificate, const char *unit) {
   row("of the displacement", format("%.2g", certificate.error));
   row("largest", format("%.3g %s", certificate.max_error, unit));
   row("at vertex", count(certificate.vertex));
+  row("factorizations", count(certificate.factorizations));
   if (certificate.remaining > kRoughAbove) row("rough: force left unbalanced", format("%.1e", certificate.remaining));
 }
 

@@ -7,7 +7,7 @@ import { View, turned } from './view.js';
 const element = (id) => document.getElementById(id);
 const JUDGED = 400, OLD = 2000, BRUSH = 0.04, DROPPED_HERTZ = 1.6;      // ms between estimates, and until one is pale; m; of a dropped mesh
 const BALL = 0.13, GIVE = 0.3;                              // radius, m; how far a soft handle gives under the shell's weight, m
-const PHASES = ['masses', 'ordering', 'factorization', 'modes', 'certificate', 'training the reduced shell'];
+const PHASES = ['masses', 'ordering', 'factorization', 'modes', 'certificate', 'modal rotation', 'training the reduced shell'];
 const UPRIGHT = [1, 0, 0, 0, 1, 0, 0, 0, 1];
 const FULL = 'shell-implicit';
 
@@ -472,7 +472,7 @@ class Page {
     const helper = await Helper.made(), busy = (on) => { for (const id of ['progress', 'cancel']) element(id).hidden = !on; element('compute').disabled = on; };
     this.cancel = () => { helper.end(); busy(false); element('phase').textContent = 'cancelled'; };
     helper.told = ({ phase, fraction }) => {
-      element('progress').value = phase < 5 ? 0.15 * (phase + fraction) / 5 : 0.15 + 0.85 * fraction;
+      element('progress').value = phase < 6 ? 0.15 * (phase + fraction) / 6 : 0.15 + 0.85 * fraction;
       element('phase').textContent = PHASES[phase] ?? '';
     };
     element('paint').checked = false;

@@ -1,10 +1,13 @@
 //! What a state gets wrong, and another method for it.
 
+use super::floats::as_the_host;
 use super::method::method_of;
+use super::precompute::answered;
 use super::state::{SwState, reading, switching};
 use super::status::SwStatus;
 use super::structs::{Described, Output, described};
 use crate::state::{Certificate, Method};
+use std::ffi::c_void;
 
 /// How far a state is from the full nonlinear shell, by an estimate. The caller sets struct_size with sw_certificate_init.
 #[repr(C)]
@@ -29,7 +32,17 @@ pub struct SwCertificate {
     /// The same at the better pose that the estimate compares with, or the share by which a hard constraint or wind was not followed
     /// there. Above 0.01 the search for it was cut short, and the estimate is rough.
     pub remaining: f64,
+    /// Factorizations of the full shell's stiffness that it took.
+    pub factorizations: u32,
+    /// 0.
+    pub reserved: u32,
+    /// Bytes of the full shell's matrix, factor and fields, which the model keeps for the next call.
+    pub bytes: u64,
 }
+
+/// Hears of sw_state_certify_watched after each iteration, on the thread that called it, what it leaves of the force, relative: it ends at 1e-6
+/// or less. Must return SW_PROGRESS_CONTINUE or SW_PROGRESS_CANCEL, as SwProgressFn, and must not destroy the state.
+pub type SwWatchFn = Option<unsafe extern "C" fn(user: *mut c_void, residual: f64) -> u32>;
 
 described!(SwCertificate, remaining);
 
@@ -60,11 +73,37 @@ pub unsafe extern "C" fn sw_state_certify(state: *const SwState, certificate: *m
     }
 }
 
+/// As sw_state_certify, with a callback that hears of each iteration and may cancel: between two calls there is one factorization, or a
+/// few where the shell is about to snap. `watch` may be NULL.
+/// Errors: as of sw_state_certify, SW_ERROR_CANCELLED, SW_ERROR_INVALID_ARGUMENT for an answer that is neither.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn sw_state_certify_watched(
+    state: *const SwState,
+    certificate: *mut SwCertificate,
+    watch: SwWatchFn,
+    user: *mut c_void,
+) -> SwStatus {
+    // SAFETY: `reading` refuses NULL; the host passes a live state, and an initialised certificate, whose size is checked.
+    unsafe {
+        reading(state, |state| {
+            let out = Output::checked("certificate", certificate)?;
+            let found = state.certify_watched(&mut |residual| {
+                let Some(watch) = watch else { return Ok(()) };
+                // SAFETY: the host gave this callback with this user pointer.
+                answered(as_the_host(|| watch(user, residual)))
+            })?;
+            out.write(certificate_of(&found, state.method()));
+            Ok(())
+        })
+    }
+}
+
 fn certificate_of(found: &Certificate, method: Method) -> SwCertificate {
     let mut out = SwCertificate::initial();
     out.out_of_range = u32::from(found.out_of_range());
     (out.error, out.max_error, out.vertex) = (found.error, found.max_error, found.vertex as u32);
     (out.method, out.residual, out.remaining) = (method.number(), found.residual, found.remaining);
+    (out.factorizations, out.bytes) = (found.factorizations as u32, found.bytes as u64);
     out
 }
 

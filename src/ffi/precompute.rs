@@ -32,10 +32,12 @@ pub const SW_PHASE_FACTORIZATION: u32 = 2;
 pub const SW_PHASE_MODES: u32 = 3;
 /// Inertia count and residuals.
 pub const SW_PHASE_CERTIFICATE: u32 = 4;
-/// Modal rotations, run-time layout, and the reduced shell.
+/// Modal rotations and run-time layout.
 pub const SW_PHASE_ROTATION: u32 = 5;
+/// Equilibria of the full shell, and the reduced shell that is trained on them.
+pub const SW_PHASE_TRAINING: u32 = 6;
 /// Number of phases, which grows with them.
-pub const SW_PHASE_COUNT: usize = 6;
+pub const SW_PHASE_COUNT: usize = 7;
 /// Places for the phases in SwModelInfo::seconds, for good: there will not be more.
 pub const SW_PHASE_CAPACITY: usize = 16;
 
@@ -318,7 +320,12 @@ fn call_progress(desc: &SwPrecomputeDesc, phase: Phase, fraction: f64) -> crate:
 pub(super) fn tell_progress(progress: SwProgressFn, user: *mut c_void, phase: u32, fraction: f64) -> crate::Result<()> {
     let Some(callback) = progress else { return Ok(()) };
     // SAFETY: the host gave this callback with this user pointer.
-    match as_the_host(|| unsafe { callback(user, phase, fraction) }) {
+    answered(as_the_host(|| unsafe { callback(user, phase, fraction) }))
+}
+
+/// What a callback asked for.
+pub(super) fn answered(answer: u32) -> crate::Result<()> {
+    match answer {
         SW_PROGRESS_CONTINUE => Ok(()),
         SW_PROGRESS_CANCEL => Err(Error::new(ErrorKind::Cancelled, "the progress callback cancelled the work")),
         other => {

@@ -57,7 +57,7 @@ use crate::modes::{PHASES, SpectrumCertificate, SupportFields};
 use crate::real::Real;
 use crate::shell::Make;
 use crate::{Error, ErrorKind, Material, Model, Result, Shell, Supports, Vec3};
-use header::{HEADER, Header};
+use header::{HEADER, Header, SECONDS};
 use sections::Sections;
 use std::sync::Arc;
 use xxhash_rust::xxh3::xxh3_64;
@@ -108,7 +108,7 @@ impl Model {
         let SpectrumCertificate { residual, orthonormality, shift, .. } = *certificate;
         let facts = [residual, orthonormality, shift];
         // No seconds: two precomputes of the same input save the same bytes.
-        constants(&shell.material).iter().chain(&facts).chain(&[0.0; PHASES]).for_each(|x| x.put(&mut out));
+        constants(&shell.material).iter().chain(&facts).chain(&[0.0; SECONDS]).for_each(|x| x.put(&mut out));
         shell.given().iter().flatten().for_each(|x| x.put(&mut out));
         shell.mesh.triangles.iter().flatten().for_each(|v| out.extend(v.to_le_bytes()));
         out.extend((0..shell.held.len()).map(|v| if shell.is_clamped(v) { CLAMPED } else { u8::from(shell.held[v]) }));
@@ -148,7 +148,8 @@ impl Model {
         let [peak_bytes, count, found] = std::array::from_fn(|_| from.word() as usize);
         let material = material(header.energy, std::array::from_fn(|_| from.number()));
         let [residual, orthonormality, shift] = std::array::from_fn(|_| from.number());
-        let seconds: [f64; PHASES] = std::array::from_fn(|_| from.number());
+        let mut seconds = [0.0; PHASES];
+        seconds[..SECONDS].fill_with(|| from.number());
         let sections = sections::split(from.last(header.sections as usize))?;
         let shell = restore_shell(header, &mut from, material, &sections)?;
         let shell = sections::restore_settled(shell, sections.settled)?;

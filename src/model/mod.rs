@@ -103,6 +103,8 @@ impl Model {
         let mut progress = Progress::new(callback);
         let shell = reference::settled(&shell, &mut |share| progress.report(Phase::Assembly, 0.5 * share))?;
         let shell = if options.sag == Vec3::zeros() { shell } else { sagged(&shell, options.sag, &mut progress)? };
+        let analysed = shell.clone();
+        let _kept = analysed.analyses.keep(); // for all that factorize
         let (modes, truncation) = match &options.demand {
             None => (lowest_modes(&shell, options.modes, &mut progress)?, 0.0),
             Some(demand) => {

@@ -19,7 +19,6 @@
 
 use super::{Modes, ScaledStiffness};
 use crate::error::{require_finite, require_non_negative};
-use crate::sparse::Symbolic;
 use crate::warp::ModalRotation;
 use crate::{Error, ErrorKind, Result, Shell, Vec3};
 use faer::Mat;
@@ -454,7 +453,7 @@ impl<'a> Statics<'a> {
 fn tails(shell: &Shell, modes: &Modes, loads: &[Vec<Vec3>]) -> Result<Vec<Vec<Vec3>>> {
     let stiffness = ScaledStiffness::assemble(shell)?;
     let lowest = modes.eigenvalues[modes.zero_modes];
-    let symbolic = Symbolic::analyse(stiffness.lower.symbolic(), &shell.points(&shell.free))?;
+    let symbolic = shell.analysis(stiffness.lower.symbolic())?;
     let singular = || {
         Error::new(ErrorKind::Numerical, "the stiffness is singular: its statics do not tell which modes are needed")
     };

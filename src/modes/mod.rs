@@ -49,12 +49,14 @@ pub enum Phase {
     Modes,
     /// Inertia count and residuals.
     Certificate,
-    /// Modal rotations, run-time layout, and the reduced shell.
+    /// Modal rotations and run-time layout.
     Rotation,
+    /// Equilibria of the full shell, and the reduced shell that is trained on them.
+    Training,
 }
 
 /// Number of [`Phase`]s.
-pub const PHASES: usize = 6;
+pub const PHASES: usize = 7;
 
 /// Told about each phase's start (0), progress and end (1), and seconds spent; may stop the work with an error.
 pub struct Progress<'a> {

@@ -6,7 +6,6 @@
 //! its own answer there, a push is answered as by all modes together.
 
 use super::{MAX_MODES, Modes, ScaledStiffness};
-use crate::sparse::Symbolic;
 use crate::{Error, ErrorKind, Result, Shell, Vec3};
 use faer::Mat;
 use nalgebra::{DMatrix, SymmetricEigen};
@@ -26,7 +25,7 @@ pub fn add_patches(shell: &Shell, modes: Modes, patches: &[u32]) -> Result<Modes
     let pushes = pushes(shell, patches)?;
     let stiffness = ScaledStiffness::assemble(shell)?;
     let n = stiffness.root_mass.len();
-    let symbolic = Symbolic::analyse(stiffness.lower.symbolic(), &shell.points(&shell.free))?;
+    let symbolic = shell.analysis(stiffness.lower.symbolic())?;
     let Some(factor) = symbolic.cholesky(&stiffness.lower)? else {
         return Err(Error::new(ErrorKind::Numerical, "contact_patches: the stiffness is not positive definite"));
     };

@@ -43,7 +43,7 @@ impl Solution {
         let n = shell.n_unknowns();
         let wanted = wanted.min(shell.n_freedoms());
         progress.report(Phase::Ordering, 0.0)?;
-        let symbolic = Symbolic::analyse(stiffness.lower.symbolic(), &shell.points(&shell.free))?;
+        let symbolic = shell.analysis(stiffness.lower.symbolic())?;
         progress.report(Phase::Ordering, 1.0)?;
         let dense = n <= search::dense_limit(wanted);
         let work = if dense { 2 * n * n } else { 2 * n * Plan::of(wanted, n).capacity };

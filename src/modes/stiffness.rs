@@ -4,7 +4,6 @@
 //! mass and stiffness does. K is a sum of outer products over elements of 2 to 4 vertices, so A consists of 3 × 3 blocks.
 
 use crate::energy::Curvature;
-use crate::sparse::BlockMatrix;
 pub use crate::sparse::entries;
 use crate::{Error, ErrorKind, Result, Shell, Vec3};
 use faer::MatMut;
@@ -27,7 +26,7 @@ impl ScaledStiffness {
     /// Assembles A. Fails when an entry is not finite.
     pub fn assemble(shell: &Shell) -> Result<Self> {
         let inverse_root: Vec<f64> = shell.mass.iter().map(|m| 1.0 / m.sqrt()).collect();
-        let mut matrix = BlockMatrix::of(shell);
+        let mut matrix = shell.matrix(&[]);
         let mut finite = true; // at held vertices too, which have no entries
         let scale = |a: u32, b: u32| inverse_root[a as usize] * inverse_root[b as usize];
         if shell.is_stressed() {

@@ -15,7 +15,6 @@
 use super::{MAX_MODES, Modes, ScaledStiffness};
 use crate::energy::Curvature;
 use crate::mesh::UnionFind;
-use crate::sparse::Symbolic;
 use crate::support::turn_between;
 use crate::warp::warp_with_derivative;
 use crate::{Error, ErrorKind, Result, Shell, Vec3, rotation};
@@ -278,7 +277,7 @@ fn answers(shell: &Shell, modes: &Modes, held: &[u32], patterns: &[Vec<Vec3>]) -
     }
     let forces = stiffness_times(shell, &shapes);
     let stiffness = ScaledStiffness::assemble(shell)?;
-    let symbolic = Symbolic::analyse(stiffness.lower.symbolic(), &shell.points(&shell.free))?;
+    let symbolic = shell.analysis(stiffness.lower.symbolic())?;
     let elastic = modes.eigenvalues.get(modes.zero_modes);
     let added = match modes.zero_modes {
         0 => 0.0,

@@ -13,7 +13,6 @@
 
 use crate::energy::Curvature;
 use crate::modes::{ScaledStiffness, symmetric_eigen};
-use crate::sparse::Symbolic;
 use crate::{Error, ErrorKind, Result, Shell, Vec3};
 use faer::Mat;
 use faer::prelude::*;
@@ -56,7 +55,7 @@ pub type Loose<'a> = (&'a [Vec<Vec3>], f64);
 /// A⁻¹ of the mass-scaled stiffness, applied to columns; of a loose shell on what is in balance, inertia taking the rest.
 pub fn solve_rest(shell: &Shell, right: &mut Mat<f64>, (rigid, lowest): Loose) -> Result<()> {
     let stiffness = ScaledStiffness::assemble(shell)?;
-    let symbolic = Symbolic::analyse(stiffness.lower.symbolic(), &shell.points(&shell.free))?;
+    let symbolic = shell.analysis(stiffness.lower.symbolic())?;
     let shift = if rigid.is_empty() { 0.0 } else { SHIFT * lowest };
     let factor = match rigid.is_empty() {
         true => symbolic.cholesky(&stiffness.lower)?,

@@ -42,7 +42,7 @@ impl ReducedShell {
         let modes = elastic.as_ref().unwrap_or(all);
         let searches: f64 = progress.seconds.iter().sum();
         let time = options.seconds.min(options.mode_searches * searches);
-        let mut report = |share: f64| progress.report(Phase::Rotation, share);
+        let mut report = |share: f64| progress.report(Phase::Training, share);
         report(0.0)?;
         let loads = TrainingLoads::new(shell, modes, options, free)?;
         let rigid = &all.shapes[..all.zero_modes];

@@ -1,16 +1,17 @@
 //! What a reduced shell is trained on: loads and the equilibria of the full shell under them, the fields and stress fields that are
 //! made of these, and the membrane's share α that suits them.
 
+mod equilibria;
+
 use super::polynomial::{Gate, PolynomialEnergy};
 use super::{Assumed, Elastic, LEAST_SHARE, Newton, Options, Potential, ReducedEnergy, Stop, basis, sampling, stress};
-use crate::clock::Instant;
 use crate::modes::Modes;
-use crate::reference::{EquilibriumOptions, FreeMotions, Load, Solver};
+use crate::reference::FreeMotions;
 use crate::{Error, ErrorKind, Result, Shell, Vec3};
+pub(super) use equilibria::TrainingPose;
 use faer::Mat;
 use nalgebra::DMatrix;
 use std::borrow::Cow;
-use std::sync::Arc;
 
 /// Training loads that there are: `TrainingLoads::loads`.
 pub const MAX_POSES: usize = 2 * (DISTRIBUTED + 6 * POINTS);
@@ -25,9 +26,6 @@ pub fn default_poses(n_vertices: usize) -> usize {
 /// Of a training that nobody asked for, iterations times vertices to the power 1.5, as which a sparse factorization grows: half a minute on a
 /// processor of 2020.
 const UNASKED: f64 = 8e7;
-
-/// What a pose of a shell that floats counts as, in iterations.
-const OF_A_BALANCE: usize = 8;
 
 /// Iterations of a training that nobody asked for.
 pub fn affordable_iterations(n_vertices: usize) -> usize {
@@ -77,15 +75,6 @@ impl BasisInputs<'_> {
     }
 }
 
-/// An equilibrium of the full shell to train on.
-pub(super) struct TrainingPose {
-    /// The number of its load.
-    pub(super) load: usize,
-    /// Whether all of the load is balanced, or the part that was before the search grew long.
-    pub(super) whole: bool,
-    pub(super) displacement: Vec<Vec3>,
-}
-
 /// The loads that fields and samples are chosen for.
 pub(super) struct TrainingLoads {
     /// Strength of gravity.
@@ -103,18 +92,6 @@ const PULL: f64 = 0.05;
 const POINTS: usize = 3;
 /// Loads on all of the shell, before those at points.
 const DISTRIBUTED: usize = 8;
-/// Fields are compressed to far less than this tolerance. Most equilibria take 5 to 20 iterations, those of a shell that buckles some 100s.
-/// They are worth it (a leaf under its own weight), but take most of the time on large meshes: there the last shape before has to do.
-/// Where the shell snaps, fields for the shape before that are wanted, not for the one that it falls to.
-const TRAINING: EquilibriumOptions =
-    EquilibriumOptions { tolerance: 1e-5, first_increment: 0.5, max_iterations: 400, follow_snaps: false };
-/// Iterations times vertices, at most, but no less than [`LEAST_ITERATIONS`].
-const ITERATED: usize = 800_000;
-const LEAST_ITERATIONS: usize = 100;
-/// Of a load, what an equilibrium of a shell that moves freely may leave.
-const BALANCED: f64 = 1e-4;
-/// Poses that are nearer than this, in model sizes, are the same.
-const SAME: f64 = 1e-6;
 /// Elements that the poses are found with, at most.
 const POSE_ELEMENTS: usize = 6000;
 /// When a search for them ends; and one from the shape that is to be found.
@@ -244,71 +221,6 @@ impl TrainingLoads {
         loads
     }
 
-    /// Equilibria of the full shell under at most `count` loads, or under a part of those that are not found whole; those that are not found
-    /// within the `time`, and so many iterations, are left out.
-    pub(super) fn train(
-        &self,
-        shell: &Arc<Shell>,
-        (count, time, mut left): (usize, f64, usize),
-        watch: &mut dyn FnMut(f64) -> Result<()>,
-    ) -> Result<Vec<TrainingPose>> {
-        let mut found: Vec<TrainingPose> = vec![];
-        if count == 0 || time == 0.0 || left == 0 {
-            return Ok(found);
-        }
-        let started = Instant::now();
-        let in_time = |left: usize| match left > 0 && started.elapsed().as_secs_f64() < time {
-            true => Ok(()),
-            false => Err(Error::new(ErrorKind::Numerical, "no time is left")),
-        };
-        let mut solver = Solver::new(shell.clone())?;
-        let loads = self.loads(shell);
-        let full_strength = loads.len() / 2;
-        let wanted = count.min(loads.len());
-        let max_iterations = (ITERATED / shell.mass.len()).clamp(LEAST_ITERATIONS, TRAINING.max_iterations);
-        for first in 0..full_strength {
-            let mut pose = vec![Vec3::zeros(); shell.mass.len()];
-            // From half a load to the whole, where the half is wanted, and in quarters of it at first.
-            let halves = first + full_strength < wanted;
-            let first_increment = if halves { 0.5 } else { 0.25 };
-            let training = EquilibriumOptions { first_increment, max_iterations, ..TRAINING };
-            for k in [first + full_strength, first].into_iter().filter(|k| *k < wanted) {
-                let share = found.len() as f64 / wanted as f64;
-                watch(share)?;
-                if in_time(left).is_err() {
-                    return Ok(found);
-                }
-                if self.free.is_some() {
-                    left = left.saturating_sub(OF_A_BALANCE);
-                    let Some(displacement) = balanced(&mut solver, &pose, &loads[k], max_iterations)? else { break };
-                    pose.clone_from(&displacement);
-                    found.push(TrainingPose { load: k, whole: true, displacement });
-                    continue;
-                }
-                let watch = &mut |_| {
-                    left = left.saturating_sub(1);
-                    watch(share).and_then(|()| in_time(left))
-                };
-                let whole = match solver.equilibrium(&pose, &loads[k], &training, watch) {
-                    Ok(_) => true,
-                    Err(error) if error.kind == ErrorKind::Numerical => false,
-                    Err(error) => return Err(error),
-                };
-                let displacement = solver.reached();
-                let way = displacement.iter().zip(&pose).map(|(u, last)| (u - last).norm()).fold(0.0, f64::max);
-                if way <= SAME * shell.mesh.size {
-                    break;
-                }
-                pose.clone_from(&displacement);
-                found.push(TrainingPose { load: k, whole, displacement });
-                if !whole {
-                    break;
-                }
-            }
-        }
-        Ok(found)
-    }
-
     /// α, of [`MEMBRANE_SHARES`]: that with which fields and stress fields of pulls alone come nearest to the equilibria under gravity and
     /// pressure, which they only nearly hold. Where bending carries the loads the membrane locks unless its share is least; where the
     /// membrane does, as in a closed trouser leg, stress fields alone are soft. The least where there are too few equilibria to tell.
@@ -425,26 +337,6 @@ impl TrainingLoads {
 
 fn added(a: &[Vec3], b: &[Vec3]) -> Vec<Vec3> {
     a.iter().zip(b).map(|(a, b)| a + b).collect()
-}
-
-/// From displacements `start` to where a shell that moves freely balances what of a load does not set it in motion, turned to nearest to rest;
-/// none where none is found.
-fn balanced(solver: &mut Solver, start: &[Vec3], load: &[Vec3], solves: usize) -> Result<Option<Vec<Vec3>>> {
-    let shell = solver.shell().clone();
-    let moving = load.iter().map(|f| f.norm_squared()).sum::<f64>().sqrt();
-    let under = Load { at: &|_| load.to_vec(), follows: false, held: 0.0, moving, still: true };
-    let found = match solver.correct(start, &under, solves) {
-        Ok(found) => found,
-        Err(error) if error.kind == ErrorKind::Numerical => return Ok(None),
-        Err(error) => return Err(error),
-    };
-    if !(found.force[1] <= BALANCED && found.short == 0.0) {
-        return Ok(None);
-    }
-    let rest = &shell.mesh.positions;
-    let mut x = added(&added(rest, start), &found.way);
-    FreeMotions::new(&shell, std::iter::empty(), &x).align(&shell, &mut x, rest);
-    Ok(Some(x.iter().zip(rest).map(|(x, rest)| x - rest).collect()))
 }
 
 fn norm_squared(q: &[f64]) -> f64 {

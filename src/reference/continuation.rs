@@ -98,10 +98,10 @@ pub(super) fn step(
     constraints: &mut Constraints,
     potential: &Potential,
     x: &mut [Vec3],
-    stop: Stop,
+    (stop, watch): (Stop, &mut dyn FnMut(f64) -> Result<()>),
 ) -> Result<Convergence> {
     if constraints.is_empty() {
-        return minimize(newton, constraints, potential, x, stop, &mut |_| Ok(()));
+        return minimize(newton, constraints, potential, x, stop, watch);
     }
     let whole = constraints.share_within(FURTHEST * potential.shell.mesh.size);
     let (mut done, mut increment, mut iterations) = (0.0, whole, 0);
@@ -109,7 +109,7 @@ pub(super) fn step(
     let brief = Stop { max_iterations: stop.max_iterations.min(TRY_ITERATIONS), ..stop };
     while increment >= SMALLEST_INCREMENT * whole && iterations < ALL_ITERATIONS {
         constraints.set_share(whole.min(done + increment));
-        match minimize(newton, constraints, potential, x, brief, &mut |_| Ok(())) {
+        match minimize(newton, constraints, potential, x, brief, watch) {
             Ok(end) if end.converged => {
                 iterations += end.iterations;
                 (done, increment) = (whole.min(done + increment), 2.0 * increment);
@@ -133,7 +133,7 @@ pub(super) fn step(
             constraints.set_torques(torques);
             end
         }
-        None => minimize(newton, constraints, potential, x, stop, &mut |_| Ok(()))?,
+        None => minimize(newton, constraints, potential, x, stop, watch)?,
     };
     Ok(Convergence { iterations: iterations + end.iterations, ..end })
 }

@@ -48,18 +48,28 @@ pub struct Correction {
     pub force: [f64; 2],
     /// The share of their way that constraints were not led, or of the whole that the last round still went.
     pub short: f64,
+    /// Factorizations that it took.
+    pub factorizations: usize,
 }
 
 impl Solver {
     /// Newton steps from the displacements `start` (n_vertices) toward the equilibrium under a load and the constraints of
     /// [`Solver::set_constraints`], at most `solves` in a round, more where constraints have a way to go. A load that follows the shape is taken
-    /// anew until this settles. What moves freely stays where it is, by mass, as in `free_motion`.
-    pub fn correct(&mut self, start: &[Vec3], load: &Load, solves: usize) -> Result<Correction> {
+    /// anew until this settles. What moves freely stays where it is, by mass, as in `free_motion`. `watch` hears what each iterate leaves of the
+    /// force, relative, and may stop the work with an error.
+    pub fn correct(
+        &mut self,
+        start: &[Vec3],
+        load: &Load,
+        solves: usize,
+        watch: &mut dyn FnMut(f64) -> Result<()>,
+    ) -> Result<Correction> {
         self.check_fields(&[("start", start)])?;
+        let earlier = self.factorizations();
         self.place(start);
         let first = self.x.clone();
         let shell = self.shell.clone();
-        let mut found = Correction { way: vec![], force: [0.0; 2], short: 0.0 };
+        let mut found = Correction { way: vec![], force: [0.0; 2], short: 0.0, factorizations: 0 };
         for round in 0..ROUNDS {
             let rest = &shell.mesh.positions;
             let displacement: Vec<Vec3> = self.x.iter().zip(rest).map(|(x, rest)| x - rest).collect();
@@ -73,7 +83,7 @@ impl Solver {
             }
             free.balance(&shell, &self.x, &mut forces);
             self.constraints.pin(&free.pins(&self.x), &self.x);
-            let [from, to] = self.approach((&forces, scale), solves, load.still.then_some(&first))?;
+            let [from, to] = self.approach((&forces, scale), (solves, watch), load.still.then_some(&first))?;
             free.align(&shell, &mut self.x, &first);
             found.force = [if round == 0 { from } else { found.force[0] }, to];
             let gone = mass_norm(&shell, |v| self.x[v] - before[v]);
@@ -89,6 +99,7 @@ impl Solver {
                 break;
             }
         }
+        found.factorizations = self.factorizations() - earlier;
         found.way = self.x.iter().zip(&first).map(|(x, first)| x - first).collect();
         Ok(found)
     }
@@ -98,7 +109,7 @@ impl Solver {
     fn approach(
         &mut self,
         (forces, scale): (&[Vec3], f64),
-        solves: usize,
+        (solves, watch): (usize, &mut dyn FnMut(f64) -> Result<()>),
         from: Option<&Vec<Vec3>>,
     ) -> Result<[f64; 2]> {
         self.origin.copy_from_slice(&self.x);
@@ -114,11 +125,11 @@ impl Solver {
         let before = left(constraints, x, force) / scale;
         for _ in 0..=FALLS {
             let (after, scale) = if constraints.is_away(x) {
-                continuation::step(newton, constraints, &plain, x, stop)?;
+                continuation::step(newton, constraints, &plain, x, (stop, watch))?;
                 let held = left(&Constraints::none(), x, force);
                 (left(constraints, x, force), libm::hypot(scale, held))
             } else {
-                let end = newton.minimize(&Potential { constraints, ..plain }, x, stop, &mut |_| Ok(()))?;
+                let end = newton.minimize(&Potential { constraints, ..plain }, x, stop, watch)?;
                 let ahead = if end.converged { None } else { newton.return_to_mark(x) };
                 (ahead.unwrap_or(end.residual * scale), scale)
             };

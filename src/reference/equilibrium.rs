@@ -27,6 +27,11 @@ const SMALLEST_INCREMENT: f64 = 1e-4;
 /// Up to this share of the load, an increment that takes too many iterations is not halved: the shell is on its way down.
 const SNAPPING: f64 = 0.3;
 
+/// A search that ends further from where its first step leads than that step is long has leapt over a snap; and the shortest increment before
+/// one. The shape within a thirtieth of the load before a snap is nearly the last one.
+const LEAP: f64 = 1.0;
+const SHORTEST_ALONG: f64 = 0.03;
+
 /// Rounding of the coordinates leaves 1e-6 of the load on shells that hang together; more means that one flies away.
 const WORST_RESIDUAL: f64 = 1e-3;
 
@@ -40,7 +45,7 @@ pub struct EquilibriumOptions {
     pub first_increment: f64,
     /// Newton iterations at most, of all increments.
     pub max_iterations: usize,
-    /// Whether to go on downhill where the shell snaps, or to halve the increment until the shape before that is found.
+    /// Whether to go on downhill where the shell snaps, or to fail there, with the last shape before that as what was reached.
     pub follow_snaps: bool,
 }
 
@@ -101,7 +106,12 @@ impl Solver {
         let mut path = LoadPath::new(self, forces, options);
         path.advance_at_once(self, forces, options, watch)?;
         while path.done < 1.0 {
-            if let Err(error) = path.advance(self, forces, options, watch) {
+            let along = !options.follow_snaps && self.newton.is_mixed() && self.constraints.is_empty();
+            let advanced = match along {
+                true => path.advance_along(self, forces, options, watch),
+                false => path.advance(self, forces, options, watch),
+            };
+            if let Err(error) = advanced {
                 self.x.copy_from_slice(&path.balanced);
                 return Err(error);
             }
@@ -210,10 +220,57 @@ impl LoadPath {
             heard
         })?;
         self.iterations = iterations;
-        if let Some(end) = found.filter(|end| end.residual <= WORST_RESIDUAL) {
+        let along = options.follow_snaps || newton.is_foreseen(&potential, (origin, x), LEAP);
+        if let Some(end) = found.filter(|end| along && end.residual <= WORST_RESIDUAL) {
             (self.done, self.residual, self.increments) = (1.0, end.residual, 1);
         }
+        if self.done == 0.0 {
+            x.copy_from_slice(&self.balanced);
+        }
         Ok(())
+    }
+
+    /// Solves for one more increment by steps that stay stable and lead about where the first one foresees, or halves it: where the
+    /// shell snaps, the last shape before that is found.
+    fn advance_along(
+        &mut self,
+        solver: &mut Solver,
+        forces: &[Vec3],
+        options: &EquilibriumOptions,
+        watch: &mut dyn FnMut(EquilibriumProgress) -> Result<()>,
+    ) -> Result<()> {
+        let load = if self.done + 1.01 * self.increment >= 1.0 { 1.0 } else { self.done + self.increment };
+        solver.origin.copy_from_slice(&solver.x);
+        let shares = self.first.iter().zip(forces).map(|(first, last)| first.lerp(last, load));
+        solver.force.iter_mut().zip(shares).for_each(|(f, share)| *f = share);
+        let tolerance = if load < 1.0 { LOOSE_TOLERANCE.max(options.tolerance) } else { options.tolerance };
+        let stop = Stop { tolerance, scale: self.scale, max_iterations: options.max_iterations };
+        let Solver { shell, newton, origin, x, force, points, .. } = solver;
+        let (constraints, points) = (&Constraints::none(), Solver::points(points));
+        let potential = Potential { shell, origin, load: force, step: None, constraints, points };
+        let (mut iterations, mut residual) = (self.iterations, 0.0);
+        let found = newton.minimize_mixed(&potential, x, (stop, Unstable::Stop), &mut |left| {
+            residual = left;
+            let heard = watch(EquilibriumProgress { load, iterations, residual });
+            iterations += 1;
+            heard
+        })?;
+        self.iterations = iterations;
+        if let Some(end) = found.filter(|end| end.residual <= WORST_RESIDUAL)
+            && newton.is_foreseen(&potential, (origin, x), LEAP)
+        {
+            (self.done, self.residual) = (load, end.residual);
+            self.increments += 1;
+            self.increment *= 2.0;
+            self.balanced.copy_from_slice(x);
+            return Ok(());
+        }
+        x.copy_from_slice(&self.balanced);
+        self.increment = 0.5 * (load - self.done);
+        if self.increment >= SHORTEST_ALONG && self.iterations < options.max_iterations {
+            return Ok(());
+        }
+        Err(self.failure(load, residual))
     }
 
     /// Solves for one more increment, or halves it.
@@ -244,14 +301,17 @@ impl LoadPath {
         if self.increment >= SMALLEST_INCREMENT && self.iterations < options.max_iterations {
             return Ok(());
         }
+        Err(self.failure(load, outcome.residual))
+    }
+
+    fn failure(&self, load: f64, residual: f64) -> Error {
         let message = format!(
-            "no equilibrium: after {} iterations {:.2} % of the load are balanced; at {:.2} % the residual is {:.2e} of the load",
+            "no equilibrium: after {} iterations {:.2} % of the load are balanced; at {:.2} % the residual is {residual:.2e} of the load",
             self.iterations,
             100.0 * self.done,
             100.0 * load,
-            outcome.residual
         );
-        Err(Error::new(ErrorKind::Numerical, message))
+        Error::new(ErrorKind::Numerical, message)
     }
 
     /// From `solver.x` to the equilibrium under a share of the load.

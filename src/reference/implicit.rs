@@ -51,7 +51,7 @@ impl Solver {
             x.copy_from_slice(origin);
         }
         let stop = Stop { tolerance: TOLERANCE, scale, max_iterations: MAX_ITERATIONS };
-        let end = continuation::step(newton, constraints, &potential, x, stop)?;
+        let end = continuation::step(newton, constraints, &potential, x, (stop, &mut |_| Ok(())))?;
         if !end.converged {
             let (n, r) = (end.iterations, end.residual);
             let message =

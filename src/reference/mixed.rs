@@ -31,6 +31,20 @@ const RISE: f64 = 5.0;
 const FALL: f64 = 0.3;
 const LEAST: f64 = 1e-3;
 
+/// The force is this part of what it was where the factor was made, at most, where that is tried again, for so many products: the next step then
+/// hardly turns the elements, and about as many products cost as much as a factorization.
+const NEAR: f64 = 0.1;
+const PRODUCTS: usize = 8;
+
+/// An equilibrium to better than the first has a tangent that is positive definite where the force is this part of the load. One that moves in
+/// time needs none, as what is unstable then takes its time.
+const LOOSE: f64 = 1e-5;
+const TELLING: f64 = 1e-2;
+
+/// Of the force, what a solution by an earlier factor may leave: little enough for the step after it to end the search, and no less than this.
+const SOLVED: f64 = 1e-2;
+const LEAST_SOLVED: f64 = 1e-6;
+
 /// What to do where the tangent is not positive definite.
 #[derive(Clone, Copy, PartialEq)]
 pub enum Unstable {
@@ -38,6 +52,19 @@ pub enum Unstable {
     Stop,
     /// Go on with τM.
     Shift,
+}
+
+/// What a direction is to be found with.
+#[derive(Clone, Copy)]
+struct Tangent<'a> {
+    /// σ.
+    stress: &'a [f64],
+    /// ‖∇Φ‖.
+    force: f64,
+    /// Of that, what the direction may leave.
+    enough: f64,
+    /// Whether the factor of an earlier tangent may do.
+    near: bool,
 }
 
 /// τ, and the first.
@@ -58,6 +85,8 @@ impl Newton {
         watch: &mut dyn FnMut(f64) -> Result<()>,
     ) -> Result<Option<Convergence>> {
         let from = potential.value(x).0;
+        self.made_at = None;
+        self.foreseen.clear();
         self.lowest.copy_from_slice(x);
         let mut stress = std::mem::take(&mut self.stress);
         let found = self.mixed_steps(potential, x, (stop, unstable), (from, &mut stress), watch);
@@ -102,8 +131,13 @@ impl Newton {
                 }
             }
             last = force;
-            if self.factorizations >= most || !self.mixed_direction(potential, x, stress, (&mut shift, unstable))? {
+            let enough = (0.1 * stop.tolerance * stop.scale / force).clamp(LEAST_SOLVED, SOLVED);
+            let tangent = Tangent { stress, force, enough, near: self.is_factor_near(potential, force, stop) };
+            if self.factorizations >= most || !self.mixed_direction(potential, x, tangent, (&mut shift, unstable))? {
                 break;
+            }
+            if iterations == 0 {
+                self.foresee_end(potential, x);
             }
             stable = shift.tau == 0.0;
             shift.tau = if shift.tau > LEAST * shift.first { FALL * shift.tau } else { 0.0 };
@@ -115,12 +149,27 @@ impl Newton {
         Ok(None)
     }
 
+    /// Whether the tangent has hardly changed since its last factorization, and that spoke for the stability of where the search will end.
+    fn is_factor_near(&self, potential: &Potential, force: f64, stop: Stop) -> bool {
+        let Some(made_at) = self.made_at else { return false };
+        let telling = potential.step.is_some() || stop.tolerance >= LOOSE || made_at <= TELLING * stop.scale;
+        self.reusing && telling && force <= NEAR * made_at
+    }
+
+    /// Takes down where Δ leads from `x`.
+    fn foresee_end(&mut self, potential: &Potential, x: &[Vec3]) {
+        let mut foreseen = std::mem::take(&mut self.foreseen);
+        foreseen.extend_from_slice(x);
+        potential.free().enumerate().for_each(|(i, v)| foreseen[v] += self.along(i));
+        self.foreseen = foreseen;
+    }
+
     /// Finds Δ, with τM as it is or as much more as makes the tangent positive definite; false where it does not come to be.
     fn mixed_direction(
         &mut self,
         potential: &Potential,
         x: &[Vec3],
-        stress: &[f64],
+        Tangent { stress, force, enough, near }: Tangent,
         (shift, unstable): (&mut Shift, Unstable),
     ) -> Result<bool> {
         let shell = potential.shell;
@@ -133,7 +182,11 @@ impl Newton {
             if self.matrix.require_finite().is_err() {
                 return Ok(false);
             }
+            if shift.tau == 0.0 && near && self.solve_by_factor(potential, enough, PRODUCTS)? {
+                return Ok(true);
+            }
             if self.solve(potential)?.is_some() {
+                self.made_at = (shift.tau == 0.0).then_some(force);
                 return Ok(true);
             }
             if unstable == Unstable::Stop {
@@ -143,9 +196,9 @@ impl Newton {
                 shift.tau *= RISE;
                 continue;
             }
-            let mut force = vec![Vec3::zeros(); x.len()];
-            potential.mixed_gradient(x, stress, &mut force);
-            let squared: f64 = potential.free().map(|v| force[v].norm_squared() / shell.mass[v]).sum();
+            let mut forces = vec![Vec3::zeros(); x.len()];
+            potential.mixed_gradient(x, stress, &mut forces);
+            let squared: f64 = potential.free().map(|v| forces[v].norm_squared() / shell.mass[v]).sum();
             let tau = (squared / shell.total_mass).sqrt() / (SHIFTED * shell.mesh.size);
             *shift = Shift { tau, first: tau };
         }

@@ -87,6 +87,11 @@ impl Solver {
         self.newton.set_mixed(mixed);
     }
 
+    /// Whether directions near a search's end may be found by the factor of an earlier tangent, as they are unless told otherwise.
+    pub fn set_reusing(&mut self, reusing: bool) {
+        self.newton.reusing = reusing;
+    }
+
     /// Factorizations since it was made.
     pub fn factorizations(&self) -> usize {
         self.newton.factorizations

@@ -8,6 +8,7 @@
 //! makes many small steps. But the next Newton step takes the stretch out again. So steps may raise Φ a few times in a row as
 //! long as Φ then falls below where it was (the watchdog of Chamberlain et al. 1982); if not, back to there and search.
 
+mod conjugate;
 mod stability;
 
 use super::free_norm;
@@ -18,7 +19,9 @@ use crate::energy::Curvature;
 use crate::mesh::NONE;
 use crate::sparse::{BlockMatrix, Factor, Symbolic};
 use crate::{Error, ErrorKind, Result, Shell, Vec3};
+use conjugate::Conjugate;
 use faer::MatMut;
+use std::sync::Arc;
 
 /// Sufficient decrease of Φ, as a share of the slope's promise (Armijo).
 const DECREASE: f64 = 1e-4;
@@ -57,7 +60,7 @@ pub struct Convergence {
 /// The sparse solver and scratch.
 pub struct Newton {
     pub(super) matrix: BlockMatrix,
-    symbolic: Symbolic,
+    symbolic: Arc<Symbolic>,
     factor: Factor,
     /// ∇Φ (n_vertices).
     pub(super) gradient: Vec<Vec3>,
@@ -79,6 +82,13 @@ pub struct Newton {
     mixed: bool,
     /// Factorizations so far.
     pub(super) factorizations: usize,
+    /// ‖∇Φ‖ where the factor was made, if it is that of a tangent of the present search.
+    pub(super) made_at: Option<f64>,
+    /// Where the first step of the last search with the stress as an unknown would have gone (n_vertices).
+    pub(super) foreseen: Vec<Vec3>,
+    conjugate: Conjugate,
+    /// Whether that may be solved by.
+    pub(super) reusing: bool,
 }
 
 /// The last iterate that Φ fell to, and how far it is left behind.
@@ -101,8 +111,9 @@ impl Newton {
     /// Bytes of the matrix, its factor and the fields.
     pub fn bytes(&self) -> usize {
         let entries = self.matrix.lower.val().len() * (size_of::<f64>() + size_of::<usize>());
-        let fields = (self.gradient.len() + self.trial.len() + self.lowest.len()) * size_of::<Vec3>()
-            + self.direction.len() * size_of::<f64>();
+        let fields = (self.gradient.len() + self.trial.len() + self.lowest.len() + self.foreseen.len())
+            * size_of::<Vec3>()
+            + (self.direction.len() + self.conjugate.len()) * size_of::<f64>();
         entries + fields + self.symbolic.factor_bytes()
     }
 
@@ -113,8 +124,11 @@ impl Newton {
 
     /// Analyses the pattern once; constraints couple the vertices of `cliques` besides.
     pub fn new(shell: &Shell, cliques: &[&[u32]]) -> Result<Self> {
-        let matrix = BlockMatrix::with(shell, cliques);
-        let symbolic = Symbolic::analyse(matrix.lower.symbolic(), &shell.points(&shell.free))?;
+        let matrix = shell.matrix(cliques);
+        let symbolic = match cliques {
+            [] => shell.analysis(matrix.lower.symbolic())?,
+            _ => Arc::new(Symbolic::analyse(matrix.lower.symbolic(), &shell.points(&shell.free))?),
+        };
         let factor = symbolic.factor()?;
         let zeros = vec![Vec3::zeros(); shell.mass.len()];
         let direction = vec![0.0; shell.n_unknowns()];
@@ -151,6 +165,10 @@ impl Newton {
             lowest,
             mixed: true,
             factorizations: 0,
+            made_at: None,
+            foreseen: vec![],
+            conjugate: Conjugate::default(),
+            reusing: true,
         })
     }
 
@@ -300,6 +318,7 @@ impl Newton {
     pub(super) fn solve(&mut self, potential: &Potential) -> Result<Option<f64>> {
         self.matrix.require_finite()?;
         self.factorizations += 1;
+        self.made_at = None;
         if !self.symbolic.refactorize(&self.matrix.lower, &mut self.factor)? {
             return Ok(None);
         }

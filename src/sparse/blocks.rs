@@ -2,9 +2,12 @@
 
 use crate::mesh::NONE;
 use crate::support::Roller;
-use crate::{Error, ErrorKind, Result, Shell};
+use crate::{Error, ErrorKind, Result};
 use faer::sparse::{SparseColMat, SymbolicSparseColMat};
 use nalgebra::Matrix3;
+
+/// Hands the vertices of each element to what it is given.
+pub type VisitElements<'a> = dyn FnMut(&mut dyn FnMut(&[u32])) + 'a;
 
 /// For each free vertex, the free vertices not before it that share an element with it; the first is itself.
 struct BlockPattern {
@@ -17,10 +20,9 @@ impl BlockPattern {
         &self.rows[self.start[j]..self.start[j + 1]]
     }
 
-    fn of(shell: &Shell, index: &[u32], cliques: &[&[u32]]) -> Self {
-        let n = shell.free.len();
+    fn of(n: usize, index: &[u32], visit: &mut VisitElements) -> Self {
         let mut columns: Vec<Vec<u32>> = (0..n as u32).map(|j| vec![j]).collect();
-        let mut join = |vertices: &[u32]| {
+        visit(&mut |vertices| {
             for &v in vertices {
                 for &w in vertices {
                     let (j, i) = (index[v as usize], index[w as usize]);
@@ -29,9 +31,7 @@ impl BlockPattern {
                     }
                 }
             }
-        };
-        shell.energy.visit_rest_rows(&mut |(vertices, _)| join(vertices));
-        cliques.iter().for_each(|vertices| join(vertices));
+        });
         let mut start = vec![0];
         let mut rows = Vec::new();
         for column in &mut columns {
@@ -85,20 +85,32 @@ pub struct BlockMatrix {
 }
 
 impl BlockMatrix {
-    /// The zero matrix.
-    pub fn of(shell: &Shell) -> Self {
-        Self::with(shell, &[])
-    }
-
-    /// The zero matrix with room also for elements of these vertices.
-    pub fn with(shell: &Shell, cliques: &[&[u32]]) -> Self {
-        let mut index = vec![NONE; shell.mass.len()];
-        shell.free.iter().enumerate().for_each(|(i, &v)| index[v as usize] = i as u32);
-        let pattern = BlockPattern::of(shell, &index, cliques);
+    /// The zero matrix over the `free` of so many vertices, with room for the elements whose vertices `visit` hands out.
+    pub fn new(n_vertices: usize, free: &[u32], visit: &mut VisitElements) -> Self {
+        let mut index = vec![NONE; n_vertices];
+        free.iter().enumerate().for_each(|(i, &v)| index[v as usize] = i as u32);
+        let pattern = BlockPattern::of(free.len(), &index, visit);
         let scalar = pattern.scalar_pattern();
         let values = vec![0.0; scalar.row_idx().len()];
-        let (rollers, roller_at) = rollers_of(shell, &index);
-        Self { lower: SparseColMat::new(scalar, values), pattern, index, rollers, roller_at }
+        let lower = SparseColMat::new(scalar, values);
+        Self { lower, pattern, index, rollers: vec![], roller_at: vec![] }
+    }
+
+    /// The same where these rollers hold free vertices; `add_stiffness` adds the mean diagonal entry of the rest stiffness at each vertex
+    /// (n_vertices), and is asked where there are any.
+    pub fn rolling(mut self, rollers: &[Roller], add_stiffness: impl FnOnce(&mut [f64])) -> Self {
+        if rollers.is_empty() {
+            return self;
+        }
+        let mut stiffness = vec![0.0; self.index.len()];
+        add_stiffness(&mut stiffness);
+        self.roller_at = vec![NONE; self.lower.ncols() / 3];
+        for (k, roller) in rollers.iter().enumerate() {
+            self.roller_at[self.index[roller.vertex as usize] as usize] = k as u32;
+            let own = stiffness[roller.vertex as usize];
+            self.rollers.push((*roller, if own > 0.0 { own } else { 1.0 }));
+        }
+        self
     }
 
     /// Back to zero.
@@ -164,6 +176,23 @@ impl BlockMatrix {
         first.iter().map(|&k| self.lower.val()[k])
     }
 
+    /// `product` ← the matrix times `x` (n_unknowns).
+    pub fn times(&self, x: &[f64], product: &mut [f64]) {
+        let (pattern, values) = (self.lower.symbolic(), self.lower.val());
+        product.fill(0.0);
+        for j in 0..x.len() {
+            // Its column begins with the diagonal.
+            let column = pattern.col_ptr()[j]..pattern.col_ptr()[j + 1];
+            let (rows, values) = (&pattern.row_idx()[column.clone()], &values[column]);
+            let mut sum = values[0] * x[j];
+            for (i, value) in rows[1..].iter().zip(&values[1..]) {
+                product[*i] += value * x[j];
+                sum += value * x[*i];
+            }
+            product[j] += sum;
+        }
+    }
+
     /// Fails with the first entry that is not finite.
     pub fn require_finite(&self) -> Result<()> {
         let Some(bad) = self.lower.val().iter().find(|v| !v.is_finite()) else {
@@ -172,24 +201,6 @@ impl BlockMatrix {
         let message = format!("the stiffness matrix has the entry {bad:?}: stiffness, density or size out of range");
         Err(Error::new(ErrorKind::Numerical, message))
     }
-}
-
-/// The shell's rollers with the mean diagonal entry of the rest stiffness at each, and where they are by free index.
-fn rollers_of(shell: &Shell, index: &[u32]) -> (Vec<(Roller, f64)>, Vec<u32>) {
-    if shell.rollers.is_empty() {
-        return Default::default();
-    }
-    let mut stiffness = vec![0.0; index.len()];
-    shell.energy.visit_rest_rows(&mut |(vertices, row)| {
-        vertices.iter().zip(row).for_each(|(&v, b)| stiffness[v as usize] += b.norm_squared() / 3.0);
-    });
-    let mut at = vec![NONE; shell.free.len()];
-    let rollers = shell.rollers.iter().enumerate().map(|(k, roller)| {
-        at[index[roller.vertex as usize] as usize] = k as u32;
-        let own = stiffness[roller.vertex as usize];
-        (*roller, if own > 0.0 { own } else { 1.0 })
-    });
-    (rollers.collect(), at)
 }
 
 /// (row, column, value) of every stored entry.

@@ -22,7 +22,7 @@ fn out_of_memory(what: &str) -> Error {
 }
 
 /// From this many vertices on nested dissection is tried too; below it takes longer than it saves.
-const DISSECTED: usize = 20_000;
+const DISSECTED: usize = 5_000;
 
 /// Fill-reducing ordering (approximate minimum degree, or nested dissection where that is less work) and elimination structure of
 /// a lower-triangular pattern.

@@ -1,8 +1,10 @@
 //! Sparse symmetric matrices of 3 × 3 blocks over the free vertices of a shell, and their factorizations.
 
+mod analysis;
 mod blocks;
 mod factor;
 mod ordering;
 
-pub use blocks::{BlockMatrix, entries};
+pub use analysis::{Analyses, Kept};
+pub use blocks::{BlockMatrix, VisitElements, entries};
 pub use factor::{Cholesky, Factor, Symbolic};

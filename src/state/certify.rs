@@ -63,6 +63,10 @@ pub struct Certificate {
     pub residual: f64,
     /// The same where the steps ended.
     pub remaining: f64,
+    /// Factorizations of the full shell's stiffness that it took.
+    pub factorizations: usize,
+    /// Bytes of the full shell's matrix, factor and fields, which the model keeps.
+    pub bytes: usize,
 }
 
 /// With where the steps led (n_vertices, frame axes).
@@ -79,16 +83,21 @@ impl State {
     /// Estimates what the state gets wrong under the loads that are set now; zeros for a nonlinear shell. Takes a few
     /// factorizations of the full shell's stiffness.
     pub fn certify(&self) -> Result<Certificate> {
+        self.certify_watched(&mut |_| Ok(()))
+    }
+
+    /// The same, where `watch` hears of each iteration what is left of the force, relative, and may stop the work with an error.
+    pub fn certify_watched(&self, watch: &mut dyn FnMut(f64) -> Result<()>) -> Result<Certificate> {
         Feature::NonlinearShell.require()?;
         self.refuse_moving_rest("a certificate")?;
         if self.motion.is_full_shell() {
             return Ok(Certificate::default());
         }
-        self.estimate().map(|(certificate, _)| certificate)
+        self.estimate(watch).map(|(certificate, _)| certificate)
     }
 
     /// As [`State::certify`], of a method that is not a nonlinear shell's.
-    fn estimate(&self) -> Estimate {
+    fn estimate(&self, watch: &mut dyn FnMut(f64) -> Result<()>) -> Estimate {
         let shell = &self.model.shell;
         let mut judges = self.contacts.clone();
         let judging = self.judging_points(&mut judges, None);
@@ -116,12 +125,13 @@ impl State {
                 let still = self.is_still(&u, &rate, &inertia, libm::hypot(moving, reactions));
                 let load = Load { at: &at, follows: self.loads.needs_motion(), held: reactions, moving, still };
                 let (mut found, mut joined) = (None, judging);
-                let mut end = vec![];
+                let (mut end, mut factorizations) = (vec![], 0);
                 for _ in 0..TOUCHES {
                     solver.join(joined.take());
-                    let corrected = solver.correct(&u, &load, SOLVES);
+                    let corrected = solver.correct(&u, &load, SOLVES, watch);
                     solver.join(None); // others use it next
                     let corrected = corrected?;
+                    factorizations += corrected.factorizations;
                     end =
                         shell.mesh.positions.iter().zip(&u).zip(&corrected.way).map(|((x, u), d)| x + u + d).collect();
                     found = Some(corrected);
@@ -132,7 +142,8 @@ impl State {
                 }
                 let Some(found) = found else { unreachable!("there is a first time") };
                 let ([residual, left], errors) = (found.force, self.errors_of(&found.way, &end));
-                let certificate = Certificate { residual, remaining: left.max(found.short), ..errors };
+                let (remaining, bytes) = (left.max(found.short), solver.bytes());
+                let certificate = Certificate { residual, remaining, factorizations, bytes, ..errors };
                 let Certificate { error, max_error, residual, remaining, .. } = certificate;
                 match [error, max_error, residual, remaining].iter().all(|x| x.is_finite()) {
                     true => Ok((certificate, end)),
@@ -198,7 +209,7 @@ impl State {
             Ok(warp) => warp,
             Err(_) => return self.certify(),
         };
-        let (own, other) = (self.estimate(), warp.estimate());
+        let (own, other) = (self.estimate(&mut |_| Ok(())), warp.estimate(&mut |_| Ok(())));
         let led = self.constraints().any(|(c, _)| c.compliance == 0.0);
         let known = match &own {
             _ if !self.is_standing() => None,
@@ -249,8 +260,10 @@ impl State {
     /// The errors against the pose `end`; the rest as of the estimate.
     fn against(&self, end: &[Vec3], estimate: &Estimate) -> Certificate {
         let way: Vec<Vec3> = end.iter().zip(self.in_frame()).map(|(end, x)| end - x).collect();
-        let (residual, remaining) = estimate.as_ref().map_or((1.0, 1.0), |(c, _)| (c.residual, c.remaining));
-        Certificate { residual, remaining, ..self.errors_of(&way, end) }
+        let untold = Certificate { residual: 1.0, remaining: 1.0, ..Certificate::default() };
+        let known = estimate.as_ref().map_or(untold, |(certificate, _)| *certificate);
+        let Certificate { error, max_error, vertex, .. } = self.errors_of(&way, end);
+        Certificate { error, max_error, vertex, ..known }
     }
 
     /// Positions (n_vertices, frame axes).

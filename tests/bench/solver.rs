@@ -2,7 +2,9 @@
 //!
 //! Each search is made by the energy alone and with the stress as an unknown, over the forces of the lists in `front/scenes.rs`.
 //!
-//! usage: solver [--docs FILE] [SHELL ...]
+//! And of steps of 1/30 s of shells that fall from rest and swing, with a factor for each direction and with earlier ones.
+//!
+//! usage: solver [--docs FILE] [steps | SHELL ...]
 #![allow(missing_docs)]
 
 #[path = "../common/mod.rs"]
@@ -12,10 +14,11 @@ mod docs;
 #[allow(dead_code)] // the front's own
 mod scenes;
 
-use common::mass_error;
+use common::{equilateral_sheet, leaf, mass_error, mesh};
 use scenes::{Action, Scene};
-use shellwarp::reference::{EquilibriumOptions, Solver};
-use shellwarp::{Shell, Vec3};
+use shellwarp::reference::{EquilibriumOptions, Rayleigh, Solver};
+use shellwarp::{Material, Mesh, Shell, Supports, Vec3};
+use std::sync::Arc;
 use std::time::Instant;
 
 /// Largest displacements to first order, in model sizes.
@@ -63,9 +66,79 @@ fn forces(scene: &Scene, solver: &mut Solver) -> Vec<Vec<Vec3>> {
     list
 }
 
+/// Iterations, factorizations, seconds and where it is after `frames` steps of 1/30 s from rest under `gravity`.
+fn swing(shell: &Arc<Shell>, (gravity, frames): (f64, usize), reusing: bool) -> ([f64; 3], Vec<Vec3>) {
+    let mut solver = Solver::new(shell.clone()).unwrap();
+    solver.set_reusing(reusing);
+    let still = vec![Vec3::zeros(); shell.mass.len()];
+    let (mut u, mut velocity, mut iterations) = (still.clone(), still, 0);
+    let direction = Vec3::new(0.3, -0.2, -1.0);
+    let weight: Vec<Vec3> = shell.mass.iter().map(|m| direction * (m * gravity)).collect();
+    let damping = Rayleigh { mass: 0.5, stiffness: 0.0 };
+    let started = Instant::now();
+    for _ in 0..frames {
+        iterations += solver.implicit_euler(&mut u, &mut velocity, &weight, damping, 1.0 / 30.0).unwrap().iterations;
+    }
+    let per_frame = [iterations as f64, solver.factorizations() as f64, started.elapsed().as_secs_f64()];
+    (per_frame.map(|x| x / frames as f64), u)
+}
+
+fn frames() -> String {
+    let mut table = format!(
+        "Steps of 1/30 s from rest under 9.8 m/s²; `make bench-solver` on {} (load {}). With a factor for each direction → with earlier ones. \
+         Apart: where they end, relative, by mass.\n\n\
+         | shell | vertices | steps | iterations a step | factorizations | ms | apart |\n|---|---|---|---|---|---|---|\n",
+        docs::machine(),
+        docs::load()
+    );
+    let shells = [
+        ("leaf", leaf(1), 60),
+        ("leaf", leaf(2), 30),
+        ("leaf", leaf(4), 6),
+        ("dinosaur", dinosaur(), 6),
+        ("sheet", sheet(), 6),
+    ];
+    for (name, shell, frames) in shells {
+        let shell = Arc::new(shell);
+        let ([a, b, c], plain) = swing(&shell, (9.8, frames), false);
+        let ([_, d, e], reused) = swing(&shell, (9.8, frames), true);
+        let row = format!(
+            "| {name} | {} | {frames} | {a:.1} | {b:.1} → {d:.1} | {:.0} → {:.0} | {:.0e} |\n",
+            shell.mass.len(),
+            1e3 * c,
+            1e3 * e,
+            mass_error(&shell, &reused, &plain)
+        );
+        print!("{row}");
+        table += &row;
+    }
+    table
+}
+
+/// That of tests/scenes/dinosaur.toml.
+fn dinosaur() -> Shell {
+    let mesh = mesh("dinosaur.obj");
+    let material = Material { k_area: 1e6, k_length: 1e6, k_bend: 1e4, area_density: 0.5 };
+    let fixed = (0..mesh.positions.len() as u32).filter(|&v| mesh.positions[v as usize].y < 0.02).collect();
+    Shell::new(mesh, material, &Supports { fixed, ..Supports::default() }).unwrap()
+}
+
+/// A metre of cloth held along one side.
+fn sheet() -> Shell {
+    let (positions, triangles) = equilateral_sheet(116, 116, 1.0 / 116.0);
+    let fixed = (0..positions.len() as u32).filter(|&v| positions[v as usize].x < 0.02).collect();
+    let material = Material { k_area: 1e3, k_length: 1e3, k_bend: 1e-3, area_density: 0.2 };
+    Shell::new(Mesh::new(positions, &triangles).unwrap(), material, &Supports { fixed, ..Supports::default() }).unwrap()
+}
+
 fn main() {
     let mut arguments: Vec<String> = std::env::args().skip(1).collect();
     let docs = arguments.iter().position(|a| a == "--docs").map(|i| arguments.drain(i..i + 2).nth(1).expect("a file"));
+    if arguments.iter().any(|a| a == "steps") {
+        let table = frames();
+        docs.iter().for_each(|file| docs::put_section(file, "steps", &table).unwrap());
+        return;
+    }
     let mut table = format!(
         "From rest to 1e-8 of the load, forces that move the shell by 0.1, 0.3 and 1 of its size to first order; `make bench-solver` on {} \
          (load {}). By the energy alone → with the stress as an unknown. Elsewhere: ends that differ by more than {APART}, and where the \
@@ -110,5 +183,8 @@ fn main() {
     }
     if let Some(file) = docs {
         docs::put_section(&file, "solver", &table).unwrap();
+        docs::put_section(&file, "steps", &frames()).unwrap();
+    } else if arguments.is_empty() {
+        frames();
     }
 }

@@ -1,7 +1,7 @@
 //! What the training of a reduced shell costs beside the modes, over the number of vertices up to the dinosaur's 13,117, and what it
 //! gains under a gravity that no field was trained on.
 //!
-//! usage: training [--docs FILE]
+//! usage: training [--docs FILE] [VERTICES ...]
 #![allow(missing_docs)]
 
 #[path = "../common/mod.rs"]
@@ -40,7 +40,7 @@ fn precompute(shell: &Arc<Shell>, poses: usize) -> (Arc<Model>, Seconds) {
         seconds.0[part] += last.elapsed().as_secs_f64();
         last = Instant::now();
         let ends = [0.0, 0.1, 0.5, 0.7];
-        part = if phase == Phase::Rotation { 1 + ends[1..].iter().filter(|end| share >= **end).count() } else { 0 };
+        part = if phase == Phase::Training { 1 + ends[1..].iter().filter(|end| share >= **end).count() } else { 0 };
         Ok(())
     });
     seconds.0[part] += last.elapsed().as_secs_f64();
@@ -89,7 +89,8 @@ fn main() {
     let oblique = Vec3::new(0.35, -0.6, -0.72).normalize();
     let mut shells: Vec<(&str, Arc<Shell>)> = [1, 2, 3, 4].map(|fine| ("leaf", Arc::new(leaf(fine)))).to_vec();
     shells.push(("dinosaur", Arc::new(dinosaur())));
-    for (name, shell) in &shells {
+    let only: Vec<usize> = arguments.iter().filter_map(|a| a.parse().ok()).collect();
+    for (name, shell) in shells.iter().filter(|(_, shell)| only.is_empty() || only.contains(&shell.mass.len())) {
         let poses = reduced::default_poses(shell.mass.len());
         let (model, seconds) = precompute(shell, poses);
         let exact = fifth(&model, oblique);

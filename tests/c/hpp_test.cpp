@@ -278,6 +278,16 @@ void a_state_tells_its_error_falls_back_and_goes_on_by_other_methods() {
   state.set_gravity(0, 0, -2);
   state.equilibrium();
   const SwCertificate linear = state.certify();
+  CHECK(linear.factorizations > 0 && linear.bytes > 0);
+  int heard = 0;
+  const SwCertificate watched = state.certify([&](double residual) { return residual >= 0 && ++heard; });
+  CHECK(watched.error == linear.error && heard > static_cast<int>(linear.factorizations) / 2);
+  try {
+    state.certify([](double) { return false; });
+    CHECK(!"cancelled");
+  } catch (const shellwarp::Error &error) {
+    CHECK(error.status() == SW_ERROR_CANCELLED);
+  }
   CHECK(linear.method == SW_METHOD_LMA && linear.error > 0.02);
   const SwCertificate found = state.fall_back();
   CHECK(found.method == SW_METHOD_WARP && found.error < linear.error);

@@ -1251,7 +1251,11 @@ static void progress_visits_every_phase(void) {
   const Strip strip = make_strip();
   SwModel *model = strip_model(&strip);
   Poll poll = {0, UINT32_MAX, 0, 0, 0, NULL, SW_OK};
-  OK(precompute_polling(model, &poll));
+  SwPrecomputeDesc desc;
+  sw_precompute_desc_init(&desc);
+  desc.modes = 4, desc.reduced_fields = 2, desc.reduced_poses = 2;
+  desc.progress = on_progress, desc.progress_user = &poll;
+  OK(sw_model_precompute(model, &desc));
   CHECK(poll.phases_seen == (1u << SW_PHASE_COUNT) - 1);
   CHECK(!poll.bad_fraction);
   sw_model_destroy(model);

@@ -62,7 +62,8 @@ SW_PHASE_FACTORIZATION = 2
 SW_PHASE_MODES = 3
 SW_PHASE_CERTIFICATE = 4
 SW_PHASE_ROTATION = 5
-SW_PHASE_COUNT = 6
+SW_PHASE_TRAINING = 6
+SW_PHASE_COUNT = 7
 SW_PHASE_CAPACITY = 16
 SW_PRECISION_F32 = 1
 SW_PRECISION_F64 = 2
@@ -150,6 +151,7 @@ class SwCollider(Structure):
 
 SwLogFn = CFUNCTYPE(None, c_void_p, c_uint32, c_char_p)
 SwProgressFn = CFUNCTYPE(c_uint32, c_void_p, c_uint32, c_double)
+SwWatchFn = CFUNCTYPE(c_uint32, c_void_p, c_double)
 
 
 class SwDiagnostic(Structure):
@@ -595,6 +597,9 @@ class SwCertificate(Structure):
         ("method", c_uint32),
         ("residual", c_double),
         ("remaining", c_double),
+        ("factorizations", c_uint32),
+        ("reserved", c_uint32),
+        ("bytes", c_uint64),
     ]
 
 
@@ -684,6 +689,7 @@ FUNCTIONS = {
     "sw_state_plan": (c_uint32, [POINTER(SwState), c_double, POINTER(SwPlanPart), c_uint32, c_uint32, c_void_p]),
     "sw_state_plan_text": (c_uint32, [POINTER(SwState), c_double, c_char_p, c_uint64, c_void_p]),
     "sw_state_certify": (c_uint32, [POINTER(SwState), POINTER(SwCertificate)]),
+    "sw_state_certify_watched": (c_uint32, [POINTER(SwState), POINTER(SwCertificate), SwWatchFn, c_void_p]),
     "sw_state_fall_back": (c_uint32, [POINTER(SwState), POINTER(SwCertificate)]),
     "sw_state_set_method": (c_uint32, [POINTER(SwState), c_uint32]),
 }

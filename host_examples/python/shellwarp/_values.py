@@ -2,6 +2,7 @@
 
 import operator
 
+from . import _abi
 from .errors import InvalidArgumentError
 
 
@@ -27,3 +28,17 @@ def as_dict(struct):
     """The fields of a report as a dict, arrays as tuples; struct_size and reserved ones left out."""
     values = {name: getattr(struct, name) for name, *_ in struct._fields_ if name not in ("struct_size", "reserved")}
     return {name: value if isinstance(value, (int, float)) else tuple(value) for name, value in values.items()}
+
+
+def guarded(call, raised):
+    """A callback that never raises into C: what is raised is kept, and stops the work."""
+    def callback(_user, *told):
+        if raised:
+            return _abi.SW_PROGRESS_CANCEL
+        try:
+            go_on = call(*told) is not False
+        except BaseException as error:  # a KeyboardInterrupt as well: it is raised again outside
+            raised.append(error)
+            return _abi.SW_PROGRESS_CANCEL
+        return _abi.SW_PROGRESS_CONTINUE if go_on else _abi.SW_PROGRESS_CANCEL
+    return callback

@@ -9,7 +9,7 @@ from numpy.typing import DTypeLike
 from . import _abi, _arrays, _library
 from ._handle import Handle
 from ._types import Array, Buffer, Report
-from ._values import as_dict, choice, uint32
+from ._values import as_dict, choice, guarded, uint32
 from .errors import CancelledError, UnsupportedError
 from .mesh import Shell
 from .method import DEFAULT, methods
@@ -19,7 +19,8 @@ PRECISIONS = {"f32": _abi.SW_PRECISION_F32, "f64": _abi.SW_PRECISION_F64, "i16":
 SHAPES = {"displacement": _abi.SW_SHAPE_DISPLACEMENT, "rotation": _abi.SW_SHAPE_ROTATION}
 PHASES = {_abi.SW_PHASE_ASSEMBLY: "assembly", _abi.SW_PHASE_ORDERING: "ordering",
           _abi.SW_PHASE_FACTORIZATION: "factorization", _abi.SW_PHASE_MODES: "modes",
-          _abi.SW_PHASE_CERTIFICATE: "certificate", _abi.SW_PHASE_ROTATION: "rotation"}
+          _abi.SW_PHASE_CERTIFICATE: "certificate", _abi.SW_PHASE_ROTATION: "rotation",
+          _abi.SW_PHASE_TRAINING: "training"}
 
 
 class Model(Handle):
@@ -94,7 +95,7 @@ class Model(Handle):
         desc.support_fields = uint32(support_fields, "support_fields")
         raised = []
         if progress is not None:
-            desc.progress = _abi.SwProgressFn(_guarded(progress, raised))
+            desc.progress = _abi.SwProgressFn(guarded(lambda phase, fraction: progress(PHASES.get(phase, str(phase)), fraction), raised))
         try:
             self._call("sw_model_precompute", byref(desc))
         except CancelledError:
@@ -165,17 +166,3 @@ class Model(Handle):
     def state(self, method: str = DEFAULT, integrator: str = "implicit-euler", deterministic: bool = False) -> State:
         """A new State at rest; a deterministic one gives the same bits on every processor, on one saved model."""
         return State(self, method, integrator, deterministic)
-
-
-def _guarded(progress, raised):
-    """A callback that never raises into C: what is raised is kept, and stops the precompute."""
-    def callback(_user, phase, fraction):
-        if raised:
-            return _abi.SW_PROGRESS_CANCEL
-        try:
-            go_on = progress(PHASES.get(phase, str(phase)), fraction) is not False
-        except BaseException as error:  # a KeyboardInterrupt as well: it is raised again outside
-            raised.append(error)
-            return _abi.SW_PROGRESS_CANCEL
-        return _abi.SW_PROGRESS_CONTINUE if go_on else _abi.SW_PROGRESS_CANCEL
-    return callback

@@ -1,7 +1,7 @@
 """A moving shell."""
 
 from ctypes import POINTER, byref, c_double, c_uint32, c_uint64, create_string_buffer, sizeof
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
@@ -11,10 +11,10 @@ from numpy.typing import ArrayLike, DTypeLike
 from . import _abi, _arrays, _library
 from ._handle import Handle
 from ._types import Array, Buffer, Report
-from ._values import as_dict, choice, uint32
+from ._values import as_dict, choice, guarded, uint32
 from .binding import Binding
 from .collider import Collider
-from .errors import InvalidArgumentError
+from .errors import CancelledError, InvalidArgumentError
 from .method import DEFAULT, methods
 
 if TYPE_CHECKING:
@@ -341,10 +341,21 @@ class State(Handle):
         self._call("sw_state_report", byref(report))
         return as_dict(report)
 
-    def certify(self) -> Report:
-        """How far it is from the full nonlinear shell, by an estimate: SwCertificate as a dict."""
+    def certify(self, watch: Callable[[float], bool | None] | None = None) -> Report:
+        """How far it is from the full nonlinear shell, by an estimate: SwCertificate as a dict. `watch(residual)` is called after each iteration with
+        what it leaves of the force; it may return False to stop, which raises CancelledError."""
         certificate = _library.initialised(_abi.SwCertificate)
-        self._call("sw_state_certify", byref(certificate))
+        if watch is None:
+            self._call("sw_state_certify", byref(certificate))
+            return as_dict(certificate)
+        raised = []
+        callback = _abi.SwWatchFn(guarded(watch, raised))
+        try:
+            self._call("sw_state_certify_watched", byref(certificate), callback, None)
+        except CancelledError:
+            if raised:
+                raise raised[0] from None
+            raise
         return as_dict(certificate)
 
     def fall_back(self) -> Report:

@@ -528,6 +528,23 @@ class Running(unittest.TestCase):
         self.assertEqual([linear["method"], found["method"]], [sw.abi.SW_METHOD_LMA, sw.abi.SW_METHOD_WARP])
         self.assertLess(found["error"], linear["error"])
 
+    def test_a_certificate_is_heard_of_and_can_be_stopped(self):
+        made = model()
+        made.precompute(modes=4)
+        state = made.state("warp")
+        state.set_gravity((0, 0, -2))
+        state.equilibrium()
+        heard = []
+        found = state.certify(heard.append)
+        self.assertEqual(found, state.certify())
+        self.assertGreater(found["factorizations"], 0)
+        self.assertGreater(len(heard), 1)
+        self.assertLessEqual(heard[-1], 1e-6)
+        with self.assertRaises(sw.CancelledError):
+            state.certify(lambda residual: False)
+        with self.assertRaises(ZeroDivisionError):
+            state.certify(lambda residual: 1 / 0)
+
     def test_a_tolerance_leaves_out_modes_and_static_corrections_stand_for_those_of_handles(self):
         counts = []
         for speed in (0, 0.1):

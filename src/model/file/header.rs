@@ -8,7 +8,6 @@ use crate::energy::{DISCRETE_SHELLS, KOITER};
 use crate::error::invalid;
 use crate::limits::MAX_MODES;
 use crate::material::Elasticity;
-use crate::modes::PHASES;
 use crate::precision::Precision;
 
 const MAGIC: [u8; 4] = *b"SWMD";
@@ -20,7 +19,9 @@ pub(super) const HEADER: usize = 40;
 pub const FRONT: usize = HEADER + 8;
 /// In the word of the precision.
 const WITHOUT_TURNS: u32 = 0x100;
-const FACTS: usize = 8 * (3 + 7 + PHASES);
+const FACTS: usize = 8 * (3 + 7 + SECONDS);
+/// Room for seconds, of the phases that there were first.
+pub const SECONDS: usize = 6;
 
 /// Sizes and kinds at the front.
 #[derive(Clone, Copy)]

@@ -60,7 +60,7 @@ pub struct Reduced {
 }
 
 /// Names of SW_PHASE_....
-pub const PHASES: [&str; 6] = ["assembly", "ordering", "factorization", "modes", "certificate", "rotation"];
+pub const PHASES: [&str; 7] = ["assembly", "ordering", "factorization", "modes", "certificate", "rotation", "training"];
 
 const SHEET: Material = Material { area: 1e4, length: 1e4, bend: 1.0, density: 1.0 };
 
