@@ -118,11 +118,21 @@ impl Symbolic {
 
     /// X ← A⁻¹X for all columns at once, with A's factor.
     pub fn solve_in_place(&self, factor: &Factor, x: MatMut<'_, f64>) -> Result<()> {
-        let scratch = self.inner.solve_in_place_scratch::<f64>(x.ncols(), PAR);
-        let mut buffer = MemBuffer::try_new(scratch).map_err(|_| out_of_memory("triangular solve"))?;
-        let factor = LltRef::new(&self.inner, &factor.values);
-        factor.solve_in_place_with_conj(Conj::No, x, PAR, MemStack::new(&mut buffer));
+        let mut room = self.solving_room(x.ncols())?;
+        self.solve_in_room(factor, x, &mut room);
         Ok(())
+    }
+
+    /// Room for solutions of so many columns.
+    pub fn solving_room(&self, columns: usize) -> Result<SolvingRoom> {
+        let scratch = self.inner.solve_in_place_scratch::<f64>(columns, PAR);
+        MemBuffer::try_new(scratch).map(SolvingRoom).map_err(|_| out_of_memory("triangular solve"))
+    }
+
+    /// As [`Symbolic::solve_in_place`], without allocating.
+    pub fn solve_in_room(&self, factor: &Factor, x: MatMut<'_, f64>, room: &mut SolvingRoom) {
+        let factor = LltRef::new(&self.inner, &factor.values);
+        factor.solve_in_place_with_conj(Conj::No, x, PAR, MemStack::new(&mut room.0));
     }
 
     /// The number of negative eigenvalues of A by Sylvester's law of inertia: A = LBLᵀ with Bunch–Kaufman pivoting inside
@@ -194,6 +204,9 @@ fn negative_pivots(n: usize, diagonal: impl Fn(usize) -> f64, below: impl Fn(usi
     }
     Some(negative)
 }
+
+/// Scratch of solutions.
+pub struct SolvingRoom(MemBuffer);
 
 /// The values of a Cholesky factor, to be filled again and again.
 pub struct Factor {

@@ -7,4 +7,4 @@ mod ordering;
 
 pub use analysis::{Analyses, Kept};
 pub use blocks::{BlockMatrix, VisitElements, entries};
-pub use factor::{Cholesky, Factor, Symbolic};
+pub use factor::{Cholesky, Factor, SolvingRoom, Symbolic};

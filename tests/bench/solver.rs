@@ -66,21 +66,47 @@ fn forces(scene: &Scene, solver: &mut Solver) -> Vec<Vec<Vec3>> {
     list
 }
 
-/// Iterations, factorizations, seconds and where it is after `frames` steps of 1/30 s from rest under `gravity`.
-fn swing(shell: &Arc<Shell>, (gravity, frames): (f64, usize), reusing: bool) -> ([f64; 3], Vec<Vec3>) {
-    let mut solver = Solver::new(shell.clone()).unwrap();
-    solver.set_reusing(reusing);
-    let still = vec![Vec3::zeros(); shell.mass.len()];
-    let (mut u, mut velocity, mut iterations) = (still.clone(), still, 0);
+/// A shell that falls from rest and swings.
+struct Swing {
+    solver: Solver,
+    u: Vec<Vec3>,
+    velocity: Vec<Vec3>,
+    iterations: usize,
+    seconds: f64,
+}
+
+impl Swing {
+    fn new(shell: &Arc<Shell>, reusing: bool) -> Self {
+        let mut solver = Solver::new(shell.clone()).unwrap();
+        solver.set_reusing(reusing);
+        let still = vec![Vec3::zeros(); shell.mass.len()];
+        Self { solver, u: still.clone(), velocity: still, iterations: 0, seconds: 0.0 }
+    }
+
+    fn step(&mut self, weight: &[Vec3]) {
+        let damping = Rayleigh { mass: 0.5, stiffness: 0.0 };
+        let started = Instant::now();
+        let step = self.solver.implicit_euler(&mut self.u, &mut self.velocity, weight, damping, 1.0 / 30.0);
+        self.iterations += step.unwrap().iterations;
+        self.seconds += started.elapsed().as_secs_f64();
+    }
+
+    /// Iterations, factorizations and seconds.
+    fn per_frame(&self, frames: usize) -> [f64; 3] {
+        [self.iterations as f64, self.solver.factorizations() as f64, self.seconds].map(|x| x / frames as f64)
+    }
+}
+
+/// `frames` steps of 1/30 s from rest under gravity, with a factor for each direction and with earlier ones. They take turns, so that
+/// other work on the machine slows both.
+fn swing(shell: &Arc<Shell>, (gravity, frames): (f64, usize)) -> [Swing; 2] {
     let direction = Vec3::new(0.3, -0.2, -1.0);
     let weight: Vec<Vec3> = shell.mass.iter().map(|m| direction * (m * gravity)).collect();
-    let damping = Rayleigh { mass: 0.5, stiffness: 0.0 };
-    let started = Instant::now();
+    let mut swings = [false, true].map(|reusing| Swing::new(shell, reusing));
     for _ in 0..frames {
-        iterations += solver.implicit_euler(&mut u, &mut velocity, &weight, damping, 1.0 / 30.0).unwrap().iterations;
+        swings.iter_mut().for_each(|swing| swing.step(&weight));
     }
-    let per_frame = [iterations as f64, solver.factorizations() as f64, started.elapsed().as_secs_f64()];
-    (per_frame.map(|x| x / frames as f64), u)
+    swings
 }
 
 fn frames() -> String {
@@ -100,14 +126,14 @@ fn frames() -> String {
     ];
     for (name, shell, frames) in shells {
         let shell = Arc::new(shell);
-        let ([a, b, c], plain) = swing(&shell, (9.8, frames), false);
-        let ([_, d, e], reused) = swing(&shell, (9.8, frames), true);
+        let swings = swing(&shell, (9.8, frames));
+        let [[a, b, c], [_, d, e]] = [0, 1].map(|k: usize| swings[k].per_frame(frames));
         let row = format!(
             "| {name} | {} | {frames} | {a:.1} | {b:.1} → {d:.1} | {:.0} → {:.0} | {:.0e} |\n",
             shell.mass.len(),
             1e3 * c,
             1e3 * e,
-            mass_error(&shell, &reused, &plain)
+            mass_error(&shell, &swings[1].u, &swings[0].u)
         );
         print!("{row}");
         table += &row;

@@ -8,6 +8,10 @@ use crate::reference::potential::Potential;
 use crate::{Result, Vec3};
 use faer::MatMut;
 
+/// A search that is slower than this part of an even pace, by the logarithm of what is left, is given up. A product costs as much as an eighth
+/// of a factorization, and most that are too slow are so from the first one on.
+const SLOWEST: f64 = 0.5;
+
 /// Scratch (n_unknowns each): what is left of −∇Φ, what was found of Δ, the way there and the matrix times that.
 #[derive(Default)]
 pub(super) struct Conjugate {
@@ -25,8 +29,8 @@ impl Conjugate {
 }
 
 impl Newton {
-    /// Finds Δ to ‖∇Φ + HΔ‖ ≤ `tolerance` ‖∇Φ‖ in at most so many products with the matrix H; false where it takes more, or H turns out not to be
-    /// positive definite.
+    /// Finds Δ to ‖∇Φ + HΔ‖ ≤ `tolerance` ‖∇Φ‖ in at most so many products with the matrix H; false where it would take more, or H turns out
+    /// not to be positive definite.
     pub(in crate::reference) fn solve_by_factor(
         &mut self,
         potential: &Potential,
@@ -41,12 +45,13 @@ impl Newton {
             field.clear();
             field.resize(n, 0.0);
         }
-        let wanted = tolerance * norm(&left);
+        let first = norm(&left);
+        let mut room = self.symbolic.solving_room(1)?;
         let (mut last, mut enough) = (0.0, false);
-        for _ in 0..most {
+        for product_number in 1..=most {
             self.direction.copy_from_slice(&left);
-            self.symbolic
-                .solve_in_place(&self.factor, MatMut::from_column_major_slice_mut(&mut self.direction, n, 1))?;
+            let preconditioned = MatMut::from_column_major_slice_mut(&mut self.direction, n, 1);
+            self.symbolic.solve_in_room(&self.factor, preconditioned, &mut room);
             let scale = dot(&left, &self.direction);
             let kept = if last > 0.0 { scale / last } else { 0.0 };
             way.iter_mut().zip(&self.direction).for_each(|(p, z)| *p = z + kept * *p);
@@ -59,8 +64,10 @@ impl Newton {
             found.iter_mut().zip(&way).for_each(|(x, p)| *x += alpha * p);
             left.iter_mut().zip(&product).for_each(|(r, q)| *r -= alpha * q);
             last = scale;
-            if norm(&left) <= wanted {
-                enough = true;
+            let part = norm(&left) / first;
+            enough = part <= tolerance;
+            let pace = SLOWEST * product_number as f64 / most as f64;
+            if enough || part > libm::pow(tolerance, pace) {
                 break;
             }
         }
