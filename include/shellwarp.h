@@ -370,7 +370,8 @@ typedef struct SwMaterialDesc {
   // The shape without stress (n_vertices x 3), where it is not the mesh. NULL = the mesh. With this
   // or rest angles the mesh is where the search for rest begins: sw_model_precompute first finds
   // where the shell rests without load, by the full shell, and modes and states begin there.
-  // SW_METHOD_POLYNOMIAL_SHELL and SW_METHOD_REDUCED_SHELL do not take it yet.
+  // SW_METHOD_POLYNOMIAL_SHELL does not take it, nor SW_METHOD_REDUCED_SHELL where the shell moves
+  // freely.
   const void *rest_positions;
   // Bytes from rest position to rest position; 0 = packed.
   uint64_t rest_stride;
@@ -408,6 +409,11 @@ typedef struct SwMaterialDesc {
   // Ties stiffly what touches, besides: of two components within this distance, the vertices of the
   // one that has more of them so near, each to the nearest triangle of the other. 0 = nothing.
   double tie_distance;
+  // How long the mesh's unit is, metres: 1, 0.01 for centimetres. 0 = not told. It changes no
+  // number of the shell: sw_model_precompute logs a warning where the shell's own weight on Earth
+  // moves it by less than 1e-5 of its size, or bends it as no film bends, and SwModelInfo says by
+  // how much.
+  double metres_per_unit;
 } SwMaterialDesc;
 
 // Of a crease: the angle that the mesh has there.
@@ -576,11 +582,11 @@ typedef uint32_t (*SwProgressFn)(void *user, uint32_t phase, double fraction);
 // 40; fewer where modes and fields would be more than 128) where the shell can have one, and else
 // without. Unless reduced_poses, reduced_seconds or reduced_mode_searches say otherwise, its
 // training ends after 8e7 / (vertices to the power 1.5) iterations, about half a minute, with the
-// same result everywhere. No reduced shell is made of a shell that has sag_gravity, a rest shape of
-// its own or support_fields, that has more than 10,000 vertices unless a limit is given, that moves
-// freely with too few modes or in pieces, or whose training finds fewer than four equilibria.
-// sw_model_offers tells why, auto_method of SwModelInfo what became of it. With auto_error or
-// auto_operations these choose.
+// same result everywhere. No reduced shell is made of a shell that has sag_gravity or
+// support_fields, that has more than 10,000 vertices unless a limit is given, that moves freely
+// with too few modes, in pieces or with a rest shape of its own, or whose training finds fewer than
+// four equilibria. sw_model_offers tells why, auto_method of SwModelInfo what became of it. With
+// auto_error or auto_operations these choose.
 #define SW_PRECOMPUTE_AUTO 2
 
 // The reduced shell's fields are the modes' own derivatives: no training, a fraction of the
@@ -750,7 +756,8 @@ typedef struct SwModelInfo {
   uint32_t n_fixed;
   // Three per vertex that moves, less the axes that it is held along.
   uint32_t n_unknowns;
-  // 1 after sw_model_precompute, else 0; all fields below but mass, area and size are 0 before.
+  // 1 after sw_model_precompute, else 0; all fields below but mass, area, size, metres_per_unit and
+  // earth_gravity are 0 before.
   uint32_t precomputed;
   // Number of modes.
   uint32_t modes;
@@ -816,6 +823,16 @@ typedef struct SwModelInfo {
   // Its largest error in the choice, length; DBL_MAX where it found no equilibrium under one of the
   // loads.
   double auto_error;
+  // metres_per_unit of the material; 0 = not told, as it is not on a model that was loaded.
+  double metres_per_unit;
+  // The Earth's gravity in the mesh's unit, 9.80665 / metres_per_unit: what a host sets by
+  // sw_state_set_gravity, downward, where its scene has none. 0 where the unit was not told.
+  double earth_gravity;
+  // How far this moves a vertex at most along x, y or z to first order, as far as the modes tell,
+  // in sizes of the mesh; 0 where the unit was not told.
+  double weight_moves;
+  // How far it turns one, rad; 0 with SW_PRECOMPUTE_LINEAR, too.
+  double weight_turns;
 } SwModelInfo;
 
 // Counts, sizes, certificate and timings. `info` must be initialised by sw_model_info_init.

@@ -15,7 +15,7 @@ use shellwarp::reference::{EquilibriumOptions, Solver, settled};
 use shellwarp::shell::Make;
 use shellwarp::state::{Method, State};
 use shellwarp::step::Integrator;
-use shellwarp::{ErrorKind, Material, Shell, Supports, Vec3};
+use shellwarp::{Material, Shell, Supports, Vec3};
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::Arc;
 
@@ -398,16 +398,6 @@ fn a_saved_model_has_its_creases_and_rest_shape_and_moves_by_the_same_bits() {
             bad[k] ^= 0x10;
             assert!(Model::load(&bad).is_err() && Model::load(&bytes[..k]).is_err());
         }
-    }
-}
-
-#[test]
-fn a_reduced_shell_is_refused_by_name_where_rest_is_under_stress() {
-    for shell in stressed() {
-        let reduced = shellwarp::reduced::Options { fields: 8, ..Default::default() };
-        let options = Options { modes: 4, reduced, ..Options::default() };
-        let error = Model::precompute(Arc::new(shell), &options, &mut |_, _| Ok(())).err().unwrap();
-        assert!(error.kind == ErrorKind::Unsupported && error.message.contains("rest shape or rest angles"), "{error}");
     }
 }
 

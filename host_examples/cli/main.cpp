@@ -241,7 +241,7 @@ void add_simulate_options(CLI::App &app, SimulateOptions &o) {
                                   "a group of the OBJ file; several times for several")
       ->type_name("WHAT");
   app.add_option("--scale", o.scene.scale, "Factor on the mesh's coordinates: 0.01 makes metres of centimetres (1)")->check(positive());
-  app.add_option("--up", o.up, "Axis that points upward; gravity is then 9.8 downward unless --gravity says otherwise")
+  app.add_option("--up", o.up, "Axis that points upward; gravity is then 9.8 m/s^2 downward unless --gravity says otherwise")
       ->check(CLI::IsMember({"x", "y", "z"}));
   app.add_option("--gravity", o.gravity, "Acceleration, length unit/s^2 (0 0 0, or by --up)")->type_name("X Y Z")->check(number());
   app.add_option("--wind", o.wind, "Velocity of the air, of 1.2 kg/m^3")->type_name("X Y Z")->check(number());
@@ -279,7 +279,7 @@ void add_simulate_options(CLI::App &app, SimulateOptions &o) {
   app.add_option("--damping-ratio", o.scene.damping.ratio, "Of critical, the same for every mode (0)")->check(number());
   app.add_option("--obj-frames", o.scene.obj_frames, "How many frames of largest displacement become OBJ files (3)");
   app.add_option("--usd-prim", o.scene.usd_prim, "The prim of a USD asset that the file is to lie over, as /World/leaf")->type_name("PATH");
-  app.add_option("--metres-per-unit", o.scene.metres_per_unit, "Of lengths behind --scale, for USD and glTF (1)")->check(positive());
+  app.add_option("--metres-per-unit", o.scene.metres_per_unit, "Of lengths behind --scale (1): for gravity by --up, the warning on units, USD and glTF")->check(positive());
   add_run_options(app, o.scene, o.run);
 }
 
@@ -305,7 +305,7 @@ int simulate_mesh(SimulateOptions &o) {
   for (const std::string &word : o.colliders) o.scene.colliders.push_back(read_collider(word, o.scene.inputs));
   if (!o.up.empty()) {
     o.scene.up = static_cast<uint32_t>(o.up[0] - 'x');
-    o.scene.gravity[*o.scene.up] = -kGravity;
+    o.scene.gravity[*o.scene.up] = -kGravity / o.scene.metres_per_unit;
   }
   if (o.gravity) o.scene.gravity = *o.gravity;
   if (o.wind) {

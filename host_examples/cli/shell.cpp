@@ -215,6 +215,7 @@ shellwarp::Model make_model(const Scene &scene, const Mesh &mesh, ProgressBar &p
   const std::vector<MaterialFile> maps = material_maps(scene.material, mesh);
   const std::vector<SwMaterialMap> map_list = map_descs(maps, mesh);
   SwMaterialDesc material = material_desc(scene.material);
+  material.metres_per_unit = scene.metres_per_unit;
   material.maps = map_list.data();
   material.n_maps = static_cast<uint32_t>(map_list.size());
   const CreaseLists creases = find_creases(scene.material, mesh);

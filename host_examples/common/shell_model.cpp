@@ -40,6 +40,7 @@ double size_of(const Mesh &mesh) {
 SwMaterialDesc real_material(const Stiffness &s) {
   if (s.by == Stiffness::By::preset) {
     SwMaterialDesc known = shellwarp::preset_material(s.preset, s.metres);
+    known.metres_per_unit = s.metres;
     if (s.thickness > 0) known.thickness = s.thickness;
     return known;
   }
@@ -49,6 +50,7 @@ SwMaterialDesc real_material(const Stiffness &s) {
   desc.poisson = s.poisson;
   desc.thickness = s.thickness;
   desc.volume_density = s.volume_density * s.metres * s.metres * s.metres;
+  desc.metres_per_unit = s.metres;
   return desc;
 }
 

@@ -8,6 +8,7 @@ use super::status::{Fault, SW_ERROR_NUMERICAL, SW_ERROR_UNSUPPORTED, SwStatus};
 use super::structs::{Described, Output, Outputs, described, grows};
 use crate::State;
 use crate::model::front::Candidate;
+use crate::model::weight::{EARTH, OwnWeight};
 use crate::model::{Model, Precision};
 use crate::modes::PHASES;
 use std::ffi::c_void;
@@ -37,7 +38,7 @@ pub struct SwModelInfo {
     pub n_fixed: u32,
     /// Three per vertex that moves, less the axes that it is held along.
     pub n_unknowns: u32,
-    /// 1 after sw_model_precompute, else 0; all fields below but mass, area and size are 0 before.
+    /// 1 after sw_model_precompute, else 0; all fields below but mass, area, size, metres_per_unit and earth_gravity are 0 before.
     pub precomputed: u32,
     /// Number of modes.
     pub modes: u32,
@@ -97,6 +98,15 @@ pub struct SwModelInfo {
     pub support_fields: u32,
     /// Its largest error in the choice, length; DBL_MAX where it found no equilibrium under one of the loads.
     pub auto_error: f64,
+    /// metres_per_unit of the material; 0 = not told, as it is not on a model that was loaded.
+    pub metres_per_unit: f64,
+    /// The Earth's gravity in the mesh's unit, 9.80665 / metres_per_unit: what a host sets by sw_state_set_gravity, downward, where its scene has none. 0 where
+    /// the unit was not told.
+    pub earth_gravity: f64,
+    /// How far this moves a vertex at most along x, y or z to first order, as far as the modes tell, in sizes of the mesh; 0 where the unit was not told.
+    pub weight_moves: f64,
+    /// How far it turns one, rad; 0 with SW_PRECOMPUTE_LINEAR, too.
+    pub weight_turns: f64,
 }
 
 described!(SwModelInfo, auto_error);
@@ -114,6 +124,12 @@ fn info_of(content: &ModelContent) -> SwModelInfo {
     info.n_fixed = shell.held.iter().filter(|held| **held).count() as u32;
     info.n_unknowns = shell.n_freedoms() as u32;
     (info.total_mass, info.total_area, info.size) = (shell.total_mass, shell.total_area, shell.mesh.size);
+    if let Some(metres) = content.unit {
+        (info.metres_per_unit, info.earth_gravity) = (metres, EARTH / metres);
+    }
+    if let Some(OwnWeight { moves, turns, .. }) = content.weight {
+        (info.weight_moves, info.weight_turns) = (moves, turns);
+    }
     if let Some(model) = &content.model {
         fill_precomputed(&mut info, model);
     }

@@ -4,6 +4,7 @@ use super::pointer::{VectorRows, check_flags, enumerant, not_null, read_array};
 use super::status::Fault;
 use super::structs::{described, read_descriptor};
 use crate::material::{Crease, ElasticSheet, Elasticity, Fibres, Map, On, Quantity, Tie, TiedTo};
+use crate::model::weight::EARTH;
 use crate::{Material, Vec3};
 use std::ffi::c_void;
 
@@ -107,7 +108,7 @@ pub struct SwMaterialDesc {
     pub rest_format: u32,
     /// The shape without stress (n_vertices x 3), where it is not the mesh. NULL = the mesh.
     /// With this or rest angles the mesh is where the search for rest begins: sw_model_precompute first finds where the shell rests without load, by
-    /// the full shell, and modes and states begin there. SW_METHOD_POLYNOMIAL_SHELL and SW_METHOD_REDUCED_SHELL do not take it yet.
+    /// the full shell, and modes and states begin there. SW_METHOD_POLYNOMIAL_SHELL does not take it, nor SW_METHOD_REDUCED_SHELL where the shell moves freely.
     pub rest_positions: *const c_void,
     /// Bytes from rest position to rest position; 0 = packed.
     pub rest_stride: u64,
@@ -141,12 +142,25 @@ pub struct SwMaterialDesc {
     /// Ties stiffly what touches, besides: of two components within this distance, the vertices of the one that has more of them so near, each to the
     /// nearest triangle of the other. 0 = nothing.
     pub tie_distance: f64,
+    /// How long the mesh's unit is, metres: 1, 0.01 for centimetres. 0 = not told. It changes no number of the shell: sw_model_precompute logs a warning where the
+    /// shell's own weight on Earth moves it by less than 1e-5 of its size, or bends it as no film bends, and SwModelInfo says by how much.
+    pub metres_per_unit: f64,
 }
 
 described!(SwMaterialDesc, rest_stride);
 
 /// Of a crease: the angle that the mesh has there.
 pub const SW_CREASE_ANGLE_OF_MESH: u32 = 7;
+
+/// Metres in the mesh's unit, if told.
+pub(super) fn unit_of(desc: &SwMaterialDesc) -> Result<Option<f64>, Fault> {
+    let metres = desc.metres_per_unit;
+    match metres {
+        0.0 => Ok(None),
+        _ if metres > 0.0 && metres.is_finite() && (EARTH / metres).is_normal() => Ok(Some(metres)),
+        _ => Err(Fault::argument(format!("material->metres_per_unit is {metres:?}: it must be positive, or 0"))),
+    }
+}
 
 pub(super) fn material_of(desc: &SwMaterialDesc) -> Result<Elasticity, Fault> {
     let known = [(0, false), (SW_ENERGY_DISCRETE_SHELLS, false), (SW_ENERGY_KOITER, true)];

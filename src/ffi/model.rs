@@ -14,6 +14,7 @@ use super::structs::{described, read_descriptor_or_default};
 use crate::energy::Thick;
 use crate::model::Model;
 use crate::model::file;
+use crate::model::weight::OwnWeight;
 use crate::shell::Make;
 use crate::{Mesh, Shell, Supports, Vec3};
 use std::ffi::c_void;
@@ -54,6 +55,10 @@ described!(SwSupportDesc, n_clamped);
 pub(super) struct ModelContent {
     pub(super) shell: Arc<Shell>,
     pub(super) model: Option<Arc<Model>>,
+    /// Metres in the mesh's unit, if told.
+    pub(super) unit: Option<f64>,
+    /// What follows from that with a model that was precomputed.
+    pub(super) weight: Option<OwnWeight>,
 }
 
 impl ModelContent {
@@ -141,6 +146,7 @@ pub unsafe extern "C" fn sw_model_create(
         unsafe {
             let material = read_descriptor_or_default("material", material)?;
             let made_of = material;
+            let unit = unit_of(&made_of)?;
             let (material, maps, creases) = (material_of(&made_of)?, maps_of(&made_of)?, creases_of(&made_of)?);
             let supports = supports_of(&read_descriptor_or_default("supports", supports)?)?;
             let (positions, triangles) = read_mesh(mesh)?;
@@ -160,7 +166,7 @@ pub unsafe extern "C" fn sw_model_create(
                 );
                 log(SW_LOG_WARNING, &message);
             }
-            let content = ModelContent { shell, model: None };
+            let content = ModelContent { shell, model: None, unit, weight: None };
             put(model, Box::into_raw(Box::new(SwModel(RwLock::new(content)))));
         }
         Ok(())
@@ -243,7 +249,8 @@ pub unsafe extern "C" fn sw_model_load(bytes: *const c_void, size: u64, model: *
                 return Err(Fault::new(SW_ERROR_INVALID_DATA, message));
             }
             let loaded = Model::load(byte_slice("bytes", bytes, size)?)?;
-            let content = ModelContent { shell: loaded.shell.clone(), model: Some(Arc::new(loaded)) };
+            let content =
+                ModelContent { shell: loaded.shell.clone(), model: Some(Arc::new(loaded)), unit: None, weight: None };
             put(model, Box::into_raw(Box::new(SwModel(RwLock::new(content)))));
         }
         Ok(())

@@ -10,6 +10,7 @@ use super::status::{Fault, SwStatus};
 use super::structs::{described, read_descriptor_or_default};
 use crate::auto::{self, Budget};
 use crate::error::{require_finite, require_non_negative};
+use crate::model::weight::OwnWeight;
 use crate::model::{Model, Options, Precision};
 use crate::modes::{Demand, Phase};
 use crate::reduced;
@@ -65,8 +66,8 @@ pub const SW_PRECOMPUTE_LINEAR: u32 = 1;
 /// For SW_METHOD_AUTO, in a time that needs no asking: with a reduced shell of reduced_fields (0 = 40; fewer where modes and fields would be more
 /// than 128) where the shell can have one, and else without. Unless reduced_poses, reduced_seconds or reduced_mode_searches say otherwise, its
 /// training ends after 8e7 / (vertices to the power 1.5) iterations, about half a minute, with the same result everywhere. No reduced shell is made
-/// of a shell that has sag_gravity, a rest shape of its own or support_fields, that has more than 10,000 vertices unless
-/// a limit is given, that moves freely with too few modes or in pieces, or whose training finds fewer than four equilibria. sw_model_offers tells why, auto_method of SwModelInfo what became of it.
+/// of a shell that has sag_gravity or support_fields, that has more than 10,000 vertices unless
+/// a limit is given, that moves freely with too few modes, in pieces or with a rest shape of its own, or whose training finds fewer than four equilibria. sw_model_offers tells why, auto_method of SwModelInfo what became of it.
 /// With auto_error or auto_operations these choose.
 pub const SW_PRECOMPUTE_AUTO: u32 = 2;
 
@@ -213,6 +214,10 @@ pub unsafe extern "C" fn sw_model_precompute(model: *mut SwModel, desc: *const S
             None => Model::precompute(shell, &options, &mut progress)?,
         };
         log_certificate(&computed);
+        content.weight = content.unit.map(|metres| OwnWeight::of(&computed, metres));
+        if let Some(doubt) = content.weight.as_ref().and_then(OwnWeight::doubt) {
+            log(SW_LOG_WARNING, &doubt);
+        }
         content.model = Some(Arc::new(computed));
         Ok(())
     })

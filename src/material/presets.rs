@@ -33,15 +33,15 @@ pub const PRESETS: [Preset; 7] = [
         name: c"leather",
         label: c"Leather, 2 mm",
         sheet: sheet(2e8, 0.4, 2e-3, 930.0),
-        source: c"E 0.1 to 0.5 GPa, density 810 to 1050 kg/m^3: Ashby, Materials Selection in Mechanical Design, appendix. Thickness and \
-            Poisson's ratio are chosen",
+        source: c"All four are estimates of this project, for want of a source: E within 0.1 to 0.5 GPa, density within 800 to 1050 kg/m^3",
     },
     Preset {
         name: c"printer-paper",
         label: c"Printer paper, 80 g/m2",
         sheet: sheet(4e9, 0.29, 1e-4, 800.0),
-        source: c"E 3 to 8.9 GPa, density 480 to 860 kg/m^3 of paper and cardboard: Ashby, Materials and the Environment. Poisson's ratio, \
-            of the two directions together: Baum, Brennan, Habeger, Tappi 64(8), 1981. Thickness is chosen for 80 g/m^2",
+        source: c"E 3 to 8.9 GPa, density 480 to 860 kg/m^3 of paper and cardboard: Ashby, Materials and the Environment. Poisson's ratio is \
+            chosen, below the 1/3 of isotropic sheets: The in-plane Poisson ratio of paper, Fibre Science and Technology, 1983, 297-309. \
+            Thickness is chosen for 80 g/m^2",
     },
     Preset {
         name: c"card",
@@ -60,13 +60,13 @@ pub const PRESETS: [Preset; 7] = [
         name: c"aluminium",
         label: c"Aluminium sheet, 1 mm",
         sheet: sheet(6.9e10, 0.33, 1e-3, 2710.0),
-        source: c"Alloy 1100: Callister, Rethwisch, Materials Science and Engineering, appendix B",
+        source: c"Alloy 1100, E 69 GPa: Callister, Rethwisch, Materials Science and Engineering, table B.2",
     },
     Preset {
         name: c"steel",
         label: c"Steel sheet, 0.5 mm",
         sheet: sheet(2.07e11, 0.3, 5e-4, 7850.0),
-        source: c"Steel A36: Callister, Rethwisch, Materials Science and Engineering, appendix B",
+        source: c"Steel A36, E 207 GPa: Callister, Rethwisch, Materials Science and Engineering, table B.2",
     },
 ];
 

@@ -2,6 +2,7 @@
 
 pub mod file;
 pub mod front;
+pub mod weight;
 
 use crate::arithmetic::Arithmetic;
 use crate::features::Feature;
@@ -204,6 +205,9 @@ impl Model {
             let message = match self.shell.material {
                 _ if !self.shell.bonds.is_empty() => {
                     "the energy of a shell with ties has no polynomial form: use the reduced shell"
+                }
+                _ if self.shell.is_stressed() => {
+                    "the energy of a shell with a rest shape or rest angles of its own has no polynomial form: use the reduced shell"
                 }
                 Elasticity::DiscreteShells(_) => {
                     "the model's reduced shell has no polynomial energy: precompute it anew"

@@ -11,6 +11,10 @@
 //! with a share α against motions that no stress field resists, the smaller the less the membrane carries. On samples of weight w, Sᵀε is
 //! Σ w S_e ε_e.
 //!
+//! A shell that is under stress where it rests, by a rest shape or angles of its own, has elements that pull at each other there. Stress stiffens
+//! and softens, so that samples must have all of it: the strains ε at rest are among the stress fields, ε = S r, and Sᵀε is r there and changes by what samples
+//! say. And samples would not balance, so that E goes without g·q, where g is what they leave at q = 0.
+//!
 //! Files from before samples were weighed by the modes' rest stiffness add ½ qᵀDq on the modes, what their samples left of it. No model
 //! is made with D: where the shell is bent far a constant matrix is not what was left out, and if negative it buckles the shell.
 
@@ -19,9 +23,12 @@ use super::products;
 use crate::arithmetic::Arithmetic;
 use crate::energy::{Curvature, Energy, MAX_ELEMENT, Mat3};
 use crate::{Shell, Vec3};
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 use pulp::Arch;
 use std::ops::{AddAssign, Range};
+
+/// Of the trace of SᵀS, what keeps it regular where stress fields are alike on samples.
+const RIDGE: f64 = 1e-12;
 
 /// See the module's text.
 pub struct ReducedEnergy {
@@ -45,6 +52,10 @@ pub struct ReducedEnergy {
     stride: usize,
     /// D (modes × modes), of files that have one.
     correction: Option<DMatrix<f64>>,
+    /// What r has over the samples' Sᵀε at rest, and g; empty where nothing is under stress at rest.
+    missing: Vec<f64>,
+    pull: Vec<f64>,
+    stressed: bool,
     /// The registers that it is evaluated in: the processor's widest unless set, as of [`crate::warp::Basis`].
     pub arch: Arch,
 }
@@ -123,8 +134,45 @@ impl ReducedEnergy {
             n,
             stride,
             correction: None,
+            missing: vec![],
+            pull: vec![],
+            stressed: shell.is_stressed(),
             arch: Arithmetic::default().arch(),
         }
+    }
+
+    /// Whether its elements are under stress at q = 0.
+    pub fn is_stressed(&self) -> bool {
+        self.stressed
+    }
+
+    /// Sets r and g, after all that they depend on.
+    pub(super) fn balance(&mut self) {
+        (self.missing, self.pull) = (vec![], vec![]);
+        if !self.stressed {
+            return;
+        }
+        let rest = vec![0.0; self.n];
+        if self.n_stresses > 0 {
+            let mut scratch = self.scratch();
+            let room = scratch.sampled();
+            self.place(&rest, room);
+            self.missing = self.lacking(&room.strain, &room.resultants);
+        }
+        let mut pull = rest.clone();
+        self.gradient(&rest, &mut self.scratch(), &mut pull);
+        self.pull = pull;
+    }
+
+    /// r − Sᵀε with S r = ε on the samples, by least squares; nothing where these are too few to tell.
+    fn lacking(&self, strain: &[f64], resultants: &[f64]) -> Vec<f64> {
+        let rows = DMatrix::from_row_slice(self.membrane, self.n_stresses, &self.stresses);
+        let mut normal = rows.tr_mul(&rows);
+        let ridge = RIDGE * normal.trace();
+        (0..normal.nrows()).for_each(|i| normal[(i, i)] += ridge);
+        let right = rows.tr_mul(&DVector::from_column_slice(&strain[..self.membrane]));
+        let found = normal.cholesky().map(|factor| factor.solve(&right));
+        found.map_or(vec![], |r| r.iter().zip(resultants).map(|(r, sum)| r - sum).collect())
     }
 
     /// Sets D (modes × modes), which only files from before stress fields have.
@@ -183,7 +231,10 @@ impl ReducedEnergy {
     /// σ and Sᵀε of strains; returns their energy.
     fn resist(&self, strain: &[f64], stress: &mut [f64], resultants: &mut [f64]) -> f64 {
         let own = self.membrane_share;
-        resultants.fill(0.0);
+        match self.missing.is_empty() {
+            true => resultants.fill(0.0),
+            false => resultants.copy_from_slice(&self.missing),
+        }
         stress.copy_from_slice(strain);
         self.arch.dispatch(|| {
             for (row, strain) in self.stresses.chunks_exact(self.n_stresses.max(1)).zip(strain) {
@@ -193,7 +244,8 @@ impl ReducedEnergy {
                 *stress = own * *stress + (1.0 - own) * products::dot(row, resultants);
             }
         });
-        0.5 * strain.iter().zip(&*stress).map(|(strain, stress)| strain * stress).sum::<f64>()
+        let missed: f64 = self.missing.iter().zip(&*resultants).map(|(missing, r)| missing * r).sum();
+        0.5 * (strain.iter().zip(&*stress).map(|(strain, stress)| strain * stress).sum::<f64>() + (1.0 - own) * missed)
     }
 
     /// Coordinates.
@@ -248,7 +300,8 @@ impl ReducedEnergy {
         let room = scratch.sampled();
         self.place(q, room);
         let corrected = self.correction.as_ref().map_or(0.0, |d| (0..d.nrows()).map(|k| q[k] * along(d, k, q)).sum());
-        room.value + 0.5 * corrected
+        let pulled: f64 = self.pull.iter().zip(q).map(|(g, q)| g * q).sum();
+        room.value + 0.5 * corrected - pulled
     }
 
     /// Bᵀ∇E at x̄ + Bq.
@@ -263,6 +316,7 @@ impl ReducedEnergy {
         sum.fill(0.0);
         self.arch.dispatch(|| products::project(&self.rows, gradient, sum));
         out.copy_from_slice(&sum[..self.n]);
+        out.iter_mut().zip(&self.pull).for_each(|(out, g)| *out -= g);
         if let Some(d) = &self.correction {
             (0..d.nrows()).for_each(|k| out[k] += along(d, k, q));
         }
@@ -386,6 +440,20 @@ impl ReducedEnergy {
             sum.iter_mut().for_each(|sum| *sum *= stress[e]);
             visit(e, &sum[..self.n], strain[e]);
         }
+    }
+
+    /// A share of the width of what its elements touch.
+    pub fn length(&self, share: f64) -> f64 {
+        let first = self.rest.first().copied().unwrap_or_default();
+        share * self.rest.iter().map(|x| (x - first).norm()).fold(0.0, f64::max)
+    }
+
+    /// The furthest that amplitudes move a vertex of the elements along an axis.
+    pub fn reach(&self, q: &[f64]) -> f64 {
+        self.rows
+            .chunks_exact(self.stride)
+            .map(|row| row.iter().zip(q).map(|(b, q)| b * q).sum::<f64>().abs())
+            .fold(0.0, f64::max)
     }
 
     /// σ of each element for strains that are given.

@@ -88,9 +88,9 @@ pub const FIELDS: usize = 40;
 pub const TOLERANCE: f64 = 0.01;
 /// The least α that a training chooses.
 const LEAST_SHARE: f64 = 0.003;
-/// Loads of any frame that stress fields are whole for, and with them the most stress fields: those of the modes and these beside others.
+/// Loads of any frame that stress fields are whole for, and with them the most stress fields: those of the modes, these and that of rest beside others.
 const FRAME_LOADS: usize = 12;
-const MAX_STRESSES: usize = MAX_FIELDS + FRAME_LOADS;
+const MAX_STRESSES: usize = MAX_FIELDS + FRAME_LOADS + 1;
 
 /// Shapes that a step of the polynomial looks at, Hessians, and multiplications in a nanosecond, as measured on leaves that swing.
 const SHAPES: f64 = 3.5;
@@ -345,6 +345,7 @@ impl Assumed {
         if t > 0 {
             energy.assume(weights, |e| &numbers[e * every * t..][..t], self.membrane_share);
         }
+        energy.balance();
     }
 
     /// On the samples among the membrane's elements.

@@ -6,6 +6,9 @@
 //! each mode; the right-hand side is the sum over all elements. Likewise the parts S_e ε_e of the strains along the stress fields, which the
 //! samples' forces follow from. Modes count more than the rest. What the samples still leave of their stiffness stays left out: a
 //! constant matrix that makes up for it at rest is wrong where the shell is bent far, and if negative buckles it.
+//!
+//! Of a shell that is under stress at rest, forces and strains count by what they differ from those at rest, and its stiffness by differences
+//! of forces, since stress is a part of it.
 
 use super::energy::ReducedEnergy;
 use crate::{Error, ErrorKind, Result, Shell, Vec3};
@@ -26,6 +29,20 @@ const MODE: f64 = 5.0;
 const LEAST_FORCE: f64 = 1e-3;
 /// Elements taken up at once, as a part of those wanted.
 const BATCH: f64 = 0.03;
+/// Of the shell's width, how far differences move it: their error is about the square of what that turns, rounding 1e-16 over it.
+const STEP: f64 = 1e-6;
+
+/// Of an element, Bᵀ∇E_e and its strain.
+type Forced = (DVector<f64>, f64);
+
+/// Of every element of `all` at `q`.
+fn forces_at(all: &ReducedEnergy, q: &[f64]) -> Vec<Forced> {
+    let mut forces = Vec::with_capacity(all.n_elements());
+    all.visit_forces(q, &mut all.scratch(), |_, force, strain| {
+        forces.push((DVector::from_column_slice(force), strain));
+    });
+    forces
+}
 
 /// Weights of all elements (in the order of the rest rows), at most `wanted` of them not 0, that reproduce the forces of `all` at
 /// `poses` and its rest stiffness as well as can be, or to `tolerance`; and what they leave of these, relative. `stiffness` is that at
@@ -46,9 +63,14 @@ pub fn sample(
     let mut column = vec![usize::MAX; n_elements];
     picked.iter().enumerate().for_each(|(c, &e)| column[e] = c);
     let (a, b) = (Mat::zeros(rows, picked.len()), DVector::zeros(rows));
-    let mut system = System { all, lower, column, a, b };
+    let rest = if all.is_stressed() { forces_at(all, &vec![0.0; all.n()]) } else { vec![] };
+    let mut system = System { all, rest, lower, column, a, b };
     poses.iter().enumerate().for_each(|(k, pose)| system.add_pose(k, pose));
-    system.add_probes(shell, stiffness, poses.len(), modes);
+    let probes = system.probes(stiffness, modes);
+    match all.is_stressed() {
+        true => system.add_stressed_probes(&probes, poses.len()),
+        false => system.add_probes(shell, &probes, poses.len()),
+    }
     // Every pose, random vector and mode alike.
     let heavy = system.block() * (poses.len() + PROBES);
     let left = |residual: &DVector<f64>| {
@@ -69,6 +91,8 @@ pub fn sample(
 /// Ax = b, whose rows are in blocks of L⁻¹ forces and then strains along the stress fields.
 struct System<'a> {
     all: &'a ReducedEnergy,
+    /// Force and strain of each element where the shell rests under stress, else none.
+    rest: Vec<Forced>,
     lower: DMatrix<f64>,
     /// Of each element in A, if any.
     column: Vec<usize>,
@@ -104,10 +128,15 @@ impl System<'_> {
         let first = k * block;
         let mut sum = DVector::<f64>::zeros(n);
         all.visit_forces(pose, &mut all.scratch(), |e, force, strain| {
-            sum.iter_mut().zip(force).for_each(|(s, f)| *s += f);
+            let mut force = DVector::from_column_slice(force);
+            let mut strain = strain;
+            if let Some((rest, at_rest)) = self.rest.get(e) {
+                force -= rest;
+                strain -= at_rest;
+            }
+            sum += &force;
             self.add_along(first + n, e, strain);
             if self.column[e] != usize::MAX {
-                let force = DVector::from_column_slice(force);
                 let white = self.lower.solve_lower_triangular(&force).unwrap_or_default();
                 self.put(first, e, white.iter().copied());
             }
@@ -121,9 +150,9 @@ impl System<'_> {
         }
     }
 
-    /// Fills the blocks from the `first` on with the forces of rest stiffness on random vectors and on modes.
-    fn add_probes(&mut self, shell: &Shell, stiffness: &DMatrix<f64>, first: usize, modes: usize) {
-        let (all, n, block) = (self.all, self.all.n(), self.block());
+    /// Random vectors, and modes.
+    fn probes(&self, stiffness: &DMatrix<f64>, modes: usize) -> Vec<DVector<f64>> {
+        let n = self.all.n();
         let mut random = Random::new();
         let scale = (1.0 / n as f64).sqrt();
         let mut probes: Vec<DVector<f64>> = (0..PROBES)
@@ -134,10 +163,33 @@ impl System<'_> {
             let amplitude = MODE / stiffness[(k, k)].sqrt();
             DVector::from_fn(n, |i, _| if i == k { amplitude } else { 0.0 })
         }));
+        probes
+    }
+
+    /// Fills the blocks from the `first` on with the forces of rest stiffness on the probes, by differences.
+    fn add_stressed_probes(&mut self, probes: &[DVector<f64>], first: usize) {
+        let (all, n, block) = (self.all, self.all.n(), self.block());
+        for (p, probe) in probes.iter().enumerate() {
+            let row = (first + p) * block;
+            let step = all.length(STEP) / all.reach(probe.as_slice()).max(f64::MIN_POSITIVE);
+            let [plus, minus] = [step, -step].map(|step| forces_at(all, (step * probe).as_slice()));
+            for (e, ((plus, strained), (minus, relieved))) in plus.into_iter().zip(minus).enumerate() {
+                let force = (plus - minus) / (2.0 * step);
+                let white = self.lower.solve_lower_triangular(&force).unwrap_or_default();
+                (0..n).for_each(|k| self.b[row + k] += white[k]);
+                self.put(row, e, white.iter().copied());
+                self.add_along(row + n, e, (strained - relieved) / (2.0 * step));
+            }
+        }
+    }
+
+    /// Fills the blocks from the `first` on with the forces of rest stiffness on the probes.
+    fn add_probes(&mut self, shell: &Shell, probes: &[DVector<f64>], first: usize) {
+        let (all, n, block) = (self.all, self.all.n(), self.block());
         let mut strains = vec![vec![0.0; all.n_elements()]; probes.len()];
         all.visit_rest_rows(shell, |e, row| {
             let row = DVector::from_column_slice(row);
-            strains.iter_mut().zip(&probes).for_each(|(strain, probe)| strain[e] = row.dot(probe));
+            strains.iter_mut().zip(probes).for_each(|(strain, probe)| strain[e] = row.dot(probe));
         });
         let stresses: Vec<Vec<f64>> = strains.iter().map(|strain| all.stress_of(strain)).collect();
         all.visit_rest_rows(shell, |e, row| {

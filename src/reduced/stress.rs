@@ -1,5 +1,6 @@
 //! The stress fields that the membrane's strains count along ([`super::energy`]): strains ε = √(2w) s, a number an element, of
 //!
+//! - of a shell that is under stress where it rests, the strains ε there, so that all of it stays what it is,
 //! - the modes, to first order: ε′φ_i, so that the modes keep their rest stiffness,
 //! - the rest shape under loads that scenes have, to first order: ε′K⁻¹f, so that what pulls along the sheet meets its stiffness,
 //!
@@ -24,11 +25,23 @@ fn strains(shell: &Shell, u: impl Fn(usize) -> Vec3) -> Vec<f64> {
     strains
 }
 
+/// Of the largest strains of modes, from which strains at rest are no rounding.
+const STRAINED: f64 = 1e-6;
+
+/// The strains at rest of a shell that is under stress there.
+fn strains_at_rest(shell: &Shell) -> Option<Vec<f64>> {
+    shell.is_stressed().then(|| strains(shell, |_| Vec3::zeros()))
+}
+
 /// (ε(hu) ± ε(−hu)) over the power of h that makes it ε′u or ½ ε″(u, u).
-fn part(shell: &Shell, sign: f64, u: &[Vec3]) -> Vec<f64> {
+fn part(shell: &Shell, sign: f64, u: &[Vec3], rest: Option<&[f64]>) -> Vec<f64> {
     let [plus, minus] = [STEP, -STEP].map(|step| strains(shell, |v| step * u[v]));
     let scale = if sign < 0.0 { 0.5 / STEP } else { 0.5 / (STEP * STEP) };
-    plus.iter().zip(&minus).map(|(plus, minus)| scale * (plus + sign * minus)).collect()
+    let mut part: Vec<f64> = plus.iter().zip(&minus).map(|(plus, minus)| scale * (plus + sign * minus)).collect();
+    if let Some(rest) = rest.filter(|_| sign > 0.0) {
+        part.iter_mut().zip(rest).for_each(|(part, rest)| *part -= 2.0 * scale * rest);
+    }
+    part
 }
 
 /// Orthonormal stress fields (membrane's elements × stresses), at most `wanted` of them compressed ones. `bent` are the modes at the
@@ -43,15 +56,20 @@ pub fn fields(
     wanted: usize,
 ) -> Result<Mat<f64>> {
     let mut candidates: Vec<Vec<f64>> = poses.iter().map(|u| strains(shell, |v| u[v])).collect();
-    let own: Vec<Vec<f64>> = bent.iter().map(|u| part(shell, 1.0, u)).collect();
+    let rest = strains_at_rest(shell);
+    let part = |sign: f64, u: &[Vec3]| part(shell, sign, u, rest.as_deref());
+    let own: Vec<Vec<f64>> = bent.iter().map(|u| part(1.0, u)).collect();
     let mut derivatives = derivatives.iter();
-    let first: Vec<Vec<f64>> = bent.iter().chain(responses).map(|u| unit(part(shell, -1.0, u))).collect();
+    let mut first: Vec<Vec<f64>> = bent.iter().chain(responses).map(|u| part(-1.0, u)).collect();
+    let largest = first[..bent.len()].iter().map(|strain| norm(strain)).fold(0.0, f64::max);
+    first.extend(rest.clone().filter(|rest| norm(rest) > STRAINED * largest));
+    let first: Vec<Vec<f64>> = first.into_iter().map(unit).collect();
     for i in 0..bent.len() {
         for (j, derivative) in (i..bent.len()).zip(&mut derivatives) {
             let sum: Vec<Vec3> = bent[i].iter().zip(&bent[j]).map(|(a, b)| a + b).collect();
             // ½ ε″(u_i, u_j): for i = j the sum is 2u, whose half is four times it.
-            let mixed = part(shell, 1.0, &sum);
-            let followed = part(shell, -1.0, derivative);
+            let mixed = part(1.0, &sum);
+            let followed = part(-1.0, derivative);
             let strain = (0..mixed.len()).map(|e| 0.5 * (mixed[e] - own[i][e] - own[j][e]) + followed[e]).collect();
             candidates.push(strain);
         }
@@ -66,6 +84,10 @@ pub fn fields(
 
 /// Of length 1, or 0.
 fn unit(strain: Vec<f64>) -> Vec<f64> {
-    let norm = strain.iter().map(|s| s * s).sum::<f64>().sqrt().max(f64::MIN_POSITIVE);
+    let norm = norm(&strain).max(f64::MIN_POSITIVE);
     strain.iter().map(|s| s / norm).collect()
+}
+
+fn norm(strain: &[f64]) -> f64 {
+    strain.iter().map(|s| s * s).sum::<f64>().sqrt()
 }

@@ -256,6 +256,73 @@ static void what_is_no_preset_is_refused(void) {
   FAILS(sw_preset_material(0, 1, &material), SW_ERROR_INVALID_DESC, "struct_size");
 }
 
+typedef struct { int count; char last[512]; } Heard;
+
+static void hear(void *user, uint32_t level, const char *message) {
+  Heard *heard = user;
+  if (level != SW_LOG_WARNING) return;
+  ++heard->count;
+  snprintf(heard->last, sizeof heard->last, "%s", message);
+}
+
+/* A strip of four units, of a thickness in metres, by a unit that is told. */
+static SwModelInfo weighed(SwMaterialDesc sheet, double thickness, double metres_per_unit, Heard *heard) {
+  memset(heard, 0, sizeof *heard);
+  sheet.thickness = thickness;
+  sheet.metres_per_unit = metres_per_unit;
+  OK(sw_set_log_callback(hear, heard));
+  SwModel *model = strip_of(&sheet, 1);
+  precompute(model, 4, SW_PRECISION_F64);
+  OK(sw_set_log_callback(NULL, NULL));
+  const SwModelInfo info = info_of(model);
+  sw_model_destroy(model);
+  return info;
+}
+
+static void a_wrong_unit_shows_in_what_the_weight_does(void) {
+  const SwMaterialDesc sheet = aluminium(0);
+  Heard heard;
+  SwModelInfo info = weighed(sheet, 1e-2, 0, &heard); /* not told */
+  CHECK(heard.count == 0 && info.metres_per_unit == 0 && info.earth_gravity == 0 && info.weight_moves == 0 && info.weight_turns == 0);
+  /* A plate of 4 m and 1 cm: the end of a clamped beam sinks by w L^4/(8 D) and turns by w L^3/(6 D). Four modes miss 1 %. */
+  info = weighed(sheet, 1e-2, 1, &heard);
+  const double ratio = 9.80665 * sheet.volume_density * 12 / (sheet.young * 1e-4), size = sqrt(16 + info.total_area * info.total_area / 16);
+  CHECK(heard.count == 0 && info.metres_per_unit == 1 && info.earth_gravity == 9.80665);
+  CHECK_NEAR(info.weight_moves * size / (ratio * 256 / 8), 1, 0.02);
+  CHECK_NEAR(info.weight_turns / (ratio * 64 / 6), 1, 0.02);
+  /* A mesh in millimetres beside constants in metres hangs under 1000 times the gravity. */
+  info = weighed(sheet, 1e-2, 1e-3, &heard);
+  CHECK(heard.count == 1 && strstr(heard.last, "softer than a film"));
+  CHECK_NEAR(info.earth_gravity, 9806.65, 1e-9);
+  CHECK_NEAR(info.weight_moves * size / (1000 * ratio * 256 / 8), 1, 0.02);
+  /* As thick as long, and stiffer than diamond, as the strip bends in its plane as well. */
+  SwMaterialDesc stiff = sheet;
+  stiff.young = 7e13;
+  info = weighed(stiff, 4, 1, &heard);
+  CHECK(heard.count == 1 && strstr(heard.last, "are lengths in metres") && info.weight_moves < 1e-5);
+  /* (E h^2/(12 rho g))^(1/3), the length within which it bends: 1.3 mm. */
+  SwMaterialDesc limp = sheet;
+  limp.young = 7e6;
+  info = weighed(limp, 1e-5, 1, &heard);
+  CHECK(heard.count == 1 && strstr(heard.last, "softer than a film") && info.weight_turns > 6);
+  /* Household foil, 16 micrometres: 4 cm. */
+  info = weighed(sheet, 1.6e-5, 1, &heard);
+  CHECK(heard.count == 0 && info.weight_turns > 6);
+}
+
+static void a_unit_that_is_none_is_refused(void) {
+  const Strip strip = make_strip();
+  const SwMeshDesc mesh = strip_mesh(&strip);
+  const double bad[5] = {-1, NAN, HUGE_VAL, 1e-320, -0.01};
+  SwModel *model = NULL;
+  for (int k = 0; k < 5; ++k) {
+    SwMaterialDesc material = aluminium(0.3);
+    material.metres_per_unit = bad[k];
+    FAILS(sw_model_create(&mesh, &material, NULL, &model), SW_ERROR_INVALID_ARGUMENT, "metres_per_unit");
+  }
+  CHECK(model == NULL);
+}
+
 /* A sheet by maps of its thickness on vertices and its modulus on triangles, in two formats and with strides. */
 static SwModel *mapped_strip(double thin, double thick) {
   static float thickness[2 * STRIP_VERTICES];
@@ -452,6 +519,8 @@ int main(void) {
   RUN(a_stiffness_of_zero_beside_others_is_zero);
   RUN(presets_are_sheets_in_any_unit_of_length);
   RUN(what_is_no_preset_is_refused);
+  RUN(a_wrong_unit_shows_in_what_the_weight_does);
+  RUN(a_unit_that_is_none_is_refused);
   RUN(maps_of_equal_values_are_the_constant);
   RUN(a_thin_end_makes_the_beam_faster);
   RUN(no_resistance_to_stretching_is_warned_of);

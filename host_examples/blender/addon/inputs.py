@@ -99,7 +99,8 @@ def read_shell(obj, depsgraph):
     material = materials.read_material(settings, depsgraph.scene, package, rest, triangles(obj.data))
     maps = materials.read_maps(obj, material)
     fixed, clamped = (group_vertices(obj, name) for name in (settings.fixed_group, settings.clamped_group))
-    shell = package.Shell(rest, triangles(obj.data), material, fixed, clamped, maps)
+    unit = materials.metres(depsgraph.scene) if materials.is_real(settings) else 0.0
+    shell = package.Shell(rest, triangles(obj.data), material, fixed, clamped, maps, metres_per_unit=unit)
     key = hashlib.blake2b(rest.tobytes() + shell.triangles.tobytes())
     recipe = read_recipe(obj, depsgraph, package)
     for name, values in maps.items():

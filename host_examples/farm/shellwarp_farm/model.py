@@ -65,7 +65,9 @@ def shell_of(tables):
     material = material_of(tables["material"])
     if isinstance(material, shellwarp.Sheet):  # whose edges hold their slope without their neighbours
         held = {kind: supported_vertices(supports, positions, kind) for kind in ("fixed", "clamped")}
-        return shellwarp.Shell(positions, triangles, material, **held, directions=tables["material"].get("direction"))
+        asset = drawn_at(tables["mesh"])[3]
+        return shellwarp.Shell(positions, triangles, material, **held, directions=tables["material"].get("direction"),
+                               metres_per_unit=asset.metres_per_unit or 0.0 if asset else 0.0)
     held = held_vertices(supports, positions, triangles)
     return shellwarp.Shell(positions, triangles, material, fixed=held)
 

@@ -226,6 +226,7 @@ class SwMaterialDesc(Structure):
         ("n_ties", c_uint32),
         ("tie_flags", c_uint32),
         ("tie_distance", c_double),
+        ("metres_per_unit", c_double),
     ]
 
 
@@ -316,6 +317,10 @@ class SwModelInfo(Structure):
         ("auto_method", c_uint32),
         ("support_fields", c_uint32),
         ("auto_error", c_double),
+        ("metres_per_unit", c_double),
+        ("earth_gravity", c_double),
+        ("weight_moves", c_double),
+        ("weight_turns", c_double),
     ]
 
 

@@ -87,6 +87,7 @@ class Shell:
     triangle_ties: "Sequence[tuple[Any, ...]]" = ()  # (a, t) or (a, t, stiffness): the same beside triangle t
     tie_distance: float = 0.0                   # pieces within this distance of each other are tied, stiffly
     axes: "Mapping[int, str | ArrayLike]" = field(default_factory=dict)  # held along axes alone: "xz", or a direction, or some of them, by vertex
+    metres_per_unit: float = 0.0                # of lengths: 1, 0.01 for centimetres; 0: not told. A wrong unit then shows in a warning (set_log) and in info()
 
     def mesh_desc(self) -> tuple[_abi.SwMeshDesc, tuple[Array, ...]]:
         """The SwMeshDesc and the arrays that it points into, which must outlive it."""
@@ -100,6 +101,7 @@ class Shell:
     def material_desc(self) -> tuple[_abi.SwMaterialDesc, tuple[Any, ...]]:
         """The SwMaterialDesc and what it points into, which must outlive it."""
         desc = self.material.desc()
+        desc.metres_per_unit = self.metres_per_unit
         maps = (_abi.SwMaterialMap * len(self.maps))()
         kept: list[Any] = [maps]
         for item, (name, given) in zip(maps, self.maps.items()):

@@ -328,10 +328,12 @@ pub(super) fn restore_reduced(
     (content, polynomial): (&[u8], Option<&[u8]>),
 ) -> Result<ReducedShell> {
     let _proof: features::ReducedShell = Proof::of(Feature::ReducedShell)?;
-    if shell.is_stressed() {
-        return invalid("it has a reduced shell, but hangs or is under stress at rest");
-    }
     let zero_modes = header.zero_modes as usize;
+    if shell.sag.is_some() || shell.settled_from.is_some() && (zero_modes > 0 || polynomial.is_some()) {
+        return invalid(
+            "it has a reduced shell, but hangs, or is under stress at rest and moves freely or has a polynomial energy",
+        );
+    }
     let mut reduced = ReducedShell::load(shell, n_modes.saturating_sub(zero_modes), header.precision, content)?;
     reduced.let_go(shell, zero_modes).or_else(|error| invalid(format!("it has a reduced shell: {error}")))?;
     reduced.polynomial = polynomial.map(|content| PolynomialEnergy::load(reduced.n(), content)).transpose()?;

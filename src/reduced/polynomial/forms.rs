@@ -49,7 +49,8 @@ pub struct Sources<'a> {
 
 /// The energy; none where its numbers leave the range, or that of the shell is none of the terms above. `watch` is told the share of the work done.
 pub fn make(sources: &Sources, watch: &mut dyn FnMut(f64) -> Result<()>) -> Result<Option<PolynomialEnergy>> {
-    let Some(material) = sources.shell.material.discrete_shells().filter(|_| sources.shell.bonds.is_empty()) else {
+    let told = sources.shell.bonds.is_empty() && !sources.shell.is_stressed();
+    let Some(material) = sources.shell.material.discrete_shells().filter(|_| told) else {
         return Ok(None);
     };
     match coefficients(sources, material, watch) {
