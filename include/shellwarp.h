@@ -1013,7 +1013,8 @@ typedef struct SwStateDesc {
 } SwStateDesc;
 
 // Damping of each mode: c = xi + zeta lambda + 2 ratio sqrt(lambda); of SW_METHOD_SHELL_... xi M +
-// zeta K, without ratios. All must be finite and not negative; 0 = none.
+// zeta K, without ratios. All must be finite and not negative; 0 = none. It may be stronger on some
+// of the shell than on other parts, by factors at the vertices.
 typedef struct SwDampingDesc {
   // Set by sw_damping_desc_init.
   uint32_t struct_size;
@@ -1025,6 +1026,17 @@ typedef struct SwDampingDesc {
   double stiffness_coefficient;
   // Fractions of critical damping (n_ratios).
   const double *ratios;
+  // What xi and the ratios are multiplied by at each vertex (n_factors), not negative, or NULL: 1
+  // everywhere. The full shell has xi of each vertex, reduced shells what that is on their fields.
+  // Modal methods, and ratios, have of each mode the mean over what moves in it: right where
+  // damping is light. Reduced shells that move freely refuse them.
+  const void *factors;
+  // Bytes from factor to factor; 0 = packed.
+  uint64_t factor_stride;
+  // SW_FORMAT_... of factors.
+  uint32_t factor_format;
+  // 0, or the number of vertices.
+  uint32_t n_factors;
 } SwDampingDesc;
 
 // The frame jumps to its new pose and is at rest there: no inertial load.
@@ -1104,7 +1116,7 @@ SwStatus sw_state_set_gravity(struct SwState *state,
 
 // Replaces all damping.
 // Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_UNSUPPORTED for ratios of
-// SW_METHOD_SHELL_..., SW_ERROR_BUSY.
+// SW_METHOD_SHELL_... and for factors of a reduced shell that moves freely, SW_ERROR_BUSY.
 SwStatus sw_state_set_damping(struct SwState *state,
                               const struct SwDampingDesc *desc);
 

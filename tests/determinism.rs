@@ -32,7 +32,14 @@ fn loaded(model: &Arc<Model>, method: Method, integrator: Integrator, seed: u32)
     let mut state = State::new(model.clone(), method, integrator).unwrap();
     let s = f64::from(seed) / 16.0;
     state.set_gravity(Vec3::new(0.1 * s, 0.0, -0.5)).unwrap();
-    state.set_damping(&Damping { mass_coefficient: 0.1, stiffness_coefficient: 1e-4, ratios: vec![0.01] }).unwrap();
+    state
+        .set_damping(&Damping {
+            mass_coefficient: 0.1,
+            stiffness_coefficient: 1e-4,
+            ratios: vec![0.01],
+            ..Damping::default()
+        })
+        .unwrap();
     let vertex = model.shell.free[model.shell.free.len() / 2];
     state.set_forces(vec![(vertex, Vec3::new(0.0, 0.0, 0.01 * s))], false).unwrap();
     let velocity = Vec3::new(0.3, 0.1 * s, 0.2);

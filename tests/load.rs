@@ -266,7 +266,9 @@ fn the_nonlinear_shell_swings_like_the_warp_when_little_bent() {
     let model = sheet();
     let run = |method| {
         let mut state = state(&model, method);
-        state.set_damping(&Damping { mass_coefficient: 0.5, stiffness_coefficient: 1e-4, ratios: vec![] }).unwrap();
+        state
+            .set_damping(&Damping { mass_coefficient: 0.5, stiffness_coefficient: 1e-4, ..Damping::default() })
+            .unwrap();
         state.set_gravity(-0.2 * Vec3::z()).unwrap();
         (0..200).for_each(|_| state.step(1.0 / 100.0).unwrap());
         displacements(&state)

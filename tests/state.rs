@@ -145,7 +145,8 @@ fn damping_ratio_and_rayleigh_damping_decay_as_stated() {
     let model = beam("v_beam");
     let (xi, zeta, ratio) = (0.4, 1e-3, 0.02);
     let mut state = State::new(model.clone(), Method::Warp, Integrator::Exact).unwrap();
-    let damping = Damping { mass_coefficient: xi, stiffness_coefficient: zeta, ratios: vec![ratio] };
+    let damping =
+        Damping { mass_coefficient: xi, stiffness_coefficient: zeta, ratios: vec![ratio], ..Damping::default() };
     state.set_damping(&damping).unwrap();
     state.set_amplitudes(&[0.01; 8], &[0.0; 8]).unwrap();
     let h = 0.05;

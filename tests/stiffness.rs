@@ -67,7 +67,7 @@ fn load(state: &mut State) {
     let ratios = if full(state.method()) { vec![] } else { vec![0.02] };
     // An explicit step with viscosity would have to be shorter still.
     let stiffness_coefficient = if state.method() == Method::ExplicitShell { 0.0 } else { 1e-3 };
-    state.set_damping(&Damping { mass_coefficient: 0.4, stiffness_coefficient, ratios }).unwrap();
+    state.set_damping(&Damping { mass_coefficient: 0.4, stiffness_coefficient, ratios, ..Damping::default() }).unwrap();
     let target = Target::Position(state.model().shell.mesh.positions[n as usize - 1] + Vec3::new(0.0, 0.0, 0.2));
     state.set_constraint(Constraint { id: 3, vertex: n - 1, axes: [true; 3], compliance: 0.05, target }).unwrap();
 }
@@ -180,7 +180,9 @@ fn contacts_and_given_frames_go_by_the_factor() {
             let floor = Pose { origin: Vec3::new(0.0, 0.0, -0.05), rotation: UnitQuaternion::identity() };
             state.set_obstacles(vec![Obstacle::new(Arc::new(Solid::plane()), floor).with_friction(0.3)]).unwrap();
             state.set_gravity(Vec3::new(0.0, 0.0, -20.0)).unwrap();
-            state.set_damping(&Damping { mass_coefficient: 2.0, stiffness_coefficient: 0.0, ratios: vec![] }).unwrap();
+            state
+                .set_damping(&Damping { mass_coefficient: 2.0, stiffness_coefficient: 0.0, ..Damping::default() })
+                .unwrap();
             for _ in 0..40 {
                 let rates = Rates { acceleration: Vec3::new(0.0, 0.5, 0.0), ..Rates::default() };
                 state.set_frame(Pose::identity(), FrameMotion::Given(rates));

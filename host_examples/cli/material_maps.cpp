@@ -42,25 +42,13 @@ void check_fits(Section &section, const Quantity &q, const Material &material) {
     section.fail(*node, std::string(q.key) + " does not go with frequency, which sets it");
 }
 
-std::vector<double> read_values(const std::string &path, const std::string &key) {
-  const std::string contents = read_file(path);
-  TextLines lines(path, contents);
-  std::vector<double> values;
-  while (lines.next_line())
-    while (lines.has_word()) {
-      values.push_back(lines.number(key + " " + std::to_string(values.size())));
-      if (!(values.back() > 0)) lines.fail(key + " " + std::to_string(values.size() - 1) + " must be greater than 0");
-    }
-  return values;
-}
-
 void read_files(Section section, Material &material, std::vector<std::string> &inputs) {
   for (const Quantity &q : kQuantities) {
     const std::optional<std::string> path = section.file(q.key);
     if (!path) continue;
     check_fits(section, q, material);
     inputs.push_back(*path);
-    material.files.push_back({q.map, *path, read_values(*path, q.key)});
+    material.files.push_back({q.map, *path, read_numbers(*path, q.key, false)});
   }
   section.reject_unknown_keys();
 }
@@ -111,6 +99,20 @@ double on_triangle(uint32_t quantity, const Material &material, const std::vecto
 }
 
 }  // namespace
+
+std::vector<double> read_numbers(const std::string &path, const std::string &key, bool or_zero) {
+  const std::string contents = read_file(path);
+  TextLines lines(path, contents);
+  std::vector<double> values;
+  while (lines.next_line())
+    while (lines.has_word()) {
+      const std::string name = key + " " + std::to_string(values.size());
+      values.push_back(lines.number(name));
+      if (!(values.back() > 0 || (or_zero && values.back() == 0)))
+        lines.fail(name + (or_zero ? " must not be negative" : " must be greater than 0"));
+    }
+  return values;
+}
 
 void read_maps(Section &section, Material &material, std::vector<std::string> &inputs) {
   if (auto files = section.section("map")) read_files(*files, material, inputs);

@@ -14,6 +14,9 @@ class Section;
 // [material.map] and [[material.region]]; the rest of the material must be read already. Files are added to `inputs`.
 void read_maps(Section &section, Material &material, std::vector<std::string> &inputs);
 
+// All numbers of a file, above 0 or from 0 on.
+std::vector<double> read_numbers(const std::string &path, const std::string &key, bool or_zero);
+
 // The constants that vary, by vertices or by triangles. Throws std::runtime_error where they do not fit the mesh.
 std::vector<MaterialFile> material_maps(const Material &material, const Mesh &mesh);
 

@@ -1,6 +1,7 @@
 #include "scene.hpp"
 
 #include "material.hpp"
+#include "material_maps.hpp"
 #include "method.hpp"
 #include "moving_files.hpp"
 #include "read_where.hpp"
@@ -176,11 +177,16 @@ Wind read_wind(Section section) {
   return wind;
 }
 
-Damping read_damping(Section section) {
+Damping read_damping(Section section, std::vector<std::string> &inputs) {
   Damping d;
   d.ratio = section.number("ratio").value_or(0);
   d.mass = section.number("mass").value_or(0);
   d.stiffness = section.number("stiffness").value_or(0);
+  if (const std::optional<std::string> path = section.file("factors")) {
+    inputs.push_back(*path);
+    d.path = *path;
+    d.factors = read_numbers(*path, "factors", true);
+  }
   section.reject_unknown_keys();
   return d;
 }
@@ -352,7 +358,7 @@ void read_substance(Section &section, const std::string &path, Scene &scene) {
   }
   read_proxy(section, scene);
   if (auto s = section.section("material")) scene.material = read_material(*s, scene.inputs);
-  if (auto s = section.section("damping")) scene.damping = read_damping(*s);
+  if (auto s = section.section("damping")) scene.damping = read_damping(*s, scene.inputs);
   for (Section &s : section.sections("support"))
     scene.supports.push_back(read_support(std::move(s), scene.inputs));
   for (Section &s : section.sections("tie")) scene.ties.push_back(read_tie(std::move(s)));

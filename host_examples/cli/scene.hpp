@@ -79,6 +79,8 @@ struct Damping {
   double ratio = 0;      // of critical, the same for every mode
   double mass = 0;       // Rayleigh xi, 1/s
   double stiffness = 0;  // Rayleigh zeta, s
+  std::string path;      // of the factors
+  std::vector<double> factors{};  // on ratio and mass, at the mesh's vertices; none for 1
 };
 
 using Range = std::pair<double, double>;

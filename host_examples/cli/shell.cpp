@@ -126,6 +126,16 @@ SwDampingDesc damping_desc(const Scene &scene, const shellwarp::Model &model) {
                        hertz.empty() ? 0 : hertz[0]);
 }
 
+// At the vertices that are simulated.
+std::vector<double> damping_factors(const Damping &damping, const Mesh &mesh) {
+  if (damping.factors.empty()) return {};
+  if (mesh.proxy && damping.factors.size() == mesh.of_file.size()) return mesh.carried(damping.factors);
+  if (damping.factors.size() != mesh.n_vertices())
+    throw std::runtime_error(damping.path + ": " + std::to_string(damping.factors.size()) + " factors; the mesh has " +
+                             std::to_string(mesh.n_vertices()) + " vertices");
+  return damping.factors;
+}
+
 bool any_needs_fields(const Scene &scene) {
   const std::vector<uint32_t> compared = scene.comparison ? scene.comparison->methods : std::vector<uint32_t>();
   return host::needs_fields(scene.method) || std::any_of(compared.begin(), compared.end(), host::needs_fields);
@@ -252,7 +262,12 @@ shellwarp::State make_state(const Scene &scene, const Mesh &mesh, const shellwar
   shellwarp::State state(model, desc);
   state.set_gravity(scene.gravity[0], scene.gravity[1], scene.gravity[2]);
   state.set_stiffness(scene.stiffness_factor);
-  state.set_damping(damping_desc(scene, model));
+  SwDampingDesc damping = damping_desc(scene, model);
+  const std::vector<double> factors = damping_factors(scene.damping, mesh);
+  damping.factors = factors.data();
+  damping.factor_format = SW_FORMAT_F64;
+  damping.n_factors = static_cast<uint32_t>(factors.size());
+  state.set_damping(damping);
   set_loads(scene.loads, mesh, state);
   set_colliders(scene.colliders, state);
   return state;

@@ -19,8 +19,8 @@ use crate::support::{FrameMotion, Pose, Rates};
 use crate::{Model, Vec3};
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
 use std::ffi::c_void;
-use std::sync::RwLock;
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, RwLock};
 
 /// Backward Euler: first order, stable for every step, damps what the step does not resolve.
 pub const SW_INTEGRATOR_IMPLICIT_EULER: u32 = 1;
@@ -50,7 +50,7 @@ pub struct SwStateDesc {
 described!(SwStateDesc, flags);
 
 /// Damping of each mode: c = xi + zeta lambda + 2 ratio sqrt(lambda); of SW_METHOD_SHELL_... xi M + zeta K, without ratios. All must
-/// be finite and not negative; 0 = none.
+/// be finite and not negative; 0 = none. It may be stronger on some of the shell than on other parts, by factors at the vertices.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct SwDampingDesc {
@@ -64,6 +64,15 @@ pub struct SwDampingDesc {
     pub stiffness_coefficient: f64,
     /// Fractions of critical damping (n_ratios).
     pub ratios: *const f64,
+    /// What xi and the ratios are multiplied by at each vertex (n_factors), not negative, or NULL: 1 everywhere. The full shell has xi of each vertex, reduced shells what
+    /// that is on their fields. Modal methods, and ratios, have of each mode the mean over what moves in it: right where damping is light. Reduced shells that move freely refuse them.
+    pub factors: *const c_void,
+    /// Bytes from factor to factor; 0 = packed.
+    pub factor_stride: u64,
+    /// SW_FORMAT_... of factors.
+    pub factor_format: u32,
+    /// 0, or the number of vertices.
+    pub n_factors: u32,
 }
 
 described!(SwDampingDesc, ratios);
@@ -243,8 +252,30 @@ pub unsafe extern "C" fn sw_state_set_gravity(state: *mut SwState, gravity: *con
     unsafe { writing(state, |state| Ok(state.set_gravity(read_numbers::<3>("gravity", gravity)?.into())?)) }
 }
 
+/// The factors of a descriptor, for so many vertices.
+unsafe fn factors_of(desc: &SwDampingDesc, vertices: usize) -> Result<Arc<[f64]>, Fault> {
+    if desc.n_factors == 0 {
+        return Ok(Arc::default());
+    }
+    if desc.n_factors as usize != vertices {
+        let message = format!("desc->n_factors is {}: give none, or {vertices}", desc.n_factors);
+        return Err(Fault::argument(message)); // nothing is read: the host's array is not that long
+    }
+    let rows = VectorRows::checked(
+        "desc->factors",
+        desc.factors,
+        desc.factor_format,
+        1,
+        desc.factor_stride,
+        desc.n_factors.into(),
+    )?;
+    // SAFETY: the host passes a factor for each vertex.
+    Ok((0..vertices).map(|v| unsafe { rows.read_one(v) }).collect())
+}
+
 /// Replaces all damping.
-/// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_UNSUPPORTED for ratios of SW_METHOD_SHELL_..., SW_ERROR_BUSY.
+/// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_UNSUPPORTED for ratios of SW_METHOD_SHELL_... and
+/// for factors of a reduced shell that moves freely, SW_ERROR_BUSY.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn sw_state_set_damping(state: *mut SwState, desc: *const SwDampingDesc) -> SwStatus {
     // SAFETY: `writing` refuses NULL; the host passes a live state, and a descriptor that has its struct_size.
@@ -260,6 +291,7 @@ pub unsafe extern "C" fn sw_state_set_damping(state: *mut SwState, desc: *const 
                 mass_coefficient: desc.mass_coefficient,
                 stiffness_coefficient: desc.stiffness_coefficient,
                 ratios: read_array("desc->ratios", desc.ratios, desc.n_ratios.into())?,
+                factors: factors_of(&desc, state.model().shell.mass.len())?,
             })?)
         })
     }

@@ -15,6 +15,7 @@ pub use nodal::rotations;
 
 use crate::constraint::{Constraint, ConstraintSet};
 use crate::load::{BodyLoad, External};
+use crate::modal::ModalBasis;
 use crate::point_energy::InFrame;
 use crate::reduced::Form;
 use crate::step::Integrator;
@@ -23,6 +24,7 @@ use crate::warp::{Extent, Placement};
 use crate::{Error, ErrorKind, Model, Result, Vec3};
 use nalgebra::UnitQuaternion;
 use plan::{Around, Part};
+use std::sync::Arc;
 
 /// Beyond a quarter turn the warp's own error exceeds a fifth of the displacement (closed form of a strip bent to an arc).
 pub const ROTATION_RANGE: f64 = std::f64::consts::FRAC_PI_2;
@@ -68,11 +70,21 @@ pub struct Damping {
     pub stiffness_coefficient: f64,
     /// Of critical, per mode; empty for none, one value for all modes.
     pub ratios: Vec<f64>,
+    /// What ξ and ratios are multiplied by at each vertex (n_vertices); empty for 1 everywhere. A mode's ratio is by the mean over its motion.
+    pub factors: Arc<[f64]>,
 }
 
 impl Damping {
-    /// 2 ratio √λ of each mode. Fails unless there is a ratio for none, all alike or each.
-    fn by_ratio(&self, eigenvalues: &[f64]) -> Result<Vec<f64>> {
+    /// 2 ratio √λ of each mode, by its mean factor. Fails unless there is a ratio for none, all alike or each.
+    fn by_ratio(&self, basis: &ModalBasis) -> Result<Vec<f64>> {
+        let mut by_ratio = self.uniform_by_ratio(&basis.eigenvalues)?;
+        if !self.factors.is_empty() && by_ratio.iter().any(|c| *c > 0.0) {
+            by_ratio.iter_mut().zip(basis.means(&self.factors)).for_each(|(c, mean)| *c *= mean);
+        }
+        Ok(by_ratio)
+    }
+
+    fn uniform_by_ratio(&self, eigenvalues: &[f64]) -> Result<Vec<f64>> {
         let (given, modes) = (self.ratios.len(), eigenvalues.len());
         if given > 1 && given != modes {
             let message = format!("{given} damping ratios for {modes} modes: give none, 1 or {modes}");

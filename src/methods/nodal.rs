@@ -27,6 +27,8 @@ struct Nodal {
     solver: Solver,
     explicit: bool,
     damping: Rayleigh,
+    /// What ξ is multiplied by at each vertex, or none.
+    factors: Arc<[f64]>,
     constraints: ConstraintSet,
     /// Supported vertices with mass, ascending.
     supported: Arc<[u32]>,
@@ -49,6 +51,7 @@ pub fn build(model: &Model, method: Method) -> Result<Box<dyn Motion>> {
         solver: Solver::new(model.shell.clone())?,
         explicit: method == Method::ExplicitShell,
         damping: Rayleigh::default(),
+        factors: Arc::default(),
         constraints: ConstraintSet::default(),
         supported: supported(&model.shell).into(),
         iterations: 0,
@@ -91,6 +94,7 @@ impl Nodal {
         self.move_supports(acting, Some(h));
         self.solver.join(acting.points.cloned());
         self.pass_constraints(acting.pose)?;
+        self.solver.share_damping(&self.factors);
         let Self { solver, explicit, damping, u, velocity, force, .. } = self;
         let iterations = if *explicit {
             solver.symplectic_euler(u, velocity, force, *damping, h)?;
@@ -155,6 +159,7 @@ impl Motion for Nodal {
             solver: Solver::new(self.shell.clone())?,
             explicit: self.explicit,
             damping: self.damping,
+            factors: self.factors.clone(),
             constraints: self.constraints.clone(),
             supported: self.supported.clone(),
             iterations: self.iterations,
@@ -274,6 +279,7 @@ impl Motion for Nodal {
             return unsupported("damping ratios");
         }
         self.damping = Rayleigh { mass: damping.mass_coefficient, stiffness: damping.stiffness_coefficient };
+        self.factors = damping.factors.clone();
         Ok(true)
     }
 

@@ -155,6 +155,20 @@ impl ModalBasis {
         if moving > 0.0 { carried / moving } else { 0.0 }
     }
 
+    /// Σ m f |φ|²/Σ m |φ|² of each mode, for factors f of the vertices: the mean over what moves in it.
+    pub fn means(&self, factors: &[f64]) -> Vec<f64> {
+        let mass = &self.shell.mass;
+        let mean = |k: usize| {
+            let (mut sum, mut whole) = (0.0, 0.0);
+            for (v, (mass, factor)) in mass.iter().zip(factors).enumerate() {
+                let part = mass * self.mode_at(k, v).0.norm_squared();
+                (sum, whole) = (sum + factor * part, whole + part);
+            }
+            if whole > 0.0 { sum / whole } else { 1.0 }
+        };
+        (0..self.n_modes()).map(mean).collect()
+    }
+
     /// What an acceleration that acts everywhere alike does to the modes. Made at the first call.
     pub fn participation(&self) -> &Participation {
         self.participation

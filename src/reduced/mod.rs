@@ -283,6 +283,22 @@ impl ReducedShell {
         elements * n * (n + 30) / 2
     }
 
+    /// Bᵀ M f B with factors f of the vertices. By plain sums, whose bits are the same on every processor.
+    pub fn mass_by(&self, shell: &Shell, factors: &[f64]) -> DMatrix<f64> {
+        let columns = unpacked(shell, &self.fields);
+        let weighed: Vec<f64> = shell.mass.iter().zip(factors).map(|(mass, factor)| mass * factor).collect();
+        let product =
+            |a: &[Vec3], b: &[Vec3]| a.iter().zip(b).zip(&weighed).map(|((a, b), m)| m * a.dot(b)).sum::<f64>();
+        let mut out = DMatrix::zeros(columns.len(), columns.len());
+        for i in 0..columns.len() {
+            for j in 0..=i {
+                let entry = product(&columns[i], &columns[j]);
+                (out[(i, j)], out[(j, i)]) = (entry, entry);
+            }
+        }
+        out
+    }
+
     /// Adds the force of the acceleration `a` everywhere.
     pub fn add_uniform(&self, a: &Vec3, out: &mut [f64]) {
         for (c, weight) in self.weight.iter().enumerate() {

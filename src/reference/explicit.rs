@@ -20,7 +20,7 @@ impl Solver {
         self.check_fields(&[("u", u), ("velocity", velocity), ("forces", forces)])?;
         self.place(u);
         self.origin.copy_from_slice(&self.x);
-        let Self { shell, x, force, points, .. } = self;
+        let Self { shell, x, force, points, damped, .. } = self;
         force.fill(Vec3::zeros());
         shell.energy.add_gradient(x, force);
         if let Some(points) = points {
@@ -29,8 +29,9 @@ impl Solver {
         if damping.stiffness > 0.0 {
             add_viscous_force(shell, x, |v| velocity[v], damping.stiffness, force);
         }
+        let xi = |v: usize| damped.get(v).map_or(damping.mass, |factor| factor * damping.mass);
         for v in shell.free.iter().map(|&v| v as usize) {
-            let acceleration = (forces[v] - force[v]) / shell.mass[v] - damping.mass * velocity[v];
+            let acceleration = (forces[v] - force[v]) / shell.mass[v] - xi(v) * velocity[v];
             if !(velocity[v] + h * acceleration).iter().all(|c| c.is_finite()) {
                 let message = format!("the explicit step of {h:?} s has blown up at vertex {v}: take shorter steps");
                 return Err(Error::new(ErrorKind::Numerical, message));

@@ -54,6 +54,8 @@ pub struct Solver {
     constraints: Constraints,
     /// Energies of points that join.
     points: Option<InFrame>,
+    /// What ξ is multiplied by at each vertex, or none.
+    damped: Arc<[f64]>,
     /// Groups of vertices that the newton's pattern couples for orientations.
     coupled: Vec<Vec<u32>>,
     /// What became of them, and their work.
@@ -74,7 +76,19 @@ impl Solver {
         let newton = Newton::new(&shell, &[])?;
         let (constraints, coupled, outcomes) = (Constraints::none(), vec![], vec![]);
         let (origin, x, force) = (zeros.clone(), zeros.clone(), zeros);
-        Ok(Self { shell, newton, constraints, points: None, coupled, outcomes, constraint_work: 0.0, origin, x, force })
+        Ok(Self {
+            shell,
+            newton,
+            constraints,
+            points: None,
+            damped: Arc::default(),
+            coupled,
+            outcomes,
+            constraint_work: 0.0,
+            origin,
+            x,
+            force,
+        })
     }
 
     /// Bytes of the matrix, its factor and the fields.
@@ -116,6 +130,11 @@ impl Solver {
     /// Energies that join in the calls that follow, if any.
     pub fn join(&mut self, points: Option<InFrame>) {
         self.points = points;
+    }
+
+    /// What ξ is multiplied by at each vertex in the steps that follow; none for 1.
+    pub fn share_damping(&mut self, factors: &Arc<[f64]>) {
+        self.damped.clone_from(factors);
     }
 
     fn points(points: &Option<InFrame>) -> Option<&dyn PointEnergy> {

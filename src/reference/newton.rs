@@ -336,12 +336,12 @@ impl Newton {
     /// not change with translations and cancel in the sum; only inertia resists. So this changes nothing but what was lost:
     /// to the shifts above, or to rounding where the stiffness is beyond 1e16 m/h².
     fn balance_momenta(&mut self, potential: &Potential) {
-        let Some(inertia) = potential.inertia_of_mass() else { return };
+        let Some(step) = potential.step else { return };
         let (shell, sums) = (potential.shell, &mut self.momenta);
         sums.fill((Vec3::zeros(), 0.0));
         let component = |v: usize| shell.mesh.component[v] as usize;
         for (i, v) in potential.free().enumerate() {
-            let weight = inertia * shell.mass[v];
+            let weight = step.inertia_of_mass(v) * shell.mass[v];
             let delta = Vec3::from_column_slice(&self.direction[3 * i..3 * i + 3]);
             let (force, total) = &mut sums[component(v)];
             *force += self.gradient[v] + weight * delta;

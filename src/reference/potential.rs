@@ -35,6 +35,8 @@ pub struct Step<'a> {
     pub velocity: &'a [Vec3],
     /// ξ and ζ.
     pub damping: Rayleigh,
+    /// What ξ is multiplied by at each vertex, or none.
+    pub damped: &'a [f64],
 }
 
 impl Potential<'_> {
@@ -45,7 +47,7 @@ impl Potential<'_> {
         for v in self.free() {
             let d = x[v] - self.origin[v];
             let work = self.load[v].dot(&d);
-            let inertia = self.step.map_or(0.0, |s| s.inertia(self.shell.mass[v], &d, &s.velocity[v]));
+            let inertia = self.step.map_or(0.0, |s| s.inertia((v, self.shell.mass[v]), &d));
             value += inertia - work;
             magnitude += inertia + work.abs();
         }
@@ -78,7 +80,7 @@ impl Potential<'_> {
             gradient[v] -= self.load[v];
             if let Some(s) = self.step {
                 let rate = (x[v] - self.origin[v]) / s.h;
-                gradient[v] += self.shell.mass[v] * ((rate - s.velocity[v]) / s.h + s.damping.mass * rate);
+                gradient[v] += self.shell.mass[v] * ((rate - s.velocity[v]) / s.h + s.xi(v) * rate);
             }
         }
         if let Some(s) = self.step.filter(|s| s.damping.stiffness > 0.0) {
@@ -137,9 +139,9 @@ impl Potential<'_> {
         if let Some(points) = self.points {
             self.constraints.add_points(points, x, curvature, matrix);
         }
-        let (Some(s), Some(inertia)) = (self.step, self.inertia_of_mass()) else { return };
+        let Some(s) = self.step else { return };
         for (i, v) in self.free().enumerate() {
-            matrix.add_diagonal(i, self.shell.mass[v] * inertia);
+            matrix.add_diagonal(i, self.shell.mass[v] * s.inertia_of_mass(v));
         }
         if s.damping.stiffness > 0.0 {
             let weight = s.damping.stiffness / s.h;
@@ -148,11 +150,6 @@ impl Potential<'_> {
                 matrix.add_element(vertices, |p, q| self.constraints.projected(vertices[p], block(p, q), vertices[q]));
             });
         }
-    }
-
-    /// What a mass adds to ∂²Φ/∂x², over the mass; `None` for an equilibrium.
-    pub fn inertia_of_mass(&self) -> Option<f64> {
-        self.step.map(|s| (1.0 / s.h + s.damping.mass) / s.h)
     }
 
     /// The vertices that move.
@@ -173,9 +170,19 @@ impl Potential<'_> {
 }
 
 impl Step<'_> {
+    /// ξ of a vertex.
+    fn xi(&self, v: usize) -> f64 {
+        self.damped.get(v).map_or(self.damping.mass, |factor| factor * self.damping.mass)
+    }
+
+    /// What the mass of a vertex adds to ∂²Φ/∂x², over the mass.
+    pub fn inertia_of_mass(&self, v: usize) -> f64 {
+        (1.0 / self.h + self.xi(v)) / self.h
+    }
+
     /// The inertia and mass damping of one vertex.
-    fn inertia(&self, mass: f64, d: &Vec3, velocity: &Vec3) -> f64 {
+    fn inertia(&self, (v, mass): (usize, f64), d: &Vec3) -> f64 {
         let h = self.h;
-        0.5 * mass * ((d / h - velocity).norm_squared() + self.damping.mass * d.norm_squared() / h)
+        0.5 * mass * ((d / h - self.velocity[v]).norm_squared() + self.xi(v) * d.norm_squared() / h)
     }
 }

@@ -299,6 +299,15 @@ impl State {
         for (k, ratio) in damping.ratios.iter().enumerate() {
             require_non_negative(format_args!("ratios[{k}]"), *ratio)?;
         }
+        let (given, vertices) = (damping.factors.len(), self.model.shell.mass.len());
+        if given != 0 && given != vertices {
+            return Err(Error::argument(format!(
+                "{given} damping factors for {vertices} vertices: give none or {vertices}"
+            )));
+        }
+        for (v, factor) in damping.factors.iter().enumerate() {
+            require_non_negative(format_args!("factors[{v}]"), *factor)?;
+        }
         let changed = match self.tempo.is_one() {
             true => self.motion.set_damping(damping)?,
             false => self.motion.set_damping(&self.tempo.damping(damping))?,

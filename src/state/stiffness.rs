@@ -65,6 +65,7 @@ impl Tempo {
             mass_coefficient: damping.mass_coefficient / self.root,
             stiffness_coefficient: damping.stiffness_coefficient * self.root,
             ratios: damping.ratios.clone(),
+            factors: damping.factors.clone(),
         }
     }
 

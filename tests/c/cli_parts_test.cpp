@@ -1207,6 +1207,7 @@ void a_bad_map_is_named() {
   CHECK(says("[material.map]\nthickness = 'short.txt'\n", "short.txt: 3 values of thickness; the mesh has "));
   CHECK(says("[material.map]\nthickness = 'bad.txt'\n", "bad.txt:2: thickness 1 must be greater than 0"));
   CHECK(says("[material.map]\nthickness = 'nan.txt'\n", "nan.txt:2: "));
+  CHECK(says("[damping]\nfactors = 'bad.txt'\n", "bad.txt:2: factors 1 must not be negative"));
   CHECK(says("[material.map]\nthickness = 'none.txt'\n", "none.txt"));
   CHECK(says("[material.map]\nk_bend = 'bad.txt'\n", "material.toml:8: [material.map] k_bend does not go with a sheet"));
   CHECK(says("[material.map]\nthicknes = 'bad.txt'\n", "material.toml:8: [material.map] unknown key 'thicknes'"));

@@ -353,6 +353,10 @@ class SwDampingDesc(Structure):
         ("mass_coefficient", c_double),
         ("stiffness_coefficient", c_double),
         ("ratios", c_void_p),
+        ("factors", c_void_p),
+        ("factor_stride", c_uint64),
+        ("factor_format", c_uint32),
+        ("n_factors", c_uint32),
     ]
 
 

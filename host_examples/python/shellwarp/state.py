@@ -103,14 +103,19 @@ class State(Handle):
             factor = float(numpy.exp(numpy.clip(b - g / slope, b - 4, b + 4)))
         raise InvalidArgumentError(f"length: no stiffness was found by which the shell sags by {length}; the last one gives {sag}")
 
-    def set_damping(self, ratio: ArrayLike = 0.0, mass: float = 0.0, stiffness: float = 0.0) -> None:
-        """Fraction of critical damping, one or (modes), 0 for a nonlinear shell; Rayleigh's coefficients in 1/s and s."""
+    def set_damping(self, ratio: ArrayLike = 0.0, mass: float = 0.0, stiffness: float = 0.0, factors: "ArrayLike | None" = None) -> None:
+        """Fraction of critical damping, one or (modes), 0 for a nonlinear shell; Rayleigh's coefficients in 1/s and s.
+
+        `factors` (n_vertices) are what `ratio` and `mass` are multiplied by on a part of the shell.
+        """
         ratios = _arrays.numbers_in(ratio, "ratio")
         if ratios.size == 1 and ratios[0] == 0:
             ratios = ratios[:0]   # no ratio: all that a nonlinear shell takes
         desc = _library.initialised(_abi.SwDampingDesc)
         desc.mass_coefficient, desc.stiffness_coefficient = mass, stiffness
         desc.ratios, desc.n_ratios = _arrays.address(ratios), ratios.size
+        by_vertices = numpy.ascontiguousarray([] if factors is None else factors, dtype=numpy.float64).ravel()
+        desc.factors, desc.n_factors, desc.factor_format = _arrays.address(by_vertices), by_vertices.size, _abi.SW_FORMAT_F64
         self._call("sw_state_set_damping", byref(desc))
 
     def set_frame(self, origin: ArrayLike = (0, 0, 0), rotation: "ArrayLike | None" = None, teleport: bool = False,

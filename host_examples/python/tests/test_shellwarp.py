@@ -635,6 +635,35 @@ class Stiffness(unittest.TestCase):
             state.set_sag(-1)
 
 
+class Damping(unittest.TestCase):
+    def test_factors_of_vertices_multiply_and_are_refused_by_their_number(self):
+        made = model()
+        ends = []
+        for damping in ({"mass": 2.0}, {"mass": 0.8, "factors": numpy.full(len(strip.positions(numpy.float64)), 2.5, dtype=numpy.float32)}):
+            state = made.state("warp")
+            state.set_damping(**damping)
+            state.set_gravity([0, 0, -1])
+            for _ in range(10):
+                state.step(0.01)
+            ends.append(state.positions())
+        self.assertLess(abs(ends[0] - ends[1]).max(), 1e-6)   # positions have 32 bits
+        with self.assertRaisesRegex(sw.InvalidArgumentError, "n_factors is 3"):
+            state.set_damping(mass=1.0, factors=[1, 1, 1])
+
+
+class Units(unittest.TestCase):
+    def test_a_unit_that_is_told_gives_gravity_and_what_weight_does(self):
+        sheet = sw.Sheet(7e10, 0.3, 1e-3, 2700.0)
+        for metres, gravity in ((0.0, 0.0), (0.01, 980.665)):
+            with sw.Model(strip.shell(material=sheet, metres_per_unit=metres)) as made:
+                made.precompute(modes=2, reduced_fields=0)
+                told = made.info()
+            self.assertEqual((told["metres_per_unit"], told["weight_moves"] > 0, told["weight_turns"] > 0), (metres, metres > 0, metres > 0))
+            self.assertAlmostEqual(told["earth_gravity"], gravity, delta=1e-9)
+        with self.assertRaisesRegex(sw.InvalidArgumentError, "metres_per_unit is -1"):
+            sw.Model(strip.shell(material=sheet, metres_per_unit=-1.0))
+
+
 class Grain(unittest.TestCase):
     def test_a_strip_swings_by_the_modulus_along_it_and_uvs_tell_directions(self):
         flat, triangles = strip.positions(numpy.float64), strip.shell().triangles

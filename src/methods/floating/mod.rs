@@ -332,7 +332,11 @@ impl Motion for Floating {
     }
 
     fn set_damping(&mut self, damping: &Damping) -> Result<bool> {
-        self.modal_damping = damping.by_ratio(&self.basis.eigenvalues)?.split_off(self.basis.zero_modes);
+        if !damping.factors.is_empty() {
+            let message = "a reduced shell that moves freely takes no damping by vertices: use the full shell";
+            return Err(Error::new(ErrorKind::Unsupported, message));
+        }
+        self.modal_damping = damping.by_ratio(&self.basis)?.split_off(self.basis.zero_modes);
         self.damping = Rayleigh { mass: damping.mass_coefficient, stiffness: damping.stiffness_coefficient };
         Ok(true)
     }

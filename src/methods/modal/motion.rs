@@ -144,8 +144,11 @@ impl<M: Map> Motion for Modal<M> {
     fn set_damping(&mut self, damping: &Damping) -> Result<bool> {
         let eigenvalues = &self.basis.eigenvalues;
         let Damping { mass_coefficient: xi, stiffness_coefficient: zeta, .. } = damping;
-        let by_ratio = damping.by_ratio(eigenvalues)?;
-        let coefficients = eigenvalues.iter().zip(by_ratio).map(|(lambda, by_ratio)| xi + zeta * lambda + by_ratio);
+        let by_ratio = damping.by_ratio(&self.basis)?;
+        let means =
+            if damping.factors.is_empty() { vec![1.0; by_ratio.len()] } else { self.basis.means(&damping.factors) };
+        let both = eigenvalues.iter().zip(by_ratio).zip(means);
+        let coefficients = both.map(|((lambda, by_ratio), mean)| xi * mean + zeta * lambda + by_ratio);
         let before = std::mem::replace(&mut self.damping, coefficients.collect());
         Ok(self.damping != before)
     }

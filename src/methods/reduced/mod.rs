@@ -92,6 +92,8 @@ struct Reduced {
     damping: Rayleigh,
     /// 2 ratio √λ of each mode.
     modal_damping: Vec<f64>,
+    /// ξ Bᵀ M f B with factors f of the vertices, in the place of ξ; none without.
+    by_vertices: Option<Arc<DMatrix<f64>>>,
     constraints: ConstraintSet,
     /// Steps whose search ended short of its tolerance.
     unconverged: u64,
@@ -151,6 +153,7 @@ fn at_rest(model: &Model, form: Form) -> Result<Reduced> {
         motion: Coordinates::rest(n),
         damping: Rayleigh::default(),
         modal_damping: vec![0.0; model.modal.n_modes()],
+        by_vertices: None,
         constraints: ConstraintSet::default(),
         unconverged: 0,
         work: Work::default(),
@@ -374,8 +377,11 @@ impl Motion for Reduced {
     }
 
     fn set_damping(&mut self, damping: &Damping) -> Result<bool> {
-        self.modal_damping = damping.by_ratio(&self.basis.eigenvalues)?;
-        self.damping = Rayleigh { mass: damping.mass_coefficient, stiffness: damping.stiffness_coefficient };
+        self.modal_damping = damping.by_ratio(&self.basis)?;
+        let Damping { mass_coefficient: xi, stiffness_coefficient: stiffness, factors, .. } = damping;
+        let by_vertices = !factors.is_empty() && *xi > 0.0;
+        self.by_vertices = by_vertices.then(|| Arc::new(*xi * self.reduced.mass_by(&self.shell, factors)));
+        self.damping = Rayleigh { mass: if by_vertices { 0.0 } else { *xi }, stiffness: *stiffness };
         Ok(true)
     }
 

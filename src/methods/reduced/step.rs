@@ -224,12 +224,15 @@ impl Reduced {
     /// The damping beside ξ at the start of the step, over a stage's `tau` seconds; false if there is none.
     fn set_viscosity(&mut self, reduced: &ReducedShell, tau: f64) -> bool {
         let zeta = self.damping.stiffness;
-        let modal = self.modal_damping.iter().any(|c| *c > 0.0);
+        let modal = self.by_vertices.is_some() || self.modal_damping.iter().any(|c| *c > 0.0);
         if zeta > 0.0 {
             reduced.elastic(self.form).viscosity(&self.motion.q, self.newton.scratch(), &mut self.viscosity);
             self.viscosity *= zeta;
         } else if modal {
             self.viscosity.fill(0.0);
+        }
+        if let Some(by_vertices) = &self.by_vertices {
+            self.viscosity += &**by_vertices;
         }
         self.modal_damping.iter().enumerate().for_each(|(k, c)| self.viscosity[(k, k)] += c);
         let damped = zeta > 0.0 || modal;
