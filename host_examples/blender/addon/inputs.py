@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy
 
 from . import colliders, fields, library, materials, stack
-from .meshes import DISABLED, SCALE_TOLERANCE, Refused, check_mesh, evaluated, present, group_vertices, rest_positions, triangles
+from .meshes import DISABLED, SCALE_TOLERANCE, Refused, check_mesh, creases, evaluated, present, group_vertices, key_positions, rest_positions, triangles
 
 
 @dataclass(frozen=True)
@@ -100,12 +100,15 @@ def read_shell(obj, depsgraph):
     maps = materials.read_maps(obj, material)
     fixed, clamped = (group_vertices(obj, name) for name in (settings.fixed_group, settings.clamped_group))
     unit = materials.metres(depsgraph.scene) if materials.is_real(settings) else 0.0
-    shell = package.Shell(rest, triangles(obj.data), material, fixed, clamped, maps, metres_per_unit=unit)
+    folds = creases(obj.data, settings.crease_factors, settings.crease_angles)
+    unstressed = key_positions(obj.data, settings.rest_shape).astype(numpy.float64) * scale if settings.rest_shape else None
+    shell = package.Shell(rest, triangles(obj.data), material, fixed, clamped, maps, folds, unstressed, metres_per_unit=unit)
     key = hashlib.blake2b(rest.tobytes() + shell.triangles.tobytes())
     recipe = read_recipe(obj, depsgraph, package)
     for name, values in maps.items():
         key.update(name.encode() + values.tobytes())
-    key.update(repr((material, fixed, clamped, recipe)).encode())
+    key.update(repr((material, fixed, clamped, recipe, folds)).encode())
+    key.update(b"" if unstressed is None else unstressed.tobytes())
     return shell, scale, recipe, key.digest()
 
 

@@ -34,6 +34,37 @@ def rest_positions(mesh):
     return out
 
 
+def key_positions(mesh, name):
+    """A shape key's shape, object coordinates (n x 3) float32."""
+    key = mesh.shape_keys.key_blocks.get(name) if mesh.shape_keys else None
+    if key is None:
+        raise Refused(f"there is no shape key “{name}”")
+    out = numpy.empty((len(mesh.vertices), 3), numpy.float32)
+    key.data.foreach_get("co", out.ravel())
+    return out
+
+
+def edge_numbers(mesh, name, plain):
+    """An edge attribute's numbers, all `plain` where none is named."""
+    out = numpy.full(len(mesh.edges), plain, numpy.float32)
+    if not name:
+        return out
+    attribute = mesh.attributes.get(name)
+    if attribute is None or attribute.domain != "EDGE" or attribute.data_type != "FLOAT":
+        raise Refused(f"there is no attribute “{name}” of a number an edge")
+    attribute.data.foreach_get("value", out)
+    return out
+
+
+def creases(mesh, factors, angles):
+    """Edges of another stiffness than the shell's, or of a rest angle that is not 0: (a, b, factor) or (a, b, factor, angle)."""
+    factors, angles = edge_numbers(mesh, factors, 1.0), edge_numbers(mesh, angles, 0.0)
+    ends = numpy.empty((len(mesh.edges), 2), numpy.int32)
+    mesh.edges.foreach_get("vertices", ends.ravel())
+    found = numpy.flatnonzero((factors != 1) | (angles != 0))
+    return [(int(ends[e, 0]), int(ends[e, 1]), float(factors[e]), *([float(angles[e])] if angles[e] != 0 else [])) for e in found]
+
+
 def triangles(mesh):
     """Blender's own triangulation (n x 3)."""
     mesh.calc_loop_triangles()

@@ -6,7 +6,7 @@ from . import bake, colliders, fields, inputs, library, live, materials, operato
 
 GROUPS = [
     ("Material", ("material", "preset", "frequency", "young", "poisson", "thickness", "volume_density", "density", "k_bend", "k_length", "k_area",
-                  "thickness_group", "young_group", "density_group")),
+                  "thickness_group", "young_group", "density_group", "rest_shape", "crease_factors", "crease_angles")),
     ("Method", ("method", "reduced_fields", "auto_error", "modes", "integrator")),
     ("Damping", ("damping_ratio", "damping_mass", "damping_stiffness")),
     ("Loads", ("gravity", "fields", "wind", "air_density", "normal_drag", "tangential_drag")),

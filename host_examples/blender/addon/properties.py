@@ -136,6 +136,12 @@ class ShellwarpSettings(bpy.types.PropertyGroup):
                           description="k_B, energy. The plate rigidity is six times this")
     k_length: FloatProperty(override=OVER, name="Stretch", default=1e4, min=0, options=NOT_KEYED, description="k_L, energy per length")
     k_area: FloatProperty(override=OVER, name="Area", default=1e4, min=0, options=NOT_KEYED, description="k_A, energy per area")
+    rest_shape: StringProperty(override=OVER, name="Rest shape", options=NOT_KEYED,
+                               description="Shape key that is the shape without stress: the shell first comes to rest from the basis. Empty: the basis")
+    crease_factors: StringProperty(override=OVER, name="Creases", options=NOT_KEYED,
+                                   description="Edge attribute whose numbers multiply the stiffness against bending there; 0 turns freely")
+    crease_angles: StringProperty(override=OVER, name="Rest angles", options=NOT_KEYED,
+                                  description="Edge attribute of the angles at which edges rest, rad, convex on the faces' outside; 0: as the basis has it")
     fixed_group: StringProperty(override=OVER, name="Fixed", options=NOT_KEYED,
                                 description="Vertex group held in place by the object: weights above a half")
     clamped_group: StringProperty(override=OVER, name="Clamped", options=NOT_KEYED,

@@ -37,9 +37,9 @@ def slot(obj):
 
 
 def keys(obj):
-    """The shape keys that a user made."""
-    found = obj.data.shape_keys
-    return [key for key in found.key_blocks if key != found.reference_key and key.name != SHAPE_KEY] if found else []
+    """The shape keys that a user made to lead; that of the rest shape leads nothing."""
+    found, others = obj.data.shape_keys, {SHAPE_KEY, obj.shellwarp.rest_shape}
+    return [key for key in found.key_blocks if key != found.reference_key and key.name not in others] if found else []
 
 
 def leads(obj):

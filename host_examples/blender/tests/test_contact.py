@@ -338,6 +338,46 @@ class Materials(Case):
         self.scene.frame_set(1)
         self.assertIn("the weight of vertex 3 in “gone” is 0", self.message(obj))
 
+    def test_a_shape_key_is_the_shape_without_stress(self):
+        """The strip curls to the arc of its key: its end comes to the key's height, but for the flat clamp. Rows 0 and 1 are held."""
+        obj = add_strip()
+        obj.shape_key_add(name="Basis")
+        rolled = obj.shape_key_add(name="rolled")
+        rolled.value = 0.0
+        points = part("meshes").rest_positions(obj.data)
+        angle = (points[:, 0] - 0.01).clip(min=0) * 4   # 0.25 m of radius
+        curled = numpy.where(points[:, :1] > 0.01, numpy.stack([0.01 + numpy.sin(angle) / 4, points[:, 1], (1 - numpy.cos(angle)) / 4], axis=1), points)
+        rolled.data.foreach_set("co", curled.astype(numpy.float32).ravel())
+        s = obj.shellwarp
+        s.rest_shape, s.fixed_group, s.clamped_group, s.gravity = "rolled", "", "held", 0.0
+        play(2)
+        self.assertEqual(self.message(obj), "")
+        self.assertAlmostEqual(shown(obj)[-1, 2] / curled[-1, 2], 1, delta=0.05)
+        s.rest_shape = "none"
+        self.scene.frame_set(1)
+        self.assertIn("no shape key “none”", self.message(obj))
+
+    def test_edge_attributes_are_creases(self):
+        """A fold that turns freely has no stiffness; one that rests at an angle lifts the end by its sine."""
+        obj = add_strip()
+        mesh = obj.data
+        middle = {v.index for v in mesh.vertices if abs(v.co.x - 0.15) < 1e-6}
+        folds = [e.index for e in mesh.edges if set(e.vertices) <= middle]
+        factors, angles = (mesh.attributes.new(name, "FLOAT", "EDGE") for name in ("soft", "bent"))
+        factors.data.foreach_set("value", [1.0] * len(mesh.edges))
+        for edge in folds:
+            factors.data[edge].value, angles.data[edge].value = 4.0, 0.5
+        s = obj.shellwarp
+        s.crease_factors, s.crease_angles, s.gravity = "soft", "bent", 0.0
+        folded = self.shell(obj).creases
+        self.assertEqual([(set(edge[:2]) <= middle, edge[2:]) for edge in folded], [(True, (4.0, 0.5))] * 3)
+        play(2)
+        self.assertEqual(self.message(obj), "")
+        self.assertGreater(abs(shown(obj)[-1, 2]), 0.04)   # 0.15 sin 0.5 is 0.07; what is next to the fold bends back
+        s.crease_angles = "gone"
+        self.scene.frame_set(1)
+        self.assertIn("no attribute “gone”", self.message(obj))
+
 
 class Layout:
     """Stands in for a panel's layout, which there is none of without a window: keeps what is shown, refuses what is not there."""
