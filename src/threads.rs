@@ -132,6 +132,9 @@ impl<'a, T, W: Fn(&T) -> u64> Queue<'a, T, W> {
     }
 }
 
+/// How the names of the library's own threads begin.
+pub const NAMED: &str = "shellwarp";
+
 /// Asks whether to go on; from the caller's thread, the host.
 pub type GoOn<'a> = &'a mut dyn FnMut() -> Result<()>;
 
@@ -158,9 +161,20 @@ impl Outcome {
     }
 }
 
+/// Ends all when the thread that it is on panics, so that nobody waits for its item.
+struct Fallen<'a>(&'a Outcome);
+
+impl Drop for Fallen<'_> {
+    fn drop(&mut self) {
+        if std::thread::panicking() {
+            self.0.fail(Error::new(ErrorKind::Cancelled, "a thread panicked"));
+        }
+    }
+}
+
 /// Calls `body` once on every item, long work each, on at most so many threads of its own, each with what `make` makes for it, and
 /// none of the pool's, which steps of other states must find free. `watch` hears on the caller's
-/// thread how many items are done, and may stop all with an error. `body` must not panic.
+/// thread how many items are done, and may stop all with an error. A panic on any of the threads ends all, and is the caller's.
 pub fn for_each_long<T: Send, W>(
     items: &mut [T],
     most: usize,
@@ -183,12 +197,16 @@ pub fn for_each_long<T: Send, W>(
     let workers = count.min(most).min(n_items).max(1) - 1;
     std::thread::scope(|scope| {
         for k in 0..workers {
-            let alone = || work(&mut || outcome.go_on()).unwrap_or_else(|error| outcome.fail(error));
-            let spawned = std::thread::Builder::new().name(format!("shellwarp+{}", k + 1)).spawn_scoped(scope, alone);
+            let alone = || {
+                let _fallen = Fallen(&outcome);
+                work(&mut || outcome.go_on()).unwrap_or_else(|error| outcome.fail(error));
+            };
+            let spawned = std::thread::Builder::new().name(format!("{NAMED}+{}", k + 1)).spawn_scoped(scope, alone);
             if spawned.is_err() {
                 break; // the others do its work
             }
         }
+        let _fallen = Fallen(&outcome);
         let mut hear = || outcome.go_on().and_then(|()| watch(outcome.done.load(Ordering::SeqCst)));
         let mut worked = work(&mut hear);
         while worked.is_ok() && outcome.done.load(Ordering::SeqCst) < n_items {

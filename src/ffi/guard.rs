@@ -2,23 +2,31 @@
 
 use super::floats::Inside;
 use super::status::{Fault, SW_ERROR_INTERNAL, SW_OK, SwStatus, remember};
+use crate::threads::NAMED;
 use std::cell::{Cell, RefCell};
 use std::panic::{AssertUnwindSafe, catch_unwind, set_hook, take_hook};
-use std::sync::{Once, PoisonError, RwLock, RwLockReadGuard, RwLockWriteGuard, TryLockError};
+use std::sync::{Mutex, Once, PoisonError, RwLock, RwLockReadGuard, RwLockWriteGuard, TryLockError};
 
 thread_local! {
     static INSIDE: Cell<bool> = const { Cell::new(false) };
     static PANIC: RefCell<Option<String>> = const { RefCell::new(None) };
 }
 
-/// Keeps a panic's text for [`guard`] instead of printing it, on threads that are inside a call; others go on as before.
+/// The text of a panic on a thread of the library's own, for the call that made it.
+static ELSEWHERE: Mutex<Option<String>> = Mutex::new(None);
+
+/// Keeps a panic's text for [`guard`] instead of printing it, on threads that are inside a call and the library's own; others go on as before.
 fn silence_panics() {
     static ONCE: Once = Once::new();
     ONCE.call_once(|| {
         let previous = take_hook();
         set_hook(Box::new(move |info| {
+            let text = || Some(info.to_string().replace('\n', ": "));
             if INSIDE.get() {
-                PANIC.with(|text| *text.borrow_mut() = Some(info.to_string().replace('\n', ": ")));
+                let elsewhere = ELSEWHERE.lock().unwrap_or_else(PoisonError::into_inner).take();
+                PANIC.with(|kept| *kept.borrow_mut() = elsewhere.or_else(text));
+            } else if std::thread::current().name().is_some_and(|name| name.starts_with(NAMED)) {
+                *ELSEWHERE.lock().unwrap_or_else(PoisonError::into_inner) = text();
             } else {
                 previous(info);
             }

@@ -317,6 +317,25 @@ fn a_panic_in_the_step_of_one_of_many_poisons_it_alone() {
 }
 
 #[test]
+fn a_panic_on_a_thread_of_a_training_ends_the_call_with_its_text() {
+    // The second item begins only when the first has: so two threads have them, where the machine gives two.
+    let begun = std::sync::atomic::AtomicUsize::new(0);
+    let caller = std::thread::current().id();
+    let body = |_: &mut (), _: &mut usize, go_on: crate::threads::GoOn| {
+        begun.fetch_add(1, std::sync::atomic::Ordering::SeqCst);
+        while begun.load(std::sync::atomic::Ordering::SeqCst) < 2 && std::thread::current().id() == caller {
+            go_on()?;
+        }
+        panic!("the training fell");
+    };
+    assert!(crate::threads::set_threads(2));
+    let status =
+        super::guard::guard(|| Ok(crate::threads::for_each_long(&mut [0, 1], 2, || Ok(()), body, &mut |_| Ok(()))?));
+    assert_eq!(status, SW_ERROR_INTERNAL);
+    assert!(last_message().contains("the training fell"), "{}", last_message());
+}
+
+#[test]
 fn a_handle_in_use_is_busy() {
     let (model, state) = objects();
     // SAFETY: live handles.
