@@ -129,6 +129,18 @@ impl ConstraintSet {
         *self = Self { work: self.work, ..Self::default() };
     }
 
+    /// Moves the target of the constraint with this id, for a part of a step.
+    pub fn lead(&mut self, id: u32, target: Target) {
+        if let Ok(at) = self.items.binary_search_by_key(&id, |c| c.id) {
+            self.items[at].target = target;
+        }
+    }
+
+    /// Replaces the forces that the last step reports, by ascending id.
+    pub fn report_forces(&mut self, forces: &[Vec3]) {
+        self.outcomes.iter_mut().zip(forces).for_each(|(outcome, force)| outcome.force = *force);
+    }
+
     /// For a step to say what it makes of each.
     pub fn pending(&mut self) -> impl Iterator<Item = (&Constraint, &mut Outcome)> {
         self.items.iter().zip(&mut self.pending)

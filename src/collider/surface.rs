@@ -189,7 +189,7 @@ pub(super) fn check_closed(triangles: &[[u32; 3]]) -> Result<()> {
         _ if triangles.is_empty() => invalid_mesh("the mesh has no triangle of three different vertices".into()),
         None => Ok(()),
         Some([a, b]) => invalid_mesh(format!(
-            "the mesh is open: edge {a}-{b} has one triangle ({} such edges); a solid needs a closed mesh",
+            "the mesh is open: edge {a}-{b} has one triangle ({} such edges); a solid needs a closed mesh: close it, or give the sheet a thickness",
             open.len()
         )),
     }

@@ -6,7 +6,7 @@
 //!
 //! The anchor is where the probe stuck to the solid, and moves with it.
 
-use super::{HARDNESS_AT_START, Obstacle, Probes, Round, WAY_OUT};
+use super::{HARDNESS_AT_START, MET, Obstacle, Probes, Round, WAY_OUT};
 use crate::Vec3;
 use crate::collider::Touch;
 use crate::energy::Curvature;
@@ -15,6 +15,10 @@ use nalgebra::Matrix3;
 
 /// A way across the solid that ends on a side turned by more than this from where it enters went through (cosine).
 const SAME_SIDE: f64 = 0.5;
+/// Deeper than so many times what rounds should leave, an anchor stays where it was.
+const SUNK: f64 = 10.0;
+/// Of a solid's radius, the least way from an anchor to behind the solid.
+const BEHIND: f64 = 0.5;
 /// Of the cap, the friction of what slips; and its spring's length beside that where it would stick.
 const SLIPS: f64 = 0.999;
 const FAR: f64 = 1e6;
@@ -50,6 +54,10 @@ pub struct Touching {
     pub gap: f64,
     /// How deep the probe may still be at the end of the step.
     pub allowed: f64,
+    /// The step began behind the solid, seen from the anchor.
+    pub caught: bool,
+    /// The round ended behind it, seen from where the step began.
+    pub passed: bool,
     /// On the shell in the last round, friction included.
     pub pull: Vec3,
 }
@@ -72,6 +80,8 @@ impl Touching {
             cap: 0.0,
             gap: 0.0,
             allowed: 0.0,
+            caught: false,
+            passed: false,
             pull: zero,
         }
     }
@@ -89,6 +99,23 @@ impl Touching {
         self.gap = touch.distance;
     }
 
+    /// Takes the half-space for the start of a step, with the probe at `a` in the solid's axes. One that few modes left behind the solid goes
+    /// back to the side of its anchor.
+    pub fn begin(&mut self, obstacle: &Obstacle, a: &Vec3, size: f64, round: Round) {
+        let touch = obstacle.touch(a);
+        let far = (a - self.anchor).norm() > least_behind(obstacle);
+        let behind = if far && round.h.is_some() { crossing(obstacle, &self.anchor, a, &touch) } else { None };
+        self.caught = behind.is_some();
+        let gap = if let Some((place, first)) = behind {
+            self.plane_at(obstacle, &place, &first);
+            first.normal.dot(&(a - place))
+        } else {
+            self.plane_at(obstacle, a, &touch);
+            touch.distance
+        };
+        self.give_way(gap, size, round);
+    }
+
     /// Lets a probe that begins the step inside stay in for a while: else it would be shot out.
     pub fn give_way(&mut self, gap: f64, size: f64, round: Round) {
         self.allowed = round.h.map_or(0.0, |h| (-gap - WAY_OUT * size * h).max(0.0));
@@ -96,17 +123,28 @@ impl Touching {
 
     /// Takes the half-space for a way of the probe from the step's start to `to`; returns the gap that rounds are to close.
     pub fn plane(&mut self, obstacle: &Obstacle, (from, to): (&Vec3, &Vec3), size: f64, round: Round) -> f64 {
-        let (a, b) = (obstacle.at_start(from), obstacle.at_end(to));
+        let (now, b) = (obstacle.at_start(from), obstacle.at_end(to));
+        let a = if self.caught { self.anchor } else { now };
         let (begin, end) = (obstacle.touch(&a), obstacle.touch(&b));
-        self.allowed = 0.0;
+        (self.allowed, self.passed) = (0.0, false);
         if begin.distance < 0.0 {
             self.give_way(begin.distance, size, round);
-        } else if let Some((place, first)) = crossing(obstacle, &a, &b, &end) {
+        }
+        if let Some((place, first)) = way_in(obstacle, (&a, &begin), (&b, &end), size) {
             self.plane_at(obstacle, &place, &first);
-            self.gap = end.distance.min(first.normal.dot(&(b - place)));
-            return self.gap;
+            let along = |x: &Vec3| first.normal.dot(&(x - place));
+            if self.caught {
+                self.give_way(along(&now), size, round);
+            }
+            self.gap = end.distance.min(along(&b));
+            self.passed = !self.caught && self.gap < -self.allowed - MET * size;
+            return self.to_close();
         }
         self.plane_at(obstacle, &b, &end);
+        self.to_close()
+    }
+
+    fn to_close(&self) -> f64 {
         if self.allowed > 0.0 { (self.gap + self.allowed).min(0.0) } else { self.gap }
     }
 
@@ -177,17 +215,43 @@ impl Touching {
         self.force = force.min(strongest);
     }
 
-    /// Moves the anchor along where it slipped, to where friction is at its cap.
-    pub fn stick(&mut self, obstacle: &Obstacle, p: &Vec3) {
+    /// Moves the anchor along where it slipped, to where friction is at its cap, and no deeper than the surface. That of a probe that is far
+    /// inside stays outside, where it came from.
+    pub fn stick(&mut self, obstacle: &Obstacle, p: &Vec3, size: f64) {
+        if self.gap < -SUNK * MET * size {
+            return;
+        }
         let slip = self.slip(p);
         let (length, cap) = (slip.norm(), obstacle.friction * self.force);
         let share = if self.stiffness * length > cap { cap / (self.stiffness * length) } else { 1.0 };
-        self.anchor = obstacle.at_end(&(p - share * slip));
+        let lift = (MET * size - self.gap).max(0.0);
+        self.anchor = obstacle.at_end(&(p - share * slip + lift * self.normal));
     }
 }
 
+/// The least way that can lead from one side of a solid to another.
+fn least_behind(obstacle: &Obstacle) -> f64 {
+    BEHIND * (obstacle.solid.inner_radius() + obstacle.thickness)
+}
+
+/// As [`crossing`], of a way that may begin inside: then from the surface next to there. Rounds leave half of what touches a little inside.
+pub fn way_in(
+    obstacle: &Obstacle,
+    (a, begin): (&Vec3, &Touch),
+    (b, end): (&Vec3, &Touch),
+    size: f64,
+) -> Option<(Vec3, Touch)> {
+    if begin.distance >= 0.0 {
+        return crossing(obstacle, a, b, end);
+    }
+    if (b - a).norm() <= least_behind(obstacle) {
+        return None;
+    }
+    crossing(obstacle, &(a + (MET * size - begin.distance) * begin.normal), b, end)
+}
+
 /// Where a way enters the solid, if it then goes through or beyond the middle. `end` is the touch at `b`.
-pub fn crossing(obstacle: &Obstacle, a: &Vec3, b: &Vec3, end: &Touch) -> Option<(Vec3, Touch)> {
+fn crossing(obstacle: &Obstacle, a: &Vec3, b: &Vec3, end: &Touch) -> Option<(Vec3, Touch)> {
     if end.distance > (b - a).norm() {
         return None;
     }

@@ -14,6 +14,7 @@
 mod energy;
 mod judged;
 mod obstacle;
+mod parted;
 mod probes;
 mod push_out;
 mod saved;
@@ -22,6 +23,7 @@ mod search;
 pub use energy::{Pressed, Touching};
 pub use judged::Judged;
 pub use obstacle::Obstacle;
+pub use parted::Parted;
 pub use probes::{Probes, Reach};
 pub use push_out::push_out;
 pub use saved::{CONTACT_DOUBLES, OBSTACLE_DOUBLES};
@@ -61,6 +63,8 @@ const LOST: f64 = 500.0;
 /// Of the shell's size, how far a solid goes in a part of a step, but for the most parts.
 const PART: f64 = 0.1;
 const PARTS: usize = 16;
+/// Into so many a part is cut at most, while probes come through a solid in it; and as often in a step.
+pub const CUTS: usize = 8;
 /// Solids that patches have room to find contacts with in one round.
 const MANY: usize = 8;
 /// Contacts of a method with few unknowns, at most.
@@ -75,6 +79,10 @@ pub struct Summary {
     pub deepest: f64,
     /// Of the solids on the shell over the step (world space).
     pub impulse: Vec3,
+    /// Probes that came through a solid in it.
+    pub passed: usize,
+    /// The parts that it was taken in.
+    pub parts: usize,
 }
 
 /// One contact, as it is shown.
@@ -145,6 +153,8 @@ pub struct Contacts {
     pub came_at: Option<Pose>,
     /// What touched in the last step.
     pub summary: Summary,
+    /// Room for a step that is taken in parts.
+    pub parted: Parted,
     /// Every probe may touch at once, else one of a patch in each round.
     all: bool,
 }
@@ -174,6 +184,7 @@ impl Contacts {
             came_to: [vec![], vec![]],
             came_at: None,
             summary: Summary::default(),
+            parted: Parted::default(),
             probes,
             all,
         };
@@ -212,6 +223,11 @@ impl Contacts {
             touch.pull *= factor;
         }
         self.came_at = None;
+    }
+
+    /// Nothing touches one solid, which is elsewhere at once.
+    pub fn forget_of(&mut self, obstacle: usize) {
+        Arc::make_mut(&mut self.pressed).keep(|touch| touch.obstacle as usize != obstacle);
     }
 
     /// Replaces the solids of a shell: contacts with those that stay in their place go on, unless the probes lie too far apart for the new.
@@ -264,8 +280,7 @@ impl Contacts {
             let obstacle = &obstacles[touch.obstacle as usize];
             let place = probes.points[touch.probe as usize].place(|v| start[v]);
             touch.anchor = obstacle.carried(&touch.anchor);
-            let gap = touch.plane_of(obstacle, &obstacle.at_start(&place));
-            touch.give_way(gap, probes.size, round);
+            touch.begin(obstacle, &obstacle.at_start(&place), probes.size, round);
         }
         self.meet(round);
     }
@@ -277,6 +292,7 @@ impl Contacts {
         self.before.reserve(room);
         self.found.reserve(if all { 0 } else { self.probes.patches() * self.obstacles.len().min(MANY) });
         Arc::make_mut(&mut self.pressed).reserve(room);
+        self.parted.reserve(room, self.obstacles.len());
     }
 
     /// Into how many parts a step is to be cut, so that no solid goes further in one than this part of the shell's size.
@@ -296,6 +312,7 @@ impl Contacts {
     /// would change little.
     pub fn update(&mut self, round: Round) -> bool {
         self.probes.reach(&self.end, &mut self.ends);
+        self.summary.passed = 0;
         let (mut left, settled) = self.press(round);
         left = left.max(self.find(round));
         if round.h.is_some() && self.rounds == 0 {
@@ -310,6 +327,11 @@ impl Contacts {
         Arc::make_mut(&mut self.pressed).add(&self.found, &self.probes);
         self.meet(round);
         (left <= MET * self.probes.size && settled) || self.stuck >= PATIENCE
+    }
+
+    /// Whether a probe came through a solid in the last round.
+    pub fn has_passed(&self) -> bool {
+        self.summary.passed > 0
     }
 
     /// What the last round left, in lengths: of what touches its gap, of the others how deep they are.
@@ -331,7 +353,7 @@ impl Contacts {
     /// Takes the forces of the round that ended, and half-spaces anew. Returns what is left, and whether friction was that
     /// of these forces and normals stand.
     fn press(&mut self, round: Round) -> (f64, bool) {
-        let Self { obstacles, probes, pressed, start, end, strongest, .. } = self;
+        let Self { obstacles, probes, pressed, start, end, strongest, summary, .. } = self;
         let (mut left, mut missed, mut rubbing, mut turned) = (0.0f64, 0.0, 0.0, false);
         for touch in &mut Arc::make_mut(pressed).list {
             let obstacle = &obstacles[touch.obstacle as usize];
@@ -346,6 +368,7 @@ impl Contacts {
             let before = touch.normal;
             let gap = touch.plane(obstacle, (&from, &to), probes.size, round);
             turned |= round.h.is_none() && touch.force > 0.0 && (touch.normal - before).norm() > TURNED;
+            summary.passed += usize::from(touch.passed);
             left = left.max(if touch.force > 0.0 { gap.abs() } else { -gap });
         }
         (left, missed <= FRICTION_MET * rubbing && !turned)
@@ -359,10 +382,12 @@ impl Contacts {
         let lost = *left > LOST * MET * probes.size;
         for touch in &mut pressed.list {
             let place = probes.points[touch.probe as usize].place(|v| end[v]);
-            touch.stick(&obstacles[touch.obstacle as usize], &place);
+            touch.stick(&obstacles[touch.obstacle as usize], &place, probes.size);
             impulse += touch.pull * round.h.unwrap_or(0.0);
             if lost && touch.gap < -LOST * MET * probes.size {
                 touch.force = f64::MIN_POSITIVE; // it grows without end: not carried on
+            } else if touch.force == 0.0 && touch.gap < 0.0 && (touch.passed || touch.caught) {
+                touch.force = f64::MIN_POSITIVE; // it is to come back
             }
         }
         pressed.keep(|touch| touch.force > 0.0);

@@ -1,6 +1,6 @@
 //! What touches and is not known yet.
 
-use super::energy::crossing;
+use super::energy::way_in;
 use super::{Contacts, MET, Obstacle, Reach, Round, Touching};
 use crate::Vec3;
 use std::sync::Arc;
@@ -34,7 +34,7 @@ impl Contacts {
 
     /// As [`Contacts::find`], of a patch and a solid.
     fn find_in(&mut self, o: usize, patch: usize, round: Round) -> (f64, f64) {
-        let Self { obstacles, probes, pressed, start, end, found, all, .. } = self;
+        let Self { obstacles, probes, pressed, start, end, found, all, summary, .. } = self;
         let obstacle = &obstacles[o];
         let (mut left, mut deepest) = (0.0f64, 0.0f64);
         let mut worst: Option<(f64, Touching)> = None;
@@ -47,7 +47,7 @@ impl Contacts {
             let from = point.place(|v| start[v]);
             let a = obstacle.at_start(&from);
             let through = touch.distance < (b - a).norm();
-            let passed = || obstacle.touch(&a).distance >= 0.0 && crossing(obstacle, &a, &b, &touch).is_some();
+            let passed = || way_in(obstacle, (&a, &obstacle.touch(&a)), (&b, &touch), probes.size).is_some();
             if touch.distance >= 0.0 && !(through && passed()) {
                 continue;
             }
@@ -58,6 +58,7 @@ impl Contacts {
             let mut new = Touching::new(key.0, key.1, probes.mass[p], a);
             let gap = new.plane(obstacle, (&from, &to), probes.size, round);
             left = left.max(-gap);
+            summary.passed += usize::from(new.passed);
             if *all {
                 found.push(new);
             } else if worst.as_ref().is_none_or(|(worst, _)| gap < *worst) {

@@ -1,13 +1,13 @@
 //! Steps and equilibria of a shell among solids: rounds of the method's own, as [`crate::contact`] has it.
 
 use super::{Space, State, external};
-use crate::contact::{Contact, Contacts, Obstacle, ROUNDS, Round, STATIC_ROUNDS, Summary, push_out};
+use crate::contact::{CUTS, Contact, Contacts, Obstacle, ROUNDS, Round, STATIC_ROUNDS, Summary, push_out};
 use crate::features::{Contact as Built, Feature, Proof};
 use crate::load::BodyLoad;
 use crate::methods::plan::{Part, PartKind};
 use crate::methods::{Acting, Motion};
 use crate::point_energy::InFrame;
-use crate::support::Pose;
+use crate::support::{FrameMotion, Pose};
 use crate::warp::Placement;
 use crate::{Error, ErrorKind, Result, Vec3};
 
@@ -57,6 +57,7 @@ impl State {
     pub(super) fn make_room_for_contacts(&mut self) {
         if let Some(contacts) = &mut self.contacts {
             contacts.serve(self.motion.is_full_shell());
+            contacts.parted.expect_constraints(self.motion.constraints().items().len());
             self.motion.expect_points(contacts.capacity());
             self.motion.copy_unknowns(&mut contacts.unknowns);
             self.motion.copy_unknowns(&mut contacts.came_to);
@@ -73,15 +74,16 @@ impl State {
     /// without a velocity.
     pub fn move_obstacle(&mut self, index: usize, target: Pose, jump: bool) -> Result<()> {
         let n = self.obstacles().len();
-        let obstacle = self.contacts.as_mut().and_then(|contacts| contacts.obstacles.get_mut(index));
-        let Some(obstacle) = obstacle else {
+        let Some(contacts) = self.contacts.as_mut().filter(|_| index < n) else {
             return Err(Error::argument(format!("collider {index} of {n}: there is none")));
         };
+        let obstacle = &mut contacts.obstacles[index];
         let jump = jump || !obstacle.placed;
         let changed = obstacle.target != target || (jump && obstacle.pose != target);
         (obstacle.target, obstacle.placed) = (target, true);
-        if jump {
+        if jump && obstacle.pose != target {
             obstacle.pose = target;
+            contacts.forget_of(index);
         }
         self.wake_if(changed);
         Ok(())
@@ -165,58 +167,93 @@ impl State {
     /// A step of the motion among the solids, with loads evaluated for the frame's next `pose`. Changes nothing on failure.
     pub(super) fn step_touching(&mut self, load: &BodyLoad, pose: &Pose, h: f64) -> Result<()> {
         let Some(mut contacts) = self.contacts.take() else { return Ok(()) };
-        // Constraints go all their way in the first part of a step: a step with any has one part.
-        let parts = if self.motion.constraints().is_empty() { contacts.parts() } else { 1 };
-        let outcome = if parts == 1 {
-            self.take_rounds(&mut contacts, load, (&{ self.frame.pose }, pose), h)
-        } else {
-            self.take_parts(&mut contacts, load, pose, h, parts)
-        };
+        let parts = contacts.parts();
+        let outcome = self.take_parts(&mut contacts, load, pose, h, parts);
         self.contacts = Some(contacts);
         outcome
     }
 
-    /// As [`State::step_touching`], with solids and frame led in as many parts.
-    fn take_parts(
-        &mut self,
-        contacts: &mut Box<Contacts>,
-        load: &BodyLoad,
-        pose: &Pose,
-        h: f64,
-        n: usize,
-    ) -> Result<()> {
-        let (begun, start) = (contacts.clone(), self.motion.unknowns());
-        let frame = self.frame.pose;
-        let (mut from, mut impulse, mut count) = (frame, Vec3::zeros(), 0);
-        for part in 1..=n {
-            let share = part as f64 / n as f64;
-            let to = if part == n { *pose } else { frame.toward(pose, share) };
-            for (obstacle, begun) in contacts.obstacles.iter_mut().zip(&begun.obstacles) {
-                obstacle.target = if part == n { begun.target } else { begun.pose.toward(&begun.target, share) };
-            }
-            if let Some(supports) = &mut self.supports {
-                supports.head(share);
-            }
-            if let Err(error) = self.take_rounds(contacts, load, (&from, &to), h / n as f64) {
-                self.motion.set_unknowns([&start[0], &start[1]]);
-                *contacts = begun;
-                return Err(error);
-            }
-            impulse += contacts.summary.impulse;
-            count = count.max(contacts.summary.count);
-            from = to;
+    /// As [`State::step_touching`], with solids, frame and hard constraints led in as many parts; a part in which something comes through a
+    /// solid is cut in two.
+    fn take_parts(&mut self, contacts: &mut Contacts, load: &BodyLoad, pose: &Pose, h: f64, n: usize) -> Result<()> {
+        let teleported = self.frame.motion == FrameMotion::Teleport && self.frame.pose != *pose;
+        if teleported {
+            contacts.forget(); // it did not come here along a way
         }
-        (contacts.summary.impulse, contacts.summary.count) = (impulse, count);
+        let frame = if teleported { *pose } else { self.frame.pose };
+        let work = self.motion.constraints().work;
+        let (all, mut part, mut done, mut begun) = (n * CUTS, CUTS, 0, false);
+        let mut tries = CUTS;
+        let (mut from, mut sum) = (frame, Summary::default());
+        while done < all {
+            if part < all && !begun {
+                self.begin_parts(contacts, &frame);
+                begun = true;
+            }
+            let share = (done + part) as f64 / all as f64;
+            let to = if done + part == all { *pose } else { frame.toward(pose, share) };
+            if begun {
+                self.motion.change(|set| contacts.lead(share, set));
+                if let Some(supports) = &mut self.supports {
+                    supports.head(share);
+                }
+            }
+            let span = if part == all { h } else { h * part as f64 / all as f64 };
+            match self.take_rounds(contacts, load, (&from, &to), (span, part > 1 && tries > 0)) {
+                Ok(true) => {}
+                Ok(false) => {
+                    (part, tries) = (part / 2, tries - 1);
+                    continue;
+                }
+                Err(error) => {
+                    if begun {
+                        self.motion.change(|set| (contacts.lead(1.0, set), set.work = work));
+                        self.motion.set_unknowns(contacts.part_in_vain());
+                    }
+                    return Err(error);
+                }
+            }
+            if part == 1 && contacts.has_passed() {
+                tries = 0; // shorter parts do not help
+            }
+            sum.impulse += contacts.summary.impulse;
+            sum.count = sum.count.max(contacts.summary.count);
+            sum.passed += contacts.summary.passed;
+            sum.parts += 1;
+            if begun {
+                contacts.count(part as f64 / all as f64, self.motion.constraints());
+            }
+            (from, done) = (to, done + part);
+            while part < CUTS && done % (2 * part) == 0 {
+                part *= 2;
+            }
+        }
+        if begun {
+            self.motion.change(|set| set.report_forces(contacts.mean_forces()));
+            contacts.parted.end();
+        }
+        contacts.summary = Summary { deepest: contacts.summary.deepest, ..sum };
         Ok(())
     }
 
+    /// Notes where a step in parts begins.
+    fn begin_parts(&mut self, contacts: &mut Contacts, frame: &Pose) {
+        self.motion.copy_unknowns(&mut contacts.unknowns);
+        if contacts.came_at.is_none_or(|at| at != *frame) || contacts.came_to != contacts.unknowns {
+            read(&*self.motion, frame, &mut contacts.end);
+            contacts.came_at = None;
+        }
+        contacts.part(self.motion.constraints());
+    }
+
+    /// A step or a part of one. Where something came through a solid and it may be cut, nothing has happened, and it returns false.
     fn take_rounds(
         &mut self,
         contacts: &mut Contacts,
         load: &BodyLoad,
         (from, pose): (&Pose, &Pose),
-        h: f64,
-    ) -> Result<()> {
+        (h, may_cut): (f64, bool),
+    ) -> Result<bool> {
         let scale = self.scale_of_contact();
         let Self { model, motion, loads, scratch, supports, .. } = self;
         let supports = supports.as_ref().map(|supports| supports.targets());
@@ -253,12 +290,18 @@ impl State {
                 break;
             }
         }
+        if may_cut && contacts.has_passed() && !round.feels_start {
+            motion.set_unknowns([&contacts.unknowns[0], &contacts.unknowns[1]]);
+            motion.change(|set| set.work = work);
+            contacts.undo();
+            return Ok(false);
+        }
         contacts.accept(round);
         if !contacts.serves_all() {
             motion.copy_unknowns(&mut contacts.came_to);
             contacts.came_at = Some(*pose);
         }
-        Ok(())
+        Ok(true)
     }
 
     /// The motion's equilibrium among the solids where they are to be, without friction.

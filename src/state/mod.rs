@@ -323,6 +323,9 @@ impl State {
         self.motion.check_constraint(&constraint)?;
         let n_vertices = self.model.shell.mass.len();
         let changed = self.motion.change(|set| set.set(constraint, n_vertices))?;
+        if let Some(contacts) = &mut self.contacts {
+            contacts.parted.expect_constraints(self.motion.constraints().items().len());
+        }
         self.wake_if(changed);
         Ok(())
     }
