@@ -11,6 +11,7 @@ use crate::strain::{REACH, RotationStrain, Scratch};
 use crate::support::{Pose, Rates};
 use crate::warp::{self, Amplitudes, Extent, Placement};
 use crate::{Model, Result, Vec3};
+use nalgebra::Matrix3;
 use std::sync::Arc;
 
 /// The map, with room for its forces.
@@ -35,6 +36,18 @@ impl VertexMap for Reconstruction {
 
     fn slopes(&self, at: (usize, &Vec3), q: &[f64], visit: &mut dyn FnMut(usize, f64)) {
         self.map.slopes(&self.basis, at, q, visit);
+    }
+
+    fn n_fields(&self) -> usize {
+        self.map.n_samples()
+    }
+
+    fn field(&self, c: usize, v: usize) -> Vec3 {
+        self.map.field(c, v)
+    }
+
+    fn share(&self, q: &[f64], slopes: bool, shared: &mut Vec<Matrix3<f64>>) {
+        self.map.share(q, slopes, shared);
     }
 }
 

@@ -106,7 +106,7 @@ impl RotationStrain {
     }
 
     /// b_c at a vertex.
-    fn field(&self, c: usize, v: usize) -> Vec3 {
+    pub fn field(&self, c: usize, v: usize) -> Vec3 {
         match &self.fields {
             AnyFields::F32(fields) => fields.at(c, v),
             AnyFields::F64(fields) => fields.at(c, v),
@@ -157,6 +157,16 @@ impl RotationStrain {
         for k in 0..q.len() {
             let beyond = (0..self.n_samples()).map(|c| room[c].dot(&self.of_sample(c)[k])).sum::<f64>();
             visit(k, direction.dot(&modal.mode_at(k, v).0) + beyond);
+        }
+    }
+
+    /// Sets what all vertices share at `q`: N_c of each sample, and with `slopes` each ∂N_c/∂q_k at c modes + k behind them.
+    pub fn share(&self, q: &[f64], slopes: bool, shared: &mut Vec<Matrix3<f64>>) {
+        shared.clear();
+        shared.extend((0..self.n_samples()).map(|c| sample::remainder(&combined(self.of_sample(c), q))));
+        for c in (0..self.n_samples()).filter(|_| slopes) {
+            let gradients = self.of_sample(c);
+            sample::remainder_rates(&combined(gradients, q), gradients, |rate| shared.push(rate));
         }
     }
 }

@@ -36,6 +36,15 @@ pub fn remainder(g: &Matrix3<f64>) -> Matrix3<f64> {
     r * (Matrix3::identity() + symmetric(g)) - Matrix3::identity() - g
 }
 
+/// Hands the rate of N where G changes at each of `rates` to `visit`.
+pub fn remainder_rates(g: &Matrix3<f64>, rates: &[Matrix3<f64>], mut visit: impl FnMut(Matrix3<f64>)) {
+    let (r, j) = rotation(&axial(g));
+    let turned = r * (Matrix3::identity() + symmetric(g));
+    for rate in rates {
+        visit((j * axial(rate)).cross_matrix() * turned + r * symmetric(rate) - rate);
+    }
+}
+
 /// The rate of N where G changes at the rate `rate`.
 pub fn remainder_rate(g: &Matrix3<f64>, rate: &Matrix3<f64>) -> Matrix3<f64> {
     let (r, j) = rotation(&axial(g));

@@ -22,7 +22,7 @@ use crate::step::{Bend, Integrator, Oscillator};
 use crate::support::Pose;
 use crate::warp::{Basis, Entry, warp_with_derivative};
 use crate::{Vec3, rotation};
-use nalgebra::UnitQuaternion;
+use nalgebra::{Matrix3, UnitQuaternion};
 use std::f64::consts::TAU;
 use work::Work;
 
@@ -94,6 +94,12 @@ pub trait VertexMap {
     fn displacement(&self, v: usize, q: &[f64]) -> Vec3;
     /// Hands ∂(direction · u_v)/∂q_k of each mode to `visit`.
     fn slopes(&self, at: (usize, &Vec3), q: &[f64], visit: &mut dyn FnMut(usize, f64));
+    /// With the fields b_c the same is u = Φq + Σ_c N_c b_c: their number,
+    fn n_fields(&self) -> usize;
+    /// b_c at a vertex,
+    fn field(&self, c: usize, v: usize) -> Vec3;
+    /// and N_c at `q`, with `slopes` also each ∂N_c/∂q_k at c modes + k behind them. For many vertices at one q.
+    fn share(&self, q: &[f64], slopes: bool, shared: &mut Vec<Matrix3<f64>>);
 }
 
 impl Step<'_> {

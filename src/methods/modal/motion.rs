@@ -1,7 +1,7 @@
 //! A modal method as a [`Motion`].
 
 use super::points::PointSearch;
-use super::{Map, Modal, midpoint_passes};
+use super::{Map, Modal, VertexMap, midpoint_passes};
 use crate::constraint::{Constraint, ConstraintSet, Target};
 use crate::error::require_finite;
 use crate::method::Method;
@@ -101,7 +101,8 @@ impl<M: Map> Motion for Modal<M> {
 
     fn expect_points(&mut self, n: usize) {
         let (modes, amplitudes) = (self.damping.len(), self.q.len());
-        self.search.get_or_insert_with(|| PointSearch::new(modes, amplitudes)).expect(n);
+        let fields = self.map.vertices().map_or(0, VertexMap::n_fields);
+        self.search.get_or_insert_with(|| PointSearch::new(modes, amplitudes)).expect(n, fields);
     }
 
     fn set_unknowns(&mut self, [q, q_dot]: [&[f64]; 2]) {

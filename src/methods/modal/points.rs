@@ -24,6 +24,9 @@ const GAIN: f64 = 1e-22;
 /// Of these terms, what rounding may hide.
 const ROUNDING: f64 = 1e-15;
 
+/// q, and what vertices share there ([`VertexMap::share`]).
+type At<'a> = (&'a [f64], &'a [Matrix3<f64>]);
+
 /// How amplitudes place vertices, frame axes.
 pub struct Placing<'a, E: Entry> {
     pub basis: &'a Basis<E>,
@@ -35,11 +38,15 @@ pub struct Placing<'a, E: Entry> {
 }
 
 impl<E: Entry> Placing<'_, E> {
+    /// Sets what vertices share at `q`.
+    fn share(&self, q: &[f64], slopes: bool, shared: &mut Vec<Matrix3<f64>>) {
+        if let Some(map) = self.vertices {
+            map.share(q, slopes, shared);
+        }
+    }
+
     /// x of vertex `v` with these shapes, with the parts of u as [`warp_with_derivative`] has them.
     fn place(&self, v: usize, shapes: &[f64], q: &[f64]) -> (Vec3, [Matrix3<f64>; 2]) {
-        if let Some(map) = self.vertices {
-            return (self.rest[v] + map.displacement(v, q), [Matrix3::zeros(); 2]);
-        }
         let mut sums = [0.0; 6];
         for (row, q) in shapes.chunks_exact(6).zip(q) {
             sums.iter_mut().zip(row).for_each(|(sum, x)| *sum += q * x);
@@ -49,67 +56,95 @@ impl<E: Entry> Placing<'_, E> {
         (self.rest[v] + u, [by_linear, by_w])
     }
 
-    /// x of vertex `v`; adds w ∂x/∂q to J (modes × 3).
-    fn derivative(&self, (v, w): (usize, f64), shapes: &[f64], q: &[f64], jacobian: &mut MatrixXx3<f64>) -> Vec3 {
-        let (x, [by_linear, by_w]) = self.place(v, shapes, q);
-        if let Some(map) = self.vertices {
-            for axis in 0..3 {
-                map.slopes((v, &Vec3::ith(axis, 1.0)), q, &mut |k, slope| {
-                    if k < jacobian.nrows() {
-                        jacobian[(k, axis)] += w * slope;
-                    }
-                });
-            }
-            return x;
+    /// p of a point with these shapes of its corners, or of itself where a map moves it.
+    fn place_point(&self, point: &Point, shapes: &[f64], (q, shared): At) -> Vec3 {
+        if self.vertices.is_some() {
+            let rest = point.place(|v| self.rest[v]);
+            let (modes, fields) = shapes.split_at(3 * q.len());
+            let linear = modes.chunks_exact(3).zip(q).map(|(row, q)| *q * Vec3::from_column_slice(row));
+            let beyond = fields.chunks_exact(3).zip(shared).map(|(row, n)| n * Vec3::from_column_slice(row));
+            return linear.chain(beyond).fold(rest, |sum, part| sum + part);
         }
-        for (k, row) in shapes.chunks_exact(6).enumerate().take(jacobian.nrows()) {
-            let (phi, psi) = (Vec3::from_column_slice(&row[..3]), Vec3::from_column_slice(&row[3..]));
-            let motion = w * (by_linear * phi + by_w * psi);
-            (0..3).for_each(|axis| jacobian[(k, axis)] += motion[axis]);
+        let corners = point.corners().zip(shapes.chunks_exact(6 * q.len()));
+        corners.map(|((v, w), shapes)| w * self.place(v, shapes, q).0).fold(Vec3::zeros(), |sum, part| sum + part)
+    }
+
+    /// The same; sets J to ∂p/∂q (modes × 3).
+    fn point_derivative(&self, point: &Point, shapes: &[f64], (q, shared): At, jacobian: &mut MatrixXx3<f64>) -> Vec3 {
+        jacobian.fill(0.0);
+        if self.vertices.is_some() {
+            let (modes, fields) = shapes.split_at(3 * q.len());
+            let slopes = &shared[fields.len() / 3..];
+            for (k, row) in modes.chunks_exact(3).enumerate().take(jacobian.nrows()) {
+                let turned = fields.chunks_exact(3).zip(slopes.iter().skip(k).step_by(jacobian.nrows()));
+                let beyond = turned.map(|(row, slope)| slope * Vec3::from_column_slice(row));
+                let motion = beyond.fold(Vec3::from_column_slice(row), |sum, part| sum + part);
+                (0..3).for_each(|axis| jacobian[(k, axis)] = motion[axis]);
+            }
+            return self.place_point(point, shapes, (q, shared));
+        }
+        let mut x = Vec3::zeros();
+        for ((v, w), shapes) in point.corners().zip(shapes.chunks_exact(6 * q.len())) {
+            let (place, [by_linear, by_w]) = self.place(v, shapes, q);
+            x += w * place;
+            for (k, row) in shapes.chunks_exact(6).enumerate().take(jacobian.nrows()) {
+                let (phi, psi) = (Vec3::from_column_slice(&row[..3]), Vec3::from_column_slice(&row[3..]));
+                let motion = w * (by_linear * phi + by_w * psi);
+                (0..3).for_each(|axis| jacobian[(k, axis)] += motion[axis]);
+            }
         }
         x
     }
 }
 
-/// Φ and Ψ of the corners of the points: n × 3 numbers each, by modes.
+/// What amplitudes move points by.
 #[derive(Clone, Default)]
 struct Shapes {
     points: Vec<Point>,
-    /// φ and ψ of one corner after the other, 6 numbers a mode.
+    /// Of one corner after the other φ and ψ of each mode. Where a map moves vertices, of each point φ of each mode and each b_c, by the
+    /// weights of its corners.
     rows: Vec<f64>,
-    /// The first row of each point, by corners.
+    /// Where those of each point begin.
     first: Vec<usize>,
 }
 
 impl Shapes {
-    fn expect(&mut self, points: usize, modes: usize) {
+    fn expect(&mut self, points: usize, modes: usize, fields: usize) {
         self.points.reserve(points);
-        self.first.reserve(points);
-        self.rows.reserve(2 * 6 * modes * points); // a vertex or two
+        self.first.reserve(points + 1);
+        self.rows.reserve((12 * modes).max(3 * (modes + fields)) * points); // a vertex or two
     }
 
     /// Of these points; costs nothing where they are those from before.
-    fn take<E: Entry>(&mut self, points: &[Point], basis: &Basis<E>, modes: usize) {
+    fn take<E: Entry>(&mut self, points: &[Point], placing: &Placing<E>, modes: usize) {
         if self.points == points {
             return;
         }
-        self.points.clear();
-        self.points.extend_from_slice(points);
-        self.first.clear();
-        self.rows.clear();
+        let Self { points: taken, rows, first } = self;
+        taken.clear();
+        taken.extend_from_slice(points);
+        first.clear();
+        rows.clear();
         for point in points {
-            self.first.push(self.rows.len() / (6 * modes));
+            first.push(rows.len());
+            if let Some(map) = placing.vertices {
+                let mean = |of: &dyn Fn(usize) -> Vec3| point.place(of);
+                (0..modes).for_each(|k| rows.extend(mean(&|v| placing.basis.at(k, v).0).iter()));
+                (0..map.n_fields()).for_each(|c| rows.extend(mean(&|v| map.field(c, v)).iter()));
+                continue;
+            }
             for &v in point.vertices() {
                 for k in 0..modes {
-                    let (phi, psi) = basis.at(k, v as usize);
-                    self.rows.extend(phi.iter().chain(psi.iter()));
+                    let (phi, psi) = placing.basis.at(k, v as usize);
+                    rows.extend(phi.iter().chain(psi.iter()));
                 }
             }
         }
+        first.push(rows.len());
     }
 
-    fn corner(&self, i: usize, c: usize, modes: usize) -> &[f64] {
-        &self.rows[(self.first[i] + c) * 6 * modes..][..6 * modes]
+    fn of(&self, i: usize) -> &[f64] {
+        &self.rows[self.first[i]..self.first[i + 1]]
     }
 }
 
@@ -136,6 +171,8 @@ pub struct PointSearch {
     turned: MatrixXx3<f64>,
     trial: Vec<f64>,
     shapes: Shapes,
+    /// What vertices share at some q.
+    shared: Vec<Matrix3<f64>>,
 }
 
 impl PointSearch {
@@ -155,26 +192,29 @@ impl PointSearch {
             turned: MatrixXx3::zeros(modes),
             trial: vec![0.0; amplitudes],
             shapes: Shapes::default(),
+            shared: vec![],
         }
     }
 
-    /// Makes room for so many points.
-    pub fn expect(&mut self, points: usize) {
-        self.shapes.expect(points, self.moved.len());
+    /// Makes room for so many points, and fields of a map.
+    pub fn expect(&mut self, points: usize, fields: usize) {
+        let amplitudes = self.moved.len();
+        self.shapes.expect(points, amplitudes, fields);
+        self.shared.reserve((fields * (1 + amplitudes)).saturating_sub(self.shared.len()));
     }
 
     /// Moves q⁺ from any guess to the minimum about c.
     pub fn minimize<E: Entry>(&mut self, placing: &Placing<E>, energy: &dyn PointEnergy) {
         let (center, mut q) = (std::mem::take(&mut self.center), std::mem::take(&mut self.moved));
-        self.shapes.take(energy.points(), placing.basis, q.len());
+        self.shapes.take(energy.points(), placing, q.len());
         self.descend(placing, energy, &center, &mut q);
         (self.center, self.moved) = (center, q);
     }
 
     fn descend<E: Entry>(&mut self, placing: &Placing<E>, energy: &dyn PointEnergy, center: &[f64], q: &mut [f64]) {
         let (mut value, mut size) = self.value(placing, energy, center, q);
-        self.trial.copy_from_slice(q);
-        let begun = self.value(placing, energy, center, &self.start);
+        self.trial.copy_from_slice(&self.start);
+        let begun = self.trial_value(placing, energy, center);
         if begun.0 < value {
             (value, size) = begun;
             q.copy_from_slice(&self.start);
@@ -190,7 +230,7 @@ impl PointSearch {
                     return; // as near as rounding lets it
                 }
                 (0..self.gamma.len()).for_each(|k| self.trial[k] = q[k] + share * self.direction[k]);
-                let (there, size_there) = self.value(placing, energy, center, &self.trial);
+                let (there, size_there) = self.trial_value(placing, energy, center);
                 if there - value <= DECREASE * share * slope + ROUNDING * size {
                     (value, size) = (there, size_there);
                     break;
@@ -201,17 +241,29 @@ impl PointSearch {
         }
     }
 
+    fn trial_value<E: Entry>(&mut self, placing: &Placing<E>, energy: &dyn PointEnergy, center: &[f64]) -> (f64, f64) {
+        let trial = std::mem::take(&mut self.trial);
+        let value = self.value(placing, energy, center, &trial);
+        self.trial = trial;
+        value
+    }
+
     /// What is minimized, and the size of its terms.
-    fn value<E: Entry>(&self, placing: &Placing<E>, energy: &dyn PointEnergy, center: &[f64], q: &[f64]) -> (f64, f64) {
+    fn value<E: Entry>(
+        &mut self,
+        placing: &Placing<E>,
+        energy: &dyn PointEnergy,
+        center: &[f64],
+        q: &[f64],
+    ) -> (f64, f64) {
+        placing.share(q, false, &mut self.shared);
         let (mut value, mut size) = (0.0, f64::MIN_POSITIVE);
         for k in 0..self.gamma.len() {
             value += 0.5 * (q[k] - center[k]).powi(2) / self.gamma[k];
             size += (q[k] * q[k] + center[k] * center[k]) / self.gamma[k];
         }
         let joined = |(i, point): (usize, &Point)| {
-            let corners = point.corners().enumerate();
-            let place = |(c, (v, w))| w * placing.place(v, self.shapes.corner(i, c, q.len()), q).0;
-            energy.value_at(i, &corners.map(place).fold(Vec3::zeros(), |sum, part| sum + part))
+            energy.value_at(i, &placing.place_point(point, self.shapes.of(i), (q, &self.shared)))
         };
         (value + energy.points().iter().enumerate().map(joined).sum::<f64>(), size)
     }
@@ -225,8 +277,8 @@ impl PointSearch {
         q: &[f64],
     ) -> Option<f64> {
         let n = self.gamma.len();
-        let amplitudes = q.len();
-        let Self { gamma, gradient, direction, jacobian, turned, shapes, .. } = self;
+        placing.share(q, true, &mut self.shared);
+        let Self { gamma, gradient, direction, jacobian, turned, shapes, shared, .. } = self;
         let mut hessian = self.hessian.take().unwrap_or_else(|| DMatrix::zeros(n, n));
         hessian.fill(0.0);
         for k in 0..n {
@@ -234,11 +286,7 @@ impl PointSearch {
             hessian[(k, k)] = gamma[k].recip();
         }
         for (i, point) in energy.points().iter().enumerate() {
-            jacobian.fill(0.0);
-            let mut x = Vec3::zeros();
-            for (c, (v, w)) in point.corners().enumerate() {
-                x += w * placing.derivative((v, w), shapes.corner(i, c, amplitudes), q, jacobian);
-            }
+            let x = placing.point_derivative(point, shapes.of(i), (q, shared), jacobian);
             let (force, stiffness) = (energy.gradient_at(i, &x), energy.hessian_at(i, &x, Curvature::Semidefinite));
             if stiffness != Matrix3::zeros() {
                 turned.gemm(1.0, jacobian, &stiffness, 0.0);
