@@ -138,13 +138,14 @@ impl Touching {
             }
             self.gap = end.distance.min(along(&b));
             self.passed = !self.caught && self.gap < -self.allowed - MET * size;
-            return self.to_close();
+            return self.wanting();
         }
         self.plane_at(obstacle, &b, &end);
-        self.to_close()
+        self.wanting()
     }
 
-    fn to_close(&self) -> f64 {
+    /// The gap that rounds are to close.
+    fn wanting(&self) -> f64 {
         if self.allowed > 0.0 { (self.gap + self.allowed).min(0.0) } else { self.gap }
     }
 
