@@ -415,7 +415,7 @@ fn forged_reduced_shells_are_refused_by_name() {
         ("not symmetric", correction + 8, f(1e9), "not symmetric"),
         ("not a number", correction, f(f64::NAN), "not symmetric"),
         ("more stresses than bytes", content + 2, vec![127, 0], "bytes are not those of a reduced shell"),
-        ("too many stresses", content + 2, vec![141, 0], "141 stresses"),
+        ("too many stresses", content + 2, vec![142, 0], "142 stresses"),
         ("too much stress", stresses + 8, f(2.0), "not normed"),
         ("stress is no number", stresses, f(f64::NAN), "not normed"),
         ("moves a held vertex", fields + 24 * n * held, f(1.0), "though it is held"),

@@ -11,7 +11,7 @@ from pxr import Gf, Sdf, Usd, UsdGeom, UsdValidation, Vt
 from shellwarp_farm.errors import SceneError
 from shellwarp_farm.job import bake
 from shellwarp_farm.mesh_file import read_drawn, read_mesh, stem
-from shellwarp_farm.model import model_tables, prepare
+from shellwarp_farm.model import model_tables, prepare, shell_of
 from shellwarp_farm.scenes import read_list
 
 LIST = """
@@ -178,6 +178,12 @@ class UsdLayers(unittest.TestCase):
         self.assertTrue(prim.IsValid() and not prim.IsDefined())
         self.assertTrue(numpy.array_equal(numpy.array(UsdGeom.Mesh(prim).GetPointsAttr().Get(24)), points[-1]))
         self.assertEqual(UsdGeom.GetStageMetersPerUnit(layer), 0.01)   # the list's
+
+    def test_a_sheets_model_knows_the_assets_unit(self):
+        write_asset(self.folder / "asset.usda")
+        mesh = f"{self.folder / 'asset.usda'}</World/leaf>"
+        tables = {"mesh": mesh, "proxy": {}, "material": {"preset": "card"}, "support": [], "options": {}}
+        self.assertEqual(shell_of(tables).metres_per_unit, 0.01)
 
     def test_wrong_prims_and_units_are_named(self):
         write_asset(self.folder / "asset.usda")
