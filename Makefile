@@ -16,7 +16,7 @@ export CMAKE_BUILD_PARALLEL_LEVEL ?= $(JOBS)
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
 .PHONY: help build native demo test test-cargo test-c test-render test-blender demo-blender install package blender-addon header \
-    python-abi docs-api test-docs lint fuzz check-memory check-threads check-miri check-guard bench bench-binding bench-bounded bench-contact bench-front bench-judging bench-instructions bench-leave-out bench-polynomial bench-precompute bench-same-bits bench-solver bench-training build-report report report-docs report-stability \
+    python-abi docs-api test-docs lint fuzz check-memory check-threads check-miri check-guard bench bench-binding bench-bounded bench-contact bench-correction bench-front bench-judging bench-instructions bench-leave-out bench-polynomial bench-precompute bench-same-bits bench-solver bench-training build-report report report-docs report-stability \
     test-report clean
 .PHONY: npm release-check release-facts theory-pictures dist test-dist test-platforms dist-again render-mesh-picture proxy-picture moving-supports-picture materials-picture maya-module houdini-package plugin-zip cli check-platforms wasm test-wasm playground test-playground tutorial-pictures docs scene-schema notices wheel pictures bench-leaf farm-demo farm-sweep farm-costs bench-slepc
 
@@ -294,6 +294,9 @@ bench-bounded: ## 10^6 steps of the polynomial shell under wild loads: docs/evid
 
 bench-solver: ## count factorizations of the full shell's equilibria: docs/evidence/solver.md
 	cargo run --locked --release --example solver -- --docs docs/evidence/solver.md
+
+bench-correction: ## error of a reduced shell after Newton steps of the full one: docs/evidence/solver.md
+	cargo run --locked --release --example correction -- --docs docs/evidence/solver.md
 
 bench-training: ## time the training of reduced shells, the table of docs/evidence/front.md
 	cargo run --locked --release --example training -- --docs docs/evidence/front.md

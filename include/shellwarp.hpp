@@ -468,6 +468,16 @@ public:
     check(sw_state_bound_points(get(), binding.get(), &desc));
   }
 
+  /* After `steps` Newton steps of the full shell, for output alone. */
+  void positions_corrected(uint32_t steps, double *out, uint32_t n_vertices, uint32_t space = SW_SPACE_WORLD,
+                           uint64_t stride = 0) const {
+    check(sw_state_positions_corrected(get(), steps, space, SW_FORMAT_F64, out, stride, n_vertices));
+  }
+  void positions_corrected(uint32_t steps, float *out, uint32_t n_vertices, uint32_t space = SW_SPACE_WORLD,
+                           uint64_t stride = 0) const {
+    check(sw_state_positions_corrected(get(), steps, space, SW_FORMAT_F32, out, stride, n_vertices));
+  }
+
   /* Where they are for the eye: out of colliders, cosmetic. Returns how deep a vertex still is. */
   double positions_outside(double *out, uint32_t n_vertices, uint32_t space = SW_SPACE_WORLD, uint64_t stride = 0) const {
     double deepest = 0;

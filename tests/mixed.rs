@@ -2,24 +2,11 @@
 
 mod common;
 
-use common::{equilateral_sheet, leaf, mass_error};
+use common::{equilateral_sheet, gravity, leaf, mass_error};
 use shellwarp::energy::{Curvature, Mat3};
 use shellwarp::reference::{EquilibriumOptions, Rayleigh, Solver};
 use shellwarp::{Material, Mesh, Shell, Supports, Vec3};
 use std::sync::Arc;
-
-/// Gravity along `direction` that moves the shell by `aim` sizes to first order.
-fn gravity(shell: &Arc<Shell>, direction: [f64; 3], aim: f64) -> Vec<Vec3> {
-    let forces = |g: f64| shell.mass.iter().map(|m| Vec3::from(direction) * (g * m)).collect::<Vec<_>>();
-    let rest = vec![Vec3::zeros(); shell.mass.len()];
-    let g = 1e-4; // moves the leaf by 1e-5 of its size: linear to that part
-    let linear = Solver::new(shell.clone())
-        .unwrap()
-        .equilibrium(&rest, &forces(g), &Default::default(), &mut |_| Ok(()))
-        .unwrap();
-    let largest = linear.displacement.iter().map(|u| u.norm()).fold(0.0, f64::max);
-    forces(g * aim * shell.mesh.size / largest)
-}
 
 /// Where the load leads from rest, and the factorizations.
 fn equilibrium(shell: &Arc<Shell>, forces: &[Vec3], mixed: bool) -> (Vec<Vec3>, usize) {

@@ -8,14 +8,21 @@ namespace cli {
 
 namespace {
 
-void write_displacement(OutputFolder &folder, const std::string &name, const Mesh &mesh,
-                        const shellwarp::State &state) {
+void write_displacement(OutputFolder &folder, const std::string &name, const Scene &scene, const Mesh &mesh,
+                        const FrameRecord &frame, const shellwarp::State &state) {
   std::vector<double> x(mesh.positions.size());
-  state.positions(x.data(), mesh.n_vertices(), SW_SPACE_FRAME);
+  const bool corrected = !frame.corrected.empty();
+  if (corrected)
+    x.assign(frame.corrected.begin(), frame.corrected.end());
+  else
+    state.positions(x.data(), mesh.n_vertices(), SW_SPACE_FRAME);
+  const SwFrameDesc pose = scene.motion.pose(frame.report.time);
   OutputFile file(folder, name);
-  for (std::size_t i = 0; i < x.size(); i += 3)
-    file.print("%.9g\n", std::hypot(x[i] - mesh.positions[i], x[i + 1] - mesh.positions[i + 1],
-                                    x[i + 2] - mesh.positions[i + 2]));
+  for (std::size_t i = 0; i < x.size(); i += 3) {
+    std::array<double, 3> rest{mesh.positions[i], mesh.positions[i + 1], mesh.positions[i + 2]};
+    if (corrected && !scene.is_static) rest = transform(pose, rest);  // corrected positions are the world's
+    file.print("%.9g\n", std::hypot(x[i] - rest[0], x[i + 1] - rest[1], x[i + 2] - rest[2]));
+  }
   file.close();
 }
 
@@ -69,13 +76,11 @@ void write_handles(OutputFolder &folder, const std::string &name, const std::vec
   file.close();
 }
 
-void write_frame(OutputFolder &folder, const std::string &name, const Mesh &mesh,
+void write_frame(OutputFolder &folder, const std::string &name, const Scene &scene, const Mesh &mesh,
                  const std::vector<PlacedHandle> &handles, const FrameRecord &frame, shellwarp::State &state) {
   state.load(frame.saved);
-  std::vector<float> positions(mesh.positions.size());
-  state.positions(positions.data(), mesh.n_vertices());
-  write_obj(folder, name + ".obj", positions, mesh);
-  write_displacement(folder, name + "_displacement.txt", mesh, state);
+  write_obj(folder, name + ".obj", shown_positions(frame, mesh, state), mesh);
+  write_displacement(folder, name + "_displacement.txt", scene, mesh, frame, state);
   if (any_held(handles, frame)) write_handles(folder, name + "_handles.csv", handles, frame.report.time, mesh, state);
 }
 
@@ -91,6 +96,13 @@ void write_table_row(OutputFile &file, const FrameRecord &frame, const std::stri
 }
 
 }  // namespace
+
+std::vector<float> shown_positions(const FrameRecord &frame, const Mesh &mesh, const shellwarp::State &state) {
+  if (!frame.corrected.empty()) return frame.corrected;
+  std::vector<float> positions(mesh.positions.size());
+  state.positions(positions.data(), mesh.n_vertices());
+  return positions;
+}
 
 std::string frame_file_name(const std::string &name, uint32_t frame) {
   char number[16];
@@ -156,7 +168,7 @@ void write_frame_files(OutputFolder &folder, const Scene &scene, const Mesh &mes
   for (std::size_t i = 0; i < run.frames.size(); ++i) {
     const bool write = std::binary_search(chosen.begin(), chosen.end(), i);
     const std::string name = write ? frame_file_name(scene.name, run.frames[i].frame) : "";
-    if (write) write_frame(folder, name, mesh, handles, run.frames[i], state);
+    if (write) write_frame(folder, name, scene, mesh, handles, run.frames[i], state);
     write_table_row(table, run.frames[i], name, any_held(handles, run.frames[i]));
   }
   table.close();

@@ -28,6 +28,9 @@ namespace cli {
 // Whether a run, a comparison or a skeleton called `scene` may write a file of that name.
 bool is_output(const std::string &scene, const std::string &name);
 
+// Where a frame shows the vertices, of which `state` has been set to.
+std::vector<float> shown_positions(const FrameRecord &frame, const Mesh &mesh, const shellwarp::State &state);
+
 // NAME_frame_0042.
 std::string frame_file_name(const std::string &name, uint32_t frame);
 

@@ -1,5 +1,6 @@
 #include "moving_files.hpp"
 
+#include "frame_files.hpp"
 #include "judge.hpp"
 #include "page.hpp"
 
@@ -84,11 +85,9 @@ void write_shell_motion(OutputFolder &folder, const Scene &scene, const Mesh &me
   }
   for (const FrameRecord &frame : run.frames) {
     state.load(frame.saved);
-    std::vector<float> positions, velocities;
+    std::vector<float> velocities;
     if (binding) read_points(state, *binding, mesh.n_vertices(), &velocities);
-    positions.resize(mesh.positions.size());
-    state.positions(positions.data(), mesh.n_vertices());
-    files.append(frame, std::move(positions), std::move(velocities));
+    files.append(frame, shown_positions(frame, mesh, state), std::move(velocities));
   }
   files.write(folder, scene.name);
 }

@@ -249,6 +249,12 @@ void finish_page(const Page &page, const SceneFile &file, const RunOptions &opti
     std::fprintf(stderr, "shellwarp: nothing here opens a browser; open %s in one\n", path.c_str());
 }
 
+// What is drawn in the mesh's place follows the motion, which correction steps do not change.
+void check_correction(const Scene &scene) {
+  if (scene.correction_steps > 0 && !scene.render_path.empty())
+    throw std::runtime_error("correction_steps moves the mesh's own vertices: it goes without render, weld and proxy");
+}
+
 // Those of all shells, made once.
 std::vector<Collider> shared_colliders(const SceneFile &file, bool quiet) {
   const Scene &scene = file.shells.front();
@@ -263,7 +269,10 @@ std::vector<Collider> shared_colliders(const SceneFile &file, bool quiet) {
 // Shells do not touch each other, so they may run one after the other. The worst exit status; an interruption ends all, and each shell's files
 // are put in place as it is done.
 int run_shells(const SceneFile &file, const RunOptions &options) {
-  for (const Scene &scene : file.shells) check_formats(scene);
+  for (const Scene &scene : file.shells) {
+    check_formats(scene);
+    check_correction(scene);
+  }
   const std::unique_ptr<OutputFolder> folder = open_folder(file, options);
   const std::string path = page_path(file, options);
   std::optional<Page> page = begin_page(file, options, path);

@@ -219,6 +219,8 @@ void read_simulation(Section section, Scene &scene) {
   scene.duration = section.positive("duration", scene.duration);
   scene.gravity = section.vector("gravity");
   scene.stiffness_factor = section.positive("stiffness_factor", 1);
+  scene.correction_steps = section.count("correction_steps").value_or(0);
+  if (scene.correction_steps > 100) section.fail("correction_steps must be at most 100");
   section.reject_unknown_keys();
 }
 

@@ -166,6 +166,7 @@ struct Scene {
   double duration = 5;  // s
   std::array<double, 3> gravity{};
   double stiffness_factor = 1;  // after the precompute
+  uint32_t correction_steps = 0;  // Newton steps of the full shell from each frame that is shown
   Damping damping;
   FrameMotion motion;
   Loads loads;  // beside gravity

@@ -65,11 +65,16 @@ void record(const Scene &scene, uint32_t frame, const shellwarp::State &state, s
             PointCache *cache, Film *film, bool keep_states) {
   {
     Stopwatch stopwatch(run.position_seconds);
-    state.positions(positions.data(), static_cast<uint32_t>(positions.size() / 3));
+    const auto n_vertices = static_cast<uint32_t>(positions.size() / 3);
+    if (scene.correction_steps > 0)
+      state.positions_corrected(scene.correction_steps, positions.data(), n_vertices);
+    else
+      state.positions(positions.data(), n_vertices);
   }
   run.all_finite &= std::all_of(positions.begin(), positions.end(), [](float x) { return std::isfinite(x); });
   const bool again = keep_states || cache || (film && !host::is_full_shell(scene.method));  // whoever comes back to this frame
-  run.frames.push_back({frame, state.report(), again ? state.save() : std::vector<unsigned char>()});
+  run.frames.push_back({frame, state.report(), again ? state.save() : std::vector<unsigned char>(),
+                        again && scene.correction_steps > 0 ? positions : std::vector<float>()});
   if (cache) cache->append(positions.data());
   const SwStateReport &report = run.frames.back().report;  // an equilibrium takes no time: a page plays it in a second
   if (film) film->append(frame, scene.is_static ? frame : report.time, report.max_displacement, positions.data());

@@ -20,6 +20,7 @@ struct FrameRecord {
   uint32_t frame;
   SwStateReport report;
   std::vector<unsigned char> saved;
+  std::vector<float> corrected{};  // positions after correction_steps; empty without
 };
 
 // What became of the handles, over all steps in which any was held.

@@ -3,10 +3,10 @@
 use super::guard::guard;
 use super::mesh::{SwMeshDesc, read_mesh};
 use super::model::vertex_rows;
-use super::output::space_of;
+use super::output::{space_of, write_places};
 use super::pointer::{VectorRows, byte_slice, check_flags, copy_out, enumerant, not_null, object, put, read_array};
 use super::state::{SwState, reading, rotation, vector, writing};
-use super::status::{Fault, SW_ERROR_INVALID_DATA, SW_ERROR_NUMERICAL, SwStatus};
+use super::status::{Fault, SW_ERROR_INVALID_DATA, SwStatus};
 use super::structs::{Output, Outputs, described, grows, read_descriptor};
 use crate::Vec3;
 use crate::collider::{GridOptions, Resolution, Solid, fit_capsule};
@@ -404,11 +404,7 @@ pub unsafe extern "C" fn sw_state_positions_outside(
             let space = space_of(space)?;
             state.check_range(space, rows.largest_coordinate())?;
             let (x, left) = state.positions_outside(space)?;
-            if let Some(v) = x.iter().position(|x| !x.iter().all(|c| c.abs() <= rows.largest_coordinate())) {
-                let message = format!("vertex {v} is pushed beyond the numbers of this format");
-                return Err(Fault::new(SW_ERROR_NUMERICAL, message));
-            }
-            x.iter().enumerate().for_each(|(v, x)| rows.write::<3>(v, (*x).into()));
+            write_places(&rows, &x, "pushed")?;
             if !deepest.is_null() {
                 put(deepest, left);
             }

@@ -3,8 +3,9 @@
 use super::model::vertex_rows;
 use super::pointer::{VectorRows, enumerant, read_list};
 use super::state::{SwState, reading};
-use super::status::{Fault, SwStatus};
+use super::status::{Fault, SW_ERROR_NUMERICAL, SwStatus};
 use super::structs::{Described, Output, described};
+use crate::Vec3;
 use crate::state::Space;
 use std::ffi::c_void;
 
@@ -63,6 +64,22 @@ described!(SwStateReport, support_miss);
 
 pub(super) fn space_of(space: u32) -> Result<Space, Fault> {
     enumerant("space", space, &[(SW_SPACE_WORLD, Space::World), (SW_SPACE_FRAME, Space::Frame)])
+}
+
+/// Writes places of vertices that were `moved`, unless the format has no numbers for them.
+///
+/// # Safety
+///
+/// The rows are those of a live array of the host's, and as many as places.
+pub(super) unsafe fn write_places(rows: &VectorRows, x: &[Vec3], moved: &str) -> Result<(), Fault> {
+    let largest = rows.largest_coordinate();
+    if let Some(v) = x.iter().position(|x| !x.iter().all(|c| c.abs() <= largest)) {
+        let message = format!("vertex {v} is {moved} beyond the numbers of this format");
+        return Err(Fault::new(SW_ERROR_NUMERICAL, message));
+    }
+    // SAFETY: as the caller promises.
+    x.iter().enumerate().for_each(|(v, x)| unsafe { rows.write::<3>(v, (*x).into()) });
+    Ok(())
 }
 
 /// Deformed positions (n_vertices x 3) in SW_SPACE_..., as SW_FORMAT_..., `stride` bytes from vertex to vertex (0 = packed).

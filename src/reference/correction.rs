@@ -37,6 +37,8 @@ pub struct Load<'a> {
     pub moving: f64,
     /// Whether the shell stands still: then only a stable equilibrium will do. A moving one may pass others.
     pub still: bool,
+    /// Whether the start is a pose of another method than the full shell, which is stretched a little everywhere.
+    pub foreign: bool,
 }
 
 /// The way to an equilibrium.
@@ -52,6 +54,9 @@ pub struct Correction {
     pub factorizations: usize,
 }
 
+/// Steps at most in a round, and who hears of them.
+type Watched<'a> = (usize, &'a mut dyn FnMut(f64) -> Result<()>);
+
 impl Solver {
     /// Newton steps from the displacements `start` (n_vertices) toward the equilibrium under a load and the constraints of
     /// [`Solver::set_constraints`], at most `solves` in a round, more where constraints have a way to go. A load that follows the shape is taken
@@ -64,6 +69,35 @@ impl Solver {
         solves: usize,
         watch: &mut dyn FnMut(f64) -> Result<()>,
     ) -> Result<Correction> {
+        self.newton.foreign = load.foreign;
+        let found = self.correct_in_rounds(start, load, (solves, watch));
+        self.newton.foreign = false; // others use it next
+        found
+    }
+
+    /// So many Newton steps from the displacements `start` of another method toward the same equilibrium, wherever they lead: the way there
+    /// (n_vertices). What hard constraints hold stays where it is.
+    pub fn step_toward(&mut self, start: &[Vec3], load: &Load, steps: usize) -> Result<Vec<Vec3>> {
+        self.check_fields(&[("start", start)])?;
+        self.place(start);
+        let (shell, first) = (self.shell.clone(), self.x.clone());
+        let free = FreeMotions::new(&shell, self.constraints.held(), &self.x);
+        let mut forces = (load.at)(start);
+        free.balance(&shell, &self.x, &mut forces);
+        self.constraints.pin(&free.pins(&self.x), &self.x);
+        self.origin.copy_from_slice(&self.x);
+        let Self { newton, origin, x, constraints, points, .. } = self;
+        let points = Self::points(points);
+        let potential = Potential { shell: &shell, origin, load: &forces, step: None, constraints, points };
+        newton.foreign = true;
+        let followed = newton.follow_mixed(&potential, x, steps);
+        newton.foreign = false; // others use it next
+        followed?;
+        free.align(&shell, &mut self.x, &first);
+        Ok(self.x.iter().zip(&first).map(|(x, first)| x - first).collect())
+    }
+
+    fn correct_in_rounds(&mut self, start: &[Vec3], load: &Load, (solves, watch): Watched) -> Result<Correction> {
         self.check_fields(&[("start", start)])?;
         let earlier = self.factorizations();
         self.place(start);
@@ -109,7 +143,7 @@ impl Solver {
     fn approach(
         &mut self,
         (forces, scale): (&[Vec3], f64),
-        (solves, watch): (usize, &mut dyn FnMut(f64) -> Result<()>),
+        (solves, watch): Watched,
         from: Option<&Vec<Vec3>>,
     ) -> Result<[f64; 2]> {
         self.origin.copy_from_slice(&self.x);

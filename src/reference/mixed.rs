@@ -9,6 +9,9 @@
 //! the stress of this stretch, which the next step takes out, is wrong by orders of magnitude. The stress that the step foresaw is
 //! nearly right, and with it so is the tangent. So steps need no search along their lines.
 //!
+//! A pose that a method of few fields has is stretched a little everywhere, and the stress of that would spoil the first tangents. So a search
+//! from such a pose begins with a membrane that has none, Gauss and Newton's tangent there: its step finds the stress that balances the load.
+//!
 //! Where the tangent is not positive definite the shell is about to snap. There τM is added, more of it until it is, and less in each
 //! step after that.
 
@@ -122,7 +125,7 @@ impl Newton {
                 return Ok(stable.then_some(Convergence { converged: true, iterations, residual }));
             }
             if iterations == 0 {
-                foresee(potential, x, x, stress);
+                self.begin(potential, x, stress);
             } else if unstable == Unstable::Shift {
                 let value = potential.value(x).0;
                 if value < lowest {
@@ -132,27 +135,85 @@ impl Newton {
             }
             last = force;
             let enough = (0.1 * stop.tolerance * stop.scale / force).clamp(LEAST_SOLVED, SOLVED);
-            let tangent = Tangent { stress, force, enough, near: self.is_factor_near(potential, force, stop) };
-            if self.factorizations >= most || !self.mixed_direction(potential, x, tangent, (&mut shift, unstable))? {
+            let near = self.is_factor_near(potential, force, stop);
+            if self.factorizations >= most {
                 break;
             }
+            let wanted = (&mut *stress, [force, enough], near);
+            let Some(bare) = self.next_direction(potential, x, wanted, (&mut shift, unstable))? else { break };
             if iterations == 0 {
                 self.foresee_end(potential, x);
             }
-            stable = shift.tau == 0.0;
+            stable = shift.tau == 0.0 && !bare && !(self.foreign && iterations == 0);
             shift.tau = if shift.tau > LEAST * shift.first { FALL * shift.tau } else { 0.0 };
-            let longest = (0..shell.free.len()).map(|i| self.along(i).norm()).fold(0.0, f64::max);
-            self.try_step(potential, x, (REACH * shell.mesh.size / longest).min(1.0));
+            self.step_in_reach(potential, x);
             foresee(potential, x, &self.trial, stress);
             x.copy_from_slice(&self.trial);
         }
         Ok(None)
     }
 
+    /// The first stress.
+    fn begin(&self, potential: &Potential, x: &[Vec3], stress: &mut Vec<f64>) {
+        foresee(potential, x, x, stress);
+        if self.foreign {
+            stress[..potential.shell.energy.n_membrane()].fill(0.0);
+        }
+    }
+
+    /// Finds Δ by the tangent of a stress, for ‖∇Φ‖ and the part of it that Δ may leave, as in [`Tangent`]. In a search from a foreign pose the
+    /// membrane has no stress where that is not positive definite. Whether that was so, or `None` where no Δ is found.
+    fn next_direction(
+        &mut self,
+        potential: &Potential,
+        x: &[Vec3],
+        (stress, [force, enough], near): (&mut Vec<f64>, [f64; 2], bool),
+        (shift, unstable): (&mut Shift, Unstable),
+    ) -> Result<Option<bool>> {
+        let tried = if self.foreign { Unstable::Stop } else { unstable };
+        if self.mixed_direction(potential, x, Tangent { stress, force, enough, near }, (&mut *shift, tried))? {
+            return Ok(Some(false));
+        }
+        if !self.foreign {
+            return Ok(None);
+        }
+        self.begin(potential, x, stress);
+        let bare = Tangent { stress, force, enough, near: false };
+        Ok(self.mixed_direction(potential, x, bare, (shift, unstable))?.then_some(true))
+    }
+
+    /// Moves `x` by so many steps, wherever they lead.
+    pub(super) fn follow_mixed(&mut self, potential: &Potential, x: &mut [Vec3], steps: usize) -> Result<()> {
+        let mut stress = std::mem::take(&mut self.stress);
+        self.made_at = None;
+        self.begin(potential, x, &mut stress);
+        for _ in 0..steps {
+            potential.gradient(x, &mut self.gradient);
+            let (wanted, mut shift) = ((&mut stress, [0.0, 0.0], false), Shift::default());
+            if self.next_direction(potential, x, wanted, (&mut shift, Unstable::Shift))?.is_none() {
+                break;
+            }
+            self.step_in_reach(potential, x);
+            foresee(potential, x, &self.trial, &mut stress);
+            x.copy_from_slice(&self.trial);
+        }
+        self.stress = stress;
+        self.made_at = None;
+        Ok(())
+    }
+
+    /// trial ← x + Δ, or as much of Δ as is in reach.
+    fn step_in_reach(&mut self, potential: &Potential, x: &[Vec3]) {
+        let shell = potential.shell;
+        let longest = (0..shell.free.len()).map(|i| self.along(i).norm()).fold(0.0, f64::max);
+        self.try_step(potential, x, (REACH * shell.mesh.size / longest).min(1.0));
+    }
+
     /// Whether the tangent has hardly changed since its last factorization, and that spoke for the stability of where the search will end.
     fn is_factor_near(&self, potential: &Potential, force: f64, stop: Stop) -> bool {
         let Some(made_at) = self.made_at else { return false };
-        let telling = potential.step.is_some() || stop.tolerance >= LOOSE || made_at <= TELLING * stop.scale;
+        let telling =
+            self.foreign || potential.step.is_some() || stop.tolerance >= LOOSE || made_at <= TELLING * stop.scale;
         self.reusing && telling && force <= NEAR * made_at
     }
 

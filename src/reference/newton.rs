@@ -89,6 +89,8 @@ pub struct Newton {
     conjugate: Conjugate,
     /// Whether that may be solved by.
     pub(super) reusing: bool,
+    /// Whether searches begin at poses of another method, and what they find is examined for its stability.
+    pub(super) foreign: bool,
 }
 
 /// The last iterate that Φ fell to, and how far it is left behind.
@@ -169,6 +171,7 @@ impl Newton {
             foreseen: vec![],
             conjugate: Conjugate::default(),
             reusing: true,
+            foreign: false,
         })
     }
 

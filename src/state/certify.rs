@@ -23,7 +23,7 @@ use crate::features::Feature;
 use crate::methods::{self, Acting, Reaction};
 use crate::point_energy::{InFrame, PointEnergy};
 use crate::reference::{self, Load, Solver, mass_norm as norm};
-use crate::support::FrameMotion;
+use crate::support::{FrameMotion, Pose};
 use crate::{Error, ErrorKind, Result, Vec3, rotation};
 use nalgebra::UnitQuaternion;
 
@@ -101,12 +101,76 @@ impl State {
         let shell = &self.model.shell;
         let mut judges = self.contacts.clone();
         let judging = self.judging_points(&mut judges, None);
+        self.with_full_shell(judging.as_ref(), |solver, u, load| {
+            let (mut found, mut joined) = (None, judging.clone());
+            let (mut end, mut factorizations) = (vec![], 0);
+            for _ in 0..TOUCHES {
+                solver.join(joined.take());
+                let corrected = solver.correct(u, load, SOLVES, watch);
+                solver.join(None); // others use it next
+                let corrected = corrected?;
+                factorizations += corrected.factorizations;
+                end = shell.mesh.positions.iter().zip(u).zip(&corrected.way).map(|((x, u), d)| x + u + d).collect();
+                found = Some(corrected);
+                joined = self.judging_points(&mut judges, Some(&end));
+                if joined.is_none() {
+                    break;
+                }
+            }
+            let Some(found) = found else { unreachable!("there is a first time") };
+            let ([residual, left], errors) = (found.force, self.errors_of(&found.way, &end));
+            let (remaining, bytes) = (left.max(found.short), solver.bytes());
+            let certificate = Certificate { residual, remaining, factorizations, bytes, ..errors };
+            let Certificate { error, max_error, residual, remaining, .. } = certificate;
+            match [error, max_error, residual, remaining].iter().all(|x| x.is_finite()) {
+                true => Ok((certificate, end)),
+                false => Err(Error::new(ErrorKind::Numerical, "the estimate leaves the range of numbers")),
+            }
+        })
+    }
+
+    /// Positions (n_vertices) after so many Newton steps of the full shell from where the method has them, under the loads that are set now and
+    /// the inertia that the method has. The motion does not know of them. Each takes a factorization of the full shell's stiffness.
+    pub fn positions_corrected(&self, space: Space, steps: usize) -> Result<Vec<Vec3>> {
+        let mut x = crate::error::try_zeroed("the positions", self.model.shell.mass.len())?;
+        if steps == 0 || self.motion.is_full_shell() {
+            self.positions(space, |v, place| x[v] = place);
+            return Ok(x);
+        }
+        Feature::NonlinearShell.require()?;
+        self.refuse_moving_rest("a correction")?;
+        let judging = self.judging_points(&mut self.contacts.clone(), None);
+        let way = self.with_full_shell(judging.as_ref(), |solver, u, load| {
+            solver.join(judging.clone());
+            let way = solver.step_toward(u, load, steps);
+            solver.join(None); // others use it next
+            way
+        })?;
+        self.positions(Space::Frame, |v, place| x[v] = place + way[v]);
+        if !x.iter().flatten().all(|x| x.is_finite()) {
+            return Err(Error::new(ErrorKind::Numerical, "the corrected positions leave the range of numbers"));
+        }
+        if space == Space::World {
+            let Pose { origin, rotation } = self.frame.pose;
+            x.iter_mut().for_each(|x| *x = origin + rotation * *x);
+        }
+        Ok(x)
+    }
+
+    /// Calls `body` with a solver of the full shell under the constraints, the displacements (n_vertices), and the load that balances the
+    /// method's inertia.
+    fn with_full_shell<T>(
+        &self,
+        judging: Option<&InFrame>,
+        body: impl FnOnce(&mut Solver, &[Vec3], &Load) -> Result<T>,
+    ) -> Result<T> {
+        let shell = &self.model.shell;
         if judging.is_some() && self.model.modal.zero_modes > 0 {
             let message = "no estimate of a shell that nothing but contact holds";
             return Err(Error::new(ErrorKind::Unsupported, message));
         }
         self.refuse_mechanisms()?;
-        let reactions = self.reactions(judging.as_ref());
+        let reactions = self.reactions(judging);
         let [u, rate, inertia] = self.present_motion(&reactions);
         let less = |forces: Vec<Vec3>| -> Vec<Vec3> { forces.iter().zip(&inertia).map(|(f, ma)| f - ma).collect() };
         let loads = self.loads_at(&u, &rate);
@@ -120,35 +184,10 @@ impl State {
                 let axes = self.frame.pose.rotation.inverse().to_rotation_matrix();
                 solver.set_constraints(*axes.matrix(), self.constraints_in_frame(&u), &u)?;
                 let reactions = reactions.iter().map(|(_, [pull, _])| pull.norm_squared()).sum::<f64>().sqrt();
-                let reactions = libm::hypot(reactions, self.support_pull());
-                let at = |u: &[Vec3]| less(self.loads_at(u, &rate));
-                let still = self.is_still(&u, &rate, &inertia, libm::hypot(moving, reactions));
-                let load = Load { at: &at, follows: self.loads.needs_motion(), held: reactions, moving, still };
-                let (mut found, mut joined) = (None, judging);
-                let (mut end, mut factorizations) = (vec![], 0);
-                for _ in 0..TOUCHES {
-                    solver.join(joined.take());
-                    let corrected = solver.correct(&u, &load, SOLVES, watch);
-                    solver.join(None); // others use it next
-                    let corrected = corrected?;
-                    factorizations += corrected.factorizations;
-                    end =
-                        shell.mesh.positions.iter().zip(&u).zip(&corrected.way).map(|((x, u), d)| x + u + d).collect();
-                    found = Some(corrected);
-                    joined = self.judging_points(&mut judges, Some(&end));
-                    if joined.is_none() {
-                        break;
-                    }
-                }
-                let Some(found) = found else { unreachable!("there is a first time") };
-                let ([residual, left], errors) = (found.force, self.errors_of(&found.way, &end));
-                let (remaining, bytes) = (left.max(found.short), solver.bytes());
-                let certificate = Certificate { residual, remaining, factorizations, bytes, ..errors };
-                let Certificate { error, max_error, residual, remaining, .. } = certificate;
-                match [error, max_error, residual, remaining].iter().all(|x| x.is_finite()) {
-                    true => Ok((certificate, end)),
-                    false => Err(Error::new(ErrorKind::Numerical, "the estimate leaves the range of numbers")),
-                }
+                let held = libm::hypot(reactions, self.support_pull());
+                let still = self.is_still(&u, &rate, &inertia, libm::hypot(moving, held));
+                let (at, follows) = (|u: &[Vec3]| less(self.loads_at(u, &rate)), self.loads.needs_motion());
+                body(solver, &u, &Load { at: &at, follows, held, moving, still, foreign: true })
             },
         )
     }

@@ -7,6 +7,7 @@
 #include <thread>
 #include <type_traits>
 #include <utility>
+#include <vector>
 
 namespace {
 
@@ -289,6 +290,12 @@ void a_state_tells_its_error_falls_back_and_goes_on_by_other_methods() {
     CHECK(error.status() == SW_ERROR_CANCELLED);
   }
   CHECK(linear.method == SW_METHOD_LMA && linear.error > 0.02);
+  std::vector<double> own(3 * STRIP_VERTICES), corrected(own);
+  state.positions(own.data(), STRIP_VERTICES);
+  state.positions_corrected(0, corrected.data(), STRIP_VERTICES);
+  CHECK(corrected == own);
+  state.positions_corrected(2, corrected.data(), STRIP_VERTICES);
+  CHECK(corrected != own && state.certify().error == linear.error);
   const SwCertificate found = state.fall_back();
   CHECK(found.method == SW_METHOD_WARP && found.error < linear.error);
   CHECK(state.certify().error == found.error && state.fall_back().method == SW_METHOD_WARP);

@@ -3,9 +3,11 @@
 
 use shellwarp::mesh::Mesh;
 use shellwarp::modes::{Modes, Progress, lowest_modes};
+use shellwarp::reference::Solver;
 use shellwarp::state::{Space, State};
 use shellwarp::{Material, Shell, Supports, Vec3};
 use std::path::PathBuf;
+use std::sync::Arc;
 
 pub fn data(name: &str) -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/data").join(name)
@@ -140,4 +142,17 @@ pub fn displacements(state: &State) -> Vec<Vec3> {
     let mut u = vec![Vec3::zeros(); rest.len()];
     state.positions(Space::Frame, |v, x| u[v] = x - rest[v]);
     u
+}
+
+/// Gravity along `direction` that moves the shell by `aim` sizes to first order.
+pub fn gravity(shell: &Arc<Shell>, direction: [f64; 3], aim: f64) -> Vec<Vec3> {
+    let forces = |g: f64| shell.mass.iter().map(|m| Vec3::from(direction) * (g * m)).collect::<Vec<_>>();
+    let rest = vec![Vec3::zeros(); shell.mass.len()];
+    let g = 1e-4; // moves the leaf by 1e-5 of its size: linear to that part
+    let linear = Solver::new(shell.clone())
+        .unwrap()
+        .equilibrium(&rest, &forces(g), &Default::default(), &mut |_| Ok(()))
+        .unwrap();
+    let largest = linear.displacement.iter().map(|u| u.norm()).fold(0.0, f64::max);
+    forces(g * aim * shell.mesh.size / largest)
 }

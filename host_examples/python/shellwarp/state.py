@@ -301,6 +301,13 @@ class State(Handle):
                    byref(deepest))
         return out, deepest.value
 
+    def positions_corrected(self, steps: int, out: "Array | None" = None, space: str = "world", dtype: DTypeLike = numpy.float32) -> Array:
+        """Positions after so many Newton steps of the full nonlinear shell (n_vertices x 3), for output alone: the motion does not know."""
+        out, form, stride = _arrays.vectors_out(out, (self.n_vertices, 3), dtype, "positions")
+        self._call("sw_state_positions_corrected", steps, choice(SPACES, space, "space"), form, _arrays.address(out), stride,
+                   self.n_vertices)
+        return out
+
     def normals(self, out: "Array | None" = None, space: str = "world", dtype: DTypeLike = numpy.float32) -> Array:
         """Unit normals (n_vertices x 3)."""
         return self._read("normals", 3, out, space, dtype)

@@ -545,6 +545,20 @@ class Running(unittest.TestCase):
         with self.assertRaises(ZeroDivisionError):
             state.certify(lambda residual: 1 / 0)
 
+    def test_newton_steps_of_the_full_shell_bring_positions_nearer_to_it(self):
+        made = model()
+        made.precompute(modes=4)
+        state, full = made.state("warp"), made.state("shell-implicit")
+        for each in (state, full):
+            each.set_gravity((0, 0, -2))
+            each.equilibrium()
+        exact = full.positions(dtype=numpy.float64)
+        off = [abs(state.positions_corrected(steps, dtype=numpy.float64) - exact).max() for steps in (0, 1, 3)]
+        self.assertEqual(off[0], abs(state.positions(dtype=numpy.float64) - exact).max())
+        self.assertLess(off[2], 0.1 * off[0])
+        with self.assertRaisesRegex(sw.InvalidArgumentError, "steps is 101"):
+            state.positions_corrected(101)
+
     def test_a_tolerance_leaves_out_modes_and_static_corrections_stand_for_those_of_handles(self):
         counts = []
         for speed in (0, 0.1):

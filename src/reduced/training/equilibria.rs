@@ -180,7 +180,7 @@ fn balanced(
 ) -> Result<Option<Vec<Vec3>>> {
     let shell = solver.shell().clone();
     let moving = load.iter().map(|f| f.norm_squared()).sum::<f64>().sqrt();
-    let under = Load { at: &|_| load.to_vec(), follows: false, held: 0.0, moving, still: true };
+    let under = Load { at: &|_| load.to_vec(), follows: false, held: 0.0, moving, still: true, foreign: false };
     let found = match solver.correct(start, &under, solves, &mut |_| go_on()) {
         Ok(found) => found,
         Err(error) if error.kind == ErrorKind::Numerical => return Ok(None),

@@ -61,10 +61,10 @@ impl Newton {
         self.matrix.require_finite()?;
         self.noise.measure(potential, x, &self.matrix);
         let mean = self.matrix.diagonal().map(f64::abs).sum::<f64>() / (3.0 * shell.total_mass);
-        if self.symbolic.refactorize(&self.matrix.lower, &mut self.factor)? {
+        if self.refactorize()? {
             return Ok(None);
         }
-        if self.stiffen_by_noise(potential, 0.0) && self.symbolic.refactorize(&self.matrix.lower, &mut self.factor)? {
+        if self.stiffen_by_noise(potential, 0.0) && self.refactorize()? {
             return Ok(None);
         }
         let (mut sigma, mut added) = (0.0, FIRST_SHIFT * mean);
@@ -73,13 +73,20 @@ impl Newton {
                 self.matrix.add_diagonal(i, added * shell.mass[v]);
             }
             sigma += added;
-            if self.symbolic.refactorize(&self.matrix.lower, &mut self.factor)? {
+            if self.refactorize()? {
                 let (way, lambda) = self.lowest(potential, sigma)?;
                 return Ok((lambda < 0.0).then_some(way));
             }
             added = (GROWTH - 1.0) * sigma;
         }
         Err(Error::new(ErrorKind::Numerical, format!("no shift up to {sigma:e} makes the Hessian positive definite")))
+    }
+
+    /// Whether the matrix is positive definite.
+    fn refactorize(&mut self) -> Result<bool> {
+        self.factorizations += 1;
+        self.made_at = None;
+        self.symbolic.refactorize(&self.matrix.lower, &mut self.factor)
     }
 
     /// The lowest pair, by the factor of H + σM.

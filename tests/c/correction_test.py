@@ -1,0 +1,71 @@
+"""A scene's correction_steps bring what is written nearer to the full shell, and leave the motion as it is.
+
+usage: correction_test.py PROGRAM MESH FOLDER
+"""
+
+import shutil
+import struct
+import subprocess
+import sys
+from pathlib import Path
+
+# Bent by about half its length, where the warp is some percent off.
+SCENE = """mesh = "{mesh}"
+formats = ["pc2"]
+{top}
+[material]
+k_area = 1e4
+k_length = 1e4
+k_bend = 1
+[[support]]
+kind = "fixed"
+box = [-0.1, -1, -1, 0.3, 1, 1]
+[simulation]
+static = true
+modes = 6
+gravity = [0, 0, -2]
+method = "{method}"
+correction_steps = {steps}
+"""
+
+
+def run(program, mesh, folder, method, steps, top=""):
+    name = f"{method}_{steps}"
+    scene = folder / f"{name}.toml"
+    scene.write_text(SCENE.format(mesh=mesh, method=method, steps=steps, top=top))
+    return subprocess.run([program, "run", scene, "--out", folder], capture_output=True, text=True, check=False), name
+
+
+def last_positions(path):
+    """Of the last sample of a point cache."""
+    data = path.read_bytes()
+    n, samples = struct.unpack_from("<i", data, 16)[0], struct.unpack_from("<i", data, 28)[0]
+    assert data[:11] == b"POINTCACHE2" and len(data) == 32 + 12 * n * samples, path
+    return struct.unpack_from(f"<{3 * n}f", data, 32 + 12 * n * (samples - 1))
+
+
+def main(program, mesh, folder):
+    folder = Path(folder)
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir(parents=True)
+    shown, displacements, tables = {}, {}, {}
+    for method, steps in [("shell-implicit", 0), ("warp", 0), ("warp", 1), ("warp", 3)]:
+        done, name = run(program, mesh, folder, method, steps)
+        assert done.returncode == 0, done.stderr
+        shown[method, steps] = last_positions(folder / f"{name}.pc2")
+        tables[method, steps] = [line.split(",")[1:6] for line in (folder / f"{name}_frames.csv").read_text().splitlines()]
+        displacements[method, steps] = [float(u) for u in (folder / f"{name}_frame_0001_displacement.txt").read_text().split()]
+    exact, lengths = shown["shell-implicit", 0], displacements["shell-implicit", 0]
+    off = [max(abs(x - y) for x, y in zip(shown["warp", steps], exact)) for steps in (0, 1, 3)]
+    bent = [max(abs(x - y) for x, y in zip(displacements["warp", steps], lengths)) for steps in (0, 1, 3)]
+    print("from the full shell after 0, 1 and 3 steps:", off, "of displacements:", bent)
+    assert off[1] < off[0] and off[2] < 0.1 * off[0] and bent[2] < 0.1 * bent[0]
+    assert tables["warp", 0] == tables["warp", 3]  # of the motion, which does not know
+    done, _ = run(program, mesh, folder, "warp", 3, top=f'render = "{mesh}"')
+    assert done.returncode == 1 and "it goes without render" in done.stderr, done.stderr
+    done, _ = run(program, mesh, folder, "warp", 101)
+    assert done.returncode == 1 and "correction_steps must be at most 100" in done.stderr, done.stderr
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])
