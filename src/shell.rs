@@ -295,6 +295,16 @@ impl Shell {
         }
     }
 
+    /// The same shell, with vertices held along directions besides.
+    pub(crate) fn pinned(&self, pins: Vec<(u32, Vec3)>) -> Result<Self> {
+        let own = self.rollers.iter().flat_map(|roller| roller.directions().map(|n| (roller.vertex, n)));
+        let supports = Supports { along: own.chain(pins).collect(), ..Supports::default() };
+        let mut held = self.held.clone();
+        let rollers = supports.rollers(&self.mesh, &mut held)?.into();
+        let free = self.free.iter().copied().filter(|&v| !held[v as usize]).collect();
+        Ok(Self { held, rollers, free, ..self.copy() })
+    }
+
     /// The shell of these `vertices` and `triangles` alone, numbered anew in their order, with the triangles and edges of `mesh`, where they
     /// were given. Those that `free` does not name are held.
     pub(crate) fn part(&self, (vertices, triangles): (&[u32], &[u32]), mesh: Mesh, free: Vec<u32>) -> Self {

@@ -303,3 +303,37 @@ fn wind_and_forces_carry_it_as_they_carry_the_full_shell() {
         assert!(off < 5e-3 && certified < 1e-3, "{method}: {off} {certified}");
     }
 }
+
+/// Thin shells give where a point of theirs is held, by a dimple that fields of the whole shell do not make.
+#[test]
+fn handles_that_are_known_before_hold_it_as_they_hold_the_full_shell() {
+    let off = |told: bool, method: Method| {
+        let shell = arch(20.0, 0.3, |_| false);
+        let x = &shell.mesh.positions;
+        let most =
+            |f: &dyn Fn(&Vec3) -> f64| (0..x.len()).max_by(|a, b| f(&x[*a]).total_cmp(&f(&x[*b]))).unwrap() as u32;
+        let held = [most(&|x| -x.x - x.y), most(&|x| x.x - x.y), most(&|x| x.y - (x.x - 0.6).abs())];
+        let reduced = reduced::Options { fields: 24, poses: 16, ..Default::default() };
+        let handles = if told { held.to_vec() } else { vec![] };
+        let options = Options { modes: 14, precision: Precision::F64, reduced, handles, ..Options::default() };
+        let model = Arc::new(Model::precompute(Arc::new(shell), &options, &mut |_, _| Ok(())).unwrap());
+        let prepare = |state: &mut State| {
+            let_fall(state, 1.0);
+            held.iter().for_each(|v| hold(state, *v, *v, model.shell.mesh.positions[*v as usize], 0.0));
+            state.set_damping(&Damping { stiffness_coefficient: 1e-3, ..Damping::default() }).unwrap();
+        };
+        let moved = displacements(&after_a_second(&model, method, 240, &prepare));
+        error(&moved, &full(&model, &prepare))
+    };
+    for method in METHODS {
+        let [untold, told] = [false, true].map(|told| off(told, method));
+        println!("{method}: {told:.4} off, untold {untold:.4}");
+        // 0.2 and 1 % for 16 %: what is left is of the training, of other loads than these.
+        assert!(told < 0.02 && told < 0.2 * untold, "{method}: {told} {untold}");
+    }
+    let shell = Arc::new(arch(20.0, 0.3, |_| false));
+    let reduced = reduced::Options { fields: 8, poses: 4, ..Default::default() };
+    let options = Options { modes: 14, reduced, handles: vec![3, 900], ..Options::default() };
+    let refused = Model::precompute(shell, &options, &mut |_, _| Ok(())).err().unwrap().to_string();
+    assert!(refused.contains("handles[1] is vertex 900: the mesh has"), "{refused}");
+}

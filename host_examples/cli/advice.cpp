@@ -74,6 +74,9 @@ std::string stillness(const Summary &summary) {
     if (p.chosen && p.sagged)
       return at_rest + ", and " + host::method_name(p.method) + ", which was chosen, begins there: --wind or --handle would move it, and "
              "--method warp lets it fall there";
+  if (loaded(summary.scene) && summary.info.zero_modes)
+    return "note: nothing has moved: nothing holds the shell, so its inertia balances the load all over and nothing bends: --pin (support) "
+           "or --handle would hold it";
   return "note: nothing has moved: no gravity, force or wind, no moving frame, no handle, no moving collider";
 }
 

@@ -150,8 +150,15 @@ void add_reduced(const Scene &scene, SwPrecomputeDesc &desc) {
   desc.reduced_gravity = scene.reduced.gravity;
 }
 
-// A choice without a budget needs no trials. For one with a budget, what the scene will do: its gravity, and its handles moved as far as they go. `led` keeps their vertices.
-void add_choice(const Scene &scene, const Mesh &mesh, std::vector<uint32_t> &led, SwPrecomputeDesc &desc) {
+// The vertices that handles hold, which `led` keeps: a shell that floats wants to know them.
+void add_handles(const Scene &scene, const Mesh &mesh, std::vector<uint32_t> &led, SwPrecomputeDesc &desc) {
+  for (const PlacedHandle &handle : place_handles(scene.handles, mesh)) led.push_back(handle.vertex);
+  desc.handles = led.data();
+  desc.n_handles = static_cast<uint32_t>(led.size());
+}
+
+// A choice without a budget needs no trials. For one with a budget, what the scene will do: its gravity, and its handles moved as far as they go.
+void add_choice(const Scene &scene, SwPrecomputeDesc &desc) {
   if (!(scene.auto_error > 0) && !(scene.auto_operations > 0)) {
     desc.flags |= SW_PRECOMPUTE_AUTO;
     return;
@@ -159,14 +166,11 @@ void add_choice(const Scene &scene, const Mesh &mesh, std::vector<uint32_t> &led
   desc.auto_error = scene.auto_error;
   desc.auto_operations = scene.auto_operations;
   std::copy(scene.gravity.begin(), scene.gravity.end(), desc.demand_gravity);
-  for (const PlacedHandle &handle : place_handles(scene.handles, mesh)) led.push_back(handle.vertex);
   for (const Handle &handle : scene.handles) {
     desc.handle_axes |= handle.axes;
     for (const HandleKey &key : handle.keys)
       desc.handle_distance = std::max(desc.handle_distance, std::hypot(key.offset[0], key.offset[1], key.offset[2]));
   }
-  desc.handles = led.data();
-  desc.n_handles = static_cast<uint32_t>(led.size());
 }
 
 }  // namespace
@@ -247,7 +251,8 @@ shellwarp::Model make_model(const Scene &scene, const Mesh &mesh, ProgressBar &p
   add_reduced(scene, desc);
   desc.support_fields = scene.support_fields.value_or(any_moves(scene.supports) ? kSupportFields : 0);
   std::vector<uint32_t> led;
-  if (host::needs_choice(scene.method)) add_choice(scene, mesh, led, desc);
+  if (host::needs_choice(scene.method) || any_needs_fields(scene)) add_handles(scene, mesh, led, desc);
+  if (host::needs_choice(scene.method)) add_choice(scene, desc);
   desc.precision = scene.double_precision ? SW_PRECISION_F64 : SW_PRECISION_F32;
   progress.attach(desc);
   model.precompute(desc);

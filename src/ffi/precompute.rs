@@ -117,7 +117,8 @@ pub struct SwPrecomputeDesc {
     /// How far from rest handles move their vertices, in the directions in which these give. For a tolerance, to hold a vertex in
     /// others as well can ask for more modes; see auto_error for what is judged there.
     pub handle_distance: f64,
-    /// The vertices that handles move (n_handles).
+    /// The vertices that handles move (n_handles). A reduced shell that moves freely reads them, too, and spends up to half of its fields on
+    /// how it gives there.
     pub handles: *const u32,
     /// Length of handles.
     pub n_handles: u32,
@@ -242,6 +243,12 @@ unsafe fn read_options(desc: &SwPrecomputeDesc) -> Result<(Options, Option<Budge
         _ => Some(unsafe { read_demand(desc)? }),
     };
     check_flags("desc->handle_axes", desc.handle_axes, SW_AXIS_X | SW_AXIS_Y | SW_AXIS_Z)?;
+    let reduced = read_reduced(desc, budget.is_none())?;
+    let handles = match reduced.fields {
+        0 => vec![],
+        // SAFETY: the caller's contract is the same.
+        _ => unsafe { read_array("desc->handles", desc.handles, desc.n_handles.into())? },
+    };
     let most = if desc.tolerance != 0.0 { MOST_MODES } else { Options::default().modes };
     let options = Options {
         demand,
@@ -249,11 +256,12 @@ unsafe fn read_options(desc: &SwPrecomputeDesc) -> Result<(Options, Option<Budge
         precision,
         sag: desc.sag_gravity.into(),
         linear: desc.flags & SW_PRECOMPUTE_LINEAR != 0,
-        reduced: read_reduced(desc, budget.is_none())?,
+        reduced,
         // SAFETY: the host's list holds as many vertices as the descriptor says.
         contact_patches: unsafe {
             read_array("desc->contact_patches", desc.contact_patches, desc.n_contact_patches.into())?
         },
+        handles,
         support_fields: desc.support_fields as usize,
     };
     if budget.is_some() && options.support_fields > 0 {

@@ -39,6 +39,8 @@ pub struct Options {
     pub reduced: reduced::Options,
     /// Vertices whose static answers to a push along the normal join the modes.
     pub contact_patches: Vec<u32>,
+    /// Vertices that handles will hold, whose answers join the fields of a reduced shell that moves freely.
+    pub handles: Vec<u32>,
     /// Fields that follow supports which move against each other.
     pub support_fields: usize,
 }
@@ -54,6 +56,7 @@ impl Default for Options {
             demand: None,
             reduced,
             contact_patches: vec![],
+            handles: vec![],
             support_fields: 0,
         }
     }
@@ -304,7 +307,8 @@ fn reduced_shell(
     if optional && options.support_fields > 0 {
         return Ok((None, Some("it would not follow supports that move against each other".into())));
     }
-    match ReducedShell::precompute(shell, modes, &options.reduced, options.precision, progress) {
+    let asked = (&options.reduced, &options.handles[..], options.precision);
+    match ReducedShell::precompute(shell, modes, asked, progress) {
         Ok(reduced) => Ok((Some(Arc::new(reduced)), None)),
         Err(error) if optional && matches!(error.kind, ErrorKind::Unsupported | ErrorKind::Numerical) => {
             Ok((None, Some(error.message)))

@@ -28,6 +28,7 @@ pub use rows::Rows;
 use super::Joined;
 use super::elastic::{Elastic, Scratch};
 use super::factor::Factor;
+use super::products::dot_all;
 use crate::energy::Curvature;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
@@ -253,7 +254,7 @@ impl Newton {
 
     /// Σ f(k, (Cq)_k).
     fn product(&self, c: &DMatrix<f64>, q: &[f64], mut f: impl FnMut(usize, f64) -> f64) -> f64 {
-        (0..q.len()).map(|k| f(k, c.column(k).iter().zip(q).map(|(c, q)| c * q).sum())).sum()
+        (0..q.len()).map(|k| f(k, dot_all(&c.as_slice()[k * q.len()..][..q.len()], q))).sum()
     }
 
     /// Δ, with the last Hessian or with a new one; returns its slope and the scale of Π, or none without a descent direction.
@@ -284,7 +285,7 @@ impl Newton {
         }
         if let Some(c) = potential.matrix {
             for k in 0..q.len() {
-                self.gradient[k] += c.column(k).iter().zip(q).map(|(c, q)| c * q).sum::<f64>();
+                self.gradient[k] += dot_all(&c.as_slice()[k * q.len()..][..q.len()], q);
             }
         }
         if let Some(joined) = potential.joined {

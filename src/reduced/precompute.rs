@@ -26,12 +26,11 @@ const LEAST_JUDGED: usize = 4;
 type Watch<'a> = &'a mut dyn FnMut(f64) -> Result<()>;
 
 impl ReducedShell {
-    /// On `modes` of `shell`.
+    /// On `modes` of `shell`, with the vertices that handles will hold.
     pub fn precompute(
         shell: &Arc<Shell>,
         modes: &Modes,
-        options: &Options,
-        precision: Precision,
+        (options, handles, precision): (&Options, &[u32], Precision),
         progress: &mut Progress,
     ) -> Result<Self> {
         let _proof: features::ReducedShell = Proof::of(Feature::ReducedShell)?;
@@ -44,20 +43,13 @@ impl ReducedShell {
         let time = options.seconds.min(options.mode_searches * searches);
         let mut report = |share: f64| progress.report(Phase::Training, share);
         report(0.0)?;
-        let loads = TrainingLoads::new(shell, modes, options, free)?;
+        let loads = TrainingLoads::new(shell, modes, (options, handles), free)?;
         let rigid = &all.shapes[..all.zero_modes];
         let derivatives = loads.weighted_derivatives(shell, modes, rigid)?;
         let limits = (options.poses, time, options.iterations);
         let trained = loads.train(shell, limits, &mut |share| report(0.1 + 0.4 * share))?;
         require_training(options, &trained)?;
-        let inputs = BasisInputs {
-            shell,
-            modes,
-            rigid,
-            derivatives,
-            responses: loads.responses(shell, (rigid, modes.eigenvalues[0]))?,
-            bent: loads.bent(modes),
-        };
+        let inputs = loads.inputs(shell, modes, (rigid, derivatives))?;
         let (basis, assumed) =
             basis_and_stresses((&loads, &inputs, &trained), options.fields, &mut |share| report(0.5 + 0.1 * share))?;
         let fields = stored(shell, &basis, precision)?;

@@ -186,7 +186,13 @@ pub fn project_row(rows: &[f64], (vertices, row): (&[u32; MAX_ELEMENT], &[Vec3])
     }
 }
 
-/// a·b.
+/// a·b of any length.
+pub fn dot_all(a: &[f64], b: &[f64]) -> f64 {
+    let whole = a.len() / WIDTH * WIDTH;
+    dot(a, b) + a[whole..].iter().zip(&b[whole..]).map(|(a, b)| a * b).sum::<f64>()
+}
+
+/// a·b of rows.
 #[inline(always)]
 pub fn dot(a: &[f64], b: &[f64]) -> f64 {
     let mut sums = [0.0; WIDTH];

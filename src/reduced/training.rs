@@ -51,6 +51,8 @@ pub(super) struct BasisInputs<'a> {
     pub(super) derivatives: Vec<Vec<Vec3>>,
     pub(super) responses: Vec<Vec<Vec3>>,
     pub(super) bent: Vec<Vec<Vec3>>,
+    /// To pulls at the handles that will hold it.
+    pub(super) answers: Vec<Vec<Vec3>>,
 }
 
 impl BasisInputs<'_> {
@@ -60,6 +62,8 @@ impl BasisInputs<'_> {
         let candidates: Vec<&[Vec3]> = derivatives.chain(poses.iter().copied()).collect();
         let first: Vec<&[Vec3]> = self.rigid.iter().chain(&self.modes.shapes).map(Vec::as_slice).collect();
         let mut basis = basis::columns(self.shell, &first);
+        basis::extend(&mut basis, basis::columns(self.shell, &self.answers), wanted)?;
+        let wanted = wanted + first.len() - basis.ncols();
         basis::extend(&mut basis, basis::columns(self.shell, &candidates), wanted)?;
         if self.rigid.is_empty() {
             return Ok(basis);
@@ -83,6 +87,8 @@ pub(super) struct TrainingLoads {
     amplitude: f64,
     /// Far from the supports and each other.
     points: Vec<usize>,
+    /// The handles that will hold a shell that moves freely.
+    handles: Vec<usize>,
     /// What moves freely at rest; then the part of a load that would set it in motion is left out.
     free: Option<FreeMotions>,
 }
@@ -106,15 +112,22 @@ const BEND: f64 = 0.25;
 
 impl TrainingLoads {
     /// Fails where gravity is beyond all that bends the shell.
-    pub(super) fn new(shell: &Shell, modes: &Modes, options: &Options, free: Option<FreeMotions>) -> Result<Self> {
+    pub(super) fn new(
+        shell: &Shell,
+        modes: &Modes,
+        (options, handles): (&Options, &[u32]),
+        free: Option<FreeMotions>,
+    ) -> Result<Self> {
         let largest = |field: &[Vec3]| field.iter().map(|u| u.norm()).fold(f64::MIN_POSITIVE, f64::max);
         let amplitude = BEND * shell.mesh.size / modes.shapes.first().map_or(1.0, |shape| largest(shape));
         let (points, floats) = (far_points(shell, POINTS), free.as_ref().is_some_and(|free| free.count() == 6));
+        let handles = if free.is_some() { handles_of(shell, handles, options.fields)? } else { vec![] };
+        let bearers = if handles.is_empty() { &points } else { &handles };
         // λ q = g Φᵀ M 1 with the most effective direction; of a shell that floats, held at the points.
         let effective = |(shape, lambda): (&Vec<Vec3>, &f64)| {
             let mut sum: Vec3 = shape.iter().zip(&shell.mass).map(|(u, m)| u * *m).sum();
             if floats {
-                sum -= points.iter().map(|v| shape[*v]).sum::<Vec3>() * (shell.total_mass / points.len() as f64);
+                sum -= bearers.iter().map(|v| shape[*v]).sum::<Vec3>() * (shell.total_mass / bearers.len() as f64);
             }
             sum.norm() * largest(shape) / lambda
         };
@@ -128,7 +141,7 @@ impl TrainingLoads {
             );
             return Err(Error::new(ErrorKind::Numerical, message));
         }
-        Ok(Self { gravity, amplitude, points, free })
+        Ok(Self { gravity, amplitude, points, handles, free })
     }
 
     /// ½ Θ_ij q_i q_j with q_i = a λ₁/λ_i.
@@ -146,6 +159,37 @@ impl TrainingLoads {
             field.iter_mut().for_each(|u| *u *= weight);
         }
         Ok(derivatives)
+    }
+
+    /// What the basis and the stress fields are made of.
+    pub(super) fn inputs<'a>(
+        &self,
+        shell: &'a Shell,
+        modes: &'a Modes,
+        (rigid, derivatives): (&'a [Vec<Vec3>], Vec<Vec<Vec3>>),
+    ) -> Result<BasisInputs<'a>> {
+        let loose = (rigid, modes.eigenvalues[0]);
+        let answers = self.answers(shell, loose)?;
+        let mut responses = self.responses(shell, loose)?;
+        responses.extend(answers.iter().cloned());
+        Ok(BasisInputs { shell, modes, rigid, derivatives, responses, bent: self.bent(modes), answers })
+    }
+
+    /// The displacements to first order under a pull at each handle along each axis, whose inertia takes the rest: inertia-relief attachment
+    /// modes (Craig 1987). Of a norm each.
+    fn answers(&self, shell: &Shell, loose: basis::Loose) -> Result<Vec<Vec<Vec3>>> {
+        let pulls = self.handles.iter().flat_map(|&v| (0..3).map(move |axis| (v, Vec3::ith(axis, 1.0))));
+        let of_one = |(v, axis): (usize, Vec3)| {
+            let mut force = vec![Vec3::zeros(); shell.mass.len()];
+            force[v] = axis / shell.mass[v]; // columns() brings M^½
+            force
+        };
+        let mut right = basis::columns(shell, &pulls.map(of_one).collect::<Vec<_>>());
+        if right.ncols() > 0 {
+            basis::solve_rest(shell, &mut right, loose)?;
+        }
+        let unit = |k: usize| &right.col(k) * faer::Scale(1.0 / right.col(k).norm_l2().max(f64::MIN_POSITIVE));
+        Ok((0..right.ncols()).map(|k| basis::unscaled(shell, unit(k).as_ref())).collect())
     }
 
     /// The rest shape's displacements to first order under accelerations that are uniform or linear in the place, as of any
@@ -190,7 +234,7 @@ impl TrainingLoads {
     }
 
     /// Loads, the most telling first: gravity along ± the axes, pressure, pulls at points; all at full and at half strength. Of a shell that
-    /// floats, gravity is borne by the points.
+    /// floats, gravity is borne by the handles, or by the points.
     pub(super) fn loads(&self, shell: &Shell) -> Vec<Vec<Vec3>> {
         let axes: Vec<Vec3> =
             (0..6).map(|k| if k % 2 == 0 { Vec3::ith(k / 2, 1.0) } else { Vec3::ith(k / 2, -1.0) }).collect();
@@ -201,10 +245,11 @@ impl TrainingLoads {
             let g = strength * self.gravity;
             loads.extend(axes.iter().map(|axis| shell.mass.iter().map(|m| *m * g * axis).collect::<Vec<_>>()));
             if self.free.as_ref().is_some_and(|free| free.count() == 6) {
-                let borne = strength * total / self.points.len() as f64;
+                let bearers = if self.handles.is_empty() { &self.points } else { &self.handles };
+                let borne = strength * total / bearers.len() as f64;
                 let first = loads.len() - axes.len();
                 for (load, axis) in loads[first..].iter_mut().zip(&axes) {
-                    self.points.iter().for_each(|v| load[*v] -= borne * axis);
+                    bearers.iter().for_each(|v| load[*v] -= borne * axis);
                 }
             }
             for sign in [1.0, -1.0] {
@@ -297,14 +342,14 @@ impl TrainingLoads {
         Ok(Gate { strain, ..Gate::of(tried) })
     }
 
-    /// The load that a pose balances: what sets it in motion is left to its inertia.
+    /// The load that a pose balances: of a shell that moves freely, with what its pins bear.
     fn borne<'a>(&self, shell: &Shell, loads: &'a [Vec<Vec3>], pose: &TrainingPose) -> Cow<'a, [Vec3]> {
-        let mut load = Cow::from(&loads[pose.load][..]);
-        if self.free.is_some() {
-            let x = added(&shell.mesh.positions, &pose.displacement);
-            FreeMotions::new(shell, std::iter::empty(), &x).balance(shell, &x, load.to_mut());
+        if self.free.is_none() {
+            return Cow::from(&loads[pose.load][..]);
         }
-        load
+        let mut force = vec![Vec3::zeros(); shell.mass.len()];
+        shell.energy.add_gradient(&added(&shell.mesh.positions, &pose.displacement), &mut force);
+        Cow::from(force)
     }
 
     /// Reduced equilibria for sampling to look at.
@@ -333,6 +378,21 @@ impl TrainingLoads {
         }
         Ok(poses)
     }
+}
+
+/// Handles that fields are spent on: three each, of at most so many that half of the fields are left.
+fn handles_of(shell: &Shell, handles: &[u32], fields: usize) -> Result<Vec<usize>> {
+    let (mut found, n): (Vec<usize>, usize) = (vec![], shell.mass.len());
+    for (i, v) in handles.iter().map(|v| *v as usize).enumerate() {
+        if v >= n {
+            return Err(Error::argument(format!("handles[{i}] is vertex {v}: the mesh has {n} vertices")));
+        }
+        if shell.free.binary_search(&(v as u32)).is_ok() && !found.contains(&v) {
+            found.push(v);
+        }
+    }
+    found.truncate(fields / 6);
+    Ok(found)
 }
 
 fn added(a: &[Vec3], b: &[Vec3]) -> Vec<Vec3> {

@@ -24,7 +24,7 @@ mod sag;
 
 pub use correction::{CORRECTED, Correction, Load, SolverPool};
 pub use equilibrium::{Equilibrium, EquilibriumOptions, EquilibriumProgress};
-pub use free_motion::FreeMotions;
+pub use free_motion::{FreeMotions, Held};
 pub use implicit::StepReport;
 pub use orientation::{Ring, vertex_rotations};
 pub use sag::{sagged, settled};

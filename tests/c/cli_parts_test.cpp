@@ -1027,9 +1027,10 @@ cli::Run run_that_moved(double most) {
 }
 
 std::string words_of(const cli::Scene &scene, const cli::Run &run, uint32_t unknowns = 9, const std::vector<SwFrontPoint> &front = {},
-                     const std::vector<std::string> &warnings = {}) {
+                     const std::vector<std::string> &warnings = {}, uint32_t zero_modes = 0) {
   SwModelInfo info{};
   info.size = 2;
+  info.zero_modes = zero_modes;
   info.n_unknowns = unknowns;
   std::string all;
   for (const std::string &sentence : cli::closing_words({scene, info, {0, 45}, run, front, {}, warnings})) all += sentence + "\n";
@@ -1051,6 +1052,8 @@ void the_closing_words_say_what_moved_and_what_to_change() {
   CHECK(words_of(scene, run_that_moved(5)).find("no held shell moves by 2.5 times its size") != std::string::npos);
   CHECK(words_of(scene, run_that_moved(0)).find("note: nothing has moved") != std::string::npos);
   CHECK(words_of(scene, run_that_moved(0), 0).find("every vertex is held") != std::string::npos);
+  const std::string falls = words_of(scene, run_that_moved(0), 9, {}, {}, 6);  // a free shell at rest under gravity alone
+  CHECK(falls.find("nothing holds the shell, so its inertia balances the load") != std::string::npos && falls.find("no gravity") == std::string::npos);
   SwFrontPoint hanging{};  // a curtain that the choice lets hang before it begins
   hanging.method = SW_METHOD_ROTATION_STRAIN;
   hanging.chosen = hanging.sagged = 1;

@@ -1,5 +1,6 @@
 //! Constraints of a search: where they can be met, and the direction that meets them.
 
+use super::super::products::dot_all;
 use super::{Newton, Potential, ROUNDING};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
@@ -40,7 +41,8 @@ impl Rows {
 
     /// (J v)_i.
     pub fn along(&self, i: usize, v: &[f64]) -> f64 {
-        self.jacobian.column(i).iter().zip(v).map(|(j, v)| j * v).sum()
+        let n = self.jacobian.nrows();
+        dot_all(&self.jacobian.as_slice()[i * n..][..n], v)
     }
 }
 
@@ -113,7 +115,7 @@ impl Newton {
         for i in 0..rows.len() {
             self.missing[i] = self.goal[i] - rows.along(i, q);
             self.multipliers[i] = self.missing[i] - rows.along(i, self.direction.as_slice());
-            (0..rows.len()).for_each(|k| flexibility[(i, k)] = rows.along(i, self.response.column(k).as_slice()));
+            (0..=i).for_each(|k| flexibility[(i, k)] = rows.along(i, self.response.column(k).as_slice()));
         }
         for i in 0..rows.len() {
             flexibility[(i, i)] *= 1.0 + LEAST_CONSTRAINT;

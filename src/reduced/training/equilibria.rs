@@ -1,8 +1,12 @@
 //! The equilibria of the full shell that a training takes, found on several threads.
+//!
+//! A shell that moves freely is pinned in as many directions as there are motions, and each load is balanced at rest first. So the pins bear
+//! only what the bend makes of a load, and the search is that of a held shell. Where handles will hold it, they do so under gravity and
+//! pressure. The shape found is then turned to nearest to rest.
 
-use super::{TrainingLoads, added};
+use super::{DISTRIBUTED, TrainingLoads, added};
 use crate::clock::Instant;
-use crate::reference::{EquilibriumOptions, FreeMotions, Load, Solver};
+use crate::reference::{EquilibriumOptions, FreeMotions, Held, Solver};
 use crate::threads::{GoOn, for_each_long};
 use crate::{Error, ErrorKind, Result, Shell, Vec3};
 use std::sync::Arc;
@@ -16,10 +20,6 @@ const TRAINING: EquilibriumOptions =
 /// Iterations times vertices, at most, but no less than [`LEAST_ITERATIONS`].
 const ITERATED: usize = 800_000;
 const LEAST_ITERATIONS: usize = 100;
-/// Of a load, what an equilibrium of a shell that moves freely may leave.
-const BALANCED: f64 = 1e-4;
-/// What a pose of a shell that floats counts as, in iterations.
-const OF_A_BALANCE: usize = 8;
 /// Solvers at once, each with a factor of its own: some tens of megabytes for 10^4 vertices.
 const MOST_SOLVERS: usize = 8;
 /// Poses that are nearer than this, in model sizes, are the same.
@@ -46,14 +46,15 @@ struct Chain {
 
 /// What chains share.
 struct Search<'a> {
-    shell: &'a Shell,
+    /// That the loads are of, and what is solved for.
+    shell: &'a Arc<Shell>,
+    /// Under loads on all of it, and under pulls.
+    pinned: [Arc<Shell>; 2],
     loads: Vec<Vec<Vec3>>,
     /// Loads to take, the first of the list.
     wanted: usize,
     started: Instant,
     time: f64,
-    /// Whether the shell can move freely.
-    floats: bool,
     /// Iterations that all may take, and what chains have taken that ended.
     left: usize,
     all: AtomicUsize,
@@ -71,31 +72,32 @@ impl TrainingLoads {
         if count == 0 || time == 0.0 || left == 0 {
             return Ok(vec![]);
         }
-        let loads = self.loads(shell);
+        let mut loads = self.loads(shell);
+        if let Some(free) = &self.free {
+            loads.iter_mut().for_each(|load| free.balance(shell, &shell.mesh.positions, load));
+        }
+        let pinned = self.pinned(shell)?;
         let wanted = count.min(loads.len());
         let mut chains: Vec<Chain> = (0..wanted.min(loads.len() / 2))
             .map(|first| Chain { first, found: vec![], ends: vec![], taken: 0 })
             .collect();
-        let search = Search {
-            shell,
-            loads,
-            wanted,
-            started: Instant::now(),
-            time,
-            floats: self.free.is_some(),
-            left,
-            all: AtomicUsize::new(0),
-        };
+        let search =
+            Search { shell, pinned, loads, wanted, started: Instant::now(), time, left, all: AtomicUsize::new(0) };
         let n_chains = chains.len() as f64;
         for_each_long(
             &mut chains,
             MOST_SOLVERS,
-            || Solver::new(shell.clone()),
-            |solver, chain, go_on| {
+            || Ok([None, None]),
+            |solvers: &mut [Option<Solver>; 2], chain, go_on| {
                 // Chains begin in their order: all that ended were before this one.
                 if search.all.load(Ordering::SeqCst) >= left {
                     return Ok(());
                 }
+                let kind = usize::from(chain.first >= DISTRIBUTED);
+                let solver = match &mut solvers[kind] {
+                    Some(solver) => solver,
+                    none => none.insert(Solver::new(search.pinned[kind].clone())?),
+                };
                 let followed = search.follow(solver, chain, go_on);
                 search.all.fetch_add(chain.taken, Ordering::SeqCst);
                 followed
@@ -111,6 +113,21 @@ impl TrainingLoads {
             before += chain.taken;
         }
         Ok(found)
+    }
+
+    /// What is solved for under loads on all of the shell, and under pulls.
+    fn pinned(&self, shell: &Arc<Shell>) -> Result<[Arc<Shell>; 2]> {
+        let Some(free) = &self.free else { return Ok([shell.clone(), shell.clone()]) };
+        let rest = &shell.mesh.positions;
+        let alone = Arc::new(shell.pinned(free.pins(rest))?);
+        if self.handles.is_empty() {
+            return Ok([alone.clone(), alone]);
+        }
+        let axes = |v: &usize| (0..3).map(|axis| (*v as u32, Vec3::ith(axis, 1.0))).collect::<Vec<_>>();
+        let mut pins: Vec<(u32, Vec3)> = self.handles.iter().flat_map(axes).collect();
+        let held = pins.iter().map(|(v, n)| (*v, Held::Along(*n)));
+        pins.extend(FreeMotions::new(shell, held, rest).pins(rest));
+        Ok([Arc::new(shell.pinned(pins)?), alone])
     }
 }
 
@@ -128,15 +145,6 @@ impl Search<'_> {
             if self.in_time(chain.taken).is_err() {
                 break;
             }
-            if self.floats {
-                let from = (&pose[..], &self.loads[load][..]);
-                chain.taken += OF_A_BALANCE;
-                let Some(displacement) = balanced(solver, from, max_iterations, go_on)? else { break };
-                pose.clone_from(&displacement);
-                chain.found.push(TrainingPose { load, whole: true, displacement });
-                chain.ends.push(chain.taken);
-                continue;
-            }
             let taken = &mut chain.taken;
             let watch = &mut |_| {
                 *taken += 1;
@@ -153,7 +161,7 @@ impl Search<'_> {
                 break;
             }
             pose.clone_from(&displacement);
-            chain.found.push(TrainingPose { load, whole, displacement });
+            chain.found.push(TrainingPose { load, whole, displacement: self.nearest(displacement) });
             chain.ends.push(chain.taken);
             if !whole {
                 break;
@@ -162,35 +170,21 @@ impl Search<'_> {
         Ok(())
     }
 
+    /// A shape of the pinned shell, where that moves freely turned to nearest to rest.
+    fn nearest(&self, displacement: Vec<Vec3>) -> Vec<Vec3> {
+        if Arc::ptr_eq(self.shell, &self.pinned[0]) {
+            return displacement;
+        }
+        let rest = &self.shell.mesh.positions;
+        let mut x = added(rest, &displacement);
+        FreeMotions::new(self.shell, std::iter::empty(), &x).align(self.shell, &mut x, rest);
+        x.iter().zip(rest).map(|(x, rest)| x - rest).collect()
+    }
+
     fn in_time(&self, taken: usize) -> Result<()> {
         match taken < self.left && self.started.elapsed().as_secs_f64() < self.time {
             true => Ok(()),
             false => Err(Error::new(ErrorKind::Numerical, "no time is left")),
         }
     }
-}
-
-/// From displacements `start` to where a shell that moves freely balances what of a load does not set it in motion, turned to nearest to rest;
-/// none where none is found.
-fn balanced(
-    solver: &mut Solver,
-    (start, load): (&[Vec3], &[Vec3]),
-    solves: usize,
-    go_on: GoOn,
-) -> Result<Option<Vec<Vec3>>> {
-    let shell = solver.shell().clone();
-    let moving = load.iter().map(|f| f.norm_squared()).sum::<f64>().sqrt();
-    let under = Load { at: &|_| load.to_vec(), follows: false, held: 0.0, moving, still: true, foreign: false };
-    let found = match solver.correct(start, &under, solves, &mut |_| go_on()) {
-        Ok(found) => found,
-        Err(error) if error.kind == ErrorKind::Numerical => return Ok(None),
-        Err(error) => return Err(error),
-    };
-    if !(found.force[1] <= BALANCED && found.short == 0.0) {
-        return Ok(None);
-    }
-    let rest = &shell.mesh.positions;
-    let mut x = added(&added(rest, start), &found.way);
-    FreeMotions::new(&shell, std::iter::empty(), &x).align(&shell, &mut x, rest);
-    Ok(Some(x.iter().zip(rest).map(|(x, rest)| x - rest).collect()))
 }
