@@ -8,12 +8,14 @@ coloured by displacement on one scale and from one camera, and a sheet of them. 
 one still, its handles as yellow spheres and red, green, blue axes, and they share handles_sheet.png. The shapes of the
 beams by the full shell (green), linear modal analysis (red) and the warp (blue), with bending stiffness x 1, 10, 100,
 share beams_sheet.png; errors and areas over gravity become NAME_curves.png. The character has a still of
-all its shells, on the body that wears them, at each of the times that its scene lists. Without the renderer's packages the
+all its shells, on the body that wears them, at each of the times that its scene lists. The character and the dinosaur run by the
+automatic choice and again by the paper's warp, and the certificates of their last frames are printed side by side. Without the renderer's packages the
 scenes still run. Any Python 3 will do: only the stills need the Python given by --python.
 """
 
 import argparse
 import csv
+import re
 import subprocess
 import sys
 import time
@@ -45,6 +47,7 @@ SHELLS = {"hat": "#6a3fb0", "torso": "#c8372d", "leg_left": "#2d62ad", "leg_righ
 CHARACTER_VIEW = ["--view", 24, 15, "--size", 480, 640]
 JOINT_BALL = 1.5             # cm
 SCENES_SHOWN = [*VIEWS, CHARACTER, *SHAPES, *CURVES]
+JUDGED = ["dinosaur", CHARACTER]   # beside the paper's method
 
 
 def first_page(cli, out):
@@ -57,7 +60,7 @@ def first_page(cli, out):
     return done.returncode == 0
 
 
-def run_scene(cli, name, folder):
+def run_scene(cli, name, folder, *more):
     """What the program prints for one scene, and whether it succeeded; its progress goes straight to the terminal."""
     folder.mkdir(parents=True, exist_ok=True)
     for old in [*folder.glob("*_frames.csv"), *folder.glob("*_comparison.csv")]:
@@ -65,12 +68,28 @@ def run_scene(cli, name, folder):
     print(f"demo: running {name}", flush=True)
     started = time.monotonic()
     try:
-        done = subprocess.run([cli, "run", str(SCENES / f"{name}.toml"), "--out", str(folder)],
+        done = subprocess.run([cli, "run", str(SCENES / f"{name}.toml"), "--out", str(folder), *more],
                               stdout=subprocess.PIPE, text=True, check=False)
     except OSError as error:
         return f"cannot run {cli}: {error.strerror}\n", False
     print(f"demo: {name} took {time.monotonic() - started:.1f} s", flush=True)
     return done.stdout, done.returncode == 0
+
+
+def certificates(printed):
+    """Each shell's method, largest error of its last frame as a length, and error of its displacement, of what the program printed."""
+    judged = re.compile(r"^  method +([^\n]+)$.*?^error against the nonlinear shell.*?^  of the displacement +([0-9.e+-]+)$"
+                        r".*?^  largest +([^\n]+)$", re.MULTILINE | re.DOTALL)
+    return [(method, largest, 100 * float(share)) for method, share, largest in judged.findall(printed)]
+
+
+def judge(name, ours, papers):
+    """Lines that set the certificates of a scene by the automatic choice beside those by the paper's warp."""
+    shells = list(SHELLS) if name == CHARACTER else [name]
+    pairs = list(zip(shells, certificates(ours), certificates(papers)))
+    lines = [f"  {shell}: {ours[0]} is {ours[2]:.2g} % off ({ours[1]} at most), the paper's warp {papers[2]:.2g} % ({papers[1]})"
+             for shell, ours, papers in pairs]
+    return "\n".join(lines or ["  no certificate was printed"]) + "\n"
 
 
 def written_frames(folder):
@@ -261,6 +280,8 @@ def main():
         return 0 if first_page(args.cli, args.out) else 1
 
     results = {name: run_scene(args.cli, name, args.out / name) for name in args.scenes}
+    judged = {name: judge(name, results[name][0], run_scene(args.cli, name, args.out / name / "paper", "--method", "warp")[0])
+              for name in JUDGED if name in results and results[name][1]}
     drawing = can_draw(args.python)
     pictures = []
     ready = [name for name in args.scenes if drawing and results[name][1]]
@@ -280,6 +301,8 @@ def main():
 
     for name, (printed, _) in results.items():
         print(f"\n== {name}\n{printed}", end="")
+    for name, lines in judged.items():
+        print(f"\n== {name}: last frame against the full shell\n{lines}", end="")
     print("\n== pictures\n" + ("\n".join(f"{path}" for path in pictures if path) or "none"))
     failed = [name for name, (_, good) in results.items() if not good] + ["pictures"] * (None in pictures)
     if failed:
