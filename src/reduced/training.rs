@@ -188,7 +188,7 @@ impl TrainingLoads {
         if right.ncols() > 0 {
             basis::solve_rest(shell, &mut right, loose)?;
         }
-        let unit = |k: usize| &right.col(k) * faer::Scale(1.0 / right.col(k).norm_l2().max(f64::MIN_POSITIVE));
+        let unit = |k: usize| right.col(k) * faer::Scale(1.0 / right.col(k).norm_l2().max(f64::MIN_POSITIVE));
         Ok((0..right.ncols()).map(|k| basis::unscaled(shell, unit(k).as_ref())).collect())
     }
 
