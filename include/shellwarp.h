@@ -582,11 +582,11 @@ typedef uint32_t (*SwProgressFn)(void *user, uint32_t phase, double fraction);
 // 40; fewer where modes and fields would be more than 128) where the shell can have one, and else
 // without. Unless reduced_poses, reduced_seconds or reduced_mode_searches say otherwise, its
 // training ends after 8e7 / (vertices to the power 1.5) iterations, about half a minute, with the
-// same result everywhere. No reduced shell is made of a shell that has sag_gravity or
-// support_fields, that has more than 10,000 vertices unless a limit is given, that moves freely
-// with too few modes, in pieces or with a rest shape of its own, or whose training finds fewer than
-// four equilibria. sw_model_offers tells why, auto_method of SwModelInfo what became of it. With
-// auto_error or auto_operations these choose.
+// same result everywhere. No reduced shell is made of a shell with sag_gravity or support_fields;
+// nor, unless a limit is given, above 10,000 vertices. Nor is one made of a shell that moves freely
+// with too few modes, in pieces or with a rest shape of its own, nor where training finds fewer
+// than four equilibria. sw_model_offers tells why, auto_method of SwModelInfo what became of it.
+// With auto_error or auto_operations these choose.
 #define SW_PRECOMPUTE_AUTO 2
 
 // The reduced shell's fields are the modes' own derivatives: no training, a fraction of the

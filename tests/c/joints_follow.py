@@ -23,7 +23,8 @@ except ImportError:
 # A cache holds 32-bit numbers: half a unit in the last of 24 bits, 1e-7, of places some three model sizes from the origin; the
 # program's 32-bit basis adds about 1e-6 of the displacement, a fraction of a model size.
 POSITION = 1e-6                 # of the model's size
-AXIS = 1e-6                     # rad, in small angles: nine digits in the file, and the 32-bit basis again
+# rad, in small angles: a floating reduced shell meets an orientation as nearly as the four passes of a step come, a millionth or two.
+AXIS = 5e-6
 TABLE = 1e-8                    # of the place: nine digits in the table of bones, half a unit in the last for each number
 
 

@@ -801,6 +801,44 @@ class Ties(unittest.TestCase):
                 sw.Model(sw.Shell(both, faces, **wrong))
 
 
+class Floating(unittest.TestCase):
+    """A strip that nothing holds, by reduced shells, whose frame floats."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.model = sw.Model(strip.shell(fixed=()))
+        cls.model.precompute(modes=12, reduced_fields=8, reduced_poses=4, handles=[0, 3])
+
+    def test_it_falls_as_one(self):
+        for method in ("reduced-shell", "polynomial-shell"):
+            state = self.model.state(method)
+            state.set_gravity(strip.GRAVITY)
+            for _ in range(30):
+                state.step(1 / 30)
+            fallen = state.positions(dtype=numpy.float64) - strip.positions(numpy.float64)
+            # a parabola whatever the step; float32 fields turn and bend it by their rounding
+            self.assertLess(numpy.abs(fallen - [0, 0, -4.9]).max(), 1e-5, method)
+
+    def test_handles_carry_it_and_let_it_go(self):
+        state = self.model.state("polynomial-shell")
+        state.set_gravity(strip.GRAVITY)
+        rest = strip.positions(numpy.float64)
+        for k in range(30):
+            for v in (0, 3):
+                state.set_constraint(v, "position", v, rest[v] + [0, 0, 0.01 * k])
+            state.step(1 / 60)
+        self.assertLess(numpy.abs(state.positions(dtype=numpy.float64)[[0, 3]] - rest[[0, 3]] - [0, 0, 0.29]).max(), 1e-6)
+        state.clear_constraint()
+        before = state.positions(dtype=numpy.float64).mean(axis=0)
+        for _ in range(30):
+            state.step(1 / 60)
+        self.assertLess(state.positions(dtype=numpy.float64).mean(axis=0)[2], before[2])
+
+    def test_a_handle_that_is_no_vertex_is_refused_by_name(self):
+        with self.assertRaisesRegex(Exception, r"handles\[1\] is vertex 900"):
+            sw.Model(strip.shell(fixed=())).precompute(modes=12, reduced_fields=8, reduced_poses=4, handles=[0, 900])
+
+
 class MovingRest(unittest.TestCase):
     def test_the_shell_goes_with_its_rest_shape(self):
         rest = strip.positions(numpy.float64)

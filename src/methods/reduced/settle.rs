@@ -8,6 +8,8 @@ use crate::{Error, ErrorKind, Result};
 use nalgebra::DVector;
 
 const REST: Stop = Stop { tolerance: 1e-7, iterations: 200, led: true, near: false };
+/// Of the way's shapes; and so near to the end a search that has not ended goes on from where it is.
+const CLOSE: f64 = 1e-3;
 /// Shares of the load that are added at once on the way to an equilibrium, at first and at least.
 const FIRST_SHARE: f64 = 0.25;
 const LEAST_SHARE: f64 = 1.0 / 64.0;
@@ -47,7 +49,8 @@ impl Reduced {
             (0..start.len()).for_each(|k| self.load[k] = start[k] + share * (self.force[k] - start[k]));
             let end = self.balance(at, share, &mut torque);
             iterations += end.iterations;
-            let found = end.converged && self.is_within_range(&self.next, &[]);
+            let within = self.is_within_range(&self.next, &[]);
+            let found = end.converged && within;
             if found && share == 1.0 {
                 self.record_outcomes(at);
                 self.motion.q.copy_from_slice(&self.next);
@@ -60,6 +63,13 @@ impl Reduced {
                 self.last.copy_from_slice(&self.next);
                 last_torque.copy_from(&torque);
                 (done, way) = (share, (2.0 * way).min(FIRST_SHARE));
+            } else if within
+                && share == 1.0
+                && end.residual <= CLOSE
+                && iterations < ALL_ITERATIONS
+                && end.iterations > 0
+            {
+                // Along a valley that is nearly flat, as of a shell about to buckle to either side, 200 steps do not do.
             } else if way > LEAST_SHARE && iterations < ALL_ITERATIONS {
                 self.next.copy_from_slice(&self.last);
                 torque.copy_from(&last_torque);
@@ -76,7 +86,7 @@ impl Reduced {
     /// are held. `torque` are the forces of constraints at the balance before, and then at this one.
     fn balance(&mut self, at: At, share: f64, torque: &mut DVector<f64>) -> End {
         let turned = self.holds_orientations();
-        let stop = if share < 1.0 { Stop { tolerance: 1e-3, ..REST } } else { REST };
+        let stop = if share < 1.0 { Stop { tolerance: CLOSE, ..REST } } else { REST };
         let (mut iterations, mut last_moved) = (0, f64::INFINITY);
         let mut end = End { converged: false, iterations: 0, residual: 0.0 };
         for _ in 0..ROUNDS {
