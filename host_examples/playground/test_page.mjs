@@ -218,10 +218,12 @@ const claims = {
     await choose(page, 'Flat strip');
     const gravity = await page.inputValue('#gravity');
     await page.fill('#gravity', '0');
+    await page.click('#pause');
     await page.click('#reset');
     await page.waitForFunction(() => !window.playground.panes[0].reset && !window.playground.panes[0].mover.busy, null, PATIENCE);
     const tip = await tipOf(page), before = (await place(page, tip)).at;
     await page.fill('#wind', '12');
+    await page.click('#pause');
     // A millimetre of the metre along the air's way: no rounding, and without wind nothing else moves it.
     await page.waitForFunction(([v, from]) => {
       const { panes, loads } = window.playground, at = panes[0].stage.at(v).toArray(), way = loads.wind;
