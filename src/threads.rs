@@ -172,9 +172,9 @@ impl Drop for Fallen<'_> {
     }
 }
 
-/// Calls `body` once on every item, long work each, on at most so many threads of its own, each with what `make` makes for it, and
-/// none of the pool's, which steps of other states must find free. `watch` hears on the caller's
-/// thread how many items are done, and may stop all with an error. A panic on any of the threads ends all, and is the caller's.
+/// Calls `body` once on every item, each long work, on at most so many threads. Each thread has what `make` makes for it. None is of the
+/// pool, which steps of other states must find free. `watch` hears on the caller's thread how many items are done, and may stop all with
+/// an error. A panic on any of the threads ends all, and is the caller's.
 pub fn for_each_long<T: Send, W>(
     items: &mut [T],
     most: usize,

@@ -111,25 +111,31 @@ fn measures(state: &State) -> Vec<f64> {
     all
 }
 
+/// Twenty steps by a factor and by a precompute of that stiffness: asserts that they are one motion, and returns both and how far it goes.
+fn assert_alike(soft: &Arc<Model>, stiff: &Arc<Model>, method: Method, name: &str) -> ([State; 2], f64) {
+    let mut both = [state(soft, method, FACTOR), state(stiff, method, 1.0)];
+    for state in &mut both {
+        load(state);
+        steps(state, 0..20);
+    }
+    let [by_factor, precomputed] = &both;
+    let moved = displacements(precomputed).iter().map(|u| u.norm()).fold(0.0, f64::max);
+    let off = furthest(&positions(by_factor), &positions(precomputed)) / moved;
+    println!("{name}{method:?}: moves by {moved:.3}, {off:.1e} of it apart");
+    // Powers of two lose no bit; searches end at tolerances of 1e-6 of the load and of the size, and a training of another scale chooses alike.
+    assert!(moved > 0.02 && off < 1e-5, "{name}{method:?}: {off:e} of {moved}");
+    for (a, b) in measures(by_factor).iter().zip(measures(precomputed)) {
+        assert_close("measure", *a, b, 1e-4, 1e-4);
+    }
+    (both, moved)
+}
+
 #[test]
 fn a_factor_moves_a_shell_as_a_precompute_of_that_stiffness_does() {
     let (soft, stiff) = (model(1.0), model(FACTOR));
     for method in METHODS {
-        let (mut by_factor, mut precomputed) = (state(&soft, method, FACTOR), state(&stiff, method, 1.0));
-        for state in [&mut by_factor, &mut precomputed] {
-            load(state);
-            steps(state, 0..20);
-        }
-        let (found, exact) = (positions(&by_factor), positions(&precomputed));
-        let moved = displacements(&precomputed).iter().map(|u| u.norm()).fold(0.0, f64::max);
-        let off = furthest(&found, &exact) / moved;
-        println!("{method:?}: moves by {moved:.3}, {off:.1e} of it apart");
-        // Powers of two lose no bit; searches end at tolerances of 1e-6 of the load and of the size, and a training of another scale chooses alike.
-        assert!(moved > 0.02 && off < 1e-5, "{method:?}: {off:e} of {moved}");
-        for (a, b) in measures(&by_factor).iter().zip(measures(&precomputed)) {
-            assert_close("measure", *a, b, 1e-4, 1e-4);
-        }
-        let equilibria = [&mut by_factor, &mut precomputed].map(|state| {
+        let (mut both, moved) = assert_alike(&soft, &stiff, method, "");
+        let equilibria = both.each_mut().map(|state| {
             state.equilibrium().unwrap();
             positions(state)
         });
@@ -143,20 +149,7 @@ fn a_factor_moves_a_shell_that_floats_as_a_precompute_of_that_stiffness_does() {
     for (name, held) in [("free", false), ("on a hinge", true)] {
         let [soft, stiff] = [1.0, FACTOR].map(|stiffer| model_held(stiffer, 14, |x| held && x.x < 1e-9));
         for method in [Method::ReducedShell, Method::PolynomialShell] {
-            let (mut by_factor, mut precomputed) = (state(&soft, method, FACTOR), state(&stiff, method, 1.0));
-            for state in [&mut by_factor, &mut precomputed] {
-                load(state);
-                steps(state, 0..20);
-            }
-            let (found, exact) = (positions(&by_factor), positions(&precomputed));
-            let moved = displacements(&precomputed).iter().map(|u| u.norm()).fold(0.0, f64::max);
-            let off = furthest(&found, &exact) / moved;
-            println!("{name}, {method:?}: moves by {moved:.3}, {off:.1e} of it apart");
-            // As of held shells.
-            assert!(moved > 0.02 && off < 1e-5, "{name}, {method:?}: {off:e} of {moved}");
-            for (a, b) in measures(&by_factor).iter().zip(measures(&precomputed)) {
-                assert_close("measure", *a, b, 1e-4, 1e-4);
-            }
+            assert_alike(&soft, &stiff, method, &format!("{name}, "));
         }
     }
 }

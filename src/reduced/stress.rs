@@ -1,6 +1,6 @@
 //! The stress fields that the membrane's strains count along ([`super::energy`]): strains ε = √(2w) s, a number an element, of
 //!
-//! - of a shell that is under stress where it rests, the strains ε there, so that all of it stays what it is,
+//! - the strains ε at rest, of a shell that is under stress there: so all of that stress stays what it is,
 //! - the modes, to first order: ε′φ_i, so that the modes keep their rest stiffness,
 //! - the rest shape under loads that scenes have, to first order: ε′K⁻¹f, so that what pulls along the sheet meets its stiffness,
 //!

@@ -105,7 +105,7 @@ fn orthotropic() {
         "Errors in percent of the four lowest frequencies of a square plate of E₁/E₂ = 12, E₁/G = 15, ν₁₂ = 0.4, simply supported, with E₁ along x: the closed form is"
     );
     println!(
-        "ω² = π⁴ (D₁m⁴ + 2H m²n² + D₂n⁴)/(ρh), H = ν₁₂D₂ + G h³/6. And of the lowest frequency of a clamped strip, 40 long and 1 wide, of the same sheet cut at an angle, against"
+        "ω² = π⁴ (D₁m⁴ + 2H m²n² + D₂n⁴)/(ρh), H = ν₁₂D₂ + G h³/6. The strip, 40 long and 1 wide, is the same sheet cut at an angle and clamped. Its lowest frequency is set against that of"
     );
     println!(
         "a beam of 1/E = c⁴/E₁ + (1/G − 2ν₁₂/E₁) c²s² + s⁴/E₂, whose clamp does not hold the twist: 160 cells along it. `tests/orthotropy.rs`.\n"
