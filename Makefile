@@ -122,6 +122,7 @@ dist: ## make an archive for each platform that can be built for here, their che
 	@$(MAKE) test-dist
 
 test-dist: ## test the archives in out/dist: what is in them, and that outside projects build and run with them
+	@sh cmake/bootstrap.sh python
 	python3 tests/dist/test_dist.py
 
 test-platforms: ## build the C, C++ and command-line tests for every platform and run them natively, under qemu or Wine; twenty minutes

@@ -15,6 +15,7 @@ import subprocess
 import sys
 import tarfile
 import tempfile
+import tomllib
 import unittest
 import zipfile
 from pathlib import Path
@@ -299,6 +300,33 @@ class Wheels(unittest.TestCase):
                 self.assertEqual(len(libraries), 1)
                 self.assertEqual(library_file.platform_tag(packed.read(libraries[0])), tag)
                 self.assertIn(f"Tag: py3-none-{tag}\n", packed.read(f"shellwarp-{VERSION}.dist-info/WHEEL").decode())
+
+
+class BlenderExtension(unittest.TestCase):
+    """The one zip for all platforms that Blender has."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.made = [of for of in (LinuxX86, Windows, MacX86, MacArm) if list(OUT.glob(f"shellwarp-{VERSION}-{of.platform.name}.*"))]
+        if len(cls.made) < 2:
+            raise unittest.SkipTest("the archives of two platforms make one extension (make dist)")
+        cls.file = OUT / f"shellwarp-blender-{VERSION}.zip"
+
+    def test_its_manifest_names_the_platforms_and_each_has_its_library(self):
+        expected = {of.blender: of.platform for of in self.made}
+        with zipfile.ZipFile(self.file) as packed:
+            manifest = tomllib.loads(packed.read("shellwarp/blender_manifest.toml").decode())
+            self.assertEqual(set(manifest["platforms"]), set(expected))
+            self.assertEqual(manifest["version"], VERSION)
+            for tag, platform in expected.items():
+                library, = (name for name in packed.namelist() if name.startswith(f"shellwarp/shellwarp/{tag}/"))
+                self.assertEqual(library_file.platform_tag(packed.read(library)), library_file.platform_tag(platform.built().read_bytes()))
+
+    def test_blenders_own_checker_takes_it(self):
+        checkers = list((ROOT / ".venv" / "blender").glob("lib/**/addons_core/bl_pkg/cli/blender_ext.py"))
+        if not checkers:
+            self.skipTest("Blender is not here (make test-blender)")
+        run(ROOT / ".venv/blender/bin/python", checkers[0], "validate", self.file)
 
 
 if __name__ == "__main__":
