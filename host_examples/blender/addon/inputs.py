@@ -14,6 +14,9 @@ from . import colliders, fields, library, materials, stack
 from .meshes import DISABLED, SCALE_TOLERANCE, Refused, check_mesh, creases, evaluated, present, group_vertices, key_positions, rest_positions, triangles
 
 
+STRAIGHT = 1e-6  # of the mesh's size: a row of fixed vertices that is off a line by less is a hinge
+
+
 @dataclass(frozen=True)
 class Handle:
     """Where one vertex is led, in the world."""
@@ -77,16 +80,35 @@ def follows_by_fields(settings):
     return settings.method in BY_FIELDS or (settings.method == "auto" and not settings.auto_error)
 
 
-def read_recipe(obj, depsgraph, package):
-    """What the settings ask for. A choice of the method is made for the scene's gravity."""
+def read_recipe(obj, depsgraph, package, free):
+    """What the settings ask for. A choice of the method is made for the scene's gravity; a shell that moves freely is trained for its handles."""
     settings, scene = obj.shellwarp, depsgraph.scene
     gravity = abs(obj.evaluated_get(depsgraph).shellwarp.gravity) * scene.gravity.length if scene.use_gravity else 0.0
     needed = package.method.precompute_options(settings.method, settings.reduced_fields, settings.auto_error, gravity=gravity)
     follows = stack.leads(obj)
     if follows and follows_by_fields(settings):
         needed["support_fields"] = settings.support_fields
+    method = package.method.find(settings.method)
+    if free and (method.needs_fields or method.needs_choice):
+        needed["handles"] = held_by_handles(obj)
     return Recipe(settings.method, settings.integrator, (("modes", settings.modes), *needed.items()), follows,
                   settings.frequency if settings.material == "FREQUENCY" else 0.0)
+
+
+def held_by_handles(obj):
+    """The vertices that handles place, ascending, let go now or not."""
+    count = len(obj.data.vertices)
+    return tuple(sorted({item.vertex for item in obj.shellwarp.handles if item.kind != "ORIENTATION" and any(item.axes) and item.vertex < count}))
+
+
+def moves_freely(rest, fixed, clamped):
+    """Whether supports leave a rigid motion: nothing, a point or a straight row is fixed, and no slope is held."""
+    if len(clamped):
+        return False
+    if len(fixed) < 3:
+        return True
+    points = rest[fixed] - rest[fixed].mean(axis=0)
+    return numpy.linalg.svd(points, compute_uv=False)[1] <= STRAIGHT * numpy.ptp(rest, axis=0).max()
 
 
 def read_shell(obj, depsgraph):
@@ -104,7 +126,7 @@ def read_shell(obj, depsgraph):
     unstressed = key_positions(obj.data, settings.rest_shape).astype(numpy.float64) * scale if settings.rest_shape else None
     shell = package.Shell(rest, triangles(obj.data), material, fixed, clamped, maps, folds, unstressed, metres_per_unit=unit)
     key = hashlib.blake2b(rest.tobytes() + shell.triangles.tobytes())
-    recipe = read_recipe(obj, depsgraph, package)
+    recipe = read_recipe(obj, depsgraph, package, moves_freely(rest, fixed, clamped))
     for name, values in maps.items():
         key.update(name.encode() + values.tobytes())
     key.update(repr((material, fixed, clamped, recipe, folds)).encode())
