@@ -109,7 +109,7 @@ class Track:
         if self.run is None:
             self.begin(depsgraph)
         inputs = read_inputs(self.obj, scene, depsgraph, self.run)
-        self.caches[self.obj].append(self.run.go(frame, self.start, inputs))
+        self.caches[self.obj].append(self.run.go(frame, self.start, inputs, self.obj.shellwarp.correction_steps))
         for item, points in render_mesh.positions(self.obj, depsgraph, self.run, (inputs.origin, inputs.rotation)):
             self.caches[item].append(points)
         self.too_far += not self.run.report()["turn_in_range"]

@@ -221,7 +221,7 @@ def show(obj, scene, depsgraph):
         if run.model.n_vertices != len(obj.data.vertices):
             raise Refused("the mesh has changed: go to the start frame")
     inputs = read_inputs(obj, scene, depsgraph, run)
-    positions = run.go(frame, begin, inputs)
+    positions = run.go(frame, begin, inputs, obj.shellwarp.correction_steps)
     display(obj, stack.read(obj, depsgraph) if run.recipe.follows and frame < begin else positions)
     render_mesh.show(obj, depsgraph, run, (inputs.origin, inputs.rotation))
 

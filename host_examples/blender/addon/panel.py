@@ -7,7 +7,7 @@ from . import bake, colliders, fields, inputs, library, live, materials, operato
 GROUPS = [
     ("Material", ("material", "preset", "frequency", "young", "poisson", "thickness", "volume_density", "density", "k_bend", "k_length", "k_area",
                   "thickness_group", "young_group", "density_group", "rest_shape", "crease_factors", "crease_angles")),
-    ("Method", ("method", "reduced_fields", "auto_error", "modes", "integrator")),
+    ("Method", ("method", "reduced_fields", "auto_error", "modes", "correction_steps", "integrator")),
     ("Damping", ("damping_ratio", "damping_mass", "damping_stiffness")),
     ("Loads", ("gravity", "fields", "wind", "air_density", "normal_drag", "tangential_drag")),
     ("Time", ("frame_start", "frame_end", "steps_per_frame")),
@@ -114,7 +114,8 @@ def wanted(settings, name):
         method = library.package().method.find(settings.method)
     except (ImportError, OSError, ValueError):
         return True
-    return {"reduced_fields": method.needs_fields or method.needs_choice, "auto_error": method.needs_choice}.get(name, True)
+    return {"reduced_fields": method.needs_fields or method.needs_choice, "auto_error": method.needs_choice,
+            "correction_steps": not method.is_full_shell}.get(name, True)
 
 
 def draw_state(layout, context, obj):

@@ -159,6 +159,9 @@ class ShellwarpSettings(bpy.types.PropertyGroup):
     auto_error: FloatProperty(override=OVER, name="Automatic error", min=0, subtype="DISTANCE", options=NOT_KEYED,
                               description="Of the automatic choice: the methods are tried under the scene's gravity, and the cheapest with no larger error is "
                               "taken. 0: a reduced shell where there can be one, without trials")
+    correction_steps: IntProperty(override=OVER, name="Correction steps", min=0, max=100, options=NOT_KEYED,
+                                  description="Newton steps of the full shell from each frame that is shown: nearer to it, and a factorization each. "
+                                  "The motion does not know of them")
     integrator: EnumProperty(override=OVER, name="Integrator", default="implicit-euler", options=NOT_KEYED, items=[
         ("implicit-euler", "Backward Euler", "Calms what a step does not resolve"),
         ("exact", "Exact", "No numerical damping: rings until the damping below stops it")])

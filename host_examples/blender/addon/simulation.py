@@ -60,6 +60,7 @@ class Simulation:
         self.bound, self.drawn = (), ()  # the meshes that follow, and their points (n x 3) beside the shell at the frame last gone to
         self.groups = {}  # the vertex groups that the model was made with, by what they are for
         self._buffer = numpy.empty_like(self._rest)
+        self._correction_steps = 0
 
     def close(self):
         """Frees the library's memory now."""
@@ -88,11 +89,14 @@ class Simulation:
         self.known.clear()
         self._at, self.certified, self._failed = None, "", (None, "")
 
-    def go(self, frame, start, inputs):
+    def go(self, frame, start, inputs, correction_steps=0):
         """Positions (n x 3) float32 in the object's coordinates at `frame`, which may lie between two.
+
+        So many steps of the full shell go from the frame to what is returned; no later frame depends on them.
 
         Raises Refused when the frame before has not been reached: the way there is not known.
         """
+        self._correction_steps = correction_steps
         whole = math.floor(frame)
         if frame < start:
             self.drawn = [item.rest for item in self.bound]
@@ -218,14 +222,17 @@ class Simulation:
             return self._positions(copy, inputs)
 
     def _positions(self, state, inputs):
+        if self._correction_steps and self.bound:
+            raise Refused("correction steps move the shell's own vertices, and not the meshes that follow it: set them to 0, or draw the shell itself")
+        read = partial(state.positions_corrected, self._correction_steps) if self._correction_steps else state.positions
         if inputs.supports:  # the frame goes with them, and the object where it likes
             origin, rotation = numpy.array(inputs.origin), numpy.reshape(inputs.rotation, (3, 3))
             points = [state.bound_points(item.binding, dtype=numpy.float64)["positions"] for item in self.bound]
             self.drawn = [((found - origin) @ rotation).astype(numpy.float32) for found in points]
-            self._buffer[:] = (state.positions(dtype=numpy.float64) - origin) @ rotation / self.scale
+            self._buffer[:] = (read(dtype=numpy.float64) - origin) @ rotation / self.scale
             return self._buffer
         self.drawn = [state.bound_points(item.binding, space="frame")["positions"] for item in self.bound]
-        state.positions(self._buffer, space="frame")
+        read(self._buffer, space="frame")
         if self.scale != 1.0:
             numpy.divide(self._buffer, self.scale, out=self._buffer)
         return self._buffer

@@ -91,7 +91,7 @@ class Case(unittest.TestCase):
         self.assertLess(estimate["error"], 0.05)
 
     def test_the_objects_own_motion_hardly_moves_it(self):
-        """Nothing ties it to the object. Its acceleration is known once a frame of 1/30 s: 1.7 % of the way were measured."""
+        """Nothing ties it to the object. While it moves, the shell is shown off by half of what it moves in a step, 1.7 % of the way here."""
         obj = add_free_strip()
         obj.shellwarp.gravity = 0.0
         key(obj, "location", {1: (0, 0, 0), 10: (0.5, 0.2, 0)})

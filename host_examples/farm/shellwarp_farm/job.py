@@ -220,7 +220,8 @@ def simulate(job, state, start, partials, slowest, bindings, log):
         for number, files_of_it in enumerate(writers):
             points = state.bound_points(bindings[number], ("positions", "velocities")) if bindings[number] else {}
             if number == 0 and not job["proxy"]:   # to the last bit
-                points["positions"] = state.positions(out=buffer)
+                steps = job["simulation"]["correction_steps"]
+                points["positions"] = state.positions_corrected(steps, out=buffer) if steps else state.positions(out=buffer)
             for writer in files_of_it:
                 writer.append(**points)
         report = state.report()

@@ -20,7 +20,7 @@ SHEET = {"preset", "young", "poisson", "thickness", "volume_density"}
 GRAIN = {"young_across", "shear", "direction"}   # of a sheet that is stiffer along a direction
 # Of [simulation]: what the precompute depends on, beside the method.
 MODEL_KEYS = ("modes", "precision", "reduced_fields", "auto_error", "auto_operations")
-SIMULATION = {*MODEL_KEYS, "method", "integrator", "frame_rate", "steps_per_frame", "gravity"}
+SIMULATION = {*MODEL_KEYS, "method", "integrator", "frame_rate", "steps_per_frame", "gravity", "correction_steps"}
 TABLES = {
     "material": CONSTANTS | SHEET | GRAIN,
     "simulation": SIMULATION,
@@ -37,7 +37,8 @@ TOP = {"title", "up_axis", "metres_per_unit", "formats", "certify", "seeds", "as
 FORMATS = ("pc2", "usd")
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]*")
 DEFAULTS = {"modes": 16, "precision": "f32", "method": DEFAULT, "integrator": "implicit-euler", "frame_rate": 30.0,
-            "steps_per_frame": 1, "gravity": [0, 0, 0], "reduced_fields": 0, "auto_error": 0.0, "auto_operations": 0.0}
+            "steps_per_frame": 1, "gravity": [0, 0, 0], "reduced_fields": 0, "auto_error": 0.0, "auto_operations": 0.0,
+            "correction_steps": 0}
 
 
 def read_list(path):
@@ -112,6 +113,7 @@ def _job(scene_list, asset, shot, values, seed):
     merged["simulation"] = {**DEFAULTS, **merged["simulation"]}
     lists = {key: asset.get(key, []) + shot.get(key, []) for key in LISTS}
     job = _with_parameters({"mesh": asset["mesh"], "proxy": proxy(asset), "render": asset["render"], **merged, **lists}, values)
+    _check_correction(asset["name"], job)
     variant = "_".join(filter(None, [label(values), "" if seed is None else f"s{seed}"]))
 
     def name_in(shot_name):
@@ -206,6 +208,14 @@ def _check_entry(kind, entry, keys, needed, seen):
                 colliders.check(f"{kind} {name}, collider {number}", item)
     for item in entry.get("frame", {}).get("translate", []) + entry.get("frame", {}).get("rotate_degrees", []):
         _known(f"{kind} {name}, frame", item, OSCILLATION)
+
+
+def _check_correction(name, job):
+    steps = job["simulation"]["correction_steps"]
+    if not isinstance(steps, int) or isinstance(steps, bool) or not 0 <= steps <= 100:
+        raise SceneError(f"asset {name}: correction_steps is {steps!r}, expected a whole number from 0 to 100")
+    if steps and (job["proxy"] or job["render"]):
+        raise SceneError(f"asset {name}: correction_steps moves the mesh's own vertices: it goes without render and proxy")
 
 
 def _check_shots(shots):

@@ -110,6 +110,22 @@ class Farm(unittest.TestCase):
         report = self.bake("uncertified", small.jobs(self.top, "certify = false\n" + small.LIST))
         self.assertEqual(baking.certified(report["certified"]), "not certified: nobody asks for it")
 
+    def test_correction_steps_change_what_is_written_and_not_the_motion(self):
+        """From the warp's last frame the fifth step moves less than a hundredth of what the first did."""
+        text = small.LIST.replace("[parameters]", '[parameters]\n"simulation.correction_steps" = [0, 1, 5, 6]').replace("seeds = [1, 2]", "seeds = [1]").replace("[0, 0, -1]", "[0, 0, -30]")
+        jobs = small.jobs(self.top, text)
+        self.assertEqual(self.bake("corrected", jobs)["failed"], [])
+        frames, states = {}, {}
+        for job in jobs:
+            if job["shot"] == "one" and job["material"]["k_bend"] == 2.7e-3:
+                base = self.top / "corrected" / job["name"]
+                frames[job["simulation"]["correction_steps"]] = positions(f"{base}.pc2")
+                states[job["simulation"]["correction_steps"]] = Path(f"{base}.state").read_bytes()
+        self.assertEqual(len(set(states.values())), 1)
+        first, last = numpy.abs(frames[1] - frames[0]).max(), numpy.abs(frames[6] - frames[5]).max()
+        self.assertGreater(first, 1e-6)
+        self.assertLess(last, 0.01 * first)
+
     def test_every_method_of_the_library_bakes_or_is_told_and_an_unknown_one_too(self):
         folder = Path(self.enterContext(tempfile.TemporaryDirectory()))
         with self.assertRaisesRegex(SceneError, "'magic', expected one of 'warp', "):
