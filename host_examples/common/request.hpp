@@ -134,6 +134,7 @@ struct Request {
   // Held vertices are where the mesh has them now: the shell follows, and what it gives takes the place of all points that come in. Else
   // they stand in the frame, and what moves points is carried along.
   bool follow = false;
+  uint32_t correction_steps = 0;  // Newton steps of the full shell to what is shown, 0 to 100; not at the start frame, nor by drawn or proxy
   bool certify = false;  // estimate this frame's error, which takes seconds on large meshes
   // True: give up. Asked while a model is built and while frames are caught up with, never for a single step. May be empty.
   std::function<bool()> interrupted;

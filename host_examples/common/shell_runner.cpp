@@ -42,6 +42,13 @@ void check_motion(const Request &request) {
   require(std::isfinite(request.time) && std::isfinite(m.start_time), "the time is not finite");
 }
 
+void check_correction(const Request &request) {
+  require(request.correction_steps <= 100,
+          "the correction steps are " + number(uint64_t(request.correction_steps)) + ", expected at most 100");
+  require(request.correction_steps == 0 || (request.drawn.empty() && request.proxy.vertices == 0),
+          "correction steps move the simulated mesh, and not the meshes that follow it: set them to 0, or take no proxy");
+}
+
 void check_wind(const Wind &wind) {
   const auto check = [](const char *name, double x) {
     require(x >= 0 && std::isfinite(x), std::string(name) + " is " + number(x) + "; it must be 0 or above");
@@ -201,6 +208,7 @@ bool ShellRunner::take_stored(const Mesh &mesh, const Request &request, const At
 
 void ShellRunner::evaluate(Request request) {
   check_motion(request);
+  check_correction(request);
   const At at(request);
   proxy_.take_place(request, at.start());
   if (!request.drawn.empty()) follower_.lead(request, at.start());
@@ -547,7 +555,10 @@ void ShellRunner::read(const shellwarp::State &state, const Request &request, co
   if (follower_.bound()) points = follower_.read(state, space, request.velocities ? &velocities : nullptr);
   if (request.drawn.empty()) {
     points.resize(model_->rest().size());
-    state.positions(points.data(), model_->n_points(), space);
+    if (request.correction_steps > 0 && !at.start())
+      state.positions_corrected(request.correction_steps, points.data(), model_->n_points(), space);
+    else
+      state.positions(points.data(), model_->n_points(), space);
   }
   for (double &v : velocities) v *= clock_;
   if (led_) to_object(request, at, points, velocities);

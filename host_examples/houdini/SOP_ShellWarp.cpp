@@ -70,6 +70,7 @@ static const char *theDsFile = R"THEDSFILE(
     parm { name "method" label "Method" type string default { "auto" } }
     parm { name "reducedfields" label "Reduced Fields" type integer default { "40" } range { 1! 100 } }
     parm { name "autoerror" label "Automatic Error" type float default { "0" } range { 0! 1 } }
+    parm { name "correctionsteps" label "Correction Steps" type integer default { "0" } range { 0! 10 } }
     parm {
         name "integrator" label "Integrator" type ordinal default { "0" }
         menu { "exact" "Exact" "impliciteuler" "Implicit Euler" }
@@ -266,6 +267,7 @@ void pull_settings(const SOP_ShellWarpParms &parms, host::Request &request) {
   build.reduced_fields = count_of(parms.getReducedfields());
   build.auto_error = parms.getAutoerror();
   build.double_precision = parms.getDoubleprecision();
+  request.correction_steps = count_of(parms.getCorrectionsteps());
   request.certify = parms.getCertify();
   request.velocities = parms.getVelocity();
   pull_stiffness(parms, build.stiffness);

@@ -165,6 +165,7 @@ void pull_settings(MDataBlock &block, host::Request &request) {
   request.build.support_fields = count(Node::supportFields);
   request.proxy.vertices = count(Node::proxyVertices);
   request.proxy.thickness = real(Node::proxyThickness);
+  request.correction_steps = count(Node::correctionSteps);
   request.certify = block.inputValue(Node::certify).asBool();
 
   const double3 &gravity = block.inputValue(Node::gravity).asDouble3();

@@ -21,7 +21,8 @@ MObject ShellWarpNode::preset, ShellWarpNode::young, ShellWarpNode::poisson, She
 MObject ShellWarpNode::thicknessMapList, ShellWarpNode::thicknessMap, ShellWarpNode::youngMapList, ShellWarpNode::youngMap,
     ShellWarpNode::densityMapList, ShellWarpNode::densityMap;
 MObject ShellWarpNode::dampingRatio, ShellWarpNode::dampingMass, ShellWarpNode::dampingStiffness;
-MObject ShellWarpNode::method, ShellWarpNode::reducedFields, ShellWarpNode::autoError, ShellWarpNode::integrator;
+MObject ShellWarpNode::method, ShellWarpNode::reducedFields, ShellWarpNode::autoError, ShellWarpNode::correctionSteps,
+    ShellWarpNode::integrator;
 MObject ShellWarpNode::modes, ShellWarpNode::doublePrecision, ShellWarpNode::certify;
 MObject ShellWarpNode::supportKind, ShellWarpNode::supportComponents, ShellWarpNode::supportWeightList,
     ShellWarpNode::supportWeights, ShellWarpNode::follow, ShellWarpNode::supportFields;
@@ -143,6 +144,11 @@ MStatus create_method() {
   count.setSoftMax(100);
   status = create_number(Node::autoError, "autoError", "aer", 0, {0, 1});
   CHECK_MSTATUS_AND_RETURN_IT(status);
+  status = create_plain(Node::correctionSteps, "correctionSteps", "cst", MFnNumericData::kInt, 0);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  MFnNumericAttribute steps(Node::correctionSteps);
+  steps.setMin(0);
+  steps.setMax(100);
   return create_choice(Node::integrator, "integrator", "igr", {"exact", "implicitEuler"});
 }
 
@@ -343,7 +349,7 @@ MStatus ShellWarpNode::addAttributes() {
   const MObject parents[] = {
       time,          startFrame,   gravity,      stiffnessFrom, frequency,   thickness,         kBend,
       kStretch,      density,      dampingRatio, dampingMass,   modes,       doublePrecision,   method,
-      reducedFields, autoError,    integrator,   certify,       supportKind, supportComponents, supportWeightList,
+      reducedFields, autoError,    correctionSteps, integrator, certify,       supportKind, supportComponents, supportWeightList,
       frameFrom,     supportFrame, handles,      preset,        young,       poisson,           volumeDensity,
       colliders,     proxy,        follow,       supportFields, wind,       airDensity,        normalDrag,
       tangentialDrag, dampingStiffness, cache,  thicknessMapList, youngMapList,     densityMapList, proxyVertices, proxyThickness};

@@ -91,7 +91,7 @@ public:
   static MObject preset, young, poisson, volumeDensity;
   static MObject thicknessMapList, thicknessMap, youngMapList, youngMap, densityMapList, densityMap;
   static MObject dampingRatio, dampingMass, dampingStiffness;
-  static MObject method, reducedFields, autoError, integrator;
+  static MObject method, reducedFields, autoError, correctionSteps, integrator;
   static MObject modes, doublePrecision, certify;
   // What holds it
   static MObject supportKind, supportComponents, supportWeightList, supportWeights, follow, supportFields;

@@ -302,6 +302,7 @@ void what_makes_the_model_builds_and_what_moves_it_does_not() {
   const std::function<void(Request &)> moves[] = {
       [](Request &r) { r.build.stiffness.frequency = 3; }, [](Request &r) { r.build.method = SW_METHOD_LMA; },
       [](Request &r) { r.build.reduced_fields = 7; },      [](Request &r) { r.build.auto_error = 0.1; },
+      [](Request &r) { r.correction_steps = 2; },
       [](Request &r) { r.motion.implicit_euler = true; },  [](Request &r) { r.motion.damping_ratio = 0.5; },
       [](Request &r) { r.motion.damping_mass = 1; },       [](Request &r) { r.inputs.gravity[1] = 1; },
       [](Request &r) { r.mesh.points[30] += 0.01; },       [](Request &r) { r.build.stiffness.bend = 7; },
@@ -316,6 +317,21 @@ void what_makes_the_model_builds_and_what_moves_it_does_not() {
   };
   for (const auto &change : builds) CHECK(builds_after(change) == 2);
   for (const auto &change : moves) CHECK(builds_after(change) == 1);
+}
+
+void correction_steps_move_what_is_shown_and_not_the_motion() {
+  ShellRunner plain, corrected;
+  const Request request = strip_request();
+  Request with = request;
+  with.correction_steps = 3;
+  plain.evaluate(at_frame(request, 0));
+  corrected.evaluate(at_frame(with, 0));
+  CHECK(corrected.deformed() == plain.deformed());
+  plain.evaluate(at_frame(request, 4));
+  corrected.evaluate(at_frame(with, 4));
+  CHECK(corrected.deformed() != plain.deformed());
+  corrected.evaluate(at_frame(request, 4));
+  CHECK(corrected.deformed() == plain.deformed());
 }
 
 void moved_points_are_a_new_rest_shape_at_the_start_frame() {
@@ -441,6 +457,8 @@ void a_method_that_cannot_be_had_is_told_and_the_last_shape_stays() {
   };
   refused([](Request &r) { r.build.method = 1234; }, "number 1234, which this library does not have; it has 1 warp, ");
   refused([](Request &r) { r.build.method = 0; }, "number 0, which");
+  refused([](Request &r) { r.correction_steps = 101; }, "the correction steps are 101, expected at most 100");
+  refused([](Request &r) { r.correction_steps = 1, r.drawn = r.mesh.points; }, "not the meshes that follow it: set them to 0");
   refused([](Request &r) { r.build.method = SW_METHOD_REDUCED_SHELL, r.build.held.clear(); },
           "needs modes that bend it");
   refused([](Request &r) { r.build.method = SW_METHOD_REDUCED_SHELL, r.build.reduced_fields = 0; },
@@ -1514,6 +1532,7 @@ int main() {
   RUN(a_changed_input_is_stepped_anew_from_there);
   RUN(the_run_is_refused_beyond_the_cache);
   RUN(what_makes_the_model_builds_and_what_moves_it_does_not);
+  RUN(correction_steps_move_what_is_shown_and_not_the_motion);
   RUN(moved_points_are_a_new_rest_shape_at_the_start_frame);
   RUN(concave_polygons_are_cut_inside);
   RUN(a_cut_stays_while_points_move);

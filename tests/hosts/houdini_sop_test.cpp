@@ -284,6 +284,7 @@ void every_parameter_changes_the_result() {
   CHECK(changes(word("method", "reduced-shell"), number("reducedfields", {3})));
   const auto choice = [](Scene &s) { s.cook.set_text("method", "auto"), s.cook.set("reducedfields", {6}); };
   CHECK(changes(choice, number("autoerror", {1e9})));
+  CHECK(changes(nothing, number("correctionsteps", {1})));
   CHECK(changes(nothing, number("integrator", {1})));
   CHECK(changes(nothing, number("supportkind", {1})));
   CHECK(changes([](Scene &s) { s.geometry().group("more", {60, 61, 62}); }, word("supportgroup", "more")));

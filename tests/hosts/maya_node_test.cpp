@@ -111,7 +111,7 @@ void every_attribute_has_its_own_names_and_affects_the_output() {
                                  "binMembership",
                                  "bnm"};
   const std::vector<fake::AttributeInfo> attributes = node.attributes();
-  CHECK(attributes.size() == 68);
+  CHECK(attributes.size() == 69);
   for (const fake::AttributeInfo &attribute : attributes) {
     CHECK(names.insert(attribute.name).second && names.insert(attribute.brief).second);
     CHECK(attribute.affects_output);
@@ -408,6 +408,7 @@ void every_attribute_changes_the_result() {
   CHECK(changes([](Scene &s) { s.node.set("method", SW_METHOD_REDUCED_SHELL); }, number("reducedFields", 3)));
   CHECK(changes([](Scene &s) { s.node.set("method", SW_METHOD_AUTO), s.node.set("reducedFields", 6); },
                 number("autoError", 1e9)));
+  CHECK(changes(nothing, number("correctionSteps", 1)));
   CHECK(changes(nothing, number("integrator", 1)));
   CHECK(changes(nothing, number("supportKind", 1)));
   CHECK(changes(nothing, [](Scene &s) { s.node.set_components("supportComponents", {60, 61, 62}); }));

@@ -96,7 +96,7 @@ class Simulation:
 
         Raises Refused when the frame before has not been reached: the way there is not known.
         """
-        self._correction_steps = correction_steps
+        self._correction_steps = correction_steps if frame > start else 0  # it begins in its rest shape
         whole = math.floor(frame)
         if frame < start:
             self.drawn = [item.rest for item in self.bound]

@@ -32,6 +32,7 @@ public:
   const UT_StringHolder &getMethod() const { return method_; }
   int64_t getReducedfields() const { return reducedfields_; }
   fpreal getAutoerror() const { return autoerror_; }
+  int64_t getCorrectionsteps() const { return correctionsteps_; }
   int64_t getIntegrator() const { return integrator_; }
   bool getFollow() const { return follow_; }
   int64_t getSupportfields() const { return supportfields_; }
@@ -84,6 +85,7 @@ public:
     method_ = at(values, "method", "string").text.c_str();
     reducedfields_ = static_cast<int64_t>(at(values, "reducedfields", "integer").numbers[0]);
     autoerror_ = at(values, "autoerror", "float").numbers[0];
+    correctionsteps_ = static_cast<int64_t>(at(values, "correctionsteps", "integer").numbers[0]);
     integrator_ = static_cast<int64_t>(at(values, "integrator", "ordinal").numbers[0]);
     follow_ = at(values, "follow", "toggle").numbers[0] != 0;
     supportfields_ = static_cast<int64_t>(at(values, "supportfields", "integer").numbers[0]);
@@ -148,6 +150,7 @@ private:
   UT_StringHolder method_;
   int64_t reducedfields_ = 0;
   fpreal autoerror_ = 0;
+  int64_t correctionsteps_ = 0;
   int64_t integrator_ = 0;
   bool follow_ = false;
   int64_t supportfields_ = 0;
