@@ -22,6 +22,7 @@ from pathlib import Path
 from dist_platforms import PLATFORMS, ROOT, ZIG, build_library, places
 from pack import pack
 
+EPOCH = "315532800"   # 1980, as in the archives
 VERSION = re.search(r'^version = "(.*)"', (ROOT / "Cargo.toml").read_text(encoding="utf-8"), re.M)[1]
 
 
@@ -101,12 +102,14 @@ def plugin_trees(platform, stage):
 def make(platform, out):
     """Builds one archive and returns its file."""
     library = build_library(platform)
-    folder = configure(platform, "-DSHELLWARP_BUILD_TESTS=OFF", "-DSHELLWARP_BUILD_HOSTS=OFF")
+    # The run path of the build tree would leave its length in the program; nothing runs there.
+    folder = configure(platform, "-DSHELLWARP_BUILD_TESTS=OFF", "-DSHELLWARP_BUILD_HOSTS=OFF", "-DCMAKE_BUILD_WITH_INSTALL_RPATH=ON")
     run(cmake(), "--build", folder, "--target", "shellwarp_library", "shellwarp_cli", stdout=subprocess.DEVNULL)
     name = f"shellwarp-{VERSION}-{platform.name}"
     stage = folder / "stage" / name
     shutil.rmtree(folder / "stage", ignore_errors=True)
-    run(cmake(), "--install", folder, *([] if platform.macos else ["--strip"]), "--prefix", stage, stdout=subprocess.DEVNULL)
+    run(cmake(), "--install", folder, *([] if platform.macos else ["--strip"]), "--prefix", stage, stdout=subprocess.DEVNULL,
+        env={**os.environ, "SOURCE_DATE_EPOCH": EPOCH})   # mingw's strip writes the time otherwise
     if platform.name.startswith("windows"):
         microsofts_import_library(stage)
     if platform.name != "linux-aarch64":   # Blender has no such build
