@@ -1,22 +1,15 @@
 """Claims about correction steps in Blender itself; run by ctest as `blender`."""
 
-import tempfile
 import unittest
-from pathlib import Path
 
 import bpy
 import numpy
-import scene as scenes
-import test_addon
 from scene import add_strip, play, shown
 from test_addon import part, setUpModule, tearDownModule  # noqa: F401 - unittest calls them
+from test_contact import Case
 
 
-class Case(unittest.TestCase):
-    def setUp(self):
-        self.scene = scenes.empty_file()
-        self.folder = Path(tempfile.mkdtemp(dir=test_addon.FOLDER.name))
-
+class Correction(Case):
     def test_what_is_shown_goes_to_the_full_shell_and_the_motion_does_not(self):
         """The warp of a strip under its weight is off; the first step leaves less than half, and five next to nothing."""
         obj = add_strip()
