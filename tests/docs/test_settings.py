@@ -1,4 +1,4 @@
-"""docs/reference/settings.md lists the settings of Blender, Maya and Houdini, all and no others, and keys that scene files have."""
+"""docs/reference/settings.md lists the settings of Blender, Maya and Houdini, all and no others, and keys that scene files and lists of the farm have."""
 
 import re
 import unittest
@@ -48,9 +48,16 @@ class Settings(unittest.TestCase):
         self.assertEqual(re.findall(r'\bname "(\w+)"\s+label "([^"]+)"', source),
                          [(name, label) for label, name in re.findall(r"^(\S.*):\n    #id: (\w+)\n    \S.*\.$", card, re.M)])
 
-    def test_scene_files_have_the_keys(self):
+    def test_scene_files_and_lists_of_the_farm_have_the_keys(self):
+        """Rows of keys that only one of them has say so."""
         scene = (ROOT / "docs/reference/scene.md").read_text(encoding="utf-8")
-        self.assertEqual({name for name in self.names["scene"] if f"| `{name}` |" not in scene and f"[{name}]" not in scene}, set())
+        lists = (HOSTS / "farm/shellwarp_farm/scenes.py").read_text(encoding="utf-8") + (HOSTS / "farm/shellwarp_farm/colliders.py").read_text(encoding="utf-8")
+        for row in self.rows:
+            for name in re.findall(r"`(\w+)`", row[1]):
+                if "the farm alone" not in row[0]:
+                    self.assertTrue(f"| `{name}` |" in scene or f"[{name}]" in scene, f"{name} is no key of scenes")
+                if "the farm alone" in row[0]:
+                    self.assertIn(f'"{name}"', lists, f"{name} is no key of the farm's lists")
 
     def test_a_setting_has_one_name_in_the_spelling_of_each_host(self):
         """But where hosts have different things in its place: none of these names is another's."""

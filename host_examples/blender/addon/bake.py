@@ -9,11 +9,10 @@ import os
 from contextlib import ExitStack, closing
 
 import bpy
-import numpy
 
 from . import live, render_mesh, shape_key, stack
-from .inputs import Refused, check_mesh, read_inputs
-from .meshes import rest_positions
+from .inputs import Refused, check_mesh, read_inputs, read_output
+from .meshes import faces_of, rest_positions
 from .point_cache import PointCache, points_of
 from .stack import CACHE
 
@@ -109,7 +108,7 @@ class Track:
         if self.run is None:
             self.begin(depsgraph)
         inputs = read_inputs(self.obj, scene, depsgraph, self.run)
-        self.caches[self.obj].append(self.run.go(frame, self.start, inputs, self.obj.shellwarp.correction_steps))
+        self.caches[self.obj].append(self.run.go(frame, self.start, inputs, read_output(self.obj.shellwarp)))
         for item, points in render_mesh.positions(self.obj, depsgraph, self.run, (inputs.origin, inputs.rotation)):
             self.caches[item].append(points)
         self.too_far += not self.run.report()["turn_in_range"]
@@ -257,10 +256,7 @@ def stale(obj):
 
 def mesh_digests(mesh):
     """What tells meshes apart, in two words: by their faces, and by where their vertices are."""
-    corners, starts = numpy.empty(len(mesh.loops), numpy.int32), numpy.empty(len(mesh.polygons), numpy.int32)
-    mesh.loops.foreach_get("vertex_index", corners)
-    mesh.polygons.foreach_get("loop_start", starts)
-    parts = corners.tobytes() + starts.tobytes(), rest_positions(mesh).tobytes()
+    parts = faces_of(mesh), rest_positions(mesh).tobytes()
     return " ".join(hashlib.blake2b(part, digest_size=8).hexdigest() for part in parts)
 
 

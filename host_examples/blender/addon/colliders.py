@@ -1,7 +1,8 @@
 """Reads the objects that a shell touches: once their shape, every frame their place.
 
 A collider is an object with the role of shellwarp, or with Blender's Collision modifier, from which friction and distance
-are read then. Its scale is in its shape, so scale must be constant; its place and turn may move.
+are read then. Its scale is in its shape, so scale must be constant; its place and turn may move. Of a deforming mesh the
+vertices are read every frame.
 """
 
 import hashlib
@@ -9,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy
 
-from .meshes import DISABLED, SCALE_TOLERANCE, Refused, evaluated, present, rest_positions, triangles
+from .meshes import DISABLED, SCALE_TOLERANCE, Refused, evaluated, faces_of, present, rest_positions, triangles
 
 FLAT = 1e-5    # of the longest side: what is thinner is taken for a plane
 COULOMB = 0.01  # Blender's cloth multiplies its friction of 0 to 80 by this
@@ -23,6 +24,7 @@ class Solid:
     digest: bytes
     origin: tuple      # (3), of the shape's axes in the world
     rotation: tuple    # (9) row-major
+    points: bytes = b""  # of a deforming mesh its vertices (n x 3) in these axes, float32
 
 
 @dataclass(frozen=True)
@@ -34,6 +36,7 @@ class Prepared:
     shape: object          # the library's Collider
     stretch: numpy.ndarray  # (3 x 3), the scale that is in the shape
     middle: numpy.ndarray   # (3), of the shape, in the object's turned axes
+    faces: bytes = b""      # of a deforming mesh, which keeps them
 
 
 def objects(obj, depsgraph):
@@ -83,15 +86,16 @@ def prepared(item, depsgraph, package, known):
     points = points @ stretch.T
     settings, kind = item.shellwarp_collider, kind_of(item, points)
     friction, thickness = surface(item)
-    key = hashlib.blake2b(points.astype(numpy.float32).tobytes() + faces.tobytes())
-    key.update(repr((item.name_full, kind, friction, thickness, settings.cells)).encode())
-    if kind not in ("HULL", "MESH"):
+    deforms = faces_of(seen(item, depsgraph)) if kind == "DEFORMING" else b""
+    key = hashlib.blake2b(deforms or points.astype(numpy.float32).tobytes() + faces.tobytes())
+    key.update(repr((item.name_full, kind, friction, thickness, settings.cells, len(points))).encode())
+    if kind not in ("HULL", "MESH", "DEFORMING"):
         check_diagonal(stretch)
     digest = key.digest()
     if digest in known:
         return known[digest]
     shape, middle = make(package.Collider, kind, points, faces, settings.cells, friction, thickness, numpy.linalg.det(stretch) < 0)
-    return Prepared(item.name_full, digest, shape, stretch, middle)
+    return Prepared(item.name_full, digest, shape, stretch, middle, deforms)
 
 
 def kind_of(item, points):
@@ -112,8 +116,11 @@ def make(kinds, kind, points, faces, cells, friction, thickness, mirrored):
     common, nowhere = {"friction": friction, "thickness": thickness}, numpy.zeros(3)
     if kind == "HULL":
         return kinds.hull(points, **common), nowhere
+    faces = faces[:, ::-1] if mirrored else faces
     if kind == "MESH":
-        return kinds.mesh(points, faces[:, ::-1] if mirrored else faces, cells=cells, **common), nowhere
+        return kinds.mesh(points, faces, cells=cells, **common), nowhere
+    if kind == "DEFORMING":
+        return kinds.deforming(points, faces, **common), nowhere
     if kind == "PLANE":
         return kinds.plane(**common), (points.mean(axis=0) if len(points) else nowhere)
     low, high = points.min(axis=0), points.max(axis=0)
@@ -132,12 +139,24 @@ def mesh_of(item, depsgraph):
     """Points and triangles of what is seen of an object, in its own axes; none of an empty. A shell gives its rest shape."""
     if item.type != "MESH":
         return numpy.empty((0, 3)), numpy.empty((0, 3), numpy.int32)
+    mesh = seen(item, depsgraph)
+    return points_of(item, mesh), triangles(mesh)
+
+
+def seen(item, depsgraph):
+    """The mesh that shells touch: with its modifiers; a shell's own as it rests."""
+    if item.type != "MESH":
+        raise Refused("it is no mesh")
+    return item.data if item.shellwarp.enabled else item.evaluated_get(depsgraph).data
+
+
+def points_of(item, mesh):
+    """Its vertices (n x 3) float64, in the object's own axes."""
     if item.shellwarp.enabled:
-        return rest_positions(item.data).astype(numpy.float64), triangles(item.data)
-    mesh = item.evaluated_get(depsgraph).data
+        return rest_positions(mesh).astype(numpy.float64)
     points = numpy.empty((len(mesh.vertices), 3), numpy.float32)
     mesh.vertices.foreach_get("co", points.ravel())
-    return points.astype(numpy.float64), triangles(mesh)
+    return points.astype(numpy.float64)
 
 
 def split(matrix):
@@ -168,7 +187,13 @@ def read_solids(obj, depsgraph, ready):
 def place(item, depsgraph, made):
     matrix = evaluated(item, depsgraph)
     rotation, stretch = split(matrix)
-    if numpy.abs(stretch - made.stretch).max() > SCALE_TOLERANCE * numpy.abs(made.stretch).max():
+    points = b""
+    if made.faces:
+        mesh = seen(item, depsgraph)
+        if faces_of(mesh) != made.faces:
+            raise Refused("its faces change: of a deforming mesh only the vertices may move")
+        points = (points_of(item, mesh) @ stretch.T).astype(numpy.float32).tobytes()
+    elif numpy.abs(stretch - made.stretch).max() > SCALE_TOLERANCE * numpy.abs(made.stretch).max():
         raise Refused("its scale changes: only its place and turn may move")
     origin = numpy.array(matrix.translation, dtype=numpy.float64) + rotation @ made.middle
-    return Solid(made.name, made.digest, tuple(origin.tolist()), tuple(rotation.ravel().tolist()))
+    return Solid(made.name, made.digest, tuple(origin.tolist()), tuple(rotation.ravel().tolist()), points)

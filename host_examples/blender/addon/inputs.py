@@ -47,6 +47,21 @@ class Inputs:
     supports: bytes = b""  # where each supported vertex is in the world (float64), none where the pose carries them
 
 
+@dataclass(frozen=True)
+class Output:
+    """What is done to a frame before it is shown. The motion knows nothing of it."""
+
+    correction_steps: int = 0
+    push_out: bool = False
+
+
+def read_output(settings):
+    """What the settings ask for."""
+    if settings.correction_steps and settings.push_out:
+        raise Refused("correction steps and Push out both move what is shown: choose one")
+    return Output(settings.correction_steps, settings.push_out)
+
+
 def split_matrix(matrix):
     """Origin (3), rotation (9, row-major) and scale of a world matrix; Refused unless it is rigid times one scale."""
     m = numpy.array(matrix, dtype=numpy.float64)
@@ -91,6 +106,8 @@ def read_recipe(obj, depsgraph, package, free):
     method = package.method.find(settings.method)
     if free and (method.needs_fields or method.needs_choice):
         needed["handles"] = held_by_handles(obj)
+    if settings.contact_patches:
+        needed["contact_patches"] = tuple(group_vertices(obj, settings.contact_patches))
     return Recipe(settings.method, settings.integrator, (("modes", settings.modes), *needed.items()), follows,
                   settings.frequency if settings.material == "FREQUENCY" else 0.0)
 
@@ -136,7 +153,8 @@ def read_shell(obj, depsgraph):
 
 def groups_of(settings):
     """The vertex groups that the settings name, each with what it is for."""
-    return {"fixed": settings.fixed_group, "clamped": settings.clamped_group, **materials.group_names(settings)}
+    return {"fixed": settings.fixed_group, "clamped": settings.clamped_group, "contact patches": settings.contact_patches,
+            **materials.group_names(settings)}
 
 
 def check_there(obj):

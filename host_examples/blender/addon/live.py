@@ -13,7 +13,7 @@ from bpy.app.handlers import persistent
 
 from . import colliders, library, render_mesh, shape_key, stack
 from .render_mesh import display
-from .inputs import Refused, check_named, groups_of, read_inputs, read_shell, split_matrix
+from .inputs import Refused, check_named, groups_of, read_inputs, read_output, read_shell, split_matrix
 from .jobs import Job
 from .meshes import evaluated, present
 from .simulation import Simulation
@@ -221,7 +221,7 @@ def show(obj, scene, depsgraph):
         if run.model.n_vertices != len(obj.data.vertices):
             raise Refused("the mesh has changed: go to the start frame")
     inputs = read_inputs(obj, scene, depsgraph, run)
-    positions = run.go(frame, begin, inputs, obj.shellwarp.correction_steps)
+    positions = run.go(frame, begin, inputs, read_output(obj.shellwarp))
     display(obj, stack.read(obj, depsgraph) if run.recipe.follows and frame < begin else positions)
     render_mesh.show(obj, depsgraph, run, (inputs.origin, inputs.rotation))
 

@@ -94,7 +94,8 @@ class ShellwarpCollider(bpy.types.PropertyGroup):
         ("BOX", "Box", "The mesh's bounding box"),
         ("CAPSULE", "Capsule", "Along the object's z axis, as long and as wide as the mesh"),
         ("HULL", "Convex hull", "Of the mesh's vertices"),
-        ("MESH", "Closed mesh", "The inside of the mesh, as distances on a grid")])
+        ("MESH", "Closed mesh", "The inside of the mesh, as distances on a grid"),
+        ("DEFORMING", "Deforming mesh", "The inside of a closed mesh whose vertices move by its modifiers and shape keys. Its faces stay")])
     cells: IntProperty(override=OVER, name="Cells", default=64, min=4, max=2000, options=NOT_KEYED,
                        description="Of a closed mesh: cells of its grid along the longest side")
     friction: FloatProperty(override=OVER, name="Friction", default=0.3, min=0, soft_max=1, options=NOT_KEYED, description="Coulomb's coefficient")
@@ -191,6 +192,10 @@ class ShellwarpSettings(bpy.types.PropertyGroup):
 
     collision_collection: PointerProperty(override=OVER, name="Collision collection", type=bpy.types.Collection, options=NOT_KEYED,
                                           description="The shell touches the colliders of this collection; empty: of the scene")
+    contact_patches: StringProperty(override=OVER, name="Contact patches", options=NOT_KEYED,
+                                    description="Vertex group of vertices that are touched by what is smaller than the modes: each adds a mode")
+    push_out: BoolProperty(override=OVER, name="Push out", options=NOT_KEYED,
+                           description="Show vertices outside colliders where the modes cannot follow. The motion does not know of it")
     renders: CollectionProperty(override=LISTS, type=ShellwarpRender)
     active_render: IntProperty(options=NOT_KEYED)
     handles: CollectionProperty(override=LISTS, type=ShellwarpHandle)

@@ -13,7 +13,7 @@ import numpy
 from mathutils import Matrix, Vector
 
 from . import fields
-from .inputs import Refused
+from .inputs import Output, Refused
 from .jobs import Estimate
 from .materials import swing_at
 
@@ -60,7 +60,7 @@ class Simulation:
         self.bound, self.drawn = (), ()  # the meshes that follow, and their points (n x 3) beside the shell at the frame last gone to
         self.groups = {}  # the vertex groups that the model was made with, by what they are for
         self._buffer = numpy.empty_like(self._rest)
-        self._correction_steps = 0
+        self._output, self._left = Output(), None  # what is done to what is shown; how deep push-out leaves it
 
     def close(self):
         """Frees the library's memory now."""
@@ -89,14 +89,14 @@ class Simulation:
         self.known.clear()
         self._at, self.certified, self._failed = None, "", (None, "")
 
-    def go(self, frame, start, inputs, correction_steps=0):
+    def go(self, frame, start, inputs, output=Output()):
         """Positions (n x 3) float32 in the object's coordinates at `frame`, which may lie between two.
 
-        So many steps of the full shell go from the frame to what is returned; no later frame depends on them.
+        No later frame depends on what `output` asks for.
 
         Raises Refused when the frame before has not been reached: the way there is not known.
         """
-        self._correction_steps = correction_steps if frame > start else 0  # it begins in its rest shape
+        self._output = output if frame > start else Output()  # it begins in its rest shape
         whole = math.floor(frame)
         if frame < start:
             self.drawn = [item.rest for item in self.bound]
@@ -134,7 +134,8 @@ class Simulation:
     def memory(self):
         """Bytes: of model, state and kept frames now, and the most at once while the model was made, estimated."""
         info = self.model.info()
-        kept = sum(len(frame.saved) + len(frame.inputs.supports) for frame in self.known.values())
+        kept = sum(len(frame.saved) + len(frame.inputs.supports) + sum(len(solid.points) for solid in frame.inputs.solids)
+                   for frame in self.known.values())
         return info["bytes_model"] + info["bytes_state"] + kept, info["bytes_precompute_peak"]
 
     def touching(self):
@@ -144,7 +145,11 @@ class Simulation:
         report = self.report()
         text = f"touches at {report['contact_count']} points"
         deepest, size = report["deepest_penetration"], float(numpy.ptp(self._rest, axis=0).max() * self.scale)
-        return text + (f", {deepest:.2g} deep inside: more modes help" if deepest > DEEP * size else "")
+        if deepest > DEEP * size:
+            text += f", {deepest:.2g} deep inside: more modes help, and contact patches"
+        if self._left is not None:
+            text += f"; shown pushed out, {self._left:.2g} deep left" if self._left > DEEP * size else "; shown pushed out"
+        return text
 
     def estimate(self):
         """How far the present frame is from the full nonlinear shell, on a thread: an Estimate, for `certify`."""
@@ -190,8 +195,14 @@ class Simulation:
 
     def _restore(self, frame):
         if self._at != frame:
-            self._state.load(self.known[frame].saved)
+            self._load(self._state, frame)
             self._at = frame
+
+    def _load(self, state, frame):
+        """Brings a state to a known frame, deforming colliders with it: they are inputs, which a saved state has not."""
+        known = self.known[frame]
+        deform(state, known.inputs.solids, teleport=True)
+        state.load(known.saved)
 
     def _advance(self, frame, inputs):
         if frame - 1 not in self.known:
@@ -217,14 +228,12 @@ class Simulation:
         if whole not in self.known:
             raise Refused(f"frame {whole} has not been reached: play every frame, or bake")
         with self._state.clone() as copy:
-            copy.load(self.known[whole].saved)
+            self._load(copy, whole)
             self._step(copy, self.known[whole].inputs, inputs, fraction)
             return self._positions(copy, inputs)
 
     def _positions(self, state, inputs):
-        if self._correction_steps and self.bound:
-            raise Refused("correction steps move the shell's own vertices, and not the meshes that follow it: set them to 0, or draw the shell itself")
-        read = partial(state.positions_corrected, self._correction_steps) if self._correction_steps else state.positions
+        read = self._reader(state)
         if inputs.supports:  # the frame goes with them, and the object where it likes
             origin, rotation = numpy.array(inputs.origin), numpy.reshape(inputs.rotation, (3, 3))
             points = [state.bound_points(item.binding, dtype=numpy.float64)["positions"] for item in self.bound]
@@ -236,6 +245,23 @@ class Simulation:
         if self.scale != 1.0:
             numpy.divide(self._buffer, self.scale, out=self._buffer)
         return self._buffer
+
+    def _reader(self, state):
+        """What reads a state's positions, as State.positions does, with what is to be done to them."""
+        steps, push_out = self._output.correction_steps, self._output.push_out and bool(self.solids)
+        if self.bound and (steps or push_out):
+            raise Refused(f"{'correction steps move' if steps else 'Push out moves'} the shell's own vertices, and not the meshes that follow it: "
+                          f"{'set them to 0' if steps else 'switch it off'}, or draw the shell itself")
+        self._left = None
+        if steps:
+            return partial(state.positions_corrected, steps)
+        return partial(self._pushed_out, state) if push_out else state.positions
+
+    def _pushed_out(self, state, out=None, space="world", dtype=numpy.float32):
+        points, self._left = state.positions_outside(space, dtype)
+        if out is not None:
+            out[:] = points
+        return points
 
     def _step(self, state, before, after, fraction):
         """Steps by a part of a frame, pose and handles led evenly from the one inputs to the other."""
@@ -262,6 +288,14 @@ class Simulation:
             state.set_frame(inputs.origin, inputs.rotation, teleport)
         for number, solid in enumerate(inputs.solids):
             state.move_collider(number, solid.origin, solid.rotation, teleport)
+        deform(state, inputs.solids, teleport)
+
+
+def deform(state, solids, teleport=False):
+    """Gives deforming colliders the shapes that they are to have at the end of the next step."""
+    for number, solid in enumerate(solids):
+        if solid.points:
+            state.deform_collider(number, numpy.frombuffer(solid.points, numpy.float32).reshape(-1, 3), teleport)
 
 
 def areas(shell):
@@ -287,21 +321,23 @@ def told(certificate):
     return text + ("; more modes or less load would help" if certificate["out_of_range"] else "")
 
 
-
-
 def blend(before, after, t):
     """Inputs on the way: loads as at the end, pose and handles between; a handle that is new stands where it ends."""
     if t == 1.0:
         return after
     earlier = {handle.number: handle for handle in before.handles}
     handles = tuple(blend_handle(earlier.get(handle.number, handle), handle, t) for handle in after.handles)
-    solids = tuple(replace(b, origin=lerp(a.origin, b.origin, t), rotation=turn(a.rotation, b.rotation, t))
-                   for a, b in zip(before.solids, after.solids))
-    supports = after.supports
-    if supports and len(supports) == len(before.supports):
-        supports = ((1 - t) * numpy.frombuffer(before.supports) + t * numpy.frombuffer(supports)).tobytes()
-    return replace(after, origin=lerp(before.origin, after.origin, t), handles=handles, solids=solids, supports=supports,
-                   rotation=turn(before.rotation, after.rotation, t))
+    solids = tuple(replace(b, origin=lerp(a.origin, b.origin, t), rotation=turn(a.rotation, b.rotation, t),
+                           points=between(a.points, b.points, t, numpy.float32)) for a, b in zip(before.solids, after.solids))
+    return replace(after, origin=lerp(before.origin, after.origin, t), handles=handles, solids=solids,
+                   supports=between(before.supports, after.supports, t), rotation=turn(before.rotation, after.rotation, t))
+
+
+def between(before, after, t, kind=numpy.float64):
+    """Numbers as bytes on the way; as at the end where there were others."""
+    if not after or len(before) != len(after):
+        return after
+    return ((1 - t) * numpy.frombuffer(before, kind) + t * numpy.frombuffer(after, kind)).astype(kind).tobytes()
 
 
 def blend_handle(before, after, t):

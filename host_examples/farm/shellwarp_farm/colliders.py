@@ -7,17 +7,17 @@ import os
 import numpy
 import shellwarp
 
+from . import point_cache, way
 from .content import content_hash
 from .errors import SceneError
-from .mesh_file import read_mesh
+from .mesh_file import file_of, read_mesh, read_motion
 from .motion import rotation_matrix
 
 # What a kind needs, and what it may have beside what all have.
 KINDS = {"plane": ((), ("normal",)), "sphere": (("radius",), ()), "capsule": (("half_length", "radius"), ()),
-         "box": (("half_extents",), ()), "hull": (("mesh",), ()), "mesh": (("mesh",), ("cells",))}
+         "box": (("half_extents",), ()), "hull": (("mesh",), ()), "mesh": (("mesh",), ("cells",)), "deforming": (("mesh",), ("motion",))}
 COMMON = {"kind", "friction", "thickness", "position", "rotate_degrees", "key"}
 KEYS = COMMON | {key for needed, more in KINDS.values() for key in needed + more}
-MOTION = {"time", "offset", "rotate_degrees"}
 KEPT = 16  # shapes that a worker keeps prepared
 
 
@@ -34,29 +34,17 @@ def check(where, item):
     if "normal" in item and "rotate_degrees" in item:
         raise SceneError(f"{where}: normal does not go with rotate_degrees")
     for key in ("position", "rotate_degrees", "normal", "half_extents"):
-        _check_vector(where, item, key)
+        way.check_vector(where, item, key)
     if "normal" in item and not any(item["normal"]):
         raise SceneError(f"{where}: the normal is 0")
-    times = [key.get("time") for key in item.get("key", [])]
-    if None in times or any(a >= b for a, b in zip(times, times[1:])):
-        raise SceneError(f"{where}: each key needs a time, and times must ascend: they are {times}")
-    for key in item.get("key", []):
-        if unknown := sorted(set(key) - MOTION):
-            raise SceneError(f"{where}: unknown key {unknown[0]!r} of a key; known: {', '.join(sorted(MOTION))}")
-        _check_vector(where, key, "offset")
-        _check_vector(where, key, "rotate_degrees")
-
-
-def _check_vector(where, table, key):
-    value = table.get(key, [0, 0, 0])
-    if not isinstance(value, list) or len(value) != 3 or not all(isinstance(x, (int, float)) for x in value):
-        raise SceneError(f"{where}: {key} is {value!r}, expected three numbers")
+    way.check(where, item.get("key", []))
 
 
 def content(items):
     """Hash of all that the colliders are, with the meshes in their files."""
     meshes = [[*read_mesh(item["mesh"])] if "mesh" in item else None for item in items]
-    return content_hash([[{key: value for key, value in item.items() if key != "mesh"} for item in items], meshes])
+    moving = [[*_samples(item)[:2]] if item["kind"] == "deforming" else None for item in items]
+    return content_hash([[{key: value for key, value in item.items() if key not in ("mesh", "motion")} for item in items], meshes, moving])
 
 
 def put(state, items):
@@ -70,15 +58,56 @@ def put(state, items):
     state.set_colliders(shapes)
 
 
-def move(state, items, seconds, teleport=False):
-    """Where the colliders are at a time."""
+def move(state, items, seconds, frame_rate, teleport=False):
+    """Where the colliders are at a time, and of what shape those that deform."""
     for number, item in enumerate(items):
         state.move_collider(number, *pose(item, seconds), teleport=teleport)
+    deform(state, items, seconds, frame_rate, teleport)
+
+
+def deform(state, items, seconds, frame_rate, teleport=False):
+    """Of what shape colliders are at a time, of those that deform."""
+    for number, item in enumerate(items):
+        if item["kind"] == "deforming":
+            state.deform_collider(number, _shape_at(item, seconds, frame_rate), teleport)
+
+
+def _shape_at(item, seconds, frame_rate):
+    """Points (n x 3) of a deforming collider at a time: straight between its samples, and as there before and after them."""
+    times, points, in_frames = _samples(item)
+    time = seconds * frame_rate if in_frames else seconds
+    k = int(numpy.clip(numpy.searchsorted(times, time) - 1, 0, max(len(times) - 2, 0)))
+    if len(times) == 1:
+        return points[0]
+    t = min(max((time - times[k]) / (times[k + 1] - times[k]), 0.0), 1.0)
+    return (1 - t) * points[k].astype(float) + t * points[k + 1]
+
+
+def _samples(item):
+    """Times and points (k x n x 3) of a deforming collider, and whether times are frames: of its PC2 file, else of its USD mesh."""
+    path = item.get("motion", item["mesh"])
+    try:
+        facts = os.stat(file_of(path))
+    except FileNotFoundError:
+        raise SceneError(f"{path}: there is no such file") from None
+    times, points, in_frames = _read_samples(path, "motion" in item, facts.st_mtime_ns, facts.st_size)
+    if points.shape[1] != (count := len(read_mesh(item["mesh"])[0])):
+        raise SceneError(f"{path}: has {points.shape[1]} points, the mesh {item['mesh']} has {count} vertices")
+    return times, points, in_frames
+
+
+@functools.lru_cache(maxsize=KEPT)
+def _read_samples(path, in_frames, _time, _size):
+    if in_frames:
+        return *point_cache.read(path), True
+    if file_of(path).suffix.lower() not in (".usd", ".usda", ".usdc"):
+        raise SceneError(f"{path}: a deforming mesh needs motion, a PC2 file, or points that are animated in a USD file")
+    return *read_motion(path), False
 
 
 def pose(item, seconds):
     """Origin (3) and rotation (3 x 3) of a collider at a time, as the command line has them."""
-    offset, turn = _at(item.get("key", []), seconds)
+    offset, turn = way.at(item.get("key", []), seconds)
     own = _to_normal(item["normal"]) if "normal" in item else numpy.radians(numpy.array(item.get("rotate_degrees", (0, 0, 0)), float))
     return numpy.array(item.get("position", (0, 0, 0)), float) + offset, rotation_matrix(numpy.radians(turn)) @ rotation_matrix(own)
 
@@ -91,37 +120,6 @@ def _to_normal(normal):
     if size == 0:
         return numpy.array((0.0 if n[2] > 0 else math.pi, 0.0, 0.0))
     return axis / size * math.atan2(size, n[2])
-
-
-def _at(keys, seconds):
-    """Offset and rotation vector in degrees at a time: Steffen's interpolation, which does not overshoot."""
-    keys = [(key["time"], numpy.array([*key.get("offset", (0, 0, 0)), *key.get("rotate_degrees", (0, 0, 0))], float)) for key in keys]
-    if not keys or keys[0][0] > 0:
-        keys.insert(0, (0.0, numpy.zeros(6)))  # at its place at time 0
-    if seconds <= keys[0][0]:
-        return keys[0][1][:3], keys[0][1][3:]
-    if seconds >= keys[-1][0]:
-        return keys[-1][1][:3], keys[-1][1][3:]
-    k = next(i for i in range(len(keys) - 1) if seconds < keys[i + 1][0])
-    h, mean = _span(keys, k)
-    s, v0, v1 = (seconds - keys[k][0]) / h, _velocity(keys, k), _velocity(keys, k + 1)
-    value = keys[k][1] + h * s * (v0 + s * (3 * mean - 2 * v0 - v1 + s * (v0 + v1 - 2 * mean)))
-    return value[:3], value[3:]
-
-
-def _span(keys, k):
-    """Seconds from a key to the next, and the mean velocity between."""
-    h = keys[k + 1][0] - keys[k][0]
-    return h, (keys[k + 1][1] - keys[k][1]) / h
-
-
-def _velocity(keys, k):
-    """At a key: 0 at the ends, else Steffen's."""
-    if k in (0, len(keys) - 1):
-        return numpy.zeros(6)
-    (h0, before), (h1, after) = _span(keys, k - 1), _span(keys, k)
-    parabola = (before * h1 + after * h0) / (h0 + h1)
-    return (numpy.sign(before) + numpy.sign(after)) * numpy.minimum(numpy.minimum(abs(before), abs(after)), abs(parabola) / 2)
 
 
 def _shape(item):
@@ -137,6 +135,7 @@ def _made(kind, friction, thickness, radius, half_length, half_extents, mesh, _s
     make, common = shellwarp.Collider, {"friction": friction, "thickness": thickness}
     if mesh is not None:
         positions, triangles = read_mesh(mesh)
-        return make.hull(positions, **common) if kind == "hull" else make.mesh(positions, triangles, cells=cells, **common)
+        return {"hull": lambda: make.hull(positions, **common), "mesh": lambda: make.mesh(positions, triangles, cells=cells, **common),
+                "deforming": lambda: make.deforming(positions, triangles, **common)}[kind]()
     return {"plane": lambda: make.plane(**common), "sphere": lambda: make.sphere(radius, **common),
             "capsule": lambda: make.capsule(half_length, radius, **common), "box": lambda: make.box(half_extents, **common)}[kind]()

@@ -204,15 +204,17 @@ def simulate(job, state, start, partials, slowest, bindings, log):
     first, last = job["frames"]
     _set_up(job, state, positions, here, slowest)
     colliders.put(state, job["collider"])
+    rate = job["simulation"]["frame_rate"]
     if start is not None:
+        colliders.deform(state, job["collider"], _seconds(job, first - 1), rate, teleport=True)   # not in the state
         state.load(start.tobytes())
     else:
-        colliders.move(state, job["collider"], _seconds(job, first), teleport=True)
+        colliders.move(state, job["collider"], _seconds(job, first), rate, teleport=True)
         if job["frame"]:
             state.set_frame(*motion.pose(job["frame"], _seconds(job, first), _seconds(job, last)), teleport=True)
     writers = _writers(job, partials)  # by which mesh: the shell, then what follows it
     judged = {"frames_out": 0, "first_out": None, "max_rotation": 0.0, "worst_fraction": 0.0,
-              "deepest_penetration": 0.0, "contact_count": 0}
+              "deepest_penetration": 0.0, "deepest_left": 0.0, "contact_count": 0}
     buffer = numpy.empty((state.n_vertices, 3), numpy.float32)
     for frame in range(first, last + 1):
         if start is not None or frame > first:
@@ -220,8 +222,8 @@ def simulate(job, state, start, partials, slowest, bindings, log):
         for number, files_of_it in enumerate(writers):
             points = state.bound_points(bindings[number], ("positions", "velocities")) if bindings[number] else {}
             if number == 0 and not job["proxy"]:   # to the last bit
-                steps = job["simulation"]["correction_steps"]
-                points["positions"] = state.positions_corrected(steps, out=buffer) if steps else state.positions(out=buffer)
+                points["positions"], left = _shown(state, job["simulation"], buffer)
+                judged["deepest_left"] = max(judged["deepest_left"], left)
             for writer in files_of_it:
                 writer.append(**points)
         report = state.report()
@@ -241,6 +243,14 @@ def _set_up(job, state, positions, here, slowest):
         state.set_forces(numpy.array([force["vector"] for force in job["force"]], dtype=float), vertices)
 
 
+def _shown(state, simulation, buffer):
+    """The frame's positions with what is to be done to them, and how deep a push-out leaves a vertex."""
+    if simulation["push_out"]:
+        return state.positions_outside()
+    steps = simulation["correction_steps"]
+    return state.positions_corrected(steps, out=buffer) if steps else state.positions(out=buffer), 0.0
+
+
 def _step_to(job, state, frame):
     """From the frame before: the inputs of each step are those of its end."""
     steps, last = job["simulation"]["steps_per_frame"], _seconds(job, job["frames"][1])
@@ -250,7 +260,7 @@ def _step_to(job, state, frame):
             state.set_frame(*motion.pose(job["frame"], seconds, last))
         if job["wind"]:
             _blow(job["wind"], job["seed"], seconds, state)
-        colliders.move(state, job["collider"], seconds)
+        colliders.move(state, job["collider"], seconds, job["simulation"]["frame_rate"])
         state.step(1 / (job["simulation"]["frame_rate"] * steps))
 
 

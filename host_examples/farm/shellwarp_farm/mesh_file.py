@@ -124,6 +124,22 @@ def _uvs_of(uvs, corners):
 def _read_usd(path, wanted):
     from pxr import Usd, UsdGeom
     stage = Usd.Stage.Open(str(path))
+    prim = _only_mesh(stage, path, wanted)
+    mesh = UsdGeom.Mesh(prim)
+    time = Usd.TimeCode.EarliestTime()
+    counts, corners = mesh.GetFaceVertexCountsAttr().Get(time), numpy.array(mesh.GetFaceVertexIndicesAttr().Get(time))
+    place = numpy.array(UsdGeom.XformCache(time).GetLocalToWorldTransform(prim))
+    points = numpy.array(mesh.GetPointsAttr().Get(time), dtype=numpy.float64)
+    ends = numpy.cumsum(counts)
+    faces = [corners[end - count:end].tolist() for end, count in zip(ends, counts)]
+    asset = Asset(str(prim.GetPath()), str(UsdGeom.GetStageUpAxis(stage)), UsdGeom.GetStageMetersPerUnit(stage),
+                  mesh.GetSubdivisionSchemeAttr().Get() != UsdGeom.Tokens.none, bool(UsdGeom.PrimvarsAPI(mesh).GetPrimvar("normals")))
+    return points @ place[:3, :3] + place[3, :3], faces, Drawn(faces, asset=asset)
+
+
+def _only_mesh(stage, path, wanted):
+    """The prim of the stage's mesh, or of the one that is wanted."""
+    from pxr import UsdGeom
     meshes = [prim for prim in stage.Traverse() if prim.IsA(UsdGeom.Mesh)]
     names = ", ".join(str(prim.GetPath()) for prim in meshes)
     if wanted:
@@ -132,16 +148,27 @@ def _read_usd(path, wanted):
             raise ValueError(f"there is no mesh {wanted}; there are {names or 'none'}")
     if len(meshes) != 1:
         raise ValueError(f"{len(meshes)} meshes, expected one; name one as {path.name}<{meshes[0].GetPath()}>: {names}" if meshes else "no mesh")
-    mesh = UsdGeom.Mesh(meshes[0])
-    time = Usd.TimeCode.EarliestTime()
-    counts, corners = mesh.GetFaceVertexCountsAttr().Get(time), numpy.array(mesh.GetFaceVertexIndicesAttr().Get(time))
-    place = numpy.array(UsdGeom.XformCache(time).GetLocalToWorldTransform(meshes[0]))
-    points = numpy.array(mesh.GetPointsAttr().Get(time), dtype=numpy.float64)
-    ends = numpy.cumsum(counts)
-    faces = [corners[end - count:end].tolist() for end, count in zip(ends, counts)]
-    asset = Asset(str(meshes[0].GetPath()), str(UsdGeom.GetStageUpAxis(stage)), UsdGeom.GetStageMetersPerUnit(stage),
-                  mesh.GetSubdivisionSchemeAttr().Get() != UsdGeom.Tokens.none, bool(UsdGeom.PrimvarsAPI(mesh).GetPrimvar("normals")))
-    return points @ place[:3, :3] + place[3, :3], faces, Drawn(faces, asset=asset)
+    return meshes[0]
+
+
+def read_motion(path):
+    """Of a USD mesh whose points or transforms are animated: seconds of its samples (k), and points (k x n x 3) in the world."""
+    from pxr import Usd, UsdGeom
+    stage = Usd.Stage.Open(str(file_of(path)))
+    mesh = UsdGeom.Mesh(_only_mesh(stage, file_of(path), prim_of(path)))
+    codes = set(mesh.GetPointsAttr().GetTimeSamples())
+    prim = mesh.GetPrim()
+    while prim:
+        codes.update(UsdGeom.Xformable(prim).GetTimeSamples() if prim.IsA(UsdGeom.Xformable) else ())
+        prim = prim.GetParent()
+    codes = sorted(codes)
+    if len(codes) < 2:
+        raise SceneError(f"{path}: nothing of the mesh is animated")
+    found = []
+    for code in codes:
+        place = numpy.array(UsdGeom.XformCache(code).GetLocalToWorldTransform(mesh.GetPrim()))
+        found.append(numpy.array(mesh.GetPointsAttr().Get(code), dtype=numpy.float64) @ place[:3, :3] + place[3, :3])
+    return numpy.array(codes) / stage.GetTimeCodesPerSecond(), numpy.array(found)
 
 
 def held_vertices(supports, positions, triangles):

@@ -35,7 +35,7 @@ def model_tables(job):
 
 def options_of(simulation, methods):
     """What the precompute is told, for all of some methods. SceneError where the library does not have one."""
-    told = {key: simulation[key] for key in ("modes", "precision")}
+    told = {key: simulation[key] for key in ("modes", "precision", "contact_patches")}
     gravity = float(numpy.linalg.norm(simulation["gravity"]))
     chosen = [method for method in methods if method in shellwarp.methods() and find(method).needs_choice]
     if len(methods) > 1 and chosen and (simulation["auto_error"] or simulation["auto_operations"]):
@@ -47,6 +47,12 @@ def options_of(simulation, methods):
     except shellwarp.InvalidArgumentError as error:
         raise SceneError(str(error)) from None
     return told
+
+
+def _options_here(tables):
+    """The options, vertices numbered as in what is simulated."""
+    here = simulated_at(tables)[2]
+    return {**tables["options"], "contact_patches": [here(vertex) for vertex in tables["options"].get("contact_patches", ())]}
 
 
 def _merged(told, options):
@@ -96,7 +102,7 @@ def model_key(tables):
     return content_hash({
         "positions": shell.positions, "triangles": shell.triangles, "held": shell.fixed, "clamped": list(shell.clamped),
         "material": [type(material).__name__, *dataclasses.astuple(material)], "directions": shell.directions,
-        "options": tables["options"], "library": library_digest()})
+        "options": _options_here(tables), "library": library_digest()})
 
 
 def prepare(tables, cache):
@@ -147,7 +153,7 @@ def slowest_of(model):
 
 def _precompute(tables):
     with shellwarp.Model(shell_of(tables)) as model:
-        model.precompute(**tables["options"])
+        model.precompute(**_options_here(tables))
         return model.save()
 
 

@@ -19,8 +19,8 @@ CONSTANTS = {"k_area", "k_length", "k_bend", "density"}
 SHEET = {"preset", "young", "poisson", "thickness", "volume_density"}
 GRAIN = {"young_across", "shear", "direction"}   # of a sheet that is stiffer along a direction
 # Of [simulation]: what the precompute depends on, beside the method.
-MODEL_KEYS = ("modes", "precision", "reduced_fields", "auto_error", "auto_operations")
-SIMULATION = {*MODEL_KEYS, "method", "integrator", "frame_rate", "steps_per_frame", "gravity", "correction_steps"}
+MODEL_KEYS = ("modes", "precision", "reduced_fields", "auto_error", "auto_operations", "contact_patches")
+SIMULATION = {*MODEL_KEYS, "method", "integrator", "frame_rate", "steps_per_frame", "gravity", "correction_steps", "push_out"}
 TABLES = {
     "material": CONSTANTS | SHEET | GRAIN,
     "simulation": SIMULATION,
@@ -38,7 +38,7 @@ FORMATS = ("pc2", "usd")
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]*")
 DEFAULTS = {"modes": 16, "precision": "f32", "method": DEFAULT, "integrator": "implicit-euler", "frame_rate": 30.0,
             "steps_per_frame": 1, "gravity": [0, 0, 0], "reduced_fields": 0, "auto_error": 0.0, "auto_operations": 0.0,
-            "correction_steps": 0}
+            "correction_steps": 0, "push_out": False, "contact_patches": []}
 
 
 def read_list(path):
@@ -56,7 +56,7 @@ def read_list(path):
         raise SceneError(f"{path}: {error}") from None
     entries = scene_list["asset"] + scene_list.get("shot", [])
     files = [(a, "mesh") for a in scene_list["asset"]] + [(s, "start") for s in scene_list.get("shot", [])]
-    for owner, key in files + [(item, "mesh") for entry in entries for item in entry.get("collider", [])]:
+    for owner, key in files + [(item, key) for entry in entries for item in entry.get("collider", []) for key in ("mesh", "motion")]:
         if key in owner:
             owner[key] = beside(owner[key], path.parent)
     for asset in scene_list["asset"]:
@@ -113,7 +113,7 @@ def _job(scene_list, asset, shot, values, seed):
     merged["simulation"] = {**DEFAULTS, **merged["simulation"]}
     lists = {key: asset.get(key, []) + shot.get(key, []) for key in LISTS}
     job = _with_parameters({"mesh": asset["mesh"], "proxy": proxy(asset), "render": asset["render"], **merged, **lists}, values)
-    _check_correction(asset["name"], job)
+    _check_output(asset["name"], job)
     variant = "_".join(filter(None, [label(values), "" if seed is None else f"s{seed}"]))
 
     def name_in(shot_name):
@@ -210,12 +210,18 @@ def _check_entry(kind, entry, keys, needed, seen):
         _known(f"{kind} {name}, frame", item, OSCILLATION)
 
 
-def _check_correction(name, job):
-    steps = job["simulation"]["correction_steps"]
+def _check_output(name, job):
+    """Of what is done to frames before they are written."""
+    steps, push_out = job["simulation"]["correction_steps"], job["simulation"]["push_out"]
     if not isinstance(steps, int) or isinstance(steps, bool) or not 0 <= steps <= 100:
         raise SceneError(f"asset {name}: correction_steps is {steps!r}, expected a whole number from 0 to 100")
-    if steps and (job["proxy"] or job["render"]):
-        raise SceneError(f"asset {name}: correction_steps moves the mesh's own vertices: it goes without render and proxy")
+    if not isinstance(push_out, bool):
+        raise SceneError(f"asset {name}: push_out is {push_out!r}, expected true or false")
+    if steps and push_out:
+        raise SceneError(f"asset {name}: correction_steps and push_out both move what is written: choose one")
+    if (steps or push_out) and (job["proxy"] or job["render"]):
+        which = "correction_steps" if steps else "push_out"
+        raise SceneError(f"asset {name}: {which} moves the mesh's own vertices: it goes without render and proxy")
 
 
 def _check_shots(shots):
