@@ -44,13 +44,16 @@ void Follower::lead(Request &request, bool anew) {
       throw HostError(what + " vertex " + number(uint64_t(vertex)) + ", but there are " + number(n));
   };
   if (request.mesh.points.empty()) return;  // the caller says so
-  for (uint32_t &vertex : request.build.held) {
-    check("the supports have", vertex);
-    vertex = nearest(request, vertex);
-  }
-  std::vector<uint32_t> &held = request.build.held;
-  std::sort(held.begin(), held.end());
-  held.erase(std::unique(held.begin(), held.end()), held.end());
+  const auto lead_all = [&](const char *what, std::vector<uint32_t> &vertices) {
+    for (uint32_t &vertex : vertices) {
+      check(what, vertex);
+      vertex = nearest(request, vertex);
+    }
+    std::sort(vertices.begin(), vertices.end());
+    vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
+  };
+  lead_all("the supports have", request.build.held);
+  lead_all("the contact patches have", request.build.contact_patches);
   for (std::size_t k = 0; k < request.inputs.handles.size(); ++k) {
     Handle &handle = request.inputs.handles[k];
     check("handle " + number(uint64_t(k)) + " holds", handle.vertex);

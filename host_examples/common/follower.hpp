@@ -13,7 +13,7 @@ namespace host {
 
 class Follower {
 public:
-  // Supports' and handles' vertices, which are of request.drawn, become the nearest ones of the mesh. `anew`: both are at rest now.
+  // Vertices of supports, contact patches and handles, which are of request.drawn, become the nearest ones of the mesh. `anew`: both are at rest now.
   // Throws HostError naming a vertex that there is not.
   void lead(Request &request, bool anew);
 

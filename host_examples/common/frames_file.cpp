@@ -11,7 +11,7 @@ namespace host {
 
 namespace {
 
-constexpr char kMagic[8] = {'S', 'W', 'F', 'R', 'A', 'M', 'E', '1'};
+constexpr char kMagic[8] = {'S', 'W', 'F', 'R', 'A', 'M', 'E', '2'};
 
 class Writer {
 public:
@@ -86,7 +86,7 @@ void write_frames(const std::string &path, const Frames &frames) {
   for (const StateCache::Entry &entry : frames.entries) {
     out.list(entry.state);
     out.number(entry.inputs), out.number(entry.missed);
-    out.number(static_cast<uint8_t>(entry.exact)), out.number(static_cast<uint8_t>(entry.led));
+    out.number(static_cast<uint8_t>(entry.exact)), out.number(static_cast<uint8_t>(entry.led)), out.number(entry.deepest);
   }
   out.number(sum_of(out.bytes));
   const std::string beside = path + ".partial";
@@ -122,7 +122,7 @@ Frames read_frames(const std::string &path) {
     StateCache::Entry entry;
     entry.state = in.list();
     entry.inputs = in.number<uint64_t>(), entry.missed = in.number<uint32_t>();
-    entry.exact = in.number<uint8_t>() != 0, entry.led = in.number<uint8_t>() != 0;
+    entry.exact = in.number<uint8_t>() != 0, entry.led = in.number<uint8_t>() != 0, entry.deepest = in.number<float>();
     frames.entries.push_back(std::move(entry));
   }
   return frames;

@@ -59,6 +59,7 @@ struct Build {
   bool clamped = true;         // with their slope, or hinged
   uint32_t modes = 16;         // 1 to 1024
   bool double_precision = false;
+  std::vector<uint32_t> contact_patches;  // vertices that are touched by what is smaller than the modes: each adds a mode
   uint32_t support_fields = 24;  // of methods that follow by them, where supports move against each other; 0: none
   Stiffness stiffness;  // its frequency alone needs no precompute
 };
@@ -135,6 +136,7 @@ struct Request {
   // they stand in the frame, and what moves points is carried along.
   bool follow = false;
   uint32_t correction_steps = 0;  // Newton steps of the full shell to what is shown, 0 to 100; not at the start frame, nor by drawn or proxy
+  bool push_out = false;  // what is shown is pushed out of solids, and the motion does not know; not with correction steps, drawn or proxy
   bool certify = false;  // estimate this frame's error, which takes seconds on large meshes
   // True: give up. Asked while a model is built and while frames are caught up with, never for a single step. May be empty.
   std::function<bool()> interrupted;

@@ -118,6 +118,8 @@ SwPrecomputeDesc precompute_desc(const Build &build) {
   if (needs_fields(build.method) || chosen_unasked(build)) desc.reduced_fields = build.reduced_fields;
   if (chosen_unasked(build)) desc.flags |= SW_PRECOMPUTE_AUTO;
   if (follows_by_fields(build.method)) desc.support_fields = build.support_fields;
+  desc.contact_patches = build.contact_patches.data();
+  desc.n_contact_patches = static_cast<uint32_t>(build.contact_patches.size());
   return desc;
 }
 
@@ -236,7 +238,7 @@ double ShellModel::clock(const Stiffness &stiffness) const {
 
 uint64_t build_key(const Mesh &mesh, const Build &build) {
   Hash hash;
-  hash.add(mesh.n_points()).add_all(mesh.faces()).add_all(mesh.sizes).add_all(build.held);
+  hash.add(mesh.n_points()).add_all(mesh.faces()).add_all(mesh.sizes).add_all(build.held).add_all(build.contact_patches);
   hash.add(build.clamped).add(build.modes).add(build.double_precision).add(build.stiffness.by);
   const bool fields = needs_fields(build.method), choice = needs_choice(build.method);
   hash.add(fields).add(choice).add(fields || choice ? build.reduced_fields : 0).add(choice ? build.auto_error : 0.0);

@@ -42,11 +42,14 @@ void check_motion(const Request &request) {
   require(std::isfinite(request.time) && std::isfinite(m.start_time), "the time is not finite");
 }
 
-void check_correction(const Request &request) {
+void check_output(const Request &request) {
   require(request.correction_steps <= 100,
           "the correction steps are " + number(uint64_t(request.correction_steps)) + ", expected at most 100");
   require(request.correction_steps == 0 || (request.drawn.empty() && request.proxy.vertices == 0),
           "correction steps move the simulated mesh, and not the meshes that follow it: set them to 0, or take no proxy");
+  require(!request.push_out || request.correction_steps == 0, "correction steps and pushing out both move what is shown: take one of them");
+  require(!request.push_out || (request.drawn.empty() && request.proxy.vertices == 0),
+          "pushing out moves the simulated mesh, and not the meshes that follow it: switch it off, or take no proxy");
 }
 
 void check_wind(const Wind &wind) {
@@ -152,6 +155,8 @@ std::string Notes::warning() const {
   if (supports_missed > kMissed)
     say("the shell beside the supports is " + number(std::round(1000 * supports_missed) / 10) +
         " % of its size off them: more support fields");
+  if (inside > kInside)
+    say("the shell is " + number(std::round(1000 * inside) / 10) + " % of its size inside a collider: more modes, contact patches, or pushing it out for the eye");
   if (stored_of_others) say("the frames on disk are of another mesh, or of other settings: play from the start frame, and write them again");
   if (!certified.empty()) say(certified);
   return text;
@@ -208,7 +213,7 @@ bool ShellRunner::take_stored(const Mesh &mesh, const Request &request, const At
 
 void ShellRunner::evaluate(Request request) {
   check_motion(request);
-  check_correction(request);
+  check_output(request);
   const At at(request);
   proxy_.take_place(request, at.start());
   if (!request.drawn.empty()) follower_.lead(request, at.start());
@@ -395,7 +400,7 @@ void ShellRunner::begin(const Inputs &inputs, uint64_t key, bool exact) {
     if (is_full_shell(method_)) state_->equilibrium();  // it has its supports moved and nothing else
   }
   colliders_.place(*state_, inputs, unit_, true);
-  cache_.store(0, {state_->save(), key, exact, 0, led_, seen(inputs, 0, key)});
+  cache_.store(0, {state_->save(), key, 0, 0, exact, led_, seen(inputs, 0, key)});
 }
 
 // Leaves the state at the frame. For a sub-frame the inputs are not the frame's own, so a frame that is there is taken as it is.
@@ -407,6 +412,7 @@ void ShellRunner::reach(const Request &request, uint64_t frame, bool own_inputs)
     if (!own_inputs || (entry->inputs == key && !can_be_better)) {
       state_->load(entry->state);
       missed_ = entry->missed;
+      deepest_ = entry->deepest;
       led_ = entry->led;
       notes_.jumped = !entry->exact;
       return;
@@ -417,7 +423,7 @@ void ShellRunner::reach(const Request &request, uint64_t frame, bool own_inputs)
   if (frame > 0)
     step_to(request, frame, key);
   else
-    missed_ = 0;
+    missed_ = 0, deepest_ = 0;
   notes_.jumped = !cache_.find(frame)->exact;
 }
 
@@ -443,7 +449,8 @@ void ShellRunner::advance(const Inputs &inputs, uint64_t key, uint64_t frame, bo
   ++notes_.steps;
   missed_ = 0;
   for (const SwConstraintReport &report : state_->constraint_report()) missed_ += report.met == 0;
-  cache_.store(frame, {state_->save(), key, exact, missed_, led_, seen(inputs, frame, key)});
+  deepest_ = static_cast<float>(state_->report().deepest_penetration);
+  cache_.store(frame, {state_->save(), key, missed_, deepest_, exact, led_, seen(inputs, frame, key)});
 }
 
 // One of its own for inputs that have changed alone.
@@ -552,10 +559,13 @@ void ShellRunner::read(const shellwarp::State &state, const Request &request, co
   const SwStateReport report = state.report();
   const uint32_t space = led_ ? SW_SPACE_WORLD : SW_SPACE_FRAME;
   std::vector<double> points, velocities;
+  double inside = at.fraction > 0 ? report.deepest_penetration : static_cast<double>(deepest_);
   if (follower_.bound()) points = follower_.read(state, space, request.velocities ? &velocities : nullptr);
   if (request.drawn.empty()) {
     points.resize(model_->rest().size());
-    if (request.correction_steps > 0 && !at.start())
+    if (request.push_out)
+      inside = state.positions_outside(points.data(), model_->n_points(), space);
+    else if (request.correction_steps > 0 && !at.start())
       state.positions_corrected(request.correction_steps, points.data(), model_->n_points(), space);
     else
       state.positions(points.data(), model_->n_points(), space);
@@ -568,6 +578,7 @@ void ShellRunner::read(const shellwarp::State &state, const Request &request, co
   notes_.max_rotation = report.max_rotation;
   notes_.turned_too_far = report.fraction_turned_too_far;
   notes_.handles_missed = missed_;
+  notes_.inside = inside / model_->model().info().size;
   notes_.supports_missed = report.support_miss / model_->model().info().size;
   notes_.certified = request.certify ? certificate_of(state) : "";
 }

@@ -42,9 +42,11 @@ struct Notes {
   bool floats = false;             // nothing is held
   bool stored_of_others = false;   // the frames on disk are of another mesh, or of other settings
   double supports_missed = 0;      // SwStateReport.support_miss over the mesh's size
+  double inside = 0;               // SwStateReport.deepest_penetration over the mesh's size; of what is pushed out, what is left of it
   uint64_t builds = 0, steps = 0;  // so far; a sub-frame's part of a step is not counted
 
-  static constexpr double kMissed = 0.01;  // a kink beside the supports that is seen
+  static constexpr double kMissed = 0.01;   // a kink beside the supports that is seen
+  static constexpr double kInside = 1e-3;   // fifty times what a step leaves where modes can follow
 
   // What a user should be told, one sentence a line; empty where all is well.
   std::string warning() const;
@@ -52,7 +54,7 @@ struct Notes {
   // from frame to frame.
   uint32_t warnings() const {
     return 1u * !turn_in_range | 2u * (handles_missed > 0) | 4u * jumped | 8u * floats | 16u * !certified.empty() |
-           32u * (supports_missed > kMissed) | 64u * stored_of_others;
+           32u * (supports_missed > kMissed) | 64u * stored_of_others | 128u * (inside > kInside);
   }
 };
 
@@ -132,6 +134,7 @@ private:
 
   std::vector<double> deformed_, velocities_;
   uint32_t missed_ = 0, method_ = 0;
+  float deepest_ = 0;
   Notes notes_;
 };
 

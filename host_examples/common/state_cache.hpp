@@ -17,8 +17,9 @@ public:
   struct Entry {
     std::vector<unsigned char> state;  // sw_state_save; empty = none
     uint64_t inputs = 0;               // fingerprint of the inputs that led here
-    bool exact = false;                // stepped frame by frame from the start, each with its own inputs
     uint32_t missed = 0;               // handles that could not be met
+    float deepest = 0;                 // SwStateReport.deepest_penetration
+    bool exact = false;                // stepped frame by frame from the start, each with its own inputs
     bool led = false;                  // supports were moved
     std::shared_ptr<const Inputs> seen{};  // what led here, without the solids' meshes, where supports may be moved
   };

@@ -94,6 +94,8 @@ static const char *theDsFile = R"THEDSFILE(
     parm { name "colliderthickness" label "Collider Thickness" type float default { "0" } range { 0! 1 } }
     parm { name "collidert" label "Collider Translate" type vector size 3 default { "0" "0" "0" } }
     parm { name "colliderr" label "Collider Rotate" type vector size 3 default { "0" "0" "0" } }
+    parm { name "contactpatches" label "Contact Patches" type string default { "" } }
+    parm { name "pushout" label "Push Out" type toggle default { "0" } }
     parm { name "envelope" label "Envelope" type float default { "1" } range { 0 1 } }
     parm { name "velocity" label "Velocity for Motion Blur" type toggle default { "0" } }
     parm { name "weightattrib" label "Weight Attribute" type string default { "" } }
@@ -122,7 +124,7 @@ PRM_Template *SOP_ShellWarp::buildTemplates() {
   if (builder.justBuilt()) {
     builder.setChoiceListPtr("method", &method_menu());
     builder.setChoiceListPtr("preset", &preset_menu());
-    builder.setChoiceListPtr("supportgroup", &SOP_Node::pointGroupMenu);
+    for (const char *group : {"supportgroup", "contactpatches"}) builder.setChoiceListPtr(group, &SOP_Node::pointGroupMenu);
     for (const char *attribute : {"supportattrib", "weightattrib", "thicknessmap", "youngmap", "densitymap"})
       builder.setChoiceListPtr(attribute, &SOP_Node::pointAttribReplaceMenu);
   }
@@ -268,6 +270,7 @@ void pull_settings(const SOP_ShellWarpParms &parms, host::Request &request) {
   build.auto_error = parms.getAutoerror();
   build.double_precision = parms.getDoubleprecision();
   request.correction_steps = count_of(parms.getCorrectionsteps());
+  request.push_out = parms.getPushout();
   request.certify = parms.getCertify();
   request.velocities = parms.getVelocity();
   pull_stiffness(parms, build.stiffness);
@@ -317,6 +320,7 @@ void ShellWarpVerb::cook(const CookParms &cookparms) const {
       pull_map(*detail, parms.getDensitymap(), stiffness.density_map);
     }
     pull_supports(*detail, parms.getSupportgroup(), parms.getSupportattrib(), request.build.held);
+    pull_group(*detail, parms.getContactpatches(), request.build.contact_patches);
     if (const GU_Detail *points = cookparms.inputGeo(1)) pull_handles(*points, request.inputs.handles);
     const GU_Detail *touched = cookparms.inputGeo(2);
     if (touched && touched->getNumPoints() > 0) request.inputs.colliders.push_back(collider_of(parms, *touched));

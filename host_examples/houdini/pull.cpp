@@ -70,19 +70,22 @@ void pull_map(const GU_Detail &detail, const UT_StringHolder &attribute, std::ve
   for (GA_Iterator it(detail.getPointRange()); !it.atEnd(); ++it) factors[index_of(detail, *it)] = static_cast<double>(painted.get(*it));
 }
 
+void pull_group(const GU_Detail &detail, const UT_StringHolder &group, std::vector<uint32_t> &points) {
+  if (!group.isstring()) return;
+  GOP_Manager groups;  // owns what a pattern makes
+  const GA_PointGroup *members = groups.parsePointGroups(group, GOP_Manager::GroupCreator(&detail));
+  if (!members) throw host::HostError(std::string("there are no points of the group ") + group.c_str());
+  for (GA_Iterator it(detail.getPointRange()); !it.atEnd(); ++it)
+    if (members->containsOffset(*it)) points.push_back(index_of(detail, *it));
+}
+
 void pull_supports(const GU_Detail &detail, const UT_StringHolder &group, const UT_StringHolder &attribute,
                    std::vector<uint32_t> &held) {
-  GOP_Manager groups;  // owns what a pattern makes
-  const GA_PointGroup *members = nullptr;
-  if (group.isstring()) {
-    members = groups.parsePointGroups(group, GOP_Manager::GroupCreator(&detail));
-    if (!members) throw host::HostError(std::string("there are no points of the group ") + group.c_str());
-  }
-  GA_ROHandleF painted;
-  if (attribute.isstring()) painted = float_attribute(detail, attribute);
+  pull_group(detail, group, held);
+  if (!attribute.isstring()) return;
+  const GA_ROHandleF painted = float_attribute(detail, attribute);
   for (GA_Iterator it(detail.getPointRange()); !it.atEnd(); ++it)
-    if ((members && members->containsOffset(*it)) || (painted.isValid() && painted.get(*it) >= 0.5f))
-      held.push_back(index_of(detail, *it));
+    if (painted.get(*it) >= 0.5f) held.push_back(index_of(detail, *it));
 }
 
 void pull_handles(const GU_Detail &points, std::vector<host::Handle> &handles) {

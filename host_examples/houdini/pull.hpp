@@ -11,11 +11,13 @@
 #include <vector>
 
 void pull_mesh(const GU_Detail &detail, host::Mesh &mesh);
-std::vector<double> points_of(const GU_Detail &detail);  // A float attribute of points as factors; none where it is not named.
+std::vector<double> points_of(const GU_Detail &detail);  // n x 3
+// A float attribute of points as factors; none where it is not named.
 void pull_map(const GU_Detail &detail, const UT_StringHolder &attribute, std::vector<double> &factors);
 
-// n x 3
-// `group` is a pattern, as in every node: names, wildcards, numbers.
+// `group` is a pattern, as in every node: names, wildcards, numbers; none where it is empty.
+void pull_group(const GU_Detail &detail, const UT_StringHolder &group, std::vector<uint32_t> &points);
+// Of such a group, and from 0.5 on of an attribute.
 void pull_supports(const GU_Detail &detail, const UT_StringHolder &group, const UT_StringHolder &attribute,
                    std::vector<uint32_t> &held);
 

@@ -88,20 +88,26 @@ void add_factors(MDataBlock &block, unsigned int multiIndex, const MObject &list
     if (painted.elementIndex() < n_points) factors[painted.elementIndex()] = static_cast<double>(painted.inputValue().asFloat());
 }
 
-void add_listed(MDataBlock &block, host::Request &request) {
-  const MObject data = block.inputValue(Node::supportComponents).data();
-  if (data.isNull()) return;
+// What a list of components names of one kind; `name` is its attribute's, `kinds` what it may hold.
+std::vector<uint32_t> listed(const MObject &data, const char *name, MFn::Type kind, const char *kinds) {
+  std::vector<uint32_t> all;
+  if (data.isNull()) return all;
   MStatus status;
   MFnComponentListData list(data, &status);
-  if (status != MS::kSuccess) return;
+  if (status != MS::kSuccess) return all;
   for (unsigned int k = 0; k < list.length(); ++k) {
     const MObject component = list[k];
-    if (!component.hasFn(MFn::kMeshVertComponent)) throw host::HostError("supportComponents holds more than vertices");
-    MIntArray vertices;
-    MFnSingleIndexedComponent(component).getElements(vertices);
-    for (unsigned int i = 0; i < vertices.length(); ++i)
-      request.build.held.push_back(static_cast<uint32_t>(vertices[i]));
+    if (!component.hasFn(kind)) throw host::HostError(std::string(name) + " holds more than " + kinds);
+    MIntArray elements;
+    MFnSingleIndexedComponent(component).getElements(elements);
+    const std::vector<uint32_t> some = indices_of(elements);
+    all.insert(all.end(), some.begin(), some.end());
   }
+  return all;
+}
+
+std::vector<uint32_t> vertices_of(const MObject &data, const char *name) {
+  return listed(data, name, MFn::kMeshVertComponent, "vertices");
 }
 
 }  // namespace
@@ -166,6 +172,8 @@ void pull_settings(MDataBlock &block, host::Request &request) {
   request.proxy.vertices = count(Node::proxyVertices);
   request.proxy.thickness = real(Node::proxyThickness);
   request.correction_steps = count(Node::correctionSteps);
+  request.push_out = block.inputValue(Node::pushOut).asBool();
+  request.build.contact_patches = vertices_of(block.inputValue(Node::contactPatches).data(), "contactPatches");
   request.certify = block.inputValue(Node::certify).asBool();
 
   const double3 &gravity = block.inputValue(Node::gravity).asDouble3();
@@ -185,7 +193,8 @@ void pull_maps(MDataBlock &block, unsigned int multiIndex, host::Request &reques
 
 void pull_supports(MDataBlock &block, unsigned int multiIndex, host::Request &request) {
   add_painted(block, multiIndex, request);
-  add_listed(block, request);
+  const std::vector<uint32_t> more = vertices_of(block.inputValue(Node::supportComponents).data(), "supportComponents");
+  request.build.held.insert(request.build.held.end(), more.begin(), more.end());
 }
 
 void pull_handles(MDataBlock &block, std::vector<host::Handle> &handles) {

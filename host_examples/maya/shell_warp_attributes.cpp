@@ -34,6 +34,7 @@ MObject ShellWarpNode::handles, ShellWarpNode::handleVertex, ShellWarpNode::hand
 MObject ShellWarpNode::colliders, ShellWarpNode::colliderMesh, ShellWarpNode::colliderMatrix,
     ShellWarpNode::colliderShape, ShellWarpNode::colliderCells, ShellWarpNode::colliderFriction,
     ShellWarpNode::colliderThickness;
+MObject ShellWarpNode::contactPatches, ShellWarpNode::pushOut;
 
 using Node = ShellWarpNode;
 
@@ -339,7 +340,9 @@ MStatus create_colliders() {
                                Node::colliderFriction, Node::colliderThickness})
     list.addChild(child);
   list.setArray(true);
-  return MS::kSuccess;
+  Node::contactPatches = typed.create("contactPatches", "cpa", MFnData::kComponentList, MObject::kNullObj, &status);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  return create_plain(Node::pushOut, "pushOut", "pou", MFnNumericData::kBoolean, 0);
 }
 
 }  // namespace
@@ -352,7 +355,8 @@ MStatus ShellWarpNode::addAttributes() {
       reducedFields, autoError,    correctionSteps, integrator, certify,       supportKind, supportComponents, supportWeightList,
       frameFrom,     supportFrame, handles,      preset,        young,       poisson,           volumeDensity,
       colliders,     proxy,        follow,       supportFields, wind,       airDensity,        normalDrag,
-      tangentialDrag, dampingStiffness, cache,  thicknessMapList, youngMapList,     densityMapList, proxyVertices, proxyThickness};
+      tangentialDrag, dampingStiffness, cache,  thicknessMapList, youngMapList,     densityMapList, proxyVertices, proxyThickness,
+      contactPatches, pushOut};
   const MObject children[] = {windX, windY, windZ, gravityX,       gravityY,       gravityZ,          supportWeights,   thicknessMap, youngMap, densityMap, handleVertex,
                               handleTarget,   handlePosition, handleOrientation, handleCompliance, handleHeld, handleAxisX, handleAxisY, handleAxisZ, colliderMesh,
                               colliderMatrix, colliderShape,  colliderCells,     colliderFriction, colliderThickness};

@@ -25,7 +25,7 @@
 
 namespace {
 
-constexpr const char *kHandle = "-hd", *kCollider = "-co", *kStatus = "-st", *kWrite = "-wc", *kMemory = "-me", *kCertify = "-ce";
+constexpr const char *kHandle = "-hd", *kCollider = "-co", *kStatus = "-st", *kWrite = "-wc", *kMemory = "-me", *kCertify = "-ce", *kPatches = "-cp";
 
 // A mesh of the selection, and which of its vertices are selected.
 struct Picked {
@@ -140,6 +140,7 @@ MSyntax ShellWarpCommand::syntax_of() {
   MSyntax syntax;
   syntax.addFlag(kHandle, "-handle");
   syntax.addFlag(kCollider, "-collider");
+  syntax.addFlag(kPatches, "-contactPatches");
   syntax.addFlag(kStatus, "-status");
   syntax.addFlag(kMemory, "-memory");
   syntax.addFlag(kCertify, "-certify");
@@ -173,6 +174,8 @@ MStatus ShellWarpCommand::doIt(const MArgList &arguments) {
       add_handles(selected);
     else if (given.isFlagSet(kCollider))
       add_colliders(selected);
+    else if (given.isFlagSet(kPatches))
+      set_patches(selected);
     else if (given.isFlagSet(kWrite)) {
       MString file;
       given.getFlagArgument(kWrite, 0, file);
@@ -246,6 +249,26 @@ void ShellWarpCommand::add_colliders(const MSelectionList &selected) {
     run("connectAttr " + meshes[k].name() + ".worldMatrix[0] " + collider + ".colliderMatrix");
     appendToResult(collider.c_str());
   }
+}
+
+// In the place of those that there were.
+void ShellWarpCommand::set_patches(const MSelectionList &selected) {
+  bool any = false;
+  for (const Picked &mesh : picked_of(selected)) {
+    if (mesh.vertices.empty()) continue;
+    const MObject shell = shell_of(mesh.path);
+    if (shell.isNull()) throw host::HostError(mesh.name() + " is no shell yet: run shellWarp on it");
+    set_list(name_of(shell) + ".contactPatches", "vtx", mesh.vertices);
+    appendToResult((name_of(shell) + ".contactPatches").c_str());
+    any = true;
+  }
+  if (!any) throw host::HostError("select the vertices of a shell where it is to be touched by small things");
+}
+
+void ShellWarpCommand::set_list(const std::string &plug, const char *kind, const std::vector<int> &components) {
+  std::string text = "setAttr -type \"componentList\" " + plug + " " + std::to_string(components.size());
+  for (const int k : components) text += " \"" + std::string(kind) + "[" + std::to_string(k) + "]\"";
+  run(text);
 }
 
 // Of the frame that each was shown at last: a sentence for each, after its node's name.

@@ -1,4 +1,4 @@
-// shellWarp, the command: makes shells, handles and colliders of what is selected, each in one step of undo.
+// shellWarp, the command: makes shells, handles, colliders and contact patches of what is selected, each in one step of undo.
 #pragma once
 
 #include <maya/MArgList.h>
@@ -11,6 +11,7 @@
 
 #include <functional>
 #include <string>
+#include <vector>
 
 class ShellWarpNode;
 
@@ -29,9 +30,11 @@ private:
   void create(const MSelectionList &selected);
   void add_handles(const MSelectionList &selected);
   void add_colliders(const MSelectionList &selected);
+  void set_patches(const MSelectionList &selected);
   void certify(const MSelectionList &selected);
   void write_cache(const MSelectionList &selected, const std::string &file);
   void tell(const std::function<std::string(const ShellWarpNode &)> &what);
+  void set_list(const std::string &plug, const char *kind, const std::vector<int> &components);
   void run(const std::string &mel);  // when the command is done, and again when it is redone
 
   MDGModifier modifier_;

@@ -103,4 +103,5 @@ public:
   // What it touches
   static MObject colliders, colliderMesh, colliderMatrix, colliderShape, colliderCells, colliderFriction,
       colliderThickness;
+  static MObject contactPatches, pushOut;
 };

@@ -1111,6 +1111,87 @@ void a_solid_is_made_anew_only_when_its_shape_changes() {
   CHECK(set.prepare(solids, 2) && set.made() == 4);
 }
 
+// A ball comes up under the strip on one side, and one down on it on the other: one mode of a strip held at both ends bends it one way.
+Request poked_request(double frame) {
+  Request request = at_frame(strip_request(), frame);
+  request.build.modes = 1;
+  for (int j = 0; j < STRIP_ROWS; ++j) request.build.held.push_back(strip_vertex(STRIP_COLUMNS - 1, j));
+  host::Collider ball;
+  ball.name = "the ball";
+  ball.kind = SW_COLLIDER_SPHERE;
+  ball.friction = 0;
+  ball.mesh = box_mesh({-0.1, -0.1, -0.1}, {0.1, 0.1, 0.1});
+  for (const double x : {1.0, 3.0}) {
+    const double up = 0.01 * std::min(frame, 14.0) - 0.2;
+    ball.pose.origin = {x, 0, x == 3 ? -up : up};
+    request.inputs.colliders.push_back(ball);
+  }
+  return request;
+}
+
+double deepest_in_balls(const ShellRunner &runner, const Request &request) {
+  double deepest = 0;
+  for (std::size_t i = 0; i < runner.deformed().size(); i += 3)
+    for (const host::Collider &ball : request.inputs.colliders) {
+      const Vec3 &c = ball.pose.origin;
+      const double *x = &runner.deformed()[i];
+      deepest = std::max(deepest, 0.1 - std::hypot(std::hypot(x[0] - c[0], x[1] - c[1]), x[2] - c[2]));
+    }
+  return deepest;
+}
+
+void what_modes_cannot_follow_is_told_and_pushed_out_for_the_eye_alone() {
+  ShellRunner plain, pushed;
+  for (int k = 0; k <= 16; ++k) {
+    Request request = poked_request(k);
+    plain.evaluate(request);
+    request.push_out = true;
+    pushed.evaluate(request);
+    CHECK(deepest_in_balls(pushed, request) < 1e-9 * 4);  // rounding at the size
+  }
+  const Request last = poked_request(16);
+  const double inside = deepest_in_balls(plain, last);
+  CHECK(inside > 0.02);
+  CHECK_NEAR(plain.notes().inside, inside / 4.12, 0.03 * inside);  // the size is that of 4 by 0.2, about
+  CHECK(contains(plain.notes().warning(), "% of its size inside a collider: more modes, contact patches") && plain.notes().warnings() == 128);
+  CHECK(pushed.notes().warning().empty());
+  pushed.evaluate(last);
+  CHECK(pushed.deformed() == plain.deformed());  // the motion does not know of it
+  CHECK(pushed.notes().steps == 16 && pushed.notes().warnings() == 128);  // as kept with the frame
+
+  Request wrong = last;
+  wrong.push_out = true;
+  wrong.correction_steps = 1;
+  FAILS_WITH(plain.evaluate(wrong), "correction steps and pushing out both move what is shown");
+  wrong.correction_steps = 0;
+  wrong.drawn = wrong.mesh.points;
+  FAILS_WITH(plain.evaluate(wrong), "pushing out moves the simulated mesh, and not the meshes that follow it");
+}
+
+void contact_patches_give_way_to_what_is_smaller_than_the_modes() {
+  ShellRunner plain, patched, drawn;
+  const std::vector<uint32_t> touched = {strip_vertex(10, 1), strip_vertex(30, 1)};
+  for (int k = 0; k <= 16; ++k) {
+    Request request = poked_request(k);
+    plain.evaluate(request);
+    request.build.contact_patches = touched;
+    patched.evaluate(request);
+    request.drawn = request.mesh.points;
+    drawn.evaluate(request);  // vertices of what is drawn
+  }
+  const double before = deepest_in_balls(plain, poked_request(16)), after = deepest_in_balls(patched, poked_request(16));
+  CHECK(after < 0.3 * before);
+  CHECK_NEAR(deepest_in_balls(drawn, poked_request(16)), after, 1e-3);  // the binding's floats, and what modes leave
+  CHECK(patched.notes().builds == 1);
+  Request other = poked_request(16);
+  patched.evaluate(other);
+  CHECK(patched.notes().builds == 2);
+  other.build.contact_patches = {99999};
+  FAILS_WITH(patched.evaluate(other), "contact_patches[0] is vertex 99999");
+  other.drawn = other.mesh.points;
+  FAILS_WITH(patched.evaluate(other), "the contact patches have vertex 99999");
+}
+
 void solids_may_come_and_go() {
   ShellRunner runner, plain;
   Request request = strip_request();
@@ -1574,6 +1655,8 @@ int main() {
   RUN(a_moving_solid_lifts_the_strip_and_scrubbing_repeats_it);
   RUN(a_solid_is_met_wherever_the_object_stands_and_however_large_it_is);
   RUN(a_solid_is_made_anew_only_when_its_shape_changes);
+  RUN(what_modes_cannot_follow_is_told_and_pushed_out_for_the_eye_alone);
+  RUN(contact_patches_give_way_to_what_is_smaller_than_the_modes);
   RUN(solids_may_come_and_go);
   RUN(a_solid_that_cannot_be_made_is_named);
   return report_failures();

@@ -323,6 +323,45 @@ void every_parameter_of_the_collider_changes_the_result() {
   CHECK(changes("colliderr", {0, 0, -1}));
 }
 
+// Of two boxes in one solid the one below comes up, and the one above down, as the solid turns: a strip of one mode bends one way.
+void what_is_inside_a_collider_is_pushed_out_or_given_way_to() {
+  const auto deepest = [](const std::function<void(Scene &)> &change, std::size_t warnings) {
+    Scene scene;
+    scene.cook.set("modes", {1});
+    scene.cook.set_text("supportgroup", "0-2 120-122");
+    scene.put_box(0);
+    fake::Geometry &boxes = scene.solid.fake_geometry();
+    const std::vector<GEO_PrimPoly> box = boxes.primitives;
+    boxes.points.clear();
+    for (int i = 0; i < 16; ++i)
+      boxes.points.emplace_back((i < 8 ? -1.0f : 1.0f) + (i & 1 ? 0.2f : -0.2f), (i < 8 ? -0.23f : 0.23f) + (i & 2 ? 0.2f : -0.2f), i & 4 ? 0.5f : -0.5f);
+    for (const GEO_PrimPoly &face : box) {
+      std::vector<GA_Index> corners = face.points;
+      for (GA_Index &corner : corners) corner += 8;
+      add_polygon(boxes, corners);
+    }
+    change(scene);
+    const auto turn = [](int frame) { return 0.006 * std::min(frame, 14); };
+    for (int frame = 1; frame <= 16; ++frame) {
+      scene.cook.set("collidert", {2, 0, 0});
+      scene.cook.set("colliderr", {0, 0, -57.29577951308232 * turn(frame)});
+      scene.at(frame);
+    }
+    CHECK(scene.cook.errors.empty() && scene.cook.warnings.size() == warnings);
+    double deep = 0;
+    for (const UT_Vector3 &p : scene.cook.output.fake_geometry().points) {
+      const double c = std::cos(turn(16)), s = std::sin(turn(16)), x = c * (double(p.x()) - 2) - s * double(p.y()),
+                   y = s * (double(p.x()) - 2) + c * double(p.y());
+      if (std::fabs(std::fabs(x) - 1) < 0.2) deep = std::max(deep, x < 0 ? -0.03 - y : y - 0.03);
+    }
+    return deep;
+  };
+  const double plain = deepest([](Scene &) {}, 1);
+  CHECK(plain > 0.02);
+  CHECK(deepest([](Scene &s) { s.cook.set("pushout", {1}); }, 0) < 3e-4);  // a hundredth of a cell of the grid, of 2.4 in 64
+  CHECK(deepest([](Scene &s) { s.cook.set_text("contactpatches", "90-92"); }, 0) < 0.3 * plain);
+}
+
 void polygons_of_the_third_input_stop_the_strip_and_lift_it() {
   Scene free;
   double unstopped = 0;
@@ -558,7 +597,7 @@ void the_first_input_follows_what_is_simulated() {
 void the_menus_of_groups_and_attributes_are_houdinis() {
   const std::unique_ptr<SOP_Node> node = plugin->create();
   const auto &parms = node->fake_cook().parms;
-  CHECK(parms.at("supportgroup").menu == &SOP_Node::pointGroupMenu);
+  for (const char *name : {"supportgroup", "contactpatches"}) CHECK(parms.at(name).menu == &SOP_Node::pointGroupMenu);
   for (const char *name : {"supportattrib", "weightattrib"}) CHECK(parms.at(name).menu == &SOP_Node::pointAttribReplaceMenu);
 }
 
@@ -827,6 +866,7 @@ int main(int argc, char **argv) {
     RUN(every_method_of_the_table_moves_the_polygons_or_is_told_of);
     RUN(every_parameter_changes_the_result);
     RUN(every_parameter_of_the_collider_changes_the_result);
+    RUN(what_is_inside_a_collider_is_pushed_out_or_given_way_to);
     RUN(polygons_of_the_third_input_stop_the_strip_and_lift_it);
     RUN(the_menu_of_known_materials_is_the_librarys_table);
     RUN(a_known_material_is_the_sheet_of_its_numbers);

@@ -111,7 +111,7 @@ void every_attribute_has_its_own_names_and_affects_the_output() {
                                  "binMembership",
                                  "bnm"};
   const std::vector<fake::AttributeInfo> attributes = node.attributes();
-  CHECK(attributes.size() == 69);
+  CHECK(attributes.size() == 71);
   for (const fake::AttributeInfo &attribute : attributes) {
     CHECK(names.insert(attribute.name).second && names.insert(attribute.brief).second);
     CHECK(attribute.affects_output);
@@ -498,6 +498,39 @@ void a_connected_mesh_moves_the_strip_and_every_attribute_of_it_counts() {
   CHECK(changes([](Scene &s) { s.node.set("colliders[0].colliderShape", SW_COLLIDER_SPHERE); }));
   CHECK(changes([](Scene &s) { s.node.set("colliders[0].colliderCells", 9); }));
   CHECK(changes([](Scene &s) { s.node.remove("colliders[0]"); }));
+}
+
+// Balls of 1 cm come up under the strip at 10 cm, and down on it at 30: one mode bends it one way.
+void poke(Scene &scene, int frame) {
+  const fake::Mesh mesh = cube();
+  const double up = -2 + 0.1 * std::min(frame, 14);
+  for (int k = 0; k < 2; ++k) {
+    const std::string name = "colliders[" + std::to_string(k) + "].";
+    scene.node.set_mesh(name + "colliderMesh", &mesh);
+    scene.node.set(name + "colliderMatrix", moved(k ? 30 : 10, k ? -up : up, 0));
+    scene.node.set(name + "colliderShape", SW_COLLIDER_SPHERE);
+  }
+  scene.at(frame);
+}
+
+void what_is_inside_a_collider_is_pushed_out_or_given_way_to() {
+  const auto deepest = [](const std::function<void(Scene &)> &change) {
+    Scene scene;
+    scene.node.set("modes", 1);
+    for (int j = 0; j < STRIP_ROWS; ++j) scene.paint(STRIP_VERTICES - 1 - j, 1);  // held at both ends
+    change(scene);
+    for (int frame = 1; frame <= 16; ++frame) poke(scene, frame);
+    CHECK(!scene.node.failed());
+    double deep = 0;
+    for (const MPoint &p : scene.node.evaluate())
+      for (const bool below : {true, false}) deep = std::max(deep, 1 - std::hypot(std::hypot(p.x - (below ? 10 : 30), p.y - (below ? -0.6 : 0.6)), p.z));
+    return deep;
+  };
+  const double plain = deepest([](Scene &) {});
+  CHECK(plain > 0.1 && fake::session().warnings.size() == 1 && contains(fake::session().warnings[0], "inside a collider"));
+  CHECK(deepest([](Scene &s) { s.node.set("pushOut", 1); }) < 1e-4);  // floats of 40
+  CHECK(fake::session().warnings.empty());
+  CHECK(deepest([](Scene &s) { s.node.set_components("contactPatches", {90, 91, 92}); }) < 0.3 * plain);
 }
 
 void the_menu_of_known_materials_is_the_librarys_table() {
@@ -968,7 +1001,7 @@ void frames_on_disk_show_without_being_played() {
     seen_at(other, 1);
     CHECK(contains(told(), "the frames on disk are of another mesh, or of other settings"));
   }
-  for (const char *broken : {"", "SWFRAME1 and nothing of use"}) {
+  for (const char *broken : {"", "SWFRAME2 and nothing of use"}) {
     std::ofstream(file, std::ios::binary) << broken;
     fake::Deformer &damaged = moving_shell();
     damaged.set_text("cache", file);
@@ -1065,6 +1098,23 @@ void the_command_connects_the_meshes_that_are_touched() {
   CHECK_NEAR(lowest, -0.8, 5e-3);  // as in a_connected_mesh_stops_the_strip
   scene.undo();
   CHECK(scene.connections.count("shellWarp1.colliders[0].colliderMesh") == 0);
+}
+
+void the_command_names_the_patches_that_are_touched() {
+  fake::Scene &scene = scene_with_strip();
+  CHECK(scene.run("shellWarp"));
+  fake::Deformer &node = *scene.deformers.at("shellWarp1");
+  node.set("modes", 6);
+  node.set("method", SW_METHOD_WARP);
+  scene.frame = 8;
+  const std::vector<MPoint> before = scene.world_points("stripShape");
+  scene.selection = {vertex_of("strip", 90), vertex_of("strip", 60)};
+  CHECK(scene.run("shellWarp -contactPatches") && scene.result == "shellWarp1.contactPatches");
+  CHECK(!same(scene.world_points("stripShape"), before));  // two modes more
+  scene.undo();
+  CHECK(same(scene.world_points("stripShape"), before));
+  scene.selection = {"strip"};
+  CHECK(!scene.run("shellWarp -contactPatches") && contains(fake::session().errors.back(), "select the vertices of a shell where"));
 }
 
 void the_command_tells_what_is_wrong_until_it_is_mended() {
@@ -1176,6 +1226,7 @@ int main(int argc, char **argv) {
     RUN(every_attribute_changes_the_result);
     RUN(a_connected_mesh_stops_the_strip);
     RUN(a_connected_mesh_moves_the_strip_and_every_attribute_of_it_counts);
+    RUN(what_is_inside_a_collider_is_pushed_out_or_given_way_to);
     RUN(the_menu_of_known_materials_is_the_librarys_table);
     RUN(a_known_material_is_the_sheet_of_its_numbers);
     RUN(the_deformed_mesh_follows_a_proxy);
@@ -1201,6 +1252,7 @@ int main(int argc, char **argv) {
     RUN(the_command_takes_meshes_as_a_whole_and_names_what_is_wrong);
     RUN(handles_are_locators_on_the_selected_vertices);
     RUN(the_command_connects_the_meshes_that_are_touched);
+    RUN(the_command_names_the_patches_that_are_touched);
     RUN(the_command_tells_what_is_wrong_until_it_is_mended);
     const auto the_first_scene_works = [&] {
       the_first_scene_of_the_documentation_works(argc > 4 ? argv[4] : nullptr);

@@ -60,6 +60,8 @@ public:
   fpreal getEnvelope() const { return envelope_; }
   bool getVelocity() const { return velocity_; }
   const UT_StringHolder &getWeightattrib() const { return weightattrib_; }
+  const UT_StringHolder &getContactpatches() const { return contactpatches_; }
+  bool getPushout() const { return pushout_; }
 
   void fake_load(const std::map<std::string, fake::Parm> &values) override {
     time_ = at(values, "time", "float").numbers[0];
@@ -113,6 +115,8 @@ public:
     envelope_ = at(values, "envelope", "float").numbers[0];
     velocity_ = at(values, "velocity", "toggle").numbers[0] != 0;
     weightattrib_ = at(values, "weightattrib", "string").text.c_str();
+    contactpatches_ = at(values, "contactpatches", "string").text.c_str();
+    pushout_ = at(values, "pushout", "toggle").numbers[0] != 0;
   }
 
 private:
@@ -178,4 +182,6 @@ private:
   fpreal envelope_ = 0;
   bool velocity_ = false;
   UT_StringHolder weightattrib_;
+  UT_StringHolder contactpatches_;
+  bool pushout_ = false;
 };

@@ -89,6 +89,18 @@ std::function<void()> Scene::mel(const std::string &command) {
         it = it->first.rfind(name + ".", 0) == 0 ? connections.erase(it) : std::next(it);
     };
   }
+  if (words[0] == "setAttr" && words.at(1) == "-type" && words.at(2) == "\"componentList\"") {  // how many, and each in quotes
+    const std::string node = before(words.at(3), '.'), plug = after(words[3], '.');
+    std::vector<int> components;
+    const bool edges = words.at(5).rfind("\"e[", 0) == 0;
+    for (std::size_t k = 5; k < words.size(); ++k) components.push_back(std::atoi(after(words[k], '[').c_str()));
+    if (std::strtoul(words.at(4).c_str(), nullptr, 10) != components.size()) throw std::runtime_error("setAttr: " + command);
+    const std::function<void()> back = deformers.at(node)->remember(plug);
+    deformers.at(node)->set_components(plug, components, edges);
+    return [this, node, back] {
+      if (deformers.count(node)) back();
+    };
+  }
   if (words[0] == "setAttr" && words.at(1) == "-type") {  // a text in quotes
     const std::string node = before(words.at(3), '.'), plug = after(words[3], '.');
     const std::function<void()> back = deformers.at(node)->remember(plug);
