@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy
 
 from . import colliders, fields, library, materials, stack
-from .meshes import DISABLED, SCALE_TOLERANCE, Refused, check_mesh, creases, evaluated, present, group_vertices, key_positions, rest_positions, triangles
+from .meshes import DISABLED, SCALE_TOLERANCE, Refused, check_mesh, creases, evaluated, present, group_vertices, key_positions, rest_positions, triangles, weights
 
 
 STRAIGHT = 1e-6  # of the mesh's size: a row of fixed vertices that is off a line by less is a hinge
@@ -40,6 +40,7 @@ class Inputs:
     steps_per_frame: int
     gravity: tuple
     damping: tuple     # ratio, mass, stiffness
+    stiffness_factor: float
     wind: tuple        # velocity (3), density, normal drag, tangential drag
     handles: tuple     # of Handle
     solids: tuple = ()  # of colliders.Solid
@@ -141,20 +142,28 @@ def read_shell(obj, depsgraph):
     unit = materials.metres(depsgraph.scene) if materials.is_real(settings) else 0.0
     folds = creases(obj.data, settings.crease_factors, settings.crease_angles)
     unstressed = key_positions(obj.data, settings.rest_shape).astype(numpy.float64) * scale if settings.rest_shape else None
-    shell = package.Shell(rest, triangles(obj.data), material, fixed, clamped, maps, folds, unstressed, metres_per_unit=unit)
+    directions = materials.read_directions(obj, rest, package)
+    shell = package.Shell(rest, triangles(obj.data), material, fixed, clamped, maps, folds, unstressed, directions, metres_per_unit=unit)
     key = hashlib.blake2b(rest.tobytes() + shell.triangles.tobytes())
     recipe = read_recipe(obj, depsgraph, package, moves_freely(rest, fixed, clamped))
     for name, values in maps.items():
         key.update(name.encode() + values.tobytes())
     key.update(repr((material, fixed, clamped, recipe, folds)).encode())
-    key.update(b"" if unstressed is None else unstressed.tobytes())
+    for array in (unstressed, directions):
+        key.update(b"" if array is None else array.tobytes())
     return shell, scale, recipe, key.digest()
 
 
 def groups_of(settings):
     """The vertex groups that the settings name, each with what it is for."""
     return {"fixed": settings.fixed_group, "clamped": settings.clamped_group, "contact patches": settings.contact_patches,
-            **materials.group_names(settings)}
+            "damping": settings.damping_group, **materials.group_names(settings)}
+
+
+def read_damping_factors(obj):
+    """What damping by mass and ratio is multiplied by at each vertex, None for 1 everywhere."""
+    name = obj.shellwarp.damping_group
+    return weights(obj, name, or_zero=True) if name else None
 
 
 def check_there(obj):
@@ -196,7 +205,7 @@ def read_inputs(obj, scene, depsgraph, run):
     return Inputs(
         origin, rotation, scene.render.fps_base / scene.render.fps, settings.steps_per_frame,
         tuple(factor * g for g in scene.gravity),
-        (settings.damping_ratio, settings.damping_mass, settings.damping_stiffness),
+        (settings.damping_ratio, settings.damping_mass, settings.damping_stiffness), settings.stiffness_factor,
         (*settings.wind, air_density(settings, scene, found), settings.normal_drag, settings.tangential_drag),
         tuple(handle for i, item in enumerate(settings.handles) for handle in read_handle(obj, i, item, depsgraph)),
         colliders.read_solids(obj, depsgraph, run.solids), found, read_supports(obj, depsgraph, run))

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy
 
-from .meshes import Refused, weights
+from .meshes import Refused, uv_directions, weights
 
 MAPS = {"thickness_group": "thickness", "young_group": "young", "density_group": "volume_density"}  # groups of a sheet
 
@@ -31,12 +31,27 @@ def read_material(settings, scene, package, rest, triangles):
     if settings.material == "CONSTANTS":
         return package.Material(settings.k_area, settings.k_length, settings.k_bend, settings.density)
     unit = metres(scene)
+    grain = {"young_across": settings.young_across * unit, "shear": settings.shear * unit}
+    if settings.shear and not settings.young_across:
+        raise Refused("a shear modulus goes with Young's modulus across")
     if settings.material == "PRESET":
-        known = package.Sheet.known(settings.preset, unit)
+        known = replace(package.Sheet.known(settings.preset, unit), **grain)
         return replace(known, thickness=settings.thickness / unit) if settings.thickness > 0 else known
     if not settings.thickness > 0:
         raise Refused("the thickness of a sheet is 0: set it, in metres")
-    return package.Sheet(settings.young * unit, settings.poisson, settings.thickness / unit, settings.volume_density * unit ** 3)
+    return package.Sheet(settings.young * unit, settings.poisson, settings.thickness / unit, settings.volume_density * unit ** 3, **grain)
+
+
+def read_directions(obj, rest, package):
+    """Along which a sheet has Young's modulus: a direction a triangle by a UV map, one for all, or None without a modulus across."""
+    settings = obj.shellwarp
+    if not is_real(settings) or not settings.young_across:
+        return None
+    if settings.directions:
+        return uv_directions(obj.data, settings.directions, rest, package)
+    if not any(settings.direction):
+        raise Refused("the direction of Young's modulus is zero")
+    return numpy.array([settings.direction], numpy.float64)
 
 
 def of_thickness(thickness, density, package, rest, triangles):

@@ -81,6 +81,18 @@ def faces_of(mesh):
     return corners.tobytes() + starts.tobytes()
 
 
+def uv_directions(mesh, name, positions, package):
+    """The direction in which u of a UV map grows on each triangle (n x 3)."""
+    layer = mesh.uv_layers.get(name)
+    if layer is None:
+        raise Refused(f"there is no UV map “{name}”")
+    uvs, corners = numpy.empty((len(mesh.loops), 2), numpy.float32), triangles(mesh)
+    layer.uv.foreach_get("vector", uvs.ravel())
+    loops = numpy.empty((len(mesh.loop_triangles), 3), numpy.int32)
+    mesh.loop_triangles.foreach_get("loops", loops.ravel())
+    return package.directions_of_uvs(positions, corners, uvs[loops].astype(numpy.float64))
+
+
 def group_vertices(obj, name):
     """Vertices of a group with weights above a half; none when no group is named."""
     if not name:
@@ -123,8 +135,8 @@ def evaluated(obj, depsgraph):
     return obj.evaluated_get(depsgraph).matrix_world
 
 
-def weights(obj, name):
-    """A group's weight of each vertex, 1 of those that are not in it."""
+def weights(obj, name, or_zero=False):
+    """A group's weight of each vertex, 1 of those that are not in it; refused where one is 0, unless it may be."""
     group = obj.vertex_groups.get(name)
     if group is None:
         raise Refused(f"there is no vertex group “{name}”")
@@ -134,6 +146,6 @@ def weights(obj, name):
             if item.group == group.index:
                 out[vertex.index] = item.weight
     empty = numpy.flatnonzero(out == 0)
-    if len(empty):
+    if len(empty) and not or_zero:
         raise Refused(f"the weight of vertex {empty[0]} in “{name}” is 0, and {len(empty)} are: a material there would be none")
     return out

@@ -5,10 +5,10 @@ import bpy
 from . import bake, colliders, fields, inputs, library, live, materials, operators, presets, stack
 
 GROUPS = [
-    ("Material", ("material", "preset", "frequency", "young", "poisson", "thickness", "volume_density", "density", "k_bend", "k_length", "k_area",
-                  "thickness_group", "young_group", "density_group", "rest_shape", "crease_factors", "crease_angles")),
+    ("Material", ("material", "preset", "frequency", "young", "poisson", "young_across", "shear", "directions", "direction", "thickness", "volume_density", "density", "k_bend", "k_length", "k_area",
+                  "thickness_group", "young_group", "density_group", "rest_shape", "crease_factors", "crease_angles", "stiffness_factor")),
     ("Method", ("method", "reduced_fields", "auto_error", "modes", "correction_steps", "integrator")),
-    ("Damping", ("damping_ratio", "damping_mass", "damping_stiffness")),
+    ("Damping", ("damping_ratio", "damping_mass", "damping_stiffness", "damping_group")),
     ("Loads", ("gravity", "fields", "wind", "air_density", "normal_drag", "tangential_drag")),
     ("Time", ("frame_start", "frame_end", "steps_per_frame")),
 ]
@@ -17,7 +17,7 @@ GROUPS = [
 # Which materials read a setting.
 MATERIALS = {**dict.fromkeys(("k_bend", "k_length", "k_area"), ("CONSTANTS",)), "density": ("CONSTANTS", "FREQUENCY"), "frequency": ("FREQUENCY",),
              **dict.fromkeys(("young", "poisson", "volume_density"), ("SHEET",)), "preset": ("PRESET",),
-             **dict.fromkeys(("thickness_group", "young_group"), ("PRESET", "SHEET")), "thickness": ("PRESET", "SHEET", "FREQUENCY")}
+             **dict.fromkeys(("thickness_group", "young_group", "young_across", "shear", "direction", "directions"), ("PRESET", "SHEET")), "thickness": ("PRESET", "SHEET", "FREQUENCY")}
 
 
 class SHELLWARP_UL_handles(bpy.types.UIList):
@@ -73,6 +73,8 @@ class SHELLWARP_PT_shell(bpy.types.Panel):
                     continue
                 if name.endswith("_group"):
                     column.prop_search(settings, name, obj, "vertex_groups")
+                elif name == "directions":
+                    column.prop_search(settings, name, obj.data, "uv_layers")
                 else:
                     column.prop(settings, name)
         unit = materials.metres(context.scene)
@@ -111,7 +113,8 @@ def draw_follow(layout, obj):
 def wanted(settings, name):
     """Whether material and method read a setting; without a library, all of a method are shown."""
     if name in MATERIALS:
-        return settings.material in MATERIALS[name]
+        along = name not in ("shear", "direction", "directions") or settings.young_across
+        return settings.material in MATERIALS[name] and bool(along) and not (name == "direction" and settings.directions)
     try:
         method = library.package().method.find(settings.method)
     except (ImportError, OSError, ValueError):

@@ -124,6 +124,14 @@ class ShellwarpSettings(bpy.types.PropertyGroup):
     thickness: FloatProperty(override=OVER, name="Thickness, m", default=0.0, min=0, precision=6, step=0.01, options=NOT_KEYED,
                              description="Of a known material 0 is its own, by frequency a two-hundredth of the size")
     volume_density: FloatProperty(override=OVER, name="Density, kg/m³", default=1000, min=0, options=NOT_KEYED)
+    young_across: FloatProperty(override=OVER, name="Modulus across, Pa", default=0.0, min=0, options=NOT_KEYED,
+                                description="Young's modulus across a direction, where the sheet has a grain. 0: the same in all directions")
+    shear: FloatProperty(override=OVER, name="Shear modulus, Pa", default=0.0, min=0, options=NOT_KEYED,
+                         description="Between the two directions. 0: Huber's estimate")
+    direction: FloatVectorProperty(override=OVER, name="Direction", default=(1, 0, 0), subtype="XYZ", options=NOT_KEYED,
+                                   description="Of Young's modulus, in the object's axes, projected into each face")
+    directions: StringProperty(override=OVER, name="Direction by UV map", options=NOT_KEYED,
+                               description="UV map whose u grows in the direction of Young's modulus. Empty: the direction below")
     thickness_group: StringProperty(override=OVER, name="Thickness map", options=NOT_KEYED,
                                     description="Vertex group whose weights multiply the thickness. Vertices outside keep it")
     young_group: StringProperty(override=OVER, name="Stiffness map", options=NOT_KEYED,
@@ -143,6 +151,8 @@ class ShellwarpSettings(bpy.types.PropertyGroup):
                                    description="Edge attribute whose numbers multiply the stiffness against bending there; 0 turns freely")
     crease_angles: StringProperty(override=OVER, name="Rest angles", options=NOT_KEYED,
                                   description="Edge attribute of the angles at which edges rest, rad, convex on the faces' outside; 0: as the basis has it")
+    stiffness_factor: FloatProperty(override=OVER, update=changed, name="Stiffness factor", default=1.0, min=1e-9, max=1e9, soft_min=0.01, soft_max=100,
+                                    description="Multiplies all stiffness while it runs, without another model: a leaf that wilts")
     fixed_group: StringProperty(override=OVER, name="Fixed", options=NOT_KEYED,
                                 description="Vertex group held in place by the object: weights above a half")
     clamped_group: StringProperty(override=OVER, name="Clamped", options=NOT_KEYED,
@@ -174,6 +184,8 @@ class ShellwarpSettings(bpy.types.PropertyGroup):
                                 description="Rayleigh's coefficient of the masses, 1/s")
     damping_stiffness: FloatProperty(override=OVER, update=changed, name="Stiffness damping", min=0, precision=5,
                                      description="Rayleigh's coefficient of the stiffness, s")
+    damping_group: StringProperty(override=OVER, name="Damping map", options=NOT_KEYED,
+                                  description="Vertex group whose weights multiply damping and mass damping. Vertices outside keep it")
     fields: FloatProperty(override=OVER, update=changed, name="Force fields", default=1.0, description="Factor on the scene's wind, force and vortex fields")
     wind: FloatVectorProperty(override=OVER, update=changed, name="Wind", subtype="VELOCITY", description="Velocity of the air, world axes")
     air_density: FloatProperty(override=OVER, update=changed, name="Air density", min=0,

@@ -56,7 +56,7 @@ class Simulation:
         self._damping = partial(package.method.damping, method, slowest=slowest)
         self._at, self._failed = None, (None, "")  # the frame that the state is at; the frame that a step could not reach, and why
         self.certified = ""  # what the last certificate said, of the frame that it names
-        self.known, self.solids = {}, ()
+        self.known, self.solids, self._factors = {}, (), None
         self.bound, self.drawn = (), ()  # the meshes that follow, and their points (n x 3) beside the shell at the frame last gone to
         self.groups = {}  # the vertex groups that the model was made with, by what they are for
         self._buffer = numpy.empty_like(self._rest)
@@ -68,6 +68,12 @@ class Simulation:
             item.binding.close()
         self._state.close()
         self.model.close()
+
+    def damp(self, factors):
+        """Takes factors of damping at the vertices for a run that begins, None for none; others than before drop all frames."""
+        if not numpy.array_equal(factors, self._factors):
+            self.forget()
+        self._factors = factors
 
     def collide(self, solids):
         """Takes prepared colliders for a run that begins; others than before drop all frames."""
@@ -199,9 +205,10 @@ class Simulation:
             self._at = frame
 
     def _load(self, state, frame):
-        """Brings a state to a known frame, deforming colliders with it: they are inputs, which a saved state has not."""
+        """Brings a state to a known frame, with those of its inputs that a saved state goes by and has not."""
         known = self.known[frame]
         deform(state, known.inputs.solids, teleport=True)
+        state.set_stiffness(known.inputs.stiffness_factor)
         state.load(known.saved)
 
     def _advance(self, frame, inputs):
@@ -272,7 +279,8 @@ class Simulation:
     def _apply(self, state, inputs, teleport=False):
         """Gives all inputs to a state."""
         state.set_gravity(inputs.gravity)
-        state.set_damping(**self._damping(*inputs.damping))
+        state.set_stiffness(inputs.stiffness_factor)
+        state.set_damping(**self._damping(*inputs.damping), factors=self._factors)
         air, push = fields.at(inputs.fields, state.positions(dtype=numpy.float64)) if inputs.fields else (None, None)
         state.set_wind(inputs.wind[:3], *inputs.wind[3:], local_velocities=air)
         state.set_forces(None if push is None else push * self._areas)

@@ -12,15 +12,16 @@ import numpy
 import shellwarp
 from shellwarp.method import damping
 
-from . import colliders, files, motion
+from . import colliders, files, motion, selection
 from .content import content_hash
 from .errors import DamagedError, FarmError, SceneError
 from .job_log import JobLog, library_messages
 from .mesh_file import stem as stem_of
-from .model import drawn_at, library_digest, load_model, mesh_at, model_tables, polygons_at, simulated_at, slowest_of
+from .model import library_digest, load_model, model_tables, slowest_of
 from .point_cache import PointCacheFile
 from .polygon import cut
 from .scenes import MODEL_KEYS
+from .simulated import by_vertices, drawn_at, mesh_at, polygons_at, simulated_at
 from .usd_cache import UsdFile
 
 SUFFIXES = {"pc2": ".pc2", "usd": ".usdc"}
@@ -63,18 +64,18 @@ def _try(job, model, before, out, cache, log):
 
 def hash_of(job, key, start):
     """Hash of all that the outputs of a job depend on."""
-    names = ("damping", "wind", "frame", "force", "seed", "frames", "up_axis", "metres_per_unit", "formats")
+    names = ("wind", "frame", "force", "seed", "frames", "up_axis", "metres_per_unit", "formats")
     simulation = {k: v for k, v in job["simulation"].items() if k not in MODEL_KEYS}
     return content_hash({"model": key, "simulation": simulation, "start": start, "library": library_digest(),
-                         "collider": colliders.content(job["collider"]), "drawn": [_content(job["mesh"])[1:], *map(_content, job["render"])],
+                         "damping": {**job["damping"], "factors": _factors(job)}, "collider": colliders.content(job["collider"]), "drawn": [_content(job["mesh"])[1:], *map(_content, job["render"])],
                          "name": job["name"], **{name: job[name] for name in names}})
 
 
 def _content(path):
     points, faces = polygons_at(path)
-    _, uvs, corner_uvs, asset = drawn_at(path)
+    drawn = drawn_at(path)
     return [stem_of(path), points, numpy.array([len(face) for face in faces]), numpy.array([v for face in faces for v in face]),
-            uvs, corner_uvs, asset]
+            drawn.uvs, drawn.corner_uvs, drawn.asset]
 
 
 def record_path(out, name):
@@ -200,9 +201,8 @@ def bind_itself(model, job, stack):
 def simulate(job, state, start, partials, slowest, bindings, log):
     """Runs the frames into the files: what the record says of the range of the method. `slowest`: the slowest mode's frequency,
     `bindings`: of the shell's own vertices, for their velocities, and of each mesh that follows."""
-    positions, _, here = simulated_at(job)
     first, last = job["frames"]
-    _set_up(job, state, positions, here, slowest)
+    _set_up(job, state, slowest)
     colliders.put(state, job["collider"])
     rate = job["simulation"]["frame_rate"]
     if start is not None:
@@ -235,11 +235,20 @@ def simulate(job, state, start, partials, slowest, bindings, log):
     return judged
 
 
-def _set_up(job, state, positions, here, slowest):
+def _factors(job):
+    """Of damping at the vertices that are simulated, None for none."""
+    path = job["damping"].get("factors")
+    return by_vertices(path, simulated_at(job), "factors") if path else None
+
+
+def _set_up(job, state, slowest):
     state.set_gravity(job["simulation"]["gravity"])
-    state.set_damping(**damping(job["simulation"]["method"], **job["damping"], slowest=slowest))
+    state.set_stiffness(job["simulation"]["stiffness_factor"])
+    constants = {key: value for key, value in job["damping"].items() if key != "factors"}
+    state.set_damping(**damping(job["simulation"]["method"], **constants, slowest=slowest), factors=_factors(job))
     if job["force"]:
-        vertices = [here(force["vertex"]) if "vertex" in force else _nearest(positions, force["nearest"]) for force in job["force"]]
+        simulated = simulated_at(job)
+        vertices = [selection.one_vertex(force, simulated, job["mesh"]) for force in job["force"]]
         state.set_forces(numpy.array([force["vector"] for force in job["force"]], dtype=float), vertices)
 
 
@@ -293,10 +302,6 @@ def _judge(judged, frame, report):
     for name in ("max_rotation", "deepest_penetration", "contact_count"):  # the most of all frames
         judged[name] = max(judged[name], report[name])
     judged["worst_fraction"] = max(judged["worst_fraction"], report["fraction_turned_too_far"])
-
-
-def _nearest(positions, point):
-    return int(numpy.argmin(((positions - numpy.array(point, dtype=float)) ** 2).sum(axis=1)))
 
 
 def _seconds(job, frame):

@@ -1,4 +1,4 @@
-"""Meshes from OBJ and USD files, and the vertices that supports choose.
+"""Meshes from OBJ and USD files.
 
 A mesh is named by its file. Behind it may stand a prim as USD writes it, asset.usd</World/leaf>: one of several meshes; of an OBJ file,
 the prim of a USD asset that has the same vertices."""
@@ -30,6 +30,7 @@ class Drawn(NamedTuple):
     uvs: "numpy.ndarray | None" = None
     corner_uvs: "numpy.ndarray | None" = None
     asset: "Asset | None" = None
+    groups: "dict[str, list] | None" = None   # of an OBJ file: vertices of its groups and objects
 
 
 NAMED = re.compile(r"(?P<file>.*?)(?:<(?P<prim>/.*)>)?")
@@ -95,7 +96,7 @@ def _read(path):
 
 
 def _read_obj(path, prim):
-    points, faces, uvs, corner_uvs = [], [], [], []
+    points, faces, uvs, corner_uvs, groups, here = [], [], [], [], {}, {}
     with open(path, encoding="utf-8", errors="replace") as lines:
         for line in lines:
             words = line.split()
@@ -103,11 +104,16 @@ def _read_obj(path, prim):
                 points.append([float(word) for word in words[1:4]])
             elif words[:1] == ["vt"]:
                 uvs.append(words[1:3])
+            elif words[:1] in (["g"], ["o"]):
+                here[words[0]] = words[1:]
             elif words[:1] == ["f"]:
                 corners = [int(word.split("/", 1)[0]) for word in words[1:]]
                 faces.append([index - 1 if index > 0 else len(points) + index for index in corners])
+                for name in {*here.get("g", ()), *here.get("o", ())}:
+                    groups.setdefault(name, set()).update(faces[-1])
                 corner_uvs.extend((word.split("/") + [""])[1] for word in words[1:])
-    return points, faces, Drawn(faces, *_uvs_of(uvs, corner_uvs), Asset(prim) if prim else None)
+    named = {name: sorted(vertices) for name, vertices in groups.items()}
+    return points, faces, Drawn(faces, *_uvs_of(uvs, corner_uvs), Asset(prim) if prim else None, named)
 
 
 def _uvs_of(uvs, corners):
@@ -169,35 +175,3 @@ def read_motion(path):
         place = numpy.array(UsdGeom.XformCache(code).GetLocalToWorldTransform(mesh.GetPrim()))
         found.append(numpy.array(mesh.GetPointsAttr().Get(code), dtype=numpy.float64) @ place[:3, :3] + place[3, :3])
     return numpy.array(codes) / stage.GetTimeCodesPerSecond(), numpy.array(found)
-
-
-def held_vertices(supports, positions, triangles):
-    """The vertices that supports hold, clamped ones with their neighbours, sorted and each once: (k), uint32."""
-    held = numpy.zeros(len(positions), dtype=bool)
-    for support in supports:
-        chosen = _chosen(support, positions)
-        if support["kind"] == "clamped":
-            touched = chosen[triangles].any(axis=1)
-            chosen[triangles[touched].ravel()] = True
-        held |= chosen
-    return numpy.flatnonzero(held).astype(numpy.uint32)
-
-
-def supported_vertices(supports, positions, kind):
-    """The vertices that supports of a kind name, sorted and each once: (k), uint32."""
-    chosen = [_chosen(support, positions) for support in supports if support["kind"] == kind]
-    return numpy.flatnonzero(numpy.any(chosen, axis=0) if chosen else ()).astype(numpy.uint32)
-
-
-def _chosen(support, positions):
-    chosen = numpy.zeros(len(positions), dtype=bool)
-    if "box" in support:
-        low, high = numpy.array(support["box"][:3]), numpy.array(support["box"][3:])
-        chosen |= ((positions >= low) & (positions <= high)).all(axis=1)
-    for vertex in support.get("vertices", ()):
-        if not 0 <= vertex < len(positions):
-            raise SceneError(f"a support names vertex {vertex}; the mesh has {len(positions)}, from 0")
-        chosen[vertex] = True
-    if not chosen.any():
-        raise SceneError("a support holds no vertex")
-    return chosen

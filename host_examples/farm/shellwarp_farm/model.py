@@ -2,7 +2,6 @@
 
 import dataclasses
 import functools
-import os
 import threading
 from collections import OrderedDict
 from pathlib import Path
@@ -16,12 +15,12 @@ from .cache import Cache
 from .content import content_hash
 from .errors import FarmError, SceneError
 from .job_log import library_messages
-from .mesh_file import file_of, held_vertices, read_drawn, read_mesh, read_polygons, supported_vertices
-from .scenes import CONSTANTS, GRAIN, MODEL_KEYS, SHEET
+from .materials import material_of, parts_of
+from .scenes import MODEL_KEYS
+from .simulated import drawn_at, simulated_at
+from .supports import held_vertices, supported_vertices
 
-MATERIAL = {"k_area": "area", "k_length": "length", "k_bend": "bend", "density": "density"}
 KEPT = 4   # models that a worker keeps loaded
-KEPT_MESHES = 12   # each as triangles, as faces and as what is drawn
 
 _kept = OrderedDict()
 _lock = threading.Lock()
@@ -51,7 +50,7 @@ def options_of(simulation, methods):
 
 def _options_here(tables):
     """The options, vertices numbered as in what is simulated."""
-    here = simulated_at(tables)[2]
+    here = simulated_at(tables).here
     return {**tables["options"], "contact_patches": [here(vertex) for vertex in tables["options"].get("contact_patches", ())]}
 
 
@@ -66,33 +65,15 @@ def _merged(told, options):
 
 def shell_of(tables):
     """The Shell of a model's tables."""
-    positions, triangles, here = simulated_at(tables)
-    supports = [{**item, "vertices": [here(v) for v in item["vertices"]]} if "vertices" in item else item for item in tables["support"]]
+    simulated, mesh, supports = simulated_at(tables), tables["mesh"], tables["support"]
     material = material_of(tables["material"])
     if isinstance(material, shellwarp.Sheet):  # whose edges hold their slope without their neighbours
-        held = {kind: supported_vertices(supports, positions, kind) for kind in ("fixed", "clamped")}
-        asset = drawn_at(tables["mesh"])[3]
-        return shellwarp.Shell(positions, triangles, material, **held, directions=tables["material"].get("direction"),
-                               metres_per_unit=asset.metres_per_unit or 0.0 if asset else 0.0)
-    held = held_vertices(supports, positions, triangles)
-    return shellwarp.Shell(positions, triangles, material, fixed=held)
-
-
-def material_of(table):
-    """The Material or Sheet of a table: one of them, and of a sheet all four numbers, of its preset or its own."""
-    constants, sheet = sorted(set(table) & CONSTANTS), sorted(set(table) & (SHEET | GRAIN))
-    if constants and sheet:
-        raise SceneError(f"material: {constants[0]} does not go with {sheet[0]}: either the constants or a sheet")
-    if not sheet:
-        return shellwarp.Material(**{MATERIAL[key]: float(value) for key, value in table.items()})
-    own = {key: float(value) for key, value in table.items() if key not in ("preset", "direction")}
-    if ("young_across" in table) != ("direction" in table):
-        raise SceneError("material: young_across and direction go together")
-    if "preset" in table:
-        return dataclasses.replace(shellwarp.Sheet.known(table["preset"]), **own)
-    if missing := sorted(SHEET - set(table) - {"preset"}):
-        raise SceneError(f"material: a sheet needs {missing[0]}, or a preset")
-    return shellwarp.Sheet(**own)
+        held = {kind: supported_vertices(supports, simulated, mesh, kind) for kind in ("fixed", "clamped")}
+        asset = drawn_at(mesh).asset
+        held["metres_per_unit"] = asset.metres_per_unit or 0.0 if asset else 0.0
+    else:
+        held = {"fixed": held_vertices(supports, simulated, mesh)}
+    return shellwarp.Shell(simulated.positions, simulated.triangles, material, **held, **parts_of(tables["material"], material, simulated, mesh))
 
 
 def model_key(tables):
@@ -102,6 +83,7 @@ def model_key(tables):
     return content_hash({
         "positions": shell.positions, "triangles": shell.triangles, "held": shell.fixed, "clamped": list(shell.clamped),
         "material": [type(material).__name__, *dataclasses.astuple(material)], "directions": shell.directions,
+        "maps": dict(shell.maps), "creases": list(shell.creases), "rest": shell.rest_positions,
         "options": _options_here(tables), "library": library_digest()})
 
 
@@ -155,58 +137,3 @@ def _precompute(tables):
     with shellwarp.Model(shell_of(tables)) as model:
         model.precompute(**_options_here(tables))
         return model.save()
-
-
-def mesh_at(path):
-    """As read_mesh, kept until the file changes."""
-    return _kept_of(read_mesh, path)
-
-
-def simulated_at(tables):
-    """Positions and triangles of what is simulated, the mesh or a proxy of it, and the number there of a vertex of the mesh."""
-    if not tables["proxy"]:
-        return *mesh_at(tables["mesh"]), lambda vertex: vertex
-    asset = mesh_at(tables["mesh"])
-    positions, triangles, nearest = _kept_of(_proxy_reader(tuple(sorted(tables["proxy"].items()))), tables["mesh"])
-
-    def here(vertex):
-        if not 0 <= vertex < len(nearest):
-            raise SceneError(f"vertex {vertex} is named; the mesh has {len(asset[0])}, from 0")
-        return int(nearest[vertex])
-    return positions, triangles, here
-
-
-@functools.lru_cache
-def _proxy_reader(options):
-    return functools.partial(_proxy_of, **dict(options))
-
-
-def _proxy_of(path, vertices, thickness=0.0, cut=False):
-    try:
-        with shellwarp.Proxy(*mesh_at(path), vertices, thickness=thickness, cut=cut) as made:
-            return made.positions(), made.triangles(), made.nearest()
-    except shellwarp.ShellwarpError as error:
-        raise SceneError(f"{path}: {error}") from None
-
-
-def polygons_at(path):
-    """As read_polygons, kept until the file changes."""
-    return _kept_of(read_polygons, path)
-
-
-def drawn_at(path):
-    """As read_drawn, kept until the file changes."""
-    return _kept_of(read_drawn, path)
-
-
-def _kept_of(reader, path):
-    try:
-        facts = os.stat(file_of(path))
-        return _read(reader, path, facts.st_mtime_ns, facts.st_size)
-    except FileNotFoundError:
-        return reader(path)   # says what is missing
-
-
-@functools.lru_cache(maxsize=KEPT_MESHES)
-def _read(reader, path, _time, _size):
-    return reader(path)

@@ -11,34 +11,33 @@ from pathlib import Path
 
 from shellwarp.method import DEFAULT
 
-from . import colliders
+from . import colliders, materials, selection
 from .errors import SceneError
+from .materials import known as _known
 from .mesh_file import beside, stem
 
-CONSTANTS = {"k_area", "k_length", "k_bend", "density"}
-SHEET = {"preset", "young", "poisson", "thickness", "volume_density"}
-GRAIN = {"young_across", "shear", "direction"}   # of a sheet that is stiffer along a direction
 # Of [simulation]: what the precompute depends on, beside the method.
 MODEL_KEYS = ("modes", "precision", "reduced_fields", "auto_error", "auto_operations", "contact_patches")
-SIMULATION = {*MODEL_KEYS, "method", "integrator", "frame_rate", "steps_per_frame", "gravity", "correction_steps", "push_out"}
+SIMULATION = {*MODEL_KEYS, "method", "integrator", "frame_rate", "steps_per_frame", "gravity", "stiffness_factor", "correction_steps", "push_out"}
 TABLES = {
-    "material": CONSTANTS | SHEET | GRAIN,
+    "material": materials.KEYS,
     "simulation": SIMULATION,
-    "damping": {"ratio", "mass", "stiffness"},
+    "damping": {"ratio", "mass", "stiffness", "factors"},
     "wind": {"velocity", "density", "normal_drag", "tangential_drag", "gust", "gust_frequency"},
     "frame": {"pivot", "rise", "end", "fall", "translate", "rotate_degrees"},
 }
-LISTS = {"support": {"kind", "box", "vertices"}, "force": {"vertex", "nearest", "vector"}, "collider": colliders.KEYS}
+LISTS = {"support": {"kind"} | selection.WHERE, "force": {"vertex", "nearest", "vector"}, "collider": colliders.KEYS}
 OSCILLATION = {"axis", "amplitude", "frequency", "phase_degrees"}
 PROXY = {"proxy": "vertices", "proxy_thickness": "thickness", "proxy_cut": "cut"}
 ASSET = {"name", "mesh", *PROXY, "render", "material", "support", "simulation", "damping", "force", "collider"}
 SHOT = {"name", "frames", "after", "start", "simulation", "damping", "wind", "frame", "force", "collider"}
 TOP = {"title", "up_axis", "metres_per_unit", "formats", "certify", "seeds", "asset", "shot", "parameters", "sweep"}
 FORMATS = ("pc2", "usd")
+FILES = ("material.rest_shape", "material.directions", "damping.factors")   # that a table or a parameter names
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]*")
 DEFAULTS = {"modes": 16, "precision": "f32", "method": DEFAULT, "integrator": "implicit-euler", "frame_rate": 30.0,
             "steps_per_frame": 1, "gravity": [0, 0, 0], "reduced_fields": 0, "auto_error": 0.0, "auto_operations": 0.0,
-            "correction_steps": 0, "push_out": False, "contact_patches": []}
+            "stiffness_factor": 1.0, "correction_steps": 0, "push_out": False, "contact_patches": []}
 
 
 def read_list(path):
@@ -54,14 +53,25 @@ def read_list(path):
         _check(scene_list)
     except SceneError as error:
         raise SceneError(f"{path}: {error}") from None
-    entries = scene_list["asset"] + scene_list.get("shot", [])
-    files = [(a, "mesh") for a in scene_list["asset"]] + [(s, "start") for s in scene_list.get("shot", [])]
-    for owner, key in files + [(item, key) for entry in entries for item in entry.get("collider", []) for key in ("mesh", "motion")]:
+    for owner, key in _files(scene_list):
         if key in owner:
             owner[key] = beside(owner[key], path.parent)
+    for name in set(FILES) & set(scene_list.get("parameters", {})):
+        scene_list["parameters"][name] = [beside(value, path.parent) for value in scene_list["parameters"][name]]
     for asset in scene_list["asset"]:
         asset["render"] = [beside(name, path.parent) for name in renders(asset)]
     return scene_list
+
+
+def _files(scene_list):
+    """Tables of a list, each with a key of which a file is named."""
+    for entry in scene_list["asset"] + scene_list.get("shot", []):
+        yield from ((entry, "mesh"), (entry, "start"))
+        yield from ((entry.get(table, {}), key) for table, key in (name.split(".") for name in FILES))
+        yield from ((item, key) for item in entry.get("collider", []) for key in ("mesh", "motion"))
+        material = entry.get("material", {})
+        yield from ((material.get("map", {}), key) for key in materials.VARIES)
+        yield from ((item, "list") for item in (*entry.get("support", []), *material.get("region", []), *material.get("crease", [])))
 
 
 def expand(scene_list):
@@ -202,12 +212,19 @@ def _check_entry(kind, entry, keys, needed, seen):
     for table, allowed in LISTS.items():
         for number, item in enumerate(entry.get(table, []), 1):
             _known(f"{kind} {name}, {table}", item, allowed)
-            if table == "support" and item.get("kind") not in ("fixed", "clamped"):
-                raise SceneError(f"{kind} {name}: the kind of a support is 'fixed' or 'clamped'")
+            if table == "support":
+                _check_support(f"{kind} {name}, support {number}", item)
             if table == "collider":
                 colliders.check(f"{kind} {name}, collider {number}", item)
+    materials.check(f"{kind} {name}, material", entry.get("material", {}))
     for item in entry.get("frame", {}).get("translate", []) + entry.get("frame", {}).get("rotate_degrees", []):
         _known(f"{kind} {name}, frame", item, OSCILLATION)
+
+
+def _check_support(where, item):
+    if item.get("kind", "fixed") not in ("fixed", "clamped"):
+        raise SceneError(f"{where}: the kind of a support is 'fixed' or 'clamped'")
+    selection.check(where, item)
 
 
 def _check_output(name, job):
@@ -248,8 +265,3 @@ def _check_parameters(parameters):
             raise SceneError(f"parameters: {key!r} is no \"table.key\" of a job")
         if not isinstance(values, list) or not values:
             raise SceneError(f"parameters: {key} needs a list of values")
-
-
-def _known(where, table, keys):
-    if unknown := sorted(set(table) - set(keys)):
-        raise SceneError(f"{where}: unknown key {unknown[0]!r}; known: {', '.join(sorted(keys))}")

@@ -19,8 +19,9 @@ from . import engine as engines
 from . import files
 from .content import content_hash
 from .errors import FarmError, SceneError
-from .model import library_digest, load_model, model_key, options_of, shell_of, simulated_at, slowest_of
+from .model import library_digest, load_model, model_key, options_of, shell_of, slowest_of
 from .scenes import asset_tables, label, parameter_grid, read_list
+from .simulated import simulated_at
 
 KEYS = {"methods", "modes", "loads", "bending"}
 REPEATS = 7        # of the timed steps; the least counts
@@ -46,6 +47,8 @@ def _case(sweep, asset, values, bending, load):
     if bending != 1:
         if not tables["material"].get("k_bend"):
             raise SceneError(f"sweep: bending is a factor on material.k_bend, which asset {asset['name']} does not give")
+        if "k_bend" in tables["material"].get("map", {}) or any("k_bend" in region for region in tables["material"].get("region", ())):
+            raise SceneError(f"sweep: asset {asset['name']} has k_bend by a map or a region; bending is a factor on one number")
         tables["material"]["k_bend"] *= bending
     return {**tables, "asset": asset["name"], "variant": label(values), "parameters": values, "load": load, "bending": bending,
             "gravity": gravity, "methods": sweep.get("methods", [method.name for method in table() if method.moves_by_modes]),
@@ -74,7 +77,7 @@ def run_case(case, out, cache):
 
 
 def _measure(case, table, models):
-    rest, triangles, _ = simulated_at(table)
+    rest, triangles = simulated_at(table)[:2]
     weights = vertex_areas(rest, triangles)
     reference, seconds = _equilibrium(case, models[0], find(shellwarp.abi.SW_METHOD_SHELL_IMPLICIT).name)
     shift = reference["positions"] - rest
@@ -106,18 +109,24 @@ def _judge(case, model, method, reference, rest, weights):
 
 def _equilibrium(case, model, method):
     with model.state(method) as state:
-        state.set_gravity(case["gravity"])
+        _load(state, case)
         start = time.perf_counter()
         state.equilibrium()
         seconds = time.perf_counter() - start
         return {"positions": state.positions(dtype=numpy.float64), "report": state.report()}, seconds
 
 
+def _load(state, case):
+    state.set_gravity(case["gravity"])
+    state.set_stiffness(case["simulation"]["stiffness_factor"])
+
+
 def _step_seconds(case, model, method):
     """Of a step and its positions, the mean over a run, the least of some runs."""
     with model.state(method) as state:
-        state.set_gravity(case["gravity"])
-        state.set_damping(**damping(method, **case["damping"], slowest=slowest_of(model)))
+        _load(state, case)
+        constants = {key: value for key, value in case["damping"].items() if key != "factors"}   # which take no time in a step
+        state.set_damping(**damping(method, **constants, slowest=slowest_of(model)))
         points, h = numpy.empty((state.n_vertices, 3), numpy.float32), 1 / case["simulation"]["frame_rate"]
 
         def seconds(steps):

@@ -11,8 +11,10 @@ import small
 from shellwarp_farm import colliders
 from shellwarp_farm.errors import SceneError
 from shellwarp_farm.job import bake, hash_of
-from shellwarp_farm.model import material_of, mesh_at, model_key, model_tables, prepare, shell_of
+from shellwarp_farm.materials import material_of
+from shellwarp_farm.model import model_key, model_tables, prepare, shell_of
 from shellwarp_farm.scenes import expand, read_list
+from shellwarp_farm.simulated import mesh_at
 
 LIST = """
 formats = ["pc2"]

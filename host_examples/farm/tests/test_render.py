@@ -11,8 +11,9 @@ import small
 from shellwarp_farm.errors import SceneError
 from shellwarp_farm.job import bake, hash_of
 from shellwarp_farm.mesh_file import read_polygons
-from shellwarp_farm.model import mesh_at, model_tables, prepare
+from shellwarp_farm.model import model_tables, prepare
 from shellwarp_farm.scenes import read_list
+from shellwarp_farm.simulated import mesh_at
 
 LIST = """
 [[asset]]

@@ -10,8 +10,9 @@ from test_contact import BALL, CUBE, LIST, TOP, Case
 
 from shellwarp_farm.errors import SceneError
 from shellwarp_farm.job import hash_of
-from shellwarp_farm.model import mesh_at, model_key, model_tables
+from shellwarp_farm.model import model_key, model_tables
 from shellwarp_farm.scenes import expand, read_list
+from shellwarp_farm.simulated import mesh_at
 
 SLAB = '{ kind = "deforming", mesh = "cube.obj", motion = "cube.pc2", friction = 0.3 }'
 RISE = 0.03

@@ -1,0 +1,128 @@
+"""Claims about damping and stiffness at run time and about sheets with a grain, in Blender itself; run by ctest as `blender`."""
+
+import unittest
+
+import bpy
+import numpy
+import scene as scenes
+import shellwarp as sw
+from scene import add_strip, play, shown
+from test_addon import part, setUpModule, tearDownModule  # noqa: F401 - unittest calls them
+from test_contact import Case, run_of
+
+
+class Damping(Case):
+    def test_a_groups_weights_multiply_the_damping_without_another_model(self):
+        """Half a weight everywhere is half the ratio; 1e-6 of 0.3 m: mean and half round apart."""
+        obj = add_strip()
+        ends, runs = {}, set()
+        for ratio, weight in ((0.1, None), (0.05, None), (0.1, 0.5), (0.0, None), (0.1, 0.0)):
+            obj.shellwarp.damping_ratio = ratio
+            obj.shellwarp.damping_group = ""
+            if weight is not None:
+                group = obj.vertex_groups.get("damped") or obj.vertex_groups.new(name="damped")
+                group.add(range(scenes.N), weight, "REPLACE")
+                obj.shellwarp.damping_group = "damped"
+            play(20)
+            self.assertEqual(self.message(obj), "")
+            ends[ratio, weight] = shown(obj)
+            runs.add(run_of(obj))
+        self.assertEqual(len(runs), 1)
+        self.assertLess(numpy.abs(ends[0.1, 0.5] - ends[0.05, None]).max(), 1e-6)
+        self.assertLess(numpy.abs(ends[0.1, 0.0] - ends[0.0, None]).max(), 1e-6)
+        self.assertGreater(numpy.abs(ends[0.1, None] - ends[0.05, None]).max(), 1e-3)
+
+    def test_damping_at_the_end_counts_more_than_at_the_support(self):
+        """The slowest mode moves the end: damped there alone it calms nearly as if damped everywhere."""
+        obj = add_strip()
+        group = obj.vertex_groups.new(name="damped")
+        rest = {}
+        for damped in (range(0, 62), range(62, scenes.N)):
+            group.add(range(scenes.N), 0.0, "REPLACE")
+            group.add(list(damped), 1.0, "REPLACE")
+            obj.shellwarp.damping_group, obj.shellwarp.damping_ratio = "damped", 0.2
+            play(40)
+            rest[damped.start] = run_of(obj).report()["kinetic_energy"]
+        self.assertGreater(rest[0], 3 * rest[62])
+
+    def test_another_group_waits_for_the_start_frame(self):
+        obj = add_strip()
+        play(2)
+        obj.vertex_groups.new(name="damped").add([60], 0.0, "REPLACE")
+        obj.shellwarp.damping_group = "damped"
+        self.scene.frame_set(3)
+        self.assertIn("the group “damped” (damping) is another", self.message(obj))
+
+
+class Stiffness(Case):
+    def test_a_keyed_factor_is_the_librarys_and_scrubbing_back_is_exact(self):
+        obj = add_strip()
+        for frame, value in ((1, 1.0), (10, 4.0), (20, 0.5)):
+            obj.shellwarp.stiffness_factor = value
+            obj.keyframe_insert("shellwarp.stiffness_factor", frame=frame)
+        s = obj.shellwarp
+        rest, triangles = part("inputs").rest_positions(obj.data).astype(float), part("inputs").triangles(obj.data)
+        model = sw.Model(sw.Shell(rest, triangles, sw.Material(s.k_area, s.k_length, s.k_bend, s.density), fixed=range(8)))
+        model.precompute(modes=s.modes, reduced_fields=0)
+        state = model.state("warp")
+        state.set_gravity(self.scene.gravity)
+        state.set_damping(s.damping_ratio)
+        found = {}
+        for frame in range(1, 21):
+            self.scene.frame_set(frame)
+            found[frame] = shown(obj)
+            factor = obj.evaluated_get(bpy.context.evaluated_depsgraph_get()).shellwarp.stiffness_factor
+            if frame > 1:
+                state.set_stiffness(factor)
+                state.step(1 / 30)
+            self.assertLess(numpy.abs(found[frame] - state.positions(space="frame")).max(), 1e-6, frame)
+        self.assertLess(factor, 0.51)
+        self.assertEqual(self.message(obj), "")
+        for frame in (5, 15, 3, 4):
+            self.scene.frame_set(frame)
+            self.assertEqual(self.message(obj), "")
+            self.assertTrue(numpy.array_equal(shown(obj), found[frame]), frame)
+
+
+class Grain(Case):
+    def frequencies(self, obj):
+        play(1)
+        self.assertEqual(self.message(obj), "")
+        return run_of(obj).model.frequencies()
+
+    def test_a_sheet_bends_more_where_its_grain_runs_across(self):
+        """The strip is a beam along x: a tenth of the modulus across leaves it, and along takes the root of ten from its first frequency."""
+        obj = add_strip()
+        s = obj.shellwarp
+        s.material, s.preset = "PRESET", "card"
+        plain = self.frequencies(obj)[0]
+        s.young_across = 0.1 * sw.Sheet.known("card").young
+        along = self.frequencies(obj)[0]
+        self.assertAlmostEqual(along / plain, 1, delta=0.05)  # the strip is 10 times as long as wide: little of it bends as a plate
+        s.direction = (0, 2, 0)
+        across = self.frequencies(obj)[0]
+        self.assertAlmostEqual(across / along, 0.1 ** 0.5, delta=0.05)
+
+    def test_a_uv_map_gives_the_direction_of_each_face(self):
+        obj = add_strip()
+        s = obj.shellwarp
+        s.material, s.preset, s.young_across = "PRESET", "card", 3e8
+        by_vector = {axis: self.frequencies(self.with_direction(obj, axis)) for axis in ((1, 0, 0), (0, 1, 0))}
+        layer = obj.data.uv_layers.new(name="grain")
+        for axis, columns in (((1, 0, 0), (0, 1)), ((0, 1, 0), (1, 0))):
+            for loop in obj.data.loops:
+                co = obj.data.vertices[loop.vertex_index].co
+                layer.uv[loop.index].vector = (co[columns[0]], co[columns[1]])
+            s.directions = "grain"
+            self.assertLess(numpy.abs(self.frequencies(obj) / by_vector[axis] - 1).max(), 1e-4)  # float32 coordinates and uvs
+        s.directions = "nowhere"
+        play(1)
+        self.assertIn("there is no UV map “nowhere”", self.message(obj))
+
+    def with_direction(self, obj, axis):
+        obj.shellwarp.direction = axis
+        return obj
+
+
+if __name__ == "__main__":
+    unittest.main()

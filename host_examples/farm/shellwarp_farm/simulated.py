@@ -1,0 +1,101 @@
+"""What is simulated of a job's mesh, and what a worker keeps of files so that each is read once."""
+
+import functools
+import os
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy
+import shellwarp
+
+from .errors import SceneError
+from .mesh_file import file_of, read_drawn, read_mesh, read_polygons
+from .numbers_file import read_numbers
+
+KEPT_FILES = 24   # a mesh is several: its triangles, its faces, what is drawn of it
+
+
+class Simulated(NamedTuple):
+    """The mesh that is simulated: a job's own or a proxy of it."""
+
+    positions: numpy.ndarray
+    triangles: numpy.ndarray
+    n_file: int           # vertices of the job's own mesh
+    here: Callable        # the number here of a vertex of that
+    carried: Callable     # values here of values at its vertices
+    is_proxy: bool
+
+
+def simulated_at(tables):
+    """Of the tables' `mesh` and `proxy`."""
+    asset = mesh_at(tables["mesh"])
+    n_file = len(asset[0])
+    if not tables["proxy"]:
+        return Simulated(*asset, n_file, functools.partial(_checked, range(n_file)), lambda values: values, False)
+    positions, triangles, nearest, sources, weights = _kept_of(_proxy_reader(tuple(sorted(tables["proxy"].items()))), tables["mesh"])
+    carried = functools.partial(_carried, sources, weights)
+    return Simulated(positions, triangles, n_file, functools.partial(_checked, nearest), carried, True)
+
+
+def _checked(numbers, vertex):
+    if not 0 <= vertex < len(numbers):
+        raise SceneError(f"vertex {vertex} is named; the mesh has {len(numbers)}, from 0")
+    return int(numbers[vertex])
+
+
+def _carried(sources, weights, values):
+    return numpy.einsum("vk...,vk->v...", numpy.asarray(values, float)[sources], weights)
+
+
+@functools.lru_cache
+def _proxy_reader(options):
+    return functools.partial(_proxy_of, **dict(options))
+
+
+def _proxy_of(path, vertices, thickness=0.0, cut=False):
+    try:
+        with shellwarp.Proxy(*mesh_at(path), vertices, thickness=thickness, cut=cut) as made:
+            return made.positions(), made.triangles(), made.nearest(), *made.sources()
+    except shellwarp.ShellwarpError as error:
+        raise SceneError(f"{path}: {error}") from None
+
+
+def by_vertices(path, simulated, what):
+    """Numbers of a file, one for each vertex of the mesh in its file, at the vertices that are simulated."""
+    values = numbers_at(path)
+    if len(values) != simulated.n_file:
+        raise SceneError(f"{path}: {len(values)} {what}; the mesh has {simulated.n_file} vertices")
+    return simulated.carried(values)
+
+
+def mesh_at(path):
+    """As read_mesh, kept until the file changes."""
+    return _kept_of(read_mesh, path)
+
+
+def polygons_at(path):
+    """As read_polygons, kept until the file changes."""
+    return _kept_of(read_polygons, path)
+
+
+def drawn_at(path):
+    """As read_drawn, kept until the file changes."""
+    return _kept_of(read_drawn, path)
+
+
+def numbers_at(path, columns=None):
+    """As read_numbers, kept until the file changes."""
+    return _kept_of(read_numbers, path, columns)
+
+
+def _kept_of(reader, path, *more):
+    try:
+        facts = os.stat(file_of(path))
+        return _read(reader, path, facts.st_mtime_ns, facts.st_size, *more)
+    except FileNotFoundError:
+        return reader(path, *more)   # says what is missing
+
+
+@functools.lru_cache(maxsize=KEPT_FILES)
+def _read(reader, path, _time, _size, *more):
+    return reader(path, *more)

@@ -1,0 +1,168 @@
+"""Claims about what varies over a job's shell, creases, rest shapes, and what changes at run time."""
+
+import tempfile
+import unittest
+from pathlib import Path
+
+import numpy
+import shellwarp
+import small
+from test_contact import LIST, Case
+
+from shellwarp_farm import selection
+from shellwarp_farm.errors import SceneError
+from shellwarp_farm.job import hash_of
+from shellwarp_farm.mesh_file import read_drawn
+from shellwarp_farm.model import model_key, model_tables, shell_of
+from shellwarp_farm.simulated import simulated_at
+
+OLD = "{ k_area = 5e3, k_length = 5e3, k_bend = 2.7e-3, density = 0.3 }"
+N, TRIANGLES = 39, 48
+
+
+class Varying(Case):
+    def shell(self, material):
+        job = self.jobs("", LIST.replace(OLD, material))["both"]
+        return shell_of(model_tables(job)), model_key(model_tables(job))
+
+    def write(self, name, numbers):
+        (self.folder / name).write_text("# of a test\n" + "\n".join(f"{x:g}" for x in numbers) + "\n")
+
+    def test_maps_are_by_vertices_or_by_triangles_and_regions_go_over_them(self):
+        self.write("thick.txt", 4e-4 + 1e-6 * numpy.arange(N))
+        self.write("dense.txt", 700 + numpy.arange(TRIANGLES))
+        shell, key = self.shell('{ preset = "card", map = { thickness = "thick.txt", volume_density = "dense.txt" }, '
+                                'region = [{ side = "high-x", thickness = 1e-3, young = 1e9 }] }')
+        self.assertEqual(set(shell.maps), {"thickness", "volume_density", "young"})
+        expected = 4e-4 + 1e-6 * numpy.arange(N)
+        expected[36:] = 1e-3
+        self.assertLess(numpy.abs(shell.maps["thickness"] - expected).max(), 1e-15)
+        self.assertEqual(shell.maps["volume_density"].tolist(), (700 + numpy.arange(TRIANGLES)).tolist())
+        self.assertEqual(shell.maps["young"].tolist(), [shellwarp.Sheet.known("card").young] * 36 + [1e9] * 3)
+        self.write("thick.txt", 5e-4 + 1e-6 * numpy.arange(N))
+        self.assertNotEqual(self.shell('{ preset = "card", map = { thickness = "thick.txt" } }')[1], self.shell('{ preset = "card" }')[1])
+
+    def test_a_thicker_region_stiffens_the_bake(self):
+        ends = [self.bake(self.jobs("", LIST.replace(OLD, material))["both"])[1][-1, -1, 2]
+                for material in ('{ preset = "card" }', '{ preset = "card", region = [{ box = [-1, -1, -1, 0.06, 1, 1], thickness = 2e-3 }] }')]
+        self.assertLess(ends[0], 2 * ends[1])
+        self.assertLess(ends[1], 0)
+
+    def test_creases_turn_freely_or_rest_folded(self):
+        crease = OLD.replace(" }", ", crease = [{ box = [0.059, -1, -1, 0.061, 1, 1], factor = 0.1, angle_degrees = 60 }, "
+                                   "{ edges = [[18, 19]], factor = 0.5 }] }")
+        shell, key = self.shell(crease)
+        self.assertEqual([edge[:3] for edge in shell.creases], [(18, 19, 0.5), (19, 20, 0.1)])
+        self.assertAlmostEqual(shell.creases[1][3], numpy.pi / 3)
+        self.assertNotEqual(key, self.shell(OLD)[1])
+        frames = self.bake(self.jobs("", LIST.replace(OLD, crease.replace(", { edges = [[18, 19]], factor = 0.5 }", "")).replace("-9.8", "0"))["both"])[1]
+        arm = frames[0][36:].mean(axis=0) - frames[0][18:21].mean(axis=0)  # it begins where it rests: folded by 60 degrees, 2 of them for rounding by modes
+        self.assertAlmostEqual(numpy.degrees(numpy.arctan2(abs(arm[2]), arm[0])), 60, delta=2)
+
+    def test_a_rest_shape_curls_it(self):
+        small.write_obj(self.folder / "curl.obj")
+        lines = (self.folder / "curl.obj").read_text().splitlines()
+        curled = []
+        for line in lines:
+            words = line.split()
+            if words[0] == "v":
+                x, angle = float(words[1]), 0.3 * float(words[1]) / 0.12
+                words[1], words[3] = (f"{0.12 / 0.3 * numpy.sin(angle):.17g}", f"{0.12 / 0.3 * (1 - numpy.cos(angle)):.17g}") if x else (words[1], "0")
+            curled.append(" ".join(words))
+        (self.folder / "curl.obj").write_text("\n".join(curled) + "\n")
+        text = LIST.replace(OLD, OLD.replace(" }", ', rest_shape = "curl.obj" }')).replace("-9.8", "0")
+        frames = self.bake(self.jobs("", text)["both"])[1]
+        # Held flat by two rows: 11 edges of 1 cm follow, each turned by 0.025 further. 2 % are the paper's energy, which bends by triangles.
+        rise = 0.01 * numpy.sin(0.025 * numpy.arange(1, 12)).sum()
+        self.assertAlmostEqual(frames[0][36:, 2].mean(), rise, delta=0.02 * rise)
+        (self.folder / "curl.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+        with self.assertRaisesRegex(SceneError, "rest_shape has 3 vertices; the mesh has 39"):
+            self.shell(OLD.replace(" }", ', rest_shape = "curl.obj" }'))
+
+    def test_directions_are_by_triangles(self):
+        (self.folder / "grain.txt").write_text("0 1 0\n" * TRIANGLES)
+        by_file = self.shell('{ preset = "card", young_across = 3e8, directions = "grain.txt" }')[0]
+        self.assertEqual(numpy.asarray(by_file.directions).shape, (TRIANGLES, 3))
+        (self.folder / "grain.txt").write_text("0 1 0\n" * 2)
+        with self.assertRaisesRegex(SceneError, "2 directions; the mesh has 48 triangles"):
+            self.shell('{ preset = "card", young_across = 3e8, directions = "grain.txt" }')
+
+    def test_what_cannot_vary_is_named(self):
+        self.write("short.txt", [1.0, 2.0])
+        self.write("none.txt", [0.0] * N)
+        (self.folder / "words.txt").write_text("1 two 3\n")
+        for material, message in (
+                ('{ preset = "card", map = { thickness = "short.txt" } }', "2 values of thickness; the mesh has 39 vertices"),
+                ('{ preset = "card", map = { thickness = "none.txt" } }', "thickness is 0 at 0, expected numbers above 0"),
+                ('{ preset = "card", map = { thickness = "words.txt" } }', "words.txt, line 1: could not convert"),
+                ('{ preset = "card", map = { thickness = "missing.txt" } }', "missing.txt: No such file"),
+                ('{ preset = "card", map = { k_bend = "short.txt" } }', "k_bend varies over a shell of the constants alone"),
+                ('{ preset = "card", map = { colour = "short.txt" } }', "asset card, material, map: unknown key 'colour'"),
+                ('{ preset = "card", region = [{ thickness = 1 }] }', "region 1: name the vertices by box, group, list, side, vertices"),
+                ('{ preset = "card", region = [{ side = "top", thickness = 1 }] }', "side is 'top', expected one of low-x"),
+                ('{ preset = "card", region = [{ side = "low-x" }] }', "region 1: give a constant of its own"),
+                ('{ preset = "card", region = [{ side = "low-x", young = -1 }] }', "young is -1, expected a number above 0"),
+                ('{ preset = "card", region = [{ box = [2, 2, 2, 3, 3, 3], young = 1 }] }', "a region of the material names no vertex"),
+                (OLD.replace(" }", ", crease = [{ edges = [[0, 1]], factor = 2 }] }"), "edge 0-1 has only one triangle"),
+                (OLD.replace(" }", ", crease = [{ edges = [[0, 38]], factor = 2 }] }"), "edge 0-38 is none of the mesh"),
+                (OLD.replace(" }", ", crease = [{ edges = [[0, 1]] }] }"), "give a factor other than 1, or angle_degrees"),
+                (OLD.replace(" }", ", crease = [{ factor = 2 }] }"), "name the edges by box, edges or list")):
+            with self.subTest(message), self.assertRaisesRegex(SceneError, message):
+                self.shell(material)
+
+
+class AtRunTime(Case):
+    def test_damping_by_vertices_is_the_librarys(self):
+        (self.folder / "factors.txt").write_text("\n".join(["0.5"] * N))
+        text = LIST.replace("damping = { ratio = 0.1 }", 'damping = { ratio = 0.1, factors = "factors.txt" }')
+        halved, plain = self.jobs("", text)["both"], self.jobs("", LIST.replace("ratio = 0.1", "ratio = 0.05"))["both"]
+        first = hash_of(halved, "key", None)
+        # 1e-6 of 0.12 m: the mean over a mode and the half round apart
+        self.assertLess(numpy.abs(self.bake(halved)[1] - self.bake(plain)[1]).max(), 1e-6)
+        (self.folder / "factors.txt").write_text("\n".join(["2"] * N))
+        self.assertNotEqual(hash_of(halved, "key", None), first)
+        (self.folder / "factors.txt").write_text("1 2")
+        self.assertIn("2 factors; the mesh has 39 vertices", self.failed(halved))
+
+    def test_a_proxy_has_the_factors_of_the_mesh(self):
+        (self.folder / "factors.txt").write_text("\n".join(f"{i // 3}" for i in range(N)))
+        text = LIST.replace("ratio = 0.1", 'ratio = 0.1, factors = "factors.txt"').replace('mesh = "card.obj"', 'mesh = "card.obj"\nproxy = 20')
+        job = self.jobs("", text)["one"]
+        simulated = simulated_at(job)
+        carried = simulated.carried(numpy.arange(N) // 3)
+        self.assertLess(numpy.abs(carried - 100 * simulated.positions[:, 0]).max(), 1e-9)  # the factor is x in cm
+        self.bake(job)
+
+    def test_a_stiffness_factor_takes_no_other_model_and_sags_less(self):
+        ends = {}
+        for factor in (1, 4):
+            job = self.jobs("", LIST.replace("gravity = [0, 0, -9.8]", f"stiffness_factor = {factor}, gravity = [0, 0, -9.8]"))["both"]
+            record, frames = self.bake(job)
+            ends[factor] = frames[:, -1, 2].min(), record["model"]["key"]
+        self.assertEqual(ends[1][1], ends[4][1])
+        self.assertLess(ends[1][0], 2 * ends[4][0])
+
+
+class Selections(unittest.TestCase):
+    def test_side_list_and_group_name_vertices(self):
+        with tempfile.TemporaryDirectory() as folder:
+            folder = Path(folder)
+            small.write_obj(folder / "card.obj")
+            text = (folder / "card.obj").read_text().replace("f 1 4 5", "o whole\ng root left\nf 1 4 5").replace("f 2 5 6", "g rest\nf 2 5 6")
+            (folder / "card.obj").write_text(text)
+            (folder / "some.txt").write_text("3 4 # five\n5")
+            mesh = str(folder / "card.obj")
+            simulated = simulated_at({"mesh": mesh, "proxy": {}})
+            self.assertEqual(read_drawn(mesh).groups["root"], [0, 1, 3, 4])
+            for item, expected in (({"side": "low-x"}, [0, 1, 2]), ({"side": "high-y"}, list(range(2, N, 3))),
+                                   ({"list": str(folder / "some.txt")}, [3, 4, 5]), ({"group": "left"}, [0, 1, 3, 4]), ({"group": "whole"}, list(range(N))),
+                                   ({"vertices": [7], "side": "low-x"}, [0, 1, 2, 7])):
+                self.assertEqual(selection.chosen(item, simulated, mesh).tolist(), expected, item)
+            with self.assertRaisesRegex(SceneError, "has no group 'top'; it has left, rest, root, whole"):
+                selection.chosen({"group": "top"}, simulated, mesh)
+            self.assertEqual(selection.one_vertex({"side": "high-x"}, simulated, mesh), 37)
+            self.assertEqual(selection.one_vertex({"nearest": [1, 1, 0]}, simulated, mesh), 38)
+
+
+if __name__ == "__main__":
+    unittest.main()
