@@ -2,9 +2,12 @@
 
 #include "hash.hpp"
 #include "message.hpp"
+#include "rigid_motion.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
+#include <optional>
 #include <utility>
 
 namespace host {
@@ -122,7 +125,7 @@ std::pair<shellwarp::Collider, Pose> make(Collider collider, double unit) {
   for (double &x : desc.half_extents) x /= unit;
   desc.friction = collider.friction;
   desc.thickness = collider.thickness / unit;
-  if (collider.kind != SW_COLLIDER_HULL && collider.kind != SW_COLLIDER_MESH)
+  if (collider.kind != SW_COLLIDER_HULL && collider.kind != SW_COLLIDER_MESH && collider.kind != SW_COLLIDER_DEFORMING_MESH)
     return {shellwarp::Collider(desc), fit.local};
   std::vector<double> points = collider.mesh.points;
   for (double &x : points) x /= unit;
@@ -131,6 +134,31 @@ std::pair<shellwarp::Collider, Pose> make(Collider collider, double unit) {
   desc.mesh = &mesh;
   if (collider.kind == SW_COLLIDER_MESH) desc.cells = collider.cells;
   return {shellwarp::Collider(desc), fit.local};
+}
+
+// Of everything but where its points are.
+uint64_t look_of(const Collider &collider) {
+  Hash hash;
+  hash.add(collider.kind).add(collider.friction).add(collider.thickness).add(collider.cells);
+  return hash.add(collider.mesh.n_points()).add_all(collider.mesh.faces()).add_all(collider.mesh.sizes).value();
+}
+
+// The motion of all points as one, where it is no other: to 1e-5 of the size, and to hosts' floats, of 6e-8 each way.
+std::optional<Pose> motion_as_one(const std::vector<double> &points, const std::vector<double> &before) {
+  std::vector<uint32_t> all(points.size() / 3);
+  std::iota(all.begin(), all.end(), 0u);
+  const Pose motion = rigid_motion(all, points, before);
+  double size = 0, furthest = 0, off = 0;
+  for (std::size_t i = 0; i < points.size(); i += 3) {
+    const Vec3 x = host::apply(motion, {before[i], before[i + 1], before[i + 2]});
+    for (std::size_t k = 0; k < 3; ++k) {
+      off = std::max(off, std::abs(x[k] - points[i + k]));
+      size = std::max(size, std::abs(before[i + k] - before[k]));
+      furthest = std::max({furthest, std::abs(points[i + k]), std::abs(before[i + k])});
+    }
+  }
+  if (!(off <= 1e-5 * size + 2.4e-7 * furthest)) return std::nullopt;
+  return motion;
 }
 
 }  // namespace
@@ -142,32 +170,36 @@ Pose to_library(const Inputs &inputs, double unit) {
   return product(frame, inverse(inputs.object));
 }
 
-uint64_t shape_key(const Collider &collider) {
-  Hash hash;
-  hash.add(collider.kind).add(collider.friction).add(collider.thickness).add(collider.cells);
-  return hash.add_all(collider.mesh.points).add_all(collider.mesh.faces()).add_all(collider.mesh.sizes).value();
-}
+uint64_t shape_key(const Collider &collider) { return Hash().add(look_of(collider)).add_all(collider.mesh.points).value(); }
 
-bool ColliderSet::prepare(const std::vector<Collider> &colliders, double unit) {
+bool ColliderSet::prepare(std::vector<Collider> &colliders, double unit) {
   const double lengths = static_cast<double>(static_cast<float>(unit));  // a scale's rounding makes no new shape
   std::vector<Solid> next;
   bool changed = colliders.size() != solids_.size();
   for (std::size_t k = 0; k < colliders.size(); ++k) {
-    const uint64_t key = Hash().add(shape_key(colliders[k])).add(lengths).value();
-    const auto known =
-        std::find_if(solids_.begin(), solids_.end(), [key](const Solid &s) { return s.key == key && s.solid.get(); });
+    Collider &collider = colliders[k];
+    const uint64_t look = Hash().add(look_of(collider)).add(lengths).value();
+    const uint64_t key = collider.kind == SW_COLLIDER_DEFORMING_MESH ? look : Hash().add(shape_key(collider)).add(lengths).value();
+    auto known = std::find_if(solids_.begin(), solids_.end(), [key](const Solid &s) { return s.key == key && s.solid.get(); });
+    if (known == solids_.end() && k < solids_.size() && solids_[k].look == look && solids_[k].solid.get()) {
+      if (const std::optional<Pose> motion = motion_as_one(collider.mesh.points, solids_[k].points)) {
+        collider.pose = product(collider.pose, *motion);
+        collider.mesh.points = solids_[k].points;
+        known = solids_.begin() + static_cast<std::ptrdiff_t>(k);
+      }
+    }
     changed |= k >= solids_.size() || known != solids_.begin() + static_cast<std::ptrdiff_t>(k);
     if (known != solids_.end()) {
       next.push_back(std::move(*known));
       continue;
     }
     try {
-      auto [solid, local] = make(colliders[k], lengths);
-      next.push_back({key, std::move(solid), local});
+      auto [solid, local] = make(collider, lengths);
+      next.push_back({key, look, collider.mesh.points, std::move(solid), local});
       ++made_;
     } catch (const std::exception &error) {
       solids_.clear();
-      throw HostError(colliders[k].name + ": " + error.what());
+      throw HostError(collider.name + ": " + error.what());
     }
   }
   solids_ = std::move(next);
@@ -192,6 +224,20 @@ void ColliderSet::place(shellwarp::State &state, const Inputs &inputs, double un
     std::copy(pose.rotation.begin(), pose.rotation.end(), desc.rotation);
     state.move_collider(static_cast<uint32_t>(k), desc);
   }
+  deform(state, inputs, unit, teleport);
+}
+
+void ColliderSet::deform(shellwarp::State &state, const Inputs &inputs, double unit, bool teleport) const {
+  for (std::size_t k = 0; k < inputs.colliders.size(); ++k) {
+    if (inputs.colliders[k].kind != SW_COLLIDER_DEFORMING_MESH) continue;
+    std::vector<double> points = inputs.colliders[k].mesh.points;
+    for (double &x : points) x /= unit;
+    state.deform_collider(static_cast<uint32_t>(k), points.data(), static_cast<uint32_t>(points.size() / 3), teleport ? SW_COLLIDER_TELEPORT : 0);
+  }
+}
+
+bool ColliderSet::deforms(const std::vector<Collider> &colliders) {
+  return std::any_of(colliders.begin(), colliders.end(), [](const Collider &c) { return c.kind == SW_COLLIDER_DEFORMING_MESH; });
 }
 
 }  // namespace host

@@ -83,7 +83,8 @@ struct Handle {
   bool held = true;                                    // false: let go
 };
 
-// A solid that the shell touches. Its mesh is in axes of its own and has its scale: only the pose moves it cheaply.
+// A solid that the shell touches. Its mesh is in axes of its own and has its scale. Points that move as one count as a pose; others
+// are a new shape, but of SW_COLLIDER_DEFORMING_MESH.
 struct Collider {
   std::string name;                  // for messages
   uint32_t kind = SW_COLLIDER_MESH;  // SW_COLLIDER_...; all but the mesh itself are fitted round it

@@ -169,7 +169,7 @@ const std::vector<double> &ShellRunner::rest() const {
 }
 
 uint64_t ShellRunner::bytes() const {
-  uint64_t sum = cache_.size() * cache_.bytes_per_frame() + follower_.bytes();
+  uint64_t sum = cache_.size() * cache_.bytes_per_frame() + cache_.bytes_of_shapes() + follower_.bytes();
   sum += (deformed_.capacity() + velocities_.capacity()) * sizeof(double);
   if (!model_) return sum;
   const SwModelInfo info = model_->model().info();
@@ -241,8 +241,8 @@ void ShellRunner::run(Request &request, const At &at) {
   }
 }
 
-void ShellRunner::prepare_state(const Request &request) {
-  const std::vector<Collider> &touched = request.inputs.colliders;
+void ShellRunner::prepare_state(Request &request) {
+  std::vector<Collider> &touched = request.inputs.colliders;
   const bool other_solids = colliders_.prepare(touched, request.inputs.object.scale);
   if (other_solids) cache_.forget_inputs();  // they were for the solids of before
   const uint64_t motion_key = key_of(request);
@@ -286,7 +286,7 @@ void ShellRunner::show(const Request &request, const At &at) {
 }
 
 // A model with support fields, and the frames so far by it: supports that move as one need none.
-void ShellRunner::build_support_fields(const Request &request, const At &at, const std::string &apart) {
+void ShellRunner::build_support_fields(Request &request, const At &at, const std::string &apart) {
   const Build &build = request.build;
   const std::string why = "held vertices move against each other (" + apart + "): ";
   if (!follows_by_fields(build.method))
@@ -410,10 +410,7 @@ void ShellRunner::reach(const Request &request, uint64_t frame, bool own_inputs)
     const StateCache::Entry *before = frame > 0 ? cache_.find(frame - 1) : nullptr;
     const bool can_be_better = !entry->exact && (frame == 0 || (before && before->exact));
     if (!own_inputs || (entry->inputs == key && !can_be_better)) {
-      state_->load(entry->state);
-      missed_ = entry->missed;
-      deepest_ = entry->deepest;
-      led_ = entry->led;
+      load(*entry, request.inputs);
       notes_.jumped = !entry->exact;
       return;
     }
@@ -427,6 +424,15 @@ void ShellRunner::reach(const Request &request, uint64_t frame, bool own_inputs)
   notes_.jumped = !cache_.find(frame)->exact;
 }
 
+// A state has where solids are, and not how they are deformed: what is not known of that is as it is now.
+void ShellRunner::load(const StateCache::Entry &entry, const Inputs &inputs) {
+  state_->load(entry.state);
+  missed_ = entry.missed;
+  deepest_ = entry.deepest;
+  led_ = entry.led;
+  colliders_.deform(*state_, entry.seen ? *entry.seen : inputs, unit_, true);
+}
+
 void ShellRunner::step_to(const Request &request, uint64_t frame, uint64_t key) {
   uint64_t from = 0;
   const StateCache::Entry base = *cache_.last_before(frame, from);
@@ -435,9 +441,9 @@ void ShellRunner::step_to(const Request &request, uint64_t frame, uint64_t key) 
                     " at the start frame: a shell's size cannot be animated");
   const bool jump = frame > from + 1;
   const bool still = base.inputs == key;
-  const bool exact = base.exact && (!jump || still);
-  state_->load(base.state);
-  led_ = base.led;
+  const bool shaped = base.seen || still || !ColliderSet::deforms(request.inputs.colliders);
+  const bool exact = base.exact && (!jump || still) && shaped;
+  load(base, request.inputs);
   for (uint64_t k = from + 1; k <= frame; ++k) {
     if (jump && request.interrupted && request.interrupted()) throw Interrupted();
     advance(request.inputs, key, k, exact, jump && !still && k == from + 1);
@@ -455,11 +461,16 @@ void ShellRunner::advance(const Inputs &inputs, uint64_t key, uint64_t frame, bo
 
 // One of its own for inputs that have changed alone.
 std::shared_ptr<const Inputs> ShellRunner::seen(const Inputs &inputs, uint64_t frame, uint64_t key) const {
-  if (!replaces_) return nullptr;
+  if (!replaces_ && !ColliderSet::deforms(inputs.colliders)) return nullptr;
   const StateCache::Entry *before = frame > 0 ? cache_.find(frame - 1) : nullptr;
   if (before && before->seen && before->inputs == key) return before->seen;
   auto copy = std::make_shared<Inputs>(inputs);
-  for (Collider &collider : copy->colliders) collider.mesh = {};
+  for (Collider &collider : copy->colliders) {
+    const bool deforms = collider.kind == SW_COLLIDER_DEFORMING_MESH;
+    Mesh mesh;
+    if (deforms) mesh.points = std::move(collider.mesh.points);
+    collider.mesh = std::move(mesh);
+  }
   return copy;
 }
 

@@ -92,13 +92,14 @@ private:
   bool take_stored(const Mesh &mesh, const Request &request, const At &at);
   bool model_serves(const Request &request, const At &at) const;
   void build(const Request &request, const At &at);
-  void build_support_fields(const Request &request, const At &at, const std::string &apart);
+  void build_support_fields(Request &request, const At &at, const std::string &apart);
   void replay(const Request &request, const std::vector<StateCache::Entry> &before);
-  void prepare_state(const Request &request);
+  void prepare_state(Request &request);
   void move_supports(Request &request, const At &at);
   void restart(const Request &request);
   void begin(const Inputs &inputs, uint64_t key, bool exact);
   void reach(const Request &request, uint64_t frame, bool own_inputs);
+  void load(const StateCache::Entry &entry, const Inputs &inputs);
   void step_to(const Request &request, uint64_t frame, uint64_t key);
   void advance(const Inputs &inputs, uint64_t key, uint64_t frame, bool exact, bool teleport);
   void show(const Request &request, const At &at);

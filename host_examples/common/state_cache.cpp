@@ -54,4 +54,15 @@ uint64_t StateCache::bytes_per_frame() const {
   return most + sizeof(Entry);
 }
 
+uint64_t StateCache::bytes_of_shapes() const {
+  uint64_t sum = 0;
+  const Inputs *before = nullptr;  // frames with the same inputs share them
+  for (const Entry &entry : entries_) {
+    if (!entry.seen || entry.seen.get() == before) continue;
+    before = entry.seen.get();
+    for (const Collider &collider : before->colliders) sum += collider.mesh.points.capacity() * sizeof(double);
+  }
+  return sum;
+}
+
 }  // namespace host

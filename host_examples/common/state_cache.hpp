@@ -21,7 +21,7 @@ public:
     float deepest = 0;                 // SwStateReport.deepest_penetration
     bool exact = false;                // stepped frame by frame from the start, each with its own inputs
     bool led = false;                  // supports were moved
-    std::shared_ptr<const Inputs> seen{};  // what led here, without the solids' meshes, where supports may be moved
+    std::shared_ptr<const Inputs> seen{};  // what led here, where supports may be moved or solids deform; of solids' meshes the points of those
   };
 
   // Frames 0 to limit - 1.
@@ -37,6 +37,7 @@ public:
   void forget_inputs();       // Entry::seen of all
   uint64_t size() const;                    // frames stored
   uint64_t bytes_per_frame() const;         // of the largest, bookkeeping included
+  uint64_t bytes_of_shapes() const;         // of solids that deform, in all frames
 
 private:
   std::vector<Entry> entries_;

@@ -87,13 +87,14 @@ static const char *theDsFile = R"THEDSFILE(
     parm { name "framer" label "Support Frame Rotate" type vector size 3 default { "0" "0" "0" } }
     parm {
         name "collidershape" label "Collider Shape" type ordinal default { "5" }
-        menu { "plane" "Plane" "sphere" "Sphere" "capsule" "Capsule" "box" "Box" "hull" "Hull" "mesh" "Mesh" }
+        menu { "plane" "Plane" "sphere" "Sphere" "capsule" "Capsule" "box" "Box" "hull" "Hull" "mesh" "Mesh" "deforming" "Deforming Mesh" }
     }
     parm { name "collidercells" label "Collider Cells" type integer default { "64" } range { 4! 2000! } }
     parm { name "colliderfriction" label "Collider Friction" type float default { "0.3" } range { 0! 1 } }
     parm { name "colliderthickness" label "Collider Thickness" type float default { "0" } range { 0! 1 } }
     parm { name "collidert" label "Collider Translate" type vector size 3 default { "0" "0" "0" } }
     parm { name "colliderr" label "Collider Rotate" type vector size 3 default { "0" "0" "0" } }
+    parm { name "colliderpieces" label "Collider Pieces" type string default { "" } }
     parm { name "contactpatches" label "Contact Patches" type string default { "" } }
     parm { name "pushout" label "Push Out" type toggle default { "0" } }
     parm { name "envelope" label "Envelope" type float default { "1" } range { 0 1 } }
@@ -125,6 +126,7 @@ PRM_Template *SOP_ShellWarp::buildTemplates() {
     builder.setChoiceListPtr("method", &method_menu());
     builder.setChoiceListPtr("preset", &preset_menu());
     for (const char *group : {"supportgroup", "contactpatches"}) builder.setChoiceListPtr(group, &SOP_Node::pointGroupMenu);
+    builder.setChoiceListPtr("colliderpieces", &SOP_Node::primAttribReplaceMenu);
     for (const char *attribute : {"supportattrib", "weightattrib", "thicknessmap", "youngmap", "densitymap"})
       builder.setChoiceListPtr(attribute, &SOP_Node::pointAttribReplaceMenu);
   }
@@ -230,7 +232,8 @@ void pull_stiffness(const SOP_ShellWarpParms &parms, host::Stiffness &stiffness)
   if (stiffness.by == host::Stiffness::By::preset) stiffness.preset = preset_of(parms.getPreset());
 }
 
-host::Collider collider_of(const SOP_ShellWarpParms &parms, const GU_Detail &polygons) {
+// As the parameters have them, one of each piece; what a piece has itself goes over them.
+std::vector<host::Collider> colliders_of(const SOP_ShellWarpParms &parms, const GU_Detail &polygons) {
   host::Collider collider;
   collider.name = "the collider";
   collider.kind = static_cast<uint32_t>(static_cast<int>(parms.getCollidershape()) + SW_COLLIDER_PLANE);
@@ -239,12 +242,7 @@ host::Collider collider_of(const SOP_ShellWarpParms &parms, const GU_Detail &pol
   collider.thickness = parms.getColliderthickness();
   const UT_Vector3D t = parms.getCollidert(), r = parms.getColliderr();
   collider.pose = host::pose_of_angles({t.x(), t.y(), t.z()}, {r.x(), r.y(), r.z()});
-  try {
-    pull_mesh(polygons, collider.mesh);
-  } catch (const host::HostError &error) {
-    throw host::HostError(collider.name + ": " + error.what());
-  }
-  return collider;
+  return pull_colliders(polygons, parms.getColliderpieces(), collider);
 }
 
 void pull_settings(const SOP_ShellWarpParms &parms, host::Request &request) {
@@ -323,7 +321,7 @@ void ShellWarpVerb::cook(const CookParms &cookparms) const {
     pull_group(*detail, parms.getContactpatches(), request.build.contact_patches);
     if (const GU_Detail *points = cookparms.inputGeo(1)) pull_handles(*points, request.inputs.handles);
     const GU_Detail *touched = cookparms.inputGeo(2);
-    if (touched && touched->getNumPoints() > 0) request.inputs.colliders.push_back(collider_of(parms, *touched));
+    if (touched && touched->getNumPoints() > 0) request.inputs.colliders = colliders_of(parms, *touched);
     host::ShellRunner &runner = (kept ? *kept : passing).runner(request, cookparms);
     runner.evaluate(std::move(request));
     push(*detail, runner, parms.getEnvelope(), parms.getWeightattrib());

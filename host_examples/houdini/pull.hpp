@@ -7,10 +7,12 @@
 #include <GU/GU_Detail.h>
 #include <UT/UT_StringHolder.h>
 
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
-void pull_mesh(const GU_Detail &detail, host::Mesh &mesh);
+// `starts`: where the corners of each primitive begin, and an end.
+void pull_mesh(const GU_Detail &detail, host::Mesh &mesh, std::vector<std::size_t> *starts = nullptr);
 std::vector<double> points_of(const GU_Detail &detail);  // n x 3
 // A float attribute of points as factors; none where it is not named.
 void pull_map(const GU_Detail &detail, const UT_StringHolder &attribute, std::vector<double> &factors);
@@ -20,6 +22,10 @@ void pull_group(const GU_Detail &detail, const UT_StringHolder &group, std::vect
 // Of such a group, and from 0.5 on of an attribute.
 void pull_supports(const GU_Detail &detail, const UT_StringHolder &group, const UT_StringHolder &attribute,
                    std::vector<uint32_t> &held);
+
+// Closed polygons with the settings of `common`: one solid, or where `pieces` names an attribute of primitives, an integer or a text, one for
+// each of its values. Of a piece s@collidershape, i@collidercells, f@colliderfriction and f@colliderthickness go over the settings.
+std::vector<host::Collider> pull_colliders(const GU_Detail &polygons, const UT_StringHolder &pieces, const host::Collider &common);
 
 // A point for each handle: i@shellpoint the point held, P its target, p@orient its orientation, i@holdposition (1),
 // i@holdorientation (0), f@compliance (0); in brackets what holds where the attribute is missing.

@@ -311,7 +311,7 @@ MStatus create_collider_shape() {
   Node::colliderShape = fn.create("colliderShape", "csh", SW_COLLIDER_MESH, &status);
   CHECK_MSTATUS_AND_RETURN_IT(status);
   short kind = SW_COLLIDER_PLANE;
-  for (const char *shape : {"plane", "sphere", "capsule", "box", "hull", "mesh"}) fn.addField(shape, kind++);
+  for (const char *shape : {"plane", "sphere", "capsule", "box", "hull", "mesh", "deforming"}) fn.addField(shape, kind++);
   return MS::kSuccess;
 }
 

@@ -1192,6 +1192,86 @@ void contact_patches_give_way_to_what_is_smaller_than_the_modes() {
   FAILS_WITH(patched.evaluate(other), "the contact patches have vertex 99999");
 }
 
+// A box whose top comes up and tilts while its bottom stays.
+Request swelling_request(double frame) {
+  Request request = at_frame(strip_request(), frame);
+  host::Collider box = solid_under_the_tip(SW_COLLIDER_DEFORMING_MESH);
+  box.friction = 0.5;
+  for (std::size_t i = 0; i < box.mesh.points.size(); i += 3)
+    if (box.mesh.points[i + 2] > -0.5) box.mesh.points[i + 2] += 0.02 * frame + 0.002 * frame * (box.mesh.points[i] - 4), box.mesh.points[i] += 0.01 * frame;
+  request.inputs.colliders = {box};
+  return request;
+}
+
+void a_deforming_solid_lifts_the_strip_and_scrubbing_repeats_it() {
+  ShellRunner runner, once;
+  const Frames played = play(runner, swelling_request, 20);
+  CHECK(tip_height(runner) > 0.25 && runner.notes().steps == 20);  // the top is at 0.3
+  const uint64_t bytes = runner.bytes();
+  for (const int k : {7, 20, 3, 0, 19}) {
+    runner.evaluate(swelling_request(k));
+    CHECK(runner.deformed() == played[std::size_t(k)]);
+  }
+  CHECK(runner.notes().steps == 20);
+  // Back at a frame and on with other inputs: from the shape that the solid had there, as when it had just been played.
+  const auto heavier = [](int k) {
+    Request request = swelling_request(k);
+    if (k > 8) request.inputs.gravity[2] *= 2;
+    return request;
+  };
+  for (int k = 0; k <= 12; ++k) once.evaluate(heavier(k));
+  for (int k = 9; k <= 12; ++k) runner.evaluate(heavier(k));
+  CHECK(runner.deformed() == once.deformed() && !runner.notes().jumped);
+  CHECK(bytes > once.bytes() + 8 * 8 * 24);  // eight frames more, with eight points each
+  ShellRunner sub;
+  for (int k = 0; k <= 9; ++k) {
+    sub.evaluate(swelling_request(k + 0.4));
+    sub.evaluate(swelling_request(k));
+    CHECK(sub.deformed() == played[std::size_t(k)]);
+  }
+}
+
+// Frames on disk have no shapes: shown they are as played, and what is stepped to from there is told of.
+void frames_of_a_deforming_solid_from_elsewhere_are_told_of_when_stepped_on() {
+  ShellRunner runner, again;
+  const Frames played = play(runner, swelling_request, 10);
+  again.adopt(runner.frames());
+  again.evaluate(swelling_request(10));
+  CHECK(again.deformed() == played[10] && !again.notes().jumped);
+  again.evaluate(swelling_request(11));
+  CHECK(again.notes().jumped);
+}
+
+// Points that move as one are the pose: no shape is made anew, and friction feels how they move.
+void points_of_a_solid_that_move_as_one_are_its_pose() {
+  ShellRunner posed, moved;
+  host::ColliderSet set;
+  for (int k = 0; k <= 16; ++k) {
+    Request a = at_frame(strip_request(), k), b = a;
+    a.inputs.colliders = {solid_under_the_tip(SW_COLLIDER_MESH)};
+    a.inputs.colliders[0].friction = 0.5;
+    b.inputs.colliders = a.inputs.colliders;
+    const Pose pose = host::pose_of_angles({0.01 * k, 0, 0}, {0, -0.5 * k, 0});
+    a.inputs.colliders[0].pose = pose;
+    std::vector<double> &points = b.inputs.colliders[0].mesh.points;
+    for (std::size_t i = 0; i < points.size(); i += 3) {
+      const Vec3 x = host::apply(pose, {points[i], points[i + 1], points[i + 2]});
+      for (std::size_t c = 0; c < 3; ++c) points[i + c] = static_cast<double>(static_cast<float>(x[c]));  // as hosts have them
+    }
+    posed.evaluate(a);
+    moved.evaluate(b);
+    CHECK_NEAR(tip_height(moved), tip_height(posed), 1e-4);  // floats of 4, and two contacts within 2e-5 of the size of 4
+    std::vector<host::Collider> solids = b.inputs.colliders;
+    set.prepare(solids, 1);
+  }
+  CHECK(set.made() == 1);
+  CHECK(tip_height(posed) > 0.05);
+  Request stretched = strip_request();
+  stretched.inputs.colliders = {solid_under_the_tip(SW_COLLIDER_MESH)};
+  for (double &x : stretched.inputs.colliders[0].mesh.points) x *= 1.001;
+  CHECK(set.prepare(stretched.inputs.colliders, 1) && set.made() == 2);
+}
+
 void solids_may_come_and_go() {
   ShellRunner runner, plain;
   Request request = strip_request();
@@ -1657,6 +1737,9 @@ int main() {
   RUN(a_solid_is_made_anew_only_when_its_shape_changes);
   RUN(what_modes_cannot_follow_is_told_and_pushed_out_for_the_eye_alone);
   RUN(contact_patches_give_way_to_what_is_smaller_than_the_modes);
+  RUN(a_deforming_solid_lifts_the_strip_and_scrubbing_repeats_it);
+  RUN(frames_of_a_deforming_solid_from_elsewhere_are_told_of_when_stepped_on);
+  RUN(points_of_a_solid_that_move_as_one_are_its_pose);
   RUN(solids_may_come_and_go);
   RUN(a_solid_that_cannot_be_made_is_named);
   return report_failures();

@@ -316,11 +316,68 @@ void every_parameter_of_the_collider_changes_the_result() {
     return !same(before.play(8), after.play(8)) && before.cook.errors.empty() && after.cook.errors.empty();
   };
   CHECK(changes("collidershape", {1}));
+  CHECK(changes("collidershape", {6}));
   CHECK(changes("collidercells", {9}));
   CHECK(changes("colliderfriction", {0}));
   CHECK(changes("colliderthickness", {0.01}));
   CHECK(changes("collidert", {0, 0.01, 0}));
   CHECK(changes("colliderr", {0, 0, -1}));
+}
+
+// Two boxes, each a piece: one under the middle, one under the end that is lifted point by point; what a piece has itself goes over the
+// parameters.
+void pieces_of_the_third_input_are_colliders_of_their_own() {
+  const auto put = [](Scene &scene, int frame) {
+    scene.put_box(-0.08f);
+    fake::Geometry &boxes = scene.solid.fake_geometry();
+    const std::vector<GEO_PrimPoly> box = boxes.primitives;
+    for (int i = 0; i < 8; ++i) {
+      const UT_Vector3 p = boxes.points[std::size_t(i)];
+      boxes.points.emplace_back(p.x() - 2.2f, p.y() + 0.075f, p.z());
+      boxes.points[std::size_t(i)] = UT_Vector3(p.x(), p.y() + 0.004f * float(frame), p.z());
+    }
+    for (const GEO_PrimPoly &face : box) {
+      std::vector<GA_Index> corners = face.points;
+      for (GA_Index &corner : corners) corner += 8;
+      add_polygon(boxes, corners);
+    }
+    for (int k = 0; k < 12; ++k) boxes.texts_of_primitives["name"].push_back(k < 6 ? "end" : "middle"), boxes.of_primitives["class"].push_back(k < 6 ? 4 : 9);
+  };
+  Scene by_name, by_number, end_alone, own, deforming, wrong;
+  const auto at = [&put](Scene &scene, int frame, const std::function<void(fake::Geometry &)> &change) {
+    put(scene, frame);
+    change(scene.solid.fake_geometry());
+    return scene.at(frame);
+  };
+  const auto nothing = [](fake::Geometry &) {};
+  double apart = 0;
+  by_name.cook.set_text("colliderpieces", "name");
+  by_number.cook.set_text("colliderpieces", "class");
+  own.cook.set_text("colliderpieces", "name");
+  deforming.cook.set_text("colliderpieces", "name");
+  for (int frame = 1; frame <= 16; ++frame) {
+    const Points named = at(by_name, frame, nothing);
+    CHECK(same(at(by_number, frame, nothing), named));
+    at(end_alone, frame, [](fake::Geometry &boxes) { boxes.primitives.resize(6); });
+    apart = std::max(apart, std::fabs(end_alone.tip() - by_name.tip()));
+    at(own, frame, [](fake::Geometry &boxes) {
+      boxes.of_primitives["colliderfriction"].assign(12, 0);
+      boxes.of_primitives["colliderthickness"].assign(12, 0.05);
+      boxes.of_primitives["collidercells"].assign(12, 32);
+      boxes.texts_of_primitives["collidershape"].assign(12, "box");
+    });
+    at(deforming, frame, [](fake::Geometry &boxes) { boxes.texts_of_primitives["collidershape"].assign(12, "deforming"); });
+  }
+  CHECK(by_name.tip() > -0.0165 && own.tip() > 0.0335);  // the end's box is at -0.016, and a grid keeps a hundredth of a cell of 0.03
+  CHECK_NEAR(deforming.tip(), by_name.tip(), 0.01);  // another search, and no grid
+  CHECK(apart > 0.003);
+  for (Scene *scene : {&by_name, &by_number, &end_alone, &own, &deforming}) CHECK(scene->cook.errors.empty() && scene->cook.warnings.empty());
+  wrong.cook.set_text("colliderpieces", "none");
+  at(wrong, 2, nothing);
+  CHECK(wrong.cook.errors.size() == 1 && contains(wrong.cook.errors[0], "the colliders' primitives have no text or integer none"));
+  wrong.cook.set_text("colliderpieces", "name");
+  at(wrong, 2, [](fake::Geometry &boxes) { boxes.texts_of_primitives["collidershape"].assign(12, "ball"); });
+  CHECK(wrong.cook.errors.size() == 1 && contains(wrong.cook.errors[0], "the collider end: there is no shape 'ball'; there are plane, "));
 }
 
 // Of two boxes in one solid the one below comes up, and the one above down, as the solid turns: a strip of one mode bends one way.
@@ -866,6 +923,7 @@ int main(int argc, char **argv) {
     RUN(every_method_of_the_table_moves_the_polygons_or_is_told_of);
     RUN(every_parameter_changes_the_result);
     RUN(every_parameter_of_the_collider_changes_the_result);
+    RUN(pieces_of_the_third_input_are_colliders_of_their_own);
     RUN(what_is_inside_a_collider_is_pushed_out_or_given_way_to);
     RUN(polygons_of_the_third_input_stop_the_strip_and_lift_it);
     RUN(the_menu_of_known_materials_is_the_librarys_table);

@@ -513,6 +513,26 @@ void poke(Scene &scene, int frame) {
   scene.at(frame);
 }
 
+// The cube's upper corners come up point by point: its mesh is another at every frame, with the same faces.
+void a_deforming_mesh_lifts_the_strip() {
+  Scene scene;
+  scene.node.set("colliders[0].colliderShape", SW_COLLIDER_DEFORMING_MESH);
+  const double m[4][4] = {{8, 0, 0, 0}, {0, 5, 0, 0}, {0, 0, 10, 0}, {37, -5.5, 0, 1}};
+  scene.node.set("colliders[0].colliderMatrix", MMatrix(m));
+  std::vector<Points> frames;
+  const auto at = [&](int frame) {
+    fake::Mesh mesh = cube();
+    for (MPoint &p : mesh.points)
+      if (p.y > 0) p.y += 0.02 * frame;  // 0.1 cm, by the matrix
+    scene.node.set_mesh("colliders[0].colliderMesh", &mesh);
+    return scene.at(frame);
+  };
+  for (int frame = 1; frame <= 16; ++frame) frames.push_back(at(frame));
+  CHECK(scene.tip() > 1.05 && !scene.node.failed());  // the top is at 1.1
+  for (const int frame : {5, 16, 2}) CHECK(same(at(frame), frames[std::size_t(frame - 1)]));
+  CHECK(fake::session().warnings.empty());
+}
+
 void what_is_inside_a_collider_is_pushed_out_or_given_way_to() {
   const auto deepest = [](const std::function<void(Scene &)> &change) {
     Scene scene;
@@ -1226,6 +1246,7 @@ int main(int argc, char **argv) {
     RUN(every_attribute_changes_the_result);
     RUN(a_connected_mesh_stops_the_strip);
     RUN(a_connected_mesh_moves_the_strip_and_every_attribute_of_it_counts);
+    RUN(a_deforming_mesh_lifts_the_strip);
     RUN(what_is_inside_a_collider_is_pushed_out_or_given_way_to);
     RUN(the_menu_of_known_materials_is_the_librarys_table);
     RUN(a_known_material_is_the_sheet_of_its_numbers);

@@ -62,6 +62,7 @@ public:
   const UT_StringHolder &getWeightattrib() const { return weightattrib_; }
   const UT_StringHolder &getContactpatches() const { return contactpatches_; }
   bool getPushout() const { return pushout_; }
+  const UT_StringHolder &getColliderpieces() const { return colliderpieces_; }
 
   void fake_load(const std::map<std::string, fake::Parm> &values) override {
     time_ = at(values, "time", "float").numbers[0];
@@ -117,6 +118,7 @@ public:
     weightattrib_ = at(values, "weightattrib", "string").text.c_str();
     contactpatches_ = at(values, "contactpatches", "string").text.c_str();
     pushout_ = at(values, "pushout", "toggle").numbers[0] != 0;
+    colliderpieces_ = at(values, "colliderpieces", "string").text.c_str();
   }
 
 private:
@@ -184,4 +186,5 @@ private:
   UT_StringHolder weightattrib_;
   UT_StringHolder contactpatches_;
   bool pushout_ = false;
+  UT_StringHolder colliderpieces_;
 };

@@ -18,8 +18,8 @@ void Geometry::group(const std::string &name, const std::vector<int> &members) {
   for (const int index : members) groups[name].offsets.insert(offset(index));
 }
 
-const double *Geometry::find(const std::string &name, GA_Offset at, std::size_t width) const {
-  return &attributes.at(name).at(static_cast<std::size_t>((at - 3) / 2) * width);
+const double *Geometry::find(GA_AttributeOwner owner, const std::string &name, GA_Offset at, std::size_t width) const {
+  return &(owner == GA_ATTRIB_PRIMITIVE ? of_primitives : attributes).at(name).at(static_cast<std::size_t>((at - 3) / 2) * width);
 }
 
 void Cook::set(const std::string &parm, std::vector<double> numbers) {
@@ -239,16 +239,16 @@ const GA_PointGroup *GOP_Manager::parsePointGroups(const char *pattern, const Gr
 
 template <class T>
 T GA_ROHandleT<T>::get(GA_Offset offset) const {
-  return fake::read<T>(detail_->fake_geometry().find(name_, offset, sizeof(T) == sizeof(UT_Quaternion) ? 4 : 1));
+  return fake::read<T>(detail_->fake_geometry().find(owner_, name_, offset, sizeof(T) == sizeof(UT_Quaternion) ? 4 : 1));
 }
 template <>
 UT_Vector3 GA_RWHandleV3::get(GA_Offset offset) const {
-  const double *v = detail_->fake_geometry().find(name_, offset, 3);
+  const double *v = detail_->fake_geometry().find(GA_ATTRIB_POINT, name_, offset, 3);
   return UT_Vector3(float(v[0]), float(v[1]), float(v[2]));
 }
 template <>
 void GA_RWHandleV3::set(GA_Offset offset, const UT_Vector3 &value) const {
-  double *to = const_cast<double *>(detail_->fake_geometry().find(name_, offset, 3));
+  double *to = const_cast<double *>(detail_->fake_geometry().find(GA_ATTRIB_POINT, name_, offset, 3));
   to[0] = value.x(), to[1] = value.y(), to[2] = value.z();
 }
 template class GA_ROHandleT<float>;
@@ -269,6 +269,7 @@ SOP_NodeVerb::~SOP_NodeVerb() = default;
 static PRM_Name no_names[1];
 PRM_ChoiceList SOP_Node::pointGroupMenu(PRM_CHOICELIST_SINGLE, no_names);
 PRM_ChoiceList SOP_Node::pointAttribReplaceMenu(PRM_CHOICELIST_SINGLE, no_names);
+PRM_ChoiceList SOP_Node::primAttribReplaceMenu(PRM_CHOICELIST_SINGLE, no_names);
 SOP_Node::SOP_Node(OP_Network *, const char *, OP_Operator *) : cook_(std::make_unique<fake::Cook>()) {
   cook_->node = this;
 }

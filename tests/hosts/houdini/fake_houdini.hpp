@@ -205,7 +205,8 @@ namespace fake {
 struct Geometry {
   std::vector<UT_Vector3> points;
   std::vector<GEO_PrimPoly> primitives;
-  std::map<std::string, std::vector<double>> attributes;
+  std::map<std::string, std::vector<double>> attributes, of_primitives;
+  std::map<std::string, std::vector<std::string>> texts_of_primitives;
   std::set<std::string> of_vertices, vectors;  // attributes of vertices, by name; and those that transform as vectors
   std::map<std::string, int> bumps;            // of attributes but P
   std::map<std::string, GA_PointGroup> groups;
@@ -213,7 +214,7 @@ struct Geometry {
 
   static GA_Offset offset(GA_Index index) { return 2 * index + 3; }
   void group(const std::string &name, const std::vector<int> &members);
-  const double *find(const std::string &name, GA_Offset offset, std::size_t width) const;
+  const double *find(GA_AttributeOwner owner, const std::string &name, GA_Offset offset, std::size_t width) const;
 };
 }  // namespace fake
 
@@ -223,17 +224,37 @@ public:
   GA_ROHandleT() = default;
   GA_ROHandleT(const GA_Detail *gdp, GA_AttributeOwner owner, const UT_StringRef &name)
       : detail_((owner == GA_ATTRIB_POINT && gdp->fake_geometry().attributes.count(name.c_str())) ||
+                        (owner == GA_ATTRIB_PRIMITIVE && gdp->fake_geometry().of_primitives.count(name.c_str())) ||
                         (owner == GA_ATTRIB_VERTEX && gdp->fake_geometry().of_vertices.count(name.c_str()))
                     ? gdp
                     : nullptr),
+        owner_(owner),
         name_(name.c_str()) {}
   bool isValid() const { return detail_ != nullptr; }
   T get(GA_Offset offset) const;
 
 private:
   const GU_Detail *detail_ = nullptr;
+  GA_AttributeOwner owner_ = GA_ATTRIB_POINT;
   std::string name_;
 };
+// Of texts of primitives.
+template <>
+class GA_ROHandleT<const char *> {
+public:
+  GA_ROHandleT() = default;
+  GA_ROHandleT(const GA_Detail *gdp, GA_AttributeOwner owner, const UT_StringRef &name) {
+    const auto &texts = gdp->fake_geometry().texts_of_primitives;
+    const auto found = texts.find(name.c_str());
+    if (owner == GA_ATTRIB_PRIMITIVE && found != texts.end()) values_ = &found->second;
+  }
+  bool isValid() const { return values_ != nullptr; }
+  const char *get(GA_Offset offset) const { return values_->at(static_cast<std::size_t>((offset - 3) / 2)).c_str(); }
+
+private:
+  const std::vector<std::string> *values_ = nullptr;
+};
+typedef GA_ROHandleT<const char *> GA_ROHandleS;
 typedef GA_ROHandleT<float> GA_ROHandleF;
 typedef GA_ROHandleT<int> GA_ROHandleI;
 typedef GA_ROHandleT<UT_Quaternion> GA_ROHandleQ;
@@ -452,7 +473,7 @@ class SOP_Node : public OP_Node {
 public:
   SOP_Node(OP_Network *parent, const char *name, OP_Operator *entry);
   ~SOP_Node() override;
-  static PRM_ChoiceList pointGroupMenu, pointAttribReplaceMenu;
+  static PRM_ChoiceList pointGroupMenu, pointAttribReplaceMenu, primAttribReplaceMenu;
   virtual const SOP_NodeVerb *cookVerb() const { return nullptr; }
   virtual const char *inputLabel(unsigned index) const { return index ? "" : "Input"; }
 
