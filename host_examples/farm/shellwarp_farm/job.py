@@ -15,6 +15,7 @@ from shellwarp.method import damping
 from . import colliders, files, motion, selection
 from .content import content_hash
 from .errors import DamagedError, FarmError, SceneError
+from .handles import Handles
 from .job_log import JobLog, library_messages
 from .mesh_file import stem as stem_of
 from .model import library_digest, load_model, model_tables, slowest_of
@@ -22,6 +23,7 @@ from .point_cache import PointCacheFile
 from .polygon import cut
 from .scenes import MODEL_KEYS
 from .simulated import by_vertices, drawn_at, mesh_at, polygons_at, simulated_at
+from .supports import Supports
 from .usd_cache import UsdFile
 
 SUFFIXES = {"pc2": ".pc2", "usd": ".usdc"}
@@ -64,7 +66,7 @@ def _try(job, model, before, out, cache, log):
 
 def hash_of(job, key, start):
     """Hash of all that the outputs of a job depend on."""
-    names = ("wind", "frame", "force", "seed", "frames", "up_axis", "metres_per_unit", "formats")
+    names = ("handle", "support", "wind", "frame", "force", "seed", "frames", "up_axis", "metres_per_unit", "formats")
     simulation = {k: v for k, v in job["simulation"].items() if k not in MODEL_KEYS}
     return content_hash({"model": key, "simulation": simulation, "start": start, "library": library_digest(),
                          "damping": {**job["damping"], "factors": _factors(job)}, "collider": colliders.content(job["collider"]), "drawn": [_content(job["mesh"])[1:], *map(_content, job["render"])],
@@ -123,7 +125,7 @@ def _bake(job, model_facts, job_hash, start, out, cache, log):
     base = Path(out) / job["name"]
     paths = {(kind, number): Path(f"{base}{stem}{SUFFIXES[kind]}") for kind in job["formats"] for number, stem in enumerate(stems(job))}
     paths["state"] = Path(f"{base}.state")
-    with ExitStack() as stack, model.state(job["simulation"]["method"], job["simulation"]["integrator"]) as state:
+    with ExitStack() as stack, state_of(job, model) as state:
         bindings = [bind_itself(model, job, stack), *(stack.enter_context(bind(model, path)) for path in job["render"])]
         partials = {kind: stack.enter_context(files.whole_file(path)) for kind, path in paths.items()}
         judged = simulate(job, state, start, partials, slowest_of(model), bindings, log)
@@ -143,6 +145,11 @@ def _bake(job, model_facts, job_hash, start, out, cache, log):
               "core_seconds": time.process_time() - cpu, "worker": f"{socket.gethostname()}:{os.getpid()}", "library": shellwarp.version()}
     files.write_whole(record_path(out, job["name"]), json.dumps(record, indent=1).encode())
     return record
+
+
+def state_of(job, model):
+    """A state of the job's method at rest."""
+    return model.state(*(job["simulation"][key] for key in ("method", "integrator", "deterministic")))
 
 
 def _certified(job, state):
@@ -203,6 +210,7 @@ def simulate(job, state, start, partials, slowest, bindings, log):
     `bindings`: of the shell's own vertices, for their velocities, and of each mesh that follows."""
     first, last = job["frames"]
     _set_up(job, state, slowest)
+    handles, supports, end = Handles(job), Supports(job), _seconds(job, last)
     colliders.put(state, job["collider"])
     rate = job["simulation"]["frame_rate"]
     if start is not None:
@@ -210,15 +218,14 @@ def simulate(job, state, start, partials, slowest, bindings, log):
         state.load(start.tobytes())
     else:
         colliders.move(state, job["collider"], _seconds(job, first), rate, teleport=True)
-        if job["frame"]:
-            state.set_frame(*motion.pose(job["frame"], _seconds(job, first), _seconds(job, last)), teleport=True)
+        supports.move(state, _seconds(job, first), end, teleport=True)
     writers = _writers(job, partials)  # by which mesh: the shell, then what follows it
     judged = {"frames_out": 0, "first_out": None, "max_rotation": 0.0, "worst_fraction": 0.0,
-              "deepest_penetration": 0.0, "deepest_left": 0.0, "contact_count": 0}
+              "deepest_penetration": 0.0, "deepest_left": 0.0, "contact_count": 0, "frames_handles_unmet": 0}
     buffer = numpy.empty((state.n_vertices, 3), numpy.float32)
     for frame in range(first, last + 1):
         if start is not None or frame > first:
-            _step_to(job, state, frame)
+            _step_to(job, state, frame, handles, supports)
         for number, files_of_it in enumerate(writers):
             points = state.bound_points(bindings[number], ("positions", "velocities")) if bindings[number] else {}
             if number == 0 and not job["proxy"]:   # to the last bit
@@ -230,6 +237,7 @@ def simulate(job, state, start, partials, slowest, bindings, log):
         if judged["first_out"] is None and not report["turn_in_range"]:
             log.say(f"frame {frame}: turned too far for the method, {report['max_rotation']:.2f} rad")
         _judge(judged, frame, report)
+        judged["frames_handles_unmet"] += not all(found["met"] for found in state.constraint_report())
     for writer in itertools.chain(*writers):
         writer.close()
     return judged
@@ -260,13 +268,13 @@ def _shown(state, simulation, buffer):
     return state.positions_corrected(steps, out=buffer) if steps else state.positions(out=buffer), 0.0
 
 
-def _step_to(job, state, frame):
+def _step_to(job, state, frame, handles, supports):
     """From the frame before: the inputs of each step are those of its end."""
     steps, last = job["simulation"]["steps_per_frame"], _seconds(job, job["frames"][1])
     for k in range(1, steps + 1):
         seconds = _seconds(job, frame - 1 + k / steps)
-        if job["frame"]:
-            state.set_frame(*motion.pose(job["frame"], seconds, last))
+        supports.move(state, seconds, last)
+        handles.move(state, seconds)
         if job["wind"]:
             _blow(job["wind"], job["seed"], seconds, state)
         colliders.move(state, job["collider"], seconds, job["simulation"]["frame_rate"])

@@ -10,15 +10,16 @@ import numpy
 import shellwarp
 from shellwarp.method import find, precompute_options
 
-from . import files
+from . import files, selection, ties
 from .cache import Cache
 from .content import content_hash
 from .errors import FarmError, SceneError
+from .handles import NAMES, demand
 from .job_log import library_messages
 from .materials import material_of, parts_of
 from .scenes import MODEL_KEYS
 from .simulated import drawn_at, simulated_at
-from .supports import held_vertices, supported_vertices
+from .supports import FIELDS, any_moves, at_rest, axes_of, held_vertices, supported_vertices
 
 KEPT = 4   # models that a worker keeps loaded
 
@@ -28,8 +29,20 @@ _lock = threading.Lock()
 
 def model_tables(job):
     """The part of a job that its model is made of."""
-    return {"mesh": job["mesh"], "proxy": job["proxy"], "material": job["material"], "support": job["support"],
-            "options": options_of(job["simulation"], [job["simulation"]["method"]])}
+    return tables_of(job, job["simulation"], [job["simulation"]["method"]])
+
+
+def tables_of(owner, simulation, methods):
+    """The same of an asset's tables, for all of some methods."""
+    options = options_of(simulation, methods)
+    fields = simulation["support_fields"]
+    options["support_fields"] = (FIELDS if any_moves(owner["support"]) else 0) if fields is None else fields
+    known = [find(method) for method in methods]
+    handles = owner["handle"] if any(method.needs_fields or method.needs_choice for method in known) else []
+    if options.get("auto_error") or options.get("auto_operations"):
+        options.update(demand(handles))
+    return {"mesh": owner["mesh"], "proxy": owner["proxy"], "material": owner["material"], "support": at_rest(owner["support"]), "tie": owner["tie"],
+            "handle": [{key: item[key] for key in NAMES if key in item} for item in handles], "options": options}
 
 
 def options_of(simulation, methods):
@@ -39,7 +52,7 @@ def options_of(simulation, methods):
     chosen = [method for method in methods if method in shellwarp.methods() and find(method).needs_choice]
     if len(methods) > 1 and chosen and (simulation["auto_error"] or simulation["auto_operations"]):
         raise SceneError("a model that was made for a choice has one method alone: give it a list of its own")
-    asked = {key: simulation[key] for key in MODEL_KEYS if key not in told}
+    asked = {key: simulation[key] for key in ("reduced_fields", "auto_error", "auto_operations")}
     try:
         for method in methods:
             told = _merged(told, precompute_options(method, **asked, gravity=gravity))
@@ -50,8 +63,9 @@ def options_of(simulation, methods):
 
 def _options_here(tables):
     """The options, vertices numbered as in what is simulated."""
-    here = simulated_at(tables).here
-    return {**tables["options"], "contact_patches": [here(vertex) for vertex in tables["options"].get("contact_patches", ())]}
+    simulated = simulated_at(tables)
+    return {**tables["options"], "contact_patches": [simulated.here(vertex) for vertex in tables["options"].get("contact_patches", ())],
+            "handles": sorted({selection.one_vertex(item, simulated, tables["mesh"]) for item in tables["handle"]})}
 
 
 def _merged(told, options):
@@ -73,7 +87,8 @@ def shell_of(tables):
         held["metres_per_unit"] = asset.metres_per_unit or 0.0 if asset else 0.0
     else:
         held = {"fixed": held_vertices(supports, simulated, mesh)}
-    return shellwarp.Shell(simulated.positions, simulated.triangles, material, **held, **parts_of(tables["material"], material, simulated, mesh))
+    return shellwarp.Shell(simulated.positions, simulated.triangles, material, **held, axes=axes_of(supports, simulated, mesh),
+                           **parts_of(tables["material"], material, simulated, mesh), **ties.parts_of(tables["tie"], simulated))
 
 
 def model_key(tables):
@@ -84,6 +99,7 @@ def model_key(tables):
         "positions": shell.positions, "triangles": shell.triangles, "held": shell.fixed, "clamped": list(shell.clamped),
         "material": [type(material).__name__, *dataclasses.astuple(material)], "directions": shell.directions,
         "maps": dict(shell.maps), "creases": list(shell.creases), "rest": shell.rest_positions,
+        "axes": sorted(shell.axes.items()), "ties": [list(shell.ties), list(shell.triangle_ties), shell.tie_distance],
         "options": _options_here(tables), "library": library_digest()})
 
 

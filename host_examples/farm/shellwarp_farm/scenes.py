@@ -11,14 +11,14 @@ from pathlib import Path
 
 from shellwarp.method import DEFAULT
 
-from . import colliders, materials, selection
+from . import colliders, handles, materials, supports, ties
 from .errors import SceneError
 from .materials import known as _known
 from .mesh_file import beside, stem
 
 # Of [simulation]: what the precompute depends on, beside the method.
-MODEL_KEYS = ("modes", "precision", "reduced_fields", "auto_error", "auto_operations", "contact_patches")
-SIMULATION = {*MODEL_KEYS, "method", "integrator", "frame_rate", "steps_per_frame", "gravity", "stiffness_factor", "correction_steps", "push_out"}
+MODEL_KEYS = ("modes", "precision", "reduced_fields", "auto_error", "auto_operations", "contact_patches", "support_fields")
+SIMULATION = {*MODEL_KEYS, "method", "integrator", "frame_rate", "steps_per_frame", "gravity", "stiffness_factor", "correction_steps", "push_out", "deterministic"}
 TABLES = {
     "material": materials.KEYS,
     "simulation": SIMULATION,
@@ -26,18 +26,19 @@ TABLES = {
     "wind": {"velocity", "density", "normal_drag", "tangential_drag", "gust", "gust_frequency"},
     "frame": {"pivot", "rise", "end", "fall", "translate", "rotate_degrees"},
 }
-LISTS = {"support": {"kind"} | selection.WHERE, "force": {"vertex", "nearest", "vector"}, "collider": colliders.KEYS}
+LISTS = {"support": supports.KEYS, "tie": ties.KEYS, "handle": handles.KEYS, "force": {"vertex", "nearest", "vector"}, "collider": colliders.KEYS}
+CHECKS = {"support": supports.check, "tie": ties.check, "handle": handles.check, "collider": colliders.check}
 OSCILLATION = {"axis", "amplitude", "frequency", "phase_degrees"}
 PROXY = {"proxy": "vertices", "proxy_thickness": "thickness", "proxy_cut": "cut"}
-ASSET = {"name", "mesh", *PROXY, "render", "material", "support", "simulation", "damping", "force", "collider"}
-SHOT = {"name", "frames", "after", "start", "simulation", "damping", "wind", "frame", "force", "collider"}
+ASSET = {"name", "mesh", *PROXY, "render", "material", "support", "simulation", "damping", "force", "handle", "tie", "collider"}
+SHOT = {"name", "frames", "after", "start", "simulation", "damping", "wind", "frame", "force", "handle", "collider"}
 TOP = {"title", "up_axis", "metres_per_unit", "formats", "certify", "seeds", "asset", "shot", "parameters", "sweep"}
 FORMATS = ("pc2", "usd")
 FILES = ("material.rest_shape", "material.directions", "damping.factors")   # that a table or a parameter names
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]*")
 DEFAULTS = {"modes": 16, "precision": "f32", "method": DEFAULT, "integrator": "implicit-euler", "frame_rate": 30.0,
             "steps_per_frame": 1, "gravity": [0, 0, 0], "reduced_fields": 0, "auto_error": 0.0, "auto_operations": 0.0,
-            "stiffness_factor": 1.0, "correction_steps": 0, "push_out": False, "contact_patches": []}
+            "stiffness_factor": 1.0, "correction_steps": 0, "push_out": False, "deterministic": False, "contact_patches": [], "support_fields": None}
 
 
 def read_list(path):
@@ -97,7 +98,7 @@ def parameter_grid(scene_list):
 def asset_tables(asset, values):
     """The tables of an asset alone, parameters put in and defaults filled in."""
     return _with_parameters({"mesh": asset["mesh"], "proxy": proxy(asset), **{key: asset.get(key, {}) for key in ("material", "damping")},
-                             "support": asset.get("support", []), "force": asset.get("force", []),
+                             **{key: asset.get(key, []) for key in ("support", "tie", "handle", "force")},
                              "simulation": {**DEFAULTS, **asset.get("simulation", {})}, "wind": {}, "frame": {}}, values)
 
 
@@ -212,19 +213,11 @@ def _check_entry(kind, entry, keys, needed, seen):
     for table, allowed in LISTS.items():
         for number, item in enumerate(entry.get(table, []), 1):
             _known(f"{kind} {name}, {table}", item, allowed)
-            if table == "support":
-                _check_support(f"{kind} {name}, support {number}", item)
-            if table == "collider":
-                colliders.check(f"{kind} {name}, collider {number}", item)
+            if table in CHECKS:
+                CHECKS[table](f"{kind} {name}, {table} {number}", item)
     materials.check(f"{kind} {name}, material", entry.get("material", {}))
     for item in entry.get("frame", {}).get("translate", []) + entry.get("frame", {}).get("rotate_degrees", []):
         _known(f"{kind} {name}, frame", item, OSCILLATION)
-
-
-def _check_support(where, item):
-    if item.get("kind", "fixed") not in ("fixed", "clamped"):
-        raise SceneError(f"{where}: the kind of a support is 'fixed' or 'clamped'")
-    selection.check(where, item)
 
 
 def _check_output(name, job):
@@ -232,8 +225,9 @@ def _check_output(name, job):
     steps, push_out = job["simulation"]["correction_steps"], job["simulation"]["push_out"]
     if not isinstance(steps, int) or isinstance(steps, bool) or not 0 <= steps <= 100:
         raise SceneError(f"asset {name}: correction_steps is {steps!r}, expected a whole number from 0 to 100")
-    if not isinstance(push_out, bool):
-        raise SceneError(f"asset {name}: push_out is {push_out!r}, expected true or false")
+    for key in ("push_out", "deterministic"):
+        if not isinstance(job["simulation"][key], bool):
+            raise SceneError(f"asset {name}: {key} is {job['simulation'][key]!r}, expected true or false")
     if steps and push_out:
         raise SceneError(f"asset {name}: correction_steps and push_out both move what is written: choose one")
     if (steps or push_out) and (job["proxy"] or job["render"]):

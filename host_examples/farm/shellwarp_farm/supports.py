@@ -1,15 +1,46 @@
-"""What holds a job's shell."""
+"""What holds a job's shell, along which axes, and where it moves: `support` tables as of scene files."""
 
 import numpy
 
-from . import selection
+from . import motion, selection, way
+from .errors import SceneError
+from .handles import check_axes
+from .simulated import simulated_at
+
+KEYS = selection.WHERE | {"kind", "axes", "key", "about"}
+FIELDS = 24   # support_fields where a support has a key and nobody says how many
+
+
+def check(where, item):
+    """SceneError unless the table is a support's; all of its keys are known."""
+    if item.get("kind", "fixed") not in ("fixed", "clamped"):
+        raise SceneError(f"{where}: the kind of a support is 'fixed' or 'clamped'")
+    selection.check(where, item)
+    check_axes(where, item)
+    if "axes" in item and (item.get("kind", "fixed") != "fixed" or "key" in item):
+        raise SceneError(f"{where}: axes go with a fixed support without a key")
+    if "about" in item and "key" not in item:
+        raise SceneError(f"{where}: about goes with key")
+    way.check_vector(where, item, "about")
+    way.check(where, item.get("key", []))
+
+
+def at_rest(supports):
+    """The tables without what moves them: what a model is made of."""
+    return [{key: value for key, value in item.items() if key not in ("key", "about")} for item in supports]
+
+
+def any_moves(supports):
+    """Whether some move against the others or the frame."""
+    return any(item.get("key") for item in supports)
 
 
 def held_vertices(supports, simulated, mesh):
     """The vertices that supports hold, clamped ones with their neighbours, sorted and each once: (k), uint32."""
     held = numpy.zeros(len(simulated.positions), dtype=bool)
     for support in supports:
-        held[with_neighbours(support, simulated, mesh)] = True
+        if "axes" not in support:
+            held[with_neighbours(support, simulated, mesh)] = True
     return numpy.flatnonzero(held).astype(numpy.uint32)
 
 
@@ -24,5 +55,43 @@ def with_neighbours(support, simulated, mesh):
 
 def supported_vertices(supports, simulated, mesh, kind):
     """The vertices that supports of a kind name, sorted and each once: (k), uint32."""
-    chosen = [selection.chosen(support, simulated, mesh) for support in supports if support.get("kind", "fixed") == kind]
+    chosen = [selection.chosen(support, simulated, mesh) for support in supports if support.get("kind", "fixed") == kind and "axes" not in support]
     return numpy.unique(numpy.concatenate([numpy.zeros(0, int), *chosen])).astype(numpy.uint32)
+
+
+def axes_of(supports, simulated, mesh):
+    """Of vertices that are held along axes, which."""
+    found = {}
+    for support in supports:
+        for vertex in selection.chosen(support, simulated, mesh) if "axes" in support else ():
+            found[int(vertex)] = "".join(sorted({*found.get(int(vertex), ""), *support["axes"]}))
+    return found
+
+
+class Supports:
+    """Moves the supports of a job that have keys, and the frame."""
+
+    def __init__(self, job):
+        self._frame, self._led = job["frame"], []
+        if any_moves(job["support"]):
+            simulated = simulated_at(job)
+            self._rest = simulated.positions
+            for item in job["support"]:
+                if item.get("key"):
+                    middle = self._rest[selection.chosen(item, simulated, job["mesh"])].mean(axis=0)
+                    self._led.append((with_neighbours(item, simulated, job["mesh"]), numpy.array(item.get("about", middle), float), item["key"]))
+
+    def move(self, state, seconds, end, teleport=False):
+        """Where they are at a time; `end` is that of the shot. A vertex of several supports goes with the last."""
+        if not self._led:
+            if self._frame:
+                state.set_frame(*motion.pose(self._frame, seconds, end), teleport=teleport)
+            return
+        positions = self._rest.copy()
+        for vertices, about, keys in self._led:
+            offset, turn = way.at(keys, seconds)
+            positions[vertices] = about + offset + (self._rest[vertices] - about) @ motion.rotation_matrix(numpy.radians(turn)).T
+        if self._frame:
+            origin, rotation = motion.pose(self._frame, seconds, end)
+            positions = positions @ rotation.T + origin
+        state.move_supports(positions, teleport)

@@ -19,9 +19,10 @@ from . import engine as engines
 from . import files
 from .content import content_hash
 from .errors import FarmError, SceneError
-from .model import library_digest, load_model, model_key, options_of, shell_of, slowest_of
+from .model import library_digest, load_model, model_key, shell_of, slowest_of, tables_of
 from .scenes import asset_tables, label, parameter_grid, read_list
 from .simulated import simulated_at
+from .supports import any_moves
 
 KEYS = {"methods", "modes", "loads", "bending"}
 REPEATS = 7        # of the timed steps; the least counts
@@ -40,8 +41,11 @@ def cases(scene_list):
 def _case(sweep, asset, values, bending, load):
     tables = asset_tables(asset, values)
     gravity = [load * component for component in tables["simulation"]["gravity"]]
-    if asset.get("collider"):
-        raise SceneError(f"sweep: asset {asset['name']} has colliders; a sweep compares free equilibria")
+    for key, what in (("collider", "colliders"), ("handle", "handles")):
+        if asset.get(key):
+            raise SceneError(f"sweep: asset {asset['name']} has {what}; a sweep compares free equilibria")
+    if any_moves(asset.get("support", [])):
+        raise SceneError(f"sweep: asset {asset['name']} has supports that move; a sweep compares equilibria")
     if not any(gravity):
         raise SceneError(f"sweep: asset {asset['name']} has no simulation.gravity")
     if bending != 1:
@@ -59,8 +63,7 @@ def run_case(case, out, cache):
     """The rows of a case, from its record if that is of the same inputs: {"rows"}, or {"failed"}."""
     name = f"{case['asset']} {case['variant']} bending={case['bending']:g} load={case['load']:g}"
     try:
-        tables = [{**{key: case[key] for key in ("mesh", "proxy", "material", "support")},
-                   "options": options_of({**case["simulation"], "gravity": case["gravity"], "modes": m}, case["methods"])}
+        tables = [tables_of(case, {**case["simulation"], "gravity": case["gravity"], "modes": m}, case["methods"])
                   for m in sorted(case["mode_counts"])]
         keys = [model_key(table) for table in tables]
         digest = content_hash([keys, case["simulation"], case["gravity"], case["damping"], case["methods"],

@@ -143,6 +143,13 @@ class AtRunTime(Case):
         self.assertLess(ends[1][0], 2 * ends[4][0])
 
 
+    def test_a_deterministic_job_has_a_deterministic_state(self):
+        """Told by the full shell, which has none; the warp bakes, within rounding as without."""
+        text = LIST.replace("modes = 6", "modes = 6, deterministic = true")
+        self.assertLess(numpy.abs(self.bake(self.jobs("", text)["both"])[1] - self.bake(self.jobs("", LIST)["both"])[1]).max(), 1e-6)
+        self.assertIn("deterministic", self.failed(self.jobs("", text.replace('"warp"', '"shell-implicit"'))["both"]))
+
+
 class Selections(unittest.TestCase):
     def test_side_list_and_group_name_vertices(self):
         with tempfile.TemporaryDirectory() as folder:

@@ -182,7 +182,7 @@ class UsdLayers(unittest.TestCase):
     def test_a_sheets_model_knows_the_assets_unit(self):
         write_asset(self.folder / "asset.usda")
         mesh = f"{self.folder / 'asset.usda'}</World/leaf>"
-        tables = {"mesh": mesh, "proxy": {}, "material": {"preset": "card"}, "support": [], "options": {}}
+        tables = {"mesh": mesh, "proxy": {}, "material": {"preset": "card"}, "support": [], "tie": [], "handle": [], "options": {}}
         self.assertEqual(shell_of(tables).metres_per_unit, 0.01)
 
     def test_wrong_prims_and_units_are_named(self):
