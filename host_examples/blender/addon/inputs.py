@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy
 
 from . import colliders, fields, library, materials, stack
-from .meshes import DISABLED, SCALE_TOLERANCE, Refused, check_mesh, creases, evaluated, present, group_vertices, key_positions, rest_positions, triangles, weights
+from .meshes import DISABLED, SCALE_TOLERANCE, Refused, check_mesh, creases, evaluated, present, group_vertices, key_positions, loose_edges, rest_positions, triangles, weights
 
 
 STRAIGHT = 1e-6  # of the mesh's size: a row of fixed vertices that is off a line by less is a hinge
@@ -119,14 +119,43 @@ def held_by_handles(obj):
     return tuple(sorted({item.vertex for item in obj.shellwarp.handles if item.kind != "ORIENTATION" and any(item.axes) and item.vertex < count}))
 
 
-def moves_freely(rest, fixed, clamped):
-    """Whether supports leave a rigid motion: nothing, a point or a straight row is fixed, and no slope is held."""
+def moves_freely(rest, fixed, clamped, axes):
+    """Whether supports leave a rigid motion, as where a point or a straight row is fixed, and no slope is held."""
     if len(clamped):
         return False
-    if len(fixed) < 3:
+    rows = [(v, axis) for v in fixed for axis in range(3)] + [(v, "xyz".index(letter)) for v, letters in axes.items() for letter in letters]
+    if len(rows) < 6:
         return True
-    points = rest[fixed] - rest[fixed].mean(axis=0)
-    return numpy.linalg.svd(points, compute_uv=False)[1] <= STRAIGHT * numpy.ptp(rest, axis=0).max()
+    points = (rest - rest.mean(axis=0)) / numpy.ptp(rest, axis=0).max()
+    along = numpy.eye(3)[[axis for _, axis in rows]]
+    motions = numpy.hstack([along, numpy.cross(points[[v for v, _ in rows]], along)])  # what each row sees of translations and turns
+    return numpy.linalg.svd(motions, compute_uv=False)[5] <= STRAIGHT
+
+
+def read_axes(obj):
+    """Of vertices that are held along axes of the object, which: letters by vertex."""
+    found = {}
+    for letter, name in axis_groups(obj.shellwarp).items():
+        for vertex in group_vertices(obj, name):
+            found[vertex] = found.get(vertex, "") + letter
+    return found
+
+
+def axis_groups(settings):
+    """Groups whose vertices are held along one axis, by its letter; those that are named."""
+    names = {letter: getattr(settings, f"fixed_{letter}_group") for letter in "xyz"}
+    return {letter: name for letter, name in names.items() if name}
+
+
+def read_ties(settings, mesh):
+    """What a Shell takes of ties: ends of loose edges, and a distance."""
+    if not settings.tie_edges:
+        return {"tie_distance": settings.tie_within}
+    ends = loose_edges(mesh)
+    if not len(ends):
+        raise Refused("loose edges are to be ties, and the mesh has none: add edges without faces between what is to be held together")
+    stiffness = (settings.tie_stiffness,) if settings.tie_stiffness else ()
+    return {"ties": [(int(a), int(b), *stiffness) for a, b in ends], "tie_distance": settings.tie_within}
 
 
 def read_shell(obj, depsgraph):
@@ -143,12 +172,13 @@ def read_shell(obj, depsgraph):
     folds = creases(obj.data, settings.crease_factors, settings.crease_angles)
     unstressed = key_positions(obj.data, settings.rest_shape).astype(numpy.float64) * scale if settings.rest_shape else None
     directions = materials.read_directions(obj, rest, package)
-    shell = package.Shell(rest, triangles(obj.data), material, fixed, clamped, maps, folds, unstressed, directions, metres_per_unit=unit)
+    axes, ties = read_axes(obj), read_ties(settings, obj.data)
+    shell = package.Shell(rest, triangles(obj.data), material, fixed, clamped, maps, folds, unstressed, directions, axes=axes, **ties, metres_per_unit=unit)
     key = hashlib.blake2b(rest.tobytes() + shell.triangles.tobytes())
-    recipe = read_recipe(obj, depsgraph, package, moves_freely(rest, fixed, clamped))
+    recipe = read_recipe(obj, depsgraph, package, moves_freely(rest, fixed, clamped, axes))
     for name, values in maps.items():
         key.update(name.encode() + values.tobytes())
-    key.update(repr((material, fixed, clamped, recipe, folds)).encode())
+    key.update(repr((material, fixed, clamped, axes, ties, recipe, folds)).encode())
     for array in (unstressed, directions):
         key.update(b"" if array is None else array.tobytes())
     return shell, scale, recipe, key.digest()
@@ -156,7 +186,8 @@ def read_shell(obj, depsgraph):
 
 def groups_of(settings):
     """The vertex groups that the settings name, each with what it is for."""
-    return {"fixed": settings.fixed_group, "clamped": settings.clamped_group, "contact patches": settings.contact_patches,
+    return {"fixed": settings.fixed_group, "clamped": settings.clamped_group,
+            **{f"held along {letter}": getattr(settings, f"fixed_{letter}_group") for letter in "xyz"}, "contact patches": settings.contact_patches,
             "damping": settings.damping_group, **materials.group_names(settings)}
 
 

@@ -81,6 +81,14 @@ def faces_of(mesh):
     return corners.tobytes() + starts.tobytes()
 
 
+def loose_edges(mesh):
+    """The ends of edges without faces (n x 2)."""
+    ends, used = numpy.empty((len(mesh.edges), 2), numpy.int32), numpy.empty(len(mesh.loops), numpy.int32)
+    mesh.edges.foreach_get("vertices", ends.ravel())
+    mesh.loops.foreach_get("edge_index", used)
+    return ends[numpy.bincount(used, minlength=len(ends)) == 0]
+
+
 def uv_directions(mesh, name, positions, package):
     """The direction in which u of a UV map grows on each triangle (n x 3)."""
     layer = mesh.uv_layers.get(name)

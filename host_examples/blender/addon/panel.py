@@ -65,6 +65,9 @@ class SHELLWARP_PT_shell(bpy.types.Panel):
         layout.prop(settings, "live")
         layout.prop_search(settings, "fixed_group", obj, "vertex_groups")
         layout.prop_search(settings, "clamped_group", obj, "vertex_groups")
+        for letter in "xyz":
+            layout.prop_search(settings, f"fixed_{letter}_group", obj, "vertex_groups")
+        draw_ties(layout, settings)
         draw_follow(layout, obj)
         for title, names in GROUPS:
             column = layout.column(heading=title)
@@ -95,6 +98,14 @@ class SHELLWARP_PT_shell(bpy.types.Panel):
         row.operator("shellwarp.bake")
         row.operator("shellwarp.free_bake")
         layout.operator("shellwarp.export")
+
+
+def draw_ties(layout, settings):
+    """What is held together."""
+    layout.prop(settings, "tie_edges")
+    if settings.tie_edges:
+        layout.prop(settings, "tie_stiffness")
+    layout.prop(settings, "tie_within")
 
 
 def draw_follow(layout, obj):

@@ -157,6 +157,16 @@ class ShellwarpSettings(bpy.types.PropertyGroup):
                                 description="Vertex group held in place by the object: weights above a half")
     clamped_group: StringProperty(override=OVER, name="Clamped", options=NOT_KEYED,
                                   description="Held together with the neighbouring vertices, so the slope as well")
+    fixed_x_group: StringProperty(override=OVER, name="Held along x", options=NOT_KEYED,
+                                  description="Vertex group held along the object's x axis alone, as on a symmetry plane or a rail")
+    fixed_y_group: StringProperty(override=OVER, name="Held along y", options=NOT_KEYED, description="Vertex group held along the object's y axis alone")
+    fixed_z_group: StringProperty(override=OVER, name="Held along z", options=NOT_KEYED, description="Vertex group held along the object's z axis alone")
+    tie_edges: BoolProperty(override=OVER, name="Loose edges tie", options=NOT_KEYED,
+                            description="Edges without faces hold their ends where they are beside each other: seams, straps, buttons")
+    tie_stiffness: FloatProperty(override=OVER, name="Stiffness of ties", default=0.0, min=0, options=NOT_KEYED,
+                                 description="Force per length by which loose edges hold their ends; 0: stiff")
+    tie_within: FloatProperty(override=OVER, name="Tie within", default=0.0, min=0, subtype="DISTANCE", options=NOT_KEYED,
+                              description="Of two pieces of the mesh this near, the vertices of one are tied to the nearest faces of the other, stiffly. 0: none")
     follow: BoolProperty(override=OVER, name="Pins follow", default=True, options=NOT_KEYED,
                          description="Shape keys, and modifiers such as Armature and Hook before the shell's own, lead what is held. Off: "
                          "the object does, and they come after the shell")
