@@ -86,7 +86,7 @@ void write_frames(const std::string &path, const Frames &frames) {
   for (const StateCache::Entry &entry : frames.entries) {
     out.list(entry.state);
     out.number(entry.inputs), out.number(entry.missed);
-    out.number(static_cast<uint8_t>(entry.exact)), out.number(static_cast<uint8_t>(entry.led)), out.number(entry.deepest);
+    out.number(static_cast<uint8_t>(entry.exact)), out.number(static_cast<uint8_t>(entry.led)), out.number(entry.deepest), out.number(entry.stiffness);
   }
   out.number(sum_of(out.bytes));
   const std::string beside = path + ".partial";
@@ -123,6 +123,7 @@ Frames read_frames(const std::string &path) {
     entry.state = in.list();
     entry.inputs = in.number<uint64_t>(), entry.missed = in.number<uint32_t>();
     entry.exact = in.number<uint8_t>() != 0, entry.led = in.number<uint8_t>() != 0, entry.deepest = in.number<float>();
+    entry.stiffness = in.number<float>();
     frames.entries.push_back(std::move(entry));
   }
   return frames;

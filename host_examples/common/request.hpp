@@ -70,6 +70,7 @@ struct Motion {
   double damping_ratio = 0.05;  // of critical, 0 or more
   double damping_mass = 0;      // 1/s, 0 or more: slows whatever moves, swinging or not
   double damping_stiffness = 0;  // s, 0 or more: slows fast swings most
+  std::vector<double> damping_map;  // factors at the points on ratio and mass, 0 or more; empty is 1 everywhere
   double start_time = 0;        // s
   double frame_rate = 24;       // frames per second, > 0
 };
@@ -107,6 +108,7 @@ struct Wind {
 // What may be animated; read at every evaluation.
 struct Inputs {
   Vec3 gravity{};  // world, length/s²
+  double stiffness_factor = 1;  // on all stiffness, 1e-9 to 1e9; rounded to a float
   Wind wind;
   Pose object;     // where the object stands in the world
   Pose frame;      // what shakes the shell; the object's own pose unless the host is told otherwise

@@ -252,15 +252,15 @@ uint64_t build_key(const Mesh &mesh, const Build &build) {
   return hash.add(s.bend).add(s.stretch).add(s.density).value();
 }
 
-static void check_map(const Mesh &mesh, const char *what, const std::vector<double> &factors) {
+void check_map(const Mesh &mesh, const char *what, const std::vector<double> &factors, bool zero_too) {
   if (factors.empty()) return;
   if (factors.size() != mesh.n_points())
     throw HostError(std::string("the map of the ") + what + " has " + number(uint64_t(factors.size())) + " values, the simulated mesh " +
                     number(uint64_t(mesh.n_points())) + " points: maps are painted on the mesh that is simulated, with no other in its place");
   for (std::size_t i = 0; i < factors.size(); ++i)
-    if (!(factors[i] > 0) || !std::isfinite(factors[i]))
+    if (!(factors[i] > 0 || (zero_too && factors[i] == 0)) || !std::isfinite(factors[i]))
       throw HostError(std::string("the map of the ") + what + " is " + number(factors[i]) + " at point " + number(uint64_t(i)) +
-                      "; it must be above 0");
+                      (zero_too ? "; it must be 0 or above" : "; it must be above 0"));
 }
 
 void check_build(const Mesh &mesh, const Build &build) {

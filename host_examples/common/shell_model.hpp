@@ -61,6 +61,9 @@ double air_density(const Stiffness &stiffness, double density);
 // what it needs.
 uint64_t build_key(const Mesh &mesh, const Build &build);
 
+// Throws HostError naming the value of a map of factors that has not as many as points, or that is out of range.
+void check_map(const Mesh &mesh, const char *what, const std::vector<double> &factors, bool zero_too = false);
+
 // Throws HostError naming the value that is out of its range.
 void check_build(const Mesh &mesh, const Build &build);
 

@@ -37,6 +37,8 @@ void check_motion(const Request &request) {
           "the mass damping is " + number(m.damping_mass) + "; it must be 0 or above");
   require(m.damping_stiffness >= 0 && m.damping_stiffness <= 1e6,
           "the stiffness damping is " + number(m.damping_stiffness) + "; it must be 0 or above");
+  const double factor = request.inputs.stiffness_factor;
+  require(factor >= 1e-9 && factor <= 1e9, "the factor on the stiffness is " + number(factor) + "; it must be from 1e-9 to 1e9");
   require(m.frame_rate > 0 && m.frame_rate <= 1e6,
           "the frame rate is " + number(m.frame_rate) + "; it must be above 0");
   require(std::isfinite(request.time) && std::isfinite(m.start_time), "the time is not finite");
@@ -85,6 +87,7 @@ uint64_t key_of(const Request &request) {
       .add(m.damping_ratio)
       .add(m.damping_mass)
       .add(m.damping_stiffness)
+      .add_all(m.damping_map)
       .add(m.start_time)
       .add(m.frame_rate)
       .add(stiffness.by)
@@ -97,7 +100,7 @@ void add(Hash &hash, const Pose &pose) { hash.add_all(pose.origin).add_all(pose.
 
 uint64_t key_of(const Inputs &inputs) {
   Hash hash;
-  hash.add_all(inputs.gravity).add_all(inputs.supports);
+  hash.add_all(inputs.gravity).add(inputs.stiffness_factor).add_all(inputs.supports);
   const Wind &wind = inputs.wind;
   hash.add_all(wind.velocity).add(wind.density).add(wind.normal_drag).add(wind.tangential_drag);
   add(hash, inputs.object);
@@ -112,6 +115,9 @@ uint64_t key_of(const Inputs &inputs) {
   }
   return hash.value();
 }
+
+// As a frame keeps it.
+double stiffness_of(const Inputs &inputs) { return static_cast<double>(static_cast<float>(inputs.stiffness_factor)); }
 
 // Supports have left the rigid motion of all, and the state cannot follow.
 class Apart : public HostError {
@@ -226,6 +232,7 @@ void ShellRunner::run(Request &request, const At &at) {
   check_build(request.mesh, request.build);
   check_handles(request);
   check_wind(request.inputs.wind);
+  check_map(request.mesh, "damping", request.motion.damping_map, true);
   request.inputs.wind.density = air_density(request.build.stiffness, request.inputs.wind.density);
   const bool built = !model_serves(request, at);
   if (built) build(request, at);
@@ -370,8 +377,11 @@ void ShellRunner::restart(const Request &request) {
   desc.method = request.build.method;
   desc.integrator = motion.implicit_euler ? SW_INTEGRATOR_IMPLICIT_EULER : SW_INTEGRATOR_EXACT;
   shellwarp::State state(model_->model(), desc);
-  state.set_damping(
-      damping(request.build.method, motion.damping_ratio, motion.damping_mass / clock, motion.damping_stiffness * clock, model_->slowest()));
+  SwDampingDesc slows =
+      damping(request.build.method, motion.damping_ratio, motion.damping_mass / clock, motion.damping_stiffness * clock, model_->slowest());
+  slows.factors = motion.damping_map.data(), slows.factor_format = SW_FORMAT_F64;
+  slows.n_factors = static_cast<uint32_t>(motion.damping_map.size());
+  state.set_damping(slows);
   state_ = std::move(state);
   fresh_.clear();
   cache_.drop_from(0);
@@ -384,10 +394,12 @@ void ShellRunner::begin(const Inputs &inputs, uint64_t key, bool exact) {
   cache_.drop_from(0);
   unit_ = inputs.object.scale;
   led_ = false;
+  state_->set_stiffness(1);
   if (fresh_.empty())
     fresh_ = state_->save();
   else
     state_->load(fresh_);  // supports that were led are where they belong
+  state_->set_stiffness(stiffness_of(inputs));
   state_->clear_constraint(SW_ALL_CONSTRAINTS);
   SwFrameDesc frame = frame_of(inputs);
   frame.flags = SW_FRAME_TELEPORT;
@@ -400,7 +412,7 @@ void ShellRunner::begin(const Inputs &inputs, uint64_t key, bool exact) {
     if (is_full_shell(method_)) state_->equilibrium();  // it has its supports moved and nothing else
   }
   colliders_.place(*state_, inputs, unit_, true);
-  cache_.store(0, {state_->save(), key, 0, 0, exact, led_, seen(inputs, 0, key)});
+  cache_.store(0, {state_->save(), key, 0, 0, static_cast<float>(inputs.stiffness_factor), exact, led_, seen(inputs, 0, key)});
 }
 
 // Leaves the state at the frame. For a sub-frame the inputs are not the frame's own, so a frame that is there is taken as it is.
@@ -426,6 +438,7 @@ void ShellRunner::reach(const Request &request, uint64_t frame, bool own_inputs)
 
 // A state has where solids are, and not how they are deformed: what is not known of that is as it is now.
 void ShellRunner::load(const StateCache::Entry &entry, const Inputs &inputs) {
+  state_->set_stiffness(static_cast<double>(entry.stiffness));
   state_->load(entry.state);
   missed_ = entry.missed;
   deepest_ = entry.deepest;
@@ -456,7 +469,7 @@ void ShellRunner::advance(const Inputs &inputs, uint64_t key, uint64_t frame, bo
   missed_ = 0;
   for (const SwConstraintReport &report : state_->constraint_report()) missed_ += report.met == 0;
   deepest_ = static_cast<float>(state_->report().deepest_penetration);
-  cache_.store(frame, {state_->save(), key, missed_, deepest_, exact, led_, seen(inputs, frame, key)});
+  cache_.store(frame, {state_->save(), key, missed_, deepest_, static_cast<float>(inputs.stiffness_factor), exact, led_, seen(inputs, frame, key)});
 }
 
 // One of its own for inputs that have changed alone.
@@ -476,6 +489,7 @@ std::shared_ptr<const Inputs> ShellRunner::seen(const Inputs &inputs, uint64_t f
 
 bool ShellRunner::step(shellwarp::State &state, const Inputs &inputs, double frames, bool teleport) const {
   const double g = 1 / (unit_ * clock_ * clock_);
+  state.set_stiffness(stiffness_of(inputs));
   state.set_gravity(g * inputs.gravity[0], g * inputs.gravity[1], g * inputs.gravity[2]);
   blow(state, inputs.wind);
   const bool led = stand(state, inputs, teleport);

@@ -19,6 +19,7 @@ public:
     uint64_t inputs = 0;               // fingerprint of the inputs that led here
     uint32_t missed = 0;               // handles that could not be met
     float deepest = 0;                 // SwStateReport.deepest_penetration
+    float stiffness = 1;               // Inputs.stiffness_factor
     bool exact = false;                // stepped frame by frame from the start, each with its own inputs
     bool led = false;                  // supports were moved
     std::shared_ptr<const Inputs> seen{};  // what led here, where supports may be moved or solids deform; of solids' meshes the points of those

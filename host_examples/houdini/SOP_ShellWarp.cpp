@@ -65,6 +65,8 @@ static const char *theDsFile = R"THEDSFILE(
     parm { name "dampingratio" label "Damping Ratio" type float default { "0.05" } range { 0! 1 } }
     parm { name "dampingmass" label "Mass Damping" type float default { "0" } range { 0! 10 } }
     parm { name "dampingstiffness" label "Stiffness Damping" type float default { "0" } range { 0! 1 } }
+    parm { name "dampingmap" label "Damping Map" type string default { "" } }
+    parm { name "stiffnessfactor" label "Stiffness Factor" type float default { "1" } range { 0! 10 } }
     parm { name "modes" label "Modes" type integer default { "16" } range { 1! 64 } }
     parm { name "doubleprecision" label "Double Precision" type toggle default { "0" } }
     parm { name "method" label "Method" type string default { "auto" } }
@@ -127,7 +129,7 @@ PRM_Template *SOP_ShellWarp::buildTemplates() {
     builder.setChoiceListPtr("preset", &preset_menu());
     for (const char *group : {"supportgroup", "contactpatches"}) builder.setChoiceListPtr(group, &SOP_Node::pointGroupMenu);
     builder.setChoiceListPtr("colliderpieces", &SOP_Node::primAttribReplaceMenu);
-    for (const char *attribute : {"supportattrib", "weightattrib", "thicknessmap", "youngmap", "densitymap"})
+    for (const char *attribute : {"supportattrib", "weightattrib", "thicknessmap", "youngmap", "densitymap", "dampingmap"})
       builder.setChoiceListPtr(attribute, &SOP_Node::pointAttribReplaceMenu);
   }
   return builder.templates();
@@ -274,6 +276,7 @@ void pull_settings(const SOP_ShellWarpParms &parms, host::Request &request) {
   pull_stiffness(parms, build.stiffness);
 
   const UT_Vector3D gravity = parms.getGravity(), t = parms.getFramet(), r = parms.getFramer();
+  request.inputs.stiffness_factor = parms.getStiffnessfactor();
   request.inputs.gravity = {gravity.x(), gravity.y(), gravity.z()};
   const UT_Vector3D wind = parms.getWind();
   request.inputs.wind = {{wind.x(), wind.y(), wind.z()}, parms.getAirdensity(), parms.getNormaldrag(), parms.getTangentialdrag()};
@@ -317,6 +320,7 @@ void ShellWarpVerb::cook(const CookParms &cookparms) const {
       pull_map(*detail, parms.getYoungmap(), stiffness.young_map);
       pull_map(*detail, parms.getDensitymap(), stiffness.density_map);
     }
+    pull_map(*detail, parms.getDampingmap(), request.motion.damping_map);
     pull_supports(*detail, parms.getSupportgroup(), parms.getSupportattrib(), request.build.held);
     pull_group(*detail, parms.getContactpatches(), request.build.contact_patches);
     if (const GU_Detail *points = cookparms.inputGeo(1)) pull_handles(*points, request.inputs.handles);

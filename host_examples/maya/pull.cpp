@@ -177,6 +177,7 @@ void pull_settings(MDataBlock &block, host::Request &request) {
   request.certify = block.inputValue(Node::certify).asBool();
 
   const double3 &gravity = block.inputValue(Node::gravity).asDouble3();
+  request.inputs.stiffness_factor = real(Node::stiffnessFactor);
   request.inputs.gravity = {gravity[0], gravity[1], gravity[2]};
   const double3 &wind = block.inputValue(Node::wind).asDouble3();
   request.inputs.wind = {{wind[0], wind[1], wind[2]}, real(Node::airDensity), real(Node::normalDrag), real(Node::tangentialDrag)};
@@ -184,8 +185,9 @@ void pull_settings(MDataBlock &block, host::Request &request) {
 
 void pull_maps(MDataBlock &block, unsigned int multiIndex, host::Request &request) {
   host::Stiffness &s = request.build.stiffness;
-  if (s.by != host::Stiffness::By::preset && s.by != host::Stiffness::By::sheet) return;
   const std::size_t n_points = (request.drawn.empty() ? request.mesh.points : request.drawn).size() / 3;
+  add_factors(block, multiIndex, Node::dampingMapList, Node::dampingMap, n_points, request.motion.damping_map);
+  if (s.by != host::Stiffness::By::preset && s.by != host::Stiffness::By::sheet) return;
   add_factors(block, multiIndex, Node::thicknessMapList, Node::thicknessMap, n_points, s.thickness_map);
   add_factors(block, multiIndex, Node::youngMapList, Node::youngMap, n_points, s.young_map);
   add_factors(block, multiIndex, Node::densityMapList, Node::densityMap, n_points, s.density_map);

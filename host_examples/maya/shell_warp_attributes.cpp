@@ -20,7 +20,8 @@ MObject ShellWarpNode::stiffnessFrom, ShellWarpNode::frequency, ShellWarpNode::t
 MObject ShellWarpNode::preset, ShellWarpNode::young, ShellWarpNode::poisson, ShellWarpNode::volumeDensity;
 MObject ShellWarpNode::thicknessMapList, ShellWarpNode::thicknessMap, ShellWarpNode::youngMapList, ShellWarpNode::youngMap,
     ShellWarpNode::densityMapList, ShellWarpNode::densityMap;
-MObject ShellWarpNode::dampingRatio, ShellWarpNode::dampingMass, ShellWarpNode::dampingStiffness;
+MObject ShellWarpNode::dampingRatio, ShellWarpNode::dampingMass, ShellWarpNode::dampingStiffness, ShellWarpNode::dampingMapList,
+    ShellWarpNode::dampingMap, ShellWarpNode::stiffnessFactor;
 MObject ShellWarpNode::method, ShellWarpNode::reducedFields, ShellWarpNode::autoError, ShellWarpNode::correctionSteps,
     ShellWarpNode::integrator;
 MObject ShellWarpNode::modes, ShellWarpNode::doublePrecision, ShellWarpNode::certify;
@@ -196,6 +197,8 @@ MStatus create_material() {
   CHECK_MSTATUS_AND_RETURN_IT(status);
   status = create_number(Node::dampingStiffness, "dampingStiffness", "dst", 0, {0, 1});
   CHECK_MSTATUS_AND_RETURN_IT(status);
+  status = create_number(Node::stiffnessFactor, "stiffnessFactor", "sfc", 1, {1e-9, 10});
+  CHECK_MSTATUS_AND_RETURN_IT(status);
   status = create_plain(Node::modes, "modes", "mod", MFnNumericData::kInt, 16);
   CHECK_MSTATUS_AND_RETURN_IT(status);
   MFnNumericAttribute count(Node::modes);
@@ -228,10 +231,12 @@ MStatus create_painted(MObject &list, MObject &map, const char *const (&names)[4
   return MS::kSuccess;
 }
 
-// Factors on a sheet's constants.
+// Factors on the damping and on a sheet's constants.
 MStatus create_maps() {
   constexpr float kMost = 100;
   MStatus status;
+  status = create_painted(Node::dampingMapList, Node::dampingMap, {"dampingMapList", "dpl", "dampingMap", "dpm"}, 1, kMost);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
   status = create_painted(Node::thicknessMapList, Node::thicknessMap, {"thicknessMapList", "tml", "thicknessMap", "tmp"}, 1, kMost);
   CHECK_MSTATUS_AND_RETURN_IT(status);
   status = create_painted(Node::youngMapList, Node::youngMap, {"youngMapList", "yml", "youngMap", "ymp"}, 1, kMost);
@@ -356,8 +361,8 @@ MStatus ShellWarpNode::addAttributes() {
       frameFrom,     supportFrame, handles,      preset,        young,       poisson,           volumeDensity,
       colliders,     proxy,        follow,       supportFields, wind,       airDensity,        normalDrag,
       tangentialDrag, dampingStiffness, cache,  thicknessMapList, youngMapList,     densityMapList, proxyVertices, proxyThickness,
-      contactPatches, pushOut};
-  const MObject children[] = {windX, windY, windZ, gravityX,       gravityY,       gravityZ,          supportWeights,   thicknessMap, youngMap, densityMap, handleVertex,
+      contactPatches, pushOut, dampingMapList, stiffnessFactor};
+  const MObject children[] = {windX, windY, windZ, gravityX,       gravityY,       gravityZ,          supportWeights,   dampingMap, thicknessMap, youngMap, densityMap, handleVertex,
                               handleTarget,   handlePosition, handleOrientation, handleCompliance, handleHeld, handleAxisX, handleAxisY, handleAxisZ, colliderMesh,
                               colliderMatrix, colliderShape,  colliderCells,     colliderFriction, colliderThickness};
   MStatus status;
@@ -397,7 +402,7 @@ MStatus ShellWarpNode::initialize() {
   status = addAttributes();
   CHECK_MSTATUS_AND_RETURN_IT(status);
   // What Artisan offers in the Paint Attributes tool.
-  for (const char *map : {"weights", "supportWeights", "thicknessMap", "youngMap", "densityMap"})
+  for (const char *map : {"weights", "supportWeights", "dampingMap", "thicknessMap", "youngMap", "densityMap"})
     MGlobal::executeCommand(MString("makePaintable -attrType multiFloat -sm deformer ") + nodeName + " " + map);
   return MS::kSuccess;
 }

@@ -90,7 +90,7 @@ public:
   static MObject stiffnessFrom, frequency, thickness, kBend, kStretch, density;
   static MObject preset, young, poisson, volumeDensity;
   static MObject thicknessMapList, thicknessMap, youngMapList, youngMap, densityMapList, densityMap;
-  static MObject dampingRatio, dampingMass, dampingStiffness;
+  static MObject dampingRatio, dampingMass, dampingStiffness, dampingMapList, dampingMap, stiffnessFactor;
   static MObject method, reducedFields, autoError, correctionSteps, integrator;
   static MObject modes, doublePrecision, certify;
   // What holds it

@@ -516,6 +516,60 @@ void a_damping_ratio_calms_the_full_shell_too() {
 }
 
 // The strip swings at the frequency asked for: it passes its resting place upwards and downwards once a period.
+// Without damping but by mass, and that on half of the strip alone: it calms less than all over, and more than not at all.
+void a_map_of_the_damping_calms_where_it_says() {
+  const auto swing = [](double factor, std::vector<double> map) {
+    Request request = strip_request();
+    request.build.stiffness.by = host::Stiffness::By::material;
+    request.build.stiffness.stretch = 1e4;
+    request.build.method = SW_METHOD_SHELL_IMPLICIT;
+    request.motion.damping_ratio = 0;
+    request.motion.damping_mass = factor;
+    request.motion.damping_map = std::move(map);
+    request.inputs.gravity[2] = -0.1;
+    ShellRunner runner;
+    for (int k = 0; k <= 24; ++k) runner.evaluate(at_frame(request, k));
+    return tip_height(runner);
+  };
+  std::vector<double> ones(STRIP_VERTICES, 1), far(STRIP_VERTICES, 0), near(STRIP_VERTICES, 0);
+  for (std::size_t i = 0; i < STRIP_VERTICES; ++i) (i < STRIP_VERTICES / 2 ? near : far)[i] = 1;
+  const double all = swing(4, {}), none = swing(0, {}), by_far = swing(4, far), by_near = swing(4, near);
+  CHECK_NEAR(swing(4, ones), all, 1e-9 * std::fabs(all));  // rounding
+  CHECK(std::fabs(by_far - all) < std::fabs(by_near - all));  // the far half moves most
+  CHECK(std::fabs(by_near - none) < std::fabs(by_far - none) && by_near != none);
+  CHECK(contains(failure([&] { swing(4, {1, 2}); }), "the map of the damping has 2 values"));
+  far[5] = -1;
+  CHECK(contains(failure([&] { swing(4, far); }), "the map of the damping is -1 at point 5; it must be 0 or above"));
+}
+
+// Four times as stiff, without a precompute: it sags to a quarter. Scrubbing goes back through all factors.
+void a_factor_on_the_stiffness_may_be_animated() {
+  const auto at = [](double frame) {
+    Request request = at_frame(strip_request(), frame);
+    request.motion.damping_ratio = 0.9;
+    request.inputs.gravity[2] = -1;
+    request.inputs.stiffness_factor = frame < 40 ? 1 : std::min(4.0, 1 + 0.1 * (frame - 40));
+    return request;
+  };
+  ShellRunner runner;
+  const Frames played = play(runner, at, 120);
+  const double soft = played[39][3 * strip_vertex(STRIP_COLUMNS - 1, 1) + 2], stiff = tip_height(runner);
+  CHECK(soft < -0.005);
+  CHECK_NEAR(stiff, soft / 4, 0.02 * std::fabs(soft));  // what is left of the swing
+  CHECK(runner.notes().builds == 1 && runner.notes().steps == 120);
+  for (const int k : {45, 120, 3, 70, 0, 69}) {
+    runner.evaluate(at(k));
+    CHECK(runner.deformed() == played[std::size_t(k)]);
+  }
+  ShellRunner again;
+  again.adopt(runner.frames());
+  again.evaluate(at(60));
+  CHECK(again.deformed() == played[60] && again.notes().steps == 0);
+  Request wrong = at(60);
+  wrong.inputs.stiffness_factor = 0;
+  FAILS_WITH(runner.evaluate(wrong), "the factor on the stiffness is 0; it must be from 1e-9 to 1e9");
+}
+
 void the_slowest_mode_swings_at_the_frequency_set() {
   for (const double hertz : {0.5, 2.0}) {
     ShellRunner runner;
@@ -1704,6 +1758,8 @@ int main() {
   RUN(a_choice_of_the_method_begins_at_the_shape_that_came_in);
   RUN(the_default_method_moves_what_is_held_what_falls_and_what_is_led);
   RUN(a_damping_ratio_calms_the_full_shell_too);
+  RUN(a_map_of_the_damping_calms_where_it_says);
+  RUN(a_factor_on_the_stiffness_may_be_animated);
   RUN(the_slowest_mode_swings_at_the_frequency_set);
   RUN(the_sag_falls_with_the_square_of_the_frequency);
   RUN(drag_acts_in_the_scenes_seconds);

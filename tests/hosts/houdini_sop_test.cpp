@@ -278,6 +278,8 @@ void every_parameter_changes_the_result() {
   CHECK(changes(nothing, number("dampingratio", {0.5})));
   CHECK(changes(nothing, number("dampingmass", {2})));
   CHECK(changes(nothing, number("dampingstiffness", {0.1})));
+  CHECK(changes([](Scene &s) { s.geometry().attributes["calm"].assign(STRIP_VERTICES, 5); }, word("dampingmap", "calm")));
+  CHECK(changes(nothing, number("stiffnessfactor", {2})));
   CHECK(changes(nothing, number("modes", {2})));
   CHECK(changes(nothing, number("doubleprecision", {1})));
   CHECK(changes(nothing, word("method", "lma")));
@@ -655,7 +657,7 @@ void the_menus_of_groups_and_attributes_are_houdinis() {
   const std::unique_ptr<SOP_Node> node = plugin->create();
   const auto &parms = node->fake_cook().parms;
   for (const char *name : {"supportgroup", "contactpatches"}) CHECK(parms.at(name).menu == &SOP_Node::pointGroupMenu);
-  for (const char *name : {"supportattrib", "weightattrib"}) CHECK(parms.at(name).menu == &SOP_Node::pointAttribReplaceMenu);
+  for (const char *name : {"supportattrib", "weightattrib", "dampingmap"}) CHECK(parms.at(name).menu == &SOP_Node::pointAttribReplaceMenu);
 }
 
 // ------------------------------------------------------------------------------------------------------------- handles

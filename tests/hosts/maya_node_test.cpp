@@ -111,7 +111,7 @@ void every_attribute_has_its_own_names_and_affects_the_output() {
                                  "binMembership",
                                  "bnm"};
   const std::vector<fake::AttributeInfo> attributes = node.attributes();
-  CHECK(attributes.size() == 71);
+  CHECK(attributes.size() == 74);
   for (const fake::AttributeInfo &attribute : attributes) {
     CHECK(names.insert(attribute.name).second && names.insert(attribute.brief).second);
     CHECK(attribute.affects_output);
@@ -122,7 +122,7 @@ void every_attribute_has_its_own_names_and_affects_the_output() {
 void supports_can_be_painted_and_handles_are_an_array() {
   fake::Deformer node("shellWarp");
   for (const fake::AttributeInfo &attribute : node.attributes()) {
-    const std::set<std::string> painted = {"supportWeights", "thicknessMap", "youngMap", "densityMap"};
+    const std::set<std::string> painted = {"supportWeights", "thicknessMap", "youngMap", "densityMap", "dampingMap"};
     CHECK(attribute.paintable == (painted.count(attribute.name) == 1));
     const bool array =
         painted.count(attribute.name) || painted.count(attribute.name.substr(0, attribute.name.size() - 4)) || attribute.name == "supportWeightList" ||
@@ -402,6 +402,8 @@ void every_attribute_changes_the_result() {
   CHECK(changes(nothing, number("dampingRatio", 0.5)));
   CHECK(changes(nothing, number("dampingMass", 2)));
   CHECK(changes(nothing, number("dampingStiffness", 0.1)));
+  CHECK(changes(nothing, number("dampingMapList[0].dampingMap[90]", 50)));
+  CHECK(changes(nothing, number("stiffnessFactor", 2)));
   CHECK(changes(nothing, number("modes", 2)));
   CHECK(changes(nothing, number("doublePrecision", 1)));
   CHECK(changes(nothing, number("method", SW_METHOD_LMA)));

@@ -63,6 +63,8 @@ public:
   const UT_StringHolder &getContactpatches() const { return contactpatches_; }
   bool getPushout() const { return pushout_; }
   const UT_StringHolder &getColliderpieces() const { return colliderpieces_; }
+  const UT_StringHolder &getDampingmap() const { return dampingmap_; }
+  fpreal getStiffnessfactor() const { return stiffnessfactor_; }
 
   void fake_load(const std::map<std::string, fake::Parm> &values) override {
     time_ = at(values, "time", "float").numbers[0];
@@ -119,6 +121,8 @@ public:
     contactpatches_ = at(values, "contactpatches", "string").text.c_str();
     pushout_ = at(values, "pushout", "toggle").numbers[0] != 0;
     colliderpieces_ = at(values, "colliderpieces", "string").text.c_str();
+    dampingmap_ = at(values, "dampingmap", "string").text.c_str();
+    stiffnessfactor_ = at(values, "stiffnessfactor", "float").numbers[0];
   }
 
 private:
@@ -187,4 +191,6 @@ private:
   UT_StringHolder contactpatches_;
   bool pushout_ = false;
   UT_StringHolder colliderpieces_;
+  UT_StringHolder dampingmap_;
+  fpreal stiffnessfactor_ = 0;
 };
