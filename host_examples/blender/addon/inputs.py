@@ -46,6 +46,7 @@ class Inputs:
     solids: tuple = ()  # of colliders.Solid
     fields: tuple = ()  # of fields.Field
     supports: bytes = b""  # where each supported vertex is in the world (float64), none where the pose carries them
+    rest: bytes = b""  # the same of each vertex of a rest shape that is led
 
 
 @dataclass(frozen=True)
@@ -85,6 +86,7 @@ class Recipe:
     integrator: str
     options: tuple     # of Model.precompute: names and values
     follows: bool      # shape keys and modifiers lead the pins
+    moves_rest: bool = False  # and the whole rest shape with them
     frequency: float = 0.0   # Hz that the slowest swing is to have, 0: the material says all
 
 
@@ -102,14 +104,15 @@ def read_recipe(obj, depsgraph, package, free):
     gravity = abs(obj.evaluated_get(depsgraph).shellwarp.gravity) * scene.gravity.length if scene.use_gravity else 0.0
     needed = package.method.precompute_options(settings.method, settings.reduced_fields, settings.auto_error, gravity=gravity)
     follows = stack.leads(obj)
-    if follows and follows_by_fields(settings):
+    moves_rest = follows and settings.follow_rest
+    if follows and not moves_rest and follows_by_fields(settings):
         needed["support_fields"] = settings.support_fields
     method = package.method.find(settings.method)
     if free and (method.needs_fields or method.needs_choice):
         needed["handles"] = held_by_handles(obj)
     if settings.contact_patches:
         needed["contact_patches"] = tuple(group_vertices(obj, settings.contact_patches))
-    return Recipe(settings.method, settings.integrator, (("modes", settings.modes), *needed.items()), follows,
+    return Recipe(settings.method, settings.integrator, (("modes", settings.modes), *needed.items()), follows, moves_rest,
                   settings.frequency if settings.material == "FREQUENCY" else 0.0)
 
 
@@ -239,7 +242,7 @@ def read_inputs(obj, scene, depsgraph, run):
         (settings.damping_ratio, settings.damping_mass, settings.damping_stiffness), settings.stiffness_factor,
         (*settings.wind, air_density(settings, scene, found), settings.normal_drag, settings.tangential_drag),
         tuple(handle for i, item in enumerate(settings.handles) for handle in read_handle(obj, i, item, depsgraph)),
-        colliders.read_solids(obj, depsgraph, run.solids), found, read_supports(obj, depsgraph, run))
+        colliders.read_solids(obj, depsgraph, run.solids), found, *read_led(obj, depsgraph, run))
 
 
 def air_density(settings, scene, found):
@@ -256,14 +259,21 @@ def check_follows(obj, run):
     if now != run.recipe.follows:
         raise Refused("shape keys and modifiers lead the pins now: go to the start frame" if now else
                       "shape keys and modifiers do not lead the pins any more: go to the start frame")
+    if now and obj.shellwarp.follow_rest != run.recipe.moves_rest:
+        raise Refused("Rest shape follows was switched: go to the start frame")
+    if run.recipe.moves_rest and run.solids:
+        raise Refused("a rest shape that follows touches no colliders: choose an empty Collision collection, or switch Rest shape follows off")
+    if run.recipe.moves_rest and any(item.held for item in obj.shellwarp.handles):
+        raise Refused("a rest shape that follows has no handles: remove them, or switch Rest shape follows off")
 
 
-def read_supports(obj, depsgraph, run):
-    """Where supported vertices are led in the world, as bytes; none where the pose carries them."""
+def read_led(obj, depsgraph, run):
+    """Where supported vertices, and where all vertices of the rest shape are led in the world, as bytes; none of what is not led."""
     if not run.recipe.follows:
-        return b""
+        return b"", b""
     matrix = numpy.array(evaluated(obj, depsgraph), dtype=numpy.float64)
-    return (stack.read(obj, depsgraph)[run.held] @ matrix[:3, :3].T + matrix[:3, 3]).tobytes()
+    led = stack.read(obj, depsgraph) @ matrix[:3, :3].T + matrix[:3, 3]
+    return (b"", led.tobytes()) if run.recipe.moves_rest else (led[run.held].tobytes(), b"")
 
 
 def check_handle(obj, index, item):

@@ -113,8 +113,9 @@ def draw_follow(layout, obj):
     settings = obj.shellwarp
     layout.prop(settings, "follow")
     if stack.leads(obj):
-        layout.label(text=f"They follow {stack.named(obj)}", icon="INFO")
-        if inputs.follows_by_fields(settings):
+        layout.label(text=f"{'All follows' if settings.follow_rest else 'They follow'} {stack.named(obj)}", icon="INFO")
+        layout.prop(settings, "follow_rest")
+        if inputs.follows_by_fields(settings) and not settings.follow_rest:
             layout.prop(settings, "support_fields")
     lost = stack.out_of_reach(obj)
     if lost is not None:

@@ -170,6 +170,9 @@ class ShellwarpSettings(bpy.types.PropertyGroup):
     follow: BoolProperty(override=OVER, name="Pins follow", default=True, options=NOT_KEYED,
                          description="Shape keys, and modifiers such as Armature and Hook before the shell's own, lead what is held. Off: "
                          "the object does, and they come after the shell")
+    follow_rest: BoolProperty(override=OVER, name="Rest shape follows", options=NOT_KEYED,
+                              description="What leads the pins leads the whole rest shape, as blend shapes and skinned cloth: the shell swings about it. "
+                              "Without handles and colliders")
     support_fields: IntProperty(override=OVER, name="Support fields", default=24, min=1, soft_max=64, options=NOT_KEYED,
                                 description="Shapes beside the modes by which the shell follows pins that go apart")
     modes: IntProperty(override=OVER, name="Modes", default=16, min=1, max=1024, options=NOT_KEYED)

@@ -19,6 +19,7 @@ from .materials import swing_at
 
 
 BENT = 1e-5  # of the mesh's size: supports that are less off a rigid motion are off it by rounding
+KEPT = 16  # from so many to so many frames a state is kept whole, where what is saved of it does not do
 DEEP = 1e-3  # of the mesh's size: deeper than this is seen
 
 
@@ -28,6 +29,7 @@ class Known:
 
     saved: bytes
     inputs: object
+    whole: object = None  # a copy of the state, kept of some frames where a rest shape moves, whose motion is not saved
 
 
 class Simulation:
@@ -140,8 +142,8 @@ class Simulation:
     def memory(self):
         """Bytes: of model, state and kept frames now, and the most at once while the model was made, estimated."""
         info = self.model.info()
-        kept = sum(len(frame.saved) + len(frame.inputs.supports) + sum(len(solid.points) for solid in frame.inputs.solids)
-                   for frame in self.known.values())
+        kept = sum(len(frame.saved) + len(frame.inputs.supports) + len(frame.inputs.rest) * (10 if frame.whole else 1) +
+                   sum(len(solid.points) for solid in frame.inputs.solids) for frame in self.known.values())
         return info["bytes_model"] + info["bytes_state"] + kept, info["bytes_precompute_peak"]
 
     def touching(self):
@@ -180,14 +182,28 @@ class Simulation:
             self._restore(start)
             return
         self.forget()
+        try:
+            self._place(inputs)
+        except Exception as error:
+            self._failed = start, str(error) or type(error).__name__
+            raise
+        self.known[start] = self._kept(start, inputs)
+        self._at = start
+
+    def _place(self, inputs):
+        """Puts the state where a run begins."""
         self._state.set_frame(inputs.origin, inputs.rotation, teleport=True)  # supports that are led begin to look for theirs here
+        self._lead_rest(self._state, inputs, teleport=True)
         self._state.reset()
         if self._full and inputs.supports:  # it has supports moved and nothing else: let it rest there
             self._apply(self._state, replace(inputs, gravity=(0, 0, 0), wind=(0,) * 6, fields=(), handles=()), teleport=True)
             self._settle()
         self._apply(self._state, inputs, teleport=True)
-        self.known[start] = Known(self._state.save(), inputs)
-        self._at = start
+
+    def _kept(self, frame, inputs):
+        """What is kept of the state at a frame."""
+        first = min(self.known, default=frame)
+        return Known(self._state.save(), inputs, self._state.clone() if inputs.rest and (frame - first) % KEPT == 0 else None)
 
     def _settle(self):
         """Lets a shell whose supports are not as at rest find where it rests."""
@@ -201,21 +217,35 @@ class Simulation:
 
     def _restore(self, frame):
         if self._at != frame:
-            self._load(self._state, frame)
+            before, self._at = self._state, None
+            self._state = self._brought(before, frame)
+            if self._state is not before:
+                before.close()
             self._at = frame
 
-    def _load(self, state, frame):
-        """Brings a state to a known frame, with those of its inputs that a saved state goes by and has not."""
+    def _brought(self, state, frame):
+        """A state at a known frame, with those of its inputs that a saved state goes by and has not: the given one, unless its rest shape moves."""
         known = self.known[frame]
+        if known.inputs.rest:
+            return self._again(frame)
         deform(state, known.inputs.solids, teleport=True)
         state.set_stiffness(known.inputs.stiffness_factor)
         state.load(known.saved)
+        return state
+
+    def _again(self, frame):
+        """A new state at a known frame, by the steps from the last frame before that was kept whole."""
+        at = max(f for f, known in self.known.items() if f <= frame and known.whole is not None)
+        state = self.known[at].whole.clone()
+        for k in range(at + 1, frame + 1):
+            self._step(state, self.known[k - 1].inputs, self.known[k].inputs, 1.0)
+        return state
 
     def _advance(self, frame, inputs):
         if frame - 1 not in self.known:
             last = max((f for f in self.known if f < frame), default=None)
-            if last is not None and self._failed[0] == last + 1:
-                raise Refused(f"frame {last + 1}: {self._failed[1]}")
+            if self._failed[0] is not None and (last is None or self._failed[0] == last + 1):
+                raise Refused(f"frame {self._failed[0]}: {self._failed[1]}")
             raise Refused("go to the start frame and play from there" if last is None else
                           f"frames were skipped after {last}: play every frame, or bake")
         self._restore(frame - 1)
@@ -228,20 +258,19 @@ class Simulation:
             self._failed = frame, str(error) or type(error).__name__
             raise
         self._failed = None, ""
-        self.known[frame] = Known(self._state.save(), inputs)
+        self.known[frame] = self._kept(frame, inputs)
         self._at = frame
 
     def _between(self, whole, fraction, inputs):
         if whole not in self.known:
             raise Refused(f"frame {whole} has not been reached: play every frame, or bake")
-        with self._state.clone() as copy:
-            self._load(copy, whole)
-            self._step(copy, self.known[whole].inputs, inputs, fraction)
-            return self._positions(copy, inputs)
+        with self._state.clone() as copy, self._brought(copy, whole) as there:
+            self._step(there, self.known[whole].inputs, inputs, fraction)
+            return self._positions(there, inputs)
 
     def _positions(self, state, inputs):
         read = self._reader(state)
-        if inputs.supports:  # the frame goes with them, and the object where it likes
+        if inputs.supports or inputs.rest:  # the frame goes with them, and the object where it likes
             origin, rotation = numpy.array(inputs.origin), numpy.reshape(inputs.rotation, (3, 3))
             points = [state.bound_points(item.binding, dtype=numpy.float64)["positions"] for item in self.bound]
             self.drawn = [((found - origin) @ rotation).astype(numpy.float32) for found in points]
@@ -276,6 +305,10 @@ class Simulation:
             self._apply(state, blend(before, after, k / after.steps_per_frame))
             state.step(fraction * after.seconds / after.steps_per_frame)
 
+    def _lead_rest(self, state, inputs, teleport=False):
+        if inputs.rest:
+            state.move_rest(numpy.frombuffer(inputs.rest).reshape(-1, 3), teleport)
+
     def _apply(self, state, inputs, teleport=False):
         """Gives all inputs to a state."""
         state.set_gravity(inputs.gravity)
@@ -292,6 +325,9 @@ class Simulation:
             places = numpy.zeros((self.model.n_vertices, 3))
             places[self.held] = numpy.frombuffer(inputs.supports).reshape(-1, 3)
             state.move_supports(places, teleport)
+        elif inputs.rest:
+            if not teleport:  # a run that begins is there already, without a jump to come
+                self._lead_rest(state, inputs)
         else:
             state.set_frame(inputs.origin, inputs.rotation, teleport)
         for number, solid in enumerate(inputs.solids):
@@ -338,7 +374,7 @@ def blend(before, after, t):
     solids = tuple(replace(b, origin=lerp(a.origin, b.origin, t), rotation=turn(a.rotation, b.rotation, t),
                            points=between(a.points, b.points, t, numpy.float32)) for a, b in zip(before.solids, after.solids))
     return replace(after, origin=lerp(before.origin, after.origin, t), handles=handles, solids=solids,
-                   supports=between(before.supports, after.supports, t), rotation=turn(before.rotation, after.rotation, t))
+                   supports=between(before.supports, after.supports, t), rest=between(before.rest, after.rest, t), rotation=turn(before.rotation, after.rotation, t))
 
 
 def between(before, after, t, kind=numpy.float64):
