@@ -117,12 +117,16 @@ class Track:
         """Estimates the last frame's error on a thread; yields texts meanwhile. The bake is whole without it."""
         if self.run.model.n_vertices > CERTIFIED:
             return
+        estimate = None
         try:
             estimate = self.run.estimate()
             while estimate.running():
                 estimate.wait(WAIT)
-                yield f"{self.obj.name}: estimating the error of frame {estimate.frame}"
+                yield f"{self.obj.name}: {estimate.text()}"
             self.run.certify(estimate)
+        except GeneratorExit:
+            estimate.cancel()
+            raise
         except Exception as error:
             self.run.certified = f"not certified: {error}"
 

@@ -2,15 +2,13 @@
 
 import threading
 
-TRAINING = "training"  # what a precompute is called while it makes a reduced shell, or tries methods
-
 
 class Job:
     """One model under way. The library lets other threads run meanwhile."""
 
-    def __init__(self, make, key, trains):
-        """`make(progress)` gives the result; `trains`: the last phase is a training."""
-        self.key, self.cancelled, self._trains = key, False, trains
+    def __init__(self, make, key):
+        """`make(progress)` gives the result."""
+        self.key, self.cancelled = key, False
         self.fraction, self.phase = 0.0, "precompute"
         self._make, self._made, self._failed = make, None, None
         self._thread = threading.Thread(target=self._work)
@@ -26,7 +24,7 @@ class Job:
             self._made = None
 
     def _progress(self, phase, fraction):
-        self.phase, self.fraction = (TRAINING if self._trains and phase == "rotation" else phase), fraction
+        self.phase, self.fraction = phase, fraction
         return not self.cancelled
 
     def running(self):
@@ -53,22 +51,33 @@ class Job:
 
 
 class Estimate:
-    """The certificate of one frame under way, of a copy of the state. The library cannot break it off: who has no use for it any more
-    leaves it, and it ends by itself."""
+    """The certificate of one frame under way, of a copy of the state."""
 
     def __init__(self, state, frame):
-        self.frame, self._state = frame, state
+        self.frame, self._state, self.cancelled, self._left = frame, state, False, None
         self._found, self._failed = None, None
         self._thread = threading.Thread(target=self._work, daemon=True)
         self._thread.start()
 
     def _work(self):
         try:
-            self._found = self._state.certify()
+            self._found = self._state.certify(self._watch)
         except BaseException as error:  # raised again by result
             self._failed = error
         finally:
             self._state.close()
+
+    def _watch(self, residual):
+        self._left = residual
+        return not self.cancelled
+
+    def cancel(self):
+        """Stops it after the factorization that it is in."""
+        self.cancelled = True
+
+    def text(self):
+        """What it is doing."""
+        return f"estimating the error of frame {self.frame}" + ("" if self._left is None else f", {self._left:.1e} of the force left")
 
     def running(self):
         return self._thread.is_alive()

@@ -98,11 +98,10 @@ def start(obj, depsgraph):
         return None
     if under_way is None or under_way.key != key or under_way.cancelled:
         forget(obj)
-        method = package.method.find(recipe.method)
 
         def make(progress):
             return Simulation(package, shell, scale, recipe, key, progress)
-        _jobs[obj.session_uid] = Job(make, key, method.needs_fields or method.needs_choice)
+        _jobs[obj.session_uid] = Job(make, key)
     return job(obj)
 
 

@@ -157,15 +157,17 @@ class SHELLWARP_OT_certify(ShellOperator, bpy.types.Operator):
         except Exception as error:
             return refused(self, context.object, error)
         begin_modal(self, context, TICK)
-        show_progress(context, 0.0, f"{self.name}: estimating the error of frame {self.estimate.frame}")
+        show_progress(context, 0.0, f"{self.name}: {self.estimate.text()}")
         return {"RUNNING_MODAL"}
 
     def modal(self, context, event):
         if event.type == "ESC":
+            self.estimate.cancel()
             end_modal(self, context)
             self.report({"ERROR"}, "the estimate was stopped")
             return {"CANCELLED"}
         if self.estimate.running():
+            show_progress(context, 0.0, f"{self.name}: {self.estimate.text()}")
             return {"RUNNING_MODAL"}
         end_modal(self, context)
         try:

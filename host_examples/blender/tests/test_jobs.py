@@ -176,17 +176,21 @@ class Several(Case):
 
 
 class Told(Case):
-    def test_a_training_is_called_so(self):
+    def test_a_training_and_a_certificate_are_called_so(self):
+        """By the names that the library has for its phases."""
         obj = add_strip()
         obj.shellwarp.method, obj.shellwarp.reduced_fields = "reduced-shell", 12
-        texts = []
-        live = part("live")
-        job = live.start(obj, bpy.context.evaluated_depsgraph_get())
-        while job.running():
+        texts, live, real = [], part("live"), part("jobs").Job._progress
+
+        def told(job, phase, fraction):
+            go_on = real(job, phase, fraction)
             texts.append(job.text())
-            time.sleep(0.001)
-        self.assertTrue(any(text.startswith("training, ") for text in texts), set(texts))
-        self.assertFalse(any(text.startswith("rotation") for text in texts))
+            return go_on
+        part("jobs").Job._progress = told
+        self.addCleanup(setattr, part("jobs").Job, "_progress", real)
+        live.start(obj, bpy.context.evaluated_depsgraph_get()).wait()
+        for phase in ("factorization, ", "modes, ", "certificate, ", "training, "):
+            self.assertTrue(any(text.startswith(phase) for text in texts), (phase, set(texts)))
         live.take(obj)
         play(3)
         self.assertEqual(self.message(obj), "")
@@ -215,8 +219,10 @@ class SlowEstimate(Case):
         self.addCleanup(self.gate.set)
 
         def slow(estimate):
+            self.estimates.append(estimate)
             self.gate.wait()
             real(estimate)
+        self.estimates = []
         part("jobs").Estimate._work = slow
 
     def test_an_estimate_can_be_stopped_and_asked_for_again(self):
@@ -227,8 +233,11 @@ class SlowEstimate(Case):
         self.assertIn("Strip: estimating the error of frame 4   Esc: stop", window.texts)
         self.assertEqual(window.until_done(escape_after=3), {"CANCELLED"})
         self.assertEqual((part("live").simulation(obj).certified, window.timers, window.texts[-1]), ("", 0, None))
+        stopped = window.bl.estimate
         window.press()
         self.gate.set()
+        with self.assertRaisesRegex(Exception, "cancelled"):  # the library was told, and went no further
+            stopped.result()
         self.assertEqual(window.until_done(), {"FINISHED"})
         self.assertRegex(part("live").simulation(obj).certified, r"^frame 4: about [0-9.e-]+ % off the full nonlinear shell")
         play(6, first=5)   # and the shell goes on as one that was never asked
@@ -247,7 +256,15 @@ class SlowEstimate(Case):
         self.assertIn(text, window.texts)
         self.assertEqual(window.until_done(escape_after=0), {"CANCELLED"})
         self.assertEqual((part("bake").baked(obj), list(self.folder.iterdir())), (None, []))
+        self.assertTrue(self.estimates[-1].cancelled)
 
+    def test_it_says_how_much_of_the_force_is_left(self):
+        obj = add_strip()
+        play(4)
+        self.gate.set()
+        estimate = part("live").simulation(obj).estimate()
+        estimate.wait()
+        self.assertRegex(estimate.text(), r"^estimating the error of frame 4, [0-9.]+e-[0-9]+ of the force left$")
 
 
 if __name__ == "__main__":
