@@ -7,6 +7,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -47,6 +48,17 @@ struct Stiffness {
 
   // Factors at the points, above 0, of the thickness, Young's modulus and the mass per volume; empty is 1 everywhere. By preset and sheet.
   std::vector<double> thickness_map, young_map, density_map;
+
+  // By preset and sheet: above 0, Young's modulus across a direction in Pa, and `young` is that along; and the shear modulus, 0 = Huber's estimate.
+  double young_across = 0, shear = 0;
+  std::vector<double> directions;  // one, or one for each polygon (n x 3)
+};
+
+// An edge that bends by another stiffness, or rests at another angle.
+struct Crease {
+  uint32_t a = 0, b = 0;
+  double factor = 1;             // on the stiffness against bending, 0 or more
+  std::optional<double> angle{};  // rad, above 0 convex on the side of the normals of corners that run counterclockwise; none: as the mesh has it
 };
 
 // What the model is made of; a change of any of it is a new precompute, but of the method only where the two need different models.
@@ -61,6 +73,9 @@ struct Build {
   bool double_precision = false;
   std::vector<uint32_t> contact_patches;  // vertices that are touched by what is smaller than the modes: each adds a mode
   uint32_t support_fields = 24;  // of methods that follow by them, where supports move against each other; 0: none
+  // Of the mesh that is simulated, with no other in its place.
+  std::vector<Crease> creases;
+  std::vector<double> rest_shape;  // the points without stress (n x 3), where the mesh is not that
   Stiffness stiffness;  // its frequency alone needs no precompute
 };
 

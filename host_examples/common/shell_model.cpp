@@ -2,6 +2,7 @@
 
 #include "hash.hpp"
 #include "message.hpp"
+#include "shell_parts.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -36,12 +37,17 @@ double size_of(const Mesh &mesh) {
   return distance(low, high);
 }
 
+void set_fibres(const Stiffness &s, SwMaterialDesc &desc) {
+  if (s.young_across > 0) desc.young_across = s.young_across * s.metres, desc.shear = s.shear * s.metres;
+}
+
 // A sheet in the object's unit of length, kilograms and seconds.
 SwMaterialDesc real_material(const Stiffness &s) {
   if (s.by == Stiffness::By::preset) {
     SwMaterialDesc known = shellwarp::preset_material(s.preset, s.metres);
     known.metres_per_unit = s.metres;
     if (s.thickness > 0) known.thickness = s.thickness;
+    set_fibres(s, known);
     return known;
   }
   SwMaterialDesc desc = shellwarp::material_desc();
@@ -51,6 +57,7 @@ SwMaterialDesc real_material(const Stiffness &s) {
   desc.thickness = s.thickness;
   desc.volume_density = s.volume_density * s.metres * s.metres * s.metres;
   desc.metres_per_unit = s.metres;
+  set_fibres(s, desc);
   return desc;
 }
 
@@ -96,6 +103,8 @@ shellwarp::Model make_model(const Mesh &mesh, const Build &build) {
   for (ScaledMap &one : scaled) one.map.values = one.values.data(), maps.push_back(one.map);
   desc.maps = maps.empty() ? nullptr : maps.data();
   desc.n_maps = static_cast<uint32_t>(maps.size());
+  const ShellParts parts(mesh, build);
+  parts.put(desc);
   return shellwarp::Model(
       shellwarp::mesh_desc(mesh.points.data(), mesh.n_points(), mesh.triangles.data(), mesh.n_triangles()), desc, supports);
 }
@@ -174,8 +183,11 @@ void check_stiffness(const Stiffness &s) {
   if (s.by == Stiffness::By::preset && s.preset >= sw_preset_count())
     throw HostError("the known material is number " + number(uint64_t(s.preset)) + ", but this library has " +
                     number(uint64_t(sw_preset_count())));
-  if (s.by == Stiffness::By::preset || s.by == Stiffness::By::sheet)
+  if (s.by == Stiffness::By::preset || s.by == Stiffness::By::sheet) {
     require_positive("the number of metres in a unit", s.metres);
+    require(s.young_across >= 0 && std::isfinite(s.young_across), "Young's modulus across", s.young_across, "0 or above");
+    require(s.shear >= 0 && std::isfinite(s.shear), "the shear modulus", s.shear, "0 or above");
+  }
   if (s.by == Stiffness::By::sheet) {
     require_positive("Young's modulus", s.young);
     require(s.poisson > -1 && s.poisson <= 0.5, "Poisson's ratio", s.poisson, "above -1 and at most 0.5");
@@ -243,9 +255,15 @@ uint64_t build_key(const Mesh &mesh, const Build &build) {
   const bool fields = needs_fields(build.method), choice = needs_choice(build.method);
   hash.add(fields).add(choice).add(fields || choice ? build.reduced_fields : 0).add(choice ? build.auto_error : 0.0);
   hash.add(follows_by_fields(build.method) ? build.support_fields : 0);
+  for (const Crease &crease : build.creases)
+    hash.add(crease.a).add(crease.b).add(crease.factor).add(crease.angle.has_value()).add(crease.angle.value_or(0));
+  hash.add(build.creases.size()).add_all(build.rest_shape);
   const Stiffness &s = build.stiffness;
   if (s.by == Stiffness::By::frequency) return hash.add(s.thickness).value();
-  if (s.by != Stiffness::By::material) hash.add_all(s.thickness_map).add_all(s.young_map).add_all(s.density_map);
+  if (s.by != Stiffness::By::material) {
+    hash.add_all(s.thickness_map).add_all(s.young_map).add_all(s.density_map).add(s.young_across);
+    if (s.young_across > 0) hash.add(s.shear).add_all(s.directions);
+  }
   if (s.by == Stiffness::By::preset) return hash.add(s.preset).add(s.thickness).add(s.metres).value();
   if (s.by == Stiffness::By::sheet)
     return hash.add(s.young).add(s.poisson).add(s.thickness).add(s.volume_density).add(s.metres).value();

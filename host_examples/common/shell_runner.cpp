@@ -54,6 +54,13 @@ void check_output(const Request &request) {
           "pushing out moves the simulated mesh, and not the meshes that follow it: switch it off, or take no proxy");
 }
 
+void check_place(const Request &request) {
+  if (request.drawn.empty()) return;
+  const char *why = " of the mesh that is simulated, and another is in its place: take no proxy, or leave them";
+  require(request.build.creases.empty(), std::string("creases are") + why);
+  require(request.build.rest_shape.empty(), std::string("the points of a rest shape are") + why);
+}
+
 void check_wind(const Wind &wind) {
   const auto check = [](const char *name, double x) {
     require(x >= 0 && std::isfinite(x), std::string(name) + " is " + number(x) + "; it must be 0 or above");
@@ -222,6 +229,7 @@ void ShellRunner::evaluate(Request request) {
   check_output(request);
   const At at(request);
   proxy_.take_place(request, at.start());
+  check_place(request);
   if (!request.drawn.empty()) follower_.lead(request, at.start());
   run(request, at);
 }

@@ -58,10 +58,19 @@ static const char *theDsFile = R"THEDSFILE(
     parm { name "thicknessmap" label "Thickness Map" type string default { "" } hidewhen "{ stiffnessfrom == frequency } { stiffnessfrom == material }" }
     parm { name "youngmap" label "Young's Modulus Map" type string default { "" } hidewhen "{ stiffnessfrom == frequency } { stiffnessfrom == material }" }
     parm { name "densitymap" label "Density Map" type string default { "" } hidewhen "{ stiffnessfrom == frequency } { stiffnessfrom == material }" }
+    parm { name "youngacross" label "Young's Modulus Across" type float default { "0" } range { 0! 100000000000 } hidewhen "{ stiffnessfrom == frequency } { stiffnessfrom == material }" }
+    parm { name "shear" label "Shear Modulus" type float default { "0" } range { 0! 100000000000 } hidewhen "{ stiffnessfrom == frequency } { stiffnessfrom == material }" }
+    parm { name "direction" label "Direction" type vector size 3 default { "1" "0" "0" } hidewhen "{ stiffnessfrom == frequency } { stiffnessfrom == material }" }
+    parm { name "directions" label "Direction Attribute" type string default { "" } hidewhen "{ stiffnessfrom == frequency } { stiffnessfrom == material }" }
     parm { name "metresperunit" label "Metres per Unit" type float default { "1" } range { 0! 1 } hidewhen "{ stiffnessfrom == material }" }
     parm { name "kbend" label "Bend Stiffness" type float default { "1" } range { 0 100 } hidewhen "{ stiffnessfrom != material }" }
     parm { name "kstretch" label "Stretch Stiffness" type float default { "10000" } range { 0 1000000 } hidewhen "{ stiffnessfrom != material }" }
     parm { name "density" label "Density" type float default { "1" } range { 0 10 } hidewhen "{ stiffnessfrom != material }" }
+    parm { name "restshape" label "Rest Shape" type string default { "" } }
+    parm { name "creasegroup" label "Crease Group" type string default { "" } }
+    parm { name "creasefactor" label "Crease Factor" type float default { "0.1" } range { 0! 10 } }
+    parm { name "creasesetsangle" label "Crease Sets Angle" type toggle default { "0" } }
+    parm { name "creaseangle" label "Crease Angle" type float default { "0" } range { -180! 180! } }
     parm { name "dampingratio" label "Damping Ratio" type float default { "0.05" } range { 0! 1 } }
     parm { name "dampingmass" label "Mass Damping" type float default { "0" } range { 0! 10 } }
     parm { name "dampingstiffness" label "Stiffness Damping" type float default { "0" } range { 0! 1 } }
@@ -128,8 +137,9 @@ PRM_Template *SOP_ShellWarp::buildTemplates() {
     builder.setChoiceListPtr("method", &method_menu());
     builder.setChoiceListPtr("preset", &preset_menu());
     for (const char *group : {"supportgroup", "contactpatches"}) builder.setChoiceListPtr(group, &SOP_Node::pointGroupMenu);
+    builder.setChoiceListPtr("creasegroup", &SOP_Node::edgeGroupMenu);
     builder.setChoiceListPtr("colliderpieces", &SOP_Node::primAttribReplaceMenu);
-    for (const char *attribute : {"supportattrib", "weightattrib", "thicknessmap", "youngmap", "densitymap", "dampingmap"})
+    for (const char *attribute : {"supportattrib", "weightattrib", "thicknessmap", "youngmap", "densitymap", "dampingmap", "restshape"})
       builder.setChoiceListPtr(attribute, &SOP_Node::pointAttribReplaceMenu);
   }
   return builder.templates();
@@ -231,6 +241,10 @@ void pull_stiffness(const SOP_ShellWarpParms &parms, host::Stiffness &stiffness)
   stiffness.poisson = parms.getPoisson();
   stiffness.volume_density = parms.getVolumedensity();
   stiffness.metres = parms.getMetresperunit();
+  stiffness.young_across = parms.getYoungacross();
+  stiffness.shear = parms.getShear();
+  const UT_Vector3D along = parms.getDirection();
+  stiffness.directions = {along.x(), along.y(), along.z()};
   if (stiffness.by == host::Stiffness::By::preset) stiffness.preset = preset_of(parms.getPreset());
 }
 
@@ -284,6 +298,14 @@ void pull_settings(const SOP_ShellWarpParms &parms, host::Request &request) {
   request.inputs.object = request.inputs.frame;
 }
 
+void pull_creases(const SOP_ShellWarpParms &parms, const GU_Detail &detail, std::vector<host::Crease> &creases) {
+  host::Crease crease;
+  crease.factor = parms.getCreasefactor();
+  // Convex as Houdini shows polygons, whose corners run clockwise.
+  if (parms.getCreasesetsangle()) crease.angle = -3.141592653589793 / 180 * parms.getCreaseangle();
+  pull_edges(detail, parms.getCreasegroup(), crease, creases);
+}
+
 constexpr const char *kVertexNormals = "N of vertices is as it came in; put a Normal node behind this one";
 
 // The first input, or polygons of the fourth in its place, which it then follows.
@@ -319,8 +341,11 @@ void ShellWarpVerb::cook(const CookParms &cookparms) const {
       pull_map(*detail, parms.getThicknessmap(), stiffness.thickness_map);
       pull_map(*detail, parms.getYoungmap(), stiffness.young_map);
       pull_map(*detail, parms.getDensitymap(), stiffness.density_map);
+      if (stiffness.young_across > 0 && parms.getDirections().isstring()) stiffness.directions = pull_directions(*detail, parms.getDirections());
     }
     pull_map(*detail, parms.getDampingmap(), request.motion.damping_map);
+    if (parms.getRestshape().isstring()) request.build.rest_shape = pull_vectors(*detail, parms.getRestshape());
+    pull_creases(parms, *detail, request.build.creases);
     pull_supports(*detail, parms.getSupportgroup(), parms.getSupportattrib(), request.build.held);
     pull_group(*detail, parms.getContactpatches(), request.build.contact_patches);
     if (const GU_Detail *points = cookparms.inputGeo(1)) pull_handles(*points, request.inputs.handles);

@@ -3,6 +3,7 @@
 #include "blend.hpp"
 #include "message.hpp"
 
+#include <GA/GA_EdgeGroup.h>
 #include <GA/GA_Handle.h>
 #include <GA/GA_Iterator.h>
 #include <GEO/GEO_PrimPoly.h>
@@ -73,6 +74,51 @@ void pull_map(const GU_Detail &detail, const UT_StringHolder &attribute, std::ve
   const GA_ROHandleF painted = float_attribute(detail, attribute);
   factors.resize(static_cast<std::size_t>(detail.getNumPoints()));
   for (GA_Iterator it(detail.getPointRange()); !it.atEnd(); ++it) factors[index_of(detail, *it)] = static_cast<double>(painted.get(*it));
+}
+
+std::vector<double> pull_vectors(const GU_Detail &detail, const UT_StringHolder &attribute) {
+  const GA_ROHandleV3 handle(&detail, GA_ATTRIB_POINT, attribute);
+  if (!handle.isValid()) throw host::HostError(std::string("there is no point attribute ") + attribute.c_str() + " of three numbers");
+  std::vector<double> vectors(3 * static_cast<std::size_t>(detail.getNumPoints()));
+  for (GA_Iterator it(detail.getPointRange()); !it.atEnd(); ++it) {
+    const UT_Vector3 v = handle.get(*it);
+    double *to = &vectors[3 * std::size_t(index_of(detail, *it))];
+    to[0] = v.x(), to[1] = v.y(), to[2] = v.z();
+  }
+  return vectors;
+}
+
+// Of polygons, as pull_mesh takes them.
+std::vector<double> pull_directions(const GU_Detail &detail, const UT_StringHolder &attribute) {
+  const GA_ROHandleV3 own(&detail, GA_ATTRIB_PRIMITIVE, attribute);
+  const std::vector<double> points = own.isValid() ? std::vector<double>() : pull_vectors(detail, attribute);
+  std::vector<double> directions;
+  for (GA_Iterator it(detail.getPrimitiveRange()); !it.atEnd(); ++it) {
+    const GA_Primitive *polygon = detail.getPrimitive(*it);
+    const GA_Size n = polygon->getVertexCount();
+    if (n < 3) continue;
+    double sum[3] = {0, 0, 0};
+    for (GA_Size k = 0; k < n && !own.isValid(); ++k)
+      for (std::size_t c = 0; c < 3; ++c) sum[c] += points[3 * static_cast<std::size_t>(polygon->getPointIndex(k)) + c];
+    if (own.isValid()) {
+      const UT_Vector3 v = own.get(*it);
+      sum[0] = v.x(), sum[1] = v.y(), sum[2] = v.z();
+    }
+    directions.insert(directions.end(), sum, sum + 3);
+  }
+  return directions;
+}
+
+void pull_edges(const GU_Detail &detail, const UT_StringHolder &group, const host::Crease &common, std::vector<host::Crease> &creases) {
+  if (!group.isstring()) return;
+  GOP_Manager groups;
+  const GA_EdgeGroup *members = groups.parseEdgeGroups(group.c_str(), GOP_Manager::GroupCreator(&detail), true);
+  if (!members) throw host::HostError(std::string("there are no edges of the group ") + group.c_str());
+  for (GA_EdgeGroup::const_iterator it = members->begin(); !it.atEnd(); ++it) {
+    host::Crease crease = common;
+    crease.a = index_of(detail, it->p0()), crease.b = index_of(detail, it->p1());
+    creases.push_back(crease);
+  }
 }
 
 void pull_group(const GU_Detail &detail, const UT_StringHolder &group, std::vector<uint32_t> &points) {

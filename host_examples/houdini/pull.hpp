@@ -17,6 +17,12 @@ std::vector<double> points_of(const GU_Detail &detail);  // n x 3
 // A float attribute of points as factors; none where it is not named.
 void pull_map(const GU_Detail &detail, const UT_StringHolder &attribute, std::vector<double> &factors);
 
+std::vector<double> pull_vectors(const GU_Detail &detail, const UT_StringHolder &attribute);  // of points, n x 3
+// Of each polygon, by an attribute of primitives or the mean of one of points.
+std::vector<double> pull_directions(const GU_Detail &detail, const UT_StringHolder &attribute);
+// Every edge of a group as `common`.
+void pull_edges(const GU_Detail &detail, const UT_StringHolder &group, const host::Crease &common, std::vector<host::Crease> &creases);
+
 // `group` is a pattern, as in every node: names, wildcards, numbers; none where it is empty.
 void pull_group(const GU_Detail &detail, const UT_StringHolder &group, std::vector<uint32_t> &points);
 // Of such a group, and from 0.5 on of an attribute.

@@ -1,11 +1,13 @@
 #include "pull.hpp"
 
 #include "message.hpp"
+#include "shell_parts.hpp"
 #include "shell_warp_node.hpp"
 
 #include <maya/MArrayDataHandle.h>
 #include <maya/MDataHandle.h>
 #include <maya/MFnComponentListData.h>
+#include <maya/MFloatArray.h>
 #include <maya/MFnMesh.h>
 #include <maya/MFnSingleIndexedComponent.h>
 #include <maya/MIntArray.h>
@@ -112,8 +114,9 @@ std::vector<uint32_t> vertices_of(const MObject &data, const char *name) {
 
 }  // namespace
 
-MStatus pull_mesh(MDataBlock &block, const MObject &input, const MObject &inputGeom, unsigned int multiIndex,
-                  host::Mesh &mesh) {
+namespace {
+
+MStatus deformed_mesh(MDataBlock &block, const MObject &input, const MObject &inputGeom, unsigned int multiIndex, MObject &data) {
   MStatus status;
   // The output's view of the input: the geometry was evaluated for this call, and is not to be evaluated again.
   MArrayDataHandle inputs = block.outputArrayValue(input, &status);
@@ -122,9 +125,70 @@ MStatus pull_mesh(MDataBlock &block, const MObject &input, const MObject &inputG
   CHECK_MSTATUS_AND_RETURN_IT(status);
   MDataHandle element = inputs.outputValue(&status);
   CHECK_MSTATUS_AND_RETURN_IT(status);
-  const MObject data = element.child(inputGeom).asMesh();
+  data = element.child(inputGeom).asMesh();
   if (data.isNull()) throw host::HostError("only polygon meshes can be shells");
+  return MS::kSuccess;
+}
+
+// Of each corner, in the order of the polygons' corners.
+std::vector<double> corner_uvs(const MFnMesh &mesh, const MString &set) {
+  MFloatArray us, vs;
+  MIntArray counts, ids;
+  if (mesh.getUVs(us, vs, &set) != MS::kSuccess || mesh.getAssignedUVs(counts, ids, &set) != MS::kSuccess || us.length() == 0)
+    throw host::HostError(std::string("directions: the mesh has no UV set ") + set.asChar());
+  std::vector<double> uvs;
+  for (unsigned int i = 0; i < ids.length(); ++i) {
+    const unsigned int at = static_cast<unsigned int>(ids[i]);
+    uvs.insert(uvs.end(), {static_cast<double>(us[at]), static_cast<double>(vs[at])});
+  }
+  return uvs;
+}
+
+void add_creases(MDataBlock &block, const MFnMesh &mesh, std::vector<host::Crease> &creases) {
+  constexpr double kRadians = 3.141592653589793 / 180;
+  MArrayDataHandle list = block.inputArrayValue(Node::creases);
+  for (unsigned int k = 0, n = list.elementCount(); k < n; ++k, list.next()) {
+    MDataHandle element = list.inputValue();
+    const std::string name = "creases[" + host::number(uint64_t(list.elementIndex())) + "]";
+    host::Crease crease;
+    crease.factor = element.child(Node::creaseFactor).asDouble();
+    if (element.child(Node::creaseSetsAngle).asBool()) crease.angle = kRadians * element.child(Node::creaseAngle).asDouble();
+    for (const uint32_t edge : listed(element.child(Node::creaseEdges).data(), name.c_str(), MFn::kMeshEdgeComponent, "edges")) {
+      int2 ends;
+      if (mesh.getEdgeVertices(static_cast<int>(edge), ends) != MS::kSuccess)
+        throw host::HostError(name + " names edge " + host::number(uint64_t(edge)) + ", which there is not");
+      crease.a = static_cast<uint32_t>(ends[0]), crease.b = static_cast<uint32_t>(ends[1]);
+      creases.push_back(crease);
+    }
+  }
+}
+
+}  // namespace
+
+MStatus pull_mesh(MDataBlock &block, const MObject &input, const MObject &inputGeom, unsigned int multiIndex,
+                  host::Mesh &mesh) {
+  MObject data;
+  const MStatus status = deformed_mesh(block, input, inputGeom, multiIndex, data);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
   return read_mesh(data, mesh);
+}
+
+MStatus pull_build(MDataBlock &block, const MObject &input, const MObject &inputGeom, unsigned int multiIndex, host::Request &request) {
+  MObject data;
+  MStatus status = deformed_mesh(block, input, inputGeom, multiIndex, data);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  const MFnMesh mesh(data, &status);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  add_creases(block, mesh, request.build.creases);
+  const MString set = block.inputValue(Node::directions).asString();
+  host::Stiffness &s = request.build.stiffness;
+  if (s.young_across > 0 && set.length() && request.drawn.empty()) s.directions = host::directions_of_uvs(request.mesh, corner_uvs(mesh, set));
+  const MObject rest = block.inputValue(Node::restShape).asMesh();
+  if (rest.isNull()) return MS::kSuccess;
+  host::Mesh shape;
+  status = read_mesh(rest, shape);
+  request.build.rest_shape = std::move(shape.points);
+  return status;
 }
 
 MStatus pull_proxy(MDataBlock &block, host::Request &request) {
@@ -161,6 +225,10 @@ void pull_settings(MDataBlock &block, host::Request &request) {
   stiffness.young = real(Node::young);
   stiffness.poisson = real(Node::poisson);
   stiffness.volume_density = real(Node::volumeDensity);
+  stiffness.young_across = real(Node::youngAcross);
+  stiffness.shear = real(Node::shear);
+  const double3 &along = block.inputValue(Node::direction).asDouble3();
+  stiffness.directions = {along[0], along[1], along[2]};
   request.build.modes = count(Node::modes);
   request.build.method = static_cast<uint32_t>(block.inputValue(Node::method).asShort());
   request.build.reduced_fields = count(Node::reducedFields);

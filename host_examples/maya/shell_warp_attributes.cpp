@@ -10,6 +10,7 @@
 #include <maya/MGlobal.h>
 
 #include <initializer_list>
+#include <string>
 
 MObject ShellWarpNode::time, ShellWarpNode::startFrame, ShellWarpNode::cache;
 MObject ShellWarpNode::gravity, ShellWarpNode::gravityX, ShellWarpNode::gravityY, ShellWarpNode::gravityZ;
@@ -20,6 +21,10 @@ MObject ShellWarpNode::stiffnessFrom, ShellWarpNode::frequency, ShellWarpNode::t
 MObject ShellWarpNode::preset, ShellWarpNode::young, ShellWarpNode::poisson, ShellWarpNode::volumeDensity;
 MObject ShellWarpNode::thicknessMapList, ShellWarpNode::thicknessMap, ShellWarpNode::youngMapList, ShellWarpNode::youngMap,
     ShellWarpNode::densityMapList, ShellWarpNode::densityMap;
+MObject ShellWarpNode::youngAcross, ShellWarpNode::shear, ShellWarpNode::direction, ShellWarpNode::directionX, ShellWarpNode::directionY,
+    ShellWarpNode::directionZ, ShellWarpNode::directions;
+MObject ShellWarpNode::creases, ShellWarpNode::creaseEdges, ShellWarpNode::creaseFactor, ShellWarpNode::creaseAngle, ShellWarpNode::creaseSetsAngle,
+    ShellWarpNode::restShape;
 MObject ShellWarpNode::dampingRatio, ShellWarpNode::dampingMass, ShellWarpNode::dampingStiffness, ShellWarpNode::dampingMapList,
     ShellWarpNode::dampingMap, ShellWarpNode::stiffnessFactor;
 MObject ShellWarpNode::method, ShellWarpNode::reducedFields, ShellWarpNode::autoError, ShellWarpNode::correctionSteps,
@@ -62,6 +67,22 @@ MStatus create_plain(MObject &attribute, const char *name, const char *brief, MF
   attribute = fn.create(name, brief, type, value, &status);
   CHECK_MSTATUS_AND_RETURN_IT(status);
   fn.setKeyable(true);
+  return MS::kSuccess;
+}
+
+// Three numbers, whose names end on X, Y and Z, and x, y and z.
+MStatus create_triple(MObject &attribute, std::initializer_list<MObject *> children, const char *name, const char *brief, const host::Vec3 &value) {
+  MStatus status;
+  std::size_t k = 0;
+  for (MObject *child : children) {
+    const std::string own = std::string(name) + "XYZ"[k], short_own = std::string(brief, 2) + "xyz"[k];
+    status = create_plain(*child, own.c_str(), short_own.c_str(), MFnNumericData::kDouble, value[k++]);
+    CHECK_MSTATUS_AND_RETURN_IT(status);
+  }
+  MFnNumericAttribute triple;
+  attribute = triple.create(name, brief, **children.begin(), *children.begin()[1], *children.begin()[2], &status);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  triple.setKeyable(true);
   return MS::kSuccess;
 }
 
@@ -174,7 +195,37 @@ MStatus create_sheet() {
   CHECK_MSTATUS_AND_RETURN_IT(status);
   status = create_number(Node::poisson, "poisson", "poi", 0.3, {-0.99, 0.5});
   CHECK_MSTATUS_AND_RETURN_IT(status);
-  return create_number(Node::volumeDensity, "volumeDensity", "vdn", 1000, {1e-12, 1e4});
+  status = create_number(Node::volumeDensity, "volumeDensity", "vdn", 1000, {1e-12, 1e4});
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  status = create_number(Node::youngAcross, "youngAcross", "yac", 0, {0, 1e11});
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  status = create_number(Node::shear, "shear", "shr", 0, {0, 1e11});
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  status = create_triple(Node::direction, {&Node::directionX, &Node::directionY, &Node::directionZ}, "direction", "dir", {1, 0, 0});
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  MFnTypedAttribute text;
+  Node::directions = text.create("directions", "dru", MFnData::kString, MObject::kNullObj, &status);
+  return status;
+}
+
+MStatus create_creases() {
+  MStatus status;
+  MFnTypedAttribute typed;
+  Node::creaseEdges = typed.create("creaseEdges", "ced", MFnData::kComponentList, MObject::kNullObj, &status);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  status = create_number(Node::creaseFactor, "creaseFactor", "cfa", 0.1, {0, 10});
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  status = create_number(Node::creaseAngle, "creaseAngle", "can", 0, {-180, 180});
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  status = create_plain(Node::creaseSetsAngle, "creaseSetsAngle", "csa", MFnNumericData::kBoolean, 0);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  MFnCompoundAttribute list;
+  Node::creases = list.create("creases", "crs", &status);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  for (const MObject &child : {Node::creaseEdges, Node::creaseFactor, Node::creaseAngle, Node::creaseSetsAngle}) list.addChild(child);
+  list.setArray(true);
+  Node::restShape = typed.create("restShape", "rsh", MFnData::kMesh, MObject::kNullObj, &status);
+  return status;
 }
 
 MStatus create_material() {
@@ -361,10 +412,12 @@ MStatus ShellWarpNode::addAttributes() {
       frameFrom,     supportFrame, handles,      preset,        young,       poisson,           volumeDensity,
       colliders,     proxy,        follow,       supportFields, wind,       airDensity,        normalDrag,
       tangentialDrag, dampingStiffness, cache,  thicknessMapList, youngMapList,     densityMapList, proxyVertices, proxyThickness,
-      contactPatches, pushOut, dampingMapList, stiffnessFactor};
+      contactPatches, pushOut, dampingMapList, stiffnessFactor,
+      youngAcross, shear, direction, directions, creases, restShape};
   const MObject children[] = {windX, windY, windZ, gravityX,       gravityY,       gravityZ,          supportWeights,   dampingMap, thicknessMap, youngMap, densityMap, handleVertex,
                               handleTarget,   handlePosition, handleOrientation, handleCompliance, handleHeld, handleAxisX, handleAxisY, handleAxisZ, colliderMesh,
-                              colliderMatrix, colliderShape,  colliderCells,     colliderFriction, colliderThickness};
+                              colliderMatrix, colliderShape,  colliderCells,     colliderFriction, colliderThickness,
+                              directionX, directionY, directionZ, creaseEdges, creaseFactor, creaseAngle, creaseSetsAngle};
   MStatus status;
   for (const MObject &attribute : parents) {
     status = addAttribute(attribute);
@@ -394,6 +447,8 @@ MStatus ShellWarpNode::initialize() {
   status = create_handles();
   CHECK_MSTATUS_AND_RETURN_IT(status);
   status = create_sheet();
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  status = create_creases();
   CHECK_MSTATUS_AND_RETURN_IT(status);
   status = create_maps();
   CHECK_MSTATUS_AND_RETURN_IT(status);

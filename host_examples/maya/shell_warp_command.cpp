@@ -25,25 +25,27 @@
 
 namespace {
 
-constexpr const char *kHandle = "-hd", *kCollider = "-co", *kStatus = "-st", *kWrite = "-wc", *kMemory = "-me", *kCertify = "-ce", *kPatches = "-cp";
+constexpr const char *kHandle = "-hd", *kCollider = "-co", *kStatus = "-st", *kWrite = "-wc", *kMemory = "-me", *kCertify = "-ce", *kPatches = "-cp", *kCrease = "-cr";
 
-// A mesh of the selection, and which of its vertices are selected.
+// A mesh of the selection, and which of its vertices and edges are selected.
 struct Picked {
   MDagPath path;
-  std::vector<int> vertices;
+  std::vector<int> vertices, edges;
 
   std::string name() const { return path.partialPathName().asChar(); }
 };
 
-std::vector<int> vertices_of(const MObject &component) {
-  if (component.isNull()) return {};
-  if (!component.hasFn(MFn::kMeshVertComponent))
-    throw host::HostError("faces or edges are selected; select vertices, or meshes as a whole");
+enum class Wanted { vertices, edges };
+
+void add_elements(const MObject &component, Wanted wanted, Picked &picked) {
+  if (component.isNull()) return;
+  const bool edges = wanted == Wanted::edges;
+  if (!component.hasFn(edges ? MFn::kMeshEdgeComponent : MFn::kMeshVertComponent))
+    throw host::HostError(edges ? "faces or vertices are selected; select edges" : "faces or edges are selected; select vertices, or meshes as a whole");
   MIntArray elements;
   MFnSingleIndexedComponent(component).getElements(elements);
-  std::vector<int> vertices;
-  for (unsigned int i = 0; i < elements.length(); ++i) vertices.push_back(elements[i]);
-  return vertices;
+  std::vector<int> &into = edges ? picked.edges : picked.vertices;
+  for (unsigned int i = 0; i < elements.length(); ++i) into.push_back(elements[i]);
 }
 
 // From a transform to the shape that is seen: a deformed mesh has another beside it, as it was.
@@ -61,17 +63,16 @@ bool extend_to_mesh(MDagPath &path) {
 }
 
 // Each mesh once, in the order of the selection; what is no mesh is left out.
-std::vector<Picked> picked_of(const MSelectionList &selected) {
+std::vector<Picked> picked_of(const MSelectionList &selected, Wanted wanted = Wanted::vertices) {
   std::vector<Picked> meshes;
   for (unsigned int i = 0; i < selected.length(); ++i) {
     MDagPath path;
     MObject component;
     if (selected.getDagPath(i, path, component) != MS::kSuccess) continue;
     if (!extend_to_mesh(path)) continue;
-    const std::vector<int> vertices = vertices_of(component);
     auto known = std::find_if(meshes.begin(), meshes.end(), [&](const Picked &mesh) { return mesh.path == path; });
-    if (known == meshes.end()) known = meshes.insert(meshes.end(), {path, {}});
-    known->vertices.insert(known->vertices.end(), vertices.begin(), vertices.end());
+    if (known == meshes.end()) known = meshes.insert(meshes.end(), {path, {}, {}});
+    add_elements(component, wanted, *known);
   }
   return meshes;
 }
@@ -140,6 +141,7 @@ MSyntax ShellWarpCommand::syntax_of() {
   MSyntax syntax;
   syntax.addFlag(kHandle, "-handle");
   syntax.addFlag(kCollider, "-collider");
+  syntax.addFlag(kCrease, "-crease");
   syntax.addFlag(kPatches, "-contactPatches");
   syntax.addFlag(kStatus, "-status");
   syntax.addFlag(kMemory, "-memory");
@@ -174,6 +176,8 @@ MStatus ShellWarpCommand::doIt(const MArgList &arguments) {
       add_handles(selected);
     else if (given.isFlagSet(kCollider))
       add_colliders(selected);
+    else if (given.isFlagSet(kCrease))
+      add_creases(selected);
     else if (given.isFlagSet(kPatches))
       set_patches(selected);
     else if (given.isFlagSet(kWrite)) {
@@ -249,6 +253,21 @@ void ShellWarpCommand::add_colliders(const MSelectionList &selected) {
     run("connectAttr " + meshes[k].name() + ".worldMatrix[0] " + collider + ".colliderMatrix");
     appendToResult(collider.c_str());
   }
+}
+
+// The selected edges of each shell as one more.
+void ShellWarpCommand::add_creases(const MSelectionList &selected) {
+  bool any = false;
+  for (const Picked &mesh : picked_of(selected, Wanted::edges)) {
+    if (mesh.edges.empty()) continue;
+    const MObject shell = shell_of(mesh.path);
+    if (shell.isNull()) throw host::HostError(mesh.name() + " is no shell yet: run shellWarp on it");
+    const std::string crease = element(name_of(shell), "creases", next_element(shell, ShellWarpNode::creases));
+    set_list(crease + ".creaseEdges", "e", mesh.edges);
+    appendToResult(crease.c_str());
+    any = true;
+  }
+  if (!any) throw host::HostError("select the edges of a shell that fold");
 }
 
 // In the place of those that there were.

@@ -126,6 +126,8 @@ MStatus ShellWarpNode::pull(MDataBlock &block, const MMatrix &toWorld, unsigned 
   CHECK_MSTATUS_AND_RETURN_IT(status);
   pull_settings(block, request);
   pull_maps(block, multiIndex, request);
+  status = pull_build(block, input, inputGeom, multiIndex, request);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
   pull_supports(block, multiIndex, request);
   request.inputs.object = host::pose_of(matrix_of(toWorld), "the deformed object's transform", host::Scale::even);
   const bool own = block.inputValue(frameFrom).asShort() == 0;

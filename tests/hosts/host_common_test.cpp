@@ -2,6 +2,7 @@
 #include "blend.hpp"
 #include "concave_sheet.hpp"
 #include "runner_store.hpp"
+#include "shell_parts.hpp"
 #include "shell_runner.hpp"
 #include "test_support.h"
 
@@ -1024,6 +1025,144 @@ void a_sheet_in_real_units_moves_alike_in_metres_and_centimetres() {
   }
 }
 
+// ---------------------------------------------------------------------------------------- creases, rest shapes, fibres
+
+// The strip folds across its middle.
+Request creased_request(double factor, std::optional<double> angle) {
+  Request request = strip_request();
+  for (int j = 0; j + 1 < STRIP_ROWS; ++j) request.build.creases.push_back({strip_vertex(20, j), strip_vertex(20, j + 1), factor, angle});
+  return request;
+}
+
+// Without a load it rests at the angle, convex on the side of the normals, which is up; its edges are as long as they were.
+void a_folded_strip_rests_at_its_angle() {
+  for (const double angle : {-1.2, 0.6}) {
+    Request request = creased_request(1, angle);
+    request.inputs.gravity = {};
+    ShellRunner runner;
+    runner.evaluate(request);
+    const std::size_t tip = 3 * strip_vertex(STRIP_COLUMNS - 1, 1);
+    CHECK_NEAR(runner.deformed()[tip], 2 + 2 * std::cos(angle), 0.01);  // 40 edges that stretch and bend by a thousandth each way
+    CHECK_NEAR(runner.deformed()[tip + 2], -2 * std::sin(angle), 0.01);
+    CHECK(runner.rest() == request.mesh.points);
+  }
+}
+
+void a_crease_that_is_softer_sags_further_and_the_later_of_two_counts() {
+  const auto sag = [](Request request) {
+    request.build.stiffness.by = host::Stiffness::By::material;  // by frequency a softer fold has a faster clock
+    request.inputs.gravity[2] = -0.02;
+    request.motion.damping_ratio = 0.9;
+    ShellRunner runner;
+    for (int k = 0; k <= 80; ++k) runner.evaluate(at_frame(request, k));
+    return -tip_height(runner);
+  };
+  const double plain = sag(strip_request()), soft = sag(creased_request(0.1, {}));
+  CHECK(soft > 1.02 * plain && soft < 2 * plain);
+  Request twice = creased_request(0, {});
+  const Request last = creased_request(0.1, {});
+  for (host::Crease crease : last.build.creases) std::swap(crease.a, crease.b), twice.build.creases.push_back(crease);
+  CHECK(sag(twice) == soft);
+
+  ShellRunner runner;
+  Request wrong = creased_request(-1, {});
+  FAILS_WITH(runner.evaluate(wrong), "the crease from point 60 to 61 has the factor -1; it must be 0 or above");
+  FAILS_WITH(runner.evaluate(creased_request(1, 4.0)), "rests at 229.183 degrees; it must be from -180 to 180");
+  wrong.build.creases = {{0, 5000, 1, {}}};
+  FAILS_WITH(runner.evaluate(wrong), "the crease from point 0 to 5000: there are 123 points");
+  wrong = creased_request(0.5, {});
+  wrong.drawn = wrong.mesh.points;
+  FAILS_WITH(runner.evaluate(wrong), "creases are of the mesh that is simulated, and another is in its place");
+}
+
+// On a circle of radius 4 the strip has no stress: clamped at one end it rests there.
+void a_curled_strip_rests_where_it_has_no_stress() {
+  Request request = strip_request();
+  request.inputs.gravity = {};
+  request.build.rest_shape = request.mesh.points;
+  for (std::size_t i = 0; i < request.build.rest_shape.size(); i += 3) {
+    const double turn = request.mesh.points[i] / 4;
+    request.build.rest_shape[i] = 4 * std::sin(turn);
+    request.build.rest_shape[i + 2] = 4 * (1 - std::cos(turn));
+  }
+  ShellRunner runner;
+  runner.evaluate(request);
+  const std::size_t tip = 3 * strip_vertex(STRIP_COLUMNS - 1, 1);
+  // The clamp holds the first of 40 columns flat, and so the rest of it turned by a fortieth of a rad.
+  CHECK_NEAR(runner.deformed()[tip], 4 * std::sin(1.0), 0.1);
+  CHECK_NEAR(runner.deformed()[tip + 2], 4 * (1 - std::cos(1.0)), 0.1);
+  request.build.rest_shape.resize(30);
+  FAILS_WITH(runner.evaluate(request), "the rest shape has 10 points, the simulated mesh 123");
+  request.build.rest_shape = request.mesh.points;
+  request.drawn = request.mesh.points;
+  FAILS_WITH(runner.evaluate(request), "the points of a rest shape are of the mesh that is simulated");
+}
+
+// A strip along the fibres sags by E across over E along of what one across them does: a beam's deflection is load over E I.
+void a_sheet_is_stiffer_along_its_fibres() {
+  const auto sag = [](std::vector<double> directions) {
+    Request request = strip_request();
+    host::Stiffness &s = request.build.stiffness;
+    s.by = host::Stiffness::By::sheet;
+    s.young = 1e11, s.young_across = 1e10, s.poisson = 0, s.thickness = 0.02, s.volume_density = 1000;
+    s.directions = std::move(directions);
+    request.inputs.gravity[2] = -1;
+    request.motion.damping_ratio = 0.9;
+    ShellRunner runner;
+    for (int k = 0; k <= 120; ++k) runner.evaluate(at_frame(request, k));
+    return -tip_height(runner);
+  };
+  const double along = sag({1, 0, 0}), across = sag({0, 1, 0});
+  CHECK_NEAR(across / along, 10, 0.3);
+  std::vector<double> each;
+  for (int t = 0; t < STRIP_TRIANGLES; ++t) each.insert(each.end(), {t < STRIP_TRIANGLES / 2 ? 1.0 : 0.0, t < STRIP_TRIANGLES / 2 ? 0.0 : 2.0, 0});
+  CHECK(sag(each) > along && sag(each) < across);
+  each.resize(30);
+  CHECK(contains(failure([&] { sag(each); }), "there are 10 directions of Young's modulus, and 160 polygons"));
+}
+
+// Quads whose u runs along y, at twice the length in the second, and skewed in the third.
+void directions_follow_texture_coordinates() {
+  host::Mesh mesh;
+  mesh.points = {0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0};
+  mesh.sizes = {4, 4, 3}, mesh.corners = {0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2};
+  std::vector<double> uvs = {0, 0, 0, -1, 1, -1, 1, 0, 0, 0, 0, -1, 2, -1, 2, 0, 0, 0, 1, 0, 2, 1};
+  const std::vector<double> directions = host::directions_of_uvs(mesh, uvs);
+  CHECK(directions.size() == 9);
+  for (int k = 0; k < 3; ++k) {
+    const double *d = &directions[3 * std::size_t(k)];
+    const double length = std::hypot(d[0], d[1]);
+    CHECK_NEAR(d[0] / length, k == 2 ? 1 : 0, 1e-12);
+    CHECK_NEAR(d[1] / length, k == 2 ? 0 : 1, 1e-12);
+  }
+  uvs[21] = 0;
+  FAILS_WITH(host::directions_of_uvs(mesh, uvs), "the texture coordinates of polygon 2 are on a line");
+  uvs.pop_back();
+  FAILS_WITH(host::directions_of_uvs(mesh, uvs), "texture coordinates for 11 corners");
+}
+
+// A polygon's direction is that of the triangles that it is cut into.
+void a_direction_of_a_polygon_is_that_of_its_triangles() {
+  const auto played = [](bool quads) {
+    Request request = strip_request();
+    request.mesh.triangles.clear();
+    host::Stiffness &s = request.build.stiffness;
+    s.by = host::Stiffness::By::sheet;
+    s.young = 1e9, s.young_across = 1e8, s.thickness = 0.02;
+    for (int i = 0; i + 1 < STRIP_COLUMNS; ++i)
+      for (int j = 0; j + 1 < STRIP_ROWS; ++j) {
+        request.mesh.sizes.push_back(4);
+        for (const uint32_t v : {strip_vertex(i, j), strip_vertex(i + 1, j), strip_vertex(i + 1, j + 1), strip_vertex(i, j + 1)}) request.mesh.corners.push_back(v);
+        for (int k = 0; k < (quads ? 1 : 2); ++k) s.directions.insert(s.directions.end(), {i % 2 ? 1.0 : 0.3, 0.4, 0});
+      }
+    if (!quads) request.mesh.cut(), request.mesh.sizes.clear(), request.mesh.corners.clear();
+    ShellRunner runner;
+    for (int k = 0; k <= 5; ++k) runner.evaluate(at_frame(request, k));
+    return runner.deformed();
+  };
+  CHECK(played(true) == played(false));
+}
+
 void a_material_out_of_range_is_refused_by_name() {
   const auto with = [](auto change) {
     return [change] {
@@ -1786,6 +1925,12 @@ int main() {
   RUN(envelope_and_weights_take_their_share_of_the_displacement);
   RUN(a_known_material_is_the_librarys_own);
   RUN(a_sheet_in_real_units_moves_alike_in_metres_and_centimetres);
+  RUN(a_folded_strip_rests_at_its_angle);
+  RUN(a_crease_that_is_softer_sags_further_and_the_later_of_two_counts);
+  RUN(a_curled_strip_rests_where_it_has_no_stress);
+  RUN(a_sheet_is_stiffer_along_its_fibres);
+  RUN(directions_follow_texture_coordinates);
+  RUN(a_direction_of_a_polygon_is_that_of_its_triangles);
   RUN(a_material_out_of_range_is_refused_by_name);
   RUN(a_solid_of_every_kind_stops_the_strip);
   RUN(a_moving_solid_lifts_the_strip_and_scrubbing_repeats_it);

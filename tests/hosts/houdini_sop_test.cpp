@@ -486,6 +486,76 @@ void a_map_multiplies_the_sheets_constant() {
   CHECK(broken.cook.errors.size() == 1 && contains(broken.cook.errors[0], "the map of the thickness is 0 at point 7; it must be above 0"));
 }
 
+// Without gravity a fold of 60 degrees is where the strip rests: convex below, from where Houdini shows these polygons.
+void edges_of_a_group_fold() {
+  const auto group = [](Scene &s) {
+    for (int j = 0; j < 2; ++j)
+      s.geometry().edge_groups["fold"].edges.emplace_back(fake::Geometry::offset(60 + j), fake::Geometry::offset(61 + j));
+    s.cook.set_text("creasegroup", "fold");
+  };
+  Scene folded, softer, plain, wrong;
+  group(folded);
+  folded.cook.set("gravity", {0, 0, 0});
+  folded.cook.set("creasesetsangle", {1});
+  folded.cook.set("creaseangle", {60});
+  folded.at(1);
+  CHECK_NEAR(folded.cook.output.fake_geometry().points[kTip].x(), 3, 0.01);
+  CHECK_NEAR(folded.tip(), 1.73, 0.01);
+  for (Scene *scene : {&softer, &plain}) scene->cook.set("stiffnessfrom", {3}), scene->cook.set("thickness", {0.02}), scene->cook.set("dampingratio", {0.9});
+  group(softer);
+  softer.play(20), plain.play(20);
+  CHECK(softer.tip() < plain.tip() - 1e-3);
+  softer.cook.set("creasefactor", {1});
+  softer.play(20);
+  CHECK_NEAR(softer.tip(), plain.tip(), 1e-5);  // floats of 4: as without
+  wrong.cook.set_text("creasegroup", "none");
+  wrong.at(1);
+  CHECK(wrong.cook.errors.size() == 1 && contains(wrong.cook.errors[0], "there are no edges of the group none"));
+}
+
+void an_attribute_is_the_shape_without_stress() {
+  Scene scene;
+  std::vector<double> &curled = scene.geometry().attributes["rest"];
+  for (const UT_Vector3 &p : scene.geometry().points)
+    curled.insert(curled.end(), {4 * std::sin(double(p.x()) / 4), 4 * (1 - std::cos(double(p.x()) / 4)), double(p.z())});
+  scene.cook.set("gravity", {0, 0, 0});
+  scene.cook.set_text("restshape", "rest");
+  scene.at(1);
+  CHECK_NEAR(scene.tip(), 4 * (1 - std::cos(3.9 / 4)), 0.1);  // the clamp holds the first of 40 columns flat
+  scene.cook.set_text("restshape", "none");
+  scene.at(1);
+  CHECK(scene.cook.errors.size() == 1 && contains(scene.cook.errors[0], "there is no point attribute none of three numbers"));
+}
+
+void fibres_run_along_a_direction_or_an_attribute() {
+  const auto sag = [](const std::function<void(Scene &)> &change) {
+    Scene scene;
+    scene.cook.set("stiffnessfrom", {3});
+    scene.cook.set("thickness", {0.05});
+    scene.cook.set("young", {1e11});
+    scene.cook.set("youngacross", {1e10});
+    scene.cook.set("dampingratio", {0.9});
+    change(scene);
+    scene.play(24);
+    CHECK(scene.cook.errors.empty());
+    return -scene.tip();
+  };
+  const auto of = [](bool points, double x, double z) {
+    return [=](Scene &s) {
+      std::vector<double> &along = points ? s.geometry().attributes["fibre"] : s.geometry().of_primitives["fibre"];
+      for (std::size_t k = 0; k < (points ? s.geometry().points.size() : s.geometry().primitives.size()); ++k) along.insert(along.end(), {x, 0, z});
+      s.cook.set_text("directions", "fibre");
+    };
+  };
+  const double along = sag([](Scene &) {}), across = sag([](Scene &s) { s.cook.set("direction", {0, 0, 1}); });
+  CHECK(across > 5 * along);
+  for (const bool points : {true, false}) {
+    CHECK(sag(of(points, 2, 0)) == along);  // of any length
+    CHECK(sag(of(points, 0, 3)) == across);
+  }
+  CHECK(sag([](Scene &s) { s.cook.set("shear", {1e8}), s.cook.set("direction", {1, 0, 1}); }) != sag([](Scene &s) { s.cook.set("direction", {1, 0, 1}); }));
+}
+
 void a_moving_support_frame_shakes_the_shell() {
   for (const char *name : {"framet", "framer"}) {
     Scene still, shaken;
@@ -931,6 +1001,9 @@ int main(int argc, char **argv) {
     RUN(the_menu_of_known_materials_is_the_librarys_table);
     RUN(a_known_material_is_the_sheet_of_its_numbers);
     RUN(a_map_multiplies_the_sheets_constant);
+    RUN(edges_of_a_group_fold);
+    RUN(an_attribute_is_the_shape_without_stress);
+    RUN(fibres_run_along_a_direction_or_an_attribute);
     RUN(a_moving_support_frame_shakes_the_shell);
     RUN(envelope_and_weights_scale_each_point);
     RUN(a_handle_point_leads_its_point);

@@ -111,7 +111,7 @@ void every_attribute_has_its_own_names_and_affects_the_output() {
                                  "binMembership",
                                  "bnm"};
   const std::vector<fake::AttributeInfo> attributes = node.attributes();
-  CHECK(attributes.size() == 74);
+  CHECK(attributes.size() == 87);
   for (const fake::AttributeInfo &attribute : attributes) {
     CHECK(names.insert(attribute.name).second && names.insert(attribute.brief).second);
     CHECK(attribute.affects_output);
@@ -126,7 +126,7 @@ void supports_can_be_painted_and_handles_are_an_array() {
     CHECK(attribute.paintable == (painted.count(attribute.name) == 1));
     const bool array =
         painted.count(attribute.name) || painted.count(attribute.name.substr(0, attribute.name.size() - 4)) || attribute.name == "supportWeightList" ||
-                       attribute.name == "handles" || attribute.name == "colliders";
+                       attribute.name == "handles" || attribute.name == "colliders" || attribute.name == "creases";
     CHECK(attribute.is_array == array);
   }
   CHECK(contains(fake::session().commands.at(0), "makePaintable -attrType multiFloat -sm deformer shellWarp weights"));
@@ -553,6 +553,96 @@ void what_is_inside_a_collider_is_pushed_out_or_given_way_to() {
   CHECK(deepest([](Scene &s) { s.node.set("pushOut", 1); }) < 1e-4);  // floats of 40
   CHECK(fake::session().warnings.empty());
   CHECK(deepest([](Scene &s) { s.node.set_components("contactPatches", {90, 91, 92}); }) < 0.3 * plain);
+}
+
+// The edges across the strip's middle, by their numbers in the stand-in.
+std::vector<int> middle_edges() {
+  const fake::Mesh mesh = strip_mesh_cm();
+  std::vector<int> found;
+  std::set<std::pair<int, int>> known;
+  int edge = 0;
+  for (std::size_t t = 0; t < mesh.corners.size(); t += 3)
+    for (std::size_t k = 0; k < 3; ++k) {
+      const int a = mesh.corners[t + k], b = mesh.corners[t + (k + 1) % 3];
+      if (!known.emplace(std::min(a, b), std::max(a, b)).second) continue;
+      if (a / STRIP_ROWS == 20 && b / STRIP_ROWS == 20) found.push_back(edge);
+      ++edge;
+    }
+  return found;
+}
+
+// Without gravity a fold of 60 degrees, convex above, is where the strip rests; a softer one sags further.
+void selected_edges_fold() {
+  CHECK(middle_edges().size() == 2);
+  Scene folded, softer, plain;
+  folded.node.set("gravityY", 0);
+  folded.node.set_components("creases[0].creaseEdges", middle_edges(), true);
+  folded.node.set("creases[0].creaseSetsAngle", 1);
+  folded.node.set("creases[0].creaseAngle", 60);
+  const MPoint tip = folded.at(1)[kTip];
+  CHECK_NEAR(tip.x, 20 + 10, 0.1);  // half of the strip turned by 60 degrees; a hundredth of its length
+  CHECK_NEAR(tip.y, -17.3, 0.1);
+  for (Scene *scene : {&softer, &plain}) scene->node.set("stiffnessFrom", 3), scene->node.set("thickness", 0.2), scene->node.set("dampingRatio", 0.9);
+  softer.node.set_components("creases[0].creaseEdges", middle_edges(), true);
+  CHECK(softer.play(20).back()[kTip].y < plain.play(20).back()[kTip].y - 1e-3);
+  softer.node.set("creases[0].creaseFactor", 1);
+  CHECK_NEAR(softer.node.evaluate()[kTip].y, plain.node.evaluate()[kTip].y, 1e-4);  // floats of 40: as without
+  softer.node.set_components("creases[0].creaseEdges", {90000}, true);
+  softer.node.evaluate();
+  CHECK(softer.node.failed() && contains(fake::session().errors.back(), "creases[0] names edge 90000, which there is not"));
+}
+
+void another_mesh_is_the_shape_without_stress() {
+  Scene scene;
+  fake::Mesh curled = scene.mesh;
+  for (MPoint &p : curled.points) p = MPoint(40 * std::sin(p.x / 40), 40 * (1 - std::cos(p.x / 40)), p.z);
+  scene.node.set("gravityY", 0);
+  scene.node.set_mesh("restShape", &curled);
+  const MPoint tip = scene.at(1)[kTip];
+  CHECK_NEAR(tip.y, 40 * (1 - std::cos(39.0 / 40)), 1);  // the clamp holds the first of 40 columns flat
+  curled.points.pop_back();
+  scene.node.set_mesh("restShape", &curled);
+  scene.node.evaluate();
+  CHECK(scene.node.failed() && contains(fake::session().errors.back(), "the rest shape has 122 points"));
+}
+
+// Fibres along the strip carry it, and across it do not; a UV set whose u runs along it is the first of them.
+void fibres_run_along_a_direction_or_a_uv_set() {
+  const auto sag = [](const std::function<void(Scene &)> &change) {
+    Scene scene;
+    scene.node.set("stiffnessFrom", 3);
+    scene.node.set("thickness", 0.5);
+    scene.node.set("young", 1e9);
+    scene.node.set("youngAcross", 1e8);
+    scene.node.set("dampingRatio", 0.9);
+    change(scene);
+    const double y = scene.play(24).back()[kTip].y;
+    CHECK(!scene.node.failed());
+    return -y;
+  };
+  const auto along_uvs = [](double u_of_x, double u_of_z) {
+    return [=](Scene &s) {
+      s.mesh.uv_set = "map1";
+      for (const int i : s.mesh.corners) {
+        const MPoint &p = s.mesh.points[std::size_t(i)];
+        s.mesh.us.push_back(float(u_of_x * p.x + u_of_z * p.z)), s.mesh.vs.push_back(float(u_of_z * p.x - u_of_x * p.z));
+      }
+      s.node.connect(0, &s.mesh);
+      s.node.set_text("directions", "map1");
+    };
+  };
+  const double along = sag([](Scene &) {}), across = sag([](Scene &s) { s.node.set("directionX", 0), s.node.set("directionZ", 1); });
+  CHECK(across > 5 * along);
+  CHECK_NEAR(sag(along_uvs(1, 0)), along, 1e-3 * along);  // the coordinates are floats
+  CHECK_NEAR(sag(along_uvs(0, 1)), across, 1e-3 * across);
+  CHECK(sag([](Scene &s) { s.node.set("shear", 1e6), s.node.set("directionY", 1), s.node.set("directionZ", 1); }) !=
+        sag([](Scene &s) { s.node.set("directionZ", 1); }));
+  Scene scene;
+  scene.node.set("stiffnessFrom", 2);
+  scene.node.set("youngAcross", 1e8);
+  scene.node.set_text("directions", "none");
+  scene.at(1);
+  CHECK(scene.node.failed() && contains(fake::session().errors.back(), "directions: the mesh has no UV set none"));
 }
 
 void the_menu_of_known_materials_is_the_librarys_table() {
@@ -1122,6 +1212,27 @@ void the_command_connects_the_meshes_that_are_touched() {
   CHECK(scene.connections.count("shellWarp1.colliders[0].colliderMesh") == 0);
 }
 
+void the_command_folds_the_selected_edges() {
+  fake::Scene &scene = scene_with_strip();
+  CHECK(scene.run("shellWarp"));
+  fake::Deformer &node = *scene.deformers.at("shellWarp1");
+  node.set("modes", 6);
+  node.set("method", SW_METHOD_WARP);
+  scene.frame = 8;
+  const std::vector<MPoint> before = scene.world_points("stripShape");
+  scene.selection = {"stripShape.e[" + std::to_string(middle_edges()[0]) + "]", "stripShape.e[" + std::to_string(middle_edges()[1]) + "]"};
+  CHECK(scene.run("shellWarp -crease") && scene.result == "shellWarp1.creases[0]");
+  CHECK(scene.run("shellWarp -crease") && scene.result == "shellWarp1.creases[1]");
+  CHECK(!same(scene.world_points("stripShape"), before) && !node.failed());
+  scene.undo();
+  scene.undo();
+  CHECK(node.elements("creases").empty() && same(scene.world_points("stripShape"), before));
+  scene.selection = {vertex_of("strip", 3)};
+  CHECK(!scene.run("shellWarp -crease") && contains(fake::session().errors.back(), "faces or vertices are selected; select edges"));
+  scene.selection = {"strip"};
+  CHECK(!scene.run("shellWarp -crease") && contains(fake::session().errors.back(), "select the edges of a shell that fold"));
+}
+
 void the_command_names_the_patches_that_are_touched() {
   fake::Scene &scene = scene_with_strip();
   CHECK(scene.run("shellWarp"));
@@ -1250,6 +1361,9 @@ int main(int argc, char **argv) {
     RUN(a_connected_mesh_moves_the_strip_and_every_attribute_of_it_counts);
     RUN(a_deforming_mesh_lifts_the_strip);
     RUN(what_is_inside_a_collider_is_pushed_out_or_given_way_to);
+    RUN(selected_edges_fold);
+    RUN(another_mesh_is_the_shape_without_stress);
+    RUN(fibres_run_along_a_direction_or_a_uv_set);
     RUN(the_menu_of_known_materials_is_the_librarys_table);
     RUN(a_known_material_is_the_sheet_of_its_numbers);
     RUN(the_deformed_mesh_follows_a_proxy);
@@ -1275,6 +1389,7 @@ int main(int argc, char **argv) {
     RUN(the_command_takes_meshes_as_a_whole_and_names_what_is_wrong);
     RUN(handles_are_locators_on_the_selected_vertices);
     RUN(the_command_connects_the_meshes_that_are_touched);
+    RUN(the_command_folds_the_selected_edges);
     RUN(the_command_names_the_patches_that_are_touched);
     RUN(the_command_tells_what_is_wrong_until_it_is_mended);
     const auto the_first_scene_works = [&] {

@@ -65,6 +65,15 @@ public:
   const UT_StringHolder &getColliderpieces() const { return colliderpieces_; }
   const UT_StringHolder &getDampingmap() const { return dampingmap_; }
   fpreal getStiffnessfactor() const { return stiffnessfactor_; }
+  fpreal getYoungacross() const { return youngacross_; }
+  fpreal getShear() const { return shear_; }
+  UT_Vector3D getDirection() const { return direction_; }
+  const UT_StringHolder &getDirections() const { return directions_; }
+  const UT_StringHolder &getRestshape() const { return restshape_; }
+  const UT_StringHolder &getCreasegroup() const { return creasegroup_; }
+  fpreal getCreasefactor() const { return creasefactor_; }
+  bool getCreasesetsangle() const { return creasesetsangle_; }
+  fpreal getCreaseangle() const { return creaseangle_; }
 
   void fake_load(const std::map<std::string, fake::Parm> &values) override {
     time_ = at(values, "time", "float").numbers[0];
@@ -123,6 +132,15 @@ public:
     colliderpieces_ = at(values, "colliderpieces", "string").text.c_str();
     dampingmap_ = at(values, "dampingmap", "string").text.c_str();
     stiffnessfactor_ = at(values, "stiffnessfactor", "float").numbers[0];
+    youngacross_ = at(values, "youngacross", "float").numbers[0];
+    shear_ = at(values, "shear", "float").numbers[0];
+    direction_ = vector(at(values, "direction", "vector"));
+    directions_ = at(values, "directions", "string").text.c_str();
+    restshape_ = at(values, "restshape", "string").text.c_str();
+    creasegroup_ = at(values, "creasegroup", "string").text.c_str();
+    creasefactor_ = at(values, "creasefactor", "float").numbers[0];
+    creasesetsangle_ = at(values, "creasesetsangle", "toggle").numbers[0] != 0;
+    creaseangle_ = at(values, "creaseangle", "float").numbers[0];
   }
 
 private:
@@ -193,4 +211,13 @@ private:
   UT_StringHolder colliderpieces_;
   UT_StringHolder dampingmap_;
   fpreal stiffnessfactor_ = 0;
+  fpreal youngacross_ = 0;
+  fpreal shear_ = 0;
+  UT_Vector3D direction_;
+  UT_StringHolder directions_;
+  UT_StringHolder restshape_;
+  UT_StringHolder creasegroup_;
+  fpreal creasefactor_ = 0;
+  bool creasesetsangle_ = false;
+  fpreal creaseangle_ = 0;
 };

@@ -142,6 +142,10 @@ int read<int>(const double *from) {
   return static_cast<int>(*from);
 }
 template <>
+UT_Vector3 read<UT_Vector3>(const double *v) {
+  return UT_Vector3(float(v[0]), float(v[1]), float(v[2]));
+}
+template <>
 UT_Quaternion read<UT_Quaternion>(const double *q) {
   return UT_Quaternion(float(q[0]), float(q[1]), float(q[2]), float(q[3]));
 }
@@ -237,9 +241,15 @@ const GA_PointGroup *GOP_Manager::parsePointGroups(const char *pattern, const Gr
   return &out;
 }
 
+const GA_EdgeGroup *GOP_Manager::parseEdgeGroups(const char *pattern, const GroupCreator &creator, bool) {
+  const auto &groups = creator.detail_->fake_geometry().edge_groups;
+  const auto found = groups.find(pattern);
+  return found == groups.end() ? nullptr : &found->second;
+}
+
 template <class T>
 T GA_ROHandleT<T>::get(GA_Offset offset) const {
-  return fake::read<T>(detail_->fake_geometry().find(owner_, name_, offset, sizeof(T) == sizeof(UT_Quaternion) ? 4 : 1));
+  return fake::read<T>(detail_->fake_geometry().find(owner_, name_, offset, sizeof(T) / sizeof(float)));
 }
 template <>
 UT_Vector3 GA_RWHandleV3::get(GA_Offset offset) const {
@@ -254,6 +264,7 @@ void GA_RWHandleV3::set(GA_Offset offset, const UT_Vector3 &value) const {
 template class GA_ROHandleT<float>;
 template class GA_ROHandleT<int>;
 template class GA_ROHandleT<UT_Quaternion>;
+template class GA_ROHandleT<UT_Vector3>;
 
 // --------------------------------------------------------------------------------------------------------------- nodes
 
@@ -270,6 +281,7 @@ static PRM_Name no_names[1];
 PRM_ChoiceList SOP_Node::pointGroupMenu(PRM_CHOICELIST_SINGLE, no_names);
 PRM_ChoiceList SOP_Node::pointAttribReplaceMenu(PRM_CHOICELIST_SINGLE, no_names);
 PRM_ChoiceList SOP_Node::primAttribReplaceMenu(PRM_CHOICELIST_SINGLE, no_names);
+PRM_ChoiceList SOP_Node::edgeGroupMenu(PRM_CHOICELIST_SINGLE, no_names);
 SOP_Node::SOP_Node(OP_Network *, const char *, OP_Operator *) : cook_(std::make_unique<fake::Cook>()) {
   cook_->node = this;
 }

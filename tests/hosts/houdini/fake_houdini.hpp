@@ -156,6 +156,35 @@ public:
   std::set<GA_Offset> offsets;
 };
 
+class GA_Edge {
+public:
+  GA_Edge(GA_Offset p0, GA_Offset p1) : p0_(p0), p1_(p1) {}
+  GA_Offset p0() const { return p0_; }
+  GA_Offset p1() const { return p1_; }
+
+private:
+  GA_Offset p0_, p1_;
+};
+
+class GA_EdgeGroup {
+public:
+  class const_iterator {
+  public:
+    const_iterator(std::vector<GA_Edge>::const_iterator at, std::vector<GA_Edge>::const_iterator end) : at_(at), end_(end) {}
+    bool atEnd() const { return at_ == end_; }
+    const_iterator &operator++() {
+      ++at_;
+      return *this;
+    }
+    const GA_Edge *operator->() const { return &*at_; }
+
+  private:
+    std::vector<GA_Edge>::const_iterator at_, end_;
+  };
+  const_iterator begin() const { return const_iterator(edges.begin(), edges.end()); }
+  std::vector<GA_Edge> edges;
+};
+
 class GA_Primitive {
 public:
   virtual ~GA_Primitive();
@@ -210,6 +239,7 @@ struct Geometry {
   std::set<std::string> of_vertices, vectors;  // attributes of vertices, by name; and those that transform as vectors
   std::map<std::string, int> bumps;            // of attributes but P
   std::map<std::string, GA_PointGroup> groups;
+  std::map<std::string, GA_EdgeGroup> edge_groups;
   GA_Attribute position;
 
   static GA_Offset offset(GA_Index index) { return 2 * index + 3; }
@@ -294,6 +324,7 @@ public:
   const GA_PointGroup *parsePointGroups(const UT_StringRef &pattern, const GroupCreator &creator) {
     return parsePointGroups(pattern.c_str(), creator);
   }
+  const GA_EdgeGroup *parseEdgeGroups(const char *pattern, const GroupCreator &creator, bool strict);  // names alone
 
 private:
   std::vector<std::unique_ptr<GA_PointGroup>> made_;
@@ -473,7 +504,7 @@ class SOP_Node : public OP_Node {
 public:
   SOP_Node(OP_Network *parent, const char *name, OP_Operator *entry);
   ~SOP_Node() override;
-  static PRM_ChoiceList pointGroupMenu, pointAttribReplaceMenu, primAttribReplaceMenu;
+  static PRM_ChoiceList pointGroupMenu, pointAttribReplaceMenu, primAttribReplaceMenu, edgeGroupMenu;
   virtual const SOP_NodeVerb *cookVerb() const { return nullptr; }
   virtual const char *inputLabel(unsigned index) const { return index ? "" : "Input"; }
 

@@ -25,6 +25,8 @@ Session &session();
 struct Mesh {
   std::vector<MPoint> points;
   std::vector<int> counts, corners;
+  std::string uv_set;                // the one there is; its coordinates, of each corner one
+  std::vector<float> us, vs;
 };
 
 class Plugin {

@@ -446,6 +446,39 @@ MStatus MFnMesh::getVertices(MIntArray &counts, MIntArray &list) const {
   return MS::kSuccess;
 }
 
+// Edges are numbered as they first come up round the polygons.
+MStatus MFnMesh::getEdgeVertices(int edge, int2 &ends) const {
+  const fake::Mesh &mesh = Object::get<fake::MeshData>(object_)->mesh;
+  std::set<std::pair<int, int>> known;
+  std::size_t from = 0;
+  for (const int n : mesh.counts) {
+    for (int k = 0; k < n; ++k) {
+      const int a = mesh.corners[from + std::size_t(k)], b = mesh.corners[from + std::size_t((k + 1) % n)];
+      if (!known.emplace(std::min(a, b), std::max(a, b)).second) continue;
+      if (edge-- > 0) continue;
+      ends[0] = a, ends[1] = b;
+      return MS::kSuccess;
+    }
+    from += std::size_t(n);
+  }
+  return MS::kInvalidParameter;
+}
+MStatus MFnMesh::getUVs(MFloatArray &us, MFloatArray &vs, const MString *set) const {
+  const fake::Mesh &mesh = Object::get<fake::MeshData>(object_)->mesh;
+  us.clear(), vs.clear();
+  if (!set || mesh.uv_set != set->asChar()) return MS::kFailure;
+  for (std::size_t i = 0; i < mesh.us.size(); ++i) us.append(mesh.us[i]), vs.append(mesh.vs[i]);
+  return MS::kSuccess;
+}
+MStatus MFnMesh::getAssignedUVs(MIntArray &counts, MIntArray &ids, const MString *set) const {
+  const fake::Mesh &mesh = Object::get<fake::MeshData>(object_)->mesh;
+  counts.clear(), ids.clear();
+  if (!set || mesh.uv_set != set->asChar()) return MS::kFailure;
+  for (const int n : mesh.counts) counts.append(n);
+  for (std::size_t i = 0; i < mesh.us.size(); ++i) ids.append(int(i));
+  return MS::kSuccess;
+}
+
 MFnComponentListData::MFnComponentListData(const MObject &object, MStatus *status) : object_(object) {
   report(status, Object::get<fake::ComponentList>(object) != nullptr);
 }

@@ -19,6 +19,7 @@
 #include <vector>
 
 typedef double double3[3];
+typedef int int2[2];
 class MArrayDataHandle;
 class MDataBlock;
 class MObject;
@@ -165,6 +166,7 @@ private:
 };
 class MPointArray : public FakeArray<MPoint> {};
 class MIntArray : public FakeArray<int> {};
+class MFloatArray : public FakeArray<float> {};
 
 class MDistance {
 public:
@@ -357,6 +359,9 @@ public:
   MStatus getPoint(int vertexId, MPoint &pos, MSpace::Space space = MSpace::kObject) const;
   MStatus getPoints(MPointArray &vertexArray, MSpace::Space space = MSpace::kObject) const;
   MStatus getVertices(MIntArray &vertexCount, MIntArray &vertexList) const;
+  MStatus getEdgeVertices(int edgeId, int2 &vertexList) const;
+  MStatus getUVs(MFloatArray &uArray, MFloatArray &vArray, const MString *uvSet = NULL) const;
+  MStatus getAssignedUVs(MIntArray &uvCounts, MIntArray &uvIds, const MString *uvSet = NULL) const;
 
 private:
   MObject object_;

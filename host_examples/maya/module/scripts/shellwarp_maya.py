@@ -10,6 +10,7 @@ ACTIONS = (
     ("Create", "shellWarp", "Selected meshes become shells; selected vertices are held"),
     ("Handles on Vertices", "shellWarp -handle", "A locator leads each selected vertex of a shell"),
     ("Touch Meshes", "shellWarp -collider", "The shell, selected last, touches the meshes selected before it"),
+    ("Crease", "shellWarp -crease", "The selected edges of a shell fold more easily, or rest at an angle"),
     ("Contact Patches", "shellWarp -contactPatches", "The shell gives way on its own where small things touch the selected vertices"),
 )
 
