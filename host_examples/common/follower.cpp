@@ -54,6 +54,11 @@ void Follower::lead(Request &request, bool anew) {
   };
   lead_all("the supports have", request.build.held);
   lead_all("the contact patches have", request.build.contact_patches);
+  for (AxisSupport &support : request.build.axis_supports) {
+    check("the supports along axes have", support.vertex);
+    support.vertex = nearest(request, support.vertex);
+  }
+  lead_ties(request);
   for (std::size_t k = 0; k < request.inputs.handles.size(); ++k) {
     Handle &handle = request.inputs.handles[k];
     check("handle " + number(uint64_t(k)) + " holds", handle.vertex);
@@ -65,6 +70,19 @@ void Follower::lead(Request &request, bool anew) {
         host::apply(turn, difference(point_of(request.mesh.points, vertex), point_of(request.drawn, handle.vertex)));
     handle.vertex = vertex;
   }
+}
+
+// Two that are one vertex of the mesh are together already.
+void Follower::lead_ties(Request &request) {
+  const uint64_t n = request.drawn.size() / 3;
+  std::vector<Tie> ties;
+  for (Tie tie : request.build.ties) {
+    if (tie.vertex >= n || tie.to >= n)
+      throw HostError("a tie has point " + number(uint64_t(std::max(tie.vertex, tie.to))) + ", but there are " + number(n));
+    tie.vertex = nearest(request, tie.vertex), tie.to = nearest(request, tie.to);
+    if (tie.vertex != tie.to) ties.push_back(tie);
+  }
+  request.build.ties = std::move(ties);
 }
 
 void Follower::carry(const Request &request, const std::vector<double> &rest, std::vector<double> &points) const {

@@ -54,6 +54,19 @@ struct Stiffness {
   std::vector<double> directions;  // one, or one for each polygon (n x 3)
 };
 
+// A vertex that is held along axes of the object alone.
+struct AxisSupport {
+  uint32_t vertex = 0;
+  uint32_t axes = 0;  // SW_AXIS_... or'ed
+};
+
+// A vertex that is held together with another, or with a polygon where `to_face`.
+struct Tie {
+  uint32_t vertex = 0, to = 0;
+  bool to_face = false;
+  double stiffness = 0;  // force per length: N/m of a sheet, in units of E h by frequency; 0 = stiff
+};
+
 // An edge that bends by another stiffness, or rests at another angle.
 struct Crease {
   uint32_t a = 0, b = 0;
@@ -73,7 +86,10 @@ struct Build {
   bool double_precision = false;
   std::vector<uint32_t> contact_patches;  // vertices that are touched by what is smaller than the modes: each adds a mode
   uint32_t support_fields = 24;  // of methods that follow by them, where supports move against each other; 0: none
-  // Of the mesh that is simulated, with no other in its place.
+  std::vector<AxisSupport> axis_supports;  // those that are held besides are held
+  std::vector<Tie> ties;
+  double tie_within = 0;  // pieces this near are tied; 0: none
+  // Of the mesh that is simulated, with no other in its place. So are ties to polygons.
   std::vector<Crease> creases;
   std::vector<double> rest_shape;  // the points without stress (n x 3), where the mesh is not that
   Stiffness stiffness;  // its frequency alone needs no precompute

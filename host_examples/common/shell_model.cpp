@@ -104,7 +104,7 @@ shellwarp::Model make_model(const Mesh &mesh, const Build &build) {
   desc.maps = maps.empty() ? nullptr : maps.data();
   desc.n_maps = static_cast<uint32_t>(maps.size());
   const ShellParts parts(mesh, build);
-  parts.put(desc);
+  parts.put(desc, supports);
   return shellwarp::Model(
       shellwarp::mesh_desc(mesh.points.data(), mesh.n_points(), mesh.triangles.data(), mesh.n_triangles()), desc, supports);
 }
@@ -216,7 +216,7 @@ double air_density(const Stiffness &stiffness, double density) {
 }
 
 ShellModel::ShellModel(const Mesh &mesh, const Build &build, double gravity, const std::function<bool()> &interrupted)
-    : rest_(mesh.points), floats_(build.held.empty()), model_(make_model(mesh, build)) {
+    : rest_(mesh.points), floats_(build.held.empty() && build.axis_supports.empty()), model_(make_model(mesh, build)) {
   precompute(model_, precompute_desc(build), interrupted);
   find_slowest();
   if (needs_choice(build.method) && !chosen_unasked(build)) {
@@ -258,6 +258,9 @@ uint64_t build_key(const Mesh &mesh, const Build &build) {
   for (const Crease &crease : build.creases)
     hash.add(crease.a).add(crease.b).add(crease.factor).add(crease.angle.has_value()).add(crease.angle.value_or(0));
   hash.add(build.creases.size()).add_all(build.rest_shape);
+  for (const AxisSupport &support : build.axis_supports) hash.add(support.vertex).add(support.axes);
+  for (const Tie &tie : build.ties) hash.add(tie.vertex).add(tie.to).add(tie.to_face).add(tie.stiffness);
+  hash.add(build.axis_supports.size()).add(build.ties.size()).add(build.tie_within);
   const Stiffness &s = build.stiffness;
   if (s.by == Stiffness::By::frequency) return hash.add(s.thickness).value();
   if (s.by != Stiffness::By::material) {

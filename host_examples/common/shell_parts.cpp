@@ -20,9 +20,48 @@ bool is_finite(const std::vector<double> &values) {
 
 std::size_t n_polygons(const Mesh &mesh) { return mesh.sizes.empty() ? mesh.n_triangles() : mesh.sizes.size(); }
 
+Vec3 point(const Mesh &mesh, uint32_t i) {
+  const double *x = &mesh.points[3 * std::size_t{i}];
+  return {x[0], x[1], x[2]};
+}
+Vec3 minus(const Vec3 &a, const Vec3 &b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
+double dot(const Vec3 &a, const Vec3 &b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+
+double distance_to_edge(const Vec3 &x, const Vec3 &a, const Vec3 &b) {
+  const Vec3 along = minus(b, a), from = minus(x, a);
+  const double square = dot(along, along), share = square > 0 ? std::clamp(dot(from, along) / square, 0.0, 1.0) : 0;
+  const Vec3 off = {from[0] - share * along[0], from[1] - share * along[1], from[2] - share * along[2]};
+  return std::sqrt(dot(off, off));
+}
+
+double distance_to_triangle(const Mesh &mesh, const Vec3 &x, uint32_t triangle) {
+  const uint32_t *corner = &mesh.triangles[3 * std::size_t{triangle}];
+  const Vec3 a = point(mesh, corner[0]), b = point(mesh, corner[1]), c = point(mesh, corner[2]);
+  const double least = std::min({distance_to_edge(x, a, b), distance_to_edge(x, b, c), distance_to_edge(x, c, a)});
+  const Vec3 u = minus(b, a), v = minus(c, a), w = minus(x, a);
+  const double uu = dot(u, u), uv = dot(u, v), vv = dot(v, v), uw = dot(u, w), vw = dot(v, w), det = uu * vv - uv * uv;
+  const double s = (vv * uw - uv * vw) / det, t = (uu * vw - uv * uw) / det;
+  if (!(det > 0) || s < 0 || t < 0 || s + t > 1) return least;  // beside it
+  const Vec3 off = {w[0] - s * u[0] - t * v[0], w[1] - s * u[1] - t * v[1], w[2] - s * u[2] - t * v[2]};
+  return std::min(least, std::sqrt(dot(off, off)));
+}
+
+// Of those that a polygon was cut into.
+uint32_t nearest_triangle(const Mesh &mesh, const Vec3 &x, uint32_t polygon) {
+  if (mesh.sizes.empty()) return polygon;
+  uint32_t first = 0;
+  for (uint32_t k = 0; k < polygon; ++k) first += mesh.sizes[k] - 2;
+  uint32_t best = first;
+  for (uint32_t t = first + 1; t < first + mesh.sizes[polygon] - 2; ++t)
+    if (distance_to_triangle(mesh, x, t) < distance_to_triangle(mesh, x, best)) best = t;
+  return best;
+}
+
 }  // namespace
 
-ShellParts::ShellParts(const Mesh &mesh, const Build &build) : rest_shape_(build.rest_shape) {
+ShellParts::ShellParts(const Mesh &mesh, const Build &build) : tie_within_(build.tie_within), rest_shape_(build.rest_shape) {
+  add_ties(mesh, build);
+  add_axes(mesh, build.axis_supports);
   add_creases(mesh, build.creases);
   const Stiffness &s = build.stiffness;
   if ((s.by == Stiffness::By::preset || s.by == Stiffness::By::sheet) && s.young_across > 0) add_directions(mesh, s);
@@ -64,7 +103,35 @@ void ShellParts::add_directions(const Mesh &mesh, const Stiffness &s) {
       for (std::size_t c = 0; c < 3; ++c) directions_.push_back(s.directions[3 * k + c]);
 }
 
-void ShellParts::put(SwMaterialDesc &material) const {
+void ShellParts::add_ties(const Mesh &mesh, const Build &build) {
+  if (!(tie_within_ >= 0) || !std::isfinite(tie_within_)) throw HostError("pieces are tied within " + number(tie_within_) + "; it must be 0 or above");
+  const uint64_t n = mesh.n_points();
+  for (const Tie &tie : build.ties) {
+    const std::string name = "the tie of point " + number(uint64_t(tie.vertex)) + " to " + (tie.to_face ? "polygon " : "point ") + number(uint64_t(tie.to));
+    if (tie.vertex >= n || (!tie.to_face && tie.to >= n)) throw HostError(name + ": there are " + number(n) + " points");
+    if (tie.to_face && tie.to >= n_polygons(mesh)) throw HostError(name + ": there are " + number(uint64_t(n_polygons(mesh))) + " polygons");
+    if (!(tie.stiffness >= 0) || !std::isfinite(tie.stiffness)) throw HostError(name + " has the stiffness " + number(tie.stiffness) + "; it must be 0 or above");
+    const uint32_t to = tie.to_face ? nearest_triangle(mesh, point(mesh, tie.vertex), tie.to) : tie.to;
+    ties_.insert(ties_.end(), {tie.vertex, to});
+    on_triangles_.push_back(tie.to_face ? 1 : 0);
+    tie_stiffness_.push_back(tie.stiffness);
+  }
+}
+
+void ShellParts::add_axes(const Mesh &mesh, const std::vector<AxisSupport> &supports) {
+  for (const AxisSupport &support : supports) {
+    const std::string name = "the support along axes at point " + number(uint64_t(support.vertex));
+    if (support.vertex >= mesh.n_points()) throw HostError(name + ": there are " + number(uint64_t(mesh.n_points())) + " points");
+    if ((support.axes & (SW_AXIS_X | SW_AXIS_Y | SW_AXIS_Z)) == 0) throw HostError(name + " holds along no axis");
+    axis_vertices_.push_back(support.vertex);
+    axes_.push_back(static_cast<uint8_t>(support.axes & (SW_AXIS_X | SW_AXIS_Y | SW_AXIS_Z)));
+  }
+}
+
+void ShellParts::put(SwMaterialDesc &material, SwSupportDesc &supports) const {
+  material.ties = ties_.data(), material.n_ties = static_cast<uint32_t>(ties_.size() / 2);
+  material.tie_on_triangles = on_triangles_.data(), material.tie_stiffness = tie_stiffness_.data(), material.tie_distance = tie_within_;
+  supports.axis_vertices = axis_vertices_.data(), supports.axes = axes_.data(), supports.n_axis_vertices = static_cast<uint32_t>(axis_vertices_.size());
   material.creases = creases_.data(), material.n_creases = static_cast<uint32_t>(creases_.size() / 2);
   material.crease_factors = factors_.data(), material.crease_angles = angles_.data();
   if (!directions_.empty()) {

@@ -1,4 +1,5 @@
-// What a model has beside its mesh and constants, as the library's arrays: creases, directions, another rest shape.
+// What a model has beside its mesh and constants, as the library's arrays: creases, directions, another rest shape, ties, supports along
+// axes.
 #pragma once
 
 #include "request.hpp"
@@ -15,14 +16,20 @@ public:
   ShellParts(const Mesh &mesh, const Build &build);
 
   // Into descriptors that are used no longer than this stands.
-  void put(SwMaterialDesc &material) const;
+  void put(SwMaterialDesc &material, SwSupportDesc &supports) const;
 
 private:
   void add_creases(const Mesh &mesh, const std::vector<Crease> &creases);
   void add_directions(const Mesh &mesh, const Stiffness &stiffness);
+  void add_ties(const Mesh &mesh, const Build &build);
+  void add_axes(const Mesh &mesh, const std::vector<AxisSupport> &supports);
 
   std::vector<uint32_t> creases_;  // n x 2
   std::vector<double> factors_, angles_, directions_;
+  std::vector<uint32_t> ties_, axis_vertices_;  // ties n x 2
+  std::vector<uint8_t> on_triangles_, axes_;
+  std::vector<double> tie_stiffness_;
+  double tie_within_;
   const std::vector<double> &rest_shape_;
 };
 

@@ -58,6 +58,7 @@ void check_place(const Request &request) {
   if (request.drawn.empty()) return;
   const char *why = " of the mesh that is simulated, and another is in its place: take no proxy, or leave them";
   require(request.build.creases.empty(), std::string("creases are") + why);
+  for (const Tie &tie : request.build.ties) require(!tie.to_face, std::string("ties to polygons are") + why);
   require(request.build.rest_shape.empty(), std::string("the points of a rest shape are") + why);
 }
 
@@ -220,7 +221,7 @@ bool ShellRunner::take_stored(const Mesh &mesh, const Request &request, const At
   if (!stored_ || stored_->build_key != build_key(request.mesh, request.build)) return false;
   const bool other_points = at.start() && Hash().add_all(mesh.points).value() != Hash().add_all(stored_->rest).value();
   if (other_points || stored_->rest.size() != mesh.points.size()) return false;
-  model_ = std::make_shared<const ShellModel>(stored_->rest, !request.build.held.empty(), stored_->model);
+  model_ = std::make_shared<const ShellModel>(stored_->rest, !request.build.held.empty() || !request.build.axis_supports.empty(), stored_->model);
   return true;
 }
 
@@ -276,7 +277,7 @@ void ShellRunner::prepare_state(Request &request) {
 }
 
 void ShellRunner::move_supports(Request &request, const At &at) {
-  replaces_ = request.follow && !model_->floats() && !at.before;
+  replaces_ = request.follow && !request.build.held.empty() && !at.before;
   if (!replaces_) return;
   if (request.drawn.empty()) {
     request.inputs.supports = places_.read(request.mesh.points, model_->rest());

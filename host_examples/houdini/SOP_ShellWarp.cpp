@@ -90,6 +90,11 @@ static const char *theDsFile = R"THEDSFILE(
     parm { name "supportkind" label "Supports" type ordinal default { "0" } menu { "clamped" "Clamped" "hinged" "Hinged" } }
     parm { name "supportgroup" label "Support Group" type string default { "" } }
     parm { name "supportattrib" label "Support Attribute" type string default { "" } }
+    parm { name "supportaxes" label "Support Axes Attribute" type string default { "" } }
+    parm { name "tieto" label "Tie to Point Attribute" type string default { "" } }
+    parm { name "tietoface" label "Tie to Primitive Attribute" type string default { "" } }
+    parm { name "tiestiffness" label "Tie Stiffness" type float default { "0" } range { 0! 10000 } }
+    parm { name "tiewithin" label "Tie Within" type float default { "0" } range { 0! 1 } }
     parm { name "follow" label "Supports Follow" type toggle default { "1" } }
     parm { name "supportfields" label "Support Fields" type integer default { "24" } range { 0! 64 } }
     parm { name "proxyvertices" label "Proxy Points" type integer default { "0" } range { 0! 5000 } }
@@ -139,7 +144,7 @@ PRM_Template *SOP_ShellWarp::buildTemplates() {
     for (const char *group : {"supportgroup", "contactpatches"}) builder.setChoiceListPtr(group, &SOP_Node::pointGroupMenu);
     builder.setChoiceListPtr("creasegroup", &SOP_Node::edgeGroupMenu);
     builder.setChoiceListPtr("colliderpieces", &SOP_Node::primAttribReplaceMenu);
-    for (const char *attribute : {"supportattrib", "weightattrib", "thicknessmap", "youngmap", "densitymap", "dampingmap", "restshape"})
+    for (const char *attribute : {"supportattrib", "weightattrib", "thicknessmap", "youngmap", "densitymap", "dampingmap", "restshape", "supportaxes", "tieto", "tietoface"})
       builder.setChoiceListPtr(attribute, &SOP_Node::pointAttribReplaceMenu);
   }
   return builder.templates();
@@ -347,6 +352,10 @@ void ShellWarpVerb::cook(const CookParms &cookparms) const {
     if (parms.getRestshape().isstring()) request.build.rest_shape = pull_vectors(*detail, parms.getRestshape());
     pull_creases(parms, *detail, request.build.creases);
     pull_supports(*detail, parms.getSupportgroup(), parms.getSupportattrib(), request.build.held);
+    pull_axes(*detail, parms.getSupportaxes(), request.build.axis_supports);
+    for (const bool to_face : {false, true})
+      pull_ties(*detail, to_face ? parms.getTietoface() : parms.getTieto(), to_face, parms.getTiestiffness(), request.build.ties);
+    request.build.tie_within = parms.getTiewithin();
     pull_group(*detail, parms.getContactpatches(), request.build.contact_patches);
     if (const GU_Detail *points = cookparms.inputGeo(1)) pull_handles(*points, request.inputs.handles);
     const GU_Detail *touched = cookparms.inputGeo(2);

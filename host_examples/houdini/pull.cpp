@@ -28,6 +28,12 @@ GA_ROHandleF float_attribute(const GU_Detail &detail, const UT_StringHolder &nam
   return handle;
 }
 
+GA_ROHandleI integer_attribute(const GU_Detail &detail, const UT_StringHolder &name) {
+  const GA_ROHandleI handle(&detail, GA_ATTRIB_POINT, name);
+  if (!handle.isValid()) throw host::HostError(std::string("there is no integer of points ") + name.c_str());
+  return handle;
+}
+
 // Half the polygon's area as a vector, to each of its points. Houdini's polygons are seen from where they run clockwise.
 void add_area(const GA_Primitive &polygon, const std::vector<double> &points, std::vector<double> &sums) {
   double area[3] = {0, 0, 0};
@@ -137,6 +143,30 @@ void pull_supports(const GU_Detail &detail, const UT_StringHolder &group, const 
   const GA_ROHandleF painted = float_attribute(detail, attribute);
   for (GA_Iterator it(detail.getPointRange()); !it.atEnd(); ++it)
     if (painted.get(*it) >= 0.5f) held.push_back(index_of(detail, *it));
+}
+
+void pull_axes(const GU_Detail &detail, const UT_StringHolder &attribute, std::vector<host::AxisSupport> &supports) {
+  if (!attribute.isstring()) return;
+  const GA_ROHandleI axes = integer_attribute(detail, attribute);
+  for (GA_Iterator it(detail.getPointRange()); !it.atEnd(); ++it)
+    if (const int bits = axes.get(*it)) supports.push_back({index_of(detail, *it), static_cast<uint32_t>(bits)});
+}
+
+void pull_ties(const GU_Detail &detail, const UT_StringHolder &attribute, bool to_face, double stiffness, std::vector<host::Tie> &ties) {
+  if (!attribute.isstring()) return;
+  const GA_ROHandleI to = integer_attribute(detail, attribute);
+  std::vector<uint32_t> polygons;  // of primitives, as pull_mesh counts those that it takes
+  uint32_t taken = 0;
+  for (GA_Iterator it(detail.getPrimitiveRange()); to_face && !it.atEnd(); ++it) {
+    polygons.push_back(taken);
+    taken += detail.getPrimitive(*it)->getVertexCount() >= 3;
+  }
+  for (GA_Iterator it(detail.getPointRange()); !it.atEnd(); ++it) {
+    const int wanted = to.get(*it);
+    if (wanted < 0) continue;
+    const std::size_t end = static_cast<std::size_t>(wanted);
+    ties.push_back({index_of(detail, *it), to_face && end < polygons.size() ? polygons[end] : static_cast<uint32_t>(wanted), to_face, stiffness});
+  }
 }
 
 namespace {

@@ -29,6 +29,11 @@ void pull_group(const GU_Detail &detail, const UT_StringHolder &group, std::vect
 void pull_supports(const GU_Detail &detail, const UT_StringHolder &group, const UT_StringHolder &attribute,
                    std::vector<uint32_t> &held);
 
+// An integer of points: axes x, y and z as 1, 2 and 4 added, 0 for none.
+void pull_axes(const GU_Detail &detail, const UT_StringHolder &attribute, std::vector<host::AxisSupport> &supports);
+// An integer of points: what each is tied to, a point or a primitive, below 0 for none.
+void pull_ties(const GU_Detail &detail, const UT_StringHolder &attribute, bool to_face, double stiffness, std::vector<host::Tie> &ties);
+
 // Closed polygons with the settings of `common`: one solid, or where `pieces` names an attribute of primitives, an integer or a text, one for
 // each of its values. Of a piece s@collidershape, i@collidercells, f@colliderfriction and f@colliderthickness go over the settings.
 std::vector<host::Collider> pull_colliders(const GU_Detail &polygons, const UT_StringHolder &pieces, const host::Collider &common);

@@ -261,10 +261,35 @@ void pull_maps(MDataBlock &block, unsigned int multiIndex, host::Request &reques
   add_factors(block, multiIndex, Node::densityMapList, Node::densityMap, n_points, s.density_map);
 }
 
+static void add_axes(MDataBlock &block, std::vector<host::AxisSupport> &supports) {
+  MArrayDataHandle list = block.inputArrayValue(Node::supportAxes);
+  for (unsigned int k = 0, n = list.elementCount(); k < n; ++k, list.next()) {
+    MDataHandle element = list.inputValue();
+    const std::string name = "supportAxes[" + host::number(uint64_t(list.elementIndex())) + "]";
+    const uint32_t axes = (element.child(Node::supportAxisX).asBool() ? SW_AXIS_X : 0u) | (element.child(Node::supportAxisY).asBool() ? SW_AXIS_Y : 0u) |
+                          (element.child(Node::supportAxisZ).asBool() ? SW_AXIS_Z : 0u);
+    for (const uint32_t vertex : vertices_of(element.child(Node::supportAxesComponents).data(), name.c_str())) supports.push_back({vertex, axes});
+  }
+}
+
+static void add_ties(MDataBlock &block, host::Build &build) {
+  build.tie_within = block.inputValue(Node::tieWithin).asDouble();
+  MArrayDataHandle list = block.inputArrayValue(Node::ties);
+  for (unsigned int k = 0, n = list.elementCount(); k < n; ++k, list.next()) {
+    MDataHandle element = list.inputValue();
+    const int vertex = element.child(Node::tieVertex).asInt(), to = element.child(Node::tieTo).asInt();
+    if (vertex < 0 || to < 0) throw host::HostError("ties[" + host::number(uint64_t(list.elementIndex())) + "] has a negative number");
+    build.ties.push_back({static_cast<uint32_t>(vertex), static_cast<uint32_t>(to), element.child(Node::tieToFace).asBool(),
+                          element.child(Node::tieStiffness).asDouble()});
+  }
+}
+
 void pull_supports(MDataBlock &block, unsigned int multiIndex, host::Request &request) {
   add_painted(block, multiIndex, request);
   const std::vector<uint32_t> more = vertices_of(block.inputValue(Node::supportComponents).data(), "supportComponents");
   request.build.held.insert(request.build.held.end(), more.begin(), more.end());
+  add_axes(block, request.build.axis_supports);
+  add_ties(block, request.build);
 }
 
 void pull_handles(MDataBlock &block, std::vector<host::Handle> &handles) {

@@ -32,6 +32,10 @@ MObject ShellWarpNode::method, ShellWarpNode::reducedFields, ShellWarpNode::auto
 MObject ShellWarpNode::modes, ShellWarpNode::doublePrecision, ShellWarpNode::certify;
 MObject ShellWarpNode::supportKind, ShellWarpNode::supportComponents, ShellWarpNode::supportWeightList,
     ShellWarpNode::supportWeights, ShellWarpNode::follow, ShellWarpNode::supportFields;
+MObject ShellWarpNode::supportAxes, ShellWarpNode::supportAxesComponents, ShellWarpNode::supportAxisX, ShellWarpNode::supportAxisY,
+    ShellWarpNode::supportAxisZ;
+MObject ShellWarpNode::ties, ShellWarpNode::tieVertex, ShellWarpNode::tieTo, ShellWarpNode::tieToFace, ShellWarpNode::tieStiffness,
+    ShellWarpNode::tieWithin;
 MObject ShellWarpNode::frameFrom, ShellWarpNode::supportFrame, ShellWarpNode::proxy, ShellWarpNode::proxyVertices,
     ShellWarpNode::proxyThickness;
 MObject ShellWarpNode::handles, ShellWarpNode::handleVertex, ShellWarpNode::handleTarget, ShellWarpNode::handlePosition,
@@ -329,6 +333,38 @@ MStatus create_supports() {
   return create_matrix(Node::supportFrame, "supportFrame", "sfm");
 }
 
+// Vertices held along axes, and vertices held together.
+MStatus create_partial_supports() {
+  MStatus status;
+  MFnTypedAttribute typed;
+  Node::supportAxesComponents = typed.create("supportAxesComponents", "sac", MFnData::kComponentList, MObject::kNullObj, &status);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  status = create_plain(Node::supportAxisX, "supportAxisX", "sux", MFnNumericData::kBoolean, 0);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  status = create_plain(Node::supportAxisY, "supportAxisY", "suy", MFnNumericData::kBoolean, 0);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  status = create_plain(Node::supportAxisZ, "supportAxisZ", "suz", MFnNumericData::kBoolean, 0);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  MFnCompoundAttribute list;
+  Node::supportAxes = list.create("supportAxes", "sax", &status);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  for (const MObject &child : {Node::supportAxesComponents, Node::supportAxisX, Node::supportAxisY, Node::supportAxisZ}) list.addChild(child);
+  list.setArray(true);
+  status = create_plain(Node::tieVertex, "tieVertex", "tvx", MFnNumericData::kInt, 0);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  status = create_plain(Node::tieTo, "tieTo", "tto", MFnNumericData::kInt, 0);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  status = create_plain(Node::tieToFace, "tieToFace", "tfa", MFnNumericData::kBoolean, 0);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  status = create_number(Node::tieStiffness, "tieStiffness", "tst", 0, {0, 1e4});
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  Node::ties = list.create("ties", "tis", &status);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  for (const MObject &child : {Node::tieVertex, Node::tieTo, Node::tieToFace, Node::tieStiffness}) list.addChild(child);
+  list.setArray(true);
+  return create_number(Node::tieWithin, "tieWithin", "twi", 0, {0, 1});
+}
+
 MStatus create_handles() {
   MStatus status;
   status = create_plain(Node::handleVertex, "handleVertex", "hvx", MFnNumericData::kInt, 0);
@@ -413,11 +449,12 @@ MStatus ShellWarpNode::addAttributes() {
       colliders,     proxy,        follow,       supportFields, wind,       airDensity,        normalDrag,
       tangentialDrag, dampingStiffness, cache,  thicknessMapList, youngMapList,     densityMapList, proxyVertices, proxyThickness,
       contactPatches, pushOut, dampingMapList, stiffnessFactor,
-      youngAcross, shear, direction, directions, creases, restShape};
+      youngAcross, shear, direction, directions, creases, restShape, supportAxes, ties, tieWithin};
   const MObject children[] = {windX, windY, windZ, gravityX,       gravityY,       gravityZ,          supportWeights,   dampingMap, thicknessMap, youngMap, densityMap, handleVertex,
                               handleTarget,   handlePosition, handleOrientation, handleCompliance, handleHeld, handleAxisX, handleAxisY, handleAxisZ, colliderMesh,
                               colliderMatrix, colliderShape,  colliderCells,     colliderFriction, colliderThickness,
-                              directionX, directionY, directionZ, creaseEdges, creaseFactor, creaseAngle, creaseSetsAngle};
+                              directionX, directionY, directionZ, creaseEdges, creaseFactor, creaseAngle, creaseSetsAngle,
+                              supportAxesComponents, supportAxisX, supportAxisY, supportAxisZ, tieVertex, tieTo, tieToFace, tieStiffness};
   MStatus status;
   for (const MObject &attribute : parents) {
     status = addAttribute(attribute);
@@ -443,6 +480,8 @@ MStatus ShellWarpNode::initialize() {
   status = create_method();
   CHECK_MSTATUS_AND_RETURN_IT(status);
   status = create_supports();
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  status = create_partial_supports();
   CHECK_MSTATUS_AND_RETURN_IT(status);
   status = create_handles();
   CHECK_MSTATUS_AND_RETURN_IT(status);

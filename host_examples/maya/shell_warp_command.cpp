@@ -25,7 +25,7 @@
 
 namespace {
 
-constexpr const char *kHandle = "-hd", *kCollider = "-co", *kStatus = "-st", *kWrite = "-wc", *kMemory = "-me", *kCertify = "-ce", *kPatches = "-cp", *kCrease = "-cr";
+constexpr const char *kHandle = "-hd", *kCollider = "-co", *kStatus = "-st", *kWrite = "-wc", *kMemory = "-me", *kCertify = "-ce", *kPatches = "-cp", *kCrease = "-cr", *kAxes = "-sa", *kTie = "-ti";
 
 // A mesh of the selection, and which of its vertices and edges are selected.
 struct Picked {
@@ -141,6 +141,8 @@ MSyntax ShellWarpCommand::syntax_of() {
   MSyntax syntax;
   syntax.addFlag(kHandle, "-handle");
   syntax.addFlag(kCollider, "-collider");
+  syntax.addFlag(kAxes, "-supportAxes", MSyntax::kString);
+  syntax.addFlag(kTie, "-tie");
   syntax.addFlag(kCrease, "-crease");
   syntax.addFlag(kPatches, "-contactPatches");
   syntax.addFlag(kStatus, "-status");
@@ -176,6 +178,12 @@ MStatus ShellWarpCommand::doIt(const MArgList &arguments) {
       add_handles(selected);
     else if (given.isFlagSet(kCollider))
       add_colliders(selected);
+    else if (given.isFlagSet(kAxes)) {
+      MString axes;
+      given.getFlagArgument(kAxes, 0, axes);
+      hold_along(selected, axes.asChar());
+    } else if (given.isFlagSet(kTie))
+      tie(selected);
     else if (given.isFlagSet(kCrease))
       add_creases(selected);
     else if (given.isFlagSet(kPatches))
@@ -253,6 +261,35 @@ void ShellWarpCommand::add_colliders(const MSelectionList &selected) {
     run("connectAttr " + meshes[k].name() + ".worldMatrix[0] " + collider + ".colliderMatrix");
     appendToResult(collider.c_str());
   }
+}
+
+// The selected vertices of each shell, along the axes of its object that the letters name.
+void ShellWarpCommand::hold_along(const MSelectionList &selected, const std::string &axes) {
+  if (axes.empty() || axes.find_first_not_of("xyz") != std::string::npos)
+    throw host::HostError("the axes are \"" + axes + "\"; they must be some of the letters xyz");
+  bool any = false;
+  for (const Picked &mesh : picked_of(selected)) {
+    if (mesh.vertices.empty()) continue;
+    const MObject shell = shell_of(mesh.path);
+    if (shell.isNull()) throw host::HostError(mesh.name() + " is no shell yet: run shellWarp on it");
+    const std::string held = element(name_of(shell), "supportAxes", next_element(shell, ShellWarpNode::supportAxes));
+    set_list(held + ".supportAxesComponents", "vtx", mesh.vertices);
+    for (const char axis : axes) run("setAttr " + held + ".supportAxis" + static_cast<char>(axis - 'x' + 'X') + " 1");
+    appendToResult(held.c_str());
+    any = true;
+  }
+  if (!any) throw host::HostError("select the vertices of a shell that are to be held along axes");
+}
+
+void ShellWarpCommand::tie(const MSelectionList &selected) {
+  const std::vector<Picked> meshes = picked_of(selected);
+  if (meshes.size() != 1 || meshes[0].vertices.size() != 2) throw host::HostError("select two vertices of a shell: the first is tied to the second");
+  const MObject shell = shell_of(meshes[0].path);
+  if (shell.isNull()) throw host::HostError(meshes[0].name() + " is no shell yet: run shellWarp on it");
+  const std::string tied = element(name_of(shell), "ties", next_element(shell, ShellWarpNode::ties));
+  run("setAttr " + tied + ".tieVertex " + std::to_string(meshes[0].vertices[0]));
+  run("setAttr " + tied + ".tieTo " + std::to_string(meshes[0].vertices[1]));
+  appendToResult(tied.c_str());
 }
 
 // The selected edges of each shell as one more.

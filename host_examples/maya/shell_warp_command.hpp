@@ -1,4 +1,4 @@
-// shellWarp, the command: makes shells, handles, colliders, contact patches and creases of what is selected, each in one step of undo.
+// shellWarp, the command: makes shells, handles, colliders, contact patches, creases, ties and supports along axes of what is selected, each in one step of undo.
 #pragma once
 
 #include <maya/MArgList.h>
@@ -31,6 +31,8 @@ private:
   void add_handles(const MSelectionList &selected);
   void add_colliders(const MSelectionList &selected);
   void add_creases(const MSelectionList &selected);
+  void hold_along(const MSelectionList &selected, const std::string &axes);
+  void tie(const MSelectionList &selected);
   void set_patches(const MSelectionList &selected);
   void certify(const MSelectionList &selected);
   void write_cache(const MSelectionList &selected, const std::string &file);

@@ -97,6 +97,8 @@ public:
   static MObject modes, doublePrecision, certify;
   // What holds it
   static MObject supportKind, supportComponents, supportWeightList, supportWeights, follow, supportFields;
+  static MObject supportAxes, supportAxesComponents, supportAxisX, supportAxisY, supportAxisZ;
+  static MObject ties, tieVertex, tieTo, tieToFace, tieStiffness, tieWithin;
   static MObject frameFrom, supportFrame;
   // What is simulated in the deformed mesh's place
   static MObject proxy, proxyVertices, proxyThickness;

@@ -1163,6 +1163,122 @@ void a_direction_of_a_polygon_is_that_of_its_triangles() {
   CHECK(played(true) == played(false));
 }
 
+// --------------------------------------------------------------------------------------------- supports by axis, ties
+
+// On rollers at its free end the strip hangs between, and the end stays at its height exactly.
+void a_support_along_an_axis_holds_that_axis_alone() {
+  Request request = strip_request();
+  for (int j = 0; j < STRIP_ROWS; ++j) request.build.axis_supports.push_back({strip_vertex(STRIP_COLUMNS - 1, j), SW_AXIS_Z});
+  ShellRunner runner, floating, drawn;
+  double lowest = 0;
+  for (int k = 0; k <= 16; ++k) {
+    runner.evaluate(at_frame(request, k));
+    CHECK(tip_height(runner) == 0);
+    lowest = std::min(lowest, runner.deformed()[3 * strip_vertex(24, 1) + 2]);
+  }
+  CHECK(lowest < -0.01);
+  Request other = at_frame(request, 16);
+  other.drawn = other.mesh.points;
+  for (int k = 0; k <= 16; ++k) other.time = k / 24.0, drawn.evaluate(other);
+  for (std::size_t i = 0; i < drawn.deformed().size(); ++i) CHECK_NEAR(drawn.deformed()[i], runner.deformed()[i], 1e-6);  // the binding's floats
+
+  // Nothing else holds it: along y and z it stays, along x it falls.
+  request.build.held.clear();
+  request.build.axis_supports.clear();
+  for (uint32_t v = 0; v < STRIP_VERTICES; ++v) request.build.axis_supports.push_back({v, SW_AXIS_Y | SW_AXIS_Z});
+  request.inputs.gravity = {1, 0, -10};
+  for (int k = 0; k <= 12; ++k) floating.evaluate(at_frame(request, k));
+  CHECK(tip_height(floating) == 0 && !floating.notes().floats);
+  CHECK_NEAR(floating.deformed()[0], 0.5 * 0.25, 0.02);  // half a second, by steps of a frame and with damping of what swings
+
+  request.build.axis_supports = {{7, 0}};
+  FAILS_WITH(runner.evaluate(request), "the support along axes at point 7 holds along no axis");
+  request.build.axis_supports = {{700, SW_AXIS_X}};
+  FAILS_WITH(runner.evaluate(request), "the support along axes at point 700: there are 123 points");
+}
+
+// The strip in two pieces, between which one row of triangles is missing.
+Request parted_request() {
+  Request request = strip_request();
+  const std::vector<uint32_t> all = request.mesh.triangles;
+  request.mesh.triangles.clear();
+  for (std::size_t t = 0; t < all.size(); t += 3) {
+    const auto column = [&](std::size_t k) { return all[t + k] / STRIP_ROWS; };
+    if (std::max({column(0), column(1), column(2)}) != 21 || std::min({column(0), column(1), column(2)}) != 20)
+      request.mesh.triangles.insert(request.mesh.triangles.end(), {all[t], all[t + 1], all[t + 2]});
+  }
+  request.build.stiffness.by = host::Stiffness::By::material;
+  request.inputs.gravity[2] = -0.02;
+  request.motion.damping_ratio = 0.9;
+  return request;
+}
+
+void ties_hold_pieces_together() {
+  const auto sag = [](const Request &request) {
+    ShellRunner runner;
+    for (int k = 0; k <= 80; ++k) runner.evaluate(at_frame(request, k));
+    return -tip_height(runner);
+  };
+  Request whole = parted_request();
+  whole.mesh.triangles = strip_request().mesh.triangles;
+  const double one = sag(whole), loose = sag(parted_request());
+  CHECK(loose > 1.5 * one);  // the piece that nothing holds falls
+  Request points = parted_request(), faces = parted_request(), near = parted_request(), soft = parted_request(), drawn = parted_request();
+  near.build.tie_within = 0.21;  // two rows, as an edge is 0.1: one row is a hinge
+  const uint32_t last = near.mesh.n_triangles() - 1;
+  for (int j = 0; j < STRIP_ROWS; ++j) {
+    for (const int column : {21, 22}) {
+      points.build.ties.push_back({strip_vertex(column, j), strip_vertex(20, j), false, 0});
+      soft.build.ties.push_back({strip_vertex(column, j), strip_vertex(20, j), false, 20});
+    }
+    uint32_t beside = last;  // a triangle at the edge that was cut
+    for (uint32_t t = 0; t <= last; ++t)
+      for (int c = 0; c < 3; ++c)
+        if (near.mesh.triangles[3 * t + static_cast<uint32_t>(c)] == static_cast<uint32_t>(strip_vertex(20, j))) beside = t;
+    for (const int column : {21, 22}) faces.build.ties.push_back({strip_vertex(column, j), beside, true, 0});
+  }
+  for (const Request &tied : {points, faces, near}) CHECK_NEAR(sag(tied), one, 0.1 * one);  // of 40 rows two are rigid
+  CHECK(sag(soft) > 1.02 * sag(points));
+  drawn.build.ties = points.build.ties;
+  drawn.drawn = drawn.mesh.points;
+  drawn.build.ties.push_back({5, 5, false, 0});  // one vertex is together with itself
+  CHECK_NEAR(sag(drawn), sag(points), 1e-5 * one + 1e-6);  // the binding's floats
+
+  ShellRunner runner;
+  const auto fails = [&](host::Tie tie, const char *part) {
+    Request wrong = parted_request();
+    wrong.build.ties = {tie};
+    FAILS_WITH(runner.evaluate(wrong), part);
+    wrong.drawn = wrong.mesh.points;
+    return failure([&] { runner.evaluate(wrong); });
+  };
+  CHECK(contains(fails({500, 3, false, 0}, "the tie of point 500 to point 3: there are 123 points"), "a tie has point 500, but there are 123"));
+  CHECK(contains(fails({3, 50, true, -1}, "the tie of point 3 to polygon 50 has the stiffness -1; it must be 0 or above"), "ties to polygons are of the mesh"));
+  fails({3, 900, true, 0}, "the tie of point 3 to polygon 900: there are 156 polygons");
+  near.build.tie_within = -1;
+  FAILS_WITH(runner.evaluate(near), "pieces are tied within -1; it must be 0 or above");
+}
+
+// Of a polygon the triangle that is nearest: a vertex above one end of a long quad goes as that end does.
+void a_tie_to_a_polygon_is_to_its_nearest_triangle() {
+  Request request = strip_request();
+  request.mesh.triangles.clear();
+  for (int i = 0; i + 1 < STRIP_COLUMNS; ++i)
+    for (int j = 0; j + 1 < STRIP_ROWS; ++j) {
+      request.mesh.sizes.push_back(4);
+      for (const uint32_t v : {strip_vertex(i, j), strip_vertex(i + 1, j), strip_vertex(i + 1, j + 1), strip_vertex(i, j + 1)}) request.mesh.corners.push_back(v);
+    }
+  const uint32_t above = request.mesh.n_points();
+  for (const Vec3 &x : {Vec3{3.95, 0.02, 0.05}, Vec3{4.05, 0.02, 0.05}, Vec3{4, 0.09, 0.05}}) request.mesh.points.insert(request.mesh.points.end(), x.begin(), x.end());
+  request.mesh.sizes.push_back(3);
+  request.mesh.corners.insert(request.mesh.corners.end(), {above, above + 1, above + 2});
+  for (uint32_t k = 0; k < 3; ++k) request.build.ties.push_back({above + k, 79, true, 0});
+  ShellRunner runner;
+  for (int k = 0; k <= 6; ++k) runner.evaluate(at_frame(request, k));
+  const double *a = &runner.deformed()[3 * std::size_t{above}], *tip = &runner.deformed()[3 * strip_vertex(STRIP_COLUMNS - 1, 1)];
+  CHECK(tip[2] < -0.02 && std::hypot(std::hypot(a[0] - tip[0], a[1] - tip[1]), a[2] - tip[2]) < 0.08);
+}
+
 void a_material_out_of_range_is_refused_by_name() {
   const auto with = [](auto change) {
     return [change] {
@@ -1931,6 +2047,9 @@ int main() {
   RUN(a_sheet_is_stiffer_along_its_fibres);
   RUN(directions_follow_texture_coordinates);
   RUN(a_direction_of_a_polygon_is_that_of_its_triangles);
+  RUN(a_support_along_an_axis_holds_that_axis_alone);
+  RUN(ties_hold_pieces_together);
+  RUN(a_tie_to_a_polygon_is_to_its_nearest_triangle);
   RUN(a_material_out_of_range_is_refused_by_name);
   RUN(a_solid_of_every_kind_stops_the_strip);
   RUN(a_moving_solid_lifts_the_strip_and_scrubbing_repeats_it);

@@ -11,6 +11,7 @@
 #include <iterator>
 #include <memory>
 #include <random>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -556,6 +557,70 @@ void fibres_run_along_a_direction_or_an_attribute() {
   CHECK(sag([](Scene &s) { s.cook.set("shear", {1e8}), s.cook.set("direction", {1, 0, 1}); }) != sag([](Scene &s) { s.cook.set("direction", {1, 0, 1}); }));
 }
 
+void points_are_held_along_axes() {
+  Scene scene, free;
+  float lowest = 0, lowest_free = 0;
+  std::vector<double> &axes = scene.geometry().attributes["roller"];
+  axes.assign(STRIP_VERTICES, 0);
+  for (int j = 0; j < STRIP_ROWS; ++j) axes[std::size_t(kTip - 1 + j)] = SW_AXIS_Y;
+  scene.cook.set_text("supportaxes", "roller");
+  for (int frame = 1; frame <= 12; ++frame) {
+    scene.at(frame), free.at(frame);
+    CHECK(scene.tip() == 0);
+    lowest = std::min(lowest, scene.cook.output.fake_geometry().points[72].y());
+    lowest_free = std::min(lowest_free, float(free.tip()));
+  }
+  CHECK(scene.cook.errors.empty() && lowest < -0.005f && lowest_free < -0.05f);
+  scene.cook.set_text("supportaxes", "none");
+  scene.at(1);
+  CHECK(scene.cook.errors.size() == 1 && contains(scene.cook.errors[0], "there is no integer of points none"));
+}
+
+// The strip without the triangles between columns 20 and 21, tied there in each way.
+void pieces_are_tied() {
+  const auto tip = [](const std::function<void(Scene &)> &change) {
+    Scene scene;
+    std::vector<GEO_PrimPoly> &all = scene.geometry().primitives, left;
+    for (const GEO_PrimPoly &polygon : all) {
+      std::set<GA_Index> columns;
+      for (const GA_Index i : polygon.points) columns.insert(i / STRIP_ROWS);
+      if (columns != std::set<GA_Index>{20, 21}) left.push_back(polygon);
+    }
+    all = left;
+    GEO_PrimPoly line;  // of two points: it is no polygon, and counts as a primitive
+    line.points = {0, 1};
+    all.insert(all.begin(), line);
+    scene.cook.set("stiffnessfrom", {1});  // by frequency a softer tie has a faster clock
+    scene.cook.set("gravity", {0, -0.02, 0});
+    scene.cook.set("dampingratio", {0.9});
+    change(scene);
+    scene.play(80);
+    CHECK(scene.cook.errors.empty());
+    return scene.tip();
+  };
+  const auto ties = [](bool faces, double stiffness) {
+    return [=](Scene &s) {
+      std::vector<double> &to = s.geometry().attributes["partner"];
+      to.assign(STRIP_VERTICES, -1);
+      for (int j = 0; j < 2 * STRIP_ROWS; ++j) {  // two rows, as one is a hinge
+        const GA_Index point = 20 * STRIP_ROWS + j % STRIP_ROWS;
+        std::size_t face = 0;
+        for (std::size_t t = 0; t < s.geometry().primitives.size(); ++t)
+          for (const GA_Index i : s.geometry().primitives[t].points)
+            if (i == point) face = t;
+        to[std::size_t(21 * STRIP_ROWS + j)] = faces ? double(face) : double(point);
+      }
+      s.cook.set_text(faces ? "tietoface" : "tieto", "partner");
+      s.cook.set("tiestiffness", {stiffness});
+    };
+  };
+  const double loose = tip([](Scene &) {}), tied = tip(ties(false, 0));
+  CHECK(tied < 0 && tied > 0.7 * loose);
+  CHECK_NEAR(tip(ties(true, 0)), tied, 0.1 * std::fabs(tied));  // each by triangles of its own
+  CHECK_NEAR(tip([](Scene &s) { s.cook.set("tiewithin", {0.21}); }), tied, 0.1 * std::fabs(tied));  // an edge is 0.1
+  CHECK(tip(ties(false, 20)) < 1.02 * tied);
+}
+
 void a_moving_support_frame_shakes_the_shell() {
   for (const char *name : {"framet", "framer"}) {
     Scene still, shaken;
@@ -1004,6 +1069,8 @@ int main(int argc, char **argv) {
     RUN(edges_of_a_group_fold);
     RUN(an_attribute_is_the_shape_without_stress);
     RUN(fibres_run_along_a_direction_or_an_attribute);
+    RUN(points_are_held_along_axes);
+    RUN(pieces_are_tied);
     RUN(a_moving_support_frame_shakes_the_shell);
     RUN(envelope_and_weights_scale_each_point);
     RUN(a_handle_point_leads_its_point);

@@ -111,7 +111,7 @@ void every_attribute_has_its_own_names_and_affects_the_output() {
                                  "binMembership",
                                  "bnm"};
   const std::vector<fake::AttributeInfo> attributes = node.attributes();
-  CHECK(attributes.size() == 87);
+  CHECK(attributes.size() == 98);
   for (const fake::AttributeInfo &attribute : attributes) {
     CHECK(names.insert(attribute.name).second && names.insert(attribute.brief).second);
     CHECK(attribute.affects_output);
@@ -126,7 +126,7 @@ void supports_can_be_painted_and_handles_are_an_array() {
     CHECK(attribute.paintable == (painted.count(attribute.name) == 1));
     const bool array =
         painted.count(attribute.name) || painted.count(attribute.name.substr(0, attribute.name.size() - 4)) || attribute.name == "supportWeightList" ||
-                       attribute.name == "handles" || attribute.name == "colliders" || attribute.name == "creases";
+                       attribute.name == "handles" || attribute.name == "colliders" || attribute.name == "creases" || attribute.name == "supportAxes" || attribute.name == "ties";
     CHECK(attribute.is_array == array);
   }
   CHECK(contains(fake::session().commands.at(0), "makePaintable -attrType multiFloat -sm deformer shellWarp weights"));
@@ -643,6 +643,77 @@ void fibres_run_along_a_direction_or_a_uv_set() {
   scene.node.set_text("directions", "none");
   scene.at(1);
   CHECK(scene.node.failed() && contains(fake::session().errors.back(), "directions: the mesh has no UV set none"));
+}
+
+void vertices_are_held_along_axes() {
+  Scene scene, free;
+  scene.node.set_components("supportAxes[2].supportAxesComponents", {kTip - 1, kTip, kTip + 1});
+  scene.node.set("supportAxes[2].supportAxisY", 1);
+  for (const Points &frame : scene.play(12)) CHECK(frame[kTip].y == 0);
+  CHECK(!scene.node.failed() && scene.node.evaluate()[72].y < -0.05 && free.play(12).back()[kTip].y < -0.5);
+  for (const char *axis : {"supportAxisX", "supportAxisZ"}) {
+    const Points before = scene.node.evaluate();
+    scene.node.set(std::string("supportAxes[2].") + axis, 1);
+    CHECK(!same(scene.node.evaluate(), before));
+  }
+  for (const char *axis : {"X", "Y", "Z"}) scene.node.set(std::string("supportAxes[2].supportAxis") + axis, 0);
+  scene.node.evaluate();
+  CHECK(scene.node.failed() && contains(fake::session().errors.back(), "holds along no axis"));
+}
+
+// The strip without the triangles between columns 20 and 21.
+fake::Mesh parted_mesh() {
+  fake::Mesh mesh = strip_mesh_cm();
+  const std::vector<int> all = mesh.corners;
+  mesh.corners.clear();
+  for (std::size_t t = 0; t < all.size(); t += 3) {
+    std::set<int> columns;
+    for (std::size_t k = 0; k < 3; ++k) columns.insert(all[t + k] / STRIP_ROWS);
+    if (columns != std::set<int>{20, 21}) mesh.corners.insert(mesh.corners.end(), {all[t], all[t + 1], all[t + 2]});
+  }
+  mesh.counts.assign(mesh.corners.size() / 3, 3);
+  return mesh;
+}
+
+void pieces_are_tied() {
+  const auto tip = [](const std::function<void(Scene &)> &change) {
+    Scene scene;
+    scene.mesh = parted_mesh();
+    scene.node.connect(0, &scene.mesh);
+    scene.node.set("stiffnessFrom", 1);  // by frequency a softer tie has a faster clock
+    scene.node.set("kBend", 1e4);
+    scene.node.set("kStretch", 1e8);
+    scene.node.set("gravityY", -0.2);
+    scene.node.set("dampingRatio", 0.9);
+    change(scene);
+    const double y = scene.play(80).back()[kTip].y;
+    CHECK(!scene.node.failed());
+    return y;
+  };
+  const auto ties = [](bool faces, double stiffness) {
+    return [=](Scene &s) {
+      for (int j = 0; j < 2 * STRIP_ROWS; ++j) {  // two rows, as one is a hinge
+        const std::string tie = "ties[" + std::to_string(j) + "].";
+        const int vertex = 20 * STRIP_ROWS + j % STRIP_ROWS;
+        int face = 0;
+        for (std::size_t c = 0; c < s.mesh.corners.size(); ++c)
+          if (s.mesh.corners[c] == vertex) face = int(c / 3);
+        s.node.set(tie + "tieVertex", 21 * STRIP_ROWS + j);
+        s.node.set(tie + "tieTo", faces ? face : vertex);
+        s.node.set(tie + "tieToFace", faces);
+        s.node.set(tie + "tieStiffness", stiffness);
+      }
+    };
+  };
+  const double loose = tip([](Scene &) {}), tied = tip(ties(false, 0));
+  CHECK(tied < 0 && tied > 0.7 * loose);
+  CHECK_NEAR(tip(ties(true, 0)), tied, 0.1 * std::fabs(tied));  // each by triangles of its own
+  CHECK_NEAR(tip([](Scene &s) { s.node.set("tieWithin", 2.1); }), tied, 0.1 * std::fabs(tied));  // an edge is 1
+  CHECK(tip(ties(false, 100)) < 1.02 * tied);
+  Scene wrong;
+  wrong.node.set("ties[4].tieVertex", -1);
+  wrong.at(1);
+  CHECK(wrong.node.failed() && contains(fake::session().errors.back(), "ties[4] has a negative number"));
 }
 
 void the_menu_of_known_materials_is_the_librarys_table() {
@@ -1233,6 +1304,24 @@ void the_command_folds_the_selected_edges() {
   CHECK(!scene.run("shellWarp -crease") && contains(fake::session().errors.back(), "select the edges of a shell that fold"));
 }
 
+void the_command_holds_along_axes_and_ties() {
+  fake::Scene &scene = scene_with_strip();
+  CHECK(scene.run("shellWarp"));
+  fake::Deformer &node = *scene.deformers.at("shellWarp1");
+  scene.selection = {vertex_of("strip", kTip), vertex_of("strip", kTip - 1)};
+  CHECK(scene.run("shellWarp -supportAxes yz") && scene.result == "shellWarp1.supportAxes[0]");
+  CHECK(node.get("supportAxes[0].supportAxisX") == 0 && node.get("supportAxes[0].supportAxisY") == 1 && node.get("supportAxes[0].supportAxisZ") == 1);
+  CHECK(!scene.run("shellWarp -supportAxes yw") && contains(fake::session().errors.back(), "the axes are \"yw\"; they must be some of the letters xyz"));
+  CHECK(scene.run("shellWarp -tie") && scene.result == "shellWarp1.ties[0]");
+  CHECK(node.get("ties[0].tieVertex") == kTip && node.get("ties[0].tieTo") == kTip - 1);
+  scene.undo();
+  scene.undo();
+  CHECK(node.elements("ties").empty() && node.elements("supportAxes").empty());
+  scene.selection = {"strip"};
+  CHECK(!scene.run("shellWarp -supportAxes y") && contains(fake::session().errors.back(), "are to be held along axes"));
+  CHECK(!scene.run("shellWarp -tie") && contains(fake::session().errors.back(), "select two vertices of a shell"));
+}
+
 void the_command_names_the_patches_that_are_touched() {
   fake::Scene &scene = scene_with_strip();
   CHECK(scene.run("shellWarp"));
@@ -1364,6 +1453,8 @@ int main(int argc, char **argv) {
     RUN(selected_edges_fold);
     RUN(another_mesh_is_the_shape_without_stress);
     RUN(fibres_run_along_a_direction_or_a_uv_set);
+    RUN(vertices_are_held_along_axes);
+    RUN(pieces_are_tied);
     RUN(the_menu_of_known_materials_is_the_librarys_table);
     RUN(a_known_material_is_the_sheet_of_its_numbers);
     RUN(the_deformed_mesh_follows_a_proxy);
@@ -1390,6 +1481,7 @@ int main(int argc, char **argv) {
     RUN(handles_are_locators_on_the_selected_vertices);
     RUN(the_command_connects_the_meshes_that_are_touched);
     RUN(the_command_folds_the_selected_edges);
+    RUN(the_command_holds_along_axes_and_ties);
     RUN(the_command_names_the_patches_that_are_touched);
     RUN(the_command_tells_what_is_wrong_until_it_is_mended);
     const auto the_first_scene_works = [&] {

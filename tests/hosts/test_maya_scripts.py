@@ -63,7 +63,8 @@ class Scripts(unittest.TestCase):
         self.scripts.create_menu()
         items = self.cmds.of("menuItem")
         commands = [flags["command"] for _, flags in items if flags.get("sourceType") == "mel"]
-        self.assertEqual(commands, ["shellWarp", "shellWarp -handle", "shellWarp -collider", "shellWarp -crease", "shellWarp -contactPatches"])
+        self.assertEqual(commands, ["shellWarp", "shellWarp -handle", "shellWarp -collider", "shellWarp -tie", "shellWarp -crease", "shellWarp -contactPatches",
+                                    *["shellWarp -supportAxes " + axis for axis in "xyz"]])
         for _, flags in items:
             self.assertEqual(flags["parent"], "shellWarpMenu")
             if flags.get("sourceType") == "python":

@@ -74,6 +74,11 @@ public:
   fpreal getCreasefactor() const { return creasefactor_; }
   bool getCreasesetsangle() const { return creasesetsangle_; }
   fpreal getCreaseangle() const { return creaseangle_; }
+  const UT_StringHolder &getSupportaxes() const { return supportaxes_; }
+  const UT_StringHolder &getTieto() const { return tieto_; }
+  const UT_StringHolder &getTietoface() const { return tietoface_; }
+  fpreal getTiestiffness() const { return tiestiffness_; }
+  fpreal getTiewithin() const { return tiewithin_; }
 
   void fake_load(const std::map<std::string, fake::Parm> &values) override {
     time_ = at(values, "time", "float").numbers[0];
@@ -141,6 +146,11 @@ public:
     creasefactor_ = at(values, "creasefactor", "float").numbers[0];
     creasesetsangle_ = at(values, "creasesetsangle", "toggle").numbers[0] != 0;
     creaseangle_ = at(values, "creaseangle", "float").numbers[0];
+    supportaxes_ = at(values, "supportaxes", "string").text.c_str();
+    tieto_ = at(values, "tieto", "string").text.c_str();
+    tietoface_ = at(values, "tietoface", "string").text.c_str();
+    tiestiffness_ = at(values, "tiestiffness", "float").numbers[0];
+    tiewithin_ = at(values, "tiewithin", "float").numbers[0];
   }
 
 private:
@@ -220,4 +230,9 @@ private:
   fpreal creasefactor_ = 0;
   bool creasesetsangle_ = false;
   fpreal creaseangle_ = 0;
+  UT_StringHolder supportaxes_;
+  UT_StringHolder tieto_;
+  UT_StringHolder tietoface_;
+  fpreal tiestiffness_ = 0;
+  fpreal tiewithin_ = 0;
 };

@@ -10,6 +10,7 @@ ACTIONS = (
     ("Create", "shellWarp", "Selected meshes become shells; selected vertices are held"),
     ("Handles on Vertices", "shellWarp -handle", "A locator leads each selected vertex of a shell"),
     ("Touch Meshes", "shellWarp -collider", "The shell, selected last, touches the meshes selected before it"),
+    ("Tie Two Vertices", "shellWarp -tie", "Two selected vertices of a shell are held together, where they are beside each other"),
     ("Crease", "shellWarp -crease", "The selected edges of a shell fold more easily, or rest at an angle"),
     ("Contact Patches", "shellWarp -contactPatches", "The shell gives way on its own where small things touch the selected vertices"),
 )
@@ -23,6 +24,9 @@ def create_menu():
     cmds.menu(MENU, label="Shell Warp", parent=window, tearOff=True)
     for label, command, annotation in ACTIONS:
         cmds.menuItem(label=label, command=command, sourceType="mel", annotation=annotation, parent=MENU)
+    for axes in ("x", "y", "z"):
+        cmds.menuItem(label="Hold along %s" % axes, command="shellWarp -supportAxes " + axes, sourceType="mel", parent=MENU,
+                      annotation="The selected vertices of a shell are held along this axis of its object alone")
     cmds.menuItem(label="Paint Supports", command="import shellwarp_maya; shellwarp_maya.paint()", sourceType="python", parent=MENU)
     cmds.menuItem(label="Certify", command="import shellwarp_maya; shellwarp_maya.certify()", sourceType="python", parent=MENU)
     cmds.menuItem(label="Write Frames", command="import shellwarp_maya; shellwarp_maya.write_frames()", sourceType="python", parent=MENU)
