@@ -51,12 +51,6 @@ void catch_signals() {
 
 bool interrupted() { return interrupt_flag != 0; }
 
-const char *phase_name(uint32_t phase) {
-  static const char *const kNames[SW_PHASE_COUNT] = {"assembly",    "ordering",       "factorization", "modes",
-                                                     "certificate", "modal rotation", "training"};
-  return phase < SW_PHASE_COUNT ? kNames[phase] : "work";
-}
-
 ProgressBar::ProgressBar(bool quiet) : quiet_(quiet), terminal_(stderr_is_terminal()) {}
 
 ProgressBar::~ProgressBar() {

@@ -1,6 +1,7 @@
 // A progress bar on stderr while a model is precomputed, and Ctrl-C and SIGTERM as polite requests to stop.
 #pragma once
 
+#include "phase.hpp"
 #include "shellwarp.hpp"
 
 #include <cstdint>
@@ -32,6 +33,6 @@ private:
   int percent_ = -1;
 };
 
-const char *phase_name(uint32_t phase);
+using host::phase_name;
 
 }  // namespace cli

@@ -174,6 +174,8 @@ struct Request {
   bool certify = false;  // estimate this frame's error, which takes seconds on large meshes
   // True: give up. Asked while a model is built and while frames are caught up with, never for a single step. May be empty.
   std::function<bool()> interrupted;
+  // Hears how far a phase of the precompute is, SW_PHASE_... and 0 to 1, before `interrupted` is asked. May be empty.
+  std::function<void(uint32_t, double)> progress;
 };
 
 }  // namespace host

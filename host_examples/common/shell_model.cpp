@@ -109,9 +109,16 @@ shellwarp::Model make_model(const Mesh &mesh, const Build &build) {
       shellwarp::mesh_desc(mesh.points.data(), mesh.n_points(), mesh.triangles.data(), mesh.n_triangles()), desc, supports);
 }
 
-uint32_t report_progress(void *user, uint32_t, double) noexcept {
+struct Listener {
+  const std::function<bool()> &interrupted;
+  const std::function<void(uint32_t, double)> &progress;
+};
+
+uint32_t report_progress(void *user, uint32_t phase, double fraction) noexcept {
   try {
-    return (*static_cast<const std::function<bool()> *>(user))() ? SW_PROGRESS_CANCEL : SW_PROGRESS_CONTINUE;
+    const Listener &listener = *static_cast<const Listener *>(user);
+    if (listener.progress) listener.progress(phase, fraction);
+    return listener.interrupted && listener.interrupted() ? SW_PROGRESS_CANCEL : SW_PROGRESS_CONTINUE;
   } catch (...) {
     return SW_PROGRESS_CANCEL;  // a host that cannot even be asked is not kept waiting
   }
@@ -141,10 +148,10 @@ SwPrecomputeDesc choice_desc(const Build &build, double gravity) {
   return desc;
 }
 
-void precompute(shellwarp::Model &model, SwPrecomputeDesc desc, const std::function<bool()> &interrupted) {
-  if (interrupted) {
+void precompute(shellwarp::Model &model, SwPrecomputeDesc desc, const Listener &listener) {
+  if (listener.interrupted || listener.progress) {
     desc.progress = report_progress;
-    desc.progress_user = const_cast<std::function<bool()> *>(&interrupted);
+    desc.progress_user = const_cast<Listener *>(&listener);
   }
   try {
     model.precompute(desc);
@@ -215,13 +222,15 @@ double air_density(const Stiffness &stiffness, double density) {
   return stiffness.by == Stiffness::By::material ? density : density * metres * metres * metres;
 }
 
-ShellModel::ShellModel(const Mesh &mesh, const Build &build, double gravity, const std::function<bool()> &interrupted)
+ShellModel::ShellModel(const Mesh &mesh, const Build &build, double gravity, const std::function<bool()> &interrupted,
+                       const std::function<void(uint32_t, double)> &progress)
     : rest_(mesh.points), floats_(build.held.empty() && build.axis_supports.empty()), model_(make_model(mesh, build)) {
-  precompute(model_, precompute_desc(build), interrupted);
+  const Listener listener{interrupted, progress};
+  precompute(model_, precompute_desc(build), listener);
   find_slowest();
   if (needs_choice(build.method) && !chosen_unasked(build)) {
     const double seconds = clock(build.stiffness);
-    precompute(model_, choice_desc(build, gravity / (seconds * seconds)), interrupted);
+    precompute(model_, choice_desc(build, gravity / (seconds * seconds)), listener);
   }
   shellwarp::check(sw_model_offers(model_.get(), build.method));
 }

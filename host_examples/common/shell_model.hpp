@@ -26,7 +26,8 @@ class ShellModel {
 public:
   // `gravity` is its strength in the object's unit and the scene's seconds: a choice of method is made for it, in any direction.
   // Throws HostError for what the user can mend, shellwarp::Error for what the library refuses, Interrupted.
-  ShellModel(const Mesh &mesh, const Build &build, double gravity, const std::function<bool()> &interrupted);
+  ShellModel(const Mesh &mesh, const Build &build, double gravity, const std::function<bool()> &interrupted,
+             const std::function<void(uint32_t, double)> &progress = {});
 
   // A model of before, saved, with its rest positions; `held`: anything holds it.
   ShellModel(std::vector<double> rest, bool held, const std::vector<unsigned char> &saved);

@@ -11,13 +11,20 @@ namespace host {
 namespace {
 
 // A sentence; the frame is whole without it.
-std::string certificate_of(const shellwarp::State &state) {
+std::string certificate_of(const shellwarp::State &state, const std::function<bool()> &interrupted) {
   try {
-    const SwCertificate found = state.certify();
+    const SwCertificate found = state.certify([&interrupted](double) {
+      try {
+        return !interrupted || !interrupted();
+      } catch (...) {
+        return false;  // a host that cannot even be asked is not kept waiting
+      }
+    });
     const double percent = 100 * found.error;
     return "certified: about " + number(percent < 10 ? std::round(100 * percent) / 100 : std::round(percent)) +
            " % off the full nonlinear shell" + (found.remaining > 0.01 ? ", roughly" : "");
   } catch (const shellwarp::Error &error) {
+    if (error.status() == SW_ERROR_CANCELLED) return "not certified: stopped by the user";
     return std::string("not certified: ") + error.what();
   }
 }
@@ -190,9 +197,9 @@ uint64_t ShellRunner::bytes() const {
   return sum + info.bytes_model + info.bytes_state + model_->rest().capacity() * sizeof(double);
 }
 
-std::string ShellRunner::certificate() const {
+std::string ShellRunner::certificate(const std::function<bool()> &interrupted) const {
   if (!state_ || cache_.size() == 0) throw HostError("there are no frames yet: play from the start frame");
-  return certificate_of(*state_);
+  return certificate_of(*state_, interrupted);
 }
 
 Frames ShellRunner::frames() const {
@@ -366,7 +373,7 @@ void ShellRunner::build(const Request &request, const At &at) {
   const Vec3 &g = request.inputs.gravity;
   const double gravity = std::hypot(g[0], g[1], g[2]) / request.inputs.object.scale;
   if (!stored_serves_) {
-    auto model = std::make_shared<const ShellModel>(mesh, request.build, gravity, request.interrupted);
+    auto model = std::make_shared<const ShellModel>(mesh, request.build, gravity, request.interrupted, request.progress);
     model->clock(request.build.stiffness);
     model_ = std::move(model);
     ++notes_.builds;
@@ -614,7 +621,7 @@ void ShellRunner::read(const shellwarp::State &state, const Request &request, co
   notes_.handles_missed = missed_;
   notes_.inside = inside / model_->model().info().size;
   notes_.supports_missed = report.support_miss / model_->model().info().size;
-  notes_.certified = request.certify ? certificate_of(state) : "";
+  notes_.certified = request.certify ? certificate_of(state, request.interrupted) : "";
 }
 
 // The library's frame goes with supports that are led, so what is read of the world is taken to where the object stands. Its own motion

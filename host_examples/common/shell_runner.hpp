@@ -74,7 +74,7 @@ public:
   uint64_t bytes() const;  // of model, frames and binding
 
   // What Notes::certified is, of the frame that was shown last. Throws HostError where there is none.
-  std::string certificate() const;
+  std::string certificate(const std::function<bool()> &interrupted = {}) const;
 
   // All frames that are there, with the model. Throws HostError where there are none.
   Frames frames() const;

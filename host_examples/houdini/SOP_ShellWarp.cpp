@@ -6,6 +6,7 @@
 #include "blend.hpp"
 #include "hash.hpp"
 #include "message.hpp"
+#include "phase.hpp"
 #include "pull.hpp"
 #include "runner_store.hpp"
 
@@ -202,6 +203,28 @@ private:
   uint64_t key_ = 0;  // of the input at the last cook
 };
 
+// Houdini's box with the Esc button: what the node does, and of a precompute its phase with how far that is.
+class InterruptBox {
+public:
+  bool interrupted() { return phase_ ? phase_->wasInterrupted(percent_) : all_.wasInterrupted(); }
+
+  void show(uint32_t phase, double fraction) {
+    percent_ = static_cast<int>(100 * fraction);
+    if (phase_ && phase == number_) return;
+    number_ = phase;
+    name_ = std::string("Shell Warp: ") + host::phase_name(phase);
+    phase_.reset();  // before the next: they are nested
+    phase_.emplace(name_.c_str());
+  }
+
+private:
+  UT_AutoInterrupt all_{"Building and stepping the shell"};
+  std::string name_;
+  std::optional<UT_AutoInterrupt> phase_;
+  uint32_t number_ = 0;
+  int percent_ = 0;
+};
+
 class ShellWarpVerb : public SOP_NodeVerb {
 public:
   SOP_NodeParms *allocParms() const override { return new SOP_ShellWarpParms(); }
@@ -311,8 +334,6 @@ void pull_creases(const SOP_ShellWarpParms &parms, const GU_Detail &detail, std:
   pull_edges(detail, parms.getCreasegroup(), crease, creases);
 }
 
-constexpr const char *kVertexNormals = "N of vertices is as it came in; put a Normal node behind this one";
-
 // The first input, or polygons of the fourth in its place, which it then follows.
 void pull_shell(const SOP_NodeVerb::CookParms &cookparms, const GU_Detail &detail, host::Request &request) {
   const GU_Detail *simulated = cookparms.inputGeo(3);
@@ -336,9 +357,10 @@ void ShellWarpVerb::cook(const CookParms &cookparms) const {
   ShellWarpCache passing;  // where Houdini keeps none
   auto *kept = static_cast<ShellWarpCache *>(cookparms.cache());
   try {
-    UT_AutoInterrupt boss("Building and stepping the shell");
+    InterruptBox box;
     host::Request request;
-    request.interrupted = [&boss] { return boss.wasInterrupted(); };
+    request.interrupted = [&box] { return box.interrupted(); };
+    request.progress = [&box](uint32_t phase, double fraction) { box.show(phase, fraction); };
     pull_settings(parms, request);
     pull_shell(cookparms, *detail, request);
     host::Stiffness &stiffness = request.build.stiffness;
@@ -363,8 +385,8 @@ void ShellWarpVerb::cook(const CookParms &cookparms) const {
     host::ShellRunner &runner = (kept ? *kept : passing).runner(request, cookparms);
     runner.evaluate(std::move(request));
     push(*detail, runner, parms.getEnvelope(), parms.getWeightattrib());
-    std::string warning = runner.notes().warning();
-    if (!push_normals(*detail)) warning += (warning.empty() ? "" : "\n") + std::string(kVertexNormals);
+    push_normals(*detail);
+    const std::string warning = runner.notes().warning();
     if (!warning.empty()) cookparms.sopAddWarning(SOP_MESSAGE, warning.c_str());
   } catch (const std::exception &error) {
     cookparms.sopAddError(SOP_MESSAGE, error.what());

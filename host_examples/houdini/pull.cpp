@@ -15,6 +15,7 @@
 #include <iterator>
 #include <map>
 #include <string>
+#include <utility>
 
 namespace {
 
@@ -34,17 +35,15 @@ GA_ROHandleI integer_attribute(const GU_Detail &detail, const UT_StringHolder &n
   return handle;
 }
 
-// Half the polygon's area as a vector, to each of its points. Houdini's polygons are seen from where they run clockwise.
-void add_area(const GA_Primitive &polygon, const std::vector<double> &points, std::vector<double> &sums) {
-  double area[3] = {0, 0, 0};
+// Twice the polygon's area as a vector. Houdini's polygons are seen from where they run clockwise.
+void area_of(const GA_Primitive &polygon, const std::vector<double> &points, double (&area)[3]) {
+  area[0] = area[1] = area[2] = 0;
   const GA_Size n = polygon.getVertexCount();
   for (GA_Size k = 0; k < n; ++k) {
     const double *a = &points[3 * static_cast<std::size_t>(polygon.getPointIndex((k + 1) % n))];
     const double *b = &points[3 * static_cast<std::size_t>(polygon.getPointIndex(k))];
     for (int i = 0; i < 3; ++i) area[i] += a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3];
   }
-  for (GA_Size k = 0; k < n; ++k)
-    for (std::size_t i = 0; i < 3; ++i) sums[3 * static_cast<std::size_t>(polygon.getPointIndex(k)) + i] += area[i] / 2;
 }
 
 }  // namespace
@@ -314,25 +313,71 @@ void push(GU_Detail &detail, const host::ShellRunner &runner, double envelope, c
   if (velocity.isValid()) velocity.bumpDataId();
 }
 
-// By Newell's sum of a polygon, which weighs by area: quads and polygons need no triangles.
-bool push_normals(GU_Detail &detail) {
-  GA_RWHandleV3 normal(&detail, GA_ATTRIB_POINT, "N");
-  if (normal.isValid()) {
-    const std::vector<double> points = points_of(detail);
-    std::vector<double> sums(points.size());
-    for (GA_Iterator it(detail.getPrimitiveRange()); !it.atEnd(); ++it) {
-      const GA_Primitive *polygon = detail.getPrimitive(*it);
-      if (polygon->getTypeId().get() != GEO_PRIMPOLY) continue;
-      add_area(*polygon, points, sums);
+namespace {
+
+UT_Vector3 unit(const double *n, const UT_Vector3 &before) {
+  const double length = std::sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+  return length > 0 ? UT_Vector3(static_cast<float>(n[0] / length), static_cast<float>(n[1] / length), static_cast<float>(n[2] / length)) : before;
+}
+
+bool is_near(const UT_Vector3 &a, const UT_Vector3 &b) {
+  constexpr float kSame = 1e-4f;  // of what a node upstream has rounded twice
+  return std::fabs(a.x() - b.x()) < kSame && std::fabs(a.y() - b.y()) < kSame && std::fabs(a.z() - b.z()) < kSame;
+}
+
+// Vertices of one point that share a normal: where one of them is, and the sum of their polygons' areas.
+struct Fan {
+  UT_Vector3 before;
+  double sum[3];
+};
+
+void push_vertex_normals(GU_Detail &detail, const std::vector<double> &points, const GA_RWHandleV3 &normal) {
+  std::vector<std::vector<Fan>> fans(points.size() / 3);
+  const auto fan_of = [&](GA_Index point, const UT_Vector3 &before) -> Fan & {
+    std::vector<Fan> &all = fans[static_cast<std::size_t>(point)];
+    for (Fan &fan : all)
+      if (is_near(fan.before, before)) return fan;
+    all.push_back({before, {0, 0, 0}});
+    return all.back();
+  };
+  std::vector<std::pair<GA_Offset, GA_Index>> vertices;
+  for (GA_Iterator it(detail.getPrimitiveRange()); !it.atEnd(); ++it) {
+    const GA_Primitive *polygon = detail.getPrimitive(*it);
+    if (polygon->getTypeId().get() != GEO_PRIMPOLY) continue;
+    double area[3];
+    area_of(*polygon, points, area);
+    for (GA_Size k = 0; k < polygon->getVertexCount(); ++k) {
+      vertices.emplace_back(polygon->getVertexOffset(k), polygon->getPointIndex(k));
+      Fan &fan = fan_of(vertices.back().second, normal.get(vertices.back().first));
+      for (std::size_t i = 0; i < 3; ++i) fan.sum[i] += area[i];
     }
-    for (GA_Iterator it(detail.getPointRange()); !it.atEnd(); ++it) {
-      const double *n = &sums[3 * std::size_t(index_of(detail, *it))];
-      const double length = std::sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
-      if (length > 0)
-        normal.set(*it, UT_Vector3(static_cast<float>(n[0] / length), static_cast<float>(n[1] / length),
-                                   static_cast<float>(n[2] / length)));
-    }
-    normal.bumpDataId();
   }
-  return !GA_ROHandleV3(&detail, GA_ATTRIB_VERTEX, "N").isValid();
+  for (const auto &[vertex, point] : vertices) {
+    const UT_Vector3 before = normal.get(vertex);
+    normal.set(vertex, unit(fan_of(point, before).sum, before));
+  }
+  normal.bumpDataId();
+}
+
+}  // namespace
+
+// By Newell's sum of a polygon, which weighs by area: quads and polygons need no triangles.
+void push_normals(GU_Detail &detail) {
+  const GA_RWHandleV3 of_points(&detail, GA_ATTRIB_POINT, "N"), of_vertices(&detail, GA_ATTRIB_VERTEX, "N");
+  if (!of_points.isValid() && !of_vertices.isValid()) return;
+  const std::vector<double> points = points_of(detail);
+  if (of_vertices.isValid()) push_vertex_normals(detail, points, of_vertices);
+  if (!of_points.isValid()) return;
+  std::vector<double> sums(points.size());
+  for (GA_Iterator it(detail.getPrimitiveRange()); !it.atEnd(); ++it) {
+    const GA_Primitive *polygon = detail.getPrimitive(*it);
+    if (polygon->getTypeId().get() != GEO_PRIMPOLY) continue;
+    double area[3];
+    area_of(*polygon, points, area);
+    for (GA_Size k = 0; k < polygon->getVertexCount(); ++k)
+      for (std::size_t i = 0; i < 3; ++i) sums[3 * static_cast<std::size_t>(polygon->getPointIndex(k)) + i] += area[i];
+  }
+  for (GA_Iterator it(detail.getPointRange()); !it.atEnd(); ++it)
+    of_points.set(*it, unit(&sums[3 * std::size_t(index_of(detail, *it))], of_points.get(*it)));
+  of_points.bumpDataId();
 }

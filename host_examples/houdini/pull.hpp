@@ -44,5 +44,6 @@ void pull_handles(const GU_Detail &points, std::vector<host::Handle> &handles);
 
 // Writes P, and v where the runner has velocities. `weights` names a point attribute, or is empty.
 void push(GU_Detail &detail, const host::ShellRunner &runner, double envelope, const UT_StringHolder &weights);
-// Where points have N: of the polygons as they are now. False where vertices have N, which is left.
-bool push_normals(GU_Detail &detail);
+// Where points or vertices have N: of the polygons as they are now. Vertices of a point that came in with the same N stay smooth, and others
+// keep their edge.
+void push_normals(GU_Detail &detail);

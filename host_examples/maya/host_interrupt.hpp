@@ -19,10 +19,11 @@ public:
     if (!notice::on_main_thread()) return false;
     if (!begun_) computation_.beginComputation();
     begun_ = true;
-    return computation_.isInterruptRequested();
+    stopped_ = stopped_ || computation_.isInterruptRequested();
+    return stopped_;
   }
 
 private:
   MComputation computation_;
-  bool begun_ = false;
+  bool begun_ = false, stopped_ = false;
 };

@@ -67,7 +67,9 @@ std::string ShellWarpNode::certificate() const {
   const std::lock_guard<std::mutex> lock(mutex_);
   if (shells_.empty()) throw host::HostError("there are no frames yet: play from the start frame");
   std::string lines;
-  for (const auto &[index, shell] : shells_) lines += (lines.empty() ? "" : "\n") + shell.runner.certificate();
+  HostInterrupt interrupt;
+  for (const auto &[index, shell] : shells_)
+    lines += (lines.empty() ? "" : "\n") + shell.runner.certificate([&interrupt] { return interrupt.requested(); });
   return lines;
 }
 

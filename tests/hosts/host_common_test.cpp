@@ -646,6 +646,37 @@ void an_interrupt_stops_the_precompute_and_the_next_evaluation_builds() {
   CHECK(runner.notes().builds == 1);
 }
 
+void a_certificate_can_be_stopped() {
+  ShellRunner runner;
+  Request request = at_frame(strip_request(), 5);
+  int asked = 0;
+  request.certify = true;
+  runner.evaluate(request);
+  CHECK(contains(runner.notes().certified, "certified: about "));
+  bool stop = false;
+  request.interrupted = [&] { return ++asked, stop; };
+  runner.evaluate(request);
+  CHECK(asked > 0 && contains(runner.notes().certified, "certified: about "));
+  stop = true;
+  runner.evaluate(request);
+  CHECK(runner.notes().certified == "not certified: stopped by the user");
+  CHECK(runner.certificate([] { return true; }) == "not certified: stopped by the user");
+  CHECK(runner.certificate([]() -> bool { throw 1; }) == "not certified: stopped by the user");
+  CHECK(contains(runner.certificate(), "certified: about "));
+}
+
+void phases_of_the_precompute_are_heard() {
+  ShellRunner runner;
+  Request request = strip_request();
+  std::vector<uint32_t> heard;
+  request.progress = [&heard](uint32_t phase, double fraction) {
+    CHECK(fraction >= 0 && fraction <= 1);
+    if (heard.empty() || heard.back() != phase) heard.push_back(phase);
+  };
+  runner.evaluate(request);
+  CHECK(std::count(heard.begin(), heard.end(), SW_PHASE_MODES) > 0);
+}
+
 void an_interrupt_stops_a_long_jump_and_keeps_what_was_reached() {
   ShellRunner runner;
   runner.evaluate(at_frame(strip_request(), 0));
@@ -2019,6 +2050,8 @@ int main() {
   RUN(the_sag_falls_with_the_square_of_the_frequency);
   RUN(drag_acts_in_the_scenes_seconds);
   RUN(an_interrupt_stops_the_precompute_and_the_next_evaluation_builds);
+  RUN(a_certificate_can_be_stopped);
+  RUN(phases_of_the_precompute_are_heard);
   RUN(an_interrupt_stops_a_long_jump_and_keeps_what_was_reached);
   RUN(a_host_that_throws_when_asked_is_an_interrupt);
   RUN(an_object_that_is_moved_about_shakes_its_shell);

@@ -740,9 +740,39 @@ void normals_of_points_are_those_of_the_bent_polygons() {
   const double along = (double(b.x() - a.x()) * n[0] + double(b.y() - a.y()) * n[1]) / std::hypot(b.x() - a.x(), b.y() - a.y());
   CHECK(std::fabs(along) < 0.05 && std::fabs(n[1]) < 0.999);
   CHECK(scene.cook.warnings.empty());
-  scene.geometry().of_vertices.insert("N");
-  scene.at(20);
-  CHECK(scene.cook.warnings.size() == 1 && contains(scene.cook.warnings[0], "N of vertices is as it came in"));
+}
+
+// Vertices that came in with one normal at a point stay smooth, as points are; a hard edge across the strip stays hard.
+void normals_of_vertices_are_those_of_the_bent_polygons() {
+  Scene smooth, hard;
+  for (Scene *scene : {&smooth, &hard}) {
+    scene->geometry().attributes["N"].assign(3 * STRIP_VERTICES, 0);
+    for (const GEO_PrimPoly &polygon : scene->geometry().primitives) {
+      const GA_Index last = *std::max_element(polygon.points.begin(), polygon.points.end());
+      const double side = scene == &hard && last / STRIP_ROWS > 20 ? 0.2 : 0;
+      for (std::size_t k = 0; k < polygon.points.size(); ++k) {
+        std::vector<double> &of_vertices = scene->geometry().of_vertices["N"];
+        of_vertices.insert(of_vertices.end(), {side, -1, 0});
+      }
+    }
+    scene->play(20);
+    CHECK(scene->cook.warnings.empty() && scene->cook.output.fake_geometry().bumps["N"] == 2);
+  }
+  int same_as_point = 0, parted = 0;
+  for (Scene *scene : {&smooth, &hard}) {
+    const fake::Geometry &out = scene->cook.output.fake_geometry();
+    std::size_t vertex = 0;
+    for (const GEO_PrimPoly &polygon : out.primitives)
+      for (const GA_Index point : polygon.points) {
+        const double *n = &out.of_vertices.at("N")[3 * vertex++], *p = &out.attributes.at("N")[3 * std::size_t(point)];
+        CHECK_NEAR(n[0] * n[0] + n[1] * n[1] + n[2] * n[2], 1, 1e-6);
+        const bool as_point = std::fabs(n[0] - p[0]) < 1e-6 && std::fabs(n[1] - p[1]) < 1e-6;
+        const bool at_edge = scene == &hard && point / STRIP_ROWS == 20;
+        CHECK(as_point || at_edge);
+        same_as_point += as_point, parted += !as_point;
+      }
+  }
+  CHECK(same_as_point > 900 && parted >= 10);  // of 960; each side of the edge has a bend of its own
 }
 
 // A sheet of quads of two sides, a little above and below, follows the strip: as the strip's own points where they coincide, and its
@@ -940,6 +970,34 @@ void escape_stops_the_precompute() {
   CHECK(scene.cook.errors.empty());
 }
 
+void the_box_says_which_phase_it_is_and_how_far() {
+  Scene scene;
+  scene.cook.set_text("method", "reduced-shell");
+  scene.cook.set("reducedfields", {6});
+  scene.at(1);
+  int first = 101, last = -1;
+  bool modes = false;
+  for (const auto &[name, percent] : fake::interrupts().shown) {
+    modes |= name == "Shell Warp: modes";
+    if (name != "Shell Warp: training") continue;
+    first = std::min(first, percent), last = std::max(last, percent);
+  }
+  CHECK(modes && first < 20 && last > 80 && last <= 100 && fake::interrupts().open == 0);
+  // Esc while it trains.
+  Scene stopped;
+  stopped.cook.set_text("method", "reduced-shell");
+  stopped.cook.set("reducedfields", {6});
+  std::size_t poll = 0;
+  stopped.at(1);
+  const auto shown = fake::interrupts().shown;
+  while (shown[poll].first != "Shell Warp: training") ++poll;
+  stopped.cook.set("modes", {7});
+  fake::interrupts() = {};
+  fake::interrupts().at = int(poll) + 2;
+  stopped.at(1);
+  CHECK(stopped.cook.errors.size() == 1 && contains(stopped.cook.errors[0], "stopped by the user"));
+}
+
 // As polygons, or as the triangles that are right.
 GU_Detail concave_detail(bool polygons) {
   const ConcaveSheet sheet;
@@ -1053,6 +1111,7 @@ int main(int argc, char **argv) {
     RUN(the_cache_tells_its_memory);
     RUN(held_points_of_the_input_lead_the_shell_or_are_told_of);
     RUN(velocities_are_those_of_the_positions);
+    RUN(normals_of_vertices_are_those_of_the_bent_polygons);
     RUN(normals_of_points_are_those_of_the_bent_polygons);
     RUN(the_first_input_follows_what_is_simulated);
     RUN(the_menus_of_groups_and_attributes_are_houdinis);
@@ -1082,6 +1141,7 @@ int main(int argc, char **argv) {
     RUN(a_shell_out_of_range_is_warned_of);
     RUN(certify_tells_how_far_off_the_frame_is);
     RUN(escape_stops_the_precompute);
+    RUN(the_box_says_which_phase_it_is_and_how_far);
     RUN(concave_polygons_are_cut_inside);
     RUN(quads_and_changed_topology_are_taken);
     const auto the_first_scene_works = [&] {

@@ -1160,6 +1160,9 @@ void frames_on_disk_show_without_being_played() {
     CHECK(fake::scene().run("shellWarp -certify") && contains(fake::scene().result, "shellWarp1: certified: about ") &&
           contains(fake::scene().result, " % off the full nonlinear shell"));
     const std::string certified = fake::scene().result;
+    fake::session().interrupt_at = fake::session().interrupt_polls + 1;  // Esc
+    CHECK(fake::scene().run("shellWarp -certify") && fake::scene().result == "shellWarp1: not certified: stopped by the user");
+    CHECK(fake::session().computations_open == 0);
     seen_at(node, 2);  // another frame, another error; the same frame again, the same
     CHECK(fake::scene().run("shellWarp -certify") && fake::scene().result != certified);
     seen_at(node, 6);

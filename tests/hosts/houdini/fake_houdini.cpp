@@ -19,7 +19,7 @@ void Geometry::group(const std::string &name, const std::vector<int> &members) {
 }
 
 const double *Geometry::find(GA_AttributeOwner owner, const std::string &name, GA_Offset at, std::size_t width) const {
-  return &(owner == GA_ATTRIB_PRIMITIVE ? of_primitives : attributes).at(name).at(static_cast<std::size_t>((at - 3) / 2) * width);
+  return &(owner == GA_ATTRIB_PRIMITIVE ? of_primitives : owner == GA_ATTRIB_VERTEX ? of_vertices : attributes).at(name).at(static_cast<std::size_t>((at - 3) / 2) * width);
 }
 
 void Cook::set(const std::string &parm, std::vector<double> numbers) {
@@ -167,9 +167,13 @@ void PRM_TemplateBuilder::setChoiceListPtr(const UT_StringRef &name, PRM_ChoiceL
 
 // ------------------------------------------------------------------------------------------------------------ geometry
 
-UT_AutoInterrupt::UT_AutoInterrupt(const char *) { ++fake::interrupts().open; }
+UT_AutoInterrupt::UT_AutoInterrupt(const char *name) : name_(name) { ++fake::interrupts().open; }
 UT_AutoInterrupt::~UT_AutoInterrupt() { --fake::interrupts().open; }
-bool UT_AutoInterrupt::wasInterrupted() { return ++fake::interrupts().polls == fake::interrupts().at; }
+bool UT_AutoInterrupt::wasInterrupted() { return wasInterrupted(-1); }
+bool UT_AutoInterrupt::wasInterrupted(int percent) {
+  fake::interrupts().shown.emplace_back(name_, percent);
+  return ++fake::interrupts().polls == fake::interrupts().at;
+}
 
 GA_Primitive::~GA_Primitive() = default;
 GU_Detail::GU_Detail() : geometry_(std::make_unique<fake::Geometry>()) {}
@@ -192,7 +196,11 @@ GA_Range GU_Detail::getPrimitiveRange() const { return range_of(geometry_->primi
 GA_Index GU_Detail::pointIndex(GA_Offset offset) const { return (offset - 3) / 2; }
 GA_Index GU_Detail::primitiveIndex(GA_Offset offset) const { return (offset - 3) / 2; }
 const GA_Primitive *GU_Detail::getPrimitive(GA_Offset offset) const {
-  return &geometry_->primitives.at(static_cast<std::size_t>(primitiveIndex(offset)));
+  const std::size_t at = static_cast<std::size_t>(primitiveIndex(offset));
+  const GEO_PrimPoly &found = geometry_->primitives.at(at);
+  found.first_vertex = 0;
+  for (std::size_t k = 0; k < at; ++k) found.first_vertex += geometry_->primitives[k].getVertexCount();
+  return &found;
 }
 UT_Vector3 GU_Detail::getPos3(GA_Offset offset) const {
   return geometry_->points.at(static_cast<std::size_t>(pointIndex(offset)));
@@ -253,12 +261,12 @@ T GA_ROHandleT<T>::get(GA_Offset offset) const {
 }
 template <>
 UT_Vector3 GA_RWHandleV3::get(GA_Offset offset) const {
-  const double *v = detail_->fake_geometry().find(GA_ATTRIB_POINT, name_, offset, 3);
+  const double *v = detail_->fake_geometry().find(owner_, name_, offset, 3);
   return UT_Vector3(float(v[0]), float(v[1]), float(v[2]));
 }
 template <>
 void GA_RWHandleV3::set(GA_Offset offset, const UT_Vector3 &value) const {
-  double *to = const_cast<double *>(detail_->fake_geometry().find(GA_ATTRIB_POINT, name_, offset, 3));
+  double *to = const_cast<double *>(detail_->fake_geometry().find(owner_, name_, offset, 3));
   to[0] = value.x(), to[1] = value.y(), to[2] = value.z();
 }
 template class GA_ROHandleT<float>;

@@ -88,6 +88,10 @@ public:
   UT_AutoInterrupt(const char *operation_name);
   ~UT_AutoInterrupt();
   bool wasInterrupted();
+  bool wasInterrupted(int percent);
+
+private:
+  std::string name_;
 };
 
 // ------------------------------------------------------------------------------------------------------------ geometry
@@ -191,9 +195,11 @@ public:
   GA_PrimitiveTypeId getTypeId() const { return GA_PrimitiveTypeId(type); }
   GA_Size getVertexCount() const { return static_cast<GA_Size>(points.size()); }
   GA_Index getPointIndex(GA_Size i) const { return points.at(static_cast<std::size_t>(i)); }
+  GA_Offset getVertexOffset(GA_Size i) const { return 2 * (first_vertex + i) + 3; }
 
   int type = GEO_PRIMPOLY;
   std::vector<GA_Index> points;
+  mutable GA_Index first_vertex = 0;  // vertices are numbered along the primitives
 };
 
 class GEO_PrimPoly : public GA_Primitive {
@@ -234,9 +240,9 @@ namespace fake {
 struct Geometry {
   std::vector<UT_Vector3> points;
   std::vector<GEO_PrimPoly> primitives;
-  std::map<std::string, std::vector<double>> attributes, of_primitives;
+  std::map<std::string, std::vector<double>> attributes, of_primitives, of_vertices;
   std::map<std::string, std::vector<std::string>> texts_of_primitives;
-  std::set<std::string> of_vertices, vectors;  // attributes of vertices, by name; and those that transform as vectors
+  std::set<std::string> vectors;  // attributes that transform as such
   std::map<std::string, int> bumps;            // of attributes but P
   std::map<std::string, GA_PointGroup> groups;
   std::map<std::string, GA_EdgeGroup> edge_groups;
@@ -296,7 +302,11 @@ public:
   GA_RWHandleT() = default;
   explicit GA_RWHandleT(const GA_RWAttributeRef &attribute) : detail_(attribute.detail_), name_(attribute.name_) {}
   GA_RWHandleT(GA_Detail *gdp, GA_AttributeOwner owner, const UT_StringRef &name)
-      : detail_(owner == GA_ATTRIB_POINT && gdp->fake_geometry().attributes.count(name.c_str()) ? gdp : nullptr),
+      : detail_((owner == GA_ATTRIB_POINT && gdp->fake_geometry().attributes.count(name.c_str())) ||
+                        (owner == GA_ATTRIB_VERTEX && gdp->fake_geometry().of_vertices.count(name.c_str()))
+                    ? gdp
+                    : nullptr),
+        owner_(owner),
         name_(name.c_str()) {}
   bool isValid() const { return detail_ != nullptr; }
   T get(GA_Offset offset) const;
@@ -305,6 +315,7 @@ public:
 
 private:
   GU_Detail *detail_ = nullptr;
+  GA_AttributeOwner owner_ = GA_ATTRIB_POINT;
   std::string name_;
 };
 typedef GA_RWHandleT<UT_Vector3> GA_RWHandleV3;
@@ -551,6 +562,7 @@ struct Cook {
 
 struct Interrupts {
   int polls = 0, at = 0, open = 0;  // at: the poll at which the user presses Esc; 0 = never
+  std::vector<std::pair<std::string, int>> shown;  // what the box said at each poll, with its percentage
 };
 Interrupts &interrupts();
 
