@@ -59,6 +59,7 @@ void Follower::lead(Request &request, bool anew) {
     support.vertex = nearest(request, support.vertex);
   }
   lead_ties(request);
+  lead_forces(request);
   for (std::size_t k = 0; k < request.inputs.handles.size(); ++k) {
     Handle &handle = request.inputs.handles[k];
     check("handle " + number(uint64_t(k)) + " holds", handle.vertex);
@@ -69,6 +70,23 @@ void Follower::lead(Request &request, bool anew) {
     handle.target.origin =
         host::apply(turn, difference(point_of(request.mesh.points, vertex), point_of(request.drawn, handle.vertex)));
     handle.vertex = vertex;
+  }
+}
+
+// On each vertex of the mesh all that pulls at those that it is nearest to.
+void Follower::lead_forces(Request &request) {
+  const std::vector<double> pulled = std::move(request.inputs.forces);
+  request.inputs.forces.clear();
+  if (pulled.size() != request.drawn.size() || pulled.empty()) {
+    if (!pulled.empty())
+      throw HostError("there are forces on " + number(uint64_t(pulled.size() / 3)) + " points, but " + number(uint64_t(request.drawn.size() / 3)) + " points");
+    return;
+  }
+  request.inputs.forces.assign(request.mesh.points.size(), 0);
+  for (std::size_t i = 0; i < pulled.size(); i += 3) {
+    if (pulled[i] == 0 && pulled[i + 1] == 0 && pulled[i + 2] == 0) continue;
+    const std::size_t at = 3 * std::size_t{nearest(request, static_cast<uint32_t>(i / 3))};
+    for (std::size_t c = 0; c < 3; ++c) request.inputs.forces[at + c] += pulled[i + c];
   }
 }
 

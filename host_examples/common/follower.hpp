@@ -13,7 +13,7 @@ namespace host {
 
 class Follower {
 public:
-  // Vertices of supports, ties, contact patches and handles, which are of request.drawn, become the nearest ones of the mesh. `anew`: both are at rest now.
+  // Vertices of supports, ties, forces, contact patches and handles, which are of request.drawn, become the nearest ones of the mesh. `anew`: both are at rest now.
   // Throws HostError naming a vertex that there is not.
   void lead(Request &request, bool anew);
 
@@ -32,6 +32,7 @@ public:
 private:
   uint32_t nearest(const Request &request, uint32_t drawn);
   void lead_ties(Request &request);
+  void lead_forces(Request &request);
 
   std::map<uint32_t, uint32_t> nearest_;  // from drawn vertices that were named
   std::optional<shellwarp::Binding> binding_;

@@ -141,6 +141,9 @@ struct Inputs {
   Vec3 gravity{};  // world, length/s²
   double stiffness_factor = 1;  // on all stiffness, 1e-9 to 1e9; rounded to a float
   Wind wind;
+  // At the points (n x 3), world axes; empty: none. Newtons, where a shell by frequency is taken for a sheet of 0.2 kg/m2; of a material in
+  // its mass, the object's length and seconds.
+  std::vector<double> forces;
   Pose object;     // where the object stands in the world
   Pose frame;      // what shakes the shell; the object's own pose unless the host is told otherwise
   std::vector<Handle> handles;

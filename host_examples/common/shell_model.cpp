@@ -215,8 +215,15 @@ SwMaterialDesc sheet_material(const Mesh &mesh, double thickness) {
   return desc;
 }
 
+static constexpr double kSheet = 0.2;  // kg/m2, which is 1 by frequency
+
+double force_scale(const Stiffness &stiffness) {
+  const double metres = stiffness.metres;
+  if (stiffness.by == Stiffness::By::frequency) return 1 / (kSheet * metres * metres * metres);
+  return stiffness.by == Stiffness::By::material ? 1 : 1 / metres;
+}
+
 double air_density(const Stiffness &stiffness, double density) {
-  constexpr double kSheet = 0.2;  // kg/m2, which is 1 by frequency
   const double metres = stiffness.metres;
   if (stiffness.by == Stiffness::By::frequency) return density * metres / kSheet;
   return stiffness.by == Stiffness::By::material ? density : density * metres * metres * metres;

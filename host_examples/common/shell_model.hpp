@@ -58,6 +58,9 @@ SwMaterialDesc sheet_material(const Mesh &mesh, double thickness);
 // Of air in kg/m3, in the model's mass and the object's length.
 double air_density(const Stiffness &stiffness, double density);
 
+// A newton in the model's mass and the object's length, and seconds.
+double force_scale(const Stiffness &stiffness);
+
 // What decides whether a model can stay: the points' connections and all of Build but the frequency, and the method only by
 // what it needs.
 uint64_t build_key(const Mesh &mesh, const Build &build);

@@ -115,7 +115,7 @@ void add(Hash &hash, const Pose &pose) { hash.add_all(pose.origin).add_all(pose.
 
 uint64_t key_of(const Inputs &inputs) {
   Hash hash;
-  hash.add_all(inputs.gravity).add(inputs.stiffness_factor).add_all(inputs.supports);
+  hash.add_all(inputs.forces).add_all(inputs.gravity).add(inputs.stiffness_factor).add_all(inputs.supports);
   const Wind &wind = inputs.wind;
   hash.add_all(wind.velocity).add(wind.density).add(wind.normal_drag).add(wind.tangential_drag);
   add(hash, inputs.object);
@@ -249,6 +249,10 @@ void ShellRunner::run(Request &request, const At &at) {
   check_handles(request);
   check_wind(request.inputs.wind);
   check_map(request.mesh, "damping", request.motion.damping_map, true);
+  const std::size_t pulled = request.inputs.forces.size();
+  require(pulled == 0 || pulled == request.mesh.points.size(),
+          "there are forces on " + number(uint64_t(pulled / 3)) + " points, but " + number(uint64_t(request.mesh.n_points())) + " points");
+  for (double &f : request.inputs.forces) f *= force_scale(request.build.stiffness);
   request.inputs.wind.density = air_density(request.build.stiffness, request.inputs.wind.density);
   const bool built = !model_serves(request, at);
   if (built) build(request, at);
@@ -508,6 +512,7 @@ bool ShellRunner::step(shellwarp::State &state, const Inputs &inputs, double fra
   state.set_stiffness(stiffness_of(inputs));
   state.set_gravity(g * inputs.gravity[0], g * inputs.gravity[1], g * inputs.gravity[2]);
   blow(state, inputs.wind);
+  pull(state, inputs);
   const bool led = stand(state, inputs, teleport);
   place_handles(state, inputs);
   colliders_.place(state, inputs, unit_, teleport);
@@ -567,6 +572,16 @@ void ShellRunner::blow(shellwarp::State &state, const Wind &wind) const {
   desc.normal_drag = wind.normal_drag;
   desc.tangential_drag = wind.tangential_drag;
   state.set_wind(desc);
+}
+
+void ShellRunner::pull(shellwarp::State &state, const Inputs &inputs) const {
+  if (inputs.forces.empty()) {
+    state.clear_forces();
+    return;
+  }
+  std::vector<double> forces = inputs.forces;
+  for (double &f : forces) f /= clock_ * clock_;
+  state.set_forces(shellwarp::force_desc(forces.data(), model_->n_points()));
 }
 
 void ShellRunner::place_handles(shellwarp::State &state, const Inputs &inputs) const {

@@ -107,6 +107,7 @@ private:
   bool stand(shellwarp::State &state, const Inputs &inputs, bool teleport) const;  // true: supports were moved
   std::shared_ptr<const Inputs> seen(const Inputs &inputs, uint64_t frame, uint64_t key) const;
   void blow(shellwarp::State &state, const Wind &wind) const;
+  void pull(shellwarp::State &state, const Inputs &inputs) const;
   void place_handles(shellwarp::State &state, const Inputs &inputs) const;
   Pose place_of(const Inputs &inputs) const;  // of the object's axes in the library's world
   SwFrameDesc frame_of(const Inputs &inputs) const;

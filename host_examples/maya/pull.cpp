@@ -78,14 +78,14 @@ void add_painted(MDataBlock &block, unsigned int multiIndex, host::Request &requ
   }
 }
 
-// What was never painted is 1.
+// What was never painted is `unpainted`.
 void add_factors(MDataBlock &block, unsigned int multiIndex, const MObject &list, const MObject &map, std::size_t n_points,
-                 std::vector<double> &factors) {
+                 std::vector<double> &factors, double unpainted = 1) {
   MArrayDataHandle all = block.inputArrayValue(list);
   if (all.jumpToElement(multiIndex) != MS::kSuccess) return;
   MArrayDataHandle painted(all.inputValue().child(map));
   const unsigned int n = painted.elementCount();
-  if (n > 0) factors.assign(n_points, 1);
+  if (n > 0) factors.assign(n_points, unpainted);
   for (unsigned int k = 0; k < n; ++k, painted.next())
     if (painted.elementIndex() < n_points) factors[painted.elementIndex()] = static_cast<double>(painted.inputValue().asFloat());
 }
@@ -254,6 +254,11 @@ void pull_settings(MDataBlock &block, host::Request &request) {
 void pull_maps(MDataBlock &block, unsigned int multiIndex, host::Request &request) {
   host::Stiffness &s = request.build.stiffness;
   const std::size_t n_points = (request.drawn.empty() ? request.mesh.points : request.drawn).size() / 3;
+  std::vector<double> shares;
+  add_factors(block, multiIndex, Node::forceMapList, Node::forceMap, n_points, shares, 0);
+  const double3 &force = block.inputValue(Node::force).asDouble3();
+  if (force[0] != 0 || force[1] != 0 || force[2] != 0)
+    for (const double share : shares) request.inputs.forces.insert(request.inputs.forces.end(), {share * force[0], share * force[1], share * force[2]});
   add_factors(block, multiIndex, Node::dampingMapList, Node::dampingMap, n_points, request.motion.damping_map);
   if (s.by != host::Stiffness::By::preset && s.by != host::Stiffness::By::sheet) return;
   add_factors(block, multiIndex, Node::thicknessMapList, Node::thicknessMap, n_points, s.thickness_map);

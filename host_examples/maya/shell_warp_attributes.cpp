@@ -16,6 +16,8 @@ MObject ShellWarpNode::time, ShellWarpNode::startFrame, ShellWarpNode::cache;
 MObject ShellWarpNode::gravity, ShellWarpNode::gravityX, ShellWarpNode::gravityY, ShellWarpNode::gravityZ;
 MObject ShellWarpNode::wind, ShellWarpNode::windX, ShellWarpNode::windY, ShellWarpNode::windZ, ShellWarpNode::airDensity,
     ShellWarpNode::normalDrag, ShellWarpNode::tangentialDrag;
+MObject ShellWarpNode::force, ShellWarpNode::forceX, ShellWarpNode::forceY, ShellWarpNode::forceZ, ShellWarpNode::forceMapList,
+    ShellWarpNode::forceMap;
 MObject ShellWarpNode::stiffnessFrom, ShellWarpNode::frequency, ShellWarpNode::thickness, ShellWarpNode::kBend,
     ShellWarpNode::kStretch, ShellWarpNode::density;
 MObject ShellWarpNode::preset, ShellWarpNode::young, ShellWarpNode::poisson, ShellWarpNode::volumeDensity;
@@ -152,7 +154,9 @@ MStatus create_wind() {
   CHECK_MSTATUS_AND_RETURN_IT(status);
   status = create_number(Node::normalDrag, "normalDrag", "ndg", still.normal_drag, {0, 2});
   CHECK_MSTATUS_AND_RETURN_IT(status);
-  return create_number(Node::tangentialDrag, "tangentialDrag", "tdg", still.tangential_drag, {0, 1});
+  status = create_number(Node::tangentialDrag, "tangentialDrag", "tdg", still.tangential_drag, {0, 1});
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  return create_triple(Node::force, {&Node::forceX, &Node::forceY, &Node::forceZ}, "force", "foc", {0, 0, 0});
 }
 
 // What is kept in the scene is SW_METHOD_..., which is for good: scenes survive a table that grows.
@@ -286,10 +290,12 @@ MStatus create_painted(MObject &list, MObject &map, const char *const (&names)[4
   return MS::kSuccess;
 }
 
-// Factors on the damping and on a sheet's constants.
+// Factors on the damping and on a sheet's constants, and where a force acts.
 MStatus create_maps() {
   constexpr float kMost = 100;
   MStatus status;
+  status = create_painted(Node::forceMapList, Node::forceMap, {"forceMapList", "fml", "forceMap", "fmp"}, 0, kMost);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
   status = create_painted(Node::dampingMapList, Node::dampingMap, {"dampingMapList", "dpl", "dampingMap", "dpm"}, 1, kMost);
   CHECK_MSTATUS_AND_RETURN_IT(status);
   status = create_painted(Node::thicknessMapList, Node::thicknessMap, {"thicknessMapList", "tml", "thicknessMap", "tmp"}, 1, kMost);
@@ -449,12 +455,12 @@ MStatus ShellWarpNode::addAttributes() {
       colliders,     proxy,        follow,       supportFields, wind,       airDensity,        normalDrag,
       tangentialDrag, dampingStiffness, cache,  thicknessMapList, youngMapList,     densityMapList, proxyVertices, proxyThickness,
       contactPatches, pushOut, dampingMapList, stiffnessFactor,
-      youngAcross, shear, direction, directions, creases, restShape, supportAxes, ties, tieWithin};
+      youngAcross, shear, direction, directions, creases, restShape, supportAxes, ties, tieWithin, force, forceMapList};
   const MObject children[] = {windX, windY, windZ, gravityX,       gravityY,       gravityZ,          supportWeights,   dampingMap, thicknessMap, youngMap, densityMap, handleVertex,
                               handleTarget,   handlePosition, handleOrientation, handleCompliance, handleHeld, handleAxisX, handleAxisY, handleAxisZ, colliderMesh,
                               colliderMatrix, colliderShape,  colliderCells,     colliderFriction, colliderThickness,
                               directionX, directionY, directionZ, creaseEdges, creaseFactor, creaseAngle, creaseSetsAngle,
-                              supportAxesComponents, supportAxisX, supportAxisY, supportAxisZ, tieVertex, tieTo, tieToFace, tieStiffness};
+                              supportAxesComponents, supportAxisX, supportAxisY, supportAxisZ, tieVertex, tieTo, tieToFace, tieStiffness, forceX, forceY, forceZ, forceMap};
   MStatus status;
   for (const MObject &attribute : parents) {
     status = addAttribute(attribute);
@@ -496,7 +502,7 @@ MStatus ShellWarpNode::initialize() {
   status = addAttributes();
   CHECK_MSTATUS_AND_RETURN_IT(status);
   // What Artisan offers in the Paint Attributes tool.
-  for (const char *map : {"weights", "supportWeights", "dampingMap", "thicknessMap", "youngMap", "densityMap"})
+  for (const char *map : {"weights", "supportWeights", "forceMap", "dampingMap", "thicknessMap", "youngMap", "densityMap"})
     MGlobal::executeCommand(MString("makePaintable -attrType multiFloat -sm deformer ") + nodeName + " " + map);
   return MS::kSuccess;
 }

@@ -86,6 +86,7 @@ public:
   // What pulls at it
   static MObject gravity, gravityX, gravityY, gravityZ;
   static MObject wind, windX, windY, windZ, airDensity, normalDrag, tangentialDrag;
+  static MObject force, forceX, forceY, forceZ, forceMapList, forceMap;
   // What it is made of
   static MObject stiffnessFrom, frequency, thickness, kBend, kStretch, density;
   static MObject preset, young, poisson, volumeDensity;

@@ -615,6 +615,54 @@ void the_sag_falls_with_the_square_of_the_frequency() {
 
 // Drag takes exp(-drag t / 2) off a swing in the scene's seconds, whatever clock makes the frequency: from rest under a steady
 // load x = s (1 - exp(-drag t / 2) cos(2 pi f t)), with a relative error of (drag / 4 pi f)² = 0.002 in the phase.
+// A force of its mass times g on each vertex of a sheet is gravity, in newtons, by each way to say how stiff it is and in any unit; what is
+// drawn hands its forces on.
+void forces_in_newtons_carry_the_weight() {
+  using By = host::Stiffness::By;
+  for (const By by : {By::frequency, By::material, By::sheet})
+    for (const double metres : {1.0, 0.01}) {
+      Request heavy = strip_request();
+      host::Stiffness &s = heavy.build.stiffness;
+      s.by = by, s.metres = metres;
+      s.young = 1e9, s.thickness = 0.02, s.volume_density = 500;
+      const double g = by == By::sheet ? -0.5 / (metres * metres) : -0.5;  // a smaller sheet of the same shape is stiffer
+      heavy.inputs.gravity = {0, 0, g};
+      Request pulled = heavy;
+      pulled.inputs.gravity = {};
+      // kg/m2, and of a material its own; of lengths in units.
+      const double per_area = by == By::frequency ? 0.2 : by == By::sheet ? 500 * 0.02 * metres : 1, in_metres = by == By::material ? 1 : metres;
+      std::vector<double> area(STRIP_VERTICES, 0);
+      for (std::size_t t = 0; t < pulled.mesh.triangles.size(); ++t) area[pulled.mesh.triangles[t]] += 0.5 * 0.1 * 0.1 / 3;
+      for (const double a : area) pulled.inputs.forces.insert(pulled.inputs.forces.end(), {0, 0, a * per_area * in_metres * in_metres * g * in_metres});
+      Request drawn = pulled;
+      drawn.drawn = drawn.mesh.points;
+      ShellRunner a, b, c;
+      for (int k = 0; k <= 8; ++k) a.evaluate(at_frame(heavy, k)), b.evaluate(at_frame(pulled, k)), c.evaluate(at_frame(drawn, k));
+      CHECK(tip_height(a) < -1e-4);
+      CHECK_NEAR(tip_height(b), tip_height(a), 1e-6 * 4);  // the basis in floats
+      CHECK_NEAR(c.deformed()[3 * strip_vertex(STRIP_COLUMNS - 1, 1) + 2], tip_height(a), 1e-5 * 4);  // the binding's, too
+    }
+  ShellRunner runner, again;
+  const auto at = [](double frame) {
+    Request request = at_frame(strip_request(), frame);
+    request.inputs.forces.assign(3 * STRIP_VERTICES, 0);
+    request.inputs.forces[3 * strip_vertex(STRIP_COLUMNS - 1, 1) + 2] = 0.02 * frame;
+    return request;
+  };
+  const Frames played = play(runner, at, 10);
+  for (const int k : {4, 10, 2}) {
+    runner.evaluate(at(k));
+    CHECK(runner.deformed() == played[std::size_t(k)]);
+  }
+  CHECK(runner.notes().steps == 10);
+  Request none = at(3), few = at(3);
+  none.inputs.forces.clear();
+  runner.evaluate(none);
+  CHECK(runner.deformed() != played[3]);
+  few.inputs.forces.resize(30);
+  FAILS_WITH(runner.evaluate(few), "there are forces on 10 points, but 123 points");
+}
+
 void drag_acts_in_the_scenes_seconds() {
   for (const double hertz : {2.0, 4.0}) {
     ShellRunner runner;
@@ -2048,6 +2096,7 @@ int main() {
   RUN(a_factor_on_the_stiffness_may_be_animated);
   RUN(the_slowest_mode_swings_at_the_frequency_set);
   RUN(the_sag_falls_with_the_square_of_the_frequency);
+  RUN(forces_in_newtons_carry_the_weight);
   RUN(drag_acts_in_the_scenes_seconds);
   RUN(an_interrupt_stops_the_precompute_and_the_next_evaluation_builds);
   RUN(a_certificate_can_be_stopped);

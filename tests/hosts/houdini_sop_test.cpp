@@ -873,6 +873,24 @@ void wind_carries_a_known_material_by_its_own_weight() {
   CHECK_NEAR(sag(speed), 0.5 * still, 0.05 * std::fabs(still));  // it has not come quite to rest
 }
 
+// An attribute in the geometry's axes: turned upside down with it, the force still acts from the same side of the strip.
+void an_attribute_of_points_is_a_force() {
+  Scene up, turned, none;
+  for (Scene *scene : {&up, &turned}) {
+    std::vector<double> &force = scene->geometry().attributes["push"];
+    for (int i = 0; i < STRIP_VERTICES; ++i) force.insert(force.end(), {0, 1e-3, 0});
+    scene->cook.set("gravity", {0, 0, 0});
+    scene->cook.set_text("force", "push");
+  }
+  turned.cook.set("framer", {180, 0, 0});
+  const Points plain = up.play(8), other = turned.play(8);
+  CHECK(up.tip() > 0.01 && up.cook.errors.empty());
+  for (std::size_t i = 0; i < plain.size(); ++i) CHECK_NEAR(other[i].y(), plain[i].y(), 1e-5);  // floats of 4
+  none.cook.set_text("force", "none");
+  none.at(1);
+  CHECK(none.cook.errors.size() == 1 && contains(none.cook.errors[0], "there is no point attribute none of three numbers"));
+}
+
 // Let go, a led point falls as one that was never led; held along y alone, it goes along x as the shell does.
 void a_handle_lets_go_and_holds_along_axes() {
   Scene held, let_go, free_one, along;
@@ -1135,6 +1153,7 @@ int main(int argc, char **argv) {
     RUN(a_handle_point_leads_its_point);
     RUN(attributes_of_a_handle_point_are_read);
     RUN(wind_carries_a_known_material_by_its_own_weight);
+    RUN(an_attribute_of_points_is_a_force);
     RUN(a_handle_lets_go_and_holds_along_axes);
     RUN(what_a_user_can_mend_is_named_and_the_mesh_passes_through);
     RUN(after_an_error_is_mended_the_node_cooks);

@@ -111,7 +111,7 @@ void every_attribute_has_its_own_names_and_affects_the_output() {
                                  "binMembership",
                                  "bnm"};
   const std::vector<fake::AttributeInfo> attributes = node.attributes();
-  CHECK(attributes.size() == 98);
+  CHECK(attributes.size() == 104);
   for (const fake::AttributeInfo &attribute : attributes) {
     CHECK(names.insert(attribute.name).second && names.insert(attribute.brief).second);
     CHECK(attribute.affects_output);
@@ -122,7 +122,7 @@ void every_attribute_has_its_own_names_and_affects_the_output() {
 void supports_can_be_painted_and_handles_are_an_array() {
   fake::Deformer node("shellWarp");
   for (const fake::AttributeInfo &attribute : node.attributes()) {
-    const std::set<std::string> painted = {"supportWeights", "thicknessMap", "youngMap", "densityMap", "dampingMap"};
+    const std::set<std::string> painted = {"supportWeights", "thicknessMap", "youngMap", "densityMap", "dampingMap", "forceMap"};
     CHECK(attribute.paintable == (painted.count(attribute.name) == 1));
     const bool array =
         painted.count(attribute.name) || painted.count(attribute.name.substr(0, attribute.name.size() - 4)) || attribute.name == "supportWeightList" ||
@@ -778,6 +778,32 @@ void wind_carries_a_known_material_by_its_own_weight() {
   const double speed = 100 * std::sqrt(0.5 * 0.4 * 9.81 / (0.5 * 1.2 * 1.5)), still = sag(0);
   CHECK(still < -1e-3);
   CHECK_NEAR(sag(speed), 0.5 * still, 0.05 * std::fabs(still));  // it has not come quite to rest
+}
+
+// A sheet of 0.4 kg/m2 whose every vertex is pulled up by its weight hangs level; painted on a half, the force bends it there.
+void a_painted_force_acts_in_newtons() {
+  Scene carried, half, none;
+  std::vector<double> area(STRIP_VERTICES, 0);
+  for (const int i : carried.mesh.corners) area[std::size_t(i)] += 0.5 / 3;  // cm2: an edge is 1
+  for (Scene *scene : {&carried, &half, &none}) {
+    scene->node.set("stiffnessFrom", 3);
+    scene->node.set("young", 3e9);
+    scene->node.set("thickness", 0.05);
+    scene->node.set("volumeDensity", 800);
+    for (int i = 0; i < STRIP_VERTICES; ++i)
+      if (scene != &half || i > 60) scene->node.set("forceMapList[0].forceMap[" + std::to_string(i) + "]", area[std::size_t(i)]);
+    if (scene != &none) scene->node.set("forceY", 0.4 * 1e-4 * 9.81);  // of 1 cm2
+  }
+  const double sag = none.play(10).back()[kTip].y;
+  CHECK(sag < -0.01);
+  CHECK_NEAR(carried.play(10).back()[kTip].y, 0, 1e-3 * std::fabs(sag) + 1e-5);  // the map and the basis are floats
+  const double by_half = half.play(10).back()[kTip].y;
+  CHECK(by_half > 0.8 * sag && by_half < -1e-3 && !half.node.failed());
+  for (const char *axis : {"forceX", "forceZ"}) {
+    const Points before = half.node.evaluate();
+    half.node.set(axis, 1e-2);
+    CHECK(!same(half.node.evaluate(), before));
+  }
 }
 
 void a_handle_is_where_its_target_is_in_the_world() {
@@ -1462,6 +1488,7 @@ int main(int argc, char **argv) {
     RUN(a_known_material_is_the_sheet_of_its_numbers);
     RUN(the_deformed_mesh_follows_a_proxy);
     RUN(wind_carries_a_known_material_by_its_own_weight);
+    RUN(a_painted_force_acts_in_newtons);
   RUN(a_handle_is_where_its_target_is_in_the_world);
   RUN(a_handle_lets_go_and_holds_along_axes);
     RUN(a_listed_support_is_a_painted_one);

@@ -79,6 +79,7 @@ public:
   const UT_StringHolder &getTietoface() const { return tietoface_; }
   fpreal getTiestiffness() const { return tiestiffness_; }
   fpreal getTiewithin() const { return tiewithin_; }
+  const UT_StringHolder &getForce() const { return force_; }
 
   void fake_load(const std::map<std::string, fake::Parm> &values) override {
     time_ = at(values, "time", "float").numbers[0];
@@ -151,6 +152,7 @@ public:
     tietoface_ = at(values, "tietoface", "string").text.c_str();
     tiestiffness_ = at(values, "tiestiffness", "float").numbers[0];
     tiewithin_ = at(values, "tiewithin", "float").numbers[0];
+    force_ = at(values, "force", "string").text.c_str();
   }
 
 private:
@@ -235,4 +237,5 @@ private:
   UT_StringHolder tietoface_;
   fpreal tiestiffness_ = 0;
   fpreal tiewithin_ = 0;
+  UT_StringHolder force_;
 };
