@@ -112,7 +112,7 @@ def read_recipe(obj, depsgraph, package, free):
         needed["handles"] = held_by_handles(obj)
     if settings.contact_patches:
         needed["contact_patches"] = tuple(group_vertices(obj, settings.contact_patches))
-    return Recipe(settings.method, settings.integrator, (("modes", settings.modes), *needed.items()), follows, moves_rest,
+    return Recipe(settings.method, settings.integrator, (("modes", settings.modes), ("precision", settings.precision), *needed.items()), follows, moves_rest,
                   settings.frequency if settings.material == "FREQUENCY" else 0.0)
 
 

@@ -10,6 +10,7 @@ import numpy
 
 from .meshes import Refused, uv_directions, weights
 
+CONSTANTS = {"area_density": "density", "k_bend": "bend", "k_length": "length", "k_area": "area"}  # of maps: what a Material calls them
 MAPS = {"thickness_group": "thickness", "young_group": "young", "density_group": "volume_density"}  # groups of a sheet
 
 
@@ -75,7 +76,10 @@ def swing_at(shell, frequency, modes, package, progress=None):
 
 def group_names(settings):
     """The vertex groups that multiply the present material, by what they multiply."""
-    if not is_real(settings):
+    if settings.material == "CONSTANTS":
+        names = {"area_density": settings.density_group, "k_bend": settings.bend_group,
+                 "k_length": settings.stretch_group, "k_area": settings.stretch_group}
+    elif not is_real(settings):  # a frequency sets the stiffnesses
         names = {"area_density": settings.density_group}
     else:
         names = {constant: getattr(settings, group) for group, constant in MAPS.items()}
@@ -86,6 +90,5 @@ def read_maps(obj, material):
     """The library's maps: the uniform constant times the weight. Vertices that are not in a group keep the constant."""
     maps = {}
     for constant, name in group_names(obj.shellwarp).items():
-        uniform = material.density if constant == "area_density" else getattr(material, constant)
-        maps[constant] = uniform * weights(obj, name)
+        maps[constant] = getattr(material, CONSTANTS.get(constant, constant)) * weights(obj, name)
     return maps

@@ -138,6 +138,10 @@ class ShellwarpSettings(bpy.types.PropertyGroup):
                                 description="Vertex group whose weights multiply Young's modulus. Vertices outside keep it")
     density_group: StringProperty(override=OVER, name="Density map", options=NOT_KEYED,
                                   description="Vertex group whose weights multiply the density. Vertices outside keep it")
+    bend_group: StringProperty(override=OVER, name="Bending map", options=NOT_KEYED,
+                               description="Vertex group whose weights multiply the bending constant. Vertices outside keep it")
+    stretch_group: StringProperty(override=OVER, name="Stretch map", options=NOT_KEYED,
+                                  description="Vertex group whose weights multiply the constants of stretch and area. Vertices outside keep them")
 
     density: FloatProperty(override=OVER, name="Density", default=1.0, min=1e-9, soft_max=1000, precision=4, options=NOT_KEYED,
                                 description="Mass per area")
@@ -189,6 +193,10 @@ class ShellwarpSettings(bpy.types.PropertyGroup):
     integrator: EnumProperty(override=OVER, name="Integrator", default="implicit-euler", options=NOT_KEYED, items=[
         ("implicit-euler", "Backward Euler", "Calms what a step does not resolve"),
         ("exact", "Exact", "No numerical damping: rings until the damping below stops it")])
+
+    precision: EnumProperty(override=OVER, name="Precision", default="f32", options=NOT_KEYED, items=[
+        ("f32", "32 bits", "Numbers of the shapes that steps read; modes are found in 64 bits anyway"),
+        ("f64", "64 bits", "Twice the memory, and as exact as the arithmetic is")])
 
     gravity: FloatProperty(override=OVER, update=changed, name="Gravity", default=1.0, description="Factor on the scene's gravity")
     damping_ratio: FloatProperty(override=OVER, update=changed, name="Damping", default=0.05, min=0, soft_max=1,

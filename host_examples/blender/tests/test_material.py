@@ -84,6 +84,31 @@ class Stiffness(Case):
             self.assertTrue(numpy.array_equal(shown(obj), found[frame]), frame)
 
 
+class Constants(Case):
+    def test_groups_multiply_the_papers_constants(self):
+        """A quarter of all stiffness is half of all frequencies; 1e-5: float32 weights."""
+        obj = add_strip()
+        play(1)
+        whole = run_of(obj).model.frequencies()
+        obj.vertex_groups.new(name="soft").add(range(scenes.N), 0.25, "REPLACE")
+        obj.shellwarp.bend_group = "soft"
+        play(1)
+        self.assertEqual(self.message(obj), "")
+        self.assertAlmostEqual(run_of(obj).model.frequencies()[0] / whole[0], 0.5, delta=0.01)  # the slowest hardly stretches
+        obj.shellwarp.stretch_group = "soft"
+        play(1)
+        self.assertLess(numpy.abs(run_of(obj).model.frequencies() / whole - 0.5).max(), 1e-5)
+
+    def test_shapes_may_be_of_64_bits(self):
+        obj = add_strip()
+        play(1)
+        single = run_of(obj).model.info()["bytes_model"]
+        obj.shellwarp.precision = "f64"
+        play(3)
+        self.assertEqual(self.message(obj), "")
+        self.assertGreater(run_of(obj).model.info()["bytes_model"], 1.5 * single)
+
+
 class Grain(Case):
     def frequencies(self, obj):
         play(1)
