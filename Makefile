@@ -15,7 +15,7 @@ export CMAKE_BUILD_PARALLEL_LEVEL ?= $(JOBS)
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
-.PHONY: help build native demo test test-cargo test-c test-render test-blender demo-blender install package blender-addon header \
+.PHONY: help build native demo test test-bare test-cargo test-c test-render test-blender demo-blender install package blender-addon header \
     python-abi docs-api test-docs lint fuzz check-memory check-threads check-miri check-guard bench bench-binding bench-bounded bench-contact bench-correction bench-front bench-judging bench-instructions bench-leave-out bench-polynomial bench-precompute bench-same-bits bench-solver bench-training build-report report report-docs report-stability \
     test-report clean
 .PHONY: npm release-check release-facts theory-pictures dist test-dist test-platforms dist-again render-mesh-picture proxy-picture moving-supports-picture materials-picture maya-module houdini-package plugin-zip cli check-platforms wasm test-wasm playground test-playground tutorial-pictures docs scene-schema notices wheel pictures bench-leaf farm-demo farm-sweep farm-costs bench-slepc
@@ -72,10 +72,17 @@ materials-picture: cli ## draw the pictures of docs/reference/materials.md
 	.venv/bin/python host_examples/render/materials_picture.py --cli $(BUILD)/bin/shellwarp --out docs/reference/pictures
 
 test: ## run every test; ends with what was skipped and how to get it, the counts, and test: OK or test: FAILED
-	@MAKE="$(MAKE)" python3 tests/run_suites.py test-cargo test-c test-render test-report test-wasm test-playground
+	@MAKE="$(MAKE)" python3 tests/run_suites.py test-cargo test-c test-render test-report test-wasm test-playground test-bare
+
+# The unit tests' library is compiled without optimization, in a sixth of the time. Rust's examples are of the benches.
+UNIT := profile.release.package.shellwarp
 
 test-cargo: ## run the Rust tests
-	cargo test --locked --release --no-fail-fast
+	cargo test --locked --release --lib --config $(UNIT).opt-level=0 --config $(UNIT).overflow-checks=true
+	cargo test --locked --release --no-fail-fast --test '*'
+	cargo test --locked --release --package shellwarp-header
+
+test-bare: ## run the tests of a library without its optional parts; the next build compiles the whole one anew
 	cargo test --locked --release --no-default-features --test features
 
 test-c: native ## run the C, C++ and Python tests (ctest)
@@ -185,8 +192,10 @@ test-wasm: ## test that module and the npm package in node; skipped where node o
 	elif ! rustup target list --installed 2>/dev/null | grep -q wasm32-unknown-unknown; then \
 	    echo "skipped: WebAssembly: rustup target add wasm32-unknown-unknown"; \
 	else npm ci --silent --prefix host_examples/npm || echo "skipped: types of the npm package: npm could not install typescript"; \
+	    mkdir -p $(BUILD)/dist; \
 	    $(MAKE) npm && SHELLWARP_WASM=$(WASM) SHELLWARP_LAYOUT=$(MODULE)/layout.json SHELLWARP_NPM=out/npm/shellwarp \
-	    node --test --test-reporter=tap tests/wasm/; fi
+	    node --test --test-reporter=tap --test-reporter-destination=stdout \
+	    --test-reporter=tap --test-reporter-destination=$(BUILD)/dist/wasm.tap tests/wasm/; fi
 
 demo-blender: blender-addon ## make, bake, export and draw the scenes of docs/guide/blender.md: out/blender
 	@sh cmake/bootstrap.sh blender
@@ -220,7 +229,7 @@ bench-slepc: ## the precompute's eigenvalues against SLEPc's, where the system's
 	@/usr/bin/python3 tests/bench/slepc_check.py
 
 header: ## write include/shellwarp.h anew from the Rust sources, Python's declarations and the API page from it (FIRST=1: and tests/growth/first)
-	UPDATE_HEADER=1 cargo test --locked --release --test header header_is_current
+	UPDATE_HEADER=1 cargo test --locked --release --package shellwarp-header header_is_current
 	@$(MAKE) python-abi docs-api
 	$(if $(FIRST),cp include/shellwarp.h tests/c/struct_layout.def tests/growth/first/)
 

@@ -27,7 +27,7 @@ use crate::support::{FrameMotion, Pose};
 use crate::{Error, ErrorKind, Result, Vec3, rotation};
 use nalgebra::UnitQuaternion;
 
-/// Newton steps at most. `cargo test --release --test certificate -- --nocapture` shows what estimates they give.
+/// Newton steps at most. `cargo test --release --test full certificate:: -- --nocapture` shows what estimates they give.
 const SOLVES: usize = 60;
 
 /// A state that misses more than this share of a hard handle's way is where no equilibrium with the handle was found, and its estimate of

@@ -206,7 +206,7 @@ fn main() {
         "diagonal; squares cut along both diagonals by turns (union jack); Delaunay's triangles of an equilateral mesh whose vertices are moved by up to"
     );
     println!(
-        "a quarter of an edge. Supports clamp the edge exactly. `tests/koiter.rs` asserts what is said of Koiter's here.\n"
+        "a quarter of an edge. Supports clamp the edge exactly. `tests/energy/koiter.rs` asserts what is said of Koiter's here.\n"
     );
     plates();
     held_plates();

@@ -108,7 +108,7 @@ fn orthotropic() {
         "ω² = π⁴ (D₁m⁴ + 2H m²n² + D₂n⁴)/(ρh), H = ν₁₂D₂ + G h³/6. The strip, 40 long and 1 wide, is the same sheet cut at an angle and clamped. Its lowest frequency is set against that of"
     );
     println!(
-        "a beam of 1/E = c⁴/E₁ + (1/G − 2ν₁₂/E₁) c²s² + s⁴/E₂, whose clamp does not hold the twist: 160 cells along it. `tests/orthotropy.rs`.\n"
+        "a beam of 1/E = c⁴/E₁ + (1/G − 2ν₁₂/E₁) c²s² + s⁴/E₂, whose clamp does not hold the twist: 160 cells along it. `tests/energy/orthotropy.rs`.\n"
     );
     println!("| mesh | 8 cells | 16 | 32 | strip at 0° | 30° | 45° | 90° |\n|---|---|---|---|---|---|---|---|");
     let sheet = ElasticSheet { young: 1.0, poisson: 0.4, thickness: 1e-3, volume_density: 1.0 };

@@ -1,4 +1,4 @@
-//! Twelve scenes with what acts in them, as their demand tells and as their steps do: for tests/demand.rs and tests/bench/demand.rs.
+//! Twelve scenes with what acts in them, as their demand tells and as their steps do: for tests/reduced/demand.rs and tests/bench/demand.rs.
 #![allow(dead_code, missing_docs)] // each uses its own part
 
 use super::common::{equilateral_sheet, reference};

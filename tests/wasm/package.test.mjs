@@ -61,6 +61,15 @@ test('the example of its README runs as it stands', () => {
   assert.ok(error < 20, said);
 });
 
+test('the example of docs/guide/webassembly.md runs', () => {
+  const page = readFileSync(new URL('../../docs/guide/webassembly.md', import.meta.url), 'utf8');
+  const code = /(?:^ {4}import \{ load \}.*\n)(?:(?: {4}.*)?\n)*/m.exec(page)[0].replace(/^ {4}/gm, '');
+  const given = `const { positions, triangles, clamped } = ${JSON.stringify(strip())}, show = (phase, fraction) => {};\n`;
+  writeFileSync(path.join(clean, 'guide.js'), `${given}${code}console.log(x.length, x[${3 * N - 1}]);\n`);
+  const [length, height] = execFileSync('node', ['guide.js'], { cwd: clean, encoding: 'utf8' }).split(' ').map(Number);
+  assert.ok(length === 3 * N && height < 0, `${length} ${height}`);
+});
+
 test('TypeScript takes what the types allow, and nothing else', (context) => {
   const tsc = path.join(source, 'node_modules/typescript/bin/tsc');
   try {

@@ -1,0 +1,99 @@
+//! Positions that Newton steps of the full shell bring nearer to it.
+
+use crate::common::{gravity, leaf, mass_error, reference};
+use shellwarp::constraint::{Constraint, Target};
+use shellwarp::model::{Model, Options};
+use shellwarp::reference::{EquilibriumOptions, Solver};
+use shellwarp::state::{Method, Space, State};
+use shellwarp::step::Integrator;
+use shellwarp::support::{FrameMotion, Pose};
+use shellwarp::{Shell, Vec3, reduced};
+use std::sync::Arc;
+
+fn model(shell: Shell, fields: usize, poses: usize) -> Arc<Model> {
+    let reduced = reduced::Options { fields, poses, ..Default::default() };
+    let options = Options { modes: 8, reduced, ..Options::default() };
+    Arc::new(Model::precompute(Arc::new(shell), &options, &mut |_, _| Ok(())).unwrap())
+}
+
+/// A reduced shell at rest under forces, and where the full one is.
+fn resting(model: &Arc<Model>, forces: &[Vec3]) -> (State, Vec<Vec3>) {
+    let mut state = State::new(model.clone(), Method::ReducedShell, Integrator::Exact).unwrap();
+    state.set_forces((0u32..).zip(forces.iter().copied()), false).unwrap();
+    state.equilibrium().unwrap();
+    let (rest, options) = (vec![Vec3::zeros(); forces.len()], EquilibriumOptions::default());
+    let mut solver = Solver::new(model.shell.clone()).unwrap();
+    (state, solver.equilibrium(&rest, forces, &options, &mut |_| Ok(())).unwrap().displacement)
+}
+
+#[test]
+fn a_step_leaves_a_part_of_the_error_and_two_next_to_none_near_the_full_shell() {
+    let (v_beam, leaf) = (reference("v_beam").0, leaf(1));
+    // No training load has these directions; the reduced shells are a few tenths to some percent off.
+    for (name, shell, aim) in [("V-beam", v_beam, 0.03), ("leaf", leaf, 0.1)] {
+        let model = model(shell, 24, 20);
+        let rest = &model.shell.mesh.positions;
+        for direction in [[0.4, 0.5, -0.77], [-0.5, -0.5, 0.7], [0.6, -0.75, -0.2]] {
+            let (state, exact) = resting(&model, &gravity(&model.shell, direction, aim));
+            let errors = [0, 1, 2, 3].map(|steps| {
+                let x = state.positions_corrected(Space::Frame, steps).unwrap();
+                let u: Vec<Vec3> = x.iter().zip(rest).map(|(x, rest)| x - rest).collect();
+                mass_error(&model.shell, &u, &exact)
+            });
+            println!("{name}, {direction:?}: {errors:?}, {:?}", state.certify().unwrap());
+            // Newton's steps converge quadratically: what two of them leave is the square of what one does, or less.
+            assert!(errors[1] < errors[0] && errors[2] < 0.1 * errors[0], "{name}: {errors:?}");
+            assert!(errors[3] < 0.01 * errors[0].max(1e-4), "{name}: {errors:?}");
+            assert!(state.certify().unwrap().factorizations <= 5, "{name}");
+        }
+    }
+}
+
+#[test]
+fn no_step_leaves_the_positions_and_steps_leave_the_motion() {
+    let model = model(leaf(1), 12, 8);
+    let mut state = State::new(model, Method::ReducedShell, Integrator::Exact).unwrap();
+    state.set_gravity(Vec3::new(0.0, 0.3, -1.0)).unwrap();
+    (0..5).for_each(|_| state.step(1.0 / 30.0).unwrap());
+    let (saved, mut own) = (state.save(), vec![Vec3::zeros(); state.model().shell.mass.len()]);
+    state.positions(Space::World, |v, x| own[v] = x);
+    assert_eq!(state.positions_corrected(Space::World, 0).unwrap(), own);
+    let corrected = state.positions_corrected(Space::World, 2).unwrap();
+    assert_ne!(corrected, own);
+    assert_eq!(state.positions_corrected(Space::World, 2).unwrap(), corrected); // whoever used the solver before
+    assert_eq!(state.save(), saved);
+    state.set_method(Method::ImplicitShell).unwrap();
+    state.positions(Space::World, |v, x| own[v] = x);
+    assert_eq!(state.positions_corrected(Space::World, 2).unwrap(), own);
+}
+
+#[test]
+fn a_hard_handle_stays_and_the_frame_carries_all() {
+    let model = model(leaf(1), 12, 8);
+    let shell = &model.shell;
+    let size = shell.mesh.size;
+    let lowest = |a: &u32, b: &u32| shell.mesh.positions[*a as usize].x.total_cmp(&shell.mesh.positions[*b as usize].x);
+    let vertex = shell.free.iter().copied().max_by(lowest).unwrap();
+    let mut state = State::new(model.clone(), Method::ReducedShell, Integrator::Exact).unwrap();
+    let target = shell.mesh.positions[vertex as usize] + Vec3::new(0.0, 0.0, 0.1 * size);
+    let held = Constraint { id: 1, vertex, axes: [true; 3], compliance: 0.0, target: Target::Position(target) };
+    state.set_constraint(held).unwrap();
+    state.equilibrium().unwrap();
+    let [own, corrected] = [0, 2].map(|steps| state.positions_corrected(Space::World, steps).unwrap()[vertex as usize]);
+    assert!((corrected - own).norm() <= 1e-12 * size, "{:e}", (corrected - own).norm()); // rounding of sums
+
+    let mut turned = State::new(model.clone(), Method::ReducedShell, Integrator::Exact).unwrap();
+    let rotation = nalgebra::UnitQuaternion::from_euler_angles(0.3, -0.5, 1.1);
+    let pose = Pose { origin: Vec3::new(1.0, 2.0, 3.0), rotation };
+    let gravity = Vec3::new(0.01, 0.02, -0.05);
+    turned.set_frame(pose, FrameMotion::Teleport);
+    turned.set_gravity(rotation * gravity).unwrap();
+    turned.equilibrium().unwrap();
+    let mut still = State::new(model.clone(), Method::ReducedShell, Integrator::Exact).unwrap();
+    still.set_gravity(gravity).unwrap();
+    still.equilibrium().unwrap();
+    let (a, b) =
+        (turned.positions_corrected(Space::World, 2).unwrap(), still.positions_corrected(Space::World, 2).unwrap());
+    let apart = a.iter().zip(&b).map(|(a, b)| (a - pose.origin - rotation * b).norm()).fold(0.0, f64::max);
+    assert!(apart < 1e-6 * size, "{apart:e}"); // both rest to a tolerance
+}

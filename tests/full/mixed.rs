@@ -1,0 +1,154 @@
+//! Newton's method with the stress as an unknown ends where the energy's does, sooner.
+
+use crate::common::{equilateral_sheet, gravity, leaf, mass_error};
+use shellwarp::energy::{Curvature, Mat3};
+use shellwarp::reference::{EquilibriumOptions, Rayleigh, Solver};
+use shellwarp::{Material, Mesh, Shell, Supports, Vec3};
+use std::sync::Arc;
+
+/// Where the load leads from rest, and the factorizations.
+fn equilibrium(shell: &Arc<Shell>, forces: &[Vec3], mixed: bool) -> (Vec<Vec3>, usize) {
+    let mut solver = Solver::new(shell.clone()).unwrap();
+    solver.set_mixed(mixed);
+    let rest = vec![Vec3::zeros(); forces.len()];
+    let found = solver.equilibrium(&rest, forces, &EquilibriumOptions::default(), &mut |_| Ok(())).unwrap();
+    assert!(found.residual <= 1e-6, "{:e}", found.residual); // rounding of the coordinates leaves so much
+    (found.displacement, solver.factorizations())
+}
+
+#[test]
+fn a_stable_way_takes_less_than_half_the_factorizations_and_ends_at_the_same_place() {
+    let shell = Arc::new(leaf(1));
+    for direction in [[-0.5, -0.5, 0.7], [0.3, 0.8, 0.5], [-0.1, 0.15, 0.95]] {
+        let forces = gravity(&shell, direction, 0.1);
+        let (plain, many) = equilibrium(&shell, &forces, false);
+        let (mixed, few) = equilibrium(&shell, &forces, true);
+        // Residuals of 1e-8 on a leaf whose stiffnesses are five decades apart.
+        let apart = mass_error(&shell, &mixed, &plain);
+        assert!(apart < 1e-6, "{direction:?}: {apart:e}");
+        assert!(2 * few < many, "{direction:?}: {few} and {many}");
+    }
+}
+
+#[test]
+fn a_leaf_that_snaps_on_the_way_is_followed_down_to_where_it_comes_to_rest() {
+    let shell = Arc::new(leaf(1));
+    for mixed in [false, true] {
+        let mut solver = Solver::new(shell.clone()).unwrap();
+        let forces = gravity(&shell, [-0.5, -0.5, 0.7], 0.3);
+        let (u, _) = equilibrium(&shell, &forces, mixed);
+        let work: f64 = u.iter().zip(&forces).map(|(u, f)| u.dot(f)).sum();
+        assert!(solver.elastic_energy(&u) < work, "the potential fell from rest");
+        let largest = u.iter().map(|u| u.norm()).fold(0.0, f64::max) / shell.mesh.size;
+        assert!(largest > 0.3, "{largest}: it went further than to first order");
+    }
+}
+
+#[test]
+fn the_hessian_with_given_stresses_is_the_hessian_where_they_are_the_shape_s_own() {
+    let shell = leaf(1);
+    let wave = |x: &Vec3| x + 0.05 * Vec3::new((3.0 * x.y).sin(), (4.0 * x.x).cos(), (5.0 * x.x).sin());
+    let x: Vec<Vec3> = shell.mesh.positions.iter().map(wave).collect();
+    let mut stress = vec![];
+    shell.energy.visit_strains(&x, &mut |_, strain| stress.push(strain));
+    let mut own: Vec<Mat3> = vec![];
+    shell.energy.visit_hessian(&x, Curvature::Exact, &mut |(_, blocks)| own.extend(blocks));
+    let mut given: Vec<Mat3> = vec![];
+    shell.energy.visit_mixed_hessian(&x, &stress, &mut |(_, blocks)| given.extend(blocks));
+    assert_eq!(own.len(), given.len());
+    let scale = own.iter().map(|block| block.amax()).fold(0.0, f64::max);
+    for (k, (own, given)) in own.iter().zip(&given).enumerate() {
+        assert!((own - given).amax() <= 1e-13 * scale, "block {k}: {own} {given}"); // roundings of √(2w)
+    }
+    // Without stress what is left is Σ b bᵀ, and with them the rest is what `visit_stress_hessian` hands out.
+    let mut both: Vec<Mat3> = vec![];
+    shell.energy.visit_stress_hessian(&x, &stress, Curvature::Exact, &mut |(_, blocks)| both.extend(blocks));
+    let mut bare: Vec<Mat3> = vec![];
+    shell.energy.visit_mixed_hessian(&x, &vec![0.0; stress.len()], &mut |(_, blocks)| bare.extend(blocks));
+    for (k, ((bare, by_stress), own)) in bare.iter().zip(&both).zip(&own).enumerate() {
+        assert!((bare + by_stress - own).amax() <= 1e-13 * scale, "block {k}");
+    }
+}
+
+/// A leaf that falls and swings for two seconds, by frames of 1/30 s: where it ends, the iterations and the factorizations.
+fn swing(shell: &Arc<Shell>, mixed: bool) -> (Vec<Vec3>, usize, usize) {
+    let mut solver = Solver::new(shell.clone()).unwrap();
+    solver.set_mixed(mixed);
+    let still = vec![Vec3::zeros(); shell.mass.len()];
+    let (mut u, mut velocity, mut iterations) = (still.clone(), still, 0);
+    let weight: Vec<Vec3> = shell.mass.iter().map(|m| *m * Vec3::new(3.0, -2.0, -9.0)).collect();
+    for _ in 0..60 {
+        let step =
+            solver.implicit_euler(&mut u, &mut velocity, &weight, Rayleigh { mass: 0.5, stiffness: 0.0 }, 1.0 / 30.0);
+        iterations += step.unwrap().iterations;
+    }
+    (u, iterations, solver.factorizations())
+}
+
+#[test]
+fn steps_by_the_factor_of_an_earlier_tangent_end_where_newton_s_steps_end() {
+    let shell = Arc::new(leaf(1));
+    let (plain, _, _) = swing(&shell, false); // each direction by a factor of its own
+    let (mixed, iterations, factorizations) = swing(&shell, true);
+    // 60 steps to 1e-9 of the forces each.
+    let apart = mass_error(&shell, &mixed, &plain);
+    assert!(apart < 1e-8, "{apart:e}");
+    assert!(3 * factorizations < 2 * iterations, "{factorizations} factorizations for {iterations} iterations");
+}
+
+#[test]
+fn a_search_that_does_not_follow_snaps_ends_at_the_last_shape_before() {
+    let shell = Arc::new(leaf(1));
+    let rest = vec![Vec3::zeros(); shell.mass.len()];
+    let forces = gravity(&shell, [-0.5, -0.5, 0.7], 0.3);
+    let (fallen, _) = equilibrium(&shell, &forces, true);
+    let mut solver = Solver::new(shell.clone()).unwrap();
+    let options = EquilibriumOptions { follow_snaps: false, ..Default::default() };
+    let error = solver.equilibrium(&rest, &forces, &options, &mut |_| Ok(())).unwrap_err();
+    assert_eq!(error.kind, shellwarp::ErrorKind::Numerical, "{error}");
+    // Tries that halve from the whole to a thirtieth of the load, of a few iterations each.
+    assert!(solver.factorizations() < 100, "{}", solver.factorizations());
+    let reached = solver.reached();
+    let size = |u: &[Vec3]| u.iter().map(|u| u.norm()).fold(0.0, f64::max);
+    assert!(size(&reached) > 0.0 && size(&reached) < 0.75 * size(&fallen), "{} of {}", size(&reached), size(&fallen));
+}
+
+/// A flat card of 0.3 x 0.2 m and 0.3 mm, held at its left rim.
+fn card() -> Arc<Shell> {
+    let (positions, triangles) = equilateral_sheet(18, 12, 0.3 / 18.0);
+    let fixed = (0..positions.len() as u32).filter(|&v| positions[v as usize].x < 0.01).collect();
+    let material = Material { k_area: 5e5, k_length: 5e5, k_bend: 4e-3, area_density: 0.25 };
+    let mesh = Mesh::new(positions, &triangles).unwrap();
+    Arc::new(Shell::new(mesh, material, &Supports { fixed, ..Supports::default() }).unwrap())
+}
+
+#[test]
+fn shear_along_the_rim_of_a_card_is_found_or_refused_within_so_many_factorizations() {
+    let shell = card();
+    let far = shell.mesh.positions.iter().map(|x| x.x).fold(0.0, f64::max) - 0.01;
+    let rim: Vec<usize> = (0..shell.mass.len()).filter(|v| shell.mesh.positions[*v].x > far).collect();
+    let rest = vec![Vec3::zeros(); shell.mass.len()];
+    // In its plane, and a thousandth out of it, which tells the card to which side it buckles.
+    for newtons in [0.1, 1.0, 10.0, 100.0] {
+        for aside in [0.0, 1e-3] {
+            let mut forces = rest.clone();
+            rim.iter().for_each(|v| forces[*v] = Vec3::new(0.0, 1.0, aside) * (newtons / rim.len() as f64));
+            let mut solver = Solver::new(shell.clone()).unwrap();
+            let found = solver.equilibrium(&rest, &forces, &EquilibriumOptions::default(), &mut |_| Ok(()));
+            let factorizations = solver.factorizations();
+            println!(
+                "{newtons} N, {aside}: {factorizations} factorizations, {:?}",
+                found.as_ref().map(|found| found.residual)
+            );
+            // Where the tangent is not positive definite an iteration tries more than one.
+            assert!(
+                factorizations <= 2 * EquilibriumOptions::default().max_iterations,
+                "{newtons} N: {factorizations}"
+            );
+            match found {
+                Ok(found) => assert!(found.residual <= 1e-3, "{newtons} N: {:e}", found.residual),
+                Err(error) => assert_eq!(error.kind, shellwarp::ErrorKind::Numerical, "{newtons} N: {error}"),
+            }
+        }
+    }
+}
