@@ -149,6 +149,7 @@ struct Inputs {
   std::vector<Handle> handles;
   std::vector<Collider> colliders;
   std::vector<double> supports;  // object's axes; the runner's own, from Request::follow
+  std::vector<double> rest;      // the same of all points, from Request::follow_rest
 };
 
 // A mesh made of the host's and simulated in its place: SwProxyDesc.
@@ -172,6 +173,7 @@ struct Request {
   // Held vertices are where the mesh has them now: the shell follows, and what it gives takes the place of all points that come in. Else
   // they stand in the frame, and what moves points is carried along.
   bool follow = false;
+  bool follow_rest = false;  // with that: all points that come in are the shell's rest shape, as it moves
   uint32_t correction_steps = 0;  // Newton steps of the full shell to what is shown, 0 to 100; not at the start frame, nor by drawn or proxy
   bool push_out = false;  // what is shown is pushed out of solids, and the motion does not know; not with correction steps, drawn or proxy
   bool certify = false;  // estimate this frame's error, which takes seconds on large meshes

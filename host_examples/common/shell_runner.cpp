@@ -69,6 +69,13 @@ void check_place(const Request &request) {
   require(request.build.rest_shape.empty(), std::string("the points of a rest shape are") + why);
 }
 
+void check_rest(const Request &request) {
+  if (!request.follow || !request.follow_rest) return;
+  const char *why = " do not go with a rest shape that follows the input: remove them, or let the supports alone follow";
+  require(request.inputs.handles.empty(), std::string("handles") + why);
+  require(request.inputs.colliders.empty(), std::string("colliders") + why);
+}
+
 void check_wind(const Wind &wind) {
   const auto check = [](const char *name, double x) {
     require(x >= 0 && std::isfinite(x), std::string(name) + " is " + number(x) + "; it must be 0 or above");
@@ -108,6 +115,7 @@ uint64_t key_of(const Request &request) {
       .add(stiffness.by)
       .add(stiffness.frequency)
       .add(request.inputs.colliders.size())
+      .add(request.follow && request.follow_rest)
       .value();
 }
 
@@ -115,7 +123,7 @@ void add(Hash &hash, const Pose &pose) { hash.add_all(pose.origin).add_all(pose.
 
 uint64_t key_of(const Inputs &inputs) {
   Hash hash;
-  hash.add_all(inputs.forces).add_all(inputs.gravity).add(inputs.stiffness_factor).add_all(inputs.supports);
+  hash.add_all(inputs.rest).add_all(inputs.forces).add_all(inputs.gravity).add(inputs.stiffness_factor).add_all(inputs.supports);
   const Wind &wind = inputs.wind;
   hash.add_all(wind.velocity).add(wind.density).add(wind.normal_drag).add(wind.tangential_drag);
   add(hash, inputs.object);
@@ -176,6 +184,8 @@ std::string Notes::warning() const {
   if (supports_missed > kMissed)
     say("the shell beside the supports is " + number(std::round(1000 * supports_missed) / 10) +
         " % of its size off them: more support fields");
+  if (rest_stretched > kStretched)
+    say("the rest shape's edges have changed by " + number(std::round(100 * rest_stretched)) + " %, which the shell's stiffness does not know of");
   if (inside > kInside)
     say("the shell is " + number(std::round(1000 * inside) / 10) + " % of its size inside a collider: more modes, contact patches, or pushing it out for the eye");
   if (stored_of_others) say("the frames on disk are of another mesh, or of other settings: play from the start frame, and write them again");
@@ -238,6 +248,7 @@ void ShellRunner::evaluate(Request request) {
   const At at(request);
   proxy_.take_place(request, at.start());
   check_place(request);
+  check_rest(request);
   if (!request.drawn.empty()) follower_.lead(request, at.start());
   run(request, at);
 }
@@ -290,6 +301,10 @@ void ShellRunner::prepare_state(Request &request) {
 void ShellRunner::move_supports(Request &request, const At &at) {
   replaces_ = request.follow && !request.build.held.empty() && !at.before;
   if (!replaces_) return;
+  if (request.follow_rest) {
+    request.inputs.rest = request.mesh.points;
+    return;
+  }
   if (request.drawn.empty()) {
     request.inputs.supports = places_.read(request.mesh.points, model_->rest());
     return;
@@ -335,6 +350,7 @@ void ShellRunner::build_support_fields(Request &request, const At &at, const std
 }
 
 void ShellRunner::replay(const Request &request, const std::vector<StateCache::Entry> &before) {
+  live_ = kLoaded;
   if (before.empty() || !before[0].seen || !before[0].exact) return;
   begin(*before[0].seen, before[0].inputs, true);
   for (uint64_t k = 1; k < before.size() && before[k].seen && before[k].exact; ++k) {
@@ -403,6 +419,7 @@ void ShellRunner::restart(const Request &request) {
   slows.n_factors = static_cast<uint32_t>(motion.damping_map.size());
   state.set_damping(slows);
   state_ = std::move(state);
+  live_ = kLoaded;
   fresh_.clear();
   cache_.drop_from(0);
   method_ = request.build.method;
@@ -424,7 +441,9 @@ void ShellRunner::begin(const Inputs &inputs, uint64_t key, bool exact) {
   SwFrameDesc frame = frame_of(inputs);
   frame.flags = SW_FRAME_TELEPORT;
   state_->set_frame(frame);
+  if (!inputs.rest.empty()) led_ = stand(*state_, inputs, true);  // before: a first step from there then feels its motion
   state_->reset();
+  live_ = 0;
   if (inputs.supports.empty()) {
     state_->set_frame(frame);
   } else {
@@ -442,8 +461,8 @@ void ShellRunner::reach(const Request &request, uint64_t frame, bool own_inputs)
     const StateCache::Entry *before = frame > 0 ? cache_.find(frame - 1) : nullptr;
     const bool can_be_better = !entry->exact && (frame == 0 || (before && before->exact));
     if (!own_inputs || (entry->inputs == key && !can_be_better)) {
-      load(*entry, request.inputs);
-      notes_.jumped = !entry->exact;
+      return_to(request, frame);
+      notes_.jumped = !cache_.find(frame)->exact;
       return;
     }
     cache_.drop_from(frame);
@@ -464,19 +483,43 @@ void ShellRunner::load(const StateCache::Entry &entry, const Inputs &inputs) {
   deepest_ = entry.deepest;
   led_ = entry.led;
   colliders_.deform(*state_, entry.seen ? *entry.seen : inputs, unit_, true);
+  live_ = kLoaded;
+}
+
+// The state at a frame that is there. Under a rest shape that moves it is what came there by itself, where frame by frame is known what led
+// there; else the shape stands.
+void ShellRunner::return_to(const Request &request, uint64_t frame) {
+  const bool moves = !request.inputs.rest.empty();
+  if (moves && live_ == frame) return;
+  const StateCache::Entry wanted = *cache_.find(frame);
+  if (moves && frame > 0 && wanted.exact && wanted.seen) {
+    std::vector<StateCache::Entry> all = cache_.take(), before(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(frame) + 1);
+    try {
+      replay(request, before);
+    } catch (...) {
+      cache_.put(std::move(all));
+      throw;
+    }
+    cache_.put(std::move(all));
+    if (live_ == frame) return;
+  }
+  if (moves) stand(*state_, wanted.seen ? *wanted.seen : request.inputs, true);
+  load(wanted, request.inputs);
+  if (frame == 0) live_ = 0;  // nothing moves there
 }
 
 void ShellRunner::step_to(const Request &request, uint64_t frame, uint64_t key) {
   uint64_t from = 0;
   const StateCache::Entry base = *cache_.last_before(frame, from);
+  return_to(request, from);
   if (std::abs(request.inputs.object.scale / unit_ - 1) > kWholeFrame)
     throw HostError("the object's scale is " + number(request.inputs.object.scale) + ", and was " + number(unit_) +
                     " at the start frame: a shell's size cannot be animated");
   const bool jump = frame > from + 1;
   const bool still = base.inputs == key;
   const bool shaped = base.seen || still || !ColliderSet::deforms(request.inputs.colliders);
-  const bool exact = base.exact && (!jump || still) && shaped;
-  load(base, request.inputs);
+  const bool rested = request.inputs.rest.empty() || live_ == from;
+  const bool exact = base.exact && (!jump || still) && shaped && rested;
   for (uint64_t k = from + 1; k <= frame; ++k) {
     if (jump && request.interrupted && request.interrupted()) throw Interrupted();
     advance(request.inputs, key, k, exact, jump && !still && k == from + 1);
@@ -485,6 +528,7 @@ void ShellRunner::step_to(const Request &request, uint64_t frame, uint64_t key) 
 
 void ShellRunner::advance(const Inputs &inputs, uint64_t key, uint64_t frame, bool exact, bool teleport) {
   led_ = step(*state_, inputs, 1, teleport);
+  live_ = frame;
   ++notes_.steps;
   missed_ = 0;
   for (const SwConstraintReport &report : state_->constraint_report()) missed_ += report.met == 0;
@@ -522,6 +566,19 @@ bool ShellRunner::step(shellwarp::State &state, const Inputs &inputs, double fra
 
 // Supports stand in the frame until they have moved, and are moved from there on.
 bool ShellRunner::stand(shellwarp::State &state, const Inputs &inputs, bool teleport) const {
+  if (!inputs.rest.empty()) {
+    SwFrameDesc frame = frame_of(inputs);
+    frame.flags = SW_FRAME_TELEPORT;
+    state.set_frame(frame);
+    const Pose world = place_of(inputs);
+    std::vector<double> positions(inputs.rest.size());
+    for (std::size_t i = 0; i < positions.size(); i += 3) {
+      const Vec3 place = host::apply(world, {inputs.rest[i], inputs.rest[i + 1], inputs.rest[i + 2]});
+      std::copy(place.begin(), place.end(), &positions[i]);
+    }
+    state.move_rest(positions.data(), model_->n_points(), teleport ? SW_REST_TELEPORT : 0);
+    return true;
+  }
   if (inputs.supports.empty() && !led_) {
     SwFrameDesc frame = frame_of(inputs);
     frame.flags = teleport ? SW_FRAME_TELEPORT : 0;
@@ -634,6 +691,7 @@ void ShellRunner::read(const shellwarp::State &state, const Request &request, co
   notes_.max_rotation = report.max_rotation;
   notes_.turned_too_far = report.fraction_turned_too_far;
   notes_.handles_missed = missed_;
+  notes_.rest_stretched = report.rest_stretch;
   notes_.inside = inside / model_->model().info().size;
   notes_.supports_missed = report.support_miss / model_->model().info().size;
   notes_.certified = request.certify ? certificate_of(state, request.interrupted) : "";

@@ -8,6 +8,7 @@
 //                           what came after it is forgotten
 //   a frame further on      steps from the last one reached with the inputs of now, the frame having stood there all along;
 //                           exact only where the inputs have not changed meanwhile (Notes::jumped tells)
+//   a frame behind the last under a rest shape that moves   the way there again: a saved state has no velocity of that shape
 //   between two frames      a part of a step on a copy, which is thrown away: motion blur advances nothing
 //
 // Damping, frequency, method, start frame, frame rate and the number of colliders belong to the whole run: a change runs it again from the start.
@@ -42,10 +43,12 @@ struct Notes {
   bool floats = false;             // nothing is held
   bool stored_of_others = false;   // the frames on disk are of another mesh, or of other settings
   double supports_missed = 0;      // SwStateReport.support_miss over the mesh's size
+  double rest_stretched = 0;       // SwStateReport.rest_stretch
   double inside = 0;               // SwStateReport.deepest_penetration over the mesh's size; of what is pushed out, what is left of it
   uint64_t builds = 0, steps = 0;  // so far; a sub-frame's part of a step is not counted
 
   static constexpr double kMissed = 0.01;   // a kink beside the supports that is seen
+  static constexpr double kStretched = 0.2;  // beyond what a sheet's own stretch makes of its stiffness
   static constexpr double kInside = 1e-3;   // fifty times what a step leaves where modes can follow
 
   // What a user should be told, one sentence a line; empty where all is well.
@@ -54,7 +57,7 @@ struct Notes {
   // from frame to frame.
   uint32_t warnings() const {
     return 1u * !turn_in_range | 2u * (handles_missed > 0) | 4u * jumped | 8u * floats | 16u * !certified.empty() |
-           32u * (supports_missed > kMissed) | 64u * stored_of_others | 128u * (inside > kInside);
+           32u * (supports_missed > kMissed) | 64u * stored_of_others | 128u * (inside > kInside) | 256u * (rest_stretched > kStretched);
   }
 };
 
@@ -100,6 +103,7 @@ private:
   void begin(const Inputs &inputs, uint64_t key, bool exact);
   void reach(const Request &request, uint64_t frame, bool own_inputs);
   void load(const StateCache::Entry &entry, const Inputs &inputs);
+  void return_to(const Request &request, uint64_t frame);
   void step_to(const Request &request, uint64_t frame, uint64_t key);
   void advance(const Inputs &inputs, uint64_t key, uint64_t frame, bool exact, bool teleport);
   void show(const Request &request, const At &at);
@@ -127,6 +131,8 @@ private:
   bool needs_support_fields_ = false;  // supports have moved against each other
   bool led_ = false;                   // supports were moved in the state
   bool replaces_ = false;
+  uint64_t live_ = 0;                  // the frame that the state has come to by itself; kLoaded: it was loaded
+  static constexpr uint64_t kLoaded = ~uint64_t{0};
   std::vector<unsigned char> fresh_;   // the state before all
   uint64_t drawn_key_ = 0, faces_key_ = 0;
   std::unique_ptr<Frames> stored_;     // to be adopted

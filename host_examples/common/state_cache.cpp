@@ -60,7 +60,7 @@ uint64_t StateCache::bytes_of_shapes() const {
   for (const Entry &entry : entries_) {
     if (!entry.seen || entry.seen.get() == before) continue;
     before = entry.seen.get();
-    sum += before->forces.capacity() * sizeof(double);
+    sum += (before->forces.capacity() + before->rest.capacity()) * sizeof(double);
     for (const Collider &collider : before->colliders) sum += collider.mesh.points.capacity() * sizeof(double);
   }
   return sum;

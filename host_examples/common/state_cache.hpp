@@ -38,7 +38,7 @@ public:
   void forget_inputs();       // Entry::seen of all
   uint64_t size() const;                    // frames stored
   uint64_t bytes_per_frame() const;         // of the largest, bookkeeping included
-  uint64_t bytes_of_shapes() const;         // of solids that deform, and of forces, in all frames
+  uint64_t bytes_of_shapes() const;         // of solids that deform, rest shapes that move, and forces, in all frames
 
 private:
   std::vector<Entry> entries_;

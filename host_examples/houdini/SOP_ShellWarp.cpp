@@ -99,6 +99,7 @@ static const char *theDsFile = R"THEDSFILE(
     parm { name "tiestiffness" label "Tie Stiffness" type float default { "0" } range { 0! 10000 } }
     parm { name "tiewithin" label "Tie Within" type float default { "0" } range { 0! 1 } }
     parm { name "follow" label "Supports Follow" type toggle default { "1" } }
+    parm { name "followrest" label "Rest Shape Follows" type toggle default { "0" } }
     parm { name "supportfields" label "Support Fields" type integer default { "24" } range { 0! 64 } }
     parm { name "proxyvertices" label "Proxy Points" type integer default { "0" } range { 0! 5000 } }
     parm { name "proxythickness" label "Proxy Thickness" type float default { "0" } range { 0! 1 } }
@@ -306,6 +307,7 @@ void pull_settings(const SOP_ShellWarpParms &parms, host::Request &request) {
   build.clamped = static_cast<int>(parms.getSupportkind()) == 0;
   build.support_fields = count_of(parms.getSupportfields());
   request.follow = parms.getFollow();
+  request.follow_rest = parms.getFollowrest();
   request.proxy.vertices = count_of(parms.getProxyvertices());
   request.proxy.thickness = parms.getProxythickness();
   build.modes = count_of(parms.getModes());

@@ -236,6 +236,7 @@ void pull_settings(MDataBlock &block, host::Request &request) {
   request.build.double_precision = block.inputValue(Node::doublePrecision).asBool();
   request.build.clamped = !second(Node::supportKind);
   request.follow = block.inputValue(Node::follow).asBool();
+  request.follow_rest = block.inputValue(Node::followRest).asBool();
   request.build.support_fields = count(Node::supportFields);
   request.proxy.vertices = count(Node::proxyVertices);
   request.proxy.thickness = real(Node::proxyThickness);

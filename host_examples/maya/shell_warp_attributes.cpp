@@ -33,7 +33,7 @@ MObject ShellWarpNode::method, ShellWarpNode::reducedFields, ShellWarpNode::auto
     ShellWarpNode::integrator;
 MObject ShellWarpNode::modes, ShellWarpNode::doublePrecision, ShellWarpNode::certify;
 MObject ShellWarpNode::supportKind, ShellWarpNode::supportComponents, ShellWarpNode::supportWeightList,
-    ShellWarpNode::supportWeights, ShellWarpNode::follow, ShellWarpNode::supportFields;
+    ShellWarpNode::supportWeights, ShellWarpNode::follow, ShellWarpNode::followRest, ShellWarpNode::supportFields;
 MObject ShellWarpNode::supportAxes, ShellWarpNode::supportAxesComponents, ShellWarpNode::supportAxisX, ShellWarpNode::supportAxisY,
     ShellWarpNode::supportAxisZ;
 MObject ShellWarpNode::ties, ShellWarpNode::tieVertex, ShellWarpNode::tieTo, ShellWarpNode::tieToFace, ShellWarpNode::tieStiffness,
@@ -311,6 +311,8 @@ MStatus create_supports() {
   CHECK_MSTATUS_AND_RETURN_IT(status);
   status = create_plain(Node::follow, "follow", "fol", MFnNumericData::kBoolean, 1);
   CHECK_MSTATUS_AND_RETURN_IT(status);
+  status = create_plain(Node::followRest, "followRest", "flr", MFnNumericData::kBoolean, 0);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
   status = create_plain(Node::supportFields, "supportFields", "sfd", MFnNumericData::kInt, host::Build().support_fields);
   CHECK_MSTATUS_AND_RETURN_IT(status);
   MFnNumericAttribute fields(Node::supportFields);
@@ -455,7 +457,7 @@ MStatus ShellWarpNode::addAttributes() {
       colliders,     proxy,        follow,       supportFields, wind,       airDensity,        normalDrag,
       tangentialDrag, dampingStiffness, cache,  thicknessMapList, youngMapList,     densityMapList, proxyVertices, proxyThickness,
       contactPatches, pushOut, dampingMapList, stiffnessFactor,
-      youngAcross, shear, direction, directions, creases, restShape, supportAxes, ties, tieWithin, force, forceMapList};
+      youngAcross, shear, direction, directions, creases, restShape, supportAxes, ties, tieWithin, force, forceMapList, followRest};
   const MObject children[] = {windX, windY, windZ, gravityX,       gravityY,       gravityZ,          supportWeights,   dampingMap, thicknessMap, youngMap, densityMap, handleVertex,
                               handleTarget,   handlePosition, handleOrientation, handleCompliance, handleHeld, handleAxisX, handleAxisY, handleAxisZ, colliderMesh,
                               colliderMatrix, colliderShape,  colliderCells,     colliderFriction, colliderThickness,

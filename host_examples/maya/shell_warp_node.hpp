@@ -97,7 +97,7 @@ public:
   static MObject method, reducedFields, autoError, correctionSteps, integrator;
   static MObject modes, doublePrecision, certify;
   // What holds it
-  static MObject supportKind, supportComponents, supportWeightList, supportWeights, follow, supportFields;
+  static MObject supportKind, supportComponents, supportWeightList, supportWeights, follow, followRest, supportFields;
   static MObject supportAxes, supportAxesComponents, supportAxisX, supportAxisY, supportAxisZ;
   static MObject ties, tieVertex, tieTo, tieToFace, tieStiffness, tieWithin;
   static MObject frameFrom, supportFrame;

@@ -1892,6 +1892,129 @@ void scrubbing_under_supports_that_part_repeats_playing_bit_for_bit() {
   CHECK(other.rest() == runner.rest() && other.notes().jumped);
 }
 
+// The whole strip bends as an animator has it, about its held end and faster and faster; all its points are its rest shape.
+Request bent_request(double frame) {
+  Request request = at_frame(strip_request(), frame);
+  request.follow = request.follow_rest = true;
+  const double turn = 0.0006 * frame * frame;  // of the tip, rad
+  for (std::size_t i = 0; i < request.mesh.points.size(); i += 3) {
+    const double x = request.mesh.points[i], k = turn / 4;
+    if (!(k > 0)) continue;
+    request.mesh.points[i] = std::sin(k * x) / k;
+    request.mesh.points[i + 2] = (1 - std::cos(k * x)) / k;
+  }
+  return request;
+}
+
+// Stiff enough, it goes where its rest shape goes, and the points that come in are not added; supports stay on it exactly.
+void a_rest_shape_that_moves_leads_the_shell() {
+  ShellRunner runner, soft, still;
+  for (int k = 0; k <= 30; ++k) {
+    Request request = bent_request(k);
+    soft.evaluate(request);
+    request.build.stiffness.frequency = 30;
+    runner.evaluate(request);
+    Request plain = at_frame(strip_request(), k);
+    still.evaluate(plain);
+    CHECK(runner.replaces());
+    for (uint32_t v = 0; v < STRIP_ROWS; ++v) CHECK_NEAR(runner.deformed()[3 * v + 2], request.mesh.points[3 * v + 2], 1e-12);  // rounding
+  }
+  const std::vector<double> shape = bent_request(30).mesh.points;
+  const std::size_t tip = 3 * strip_vertex(STRIP_COLUMNS - 1, 1) + 2;
+  CHECK(shape[tip] > 0.9);
+  CHECK_NEAR(runner.deformed()[tip], shape[tip], 0.02);  // it sags by gravity and lags by g / (2 pi 30)^2, times 1.5
+  CHECK(soft.deformed()[tip] < shape[tip] - 0.02 && runner.notes().builds == 1 && runner.notes().warning().empty());
+}
+
+// A rest shape that moves as one is the object that moves.
+void a_rest_shape_that_moves_as_one_shakes_the_shell_as_its_object_does() {
+  ShellRunner object, shape;
+  for (int k = 0; k <= 20; ++k) {
+    const Pose pose = host::pose_of_angles({0, 0, 0.002 * k * k}, {0, 0.05 * k * k, 0});
+    Request moved = at_frame(strip_request(), k), animated = moved;
+    moved.inputs.object = moved.inputs.frame = pose;
+    animated.follow = animated.follow_rest = true;
+    for (std::size_t i = 0; i < animated.mesh.points.size(); i += 3) {
+      const double *p = &animated.mesh.points[i];
+      const Vec3 x = host::apply(pose, {p[0], p[1], p[2]});
+      std::copy(x.begin(), x.end(), &animated.mesh.points[i]);
+    }
+    object.evaluate(moved);
+    shape.evaluate(animated);
+    for (std::size_t i = 0; i < shape.deformed().size(); i += 3) {
+      const double *p = &object.deformed()[i];
+      const Vec3 x = host::apply(pose, {p[0], p[1], p[2]});
+      for (std::size_t c = 0; c < 3; ++c) CHECK_NEAR(shape.deformed()[i + c], x[c], 2e-3);  // the frame's inertia is of its path, and the shape's of differences
+    }
+  }
+}
+
+void scrubbing_under_a_rest_shape_that_moves_repeats_playing_bit_for_bit() {
+  ShellRunner runner, once;
+  const Frames played = play(runner, bent_request, 20);
+  CHECK(runner.notes().steps == 20);
+  for (const int k : {7, 20, 3, 0, 19}) {
+    runner.evaluate(bent_request(k));
+    CHECK(runner.deformed() == played[std::size_t(k)] && !runner.notes().jumped);
+  }
+  const auto heavier = [](double frame) {
+    Request request = bent_request(frame);
+    if (frame > 8) request.inputs.gravity[2] *= 2;
+    return request;
+  };
+  const Frames other = play(once, heavier, 12);
+  runner.evaluate(bent_request(4));
+  for (int k = 9; k <= 12; ++k) {
+    runner.evaluate(heavier(k));
+    CHECK(runner.deformed() == other[std::size_t(k)] && !runner.notes().jumped);
+  }
+  ShellRunner blurred;
+  for (int k = 0; k <= 12; ++k) {
+    blurred.evaluate(heavier(k - 0.3));
+    blurred.evaluate(heavier(k));
+    CHECK(blurred.deformed() == other[std::size_t(k)]);
+    blurred.evaluate(heavier(k + 0.3));
+  }
+  CHECK(blurred.notes().steps == 12);  // none was gone twice
+  ShellRunner again;
+  again.adopt(once.frames());
+  again.evaluate(heavier(12));
+  CHECK(again.deformed() == other[12]);
+  again.evaluate(heavier(13));
+  CHECK(again.notes().jumped);  // frames on disk do not know how the shape moved
+}
+
+void what_a_rest_shape_that_moves_does_not_go_with_is_named() {
+  ShellRunner runner;
+  Request request = bent_request(3);
+  request.inputs.handles.emplace_back();
+  FAILS_WITH(runner.evaluate(request), "handles do not go with a rest shape that follows the input");
+  request = bent_request(3);
+  request.inputs.colliders = {solid_under_the_tip(SW_COLLIDER_BOX)};
+  FAILS_WITH(runner.evaluate(request), "colliders do not go with a rest shape that follows the input");
+  request = bent_request(3);
+  request.build.method = SW_METHOD_SHELL_IMPLICIT;
+  FAILS_WITH(runner.evaluate(request), "the full shell");
+  request = bent_request(3);
+  runner.evaluate(bent_request(2));
+  for (std::size_t i = 0; i < request.mesh.points.size(); i += 3) request.mesh.points[i] *= 1.5;
+  runner.evaluate(request);
+  CHECK(contains(runner.notes().warning(), "the rest shape's edges have changed by 50 %"));
+}
+
+// By a proxy: what is drawn bends, and the mesh made of it is led along.
+void a_rest_shape_of_what_is_drawn_leads_its_proxy() {
+  ShellRunner runner;
+  for (int k = 0; k <= 30; ++k) {
+    Request request = bent_request(k);
+    request.proxy.vertices = 150;
+    request.build.stiffness.frequency = 30;
+    runner.evaluate(request);
+  }
+  const std::size_t tip = 3 * strip_vertex(STRIP_COLUMNS - 1, 1) + 2;
+  CHECK_NEAR(runner.deformed()[tip], bent_request(30).mesh.points[tip], 0.05);  // as above, and a coarse mesh
+}
+
 void before_the_start_all_is_as_it_comes_in() {
   ShellRunner runner;
   play(runner, parting_request, 3);
@@ -2057,6 +2180,11 @@ int main() {
   RUN(supports_that_move_as_one_shake_the_shell_as_its_object_does);
   RUN(supports_that_part_bend_the_shell_by_fields_that_come_when_they_are_needed);
   RUN(scrubbing_under_supports_that_part_repeats_playing_bit_for_bit);
+  RUN(a_rest_shape_that_moves_leads_the_shell);
+  RUN(a_rest_shape_that_moves_as_one_shakes_the_shell_as_its_object_does);
+  RUN(scrubbing_under_a_rest_shape_that_moves_repeats_playing_bit_for_bit);
+  RUN(what_a_rest_shape_that_moves_does_not_go_with_is_named);
+  RUN(a_rest_shape_of_what_is_drawn_leads_its_proxy);
   RUN(before_the_start_all_is_as_it_comes_in);
   RUN(the_full_shell_follows_supports_that_part_without_fields);
   RUN(clamped_neighbours_go_with_what_they_are_clamped_to);

@@ -664,6 +664,27 @@ Points part(Scene &scene, int last) {
   return scene.cook.output.fake_geometry().points;
 }
 
+// The input bends whole: the shell swings about that, and a dropped cache changes nothing.
+void the_whole_input_leads_the_shell_as_its_rest_shape() {
+  Scene kept, dropped;
+  dropped.cook.keep_cache = false;
+  const Points rest = kept.geometry().points;
+  float lift = 0;
+  for (int frame = 1; frame <= 24; ++frame) {
+    lift = 0.02f * float(frame - 1);
+    for (Scene *scene : {&kept, &dropped}) {
+      scene->cook.set("followrest", {1});
+      scene->cook.set("frequency", {20});
+      for (std::size_t i = 0; i < rest.size(); ++i) scene->geometry().points[i] = UT_Vector3(rest[i].x(), lift * rest[i].x() * rest[i].x() / 4, rest[i].z());
+    }
+    CHECK(same(dropped.at(frame), kept.at(frame)));
+  }
+  CHECK(kept.cook.errors.empty() && dropped.cook.errors.empty());
+  const double shape = double(lift) * 4;  // at x = 4
+  CHECK_NEAR(kept.tip(), shape, 0.03);    // it sags by 1.5 g / (2 pi 20)²
+  CHECK(kept.tip() != shape);
+}
+
 void held_points_of_the_input_lead_the_shell_or_are_told_of() {
   Scene scene, few, off, dropped, refused;
   const Points out = part(scene, 12);
@@ -1127,6 +1148,7 @@ int main(int argc, char **argv) {
     RUN(pieces_of_a_compiled_loop_keep_apart);
     RUN(a_jumped_frame_is_marked_as_not_simulated);
     RUN(the_cache_tells_its_memory);
+    RUN(the_whole_input_leads_the_shell_as_its_rest_shape);
     RUN(held_points_of_the_input_lead_the_shell_or_are_told_of);
     RUN(velocities_are_those_of_the_positions);
     RUN(normals_of_vertices_are_those_of_the_bent_polygons);

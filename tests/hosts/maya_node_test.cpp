@@ -111,7 +111,7 @@ void every_attribute_has_its_own_names_and_affects_the_output() {
                                  "binMembership",
                                  "bnm"};
   const std::vector<fake::AttributeInfo> attributes = node.attributes();
-  CHECK(attributes.size() == 104);
+  CHECK(attributes.size() == 105);
   for (const fake::AttributeInfo &attribute : attributes) {
     CHECK(names.insert(attribute.name).second && names.insert(attribute.brief).second);
     CHECK(attribute.affects_output);
@@ -293,6 +293,33 @@ Points part(Scene &scene, int last) {
     scene.at(frame);
   }
   return scene.node.evaluate();
+}
+
+// The input bends whole, as a blend shape does: the shell swings about that, and with a transform of its own shaken alike.
+void the_whole_input_leads_the_shell_as_its_rest_shape() {
+  for (const bool own : {true, false}) {
+    Scene scene;
+    const fake::Mesh rest = scene.mesh;
+    scene.node.set("followRest", 1);
+    scene.node.set("frequency", 20);
+    if (!own) scene.node.set("frameFrom", 1);
+    double lift = 0;
+    for (int frame = 1; frame <= 24; ++frame) {
+      lift = 0.02 * (frame - 1);
+      for (std::size_t i = 0; i < rest.points.size(); ++i) scene.mesh.points[i].y = lift * rest.points[i].x * rest.points[i].x / 400;
+      scene.node.connect(0, &scene.mesh);
+      scene.at(frame);
+    }
+    CHECK(!scene.node.failed());
+    const double shape = lift * 39 * 39 / 400.0, tip = scene.node.evaluate()[kTip].y;
+    // It sags by 1.5 g / (2 pi 20)² under gravity; carried along by supportFrame, the way of the input is added.
+    CHECK_NEAR(tip, shape, 0.2);
+    if (own) CHECK(tip != shape);
+  }
+  Scene plain, following;
+  following.node.set("followRest", 1);
+  following.node.set("follow", 0);
+  CHECK(same(plain.play(5).back(), following.play(5).back()));  // only with follow
 }
 
 void held_points_that_part_bend_the_shell_or_are_told_of() {
@@ -1471,6 +1498,7 @@ int main(int argc, char **argv) {
     RUN(points_outside_of_the_set_stay);
     RUN(motion_upstream_is_carried_along);
   RUN(held_points_of_the_input_lead_the_shell);
+    RUN(the_whole_input_leads_the_shell_as_its_rest_shape);
   RUN(held_points_that_part_bend_the_shell_or_are_told_of);
     RUN(the_menu_of_methods_is_the_librarys_table);
     RUN(every_method_of_the_table_moves_the_mesh_or_is_told_of);

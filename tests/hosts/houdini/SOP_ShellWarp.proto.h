@@ -80,6 +80,7 @@ public:
   fpreal getTiestiffness() const { return tiestiffness_; }
   fpreal getTiewithin() const { return tiewithin_; }
   const UT_StringHolder &getForce() const { return force_; }
+  bool getFollowrest() const { return followrest_; }
 
   void fake_load(const std::map<std::string, fake::Parm> &values) override {
     time_ = at(values, "time", "float").numbers[0];
@@ -153,6 +154,7 @@ public:
     tiestiffness_ = at(values, "tiestiffness", "float").numbers[0];
     tiewithin_ = at(values, "tiewithin", "float").numbers[0];
     force_ = at(values, "force", "string").text.c_str();
+    followrest_ = at(values, "followrest", "toggle").numbers[0] != 0;
   }
 
 private:
@@ -238,4 +240,5 @@ private:
   fpreal tiestiffness_ = 0;
   fpreal tiewithin_ = 0;
   UT_StringHolder force_;
+  bool followrest_ = false;
 };
