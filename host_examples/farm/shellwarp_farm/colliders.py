@@ -7,10 +7,10 @@ import os
 import numpy
 import shellwarp
 
-from . import point_cache, way
+from . import samples, way
 from .content import content_hash
 from .errors import SceneError
-from .mesh_file import file_of, read_mesh, read_motion
+from .mesh_file import read_mesh
 from .motion import rotation_matrix
 
 # What a kind needs, and what it may have beside what all have.
@@ -43,7 +43,7 @@ def check(where, item):
 def content(items):
     """Hash of all that the colliders are, with the meshes in their files."""
     meshes = [[*read_mesh(item["mesh"])] if "mesh" in item else None for item in items]
-    moving = [[*_samples(item)[:2]] if item["kind"] == "deforming" else None for item in items]
+    moving = [[*samples.samples(item.get("motion", item["mesh"]), item["mesh"])] if item["kind"] == "deforming" else None for item in items]
     return content_hash([[{key: value for key, value in item.items() if key not in ("mesh", "motion")} for item in items], meshes, moving])
 
 
@@ -69,40 +69,7 @@ def deform(state, items, seconds, frame_rate, teleport=False):
     """Of what shape colliders are at a time, of those that deform."""
     for number, item in enumerate(items):
         if item["kind"] == "deforming":
-            state.deform_collider(number, _shape_at(item, seconds, frame_rate), teleport)
-
-
-def _shape_at(item, seconds, frame_rate):
-    """Points (n x 3) of a deforming collider at a time: straight between its samples, and as there before and after them."""
-    times, points, in_frames = _samples(item)
-    time = seconds * frame_rate if in_frames else seconds
-    k = int(numpy.clip(numpy.searchsorted(times, time) - 1, 0, max(len(times) - 2, 0)))
-    if len(times) == 1:
-        return points[0]
-    t = min(max((time - times[k]) / (times[k + 1] - times[k]), 0.0), 1.0)
-    return (1 - t) * points[k].astype(float) + t * points[k + 1]
-
-
-def _samples(item):
-    """Times and points (k x n x 3) of a deforming collider, and whether times are frames: of its PC2 file, else of its USD mesh."""
-    path = item.get("motion", item["mesh"])
-    try:
-        facts = os.stat(file_of(path))
-    except FileNotFoundError:
-        raise SceneError(f"{path}: there is no such file") from None
-    times, points, in_frames = _read_samples(path, "motion" in item, facts.st_mtime_ns, facts.st_size)
-    if points.shape[1] != (count := len(read_mesh(item["mesh"])[0])):
-        raise SceneError(f"{path}: has {points.shape[1]} points, the mesh {item['mesh']} has {count} vertices")
-    return times, points, in_frames
-
-
-@functools.lru_cache(maxsize=KEPT)
-def _read_samples(path, in_frames, _time, _size):
-    if in_frames:
-        return *point_cache.read(path), True
-    if file_of(path).suffix.lower() not in (".usd", ".usda", ".usdc"):
-        raise SceneError(f"{path}: a deforming mesh needs motion, a PC2 file, or points that are animated in a USD file")
-    return *read_motion(path), False
+            state.deform_collider(number, samples.points_at(item.get("motion", item["mesh"]), item["mesh"], seconds, frame_rate), teleport)
 
 
 def pose(item, seconds):

@@ -12,7 +12,7 @@ import numpy
 import shellwarp
 from shellwarp.method import damping
 
-from . import colliders, files, motion, selection
+from . import colliders, files, motion, samples, selection
 from .content import content_hash
 from .errors import DamagedError, FarmError, SceneError
 from .handles import Handles
@@ -66,10 +66,10 @@ def _try(job, model, before, out, cache, log):
 
 def hash_of(job, key, start):
     """Hash of all that the outputs of a job depend on."""
-    names = ("handle", "support", "wind", "frame", "force", "seed", "frames", "up_axis", "metres_per_unit", "formats")
+    names = ("handle", "support", "follow_rest", "wind", "frame", "force", "seed", "frames", "up_axis", "metres_per_unit", "formats")
     simulation = {k: v for k, v in job["simulation"].items() if k not in MODEL_KEYS}
     return content_hash({"model": key, "simulation": simulation, "start": start, "library": library_digest(),
-                         "damping": {**job["damping"], "factors": _factors(job)}, "collider": colliders.content(job["collider"]), "drawn": [_content(job["mesh"])[1:], *map(_content, job["render"])],
+                         "motion": [*samples.samples(job["motion"], job["mesh"])] if job["motion"] else None, "damping": {**job["damping"], "factors": _factors(job)}, "collider": colliders.content(job["collider"]), "drawn": [_content(job["mesh"])[1:], *map(_content, job["render"])],
                          "name": job["name"], **{name: job[name] for name in names}})
 
 
@@ -218,7 +218,7 @@ def simulate(job, state, start, partials, slowest, bindings, log):
         state.load(start.tobytes())
     else:
         colliders.move(state, job["collider"], _seconds(job, first), rate, teleport=True)
-        supports.move(state, _seconds(job, first), end, teleport=True)
+        supports.begin(state, _seconds(job, first), end)
     writers = _writers(job, partials)  # by which mesh: the shell, then what follows it
     judged = {"frames_out": 0, "first_out": None, "max_rotation": 0.0, "worst_fraction": 0.0,
               "deepest_penetration": 0.0, "deepest_left": 0.0, "contact_count": 0, "frames_handles_unmet": 0}

@@ -31,7 +31,7 @@ CHECKS = {"support": supports.check, "tie": ties.check, "handle": handles.check,
 OSCILLATION = {"axis", "amplitude", "frequency", "phase_degrees"}
 PROXY = {"proxy": "vertices", "proxy_thickness": "thickness", "proxy_cut": "cut"}
 ASSET = {"name", "mesh", *PROXY, "render", "material", "support", "simulation", "damping", "force", "handle", "tie", "collider"}
-SHOT = {"name", "frames", "after", "start", "simulation", "damping", "wind", "frame", "force", "handle", "collider"}
+SHOT = {"name", "frames", "after", "start", "motion", "follow_rest", "simulation", "damping", "wind", "frame", "force", "handle", "collider"}
 TOP = {"title", "up_axis", "metres_per_unit", "formats", "certify", "seeds", "asset", "shot", "parameters", "sweep"}
 FORMATS = ("pc2", "usd")
 FILES = ("material.rest_shape", "material.directions", "damping.factors")   # that a table or a parameter names
@@ -67,7 +67,7 @@ def read_list(path):
 def _files(scene_list):
     """Tables of a list, each with a key of which a file is named."""
     for entry in scene_list["asset"] + scene_list.get("shot", []):
-        yield from ((entry, "mesh"), (entry, "start"))
+        yield from ((entry, "mesh"), (entry, "start"), (entry, "motion"))
         yield from ((entry.get(table, {}), key) for table, key in (name.split(".") for name in FILES))
         yield from ((item, key) for item in entry.get("collider", []) for key in ("mesh", "motion"))
         material = entry.get("material", {})
@@ -125,6 +125,10 @@ def _job(scene_list, asset, shot, values, seed):
     lists = {key: asset.get(key, []) + shot.get(key, []) for key in LISTS}
     job = _with_parameters({"mesh": asset["mesh"], "proxy": proxy(asset), "render": asset["render"], **merged, **lists}, values)
     _check_output(asset["name"], job)
+    if "motion" in shot and supports.any_moves(job["support"]):
+        raise SceneError(f"shot {shot['name']}: motion says where all supports of {asset['name']} are: none may have a key")
+    if job["simulation"]["support_fields"] is None and any("motion" in other and not other.get("follow_rest") for other in scene_list["shot"]):
+        job["simulation"]["support_fields"] = supports.FIELDS   # one model for all shots
     variant = "_".join(filter(None, [label(values), "" if seed is None else f"s{seed}"]))
 
     def name_in(shot_name):
@@ -133,7 +137,7 @@ def _job(scene_list, asset, shot, values, seed):
     job.update(name=name_in(shot["name"]), asset=asset["name"], shot=shot["name"], seed=seed, parameters=values,
                frames=shot["frames"], up_axis=scene_list.get("up_axis", "z"), metres_per_unit=scene_list.get("metres_per_unit", 1.0),
                formats=scene_list.get("formats", list(FORMATS)), certify=scene_list.get("certify", True), start=shot.get("start"),
-               after=name_in(shot["after"]) if "after" in shot else None)
+               after=name_in(shot["after"]) if "after" in shot else None, motion=shot.get("motion"), follow_rest=shot.get("follow_rest", False))
     return job
 
 
@@ -249,7 +253,18 @@ def _check_shots(shots):
             raise SceneError(f"shot {name}: begins at frame {frames[0]}, but {shot['after']} ends at {ends[shot['after']]}")
         if set(shot.get("simulation", {})) & set(MODEL_KEYS):
             raise SceneError(f"shot {name}: {', '.join(MODEL_KEYS)} belong to the asset")
+        _check_motion(f"shot {name}", shot)
         ends[name] = frames[1]
+
+
+def _check_motion(where, shot):
+    """Of a mesh that is animated."""
+    if not isinstance(shot.get("follow_rest", False), bool) or ("follow_rest" in shot and "motion" not in shot):
+        raise SceneError(f"{where}: follow_rest is true or false, and goes with motion")
+    if "motion" in shot and shot.get("frame"):
+        raise SceneError(f"{where}: motion does not go with frame: it says where the supports are")
+    if shot.get("follow_rest") and ("after" in shot or "start" in shot):
+        raise SceneError(f"{where}: a rest shape that follows is not in a saved state: begin at rest, without after and start")
 
 
 def _check_parameters(parameters):

@@ -2,10 +2,10 @@
 
 import numpy
 
-from . import motion, selection, way
+from . import motion, samples, selection, way
 from .errors import SceneError
 from .handles import check_axes
-from .simulated import simulated_at
+from .simulated import mesh_at, simulated_at
 
 KEYS = selection.WHERE | {"kind", "axes", "key", "about"}
 FIELDS = 24   # support_fields where a support has a key and nobody says how many
@@ -69,20 +69,29 @@ def axes_of(supports, simulated, mesh):
 
 
 class Supports:
-    """Moves the supports of a job that have keys, and the frame."""
+    """Moves the supports of a job that have keys, or that its mesh is animated with, and the frame."""
 
     def __init__(self, job):
-        self._frame, self._led = job["frame"], []
+        self._job, self._frame, self._led = job, job["frame"], []
+        simulated = simulated_at(job)
+        self._rest, self._carried, self._is_proxy = simulated.positions, simulated.carried, simulated.is_proxy
         if any_moves(job["support"]):
-            simulated = simulated_at(job)
-            self._rest = simulated.positions
             for item in job["support"]:
                 if item.get("key"):
                     middle = self._rest[selection.chosen(item, simulated, job["mesh"])].mean(axis=0)
                     self._led.append((with_neighbours(item, simulated, job["mesh"]), numpy.array(item.get("about", middle), float), item["key"]))
 
+    def begin(self, state, seconds, end):
+        """Where they are when a shot begins from rest."""
+        self.move(state, seconds, end, teleport=True)
+        if self._job["follow_rest"]:
+            state.reset()   # it is there, and does not jump there in the first step
+
     def move(self, state, seconds, end, teleport=False):
         """Where they are at a time; `end` is that of the shot. A vertex of several supports goes with the last."""
+        if self._job["motion"]:
+            (state.move_rest if self._job["follow_rest"] else state.move_supports)(self._animated(seconds), teleport)
+            return
         if not self._led:
             if self._frame:
                 state.set_frame(*motion.pose(self._frame, seconds, end), teleport=teleport)
@@ -95,3 +104,9 @@ class Supports:
             origin, rotation = motion.pose(self._frame, seconds, end)
             positions = positions @ rotation.T + origin
         state.move_supports(positions, teleport)
+
+    def _animated(self, seconds):
+        """Where the mesh's animation has each vertex at a time; of a proxy as far from it as the mesh's are from the mesh."""
+        job = self._job
+        points = samples.points_at(job["motion"], job["mesh"], seconds, job["simulation"]["frame_rate"])
+        return self._rest + self._carried(points - mesh_at(job["mesh"])[0]) if self._is_proxy else points

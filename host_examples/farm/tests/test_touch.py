@@ -85,7 +85,7 @@ class Touch(Case):
         self.assertIn("has 4 points, the mesh", self.failed(job))
         (self.folder / "cube.pc2").write_bytes(b"POINT")
         self.assertIn("is no PC2 point cache", self.failed(job))
-        self.assertIn("a deforming mesh needs motion", self.failed(self.jobs('{ kind = "deforming", mesh = "cube.obj" }')["one"]))
+        self.assertIn("is neither a PC2 file nor a USD file with points that are animated", self.failed(self.jobs('{ kind = "deforming", mesh = "cube.obj" }')["one"]))
         with self.assertRaisesRegex(SceneError, "a plane has no motion"):
             self.jobs('{ kind = "plane", motion = "cube.pc2" }')
 
