@@ -344,8 +344,7 @@ std::vector<double> forces_of(const GU_Detail &detail, const UT_StringHolder &at
 void pull_creases(const SOP_ShellWarpParms &parms, const GU_Detail &detail, std::vector<host::Crease> &creases) {
   host::Crease crease;
   crease.factor = parms.getCreasefactor();
-  // Convex as Houdini shows polygons, whose corners run clockwise.
-  if (parms.getCreasesetsangle()) crease.angle = -3.141592653589793 / 180 * parms.getCreaseangle();
+  if (parms.getCreasesetsangle()) crease.angle = parms.getCreaseangle();
   pull_edges(detail, parms.getCreasegroup(), crease, creases);
 }
 

@@ -494,7 +494,20 @@ void edges_of_a_group_fold() {
       s.geometry().edge_groups["fold"].edges.emplace_back(fake::Geometry::offset(60 + j), fake::Geometry::offset(61 + j));
     s.cook.set_text("creasegroup", "fold");
   };
-  Scene folded, softer, plain, wrong;
+  Scene folded, softer, plain, wrong, own;
+  // Two folds with numbers of their own, by the points at their ends: 90 degrees up and 90 down is a step.
+  group(own);
+  std::vector<GA_Edge> &edges = own.geometry().edge_groups["fold"].edges;
+  for (int j = 0; j < 2; ++j) edges.emplace_back(fake::Geometry::offset(90 + j), fake::Geometry::offset(91 + j));
+  std::vector<double> &angles = own.geometry().attributes["creaseangle"];
+  angles.assign(STRIP_VERTICES, 0);
+  for (int j = 0; j < 3; ++j) angles[std::size_t(60 + j)] = 60, angles[std::size_t(90 + j)] = -60;
+  own.geometry().attributes["creasefactor"].assign(STRIP_VERTICES, 2);
+  own.cook.set("gravity", {0, 0, 0});
+  own.cook.set("creasesetsangle", {1});
+  own.at(1);
+  CHECK_NEAR(own.tip(), 1 * std::sin(1.0471975511965976), 0.01);
+  CHECK_NEAR(own.cook.output.fake_geometry().points[kTip].x(), 3.5, 0.01);
   group(folded);
   folded.cook.set("gravity", {0, 0, 0});
   folded.cook.set("creasesetsangle", {1});
