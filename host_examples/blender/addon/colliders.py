@@ -10,9 +10,11 @@ from dataclasses import dataclass
 
 import numpy
 
+from . import stack
 from .meshes import DISABLED, SCALE_TOLERANCE, Refused, evaluated, faces_of, present, rest_positions, triangles
 
 FLAT = 1e-5    # of the longest side: what is thinner is taken for a plane
+MOVERS = stack.CARRIERS | {"MESH_CACHE", "WAVE"}  # modifiers that may deform a mesh from frame to frame
 COULOMB = 0.01  # Blender's cloth multiplies its friction of 0 to 80 by this
 
 
@@ -99,7 +101,7 @@ def prepared(item, depsgraph, package, known):
 
 
 def kind_of(item, points):
-    """The chosen shape; “by its mesh” is a plane where the mesh is flat across z, and the closed mesh else."""
+    """The chosen shape; “by its mesh” is a plane where the mesh is flat across z, else the closed mesh, deforming where something deforms it."""
     kind = item.shellwarp_collider.shape
     if kind != "AUTO":
         if not len(points) and kind != "PLANE":
@@ -108,7 +110,18 @@ def kind_of(item, points):
     if not len(points):
         return "PLANE"
     sides = numpy.ptp(points, axis=0)
-    return "PLANE" if sides[2] <= FLAT * sides.max() else "MESH"
+    if sides[2] <= FLAT * sides.max():
+        return "PLANE"
+    return "DEFORMING" if deforms(item) else "MESH"
+
+
+def deforms(item):
+    """Whether an armature, hook or the like, or keys of shape keys deform an object that is no shell."""
+    if item.type != "MESH" or item.shellwarp.enabled:
+        return False
+    keys = item.data.shape_keys
+    return any(m.type in MOVERS and m.show_viewport for m in item.modifiers) or bool(keys and keys.animation_data and
+                                                                                     (keys.animation_data.action or keys.animation_data.drivers))
 
 
 def make(kinds, kind, points, faces, cells, friction, thickness, mirrored):

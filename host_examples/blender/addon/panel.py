@@ -216,7 +216,7 @@ class SHELLWARP_PT_collider(bpy.types.Panel):
         layout.use_property_split = True
         layout.active = colliders.is_collider(obj)
         layout.prop(settings, "shape")
-        if settings.shape in ("AUTO", "MESH"):
+        if settings.shape == "MESH" or (settings.shape == "AUTO" and not colliders.deforms(obj)):
             layout.prop(settings, "cells")
         if colliders.modifier(obj) is None:
             layout.prop(settings, "friction")
@@ -225,6 +225,8 @@ class SHELLWARP_PT_collider(bpy.types.Panel):
             layout.label(text="Friction and thickness: of the Collision modifier", icon="INFO")
             layout.prop(obj.collision, "cloth_friction")
             layout.prop(obj.collision, "thickness_outer")
+        if any(item.type == "ARMATURE" for item in obj.modifiers):
+            layout.operator("shellwarp.fit_capsules")
 
 
 _CLASSES = (SHELLWARP_UL_handles, SHELLWARP_UL_renders, SHELLWARP_PT_shell, SHELLWARP_PT_collider)

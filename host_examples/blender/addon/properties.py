@@ -88,7 +88,8 @@ class ShellwarpCollider(bpy.types.PropertyGroup):
 
     enabled: BoolProperty(override=OVER, name="Shellwarp Collider", options=NOT_KEYED, description="Shells touch this object")
     shape: EnumProperty(override=OVER, name="Shape", default="AUTO", options=NOT_KEYED, items=[
-        ("AUTO", "By its mesh", "The closed mesh; a plane where the mesh is flat across its z axis, or where there is none"),
+        ("AUTO", "By its mesh", "The closed mesh, deforming where an armature, hook or keyed shape keys deform it; a plane where it is flat across its z axis, or "
+         "where there is none"),
         ("PLANE", "Plane", "All below the object's z axis, however large its mesh"),
         ("SPHERE", "Sphere", "As wide as the mesh's longest side"),
         ("BOX", "Box", "The mesh's bounding box"),

@@ -58,6 +58,23 @@ class Deforming(Case):
         self.assertGreater(ends["DEFORMING"], TOP + 0.04)
         self.assertLess(ends["MESH"], TOP + 0.01)
 
+    def test_by_its_mesh_is_what_deforms_it(self):
+        """As for Blender's own Collision modifier, nobody has to choose."""
+        obj, item = self.strip("AUTO")
+        self.assertTrue(part("colliders").deforms(item))
+        play(20)
+        self.assertEqual(self.message(obj), "")
+        self.assertTrue(run_of(obj).solids[0].faces)
+        self.assertGreater(shown(obj)[-1, 2], TOP + 0.04)
+        item.modifiers["Armature"].show_viewport = False
+        play(1)
+        self.assertFalse(run_of(obj).solids[0].faces)
+        still = ball()
+        still.shape_key_add(name="Basis")
+        self.assertFalse(part("colliders").deforms(still))
+        still.shape_key_add(name="Other").keyframe_insert("value", frame=1)
+        self.assertTrue(part("colliders").deforms(still))
+
     def test_scrubbing_back_is_exact_and_a_bake_has_the_same(self):
         obj, _ = self.strip()
         found = {}
@@ -114,6 +131,78 @@ class Deforming(Case):
         item.modifiers.new("Finer", "SUBSURF").levels = 1
         self.scene.frame_set(4)
         self.assertIn("collider “Grid”: its faces change", self.message(obj))
+
+
+class Capsules(Case):
+    def limb(self):
+        """A tube of 40 cm along x below the strip, its halves on two bones; the rig is moved, turned and twice as large."""
+        bpy.ops.mesh.primitive_cylinder_add(vertices=16, radius=0.02, depth=0.4, location=(0, 0, 0))
+        body = bpy.context.object
+        points = [(0.025 * i - 0.2, v.co.x, v.co.y) for i in range(17) for v in list(body.data.vertices)[::2]]
+        body.data.clear_geometry()
+        body.data.from_pydata(points, [], [(16 * k + i, 16 * k + (i + 1) % 16, 16 * k + 16 + (i + 1) % 16, 16 * k + 16 + i) for k in range(16) for i in range(16)])
+        bpy.ops.object.armature_add()
+        rig = bpy.context.object
+        bpy.ops.object.mode_set(mode="EDIT")
+        first = rig.data.edit_bones[0]
+        first.name, first.head, first.tail = "upper", (-0.2, 0, 0), (0, 0, 0)
+        second = rig.data.edit_bones.new("lower")
+        second.head, second.tail, second.parent = (0, 0, 0), (0.2, 0, 0), first
+        bpy.ops.object.mode_set(mode="OBJECT")
+        body.vertex_groups.new(name="upper").add(range(0, 16 * 8), 1.0, "REPLACE")
+        body.vertex_groups.new(name="lower").add(range(16 * 8, 16 * 17), 1.0, "REPLACE")
+        body.modifiers.new("Armature", "ARMATURE").object = rig
+        body.parent = rig
+        rig.location, rig.scale = (0.1, 0.015, -0.1), (0.5, 0.5, 0.5)
+        rig.rotation_euler.z = 0.2
+        bpy.context.view_layer.update()
+        bpy.context.view_layer.objects.active = body
+        return body, rig
+
+    def test_each_bone_has_one_that_holds_its_vertices_wherever_it_goes(self):
+        body, rig = self.limb()
+        body.shellwarp_collider.enabled, body.shellwarp_collider.friction = True, 0.4
+        self.assertEqual(bpy.ops.shellwarp.fit_capsules(), {"FINISHED"})
+        self.assertFalse(body.shellwarp_collider.enabled)
+        made = {item.parent_bone: item for item in bpy.data.collections["Cylinder capsules"].objects}
+        self.assertEqual(set(made), {"upper", "lower"})
+        self.assertEqual({(item.shellwarp_collider.shape, round(item.shellwarp_collider.friction, 6)) for item in made.values()}, {("CAPSULE", 0.4)})
+        rig.pose.bones["lower"].rotation_mode = "XYZ"
+        for bend in (0.0, 0.7):
+            rig.pose.bones["lower"].rotation_euler = (bend, 0.3 * bend, 0)
+            bpy.context.view_layer.update()
+            points = shown(body, world=True)
+            for name, chosen in (("upper", points[:128]), ("lower", points[128:])):
+                item = made[name]
+                to_item = numpy.array(item.matrix_world.inverted())
+                local = chosen @ to_item[:3, :3].T + to_item[:3, 3]
+                sides = numpy.ptp([v.co for v in item.data.vertices], axis=0) / 2
+                radius, half = sides[0], sides[2] - sides[0]
+                local[:, 2] -= numpy.clip(local[:, 2], -half, half)
+                distance = numpy.linalg.norm(local, axis=1)
+                self.assertLess(distance.max(), radius * (1 + 1e-4), (name, bend))
+                self.assertGreater(distance.max(), radius * 0.99)
+                self.assertLess(radius, 1.2 * 0.02)
+
+    def test_a_shell_touches_them(self):
+        obj = add_strip()
+        _, rig = self.limb()
+        self.assertEqual(bpy.ops.shellwarp.fit_capsules(), {"FINISHED"})
+        obj.shellwarp.gravity = 0.0
+        for frame, z in ((1, -0.1), (12, 0.0)):
+            rig.location.z = z
+            rig.keyframe_insert("location", frame=frame)
+        bpy.context.view_layer.objects.active = obj
+        play(12)
+        self.assertEqual(self.message(obj), "")
+        self.assertEqual(len(run_of(obj).solids), 2)
+        self.assertGreater(run_of(obj).report()["contact_count"], 0)
+        self.assertGreater(shown(obj)[:, 2].max(), 0.005)
+
+    def test_without_an_armature_it_is_said(self):
+        ball()
+        with self.assertRaisesRegex(RuntimeError, "no Armature modifier"):
+            bpy.ops.shellwarp.fit_capsules()
 
 
 class Beyond(Case):
