@@ -41,6 +41,7 @@ class Inputs:
     gravity: tuple
     damping: tuple     # ratio, mass, stiffness
     stiffness_factor: float
+    force: tuple       # (3), at each vertex whose share is 1
     wind: tuple        # velocity (3), density, normal drag, tangential drag
     handles: tuple     # of Handle
     solids: tuple = ()  # of colliders.Solid
@@ -191,13 +192,19 @@ def groups_of(settings):
     """The vertex groups that the settings name, each with what it is for."""
     return {"fixed": settings.fixed_group, "clamped": settings.clamped_group,
             **{f"held along {letter}": getattr(settings, f"fixed_{letter}_group") for letter in "xyz"}, "contact patches": settings.contact_patches,
-            "damping": settings.damping_group, **materials.group_names(settings)}
+            "damping": settings.damping_group, "force": settings.force_group, **materials.group_names(settings)}
 
 
-def read_damping_factors(obj):
-    """What damping by mass and ratio is multiplied by at each vertex, None for 1 everywhere."""
-    name = obj.shellwarp.damping_group
-    return weights(obj, name, or_zero=True) if name else None
+def read_force(settings, scene):
+    """The force at a vertex in Blender units: of sheets the setting is in newtons."""
+    unit = materials.metres(scene) if materials.is_real(settings) else 1.0
+    return tuple(f / unit for f in settings.force) if settings.force_group else (0.0, 0.0, 0.0)
+
+
+def read_shares(obj):
+    """What damping by mass and ratio is multiplied by at each vertex, and the force (n); None for 1, and for 0 everywhere."""
+    damping, force = obj.shellwarp.damping_group, obj.shellwarp.force_group
+    return (weights(obj, damping, or_zero=True) if damping else None), (weights(obj, force, or_zero=True, outside=0.0) if force else None)
 
 
 def check_there(obj):
@@ -240,6 +247,7 @@ def read_inputs(obj, scene, depsgraph, run):
         origin, rotation, scene.render.fps_base / scene.render.fps, settings.steps_per_frame,
         tuple(factor * g for g in scene.gravity),
         (settings.damping_ratio, settings.damping_mass, settings.damping_stiffness), settings.stiffness_factor,
+        read_force(settings, scene),
         (*settings.wind, air_density(settings, scene, found), settings.normal_drag, settings.tangential_drag),
         tuple(handle for i, item in enumerate(settings.handles) for handle in read_handle(obj, i, item, depsgraph)),
         colliders.read_solids(obj, depsgraph, run.solids), found, *read_led(obj, depsgraph, run))

@@ -13,7 +13,7 @@ from bpy.app.handlers import persistent
 
 from . import colliders, library, render_mesh, shape_key, stack
 from .render_mesh import display
-from .inputs import Refused, check_named, groups_of, read_damping_factors, read_inputs, read_output, read_shell, split_matrix
+from .inputs import Refused, check_named, groups_of, read_inputs, read_output, read_shares, read_shell, split_matrix
 from .jobs import Job
 from .meshes import evaluated, present
 from .simulation import Simulation
@@ -169,7 +169,7 @@ def prepare(obj, depsgraph, patience=None):
                 raise Working(under_way.text())
         run = simulation(obj) if under_way is None else take(obj)
         run.groups = groups_of(obj.shellwarp)
-        run.damp(read_damping_factors(obj))
+        run.vary(*read_shares(obj))
         run.collide(colliders.prepare(obj, depsgraph, library.package(), run.solids))
     except Working:
         raise

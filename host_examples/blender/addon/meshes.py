@@ -143,12 +143,12 @@ def evaluated(obj, depsgraph):
     return obj.evaluated_get(depsgraph).matrix_world
 
 
-def weights(obj, name, or_zero=False):
-    """A group's weight of each vertex, 1 of those that are not in it; refused where one is 0, unless it may be."""
+def weights(obj, name, or_zero=False, outside=1.0):
+    """A group's weight of each vertex, `outside` of those that are not in it; refused where one is 0, unless it may be."""
     group = obj.vertex_groups.get(name)
     if group is None:
         raise Refused(f"there is no vertex group “{name}”")
-    out = numpy.ones(len(obj.data.vertices))
+    out = numpy.full(len(obj.data.vertices), outside)
     for vertex in obj.data.vertices:
         for item in vertex.groups:
             if item.group == group.index:

@@ -9,7 +9,7 @@ GROUPS = [
                   "thickness_group", "young_group", "density_group", "bend_group", "stretch_group", "rest_shape", "crease_factors", "crease_angles", "stiffness_factor")),
     ("Method", ("method", "reduced_fields", "auto_error", "modes", "correction_steps", "integrator", "precision")),
     ("Damping", ("damping_ratio", "damping_mass", "damping_stiffness", "damping_group")),
-    ("Loads", ("gravity", "fields", "wind", "air_density", "normal_drag", "tangential_drag")),
+    ("Loads", ("gravity", "fields", "force_group", "force", "wind", "air_density", "normal_drag", "tangential_drag")),
     ("Time", ("frame_start", "frame_end", "steps_per_frame")),
 ]
 
@@ -132,7 +132,7 @@ def wanted(settings, name):
     except (ImportError, OSError, ValueError):
         return True
     return {"reduced_fields": method.needs_fields or method.needs_choice, "auto_error": method.needs_choice,
-            "correction_steps": not method.is_full_shell}.get(name, True)
+            "force": bool(settings.force_group), "correction_steps": not method.is_full_shell}.get(name, True)
 
 
 def draw_state(layout, context, obj):

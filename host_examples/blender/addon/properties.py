@@ -209,6 +209,10 @@ class ShellwarpSettings(bpy.types.PropertyGroup):
     damping_group: StringProperty(override=OVER, name="Damping map", options=NOT_KEYED,
                                   description="Vertex group whose weights multiply damping and mass damping. Vertices outside keep it")
     fields: FloatProperty(override=OVER, update=changed, name="Force fields", default=1.0, description="Factor on the scene's wind, force and vortex fields")
+    force: FloatVectorProperty(override=OVER, update=changed, name="Force", subtype="XYZ",
+                               description="At each vertex where the force's group has a weight of 1, world axes; of sheets in newtons")
+    force_group: StringProperty(override=OVER, name="Force on", options=NOT_KEYED,
+                                description="Vertex group whose weights are how much of the force acts; nothing outside")
     wind: FloatVectorProperty(override=OVER, update=changed, name="Wind", subtype="VELOCITY", description="Velocity of the air, world axes")
     air_density: FloatProperty(override=OVER, update=changed, name="Air density", min=0,
                                description="Mass per volume, of sheets in kg/m³: air has 1.2. 0 is no air, or 1.2 kg/m³ where a wind field blows")

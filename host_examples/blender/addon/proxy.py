@@ -4,7 +4,7 @@ import bpy
 import numpy
 
 from . import library, render_mesh
-from .meshes import Refused, check_mesh, rest_positions, triangles
+from .meshes import Refused, check_mesh, rest_positions, triangles, weights
 
 HELD = 0.5  # of a weight that comes over
 
@@ -18,15 +18,15 @@ def make(context, asset, vertices, thickness, cut):
         raise Refused("it has no faces")
     with library.package().Proxy(positions, faces, vertices, thickness=thickness, cut=cut) as made:
         info, points, corners = made.info(), made.positions(), made.triangles()
-        groups = {group.name: made.carried(group_weights(asset, group.index)) for group in asset.vertex_groups}
+        groups = {group.name: made.carried(weights(asset, group.name, or_zero=True, outside=0.0)) for group in asset.vertex_groups}
     mesh = bpy.data.meshes.new(f"{asset.data.name} proxy")
     mesh.from_pydata(points.tolist(), [], corners.tolist())
     obj = bpy.data.objects.new(f"{asset.name} proxy", mesh)
     for collection in asset.users_collection:
         collection.objects.link(obj)
     obj.matrix_world = asset.matrix_world
-    for name, weights in groups.items():
-        add_group(obj, name, weights)
+    for name, carried in groups.items():
+        add_group(obj, name, carried)
     obj.display_type = "WIRE"
     obj.visible_camera = obj.visible_shadow = False
     obj.shellwarp.enabled = True
@@ -44,16 +44,6 @@ def render_mesh_free(asset):
     owner = render_mesh.owner(asset)
     if owner is not None:
         raise Refused(f"it follows “{owner.name}” already")
-
-
-def group_weights(obj, index):
-    """A group's weight of each vertex, 0 of those that are not in it."""
-    out = numpy.zeros(len(obj.data.vertices))
-    for vertex in obj.data.vertices:
-        for item in vertex.groups:
-            if item.group == index:
-                out[vertex.index] = item.weight
-    return out
 
 
 def add_group(obj, name, weights):

@@ -58,7 +58,7 @@ class Simulation:
         self._damping = partial(package.method.damping, method, slowest=slowest)
         self._at, self._failed = None, (None, "")  # the frame that the state is at; the frame that a step could not reach, and why
         self.certified = ""  # what the last certificate said, of the frame that it names
-        self.known, self.solids, self._factors = {}, (), None
+        self.known, self.solids, self._factors, self._shares = {}, (), None, None
         self.bound, self.drawn = (), ()  # the meshes that follow, and their points (n x 3) beside the shell at the frame last gone to
         self.groups = {}  # the vertex groups that the model was made with, by what they are for
         self._buffer = numpy.empty_like(self._rest)
@@ -71,11 +71,11 @@ class Simulation:
         self._state.close()
         self.model.close()
 
-    def damp(self, factors):
-        """Takes factors of damping at the vertices for a run that begins, None for none; others than before drop all frames."""
-        if not numpy.array_equal(factors, self._factors):
+    def vary(self, factors, shares):
+        """Takes factors of damping and shares of the force at the vertices for a run that begins, None for none; others than before drop all frames."""
+        if not (numpy.array_equal(factors, self._factors) and numpy.array_equal(shares, self._shares)):
             self.forget()
-        self._factors = factors
+        self._factors, self._shares = factors, shares
 
     def collide(self, solids):
         """Takes prepared colliders for a run that begins; others than before drop all frames."""
@@ -316,7 +316,10 @@ class Simulation:
         state.set_damping(**self._damping(*inputs.damping), factors=self._factors)
         air, push = fields.at(inputs.fields, state.positions(dtype=numpy.float64)) if inputs.fields else (None, None)
         state.set_wind(inputs.wind[:3], *inputs.wind[3:], local_velocities=air)
-        state.set_forces(None if push is None else push * self._areas)
+        forces = None if push is None else push * self._areas
+        if any(inputs.force):
+            forces = (0 if forces is None else forces) + self._shares[:, None] * numpy.array(inputs.force)
+        state.set_forces(forces)
         state.clear_constraint()
         for handle in inputs.handles:
             state.set_constraint(handle.number, handle.kind, handle.vertex, handle.position or None, handle.rotation or None,

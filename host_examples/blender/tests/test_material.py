@@ -54,6 +54,55 @@ class Damping(Case):
         self.assertIn("the group “damped” (damping) is another", self.message(obj))
 
 
+class Force(Case):
+    def test_a_force_on_a_group_is_the_librarys_in_newtons(self):
+        """Weights are shares, nothing acts outside; of a sheet it is in newtons whatever the unit: the same card in metres and in centimetres."""
+        moved = {}
+        for length in (1.0, 0.01):
+            self.setUp()
+            self.scene.unit_settings.scale_length = length
+            obj = add_strip()
+            obj.scale = (1 / length,) * 3
+            s = obj.shellwarp
+            s.material, s.preset, s.gravity = "PRESET", "card", 0.0
+            group = obj.vertex_groups.new(name="pulled")
+            group.add([120, 123], 1.0, "REPLACE")
+            group.add([121, 122], 0.5, "REPLACE")
+            s.force_group = "pulled"
+            for frame, value in ((1, 0.0), (5, 2e-3)):
+                s.force = (0, 0, value)
+                obj.keyframe_insert("shellwarp.force", frame=frame)
+            play(10)
+            self.assertEqual(self.message(obj), "")
+            moved[length] = shown(obj)
+        self.assertGreater(moved[1.0][120, 2], 1e-3)
+        self.assertLess(numpy.abs(moved[0.01] - moved[1.0]).max(), 1e-3 * moved[1.0][120, 2])  # float32 of lengths a hundred times as large
+        part("live").prepare(obj, bpy.context.evaluated_depsgraph_get())
+        self.assertEqual(run_of(obj)._shares[[0, 120, 121]].tolist(), [0.0, 1.0, 0.5])
+        s.force_group = ""
+        play(10)
+        self.assertLess(numpy.abs(shown(obj)[:, 2]).max(), 1e-6)
+
+    def test_it_is_the_packages_own(self):
+        obj = add_strip()
+        s = obj.shellwarp
+        group = obj.vertex_groups.new(name="pulled")
+        end = [120, 121, 122, 123]
+        group.add(end, 0.25, "REPLACE")
+        s.force_group, s.force = "pulled", (0.0, 0.004, 0.02)
+        rest, triangles = part("inputs").rest_positions(obj.data).astype(float), part("inputs").triangles(obj.data)
+        model = sw.Model(sw.Shell(rest, triangles, sw.Material(s.k_area, s.k_length, s.k_bend, s.density), fixed=range(8)))
+        model.precompute(modes=s.modes, reduced_fields=0)
+        state = model.state("warp")
+        state.set_gravity(self.scene.gravity)
+        state.set_damping(s.damping_ratio)
+        state.set_forces(numpy.tile((0.0, 0.001, 0.005), (4, 1)), end)
+        play(20)
+        for _ in range(19):
+            state.step(1 / 30)
+        self.assertLess(numpy.abs(shown(obj) - state.positions(space="frame")).max(), 1e-6)
+
+
 class Stiffness(Case):
     def test_a_keyed_factor_is_the_librarys_and_scrubbing_back_is_exact(self):
         obj = add_strip()
