@@ -160,6 +160,7 @@ wasm: ## build the library as a WebAssembly module with SIMD, where the target i
 
 # A page that needs no server: the library, its workers, five shells and their saved models in one file.
 PLAYGROUND := host_examples/playground
+PAGE_OF := $(BUILD)/playground
 
 playground: ## write the page where shells are dragged, with npm and the wasm target: build/playground/index.html
 	@command -v npm >/dev/null || { echo "playground: npm is missing"; exit 1; }
@@ -167,15 +168,16 @@ playground: ## write the page where shells are dragged, with npm and the wasm ta
 	    { echo "playground: run rustup target add wasm32-unknown-unknown first"; exit 1; }
 	@$(MAKE) wasm
 	npm ci --silent --prefix $(PLAYGROUND)
-	@mkdir -p $(BUILD)/playground
-	python3 host_examples/npm/layout.py include/shellwarp.h >$(BUILD)/playground/layout.json
-	node $(PLAYGROUND)/make.mjs $(WASM) $(BUILD)/playground/layout.json $(BUILD)/playground
+	@mkdir -p $(PAGE_OF)
+	python3 host_examples/npm/layout.py include/shellwarp.h >$(PAGE_OF)/layout.json
+	node $(PLAYGROUND)/make.mjs $(WASM) $(PAGE_OF)/layout.json $(PAGE_OF) $(FOR_TESTS)
 
 test-playground: ## drag its shells in headless Chromium; skipped where npm, the wasm target or a browser is missing
 	@if ! command -v npm >/dev/null; then echo "skipped: the playground: npm is missing (install node)"; \
 	elif ! rustup target list --installed 2>/dev/null | grep -q wasm32-unknown-unknown; then \
 	    echo "skipped: the playground: rustup target add wasm32-unknown-unknown"; \
-	else $(MAKE) playground && node $(PLAYGROUND)/test_page.mjs $(BUILD)/playground/index.html; fi
+	else $(MAKE) playground PAGE_OF=$(BUILD)/playground-tests FOR_TESTS=--for-tests && \
+	    node $(PLAYGROUND)/test_page.mjs $(BUILD)/playground-tests/index.html; fi
 
 # What the module's users need beside it: offsets of fields, and types.
 MODULE := $(BUILD)/module
