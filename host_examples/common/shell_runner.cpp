@@ -1,6 +1,7 @@
 #include "shell_runner.hpp"
 
 #include "hash.hpp"
+#include "request_checks.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -31,72 +32,6 @@ std::string certificate_of(const shellwarp::State &state, const std::function<bo
 
 // Whole frames to within this: hosts round times (Maya to 1/141120000 s, Houdini to double precision).
 constexpr double kWholeFrame = 1e-4;
-
-void require(bool good, const std::string &what) {
-  if (!good) throw HostError(what);
-}
-
-void check_motion(const Request &request) {
-  const Motion &m = request.motion;
-  require(m.damping_ratio >= 0 && m.damping_ratio <= 1e6,
-          "the damping ratio is " + number(m.damping_ratio) + "; it must be 0 or above");
-  require(m.damping_mass >= 0 && m.damping_mass <= 1e6,
-          "the mass damping is " + number(m.damping_mass) + "; it must be 0 or above");
-  require(m.damping_stiffness >= 0 && m.damping_stiffness <= 1e6,
-          "the stiffness damping is " + number(m.damping_stiffness) + "; it must be 0 or above");
-  const double factor = request.inputs.stiffness_factor;
-  require(factor >= 1e-9 && factor <= 1e9, "the factor on the stiffness is " + number(factor) + "; it must be from 1e-9 to 1e9");
-  require(m.frame_rate > 0 && m.frame_rate <= 1e6,
-          "the frame rate is " + number(m.frame_rate) + "; it must be above 0");
-  require(std::isfinite(request.time) && std::isfinite(m.start_time), "the time is not finite");
-}
-
-void check_output(const Request &request) {
-  require(request.correction_steps <= 100,
-          "the correction steps are " + number(uint64_t(request.correction_steps)) + ", expected at most 100");
-  require(request.correction_steps == 0 || (request.drawn.empty() && request.proxy.vertices == 0),
-          "correction steps move the simulated mesh, and not the meshes that follow it: set them to 0, or take no proxy");
-  require(!request.push_out || request.correction_steps == 0, "correction steps and pushing out both move what is shown: take one of them");
-  require(!request.push_out || (request.drawn.empty() && request.proxy.vertices == 0),
-          "pushing out moves the simulated mesh, and not the meshes that follow it: switch it off, or take no proxy");
-}
-
-void check_place(const Request &request) {
-  if (request.drawn.empty()) return;
-  const char *why = " of the mesh that is simulated, and another is in its place: take no proxy, or leave them";
-  require(request.build.creases.empty(), std::string("creases are") + why);
-  for (const Tie &tie : request.build.ties) require(!tie.to_face, std::string("ties to polygons are") + why);
-  require(request.build.rest_shape.empty(), std::string("the points of a rest shape are") + why);
-}
-
-void check_rest(const Request &request) {
-  if (!request.follow || !request.follow_rest) return;
-  const char *why = " do not go with a rest shape that follows the input: remove them, or let the supports alone follow";
-  require(request.inputs.handles.empty(), std::string("handles") + why);
-  require(request.inputs.colliders.empty(), std::string("colliders") + why);
-}
-
-void check_wind(const Wind &wind) {
-  const auto check = [](const char *name, double x) {
-    require(x >= 0 && std::isfinite(x), std::string(name) + " is " + number(x) + "; it must be 0 or above");
-  };
-  check("the air's density", wind.density);
-  check("the drag across the shell", wind.normal_drag);
-  check("the drag along the shell", wind.tangential_drag);
-}
-
-void check_handles(const Request &request) {
-  const std::vector<Handle> &handles = request.inputs.handles;
-  for (std::size_t i = 0; i < handles.size(); ++i) {
-    const std::string name = "handle " + number(uint64_t(i));
-    require(handles[i].vertex < request.mesh.n_points(), name + " holds vertex " + number(uint64_t(handles[i].vertex)) +
-                                                             ", but there are " +
-                                                             number(uint64_t(request.mesh.n_points())));
-    require(handles[i].compliance >= 0 && std::isfinite(handles[i].compliance),
-            name + " has compliance " + number(handles[i].compliance) + "; it must be 0 or above");
-    require(!handles[i].position || !handles[i].held || handles[i].axes != 0, name + " holds its position along no axis");
-  }
-}
 
 // The number of colliders belongs to the run: a saved state has a place for each.
 uint64_t key_of(const Request &request) {
@@ -139,15 +74,6 @@ uint64_t key_of(const Inputs &inputs) {
   return hash.value();
 }
 
-// As a frame keeps it.
-double stiffness_of(const Inputs &inputs) { return static_cast<double>(static_cast<float>(inputs.stiffness_factor)); }
-
-// Supports have left the rigid motion of all, and the state cannot follow.
-class Apart : public HostError {
-public:
-  using HostError::HostError;
-};
-
 }  // namespace
 
 // The last whole frame, and how much of one has gone by since.
@@ -160,9 +86,9 @@ struct ShellRunner::At {
     const double frames = (request.time - request.motion.start_time) * request.motion.frame_rate;
     before = frames < -kWholeFrame;
     if (frames <= kWholeFrame) return;
-    require(frames < static_cast<double>(StateCache::limit),
-            "this is " + number(frames) + " frames after the start, too far: the most is " +
-                number(StateCache::limit - 1) + "; is the start frame right?");
+    if (!(frames < static_cast<double>(StateCache::limit)))
+      throw HostError("this is " + number(frames) + " frames after the start, too far: the most is " + number(StateCache::limit - 1) +
+                      "; is the start frame right?");
     frame = static_cast<uint64_t>(frames + kWholeFrame);
     fraction = frames - static_cast<double>(frame);
     if (fraction < kWholeFrame) fraction = 0;
@@ -170,28 +96,6 @@ struct ShellRunner::At {
 
   bool start() const { return frame == 0 && fraction == 0 && !before; }
 };
-
-std::string Notes::warning() const {
-  std::string text;
-  const auto say = [&text](const std::string &line) { text += (text.empty() ? "" : "\n") + line; };
-  if (!turn_in_range)
-    say("the shell turns by " + number(std::round(max_rotation * 57.29577951308232)) + " degrees, " +
-        number(std::ceil(100 * turned_too_far)) + " % of it beyond the quarter turn within which the method's turns hold");
-  if (handles_missed)
-    say(number(uint64_t(handles_missed)) + " of the handles' holds cannot be met; more modes or a compliance may help");
-  if (jumped) say("not simulated: frames were skipped while something moved; play from the start frame");
-  if (floats) say("nothing holds the shell: paint supports, or it falls");
-  if (supports_missed > kMissed)
-    say("the shell beside the supports is " + number(std::round(1000 * supports_missed) / 10) +
-        " % of its size off them: more support fields");
-  if (rest_stretched > kStretched)
-    say("the rest shape's edges have changed by " + number(std::round(100 * rest_stretched)) + " %, which the shell's stiffness does not know of");
-  if (inside > kInside)
-    say("the shell is " + number(std::round(1000 * inside) / 10) + " % of its size inside a collider: more modes, contact patches, or pushing it out for the eye");
-  if (stored_of_others) say("the frames on disk are of another mesh, or of other settings: play from the start frame, and write them again");
-  if (!certified.empty()) say(certified);
-  return text;
-}
 
 const std::vector<double> &ShellRunner::rest() const {
   static const std::vector<double> none;
@@ -260,10 +164,9 @@ void ShellRunner::run(Request &request, const At &at) {
   check_handles(request);
   check_wind(request.inputs.wind);
   check_map(request.mesh, "damping", request.motion.damping_map, true);
-  const std::size_t pulled = request.inputs.forces.size();
-  require(pulled == 0 || pulled == request.mesh.points.size(),
-          "there are forces on " + number(uint64_t(pulled / 3)) + " points, but " + number(uint64_t(request.mesh.n_points())) + " points");
+  check_forces(request);
   for (double &f : request.inputs.forces) f *= force_scale(request.build.stiffness);
+  request.inputs.stiffness_factor = static_cast<double>(static_cast<float>(request.inputs.stiffness_factor));  // as a frame keeps it
   request.inputs.wind.density = air_density(request.build.stiffness, request.inputs.wind.density);
   const bool built = !model_serves(request, at);
   if (built) build(request, at);
@@ -436,7 +339,7 @@ void ShellRunner::begin(const Inputs &inputs, uint64_t key, bool exact) {
     fresh_ = state_->save();
   else
     state_->load(fresh_);  // supports that were led are where they belong
-  state_->set_stiffness(stiffness_of(inputs));
+  state_->set_stiffness(inputs.stiffness_factor);
   state_->clear_constraint(SW_ALL_CONSTRAINTS);
   SwFrameDesc frame = frame_of(inputs);
   frame.flags = SW_FRAME_TELEPORT;
@@ -549,123 +452,6 @@ std::shared_ptr<const Inputs> ShellRunner::seen(const Inputs &inputs, uint64_t f
     collider.mesh = std::move(mesh);
   }
   return copy;
-}
-
-bool ShellRunner::step(shellwarp::State &state, const Inputs &inputs, double frames, bool teleport) const {
-  const double g = 1 / (unit_ * clock_ * clock_);
-  state.set_stiffness(stiffness_of(inputs));
-  state.set_gravity(g * inputs.gravity[0], g * inputs.gravity[1], g * inputs.gravity[2]);
-  blow(state, inputs.wind);
-  pull(state, inputs);
-  const bool led = stand(state, inputs, teleport);
-  place_handles(state, inputs);
-  colliders_.place(state, inputs, unit_, teleport);
-  state.step(frames * frame_time_ * clock_);
-  return led;
-}
-
-// Supports stand in the frame until they have moved, and are moved from there on.
-bool ShellRunner::stand(shellwarp::State &state, const Inputs &inputs, bool teleport) const {
-  if (!inputs.rest.empty()) {
-    SwFrameDesc frame = frame_of(inputs);
-    frame.flags = SW_FRAME_TELEPORT;
-    state.set_frame(frame);
-    const Pose world = place_of(inputs);
-    std::vector<double> positions(inputs.rest.size());
-    for (std::size_t i = 0; i < positions.size(); i += 3) {
-      const Vec3 place = host::apply(world, {inputs.rest[i], inputs.rest[i + 1], inputs.rest[i + 2]});
-      std::copy(place.begin(), place.end(), &positions[i]);
-    }
-    state.move_rest(positions.data(), model_->n_points(), teleport ? SW_REST_TELEPORT : 0);
-    return true;
-  }
-  if (inputs.supports.empty() && !led_) {
-    SwFrameDesc frame = frame_of(inputs);
-    frame.flags = teleport ? SW_FRAME_TELEPORT : 0;
-    state.set_frame(frame);
-    return false;
-  }
-  const Pose world = place_of(inputs);
-  std::vector<double> positions = model_->rest();
-  for (std::size_t k = 0; k < places_.vertices().size(); ++k) {
-    double *at = &positions[3 * std::size_t{places_.vertices()[k]}];
-    const double *x = inputs.supports.empty() ? at : &inputs.supports[3 * k];
-    const Vec3 place = host::apply(world, {x[0], x[1], x[2]});
-    std::copy(place.begin(), place.end(), at);
-  }
-  try {
-    state.move_supports(positions.data(), model_->n_points(), teleport ? SW_SUPPORTS_TELEPORT : 0);
-  } catch (const shellwarp::Error &error) {
-    if (error.status() == SW_ERROR_UNSUPPORTED) throw Apart(error.what());
-    throw;
-  }
-  return true;
-}
-
-// The library's world is the scene's, measured in the object's unit.
-Pose ShellRunner::place_of(const Inputs &inputs) const {
-  Pose place = inputs.frame;
-  place.scale = 1;
-  for (double &x : place.origin) x /= unit_;
-  return place;
-}
-
-SwFrameDesc ShellRunner::frame_of(const Inputs &inputs) const {
-  const Pose place = place_of(inputs);
-  SwFrameDesc frame = shellwarp::frame_desc();
-  std::copy(place.origin.begin(), place.origin.end(), frame.origin);
-  std::copy(place.rotation.begin(), place.rotation.end(), frame.rotation);
-  return frame;
-}
-
-void ShellRunner::blow(shellwarp::State &state, const Wind &wind) const {
-  if (wind.density == 0) {
-    state.clear_wind();
-    return;
-  }
-  SwWindDesc desc = shellwarp::wind_desc();
-  for (std::size_t k = 0; k < 3; ++k) desc.velocity[k] = wind.velocity[k] / (unit_ * clock_);
-  desc.density = wind.density;
-  desc.normal_drag = wind.normal_drag;
-  desc.tangential_drag = wind.tangential_drag;
-  state.set_wind(desc);
-}
-
-void ShellRunner::pull(shellwarp::State &state, const Inputs &inputs) const {
-  if (inputs.forces.empty()) {
-    state.clear_forces();
-    return;
-  }
-  std::vector<double> forces = inputs.forces;
-  for (double &f : forces) f /= clock_ * clock_;
-  state.set_forces(shellwarp::force_desc(forces.data(), model_->n_points()));
-}
-
-void ShellRunner::place_handles(shellwarp::State &state, const Inputs &inputs) const {
-  state.clear_constraint(SW_ALL_CONSTRAINTS);
-  const Pose world = to_library(inputs, unit_);
-  for (std::size_t i = 0; i < inputs.handles.size(); ++i) {
-    const Handle &handle = inputs.handles[i];
-    if (!handle.held) continue;
-    const Pose target = product(world, handle.target);
-    SwConstraintDesc desc = shellwarp::constraint_desc();
-    desc.vertex = handle.vertex;
-    if (handle.position) {
-      desc.id = static_cast<uint32_t>(2 * i);
-      desc.kind = SW_CONSTRAINT_POSITION;
-      desc.axes = handle.axes;
-      desc.compliance = handle.compliance * clock_ * clock_;
-      std::copy(target.origin.begin(), target.origin.end(), desc.position);
-      state.set_constraint(desc);
-    }
-    if (handle.orientation) {
-      desc.id = static_cast<uint32_t>(2 * i + 1);
-      desc.kind = SW_CONSTRAINT_ORIENTATION;
-      desc.compliance = handle.compliance * clock_ * clock_ * unit_ * unit_;
-      std::copy(target.rotation.begin(), target.rotation.end(), desc.rotation);
-      state.set_constraint(desc);
-    }
-  }
 }
 
 void ShellRunner::read(const shellwarp::State &state, const Request &request, const At &at) {

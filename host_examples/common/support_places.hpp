@@ -1,12 +1,19 @@
 // Where the input's animation has what holds the shell.
 #pragma once
 
+#include "message.hpp"
 #include "request.hpp"
 
 #include <cstdint>
 #include <vector>
 
 namespace host {
+
+// Supports have left the rigid motion of all, and the state cannot follow.
+class Apart : public HostError {
+public:
+  using HostError::HostError;
+};
 
 class SupportPlaces {
 public:
