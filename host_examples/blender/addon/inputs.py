@@ -11,7 +11,8 @@ from dataclasses import dataclass
 import numpy
 
 from . import colliders, fields, library, materials, stack
-from .meshes import DISABLED, SCALE_TOLERANCE, Refused, check_mesh, creases, evaluated, present, group_vertices, key_positions, loose_edges, rest_positions, triangles, weights
+from .meshes import (DISABLED, SCALE_TOLERANCE, Refused, check_mesh, creases, evaluated, group_vertices, key_positions, loose_edges, present,
+                     rest_positions, triangles, weights)
 
 
 STRAIGHT = 1e-6  # of the mesh's size: a row of fixed vertices that is off a line by less is a hinge

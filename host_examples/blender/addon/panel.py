@@ -5,8 +5,9 @@ import bpy
 from . import bake, colliders, fields, inputs, library, live, materials, operators, presets, stack
 
 GROUPS = [
-    ("Material", ("material", "preset", "frequency", "young", "poisson", "young_across", "shear", "directions", "direction", "thickness", "volume_density", "density", "k_bend", "k_length", "k_area",
-                  "thickness_group", "young_group", "density_group", "bend_group", "stretch_group", "rest_shape", "crease_factors", "crease_angles", "stiffness_factor")),
+    ("Material", ("material", "preset", "frequency", "young", "poisson", "young_across", "shear", "directions", "direction", "thickness",
+                  "volume_density", "density", "k_bend", "k_length", "k_area", "thickness_group", "young_group", "density_group", "bend_group",
+                  "stretch_group", "rest_shape", "crease_factors", "crease_angles", "stiffness_factor")),
     ("Method", ("method", "reduced_fields", "auto_error", "modes", "correction_steps", "integrator", "precision")),
     ("Damping", ("damping_ratio", "damping_mass", "damping_stiffness", "damping_group")),
     ("Loads", ("gravity", "fields", "force_group", "force", "wind", "air_density", "normal_drag", "tangential_drag")),
@@ -15,9 +16,10 @@ GROUPS = [
 
 
 # Which materials read a setting.
-MATERIALS = {**dict.fromkeys(("k_bend", "k_length", "k_area", "bend_group", "stretch_group"), ("CONSTANTS",)), "density": ("CONSTANTS", "FREQUENCY"), "frequency": ("FREQUENCY",),
-             **dict.fromkeys(("young", "poisson", "volume_density"), ("SHEET",)), "preset": ("PRESET",),
-             **dict.fromkeys(("thickness_group", "young_group", "young_across", "shear", "direction", "directions"), ("PRESET", "SHEET")), "thickness": ("PRESET", "SHEET", "FREQUENCY")}
+MATERIALS = {**dict.fromkeys(("k_bend", "k_length", "k_area", "bend_group", "stretch_group"), ("CONSTANTS",)),
+             **dict.fromkeys(("young", "poisson", "volume_density"), ("SHEET",)), "preset": ("PRESET",), "frequency": ("FREQUENCY",),
+             **dict.fromkeys(("thickness_group", "young_group", "young_across", "shear", "direction", "directions"), ("PRESET", "SHEET")),
+             "density": ("CONSTANTS", "FREQUENCY"), "thickness": ("PRESET", "SHEET", "FREQUENCY")}
 
 
 class SHELLWARP_UL_handles(bpy.types.UIList):

@@ -223,7 +223,7 @@ class Live(Case):
         for angle in (1e-4, 0.01, 0.028, 0.03, 0.5, 3.0):  # at 0.028 Blender's slerp goes over from a straight line to an arc
             first, last, between = (numpy.array(mathutils.Matrix.Rotation(a, 3, (0.6, 0.0, 0.8)))
                                     for a in (0.2, 0.2 + angle, 0.2 + angle / 2))
-            got = numpy.reshape(part("simulation").turn(first.ravel(), last.ravel(), 0.5), (3, 3))
+            got = numpy.reshape(part("blend").turn(first.ravel(), last.ravel(), 0.5), (3, 3))
             # float32 quaternions
             self.assertLess(numpy.abs(got - between).max(), 2e-6)
             self.assertLess(numpy.abs(got.T @ got - numpy.eye(3)).max(), 2e-6)

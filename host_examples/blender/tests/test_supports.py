@@ -7,7 +7,7 @@ import numpy
 import scene as scenes
 from scene import add_strip, play, shown
 from test_addon import part, setUpModule, tearDownModule  # noqa: F401 - unittest calls them
-from test_contact import Case, run_of
+from test_contact import Case
 
 END = list(range(120, 124))  # the strip's far row
 

@@ -23,7 +23,7 @@ from .point_cache import PointCacheFile
 from .polygon import cut
 from .scenes import MODEL_KEYS
 from .simulated import by_vertices, drawn_at, mesh_at, polygons_at, simulated_at
-from .supports import Supports
+from .supports import Supports, led_supports
 from .usd_cache import UsdFile
 
 SUFFIXES = {"pc2": ".pc2", "usd": ".usdc"}
@@ -66,11 +66,13 @@ def _try(job, model, before, out, cache, log):
 
 def hash_of(job, key, start):
     """Hash of all that the outputs of a job depend on."""
-    names = ("handle", "support", "follow_rest", "wind", "frame", "force", "seed", "frames", "up_axis", "metres_per_unit", "formats")
+    names = ("handle", "follow_rest", "wind", "frame", "force", "seed", "frames", "up_axis", "metres_per_unit", "formats", "name")
     simulation = {k: v for k, v in job["simulation"].items() if k not in MODEL_KEYS}
-    return content_hash({"model": key, "simulation": simulation, "start": start, "library": library_digest(),
-                         "motion": [*samples.samples(job["motion"], job["mesh"])] if job["motion"] else None, "damping": {**job["damping"], "factors": _factors(job)}, "collider": colliders.content(job["collider"]), "drawn": [_content(job["mesh"])[1:], *map(_content, job["render"])],
-                         "name": job["name"], **{name: job[name] for name in names}})
+    return content_hash({
+        "model": key, "simulation": simulation, "start": start, "library": library_digest(), "support": led_supports(job),
+        "motion": [*samples.samples(job["motion"], job["mesh"])] if job["motion"] else None,
+        "damping": {**job["damping"], "factors": _factors(job)}, "collider": colliders.content(job["collider"]),
+        "drawn": [_content(job["mesh"])[1:], *map(_content, job["render"])], **{name: job[name] for name in names}})
 
 
 def _content(path):

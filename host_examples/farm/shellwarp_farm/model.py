@@ -17,7 +17,6 @@ from .errors import FarmError, SceneError
 from .handles import NAMES, demand
 from .job_log import library_messages
 from .materials import material_of, parts_of
-from .scenes import MODEL_KEYS
 from .simulated import drawn_at, simulated_at
 from .supports import FIELDS, any_moves, at_rest, axes_of, held_vertices, supported_vertices
 

@@ -68,18 +68,25 @@ def axes_of(supports, simulated, mesh):
     return found
 
 
+def led_supports(job):
+    """What moves supports along keys: their vertices, the point that they turn about, and the keys."""
+    if not any_moves(job["support"]):
+        return []
+    simulated, found = simulated_at(job), []
+    for item in job["support"]:
+        if item.get("key"):
+            middle = simulated.positions[selection.chosen(item, simulated, job["mesh"])].mean(axis=0)
+            found.append((with_neighbours(item, simulated, job["mesh"]), numpy.array(item.get("about", middle), float), item["key"]))
+    return found
+
+
 class Supports:
     """Moves the supports of a job that have keys, or that its mesh is animated with, and the frame."""
 
     def __init__(self, job):
-        self._job, self._frame, self._led = job, job["frame"], []
+        self._job, self._frame, self._led = job, job["frame"], led_supports(job)
         simulated = simulated_at(job)
         self._rest, self._carried, self._is_proxy = simulated.positions, simulated.carried, simulated.is_proxy
-        if any_moves(job["support"]):
-            for item in job["support"]:
-                if item.get("key"):
-                    middle = self._rest[selection.chosen(item, simulated, job["mesh"])].mean(axis=0)
-                    self._led.append((with_neighbours(item, simulated, job["mesh"]), numpy.array(item.get("about", middle), float), item["key"]))
 
     def begin(self, state, seconds, end):
         """Where they are when a shot begins from rest."""
