@@ -3,7 +3,6 @@
 A sheet's numbers are in metres, kilograms and seconds whatever a Blender unit is: the scene's unit scale converts them.
 """
 
-import math
 from dataclasses import replace
 
 import numpy
@@ -28,7 +27,7 @@ def metres(scene):
 def read_material(settings, scene, package, rest, triangles):
     """The Material or Sheet in Blender units, kilograms and seconds. By frequency it is of the right thickness, and not yet as stiff as it is to be."""
     if settings.material == "FREQUENCY":
-        return of_thickness(settings.thickness / metres(scene), settings.density, package, rest, triangles)
+        return package.look.sheet_of(rest, triangles, settings.density, settings.thickness / metres(scene))
     if settings.material == "CONSTANTS":
         return package.Material(settings.k_area, settings.k_length, settings.k_bend, settings.density)
     unit = metres(scene)
@@ -53,25 +52,6 @@ def read_directions(obj, rest, package):
     if not any(settings.direction):
         raise Refused("the direction of Young's modulus is zero")
     return numpy.array([settings.direction], numpy.float64)
-
-
-def of_thickness(thickness, density, package, rest, triangles):
-    """A sheet of E h = 1 on a mesh whose mean edge is l: k_length = √3 l E h / 4, k_area = E h / 2, k_bend = E h³ / 72 (1 - 1/9)."""
-    corners = rest[triangles]
-    edge = float(numpy.linalg.norm(corners - numpy.roll(corners, 1, axis=1), axis=2).mean())
-    h = thickness or float(numpy.linalg.norm(numpy.ptp(rest, axis=0))) / 200
-    return package.Material(0.5, math.sqrt(3) / 4 * edge, h * h / 72 * (1 - 1 / 9), density)
-
-
-def swing_at(shell, frequency, modes, package, progress=None):
-    """The shell with stiffnesses by which its slowest swing has a frequency: they go with its square."""
-    with package.Model(shell) as model:
-        model.precompute(modes=modes, progress=progress)
-        slowest = next((hertz for hertz in model.frequencies() if hertz > 0), None)
-    if slowest is None:
-        raise Refused("none of the modes swings, so there is no frequency to set: more modes, or hold more vertices")
-    factor, material = (frequency / slowest) ** 2, shell.material
-    return replace(shell, material=replace(material, area=factor * material.area, length=factor * material.length, bend=factor * material.bend))
 
 
 def group_names(settings):

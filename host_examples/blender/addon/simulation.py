@@ -15,7 +15,6 @@ from . import fields
 from .blend import blend
 from .inputs import Output, Refused
 from .jobs import Estimate
-from .materials import swing_at
 
 
 BENT = 1e-5  # of the mesh's size: supports that are less off a rigid motion are off it by rounding
@@ -40,7 +39,7 @@ class Simulation:
         self._areas, self._package = areas(shell), package
         self._rest = numpy.asarray(shell.positions / scale, numpy.float32)
         if recipe.frequency:
-            shell = swing_at(shell, recipe.frequency, dict(recipe.options)["modes"], package, progress)
+            shell = package.look.at_frequency(shell, recipe.frequency, dict(recipe.options)["modes"], progress)
         self.model = package.Model(shell)
         try:
             self.model.precompute(progress=progress, **dict(recipe.options))

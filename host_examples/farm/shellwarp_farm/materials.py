@@ -14,12 +14,17 @@ SHEET = {"young", "poisson", "thickness", "volume_density"}
 GRAIN = {"young_across", "shear", "direction", "directions"}   # of a sheet that is stiffer along a direction
 VARIES = {**{name: name for name in ("k_area", "k_length", "k_bend")}, "density": "area_density",
           **{name: name for name in ("young", "thickness", "volume_density")}}   # the library's name of each map
-KEYS = {*CONSTANTS, *SHEET, *GRAIN, "preset", "map", "region", "crease", "rest_shape"}
+KEYS = {*CONSTANTS, *SHEET, *GRAIN, "frequency", "preset", "map", "region", "crease", "rest_shape"}
 CREASE = {"box", "edges", "list", "factor", "angle_degrees"}
 
 
 def check(where, table):
     """SceneError unless maps, regions and creases have keys that are known, and what they need."""
+    if "frequency" in table:
+        if not table["frequency"] > 0:
+            raise SceneError(f"{where}: frequency is {table['frequency']!r}, expected Hz above 0")
+        if wrong := sorted((set(table) & (set(CONSTANTS) | SHEET | GRAIN | {"preset"})) - {"density", "thickness"}):
+            raise SceneError(f"{where}: {wrong[0]} does not go with frequency, which sets the stiffness")
     known(f"{where}, map", table.get("map", {}), VARIES)
     for number, region in enumerate(table.get("region", []), 1):
         place = f"{where}, region {number}"
@@ -53,8 +58,10 @@ def _check_crease(where, crease):
         raise SceneError(f"{where}: give a factor other than 1, or angle_degrees")
 
 
-def material_of(table):
-    """The Material or Sheet of a table: one of them, and of a sheet all four numbers, of its preset or its own."""
+def material_of(table, simulated=None):
+    """The Material or Sheet of a table: one of them, and of a sheet all four numbers, of its preset or its own. By frequency it is not yet as stiff as it is to be."""
+    if "frequency" in table:
+        return shellwarp.look.sheet_of(simulated.positions, simulated.triangles, float(table.get("density", 1.0)), float(table.get("thickness", 0.0)))
     constants, sheet = sorted(set(table) & set(CONSTANTS)), sorted(set(table) & (SHEET | GRAIN | {"preset"}))
     if constants and sheet:
         raise SceneError(f"material: {constants[0]} does not go with {sheet[0]}: either the constants or a sheet")
@@ -90,13 +97,13 @@ def _maps(table, material, simulated, mesh):
     """Values of the library's maps: files, and over those by vertices the regions."""
     found = {}
     for key, path in table.get("map", {}).items():
-        _check_varies(key, material)
+        _check_varies(key, material, table)
         values = numbers_at(path)
         found[key] = values if len(values) == len(simulated.triangles) and len(values) != simulated.n_file else by_vertices(path, simulated, f"values of {key}")
     for region in table.get("region", []):
         vertices = selection.chosen(region, simulated, mesh, "a region of the material")
         for key in set(region) & set(VARIES):
-            _check_varies(key, material)
+            _check_varies(key, material, table)
             values = found.setdefault(key, numpy.full(len(simulated.positions), _uniform(key, material)))
             if len(values) != len(simulated.positions):
                 raise SceneError(f"material: {key} is given by triangles, so that no region can have its own")
@@ -107,7 +114,9 @@ def _maps(table, material, simulated, mesh):
     return {VARIES[key]: values for key, values in found.items()}
 
 
-def _check_varies(key, material):
+def _check_varies(key, material, table):
+    if "frequency" in table and key != "density":
+        raise SceneError(f"material: {key} does not go with frequency, which sets it")
     if isinstance(material, shellwarp.Sheet) != (key in SHEET):
         raise SceneError(f"material: {key} varies over {'a sheet' if key in SHEET else 'a shell of the constants'} alone")
 

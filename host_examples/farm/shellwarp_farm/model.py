@@ -79,7 +79,7 @@ def _merged(told, options):
 def shell_of(tables):
     """The Shell of a model's tables."""
     simulated, mesh, supports = simulated_at(tables), tables["mesh"], tables["support"]
-    material = material_of(tables["material"])
+    material = material_of(tables["material"], simulated)
     if isinstance(material, shellwarp.Sheet):  # whose edges hold their slope without their neighbours
         held = {kind: supported_vertices(supports, simulated, mesh, kind) for kind in ("fixed", "clamped")}
         asset = drawn_at(mesh).asset
@@ -96,7 +96,7 @@ def model_key(tables):
     material = shell.material
     return content_hash({
         "positions": shell.positions, "triangles": shell.triangles, "held": shell.fixed, "clamped": list(shell.clamped),
-        "material": [type(material).__name__, *dataclasses.astuple(material)], "directions": shell.directions,
+        "material": [type(material).__name__, *dataclasses.astuple(material), tables["material"].get("frequency")], "directions": shell.directions,
         "maps": dict(shell.maps), "creases": list(shell.creases), "rest": shell.rest_positions,
         "axes": sorted(shell.axes.items()), "ties": [list(shell.ties), list(shell.triangle_ties), shell.tie_distance],
         "options": _options_here(tables), "library": library_digest()})
@@ -149,6 +149,9 @@ def slowest_of(model):
 
 
 def _precompute(tables):
-    with shellwarp.Model(shell_of(tables)) as model:
+    shell = shell_of(tables)
+    if "frequency" in tables["material"]:
+        shell = shellwarp.look.at_frequency(shell, tables["material"]["frequency"], tables["options"]["modes"])
+    with shellwarp.Model(shell) as model:
         model.precompute(**_options_here(tables))
         return model.save()

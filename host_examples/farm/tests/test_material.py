@@ -13,7 +13,7 @@ from shellwarp_farm import selection
 from shellwarp_farm.errors import SceneError
 from shellwarp_farm.job import hash_of
 from shellwarp_farm.mesh_file import read_drawn
-from shellwarp_farm.model import model_key, model_tables, shell_of
+from shellwarp_farm.model import load_model, model_key, model_tables, shell_of, slowest_of
 from shellwarp_farm.simulated import simulated_at
 
 OLD = "{ k_area = 5e3, k_length = 5e3, k_bend = 2.7e-3, density = 0.3 }"
@@ -86,6 +86,22 @@ class Varying(Case):
         (self.folder / "grain.txt").write_text("0 1 0\n" * 2)
         with self.assertRaisesRegex(SceneError, "2 directions; the mesh has 48 triangles"):
             self.shell('{ preset = "card", young_across = 3e8, directions = "grain.txt" }')
+
+    def test_a_frequency_gives_the_stiffness(self):
+        """Frequencies go with the root of all stiffness; 1e-6: two eigenvalue searches."""
+        hertz, keys = {}, set()
+        for frequency in (2, 5):
+            job = self.jobs("", LIST.replace(OLD, f"{{ frequency = {frequency}, density = 0.3, thickness = 5e-4 }}"))["one"]
+            record = self.bake(job)[0]
+            keys.add(record["model"]["key"])
+            hertz[frequency] = slowest_of(load_model(model_tables(job), record["model"]["key"], self.folder / "cache")[0])
+        for frequency, found in hertz.items():
+            self.assertAlmostEqual(found / frequency, 1, delta=1e-6)
+        self.assertEqual(len(keys), 2)
+        for material, message in (("{ frequency = 2, k_bend = 1 }", "k_bend does not go with frequency"), ("{ frequency = 0 }", "expected Hz above 0"),
+                                  ('{ frequency = 2, region = [{ side = "low-x", k_bend = 2 }] }', "k_bend does not go with frequency")):
+            with self.subTest(message), self.assertRaisesRegex(SceneError, message):
+                self.shell(material)
 
     def test_what_cannot_vary_is_named(self):
         self.write("short.txt", [1.0, 2.0])

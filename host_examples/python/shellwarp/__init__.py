@@ -14,7 +14,7 @@ belongs to one thread at a time, and a violation raises BusyError.
 """
 
 from . import _abi as abi
-from . import method
+from . import look, method
 from .binding import Binding
 from .collider import Collider
 from ._library import library_path, load, version
@@ -30,4 +30,4 @@ from .state import State
 
 __all__ = ["Binding", "BusyError", "CancelledError", "Collider", "Diagnostic", "InternalError", "InvalidArgumentError", "InvalidDataError",
            "InvalidMeshError", "LibraryNotFoundError", "Material", "Method", "Model", "NotPrecomputedError", "NumericalError", "OutOfMemoryError",
-           "Proxy", "Sheet", "Shell", "ShellwarpError", "State", "UnsupportedError", "abi", "check_mesh", "directions_of_uvs", "library_path", "load", "method", "methods", "presets", "set_log", "version"]
+           "Proxy", "Sheet", "Shell", "ShellwarpError", "State", "UnsupportedError", "abi", "check_mesh", "directions_of_uvs", "library_path", "load", "look", "method", "methods", "presets", "set_log", "version"]
