@@ -1338,24 +1338,39 @@ void ties_hold_pieces_together() {
   FAILS_WITH(runner.evaluate(near), "pieces are tied within -1; it must be 0 or above");
 }
 
-// Of a polygon the triangle that is nearest: a vertex above one end of a long quad goes as that end does.
+// An L of six corners behind a triangle: what is above the middle of one of its four triangles, or beside its outer edge, is tied to that.
 void a_tie_to_a_polygon_is_to_its_nearest_triangle() {
-  Request request = strip_request();
-  request.mesh.triangles.clear();
-  for (int i = 0; i + 1 < STRIP_COLUMNS; ++i)
-    for (int j = 0; j + 1 < STRIP_ROWS; ++j) {
-      request.mesh.sizes.push_back(4);
-      for (const uint32_t v : {strip_vertex(i, j), strip_vertex(i + 1, j), strip_vertex(i + 1, j + 1), strip_vertex(i, j + 1)}) request.mesh.corners.push_back(v);
+  host::Mesh mesh;
+  mesh.points = {9, 0, 0, 10, 0, 0, 9, 1, 0, 0, 0, 0, 3, 0, 0, 3, 1, 0, 1, 1, 0, 1, 3, 0, 0, 3, 0};
+  mesh.sizes = {3, 6}, mesh.corners = {0, 1, 2, 3, 4, 5, 6, 7, 8};
+  mesh.cut();
+  CHECK(mesh.n_triangles() == 5);
+  host::Build build;
+  std::vector<uint32_t> expected;
+  const std::vector<uint32_t> triangles = mesh.triangles;
+  for (uint32_t t = 1; t < 5; ++t)
+    for (const double up : {0.0, 0.4}) {
+      for (std::size_t c = 0; c < 3; ++c) {
+        double middle = 0;
+        for (std::size_t k = 0; k < 3; ++k) middle += mesh.points[3 * std::size_t{triangles[3 * t + k]} + c] / 3;
+        mesh.points.push_back(c == 2 ? up : middle);
+      }
+      build.ties.push_back({mesh.n_points() - 1, 1, true, 0});
+      expected.push_back(t);
     }
-  const uint32_t above = request.mesh.n_points();
-  for (const Vec3 &x : {Vec3{3.95, 0.02, 0.05}, Vec3{4.05, 0.02, 0.05}, Vec3{4, 0.09, 0.05}}) request.mesh.points.insert(request.mesh.points.end(), x.begin(), x.end());
-  request.mesh.sizes.push_back(3);
-  request.mesh.corners.insert(request.mesh.corners.end(), {above, above + 1, above + 2});
-  for (uint32_t k = 0; k < 3; ++k) request.build.ties.push_back({above + k, 79, true, 0});
-  ShellRunner runner;
-  for (int k = 0; k <= 6; ++k) runner.evaluate(at_frame(request, k));
-  const double *a = &runner.deformed()[3 * std::size_t{above}], *tip = &runner.deformed()[3 * strip_vertex(STRIP_COLUMNS - 1, 1)];
-  CHECK(tip[2] < -0.02 && std::hypot(std::hypot(a[0] - tip[0], a[1] - tip[1]), a[2] - tip[2]) < 0.08);
+  mesh.points.insert(mesh.points.end(), {3.2, 0.9, 0.1});  // beside the short edge from (3, 0) to (3, 1)
+  build.ties.push_back({mesh.n_points() - 1, 1, true, 0});
+  const auto has = [&](uint32_t t, uint32_t v) { return std::count(&triangles[3 * t], &triangles[3 * t] + 3, v) > 0; };
+  for (uint32_t t = 1; t < 5; ++t)
+    if (has(t, 4) && has(t, 5)) expected.push_back(t);
+  build.ties.push_back({5, 0, true, 0});
+  expected.push_back(0);
+  const host::ShellParts parts(mesh, build);
+  SwMaterialDesc material = shellwarp::material_desc();
+  SwSupportDesc supports = shellwarp::support_desc();
+  parts.put(material, supports);
+  CHECK(material.n_ties == expected.size());
+  for (std::size_t k = 0; k < expected.size(); ++k) CHECK(material.ties[2 * k + 1] == expected[k] && material.tie_on_triangles[k] == 1);
 }
 
 void a_material_out_of_range_is_refused_by_name() {
