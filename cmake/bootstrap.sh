@@ -9,7 +9,7 @@
 #   bench    scipy and numpy for tests/bench, in .venv/
 #   python   numpy, cffi and mypy for host_examples/python, in .venv/
 #   blender  Blender as a Python module, 1 GB, in .venv/blender/: it wants an older numpy. Python 3.11 only
-#   cloth    the cloth solver that tests/report sets beside the library, in .venv/
+#   cloth    the solvers that tests/report and tests/bench set beside the library, in .venv/
 #   farm     Dask, USD and what else host_examples/farm needs, in .venv/: Python 3.11 or later
 #   files    USD and a reader of glTF, which judge what the command line writes, in .venv/
 #   portable a linker for old Linux systems, 450 MB, for make wheel, in .venv/
@@ -48,6 +48,7 @@ pins() {
         ;;
     blender) echo 'bpy==5.0.1' ;;
     cloth)
+        echo 'mujoco-core==4.0.0'
         echo 'newton==1.8.0'
         echo 'warp-lang==1.19.0'
         grep '^numpy' host_examples/render/requirements.txt

@@ -22,6 +22,8 @@ import scipy
 from scipy.io import mmread
 from scipy.sparse.linalg import eigsh
 
+from sections import put_section
+
 ROOT = Path(__file__).resolve().parents[2]
 
 
@@ -54,19 +56,6 @@ def compare(modes, runs):
     return report, min(report["seconds"]), min(seconds), np.max(np.abs(values / report["eigenvalues"] - 1))
 
 
-def put_section(path, machine, text):
-    """As put_section of docs.rs."""
-    begin, end, last = (f"<!-- {mark} -->\n" for mark in (f"begin scipy {machine}", f"end scipy {machine}", "end of scipy"))
-    document = Path(path).read_text()
-    if begin in document:
-        before, rest = document.split(begin)
-        after = rest.split(end)[1]
-    else:
-        before, after = document.split(last)
-        after = "\n" + last + after
-    Path(path).write_text(f"{before}{begin}\n{text}\n{end}{after}")
-
-
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--modes", type=int, nargs="+", default=[4, 32])
@@ -89,7 +78,7 @@ def main():
         head = f"## Against SciPy {scipy.__version__}'s eigsh, on {report['machine']}\n\n"
         head += f"The load was {os.getloadavg()[0]:.1f} after. Least of {options.runs} runs of each, the dinosaur.\n\n"
         head += "| modes | file to model, s | eigsh alone, s | ratio | goal |\n| --- | --- | --- | --- | --- |\n"
-        put_section(options.docs, report["machine"], head + rows)
+        put_section(options.docs, f"scipy {report['machine']}", head + rows)
     print("bench-precompute: " + ("OK" if good else "FAILED"))
     return 0 if good else 1
 
