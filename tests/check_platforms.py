@@ -29,8 +29,9 @@ TAIL = """
 The tests are those in C and C++ and of the command line, and for WebAssembly those in JavaScript and of the npm package. Linux on x86-64 has more: `make test`.
 
 The motion is that of `tests/callers`: a strip that is precomputed and stepped for 60 frames, its first eight digits of SHA-256. Where they are equal the
-bits are. The strip's state is a plain one. Deterministic states (`SW_STATE_DETERMINISTIC`) of one saved model have the same bits on all platforms of the
-table that ran, WebAssembly too: `tests/c/same_bits_test.c` and `tests/wasm/same_bits.test.mjs` compare them with `tests/data/saved/same_bits.txt`.
+bits are. The strip's state is a plain one, and WebAssembly has no fused multiplication and addition. Deterministic states
+(`SW_STATE_DETERMINISTIC`) of one saved model have the same bits on all platforms that ran, WebAssembly too: `tests/c/same_bits_test.c` and
+`tests/wasm/same_bits.test.mjs` compare them with `tests/data/saved/same_bits.txt`.
 
 macOS is built without Apple's kit, by zig, and never run. What its loader asks of a file is tested: the name inside, the libraries needed, the oldest
 system, and on ARM the signature of every page. On a Mac, `make test` runs all tests.
@@ -91,7 +92,8 @@ def main():
         if target in installed:
             done = subprocess.run(["cargo", "clippy", "--locked", "--lib", "--target", target, "--", "-D", "warnings"], cwd=ROOT, check=False)
             compiles, failed = ("yes", failed) if done.returncode == 0 else ("NO", True)
-        rows.append(f"| {name} | `{target}` | {compiles} | {' | '.join(cells(archive, page.get(target, ["not run", "", "", ""])))} |")
+        rest = cells(archive, page.get(target, ["not run", "", "", ""]))
+        rows.append(f"| {name} | `{target}` | {compiles} | {' | '.join(rest)} |")
         print(rows[-1], flush=True)
     PAGE.write_text(HEAD + "\n".join(rows) + "\n" + TAIL, encoding="utf-8")
     return 1 if failed else 0

@@ -53,10 +53,15 @@ mod word {
 
 #[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
 mod word {
-    pub type Word = ();
-    pub const DEFAULT: Word = ();
-    pub fn get() -> Word {}
-    pub fn set((): Word) {}
+    #[derive(Clone, Copy)]
+    pub struct Word;
+    pub const DEFAULT: Word = Word;
+
+    pub fn get() -> Word {
+        Word
+    }
+
+    pub fn set(_: Word) {}
 }
 
 use word::Word;
