@@ -13,6 +13,7 @@
 
 mod energy;
 mod judged;
+mod near;
 mod obstacle;
 mod parted;
 mod probes;
@@ -22,6 +23,7 @@ mod search;
 
 pub use energy::{Pressed, Touching};
 pub use judged::Judged;
+pub use near::Near;
 pub use obstacle::Obstacle;
 pub use parted::Parted;
 pub use probes::{Probes, Reach};
@@ -145,6 +147,10 @@ pub struct Contacts {
     /// Of the probes.
     starts: Vec<Reach>,
     ends: Vec<Reach>,
+    /// What may touch, where it is known without a look at all.
+    pub near: Near,
+    /// Whether the start and end positions are of all vertices, not of those alone that are near.
+    whole: [bool; 2],
     /// Unknowns and rates when the step began.
     pub unknowns: [Vec<f64>; 2],
     /// Unknowns and rates where the last step ended.
@@ -180,6 +186,8 @@ impl Contacts {
             end: vec![Vec3::zeros(); n],
             starts: reach.clone(),
             ends: reach,
+            near: Near::default(),
+            whole: [true; 2],
             unknowns: [vec![], vec![]],
             came_to: [vec![], vec![]],
             came_at: None,
@@ -227,6 +235,7 @@ impl Contacts {
 
     /// Nothing touches one solid, which is elsewhere at once.
     pub fn forget_of(&mut self, obstacle: usize) {
+        self.near.forget();
         Arc::make_mut(&mut self.pressed).keep(|touch| touch.obstacle as usize != obstacle);
     }
 
@@ -253,13 +262,43 @@ impl Contacts {
         if goes_on {
             std::mem::swap(&mut self.start, &mut self.end);
             std::mem::swap(&mut self.starts, &mut self.ends);
+            self.whole.swap(0, 1);
+        } else {
+            self.near.forget();
         }
         goes_on
     }
 
-    /// Measures the patches at the start positions.
+    /// Measures the patches at the start positions, which are of all vertices.
     pub fn measure_start(&mut self) {
-        self.probes.reach(&self.start, &mut self.starts);
+        self.whole[0] = true;
+        self.probes.measure(&self.start, &mut self.starts);
+    }
+
+    /// Whether the start positions are of all vertices.
+    pub fn has_whole_start(&self) -> bool {
+        self.whole[0]
+    }
+
+    /// Whether the end positions are.
+    pub fn has_whole_end(&self) -> bool {
+        self.whole[1]
+    }
+
+    /// Whether this round, which moved vertices by no more than `way`, needs the positions of those alone that are near.
+    pub fn looks_near(&mut self, way: f64) -> bool {
+        let led = self.obstacles.iter().map(Obstacle::longest_way).fold(0.0, f64::max);
+        let near = self.near.keeps(way + led, self.probes.size);
+        self.whole[1] = !near;
+        near
+    }
+
+    /// Lists what is near for the next rounds, with all start positions set.
+    pub fn survey(&mut self, way: f64) {
+        let Self { near, probes, starts, start, obstacles, pressed, .. } = self;
+        let led = obstacles.iter().map(Obstacle::longest_way).fold(0.0, f64::max);
+        let touching = pressed.list.iter().map(|touch| touch.probe);
+        near.survey((probes, starts, start.len()), obstacles, touching, way + led);
     }
 
     /// Whether the method has an unknown for each vertex.
@@ -293,6 +332,9 @@ impl Contacts {
         self.found.reserve(if all { 0 } else { self.probes.patches() * self.obstacles.len().min(MANY) });
         Arc::make_mut(&mut self.pressed).reserve(room);
         self.parted.reserve(room, self.obstacles.len());
+        if !all {
+            self.near.reserve(&self.probes, self.start.len(), self.obstacles.len());
+        }
     }
 
     /// Into how many parts a step is to be cut, so that no solid goes further in one than this part of the shell's size.
@@ -311,7 +353,7 @@ impl Contacts {
     /// After a round, with the end positions set: forces, new contacts and half-spaces where the probes are now. Returns whether more rounds
     /// would change little.
     pub fn update(&mut self, round: Round) -> bool {
-        self.probes.reach(&self.end, &mut self.ends);
+        self.measure_end();
         self.summary.passed = 0;
         let (mut left, settled) = self.press(round);
         left = left.max(self.find(round));
@@ -327,6 +369,17 @@ impl Contacts {
         Arc::make_mut(&mut self.pressed).add(&self.found, &self.probes);
         self.meet(round);
         (left <= MET * self.probes.size && settled) || self.stuck >= PATIENCE
+    }
+
+    fn measure_end(&mut self) {
+        let Self { near, probes, end, ends, .. } = self;
+        if !near.holds() {
+            probes.measure(end, ends);
+            return;
+        }
+        for patch in near.patches() {
+            ends[*patch as usize] = probes.reach(*patch as usize, end);
+        }
     }
 
     /// Whether a probe came through a solid in the last round.
@@ -394,6 +447,7 @@ impl Contacts {
         summary.count = pressed.list.iter().filter(|touch| touch.force > 0.0).count();
         summary.impulse = impulse;
         obstacles.iter_mut().for_each(Obstacle::arrive);
+        self.near.accept();
     }
 
     /// The contacts of a shell at these positions, for one that goes on from there.
@@ -406,8 +460,9 @@ impl Contacts {
     pub fn add_within(&mut self, x: &[Vec3]) -> bool {
         self.end.copy_from_slice(x);
         (self.all, self.came_at) = (true, None);
-        self.probes.reach(&self.start, &mut self.starts);
-        self.probes.reach(&self.end, &mut self.ends);
+        self.near.forget();
+        self.probes.measure(&self.start, &mut self.starts);
+        self.probes.measure(&self.end, &mut self.ends);
         self.find(Round { h: None, feels_start: false });
         let size = self.probes.size;
         self.found.retain(|touch| touch.gap < -MET * size);
@@ -447,5 +502,6 @@ impl Contacts {
         lists * size_of::<Touching>()
             + 2 * (self.start.len() * size_of::<Vec3>() + self.starts.len() * size_of::<Reach>())
             + self.probes.bytes()
+            + self.near.bytes()
     }
 }

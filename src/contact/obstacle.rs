@@ -106,6 +106,15 @@ impl Obstacle {
         (self.target.origin - self.pose.origin).norm() + turn * reach
     }
 
+    /// The same of any point of its surface; infinite where none is known.
+    pub fn longest_way(&self) -> f64 {
+        match self.solid.bounds() {
+            _ if self.pose == self.target && !self.solid.deforms() => 0.0,
+            Some(ball) if !self.solid.deforms() => self.way(ball.center.norm() + ball.radius),
+            _ => f64::INFINITY,
+        }
+    }
+
     /// The same that stays where it is.
     pub fn now(&self) -> Self {
         Self { target: self.pose, ..self.clone() }

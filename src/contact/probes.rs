@@ -63,16 +63,24 @@ impl Probes {
         self.first[i]..self.first[i + 1]
     }
 
-    /// Sets the ball of each patch with the vertices at `x`.
-    pub fn reach(&self, x: &[Vec3], reach: &mut [Reach]) {
-        for (i, reach) in reach.iter_mut().enumerate() {
-            let (mut low, mut high) = (Vec3::repeat(f64::INFINITY), Vec3::repeat(f64::NEG_INFINITY));
-            for point in &self.points[self.patch(i)] {
-                let p = point.place(|v| x[v]);
-                (low, high) = (low.inf(&p), high.sup(&p));
-            }
-            *reach = Reach { center: 0.5 * (low + high), radius: 0.5 * (high - low).norm() };
+    /// The patch of a probe.
+    pub fn patch_of(&self, probe: usize) -> usize {
+        self.first.partition_point(|first| *first <= probe) - 1
+    }
+
+    /// The ball of a patch with the vertices at `x`.
+    pub fn reach(&self, patch: usize, x: &[Vec3]) -> Reach {
+        let (mut low, mut high) = (Vec3::repeat(f64::INFINITY), Vec3::repeat(f64::NEG_INFINITY));
+        for point in &self.points[self.patch(patch)] {
+            let p = point.place(|v| x[v]);
+            (low, high) = (low.inf(&p), high.sup(&p));
         }
+        Reach { center: 0.5 * (low + high), radius: 0.5 * (high - low).norm() }
+    }
+
+    /// Sets the balls of all patches.
+    pub fn measure(&self, x: &[Vec3], reach: &mut [Reach]) {
+        reach.iter_mut().enumerate().for_each(|(patch, reach)| *reach = self.reach(patch, x));
     }
 
     /// Memory that it takes.

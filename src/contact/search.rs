@@ -12,7 +12,9 @@ impl Contacts {
         self.found.clear();
         let (mut left, mut deepest) = (0.0f64, 0.0f64);
         for o in 0..self.obstacles.len() {
-            for patch in 0..self.probes.patches() {
+            let listed = self.near.holds();
+            for at in if listed { self.near.of(o) } else { 0..self.probes.patches() } {
+                let patch = if listed { self.near.patch(at) } else { at };
                 if self.is_far(&self.obstacles[o], &self.starts[patch], &self.ends[patch]) {
                     continue;
                 }

@@ -192,6 +192,10 @@ pub trait Motion: Send + Sync {
     fn positions(&self, placement: &Placement, write: &mut dyn FnMut(usize, &[[f64; 3]]));
     /// The same in the precision of the basis, rounded to f32.
     fn positions_f32(&self, placement: &Placement, write: &mut dyn FnMut(usize, &[[f32; 3]]));
+    /// How far any vertex is, at most, from where it is at the unknowns `from` (frame axes); infinite where that is not known.
+    fn largest_change(&self, _from: &[f64]) -> f64 {
+        f64::INFINITY
+    }
     /// The positions of some vertices, to the same bits: the place in the list, and the row.
     fn positions_of(&self, placement: &Placement, vertices: &[u32], write: &mut dyn FnMut(usize, [f64; 3]));
     /// As [`Motion::positions_of`], for [`Motion::positions_f32`].

@@ -28,6 +28,31 @@ fn read(motion: &dyn Motion, pose: &Pose, x: &mut [Vec3]) {
     });
 }
 
+/// Reads the positions at the end of a round: those of vertices that may touch where that is known, else all.
+fn read_round(motion: &mut dyn Motion, contacts: &mut Contacts, (from, pose): (&Pose, &Pose)) {
+    let way = if from == pose { motion.largest_change(&contacts.unknowns[0]) } else { f64::INFINITY };
+    let mut listed = contacts.looks_near(way);
+    if !listed && way.is_finite() && contacts.near.may_pay() {
+        if !contacts.has_whole_start() {
+            motion.copy_unknowns(&mut contacts.came_to); // room
+            motion.set_unknowns([&contacts.unknowns[0], &contacts.unknowns[1]]);
+            read(motion, from, &mut contacts.start);
+            motion.set_unknowns([&contacts.came_to[0], &contacts.came_to[1]]);
+            contacts.measure_start();
+        }
+        contacts.survey(way);
+        listed = contacts.looks_near(way);
+    }
+    if listed {
+        let Contacts { near, end, .. } = contacts;
+        let vertices = near.vertices();
+        let mut write = |i: usize, x: [f64; 3]| end[vertices[i] as usize] = Vec3::from(x);
+        motion.positions_of(&placement(pose), vertices, &mut write);
+    } else {
+        read(motion, pose, &mut contacts.end);
+    }
+}
+
 impl State {
     /// Replaces the solids that the shell touches; none for no contact. Those that are the same as before in their place go on being
     /// touched. Their poses are where they are now.
@@ -239,7 +264,8 @@ impl State {
     /// Notes where a step in parts begins.
     fn begin_parts(&mut self, contacts: &mut Contacts, frame: &Pose) {
         self.motion.copy_unknowns(&mut contacts.unknowns);
-        if contacts.came_at.is_none_or(|at| at != *frame) || contacts.came_to != contacts.unknowns {
+        let elsewhere = contacts.came_at.is_none_or(|at| at != *frame) || contacts.came_to != contacts.unknowns;
+        if elsewhere || !contacts.has_whole_end() {
             read(&*self.motion, frame, &mut contacts.end);
             contacts.came_at = None;
         }
@@ -285,7 +311,7 @@ impl State {
                 contacts.undo();
                 return Err(error);
             }
-            read(&**motion, pose, &mut contacts.end);
+            read_round(&mut **motion, contacts, (from, pose));
             if contacts.update(round) || round.feels_start {
                 break;
             }
@@ -316,6 +342,7 @@ impl State {
         let round = Round { h: None, feels_start: false };
         contacts.obstacles.iter_mut().for_each(Obstacle::arrive);
         contacts.came_at = None;
+        contacts.near.forget();
         read(&*self.motion, pose, &mut contacts.start);
         contacts.end.clone_from(&contacts.start);
         contacts.measure_start();

@@ -1,8 +1,9 @@
-//! What contact costs a frame of the warp: no collider, one far away, and one that is touched at few and many places; in one run.
+//! What contact costs a frame of the warp: without colliders, with one far away, and with 1, 10 and 100 contacts; in one run.
 //!
-//! usage: contact [--docs FILE]
+//! usage: contact [--docs FILE] [--only SCENE/COLLIDER]
 //!
-//! A leaf lies on a solid under a gravity that sways, so that it never sleeps. A frame is a step and the reading of all positions in 32 bits.
+//! A leaf lies on a solid, and a sheet on balls side by side, under a gravity that sways, so that they never sleep. A frame is a step and the
+//! reading of all positions in 32 bits. With --only one contestant runs, for a profiler, such as --only "472/a ball".
 #![allow(missing_docs)]
 
 #[path = "../collider_meshes/mod.rs"]
@@ -12,14 +13,14 @@ mod common;
 #[path = "docs.rs"]
 mod docs;
 
-use common::leaf;
-use shellwarp::Vec3;
+use common::{equilateral_sheet, leaf};
 use shellwarp::collider::{GridOptions, Solid};
 use shellwarp::contact::Obstacle;
 use shellwarp::model::{Model, Options};
 use shellwarp::state::{Method, Space, State};
 use shellwarp::step::Integrator;
 use shellwarp::support::Pose;
+use shellwarp::{Material, Mesh, Shell, Supports, Vec3};
 use std::hint::black_box;
 use std::sync::Arc;
 use std::time::Instant;
@@ -32,7 +33,7 @@ const TURNS: usize = 7;
 
 /// One row of the table.
 struct Contestant {
-    name: &'static str,
+    name: String,
     state: State,
     /// Best seconds of a step, and of reading the positions.
     step: f64,
@@ -42,12 +43,10 @@ struct Contestant {
     deepest: f64,
 }
 
-fn contestant(model: &Arc<Model>, name: &'static str, solid: Option<(Solid, Pose)>) -> Contestant {
+fn contestant(model: &Arc<Model>, name: &str, obstacles: Vec<Obstacle>) -> Contestant {
     let mut state = State::new(model.clone(), Method::Warp, Integrator::Exact).unwrap();
-    if let Some((solid, pose)) = solid {
-        state.set_obstacles(vec![Obstacle::new(Arc::new(solid), pose).with_friction(0.3)]).unwrap();
-    }
-    Contestant { name, state, step: f64::INFINITY, read: f64::INFINITY, contacts: 0.0, deepest: 0.0 }
+    state.set_obstacles(obstacles.into_iter().map(|o| o.with_friction(0.3)).collect()).unwrap();
+    Contestant { name: name.to_owned(), state, step: f64::INFINITY, read: f64::INFINITY, contacts: 0.0, deepest: 0.0 }
 }
 
 fn step(state: &mut State, frame: usize) {
@@ -88,28 +87,69 @@ fn ball(radius: f64, as_grid: bool) -> Solid {
     Solid::grid(&positions, &triangles, &GridOptions::default()).unwrap()
 }
 
-/// Measures a leaf; rows of the table.
-fn measure(fine: usize) -> String {
-    let shell = Arc::new(leaf(fine));
+fn model_of(shell: Shell) -> Arc<Model> {
     let options = Options { modes: 16, ..Options::default() };
-    let model = Arc::new(Model::precompute(shell.clone(), &options, &mut |_, _| Ok(())).unwrap());
+    Arc::new(Model::precompute(Arc::new(shell), &options, &mut |_, _| Ok(())).unwrap())
+}
+
+/// A leaf on one solid.
+fn leaves(fine: usize) -> Vec<Contestant> {
+    let model = model_of(leaf(fine));
     let below = |x: f64, radius: f64| Pose { origin: Vec3::new(x, 0.0, -radius - 0.02), ..Pose::identity() };
-    let mut all = [
-        contestant(&model, "none", None),
-        contestant(&model, "a ball far away", Some((ball(0.3, false), below(0.75, 30.0)))),
-        contestant(&model, "a small ball", Some((ball(0.1, false), below(0.9, 0.1)))),
-        contestant(&model, "a ball", Some((ball(1.0, false), below(0.9, 1.0)))),
-        contestant(&model, "a ball's grid", Some((ball(1.0, true), below(0.9, 1.0)))),
-        contestant(&model, "a plane", Some((Solid::plane(), below(0.0, 0.0)))),
-    ];
-    let mut out = vec![[0f32; 3]; shell.mass.len()];
+    let one = |solid: Solid, pose: Pose| vec![Obstacle::new(Arc::new(solid), pose)];
+    vec![
+        contestant(&model, "none", vec![]),
+        contestant(&model, "a ball far away", one(ball(0.3, false), below(0.75, 30.0))),
+        contestant(&model, "a small ball", one(ball(0.1, false), below(0.9, 0.1))),
+        contestant(&model, "a ball", one(ball(1.0, false), below(0.9, 1.0))),
+        contestant(&model, "a ball's grid", one(ball(1.0, true), below(0.9, 1.0))),
+        contestant(&model, "a plane", one(Solid::plane(), below(0.0, 0.0))),
+    ]
+}
+
+/// A square sheet of a metre on balls that touch it at rest. One is held along a side, and its tip would sag by 0.1 m. One is free and has
+/// fallen flat, so that every ball carries its share.
+fn sheets(cells: usize) -> Vec<Contestant> {
+    let model = |held: f64| {
+        let (positions, triangles) = equilateral_sheet(cells, cells, 1.0 / cells as f64);
+        let fixed = (0..positions.len() as u32).filter(|v| positions[*v as usize].x < held).collect();
+        let material = Material { k_area: 1e4, k_length: 1e4, k_bend: 5.0, area_density: 1.0 };
+        let mesh = Mesh::new(positions, &triangles).unwrap();
+        model_of(Shell::new(mesh, material, &Supports { fixed, ..Default::default() }).unwrap())
+    };
+    let (held, free) = (model(0.05), model(-1.0));
+    const RADIUS: f64 = 0.045;
+    let pegs = |[along, across]: [usize; 2], as_grid: bool| {
+        let solid = Arc::new(ball(RADIUS, as_grid));
+        let place = |i: usize| {
+            let [x, y] = [(i / across, along), (i % across, across)].map(|(i, n)| (i as f64 + 0.5) / n as f64);
+            Vec3::new(0.1 + 0.88 * x, 0.01 + 0.84 * y, -RADIUS)
+        };
+        let places = (0..along * across).map(place);
+        places.map(|origin| Obstacle::new(solid.clone(), Pose { origin, ..Pose::identity() })).collect::<Vec<_>>()
+    };
+    let mut all = vec![contestant(&held, "none", vec![])];
+    for (model, how, counts) in [(&held, "held, ", [1, 1]), (&free, "free, ", [5, 2]), (&free, "free, ", [10, 10])] {
+        for (as_grid, what) in [(false, "balls"), (true, "balls' grids")] {
+            let name = format!("{how}{} {what}", counts[0] * counts[1]);
+            all.push(contestant(model, &name, pegs(counts, as_grid)));
+        }
+    }
+    all
+}
+
+/// Rows of the table: all take turns.
+fn measure(mut all: Vec<Contestant>, only: Option<&str>) -> String {
+    let n = all[0].state.model().shell.mass.len();
+    all.retain(|of| only.is_none_or(|only| only == format!("{n}/{}", of.name)));
+    let mut out = vec![[0f32; 3]; n];
     for _ in 0..TURNS {
         all.iter_mut().for_each(|of| run(of, &mut out));
     }
-    let free = all[0].step + all[0].read;
+    let free = all.first().map_or(0.0, |of| of.step + of.read);
     let row = |of: &Contestant| {
         let [step, read] = [of.step, of.read].map(|seconds| 1e6 * seconds);
-        let (times, n) = ((of.step + of.read) / free, shell.mass.len());
+        let times = (of.step + of.read) / free;
         format!(
             "| {n} | {} | {:.0} | {step:.1} | {read:.1} | {times:.1} | {:.0e} |\n",
             of.name, of.contacts, of.deepest
@@ -120,16 +160,25 @@ fn measure(fine: usize) -> String {
 
 fn main() {
     let arguments: Vec<String> = std::env::args().collect();
+    let after = |flag: &str| arguments.iter().position(|a| a == flag).map(|at| arguments[at + 1].as_str());
+    let head = |what: &str| {
+        format!(
+            "\n{what}:\n\n\
+             | vertices | collider | contacts | step, µs | positions, µs | frame over the free one | deepest, of the size |\n\
+             |---|---|---|---|---|---|---|\n"
+        )
+    };
     let mut table = format!(
-        "{}, load {}. Warp, 16 modes, steps of 1/60 s; best of {TURNS} turns.\n\n\
-         | vertices | collider | contacts | step, µs | positions, µs | frame over the free one | deepest, of the size |\n\
-         |---|---|---|---|---|---|---|\n",
+        "{}, load {}. Warp, 16 modes, steps of 1/60 s; best of {TURNS} turns.\n",
         docs::machine(),
         docs::load()
     );
-    [1, 6].iter().for_each(|fine| table.push_str(&measure(*fine)));
+    table.push_str(&head("A leaf on one solid"));
+    [1, 6].iter().for_each(|fine| table.push_str(&measure(leaves(*fine), after("--only"))));
+    table.push_str(&head("A flat sheet on balls side by side"));
+    [21, 113].iter().for_each(|cells| table.push_str(&measure(sheets(*cells), after("--only"))));
     println!("{table}");
-    if let Some(at) = arguments.iter().position(|a| a == "--docs") {
-        docs::put_section(&arguments[at + 1], "contact", &table).unwrap();
+    if let Some(path) = after("--docs") {
+        docs::put_section(path, "contact", &table).unwrap();
     }
 }

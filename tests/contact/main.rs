@@ -16,4 +16,5 @@ mod collider_wild;
 mod contact;
 mod contact_deforming;
 mod contact_fast;
+mod contact_near;
 mod contact_theory;

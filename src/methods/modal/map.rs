@@ -45,6 +45,10 @@ pub trait Map: Clone + Send + Sync + 'static {
         vertices: &[u32],
         write: impl FnMut(usize, [f32; 3]),
     );
+    /// How far any vertex is, at most, at `q` from where it is at `from`; infinite where that is not known.
+    fn largest_change(&self, _: &ModalBasis, _from: &[f64], _q: &[f64]) -> f64 {
+        f64::INFINITY
+    }
     /// How far the shell is bent at `q`.
     fn extent(&self, at: (&ModalBasis, &[f64])) -> Extent;
     /// Hands u and Jq̇ of every vertex to `visit`, in order, J as the law of the force has it.

@@ -169,6 +169,10 @@ impl<M: Map> Motion for Modal<M> {
         }
     }
 
+    fn largest_change(&self, from: &[f64]) -> f64 {
+        if self.supports.is_some() { f64::INFINITY } else { self.map.largest_change(&self.basis, from, &self.q) }
+    }
+
     fn positions(&self, placement: &Placement, write: &mut dyn FnMut(usize, &[[f64; 3]])) {
         self.map.positions((&self.basis, &self.q), placement, write);
     }

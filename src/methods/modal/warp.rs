@@ -151,6 +151,23 @@ impl Map for Warp {
             warp::visit_positions_of_f32(basis, self.amplitudes(q), placement, vertices, write));
     }
 
+    /// u = R̃ Φq, |R̃| ≤ 1 and |∂R̃/∂w| ≤ ½: |Δu| ≤ |ΦΔq| + ½ |ΨΔq| |Φq|.
+    fn largest_change(&self, modal: &ModalBasis, from: &[f64], q: &[f64]) -> f64 {
+        let participation = modal.participation();
+        let reach = participation.reach();
+        if reach.len() != q.len() {
+            return f64::INFINITY; // support fields, too
+        }
+        let change = |k: usize| (q[k] - from[k]).abs();
+        let linear: f64 = (0..q.len()).map(|k| change(k) * reach[k]).sum();
+        if !self.law.warped() {
+            return linear;
+        }
+        let bend = modal.bend(true);
+        let turn: f64 = (0..q.len()).map(|k| change(k) * bend.of(k)).sum();
+        linear + 0.5 * turn * participation.largest_displacement(from)
+    }
+
     fn extent(&self, (modal, q): (&ModalBasis, &[f64])) -> Extent {
         if modal.is_linear() {
             return linear_extent(modal, q);
