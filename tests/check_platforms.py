@@ -28,8 +28,8 @@ For which platforms the library compiles, what ran there, and how.
 TAIL = """
 The tests are those in C and C++ and of the command line, and for WebAssembly those in JavaScript and of the npm package. Linux on x86-64 has more: `make test`.
 
-The motion is that of `tests/callers`: a strip that is precomputed and stepped for 60 frames, its first eight digits of SHA-256. Where they are equal the
-bits are. The strip's state is a plain one, and WebAssembly has no fused multiplication and addition. Deterministic states
+The motion is that of `tests/callers`: a strip that is precomputed and stepped for 60 frames, its first eight digits of SHA-256. Equal digits are
+equal bits. The strip's state is a plain one, and WebAssembly has no fused multiplication and addition. Deterministic states
 (`SW_STATE_DETERMINISTIC`) of one saved model have the same bits on all platforms that ran, WebAssembly too: `tests/c/same_bits_test.c` and
 `tests/wasm/same_bits.test.mjs` compare them with `tests/data/saved/same_bits.txt`.
 

@@ -89,6 +89,10 @@ STIFFER = """{
     expect(fabs(frequency() / changed - 1) > 0.01, "%s");
 }"""
 
+SENT = """
+            float skinned_positions[n][3];
+            for (int v = 0; v < n; v++) memcpy(skinned_positions[v], positions[v], 12), skinned_positions[v][2] += 0.01f;"""
+
 # Of a page, by a word of the piece: what stands before it and after it.
 C = {
     "contact": [("ball.radius", READY, """
@@ -98,11 +102,17 @@ C = {
             const double *o = pose.origin, x = positions[v][0] - o[0], y = positions[v][1] - o[1], z = positions[v][2] - o[2];
             expect(sqrt(x * x + y * y + z * z) > 0.3 - 1e-3, "the strip stays out of the ball");   /* a thousandth of its length */
         }""")],
-    "moving_supports": [("support_fields", """
-        begin(); make_model();
-        float skinned_positions[n][3];""", """
-        read_positions();
-        for (int v = 0; v < 3; v++) expect(fabsf(positions[v][2] - 0.01f) < 1e-6f, "the supports are where they were sent");""")],
+    "moving_supports": [
+        ("support_fields", "begin(); make_model();", "make_state();" + SENT + """
+            checked(sw_state_move_supports(state, SW_FORMAT_F32, skinned_positions, 0, n, 0));"""),
+        ("sw_state_step", """
+            SwPrecomputeDesc desc;
+            sw_precompute_desc_init(&desc);
+            desc.support_fields = 24;
+            begin(); make_model(); checked(sw_model_precompute(model, &desc)); make_state();""" + SENT, """
+            read_positions();
+            for (int v = 0; v < 3; v++) expect(fabsf(positions[v][2] - 0.01f) < 1e-6f, "the supports are where they were sent");"""),
+    ],
     "render_mesh": [("sw_binding_create", READY + """
         float vertices[n][3], normals[n][3], vertices_out[n][3], normals_out[n][3], velocities_out[n][3];
         memcpy(vertices, positions, sizeof vertices);
@@ -120,7 +130,6 @@ C = {
         ("crease_factors", "begin();", STIFFER.replace("EQUAL", "") % "creases change the frequency"),
     ],
 }
-SENT = "for (int v = 0; v < n; v++) memcpy(skinned_positions[v], positions[v], 12), skinned_positions[v][2] += 0.01f;"
 
 PYTHON = """
 import numpy
@@ -131,20 +140,20 @@ triangles = numpy.array([t for i in range(20) for a in (3 * i, 3 * i + 1) for t 
 material = Material(bend=0.02, density=0.3, area=5e3, length=5e3)
 model = Model(Shell(positions, triangles, material, clamped=[0, 1, 2]))
 BEFORE
-state = model.state()
-state.set_gravity([0, 0, -9.8])
 PIECE
 AFTER
 """
+STATE = "\nstate = model.state()\nstate.set_gravity([0, 0, -9.8])"
 PYTHON_OF = {
-    "contact": [("Collider.sphere", "model.precompute()", "assert state.positions()[:, 2].min() > -1 - 1e-3")],
-    "moving_supports": [("support_fields", "skinned = positions + numpy.float32([0, 0, 0.01])",
+    "contact": [("Collider.sphere", "model.precompute()" + STATE, "assert state.positions()[:, 2].min() > -1 - 1e-3")],
+    "moving_supports": [("support_fields", "", "assert model.frequencies()[0] > 0"),
+                        ("move_supports", "skinned = positions + numpy.float32([0, 0, 0.01]); model.precompute(support_fields=24)" + STATE,
                          "assert abs(state.positions()[:3, 2] - 0.01).max() < 1e-6")],
     "render_mesh": [("Proxy(", "pinned = positions[:, 0] < 0.01; model.precompute()", "assert proxy.positions().shape[1] == 3"),
-                    ("bound_points", "vertices = positions; normals = [0, 0, 1] + 0 * positions; model.precompute()",
+                    ("bound_points", "vertices = positions; normals = [0, 0, 1] + 0 * positions; model.precompute()" + STATE,
                      "assert sorted(drawn) == ['normals', 'positions', 'velocities']")],
     "materials": [("directions_of_uvs", "uvs = positions[:, :2]; model.precompute()", ""),
-                  ("set_frequency", "model.precompute()", ""),
+                  ("set_frequency", "model.precompute()" + STATE, ""),
                   ("rest_positions", "flat = positions; curled = positions + [0, 0, 0.01] * positions[:, :1] ** 2; model.precompute()", "")],
 }
 
@@ -176,12 +185,9 @@ def of(table, page, piece):
 
 def run_c(page, piece, folder, build, include, compiler):
     before, after = of(C, page, piece)
-    # Whole functions are called by the piece itself; each of its calls goes through `checked`.
+    # Each call of the piece goes through `checked`.
     called = sorted(name for name in set(re.findall(r"\bsw_\w+(?=\()", piece)) if not name.endswith("_init"))
     macros = "\n".join(f"#define {name}(...) checked({name}(__VA_ARGS__))" for name in called)
-    if page == "moving_supports":
-        first, second = piece.split("sw_state_move_supports", maxsplit=1)
-        piece = first + "make_state(); " + SENT + "\n(void)sw_state_move_supports" + second
     source = folder / f"{page}.c"
     source.write_text(f"{STRIP}\nint main(void) {{\n{before}\n{macros}\n{piece}\n{after}\nreturn 0;\n}}\n", encoding="utf-8")
     program = source.with_suffix("")
@@ -196,10 +202,6 @@ def run_python(page, piece, python, environment):
     piece = piece.replace("Sheet(...)", "Sheet(3e9, 0.3, 1e-3, 800)").replace("clamped=[...]", "clamped=[0, 1, 2]")
     piece = piece.replace("Shell(...,", "Shell(positions, triangles, Sheet(3e9, 0.3, 1e-3, 800, young_across=1e9), clamped=[0, 1, 2],")
     program = PYTHON.replace("BEFORE", before).replace("PIECE", piece).replace("AFTER", after)
-    if "model.precompute" in piece:   # the piece makes the state's model ready
-        made = program.index("state = model.state()")
-        first, rest = piece.split("\n", maxsplit=1)
-        program = program[:made] + first + "\n" + program[made:].replace(piece, rest)
     done = subprocess.run([python, "-c", program], env=environment, capture_output=True, text=True, check=False)
     assert done.returncode == 0, f"{page}:\n{piece}\n{done.stderr}"
 
