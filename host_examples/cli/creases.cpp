@@ -148,10 +148,7 @@ std::vector<double> rest_positions(const Scene &scene, const Mesh &mesh) {
     for (std::size_t k = 0; k < positions.size(); ++k) positions[k] += mesh.positions[k];
     return positions;
   }
-  std::vector<double> positions(mesh.positions.size());  // of welded vertices the first one's, as in the mesh
-  for (auto v = static_cast<uint32_t>(n); v-- > 0;)
-    for (std::size_t c = 0; c < 3; ++c) positions[3 * std::size_t{mesh.of(v)} + c] = shape.vertex(v)[c];
-  return positions;
+  return mesh.carried(shape.positions, 3);
 }
 
 }  // namespace cli

@@ -46,11 +46,12 @@ void read_fibres(Section &section, Material &material, std::vector<std::string> 
 }
 
 std::vector<double> find_directions(const Material &material, const Mesh &mesh) {
-  const std::size_t n = material.directions.size() / 3;
-  if (!material.directions_path.empty() && n != mesh.n_triangles())
-    throw std::runtime_error(material.directions_path + ": " + std::to_string(n) + " directions; the mesh has " + std::to_string(mesh.n_triangles()) +
+  if (material.directions_path.empty()) return material.directions;
+  const std::size_t n = material.directions.size() / 3, triangles = mesh.of_file.empty() ? mesh.n_triangles() : mesh.n_file_triangles;
+  if (n != triangles)
+    throw std::runtime_error(material.directions_path + ": " + std::to_string(n) + " directions; the mesh has " + std::to_string(triangles) +
                              " triangles");
-  return material.directions;
+  return !mesh.of_file.empty() ? mesh.carried_by_triangles(material.directions, 3) : material.directions;
 }
 
 }  // namespace cli

@@ -79,6 +79,16 @@ void set_region(const std::vector<uint32_t> &vertices, double value, const Mesh 
   }
 }
 
+// A file's numbers at the vertices or triangles that are simulated.
+void fit(MaterialFile &map, const Mesh &mesh) {
+  const std::size_t n = map.values.size(), vertices = mesh.of_file.empty() ? mesh.n_vertices() : mesh.of_file.size();
+  const std::size_t triangles = mesh.of_file.empty() ? mesh.n_triangles() : mesh.n_file_triangles;
+  if (n != vertices && n != triangles)
+    throw std::runtime_error(map.path + ": " + std::to_string(n) + " values of " + quantity_of(map.quantity).key + "; the mesh has " +
+                             std::to_string(vertices) + " vertices and " + std::to_string(triangles) + " triangles");
+  if (!mesh.of_file.empty()) map.values = n == vertices ? mesh.carried(map.values) : mesh.carried_by_triangles(map.values);
+}
+
 // The map of a constant; one of the uniform value where there is none yet.
 MaterialFile &map_of(uint32_t quantity, const Material &material, const Mesh &mesh, std::vector<MaterialFile> &maps) {
   for (MaterialFile &map : maps)
@@ -121,13 +131,7 @@ void read_maps(Section &section, Material &material, std::vector<std::string> &i
 
 std::vector<MaterialFile> material_maps(const Material &material, const Mesh &mesh) {
   std::vector<MaterialFile> maps = material.files;
-  for (MaterialFile &map : maps)
-    if (mesh.proxy && map.values.size() == mesh.of_file.size()) map.values = mesh.carried(map.values);
-  for (const MaterialFile &map : maps)
-    if (map.values.size() != mesh.n_vertices() && map.values.size() != mesh.n_triangles())
-      throw std::runtime_error(map.path + ": " + std::to_string(map.values.size()) + " values of " + quantity_of(map.quantity).key +
-                               "; the mesh has " + std::to_string(mesh.n_vertices()) + " vertices and " +
-                               std::to_string(mesh.n_triangles()) + " triangles");
+  for (MaterialFile &map : maps) fit(map, mesh);
   for (const MaterialRegion &region : material.regions) {
     const std::vector<uint32_t> vertices = find_vertices(region.where, mesh, "material region");
     for (const auto &[quantity, value] : region.values)

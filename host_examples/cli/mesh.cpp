@@ -63,10 +63,22 @@ void Mesh::cut_polygons() {
 
 std::vector<double> Mesh::carried(const std::vector<double> &values, std::size_t columns) const {
   std::vector<double> here(columns * n_vertices());
+  for (std::size_t v = of_file.size(); !proxy && v-- > 0;)
+    for (std::size_t c = 0; c < columns; ++c) here[columns * of_file[v] + c] = values[columns * v + c];
+  if (!proxy) return here;
   for (std::size_t v = 0; v < n_vertices(); ++v)
     for (std::size_t k = 0; k < 3; ++k)
       for (std::size_t c = 0; c < columns; ++c)
         here[columns * v + c] += proxy->weights[3 * v + k] * values[columns * proxy->sources[3 * v + k] + c];
+  return here;
+}
+
+std::vector<double> Mesh::carried_by_triangles(const std::vector<double> &values, std::size_t columns) const {
+  std::vector<double> here;
+  for (const uint32_t triangle : file_triangles) {
+    const auto first = values.begin() + static_cast<std::ptrdiff_t>(columns * triangle);
+    here.insert(here.end(), first, first + static_cast<std::ptrdiff_t>(columns));
+  }
   return here;
 }
 

@@ -37,6 +37,8 @@ struct Mesh {
   std::vector<float> uvs{};              // texture coordinates of an OBJ file, two each
   std::vector<uint32_t> corner_uvs{};    // which of them, of each corner of each face; empty where one has none
   std::vector<uint32_t> of_file{};  // of welded vertices and of a proxy, the number here of each in the file; else empty
+  std::vector<uint32_t> file_triangles{};  // of these, the triangle of the file that each stands for: of a proxy the one whose middle is nearest
+  uint32_t n_file_triangles = 0;            // and how many the file has
   std::shared_ptr<const ProxySource> proxy{};
 
   uint32_t n_vertices() const { return static_cast<uint32_t>(positions.size() / 3); }
@@ -51,8 +53,10 @@ struct Mesh {
   void add_polygon(const std::vector<uint32_t> &corners);
   // Once all vertices are there.
   void cut_polygons();
-  // Values at the file's vertices, `columns` each, at those of the proxy.
+  // Values at the file's vertices, `columns` each, at those of the proxy; of welded vertices the first one's.
   std::vector<double> carried(const std::vector<double> &values, std::size_t columns = 1) const;
+  // Values of the file's triangles, `columns` each, at those here.
+  std::vector<double> carried_by_triangles(const std::vector<double> &values, std::size_t columns = 1) const;
   // The number here of a vertex of the file; of one that is not there, the same.
   uint32_t of(uint32_t file_vertex) const;
 };

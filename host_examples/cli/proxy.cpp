@@ -1,9 +1,11 @@
 #include "proxy.hpp"
 
+#include "nearest.hpp"
 #include "output_file.hpp"
 #include "scene.hpp"
 #include "selection.hpp"
 #include "shell.hpp"
+#include "shell_parts.hpp"
 #include "watch.hpp"
 
 #include <algorithm>
@@ -107,6 +109,8 @@ Mesh make_proxy(const Mesh &file, const ProxyOptions &options, std::optional<dou
   auto from = std::make_shared<ProxySource>();
   made.sources(from->sources, from->weights);
   from->file_positions = file.positions;
+  mesh.n_file_triangles = file.n_triangles();
+  mesh.file_triangles = host::nearest_of(host::middles_of({file.positions, file.triangles}), host::middles_of({mesh.positions, mesh.triangles}));
   from->info = made.info();
   mesh.proxy = from;
   for (const auto &[name, vertices] : file.groups) mesh.groups[name] = carried_group(vertices, mesh);

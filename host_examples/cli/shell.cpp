@@ -129,11 +129,10 @@ SwDampingDesc damping_desc(const Scene &scene, const shellwarp::Model &model) {
 // At the vertices that are simulated.
 std::vector<double> damping_factors(const Damping &damping, const Mesh &mesh) {
   if (damping.factors.empty()) return {};
-  if (mesh.proxy && damping.factors.size() == mesh.of_file.size()) return mesh.carried(damping.factors);
-  if (damping.factors.size() != mesh.n_vertices())
-    throw std::runtime_error(damping.path + ": " + std::to_string(damping.factors.size()) + " factors; the mesh has " +
-                             std::to_string(mesh.n_vertices()) + " vertices");
-  return damping.factors;
+  const std::size_t n = mesh.of_file.empty() ? mesh.n_vertices() : mesh.of_file.size();
+  if (damping.factors.size() != n)
+    throw std::runtime_error(damping.path + ": " + std::to_string(damping.factors.size()) + " factors; the mesh has " + std::to_string(n) + " vertices");
+  return mesh.of_file.empty() ? damping.factors : mesh.carried(damping.factors);
 }
 
 bool any_needs_fields(const Scene &scene) {

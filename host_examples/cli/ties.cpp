@@ -54,7 +54,7 @@ TieLists find_ties(const Scene &scene, const Mesh &mesh) {
   };
   for (const SceneTie &tie : scene.ties) {
     if (!tie.triangles.empty() && !mesh.of_file.empty())
-      throw std::runtime_error("tie: triangles are numbered anew by weld: tie by vertices or within");
+      throw std::runtime_error("tie: triangles are numbered anew by weld and proxy: tie by vertices or within");
     for (const Pair &ends : tie.vertices) {
       const auto n = static_cast<uint32_t>(mesh.of_file.empty() ? mesh.n_vertices() : mesh.of_file.size());
       if (std::max(ends[0], ends[1]) >= n)

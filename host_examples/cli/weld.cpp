@@ -82,8 +82,11 @@ Mesh weld(const Mesh &mesh, double distance) {
     std::array<uint32_t, 3> sorted = t;
     std::sort(sorted.begin(), sorted.end());
     const bool flat = sorted[0] == sorted[1] || sorted[1] == sorted[2];
-    if (!flat && known.insert(sorted).second) welded.triangles.insert(welded.triangles.end(), t.begin(), t.end());
+    if (flat || !known.insert(sorted).second) continue;
+    welded.triangles.insert(welded.triangles.end(), t.begin(), t.end());
+    welded.file_triangles.push_back(static_cast<uint32_t>(k / 3));
   }
+  welded.n_file_triangles = mesh.n_triangles();
   if (welded.triangles.empty()) throw std::runtime_error("weld: no triangle is left at this distance");
   for (const auto &[name, vertices] : mesh.groups)
     for (const uint32_t v : vertices) welded.groups[name].insert(welded.of_file[v]);

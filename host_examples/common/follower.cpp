@@ -1,6 +1,8 @@
 #include "follower.hpp"
 
 #include "message.hpp"
+#include "nearest.hpp"
+#include "shell_parts.hpp"
 
 #include <algorithm>
 #include <limits>
@@ -60,6 +62,7 @@ void Follower::lead(Request &request, bool anew) {
   }
   lead_ties(request);
   lead_forces(request);
+  lead_maps(request, anew);
   for (std::size_t k = 0; k < request.inputs.handles.size(); ++k) {
     Handle &handle = request.inputs.handles[k];
     check("handle " + number(uint64_t(k)) + " holds", handle.vertex);
@@ -88,6 +91,31 @@ void Follower::lead_forces(Request &request) {
     const std::size_t at = 3 * std::size_t{nearest(request, static_cast<uint32_t>(i / 3))};
     for (std::size_t c = 0; c < 3; ++c) request.inputs.forces[at + c] += pulled[i + c];
   }
+}
+
+void Follower::lead_maps(Request &request, bool anew) {
+  if (anew) point_at_.clear(), polygon_at_.clear();
+  const std::size_t n = request.drawn.size() / 3;
+  Stiffness &s = request.build.stiffness;
+  const std::pair<const char *, std::vector<double> *> maps[] = {
+      {"thickness", &s.thickness_map}, {"Young's modulus", &s.young_map}, {"density", &s.density_map}, {"damping", &request.motion.damping_map}};
+  for (const auto &[what, map] : maps) {
+    if (map->empty()) continue;
+    if (map->size() != n)
+      throw HostError(std::string("the map of the ") + what + " has " + number(uint64_t(map->size())) + " values, what is drawn " + number(uint64_t(n)) + " points");
+    if (point_at_.size() != request.mesh.n_points()) point_at_ = nearest_of(request.drawn, request.mesh.points);
+    std::vector<double> led;
+    for (const uint32_t point : point_at_) led.push_back((*map)[point]);
+    *map = std::move(led);
+  }
+  if (s.directions.size() <= 3) return;  // one, everywhere
+  if (s.directions.size() != s.middles.size())
+    throw HostError("there are " + number(uint64_t(s.directions.size() / 3)) + " directions of Young's modulus, and " + number(uint64_t(s.middles.size() / 3)) + " polygons are drawn");
+  const std::vector<double> middles = middles_of(request.mesh);
+  if (polygon_at_.size() != middles.size() / 3) polygon_at_ = nearest_of(s.middles, middles);
+  std::vector<double> led;
+  for (const uint32_t polygon : polygon_at_) led.insert(led.end(), &s.directions[3 * std::size_t{polygon}], &s.directions[3 * std::size_t{polygon}] + 3);
+  s.directions = std::move(led);
 }
 
 // Two that are one vertex of the mesh are together already.

@@ -13,8 +13,8 @@ namespace host {
 
 class Follower {
 public:
-  // Vertices of supports, ties, forces, contact patches and handles, which are of request.drawn, become the nearest ones of the mesh. `anew`: both are at rest now.
-  // Throws HostError naming a vertex that there is not.
+  // Vertices of supports, ties, forces, contact patches and handles, which are of request.drawn, become the nearest ones of the mesh. Maps and directions, which
+  // are of it too, become those of the nearest point and polygon. `anew`: both are at rest now. Throws HostError naming a vertex that there is not.
   void lead(Request &request, bool anew);
 
   // Throws shellwarp::Error, after which the binding is what it was.
@@ -33,8 +33,10 @@ private:
   uint32_t nearest(const Request &request, uint32_t drawn);
   void lead_ties(Request &request);
   void lead_forces(Request &request);
+  void lead_maps(Request &request, bool anew);
 
   std::map<uint32_t, uint32_t> nearest_;  // from drawn vertices that were named
+  std::vector<uint32_t> point_at_, polygon_at_;  // the nearest drawn one of each vertex and polygon of the mesh, once maps or directions need them
   std::optional<shellwarp::Binding> binding_;
   std::vector<double> rest_;
 };

@@ -46,12 +46,14 @@ struct Stiffness {
   double young = 3e9, poisson = 0.3, volume_density = 1000;
   double metres = 1;  // in a unit of the object's space, for both
 
-  // Factors at the points, above 0, of the thickness, Young's modulus and the mass per volume; empty is 1 everywhere. By preset and sheet.
+  // Factors at the points of what is drawn, above 0, of the thickness, Young's modulus and the mass per volume; empty is 1 everywhere. By preset
+  // and sheet.
   std::vector<double> thickness_map, young_map, density_map;
 
   // By preset and sheet: above 0, Young's modulus across a direction in Pa, and `young` is that along; and the shear modulus, 0 = Huber's estimate.
   double young_across = 0, shear = 0;
-  std::vector<double> directions;  // one, or one for each polygon (n x 3)
+  std::vector<double> directions;  // one, or one for each polygon of what is drawn (n x 3)
+  std::vector<double> middles;     // of these polygons (n x 3), where another mesh is simulated
 };
 
 // A vertex that is held along axes of the object alone.
@@ -101,7 +103,7 @@ struct Motion {
   double damping_ratio = 0.05;  // of critical, 0 or more
   double damping_mass = 0;      // 1/s, 0 or more: slows whatever moves, swinging or not
   double damping_stiffness = 0;  // s, 0 or more: slows fast swings most
-  std::vector<double> damping_map;  // factors at the points on ratio and mass, 0 or more; empty is 1 everywhere
+  std::vector<double> damping_map;  // factors at the points of what is drawn on ratio and mass, 0 or more; empty is 1 everywhere
   double start_time = 0;        // s
   double frame_rate = 24;       // frames per second, > 0
 };

@@ -293,7 +293,7 @@ void check_map(const Mesh &mesh, const char *what, const std::vector<double> &fa
   if (factors.empty()) return;
   if (factors.size() != mesh.n_points())
     throw HostError(std::string("the map of the ") + what + " has " + number(uint64_t(factors.size())) + " values, the simulated mesh " +
-                    number(uint64_t(mesh.n_points())) + " points: maps are painted on the mesh that is simulated, with no other in its place");
+                    number(uint64_t(mesh.n_points())) + " points");
   for (std::size_t i = 0; i < factors.size(); ++i)
     if (!(factors[i] > 0 || (zero_too && factors[i] == 0)) || !std::isfinite(factors[i]))
       throw HostError(std::string("the map of the ") + what + " is " + number(factors[i]) + " at point " + number(uint64_t(i)) +

@@ -141,6 +141,20 @@ void ShellParts::put(SwMaterialDesc &material, SwSupportDesc &supports) const {
   if (!rest_shape_.empty()) material.rest_positions = rest_shape_.data(), material.rest_format = SW_FORMAT_F64;
 }
 
+std::vector<double> middles_of(const Mesh &mesh) {
+  std::vector<double> middles;
+  const std::vector<uint32_t> &corners = mesh.faces();
+  for (std::size_t k = 0, from = 0; k < n_polygons(mesh); ++k) {
+    const std::size_t n = mesh.sizes.empty() ? 3 : mesh.sizes[k];
+    double middle[3] = {};
+    for (std::size_t i = 0; i < n; ++i)
+      for (std::size_t c = 0; c < 3; ++c) middle[c] += mesh.points[3 * std::size_t{corners[from + i]} + c] / static_cast<double>(n);
+    middles.insert(middles.end(), middle, middle + 3);
+    from += n;
+  }
+  return middles;
+}
+
 // By least squares over the corners: x = x0 + a u + b v, and a is the direction.
 std::vector<double> directions_of_uvs(const Mesh &mesh, const std::vector<double> &uvs) {
   if (uvs.size() != 2 * mesh.corners.size())

@@ -37,4 +37,7 @@ private:
 // polygon that has none.
 std::vector<double> directions_of_uvs(const Mesh &mesh, const std::vector<double> &uvs);
 
+// The mean of each polygon's corners (n x 3).
+std::vector<double> middles_of(const Mesh &mesh);
+
 }  // namespace host

@@ -150,6 +150,7 @@ void ShellRunner::evaluate(Request request) {
   check_motion(request);
   check_output(request);
   const At at(request);
+  if (!request.drawn.empty()) request.proxy.vertices = 0;  // there is one
   proxy_.take_place(request, at.start());
   check_place(request);
   check_rest(request);
@@ -201,10 +202,18 @@ void ShellRunner::prepare_state(Request &request) {
   if (other_solids || (again && !touched.empty())) state_->set_colliders(colliders_.solids());
 }
 
+// The rest shape is that of what is simulated: where another mesh follows, that one's own motion would go by unseen.
+void ShellRunner::check_led(const Request &request) const {
+  const bool still = request.mesh.points == model_->rest();
+  if (!request.drawn.empty() && request.proxy.vertices == 0 && still && follower_.bound() && request.drawn != follower_.rest())
+    throw HostError("the rest shape is to follow, and is that of the proxy, which stands still while the mesh that follows it moves: deform the proxy as well");
+}
+
 void ShellRunner::move_supports(Request &request, const At &at) {
   replaces_ = request.follow && !request.build.held.empty() && !at.before;
   if (!replaces_) return;
   if (request.follow_rest) {
+    check_led(request);
     request.inputs.rest = request.mesh.points;
     return;
   }

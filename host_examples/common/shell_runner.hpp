@@ -71,6 +71,7 @@ private:
   void build_support_fields(Request &request, const At &at, const std::string &apart);
   void replay(const Request &request, const std::vector<StateCache::Entry> &before);
   void prepare_state(Request &request);
+  void check_led(const Request &request) const;
   void move_supports(Request &request, const At &at);
   void restart(const Request &request);
   void begin(const Inputs &inputs, uint64_t key, bool exact);

@@ -382,7 +382,7 @@ void ShellWarpVerb::cook(const CookParms &cookparms) const {
       pull_map(*detail, parms.getThicknessmap(), stiffness.thickness_map);
       pull_map(*detail, parms.getYoungmap(), stiffness.young_map);
       pull_map(*detail, parms.getDensitymap(), stiffness.density_map);
-      if (stiffness.young_across > 0 && parms.getDirections().isstring()) stiffness.directions = pull_directions(*detail, parms.getDirections());
+      if (stiffness.young_across > 0 && parms.getDirections().isstring()) pull_directions(*detail, parms.getDirections(), stiffness);
     }
     if (parms.getForce().isstring()) request.inputs.forces = forces_of(*detail, parms.getForce(), request.inputs.object);
     pull_map(*detail, parms.getDampingmap(), request.motion.damping_map);

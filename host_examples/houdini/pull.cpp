@@ -91,25 +91,28 @@ std::vector<double> pull_vectors(const GU_Detail &detail, const UT_StringHolder 
   return vectors;
 }
 
-// Of polygons, as pull_mesh takes them.
-std::vector<double> pull_directions(const GU_Detail &detail, const UT_StringHolder &attribute) {
+void pull_directions(const GU_Detail &detail, const UT_StringHolder &attribute, host::Stiffness &stiffness) {
   const GA_ROHandleV3 own(&detail, GA_ATTRIB_PRIMITIVE, attribute);
-  const std::vector<double> points = own.isValid() ? std::vector<double>() : pull_vectors(detail, attribute);
-  std::vector<double> directions;
+  const std::vector<double> of_points = own.isValid() ? std::vector<double>() : pull_vectors(detail, attribute), places = points_of(detail);
+  stiffness.directions.clear();
   for (GA_Iterator it(detail.getPrimitiveRange()); !it.atEnd(); ++it) {
     const GA_Primitive *polygon = detail.getPrimitive(*it);
     const GA_Size n = polygon->getVertexCount();
     if (n < 3) continue;
-    double sum[3] = {0, 0, 0};
-    for (GA_Size k = 0; k < n && !own.isValid(); ++k)
-      for (std::size_t c = 0; c < 3; ++c) sum[c] += points[3 * static_cast<std::size_t>(polygon->getPointIndex(k)) + c];
+    double sum[3] = {0, 0, 0}, middle[3] = {0, 0, 0};
+    for (GA_Size k = 0; k < n; ++k)
+      for (std::size_t c = 0; c < 3; ++c) {
+        const std::size_t at = 3 * static_cast<std::size_t>(polygon->getPointIndex(k)) + c;
+        middle[c] += places[at] / static_cast<double>(n);
+        if (!own.isValid()) sum[c] += of_points[at];
+      }
     if (own.isValid()) {
       const UT_Vector3 v = own.get(*it);
       sum[0] = v.x(), sum[1] = v.y(), sum[2] = v.z();
     }
-    directions.insert(directions.end(), sum, sum + 3);
+    stiffness.directions.insert(stiffness.directions.end(), sum, sum + 3);
+    stiffness.middles.insert(stiffness.middles.end(), middle, middle + 3);
   }
-  return directions;
 }
 
 void pull_edges(const GU_Detail &detail, const UT_StringHolder &group, const host::Crease &common, std::vector<host::Crease> &creases) {

@@ -182,7 +182,13 @@ MStatus pull_build(MDataBlock &block, const MObject &input, const MObject &input
   add_creases(block, mesh, request.build.creases);
   const MString set = block.inputValue(Node::directions).asString();
   host::Stiffness &s = request.build.stiffness;
-  if (s.young_across > 0 && set.length() && request.drawn.empty()) s.directions = host::directions_of_uvs(request.mesh, corner_uvs(mesh, set));
+  if (s.young_across > 0 && set.length()) {
+    host::Mesh drawn;
+    status = read_mesh(data, drawn);
+    CHECK_MSTATUS_AND_RETURN_IT(status);
+    s.directions = host::directions_of_uvs(drawn, corner_uvs(mesh, set));
+    s.middles = host::middles_of(drawn);
+  }
   const MObject rest = block.inputValue(Node::restShape).asMesh();
   if (rest.isNull()) return MS::kSuccess;
   host::Mesh shape;

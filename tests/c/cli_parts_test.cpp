@@ -254,6 +254,24 @@ void welded_pieces_are_one_shell_and_the_file_is_drawn() {
   const cli::Mesh scaled = cli::scene_mesh(scene);
   CHECK(scaled.n_vertices() == 6 && cli::place_forces(scene.loads.forces, scaled).at(0).vertex == 2);
   CHECK((cli::find_supports(scene, scaled).fixed == std::vector<uint32_t>{0, 3}));
+
+  // Maps have a number for each vertex of the file: of those welded the first one's.
+  write_file("pieces.txt", "1 2 3 4 5 6 7 8\n");
+  cli::Scene mapped = cli::read_scene(write_file(
+      "mapped.toml", "mesh = 'pieces.obj'\nweld = 0.01\n[material]\nmap = { density = 'pieces.txt' }\n[damping]\nratio = 0.1\nfactors = 'pieces.txt'\n"));
+  CHECK((cli::material_maps(mapped.material, near).at(0).values == std::vector<double>{1, 2, 3, 4, 6, 7}));
+  mapped.damping.factors.pop_back();
+  mapped.material.files[0].values.pop_back();
+  cli::Scene by_triangles = mapped;
+  by_triangles.material.files[0].values = {1, 2, 3, 4, 5, 6};  // the last two lie on others
+  CHECK((cli::material_maps(by_triangles.material, near).at(0).values == std::vector<double>{1, 2, 3, 4}));
+  bool counted = false;
+  try {
+    cli::material_maps(mapped.material, near);
+  } catch (const std::runtime_error &error) {
+    counted = std::strstr(error.what(), "7 values of density; the mesh has 8 vertices and 6 triangles") != nullptr;
+  }
+  CHECK(counted);
 }
 
 // A slab of quads with two sides, its low end a group: a sheet in its middle is simulated, held where the file says, with the file's map.
@@ -279,6 +297,15 @@ void a_scene_may_simulate_a_proxy_of_its_file() {
     }
   write_file("slab.obj", text);
   write_file("slab.txt", map);
+  const cli::Mesh file = cli::read_mesh(in_directory("slab.obj"));
+  std::string grain, by_triangles;  // of the file's triangles: across the far half, and there twice as heavy
+  for (std::size_t t = 0; t < file.triangles.size(); t += 3) {
+    const bool far = file.vertex(file.triangles[t])[0] + file.vertex(file.triangles[t + 1])[0] + file.vertex(file.triangles[t + 2])[0] > 6;
+    grain += far ? "0 1 0\n" : "1 0 0\n";
+    by_triangles += far ? "2000\n" : "1000\n";
+  }
+  write_file("slab_grain.txt", grain);
+  write_file("slab_triangles.txt", by_triangles);
   const cli::Scene scene = cli::read_scene(write_file(
       "slab.toml", "mesh = 'slab.obj'\nscale = 2\nproxy = 120\n[material]\nmap = { density = 'slab.txt' }\n[[support]]\ngroup = 'held'\n[[force]]\nvertex = 368\nvector = [0, 0, 1]\n"));
   CHECK(scene.proxy.vertices == 120 && !scene.proxy.cut && !scene.proxy.thickness && scene.render_path == scene.mesh_path);
@@ -293,6 +320,18 @@ void a_scene_may_simulate_a_proxy_of_its_file() {
   CHECK(!held.empty());
   for (const uint32_t v : held) CHECK(mesh.vertex(v)[0] < 1.0);
   CHECK(std::fabs(mesh.vertex(cli::place_forces(scene.loads.forces, mesh).at(0).vertex)[0] - 8) < 0.5);
+  const cli::Scene fibrous = cli::read_scene(write_file(
+      "fibrous.toml", "mesh = 'slab.obj'\nscale = 2\nproxy = 120\n[material]\npreset = 'card'\nyoung_across = 1e9\ndirections = 'slab_grain.txt'\n"
+                      "map = { volume_density = 'slab_triangles.txt' }\n"));
+  const std::vector<double> directions = cli::find_directions(fibrous.material, mesh);
+  const std::vector<cli::MaterialFile> heavy = cli::material_maps(fibrous.material, mesh);
+  CHECK(directions.size() == mesh.triangles.size() && heavy.at(0).values.size() == mesh.n_triangles());
+  for (std::size_t t = 0; t < mesh.triangles.size(); t += 3) {
+    double x = 0;
+    for (std::size_t k = 0; k < 3; ++k) x += mesh.vertex(mesh.triangles[t + k])[0] / 3;
+    if (std::fabs(x - 4) < 0.4) continue;  // a triangle of the file beside the border, 0.2 wide at this scale
+    CHECK(directions[t] == (x > 4 ? 0 : 1) && directions[t + 1] == (x > 4 ? 1 : 0) && heavy.at(0).values[t / 3] == (x > 4 ? 2000 : 1000));
+  }
   for (const char *wrong : {"proxy_cut = true\n", "proxy_thickness = 0.1\n", "proxy = 100\nproxy_thickness = -1\n"}) {
     bool refused = false;
     try {

@@ -1,6 +1,7 @@
 // The glue of the host examples, without any host: building, frames, scrubbing, sub-frames, poses, messages.
 #include "blend.hpp"
 #include "concave_sheet.hpp"
+#include "nearest.hpp"
 #include "runner_store.hpp"
 #include "shell_parts.hpp"
 #include "shell_runner.hpp"
@@ -1709,6 +1710,43 @@ void a_solid_that_cannot_be_made_is_named() {
 
 // -------------------------------------------------------------------------------------------------------- what is drawn
 
+// Against all distances, of a cloud, of points on a line, and of points that lie together.
+void the_nearest_point_is_found() {
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> anywhere(-1, 1);
+  for (const double thin : {1.0, 0.0}) {
+    std::vector<double> points, wanted;
+    for (int i = 0; i < 300; ++i) points.insert(points.end(), {thin * anywhere(random), anywhere(random), thin * anywhere(random)});
+    points.insert(points.end(), points.begin(), points.begin() + 30);  // the same again: the first of them is named
+    for (int i = 0; i < 100; ++i) wanted.insert(wanted.end(), {anywhere(random), 2 * anywhere(random), anywhere(random)});
+    wanted.insert(wanted.end(), points.begin(), points.begin() + 30);
+    const std::vector<uint32_t> found = host::nearest_of(points, wanted);
+    for (std::size_t w = 0; w < found.size(); ++w) {
+      std::pair<double, uint32_t> best = {1e9, 0};
+      for (uint32_t i = 0; i < points.size() / 3; ++i) {
+        double squared = 0;
+        for (std::size_t c = 0; c < 3; ++c) squared += std::pow(points[3 * i + c] - wanted[3 * w + c], 2);
+        best = std::min(best, {squared, i});
+      }
+      CHECK(found[w] == best.second);
+    }
+  }
+}
+
+void maps_that_are_not_of_what_is_drawn_are_refused() {
+  Request request = strip_request();
+  request.drawn = request.mesh.points;
+  request.motion.damping_map.assign(STRIP_VERTICES - 1, 1);
+  ShellRunner runner;
+  FAILS_WITH(runner.evaluate(request), "the map of the damping has 122 values, what is drawn 123 points");
+  request.motion.damping_map.clear();
+  host::Stiffness &s = request.build.stiffness;
+  s.by = host::Stiffness::By::sheet, s.young_across = 1e8;
+  s.directions.assign(6, 1), s.middles.assign(9, 0);
+  FAILS_WITH(runner.evaluate(request), "there are 2 directions of Young's modulus, and 3 polygons are drawn");
+}
+
+
 // Drawn points a little off the simulated ones, and in another order: supports and a handle that turns are named by them. The handle's
 // target is the drawn point's, so both runs lead the shell alike.
 void drawn_points_follow_and_their_supports_and_handles_are_those_of_the_mesh() {
@@ -2189,6 +2227,8 @@ void few_fields_are_told_of() {
 }
 
 int main() {
+  RUN(the_nearest_point_is_found);
+  RUN(maps_that_are_not_of_what_is_drawn_are_refused);
   RUN(drawn_points_follow_and_their_supports_and_handles_are_those_of_the_mesh);
   RUN(velocities_are_asked_for_and_are_of_the_scenes_seconds);
   RUN(the_store_gives_back_what_it_keeps_and_drops_the_oldest);

@@ -570,6 +570,51 @@ void fibres_run_along_a_direction_or_an_attribute() {
   CHECK(sag([](Scene &s) { s.cook.set("shear", {1e8}), s.cook.set("direction", {1, 0, 1}); }) != sag([](Scene &s) { s.cook.set("direction", {1, 0, 1}); }));
 }
 
+// By the fourth input: attributes of the first input, whose points and primitives come in another order, act as they do without it.
+void maps_and_fibres_are_those_of_the_first_input_beside_a_fourth() {
+  const auto tip = [](bool by_fourth, const std::string &what) {
+    Scene scene;
+    scene.cook.set("stiffnessfrom", {3}), scene.cook.set("thickness", {0.05}), scene.cook.set("young", {1e11});
+    const GU_Detail simulated = scene.mesh;
+    fake::Geometry &drawn = scene.geometry();
+    const std::size_t n = drawn.points.size();
+    if (by_fourth) {
+      std::reverse(drawn.points.begin(), drawn.points.end());
+      std::reverse(drawn.primitives.begin(), drawn.primitives.end());
+      for (auto &primitive : drawn.primitives)
+        for (auto &point : primitive.points) point = static_cast<std::decay_t<decltype(point)>>(n - 1 - std::size_t(point));
+      scene.cook.inputs[3] = &simulated;
+      scene.cook.set_text("supportgroup", "");
+      std::vector<double> &held = drawn.attributes["pin"];
+      held.assign(n, 0);
+      for (std::size_t j = 0; j < STRIP_ROWS; ++j) held[n - 1 - j] = 1;
+      scene.cook.set_text("supportattrib", "pin");
+    }
+    if (what == "directions") {
+      scene.cook.set("youngacross", {1e10});
+      std::vector<double> &along = drawn.of_primitives["fibre"];
+      for (const auto &primitive : drawn.primitives) {
+        const bool near = drawn.points[std::size_t(primitive.points[0])].x() < 2;
+        along.insert(along.end(), {near ? 1.0 : 0.0, 0, near ? 0.0 : 1.0});
+      }
+      scene.cook.set_text("directions", "fibre");
+    } else if (!what.empty()) {
+      std::vector<double> &map = drawn.attributes["painted"];
+      for (const UT_Vector3 &p : drawn.points) map.push_back(p.x() < 2 ? 4 : 1);
+      scene.cook.set_text(what.c_str(), "painted");
+    }
+    scene.play(10);
+    CHECK(scene.cook.errors.empty());
+    return double(scene.cook.output.fake_geometry().points[by_fourth ? n - 1 - kTip : kTip].y());
+  };
+  const double plain = tip(false, "");
+  for (const char *what : {"directions", "thicknessmap", "youngmap", "densitymap", "dampingmap"}) {
+    const double alone = tip(false, what);
+    CHECK(std::fabs(alone - plain) > 1e-4);
+    CHECK_NEAR(tip(true, what), alone, 1e-5);  // floats of the binding, of 4
+  }
+}
+
 void points_are_held_along_axes() {
   Scene scene, free;
   float lowest = 0, lowest_free = 0;
@@ -1181,6 +1226,7 @@ int main(int argc, char **argv) {
     RUN(edges_of_a_group_fold);
     RUN(an_attribute_is_the_shape_without_stress);
     RUN(fibres_run_along_a_direction_or_an_attribute);
+  RUN(maps_and_fibres_are_those_of_the_first_input_beside_a_fourth);
     RUN(points_are_held_along_axes);
     RUN(pieces_are_tied);
     RUN(a_moving_support_frame_shakes_the_shell);

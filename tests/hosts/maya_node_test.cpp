@@ -789,6 +789,58 @@ void the_deformed_mesh_follows_a_proxy() {
   CHECK(led.node.failed());  // such a mesh cannot be simulated itself
 }
 
+// Beside a proxy: what is painted on the deformed mesh, whose vertices are numbered backwards, and its UV set act as they do without one.
+void maps_and_fibres_are_those_of_the_deformed_mesh_beside_a_proxy() {
+  const auto tip = [](bool by_proxy, bool fibres, const char *map) {
+    Scene scene;
+    const fake::Mesh simulated = scene.mesh;
+    const auto n = int(simulated.points.size());
+    scene.node.set("stiffnessFrom", 3), scene.node.set("thickness", 0.5), scene.node.set("young", 1e9);
+    if (by_proxy) {
+      std::reverse(scene.mesh.points.begin(), scene.mesh.points.end());
+      for (int &corner : scene.mesh.corners) corner = n - 1 - corner;
+      std::reverse(scene.mesh.corners.begin(), scene.mesh.corners.end());  // other polygons first, too
+      scene.node.set_mesh("proxy", &simulated);
+      for (int j = 0; j < STRIP_ROWS; ++j) scene.paint(j, 0), scene.paint(n - 1 - j, 1);
+    }
+    if (*map)
+      for (int i = 0; i < n / 2; ++i)  // at the held end alone
+        scene.node.set(std::string(map) + "List[0]." + map + "[" + std::to_string(by_proxy ? n - 1 - i : i) + "]", 4);
+    if (fibres) {
+      scene.node.set("youngAcross", 1e8);
+      scene.mesh.uv_set = "map1";
+      for (const int i : scene.mesh.corners) {  // u runs along the strip at its held end, across it beyond
+        const MPoint &p = scene.mesh.points[std::size_t(i)];
+        scene.mesh.us.push_back(float(p.x < 20 ? p.x : p.z)), scene.mesh.vs.push_back(float(p.x < 20 ? p.z : -p.x));
+      }
+      scene.node.set_text("directions", "map1");
+    }
+    scene.node.connect(0, &scene.mesh);
+    scene.play(10);
+    CHECK(!scene.node.failed());
+    return scene.node.evaluate()[std::size_t(by_proxy ? n - 1 - kTip : kTip)].y;
+  };
+  const double plain = tip(false, false, "");
+  for (const char *map : {"", "thicknessMap", "youngMap", "densityMap", "dampingMap"}) {
+    const double alone = tip(false, *map == 0, map);
+    CHECK(std::fabs(alone - plain) > 1e-3);                  // it acts
+    CHECK_NEAR(tip(true, *map == 0, map), alone, 1e-4);  // floats of the binding and the coordinates, of 40
+  }
+}
+
+void a_rest_shape_that_follows_is_not_led_past_a_still_proxy() {
+  Scene scene;
+  const fake::Mesh simulated = scene.mesh;
+  scene.node.set_mesh("proxy", &simulated);
+  scene.node.set("followRest", 1);
+  scene.play(3);
+  CHECK(!scene.node.failed());
+  for (MPoint &p : scene.mesh.points) p.y += 0.01 * p.x;
+  scene.node.connect(0, &scene.mesh);
+  scene.at(4);
+  CHECK(scene.node.failed() && contains(fake::session().errors.back(), "the proxy, which stands still while the mesh that follows it moves"));
+}
+
 // An upward wind of v carries half of a card's weight where 1/2 rho C v² is half of g times its mass an area: the deflection is halved.
 void wind_carries_a_known_material_by_its_own_weight() {
   const auto sag = [](double wind) {
@@ -1515,6 +1567,8 @@ int main(int argc, char **argv) {
     RUN(the_menu_of_known_materials_is_the_librarys_table);
     RUN(a_known_material_is_the_sheet_of_its_numbers);
     RUN(the_deformed_mesh_follows_a_proxy);
+  RUN(maps_and_fibres_are_those_of_the_deformed_mesh_beside_a_proxy);
+  RUN(a_rest_shape_that_follows_is_not_led_past_a_still_proxy);
     RUN(wind_carries_a_known_material_by_its_own_weight);
     RUN(a_painted_force_acts_in_newtons);
   RUN(a_handle_is_where_its_target_is_in_the_world);

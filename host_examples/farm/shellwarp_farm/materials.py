@@ -85,9 +85,10 @@ def parts_of(table, material, simulated, mesh):
     if "rest_shape" in table:
         parts["rest_positions"] = _rest_shape(table["rest_shape"], simulated, mesh)
     if "directions" in table:
-        parts["directions"] = numbers_at(table["directions"], 3)
-        if len(parts["directions"]) != len(simulated.triangles):
-            raise SceneError(f"{table['directions']}: {len(parts['directions'])} directions; the mesh has {len(simulated.triangles)} triangles")
+        found = numbers_at(table["directions"], 3)
+        if len(found) != simulated.n_file_triangles:
+            raise SceneError(f"{table['directions']}: {len(found)} directions; the mesh has {simulated.n_file_triangles} triangles")
+        parts["directions"] = found[simulated.file_triangles]
     elif "direction" in table:
         parts["directions"] = table["direction"]
     return parts
@@ -99,7 +100,8 @@ def _maps(table, material, simulated, mesh):
     for key, path in table.get("map", {}).items():
         _check_varies(key, material, table)
         values = numbers_at(path)
-        found[key] = values if len(values) == len(simulated.triangles) and len(values) != simulated.n_file else by_vertices(path, simulated, f"values of {key}")
+        by_triangles = len(values) == simulated.n_file_triangles and len(values) != simulated.n_file
+        found[key] = values[simulated.file_triangles] if by_triangles else by_vertices(path, simulated, f"values of {key}")
     for region in table.get("region", []):
         vertices = selection.chosen(region, simulated, mesh, "a region of the material")
         for key in set(region) & set(VARIES):
@@ -162,4 +164,4 @@ def _rest_shape(path, simulated, mesh):
     points, asset = mesh_at(path)[0], mesh_at(mesh)[0]
     if len(points) != len(asset):
         raise SceneError(f"{path}: rest_shape has {len(points)} vertices; the mesh has {len(asset)}")
-    return simulated.positions + simulated.carried(points - asset) if simulated.is_proxy else points
+    return simulated.positions + simulated.carried(points - asset) if simulated.is_other else points

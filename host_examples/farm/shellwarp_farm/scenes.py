@@ -30,7 +30,8 @@ LISTS = {"support": supports.KEYS, "tie": ties.KEYS, "handle": handles.KEYS, "fo
 CHECKS = {"support": supports.check, "tie": ties.check, "handle": handles.check, "collider": colliders.check}
 OSCILLATION = {"axis", "amplitude", "frequency", "phase_degrees"}
 PROXY = {"proxy": "vertices", "proxy_thickness": "thickness", "proxy_cut": "cut"}
-ASSET = {"name", "mesh", *PROXY, "render", "material", "support", "simulation", "damping", "force", "handle", "tie", "collider"}
+IN_PLACE = {**PROXY, "weld": "weld"}   # what makes the mesh another one that is simulated in its place
+ASSET = {"name", "mesh", *IN_PLACE, "render", "material", "support", "simulation", "damping", "force", "handle", "tie", "collider"}
 SHOT = {"name", "frames", "after", "start", "motion", "follow_rest", "simulation", "damping", "wind", "frame", "force", "handle", "collider"}
 TOP = {"title", "up_axis", "metres_per_unit", "formats", "certify", "seeds", "asset", "shot", "parameters", "sweep"}
 FORMATS = ("pc2", "usd")
@@ -116,7 +117,7 @@ def renders(asset):
 
 def proxy(asset):
     """What a mesh to simulate in the asset's place is to be: {} for none."""
-    return {name: asset[key] for key, name in PROXY.items() if key in asset}
+    return {name: asset[key] for key, name in IN_PLACE.items() if key in asset}
 
 
 def _job(scene_list, asset, shot, values, seed):
@@ -209,6 +210,8 @@ def _check_entry(kind, entry, keys, needed, seen):
         raise SceneError(f"{kind} {name}: {alone[0]} goes with proxy")
     if "proxy" in entry and (not isinstance(entry["proxy"], int) or entry["proxy"] < 4):
         raise SceneError(f"{kind} {name}: proxy is a number of vertices, 4 or more")
+    if isinstance(entry.get("weld", 0), bool) or not isinstance(entry.get("weld", 0), (int, float)) or not 0 <= entry.get("weld", 0) < math.inf:
+        raise SceneError(f"{kind} {name}: weld is {entry['weld']!r}, expected a distance of 0 or above")
     stems = [stem(path) for path in renders(entry)]
     if not all(isinstance(path, str) for path in renders(entry)) or len(set(stems)) < len(stems):
         raise SceneError(f"{kind} {name}: render is the path of a mesh, or a list of paths whose file names differ")
@@ -236,7 +239,7 @@ def _check_output(name, job):
         raise SceneError(f"asset {name}: correction_steps and push_out both move what is written: choose one")
     if (steps or push_out) and (job["proxy"] or job["render"]):
         which = "correction_steps" if steps else "push_out"
-        raise SceneError(f"asset {name}: {which} moves the mesh's own vertices: it goes without render and proxy")
+        raise SceneError(f"asset {name}: {which} moves the mesh's own vertices: it goes without render, weld and proxy")
 
 
 def _check_shots(shots):

@@ -11,19 +11,22 @@ import shellwarp
 from .errors import SceneError
 from .mesh_file import file_of, read_drawn, read_mesh, read_polygons
 from .numbers_file import read_numbers
+from .weld import welded
 
 KEPT_FILES = 24   # a mesh is several: its triangles, its faces, what is drawn of it
 
 
 class Simulated(NamedTuple):
-    """The mesh that is simulated: a job's own or a proxy of it."""
+    """The mesh that is simulated: a job's own, the same welded, or a proxy of it."""
 
     positions: numpy.ndarray
     triangles: numpy.ndarray
     n_file: int           # vertices of the job's own mesh
     here: Callable        # the number here of a vertex of that
     carried: Callable     # values here of values at its vertices
-    is_proxy: bool
+    n_file_triangles: int
+    file_triangles: "numpy.ndarray | slice"   # that each here stands for
+    is_other: bool        # than the job's own
 
 
 def simulated_at(tables):
@@ -31,10 +34,10 @@ def simulated_at(tables):
     asset = mesh_at(tables["mesh"])
     n_file = len(asset[0])
     if not tables["proxy"]:
-        return Simulated(*asset, n_file, functools.partial(_checked, range(n_file)), lambda values: values, False)
-    positions, triangles, nearest, sources, weights = _kept_of(_proxy_reader(tuple(sorted(tables["proxy"].items()))), tables["mesh"])
+        return Simulated(*asset, n_file, functools.partial(_checked, range(n_file)), lambda values: values, len(asset[1]), slice(None), False)
+    positions, triangles, nearest, sources, weights, file_triangles = _kept_of(_proxy_reader(tuple(sorted(tables["proxy"].items()))), tables["mesh"])
     carried = functools.partial(_carried, sources, weights)
-    return Simulated(positions, triangles, n_file, functools.partial(_checked, nearest), carried, True)
+    return Simulated(positions, triangles, n_file, functools.partial(_checked, nearest), carried, len(asset[1]), file_triangles, True)
 
 
 def _checked(numbers, vertex):
@@ -52,12 +55,29 @@ def _proxy_reader(options):
     return functools.partial(_proxy_of, **dict(options))
 
 
-def _proxy_of(path, vertices, thickness=0.0, cut=False):
+def _proxy_of(path, vertices=None, thickness=None, cut=False, weld=0.0):
+    positions, triangles = mesh_at(path)
     try:
-        with shellwarp.Proxy(*mesh_at(path), vertices, thickness=thickness, cut=cut) as made:
-            return made.positions(), made.triangles(), made.nearest(), *made.sources()
-    except shellwarp.ShellwarpError as error:
+        if vertices is None:
+            return welded(positions, triangles, weld)
+        with shellwarp.Proxy(positions, triangles, vertices, weld=weld, thickness=thickness or 0.0, cut=cut, keep_sides=thickness == 0) as made:
+            own, corners = made.positions(), made.triangles()
+            return own, corners, made.nearest(), *made.sources(), nearest_of(middles(positions, triangles), middles(own, corners))
+    except (shellwarp.ShellwarpError, SceneError) as error:
         raise SceneError(f"{path}: {error}") from None
+
+
+def middles(positions, triangles):
+    """The mean of each triangle's corners (m x 3)."""
+    return positions[triangles].mean(axis=1)
+
+
+def nearest_of(points, wanted, at_once=64):
+    """For each of `wanted` (k x 3) the number of the nearest of `points` (n x 3)."""
+    origin = points.mean(axis=0)   # so that the squares below keep their digits
+    points, wanted = points - origin, wanted - origin
+    squares = (points ** 2).sum(axis=1)
+    return numpy.concatenate([(squares - 2 * wanted[k:k + at_once] @ points.T).argmin(axis=1) for k in range(0, len(wanted), at_once)])
 
 
 def by_vertices(path, simulated, what):

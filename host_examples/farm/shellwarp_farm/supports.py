@@ -86,7 +86,7 @@ class Supports:
     def __init__(self, job):
         self._job, self._frame, self._led = job, job["frame"], led_supports(job)
         simulated = simulated_at(job)
-        self._rest, self._carried, self._is_proxy = simulated.positions, simulated.carried, simulated.is_proxy
+        self._rest, self._carried, self._is_other = simulated.positions, simulated.carried, simulated.is_other
 
     def begin(self, state, seconds, end):
         """Where they are when a shot begins from rest."""
@@ -113,7 +113,7 @@ class Supports:
         state.move_supports(positions, teleport)
 
     def _animated(self, seconds):
-        """Where the mesh's animation has each vertex at a time; of a proxy as far from it as the mesh's are from the mesh."""
+        """Where the mesh's animation has each vertex at a time; of another mesh in its place as far from it as the mesh's are from the mesh."""
         job = self._job
         points = samples.points_at(job["motion"], job["mesh"], seconds, job["simulation"]["frame_rate"])
-        return self._rest + self._carried(points - mesh_at(job["mesh"])[0]) if self._is_proxy else points
+        return self._rest + self._carried(points - mesh_at(job["mesh"])[0]) if self._is_other else points

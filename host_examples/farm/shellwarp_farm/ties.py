@@ -24,8 +24,8 @@ def check(where, item):
 
 def parts_of(items, simulated):
     """What a Shell takes of the tables."""
-    if simulated.is_proxy and any("triangles" in item for item in items):
-        raise SceneError("tie: triangles are numbered anew by proxy: tie by vertices or within")
+    if simulated.is_other and any("triangles" in item for item in items):
+        raise SceneError("tie: triangles are numbered anew by weld and proxy: tie by vertices or within")
     stiffness = [[float(item["stiffness"])] if "stiffness" in item else [] for item in items]
     return {"ties": [(simulated.here(a), simulated.here(b), *stiff) for item, stiff in zip(items, stiffness) for a, b in item.get("vertices", [])],
             "triangle_ties": [(simulated.here(a), t, *stiff) for item, stiff in zip(items, stiffness) for a, t in item.get("triangles", [])],

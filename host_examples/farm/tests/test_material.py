@@ -149,6 +149,61 @@ class AtRunTime(Case):
         self.assertLess(numpy.abs(carried - 100 * simulated.positions[:, 0]).max(), 1e-9)  # the factor is x in cm
         self.bake(job)
 
+    def test_a_proxy_has_the_directions_and_triangles_of_the_mesh(self):
+        middles = 0.01 * (numpy.arange(TRIANGLES) // 4 + 0.5)   # of two quads a row
+        (self.folder / "grain.txt").write_text("".join("0 1 0\n" if x > 0.06 else "1 0 0\n" for x in middles))
+        numpy.savetxt(self.folder / "heavy.txt", numpy.where(middles > 0.06, 900, 700))
+        material = '{ preset = "card", young_across = 3e8, directions = "grain.txt", map = { volume_density = "heavy.txt" } }'
+        job = self.jobs("", LIST.replace(OLD, material).replace('mesh = "card.obj"', 'mesh = "card.obj"\nproxy = 20'))["both"]
+        shell, simulated = shell_of(model_tables(job)), simulated_at(job)
+        x = simulated.positions[simulated.triangles].mean(axis=1)[:, 0]
+        far, near = x > 0.07, x < 0.05   # a row of the file's triangles beside the border
+        self.assertTrue(far.sum() > 4 and near.sum() > 4)
+        self.assertTrue((shell.directions[far] == [0, 1, 0]).all() and (shell.directions[near] == [1, 0, 0]).all())
+        self.assertTrue((shell.maps["volume_density"][far] == 900).all() and (shell.maps["volume_density"][near] == 700).all())
+        (self.folder / "grain.txt").write_text("0 1 0\n" * len(x))   # as many as the proxy has, and not the file
+        with self.assertRaisesRegex(SceneError, f"{len(x)} directions; the mesh has {TRIANGLES} triangles"):
+            shell_of(model_tables(job))
+
+    def test_welded_pieces_bake_as_the_whole(self):
+        """The card in two pieces that touch in the middle row, from behind as well; its numbers are those of the file."""
+        small.write_obj(self.folder / "card.obj")
+        lines = (self.folder / "card.obj").read_text().splitlines()
+        points, faces = [line for line in lines if line[0] == "v"], [line.split()[1:] for line in lines if line[0] == "f"]
+        seam, twin = {19 + j: N + 1 + j for j in range(3)}, []   # row 6 once more
+        for k, face in enumerate(faces):
+            twin.append([str(seam.get(int(v), int(v))) for v in face] if k >= TRIANGLES // 2 else face)
+        twin.append(twin[0][::-1])
+        (self.folder / "pieces.obj").write_text("\n".join(points + points[18:21] + ["f " + " ".join(face) for face in twin]) + "\n")
+        numpy.savetxt(self.folder / "factors.txt", numpy.arange(N + 3) // 3 + 1.0)
+        numpy.savetxt(self.folder / "whole.txt", numpy.arange(N) // 3 + 1.0)
+        damped = LIST.replace("ratio = 0.1", 'ratio = 0.1, factors = "whole.txt"')
+        whole = self.jobs("", damped)["one"]
+        text = damped.replace('mesh = "card.obj"', 'mesh = "pieces.obj"\nweld = 1e-6').replace("whole.txt", "factors.txt")
+        job = self.jobs("", text)["one"]
+        simulated = simulated_at(job)
+        self.assertEqual((len(simulated.positions), len(simulated.triangles), simulated.n_file), (N, TRIANGLES, N + 3))
+        self.assertEqual([simulated.here(v) for v in (18, N, N + 2)], [18, 18, 20])
+        self.assertEqual(model_key(model_tables(job)), model_key(model_tables(whole)))
+        found = self.bake(job)[1]
+        self.assertEqual(found.shape[1], N + 3)
+        self.assertTrue(numpy.array_equal(found[:, 18:21], found[:, N:]))
+        self.assertLess(numpy.abs(found[:, :N] - self.bake(whole)[1]).max(), 1e-6)   # floats of the binding, of 0.1
+        self.assertGreater(numpy.abs(found[-1] - found[0]).max(), 1e-3)
+        with self.assertRaisesRegex(SceneError, "pieces.obj: weld: the distance must be from 0 to the mesh's size"):
+            shell_of(model_tables(self.jobs("", text.replace("1e-6", "1.0"))["one"]))
+        with self.assertRaisesRegex(SceneError, "asset card: weld is -1, expected a distance of 0 or above"):
+            self.jobs("", text.replace("1e-6", "-1"))
+
+    def test_a_proxy_keeps_both_sides_where_told(self):
+        (self.folder / "slab.obj").write_text("".join(f"v {0.01 * i} {0.01 * j} {z}\n" for z in (0.001, -0.001) for i in range(9) for j in range(9)) + "".join(
+            f"f {a} {a + 9} {a + 10}\nf {a} {a + 10} {a + 1}\nf {a + 81} {a + 91} {a + 90}\nf {a + 81} {a + 82} {a + 91}\n" for a in (9 * i + j + 1 for i in range(8) for j in range(8))))
+        sides = {}
+        for lines in ("", "proxy_thickness = 0\n"):
+            job = self.jobs("", LIST.replace('mesh = "card.obj"', 'mesh = "slab.obj"\nproxy = 80\n' + lines))["one"]
+            sides[lines] = numpy.unique(numpy.sign(numpy.round(simulated_at(job).positions[:, 2], 9))).tolist()
+        self.assertEqual(sides, {"": [0.0], "proxy_thickness = 0\n": [-1.0, 1.0]})
+
     def test_a_stiffness_factor_takes_no_other_model_and_sags_less(self):
         ends = {}
         for factor in (1, 4):
