@@ -221,13 +221,20 @@ def simulate(job, state, start, partials, slowest, bindings, log):
     else:
         colliders.move(state, job["collider"], _seconds(job, first), rate, teleport=True)
         supports.begin(state, _seconds(job, first), end)
-    writers = _writers(job, partials)  # by which mesh: the shell, then what follows it
+    with ExitStack() as files_to_close:
+        writers = _writers(job, partials, files_to_close)  # by which mesh: the shell, then what follows it
+        return _write_frames(job, state, start is None, writers, bindings, (handles, supports), log)
+
+
+def _write_frames(job, state, from_rest, writers, bindings, led, log):
+    """Runs the frames and writes each: what the record says of the range of the method."""
+    first, last = job["frames"]
     judged = {"frames_out": 0, "first_out": None, "max_rotation": 0.0, "worst_fraction": 0.0,
               "deepest_penetration": 0.0, "deepest_left": 0.0, "contact_count": 0, "frames_handles_unmet": 0}
     buffer = numpy.empty((state.n_vertices, 3), numpy.float32)
     for frame in range(first, last + 1):
-        if start is not None or frame > first:
-            _step_to(job, state, frame, handles, supports)
+        if not from_rest or frame > first:
+            _step_to(job, state, frame, *led)
         for number, files_of_it in enumerate(writers):
             points = state.bound_points(bindings[number], ("positions", "velocities")) if bindings[number] else {}
             if number == 0 and not job["proxy"]:   # to the last bit
@@ -289,7 +296,8 @@ def _blow(wind, seed, seconds, state):
     state.set_wind(velocity, wind.get("density", 1.2), wind.get("normal_drag", 1.0), wind.get("tangential_drag", 0.0))
 
 
-def _writers(job, partials):
+def _writers(job, partials, stack):
+    """The files of each mesh, which `stack` closes in the end."""
     first, last = job["frames"]
     frames, rate, name = range(first, last + 1), job["simulation"]["frame_rate"], Path(job["name"]).name
     writers = []
@@ -297,10 +305,11 @@ def _writers(job, partials):
         points, faces = polygons_at(path)
         of_it = []
         if "pc2" in job["formats"]:
-            of_it.append(PointCacheFile(partials["pc2", number], len(points), first, len(frames)))
+            of_it.append(stack.enter_context(PointCacheFile(partials["pc2", number], len(points), first, len(frames))))
         if "usd" in job["formats"]:
             triangles = cut([face for face in faces if len(face) > 2], points)
-            of_it.append(UsdFile(partials["usd", number], name + stem, drawn_at(path), triangles, frames, rate, job["up_axis"], job["metres_per_unit"]))
+            of_it.append(stack.enter_context(UsdFile(partials["usd", number], name + stem, drawn_at(path), triangles, frames, rate,
+                                                     job["up_axis"], job["metres_per_unit"])))
         writers.append(of_it)
     return writers
 

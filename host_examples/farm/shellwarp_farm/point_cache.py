@@ -11,11 +11,17 @@ HEADER = "<12siiffi"
 
 
 class PointCacheFile:
-    """Written frame by frame."""
+    """Written frame by frame. A block of `with` leaves no file open, however it ends."""
 
     def __init__(self, path, n_points, first_frame, n_frames):
         self._file = open(path, "wb")
         self._file.write(struct.pack(HEADER, b"POINTCACHE2\0", 1, n_points, float(first_frame), 1.0, n_frames))
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *error):
+        self.close()
 
     def append(self, positions, velocities=None):
         """One frame, (n_points x 3); the format has no velocities."""

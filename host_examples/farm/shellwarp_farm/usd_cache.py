@@ -58,6 +58,12 @@ class UsdFile:
         if self._normals:
             self._normals.Set(vectors(vertex_normals(positions, self._triangles)), frame)
 
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *error):
+        self._stage = None   # closed before, unless there was an error, after which nothing is saved
+
     def close(self):
         self._stage.GetRootLayer().Save()
         self._stage = None

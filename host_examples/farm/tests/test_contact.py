@@ -1,8 +1,11 @@
 """Claims about colliders and sheets in jobs: the library's own motion, and named refusals."""
 
+import gc
 import tempfile
 import unittest
+import warnings
 from pathlib import Path
+from unittest import mock
 
 import numpy
 import shellwarp
@@ -117,6 +120,22 @@ class Contact(Case):
         (self.folder / "cube.obj").write_text(CUBE.replace(f"-{TOP:g}", "-0.002"))
         self.assertNotEqual(hash_of(job, "key", None), first)
         self.assertNotEqual(hash_of({**job, "collider": []}, "key", None), first)
+
+    def test_a_job_that_fails_while_writing_leaves_no_file_open(self):
+        job = self.jobs(BALL, LIST.replace('["pc2"]', '["pc2", "usd"]'))["one"]
+        step, steps = shellwarp.State.step, iter(range(5))
+
+        def fails(state, seconds):
+            if next(steps, None) is None:
+                raise shellwarp.NumericalError("of a test")
+            step(state, seconds)
+
+        with warnings.catch_warnings(record=True) as told, mock.patch.object(shellwarp.State, "step", fails):
+            warnings.simplefilter("always")
+            self.assertIn("of a test", self.failed(job))
+            gc.collect()
+        self.assertEqual([str(item.message) for item in told if issubclass(item.category, ResourceWarning)], [])
+        self.assertEqual([path.suffix for path in (self.folder / "out").rglob("*") if path.is_file()], [".log"])
 
     def test_what_is_no_solid_is_named(self):
         self.assertIn("collider 2, a mesh: the mesh is open", self.failed(self.jobs(f'{BALL}, {{ kind = "mesh", mesh = "card.obj" }}')["one"]))
