@@ -58,6 +58,12 @@ pub struct Correction {
 type Watched<'a> = (usize, &'a mut dyn FnMut(f64) -> Result<()>);
 
 impl Solver {
+    /// Whether supports and constraints leave rigid motions free at the displacements `u` (n_vertices).
+    pub fn moves_freely(&self, u: &[Vec3]) -> bool {
+        let x: Vec<Vec3> = self.shell.mesh.positions.iter().zip(u).map(|(x, u)| x + u).collect();
+        !FreeMotions::new(&self.shell, self.constraints.held(), &x).is_empty()
+    }
+
     /// Newton steps from the displacements `start` (n_vertices) toward the equilibrium under a load and the constraints of
     /// [`Solver::set_constraints`], at most `solves` in a round, more where constraints have a way to go. A load that follows the shape is taken
     /// anew until this settles. What moves freely stays where it is, by mass, as in `free_motion`. `watch` hears what each iterate leaves of the

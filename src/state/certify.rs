@@ -165,10 +165,6 @@ impl State {
         body: impl FnOnce(&mut Solver, &[Vec3], &Load) -> Result<T>,
     ) -> Result<T> {
         let shell = &self.model.shell;
-        if judging.is_some() && self.model.modal.zero_modes > 0 {
-            let message = "no estimate of a shell that nothing but contact holds";
-            return Err(Error::new(ErrorKind::Unsupported, message));
-        }
         self.refuse_mechanisms()?;
         let reactions = self.reactions(judging);
         let [u, rate, inertia] = self.present_motion(&reactions);
@@ -183,6 +179,10 @@ impl State {
             |solver| {
                 let axes = self.frame.pose.rotation.inverse().to_rotation_matrix();
                 solver.set_constraints(*axes.matrix(), self.constraints_in_frame(&u), &u)?;
+                if judging.is_some() && solver.moves_freely(&u) {
+                    let message = "no estimate of a shell that nothing but contact holds: handles and supports let it move as a whole";
+                    return Err(Error::new(ErrorKind::Unsupported, message));
+                }
                 let reactions = reactions.iter().map(|(_, [pull, _])| pull.norm_squared()).sum::<f64>().sqrt();
                 let held = libm::hypot(reactions, self.support_pull());
                 let still = self.is_still(&u, &rate, &inertia, libm::hypot(moving, held));

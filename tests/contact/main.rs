@@ -16,5 +16,6 @@ mod collider_wild;
 mod contact;
 mod contact_deforming;
 mod contact_fast;
+mod contact_held;
 mod contact_near;
 mod contact_theory;
