@@ -269,7 +269,7 @@ SwStatus sw_mesh_check(const struct SwMeshDesc *mesh,
 #define SW_ENERGY_DISCRETE_SHELLS 1
 // Koiter's energy of a thin elastic sheet (1966): St. Venant-Kirchhoff membrane and plate. By
 // young, poisson, thickness and volume_density, in engineering units, of which every mesh makes the
-// same shell. SW_METHOD_POLYNOMIAL_SHELL does not take it yet.
+// same shell.
 #define SW_ENERGY_KOITER 2
 
 // k_area.
@@ -926,7 +926,7 @@ SwStatus sw_model_mode_shape(const struct SwModel *model,
 // and training: no element is evaluated in a step, which takes a fraction of the time of
 // SW_METHOD_REDUCED_SHELL and does not know the mesh. Where hinges turn by radians or edges stretch
 // by tenths of their length it is too stiff. A model that was saved without it is refused:
-// precompute anew. So is one of SW_ENERGY_KOITER.
+// precompute anew. So is one with ties, or under stress at rest.
 #define SW_METHOD_POLYNOMIAL_SHELL 9
 // Both of these: SW_METHOD_POLYNOMIAL_SHELL as long as the shell is no further from rest, in the
 // mass norm, than the training's equilibria up to which the polynomial was as good as the samples,

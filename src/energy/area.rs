@@ -3,7 +3,7 @@
 //! With e_i the edge opposite vertex i, ∂²A/∂i∂j = (e_i·e_j)/(4A) n̂n̂ᵀ − ½ s_ij [n̂]×, s_ij = 1 if j follows i, −1 if it
 //! precedes. The first part is positive semidefinite. The second has the eigenvalues ±√3/2 and 0 whatever the shape.
 
-use super::{Curvature, ElementHessian, Energy, Mat3, RestRow};
+use super::{Curvature, ElementHessian, Energy, Mat3, RestRow, Term};
 use crate::{Mesh, Vec3};
 
 /// The area term over all triangles.
@@ -149,6 +149,22 @@ impl Energy for AreaEnergy {
     fn visit_mixed_hessian(&self, x: &[Vec3], stress: &[f64], visit: &mut dyn FnMut(ElementHessian)) {
         let strain = |t: usize, _| stress[t] / (2.0 * self.k / self.divisor[t]).sqrt();
         self.each_hessian(x, Curvature::Exact, strain, visit);
+    }
+
+    /// A − Ā = Σ cot ᾱ y/4 over the sides.
+    fn visit_terms(&self, rest: &[Vec3], visit: &mut dyn FnMut(Term)) -> bool {
+        for (t, divisor) in self.triangles.iter().zip(&self.divisor) {
+            let x = t.map(|v| rest[v as usize]);
+            let double = (x[1] - x[0]).cross(&(x[2] - x[0])).norm();
+            let root = (2.0 * self.k / divisor).sqrt();
+            let side = |i: usize| {
+                let [j, k] = [(i + 1) % 3, (i + 2) % 3];
+                let cotangent = (x[j] - x[i]).dot(&(x[k] - x[i])) / double;
+                ([t[j], t[k]], 0.25 * root * cotangent)
+            };
+            visit(Term::Stretch(&[side(0), side(1), side(2)]));
+        }
+        true
     }
 
     fn n_elements(&self) -> usize {

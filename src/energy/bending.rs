@@ -9,7 +9,7 @@ use super::hinge::{
 };
 use super::law::Law;
 use super::patch::{self, Beyond};
-use super::{Curvature, ElementHessian, Energy, MAX_ELEMENT as MOST, Mat3, RestRow, flips};
+use super::{Curvature, ElementHessian, Energy, Fold, MAX_ELEMENT as MOST, Mat3, RestRow, Term, flips};
 use crate::material::Creases;
 use crate::mesh::NONE;
 use crate::{Mesh, Vec3};
@@ -375,6 +375,26 @@ impl Energy for BendingEnergy {
 
     fn n_membrane(&self) -> usize {
         0
+    }
+
+    fn visit_terms(&self, rest: &[Vec3], visit: &mut dyn FnMut(Term)) -> bool {
+        for patch in &self.patches {
+            let vertex = |place: u8| if place == CLAMP { NONE } else { patch.vertices[place as usize] };
+            let fold = |edge: &Edge| {
+                let vertices = edge.places.map(vertex);
+                Fold { vertices, corners: vertices.map(|v| rest.get(v as usize).copied().unwrap_or(edge.stays)) }
+            };
+            let edges = || patch.edges.iter().enumerate().filter_map(|(k, edge)| Some((k, edge.as_ref()?)));
+            let folds: Vec<Fold> = edges().map(|(_, edge)| fold(edge)).collect();
+            let row = |row: &Vector3<f64>| {
+                let mut out = [0.0; 3];
+                out.iter_mut().zip(edges()).for_each(|(out, (k, edge))| *out = edge.factor * row[k]);
+                out
+            };
+            let rows: Vec<[f64; 3]> = patch.rows().iter().map(row).collect();
+            visit(Term::Bend(&folds, &rows));
+        }
+        true
     }
 
     fn n_elements(&self) -> usize {

@@ -7,7 +7,7 @@
 //! is caught behind. So a triangle on less than a hundredth of its rest area Ā lets go of its hinges: for θ − θ̄ stands φ₁φ₂ (θ − θ̄), with
 //! φ = r (2 − r), r = (100 A/Ā)² below r = 1 and φ = 1 from there on. The Hessian goes without the derivatives of φ.
 
-use super::{Curvature, ElementHessian, Energy, Mat3, RestRow};
+use super::{Curvature, ElementHessian, Energy, Fold, Mat3, RestRow, Term};
 use crate::mesh::Edge;
 use crate::{Mesh, Vec3};
 use std::f64::consts::{PI, TAU};
@@ -159,7 +159,7 @@ fn length_over_height(corners: &[Vec3; 4]) -> f64 {
 
 /// ∂θ/∂(a, b, c, d): −n̂/height at the opposite vertices, shared out to the edge by where their feet lie.
 /// A collapsed triangle has no normal and contributes nothing.
-pub(super) fn angle_gradient(corners: &[Vec3; 4]) -> [Vec3; 4] {
+pub fn angle_gradient(corners: &[Vec3; 4]) -> [Vec3; 4] {
     let [a, b, c, d] = corners;
     let (n1, n2) = normals(corners);
     let edge = b - a;
@@ -289,6 +289,14 @@ impl Energy for HingeEnergy {
     fn visit_mixed_hessian(&self, x: &[Vec3], stress: &[f64], visit: &mut dyn FnMut(ElementHessian)) {
         let turn = |h: usize, bend: &Bend| bend.share * stress[h] / (2.0 * self.weight[h]).sqrt();
         self.each_hessian(x, Curvature::Exact, turn, visit);
+    }
+
+    fn visit_terms(&self, rest: &[Vec3], visit: &mut dyn FnMut(Term)) -> bool {
+        for (vertices, weight) in self.hinges.iter().zip(&self.weight) {
+            let fold = Fold { vertices: *vertices, corners: vertices.map(|v| rest[v as usize]) };
+            visit(Term::Bend(&[fold], &[[(2.0 * weight).sqrt(), 0.0, 0.0]]));
+        }
+        true
     }
 
     fn n_elements(&self) -> usize {

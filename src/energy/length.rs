@@ -1,6 +1,6 @@
 //! Length term: E_L = k_L Σ (l − l̄)²/l̄, ∇l = ± unit edge d, ∂²l/∂b² = (I − ddᵀ)/l.
 
-use super::{Curvature, ElementHessian, Energy, Mat3, RestRow};
+use super::{Curvature, ElementHessian, Energy, Mat3, RestRow, Term};
 use crate::{Mesh, Vec3};
 
 /// The length term over all edges.
@@ -123,6 +123,14 @@ impl Energy for LengthEnergy {
     fn visit_mixed_hessian(&self, x: &[Vec3], stress: &[f64], visit: &mut dyn FnMut(ElementHessian)) {
         let tension = |e: usize, length: f64| stress[e] / ((2.0 * self.k / self.divisor[e]).sqrt() * length);
         self.each_hessian(x, Curvature::Exact, tension, visit);
+    }
+
+    /// l − l̄ = y/(2l̄).
+    fn visit_terms(&self, _rest: &[Vec3], visit: &mut dyn FnMut(Term)) -> bool {
+        for ((edge, length), divisor) in self.edges.iter().zip(&self.rest_length).zip(&self.divisor) {
+            visit(Term::Stretch(&[(*edge, (2.0 * self.k / divisor).sqrt() / (2.0 * length))]));
+        }
+        true
     }
 
     fn n_elements(&self) -> usize {

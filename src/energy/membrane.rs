@@ -3,7 +3,7 @@
 //! With the sides u = b − a and v = c − a, the strains (E₁₁, E₂₂, 2E₁₂) are a linear map of the changes of (u·u, v·v, u·v). So are
 //! the three elements of a triangle, √A Lᵀ (E₁₁, E₂₂, 2E₁₂) with LLᵀ = hC: quadratic in the positions, zero at rest to the last bit.
 
-use super::{Curvature, ElementHessian, Energy, Mat3, RestRow};
+use super::{Curvature, ElementHessian, Energy, Mat3, RestRow, Term};
 use crate::{Mesh, Vec3};
 use nalgebra::{Matrix2, Matrix3, Vector3};
 
@@ -182,6 +182,18 @@ impl Energy for MembraneEnergy {
 
     fn n_membrane(&self) -> usize {
         self.n_elements()
+    }
+
+    /// Exact: u·v changes by half of what the sides u and v gain less what the third does.
+    fn visit_terms(&self, _rest: &[Vec3], visit: &mut dyn FnMut(Term)) -> bool {
+        for t in &self.triangles {
+            let [a, b, c] = t.corners;
+            for row in t.rows() {
+                let half = 0.5 * row[2];
+                visit(Term::Stretch(&[([a, b], row[0] + half), ([a, c], row[1] + half), ([b, c], -half)]));
+            }
+        }
+        true
     }
 
     fn n_elements(&self) -> usize {

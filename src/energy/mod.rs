@@ -19,7 +19,7 @@ mod tie;
 
 pub use area::AreaEnergy;
 pub use bending::{BendingEnergy, Plate};
-pub use hinge::{HingeEnergy, dihedral_angle};
+pub use hinge::{HingeEnergy, angle_gradient, dihedral_angle};
 pub use length::LengthEnergy;
 pub use membrane::MembraneEnergy;
 pub use patch::plane_stress;
@@ -97,12 +97,33 @@ pub trait Energy: Send + Sync {
     /// Elements, as many as rest rows.
     fn n_elements(&self) -> usize;
 
+    /// Hands its elements to `visit` as they are near isometries of the `rest` shape, in the order of the rest rows; false where it cannot say.
+    fn visit_terms(&self, rest: &[Vec3], visit: &mut dyn FnMut(Term)) -> bool;
+
     /// Gives elements that stand or fall together, as the components of a tie, the same weight each: their mean.
     fn even(&self, _weights: &mut [f64]) {}
 
     /// Σ w E of the elements that have a weight w other than 0 (`weights` in the order of the rest rows), on vertices that
     /// are numbered anew by `index` (n_vertices).
     fn sampled(&self, weights: &[f64], index: &[u32]) -> Box<dyn Energy>;
+}
+
+/// Elements as they are where lengths nearly hold.
+pub enum Term<'a> {
+    /// The strain of one of the membrane, as the sum of factor times y over pairs of vertices, to first order in y, which is what their squared
+    /// distance gains.
+    Stretch(&'a [([u32; 2], f64)]),
+    /// The strains of bending Σ row (θ − θ̄) over the edges of one triangle, the first ones of a row.
+    Bend(&'a [Fold], &'a [[f64; 3]]),
+}
+
+/// An edge with a triangle at either side, at rest.
+#[derive(Clone, Copy, Debug)]
+pub struct Fold {
+    /// The edge's ends, the triangle's other corner and that beyond the edge; [`crate::mesh::NONE`] for one that stays where it is.
+    pub vertices: [u32; 4],
+    /// Where they are.
+    pub corners: [Vec3; 4],
 }
 
 /// A sum of energies is an energy.
@@ -157,6 +178,10 @@ impl Energy for Vec<Box<dyn Energy>> {
 
     fn n_elements(&self) -> usize {
         self.iter().map(|e| e.n_elements()).sum()
+    }
+
+    fn visit_terms(&self, rest: &[Vec3], visit: &mut dyn FnMut(Term)) -> bool {
+        self.iter().all(|e| e.visit_terms(rest, visit))
     }
 
     fn even(&self, weights: &mut [f64]) {

@@ -3,7 +3,7 @@
 //! An element for each component of r along the axes. Without a height the energy is quadratic in positions. It does not change with rigid
 //! motions; its dashpot resists all motion of the two points against each other.
 
-use super::{Curvature, ElementHessian, Energy, Mat3, RestRow};
+use super::{Curvature, ElementHessian, Energy, Mat3, RestRow, Term};
 use crate::material::Bond;
 use crate::{Mesh, Vec3};
 
@@ -245,6 +245,10 @@ impl Energy for TieEnergy {
 
     fn n_membrane(&self) -> usize {
         0
+    }
+
+    fn visit_terms(&self, _rest: &[Vec3], _visit: &mut dyn FnMut(Term)) -> bool {
+        false
     }
 
     fn n_elements(&self) -> usize {

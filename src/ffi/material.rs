@@ -12,7 +12,7 @@ use std::ffi::c_void;
 /// area_density. What these mean depends on the mesh.
 pub const SW_ENERGY_DISCRETE_SHELLS: u32 = 1;
 /// Koiter's energy of a thin elastic sheet (1966): St. Venant-Kirchhoff membrane and plate. By young, poisson, thickness and
-/// volume_density, in engineering units, of which every mesh makes the same shell. SW_METHOD_POLYNOMIAL_SHELL does not take it yet.
+/// volume_density, in engineering units, of which every mesh makes the same shell.
 pub const SW_ENERGY_KOITER: u32 = 2;
 
 /// k_area.

@@ -27,8 +27,8 @@ pub const SW_METHOD_WARP_VIRTUAL_WORK: u32 = 5;
 pub const SW_METHOD_REDUCED_SHELL: u32 = 6;
 /// The reduced shell with its energy as a polynomial of the fields' amplitudes, of the same model and training: no element is evaluated in a
 /// step, which takes a fraction of the time of SW_METHOD_REDUCED_SHELL and does not know the mesh. Where hinges turn by radians or
-/// edges stretch by tenths of their length it is too stiff. A model that was saved without it is refused: precompute anew. So is one of
-/// SW_ENERGY_KOITER.
+/// edges stretch by tenths of their length it is too stiff. A model that was saved without it is refused: precompute anew. So is one
+/// with ties, or under stress at rest.
 pub const SW_METHOD_POLYNOMIAL_SHELL: u32 = 9;
 /// Both of these: SW_METHOD_POLYNOMIAL_SHELL as long as the shell is no further from rest, in the mass norm, than the training's equilibria up to which
 /// the polynomial was as good as the samples, SW_METHOD_REDUCED_SHELL beyond, and back at four fifths of it. Both have the same fields, so that nothing

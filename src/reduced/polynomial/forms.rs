@@ -6,18 +6,18 @@
 //!
 //! What bending lacks, ½ Σ yᵀDy over the hinges, is compressed alike: by the shapes' |D|^½ y, then by the eigenvectors of the signs of D.
 
-use super::hinges::{Hinge, Matrix6, cubic, hessians, hinges};
+use super::bends::{Bend, Pairs, cubic, hessians};
 use super::pairs::{self, Rows};
 use super::{Coefficients, PolynomialEnergy};
-use crate::material::Quantity;
+use crate::energy::Term;
 use crate::modes::symmetric_eigen;
 use crate::reduced::products::WIDTH;
 use crate::reduced::sampling::Random;
 use crate::reduced::{Assumed, basis};
-use crate::{ErrorKind, Material, Result, Shell, Vec3};
+use crate::{ErrorKind, Result, Shell, Vec3};
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, Par};
-use nalgebra::SymmetricEigen;
+use nalgebra::{DMatrix, SymmetricEigen};
 
 /// Residual fields where bending carries the loads, and where the membrane does; and corrections of bending.
 const RESIDUALS: usize = 4;
@@ -32,7 +32,7 @@ const MOST: [f64; 2] = [1.0, 0.7];
 const GAINS: usize = 10_000_000;
 /// φ of a negative weight is near s² up to this multiple of the largest s of the shapes.
 const BEYOND: f64 = 3.0;
-/// Hinges whose products are summed at once.
+/// Bends whose products are summed at once.
 const CHUNK: usize = 512;
 
 /// What the coefficients are made of.
@@ -49,32 +49,45 @@ pub struct Sources<'a> {
 
 /// The energy; none where its numbers leave the range, or that of the shell is none of the terms above. `watch` is told the share of the work done.
 pub fn make(sources: &Sources, watch: &mut dyn FnMut(f64) -> Result<()>) -> Result<Option<PolynomialEnergy>> {
-    let told = sources.shell.bonds.is_empty() && !sources.shell.is_stressed();
-    let Some(material) = sources.shell.material.discrete_shells().filter(|_| told) else {
-        return Ok(None);
-    };
-    match coefficients(sources, material, watch) {
+    let Some(told) = Told::of(sources.shell) else { return Ok(None) };
+    match coefficients(sources, &told, watch) {
         Ok(coefficients) => Ok(Some(PolynomialEnergy::new(&coefficients)).filter(PolynomialEnergy::is_finite)),
         Err(error) if error.kind == ErrorKind::Numerical => Ok(None),
         Err(error) => Err(error),
     }
 }
 
-fn coefficients(
-    sources: &Sources,
-    material: &Material,
-    watch: &mut dyn FnMut(f64) -> Result<()>,
-) -> Result<Coefficients> {
+/// What the shell's energy tells of its elements.
+struct Told {
+    strains: Strains,
+    bends: Vec<Bend>,
+    pairs: Vec<[u32; 2]>,
+}
+
+impl Told {
+    /// None where it cannot say, or where the shell is not at rest.
+    fn of(shell: &Shell) -> Option<Self> {
+        if shell.is_stressed() {
+            return None;
+        }
+        let (mut elements, mut bends, mut pairs) = (vec![], vec![], Pairs::new(&shell.mesh));
+        let told = shell.energy.visit_terms(&shell.mesh.positions, &mut |term| match term {
+            Term::Stretch(terms) => elements.push(terms.iter().map(|(pair, p)| (pairs.number(*pair), *p)).collect()),
+            Term::Bend(folds, rows) => bends.push(Bend::new(folds, rows, &mut pairs)),
+        });
+        told.then_some(Self { strains: Strains { elements }, bends, pairs: pairs.list })
+    }
+}
+
+fn coefficients(sources: &Sources, told: &Told, watch: &mut dyn FnMut(f64) -> Result<()>) -> Result<Coefficients> {
     let Sources { shell, columns, assumed, .. } = *sources;
     let rows = Rows::new(columns);
-    let mut pairs: Vec<[u32; 2]> = shell.mesh.edges.iter().map(|e| e.vertices).collect();
-    let hinges = hinges(shell, material.k_bend, &mut pairs);
+    let Told { strains, bends, pairs } = told;
     let shapes = mixed(sources.shapes, pairs.len());
-    let gains = pairs::gains(shell, &pairs, &rows, &shapes);
+    let gains = pairs::gains(shell, pairs, &rows, &shapes);
     watch(0.1)?;
-    let (corrections, signs) = corrections(&hinges, &gains, pairs.len())?;
+    let (corrections, signs) = corrections(bends, &gains, pairs.len())?;
     watch(0.3)?;
-    let strains = Strains::new(shell, material);
     let taken = assumed.stresses.nrows() + signs.len();
     let residuals = if assumed.membrane_share < CARRYING { RESIDUALS } else { MEMBRANE_RESIDUALS };
     let residuals = (taken + residuals).next_multiple_of(WIDTH) - taken; // those that fill a register are free
@@ -86,7 +99,7 @@ fn coefficients(
         true => membrane_pairs[(e, k)],
         false => corrections[(e, k - membrane)],
     });
-    let mut forms = pairs::forms(shell, &pairs, &rows, all.as_ref());
+    let mut forms = pairs::forms(shell, pairs, &rows, all.as_ref());
     watch(0.7)?;
     let strained = all.transpose() * &gains;
     for (k, form) in forms.iter_mut().enumerate() {
@@ -99,9 +112,9 @@ fn coefficients(
             form.bound = bound(&strained, k);
         }
     }
-    let [bending, stiffness] = hessians(&hinges, &rows);
+    let [bending, stiffness] = hessians(bends, &rows);
     watch(0.8)?;
-    Ok(Coefficients { forms, membrane, bending, stiffness, cubic: cubic(&hinges, &rows) })
+    Ok(Coefficients { forms, membrane, bending, stiffness, cubic: cubic(bends, &rows) })
 }
 
 /// 1/S² of a form whose values at the shapes are a row of `strained`.
@@ -131,42 +144,6 @@ struct Strains {
 }
 
 impl Strains {
-    fn new(shell: &Shell, material: &Material) -> Self {
-        let mesh = &shell.mesh;
-        let areas = shell.maps.by_triangle(Quantity::KArea, mesh);
-        let lengths = shell.maps.by_edge(Quantity::KLength, mesh);
-        let k_area = |t: usize| areas.as_ref().map_or(material.k_area, |k| k[t]);
-        let k_length = |e: usize| lengths.as_ref().map_or(material.k_length, |k| k[e]);
-        let mut elements = vec![];
-        if material.k_area > 0.0 {
-            let number = |a: u32, b: u32| {
-                mesh.edges.binary_search_by_key(&(a.min(b), a.max(b)), |e| {
-                    let [a, b] = e.vertices;
-                    (a.min(b), a.max(b))
-                })
-            };
-            for (t, triangle) in mesh.triangles.iter().enumerate() {
-                let x = triangle.map(|v| mesh.positions[v as usize]);
-                let double = (x[1] - x[0]).cross(&(x[2] - x[0])).norm();
-                let root = (4.0 * k_area(t) / double).sqrt();
-                let side = |i: usize| {
-                    let [j, k] = [(i + 1) % 3, (i + 2) % 3];
-                    let cotangent = (x[j] - x[i]).dot(&(x[k] - x[i])) / double;
-                    number(triangle[j], triangle[k]).ok().map(|edge| (edge, 0.25 * root * cotangent))
-                };
-                elements.push((0..3).filter_map(side).collect());
-            }
-        }
-        if material.k_length > 0.0 {
-            for (e, edge) in mesh.edges.iter().enumerate() {
-                let [a, b] = edge.vertices.map(|v| mesh.positions[v as usize]);
-                let length = (b - a).norm();
-                elements.push(vec![(e, (2.0 * k_length(e) / length).sqrt() / (2.0 * length))]);
-            }
-        }
-        Self { elements }
-    }
-
     /// S, and orthonormal fields of what it leaves of the strains at shapes with the gains (elements × fields).
     fn fields(&self, assumed: &Assumed, gains: &Mat<f64>, residuals: usize) -> Result<Mat<f64>> {
         let stresses = &assumed.stresses;
@@ -198,41 +175,46 @@ impl Strains {
     }
 }
 
-/// |D|^½ y of some hinges at shapes with the gains (6 hinges × shapes).
+/// |D|^½ y of some bends at shapes with the gains (Σ pairs × shapes).
 struct Roots<'a> {
-    hinges: &'a [Hinge],
-    /// Eigenvectors of D by the roots of its eigenvalues, and their signs.
-    roots: Vec<Matrix6>,
+    bends: &'a [Bend],
+    /// Eigenvectors of D by the roots of its eigenvalues.
+    roots: Vec<DMatrix<f64>>,
+    /// Their signs, and whose pair each is of.
     signs: Vec<f64>,
+    rows: Vec<(usize, usize)>,
 }
 
 impl<'a> Roots<'a> {
-    fn new(hinges: &'a [Hinge]) -> Self {
-        let (mut roots, mut signs) = (vec![], vec![]);
-        for hinge in hinges {
-            let told = hinge.correction.iter().all(|x| x.is_finite());
-            let correction = if told { hinge.correction } else { Matrix6::zeros() };
+    fn new(bends: &'a [Bend]) -> Self {
+        let (mut roots, mut signs, mut rows) = (vec![], vec![], vec![]);
+        for (b, bend) in bends.iter().enumerate() {
+            let told = bend.correction.iter().all(|x| x.is_finite());
+            let size = bend.pairs.len();
+            let correction = if told { bend.correction.clone() } else { DMatrix::zeros(size, size) };
             let SymmetricEigen { eigenvalues, eigenvectors } = SymmetricEigen::new(correction);
             signs.extend(eigenvalues.iter().map(|x| x.signum()));
-            roots.push(Matrix6::from_fn(|i, k| eigenvectors[(i, k)] * eigenvalues[k].abs().sqrt()));
+            roots.push(DMatrix::from_fn(size, size, |i, k| eigenvectors[(i, k)] * eigenvalues[k].abs().sqrt()));
+            rows.extend((0..size).map(|k| (b, k)));
         }
-        Self { hinges, roots, signs }
+        Self { bends, roots, signs, rows }
     }
 
     fn at(&self, gains: &Mat<f64>) -> Mat<f64> {
-        Mat::from_fn(6 * self.hinges.len(), gains.ncols(), |row, s| {
-            let (h, k) = (row / 6, row % 6);
-            let gain = |i: usize| self.hinges[h].pairs[i].map_or(0.0, |pair| gains[(pair, s)] * self.roots[h][(i, k)]);
-            (0..6).map(gain).sum()
+        Mat::from_fn(self.rows.len(), gains.ncols(), |row, s| {
+            let (b, k) = self.rows[row];
+            let gain =
+                |(i, pair): (usize, &Option<usize>)| pair.map_or(0.0, |pair| gains[(pair, s)] * self.roots[b][(i, k)]);
+            self.bends[b].pairs.iter().enumerate().map(gain).sum()
         })
     }
 }
 
 /// The few sums over pairs (pairs × sums) whose squares, by their signed weights, are near ½ Σ yᵀDy at the shapes; and the weights.
-fn corrections(hinges: &[Hinge], gains: &Mat<f64>, pairs: usize) -> Result<(Mat<f64>, Vec<f64>)> {
+fn corrections(bends: &[Bend], gains: &Mat<f64>, pairs: usize) -> Result<(Mat<f64>, Vec<f64>)> {
     let shapes = gains.ncols();
     let mut gram = Mat::<f64>::zeros(shapes, shapes);
-    for some in hinges.chunks(CHUNK) {
+    for some in bends.chunks(CHUNK) {
         let z = Roots::new(some).at(gains);
         matmul(gram.as_mut(), Accum::Add, z.transpose(), &z, 1.0, Par::Seq);
     }
@@ -248,16 +230,14 @@ fn corrections(hinges: &[Hinge], gains: &Mat<f64>, pairs: usize) -> Result<(Mat<
     let mixing = Mat::from_fn(shapes, kept.len(), |s, k| scale[s] * vectors[(s, kept[k])] / values[kept[k]].sqrt());
     let mut sums = Mat::<f64>::zeros(pairs, kept.len());
     let mut signed = Mat::<f64>::zeros(kept.len(), kept.len());
-    for some in hinges.chunks(CHUNK) {
+    for some in bends.chunks(CHUNK) {
         let roots = Roots::new(some);
         let fields = roots.at(gains) * &mixing;
         let by_sign = Mat::from_fn(fields.nrows(), kept.len(), |row, k| roots.signs[row] * fields[(row, k)]);
         matmul(signed.as_mut(), Accum::Add, fields.transpose(), &by_sign, 1.0, Par::Seq);
-        for (h, hinge) in some.iter().enumerate() {
-            for (i, pair) in hinge.pairs.iter().enumerate().filter_map(|(i, pair)| Some((i, (*pair)?))) {
-                for k in 0..kept.len() {
-                    sums[(pair, k)] += (0..6).map(|j| roots.roots[h][(i, j)] * fields[(6 * h + j, k)]).sum::<f64>();
-                }
+        for (row, (b, k)) in roots.rows.iter().enumerate() {
+            for (i, pair) in some[*b].pairs.iter().enumerate().filter_map(|(i, pair)| Some((i, (*pair)?))) {
+                (0..kept.len()).for_each(|c| sums[(pair, c)] += roots.roots[*b][(i, *k)] * fields[(row, c)]);
             }
         }
     }

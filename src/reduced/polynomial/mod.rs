@@ -5,14 +5,14 @@
 //! A *form* s_k is a sum Σ p y over pairs of vertices of what their squared distances gained, y = l² − l̄²: exactly quadratic in q. The
 //! membrane's stress fields and what poses leave beside them are such sums (`forms`). Bending is cubic where lengths hold
 //! (Garg, Grinspun, Wardetzky, Zorin, *Cubic Shells*, 2007), and forms of weights of either sign correct it where they do not
-//! (`hinges`). φ(s) = s²/(1 + s²/S²), bounded, where the weight is negative, else s².
+//! (`bends`). φ(s) = s²/(1 + s²/S²), bounded, where the weight is negative, else s².
 //!
 //! Every term keeps its value when all that it joins turns.
 
+mod bends;
 mod evaluate;
 mod forms;
 mod gate;
-mod hinges;
 mod kernel;
 mod pairs;
 mod saved;
