@@ -82,7 +82,7 @@ std::string stillness(const Summary &summary) {
 
 void add_size_of_motion(const Summary &summary, std::vector<std::string> &words) {
   const double share = widest_frame(summary.run).report.max_displacement / summary.info.size;
-  const bool led = summary.scene.motion.moves() || !summary.scene.handles.empty() || any_moves(summary.scene.colliders) || any_moves(summary.scene.supports);
+  const bool led = summary.scene.motion.moves() || !summary.scene.handles.empty() || any_moves(summary.scene.colliders) || any_moves(summary.scene);
   if (share == 0) {
     words.push_back(stillness(summary));
   } else if (share < kUnseen && loaded(summary.scene) && !led) {
@@ -106,7 +106,8 @@ void add_contact(const Summary &summary, std::vector<std::string> &words) {
   if (most == 0 && deepest == 0) return words.push_back("touched: no collider");
   const double share = deepest / summary.info.size;
   words.push_back(format("touched: %llu contact%s at most, deepest penetration ", static_cast<unsigned long long>(most), most == 1 ? "" : "s") +
-                  in_unit(deepest, summary.scene) + format(" (%.2g %% of its size)", 100 * share));
+                  in_unit(deepest, summary.scene) + format(" (%.2g %% of its size)", 100 * share) +
+                  (summary.scene.push_out ? "; shown pushed out, " + in_unit(summary.run.deepest_left, summary.scene) + " left" : ""));
   if (share > kUnseen)
     words.push_back(std::string("note: the shell went into a collider by more than 0.1 % of its size: ") +
                     (host::is_full_shell(summary.scene.method) ? "shorter steps help" : "more modes help") +

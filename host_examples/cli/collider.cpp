@@ -45,7 +45,7 @@ SwColliderPoseDesc Collider::pose(double seconds) const {
   return desc;
 }
 
-std::vector<std::string> collider_kinds() { return {"plane", "sphere", "capsule", "box", "hull", "mesh"}; }
+std::vector<std::string> collider_kinds() { return {"plane", "sphere", "capsule", "box", "hull", "mesh", "deforming"}; }
 
 std::array<double, 3> rotation_to(const std::array<double, 3> &direction) {
   const double across = std::hypot(direction[0], direction[1]), angle = std::atan2(across, direction[2]);
@@ -62,13 +62,15 @@ void prepare_colliders(std::vector<Collider> &colliders, double scale) {
     const std::string &file = colliders[k].mesh_path;
     try {
       colliders[k].solid = std::make_shared<const shellwarp::Collider>(make_solid(colliders[k], scale));
+      if (colliders[k].deforms())
+        colliders[k].points = std::make_shared<const MovingPoints>(colliders[k].motion_path, read_mesh(file).n_vertices(), scale);
     } catch (const shellwarp::Error &error) {
       throw std::runtime_error("collider " + std::to_string(k + 1) + (file.empty() ? "" : ", " + file) + ": " + error.what());
     }
   }
 }
 
-void set_colliders(const std::vector<Collider> &colliders, shellwarp::State &state) {
+void set_colliders(const std::vector<Collider> &colliders, double frame_rate, shellwarp::State &state) {
   if (colliders.empty()) return;
   std::vector<const SwCollider *> solids;
   for (const Collider &collider : colliders) {
@@ -77,11 +79,21 @@ void set_colliders(const std::vector<Collider> &colliders, shellwarp::State &sta
   }
   state.set_colliders(solids);
   for (uint32_t k = 0; k < solids.size(); ++k) state.move_collider(k, colliders[k].pose(0));
+  deform_colliders(colliders, 0, frame_rate, state, true);
 }
 
-void move_colliders(const std::vector<Collider> &colliders, double seconds, shellwarp::State &state) {
+void move_colliders(const std::vector<Collider> &colliders, double seconds, double frame_rate, shellwarp::State &state) {
   for (uint32_t k = 0; k < colliders.size(); ++k)
     if (colliders[k].moves()) state.move_collider(k, colliders[k].pose(seconds));
+  deform_colliders(colliders, seconds, frame_rate, state, false);
+}
+
+void deform_colliders(const std::vector<Collider> &colliders, double seconds, double frame_rate, shellwarp::State &state, bool teleport) {
+  for (uint32_t k = 0; k < colliders.size(); ++k) {
+    if (!colliders[k].deforms()) continue;
+    const std::vector<double> points = colliders[k].points->at(seconds * frame_rate);
+    state.deform_collider(k, points.data(), static_cast<uint32_t>(points.size() / 3), teleport ? SW_COLLIDER_TELEPORT : 0);
+  }
 }
 
 }  // namespace cli

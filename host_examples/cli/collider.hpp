@@ -8,6 +8,7 @@
 
 #include "frame_motion.hpp"
 #include "handle_motion.hpp"
+#include "moving_points.hpp"
 #include "shellwarp.hpp"
 
 #include <array>
@@ -26,6 +27,7 @@ struct Collider {
   double radius = 0, half_length = 0;
   std::array<double, 3> half_extents{};
   std::string mesh_path;  // of a hull or mesh
+  std::string motion_path;  // of one that deforms: see moving_points.hpp
   uint32_t cells = 0;
   double friction = 0, thickness = 0;
   std::array<double, 3> position{};
@@ -33,8 +35,10 @@ struct Collider {
   std::vector<HandleKey> keys;       // by ascending time
   std::shared_ptr<const FrameMotion> bone;                // carries it; null = the world
   std::shared_ptr<const shellwarp::Collider> solid = {};  // what states share, once prepare_colliders has made it
+  std::shared_ptr<const MovingPoints> points = {};        // of one that deforms, once it has
 
-  bool moves() const { return !keys.empty() || (bone && bone->moves()); }
+  bool deforms() const { return !motion_path.empty(); }
+  bool moves() const { return deforms() || !keys.empty() || (bone && bone->moves()); }
   SwColliderPoseDesc pose(double seconds) const;
 };
 
@@ -54,9 +58,12 @@ bool any_moves(const std::vector<Collider> &colliders);
 void prepare_colliders(std::vector<Collider> &colliders, double scale);
 
 // Gives a state the prepared colliders, placed as at time 0.
-void set_colliders(const std::vector<Collider> &colliders, shellwarp::State &state);
+void set_colliders(const std::vector<Collider> &colliders, double frame_rate, shellwarp::State &state);
 
-// Puts those that move where they are to be at the end of the next step.
-void move_colliders(const std::vector<Collider> &colliders, double seconds, shellwarp::State &state);
+// Puts those that move where they are to be at the end of the next step, and gives those that deform their shapes.
+void move_colliders(const std::vector<Collider> &colliders, double seconds, double frame_rate, shellwarp::State &state);
+
+// The shapes alone. `teleport`: they are so at once.
+void deform_colliders(const std::vector<Collider> &colliders, double seconds, double frame_rate, shellwarp::State &state, bool teleport);
 
 }  // namespace cli

@@ -10,7 +10,7 @@
 namespace cli {
 
 EnergyAudit::EnergyAudit(const Scene &scene, const Mesh &mesh)
-    : applies_(!scene.loads.wind && scene.handles.empty() && !scene.motion.moves() && !any_moves(scene.colliders) && !any_moves(scene.supports)),
+    : applies_(!scene.loads.wind && scene.handles.empty() && !scene.motion.moves() && !any_moves(scene.colliders) && !any_moves(scene)),
       mesh_(mesh),
       load_(mesh.positions.size()),
       positions_(mesh.positions.size()) {

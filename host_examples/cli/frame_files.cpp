@@ -9,18 +9,19 @@ namespace cli {
 namespace {
 
 void write_displacement(OutputFolder &folder, const std::string &name, const Scene &scene, const Mesh &mesh,
-                        const FrameRecord &frame, const shellwarp::State &state) {
+                        const Run &run, const FrameRecord &frame, const shellwarp::State &state) {
   std::vector<double> x(mesh.positions.size());
-  const bool corrected = !frame.corrected.empty();
-  if (corrected)
-    x.assign(frame.corrected.begin(), frame.corrected.end());
+  const bool in_world = !frame.shown.empty() || scene.follow_rest;
+  if (!frame.shown.empty())
+    x.assign(frame.shown.begin(), frame.shown.end());
   else
-    state.positions(x.data(), mesh.n_vertices(), SW_SPACE_FRAME);
+    state.positions(x.data(), mesh.n_vertices(), in_world ? SW_SPACE_WORLD : SW_SPACE_FRAME);
+  const std::vector<double> led = scene.follow_rest ? run.supports->animated(frame.report.time) : mesh.positions;
   const SwFrameDesc pose = scene.motion.pose(frame.report.time);
   OutputFile file(folder, name);
   for (std::size_t i = 0; i < x.size(); i += 3) {
-    std::array<double, 3> rest{mesh.positions[i], mesh.positions[i + 1], mesh.positions[i + 2]};
-    if (corrected && !scene.is_static) rest = transform(pose, rest);  // corrected positions are the world's
+    std::array<double, 3> rest{led[i], led[i + 1], led[i + 2]};
+    if (in_world && !scene.is_static && !scene.follow_rest) rest = transform(pose, rest);
     file.print("%.9g\n", std::hypot(x[i] - rest[0], x[i + 1] - rest[1], x[i + 2] - rest[2]));
   }
   file.close();
@@ -77,10 +78,10 @@ void write_handles(OutputFolder &folder, const std::string &name, const std::vec
 }
 
 void write_frame(OutputFolder &folder, const std::string &name, const Scene &scene, const Mesh &mesh,
-                 const std::vector<PlacedHandle> &handles, const FrameRecord &frame, shellwarp::State &state) {
-  state.load(frame.saved);
+                 const std::vector<PlacedHandle> &handles, const Run &run, const FrameRecord &frame, shellwarp::State &state) {
+  go_to(run, frame, scene, state);
   write_obj(folder, name + ".obj", shown_positions(frame, mesh, state), mesh);
-  write_displacement(folder, name + "_displacement.txt", scene, mesh, frame, state);
+  write_displacement(folder, name + "_displacement.txt", scene, mesh, run, frame, state);
   if (any_held(handles, frame)) write_handles(folder, name + "_handles.csv", handles, frame.report.time, mesh, state);
 }
 
@@ -98,7 +99,7 @@ void write_table_row(OutputFile &file, const FrameRecord &frame, const std::stri
 }  // namespace
 
 std::vector<float> shown_positions(const FrameRecord &frame, const Mesh &mesh, const shellwarp::State &state) {
-  if (!frame.corrected.empty()) return frame.corrected;
+  if (!frame.shown.empty()) return frame.shown;
   std::vector<float> positions(mesh.positions.size());
   state.positions(positions.data(), mesh.n_vertices());
   return positions;
@@ -168,7 +169,7 @@ void write_frame_files(OutputFolder &folder, const Scene &scene, const Mesh &mes
   for (std::size_t i = 0; i < run.frames.size(); ++i) {
     const bool write = std::binary_search(chosen.begin(), chosen.end(), i);
     const std::string name = write ? frame_file_name(scene.name, run.frames[i].frame) : "";
-    if (write) write_frame(folder, name, scene, mesh, handles, run.frames[i], state);
+    if (write) write_frame(folder, name, scene, mesh, handles, run, run.frames[i], state);
     write_table_row(table, run.frames[i], name, any_held(handles, run.frames[i]));
   }
   table.close();

@@ -52,7 +52,7 @@ MotionFiles::MotionFiles(const Scene &scene, const Mesh &mesh, bool to_asset)
 bool MotionFiles::wanted() const { return writes(scene_, "usd") || writes(scene_, "gltf"); }
 
 void MotionFiles::append(const FrameRecord &frame, std::vector<float> positions, std::vector<float> velocities) {
-  if (scene_.is_static) velocities.clear();
+  if (scene_.is_static || scene_.follow_rest) velocities.clear();  // a frame that is gone back to does not know how its rest shape moved
   const double seconds = scene_.is_static ? frame.frame : frame.report.time;  // an equilibrium takes no time: it is shown in a second
   moving_.frames.push_back({frame.frame, seconds, std::move(positions), std::move(velocities)});
 }
@@ -84,7 +84,7 @@ void write_shell_motion(OutputFolder &folder, const Scene &scene, const Mesh &me
     if (error.status() != SW_ERROR_NUMERICAL) throw;
   }
   for (const FrameRecord &frame : run.frames) {
-    state.load(frame.saved);
+    go_to(run, frame, scene, state);
     std::vector<float> velocities;
     if (binding) read_points(state, *binding, mesh.n_vertices(), &velocities);
     files.append(frame, shown_positions(frame, mesh, state), std::move(velocities));

@@ -88,6 +88,14 @@ std::string collider_item(const Scene &scene, const Collider &collider, const Fi
     item += ",\"rest\":" + json_bytes(std::vector<float>(mesh.positions.begin(), mesh.positions.end())) + ",\"triangles\":" +
             json_bytes(mesh.triangles);
   }
+  if (collider.deforms()) {
+    std::vector<float> shapes;
+    for (const uint32_t frame : film.frames()) {
+      const std::vector<double> points = collider.points->at(frame_seconds(scene, frame) * scene.frame_rate);
+      shapes.insert(shapes.end(), points.begin(), points.end());
+    }
+    item += ",\"shapes\":" + json_bytes(shapes);
+  }
   return item + ",\"poses\":" + json_bytes(poses) + "}";
 }
 

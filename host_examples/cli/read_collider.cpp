@@ -22,6 +22,7 @@ Keys keys_of(uint32_t kind) {
     case SW_COLLIDER_BOX: return {{"half_extents"}, {}};
     case SW_COLLIDER_HULL: return {{"mesh"}, {}};
     case SW_COLLIDER_MESH: return {{"mesh"}, {"cells"}};
+    case SW_COLLIDER_DEFORMING_MESH: return {{"mesh", "motion"}, {}};
     default: return {{}, {"normal"}};
   }
 }
@@ -29,7 +30,7 @@ Keys keys_of(uint32_t kind) {
 void judge_keys(Section &section, const std::string &name, const Keys &keys) {
   for (const std::string &key : keys.needed)
     if (!section.find(key.c_str())) section.fail("a " + name + " needs " + key);
-  for (const char *key : {"normal", "radius", "half_length", "half_extents", "mesh", "cells"}) {
+  for (const char *key : {"normal", "radius", "half_length", "half_extents", "mesh", "motion", "cells"}) {
     const bool takes = std::count(keys.needed.begin(), keys.needed.end(), key) || std::count(keys.more.begin(), keys.more.end(), key);
     if (section.find(key) && !takes) section.fail(*section.find(key), "a " + name + " has no " + std::string(key));
   }
@@ -65,7 +66,7 @@ std::array<double, 3> read_rotation(Section &section) {
 Collider read_collider(Section &section, std::vector<std::string> &inputs) {
   const std::vector<std::string> names = collider_kinds();
   Collider collider;
-  if (!section.find("kind")) section.fail("kind is missing: plane, sphere, capsule, box, hull or mesh");
+  if (!section.find("kind")) section.fail("kind is missing: plane, sphere, capsule, box, hull, mesh or deforming");
   const std::string name = section.choice("kind", names);
   collider.kind = 1 + static_cast<uint32_t>(std::find(names.begin(), names.end(), name) - names.begin());
   collider.radius = section.positive("radius", 1);
@@ -73,12 +74,15 @@ Collider read_collider(Section &section, std::vector<std::string> &inputs) {
   collider.half_extents = read_half_extents(section);
   collider.cells = read_cells(section);
   collider.mesh_path = section.file("mesh").value_or("");
+  collider.motion_path = section.file("motion").value_or("");
   collider.friction = section.not_negative("friction", 0);
   collider.thickness = section.not_negative("thickness", 0);
   collider.position = section.vector("position");
   collider.rotation = read_rotation(section);
   judge_keys(section, name, keys_of(collider.kind));
   if (!collider.mesh_path.empty()) inputs.push_back(collider.mesh_path);
+  const std::vector<std::string> files = collider.deforms() ? files_of_motion(collider.motion_path) : std::vector<std::string>();
+  inputs.insert(inputs.end(), files.begin(), files.end());
   return collider;
 }
 

@@ -5,8 +5,6 @@
 
 namespace cli {
 
-namespace {
-
 std::vector<uint32_t> read_indices(Section &section, const char *key) {
   std::vector<uint32_t> indices;
   const toml::node *node = section.find(key);
@@ -17,8 +15,6 @@ std::vector<uint32_t> read_indices(Section &section, const char *key) {
     section.fail(*node, std::string(key) + " must be a list of vertex indices, counted from 0");
   return indices;
 }
-
-}  // namespace
 
 std::optional<Side> read_side(Section &section) {
   const std::optional<std::string> word = section.text("side");

@@ -11,6 +11,9 @@ namespace cli {
 
 class Section;
 
+// Numbers of vertices; none where the key is missing.
+std::vector<uint32_t> read_indices(Section &section, const char *key);
+
 // `side` of a table, where it is there.
 std::optional<Side> read_side(Section &section);
 

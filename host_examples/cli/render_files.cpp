@@ -59,7 +59,7 @@ void RenderMesh::write(OutputFolder &folder, const Scene &scene, const std::vect
   MotionFiles files(scene, mesh_, true);
   write_obj(folder, name + "_rest.obj", std::vector<float>(mesh_.positions.begin(), mesh_.positions.end()));
   for (std::size_t i = 0; i < run.frames.size(); ++i) {
-    state.load(run.frames[i].saved);
+    go_to(run, run.frames[i], scene, state);
     std::vector<float> velocities;
     std::vector<float> x = read_points(state, binding_.value(), n_points(), files.wanted() ? &velocities : nullptr);
     if (cache) cache->append(x.data());

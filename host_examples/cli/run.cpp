@@ -84,7 +84,7 @@ void certify(const Scene &scene, const RunOptions &options, const shellwarp::Sta
 }
 
 // The estimate at a few frames beside the last one's, for the page of a small shell. The state is left at the last frame.
-void estimate_errors(shellwarp::State &state, uint32_t n_vertices, Run &run) {
+void estimate_errors(const Scene &scene, shellwarp::State &state, uint32_t n_vertices, Run &run) {
   constexpr uint32_t kMost = 5000;  // a fraction of a second each
   constexpr std::size_t kFrames = 8;
   if (!run.certificate) return;
@@ -92,13 +92,13 @@ void estimate_errors(shellwarp::State &state, uint32_t n_vertices, Run &run) {
   const std::size_t last = run.frames.size() - 1, n = n_vertices > kMost ? 1 : std::min(kFrames, last);
   for (std::size_t k = 1; k < n && !interrupted(); ++k) {
     const FrameRecord &frame = run.frames[k * last / n];
-    state.load(frame.saved);
+    go_to(run, frame, scene, state);
     try {
       run.estimates.push_back({frame.report.time, state.certify().error});
     } catch (const shellwarp::Error &) {  // there is none of this shape
     }
   }
-  if (n > 1) state.load(run.frames.back().saved);
+  if (n > 1) go_to(run, run.frames.back(), scene, state);
   run.estimates.push_back({run.frames.back().report.time, run.certificate->error});
 }
 
@@ -123,7 +123,7 @@ void add_method(const Scene &scene, const Mesh &mesh, const std::vector<PlacedHa
   Run run = simulate(scene, n_frames, mesh, handles, state, nullptr, &film, options.quiet);
   if (run.interrupted) return;
   certify(scene, options, state, mesh.n_vertices(), run);
-  estimate_errors(state, mesh.n_vertices(), run);
+  estimate_errors(scene, state, mesh.n_vertices(), run);
   std::vector<std::string> words = closing_words({scene, model.info(), model.frequencies(), run, {}});
   for (std::string &sentence : words) {
     sentence = std::string(sw_method_label(scene.method)) + " " + sentence;
@@ -155,6 +155,8 @@ void bind_render_mesh(const Scene &scene, const shellwarp::Model &model, bool qu
 int run_scene(Scene scene, const RunOptions &options, OutputFolder *folder, Page *page) {
   const uint32_t n_frames = scene.is_static ? 1 : options.frames ? *options.frames : frame_count(scene);
   const Mesh mesh = scene_mesh(scene);
+  if (!scene.motion_path.empty())
+    scene.points = std::make_shared<const MovingPoints>(scene.motion_path, mesh.of_file.empty() ? mesh.n_vertices() : static_cast<uint32_t>(mesh.of_file.size()), scene.scale);
   if (mesh.proxy && !options.quiet)
     std::printf("%s: proxy: %s\n", scene.mesh_path.c_str(), describe_proxy(mesh.proxy->info).c_str());
   else if (scene.weld && !options.quiet)
@@ -181,7 +183,7 @@ int run_scene(Scene scene, const RunOptions &options, OutputFolder *folder, Page
   Run run = simulate(scene, n_frames, mesh, handles, state, cache ? &*cache : nullptr, page ? &film : nullptr,
                      options.quiet, folder != nullptr);
   certify(scene, options, state, mesh.n_vertices(), run);
-  if (page && !run.interrupted) estimate_errors(state, mesh.n_vertices(), run);
+  if (page && !run.interrupted) estimate_errors(scene, state, mesh.n_vertices(), run);
   if (options.plan) std::fputs(state.plan_text(scene.step()).c_str(), stdout);
   if (folder && !run.interrupted) {
     if (cache) cache->close();
@@ -189,7 +191,7 @@ int run_scene(Scene scene, const RunOptions &options, OutputFolder *folder, Page
     write_shell_motion(*folder, scene, mesh, model, run, state);
     if (render) {
       render->write(*folder, scene, chosen_frames(scene, run.frames), run, state);
-      state.load(run.frames.back().saved);
+      go_to(run, run.frames.back(), scene, state);
     }
     run.interrupted = interrupted();
     if (!run.interrupted) folder->put_in_place();
@@ -249,10 +251,10 @@ void finish_page(const Page &page, const SceneFile &file, const RunOptions &opti
     std::fprintf(stderr, "shellwarp: nothing here opens a browser; open %s in one\n", path.c_str());
 }
 
-// What is drawn in the mesh's place follows the motion, which correction steps do not change.
-void check_correction(const Scene &scene) {
-  if (scene.correction_steps > 0 && !scene.render_path.empty())
-    throw std::runtime_error("correction_steps moves the mesh's own vertices: it goes without render, weld and proxy");
+// What is drawn in the mesh's place follows the motion, which correction steps and a push out do not change.
+void check_shown(const Scene &scene) {
+  if ((scene.correction_steps > 0 || scene.push_out) && !scene.render_path.empty())
+    throw std::runtime_error(std::string(scene.push_out ? "push_out" : "correction_steps") + " moves the mesh's own vertices: it goes without render, weld and proxy");
 }
 
 // Those of all shells, made once.
@@ -271,7 +273,7 @@ std::vector<Collider> shared_colliders(const SceneFile &file, bool quiet) {
 int run_shells(const SceneFile &file, const RunOptions &options) {
   for (const Scene &scene : file.shells) {
     check_formats(scene);
-    check_correction(scene);
+    check_shown(scene);
   }
   const std::unique_ptr<OutputFolder> folder = open_folder(file, options);
   const std::string path = page_path(file, options);

@@ -4,6 +4,7 @@
 #include "material_maps.hpp"
 #include "method.hpp"
 #include "moving_files.hpp"
+#include "moving_points.hpp"
 #include "read_where.hpp"
 #include "section.hpp"
 #include "selection.hpp"
@@ -221,6 +222,9 @@ void read_simulation(Section section, Scene &scene) {
   scene.stiffness_factor = section.positive("stiffness_factor", 1);
   scene.correction_steps = section.count("correction_steps").value_or(0);
   if (scene.correction_steps > 100) section.fail("correction_steps must be at most 100");
+  scene.push_out = section.flag("push_out").value_or(false);
+  if (scene.push_out && scene.correction_steps) section.fail(*section.find("push_out"), "push_out and correction_steps both move what is shown: choose one");
+  scene.contact_patches = read_indices(section, "contact_patches");
   section.reject_unknown_keys();
 }
 
@@ -342,6 +346,25 @@ void read_proxy(Section &section, Scene &scene) {
   if (scene.proxy.vertices && scene.render_path.empty()) scene.render_path = scene.mesh_path;
 }
 
+// Of a mesh that is animated by files.
+void read_animation(Section &section, Scene &scene) {
+  if (const auto path = section.file("motion")) {
+    scene.motion_path = *path;
+    const std::vector<std::string> files = files_of_motion(*path);
+    scene.inputs.insert(scene.inputs.end(), files.begin(), files.end());
+    for (const Support &support : scene.supports)
+      if (!support.keys.empty()) section.fail(*section.find("motion"), "motion says where all supports are: none may have a key");
+  }
+  scene.follow_rest = section.flag("follow_rest").value_or(false);
+  if (!scene.motion_path.empty() && !scene.follow_rest && scene.supports.empty())
+    section.fail(*section.find("motion"), "motion leads supports, and there are none: give a support, or follow_rest = true");
+  if (!section.find("follow_rest")) return;
+  const toml::node &at = *section.find("follow_rest");
+  if (scene.motion_path.empty()) section.fail(at, "follow_rest goes with motion");
+  if (scene.follow_rest && !scene.colliders.empty()) section.fail(at, "a rest shape that follows touches no collider: leave them out, or let the supports alone follow");
+  if (scene.follow_rest && scene.is_static) section.fail(at, "a rest shape that follows moves, and static finds an equilibrium");
+}
+
 // What a file says of its one shell at the top, and of several in a table each.
 void read_substance(Section &section, const std::string &path, Scene &scene) {
   const auto mesh = section.file("mesh");
@@ -366,6 +389,7 @@ void read_substance(Section &section, const std::string &path, Scene &scene) {
   for (Section &s : section.sections("tie")) scene.ties.push_back(read_tie(std::move(s)));
   for (Section &s : section.sections("force")) scene.loads.forces.push_back(read_force(std::move(s)));
   if (auto s = section.section("wind")) scene.loads.wind = read_wind(*s);
+  read_animation(section, scene);
   if (auto s = section.section("expect")) {
     if (scene.comparison)
       scene.comparison->expect = read_comparison_expectations(*s);
@@ -374,14 +398,26 @@ void read_substance(Section &section, const std::string &path, Scene &scene) {
   }
 }
 
+// What does not go with a mesh that is animated: a frame never, handles where it is the rest shape.
+void check_animated(Section &section, const char *key, const Scene &scene) {
+  const toml::node *at = section.find(key);
+  if (!at || scene.motion_path.empty()) return;
+  if (std::string(key) == "frame") section.fail(*at, "frame does not go with motion, which says where the supports are");
+  if (scene.follow_rest) section.fail(*at, "a rest shape that follows has no handles: leave them out, or let the supports alone follow");
+}
+
 void read_single(Section &top, const std::string &path, Scene &scene) {
   if (auto s = top.section("comparison")) scene.comparison = read_comparison(*s, scene);
   read_substance(top, path, scene);
+  for (const char *key : {"frame", "handle", "motion", "render"})
+    if (scene.comparison && top.find(key)) top.fail(*top.find(key), std::string(key) + " has no part in a [comparison], whose equilibria nothing leads and nobody draws");
   if (auto s = top.section("frame")) {
     scene.motion = read_motion(*s, "pivot", scene.duration);
     s->reject_unknown_keys();
+    check_animated(top, "frame", scene);
   }
   for (Section &s : top.sections("handle")) scene.handles.push_back(read_handle(std::move(s)));
+  check_animated(top, "handle", scene);
   if (auto s = top.section("paper")) scene.paper = read_paper(*s);
 }
 
@@ -397,6 +433,7 @@ Scene read_shell(Section section, const std::string &path, const SceneFile &file
   read_substance(section, path, scene);
   if (section.find("frame")) scene.motion = *named_bone(section, "frame", file.skeleton).motion;
   for (Section &s : section.sections("attach")) scene.handles.push_back(read_attachment(std::move(s), file.skeleton));
+  for (const char *key : {"frame", "attach"}) check_animated(section, key, scene);
   section.reject_unknown_keys();
   return scene;
 }

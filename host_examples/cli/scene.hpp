@@ -9,6 +9,7 @@
 #include "mesh.hpp"
 #include "proxy.hpp"
 #include "method.hpp"
+#include "moving_points.hpp"
 #include "skeleton.hpp"
 
 #include <array>
@@ -151,6 +152,9 @@ struct Scene {
   Material material;
   std::vector<Support> supports;
   std::vector<SceneTie> ties{};
+  std::string motion_path{};  // where the mesh's vertices are in the world: of supports; see moving_points.hpp
+  bool follow_rest = false;   // or of all vertices, as a rest shape that moves
+  std::shared_ptr<const MovingPoints> points{};  // of the path, once they are read
   uint32_t modes = 0;  // 0 = the library's default
   std::optional<uint32_t> support_fields;  // SwPrecomputeDesc; else kSupportFields where supports move
   bool double_precision = false;
@@ -167,6 +171,8 @@ struct Scene {
   std::array<double, 3> gravity{};
   double stiffness_factor = 1;  // after the precompute
   uint32_t correction_steps = 0;  // Newton steps of the full shell from each frame that is shown
+  bool push_out = false;          // frames are shown outside colliders
+  std::vector<uint32_t> contact_patches{};  // vertices that are touched by what is smaller than the modes
   Damping damping;
   FrameMotion motion;
   Loads loads;  // beside gravity

@@ -156,6 +156,17 @@ void add_handles(const Scene &scene, const Mesh &mesh, std::vector<uint32_t> &le
   desc.n_handles = static_cast<uint32_t>(led.size());
 }
 
+std::vector<uint32_t> find_patches(const Scene &scene, const Mesh &mesh) {
+  const std::size_t n = mesh.of_file.empty() ? mesh.n_vertices() : mesh.of_file.size();
+  std::vector<uint32_t> patches;
+  for (const uint32_t vertex : scene.contact_patches) {
+    if (vertex >= n) throw std::runtime_error("contact_patches names vertex " + std::to_string(vertex) + "; the mesh has " + std::to_string(n));
+    patches.push_back(mesh.of(vertex));
+  }
+  remove_repetitions(patches);
+  return patches;
+}
+
 // A choice without a budget needs no trials. For one with a budget, what the scene will do: its gravity, and its handles moved as far as they go.
 void add_choice(const Scene &scene, SwPrecomputeDesc &desc) {
   if (!(scene.auto_error > 0) && !(scene.auto_operations > 0)) {
@@ -248,7 +259,10 @@ shellwarp::Model make_model(const Scene &scene, const Mesh &mesh, ProgressBar &p
   desc.modes = scene.modes;
   if (scene.sagged) std::copy(scene.gravity.begin(), scene.gravity.end(), desc.sag_gravity);
   add_reduced(scene, desc);
-  desc.support_fields = scene.support_fields.value_or(any_moves(scene.supports) ? kSupportFields : 0);
+  desc.support_fields = scene.support_fields.value_or(any_moves(scene) && !scene.follow_rest ? kSupportFields : 0);
+  const std::vector<uint32_t> patches = find_patches(scene, mesh);
+  desc.contact_patches = patches.data();
+  desc.n_contact_patches = static_cast<uint32_t>(patches.size());
   std::vector<uint32_t> led;
   if (host::needs_choice(scene.method) || any_needs_fields(scene)) add_handles(scene, mesh, led, desc);
   if (host::needs_choice(scene.method)) add_choice(scene, desc);
@@ -273,7 +287,7 @@ shellwarp::State make_state(const Scene &scene, const Mesh &mesh, const shellwar
   damping.n_factors = static_cast<uint32_t>(factors.size());
   state.set_damping(damping);
   set_loads(scene.loads, mesh, state);
-  set_colliders(scene.colliders, state);
+  set_colliders(scene.colliders, scene.frame_rate, state);
   return state;
 }
 

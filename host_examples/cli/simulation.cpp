@@ -4,7 +4,6 @@
 #include "judge.hpp"
 #include "method.hpp"
 #include "progress.hpp"
-#include "support_motion.hpp"
 #include "watch.hpp"
 
 #include <algorithm>
@@ -53,7 +52,7 @@ void step_to_next_frame(const Scene &scene, SupportMotion &supports, std::vector
       Stopwatch stopwatch(run.step_seconds);
       supports.move(end_time, state);
       move_handles(handles, end_time, state);
-      move_colliders(scene.colliders, end_time, state);
+      move_colliders(scene.colliders, end_time, scene.frame_rate, state);
       state.step(scene.step());
     }
     ++run.steps;
@@ -66,7 +65,9 @@ void record(const Scene &scene, uint32_t frame, const shellwarp::State &state, s
   {
     Stopwatch stopwatch(run.position_seconds);
     const auto n_vertices = static_cast<uint32_t>(positions.size() / 3);
-    if (scene.correction_steps > 0)
+    if (scene.push_out)
+      run.deepest_left = std::max(run.deepest_left, state.positions_outside(positions.data(), n_vertices));
+    else if (scene.correction_steps > 0)
       state.positions_corrected(scene.correction_steps, positions.data(), n_vertices);
     else
       state.positions(positions.data(), n_vertices);
@@ -74,7 +75,7 @@ void record(const Scene &scene, uint32_t frame, const shellwarp::State &state, s
   run.all_finite &= std::all_of(positions.begin(), positions.end(), [](float x) { return std::isfinite(x); });
   const bool again = keep_states || cache || (film && !host::is_full_shell(scene.method));  // whoever comes back to this frame
   run.frames.push_back({frame, state.report(), again ? state.save() : std::vector<unsigned char>(),
-                        again && scene.correction_steps > 0 ? positions : std::vector<float>()});
+                        again && (scene.correction_steps > 0 || scene.push_out) ? positions : std::vector<float>()});
   if (cache) cache->append(positions.data());
   const SwStateReport &report = run.frames.back().report;  // an equilibrium takes no time: a page plays it in a second
   if (film) film->append(frame, scene.is_static ? frame : report.time, report.max_displacement, positions.data());
@@ -85,7 +86,7 @@ void move_to_equilibrium(const Scene &scene, SupportMotion &supports, std::vecto
                          Run &run) {
   supports.move(scene.duration, state);
   move_handles(handles, scene.duration, state);
-  move_colliders(scene.colliders, scene.duration, state);
+  move_colliders(scene.colliders, scene.duration, scene.frame_rate, state);
   Stopwatch stopwatch(run.step_seconds);
   run.equilibrium = state.equilibrium();
 }
@@ -101,14 +102,22 @@ uint32_t frame_count(const Scene &scene) {
   return static_cast<uint32_t>(frames);
 }
 
+void go_to(const Run &run, const FrameRecord &frame, const Scene &scene, shellwarp::State &state) {
+  const double seconds = scene.is_static && frame.frame > 0 ? scene.duration : frame.report.time;
+  run.supports->bring_rest(seconds, state);
+  deform_colliders(scene.colliders, seconds, scene.frame_rate, state, true);
+  state.load(frame.saved);
+}
+
 Run simulate(const Scene &scene, uint32_t n_frames, const Mesh &mesh, std::vector<PlacedHandle> handles,
              shellwarp::State &state, PointCache *cache, Film *film, bool quiet, bool keep_states) {
   Run run;
   std::vector<float> positions(mesh.positions.size());
   EnergyAudit audit(scene, mesh);
-  SupportMotion supports(scene, mesh);
-  run.supports_move = any_moves(scene.supports);
-  if (run.supports_move) supports.move(0, state);
+  run.supports = std::make_shared<SupportMotion>(scene, mesh);
+  SupportMotion &supports = *run.supports;
+  run.supports_move = any_moves(scene);
+  supports.begin(state);
   record(scene, 0, state, positions, run, cache, film, keep_states);
   audit.note(0, state, run.frames.back().report);
   run.position_seconds = 0;  // the start is not a frame that was stepped to

@@ -7,8 +7,10 @@
 #include "point_cache.hpp"
 #include "scene.hpp"
 #include "shellwarp.hpp"
+#include "support_motion.hpp"
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -20,7 +22,7 @@ struct FrameRecord {
   uint32_t frame;
   SwStateReport report;
   std::vector<unsigned char> saved;
-  std::vector<float> corrected{};  // positions after correction_steps; empty without
+  std::vector<float> shown{};  // positions after correction_steps, or pushed out; empty without
 };
 
 // What became of the handles, over all steps in which any was held.
@@ -47,9 +49,14 @@ struct Run {
   std::optional<double> largest_gain;              // see energy_audit.hpp
   uint32_t frame_of_gain = 0;
   bool supports_move = false;                      // against each other
+  double deepest_left = 0;                         // inside a collider, of what is shown pushed out
+  std::shared_ptr<SupportMotion> supports{};       // that moved them
   bool all_finite = true;
   bool interrupted = false;
 };
+
+// Brings a state to a frame: what was saved, and what a save has not, a rest shape that moves and how colliders are deformed.
+void go_to(const Run &run, const FrameRecord &frame, const Scene &scene, shellwarp::State &state);
 
 // Of a point cache, which counts them in 31 bits, the start included.
 constexpr uint32_t kMostFrames = 2147483646;

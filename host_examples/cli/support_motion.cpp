@@ -37,6 +37,8 @@ bool any_moves(const std::vector<Support> &supports) {
   return std::any_of(supports.begin(), supports.end(), [](const Support &support) { return !support.keys.empty(); });
 }
 
+bool any_moves(const Scene &scene) { return any_moves(scene.supports) || !scene.motion_path.empty(); }
+
 SupportMotion::SupportMotion(const Scene &scene, const Mesh &mesh) : scene_(scene), mesh_(mesh) {
   if (!any_moves(scene.supports)) return;
   for (const Support &support : scene.supports) {
@@ -47,7 +49,36 @@ SupportMotion::SupportMotion(const Scene &scene, const Mesh &mesh) : scene_(scen
   }
 }
 
-void SupportMotion::move(double seconds, shellwarp::State &state) {
+// Of a proxy as far from it as the file's vertices are from the file's mesh.
+std::vector<double> SupportMotion::animated(double seconds) const {
+  std::vector<double> points = scene_.points->at(seconds * scene_.frame_rate);
+  if (mesh_.of_file.empty()) return points;
+  if (mesh_.proxy)
+    for (std::size_t k = 0; k < points.size(); ++k) points[k] -= mesh_.proxy->file_positions[k];
+  std::vector<double> here = mesh_.carried(points, 3);
+  for (std::size_t k = 0; mesh_.proxy && k < here.size(); ++k) here[k] += mesh_.positions[k];
+  return here;
+}
+
+void SupportMotion::begin(shellwarp::State &state) {
+  if (!any_moves(scene_)) return;
+  move(0, state, true);
+  if (scene_.follow_rest) state.reset();  // it is there, and does not jump there in the first step
+}
+
+void SupportMotion::bring_rest(double seconds, shellwarp::State &state) {
+  if (scene_.follow_rest) move(seconds, state, true);
+}
+
+void SupportMotion::move(double seconds, shellwarp::State &state, bool teleport) {
+  if (scene_.points) {
+    const std::vector<double> places = animated(seconds);
+    if (scene_.follow_rest)
+      state.move_rest(places.data(), mesh_.n_vertices(), teleport ? SW_REST_TELEPORT : 0);
+    else
+      state.move_supports(places.data(), mesh_.n_vertices(), teleport ? SW_SUPPORTS_TELEPORT : 0);
+    return;
+  }
   if (led_.empty()) {
     if (scene_.motion.moves()) state.set_frame(scene_.motion.pose(seconds));
     return;
@@ -71,7 +102,7 @@ void SupportMotion::move(double seconds, shellwarp::State &state) {
       std::copy(x.begin(), x.end(), &positions_[k]);
     }
   }
-  state.move_supports(positions_.data(), mesh_.n_vertices());
+  state.move_supports(positions_.data(), mesh_.n_vertices(), teleport ? SW_SUPPORTS_TELEPORT : 0);
 }
 
 }  // namespace cli

@@ -50,8 +50,11 @@ function roundSurface({ radius, half_length }) {
 
 /** A mesh of flat triangles, each with corners of its own. */
 function meshSurface(collider) {
-  const places = new Float32Array(bytesOf(collider.rest)), rest = [], normals = [];
-  const corners = new Uint32Array(bytesOf(collider.triangles)), at = (v) => [...places.subarray(3 * v, 3 * v + 3)];
+  return flatSurface(new Float32Array(bytesOf(collider.rest)), new Uint32Array(bytesOf(collider.triangles)));
+}
+
+function flatSurface(places, corners) {
+  const rest = [], normals = [], at = (v) => [...places.subarray(3 * v, 3 * v + 3)];
   for (let t = 0; t < corners.length; t += 3) {
     const [a, b, c] = [at(corners[t]), at(corners[t + 1]), at(corners[t + 2])], n = unitOf(cross(add(b, a, -1), add(c, a, -1)));
     rest.push(...a, ...b, ...c);
@@ -60,12 +63,13 @@ function meshSurface(collider) {
   return { rest, normals, triangles: corners.map((_, k) => k) };
 }
 
-const SURFACES = { plane: planeSurface, sphere: roundSurface, capsule: roundSurface, box: boxSurface, hull: meshSurface, mesh: meshSurface };
+const SURFACES = { plane: planeSurface, sphere: roundSurface, capsule: roundSurface, box: boxSurface, hull: meshSurface, mesh: meshSurface, deforming: meshSurface };
 
 const solids = motion.colliders.map((collider, k) => {
   const { rest, normals, triangles } = SURFACES[collider.kind](collider), poses = new Float32Array(bytesOf(collider.poses));
   return {
     kind: collider.kind, key: `solid${k}`, rest, normals, poses, moves: poses.length > 12, triangles: new Uint32Array(triangles),
+    shapes: collider.shapes && new Float32Array(bytesOf(collider.shapes)), corners: collider.shapes && new Uint32Array(bytesOf(collider.triangles)),
     now: new Float32Array(rest.length), turned: new Float32Array(rest.length), tint: new Float32Array(rest.length / 3),
   };
 });
@@ -73,7 +77,14 @@ const solids = motion.colliders.map((collider, k) => {
 // How much smaller round solids are drawn, so that flat triangles that touch them hide them.
 const SUNK = 0.003 * boxOf(1).size;
 
+// The surface of a solid that deforms, between two frames of the film.
+function deform(solid, k, share) {
+  const n = solid.shapes.length / (solid.poses.length / 12), a = solid.shapes.subarray(n * k, n * k + n), b = solid.shapes.subarray(n * k + n, n * k + 2 * n);
+  Object.assign(solid, flatSurface(share && b.length ? a.map((x, i) => x + share * (b[i] - x)) : a, solid.corners), { triangles: solid.triangles });
+}
+
 function placeSolid(solid, time) {
+  if (solid.shapes) deform(solid, ...place(time));
   const [k, share] = solid.moves ? place(time) : [0, 0], { poses, rest, normals, now, turned } = solid, next = Math.min(12 * k + 12, poses.length - 12);
   const pose = Array.from({ length: 12 }, (_, c) => poses[12 * k + c] + share * (poses[next + c] - poses[12 * k + c]));
   const sunk = SURFACES[solid.kind] === roundSurface ? SUNK : 0;
