@@ -20,7 +20,8 @@ struct Force {
 // See SwWindDesc.
 struct Wind {
   std::array<double, 3> velocity{};
-  double density = 1.2, normal_drag = 1, tangential_drag = 0;
+  double density = 1.2;  // kg/m3: see air_density
+  double normal_drag = 1, tangential_drag = 0;
 };
 
 struct Loads {

@@ -223,7 +223,7 @@ void add_proxy_command(CLI::App &app, ProxyCommand &o) {
 
 // A sheet in engineering units: a known one, by its numbers, or by both.
 void add_sheet_options(CLI::App &app, SimulateOptions &o) {
-  app.add_option("--material", o.preset, "A known sheet: " + preset_names() + "; lengths are in metres");
+  app.add_option("--material", o.preset, "A known sheet: " + preset_names() + "; lengths are in metres, or as --metres-per-unit says");
   app.add_option("--young", o.young, "Young's modulus, Pa: with --poisson, --thickness and --volume-density a sheet that is the same on every mesh")
       ->check(number());
   app.add_option("--poisson", o.poisson, "Poisson's ratio, above -1 and at most 0.5")->check(number());
@@ -279,13 +279,13 @@ void add_simulate_options(CLI::App &app, SimulateOptions &o) {
   app.add_option("--damping-ratio", o.scene.damping.ratio, "Of critical, the same for every mode (0)")->check(number());
   app.add_option("--obj-frames", o.scene.obj_frames, "How many frames of largest displacement become OBJ files (3)");
   app.add_option("--usd-prim", o.scene.usd_prim, "The prim of a USD asset that the file is to lie over, as /World/leaf")->type_name("PATH");
-  app.add_option("--metres-per-unit", o.scene.metres_per_unit, "Of lengths behind --scale (1): for gravity by --up, the warning on units, USD and glTF")->check(positive());
+  app.add_option("--metres-per-unit", o.scene.metres_per_unit, "Of lengths behind --scale (1): for --material, gravity by --up, air, the warning on units, USD and glTF")->check(positive());
   add_run_options(app, o.scene, o.run);
 }
 
 void apply_sheet(const SimulateOptions &o, Material &m) {
   m.sheet = !o.preset.empty() || o.young || o.poisson || o.volume_density;
-  if (!o.preset.empty()) set_preset(o.preset, m);
+  if (!o.preset.empty()) set_preset(o.preset, o.scene.metres_per_unit, m);
   if (m.sheet && o.preset.empty() && !(o.young && o.poisson && o.thickness && o.volume_density))
     throw std::runtime_error("a sheet needs --young, --poisson, --thickness and --volume-density, or --material");
   if (!m.sheet && o.thickness && !(m.frequency > 0))
@@ -311,6 +311,7 @@ int simulate_mesh(SimulateOptions &o) {
   if (o.wind) {
     o.scene.loads.wind.emplace();
     o.scene.loads.wind->velocity = *o.wind;
+    o.scene.loads.wind->density = air_density(o.scene);
   }
   o.scene.inputs.push_back(o.scene.mesh_path);
   if (o.tie > 0) o.scene.ties.push_back({{}, {}, 0, o.tie});

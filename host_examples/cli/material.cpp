@@ -24,7 +24,7 @@ void reject_both(Section &section) {
 }
 
 // The sheet of a preset, of the four numbers, or of a preset with some of them in place of its own.
-void read_sheet(Section &section, Material &m) {
+void read_sheet(Section &section, double metres_per_unit, Material &m) {
   const std::optional<std::string> preset = section.text("preset");
   const std::optional<double> young = section.number("young"), poisson = section.number("poisson"),
                               density = section.number("volume_density");
@@ -32,7 +32,7 @@ void read_sheet(Section &section, Material &m) {
   if (!m.sheet) return;
   reject_both(section);
   try {
-    if (preset) set_preset(*preset, m);
+    if (preset) set_preset(*preset, metres_per_unit, m);
   } catch (const std::runtime_error &error) {
     section.fail(*section.find("preset"), error.what());
   }
@@ -46,14 +46,14 @@ void read_sheet(Section &section, Material &m) {
 
 }  // namespace
 
-Material read_material(Section section, std::vector<std::string> &inputs) {
+Material read_material(Section section, double metres_per_unit, std::vector<std::string> &inputs) {
   Material m;
   m.k_area = section.number("k_area").value_or(m.k_area);
   m.k_length = section.number("k_length").value_or(m.k_length);
   m.k_bend = section.number("k_bend").value_or(m.k_bend);
   m.density = section.number("density").value_or(m.density);
   m.frequency = section.find("frequency") ? section.positive("frequency", 0) : 0;
-  read_sheet(section, m);
+  read_sheet(section, metres_per_unit, m);
   m.thickness = section.number("thickness").value_or(m.thickness);
   if (m.frequency > 0 && (section.find("k_area") || section.find("k_length") || section.find("k_bend")))
     section.fail(*section.find("frequency"), "frequency sets the stiffness, so k_area, k_length and k_bend must go");
@@ -67,10 +67,10 @@ Material read_material(Section section, std::vector<std::string> &inputs) {
   return m;
 }
 
-void set_preset(const std::string &name, Material &material) {
+void set_preset(const std::string &name, double metres_per_unit, Material &material) {
   for (uint32_t i = 0; i < sw_preset_count(); ++i) {
     if (name != sw_preset_name(i)) continue;
-    const SwMaterialDesc known = shellwarp::preset_material(i);
+    const SwMaterialDesc known = shellwarp::preset_material(i, metres_per_unit);
     material.sheet = true;
     material.young = known.young;
     material.poisson = known.poisson;

@@ -10,11 +10,11 @@ namespace cli {
 
 class Section;
 
-// [material] of a scene. Files are added to `inputs`.
-Material read_material(Section section, std::vector<std::string> &inputs);
+// [material] of a scene, whose unit of length is so many metres long. Files are added to `inputs`.
+Material read_material(Section section, double metres_per_unit, std::vector<std::string> &inputs);
 
-// Makes a material the known sheet of that name, in metres. Throws std::runtime_error where the library has none.
-void set_preset(const std::string &name, Material &material);
+// Makes a material the known sheet of that name, in that unit. Throws std::runtime_error where the library has none.
+void set_preset(const std::string &name, double metres_per_unit, Material &material);
 
 // The names of all known sheets, for a message.
 std::string preset_names();

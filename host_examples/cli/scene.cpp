@@ -167,8 +167,9 @@ Force read_force(Section section) {
   return force;
 }
 
-Wind read_wind(Section section) {
+Wind read_wind(Section section, const Scene &scene) {
   Wind wind;
+  wind.density = air_density(scene);
   if (!section.find("velocity")) section.fail("velocity is missing: that of the air, in world axes");
   wind.velocity = section.vector("velocity");
   wind.density = section.not_negative("density", wind.density);
@@ -382,13 +383,13 @@ void read_substance(Section &section, const std::string &path, Scene &scene) {
     if (scene.render_path.empty()) scene.render_path = scene.mesh_path;
   }
   read_proxy(section, scene);
-  if (auto s = section.section("material")) scene.material = read_material(*s, scene.inputs);
+  if (auto s = section.section("material")) scene.material = read_material(*s, scene.metres_per_unit, scene.inputs);
   if (auto s = section.section("damping")) scene.damping = read_damping(*s, scene.inputs);
   for (Section &s : section.sections("support"))
     scene.supports.push_back(read_support(std::move(s), scene.inputs));
   for (Section &s : section.sections("tie")) scene.ties.push_back(read_tie(std::move(s)));
   for (Section &s : section.sections("force")) scene.loads.forces.push_back(read_force(std::move(s)));
-  if (auto s = section.section("wind")) scene.loads.wind = read_wind(*s);
+  if (auto s = section.section("wind")) scene.loads.wind = read_wind(*s, scene);
   read_animation(section, scene);
   if (auto s = section.section("expect")) {
     if (scene.comparison)
@@ -459,6 +460,11 @@ std::vector<std::string> read_formats(Section &section) {
 }
 
 }  // namespace
+
+double air_density(const Scene &scene) {
+  const double metres = scene.material.sheet ? scene.metres_per_unit : 1;
+  return Wind().density * metres * metres * metres;
+}
 
 SceneFile read_scene_file(const std::string &path) {
   const std::string contents = read_file(path);

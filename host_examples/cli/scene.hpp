@@ -198,6 +198,9 @@ struct SceneFile {
   Skeleton skeleton;
 };
 
+// That of air where nobody says otherwise: 1.2 kg/m3, of a sheet in the scene's unit.
+double air_density(const Scene &scene);
+
 // Paths in the file are relative to it. Throws FileError with the line for anything missing, malformed or unknown.
 SceneFile read_scene_file(const std::string &path);
 

@@ -1196,6 +1196,25 @@ void a_preset_is_a_sheet_that_can_be_changed() {
   CHECK(cli::preset_names().find("aluminium") != std::string::npos);
 }
 
+// The strip in centimetres and the unit told: all that the sheet weighs and how fast it swings is as in metres, and so is the air.
+void a_preset_is_the_same_sheet_in_any_unit() {
+  const auto of = [](double metres, const std::string &preset) {
+    cli::Scene scene = cli::read_scene(write_file("unit.toml", "mesh = 'strip.off'\nscale = " + std::to_string(1 / metres) + "\nmetres_per_unit = " + std::to_string(metres) +
+                                                                   "\n[material]\npreset = '" + preset + "'\n[wind]\nvelocity = [0, 0, 1]\n"));
+    cli::Mesh strip = strip_as_mesh();
+    for (double &x : strip.positions) x /= metres;
+    scene.supports.push_back({true, cli::Bounds{{0, -1 / metres, -1}, {0, 1 / metres, 1}}, {}});
+    cli::ProgressBar progress(true);
+    const double mass = cli::masses_per_area(scene.material, strip).at(0) / (metres * metres);
+    return std::array<double, 3>{cli::make_model(scene, strip, progress).frequencies().at(0), mass, scene.loads.wind->density / std::pow(metres, 3)};
+  };
+  for (uint32_t k = 0; k < sw_preset_count(); ++k) {
+    const auto in_metres = of(1, sw_preset_name(k)), in_centimetres = of(0.01, sw_preset_name(k));
+    CHECK(in_metres[2] == 1.2);
+    for (std::size_t i = 0; i < 3; ++i) CHECK(std::fabs(in_centimetres[i] / in_metres[i] - 1) < 1e-6);  // the basis is in 32 bits
+  }
+}
+
 constexpr const char *kSheetLines = "young = 7e10\npoisson = 0\nthickness = 1e-3\nvolume_density = 2700\n";
 
 double slowest_of_material(const std::string &lines) {
@@ -1731,6 +1750,7 @@ int main(int argc, char **argv) {
   RUN(sides_and_pins_are_found);
   RUN(a_sheet_is_read_and_swings_as_a_beam);
   RUN(a_preset_is_a_sheet_that_can_be_changed);
+  RUN(a_preset_is_the_same_sheet_in_any_unit);
   RUN(a_material_varies_by_files_and_regions);
   RUN(a_crease_of_a_scene_folds_the_strip_there);
   RUN(a_grain_of_a_scene_makes_the_strip_softer_across);

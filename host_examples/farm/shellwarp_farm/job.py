@@ -18,7 +18,8 @@ from .errors import DamagedError, FarmError, SceneError
 from .handles import Handles
 from .job_log import JobLog, library_messages
 from .mesh_file import stem as stem_of
-from .model import library_digest, load_model, model_tables, slowest_of
+from .materials import is_sheet
+from .model import library_digest, load_model, metres_of, model_tables, slowest_of
 from .point_cache import PointCacheFile
 from .polygon import cut
 from .scenes import MODEL_KEYS
@@ -28,6 +29,7 @@ from .usd_cache import UsdFile
 
 SUFFIXES = {"pc2": ".pc2", "usd": ".usdc"}
 RECORDS = "records"
+AIR = 1.2   # kg/m3
 CERTIFIED = 50_000   # vertices at most that a last frame is certified of
 
 
@@ -280,20 +282,21 @@ def _shown(state, simulation, buffer):
 def _step_to(job, state, frame, handles, supports):
     """From the frame before: the inputs of each step are those of its end."""
     steps, last = job["simulation"]["steps_per_frame"], _seconds(job, job["frames"][1])
+    metres = metres_of(job) if is_sheet(job["material"]) else 1.0
     for k in range(1, steps + 1):
         seconds = _seconds(job, frame - 1 + k / steps)
         supports.move(state, seconds, last)
         handles.move(state, seconds)
         if job["wind"]:
-            _blow(job["wind"], job["seed"], seconds, state)
+            _blow(job["wind"], metres, job["seed"], seconds, state)
         colliders.move(state, job["collider"], seconds, job["simulation"]["frame_rate"])
         state.step(1 / (job["simulation"]["frame_rate"] * steps))
 
 
-def _blow(wind, seed, seconds, state):
+def _blow(wind, metres, seed, seconds, state):
     factor = motion.gust(wind, seed, seconds) if "gust" in wind else 1.0
     velocity = [factor * component for component in wind.get("velocity", (0, 0, 0))]
-    state.set_wind(velocity, wind.get("density", 1.2), wind.get("normal_drag", 1.0), wind.get("tangential_drag", 0.0))
+    state.set_wind(velocity, wind.get("density", AIR * metres ** 3), wind.get("normal_drag", 1.0), wind.get("tangential_drag", 0.0))
 
 
 def _writers(job, partials, stack):

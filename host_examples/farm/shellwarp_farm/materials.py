@@ -38,6 +38,11 @@ def check(where, table):
         _check_crease(f"{where}, crease {number}", crease)
 
 
+def is_sheet(table):
+    """Whether a material is one of kilograms and metres, and not of constants or by frequency."""
+    return "frequency" not in table and bool(set(table) & (SHEET | GRAIN | {"preset"}))
+
+
 def known(where, table, keys):
     """SceneError unless the keys are known."""
     if unknown := sorted(set(table) - set(keys)):
@@ -58,8 +63,9 @@ def _check_crease(where, crease):
         raise SceneError(f"{where}: give a factor other than 1, or angle_degrees")
 
 
-def material_of(table, simulated=None):
-    """The Material or Sheet of a table: one of them, and of a sheet all four numbers, of its preset or its own. By frequency it is not yet as stiff as it is to be."""
+def material_of(table, simulated=None, metres_per_unit=1.0):
+    """The Material or Sheet of a table: one of them, and of a sheet all four numbers, of its preset or its own. By frequency it is not yet as stiff as it is to be.
+    A preset is in the unit of length that is so many metres long."""
     if "frequency" in table:
         return shellwarp.look.sheet_of(simulated.positions, simulated.triangles, float(table.get("density", 1.0)), float(table.get("thickness", 0.0)))
     constants, sheet = sorted(set(table) & set(CONSTANTS)), sorted(set(table) & (SHEET | GRAIN | {"preset"}))
@@ -73,7 +79,7 @@ def material_of(table, simulated=None):
     if ("young_across" in table) != ("direction" in table or "directions" in table):
         raise SceneError(f"material: young_across and {'directions' if 'directions' in table else 'direction'} go together")
     if "preset" in table:
-        return dataclasses.replace(shellwarp.Sheet.known(table["preset"]), **own)
+        return dataclasses.replace(shellwarp.Sheet.known(table["preset"], metres_per_unit), **own)
     if missing := sorted(SHEET - set(table)):
         raise SceneError(f"material: a sheet needs {missing[0]}, or a preset")
     return shellwarp.Sheet(**own)

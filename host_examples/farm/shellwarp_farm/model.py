@@ -40,7 +40,7 @@ def tables_of(owner, simulation, methods):
     handles = owner["handle"] if any(method.needs_fields or method.needs_choice for method in known) else []
     if options.get("auto_error") or options.get("auto_operations"):
         options.update(demand(handles))
-    return {"mesh": owner["mesh"], "proxy": owner["proxy"], "material": owner["material"], "support": at_rest(owner["support"]), "tie": owner["tie"],
+    return {"mesh": owner["mesh"], "metres_per_unit": owner["metres_per_unit"], "proxy": owner["proxy"], "material": owner["material"], "support": at_rest(owner["support"]), "tie": owner["tie"],
             "handle": [{key: item[key] for key in NAMES if key in item} for item in handles], "options": options}
 
 
@@ -79,15 +79,20 @@ def _merged(told, options):
 def shell_of(tables):
     """The Shell of a model's tables."""
     simulated, mesh, supports = simulated_at(tables), tables["mesh"], tables["support"]
-    material = material_of(tables["material"], simulated)
+    material = material_of(tables["material"], simulated, metres_of(tables))
     if isinstance(material, shellwarp.Sheet):  # whose edges hold their slope without their neighbours
         held = {kind: supported_vertices(supports, simulated, mesh, kind) for kind in ("fixed", "clamped")}
-        asset = drawn_at(mesh).asset
-        held["metres_per_unit"] = asset.metres_per_unit or 0.0 if asset else 0.0
+        held["metres_per_unit"] = metres_of(tables)
     else:
         held = {"fixed": held_vertices(supports, simulated, mesh)}
     return shellwarp.Shell(simulated.positions, simulated.triangles, material, **held, axes=axes_of(supports, simulated, mesh),
                            **parts_of(tables["material"], material, simulated, mesh), **ties.parts_of(tables["tie"], simulated))
+
+
+def metres_of(tables):
+    """How long the unit of a mesh is: its USD file says so, or the list."""
+    asset = drawn_at(tables["mesh"]).asset
+    return (asset.metres_per_unit if asset else None) or tables["metres_per_unit"]
 
 
 def model_key(tables):

@@ -96,9 +96,9 @@ def parameter_grid(scene_list):
     return [dict(zip(parameters, values)) for values in itertools.product(*parameters.values())]
 
 
-def asset_tables(asset, values):
+def asset_tables(asset, values, metres_per_unit=1.0):
     """The tables of an asset alone, parameters put in and defaults filled in."""
-    return _with_parameters({"mesh": asset["mesh"], "proxy": proxy(asset), **{key: asset.get(key, {}) for key in ("material", "damping")},
+    return _with_parameters({"mesh": asset["mesh"], "metres_per_unit": metres_per_unit, "proxy": proxy(asset), **{key: asset.get(key, {}) for key in ("material", "damping")},
                              **{key: asset.get(key, []) for key in ("support", "tie", "handle", "force")},
                              "simulation": {**DEFAULTS, **asset.get("simulation", {})}, "wind": {}, "frame": {}}, values)
 

@@ -35,11 +35,11 @@ def cases(scene_list):
     if unknown := set(sweep) - KEYS:
         raise SceneError(f"sweep: unknown key {unknown.pop()!r}; known: {', '.join(sorted(KEYS))}")
     choices = itertools.product(scene_list["asset"], parameter_grid(scene_list), sweep.get("bending", [1]), sweep.get("loads", [1]))
-    return [_case(sweep, *choice) for choice in choices]
+    return [_case(sweep, *choice, scene_list.get("metres_per_unit", 1.0)) for choice in choices]
 
 
-def _case(sweep, asset, values, bending, load):
-    tables = asset_tables(asset, values)
+def _case(sweep, asset, values, bending, load, metres_per_unit):
+    tables = asset_tables(asset, values, metres_per_unit)
     gravity = [load * component for component in tables["simulation"]["gravity"]]
     for key, what in (("collider", "colliders"), ("handle", "handles")):
         if asset.get(key):

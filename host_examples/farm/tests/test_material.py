@@ -165,6 +165,23 @@ class AtRunTime(Case):
         with self.assertRaisesRegex(SceneError, f"{len(x)} directions; the mesh has {TRIANGLES} triangles"):
             shell_of(model_tables(job))
 
+    def test_presets_are_the_same_sheets_in_centimetres(self):
+        """In wind whose air nobody names, and under gravity: a hundred times the lengths of a bake in metres."""
+        self.assertIn("card", shellwarp.presets())
+        for preset in shellwarp.presets():
+            text = LIST.replace(OLD, f'{{ preset = "{preset}" }}').replace("frames = [0, 9]", "frames = [0, 9]\nwind = { velocity = [0, 0, 3] }")
+            metres = self.jobs("", text)["one"]
+            lines = (self.folder / "card.obj").read_text().splitlines()
+            large = [" ".join(["v", *(f"{100 * float(x):.17g}" for x in line.split()[1:])]) if line[0] == "v" else line for line in lines]
+            (self.folder / "large.obj").write_text("\n".join(large) + "\n")
+            told = text.replace("card.obj", "large.obj").replace("[0, 0, -9.8]", "[0, 0, -980]").replace("[0, 0, 3]", "[0, 0, 300]")
+            centimetres = self.jobs("", "metres_per_unit = 0.01\n" + told)["one"]
+            shell = shell_of(model_tables(centimetres))
+            self.assertEqual((shell.material, shell.metres_per_unit), (shellwarp.Sheet.known(preset, 0.01), 0.01))
+            small_one, large_one = self.bake(metres)[1], self.bake(centimetres)[1]
+            moved = numpy.abs(small_one[-1] - small_one[0]).max()
+            self.assertLess(numpy.abs(large_one / 100 - small_one).max(), 1e-4 * moved + 2e-8)   # a basis of floats, and floats of 0.1
+
     def test_welded_pieces_bake_as_the_whole(self):
         """The card in two pieces that touch in the middle row, from behind as well; its numbers are those of the file."""
         small.write_obj(self.folder / "card.obj")
