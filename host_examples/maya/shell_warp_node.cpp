@@ -67,7 +67,7 @@ std::string ShellWarpNode::certificate() const {
   const std::lock_guard<std::mutex> lock(mutex_);
   if (shells_.empty()) throw host::HostError("there are no frames yet: play from the start frame");
   std::string lines;
-  HostInterrupt interrupt;
+  HostInterrupt interrupt("estimating the error");
   for (const auto &[index, shell] : shells_)
     lines += (lines.empty() ? "" : "\n") + shell.runner.certificate([&interrupt] { return interrupt.requested(); });
   return lines;
@@ -102,8 +102,9 @@ MStatus ShellWarpNode::deform(MDataBlock &block, MItGeometry &points, const MMat
   Shell &shell = shells_[multiIndex];
   try {
     host::Request request;
-    HostInterrupt interrupt;
+    HostInterrupt interrupt("stepping through frames");
     request.interrupted = [&interrupt] { return interrupt.requested(); };
+    request.progress = [&interrupt](uint32_t phase, double fraction) { interrupt.show(phase, fraction); };
     status = pull(block, toWorld, multiIndex, request);
     CHECK_MSTATUS_AND_RETURN_IT(status);
     adopt(block, multiIndex, shell);

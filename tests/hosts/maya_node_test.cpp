@@ -1130,6 +1130,26 @@ void escape_stops_the_precompute_and_leaves_nothing_open() {
 
 // ---------------------------------------------------------------------------------------------------------- evaluation
 
+void the_bar_names_each_phase_with_how_far_it_is() {
+  Scene scene;
+  scene.node.set("method", SW_METHOD_REDUCED_SHELL), scene.node.set("reducedFields", 4);
+  scene.at(1);
+  const auto &told = fake::session().progress;
+  std::vector<std::string> texts;
+  for (const auto &[text, amounts] : told) {
+    texts.push_back(text);
+    CHECK(std::is_sorted(amounts.begin(), amounts.end()) && (amounts.empty() || (amounts.front() >= 0 && amounts.back() <= 100)));
+  }
+  for (const char *phase : {"assembly", "modes", "training"}) CHECK(std::find(texts.begin(), texts.end(), std::string("Shell Warp: ") + phase) != texts.end());
+  CHECK(!told.back().second.empty() && told.back().second.back() == 100);
+  fake::session().progress.clear();
+  scene.at(2);
+  CHECK(fake::session().progress.empty());  // a step is no long work
+  scene.at(60);
+  CHECK(fake::session().progress.size() == 1 && fake::session().progress[0].first == "Shell Warp: stepping through frames");
+  CHECK(fake::session().computations_open == 0);
+}
+
 void maya_is_told_that_this_is_a_simulation() {
   fake::Deformer node("shellWarp");
   CHECK(node.user().schedulingType() == MPxNode::kParallel);
@@ -1583,7 +1603,8 @@ int main(int argc, char **argv) {
     RUN(certify_tells_how_far_off_the_frame_is);
     RUN(a_jump_is_warned_of_when_the_object_moves);
     RUN(escape_stops_the_precompute_and_leaves_nothing_open);
-    RUN(maya_is_told_that_this_is_a_simulation);
+    RUN(the_bar_names_each_phase_with_how_far_it_is);
+  RUN(maya_is_told_that_this_is_a_simulation);
     RUN(another_thread_tells_what_is_wrong_when_maya_is_idle);
     RUN(a_jumped_frame_is_marked_in_the_viewport_until_it_is_played);
     RUN(the_command_makes_a_shell_that_plays);

@@ -8,6 +8,7 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace fake {
@@ -16,6 +17,8 @@ namespace fake {
 struct Session {
   std::vector<std::string> errors, warnings, commands;
   int interrupt_polls = 0, computations_open = 0;
+  bool bar = false;                                              // whether the last computation had one,
+  std::vector<std::pair<std::string, std::vector<int>>> progress;  // its texts, and how far it went under each
   int interrupt_at = 0;  // the poll at which the user presses Esc; 0 = never
   std::vector<std::string> off_thread;  // what Maya takes on its main thread alone, and was asked elsewhere
   std::string create_ui, delete_ui;  // the procedures of the plug-in's menu

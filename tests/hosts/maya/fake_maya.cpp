@@ -781,9 +781,21 @@ MStatus MGlobal::executeCommand(const MString &command, bool, bool) {
 
 MComputation::MComputation() = default;
 MComputation::~MComputation() = default;
-void MComputation::beginComputation(bool, bool, bool) {
+void MComputation::beginComputation(bool bar, bool, bool) {
   main_thread_only("beginComputation");
+  fake::session().bar = bar;
   ++fake::session().computations_open;
 }
 bool MComputation::isInterruptRequested() { return ++fake::session().interrupt_polls == fake::session().interrupt_at; }
+void MComputation::setProgressRange(const int least, const int most) {
+  if (least != 0 || most != 100) throw std::runtime_error("the stand-in's bar goes from 0 to 100");
+}
+void MComputation::setProgress(const int amount) {
+  main_thread_only("setProgress");
+  if (fake::session().bar && !fake::session().progress.empty()) fake::session().progress.back().second.push_back(amount);
+}
+void MComputation::setProgressStatus(const MString &text) {
+  main_thread_only("setProgressStatus");
+  if (fake::session().bar) fake::session().progress.emplace_back(text.asChar(), std::vector<int>());
+}
 void MComputation::endComputation() { --fake::session().computations_open; }

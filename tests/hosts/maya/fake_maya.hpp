@@ -651,5 +651,8 @@ public:
   virtual ~MComputation();
   void beginComputation(bool showProgressBar = false, bool isInterruptable = true, bool useWaitCursor = true);
   bool isInterruptRequested();
+  void setProgressRange(const int minValue, const int maxValue);
+  void setProgress(const int amount);
+  void setProgressStatus(const MString &);
   void endComputation();
 };
