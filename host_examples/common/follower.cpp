@@ -108,6 +108,14 @@ void Follower::lead_maps(Request &request, bool anew) {
     for (const uint32_t point : point_at_) led.push_back((*map)[point]);
     *map = std::move(led);
   }
+  if (std::vector<double> &air = request.inputs.wind.local; !air.empty()) {
+    if (air.size() != request.drawn.size())
+      throw HostError("there is wind at " + number(uint64_t(air.size() / 3)) + " points, but " + number(uint64_t(n)) + " points are drawn");
+    if (point_at_.size() != request.mesh.n_points()) point_at_ = nearest_of(request.drawn, request.mesh.points);
+    std::vector<double> led;
+    for (const uint32_t point : point_at_) led.insert(led.end(), &air[3 * std::size_t{point}], &air[3 * std::size_t{point}] + 3);
+    air = std::move(led);
+  }
   if (s.directions.size() <= 3) return;  // one, everywhere
   if (s.directions.size() != s.middles.size())
     throw HostError("there are " + number(uint64_t(s.directions.size() / 3)) + " directions of Young's modulus, and " + number(uint64_t(s.middles.size() / 3)) + " polygons are drawn");

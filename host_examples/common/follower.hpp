@@ -13,8 +13,8 @@ namespace host {
 
 class Follower {
 public:
-  // Vertices of supports, ties, forces, contact patches and handles, which are of request.drawn, become the nearest ones of the mesh. Maps and directions, which
-  // are of it too, become those of the nearest point and polygon. `anew`: both are at rest now. Throws HostError naming a vertex that there is not.
+  // Vertices of supports, ties, forces, contact patches and handles, which are of request.drawn, become the nearest ones of the mesh. Maps, wind and directions,
+  // which are of it too, become those of the nearest point and polygon. `anew`: both are at rest now. Throws HostError naming a vertex that there is not.
   void lead(Request &request, bool anew);
 
   // Throws shellwarp::Error, after which the binding is what it was.

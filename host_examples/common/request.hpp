@@ -136,6 +136,7 @@ struct Wind {
   // in the object's space cubed.
   double density = 0;
   double normal_drag = 1.5, tangential_drag = 0.05;
+  std::vector<double> local{};  // beside the velocity everywhere, at the points of what is drawn (n x 3), world; empty: none
 };
 
 // What may be animated; read at every evaluation.

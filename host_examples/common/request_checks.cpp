@@ -51,7 +51,12 @@ void check_rest(const Request &request) {
   require(request.inputs.colliders.empty(), std::string("colliders") + why);
 }
 
-void check_wind(const Wind &wind) {
+void check_wind(const Request &request) {
+  const Wind &wind = request.inputs.wind;
+  require(wind.local.empty() || wind.local.size() == request.mesh.points.size(),
+          "there is wind at " + number(uint64_t(wind.local.size() / 3)) + " points, but " + number(uint64_t(request.mesh.n_points())) + " points");
+  for (std::size_t i = 0; i < wind.local.size(); ++i)
+    require(std::isfinite(wind.local[i]), "the wind at point " + number(uint64_t(i / 3)) + " is not finite");
   const auto check = [](const char *name, double x) {
     require(x >= 0 && std::isfinite(x), std::string(name) + " is " + number(x) + "; it must be 0 or above");
   };

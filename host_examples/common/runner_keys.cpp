@@ -31,7 +31,7 @@ uint64_t key_of(const Inputs &inputs) {
   Hash hash;
   hash.add_all(inputs.rest).add_all(inputs.forces).add_all(inputs.gravity).add(inputs.stiffness_factor).add_all(inputs.supports);
   const Wind &wind = inputs.wind;
-  hash.add_all(wind.velocity).add(wind.density).add(wind.normal_drag).add(wind.tangential_drag);
+  hash.add_all(wind.velocity).add(wind.density).add(wind.normal_drag).add(wind.tangential_drag).add_all(wind.local);
   add(hash, inputs.object);
   add(hash, inputs.frame);
   for (const Handle &handle : inputs.handles) {

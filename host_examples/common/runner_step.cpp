@@ -82,6 +82,9 @@ void ShellRunner::blow(shellwarp::State &state, const Wind &wind) const {
   desc.density = wind.density;
   desc.normal_drag = wind.normal_drag;
   desc.tangential_drag = wind.tangential_drag;
+  std::vector<double> local = wind.local;
+  for (double &v : local) v /= unit_ * clock_;
+  if (!local.empty()) desc.local_velocities = local.data(), desc.local_format = SW_FORMAT_F64;
   state.set_wind(desc);
 }
 

@@ -59,7 +59,7 @@ void ShellRunner::run(Request &request, const At &at) {
   if (!needs_support_fields_ || !request.follow) request.build.support_fields = 0;
   check_build(request.mesh, request.build);
   check_handles(request);
-  check_wind(request.inputs.wind);
+  check_wind(request);
   check_map(request.mesh, "damping", request.motion.damping_map, true);
   check_forces(request);
   for (double &f : request.inputs.forces) f *= force_scale(request.build.stiffness);

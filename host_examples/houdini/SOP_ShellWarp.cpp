@@ -47,6 +47,7 @@ static const char *theDsFile = R"THEDSFILE(
     parm { name "airdensity" label "Air Density" type float default { "0" } range { 0! 2 } }
     parm { name "normaldrag" label "Normal Drag" type float default { "1.5" } range { 0! 2 } }
     parm { name "tangentialdrag" label "Tangential Drag" type float default { "0.05" } range { 0! 1 } }
+    parm { name "windattrib" label "Wind Attribute" type string default { "" } }
     parm { name "force" label "Force Attribute" type string default { "" } }
     parm {
         name "stiffnessfrom" label "Stiffness From" type ordinal default { "0" }
@@ -148,7 +149,7 @@ PRM_Template *SOP_ShellWarp::buildTemplates() {
     for (const char *group : {"supportgroup", "contactpatches"}) builder.setChoiceListPtr(group, &SOP_Node::pointGroupMenu);
     builder.setChoiceListPtr("creasegroup", &SOP_Node::edgeGroupMenu);
     builder.setChoiceListPtr("colliderpieces", &SOP_Node::primAttribReplaceMenu);
-    for (const char *attribute : {"supportattrib", "weightattrib", "thicknessmap", "youngmap", "densitymap", "dampingmap", "restshape", "supportaxes", "tieto", "tietoface", "force"})
+    for (const char *attribute : {"supportattrib", "weightattrib", "thicknessmap", "youngmap", "densitymap", "dampingmap", "restshape", "supportaxes", "tieto", "tietoface", "force", "windattrib"})
       builder.setChoiceListPtr(attribute, &SOP_Node::pointAttribReplaceMenu);
   }
   return builder.templates();
@@ -331,14 +332,14 @@ void pull_settings(const SOP_ShellWarpParms &parms, host::Request &request) {
 }
 
 // The attribute is in the geometry's axes.
-std::vector<double> forces_of(const GU_Detail &detail, const UT_StringHolder &attribute, const host::Pose &object) {
-  std::vector<double> forces = pull_vectors(detail, attribute);
+std::vector<double> to_world(const GU_Detail &detail, const UT_StringHolder &attribute, const host::Pose &object) {
+  std::vector<double> vectors = pull_vectors(detail, attribute);
   const host::Pose turn = {{}, object.rotation, 1};
-  for (std::size_t i = 0; i < forces.size(); i += 3) {
-    const host::Vec3 f = host::apply(turn, {forces[i], forces[i + 1], forces[i + 2]});
-    std::copy(f.begin(), f.end(), &forces[i]);
+  for (std::size_t i = 0; i < vectors.size(); i += 3) {
+    const host::Vec3 f = host::apply(turn, {vectors[i], vectors[i + 1], vectors[i + 2]});
+    std::copy(f.begin(), f.end(), &vectors[i]);
   }
-  return forces;
+  return vectors;
 }
 
 void pull_creases(const SOP_ShellWarpParms &parms, const GU_Detail &detail, std::vector<host::Crease> &creases) {
@@ -384,7 +385,8 @@ void ShellWarpVerb::cook(const CookParms &cookparms) const {
       pull_map(*detail, parms.getDensitymap(), stiffness.density_map);
       if (stiffness.young_across > 0 && parms.getDirections().isstring()) pull_directions(*detail, parms.getDirections(), stiffness);
     }
-    if (parms.getForce().isstring()) request.inputs.forces = forces_of(*detail, parms.getForce(), request.inputs.object);
+    if (parms.getForce().isstring()) request.inputs.forces = to_world(*detail, parms.getForce(), request.inputs.object);
+    if (parms.getWindattrib().isstring()) request.inputs.wind.local = to_world(*detail, parms.getWindattrib(), request.inputs.object);
     pull_map(*detail, parms.getDampingmap(), request.motion.damping_map);
     if (parms.getRestshape().isstring()) request.build.rest_shape = pull_vectors(*detail, parms.getRestshape());
     pull_creases(parms, *detail, request.build.creases);

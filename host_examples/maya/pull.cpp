@@ -266,6 +266,11 @@ void pull_maps(MDataBlock &block, unsigned int multiIndex, host::Request &reques
   const double3 &force = block.inputValue(Node::force).asDouble3();
   if (force[0] != 0 || force[1] != 0 || force[2] != 0)
     for (const double share : shares) request.inputs.forces.insert(request.inputs.forces.end(), {share * force[0], share * force[1], share * force[2]});
+  std::vector<double> sheltered;
+  add_factors(block, multiIndex, Node::windMapList, Node::windMap, n_points, sheltered);
+  host::Wind &wind = request.inputs.wind;
+  for (const double share : sheltered)
+    for (const double v : wind.velocity) wind.local.push_back((share - 1) * v);
   add_factors(block, multiIndex, Node::dampingMapList, Node::dampingMap, n_points, request.motion.damping_map);
   if (s.by != host::Stiffness::By::preset && s.by != host::Stiffness::By::sheet) return;
   add_factors(block, multiIndex, Node::thicknessMapList, Node::thicknessMap, n_points, s.thickness_map);

@@ -14,7 +14,7 @@ MObject ShellWarpNode::gravity, ShellWarpNode::gravityX, ShellWarpNode::gravityY
 MObject ShellWarpNode::wind, ShellWarpNode::windX, ShellWarpNode::windY, ShellWarpNode::windZ, ShellWarpNode::airDensity,
     ShellWarpNode::normalDrag, ShellWarpNode::tangentialDrag;
 MObject ShellWarpNode::force, ShellWarpNode::forceX, ShellWarpNode::forceY, ShellWarpNode::forceZ, ShellWarpNode::forceMapList,
-    ShellWarpNode::forceMap;
+    ShellWarpNode::forceMap, ShellWarpNode::windMapList, ShellWarpNode::windMap;
 MObject ShellWarpNode::stiffnessFrom, ShellWarpNode::frequency, ShellWarpNode::thickness, ShellWarpNode::kBend,
     ShellWarpNode::kStretch, ShellWarpNode::density;
 MObject ShellWarpNode::preset, ShellWarpNode::young, ShellWarpNode::poisson, ShellWarpNode::volumeDensity;
@@ -207,11 +207,13 @@ MStatus create_material() {
   return MS::kSuccess;
 }
 
-// Factors on the damping and on a sheet's constants, and where a force acts.
+// Factors on the wind, the damping and a sheet's constants, and where a force acts.
 MStatus create_maps() {
   constexpr float kMost = 100;
   MStatus status;
   status = create_painted(Node::forceMapList, Node::forceMap, {"forceMapList", "fml", "forceMap", "fmp"}, 0, kMost);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  status = create_painted(Node::windMapList, Node::windMap, {"windMapList", "wml", "windMap", "wmp"}, 1, kMost);
   CHECK_MSTATUS_AND_RETURN_IT(status);
   status = create_painted(Node::dampingMapList, Node::dampingMap, {"dampingMapList", "dpl", "dampingMap", "dpm"}, 1, kMost);
   CHECK_MSTATUS_AND_RETURN_IT(status);
@@ -374,8 +376,8 @@ MStatus ShellWarpNode::addAttributes() {
       colliders,     proxy,        follow,       supportFields, wind,       airDensity,        normalDrag,
       tangentialDrag, dampingStiffness, cache,  thicknessMapList, youngMapList,     densityMapList, proxyVertices, proxyThickness,
       contactPatches, pushOut, dampingMapList, stiffnessFactor,
-      youngAcross, shear, direction, directions, creases, restShape, supportAxes, ties, tieWithin, force, forceMapList, followRest};
-  const MObject children[] = {windX, windY, windZ, gravityX,       gravityY,       gravityZ,          supportWeights,   dampingMap, thicknessMap, youngMap, densityMap, handleVertex,
+      youngAcross, shear, direction, directions, creases, restShape, supportAxes, ties, tieWithin, force, forceMapList, windMapList, followRest};
+  const MObject children[] = {windMap, windX, windY, windZ, gravityX,       gravityY,       gravityZ,          supportWeights,   dampingMap, thicknessMap, youngMap, densityMap, handleVertex,
                               handleTarget,   handlePosition, handleOrientation, handleCompliance, handleHeld, handleAxisX, handleAxisY, handleAxisZ, colliderMesh,
                               colliderMatrix, colliderShape,  colliderCells,     colliderFriction, colliderThickness,
                               directionX, directionY, directionZ, creaseEdges, creaseFactor, creaseAngle, creaseSetsAngle,
@@ -421,7 +423,7 @@ MStatus ShellWarpNode::initialize() {
   status = addAttributes();
   CHECK_MSTATUS_AND_RETURN_IT(status);
   // What Artisan offers in the Paint Attributes tool.
-  for (const char *map : {"weights", "supportWeights", "forceMap", "dampingMap", "thicknessMap", "youngMap", "densityMap"})
+  for (const char *map : {"weights", "supportWeights", "forceMap", "windMap", "dampingMap", "thicknessMap", "youngMap", "densityMap"})
     MGlobal::executeCommand(MString("makePaintable -attrType multiFloat -sm deformer ") + nodeName + " " + map);
   return MS::kSuccess;
 }

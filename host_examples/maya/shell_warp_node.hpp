@@ -86,7 +86,7 @@ public:
   // What pulls at it
   static MObject gravity, gravityX, gravityY, gravityZ;
   static MObject wind, windX, windY, windZ, airDensity, normalDrag, tangentialDrag;
-  static MObject force, forceX, forceY, forceZ, forceMapList, forceMap;
+  static MObject force, forceX, forceY, forceZ, forceMapList, forceMap, windMapList, windMap;
   // What it is made of
   static MObject stiffnessFrom, frequency, thickness, kBend, kStretch, density;
   static MObject preset, young, poisson, volumeDensity;

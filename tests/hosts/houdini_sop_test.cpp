@@ -952,6 +952,35 @@ void wind_carries_a_known_material_by_its_own_weight() {
   CHECK_NEAR(sag(speed), 0.5 * still, 0.05 * std::fabs(still));  // it has not come quite to rest
 }
 
+// Wind by an attribute is the wind of the parameter where it is the same, turns with the geometry, and may be there on one half alone.
+void an_attribute_of_points_is_wind() {
+  const auto tip = [](bool by_attribute, bool turned, bool half) {
+    Scene scene;
+    scene.cook.set("gravity", {0, 0, 0});
+    scene.cook.set("airdensity", {1.2});
+    if (turned) scene.cook.set("framer", {180, 0, 0});
+    if (by_attribute) {
+      std::vector<double> &air = scene.geometry().attributes["air"];
+      for (int i = 0; i < STRIP_VERTICES; ++i) air.insert(air.end(), {0, half && i > STRIP_VERTICES / 2 ? 0.0 : 3.0, 0});
+      scene.cook.set_text("windattrib", "air");
+    } else {
+      scene.cook.set("wind", {0, 3, 0});
+    }
+    scene.play(8);
+    CHECK(scene.cook.errors.empty());
+    return scene.tip();
+  };
+  const double blown = tip(false, false, false);
+  CHECK(blown > 0.01);
+  CHECK_NEAR(tip(true, false, false), blown, 1e-5);  // floats of 4
+  CHECK_NEAR(tip(true, true, false), blown, 1e-5);
+  CHECK(tip(true, false, true) < 0.5 * blown);
+  Scene none;
+  none.cook.set_text("windattrib", "none");
+  none.at(1);
+  CHECK(none.cook.errors.size() == 1 && contains(none.cook.errors[0], "there is no point attribute none of three numbers"));
+}
+
 // An attribute in the geometry's axes: turned upside down with it, the force still acts from the same side of the strip.
 void an_attribute_of_points_is_a_force() {
   Scene up, turned, none;
@@ -1234,6 +1263,7 @@ int main(int argc, char **argv) {
     RUN(a_handle_point_leads_its_point);
     RUN(attributes_of_a_handle_point_are_read);
     RUN(wind_carries_a_known_material_by_its_own_weight);
+    RUN(an_attribute_of_points_is_wind);
     RUN(an_attribute_of_points_is_a_force);
     RUN(a_handle_lets_go_and_holds_along_axes);
     RUN(what_a_user_can_mend_is_named_and_the_mesh_passes_through);

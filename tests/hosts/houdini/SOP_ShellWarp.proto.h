@@ -80,6 +80,7 @@ public:
   fpreal getTiestiffness() const { return tiestiffness_; }
   fpreal getTiewithin() const { return tiewithin_; }
   const UT_StringHolder &getForce() const { return force_; }
+  const UT_StringHolder &getWindattrib() const { return windattrib_; }
   bool getFollowrest() const { return followrest_; }
 
   void fake_load(const std::map<std::string, fake::Parm> &values) override {
@@ -154,6 +155,7 @@ public:
     tiestiffness_ = at(values, "tiestiffness", "float").numbers[0];
     tiewithin_ = at(values, "tiewithin", "float").numbers[0];
     force_ = at(values, "force", "string").text.c_str();
+    windattrib_ = at(values, "windattrib", "string").text.c_str();
     followrest_ = at(values, "followrest", "toggle").numbers[0] != 0;
   }
 
@@ -240,5 +242,6 @@ private:
   fpreal tiestiffness_ = 0;
   fpreal tiewithin_ = 0;
   UT_StringHolder force_;
+  UT_StringHolder windattrib_;
   bool followrest_ = false;
 };
