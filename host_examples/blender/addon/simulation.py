@@ -127,7 +127,7 @@ class Simulation:
         if self.recipe.method != "auto":
             return ""
         taken = self._package.method.find(self.model.info()["auto_method"])
-        why = "" if taken.needs_fields else self.model.lacks("reduced-shell")
+        why = "" if taken.needs_fields else self.model.lacks("reduced-shell").replace("ask for reduced_poses", "choose Reduced shell to wait for it")
         return f"Automatic: {taken.label}" + (f"; {why}" if why else "")
 
     def turned(self):

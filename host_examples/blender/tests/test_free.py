@@ -4,7 +4,7 @@ import unittest
 
 import bpy
 import numpy
-from scene import add_strip, key, play, shown
+from scene import ROOT, add_strip, key, play, shown
 from test_addon import part, setUpModule, tearDownModule  # noqa: F401 - unittest calls them
 from test_contact import Case, run_of
 
@@ -117,6 +117,18 @@ class Free(Case):
         obj.shellwarp.method = "reduced-shell"
         play(1)
         self.assertTrue(any("modes" in text for text in part("live").trouble(obj)), part("live").trouble(obj))
+
+    def test_a_mesh_too_large_to_train_unasked_names_a_method_of_the_panel(self):
+        """The library names a key of scene files, which the panel has not."""
+        bpy.ops.wm.obj_import(filepath=str(ROOT / "tests/data/meshes/dinosaur.obj"))
+        obj = bpy.context.selected_objects[0]
+        bpy.context.view_layer.objects.active = obj
+        obj.vertex_groups.new(name="feet").add([v.index for v in obj.data.vertices if (obj.matrix_world @ v.co).z < 2], 1.0, "REPLACE")
+        obj.shellwarp.enabled, obj.shellwarp.fixed_group, obj.shellwarp.modes = True, "feet", 4
+        play(1)
+        self.assertIn("takes too long", run_of(obj).chosen())
+        self.assertIn("choose Reduced shell to wait for it", run_of(obj).chosen())
+        self.assertNotIn("reduced_poses", run_of(obj).chosen())
 
 
 if __name__ == "__main__":
