@@ -27,6 +27,10 @@ void check_motion(const Request &request) {
 }
 
 void check_output(const Request &request) {
+  require(request.drawn.empty() || request.proxy.vertices == 0, "there is a proxy, and one of " + number(uint64_t(request.proxy.vertices)) +
+                                                                    " vertices is to be made: take the one away, or set the other to 0");
+  require(request.proxy.thickness == 0 || request.proxy.vertices > 0, "the proxy's thickness is " + number(request.proxy.thickness) +
+                                                                          ", and no proxy is to be made: set it to 0, or say how many vertices");
   require(request.correction_steps <= 100,
           "the correction steps are " + number(uint64_t(request.correction_steps)) + ", expected at most 100");
   require(request.correction_steps == 0 || (request.drawn.empty() && request.proxy.vertices == 0),

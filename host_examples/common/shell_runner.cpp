@@ -46,7 +46,6 @@ void ShellRunner::evaluate(Request request) {
   check_motion(request);
   check_output(request);
   const At at(request);
-  if (!request.drawn.empty()) request.proxy.vertices = 0;  // there is one
   proxy_.take_place(request, at.start());
   check_place(request);
   check_rest(request);

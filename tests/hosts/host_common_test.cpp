@@ -460,6 +460,8 @@ void a_method_that_cannot_be_had_is_told_and_the_last_shape_stays() {
   refused([](Request &r) { r.build.method = 1234; }, "number 1234, which this library does not have; it has 1 warp, ");
   refused([](Request &r) { r.build.method = 0; }, "number 0, which");
   refused([](Request &r) { r.correction_steps = 101; }, "the correction steps are 101, expected at most 100");
+  refused([](Request &r) { r.proxy.vertices = 40, r.drawn = r.mesh.points; }, "there is a proxy, and one of 40 vertices is to be made");
+  refused([](Request &r) { r.proxy.thickness = 0.1; }, "the proxy's thickness is 0.1, and no proxy is to be made");
   refused([](Request &r) { r.correction_steps = 1, r.drawn = r.mesh.points; }, "not the meshes that follow it: set them to 0");
   refused([](Request &r) { r.build.method = SW_METHOD_REDUCED_SHELL, r.build.held.clear(); },
           "needs modes that bend it");
