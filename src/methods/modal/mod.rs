@@ -13,6 +13,7 @@ pub use constraints::VertexMap;
 pub use map::Map;
 
 use super::{Acting, Motion, Reaction};
+use crate::constraint::Target;
 use crate::load::BodyLoad;
 use crate::method::Method;
 use crate::modal::{AnyBasis, ModalBasis, with_basis};
@@ -21,7 +22,7 @@ use crate::step::guard::Pull;
 use crate::step::{ForceLaw, Integrator, Oscillator};
 use crate::{Error, ErrorKind, Model, Result};
 use constraints::{ModalConstraints, Step};
-use points::{Placing, PointSearch};
+use points::{Placing, PointSearch, Spring};
 use std::sync::Arc;
 use supports::SupportMotion;
 use warp::Warp;
@@ -67,6 +68,14 @@ const NEGLIGIBLE: f64 = 1e-150;
 /// of 32 bits.
 const TURNS: usize = 200;
 const IN_TURN: f64 = 1e-8;
+/// The turn of an equilibrium before which both are met at once. Turns after it that leave more than the next part of the last one's
+/// distance gain nothing, and so many of them are the last.
+const AT_ONCE: usize = 2;
+const STUCK: f64 = 0.8;
+const PATIENCE: usize = 4;
+/// Of q, how far apart both are where no turn brings them together; there is no equilibrium where so many iterations in a row end so.
+const ODDS: f64 = 1e-3;
+const AT_ODDS: usize = 8;
 
 /// Sum over the elastic modes of the largest turn of each, rad, that energies of points may lead to: half a turn and as much again for what
 /// modes have against each other.
@@ -97,6 +106,8 @@ pub struct Modal<M> {
     force: Vec<f64>,
     /// Made when an energy of points first joins.
     search: Option<PointSearch>,
+    /// The last step ended with constraints and an energy of points apart.
+    at_odds: bool,
     pull: Pull,
     /// The state that loads are taken at.
     mean: [Vec<f64>; 2],
@@ -133,6 +144,7 @@ impl<M: Map> Modal<M> {
             next: [zeros.clone(), zeros.clone()],
             force: zeros.clone(),
             search: None,
+            at_odds: false,
             pull: Pull::default(),
             mean: [zeros.clone(), zeros],
             unchanged: false,
@@ -281,7 +293,8 @@ impl<M: Map> Modal<M> {
     /// As [`Modal::meet_constraints`], and to where `energy` has its force at the step's end.
     ///
     /// Both move the free end of the step: by Γ∇W and by ΓJᵀμ. Each is found with the other as found last, in turns (Boyle, Dykstra 1986),
-    /// until the place is the same after either.
+    /// until the place is the same after either. Where handles alone hold a shell, that takes an equilibrium thousands of turns: its third one
+    /// begins where both are met at once.
     fn meet_constraints_and(&mut self, energy: &dyn PointEnergy, acting: &Acting, h: f64) -> f64 {
         let mut search = self.search.take().unwrap_or_else(|| PointSearch::new(self.damping.len(), self.q.len()));
         for k in 0..self.damping.len() {
@@ -295,7 +308,12 @@ impl<M: Map> Modal<M> {
         let modes = self.damping.len();
         search.start[modes..].copy_from_slice(&self.next[0][modes..]);
         let mut work = 0.0;
-        for _ in 0..TURNS {
+        let (mut last, mut stuck) = (f64::INFINITY, 0);
+        self.at_odds = true;
+        for turn in 0..TURNS {
+            if turn == AT_ONCE && h == LONG_STEP {
+                self.minimize_held(energy, &mut search, acting);
+            }
             self.minimize(energy, &mut search);
             self.bend_no_further(&mut search);
             let PointSearch { rate, free, center, moved, .. } = &mut search;
@@ -307,6 +325,7 @@ impl<M: Map> Modal<M> {
                 center[k] = next_q[k];
             }
             if self.constraints.set().is_empty() {
+                self.at_odds = false;
                 break;
             }
             work = self.meet_constraints(acting, h);
@@ -316,7 +335,12 @@ impl<M: Map> Modal<M> {
             for k in 0..moved.len() {
                 center[k] = free[0][k] + next[k] - center[k];
             }
-            if apart <= IN_TURN * IN_TURN * size {
+            let met = apart <= IN_TURN * IN_TURN * size;
+            let both: f64 = next.iter().zip(&*moved).map(|(a, b)| a * a + b * b).sum();
+            self.at_odds = !met && apart > ODDS * ODDS * both;
+            stuck += usize::from(h == LONG_STEP && turn >= AT_ONCE && apart > STUCK * STUCK * last);
+            last = apart;
+            if met || stuck >= PATIENCE {
                 break;
             }
         }
@@ -354,6 +378,22 @@ impl<M: Map> Modal<M> {
             let share = (limit - free) / (reached - free); // the sum is a norm
             center.iter().zip(moved).for_each(|(center, moved)| *moved = center + share * (*moved - center));
         }
+    }
+
+    /// As [`Modal::minimize`], with handles' places met besides; turns then go on from there.
+    fn minimize_held(&self, energy: &dyn PointEnergy, search: &mut PointSearch, acting: &Acting) {
+        let (warped, mesh) = (self.map.law().warped(), &self.basis.shell.mesh);
+        let to_frame = *acting.pose.rotation.inverse().to_rotation_matrix().matrix();
+        let handles = self.constraints.set().items().iter().filter_map(|c| {
+            let Target::Position(target) = c.target.in_frame(acting.pose) else { return None };
+            let axes = (0..3).filter(|axis| c.axes[*axis]).map(|axis| to_frame.column(axis));
+            let held = axes.map(|axis| axis * axis.transpose()).sum();
+            Some((c.vertex, Spring::new(target, held, c.compliance)))
+        });
+        with_basis!(&self.basis.basis, basis => {
+            let placing = Placing { basis, warped, rest: &mesh.positions, vertices: self.map.vertices() };
+            search.meet(&placing, energy, handles, mesh.size);
+        });
     }
 
     fn minimize(&self, energy: &dyn PointEnergy, search: &mut PointSearch) {
@@ -445,7 +485,7 @@ impl<M: Map> Modal<M> {
     fn fixed_point(&mut self, acting: &Acting) -> Result<(f64, usize)> {
         // What is left of the start by rounding is nothing: where no load is, the solution is zero, and all would be large to it.
         let rounding = f64::EPSILON.powi(2) * self.q.iter().map(|q| q * q).sum::<f64>();
-        let (mut fraction, mut last) = (1.0f64, f64::INFINITY);
+        let (mut fraction, mut last, mut odds) = (1.0f64, f64::INFINITY, 0);
         for iteration in 1..=SETTLE_ITERATIONS {
             let before = self.q.clone();
             self.q_dot.fill(0.0);
@@ -455,7 +495,15 @@ impl<M: Map> Modal<M> {
             let moved: f64 = before.iter().zip(&self.q).map(|(a, b)| (a - b).powi(2)).sum();
             let residual =
                 (moved / self.q.iter().map(|q| q * q).sum::<f64>().max(rounding).max(f64::MIN_POSITIVE)).sqrt();
-            if residual <= settled(&self.basis.basis) {
+            let still = residual <= settled(&self.basis.basis);
+            odds = if acting.points.is_some() && self.at_odds { odds + 1 } else { 0 };
+            if odds == AT_ODDS || (still && odds > 0) {
+                let message = format!(
+                    "no equilibrium: these modes cannot follow handles and colliders at once, after {iteration} iterations"
+                );
+                return Err(Error::new(ErrorKind::Numerical, message));
+            }
+            if still {
                 return Ok((residual, iteration));
             }
             fraction = if residual > last { (0.5 * fraction).max(LEAST_FRACTION) } else { fraction };

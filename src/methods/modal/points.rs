@@ -24,6 +24,12 @@ const GAIN: f64 = 1e-22;
 /// Of these terms, what rounding may hide.
 const ROUNDING: f64 = 1e-15;
 
+/// k of a handle as a spring, in what the modes give way by; how often its force is taken along, at most, and what is then missed, of the
+/// shell's size.
+const HARD: f64 = 1e3;
+const MEETINGS: usize = 30;
+const NEAR: f64 = 1e-11;
+
 /// q, and what vertices share there ([`VertexMap::share`]).
 type At<'a> = (&'a [f64], &'a [Matrix3<f64>]);
 
@@ -148,6 +154,72 @@ impl Shapes {
     }
 }
 
+/// A handle as a spring, with the force that it had last on top.
+#[derive(Clone, Copy)]
+pub struct Spring {
+    /// Where its vertex is to be, frame axes.
+    pub target: Vec3,
+    /// Projects onto the directions that it holds.
+    pub held: Matrix3<f64>,
+    /// Of the handle, m/N.
+    pub compliance: f64,
+    /// k.
+    stiffness: f64,
+    /// On the handle.
+    force: Vec3,
+}
+
+impl Spring {
+    /// Without a force; `stiffness` decides how fast the handle is met, not where.
+    pub fn new(target: Vec3, held: Matrix3<f64>, compliance: f64) -> Self {
+        Self { target, held, compliance, stiffness: 0.0, force: Vec3::zeros() }
+    }
+
+    /// The stiffness of both springs in a row.
+    fn joint_stiffness(&self) -> f64 {
+        (self.compliance + self.stiffness.recip()).recip()
+    }
+
+    /// The force with the vertex at `p`.
+    fn pull(&self, p: &Vec3) -> Vec3 {
+        self.joint_stiffness() * (self.held * (p - self.target) + self.force / self.stiffness)
+    }
+}
+
+/// An energy of points and handles as springs in one: the augmented Lagrangian (Hestenes, Powell 1969).
+struct Joint<'a> {
+    energy: &'a dyn PointEnergy,
+    /// Of the energy and then of the springs.
+    points: &'a [Point],
+    springs: &'a [Spring],
+}
+
+impl Joint<'_> {
+    fn spring(&self, i: usize) -> Option<&Spring> {
+        self.springs.get(i.wrapping_sub(self.points.len() - self.springs.len()))
+    }
+}
+
+impl PointEnergy for Joint<'_> {
+    fn points(&self) -> &[Point] {
+        self.points
+    }
+
+    fn value_at(&self, i: usize, p: &Vec3) -> f64 {
+        let value = |spring: &Spring| 0.5 * spring.pull(p).norm_squared() / spring.joint_stiffness();
+        self.spring(i).map_or_else(|| self.energy.value_at(i, p), value)
+    }
+
+    fn gradient_at(&self, i: usize, p: &Vec3) -> Vec3 {
+        self.spring(i).map_or_else(|| self.energy.gradient_at(i, p), |spring| spring.pull(p))
+    }
+
+    fn hessian_at(&self, i: usize, p: &Vec3, curvature: Curvature) -> Matrix3<f64> {
+        let hessian = |spring: &Spring| spring.joint_stiffness() * spring.held;
+        self.spring(i).map_or_else(|| self.energy.hessian_at(i, p, curvature), hessian)
+    }
+}
+
 /// Room for the search; none before the first.
 #[derive(Clone)]
 pub struct PointSearch {
@@ -209,6 +281,52 @@ impl PointSearch {
         self.shapes.take(energy.points(), placing, q.len());
         self.descend(placing, energy, &center, &mut q);
         (self.center, self.moved) = (center, q);
+    }
+
+    /// Moves q⁺ to the minimum about the free end with these handles met, and c to where their forces put it. Allocates.
+    pub fn meet<E: Entry>(
+        &mut self,
+        placing: &Placing<E>,
+        energy: &dyn PointEnergy,
+        handles: impl Iterator<Item = (u32, Spring)>,
+        size: f64,
+    ) {
+        let (mut points, mut springs) = (energy.points().to_vec(), vec![]);
+        for (v, spring) in handles {
+            let give = |k: usize| self.gamma[k] * placing.basis.at(k, v as usize).0.norm_squared();
+            let stiffness = HARD / (0..self.gamma.len()).map(give).sum::<f64>();
+            if stiffness.is_finite() {
+                springs.push(Spring { stiffness, ..spring });
+                points.push(Point::vertex(v));
+            } // else no mode moves it
+        }
+        let first = energy.points().len();
+        let (free, mut q) = (std::mem::take(&mut self.free[0]), std::mem::take(&mut self.moved));
+        self.shapes.take(&points, placing, q.len());
+        for _ in 0..MEETINGS {
+            self.descend(placing, &Joint { energy, points: &points, springs: &springs }, &free, &mut q);
+            placing.share(&q, false, &mut self.shared);
+            let mut missed = 0.0f64;
+            for (i, spring) in springs.iter_mut().enumerate() {
+                let p = placing.place_point(&points[first + i], self.shapes.of(first + i), (&q, &self.shared));
+                let force = spring.pull(&p);
+                missed = missed.max((force - spring.force).norm() / spring.stiffness);
+                spring.force = force;
+            }
+            if missed <= NEAR * size {
+                break;
+            }
+        }
+        self.center.copy_from_slice(&free);
+        placing.share(&q, true, &mut self.shared);
+        for (i, spring) in springs.iter().enumerate() {
+            let (point, shapes) = (&points[first + i], self.shapes.of(first + i));
+            placing.point_derivative(point, shapes, (&q, &self.shared), &mut self.jacobian);
+            self.gradient.gemv(1.0, &self.jacobian, &spring.force, 0.0);
+            let along = self.center.iter_mut().zip(&self.gamma).zip(self.gradient.iter());
+            along.for_each(|((center, gamma), along)| *center -= gamma * along);
+        }
+        (self.free[0], self.moved) = (free, q);
     }
 
     fn descend<E: Entry>(&mut self, placing: &Placing<E>, energy: &dyn PointEnergy, center: &[f64], q: &mut [f64]) {
