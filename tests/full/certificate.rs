@@ -39,7 +39,7 @@ fn hat_shell() -> Shell {
         (0..mesh.positions.len()).map(height).fold((f64::MAX, f64::MIN), |(a, b), y| (a.min(y), b.max(y)));
     let fixed =
         (0..mesh.positions.len()).filter(|&v| height(v) > high - 0.25 * (high - low)).map(|v| v as u32).collect();
-    let material = Material { k_area: 2e5, k_length: 2e5, k_bend: 1400.0, area_density: 0.05 }; // of tests/scenes/character.toml
+    let material = Material { k_area: 2e5, k_length: 2e5, k_bend: 1400.0, area_density: 0.05 }; // softer than in tests/scenes/character.toml
     Shell::new(mesh, material, &Supports { fixed, ..Default::default() }).unwrap()
 }
 
