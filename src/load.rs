@@ -11,7 +11,7 @@
 
 use crate::error::{Result, require_finite, require_non_negative};
 use crate::features::Feature;
-use crate::support::{Pose, Rates};
+use crate::support::{Passage, Pose, Rates};
 use crate::{Error, Mesh, Vec3};
 use nalgebra::{Matrix3, UnitQuaternion};
 
@@ -39,6 +39,16 @@ impl BodyLoad {
         let (wx, ax) = (omega.cross_matrix(), alpha.cross_matrix());
         let spin = turning.then(|| Spin { gradient: ax + wx * wx, coriolis: 2.0 * omega });
         Self { uniform: to_frame(gravity - rates.acceleration), spin }
+    }
+
+    /// Of what the frame does not hold, at rest where it will be: gravity, and a `drag` 1/s by a frame that passes.
+    pub fn dragged(passage: &Passage, pose: &Pose, drag: f64) -> Self {
+        let to_frame = |v: &Vec3| pose.rotation.inverse() * v;
+        let [velocity, omega] = passage.now.each_ref().map(to_frame);
+        let turning = drag != 0.0 && omega != Vec3::zeros();
+        let gradient = -drag * omega.cross_matrix();
+        let spin = turning.then(|| Spin { gradient, coriolis: Vec3::zeros() });
+        Self { uniform: to_frame(&passage.gravity) + drag * velocity, spin }
     }
 
     /// Without the weight that the shell carries where it is linearised, under `gravity` (frame axes).

@@ -158,6 +158,19 @@ pub enum FrameMotion {
     Given(Rates),
 }
 
+/// How a frame passes through a step: from where, and its velocities before and in it (of the origin, and angular).
+#[derive(Clone, Copy, Debug)]
+pub struct Passage {
+    /// Where it begins.
+    pub from: Pose,
+    /// Over the step before.
+    pub before: [Vec3; 2],
+    /// Over this one.
+    pub now: [Vec3; 2],
+    /// Acceleration (world axes) that acts on what the frame does not hold.
+    pub gravity: Vec3,
+}
+
 /// The frame at the end of the last step, and where it goes in the next one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Frame {
@@ -193,6 +206,15 @@ impl Frame {
         self.angular_velocity = rates.angular_velocity;
         self.motion = FrameMotion::Continuous;
         rates
+    }
+
+    /// How it gets to where it is `next`; none where it stays, jumps with all that is in it, or has rates that the host gave.
+    pub fn passage(&self, next: &Self, gravity: Vec3) -> Option<Passage> {
+        let velocities = |frame: &Self| [frame.velocity, frame.angular_velocity];
+        let [before, now] = [self, next].map(velocities);
+        let moves = self.pose != next.pose || [before, now] != [[Vec3::zeros(); 2]; 2];
+        let told = self.motion == FrameMotion::Continuous;
+        (moves && told).then_some(Passage { from: self.pose, before, now, gravity })
     }
 
     /// The rates at which it goes on from its target: those given, none after a teleport, else those over the last step, kept in its own

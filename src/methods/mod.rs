@@ -19,7 +19,7 @@ use crate::modal::ModalBasis;
 use crate::point_energy::InFrame;
 use crate::reduced::Form;
 use crate::step::Integrator;
-use crate::support::Pose;
+use crate::support::{Passage, Pose};
 use crate::warp::{Extent, Placement};
 use crate::{Error, ErrorKind, Model, Result, Vec3};
 use nalgebra::UnitQuaternion;
@@ -42,6 +42,8 @@ pub struct Acting<'a> {
     pub supports: Option<SupportTargets<'a>>,
     /// Of the frame, at the end of the step.
     pub pose: &'a Pose,
+    /// How the frame gets there, where it moves: `load` has its inertia for what it holds.
+    pub passage: Option<Passage>,
     /// As in the call before but for the points: the same loads, from the same unknowns and for the same time.
     pub again: bool,
 }

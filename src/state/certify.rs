@@ -368,7 +368,8 @@ impl State {
         for (v, u) in u.iter_mut().enumerate() {
             *u = self.support_at(v).map_or(*u, |x| x - shell.mesh.positions[v]);
         }
-        let acting = Acting { load: &own, external, points: None, supports: self.heading(), pose, again: false };
+        let acting =
+            Acting { load: &own, external, points: None, supports: self.heading(), pose, passage: None, again: false };
         self.motion.visit_acceleration(&acting, reactions, &mut |v, a| inertia[v] += shell.mass[v] * a);
         [u, rate, inertia]
     }

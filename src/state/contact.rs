@@ -7,7 +7,7 @@ use crate::load::BodyLoad;
 use crate::methods::plan::{Part, PartKind};
 use crate::methods::{Acting, Motion};
 use crate::point_energy::InFrame;
-use crate::support::{FrameMotion, Pose};
+use crate::support::{FrameMotion, Passage, Pose};
 use crate::warp::Placement;
 use crate::{Error, ErrorKind, Result, Vec3};
 
@@ -17,6 +17,9 @@ const LOOK_PROBE: f64 = 20.0;
 const PRESS: f64 = 2.0;
 /// Solids of a state, at most.
 pub const MOST_OBSTACLES: usize = 65_536;
+
+/// Where the frame is at the end of a step, and how it gets there.
+type Way<'a> = (&'a Pose, Option<Passage>);
 
 fn placement(pose: &Pose) -> Placement {
     Placement { origin: pose.origin, rotation: Some(*pose.rotation.to_rotation_matrix().matrix()) }
@@ -190,17 +193,23 @@ impl State {
     }
 
     /// A step of the motion among the solids, with loads evaluated for the frame's next `pose`. Changes nothing on failure.
-    pub(super) fn step_touching(&mut self, load: &BodyLoad, pose: &Pose, h: f64) -> Result<()> {
+    pub(super) fn step_touching(&mut self, load: &BodyLoad, way: Way, h: f64) -> Result<()> {
         let Some(mut contacts) = self.contacts.take() else { return Ok(()) };
         let parts = contacts.parts();
-        let outcome = self.take_parts(&mut contacts, load, pose, h, parts);
+        let outcome = self.take_parts(&mut contacts, load, way, (h, parts));
         self.contacts = Some(contacts);
         outcome
     }
 
     /// As [`State::step_touching`], with solids, frame and hard constraints led in as many parts; a part in which something comes through a
     /// solid is cut in two.
-    fn take_parts(&mut self, contacts: &mut Contacts, load: &BodyLoad, pose: &Pose, h: f64, n: usize) -> Result<()> {
+    fn take_parts(
+        &mut self,
+        contacts: &mut Contacts,
+        load: &BodyLoad,
+        (pose, mut passage): Way,
+        (h, n): (f64, usize),
+    ) -> Result<()> {
         let teleported = self.frame.motion == FrameMotion::Teleport && self.frame.pose != *pose;
         if teleported {
             contacts.forget(); // it did not come here along a way
@@ -224,7 +233,7 @@ impl State {
                 }
             }
             let span = if part == all { h } else { h * part as f64 / all as f64 };
-            match self.take_rounds(contacts, load, (&from, &to), (span, part > 1 && tries > 0)) {
+            match self.take_rounds(contacts, load, ((&from, &to), passage), (span, part > 1 && tries > 0)) {
                 Ok(true) => {}
                 Ok(false) => {
                     (part, tries) = (part / 2, tries - 1);
@@ -249,6 +258,7 @@ impl State {
                 contacts.count(part as f64 / all as f64, self.motion.constraints());
             }
             (from, done) = (to, done + part);
+            passage = passage.map(|passage| Passage { from, before: passage.now, ..passage });
             while part < CUTS && done % (2 * part) == 0 {
                 part *= 2;
             }
@@ -277,7 +287,7 @@ impl State {
         &mut self,
         contacts: &mut Contacts,
         load: &BodyLoad,
-        (from, pose): (&Pose, &Pose),
+        ((from, pose), passage): ((&Pose, &Pose), Option<Passage>),
         (h, may_cut): (f64, bool),
     ) -> Result<bool> {
         let scale = self.scale_of_contact();
@@ -303,7 +313,8 @@ impl State {
             let points = contacts.energy().map(|energy| InFrame { energy, pose: *pose });
             let external = external(loads, scratch, model, pose);
             let again = turn > 0;
-            let step = motion.step(&Acting { load, external, points: points.as_ref(), supports, pose, again }, h);
+            let acting = Acting { load, external, points: points.as_ref(), supports, pose, passage, again };
+            let step = motion.step(&acting, h);
             drop(points);
             if let Err(error) = step {
                 motion.set_unknowns([&contacts.unknowns[0], &contacts.unknowns[1]]);

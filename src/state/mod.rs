@@ -401,6 +401,7 @@ impl State {
         }
         self.evaluate_loads(&frame.pose, &rates);
         let load = self.body_load(&frame.pose, &rates);
+        let passage = self.frame.passage(&frame, self.gravity);
         let around = self.contacts.as_ref().is_some_and(|contacts| contacts.obstacles.iter().any(Obstacle::moves));
         let held = self.supports.as_ref().is_none_or(|supports| supports.is_still());
         let still = frame == self.frame && rates == Rates::default() && !self.forces_once && !around && held;
@@ -408,13 +409,16 @@ impl State {
             supports.head(1.0);
         }
         if self.contacts.is_some() {
-            self.step_touching(&load, &frame.pose, h)?;
+            self.step_touching(&load, (&frame.pose, passage), h)?;
         } else {
             let points = self.points_at(&frame.pose);
             let Self { model, motion, loads, scratch, supports, .. } = self;
             let external = external(loads, scratch, model, &frame.pose);
             let (points, supports) = (points.as_ref(), supports.as_ref().map(|supports| supports.targets()));
-            motion.step(&Acting { load: &load, external, points, supports, pose: &frame.pose, again: false }, h)?;
+            motion.step(
+                &Acting { load: &load, external, points, supports, pose: &frame.pose, passage, again: false },
+                h,
+            )?;
         }
         (self.frame, self.rates) = (frame, rates);
         if let Some(supports) = &mut self.supports {
@@ -576,7 +580,7 @@ impl State {
         let Self { model, motion, loads, scratch, supports, .. } = self;
         let external = external(loads, scratch, model, pose);
         let (points, supports) = (touching.or(own.as_ref()), supports.as_ref().map(|supports| supports.targets()));
-        motion.settle(&Acting { load, external, points, supports, pose, again: false })
+        motion.settle(&Acting { load, external, points, supports, pose, passage: None, again: false })
     }
 
     /// Forces that depend on the shape in ways that the method's own search leaves to rounds: wind, and of a frame that turns (n_vertices,

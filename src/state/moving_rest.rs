@@ -239,7 +239,8 @@ impl State {
     ) -> Result<T> {
         let (load, pose) = (BodyLoad::new(Vec3::zeros(), &Pose::identity(), &Rates::default()), Pose::identity());
         let external = External::OnAll(&self.scratch.force);
-        let acting = Acting { load: &load, external, points: None, supports: None, pose: &pose, again: false };
+        let acting =
+            Acting { load: &load, external, points: None, supports: None, pose: &pose, passage: None, again: false };
         act(&mut *self.motion, &acting)
     }
 

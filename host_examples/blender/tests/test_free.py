@@ -79,8 +79,8 @@ class Free(Case):
         estimate = run_of(obj).estimate().result()
         self.assertLess(estimate["error"], 0.05)
 
-    def test_the_objects_own_motion_hardly_moves_it(self):
-        """Nothing ties it to the object. While it moves, the shell is shown off by half of what it moves in a step, 1.7 % of the way here."""
+    def test_the_objects_own_motion_does_not_move_it(self):
+        """Nothing ties it to the object. Blender's matrices and coordinates are of 32 bits."""
         obj = add_free_strip()
         obj.shellwarp.gravity = 0.0
         key(obj, "location", {1: (0, 0, 0), 10: (0.5, 0.2, 0)})
@@ -88,7 +88,7 @@ class Free(Case):
         start = shown(obj, world=True)
         play(10, 2)
         self.assertGreater(obj.location.x, 0.49)
-        self.assertLess(numpy.abs(shown(obj, world=True) - start).max(), 0.025 * 0.5)
+        self.assertLess(numpy.abs(shown(obj, world=True) - start).max(), 1e-6)
 
     def test_handles_are_told_to_the_training_of_what_moves_freely_alone(self):
         obj = add_free_strip()

@@ -5,6 +5,7 @@
 //! the fields and do not know of rigid motion.
 
 mod acceleration;
+mod passage;
 mod place;
 mod rows;
 mod settle;

@@ -15,6 +15,14 @@ const ONWARD: f64 = 1.0 + std::f64::consts::SQRT_2;
 impl Floating {
     /// One step of `h`. Changes nothing on failure.
     pub(super) fn advance_by(&mut self, acting: &Acting, h: f64) -> Result<()> {
+        match acting.passage.filter(|_| self.rigid.slides) {
+            Some(passage) => self.pass_by(acting, &passage, h),
+            None => self.step_in_frame(acting, h),
+        }
+    }
+
+    /// The same where the frame's motion is in the loads. Changes nothing on failure.
+    pub(super) fn step_in_frame(&mut self, acting: &Acting, h: f64) -> Result<()> {
         let (shell, reduced, rigid) = (self.shell.clone(), self.reduced.clone(), self.rigid.clone());
         let at = At::of(&shell, &reduced, &rigid, acting);
         self.room.dead.set(&shell, &reduced, &rigid, acting.load, acting.external);
