@@ -1200,9 +1200,9 @@ SwStatus sw_state_step(struct SwState *state,
 
 // Saves the dynamic state (time, frame, amplitudes and rates, constraint work): 152 bytes and 16 a
 // mode, or mode and field of a reduced shell, so 952 at 50 modes; 152 and 48 a vertex of a
-// nonlinear shell; with colliders 16 more, 56 a collider and 48 a contact. Loads, damping and
-// constraints are inputs and not saved. Two calls: with `bytes` NULL and `capacity` 0 only *size is
-// written. Callable concurrently.
+// nonlinear shell; with colliders 16 more, 56 a collider and 48 a contact; with a rest shape that
+// moves 40 more and 104 a vertex. Loads, damping and constraints are inputs and not saved. Two
+// calls: with `bytes` NULL and `capacity` 0 only *size is written. Callable concurrently.
 // Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_BUFFER_SIZE when capacity < *size, SW_ERROR_BUSY.
 SwStatus sw_state_save(const struct SwState *state,
                        void *bytes,
@@ -1265,13 +1265,14 @@ SwStatus sw_state_move_supports(struct SwState *state,
 // these axes. Supports go with the shape, exactly. Nothing is precomputed anew: a shape that is
 // bent or stretched far from the mesh has another stiffness, which the modes do not know;
 // rest_stretch of SwStateReport tells the largest change of an edge. The support frame then is for
-// output in SW_SPACE_FRAME alone. It is not saved: after sw_state_load it stays where it was sent
-// last, at rest.
+// output in SW_SPACE_FRAME alone. Colliders touch what is shown, and targets of constraints are
+// where it is shown. It is saved with the state; a state saved before it moved leaves it, when
+// loaded, where it was sent last, at rest.
 // Errors: SW_ERROR_INVALID_ARGUMENT, also when n_vertices is not the mesh's, or a vertex is not
 // finite or beyond 1e9 sizes of the mesh; SW_ERROR_UNSUPPORTED by the full shell, with sag_gravity,
-// zero modes, constraints, colliders or supports that moved by themselves, which, as certificates
-// and poses, are refused while it moves; SW_ERROR_OUT_OF_MEMORY, SW_ERROR_BUSY. On failure nothing
-// has changed.
+// zero modes or supports that moved by themselves, which, as certificates, corrections and poses,
+// are refused while it moves, since the full shell's energy is of one rest shape;
+// SW_ERROR_OUT_OF_MEMORY, SW_ERROR_BUSY. On failure nothing has changed.
 SwStatus sw_state_move_rest(struct SwState *state,
                             uint32_t format,
                             const void *positions,
@@ -1461,7 +1462,7 @@ typedef struct SwBoundPointsDesc {
   uint32_t space;
   // SW_FORMAT_... of all arrays.
   uint32_t format;
-  // Must be 0.
+  // SW_BOUND_OUTSIDE or 0.
   uint32_t flags;
   // The first point to read.
   uint32_t first;
@@ -1483,7 +1484,19 @@ typedef struct SwBoundPointsDesc {
   void *velocities;
   // Bytes from velocity to velocity; 0 = packed.
   uint64_t velocity_stride;
+  // Newton steps of the full nonlinear shell, 0 to 100: points follow sw_state_positions_corrected.
+  // Not with SW_BOUND_OUTSIDE.
+  uint32_t correction_steps;
+  // Must be 0.
+  uint32_t reserved;
+  // With SW_BOUND_OUTSIDE, how deep the deepest of the points read still is: 0 but between
+  // colliders that leave no room. NULL: not told.
+  double *deepest;
 } SwBoundPointsDesc;
+
+// For the eye: points follow sw_state_positions_outside, and those that are inside a collider yet,
+// such as points off the surface, leave it the shortest way.
+#define SW_BOUND_OUTSIDE 1
 
 // Points bound to a mesh. Immutable. Share it by any number of states and threads.
 typedef struct SwBinding SwBinding;
@@ -1536,6 +1549,13 @@ SwStatus sw_binding_load(const struct SwModel *model,
 // reading the mesh's positions costs, and some nanoseconds a point. Many points are shared among
 // threads, see sw_set_threads, to the same bits. In SW_SPACE_WORLD velocities contain the frame's.
 // Allocates. Callable concurrently.
+//
+// With correction_steps or SW_BOUND_OUTSIDE points follow the surface that is corrected or pushed
+// out, by the same formula: normals and tangents are its own. Velocities are of the motion alone,
+// as that surface turns them: what correction and push change from frame to frame is not in them.
+// SW_BOUND_OUTSIDE leaves no point inside a collider by more than 1e-6 of the mesh's size, by the
+// collider's own distance and thickness, but for those on triangles that supports hold, and where
+// *deepest tells; a point that went out by itself keeps its normal.
 // Errors: SW_ERROR_INVALID_ARGUMENT, also on points that do not exist and a binding to another
 // mesh; SW_ERROR_INVALID_DESC; SW_ERROR_UNSUPPORTED for normals or tangents of a binding made
 // without; SW_ERROR_NUMERICAL when a point may be beyond the numbers of the format;

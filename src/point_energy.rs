@@ -93,18 +93,25 @@ pub trait PointEnergy: Send + Sync {
     }
 }
 
-/// An energy in world space, as seen from a frame.
+/// An energy in world space, as seen from a frame or from the axes of each point.
 #[derive(Clone)]
 pub struct InFrame {
     /// In world space.
     pub energy: Arc<dyn PointEnergy>,
     /// Of the frame.
     pub pose: Pose,
+    /// Instead, of each of its points; none on a shell in the frame alone.
+    pub each: Option<Arc<Vec<Pose>>>,
 }
 
 impl InFrame {
-    fn world(&self, x: &Vec3) -> Vec3 {
-        self.pose.origin + self.pose.rotation * x
+    /// From a frame.
+    pub fn new(energy: Arc<dyn PointEnergy>, pose: Pose) -> Self {
+        Self { energy, pose, each: None }
+    }
+
+    fn axes(&self, i: usize) -> &Pose {
+        self.each.as_ref().map_or(&self.pose, |each| &each[i])
     }
 }
 
@@ -122,15 +129,17 @@ impl PointEnergy for InFrame {
     }
 
     fn value_at(&self, i: usize, x: &Vec3) -> f64 {
-        self.energy.value_at(i, &self.world(x))
+        self.energy.value_at(i, &self.axes(i).place(x))
     }
 
     fn gradient_at(&self, i: usize, x: &Vec3) -> Vec3 {
-        self.pose.rotation.inverse() * self.energy.gradient_at(i, &self.world(x))
+        let axes = self.axes(i);
+        axes.rotation.inverse() * self.energy.gradient_at(i, &axes.place(x))
     }
 
     fn hessian_at(&self, i: usize, x: &Vec3, curvature: Curvature) -> Matrix3<f64> {
-        let rotation = self.pose.rotation.to_rotation_matrix();
-        rotation.inverse() * self.energy.hessian_at(i, &self.world(x), curvature) * rotation
+        let axes = self.axes(i);
+        let rotation = axes.rotation.to_rotation_matrix();
+        rotation.inverse() * self.energy.hessian_at(i, &axes.place(x), curvature) * rotation
     }
 }

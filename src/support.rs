@@ -89,6 +89,11 @@ impl Pose {
         Self { origin: to / n - rotation * (from / n), rotation }
     }
 
+    /// Where `x` of its axes is in the world.
+    pub fn place(&self, x: &Vec3) -> Vec3 {
+        self.origin + self.rotation * x
+    }
+
     /// Where it is after a share of the way to `goal`, 0 to 1, moving and turning evenly.
     pub fn toward(&self, goal: &Self, share: f64) -> Self {
         let turn = rotation::vector(&(goal.rotation * self.rotation.inverse()));
@@ -96,6 +101,28 @@ impl Pose {
             origin: self.origin + share * (goal.origin - self.origin),
             rotation: rotation::by(&(share * turn)) * self.rotation,
         }
+    }
+}
+
+/// The axes in which a method has vertices displaced: those of the frame, or on a rest shape that moves each vertex's own.
+#[derive(Clone, Copy)]
+pub struct Axes<'a> {
+    /// Of the frame.
+    pub frame: &'a Pose,
+    /// From where a vertex is on the mesh to world space (n_vertices), on a rest shape that moves.
+    pub each: Option<&'a [Pose]>,
+}
+
+impl<'a> Axes<'a> {
+    /// Those of a vertex.
+    pub fn of(&self, vertex: u32) -> &'a Pose {
+        self.each.map_or(self.frame, |each| &each[vertex as usize])
+    }
+}
+
+impl<'a> From<&'a Pose> for Axes<'a> {
+    fn from(frame: &'a Pose) -> Self {
+        Self { frame, each: None }
     }
 }
 

@@ -29,11 +29,12 @@ void check_formats(const Scene &scene) {
 }
 
 std::vector<float> read_points(const shellwarp::State &state, const shellwarp::Binding &binding, uint32_t n_points,
-                               std::vector<float> *velocities) {
+                               std::vector<float> *velocities, bool outside) {
   std::vector<float> x(std::size_t{3} * n_points);
   SwBoundPointsDesc desc = shellwarp::bound_points_desc();
   desc.format = SW_FORMAT_F32;
   desc.positions = x.data();
+  if (outside) desc.flags = SW_BOUND_OUTSIDE;
   if (velocities) {
     velocities->resize(x.size());
     desc.velocities = velocities->data();

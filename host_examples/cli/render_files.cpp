@@ -61,7 +61,7 @@ void RenderMesh::write(OutputFolder &folder, const Scene &scene, const std::vect
   for (std::size_t i = 0; i < run.frames.size(); ++i) {
     go_to(run, run.frames[i], scene, state);
     std::vector<float> velocities;
-    std::vector<float> x = read_points(state, binding_.value(), n_points(), files.wanted() ? &velocities : nullptr);
+    std::vector<float> x = read_points(state, binding_.value(), n_points(), files.wanted() ? &velocities : nullptr, scene.push_out);
     if (cache) cache->append(x.data());
     if (std::binary_search(chosen.begin(), chosen.end(), i)) {
       write_obj(folder, frame_file_name(name, run.frames[i].frame) + ".obj", x);

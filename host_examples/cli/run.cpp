@@ -251,10 +251,10 @@ void finish_page(const Page &page, const SceneFile &file, const RunOptions &opti
     std::fprintf(stderr, "shellwarp: nothing here opens a browser; open %s in one\n", path.c_str());
 }
 
-// What is drawn in the mesh's place follows the motion, which correction steps and a push out do not change.
+// What is drawn in the mesh's place is read of frames that are gone back to, without the loads that correction steps balance.
 void check_shown(const Scene &scene) {
-  if ((scene.correction_steps > 0 || scene.push_out) && !scene.render_path.empty())
-    throw std::runtime_error(std::string(scene.push_out ? "push_out" : "correction_steps") + " moves the mesh's own vertices: it goes without render, weld and proxy");
+  if (scene.correction_steps > 0 && !scene.render_path.empty())
+    throw std::runtime_error("correction_steps moves the mesh's own vertices: it goes without render, weld and proxy");
 }
 
 // Those of all shells, made once.

@@ -362,7 +362,6 @@ void read_animation(Section &section, Scene &scene) {
   if (!section.find("follow_rest")) return;
   const toml::node &at = *section.find("follow_rest");
   if (scene.motion_path.empty()) section.fail(at, "follow_rest goes with motion");
-  if (scene.follow_rest && !scene.colliders.empty()) section.fail(at, "a rest shape that follows touches no collider: leave them out, or let the supports alone follow");
   if (scene.follow_rest && scene.is_static) section.fail(at, "a rest shape that follows moves, and static finds an equilibrium");
 }
 
@@ -399,12 +398,10 @@ void read_substance(Section &section, const std::string &path, Scene &scene) {
   }
 }
 
-// What does not go with a mesh that is animated: a frame never, handles where it is the rest shape.
-void check_animated(Section &section, const char *key, const Scene &scene) {
-  const toml::node *at = section.find(key);
-  if (!at || scene.motion_path.empty()) return;
-  if (std::string(key) == "frame") section.fail(*at, "frame does not go with motion, which says where the supports are");
-  if (scene.follow_rest) section.fail(*at, "a rest shape that follows has no handles: leave them out, or let the supports alone follow");
+// A frame does not go with a mesh that is animated.
+void check_animated(Section &section, const Scene &scene) {
+  const toml::node *at = section.find("frame");
+  if (at && !scene.motion_path.empty()) section.fail(*at, "frame does not go with motion, which says where the supports are");
 }
 
 void read_single(Section &top, const std::string &path, Scene &scene) {
@@ -415,10 +412,9 @@ void read_single(Section &top, const std::string &path, Scene &scene) {
   if (auto s = top.section("frame")) {
     scene.motion = read_motion(*s, "pivot", scene.duration);
     s->reject_unknown_keys();
-    check_animated(top, "frame", scene);
+    check_animated(top, scene);
   }
   for (Section &s : top.sections("handle")) scene.handles.push_back(read_handle(std::move(s)));
-  check_animated(top, "handle", scene);
   if (auto s = top.section("paper")) scene.paper = read_paper(*s);
 }
 
@@ -434,7 +430,7 @@ Scene read_shell(Section section, const std::string &path, const SceneFile &file
   read_substance(section, path, scene);
   if (section.find("frame")) scene.motion = *named_bone(section, "frame", file.skeleton).motion;
   for (Section &s : section.sections("attach")) scene.handles.push_back(read_attachment(std::move(s), file.skeleton));
-  for (const char *key : {"frame", "attach"}) check_animated(section, key, scene);
+  check_animated(section, scene);
   section.reject_unknown_keys();
   return scene;
 }

@@ -164,7 +164,7 @@ void Follower::release() {
 
 uint64_t Follower::bytes() const { return binding_ ? binding_->info().bytes + rest_.capacity() * sizeof(double) : 0; }
 
-std::vector<double> Follower::read(const shellwarp::State &state, uint32_t space, std::vector<double> *velocities) const {
+std::vector<double> Follower::read(const shellwarp::State &state, uint32_t space, const Moved &moved, std::vector<double> *velocities) const {
   std::vector<double> points(rest_.size());
   if (velocities) velocities->resize(rest_.size());
   SwBoundPointsDesc desc = shellwarp::bound_points_desc();
@@ -172,6 +172,9 @@ std::vector<double> Follower::read(const shellwarp::State &state, uint32_t space
   desc.format = SW_FORMAT_F64;
   desc.positions = points.data();
   desc.velocities = velocities ? velocities->data() : nullptr;
+  desc.correction_steps = moved.correction_steps;
+  desc.flags = moved.outside ? SW_BOUND_OUTSIDE : 0;
+  desc.deepest = moved.deepest;
   state.bound_points(*binding_, desc);
   return points;
 }

@@ -13,6 +13,13 @@ namespace host {
 
 class Follower {
 public:
+  // What is done to what is shown, and where to tell how deep a push out of colliders leaves a point, or NULL.
+  struct Moved {
+    uint32_t correction_steps;
+    bool outside;
+    double *deepest;
+  };
+
   // Vertices of supports, ties, forces, contact patches and handles, which are of request.drawn, become the nearest ones of the mesh. Maps, wind and directions,
   // which are of it too, become those of the nearest point and polygon. `anew`: both are at rest now. Throws HostError naming a vertex that there is not.
   void lead(Request &request, bool anew);
@@ -27,7 +34,7 @@ public:
   // Takes vertices of the mesh that are at `rest` in `points` along with what they are named by on what is drawn.
   void carry(const Request &request, const std::vector<double> &rest, std::vector<double> &points) const;
   // In SW_SPACE_...; `velocities` is NULL, or what is asked for in the library's seconds.
-  std::vector<double> read(const shellwarp::State &state, uint32_t space, std::vector<double> *velocities) const;
+  std::vector<double> read(const shellwarp::State &state, uint32_t space, const Moved &moved, std::vector<double> *velocities) const;
 
 private:
   uint32_t nearest(const Request &request, uint32_t drawn);

@@ -33,11 +33,7 @@ void check_output(const Request &request) {
                                                                           ", and no proxy is to be made: set it to 0, or say how many vertices");
   require(request.correction_steps <= 100,
           "the correction steps are " + number(uint64_t(request.correction_steps)) + ", expected at most 100");
-  require(request.correction_steps == 0 || (request.drawn.empty() && request.proxy.vertices == 0),
-          "correction steps move the simulated mesh, and not the meshes that follow it: set them to 0, or take no proxy");
   require(!request.push_out || request.correction_steps == 0, "correction steps and pushing out both move what is shown: take one of them");
-  require(!request.push_out || (request.drawn.empty() && request.proxy.vertices == 0),
-          "pushing out moves the simulated mesh, and not the meshes that follow it: switch it off, or take no proxy");
 }
 
 void check_place(const Request &request) {
@@ -46,13 +42,6 @@ void check_place(const Request &request) {
   require(request.build.creases.empty(), std::string("creases are") + why);
   for (const Tie &tie : request.build.ties) require(!tie.to_face, std::string("ties to polygons are") + why);
   require(request.build.rest_shape.empty(), std::string("the points of a rest shape are") + why);
-}
-
-void check_rest(const Request &request) {
-  if (!request.follow || !request.follow_rest) return;
-  const char *why = " do not go with a rest shape that follows the input: remove them, or let the supports alone follow";
-  require(request.inputs.handles.empty(), std::string("handles") + why);
-  require(request.inputs.colliders.empty(), std::string("colliders") + why);
 }
 
 void check_wind(const Request &request) {

@@ -8,7 +8,6 @@ namespace host {
 void check_motion(const Request &request);
 void check_output(const Request &request);   // what is done to a frame before it is shown
 void check_place(const Request &request);    // what is of a mesh that another stands for
-void check_rest(const Request &request);     // of a rest shape that follows
 void check_wind(const Request &request);
 void check_forces(const Request &request);
 void check_handles(const Request &request);

@@ -63,7 +63,12 @@ void ShellRunner::read(const shellwarp::State &state, const Request &request, co
   const uint32_t space = led_ ? SW_SPACE_WORLD : SW_SPACE_FRAME;
   std::vector<double> points, velocities;
   double inside = at.fraction > 0 ? report.deepest_penetration : static_cast<double>(deepest_);
-  if (follower_.bound()) points = follower_.read(state, space, request.velocities ? &velocities : nullptr);
+  if (follower_.bound()) {
+    // The mesh's own positions, where they are shown, are read below to the last bit: its binding is for velocities.
+    const bool drawn = !request.drawn.empty();
+    const Follower::Moved moved = {drawn && !at.start() ? request.correction_steps : 0, drawn && request.push_out, request.push_out && drawn ? &inside : nullptr};
+    points = follower_.read(state, space, moved, request.velocities ? &velocities : nullptr);
+  }
   if (request.drawn.empty()) {
     points.resize(model_->rest().size());
     if (request.push_out)

@@ -48,7 +48,6 @@ void ShellRunner::evaluate(Request request) {
   const At at(request);
   proxy_.take_place(request, at.start());
   check_place(request);
-  check_rest(request);
   if (!request.drawn.empty()) follower_.lead(request, at.start());
   run(request, at);
 }

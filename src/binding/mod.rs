@@ -273,6 +273,11 @@ impl Binding {
             + self.frames.bytes()
     }
 
+    /// Whether a support holds all that a point follows, of a shell that these vertices are held of.
+    pub fn is_held(&self, point: usize, held: &[bool]) -> bool {
+        self.rows[point].corners.iter().all(|v| held[*v as usize])
+    }
+
     /// Whether a shell has the mesh that the points are bound to.
     pub fn fits(&self, shell: &Shell) -> bool {
         let base = shell.given();

@@ -27,7 +27,7 @@ pub use near::Near;
 pub use obstacle::Obstacle;
 pub use parted::Parted;
 pub use probes::{Probes, Reach};
-pub use push_out::push_out;
+pub use push_out::{depth, push_out, way_out};
 pub use saved::{CONTACT_DOUBLES, OBSTACLE_DOUBLES};
 
 use crate::support::Pose;

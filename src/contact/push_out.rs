@@ -15,7 +15,7 @@ const PASSES: usize = 12;
 const SHARE: f64 = 0.9;
 
 /// The way out of all solids from `p`, where they stand at the end of the step. Zero outside; between solids that leave no room, some way.
-fn way_out(obstacles: &[Obstacle], p: &Vec3) -> Vec3 {
+pub fn way_out(obstacles: &[Obstacle], p: &Vec3) -> Vec3 {
     let mut at = *p;
     for _ in 0..ROUNDS {
         let mut inside = false;
@@ -67,6 +67,10 @@ pub fn push_out(obstacles: &[Obstacle], edges: &[Edge], held: &[bool], x: &mut [
             x[v] += again;
         }
     }
-    let depth = |v: usize| obstacles.iter().map(|o| -o.touch(&o.at_end(&x[v])).distance).fold(0.0, f64::max);
-    Ok((0..n).filter(|v| !held[*v]).map(depth).fold(0.0, f64::max))
+    Ok((0..n).filter(|v| !held[*v]).map(|v| depth(obstacles, &x[v])).fold(0.0, f64::max))
+}
+
+/// How deep `p` is in any of the solids; 0 outside.
+pub fn depth(obstacles: &[Obstacle], p: &Vec3) -> f64 {
+    obstacles.iter().map(|o| -o.touch(&o.at_end(p)).distance).fold(0.0, f64::max)
 }

@@ -1,5 +1,6 @@
 //! Points that follow a shell.
 
+use super::certify::MOST_STEPS;
 use super::guard::{guard, read};
 use super::model::SwModel;
 use super::output::space_of;
@@ -10,7 +11,7 @@ use super::structs::{Output, described, read_descriptor};
 use crate::Vec3;
 use crate::binding::{Binding, Points, Pose};
 use crate::error::require_non_negative;
-use crate::state::Outward;
+use crate::state::{Outside, Outward, Shown};
 use crate::threads::for_each;
 use std::ffi::c_void;
 use std::ops::Range;
@@ -79,7 +80,7 @@ pub struct SwBoundPointsDesc {
     pub space: u32,
     /// SW_FORMAT_... of all arrays.
     pub format: u32,
-    /// Must be 0.
+    /// SW_BOUND_OUTSIDE or 0.
     pub flags: u32,
     /// The first point to read.
     pub first: u32,
@@ -101,9 +102,18 @@ pub struct SwBoundPointsDesc {
     pub velocities: *mut c_void,
     /// Bytes from velocity to velocity; 0 = packed.
     pub velocity_stride: u64,
+    /// Newton steps of the full nonlinear shell, 0 to 100: points follow sw_state_positions_corrected. Not with SW_BOUND_OUTSIDE.
+    pub correction_steps: u32,
+    /// Must be 0.
+    pub reserved: u32,
+    /// With SW_BOUND_OUTSIDE, how deep the deepest of the points read still is: 0 but between colliders that leave no room. NULL: not told.
+    pub deepest: *mut f64,
 }
 
-described!(SwBoundPointsDesc, velocity_stride);
+described!(SwBoundPointsDesc, deepest);
+
+/// For the eye: points follow sw_state_positions_outside, and those that are inside a collider yet, such as points off the surface, leave it the shortest way.
+pub const SW_BOUND_OUTSIDE: u32 = 1;
 
 /// Points bound to a mesh. Immutable. Share it by any number of states and threads.
 pub struct SwBinding(Binding);
@@ -252,6 +262,24 @@ struct Arrays {
     first: usize,
 }
 
+/// Points that a thread takes, and those of them that were inside solids: where they go, in the frame, by number.
+struct Share {
+    points: Range<usize>,
+    out: Vec<(usize, Vec3)>,
+    deepest: f64,
+}
+
+impl Share {
+    fn push_out(&mut self, pose: &Pose, outside: &Outside, held: impl Fn(usize) -> bool) {
+        let Self { points, out, deepest } = self;
+        pose.positions(points.clone(), |i, x| {
+            let Some((there, depth)) = outside.of(&x).filter(|_| !held(i)) else { return };
+            out.push((i, there));
+            *deepest = deepest.max(depth);
+        });
+    }
+}
+
 // SAFETY: threads write rows of ranges that have no row in common.
 unsafe impl Sync for Arrays {}
 
@@ -271,13 +299,14 @@ impl Arrays {
     }
 
     /// Reads a range of points.
-    unsafe fn write(&self, pose: &Pose, outward: &Outward, points: Range<usize>) {
+    unsafe fn write(&self, pose: &Pose, outward: &Outward, Share { points, out, .. }: &Share) {
         let place = |rows: &VectorRows, i: usize, v: Vec3| {
             // SAFETY: the host's array has a row for every point asked for.
             unsafe { rows.write::<3>(i - self.first, v.into()) }
         };
         if let Some(rows) = &self.positions {
             pose.positions(points.clone(), |i, x| place(rows, i, outward.position(x)));
+            out.iter().for_each(|(i, x)| place(rows, *i, outward.position(*x)));
         }
         if let Some(rows) = &self.normals {
             pose.normals(points.clone(), |i, n| place(rows, i, outward.direction(n)));
@@ -286,7 +315,7 @@ impl Arrays {
             pose.tangents(points.clone(), |i, t| place(rows, i, outward.direction(t)));
         }
         if let Some(rows) = &self.velocities {
-            pose.velocities(points, |i, x, v| place(rows, i, outward.velocity(x, v)));
+            pose.velocities(points.clone(), |i, x, v| place(rows, i, outward.velocity(x, v)));
         }
     }
 }
@@ -298,6 +327,10 @@ const NANOSECONDS: u64 = 10;
 /// Reads points of a binding, as the state's shell is now: positions, normals, tangents and velocities of one formula. Costs the same whatever the method and
 /// the number of modes: what reading the mesh's positions costs, and some nanoseconds a point. Many points are shared among threads, see
 /// sw_set_threads, to the same bits. In SW_SPACE_WORLD velocities contain the frame's. Allocates. Callable concurrently.
+///
+/// With correction_steps or SW_BOUND_OUTSIDE points follow the surface that is corrected or pushed out, by the same formula: normals and tangents are its own. Velocities are of the motion alone, as
+/// that surface turns them: what correction and push change from frame to frame is not in them. SW_BOUND_OUTSIDE leaves no point inside a collider by more than 1e-6 of the mesh's size, by the
+/// collider's own distance and thickness, but for those on triangles that supports hold, and where *deepest tells; a point that went out by itself keeps its normal.
 /// Errors: SW_ERROR_INVALID_ARGUMENT, also on points that do not exist and a binding to another mesh; SW_ERROR_INVALID_DESC; SW_ERROR_UNSUPPORTED
 /// for normals or tangents of a binding made without; SW_ERROR_NUMERICAL when a point may be beyond the numbers of the format; SW_ERROR_OUT_OF_MEMORY,
 /// SW_ERROR_BUSY. Then nothing is written.
@@ -312,7 +345,8 @@ pub unsafe extern "C" fn sw_state_bound_points(
         reading(state, |state| {
             let SwBinding(binding) = object("binding", binding)?;
             let desc = read_descriptor("desc", desc)?;
-            check_flags("desc->flags", desc.flags, 0)?;
+            check_flags("desc->flags", desc.flags, SW_BOUND_OUTSIDE)?;
+            let shown = shown(&desc)?;
             let space = space_of(desc.space)?;
             let (first, n) = (desc.first as usize, binding.n_points());
             let count = if desc.count == 0 { n.saturating_sub(first) } else { desc.count as usize };
@@ -328,15 +362,55 @@ pub unsafe extern "C" fn sw_state_bound_points(
                     return Err(Fault::new(SW_ERROR_UNSUPPORTED, message));
                 }
             }
-            let pose = state.bound(binding, arrays.velocities.is_some())?;
+            let pose = state.bound(binding, shown, arrays.velocities.is_some())?;
             let outward = state.to_space(space);
             check_reach(&arrays, &pose, &outward)?;
-            let mut shares: Vec<Range<usize>> =
-                (first..first + count).step_by(SHARE).map(|start| start..(start + SHARE).min(first + count)).collect();
-            let time = |points: &Range<usize>| points.len() as u64 * NANOSECONDS;
-            for_each(&mut shares, time, |points| arrays.write(&pose, &outward, points.clone()));
+            let share = |start: usize| {
+                let points = start..(start + SHARE).min(first + count);
+                Share { points, out: vec![], deepest: 0.0 }
+            };
+            let mut shares: Vec<Share> = (first..first + count).step_by(SHARE).map(share).collect();
+            let time = |share: &Share| share.points.len() as u64 * NANOSECONDS;
+            if let Some(outside) = state.outside().filter(|_| shown.outside) {
+                let held = &state.model().shell.held;
+                for_each(&mut shares, time, |share| share.push_out(&pose, &outside, |i| binding.is_held(i, held)));
+                check_pushed(&arrays, &shares, &outward)?;
+            }
+            for_each(&mut shares, time, |share| arrays.write(&pose, &outward, share));
+            if !desc.deepest.is_null() {
+                put(desc.deepest, shares.iter().map(|share| share.deepest).fold(0.0, f64::max));
+            }
             Ok(())
         })
+    }
+}
+
+fn shown(desc: &SwBoundPointsDesc) -> Result<Shown, Fault> {
+    let outside = desc.flags & SW_BOUND_OUTSIDE != 0;
+    if desc.correction_steps > MOST_STEPS {
+        let steps = desc.correction_steps;
+        return Err(Fault::argument(format!("desc->correction_steps is {steps}: it must be at most {MOST_STEPS}")));
+    }
+    if outside && desc.correction_steps > 0 {
+        return Err(Fault::argument("desc: points are pushed out or corrected, not both"));
+    }
+    if desc.reserved != 0 {
+        return Err(Fault::argument(format!("desc->reserved is {}: it must be 0", desc.reserved)));
+    }
+    Ok(Shown { corrections: desc.correction_steps as usize, outside })
+}
+
+/// Fails where a point that went out is beyond the numbers of the format.
+fn check_pushed(arrays: &Arrays, shares: &[Share], outward: &Outward) -> Result<(), Fault> {
+    let Some(rows) = &arrays.positions else { return Ok(()) };
+    let limit = rows.largest_coordinate();
+    let within = |x: &Vec3| outward.position(*x).iter().all(|c| c.abs() <= limit);
+    match shares.iter().flat_map(|share| &share.out).find(|(_, x)| !within(x)) {
+        None => Ok(()),
+        Some((i, _)) => {
+            let message = format!("point {i} is pushed out beyond the {limit:e} of this format");
+            Err(Fault::new(SW_ERROR_NUMERICAL, message))
+        }
     }
 }
 

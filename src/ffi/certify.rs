@@ -12,7 +12,7 @@ use crate::state::{Certificate, Method};
 use std::ffi::c_void;
 
 /// Of sw_state_positions_corrected: more would take as long as the full shell's own search.
-const MOST_STEPS: u32 = 100;
+pub(super) const MOST_STEPS: u32 = 100;
 
 /// How far a state is from the full nonlinear shell, by an estimate. The caller sets struct_size with sw_certificate_init.
 #[repr(C)]

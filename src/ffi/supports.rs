@@ -55,10 +55,11 @@ pub const SW_REST_TELEPORT: u32 = 1;
 /// The method's displacement from the mesh is added to the shape, turned at each vertex by the mean rotation of its triangles. Gravity, forces, wind and the
 /// inertia of the shape's motion act in these axes. Supports go with the shape, exactly. Nothing is precomputed anew: a shape that is bent or stretched far from the
 /// mesh has another stiffness, which the modes do not know; rest_stretch of SwStateReport tells the largest change of an edge. The support frame then
-/// is for output in SW_SPACE_FRAME alone. It is not saved: after sw_state_load it stays where it was sent last, at rest.
+/// is for output in SW_SPACE_FRAME alone. Colliders touch what is shown, and targets of constraints are where it is shown. It is saved with the state; a state saved
+/// before it moved leaves it, when loaded, where it was sent last, at rest.
 /// Errors: SW_ERROR_INVALID_ARGUMENT, also when n_vertices is not the mesh's, or a vertex is not finite or beyond 1e9 sizes of the mesh; SW_ERROR_UNSUPPORTED
-/// by the full shell, with sag_gravity, zero modes, constraints, colliders or supports that moved by themselves, which, as certificates and poses, are refused while
-/// it moves; SW_ERROR_OUT_OF_MEMORY, SW_ERROR_BUSY. On failure nothing has changed.
+/// by the full shell, with sag_gravity, zero modes or supports that moved by themselves, which, as certificates, corrections and poses, are refused while
+/// it moves, since the full shell's energy is of one rest shape; SW_ERROR_OUT_OF_MEMORY, SW_ERROR_BUSY. On failure nothing has changed.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn sw_state_move_rest(
     state: *mut SwState,

@@ -19,7 +19,7 @@ use crate::modal::ModalBasis;
 use crate::point_energy::InFrame;
 use crate::reduced::Form;
 use crate::step::Integrator;
-use crate::support::{Passage, Pose};
+use crate::support::{Axes, Passage};
 use crate::warp::{Extent, Placement};
 use crate::{Error, ErrorKind, Model, Result, Vec3};
 use nalgebra::UnitQuaternion;
@@ -40,8 +40,8 @@ pub struct Acting<'a> {
     pub points: Option<&'a InFrame>,
     /// Where supports that move in the frame are at the end of the step.
     pub supports: Option<SupportTargets<'a>>,
-    /// Of the frame, at the end of the step.
-    pub pose: &'a Pose,
+    /// At the end of the step.
+    pub axes: Axes<'a>,
     /// How the frame gets there, where it moves: `load` has its inertia for what it holds.
     pub passage: Option<Passage>,
     /// As in the call before but for the points: the same loads, from the same unknowns and for the same time.

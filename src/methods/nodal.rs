@@ -93,7 +93,7 @@ impl Nodal {
         self.set_force(acting)?;
         self.move_supports(acting, Some(h));
         self.solver.join(acting.points.cloned());
-        self.pass_constraints(acting.pose)?;
+        self.pass_constraints(acting.axes.frame)?;
         self.solver.share_damping(&self.factors);
         let Self { solver, explicit, damping, u, velocity, force, .. } = self;
         let iterations = if *explicit {
@@ -196,7 +196,7 @@ impl Motion for Nodal {
         self.move_supports(acting, None);
         self.set_force(acting)?;
         self.solver.join(acting.points.cloned());
-        self.pass_constraints(acting.pose)?;
+        self.pass_constraints(acting.axes.frame)?;
         let found = self.solver.equilibrium(&self.u, &self.force, &Default::default(), &mut |_| Ok(()))?;
         self.record_outcomes(found.iterations);
         if !self.constraints.is_finite() || !self.is_within_range(&found.displacement, &[]) {

@@ -362,14 +362,21 @@ impl State {
         if self.loads.point_forces(shell.mass.len()).is_none() {
             self.fill_loads(pose, rates, &mut scratch);
         }
-        let (external, own) = (external(&self.loads, &scratch, model, pose), self.body_load(pose, rates));
+        let (external, own) = (external(&self.loads, &scratch, model, &pose.into()), self.body_load(pose, rates));
         let [mut u, mut rate, mut inertia] = [(); 3].map(|()| vec![Vec3::zeros(); shell.mass.len()]);
         self.motion.visit_motion(&mut |v, displacement, speed| (u[v], rate[v]) = (displacement, speed));
         for (v, u) in u.iter_mut().enumerate() {
             *u = self.support_at(v).map_or(*u, |x| x - shell.mesh.positions[v]);
         }
-        let acting =
-            Acting { load: &own, external, points: None, supports: self.heading(), pose, passage: None, again: false };
+        let acting = Acting {
+            load: &own,
+            external,
+            points: None,
+            supports: self.heading(),
+            axes: pose.into(),
+            passage: None,
+            again: false,
+        };
         self.motion.visit_acceleration(&acting, reactions, &mut |v, a| inertia[v] += shell.mass[v] * a);
         [u, rate, inertia]
     }
@@ -390,7 +397,7 @@ impl State {
         let whole = crate::load::BodyLoad::new(self.gravity, pose, rates);
         let on = |v: usize| whole.at(shell.mass[v], shell.mesh.positions[v] + u[v], rate[v]);
         let mut force: Vec<Vec3> = (0..u.len()).map(on).collect();
-        let external = external(&self.loads, &scratch, model, pose);
+        let external = external(&self.loads, &scratch, model, &pose.into());
         if let Some(on_all) = external.on_all() {
             force.iter_mut().zip(on_all).for_each(|(f, more)| *f += more);
         }

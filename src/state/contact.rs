@@ -1,13 +1,16 @@
 //! Steps and equilibria of a shell among solids: rounds of the method's own, as [`crate::contact`] has it.
 
+use super::moving_rest::MovingRest;
 use super::{Space, State, external};
-use crate::contact::{CUTS, Contact, Contacts, Obstacle, ROUNDS, Round, STATIC_ROUNDS, Summary, push_out};
+use crate::contact::{
+    CUTS, Contact, Contacts, Obstacle, ROUNDS, Round, STATIC_ROUNDS, Summary, depth, push_out, way_out,
+};
 use crate::features::{Contact as Built, Feature, Proof};
 use crate::load::BodyLoad;
 use crate::methods::plan::{Part, PartKind};
 use crate::methods::{Acting, Motion};
-use crate::point_energy::InFrame;
-use crate::support::{FrameMotion, Passage, Pose};
+use crate::point_energy::{InFrame, PointEnergy};
+use crate::support::{Axes, FrameMotion, Passage, Pose};
 use crate::warp::Placement;
 use crate::{Error, ErrorKind, Result, Vec3};
 
@@ -25,21 +28,32 @@ fn placement(pose: &Pose) -> Placement {
     Placement { origin: pose.origin, rotation: Some(*pose.rotation.to_rotation_matrix().matrix()) }
 }
 
-fn read(motion: &dyn Motion, pose: &Pose, x: &mut [Vec3]) {
+/// Where vertices are shown: by the frame's pose, or on a rest shape that moves where the step or a part of it begins, or else ends.
+type Shown<'a> = (Option<&'a mut MovingRest>, bool);
+
+fn read(motion: &dyn Motion, shown: Shown, pose: &Pose, x: &mut [Vec3]) {
+    if let (Some(rest), begins) = shown {
+        return rest.read(motion, begins, x);
+    }
     motion.positions(&placement(pose), &mut |first, rows| {
         x[first..].iter_mut().zip(rows).for_each(|(x, row)| *x = Vec3::from(*row));
     });
 }
 
 /// Reads the positions at the end of a round: those of vertices that may touch where that is known, else all.
-fn read_round(motion: &mut dyn Motion, contacts: &mut Contacts, (from, pose): (&Pose, &Pose)) {
-    let way = if from == pose { motion.largest_change(&contacts.unknowns[0]) } else { f64::INFINITY };
+fn read_round(
+    motion: &mut dyn Motion,
+    rest: Option<&mut MovingRest>,
+    contacts: &mut Contacts,
+    (from, pose): (&Pose, &Pose),
+) {
+    let way = if from == pose && rest.is_none() { motion.largest_change(&contacts.unknowns[0]) } else { f64::INFINITY };
     let mut listed = contacts.looks_near(way);
     if !listed && way.is_finite() && contacts.near.may_pay() {
         if !contacts.has_whole_start() {
             motion.copy_unknowns(&mut contacts.came_to); // room
             motion.set_unknowns([&contacts.unknowns[0], &contacts.unknowns[1]]);
-            read(motion, from, &mut contacts.start);
+            read(motion, (None, true), from, &mut contacts.start);
             motion.set_unknowns([&contacts.came_to[0], &contacts.came_to[1]]);
             contacts.measure_start();
         }
@@ -52,16 +66,46 @@ fn read_round(motion: &mut dyn Motion, contacts: &mut Contacts, (from, pose): (&
         let mut write = |i: usize, x: [f64; 3]| end[vertices[i] as usize] = Vec3::from(x);
         motion.positions_of(&placement(pose), vertices, &mut write);
     } else {
-        read(motion, pose, &mut contacts.end);
+        read(motion, (rest, false), pose, &mut contacts.end);
+    }
+}
+
+/// The contacts' energy as the method sees it.
+fn seen(contacts: &Contacts, rest: Option<&mut MovingRest>, pose: &Pose) -> Option<InFrame> {
+    let energy = contacts.energy()?;
+    let each = rest.map(|rest| rest.axes_of(energy.points()));
+    Some(InFrame { energy, pose: *pose, each })
+}
+
+/// Solids as points in the frame see them, for the eye.
+pub struct Outside {
+    solids: Vec<Obstacle>,
+    pose: Pose,
+}
+
+impl Outside {
+    /// Where a point of the frame goes that is inside, if it is, and how deep it still is there: 0 but between solids that leave no room.
+    pub fn of(&self, x: &Vec3) -> Option<(Vec3, f64)> {
+        let world = self.pose.place(x);
+        let way = way_out(&self.solids, &world);
+        let out = world + way;
+        let back = || self.pose.rotation.inverse() * (out - self.pose.origin);
+        (way != Vec3::zeros()).then(|| (back(), depth(&self.solids, &out)))
     }
 }
 
 impl State {
+    /// The solids where they stand, to push points out of; none where there are none.
+    pub fn outside(&self) -> Option<Outside> {
+        // Where they are, not where they go in the next step.
+        let solids: Vec<Obstacle> = self.obstacles().iter().map(Obstacle::now).collect();
+        (!solids.is_empty()).then_some(Outside { solids, pose: self.frame.pose })
+    }
+
     /// Replaces the solids that the shell touches; none for no contact. Those that are the same as before in their place go on being
     /// touched. Their poses are where they are now.
     pub fn set_obstacles(&mut self, obstacles: Vec<Obstacle>) -> Result<()> {
         let _proof: Built = Proof::of(Feature::Contact)?;
-        self.refuse_moving_rest("colliders")?;
         if obstacles.len() > MOST_OBSTACLES {
             return Err(Error::argument(format!("{} colliders: at most {MOST_OBSTACLES}", obstacles.len())));
         }
@@ -210,11 +254,14 @@ impl State {
         (pose, mut passage): Way,
         (h, n): (f64, usize),
     ) -> Result<()> {
-        let teleported = self.frame.motion == FrameMotion::Teleport && self.frame.pose != *pose;
+        let teleported = match &self.moving_rest {
+            Some(rest) => rest.jumps(),
+            None => self.frame.motion == FrameMotion::Teleport && self.frame.pose != *pose,
+        };
         if teleported {
             contacts.forget(); // it did not come here along a way
         }
-        let frame = if teleported { *pose } else { self.frame.pose };
+        let frame = if teleported || self.moving_rest.is_some() { *pose } else { self.frame.pose };
         let work = self.motion.constraints().work;
         let (all, mut part, mut done, mut begun) = (n * CUTS, CUTS, 0, false);
         let mut tries = CUTS;
@@ -231,6 +278,7 @@ impl State {
                 if let Some(supports) = &mut self.supports {
                     supports.head(share);
                 }
+                self.lead_rest(done as f64 / all as f64, share);
             }
             let span = if part == all { h } else { h * part as f64 / all as f64 };
             match self.take_rounds(contacts, load, ((&from, &to), passage), (span, part > 1 && tries > 0)) {
@@ -276,7 +324,7 @@ impl State {
         self.motion.copy_unknowns(&mut contacts.unknowns);
         let elsewhere = contacts.came_at.is_none_or(|at| at != *frame) || contacts.came_to != contacts.unknowns;
         if elsewhere || !contacts.has_whole_end() {
-            read(&*self.motion, frame, &mut contacts.end);
+            read(&*self.motion, (self.moving_rest.as_deref_mut(), true), frame, &mut contacts.end);
             contacts.came_at = None;
         }
         contacts.part(self.motion.constraints());
@@ -291,13 +339,14 @@ impl State {
         (h, may_cut): (f64, bool),
     ) -> Result<bool> {
         let scale = self.scale_of_contact();
-        let Self { model, motion, loads, scratch, supports, .. } = self;
+        let Self { model, motion, loads, scratch, supports, moving_rest, .. } = self;
+        let mut rest = moving_rest.as_deref_mut();
         let supports = supports.as_ref().map(|supports| supports.targets());
         let round = Round { h: Some(h), feels_start: motion.feels_start() };
         motion.copy_unknowns(&mut contacts.unknowns);
         let work = motion.constraints().work;
         if !contacts.goes_on(from) {
-            read(&**motion, from, &mut contacts.start);
+            read(&**motion, (rest.as_deref_mut(), true), from, &mut contacts.start);
             contacts.measure_start();
         }
         contacts.begin(scale, round);
@@ -310,10 +359,11 @@ impl State {
                 motion.set_unknowns([&contacts.unknowns[0], &contacts.unknowns[1]]);
                 motion.change(|set| set.work = work);
             }
-            let points = contacts.energy().map(|energy| InFrame { energy, pose: *pose });
-            let external = external(loads, scratch, model, pose);
+            let points = seen(contacts, rest.as_deref_mut(), pose);
+            let axes = Axes { frame: pose, each: rest.as_deref().map(|rest| rest.axes()) };
+            let external = external(loads, scratch, model, &axes);
             let again = turn > 0;
-            let acting = Acting { load, external, points: points.as_ref(), supports, pose, passage, again };
+            let acting = Acting { load, external, points: points.as_ref(), supports, axes, passage, again };
             let step = motion.step(&acting, h);
             drop(points);
             if let Err(error) = step {
@@ -322,7 +372,7 @@ impl State {
                 contacts.undo();
                 return Err(error);
             }
-            read_round(&mut **motion, contacts, (from, pose));
+            read_round(&mut **motion, rest.as_deref_mut(), contacts, (from, pose));
             if contacts.update(round) || round.feels_start {
                 break;
             }
@@ -354,18 +404,18 @@ impl State {
         contacts.obstacles.iter_mut().for_each(Obstacle::arrive);
         contacts.came_at = None;
         contacts.near.forget();
-        read(&*self.motion, pose, &mut contacts.start);
+        read(&*self.motion, (self.moving_rest.as_deref_mut(), false), pose, &mut contacts.start);
         contacts.end.clone_from(&contacts.start);
         contacts.measure_start();
         contacts.begin(self.scale_of_contact(), round);
         contacts.expect(round);
         let mut iterations = 0;
         for _ in 0..STATIC_ROUNDS {
-            let points = contacts.energy().map(|energy| InFrame { energy, pose: *pose });
+            let points = seen(contacts, self.moving_rest.as_deref_mut(), pose);
             let found = self.settle_alone(load, pose, points.as_ref())?;
             drop(points);
             iterations += found.1;
-            read(&*self.motion, pose, &mut contacts.end);
+            read(&*self.motion, (self.moving_rest.as_deref_mut(), false), pose, &mut contacts.end);
             if contacts.update(round) {
                 contacts.accept(round);
                 return Ok((found.0, iterations));
@@ -390,7 +440,7 @@ impl State {
             return None;
         }
         let mut x = vec![Vec3::zeros(); self.model.shell.mass.len()];
-        read(&*self.motion, &pose, &mut x);
-        Some(InFrame { energy: std::sync::Arc::new(contacts.judged(&x)), pose })
+        read(&*self.motion, (None, false), &pose, &mut x);
+        Some(InFrame::new(std::sync::Arc::new(contacts.judged(&x)), pose))
     }
 }

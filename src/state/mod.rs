@@ -21,12 +21,12 @@ use crate::methods::{self, Acting, Motion};
 pub use crate::methods::{Damping, Method, ROTATION_RANGE};
 use crate::point_energy::{InFrame, PointEnergy};
 use crate::step::Integrator;
-use crate::support::{Frame, FrameMotion, Pose, Rates};
+use crate::support::{Axes, Frame, FrameMotion, Pose, Rates};
 use crate::{Error, ErrorKind, Model, Result, Vec3};
 pub use certify::{Certificate, LARGEST_ERROR};
-pub use contact::MOST_OBSTACLES;
+pub use contact::{MOST_OBSTACLES, Outside};
 use moving_rest::MovingRest;
-pub use output::{Outward, Report};
+pub use output::{Outward, Report, Shown};
 use rest::Rest;
 pub use saved::HEADER as SAVED_HEADER;
 use std::sync::Arc;
@@ -93,11 +93,11 @@ fn has_settled(force: &[Vec3], last: &[Vec3]) -> bool {
     !last.is_empty() && change <= FOLLOWING_SETTLED * FOLLOWING_SETTLED * size
 }
 
-/// The forces that [`State::evaluate_loads`] left in the scratch, or those on few vertices as they are, for the frame at `pose`.
-fn external<'a>(loads: &'a Loads, scratch: &'a LoadScratch, model: &Model, pose: &Pose) -> External<'a> {
+/// The forces that [`State::evaluate_loads`] left in the scratch, or those on few vertices as they are, for vertices in these axes.
+fn external<'a>(loads: &'a Loads, scratch: &'a LoadScratch, model: &Model, axes: &Axes) -> External<'a> {
     match loads.point_forces(model.shell.mass.len()) {
-        Some(forces) => External::OnSome(forces, pose.rotation.inverse()),
-        None => External::OnAll(&scratch.force),
+        Some(forces) if axes.each.is_none() => External::OnSome(forces, axes.frame.rotation.inverse()),
+        _ => External::OnAll(&scratch.force),
     }
 }
 
@@ -318,7 +318,6 @@ impl State {
 
     /// Adds a constraint, or replaces the one with its id.
     pub fn set_constraint(&mut self, mut constraint: Constraint) -> Result<()> {
-        self.refuse_moving_rest("a constraint")?;
         constraint.compliance *= self.tempo.factor;
         self.motion.check_constraint(&constraint)?;
         let n_vertices = self.model.shell.mass.len();
@@ -413,12 +412,10 @@ impl State {
         } else {
             let points = self.points_at(&frame.pose);
             let Self { model, motion, loads, scratch, supports, .. } = self;
-            let external = external(loads, scratch, model, &frame.pose);
+            let axes = Axes::from(&frame.pose);
+            let external = external(loads, scratch, model, &axes);
             let (points, supports) = (points.as_ref(), supports.as_ref().map(|supports| supports.targets()));
-            motion.step(
-                &Acting { load: &load, external, points, supports, pose: &frame.pose, passage, again: false },
-                h,
-            )?;
+            motion.step(&Acting { load: &load, external, points, supports, axes, passage, again: false }, h)?;
         }
         (self.frame, self.rates) = (frame, rates);
         if let Some(supports) = &mut self.supports {
@@ -464,7 +461,7 @@ impl State {
     }
 
     fn points_at(&self, pose: &Pose) -> Option<InFrame> {
-        self.points.as_ref().map(|energy| InFrame { energy: energy.clone(), pose: *pose })
+        self.points.as_ref().map(|energy| InFrame::new(energy.clone(), *pose))
     }
 
     fn forget_forces(&mut self) {
@@ -577,10 +574,11 @@ impl State {
     /// The motion's equilibrium under loads as they are, and where `touching` has its force.
     fn settle_alone(&mut self, load: &BodyLoad, pose: &Pose, touching: Option<&InFrame>) -> Result<(f64, usize)> {
         let own = self.points_at(pose);
-        let Self { model, motion, loads, scratch, supports, .. } = self;
-        let external = external(loads, scratch, model, pose);
+        let Self { model, motion, loads, scratch, supports, moving_rest, .. } = self;
+        let axes = Axes { frame: pose, each: moving_rest.as_ref().map(|rest| rest.axes()) };
+        let external = external(loads, scratch, model, &axes);
         let (points, supports) = (touching.or(own.as_ref()), supports.as_ref().map(|supports| supports.targets()));
-        motion.settle(&Acting { load, external, points, supports, pose, passage: None, again: false })
+        motion.settle(&Acting { load, external, points, supports, axes, passage: None, again: false })
     }
 
     /// Forces that depend on the shape in ways that the method's own search leaves to rounds: wind, and of a frame that turns (n_vertices,

@@ -6,18 +6,29 @@
 //!   f = Qᵀ (F + m [g − ÿ − α × Qu − ω × (ω × Qu) − 2 ω × Q u̇]),
 //!
 //! ω and α of Q. No matrix is made anew: a shape that is bent or stretched far from the mesh has another stiffness, which the modes do not know.
+//!
+//! Each vertex thus has axes of its own, x = (y − Qr) + Q (r + u), r its place on the mesh. Handles and contacts act on x by these. A point between
+//! vertices is shown at Σ wᵢxᵢ. A round of contact sees it in the mean axes of its corners, about where the round before left it: so rounds end
+//! at gaps that are exact.
 
-use super::{LoadScratch, Space, State};
-use crate::error::try_zeroed;
+use super::{LoadScratch, Motion, Space, State};
+use crate::contact::Obstacle;
+use crate::error::{invalid, try_zeroed};
 use crate::load::{BodyLoad, External, Moving};
 use crate::methods::Acting;
+use crate::point_energy::Point;
 use crate::reference::vertex_rotations;
-use crate::support::{Pose, Rates};
+use crate::support::{Axes, Pose, Rates};
+use crate::warp::Placement;
 use crate::{Error, ErrorKind, Mesh, Result, Vec3, rotation, wide_norm};
-use nalgebra::UnitQuaternion;
+use nalgebra::{Quaternion, UnitQuaternion, Vector4};
+use std::sync::Arc;
 
 /// A place further from the world's origin than this, in model sizes, is nowhere.
 const FURTHEST: f64 = 1e9;
+
+/// Numbers of a vertex in saved states.
+pub(super) const VERTEX_DOUBLES: usize = 13;
 
 /// A shape, world space (n_vertices each).
 #[derive(Clone, Default)]
@@ -48,6 +59,13 @@ pub(super) struct MovingRest {
     force: Vec<Vec3>,
     /// Largest change of an edge's length from the mesh, a share.
     stretch: f64,
+    /// The vertices' axes where the step that is being taken, or a part of it, begins and ends.
+    from: Vec<Pose>,
+    to: Vec<Pose>,
+    /// Where the method last had vertices on the mesh.
+    local: Vec<Vec3>,
+    /// The axes of points that touch.
+    points: Arc<Vec<Pose>>,
 }
 
 impl Speed {
@@ -64,8 +82,84 @@ impl Speed {
 impl MovingRest {
     fn at(shape: Shape, stretch: f64) -> Result<Self> {
         let n = shape.x.len();
-        let (speed, coming, force) = (Speed::none(n)?, Speed::none(n)?, try_zeroed("the rest shape", n)?);
-        Ok(Self { now: shape.clone(), next: shape, speed, coming, jump: true, force, stretch })
+        let room = || try_zeroed("the rest shape", n);
+        let (from, to) = (vec![Pose::identity(); n], vec![Pose::identity(); n]);
+        Ok(Self {
+            now: shape.clone(),
+            next: shape,
+            speed: Speed::none(n)?,
+            coming: Speed::none(n)?,
+            jump: true,
+            force: room()?,
+            stretch,
+            from,
+            to,
+            local: room()?,
+            points: Arc::default(),
+        })
+    }
+
+    /// Whether the next step finds it elsewhere at once.
+    pub(super) fn jumps(&self) -> bool {
+        self.jump
+    }
+
+    /// The axes of a vertex that rests at `rest` on the mesh, after a share of the way in the next step.
+    fn axes_at(&self, v: usize, rest: &Vec3, share: f64) -> Pose {
+        let at = |shape: &Shape| Pose { origin: shape.x[v], rotation: shape.turn[v] };
+        let Pose { origin, rotation } = match share {
+            0.0 if !self.jump => at(&self.now),
+            share if share == 1.0 || self.jump => at(&self.next),
+            share => at(&self.now).toward(&at(&self.next), share),
+        };
+        Pose { origin: origin - rotation * rest, rotation }
+    }
+
+    /// Takes the part of the next step between two shares of it; `rest` are the mesh's positions.
+    pub(super) fn lead(&mut self, rest: &[Vec3], from: f64, to: f64) {
+        for (v, rest) in rest.iter().enumerate() {
+            (self.from[v], self.to[v]) = (self.axes_at(v, rest, from), self.axes_at(v, rest, to));
+        }
+    }
+
+    /// The vertices' axes where that part ends.
+    pub(super) fn axes(&self) -> &[Pose] {
+        &self.to
+    }
+
+    /// Reads where vertices are shown when that part begins, or else ends.
+    pub(super) fn read(&mut self, motion: &dyn Motion, begins: bool, x: &mut [Vec3]) {
+        let Self { local, from, to, .. } = self;
+        motion.positions(&Placement { origin: Vec3::zeros(), rotation: None }, &mut |first, rows| {
+            local[first..].iter_mut().zip(rows).for_each(|(x, row)| *x = Vec3::from(*row));
+        });
+        let axes = if begins { from } else { to };
+        x.iter_mut().zip(axes.iter().zip(&*local)).for_each(|(x, (axes, local))| *x = axes.place(local));
+    }
+
+    /// The axes of points where that part ends, about where the method last had them.
+    pub(super) fn axes_of(&mut self, points: &[Point]) -> Arc<Vec<Pose>> {
+        let mut seen = std::mem::take(&mut self.points);
+        let list = Arc::make_mut(&mut seen);
+        list.clear();
+        list.extend(points.iter().map(|point| self.axes_of_point(point)));
+        self.points = seen.clone();
+        seen
+    }
+
+    fn axes_of_point(&self, point: &Point) -> Pose {
+        let first = self.to[point.vertices()[0] as usize];
+        if point.vertices().len() == 1 {
+            return first;
+        }
+        let add = |sum: Vector4<f64>, (v, w): (usize, f64)| {
+            let turn = self.to[v].rotation.coords;
+            sum + w * turn.dot(&first.rotation.coords).signum() * turn
+        };
+        let mean = Quaternion::from(point.corners().fold(Vector4::zeros(), add));
+        let rotation = UnitQuaternion::try_new(mean, 0.0).unwrap_or(first.rotation);
+        let shown = point.place(|v| self.to[v].place(&self.local[v]));
+        Pose { origin: shown - rotation * point.place(|v| self.local[v]), rotation }
     }
 
     /// Fills the velocities over a step of `h`.
@@ -99,6 +193,41 @@ impl MovingRest {
         self.speed.place.iter_mut().chain(&mut self.speed.turn).for_each(|v| *v /= by);
     }
 
+    /// Hands out the numbers of where it is and how it came there, but for where it goes next.
+    pub(super) fn save(&self, push: &mut dyn FnMut(&f64)) {
+        [f64::from(u8::from(self.jump)), self.stretch].iter().for_each(&mut *push);
+        for v in 0..self.now.x.len() {
+            let (place, turn) = (&self.now.x[v], &self.now.turn[v].coords);
+            let rates = self.speed.place[v].iter().chain(self.speed.turn[v].iter());
+            place.iter().chain(turn.iter()).chain(rates).for_each(&mut *push);
+        }
+    }
+
+    /// Fails unless these numbers, all finite, are what [`MovingRest::save`] hands out for a mesh of this size.
+    pub(super) fn check_saved(numbers: &[f64], size: f64) -> Result<()> {
+        let good = |vertex: &[f64]| {
+            let near = wide_norm(&Vec3::from_column_slice(vertex)) <= FURTHEST * size;
+            near && (Vector4::from_column_slice(&vertex[3..]).norm() - 1.0).abs() <= 1e-9
+        };
+        let (head, vertices) = numbers.split_at(2);
+        if [0.0, 1.0].contains(&head[0]) && head[1] >= 0.0 && vertices.chunks_exact(VERTEX_DOUBLES).all(good) {
+            return Ok(());
+        }
+        invalid("the saved state's rest shape is out of range")
+    }
+
+    /// As [`MovingRest::save`] handed it out, and staying there.
+    pub(super) fn saved(numbers: &[f64]) -> Result<Self> {
+        let (head, vertices) = numbers.split_at(2);
+        let vertices = || vertices.chunks_exact(VERTEX_DOUBLES);
+        let part = |at: usize| vertices().map(move |vertex| Vec3::from_column_slice(&vertex[at..])).collect();
+        // Not renormalized: the same bits must come back.
+        let turn = |vertex: &[f64]| UnitQuaternion::new_unchecked(Vector4::from_column_slice(&vertex[3..]).into());
+        let shape = Shape { x: part(0), turn: vertices().map(turn).collect() };
+        let speed = Speed { place: part(7), turn: part(10) };
+        Ok(Self { speed, jump: head[0] != 0.0, ..Self::at(shape, head[1])? })
+    }
+
     /// Whether the next step does not move it, as the last did not.
     fn is_still(&self) -> bool {
         let zero = |speed: &Speed| speed.place.iter().chain(&speed.turn).all(|v| *v == Vec3::zeros());
@@ -120,12 +249,19 @@ fn largest_stretch(mesh: &Mesh, x: &[Vec3]) -> f64 {
     mesh.edges.iter().map(|e| stretch(e.vertices.map(|v| v as usize))).fold(0.0, f64::max)
 }
 
+fn cannot_move(with: &str) -> Result<()> {
+    Err(Error::new(ErrorKind::Unsupported, format!("the rest shape cannot move with {with}")))
+}
+
 impl State {
     /// Where the rest shape is at the end of the next step: `x` gives the place of each vertex (world space). The first call, and a teleport, place it
     /// there at rest. Fails, changing nothing, on a place that is not finite or beyond all measure, and where something acts that needs the
-    /// mesh to be at rest: the full shell, a sagged model, one that moves freely, handles, colliders, supports that move.
+    /// mesh to be at rest: the full shell, a sagged model, one that moves freely, a point energy, supports that move.
     pub fn move_rest(&mut self, x: impl Fn(usize) -> Vec3, teleport: bool) -> Result<()> {
         self.check_can_move_rest()?;
+        if self.supports.is_some() {
+            return cannot_move("supports that moved by themselves: they go with the rest shape");
+        }
         let mesh = &self.model.shell.mesh;
         let mut places: Vec<Vec3> = try_zeroed("the rest shape", mesh.positions.len())?;
         for (v, place) in places.iter_mut().enumerate() {
@@ -149,6 +285,7 @@ impl State {
                 self.moving_rest = None;
                 return Err(error);
             }
+            self.forget_contacts();
             self.rest.wake();
             return Ok(());
         };
@@ -164,7 +301,9 @@ impl State {
 
     /// The mesh is where the shell rests again.
     pub fn clear_rest(&mut self) {
-        self.moving_rest = None;
+        if self.moving_rest.take().is_some() {
+            self.forget_contacts();
+        }
         self.rest.wake();
     }
 
@@ -173,24 +312,17 @@ impl State {
         self.moving_rest.as_ref().map_or(0.0, |rest| rest.stretch)
     }
 
-    fn check_can_move_rest(&self) -> Result<()> {
+    pub(super) fn check_can_move_rest(&self) -> Result<()> {
         let bars = [
             (
                 self.motion.is_full_shell(),
-                "the full shell, whose energy is of one rest shape: switch to another method",
+                "the full shell, whose energy is of one rest shape and would be another at every step: switch to another method",
             ),
             (self.model.modal.zero_modes > 0, "a shell that can move freely away from it: support it"),
             (self.model.shell.sag.is_some(), "a model with sag_gravity, whose stiffness is of one pose"),
-            (self.constraints().next().is_some(), "handles: clear the constraints"),
-            (self.contacts.is_some() || self.points.is_some(), "colliders: remove them"),
-            (self.supports.is_some(), "supports that moved by themselves: they go with the rest shape"),
+            (self.points.is_some(), "a point energy: remove it"),
         ];
-        match bars.into_iter().find(|(bars, _)| *bars) {
-            None => Ok(()),
-            Some((_, what)) => {
-                Err(Error::new(ErrorKind::Unsupported, format!("the rest shape cannot move with {what}")))
-            }
-        }
+        bars.into_iter().find(|(bars, _)| *bars).map_or(Ok(()), |(_, what)| cannot_move(what))
     }
 
     /// Fails where the rest shape moves.
@@ -209,11 +341,23 @@ impl State {
         let mut frame = self.frame;
         let rates = frame.advance(h);
         let Some(rest) = &mut self.moving_rest else { return Ok(()) };
-        let still = rest.is_still() && frame == self.frame && rates == Rates::default() && !self.forces_once;
+        let around = self.contacts.as_ref().is_some_and(|contacts| contacts.obstacles.iter().any(Obstacle::moves));
+        let still = rest.is_still() && frame == self.frame && rates == Rates::default() && !self.forces_once && !around;
         rest.head(h);
         let over = if rest.jump { f64::INFINITY } else { h };
         self.fill_on_moving_rest(over);
-        self.act_on_moving_rest(|motion, acting| motion.step(acting, h))?;
+        self.lead_rest(0.0, 1.0);
+        let (load, pose) = (BodyLoad::new(Vec3::zeros(), &Pose::identity(), &Rates::default()), Pose::identity());
+        if self.contacts.is_some() {
+            self.step_touching(&load, (&pose, None), h)?;
+        } else {
+            let Self { motion, moving_rest, scratch, .. } = self;
+            let axes = Axes { frame: &pose, each: moving_rest.as_ref().map(|rest| rest.axes()) };
+            let external = External::OnAll(&scratch.force);
+            let acting =
+                Acting { load: &load, external, points: None, supports: None, axes, passage: None, again: false };
+            motion.step(&acting, h)?;
+        }
         if let Some(rest) = &mut self.moving_rest {
             rest.arrive();
         }
@@ -230,18 +374,16 @@ impl State {
             rest.coming.stop();
         }
         self.fill_on_moving_rest(f64::INFINITY);
-        self.act_on_moving_rest(|motion, acting| motion.settle(acting))
+        self.lead_rest(1.0, 1.0);
+        let pose = Pose::identity();
+        self.settle_touching(&BodyLoad::new(Vec3::zeros(), &pose, &Rates::default()), &pose)
     }
 
-    fn act_on_moving_rest<T>(
-        &mut self,
-        act: impl FnOnce(&mut dyn crate::methods::Motion, &Acting) -> Result<T>,
-    ) -> Result<T> {
-        let (load, pose) = (BodyLoad::new(Vec3::zeros(), &Pose::identity(), &Rates::default()), Pose::identity());
-        let external = External::OnAll(&self.scratch.force);
-        let acting =
-            Acting { load: &load, external, points: None, supports: None, pose: &pose, passage: None, again: false };
-        act(&mut *self.motion, &acting)
+    /// Takes the part of the next step between two shares of it, where the rest shape moves.
+    pub(super) fn lead_rest(&mut self, from: f64, to: f64) {
+        if let Some(rest) = &mut self.moving_rest {
+            rest.lead(&self.model.shell.mesh.positions, from, to);
+        }
     }
 
     /// Fills the scratch with all forces in the vertices' own axes, over a step of `h`; infinite where what moves does not accelerate.

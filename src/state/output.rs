@@ -32,6 +32,15 @@ pub struct Report {
     pub step_error: f64,
 }
 
+/// What is shown of a shell, by points that are bound to it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Shown {
+    /// Newton steps of the full shell first: [`State::positions_corrected`].
+    pub corrections: usize,
+    /// Out of the solids: [`State::positions_outside`]. Not both.
+    pub outside: bool,
+}
+
 /// From the frame outward to a space. See [`State::to_space`].
 #[derive(Clone, Copy)]
 pub struct Outward {
@@ -250,14 +259,17 @@ impl State {
         Ok(())
     }
 
-    /// The shell as the points of `binding` see it, in the frame; with velocities where these are wanted. Fails on a binding to another mesh. Allocates.
-    pub fn bound<'a>(&self, binding: &'a Binding, velocities: bool) -> Result<BoundPose<'a>> {
+    /// The shell as the points of `binding` see it, in the frame, as it is `shown`; with velocities where these are wanted: those of the motion on what is shown.
+    /// Fails on a binding to another mesh. Allocates.
+    pub fn bound<'a>(&self, binding: &'a Binding, shown: Shown, velocities: bool) -> Result<BoundPose<'a>> {
         let n = self.model.shell.mass.len();
         if !binding.fits(&self.model.shell) {
             return Err(Error::argument("the points are bound to another mesh than the state's"));
         }
-        let mut x = try_zeroed("the deformed positions", n)?;
-        self.positions(Space::Frame, |v, position| x[v] = position);
+        let x = match shown {
+            Shown { outside: true, .. } => self.positions_outside(Space::Frame)?.0,
+            Shown { corrections, .. } => self.positions_corrected(Space::Frame, corrections)?,
+        };
         if !velocities {
             return binding.pose(x, None);
         }

@@ -3,8 +3,11 @@
 //! amplitudes, or those of a reduced shell's fields, or three displacements per vertex of a nonlinear shell. Loads, damping, constraints,
 //! the pose asked for next, the stiffness factor, by which rates are, and solids but for where they are, are inputs and not saved. Version 1 had no method: its amplitudes mean something else to each, so that it
 //! is refused. A state without solids has version 2, one with them version 3. Where supports moved it is version 4: after the unknowns
-//! come how many supports there are and, three numbers each, where they are in the frame and their rates, and then the solids, none too.
+//! come how many supports there are and, three numbers each, where they are in the frame and their rates, and then the solids, none too. Where
+//! the rest shape moved it is version 5: in the place of supports come the number of vertices, whether the shape was placed without a step since, its stretch
+//! and, for each vertex, its place, turn and both their rates. In a state whose rest shape moves one of an older version leaves that where it was sent.
 
+use super::moving_rest::{MovingRest, VERTEX_DOUBLES};
 use super::{MOST_OBSTACLES, Method, State};
 use crate::contact::{CONTACT_DOUBLES, Contacts, OBSTACLE_DOUBLES};
 use crate::error::invalid;
@@ -20,6 +23,8 @@ const VERSION: u16 = 2;
 const WITH_CONTACTS: u16 = 3;
 /// Of one whose supports moved.
 const WITH_SUPPORTS: u16 = 4;
+/// Of one whose rest shape moves.
+const WITH_REST: u16 = 5;
 /// Bytes that tell what the rest is.
 pub const HEADER: usize = 24;
 const FIXED_DOUBLES: usize = 15;
@@ -35,8 +40,9 @@ impl State {
             let [obstacles, touching] = contacts.saved_counts();
             2 + OBSTACLE_DOUBLES * obstacles + CONTACT_DOUBLES * touching
         });
-        let none = if self.supports.is_some() && self.contacts.is_none() { 2 } else { 0 };
-        HEADER + 8 * (self.motion_doubles() + self.support_doubles() + contacts + none) + 8
+        let moved = self.support_doubles() + self.moving_rest.as_ref().map_or(0, |_| self.rest_doubles());
+        let none = if moved > 0 && self.contacts.is_none() { 2 } else { 0 };
+        HEADER + 8 * (self.motion_doubles() + moved + contacts + none) + 8
     }
 
     /// Of the model, and of the stiffness factor, by which rates are.
@@ -50,13 +56,18 @@ impl State {
         let room =
             |contacts: &Contacts| OBSTACLE_DOUBLES * contacts.obstacles.len() + CONTACT_DOUBLES * contacts.capacity();
         let contacts = 2 + self.contacts.as_deref().map_or(OBSTACLE_DOUBLES * MOST_OBSTACLES, room);
-        let supports = 1 + 6 * supported(&self.model.shell).len();
-        (least..=least + 8 * (contacts + supports) as u64).contains(&size)
+        let moved = (1 + 6 * supported(&self.model.shell).len()).max(self.rest_doubles());
+        (least..=least + 8 * (contacts + moved) as u64).contains(&size)
     }
 
     /// Numbers about supports.
     fn support_doubles(&self) -> usize {
         self.supports.as_ref().map_or(0, |supports| 1 + 6 * supports.held.len())
+    }
+
+    /// Numbers about a rest shape that moves.
+    fn rest_doubles(&self) -> usize {
+        3 + VERTEX_DOUBLES * self.model.shell.mass.len()
     }
 
     /// Numbers of a saved state's first part.
@@ -69,6 +80,7 @@ impl State {
         let mut bytes = Vec::with_capacity(self.saved_size());
         bytes.extend(MAGIC);
         let version = match (&self.supports, &self.contacts) {
+            _ if self.moving_rest.is_some() => WITH_REST,
             (Some(_), _) => WITH_SUPPORTS,
             (None, Some(_)) => WITH_CONTACTS,
             (None, None) => VERSION,
@@ -88,12 +100,16 @@ impl State {
             push(&(supports.held.len() as f64));
             supports.now.iter().chain(&supports.rates).flatten().for_each(&mut push);
         }
+        if let Some(rest) = &self.moving_rest {
+            push(&(self.model.shell.mass.len() as f64));
+            rest.save(&mut push);
+        }
         match &self.contacts {
             Some(contacts) => {
                 contacts.saved_counts().iter().for_each(|n| push(&(*n as f64)));
                 contacts.save(&mut |x| push(&x));
             }
-            None if version == WITH_SUPPORTS => [0.0; 2].iter().for_each(push),
+            None if version >= WITH_SUPPORTS => [0.0; 2].iter().for_each(push),
             None => (),
         }
         bytes.extend(xxh3_64(&bytes).to_le_bytes());
@@ -103,18 +119,35 @@ impl State {
     /// Restores what [`State::save`] gave, on the same model. Fails without changing anything on damaged or foreign bytes.
     pub fn load(&mut self, bytes: &[u8]) -> Result<()> {
         let numbers = self.checked_numbers(bytes)?;
-        let supports = if bytes[4] == WITH_SUPPORTS as u8 { 1 + 6 * supported(&self.model.shell).len() } else { 0 };
-        let (motion, rest) = numbers.split_at(self.motion_doubles());
-        let (supports, contacts) = rest.split_at(supports);
-        self.restore_supports(supports)?;
+        let (motion, others) = numbers.split_at(self.motion_doubles());
+        let with_rest = bytes[4] == WITH_REST as u8;
+        let moved = match bytes[4] == WITH_SUPPORTS as u8 {
+            true => 1 + 6 * supported(&self.model.shell).len(),
+            false if with_rest => self.rest_doubles(),
+            false => 0,
+        };
+        let (moved, contacts) = others.split_at(moved);
+        if with_rest {
+            let rest = MovingRest::saved(&moved[1..])?;
+            let before = self.moving_rest.replace(Box::new(rest));
+            if let Err(error) = self.make_room() {
+                self.moving_rest = before;
+                return Err(error);
+            }
+            self.supports = None;
+        } else {
+            self.restore_supports(moved)?;
+            match &mut self.moving_rest {
+                Some(_) if self.supports.is_some() => self.moving_rest = None,
+                Some(rest) => rest.stop(),
+                None => (),
+            }
+        }
         let vector = |at: usize| Vec3::from_column_slice(&numbers[at..at + 3]);
         // Not renormalized: the same bits must come back.
         let rotation = UnitQuaternion::new_unchecked(Quaternion::from(Vector4::from_column_slice(&numbers[4..8])));
         let pose = Pose { origin: vector(1), rotation };
         self.rest.wake();
-        if let Some(rest) = &mut self.moving_rest {
-            rest.stop();
-        }
         self.time = numbers[0];
         self.placed = true;
         self.rates = Default::default();
@@ -137,13 +170,13 @@ impl State {
         }
         let half = |at: usize| u16::from_le_bytes([bytes[at], bytes[at + 1]]);
         match (half(4), half(6)) {
-            (VERSION | WITH_CONTACTS | WITH_SUPPORTS, _) => (),
+            (VERSION | WITH_CONTACTS | WITH_SUPPORTS | WITH_REST, _) => (),
             (1, 0) => {
                 let unsaid = "the saved state has format version 1, which does not say its method";
-                return invalid(format!("{unsaid}; this library reads {VERSION} to {WITH_SUPPORTS}: save it anew"));
+                return invalid(format!("{unsaid}; this library reads {VERSION} to {WITH_REST}: save it anew"));
             }
             (version, _) => {
-                let reads = format!("this library reads {VERSION} to {WITH_SUPPORTS}");
+                let reads = format!("this library reads {VERSION} to {WITH_REST}");
                 return invalid(format!("the saved state has format version {version}; {reads}"));
             }
         }
@@ -179,21 +212,33 @@ impl State {
             return invalid("the saved state holds numbers out of range");
         }
         let (motion, rest) = numbers.split_at(self.motion_doubles());
-        let supports = match bytes[4] == WITH_SUPPORTS as u8 {
-            true => self.check_saved_supports(rest)?,
-            false => 0,
+        let moved = match u16::from(bytes[4]) {
+            WITH_SUPPORTS => self.check_saved_supports(rest)?,
+            WITH_REST => self.check_saved_rest(rest)?,
+            _ => 0,
         };
-        let contacts = &rest[supports..];
+        let contacts = &rest[moved..];
         let (unknowns, rates) = motion[FIXED_DOUBLES..].split_at(self.motion.n_unknowns());
         if !self.motion.is_representable([unknowns, rates]) {
             return invalid("the saved state moves vertices beyond all range");
         }
-        self.check_saved_contacts(contacts, supports > 0)?;
+        self.check_saved_contacts(contacts, moved > 0)?;
         Ok(numbers)
     }
 
+    /// How many numbers are about the rest shape. Fails where they are of none, or one that this state cannot have.
+    fn check_saved_rest(&self, numbers: &[f64]) -> Result<usize> {
+        self.check_can_move_rest()?;
+        let (n, doubles) = (self.model.shell.mass.len(), self.rest_doubles());
+        if numbers.len() < doubles || numbers[0] != n as f64 {
+            return invalid(format!("the saved state's rest shape is not one of {n} vertices"));
+        }
+        MovingRest::check_saved(&numbers[1..doubles], self.model.shell.mesh.size)?;
+        Ok(doubles)
+    }
+
     /// Of what follows the motion: how many solids and contacts, and these.
-    fn check_saved_contacts(&self, numbers: &[f64], with_supports: bool) -> Result<()> {
+    fn check_saved_contacts(&self, numbers: &[f64], with_counts: bool) -> Result<()> {
         let [obstacles, touching, rest @ ..] = numbers else { return Ok(()) };
         let most = (numbers.len() + 1) as f64;
         let whole = |n: &f64| (0.0..most).contains(n) && n.fract() == 0.0 && n.is_sign_positive();
@@ -204,7 +249,7 @@ impl State {
             return invalid("the saved state holds contacts out of range");
         }
         match &self.contacts {
-            _ if counts == [0, 0] && with_supports => Ok(()),
+            _ if counts == [0, 0] && with_counts => Ok(()),
             _ if counts[0] == 0 => invalid("the saved state holds contacts with no collider"),
             Some(contacts) => contacts.check_saved(counts[0], rest),
             None => {

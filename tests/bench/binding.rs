@@ -11,7 +11,7 @@ mod docs;
 use common::leaf;
 use shellwarp::binding::{Binding, Points};
 use shellwarp::model::{Model, Options};
-use shellwarp::state::{Method, Space, State};
+use shellwarp::state::{Method, Shown, Space, State};
 use shellwarp::step::Integrator;
 use shellwarp::{Shell, Vec3};
 use std::fmt::Write;
@@ -59,11 +59,11 @@ fn follow(state: &State, points: &[Vec3]) -> (f64, [f64; 2]) {
         Binding::new(shell, &Points { positions: points, normals: Some(&normals), ..Points::default() }).unwrap();
     let (mut x, mut n) = (vec![[0f32; 3]; points.len()], vec![[0f32; 3]; points.len()]);
     let positions = best(|| {
-        state.bound(&plain, false).unwrap().positions(0..points.len(), |i, p| x[i] = single(p));
+        state.bound(&plain, Shown::default(), false).unwrap().positions(0..points.len(), |i, p| x[i] = single(p));
         black_box(&x);
     });
     let both = best(|| {
-        let pose = state.bound(&turning, false).unwrap();
+        let pose = state.bound(&turning, Shown::default(), false).unwrap();
         pose.positions(0..points.len(), |i, p| x[i] = single(p));
         pose.normals(0..points.len(), |i, d| n[i] = single(d));
         black_box((&x, &n));

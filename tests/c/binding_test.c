@@ -97,6 +97,107 @@ static void points_follow_with_normals_and_velocities(void) {
   sw_model_destroy(model);
 }
 
+/* A ball below the strip, whose few modes cannot bend about it. */
+static double depth_in(const double *x, const double *center, double radius) { return radius - distance(x, center); }
+
+static void bound_points_are_pushed_out_and_corrected_as_the_shell_is(void) {
+  static double plain[POINTS][3], out[POINTS][3], n[POINTS][3], v[POINTS][3], surface[STRIP_VERTICES][3];
+  static double moved[POINTS][3];
+  SwModel *model;
+  SwState *state = bent_strip(&model);
+  SwBinding *binding = NULL;
+  SwCollider *ball = NULL;
+  SwColliderDesc collider;
+  SwColliderPoseDesc pose;
+  double deepest = -1, left = -1, before = 0, after = 0, furthest = 0;
+  const double radius = 0.2;
+  make_points(points, normals);
+  const SwBindingDesc desc = desc_of(points, normals);
+  OK(sw_binding_create(model, &desc, &binding));
+  SwBoundPointsDesc read = reading(plain);
+  OK(sw_state_bound_points(state, binding, &read));
+  /* Its middle is just below a point in the middle of the strip: the sheets above and below are both inside. */
+  const int middle = 2 * (2 * ALONG + ALONG / 2);
+  sw_collider_desc_init(&collider);
+  collider.kind = SW_COLLIDER_SPHERE;
+  collider.radius = radius;
+  OK(sw_collider_create(&collider, &ball));
+  const SwCollider *const only = ball;
+  OK(sw_state_set_colliders(state, &only, 1));
+  sw_collider_pose_desc_init(&pose);
+  for (int k = 0; k < 3; ++k) pose.origin[k] = plain[middle][k] - (k == 2 ? radius - 0.05 : 0);
+  OK(sw_state_move_collider(state, 0, &pose));
+  read = reading(out);
+  read.flags = SW_BOUND_OUTSIDE;
+  read.deepest = &deepest;
+  read.normals = n;
+  read.velocities = v;
+  OK(sw_state_bound_points(state, binding, &read));
+  for (int i = 0; i < POINTS; ++i) {
+    before = fmax(before, depth_in(plain[i], pose.origin, radius));
+    after = fmax(after, depth_in(out[i], pose.origin, radius));
+  }
+  CHECK(before > 0.04);                 /* without it they are inside */
+  CHECK(after <= 1e-6 * STRIP_LENGTH);  /* with it none is, off the surface neither */
+  CHECK(deepest >= 0 && deepest <= 1e-6 * STRIP_LENGTH);
+  /* The push fades along the sheet: near the held end, 1.5 away, nothing moves. */
+  OK(sw_state_positions_outside(state, SW_SPACE_WORLD, SW_FORMAT_F64, surface, 0, STRIP_VERTICES, &left));
+  for (int i = 0; i < POINTS; ++i) {
+    furthest = fmax(furthest, distance(out[i], plain[i]));
+    if (points[i].x[0] < 0.5) CHECK(distance(out[i], plain[i]) < 1e-9);
+    CHECK(fabs(distance(n[i], (double[3]){0, 0, 0}) - 1) < 1e-6);
+  }
+  CHECK(furthest > 0.04 && left <= 1e-9);
+  /* Ranges and threads give the same. */
+  read = reading(moved);
+  read.flags = SW_BOUND_OUTSIDE;
+  read.first = 100;
+  read.count = 200;
+  OK(sw_state_bound_points(state, binding, &read));
+  CHECK(memcmp(moved, out + 100, 200 * sizeof moved[0]) == 0);
+  OK(sw_state_set_colliders(state, NULL, 0));
+  /* Without colliders nothing is pushed. */
+  read = reading(moved);
+  read.flags = SW_BOUND_OUTSIDE;
+  OK(sw_state_bound_points(state, binding, &read));
+  CHECK(memcmp(moved, plain, sizeof plain) == 0);
+  /* Corrected points follow the corrected shell: those on its vertices are at them. */
+  static double corrected[STRIP_VERTICES][3], on_vertices[STRIP_VERTICES][3], on_plain[STRIP_VERTICES][3];
+  const Strip strip = make_strip();
+  SwBinding *at_vertices = NULL;
+  SwBindingDesc on;
+  sw_binding_desc_init(&on);
+  on.format = SW_FORMAT_F64;
+  on.n_points = STRIP_VERTICES;
+  on.points = strip.positions;
+  OK(sw_binding_create(model, &on, &at_vertices));
+  OK(sw_state_positions_corrected(state, 2, SW_SPACE_WORLD, SW_FORMAT_F64, corrected, 0, STRIP_VERTICES));
+  read = reading(on_plain);
+  OK(sw_state_bound_points(state, at_vertices, &read));
+  read = reading(on_vertices);
+  read.correction_steps = 2;
+  OK(sw_state_bound_points(state, at_vertices, &read));
+  double way = 0, off = 0;
+  for (int j = 0; j < STRIP_VERTICES; ++j) {
+    way = fmax(way, distance(corrected[j], on_plain[j]));
+    off = fmax(off, distance(corrected[j], on_vertices[j]));
+  }
+  CHECK(way > 1e-3 && off < 1e-5); /* displacements of a few in 32 bits */
+  read.flags = SW_BOUND_OUTSIDE;
+  FAILS(sw_state_bound_points(state, at_vertices, &read), SW_ERROR_INVALID_ARGUMENT, "not both");
+  read.flags = 0;
+  read.correction_steps = 101;
+  FAILS(sw_state_bound_points(state, at_vertices, &read), SW_ERROR_INVALID_ARGUMENT, "correction_steps is 101");
+  read.correction_steps = 0;
+  read.reserved = 1;
+  FAILS(sw_state_bound_points(state, at_vertices, &read), SW_ERROR_INVALID_ARGUMENT, "reserved");
+  sw_collider_destroy(ball);
+  sw_binding_destroy(at_vertices);
+  sw_binding_destroy(binding);
+  sw_state_destroy(state);
+  sw_model_destroy(model);
+}
+
 static void ranges_formats_strides_and_saved_bindings_agree(void) {
   static double x[POINTS][3], part[100][3], again[POINTS][3];
   static float single[POINTS][4];
@@ -204,6 +305,7 @@ static void what_is_wrong_is_named(void) {
 
 int main(void) {
   RUN(points_follow_with_normals_and_velocities);
+  RUN(bound_points_are_pushed_out_and_corrected_as_the_shell_is);
   RUN(ranges_formats_strides_and_saved_bindings_agree);
   RUN(what_is_wrong_is_named);
   return report_failures();

@@ -462,7 +462,6 @@ void a_method_that_cannot_be_had_is_told_and_the_last_shape_stays() {
   refused([](Request &r) { r.correction_steps = 101; }, "the correction steps are 101, expected at most 100");
   refused([](Request &r) { r.proxy.vertices = 40, r.drawn = r.mesh.points; }, "there is a proxy, and one of 40 vertices is to be made");
   refused([](Request &r) { r.proxy.thickness = 0.1; }, "the proxy's thickness is 0.1, and no proxy is to be made");
-  refused([](Request &r) { r.correction_steps = 1, r.drawn = r.mesh.points; }, "not the meshes that follow it: set them to 0");
   refused([](Request &r) { r.build.method = SW_METHOD_REDUCED_SHELL, r.build.held.clear(); },
           "needs modes that bend it");
   refused([](Request &r) { r.build.method = SW_METHOD_REDUCED_SHELL, r.build.reduced_fields = 0; },
@@ -1569,9 +1568,29 @@ void what_modes_cannot_follow_is_told_and_pushed_out_for_the_eye_alone() {
   wrong.push_out = true;
   wrong.correction_steps = 1;
   FAILS_WITH(plain.evaluate(wrong), "correction steps and pushing out both move what is shown");
-  wrong.correction_steps = 0;
-  wrong.drawn = wrong.mesh.points;
-  FAILS_WITH(plain.evaluate(wrong), "pushing out moves the simulated mesh, and not the meshes that follow it");
+}
+
+void what_follows_is_pushed_out_and_corrected_as_the_shell_is() {
+  ShellRunner plain, pushed, corrected;
+  for (int k = 0; k <= 16; ++k) {
+    Request request = poked_request(k);
+    request.drawn = request.mesh.points;
+    plain.evaluate(request);
+    request.push_out = true;
+    pushed.evaluate(request);
+    CHECK(deepest_in_balls(pushed, request) < 1e-6 * 4);  // of the size
+    request.push_out = false;
+    request.correction_steps = 2;
+    corrected.evaluate(request);
+  }
+  const Request last = poked_request(16);
+  CHECK(deepest_in_balls(plain, last) > 0.02);
+  CHECK(corrected.deformed() != plain.deformed() && pushed.deformed() != plain.deformed());
+  Request again = last;
+  again.drawn = again.mesh.points;
+  pushed.evaluate(again);
+  corrected.evaluate(again);
+  CHECK(pushed.deformed() == plain.deformed() && corrected.deformed() == plain.deformed());  // the motion does not know of it
 }
 
 void contact_patches_give_way_to_what_is_smaller_than_the_modes() {
@@ -2042,12 +2061,6 @@ void scrubbing_under_a_rest_shape_that_moves_repeats_playing_bit_for_bit() {
 void what_a_rest_shape_that_moves_does_not_go_with_is_named() {
   ShellRunner runner;
   Request request = bent_request(3);
-  request.inputs.handles.emplace_back();
-  FAILS_WITH(runner.evaluate(request), "handles do not go with a rest shape that follows the input");
-  request = bent_request(3);
-  request.inputs.colliders = {solid_under_the_tip(SW_COLLIDER_BOX)};
-  FAILS_WITH(runner.evaluate(request), "colliders do not go with a rest shape that follows the input");
-  request = bent_request(3);
   request.build.method = SW_METHOD_SHELL_IMPLICIT;
   FAILS_WITH(runner.evaluate(request), "the full shell");
   request = bent_request(3);
@@ -2323,6 +2336,7 @@ int main() {
   RUN(a_solid_is_met_wherever_the_object_stands_and_however_large_it_is);
   RUN(a_solid_is_made_anew_only_when_its_shape_changes);
   RUN(what_modes_cannot_follow_is_told_and_pushed_out_for_the_eye_alone);
+  RUN(what_follows_is_pushed_out_and_corrected_as_the_shell_is);
   RUN(contact_patches_give_way_to_what_is_smaller_than_the_modes);
   RUN(a_deforming_solid_lifts_the_strip_and_scrubbing_repeats_it);
   RUN(frames_of_a_deforming_solid_from_elsewhere_are_told_of_when_stepped_on);

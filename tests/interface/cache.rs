@@ -3,8 +3,10 @@
 use crate::common::*;
 use nalgebra::UnitQuaternion;
 use shellwarp::constraint::{Constraint, Target};
+use shellwarp::material::{Tie, TiedTo};
 use shellwarp::model::{Model, Options, Precision};
 use shellwarp::reduced::{self, Assumed, ReducedShell};
+use shellwarp::shell::Make;
 use shellwarp::state::{Method, Space, State};
 use shellwarp::step::Integrator;
 use shellwarp::support::{FrameMotion, Pose};
@@ -34,6 +36,37 @@ fn small_reduced_model(precision: Precision) -> Model {
 
 fn small_model_under(sag: Vec3, precision: Precision) -> Model {
     small_model_with(Options { modes: 4, precision, sag, ..Options::default() })
+}
+
+/// Held along an axis and along a slope: the section ROLL.
+fn small_rolled_model(precision: Precision) -> Model {
+    let along = vec![(3, Vec3::y()), (6, Vec3::new(1.0, 0.0, 2.0))];
+    small_model_of(Make::of(SPRINGY), along, Options { modes: 4, precision, ..Options::default() })
+}
+
+/// With a stiff tie to a vertex and a soft one to a triangle: the section TIES.
+fn small_tied_model(precision: Precision) -> Model {
+    let tie = |vertex: u32, to: TiedTo, stiffness: f64| Tie { vertex, to, stiffness };
+    let ties = vec![tie(9, TiedTo::Vertex(5), 0.0), tie(10, TiedTo::Triangle(3), 20.0)];
+    let make = Make { ties, ..Make::of(SPRINGY) };
+    small_model_of(make, vec![], Options { modes: 4, precision, ..Options::default() })
+}
+
+/// With fields that follow supports: the section SUPP.
+fn small_model_that_follows(precision: Precision) -> Model {
+    small_model_with(Options { modes: 4, precision, support_fields: 6, ..Options::default() })
+}
+
+const SPRINGY: Material = Material { k_bend: 0.5, k_area: 1e3, k_length: 1e3, area_density: 0.2 };
+
+fn small_model_of(make: Make, along: Vec<(u32, Vec3)>, options: Options) -> Model {
+    let (mut positions, mut triangles) = equilateral_sheet(3, 2, 0.25);
+    positions.push(Vec3::new(9.0, 9.0, 9.0));
+    triangles[4].swap(0, 1);
+    let mesh = Mesh::new(positions, &triangles).unwrap();
+    let supports = Supports { fixed: vec![1], clamped: vec![0], along };
+    let shell = Arc::new(Shell::made(mesh, make, &supports).unwrap());
+    Model::precompute(shell, &options, &mut |_, _| Ok(())).unwrap()
 }
 
 fn small_model_with(options: Options) -> Model {
@@ -108,14 +141,17 @@ fn a_model_without_modes_comes_back_too() {
 
 /// Files of earlier versions are never written anew; a new version adds its own. `cargo test --release --test interface cache:: --
 /// --ignored write_golden` wrote these.
-type Make = fn(Precision) -> Model;
-const GOLDEN: [(&str, Precision, Make); 6] = [
+type Makes = fn(Precision) -> Model;
+const GOLDEN: [(&str, Precision, Makes); 9] = [
     ("saved/model_v1_f32.bin", Precision::F32, small_model),
     ("saved/model_v1_f64.bin", Precision::F64, small_model),
     ("saved/model_v2_sagged_f32.bin", Precision::F32, small_sagged_model),
     ("saved/model_v2_sagged_f64.bin", Precision::F64, small_sagged_model),
     ("saved/model_v2_i16.bin", Precision::I16, small_model),
     ("saved/model_v2_reduced_f32.bin", Precision::F32, small_reduced_model),
+    ("saved/model_v2_rollers_f32.bin", Precision::F32, small_rolled_model),
+    ("saved/model_v2_ties_f32.bin", Precision::F32, small_tied_model),
+    ("saved/model_v2_supports_f32.bin", Precision::F32, small_model_that_follows),
 ];
 
 #[test]
@@ -133,6 +169,9 @@ fn models_saved_by_every_version_still_load() {
         assert_eq!(model.shell.held, fresh.shell.held);
         let hangs = |model: &Model| model.shell.sag.as_ref().map(|sag| (sag.gravity, sag.rest.clone()));
         assert_eq!(hangs(&model), hangs(&fresh), "{name}");
+        assert_eq!((&model.shell.rollers, &model.shell.bonds), (&fresh.shell.rollers, &fresh.shell.bonds), "{name}");
+        let fields = |model: &Model| model.modal.supports.as_ref().map(|fields| fields.n());
+        assert_eq!(fields(&model), fields(&fresh), "{name}");
         for (old, new) in model.shell.mesh.positions.iter().zip(&fresh.shell.mesh.positions) {
             // The same bits at rest; hanging, two solves to 1e-8 of the load.
             assert!((old - new).norm() <= if fresh.shell.sag.is_some() { 1e-9 } else { 0.0 }, "{name}");
@@ -141,6 +180,47 @@ fn models_saved_by_every_version_still_load() {
             // A dense problem of condition 1e6 on another machine's arithmetic.
             assert_close(name, *old, *new, 1e-9, 0.0);
         }
+    }
+}
+
+/// On the oldest model, three steps into the way of a rest shape, by the warp.
+const STATE_ON_A_MOVING_REST: &str = "saved/state_v5_rest.bin";
+
+fn on_a_moving_rest() -> State {
+    let model = Arc::new(Model::load(&std::fs::read(data("saved/model_v1_f64.bin")).unwrap()).unwrap());
+    let rest = model.shell.mesh.positions.clone();
+    let mut state = State::new(model, Method::Warp, Integrator::ImplicitEuler).unwrap();
+    for k in 0..3 {
+        let t = f64::from(k) / 32.0;
+        state.move_rest(|v| rest[v] + Vec3::new(0.0, t, t * rest[v].x), false).unwrap();
+        state.step(1.0 / 32.0).unwrap();
+    }
+    state
+}
+
+#[test]
+fn a_state_saved_on_a_moving_rest_shape_still_loads() {
+    let bytes = std::fs::read(data(STATE_ON_A_MOVING_REST)).unwrap();
+    assert_eq!(bytes[4], 5);
+    let fresh = on_a_moving_rest();
+    let mut loaded = State::new(fresh.model().clone(), Method::Warp, Integrator::ImplicitEuler).unwrap();
+    loaded.load(&bytes).unwrap();
+    assert_eq!(loaded.save(), bytes);
+    let [old, new] = [&loaded, &fresh].map(|state| {
+        let mut x = vec![];
+        state.positions(Space::World, |_, p| x.push(p));
+        x
+    });
+    assert!((old[2] - fresh.model().shell.mesh.positions[2]).norm() > 0.05, "it has moved");
+    // Another machine's arithmetic, through three steps.
+    old.iter().zip(&new).for_each(|(a, b)| assert!((a - b).norm() < 1e-9));
+}
+
+#[test]
+fn each_optional_part_of_a_saved_model_has_a_file() {
+    for (name, tag) in [("rollers", b"ROLL"), ("ties", b"TIES"), ("supports", b"SUPP"), ("reduced", b"REDU")] {
+        let bytes = std::fs::read(data(&format!("saved/model_v2_{name}_f32.bin"))).unwrap();
+        assert!(bytes.windows(4).any(|word| word == tag), "{name}");
     }
 }
 
@@ -153,6 +233,9 @@ fn write_golden() {
             std::fs::create_dir_all(data("saved")).unwrap();
             std::fs::write(data(name), model.save().unwrap()).unwrap();
         }
+    }
+    if !data(STATE_ON_A_MOVING_REST).exists() {
+        std::fs::write(data(STATE_ON_A_MOVING_REST), on_a_moving_rest().save()).unwrap();
     }
 }
 

@@ -6,7 +6,7 @@ use shellwarp::arithmetic::Arithmetic;
 use shellwarp::binding::{Binding, Points};
 use shellwarp::model::{Model, Options, Precision};
 use shellwarp::reduced;
-use shellwarp::state::{Damping, Method, Space, State};
+use shellwarp::state::{Damping, Method, Shown, Space, State};
 use shellwarp::step::Integrator;
 use shellwarp::support::{FrameMotion, Pose};
 use shellwarp::{Material, Mesh, Shell, Supports, Vec3};
@@ -52,7 +52,7 @@ fn motion(state: &State) -> [Vec<Vec3>; 2] {
     state.positions(Space::World, |i, at| x[i] = at);
     let points = Points { positions: &shell.mesh.positions, ..Points::default() };
     let binding = Binding::new(shell, &points).unwrap();
-    state.bound(&binding, true).unwrap().velocities(0..n, |i, _, rate| v[i] = rate);
+    state.bound(&binding, Shown::default(), true).unwrap().velocities(0..n, |i, _, rate| v[i] = rate);
     [x, v]
 }
 

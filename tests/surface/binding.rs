@@ -6,7 +6,7 @@ use shellwarp::binding::{Binding, Points};
 use shellwarp::material::{ElasticSheet, Elasticity};
 use shellwarp::model::Options;
 use shellwarp::reduced;
-use shellwarp::state::{Method, Space, State};
+use shellwarp::state::{Method, Shown, Space, State};
 use shellwarp::step::Integrator;
 use shellwarp::{Material, Mesh, Model, Shell, Supports, Vec3};
 use std::sync::Arc;
@@ -228,7 +228,7 @@ fn velocities_and_tangents_are_derivatives_of_positions() {
     }
     let read = |state: &State| {
         let n = binding.n_points();
-        let pose = state.bound(&binding, true).unwrap();
+        let pose = state.bound(&binding, Shown::default(), true).unwrap();
         let mut out = [(); 3].map(|()| vec![Vec3::zeros(); n]);
         pose.positions(0..n, |i, x| out[0][i] = x);
         pose.velocities(0..n, |i, _, v| out[1][i] = v);
@@ -290,7 +290,7 @@ fn a_coarse_shell_moves_fine_points_as_a_fine_shell_does() {
         let exact = crate::common::displacements(&settled(&fine));
         let state = settled(&coarse);
         let mut u = vec![Vec3::zeros(); render.len()];
-        state.bound(&binding, false).unwrap().positions(0..render.len(), |i, x| u[i] = x - render[i]);
+        state.bound(&binding, Shown::default(), false).unwrap().positions(0..render.len(), |i, x| u[i] = x - render[i]);
         let error = crate::common::error(&u, &exact);
         let vertices: Vec<Vec3> = shared.iter().map(|i| exact[*i]).collect();
         let own = crate::common::error(&crate::common::displacements(&state), &vertices);
@@ -404,7 +404,7 @@ fn every_method_carries_points_and_a_sagged_shell_does_from_the_given_shape() {
         state.positions(Space::Frame, |_, p| x.push(p));
         let at = followed(&binding, x);
         let mut read = vec![];
-        state.bound(&binding, false).unwrap().positions(0..points.len(), |_, p| read.push(p));
+        state.bound(&binding, Shown::default(), false).unwrap().positions(0..points.len(), |_, p| read.push(p));
         assert_eq!(at, read, "{method:?}");
         assert!(at.iter().zip(&points).any(|(a, b)| (a - b).norm() > 1e-3), "{method:?}");
     }

@@ -270,10 +270,6 @@ def check_follows(obj, run):
                       "shape keys and modifiers do not lead the pins any more: go to the start frame")
     if now and obj.shellwarp.follow_rest != run.recipe.moves_rest:
         raise Refused("Rest shape follows was switched: go to the start frame")
-    if run.recipe.moves_rest and run.solids:
-        raise Refused("a rest shape that follows touches no colliders: choose an empty Collision collection, or switch Rest shape follows off")
-    if run.recipe.moves_rest and any(item.held for item in obj.shellwarp.handles):
-        raise Refused("a rest shape that follows has no handles: remove them, or switch Rest shape follows off")
 
 
 def read_led(obj, depsgraph, run):

@@ -177,7 +177,7 @@ class ShellwarpSettings(bpy.types.PropertyGroup):
                          "the object does, and they come after the shell")
     follow_rest: BoolProperty(override=OVER, name="Rest shape follows", options=NOT_KEYED,
                               description="What leads the pins leads the whole rest shape, as blend shapes and skinned cloth: the shell swings about it. "
-                              "Without handles and colliders")
+                              "Colliders and handles act on what is shown. Without the full shell")
     support_fields: IntProperty(override=OVER, name="Support fields", default=24, min=1, soft_max=64, options=NOT_KEYED,
                                 description="Shapes beside the modes by which the shell follows pins that go apart")
     modes: IntProperty(override=OVER, name="Modes", default=16, min=1, max=1024, options=NOT_KEYED)

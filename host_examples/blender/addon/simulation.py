@@ -271,22 +271,23 @@ class Simulation:
         read = self._reader(state)
         if inputs.supports or inputs.rest:  # the frame goes with them, and the object where it likes
             origin, rotation = numpy.array(inputs.origin), numpy.reshape(inputs.rotation, (3, 3))
-            points = [state.bound_points(item.binding, dtype=numpy.float64)["positions"] for item in self.bound]
+            points = [state.bound_points(item.binding, dtype=numpy.float64, **self._moved())["positions"] for item in self.bound]
             self.drawn = [((found - origin) @ rotation).astype(numpy.float32) for found in points]
             self._buffer[:] = (read(dtype=numpy.float64) - origin) @ rotation / self.scale
             return self._buffer
-        self.drawn = [state.bound_points(item.binding, space="frame")["positions"] for item in self.bound]
+        self.drawn = [state.bound_points(item.binding, space="frame", **self._moved())["positions"] for item in self.bound]
         read(self._buffer, space="frame")
         if self.scale != 1.0:
             numpy.divide(self._buffer, self.scale, out=self._buffer)
         return self._buffer
 
+    def _moved(self):
+        """The same of points that follow, as State.bound_points has it."""
+        return {"correction_steps": self._output.correction_steps, "outside": self._output.push_out and bool(self.solids)}
+
     def _reader(self, state):
         """What reads a state's positions, as State.positions does, with what is to be done to them."""
         steps, push_out = self._output.correction_steps, self._output.push_out and bool(self.solids)
-        if self.bound and (steps or push_out):
-            raise Refused(f"{'correction steps move' if steps else 'Push out moves'} the shell's own vertices, and not the meshes that follow it: "
-                          f"{'set them to 0' if steps else 'switch it off'}, or draw the shell itself")
         self._left = None
         if steps:
             return partial(state.positions_corrected, steps)

@@ -234,11 +234,12 @@ def _write_frames(job, state, from_rest, writers, bindings, led, log):
     judged = {"frames_out": 0, "first_out": None, "max_rotation": 0.0, "worst_fraction": 0.0,
               "deepest_penetration": 0.0, "deepest_left": 0.0, "contact_count": 0, "frames_handles_unmet": 0}
     buffer = numpy.empty((state.n_vertices, 3), numpy.float32)
+    moved = {"correction_steps": job["simulation"]["correction_steps"], "outside": job["simulation"]["push_out"]}
     for frame in range(first, last + 1):
         if not from_rest or frame > first:
             _step_to(job, state, frame, *led)
         for number, files_of_it in enumerate(writers):
-            points = state.bound_points(bindings[number], ("positions", "velocities")) if bindings[number] else {}
+            points = state.bound_points(bindings[number], ("positions", "velocities"), **moved) if bindings[number] else {}
             if number == 0 and not job["proxy"]:   # to the last bit
                 points["positions"], left = _shown(state, job["simulation"], buffer)
                 judged["deepest_left"] = max(judged["deepest_left"], left)

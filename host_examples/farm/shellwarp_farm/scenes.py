@@ -237,9 +237,6 @@ def _check_output(name, job):
             raise SceneError(f"asset {name}: {key} is {job['simulation'][key]!r}, expected true or false")
     if steps and push_out:
         raise SceneError(f"asset {name}: correction_steps and push_out both move what is written: choose one")
-    if (steps or push_out) and (job["proxy"] or job["render"]):
-        which = "correction_steps" if steps else "push_out"
-        raise SceneError(f"asset {name}: {which} moves the mesh's own vertices: it goes without render, weld and proxy")
 
 
 def _check_shots(shots):

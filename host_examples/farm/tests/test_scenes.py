@@ -58,7 +58,6 @@ class Expansion(unittest.TestCase):
             ("damping = {", 'collider = [{ kind = "plane", size = 1 }]\ndamping = {', "unknown key 'size'"),
             ("[parameters]", '[parameters]\n"simulation.correction_steps" = [101]', "correction_steps is 101, expected a whole number from 0 to 100"),
             ("[parameters]", '[parameters]\n"simulation.correction_steps" = [true]', "correction_steps is True"),
-            ("simulation = { modes = 6,", 'render = "other.obj"\nsimulation = { correction_steps = 1, modes = 6,', "it goes without render, weld and proxy"),
         ]:
             with self.subTest(new), self.assertRaisesRegex(SceneError, message):
                 self.jobs(small.LIST.replace(old, new))

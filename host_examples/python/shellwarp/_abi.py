@@ -96,6 +96,7 @@ SW_SUPPORTS_TELEPORT = 1
 SW_REST_TELEPORT = 1
 SW_SPACE_WORLD = 0
 SW_SPACE_FRAME = 1
+SW_BOUND_OUTSIDE = 1
 SW_PROXY_CUT = 1
 SW_PROXY_KEEP_SIDES = 2
 SW_PROXY_KEEP_PIECES = 4
@@ -439,6 +440,9 @@ class SwBoundPointsDesc(Structure):
         ("tangent_stride", c_uint64),
         ("velocities", c_void_p),
         ("velocity_stride", c_uint64),
+        ("correction_steps", c_uint32),
+        ("reserved", c_uint32),
+        ("deepest", c_void_p),
     ]
 
 

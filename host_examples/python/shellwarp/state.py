@@ -317,10 +317,11 @@ class State(Handle):
         return self._read("rotations", 4, out, space, dtype)
 
     def bound_points(self, binding: "Binding", wanted: Sequence[str] = ("positions",), out: "dict[str, Array] | None" = None,
-                     space: str = "world", dtype: DTypeLike = numpy.float32) -> dict[str, Array]:
+                     space: str = "world", dtype: DTypeLike = numpy.float32, correction_steps: int = 0, outside: bool = False) -> dict[str, Array]:
         """What of "positions", "normals", "tangents" and "velocities" is wanted of a binding's points, each (n_points x 3).
 
-        `out` has arrays to fill, of one dtype; otherwise they are new."""
+        `out` has arrays to fill, of one dtype; otherwise they are new. For the eye, points follow the shell after `correction_steps` as `positions_corrected`
+        has it, or are `outside` colliders as by `positions_outside`; velocities are those of the motion."""
         desc = _library.initialised(_abi.SwBoundPointsDesc)
         names = ("positions", "normals", "tangents", "velocities")
         arrays = dict(out) if out is not None else {name: numpy.empty((binding.n_points, 3), dtype) for name in wanted}
@@ -334,6 +335,7 @@ class State(Handle):
             setattr(desc, name, _arrays.address(values))
             setattr(desc, {"velocities": "velocity"}.get(name, name[:-1]) + "_stride", stride)
         desc.space = choice(SPACES, space, "space")
+        desc.correction_steps, desc.flags = correction_steps, _abi.SW_BOUND_OUTSIDE if outside else 0
         if arrays:
             with binding._use() as pointer:
                 self._call("sw_state_bound_points", pointer, byref(desc))

@@ -857,6 +857,30 @@ class MovingRest(unittest.TestCase):
         self.assertEqual(state.report()["rest_stretch"], 0)
 
 
+    def test_a_ball_holds_it_up_and_what_is_bound_goes_out_with_it(self):
+        rest = strip.positions(numpy.float64)
+        made = model()
+        state, binding = swinging(made), sw.Binding(made, rest + [0, 0, -0.004])
+        end = rest[rest[:, 0].argmax()]
+        center, radius = end + [-0.02, 0, -0.052], 0.05
+        state.set_colliders([sw.Collider.sphere(radius)])
+        state.move_collider(0, center)
+        for k in range(20):
+            state.move_rest(rest - [0, 0, 0.001 * k])
+            state.step(1 / 24)
+        depth = lambda x: (radius - numpy.linalg.norm(x - center, axis=1)).max()
+        self.assertLess(depth(state.positions(dtype=numpy.float64)), 1e-3)
+        self.assertGreater(depth(state.bound_points(binding, dtype=numpy.float64)["positions"]), 1e-3)
+        out = state.bound_points(binding, dtype=numpy.float64, outside=True)["positions"]
+        self.assertLess(depth(out), 1e-6)
+        state.load(state.save())
+        self.assertEqual(abs(state.bound_points(binding, dtype=numpy.float64, outside=True)["positions"] - out).max(), 0)
+        with self.assertRaisesRegex(sw.InvalidArgumentError, "not both"):
+            state.bound_points(binding, outside=True, correction_steps=1)
+        with self.assertRaisesRegex(sw.ShellwarpError, "moves"):
+            state.bound_points(binding, correction_steps=1)
+
+
 class MovingSupports(unittest.TestCase):
     def test_supports_go_where_they_are_sent(self):
         rest, triangles = strip.positions(numpy.float64), strip.triangles()

@@ -20,7 +20,7 @@ impl Floating {
             let at = Flight { slide: place.slide, turn, q: &place.q, velocity: rates.slide, spin: rates.spin };
             pull.add_spin(rigid, spin, &at, moments);
         }
-        let at = At { shell, reduced, rigid, pose: acting.pose, points: None };
+        let at = At { shell, reduced, rigid, pose: acting.axes.frame, points: None };
         for (v, [force, torque]) in reactions {
             pull.add_at(reduced, (shell.mesh.positions[*v as usize] - rigid.pivot, *v as usize), force);
             if *torque != Vec3::zeros() {

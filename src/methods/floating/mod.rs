@@ -49,7 +49,7 @@ struct At<'a> {
 impl<'a> At<'a> {
     fn of(shell: &'a Shell, reduced: &'a ReducedShell, rigid: &'a Rigid, acting: &Acting<'a>) -> Self {
         let points = acting.points.map(|points| points as &dyn PointEnergy);
-        Self { shell, reduced, rigid, pose: acting.pose, points }
+        Self { shell, reduced, rigid, pose: acting.axes.frame, points }
     }
 }
 

@@ -15,12 +15,12 @@ impl Floating {
     pub(super) fn pass_by(&mut self, acting: &Acting, passage: &Passage, h: f64) -> Result<()> {
         let (place, rates) = (&self.place, &self.rates);
         let before = (place.slide, place.turn, rates.slide, rates.spin);
-        self.carry(passage, acting.pose);
+        self.carry(passage, acting.axes.frame);
         let drag = self.damping.mass;
-        let load = BodyLoad::dragged(passage, acting.pose, drag);
+        let load = BodyLoad::dragged(passage, acting.axes.frame, drag);
         match self.step_in_frame(&Acting { load: &load, passage: None, ..*acting }, h) {
             Ok(()) => {
-                let [slide, spin] = self.moving_along(acting.pose, &passage.now);
+                let [slide, spin] = self.moving_along(acting.axes.frame, &passage.now);
                 self.rates.slide -= slide;
                 self.rates.spin -= spin;
                 Ok(())

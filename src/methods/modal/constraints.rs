@@ -19,7 +19,7 @@ mod work;
 
 use crate::constraint::{Constraint, ConstraintSet, MET, Outcome, Target};
 use crate::step::{Bend, Integrator, Oscillator};
-use crate::support::Pose;
+use crate::support::Axes;
 use crate::warp::{Basis, Entry, warp_with_derivative};
 use crate::{Vec3, rotation};
 use nalgebra::{Matrix3, UnitQuaternion};
@@ -68,8 +68,8 @@ pub struct ModalConstraints {
 
 /// Everything about a step that constraints depend on.
 pub struct Step<'a> {
-    /// Pose of the support frame at its end.
-    pub pose: &'a Pose,
+    /// In which vertices are displaced, at its end.
+    pub axes: Axes<'a>,
     /// Its length.
     pub h: f64,
     /// How it is taken.
@@ -323,6 +323,7 @@ impl ModalConstraints {
     fn prepare<E: Entry>(&mut self, basis: &Basis<E>, step: &Step, q: &[f64]) {
         let mut distance = 0.0;
         for (i, c) in self.set.items().iter().enumerate() {
+            let axes = step.axes.of(c.vertex);
             let unit = match c.target {
                 Target::Position(_) => step.size,
                 Target::Orientation(_) => 1.0,
@@ -332,11 +333,11 @@ impl ModalConstraints {
             }
             if let Target::Orientation(world) = c.target {
                 let present: Vec3 = (0..q.len()).map(|k| q[k] * basis.at(k, c.vertex as usize).1).sum();
-                self.work.branch[i] = nearest_branch(&(step.pose.rotation.inverse() * world), &present);
+                self.work.branch[i] = nearest_branch(&(axes.rotation.inverse() * world), &present);
             }
             let away = match c.target {
                 Target::Position(world) => {
-                    step.pose.rotation.inverse() * (world - step.pose.origin) - step.rest[c.vertex as usize]
+                    axes.rotation.inverse() * (world - axes.origin) - step.rest[c.vertex as usize]
                 }
                 Target::Orientation(_) => self.work.branch[i],
             };
@@ -348,7 +349,7 @@ impl ModalConstraints {
     /// Residuals and Jacobian at `q`.
     fn linearize<E: Entry>(&mut self, basis: &Basis<E>, step: &Step, q: &[f64]) {
         for (i, c) in self.set.items().iter().enumerate() {
-            let v = c.vertex as usize;
+            let (v, axes) = (c.vertex as usize, step.axes.of(c.vertex));
             let shapes = |k: usize| basis.at(k, v);
             let linear: Vec3 = (0..q.len()).map(|k| q[k] * shapes(k).0).sum();
             let w: Vec3 = (0..q.len()).map(|k| q[k] * shapes(k).1).sum();
@@ -356,16 +357,16 @@ impl ModalConstraints {
             let u = step.vertices.map_or(u, |map| map.displacement(v, q));
             let (missing, scale) = match c.target {
                 Target::Position(world) => {
-                    let target = step.pose.rotation.inverse() * (world - step.pose.origin);
+                    let target = axes.rotation.inverse() * (world - axes.origin);
                     (target - step.rest[v] - u, 1.0 / step.size)
                 }
                 Target::Orientation(_) => (self.work.branch[i] - w, 1.0),
             };
-            let axes = (0..3).filter(|axis| c.axes[*axis]);
-            for (row, axis) in (self.first_row[i]..).zip(axes) {
+            let held = (0..3).filter(|axis| c.axes[*axis]);
+            for (row, axis) in (self.first_row[i]..).zip(held) {
                 let mut direction = Vec3::zeros();
                 direction[axis] = scale;
-                let direction = step.pose.rotation.inverse() * direction;
+                let direction = axes.rotation.inverse() * direction;
                 self.work.missing[row] = direction.dot(&missing) - self.work.deferred[row];
                 if let (Some(map), Target::Position(_)) = (step.vertices, c.target) {
                     let jacobian = &mut self.work.jacobian;

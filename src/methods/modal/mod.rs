@@ -277,7 +277,7 @@ impl<M: Map> Modal<M> {
         }
         let (mesh, warped) = (&modal.shell.mesh, map.law().warped());
         let step = Step {
-            pose: acting.pose,
+            axes: acting.axes,
             h,
             integrator: *integrator,
             modes: (damping, &modal.eigenvalues),
@@ -383,9 +383,10 @@ impl<M: Map> Modal<M> {
     /// As [`Modal::minimize`], with handles' places met besides; turns then go on from there.
     fn minimize_held(&self, energy: &dyn PointEnergy, search: &mut PointSearch, acting: &Acting) {
         let (warped, mesh) = (self.map.law().warped(), &self.basis.shell.mesh);
-        let to_frame = *acting.pose.rotation.inverse().to_rotation_matrix().matrix();
         let handles = self.constraints.set().items().iter().filter_map(|c| {
-            let Target::Position(target) = c.target.in_frame(acting.pose) else { return None };
+            let pose = acting.axes.of(c.vertex);
+            let to_frame = *pose.rotation.inverse().to_rotation_matrix().matrix();
+            let Target::Position(target) = c.target.in_frame(pose) else { return None };
             let axes = (0..3).filter(|axis| c.axes[*axis]).map(|axis| to_frame.column(axis));
             let held = axes.map(|axis| axis * axis.transpose()).sum();
             Some((c.vertex, Spring::new(target, held, c.compliance)))

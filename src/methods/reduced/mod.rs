@@ -17,7 +17,7 @@ use crate::point_energy::PointEnergy;
 use crate::reduced::{Elastic, Form, Newton, Places, ReducedShell, Rows, Work, with_fields};
 use crate::reference::Rayleigh;
 use crate::reference::orientation::Ring;
-use crate::support::Pose;
+use crate::support::Axes;
 use crate::warp::{Extent, Placement};
 use crate::{Error, ErrorKind, Model, Result, Shell, Vec3};
 use adaptive::Adaptive;
@@ -65,14 +65,14 @@ impl Coordinates {
 struct At<'a> {
     shell: &'a Shell,
     reduced: &'a ReducedShell,
-    pose: &'a Pose,
+    axes: Axes<'a>,
     points: Option<&'a dyn PointEnergy>,
 }
 
 impl<'a> At<'a> {
     fn of(shell: &'a Shell, reduced: &'a ReducedShell, acting: &Acting<'a>) -> Self {
         let points = acting.points.map(|points| points as &dyn PointEnergy);
-        Self { shell, reduced, pose: acting.pose, points }
+        Self { shell, reduced, axes: acting.axes, points }
     }
 }
 

@@ -57,10 +57,11 @@ impl Reduced {
     /// The constraints' rows about the next q: world axes of each vertex, and where they shall be at this share of the way from q; of
     /// an orientation its rotation vector to the target, to first order.
     pub(super) fn set_rows(&mut self, at: At, shares: Shares) {
-        let At { shell, reduced, pose, .. } = at;
-        let to_frame = pose.rotation.inverse();
+        let At { shell, reduced, axes, .. } = at;
         let mut row = 0;
         for (c, _) in self.constraints.report() {
+            let pose = axes.of(c.vertex);
+            let to_frame = pose.rotation.inverse();
             let share = if c.compliance > 0.0 { shares.soft } else { shares.hard };
             let turn = match c.target {
                 Target::Position(_) => None,
@@ -145,7 +146,7 @@ impl Reduced {
                 Target::Position(_) => None,
                 Target::Orientation(world) => {
                     let ring = ring_of(rings, at.shell, c.vertex);
-                    let present = at.pose.rotation * ring.rotation(&places(at, ring, next));
+                    let present = at.axes.of(c.vertex).rotation * ring.rotation(&places(at, ring, next));
                     Some(rotation::vector(&(world * present.inverse())))
                 }
             };
