@@ -110,7 +110,7 @@ pub struct SwBoundPointsDesc {
     pub deepest: *mut f64,
 }
 
-described!(SwBoundPointsDesc, deepest);
+described!(SwBoundPointsDesc, velocity_stride);
 
 /// For the eye: points follow sw_state_positions_outside, and those that are inside a collider yet, such as points off the surface, leave it the shortest way.
 pub const SW_BOUND_OUTSIDE: u32 = 1;

@@ -2,7 +2,7 @@
 
 use crate::common::*;
 use nalgebra::{DMatrix, DVector, Matrix3, Rotation3};
-use shellwarp::energy::{Curvature, Energy};
+use shellwarp::energy::Curvature;
 use shellwarp::material::{Crease, ElasticSheet, Map, On, Quantity};
 use shellwarp::model::{Model, Options, Precision};
 use shellwarp::reduced::polynomial::{Gate, PolynomialEnergy, Sources, make};
