@@ -42,7 +42,7 @@ pub struct Acting<'a> {
     pub supports: Option<SupportTargets<'a>>,
     /// At the end of the step.
     pub axes: Axes<'a>,
-    /// How the frame gets there, where it moves: `load` has its inertia for what it holds.
+    /// How the frame gets there, where it moves and does not hold the shell.
     pub passage: Option<Passage>,
     /// As in the call before but for the points: the same loads, from the same unknowns and for the same time.
     pub again: bool,
@@ -144,6 +144,11 @@ pub trait Motion: Send + Sync {
     }
     /// Makes room for steps in which energies act on so many points.
     fn expect_points(&mut self, _n: usize) {}
+
+    /// The support frame holds it and takes it along.
+    fn is_held(&self) -> bool {
+        true
+    }
 
     /// The full nonlinear shell, which others are measured by.
     fn is_full_shell(&self) -> bool {

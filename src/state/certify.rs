@@ -360,7 +360,7 @@ impl State {
         let shell = &model.shell;
         let mut scratch = self.scratch.clone();
         if self.loads.point_forces(shell.mass.len()).is_none() {
-            self.fill_loads(pose, rates, &mut scratch);
+            self.fill_loads((pose, rates), pose, &mut scratch);
         }
         let (external, own) = (external(&self.loads, &scratch, model, &pose.into()), self.body_load(pose, rates));
         let [mut u, mut rate, mut inertia] = [(); 3].map(|()| vec![Vec3::zeros(); shell.mass.len()]);

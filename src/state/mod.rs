@@ -21,7 +21,7 @@ use crate::methods::{self, Acting, Motion};
 pub use crate::methods::{Damping, Method, ROTATION_RANGE};
 use crate::point_energy::{InFrame, PointEnergy};
 use crate::step::Integrator;
-use crate::support::{Axes, Frame, FrameMotion, Pose, Rates};
+use crate::support::{Axes, Frame, FrameMotion, Passage, Pose, Rates};
 use crate::{Error, ErrorKind, Model, Result, Vec3};
 pub use certify::{Certificate, LARGEST_ERROR};
 pub use contact::{MOST_OBSTACLES, Outside};
@@ -398,9 +398,15 @@ impl State {
             let message = format!("the frame moves too far in a step of {h:?} s: its rates are not finite");
             return Err(Error::new(ErrorKind::Numerical, message));
         }
-        self.evaluate_loads(&frame.pose, &rates);
+        let passage = if self.motion.is_held() { None } else { self.frame.passage(&frame, self.gravity) };
+        match passage {
+            Some(Passage { from, before: [velocity, angular_velocity], .. }) => {
+                let before = Rates { velocity, angular_velocity, ..Rates::default() };
+                self.evaluate_loads((&from, &before), &frame.pose);
+            }
+            None => self.evaluate_loads((&frame.pose, &rates), &frame.pose),
+        }
         let load = self.body_load(&frame.pose, &rates);
-        let passage = self.frame.passage(&frame, self.gravity);
         let around = self.contacts.as_ref().is_some_and(|contacts| contacts.obstacles.iter().any(Obstacle::moves));
         let held = self.supports.as_ref().is_none_or(|supports| supports.is_still());
         let still = frame == self.frame && rates == Rates::default() && !self.forces_once && !around && held;
@@ -471,20 +477,20 @@ impl State {
         }
     }
 
-    /// Fills the scratch with the external forces in the axes of the frame at `pose`.
-    fn evaluate_loads(&mut self, pose: &Pose, rates: &Rates) {
+    /// Fills the scratch with the external forces, in the axes of the frame at `pose`, on the shell in a frame that is `placed` and moves so.
+    fn evaluate_loads(&mut self, placed: (&Pose, &Rates), pose: &Pose) {
         if self.loads.point_forces(self.model.shell.mass.len()).is_some() {
             return;
         }
         let mut scratch = std::mem::take(&mut self.scratch);
-        self.fill_loads(pose, rates, &mut scratch);
+        self.fill_loads(placed, pose, &mut scratch);
         self.scratch = scratch;
     }
 
     /// As [`State::evaluate_loads`], into any scratch with the state's room.
-    fn fill_loads(&self, pose: &Pose, rates: &Rates, scratch: &mut LoadScratch) {
+    fn fill_loads(&self, (from, rates): (&Pose, &Rates), pose: &Pose, scratch: &mut LoadScratch) {
         if self.loads.needs_motion() {
-            let mut place = self.placing(pose, rates, scratch);
+            let mut place = self.placing(from, rates, scratch);
             self.motion.visit_motion(&mut place);
         }
         self.press(pose, scratch);
@@ -556,7 +562,7 @@ impl State {
                 last = force;
                 continue;
             }
-            self.evaluate_loads(pose, rates);
+            self.evaluate_loads((pose, rates), pose);
             let force = self.following_forces(&load);
             let settled = has_settled(&force, &last);
             let (residual, more) = self.settle_touching(&load, pose)?;

@@ -4,6 +4,7 @@ use crate::common::*;
 use nalgebra::{Matrix3, UnitQuaternion};
 use shellwarp::arithmetic::Arithmetic;
 use shellwarp::binding::{Binding, Points};
+use shellwarp::load::Wind;
 use shellwarp::model::{Model, Options, Precision};
 use shellwarp::reduced;
 use shellwarp::state::{Damping, Method, Shown, Space, State};
@@ -290,6 +291,9 @@ fn a_frame_that_moves_and_turns_leaves_a_free_shell_to_itself() {
         let run = |moves: bool, speed: f64| {
             let mut state = state(soft(), method);
             state.set_gravity(Vec3::new(0.0, 0.1, -0.3)).unwrap();
+            let velocity = Vec3::new(1.0, -0.5, 0.3);
+            let wind = Wind { velocity, density: 1.0, normal_drag: 1.0, tangential_drag: 0.1, local: vec![] };
+            state.set_wind(wind).unwrap();
             state.set_frame(Pose::identity(), FrameMotion::Continuous);
             let pushes = soft().shell.mesh.positions.iter().map(|x| speed * Vec3::new(0.2 * x[1], x[0] * x[0], x[1]));
             state.set_forces((0..).zip(pushes), true).unwrap(); // in the first step alone

@@ -264,6 +264,10 @@ impl Motion for Floating {
         self.estimate.forget();
     }
 
+    fn is_held(&self) -> bool {
+        !self.rigid.slides
+    }
+
     fn stop(&mut self) {
         self.estimate.forget();
         self.rates = Rates::rest(self.n());

@@ -15,7 +15,7 @@ const ONWARD: f64 = 1.0 + std::f64::consts::SQRT_2;
 impl Floating {
     /// One step of `h`. Changes nothing on failure.
     pub(super) fn advance_by(&mut self, acting: &Acting, h: f64) -> Result<()> {
-        match acting.passage.filter(|_| self.rigid.slides) {
+        match acting.passage {
             Some(passage) => self.pass_by(acting, &passage, h),
             None => self.step_in_frame(acting, h),
         }
