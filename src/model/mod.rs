@@ -6,7 +6,6 @@ pub mod weight;
 
 use crate::arithmetic::Arithmetic;
 use crate::features::Feature;
-use crate::material::Elasticity;
 use crate::method::{Method, Needs};
 use crate::modal::ModalBasis;
 use crate::modes::{
@@ -205,17 +204,14 @@ impl Model {
         }
         let lacks = by_polynomial && self.reduced.iter().any(|reduced| reduced.polynomial.is_none());
         if lacks {
-            let message = match self.shell.material {
-                _ if !self.shell.bonds.is_empty() => {
+            let message = match () {
+                () if !self.shell.bonds.is_empty() => {
                     "the energy of a shell with ties has no polynomial form: use the reduced shell"
                 }
-                _ if self.shell.is_stressed() => {
+                () if self.shell.is_stressed() => {
                     "the energy of a shell with a rest shape or rest angles of its own has no polynomial form: use the reduced shell"
                 }
-                Elasticity::DiscreteShells(_) => {
-                    "the model's reduced shell has no polynomial energy: precompute it anew"
-                }
-                Elasticity::Koiter(_) => "Koiter's energy has no polynomial form yet: use the reduced shell",
+                () => "the model's reduced shell has no polynomial energy: precompute it anew",
             };
             return Err(Error::new(ErrorKind::Unsupported, message));
         }
