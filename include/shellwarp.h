@@ -1270,9 +1270,9 @@ SwStatus sw_state_move_supports(struct SwState *state,
 // loaded, where it was sent last, at rest.
 // Errors: SW_ERROR_INVALID_ARGUMENT, also when n_vertices is not the mesh's, or a vertex is not
 // finite or beyond 1e9 sizes of the mesh; SW_ERROR_UNSUPPORTED by the full shell, with sag_gravity,
-// zero modes or supports that moved by themselves, which, as certificates, corrections and poses,
-// are refused while it moves, since the full shell's energy is of one rest shape;
-// SW_ERROR_OUT_OF_MEMORY, SW_ERROR_BUSY. On failure nothing has changed.
+// zero modes or supports that moved by themselves; SW_ERROR_OUT_OF_MEMORY, SW_ERROR_BUSY. On
+// failure nothing has changed. While it moves, supports that move by themselves and poses are
+// refused. So are certificates and corrections, since the full shell's energy is of one rest shape.
 SwStatus sw_state_move_rest(struct SwState *state,
                             uint32_t format,
                             const void *positions,

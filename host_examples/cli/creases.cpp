@@ -84,7 +84,7 @@ std::map<Edge, uint32_t> edges_of(const Mesh &mesh) {
 // The named edge, if there is one that can fold.
 Edge checked(const Edge &named, const std::map<Edge, uint32_t> &edges, const Mesh &mesh) {
   const std::string name = "material crease: edge " + std::to_string(named[0]) + "-" + std::to_string(named[1]);
-  const auto n = static_cast<uint32_t>(mesh.of_file.empty() ? mesh.n_vertices() : mesh.of_file.size());
+  const uint32_t n = mesh.vertices_of_file();
   if (named[0] >= n || named[1] >= n) throw std::runtime_error(name + ": the mesh has " + std::to_string(n) + " vertices");
   const auto found = edges.find(ordered(mesh.of(named[0]), mesh.of(named[1])));
   if (found == edges.end()) throw std::runtime_error(name + " is none of the mesh: no triangle has both vertices");
@@ -137,7 +137,7 @@ std::vector<double> rest_positions(const Scene &scene, const Mesh &mesh) {
   const std::string &path = scene.material.rest_shape;
   if (path.empty()) return {};
   Mesh shape = read_mesh(path);
-  const std::size_t n = mesh.of_file.empty() ? mesh.n_vertices() : mesh.of_file.size();
+  const uint32_t n = mesh.vertices_of_file();
   if (shape.n_vertices() != n)
     throw std::runtime_error(path + ": rest_shape has " + std::to_string(shape.n_vertices()) + " vertices; the mesh has " + std::to_string(n));
   for (double &x : shape.positions) x *= scene.scale;

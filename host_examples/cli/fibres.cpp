@@ -47,7 +47,7 @@ void read_fibres(Section &section, Material &material, std::vector<std::string> 
 
 std::vector<double> find_directions(const Material &material, const Mesh &mesh) {
   if (material.directions_path.empty()) return material.directions;
-  const std::size_t n = material.directions.size() / 3, triangles = mesh.of_file.empty() ? mesh.n_triangles() : mesh.n_file_triangles;
+  const std::size_t n = material.directions.size() / 3, triangles = mesh.triangles_of_file();
   if (n != triangles)
     throw std::runtime_error(material.directions_path + ": " + std::to_string(n) + " directions; the mesh has " + std::to_string(triangles) +
                              " triangles");

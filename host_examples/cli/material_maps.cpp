@@ -81,8 +81,7 @@ void set_region(const std::vector<uint32_t> &vertices, double value, const Mesh 
 
 // A file's numbers at the vertices or triangles that are simulated.
 void fit(MaterialFile &map, const Mesh &mesh) {
-  const std::size_t n = map.values.size(), vertices = mesh.of_file.empty() ? mesh.n_vertices() : mesh.of_file.size();
-  const std::size_t triangles = mesh.of_file.empty() ? mesh.n_triangles() : mesh.n_file_triangles;
+  const std::size_t n = map.values.size(), vertices = mesh.vertices_of_file(), triangles = mesh.triangles_of_file();
   if (n != vertices && n != triangles)
     throw std::runtime_error(map.path + ": " + std::to_string(n) + " values of " + quantity_of(map.quantity).key + "; the mesh has " +
                              std::to_string(vertices) + " vertices and " + std::to_string(triangles) + " triangles");

@@ -41,6 +41,10 @@ struct Mesh {
   uint32_t n_file_triangles = 0;            // and how many the file has
   std::shared_ptr<const ProxySource> proxy{};
 
+  // Of the file, other than here where vertices were welded or a proxy stands for them.
+  uint32_t vertices_of_file() const { return of_file.empty() ? n_vertices() : static_cast<uint32_t>(of_file.size()); }
+  uint32_t triangles_of_file() const { return of_file.empty() ? n_triangles() : n_file_triangles; }
+
   uint32_t n_vertices() const { return static_cast<uint32_t>(positions.size() / 3); }
   uint32_t n_triangles() const { return static_cast<uint32_t>(triangles.size() / 3); }
   std::array<double, 3> vertex(uint32_t i) const {

@@ -1,6 +1,7 @@
 #include "moving_points.hpp"
 
 #include "mesh.hpp"
+#include "point_cache.hpp"
 #include "text_lines.hpp"
 
 #include <algorithm>
@@ -12,7 +13,6 @@ namespace cli {
 
 namespace {
 
-constexpr char kMagic[12] = "POINTCACHE2";
 constexpr std::size_t kHeader = 32;
 
 // By the number in the name, the files of a sequence.
@@ -78,7 +78,7 @@ MovingPoints::MovingPoints(const std::string &path, uint32_t n_points, double sc
 
 void MovingPoints::read_point_cache(const std::string &path, uint32_t n_points) {
   const std::string bytes = read_file(path);
-  if (bytes.size() < kHeader || bytes.compare(0, sizeof kMagic, kMagic, sizeof kMagic) != 0) throw FileError(path, 0, "is no PC2 point cache");
+  if (bytes.size() < kHeader || bytes.compare(0, sizeof kPointCacheMagic, kPointCacheMagic, sizeof kPointCacheMagic) != 0) throw FileError(path, 0, "is no PC2 point cache");
   const auto count = number_at<int32_t>(bytes, 16), samples = number_at<int32_t>(bytes, 28);
   const double start = static_cast<double>(number_at<float>(bytes, 20)), rate = static_cast<double>(number_at<float>(bytes, 24));
   if (count < 0 || static_cast<uint32_t>(count) != n_points) throw FileError(path, 0, counts(static_cast<uint32_t>(count), n_points));

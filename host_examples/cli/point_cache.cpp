@@ -8,7 +8,6 @@ namespace cli {
 
 namespace {
 
-constexpr char kMagic[12] = "POINTCACHE2";
 constexpr long kSamplesOffset = 28;
 constexpr float kStartFrame = 0, kFramesPerSample = 1;
 
@@ -27,7 +26,7 @@ void store(unsigned char *bytes, uint32_t word) {
 PointCache::PointCache(OutputFolder &folder, const std::string &name, uint32_t n_points)
     : file_(folder, name), n_points_(n_points) {
   if (n_points > INT32_MAX) throw std::runtime_error("a PC2 file holds at most 2147483647 points");
-  file_.write(kMagic, sizeof kMagic);
+  file_.write(kPointCacheMagic, sizeof kPointCacheMagic);
   put(1);
   put(n_points);
   put(bits(kStartFrame));

@@ -11,6 +11,8 @@
 
 namespace cli {
 
+constexpr char kPointCacheMagic[12] = "POINTCACHE2";
+
 class PointCache {
 public:
   PointCache(OutputFolder &folder, const std::string &name, uint32_t n_points);

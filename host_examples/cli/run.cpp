@@ -156,7 +156,7 @@ int run_scene(Scene scene, const RunOptions &options, OutputFolder *folder, Page
   const uint32_t n_frames = scene.is_static ? 1 : options.frames ? *options.frames : frame_count(scene);
   const Mesh mesh = scene_mesh(scene);
   if (!scene.motion_path.empty())
-    scene.points = std::make_shared<const MovingPoints>(scene.motion_path, mesh.of_file.empty() ? mesh.n_vertices() : static_cast<uint32_t>(mesh.of_file.size()), scene.scale);
+    scene.points = std::make_shared<const MovingPoints>(scene.motion_path, mesh.vertices_of_file(), scene.scale);
   if (mesh.proxy && !options.quiet)
     std::printf("%s: proxy: %s\n", scene.mesh_path.c_str(), describe_proxy(mesh.proxy->info).c_str());
   else if (scene.weld && !options.quiet)

@@ -129,7 +129,7 @@ SwDampingDesc damping_desc(const Scene &scene, const shellwarp::Model &model) {
 // At the vertices that are simulated.
 std::vector<double> damping_factors(const Damping &damping, const Mesh &mesh) {
   if (damping.factors.empty()) return {};
-  const std::size_t n = mesh.of_file.empty() ? mesh.n_vertices() : mesh.of_file.size();
+  const std::size_t n = mesh.vertices_of_file();
   if (damping.factors.size() != n)
     throw std::runtime_error(damping.path + ": " + std::to_string(damping.factors.size()) + " factors; the mesh has " + std::to_string(n) + " vertices");
   return mesh.of_file.empty() ? damping.factors : mesh.carried(damping.factors);
@@ -157,7 +157,7 @@ void add_handles(const Scene &scene, const Mesh &mesh, std::vector<uint32_t> &le
 }
 
 std::vector<uint32_t> find_patches(const Scene &scene, const Mesh &mesh) {
-  const std::size_t n = mesh.of_file.empty() ? mesh.n_vertices() : mesh.of_file.size();
+  const std::size_t n = mesh.vertices_of_file();
   std::vector<uint32_t> patches;
   for (const uint32_t vertex : scene.contact_patches) {
     if (vertex >= n) throw std::runtime_error("contact_patches names vertex " + std::to_string(vertex) + "; the mesh has " + std::to_string(n));

@@ -56,7 +56,7 @@ TieLists find_ties(const Scene &scene, const Mesh &mesh) {
     if (!tie.triangles.empty() && !mesh.of_file.empty())
       throw std::runtime_error("tie: triangles are numbered anew by weld and proxy: tie by vertices or within");
     for (const Pair &ends : tie.vertices) {
-      const auto n = static_cast<uint32_t>(mesh.of_file.empty() ? mesh.n_vertices() : mesh.of_file.size());
+      const uint32_t n = mesh.vertices_of_file();
       if (std::max(ends[0], ends[1]) >= n)
         throw std::runtime_error("tie: vertex " + std::to_string(std::max(ends[0], ends[1])) + " is not one of the file's " + std::to_string(n));
       add({mesh.of(ends[0]), mesh.of(ends[1])}, false, tie.stiffness);

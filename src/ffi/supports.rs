@@ -58,8 +58,9 @@ pub const SW_REST_TELEPORT: u32 = 1;
 /// is for output in SW_SPACE_FRAME alone. Colliders touch what is shown, and targets of constraints are where it is shown. It is saved with the state; a state saved
 /// before it moved leaves it, when loaded, where it was sent last, at rest.
 /// Errors: SW_ERROR_INVALID_ARGUMENT, also when n_vertices is not the mesh's, or a vertex is not finite or beyond 1e9 sizes of the mesh; SW_ERROR_UNSUPPORTED
-/// by the full shell, with sag_gravity, zero modes or supports that moved by themselves, which, as certificates, corrections and poses, are refused while
-/// it moves, since the full shell's energy is of one rest shape; SW_ERROR_OUT_OF_MEMORY, SW_ERROR_BUSY. On failure nothing has changed.
+/// by the full shell, with sag_gravity, zero modes or supports that moved by themselves; SW_ERROR_OUT_OF_MEMORY, SW_ERROR_BUSY. On failure nothing has
+/// changed. While it moves, supports that move by themselves and poses are refused. So are certificates and corrections, since the full shell's energy is
+/// of one rest shape.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn sw_state_move_rest(
     state: *mut SwState,

@@ -2,11 +2,12 @@
 //!
 //!   ½ Σ G_kl (θ_k − θ̄_k)(θ_l − θ̄_l).
 //!
-//! For an edge e = b − a, with p = c − a and s = d − a, the heights h, h′ and feet t, t′ of c, d at rest, lengths that hold leave
+//! An edge is e = b − a of length L, with p = c − a and s = d − a. At rest c and d have the heights h, h′ and the feet t, t′ on it. Where lengths
+//! hold,
 //!
 //!   c = ((t − 1)/h + (t′ − 1)/h′) x_a − (t/h + t′/h′) x_b + x_c/h + x_d/h′,   |c|² = 2 − 2 cos θ,   sin θ = −det(e, p, s)/(L h h′)
 //!
-//! and of two edges of a triangle, with γ the cosine between its heights on them,
+//! Of two edges of a triangle, with γ the cosine between its heights on them,
 //!
 //!   c_k·c_l = sin θ_k sin θ_l + γ (1 − cos θ_k)(1 − cos θ_l).
 //!
