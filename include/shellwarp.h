@@ -414,6 +414,15 @@ typedef struct SwMaterialDesc {
   // moves it by less than 1e-5 of its size, or bends it as no film bends, and SwModelInfo says by
   // how much.
   double metres_per_unit;
+  // Yield angles in rad (n_creases), positive: how far the angle of a crease comes from its rest
+  // angle elastically. Where a step or an equilibrium ends further from it, the state's own rest
+  // angle has followed to this far: a fold that stays. Infinite = elastic. NULL = infinite for all.
+  // States take their rest angles along when they are cloned, saved and loaded, and go on by
+  // another method; sw_state_reset gives back those above. Only SW_METHOD_REDUCED_SHELL and the
+  // full shell yield; with others sw_state_create fails. Such a crease has a hinge of its own in
+  // SW_ENERGY_KOITER, as one of another factor than 1 has: its moment stays below the factor times
+  // the sheet's own stiffness at the edge times this angle. With a factor of 0 it does nothing.
+  const double *crease_yields;
 } SwMaterialDesc;
 
 // Of a crease: the angle that the mesh has there.
@@ -1201,8 +1210,9 @@ SwStatus sw_state_step(struct SwState *state,
 // Saves the dynamic state (time, frame, amplitudes and rates, constraint work): 152 bytes and 16 a
 // mode, or mode and field of a reduced shell, so 952 at 50 modes; 152 and 48 a vertex of a
 // nonlinear shell; with colliders 16 more, 56 a collider and 48 a contact; with a rest shape that
-// moves 40 more and 104 a vertex. Loads, damping and constraints are inputs and not saved. Two
-// calls: with `bytes` NULL and `capacity` 0 only *size is written. Callable concurrently.
+// moves 40 more and 104 a vertex; and 16 a crease that yields. Loads, damping and constraints are
+// inputs and not saved. Two calls: with `bytes` NULL and `capacity` 0 only *size is written.
+// Callable concurrently.
 // Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_BUFFER_SIZE when capacity < *size, SW_ERROR_BUSY.
 SwStatus sw_state_save(const struct SwState *state,
                        void *bytes,

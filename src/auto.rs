@@ -101,6 +101,11 @@ impl Judge {
     /// The model of the choice, with what it went by.
     fn take(mut self, budget: Budget) -> Result<Model> {
         let candidates: Vec<Candidate> = self.judged.iter().map(|(_, candidate)| *candidate).collect();
+        if candidates.is_empty() {
+            let message =
+                "no method of a choice takes creases that yield but a reduced shell, and there is none of this one";
+            return Err(Error::new(ErrorKind::Unsupported, message));
+        }
         let chosen = choose(&candidates, budget);
         let (model, _) = self.judged.swap_remove(chosen);
         drop(self.judged);

@@ -1,6 +1,6 @@
 //! The physical problem: a mesh of a material, held at its supports.
 
-use crate::energy::{Energy, Source, Thick, TieEnergy, of_material, thick};
+use crate::energy::{Energy, Source, Thick, TieEnergy, Yielding, of_material, thick, with_yielding};
 use crate::material::{
     Bond, Crease, Creases, ElasticSheet, Elasticity, Fibres, Map, Maps, Orthotropy, Quantity, Tie, bonds, joined,
     touching,
@@ -265,6 +265,15 @@ impl Shell {
         Self { mesh, settled_from: Some(given.into()), ..self.copy() }
     }
 
+    /// The same shell with rest angles of its own where creases yield, where it has such.
+    pub(crate) fn with_rest_angles(&self, angles: &[f64]) -> Option<Self> {
+        let mut energy: Yielding = self.energy.yielding()?.clone();
+        energy.set_rest_angles(angles);
+        let sag = self.sag.as_ref().map(|sag| Sag { gravity: sag.gravity, rest: sag.rest.clone() });
+        let (energy, analyses) = (LazyEnergy::new(move || Box::new(energy)), self.analyses.clone());
+        Some(Self { energy, sag, analyses, ..self.copy() })
+    }
+
     /// The mesh at `positions`, and where it was.
     fn moved(&self, positions: Vec<Vec3>) -> (Arc<Mesh>, Vec<Vec3>) {
         let mut mesh = Mesh::clone(&self.mesh);
@@ -466,11 +475,12 @@ fn energy_of(
         let (mesh, given_mesh) = (&*unstressed, &*given);
         let given = &given_mesh.positions[..];
         let (maps, creases, orthotropy, clamped) = (&*maps, &*creases, orthotropy.as_deref(), &*clamped);
-        let mut terms = of_material(&Source { mesh, material, maps, creases, orthotropy, clamped, given });
+        let source = Source { mesh, material, maps, creases, orthotropy, clamped, given };
+        let mut terms = of_material(&source);
         if !bonds.is_empty() {
             terms.push(Box::new(TieEnergy::new(given_mesh, &bonds, &terms)));
         }
-        Box::new(terms)
+        with_yielding(Box::new(terms), &source)
     })
 }
 

@@ -4,6 +4,7 @@
 #include "shell.hpp"
 
 #include <algorithm>
+#include <limits>
 #include <map>
 #include <stdexcept>
 
@@ -68,8 +69,12 @@ MaterialCrease read_crease(Section section, std::vector<std::string> &inputs) {
       section.fail(*section.find("angle_degrees"), "angle_degrees is " + std::to_string(*degrees) + "; it must be from -180 to 180");
     crease.angle = *degrees * kRadians;
   }
+  if (const auto degrees = section.number("yield_degrees")) {
+    if (!(*degrees > 0)) section.fail(*section.find("yield_degrees"), "yield_degrees is " + std::to_string(*degrees) + "; it must be above 0");
+    crease.yield = *degrees * kRadians;
+  }
   section.reject_unknown_keys();
-  if (crease.factor == 1 && !crease.angle) section.fail("give a factor other than 1, or angle_degrees");
+  if (crease.factor == 1 && !crease.angle && !crease.yield) section.fail("give a factor other than 1, angle_degrees or yield_degrees");
   return crease;
 }
 
@@ -129,6 +134,7 @@ CreaseLists find_creases(const Material &material, const Mesh &mesh) {
     lists.edges.push_back(edge);
     lists.factors.push_back(crease->factor);
     lists.angles.push_back(crease->angle.value_or(SW_CREASE_ANGLE_OF_MESH));
+    lists.yields.push_back(crease->yield.value_or(std::numeric_limits<double>::infinity()));
   }
   return lists;
 }

@@ -19,7 +19,7 @@ void read_creases(Section &section, Material &material, std::vector<std::string>
 // As SwMaterialDesc has them.
 struct CreaseLists {
   std::vector<std::array<uint32_t, 2>> edges;
-  std::vector<double> factors, angles;
+  std::vector<double> factors, angles, yields;
 };
 
 // Each edge once: later tables go over earlier ones. Throws std::runtime_error where they do not fit the mesh.

@@ -77,6 +77,7 @@ density = 0.2           # kg/m^2: what wind and forces work against; paper 0.08,
 # box = [0.049, -1, -1, 0.051, 1, 1]  # all edges with both ends inside; or edges = [[3, 4], [4, 5]], or a list
 # factor = 0.2          # of the sheet's stiffness against bending there; above 1 a vein
 # angle_degrees = 30    # where it rests; without it as in the mesh
+# yield_degrees = 10    # how far it springs back; beyond, folds stay: by the methods reduced-shell and shell-implicit
 
 [[support]]             # what is held; as many as you like
 side = "%s"          # low-x, high-x, low-y …; or one of the next four

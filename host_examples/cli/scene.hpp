@@ -53,12 +53,13 @@ struct MaterialRegion {
   std::vector<std::pair<uint32_t, double>> values;  // SW_MAP_... and its value
 };
 
-// Edges that bend by another stiffness, or rest at another angle, than the sheet: those named, and those within a box.
+// Edges that bend by another stiffness, rest at another angle, or yield, unlike the sheet: those named, and those within a box.
 struct MaterialCrease {
   std::optional<Bounds> box{};
   std::vector<std::array<uint32_t, 2>> edges{};  // as the file counts vertices
   double factor = 1;
   std::optional<double> angle{};  // rad; else as the mesh has it
+  std::optional<double> yield{};  // rad; else it does not
 };
 
 // By the paper's constants, or as a sheet in engineering units.

@@ -102,6 +102,7 @@ void set_rest(const CreaseLists &creases, const std::vector<double> &rest, SwMat
     desc.n_creases = static_cast<uint32_t>(creases.edges.size());
     desc.crease_factors = creases.factors.data();
     desc.crease_angles = creases.angles.data();
+    desc.crease_yields = creases.yields.data();
   }
   if (rest.empty()) return;
   desc.rest_format = SW_FORMAT_F64;

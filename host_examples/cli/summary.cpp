@@ -6,6 +6,7 @@
 #include "progress.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 
@@ -55,6 +56,8 @@ void print_creases(const Material &material, const CreaseLists &creases) {
     row("  factor of their stiffness", format("%g", *low) + most);
     const auto of_mesh = std::count(creases.angles.begin(), creases.angles.end(), SW_CREASE_ANGLE_OF_MESH);
     row("  with a rest angle", count(creases.edges.size() - static_cast<std::size_t>(of_mesh)));
+    const auto yielding = std::count_if(creases.yields.begin(), creases.yields.end(), [](double limit) { return std::isfinite(limit); });
+    if (yielding) row("  that yield", count(static_cast<std::size_t>(yielding)));
   }
   if (!material.rest_shape.empty()) row("shape without stress", std::filesystem::path(material.rest_shape).filename().string());
 }

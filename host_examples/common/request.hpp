@@ -69,11 +69,12 @@ struct Tie {
   double stiffness = 0;  // force per length: N/m of a sheet, in units of E h by frequency; 0 = stiff
 };
 
-// An edge that bends by another stiffness, or rests at another angle.
+// An edge that bends by another stiffness, rests at another angle, or yields.
 struct Crease {
   uint32_t a = 0, b = 0;
   double factor = 1;             // on the stiffness against bending, 0 or more
   std::optional<double> angle{};  // rad, above 0 convex on the side of the normals of corners that run counterclockwise; none: as the mesh has it
+  double yield = 0;               // rad: how far it comes from its rest angle elastically; 0 = as far as it goes
 };
 
 // What the model is made of; a change of any of it is a new precompute, but of the method only where the two need different models.

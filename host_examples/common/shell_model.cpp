@@ -272,7 +272,7 @@ uint64_t build_key(const Mesh &mesh, const Build &build) {
   hash.add(fields).add(choice).add(fields || choice ? build.reduced_fields : 0).add(choice ? build.auto_error : 0.0);
   hash.add(follows_by_fields(build.method) ? build.support_fields : 0);
   for (const Crease &crease : build.creases)
-    hash.add(crease.a).add(crease.b).add(crease.factor).add(crease.angle.has_value()).add(crease.angle.value_or(0));
+    hash.add(crease.a).add(crease.b).add(crease.factor).add(crease.angle.has_value()).add(crease.angle.value_or(0)).add(crease.yield);
   hash.add(build.creases.size()).add_all(build.rest_shape);
   for (const AxisSupport &support : build.axis_supports) hash.add(support.vertex).add(support.axes);
   for (const Tie &tie : build.ties) hash.add(tie.vertex).add(tie.to).add(tie.to_face).add(tie.stiffness);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <string>
 
@@ -80,12 +81,14 @@ void ShellParts::add_creases(const Mesh &mesh, const std::vector<Crease> &crease
     if (!(crease.factor >= 0) || !std::isfinite(crease.factor)) throw HostError(name + " has the factor " + number(crease.factor) + "; it must be 0 or above");
     if (crease.angle && !(std::abs(*crease.angle) <= kHalfTurn))
       throw HostError(name + " rests at " + number(*crease.angle * 180 / kHalfTurn) + " degrees; it must be from -180 to 180");
+    if (!(crease.yield >= 0)) throw HostError(name + " yields at " + number(crease.yield * 180 / kHalfTurn) + " degrees; it must be 0 or above");
     last[{std::min(crease.a, crease.b), std::max(crease.a, crease.b)}] = &crease;
   }
   for (const auto &[edge, crease] : last) {
     creases_.insert(creases_.end(), edge.begin(), edge.end());
     factors_.push_back(crease->factor);
     angles_.push_back(crease->angle.value_or(SW_CREASE_ANGLE_OF_MESH));
+    yields_.push_back(crease->yield > 0 ? crease->yield : std::numeric_limits<double>::infinity());
   }
 }
 
@@ -133,7 +136,7 @@ void ShellParts::put(SwMaterialDesc &material, SwSupportDesc &supports) const {
   material.tie_on_triangles = on_triangles_.data(), material.tie_stiffness = tie_stiffness_.data(), material.tie_distance = tie_within_;
   supports.axis_vertices = axis_vertices_.data(), supports.axes = axes_.data(), supports.n_axis_vertices = static_cast<uint32_t>(axis_vertices_.size());
   material.creases = creases_.data(), material.n_creases = static_cast<uint32_t>(creases_.size() / 2);
-  material.crease_factors = factors_.data(), material.crease_angles = angles_.data();
+  material.crease_factors = factors_.data(), material.crease_angles = angles_.data(), material.crease_yields = yields_.data();
   if (!directions_.empty()) {
     material.directions = directions_.data(), material.n_directions = static_cast<uint32_t>(directions_.size() / 3);
     material.direction_format = SW_FORMAT_F64;

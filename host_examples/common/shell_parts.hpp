@@ -25,7 +25,7 @@ private:
   void add_axes(const Mesh &mesh, const std::vector<AxisSupport> &supports);
 
   std::vector<uint32_t> creases_;  // n x 2
-  std::vector<double> factors_, angles_, directions_;
+  std::vector<double> factors_, angles_, yields_, directions_;
   std::vector<uint32_t> ties_, axis_vertices_;  // ties n x 2
   std::vector<uint8_t> on_triangles_, axes_;
   std::vector<double> tie_stiffness_;

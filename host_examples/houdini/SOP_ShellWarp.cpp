@@ -75,6 +75,7 @@ static const char *theDsFile = R"THEDSFILE(
     parm { name "creasefactor" label "Crease Factor" type float default { "0.1" } range { 0! 10 } }
     parm { name "creasesetsangle" label "Crease Sets Angle" type toggle default { "0" } }
     parm { name "creaseangle" label "Crease Angle" type float default { "0" } range { -180! 180! } }
+    parm { name "creaseyield" label "Crease Yield" type float default { "0" } range { 0! 180 } }
     parm { name "dampingratio" label "Damping Ratio" type float default { "0.05" } range { 0! 1 } }
     parm { name "dampingmass" label "Mass Damping" type float default { "0" } range { 0! 10 } }
     parm { name "dampingstiffness" label "Stiffness Damping" type float default { "0" } range { 0! 1 } }
@@ -346,6 +347,7 @@ void pull_creases(const SOP_ShellWarpParms &parms, const GU_Detail &detail, std:
   host::Crease crease;
   crease.factor = parms.getCreasefactor();
   if (parms.getCreasesetsangle()) crease.angle = parms.getCreaseangle();
+  crease.yield = parms.getCreaseyield();
   pull_edges(detail, parms.getCreasegroup(), crease, creases);
 }
 

@@ -120,13 +120,15 @@ void pull_edges(const GU_Detail &detail, const UT_StringHolder &group, const hos
   GOP_Manager groups;
   const GA_EdgeGroup *members = groups.parseEdgeGroups(group.c_str(), GOP_Manager::GroupCreator(&detail), true);
   if (!members) throw host::HostError(std::string("there are no edges of the group ") + group.c_str());
-  const GA_ROHandleF factors(&detail, GA_ATTRIB_POINT, "creasefactor"), angles(&detail, GA_ATTRIB_POINT, "creaseangle");
+  const GA_ROHandleF factors(&detail, GA_ATTRIB_POINT, "creasefactor"), angles(&detail, GA_ATTRIB_POINT, "creaseangle"), yields(&detail, GA_ATTRIB_POINT, "creaseyield");
   for (GA_EdgeGroup::const_iterator it = members->begin(); !it.atEnd(); ++it) {
     const auto mean = [&it](const GA_ROHandleF &of_points) { return (static_cast<double>(of_points.get(it->p0())) + static_cast<double>(of_points.get(it->p1()))) / 2; };
     host::Crease crease = common;
     crease.a = index_of(detail, it->p0()), crease.b = index_of(detail, it->p1());
     if (factors.isValid()) crease.factor = mean(factors);
     if (crease.angle && angles.isValid()) crease.angle = mean(angles);
+    if (yields.isValid()) crease.yield = mean(yields);
+    crease.yield *= 3.141592653589793 / 180;
     if (crease.angle) crease.angle = -3.141592653589793 / 180 * *crease.angle;  // corners run clockwise here
     creases.push_back(crease);
   }

@@ -20,8 +20,8 @@ void pull_map(const GU_Detail &detail, const UT_StringHolder &attribute, std::ve
 std::vector<double> pull_vectors(const GU_Detail &detail, const UT_StringHolder &attribute);  // of points, n x 3
 // Of each polygon, by an attribute of primitives or the mean of one of points.
 void pull_directions(const GU_Detail &detail, const UT_StringHolder &attribute, host::Stiffness &stiffness);
-// Every edge of a group as `common`, whose angle is in degrees and convex as Houdini shows polygons. Where points have f@creasefactor or
-// f@creaseangle, the mean of an edge's two goes over it.
+// Every edge of a group as `common`, whose angles are in degrees and convex as Houdini shows polygons. Where points have f@creasefactor,
+// f@creaseangle or f@creaseyield, the mean of an edge's two goes over it.
 void pull_edges(const GU_Detail &detail, const UT_StringHolder &group, const host::Crease &common, std::vector<host::Crease> &creases);
 
 // `group` is a pattern, as in every node: names, wildcards, numbers; none where it is empty.

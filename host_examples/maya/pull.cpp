@@ -153,6 +153,7 @@ void add_creases(MDataBlock &block, const MFnMesh &mesh, std::vector<host::Creas
     host::Crease crease;
     crease.factor = element.child(Node::creaseFactor).asDouble();
     if (element.child(Node::creaseSetsAngle).asBool()) crease.angle = kRadians * element.child(Node::creaseAngle).asDouble();
+    crease.yield = kRadians * element.child(Node::creaseYield).asDouble();
     for (const uint32_t edge : listed(element.child(Node::creaseEdges).data(), name.c_str(), MFn::kMeshEdgeComponent, "edges")) {
       int2 ends;
       if (mesh.getEdgeVertices(static_cast<int>(edge), ends) != MS::kSuccess)

@@ -22,7 +22,7 @@ MObject ShellWarpNode::thicknessMapList, ShellWarpNode::thicknessMap, ShellWarpN
     ShellWarpNode::densityMapList, ShellWarpNode::densityMap;
 MObject ShellWarpNode::youngAcross, ShellWarpNode::shear, ShellWarpNode::direction, ShellWarpNode::directionX, ShellWarpNode::directionY,
     ShellWarpNode::directionZ, ShellWarpNode::directions;
-MObject ShellWarpNode::creases, ShellWarpNode::creaseEdges, ShellWarpNode::creaseFactor, ShellWarpNode::creaseAngle, ShellWarpNode::creaseSetsAngle,
+MObject ShellWarpNode::creases, ShellWarpNode::creaseEdges, ShellWarpNode::creaseFactor, ShellWarpNode::creaseAngle, ShellWarpNode::creaseSetsAngle, ShellWarpNode::creaseYield,
     ShellWarpNode::restShape;
 MObject ShellWarpNode::dampingRatio, ShellWarpNode::dampingMass, ShellWarpNode::dampingStiffness, ShellWarpNode::dampingMapList,
     ShellWarpNode::dampingMap, ShellWarpNode::stiffnessFactor;
@@ -161,12 +161,14 @@ MStatus create_creases() {
   CHECK_MSTATUS_AND_RETURN_IT(status);
   status = create_number(Node::creaseAngle, "creaseAngle", "can", 0, {-180, 180});
   CHECK_MSTATUS_AND_RETURN_IT(status);
+  status = create_number(Node::creaseYield, "creaseYield", "cye", 0, {0, 180});
+  CHECK_MSTATUS_AND_RETURN_IT(status);
   status = create_plain(Node::creaseSetsAngle, "creaseSetsAngle", "csa", MFnNumericData::kBoolean, 0);
   CHECK_MSTATUS_AND_RETURN_IT(status);
   MFnCompoundAttribute list;
   Node::creases = list.create("creases", "crs", &status);
   CHECK_MSTATUS_AND_RETURN_IT(status);
-  for (const MObject &child : {Node::creaseEdges, Node::creaseFactor, Node::creaseAngle, Node::creaseSetsAngle}) list.addChild(child);
+  for (const MObject &child : {Node::creaseEdges, Node::creaseFactor, Node::creaseAngle, Node::creaseSetsAngle, Node::creaseYield}) list.addChild(child);
   list.setArray(true);
   Node::restShape = typed.create("restShape", "rsh", MFnData::kMesh, MObject::kNullObj, &status);
   return status;
@@ -380,7 +382,7 @@ MStatus ShellWarpNode::addAttributes() {
   const MObject children[] = {windMap, windX, windY, windZ, gravityX,       gravityY,       gravityZ,          supportWeights,   dampingMap, thicknessMap, youngMap, densityMap, handleVertex,
                               handleTarget,   handlePosition, handleOrientation, handleCompliance, handleHeld, handleAxisX, handleAxisY, handleAxisZ, colliderMesh,
                               colliderMatrix, colliderShape,  colliderCells,     colliderFriction, colliderThickness,
-                              directionX, directionY, directionZ, creaseEdges, creaseFactor, creaseAngle, creaseSetsAngle,
+                              directionX, directionY, directionZ, creaseEdges, creaseFactor, creaseAngle, creaseSetsAngle, creaseYield,
                               supportAxesComponents, supportAxisX, supportAxisY, supportAxisZ, tieVertex, tieTo, tieToFace, tieStiffness, forceX, forceY, forceZ, forceMap};
   MStatus status;
   for (const MObject &attribute : parents) {

@@ -92,7 +92,7 @@ public:
   static MObject preset, young, poisson, volumeDensity;
   static MObject thicknessMapList, thicknessMap, youngMapList, youngMap, densityMapList, densityMap;
   static MObject youngAcross, shear, direction, directionX, directionY, directionZ, directions;
-  static MObject creases, creaseEdges, creaseFactor, creaseAngle, creaseSetsAngle, restShape;
+  static MObject creases, creaseEdges, creaseFactor, creaseAngle, creaseSetsAngle, creaseYield, restShape;
   static MObject dampingRatio, dampingMass, dampingStiffness, dampingMapList, dampingMap, stiffnessFactor;
   static MObject method, reducedFields, autoError, correctionSteps, integrator;
   static MObject modes, doublePrecision, certify;

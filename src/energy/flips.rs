@@ -6,7 +6,7 @@
 
 use super::bending::Plate;
 use super::patch::Beyond;
-use crate::material::Creases;
+use crate::material::{Crease, Creases};
 use crate::{Mesh, Vec3};
 use std::collections::{HashSet, VecDeque};
 
@@ -58,7 +58,7 @@ pub fn beyond(mesh: &Mesh, triangles: &[[u32; 3]], clamped: &[bool], creases: &C
             let Some((t, k)) = own else { continue };
             beyond[t][k] = match other {
                 _ if clamp => Beyond::Clamp,
-                _ if creases.factor(ends) != 1.0 => Beyond::Free,
+                _ if creases.at(ends).is_some_and(Crease::is_apart) => Beyond::Free,
                 Some((t, k)) => Beyond::Vertex { corner: triangles[t][k], triangle: t },
                 None => Beyond::Free,
             };

@@ -13,12 +13,13 @@ use crate::{Mesh, Vec3};
 use std::f64::consts::{PI, TAU};
 
 /// The bending term over all interior edges.
+#[derive(Clone)]
 pub struct HingeEnergy {
     /// a, b, c, d of each interior edge: its ends, then the two opposite vertices.
-    hinges: Vec<[u32; 4]>,
-    rest_angle: Vec<f64>,
+    pub(super) hinges: Vec<[u32; 4]>,
+    pub(super) rest_angle: Vec<f64>,
     /// 3 k_B l̄/h̄.
-    weight: Vec<f64>,
+    pub(super) weight: Vec<f64>,
     rest_gradient: Vec<[Vec3; 4]>,
     /// (2 Ā/100)² of the two triangles.
     small: Vec<[f64; 2]>,
@@ -28,12 +29,12 @@ pub struct HingeEnergy {
 pub(super) const COLLAPSED: f64 = 0.01;
 
 /// One hinge in a shape.
-struct Bend {
-    corners: [Vec3; 4],
+pub(super) struct Bend {
+    pub(super) corners: [Vec3; 4],
     /// φ₁φ₂.
-    share: f64,
+    pub(super) share: f64,
     /// θ − θ̄.
-    turn: f64,
+    pub(super) turn: f64,
 }
 
 impl HingeEnergy {
@@ -70,8 +71,24 @@ impl HingeEnergy {
         }
     }
 
-    fn bend(&self, i: usize, x: &[Vec3]) -> Bend {
-        let corners = self.hinges[i].map(|v| x[v as usize]);
+    /// As [`Energy::sampled`].
+    pub(super) fn sample(&self, weights: &[f64], index: &[u32]) -> Self {
+        let kept: Vec<usize> = (0..self.hinges.len()).filter(|&h| weights[h] != 0.0).collect();
+        Self {
+            hinges: kept.iter().map(|&h| self.hinges[h].map(|v| index[v as usize])).collect(),
+            rest_angle: kept.iter().map(|&h| self.rest_angle[h]).collect(),
+            weight: kept.iter().map(|&h| self.weight[h] * weights[h]).collect(),
+            rest_gradient: kept.iter().map(|&h| self.rest_gradient[h]).collect(),
+            small: kept.iter().map(|&h| self.small[h]).collect(),
+        }
+    }
+
+    pub(super) fn bend(&self, i: usize, x: &[Vec3]) -> Bend {
+        self.bend_of(i, self.hinges[i].map(|v| x[v as usize]))
+    }
+
+    #[inline(always)]
+    pub(super) fn bend_of(&self, i: usize, corners: [Vec3; 4]) -> Bend {
         let turn = wrapped_difference(dihedral_angle(&corners), self.rest_angle[i]);
         let (n1, n2) = normals(&corners);
         let share = [n1, n2].iter().zip(&self.small[i]).map(|(n, small)| presence(n.norm_squared() / small)).product();
@@ -79,7 +96,7 @@ impl HingeEnergy {
     }
 
     /// ∂(φ₁φ₂ (θ − θ̄))/∂(a, b, c, d).
-    fn gradient(&self, i: usize, bend: &Bend) -> [Vec3; 4] {
+    pub(super) fn gradient(&self, i: usize, bend: &Bend) -> [Vec3; 4] {
         let mut gradient = angle_gradient(&bend.corners);
         if bend.share < 1.0 {
             gradient.iter_mut().for_each(|g| *g *= bend.share);
@@ -304,13 +321,6 @@ impl Energy for HingeEnergy {
     }
 
     fn sampled(&self, weights: &[f64], index: &[u32]) -> Box<dyn Energy> {
-        let kept: Vec<usize> = (0..self.hinges.len()).filter(|&h| weights[h] != 0.0).collect();
-        Box::new(Self {
-            hinges: kept.iter().map(|&h| self.hinges[h].map(|v| index[v as usize])).collect(),
-            rest_angle: kept.iter().map(|&h| self.rest_angle[h]).collect(),
-            weight: kept.iter().map(|&h| self.weight[h] * weights[h]).collect(),
-            rest_gradient: kept.iter().map(|&h| self.rest_gradient[h]).collect(),
-            small: kept.iter().map(|&h| self.small[h]).collect(),
-        })
+        Box::new(self.sample(weights, index))
     }
 }

@@ -16,6 +16,7 @@ mod membrane;
 mod patch;
 mod thin;
 mod tie;
+mod yielding;
 
 pub use area::AreaEnergy;
 pub use bending::{BendingEnergy, Plate};
@@ -25,8 +26,9 @@ pub use membrane::MembraneEnergy;
 pub use patch::plane_stress;
 pub use thin::{Thick, thick};
 pub use tie::TieEnergy;
+pub use yielding::Yielding;
 
-use crate::material::{Creases, ElasticSheet, Elasticity, Maps, On, Orthotropy, Quantity, mean, mean_cube};
+use crate::material::{Creases, ElasticSheet, Elasticity, Map, Maps, On, Orthotropy, Quantity, mean, mean_cube};
 use crate::{Material, Mesh, Vec3};
 use law::Law;
 use std::collections::HashMap;
@@ -94,6 +96,13 @@ pub trait Energy: Send + Sync {
     /// How many elements, the first ones, resist stretching. The others resist bending.
     fn n_membrane(&self) -> usize;
 
+    /// Hands the strains of these to `visit`, as [`Energy::visit_strains`] has them.
+    fn visit_stretch(&self, x: &[Vec3], visit: &mut dyn FnMut(f64)) {
+        if self.n_membrane() > 0 {
+            self.visit_strains(x, &mut |_, strain| visit(strain));
+        }
+    }
+
     /// Elements, as many as rest rows.
     fn n_elements(&self) -> usize;
 
@@ -102,6 +111,16 @@ pub trait Energy: Send + Sync {
 
     /// Gives elements that stand or fall together, as the components of a tie, the same weight each: their mean.
     fn even(&self, _weights: &mut [f64]) {}
+
+    /// Itself, where it has creases that yield: its last elements.
+    fn yielding(&self) -> Option<&Yielding> {
+        None
+    }
+
+    /// The same, to change.
+    fn yielding_mut(&mut self) -> Option<&mut Yielding> {
+        None
+    }
 
     /// Σ w E of the elements that have a weight w other than 0 (`weights` in the order of the rest rows), on vertices that
     /// are numbered anew by `index` (n_vertices).
@@ -172,6 +191,10 @@ impl Energy for Vec<Box<dyn Energy>> {
         self.iter().map(|e| e.n_membrane()).sum()
     }
 
+    fn visit_stretch(&self, x: &[Vec3], visit: &mut dyn FnMut(f64)) {
+        self.iter().for_each(|e| e.visit_stretch(x, visit));
+    }
+
     fn visit_hessian(&self, x: &[Vec3], curvature: Curvature, visit: &mut dyn FnMut(ElementHessian)) {
         self.iter().for_each(|e| e.visit_hessian(x, curvature, visit));
     }
@@ -227,7 +250,7 @@ pub struct Source<'a> {
     pub given: &'a [Vec3],
 }
 
-/// The energy of what a shell is made of.
+/// The energy of what a shell is made of, without creases that yield.
 pub fn of_material(source: &Source) -> Vec<Box<dyn Energy>> {
     match source.material {
         Elasticity::DiscreteShells(material) => creased_discrete_shell(source, &material),
@@ -235,42 +258,96 @@ pub fn of_material(source: &Source) -> Vec<Box<dyn Energy>> {
     }
 }
 
-fn creased_koiter(source: &Source, sheet: &ElasticSheet) -> Vec<Box<dyn Energy>> {
-    let Source { mesh, maps, creases, orthotropy, clamped, given, .. } = *source;
-    let (young, thickness) = (maps.by_triangle(Quantity::Young, mesh), maps.of(Quantity::Thickness));
-    let edges = bending::Edges { clamped, creases, given };
-    let heights = |t: usize| match thickness {
-        None => [sheet.thickness; 3],
-        Some(map) if map.on == On::Triangles => [map.values[t]; 3],
-        Some(map) => mesh.triangles[t].map(|v| map.values[v as usize]),
+/// With the creases that yield, if any do.
+pub fn with_yielding(elastic: Box<dyn Energy>, source: &Source) -> Box<dyn Energy> {
+    if !source.creases.yield_somewhere() {
+        return elastic;
+    }
+    let creases = match source.material {
+        Elasticity::DiscreteShells(material) if material.k_bend == 0.0 => return elastic,
+        Elasticity::DiscreteShells(material) => hinges(source, &material, true),
+        Elasticity::Koiter(sheet) => KoiterParts::new(source, &sheet).springs(source, true),
     };
-    let young_of = |t: usize| young.as_ref().map_or(sheet.young, |young| young[t]);
-    let along = |t: usize| orthotropy.map_or_else(Vec3::zeros, |fibres| fibres.along[t]);
-    let plate = |t: usize| Plate { young: young_of(t), cube: mean_cube(heights(t)), along: along(t) };
-    let law = Law::new(sheet, orthotropy);
+    if creases.hinges.is_empty() {
+        return elastic;
+    }
+    let limit = |[a, b, ..]: &[u32; 4]| source.creases.at([*a, *b]).map_or(f64::INFINITY, |crease| crease.yield_angle);
+    let limits = creases.hinges.iter().map(limit).collect();
+    Box::new(Yielding::new(elastic, creases, limits))
+}
+
+/// What a sheet's energy is made of, triangle by triangle.
+struct KoiterParts<'a> {
+    mesh: &'a Mesh,
+    sheet: &'a ElasticSheet,
+    young: Option<Vec<f64>>,
+    thickness: Option<&'a Map>,
+    orthotropy: Option<&'a Orthotropy>,
+    law: Law,
+}
+
+impl<'a> KoiterParts<'a> {
+    fn new(source: &Source<'a>, sheet: &'a ElasticSheet) -> Self {
+        let Source { mesh, maps, orthotropy, .. } = *source;
+        let (young, thickness) = (maps.by_triangle(Quantity::Young, mesh), maps.of(Quantity::Thickness));
+        Self { mesh, sheet, young, thickness, orthotropy, law: Law::new(sheet, orthotropy) }
+    }
+
+    fn heights(&self, t: usize) -> [f64; 3] {
+        match self.thickness {
+            None => [self.sheet.thickness; 3],
+            Some(map) if map.on == On::Triangles => [map.values[t]; 3],
+            Some(map) => self.mesh.triangles[t].map(|v| map.values[v as usize]),
+        }
+    }
+
+    fn young(&self, t: usize) -> f64 {
+        self.young.as_ref().map_or(self.sheet.young, |young| young[t])
+    }
+
+    fn plate(&self, t: usize) -> Plate {
+        let along = self.orthotropy.map_or_else(Vec3::zeros, |fibres| fibres.along[t]);
+        Plate { young: self.young(t), cube: mean_cube(self.heights(t)), along }
+    }
+
+    /// The springs of creases that yield, or of the others.
+    fn springs(&self, source: &Source, yielding: bool) -> HingeEnergy {
+        let Source { mesh, creases, clamped, given, .. } = *source;
+        let poisson = self.sheet.poisson;
+        let rigidity = |t: usize, edge: &Vec3| match self.orthotropy {
+            None => self.plate(t).rigidity() / (12.0 * (1.0 - poisson * poisson)),
+            Some(_) => self.plate(t).cube / 12.0 * self.law.about(&self.plate(t), edge),
+        };
+        springs(mesh, &bending::Edges { clamped, creases, given }, yielding, rigidity)
+    }
+}
+
+fn creased_koiter(source: &Source, sheet: &ElasticSheet) -> Vec<Box<dyn Energy>> {
+    let Source { mesh, creases, clamped, given, .. } = *source;
+    let edges = bending::Edges { clamped, creases, given };
+    let parts = KoiterParts::new(source, sheet);
+    let KoiterParts { young, thickness, orthotropy, law, .. } = &parts;
     let mut terms = if young.is_none() && thickness.is_none() && orthotropy.is_none() {
         uniform_koiter(mesh, sheet, &edges)
     } else {
-        let plates = (0..mesh.triangles.len()).map(plate).collect();
+        let plates: Vec<Plate> = (0..mesh.triangles.len()).map(|t| parts.plate(t)).collect();
         let corners = |t: usize| mesh.triangles[t].map(|v| mesh.positions[v as usize]);
-        let stretching = |t| mean(heights(t)) * law.stress(young_of(t), &along(t), &corners(t));
+        let along: Vec<Vec3> = plates.iter().map(|plate| plate.along).collect();
+        let stretching = |t| mean(parts.heights(t)) * law.stress(parts.young(t), &along[t], &corners(t));
         vec![
             Box::new(MembraneEnergy::varying(mesh, stretching)) as Box<dyn Energy>,
-            Box::new(BendingEnergy::varying(mesh, plates, &law, &edges)),
+            Box::new(BendingEnergy::varying(mesh, plates, law, &edges)),
         ]
     };
     if !creases.is_empty() {
-        let rigidity = |t: usize, edge: &Vec3| match orthotropy {
-            None => plate(t).rigidity() / (12.0 * (1.0 - sheet.poisson * sheet.poisson)),
-            Some(_) => plate(t).cube / 12.0 * law.about(&plate(t), edge),
-        };
-        terms.push(Box::new(springs(mesh, &edges, rigidity)));
+        terms.push(Box::new(parts.springs(source, false)));
     }
     terms
 }
 
 /// The creases of another stiffness as springs, each of the plate's own stiffness over the mean height of its triangles, by its factor.
-fn springs(mesh: &Mesh, edges: &bending::Edges, rigidity: impl Fn(usize, &Vec3) -> f64) -> HingeEnergy {
+/// Those that yield, or the others.
+fn springs(mesh: &Mesh, edges: &bending::Edges, yielding: bool, rigidity: impl Fn(usize, &Vec3) -> f64) -> HingeEnergy {
     let mut sides: HashMap<[u32; 2], Vec<usize>> = HashMap::new();
     for (t, corners) in mesh.triangles.iter().enumerate() {
         for ends in (0..3).map(|k| [corners[k], corners[(k + 1) % 3]]) {
@@ -281,7 +358,10 @@ fn springs(mesh: &Mesh, edges: &bending::Edges, rigidity: impl Fn(usize, &Vec3) 
     }
     let kept = |v: u32| edges.clamped.get(v as usize) == Some(&true);
     HingeEnergy::of(mesh, |_, edge| {
-        let crease = edges.creases.at(edge.vertices).filter(|crease| crease.factor != 1.0 && crease.factor != 0.0)?;
+        let crease = edges.creases.at(edge.vertices).filter(|crease| crease.is_apart() && crease.factor != 0.0)?;
+        if crease.yields() != yielding {
+            return None;
+        }
         if edge.vertices.iter().all(|v| kept(*v)) {
             return None;
         }
@@ -320,7 +400,7 @@ pub fn discrete_shell(mesh: &Mesh, material: &Material) -> Vec<Box<dyn Energy>> 
 }
 
 fn creased_discrete_shell(source: &Source, material: &Material) -> Vec<Box<dyn Energy>> {
-    let Source { mesh, maps, creases, .. } = *source;
+    let Source { mesh, maps, .. } = *source;
     let mut terms: Vec<Box<dyn Energy>> = Vec::new();
     if material.k_area > 0.0 {
         let term = AreaEnergy::new(mesh, material.k_area);
@@ -337,15 +417,21 @@ fn creased_discrete_shell(source: &Source, material: &Material) -> Vec<Box<dyn E
         }));
     }
     if material.k_bend > 0.0 {
-        let values = maps.by_edge(Quantity::KBend, mesh);
-        let k = |edge: usize| values.as_ref().map_or(material.k_bend, |values| values[edge]);
-        terms.push(Box::new(HingeEnergy::of(mesh, |e, edge| match creases.at(edge.vertices) {
-            None => Some((k(e), None)),
-            Some(crease) if crease.factor == 0.0 => None,
-            Some(crease) => Some((crease.factor * k(e), crease.angle)),
-        })));
+        terms.push(Box::new(hinges(source, material, false)));
     }
     terms
+}
+
+/// The hinges that yield, or the others.
+fn hinges(source: &Source, material: &Material, yielding: bool) -> HingeEnergy {
+    let Source { mesh, maps, creases, .. } = *source;
+    let values = maps.by_edge(Quantity::KBend, mesh);
+    let k = |edge: usize| values.as_ref().map_or(material.k_bend, |values| values[edge]);
+    HingeEnergy::of(mesh, |e, edge| match creases.at(edge.vertices) {
+        None => (!yielding).then(|| (k(e), None)),
+        Some(crease) if crease.factor == 0.0 || crease.yields() != yielding => None,
+        Some(crease) => Some((crease.factor * k(e), crease.angle)),
+    })
 }
 
 /// The K-seminorm squared uᵀKu = Σ (b·u)², each term a square: no cancellation, so a rigid motion gives rounding squared.

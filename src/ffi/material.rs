@@ -145,6 +145,12 @@ pub struct SwMaterialDesc {
     /// How long the mesh's unit is, metres: 1, 0.01 for centimetres. 0 = not told. It changes no number of the shell: sw_model_precompute logs a warning where the
     /// shell's own weight on Earth moves it by less than 1e-5 of its size, or bends it as no film bends, and SwModelInfo says by how much.
     pub metres_per_unit: f64,
+    /// Yield angles in rad (n_creases), positive: how far the angle of a crease comes from its rest angle elastically. Where a step or an equilibrium ends
+    /// further from it, the state's own rest angle has followed to this far: a fold that stays. Infinite = elastic. NULL = infinite for all. States take their rest angles along when they are
+    /// cloned, saved and loaded, and go on by another method; sw_state_reset gives back those above. Only SW_METHOD_REDUCED_SHELL and the full shell yield; with others sw_state_create fails.
+    /// Such a crease has a hinge of its own in SW_ENERGY_KOITER, as one of another factor than 1 has: its moment stays below the factor times the sheet's own stiffness at the edge times
+    /// this angle. With a factor of 0 it does nothing.
+    pub crease_yields: *const f64,
 }
 
 described!(SwMaterialDesc, rest_stride);
@@ -214,18 +220,20 @@ pub(super) unsafe fn maps_of(desc: &SwMaterialDesc) -> Result<Vec<Map>, Fault> {
 pub(super) unsafe fn creases_of(desc: &SwMaterialDesc) -> Result<Vec<Crease>, Fault> {
     let n = u64::from(desc.n_creases);
     // SAFETY: the host's lists hold n_creases elements each, or are NULL where that is allowed.
-    let (ends, factors, angles) = unsafe {
+    let (ends, factors, angles, yields) = unsafe {
         let optional = |name: &str, list: *const f64| match list.is_null() {
             true => Ok(vec![]),
             false => read_array(name, list, n),
         };
         let ends: Vec<[u32; 2]> = read_array("material->creases", desc.creases.cast(), n)?;
         let factors = optional("material->crease_factors", desc.crease_factors)?;
-        (ends, factors, optional("material->crease_angles", desc.crease_angles)?)
+        let angles = optional("material->crease_angles", desc.crease_angles)?;
+        (ends, factors, angles, optional("material->crease_yields", desc.crease_yields)?)
     };
     let crease = |(i, vertices): (usize, [u32; 2])| {
         let angle = angles.get(i).copied().filter(|angle| *angle != f64::from(SW_CREASE_ANGLE_OF_MESH));
-        Crease { vertices, factor: factors.get(i).copied().unwrap_or(1.0), angle }
+        let yield_angle = yields.get(i).copied().unwrap_or(f64::INFINITY);
+        Crease { vertices, factor: factors.get(i).copied().unwrap_or(1.0), angle, yield_angle }
     };
     Ok(ends.into_iter().enumerate().map(crease).collect())
 }

@@ -486,7 +486,7 @@ pub unsafe extern "C" fn sw_state_step(state: *mut SwState, seconds: f64) -> SwS
 
 /// Saves the dynamic state (time, frame, amplitudes and rates, constraint work): 152 bytes and 16 a mode, or mode and field of a
 /// reduced shell, so 952 at 50 modes; 152 and 48 a vertex of a nonlinear shell; with
-/// colliders 16 more, 56 a collider and 48 a contact; with a rest shape that moves 40 more and 104 a vertex. Loads, damping and constraints are inputs and not saved. Two calls: with `bytes` NULL and `capacity` 0 only *size is written. Callable concurrently.
+/// colliders 16 more, 56 a collider and 48 a contact; with a rest shape that moves 40 more and 104 a vertex; and 16 a crease that yields. Loads, damping and constraints are inputs and not saved. Two calls: with `bytes` NULL and `capacity` 0 only *size is written. Callable concurrently.
 /// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_BUFFER_SIZE when capacity < *size, SW_ERROR_BUSY.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn sw_state_save(

@@ -13,6 +13,20 @@ pub struct Crease {
     pub factor: f64,
     /// Rest angle in rad from −π to π: 0 is flat, above 0 is convex on the side of the triangles' normals. `None`: as the mesh.
     pub angle: Option<f64>,
+    /// How far, in rad, its angle comes from the rest angle elastically, positive: beyond it the rest angle of a state follows. Infinite: elastic.
+    pub yield_angle: f64,
+}
+
+impl Crease {
+    /// Whether it yields.
+    pub fn yields(&self) -> bool {
+        self.yield_angle < f64::INFINITY
+    }
+
+    /// Whether it has a hinge of its own between triangles that the sheet does not bend across it.
+    pub fn is_apart(&self) -> bool {
+        self.factor != 1.0 || self.yields()
+    }
 }
 
 /// The creases of a mesh, in order of (lower, higher) vertex.
@@ -31,7 +45,7 @@ impl Creases {
             let (i, k, [a, b]) = (same[0].1, same[1].1, same[0].0.vertices);
             return Err(Error::argument(format!("creases {i} and {k} are at the same edge {a}-{b}")));
         }
-        let counts = |crease: &Crease| crease.factor != 1.0 || crease.angle.is_some();
+        let counts = |crease: &Crease| crease.is_apart() || crease.angle.is_some();
         Ok(Self(all.into_iter().map(|(crease, _)| crease).filter(counts).collect()))
     }
 
@@ -51,14 +65,14 @@ impl Creases {
         self.0.binary_search_by_key(&ends, |crease| crease.vertices).ok().map(|i| &self.0[i])
     }
 
-    /// What the stiffness at an edge is multiplied by.
-    pub fn factor(&self, ends: [u32; 2]) -> f64 {
-        self.at(ends).map_or(1.0, |crease| crease.factor)
-    }
-
     /// Whether any rests at an angle of its own.
     pub fn have_angles(&self) -> bool {
         self.0.iter().any(|crease| crease.angle.is_some())
+    }
+
+    /// Whether any yields.
+    pub fn yield_somewhere(&self) -> bool {
+        self.0.iter().any(Crease::yields)
     }
 
     /// Whether any turns freely.
@@ -79,7 +93,7 @@ impl Creases {
 
 /// The i-th, with its ends in order.
 fn checked(i: usize, crease: &Crease, mesh: &Mesh) -> Result<Crease> {
-    let Crease { vertices: [a, b], factor, angle } = *crease;
+    let Crease { vertices: [a, b], factor, angle, yield_angle } = *crease;
     let n = mesh.positions.len();
     let refused = |what: String| Err(Error::argument(format!("crease {i} is at the edge {a}-{b}, {what}")));
     if a as usize >= n || b as usize >= n {
@@ -105,5 +119,10 @@ fn checked(i: usize, crease: &Crease, mesh: &Mesh) -> Result<Crease> {
         let message = format!("the rest angle of crease {i}, {a}-{b}, is {angle:?}: it must be from -pi to pi");
         return Err(Error::argument(message));
     }
-    Ok(Crease { vertices, factor, angle })
+    if yield_angle.is_nan() || yield_angle <= 0.0 {
+        let message = format!("the yield angle of crease {i}, {a}-{b}, is {yield_angle:?}: it must be positive");
+        return Err(Error::argument(message));
+    }
+    let yield_angle = if factor == 0.0 { f64::INFINITY } else { yield_angle }; // no moment, nothing to yield
+    Ok(Crease { vertices, factor, angle, yield_angle })
 }

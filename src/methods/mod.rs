@@ -173,6 +173,12 @@ pub trait Motion: Send + Sync {
     fn n_unknowns(&self) -> usize;
     /// Whether unknowns and rates give finite positions and energies.
     fn is_representable(&self, unknowns: [&[f64]; 2]) -> bool;
+    /// Rest angles of creases that yield, in the order of the energy's; they are unknowns too.
+    fn rest_angles(&self) -> Vec<f64> {
+        vec![]
+    }
+    /// Takes rest angles of creases that yield, as many as there are.
+    fn set_rest_angles(&mut self, _angles: &[f64]) {}
     /// What the unknowns mean something by.
     fn fingerprint(&self) -> u64;
     /// Modal amplitudes and their rates.

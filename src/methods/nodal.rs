@@ -141,6 +141,18 @@ impl Nodal {
         kinetic.is_finite() && u.iter().flatten().all(|c| c.abs() <= largest)
     }
 
+    /// Creases that are bent beyond their yield angle rest at another one from here on.
+    fn yield_creases(&mut self) {
+        let place = |v: u32| self.shell.mesh.positions[v as usize] + self.u[v as usize];
+        if let Some(angles) = self.shell.energy.yielding().and_then(|energy| energy.yielded(place)) {
+            self.set_rest_angles(&angles);
+        }
+    }
+
+    fn n_rest_angles(&self) -> usize {
+        self.shell.energy.yielding().map_or(0, |energy| energy.rest_angles().len())
+    }
+
     fn position(&self, placement: &Placement, v: usize) -> Vec3 {
         placement.place(self.shell.mesh.positions[v] + self.u[v])
     }
@@ -175,6 +187,9 @@ impl Motion for Nodal {
         self.velocity.fill(Vec3::zeros());
         self.constraints.reset();
         self.iterations = 0;
+        if let Some(made) = self.shell.energy.yielding().map(|energy| energy.made().clone()) {
+            self.set_rest_angles(&made);
+        }
     }
 
     fn stop(&mut self) {
@@ -188,6 +203,8 @@ impl Motion for Nodal {
         if stepped.is_err() {
             self.u.copy_from_slice(&self.before[0]);
             self.velocity.copy_from_slice(&self.before[1]);
+        } else {
+            self.yield_creases();
         }
         stepped
     }
@@ -205,6 +222,7 @@ impl Motion for Nodal {
         self.constraints.accept(0.0);
         self.u = found.displacement;
         self.velocity.fill(Vec3::zeros());
+        self.yield_creases();
         Ok((found.residual, found.iterations))
     }
 
@@ -243,8 +261,11 @@ impl Motion for Nodal {
         true
     }
 
+    /// Behind the displacements come the rest angles of creases that yield, with zeros for rates.
     fn unknowns(&self) -> [Vec<f64>; 2] {
-        [&self.u, &self.velocity].map(|field| field.iter().flatten().copied().collect())
+        let mut unknowns = [vec![], vec![]];
+        self.copy_unknowns(&mut unknowns);
+        unknowns
     }
 
     fn copy_unknowns(&self, into: &mut [Vec<f64>; 2]) {
@@ -252,22 +273,42 @@ impl Motion for Nodal {
             to.clear();
             to.extend(from.iter().flatten());
         }
+        if let Some(energy) = self.shell.energy.yielding() {
+            into[0].extend(energy.rest_angles());
+            into[1].resize(self.n_unknowns(), 0.0);
+        }
     }
 
     fn set_unknowns(&mut self, unknowns: [&[f64]; 2]) {
         for (field, numbers) in [&mut self.u, &mut self.velocity].into_iter().zip(unknowns) {
             field.iter_mut().zip(numbers.chunks_exact(3)).for_each(|(to, from)| to.copy_from_slice(from));
         }
+        self.set_rest_angles(&unknowns[0][3 * self.u.len()..]);
     }
 
     fn n_unknowns(&self) -> usize {
-        3 * self.u.len()
+        3 * self.u.len() + self.n_rest_angles()
+    }
+
+    fn rest_angles(&self) -> Vec<f64> {
+        self.shell.energy.yielding().map_or(vec![], |energy| energy.rest_angles().to_vec())
+    }
+
+    fn set_rest_angles(&mut self, angles: &[f64]) {
+        if self.shell.energy.yielding().is_none_or(|energy| energy.rest_angles() == angles) {
+            return;
+        }
+        if let Some(shell) = self.shell.with_rest_angles(angles).map(Arc::new) {
+            self.solver.set_shell(shell.clone());
+            self.shell = shell;
+        }
     }
 
     fn is_representable(&self, unknowns: [&[f64]; 2]) -> bool {
+        let n = 3 * self.u.len();
         let [u, velocity] =
-            unknowns.map(|numbers| numbers.chunks_exact(3).map(Vec3::from_column_slice).collect::<Vec<_>>());
-        self.is_within_range(&u, &velocity)
+            unknowns.map(|numbers| numbers[..n].chunks_exact(3).map(Vec3::from_column_slice).collect::<Vec<_>>());
+        self.is_within_range(&u, &velocity) && are_angles(&unknowns[0][n..])
     }
 
     fn fingerprint(&self) -> u64 {
@@ -361,6 +402,11 @@ impl Motion for Nodal {
         let forces = around.forces_and_wind(FORCE_VERTEX, 0.0);
         around.with_the_rest(own.into_iter().chain(modes).chain(loads).chain(forces))
     }
+}
+
+/// Whether creases can rest at these angles.
+pub(super) fn are_angles(angles: &[f64]) -> bool {
+    angles.iter().all(|angle| angle.abs() <= std::f64::consts::PI)
 }
 
 /// Rotation of each vertex from rest to the displacements `u`.

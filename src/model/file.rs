@@ -278,7 +278,10 @@ fn restore_shell(header: &Header, from: &mut Reader, material: Elasticity, secti
     let all = |kind: u8| (0..header.vertices).filter(|v| held[*v as usize] == kind).collect::<Vec<u32>>();
     let supports = Supports { fixed: all(1), clamped: all(CLAMPED), ..Default::default() };
     let maps = sections.maps.map_or(Ok(vec![]), sections::restore_maps)?;
-    let creases = sections.creases.map_or(Ok(vec![]), sections::restore_creases)?;
+    let creases = match (sections.creases, sections.yields) {
+        (None, None) => vec![],
+        (creases, yields) => sections::restore_creases(creases.unwrap_or_default(), yields)?,
+    };
     if let Some(content) = sections.rest_shape.filter(|content| content.len() != 24 * n) {
         return invalid(format!("{} bytes are not the rest shape of {n} vertices", content.len()));
     }

@@ -189,6 +189,14 @@ impl Model {
             let message = "rotation-strain does not know ties: use the warp, a reduced shell or the full shell";
             return Err(Error::new(ErrorKind::Unsupported, message));
         }
+        let yields = self.shell.creases.yield_somewhere();
+        let can_yield = matches!(method, Method::ReducedShell | Method::ImplicitShell | Method::ExplicitShell);
+        if yields && !can_yield {
+            let message = format!(
+                "{method} keeps to one rest shape, so that creases cannot yield: use the reduced shell or the full shell, or make them elastic"
+            );
+            return Err(Error::new(ErrorKind::Unsupported, message));
+        }
         if method == Method::RotationStrain && !self.shell.rollers.is_empty() {
             let message = "rotation-strain cannot hold vertices along some axes only: use the warp, a reduced shell or the full shell";
             return Err(Error::new(ErrorKind::Unsupported, message));

@@ -55,6 +55,15 @@ impl Scratch {
         }
     }
 
+    /// As if no energy on samples had been evaluated: its rest angles are others now.
+    pub fn forget(&mut self) {
+        match self {
+            Self::Sampled(room) => room.forget(),
+            Self::Polynomial(_) => (),
+            Self::Rigid(room) => room.own().forget(),
+        }
+    }
+
     /// That of a [`ReducedEnergy`].
     #[inline(always)]
     pub(super) fn sampled(&mut self) -> &mut energy::Room {

@@ -21,7 +21,7 @@
 use super::elastic::Scratch;
 use super::products;
 use crate::arithmetic::Arithmetic;
-use crate::energy::{Curvature, Energy, MAX_ELEMENT, Mat3};
+use crate::energy::{Curvature, Energy, MAX_ELEMENT, Mat3, Yielding};
 use crate::{Shell, Vec3};
 use nalgebra::{DMatrix, DVector};
 use pulp::Arch;
@@ -85,6 +85,11 @@ pub struct Room {
 }
 
 impl Room {
+    /// As if there had been no q.
+    pub fn forget(&mut self) {
+        self.q.iter_mut().take(1).for_each(|q| *q = f64::NAN);
+    }
+
     /// How many q there were since this was asked last.
     pub fn take_shapes(&mut self) -> usize {
         std::mem::take(&mut self.shapes)
@@ -139,6 +144,40 @@ impl ReducedEnergy {
             stressed: shell.is_stressed(),
             arch: Arithmetic::default().arch(),
         }
+    }
+
+    /// Its creases that yield, if any: all of the shell's, whatever else is sampled.
+    pub fn yielding(&self) -> Option<&Yielding> {
+        self.energy.yielding()
+    }
+
+    /// How many these are.
+    pub fn n_yielding(&self) -> usize {
+        self.energy.yielding().map_or(0, |yielding| yielding.rest_angles().len())
+    }
+
+    /// The rest angles of these after they yielded at x̄ + Bq, where any did.
+    pub fn yielded(&self, q: &[f64], scratch: &mut Scratch) -> Option<Vec<f64>> {
+        let yielding = self.energy.yielding()?;
+        let room = scratch.sampled();
+        self.place(q, room);
+        yielding.yielded(|v| room.x[v as usize])
+    }
+
+    /// Sets them. What scratches know of q is to be forgotten then.
+    pub fn set_rest_angles(&mut self, angles: &[f64]) {
+        if let Some(yielding) = self.energy.yielding_mut() {
+            yielding.set_rest_angles(angles);
+        }
+    }
+
+    /// A copy with rest angles of its own, of an energy with creases that yield.
+    pub(super) fn own(&self) -> Option<Self> {
+        let energy: Box<dyn Energy> = Box::new(self.energy.yielding()?.clone());
+        let (rest, rows, elements, stresses) =
+            (self.rest.clone(), self.rows.clone(), self.elements.clone(), self.stresses.clone());
+        let (correction, missing, pull) = (self.correction.clone(), self.missing.clone(), self.pull.clone());
+        Some(Self { energy, rest, rows, elements, stresses, correction, missing, pull, ..*self })
     }
 
     /// Whether its elements are under stress at q = 0.

@@ -20,6 +20,7 @@ const SHAPES: usize = 3;
 pub const MAX_FIELDS: usize = 128;
 
 /// See the module's text.
+#[derive(Clone)]
 pub struct Fields<T> {
     /// Number of fields.
     pub n: usize,

@@ -45,6 +45,7 @@ use crate::{Result, Shell, Vec3};
 use faer::Mat;
 use nalgebra::{DMatrix, Matrix3};
 use polynomial::PolynomialEnergy;
+use std::sync::Arc;
 
 /// What to precompute beyond the modes.
 #[derive(Clone, Copy, Debug)]
@@ -98,6 +99,7 @@ const HESSIANS: f64 = 3.0;
 const MULTIPLICATIONS: f64 = 7.0;
 
 /// The run-time fields in the precision asked for.
+#[derive(Clone)]
 pub enum AnyFields {
     /// [`Precision::F32`], and beside modes in 16 bits.
     F32(Fields<f32>),
@@ -215,6 +217,41 @@ impl ReducedShell {
         let polynomial = self.polynomial.as_ref().map(|polynomial| polynomial.with_arithmetic(arithmetic));
         let packed = self.packed.as_ref().map(|packed| packed.with_arithmetic(arithmetic));
         Ok(Self { polynomial, packed, fit: self.fit, rigid: self.rigid.clone(), ..made })
+    }
+
+    /// Takes rest angles of creases that yield, in a copy of its own if others share it; false where they are those already.
+    pub fn set_rest_angles(shared: &mut Arc<Self>, angles: &[f64]) -> bool {
+        if shared.energy.yielding().is_none_or(|yielding| yielding.rest_angles() == angles) {
+            return false;
+        }
+        if Arc::get_mut(shared).is_none()
+            && let Some(own) = shared.own()
+        {
+            *shared = Arc::new(own);
+        }
+        if let Some(own) = Arc::get_mut(shared) {
+            own.energy.set_rest_angles(angles);
+        }
+        true
+    }
+
+    /// A copy with an energy of its own, of a shell with creases that yield. The fields are in the same memory.
+    fn own(&self) -> Option<Self> {
+        Some(Self {
+            modes: self.modes,
+            fields: self.fields.clone(),
+            packed: self.packed.clone(),
+            energy: self.energy.own()?,
+            polynomial: None,
+            samples: self.samples.clone(),
+            assumed: self.assumed.clone(),
+            weight: self.weight.clone(),
+            moment: self.moment.clone(),
+            inertia: self.inertia.clone(),
+            rigid: self.rigid.clone(),
+            fit: self.fit,
+            _proof: Proof::of(Feature::ReducedShell).ok()?,
+        })
     }
 
     /// Output in the precision of the model's basis.

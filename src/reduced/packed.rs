@@ -21,6 +21,7 @@ const PAIR: usize = I16::LINES;
 const MAX_PAIRS: usize = super::MAX_FIELDS.div_ceil(2);
 
 /// See the module's text.
+#[derive(Clone)]
 pub struct PackedFields {
     n: usize,
     n_vertices: usize,

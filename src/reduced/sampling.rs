@@ -7,6 +7,8 @@
 //! samples' forces follow from. Modes count more than the rest. What the samples still leave of their stiffness stays left out: a
 //! constant matrix that makes up for it at rest is wrong where the shell is bent far, and if negative buckles it.
 //!
+//! Creases that yield, the last elements, all stand for themselves, and the rest of the elements for the rest: rest angles of their own are known at each.
+//!
 //! Of a shell that is under stress at rest, forces and strains count by what they differ from those at rest, and its stiffness by differences
 //! of forces, since stress is a part of it.
 
@@ -54,17 +56,17 @@ pub fn sample(
     (poses, wanted, tolerance): (&[Vec<f64>], usize, f64),
     watch: &mut dyn FnMut(f64) -> Result<()>,
 ) -> Result<(Vec<f64>, f64)> {
-    let n_elements = all.n_elements();
+    let n_elements = all.n_elements() - all.n_yielding();
     let singular = || Error::new(ErrorKind::Numerical, "the reduced rest stiffness is not positive definite");
     let lower = Cholesky::new(stiffness.clone()).ok_or_else(singular)?.l();
     let rows = (all.n() + all.n_stresses()) * (poses.len() + PROBES + modes);
     let candidates = n_elements.min(ENTRIES / rows);
     let picked: Vec<usize> = (0..candidates).map(|k| k * n_elements / candidates).collect();
-    let mut column = vec![usize::MAX; n_elements];
+    let mut column = vec![usize::MAX; all.n_elements()];
     picked.iter().enumerate().for_each(|(c, &e)| column[e] = c);
     let (a, b) = (Mat::zeros(rows, picked.len()), DVector::zeros(rows));
     let rest = if all.is_stressed() { forces_at(all, &vec![0.0; all.n()]) } else { vec![] };
-    let mut system = System { all, rest, lower, column, a, b };
+    let mut system = System { all, n_elements, rest, lower, column, a, b };
     poses.iter().enumerate().for_each(|(k, pose)| system.add_pose(k, pose));
     let probes = system.probes(stiffness, modes);
     match all.is_stressed() {
@@ -83,6 +85,7 @@ pub fn sample(
         Ok(left(residual) <= tolerance * whole)
     })?;
     let mut weights = vec![0.0; n_elements];
+    weights.resize(all.n_elements(), 1.0);
     picked.iter().zip(&solution).for_each(|(&e, w)| weights[e] = *w);
     shell.energy.even(&mut weights);
     Ok((weights, left(&residual) / whole))
@@ -91,6 +94,8 @@ pub fn sample(
 /// Ax = b, whose rows are in blocks of L⁻¹ forces and then strains along the stress fields.
 struct System<'a> {
     all: &'a ReducedEnergy,
+    /// Those that samples stand for, the first.
+    n_elements: usize,
     /// Force and strain of each element where the shell rests under stress, else none.
     rest: Vec<Forced>,
     lower: DMatrix<f64>,
@@ -128,6 +133,9 @@ impl System<'_> {
         let first = k * block;
         let mut sum = DVector::<f64>::zeros(n);
         all.visit_forces(pose, &mut all.scratch(), |e, force, strain| {
+            if e >= self.n_elements {
+                return;
+            }
             let mut force = DVector::from_column_slice(force);
             let mut strain = strain;
             if let Some((rest, at_rest)) = self.rest.get(e) {
@@ -173,7 +181,9 @@ impl System<'_> {
             let row = (first + p) * block;
             let step = all.length(STEP) / all.reach(probe.as_slice()).max(f64::MIN_POSITIVE);
             let [plus, minus] = [step, -step].map(|step| forces_at(all, (step * probe).as_slice()));
-            for (e, ((plus, strained), (minus, relieved))) in plus.into_iter().zip(minus).enumerate() {
+            for (e, ((plus, strained), (minus, relieved))) in
+                plus.into_iter().zip(minus).enumerate().take(self.n_elements)
+            {
                 let force = (plus - minus) / (2.0 * step);
                 let white = self.lower.solve_lower_triangular(&force).unwrap_or_default();
                 (0..n).for_each(|k| self.b[row + k] += white[k]);
@@ -193,6 +203,9 @@ impl System<'_> {
         });
         let stresses: Vec<Vec<f64>> = strains.iter().map(|strain| all.stress_of(strain)).collect();
         all.visit_rest_rows(shell, |e, row| {
+            if e >= self.n_elements {
+                return;
+            }
             let white = self.lower.solve_lower_triangular(&DVector::from_column_slice(row)).unwrap_or_default();
             for (p, (stress, strain)) in stresses.iter().zip(&strains).enumerate() {
                 let row = (first + p) * block;

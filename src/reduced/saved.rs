@@ -95,6 +95,9 @@ impl ReducedShell {
         };
         let samples = parts.elements.into_iter().zip(weights).collect();
         let mut reduced = Self { fit, ..Self::assemble(shell, (modes, fields), samples, assumed)? };
+        if shell.energy.yielding().is_some_and(|own| own.rest_angles().len() != reduced.energy.n_yielding()) {
+            return invalid("its samples lack a crease that yields");
+        }
         if correction.iter().any(|x| *x != 0.0) {
             reduced.energy.set_correction(correction);
         }

@@ -149,7 +149,7 @@ impl Solver {
 const LEAST_LOAD: f64 = 1e4;
 
 fn least_load(shell: &Shell) -> f64 {
-    if !shell.must_settle() && shell.settled_from.is_none() {
+    if !shell.must_settle() && shell.settled_from.is_none() && shell.energy.yielding().is_none() {
         return 0.0;
     }
     let mut diagonal = vec![0.0; shell.mass.len()];

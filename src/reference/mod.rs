@@ -121,6 +121,11 @@ impl Solver {
         &self.shell
     }
 
+    /// Goes on with the same shell, but for rest angles of creases.
+    pub fn set_shell(&mut self, shell: Arc<Shell>) {
+        self.shell = shell;
+    }
+
     /// E(x̄ + u).
     pub fn elastic_energy(&mut self, u: &[Vec3]) -> f64 {
         self.place(u);

@@ -26,6 +26,7 @@ use crate::reference::{self, Load, Solver, mass_norm as norm};
 use crate::support::{FrameMotion, Pose};
 use crate::{Error, ErrorKind, Result, Vec3, rotation};
 use nalgebra::UnitQuaternion;
+use std::sync::Arc;
 
 /// Newton steps at most. `cargo test --release --test full certificate:: -- --nocapture` shows what estimates they give.
 const SOLVES: usize = 60;
@@ -174,9 +175,11 @@ impl State {
         if let Some(v) = less(loads).iter().position(|f| !f.iter().all(|x| x.is_finite())) {
             return Err(Error::new(ErrorKind::Numerical, format!("the load on vertex {v} is not finite")));
         }
+        let own = shell.with_rest_angles(&self.motion.rest_angles()).map(Arc::new);
         self.model.solvers.with(
             || Solver::new(shell.clone()),
             |solver| {
+                solver.set_shell(own.unwrap_or_else(|| shell.clone()));
                 let axes = self.frame.pose.rotation.inverse().to_rotation_matrix();
                 solver.set_constraints(*axes.matrix(), self.constraints_in_frame(&u), &u)?;
                 if judging.is_some() && solver.moves_freely(&u) {

@@ -27,6 +27,7 @@ impl State {
         self.check_supports_of(&*next)?;
         let held = self.supports.as_ref().map(|supports| &supports.now[..]);
         held.iter().for_each(|held| next.place_supports(held));
+        next.set_rest_angles(&self.motion.rest_angles());
         next.project_from(&u, &rate)?;
         held.iter().for_each(|held| next.place_supports(held));
         let set = self.motion.constraints().clone();

@@ -178,7 +178,10 @@ fn crease() {
         let folds = mesh.edges.iter().map(|e| e.vertices).filter(|ends| ends.iter().all(middle));
         let folds: Vec<[u32; 2]> = folds.collect();
         let row = [0.01, 0.1, 0.5, 4.0].map(|factor: f64| {
-            let creases = folds.iter().map(|vertices| Crease { vertices: *vertices, factor, angle: None }).collect();
+            let creases = folds
+                .iter()
+                .map(|vertices| Crease { vertices: *vertices, factor, angle: None, yield_angle: f64::INFINITY })
+                .collect();
             let more = 1e-5 * 0.25 * 0.05 * (1.0 / factor - 1.0) / 0.1;
             format!("{:.2}", 100.0 * (sinks(creases) / (plain + more) - 1.0))
         });

@@ -1312,6 +1312,18 @@ void a_crease_of_a_scene_folds_the_strip_there() {
   // A later table goes over an earlier one; a hinge that turns freely has no stiffness left but that of the clamp's other side.
   const std::string box = "[[material.crease]]\nbox = [1.99, -1, -1, 2.01, 1, 1]\n";
   CHECK(miss_of_fold(box + "angle_degrees = 45\n" + box + "angle_degrees = 90\n", quarter) < 4e-6);
+  // What yields at 15 degrees and rests at 60 is made so; the warp, which is the default, cannot have it yield.
+  cli::Scene soft = scene_of_material(kSheetLines + box + "angle_degrees = 60\nyield_degrees = 15\n");
+  const cli::CreaseLists lists = cli::find_creases(soft.material, strip_as_mesh());
+  CHECK(lists.yields.size() == STRIP_ROWS - 1);
+  for (const double limit : lists.yields) CHECK(std::fabs(limit - quarter / 6) < 1e-12);
+  std::string refused;
+  try {
+    rest_of(soft, strip_as_mesh());
+  } catch (const std::runtime_error &error) {
+    refused = error.what();
+  }
+  CHECK(refused.find("creases cannot yield") != std::string::npos);
   const double slow = slowest_of_material(kSheetLines);
   CHECK(slowest_of_material(kSheetLines + box + "factor = 0\n") < 1e-3 * slow);
   // Four times as stiff over a 40th of the length, where a cantilever's curvature is 0.34 of that at the clamp and its mean square a
@@ -1461,10 +1473,11 @@ void a_bad_crease_is_named() {
   CHECK(says(crease + "factor = 2\n", "material.toml:7: [material.crease] name the edges by box, edges or list"));
   CHECK(says(crease + "edges = [[1, 2], [3]]\nfactor = 2\n", "material.toml:8: [material.crease] edge 1 of edges must be two vertices"));
   CHECK(says(crease + "edges = []\nfactor = 2\n", "edges must be a list of pairs"));
-  CHECK(says(crease + "edges = [[3, 4]]\n", "give a factor other than 1, or angle_degrees"));
+  CHECK(says(crease + "edges = [[3, 4]]\n", "give a factor other than 1, angle_degrees or yield_degrees"));
   CHECK(says(crease + "edges = [[3, 4]]\nfactor = -2\n", "material.toml:9: [material.crease] factor must not be negative"));
   CHECK(says(crease + "edges = [[3, 4]]\nfactor = nan\n", "factor must be finite"));
   CHECK(says(crease + "edges = [[3, 4]]\nangle_degrees = 190\n", "angle_degrees is 190.000000; it must be from -180 to 180"));
+  CHECK(says(crease + "edges = [[3, 4]]\nyield_degrees = 0\n", "yield_degrees is 0.000000; it must be above 0"));
   CHECK(says(crease + "edges = [[3, 4]]\nangle = 90\n", "unknown key 'angle'"));
   CHECK(says(crease + "edges = [[3, 999]]\nfactor = 2\n", "edge 3-999: the mesh has 123 vertices"));
   CHECK(says(crease + "edges = [[0, 99]]\nfactor = 2\n", "edge 0-99 is none of the mesh"));

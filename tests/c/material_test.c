@@ -457,6 +457,56 @@ static void a_flat_strip_curls_to_its_rest_shape(void) {
   sw_model_destroy(model);
 }
 
+/* Pushed down by a force and let go, a strip whose crease yields stays folded, in a copy and after load too; another method refuses. */
+static void a_crease_that_yields_stays_folded(void) {
+  uint32_t edges[STRIP_ROWS - 1][2];
+  const double factors[STRIP_ROWS - 1] = {0.02, 0.02}, yields[STRIP_ROWS - 1] = {0.02, 0.02};
+  middle_edges(edges);
+  SwMaterialDesc sheet = aluminium(0.3);
+  sheet.creases = &edges[0][0];
+  sheet.n_creases = STRIP_ROWS - 1;
+  sheet.crease_factors = factors;
+  sheet.crease_yields = yields;
+  SwModel *model = strip_of(&sheet, 1);
+  precompute(model, 6, SW_PRECISION_F64);
+  SwState *state = NULL, *copy = NULL;
+  SwStateDesc by_modes;
+  sw_state_desc_init(&by_modes);
+  FAILS(sw_state_create(model, &by_modes, &state), SW_ERROR_UNSUPPORTED, "creases cannot yield");
+  state = new_state(model, SW_METHOD_SHELL_IMPLICIT, SW_INTEGRATOR_IMPLICIT_EULER);
+  SwConstraintDesc down;
+  sw_constraint_desc_init(&down);
+  down.kind = SW_CONSTRAINT_POSITION;
+  down.vertex = strip_vertex(STRIP_COLUMNS - 1, 1);
+  down.position[0] = STRIP_LENGTH * 0.9;
+  down.position[1] = make_strip().positions[3 * down.vertex + 1];
+  down.position[2] = -0.2 * STRIP_LENGTH;
+  OK(sw_state_set_constraint(state, &down));
+  OK(sw_state_equilibrium(state, NULL));
+  OK(sw_state_clear_constraint(state, SW_ALL_CONSTRAINTS));
+  OK(sw_state_equilibrium(state, NULL));
+  double x[3 * STRIP_VERTICES], again[3 * STRIP_VERTICES];
+  OK(sw_state_positions(state, SW_SPACE_WORLD, SW_FORMAT_F64, x, 0, STRIP_VERTICES));
+  CHECK(x[3 * down.vertex + 2] < -0.05 * STRIP_LENGTH);
+  uint64_t size = 0;
+  OK(sw_state_save(state, NULL, 0, &size));
+  char *bytes = malloc(size);
+  OK(sw_state_save(state, bytes, size, &size));
+  copy = new_state(model, SW_METHOD_SHELL_IMPLICIT, SW_INTEGRATOR_IMPLICIT_EULER);
+  OK(sw_state_load(copy, bytes, size));
+  OK(sw_state_equilibrium(copy, NULL));
+  OK(sw_state_positions(copy, SW_SPACE_WORLD, SW_FORMAT_F64, again, 0, STRIP_VERTICES));
+  CHECK_NEAR(again[3 * down.vertex + 2], x[3 * down.vertex + 2], 1e-9 * STRIP_LENGTH);
+  OK(sw_state_reset(state));
+  OK(sw_state_equilibrium(state, NULL));
+  OK(sw_state_positions(state, SW_SPACE_WORLD, SW_FORMAT_F64, x, 0, STRIP_VERTICES));
+  CHECK_NEAR(x[3 * down.vertex + 2], 0, 1e-9 * STRIP_LENGTH);
+  free(bytes);
+  sw_state_destroy(copy);
+  sw_state_destroy(state);
+  sw_model_destroy(model);
+}
+
 static void creases_of_one_are_none_and_bad_ones_are_named(void) {
   uint32_t edges[STRIP_ROWS - 1][2];
   const double ones[] = {1, 1}, none[] = {SW_CREASE_ANGLE_OF_MESH, SW_CREASE_ANGLE_OF_MESH};
@@ -483,6 +533,12 @@ static void creases_of_one_are_none_and_bad_ones_are_named(void) {
   sheet.crease_angles = angles;
   FAILS(sw_model_create(&mesh, &sheet, NULL, &model), SW_ERROR_INVALID_ARGUMENT, "rest angle of crease 1");
   sheet.crease_angles = NULL;
+  double yields[] = {0.5, 0};
+  sheet.crease_yields = yields;
+  FAILS(sw_model_create(&mesh, &sheet, NULL, &model), SW_ERROR_INVALID_ARGUMENT, "yield angle of crease 1");
+  yields[1] = NAN;
+  FAILS(sw_model_create(&mesh, &sheet, NULL, &model), SW_ERROR_INVALID_ARGUMENT, "yield angle of crease 1");
+  sheet.crease_yields = NULL;
   edges[1][0] = edges[0][1];
   edges[1][1] = edges[0][0];
   FAILS(sw_model_create(&mesh, &sheet, NULL, &model), SW_ERROR_INVALID_ARGUMENT, "same edge");
@@ -508,6 +564,7 @@ static void creases_of_one_are_none_and_bad_ones_are_named(void) {
 int main(void) {
   RUN(a_creased_strip_rests_folded);
   RUN(a_flat_strip_curls_to_its_rest_shape);
+  RUN(a_crease_that_yields_stays_folded);
   RUN(creases_of_one_are_none_and_bad_ones_are_named);
   RUN(a_clamped_strip_swings_as_a_beam_does);
   RUN(the_unit_of_length_does_not_matter);

@@ -43,7 +43,7 @@ fn line(sheet: &Sheet, x: f64) -> Vec<[u32; 2]> {
 }
 
 fn creases(edges: &[[u32; 2]], factor: f64, angle: Option<f64>) -> Vec<Crease> {
-    edges.iter().map(|vertices| Crease { vertices: *vertices, factor, angle }).collect()
+    edges.iter().map(|vertices| Crease { vertices: *vertices, factor, angle, yield_angle: f64::INFINITY }).collect()
 }
 
 fn bumpy(family: Family) -> Sheet {
@@ -119,6 +119,7 @@ fn creased_energies_have_the_derivatives_that_they_say() {
             vertices: e.vertices,
             factor: factors[k % 4],
             angle: (k % 3 != 0).then(|| 0.1 * k as f64 % 1.0),
+            yield_angle: if k % 5 == 4 { 0.05 } else { f64::INFINITY },
         };
         let rest_shape = sheet.0.iter().map(|x| Vec3::new(1.1 * x.x, x.y, 0.3 * x.x * x.x)).collect();
         let make =
@@ -299,7 +300,12 @@ fn a_shell_that_is_given_at_rest_stays_to_the_last_bits() {
         let plain = shell(&sheet, Make::of(material));
         let inside: Vec<[u32; 2]> = plain.mesh.edges.iter().filter(|e| e.is_interior()).map(|e| e.vertices).collect();
         let same = inside.iter().zip(angles(&plain, &inside));
-        let same = same.map(|(vertices, angle)| Crease { vertices: *vertices, factor: 1.0, angle: Some(angle) });
+        let same = same.map(|(vertices, angle)| Crease {
+            vertices: *vertices,
+            factor: 1.0,
+            angle: Some(angle),
+            yield_angle: f64::INFINITY,
+        });
         let by_angles = Make { creases: same.collect(), ..Make::of(material) };
         let by_shape = Make { rest_shape: Some(sheet.0.clone()), ..Make::of(material) };
         for make in [by_angles, by_shape] {
@@ -407,7 +413,7 @@ fn bad_creases_and_rest_shapes_are_refused_by_name_and_number() {
     };
     for material in materials() {
         let with = |creases: Vec<Crease>| Make { creases, ..Make::of(material) };
-        let good = Crease { vertices: [6, 7], factor: 1.0, angle: None };
+        let good = Crease { vertices: [6, 7], factor: 1.0, angle: None, yield_angle: f64::INFINITY };
         let bad_edge =
             |vertices: [u32; 2], words: &[&str]| refused(with(vec![good, Crease { vertices, ..good }]), words);
         bad_edge([6, 25], &["crease 1", "6-25", "25 vertices"]);

@@ -20,3 +20,4 @@ mod stiff;
 mod stiffness;
 mod strain;
 mod thin;
+mod yielding;

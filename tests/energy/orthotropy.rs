@@ -198,7 +198,8 @@ fn maps_scale_all_moduli_and_a_crease_goes_by_what_bends_about_it() {
     let mesh = Mesh::new(strip.0.clone(), &strip.1).unwrap();
     let middle = |v: &u32| (strip.0[*v as usize].x - 5.0).abs() < 1e-9;
     let folds = mesh.edges.iter().map(|e| e.vertices).filter(|ends| ends.iter().all(middle));
-    let creases: Vec<Crease> = folds.map(|vertices| Crease { vertices, factor: 1e-3, angle: None }).collect();
+    let creases: Vec<Crease> =
+        folds.map(|vertices| Crease { vertices, factor: 1e-3, angle: None, yield_angle: f64::INFINITY }).collect();
     let slowest = |angle: f64| {
         let make = Make { creases: creases.clone(), fibres: fibres(vec![at(angle)]), ..Make::of(WOOD) };
         modes_of(&made(&strip, make, clamped(&strip)), 1).eigenvalues[0]

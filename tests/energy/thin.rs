@@ -111,7 +111,8 @@ fn maps_creases_and_the_rest_shape_count() {
     let mesh = Mesh::new(folded.0.clone(), &folded.1).unwrap();
     let on = |v: &u32| (folded.0[*v as usize] - Vec3::new(0.5, folded.0[*v as usize].y, 0.0)).norm() < 1e-9;
     let edges = mesh.edges.iter().map(|edge| edge.vertices).filter(|ends| ends.iter().all(on));
-    let creases: Vec<Crease> = edges.map(|vertices| Crease { vertices, factor: 0.5, angle: None }).collect();
+    let creases: Vec<Crease> =
+        edges.map(|vertices| Crease { vertices, factor: 0.5, angle: None, yield_angle: f64::INFINITY }).collect();
     let told = found(&folded, Make::of(sheet(0.01))).unwrap();
     assert_eq!(told.count, 2 * creases.len());
     assert_eq!(found(&folded, Make { creases, ..Make::of(sheet(0.01)) }), None);

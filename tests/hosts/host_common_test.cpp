@@ -1156,6 +1156,32 @@ void a_crease_that_is_softer_sags_further_and_the_later_of_two_counts() {
   FAILS_WITH(runner.evaluate(wrong), "creases are of the mesh that is simulated, and another is in its place");
 }
 
+// A fold that yields at a thousandth of a radian gives way under the weight that an elastic one carries.
+void a_crease_that_yields_gives_way_by_the_full_shell_alone() {
+  const auto creased = [](double yield, uint32_t method) {
+    Request request = creased_request(0.1, {});
+    for (host::Crease &crease : request.build.creases) crease.yield = yield;
+    request.build.stiffness.by = host::Stiffness::By::material;
+    request.build.method = method;
+    request.inputs.gravity[2] = -0.02;
+    request.motion.damping_ratio = 0;
+    return request;
+  };
+  const auto sag = [&creased](double yield) {
+    ShellRunner runner;
+    double most = 0;
+    for (int k = 0; k <= 80; ++k) {
+      runner.evaluate(at_frame(creased(yield, SW_METHOD_SHELL_IMPLICIT), k));
+      most = std::max(most, -tip_height(runner));
+    }
+    return most;
+  };
+  CHECK(sag(1e-3) > 1.1 * sag(0));
+  ShellRunner runner;
+  FAILS_WITH(runner.evaluate(creased(1e-3, SW_METHOD_WARP)), "creases cannot yield");
+  FAILS_WITH(runner.evaluate(creased(-0.5, SW_METHOD_SHELL_IMPLICIT)), "yields at -28.6479 degrees; it must be 0 or above");
+}
+
 // On a circle of radius 4 the strip has no stress: clamped at one end it rests there.
 void a_curled_strip_rests_where_it_has_no_stress() {
   Request request = strip_request();
@@ -2323,6 +2349,7 @@ int main() {
   RUN(a_sheet_in_real_units_moves_alike_in_metres_and_centimetres);
   RUN(a_folded_strip_rests_at_its_angle);
   RUN(a_crease_that_is_softer_sags_further_and_the_later_of_two_counts);
+  RUN(a_crease_that_yields_gives_way_by_the_full_shell_alone);
   RUN(a_curled_strip_rests_where_it_has_no_stress);
   RUN(a_sheet_is_stiffer_along_its_fibres);
   RUN(directions_follow_texture_coordinates);

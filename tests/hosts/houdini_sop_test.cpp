@@ -522,6 +522,21 @@ void edges_of_a_group_fold() {
   softer.cook.set("creasefactor", {1});
   softer.play(20);
   CHECK_NEAR(softer.tip(), plain.tip(), 1e-5);  // floats of 4: as without
+  // By the parameter, and by an attribute of points that goes over it.
+  const auto yielding = [&group](double degrees, double of_points) {
+    Scene scene;
+    group(scene);
+    scene.cook.set("stiffnessfrom", {3}), scene.cook.set("thickness", {0.02}), scene.cook.set("dampingratio", {0});
+    scene.cook.set_text("method", "shell-implicit");
+    scene.cook.set("creaseyield", {degrees});
+    if (of_points >= 0) scene.geometry().attributes["creaseyield"].assign(STRIP_VERTICES, of_points);
+    scene.play(20);
+    CHECK(scene.cook.errors.empty());
+    return scene.tip();
+  };
+  const double elastic = yielding(0, -1), yielded = yielding(0.1, -1);
+  CHECK(std::fabs(yielded - elastic) > 1e-2);  // another swing: lower or higher by frame 20
+  CHECK(yielding(0, 0.1) == yielded && yielding(0.1, 0) == elastic);
   wrong.cook.set_text("creasegroup", "none");
   wrong.at(1);
   CHECK(wrong.cook.errors.size() == 1 && contains(wrong.cook.errors[0], "there are no edges of the group none"));

@@ -111,7 +111,7 @@ void every_attribute_has_its_own_names_and_affects_the_output() {
                                  "binMembership",
                                  "bnm"};
   const std::vector<fake::AttributeInfo> attributes = node.attributes();
-  CHECK(attributes.size() == 107);
+  CHECK(attributes.size() == 108);
   for (const fake::AttributeInfo &attribute : attributes) {
     CHECK(names.insert(attribute.name).second && names.insert(attribute.brief).second);
     CHECK(attribute.affects_output);
@@ -614,6 +614,16 @@ void selected_edges_fold() {
   CHECK(softer.play(20).back()[kTip].y < plain.play(20).back()[kTip].y - 1e-3);
   softer.node.set("creases[0].creaseFactor", 1);
   CHECK_NEAR(softer.node.evaluate()[kTip].y, plain.node.evaluate()[kTip].y, 1e-4);  // floats of 40: as without
+  Scene yielding, elastic;
+  for (Scene *scene : {&yielding, &elastic}) {
+    scene->node.set("stiffnessFrom", 3), scene->node.set("thickness", 0.2), scene->node.set("dampingRatio", 0), scene->node.set("method", SW_METHOD_SHELL_IMPLICIT);
+    scene->node.set_components("creases[0].creaseEdges", middle_edges(), true);
+  }
+  yielding.node.set("creases[0].creaseYield", 0.1);
+  CHECK(yielding.play(20).back()[kTip].y < elastic.play(20).back()[kTip].y - 1e-3);
+  yielding.node.set("method", SW_METHOD_WARP);
+  yielding.node.evaluate();
+  CHECK(yielding.node.failed() && contains(fake::session().errors.back(), "creases cannot yield"));
   softer.node.set_components("creases[0].creaseEdges", {90000}, true);
   softer.node.evaluate();
   CHECK(softer.node.failed() && contains(fake::session().errors.back(), "creases[0] names edge 90000, which there is not"));

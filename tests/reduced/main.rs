@@ -22,3 +22,4 @@ mod reduced_handles;
 mod reduced_motion;
 mod reduced_stressed;
 mod step_error;
+mod yielding;

@@ -63,6 +63,7 @@ fn koiter_gutter() -> &'static Arc<Model> {
             vertices: [i * GUTTER_ROW + GUTTER_ROW / 2, (i + 1) * GUTTER_ROW + GUTTER_ROW / 2],
             factor: 0.5,
             angle: None,
+            yield_angle: f64::INFINITY,
         };
         let fixed = (0..positions.len() as u32).filter(|v| row(*v).0 == 0).collect();
         let thickness = positions.iter().map(|x| if x[0] > 1.0 { 0.02 } else { 0.01 }).collect();

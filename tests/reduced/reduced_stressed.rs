@@ -34,7 +34,8 @@ fn card(material: Elasticity) -> Arc<Shell> {
     let mesh = Mesh::new(sheet.0.clone(), &sheet.1).unwrap();
     let on = |v: &u32| (sheet.0[*v as usize].x - 0.5).abs() < 1e-9;
     let fold = mesh.edges.iter().map(|e| e.vertices).filter(|ends| ends.iter().all(on));
-    let creases = fold.map(|vertices| Crease { vertices, factor: 1.0, angle: Some(1.5) }).collect();
+    let creases =
+        fold.map(|vertices| Crease { vertices, factor: 1.0, angle: Some(1.5), yield_angle: f64::INFINITY }).collect();
     made(&sheet, Make { creases, ..Make::of(material) })
 }
 

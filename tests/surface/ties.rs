@@ -53,7 +53,8 @@ fn seamed() -> (Arc<Shell>, Arc<Shell>, usize) {
     let on_seam = |v: u32| (whole.0[v as usize].x - 0.5).abs() < 1e-9;
     let mesh = Mesh::new(whole.0.clone(), &whole.1).unwrap();
     let seam = mesh.edges.iter().filter(|e| e.vertices.iter().all(|v| on_seam(*v)));
-    let creases = seam.map(|e| Crease { vertices: e.vertices, factor: 0.0, angle: None }).collect();
+    let creases =
+        seam.map(|e| Crease { vertices: e.vertices, factor: 0.0, angle: None, yield_angle: f64::INFINITY }).collect();
     let hinged = made(&whole, Make { creases, ..Make::of(SHEET) });
     let (halves, pairs) = cut(&whole);
     let tied = made(&halves, Make { ties: stiff(&pairs), ..Make::of(SHEET) });

@@ -56,13 +56,20 @@ def edge_numbers(mesh, name, plain):
     return out
 
 
-def creases(mesh, factors, angles):
-    """Edges of another stiffness than the shell's, or of a rest angle that is not 0: (a, b, factor) or (a, b, factor, angle)."""
-    factors, angles = edge_numbers(mesh, factors, 1.0), edge_numbers(mesh, angles, 0.0)
+def creases(mesh, factors, angles, yields=""):
+    """Edges of another stiffness than the shell's, of a rest angle that is not 0, or that yield: (a, b, factor[, angle[, yield]])."""
+    factors, angles, yields = edge_numbers(mesh, factors, 1.0), edge_numbers(mesh, angles, 0.0), edge_numbers(mesh, yields, 0.0)
     ends = numpy.empty((len(mesh.edges), 2), numpy.int32)
     mesh.edges.foreach_get("vertices", ends.ravel())
-    found = numpy.flatnonzero((factors != 1) | (angles != 0))
-    return [(int(ends[e, 0]), int(ends[e, 1]), float(factors[e]), *([float(angles[e])] if angles[e] != 0 else [])) for e in found]
+    found = numpy.flatnonzero((factors != 1) | (angles != 0) | (yields != 0))
+
+    def more(e):
+        angle = float(angles[e]) if angles[e] != 0 else None
+        if yields[e] != 0:
+            return angle, float(yields[e])
+        return () if angle is None else (angle,)
+
+    return [(int(ends[e, 0]), int(ends[e, 1]), float(factors[e]), *more(e)) for e in found]
 
 
 def triangles(mesh):

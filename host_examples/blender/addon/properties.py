@@ -156,6 +156,9 @@ class ShellwarpSettings(bpy.types.PropertyGroup):
                                    description="Edge attribute whose numbers multiply the stiffness against bending there; 0 turns freely")
     crease_angles: StringProperty(override=OVER, name="Rest angles", options=NOT_KEYED,
                                   description="Edge attribute of the angles at which edges rest, rad, convex on the faces' outside; 0: as the basis has it")
+    crease_yields: StringProperty(override=OVER, name="Yield angles", options=NOT_KEYED,
+                                  description="Edge attribute of how far edges spring back, rad: what they are folded beyond stays. 0: all springs back. "
+                                              "By the reduced shell and the full shell")
     stiffness_factor: FloatProperty(override=OVER, update=changed, name="Stiffness factor", default=1.0, min=1e-9, max=1e9, soft_min=0.01, soft_max=100,
                                     description="Multiplies all stiffness while it runs, without another model: a leaf that wilts")
     fixed_group: StringProperty(override=OVER, name="Fixed", options=NOT_KEYED,

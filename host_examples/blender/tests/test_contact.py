@@ -374,6 +374,13 @@ class Materials(Case):
         play(2)
         self.assertEqual(self.message(obj), "")
         self.assertGreater(abs(shown(obj)[-1, 2]), 0.04)   # 0.15 sin 0.5 is 0.07; what is next to the fold bends back
+        yields = mesh.attributes.new("limit", "FLOAT", "EDGE")
+        yields.data[folds[0]].value = 0.25
+        s.crease_yields = "limit"
+        self.assertEqual(sorted(edge[2:] for edge in self.shell(obj).creases), [(4.0, 0.5)] * 2 + [(4.0, 0.5, 0.25)])
+        self.scene.frame_set(1)
+        self.assertIn("creases cannot yield", self.message(obj))   # by the warp
+        s.crease_yields = ""
         s.crease_angles = "gone"
         self.scene.frame_set(1)
         self.assertIn("no attribute “gone”", self.message(obj))

@@ -15,7 +15,7 @@ GRAIN = {"young_across", "shear", "direction", "directions"}   # of a sheet that
 VARIES = {**{name: name for name in ("k_area", "k_length", "k_bend")}, "density": "area_density",
           **{name: name for name in ("young", "thickness", "volume_density")}}   # the library's name of each map
 KEYS = {*CONSTANTS, *SHEET, *GRAIN, "frequency", "preset", "map", "region", "crease", "rest_shape"}
-CREASE = {"box", "edges", "list", "factor", "angle_degrees"}
+CREASE = {"box", "edges", "list", "factor", "angle_degrees", "yield_degrees"}
 
 
 def check(where, table):
@@ -59,8 +59,10 @@ def _check_crease(where, crease):
         raise SceneError(f"{where}: edges is {edges!r}, expected pairs of vertices")
     if crease.get("factor", 1) < 0 or not -180 <= crease.get("angle_degrees", 0) <= 180:
         raise SceneError(f"{where}: a factor is not negative, an angle from -180 to 180")
-    if crease.get("factor", 1) == 1 and "angle_degrees" not in crease:
-        raise SceneError(f"{where}: give a factor other than 1, or angle_degrees")
+    if not crease.get("yield_degrees", 1) > 0:
+        raise SceneError(f"{where}: yield_degrees is {crease['yield_degrees']!r}, expected a number above 0")
+    if crease.get("factor", 1) == 1 and not set(crease) & {"angle_degrees", "yield_degrees"}:
+        raise SceneError(f"{where}: give a factor other than 1, angle_degrees or yield_degrees")
 
 
 def material_of(table, simulated=None, metres_per_unit=1.0):
@@ -134,7 +136,7 @@ def _uniform(key, material):
 
 
 def _creases(table, simulated, mesh):
-    """(a, b, factor) or (a, b, factor, angle) of each edge; later tables go over earlier ones."""
+    """(a, b, factor), (a, b, factor, angle) or (a, b, factor, angle, yield) of each edge; later tables go over earlier ones."""
     if not table.get("crease"):
         return []
     ends = numpy.sort(simulated.triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
@@ -143,8 +145,14 @@ def _creases(table, simulated, mesh):
     for crease in table["crease"]:
         for edge in _crease_edges(crease, inner, simulated, mesh):
             last[edge] = crease
-    return [(*edge, float(crease.get("factor", 1)), *([float(numpy.radians(crease["angle_degrees"]))] if "angle_degrees" in crease else []))
-            for edge, crease in sorted(last.items(), key=lambda item: item[0])]
+    return [(*edge, *_of_crease(crease)) for edge, crease in sorted(last.items(), key=lambda item: item[0])]
+
+
+def _of_crease(crease):
+    angle = float(numpy.radians(crease["angle_degrees"])) if "angle_degrees" in crease else None
+    if "yield_degrees" in crease:
+        return float(crease.get("factor", 1)), angle, float(numpy.radians(crease["yield_degrees"]))
+    return float(crease.get("factor", 1)), *([] if angle is None else [angle])
 
 
 def _crease_edges(crease, inner, simulated, mesh):

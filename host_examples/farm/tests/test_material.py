@@ -55,6 +55,9 @@ class Varying(Case):
         self.assertEqual([edge[:3] for edge in shell.creases], [(18, 19, 0.5), (19, 20, 0.1)])
         self.assertAlmostEqual(shell.creases[1][3], numpy.pi / 3)
         self.assertNotEqual(key, self.shell(OLD)[1])
+        folds = OLD.replace(" }", ", crease = [{ box = [0.059, -1, -1, 0.061, 1, 1], yield_degrees = 20 }] }")
+        self.assertEqual([edge[2:4] for edge in self.shell(folds)[0].creases], [(1.0, None)] * 2)
+        self.assertAlmostEqual(self.shell(folds)[0].creases[0][4], numpy.pi / 9)
         frames = self.bake(self.jobs("", LIST.replace(OLD, crease.replace(", { edges = [[18, 19]], factor = 0.5 }", "")).replace("-9.8", "0"))["both"])[1]
         arm = frames[0][36:].mean(axis=0) - frames[0][18:21].mean(axis=0)  # it begins where it rests: folded by 60 degrees, 2 of them for rounding by modes
         self.assertAlmostEqual(numpy.degrees(numpy.arctan2(abs(arm[2]), arm[0])), 60, delta=2)
@@ -121,7 +124,8 @@ class Varying(Case):
                 ('{ preset = "card", region = [{ box = [2, 2, 2, 3, 3, 3], young = 1 }] }', "a region of the material names no vertex"),
                 (OLD.replace(" }", ", crease = [{ edges = [[0, 1]], factor = 2 }] }"), "edge 0-1 has only one triangle"),
                 (OLD.replace(" }", ", crease = [{ edges = [[0, 38]], factor = 2 }] }"), "edge 0-38 is none of the mesh"),
-                (OLD.replace(" }", ", crease = [{ edges = [[0, 1]] }] }"), "give a factor other than 1, or angle_degrees"),
+                (OLD.replace(" }", ", crease = [{ edges = [[0, 1]] }] }"), "give a factor other than 1, angle_degrees or yield_degrees"),
+                (OLD.replace(" }", ", crease = [{ edges = [[18, 19]], yield_degrees = 0 }] }"), "yield_degrees is 0, expected a number above 0"),
                 (OLD.replace(" }", ", crease = [{ factor = 2 }] }"), "name the edges by box, edges or list")):
             with self.subTest(message), self.assertRaisesRegex(SceneError, message):
                 self.shell(material)

@@ -228,6 +228,7 @@ class SwMaterialDesc(Structure):
         ("tie_flags", c_uint32),
         ("tie_distance", c_double),
         ("metres_per_unit", c_double),
+        ("crease_yields", c_void_p),
     ]
 
 

@@ -80,7 +80,7 @@ class Shell:
     fixed: ArrayLike = ()                                      # vertices held in place
     clamped: ArrayLike = ()                                    # held with their slope; of a Material by all their edge neighbours
     maps: Mapping[str, ArrayLike] = field(default_factory=dict)  # values of a material's constant, by its name: a vertex or a triangle each
-    creases: "Sequence[tuple[Any, ...]]" = ()   # (a, b), (a, b, factor) or (a, b, factor, angle): edges of another stiffness or rest angle, rad
+    creases: "Sequence[tuple[Any, ...]]" = ()   # (a, b[, factor[, angle[, yield]]]): edges of another stiffness or rest angle, rad, None as the mesh has it; and how far from that they spring back, rad
     rest_positions: "ArrayLike | None" = None   # the shape without stress (n_vertices x 3), where it is not `positions`
     directions: "ArrayLike | None" = None       # along which a Sheet with young_across has `young`: one (3), or one a triangle (n_triangles x 3)
     ties: "Sequence[tuple[Any, ...]]" = ()      # (a, b) or (a, b, stiffness): vertex a held where it is beside vertex b; stiff without a stiffness
@@ -134,14 +134,16 @@ class Shell:
         """Puts them into the descriptor; what it points into."""
         if not len(self.creases):
             return []
-        if any(not 2 <= len(crease) <= 4 for crease in self.creases):
-            raise InvalidArgumentError("creases: each is (a, b), (a, b, factor) or (a, b, factor, angle)")
+        if any(not 2 <= len(crease) <= 5 for crease in self.creases):
+            raise InvalidArgumentError("creases: each is (a, b), (a, b, factor), (a, b, factor, angle) or (a, b, factor, angle, yield)")
         ends = _arrays.indices_in([crease[:2] for crease in self.creases], "creases", 2)
         factors = numpy.array([crease[2] if len(crease) > 2 else 1.0 for crease in self.creases], dtype=numpy.float64)
-        angles = numpy.array([crease[3] if len(crease) > 3 else _abi.SW_CREASE_ANGLE_OF_MESH for crease in self.creases], dtype=numpy.float64)
+        of_mesh = _abi.SW_CREASE_ANGLE_OF_MESH
+        angles = numpy.array([of_mesh if len(crease) < 4 or crease[3] is None else crease[3] for crease in self.creases], dtype=numpy.float64)
+        yields = numpy.array([crease[4] if len(crease) > 4 else numpy.inf for crease in self.creases], dtype=numpy.float64)
         desc.creases, desc.n_creases = _arrays.address(ends), len(ends)
-        desc.crease_factors, desc.crease_angles = _arrays.address(factors), _arrays.address(angles)
-        return [ends, factors, angles]
+        desc.crease_factors, desc.crease_angles, desc.crease_yields = (_arrays.address(numbers) for numbers in (factors, angles, yields))
+        return [ends, factors, angles, yields]
 
     def _ties(self, desc: _abi.SwMaterialDesc) -> list[Any]:
         """Puts them into the descriptor; what it points into."""

@@ -604,13 +604,29 @@ class Creases(unittest.TestCase):
         with sw.Model(strip.shell(positions=flat, creases=folds)) as made:
             made.precompute(modes=6, reduced_fields=0)
             self.assertGreater(numpy.abs(made.state().positions()[:, 2]).max(), 0.2 * numpy.ptp(flat[:, 0]))
+        soft = [(a, b, 0.02, None, 0.02) for a, b, *_ in folds]
+        with sw.Model(strip.shell(positions=flat, creases=soft)) as made:
+            made.precompute(modes=6, reduced_fields=0)
+            with self.assertRaisesRegex(sw.UnsupportedError, "creases cannot yield"):
+                made.state("warp")
+            state = made.state("shell-implicit")
+            end = int(numpy.argmax(flat[:, 0]))
+            state.set_constraint(1, "position", end, position=flat[end] - numpy.ptp(flat[:, 0]) * numpy.array([0.1, 0, 0.2]))
+            state.equilibrium()
+            state.clear_constraint()
+            state.equilibrium()
+            self.assertLess(state.positions()[end, 2], -0.05 * numpy.ptp(flat[:, 0]))
+            state.reset()
+            state.equilibrium()
+            self.assertLess(abs(state.positions()[end, 2]), 1e-6 * numpy.ptp(flat[:, 0]))
         radius = 2 * numpy.ptp(flat[:, 0])
         angle = (flat[:, 0] - flat[:, 0].min()) / radius
         curled = numpy.stack([flat[:, 0].min() + radius * numpy.sin(angle), flat[:, 1], radius * (1 - numpy.cos(angle))], axis=1)
         with sw.Model(strip.shell(positions=flat, rest_positions=curled)) as made:
             made.precompute(modes=6, reduced_fields=0)
             self.assertGreater(made.state().positions()[:, 2].max(), 0.5 * curled[:, 2].max())
-        for bad, words in (([(0, n + 5)], "the mesh has"), ([(0,)], "each is"), ([(int(middle[0]), int(middle[1]), -1.0)], "factor of crease 0")):
+        for bad, words in (([(0, n + 5)], "the mesh has"), ([(0,)], "each is"), ([(int(middle[0]), int(middle[1]), -1.0)], "factor of crease 0"),
+                           ([(int(middle[0]), int(middle[1]), 1.0, None, -1.0)], "yield angle of crease 0")):
             with self.assertRaisesRegex(sw.InvalidArgumentError, words):
                 sw.Model(strip.shell(positions=flat, creases=bad))
         with self.assertRaisesRegex(sw.InvalidArgumentError, "rest_positions: 3 rows"):

@@ -12,7 +12,7 @@ mod settle;
 mod stage;
 mod step;
 
-use super::nodal::{extent, rotations};
+use super::nodal::{are_angles, extent, rotations};
 use super::plan::{Around, Part, PartKind};
 use super::reduced::estimate::Estimate;
 use super::{Acting, Damping, Motion, Reaction, WriteRotation, write_rotations};
@@ -229,6 +229,16 @@ impl Floating {
         0.5 * (slide + turn + rates.q.iter().map(|v| v * v).sum::<f64>())
     }
 
+    /// Creases that are bent beyond their yield angle rest at another one from here on.
+    fn yield_creases(&mut self) {
+        let Self { reduced, place, newton, .. } = self;
+        if reduced.energy.yielding().is_some()
+            && let Some(angles) = reduced.energy.yielded(&place.q, newton.scratch().own())
+        {
+            self.set_rest_angles(&angles);
+        }
+    }
+
     fn plan_shell(&self) -> Part {
         let n = self.room.z.len();
         let nanoseconds = self.step_nanoseconds() as f64;
@@ -262,6 +272,9 @@ impl Motion for Floating {
         self.unconverged = 0;
         self.work = Work::default();
         self.estimate.forget();
+        if let Some(made) = self.reduced.energy.yielding().map(|yielding| yielding.made().clone()) {
+            self.set_rest_angles(&made);
+        }
     }
 
     fn is_held(&self) -> bool {
@@ -274,11 +287,15 @@ impl Motion for Floating {
     }
 
     fn step(&mut self, acting: &Acting, h: f64) -> Result<()> {
-        self.advance_by(acting, h)
+        self.advance_by(acting, h)?;
+        self.yield_creases();
+        Ok(())
     }
 
     fn settle(&mut self, acting: &Acting) -> Result<(f64, usize)> {
-        self.find_equilibrium(acting)
+        let found = self.find_equilibrium(acting)?;
+        self.yield_creases();
+        Ok(found)
     }
 
     fn project_from(&mut self, u: &[Vec3], rate: &[Vec3]) -> Result<()> {
@@ -301,13 +318,18 @@ impl Motion for Floating {
         unknowns
     }
 
-    /// Behind the fields' come the slide and a quaternion; velocities, spin about the body's axes, and a zero.
+    /// Behind the fields' come the slide and a quaternion; velocities, spin about the body's axes, and a zero. Then rest angles of creases that yield,
+    /// with zeros for rates.
     fn copy_unknowns(&self, into: &mut [Vec<f64>; 2]) {
         let [places, rates] = into;
         places.clone_from(&self.place.q);
         places.extend(self.place.slide.iter().chain(self.place.turn.coords.iter()));
         rates.clone_from(&self.rates.q);
         rates.extend(self.rates.slide.iter().chain(self.rates.spin.iter()).chain(&[0.0]));
+        if let Some(yielding) = self.reduced.energy.yielding() {
+            places.extend(yielding.rest_angles());
+            rates.resize(places.len(), 0.0);
+        }
     }
 
     fn expect_points(&mut self, n: usize) {
@@ -316,20 +338,35 @@ impl Motion for Floating {
     }
 
     fn set_unknowns(&mut self, [places, rates]: [&[f64]; 2]) {
-        self.place.set(places);
-        self.rates.set(rates);
+        let n = self.n() + place::RIGID_UNKNOWNS;
+        self.place.set(&places[..n]);
+        self.rates.set(&rates[..n]);
+        self.set_rest_angles(&places[n..]);
         self.estimate.forget();
     }
 
     fn n_unknowns(&self) -> usize {
-        self.n() + place::RIGID_UNKNOWNS
+        self.n() + place::RIGID_UNKNOWNS + self.reduced.energy.n_yielding()
+    }
+
+    fn rest_angles(&self) -> Vec<f64> {
+        self.reduced.energy.yielding().map_or(vec![], |yielding| yielding.rest_angles().to_vec())
+    }
+
+    fn set_rest_angles(&mut self, angles: &[f64]) {
+        if ReducedShell::set_rest_angles(&mut self.reduced, angles) {
+            self.newton.scratch().forget();
+        }
     }
 
     fn is_representable(&self, unknowns: [&[f64]; 2]) -> bool {
         let (mut place, mut rates) = (Place::rest(self.n()), Rates::rest(self.n()));
-        place.set(unknowns[0]);
-        rates.set(unknowns[1]);
-        (place.turn.coords.norm() - 1.0).abs() <= place::UNIT && self.is_within_range(&place, &rates)
+        let n = self.n() + place::RIGID_UNKNOWNS;
+        place.set(&unknowns[0][..n]);
+        rates.set(&unknowns[1][..n]);
+        are_angles(&unknowns[0][n..])
+            && (place.turn.coords.norm() - 1.0).abs() <= place::UNIT
+            && self.is_within_range(&place, &rates)
     }
 
     fn fingerprint(&self) -> u64 {

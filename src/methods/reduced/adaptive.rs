@@ -4,8 +4,9 @@
 //! goes on by the same one.
 
 use super::Reduced;
+use crate::methods::nodal::are_angles;
 use crate::methods::{Acting, Method};
-use crate::reduced::{Form, Scratch};
+use crate::reduced::{Form, ReducedShell, Scratch};
 use crate::{ErrorKind, Result};
 
 /// Of the range, where the polynomial is taken again.
@@ -92,7 +93,7 @@ impl Reduced {
 
     /// Unknowns beside the amplitudes.
     pub(super) fn n_more_unknowns(&self) -> usize {
-        usize::from(self.adaptive.is_some())
+        usize::from(self.adaptive.is_some()) + self.n_rest_angles()
     }
 
     /// Appends them, with their rates.
@@ -101,18 +102,46 @@ impl Reduced {
             unknowns.push(number(self.form));
             rates.push(0.0);
         }
+        if let Some(yielding) = self.reduced.energy.yielding() {
+            unknowns.extend(yielding.rest_angles());
+            rates.resize(unknowns.len(), 0.0);
+        }
     }
 
     /// What is behind the amplitudes.
     pub(super) fn set_more_unknowns(&mut self, more: &[f64]) {
-        if let Some(form) = more.first() {
+        let (form, angles) = more.split_at(more.len() - self.n_rest_angles());
+        if let Some(form) = form.first() {
             self.take_form(if *form >= 0.5 { Form::Sampled } else { Form::Polynomial });
+        }
+        self.take_rest_angles(angles);
+    }
+
+    /// Whether it can be a form, and rest angles.
+    pub(super) fn can_be_more(&self, more: &[f64]) -> bool {
+        let (form, angles) = more.split_at(more.len() - self.n_rest_angles());
+        form.iter().all(|form| (0.0..=1.0).contains(form)) && are_angles(angles)
+    }
+
+    fn n_rest_angles(&self) -> usize {
+        self.reduced.energy.n_yielding()
+    }
+
+    /// Creases that yield rest at these angles from here on.
+    pub(super) fn take_rest_angles(&mut self, angles: &[f64]) {
+        if ReducedShell::set_rest_angles(&mut self.reduced, angles) {
+            self.newton.scratch().forget();
         }
     }
 
-    /// Whether it can be a form.
-    pub(super) fn are_forms(more: &[f64]) -> bool {
-        more.iter().all(|form| (0.0..=1.0).contains(form))
+    /// Creases that are bent beyond their yield angle rest at another one from here on.
+    pub(super) fn yield_creases(&mut self) {
+        if self.reduced.energy.yielding().is_none() {
+            return;
+        }
+        if let Some(angles) = self.reduced.energy.yielded(&self.motion.q, self.newton.scratch()) {
+            self.take_rest_angles(&angles);
+        }
     }
 
     /// For the plan.

@@ -297,6 +297,9 @@ impl Motion for Reduced {
         self.work = Work::default();
         self.take_form(Form::Polynomial);
         self.estimate.forget();
+        if let Some(made) = self.reduced.energy.yielding().map(|yielding| yielding.made().clone()) {
+            self.take_rest_angles(&made);
+        }
     }
 
     fn stop(&mut self) {
@@ -305,11 +308,15 @@ impl Motion for Reduced {
     }
 
     fn step(&mut self, acting: &Acting, h: f64) -> Result<()> {
-        self.advance_by_choice(acting, h)
+        self.advance_by_choice(acting, h)?;
+        self.yield_creases();
+        Ok(())
     }
 
     fn settle(&mut self, acting: &Acting) -> Result<(f64, usize)> {
-        self.settle_by_choice(acting)
+        let found = self.settle_by_choice(acting)?;
+        self.yield_creases();
+        Ok(found)
     }
 
     /// BᵀMu and BᵀMu̇, and again of what is left, because B is rounded.
@@ -369,7 +376,15 @@ impl Motion for Reduced {
 
     fn is_representable(&self, [q, q_dot]: [&[f64]; 2]) -> bool {
         let n = self.motion.q.len();
-        self.is_within_range(&q[..n], &q_dot[..n]) && Self::are_forms(&q[n..])
+        self.is_within_range(&q[..n], &q_dot[..n]) && self.can_be_more(&q[n..])
+    }
+
+    fn rest_angles(&self) -> Vec<f64> {
+        self.reduced.energy.yielding().map_or(vec![], |yielding| yielding.rest_angles().to_vec())
+    }
+
+    fn set_rest_angles(&mut self, angles: &[f64]) {
+        self.take_rest_angles(angles);
     }
 
     fn fingerprint(&self) -> u64 {

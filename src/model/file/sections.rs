@@ -25,6 +25,8 @@ const CREASE: usize = 24;
 const MAPS: Tag = *b"MAPS";
 /// Edges that fold.
 const CREASES: Tag = *b"CREA";
+/// Yield angles of these.
+const YIELDS: Tag = *b"YIEL";
 /// Stiffness along and across.
 const ORTHOTROPY: Tag = *b"ORTH";
 /// The shape without stress.
@@ -57,6 +59,7 @@ fn sizes(model: &Model) -> impl Iterator<Item = (Tag, usize)> {
     let maps = model.shell.maps.all();
     let maps = (!maps.is_empty()).then(|| (MAPS, maps.iter().map(|map| 16 + 8 * map.values.len()).sum()));
     let creases = model.shell.creases.all();
+    let yields = model.shell.creases.yield_somewhere().then_some((YIELDS, 8 * creases.len()));
     let creases = (!creases.is_empty()).then_some((CREASES, CREASE * creases.len()));
     let orthotropy = model.shell.orthotropy.as_ref().map(|fibres| (ORTHOTROPY, 16 + 24 * fibres.given.len()));
     let rollers = &model.shell.rollers;
@@ -72,7 +75,7 @@ fn sizes(model: &Model) -> impl Iterator<Item = (Tag, usize)> {
     let polynomial = model.reduced.as_ref().and_then(|reduced| reduced.polynomial.as_ref());
     let polynomial = polynomial.map(|polynomial| (POLYNOMIAL, polynomial.saved_size()));
     let front = model.front.as_ref().map(|front| (FRONT_OF_CHOICE, front.saved_size()));
-    let made_of = [maps, creases, orthotropy, rollers, bonds, rest_shape, settled, sag];
+    let made_of = [maps, creases, yields, orthotropy, rollers, bonds, rest_shape, settled, sag];
     made_of.into_iter().chain([units, supports, polynomial, reduced, front]).flatten()
 }
 
@@ -95,6 +98,7 @@ pub(super) fn put(model: &Model, out: &mut Vec<u8>) {
             (TIES, ..) => model.shell.bonds.iter().for_each(|bond| put_bond(bond, out)),
             (ROLLERS, ..) => model.shell.rollers.iter().for_each(|roller| put_roller(roller, out)),
             (CREASES, ..) => model.shell.creases.all().iter().for_each(|crease| put_crease(crease, out)),
+            (YIELDS, ..) => model.shell.creases.all().iter().for_each(|crease| crease.yield_angle.put(out)),
             (ORTHOTROPY, ..) => model.shell.orthotropy.iter().for_each(|fibres| put_orthotropy(fibres, out)),
             (REST_SHAPE, ..) => model.shell.rest_shape.iter().flat_map(|x| x.iter()).for_each(|x| put_point(x, out)),
             (SETTLED, ..) => model.shell.unloaded().iter().for_each(|x| put_point(x, out)),
@@ -185,18 +189,23 @@ fn put_point(x: &Vec3, out: &mut Vec<u8>) {
     x.iter().for_each(|x| x.put(out));
 }
 
-/// The creases; what they hold is the shell's to check.
-pub(super) fn restore_creases(content: &[u8]) -> Result<Vec<Crease>> {
+/// The creases, with their yield angles where any yields; what they hold is the shell's to check.
+pub(super) fn restore_creases(content: &[u8], yields: Option<&[u8]>) -> Result<Vec<Crease>> {
+    let n = content.len() / CREASE;
+    if let Some(yields) = yields.filter(|yields| yields.len() != 8 * n) {
+        return invalid(format!("{} bytes are not the yield angles of its {n} creases", yields.len()));
+    }
     if content.is_empty() || !content.len().is_multiple_of(CREASE) {
         return invalid(format!("{} bytes are not its creases", content.len()));
     }
-    let crease = |row: &[u8]| {
+    let crease = |(i, row): (usize, &[u8])| {
         let [a, b, factor, angle] = [&row[..4], &row[4..8], &row[8..16], &row[16..]];
         let vertices = [a, b].map(|v| u32::from_le_bytes([v[0], v[1], v[2], v[3]]));
         let angle = f64::get(angle);
-        Crease { vertices, factor: f64::get(factor), angle: (!angle.is_nan()).then_some(angle) }
+        let yield_angle = yields.map_or(f64::INFINITY, |yields| f64::get(&yields[8 * i..8 * i + 8]));
+        Crease { vertices, factor: f64::get(factor), angle: (!angle.is_nan()).then_some(angle), yield_angle }
     };
-    Ok(content.chunks_exact(CREASE).map(crease).collect())
+    Ok(content.chunks_exact(CREASE).enumerate().map(crease).collect())
 }
 
 /// Stiffness along and across; what it holds is the shell's to check.
@@ -254,6 +263,7 @@ pub(super) fn restore_maps(mut content: &[u8]) -> Result<Vec<Map>> {
 pub(super) struct Sections<'a> {
     pub(super) maps: Option<&'a [u8]>,
     pub(super) creases: Option<&'a [u8]>,
+    pub(super) yields: Option<&'a [u8]>,
     pub(super) orthotropy: Option<&'a [u8]>,
     pub(super) rollers: Option<&'a [u8]>,
     pub(super) ties: Option<&'a [u8]>,
@@ -278,6 +288,7 @@ pub(super) fn split(mut bytes: &[u8]) -> Result<Sections<'_>> {
         let known = match &front[..8] {
             [b'M', b'A', b'P', b'S', 0, 0, 0, 0] => &mut sections.maps,
             [b'C', b'R', b'E', b'A', 0, 0, 0, 0] => &mut sections.creases,
+            [b'Y', b'I', b'E', b'L', 0, 0, 0, 0] => &mut sections.yields,
             [b'O', b'R', b'T', b'H', 0, 0, 0, 0] => &mut sections.orthotropy,
             [b'R', b'O', b'L', b'L', 0, 0, 0, 0] => &mut sections.rollers,
             [b'T', b'I', b'E', b'S', 0, 0, 0, 0] => &mut sections.ties,

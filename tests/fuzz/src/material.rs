@@ -2,7 +2,7 @@
 
 use super::host::*;
 use super::input::Input;
-use super::mesh::{check_modes, run_a_little};
+use super::mesh::{MODAL, YIELDING, check_modes, run_a_little};
 use shellwarp::ffi::material::*;
 use shellwarp::ffi::model::*;
 use shellwarp::ffi::pointer::{SW_FORMAT_F32, SW_FORMAT_F64};
@@ -31,6 +31,7 @@ struct Lists {
     edges: Vec<[u32; 2]>,
     factors: Vec<f64>,
     angles: Vec<f64>,
+    yields: Vec<f64>,
     rest: Vec<[f64; 3]>,
     directions: Vec<[f64; 3]>,
     ties: Vec<u32>,
@@ -120,6 +121,12 @@ fn material(input: &mut Input, mesh: &Triangles, lists: &mut Lists) -> SwMateria
     (material.maps, material.n_maps) = (lists.maps.as_ptr(), lists.maps.len() as u32);
     (material.creases, material.n_creases) = (lists.edges.as_ptr().cast(), lists.edges.len() as u32);
     (material.crease_factors, material.crease_angles) = (lists.factors.as_ptr(), lists.angles.as_ptr());
+    if lists.edges.len() > 2 {
+        // Out of what is there, so that inputs keep their meaning.
+        let limit = |k: usize| [f64::INFINITY, 0.01, 0.3, lists.angles[k]][(lists.edges[k][0] % 4) as usize];
+        lists.yields = (0..lists.edges.len()).map(limit).collect();
+        material.crease_yields = lists.yields.as_ptr();
+    }
     if input.one_in(3) {
         lists.rest = rest(input, mesh);
         (material.rest_format, material.rest_positions) = (SW_FORMAT_F64, lists.rest.as_ptr().cast());
@@ -216,5 +223,6 @@ pub fn run(bytes: &[u8]) {
     let saved = model.save();
     let loaded = Model::load(&saved).unwrap_or_else(|| panic!("a saved model must load: {}", message()));
     assert!(loaded.save() == saved);
-    run_a_little(&loaded, &mut input);
+    let yields = lists.yields.iter().any(|limit| limit.is_finite());
+    run_a_little(&loaded, if yields { &YIELDING } else { &MODAL }, &mut input);
 }

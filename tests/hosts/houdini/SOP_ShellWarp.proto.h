@@ -74,6 +74,7 @@ public:
   fpreal getCreasefactor() const { return creasefactor_; }
   bool getCreasesetsangle() const { return creasesetsangle_; }
   fpreal getCreaseangle() const { return creaseangle_; }
+  fpreal getCreaseyield() const { return creaseyield_; }
   const UT_StringHolder &getSupportaxes() const { return supportaxes_; }
   const UT_StringHolder &getTieto() const { return tieto_; }
   const UT_StringHolder &getTietoface() const { return tietoface_; }
@@ -149,6 +150,7 @@ public:
     creasefactor_ = at(values, "creasefactor", "float").numbers[0];
     creasesetsangle_ = at(values, "creasesetsangle", "toggle").numbers[0] != 0;
     creaseangle_ = at(values, "creaseangle", "float").numbers[0];
+    creaseyield_ = at(values, "creaseyield", "float").numbers[0];
     supportaxes_ = at(values, "supportaxes", "string").text.c_str();
     tieto_ = at(values, "tieto", "string").text.c_str();
     tietoface_ = at(values, "tietoface", "string").text.c_str();
@@ -236,6 +238,7 @@ private:
   fpreal creasefactor_ = 0;
   bool creasesetsangle_ = false;
   fpreal creaseangle_ = 0;
+  fpreal creaseyield_ = 0;
   UT_StringHolder supportaxes_;
   UT_StringHolder tieto_;
   UT_StringHolder tietoface_;
