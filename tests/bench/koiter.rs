@@ -184,16 +184,16 @@ fn cantilever() {
     let sheet = ElasticSheet { young: 1.2e6, poisson: 0.0, thickness: 0.1, volume_density: 1.0 };
     for (family, n) in FAMILIES.into_iter().flat_map(|family| [20, 40, 80].map(|n| (family, n))) {
         let [[a, b], [c, d]] =
-            [sheet.into(), paper_of_beam(n, &sheet).into()].map(|material| far_bent(family, n, material));
+            [sheet.into(), paper_of_beam(10.0 / n as f64, &sheet).into()].map(|material| far_bent(family, n, material));
         println!("| {} | {n} | {a:.3} | {b:.3} | {c:.3} | {d:.3} |", name(family));
     }
     println!();
 }
 
-/// The paper's constants of the beam of 10 by 1 in `n` cells.
-fn paper_of_beam(n: usize, sheet: &ElasticSheet) -> Material {
+/// The paper's constants of the beam of width 1 in cells of a length.
+fn paper_of_beam(cell: f64, sheet: &ElasticSheet) -> Material {
     let stretch = sheet.young * sheet.thickness;
-    let k_length = 0.25 * 3f64.sqrt() * (10.0 / n as f64) * stretch;
+    let k_length = 0.25 * 3f64.sqrt() * cell * stretch;
     Material { k_area: 0.25 * stretch, k_length, k_bend: 18.75, area_density: 0.1 }
 }
 
