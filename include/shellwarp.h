@@ -2028,6 +2028,25 @@ SwStatus sw_fit_capsule(uint32_t format,
                         uint32_t n_points,
                         struct SwCapsuleFit *fit);
 
+// Finds where a shell is likely to be touched: vertices for contact_patches of SwPrecomputeDesc,
+// before the precompute or after. Of those that move and rest no farther than `distance` from a
+// collider's surface with its thickness, first the nearest, then each time the one farthest from
+// those before, at most `capacity`. *count is how many there are; fewer where no others are near.
+// Colliders (n_colliders) stand where poses (n_colliders x 12) say: an origin, then the row-major
+// rotation matrix from the collider's axes, all zero = identity. NULL = all at the origin. The
+// model's own axes are the world's. One that moves may come several times, with a pose each.
+// Callable concurrently.
+// Errors: SW_ERROR_INVALID_ARGUMENT, also where `distance` is negative or a pose is no rotation;
+// SW_ERROR_UNSUPPORTED by a library without SW_FEATURE_CONTACT, SW_ERROR_BUSY.
+SwStatus sw_model_patches_near(const struct SwModel *model,
+                               const struct SwCollider *const *colliders,
+                               const double *poses,
+                               uint32_t n_colliders,
+                               double distance,
+                               uint32_t *vertices,
+                               uint32_t capacity,
+                               uint32_t *count);
+
 // Positions for the eye (n_vertices x 3): as sw_state_positions, but what is inside a collider is
 // pushed out of it, and its neighbours follow smoothly. Cosmetic: the motion does not know, and
 // forces and contacts are those of sw_state_positions. Vertices that a support holds stay.

@@ -158,6 +158,18 @@ public:
 
   void precompute(const SwPrecomputeDesc &desc = precompute_desc()) { check(sw_model_precompute(get(), &desc)); }
 
+  /* Vertices for contact_patches, near colliders at these poses (12 numbers each: origin, rotation matrix), at most so many. */
+  std::vector<uint32_t> patches_near(const std::vector<const SwCollider *> &colliders, const std::vector<double> &poses, double distance,
+                                     uint32_t most) const {
+    if (!poses.empty() && poses.size() != 12 * colliders.size()) throw std::invalid_argument("shellwarp: a pose is 12 numbers a collider");
+    std::vector<uint32_t> vertices(most);
+    uint32_t count = 0;
+    check(sw_model_patches_near(get(), colliders.data(), poses.empty() ? nullptr : poses.data(), static_cast<uint32_t>(colliders.size()),
+                                distance, vertices.data(), most, &count));
+    vertices.resize(count);
+    return vertices;
+  }
+
   SwModelInfo info() const {
     SwModelInfo info = detail::initialized<SwModelInfo>();
     check(sw_model_info(get(), &info));

@@ -226,6 +226,12 @@ void read_simulation(Section section, Scene &scene) {
   scene.push_out = section.flag("push_out").value_or(false);
   if (scene.push_out && scene.correction_steps) section.fail(*section.find("push_out"), "push_out and correction_steps both move what is shown: choose one");
   scene.contact_patches = read_indices(section, "contact_patches");
+  if (section.find("contact_patches_near")) scene.patches_near = section.positive("contact_patches_near", 0);
+  if (const auto most = section.count("contact_patches_most")) {
+    if (!scene.patches_near) section.fail("contact_patches_most goes with contact_patches_near");
+    if (*most < 1 || *most > 128) section.fail("contact_patches_most must be 1 to 128");
+    scene.n_patches_near = *most;
+  }
   section.reject_unknown_keys();
 }
 

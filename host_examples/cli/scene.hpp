@@ -174,6 +174,8 @@ struct Scene {
   uint32_t correction_steps = 0;  // Newton steps of the full shell from each frame that is shown
   bool push_out = false;          // frames are shown outside colliders
   std::vector<uint32_t> contact_patches{};  // vertices that are touched by what is smaller than the modes
+  std::optional<double> patches_near{};     // as far from the colliders, where they stand first, patches are looked for
+  uint32_t n_patches_near = 16;             // at most
   Damping damping;
   FrameMotion motion;
   Loads loads;  // beside gravity

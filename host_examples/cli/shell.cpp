@@ -168,6 +168,24 @@ std::vector<uint32_t> find_patches(const Scene &scene, const Mesh &mesh) {
   return patches;
 }
 
+// Those near the colliders, which are where they stand first, as the shell is.
+void add_patches_near(const Scene &scene, const shellwarp::Model &model, std::vector<uint32_t> &patches) {
+  if (!scene.patches_near) return;
+  std::vector<const SwCollider *> solids;
+  std::vector<double> poses;
+  for (const Collider &collider : scene.colliders) {
+    if (!collider.solid) throw std::logic_error("a collider was not prepared");
+    const SwColliderPoseDesc pose = collider.pose(0);
+    solids.push_back(collider.solid->get());
+    poses.insert(poses.end(), pose.origin, pose.origin + 3);
+    poses.insert(poses.end(), pose.rotation, pose.rotation + 9);
+  }
+  const std::vector<uint32_t> near = model.patches_near(solids, poses, *scene.patches_near, scene.n_patches_near);
+  if (near.empty()) throw std::runtime_error("contact_patches_near: no vertex that moves is so near to a collider at the start");
+  patches.insert(patches.end(), near.begin(), near.end());
+  remove_repetitions(patches);
+}
+
 // A choice without a budget needs no trials. For one with a budget, what the scene will do: its gravity, and its handles moved as far as they go.
 void add_choice(const Scene &scene, SwPrecomputeDesc &desc) {
   if (!(scene.auto_error > 0) && !(scene.auto_operations > 0)) {
@@ -261,7 +279,8 @@ shellwarp::Model make_model(const Scene &scene, const Mesh &mesh, ProgressBar &p
   if (scene.sagged) std::copy(scene.gravity.begin(), scene.gravity.end(), desc.sag_gravity);
   add_reduced(scene, desc);
   desc.support_fields = scene.support_fields.value_or(any_moves(scene) && !scene.follow_rest ? kSupportFields : 0);
-  const std::vector<uint32_t> patches = find_patches(scene, mesh);
+  std::vector<uint32_t> patches = find_patches(scene, mesh);
+  add_patches_near(scene, model, patches);
   desc.contact_patches = patches.data();
   desc.n_contact_patches = static_cast<uint32_t>(patches.size());
   std::vector<uint32_t> led;

@@ -212,12 +212,26 @@ std::vector<const SwCollider *> ColliderSet::solids() const {
   return solids;
 }
 
+Pose ColliderSet::pose_of(const Inputs &inputs, const Pose &world, std::size_t k) const {
+  Pose seen = inputs.colliders[k].pose;
+  seen.scale = 1;
+  return product(world, product(seen, solids_[k].local));
+}
+
+std::vector<double> ColliderSet::poses(const Inputs &inputs, const Pose &world) const {
+  std::vector<double> numbers;
+  for (std::size_t k = 0; k < solids_.size(); ++k) {
+    const Pose pose = pose_of(inputs, world, k);
+    numbers.insert(numbers.end(), pose.origin.begin(), pose.origin.end());
+    numbers.insert(numbers.end(), pose.rotation.begin(), pose.rotation.end());
+  }
+  return numbers;
+}
+
 void ColliderSet::place(shellwarp::State &state, const Inputs &inputs, double unit, bool teleport) const {
   const Pose world = to_library(inputs, unit);
   for (std::size_t k = 0; k < solids_.size(); ++k) {
-    Pose seen = inputs.colliders[k].pose;
-    seen.scale = 1;
-    const Pose pose = product(world, product(seen, solids_[k].local));
+    const Pose pose = pose_of(inputs, world, k);
     SwColliderPoseDesc desc = shellwarp::collider_pose_desc();
     desc.flags = teleport ? SW_COLLIDER_TELEPORT : 0;
     std::copy(pose.origin.begin(), pose.origin.end(), desc.origin);

@@ -24,6 +24,8 @@ public:
   bool prepare(std::vector<Collider> &colliders, double unit);
 
   std::vector<const SwCollider *> solids() const;
+  // An origin and a rotation matrix (12 numbers) of each, in a space that the scene's world has this pose in.
+  std::vector<double> poses(const Inputs &inputs, const Pose &world) const;
   void place(shellwarp::State &state, const Inputs &inputs, double unit, bool teleport) const;
   // The shapes alone, at once, of what deforms.
   void deform(shellwarp::State &state, const Inputs &inputs, double unit, bool teleport) const;
@@ -37,6 +39,8 @@ private:
     shellwarp::Collider solid;
     Pose local;  // from the library's axes of the shape to those of the host's mesh, in lengths of the scene
   };
+
+  Pose pose_of(const Inputs &inputs, const Pose &world, std::size_t k) const;
 
   std::vector<Solid> solids_;
   uint64_t made_ = 0;

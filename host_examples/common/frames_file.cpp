@@ -11,7 +11,7 @@ namespace host {
 
 namespace {
 
-constexpr char kMagic[8] = {'S', 'W', 'F', 'R', 'A', 'M', 'E', '2'};
+constexpr char kMagic[8] = {'S', 'W', 'F', 'R', 'A', 'M', 'E', '3'};
 
 class Writer {
 public:
@@ -79,6 +79,8 @@ void write_frames(const std::string &path, const Frames &frames) {
   out.bytes.assign(kMagic, kMagic + sizeof kMagic);
   out.number(frames.build_key), out.number(frames.motion_key), out.number(frames.method);
   out.number(static_cast<uint8_t>(frames.support_fields)), out.number(frames.unit);
+  out.number(frames.near_key), out.number(static_cast<uint64_t>(frames.near.size()));
+  for (const uint32_t v : frames.near) out.number(v);
   out.number(static_cast<uint64_t>(frames.rest.size()));
   for (const double x : frames.rest) out.number(x);
   out.list(frames.model);
@@ -114,6 +116,9 @@ Frames read_frames(const std::string &path) {
   Frames frames;
   frames.build_key = in.number<uint64_t>(), frames.motion_key = in.number<uint64_t>(), frames.method = in.number<uint32_t>();
   frames.support_fields = in.number<uint8_t>() != 0, frames.unit = in.number<double>();
+  frames.near_key = in.number<uint64_t>();
+  const uint64_t n_near = in.number<uint64_t>();
+  for (uint64_t i = 0; i < n_near; ++i) frames.near.push_back(in.number<uint32_t>());
   const uint64_t n_rest = in.number<uint64_t>();
   for (uint64_t i = 0; i < n_rest; ++i) frames.rest.push_back(in.number<double>());
   frames.model = in.list();

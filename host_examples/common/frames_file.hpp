@@ -15,6 +15,8 @@ struct Frames {
   uint32_t method = 0;
   bool support_fields = false;  // the model has them
   double unit = 1;
+  uint64_t near_key = 0;         // for what the next were looked for
+  std::vector<uint32_t> near{};  // contact patches that were found near colliders
   std::vector<double> rest;           // n x 3
   std::vector<unsigned char> model;   // saved
   std::vector<StateCache::Entry> entries;  // without what led there

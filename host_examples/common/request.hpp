@@ -88,6 +88,8 @@ struct Build {
   uint32_t modes = 16;         // 1 to 1024
   bool double_precision = false;
   std::vector<uint32_t> contact_patches;  // vertices that are touched by what is smaller than the modes: each adds a mode
+  double patches_near = 0;     // length of the scene: such vertices are also looked for so near to colliders at the start frame; 0: none
+  uint32_t most_patches = 16;  // that are looked for, 1 to 128
   uint32_t support_fields = 24;  // of methods that follow by them, where supports move against each other; 0: none
   std::vector<AxisSupport> axis_supports;  // those that are held besides are held
   std::vector<Tie> ties;

@@ -109,6 +109,15 @@ shellwarp::Model make_model(const Mesh &mesh, const Build &build) {
       shellwarp::mesh_desc(mesh.points.data(), mesh.n_points(), mesh.triangles.data(), mesh.n_triangles()), desc, supports);
 }
 
+}  // namespace
+
+std::vector<uint32_t> patches_near(Mesh mesh, const Build &build, const std::vector<const SwCollider *> &solids, const std::vector<double> &poses, double distance) {
+  mesh.cut();
+  return make_model(mesh, build).patches_near(solids, poses, distance, build.most_patches);
+}
+
+namespace {
+
 struct Listener {
   const std::function<bool()> &interrupted;
   const std::function<void(uint32_t, double)> &progress;
@@ -317,6 +326,8 @@ void check_build(const Mesh &mesh, const Build &build) {
   require(build.reduced_fields >= 1, "the number of reduced fields", build.reduced_fields, "1 or above");
   require(build.auto_error >= 0 && std::isfinite(build.auto_error), "the error of the automatic choice",
           build.auto_error, "0 or above");
+  require(build.patches_near >= 0 && std::isfinite(build.patches_near), "the distance of contact patches", build.patches_near, "0 or above");
+  require(build.most_patches >= 1 && build.most_patches <= 128, "the most contact patches", build.most_patches, "1 to 128");
   check_stiffness(build.stiffness);
   check_map(mesh, "thickness", build.stiffness.thickness_map);
   check_map(mesh, "Young's modulus", build.stiffness.young_map);

@@ -65,6 +65,9 @@ double force_scale(const Stiffness &stiffness);
 // what it needs.
 uint64_t build_key(const Mesh &mesh, const Build &build);
 
+// Vertices that rest no farther than `distance` from solids at these poses (12 numbers each), both in the object's lengths and axes.
+std::vector<uint32_t> patches_near(Mesh mesh, const Build &build, const std::vector<const SwCollider *> &solids, const std::vector<double> &poses, double distance);
+
 // Throws HostError naming the value of a map of factors that has not as many as points, or that is out of range.
 void check_map(const Mesh &mesh, const char *what, const std::vector<double> &factors, bool zero_too = false);
 

@@ -17,6 +17,7 @@ Frames ShellRunner::frames() const {
   Frames all;
   all.build_key = build_key_, all.motion_key = motion_key_, all.method = method_, all.unit = unit_;
   all.support_fields = needs_support_fields_;
+  all.near_key = near_key_, all.near = near_;
   all.rest = model_->rest();
   all.model = model_->model().save();
   all.entries = cache_.all();
@@ -26,6 +27,7 @@ Frames ShellRunner::frames() const {
 
 void ShellRunner::adopt(Frames frames) {
   needs_support_fields_ = frames.support_fields;
+  near_key_ = frames.near_key, near_ = frames.near, near_place_ = 0;
   notes_.stored_of_others = false;
   stored_ = std::make_unique<Frames>(std::move(frames));
   model_.reset();
@@ -63,6 +65,7 @@ void ShellRunner::run(Request &request, const At &at) {
   for (double &f : request.inputs.forces) f *= force_scale(request.build.stiffness);
   request.inputs.stiffness_factor = static_cast<double>(static_cast<float>(request.inputs.stiffness_factor));  // as a frame keeps it
   request.inputs.wind.density = air_density(request.build.stiffness, request.inputs.wind.density);
+  find_patches(request, at);
   const bool built = !model_serves(request, at);
   if (built) build(request, at);
   follow(request, at, built);
@@ -77,9 +80,34 @@ void ShellRunner::run(Request &request, const At &at) {
   }
 }
 
+// Contact patches near the colliders, as these are at the start frame, or where they are first seen.
+void ShellRunner::find_patches(Request &request, const At &at) {
+  Build &build = request.build;
+  if (!(build.patches_near > 0) || request.inputs.colliders.empty()) return;
+  const uint64_t key = Hash().add(build_key(request.mesh, build)).add(build.patches_near).add(build.most_patches).value();
+  if (at.start() || key != near_key_) {
+    const double unit = request.inputs.object.scale;
+    if (colliders_.prepare(request.inputs.colliders, unit)) other_solids_ = true;
+    const std::vector<double> poses = colliders_.poses(request.inputs, inverse(request.inputs.object));
+    Hash place;
+    place.add(key).add_all(request.mesh.points).add_all(poses).add(unit);
+    for (const Collider &collider : request.inputs.colliders) place.add(shape_key(collider));
+    if (place.value() != near_place_) {
+      near_ = patches_near(request.mesh, build, colliders_.solids(), poses, build.patches_near / unit);
+      near_key_ = key, near_place_ = place.value();
+    }
+  }
+  if (near_.empty())
+    throw HostError("contact patches: no vertex that moves is within " + number(build.patches_near) + " of a collider at the start frame");
+  std::vector<uint32_t> &patches = build.contact_patches;
+  for (const uint32_t v : near_)
+    if (std::find(patches.begin(), patches.end(), v) == patches.end()) patches.push_back(v);
+}
+
 void ShellRunner::prepare_state(Request &request) {
   std::vector<Collider> &touched = request.inputs.colliders;
-  const bool other_solids = colliders_.prepare(touched, request.inputs.object.scale);
+  if (colliders_.prepare(touched, request.inputs.object.scale)) other_solids_ = true;
+  const bool other_solids = std::exchange(other_solids_, false);
   if (other_solids) cache_.forget_inputs();  // they were for the solids of before
   const uint64_t motion_key = key_of(request);
   const bool again = !state_ || motion_key != motion_key_;

@@ -64,6 +64,7 @@ private:
   struct At;
 
   void run(Request &request, const At &at);
+  void find_patches(Request &request, const At &at);
   void follow(const Request &request, const At &at, bool built);
   bool take_stored(const Mesh &mesh, const Request &request, const At &at);
   bool model_serves(const Request &request, const At &at) const;
@@ -103,6 +104,9 @@ private:
   SupportPlaces places_;
   bool stored_serves_ = false;         // the model is that of the frames on disk
   bool needs_support_fields_ = false;  // supports have moved against each other
+  std::vector<uint32_t> near_;         // patches that were found near colliders
+  uint64_t near_key_ = 0, near_place_ = 0;  // for what mesh and settings, and where all was
+  bool other_solids_ = false;          // than the state has
   bool led_ = false;                   // supports were moved in the state
   bool replaces_ = false;
   uint64_t live_ = 0;                  // the frame that the state has come to by itself; kLoaded: it was loaded

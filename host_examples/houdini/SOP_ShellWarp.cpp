@@ -118,6 +118,8 @@ static const char *theDsFile = R"THEDSFILE(
     parm { name "colliderr" label "Collider Rotate" type vector size 3 default { "0" "0" "0" } }
     parm { name "colliderpieces" label "Collider Pieces" type string default { "" } }
     parm { name "contactpatches" label "Contact Patches" type string default { "" } }
+    parm { name "contactpatchesnear" label "Contact Patches Near" type float default { "0" } range { 0! 1 } }
+    parm { name "contactpatchesmost" label "Contact Patches Most" type integer default { "16" } range { 1! 128! } }
     parm { name "pushout" label "Push Out" type toggle default { "0" } }
     parm { name "envelope" label "Envelope" type float default { "1" } range { 0 1 } }
     parm { name "velocity" label "Velocity for Motion Blur" type toggle default { "0" } }
@@ -398,6 +400,8 @@ void ShellWarpVerb::cook(const CookParms &cookparms) const {
       pull_ties(*detail, to_face ? parms.getTietoface() : parms.getTieto(), to_face, parms.getTiestiffness(), request.build.ties);
     request.build.tie_within = parms.getTiewithin();
     pull_group(*detail, parms.getContactpatches(), request.build.contact_patches);
+    request.build.patches_near = parms.getContactpatchesnear();
+    request.build.most_patches = count_of(parms.getContactpatchesmost());
     if (const GU_Detail *points = cookparms.inputGeo(1)) pull_handles(*points, request.inputs.handles);
     const GU_Detail *touched = cookparms.inputGeo(2);
     if (touched && touched->getNumPoints() > 0) request.inputs.colliders = colliders_of(parms, *touched);

@@ -250,6 +250,8 @@ void pull_settings(MDataBlock &block, host::Request &request) {
   request.correction_steps = count(Node::correctionSteps);
   request.push_out = block.inputValue(Node::pushOut).asBool();
   request.build.contact_patches = vertices_of(block.inputValue(Node::contactPatches).data(), "contactPatches");
+  request.build.patches_near = real(Node::contactPatchesNear);
+  request.build.most_patches = count(Node::contactPatchesMost);
   request.certify = block.inputValue(Node::certify).asBool();
 
   const double3 &gravity = block.inputValue(Node::gravity).asDouble3();

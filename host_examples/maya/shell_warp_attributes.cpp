@@ -43,7 +43,7 @@ MObject ShellWarpNode::handles, ShellWarpNode::handleVertex, ShellWarpNode::hand
 MObject ShellWarpNode::colliders, ShellWarpNode::colliderMesh, ShellWarpNode::colliderMatrix,
     ShellWarpNode::colliderShape, ShellWarpNode::colliderCells, ShellWarpNode::colliderFriction,
     ShellWarpNode::colliderThickness;
-MObject ShellWarpNode::contactPatches, ShellWarpNode::pushOut;
+MObject ShellWarpNode::contactPatches, ShellWarpNode::contactPatchesNear, ShellWarpNode::contactPatchesMost, ShellWarpNode::pushOut;
 
 using Node = ShellWarpNode;
 
@@ -363,6 +363,13 @@ MStatus create_colliders() {
   list.setArray(true);
   Node::contactPatches = typed.create("contactPatches", "cpa", MFnData::kComponentList, MObject::kNullObj, &status);
   CHECK_MSTATUS_AND_RETURN_IT(status);
+  status = create_number(Node::contactPatchesNear, "contactPatchesNear", "cpn", 0, {0, 10});
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  status = create_plain(Node::contactPatchesMost, "contactPatchesMost", "cpm", MFnNumericData::kInt, host::Build().most_patches);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  MFnNumericAttribute most(Node::contactPatchesMost);
+  most.setMin(1);
+  most.setMax(128);
   return create_plain(Node::pushOut, "pushOut", "pou", MFnNumericData::kBoolean, 0);
 }
 
@@ -377,7 +384,7 @@ MStatus ShellWarpNode::addAttributes() {
       frameFrom,     supportFrame, handles,      preset,        young,       poisson,           volumeDensity,
       colliders,     proxy,        follow,       supportFields, wind,       airDensity,        normalDrag,
       tangentialDrag, dampingStiffness, cache,  thicknessMapList, youngMapList,     densityMapList, proxyVertices, proxyThickness,
-      contactPatches, pushOut, dampingMapList, stiffnessFactor,
+      contactPatches, contactPatchesNear, contactPatchesMost, pushOut, dampingMapList, stiffnessFactor,
       youngAcross, shear, direction, directions, creases, restShape, supportAxes, ties, tieWithin, force, forceMapList, windMapList, followRest};
   const MObject children[] = {windMap, windX, windY, windZ, gravityX,       gravityY,       gravityZ,          supportWeights,   dampingMap, thicknessMap, youngMap, densityMap, handleVertex,
                               handleTarget,   handlePosition, handleOrientation, handleCompliance, handleHeld, handleAxisX, handleAxisY, handleAxisZ, colliderMesh,

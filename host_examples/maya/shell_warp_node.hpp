@@ -108,5 +108,5 @@ public:
   // What it touches
   static MObject colliders, colliderMesh, colliderMatrix, colliderShape, colliderCells, colliderFriction,
       colliderThickness;
-  static MObject contactPatches, pushOut;
+  static MObject contactPatches, contactPatchesNear, contactPatchesMost, pushOut;
 };

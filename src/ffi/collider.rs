@@ -1,8 +1,8 @@
 //! Colliders: solids that shells touch.
 
-use super::guard::guard;
+use super::guard::{guard, read};
 use super::mesh::{SwMeshDesc, read_mesh};
-use super::model::vertex_rows;
+use super::model::{SwModel, vertex_rows};
 use super::output::{space_of, write_places};
 use super::pointer::{VectorRows, byte_slice, check_flags, copy_out, enumerant, not_null, object, put, read_array};
 use super::state::{SwState, reading, rotation, vector, writing};
@@ -10,8 +10,9 @@ use super::status::{Fault, SW_ERROR_INVALID_DATA, SwStatus};
 use super::structs::{Output, Outputs, described, grows, read_descriptor};
 use crate::Vec3;
 use crate::collider::{GridOptions, Resolution, Solid, fit_capsule};
-use crate::contact::{Contact, Obstacle};
+use crate::contact::{Contact, Obstacle, patches_near};
 use crate::error::require_non_negative;
+use crate::features::{Contact as Built, Feature, Proof};
 use crate::support::Pose;
 use std::ffi::c_void;
 use std::sync::Arc;
@@ -380,6 +381,60 @@ pub unsafe extern "C" fn sw_fit_capsule(
             place.write(out);
         }
         Ok(())
+    })
+}
+
+/// Finds where a shell is likely to be touched: vertices for contact_patches of SwPrecomputeDesc, before the precompute or after. Of those that move and
+/// rest no farther than `distance` from a collider's surface with its thickness, first the nearest, then each time the one farthest from those before, at most
+/// `capacity`. *count is how many there are; fewer where no others are near. Colliders (n_colliders) stand where poses (n_colliders x 12) say: an origin, then
+/// the row-major rotation matrix from the collider's axes, all zero = identity. NULL = all at the origin. The model's own axes are the world's. One that moves may
+/// come several times, with a pose each.
+/// Callable concurrently.
+/// Errors: SW_ERROR_INVALID_ARGUMENT, also where `distance` is negative or a pose is no rotation; SW_ERROR_UNSUPPORTED by a library without
+/// SW_FEATURE_CONTACT, SW_ERROR_BUSY.
+#[unsafe(no_mangle)]
+#[allow(clippy::too_many_arguments)] // each has its own meaning
+pub unsafe extern "C" fn sw_model_patches_near(
+    model: *const SwModel,
+    colliders: *const *const SwCollider,
+    poses: *const f64,
+    n_colliders: u32,
+    distance: f64,
+    vertices: *mut u32,
+    capacity: u32,
+    count: *mut u32,
+) -> SwStatus {
+    guard(|| {
+        // SAFETY: NULL is refused; the host passes a live model, n_colliders live colliders with 12 numbers each or NULL, and room for `capacity`
+        // vertices.
+        unsafe {
+            let shell = read("model", &object("model", model)?.0)?.shell_to_bind();
+            not_null("count", count)?;
+            let _proof: Built = Proof::of(Feature::Contact)?;
+            let distance = require_non_negative("distance", distance)?;
+            let numbers = if poses.is_null() { 0 } else { 12 * u64::from(n_colliders) };
+            let poses: Vec<f64> = read_array("poses", poses, numbers)?;
+            let mut obstacles = Vec::with_capacity(n_colliders as usize);
+            for (i, collider) in read_array("colliders", colliders, n_colliders.into())?.into_iter().enumerate() {
+                let SwCollider { solid, thickness, .. } = object(&format!("colliders[{i}]"), collider)?;
+                let pose = poses.get(12 * i..12 * i + 12).map_or(Ok(Pose::identity()), pose_of)?;
+                obstacles.push(Obstacle::new(solid.clone(), pose).with_thickness(*thickness));
+            }
+            let found = patches_near(&shell, &obstacles, distance, capacity as usize);
+            copy_out("vertices", &found, vertices, capacity.into())?;
+            put(count, found.len() as u32);
+        }
+        Ok(())
+    })
+}
+
+/// Of an origin and a rotation matrix.
+fn pose_of(numbers: &[f64]) -> Result<Pose, Fault> {
+    let (origin, matrix) = numbers.split_at(3);
+    let array = |i: usize| matrix[i];
+    Ok(Pose {
+        origin: vector("origin", &std::array::from_fn(|i| origin[i]))?,
+        rotation: rotation(&std::array::from_fn(array))?,
     })
 }
 

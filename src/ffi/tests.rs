@@ -145,6 +145,7 @@ fn status_calls<'a>(model: *mut SwModel, state: *mut SwState) -> Vec<Call<'a>> {
         sw_state_move_collider(state, 0, null()),
         sw_state_deform_collider(state, 0, 0, 1, null(), 0, 0),
         sw_fit_capsule(1, null(), 0, 0, null_mut()),
+        sw_model_patches_near(model, null(), null(), 0, 1.0, null_mut(), 0, null_mut()),
         sw_state_positions_outside(state, 0, 0, null_mut(), 0, 0, null_mut()),
         sw_state_contacts(state, null_mut(), 0, 0, null_mut()),
         sw_states_step(null(), 0, 0.0, null_mut()),

@@ -153,6 +153,8 @@ class Animated(unittest.TestCase):
         ends = ((0.25, 0.125, -0.04), (1, 0.125, 0.04))
         self.assertLess(max(0.06 - sum((a - b) ** 2 for a, b in zip(point, middle)) ** 0.5 for point in drawn for middle in ends), 2e-6)
         self.assertLess(patched, plain / 5)
+        near, _ = deepest("near", "contact_patches_near = 0.05\ncontact_patches_most = 4\n")
+        self.assertEqual(near, patched)   # the two vertices straight before the balls are so near, and no others
 
     def test_what_does_not_go_together_is_named(self):
         write_cache("short.pc2", [STRIP[:-1]])
@@ -169,6 +171,8 @@ class Animated(unittest.TestCase):
                             ("weld = 0\n[simulation]\ncorrection_steps = 1\n", "correction_steps moves the mesh's own vertices: it goes without render, weld and proxy"),
                             ("[simulation]\npush_out = true\ncorrection_steps = 1\n", "choose one"),
                             ("[simulation]\ncontact_patches = [33]\n[[support]]\nside = 'low-x'\n", "contact_patches names vertex 33; the mesh has 33"),
+                            ("[simulation]\ncontact_patches_near = 0.1\n[[support]]\nside = 'low-x'\n", "no vertex that moves is so near to a collider"),
+                            ("[simulation]\ncontact_patches_most = 4\n", "goes with contact_patches_near"),
                             ("motion = 'still.pc2'\n[simulation]\ngravity = [0, 0, -1]\n[comparison]\nmethods = ['warp']\ngravities = [1]\n[[support]]\nside = 'low-x'\n",
                              "motion has no part in a [comparison]")):
             with self.subTest(lines):

@@ -276,6 +276,23 @@ static void a_deforming_mesh_lifts_the_strip_and_the_push_out_leaves_nothing_ins
   OK(sw_fit_capsule(SW_FORMAT_F64, box, 0, 8, &fit));
   CHECK(fit.radius > 9 && fit.radius < 15 && fit.half_length >= 0);
   FAILS(sw_fit_capsule(SW_FORMAT_F64, box, 0, 0, &fit), SW_ERROR_INVALID_ARGUMENT, "point");
+
+  uint32_t patches[4] = {0}, n_patches = 0;
+  double pose12[12] = {0, 0, -0.4};
+  OK(sw_collider_create(&desc, &collider));
+  const SwCollider *const near[1] = {collider};
+  OK(sw_model_patches_near(model, near, pose12, 1, 0.5, patches, 4, &n_patches));
+  CHECK(n_patches == 4 && patches[0] < STRIP_VERTICES && patches[0] != patches[1]);
+  pose12[2] = -100;
+  OK(sw_model_patches_near(model, near, pose12, 1, 0.5, patches, 4, &n_patches));
+  CHECK(n_patches == 0);
+  OK(sw_model_patches_near(model, NULL, NULL, 0, 0.5, NULL, 0, &n_patches));
+  FAILS(sw_model_patches_near(model, near, NULL, 1, -1, patches, 4, &n_patches), SW_ERROR_INVALID_ARGUMENT, "distance");
+  pose12[3] = 2;
+  FAILS(sw_model_patches_near(model, near, pose12, 1, 0.5, patches, 4, &n_patches), SW_ERROR_INVALID_ARGUMENT, "rotation");
+  FAILS(sw_model_patches_near(model, NULL, NULL, 1, 0.5, patches, 4, &n_patches), SW_ERROR_INVALID_ARGUMENT, "colliders");
+  FAILS(sw_model_patches_near(model, near, NULL, 1, 0.5, patches, 4, NULL), SW_ERROR_INVALID_ARGUMENT, "count");
+  sw_collider_destroy(collider);
   sw_state_destroy(state);
   sw_model_destroy(model);
 }

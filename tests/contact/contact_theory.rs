@@ -4,7 +4,7 @@ use crate::common::equilateral_sheet;
 use rand::rngs::StdRng;
 use rand::{Rng, SeedableRng};
 use shellwarp::collider::Solid;
-use shellwarp::contact::Obstacle;
+use shellwarp::contact::{Obstacle, patches_near};
 use shellwarp::material::{ElasticSheet, Elasticity};
 use shellwarp::model::{Model, Options, Precision};
 use shellwarp::state::{Damping, Method, Space, State};
@@ -299,6 +299,25 @@ fn contact_patches_follow_what_modes_cannot() {
     let ((few, without), (more, with)) = (deepest(vec![]), deepest(patches));
     println!("three balls: {few} modes leave {without:.1e} of the size inside, {more} with patches {with:.1e}");
     assert!(few == 2 && more == 5 && without > 1e-3 && with < 0.1 * without, "{without} {with}");
+    // Found by where the balls are first.
+    let ball = Arc::new(Solid::sphere(0.2).unwrap());
+    let first = |(p, side): (Vec3, f64)| Pose { origin: p - side * 0.21 * Vec3::z(), ..Pose::identity() };
+    let balls = places.map(|place| Obstacle::new(ball.clone(), first(place)));
+    let found = patches_near(&shell, &balls, 0.03, 6);
+    let of = |v: &u32| {
+        let gap = |ball: &Obstacle| (shell.mesh.positions[*v as usize] - ball.pose.origin).norm() - 0.2;
+        balls.each_ref().map(gap)
+    };
+    assert!(found.len() == 6 && found.iter().all(|v| of(v).into_iter().fold(f64::INFINITY, f64::min) <= 0.03));
+    for i in 0..3 {
+        assert!(found.iter().any(|v| of(v)[i] <= 0.03), "none at ball {i}: {found:?}");
+    }
+    let (count, left) = deepest(found.clone());
+    println!("{} patches found near them: {left:.1e}", found.len());
+    assert!(count == 8 && left < 0.1 * without, "{left} {without}");
+    assert_eq!(patches_near(&shell, &balls, 0.03, 6), found);
+    assert!(patches_near(&shell, &balls, 0.0, 6).is_empty() && patches_near(&shell, &[], 1.0, 6).is_empty());
+    assert_eq!(patches_near(&shell, &balls, 10.0, 10_000).len(), shell.free.len());
 }
 
 /// The answer of a patch is that of the whole shell: a push there bends four modes and a patch as all modes together.

@@ -1643,6 +1643,53 @@ void contact_patches_give_way_to_what_is_smaller_than_the_modes() {
   FAILS_WITH(patched.evaluate(other), "the contact patches have vertex 99999");
 }
 
+// The balls begin 0.1 off the strip, straight under and over the two vertices; others are 0.12 away and more.
+void contact_patches_are_found_near_the_colliders_at_the_start_frame() {
+  ShellRunner named, found, again;
+  for (int k = 0; k <= 16; ++k) {
+    Request request = poked_request(k);
+    request.build.patches_near = 0.11;
+    found.evaluate(request);
+    request.build.patches_near = 0;
+    request.build.contact_patches = {strip_vertex(10, 1), strip_vertex(30, 1)};
+    named.evaluate(request);
+  }
+  CHECK(found.deformed() == named.deformed() && found.notes().builds == 1);
+  Request last = poked_request(16), first = poked_request(0);
+  last.build.patches_near = first.build.patches_near = 0.11;
+  again.adopt(found.frames());
+  again.evaluate(last);  // where the balls are elsewhere
+  CHECK(again.deformed() == found.deformed() && again.notes().builds == 0);
+  found.evaluate(first);
+  CHECK(found.notes().builds == 1);
+  for (host::Collider &ball : first.inputs.colliders) ball.pose.origin[0] += 0.1;
+  found.evaluate(first);
+  CHECK(found.notes().builds == 2 && found.frames().near == std::vector<uint32_t>({strip_vertex(11, 1), strip_vertex(31, 1)}));
+
+  // All of it elsewhere, turned, and twice as large.
+  ShellRunner moved;
+  Request large = poked_request(0);
+  large.build.patches_near = 0.22;
+  Pose &object = large.inputs.object;
+  object = host::pose_of_angles({3, -1, 2}, {20, 40, 60});
+  object.scale = 2;
+  large.inputs.frame = object;
+  for (host::Collider &ball : large.inputs.colliders) {
+    ball.pose = host::product(object, ball.pose);
+    for (double &x : ball.mesh.points) x *= 2;
+  }
+  moved.evaluate(large);
+  CHECK(moved.frames().near == std::vector<uint32_t>({strip_vertex(10, 1), strip_vertex(30, 1)}));
+
+  Request wrong = poked_request(0);
+  wrong.build.patches_near = 0.05;
+  FAILS_WITH(moved.evaluate(wrong), "no vertex that moves is within 0.05 of a collider at the start frame");
+  wrong.build.patches_near = -1;
+  FAILS_WITH(moved.evaluate(wrong), "the distance of contact patches");
+  wrong.build.patches_near = 1, wrong.build.most_patches = 129;
+  FAILS_WITH(moved.evaluate(wrong), "the most contact patches");
+}
+
 // A box whose top comes up and tilts while its bottom stays.
 Request swelling_request(double frame) {
   Request request = at_frame(strip_request(), frame);
@@ -2365,6 +2412,7 @@ int main() {
   RUN(what_modes_cannot_follow_is_told_and_pushed_out_for_the_eye_alone);
   RUN(what_follows_is_pushed_out_and_corrected_as_the_shell_is);
   RUN(contact_patches_give_way_to_what_is_smaller_than_the_modes);
+  RUN(contact_patches_are_found_near_the_colliders_at_the_start_frame);
   RUN(a_deforming_solid_lifts_the_strip_and_scrubbing_repeats_it);
   RUN(frames_of_a_deforming_solid_from_elsewhere_are_told_of_when_stepped_on);
   RUN(points_of_a_solid_that_move_as_one_are_its_pose);

@@ -420,6 +420,8 @@ void what_is_inside_a_collider_is_pushed_out_or_given_way_to() {
   CHECK(plain > 0.02);
   CHECK(deepest([](Scene &s) { s.cook.set("pushout", {1}); }, 0) < 3e-4);  // a hundredth of a cell of the grid, of 2.4 in 64
   CHECK(deepest([](Scene &s) { s.cook.set_text("contactpatches", "90-92"); }, 0) < 0.3 * plain);
+  // The boxes begin 0.03 off the strip.
+  CHECK(deepest([](Scene &s) { s.cook.set("contactpatchesnear", {0.04}), s.cook.set("contactpatchesmost", {6}); }, 0) < 0.3 * plain);
 }
 
 void polygons_of_the_third_input_stop_the_strip_and_lift_it() {

@@ -111,7 +111,7 @@ void every_attribute_has_its_own_names_and_affects_the_output() {
                                  "binMembership",
                                  "bnm"};
   const std::vector<fake::AttributeInfo> attributes = node.attributes();
-  CHECK(attributes.size() == 108);
+  CHECK(attributes.size() == 110);
   for (const fake::AttributeInfo &attribute : attributes) {
     CHECK(names.insert(attribute.name).second && names.insert(attribute.brief).second);
     CHECK(attribute.affects_output);
@@ -580,6 +580,9 @@ void what_is_inside_a_collider_is_pushed_out_or_given_way_to() {
   CHECK(deepest([](Scene &s) { s.node.set("pushOut", 1); }) < 1e-4);  // floats of 40
   CHECK(fake::session().warnings.empty());
   CHECK(deepest([](Scene &s) { s.node.set_components("contactPatches", {90, 91, 92}); }) < 0.3 * plain);
+  // The balls begin 1 off the strip's middle, whose other vertices are 0.2 further away.
+  CHECK(deepest([](Scene &s) { s.node.set("contactPatchesNear", 1.1); }) < 0.3 * plain);
+  CHECK(deepest([](Scene &s) { s.node.set("contactPatchesNear", 1.1), s.node.set("contactPatchesMost", 1); }) < 0.99 * plain);
 }
 
 // The edges across the strip's middle, by their numbers in the stand-in.
@@ -1341,7 +1344,7 @@ void frames_on_disk_show_without_being_played() {
     seen_at(other, 1);
     CHECK(contains(told(), "the frames on disk are of another mesh, or of other settings"));
   }
-  for (const char *broken : {"", "SWFRAME2 and nothing of use"}) {
+  for (const char *broken : {"", "SWFRAME3 and nothing of use"}) {
     std::ofstream(file, std::ios::binary) << broken;
     fake::Deformer &damaged = moving_shell();
     damaged.set_text("cache", file);

@@ -14,9 +14,9 @@ bl_info = {  # for "Install legacy Add-on"; blender_manifest.toml is what the ex
     "category": "Physics",
 }
 
-from . import capsules, live, operators, panel, preferences, presets, properties, proxy
+from . import capsules, live, operators, panel, patches, preferences, presets, properties, proxy
 
-_PARTS = (preferences, properties, operators, proxy, capsules, presets, panel, live)
+_PARTS = (preferences, properties, operators, proxy, capsules, patches, presets, panel, live)
 
 
 def register():

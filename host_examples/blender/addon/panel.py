@@ -89,7 +89,9 @@ class SHELLWARP_PT_shell(bpy.types.Panel):
         if unfelt:
             layout.label(text=f"Fields that do not act on shells: {', '.join(unfelt)}", icon="INFO")
         layout.prop(settings, "collision_collection")
-        layout.prop_search(settings, "contact_patches", obj, "vertex_groups")
+        row = layout.row(align=True)
+        row.prop_search(settings, "contact_patches", obj, "vertex_groups")
+        row.operator("shellwarp.find_patches", text="", icon="VIEWZOOM")
         layout.prop(settings, "push_out")
         draw_handles(layout, settings)
         draw_renders(layout, obj)

@@ -4,7 +4,7 @@ import unittest
 
 import bpy
 import numpy
-from mathutils import Vector
+from mathutils import Matrix, Vector
 from scene import add_strip, play, shown
 from test_addon import part, setUpModule, tearDownModule  # noqa: F401 - unittest calls them
 from test_contact import Case, ball, collide, run_of
@@ -239,6 +239,45 @@ class Beyond(Case):
         self.assertEqual(self.message(obj), "")
         self.assertEqual(run_of(obj).model.info()["modes"], 8)
         self.assertLess(self.depth(obj), 0.1 * without)
+
+    def test_patches_are_found_near_the_colliders(self):
+        """The balls begin 1 cm off the strip, and two vertices of each are within 11.5 mm: they do as well as when they are named by hand."""
+        obj = self.strip()
+        play(10)
+        without = self.depth(obj)
+        self.scene.frame_set(1)
+        with self.assertRaisesRegex(RuntimeError, "no vertex that moves is within 0.005 of a collider"):
+            bpy.ops.shellwarp.find_patches(distance=0.005)
+        self.assertEqual(bpy.ops.shellwarp.find_patches(distance=0.0115, most=6), {"FINISHED"})
+        self.assertEqual(obj.shellwarp.contact_patches, "contact patches")
+        vertices = part("meshes").group_vertices(obj, "contact patches")
+        self.assertEqual(len(vertices), 6)
+        points = shown(obj, world=True)[vertices]
+        gaps = numpy.array([numpy.linalg.norm(points - numpy.array(item.location), axis=1) - 0.02 for item in bpy.data.objects if item.name.startswith("Sphere")])
+        self.assertLess(gaps.min(axis=0).max(), 0.0115 + 1e-6)   # each is near a ball
+        self.assertLess(gaps.min(axis=1).max(), 0.0115 + 1e-6)   # each ball has one
+        play(10)
+        self.assertEqual(self.message(obj), "")
+        self.assertEqual(run_of(obj).model.info()["modes"], 8)
+        self.assertLess(self.depth(obj), 0.1 * without)
+        for item in list(bpy.data.objects):
+            if item.name.startswith("Sphere"):
+                bpy.data.objects.remove(item)
+        with self.assertRaisesRegex(RuntimeError, "no colliders"):
+            bpy.ops.shellwarp.find_patches()
+
+    def test_patches_of_a_shell_that_was_moved_and_turned_are_the_same(self):
+        obj = self.strip()
+        self.scene.frame_set(1)
+        bpy.ops.shellwarp.find_patches(distance=0.0115, most=6)
+        before = part("meshes").group_vertices(obj, "contact patches")
+        turn = Matrix.Translation((0.3, -0.2, 0.5)) @ Matrix.Rotation(0.7, 4, Vector((1, 2, 3)).normalized()) @ Matrix.Scale(2, 4)
+        for item in (obj, *(item for item in bpy.data.objects if item.name.startswith("Sphere"))):
+            item.animation_data_clear()
+            item.matrix_world = turn @ item.matrix_world
+        bpy.context.view_layer.update()
+        self.assertEqual(bpy.ops.shellwarp.find_patches(distance=0.023, most=6), {"FINISHED"})
+        self.assertEqual(part("meshes").group_vertices(obj, "contact patches"), before)
 
     def test_push_out_shows_it_outside_and_the_motion_does_not_know(self):
         obj = self.strip()

@@ -49,13 +49,27 @@ def content(items):
 
 def put(state, items):
     """Gives the colliders to a state, each by its place in the list; SceneError names the one that is no solid."""
+    state.set_colliders(_shapes(items))
+
+
+def patches_near(shell, distance, most, items):
+    """Vertices of a shell that rest no farther than this from colliders, which are where they stand first; SceneError where there are none."""
+    with shellwarp.Model(shell) as model:
+        poses = [(origin, tuple(rotation.ravel())) for origin, rotation in (pose(item, 0.0) for item in items)]
+        found = model.patches_near(_shapes(items), distance, most, poses)
+    if not found:
+        raise SceneError("contact_patches_near: no vertex that moves is so near to a collider at the start")
+    return found
+
+
+def _shapes(items):
     shapes = []
     for number, item in enumerate(items, 1):
         try:
             shapes.append(_shape(item))
         except shellwarp.ShellwarpError as error:
             raise SceneError(f"collider {number}, a {item['kind']}: {error}") from None
-    state.set_colliders(shapes)
+    return shapes
 
 
 def move(state, items, seconds, frame_rate, teleport=False):

@@ -10,7 +10,7 @@ import numpy
 import shellwarp
 from shellwarp.method import find, precompute_options
 
-from . import files, selection, ties
+from . import colliders, files, selection, ties
 from .cache import Cache
 from .content import content_hash
 from .errors import FarmError, SceneError
@@ -21,6 +21,7 @@ from .simulated import drawn_at, simulated_at
 from .supports import FIELDS, any_moves, at_rest, axes_of, held_vertices, supported_vertices
 
 KEPT = 4   # models that a worker keeps loaded
+MOST_PATCHES = 16   # that are looked for near colliders, where the list names no number
 
 _kept = OrderedDict()
 _lock = threading.Lock()
@@ -36,6 +37,8 @@ def tables_of(owner, simulation, methods):
     options = options_of(simulation, methods)
     fields = simulation["support_fields"]
     options["support_fields"] = (FIELDS if any_moves(owner["support"]) else 0) if fields is None else fields
+    if simulation["contact_patches_near"] is not None:
+        options["near"] = [simulation["contact_patches_near"], simulation["contact_patches_most"] or MOST_PATCHES, owner.get("patch_colliders", [])]
     known = [find(method) for method in methods]
     handles = owner["handle"] if any(method.needs_fields or method.needs_choice for method in known) else []
     if options.get("auto_error") or options.get("auto_operations"):
@@ -60,10 +63,14 @@ def options_of(simulation, methods):
     return told
 
 
-def _options_here(tables):
-    """The options, vertices numbered as in what is simulated."""
+def _options_here(tables, shell):
+    """The options, vertices numbered as in what is simulated, with patches near colliders looked for."""
     simulated = simulated_at(tables)
-    return {**tables["options"], "contact_patches": [simulated.here(vertex) for vertex in tables["options"].get("contact_patches", ())],
+    options = {key: value for key, value in tables["options"].items() if key != "near"}
+    patches = [simulated.here(vertex) for vertex in options.get("contact_patches", ())]
+    if "near" in tables["options"]:
+        patches += sorted(set(colliders.patches_near(shell, *tables["options"]["near"])) - set(patches))
+    return {**options, "contact_patches": patches,
             "handles": sorted({selection.one_vertex(item, simulated, tables["mesh"]) for item in tables["handle"]})}
 
 
@@ -104,7 +111,7 @@ def model_key(tables):
         "material": [type(material).__name__, *dataclasses.astuple(material), tables["material"].get("frequency")], "directions": shell.directions,
         "maps": dict(shell.maps), "creases": list(shell.creases), "rest": shell.rest_positions,
         "axes": sorted(shell.axes.items()), "ties": [list(shell.ties), list(shell.triangle_ties), shell.tie_distance],
-        "options": _options_here(tables), "library": library_digest()})
+        "options": _options_here(tables, shell), "library": library_digest()})
 
 
 def prepare(tables, cache):
@@ -155,8 +162,9 @@ def slowest_of(model):
 
 def _precompute(tables):
     shell = shell_of(tables)
+    options = _options_here(tables, shell)
     if "frequency" in tables["material"]:
         shell = shellwarp.look.at_frequency(shell, tables["material"]["frequency"], tables["options"]["modes"])
     with shellwarp.Model(shell) as model:
-        model.precompute(**_options_here(tables))
+        model.precompute(**options)
         return model.save()

@@ -17,7 +17,7 @@ from .materials import known as _known
 from .mesh_file import beside, stem
 
 # Of [simulation]: what the precompute depends on, beside the method.
-MODEL_KEYS = ("modes", "precision", "reduced_fields", "auto_error", "auto_operations", "contact_patches", "support_fields")
+MODEL_KEYS = ("modes", "precision", "reduced_fields", "auto_error", "auto_operations", "contact_patches", "contact_patches_near", "contact_patches_most", "support_fields")
 SIMULATION = {*MODEL_KEYS, "method", "integrator", "frame_rate", "steps_per_frame", "gravity", "stiffness_factor", "correction_steps", "push_out", "deterministic"}
 TABLES = {
     "material": materials.KEYS,
@@ -39,7 +39,7 @@ FILES = ("material.rest_shape", "material.directions", "damping.factors")   # th
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]*")
 DEFAULTS = {"modes": 16, "precision": "f32", "method": DEFAULT, "integrator": "implicit-euler", "frame_rate": 30.0,
             "steps_per_frame": 1, "gravity": [0, 0, 0], "reduced_fields": 0, "auto_error": 0.0, "auto_operations": 0.0,
-            "stiffness_factor": 1.0, "correction_steps": 0, "push_out": False, "deterministic": False, "contact_patches": [], "support_fields": None}
+            "stiffness_factor": 1.0, "correction_steps": 0, "push_out": False, "deterministic": False, "contact_patches": [], "contact_patches_near": None, "contact_patches_most": None, "support_fields": None}
 
 
 def read_list(path):
@@ -126,6 +126,7 @@ def _job(scene_list, asset, shot, values, seed):
     lists = {key: asset.get(key, []) + shot.get(key, []) for key in LISTS}
     job = _with_parameters({"mesh": asset["mesh"], "proxy": proxy(asset), "render": asset["render"], **merged, **lists}, values)
     _check_output(asset["name"], job)
+    _check_patches(asset["name"], job, asset.get("collider"))
     if "motion" in shot and supports.any_moves(job["support"]):
         raise SceneError(f"shot {shot['name']}: motion says where all supports of {asset['name']} are: none may have a key")
     if job["simulation"]["support_fields"] is None and any("motion" in other and not other.get("follow_rest") for other in scene_list["shot"]):
@@ -237,6 +238,22 @@ def _check_output(name, job):
             raise SceneError(f"asset {name}: {key} is {job['simulation'][key]!r}, expected true or false")
     if steps and push_out:
         raise SceneError(f"asset {name}: correction_steps and push_out both move what is written: choose one")
+
+
+def _check_patches(name, job, own):
+    """Of patches that are looked for near the asset's own colliders; those of shots are others from shot to shot, and the model is not."""
+    near, most = (job["simulation"][key] for key in ("contact_patches_near", "contact_patches_most"))
+    if near is None:
+        if most is not None:
+            raise SceneError(f"asset {name}: contact_patches_most goes with contact_patches_near")
+        return
+    if isinstance(near, bool) or not isinstance(near, (int, float)) or not 0 < near < math.inf:
+        raise SceneError(f"asset {name}: contact_patches_near is {near!r}, expected a length above 0")
+    if most is not None and (not isinstance(most, int) or isinstance(most, bool) or not 1 <= most <= 128):
+        raise SceneError(f"asset {name}: contact_patches_most is {most!r}, expected a whole number from 1 to 128")
+    if not own:
+        raise SceneError(f"asset {name}: contact_patches_near needs a collider of the asset")
+    job["patch_colliders"] = own
 
 
 def _check_shots(shots):

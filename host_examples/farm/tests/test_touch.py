@@ -109,6 +109,23 @@ class Touch(Case):
             distance = numpy.linalg.norm(frames[20][6:] - [x, 0.01, 0.008 * side], axis=1).min()
             self.assertGreater(distance, 0.01 - 1e-6)  # float32
 
+    def test_patches_are_found_near_the_assets_colliders(self):
+        """The pins begin 6 mm off the card, whose points lie 1 cm apart: those straight before them are so near, and no others."""
+        pins = "".join(f'{{ kind = "sphere", radius = 0.01, position = [{x}, 0.01, {0.016 * side}], '
+                       f'key = [{{ time = 0.3, offset = [0, 0, {-0.008 * side}] }}] }},' for x, side in ((0.04, -1), (0.07, 1), (0.1, -1)))
+        text = LIST.replace("modes = 6", "modes = 2, MORE").replace("gravity = [0, 0, -9.8]", "gravity = [0, 0, 0]")
+        named, near, one = (self.jobs(pins, text.replace("MORE", more))["both"] for more in
+                            ("contact_patches = [13, 22, 31]", "contact_patches_near = 0.0065", "contact_patches_near = 0.0065, contact_patches_most = 1"))
+        self.assertEqual(model_key(model_tables(near)), model_key(model_tables(named)))
+        self.assertNotEqual(model_key(model_tables(one)), model_key(model_tables(named)))
+        self.assertEqual(self.bake(near)[0]["model"]["key"], model_key(model_tables(named)))
+        for more, message in (("contact_patches_near = 0", "expected a length above 0"), ("contact_patches_most = 3", "goes with contact_patches_near"),
+                              ("contact_patches_near = 1, contact_patches_most = 129", "from 1 to 128")):
+            with self.subTest(more), self.assertRaisesRegex(SceneError, message):
+                self.jobs(pins, text.replace("MORE", more))
+        with self.assertRaisesRegex(SceneError, "no vertex that moves is so near"):
+            model_key(model_tables(self.jobs(pins, text.replace("MORE", "contact_patches_near = 0.001"))["both"]))
+
     def test_patches_of_a_proxy_are_numbered_as_in_the_mesh(self):
         text = LIST.replace('mesh = "card.obj"', 'mesh = "card.obj"\nproxy = 20').replace("modes = 6", "modes = 6, contact_patches = [38]")
         job = self.jobs("", text)["one"]

@@ -695,6 +695,7 @@ FUNCTIONS = {
     "sw_state_move_collider": (c_uint32, [POINTER(SwState), c_uint32, POINTER(SwColliderPoseDesc)]),
     "sw_state_deform_collider": (c_uint32, [POINTER(SwState), c_uint32, c_uint32, c_uint32, c_void_p, c_uint64, c_uint32]),
     "sw_fit_capsule": (c_uint32, [c_uint32, c_void_p, c_uint64, c_uint32, POINTER(SwCapsuleFit)]),
+    "sw_model_patches_near": (c_uint32, [POINTER(SwModel), POINTER(POINTER(SwCollider)), c_void_p, c_uint32, c_double, c_void_p, c_uint32, c_void_p]),
     "sw_state_positions_outside": (c_uint32, [POINTER(SwState), c_uint32, c_uint32, c_void_p, c_uint64, c_uint32, c_void_p]),
     "sw_state_contacts": (c_uint32, [POINTER(SwState), POINTER(SwContact), c_uint32, c_uint32, c_void_p]),
     "sw_state_set_forces": (c_uint32, [POINTER(SwState), POINTER(SwForceDesc)]),

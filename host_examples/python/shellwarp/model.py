@@ -1,7 +1,8 @@
 """A shell and its modes."""
 
 from collections.abc import Callable, Sequence
-from ctypes import POINTER, byref, c_uint32, c_uint64, create_string_buffer, cast, c_void_p, sizeof
+from contextlib import ExitStack
+from ctypes import POINTER, byref, c_double, c_uint32, c_uint64, create_string_buffer, cast, c_void_p, sizeof
 
 import numpy
 from numpy.typing import DTypeLike
@@ -10,6 +11,7 @@ from . import _abi, _arrays, _library
 from ._handle import Handle
 from ._types import Array, Buffer, Report
 from ._values import as_dict, choice, guarded, uint32
+from .collider import Collider
 from .errors import CancelledError, UnsupportedError
 from .mesh import Shell
 from .method import DEFAULT, methods
@@ -102,6 +104,24 @@ class Model(Handle):
             if raised:
                 raise raised[0] from None
             raise
+
+    def patches_near(self, colliders: Sequence[Collider], distance: float, most: int = 16,
+                     poses: "Sequence[tuple[Sequence[float], Sequence[float]]] | None" = None) -> "list[int]":
+        """Vertices for contact_patches: where the shell is likely to be touched, by colliders at `poses`, pairs of an origin (3) and a rotation
+        matrix (9, or () for none); None has all at the origin.
+
+        Of the vertices that rest no farther than `distance` from a collider, the nearest, and then those farthest from each other, at most `most`.
+        """
+        numbers = [float(x) for origin, turn in poses or () for x in (*origin, *(turn or (0.0,) * 9))]
+        if len(numbers) != (12 * len(colliders) if poses else 0):
+            raise ValueError("poses has not an origin (3) and a rotation matrix (9, or ()) of each collider")
+        places = (c_double * len(numbers))(*numbers) if numbers else None
+        found, count = (c_uint32 * uint32(most, "most"))(), c_uint32()
+        with ExitStack() as stack:
+            pointers = [stack.enter_context(collider._use()) for collider in colliders]
+            solids = (POINTER(_abi.SwCollider) * max(len(pointers), 1))(*pointers)
+            self._call("sw_model_patches_near", solids, cast(places, c_void_p), len(pointers), float(distance), cast(found, c_void_p), most, byref(count))
+        return list(found[:count.value])
 
     def save(self) -> bytes:
         """The precomputed model as bytes, for load: about 24 a vertex and mode, 48 with "f64", 12 with "i16"."""

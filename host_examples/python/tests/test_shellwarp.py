@@ -783,6 +783,13 @@ class Colliders(unittest.TestCase):
 class AxisSupports(unittest.TestCase):
     def test_what_is_held_along_axes_stays(self):
         rest, triangles = strip.positions(numpy.float64), strip.triangles()
+        with sw.Collider.sphere(0.1) as ball:
+            far, near = (made.patches_near([ball, ball], 0.5, 5, [((0, 0, z), ()), ((0, 0, -z), ())]) for z in (100, 0.2))
+            self.assertEqual(far, [])
+            self.assertEqual(len(set(near)), 5)
+            self.assertEqual(made.patches_near([ball], 0.5, 5), made.patches_near([ball], 0.5, 5, [((0, 0, 0), ())]))
+            with self.assertRaises(ValueError):
+                made.patches_near([ball, ball], 0.5, 5, [((0, 0, 0), ())])
         tip = len(rest) - 1
         made = sw.Model(sw.Shell(rest, triangles, fixed=[0, 1, 2, 3], axes={tip: "xy", tip - 3: [[1, 0, 1]]}))
         made.precompute(modes=8, precision="f64")

@@ -61,6 +61,8 @@ public:
   bool getVelocity() const { return velocity_; }
   const UT_StringHolder &getWeightattrib() const { return weightattrib_; }
   const UT_StringHolder &getContactpatches() const { return contactpatches_; }
+  double getContactpatchesnear() const { return contactpatchesnear_; }
+  int64_t getContactpatchesmost() const { return contactpatchesmost_; }
   bool getPushout() const { return pushout_; }
   const UT_StringHolder &getColliderpieces() const { return colliderpieces_; }
   const UT_StringHolder &getDampingmap() const { return dampingmap_; }
@@ -137,6 +139,8 @@ public:
     velocity_ = at(values, "velocity", "toggle").numbers[0] != 0;
     weightattrib_ = at(values, "weightattrib", "string").text.c_str();
     contactpatches_ = at(values, "contactpatches", "string").text.c_str();
+    contactpatchesnear_ = at(values, "contactpatchesnear", "float").numbers[0];
+    contactpatchesmost_ = static_cast<int64_t>(at(values, "contactpatchesmost", "integer").numbers[0]);
     pushout_ = at(values, "pushout", "toggle").numbers[0] != 0;
     colliderpieces_ = at(values, "colliderpieces", "string").text.c_str();
     dampingmap_ = at(values, "dampingmap", "string").text.c_str();
@@ -225,6 +229,8 @@ private:
   bool velocity_ = false;
   UT_StringHolder weightattrib_;
   UT_StringHolder contactpatches_;
+  double contactpatchesnear_ = 0;
+  int64_t contactpatchesmost_ = 0;
   bool pushout_ = false;
   UT_StringHolder colliderpieces_;
   UT_StringHolder dampingmap_;
