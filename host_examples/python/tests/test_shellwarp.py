@@ -738,6 +738,26 @@ class Colliders(unittest.TestCase):
         run(made, 60, state)
         self.assertLess(state.positions()[:, 2].min(), -0.06)
 
+    def test_two_shells_stop_where_the_other_rests(self):
+        """Strips 10 cm apart, of which the upper falls and the lower is pushed up, each onto the hull of the other's rest shape, 1 cm thick on either side."""
+        made = model()
+        rest = numpy.array(strip.shell().positions)
+        with self.assertRaisesRegex(sw.InvalidArgumentError, "lie in a plane"):
+            sw.Collider.hull(rest)
+        hull = sw.Collider.hull(numpy.concatenate([rest - [0, 0, 0.01], rest + [0, 0, 0.01]]), friction=0.3)
+        for down in (1, -1):
+            free, state = made.state("warp"), made.state("warp")
+            state.set_colliders([hull])
+            state.move_collider(0, [0, 0, -0.1 * down])
+            for shell in (free, state):
+                shell.set_gravity([0, 0, -9.8 * down])
+                shell.set_damping(0.1)
+                for _ in range(60):
+                    shell.step(1 / 30)
+            self.assertLess((down * free.positions()[:, 2]).min(), -0.12)
+            self.assertAlmostEqual((down * state.positions()[:, 2]).min(), -0.09, delta=1e-5)  # what is left of a gap
+            self.assertGreater(state.report()["contact_count"], 0)
+
     def test_a_mesh_that_deforms_lifts_the_strip_and_the_push_out_is_for_the_eye(self):
         corners = numpy.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 0)], float)
         quads = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
@@ -763,6 +783,13 @@ class Colliders(unittest.TestCase):
         made = sw.Model(strip.shell())
         made.precompute(modes=4, contact_patches=[60, 90], reduced_fields=0)
         self.assertEqual(made.info()["modes"], 6)
+        with sw.Collider.sphere(0.1) as ball:
+            far, near = (made.patches_near([ball, ball], 0.5, 5, [((0, 0, z), ()), ((0, 0, -z), ())]) for z in (100, 0.2))
+            self.assertEqual(far, [])
+            self.assertEqual(len(set(near)), 5)
+            self.assertEqual(made.patches_near([ball], 0.5, 5), made.patches_near([ball], 0.5, 5, [((0, 0, 0), ())]))
+            with self.assertRaises(ValueError):
+                made.patches_near([ball, ball], 0.5, 5, [((0, 0, 0), ())])
         with self.assertRaisesRegex(sw.InvalidArgumentError, r"contact_patches\[1\] is vertex 99999"):
             made.precompute(modes=4, contact_patches=[60, 99999])
         with self.assertRaisesRegex(sw.InvalidArgumentError, "contact_patches"):
@@ -783,13 +810,6 @@ class Colliders(unittest.TestCase):
 class AxisSupports(unittest.TestCase):
     def test_what_is_held_along_axes_stays(self):
         rest, triangles = strip.positions(numpy.float64), strip.triangles()
-        with sw.Collider.sphere(0.1) as ball:
-            far, near = (made.patches_near([ball, ball], 0.5, 5, [((0, 0, z), ()), ((0, 0, -z), ())]) for z in (100, 0.2))
-            self.assertEqual(far, [])
-            self.assertEqual(len(set(near)), 5)
-            self.assertEqual(made.patches_near([ball], 0.5, 5), made.patches_near([ball], 0.5, 5, [((0, 0, 0), ())]))
-            with self.assertRaises(ValueError):
-                made.patches_near([ball, ball], 0.5, 5, [((0, 0, 0), ())])
         tip = len(rest) - 1
         made = sw.Model(sw.Shell(rest, triangles, fixed=[0, 1, 2, 3], axes={tip: "xy", tip - 3: [[1, 0, 1]]}))
         made.precompute(modes=8, precision="f64")
