@@ -16,6 +16,11 @@ use std::path::Path;
 
 const TEMPLATE: &str = include_str!("../page/template.html");
 const STYLE: &str = include_str!("../page/style.css");
+/// Beside the page. Made by `make contact-pictures` and `make demo-blender`.
+const PICTURES: [(&str, &[u8]); 2] = [
+    ("contact.png", include_bytes!("../../../docs/guide/pictures/contact.png")),
+    ("character.png", include_bytes!("../../../docs/guide/pictures/blender_character.png")),
+];
 
 /// Error against run time of one scene, over all knobs. Dotted: what each mesh gets wrong by itself.
 pub fn pareto_plot(title: &str, rows: &[&Row], meshes: &[(f64, String)]) -> Plot<'static> {
@@ -251,7 +256,7 @@ fn cost_figures(report: &Report, put: &mut Put) -> Result<()> {
     put("precompute".into(), Plot { title, x, y, series, marks: Marks::default(), size: WHOLE })
 }
 
-/// Writes index.html; `viewer` is the bundled player, if there is one.
+/// Writes index.html and its pictures; `viewer` is the bundled player, if there is one.
 pub fn write(folder: &Path, report: &Report, figures: &[Figure], machine: &str, viewer: Option<&str>) -> Result<()> {
     let figure = |name: &str| -> String {
         let svg = figures.iter().find(|f| f.name == name).map_or("", |f| &f.svg);
@@ -346,7 +351,7 @@ pub fn write(folder: &Path, report: &Report, figures: &[Figure], machine: &str, 
         ("scripts", scripts),
     ];
     std::fs::write(folder.join("index.html"), filled(TEMPLATE, &parts))?;
-    Ok(())
+    PICTURES.iter().try_for_each(|(name, bytes)| Ok(std::fs::write(folder.join(name), bytes)?))
 }
 
 /// A number of methods in letters, at the head of a sentence.
