@@ -3,7 +3,7 @@
 use crate::common::*;
 use nalgebra::UnitQuaternion;
 use shellwarp::constraint::{Constraint, Target};
-use shellwarp::material::{Tie, TiedTo};
+use shellwarp::material::{Crease, Tie, TiedTo};
 use shellwarp::model::{Model, Options, Precision};
 use shellwarp::reduced::{self, Assumed, ReducedShell};
 use shellwarp::shell::Make;
@@ -49,6 +49,14 @@ fn small_tied_model(precision: Precision) -> Model {
     let tie = |vertex: u32, to: TiedTo, stiffness: f64| Tie { vertex, to, stiffness };
     let ties = vec![tie(9, TiedTo::Vertex(5), 0.0), tie(10, TiedTo::Triangle(3), 20.0)];
     let make = Make { ties, ..Make::of(SPRINGY) };
+    small_model_of(make, vec![], Options { modes: 4, precision, ..Options::default() })
+}
+
+/// With one crease that yields and one that does not: the sections CREA and YIEL.
+fn small_model_that_yields(precision: Precision) -> Model {
+    let crease = |vertices: [u32; 2], yield_angle: f64| Crease { vertices, factor: 0.5, angle: None, yield_angle };
+    let creases = vec![crease([5, 6], 0.25), crease([6, 7], f64::INFINITY)];
+    let make = Make { creases, ..Make::of(SPRINGY) };
     small_model_of(make, vec![], Options { modes: 4, precision, ..Options::default() })
 }
 
@@ -142,7 +150,7 @@ fn a_model_without_modes_comes_back_too() {
 /// Files of earlier versions are never written anew; a new version adds its own. `cargo test --release --test interface cache:: --
 /// --ignored write_golden` wrote these.
 type Makes = fn(Precision) -> Model;
-const GOLDEN: [(&str, Precision, Makes); 9] = [
+const GOLDEN: [(&str, Precision, Makes); 10] = [
     ("saved/model_v1_f32.bin", Precision::F32, small_model),
     ("saved/model_v1_f64.bin", Precision::F64, small_model),
     ("saved/model_v2_sagged_f32.bin", Precision::F32, small_sagged_model),
@@ -152,6 +160,7 @@ const GOLDEN: [(&str, Precision, Makes); 9] = [
     ("saved/model_v2_rollers_f32.bin", Precision::F32, small_rolled_model),
     ("saved/model_v2_ties_f32.bin", Precision::F32, small_tied_model),
     ("saved/model_v2_supports_f32.bin", Precision::F32, small_model_that_follows),
+    ("saved/model_v2_yields_f32.bin", Precision::F32, small_model_that_yields),
 ];
 
 #[test]
@@ -170,6 +179,7 @@ fn models_saved_by_every_version_still_load() {
         let hangs = |model: &Model| model.shell.sag.as_ref().map(|sag| (sag.gravity, sag.rest.clone()));
         assert_eq!(hangs(&model), hangs(&fresh), "{name}");
         assert_eq!((&model.shell.rollers, &model.shell.bonds), (&fresh.shell.rollers, &fresh.shell.bonds), "{name}");
+        assert!(model.shell.creases == fresh.shell.creases, "{name}");
         let fields = |model: &Model| model.modal.supports.as_ref().map(|fields| fields.n());
         assert_eq!(fields(&model), fields(&fresh), "{name}");
         for (old, new) in model.shell.mesh.positions.iter().zip(&fresh.shell.mesh.positions) {
@@ -218,7 +228,9 @@ fn a_state_saved_on_a_moving_rest_shape_still_loads() {
 
 #[test]
 fn each_optional_part_of_a_saved_model_has_a_file() {
-    for (name, tag) in [("rollers", b"ROLL"), ("ties", b"TIES"), ("supports", b"SUPP"), ("reduced", b"REDU")] {
+    let parts =
+        [("rollers", b"ROLL"), ("ties", b"TIES"), ("supports", b"SUPP"), ("reduced", b"REDU"), ("yields", b"YIEL")];
+    for (name, tag) in parts {
         let bytes = std::fs::read(data(&format!("saved/model_v2_{name}_f32.bin"))).unwrap();
         assert!(bytes.windows(4).any(|word| word == tag), "{name}");
     }
@@ -470,6 +482,28 @@ fn forged_sections_are_refused_by_name() {
     let message = refused(&with_sections(&section[..10]), "half a front");
     assert!(message.contains("cut short"), "{message}");
     refused(&with_sections(&[]), "version 2 without sections");
+}
+
+#[test]
+fn forged_yield_angles_are_refused_by_name() {
+    let bytes = small_model_that_yields(Precision::F64).save().unwrap();
+    let content = bytes.len() - 8 - 2 * 8;
+    assert_eq!(&bytes[content - 16..content - 12], b"YIEL");
+    let bad = |x: f64| x.to_le_bytes().to_vec();
+    let cases = [
+        ("zero", content, bad(0.0), "yield angle of crease 0"),
+        ("not a number", content + 8, bad(f64::NAN), "yield angle of crease 1"),
+        ("negative", content, bad(-0.1), "yield angle of crease 0"),
+    ];
+    for (what, at, patch, named) in cases {
+        let message = refused(&patched(&bytes, at, &patch), what);
+        assert!(message.contains(named), "{what}: {message}");
+    }
+    // One angle for two creases.
+    let sections = u64::from_le_bytes(bytes[40..48].try_into().unwrap()) - 8;
+    let fewer = [&bytes[..40], &sections.to_le_bytes(), &bytes[48..content - 8], &8u64.to_le_bytes()].concat();
+    let message = refused(&sealed([&fewer[..], &bytes[content..content + 8], &[0; 8]].concat()), "one angle");
+    assert!(message.contains("8 bytes are not the yield angles of its 2 creases"), "{message}");
 }
 
 #[test]
