@@ -14,7 +14,7 @@ SHEET = {"young", "poisson", "thickness", "volume_density"}
 GRAIN = {"young_across", "shear", "direction", "directions"}   # of a sheet that is stiffer along a direction
 VARIES = {**{name: name for name in ("k_area", "k_length", "k_bend")}, "density": "area_density",
           **{name: name for name in ("young", "thickness", "volume_density")}}   # the library's name of each map
-KEYS = {*CONSTANTS, *SHEET, *GRAIN, "frequency", "preset", "map", "region", "crease", "rest_shape"}
+KEYS = {*CONSTANTS, *SHEET, *GRAIN, "frequency", "preset", "from_usd", "map", "region", "crease", "rest_shape"}
 CREASE = {"box", "edges", "list", "factor", "angle_degrees", "yield_degrees"}
 
 
@@ -23,8 +23,10 @@ def check(where, table):
     if "frequency" in table:
         if not table["frequency"] > 0:
             raise SceneError(f"{where}: frequency is {table['frequency']!r}, expected Hz above 0")
-        if wrong := sorted((set(table) & (set(CONSTANTS) | SHEET | GRAIN | {"preset"})) - {"density", "thickness"}):
+        if wrong := sorted((set(table) & (set(CONSTANTS) | SHEET | GRAIN | {"preset", "from_usd"})) - {"density", "thickness"}):
             raise SceneError(f"{where}: {wrong[0]} does not go with frequency, which sets the stiffness")
+    if not isinstance(table.get("from_usd", True), bool):
+        raise SceneError(f"{where}: from_usd is {table['from_usd']!r}, expected true or false")
     known(f"{where}, map", table.get("map", {}), VARIES)
     for number, region in enumerate(table.get("region", []), 1):
         place = f"{where}, region {number}"
@@ -40,7 +42,20 @@ def check(where, table):
 
 def is_sheet(table):
     """Whether a material is one of kilograms and metres, and not of constants or by frequency."""
-    return "frequency" not in table and bool(set(table) & (SHEET | GRAIN | {"preset"}))
+    return "frequency" not in table and bool(set(table) & (SHEET | GRAIN | {"preset"}) or table.get("from_usd"))
+
+
+def with_usd(table, asset):
+    """The table, and where it asks for that the numbers of the material that a USD asset has bound to the mesh, under its own."""
+    if not table.get("from_usd"):
+        return {key: value for key, value in table.items() if key != "from_usd"}
+    if "preset" in table:
+        raise SceneError("material: preset does not go with from_usd: both give a sheet")
+    if asset is None or asset.sheet is None:
+        raise SceneError("material: from_usd is true, and the mesh has no material bound to it in a USD file")
+    if missing := sorted(SHEET - set(table) - set(asset.sheet)):
+        raise SceneError(f"material: the material that {asset.prim} has bound does not say {missing[0]}: give it here")
+    return {**asset.sheet, **{key: value for key, value in table.items() if key != "from_usd"}}
 
 
 def known(where, table, keys):

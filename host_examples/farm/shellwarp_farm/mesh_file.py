@@ -21,6 +21,7 @@ class Asset(NamedTuple):
     metres_per_unit: "float | None" = None
     subdivided: bool = False
     has_normals: bool = False
+    sheet: "dict[str, float] | None" = None   # what its material says of a sheet, in kilograms, seconds and the stage's length
 
 
 class Drawn(NamedTuple):
@@ -33,6 +34,9 @@ class Drawn(NamedTuple):
     groups: "dict[str, list] | None" = None   # of an OBJ file: vertices of its groups and objects
 
 
+# Of a material of USD: the schema of surface deformables, and the density of UsdPhysics where that has none.
+SHEET_OF_USD = [("young", "omniphysics:youngsModulus"), ("poisson", "omniphysics:poissonsRatio"), ("thickness", "omniphysics:surfaceThickness"),
+                ("volume_density", "omniphysics:density"), ("volume_density", "physics:density")]
 NAMED = re.compile(r"(?P<file>.*?)(?:<(?P<prim>/.*)>)?")
 PRIM = re.compile(r"(/[A-Za-z_]\w*)+", re.ASCII)
 
@@ -139,8 +143,22 @@ def _read_usd(path, wanted):
     ends = numpy.cumsum(counts)
     faces = [corners[end - count:end].tolist() for end, count in zip(ends, counts)]
     asset = Asset(str(prim.GetPath()), str(UsdGeom.GetStageUpAxis(stage)), UsdGeom.GetStageMetersPerUnit(stage),
-                  mesh.GetSubdivisionSchemeAttr().Get() != UsdGeom.Tokens.none, bool(UsdGeom.PrimvarsAPI(mesh).GetPrimvar("normals")))
+                  mesh.GetSubdivisionSchemeAttr().Get() != UsdGeom.Tokens.none, bool(UsdGeom.PrimvarsAPI(mesh).GetPrimvar("normals")), _sheet_of(stage, prim))
     return points @ place[:3, :3] + place[3, :3], faces, Drawn(faces, asset=asset)
+
+
+def _sheet_of(stage, prim):
+    """The numbers of a sheet that the material bound for physics has, those that are authored; None where no material is bound."""
+    from pxr import UsdPhysics, UsdShade
+    bound = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial("physics")[0]
+    if not bound:
+        return None
+    kilograms, found = UsdPhysics.GetStageKilogramsPerUnit(stage), {}
+    for key, name in SHEET_OF_USD:
+        attribute = bound.GetPrim().GetAttribute(name)
+        if key not in found and attribute and attribute.HasAuthoredValue() and not (key == "volume_density" and attribute.Get() == 0):  # 0: not told
+            found[key] = float(attribute.Get()) * (1 if key in ("poisson", "thickness") else kilograms)
+    return found
 
 
 def _only_mesh(stage, path, wanted):

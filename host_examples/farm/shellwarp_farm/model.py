@@ -16,7 +16,7 @@ from .content import content_hash
 from .errors import FarmError, SceneError
 from .handles import NAMES, demand
 from .job_log import library_messages
-from .materials import material_of, parts_of
+from .materials import material_of, parts_of, with_usd
 from .simulated import drawn_at, simulated_at
 from .supports import FIELDS, any_moves, at_rest, axes_of, held_vertices, supported_vertices
 
@@ -86,14 +86,15 @@ def _merged(told, options):
 def shell_of(tables):
     """The Shell of a model's tables."""
     simulated, mesh, supports = simulated_at(tables), tables["mesh"], tables["support"]
-    material = material_of(tables["material"], simulated, metres_of(tables))
+    table = with_usd(tables["material"], drawn_at(tables["mesh"]).asset)
+    material = material_of(table, simulated, metres_of(tables))
     if isinstance(material, shellwarp.Sheet):  # whose edges hold their slope without their neighbours
         held = {kind: supported_vertices(supports, simulated, mesh, kind) for kind in ("fixed", "clamped")}
         held["metres_per_unit"] = metres_of(tables)
     else:
         held = {"fixed": held_vertices(supports, simulated, mesh)}
     return shellwarp.Shell(simulated.positions, simulated.triangles, material, **held, axes=axes_of(supports, simulated, mesh),
-                           **parts_of(tables["material"], material, simulated, mesh), **ties.parts_of(tables["tie"], simulated))
+                           **parts_of(table, material, simulated, mesh), **ties.parts_of(tables["tie"], simulated))
 
 
 def metres_of(tables):

@@ -14,7 +14,7 @@ from shellwarp_farm.errors import SceneError
 from shellwarp_farm.job import hash_of
 from shellwarp_farm.mesh_file import read_drawn
 from shellwarp_farm.model import load_model, model_key, model_tables, shell_of, slowest_of
-from shellwarp_farm.simulated import simulated_at
+from shellwarp_farm.simulated import mesh_at, simulated_at
 
 OLD = "{ k_area = 5e3, k_length = 5e3, k_bend = 2.7e-3, density = 0.3 }"
 N, TRIANGLES = 39, 48
@@ -47,6 +47,55 @@ class Varying(Case):
                 for material in ('{ preset = "card" }', '{ preset = "card", region = [{ box = [-1, -1, -1, 0.06, 1, 1], thickness = 2e-3 }] }')]
         self.assertLess(ends[0], 2 * ends[1])
         self.assertLess(ends[1], 0)
+
+    def test_a_usd_mesh_brings_its_sheet(self):
+        from pxr import Sdf, Usd, UsdGeom, UsdPhysics, UsdShade, Vt
+        job = self.jobs("", LIST)["both"]
+        positions, triangles = mesh_at(job["mesh"])
+        path = str(self.folder / "bound.usda")
+        stage = Usd.Stage.CreateNew(path)
+        UsdGeom.SetStageMetersPerUnit(stage, 0.01)
+        UsdPhysics.SetStageKilogramsPerUnit(stage, 0.001)
+        mesh = UsdGeom.Mesh.Define(stage, "/strip")
+        mesh.CreatePointsAttr(Vt.Vec3fArray.FromNumpy(100 * positions.astype(numpy.float32)))
+        mesh.CreateFaceVertexCountsAttr([3] * len(triangles))
+        mesh.CreateFaceVertexIndicesAttr(triangles.ravel().tolist())
+        in_usd = LIST.replace(f'"{Path(job["mesh"]).name}"', f'"{path}"')
+        self.assertNotEqual(in_usd, LIST)
+
+        def sheet(more=""):
+            return shell_of(model_tables(self.jobs("", in_usd.replace(OLD, "{ from_usd = true" + more + " }"))["both"])).material
+
+        stage.Save()
+        with self.assertRaisesRegex(SceneError, "no material bound"):
+            sheet()
+        path2 = self.folder / "bound2.usda"
+        in_usd = in_usd.replace(path, str(path2))   # files are read once
+        material = UsdShade.Material.Define(stage, "/card")
+        for name, value in (("omniphysics:youngsModulus", 3e10), ("omniphysics:poissonsRatio", 0.25), ("omniphysics:density", 0.7), ("omniphysics:surfaceThickness", 0.04)):
+            material.GetPrim().CreateAttribute(name, Sdf.ValueTypeNames.Float).Set(value)   # g/(cm s2), g/cm3, cm
+        UsdShade.MaterialBindingAPI.Apply(mesh.GetPrim()).Bind(material, UsdShade.Tokens.weakerThanDescendants, "physics")
+        stage.GetRootLayer().Export(str(path2))
+        made = sheet()
+        for key, value in (("young", 3e7), ("poisson", 0.25), ("volume_density", 7e-4), ("thickness", 0.04)):
+            self.assertAlmostEqual(getattr(made, key) / value, 1, delta=1e-6)   # floats
+        self.assertAlmostEqual(sheet(", thickness = 0.1").thickness, 0.1)
+        for more, words in ((', preset = "card"', "preset does not go with from_usd"), (", k_area = 1.0", "k_area does not go with")):
+            with self.assertRaisesRegex(SceneError, words):
+                sheet(more)
+        with self.assertRaisesRegex(SceneError, "no material bound"):
+            self.shell("{ from_usd = true }")
+        with self.assertRaisesRegex(SceneError, "expected true or false"):
+            self.shell("{ from_usd = 3 }")
+        path3 = self.folder / "bound3.usda"
+        material.GetPrim().RemoveProperty("omniphysics:density")
+        UsdPhysics.MaterialAPI.Apply(material.GetPrim()).CreateDensityAttr(0.9)
+        material.GetPrim().RemoveProperty("omniphysics:surfaceThickness")
+        stage.GetRootLayer().Export(str(path3))
+        in_usd = in_usd.replace(str(path2), str(path3))
+        self.assertAlmostEqual(sheet(", thickness = 0.1").volume_density / 9e-4, 1, delta=1e-6)
+        with self.assertRaisesRegex(SceneError, "does not say thickness"):
+            sheet()
 
     def test_creases_turn_freely_or_rest_folded(self):
         crease = OLD.replace(" }", ", crease = [{ box = [0.059, -1, -1, 0.061, 1, 1], factor = 0.1, angle_degrees = 60 }, "
