@@ -16,9 +16,9 @@ export CMAKE_BUILD_PARALLEL_LEVEL ?= $(JOBS)
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
 .PHONY: help build native demo test test-bare test-cargo test-c test-render test-blender demo-blender install package blender-addon header \
-    python-abi docs-api test-docs lint fuzz check-memory check-threads check-miri check-guard bench bench-binding bench-bounded bench-contact bench-contact-peers bench-correction bench-front bench-judging bench-instructions bench-leave-out bench-polynomial bench-precompute bench-same-bits bench-solver bench-training build-report report report-docs report-stability \
+    python-abi docs-api test-docs lint fuzz check-memory check-threads check-miri check-guard bench bench-binding bench-bounded bench-contact bench-contact-peers bench-correction bench-dynamics bench-front bench-judging bench-instructions bench-leave-out bench-polynomial bench-precompute bench-same-bits bench-solver bench-training build-report report report-docs report-stability \
     test-report clean
-.PHONY: npm release-check release-facts theory-pictures dist test-dist test-platforms dist-again render-mesh-picture proxy-picture moving-supports-picture materials-picture maya-module houdini-package plugin-zip cli check-platforms wasm test-wasm playground test-playground tutorial-pictures docs scene-schema notices wheel pictures bench-leaf farm-demo farm-sweep farm-costs bench-slepc
+.PHONY: npm release-check release-facts theory-pictures dist test-dist test-platforms dist-again render-mesh-picture proxy-picture moving-supports-picture materials-picture maya-module houdini-package plugin-zip cli check-platforms wasm test-wasm playground test-playground page-pictures tutorial-pictures docs scene-schema notices wheel pictures bench-leaf farm-demo farm-sweep farm-costs bench-slepc
 
 help: ## list the targets
 	@echo "usage: make TARGET [JOBS=2]"
@@ -179,6 +179,18 @@ test-playground: ## drag its shells in headless Chromium; skipped where npm, the
 	else $(MAKE) playground PAGE_OF=$(BUILD)/playground-tests FOR_TESTS=--for-tests && \
 	    node $(PLAYGROUND)/test_page.mjs $(BUILD)/playground-tests/index.html; fi
 
+PAGES := out/pages
+page-pictures: cli docs ## take the docs' pictures of pages: player, playground, docs site, and the report where it was made; with Chromium
+	@$(MAKE) playground PAGE_OF=$(BUILD)/playground-tests FOR_TESTS=--for-tests
+	@mkdir -p $(PAGES) && cd $(PAGES) && rm -f leaf.* && $(CURDIR)/$(CLI) new-scene leaf.toml
+	$(CLI) run $(PAGES)/leaf.toml --compare warp,shell-implicit --html $(PAGES)/player.html
+	node $(PLAYGROUND)/test_page.mjs $(BUILD)/playground-tests/index.html $(PAGES)
+	node $(PLAYGROUND)/page_pictures.mjs $(PAGES) $(PAGES)/player.html out/docs/index.html out/report/index.html
+	cp $(PAGES)/pulled_over.png docs/guide/pictures/playground.png
+	cp $(PAGES)/player.png docs/guide/pictures/player.png
+	cp $(PAGES)/docs_site.png docs/guide/pictures/docs_site.png
+	if test -f $(PAGES)/report.png; then cp $(PAGES)/report.png docs/evidence/report/opening.png; fi
+
 # What the module's users need beside it: offsets of fields, and types.
 MODULE := $(BUILD)/module
 
@@ -303,6 +315,9 @@ bench-judging: ## error of what SW_METHOD_AUTO takes on the judging list of test
 
 bench-bounded: ## 10^6 steps of the polynomial shell under wild loads: docs/evidence/front.md
 	cargo run --locked --release --example bounded -- --docs docs/evidence/front.md
+
+bench-dynamics: ## flips, releases and handles let go against the full shell in short steps: docs/evidence/front.md
+	cargo run --locked --release --example dynamics -- --docs docs/evidence/front.md
 
 bench-solver: ## count factorizations of the full shell's equilibria: docs/evidence/solver.md
 	cargo run --locked --release --example solver -- --docs docs/evidence/solver.md

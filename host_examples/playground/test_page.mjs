@@ -3,28 +3,13 @@
 // usage: node test_page.mjs INDEX_HTML [SCREENSHOT_FOLDER]
 // Ends with a line "skipped: ..." where no Chromium is found (CHROMIUM, or chromium, chromium-browser, google-chrome on the path).
 
-import { chromium } from 'playwright-core';
 import assert from 'node:assert/strict';
-import { execFileSync } from 'node:child_process';
 import path from 'node:path';
 import { pathToFileURL } from 'node:url';
-
-function browserPath() {
-  if (process.env.CHROMIUM) return process.env.CHROMIUM;
-  for (const name of ['chromium', 'chromium-browser', 'google-chrome']) {
-    try {
-      return execFileSync('sh', ['-c', `command -v ${name}`], { encoding: 'utf8' }).trim();
-    } catch {}
-  }
-  console.log('skipped: the playground in a browser: no Chromium (set CHROMIUM, or apt install chromium)');
-  process.exit(0);
-}
+import { launch } from './browser.mjs';
 
 const [file, folder] = process.argv.slice(2);
-const browser = await chromium.launch({
-  executablePath: browserPath(),
-  args: ['--no-sandbox', '--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--ignore-gpu-blocklist'],
-});
+const browser = await launch('the playground in a browser');
 const troubles = [];
 const PATIENCE = { timeout: 90_000 };                       // a hang, not a measure of speed
 

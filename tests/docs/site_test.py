@@ -6,6 +6,7 @@ usage: site_test.py FOLDER
 import json
 import os
 import re
+import shutil
 import subprocess
 import sys
 import unittest
@@ -70,6 +71,18 @@ class Site(unittest.TestCase):
         for word, page in (("sw_state_certify", "reference/api.html"), ("k_bend", "reference/scene.html"), ("precompute", "guide/python.html"),
                            ("dihedral", "theory/energies.html"), ("certificate", "evidence/robustness.html")):
             self.assertTrue(any(doc["location"].startswith(page) and word in doc["text"] + doc["title"] for doc in found), (word, page))
+
+    def test_a_browser_opens_it_as_a_file_and_its_search_finds(self):
+        names = [os.environ.get("CHROMIUM"), *map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))]
+        browser = next((name for name in names if name), None)
+        if browser is None:
+            self.skipTest("no Chromium (set CHROMIUM, or apt install chromium)")
+        # Thirty seconds of the page's own time, which passes while nothing is left to do.
+        done = subprocess.run([browser, "--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={FOLDER.parent / 'browser'}",
+                               "--virtual-time-budget=30000", "--dump-dom", (FOLDER / "index.html").as_uri() + "?q=sw_state_certify"],
+                              capture_output=True, text=True, check=False)
+        found = re.findall(r'<a href="([^"]*)" class="md-search-result__link"', done.stdout)
+        self.assertTrue(any("reference/api.html" in link for link in found), done.stdout[-3000:] + done.stderr[-2000:])
 
 
 if __name__ == "__main__":
