@@ -72,7 +72,7 @@ static void write_missing_model(const char *name, int both_ends) {
 
 /* ------------------------------------------------------------------------------------------------------------- runs */
 
-enum { LOADED, AMONG_COLLIDERS, SUPPORTS_MOVE };
+enum { LOADED, AMONG_COLLIDERS, SUPPORTS_MOVE, REST_MOVES };
 
 typedef struct {
   const char *name;
@@ -97,6 +97,12 @@ static const Run RUNS[] = {
     {"warp-supports", SW_METHOD_WARP, SW_INTEGRATOR_EXACT, SUPPORTS_MOVE},
     {"virtual-work-supports", SW_METHOD_WARP_VIRTUAL_WORK, SW_INTEGRATOR_IMPLICIT_EULER, SUPPORTS_MOVE},
     {"linear-supports", SW_METHOD_LMA, SW_INTEGRATOR_EXACT, SUPPORTS_MOVE},
+    {"warp-rest", SW_METHOD_WARP, SW_INTEGRATOR_EXACT, REST_MOVES},
+    {"virtual-work-rest", SW_METHOD_WARP_VIRTUAL_WORK, SW_INTEGRATOR_IMPLICIT_EULER, REST_MOVES},
+    {"linear-rest", SW_METHOD_LMA, SW_INTEGRATOR_EXACT, REST_MOVES},
+    {"rotation-strain-rest", SW_METHOD_ROTATION_STRAIN, SW_INTEGRATOR_IMPLICIT_EULER, REST_MOVES},
+    {"reduced-rest", SW_METHOD_REDUCED_SHELL, 0, REST_MOVES},
+    {"polynomial-rest", SW_METHOD_POLYNOMIAL_SHELL, 0, REST_MOVES},
 };
 #define N_RUNS (int)(sizeof RUNS / sizeof *RUNS)
 
@@ -225,6 +231,19 @@ static void move_supports(SwState *state, int k) {
   OK(sw_state_move_supports(state, SW_FORMAT_F64, x, 0, STRIP_VERTICES, 0));
 }
 
+/* The whole shape gets longer, moves aside and is bent along its length. No sum has a product that is rounded, which some compilers would fuse. */
+static void move_rest(SwState *state, int k) {
+  static double x[3 * STRIP_VERTICES];
+  const Strip strip = make_strip();
+  for (uint32_t v = 0; v < STRIP_VERTICES; ++v) {
+    const double *rest = &strip.positions[3 * v];
+    x[3 * v] = (1 + 0.0009765625 * k) * rest[0];
+    x[3 * v + 1] = rest[1] + 0.0009765625 * k;
+    x[3 * v + 2] = 0.00048828125 * k * rest[0] * rest[0];
+  }
+  OK(sw_state_move_rest(state, SW_FORMAT_F64, x, 0, STRIP_VERTICES, 0));
+}
+
 static SwState *deterministic(const SwModel *model, uint32_t method, uint32_t integrator) {
   SwStateDesc desc;
   SwState *state = NULL;
@@ -247,7 +266,8 @@ static uint64_t played_from(SwState *state, const Run *run, int first, int end) 
     switch (run->kind) {
       case LOADED: lead(state, run->method, k); break;
       case AMONG_COLLIDERS: move_colliders(state, k); break;
-      default: move_supports(state, k);
+      case SUPPORTS_MOVE: move_supports(state, k); break;
+      default: move_rest(state, k);
     }
     OK(sw_state_step(state, k % 3 ? STEP : 2 * STEP));
     if (k % 8 == 7) hash = hashed_output(hash, state, run->method);
