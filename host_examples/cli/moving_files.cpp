@@ -29,12 +29,13 @@ void check_formats(const Scene &scene) {
 }
 
 std::vector<float> read_points(const shellwarp::State &state, const shellwarp::Binding &binding, uint32_t n_points,
-                               std::vector<float> *velocities, bool outside) {
+                               std::vector<float> *velocities, bool outside, uint32_t correction_steps) {
   std::vector<float> x(std::size_t{3} * n_points);
   SwBoundPointsDesc desc = shellwarp::bound_points_desc();
   desc.format = SW_FORMAT_F32;
   desc.positions = x.data();
   if (outside) desc.flags = SW_BOUND_OUTSIDE;
+  desc.correction_steps = correction_steps;
   if (velocities) {
     velocities->resize(x.size());
     desc.velocities = velocities->data();

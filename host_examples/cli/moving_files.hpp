@@ -21,9 +21,9 @@ bool writes(const Scene &scene, const char *format);
 // Throws std::runtime_error where a scene asks for what its files cannot have. To be asked before the long work.
 void check_formats(const Scene &scene);
 
-// Where each vertex is in the world, out of colliders where asked for, and how fast it moves.
+// Where each vertex is in the world, out of colliders or after correction steps where asked for, and how fast it moves.
 std::vector<float> read_points(const shellwarp::State &state, const shellwarp::Binding &binding, uint32_t n_points,
-                               std::vector<float> *velocities = nullptr, bool outside = false);
+                               std::vector<float> *velocities = nullptr, bool outside = false, uint32_t correction_steps = 0);
 
 // Gathers frames for the formats beside PC2.
 class MotionFiles {

@@ -51,6 +51,10 @@ void RenderMesh::write_obj(OutputFolder &folder, const std::string &name, const 
   file.close();
 }
 
+std::vector<float> RenderMesh::points(const Scene &scene, const shellwarp::State &state) const {
+  return read_points(state, binding_.value(), n_points(), nullptr, false, scene.correction_steps);
+}
+
 void RenderMesh::write(OutputFolder &folder, const Scene &scene, const std::vector<std::size_t> &chosen, const Run &run,
                        shellwarp::State &state) const {
   const std::string name = scene.name + "_render";
@@ -61,7 +65,11 @@ void RenderMesh::write(OutputFolder &folder, const Scene &scene, const std::vect
   for (std::size_t i = 0; i < run.frames.size(); ++i) {
     go_to(run, run.frames[i], scene, state);
     std::vector<float> velocities;
-    std::vector<float> x = read_points(state, binding_.value(), n_points(), files.wanted() ? &velocities : nullptr, scene.push_out);
+    std::vector<float> x = run.frames[i].drawn;
+    if (x.empty() || files.wanted()) {
+      std::vector<float> here = read_points(state, binding_.value(), n_points(), files.wanted() ? &velocities : nullptr, scene.push_out);
+      if (x.empty()) x = std::move(here);
+    }
     if (cache) cache->append(x.data());
     if (std::binary_search(chosen.begin(), chosen.end(), i)) {
       write_obj(folder, frame_file_name(name, run.frames[i].frame) + ".obj", x);

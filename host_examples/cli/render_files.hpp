@@ -26,6 +26,8 @@ public:
   uint32_t n_points() const { return mesh_.n_vertices(); }
   // To the model's mesh, once. Throws std::runtime_error that names the file.
   SwBindingInfo bind(const shellwarp::Model &model);
+  // Where its points are, after the scene's correction steps.
+  std::vector<float> points(const Scene &scene, const shellwarp::State &state) const;
   // Writes all frames of a run. `state` is left at one of them.
   void write(OutputFolder &folder, const Scene &scene, const std::vector<std::size_t> &chosen, const Run &run,
              shellwarp::State &state) const;

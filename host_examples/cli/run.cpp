@@ -181,7 +181,7 @@ int run_scene(Scene scene, const RunOptions &options, OutputFolder *folder, Page
   shellwarp::State state = make_state(scene, mesh, model);
   Film film(mesh, page ? n_frames : 0, options.compare.size() + 1);
   Run run = simulate(scene, n_frames, mesh, handles, state, cache ? &*cache : nullptr, page ? &film : nullptr,
-                     options.quiet, folder != nullptr);
+                     options.quiet, folder != nullptr, render ? &*render : nullptr);
   certify(scene, options, state, mesh.n_vertices(), run);
   if (page && !run.interrupted) estimate_errors(scene, state, mesh.n_vertices(), run);
   if (options.plan) std::fputs(state.plan_text(scene.step()).c_str(), stdout);
@@ -251,12 +251,6 @@ void finish_page(const Page &page, const SceneFile &file, const RunOptions &opti
     std::fprintf(stderr, "shellwarp: nothing here opens a browser; open %s in one\n", path.c_str());
 }
 
-// What is drawn in the mesh's place is read of frames that are gone back to, without the loads that correction steps balance.
-void check_shown(const Scene &scene) {
-  if (scene.correction_steps > 0 && !scene.render_path.empty())
-    throw std::runtime_error("correction_steps moves the mesh's own vertices: it goes without render, weld and proxy");
-}
-
 // Those of all shells, made once.
 std::vector<Collider> shared_colliders(const SceneFile &file, bool quiet) {
   const Scene &scene = file.shells.front();
@@ -271,10 +265,7 @@ std::vector<Collider> shared_colliders(const SceneFile &file, bool quiet) {
 // Shells do not touch each other, so they may run one after the other. The worst exit status; an interruption ends all, and each shell's files
 // are put in place as it is done.
 int run_shells(const SceneFile &file, const RunOptions &options) {
-  for (const Scene &scene : file.shells) {
-    check_formats(scene);
-    check_shown(scene);
-  }
+  for (const Scene &scene : file.shells) check_formats(scene);
   const std::unique_ptr<OutputFolder> folder = open_folder(file, options);
   const std::string path = page_path(file, options);
   std::optional<Page> page = begin_page(file, options, path);

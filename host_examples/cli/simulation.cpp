@@ -1,5 +1,6 @@
 #include "simulation.hpp"
 
+#include "render_files.hpp"
 #include "energy_audit.hpp"
 #include "judge.hpp"
 #include "method.hpp"
@@ -61,7 +62,7 @@ void step_to_next_frame(const Scene &scene, SupportMotion &supports, std::vector
 }
 
 void record(const Scene &scene, uint32_t frame, const shellwarp::State &state, std::vector<float> &positions, Run &run,
-            PointCache *cache, Film *film, bool keep_states) {
+            PointCache *cache, Film *film, bool keep_states, const RenderMesh *render) {
   {
     Stopwatch stopwatch(run.position_seconds);
     const auto n_vertices = static_cast<uint32_t>(positions.size() / 3);
@@ -76,6 +77,7 @@ void record(const Scene &scene, uint32_t frame, const shellwarp::State &state, s
   const bool again = keep_states || cache || (film && !host::is_full_shell(scene.method));  // whoever comes back to this frame
   run.frames.push_back({frame, state.report(), again ? state.save() : std::vector<unsigned char>(),
                         again && (scene.correction_steps > 0 || scene.push_out) ? positions : std::vector<float>()});
+  if (render && again && scene.correction_steps > 0) run.frames.back().drawn = render->points(scene, state);
   if (cache) cache->append(positions.data());
   const SwStateReport &report = run.frames.back().report;  // an equilibrium takes no time: a page plays it in a second
   if (film) film->append(frame, scene.is_static ? frame : report.time, report.max_displacement, positions.data());
@@ -110,7 +112,7 @@ void go_to(const Run &run, const FrameRecord &frame, const Scene &scene, shellwa
 }
 
 Run simulate(const Scene &scene, uint32_t n_frames, const Mesh &mesh, std::vector<PlacedHandle> handles,
-             shellwarp::State &state, PointCache *cache, Film *film, bool quiet, bool keep_states) {
+             shellwarp::State &state, PointCache *cache, Film *film, bool quiet, bool keep_states, const RenderMesh *render) {
   Run run;
   std::vector<float> positions(mesh.positions.size());
   EnergyAudit audit(scene, mesh);
@@ -118,7 +120,7 @@ Run simulate(const Scene &scene, uint32_t n_frames, const Mesh &mesh, std::vecto
   SupportMotion &supports = *run.supports;
   run.supports_move = any_moves(scene);
   supports.begin(state);
-  record(scene, 0, state, positions, run, cache, film, keep_states);
+  record(scene, 0, state, positions, run, cache, film, keep_states, render);
   audit.note(0, state, run.frames.back().report);
   run.position_seconds = 0;  // the start is not a frame that was stepped to
   Watch watch(scene.is_static ? "finding the equilibrium" : "stepping", quiet, scene.is_static ? 0 : n_frames);
@@ -128,7 +130,7 @@ Run simulate(const Scene &scene, uint32_t n_frames, const Mesh &mesh, std::vecto
     else
       step_to_next_frame(scene, supports, handles, state, run);
     if ((run.interrupted = interrupted())) break;  // perhaps in the middle of a frame
-    record(scene, frame, state, positions, run, cache, film, keep_states);
+    record(scene, frame, state, positions, run, cache, film, keep_states, render);
     audit.note(frame, state, run.frames.back().report);
     watch.at(frame);
   }

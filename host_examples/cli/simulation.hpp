@@ -17,12 +17,15 @@
 
 namespace cli {
 
+class RenderMesh;
+
 // One frame as it was after its last step. `saved` brings the state back (sw_state_load); kept where files are written.
 struct FrameRecord {
   uint32_t frame;
   SwStateReport report;
   std::vector<unsigned char> saved;
   std::vector<float> shown{};  // positions after correction_steps, or pushed out; empty without
+  std::vector<float> drawn{};  // of the render mesh, after correction_steps: a state that is gone back to has not the loads that these balance
 };
 
 // What became of the handles, over all steps in which any was held.
@@ -62,9 +65,9 @@ void go_to(const Run &run, const FrameRecord &frame, const Scene &scene, shellwa
 constexpr uint32_t kMostFrames = 2147483646;
 
 // Writes one sample a frame into `cache` and offers it to `film`, unless they are null. Tells of long runs unless quiet. Keeps the
-// states for whoever writes other files, and with a cache always.
+// states for whoever writes other files, and with a cache always. `render`: what follows, if anything does.
 Run simulate(const Scene &scene, uint32_t n_frames, const Mesh &mesh, std::vector<PlacedHandle> handles,
-             shellwarp::State &state, PointCache *cache, Film *film = nullptr, bool quiet = true, bool keep_states = false);
+             shellwarp::State &state, PointCache *cache, Film *film = nullptr, bool quiet = true, bool keep_states = false, const RenderMesh *render = nullptr);
 
 // The duration in frames, at least one; one if static: the equilibrium, with handles, frame and colliders as at the end of the
 // duration. Throws where a point cache cannot number them.

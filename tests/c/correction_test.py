@@ -62,7 +62,10 @@ def main(program, mesh, folder):
     assert off[1] < off[0] and off[2] < 0.1 * off[0] and bent[2] < 0.1 * bent[0]
     assert tables["warp", 0] == tables["warp", 3]  # of the motion, which does not know
     done, _ = run(program, mesh, folder, "warp", 3, top=f'render = "{mesh}"')
-    assert done.returncode == 1 and "it goes without render" in done.stderr, done.stderr
+    assert done.returncode == 0, done.stderr
+    follows = last_positions(folder / "warp_3_render.pc2")
+    # The mesh's own vertices follow themselves, to 32 bits of the displacement.
+    assert max(abs(x - y) for x, y in zip(follows, shown["warp", 3])) < 1e-5 * max(lengths) and off[0] > 1e-3 * max(lengths)
     done, _ = run(program, mesh, folder, "warp", 101)
     assert done.returncode == 1 and "correction_steps must be at most 100" in done.stderr, done.stderr
 
