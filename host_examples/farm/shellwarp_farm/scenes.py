@@ -280,8 +280,6 @@ def _check_motion(where, shot):
         raise SceneError(f"{where}: follow_rest is true or false, and goes with motion")
     if "motion" in shot and shot.get("frame"):
         raise SceneError(f"{where}: motion does not go with frame: it says where the supports are")
-    if shot.get("follow_rest") and ("after" in shot or "start" in shot):
-        raise SceneError(f"{where}: a rest shape that follows is not in a saved state: begin at rest, without after and start")
 
 
 def _check_parameters(parameters):
