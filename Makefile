@@ -18,7 +18,7 @@ export CMAKE_BUILD_PARALLEL_LEVEL ?= $(JOBS)
 .PHONY: help build native demo test test-bare test-cargo test-c test-render test-blender demo-blender install package blender-addon header \
     python-abi docs-api test-docs lint fuzz check-memory check-threads check-miri check-guard bench bench-binding bench-bounded bench-contact bench-contact-peers bench-correction bench-dynamics bench-front bench-judging bench-instructions bench-leave-out bench-polynomial bench-precompute bench-same-bits bench-solver bench-training build-report report report-docs report-stability \
     test-report clean
-.PHONY: npm release-check release-facts theory-pictures dist test-dist test-platforms dist-again render-mesh-picture proxy-picture moving-supports-picture materials-picture maya-module houdini-package plugin-zip cli check-platforms wasm test-wasm playground test-playground page-pictures tutorial-pictures docs scene-schema notices wheel pictures bench-leaf farm-demo farm-sweep farm-costs bench-slepc
+.PHONY: npm release-check release-facts theory-pictures contact-pictures dist test-dist test-platforms dist-again render-mesh-picture proxy-picture moving-supports-picture materials-picture maya-module houdini-package plugin-zip cli check-platforms wasm test-wasm playground test-playground page-pictures tutorial-pictures docs scene-schema notices wheel pictures bench-leaf farm-demo farm-sweep farm-costs bench-slepc
 
 help: ## list the targets
 	@echo "usage: make TARGET [JOBS=2]"
@@ -62,6 +62,10 @@ render-mesh-picture: cli ## draw the picture of docs/guide/render_mesh.md
 proxy-picture: cli ## draw the picture of proxies in docs/guide/render_mesh.md
 	@sh cmake/bootstrap.sh pictures
 	.venv/bin/python host_examples/render/proxy_picture.py --cli $(BUILD)/bin/shellwarp --out docs/guide/pictures/proxies.png
+
+contact-pictures: cli ## run and draw the picture of docs/guide/contact.md and of the report, two minutes
+	@sh cmake/bootstrap.sh pictures
+	.venv/bin/python host_examples/render/contact_pictures.py --cli $(BUILD)/bin/shellwarp --out docs/guide/pictures/contact.png
 
 moving-supports-picture: cli ## draw the picture of docs/guide/moving_supports.md
 	@sh cmake/bootstrap.sh pictures
