@@ -51,7 +51,11 @@ impl Point {
     }
 
     /// p of vertices at `x`.
+    #[inline]
     pub fn place(&self, x: impl Fn(usize) -> Vec3) -> Vec3 {
+        if self.count == 1 {
+            return x(self.vertices[0] as usize);
+        }
         self.corners().map(|(v, w)| w * x(v)).fold(Vec3::zeros(), |sum, part| sum + part)
     }
 }

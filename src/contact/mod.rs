@@ -25,7 +25,7 @@ mod search;
 pub use energy::{Pressed, Touching};
 pub use judged::Judged;
 pub use near::Near;
-pub use obstacle::Obstacle;
+pub use obstacle::{Around, Obstacle};
 pub use parted::Parted;
 pub use patches::patches_near;
 pub use probes::{Probes, Reach};
@@ -309,6 +309,7 @@ impl Contacts {
     }
 
     /// Begins a step or an equilibrium of a shell of this mass and slowest eigenvalue, with the start positions set.
+    #[inline(never)]
     pub fn begin(&mut self, shell: (f64, f64), round: Round) {
         self.before.clone_from(&self.pressed.list);
         (self.left, self.rounds, self.stuck) = (f64::INFINITY, 0, 0);
@@ -373,14 +374,14 @@ impl Contacts {
         (left <= MET * self.probes.size && settled) || self.stuck >= PATIENCE
     }
 
+    #[inline(never)] // named in profiles, as those below
     fn measure_end(&mut self) {
-        let Self { near, probes, end, ends, .. } = self;
-        if !near.holds() {
-            probes.measure(end, ends);
-            return;
-        }
-        for patch in near.patches() {
-            ends[*patch as usize] = probes.reach(*patch as usize, end);
+        let Self { near, probes, end, starts, ends, .. } = self;
+        let mut measure = |patch: usize| ends[patch] = probes.reach_after(patch, end, &starts[patch]);
+        if near.holds() {
+            near.patches().iter().for_each(|patch| measure(*patch as usize));
+        } else {
+            (0..probes.patches()).for_each(measure);
         }
     }
 
@@ -407,6 +408,7 @@ impl Contacts {
 
     /// Takes the forces of the round that ended, and half-spaces anew. Returns what is left, and whether friction was that
     /// of these forces and normals stand.
+    #[inline(never)]
     fn press(&mut self, round: Round) -> (f64, bool) {
         let Self { obstacles, probes, pressed, start, end, strongest, summary, .. } = self;
         let (mut left, mut missed, mut rubbing, mut turned) = (0.0f64, 0.0, 0.0, false);
@@ -430,6 +432,7 @@ impl Contacts {
     }
 
     /// The step has ended: contacts without a force are forgotten, the others keep where they stick; the solids are where they were to be.
+    #[inline(never)]
     pub fn accept(&mut self, round: Round) {
         let Self { obstacles, probes, pressed, end, summary, left, .. } = self;
         let pressed = Arc::make_mut(pressed);
@@ -464,7 +467,7 @@ impl Contacts {
         (self.all, self.came_at) = (true, None);
         self.near.forget();
         self.probes.measure(&self.start, &mut self.starts);
-        self.probes.measure(&self.end, &mut self.ends);
+        self.measure_end();
         self.find(Round { h: None, feels_start: false });
         let size = self.probes.size;
         self.found.retain(|touch| touch.gap < -MET * size);

@@ -27,7 +27,35 @@ fn inward(pose: &Pose, x: &Vec3) -> Vec3 {
     pose.rotation.inverse_transform_vector(&(x - pose.origin))
 }
 
+/// All of a solid that does not turn or deform in the step.
+#[derive(Clone, Copy)]
+pub struct Around {
+    /// Where it is at the end, world space.
+    center: Vec3,
+    /// With its thickness and what its distances are off by.
+    radius: f64,
+    /// Its way.
+    pub led: f64,
+}
+
+impl Around {
+    /// Nothing within `reach` of a place comes near.
+    pub fn is_far(&self, place: &Vec3, reach: f64) -> bool {
+        let least = self.radius + self.led + reach;
+        (place - self.center).norm_squared() > least * least
+    }
+}
+
 impl Obstacle {
+    /// A ball about it, where it has one and does not turn or deform in the step.
+    pub fn around(&self) -> Option<Around> {
+        let ball =
+            self.solid.bounds().filter(|_| self.pose.rotation == self.target.rotation && !self.solid.deforms())?;
+        let radius = ball.radius + self.thickness + self.solid.surface_error();
+        let led = (self.target.origin - self.pose.origin).norm();
+        Some(Around { center: self.place(&ball.center), radius, led })
+    }
+
     /// That stands there, without friction and thickness.
     pub fn new(solid: Arc<Solid>, pose: Pose) -> Self {
         Self { solid, friction: 0.0, thickness: 0.0, pose, target: pose, placed: true }

@@ -31,6 +31,8 @@ pub struct Reach {
     pub center: Vec3,
     /// Not negative.
     pub radius: f64,
+    /// At a step's end: as far its probes are at most from the center and its way.
+    pub from: f64,
 }
 
 impl Probes {
@@ -75,12 +77,18 @@ impl Probes {
             let p = point.place(|v| x[v]);
             (low, high) = (low.inf(&p), high.sup(&p));
         }
-        Reach { center: 0.5 * (low + high), radius: 0.5 * (high - low).norm() }
+        Reach { center: 0.5 * (low + high), radius: 0.5 * (high - low).norm(), from: 0.0 }
     }
 
     /// Sets the balls of all patches.
     pub fn measure(&self, x: &[Vec3], reach: &mut [Reach]) {
         reach.iter_mut().enumerate().for_each(|(patch, reach)| *reach = self.reach(patch, x));
+    }
+
+    /// The ball of a patch at the end of a step that it began at `start`.
+    pub fn reach_after(&self, patch: usize, x: &[Vec3], start: &Reach) -> Reach {
+        let end = self.reach(patch, x);
+        Reach { from: (end.center - start.center).norm() + start.radius.max(end.radius), ..end }
     }
 
     /// Memory that it takes.

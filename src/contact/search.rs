@@ -1,24 +1,29 @@
 //! What touches and is not known yet.
 
 use super::energy::way_in;
-use super::{Contacts, MET, Obstacle, Reach, Round, Touching};
+use super::{Around, Contacts, MET, Obstacle, Reach, Round, Touching};
 use crate::Vec3;
 use std::sync::Arc;
 
 impl Contacts {
     /// Sets the contacts that are found: of each patch the deepest probe in each solid, or all. Returns how deep the deepest is of the probes
     /// that are no contacts yet. Notes how deep any probe is.
+    #[inline(never)]
     pub(super) fn find(&mut self, round: Round) -> f64 {
         self.found.clear();
         let (mut left, mut deepest) = (0.0f64, 0.0f64);
         for o in 0..self.obstacles.len() {
             let listed = self.near.holds();
+            let around = self.obstacles[o].around();
             for at in if listed { self.near.of(o) } else { 0..self.probes.patches() } {
                 let patch = if listed { self.near.patch(at) } else { at };
-                if self.is_far(&self.obstacles[o], &self.starts[patch], &self.ends[patch]) {
+                let (start, end) = (&self.starts[patch], &self.ends[patch]);
+                if around.is_some_and(|around| around.is_far(&end.center, end.from))
+                    || self.is_far(&self.obstacles[o], start, end)
+                {
                     continue;
                 }
-                let (short, deep) = self.find_in(o, patch, round);
+                let (short, deep) = self.find_in((o, around), patch, round);
                 left = left.max(short);
                 deepest = deepest.max(deep);
             }
@@ -35,7 +40,7 @@ impl Contacts {
     }
 
     /// As [`Contacts::find`], of a patch and a solid.
-    fn find_in(&mut self, o: usize, patch: usize, round: Round) -> (f64, f64) {
+    fn find_in(&mut self, (o, around): (usize, Option<Around>), patch: usize, round: Round) -> (f64, f64) {
         let Self { obstacles, probes, pressed, start, end, found, all, summary, .. } = self;
         let obstacle = &obstacles[o];
         let (mut left, mut deepest) = (0.0f64, 0.0f64);
@@ -47,6 +52,9 @@ impl Contacts {
             let touch = obstacle.touch(&b);
             deepest = deepest.max(-touch.distance);
             let from = point.place(|v| start[v]);
+            if around.is_some_and(|around| touch.distance >= (to - from).norm() + around.led) {
+                continue;
+            }
             let a = obstacle.at_start(&from);
             let through = touch.distance < (b - a).norm();
             let passed = || way_in(obstacle, (&a, &obstacle.touch(&a)), (&b, &touch), probes.size).is_some();
