@@ -647,8 +647,9 @@ typedef struct SwPrecomputeDesc {
   // tolerance, to hold a vertex in others as well can ask for more modes; see auto_error for what
   // is judged there.
   double handle_distance;
-  // The vertices that handles move (n_handles). A reduced shell that moves freely reads them, too,
-  // and spends up to half of its fields on how it gives there.
+  // The vertices that handles move (n_handles). A reduced shell reads them, too, and spends up to
+  // half of its fields on how it gives there: three for pulls at each, and three for turns where
+  // the half has room for those of all.
   const uint32_t *handles;
   // Length of handles.
   uint32_t n_handles;

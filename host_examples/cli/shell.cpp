@@ -150,7 +150,7 @@ void add_reduced(const Scene &scene, SwPrecomputeDesc &desc) {
   desc.reduced_gravity = scene.reduced.gravity;
 }
 
-// The vertices that handles hold, which `led` keeps: a shell that floats wants to know them.
+// The vertices that handles hold, which `led` keeps: reduced shells want to know them.
 void add_handles(const Scene &scene, const Mesh &mesh, std::vector<uint32_t> &led, SwPrecomputeDesc &desc) {
   for (const PlacedHandle &handle : place_handles(scene.handles, mesh)) led.push_back(handle.vertex);
   desc.handles = led.data();

@@ -118,8 +118,8 @@ pub struct SwPrecomputeDesc {
     /// How far from rest handles move their vertices, in the directions in which these give. For a tolerance, to hold a vertex in
     /// others as well can ask for more modes; see auto_error for what is judged there.
     pub handle_distance: f64,
-    /// The vertices that handles move (n_handles). A reduced shell that moves freely reads them, too, and spends up to half of its fields on
-    /// how it gives there.
+    /// The vertices that handles move (n_handles). A reduced shell reads them, too, and spends up to half of its fields on how it gives there:
+    /// three for pulls at each, and three for turns where the half has room for those of all.
     pub handles: *const u32,
     /// Length of handles.
     pub n_handles: u32,

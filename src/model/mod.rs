@@ -38,7 +38,7 @@ pub struct Options {
     pub reduced: reduced::Options,
     /// Vertices whose static answers to a push along the normal join the modes.
     pub contact_patches: Vec<u32>,
-    /// Vertices that handles will hold, whose answers join the fields of a reduced shell that moves freely.
+    /// Vertices that handles will hold, whose answers to pulls and turns join the fields of a reduced shell.
     pub handles: Vec<u32>,
     /// Fields that follow supports which move against each other.
     pub support_fields: usize,

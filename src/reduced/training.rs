@@ -87,8 +87,10 @@ pub(super) struct TrainingLoads {
     amplitude: f64,
     /// Far from the supports and each other.
     points: Vec<usize>,
-    /// The handles that will hold a shell that moves freely.
+    /// The handles that will hold it.
     handles: Vec<usize>,
+    /// Whether fields know the turns there, too.
+    turning: bool,
     /// What moves freely at rest; then the part of a load that would set it in motion is left out.
     free: Option<FreeMotions>,
 }
@@ -121,7 +123,7 @@ impl TrainingLoads {
         let largest = |field: &[Vec3]| field.iter().map(|u| u.norm()).fold(f64::MIN_POSITIVE, f64::max);
         let amplitude = BEND * shell.mesh.size / modes.shapes.first().map_or(1.0, |shape| largest(shape));
         let (points, floats) = (far_points(shell, POINTS), free.as_ref().is_some_and(|free| free.count() == 6));
-        let handles = if free.is_some() { handles_of(shell, handles, options.fields)? } else { vec![] };
+        let (handles, turning) = handles_of(shell, handles, options.fields)?;
         let bearers = if handles.is_empty() { &points } else { &handles };
         // λ q = g Φᵀ M 1 with the most effective direction; of a shell that floats, held at the points.
         let effective = |(shape, lambda): (&Vec<Vec3>, &f64)| {
@@ -141,7 +143,7 @@ impl TrainingLoads {
             );
             return Err(Error::new(ErrorKind::Numerical, message));
         }
-        Ok(Self { gravity, amplitude, points, handles, free })
+        Ok(Self { gravity, amplitude, points, handles, turning, free })
     }
 
     /// ½ Θ_ij q_i q_j with q_i = a λ₁/λ_i.
@@ -175,16 +177,28 @@ impl TrainingLoads {
         Ok(BasisInputs { shell, modes, rigid, derivatives, responses, bent: self.bent(modes), answers })
     }
 
-    /// The displacements to first order under a pull at each handle along each axis, whose inertia takes the rest: inertia-relief attachment
-    /// modes (Craig 1987). Of a norm each.
+    /// The displacements to first order under a pull at each handle along each axis, and under a couple of its triangles' corners about each.
+    /// Where nothing holds the shell, inertia takes the rest: inertia-relief attachment modes (Craig 1987). Of a norm each.
     fn answers(&self, shell: &Shell, loose: basis::Loose) -> Result<Vec<Vec<Vec3>>> {
-        let pulls = self.handles.iter().flat_map(|&v| (0..3).map(move |axis| (v, Vec3::ith(axis, 1.0))));
-        let of_one = |(v, axis): (usize, Vec3)| {
-            let mut force = vec![Vec3::zeros(); shell.mass.len()];
-            force[v] = axis / shell.mass[v]; // columns() brings M^½
-            force
+        let (rest, axes) = (&shell.mesh.positions, [0, 1, 2].map(|axis| Vec3::ith(axis, 1.0)));
+        let mut forces = vec![];
+        for &v in &self.handles {
+            forces.extend(axes.map(|axis| vec![(v, axis)]));
+        }
+        for &v in self.handles.iter().filter(|_| self.turning) {
+            let own = shell.mesh.triangles.iter().filter(|corners| corners.contains(&(v as u32)));
+            let mut around: Vec<usize> = own.flatten().map(|w| *w as usize).collect();
+            around.sort_unstable();
+            around.dedup();
+            let couple = |axis: Vec3| around.iter().map(|&w| (w, axis.cross(&(rest[w] - rest[v])))).collect();
+            forces.extend(axes.map(couple));
+        }
+        let accelerations = |forces: Vec<(usize, Vec3)>| {
+            let mut out = vec![Vec3::zeros(); rest.len()];
+            forces.iter().for_each(|(v, force)| out[*v] = force / shell.mass[*v]); // columns() brings M^½
+            out
         };
-        let mut right = basis::columns(shell, &pulls.map(of_one).collect::<Vec<_>>());
+        let mut right = basis::columns(shell, &forces.into_iter().map(accelerations).collect::<Vec<_>>());
         if right.ncols() > 0 {
             basis::solve_rest(shell, &mut right, loose)?;
         }
@@ -380,8 +394,9 @@ impl TrainingLoads {
     }
 }
 
-/// Handles that fields are spent on: three each, of at most so many that half of the fields are left.
-fn handles_of(shell: &Shell, handles: &[u32], fields: usize) -> Result<Vec<usize>> {
+/// Handles that fields are spent on, three for the pulls at each, and whether each has three more for its turns. Half of the fields are
+/// left.
+fn handles_of(shell: &Shell, handles: &[u32], fields: usize) -> Result<(Vec<usize>, bool)> {
     let (mut found, n): (Vec<usize>, usize) = (vec![], shell.mass.len());
     for (i, v) in handles.iter().map(|v| *v as usize).enumerate() {
         if v >= n {
@@ -392,7 +407,8 @@ fn handles_of(shell: &Shell, handles: &[u32], fields: usize) -> Result<Vec<usize
         }
     }
     found.truncate(fields / 6);
-    Ok(found)
+    let turning = 12 * found.len() <= fields;
+    Ok((found, turning))
 }
 
 fn added(a: &[Vec3], b: &[Vec3]) -> Vec<Vec3> {

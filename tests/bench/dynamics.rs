@@ -2,7 +2,8 @@
 //!
 //! usage: dynamics [--scene KEY] [--docs FILE]
 //!
-//! The shells of front/judging.rs, with 8 modes and 20 fields, in steps h of a fortieth of their slowest period T and of a quarter of that.
+//! The shells of front/judging.rs, with 8 modes and 20 fields that know the vertex of the handle, in steps h of a fortieth of their slowest
+//! period T and of a quarter of that.
 //! Damped by mass to 3 % of critical at that period. The motions were written down before anything was measured on them:
 //!
 //! - flip: gravity begins, points the other way after T/2, and ends after 3T/2;
@@ -70,13 +71,13 @@ struct Stage {
 impl Stage {
     fn new(scene: &Scene) -> Self {
         let reduced = reduced::Options { fields: 20, poses: reduced::MAX_POSES, ..Default::default() };
-        let options = Options { modes: 8, reduced, ..Options::default() };
-        let model = Arc::new(Model::precompute(scene.shell.clone(), &options, &mut |_, _| Ok(())).unwrap());
         let handle = scene.loads(List::Judging).into_iter().find_map(|load| match load.action {
             Action::Handle(vertex, along) => Some((vertex, along)),
             Action::Forces(_) => None,
         });
         let (vertex, along) = handle.unwrap();
+        let options = Options { modes: 8, reduced, handles: vec![vertex as u32], ..Options::default() };
+        let model = Arc::new(Model::precompute(scene.shell.clone(), &options, &mut |_, _| Ok(())).unwrap());
         let unit = model.modal.eigenvalues[0] * scene.shell.mesh.size;
         let gravity = GRAVITY * unit * Vec3::new(0.35, -0.4, -0.85).normalize();
         Self { model, gravity, vertex, along, level: 1.0 }

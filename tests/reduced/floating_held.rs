@@ -336,3 +336,34 @@ fn handles_that_are_known_before_hold_it_as_they_hold_the_full_shell() {
     let refused = Model::precompute(shell, &options, &mut |_, _| Ok(())).err().unwrap().to_string();
     assert!(refused.contains("handles[1] is vertex 900: the mesh has"), "{refused}");
 }
+
+/// A vertex that is led and turned by hard handles, of a strip that is held at one end, or by them alone: at rest against the full shell.
+#[test]
+fn handles_that_are_known_before_lead_and_turn_it_as_they_do_the_full_shell() {
+    let off = |held: bool, told: bool, method: Method| {
+        let shell = arch(0.2, 0.3, |x| held && x.x == 0.0);
+        let x = &shell.mesh.positions;
+        let vertex = (0..x.len()).max_by(|a, b| (x[*a].x - x[*a].y).total_cmp(&(x[*b].x - x[*b].y))).unwrap();
+        let reduced = reduced::Options { fields: 24, poses: 16, ..Default::default() };
+        let handles = if told { vec![vertex as u32] } else { vec![] };
+        let options = Options { modes: 14, precision: Precision::F64, reduced, handles, ..Options::default() };
+        let model = Arc::new(Model::precompute(Arc::new(shell), &options, &mut |_, _| Ok(())).unwrap());
+        let rest = |method: Method| {
+            let mut state = state(&model, method);
+            let_fall(&mut state, 0.05);
+            hold(&mut state, 0, vertex as u32, model.shell.mesh.positions[vertex] + Vec3::new(0.0, 0.02, 0.05), 0.0);
+            let target = Target::Orientation(UnitQuaternion::from_scaled_axis(Vec3::new(0.15, 0.1, 0.05)));
+            let turned = Constraint { id: 1, vertex: vertex as u32, axes: [true; 3], compliance: 0.0, target };
+            state.set_constraint(turned).unwrap();
+            state.equilibrium().unwrap();
+            displacements(&state)
+        };
+        error(&rest(method), &rest(Method::ImplicitShell))
+    };
+    for (held, method) in [true, false].into_iter().flat_map(|held| METHODS.map(|method| (held, method))) {
+        let [untold, told] = [false, true].map(|told| off(held, told, method));
+        println!("{method}, held {held}: {told:.4} off, untold {untold:.4}");
+        // 5.8 for 23 and 31 %, and 0.2 for 0.9 %: what is left is of the training, of other loads than these.
+        assert!(told < 0.3 * untold, "{method}: {told} {untold}");
+    }
+}
