@@ -460,7 +460,16 @@ typedef struct SwSupportDesc {
   uint32_t n_axis_vertices;
   // Must be 0.
   uint32_t reserved;
+  // Which of the axes are normals of planes of symmetry: SW_AXIS_X, SW_AXIS_Y and SW_AXIS_Z or'ed,
+  // and SW_AXIS_DIRECTION for that of axis_directions (n_axis_vertices), or NULL. The vertex is
+  // held along them, as by axes. Boundary edges between two vertices on the same plane also keep
+  // their slope, as if the shell went on beyond as its mirror image: half a shell then bends as the
+  // whole. Each such vertex must be on such an edge.
+  const uint8_t *symmetric_axes;
 } SwSupportDesc;
+
+// Of SwSupportDesc::symmetric_axes: the direction in axis_directions.
+#define SW_AXIS_DIRECTION 8
 
 // A shell and, after precompute, its modes. Opaque.
 typedef struct SwModel SwModel;

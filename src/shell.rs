@@ -1,6 +1,6 @@
 //! The physical problem: a mesh of a material, held at its supports.
 
-use crate::energy::{Energy, Source, Thick, TieEnergy, Yielding, of_material, thick, with_yielding};
+use crate::energy::{Energy, Mirror, Source, Thick, TieEnergy, Yielding, of_material, thick, with_yielding};
 use crate::material::{
     Bond, Crease, Creases, ElasticSheet, Elasticity, Fibres, Map, Maps, Orthotropy, Quantity, Tie, bonds, joined,
     touching,
@@ -55,14 +55,16 @@ pub struct Make {
     pub tie_distance: f64,
     /// Ties in numbers, besides.
     pub bonds: Vec<Bond>,
+    /// Edges on planes of symmetry in numbers, besides.
+    pub mirrors: Vec<Mirror>,
 }
 
 impl Make {
     /// Of these constants everywhere.
     pub fn of(material: impl Into<Elasticity>) -> Self {
-        let (maps, creases, ties, bonds) = (vec![], vec![], vec![], vec![]);
+        let (maps, creases, ties, bonds, mirrors) = (vec![], vec![], vec![], vec![], vec![]);
         let (material, fibres) = (material.into(), None);
-        Self { material, maps, creases, rest_shape: None, fibres, ties, tie_distance: 0.0, bonds }
+        Self { material, maps, creases, rest_shape: None, fibres, ties, tie_distance: 0.0, bonds, mirrors }
     }
 }
 
@@ -98,6 +100,8 @@ pub struct Shell {
     pub rollers: Arc<[Roller]>,
     /// Ends of edges whose slope is held (n_vertices); empty where no edge's is.
     pub clamped: Arc<[bool]>,
+    /// Edges on planes of symmetry, ascending.
+    pub mirrors: Arc<[Mirror]>,
     /// The vertices that move, ascending: referenced and not held. Each has three unknowns.
     pub free: Vec<u32>,
     /// Sum of the triangles' rest areas.
@@ -153,6 +157,10 @@ impl Shell {
         let uniform = material.area_density();
         let unstressed = rest_mesh.as_ref().unwrap_or(&mesh);
         let (mass, total_area) = lumped_mass(unstressed, |t| densities.as_ref().map_or(uniform, |of| of[t]))?;
+        let mirrors: Arc<[Mirror]> = supports.mirrors(&mesh)?.into_iter().chain(make.mirrors).collect();
+        if let Some(rest) = &rest_mesh {
+            check_mirrors(&mirrors, rest, &mesh)?;
+        }
         let mut rollers = supports.rollers(&mesh, &mut held)?;
         rollers.retain(|roller| mass[roller.vertex as usize] > 0.0);
         let areas = if densities.is_some() { lumped_mass(unstressed, |_| 1.0)?.0 } else { vec![] };
@@ -166,7 +174,7 @@ impl Shell {
             _ => None,
         };
         let made_of = (material, &maps, &creases, &orthotropy, &bonds);
-        let energy = energy_of(unstressed, made_of, (&clamped, &mesh));
+        let energy = energy_of(unstressed, made_of, (&clamped, &mirrors, &mesh));
         let areas = areas.into();
         let total_mass: f64 = mass.iter().sum();
         if !(total_mass.is_finite() && total_area.is_finite()) {
@@ -188,6 +196,7 @@ impl Shell {
             held,
             rollers: rollers.into(),
             clamped,
+            mirrors,
             free,
             total_area,
             total_mass,
@@ -298,6 +307,7 @@ impl Shell {
             held: self.held.clone(),
             rollers: self.rollers.clone(),
             clamped: self.clamped.clone(),
+            mirrors: self.mirrors.clone(),
             free: self.free.clone(),
             analyses: Arc::default(), // its points are elsewhere, and so may be the order of elimination
             ..*self
@@ -329,6 +339,9 @@ impl Shell {
         let bond = |bond: &Bond| Bond { vertex: new(bond.vertex), corners: bond.corners.map(new), ..*bond };
         let bonds: Arc<[Bond]> =
             self.bonds.iter().map(bond).filter(|bond| bond.vertices().all(|v| v != NONE)).collect();
+        let mirrored = |mirror: &Mirror| Mirror { ends: mirror.ends.map(new), ..*mirror };
+        let mirrors: Arc<[Mirror]> =
+            self.mirrors.iter().map(mirrored).filter(|mirror| mirror.ends.iter().all(|v| *v != NONE)).collect();
         let some = |v: &u32| self.areas.get(*v as usize).copied();
         let points = |x: &[Vec3]| vertices.iter().map(|v| x[*v as usize]).collect::<Vec<_>>();
         let rest_shape: Option<Arc<[Vec3]>> = self.rest_shape.as_ref().map(|shape| points(shape).into());
@@ -342,7 +355,11 @@ impl Shell {
             rollers.extend(self.roller_of(*v).map(|roller| Roller { vertex: i as u32, ..*roller }));
         }
         let part = Self {
-            energy: energy_of(unstressed, (self.material, &maps, &creases, &orthotropy, &bonds), (&clamped, &mesh)),
+            energy: energy_of(
+                unstressed,
+                (self.material, &maps, &creases, &orthotropy, &bonds),
+                (&clamped, &mirrors, &mesh),
+            ),
             mesh,
             maps,
             creases,
@@ -352,6 +369,7 @@ impl Shell {
             settled_from: None,
             areas: vertices.iter().filter_map(some).collect(),
             clamped,
+            mirrors,
             sag: None,
             mass: vertices.iter().map(|v| self.mass[*v as usize]).collect(),
             held,
@@ -372,6 +390,12 @@ impl Shell {
         self.clamped.get(v) == Some(&true)
     }
 
+    /// What it does not turn about freely where it is on planes of symmetry: a vertex and the direction of an edge.
+    pub fn mirrored_edges(&self) -> impl Iterator<Item = (u32, Vec3)> {
+        let along = |[a, b]: [u32; 2]| (self.mesh.positions[b as usize] - self.mesh.positions[a as usize]).normalize();
+        self.mirrors.iter().map(move |mirror| (mirror.ends[0], along(mirror.ends)))
+    }
+
     /// Number of unknowns: three per free vertex, those of its held directions among them.
     pub fn n_unknowns(&self) -> usize {
         3 * self.free.len()
@@ -385,6 +409,12 @@ impl Shell {
     /// What is held of a free vertex, if anything is.
     pub fn roller_of(&self, v: u32) -> Option<&Roller> {
         self.rollers.binary_search_by_key(&v, |roller| roller.vertex).ok().map(|at| &self.rollers[at])
+    }
+
+    /// Whether a vertex does not move along a direction of length 1, as far as rounding tells.
+    pub fn holds(&self, v: u32, direction: &Vec3) -> bool {
+        let free = |roller: &Roller| (roller.free * direction).norm() <= 1e-5;
+        self.held[v as usize] || self.mass[v as usize] == 0.0 || self.roller_of(v).is_some_and(free)
     }
 
     /// ‖f‖ over the free vertices, along what rollers leave.
@@ -467,15 +497,16 @@ type MadeOf<'a> = (Elasticity, &'a Arc<Maps>, &'a Arc<Creases>, &'a Option<Arc<O
 fn energy_of(
     unstressed: Arc<Mesh>,
     (material, maps, creases, orthotropy, bonds): MadeOf,
-    (clamped, given): (&Arc<[bool]>, &Arc<Mesh>),
+    (clamped, mirrors, given): (&Arc<[bool]>, &Arc<[Mirror]>, &Arc<Mesh>),
 ) -> LazyEnergy {
     let (maps, creases, clamped, given) = (maps.clone(), creases.clone(), clamped.clone(), given.clone());
-    let (orthotropy, bonds) = (orthotropy.clone(), bonds.clone());
+    let (orthotropy, bonds, mirrors) = (orthotropy.clone(), bonds.clone(), mirrors.clone());
     LazyEnergy::new(move || {
         let (mesh, given_mesh) = (&*unstressed, &*given);
         let given = &given_mesh.positions[..];
         let (maps, creases, orthotropy, clamped) = (&*maps, &*creases, orthotropy.as_deref(), &*clamped);
-        let source = Source { mesh, material, maps, creases, orthotropy, clamped, given };
+        let mirrors = &*mirrors;
+        let source = Source { mesh, material, maps, creases, orthotropy, clamped, given, mirrors };
         let mut terms = of_material(&source);
         if !bonds.is_empty() {
             terms.push(Box::new(TieEnergy::new(given_mesh, &bonds, &terms)));
@@ -496,6 +527,17 @@ fn rest_mesh(mesh: &Mesh, shape: Vec<Vec3>) -> Result<Mesh> {
         .map_err(|error| Error::new(error.kind, format!("the rest shape: {}", error.message)))?;
     let (component, n_components) = (mesh.component.clone(), mesh.n_components);
     Ok(Mesh { n_reoriented, component, n_components, ..checked })
+}
+
+/// Fails where an edge on a plane of symmetry is on none of the same normal without stress.
+fn check_mirrors(mirrors: &[Mirror], rest: &Mesh, mesh: &Mesh) -> Result<()> {
+    match mirrors.iter().find(|mirror| !mirror.at(&rest.positions, &mesh.positions).is_sound(rest)) {
+        None => Ok(()),
+        Some(Mirror { ends: [a, b], normal, .. }) => Err(Error::argument(format!(
+            "the rest shape: the edge of the vertices {a} and {b} is on a plane of symmetry of the normal {:?}, but not without stress",
+            normal.data.0[0]
+        ))),
+    }
 }
 
 fn lumped_mass(mesh: &Mesh, density: impl Fn(usize) -> f64) -> Result<(Vec<f64>, f64)> {

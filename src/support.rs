@@ -1,6 +1,7 @@
 //! Supports: which vertices are held, and the rigid motion T(t) of the frame that holds them.
 
 mod roller;
+mod symmetry;
 
 pub use roller::{Roller, rigid_motions};
 
@@ -16,6 +17,9 @@ pub struct Supports {
     pub clamped: Vec<u32>,
     /// Held along a direction of the frame only: a vertex and the direction, of any length; several of a vertex add up.
     pub along: Vec<(u32, Vec3)>,
+    /// On planes of symmetry, by a vertex and the normal there: held along it, and so is the slope at boundary edges between two on the same plane, as
+    /// by the mirror image of the shell.
+    pub symmetric: Vec<(u32, Vec3)>,
 }
 
 impl Supports {
@@ -58,7 +62,7 @@ impl Supports {
         }
         let (on_edges, single) = self.clamped.iter().partition::<Vec<u32>, _>(|v| clamped[**v as usize]);
         let fixed = self.fixed.iter().chain(&on_edges).copied().collect();
-        let held = Self { fixed, clamped: single, along: vec![] }.held(mesh)?;
+        let held = Self { fixed, clamped: single, ..Self::default() }.held(mesh)?;
         Ok((held, if on_edges.is_empty() { vec![] } else { clamped }))
     }
 }

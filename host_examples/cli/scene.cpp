@@ -105,6 +105,8 @@ Support read_support(Section section, std::vector<std::string> &inputs) {
     if (support.clamped) section.fail(*section.find("axes"), "axes is for a fixed support: a clamped one is held in place");
     support.axes = read_axes(section);
   }
+  support.symmetric = section.flag("symmetric").value_or(false);
+  if (support.symmetric && !support.axes) section.fail(*section.find("symmetric"), "symmetric goes with axes, the normals of the planes of symmetry");
   support.keys = read_keys(section, true, true);
   if (section.find("about")) support.about = section.vector("about");
   if (support.axes && !support.keys.empty())

@@ -117,6 +117,7 @@ SwSupportDesc support_desc(const SupportVertices &vertices) {
   desc.n_clamped = static_cast<uint32_t>(vertices.clamped.size());
   desc.axis_vertices = vertices.along.data();
   desc.axes = vertices.axes.data();
+  desc.symmetric_axes = vertices.symmetric.data();
   desc.n_axis_vertices = static_cast<uint32_t>(vertices.along.size());
   return desc;
 }
@@ -215,6 +216,7 @@ SupportVertices find_supports(const Scene &scene, const Mesh &mesh) {
   for (const Support &support : scene.supports) {
     add_vertices(support, mesh, "support", support.axes ? all.along : support.clamped ? all.clamped : all.fixed);
     all.axes.resize(all.along.size(), static_cast<uint8_t>(support.axes));
+    all.symmetric.resize(all.along.size(), static_cast<uint8_t>(support.symmetric ? support.axes : 0));
   }
   remove_repetitions(all.fixed);
   remove_repetitions(all.clamped);

@@ -16,6 +16,7 @@ struct SupportVertices {
   std::vector<uint32_t> fixed, clamped;
   std::vector<uint32_t> along;  // held along axes
   std::vector<uint8_t> axes;    // SW_AXIS_... of each of these
+  std::vector<uint8_t> symmetric;  // and which of them are normals of planes of symmetry
 };
 SupportVertices find_supports(const Scene &scene, const Mesh &mesh);
 

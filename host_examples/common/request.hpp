@@ -59,7 +59,8 @@ struct Stiffness {
 // A vertex that is held along axes of the object alone.
 struct AxisSupport {
   uint32_t vertex = 0;
-  uint32_t axes = 0;  // SW_AXIS_... or'ed
+  uint32_t axes = 0;       // SW_AXIS_... or'ed
+  uint32_t symmetric = 0;  // those besides that are normals of planes of symmetry
 };
 
 // A vertex that is held together with another, or with a polygon where `to_face`.

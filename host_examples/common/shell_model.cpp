@@ -283,7 +283,7 @@ uint64_t build_key(const Mesh &mesh, const Build &build) {
   for (const Crease &crease : build.creases)
     hash.add(crease.a).add(crease.b).add(crease.factor).add(crease.angle.has_value()).add(crease.angle.value_or(0)).add(crease.yield);
   hash.add(build.creases.size()).add_all(build.rest_shape);
-  for (const AxisSupport &support : build.axis_supports) hash.add(support.vertex).add(support.axes);
+  for (const AxisSupport &support : build.axis_supports) hash.add(support.vertex).add(support.axes).add(support.symmetric);
   for (const Tie &tie : build.ties) hash.add(tie.vertex).add(tie.to).add(tie.to_face).add(tie.stiffness);
   hash.add(build.axis_supports.size()).add(build.ties.size()).add(build.tie_within);
   const Stiffness &s = build.stiffness;

@@ -125,16 +125,18 @@ void ShellParts::add_axes(const Mesh &mesh, const std::vector<AxisSupport> &supp
   for (const AxisSupport &support : supports) {
     const std::string name = "the support along axes at point " + number(uint64_t(support.vertex));
     if (support.vertex >= mesh.n_points()) throw HostError(name + ": there are " + number(uint64_t(mesh.n_points())) + " points");
-    if ((support.axes & (SW_AXIS_X | SW_AXIS_Y | SW_AXIS_Z)) == 0) throw HostError(name + " holds along no axis");
+    const uint32_t all = SW_AXIS_X | SW_AXIS_Y | SW_AXIS_Z;
+    if (((support.axes | support.symmetric) & all) == 0) throw HostError(name + " holds along no axis");
     axis_vertices_.push_back(support.vertex);
-    axes_.push_back(static_cast<uint8_t>(support.axes & (SW_AXIS_X | SW_AXIS_Y | SW_AXIS_Z)));
+    axes_.push_back(static_cast<uint8_t>(support.axes & all));
+    symmetric_.push_back(static_cast<uint8_t>(support.symmetric & all));
   }
 }
 
 void ShellParts::put(SwMaterialDesc &material, SwSupportDesc &supports) const {
   material.ties = ties_.data(), material.n_ties = static_cast<uint32_t>(ties_.size() / 2);
   material.tie_on_triangles = on_triangles_.data(), material.tie_stiffness = tie_stiffness_.data(), material.tie_distance = tie_within_;
-  supports.axis_vertices = axis_vertices_.data(), supports.axes = axes_.data(), supports.n_axis_vertices = static_cast<uint32_t>(axis_vertices_.size());
+  supports.axis_vertices = axis_vertices_.data(), supports.axes = axes_.data(), supports.symmetric_axes = symmetric_.data(), supports.n_axis_vertices = static_cast<uint32_t>(axis_vertices_.size());
   material.creases = creases_.data(), material.n_creases = static_cast<uint32_t>(creases_.size() / 2);
   material.crease_factors = factors_.data(), material.crease_angles = angles_.data(), material.crease_yields = yields_.data();
   if (!directions_.empty()) {

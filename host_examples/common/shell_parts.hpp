@@ -27,7 +27,7 @@ private:
   std::vector<uint32_t> creases_;  // n x 2
   std::vector<double> factors_, angles_, yields_, directions_;
   std::vector<uint32_t> ties_, axis_vertices_;  // ties n x 2
-  std::vector<uint8_t> on_triangles_, axes_;
+  std::vector<uint8_t> on_triangles_, axes_, symmetric_;
   std::vector<double> tie_stiffness_;
   double tie_within_;
   const std::vector<double> &rest_shape_;

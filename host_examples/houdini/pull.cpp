@@ -156,7 +156,7 @@ void pull_axes(const GU_Detail &detail, const UT_StringHolder &attribute, std::v
   if (!attribute.isstring()) return;
   const GA_ROHandleI axes = integer_attribute(detail, attribute);
   for (GA_Iterator it(detail.getPointRange()); !it.atEnd(); ++it)
-    if (const int bits = axes.get(*it)) supports.push_back({index_of(detail, *it), static_cast<uint32_t>(bits)});
+    if (const int bits = axes.get(*it)) supports.push_back({index_of(detail, *it), static_cast<uint32_t>(bits) & 7u, static_cast<uint32_t>(bits) >> 3 & 7u});
 }
 
 void pull_ties(const GU_Detail &detail, const UT_StringHolder &attribute, bool to_face, double stiffness, std::vector<host::Tie> &ties) {

@@ -288,7 +288,8 @@ static void add_axes(MDataBlock &block, std::vector<host::AxisSupport> &supports
     const std::string name = "supportAxes[" + host::number(uint64_t(list.elementIndex())) + "]";
     const uint32_t axes = (element.child(Node::supportAxisX).asBool() ? SW_AXIS_X : 0u) | (element.child(Node::supportAxisY).asBool() ? SW_AXIS_Y : 0u) |
                           (element.child(Node::supportAxisZ).asBool() ? SW_AXIS_Z : 0u);
-    for (const uint32_t vertex : vertices_of(element.child(Node::supportAxesComponents).data(), name.c_str())) supports.push_back({vertex, axes});
+    const uint32_t symmetric = element.child(Node::supportAxesSymmetric).asBool() ? axes : 0u;
+    for (const uint32_t vertex : vertices_of(element.child(Node::supportAxesComponents).data(), name.c_str())) supports.push_back({vertex, axes, symmetric});
   }
 }
 

@@ -32,7 +32,7 @@ MObject ShellWarpNode::modes, ShellWarpNode::doublePrecision, ShellWarpNode::cer
 MObject ShellWarpNode::supportKind, ShellWarpNode::supportComponents, ShellWarpNode::supportWeightList,
     ShellWarpNode::supportWeights, ShellWarpNode::follow, ShellWarpNode::followRest, ShellWarpNode::supportFields;
 MObject ShellWarpNode::supportAxes, ShellWarpNode::supportAxesComponents, ShellWarpNode::supportAxisX, ShellWarpNode::supportAxisY,
-    ShellWarpNode::supportAxisZ;
+    ShellWarpNode::supportAxisZ, ShellWarpNode::supportAxesSymmetric;
 MObject ShellWarpNode::ties, ShellWarpNode::tieVertex, ShellWarpNode::tieTo, ShellWarpNode::tieToFace, ShellWarpNode::tieStiffness,
     ShellWarpNode::tieWithin;
 MObject ShellWarpNode::frameFrom, ShellWarpNode::supportFrame, ShellWarpNode::proxy, ShellWarpNode::proxyVertices,
@@ -274,10 +274,13 @@ MStatus create_partial_supports() {
   CHECK_MSTATUS_AND_RETURN_IT(status);
   status = create_plain(Node::supportAxisZ, "supportAxisZ", "suz", MFnNumericData::kBoolean, 0);
   CHECK_MSTATUS_AND_RETURN_IT(status);
+  status = create_plain(Node::supportAxesSymmetric, "supportAxesSymmetric", "sas", MFnNumericData::kBoolean, 0);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
   MFnCompoundAttribute list;
   Node::supportAxes = list.create("supportAxes", "sax", &status);
   CHECK_MSTATUS_AND_RETURN_IT(status);
-  for (const MObject &child : {Node::supportAxesComponents, Node::supportAxisX, Node::supportAxisY, Node::supportAxisZ}) list.addChild(child);
+  for (const MObject &child : {Node::supportAxesComponents, Node::supportAxisX, Node::supportAxisY, Node::supportAxisZ, Node::supportAxesSymmetric})
+    list.addChild(child);
   list.setArray(true);
   status = create_plain(Node::tieVertex, "tieVertex", "tvx", MFnNumericData::kInt, 0);
   CHECK_MSTATUS_AND_RETURN_IT(status);
@@ -390,7 +393,7 @@ MStatus ShellWarpNode::addAttributes() {
                               handleTarget,   handlePosition, handleOrientation, handleCompliance, handleHeld, handleAxisX, handleAxisY, handleAxisZ, colliderMesh,
                               colliderMatrix, colliderShape,  colliderCells,     colliderFriction, colliderThickness,
                               directionX, directionY, directionZ, creaseEdges, creaseFactor, creaseAngle, creaseSetsAngle, creaseYield,
-                              supportAxesComponents, supportAxisX, supportAxisY, supportAxisZ, tieVertex, tieTo, tieToFace, tieStiffness, forceX, forceY, forceZ, forceMap};
+                              supportAxesComponents, supportAxisX, supportAxisY, supportAxisZ, supportAxesSymmetric, tieVertex, tieTo, tieToFace, tieStiffness, forceX, forceY, forceZ, forceMap};
   MStatus status;
   for (const MObject &attribute : parents) {
     status = addAttribute(attribute);

@@ -25,7 +25,7 @@
 
 namespace {
 
-constexpr const char *kHandle = "-hd", *kCollider = "-co", *kStatus = "-st", *kWrite = "-wc", *kMemory = "-me", *kCertify = "-ce", *kPatches = "-cp", *kCrease = "-cr", *kAxes = "-sa", *kTie = "-ti";
+constexpr const char *kHandle = "-hd", *kCollider = "-co", *kStatus = "-st", *kWrite = "-wc", *kMemory = "-me", *kCertify = "-ce", *kPatches = "-cp", *kCrease = "-cr", *kAxes = "-sa", *kSymmetric = "-sy", *kTie = "-ti";
 
 // A mesh of the selection, and which of its vertices and edges are selected.
 struct Picked {
@@ -142,6 +142,7 @@ MSyntax ShellWarpCommand::syntax_of() {
   syntax.addFlag(kHandle, "-handle");
   syntax.addFlag(kCollider, "-collider");
   syntax.addFlag(kAxes, "-supportAxes", MSyntax::kString);
+  syntax.addFlag(kSymmetric, "-symmetric");
   syntax.addFlag(kTie, "-tie");
   syntax.addFlag(kCrease, "-crease");
   syntax.addFlag(kPatches, "-contactPatches");
@@ -181,7 +182,7 @@ MStatus ShellWarpCommand::doIt(const MArgList &arguments) {
     else if (given.isFlagSet(kAxes)) {
       MString axes;
       given.getFlagArgument(kAxes, 0, axes);
-      hold_along(selected, axes.asChar());
+      hold_along(selected, axes.asChar(), given.isFlagSet(kSymmetric));
     } else if (given.isFlagSet(kTie))
       tie(selected);
     else if (given.isFlagSet(kCrease))
@@ -264,7 +265,7 @@ void ShellWarpCommand::add_colliders(const MSelectionList &selected) {
 }
 
 // The selected vertices of each shell, along the axes of its object that the letters name.
-void ShellWarpCommand::hold_along(const MSelectionList &selected, const std::string &axes) {
+void ShellWarpCommand::hold_along(const MSelectionList &selected, const std::string &axes, bool symmetric) {
   if (axes.empty() || axes.find_first_not_of("xyz") != std::string::npos)
     throw host::HostError("the axes are \"" + axes + "\"; they must be some of the letters xyz");
   bool any = false;
@@ -275,6 +276,7 @@ void ShellWarpCommand::hold_along(const MSelectionList &selected, const std::str
     const std::string held = element(name_of(shell), "supportAxes", next_element(shell, ShellWarpNode::supportAxes));
     set_list(held + ".supportAxesComponents", "vtx", mesh.vertices);
     for (const char axis : axes) run("setAttr " + held + ".supportAxis" + static_cast<char>(axis - 'x' + 'X') + " 1");
+    if (symmetric) run("setAttr " + held + ".supportAxesSymmetric 1");
     appendToResult(held.c_str());
     any = true;
   }

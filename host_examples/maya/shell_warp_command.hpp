@@ -31,7 +31,7 @@ private:
   void add_handles(const MSelectionList &selected);
   void add_colliders(const MSelectionList &selected);
   void add_creases(const MSelectionList &selected);
-  void hold_along(const MSelectionList &selected, const std::string &axes);
+  void hold_along(const MSelectionList &selected, const std::string &axes, bool symmetric);
   void tie(const MSelectionList &selected);
   void set_patches(const MSelectionList &selected);
   void certify(const MSelectionList &selected);

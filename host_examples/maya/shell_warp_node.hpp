@@ -98,7 +98,7 @@ public:
   static MObject modes, doublePrecision, certify;
   // What holds it
   static MObject supportKind, supportComponents, supportWeightList, supportWeights, follow, followRest, supportFields;
-  static MObject supportAxes, supportAxesComponents, supportAxisX, supportAxisY, supportAxisZ;
+  static MObject supportAxes, supportAxesComponents, supportAxisX, supportAxisY, supportAxisZ, supportAxesSymmetric;
   static MObject ties, tieVertex, tieTo, tieToFace, tieStiffness, tieWithin;
   static MObject frameFrom, supportFrame;
   // What is simulated in the deformed mesh's place

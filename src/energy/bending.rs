@@ -8,6 +8,7 @@ use super::hinge::{
     COLLAPSED, add_letting_go, angle_curvature, angle_gradient, dihedral_angle, normals, presence, wrapped_difference,
 };
 use super::law::Law;
+use super::mirror::{Mirror, MirroredEnergy};
 use super::patch::{self, Beyond};
 use super::{Curvature, ElementHessian, Energy, Fold, MAX_ELEMENT as MOST, Mat3, RestRow, Term, flips};
 use crate::material::Creases;
@@ -65,6 +66,8 @@ pub(super) struct Edges<'a> {
     pub(super) creases: &'a Creases,
     /// The shape in which slopes are kept (n_vertices).
     pub(super) given: &'a [Vec3],
+    /// Those on planes of symmetry, ascending.
+    pub(super) mirrors: &'a [Mirror],
 }
 
 /// The bending term over all triangles.
@@ -119,36 +122,40 @@ impl BendingEnergy {
     /// none) keep their slope.
     pub fn new(mesh: &Mesh, stiffness: &Matrix3<f64>, clamped: &[bool]) -> Self {
         let none = Creases::default();
-        Self::creased(mesh, stiffness, &Edges { clamped, creases: &none, given: &mesh.positions })
+        let edges = Edges { clamped, creases: &none, given: &mesh.positions, mirrors: &[] };
+        Self::of_plates(mesh, &mut [], |_, _| *stiffness, |_, _| 1.0, &edges).0
     }
 
-    /// The same with other edges.
-    pub(super) fn creased(mesh: &Mesh, stiffness: &Matrix3<f64>, edges: &Edges) -> Self {
-        Self::of_plates(mesh, &mut [], |_, _| *stiffness, |_, _| 1.0, edges)
+    /// The same with other edges; what reaches across planes of symmetry is a term of its own.
+    pub(super) fn creased(mesh: &Mesh, stiffness: &Matrix3<f64>, edges: &Edges) -> Vec<Box<dyn Energy>> {
+        let (all, images) = Self::of_plates(mesh, &mut [], |_, _| *stiffness, |_, _| 1.0, edges);
+        MirroredEnergy::part(all, mesh.positions.len(), &images)
     }
 
     /// The same with a plate of each triangle's own.
-    pub(super) fn varying(mesh: &Mesh, mut plates: Vec<Plate>, law: &Law, edges: &Edges) -> Self {
+    pub(super) fn varying(mesh: &Mesh, mut plates: Vec<Plate>, law: &Law, edges: &Edges) -> Vec<Box<dyn Energy>> {
         let stiffness =
             |plate: Plate, corners: &[Vec3; 3]| plate.cube / 12.0 * law.stress(plate.young, &plate.along, corners);
         let about = |plate: Plate, edge: &Vec3| match plate.along == Vec3::zeros() {
             true => plate.rigidity(),
             false => plate.cube * law.about(&plate, edge),
         };
-        Self::of_plates(mesh, &mut plates, stiffness, about, edges)
+        let (all, images) = Self::of_plates(mesh, &mut plates, stiffness, about, edges);
+        MirroredEnergy::part(all, mesh.positions.len(), &images)
     }
 
-    /// `about`: what resists bending about an edge, in any unit.
+    /// `about`: what resists bending about an edge, in any unit. With what vertices from n_vertices on are the images of.
     fn of_plates(
         mesh: &Mesh,
         plates: &mut [Plate],
         stiffness: impl Fn(Plate, &[Vec3; 3]) -> Matrix3<f64>,
         about: impl Fn(Plate, &Vec3) -> f64,
         edges: &Edges,
-    ) -> Self {
+    ) -> (Self, Vec<(u32, Mirror)>) {
         let triangles = flips::bending_triangles(mesh, edges.clamped, edges.creases, plates);
-        let beyond = flips::beyond(mesh, &triangles, edges.clamped, edges.creases);
+        let beyond = flips::beyond(mesh, &triangles, edges);
         let plate = |t: usize| plates.get(t).copied().unwrap_or_default();
+        let mut images = vec![];
         let of = |t: usize| {
             let corners = triangles[t].map(|v| mesh.positions[v as usize]);
             let ratio = std::array::from_fn(|k| match beyond[t][k] {
@@ -160,17 +167,53 @@ impl BendingEnergy {
             });
             let stiffness = stiffness(plate(t), &corners);
             let elements = patch::elements(mesh, &triangles[t], &beyond[t], (&stiffness, &ratio));
-            Patch::new(mesh, edges, (&triangles[t], &beyond[t]), &elements)
+            Patch::new(mesh, edges, (&triangles[t], &beyond[t]), &elements, &mut images)
         };
         let held = |t: &usize| beyond[*t].iter().any(|edge| *edge != Beyond::Free);
         let patches: Vec<Patch> = (0..triangles.len()).filter(held).map(of).collect();
-        let rest = patches.iter().map(|patch| patch.gradients(&patch.bends(&mesh.positions))).collect();
-        Self { patches, rest }
+        let at_rest = |x: &[Vec3]| patches.iter().map(|patch| patch.gradients(&patch.bends(x))).collect();
+        let rest = match images.is_empty() {
+            true => at_rest(&mesh.positions),
+            false => {
+                let image = |(v, plane): &(u32, Mirror)| plane.image(&mesh.positions[*v as usize]);
+                at_rest(&mesh.positions.iter().copied().chain(images.iter().map(image)).collect::<Vec<_>>())
+            }
+        };
+        // The plane is where the mesh was given, wherever that of the rest shape is.
+        images.iter_mut().for_each(|(_, plane)| {
+            *plane = super::mirror_at(edges.mirrors, plane.ends).copied().unwrap_or(*plane);
+        });
+        (Self { patches, rest }, images)
+    }
+
+    /// The triangles without vertices from `n` on, the others on vertices of their own, and what these are.
+    pub(super) fn part(self, n: u32) -> (Self, Self, Vec<u32>) {
+        let (mut own, mut across) = ((vec![], vec![]), (vec![], vec![]));
+        for (patch, rest) in self.patches.into_iter().zip(self.rest) {
+            let side = if patch.vertices().iter().any(|v| *v >= n) { &mut across } else { &mut own };
+            side.0.push(patch);
+            side.1.push(rest);
+        }
+        let mut vertices: Vec<u32> = across.0.iter().flat_map(|patch: &Patch| patch.vertices()).copied().collect();
+        vertices.sort_unstable();
+        vertices.dedup();
+        for v in across.0.iter_mut().flat_map(|patch| &mut patch.vertices[..patch.size]) {
+            *v = vertices.partition_point(|other| other < v) as u32;
+        }
+        let of = |(patches, rest)| Self { patches, rest };
+        (of(own), of(across), vertices)
     }
 }
 
 impl Patch {
-    fn new(mesh: &Mesh, of: &Edges, (triangle, beyond): (&[u32; 3], &[Beyond; 3]), elements: &Matrix3<f64>) -> Self {
+    /// Adds the images beyond planes of symmetry to `images`.
+    fn new(
+        mesh: &Mesh,
+        of: &Edges,
+        (triangle, beyond): (&[u32; 3], &[Beyond; 3]),
+        elements: &Matrix3<f64>,
+        images: &mut Vec<(u32, Mirror)>,
+    ) -> Self {
         let mut vertices = [NONE; MOST];
         vertices[..3].copy_from_slice(triangle);
         let mut size = 3;
@@ -189,6 +232,11 @@ impl Patch {
                 Beyond::Free => return None,
                 Beyond::Clamp => (CLAMP, corners_in(of.given), mirrored(corners_in(of.given))),
                 Beyond::Vertex { corner: v, .. } => (place(v), corners_in(&mesh.positions), mesh.positions[v as usize]),
+                Beyond::Image(plane) => {
+                    let (plane, corners) = (plane.at(&mesh.positions, of.given), corners_in(&mesh.positions));
+                    images.push((triangle[k], plane));
+                    (place((mesh.positions.len() + images.len() - 1) as u32), corners, plane.image(&corners[2]))
+                }
             };
             let corners = [a, b, c, d];
             let crease = of.creases.at([places[0], places[1]].map(|place| triangle[place as usize]));

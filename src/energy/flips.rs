@@ -4,7 +4,8 @@
 //! curvature badly. So edges of nearly flat convex quads are flipped, for bending alone: the membrane keeps the mesh. No sharp edge is, none
 //! that is clamped, and none of a triangle beside a crease.
 
-use super::bending::Plate;
+use super::bending::{Edges, Plate};
+use super::mirror_at;
 use super::patch::Beyond;
 use crate::material::{Crease, Creases};
 use crate::{Mesh, Vec3};
@@ -46,8 +47,9 @@ fn edges(triangles: &[[u32; 3]]) -> Vec<Shared> {
 }
 
 /// What is beyond each edge of each triangle (edge k opposite to corner k), with clamps at the edges of the `mesh` whose ends both are
-/// `clamped`. Of a crease with another stiffness nothing: it has a term of its own.
-pub fn beyond(mesh: &Mesh, triangles: &[[u32; 3]], clamped: &[bool], creases: &Creases) -> Vec<[Beyond; 3]> {
+/// `clamped`, and images at planes of symmetry. Of a crease with another stiffness nothing: it has a term of its own.
+pub fn beyond(mesh: &Mesh, triangles: &[[u32; 3]], of: &Edges) -> Vec<[Beyond; 3]> {
+    let Edges { clamped, creases, mirrors, .. } = *of;
     let mut beyond = vec![[Beyond::Free; 3]; triangles.len()];
     let is_clamp = |[a, b]: [u32; 2]| clamped.get(a as usize) == Some(&true) && clamped.get(b as usize) == Some(&true);
     let clamps: HashSet<[u32; 2]> =
@@ -60,7 +62,7 @@ pub fn beyond(mesh: &Mesh, triangles: &[[u32; 3]], clamped: &[bool], creases: &C
                 _ if clamp => Beyond::Clamp,
                 _ if creases.at(ends).is_some_and(Crease::is_apart) => Beyond::Free,
                 Some((t, k)) => Beyond::Vertex { corner: triangles[t][k], triangle: t },
-                None => Beyond::Free,
+                None => mirror_at(mirrors, ends).map_or(Beyond::Free, |plane| Beyond::Image(*plane)),
             };
         }
     }

@@ -13,6 +13,7 @@ mod hinge;
 mod law;
 mod length;
 mod membrane;
+mod mirror;
 mod patch;
 mod thin;
 mod tie;
@@ -23,6 +24,7 @@ pub use bending::{BendingEnergy, Plate};
 pub use hinge::{HingeEnergy, angle_gradient, dihedral_angle};
 pub use length::LengthEnergy;
 pub use membrane::MembraneEnergy;
+pub use mirror::{Mirror, MirroredEnergy, mirror_at};
 pub use patch::plane_stress;
 pub use thin::{Thick, thick};
 pub use tie::TieEnergy;
@@ -134,6 +136,8 @@ pub enum Term<'a> {
     Stretch(&'a [([u32; 2], f64)]),
     /// The strains of bending Σ row (θ − θ̄) over the edges of one triangle, the first ones of a row.
     Bend(&'a [Fold], &'a [[f64; 3]]),
+    /// What follows may have the image of this vertex as a vertex: the first is n_vertices, and each further one the next.
+    Image(u32, &'a Mirror),
 }
 
 /// An edge with a triangle at either side, at rest.
@@ -246,8 +250,10 @@ pub struct Source<'a> {
     pub orthotropy: Option<&'a Orthotropy>,
     /// Ends of edges whose slope is kept (n_vertices, or none): see [`BendingEnergy`].
     pub clamped: &'a [bool],
-    /// The shape in which it is kept (n_vertices).
+    /// The shape in which it is kept, and in which planes of symmetry are where they are (n_vertices).
     pub given: &'a [Vec3],
+    /// Edges on planes of symmetry, ascending.
+    pub mirrors: &'a [Mirror],
 }
 
 /// The energy of what a shell is made of, without creases that yield.
@@ -312,19 +318,19 @@ impl<'a> KoiterParts<'a> {
 
     /// The springs of creases that yield, or of the others.
     fn springs(&self, source: &Source, yielding: bool) -> HingeEnergy {
-        let Source { mesh, creases, clamped, given, .. } = *source;
+        let Source { mesh, creases, clamped, given, mirrors, .. } = *source;
         let poisson = self.sheet.poisson;
         let rigidity = |t: usize, edge: &Vec3| match self.orthotropy {
             None => self.plate(t).rigidity() / (12.0 * (1.0 - poisson * poisson)),
             Some(_) => self.plate(t).cube / 12.0 * self.law.about(&self.plate(t), edge),
         };
-        springs(mesh, &bending::Edges { clamped, creases, given }, yielding, rigidity)
+        springs(mesh, &bending::Edges { clamped, creases, given, mirrors }, yielding, rigidity)
     }
 }
 
 fn creased_koiter(source: &Source, sheet: &ElasticSheet) -> Vec<Box<dyn Energy>> {
-    let Source { mesh, creases, clamped, given, .. } = *source;
-    let edges = bending::Edges { clamped, creases, given };
+    let Source { mesh, creases, clamped, given, mirrors, .. } = *source;
+    let edges = bending::Edges { clamped, creases, given, mirrors };
     let parts = KoiterParts::new(source, sheet);
     let KoiterParts { young, thickness, orthotropy, law, .. } = &parts;
     let mut terms = if young.is_none() && thickness.is_none() && orthotropy.is_none() {
@@ -334,10 +340,9 @@ fn creased_koiter(source: &Source, sheet: &ElasticSheet) -> Vec<Box<dyn Energy>>
         let corners = |t: usize| mesh.triangles[t].map(|v| mesh.positions[v as usize]);
         let along: Vec<Vec3> = plates.iter().map(|plate| plate.along).collect();
         let stretching = |t| mean(parts.heights(t)) * law.stress(parts.young(t), &along[t], &corners(t));
-        vec![
-            Box::new(MembraneEnergy::varying(mesh, stretching)) as Box<dyn Energy>,
-            Box::new(BendingEnergy::varying(mesh, plates, law, &edges)),
-        ]
+        let mut terms = vec![Box::new(MembraneEnergy::varying(mesh, stretching)) as Box<dyn Energy>];
+        terms.extend(BendingEnergy::varying(mesh, plates, law, &edges));
+        terms
     };
     if !creases.is_empty() {
         terms.push(Box::new(parts.springs(source, false)));
@@ -377,16 +382,16 @@ fn springs(mesh: &Mesh, edges: &bending::Edges, yielding: bool, rigidity: impl F
 
 /// Koiter's energy of a thin sheet (1966): the membrane's and the plate's of plane stress. Bending by the blended shape operator.
 pub fn koiter(mesh: &Mesh, sheet: &ElasticSheet, clamped: &[bool]) -> Vec<Box<dyn Energy>> {
-    uniform_koiter(mesh, sheet, &bending::Edges { clamped, creases: &Creases::default(), given: &mesh.positions })
+    let (creases, given) = (&Creases::default(), &mesh.positions[..]);
+    uniform_koiter(mesh, sheet, &bending::Edges { clamped, creases, given, mirrors: &[] })
 }
 
 fn uniform_koiter(mesh: &Mesh, sheet: &ElasticSheet, edges: &bending::Edges) -> Vec<Box<dyn Energy>> {
     let stress = plane_stress(sheet.young, sheet.poisson);
     let thickness = sheet.thickness;
-    vec![
-        Box::new(MembraneEnergy::new(mesh, &(thickness * stress))),
-        Box::new(BendingEnergy::creased(mesh, &(thickness.powi(3) / 12.0 * stress), edges)),
-    ]
+    let mut terms: Vec<Box<dyn Energy>> = vec![Box::new(MembraneEnergy::new(mesh, &(thickness * stress)))];
+    terms.extend(BendingEnergy::creased(mesh, &(thickness.powi(3) / 12.0 * stress), edges));
+    terms
 }
 
 /// The paper's energy: area, length and hinge terms with the material's constants. A term of zero stiffness is left out.
@@ -394,7 +399,16 @@ pub fn discrete_shell(mesh: &Mesh, material: &Material) -> Vec<Box<dyn Energy>> 
     let (maps, creases) = (&Maps::default(), &Creases::default());
     let given = &mesh.positions;
     creased_discrete_shell(
-        &Source { mesh, material: (*material).into(), maps, creases, orthotropy: None, clamped: &[], given },
+        &Source {
+            mesh,
+            material: (*material).into(),
+            maps,
+            creases,
+            orthotropy: None,
+            clamped: &[],
+            given,
+            mirrors: &[],
+        },
         material,
     )
 }
@@ -411,13 +425,18 @@ fn creased_discrete_shell(source: &Source, material: &Material) -> Vec<Box<dyn E
     }
     if material.k_length > 0.0 {
         let term = LengthEnergy::new(mesh, material.k_length);
-        terms.push(Box::new(match maps.by_edge(Quantity::KLength, mesh) {
+        terms.push(Box::new(match edge_lengths(source, material.k_length) {
             Some(values) => term.with(&values),
             None => term,
         }));
     }
     if material.k_bend > 0.0 {
         terms.push(Box::new(hinges(source, material, false)));
+        if !source.mirrors.is_empty() {
+            let values = maps.by_edge(Quantity::KBend, mesh);
+            let k = |edge: usize| values.as_ref().map_or(material.k_bend, |values| values[edge]);
+            terms.push(Box::new(MirroredEnergy::hinges(source, k)));
+        }
     }
     terms
 }
@@ -432,6 +451,20 @@ fn hinges(source: &Source, material: &Material, yielding: bool) -> HingeEnergy {
         Some(crease) if crease.factor == 0.0 || crease.yields() != yielding => None,
         Some(crease) => Some((crease.factor * k(e), crease.angle)),
     })
+}
+
+/// k_L of each edge, where they differ: of one on a plane of symmetry half is the image's.
+fn edge_lengths(source: &Source, k: f64) -> Option<Vec<f64>> {
+    let Source { mesh, maps, mirrors, .. } = *source;
+    let mapped = maps.by_edge(Quantity::KLength, mesh);
+    if mirrors.is_empty() {
+        return mapped;
+    }
+    let mut values = mapped.unwrap_or_else(|| vec![k; mesh.edges.len()]);
+    for (value, edge) in values.iter_mut().zip(&mesh.edges) {
+        *value *= if mirror_at(mirrors, edge.vertices).is_some() { 0.5 } else { 1.0 };
+    }
+    Some(values)
 }
 
 /// The K-seminorm squared uᵀKu = Σ (b·u)², each term a square: no cancellation, so a rigid motion gives rounding squared.

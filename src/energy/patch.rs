@@ -4,6 +4,7 @@
 //! neighbours unfolded about its edges are Jκ, and M_cons = J⁻¹. The *edge normal* one is κ = Σ θ l α/A n nᵀ, with the edges' outward
 //! normals n and the share α of an angle that belongs to this side. The first is too soft on irregular meshes, the second too stiff.
 
+use super::Mirror;
 use crate::{Mesh, Vec3};
 use nalgebra::{Matrix2, Matrix3, SVD, Vector2, Vector3};
 
@@ -19,6 +20,8 @@ pub enum Beyond {
     Free,
     /// A clamp: the triangle's mirror image.
     Clamp,
+    /// A plane of symmetry: the triangle's mirror image, which moves with it.
+    Image(Mirror),
     /// The triangle with this other corner.
     Vertex {
         /// The corner.
@@ -105,7 +108,7 @@ impl Side {
         let unfolded = a + foot_beyond * edge + beyond_height * normal;
         let share = match beyond {
             Beyond::Free => 0.0,
-            Beyond::Clamp => 0.5,
+            Beyond::Clamp | Beyond::Image(_) => 0.5,
             Beyond::Vertex { .. } => height / (height + beyond_height * ratio),
         };
         let angle = slope(c, height, foot) + slope(unfolded, beyond_height, foot_beyond);

@@ -48,7 +48,14 @@ pub struct SwSupportDesc {
     pub n_axis_vertices: u32,
     /// Must be 0.
     pub reserved: u32,
+    /// Which of the axes are normals of planes of symmetry: SW_AXIS_X, SW_AXIS_Y and SW_AXIS_Z or'ed, and SW_AXIS_DIRECTION for that of axis_directions
+    /// (n_axis_vertices), or NULL. The vertex is held along them, as by axes. Boundary edges between two vertices on the same plane also keep their
+    /// slope, as if the shell went on beyond as its mirror image: half a shell then bends as the whole. Each such vertex must be on such an edge.
+    pub symmetric_axes: *const u8,
 }
+
+/// Of SwSupportDesc::symmetric_axes: the direction in axis_directions.
+pub const SW_AXIS_DIRECTION: u32 = 8;
 
 described!(SwSupportDesc, n_clamped);
 
@@ -88,43 +95,62 @@ unsafe fn supports_of(desc: &SwSupportDesc) -> Result<Supports, Fault> {
         Ok(Supports {
             fixed: read_array("supports->fixed", desc.fixed, desc.n_fixed.into())?,
             clamped: read_array("supports->clamped", desc.clamped, desc.n_clamped.into())?,
-            along: held_along(desc)?,
+            ..held_along(desc)?
         })
     }
 }
 
-/// The axes and directions that vertices are held along.
-unsafe fn held_along(desc: &SwSupportDesc) -> Result<Vec<(u32, Vec3)>, Fault> {
+/// The axes and directions that vertices are held along, and those of them that are normals of planes of symmetry.
+unsafe fn held_along(desc: &SwSupportDesc) -> Result<Supports, Fault> {
     let count = u64::from(desc.n_axis_vertices);
     if desc.reserved != 0 {
         return Err(Fault::argument(format!("supports->reserved is {}: it must be 0", desc.reserved)));
     }
-    if count > 0 && desc.axes.is_null() && desc.axis_directions.is_null() {
-        let message = format!("supports->axes and supports->axis_directions are NULL, but n_axis_vertices is {count}");
+    if count > 0 && desc.axes.is_null() && desc.axis_directions.is_null() && desc.symmetric_axes.is_null() {
+        let message = format!(
+            "supports->axes, supports->axis_directions and supports->symmetric_axes are NULL, but n_axis_vertices is {count}"
+        );
         return Err(Fault::argument(message));
     }
     // SAFETY: the host's lists hold as many vertices, or three numbers of each, as the descriptor says.
-    let (vertices, axes, directions) = unsafe {
+    let (vertices, axes, directions, symmetric) = unsafe {
         let vertices: Vec<u32> = read_array("supports->axis_vertices", desc.axis_vertices, count)?;
         let some = |null: bool| if null { 0 } else { count };
         let axes: Vec<u8> = read_array("supports->axes", desc.axes, some(desc.axes.is_null()))?;
         let size = 3 * some(desc.axis_directions.is_null());
         let directions: Vec<f64> = read_array("supports->axis_directions", desc.axis_directions, size)?;
-        (vertices, axes, directions)
+        let symmetric: Vec<u8> =
+            read_array("supports->symmetric_axes", desc.symmetric_axes, some(desc.symmetric_axes.is_null()))?;
+        (vertices, axes, directions, symmetric)
     };
-    let mut along = vec![];
+    let mut held = Supports::default();
     for (i, v) in vertices.iter().enumerate() {
         let bits = axes.get(i).map_or(0, |bits| u32::from(*bits));
         if bits & !(SW_AXIS_X | SW_AXIS_Y | SW_AXIS_Z) != 0 {
             return Err(Fault::argument(format!("supports->axes[{i}] is {bits}: only SW_AXIS_X, _Y and _Z are known")));
         }
-        along.extend((0..3).filter(|c| bits >> c & 1 == 1).map(|c| (*v, Vec3::ith(c, 1.0))));
+        let mirrored = symmetric.get(i).map_or(0, |bits| u32::from(*bits));
+        if mirrored & !(SW_AXIS_X | SW_AXIS_Y | SW_AXIS_Z | SW_AXIS_DIRECTION) != 0 {
+            let message = format!(
+                "supports->symmetric_axes[{i}] is {mirrored}: only SW_AXIS_X, _Y and _Z and SW_AXIS_DIRECTION are known"
+            );
+            return Err(Fault::argument(message));
+        }
+        let each = |bits: u32| (0..3).filter(move |c| bits >> c & 1 == 1).map(|c| (*v, Vec3::ith(c, 1.0)));
+        held.along.extend(each(bits & !mirrored));
+        held.symmetric.extend(each(mirrored));
         let direction = directions.get(3 * i..3 * i + 3).map_or(Vec3::zeros(), Vec3::from_column_slice);
+        let list = if mirrored & SW_AXIS_DIRECTION == 0 { &mut held.along } else { &mut held.symmetric };
         if direction != Vec3::zeros() {
-            along.push((*v, direction));
+            list.push((*v, direction));
+        } else if mirrored & SW_AXIS_DIRECTION != 0 {
+            let message = format!(
+                "supports->symmetric_axes[{i}] has SW_AXIS_DIRECTION, but vertex {v} has no direction in axis_directions"
+            );
+            return Err(Fault::argument(message));
         }
     }
-    Ok(along)
+    Ok(held)
 }
 
 /// Makes a model of a mesh, a material (NULL = defaults) and supports (NULL = none: the shell floats free).

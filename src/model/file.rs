@@ -24,6 +24,7 @@
 //! | "CREA" | of each crease its ends, as u32, its factor and rest angle, as f64; no number for that of the mesh |
 //! | "ORTH" | E₂/E₁ and G₁₂/E₁, the directions of E₁, one or t of them: (2 + 3) or (2 + 3t) × f64 |
 //! | "ROLL" | of each vertex held along one or two directions its number and how many, as u32, and the projector onto the others, 9 × f64 |
+//! | "SYMM" | of each edge on a plane of symmetry its ends, ascending, as u32, the plane's normal, of length 1, and normal · x on it: 4 × f64 |
 //! | "TIES" | of each tie its vertex and the corners of the triangle that this is tied to, thrice the vertex where it is one, as u32, the weights of the corners, the height over it and the stiffness, or 0: 5 × f64 |
 //! | "REST" | the rest shape, if not the mesh: 3n × f64 |
 //! | "SETL" | where it rests by these without load: 3n × f64 |
@@ -289,13 +290,18 @@ fn restore_shell(header: &Header, from: &mut Reader, material: Elasticity, secti
     let fibres = sections.orthotropy.map(sections::restore_fibres).transpose()?;
     let has_fibres = fibres.is_some();
     let bonds = sections.ties.map_or(Ok(vec![]), |content| sections::restore_bonds(&mesh, content))?;
-    let make = Make { maps, creases, rest_shape, fibres, bonds, ..Make::of(material) };
+    let mirrors = sections.mirrors.map_or(Ok(vec![]), |content| sections::restore_mirrors(&mesh, content))?;
+    let make = Make { maps, creases, rest_shape, fibres, bonds, mirrors, ..Make::of(material) };
     let mut shell = Shell::made(mesh, make, &supports)?;
     if shell.orthotropy.is_some() != has_fibres {
         return invalid("it has directions, but is the same in all of them");
     }
     if let Some(content) = sections.rollers {
         shell.rollers = sections::restore_rollers(&shell, content)?.into();
+    }
+    if let Some(v) = shell.mirrors.iter().flat_map(|m| m.ends.map(|v| (v, m.normal))).find(|(v, n)| !shell.holds(*v, n))
+    {
+        return invalid(format!("vertex {} is on a plane of symmetry, but may leave it", v.0));
     }
     if let Some(v) = supports.clamped.iter().find(|v| !shell.is_clamped(**v as usize)) {
         return invalid(format!("vertex {v} is clamped, but on no edge between two such"));

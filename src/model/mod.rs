@@ -336,6 +336,10 @@ pub(crate) fn fingerprint(shell: &Shell, modal: &ModalBasis, precision: Precisio
         bytes.extend(roller.vertex.to_le_bytes());
         roller.free.iter().for_each(|x| bytes.extend(x.to_le_bytes()));
     }
+    for mirror in shell.mirrors.iter() {
+        mirror.ends.iter().for_each(|v| bytes.extend(v.to_le_bytes()));
+        mirror.normal.iter().chain([&mirror.offset]).for_each(|x| bytes.extend(x.to_le_bytes()));
+    }
     for bond in shell.bonds.iter() {
         std::iter::once(bond.vertex).chain(bond.corners).for_each(|v| bytes.extend(v.to_le_bytes()));
         let numbers = bond.weights.into_iter().chain([bond.height, bond.stiffness]);

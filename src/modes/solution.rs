@@ -115,11 +115,13 @@ pub fn rigid_freedoms(shell: &Shell) -> Option<usize> {
         roller.directions().map(move |n| (x, n)).collect::<Vec<_>>()
     };
     let along: Vec<(Vec3, Vec3)> = rollers.flat_map(along).collect();
-    if along.is_empty() {
+    let turns = shell.mirrored_edges().filter(|(v, _)| Some(mesh.component[*v as usize]) == own).map(|(_, n)| n);
+    let about: Vec<Vec3> = turns.collect();
+    if along.is_empty() && about.is_empty() {
         return Some(freedoms_about(&points));
     }
     let whole = points.iter().flat_map(|x| [Vec3::x(), Vec3::y(), Vec3::z()].map(|n| (*x, n)));
-    Some(rigid_motions(&whole.chain(along.iter().copied()).collect::<Vec<_>>()))
+    Some(rigid_motions(&whole.chain(along.iter().copied()).collect::<Vec<_>>(), &about))
 }
 
 /// Rigid motions that leave the points in place: 6 without any, 3 about one, 1 about a line, 0 otherwise.

@@ -60,7 +60,8 @@ impl FreeMotions {
             }
         }
         let rollers = shell.rollers.iter().flat_map(|r| r.directions().map(|n| (r.vertex, Held::Along(n))));
-        for (v, held) in rollers.chain(held).filter(|(v, _)| component(*v as usize) != NONE) {
+        let mirrored = shell.mirrored_edges().map(|(v, n)| (v, Held::About(n)));
+        for (v, held) in rollers.chain(mirrored).chain(held).filter(|(v, _)| component(*v as usize) != NONE) {
             let c = component(v as usize) as usize;
             let row = match held {
                 Held::Along(n) => motion((x[v as usize] - center(c)) / size).tr_mul(&n),

@@ -51,11 +51,11 @@ impl Roller {
 }
 
 impl Supports {
-    /// What `along` holds, ascending; vertices held along three directions become `held`, and those that are held already are passed over.
+    /// What `along` and `symmetric` hold, ascending; vertices held along three directions become `held`, and those that are held already are passed over.
     pub fn rollers(&self, mesh: &Mesh, held: &mut [bool]) -> Result<Vec<Roller>> {
         let n = mesh.positions.len();
         let mut rollers: Vec<Roller> = vec![];
-        for (i, (v, direction)) in self.along.iter().enumerate() {
+        for (i, (v, direction)) in self.along.iter().chain(&self.symmetric).enumerate() {
             if *v as usize >= n {
                 return Err(Error::argument(format!("axes[{i}] is of vertex {v}, but the mesh has {n} vertices")));
             }
@@ -85,21 +85,23 @@ impl Roller {
 }
 
 /// Of length 1 whatever its size; none of zero or what is not finite.
-fn unit(direction: &Vec3) -> Option<Vec3> {
+pub(super) fn unit(direction: &Vec3) -> Option<Vec3> {
     let largest = direction.amax();
     let scaled = direction / largest;
     (largest > 0.0 && largest.is_finite() && scaled.iter().all(|x| x.is_finite())).then(|| scaled.normalize())
 }
 
-/// How many rigid motions leave `held` where they are: points, and directions that each is held along.
-pub fn rigid_motions(held: &[(Vec3, Vec3)]) -> usize {
+/// How many rigid motions leave `held` where they are: points, and directions that each is held along; and do not turn about any of `about`.
+pub fn rigid_motions(held: &[(Vec3, Vec3)], about: &[Vec3]) -> usize {
     let center = held.iter().map(|(x, _)| x).sum::<Vec3>() / held.len().max(1) as f64;
     let reach = held.iter().map(|(x, _)| (x - center).norm()).fold(f64::MIN_POSITIVE, f64::max);
     let row = |(x, n): &(Vec3, Vec3)| {
         let moment = ((x - center) / reach).cross(n);
         Vector6::new(n.x, n.y, n.z, moment.x, moment.y, moment.z)
     };
-    let gram: Matrix6<f64> = held.iter().map(row).map(|row| row * row.transpose()).sum();
+    let turn = |n: &Vec3| Vector6::new(0.0, 0.0, 0.0, n.x, n.y, n.z);
+    let rows = held.iter().map(row).chain(about.iter().map(turn));
+    let gram: Matrix6<f64> = rows.map(|row| row * row.transpose()).sum();
     let eigenvalues = gram.symmetric_eigenvalues();
     let least = FREE * eigenvalues.max();
     eigenvalues.iter().filter(|lambda| **lambda <= least).count()

@@ -132,6 +132,16 @@ static void null_support_lists_with_a_length_are_named(void) {
   supports.axes = NULL;
   supports.axis_directions = direction;
   FAILS(sw_model_create(&mesh, NULL, &supports, &model), SW_ERROR_INVALID_ARGUMENT, "axes[0]");
+  uint8_t symmetric[1] = {16};
+  supports.axis_directions = NULL;
+  supports.symmetric_axes = symmetric;
+  FAILS(sw_model_create(&mesh, NULL, &supports, &model), SW_ERROR_INVALID_ARGUMENT, "symmetric_axes[0] is 16");
+  symmetric[0] = SW_AXIS_DIRECTION;
+  FAILS(sw_model_create(&mesh, NULL, &supports, &model), SW_ERROR_INVALID_ARGUMENT, "symmetric_axes[0]");
+  symmetric[0] = SW_AXIS_X; /* a corner of the strip, whose neighbours are on no plane */
+  FAILS(sw_model_create(&mesh, NULL, &supports, &model), SW_ERROR_INVALID_ARGUMENT, "vertex 0 is to be on a plane of symmetry");
+  supports.symmetric_axes = NULL;
+  supports.axis_directions = direction;
   SwMaterialDesc tied;
   sw_material_desc_init(&tied);
   tied.n_ties = 1;

@@ -1304,6 +1304,24 @@ void a_support_along_an_axis_holds_that_axis_alone() {
   FAILS_WITH(runner.evaluate(request), "the support along axes at point 700: there are 123 points");
 }
 
+// The strip's end crosses a plane of symmetry at right angles, where it would turn if it were held along x alone.
+void on_a_plane_of_symmetry_the_slope_is_held() {
+  const auto slope = [](uint32_t along, uint32_t symmetric) {
+    Request request = strip_request();
+    for (int j = 0; j < STRIP_ROWS; ++j) request.build.axis_supports.push_back({strip_vertex(STRIP_COLUMNS - 1, j), along, symmetric});
+    ShellRunner runner;
+    for (int k = 0; k <= 16; ++k) runner.evaluate(at_frame(request, k));
+    CHECK(tip_height(runner) < -0.01);
+    return std::abs(tip_height(runner) - runner.deformed()[3 * strip_vertex(STRIP_COLUMNS - 2, 1) + 2]);
+  };
+  // Half of an edge of the bend is left, of the turn all of it: twenty times as much on this strip.
+  CHECK(slope(0, SW_AXIS_X) < 0.1 * slope(SW_AXIS_X, 0));
+  Request request = strip_request();
+  request.build.axis_supports = {{strip_vertex(20, 1), 0, SW_AXIS_X}};
+  ShellRunner runner;
+  FAILS_WITH(runner.evaluate(request), "is to be on a plane of symmetry, but it is not on the mesh's boundary");
+}
+
 // The strip in two pieces, between which one row of triangles is missing.
 Request parted_request() {
   Request request = strip_request();
@@ -2402,6 +2420,7 @@ int main() {
   RUN(directions_follow_texture_coordinates);
   RUN(a_direction_of_a_polygon_is_that_of_its_triangles);
   RUN(a_support_along_an_axis_holds_that_axis_alone);
+  RUN(on_a_plane_of_symmetry_the_slope_is_held);
   RUN(ties_hold_pieces_together);
   RUN(a_tie_to_a_polygon_is_to_its_nearest_triangle);
   RUN(a_material_out_of_range_is_refused_by_name);

@@ -646,6 +646,16 @@ void points_are_held_along_axes() {
     lowest_free = std::min(lowest_free, float(free.tip()));
   }
   CHECK(scene.cook.errors.empty() && lowest < -0.005f && lowest_free < -0.05f);
+  const auto rise = [](double value) {
+    Scene half;
+    half.geometry().attributes["roller"].assign(STRIP_VERTICES, 0);
+    for (int j = 0; j < STRIP_ROWS; ++j) half.geometry().attributes["roller"][std::size_t(kTip - 1 + j)] = value;
+    half.cook.set_text("supportaxes", "roller");
+    for (int frame = 1; frame <= 12; ++frame) half.at(frame);
+    CHECK(half.cook.errors.empty());
+    return std::abs(half.tip() - double(half.cook.output.fake_geometry().points[std::size_t(kTip - STRIP_ROWS)].y()));
+  };
+  CHECK(rise(8 * SW_AXIS_X) < 0.1 * rise(SW_AXIS_X));  // a plane of symmetry: the slope is held, too
   scene.cook.set_text("supportaxes", "none");
   scene.at(1);
   CHECK(scene.cook.errors.size() == 1 && contains(scene.cook.errors[0], "there is no integer of points none"));

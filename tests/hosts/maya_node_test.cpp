@@ -696,6 +696,16 @@ void vertices_are_held_along_axes() {
     scene.node.set(std::string("supportAxes[2].") + axis, 1);
     CHECK(!same(scene.node.evaluate(), before));
   }
+  Scene half;
+  half.node.set_components("supportAxes[0].supportAxesComponents", {kTip - 1, kTip, kTip + 1});
+  half.node.set("supportAxes[0].supportAxisX", 1);
+  const auto rise = [&half] {
+    const Points frame = half.play(12).back();
+    return std::abs(frame[kTip].y - frame[kTip - STRIP_ROWS].y);
+  };
+  const double turned = rise();
+  half.node.set("supportAxes[0].supportAxesSymmetric", 1);
+  CHECK(rise() < 0.1 * turned && !half.node.failed());  // the slope is held, too
   for (const char *axis : {"X", "Y", "Z"}) scene.node.set(std::string("supportAxes[2].supportAxis") + axis, 0);
   scene.node.evaluate();
   CHECK(scene.node.failed() && contains(fake::session().errors.back(), "holds along no axis"));
@@ -1470,8 +1480,11 @@ void the_command_holds_along_axes_and_ties() {
   fake::Deformer &node = *scene.deformers.at("shellWarp1");
   scene.selection = {vertex_of("strip", kTip), vertex_of("strip", kTip - 1)};
   CHECK(scene.run("shellWarp -supportAxes yz") && scene.result == "shellWarp1.supportAxes[0]");
+  CHECK(node.get("supportAxes[0].supportAxesSymmetric") == 0);
   CHECK(node.get("supportAxes[0].supportAxisX") == 0 && node.get("supportAxes[0].supportAxisY") == 1 && node.get("supportAxes[0].supportAxisZ") == 1);
   CHECK(!scene.run("shellWarp -supportAxes yw") && contains(fake::session().errors.back(), "the axes are \"yw\"; they must be some of the letters xyz"));
+  CHECK(scene.run("shellWarp -supportAxes x -symmetric") && node.get("supportAxes[1].supportAxesSymmetric") == 1);
+  scene.undo();
   CHECK(scene.run("shellWarp -tie") && scene.result == "shellWarp1.ties[0]");
   CHECK(node.get("ties[0].tieVertex") == kTip && node.get("ties[0].tieTo") == kTip - 1);
   scene.undo();

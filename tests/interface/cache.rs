@@ -41,7 +41,14 @@ fn small_model_under(sag: Vec3, precision: Precision) -> Model {
 /// Held along an axis and along a slope: the section ROLL.
 fn small_rolled_model(precision: Precision) -> Model {
     let along = vec![(3, Vec3::y()), (6, Vec3::new(1.0, 0.0, 2.0))];
-    small_model_of(Make::of(SPRINGY), along, Options { modes: 4, precision, ..Options::default() })
+    let supports = Supports { along, ..Default::default() };
+    small_model_of(Make::of(SPRINGY), supports, Options { modes: 4, precision, ..Options::default() })
+}
+
+/// Half of a sheet at a plane of symmetry: the section SYMM.
+fn small_half_model(precision: Precision) -> Model {
+    let supports = Supports { symmetric: (9..13).map(|v| (v, Vec3::y())).collect(), ..Default::default() };
+    small_model_of(Make::of(SPRINGY), supports, Options { modes: 4, precision, ..Options::default() })
 }
 
 /// With a stiff tie to a vertex and a soft one to a triangle: the section TIES.
@@ -49,7 +56,7 @@ fn small_tied_model(precision: Precision) -> Model {
     let tie = |vertex: u32, to: TiedTo, stiffness: f64| Tie { vertex, to, stiffness };
     let ties = vec![tie(9, TiedTo::Vertex(5), 0.0), tie(10, TiedTo::Triangle(3), 20.0)];
     let make = Make { ties, ..Make::of(SPRINGY) };
-    small_model_of(make, vec![], Options { modes: 4, precision, ..Options::default() })
+    small_model_of(make, Supports::default(), Options { modes: 4, precision, ..Options::default() })
 }
 
 /// With one crease that yields and one that does not: the sections CREA and YIEL.
@@ -57,7 +64,7 @@ fn small_model_that_yields(precision: Precision) -> Model {
     let crease = |vertices: [u32; 2], yield_angle: f64| Crease { vertices, factor: 0.5, angle: None, yield_angle };
     let creases = vec![crease([5, 6], 0.25), crease([6, 7], f64::INFINITY)];
     let make = Make { creases, ..Make::of(SPRINGY) };
-    small_model_of(make, vec![], Options { modes: 4, precision, ..Options::default() })
+    small_model_of(make, Supports::default(), Options { modes: 4, precision, ..Options::default() })
 }
 
 /// With fields that follow supports: the section SUPP.
@@ -67,12 +74,12 @@ fn small_model_that_follows(precision: Precision) -> Model {
 
 const SPRINGY: Material = Material { k_bend: 0.5, k_area: 1e3, k_length: 1e3, area_density: 0.2 };
 
-fn small_model_of(make: Make, along: Vec<(u32, Vec3)>, options: Options) -> Model {
+fn small_model_of(make: Make, supports: Supports, options: Options) -> Model {
     let (mut positions, mut triangles) = equilateral_sheet(3, 2, 0.25);
     positions.push(Vec3::new(9.0, 9.0, 9.0));
     triangles[4].swap(0, 1);
     let mesh = Mesh::new(positions, &triangles).unwrap();
-    let supports = Supports { fixed: vec![1], clamped: vec![0], along };
+    let supports = Supports { fixed: vec![1], clamped: vec![0], ..supports };
     let shell = Arc::new(Shell::made(mesh, make, &supports).unwrap());
     Model::precompute(shell, &options, &mut |_, _| Ok(())).unwrap()
 }
@@ -150,7 +157,7 @@ fn a_model_without_modes_comes_back_too() {
 /// Files of earlier versions are never written anew; a new version adds its own. `cargo test --release --test interface cache:: --
 /// --ignored write_golden` wrote these.
 type Makes = fn(Precision) -> Model;
-const GOLDEN: [(&str, Precision, Makes); 10] = [
+const GOLDEN: [(&str, Precision, Makes); 11] = [
     ("saved/model_v1_f32.bin", Precision::F32, small_model),
     ("saved/model_v1_f64.bin", Precision::F64, small_model),
     ("saved/model_v2_sagged_f32.bin", Precision::F32, small_sagged_model),
@@ -161,6 +168,7 @@ const GOLDEN: [(&str, Precision, Makes); 10] = [
     ("saved/model_v2_ties_f32.bin", Precision::F32, small_tied_model),
     ("saved/model_v2_supports_f32.bin", Precision::F32, small_model_that_follows),
     ("saved/model_v2_yields_f32.bin", Precision::F32, small_model_that_yields),
+    ("saved/model_v2_symmetry_f32.bin", Precision::F32, small_half_model),
 ];
 
 #[test]
@@ -180,6 +188,7 @@ fn models_saved_by_every_version_still_load() {
         assert_eq!(hangs(&model), hangs(&fresh), "{name}");
         assert_eq!((&model.shell.rollers, &model.shell.bonds), (&fresh.shell.rollers, &fresh.shell.bonds), "{name}");
         assert!(model.shell.creases == fresh.shell.creases, "{name}");
+        assert_eq!(model.shell.mirrors, fresh.shell.mirrors, "{name}");
         let fields = |model: &Model| model.modal.supports.as_ref().map(|fields| fields.n());
         assert_eq!(fields(&model), fields(&fresh), "{name}");
         for (old, new) in model.shell.mesh.positions.iter().zip(&fresh.shell.mesh.positions) {
@@ -228,8 +237,14 @@ fn a_state_saved_on_a_moving_rest_shape_still_loads() {
 
 #[test]
 fn each_optional_part_of_a_saved_model_has_a_file() {
-    let parts =
-        [("rollers", b"ROLL"), ("ties", b"TIES"), ("supports", b"SUPP"), ("reduced", b"REDU"), ("yields", b"YIEL")];
+    let parts = [
+        ("rollers", b"ROLL"),
+        ("symmetry", b"SYMM"),
+        ("ties", b"TIES"),
+        ("supports", b"SUPP"),
+        ("reduced", b"REDU"),
+        ("yields", b"YIEL"),
+    ];
     for (name, tag) in parts {
         let bytes = std::fs::read(data(&format!("saved/model_v2_{name}_f32.bin"))).unwrap();
         assert!(bytes.windows(4).any(|word| word == tag), "{name}");

@@ -15,4 +15,5 @@ mod moving_supports;
 mod nasty_meshes;
 mod pieces;
 mod proxy;
+mod symmetry;
 mod ties;

@@ -124,26 +124,31 @@ def held_by_handles(obj):
     return tuple(sorted({item.vertex for item in obj.shellwarp.handles if item.kind != "ORIENTATION" and any(item.axes) and item.vertex < count}))
 
 
-def moves_freely(rest, fixed, clamped, axes):
+def moves_freely(rest, fixed, clamped, axes, symmetric=None):
     """Whether supports leave a rigid motion, as where a point or a straight row is fixed, and no slope is held."""
     if len(clamped):
         return False
-    rows = [(v, axis) for v in fixed for axis in range(3)] + [(v, "xyz".index(letter)) for v, letters in axes.items() for letter in letters]
-    if len(rows) < 6:
+    planes = symmetric or {}
+    by_axis = [*axes.items(), *planes.items()]
+    rows = [(v, axis) for v in fixed for axis in range(3)] + [(v, "xyz".index(letter)) for v, letters in by_axis for letter in letters]
+    turns = [letter for letter in "xyz" if any(set(letters) - {letter} for letters in planes.values())]  # a plane lets it turn about its normal alone
+    if len(rows) + len(turns) < 6:
         return True
     points = (rest - rest.mean(axis=0)) / numpy.ptp(rest, axis=0).max()
     along = numpy.eye(3)[[axis for _, axis in rows]]
     motions = numpy.hstack([along, numpy.cross(points[[v for v, _ in rows]], along)])  # what each row sees of translations and turns
-    return numpy.linalg.svd(motions, compute_uv=False)[5] <= STRAIGHT
+    held = numpy.hstack([numpy.zeros((len(turns), 3)), numpy.eye(3)[["xyz".index(letter) for letter in turns]].reshape(-1, 3)])
+    return numpy.linalg.svd(numpy.vstack([motions, held]), compute_uv=False)[5] <= STRAIGHT
 
 
 def read_axes(obj):
-    """Of vertices that are held along axes of the object, which: letters by vertex."""
-    found = {}
+    """Of vertices that are held along axes of the object, which: letters by vertex; and of those on planes of symmetry."""
+    held, planes = {}, {}
     for letter, name in axis_groups(obj.shellwarp).items():
+        found = planes if obj.shellwarp.symmetric_axes["xyz".index(letter)] else held
         for vertex in group_vertices(obj, name):
             found[vertex] = found.get(vertex, "") + letter
-    return found
+    return held, planes
 
 
 def axis_groups(settings):
@@ -177,13 +182,13 @@ def read_shell(obj, depsgraph):
     folds = creases(obj.data, settings.crease_factors, settings.crease_angles, settings.crease_yields)
     unstressed = key_positions(obj.data, settings.rest_shape).astype(numpy.float64) * scale if settings.rest_shape else None
     directions = materials.read_directions(obj, rest, package)
-    axes, ties = read_axes(obj), read_ties(settings, obj.data)
-    shell = package.Shell(rest, triangles(obj.data), material, fixed, clamped, maps, folds, unstressed, directions, axes=axes, **ties, metres_per_unit=unit)
+    (axes, symmetric), ties = read_axes(obj), read_ties(settings, obj.data)
+    shell = package.Shell(rest, triangles(obj.data), material, fixed, clamped, maps, folds, unstressed, directions, axes=axes, symmetric=symmetric, **ties, metres_per_unit=unit)
     key = hashlib.blake2b(rest.tobytes() + shell.triangles.tobytes())
-    recipe = read_recipe(obj, depsgraph, package, moves_freely(rest, fixed, clamped, axes))
+    recipe = read_recipe(obj, depsgraph, package, moves_freely(rest, fixed, clamped, axes, symmetric))
     for name, values in maps.items():
         key.update(name.encode() + values.tobytes())
-    key.update(repr((material, fixed, clamped, axes, ties, recipe, folds)).encode())
+    key.update(repr((material, fixed, clamped, axes, symmetric, ties, recipe, folds)).encode())
     for array in (unstressed, directions):
         key.update(b"" if array is None else array.tobytes())
     return shell, scale, recipe, key.digest()

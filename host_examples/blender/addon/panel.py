@@ -69,6 +69,8 @@ class SHELLWARP_PT_shell(bpy.types.Panel):
         layout.prop_search(settings, "clamped_group", obj, "vertex_groups")
         for letter in "xyz":
             layout.prop_search(settings, f"fixed_{letter}_group", obj, "vertex_groups")
+        if settings.fixed_x_group or settings.fixed_y_group or settings.fixed_z_group:
+            layout.row().prop(settings, "symmetric_axes", toggle=True)
         draw_ties(layout, settings)
         draw_follow(layout, obj)
         for title, names in GROUPS:

@@ -169,6 +169,8 @@ class ShellwarpSettings(bpy.types.PropertyGroup):
                                   description="Vertex group held along the object's x axis alone, as on a symmetry plane or a rail")
     fixed_y_group: StringProperty(override=OVER, name="Held along y", options=NOT_KEYED, description="Vertex group held along the object's y axis alone")
     fixed_z_group: StringProperty(override=OVER, name="Held along z", options=NOT_KEYED, description="Vertex group held along the object's z axis alone")
+    symmetric_axes: bpy.props.BoolVectorProperty(override=OVER, name="Planes of symmetry", subtype="XYZ", options=NOT_KEYED,
+                                                 description="The groups held along these axes are on planes of symmetry: the slope is held too")
     tie_edges: BoolProperty(override=OVER, name="Loose edges tie", options=NOT_KEYED,
                             description="Edges without faces hold their ends where they are beside each other: seams, straps, buttons")
     tie_stiffness: FloatProperty(override=OVER, name="Stiffness of ties", default=0.0, min=0, options=NOT_KEYED,

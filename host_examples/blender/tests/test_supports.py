@@ -49,6 +49,24 @@ class Axes(Case):
                                       ([0], {3: "xz", 12: "z"}, False), ([0], {3: "z", 12: "z"}, True)):
             self.assertEqual(free(rest, fixed, [], axes), expected, (fixed, axes))
         self.assertFalse(free(rest, [], [0, 1], {}))
+        # A row on a plane of symmetry, and what stops it from sliding along that.
+        self.assertTrue(free(rest, [], [], {}, dict.fromkeys(range(4), "x")))
+        self.assertFalse(free(rest, [], [], {0: "yz", 12: "z"}, dict.fromkeys(range(4), "x")))
+
+    def test_groups_on_planes_of_symmetry_hold_the_slope(self):
+        obj = add_strip()
+        obj.shellwarp.fixed_x_group = group(obj, "middle", END)
+        obj.shellwarp.modes = 24
+
+        def rise():
+            play(12)
+            self.assertEqual(self.message(obj), "")
+            return abs(shown(obj)[120, 2] - shown(obj)[116, 2])
+        turned = rise()
+        obj.shellwarp.symmetric_axes[0] = True
+        shell = part("inputs").read_shell(obj, bpy.context.evaluated_depsgraph_get())[0]
+        self.assertEqual((shell.axes, shell.symmetric), ({}, dict.fromkeys(END, "x")))
+        self.assertLess(rise(), 0.1 * turned)
 
 
 class Ties(Case):

@@ -93,7 +93,7 @@ def shell_of(tables):
         held["metres_per_unit"] = metres_of(tables)
     else:
         held = {"fixed": held_vertices(supports, simulated, mesh)}
-    return shellwarp.Shell(simulated.positions, simulated.triangles, material, **held, axes=axes_of(supports, simulated, mesh),
+    return shellwarp.Shell(simulated.positions, simulated.triangles, material, **held, **axes_of(supports, simulated, mesh),
                            **parts_of(table, material, simulated, mesh), **ties.parts_of(tables["tie"], simulated))
 
 
@@ -111,7 +111,7 @@ def model_key(tables):
         "positions": shell.positions, "triangles": shell.triangles, "held": shell.fixed, "clamped": list(shell.clamped),
         "material": [type(material).__name__, *dataclasses.astuple(material), tables["material"].get("frequency")], "directions": shell.directions,
         "maps": dict(shell.maps), "creases": list(shell.creases), "rest": shell.rest_positions,
-        "axes": sorted(shell.axes.items()), "ties": [list(shell.ties), list(shell.triangle_ties), shell.tie_distance],
+        "axes": sorted(shell.axes.items()), "symmetric": sorted(shell.symmetric.items()), "ties": [list(shell.ties), list(shell.triangle_ties), shell.tie_distance],
         "options": _options_here(tables, shell), "library": library_digest()})
 
 

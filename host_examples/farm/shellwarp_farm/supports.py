@@ -7,7 +7,7 @@ from .errors import SceneError
 from .handles import check_axes
 from .simulated import mesh_at, simulated_at
 
-KEYS = selection.WHERE | {"kind", "axes", "key", "about"}
+KEYS = selection.WHERE | {"kind", "axes", "symmetric", "key", "about"}
 FIELDS = 24   # support_fields where a support has a key and nobody says how many
 
 
@@ -19,6 +19,10 @@ def check(where, item):
     check_axes(where, item)
     if "axes" in item and (item.get("kind", "fixed") != "fixed" or "key" in item):
         raise SceneError(f"{where}: axes go with a fixed support without a key")
+    if item.get("symmetric", False) not in (True, False):
+        raise SceneError(f"{where}: symmetric is true or false")
+    if "symmetric" in item and "axes" not in item:
+        raise SceneError(f"{where}: symmetric goes with axes, the normals of the planes of symmetry")
     if "about" in item and "key" not in item:
         raise SceneError(f"{where}: about goes with key")
     way.check_vector(where, item, "about")
@@ -60,11 +64,12 @@ def supported_vertices(supports, simulated, mesh, kind):
 
 
 def axes_of(supports, simulated, mesh):
-    """Of vertices that are held along axes, which."""
-    found = {}
+    """What a Shell takes of vertices that are held along axes, and of those on planes of symmetry."""
+    found = {"axes": {}, "symmetric": {}}
     for support in supports:
+        of = found["symmetric" if support.get("symmetric") else "axes"]
         for vertex in selection.chosen(support, simulated, mesh) if "axes" in support else ():
-            found[int(vertex)] = "".join(sorted({*found.get(int(vertex), ""), *support["axes"]}))
+            of[int(vertex)] = "".join(sorted({*of.get(int(vertex), ""), *support["axes"]}))
     return found
 
 

@@ -29,6 +29,9 @@ class Supports(Case):
         text = LIST.replace(FIXED, f'{FIXED}, {{ side = "high-x", axes = "z" }}')
         job = self.jobs("", text)["both"]
         self.assertEqual(shell_of(model_tables(job)).axes, {36: "z", 37: "z", 38: "z"})
+        half = LIST.replace(FIXED, f'{FIXED}, {{ side = "high-x", axes = "x", symmetric = true }}')
+        shell = shell_of(model_tables(self.jobs("", half)["both"]))
+        self.assertEqual((shell.axes, shell.symmetric), ({}, {36: "x", 37: "x", 38: "x"}))
         free, held = self.bake(self.jobs("", LIST)["both"])[1], self.bake(job)[1]
         self.assertLess(free[-1, 36:, 2].max(), -1e-3)
         self.assertLess(numpy.abs(held[:, 36:, 2]).max(), 1e-6)
@@ -171,6 +174,8 @@ class Handles(Case):
             with self.subTest(message), self.assertRaisesRegex(SceneError, message):
                 self.jobs("", with_keys(LIST, keys))
         for support, message in (('{ kind = "clamped", side = "low-x", axes = "z" }', "axes go with a fixed support without a key"),
+                                 ('{ side = "low-x", symmetric = true }', "symmetric goes with axes"),
+                                 ('{ side = "low-x", axes = "x", symmetric = 2 }', "symmetric is true or false"),
                                  ('{ side = "low-x", about = [0, 0, 0] }', "about goes with key"), ("{ axes = \"z\" }", "name the vertices by")):
             with self.subTest(message), self.assertRaisesRegex(SceneError, message):
                 self.jobs("", LIST.replace(FIXED, support))

@@ -54,6 +54,7 @@ SW_MAP_VOLUME_DENSITY = 7
 SW_MAP_ON_VERTICES = 1
 SW_MAP_ON_TRIANGLES = 2
 SW_CREASE_ANGLE_OF_MESH = 7
+SW_AXIS_DIRECTION = 8
 SW_PROGRESS_CONTINUE = 256
 SW_PROGRESS_CANCEL = 512
 SW_PHASE_ASSEMBLY = 0
@@ -245,6 +246,7 @@ class SwSupportDesc(Structure):
         ("axis_directions", c_void_p),
         ("n_axis_vertices", c_uint32),
         ("reserved", c_uint32),
+        ("symmetric_axes", c_void_p),
     ]
 
 

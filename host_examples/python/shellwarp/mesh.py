@@ -87,6 +87,7 @@ class Shell:
     triangle_ties: "Sequence[tuple[Any, ...]]" = ()  # (a, t) or (a, t, stiffness): the same beside triangle t
     tie_distance: float = 0.0                   # pieces within this distance of each other are tied, stiffly
     axes: "Mapping[int, str | ArrayLike]" = field(default_factory=dict)  # held along axes alone: "xz", or a direction, or some of them, by vertex
+    symmetric: "Mapping[int, str | ArrayLike]" = field(default_factory=dict)  # the same on planes of symmetry, by their normals: held along them, and so is the slope
     metres_per_unit: float = 0.0                # of lengths: 1, 0.01 for centimetres; 0: not told. A wrong unit then shows in a warning (set_log) and in info()
 
     def mesh_desc(self) -> tuple[_abi.SwMeshDesc, tuple[Array, ...]]:
@@ -166,24 +167,27 @@ class Shell:
         desc = _library.initialised(_abi.SwSupportDesc)
         desc.fixed, desc.n_fixed = _arrays.address(fixed), len(fixed)
         desc.clamped, desc.n_clamped = _arrays.address(clamped), len(clamped)
-        rows = [(int(v), *row) for v, held in self.axes.items() for row in _held_along(held)]
-        along = _arrays.indices_in([row[0] for row in rows], "axes")
-        axes = numpy.array([row[1] for row in rows], dtype=numpy.uint8)
-        directions = numpy.array([row[2] for row in rows], dtype=numpy.float64).reshape(-1, 3)
+        rows = [(int(v), *row) for v, held in self.axes.items() for row in _held_along(held, "axes")]
+        planes = [(int(v), *row) for v, held in self.symmetric.items() for row in _held_along(held, "symmetric")]
+        along = _arrays.indices_in([row[0] for row in rows + planes], "axes")
+        axes = numpy.array([row[1] for row in rows + planes], dtype=numpy.uint8)
+        symmetric = numpy.array([0] * len(rows) + [row[1] or _abi.SW_AXIS_DIRECTION for row in planes], dtype=numpy.uint8)
+        directions = numpy.array([row[2] for row in rows + planes], dtype=numpy.float64).reshape(-1, 3)
         desc.axis_vertices, desc.n_axis_vertices = _arrays.address(along), len(along)
         desc.axes, desc.axis_directions = _arrays.address(axes), _arrays.address(directions)
-        return desc, (fixed, clamped, along, axes, directions)
+        desc.symmetric_axes = _arrays.address(symmetric)
+        return desc, (fixed, clamped, along, axes, directions, symmetric)
 
 
-def _held_along(held: Any) -> "list[tuple[int, tuple[float, ...]]]":
+def _held_along(held: Any, name: str) -> "list[tuple[int, tuple[float, ...]]]":
     """Axes as bits and a direction, of each thing that a vertex is held along."""
     if isinstance(held, str):
         if not held or set(held) - set("xyz"):
-            raise InvalidArgumentError(f"axes: {held!r} is not some of the letters xyz")
+            raise InvalidArgumentError(f"{name}: {held!r} is not some of the letters xyz")
         return [(sum(1 << "xyz".index(letter) for letter in set(held)), (0.0, 0.0, 0.0))]
     directions = numpy.asarray(held, dtype=numpy.float64)
     if directions.ndim not in (1, 2) or directions.shape[-1] != 3 or not directions.any(axis=-1).all():
-        raise InvalidArgumentError(f"axes: {held!r} is neither some of the letters xyz nor directions, which are not zero")
+        raise InvalidArgumentError(f"{name}: {held!r} is neither some of the letters xyz nor directions, which are not zero")
     return [(0, tuple(row)) for row in directions.reshape(-1, 3)]
 
 

@@ -825,6 +825,29 @@ class AxisSupports(unittest.TestCase):
             with self.assertRaisesRegex(sw.InvalidArgumentError, "axes"):
                 sw.Model(sw.Shell(rest, triangles, axes={tip: wrong}))
 
+    def test_half_a_strip_on_a_plane_of_symmetry_has_frequencies_of_the_whole(self):
+        rest, triangles = strip.positions(numpy.float64), numpy.asarray(strip.triangles())
+        rest = rest - rest[-1] * [1, 0, 0]   # it ends at x = 0
+        middle = [v for v, x in enumerate(rest) if x[0] > -1e-9]
+        image = numpy.arange(len(rest))
+        image[[v for v in range(len(rest)) if v not in middle]] = len(rest) + numpy.arange(len(rest) - len(middle))
+        both = numpy.concatenate([rest, numpy.delete(rest, middle, axis=0) * [-1, 1, 1]])
+        fixed = [0, 1, 2, 3]
+
+        def frequencies(shell, modes):
+            made = sw.Model(shell)
+            made.precompute(modes=modes, precision="f64")
+            return made.frequencies()
+        all_of_it = frequencies(sw.Shell(both, numpy.concatenate([triangles, image[triangles[:, ::-1]]]), fixed=fixed + image[fixed].tolist()), 8)
+        for given in ("x", [-1, 0, 0]):
+            half = frequencies(sw.Shell(rest, triangles, fixed=fixed, symmetric=dict.fromkeys(middle, given)), 3)
+            # Both searches end at 1e-10.
+            self.assertTrue(all(numpy.abs(all_of_it / one - 1).min() < 1e-8 for one in half), (half, all_of_it))
+        with self.assertRaisesRegex(sw.InvalidArgumentError, "symmetric: 'w'"):
+            sw.Model(sw.Shell(rest, triangles, symmetric={0: "w"}))
+        with self.assertRaisesRegex(sw.InvalidArgumentError, "vertex 0 is to be on a plane of symmetry"):
+            sw.Model(sw.Shell(rest, triangles, symmetric={0: "x"}))
+
 
 class Ties(unittest.TestCase):
     def test_two_strips_move_as_one(self):

@@ -2,6 +2,7 @@
 
 use super::header::Header;
 use super::{points, put_u64, supports, u64_of};
+use crate::energy::Mirror;
 use crate::error::invalid;
 use crate::features::{self, Feature, Proof};
 use crate::material::{Bond, Crease, Fibres, Map, On, Orthotropy, Quantity};
@@ -39,6 +40,10 @@ const SUPPORTS: Tag = *b"SUPP";
 const ROLLERS: Tag = *b"ROLL";
 /// Bytes of one.
 const ROLLER: usize = 80;
+/// Edges on planes of symmetry.
+const MIRRORS: Tag = *b"SYMM";
+/// Bytes of one.
+const MIRROR: usize = 40;
 /// What is held together.
 const TIES: Tag = *b"TIES";
 /// Bytes of one.
@@ -64,6 +69,8 @@ fn sizes(model: &Model) -> impl Iterator<Item = (Tag, usize)> {
     let orthotropy = model.shell.orthotropy.as_ref().map(|fibres| (ORTHOTROPY, 16 + 24 * fibres.given.len()));
     let rollers = &model.shell.rollers;
     let rollers = (!rollers.is_empty()).then_some((ROLLERS, ROLLER * rollers.len()));
+    let mirrors = &model.shell.mirrors;
+    let mirrors = (!mirrors.is_empty()).then_some((MIRRORS, MIRROR * mirrors.len()));
     let bonds = &model.shell.bonds;
     let bonds = (!bonds.is_empty()).then_some((TIES, TIE * bonds.len()));
     let rest_shape = model.shell.rest_shape.as_ref().map(|shape| (REST_SHAPE, 24 * shape.len()));
@@ -75,7 +82,7 @@ fn sizes(model: &Model) -> impl Iterator<Item = (Tag, usize)> {
     let polynomial = model.reduced.as_ref().and_then(|reduced| reduced.polynomial.as_ref());
     let polynomial = polynomial.map(|polynomial| (POLYNOMIAL, polynomial.saved_size()));
     let front = model.front.as_ref().map(|front| (FRONT_OF_CHOICE, front.saved_size()));
-    let made_of = [maps, creases, yields, orthotropy, rollers, bonds, rest_shape, settled, sag];
+    let made_of = [maps, creases, yields, orthotropy, rollers, mirrors, bonds, rest_shape, settled, sag];
     made_of.into_iter().chain([units, supports, polynomial, reduced, front]).flatten()
 }
 
@@ -96,6 +103,7 @@ pub(super) fn put(model: &Model, out: &mut Vec<u8>) {
             }
             (SUPPORTS, ..) => model.modal.supports.iter().for_each(|fields| supports::put(fields, out)),
             (TIES, ..) => model.shell.bonds.iter().for_each(|bond| put_bond(bond, out)),
+            (MIRRORS, ..) => model.shell.mirrors.iter().for_each(|mirror| put_mirror(mirror, out)),
             (ROLLERS, ..) => model.shell.rollers.iter().for_each(|roller| put_roller(roller, out)),
             (CREASES, ..) => model.shell.creases.all().iter().for_each(|crease| put_crease(crease, out)),
             (YIELDS, ..) => model.shell.creases.all().iter().for_each(|crease| crease.yield_angle.put(out)),
@@ -185,6 +193,32 @@ pub(super) fn restore_rollers(shell: &Shell, content: &[u8]) -> Result<Vec<Rolle
     }
 }
 
+fn put_mirror(mirror: &Mirror, out: &mut Vec<u8>) {
+    mirror.ends.iter().for_each(|v| out.extend(v.to_le_bytes()));
+    mirror.normal.iter().chain([&mirror.offset]).for_each(|x| x.put(out));
+}
+
+/// The edges on planes of symmetry, checked for a mesh.
+pub(super) fn restore_mirrors(mesh: &Mesh, content: &[u8]) -> Result<Vec<Mirror>> {
+    if content.is_empty() || !content.len().is_multiple_of(MIRROR) {
+        return invalid(format!("{} bytes are not its edges on planes of symmetry", content.len()));
+    }
+    let word = |row: &[u8]| u32::from_le_bytes([row[0], row[1], row[2], row[3]]);
+    let mirror = |row: &[u8]| Mirror {
+        ends: [word(row), word(&row[4..])],
+        normal: Vec3::from_iterator(row[8..32].chunks_exact(8).map(f64::get)),
+        offset: f64::get(&row[32..]),
+    };
+    let mirrors: Vec<Mirror> = content.chunks_exact(MIRROR).map(mirror).collect();
+    if let Some(bad) = mirrors.iter().find(|mirror| !mirror.is_sound(mesh)) {
+        return invalid(format!("the edge of the vertices {:?} is on no plane of symmetry", bad.ends));
+    }
+    match mirrors.windows(2).all(|pair| pair[0].ends < pair[1].ends) {
+        true => Ok(mirrors),
+        false => invalid("its edges on planes of symmetry do not ascend"),
+    }
+}
+
 fn put_point(x: &Vec3, out: &mut Vec<u8>) {
     x.iter().for_each(|x| x.put(out));
 }
@@ -266,6 +300,7 @@ pub(super) struct Sections<'a> {
     pub(super) yields: Option<&'a [u8]>,
     pub(super) orthotropy: Option<&'a [u8]>,
     pub(super) rollers: Option<&'a [u8]>,
+    pub(super) mirrors: Option<&'a [u8]>,
     pub(super) ties: Option<&'a [u8]>,
     pub(super) rest_shape: Option<&'a [u8]>,
     pub(super) settled: Option<&'a [u8]>,
@@ -291,6 +326,7 @@ pub(super) fn split(mut bytes: &[u8]) -> Result<Sections<'_>> {
             [b'Y', b'I', b'E', b'L', 0, 0, 0, 0] => &mut sections.yields,
             [b'O', b'R', b'T', b'H', 0, 0, 0, 0] => &mut sections.orthotropy,
             [b'R', b'O', b'L', b'L', 0, 0, 0, 0] => &mut sections.rollers,
+            [b'S', b'Y', b'M', b'M', 0, 0, 0, 0] => &mut sections.mirrors,
             [b'T', b'I', b'E', b'S', 0, 0, 0, 0] => &mut sections.ties,
             [b'R', b'E', b'S', b'T', 0, 0, 0, 0] => &mut sections.rest_shape,
             [b'S', b'E', b'T', b'L', 0, 0, 0, 0] => &mut sections.settled,

@@ -9,7 +9,7 @@
 use super::bends::{Bend, Pairs, cubic, hessians};
 use super::pairs::{self, Rows};
 use super::{Coefficients, PolynomialEnergy};
-use crate::energy::Term;
+use crate::energy::{Mirror, Term};
 use crate::modes::symmetric_eigen;
 use crate::reduced::products::WIDTH;
 use crate::reduced::sampling::Random;
@@ -61,6 +61,8 @@ pub fn make(sources: &Sources, watch: &mut dyn FnMut(f64) -> Result<()>) -> Resu
 struct Told {
     strains: Strains,
     bends: Vec<Bend>,
+    /// What vertices from n_vertices on are the images of.
+    images: Vec<(u32, Mirror)>,
     pairs: Vec<[u32; 2]>,
 }
 
@@ -70,21 +72,22 @@ impl Told {
         if shell.is_stressed() {
             return None;
         }
-        let (mut elements, mut bends, mut pairs) = (vec![], vec![], Pairs::new(&shell.mesh));
+        let (mut elements, mut bends, mut images, mut pairs) = (vec![], vec![], vec![], Pairs::new(&shell.mesh));
         let told = shell.energy.visit_terms(&shell.mesh.positions, &mut |term| match term {
             Term::Stretch(terms) => elements.push(terms.iter().map(|(pair, p)| (pairs.number(*pair), *p)).collect()),
             Term::Bend(folds, rows) => bends.push(Bend::new(folds, rows, &mut pairs)),
+            Term::Image(vertex, plane) => images.push((vertex, *plane)),
         });
-        told.then_some(Self { strains: Strains { elements }, bends, pairs: pairs.list })
+        told.then_some(Self { strains: Strains { elements }, bends, images, pairs: pairs.list })
     }
 }
 
 fn coefficients(sources: &Sources, told: &Told, watch: &mut dyn FnMut(f64) -> Result<()>) -> Result<Coefficients> {
     let Sources { shell, columns, assumed, .. } = *sources;
-    let rows = Rows::new(columns);
-    let Told { strains, bends, pairs } = told;
+    let Told { strains, bends, images, pairs } = told;
+    let (rows, rest) = (Rows::new(columns, images), with_images(&shell.mesh.positions, images));
     let shapes = mixed(sources.shapes, pairs.len());
-    let gains = pairs::gains(shell, pairs, &rows, &shapes);
+    let gains = pairs::gains(&rest, pairs, &rows, &shapes);
     watch(0.1)?;
     let (corrections, signs) = corrections(bends, &gains, pairs.len())?;
     watch(0.3)?;
@@ -99,7 +102,7 @@ fn coefficients(sources: &Sources, told: &Told, watch: &mut dyn FnMut(f64) -> Re
         true => membrane_pairs[(e, k)],
         false => corrections[(e, k - membrane)],
     });
-    let mut forms = pairs::forms(shell, pairs, &rows, all.as_ref());
+    let mut forms = pairs::forms(&rest, pairs, &rows, all.as_ref());
     watch(0.7)?;
     let strained = all.transpose() * &gains;
     for (k, form) in forms.iter_mut().enumerate() {
@@ -115,6 +118,12 @@ fn coefficients(sources: &Sources, told: &Told, watch: &mut dyn FnMut(f64) -> Re
     let [bending, stiffness] = hessians(bends, &rows);
     watch(0.8)?;
     Ok(Coefficients { forms, membrane, bending, stiffness, cubic: cubic(bends, &rows) })
+}
+
+/// The vertices' places, and those of the images.
+fn with_images(rest: &[Vec3], images: &[(u32, Mirror)]) -> Vec<Vec3> {
+    let image = |(v, plane): &(u32, Mirror)| plane.image(&rest[*v as usize]);
+    rest.iter().copied().chain(images.iter().map(image)).collect()
 }
 
 /// 1/S² of a form whose values at the shapes are a row of `strained`.

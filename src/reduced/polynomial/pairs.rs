@@ -1,7 +1,8 @@
 //! Pairs of vertices, and what their squared distances gain: y = |x_b − x_a|² − |x̄_b − x̄_a|² = 2ē·Dq + |Dq|² with D = B_b − B_a.
 
 use super::Form;
-use crate::{Shell, Vec3};
+use crate::Vec3;
+use crate::energy::Mirror;
 use faer::linalg::matmul::triangular::{BlockStructure, matmul};
 use faer::{Accum, Mat, MatRef, Par};
 use nalgebra::DMatrix;
@@ -16,12 +17,13 @@ pub struct Rows {
 }
 
 impl Rows {
-    /// From the columns of B.
-    pub fn new(columns: &[Vec<Vec3>]) -> Self {
+    /// From the columns of B, with what further vertices are the images of.
+    pub fn new(columns: &[Vec<Vec3>], images: &[(u32, Mirror)]) -> Self {
         let (n, vertices) = (columns.len(), columns.first().map_or(0, Vec::len));
-        let mut numbers = vec![0.0; 3 * n * vertices];
+        let mut numbers = vec![0.0; 3 * n * (vertices + images.len())];
         for (k, column) in columns.iter().enumerate() {
-            for (v, u) in column.iter().enumerate() {
+            let turned = images.iter().map(|(v, plane)| plane.turn() * column[*v as usize]);
+            for (v, u) in column.iter().copied().chain(turned).enumerate() {
                 (0..3).for_each(|c| numbers[(3 * v + c) * n + k] = u[c]);
             }
         }
@@ -44,9 +46,8 @@ impl Rows {
     }
 }
 
-/// y of every pair (pairs × shapes).
-pub fn gains(shell: &Shell, pairs: &[[u32; 2]], rows: &Rows, shapes: &[Vec<f64>]) -> Mat<f64> {
-    let x = &shell.mesh.positions;
+/// y of every pair (pairs × shapes), of vertices that rest at `x`.
+pub fn gains(x: &[Vec3], pairs: &[[u32; 2]], rows: &Rows, shapes: &[Vec<f64>]) -> Mat<f64> {
     let coordinates = Mat::from_fn(rows.n, shapes.len(), |k, s| shapes[s][k]);
     let moved = rows.matrix() * coordinates;
     Mat::from_fn(pairs.len(), shapes.len(), |e, s| {
@@ -56,8 +57,8 @@ pub fn gains(shell: &Shell, pairs: &[[u32; 2]], rows: &Rows, shapes: &[Vec<f64>]
     })
 }
 
-/// The forms Σ p y of the columns of p (pairs × forms), of weight 1.
-pub fn forms(shell: &Shell, pairs: &[[u32; 2]], rows: &Rows, p: MatRef<'_, f64>) -> Vec<Form> {
+/// The forms Σ p y of the columns of p (pairs × forms), of weight 1, of vertices that rest at `x`.
+pub fn forms(x: &[Vec3], pairs: &[[u32; 2]], rows: &Rows, p: MatRef<'_, f64>) -> Vec<Form> {
     let (n, count) = (rows.n, p.ncols());
     let mut linear = vec![vec![0.0; n]; count];
     let mut quadratic = vec![Mat::<f64>::zeros(n, n); count];
@@ -71,7 +72,7 @@ pub fn forms(shell: &Shell, pairs: &[[u32; 2]], rows: &Rows, p: MatRef<'_, f64>)
                 some.iter().zip(apart.chunks_exact(3 * n).zip(scaled.chunks_exact_mut(3 * n))).enumerate()
             {
                 let factor = 2.0 * p[(first + e, k)];
-                let [a, b] = pair.map(|v| shell.mesh.positions[v as usize]);
+                let [a, b] = pair.map(|v| x[v as usize]);
                 scaled.iter_mut().zip(apart).for_each(|(out, x)| *out = factor * x);
                 for (row, edge) in scaled.chunks_exact(n).zip((b - a).iter()) {
                     linear.iter_mut().zip(row).for_each(|(sum, x)| *sum += edge * x);
