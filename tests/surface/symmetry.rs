@@ -262,8 +262,11 @@ fn dot(a: &[Vec3], b: &[Vec3]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a.dot(b)).sum()
 }
 
+/// What is handed the blocks of one element after the other.
+type Visitor<'a> = dyn FnMut((&[u32], &[Matrix3<f64>])) + 'a;
+
 /// Hessian times d.
-fn along(visit: &dyn Fn(&mut dyn FnMut((&[u32], &[Matrix3<f64>]))), d: &[Vec3]) -> Vec<Vec3> {
+fn along(visit: &dyn Fn(&mut Visitor), d: &[Vec3]) -> Vec<Vec3> {
     let mut out = vec![Vec3::zeros(); d.len()];
     visit(&mut |(vertices, blocks)| {
         for (ij, block) in blocks.iter().enumerate() {

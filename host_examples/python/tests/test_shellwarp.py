@@ -572,7 +572,8 @@ class Running(unittest.TestCase):
         for prefix, table in [("SW_METHOD_", states.methods()), ("SW_INTEGRATOR_", states.INTEGRATORS), ("SW_AXIS_", states.AXES),
                               ("SW_SPACE_", states.SPACES), ("SW_CONSTRAINT_", states.KINDS), ("SW_SHAPE_", models.SHAPES),
                               ("SW_PRECISION_", models.PRECISIONS)]:
-            values = {value for name, value in vars(sw.abi).items() if name.startswith(prefix)}
+            # A plane's own direction is given as three numbers.
+            values = {value for name, value in vars(sw.abi).items() if name.startswith(prefix) and name != "SW_AXIS_DIRECTION"}
             self.assertEqual(values, set(table.values()), prefix)
 
     def test_log_messages_arrive_and_a_receiver_that_raises_harms_nothing(self):
