@@ -168,7 +168,6 @@ class Animated(unittest.TestCase):
                             ("motion = 'still.pc2'\n[[support]]\nside = 'low-x'\nkey = [{ time = 1 }]\n", "none may have a key"),
                             ("motion = 'still.pc2'\n[frame]\n[[support]]\nside = 'low-x'\n", "frame does not go with motion"),
                             ("motion = 'still.pc2'\nfollow_rest = true\n[simulation]\nstatic = true\n", "static finds an equilibrium"),
-                            ("weld = 0\n[simulation]\ncorrection_steps = 1\n", "correction_steps moves the mesh's own vertices: it goes without render, weld and proxy"),
                             ("[simulation]\npush_out = true\ncorrection_steps = 1\n", "choose one"),
                             ("[simulation]\ncontact_patches = [33]\n[[support]]\nside = 'low-x'\n", "contact_patches names vertex 33; the mesh has 33"),
                             ("[simulation]\ncontact_patches_near = 0.1\n[[support]]\nside = 'low-x'\n", "no vertex that moves is so near to a collider"),
