@@ -309,7 +309,6 @@ impl Contacts {
     }
 
     /// Begins a step or an equilibrium of a shell of this mass and slowest eigenvalue, with the start positions set.
-    #[inline(never)]
     pub fn begin(&mut self, shell: (f64, f64), round: Round) {
         self.before.clone_from(&self.pressed.list);
         (self.left, self.rounds, self.stuck) = (f64::INFINITY, 0, 0);
@@ -374,7 +373,6 @@ impl Contacts {
         (left <= MET * self.probes.size && settled) || self.stuck >= PATIENCE
     }
 
-    #[inline(never)] // named in profiles, as those below
     fn measure_end(&mut self) {
         let Self { near, probes, end, starts, ends, .. } = self;
         let mut measure = |patch: usize| ends[patch] = probes.reach_after(patch, end, &starts[patch]);
@@ -408,7 +406,6 @@ impl Contacts {
 
     /// Takes the forces of the round that ended, and half-spaces anew. Returns what is left, and whether friction was that
     /// of these forces and normals stand.
-    #[inline(never)]
     fn press(&mut self, round: Round) -> (f64, bool) {
         let Self { obstacles, probes, pressed, start, end, strongest, summary, .. } = self;
         let (mut left, mut missed, mut rubbing, mut turned) = (0.0f64, 0.0, 0.0, false);
@@ -432,7 +429,6 @@ impl Contacts {
     }
 
     /// The step has ended: contacts without a force are forgotten, the others keep where they stick; the solids are where they were to be.
-    #[inline(never)]
     pub fn accept(&mut self, round: Round) {
         let Self { obstacles, probes, pressed, end, summary, left, .. } = self;
         let pressed = Arc::make_mut(pressed);

@@ -8,7 +8,6 @@ use std::sync::Arc;
 impl Contacts {
     /// Sets the contacts that are found: of each patch the deepest probe in each solid, or all. Returns how deep the deepest is of the probes
     /// that are no contacts yet. Notes how deep any probe is.
-    #[inline(never)]
     pub(super) fn find(&mut self, round: Round) -> f64 {
         self.found.clear();
         let (mut left, mut deepest) = (0.0f64, 0.0f64);

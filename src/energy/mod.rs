@@ -433,19 +433,22 @@ fn creased_discrete_shell(source: &Source, material: &Material) -> Vec<Box<dyn E
     if material.k_bend > 0.0 {
         terms.push(Box::new(hinges(source, material, false)));
         if !source.mirrors.is_empty() {
-            let values = maps.by_edge(Quantity::KBend, mesh);
-            let k = |edge: usize| values.as_ref().map_or(material.k_bend, |values| values[edge]);
-            terms.push(Box::new(MirroredEnergy::hinges(source, k)));
+            terms.push(Box::new(MirroredEnergy::hinges(source, bend_constants(source, material))));
         }
     }
     terms
 }
 
+/// k_B of each edge, by number.
+fn bend_constants(source: &Source, material: &Material) -> impl Fn(usize) -> f64 {
+    let (values, uniform) = (source.maps.by_edge(Quantity::KBend, source.mesh), material.k_bend);
+    move |edge| values.as_ref().map_or(uniform, |values| values[edge])
+}
+
 /// The hinges that yield, or the others.
 fn hinges(source: &Source, material: &Material, yielding: bool) -> HingeEnergy {
-    let Source { mesh, maps, creases, .. } = *source;
-    let values = maps.by_edge(Quantity::KBend, mesh);
-    let k = |edge: usize| values.as_ref().map_or(material.k_bend, |values| values[edge]);
+    let Source { mesh, creases, .. } = *source;
+    let k = bend_constants(source, material);
     HingeEnergy::of(mesh, |e, edge| match creases.at(edge.vertices) {
         None => (!yielding).then(|| (k(e), None)),
         Some(crease) if crease.factor == 0.0 || crease.yields() != yielding => None,

@@ -5,8 +5,8 @@
 //!
 //!   min ½ k (e − p)² + k y |p| = k y (|e| − ½ y),
 //!
-//! so that its moment stays k y. After the step the rest angle follows by p, to where e is ±y ([`Yielding::yielded`], the return mapping): ½ k y² is stored, which is less by
-//! k y (|e| − y) ≥ 0, the heat. So that no round of folding gives energy, whatever the step. As strains, E = ½ ε² with
+//! so that its moment stays k y. After the step the rest angle follows by p, to where e is ±y ([`Yielding::yielded`], the return mapping). Then
+//! ½ k y² is stored: less by the heat, k y (|e| − y) ≥ 0. So no round of folding gives energy, whatever the step. As strains, E = ½ ε² with
 //! ε = √k φ(e): φ = e within y, ±√(2y|e| − y²) beyond.
 //!
 //! The rest angles are a state's own: it has a copy of this energy, which shares all that is elastic.

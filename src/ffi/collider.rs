@@ -417,7 +417,11 @@ pub unsafe extern "C" fn sw_model_patches_near(
             let mut obstacles = Vec::with_capacity(n_colliders as usize);
             for (i, collider) in read_array("colliders", colliders, n_colliders.into())?.into_iter().enumerate() {
                 let SwCollider { solid, thickness, .. } = object(&format!("colliders[{i}]"), collider)?;
-                let pose = poses.get(12 * i..12 * i + 12).map_or(Ok(Pose::identity()), pose_of)?;
+                let named = |fault: Fault| Fault {
+                    message: fault.message.replacen("desc->", &format!("poses[{i}]: "), 1),
+                    ..fault
+                };
+                let pose = poses.get(12 * i..12 * i + 12).map_or(Ok(Pose::identity()), pose_of).map_err(named)?;
                 obstacles.push(Obstacle::new(solid.clone(), pose).with_thickness(*thickness));
             }
             let found = patches_near(&shell, &obstacles, distance, capacity as usize);
@@ -430,11 +434,9 @@ pub unsafe extern "C" fn sw_model_patches_near(
 
 /// Of an origin and a rotation matrix.
 fn pose_of(numbers: &[f64]) -> Result<Pose, Fault> {
-    let (origin, matrix) = numbers.split_at(3);
-    let array = |i: usize| matrix[i];
     Ok(Pose {
-        origin: vector("origin", &std::array::from_fn(|i| origin[i]))?,
-        rotation: rotation(&std::array::from_fn(array))?,
+        origin: vector("origin", &std::array::from_fn(|i| numbers[i]))?,
+        rotation: rotation(&std::array::from_fn(|i| numbers[3 + i]))?,
     })
 }
 

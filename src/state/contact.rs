@@ -41,7 +41,6 @@ fn read(motion: &dyn Motion, shown: Shown, pose: &Pose, x: &mut [Vec3]) {
 }
 
 /// Reads the positions at the end of a round: those of vertices that may touch where that is known, else all.
-#[inline(never)] // named in profiles
 fn read_round(
     motion: &mut dyn Motion,
     rest: Option<&mut MovingRest>,

@@ -3,7 +3,7 @@
 //! usage: contact [--docs FILE] [--only VERTICES/COLLIDER] [--once]
 //!
 //! A leaf lies on a solid, and a sheet on balls side by side, under a gravity that sways, so that they never sleep. A frame is a step and the
-//! reading of all positions in 32 bits. With --only one contestant runs, for a profiler, such as --only "472/a ball".
+//! reading of all positions in 32 bits. With --only one contestant runs, for a profiler, such as --only "472/a ball"; with --once, for one turn.
 #![allow(missing_docs)]
 
 #[path = "../collider_meshes/mod.rs"]
@@ -55,12 +55,6 @@ fn step(state: &mut State, frame: usize) {
     state.step(FRAME).unwrap();
 }
 
-/// One that is timed; never inlined, so that tests/bench/contact_parts.py finds it.
-#[inline(never)]
-fn timed_step(state: &mut State, frame: usize) {
-    step(state, frame);
-}
-
 /// One turn: falls, then is timed frame by frame.
 fn run(of: &mut Contestant, out: &mut [[f32; 3]]) {
     let state = &mut of.state;
@@ -69,7 +63,7 @@ fn run(of: &mut Contestant, out: &mut [[f32; 3]]) {
     let (mut seconds, mut contacts) = ([0.0; 2], 0);
     for frame in FALL..FALL + FRAMES {
         let start = Instant::now();
-        timed_step(state, frame);
+        step(state, frame);
         seconds[0] += start.elapsed().as_secs_f64();
         let start = Instant::now();
         state.position_rows_f32(Space::World, |v, rows| out[v..v + rows.len()].copy_from_slice(rows));

@@ -116,9 +116,9 @@ fn sze_3_2() {
         "φ = M L/(E I): the end is at L sin φ/φ along and L (1 − cos φ)/φ across. The vertices of the end are turned about the width until what holds them is M. It enters over the last"
     );
     println!(
-        "cell: of second order for where the end is. The largest difference at twenty moments over the largest displacement along (12) and across (8.695), percent, and the distance of"
+        "cell: of second order for where the end is. \"Along\" and \"across\": the largest difference at twenty moments over the largest displacement along (12) and across (8.695), percent. \"Open\": the distance"
     );
-    println!("the end from the clamp at M = 50π/3 over the length, which is 0 by the exact solution.\n");
+    println!("of the end from the clamp at M = 50π/3 over the length, which is 0 by the exact solution.\n");
     println!(
         "| mesh | cells | along | across | open | the paper's along | across | open |\n|---|---|---|---|---|---|---|---|"
     );

@@ -156,3 +156,11 @@ pub fn gravity(shell: &Arc<Shell>, direction: [f64; 3], aim: f64) -> Vec<Vec3> {
     let largest = linear.displacement.iter().map(|u| u.norm()).fold(0.0, f64::max);
     forces(g * aim * shell.mesh.size / largest)
 }
+
+/// The bytes with a checksum that is right again.
+pub fn sealed(mut bytes: Vec<u8>) -> Vec<u8> {
+    let body = bytes.len() - 8;
+    let sum = xxhash_rust::xxh3::xxh3_64(&bytes[..body]).to_le_bytes();
+    bytes[body..].copy_from_slice(&sum);
+    bytes
+}

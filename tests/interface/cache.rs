@@ -12,7 +12,6 @@ use shellwarp::step::Integrator;
 use shellwarp::support::{FrameMotion, Pose};
 use shellwarp::{ErrorKind, Material, Mesh, Shell, Supports, Vec3};
 use std::sync::Arc;
-use xxhash_rust::xxh3::xxh3_64;
 
 fn precomputed(shell: Shell, modes: usize, precision: Precision) -> Model {
     Model::precompute(Arc::new(shell), &Options { modes, precision, ..Options::default() }, &mut |_, _| Ok(())).unwrap()
@@ -281,14 +280,6 @@ fn refused(bytes: &[u8], what: &str) -> String {
     let Err(error) = Model::load(bytes) else { panic!("{what} was loaded") };
     assert_eq!(error.kind, ErrorKind::InvalidData, "{what}: {error}");
     error.message
-}
-
-/// The bytes with a checksum that is right again.
-fn sealed(mut bytes: Vec<u8>) -> Vec<u8> {
-    let body = bytes.len() - 8;
-    let sum = xxh3_64(&bytes[..body]).to_le_bytes();
-    bytes[body..].copy_from_slice(&sum);
-    bytes
 }
 
 fn patched(bytes: &[u8], at: usize, patch: &[u8]) -> Vec<u8> {

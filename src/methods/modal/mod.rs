@@ -397,7 +397,6 @@ impl<M: Map> Modal<M> {
         });
     }
 
-    #[inline(never)] // named in profiles
     fn minimize(&self, energy: &dyn PointEnergy, search: &mut PointSearch) {
         let (warped, rest) = (self.map.law().warped(), &self.basis.shell.mesh.positions);
         with_basis!(&self.basis.basis, basis => {

@@ -387,7 +387,6 @@ impl PointSearch {
     }
 
     /// Sets Δ; returns the slope along it, or none without a finite one.
-    #[inline(never)] // named in profiles
     fn find_direction<E: Entry>(
         &mut self,
         placing: &Placing<E>,
