@@ -49,9 +49,10 @@ class Axes(Case):
                                       ([0], {3: "xz", 12: "z"}, False), ([0], {3: "z", 12: "z"}, True)):
             self.assertEqual(free(rest, fixed, [], axes), expected, (fixed, axes))
         self.assertFalse(free(rest, [], [0, 1], {}))
-        # A row on a plane of symmetry, and what stops it from sliding along that.
-        self.assertTrue(free(rest, [], [], {}, dict.fromkeys(range(4), "x")))
-        self.assertFalse(free(rest, [], [], {0: "yz", 12: "z"}, dict.fromkeys(range(4), "x")))
+        # A row on a plane of symmetry slides along that and turns about its normal, until two of its ends are held.
+        plane = dict.fromkeys(range(4), "x")
+        for axes, expected in (({}, True), ({0: "yz"}, True), ({0: "yz", 12: "z"}, True), ({0: "yz", 3: "z"}, False)):
+            self.assertEqual(free(rest, [], [], axes, plane), expected, axes)
 
     def test_groups_on_planes_of_symmetry_hold_the_slope(self):
         obj = add_strip()
