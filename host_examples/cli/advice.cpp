@@ -16,6 +16,12 @@ constexpr double kDegrees = 57.29577951308232;
 // Motion that nobody sees, as a share of the shell's size; and motion that no shell on a support makes.
 constexpr double kUnseen = 1e-3, kWild = 2;
 
+// Errors beyond which a method is outside what it was made for, as SwCertificate has it, and beyond which most of what is seen is wrong.
+constexpr double kOutOfRange = 0.2, kMisleading = 0.5;
+
+// What a step gets wrong by its length, as a share of the motion: a swing of forty steps by the full shell, of twelve by a reduced one.
+constexpr double kCoarse = 0.01;
+
 std::string in_unit(double length, const Scene &scene) {
   return format("%.3g", length) + (scene.length_unit.empty() ? "" : " " + scene.length_unit);
 }
@@ -24,12 +30,6 @@ std::string share_of_size(double share) {
   if (share >= 1) return format("%.2g times its size", share);
   if (share >= 0.1) return format("%.0f %% of its size", 100 * share);
   return share >= kUnseen ? format("%.2g %% of its size", 100 * share) : format("%.1e of its size", share);
-}
-
-const FrameRecord &widest_frame(const Run &run) {
-  return *std::max_element(run.frames.begin(), run.frames.end(), [](const FrameRecord &a, const FrameRecord &b) {
-    return a.report.max_displacement < b.report.max_displacement;
-  });
 }
 
 double most_turned(const Run &run) {
@@ -43,12 +43,23 @@ std::string degrees(double radians) {
   return format(angle < 10 ? "%.2g degrees" : "%.0f degrees", angle);
 }
 
+// How far handles are led from where they begin; 0 where bones carry any.
+double longest_way(const std::vector<Handle> &handles) {
+  double way = 0;
+  for (const Handle &handle : handles) {
+    if (handle.bone) return 0;
+    for (const HandleKey &key : handle.keys) way = std::max(way, std::hypot(key.offset[0], key.offset[1], key.offset[2]));
+  }
+  return way;
+}
+
 std::string motion_words(const Summary &summary) {
   const FrameRecord &widest = widest_frame(summary.run), &last = summary.run.frames.back();
   const double most = widest.report.max_displacement;
   std::string words = "moved: up to " + in_unit(most, summary.scene) + ", " + share_of_size(most / summary.info.size) +
                       " of " + in_unit(summary.info.size, summary.scene);
   if (!summary.scene.is_static) words += format(", at %.3g s", widest.report.time);
+  if (const double way = longest_way(summary.scene.handles); way > 0) words += format(", %.2g times as far as its handles", most / way);
   words += "; turned up to " + degrees(most_turned(summary.run));
   if (&last != &widest) words += "; at the end by " + in_unit(last.report.max_displacement, summary.scene);
   return words;
@@ -63,6 +74,13 @@ std::string slowest_swing(const Summary &summary) {
 bool loaded(const Scene &scene) {
   const std::array<double, 3> none{};
   return scene.gravity != none || scene.loads.wind || !scene.loads.forces.empty();
+}
+
+// Whether gravity takes it away for nothing holds, leads or stops it.
+bool falls(const Summary &summary) {
+  const Scene &scene = summary.scene;
+  return summary.info.zero_modes >= 6 && loaded(scene) && scene.supports.empty() && scene.handles.empty() && scene.colliders.empty() &&
+         widest_frame(summary.run).report.max_displacement > kWild * summary.info.size;
 }
 
 // Why nothing has moved.
@@ -80,18 +98,32 @@ std::string stillness(const Summary &summary) {
   return "note: nothing has moved: no gravity, force or wind, no moving frame, no handle, no moving collider";
 }
 
+// What makes the shell softer or stiffer, of what this scene has not chosen already: of a known sheet its thickness, and of a frequency that.
+std::string change_of_stiffness(const Scene &scene, bool softer) {
+  const char *how = softer ? "softens" : "stiffens", *which = softer ? "lower" : "higher";
+  if (scene.material.sheet) return format("a %s --thickness (thickness) %s it", softer ? "smaller" : "larger", how);
+  if (scene.material.frequency > 0) return format("a %s --frequency (frequency) %s it", which, how);
+  return format("a %s --frequency (frequency) %s it, and --material NAME (preset) takes a known sheet", which, how);
+}
+
+// Whether the unit is right, where nobody has said yet what it is.
+std::string question_of_units(const Scene &scene) {
+  if (scene.scale != 1 || scene.metres_per_unit != 1) return "is gravity right? ";
+  return "are lengths in metres, and gravity 9.8? --scale 0.01 (scale) makes metres of centimetres. ";
+}
+
 void add_size_of_motion(const Summary &summary, std::vector<std::string> &words) {
+  const Scene &scene = summary.scene;
   const double share = widest_frame(summary.run).report.max_displacement / summary.info.size;
-  const bool led = summary.scene.motion.moves() || !summary.scene.handles.empty() || any_moves(summary.scene.colliders) || any_moves(summary.scene);
-  if (share == 0) {
+  const bool led = scene.motion.moves() || !scene.handles.empty() || any_moves(scene.colliders) || any_moves(scene);
+  if (share == 0)
     words.push_back(stillness(summary));
-  } else if (share < kUnseen && loaded(summary.scene) && !led) {
-    words.push_back("try: " + share_of_size(share) + " cannot be seen: are lengths in metres, and gravity 9.8? --scale 0.01 (scale) "
-                    "makes metres of centimetres. " + slowest_swing(summary) + ": a lower --frequency (frequency) or k_bend softens it, and --material NAME (preset) takes a known sheet");
-  } else if (share > kWild && !led && summary.info.zero_modes == 0) {
-    words.push_back("try: no held shell moves by " + share_of_size(share) + ": are lengths in metres, and gravity 9.8? " +
-                    slowest_swing(summary) + ": a higher --frequency (frequency) or k_bend stiffens it, and --material NAME (preset) takes a known sheet");
-  }
+  else if (share < kUnseen && loaded(scene) && !led)
+    words.push_back("try: " + share_of_size(share) + " cannot be seen: " + question_of_units(scene) + slowest_swing(summary) + ": " +
+                    change_of_stiffness(scene, true));
+  else if (share > kWild && !led && summary.info.zero_modes == 0)
+    words.push_back("try: no held shell moves by " + share_of_size(share) + ": " + question_of_units(scene) + slowest_swing(summary) + ": " +
+                    change_of_stiffness(scene, false));
 }
 
 // How the shell touched the colliders, at the ends of frames.
@@ -124,6 +156,13 @@ void add_turns(const Summary &summary, std::vector<std::string> &words) {
                            static_cast<long long>(outside), frames.size()));
 }
 
+// Steps that are too long for the motion, by their own estimate.
+void add_step_error(const Summary &summary, std::vector<std::string> &words) {
+  const double error = largest_step_error(summary.run), most = widest_frame(summary.run).report.max_displacement;
+  if (error > kCoarse * most)
+    words.push_back(format("try: a step is off by up to %.2g %% of the motion: shorter steps help (--step, steps_per_frame)", 100 * error / most));
+}
+
 void add_handles(const Summary &summary, std::vector<std::string> &words) {
   const HandleFigures &handles = summary.run.handles;
   if (handles.steps_missed)
@@ -141,24 +180,48 @@ void add_supports(const Summary &summary, std::vector<std::string> &words) {
                     " off them: more support_fields");
 }
 
-// What to try where a method is out of its range: from the reduced shells and the choice to the full shell.
-std::string better_methods(uint32_t method) {
-  std::string names;
-  if (!host::needs_fields(method))
-    for (const uint32_t other : host::methods())
-      if (host::needs_fields(other) || host::needs_choice(other)) names += std::string(host::method_name(other)) + ", ";
-  if (!names.empty()) names.replace(names.size() - 2, 2, " or ");
-  return names + host::method_name(SW_METHOD_SHELL_IMPLICIT);
+// What to try where a method is out of its range: the choice, which trains a reduced shell, and the full shell.
+std::string better_methods(uint32_t method, bool chosen) {
+  const std::string full = host::method_name(SW_METHOD_SHELL_IMPLICIT);
+  return chosen || host::needs_fields(method) ? full : std::string(host::method_name(SW_METHOD_AUTO)) + " or " + full;
+}
+
+std::string about(double share) {
+  if (share < 1e-4) return "less than 0.01 %";
+  return format(share < 0.1 ? "about %.2g %%" : "about %.0f %%", 100 * share);
+}
+
+// The worst that was told of any frame. A percentage of a small displacement says little: frames are passed over that moved less than a
+// tenth of the most.
+ErrorEstimate worst_estimate(const Run &run) {
+  ErrorEstimate worst = run.estimates.back();
+  double most = 0;
+  for (const ErrorEstimate &e : run.estimates) most = std::max(most, e.displacement);
+  for (const ErrorEstimate &e : run.estimates)
+    if (e.error > worst.error && e.displacement > 0.1 * most) worst = e;
+  return worst;
+}
+
+// How far off the run is, at its worst and at its end.
+std::string error_words(const Run &run, const ErrorEstimate &worst) {
+  const std::string last = about(run.certificate->error), of = " off the full nonlinear shell";
+  const std::size_t n = run.estimates.size();
+  if (n < 2) return "certified: the last frame is " + last + of;
+  const std::string judged = format(" of %zu frames judged", n);
+  if (worst.seconds == run.estimates.back().seconds) return "certified: the last frame is " + last + of + ", the most" + judged;
+  return "certified: " + about(worst.error) + of + format(" at %.3g s, the most", worst.seconds) + judged + "; the last frame " + last;
 }
 
 }  // namespace
 
 std::vector<std::string> closing_words(const Summary &summary) {
   std::vector<std::string> words = {motion_words(summary)};
+  if (falls(summary)) words.push_back("try: nothing is held, so that the shell falls: --pin low-x (support) holds an end of it");
   add_contact(summary, words);
-  if (const std::string error = verdict(summary.run); !error.empty()) words.push_back(error);
+  if (const std::string error = verdict(summary.run, host::needs_choice(summary.scene.method), summary.compared); !error.empty()) words.push_back(error);
   add_size_of_motion(summary, words);
   add_turns(summary, words);
+  add_step_error(summary, words);
   add_handles(summary, words);
   add_supports(summary, words);
   if (const uint64_t early = summary.run.frames.back().report.unconverged_steps)
@@ -170,16 +233,16 @@ std::vector<std::string> closing_words(const Summary &summary) {
   return words;
 }
 
-std::string verdict(const Run &run) {
+std::string verdict(const Run &run, bool chosen, bool compared) {
   if (!run.uncertified.empty()) return "not certified: the error could not be estimated: " + run.uncertified;
   if (!run.certificate || host::is_full_shell(run.certificate->method)) return "";
   const SwCertificate &found = *run.certificate;
-  const double percent = 100 * found.error;
-  std::string text = "certified: the last frame is about " + format(percent < 10 ? "%.2g" : "%.0f", percent) +
-                     " % off the full nonlinear shell";
+  const ErrorEstimate worst = run.estimates.empty() ? ErrorEstimate{0, found.error, 0} : worst_estimate(run);
+  std::string text = error_words(run, worst);
   if (found.remaining > kRoughAbove) text += ", roughly";
-  const std::string follows = host::method_name(SW_METHOD_SHELL_IMPLICIT);  // other accurate methods do not follow such supports
-  if (found.out_of_range) text += "; use --method " + (run.supports_move ? follows : better_methods(found.method));
+  if (worst.error > kMisleading) text += "; do not trust the picture";
+  const bool full_alone = chosen || run.supports_move;  // other accurate methods do not follow such supports
+  if (!compared && (found.out_of_range || worst.error > kOutOfRange)) text += "; use --method " + better_methods(found.method, full_alone);
   return text;
 }
 

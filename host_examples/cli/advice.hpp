@@ -11,7 +11,8 @@ namespace cli {
 // "moved: …", the verdict of the certificate, and "note: …" or "try: …" where something is to be known or changed.
 std::vector<std::string> closing_words(const Summary &summary);
 
-// What the estimate of the last frame's error means, a sentence; empty where there is nothing to say.
-std::string verdict(const Run &run);
+// What the estimates of the errors mean, a sentence; empty where there is nothing to say. `chosen`: the method is the automatic choice's.
+// `compared`: it names no other method.
+std::string verdict(const Run &run, bool chosen = false, bool compared = false);
 
 }  // namespace cli

@@ -57,12 +57,11 @@ void print_extent(const std::string &path, const Mesh &mesh) {
     before = ", ";
   }
   std::printf("\n");
-  if (const double longest = longest_side(mesh); longest > kLongestInMetres)
-    std::printf("%s: %.4g across: lengths are metres, so --scale 0.01 (scale) if these are centimetres, --scale 0.001 if millimetres\n", path.c_str(), longest);
 }
 
-int check_mesh(const std::string &path) {
-  const Mesh mesh = read_mesh(path);
+int check_mesh(const std::string &path, double scale) {
+  Mesh mesh = read_mesh(path);
+  for (double &x : mesh.positions) x *= scale;
   const std::vector<SwDiagnostic> diagnostics = shellwarp::check_mesh(
       shellwarp::mesh_desc(mesh.positions.data(), mesh.n_vertices(), mesh.triangles.data(), mesh.n_triangles()));
   std::size_t errors = 0;
@@ -81,6 +80,7 @@ int check_mesh(const std::string &path) {
   if (touching) std::printf("%s: try: --weld 0 (weld) makes vertices at the same place one\n", path.c_str());
   if (errors) std::printf("%s: try: --proxy 1000 (proxy) simulates a mesh of so many vertices that is made of this one\n", path.c_str());
   print_extent(path, mesh);
+  print_doubt_of_unit(path, mesh);
   return errors ? kFailure : 0;
 }
 
@@ -237,16 +237,16 @@ void add_simulate_options(CLI::App &app, SimulateOptions &o) {
   app.add_option("mesh", o.scene.mesh_path, "OBJ, OFF or PLY file")->required();
   add_support_options(app, "fix", "Hold", o.fixed);
   add_support_options(app, "clamp", "Hold, with their neighbours and so the slope,", o.clamped);
-  app.add_option("--pin", o.pins, "Clamp a side (low-x … high-z), vertices (0,4,10-20), box:X0,Y0,Z0,X1,Y1,Z1, a file of vertices, or "
+  app.add_option("--pin", o.pins, "Clamp, place and slope, a side (low-x … high-z), vertices (0,4,10-20), box:X0,Y0,Z0,X1,Y1,Z1, a file of vertices, or "
                                   "a group of the OBJ file; several times for several")
       ->type_name("WHAT");
   app.add_option("--scale", o.scene.scale, "Factor on the mesh's coordinates: 0.01 makes metres of centimetres (1)")->check(positive());
   app.add_option("--up", o.up, "Axis that points upward; gravity is then 9.8 m/s^2 downward unless --gravity says otherwise")
       ->check(CLI::IsMember({"x", "y", "z"}));
   app.add_option("--gravity", o.gravity, "Acceleration, length unit/s^2 (0 0 0, or by --up)")->type_name("X Y Z")->check(number());
-  app.add_option("--wind", o.wind, "Velocity of the air, of 1.2 kg/m^3")->type_name("X Y Z")->check(number());
+  app.add_option("--wind", o.wind, "Velocity of the air, of 1.2 kg/m^3; it is steady, so that a shell that is damped leans and comes to rest")->type_name("X Y Z")->check(number());
   app.add_option("--handle", o.handles, "Lead a vertex: V:DX,DY,DZ@SECONDS with further offsets behind ':' and free@SECONDS to let go; V is "
-                                        "a vertex, a side or a group, and a file of lines 'time x y z' may stand for the offsets")
+                                        "a vertex, a side, a group or nearest:X,Y,Z, and a file of lines 'time x y z' may stand for the offsets")
       ->type_name("V:PATH");
   app.add_option("--collider", o.colliders, "A solid that the shell touches: plane:z=HEIGHT, sphere:R@X,Y,Z, capsule:R,HALF_LENGTH@X,Y,Z (along z), "
                                             "box:HX,HY,HZ@X,Y,Z, hull:FILE@X,Y,Z or mesh:FILE@X,Y,Z; behind ':' friction=F, thickness=T, and "
@@ -296,6 +296,14 @@ void apply_sheet(const SimulateOptions &o, Material &m) {
   m.volume_density = o.volume_density.value_or(m.volume_density);
 }
 
+// What people call a unit of so many metres.
+std::string unit_name(double metres) {
+  const std::pair<double, const char *> known[] = {{1, "m"}, {0.1, "dm"}, {0.01, "cm"}, {0.001, "mm"}, {0.0254, "in"}, {0.3048, "ft"}};
+  for (const auto &[size, name] : known)
+    if (std::fabs(metres - size) < 1e-9 * size) return name;
+  return "";
+}
+
 int simulate_mesh(SimulateOptions &o) {
   apply_sheet(o, o.scene.material);
   add_supports(o.fixed, false, o.scene);
@@ -320,6 +328,7 @@ int simulate_mesh(SimulateOptions &o) {
   o.scene.name = std::filesystem::path(o.scene.mesh_path).stem().string();
   o.scene.title = o.scene.name;
   o.scene.frame_rate = 1 / o.step;
+  o.scene.length_unit = unit_name(o.scene.metres_per_unit);
   apply_options(o.run, o.scene);
   return run_shells({o.scene.name, o.scene.title, {o.scene}, {}}, o.run);
 }
@@ -363,7 +372,9 @@ int run_command_line(int argc, char **argv) {
   add_simulate_options(*simulate, simulate_options);
 
   CLI::App *check = app.add_subcommand("check", "Say what is wrong with a mesh");
+  double check_scale = 1;
   check->add_option("mesh", mesh_path, "OBJ, OFF or PLY file")->required();
+  check->add_option("--scale", check_scale, "Factor on the mesh's coordinates, as of simulate (1)")->check(positive());
 
   ProxyCommand proxy_command;
   CLI::App *proxy = app.add_subcommand("proxy", "Make a mesh to simulate in a file's place, and tell how near it comes");
@@ -393,7 +404,7 @@ int run_command_line(int argc, char **argv) {
     std::printf("scene: %s\nrun it: %s run %s --view\n", new_path.c_str(), argv[0], new_path.c_str());
     return 0;
   }
-  if (check->parsed()) return check_mesh(mesh_path);
+  if (check->parsed()) return check_mesh(mesh_path, check_scale);
   if (proxy->parsed()) return run_proxy_command(proxy_command);
   if (simulate->parsed()) return simulate_mesh(simulate_options);
   SceneFile file = read_scene_file(scene_path);

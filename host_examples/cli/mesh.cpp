@@ -5,6 +5,7 @@
 #include "text_lines.hpp"
 
 #include <algorithm>
+#include <cstdio>
 #include <cctype>
 #include <cmath>
 #include <limits>
@@ -100,6 +101,11 @@ double longest_side(const Mesh &mesh) {
   double longest = 0;
   for (std::size_t k = 0; k < 3; ++k) longest = std::max(longest, box.high[k] - box.low[k]);
   return longest;
+}
+
+void print_doubt_of_unit(const std::string &path, const Mesh &mesh) {
+  if (const double longest = longest_side(mesh); longest > kLongestInMetres)
+    std::printf("%s: %.4g across: lengths are metres, so --scale 0.01 (scale) if these are centimetres, --scale 0.001 if millimetres\n", path.c_str(), longest);
 }
 
 uint32_t nearest_vertex(const std::array<double, 3> &point, const Mesh &mesh) {

@@ -74,6 +74,8 @@ Bounds bounds(const Mesh &mesh);
 // Of that box. A mesh that is longer is taken for one in centimetres.
 double longest_side(const Mesh &mesh);
 constexpr double kLongestInMetres = 10;
+// Says so, and what to do.
+void print_doubt_of_unit(const std::string &path, const Mesh &mesh);
 
 // An end of the mesh along an axis.
 struct Side {

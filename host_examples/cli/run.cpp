@@ -25,6 +25,7 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <set>
 #include <stdexcept>
 
 namespace cli {
@@ -65,41 +66,62 @@ int run_comparison(const Scene &scene, const Mesh &mesh, const RunOptions &optio
   return tell_violations(violations(scene, run));
 }
 
-// The last frame's error, estimated. The run is whole without it: where there is no estimate, the table says why.
-void certify(const Scene &scene, const RunOptions &options, const shellwarp::State &state, uint32_t n_vertices,
-             Run &run) {
+// Whether errors are estimated: not of the full shell, nor where nobody would read them.
+bool is_judged(const Scene &scene, const RunOptions &options) {
+  const bool read = !options.quiet || !options.html.empty() || options.view;
+  return read && !options.no_certify && !host::is_full_shell(scene.method);
+}
+
+// Frames between the first and the last, ascending: the most displaced, and others evenly up to `most`.
+std::vector<std::size_t> judged_frames(const Run &run, std::size_t most) {
+  const std::size_t last = run.frames.size() - 1;
+  std::set<std::size_t> chosen;
+  if (last > 1) chosen.insert(static_cast<std::size_t>(&widest_frame(run) - run.frames.data()));
+  for (std::size_t k = 1, n = std::min(most, last); k < n; ++k) chosen.insert(k * last / n);
+  chosen.erase(0);
+  chosen.erase(last);
+  return {chosen.begin(), chosen.end()};
+}
+
+ErrorEstimate estimate_at(const FrameRecord &frame, const SwCertificate &found) {
+  return {frame.report.time, found.error, frame.report.max_displacement};
+}
+
+// The estimate at a few frames before the last one, the most displaced among them. The state is left at the last frame.
+void estimate_errors(const Scene &scene, bool quiet, shellwarp::State &state, uint32_t n_vertices, Run &run) {
+  constexpr uint32_t kMost = 5000;  // a fraction of a second each
+  if (!run.certificate) return;
+  const Watch watch("estimating the errors over time", quiet);
+  for (const std::size_t k : judged_frames(run, n_vertices > kMost ? 1 : 8)) {
+    if (interrupted()) break;
+    const FrameRecord &frame = run.frames[k];
+    go_to(run, frame, scene, state);
+    try {
+      run.estimates.push_back(estimate_at(frame, state.certify()));
+    } catch (const shellwarp::Error &) {  // there is none of this shape
+    }
+  }
+  if (run.frames.size() > 2) go_to(run, run.frames.back(), scene, state);
+  run.estimates.push_back(estimate_at(run.frames.back(), *run.certificate));
+}
+
+// The errors of the last frame and of some before, estimated. The run is whole without: where there is no estimate, the table says why.
+void certify(const Scene &scene, const RunOptions &options, shellwarp::State &state, uint32_t n_vertices, Run &run) {
   constexpr uint32_t kMost = 50000;  // some tens of seconds
-  if (host::is_full_shell(scene.method) || run.interrupted || options.no_certify) return;
-  if (options.quiet && options.html.empty() && !options.view) return;  // nobody would read it
+  if (!is_judged(scene, options) || run.interrupted) return;
   if (!options.certify && n_vertices > kMost) {
     run.uncertified = format("of %u vertices it would take long; --certify estimates it", n_vertices);
     return;
   }
-  const Watch watch("estimating the error", options.quiet);
-  try {
-    run.certificate = state.certify();
-  } catch (const shellwarp::Error &error) {
-    run.uncertified = error.what();
-  }
-}
-
-// The estimate at a few frames beside the last one's, for the page of a small shell. The state is left at the last frame.
-void estimate_errors(const Scene &scene, shellwarp::State &state, uint32_t n_vertices, Run &run) {
-  constexpr uint32_t kMost = 5000;  // a fraction of a second each
-  constexpr std::size_t kFrames = 8;
-  if (!run.certificate) return;
-  const Watch watch("estimating the errors over time", false);
-  const std::size_t last = run.frames.size() - 1, n = n_vertices > kMost ? 1 : std::min(kFrames, last);
-  for (std::size_t k = 1; k < n && !interrupted(); ++k) {
-    const FrameRecord &frame = run.frames[k * last / n];
-    go_to(run, frame, scene, state);
+  {
+    const Watch watch("estimating the error", options.quiet);
     try {
-      run.estimates.push_back({frame.report.time, state.certify().error});
-    } catch (const shellwarp::Error &) {  // there is none of this shape
+      run.certificate = state.certify();
+    } catch (const shellwarp::Error &error) {
+      run.uncertified = error.what();
     }
   }
-  if (n > 1) go_to(run, run.frames.back(), scene, state);
-  run.estimates.push_back({run.frames.back().report.time, run.certificate->error});
+  estimate_errors(scene, options.quiet, state, n_vertices, run);
 }
 
 // A slip of the keyboard should not run for years, or fill the disk.
@@ -120,11 +142,10 @@ void add_method(const Scene &scene, const Mesh &mesh, const std::vector<PlacedHa
   const shellwarp::Model model = precompute(scene, mesh, options.quiet);
   shellwarp::State state = make_state(scene, mesh, model);
   Film film(mesh, n_frames, options.compare.size() + 1);
-  Run run = simulate(scene, n_frames, mesh, handles, state, nullptr, &film, options.quiet);
+  Run run = simulate(scene, n_frames, mesh, handles, state, nullptr, &film, options.quiet, is_judged(scene, options));
   if (run.interrupted) return;
   certify(scene, options, state, mesh.n_vertices(), run);
-  estimate_errors(scene, state, mesh.n_vertices(), run);
-  std::vector<std::string> words = closing_words({scene, model.info(), model.frequencies(), run, {}});
+  std::vector<std::string> words = closing_words({scene, model.info(), model.frequencies(), run, {}, {}, {}, true});
   for (std::string &sentence : words) {
     sentence = std::string(sw_method_label(scene.method)) + " " + sentence;
     if (!options.quiet) std::printf("%s\n", sentence.c_str());
@@ -155,6 +176,7 @@ void bind_render_mesh(const Scene &scene, const shellwarp::Model &model, bool qu
 int run_scene(Scene scene, const RunOptions &options, OutputFolder *folder, Page *page) {
   const uint32_t n_frames = scene.is_static ? 1 : options.frames ? *options.frames : frame_count(scene);
   const Mesh mesh = scene_mesh(scene);
+  if (!options.quiet && scene.length_unit == "m") print_doubt_of_unit(scene.mesh_path, mesh);
   if (!scene.motion_path.empty())
     scene.points = std::make_shared<const MovingPoints>(scene.motion_path, mesh.vertices_of_file(), scene.scale);
   if (mesh.proxy && !options.quiet)
@@ -181,9 +203,8 @@ int run_scene(Scene scene, const RunOptions &options, OutputFolder *folder, Page
   shellwarp::State state = make_state(scene, mesh, model);
   Film film(mesh, page ? n_frames : 0, options.compare.size() + 1);
   Run run = simulate(scene, n_frames, mesh, handles, state, cache ? &*cache : nullptr, page ? &film : nullptr,
-                     options.quiet, folder != nullptr, render ? &*render : nullptr);
+                     options.quiet, folder || is_judged(scene, options), render ? &*render : nullptr);
   certify(scene, options, state, mesh.n_vertices(), run);
-  if (page && !run.interrupted) estimate_errors(scene, state, mesh.n_vertices(), run);
   if (options.plan) std::fputs(state.plan_text(scene.step()).c_str(), stdout);
   if (folder && !run.interrupted) {
     if (cache) cache->close();

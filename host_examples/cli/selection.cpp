@@ -87,6 +87,14 @@ void add_key(const std::string &option, const std::string &part, const std::stri
   keys.push_back({time, {offset[0], offset[1], offset[2]}, {}});
 }
 
+// X,Y,Z behind "nearest", which is taken off the parts.
+std::array<double, 3> read_nearest(const std::string &word, std::vector<std::string> &parts) {
+  const std::vector<double> place = numbers(parts[1], 3);
+  if (place.empty() || parts.size() < 3) refuse("--handle", word, "write nearest:X,Y,Z:PATH, such as nearest:0.1,0,0:0,0,0.1@1");
+  parts.erase(parts.begin());
+  return {place[0], place[1], place[2]};
+}
+
 // How --collider writes each kind, in their order.
 constexpr const char *kForms[] = {"plane:z=HEIGHT", "sphere:R@X,Y,Z", "capsule:R,HALF_LENGTH@X,Y,Z", "box:HX,HY,HZ@X,Y,Z",
                                   "hull:FILE@X,Y,Z", "mesh:FILE@X,Y,Z"};
@@ -199,6 +207,7 @@ Handle read_path(const std::string &word, std::vector<std::string> &inputs) {
   Handle handle;
   uint32_t vertex = 0;
   if (parse_whole(parts[0], vertex)) handle.vertex = vertex;
+  else if (parts[0] == "nearest") handle.nearest = read_nearest(word, parts);
   else if (handle.side = find_side(parts[0]); !handle.side) handle.group = parts[0];
   parts.erase(parts.begin());
   if (parts.size() == 1 && is_file(parts[0])) {

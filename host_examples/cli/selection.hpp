@@ -29,7 +29,7 @@ uint32_t middle_vertex(const std::vector<uint32_t> &vertices, const Mesh &mesh);
 // A file that is read is added to `inputs`.
 Support read_pin(const std::string &word, std::vector<std::string> &inputs);
 
-// What --handle takes: V:PATH, where V is a vertex, a side (its middle) or a group, and PATH is a file of lines "time x y z" or offsets
+// What --handle takes: V:PATH, where V is a vertex, a side (its middle), a group, or nearest:X,Y,Z, and PATH is a file of lines "time x y z" or offsets
 // DX,DY,DZ@SECONDS with ':' between; seconds count 1, 2, 3 … where left out, and free@SECONDS lets go.
 Handle read_path(const std::string &word, std::vector<std::string> &inputs);
 

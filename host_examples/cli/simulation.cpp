@@ -104,6 +104,17 @@ uint32_t frame_count(const Scene &scene) {
   return static_cast<uint32_t>(frames);
 }
 
+const FrameRecord &widest_frame(const Run &run) {
+  const auto nearer = [](const FrameRecord &a, const FrameRecord &b) { return a.report.max_displacement < b.report.max_displacement; };
+  return *std::max_element(run.frames.begin(), run.frames.end(), nearer);
+}
+
+double largest_step_error(const Run &run) {
+  double largest = 0;
+  for (const FrameRecord &f : run.frames) largest = std::max(largest, f.report.step_error);
+  return largest;
+}
+
 void go_to(const Run &run, const FrameRecord &frame, const Scene &scene, shellwarp::State &state) {
   const double seconds = scene.is_static && frame.frame > 0 ? scene.duration : frame.report.time;
   run.supports->bring_rest(seconds, state);

@@ -35,9 +35,9 @@ struct HandleFigures {
   uint32_t iterations = 0;                                 // the most in one step
 };
 
-// What the certificate said of a frame: the error of its displacement.
+// What the certificate said of a frame: the error of its displacement, of which the largest is told.
 struct ErrorEstimate {
-  double seconds, error;
+  double seconds, error, displacement;
 };
 
 struct Run {
@@ -45,7 +45,7 @@ struct Run {
   uint64_t steps = 0;
   std::optional<SwCertificate> certificate;  // of the last frame
   std::string uncertified;                   // why there is none, if there should be one
-  std::vector<ErrorEstimate> estimates;      // of a few frames, for a page
+  std::vector<ErrorEstimate> estimates;      // of a few frames, the last one's behind
   double step_seconds = 0, position_seconds = 0;
   HandleFigures handles;
   std::optional<SwEquilibriumReport> equilibrium;  // of a static scene
@@ -57,6 +57,12 @@ struct Run {
   bool all_finite = true;
   bool interrupted = false;
 };
+
+// Of the largest displacement.
+const FrameRecord &widest_frame(const Run &run);
+
+// The largest that any frame's last step tells of itself, length.
+double largest_step_error(const Run &run);
 
 // Brings a state to a frame: what was saved, and what a save has not, a rest shape that moves and how colliders are deformed.
 void go_to(const Run &run, const FrameRecord &frame, const Scene &scene, shellwarp::State &state);

@@ -152,9 +152,7 @@ void print_motion(const Scene &scene, const SwModelInfo &info, const Run &run) {
   row("displacement at the end", format("%.6g %s", run.frames.back().report.max_displacement, unit));
   row("largest local rotation", format("%.3f rad", rotation));
   if (const uint64_t early = run.frames.back().report.unconverged_steps) row("steps not converged", count(early));
-  const auto wrong = [](const FrameRecord &a, const FrameRecord &b) { return a.report.step_error < b.report.step_error; };
-  const double step_error = std::max_element(run.frames.begin(), run.frames.end(), wrong)->report.step_error;
-  if (step_error > 0) row("a step is off by at most", format("%.1e %s, estimated", step_error, unit));
+  if (const double step_error = largest_step_error(run); step_error > 0) row("a step is off by at most", format("%.1e %s, estimated", step_error, unit));
   row("frames turned too far",
       count(static_cast<uint64_t>(std::count_if(run.frames.begin(), run.frames.end(),
                                                 [](const FrameRecord &f) { return !f.report.turn_in_range; }))));

@@ -23,6 +23,7 @@ struct Summary {
   std::vector<SwFrontPoint> front;  // of a method that was chosen for the scene
   CreaseLists creases{};
   std::vector<std::string> warnings{};  // of the library, while it made the model
+  bool compared = false;  // beside another method, whose reader needs no other one
 };
 
 // The figures to stdout; a third column holds another's figures where the scene states them.

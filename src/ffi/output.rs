@@ -54,8 +54,9 @@ pub struct SwStateReport {
     pub support_miss: f64,
     /// Largest change of an edge's length from the mesh to the rest shape that sw_state_move_rest sent last, a share; 0 without one.
     pub rest_stretch: f64,
-    /// Estimate of what the last step of a reduced or polynomial shell got wrong by its length, from its own stages: root mean square displacement by
-    /// mass, length. It falls with the cube of the step, with the square where the shell touches. Errors of steps add up at most, and
+    /// Estimate of what the last step of a reduced, polynomial or full shell got wrong by its length: root mean square displacement by
+    /// mass, length. Of reduced shells it is from their own stages, and falls with the cube of the step, with the square where the shell touches.
+    /// Of the full shell it is h²/2 times the acceleration, and falls with the square. Errors of steps add up at most, and
     /// damping takes them back. Not of fields or loads, which sw_state_certify tells. 0 before a step and for other methods.
     pub step_error: f64,
 }

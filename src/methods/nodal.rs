@@ -39,6 +39,8 @@ struct Nodal {
     force: Vec<Vec3>,
     /// u and the velocity before the step.
     before: [Vec<Vec3>; 2],
+    /// Of the step that led from `before` to u; 0 where none did.
+    stepped: f64,
 }
 
 /// At rest, undamped. Fails when memory does not suffice for the factorization's analysis.
@@ -59,6 +61,7 @@ pub fn build(model: &Model, method: Method) -> Result<Box<dyn Motion>> {
         velocity: zeros.clone(),
         force: zeros.clone(),
         before: [zeros.clone(), zeros],
+        stepped: 0.0,
     }))
 }
 
@@ -179,6 +182,7 @@ impl Motion for Nodal {
             velocity: self.velocity.clone(),
             force: self.force.clone(),
             before: self.before.clone(),
+            stepped: self.stepped,
         }))
     }
 
@@ -187,12 +191,14 @@ impl Motion for Nodal {
         self.velocity.fill(Vec3::zeros());
         self.constraints.reset();
         self.iterations = 0;
+        self.stepped = 0.0;
         if let Some(made) = self.shell.energy.yielding().map(|energy| energy.made().clone()) {
             self.set_rest_angles(&made);
         }
     }
 
     fn stop(&mut self) {
+        self.stepped = 0.0;
         self.velocity.fill(Vec3::zeros());
     }
 
@@ -203,7 +209,9 @@ impl Motion for Nodal {
         if stepped.is_err() {
             self.u.copy_from_slice(&self.before[0]);
             self.velocity.copy_from_slice(&self.before[1]);
+            self.stepped = 0.0;
         } else {
+            self.stepped = h;
             self.yield_creases();
         }
         stepped
@@ -221,6 +229,7 @@ impl Motion for Nodal {
         }
         self.constraints.accept(0.0);
         self.u = found.displacement;
+        self.stepped = 0.0;
         self.velocity.fill(Vec3::zeros());
         self.yield_creases();
         Ok((found.residual, found.iterations))
@@ -231,6 +240,7 @@ impl Motion for Nodal {
         if !self.is_within_range(u, rate) {
             return Err(Error::new(ErrorKind::Numerical, "the pose is beyond all range"));
         }
+        self.stepped = 0.0;
         for v in self.shell.free.iter().map(|v| *v as usize) {
             (self.u[v], self.velocity[v]) = (u[v], rate[v]);
         }
@@ -280,6 +290,7 @@ impl Motion for Nodal {
     }
 
     fn set_unknowns(&mut self, unknowns: [&[f64]; 2]) {
+        self.stepped = 0.0;
         for (field, numbers) in [&mut self.u, &mut self.velocity].into_iter().zip(unknowns) {
             field.iter_mut().zip(numbers.chunks_exact(3)).for_each(|(to, from)| to.copy_from_slice(from));
         }
@@ -373,6 +384,14 @@ impl Motion for Nodal {
     fn energies(&self) -> (f64, f64) {
         let x: Vec<Vec3> = self.shell.mesh.positions.iter().zip(&self.u).map(|(x, u)| x + u).collect();
         (self.shell.energy.value(&x), self.solver.kinetic_energy(&self.velocity))
+    }
+
+    /// Both of Euler's methods take the acceleration's part of a step for twice or none of what it is, h²/2 ü, and h ü is what the velocity
+    /// has changed by.
+    fn step_error(&self) -> f64 {
+        let changes: Vec<Vec3> = self.velocity.iter().zip(&self.before[1]).map(|(now, before)| now - before).collect();
+        let squares = 2.0 * self.solver.kinetic_energy(&changes);
+        0.5 * self.stepped * (squares / self.shell.total_mass).sqrt()
     }
 
     fn plan(&self, around: &Around) -> Vec<Part> {

@@ -27,6 +27,8 @@ pub struct OwnWeight {
     pub turns: f64,
     /// Of the mesh, metres.
     size: f64,
+    /// It falls or swings freely, so that it bends by its weight in part or not at all.
+    freely: bool,
 }
 
 impl OwnWeight {
@@ -51,15 +53,22 @@ impl OwnWeight {
         }
         let told = |x: f64| x.min(f64::MAX);
         let (moves, size) = (told(moves / model.shell.mesh.size), model.shell.mesh.size * metres_per_unit);
-        Self { metres_per_unit, gravity, moves, turns: if modal.is_linear() { 0.0 } else { told(turns) }, size }
+        Self {
+            metres_per_unit,
+            gravity,
+            moves,
+            turns: if modal.is_linear() { 0.0 } else { told(turns) },
+            size,
+            freely: modal.zero_modes > 0,
+        }
     }
 
     /// What it says against the unit, if anything.
     pub fn doubt(&self) -> Option<String> {
-        let Self { metres_per_unit, moves, turns, size, .. } = *self;
+        let Self { metres_per_unit, moves, turns, size, freely, .. } = *self;
         let within = size / libm::cbrt(6.0 * turns);
         let unit = format!("the mesh is {size:.2e} m wide by metres_per_unit {metres_per_unit:?}");
-        if moves > 0.0 && moves < UNMOVED {
+        if moves > 0.0 && moves < UNMOVED && !freely {
             return Some(format!(
                 "its own weight moves the shell by {moves:.1e} of its size at most: are lengths in metres? {unit}"
             ));
@@ -75,7 +84,7 @@ mod tests {
     use super::*;
 
     fn doubt(size: f64, moves: f64, turns: f64) -> Option<String> {
-        OwnWeight { metres_per_unit: 1.0, gravity: EARTH, moves, turns, size }.doubt()
+        OwnWeight { metres_per_unit: 1.0, gravity: EARTH, moves, turns, size, freely: false }.doubt()
     }
 
     /// Turns by L³/(6 ℓ³) of a metre of cloth (ℓ = 2 cm), of a plastic bag (1 cm) and of a leaf of 10 cm that is 10 m wide by a mistake.
@@ -88,5 +97,8 @@ mod tests {
         assert!(doubt(0.1, 8e-6, 1e-5).unwrap().contains("are lengths in metres"));
         assert_eq!(doubt(0.1, 2e-5, 1e-5), None);
         assert_eq!(doubt(0.1, 0.0, 0.0), None, "nothing swings: nothing is known");
+        let falling =
+            OwnWeight { metres_per_unit: 1.0, gravity: EARTH, moves: 1e-12, turns: 0.0, size: 0.1, freely: true };
+        assert_eq!(falling.doubt(), None, "what falls is not bent");
     }
 }

@@ -28,7 +28,7 @@ pub struct Report {
     pub fraction_turned_too_far: f64,
     /// Steps of a reduced shell since creation or reset whose search ended short of its tolerance.
     pub unconverged_steps: u64,
-    /// What the last step of a reduced shell got wrong: a root mean square displacement by mass.
+    /// What the last step of a reduced or full shell got wrong: a root mean square displacement by mass.
     pub step_error: f64,
 }
 

@@ -15,3 +15,4 @@ mod comparison;
 mod correction;
 mod mixed;
 mod reference;
+mod step_error;

@@ -27,7 +27,13 @@ function errorsAgainst(track, truth) {
   return motion.times.map((t, f) => [t, scale ? (100 * apart(track, truth, f)) / scale : 0]);
 }
 
-const plots = [];
+/** How far a track is off the full shell's own motion, in words. */
+function offWords(track, points) {
+  const worst = points.reduce((a, b) => (b[1] > a[1] ? b : a));
+  return `${track.label}: up to ${number(worst[1])} % off the full shell's own motion, at ${number(worst[0])} s. It holds what adds up over time, by the steps of both; an estimate is of one moment.`;
+}
+
+const plots = [], comparisons = [];
 
 function plot(title, curves) {
   const [wide, tall, left, right, top, bottom] = [300, 132, 44, 6, 6, 20];
@@ -60,7 +66,9 @@ function fillAside(player) {
     const judged = here.filter((t) => t !== truth && (truth || t.estimates.length > 0));
     if (!judged.length) continue;
     const curves = judged.map((t) => ({ colour: t.colour, dots: !truth, points: truth ? errorsAgainst(t, truth) : t.estimates }));
-    if (curves[0].points.length > 1) plot(truth ? `Error against the full shell${of}, %` : `Error${of}, estimated, %`, curves);
+    if (curves[0].points.length < 2) continue;
+    plot(truth ? `Off the full shell's motion${of}, % of its largest displacement` : `Error of single moments${of}, estimated, % of the displacement then`, curves);
+    if (truth) judged.forEach((t, k) => comparisons.push(offWords(t, curves[k].points)));
   }
   const list = element("methods");
   list.append(html("h2", "", shells.length > 1 && methods.length < 2 ? "Shells" : methods.length > 1 ? "Methods" : "Method"));
@@ -83,7 +91,8 @@ function fillAside(player) {
     loads.append(row);
   }
   const words = element("words");
-  if (motion.words.length) words.append(html("h2", "", "What it says"), ...motion.words.map((w) => html("p", "", w)));
+  const said = [...motion.words, ...comparisons];
+  if (said.length) words.append(html("h2", "", "What it says"), ...said.map((w) => html("p", "", w)));
   for (const { svg, left, right, wide } of plots) {
     const go = (e) => { const r = svg.getBoundingClientRect(), at = ((e.clientX - r.left) / r.width) * wide; player.pause(); player.seek(last * Math.min(1, Math.max(0, (at - left) / (wide - left - right)))); };
     svg.addEventListener("pointerdown", (e) => { svg.setPointerCapture(e.pointerId); go(e); });
