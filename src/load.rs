@@ -9,6 +9,7 @@
 //!
 //! It turns with the shell because n̂ is the deformed normal.
 
+use crate::energy::Mat3;
 use crate::error::{Result, require_finite, require_non_negative};
 use crate::features::Feature;
 use crate::support::{Passage, Pose, Rates};
@@ -116,8 +117,8 @@ pub struct Loads {
 pub enum External<'a> {
     /// Forces (world axes) on some vertices, perhaps none, and the rotation into frame axes.
     OnSome(&'a [(u32, Vec3)], UnitQuaternion<f64>),
-    /// A force on every vertex (n_vertices, frame axes).
-    OnAll(&'a [Vec3]),
+    /// A force on every vertex (n_vertices, frame axes), and its [`Wind`]'s drag, if that is wanted.
+    OnAll(&'a [Vec3], &'a [Mat3]),
 }
 
 impl<'a> External<'a> {
@@ -125,7 +126,15 @@ impl<'a> External<'a> {
     pub fn on_all(self) -> Option<&'a [Vec3]> {
         match self {
             Self::OnSome(..) => None,
-            Self::OnAll(forces) => Some(forces),
+            Self::OnAll(forces, _) => Some(forces),
+        }
+    }
+
+    /// What the force on each vertex loses by a unit of its velocity; empty where there is none.
+    pub fn drag(self) -> &'a [Mat3] {
+        match self {
+            Self::OnSome(..) => &[],
+            Self::OnAll(_, drag) => drag,
         }
     }
 
@@ -133,7 +142,7 @@ impl<'a> External<'a> {
     pub fn point_forces(self) -> impl Iterator<Item = (u32, Vec3)> + 'a {
         let (forces, rotation) = match self {
             Self::OnSome(forces, rotation) => (forces, rotation),
-            Self::OnAll(_) => (&[][..], UnitQuaternion::identity()),
+            Self::OnAll(..) => (&[][..], UnitQuaternion::identity()),
         };
         forces.iter().map(move |(v, force)| (*v, rotation * force))
     }
@@ -216,6 +225,14 @@ impl Loads {
         Feature::Wind.is_built_in() && self.wind.is_some()
     }
 
+    /// Sets `out` (n_vertices, world axes) to what the wind's force on each vertex loses by a unit of its velocity.
+    pub fn evaluate_drag(&self, mesh: &Mesh, moving: &Moving, out: &mut [Mat3]) {
+        out.fill(Mat3::zeros());
+        if let (true, Some(wind)) = (Feature::Wind.is_built_in(), &self.wind) {
+            mesh.triangles.iter().for_each(|t| wind.resist(t, moving, out));
+        }
+    }
+
     /// Sets `out` (n_vertices, world axes) to the forces on the configuration.
     pub fn evaluate(&self, mesh: &Mesh, moving: &Moving, out: &mut [Vec3]) {
         out.fill(Vec3::zeros());
@@ -231,18 +248,43 @@ impl Loads {
 impl Wind {
     /// Adds the force on one triangle.
     fn press(&self, t: &[u32; 3], moving: &Moving, out: &mut [Vec3]) {
-        let corners = t.map(|v| v as usize);
-        let [a, b, c] = corners.map(|v| moving.x[v]);
-        let double_area = (b - a).cross(&(c - a));
-        let area = 0.5 * double_area.norm();
-        let Some(normal) = double_area.try_normalize(0.0) else { return };
-        let mean = |field: &[Vec3]| corners.iter().map(|v| field[*v]).sum::<Vec3>() / 3.0;
-        let local = if self.local.is_empty() { Vec3::zeros() } else { mean(&self.local) };
-        let relative = self.velocity + local - mean(moving.v);
-        let across = normal * relative.dot(&normal);
-        let along = relative - across;
+        let Some(Stream { corners, area, across, along, .. }) = self.stream(t, moving) else { return };
         let drag = self.normal_drag * across.norm() * across + self.tangential_drag * along.norm() * along;
         let share = drag * (0.5 * self.density * area / 3.0);
         corners.iter().for_each(|v| out[*v] += share);
     }
+
+    /// Adds what the force on one triangle loses by a unit of its velocity, a third at each corner.
+    fn resist(&self, t: &[u32; 3], moving: &Moving, out: &mut [Mat3]) {
+        let Some(Stream { corners, area, normal, across, along }) = self.stream(t, moving) else { return };
+        let (out_of_plane, speed) = (normal * normal.transpose(), along.norm());
+        let stretched = if speed > 0.0 { along * along.transpose() / speed } else { Mat3::zeros() };
+        let drag = 2.0 * self.normal_drag * across.norm() * out_of_plane
+            + self.tangential_drag * (speed * (Mat3::identity() - out_of_plane) + stretched);
+        let share = drag * (0.5 * self.density * area / 3.0);
+        corners.iter().for_each(|v| out[*v] += share);
+    }
+
+    /// The air past a triangle; none past one without area.
+    fn stream(&self, t: &[u32; 3], moving: &Moving) -> Option<Stream> {
+        let corners = t.map(|v| v as usize);
+        let [a, b, c] = corners.map(|v| moving.x[v]);
+        let double_area = (b - a).cross(&(c - a));
+        let area = 0.5 * double_area.norm();
+        let normal = double_area.try_normalize(0.0)?;
+        let mean = |field: &[Vec3]| corners.iter().map(|v| field[*v]).sum::<Vec3>() / 3.0;
+        let local = if self.local.is_empty() { Vec3::zeros() } else { mean(&self.local) };
+        let relative = self.velocity + local - mean(moving.v);
+        let across = normal * relative.dot(&normal);
+        Some(Stream { corners, area, normal, across, along: relative - across })
+    }
+}
+
+/// The air's velocity past a triangle, across it and along it.
+struct Stream {
+    corners: [usize; 3],
+    area: f64,
+    normal: Vec3,
+    across: Vec3,
+    along: Vec3,
 }

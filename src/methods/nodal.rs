@@ -98,6 +98,7 @@ impl Nodal {
         self.solver.join(acting.points.cloned());
         self.pass_constraints(acting.axes.frame)?;
         self.solver.share_damping(&self.factors);
+        self.solver.resist(acting.external.drag());
         let Self { solver, explicit, damping, u, velocity, force, .. } = self;
         let iterations = if *explicit {
             solver.symplectic_euler(u, velocity, force, *damping, h)?;

@@ -41,8 +41,8 @@ impl Solver {
         self.place(u);
         self.origin.copy_from_slice(&self.x);
         let scale = self.force_scale(velocity, forces, h);
-        let Self { shell, newton, origin, x, constraints, points, damped, .. } = &mut *self;
-        let step = Some(Step { h, velocity, damping, damped });
+        let Self { shell, newton, origin, x, constraints, points, damped, drag, .. } = &mut *self;
+        let step = Some(Step { h, velocity, damping, damped, drag });
         let points = Self::points(points);
         let potential = Potential { shell, origin, load: forces, step, constraints: &Constraints::none(), points };
         potential.free().for_each(|v| x[v] += h * velocity[v]);
@@ -59,8 +59,8 @@ impl Solver {
             return Err(Error::new(ErrorKind::Numerical, message));
         }
         if !self.constraints.is_empty() {
-            let Self { shell, origin, x, constraints, points, damped, .. } = &*self;
-            let step = Some(Step { h, velocity, damping, damped });
+            let Self { shell, origin, x, constraints, points, damped, drag, .. } = &*self;
+            let step = Some(Step { h, velocity, damping, damped, drag });
             let mut gradient = vec![Vec3::zeros(); x.len()];
             let points = Self::points(points);
             Potential { shell, origin, load: forces, step, constraints, points }.whole_gradient(x, &mut gradient);

@@ -30,6 +30,7 @@ pub use orientation::{Ring, vertex_rotations};
 pub use sag::{sagged, settled};
 
 use crate::constraint::Outcome;
+use crate::energy::Mat3;
 use crate::error::{require_finite, require_non_negative};
 use crate::point_energy::{InFrame, PointEnergy};
 use crate::{Error, Result, Shell, Vec3};
@@ -56,6 +57,8 @@ pub struct Solver {
     points: Option<InFrame>,
     /// What ξ is multiplied by at each vertex, or none.
     damped: Arc<[f64]>,
+    /// What loads lose by a unit of a vertex' velocity, or none.
+    drag: Vec<Mat3>,
     /// Groups of vertices that the newton's pattern couples for orientations.
     coupled: Vec<Vec<u32>>,
     /// What became of them, and their work.
@@ -82,6 +85,7 @@ impl Solver {
             constraints,
             points: None,
             damped: Arc::default(),
+            drag: vec![],
             coupled,
             outcomes,
             constraint_work: 0.0,
@@ -140,6 +144,12 @@ impl Solver {
     /// What ξ is multiplied by at each vertex in the steps that follow; none for 1.
     pub fn share_damping(&mut self, factors: &Arc<[f64]>) {
         self.damped.clone_from(factors);
+    }
+
+    /// What the loads of the next steps lose by a unit of each vertex' velocity (n_vertices, frame axes); none for nothing.
+    pub fn resist(&mut self, drag: &[Mat3]) {
+        self.drag.clear();
+        self.drag.extend_from_slice(drag);
     }
 
     fn points(points: &Option<InFrame>) -> Option<&dyn PointEnergy> {

@@ -336,10 +336,10 @@ impl Newton {
     }
 
     /// Moves each component that floats, without a constraint or an energy on it, so that Δ gives it the momentum that the forces ask for. Elastic and viscous forces do
-    /// not change with translations and cancel in the sum; only inertia resists. So this changes nothing but what was lost:
+    /// not change with translations and cancel in the sum; only inertia resists, and the air where there is wind, which takes what is lost. So this changes nothing but what was lost:
     /// to the shifts above, or to rounding where the stiffness is beyond 1e16 m/h².
     fn balance_momenta(&mut self, potential: &Potential) {
-        let Some(step) = potential.step else { return };
+        let Some(step) = potential.step.filter(|step| step.drag.is_empty()) else { return };
         let (shell, sums) = (potential.shell, &mut self.momenta);
         sums.fill((Vec3::zeros(), 0.0));
         let component = |v: usize| shell.mesh.component[v] as usize;

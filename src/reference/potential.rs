@@ -1,12 +1,13 @@
 //! The potential whose minimum is an equilibrium, or the end of an implicit step from x₀ (d = x − x₀, ‖d‖²_M = dᵀMd):
 //!
-//! Φ(x) = E(x) − F·d + ‖d − h u̇‖²_M/(2h²) + ξ ‖d‖²_M/(2h) + ζ Σ (b(x₀)·d)²/(2h)
+//! Φ(x) = E(x) − F·d + ‖d − h u̇‖²_M/(2h²) + ‖d − h u̇‖²_D/(2h) + ξ ‖d‖²_M/(2h) + ζ Σ (b(x₀)·d)²/(2h)
 //!
-//! and the energies of the [`Constraints`] and of what joins besides. Its gradient is zero where M (u̇⁺ − u̇)/h + C(x₀) u̇⁺ + ∇E(x) = F with u̇⁺ = d/h. An equilibrium has the first two terms.
+//! D is the wind's: F − D (d/h − u̇) is its force at the step's end, to first order. Without it a light sheet in a strong wind overshoots in every
+//! step. And the energies of the [`Constraints`] and of what joins besides. Its gradient is zero where M (u̇⁺ − u̇)/h + D (u̇⁺ − u̇) + C(x₀) u̇⁺ + ∇E(x) = F with u̇⁺ = d/h. An equilibrium has the first two terms.
 
 use super::constraints::Constraints;
 use super::{Rayleigh, add_viscous_force};
-use crate::energy::Curvature;
+use crate::energy::{Curvature, Mat3};
 use crate::point_energy::PointEnergy;
 use crate::sparse::BlockMatrix;
 use crate::{Shell, Vec3};
@@ -37,6 +38,8 @@ pub struct Step<'a> {
     pub damping: Rayleigh,
     /// What ξ is multiplied by at each vertex, or none.
     pub damped: &'a [f64],
+    /// D: what F loses by a unit of each vertex' velocity, or none.
+    pub drag: &'a [Mat3],
 }
 
 impl Potential<'_> {
@@ -81,6 +84,9 @@ impl Potential<'_> {
             if let Some(s) = self.step {
                 let rate = (x[v] - self.origin[v]) / s.h;
                 gradient[v] += self.shell.mass[v] * ((rate - s.velocity[v]) / s.h + s.xi(v) * rate);
+                if let Some(drag) = s.drag.get(v) {
+                    gradient[v] += drag * (rate - s.velocity[v]);
+                }
             }
         }
         if let Some(s) = self.step.filter(|s| s.damping.stiffness > 0.0) {
@@ -143,6 +149,12 @@ impl Potential<'_> {
         for (i, v) in self.free().enumerate() {
             matrix.add_diagonal(i, self.shell.mass[v] * s.inertia_of_mass(v));
         }
+        if !s.drag.is_empty() {
+            for v in self.shell.free.iter().copied() {
+                let block = s.drag[v as usize] / s.h;
+                matrix.add_element(&[v], |_, _| self.constraints.projected(v, block, v));
+            }
+        }
         if s.damping.stiffness > 0.0 {
             let weight = s.damping.stiffness / s.h;
             self.shell.energy.visit_rows(self.origin, &mut |(vertices, row)| {
@@ -183,6 +195,8 @@ impl Step<'_> {
     /// The inertia and mass damping of one vertex.
     fn inertia(&self, (v, mass): (usize, f64), d: &Vec3) -> f64 {
         let h = self.h;
-        0.5 * mass * ((d / h - self.velocity[v]).norm_squared() + self.xi(v) * d.norm_squared() / h)
+        let change = d / h - self.velocity[v];
+        let resisted = self.drag.get(v).map_or(0.0, |drag| 0.5 * h * change.dot(&(drag * change)));
+        0.5 * mass * (change.norm_squared() + self.xi(v) * d.norm_squared() / h) + resisted
     }
 }

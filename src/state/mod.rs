@@ -14,6 +14,7 @@ mod switch;
 
 use crate::constraint::{Constraint, ConstraintSet, Outcome};
 use crate::contact::{Contacts, Obstacle};
+use crate::energy::Mat3;
 use crate::error::{require_finite, require_non_negative};
 use crate::load::{BodyLoad, External, Loads, Moving, Wind};
 pub use crate::methods::plan::{Part, PartKind};
@@ -43,12 +44,13 @@ pub enum Space {
 }
 
 /// Room for loads on all vertices: positions and velocities for wind, forces first in world, then in frame axes (n_vertices each,
-/// or empty).
+/// or empty). The full shell alone has the wind's drag.
 #[derive(Clone, Default)]
 struct LoadScratch {
     x: Vec<Vec3>,
     v: Vec<Vec3>,
     force: Vec<Vec3>,
+    drag: Vec<Mat3>,
 }
 
 /// See the module's text.
@@ -97,7 +99,7 @@ fn has_settled(force: &[Vec3], last: &[Vec3]) -> bool {
 fn external<'a>(loads: &'a Loads, scratch: &'a LoadScratch, model: &Model, axes: &Axes) -> External<'a> {
     match loads.point_forces(model.shell.mass.len()) {
         Some(forces) if axes.each.is_none() => External::OnSome(forces, axes.frame.rotation.inverse()),
-        _ => External::OnAll(&scratch.force),
+        _ => External::OnAll(&scratch.force, &scratch.drag),
     }
 }
 
@@ -279,9 +281,13 @@ impl State {
         let n = self.model.shell.mass.len();
         let on_all = if self.moving_rest.is_some() || self.loads.point_forces(n).is_none() { n } else { 0 };
         let moving = if self.moving_rest.is_some() || self.loads.needs_motion() { n } else { 0 };
-        if (self.scratch.force.len(), self.scratch.x.len()) != (on_all, moving) {
+        let resisting = self.moving_rest.is_none() && self.motion.is_full_shell() && self.loads.needs_motion();
+        let resisting = if resisting { n } else { 0 };
+        let LoadScratch { x, force, drag, .. } = &self.scratch;
+        if (force.len(), x.len(), drag.len()) != (on_all, moving, resisting) {
             let room = |n: usize| crate::error::try_zeroed::<Vec3>("the loads", n);
-            self.scratch = LoadScratch { x: room(moving)?, v: room(moving)?, force: room(on_all)? };
+            let drag = crate::error::try_zeroed::<Mat3>("the wind's drag", resisting)?;
+            self.scratch = LoadScratch { x: room(moving)?, v: room(moving)?, force: room(on_all)?, drag };
         }
         Ok(())
     }
@@ -512,6 +518,10 @@ impl State {
         let moving = Moving { x: &scratch.x, v: &scratch.v };
         self.loads.evaluate(&self.model.shell.mesh, &moving, &mut scratch.force);
         scratch.force.iter_mut().for_each(|f| *f = rotation.inverse() * *f);
+        if !scratch.drag.is_empty() {
+            self.loads.evaluate_drag(&self.model.shell.mesh, &moving, &mut scratch.drag);
+            scratch.drag.iter_mut().for_each(|d| *d = rotation.inverse() * *d * rotation);
+        }
     }
 
     /// Moves to the static solution under the present loads and constraints, at rest in the frame where it is set to be and as it moves

@@ -353,7 +353,7 @@ impl State {
         } else {
             let Self { motion, moving_rest, scratch, .. } = self;
             let axes = Axes { frame: &pose, each: moving_rest.as_ref().map(|rest| rest.axes()) };
-            let external = External::OnAll(&scratch.force);
+            let external = External::OnAll(&scratch.force, &[]);
             let acting =
                 Acting { load: &load, external, points: None, supports: None, axes, passage: None, again: false };
             motion.step(&acting, h)?;
@@ -391,7 +391,7 @@ impl State {
         let Self { motion, moving_rest, scratch, gravity, loads, model, .. } = self;
         let Some(rest) = moving_rest else { return };
         let MovingRest { next, speed, coming, force, .. } = &mut **rest;
-        let LoadScratch { x, v: rate_of, force: out } = scratch;
+        let LoadScratch { x, v: rate_of, force: out, .. } = scratch;
         let mass = &model.shell.mass;
         motion.visit_motion(&mut |v, u, rate| {
             let (arm, rate) = (next.turn[v] * u, next.turn[v] * rate);

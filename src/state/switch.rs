@@ -33,14 +33,12 @@ impl State {
         let set = self.motion.constraints().clone();
         next.change(|own| *own = set);
         let before = std::mem::replace(&mut self.motion, next);
-        let damped = self.apply_damping(&self.damping.clone());
-        if damped.is_err() {
-            self.motion = before;
-        }
-        if damped.is_ok() {
-            self.make_room_for_contacts();
+        let changed = self.apply_damping(&self.damping.clone()).and_then(|()| self.make_room());
+        match changed {
+            Ok(()) => self.make_room_for_contacts(),
+            Err(_) => self.motion = before,
         }
         self.rest.wake();
-        damped
+        changed
     }
 }

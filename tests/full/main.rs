@@ -16,3 +16,4 @@ mod correction;
 mod mixed;
 mod reference;
 mod step_error;
+mod wind;

@@ -3,7 +3,7 @@
 use crate::common::*;
 use nalgebra::UnitQuaternion;
 use shellwarp::constraint::{Constraint, Target};
-use shellwarp::load::Wind;
+use shellwarp::load::{Loads, Moving, Wind};
 use shellwarp::model::{Model, Options, Precision};
 use shellwarp::state::{Damping, Method, State};
 use shellwarp::step::Integrator;
@@ -127,6 +127,39 @@ fn wind_presses_with_half_rho_c_a_v_squared() {
     let (a, b) = (blown.amplitudes().unwrap().0, pressed.amplitudes().unwrap().0);
     for k in 0..12 {
         assert_close(&format!("mode {k}"), a[k], b[k], 1e-12, b[0].abs());
+    }
+}
+
+/// By finite differences, of corners that move alike: the sum over them is the derivative of the whole force.
+#[test]
+fn drag_is_what_the_winds_force_loses_by_the_velocity() {
+    let (positions, triangles) = equilateral_sheet(1, 1, 0.1);
+    let mesh = Mesh::new(positions.clone(), &triangles).unwrap();
+    let turned = UnitQuaternion::from_euler_angles(0.3, -0.7, 0.2);
+    let x: Vec<Vec3> = positions.iter().map(|x| turned * x).collect();
+    let n = x.len();
+    for tangential_drag in [0.0, 0.4] {
+        let mut loads = Loads::default();
+        let velocity = Vec3::new(1.0, -2.0, 5.0);
+        loads
+            .set_wind(Wind { velocity, density: 1.2, normal_drag: 1.1, tangential_drag, ..Wind::default() }, n)
+            .unwrap();
+        let total = |v: Vec3| {
+            let mut force = vec![Vec3::zeros(); n];
+            loads.evaluate(&mesh, &Moving { x: &x, v: &vec![v; n] }, &mut force);
+            force.iter().sum::<Vec3>()
+        };
+        let at = Vec3::new(0.2, 0.1, -0.3);
+        let mut drag = vec![nalgebra::Matrix3::zeros(); n];
+        loads.evaluate_drag(&mesh, &Moving { x: &x, v: &vec![at; n] }, &mut drag);
+        let drag = drag.iter().sum::<nalgebra::Matrix3<f64>>();
+        for axis in 0..3 {
+            let mut step = Vec3::zeros();
+            step[axis] = 1e-6;
+            let slope = (total(at - step) - total(at + step)) / 2e-6;
+            let off = (slope - drag.column(axis)).norm() / drag.norm();
+            assert!(off < 1e-8, "axis {axis}, along the face {tangential_drag}: {off}"); // rounding of 1e-16 over 1e-6, twice
+        }
     }
 }
 
