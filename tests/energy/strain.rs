@@ -83,7 +83,7 @@ fn the_modal_force_is_the_gradient_of_the_loads_work() {
         let loads: Vec<Vec3> =
             model.shell.mass.iter().map(|_| Vec3::from_fn(|_, _| rng.random_range(-1.0..1.0))).collect();
         let rest = vec![0.0; q.len()];
-        let force = modal_force(model, &no_load(), External::OnAll(&loads), &q, &rest);
+        let force = modal_force(model, &no_load(), External::OnAll(&loads, &[]), &q, &rest);
         let largest = force.iter().map(|f| f.abs()).fold(0.0, f64::max);
         let mut work = |q: &[f64]| -> f64 {
             state.set_amplitudes(q, &rest).unwrap();
@@ -114,7 +114,7 @@ fn sums_taken_ahead_those_over_few_vertices_and_those_over_all_are_the_same() {
     let each: Vec<(u32, Vec3)> = (0..).zip(weight.iter().copied()).collect();
     let none = External::OnSome(&[], Default::default());
     let ahead = modal_force(model, &load, none, &q, &q_dot);
-    let over_all = modal_force(model, &no_load(), External::OnAll(&weight), &q, &q_dot);
+    let over_all = modal_force(model, &no_load(), External::OnAll(&weight, &[]), &q, &q_dot);
     let over_some = modal_force(model, &no_load(), External::OnSome(&each, Default::default()), &q, &q_dot);
     assert_same("ahead", &ahead, &over_all, 1e-12); // sums of 369 terms
     assert_same("some", &over_some, &over_all, 1e-12);
@@ -140,7 +140,7 @@ fn loads_of_a_turning_frame_are_those_on_every_vertex_and_do_the_power_of_its_ra
     });
     let none = External::OnSome(&[], Default::default());
     let force = modal_force(model, &load, none, &q, &q_dot);
-    assert_same("spin", &force, &modal_force(model, &no_load(), External::OnAll(&on_vertices), &q, &q_dot), 1e-12);
+    assert_same("spin", &force, &modal_force(model, &no_load(), External::OnAll(&on_vertices, &[]), &q, &q_dot), 1e-12);
     let on_modes: f64 = force.iter().zip(&q_dot).map(|(f, v)| f * v).sum();
     assert_close("power", on_modes, power, 1e-11, 0.0);
 }
