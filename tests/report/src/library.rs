@@ -111,6 +111,8 @@ pub struct Sheet {
     pub map: Option<(u32, Vec<f64>)>,
     /// Edges, and what their stiffness is multiplied by.
     pub creases: Vec<([u32; 2], f64)>,
+    /// Young's modulus across a direction, and the direction; `young` is along it.
+    pub grain: Option<(f64, [f64; 3])>,
 }
 
 /// A solid about its origin.
@@ -187,6 +189,10 @@ impl Library {
         }
         let (edges, factors): (Vec<[u32; 2]>, Vec<f64>) = sheet.creases.iter().copied().unzip();
         (c.creases, c.crease_factors, c.n_creases) = (edges.as_ptr().cast(), factors.as_ptr(), edges.len() as u32);
+        if let Some((across, direction)) = &sheet.grain {
+            (c.young_across, c.directions, c.n_directions) = (*across, direction.as_ptr().cast(), 1);
+            c.direction_format = SW_FORMAT_F64;
+        }
         self.model_of(mesh, &c, fixed, modes, false, fields)
     }
 

@@ -41,7 +41,7 @@ const USAGE: &str = "usage: shellwarp-report --library FILE [--out DIR] [--viewe
   --smoke    a few seconds, for tests
   --fresh    forget the reference runs of earlier reports
   --stability  only the map of where each method holds; with --docs also stability.md
-  --group    of that map only these cells, such as contact; writes no page
+  --group    of that map only these cells, such as contact; with --docs its rows of stability.md
   --kernels  only the plots of the DIR/kernels.csv that `make bench` leaves; with --docs they go there
   --cli      the command-line program, for the comparison of 32 and 64 bits
   --precompute  only time one precompute of so many vertices, and print it as JSON";
@@ -206,7 +206,7 @@ fn run() -> Result<()> {
     if o.stability {
         let library = library::Library::open(&o.library)?;
         if let Some(group) = &o.group {
-            return stability::run_group(&library, group, &o.out);
+            return stability::run_group(&library, group, &o.out, o.docs.as_deref());
         }
         return stability::run(&library, o.cli.as_deref(), &here.join("../scenes"), &o.out, o.docs.as_deref());
     }

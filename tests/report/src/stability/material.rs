@@ -1,4 +1,4 @@
-//! Sheets that vary strongly, and creases: thickness and Young's modulus along a strip, hinges along its middle.
+//! Sheets that vary strongly, creases and grain: thickness and Young's modulus along a strip, hinges along its middle, moduli that differ by direction.
 
 use super::cases::{STILL, by_the_shell, common, settling, strip};
 use super::trial::{Cell, End, Judge, Problem, distance, judged};
@@ -17,7 +17,7 @@ const SAG: f64 = 1e-9;
 /// A sheet as stiff and heavy as the plain strip of the other groups.
 fn sheet() -> Sheet {
     let young = 12.0 * 6.0 / THICKNESS.powi(3);
-    Sheet { young, thickness: THICKNESS, density: 1.0 / THICKNESS, map: None, creases: vec![] }
+    Sheet { young, thickness: THICKNESS, density: 1.0 / THICKNESS, map: None, creases: vec![], grain: None }
 }
 
 /// Deflection of a beam clamped at 0 under its weight, by its rigidity and mass at a place: the closed form, integrated in small steps.
@@ -131,8 +131,58 @@ fn creases(library: &Library) -> Vec<Cell> {
     [0.0, 1e-6, 1e-3, 1e3, 1e6].iter().flat_map(of).collect()
 }
 
+/// A strip as stiff along itself as the plain one, and by another modulus across, Huber's shear modulus between them: a beam of the modulus along it.
+/// The shear of such a sheet gives by (thickness/length)²·E/G of that, 1e-4 at most.
+fn grain(library: &Library) -> Vec<Cell> {
+    let base = strip(8);
+    let length = base.mesh.length();
+    let beam = Beam::new(length, |_| 6.0, |_| 1.0);
+    let (stiffer, gravity) = ((SWING / beam.swing).powi(2), SAG * length * (SWING / beam.swing).powi(2) / beam.tip());
+    let hung = |p: &[f64; 3]| [p[0], p[1], -gravity / stiffer * beam.at(p[0])];
+    let expected: Vec<[f64; 3]> = base.mesh.positions.iter().map(hung).collect();
+    let along = Sheet { young: sheet().young * stiffer, ..sheet() };
+    let off = |end: &End, expected: &[[f64; 3]]| distance(&end.positions, expected, &base.mesh.positions, 1e-12);
+    let with = |young: f64, across: f64, direction: [f64; 3]| Problem {
+        sheet: Some(Sheet { grain: Some((across, direction)), ..Sheet { young, ..along.clone() } }),
+        gravity: [0.0, 0.0, -gravity],
+        ..base.clone()
+    };
+    let shell = method("shell_implicit");
+    let mut cells = vec![];
+    for contrast in [1e-4, 1e-2, 1e2, 1e4] {
+        let p = with(along.young, along.young * contrast, [1.0, 0.0, 0.0]);
+        // By steps, as the contrasts above.
+        let settled = Problem { steps: settling(shell), ..p.clone() }.run(library, shell, STILL);
+        let of_mesh = settled.map_or_else(|e| e.to_string(), |end| format!("{:.1} % off", 100.0 * off(&end, &expected)));
+        let error = |end: &End| Ok(off(end, &expected));
+        let reason = |_: &Method, _: &End| format!("the mesh's: a triangle that bends along bends a little across; the nonlinear shell is {of_mesh}");
+        let judge = Judge { name: "beam theory", tolerance: 0.05, error: &error, reason: &reason, bound: 100.0 };
+        for m in common() {
+            let p = Problem { steps: settling(m), ..p.clone() };
+            let key = ("material", format!("Young's modulus across × {contrast:e}"));
+            cells.push(judged(library, key, m, &p, STILL, &judge));
+        }
+    }
+    // At 45 degrees what bends also twists, and the clamp holds it: no closed form.
+    for contrast in [1e-4, 1e-2, 1e2, 1e4] {
+        let young = along.young * f64::max(1.0, 1.0 / contrast); // the lesser modulus is the plain strip's
+        let p = with(young, young * contrast, [1.0, 1.0, 0.0]);
+        let settled = Problem { steps: settling(shell), ..p.clone() }.run(library, shell, STILL);
+        let error = |end: &End| settled.as_ref().map(|known| off(end, &known.positions)).map_err(|e| anyhow::anyhow!("{e}"));
+        let reason = |_: &Method, _: &End| "its modes or fields".to_owned();
+        let judge = Judge { name: "nonlinear shell by steps, linear load", tolerance: 0.05, error: &error, reason: &reason, bound: 100.0 };
+        for m in common().filter(|m| m.family != Family::Shell) {
+            let p = Problem { steps: settling(m), ..p.clone() };
+            let key = ("material", format!("at 45°, Young's modulus across × {contrast:e}"));
+            cells.push(judged(library, key, m, &p, STILL, &judge));
+        }
+    }
+    cells
+}
+
 pub fn all(library: &Library) -> Vec<Cell> {
     let mut cells = contrasts(library);
+    cells.extend(grain(library));
     cells.extend(creases(library));
     cells
 }

@@ -47,10 +47,13 @@ pub fn run(library: &Library, cli: Option<&Path>, scenes: &Path, out: &Path, doc
     check(&map.cells, out)
 }
 
-/// The cells of one group alone: stability.csv.
-pub fn run_group(library: &Library, group: &str, out: &Path) -> Result<()> {
+/// The cells of one group alone: stability.csv, and its rows in `docs` when given.
+pub fn run_group(library: &Library, group: &str, out: &Path, docs: Option<&Path>) -> Result<()> {
     let cells = cases::of_group(library, group)?;
     page::table(&cells).write(out)?;
+    if let Some(docs) = docs {
+        page::replace(docs, group, &cells)?;
+    }
     check(&cells, out)
 }
 

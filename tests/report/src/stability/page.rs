@@ -98,3 +98,47 @@ pub fn write(docs: &Path, map: &Map) -> Result<()> {
     std::fs::write(docs.join("stability.md"), filled(TEMPLATE, &parts))?;
     Ok(())
 }
+
+/// The rows of one group in a page that is there, which has them in its first two tables.
+pub fn replace(docs: &Path, group: &str, cells: &[Cell]) -> Result<()> {
+    let path = docs.join("stability.md");
+    let fresh = [overview(cells), exceptions(cells)].map(|t| t.markdown());
+    let text = with_rows(&std::fs::read_to_string(&path)?, group, &fresh)?;
+    std::fs::write(path, text)?;
+    Ok(())
+}
+
+/// Where the group's rows stand in each of the tables, those of the fresh tables instead.
+fn with_rows(page: &str, group: &str, fresh: &[String; 2]) -> Result<String> {
+    let start = format!("| {group} |");
+    let (mut text, mut tables, mut inside) = (String::new(), 0, false);
+    for line in page.lines() {
+        let is_row = tables < fresh.len() && line.starts_with(&start);
+        if is_row && !inside {
+            text.extend(fresh[tables].lines().skip(2).map(|row| format!("{row}\n"))); // behind its head
+            tables += 1;
+        }
+        inside = inside && line.starts_with(&start) || is_row;
+        if !inside {
+            text += line;
+            text.push('\n');
+        }
+    }
+    anyhow::ensure!(tables == fresh.len(), "{tables} of {} tables have rows of {group}: remake the whole page", fresh.len());
+    Ok(text)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::with_rows;
+
+    #[test]
+    fn only_the_rows_of_a_group_are_replaced() {
+        let head = "| group |\n| --- |\n";
+        let page = format!("a\n{head}| x | 1 |\n| y | 2 |\n| y | 3 |\n| z | 4 |\n\n{head}| y | 5 |\nend | y | 6 |\n");
+        let fresh = [format!("{head}| y | 7 |\n"), format!("{head}| y | 8 |\n| y | 9 |\n")];
+        let expected = format!("a\n{head}| x | 1 |\n| y | 7 |\n| z | 4 |\n\n{head}| y | 8 |\n| y | 9 |\nend | y | 6 |\n");
+        assert_eq!(with_rows(&page, "y", &fresh).unwrap(), expected);
+        assert!(with_rows(&page, "x", &fresh).unwrap_err().to_string().contains("1 of 2 tables"));
+    }
+}
