@@ -22,6 +22,7 @@ SIZE = (400, 320)
 LEAF, VEIN, CARD = (104, 168, 84), (208, 220, 150), (222, 196, 150)
 ROWS, COLUMNS = 49, 21                   # of the leaf, along and across
 LONG, WIDE = 0.12, 0.05                  # of the leaf, m
+CURL = 0.013                             # radius that it is rolled to across, without a stretch, m
 HAT = Path(__file__).resolve().parents[2] / "tests" / "data" / "meshes" / "character_hat.obj"
 
 END = """[simulation]
@@ -49,6 +50,14 @@ thickness = 1.2e-3
 [[material.crease]]
 list = "fold.txt"
 angle_degrees = -25
+"""
+CURLED = """rest_shape = "curled.obj"
+[[material.region]]
+list = "side.txt"
+thickness = 5e-4
+[[material.region]]
+list = "middle.txt"
+thickness = 8e-4
 """
 CARD_SCENE = """mesh = "card.obj"
 [[support]]
@@ -93,11 +102,13 @@ def write_list(path, rows):
 
 
 def make_leaf(folder):
-    """A flat leaf along x, and its veins: the middle, and side veins along the diagonals. Returns the triangles and the veins' vertices."""
+    """A flat leaf along x, the same rolled up along its length, and its veins: the middle, and side veins along the diagonals. Returns the triangles and the veins' vertices."""
     s, t = np.meshgrid(np.linspace(0, 1, ROWS), np.linspace(-1, 1, COLUMNS), indexing="ij")
     half = WIDE / 2 * (0.08 + 0.92 * np.sin(np.pi * np.clip(0.02 + 0.96 * s, 0, 1)) ** 0.8)
     points = np.stack([LONG * s, half * t, 0 * s], axis=-1).reshape(-1, 3)
     write_mesh(folder / "leaf.obj", points, grid(ROWS, COLUMNS))
+    x, y = points[:, 0], points[:, 1]
+    write_mesh(folder / "curled.obj", np.stack([x, CURL * np.sin(y / CURL), CURL * (1 - np.cos(y / CURL))], axis=-1), grid(ROWS, COLUMNS))
     middle = COLUMNS // 2
     ridge = [i * COLUMNS + middle for i in range(ROWS)]
     side = [(i + k) * COLUMNS + middle + sign * k for i in range(4, ROWS - 10, 6) for k in range(1, middle) for sign in (-1, 1) if i + k < ROWS]
@@ -155,9 +166,9 @@ def draw_leaf_and_card(cli, folder, out):
     colors = np.tile(np.array(LEAF), (2, ROWS * COLUMNS, 1))  # of vertices, and between them
     colors[1, veins] = VEIN
     leaves = [(shape(cli, folder, name, LEAF_SCENE + more, down), words)
-              for name, more, words in (("plain", "", "a leaf of one thickness"), ("veined", VEINS, "thicker veins, folded by 25°"))]
+              for name, more, words in (("plain", "", "a leaf of one thickness"), ("veined", VEINS, "thicker veins, folded by 25°"), ("curled", CURLED, "thicker veins, rests curled"))]
     view, level = view_of([points for points, _ in leaves], 2, azimuth=-50, elevation=24)
-    panels = [panel(view, [(points, triangles, colors[k][triangles])], level, words) for k, (points, words) in enumerate(leaves)]
+    panels = [panel(view, [(points, triangles, colors[min(k, 1)][triangles])], level, words) for k, (points, words) in enumerate(leaves)]
     faces = make_card(folder)
     card = shape(cli, folder, "card", CARD_SCENE, down)
     halves = [(card, half, CARD) for half in np.split(faces, 2)]  # each shaded by itself, so that the fold is sharp
