@@ -124,7 +124,11 @@ fn with_rows(page: &str, group: &str, fresh: &[String; 2]) -> Result<String> {
             text.push('\n');
         }
     }
-    anyhow::ensure!(tables == fresh.len(), "{tables} of {} tables have rows of {group}: remake the whole page", fresh.len());
+    anyhow::ensure!(
+        tables == fresh.len(),
+        "{tables} of {} tables have rows of {group}: remake the whole page",
+        fresh.len()
+    );
     Ok(text)
 }
 
@@ -137,7 +141,8 @@ mod tests {
         let head = "| group |\n| --- |\n";
         let page = format!("a\n{head}| x | 1 |\n| y | 2 |\n| y | 3 |\n| z | 4 |\n\n{head}| y | 5 |\nend | y | 6 |\n");
         let fresh = [format!("{head}| y | 7 |\n"), format!("{head}| y | 8 |\n| y | 9 |\n")];
-        let expected = format!("a\n{head}| x | 1 |\n| y | 7 |\n| z | 4 |\n\n{head}| y | 8 |\n| y | 9 |\nend | y | 6 |\n");
+        let expected =
+            format!("a\n{head}| x | 1 |\n| y | 7 |\n| z | 4 |\n\n{head}| y | 8 |\n| y | 9 |\nend | y | 6 |\n");
         assert_eq!(with_rows(&page, "y", &fresh).unwrap(), expected);
         assert!(with_rows(&page, "x", &fresh).unwrap_err().to_string().contains("1 of 2 tables"));
     }
