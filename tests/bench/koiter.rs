@@ -8,6 +8,8 @@ mod common;
 mod obstacles;
 #[path = "../common/plates.rs"]
 mod plates;
+#[path = "koiter_shapes.rs"]
+mod shapes;
 #[path = "koiter_sheets.rs"]
 mod sheets;
 
@@ -213,6 +215,7 @@ fn main() {
     paper();
     arch();
     obstacles::print();
+    shapes::print();
     cantilever();
     sheets::print();
 }

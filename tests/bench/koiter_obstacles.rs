@@ -3,37 +3,20 @@
 //! Belytschko and others, "Stress projection for membrane and shear locking in shell finite elements" (1985), put these three together.
 //! Here diaphragms and what holds a body without a force are single coordinates that stay.
 
-use super::plates::{FAMILIES, Family, Sheet, rectangle};
+use super::plates::{FAMILIES, Family, Sheet, closed, rectangle};
 use super::{Material, Mesh, Vec3, name};
 use faer::prelude::*;
 use faer::sparse::{SparseColMat, Triplet};
 use shellwarp::energy::{Curvature, Energy, discrete_shell, koiter};
 use shellwarp::material::ElasticSheet;
-use std::collections::HashMap;
 use std::f64::consts::PI;
 
 /// A shell, its loads (n_vertices), the coordinates that stay, and where it is looked at along which direction.
-struct Problem {
-    sheet: Sheet,
-    load: Vec<Vec3>,
-    stays: Vec<usize>,
-    seen: Vec<(usize, Vec3)>,
-}
-
-/// Merges the vertices at x = `width` with those at 0.
-fn closed((positions, triangles): Sheet, width: f64) -> Sheet {
-    let mut known: HashMap<[i64; 2], u32> = HashMap::new();
-    let (mut kept, mut index) = (vec![], vec![]);
-    for x in positions {
-        let at = Vec3::new(if x.x > width * (1.0 - 1e-9) { 0.0 } else { x.x }, x.y, 0.0);
-        let key = [at.x, at.y].map(|c| (c / width * 1e7).round() as i64);
-        index.push(*known.entry(key).or_insert_with(|| {
-            kept.push(at);
-            kept.len() as u32 - 1
-        }));
-    }
-    let triangles = triangles.iter().map(|t| t.map(|v| index[v as usize])).collect();
-    (kept, triangles)
+pub struct Problem {
+    pub sheet: Sheet,
+    pub load: Vec<Vec3>,
+    pub stays: Vec<usize>,
+    pub seen: Vec<(usize, Vec3)>,
 }
 
 fn nearest(x: &[Vec3], to: Vec3) -> usize {
@@ -102,7 +85,7 @@ fn cylinder(family: Family, n: usize) -> Problem {
 }
 
 /// Displacement along what is looked at.
-fn solved(problem: &Problem, terms: &Vec<Box<dyn Energy>>) -> f64 {
+pub fn solved(problem: &Problem, terms: &Vec<Box<dyn Energy>>) -> f64 {
     let n = 3 * problem.load.len();
     let mut number = vec![usize::MAX; n];
     let mut free = 0;
@@ -133,7 +116,7 @@ fn solved(problem: &Problem, terms: &Vec<Box<dyn Energy>>) -> f64 {
 }
 
 /// The paper's constants that on equilateral triangles of the mesh's mean edge are this sheet's, but for Poisson's ratio.
-fn paper(mesh: &Mesh, sheet: &ElasticSheet) -> Material {
+pub fn paper(mesh: &Mesh, sheet: &ElasticSheet) -> Material {
     let length = |e: &shellwarp::mesh::Edge| {
         (mesh.positions[e.vertices[0] as usize] - mesh.positions[e.vertices[1] as usize]).norm()
     };

@@ -57,6 +57,22 @@ fn squares(nx: usize, ny: usize, width: f64, height: f64, rising: impl Fn(usize,
     (positions, triangles)
 }
 
+/// Merges the vertices at x = `width` with those at 0.
+pub fn closed((positions, triangles): Sheet, width: f64) -> Sheet {
+    let mut known: HashMap<[i64; 2], u32> = HashMap::new();
+    let (mut kept, mut index) = (vec![], vec![]);
+    for x in positions {
+        let at = Vec3::new(if x.x > width * (1.0 - 1e-9) { 0.0 } else { x.x }, x.y, 0.0);
+        let key = [at.x, at.y].map(|c| (c / width * 1e7).round() as i64);
+        index.push(*known.entry(key).or_insert_with(|| {
+            kept.push(at);
+            kept.len() as u32 - 1
+        }));
+    }
+    let triangles = triangles.iter().map(|t| t.map(|v| index[v as usize])).collect();
+    (kept, triangles)
+}
+
 /// Inner vertices moved by up to `jitter` edges along x and y, then flipped until every edge is Delaunay's.
 pub fn jittered(n: usize, width: f64, height: f64, jitter: f64) -> Sheet {
     let (mut positions, mut triangles) = stretched(n, width, height);

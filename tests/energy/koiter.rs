@@ -221,6 +221,80 @@ fn a_cantilever_bends_by_p_l3_over_3_e_i_on_every_mesh() {
     }
 }
 
+/// The bending energy of a square on a cylinder of radius 5, D κ²/2 a unit of area, and of one that is twisted, D (1 − ν) τ².
+#[test]
+fn a_square_on_a_cylinder_or_twisted_has_the_energy_of_a_plate_on_every_mesh() {
+    let (curvature, twist) = (0.2, 1e-3);
+    let sheet = ElasticSheet { thickness: 1e-2, ..THIN };
+    let rigidity = sheet.stiffness()[1];
+    for family in FAMILIES {
+        let energies = |n: usize| {
+            let (flat, triangles) = rectangle(family, n, 1.0, 1.0);
+            let mesh = Mesh::new(flat, &triangles).unwrap();
+            let bending = &koiter(&mesh, &sheet, &[])[1];
+            let value = |shape: &dyn Fn(&Vec3) -> Vec3| -> f64 {
+                bending.value(&mesh.positions.iter().map(shape).collect::<Vec<_>>()) / rigidity
+            };
+            let rolled = |degrees: f64| {
+                let (s, c) = degrees.to_radians().sin_cos();
+                let (across, along) = (Vec3::new(c, s, 0.0), Vec3::new(-s, c, 0.0));
+                let place = move |x: &Vec3| {
+                    let turn = curvature * x.dot(&across);
+                    (across * turn.sin() + Vec3::z() * (1.0 - turn.cos())) / curvature + along * x.dot(&along)
+                };
+                value(&place) / (0.5 * curvature * curvature)
+            };
+            let twisted = value(&|x| Vec3::new(x.x, x.y, twist * x.x * x.y)) / ((1.0 - sheet.poisson) * twist * twist);
+            [rolled(0.0), rolled(30.0), twisted].map(|x| x - 1.0)
+        };
+        let [coarse, fine] = [16, 32].map(energies);
+        println!("{family:?}: {coarse:.4?} {fine:.4?}");
+        for k in [0, 1] {
+            // Triangles at free edges know their bend in part: of first order, 3.4 % at 32 cells. What irregular triangles err by stays.
+            assert!(fine[k].abs() < 0.036 && fine[k].abs() < 0.55 * coarse[k].abs(), "{family:?}: {coarse:?} {fine:?}");
+        }
+        let most = if family == Family::Irregular { 0.02 } else { 1e-3 };
+        assert!(fine[2].abs() < most, "{family:?}: {fine:?}");
+    }
+}
+
+/// A tube of radius 1, 4 long, held at y = 0: under an end moment by axial forces that go as the height, M L²/(2 E π r³ h), and under a torque, T L/(G 2π r³ h).
+#[test]
+fn a_tube_bends_and_twists_as_a_beam_does_on_every_mesh() {
+    let length = 4.0;
+    for (family, twists) in FAMILIES.into_iter().flat_map(|family| [false, true].map(|twists| (family, twists))) {
+        let sheet =
+            ElasticSheet { young: 1.0, poisson: if twists { 0.3 } else { 0.0 }, thickness: 0.01, volume_density: 1.0 };
+        let around = 2.0 * std::f64::consts::PI;
+        let (flat, triangles) = closed(rectangle(family, 32, around, length), around);
+        let positions: Vec<Vec3> = flat.iter().map(|x| Vec3::new(x.x.sin(), x.y, x.x.cos())).collect();
+        let at = |y: f64| (0..flat.len()).filter(|v| (flat[*v].y - y).abs() < 1e-9).collect::<Vec<_>>();
+        let (root, rim) = (at(0.0), at(length));
+        let fixed = root.iter().map(|v| *v as u32).collect();
+        let mesh = Mesh::new(positions.clone(), &triangles).unwrap();
+        let shell = Arc::new(Shell::new(mesh, sheet, &Supports { fixed, ..Default::default() }).unwrap());
+        // So small that it is linear.
+        let pull = 1e-9 * around / rim.len() as f64;
+        let direction = |x: &Vec3| if twists { Vec3::new(x.z, 0.0, -x.x) } else { x.z * Vec3::y() };
+        let mut load = vec![Vec3::zeros(); positions.len()];
+        rim.iter().for_each(|v| load[*v] = pull * direction(&positions[*v]));
+        let options = EquilibriumOptions { tolerance: 1e-9, ..Default::default() };
+        let mut solver = Solver::new(shell).unwrap();
+        let u = solver
+            .equilibrium(&vec![Vec3::zeros(); load.len()], &load, &options, &mut |_| Ok(()))
+            .unwrap()
+            .displacement;
+        let along = |v: usize| if twists { u[v].dot(&direction(&positions[v])) } else { -u[v].z };
+        let found = rim.iter().map(|v| along(*v)).sum::<f64>() / rim.len() as f64;
+        let stiffness = sheet.young * sheet.thickness;
+        let expected = 1e-9 * if twists { length * 2.6 / stiffness } else { 0.5 * length * length / stiffness };
+        println!("{family:?}: {:.2} % off", 100.0 * (found / expected - 1.0));
+        // Eight cells a quarter of the circle, of second order: 0.3 to 1.1 %; irregular ones, where creased, 4.0.
+        let most = if family == Family::Irregular { 0.045 } else { 0.012 };
+        assert_close("end", found, expected, most, 0.0);
+    }
+}
+
 /// A force along z, spread over the edge x = 10 by the lengths that its vertices stand for.
 fn end_load(shell: &Shell, total: f64) -> Vec<Vec3> {
     let x = &shell.mesh.positions;
