@@ -68,6 +68,8 @@ pub struct Stop {
     pub led: bool,
     /// The Hessian of the search before is near enough to begin with.
     pub near: bool,
+    /// What Π's terms are taken for where they are less: of a shell that comes to rest without load they all vanish.
+    pub least: f64,
 }
 
 /// What searches took.

@@ -103,7 +103,7 @@ const DISTRIBUTED: usize = 8;
 /// Elements that the poses are found with, at most.
 const POSE_ELEMENTS: usize = 6000;
 /// When a search for them ends; and one from the shape that is to be found.
-const POSE: Stop = Stop { tolerance: 1e-2, iterations: 40, led: false, near: false };
+const POSE: Stop = Stop { tolerance: 1e-2, iterations: 40, led: false, near: false, least: 0.0 };
 const TRIED: Stop = Stop { iterations: 12, ..POSE };
 /// When one ends that an energy is judged by.
 const JUDGED: Stop = Stop { tolerance: 1e-4, ..POSE };

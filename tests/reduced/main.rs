@@ -22,4 +22,5 @@ mod reduced_handles;
 mod reduced_motion;
 mod reduced_stressed;
 mod step_error;
+mod unloaded;
 mod yielding;

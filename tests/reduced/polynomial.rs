@@ -276,7 +276,7 @@ fn equilibrium(energy: &dyn Elastic, columns: &[Vec<Vec3>], load: &[Vec3]) -> Ve
             energy,
             &Potential::of_load(&part),
             &mut q,
-            Stop { tolerance: 1e-7, iterations: 200, led: false, near: false },
+            Stop { tolerance: 1e-7, iterations: 200, led: false, near: false, least: 0.0 },
         );
     }
     (0..load.len()).map(|v| (0..n).map(|k| q[k] * columns[k][v]).sum()).collect()
@@ -533,7 +533,7 @@ fn stages_that_end_without_a_look_are_balanced_to_what_they_say() {
                 beyond += usize::from(left > TOLERANCE);
                 assert!(end.converged && end.residual <= TOLERANCE);
             } else {
-                let stop = Stop { tolerance: 1e-9, iterations: 60, led: false, near: false };
+                let stop = Stop { tolerance: 1e-9, iterations: 60, led: false, near: false, least: 0.0 };
                 newton.minimize(energy, &potential, &mut next, stop);
             }
             rates = (0..n).map(|i| (next[i] - q[i]) / tau).collect();

@@ -73,7 +73,7 @@ fn plainly_at_rest(model: &Arc<Model>, gravity: Vec3) -> Vec<Vec3> {
         let forces: Vec<Vec3> = shell.mass.iter().map(|m| *m * share * gravity).collect();
         let mut load = vec![0.0; fields.n];
         fields.project(&forces, &mut load);
-        let stop = Stop { tolerance: 1e-7, iterations: 200, led: false, near: false };
+        let stop = Stop { tolerance: 1e-7, iterations: 200, led: false, near: false, least: 0.0 };
         newton.minimize(&energy, &Potential::of_load(&load), &mut q, stop);
     }
     let mut u = vec![Vec3::zeros(); shell.mass.len()];
@@ -146,7 +146,7 @@ fn samples_are_few_and_reproduce_the_rest_stiffness_of_the_modes() {
             &reduced.energy,
             &Potential::of_load(&load),
             &mut q,
-            Stop { tolerance: 1e-10, iterations: 20, led: false, near: false },
+            Stop { tolerance: 1e-10, iterations: 20, led: false, near: false, least: 0.0 },
         );
         // Modes count five times as much as the poses that the samples leave 1 % of.
         assert_close("amplitude", q[k], 1e-6, 0.005, 0.0);

@@ -12,7 +12,7 @@ use crate::reduced::{Joined, Potential, Stop, WithRigid, crossed};
 use crate::{Error, ErrorKind, Result, Vec3};
 use nalgebra::Matrix3;
 
-const REST: Stop = Stop { tolerance: 1e-7, iterations: 100, led: true, near: false };
+const REST: Stop = Stop { tolerance: 1e-7, iterations: 100, led: true, near: false, least: 0.0 };
 /// Shares of the load that are added at once, at first and at least.
 const FIRST_SHARE: f64 = 0.25;
 const LEAST_SHARE: f64 = 1.0 / 64.0;

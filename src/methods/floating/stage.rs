@@ -15,7 +15,7 @@ use crate::{Vec3, rotation};
 use nalgebra::Matrix3;
 
 /// A step moves on at this, an energy of 1e-10 of what the loads do.
-const STEP: Stop = Stop { tolerance: 1e-5, iterations: 20, led: false, near: false };
+const STEP: Stop = Stop { tolerance: 1e-5, iterations: 20, led: false, near: false, least: 0.0 };
 /// What a stage on a smooth energy may leave where it is not looked at.
 const QUICK: f64 = 1.5e-4;
 /// Passes of a stage, at most; and of what a stage moves, what a pass may leave as the last one.

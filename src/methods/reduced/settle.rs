@@ -7,7 +7,7 @@ use crate::reduced::{End, Joined, Potential, Stop};
 use crate::{Error, ErrorKind, Result};
 use nalgebra::DVector;
 
-const REST: Stop = Stop { tolerance: 1e-7, iterations: 200, led: true, near: false };
+const REST: Stop = Stop { tolerance: 1e-7, iterations: 200, led: true, near: false, least: 0.0 };
 /// Of the way's shapes; and so near to the end a search that has not ended goes on from where it is.
 const CLOSE: f64 = 1e-3;
 /// Shares of the load that are added at once on the way to an equilibrium, at first and at least.
@@ -15,6 +15,8 @@ const FIRST_SHARE: f64 = 0.25;
 const LEAST_SHARE: f64 = 1.0 / 64.0;
 /// Newton steps for all shares; none is tried with a smaller one past them.
 const ALL_ITERATIONS: usize = 1000;
+/// Of the shell's size: what a shell without load may be off its rest, as its slowest mode. The last step takes most of that.
+const UNSEEN: f64 = 1e-9;
 /// Rounds about the last shape for the orientations of an equilibrium; they converge quadratically.
 const ROUNDS: usize = 30;
 /// Of the round before, what a round moves at least where it gains nothing. And of the displacement and in rad, what rounding of the
@@ -22,6 +24,38 @@ const ROUNDS: usize = 30;
 /// stiffness of its sheet over that of its bending, at most.
 const STALLED: f64 = 0.5;
 const ROUNDED: f64 = 1e-4;
+
+/// What the terms of Π are taken for where they are less. Under a load they are those at rest. Without one they all vanish there, and what is left is
+/// told by the start, or by the shell's own stiffness.
+struct Still {
+    least: f64,
+    /// By the shell's own stiffness, where nothing loads it; not taken yet.
+    own: f64,
+}
+
+impl Still {
+    /// Of what is set to act, and ∇E at the start.
+    fn of(reduced: &Reduced, at: At, start: &[f64]) -> Self {
+        if at.points.is_some() || reduced.force.iter().any(|f| *f != 0.0) {
+            return Self { least: 0.0, own: 0.0 };
+        }
+        let basis = &reduced.basis;
+        let slowest = basis.eigenvalues.get(basis.zero_modes).copied().unwrap_or(0.0);
+        let unseen = UNSEEN * at.shell.mesh.size / REST.tolerance;
+        let own = slowest * at.shell.total_mass * unseen * unseen;
+        if !reduced.constraints.is_empty() {
+            return Self { least: 0.0, own }; // they may be led far, and then Π's terms tell
+        }
+        let at_start: f64 = reduced.motion.q.iter().zip(start).map(|(q, g)| (q * g).abs()).sum();
+        Self { least: own.max(at_start), own: 0.0 }
+    }
+
+    /// Whether the shell's own measure was not tried yet; it is taken now.
+    fn take_own(&mut self) -> bool {
+        self.least = self.own;
+        std::mem::take(&mut self.own) > 0.0
+    }
+}
 
 impl Reduced {
     /// The static solution under the present loads and constraints, from the present shape; what depends on the shape is taken as there.
@@ -40,6 +74,7 @@ impl Reduced {
             Joined { energy, places: &self.places }.add_gradient(&self.motion.q, &mut self.rates);
         }
         let start = self.rates.clone();
+        let mut still = Still::of(self, at, &start);
         self.last.copy_from_slice(&self.next);
         let (mut done, mut way, mut iterations) = (0.0, FIRST_SHARE, 0);
         let mut torque = DVector::zeros(self.rows.len());
@@ -47,7 +82,7 @@ impl Reduced {
         loop {
             let share = f64::min(done + way, 1.0);
             (0..start.len()).for_each(|k| self.load[k] = start[k] + share * (self.force[k] - start[k]));
-            let end = self.balance(at, share, &mut torque);
+            let end = self.balance(at, (share, still.least), &mut torque);
             iterations += end.iterations;
             let within = self.is_within_range(&self.next, &[]);
             let found = end.converged && within;
@@ -74,6 +109,10 @@ impl Reduced {
                 self.next.copy_from_slice(&self.last);
                 torque.copy_from(&last_torque);
                 way = 0.5 * (share - done);
+            } else if still.take_own() {
+                self.next.copy_from_slice(&self.last);
+                torque.copy_from(&last_torque);
+                (iterations, way) = (0, FIRST_SHARE);
             } else {
                 let message =
                     format!("no equilibrium: the residual is {:.1e} after {iterations} iterations", end.residual);
@@ -83,10 +122,10 @@ impl Reduced {
     }
 
     /// Moves the next q to where the load is balanced, with constraints led by this share of their way: in rounds until orientations
-    /// are held. `torque` are the forces of constraints at the balance before, and then at this one.
-    fn balance(&mut self, at: At, share: f64, torque: &mut DVector<f64>) -> End {
+    /// are held. Π's terms are taken for `least` where they are less. `torque` are the forces of constraints at the balance before, and then at this one.
+    fn balance(&mut self, at: At, (share, least): (f64, f64), torque: &mut DVector<f64>) -> End {
         let turned = self.holds_orientations();
-        let stop = if share < 1.0 { Stop { tolerance: CLOSE, ..REST } } else { REST };
+        let stop = Stop { tolerance: if share < 1.0 { CLOSE } else { REST.tolerance }, least, ..REST };
         let (mut iterations, mut last_moved) = (0, f64::INFINITY);
         let mut end = End { converged: false, iterations: 0, residual: 0.0 };
         for _ in 0..ROUNDS {

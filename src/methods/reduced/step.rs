@@ -26,7 +26,7 @@ use crate::{Error, ErrorKind, Result};
 const GAMMA: f64 = 1.0 - std::f64::consts::FRAC_1_SQRT_2;
 const ONWARD: f64 = 1.0 + std::f64::consts::SQRT_2;
 /// A step moves on at this, an energy of 1e-10 of what the loads do; the Newton step that shows it is still taken.
-const STEP: Stop = Stop { tolerance: 1e-5, iterations: 20, led: false, near: false };
+const STEP: Stop = Stop { tolerance: 1e-5, iterations: 20, led: false, near: false, least: 0.0 };
 /// What a stage on a smooth energy may leave where it is not looked at: a part of the error of the step itself.
 const QUICK: f64 = 1.5e-4;
 /// Of the largest shape that the polynomial was trained on, how near a guess is.

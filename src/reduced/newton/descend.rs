@@ -42,7 +42,7 @@ impl Newton {
         }
         for iterations in 0..stop.iterations {
             let before = way.residual;
-            let Some(slope) = self.turn(energy, potential, q, (stop.tolerance, &mut way)) else {
+            let Some(slope) = self.turn(energy, potential, q, (stop, &mut way)) else {
                 if way.ventures > 0 {
                     q.copy_from_slice(&self.mark);
                 }
@@ -86,11 +86,11 @@ impl Newton {
         energy: &dyn Elastic,
         potential: &Potential,
         q: &[f64],
-        (tolerance, way): (f64, &mut Descent),
+        (stop, way): (Stop, &mut Descent),
     ) -> Option<f64> {
-        let of = |(slope, scale): (f64, f64)| (-slope / scale).max(0.0).sqrt();
+        let of = |(slope, scale): (f64, f64)| (-slope / scale.max(stop.least)).max(0.0).sqrt();
         let mut found = self.find_direction(energy, potential, q, way.near);
-        if way.near && found.is_none_or(|found| of(found) > (CHORD * way.residual).max(tolerance)) {
+        if way.near && found.is_none_or(|found| of(found) > (CHORD * way.residual).max(stop.tolerance)) {
             way.near = false;
             found = self.find_direction(energy, potential, q, way.near);
         }
