@@ -1149,6 +1149,28 @@ SwStatus sw_state_set_damping(struct SwState *state,
 SwStatus sw_state_set_stiffness(struct SwState *state,
                                 double factor);
 
+// Sets the factor of sw_state_set_stiffness by which the slowest mode that swings has this
+// frequency: the square of what it is over the frequency of sw_model_frequencies. *factor is then
+// that factor; `factor` may be NULL.
+// Errors: SW_ERROR_INVALID_ARGUMENT, also where no mode swings or the factor is outside of its
+// range; SW_ERROR_BUSY.
+SwStatus sw_state_set_frequency(struct SwState *state,
+                                double hertz,
+                                double *factor);
+
+// Sets the factor of sw_state_set_stiffness by which the shell sags so far: the vertex that moves
+// furthest is then `length` from where it rests without load, in the equilibrium of the present
+// gravity and loads. The state is there then, as after sw_state_equilibrium. By the state's own
+// method, and so as near as that is: take SW_METHOD_SHELL_IMPLICIT for a stiffness that all methods
+// share. Takes three to six equilibria, more where the first are not found. `tolerance` is relative
+// to `length`; 0 = 0.01. *factor is then that factor; `factor` may be NULL. Allocates. Errors,
+// which change nothing: SW_ERROR_INVALID_ARGUMENT, also where nothing moves or no factor is found
+// by which it sags so far; as sw_state_equilibrium.
+SwStatus sw_state_set_sag(struct SwState *state,
+                          double length,
+                          double tolerance,
+                          double *factor);
+
 // Sets where the support frame is at the end of the next step; call it before each step while the
 // frame moves. It stays where it is when not called. The first call after creation or reset, before
 // any step, simply places the frame.
@@ -2147,7 +2169,8 @@ typedef struct SwEquilibriumReport {
   // Fixed-point or Newton iterations.
   uint32_t iterations;
   // |q - f(q)/lambda| / |q| of a modal method, |F - dE/dx| / |F| of a nonlinear shell, of the
-  // reduced one in its fields.
+  // reduced one in its fields. Of nonlinear shells without load it is relative to the start's, or
+  // to the shell's own stiffness.
   double residual;
 } SwEquilibriumReport;
 

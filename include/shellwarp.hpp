@@ -427,6 +427,18 @@ public:
     check(sw_state_deform_collider(get(), collider, flags, SW_FORMAT_F32, positions, 0, n_vertices));
   }
   void set_stiffness(double factor) { check(sw_state_set_stiffness(get(), factor)); }
+  /* Sets the stiffness by which the slowest mode that swings has this frequency; returns the factor. */
+  double set_frequency(double hertz) {
+    double factor = 0;
+    check(sw_state_set_frequency(get(), hertz, &factor));
+    return factor;
+  }
+  /* Sets the stiffness by which the shell sags so far under the present loads, where the state then is; returns the factor. */
+  double set_sag(double length, double tolerance = 0) {
+    double factor = 0;
+    check(sw_state_set_sag(get(), length, tolerance, &factor));
+    return factor;
+  }
   void set_rest_tolerance(double length) { check(sw_state_set_rest_tolerance(get(), length)); }
   void step(double seconds) { check(sw_state_step(get(), seconds)); }
 

@@ -228,7 +228,7 @@ void add_sheet_options(CLI::App &app, SimulateOptions &o) {
       ->check(number());
   app.add_option("--poisson", o.poisson, "Poisson's ratio, above -1 and at most 0.5")->check(number());
   app.add_option("--volume-density", o.volume_density, "Mass a volume, kg/m^3")->check(number());
-  for (const char *constant : {"--k-area", "--k-length", "--k-bend", "--frequency", "--density"})
+  for (const char *constant : {"--k-area", "--k-length", "--k-bend", "--frequency", "--sag", "--density"})
     for (const char *sheet : {"--material", "--young", "--poisson", "--volume-density"})
       app.get_option(sheet)->excludes(app.get_option(constant));
 }
@@ -272,7 +272,13 @@ void add_simulate_options(CLI::App &app, SimulateOptions &o) {
       ->excludes("--k-area")
       ->excludes("--k-length")
       ->excludes("--k-bend");
-  app.add_option("--thickness", o.thickness, "Of the sheet; with --frequency: how much rather it bends than stretches (a 200th of the size)")
+  app.add_option("--sag", o.scene.material.sag, "How far the shell hangs down at rest under gravity, the vertex that moves furthest; in place of the three stiffnesses")
+      ->check(positive())
+      ->excludes("--k-area")
+      ->excludes("--k-length")
+      ->excludes("--k-bend")
+      ->excludes("--frequency");
+  app.add_option("--thickness", o.thickness, "Of the sheet; with --frequency or --sag: how much rather it bends than stretches (a 200th of the size)")
       ->check(positive());
   app.add_option("--density", o.scene.material.density, "Mass an area (1)")->check(number());
   add_sheet_options(app, o);
@@ -288,8 +294,8 @@ void apply_sheet(const SimulateOptions &o, Material &m) {
   if (!o.preset.empty()) set_preset(o.preset, o.scene.metres_per_unit, m);
   if (m.sheet && o.preset.empty() && !(o.young && o.poisson && o.thickness && o.volume_density))
     throw std::runtime_error("a sheet needs --young, --poisson, --thickness and --volume-density, or --material");
-  if (!m.sheet && o.thickness && !(m.frequency > 0))
-    throw std::runtime_error("--thickness goes with --frequency, or with --young or --material");
+  if (!m.sheet && o.thickness && !m.by_look())
+    throw std::runtime_error("--thickness goes with --frequency or --sag, or with --young or --material");
   m.young = o.young.value_or(m.young);
   m.poisson = o.poisson.value_or(m.poisson);
   m.thickness = o.thickness.value_or(m.thickness);

@@ -12,7 +12,7 @@ namespace cli {
 
 namespace {
 
-constexpr const char *kConstants[] = {"k_area", "k_length", "k_bend", "density", "frequency"};
+constexpr const char *kConstants[] = {"k_area", "k_length", "k_bend", "density", "frequency", "sag"};
 constexpr const char *kSheet[] = {"preset", "young", "poisson", "volume_density", "young_across"};
 
 void reject_both(Section &section) {
@@ -52,14 +52,17 @@ Material read_material(Section section, double metres_per_unit, std::vector<std:
   m.k_length = section.number("k_length").value_or(m.k_length);
   m.k_bend = section.number("k_bend").value_or(m.k_bend);
   m.density = section.number("density").value_or(m.density);
-  m.frequency = section.find("frequency") ? section.positive("frequency", 0) : 0;
+  for (const char *look : {"frequency", "sag"})
+    if (section.find(look)) (look[0] == 'f' ? m.frequency : m.sag) = section.positive(look, 0);
   read_sheet(section, metres_per_unit, m);
   m.thickness = section.number("thickness").value_or(m.thickness);
-  if (m.frequency > 0 && (section.find("k_area") || section.find("k_length") || section.find("k_bend")))
-    section.fail(*section.find("frequency"), "frequency sets the stiffness, so k_area, k_length and k_bend must go");
+  if (m.frequency > 0 && m.sag > 0) section.fail(*section.find("sag"), "sag and frequency both set the stiffness: give one");
+  const char *const look = m.sag > 0 ? "sag" : "frequency";
+  if (m.by_look() && (section.find("k_area") || section.find("k_length") || section.find("k_bend")))
+    section.fail(*section.find(look), std::string(look) + " sets the stiffness, so k_area, k_length and k_bend must go");
   if (m.thickness < 0) section.fail(*section.find("thickness"), "thickness must not be negative");
-  if (m.thickness > 0 && m.frequency == 0 && !m.sheet)
-    section.fail(*section.find("thickness"), "thickness goes with frequency, or with young or preset");
+  if (m.thickness > 0 && !m.by_look() && !m.sheet)
+    section.fail(*section.find("thickness"), "thickness goes with frequency or sag, or with young or preset");
   read_maps(section, m, inputs);
   read_creases(section, m, inputs);
   read_fibres(section, m, inputs);

@@ -1,4 +1,4 @@
-// What a shell is made of: by constants, by frequency, as a sheet or by the name of one.
+// What a shell is made of: by constants, by frequency, by sag, as a sheet or by the name of one.
 #pragma once
 
 #include "scene.hpp"

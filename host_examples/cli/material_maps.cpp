@@ -38,8 +38,8 @@ void check_fits(Section &section, const Quantity &q, const Material &material) {
   if (q.of_sheet != material.sheet)
     section.fail(*node, std::string(q.key) + (q.of_sheet ? " varies over a sheet alone: give young or preset in [material]"
                                                          : " does not go with a sheet: it has young, thickness and volume_density"));
-  if (material.frequency > 0 && q.map != SW_MAP_AREA_DENSITY)
-    section.fail(*node, std::string(q.key) + " does not go with frequency, which sets it");
+  if (material.by_look() && q.map != SW_MAP_AREA_DENSITY)
+    section.fail(*node, std::string(q.key) + " does not go with " + (material.sag > 0 ? "sag" : "frequency") + ", which sets it");
 }
 
 void read_files(Section section, Material &material, std::vector<std::string> &inputs) {

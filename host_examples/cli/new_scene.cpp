@@ -65,6 +65,7 @@ length_unit = "m"       # for the reader's eye only
 frequency = 5.0         # Hz of the slowest swing: a leaf 2 to 5, a sheet of paper 1 to 3, sheet metal 20 and more
 # thickness = 0.0005    # how much rather it bends than stretches; a 200th of its size unless told
 density = 0.2           # kg/m^2: what wind and forces work against; paper 0.08, a leaf 0.2, cloth 0.15 to 0.5
+# sag = 0.03            # in place of the frequency: how far it hangs at rest under gravity
 # In place of frequency and density, a known sheet in metres, or its numbers: docs/reference/materials.md
 # preset = "card"
 # thickness = 0.0004

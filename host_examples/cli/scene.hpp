@@ -69,6 +69,8 @@ struct Material {
   bool sheet = false;
   double young = 0, poisson = 0, volume_density = 0;  // and thickness, of a sheet
   double frequency = 0, thickness = 0;  // above 0: the stiffness that gives the slowest swing these Hz, in place of k_…
+  double sag = 0;                       // or, above 0, by which the shell sags so far under the scene's gravity
+  bool by_look() const { return frequency > 0 || sag > 0; }
   std::vector<MaterialFile> files{};      // where constants vary; see material_maps.hpp
   std::vector<MaterialRegion> regions{};  // over the files; later ones over earlier ones
   std::vector<MaterialCrease> creases{};  // later ones over earlier ones; see creases.hpp

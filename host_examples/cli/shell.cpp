@@ -230,10 +230,21 @@ Mesh scene_mesh(const Scene &scene) {
   return scene.weld ? weld(mesh, *scene.weld) : mesh;
 }
 
+static void scale_stiffness(double factor, Material &material) {
+  for (double *stiffness : {&material.k_area, &material.k_length, &material.k_bend}) *stiffness *= factor;
+}
+
+// By which the model hangs as far as the scene says: as the full shell does, whatever method the scene takes.
+static double factor_of_sag(const Scene &scene, const shellwarp::Model &model) {
+  const auto &g = scene.gravity;
+  if (g[0] == 0 && g[1] == 0 && g[2] == 0) throw std::runtime_error("--sag (sag) goes with gravity, and there is none: --up, --gravity (gravity)");
+  return host::stiffness_of_sag(model, g, scene.material.sag);
+}
+
 // All stiffnesses by one factor change all frequencies by its root.
 Material find_material(const Scene &scene, const Mesh &mesh, ProgressBar &progress) {
   Material material = scene.material;
-  if (!(material.frequency > 0)) return material;
+  if (!material.by_look()) return material;
   const SwMaterialDesc sheet = host::sheet_material({mesh.positions, mesh.triangles}, material.thickness);
   material.k_area = sheet.k_area;
   material.k_length = sheet.k_length;
@@ -246,10 +257,13 @@ Material find_material(const Scene &scene, const Mesh &mesh, ProgressBar &progre
   probe.modes = kModesOfSearch;
   probe.method = SW_METHOD_WARP;
   probe.support_fields = 0;
+  if (material.sag > 0) {
+    scale_stiffness(factor_of_sag(scene, make_model(probe, mesh, progress)), material);
+    return material;
+  }
   for (const double hertz : make_model(probe, mesh, progress).frequencies()) {
     if (!(hertz > 0)) continue;
-    const double factor = material.frequency / hertz * (material.frequency / hertz);
-    for (double *stiffness : {&material.k_area, &material.k_length, &material.k_bend}) *stiffness *= factor;
+    scale_stiffness(material.frequency / hertz * (material.frequency / hertz), material);
     return material;
   }
   throw std::runtime_error("none of the modes swings, so there is no frequency to set: hold some vertices, --weld (weld) pieces that only touch, or give k_bend");

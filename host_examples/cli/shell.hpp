@@ -26,7 +26,7 @@ std::vector<uint32_t> find_vertices(const Support &support, const Mesh &mesh, co
 // The scene's mesh, scaled.
 Mesh scene_mesh(const Scene &scene);
 
-// The scene's material in constants: of a frequency by a search for the slowest mode.
+// The scene's material in constants: of a frequency by a search for the slowest mode, of a sag by the full shell under the scene's gravity.
 Material find_material(const Scene &scene, const Mesh &mesh, ProgressBar &progress);
 
 shellwarp::Model make_model(const Scene &scene, const Mesh &mesh, ProgressBar &progress);

@@ -64,7 +64,7 @@ void print_creases(const Material &material, const CreaseLists &creases) {
 
 void print_material(const Material &material, const CreaseLists &creases) {
   const bool other = !creases.edges.empty() || !material.rest_shape.empty();
-  if (material.sheet || material.frequency > 0 || other) heading("material");
+  if (material.sheet || material.by_look() || other) heading("material");
   if (material.sheet) {
     row("Young's modulus", format("%.5g", material.young));
     if (material.young_across > 0) row("  across its direction", format("%.5g", material.young_across));
@@ -72,8 +72,9 @@ void print_material(const Material &material, const CreaseLists &creases) {
     row("thickness", format("%.5g", material.thickness));
     row("mass per volume", format("%.5g", material.volume_density));
   }
-  if (material.frequency > 0) {
-    row("for a slowest swing of", format("%g Hz", material.frequency));
+  if (material.by_look()) {
+    if (material.sag > 0) row("for a sag of", format("%g", material.sag));
+    else row("for a slowest swing of", format("%g Hz", material.frequency));
     row("k_area", format("%.5g", material.k_area));
     row("k_length", format("%.5g", material.k_length));
     row("k_bend", format("%.5g", material.k_bend));

@@ -29,13 +29,18 @@ struct Mesh {
   }
 };
 
-// How stiff the shell is, in one of four ways; their numbers are hosts' menus.
+// How stiff the shell is, in one of five ways; their numbers are hosts' menus.
 struct Stiffness {
-  enum class By { frequency = 0, material = 1, preset = 2, sheet = 3 };
+  enum class By { frequency = 0, material = 1, preset = 2, sheet = 3, sag = 4 };
   By by = By::frequency;
+  bool by_look() const { return by == By::frequency || by == By::sag; }  // of a sheet whose clock is set
 
   double frequency = 2;  // Hz of the slowest mode that swings, > 0 (by frequency)
-  // In the object's space. By frequency 0 is a two-hundredth of the mesh's size, by preset 0 is the preset's own.
+  // By sag: how far the vertex that moves furthest hangs at rest, > 0, in the object's length; and gravity in its axes and length. An evaluation fills
+  // gravity in, as it is at the start frame or where the shell is first seen.
+  double sag = 0;
+  Vec3 sag_gravity{};
+  // In the object's space. By frequency and sag 0 is a two-hundredth of the mesh's size, by preset 0 is the preset's own.
   double thickness = 0;
 
   // SwMaterialDesc, by material.
@@ -98,7 +103,7 @@ struct Build {
   // Of the mesh that is simulated, with no other in its place. So are ties to polygons.
   std::vector<Crease> creases;
   std::vector<double> rest_shape;  // the points without stress (n x 3), where the mesh is not that
-  Stiffness stiffness;  // its frequency alone needs no precompute
+  Stiffness stiffness;  // its frequency or sag alone needs no precompute
 };
 
 // How the shell moves; a change starts again from the start frame.
@@ -136,7 +141,7 @@ struct Collider {
 // Air that drags at the shell: SwWindDesc.
 struct Wind {
   Vec3 velocity{};  // world, length/s
-  // kg/m3, 0 = no air. A shell by frequency is taken for a sheet of 0.2 kg/m2; of a material it is in the material's mass, per length
+  // kg/m3, 0 = no air. A shell by frequency or sag is taken for a sheet of 0.2 kg/m2; of a material it is in the material's mass, per length
   // in the object's space cubed.
   double density = 0;
   double normal_drag = 1.5, tangential_drag = 0.05;
@@ -148,7 +153,7 @@ struct Inputs {
   Vec3 gravity{};  // world, length/s²
   double stiffness_factor = 1;  // on all stiffness, 1e-9 to 1e9; rounded to a float
   Wind wind;
-  // At the points (n x 3), world axes; empty: none. Newtons, where a shell by frequency is taken for a sheet of 0.2 kg/m2; of a material in
+  // At the points (n x 3), world axes; empty: none. Newtons, where a shell by frequency or sag is taken for a sheet of 0.2 kg/m2; of a material in
   // its mass, the object's length and seconds.
   std::vector<double> forces;
   Pose object;     // where the object stands in the world

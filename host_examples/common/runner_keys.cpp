@@ -20,6 +20,8 @@ uint64_t key_of(const Request &request) {
       .add(m.frame_rate)
       .add(stiffness.by)
       .add(stiffness.frequency)
+      .add(stiffness.by == Stiffness::By::sag ? stiffness.sag : 0)
+      .add_all(stiffness.by == Stiffness::By::sag ? stiffness.sag_gravity : Vec3{})
       .add(request.inputs.colliders.size())
       .add(request.follow && request.follow_rest)
       .value();

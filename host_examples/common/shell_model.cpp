@@ -62,7 +62,7 @@ SwMaterialDesc real_material(const Stiffness &s) {
 }
 
 SwMaterialDesc material(const Mesh &mesh, const Stiffness &stiffness) {
-  if (stiffness.by == Stiffness::By::frequency) return sheet_material(mesh, stiffness.thickness);
+  if (stiffness.by_look()) return sheet_material(mesh, stiffness.thickness);
   if (stiffness.by == Stiffness::By::preset || stiffness.by == Stiffness::By::sheet) return real_material(stiffness);
   SwMaterialDesc desc = shellwarp::material_desc();
   desc.k_bend = stiffness.bend;
@@ -189,7 +189,8 @@ void require_positive(const char *name, double value) {
 
 void check_stiffness(const Stiffness &s) {
   if (s.by == Stiffness::By::frequency) require_positive("the frequency", s.frequency);
-  if (s.by == Stiffness::By::frequency || s.by == Stiffness::By::preset)
+  if (s.by == Stiffness::By::sag) require_positive("the sag", s.sag);
+  if (s.by_look() || s.by == Stiffness::By::preset)
     require(s.thickness >= 0 && std::isfinite(s.thickness), "the thickness", s.thickness, "0 or above");
   if (s.by == Stiffness::By::material) {
     require_positive("the bend stiffness", s.bend);
@@ -224,17 +225,18 @@ SwMaterialDesc sheet_material(const Mesh &mesh, double thickness) {
   return desc;
 }
 
-static constexpr double kSheet = 0.2;  // kg/m2, which is 1 by frequency
+static constexpr double kSagTolerance = 1e-3;  // of the length
+static constexpr double kSheet = 0.2;  // kg/m2, which is 1 by frequency and sag
 
 double force_scale(const Stiffness &stiffness) {
   const double metres = stiffness.metres;
-  if (stiffness.by == Stiffness::By::frequency) return 1 / (kSheet * metres * metres * metres);
+  if (stiffness.by_look()) return 1 / (kSheet * metres * metres * metres);
   return stiffness.by == Stiffness::By::material ? 1 : 1 / metres;
 }
 
 double air_density(const Stiffness &stiffness, double density) {
   const double metres = stiffness.metres;
-  if (stiffness.by == Stiffness::By::frequency) return density * metres / kSheet;
+  if (stiffness.by_look()) return density * metres / kSheet;
   return stiffness.by == Stiffness::By::material ? density : density * metres * metres * metres;
 }
 
@@ -264,7 +266,35 @@ void ShellModel::find_slowest() {
     }
 }
 
+// A clamped strip sags by 12.36/8 of g/ω². Under gravity over a stiffness of that kind the search begins near the end, and within its range.
+double stiffness_of_sag(const shellwarp::Model &model, const Vec3 &gravity, double sag) {
+  double hertz = 0;
+  for (const double found : model.frequencies())
+    if (found > 0) {
+      hertz = found;
+      break;
+    }
+  const double omega = 2 * 3.14159265358979323846 * hertz;
+  const double first = hertz > 0 ? 1.545 * std::hypot(gravity[0], gravity[1], gravity[2]) / (omega * omega * sag) : 1;
+  SwStateDesc desc = shellwarp::state_desc();
+  desc.method = SW_METHOD_SHELL_IMPLICIT;
+  shellwarp::State state(model, desc);
+  state.set_gravity(gravity[0] / first, gravity[1] / first, gravity[2] / first);
+  return first * state.set_sag(sag, kSagTolerance);
+}
+
+// With the clock c the scene's gravity g is g/c² in the library's seconds, and so is the load over a stiffness of c².
+double ShellModel::clock_of_sag(const Stiffness &stiffness) const {
+  if (sag_ && sag_->length == stiffness.sag && sag_->gravity == stiffness.sag_gravity) return sag_->clock;
+  const Vec3 &g = stiffness.sag_gravity;
+  if (g == Vec3{}) throw HostError("the stiffness is by sag, and there is no gravity");
+  const double clock = std::sqrt(stiffness_of_sag(model_, g, stiffness.sag));
+  sag_ = Sag{stiffness.sag, g, clock};
+  return clock;
+}
+
 double ShellModel::clock(const Stiffness &stiffness) const {
+  if (stiffness.by == Stiffness::By::sag) return clock_of_sag(stiffness);
   if (stiffness.by != Stiffness::By::frequency) return 1;
   if (!(slowest_ > 0))
     throw HostError(
@@ -287,7 +317,7 @@ uint64_t build_key(const Mesh &mesh, const Build &build) {
   for (const Tie &tie : build.ties) hash.add(tie.vertex).add(tie.to).add(tie.to_face).add(tie.stiffness);
   hash.add(build.axis_supports.size()).add(build.ties.size()).add(build.tie_within);
   const Stiffness &s = build.stiffness;
-  if (s.by == Stiffness::By::frequency) return hash.add(s.thickness).value();
+  if (s.by_look()) return hash.add(s.thickness).value();
   if (s.by != Stiffness::By::material) {
     hash.add_all(s.thickness_map).add_all(s.young_map).add_all(s.density_map).add(s.young_across);
     if (s.young_across > 0) hash.add(s.shear).add_all(s.directions);

@@ -6,13 +6,14 @@
 //
 // (SwMaterialDesc, for Poisson's ratio -1/3). Its slowest swinging mode has some frequency f0; run with a clock that is
 // faster by f / f0 it has the frequency f, and so does every shell that differs by one factor in all its stiffnesses. Hence the
-// frequency can be changed without a new precompute. A choice of the method is for the clock that there is when it is made.
+// frequency can be changed without a new precompute. So can a sag: how stiff the full shell must be to hang so far, by sw_state_set_sag. A choice of the method is for the clock that there is when it is made.
 #pragma once
 
 #include "request.hpp"
 #include "shellwarp.hpp"
 
 #include <cstdint>
+#include <optional>
 
 namespace host {
 
@@ -40,20 +41,31 @@ public:
     return slowest_;
   }  // Hz of the slowest mode that swings, in the library's seconds; 0 where none does
 
-  // Seconds of the library's clock in one of the scene's. Throws HostError where no mode swings.
+  // Seconds of the library's clock in one of the scene's. Throws HostError where no mode swings, or where the shell cannot sag so far.
   double clock(const Stiffness &stiffness) const;
 
 private:
   void find_slowest();
+  double clock_of_sag(const Stiffness &stiffness) const;
 
   std::vector<double> rest_;
   bool floats_;
   shellwarp::Model model_;
   double slowest_ = 0;
+  // The last sag that was asked for, and its clock: found once, by a search.
+  struct Sag {
+    double length;
+    Vec3 gravity;
+    double clock;
+  };
+  mutable std::optional<Sag> sag_;
 };
 
-// The sheet that a shell by frequency is made of, before its clock; thickness 0 = a two-hundredth of the mesh's size.
+// The sheet that a shell by frequency or sag is made of, before its clock; thickness 0 = a two-hundredth of the mesh's size.
 SwMaterialDesc sheet_material(const Mesh &mesh, double thickness);
+
+// What all stiffness of a model must be multiplied by for the full shell to hang so far under gravity, to a thousandth. Throws shellwarp::Error.
+double stiffness_of_sag(const shellwarp::Model &model, const Vec3 &gravity, double sag);
 
 // Of air in kg/m3, in the model's mass and the object's length.
 double air_density(const Stiffness &stiffness, double density);

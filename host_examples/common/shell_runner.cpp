@@ -66,6 +66,7 @@ void ShellRunner::run(Request &request, const At &at) {
   request.inputs.stiffness_factor = static_cast<double>(static_cast<float>(request.inputs.stiffness_factor));  // as a frame keeps it
   request.inputs.wind.density = air_density(request.build.stiffness, request.inputs.wind.density);
   find_patches(request, at);
+  find_sag_gravity(request, at);
   const bool built = !model_serves(request, at);
   if (built) build(request, at);
   follow(request, at, built);
@@ -102,6 +103,21 @@ void ShellRunner::find_patches(Request &request, const At &at) {
   std::vector<uint32_t> &patches = build.contact_patches;
   for (const uint32_t v : near_)
     if (std::find(patches.begin(), patches.end(), v) == patches.end()) patches.push_back(v);
+}
+
+// By sag: the gravity that the shell hangs under is that of the start frame, or of where it is first seen.
+void ShellRunner::find_sag_gravity(Request &request, const At &at) {
+  if (request.build.stiffness.by != Stiffness::By::sag) {
+    sag_gravity_.reset();
+    return;
+  }
+  if (at.start() || !sag_gravity_) {
+    Pose back = request.inputs.frame;
+    back.origin = {}, back.scale = 1;
+    sag_gravity_ = host::apply(inverse(back), request.inputs.gravity);
+    for (double &g : *sag_gravity_) g /= request.inputs.object.scale;
+  }
+  request.build.stiffness.sag_gravity = *sag_gravity_;
 }
 
 void ShellRunner::prepare_state(Request &request) {

@@ -65,6 +65,7 @@ private:
 
   void run(Request &request, const At &at);
   void find_patches(Request &request, const At &at);
+  void find_sag_gravity(Request &request, const At &at);
   void follow(const Request &request, const At &at, bool built);
   bool take_stored(const Mesh &mesh, const Request &request, const At &at);
   bool model_serves(const Request &request, const At &at) const;
@@ -106,6 +107,7 @@ private:
   bool needs_support_fields_ = false;  // supports have moved against each other
   std::vector<uint32_t> near_;         // patches that were found near colliders
   uint64_t near_key_ = 0, near_place_ = 0;  // for what mesh and settings, and where all was
+  std::optional<Vec3> sag_gravity_;    // as Stiffness has it
   bool other_solids_ = false;          // than the state has
   bool led_ = false;                   // supports were moved in the state
   bool replaces_ = false;

@@ -51,21 +51,22 @@ static const char *theDsFile = R"THEDSFILE(
     parm { name "force" label "Force Attribute" type string default { "" } }
     parm {
         name "stiffnessfrom" label "Stiffness From" type ordinal default { "0" }
-        menu { "frequency" "Frequency" "material" "Material" "preset" "Known Material" "sheet" "Sheet" }
+        menu { "frequency" "Frequency" "material" "Material" "preset" "Known Material" "sheet" "Sheet" "sag" "Sag" }
     }
     parm { name "frequency" label "Frequency" type float default { "2" } range { 0 10 } hidewhen "{ stiffnessfrom != frequency }" }
+    parm { name "sag" label "Sag" type float default { "0.1" } range { 0 1 } hidewhen "{ stiffnessfrom != sag }" }
     parm { name "thickness" label "Thickness" type float default { "0" } range { 0! 1 } hidewhen "{ stiffnessfrom == material }" }
     parm { name "preset" label "Known Material" type string default { "card" } hidewhen "{ stiffnessfrom != preset }" }
     parm { name "young" label "Young's Modulus" type float default { "3e9" } range { 0! 100000000000 } hidewhen "{ stiffnessfrom != sheet }" }
     parm { name "poisson" label "Poisson's Ratio" type float default { "0.3" } range { -0.99! 0.5! } hidewhen "{ stiffnessfrom != sheet }" }
     parm { name "volumedensity" label "Density by Volume" type float default { "1000" } range { 0! 10000 } hidewhen "{ stiffnessfrom != sheet }" }
-    parm { name "thicknessmap" label "Thickness Map" type string default { "" } hidewhen "{ stiffnessfrom == frequency } { stiffnessfrom == material }" }
-    parm { name "youngmap" label "Young's Modulus Map" type string default { "" } hidewhen "{ stiffnessfrom == frequency } { stiffnessfrom == material }" }
-    parm { name "densitymap" label "Density Map" type string default { "" } hidewhen "{ stiffnessfrom == frequency } { stiffnessfrom == material }" }
-    parm { name "youngacross" label "Young's Modulus Across" type float default { "0" } range { 0! 100000000000 } hidewhen "{ stiffnessfrom == frequency } { stiffnessfrom == material }" }
-    parm { name "shear" label "Shear Modulus" type float default { "0" } range { 0! 100000000000 } hidewhen "{ stiffnessfrom == frequency } { stiffnessfrom == material }" }
-    parm { name "direction" label "Direction" type vector size 3 default { "1" "0" "0" } hidewhen "{ stiffnessfrom == frequency } { stiffnessfrom == material }" }
-    parm { name "directions" label "Direction Attribute" type string default { "" } hidewhen "{ stiffnessfrom == frequency } { stiffnessfrom == material }" }
+    parm { name "thicknessmap" label "Thickness Map" type string default { "" } hidewhen "{ stiffnessfrom == frequency } { stiffnessfrom == material } { stiffnessfrom == sag }" }
+    parm { name "youngmap" label "Young's Modulus Map" type string default { "" } hidewhen "{ stiffnessfrom == frequency } { stiffnessfrom == material } { stiffnessfrom == sag }" }
+    parm { name "densitymap" label "Density Map" type string default { "" } hidewhen "{ stiffnessfrom == frequency } { stiffnessfrom == material } { stiffnessfrom == sag }" }
+    parm { name "youngacross" label "Young's Modulus Across" type float default { "0" } range { 0! 100000000000 } hidewhen "{ stiffnessfrom == frequency } { stiffnessfrom == material } { stiffnessfrom == sag }" }
+    parm { name "shear" label "Shear Modulus" type float default { "0" } range { 0! 100000000000 } hidewhen "{ stiffnessfrom == frequency } { stiffnessfrom == material } { stiffnessfrom == sag }" }
+    parm { name "direction" label "Direction" type vector size 3 default { "1" "0" "0" } hidewhen "{ stiffnessfrom == frequency } { stiffnessfrom == material } { stiffnessfrom == sag }" }
+    parm { name "directions" label "Direction Attribute" type string default { "" } hidewhen "{ stiffnessfrom == frequency } { stiffnessfrom == material } { stiffnessfrom == sag }" }
     parm { name "metresperunit" label "Metres per Unit" type float default { "1" } range { 0! 1 } hidewhen "{ stiffnessfrom == material }" }
     parm { name "kbend" label "Bend Stiffness" type float default { "1" } range { 0 100 } hidewhen "{ stiffnessfrom != material }" }
     parm { name "kstretch" label "Stretch Stiffness" type float default { "10000" } range { 0 1000000 } hidewhen "{ stiffnessfrom != material }" }
@@ -264,10 +265,11 @@ uint32_t preset_of(const UT_StringHolder &name) {
   throw host::HostError(std::string("there is no known material '") + name.c_str() + "'; there are " + names);
 }
 
-// How stiff, in the words of the four choices.
+// How stiff, in the words of the five choices.
 void pull_stiffness(const SOP_ShellWarpParms &parms, host::Stiffness &stiffness) {
   stiffness.by = static_cast<host::Stiffness::By>(static_cast<int>(parms.getStiffnessfrom()));
   stiffness.frequency = parms.getFrequency();
+  stiffness.sag = parms.getSag();
   stiffness.thickness = parms.getThickness();
   stiffness.bend = parms.getKbend();
   stiffness.stretch = parms.getKstretch();

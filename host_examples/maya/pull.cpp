@@ -224,6 +224,7 @@ void pull_settings(MDataBlock &block, host::Request &request) {
   host::Stiffness &stiffness = request.build.stiffness;
   stiffness.by = static_cast<host::Stiffness::By>(block.inputValue(Node::stiffnessFrom).asShort());
   stiffness.frequency = real(Node::frequency);
+  stiffness.sag = real(Node::sag);
   stiffness.thickness = real(Node::thickness);
   stiffness.bend = real(Node::kBend);
   stiffness.stretch = real(Node::kStretch);

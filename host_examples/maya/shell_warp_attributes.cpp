@@ -15,7 +15,7 @@ MObject ShellWarpNode::wind, ShellWarpNode::windX, ShellWarpNode::windY, ShellWa
     ShellWarpNode::normalDrag, ShellWarpNode::tangentialDrag;
 MObject ShellWarpNode::force, ShellWarpNode::forceX, ShellWarpNode::forceY, ShellWarpNode::forceZ, ShellWarpNode::forceMapList,
     ShellWarpNode::forceMap, ShellWarpNode::windMapList, ShellWarpNode::windMap;
-MObject ShellWarpNode::stiffnessFrom, ShellWarpNode::frequency, ShellWarpNode::thickness, ShellWarpNode::kBend,
+MObject ShellWarpNode::stiffnessFrom, ShellWarpNode::frequency, ShellWarpNode::sag, ShellWarpNode::thickness, ShellWarpNode::kBend,
     ShellWarpNode::kStretch, ShellWarpNode::density;
 MObject ShellWarpNode::preset, ShellWarpNode::young, ShellWarpNode::poisson, ShellWarpNode::volumeDensity;
 MObject ShellWarpNode::thicknessMapList, ShellWarpNode::thicknessMap, ShellWarpNode::youngMapList, ShellWarpNode::youngMap,
@@ -176,9 +176,11 @@ MStatus create_creases() {
 
 MStatus create_material() {
   MStatus status;
-  status = create_choice(Node::stiffnessFrom, "stiffnessFrom", "sfr", {"frequency", "material", "preset", "sheet"});
+  status = create_choice(Node::stiffnessFrom, "stiffnessFrom", "sfr", {"frequency", "material", "preset", "sheet", "sag"});
   CHECK_MSTATUS_AND_RETURN_IT(status);
   status = create_number(Node::frequency, "frequency", "frq", 2, {1e-3, 10});
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  status = create_number(Node::sag, "sag", "sgl", 1, {1e-6, 10});
   CHECK_MSTATUS_AND_RETURN_IT(status);
   status = create_number(Node::thickness, "thickness", "thk", 0, {0, 1});
   CHECK_MSTATUS_AND_RETURN_IT(status);
@@ -381,7 +383,7 @@ MStatus create_colliders() {
 // Children come with their parents; but each of them must be declared to affect the output by itself.
 MStatus ShellWarpNode::addAttributes() {
   const MObject parents[] = {
-      time,          startFrame,   gravity,      stiffnessFrom, frequency,   thickness,         kBend,
+      time,          startFrame,   gravity,      stiffnessFrom, frequency, sag, thickness,         kBend,
       kStretch,      density,      dampingRatio, dampingMass,   modes,       doublePrecision,   method,
       reducedFields, autoError,    correctionSteps, integrator, certify,       supportKind, supportComponents, supportWeightList,
       frameFrom,     supportFrame, handles,      preset,        young,       poisson,           volumeDensity,

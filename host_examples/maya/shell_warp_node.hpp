@@ -88,7 +88,7 @@ public:
   static MObject wind, windX, windY, windZ, airDensity, normalDrag, tangentialDrag;
   static MObject force, forceX, forceY, forceZ, forceMapList, forceMap, windMapList, windMap;
   // What it is made of
-  static MObject stiffnessFrom, frequency, thickness, kBend, kStretch, density;
+  static MObject stiffnessFrom, frequency, sag, thickness, kBend, kStretch, density;
   static MObject preset, young, poisson, volumeDensity;
   static MObject thicknessMapList, thicknessMap, youngMapList, youngMap, densityMapList, densityMap;
   static MObject youngAcross, shear, direction, directionX, directionY, directionZ, directions;

@@ -122,7 +122,8 @@ pub struct SwEquilibriumReport {
     pub struct_size: u32,
     /// Fixed-point or Newton iterations.
     pub iterations: u32,
-    /// |q - f(q)/lambda| / |q| of a modal method, |F - dE/dx| / |F| of a nonlinear shell, of the reduced one in its fields.
+    /// |q - f(q)/lambda| / |q| of a modal method, |F - dE/dx| / |F| of a nonlinear shell, of the reduced one in its fields. Of nonlinear
+    /// shells without load it is relative to the start's, or to the shell's own stiffness.
     pub residual: f64,
 }
 

@@ -308,6 +308,47 @@ pub unsafe extern "C" fn sw_state_set_stiffness(state: *mut SwState, factor: f64
     unsafe { writing(state, |state| Ok(state.set_stiffness(factor)?)) }
 }
 
+/// Sets the factor of sw_state_set_stiffness by which the slowest mode that swings has this frequency: the square of what it is over the frequency of
+/// sw_model_frequencies. *factor is then that factor; `factor` may be NULL.
+/// Errors: SW_ERROR_INVALID_ARGUMENT, also where no mode swings or the factor is outside of its range; SW_ERROR_BUSY.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn sw_state_set_frequency(state: *mut SwState, hertz: f64, factor: *mut f64) -> SwStatus {
+    // SAFETY: `writing` refuses NULL; the host passes a live state, and a place for one number or NULL.
+    unsafe {
+        writing(state, |state| {
+            let found = state.set_frequency(hertz)?;
+            if !factor.is_null() {
+                put(factor, found);
+            }
+            Ok(())
+        })
+    }
+}
+
+/// Sets the factor of sw_state_set_stiffness by which the shell sags so far: the vertex that moves furthest is then `length` from where it rests without load, in
+/// the equilibrium of the present gravity and loads. The state is there then, as after sw_state_equilibrium. By the state's own method, and so as near as that
+/// is: take SW_METHOD_SHELL_IMPLICIT for a stiffness that all methods share. Takes three to six equilibria, more where the first are not found.
+/// `tolerance` is relative to `length`; 0 = 0.01. *factor is then that factor; `factor` may be NULL. Allocates.
+/// Errors, which change nothing: SW_ERROR_INVALID_ARGUMENT, also where nothing moves or no factor is found by which it sags so far; as sw_state_equilibrium.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn sw_state_set_sag(
+    state: *mut SwState,
+    length: f64,
+    tolerance: f64,
+    factor: *mut f64,
+) -> SwStatus {
+    // SAFETY: `writing` refuses NULL; the host passes a live state, and a place for one number or NULL.
+    unsafe {
+        writing(state, |state| {
+            let found = state.set_sag(length, if tolerance == 0.0 { 0.01 } else { tolerance })?;
+            if !factor.is_null() {
+                put(factor, found);
+            }
+            Ok(())
+        })
+    }
+}
+
 pub(super) fn vector(name: &str, values: &[f64; 3]) -> Result<Vec3, Fault> {
     for (i, x) in values.iter().enumerate() {
         require_finite(format_args!("desc->{name}[{i}]"), *x)?;

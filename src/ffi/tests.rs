@@ -120,6 +120,8 @@ fn status_calls<'a>(model: *mut SwModel, state: *mut SwState) -> Vec<Call<'a>> {
         sw_state_positions_of(state, 0, 0, null(), 0, null_mut(), 0),
         sw_state_set_rest_tolerance(state, -1.0),
         sw_state_set_stiffness(state, -1.0),
+        sw_state_set_frequency(state, -1.0, null_mut()),
+        sw_state_set_sag(state, -1.0, 0.0, null_mut()),
         sw_state_certify(state, null_mut()),
         sw_state_certify_watched(state, null_mut(), None, null_mut()),
         sw_state_positions_corrected(state, 1, 0, 0, null_mut(), 0, 0),

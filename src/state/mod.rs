@@ -2,6 +2,7 @@
 
 mod certify;
 mod contact;
+mod look;
 mod moving_rest;
 mod output;
 mod plan;

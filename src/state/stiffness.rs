@@ -15,7 +15,7 @@ use crate::support::{FrameMotion, Rates};
 use crate::{Error, Result, Vec3};
 
 /// The least and the largest factor.
-const RANGE: [f64; 2] = [1e-9, 1e9];
+pub(super) const RANGE: [f64; 2] = [1e-9, 1e9];
 
 /// See the module's text.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1548,6 +1548,38 @@ void a_material_by_frequency_has_that_frequency() {
   }
 }
 
+// Whatever the thickness, the full shell hangs as far as was asked for, to a thousandth, in any method's scene.
+void a_material_by_sag_hangs_so_far() {
+  const cli::Mesh mesh = strip_as_mesh();
+  cli::ProgressBar progress(true);
+  for (const double thickness : {0.05, 0.005}) {
+    cli::Scene scene;
+    scene.method = SW_METHOD_WARP;
+    scene.gravity = {0, 0, -9.8};
+    scene.supports.push_back({true, cli::Bounds{{0, -1, -1}, {0, 1, 1}}, {}});
+    scene.material.sag = 0.3;
+    scene.material.thickness = thickness;
+    scene.material.density = 0.2;
+    scene.material = cli::find_material(scene, mesh, progress);
+    const shellwarp::Model model = cli::make_model(scene, mesh, progress);
+    SwStateDesc desc = shellwarp::state_desc();
+    desc.method = SW_METHOD_SHELL_IMPLICIT;
+    shellwarp::State state(model, desc);
+    state.set_gravity(0, 0, -9.8);
+    state.equilibrium();
+    CHECK(std::fabs(state.report().max_displacement / 0.3 - 1) < 1.1e-3);  // and what both searches for rest leave
+  }
+  cli::Scene scene;
+  scene.supports.push_back({true, cli::Bounds{{0, -1, -1}, {0, 1, 1}}, {}});
+  scene.material.sag = 0.3;
+  try {
+    cli::find_material(scene, mesh, progress);
+    CHECK(false);
+  } catch (const std::exception &error) {
+    CHECK(std::strstr(error.what(), "goes with gravity"));
+  }
+}
+
 // Rows of a comparison that are as expected, then spoilt one at a time.
 void a_comparison_is_judged_row_by_row() {
   cli::Scene scene;
@@ -1628,7 +1660,11 @@ void mistakes_in_scenes_are_located() {
       {"mesh = 'a.obj'\n[material]\npreset = 'bread'\n", "bad.toml:3:", "no known material is called 'bread'; there are denim"},
       {"mesh = 'a.obj'\n[material]\nyoung = 1\nthickness = 1\nvolume_density = 1\n", "bad.toml:2:", "poisson is missing"},
       {"mesh = 'a.obj'\n[material]\npreset = 'card'\ndensity = 1\n", "bad.toml:4:", "density does not go with preset"},
-      {"mesh = 'a.obj'\n[material]\nthickness = 1\n", "bad.toml:3:", "thickness goes with frequency, or with young"},
+      {"mesh = 'a.obj'\n[material]\nthickness = 1\n", "bad.toml:3:", "thickness goes with frequency or sag, or with young"},
+      {"mesh = 'a.obj'\n[material]\nfrequency = 1\nsag = 1\n", "bad.toml:4:", "both set the stiffness"},
+      {"mesh = 'a.obj'\n[material]\nsag = 1\nk_bend = 1\n", "bad.toml:3:", "sag sets the stiffness"},
+      {"mesh = 'a.obj'\n[material]\nsag = -1\n", "bad.toml:3:", "sag"},
+      {"mesh = 'a.obj'\n[material]\nsag = 1\npreset = 'card'\n", "bad.toml:3:", "sag does not go with preset"},
       {"mesh = 'a.obj'\n[material]\nk_bend = 'soft'\n", "bad.toml:3:", "k_bend must be a number"},
       {"mesh = 'a.obj'\n[simulation]\nmodes = -1\n", "bad.toml:3:", "modes must be a whole number"},
       {"mesh = 'a.obj'\n[simulation]\nmethod = 'magic'\n", "bad.toml:3:", "it must be one of warp, warp-virtual-work"},
@@ -1810,6 +1846,7 @@ int main(int argc, char **argv) {
   RUN(a_bad_crease_is_named);
   RUN(a_bad_map_is_named);
   RUN(a_material_by_frequency_has_that_frequency);
+  RUN(a_material_by_sag_hangs_so_far);
   RUN(a_comparison_is_judged_row_by_row);
   RUN(the_energy_audit_counts_the_work_of_loads);
   RUN(mistakes_in_scenes_are_located);

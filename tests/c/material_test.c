@@ -59,6 +59,41 @@ static void a_clamped_strip_swings_as_a_beam_does(void) {
   sw_model_destroy(model);
 }
 
+/* w = rho g A L^4 / (8 E I) of a clamped beam under its weight, which a sag of a twentieth of its length hardly leaves: it stiffens by (w/L)^2. Of much less, rounding of its stretching pulls as its bending does. */
+static void a_sag_and_a_frequency_give_the_factor_that_a_beam_would(void) {
+  const SwMaterialDesc sheet = aluminium(0);
+  const double gravity[3] = {0, 0, -9.81}, h = sheet.thickness, length = STRIP_LENGTH;
+  const double falls = 9.81 * sheet.volume_density * h * pow(length, 4) / (8 * sheet.young * h * h * h / 12), sag = length / 20;
+  double factor = 0, before[2];
+  SwModel *model = strip_of(&sheet, 1);
+  SwStateReport report;
+  precompute(model, 4, SW_PRECISION_F64);
+  SwState *state = new_state(model, SW_METHOD_SHELL_IMPLICIT, 0);
+  OK(sw_state_set_gravity(state, gravity));
+  OK(sw_state_set_sag(state, sag, 1e-4, &factor));
+  CHECK_NEAR(factor / (falls / sag), 1, 8e-3); /* twice what the frequency below has, as its square goes with the stiffness */
+  sw_state_report_init(&report);
+  OK(sw_state_report(state, &report));
+  CHECK_NEAR(report.max_displacement / sag, 1, 1e-4);
+  before[0] = factor;
+  OK(sw_state_set_sag(state, sag, 0, NULL)); /* a hundredth, where it is already */
+  OK(sw_state_set_frequency(state, 2 * beam_hertz(&sheet, length), &factor));
+  CHECK_NEAR(factor, 4, 8e-3 * 4);
+  OK(sw_state_set_frequency(state, 1, NULL));
+  before[1] = factor = -7;
+  FAILS(sw_state_set_sag(NULL, 1, 0, &factor), SW_ERROR_INVALID_ARGUMENT, "state");
+  FAILS(sw_state_set_frequency(NULL, 1, &factor), SW_ERROR_INVALID_ARGUMENT, "state");
+  FAILS(sw_state_set_sag(state, -1, 0, &factor), SW_ERROR_INVALID_ARGUMENT, "length is -1");
+  FAILS(sw_state_set_sag(state, NAN, 0, &factor), SW_ERROR_INVALID_ARGUMENT, "length is NaN");
+  FAILS(sw_state_set_sag(state, 1, -1, &factor), SW_ERROR_INVALID_ARGUMENT, "tolerance is -1");
+  FAILS(sw_state_set_sag(state, 1e12 * length, 0, &factor), SW_ERROR_INVALID_ARGUMENT, "no stiffness was found");
+  FAILS(sw_state_set_frequency(state, 0, &factor), SW_ERROR_INVALID_ARGUMENT, "hertz is 0");
+  FAILS(sw_state_set_frequency(state, 1e12, &factor), SW_ERROR_INVALID_ARGUMENT, "factor is");
+  CHECK(factor == before[1] && before[0] > 0);
+  sw_state_destroy(state);
+  sw_model_destroy(model);
+}
+
 static void the_unit_of_length_does_not_matter(void) {
   const SwMaterialDesc metres = aluminium(0.3);
   SwMaterialDesc centimetres = metres; /* kg / (cm s^2), kg / cm^3 */
@@ -308,6 +343,55 @@ static void a_wrong_unit_shows_in_what_the_weight_does(void) {
   /* Household foil, 16 micrometres: 4 cm. */
   info = weighed(sheet, 1.6e-5, 1, &heard);
   CHECK(heard.count == 0 && info.weight_turns > 6);
+}
+
+/* The strip rolled up to half a circle: what is beyond a tenth of its radius, 1.27, is warned of. */
+static void a_sheet_too_thick_for_its_curvature_is_warned_of(void) {
+  const double radius = STRIP_LENGTH / 3.14159265358979323846;
+  Strip strip = make_strip();
+  Heard heard;
+  for (int v = 0; v < STRIP_VERTICES; ++v) {
+    const double angle = strip.positions[3 * v] / radius;
+    strip.positions[3 * v] = radius * sin(angle);
+    strip.positions[3 * v + 2] = radius * (1 - cos(angle));
+  }
+  const SwMeshDesc mesh = strip_mesh(&strip);
+  const double parts[2] = {0.09, 0.11};
+  for (int k = 0; k < 2; ++k) {
+    SwMaterialDesc sheet = aluminium(0);
+    SwModel *model = NULL;
+    sheet.thickness = parts[k] * radius;
+    memset(&heard, 0, sizeof heard);
+    OK(sw_set_log_callback(hear, &heard));
+    OK(sw_model_create(&mesh, &sheet, NULL, &model));
+    OK(sw_set_log_callback(NULL, NULL));
+    CHECK(heard.count == k && (k == 0 || strstr(heard.last, "thicker than a tenth of its radius of curvature")));
+    sw_model_destroy(model);
+  }
+}
+
+/* One entry of an array that is no number, is told by its place. */
+static void entries_that_are_no_numbers_are_named(void) {
+  const Strip strip = make_strip();
+  const SwMeshDesc mesh = strip_mesh(&strip);
+  const double bad[3] = {NAN, HUGE_VAL, -HUGE_VAL};
+  double along[3 * STRIP_TRIANGLES], rest[3 * STRIP_VERTICES];
+  SwModel *model = NULL;
+  for (int t = 0; t < STRIP_TRIANGLES; ++t) along[3 * t] = 1, along[3 * t + 1] = along[3 * t + 2] = 0;
+  for (int k = 0; k < 3; ++k) {
+    SwMaterialDesc sheet = aluminium(0.3);
+    sheet.young_across = 7e9;
+    sheet.directions = along, sheet.direction_format = SW_FORMAT_F64, sheet.n_directions = STRIP_TRIANGLES;
+    along[3 * 7 + 1] = bad[k];
+    FAILS(sw_model_create(&mesh, &sheet, NULL, &model), SW_ERROR_INVALID_ARGUMENT, "at triangle 7 is none");
+    along[3 * 7 + 1] = 0;
+    sheet = aluminium(0.3);
+    memcpy(rest, strip.positions, sizeof rest);
+    rest[3 * 9 + 2] = bad[k];
+    sheet.rest_positions = rest, sheet.rest_format = SW_FORMAT_F64;
+    FAILS(sw_model_create(&mesh, &sheet, NULL, &model), SW_ERROR_INVALID_MESH, "the rest shape: vertex 9");
+  }
+  CHECK(model == NULL);
 }
 
 static void a_unit_that_is_none_is_refused(void) {
@@ -567,6 +651,7 @@ int main(void) {
   RUN(a_crease_that_yields_stays_folded);
   RUN(creases_of_one_are_none_and_bad_ones_are_named);
   RUN(a_clamped_strip_swings_as_a_beam_does);
+  RUN(a_sag_and_a_frequency_give_the_factor_that_a_beam_would);
   RUN(the_unit_of_length_does_not_matter);
   RUN(a_saved_model_keeps_its_sheet);
   RUN(a_strip_swings_by_the_modulus_along_it);
@@ -577,6 +662,8 @@ int main(void) {
   RUN(presets_are_sheets_in_any_unit_of_length);
   RUN(what_is_no_preset_is_refused);
   RUN(a_wrong_unit_shows_in_what_the_weight_does);
+  RUN(a_sheet_too_thick_for_its_curvature_is_warned_of);
+  RUN(entries_that_are_no_numbers_are_named);
   RUN(a_unit_that_is_none_is_refused);
   RUN(maps_of_equal_values_are_the_constant);
   RUN(a_thin_end_makes_the_beam_faster);

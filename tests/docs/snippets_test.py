@@ -125,8 +125,8 @@ C = {
         ("young_across", "begin(); material.thickness = 1e-3; material.volume_density = 500;",
          STIFFER.replace("EQUAL", "material.thickness = 1e-3; material.volume_density = 500; material.energy = SW_ENERGY_KOITER; "
                          "material.young = 3e9; material.poisson = 0.3") % "directions change the frequency"),
-        ("sw_state_set_stiffness", READY + " uint32_t count; const double wanted = 2;",
-         'expect(count == 16 && hertz[0] > 0.1 && hertz[0] < hertz[1], "the slowest comes first");'),
+        ("sw_state_set_frequency", READY + " const double wanted = 2;",
+         'expect(factor > 0, "there is a factor"); read_positions(); expect(fabsf(positions[n - 1][2] + 0.03f) < 1e-3f, "it hangs so far");'),
         ("crease_factors", "begin();", STIFFER.replace("EQUAL", "") % "creases change the frequency"),
     ],
 }

@@ -598,6 +598,58 @@ void the_slowest_mode_swings_at_the_frequency_set() {
   }
 }
 
+// By sag the shell comes to rest as far from where it rests without load as was asked for, whatever clock and pose that takes. The stiffness is
+// that of the full shell, so the full shell is played.
+void a_shell_by_sag_hangs_as_far_as_is_asked_for() {
+  const auto played = [](double sag, double gravity, const Pose &pose) {
+    Request request = strip_request();
+    request.build.stiffness.by = host::Stiffness::By::sag;
+    request.build.stiffness.sag = sag;
+    request.build.method = SW_METHOD_SHELL_IMPLICIT;
+    request.motion.damping_ratio = 0;
+    request.motion.damping_mass = 3;
+    request.inputs.gravity = host::apply(Pose{{}, pose.rotation, 1}, {0, 0, -gravity});
+    request.inputs.object = request.inputs.frame = pose;
+    ShellRunner runner;
+    for (int k = 0; k <= 120; ++k) runner.evaluate(at_frame(request, k));
+    const double x = runner.deformed()[3 * strip_vertex(STRIP_COLUMNS - 1, 1)] - request.mesh.points[3 * strip_vertex(STRIP_COLUMNS - 1, 1)];
+    CHECK(runner.notes().builds == 1);
+    return std::hypot(x, tip_height(runner));
+  };
+  const Pose turned = host::pose_of_angles({1, 2, 3}, {20, 30, 40});
+  // The search is good to a thousandth; what is left of the swing after 120 frames to another.
+  for (const double sag : {0.02, 0.2})
+    for (const double gravity : {9.8, 1.6}) CHECK_NEAR(played(sag, gravity, {}) / sag, 1, 4e-3);
+  CHECK_NEAR(played(0.2, 9.8, turned) / 0.2, 1, 4e-3);
+  Request none = strip_request();
+  none.build.stiffness.by = host::Stiffness::By::sag;
+  none.build.stiffness.sag = 0.1;
+  none.inputs.gravity = {};
+  ShellRunner runner;
+  FAILS_WITH(runner.evaluate(none), "the stiffness is by sag, and there is no gravity");
+  none.inputs.gravity = {0, 0, -9.8};
+  none.build.stiffness.sag = 0;
+  FAILS_WITH(runner.evaluate(none), "the sag is 0; it must be above 0");
+  none.build.stiffness.sag = 1e15;
+  FAILS_WITH(runner.evaluate(none), "no stiffness was found by which the shell sags by 1000000000000000");
+}
+
+// Another sag needs no precompute; gravity that is animated leaves the stiffness as it was found at the start frame.
+void a_sag_may_change_without_a_precompute() {
+  Request request = strip_request();
+  request.build.stiffness.by = host::Stiffness::By::sag;
+  request.build.stiffness.sag = 0.05;
+  ShellRunner runner;
+  runner.evaluate(at_frame(request, 0));
+  runner.evaluate(at_frame(request, 1));
+  request.inputs.gravity[2] *= 0.5;
+  runner.evaluate(at_frame(request, 2));
+  CHECK(runner.notes().steps == 2);
+  request.build.stiffness.sag = 0.1;
+  runner.evaluate(at_frame(request, 2));
+  CHECK(runner.notes().builds == 1 && runner.notes().steps > 2);
+}
+
 // Under a steady load the shell rests where load and stiffness balance, which knows no clock; the clock that makes the
 // frequency must have changed the load's share with it: at twice the frequency the sag is a quarter.
 void the_sag_falls_with_the_square_of_the_frequency() {
@@ -2385,6 +2437,8 @@ int main() {
   RUN(a_factor_on_the_stiffness_may_be_animated);
   RUN(the_slowest_mode_swings_at_the_frequency_set);
   RUN(the_sag_falls_with_the_square_of_the_frequency);
+  RUN(a_shell_by_sag_hangs_as_far_as_is_asked_for);
+  RUN(a_sag_may_change_without_a_precompute);
   RUN(forces_in_newtons_carry_the_weight);
   RUN(drag_acts_in_the_scenes_seconds);
   RUN(an_interrupt_stops_the_precompute_and_the_next_evaluation_builds);

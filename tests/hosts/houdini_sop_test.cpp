@@ -255,6 +255,7 @@ void every_parameter_changes_the_result() {
   CHECK(changes(windy, number("tangentialdrag", {1})));
   CHECK(changes(nothing, material));
   CHECK(changes(nothing, number("frequency", {3})));
+  CHECK(changes(number("stiffnessfrom", {4}), number("sag", {0.05})));
   CHECK(changes(nothing, number("thickness", {0.3})));
   CHECK(changes(material, number("kbend", {10})));
   CHECK(changes(material, number("kstretch", {10})));

@@ -111,7 +111,7 @@ void every_attribute_has_its_own_names_and_affects_the_output() {
                                  "binMembership",
                                  "bnm"};
   const std::vector<fake::AttributeInfo> attributes = node.attributes();
-  CHECK(attributes.size() == 111);
+  CHECK(attributes.size() == 112);
   for (const fake::AttributeInfo &attribute : attributes) {
     CHECK(names.insert(attribute.name).second && names.insert(attribute.brief).second);
     CHECK(attribute.affects_output);
@@ -411,6 +411,9 @@ void every_attribute_changes_the_result() {
   CHECK(changes(nothing, material));
   CHECK(changes(frequency, number("frequency", 3)));
   CHECK(changes(frequency, number("thickness", 3)));
+  const auto sagging = number("stiffnessFrom", 4);
+  CHECK(changes(nothing, sagging));
+  CHECK(changes(sagging, number("sag", 2)));
   CHECK(changes(material, number("kBend", 1e5)));
   CHECK(changes(material, number("kStretch", 10)));
   CHECK(changes(material, number("density", 0.01)));

@@ -90,6 +90,7 @@ class Recipe:
     follows: bool      # shape keys and modifiers lead the pins
     moves_rest: bool = False  # and the whole rest shape with them
     frequency: float = 0.0   # Hz that the slowest swing is to have, 0: the material says all
+    sag: tuple = ()          # how far the shell is to hang, and gravity in its axes (3); none: the same
 
 
 BY_FIELDS = ("warp", "warp-virtual-work", "lma")  # methods that support_fields let follow pins that bend the shell
@@ -115,7 +116,19 @@ def read_recipe(obj, depsgraph, package, free):
     if settings.contact_patches:
         needed["contact_patches"] = tuple(group_vertices(obj, settings.contact_patches))
     return Recipe(settings.method, settings.integrator, (("modes", settings.modes), ("precision", settings.precision), *needed.items()), follows, moves_rest,
-                  settings.frequency if settings.material == "FREQUENCY" else 0.0)
+                  settings.frequency if settings.material == "FREQUENCY" else 0.0, read_sag(obj, depsgraph))
+
+
+def read_sag(obj, depsgraph):
+    """How far the shell is to hang, and gravity in the object's axes (3), where it stands now; none where its stiffness is another's."""
+    settings, scene = obj.shellwarp, depsgraph.scene
+    if settings.material != "SAG":
+        return ()
+    gravity = obj.evaluated_get(depsgraph).shellwarp.gravity * numpy.array(scene.gravity) if scene.use_gravity else numpy.zeros(3)
+    if not gravity.any():
+        raise Refused("the material is by sag, and there is no gravity")
+    rotation = numpy.array(split_matrix(evaluated(obj, depsgraph))[1], numpy.float64).reshape(3, 3)
+    return (settings.sag, *(float(g) for g in rotation.T @ gravity))
 
 
 def held_by_handles(obj):

@@ -25,8 +25,8 @@ def metres(scene):
 
 
 def read_material(settings, scene, package, rest, triangles):
-    """The Material or Sheet in Blender units, kilograms and seconds. By frequency it is of the right thickness, and not yet as stiff as it is to be."""
-    if settings.material == "FREQUENCY":
+    """The Material or Sheet in Blender units, kilograms and seconds. By look it is of the right thickness, and not yet as stiff as it is to be."""
+    if settings.material in ("FREQUENCY", "SAG"):
         return package.look.sheet_of(rest, triangles, settings.density, settings.thickness / metres(scene))
     if settings.material == "CONSTANTS":
         return package.Material(settings.k_area, settings.k_length, settings.k_bend, settings.density)
@@ -59,7 +59,7 @@ def group_names(settings):
     if settings.material == "CONSTANTS":
         names = {"area_density": settings.density_group, "k_bend": settings.bend_group,
                  "k_length": settings.stretch_group, "k_area": settings.stretch_group}
-    elif not is_real(settings):  # a frequency sets the stiffnesses
+    elif not is_real(settings):  # the look sets the stiffnesses
         names = {"area_density": settings.density_group}
     else:
         names = {constant: getattr(settings, group) for group, constant in MAPS.items()}

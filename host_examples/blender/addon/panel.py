@@ -5,7 +5,7 @@ import bpy
 from . import bake, colliders, fields, inputs, library, live, materials, operators, presets, stack
 
 GROUPS = [
-    ("Material", ("material", "preset", "frequency", "young", "poisson", "young_across", "shear", "directions", "direction", "thickness",
+    ("Material", ("material", "preset", "frequency", "sag", "young", "poisson", "young_across", "shear", "directions", "direction", "thickness",
                   "volume_density", "density", "k_bend", "k_length", "k_area", "thickness_group", "young_group", "density_group", "bend_group",
                   "stretch_group", "rest_shape", "crease_factors", "crease_angles", "crease_yields", "stiffness_factor")),
     ("Method", ("method", "reduced_fields", "auto_error", "modes", "correction_steps", "integrator", "precision")),
@@ -17,9 +17,9 @@ GROUPS = [
 
 # Which materials read a setting.
 MATERIALS = {**dict.fromkeys(("k_bend", "k_length", "k_area", "bend_group", "stretch_group"), ("CONSTANTS",)),
-             **dict.fromkeys(("young", "poisson", "volume_density"), ("SHEET",)), "preset": ("PRESET",), "frequency": ("FREQUENCY",),
+             **dict.fromkeys(("young", "poisson", "volume_density"), ("SHEET",)), "preset": ("PRESET",), "frequency": ("FREQUENCY",), "sag": ("SAG",),
              **dict.fromkeys(("thickness_group", "young_group", "young_across", "shear", "direction", "directions"), ("PRESET", "SHEET")),
-             "density": ("CONSTANTS", "FREQUENCY"), "thickness": ("PRESET", "SHEET", "FREQUENCY")}
+             "density": ("CONSTANTS", "FREQUENCY", "SAG"), "thickness": ("PRESET", "SHEET", "FREQUENCY", "SAG")}
 
 
 class SHELLWARP_UL_handles(bpy.types.UIList):

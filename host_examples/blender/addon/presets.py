@@ -5,7 +5,7 @@ from bl_operators.presets import AddPresetBase
 from bl_ui.utils import PresetPanel
 
 # What is the shell's nature, and not of one mesh, scene or file.
-KEPT = ("material", "preset", "frequency", "young", "poisson", "young_across", "shear", "thickness", "volume_density", "density",
+KEPT = ("material", "preset", "frequency", "sag", "young", "poisson", "young_across", "shear", "thickness", "volume_density", "density",
         "k_bend", "k_length", "k_area", "method", "reduced_fields", "auto_error", "modes", "correction_steps", "push_out", "integrator",
         "precision", "support_fields", "damping_ratio", "damping_mass", "damping_stiffness", "stiffness_factor", "gravity", "fields",
         "air_density", "normal_drag", "tangential_drag", "steps_per_frame")

@@ -115,15 +115,18 @@ class ShellwarpSettings(bpy.types.PropertyGroup):
         ("CONSTANTS", "Constants", "The paper's four numbers, which are the mesh's and the unit's"),
         ("PRESET", "Known material", "A sheet by name: docs/reference/materials.md"),
         ("SHEET", "Sheet", "Young's modulus, Poisson's ratio, thickness and density in SI units"),
-        ("FREQUENCY", "Frequency", "By look: how fast the slowest swing is")])
+        ("FREQUENCY", "Frequency", "By look: how fast the slowest swing is"),
+        ("SAG", "Sag", "By look: how far it hangs at rest under gravity")])
     frequency: FloatProperty(override=OVER, name="Frequency, Hz", default=2.0, min=1e-3, soft_max=30, options=NOT_KEYED,
                              description="Of the slowest swing: a leaf 2 to 5, sheet metal 20 and more. Twice as fast sags a quarter as far")
+    sag: FloatProperty(override=OVER, name="Sag", default=0.1, min=1e-6, subtype="DISTANCE", precision=4, options=NOT_KEYED,
+                       description="How far the vertex that moves furthest hangs at rest under the scene's gravity, where the shell stands at the start frame")
     preset: StringProperty(override=OVER, name="Known material", default="card", options=NOT_KEYED, search=preset_names,
                            description="A name of the library's table")
     young: FloatProperty(override=OVER, name="Young's modulus, Pa", default=3e9, min=0, options=NOT_KEYED)
     poisson: FloatProperty(override=OVER, name="Poisson's ratio", default=0.3, min=-0.99, max=0.5, options=NOT_KEYED)
     thickness: FloatProperty(override=OVER, name="Thickness, m", default=0.0, min=0, precision=6, step=0.01, options=NOT_KEYED,
-                             description="Of a known material 0 is its own, by frequency a two-hundredth of the size")
+                             description="Of a known material 0 is its own, by frequency and sag a two-hundredth of the size")
     volume_density: FloatProperty(override=OVER, name="Density, kg/m³", default=1000, min=0, options=NOT_KEYED)
     young_across: FloatProperty(override=OVER, name="Modulus across, Pa", default=0.0, min=0, options=NOT_KEYED,
                                 description="Young's modulus across a direction, where the sheet has a grain. 0: the same in all directions")

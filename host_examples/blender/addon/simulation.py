@@ -40,6 +40,8 @@ class Simulation:
         self._rest = numpy.asarray(shell.positions / scale, numpy.float32)
         if recipe.frequency:
             shell = package.look.at_frequency(shell, recipe.frequency, dict(recipe.options)["modes"], progress)
+        if recipe.sag:
+            shell = package.look.at_sag(shell, recipe.sag[0], recipe.sag[1:], modes=dict(recipe.options)["modes"], progress=progress)
         self.model = package.Model(shell)
         try:
             self.model.precompute(progress=progress, **dict(recipe.options))

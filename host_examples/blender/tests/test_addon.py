@@ -713,6 +713,29 @@ class ByLook(Case):
             # The second mode of a strip that is clamped bends 6.27 times as fast; the mesh is coarse across.
             self.assertAlmostEqual(found[1] / found[0], 6.27, delta=1.0)
 
+    def test_it_hangs_as_far_as_is_asked_for_wherever_it_stands(self):
+        """Of the full shell at rest, to the search's thousandth. About the vertical it may be turned."""
+        found = {}
+        for name, turn, sag in (("flat", 0.0, 0.05), ("deeper", 1.0, 0.1)):
+            scenes.empty_file()
+            obj = add_strip()
+            obj.rotation_euler[2] = turn
+            bpy.context.view_layer.update()
+            obj.shellwarp.material, obj.shellwarp.sag = "SAG", sag
+            bpy.context.scene.frame_set(1)
+            self.assertEqual(self.message(obj), "")
+            model = part("live").simulation(obj).model
+            with model.state("shell-implicit") as state:
+                state.set_gravity(tuple(bpy.context.scene.gravity))
+                state.equilibrium()
+                self.assertAlmostEqual(state.report()["max_displacement"] / sag, 1, delta=1.1e-3)
+            found[name] = model.frequencies()[0]
+        self.assertLess(found["deeper"], found["flat"])
+        bpy.context.scene.use_gravity = False
+        obj.shellwarp.sag = 0.2
+        bpy.context.scene.frame_set(1)
+        self.assertIn("there is no gravity", self.message(obj))
+
     def test_a_shell_by_look_bakes_and_tells_what_does_not_swing(self):
         obj = add_strip()
         obj.shellwarp.material, obj.shellwarp.cache = "FREQUENCY", str(self.folder / "look.pc2")

@@ -14,17 +14,19 @@ SHEET = {"young", "poisson", "thickness", "volume_density"}
 GRAIN = {"young_across", "shear", "direction", "directions"}   # of a sheet that is stiffer along a direction
 VARIES = {**{name: name for name in ("k_area", "k_length", "k_bend")}, "density": "area_density",
           **{name: name for name in ("young", "thickness", "volume_density")}}   # the library's name of each map
-KEYS = {*CONSTANTS, *SHEET, *GRAIN, "frequency", "preset", "from_usd", "map", "region", "crease", "rest_shape"}
+KEYS = {*CONSTANTS, *SHEET, *GRAIN, "frequency", "sag", "preset", "from_usd", "map", "region", "crease", "rest_shape"}
+LOOKS = {"frequency": "Hz", "sag": "a length"}   # by which the stiffness is found
 CREASE = {"box", "edges", "list", "factor", "angle_degrees", "yield_degrees"}
 
 
 def check(where, table):
     """SceneError unless maps, regions and creases have keys that are known, and what they need."""
-    if "frequency" in table:
-        if not table["frequency"] > 0:
-            raise SceneError(f"{where}: frequency is {table['frequency']!r}, expected Hz above 0")
-        if wrong := sorted((set(table) & (set(CONSTANTS) | SHEET | GRAIN | {"preset", "from_usd"})) - {"density", "thickness"}):
-            raise SceneError(f"{where}: {wrong[0]} does not go with frequency, which sets the stiffness")
+    for key, of in LOOKS.items():
+        if key in table:
+            if not table[key] > 0:
+                raise SceneError(f"{where}: {key} is {table[key]!r}, expected {of} above 0")
+            if wrong := sorted((set(table) & (set(CONSTANTS) | SHEET | GRAIN | {"preset", "from_usd"} | set(LOOKS) - {key})) - {"density", "thickness"}):
+                raise SceneError(f"{where}: {wrong[0]} does not go with {key}, which sets the stiffness")
     if not isinstance(table.get("from_usd", True), bool):
         raise SceneError(f"{where}: from_usd is {table['from_usd']!r}, expected true or false")
     known(f"{where}, map", table.get("map", {}), VARIES)
@@ -41,8 +43,13 @@ def check(where, table):
 
 
 def is_sheet(table):
-    """Whether a material is one of kilograms and metres, and not of constants or by frequency."""
-    return "frequency" not in table and bool(set(table) & (SHEET | GRAIN | {"preset"}) or table.get("from_usd"))
+    """Whether a material is one of kilograms and metres, and not of constants or by look."""
+    return not look_of(table) and bool(set(table) & (SHEET | GRAIN | {"preset"}) or table.get("from_usd"))
+
+
+def look_of(table):
+    """The key of what sets the stiffness, None where numbers do."""
+    return next((key for key in LOOKS if key in table), None)
 
 
 def with_usd(table, asset):
@@ -81,9 +88,9 @@ def _check_crease(where, crease):
 
 
 def material_of(table, simulated=None, metres_per_unit=1.0):
-    """The Material or Sheet of a table: one of them, and of a sheet all four numbers, of its preset or its own. By frequency it is not yet as stiff as it is to be.
+    """The Material or Sheet of a table: one of them, and of a sheet all four numbers, of its preset or its own. By look it is not yet as stiff as it is to be.
     A preset is in the unit of length that is so many metres long."""
-    if "frequency" in table:
+    if look_of(table):
         return shellwarp.look.sheet_of(simulated.positions, simulated.triangles, float(table.get("density", 1.0)), float(table.get("thickness", 0.0)))
     constants, sheet = sorted(set(table) & set(CONSTANTS)), sorted(set(table) & (SHEET | GRAIN | {"preset"}))
     if constants and sheet:
@@ -140,8 +147,8 @@ def _maps(table, material, simulated, mesh):
 
 
 def _check_varies(key, material, table):
-    if "frequency" in table and key != "density":
-        raise SceneError(f"material: {key} does not go with frequency, which sets it")
+    if look_of(table) and key != "density":
+        raise SceneError(f"material: {key} does not go with {look_of(table)}, which sets it")
     if isinstance(material, shellwarp.Sheet) != (key in SHEET):
         raise SceneError(f"material: {key} varies over {'a sheet' if key in SHEET else 'a shell of the constants'} alone")
 

@@ -16,7 +16,7 @@ from .content import content_hash
 from .errors import FarmError, SceneError
 from .handles import NAMES, demand
 from .job_log import library_messages
-from .materials import material_of, parts_of, with_usd
+from .materials import look_of, material_of, parts_of, with_usd
 from .simulated import drawn_at, simulated_at
 from .supports import FIELDS, any_moves, at_rest, axes_of, held_vertices, supported_vertices
 
@@ -43,7 +43,9 @@ def tables_of(owner, simulation, methods):
     handles = owner["handle"] if any(method.needs_fields or method.needs_choice for method in known) else []
     if options.get("auto_error") or options.get("auto_operations"):
         options.update(demand(handles))
-    return {"mesh": owner["mesh"], "metres_per_unit": owner["metres_per_unit"], "proxy": owner["proxy"], "material": owner["material"], "support": at_rest(owner["support"]), "tie": owner["tie"],
+    if look_of(owner["material"]) == "sag" and not any(simulation["gravity"]):
+        raise SceneError("material: sag goes with gravity, and simulation.gravity is 0")
+    return {"mesh": owner["mesh"], "gravity": simulation["gravity"], "metres_per_unit": owner["metres_per_unit"], "proxy": owner["proxy"], "material": owner["material"], "support": at_rest(owner["support"]), "tie": owner["tie"],
             "handle": [{key: item[key] for key in NAMES if key in item} for item in handles], "options": options}
 
 
@@ -109,7 +111,7 @@ def model_key(tables):
     material = shell.material
     return content_hash({
         "positions": shell.positions, "triangles": shell.triangles, "held": shell.fixed, "clamped": list(shell.clamped),
-        "material": [type(material).__name__, *dataclasses.astuple(material), tables["material"].get("frequency")], "directions": shell.directions,
+        "material": [type(material).__name__, *dataclasses.astuple(material), tables["material"].get("frequency"), *_sag(tables)], "directions": shell.directions,
         "maps": dict(shell.maps), "creases": list(shell.creases), "rest": shell.rest_positions,
         "axes": sorted(shell.axes.items()), "symmetric": sorted(shell.symmetric.items()), "ties": [list(shell.ties), list(shell.triangle_ties), shell.tie_distance],
         "options": _options_here(tables, shell), "library": library_digest()})
@@ -161,11 +163,20 @@ def slowest_of(model):
     return float(next((hertz for hertz in model.frequencies() if hertz > 0), 0.0))
 
 
+def _sag(tables):
+    """How far the shell is to hang, and under what gravity; nothing where its stiffness is another's."""
+    return [tables["material"]["sag"], list(tables["gravity"])] if look_of(tables["material"]) == "sag" else []
+
+
 def _precompute(tables):
     shell = shell_of(tables)
     options = _options_here(tables, shell)
-    if "frequency" in tables["material"]:
+    look = look_of(tables["material"])
+    if look == "frequency":
         shell = shellwarp.look.at_frequency(shell, tables["material"]["frequency"], tables["options"]["modes"])
+    elif look == "sag":
+        length, gravity = _sag(tables)
+        shell = shellwarp.look.at_sag(shell, length, gravity, modes=tables["options"]["modes"])
     with shellwarp.Model(shell) as model:
         model.precompute(**options)
         return model.save()

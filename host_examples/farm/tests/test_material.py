@@ -155,6 +155,26 @@ class Varying(Case):
             with self.subTest(message), self.assertRaisesRegex(SceneError, message):
                 self.shell(material)
 
+    def test_a_sag_gives_the_stiffness(self):
+        """Of the full shell, to a thousandth; by another gravity another model."""
+        keys = set()
+        for gravity in (9.8, 1.6):
+            settings = LIST.replace(OLD, "{ sag = 0.02, density = 0.3, thickness = 5e-4 }").replace("gravity = [0, 0, -9.8]", f"gravity = [0, 0, -{gravity}]")
+            job = self.jobs("", settings)["one"]
+            record = self.bake(job)[0]
+            keys.add(record["model"]["key"])
+            with load_model(model_tables(job), record["model"]["key"], self.folder / "cache")[0].state("shell-implicit") as state:
+                state.set_gravity(job["simulation"]["gravity"])
+                state.equilibrium()
+                self.assertAlmostEqual(state.report()["max_displacement"] / 0.02, 1, delta=1.1e-3)   # and the solver's own
+        self.assertEqual(len(keys), 2)
+        for material, message in (("{ sag = 0.02, k_bend = 1 }", "k_bend does not go with sag"), ("{ sag = 0 }", "expected a length above 0"),
+                                  ("{ sag = 0.02, frequency = 2 }", "does not go with")):
+            with self.subTest(message), self.assertRaisesRegex(SceneError, message):
+                self.shell(material)
+        with self.assertRaisesRegex(SceneError, "sag goes with gravity"):
+            model_tables(self.jobs("", LIST.replace(OLD, "{ sag = 0.02 }").replace("gravity = [0, 0, -9.8]", "gravity = [0, 0, 0]"))["one"])
+
     def test_what_cannot_vary_is_named(self):
         self.write("short.txt", [1.0, 2.0])
         self.write("none.txt", [0.0] * N)

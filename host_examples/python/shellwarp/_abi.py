@@ -657,6 +657,8 @@ FUNCTIONS = {
     "sw_state_set_gravity": (c_uint32, [POINTER(SwState), c_void_p]),
     "sw_state_set_damping": (c_uint32, [POINTER(SwState), POINTER(SwDampingDesc)]),
     "sw_state_set_stiffness": (c_uint32, [POINTER(SwState), c_double]),
+    "sw_state_set_frequency": (c_uint32, [POINTER(SwState), c_double, c_void_p]),
+    "sw_state_set_sag": (c_uint32, [POINTER(SwState), c_double, c_double, c_void_p]),
     "sw_state_set_frame": (c_uint32, [POINTER(SwState), POINTER(SwFrameDesc)]),
     "sw_state_set_amplitudes": (c_uint32, [POINTER(SwState), c_void_p, c_void_p, c_uint32]),
     "sw_state_set_pose": (c_uint32, [POINTER(SwState), c_uint32, c_uint32, c_void_p, c_uint64, c_void_p, c_uint64, c_uint32, c_void_p]),

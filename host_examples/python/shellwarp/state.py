@@ -44,7 +44,6 @@ class State(Handle):
         model._call("sw_state_create", byref(desc), byref(pointer))
         self._adopt(pointer)
         self.n_vertices = model.n_vertices
-        self._hertz = model.frequencies()
 
     def clone(self) -> "State":
         """An independent copy: stepped alike, the same bits."""
@@ -53,7 +52,6 @@ class State(Handle):
         other = State.__new__(State)
         other._adopt(pointer)
         other.n_vertices = self.n_vertices
-        other._hertz = self._hertz
         return other
 
     # ------------------------------------------------------------------------------------------------------- inputs
@@ -76,32 +74,15 @@ class State(Handle):
 
     def set_frequency(self, hertz: float) -> float:
         """Sets the stiffness by which the slowest swing has this frequency; returns the factor."""
-        swings = self._hertz[self._hertz > 0]
-        if not len(swings):
-            raise InvalidArgumentError("hertz: none of the modes swings, so that there is no frequency to set")
-        factor = float((hertz / swings[0]) ** 2)
-        self.set_stiffness(factor)
-        return factor
+        factor = c_double()
+        self._call("sw_state_set_frequency", hertz, byref(factor))
+        return factor.value
 
     def set_sag(self, length: float, tolerance: float = 0.01) -> float:
         """Sets the stiffness by which the vertex that moves furthest is so far from rest at the equilibrium of the present loads, where the state then is; returns the factor."""
-        if not (numpy.isfinite(length) and length > 0):
-            raise InvalidArgumentError(f"length: {length} is not greater than 0")
-        known: list[tuple[float, float]] = []   # logarithms of factors and of sags, a straight line of slope -1 where sags are small
-        factor = 1.0
-        for _ in range(20):
-            self.set_stiffness(factor)
-            self.equilibrium()
-            sag = self.report()["max_displacement"]
-            if not sag > 0:
-                raise InvalidArgumentError("length: nothing moves under the present loads: set gravity first")
-            if abs(sag / length - 1) <= tolerance:
-                return factor
-            known.append((float(numpy.log(factor)), float(numpy.log(sag / length))))
-            (a, f), (b, g) = known[-2:] if len(known) > 1 else [(known[0][0] - 1, known[0][1] + 1), known[0]]
-            slope = min((g - f) / (b - a) if b != a else -1.0, -0.2)   # far bent, a shell gives less and less
-            factor = float(numpy.exp(numpy.clip(b - g / slope, b - 4, b + 4)))
-        raise InvalidArgumentError(f"length: no stiffness was found by which the shell sags by {length}; the last one gives {sag}")
+        factor = c_double()
+        self._call("sw_state_set_sag", length, tolerance, byref(factor))
+        return factor.value
 
     def set_damping(self, ratio: ArrayLike = 0.0, mass: float = 0.0, stiffness: float = 0.0, factors: "ArrayLike | None" = None) -> None:
         """Fraction of critical damping, one or (modes), 0 for a nonlinear shell; Rayleigh's coefficients in 1/s and s.

@@ -662,7 +662,7 @@ class Stiffness(unittest.TestCase):
         state.set_gravity([0, 0, 0])
         with self.assertRaisesRegex(sw.InvalidArgumentError, "nothing moves"):
             state.set_sag(0.01)
-        with self.assertRaisesRegex(sw.InvalidArgumentError, "length: -1"):
+        with self.assertRaisesRegex(sw.InvalidArgumentError, "length is -1"):
             state.set_sag(-1)
 
 

@@ -182,7 +182,24 @@ impl Play<'_> {
         if self.equilibria > MAX_EQUILIBRIA {
             return SW_OK;
         }
-        unsafe { sw_state_equilibrium(state, null_mut()) }
+        if self.input.one_in(4) { self.sag(state) } else { unsafe { sw_state_equilibrium(state, null_mut()) } }
+    }
+
+    /// Looks for a stiffness, which takes equilibria. A search that finds none changes nothing.
+    fn sag(&mut self, state: Handle) -> SwStatus {
+        let which = self.states.iter().position(|s| s.handle == state).unwrap_or(0);
+        let (before, mut factor) = (self.states[which].seen(), f64::NAN);
+        let (length, tolerance) = (self.input.number(), if self.input.one_in(2) { self.input.number() } else { 0.0 });
+        let status = unsafe { sw_state_set_sag(state, length, tolerance, &mut factor) };
+        if sane(status) {
+            assert!((1e-9..=1e9).contains(&factor), "factor {factor}");
+        } else {
+            assert!(
+                factor.is_nan() && self.states[which].seen() == before,
+                "status {status} changed a state, or {factor}"
+            );
+        }
+        status
     }
 
     /// Estimates the error, which takes factorizations and so happens as seldom as an equilibrium.
@@ -246,6 +263,8 @@ impl Play<'_> {
             16 => unsafe { sw_state_set_method(state, self.input.code(9)) },
             17 => self.certify(which),
             18 => self.pose(state, n),
+            19 => unsafe { sw_state_set_stiffness(state, self.input.number()) },
+            20 => unsafe { sw_state_set_frequency(state, self.input.number(), null_mut()) },
             _ => {
                 let h = self.input.number();
                 unsafe { sw_state_step(state, if self.input.one_in(8) { h } else { h.abs() }) }

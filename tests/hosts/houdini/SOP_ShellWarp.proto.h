@@ -19,6 +19,7 @@ public:
   fpreal getTangentialdrag() const { return tangentialdrag_; }
   int64_t getStiffnessfrom() const { return stiffnessfrom_; }
   fpreal getFrequency() const { return frequency_; }
+  fpreal getSag() const { return sag_; }
   fpreal getThickness() const { return thickness_; }
   fpreal getKbend() const { return kbend_; }
   fpreal getKstretch() const { return kstretch_; }
@@ -97,6 +98,7 @@ public:
     tangentialdrag_ = at(values, "tangentialdrag", "float").numbers[0];
     stiffnessfrom_ = static_cast<int64_t>(at(values, "stiffnessfrom", "ordinal").numbers[0]);
     frequency_ = at(values, "frequency", "float").numbers[0];
+    sag_ = at(values, "sag", "float").numbers[0];
     thickness_ = at(values, "thickness", "float").numbers[0];
     kbend_ = at(values, "kbend", "float").numbers[0];
     kstretch_ = at(values, "kstretch", "float").numbers[0];
@@ -187,6 +189,7 @@ private:
   fpreal tangentialdrag_ = 0;
   int64_t stiffnessfrom_ = 0;
   fpreal frequency_ = 0;
+  fpreal sag_ = 0;
   fpreal thickness_ = 0;
   fpreal kbend_ = 0;
   fpreal kstretch_ = 0;
