@@ -11,14 +11,17 @@ mod foot;
 mod frames;
 mod patch;
 mod saved;
+mod sums;
 
 use crate::error::{reserve, try_zeroed};
 use crate::{Error, ErrorKind, Mesh, Result, Shell, Vec3, wide_norm};
 use foot::Ground;
 use frames::{Followed, Frames};
 use patch::{Patch, slope};
+use pulp::Arch;
 use std::ops::Range;
 use std::sync::Arc;
+use sums::{applied, sums};
 
 /// A point further off than this, in sizes of the mesh, belongs to no shell.
 const FURTHEST: f64 = 1e6;
@@ -49,7 +52,15 @@ struct Row {
 struct Turning {
     /// A tangent, and the normal times it.
     rest: [[f64; 3]; 2],
-    rows: [Row; 2],
+    /// As of a row.
+    factors: [[[f32; 4]; 3]; 2],
+    corners: [u32; 3],
+}
+
+impl Turning {
+    fn new(rest: [[f64; 3]; 2], rows: [Row; 2]) -> Self {
+        Self { rest, factors: rows.map(|row| row.factors), corners: rows[0].corners }
+    }
 }
 
 /// Points bound to a mesh. Immutable, shared by states and threads.
@@ -75,6 +86,8 @@ pub struct Pose<'a> {
     binding: &'a Binding,
     followed: Vec<Followed>,
     rates: Vec<Followed>,
+    /// What sums are by instructions of; these are the same in all, as nothing is summed across registers.
+    arch: Arch,
 }
 
 fn name(what: &str, i: usize, v: &Vec3) -> String {
@@ -193,7 +206,7 @@ impl Binding {
             let (row, distance) = match axes(at(&normals).as_ref(), at(&tangents).as_ref()) {
                 Some(axes) => {
                     let (row, rows, distance) = maker.bind(&p, axes);
-                    turning.push(Turning { rest: axes.map(Into::into), rows });
+                    turning.push(Turning::new(axes.map(Into::into), rows));
                     (row, distance)
                 }
                 None if bound.has != [false; 2] => {
@@ -232,10 +245,10 @@ impl Binding {
     /// With how far its points can get. Fails where a factor is no number, or as large as no point needs.
     fn measured(mut self) -> Result<Self> {
         self.reach = self.rest.iter().flatten().map(|c| c.abs()).fold(0.0, f64::max);
-        let sum = |row: &Row| row.factors.iter().flatten().map(|c| f64::from(c.abs())).sum::<f64>();
+        let sum = |factors: &[[f32; 4]; 3]| factors.iter().flatten().map(|c| f64::from(c.abs())).sum::<f64>();
         for (i, row) in self.rows.iter().enumerate() {
-            let turning = self.turning.get(i).map_or(&[][..], |turning| &turning.rows);
-            let gain = turning.iter().map(sum).fold(sum(row), |a, b| if b <= a { a } else { b });
+            let turning = self.turning.get(i).map_or(&[][..], |turning| &turning.factors);
+            let gain = turning.iter().map(sum).fold(sum(&row.factors), |a, b| if b <= a { a } else { b });
             let bounded = gain <= LARGEST_GAIN;
             if !bounded {
                 let place = format!("point {i} cannot be bound to triangle {:?} of the mesh", row.corners);
@@ -298,7 +311,7 @@ impl Binding {
             }
             None => vec![],
         };
-        Ok(Pose { binding: self, followed, rates })
+        Ok(Pose { binding: self, followed, rates, arch: Arch::new() })
     }
 }
 
@@ -311,19 +324,11 @@ fn scaled(positions: &[Vec3], size: f64) -> Result<Vec<Vec3>> {
     Ok(out)
 }
 
-/// Σ of a row, in the mesh's size.
+/// Of length 1; zero where it has no direction.
 #[inline(always)]
-fn applied(row: &Row, followed: &[Followed]) -> [f32; 4] {
-    let mut sum = [0f32; 4];
-    for (factors, corner) in row.factors.iter().zip(row.corners) {
-        let corner = &followed[corner as usize];
-        for (factor, part) in factors.iter().zip(corner) {
-            for lane in 0..4 {
-                sum[lane] += factor * part[lane];
-            }
-        }
-    }
-    sum
+fn unit(v: Vec3) -> Vec3 {
+    let length = v.norm_squared().sqrt();
+    if length > 0.0 { v * (1.0 / length) } else { Vec3::zeros() }
 }
 
 impl Pose<'_> {
@@ -345,44 +350,42 @@ impl Pose<'_> {
 
     /// Where the points of a range are.
     pub fn positions(&self, points: Range<usize>, mut write: impl FnMut(usize, Vec3)) {
-        let (bound, size) = (self.binding, self.binding.mesh.size);
-        for i in points {
-            let u = applied(&bound.rows[i], &self.followed);
-            let rest = &bound.rest[i];
-            write(i, Vec3::from_fn(|c, _| rest[c] + size * f64::from(u[c])));
-        }
+        let (bound, size, first) = (self.binding, self.binding.mesh.size, points.start);
+        let rest = &bound.rest[points.clone()];
+        sums(self.arch, &bound.rows[points], &self.followed, |i, [u]| {
+            write(first + i, Vec3::from_fn(|c, _| rest[i][c] + size * f64::from(u[c])));
+        });
     }
 
     /// Where they are, and their velocities; zero where the pose was made without.
     pub fn velocities(&self, points: Range<usize>, mut write: impl FnMut(usize, Vec3, Vec3)) {
         let size = self.binding.mesh.size;
         self.positions(points, |i, x| {
-            let v = if self.rates.is_empty() { [0.0; 4] } else { applied(&self.binding.rows[i], &self.rates) };
+            let [v] = match self.rates.is_empty() {
+                true => [[0.0; 4]],
+                false => applied(&self.binding.rows[i], &self.rates),
+            };
             write(i, x, Vec3::from_fn(|c, _| size * f64::from(v[c])));
         });
     }
 
-    /// What became of a point's two directions.
-    fn turned(&self, i: usize) -> [Vec3; 2] {
-        let turning = &self.binding.turning[i];
-        [0, 1].map(|k| {
-            let change = applied(&turning.rows[k], &self.followed);
-            Vec3::from_fn(|c, _| turning.rest[k][c] + f64::from(change[c]))
-        })
+    /// Hands what became of points' two directions to `take`.
+    fn turned(&self, points: Range<usize>, mut take: impl FnMut(usize, [Vec3; 2])) {
+        let first = points.start;
+        let turning = &self.binding.turning[points];
+        sums(self.arch, turning, &self.followed, |i, changes| {
+            let rest = &turning[i].rest;
+            take(first + i, [0, 1].map(|k| Vec3::from_fn(|c, _| rest[k][c] + f64::from(changes[k][c]))));
+        });
     }
 
     /// Their unit normals, across the deformed tangents; zero where these span nothing. Of a binding that has any.
     pub fn normals(&self, points: Range<usize>, mut write: impl FnMut(usize, Vec3)) {
-        for i in points {
-            let [t, s] = self.turned(i);
-            write(i, t.cross(&s).try_normalize(0.0).unwrap_or_default());
-        }
+        self.turned(points, |i, [t, s]| write(i, unit(t.cross(&s))));
     }
 
     /// Their unit tangents; zero where they have no length. Of a binding that has any.
     pub fn tangents(&self, points: Range<usize>, mut write: impl FnMut(usize, Vec3)) {
-        for i in points {
-            write(i, self.turned(i)[0].try_normalize(0.0).unwrap_or_default());
-        }
+        self.turned(points, |i, [t, _]| write(i, unit(t)));
     }
 }

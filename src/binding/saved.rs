@@ -18,9 +18,9 @@ fn hash_of(base: &[Vec3], triangles: &[[u32; 3]]) -> u64 {
     hash.digest()
 }
 
-fn write_row(out: &mut Vec<u8>, row: &Row) {
-    row.corners.iter().for_each(|v| out.extend(v.to_le_bytes()));
-    row.factors.iter().flatten().for_each(|c| out.extend(c.to_le_bytes()));
+fn write_row(out: &mut Vec<u8>, corners: &[u32; 3], factors: &[[f32; 4]; 3]) {
+    corners.iter().for_each(|v| out.extend(v.to_le_bytes()));
+    factors.iter().flatten().for_each(|c| out.extend(c.to_le_bytes()));
 }
 
 impl Binding {
@@ -36,10 +36,10 @@ impl Binding {
         out.extend(self.furthest.0.to_le_bytes());
         out.extend(self.furthest.1.to_le_bytes());
         self.rest.iter().flatten().for_each(|c| out.extend(c.to_le_bytes()));
-        self.rows.iter().for_each(|row| write_row(&mut out, row));
+        self.rows.iter().for_each(|row| write_row(&mut out, &row.corners, &row.factors));
         for turning in &self.turning {
             turning.rest.iter().flatten().for_each(|c| out.extend(c.to_le_bytes()));
-            turning.rows.iter().for_each(|row| write_row(&mut out, row));
+            turning.factors.iter().for_each(|factors| write_row(&mut out, &turning.corners, factors));
         }
         out.extend(xxh3_64(&out).to_le_bytes());
         Ok(out)
@@ -83,9 +83,11 @@ impl Binding {
             bound.rows.push(reader.row()?);
         }
         for _ in 0..bound.turning.capacity().min(n) {
-            bound
-                .turning
-                .push(Turning { rest: [reader.vector(), reader.vector()], rows: [reader.row()?, reader.row()?] });
+            let (rest, rows) = ([reader.vector(), reader.vector()], [reader.row()?, reader.row()?]);
+            if rows[0].corners != rows[1].corners {
+                return invalid("the saved binding has a point whose directions follow two triangles");
+            }
+            bound.turning.push(Turning::new(rest, rows));
         }
         let turned = bound.turning.iter().flat_map(|t| t.rest.as_flattened());
         let distance = &bound.furthest.0;

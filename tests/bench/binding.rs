@@ -22,7 +22,7 @@ use std::time::Instant;
 const TURNS: usize = 15;
 /// The leaf that is simulated has 1,800 vertices or so; those whose vertices follow it are finer by these.
 const SIMULATED: usize = 2;
-const FINE: [usize; 6] = [1, 2, 5, 8, 15, 46];
+const FINE: [usize; 7] = [0, 1, 2, 5, 8, 15, 46]; // the first: a single point
 /// The finest that is simulated itself, for comparison.
 const COMPARED: usize = 15;
 
@@ -83,7 +83,10 @@ fn main() {
     );
     let mut at_compared = 0.0;
     for fine in FINE {
-        let points = leaf(fine).mesh.positions.clone();
+        let mut points = leaf(fine.max(1)).mesh.positions.clone();
+        if fine == 0 {
+            points.truncate(1);
+        }
         let (bind, [positions, both]) = follow(&state, &points);
         if fine == COMPARED {
             at_compared = positions;

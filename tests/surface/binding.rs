@@ -378,6 +378,7 @@ fn saved_bindings_give_the_same_bits_and_damaged_ones_are_refused() {
             let pose = loaded.pose(shell.mesh.positions.iter().map(|x| rolled(x, 0.7)).collect(), None).unwrap();
             assert!(pose.reach().is_finite());
             pose.positions(0..loaded.n_points(), |i, x| assert!(x.iter().all(|c| c.is_finite()), "point {i}"));
+            pose.normals(0..loaded.n_points(), |i, x| assert!(x.iter().all(|c| c.is_finite()), "normal {i}"));
         }
     }
 }
