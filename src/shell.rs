@@ -7,7 +7,7 @@ use crate::material::{
 };
 use crate::mesh::NONE;
 use crate::sparse::{Analyses, BlockMatrix, Symbolic};
-use crate::support::Roller;
+use crate::support::{Pose, Roller};
 use crate::{Error, ErrorKind, Mesh, Result, Supports, Vec3};
 use faer::sparse::SymbolicSparseColMatRef;
 use std::ops::Deref;
@@ -174,7 +174,7 @@ impl Shell {
             _ => None,
         };
         let made_of = (material, &maps, &creases, &orthotropy, &bonds);
-        let energy = energy_of(unstressed, made_of, (&clamped, &mirrors, &mesh));
+        let energy = energy_of(unstressed, made_of, (&clamped, &mirrors, &mesh), None);
         let areas = areas.into();
         let total_mass: f64 = mass.iter().sum();
         if !(total_mass.is_finite() && total_area.is_finite()) {
@@ -283,6 +283,27 @@ impl Shell {
         Some(Self { energy, sag, analyses, ..self.copy() })
     }
 
+    /// The same matter with the shape that `axes` (n_vertices) carry the mesh to for its rest shape. Its elements are on the same vertices.
+    /// Fails where a triangle of it has no area.
+    pub(crate) fn carried(&self, axes: &[Pose]) -> Result<Self> {
+        let positions = axes.iter().zip(&self.mesh.positions).map(|(axes, x)| axes.place(x)).collect();
+        let mesh = self.moved(positions).0;
+        if let Some(t) = (0..mesh.triangles.len()).find(|t| !mesh.area(*t).is_normal()) {
+            let message = format!("the rest shape: its triangle {t} has no area, and the full shell cannot rest there");
+            return Err(Error::new(ErrorKind::Numerical, message));
+        }
+        let turned = |roller: &Roller| roller.turned(&axes[roller.vertex as usize].rotation);
+        let rollers = self.rollers.iter().map(turned).collect();
+        let orthotropy = match &self.orthotropy {
+            Some(fibres) => Some(Arc::new(fibres.carried(&self.mesh, &mesh)?)),
+            None => None,
+        };
+        let made_of = (self.material, &self.maps, &self.creases, &orthotropy, &self.bonds);
+        let energy = energy_of(mesh.clone(), made_of, (&self.clamped, &self.mirrors, &mesh), Some(self.mesh.clone()));
+        let analyses = self.analyses.clone(); // the elements are the same, and so is a good order of elimination
+        Ok(Self { mesh, energy, rollers, orthotropy, analyses, ..self.copy() })
+    }
+
     /// The mesh at `positions`, and where it was.
     fn moved(&self, positions: Vec<Vec3>) -> (Arc<Mesh>, Vec<Vec3>) {
         let mut mesh = Mesh::clone(&self.mesh);
@@ -359,6 +380,7 @@ impl Shell {
                 unstressed,
                 (self.material, &maps, &creases, &orthotropy, &bonds),
                 (&clamped, &mirrors, &mesh),
+                None,
             ),
             mesh,
             maps,
@@ -493,11 +515,12 @@ fn with_poisson(material: Elasticity, poisson: Option<f64>) -> Elasticity {
 /// Constants, and what stands in place of some or joins.
 type MadeOf<'a> = (Elasticity, &'a Arc<Maps>, &'a Arc<Creases>, &'a Option<Arc<Orthotropy>>, &'a Arc<[Bond]>);
 
-/// Of the shape without stress, with slopes kept where the mesh was `given`.
+/// Of the shape without stress, with slopes kept where the mesh was `given`. Bending flips edges that are flat there, or in a shape `flat`.
 fn energy_of(
     unstressed: Arc<Mesh>,
     (material, maps, creases, orthotropy, bonds): MadeOf,
     (clamped, mirrors, given): (&Arc<[bool]>, &Arc<[Mirror]>, &Arc<Mesh>),
+    flat: Option<Arc<Mesh>>,
 ) -> LazyEnergy {
     let (maps, creases, clamped, given) = (maps.clone(), creases.clone(), clamped.clone(), given.clone());
     let (orthotropy, bonds, mirrors) = (orthotropy.clone(), bonds.clone(), mirrors.clone());
@@ -505,8 +528,8 @@ fn energy_of(
         let (mesh, given_mesh) = (&*unstressed, &*given);
         let given = &given_mesh.positions[..];
         let (maps, creases, orthotropy, clamped) = (&*maps, &*creases, orthotropy.as_deref(), &*clamped);
-        let mirrors = &*mirrors;
-        let source = Source { mesh, material, maps, creases, orthotropy, clamped, given, mirrors };
+        let (mirrors, flat) = (&*mirrors, &flat.as_ref().unwrap_or(&unstressed).positions[..]);
+        let source = Source { mesh, material, maps, creases, orthotropy, clamped, given, mirrors, flat };
         let mut terms = of_material(&source);
         if !bonds.is_empty() {
             terms.push(Box::new(TieEnergy::new(given_mesh, &bonds, &terms)));

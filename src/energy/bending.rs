@@ -68,6 +68,8 @@ pub(super) struct Edges<'a> {
     pub(super) given: &'a [Vec3],
     /// Those on planes of symmetry, ascending.
     pub(super) mirrors: &'a [Mirror],
+    /// The shape whose flat edges are flipped (n_vertices).
+    pub(super) flat: &'a [Vec3],
 }
 
 /// The bending term over all triangles.
@@ -122,7 +124,7 @@ impl BendingEnergy {
     /// none) keep their slope.
     pub fn new(mesh: &Mesh, stiffness: &Matrix3<f64>, clamped: &[bool]) -> Self {
         let none = Creases::default();
-        let edges = Edges { clamped, creases: &none, given: &mesh.positions, mirrors: &[] };
+        let edges = Edges { clamped, creases: &none, given: &mesh.positions, mirrors: &[], flat: &mesh.positions };
         Self::of_plates(mesh, &mut [], |_, _| *stiffness, |_, _| 1.0, &edges).0
     }
 
@@ -152,7 +154,7 @@ impl BendingEnergy {
         about: impl Fn(Plate, &Vec3) -> f64,
         edges: &Edges,
     ) -> (Self, Vec<(u32, Mirror)>) {
-        let triangles = flips::bending_triangles(mesh, edges.clamped, edges.creases, plates);
+        let triangles = flips::bending_triangles(mesh, edges, plates);
         let beyond = flips::beyond(mesh, &triangles, edges);
         let plate = |t: usize| plates.get(t).copied().unwrap_or_default();
         let mut images = vec![];

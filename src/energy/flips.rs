@@ -7,7 +7,7 @@
 use super::bending::{Edges, Plate};
 use super::mirror_at;
 use super::patch::Beyond;
-use crate::material::{Crease, Creases};
+use crate::material::Crease;
 use crate::{Mesh, Vec3};
 use std::collections::{HashSet, VecDeque};
 
@@ -74,7 +74,8 @@ fn sorted([a, b]: [u32; 2]) -> [u32; 2] {
 }
 
 /// The mesh's triangles after the flips; those beside creases stay. `plates` are theirs (n_triangles, or none where all are equal), and afterwards those of what comes out.
-pub fn bending_triangles(mesh: &Mesh, clamped: &[bool], creases: &Creases, plates: &mut [Plate]) -> Vec<[u32; 3]> {
+pub fn bending_triangles(mesh: &Mesh, edges: &Edges, plates: &mut [Plate]) -> Vec<[u32; 3]> {
+    let Edges { clamped, creases, flat, .. } = *edges;
     let mut triangles = mesh.triangles.clone();
     let creased = |t: &[u32; 3]| (0..3).any(|k| creases.at([t[k], t[(k + 1) % 3]]).is_some());
     let stay: Vec<bool> = match creases.is_empty() {
@@ -82,7 +83,7 @@ pub fn bending_triangles(mesh: &Mesh, clamped: &[bool], creases: &Creases, plate
         false => triangles.iter().map(creased).collect(),
     };
     for _ in 0..PASSES {
-        if !flip(&mesh.positions, (clamped, &stay), &mut triangles, plates) {
+        if !flip(flat, (clamped, &stay), &mut triangles, plates) {
             break;
         }
     }

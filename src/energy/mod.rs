@@ -254,6 +254,8 @@ pub struct Source<'a> {
     pub given: &'a [Vec3],
     /// Edges on planes of symmetry, ascending.
     pub mirrors: &'a [Mirror],
+    /// The shape whose flat edges bending flips (n_vertices).
+    pub flat: &'a [Vec3],
 }
 
 /// The energy of what a shell is made of, without creases that yield.
@@ -318,19 +320,19 @@ impl<'a> KoiterParts<'a> {
 
     /// The springs of creases that yield, or of the others.
     fn springs(&self, source: &Source, yielding: bool) -> HingeEnergy {
-        let Source { mesh, creases, clamped, given, mirrors, .. } = *source;
+        let Source { mesh, creases, clamped, given, mirrors, flat, .. } = *source;
         let poisson = self.sheet.poisson;
         let rigidity = |t: usize, edge: &Vec3| match self.orthotropy {
             None => self.plate(t).rigidity() / (12.0 * (1.0 - poisson * poisson)),
             Some(_) => self.plate(t).cube / 12.0 * self.law.about(&self.plate(t), edge),
         };
-        springs(mesh, &bending::Edges { clamped, creases, given, mirrors }, yielding, rigidity)
+        springs(mesh, &bending::Edges { clamped, creases, given, mirrors, flat }, yielding, rigidity)
     }
 }
 
 fn creased_koiter(source: &Source, sheet: &ElasticSheet) -> Vec<Box<dyn Energy>> {
-    let Source { mesh, creases, clamped, given, mirrors, .. } = *source;
-    let edges = bending::Edges { clamped, creases, given, mirrors };
+    let Source { mesh, creases, clamped, given, mirrors, flat, .. } = *source;
+    let edges = bending::Edges { clamped, creases, given, mirrors, flat };
     let parts = KoiterParts::new(source, sheet);
     let KoiterParts { young, thickness, orthotropy, law, .. } = &parts;
     let mut terms = if young.is_none() && thickness.is_none() && orthotropy.is_none() {
@@ -383,7 +385,7 @@ fn springs(mesh: &Mesh, edges: &bending::Edges, yielding: bool, rigidity: impl F
 /// Koiter's energy of a thin sheet (1966): the membrane's and the plate's of plane stress. Bending by the blended shape operator.
 pub fn koiter(mesh: &Mesh, sheet: &ElasticSheet, clamped: &[bool]) -> Vec<Box<dyn Energy>> {
     let (creases, given) = (&Creases::default(), &mesh.positions[..]);
-    uniform_koiter(mesh, sheet, &bending::Edges { clamped, creases, given, mirrors: &[] })
+    uniform_koiter(mesh, sheet, &bending::Edges { clamped, creases, given, mirrors: &[], flat: given })
 }
 
 fn uniform_koiter(mesh: &Mesh, sheet: &ElasticSheet, edges: &bending::Edges) -> Vec<Box<dyn Energy>> {
@@ -408,6 +410,7 @@ pub fn discrete_shell(mesh: &Mesh, material: &Material) -> Vec<Box<dyn Energy>> 
             clamped: &[],
             given,
             mirrors: &[],
+            flat: given,
         },
         material,
     )

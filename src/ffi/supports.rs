@@ -54,13 +54,15 @@ pub const SW_REST_TELEPORT: u32 = 1;
 ///
 /// The method's displacement from the mesh is added to the shape, turned at each vertex by the mean rotation of its triangles. Gravity, forces, wind and the
 /// inertia of the shape's motion act in these axes. Supports go with the shape, exactly. Nothing is precomputed anew: a shape that is bent or stretched far from the
-/// mesh has another stiffness, which the modes do not know; rest_stretch of SwStateReport tells the largest change of an edge. The support frame then
+/// mesh has another stiffness, which the modes do not know; rest_stretch of SwStateReport tells the largest change of an edge. The full shells take lengths and
+/// angles at rest from the shape, with the mesh's masses: they are the shell of that shape. The support frame then
 /// is for output in SW_SPACE_FRAME alone. Colliders touch what is shown, and targets of constraints are where it is shown. It is saved with the state; a state saved
 /// before it moved leaves it, when loaded, where it was sent last, at rest.
 /// Errors: SW_ERROR_INVALID_ARGUMENT, also when n_vertices is not the mesh's, or a vertex is not finite or beyond 1e9 sizes of the mesh; SW_ERROR_UNSUPPORTED
-/// by the full shell, with sag_gravity, zero modes or supports that moved by themselves; SW_ERROR_OUT_OF_MEMORY, SW_ERROR_BUSY. On failure nothing has
-/// changed. While it moves, supports that move by themselves and poses are refused. So are certificates and corrections, since the full shell's energy is
-/// of one rest shape.
+/// with sag_gravity, zero modes or supports that moved by themselves, and by a full shell with a shape without stress or rest angles of its own, creases that yield
+/// or planes of symmetry. Its step fails with SW_ERROR_NUMERICAL where a triangle of the shape has no area; SW_ERROR_OUT_OF_MEMORY, SW_ERROR_BUSY. On failure nothing has
+/// changed. While it moves, supports that move by themselves and poses are refused. So are certificates and corrections: to
+/// judge a pose, go on by a full shell.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn sw_state_move_rest(
     state: *mut SwState,

@@ -82,6 +82,12 @@ impl Fibres {
 }
 
 impl Orthotropy {
+    /// The same with directions carried from the triangles of `mesh` to those of `shape`.
+    pub fn carried(&self, mesh: &Mesh, shape: &Mesh) -> Result<Self> {
+        let along = self.along.iter().enumerate().map(|(t, along)| carried(t, *along, mesh, shape));
+        Ok(Self { given: self.given.clone(), along: along.collect::<Result<_>>()?, ..*self })
+    }
+
     /// That of some triangles alone.
     pub fn part(&self, triangles: &[u32]) -> Self {
         let along: Vec<Vec3> = triangles.iter().map(|t| self.along[*t as usize]).collect();

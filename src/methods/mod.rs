@@ -19,7 +19,7 @@ use crate::modal::ModalBasis;
 use crate::point_energy::InFrame;
 use crate::reduced::Form;
 use crate::step::Integrator;
-use crate::support::{Axes, Passage};
+use crate::support::{Axes, Passage, Pose};
 use crate::warp::{Extent, Placement};
 use crate::{Error, ErrorKind, Model, Result, Vec3};
 use nalgebra::UnitQuaternion;
@@ -144,6 +144,10 @@ pub trait Motion: Send + Sync {
     }
     /// Makes room for steps in which energies act on so many points.
     fn expect_points(&mut self, _n: usize) {}
+
+    /// Where vertices are placed from the mesh, on a rest shape that moves (n_vertices, world space): told before steps and output there, by those
+    /// whose energy is of the shape.
+    fn carry(&mut self, _axes: Option<&[Pose]>) {}
 
     /// The support frame holds it and takes it along.
     fn is_held(&self) -> bool {

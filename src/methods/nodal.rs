@@ -1,15 +1,18 @@
 //! Motion vertex by vertex: the nonlinear discrete shell, the baseline that modal methods are measured against.
 
+mod carried;
+
 use super::plan::{AS_BEFORE, Around, BEFORE_ANY, FORCE_VERTEX, ITERATIONS, Part, PartKind};
 use super::{Acting, Damping, Motion, ROTATION_RANGE, Reaction, WriteRotation, unsupported, write_rotations};
-use crate::constraint::{Constraint, ConstraintSet, Outcome};
+use crate::constraint::{ConstraintSet, Outcome};
 use crate::features::{Feature, NonlinearShell, Proof};
 use crate::method::Method;
 use crate::modes::supported;
-use crate::reference::{Rayleigh, Solver, vertex_rotations};
+use crate::reference::{Equilibrium, Rayleigh, Solver, vertex_rotations};
 use crate::support::Pose;
 use crate::warp::{Extent, Placement};
 use crate::{Error, ErrorKind, Mesh, Model, Result, Shell, Vec3};
+use carried::Carried;
 use nalgebra::UnitQuaternion;
 use std::sync::Arc;
 
@@ -32,6 +35,8 @@ struct Nodal {
     constraints: ConstraintSet,
     /// Supported vertices with mass, ascending.
     supported: Arc<[u32]>,
+    /// On a rest shape that moves.
+    carried: Option<Carried>,
     u: Vec<Vec3>,
     velocity: Vec<Vec3>,
     /// Linear solves of the last step; 0 before one.
@@ -56,6 +61,7 @@ pub fn build(model: &Model, method: Method) -> Result<Box<dyn Motion>> {
         factors: Arc::default(),
         constraints: ConstraintSet::default(),
         supported: supported(&model.shell).into(),
+        carried: None,
         iterations: 0,
         u: zeros.clone(),
         velocity: zeros.clone(),
@@ -86,19 +92,20 @@ impl Nodal {
 
     /// Gives the solver the constraints, in frame axes.
     fn pass_constraints(&mut self, pose: &Pose) -> Result<()> {
-        let in_frame = |c: &Constraint| Constraint { target: c.target.in_frame(pose), ..*c };
-        let constraints = self.constraints.items().iter().map(in_frame).collect();
+        let constraints = self.seen_constraints(pose);
         self.solver.set_constraints(*pose.rotation.inverse().to_rotation_matrix().matrix(), constraints, &self.u)
     }
 
     /// As [`Motion::step`]; what changed when it fails is in `before`.
     fn try_step(&mut self, acting: &Acting, h: f64) -> Result<()> {
+        self.follow(acting.axes.each)?;
         self.set_force(acting)?;
         self.move_supports(acting, Some(h));
-        self.solver.join(acting.points.cloned());
+        self.turn_out();
+        self.solver.join(self.seen_points(acting.points));
         self.pass_constraints(acting.axes.frame)?;
         self.solver.share_damping(&self.factors);
-        self.solver.resist(acting.external.drag());
+        self.resist(acting.external.drag());
         let Self { solver, explicit, damping, u, velocity, force, .. } = self;
         let iterations = if *explicit {
             solver.symplectic_euler(u, velocity, force, *damping, h)?;
@@ -106,6 +113,7 @@ impl Nodal {
         } else {
             solver.implicit_euler(u, velocity, force, *damping, h)?.iterations
         };
+        self.turn_in();
         let work = self.record_outcomes(iterations);
         let finite = (self.constraints.work + work).is_finite() && self.constraints.is_finite();
         if finite && self.is_within_range(&self.u, &self.velocity) {
@@ -116,6 +124,13 @@ impl Nodal {
         let advice = if self.explicit { ": take shorter steps" } else { "" };
         let message = format!("the step of {h:?} s moves the shell beyond all range{advice}");
         Err(Error::new(ErrorKind::Numerical, message))
+    }
+
+    /// In the solver's axes.
+    fn find_equilibrium(&mut self, acting: &Acting) -> Result<Equilibrium> {
+        self.solver.join(self.seen_points(acting.points));
+        self.pass_constraints(acting.axes.frame)?;
+        self.solver.equilibrium(&self.u, &self.force, &Default::default(), &mut |_| Ok(()))
     }
 
     /// Puts supports where they go, in a step of `h` or at rest.
@@ -178,6 +193,7 @@ impl Motion for Nodal {
             factors: self.factors.clone(),
             constraints: self.constraints.clone(),
             supported: self.supported.clone(),
+            carried: self.carried.clone(),
             iterations: self.iterations,
             u: self.u.clone(),
             velocity: self.velocity.clone(),
@@ -219,21 +235,28 @@ impl Motion for Nodal {
     }
 
     fn settle(&mut self, acting: &Acting) -> Result<(f64, usize)> {
+        self.follow(acting.axes.each)?;
         self.move_supports(acting, None);
         self.set_force(acting)?;
-        self.solver.join(acting.points.cloned());
-        self.pass_constraints(acting.axes.frame)?;
-        let found = self.solver.equilibrium(&self.u, &self.force, &Default::default(), &mut |_| Ok(()))?;
+        self.turn_out();
+        let found = self.find_equilibrium(acting);
+        let found = found.inspect_err(|_| self.turn_in())?;
         self.record_outcomes(found.iterations);
         if !self.constraints.is_finite() || !self.is_within_range(&found.displacement, &[]) {
+            self.turn_in();
             return Err(Error::new(ErrorKind::Numerical, "the equilibrium is beyond all range"));
         }
         self.constraints.accept(0.0);
         self.u = found.displacement;
         self.stepped = 0.0;
         self.velocity.fill(Vec3::zeros());
+        self.turn_in();
         self.yield_creases();
         Ok((found.residual, found.iterations))
+    }
+
+    fn carry(&mut self, axes: Option<&[Pose]>) {
+        self.take_axes(axes);
     }
 
     /// Of the vertices that move; supports stay.
@@ -364,7 +387,11 @@ impl Motion for Nodal {
 
     /// The mean rotation of the vertex's triangles.
     fn rotations(&self, frame: UnitQuaternion<f64>, write: &mut WriteRotation) -> Result<()> {
-        write_rotations(rotations(&self.shell.mesh, &self.u), frame, write)
+        let mut turns = vertex_rotations(&self.shell.mesh, &self.bent());
+        if let Some(carried) = &self.carried {
+            turns.iter_mut().zip(&*carried.axes).for_each(|(turn, axes)| *turn = axes.rotation.inverse() * *turn);
+        }
+        write_rotations(turns, frame, write)
     }
 
     fn visit_motion(&self, visit: &mut dyn FnMut(usize, Vec3, Vec3)) {
@@ -379,12 +406,17 @@ impl Motion for Nodal {
     }
 
     fn extent(&self) -> Extent {
-        extent(&self.shell.mesh, &self.u)
+        let Some(carried) = &self.carried else { return extent(&self.shell.mesh, &self.u) };
+        let turns = vertex_rotations(&self.shell.mesh, &self.bent());
+        extent_of(&self.u, turns.iter().zip(&*carried.axes).map(|(turn, axes)| axes.rotation.angle_to(turn)).collect())
     }
 
     fn energies(&self) -> (f64, f64) {
-        let x: Vec<Vec3> = self.shell.mesh.positions.iter().zip(&self.u).map(|(x, u)| x + u).collect();
-        (self.shell.energy.value(&x), self.solver.kinetic_energy(&self.velocity))
+        let elastic = match self.carried.as_ref().map(|carried| carried.shell(&self.shell)) {
+            Some(shell) => shell.map_or(f64::NAN, |shell| shell.energy.value(&self.bent())),
+            None => self.shell.energy.value(&self.bent()),
+        };
+        (elastic, self.solver.kinetic_energy(&self.velocity))
     }
 
     /// Both of Euler's methods take the acceleration's part of a step for twice or none of what it is, h²/2 ü, and h ü is what the velocity
@@ -437,8 +469,12 @@ pub fn rotations(mesh: &Mesh, u: &[Vec3]) -> Vec<UnitQuaternion<f64>> {
 
 /// How far displacements `u` bend a shell.
 pub fn extent(mesh: &Mesh, u: &[Vec3]) -> Extent {
+    extent_of(u, rotations(mesh, u).iter().map(|r| r.angle()).collect())
+}
+
+/// The same of vertices that turn by `angles`.
+fn extent_of(u: &[Vec3], angles: Vec<f64>) -> Extent {
     let displacement = u.iter().map(|u| u.norm_squared()).fold(0.0, f64::max);
-    let angles: Vec<f64> = rotations(mesh, u).iter().map(|r| r.angle()).collect();
     let rotation = angles.iter().fold(0.0, |largest: f64, angle| largest.max(angle * angle));
     Extent { displacement, rotation, beyond: angles.iter().filter(|angle| **angle > ROTATION_RANGE).count() }
 }

@@ -130,6 +130,17 @@ impl Solver {
         self.shell = shell;
     }
 
+    /// Goes on with the same shell on another rest shape: [`Shell::carried`]. What held directions take from the matrix is made anew where they
+    /// turned. Fails when memory does not suffice.
+    pub fn follow(&mut self, shell: Arc<Shell>) -> Result<()> {
+        if shell.rollers != self.shell.rollers {
+            let cliques: Vec<&[u32]> = self.coupled.iter().map(|vertices| &vertices[..]).collect();
+            self.newton = self.newton.renewed(Newton::new(&shell, &cliques)?);
+        }
+        self.shell = shell;
+        Ok(())
+    }
+
     /// E(x̄ + u).
     pub fn elastic_energy(&mut self, u: &[Vec3]) -> f64 {
         self.place(u);

@@ -119,6 +119,12 @@ impl Newton {
         entries + fields + self.symbolic.factor_bytes()
     }
 
+    /// Another with the settings of this one.
+    pub fn renewed(&self, other: Self) -> Self {
+        let Self { mixed, reusing, foreign, factorizations, .. } = *self;
+        Self { mixed, reusing, foreign, factorizations, ..other }
+    }
+
     /// Multiplications of a factorization and entries of the factor.
     pub fn operations(&self) -> [f64; 2] {
         [self.symbolic.operations(), (self.symbolic.factor_bytes() / size_of::<f64>()) as f64]

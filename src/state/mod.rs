@@ -191,6 +191,7 @@ impl State {
         }
         if let Some(rest) = &mut self.moving_rest {
             rest.stop();
+            self.carry_motion();
         }
         self.forget_contacts();
         self.time = 0.0;
@@ -282,7 +283,7 @@ impl State {
         let n = self.model.shell.mass.len();
         let on_all = if self.moving_rest.is_some() || self.loads.point_forces(n).is_none() { n } else { 0 };
         let moving = if self.moving_rest.is_some() || self.loads.needs_motion() { n } else { 0 };
-        let resisting = self.moving_rest.is_none() && self.motion.is_full_shell() && self.loads.needs_motion();
+        let resisting = self.motion.is_full_shell() && self.loads.needs_motion();
         let resisting = if resisting { n } else { 0 };
         let LoadScratch { x, force, drag, .. } = &self.scratch;
         if (force.len(), x.len(), drag.len()) != (on_all, moving, resisting) {
@@ -538,6 +539,7 @@ impl State {
             self.motion.set_unknowns([&before[0], &before[1]]);
             self.motion.change(|set| *set = constraints);
             self.contacts = contacts;
+            self.carry_motion();
             return found;
         }
         self.frame = self.frame.moving_at(&rates);

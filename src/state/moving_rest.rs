@@ -5,7 +5,8 @@
 //!
 //!   f = Qᵀ (F + m [g − ÿ − α × Qu − ω × (ω × Qu) − 2 ω × Q u̇]),
 //!
-//! ω and α of Q. No matrix is made anew: a shape that is bent or stretched far from the mesh has another stiffness, which the modes do not know.
+//! ω and α of Q. No matrix is made anew: a shape that is bent or stretched far from the mesh has another stiffness, which the modes do not know. The full shell
+//! does (`methods/nodal/carried.rs`).
 //!
 //! Each vertex thus has axes of its own, x = (y − Qr) + Q (r + u), r its place on the mesh. Handles and contacts act on x by these. A point between
 //! vertices is shown at Σ wᵢxᵢ. A round of contact sees it in the mean axes of its corners, about where the round before left it: so rounds end
@@ -113,6 +114,15 @@ impl MovingRest {
             share => at(&self.now).toward(&at(&self.next), share),
         };
         Pose { origin: origin - rotation * rest, rotation }
+    }
+
+    /// The vertices' axes where it is now; `rest` are the mesh's positions.
+    fn axes_now(&self, rest: &[Vec3]) -> Vec<Pose> {
+        let axes = |(v, rest): (usize, &Vec3)| {
+            let rotation = self.now.turn[v];
+            Pose { origin: self.now.x[v] - rotation * rest, rotation }
+        };
+        rest.iter().enumerate().map(axes).collect()
     }
 
     /// Takes the part of the next step between two shares of it; `rest` are the mesh's positions.
@@ -256,7 +266,7 @@ fn cannot_move(with: &str) -> Result<()> {
 impl State {
     /// Where the rest shape is at the end of the next step: `x` gives the place of each vertex (world space). The first call, and a teleport, place it
     /// there at rest. Fails, changing nothing, on a place that is not finite or beyond all measure, and where something acts that needs the
-    /// mesh to be at rest: the full shell, a sagged model, one that moves freely, a point energy, supports that move.
+    /// mesh to be at rest: a sagged model, one that moves freely, a point energy, supports that move.
     pub fn move_rest(&mut self, x: impl Fn(usize) -> Vec3, teleport: bool) -> Result<()> {
         self.check_can_move_rest()?;
         if self.supports.is_some() {
@@ -285,6 +295,7 @@ impl State {
                 self.moving_rest = None;
                 return Err(error);
             }
+            self.carry_motion();
             self.forget_contacts();
             self.rest.wake();
             return Ok(());
@@ -302,9 +313,19 @@ impl State {
     /// The mesh is where the shell rests again.
     pub fn clear_rest(&mut self) {
         if self.moving_rest.take().is_some() {
+            self.carry_motion();
             self.forget_contacts();
         }
         self.rest.wake();
+    }
+
+    /// Tells the method where the rest shape is.
+    pub(super) fn carry_motion(&mut self) {
+        let Self { motion, moving_rest, model, .. } = self;
+        if motion.is_full_shell() {
+            let axes = moving_rest.as_ref().map(|rest| rest.axes_now(&model.shell.mesh.positions));
+            motion.carry(axes.as_deref());
+        }
     }
 
     /// Largest change of an edge's length from the mesh to the rest shape, a share; 0 where that does not move.
@@ -313,14 +334,28 @@ impl State {
     }
 
     pub(super) fn check_can_move_rest(&self) -> Result<()> {
+        self.check_method_can_move_rest(&*self.motion)?;
         let bars = [
-            (
-                self.motion.is_full_shell(),
-                "the full shell, whose energy is of one rest shape and would be another at every step: switch to another method",
-            ),
             (self.model.modal.zero_modes > 0, "a shell that can move freely away from it: support it"),
             (self.model.shell.sag.is_some(), "a model with sag_gravity, whose stiffness is of one pose"),
             (self.points.is_some(), "a point energy: remove it"),
+        ];
+        bars.into_iter().find(|(bars, _)| *bars).map_or(Ok(()), |(_, what)| cannot_move(what))
+    }
+
+    /// Fails where the rest shape cannot move by a method. The full shell takes its lengths and angles at rest from the shape.
+    pub(super) fn check_method_can_move_rest(&self, motion: &dyn Motion) -> Result<()> {
+        if !motion.is_full_shell() {
+            return Ok(());
+        }
+        let shell = &self.model.shell;
+        let bars = [
+            (
+                shell.is_stressed() || shell.rest_shape.is_some(),
+                "a full shell that has a shape or angles without stress of its own: switch to another method",
+            ),
+            (shell.energy.yielding().is_some(), "a full shell whose creases yield: switch to another method"),
+            (!shell.mirrors.is_empty(), "a full shell on planes of symmetry, which stay: switch to another method"),
         ];
         bars.into_iter().find(|(bars, _)| *bars).map_or(Ok(()), |(_, what)| cannot_move(what))
     }
@@ -338,6 +373,11 @@ impl State {
 
     /// A step on a rest shape that moves, as [`State::advance`]. The frame moves along for output alone.
     pub(super) fn step_on_moving_rest(&mut self, seconds: f64, h: f64) -> Result<()> {
+        let stepped = self.try_step_on_moving_rest(seconds, h);
+        stepped.inspect_err(|_| self.carry_motion())
+    }
+
+    fn try_step_on_moving_rest(&mut self, seconds: f64, h: f64) -> Result<()> {
         let mut frame = self.frame;
         let rates = frame.advance(h);
         let Some(rest) = &mut self.moving_rest else { return Ok(()) };
@@ -353,7 +393,7 @@ impl State {
         } else {
             let Self { motion, moving_rest, scratch, .. } = self;
             let axes = Axes { frame: &pose, each: moving_rest.as_ref().map(|rest| rest.axes()) };
-            let external = External::OnAll(&scratch.force, &[]);
+            let external = External::OnAll(&scratch.force, &scratch.drag);
             let acting =
                 Acting { load: &load, external, points: None, supports: None, axes, passage: None, again: false };
             motion.step(&acting, h)?;
@@ -391,7 +431,7 @@ impl State {
         let Self { motion, moving_rest, scratch, gravity, loads, model, .. } = self;
         let Some(rest) = moving_rest else { return };
         let MovingRest { next, speed, coming, force, .. } = &mut **rest;
-        let LoadScratch { x, v: rate_of, force: out, .. } = scratch;
+        let LoadScratch { x, v: rate_of, force: out, drag } = scratch;
         let mass = &model.shell.mass;
         motion.visit_motion(&mut |v, u, rate| {
             let (arm, rate) = (next.turn[v] * u, next.turn[v] * rate);
@@ -405,7 +445,15 @@ impl State {
             let turning = alpha.cross(&arm) + omega.cross(&omega.cross(&arm)) + 2.0 * omega.cross(&rate);
             force[v] = mass[v] * (*gravity - a - turning);
         });
-        loads.evaluate(&model.shell.mesh, &Moving { x, v: rate_of }, out);
+        let moving = Moving { x, v: rate_of };
+        loads.evaluate(&model.shell.mesh, &moving, out);
+        if !drag.is_empty() {
+            loads.evaluate_drag(&model.shell.mesh, &moving, drag);
+            for (v, drag) in drag.iter_mut().enumerate() {
+                let turn = next.turn[v].to_rotation_matrix();
+                *drag = turn.matrix().transpose() * *drag * turn.matrix();
+            }
+        }
         for (v, out) in out.iter_mut().enumerate() {
             *out = next.turn[v].inverse() * (*out + force[v]);
         }

@@ -152,6 +152,7 @@ impl State {
         self.placed = true;
         self.rates = Default::default();
         self.frame = Frame { velocity: vector(8), angular_velocity: vector(11), ..Frame::at_rest(pose) };
+        self.carry_motion();
         let (unknowns, rates) = motion[FIXED_DOUBLES..].split_at(self.motion.n_unknowns());
         self.motion.change(|set| set.work = numbers[14]);
         self.motion.set_unknowns([unknowns, rates]);

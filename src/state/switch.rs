@@ -17,8 +17,8 @@ impl State {
     /// The same, whatever the state's arithmetic is.
     pub(super) fn change_method(&mut self, method: Method) -> Result<()> {
         let mut next = methods::build(&self.model, method, self.integrator)?;
-        if next.is_full_shell() {
-            self.refuse_moving_rest("the full shell")?;
+        if self.moving_rest.is_some() {
+            self.check_method_can_move_rest(&*next)?;
         }
         self.constraints().try_for_each(|(constraint, _)| next.check_constraint(constraint))?;
         let n = self.model.shell.mass.len();
@@ -35,7 +35,10 @@ impl State {
         let before = std::mem::replace(&mut self.motion, next);
         let changed = self.apply_damping(&self.damping.clone()).and_then(|()| self.make_room());
         match changed {
-            Ok(()) => self.make_room_for_contacts(),
+            Ok(()) => {
+                self.carry_motion();
+                self.make_room_for_contacts();
+            }
             Err(_) => self.motion = before,
         }
         self.rest.wake();

@@ -5,7 +5,7 @@
 
 use super::Supports;
 use crate::{Error, Mesh, Result, Vec3};
-use nalgebra::{Matrix3, Matrix6, Vector6};
+use nalgebra::{Matrix3, Matrix6, UnitQuaternion, Vector6};
 
 /// Directions count as independent when one is off the others by more than this, rad: less than any host means.
 const INDEPENDENT: f64 = 1e-6;
@@ -36,6 +36,12 @@ impl Roller {
     /// Turns of the vertex that keep its displacement where it may move: about what is held if that is one direction, else about what is free.
     pub fn turns(&self) -> Matrix3<f64> {
         if self.held == 1 { Matrix3::identity() - self.free } else { self.free }
+    }
+
+    /// The same in axes that are turned.
+    pub fn turned(&self, by: &UnitQuaternion<f64>) -> Self {
+        let turn = by.to_rotation_matrix();
+        Self { free: turn.matrix() * self.free * turn.matrix().transpose(), ..*self }
     }
 
     /// Unit vectors that are held.

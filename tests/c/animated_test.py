@@ -77,6 +77,9 @@ class Animated(unittest.TestCase):
         self.assertLess(furthest(by_cache[0], samples[0]), 1e-6)
         self.assertLess(furthest(by_cache[-1], samples[-1]), 1e-4)   # it has come to rest there, without loads
         self.assertGreater(by_cache[-1][N - 1][2], 0.2)
+        by_full = baked("by_full", "motion = 'curl.pc2'\nfollow_rest = true\n" + text.replace("ratio = 0.9", "mass = 40").replace("'warp'", "'shell-implicit'"))[0]
+        self.assertLess(furthest(by_full[-1], samples[-1]), 1e-4)
+        self.assertGreater(furthest(by_full[20], by_cache[20]), 0)
         # Files that are written afterwards go back to the frames, whose rest shape is not in their states.
         obj = [tuple(map(float, line.split()[1:])) for line in (OUT / "out" / "by_cache_frame_0060.obj").read_text().splitlines() if line.startswith("v ")]
         self.assertLess(furthest(obj, by_cache[60]), 1e-6)

@@ -11,6 +11,7 @@ mod axis_supports;
 mod binding;
 mod mesh;
 mod moving_rest;
+mod moving_rest_full;
 mod moving_supports;
 mod nasty_meshes;
 mod pieces;

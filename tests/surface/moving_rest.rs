@@ -400,12 +400,9 @@ fn what_needs_the_mesh_at_rest_is_refused_by_name() {
         let error = result.err().unwrap();
         assert!(error.kind == ErrorKind::Unsupported && error.message.contains(name), "{}", error.message);
     };
-    let mut full = state(&model, Method::ImplicitShell);
-    unsupported(full.move_rest(|v| rest[v], false), "full shell");
     let mut moved = state(&model, Method::Warp);
     moved.move_rest(|v| rest[v] + Vec3::x(), false).unwrap();
     unsupported(moved.certify().map(|_| ()), "certificate");
-    unsupported(moved.set_method(Method::ImplicitShell), "full shell");
     unsupported(moved.set_pose(Space::World, rest, None).map(|_| ()), "pose");
     unsupported(moved.move_supports(|v| rest[v], false), "supports");
     for bad in [f64::NAN, f64::INFINITY, 1e12] {

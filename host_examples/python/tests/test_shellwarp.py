@@ -920,6 +920,12 @@ class MovingRest(unittest.TestCase):
         self.assertAlmostEqual(state.report()["rest_stretch"], 1.0, places=4)  # of a mesh in 32 bits
         with self.assertRaisesRegex(sw.InvalidArgumentError, "vertex 0"):
             state.move_rest(numpy.full_like(rest, numpy.nan))
+        state.set_method("shell-implicit")   # whose own rest is twice as large then
+        state.reset()
+        state.set_gravity((0, 0, -0.01))
+        state.equilibrium()
+        hangs = (2 * rest - state.positions(dtype=numpy.float64))[:, 2].max()
+        self.assertTrue(1e-5 < hangs < 0.1, hangs)
         state.move_rest(None)
         self.assertEqual(state.report()["rest_stretch"], 0)
 
