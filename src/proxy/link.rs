@@ -161,9 +161,9 @@ impl Manifold {
         let lone = (0..made.soup.len()).find(|v| first[made.soup[*v] as usize] != *v as u32);
         if let (false, Some(v)) = (cut, lone) {
             let place = soup.place(made.soup[v]);
+            let others = if apart > 1 { format!(", and at {} others", apart - 1) } else { String::new() };
             return Err(refused(format!(
-                "sheets touch in a point at {place}, and at {} others: join or part them there, or let the proxy be cut",
-                apart - 1
+                "sheets touch in a point at {place}{others}: join or part them there, or let the proxy be cut"
             )));
         }
         n_cut += if n_cut == 0 { apart } else { 0 };
