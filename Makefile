@@ -16,7 +16,7 @@ export CMAKE_BUILD_PARALLEL_LEVEL ?= $(JOBS)
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
 .PHONY: help build native demo test test-bare test-cargo test-c test-render test-blender demo-blender install package blender-addon header \
-    python-abi docs-api test-docs lint fuzz check-memory check-threads check-miri check-guard bench bench-binding bench-bounded bench-contact bench-contact-peers bench-correction bench-dynamics bench-front bench-judging bench-instructions bench-leave-out bench-polynomial bench-precompute bench-same-bits bench-solver bench-training build-report report report-docs report-stability \
+    python-abi docs-api test-docs lint fuzz check-memory check-threads check-miri check-guard bench bench-assets bench-binding bench-bounded bench-contact bench-contact-peers bench-correction bench-dynamics bench-front bench-judging bench-instructions bench-leave-out bench-polynomial bench-precompute bench-same-bits bench-solver bench-training build-report report report-docs report-stability \
     test-report clean
 .PHONY: npm release-check release-facts theory-pictures contact-pictures dist test-dist test-platforms dist-again render-mesh-picture proxy-picture moving-supports-picture materials-picture maya-module houdini-package plugin-zip cli check-platforms wasm test-wasm playground test-playground page-pictures tutorial-pictures docs scene-schema notices wheel pictures bench-leaf farm-demo farm-sweep farm-costs bench-slepc
 
@@ -341,6 +341,9 @@ bench-contact: ## time frames of the warp among colliders beside free ones: docs
 bench-contact-peers: build ## time a sheet that falls onto a ball beside MuJoCo, Newton and Blender, where they are installed: docs/evidence/speed.md
 	@sh cmake/bootstrap.sh bench cloth || echo "bench-contact-peers: going on with the peers that there are"
 	SHELLWARP_LIBRARY=$(LIBRARY) .venv/bin/python tests/bench/contact_peers.py --docs docs/evidence/speed.md
+
+bench-assets: ## compare proxies with their assets simulated themselves: docs/evidence/assets.md
+	cargo run --locked --release --example assets -- --docs docs/evidence/assets.md
 
 bench-binding: ## time points that follow a shell beside the positions of as many vertices: docs/evidence/speed.md
 	cargo run --locked --release --example binding -- --docs docs/evidence/speed.md

@@ -1641,6 +1641,14 @@ typedef struct SwProxyDesc {
   SwProgressFn progress;
   // Handed to it.
   void *progress_user;
+  // Vertices of the asset that supports hold (n_held): the outline of what they hold is kept where
+  // it is wide enough for the proxy's triangles, so that as much of the proxy is held. Of
+  // sw_proxy_nearest these are the proxy's vertices to be held. NULL = none.
+  const uint32_t *held;
+  // Length of held.
+  uint32_t n_held;
+  // Must be 0.
+  uint32_t held_flags;
 } SwProxyDesc;
 
 // What was done to an asset, and what came out.

@@ -100,8 +100,10 @@ void tell_frequencies(const std::string &path, const Mesh &file, const Mesh &pro
 
 }  // namespace
 
-Mesh make_proxy(const Mesh &file, const ProxyOptions &options, std::optional<double> weld) {
-  const shellwarp::Proxy made(desc_of(file), proxy_desc_of(options, weld));
+Mesh make_proxy(const Mesh &file, const ProxyOptions &options, std::optional<double> weld, const std::vector<uint32_t> &held) {
+  SwProxyDesc desc = proxy_desc_of(options, weld);
+  desc.held = held.data(), desc.n_held = static_cast<uint32_t>(held.size());
+  const shellwarp::Proxy made(desc_of(file), desc);
   Mesh mesh;
   mesh.positions = made.positions();
   mesh.triangles = made.triangles();
@@ -141,7 +143,10 @@ std::string describe_proxy(const SwProxyInfo &info) {
 int run_proxy_command(const ProxyCommand &command) {
   Mesh file = read_mesh(command.mesh_path);
   for (double &x : file.positions) x *= command.scale;
-  const Mesh proxy = make_proxy(file, command.options, command.weld);
+  Scene scene;
+  std::vector<std::string> inputs;
+  for (const std::string &pin : command.pins) scene.supports.push_back(read_pin(pin, inputs));
+  const Mesh proxy = make_proxy(file, command.options, command.weld, all_of(find_supports(scene, file)));
   std::printf("%s: %s\n", command.mesh_path.c_str(), describe_proxy(proxy.proxy->info).c_str());
   std::printf("triangles: quality %.2f on average, %.2f at worst (1 is equilateral)\n", proxy.proxy->info.mean_quality, proxy.proxy->info.worst_quality);
   if (!command.out.empty()) {
@@ -153,10 +158,7 @@ int run_proxy_command(const ProxyCommand &command) {
     std::printf("wrote %s: simulate %s --render %s\n", command.out.c_str(), command.out.c_str(), command.mesh_path.c_str());
   }
   if (!command.frequencies) return 0;
-  std::vector<Support> supports;
-  std::vector<std::string> inputs;
-  for (const std::string &pin : command.pins) supports.push_back(read_pin(pin, inputs));
-  tell_frequencies(command.mesh_path, file, proxy, supports);
+  tell_frequencies(command.mesh_path, file, proxy, scene.supports);
   return 0;
 }
 

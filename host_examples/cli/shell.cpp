@@ -223,10 +223,17 @@ SupportVertices find_supports(const Scene &scene, const Mesh &mesh) {
   return all;
 }
 
+std::vector<uint32_t> all_of(const SupportVertices &held) {
+  std::vector<uint32_t> all = held.fixed;
+  all.insert(all.end(), held.clamped.begin(), held.clamped.end());
+  all.insert(all.end(), held.along.begin(), held.along.end());
+  return all;
+}
+
 Mesh scene_mesh(const Scene &scene) {
   Mesh mesh = read_mesh(scene.mesh_path);
   for (double &x : mesh.positions) x *= scene.scale;
-  if (scene.proxy.vertices) return make_proxy(mesh, scene.proxy, scene.weld);
+  if (scene.proxy.vertices) return make_proxy(mesh, scene.proxy, scene.weld, all_of(find_supports(scene, mesh)));
   return scene.weld ? weld(mesh, *scene.weld) : mesh;
 }
 

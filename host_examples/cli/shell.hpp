@@ -19,6 +19,8 @@ struct SupportVertices {
   std::vector<uint8_t> symmetric;  // and which of them are normals of planes of symmetry
 };
 SupportVertices find_supports(const Scene &scene, const Mesh &mesh);
+// Those that are held in any way.
+std::vector<uint32_t> all_of(const SupportVertices &held);
 
 // Those of one support, or of a region of the material. Errors begin with `owner`.
 std::vector<uint32_t> find_vertices(const Support &support, const Mesh &mesh, const std::string &owner);

@@ -4,13 +4,22 @@
 #include "shell_model.hpp"
 #include "shellwarp.hpp"
 
+#include <algorithm>
 #include <utility>
 
 namespace host {
 
 namespace {
 
-uint64_t key_of(const Mesh &mesh, const ProxyWanted &wanted) {
+// What is held, in any order.
+std::vector<uint32_t> held_of(const Build &build, uint32_t n_points) {
+  std::vector<uint32_t> held = build.held;
+  for (const AxisSupport &support : build.axis_supports) held.push_back(support.vertex);
+  held.erase(std::remove_if(held.begin(), held.end(), [&](uint32_t v) { return v >= n_points; }), held.end());  // whoever builds says so
+  return held;
+}
+
+uint64_t key_of(const Mesh &mesh, const ProxyWanted &wanted, const std::vector<uint32_t> &held) {
   return Hash()
       .add(mesh.n_points())
       .add_all(mesh.faces())
@@ -19,6 +28,7 @@ uint64_t key_of(const Mesh &mesh, const ProxyWanted &wanted) {
       .add(wanted.thickness)
       .add(wanted.weld)
       .add(wanted.cut)
+      .add_all(held)
       .value();
 }
 
@@ -39,6 +49,8 @@ void ProxyMaker::make(const Request &request, const std::vector<uint32_t> &trian
   desc.weld = request.proxy.weld;
   desc.thickness = request.proxy.thickness;
   desc.flags = request.proxy.cut ? SW_PROXY_CUT : 0;
+  const std::vector<uint32_t> held = held_of(request.build, mesh.n_points());
+  desc.held = held.data(), desc.n_held = static_cast<uint32_t>(held.size());
   if (request.interrupted) {
     desc.progress = ask;
     desc.progress_user = const_cast<std::function<bool()> *>(&request.interrupted);
@@ -60,7 +72,7 @@ void ProxyMaker::take_place(Request &request, bool anew) {
   if (!request.proxy.vertices || !request.drawn.empty()) return;
   Mesh &mesh = request.mesh;
   if (mesh.points.empty() || mesh.faces().empty()) return;  // whoever builds says so
-  const uint64_t key = key_of(mesh, request.proxy);
+  const uint64_t key = key_of(mesh, request.proxy, held_of(request.build, mesh.n_points()));
   if (key != key_ || (anew && mesh.points != rest_)) {
     Mesh cut = mesh;
     cut.cut();

@@ -2,7 +2,7 @@
 
 use super::guard::guard;
 use super::mesh::{SwMeshDesc, read_mesh};
-use super::pointer::{Rows, VectorRows, check_flags, not_null, object, put};
+use super::pointer::{Rows, VectorRows, check_flags, not_null, object, put, read_array};
 use super::precompute::{SwProgressFn, tell_progress};
 use super::status::{Fault, SwStatus};
 use super::structs::{Output, described, read_descriptor};
@@ -38,6 +38,13 @@ pub struct SwProxyDesc {
     pub progress: SwProgressFn,
     /// Handed to it.
     pub progress_user: *mut c_void,
+    /// Vertices of the asset that supports hold (n_held): the outline of what they hold is kept where it is wide enough for the proxy's triangles, so that as much
+    /// of the proxy is held. Of sw_proxy_nearest these are the proxy's vertices to be held. NULL = none.
+    pub held: *const u32,
+    /// Length of held.
+    pub n_held: u32,
+    /// Must be 0.
+    pub held_flags: u32,
 }
 
 described!(SwProxyDesc, progress_user);
@@ -112,7 +119,8 @@ pub unsafe extern "C" fn sw_proxy_create(
             let options = read_options(&desc)?;
             let (positions, triangles) = read_mesh(mesh)?;
             let mut heard = |share: f64| tell_progress(desc.progress, desc.progress_user, 0, share);
-            let made = Proxy::new(&positions, &triangles, &options, &mut heard)?;
+            let held = read_array("desc->held", desc.held, desc.n_held.into())?;
+            let made = Proxy::holding(&positions, &triangles, &held, &options, &mut heard)?;
             put(proxy, Box::into_raw(Box::new(SwProxy { proxy: made, n_asset: positions.len() })));
         }
         Ok(())
@@ -122,6 +130,7 @@ pub unsafe extern "C" fn sw_proxy_create(
 fn read_options(desc: &SwProxyDesc) -> Result<Options, Fault> {
     check_flags("desc->flags", desc.flags, SW_PROXY_CUT | SW_PROXY_KEEP_SIDES | SW_PROXY_KEEP_PIECES)?;
     check_flags("desc->reserved", desc.reserved, 0)?;
+    check_flags("desc->held_flags", desc.held_flags, 0)?;
     let thickness = require_non_negative("desc->thickness", desc.thickness)?;
     let keep = desc.flags & SW_PROXY_KEEP_SIDES != 0;
     if keep && thickness > 0.0 {

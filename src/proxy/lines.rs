@@ -1,4 +1,4 @@
-//! Lines that a proxy keeps: boundaries, and creases that are sharp at the proxy's own scale.
+//! Lines that a proxy keeps: boundaries, creases that are sharp at the proxy's own scale, and the outline of what supports hold.
 
 use super::edit::Place;
 use super::ground::Ground;
@@ -17,6 +17,16 @@ const SHORTEST_CREASE: f64 = 2.0;
 const CORNER: f64 = 0.71;
 /// Loops shorter than so many edges have no corners.
 const SMALL_LOOP: f64 = 4.0;
+/// What is held is narrow where it is not so many edges of the proxy wide: its outline would lie too near another line.
+const NARROW: f64 = 0.4;
+
+/// Which lines there are beside boundaries.
+#[derive(Clone, Copy)]
+pub struct Kept<'a> {
+    pub creases: bool,
+    /// Vertices whose outline is one (n_vertices, or none).
+    pub held: &'a [bool],
+}
 
 /// The lines of a manifold.
 pub struct Lines {
@@ -27,8 +37,8 @@ pub struct Lines {
     segments: Vec<[u32; 3]>,
     line_of: Vec<u32>,
     tree: Option<Tree>,
-    /// Whether there are creases among them.
-    pub any_creases: bool,
+    /// Whether there are others among them than boundaries.
+    pub any_inner: bool,
 }
 
 /// Vertices of a line in turn.
@@ -39,7 +49,7 @@ struct Chain {
 
 impl Lines {
     /// At the scale of edges of length `edge`.
-    pub fn new(manifold: &Manifold, ground: &Ground, edge: f64, with_creases: bool) -> Result<Self> {
+    pub fn new(manifold: &Manifold, ground: &Ground, edge: f64, kept: Kept) -> Result<Self> {
         let mut edges: Vec<u32> = vec![];
         let length = |h: u32| {
             let [a, b] = ends(manifold, h).map(|v| manifold.positions[v as usize]);
@@ -48,18 +58,26 @@ impl Lines {
         for h in (0..manifold.twins.len() as u32).filter(|h| manifold.twins[*h as usize] == NONE) {
             edges.push(h);
         }
-        let creases = if with_creases { creases(manifold, ground, edge, length) } else { vec![] };
-        let any_creases = !creases.is_empty();
-        edges.extend(creases);
+        let mut inner = if kept.creases { creases(manifold, ground, edge, length) } else { vec![] };
+        if !kept.held.is_empty() {
+            inner.extend(outline(manifold, kept.held, edge, length));
+            inner.sort_unstable();
+            inner.dedup();
+        }
+        let any_inner = !inner.is_empty();
+        edges.extend(inner);
         let mut lines = Self {
             of_half: vec![NONE; manifold.twins.len()],
             places: vec![Place::Free; manifold.positions.len()],
             segments: vec![],
             line_of: vec![],
             tree: None,
-            any_creases,
+            any_inner,
         };
         lines.trace(manifold, &edges, edge);
+        if !kept.held.is_empty() {
+            lines.ends_of_held(manifold, kept.held, edge);
+        }
         lines.plant(manifold, &edges)?;
         Ok(lines)
     }
@@ -171,6 +189,35 @@ impl Lines {
         }
     }
 
+    /// Corners where what is held begins and ends along a boundary, if it goes on for as long as an edge of the proxy.
+    fn ends_of_held(&mut self, manifold: &Manifold, held: &[bool], edge: f64) {
+        let n = manifold.positions.len();
+        let mut around = vec![[NONE; 2]; n];
+        for h in (0..manifold.twins.len() as u32).filter(|h| manifold.twins[*h as usize] == NONE) {
+            let [a, b] = ends(manifold, h);
+            (around[a as usize][1], around[b as usize][0]) = (b, a);
+        }
+        let is_held = |v: u32| v != NONE && held[v as usize];
+        let goes_on = |first: u32, way: usize| {
+            let (mut v, mut length) = (first, 0.0);
+            for _ in 0..n {
+                let next = around[v as usize][way];
+                if !is_held(next) || length >= edge {
+                    break;
+                }
+                length += (manifold.positions[next as usize] - manifold.positions[v as usize]).norm();
+                v = next;
+            }
+            length >= edge
+        };
+        for v in (0..n as u32).filter(|v| held[*v as usize] && around[*v as usize] != [NONE; 2]) {
+            let [before, after] = around[v as usize].map(is_held);
+            if before != after && goes_on(v, usize::from(after)) {
+                self.places[v as usize] = Place::Corner;
+            }
+        }
+    }
+
     fn plant(&mut self, manifold: &Manifold, edges: &[u32]) -> Result<()> {
         if edges.is_empty() {
             return Ok(());
@@ -191,6 +238,37 @@ impl Lines {
 fn ends(manifold: &Manifold, h: u32) -> [u32; 2] {
     let (tri, k) = (manifold.triangles[h as usize / 3], h as usize % 3);
     [tri[k], tri[(k + 1) % 3]]
+}
+
+/// Edges between vertices that are held, but for those inside what is held, of regions that are neither small nor narrow.
+fn outline(manifold: &Manifold, held: &[bool], edge: f64, length: impl Fn(u32) -> f64) -> Vec<u32> {
+    let whole = |t: usize| manifold.triangles[t].iter().all(|v| held[*v as usize]);
+    let on_outline = |h: &u32| {
+        let g = manifold.twins[*h as usize];
+        let both = ends(manifold, *h).iter().all(|v| held[*v as usize]);
+        g != NONE && *h < g && both && !(whole(*h as usize / 3) && whole(g as usize / 3))
+    };
+    let mut found: Vec<u32> = (0..manifold.twins.len() as u32).filter(on_outline).collect();
+    let mut sets = UnionFind::new(manifold.positions.len());
+    let inside: Vec<usize> = (0..manifold.triangles.len()).filter(|t| whole(*t)).collect();
+    found.iter().map(|h| ends(manifold, *h)).for_each(|[a, b]| sets.join(a, b));
+    for [a, b, c] in inside.iter().map(|t| manifold.triangles[*t]) {
+        sets.join(a, b);
+        sets.join(b, c);
+    }
+    let mut sizes: HashMap<u32, (f64, f64)> = HashMap::new(); // length and area
+    for &h in &found {
+        sizes.entry(sets.find(ends(manifold, h)[0])).or_default().0 += length(h);
+    }
+    for &t in &inside {
+        let [a, b, c] = manifold.triangles[t].map(|v| manifold.positions[v as usize]);
+        sizes.entry(sets.find(manifold.triangles[t][0])).or_default().1 += 0.5 * (b - a).cross(&(c - a)).norm();
+    }
+    found.retain(|h| {
+        let (length, area) = sizes[&sets.find(ends(manifold, *h)[0])];
+        length >= SHORTEST_CREASE * edge && (area == 0.0 || area >= NARROW * edge * length)
+    });
+    found
 }
 
 /// Edges between triangles at an angle that is there, too, half an edge of the proxy away from them.

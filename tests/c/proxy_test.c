@@ -128,6 +128,14 @@ static void what_is_wrong_is_named(void) {
   desc = wanted(100);
   desc.thickness = 0.03, desc.flags = SW_PROXY_KEEP_SIDES;
   FAILS(sw_proxy_create(&mesh, &desc, &proxy), SW_ERROR_INVALID_ARGUMENT, "SW_PROXY_KEEP_SIDES");
+  const uint32_t nobody[2] = {0, ASSET};
+  desc = wanted(100);
+  desc.n_held = 2;
+  FAILS(sw_proxy_create(&mesh, &desc, &proxy), SW_ERROR_INVALID_ARGUMENT, "desc->held");
+  desc.held = nobody;
+  FAILS(sw_proxy_create(&mesh, &desc, &proxy), SW_ERROR_INVALID_ARGUMENT, "held[1] is vertex");
+  desc.held_flags = 1;
+  FAILS(sw_proxy_create(&mesh, &desc, &proxy), SW_ERROR_INVALID_ARGUMENT, "held_flags");
   desc = wanted(100);
   int left = 3;
   desc.progress = count_and_cancel, desc.progress_user = &left;

@@ -16,7 +16,9 @@ def make(context, asset, vertices, thickness, cut):
     positions, faces = rest_positions(asset.data), triangles(asset.data)
     if not len(faces):
         raise Refused("it has no faces")
-    with library.package().Proxy(positions, faces, vertices, thickness=thickness, cut=cut) as made:
+    pinned = [numpy.flatnonzero(weights(asset, name, or_zero=True, outside=0.0) > HELD) for name in pin_groups(asset)]
+    held = numpy.unique(numpy.concatenate([numpy.zeros(0, int), *pinned]))
+    with library.package().Proxy(positions, faces, vertices, thickness=thickness, cut=cut, held=held) as made:
         info, points, corners = made.info(), made.positions(), made.triangles()
         groups = {group.name: made.carried(weights(asset, group.name, or_zero=True, outside=0.0)) for group in asset.vertex_groups}
     mesh = bpy.data.meshes.new(f"{asset.data.name} proxy")
@@ -35,6 +37,13 @@ def make(context, asset, vertices, thickness, cut):
     obj.select_set(True)
     context.view_layer.objects.active = obj
     return obj, words(info)
+
+
+def pin_groups(asset):
+    """Groups of the asset that its shell settings, if they are filled in, name as held."""
+    settings = asset.shellwarp
+    named = {settings.fixed_group, settings.clamped_group, settings.fixed_x_group, settings.fixed_y_group, settings.fixed_z_group}
+    return [group.name for group in asset.vertex_groups if group.name in named]
 
 
 def render_mesh_free(asset):

@@ -35,9 +35,23 @@ def simulated_at(tables):
     n_file = len(asset[0])
     if not tables["proxy"]:
         return Simulated(*asset, n_file, functools.partial(_checked, range(n_file)), lambda values: values, len(asset[1]), slice(None), False)
-    positions, triangles, nearest, sources, weights, file_triangles = _kept_of(_proxy_reader(tuple(sorted(tables["proxy"].items()))), tables["mesh"])
+    positions, triangles, nearest, sources, weights, file_triangles = _kept_of(_proxy_reader((*sorted(tables["proxy"].items()), ("held", _held_of(tables, asset)))), tables["mesh"])
     carried = functools.partial(_carried, sources, weights)
     return Simulated(positions, triangles, n_file, functools.partial(_checked, nearest), carried, len(asset[1]), file_triangles, True)
+
+
+def _held_of(tables, asset):
+    """The vertices of the job's own mesh that its supports hold, whose outline a proxy keeps."""
+    from . import selection   # which uses what is here
+
+    whole = Simulated(*asset, len(asset[0]), functools.partial(_checked, range(len(asset[0]))), lambda values: values, len(asset[1]), slice(None), False)
+    held = set()
+    for support in tables["support"]:
+        try:
+            held.update(selection.chosen(support, whole, tables["mesh"]).tolist())
+        except SceneError:   # whoever makes the shell says so
+            continue
+    return tuple(sorted(held))
 
 
 def _checked(numbers, vertex):
@@ -55,12 +69,12 @@ def _proxy_reader(options):
     return functools.partial(_proxy_of, **dict(options))
 
 
-def _proxy_of(path, vertices=None, thickness=None, cut=False, weld=0.0):
+def _proxy_of(path, vertices=None, thickness=None, cut=False, weld=0.0, held=()):
     positions, triangles = mesh_at(path)
     try:
         if vertices is None:
             return welded(positions, triangles, weld)
-        with shellwarp.Proxy(positions, triangles, vertices, weld=weld, thickness=thickness or 0.0, cut=cut, keep_sides=thickness == 0) as made:
+        with shellwarp.Proxy(positions, triangles, vertices, weld=weld, thickness=thickness or 0.0, cut=cut, keep_sides=thickness == 0, held=held) as made:
             own, corners = made.positions(), made.triangles()
             return own, corners, made.nearest(), *made.sources(), nearest_of(middles(positions, triangles), middles(own, corners))
     except (shellwarp.ShellwarpError, SceneError) as error:

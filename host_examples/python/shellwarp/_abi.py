@@ -459,6 +459,9 @@ class SwProxyDesc(Structure):
         ("thickness", c_double),
         ("progress", SwProgressFn),
         ("progress_user", c_void_p),
+        ("held", c_void_p),
+        ("n_held", c_uint32),
+        ("held_flags", c_uint32),
     ]
 
 

@@ -22,16 +22,18 @@ class Proxy(Handle):
     _destroyer = "sw_proxy_destroy"
 
     def __init__(self, positions: ArrayLike, triangles: ArrayLike, n_vertices: int, weld: float = 0.0, thickness: float = 0.0, cut: bool = False,
-                 keep_sides: bool = False, keep_pieces: bool = False) -> None:
-        """Of an asset: SwProxyDesc says what the options mean."""
+                 keep_sides: bool = False, keep_pieces: bool = False, held: ArrayLike = ()) -> None:
+        """Of an asset: SwProxyDesc says what the options mean. The outline of the vertices `held` is kept."""
         mesh, kept = Shell(positions, triangles).mesh_desc()
         desc = _library.initialised(_abi.SwProxyDesc)
         desc.n_vertices, desc.weld, desc.thickness = operator.index(n_vertices), weld, thickness
+        vertices = _arrays.indices_in(held, "held")
+        desc.held, desc.n_held = _arrays.address(vertices), len(vertices)
         flags = ((cut, _abi.SW_PROXY_CUT), (keep_sides, _abi.SW_PROXY_KEEP_SIDES), (keep_pieces, _abi.SW_PROXY_KEEP_PIECES))
         desc.flags = sum(flag for asked, flag in flags if asked)
         pointer = POINTER(_abi.SwProxy)()
         _library.call("sw_proxy_create", byref(mesh), byref(desc), byref(pointer))
-        del kept
+        del kept, vertices
         self._adopt(pointer)
         info = self.info()
         self.n_vertices, self.n_triangles = int(info["n_vertices"]), int(info["n_triangles"])

@@ -1,0 +1,159 @@
+//! What a proxy of an asset is off: its frequencies and its displacements against those of the asset simulated itself, and of that what following leaves.
+//!
+//! usage: assets [--docs FILE]
+#![allow(missing_docs)]
+
+#[path = "../common/mod.rs"]
+mod common;
+#[path = "docs.rs"]
+mod docs;
+
+use common::{error, leaf, modes_of, read_obj};
+use shellwarp::binding::{Binding, Points};
+use shellwarp::material::ElasticSheet;
+use shellwarp::modes::Modes;
+use shellwarp::proxy::{Options, Proxy, Sides};
+use shellwarp::reference::Solver;
+use shellwarp::{Mesh, Shell, Supports, Vec3};
+use std::fmt::Write;
+use std::sync::Arc;
+
+const MODES: usize = 10;
+const SHARES: [usize; 2] = [10, 4];
+const DIRECTIONS: [[f64; 3]; 3] = [[1.0, 0.2, 0.1], [0.1, 1.0, 0.2], [0.2, 0.1, 1.0]];
+/// Of the size, to first order.
+const AIM: f64 = 0.01;
+/// Of the size.
+const THICKNESS: f64 = 1.0 / 200.0;
+
+struct Asset {
+    name: &'static str,
+    positions: Vec<Vec3>,
+    triangles: Vec<[u32; 3]>,
+    held: Vec<u32>,
+}
+
+fn asset(
+    name: &'static str,
+    (positions, triangles): (Vec<Vec3>, Vec<[u32; 3]>),
+    is_held: impl Fn(&Vec3) -> bool,
+) -> Asset {
+    let held = (0..positions.len() as u32).filter(|v| is_held(&positions[*v as usize])).collect();
+    Asset { name, positions, triangles, held }
+}
+
+fn assets() -> [Asset; 4] {
+    let leaf = leaf(3).mesh;
+    // The head's band, the collar, the feet.
+    let band = |x: &Vec3| (x.x.hypot(x.z + 6.0) - 10.0).abs() < 2.0 && (x.y - 168.6).abs() < 5.0;
+    [
+        asset("leaf", (leaf.positions.clone(), leaf.triangles.clone()), |x| x.x < 0.06),
+        asset("hat", read_obj("character_hat.obj"), band),
+        asset("shirt", read_obj("shirt.obj"), |x| x.y > 145.0),
+        asset("dinosaur", read_obj("dinosaur.obj"), |x| x.y < 0.02),
+    ]
+}
+
+fn shell(positions: &[Vec3], triangles: &[[u32; 3]], fixed: Vec<u32>, size: f64) -> Arc<Shell> {
+    let sheet = ElasticSheet { young: 1e9, poisson: 0.3, thickness: THICKNESS * size, volume_density: 1000.0 };
+    let mesh = Mesh::new(positions.to_vec(), triangles).unwrap();
+    Arc::new(Shell::new(mesh, sheet, &Supports { fixed, ..Default::default() }).unwrap())
+}
+
+fn settled(shell: &Arc<Shell>, forces: &[Vec3]) -> Vec<Vec3> {
+    let rest = vec![Vec3::zeros(); shell.mass.len()];
+    let mut solver = Solver::new(shell.clone()).unwrap();
+    solver.equilibrium(&rest, forces, &Default::default(), &mut |_| Ok(())).unwrap().displacement
+}
+
+/// Where points go that follow a shell displaced by `u`, less where they were.
+fn followed(binding: &Binding, shell: &Shell, u: &[Vec3], rest: &[Vec3]) -> Vec<Vec3> {
+    let x = shell.mesh.positions.iter().zip(u).map(|(x, u)| x + u).collect();
+    let mut out = vec![Vec3::zeros(); rest.len()];
+    binding.pose(x, None).unwrap().positions(0..rest.len(), |i, x| out[i] = x - rest[i]);
+    out
+}
+
+fn frequencies(modes: &Modes) -> Vec<f64> {
+    modes.eigenvalues[..MODES].iter().map(|lambda| lambda.sqrt()).collect()
+}
+
+/// The gravity along a direction that moves the shell by [`AIM`], as its modes tell.
+fn gravity(shell: &Shell, modes: &Modes, along: Vec3) -> Vec3 {
+    let mut u = vec![Vec3::zeros(); shell.mass.len()];
+    for (shape, lambda) in modes.shapes.iter().zip(&modes.eigenvalues) {
+        let work: f64 = shape.iter().zip(&shell.mass).map(|(phi, m)| m * phi.dot(&along)).sum();
+        u.iter_mut().zip(shape).for_each(|(u, phi)| *u += phi * (work / lambda));
+    }
+    along * (AIM * shell.mesh.size / u.iter().map(|u| u.norm()).fold(0.0, f64::max))
+}
+
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values[values.len() / 2]
+}
+
+fn rows(asset: &Asset, table: &mut String) {
+    let Asset { name, positions, triangles, held } = asset;
+    let size = Mesh::new(positions.clone(), triangles).unwrap().size;
+    let own = shell(positions, triangles, held.clone(), size);
+    let modes = modes_of(&own, MODES);
+    let own_frequencies = frequencies(&modes);
+    // The load of the asset, by its mass, on both.
+    let loads: Vec<Vec3> = DIRECTIONS.iter().map(|along| gravity(&own, &modes, Vec3::from(*along))).collect();
+    let exact: Vec<Vec<Vec3>> =
+        loads.iter().map(|g| settled(&own, &own.mass.iter().map(|m| *m * g).collect::<Vec<_>>())).collect();
+    for (share, keep) in SHARES.into_iter().flat_map(|share| [(share, false), (share, true)]) {
+        let n_vertices = positions.len() / share;
+        let options = Options { n_vertices, weld: 0.0, sides: Sides::Find, cut: false, keep_pieces: false };
+        let made =
+            Proxy::holding(positions, triangles, if keep { held } else { &[] }, &options, &mut |_| Ok(())).unwrap();
+        let mut fixed: Vec<u32> = held.iter().map(|v| made.nearest[*v as usize]).collect();
+        fixed.sort_unstable();
+        fixed.dedup();
+        let proxy = shell(&made.positions, &made.triangles, fixed, size);
+        let off = frequencies(&modes_of(&proxy, MODES))
+            .iter()
+            .zip(&own_frequencies)
+            .map(|(a, b)| 100.0 * (a / b - 1.0))
+            .collect::<Vec<_>>();
+        let (low, high) =
+            (off.iter().copied().fold(f64::INFINITY, f64::min), off.iter().copied().fold(-f64::INFINITY, f64::max));
+        let binding = Binding::new(&proxy, &Points { positions, ..Points::default() }).unwrap();
+        let (mut whole, mut following) = (vec![], vec![]);
+        for (g, exact) in loads.iter().zip(&exact) {
+            let u = settled(&proxy, &proxy.mass.iter().map(|m| *m * g).collect::<Vec<_>>());
+            whole.push(100.0 * error(&followed(&binding, &proxy, &u, positions), exact));
+            // The proxy's vertices where the asset has them.
+            let there: Vec<Vec3> = made
+                .sources
+                .iter()
+                .map(|s| s.vertices.iter().zip(s.weights).map(|(v, w)| w * exact[*v as usize]).sum())
+                .collect();
+            following.push(100.0 * error(&followed(&binding, &proxy, &there, positions), exact));
+        }
+        let worst = whole.iter().copied().fold(0.0, f64::max);
+        let line = format!(
+            "| {name} | {} | {} | {} | {low:+.1} to {high:+.1} | {:.1} | {worst:.1} | {:.2} |",
+            positions.len(),
+            made.positions.len(),
+            if keep { "kept" } else { "" },
+            median(whole),
+            median(following)
+        );
+        println!("{line}");
+        writeln!(table, "{line}").unwrap();
+    }
+}
+
+fn main() {
+    let arguments: Vec<String> = std::env::args().collect();
+    let mut table = String::from(
+        "| asset | vertices | proxy | outline of supports | ten frequencies, % | displacement, median % | worst % | following alone, % |\n|---|---|---|---|---|---|---|---|\n",
+    );
+    println!("{table}");
+    assets().iter().for_each(|asset| rows(asset, &mut table));
+    if let Some(at) = arguments.iter().position(|a| a == "--docs") {
+        docs::put_section(&arguments[at + 1], "assets", &table).unwrap();
+    }
+}
