@@ -12,6 +12,7 @@ import bpy
 
 from . import live, render_mesh, shape_key, stack
 from .inputs import Refused, check_mesh, read_inputs, read_output
+from .jobs import Estimate
 from .meshes import faces_of, rest_positions
 from .point_cache import PointCache, points_of
 from .stack import CACHE
@@ -75,6 +76,7 @@ class Track:
         self.obj, self.paths = obj, paths_of(obj)
         self.start, self.end = settings.frame_start, settings.frame_end
         self.caches, self.run, self.too_far = {}, None, 0
+        self.widest, self.most = None, 0.0  # a copy of the state where it is furthest from rest, and how far
         settings.verdict = ""
 
     def precompute(self, context):
@@ -111,24 +113,42 @@ class Track:
         self.caches[self.obj].append(self.run.go(frame, self.start, inputs, read_output(self.obj.shellwarp)))
         for item, points in render_mesh.positions(self.obj, depsgraph, self.run, (inputs.origin, inputs.rotation)):
             self.caches[item].append(points)
-        self.too_far += not self.run.report()["turn_in_range"]
+        report = self.run.report()
+        self.too_far += not report["turn_in_range"]
+        if report["max_displacement"] > self.most and frame < self.end and self.run.model.n_vertices <= CERTIFIED and not self.run.is_full:
+            self.drop_widest()
+            self.widest, self.most = self.run.copied(), report["max_displacement"]
 
     def certify(self):
-        """Estimates the last frame's error on a thread; yields texts meanwhile. The bake is whole without it."""
+        """Estimates the errors of the widest frame and the last on a thread; yields texts meanwhile. The bake is whole without it."""
         if self.run.model.n_vertices > CERTIFIED:
             return
-        estimate = None
+        estimate, found = None, []
         try:
-            estimate = self.run.estimate()
-            while estimate.running():
-                estimate.wait(WAIT)
-                yield f"{self.obj.name}: {estimate.text()}"
-            self.run.certify(estimate)
+            for begin in (self.estimate_widest, self.run.estimate):
+                estimate = begin()
+                while estimate is not None and estimate.running():
+                    estimate.wait(WAIT)
+                    yield f"{self.obj.name}: {estimate.text()}"
+                found += [estimate] if estimate is not None else []
+            self.run.certify(*found)
         except GeneratorExit:
-            estimate.cancel()
+            if estimate is not None:
+                estimate.cancel()
             raise
         except Exception as error:
             self.run.certified = f"not certified: {error}"
+
+    def estimate_widest(self):
+        """Of the frame of the largest displacement; none where that is the last."""
+        kept, self.widest = self.widest, None
+        return Estimate(*kept) if kept is not None else None
+
+    def drop_widest(self):
+        """Lets go of the copy."""
+        if self.widest is not None:
+            self.widest[0].close()
+            self.widest = None
 
     def close(self):
         """Puts the files in their places, lets modifiers play them, and says how good the last frame is."""
@@ -143,6 +163,7 @@ class Track:
 
     def discard(self):
         """Removes what was written and not finished."""
+        self.drop_widest()
         for cache in self.caches.values():
             cache.discard()
         self.caches = {}

@@ -162,14 +162,24 @@ class Simulation:
 
     def estimate(self):
         """How far the present frame is from the full nonlinear shell, on a thread: an Estimate, for `certify`."""
+        return Estimate(*self.copied())
+
+    @property
+    def is_full(self):
+        """Whether it is the full shell, which others are judged by."""
+        return self._full
+
+    def copied(self):
+        """A copy of the state at the present frame, for whoever closes it, and the frame."""
         if self._at is None:
             raise Refused("go to the start frame and play from there")
-        return Estimate(self._state.clone(), self._at)
+        return self._state.clone(), self._at
 
-    def certify(self, estimate=None):
-        """What an estimate said, of the present frame unless told otherwise: a sentence, kept for the panel."""
-        estimate = estimate or self.estimate()
-        self.certified = f"frame {estimate.frame}: {told(estimate.result())}"
+    def certify(self, *estimates):
+        """What estimates said, of the present frame unless told otherwise: the worst, and the last where that is another. Kept for the panel."""
+        estimates = estimates or (self.estimate(),)
+        worst = max(estimates, key=lambda estimate: estimate.result()["error"])
+        self.certified = "; ".join(f"frame {e.frame}: {told(e.result())}" for e in dict.fromkeys((worst, estimates[-1])))
         return self.certified
 
     def unmet(self):

@@ -529,11 +529,22 @@ class Certificate(Case):
         with self.assertRaisesRegex(RuntimeError, "play from there"):
             bpy.ops.shellwarp.certify()
 
-    def test_a_bake_certifies_its_last_frame(self):
+    def test_a_bake_certifies_its_last_frame_and_the_widest_where_that_is_worse(self):
         obj = add_strip()
         obj.shellwarp.frame_end, obj.shellwarp.cache = 12, str(self.folder / "strip.pc2")
         bpy.ops.shellwarp.bake()
-        self.assertRegex(part("live").simulation(obj).certified, r"^frame 12: about [0-9.]+ % off")
+        self.assertRegex(part("live").simulation(obj).certified, r"(^|; )frame 12: about [0-9.]+ % off")
+
+        class Found:
+            def __init__(self, frame, error):
+                self.frame, self.error = frame, error
+
+            def result(self):
+                return {"error": self.error, "remaining": 0.0, "out_of_range": 0}
+        run = part("live").simulation(obj)
+        self.assertEqual(run.certify(Found(7, 0.25), Found(12, 0.05)),
+                         "frame 7: about 25 % off the full nonlinear shell; frame 12: about 5 % off the full nonlinear shell")
+        self.assertEqual(run.certify(Found(7, 0.01), Found(12, 0.05)), "frame 12: about 5 % off the full nonlinear shell")
 
     def test_turns_beyond_the_methods_are_told(self):
         obj = add_strip()
