@@ -59,7 +59,7 @@ std::string motion_words(const Summary &summary) {
   std::string words = "moved: up to " + in_unit(most, summary.scene) + ", " + share_of_size(most / summary.info.size) +
                       " of " + in_unit(summary.info.size, summary.scene);
   if (!summary.scene.is_static) words += format(", at %.3g s", widest.report.time);
-  if (const double way = longest_way(summary.scene.handles); way > 0) words += format(", %.2g times as far as its handles", most / way);
+  if (const double way = longest_way(summary.scene.handles); way > 0) words += std::fabs(most / way - 1) < 0.05 ? ", as far as its handles" : format(", %.2g times as far as its handles", most / way);
   words += "; turned up to " + degrees(most_turned(summary.run));
   if (&last != &widest) words += "; at the end by " + in_unit(last.report.max_displacement, summary.scene);
   return words;
@@ -114,6 +114,8 @@ std::string question_of_units(const Scene &scene) {
 
 void add_size_of_motion(const Summary &summary, std::vector<std::string> &words) {
   const Scene &scene = summary.scene;
+  if (scene.length_unit == "m" && summary.info.size > kLongestInMetres && scene.scale == 1)
+    words.push_back("try: the mesh is " + in_unit(summary.info.size, scene) + " wide: --scale 0.01 (scale) if its lengths are centimetres");
   const double share = widest_frame(summary.run).report.max_displacement / summary.info.size;
   const bool led = scene.motion.moves() || !scene.handles.empty() || any_moves(scene.colliders) || any_moves(scene);
   if (share == 0)
@@ -156,6 +158,12 @@ void add_turns(const Summary &summary, std::vector<std::string> &words) {
                            static_cast<long long>(outside), frames.size()));
 }
 
+// Of the full shell, where other methods have their certificate.
+std::string full_shell_words(const Run &run) {
+  return "this is the full nonlinear shell, by which others are judged; a step is off by up to " +
+         format("%.2g %% of the motion", 100 * largest_step_error(run) / widest_frame(run).report.max_displacement);
+}
+
 // Steps that are too long for the motion, by their own estimate.
 void add_step_error(const Summary &summary, std::vector<std::string> &words) {
   const double error = largest_step_error(summary.run), most = widest_frame(summary.run).report.max_displacement;
@@ -191,25 +199,25 @@ std::string about(double share) {
   return format(share < 0.1 ? "about %.2g %%" : "about %.0f %%", 100 * share);
 }
 
-// The worst that was told of any frame. A percentage of a small displacement says little: frames are passed over that moved less than a
-// tenth of the most.
+// The frame that is furthest off, by length: a large share of a displacement that is small itself says little.
 ErrorEstimate worst_estimate(const Run &run) {
-  ErrorEstimate worst = run.estimates.back();
+  const auto less = [](const ErrorEstimate &a, const ErrorEstimate &b) { return a.error * a.displacement < b.error * b.displacement; };
+  return *std::max_element(run.estimates.begin(), run.estimates.end(), less);
+}
+
+// Its error as a share of the largest displacement of the frames that were judged.
+double share_of_most(const Run &run, const ErrorEstimate &worst) {
   double most = 0;
   for (const ErrorEstimate &e : run.estimates) most = std::max(most, e.displacement);
-  for (const ErrorEstimate &e : run.estimates)
-    if (e.error > worst.error && e.displacement > 0.1 * most) worst = e;
-  return worst;
+  return most > 0 ? worst.error * worst.displacement / most : worst.error;
 }
 
 // How far off the run is, at its worst and at its end.
-std::string error_words(const Run &run, const ErrorEstimate &worst) {
+std::string error_words(const Run &run, const ErrorEstimate &worst, double share) {
   const std::string last = about(run.certificate->error), of = " off the full nonlinear shell";
   const std::size_t n = run.estimates.size();
   if (n < 2) return "certified: the last frame is " + last + of;
-  const std::string judged = format(" of %zu frames judged", n);
-  if (worst.seconds == run.estimates.back().seconds) return "certified: the last frame is " + last + of + ", the most" + judged;
-  return "certified: " + about(worst.error) + of + format(" at %.3g s, the most", worst.seconds) + judged + "; the last frame " + last;
+  return "certified: " + about(share) + " of the largest displacement" + of + format(", at most, in %zu frames judged, at %.3g s; the last frame ", n, worst.seconds) + last;
 }
 
 }  // namespace
@@ -219,13 +227,14 @@ std::vector<std::string> closing_words(const Summary &summary) {
   if (falls(summary)) words.push_back("try: nothing is held, so that the shell falls: --pin low-x (support) holds an end of it");
   add_contact(summary, words);
   if (const std::string error = verdict(summary.run, host::needs_choice(summary.scene.method), summary.compared); !error.empty()) words.push_back(error);
+  if (host::is_full_shell(summary.scene.method) && largest_step_error(summary.run) > 0) words.push_back(full_shell_words(summary.run));
   add_size_of_motion(summary, words);
   add_turns(summary, words);
   add_step_error(summary, words);
   add_handles(summary, words);
   add_supports(summary, words);
   if (const uint64_t early = summary.run.frames.back().report.unconverged_steps)
-    words.push_back(format("try: %llu steps ended short of their tolerance: shorter steps help",
+    words.push_back(format("try: %llu steps ended short of their tolerance: much shorter steps help (--step, steps_per_frame)",
                            static_cast<unsigned long long>(early)));
   for (const std::string &warning : summary.warnings) words.push_back("note: " + warning);
   if (summary.info.zero_modes)
@@ -238,11 +247,12 @@ std::string verdict(const Run &run, bool chosen, bool compared) {
   if (!run.certificate || host::is_full_shell(run.certificate->method)) return "";
   const SwCertificate &found = *run.certificate;
   const ErrorEstimate worst = run.estimates.empty() ? ErrorEstimate{0, found.error, 0} : worst_estimate(run);
-  std::string text = error_words(run, worst);
+  const double share = run.estimates.empty() ? found.error : share_of_most(run, worst);
+  std::string text = error_words(run, worst, share);
   if (found.remaining > kRoughAbove) text += ", roughly";
-  if (worst.error > kMisleading) text += "; do not trust the picture";
+  if (share > kMisleading) text += "; do not trust the picture";
   const bool full_alone = chosen || run.supports_move;  // other accurate methods do not follow such supports
-  if (!compared && (found.out_of_range || worst.error > kOutOfRange)) text += "; use --method " + better_methods(found.method, full_alone);
+  if (!compared && share > kOutOfRange) text += "; use --method " + better_methods(found.method, full_alone);
   return text;
 }
 

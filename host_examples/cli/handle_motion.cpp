@@ -1,5 +1,6 @@
 #include "handle_motion.hpp"
 
+#include "judge.hpp"
 #include "selection.hpp"
 
 #include <algorithm>
@@ -101,6 +102,14 @@ std::array<double, 9> PlacedHandle::rotation(double seconds) const {
 
 namespace {
 
+// A place that is so many times the mesh's width from it is in another unit.
+constexpr double kElsewhere = 10;
+
+// Whether it is named by a place.
+bool by_place(const Handle &handle) { return !handle.vertex && !handle.side && handle.group.empty(); }
+
+double distance(const Vec3 &a, const Vec3 &b) { return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]); }
+
 uint32_t vertex_of(const Handle &handle, const Mesh &mesh) {
   if (handle.vertex) return mesh.of(*handle.vertex);
   if (handle.side) return middle_vertex(vertices_at(*handle.side, mesh), mesh);
@@ -119,8 +128,20 @@ std::vector<PlacedHandle> place_handles(const std::vector<Handle> &handles, cons
                                std::to_string(vertex) + ", but the mesh has " + std::to_string(mesh.n_vertices()) +
                                " vertices, counted from 0");
     placed.push_back({handle, vertex, mesh.vertex(vertex)});
+    const double off = by_place(handle) ? distance(handle.nearest, placed.back().rest) : 0;
+    if (off > kElsewhere * longest_side(mesh))
+      throw std::runtime_error(format("handle %zu: its place is %.3g from the mesh, which is %.3g wide; places and offsets are in the unit behind the scale",
+                                      placed.size(), off, longest_side(mesh)));
   }
   return placed;
+}
+
+std::vector<std::string> found_vertices(const std::vector<PlacedHandle> &placed) {
+  std::vector<std::string> words;
+  for (std::size_t k = 0; k < placed.size(); ++k)
+    if (by_place(placed[k].handle))
+      words.push_back(format("handle %zu leads vertex %u, %.3g from the place that was named", k + 1, placed[k].vertex, distance(placed[k].handle.nearest, placed[k].rest)));
+  return words;
 }
 
 void move_handles(std::vector<PlacedHandle> &handles, double seconds, shellwarp::State &state) {

@@ -62,6 +62,9 @@ struct PlacedHandle {
 // Throws where a vertex is not in the mesh.
 std::vector<PlacedHandle> place_handles(const std::vector<Handle> &handles, const Mesh &mesh);
 
+// Of handles that are named by a place: which vertex that is, a line each.
+std::vector<std::string> found_vertices(const std::vector<PlacedHandle> &placed);
+
 // Puts every handle where it is to be at the end of the next step, and lets go of those whose time is over. Handle k has the
 // constraints 2 k (position) and 2 k + 1 (orientation).
 void move_handles(std::vector<PlacedHandle> &handles, double seconds, shellwarp::State &state);

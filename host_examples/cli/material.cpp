@@ -1,5 +1,6 @@
 #include "material.hpp"
 
+#include "closest.hpp"
 #include "creases.hpp"
 #include "fibres.hpp"
 #include "material_maps.hpp"
@@ -81,7 +82,14 @@ void set_preset(const std::string &name, double metres_per_unit, Material &mater
     material.volume_density = known.volume_density;
     return;
   }
-  throw std::runtime_error("no known material is called '" + name + "'; there are " + preset_names());
+  throw std::runtime_error("no known material is called '" + name + "'" + did_you_mean(name, preset_list()) + "; there are " + preset_names() +
+                           "; others are told by --young, --poisson, --thickness and --volume-density (young and its like)");
+}
+
+std::vector<std::string> preset_list() {
+  std::vector<std::string> names;
+  for (uint32_t i = 0; i < sw_preset_count(); ++i) names.emplace_back(sw_preset_name(i));
+  return names;
 }
 
 std::string preset_names() {

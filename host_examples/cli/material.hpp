@@ -16,7 +16,8 @@ Material read_material(Section section, double metres_per_unit, std::vector<std:
 // Makes a material the known sheet of that name, in that unit. Throws std::runtime_error where the library has none.
 void set_preset(const std::string &name, double metres_per_unit, Material &material);
 
-// The names of all known sheets, for a message.
+// The names of all known sheets, and the same for a message.
+std::vector<std::string> preset_list();
 std::string preset_names();
 
 }  // namespace cli

@@ -142,13 +142,13 @@ void Page::add_shell(const Scene &scene, const Mesh &mesh, const std::vector<Pla
   n_vertices_ += mesh.n_vertices();
 }
 
-void Page::add_film(const Scene &scene, const Run &run, const Film &film, const std::vector<std::string> &words) {
+void Page::add_film(const Scene &scene, const Run &run, const Film &film, const std::vector<std::string> &words, const std::string &label) {
   std::string estimates;
   for (const ErrorEstimate &estimate : run.estimates)
     estimates += (estimates.empty() ? "" : ",") + json_numbers({estimate.seconds, 100 * estimate.error});
   append(tracks_, format("{\"shell\":%zu,\"method\":\"%s\",\"full\":%s,\"label\":", n_shells_ - 1,
                          host::method_name(scene.method), host::is_full_shell(scene.method) ? "true" : "false") +
-                      json_text(sw_method_label(scene.method)) + ",\"cost\":" + json_text(cost_of(scene, run)) +
+                      json_text(label) + ",\"cost\":" + json_text(cost_of(scene, run)) +
                       ",\"unit\":" + json_number(film.largest() / 32767) + ",\"displacement\":" +
                       json_numbers(film.displacements()) + ",\"estimates\":[" + estimates + "],\"data\":" +
                       json_bytes(film.steps()) + "}");

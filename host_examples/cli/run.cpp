@@ -136,6 +136,12 @@ void refuse_surprises(const Scene &scene, uint32_t n_frames, const Mesh &mesh, c
                                     static_cast<double>(folder->free_bytes()) / 1e6));
 }
 
+// What menus call its method; of the automatic choice, what that took.
+std::string label_of(const Scene &scene, const SwModelInfo &info) {
+  const std::string label = sw_method_label(scene.method);
+  return host::needs_choice(scene.method) ? label + ": " + sw_method_label(info.auto_method) : label;
+}
+
 // The same scene by another method, onto the page.
 void add_method(const Scene &scene, const Mesh &mesh, const std::vector<PlacedHandle> &handles, uint32_t n_frames,
                 const RunOptions &options, Page &page) {
@@ -150,15 +156,15 @@ void add_method(const Scene &scene, const Mesh &mesh, const std::vector<PlacedHa
     sentence = std::string(sw_method_label(scene.method)) + " " + sentence;
     if (!options.quiet) std::printf("%s\n", sentence.c_str());
   }
-  page.add_film(scene, run, film, words);
+  page.add_film(scene, run, film, words, label_of(scene, model.info()));
 }
 
 // The shell with what was said of it, and the methods that it is to be compared with.
 void add_to_page(const Scene &scene, const Mesh &mesh, const std::vector<PlacedHandle> &handles, uint32_t n_frames,
-                 const Run &run, const Film &film, const std::vector<std::string> &words, const RunOptions &options,
-                 Page &page) {
+                 const Run &run, const Film &film, const std::vector<std::string> &words, const std::string &label,
+                 const RunOptions &options, Page &page) {
   page.add_shell(scene, mesh, handles, film);
-  page.add_film(scene, run, film, words);
+  page.add_film(scene, run, film, words, label);
   for (const std::string &name : options.compare) {
     Scene other = scene;
     other.method = *host::find_method(name);
@@ -190,6 +196,8 @@ int run_scene(Scene scene, const RunOptions &options, OutputFolder *folder, Page
   if (scene.comparison) return run_comparison(scene, mesh, options, folder);
   if (!options.yes) refuse_surprises(scene, n_frames, mesh, folder);
   const std::vector<PlacedHandle> handles = place_handles(scene.handles, mesh);
+  if (!options.quiet)
+    for (const std::string &line : found_vertices(handles)) std::printf("%s\n", line.c_str());
   std::optional<RenderMesh> render;
   if (!scene.render_path.empty()) render.emplace(scene);
   std::optional<PointCache> cache;  // opened first: a folder that cannot be written is told before the long work
@@ -220,7 +228,7 @@ int run_scene(Scene scene, const RunOptions &options, OutputFolder *folder, Page
   const Summary summary{scene, model.info(), model.frequencies(), run, model.front(), find_creases(scene.material, mesh), warned};
   const int status = report(summary, options);
   if (page && !run.interrupted)
-    add_to_page(scene, mesh, handles, n_frames, run, film, closing_words(summary), options, *page);
+    add_to_page(scene, mesh, handles, n_frames, run, film, closing_words(summary), label_of(scene, model.info()), options, *page);
   return interrupted() ? kInterrupted : status;
 }
 
