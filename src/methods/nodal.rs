@@ -420,11 +420,14 @@ impl Motion for Nodal {
     }
 
     /// Both of Euler's methods take the acceleration's part of a step for twice or none of what it is, h²/2 ü, and h ü is what the velocity
-    /// has changed by.
+    /// has changed by. At the range of numbers it is the largest of them.
     fn step_error(&self) -> f64 {
+        if self.stepped == 0.0 {
+            return 0.0;
+        }
         let changes: Vec<Vec3> = self.velocity.iter().zip(&self.before[1]).map(|(now, before)| now - before).collect();
         let squares = 2.0 * self.solver.kinetic_energy(&changes);
-        0.5 * self.stepped * (squares / self.shell.total_mass).sqrt()
+        (0.5 * self.stepped * (squares / self.shell.total_mass).sqrt()).min(f64::MAX)
     }
 
     fn plan(&self, around: &Around) -> Vec<Part> {
