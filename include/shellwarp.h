@@ -2167,7 +2167,8 @@ typedef struct SwWindDesc {
 // Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_OUT_OF_MEMORY, SW_ERROR_BUSY.
 SwStatus sw_state_set_forces(struct SwState *state, const struct SwForceDesc *desc);
 
-// Replaces the wind.
+// Replaces the wind. It presses in a step as at its start, on SW_METHOD_SHELL_IMPLICIT as at its
+// end, to first order.
 // Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_UNSUPPORTED by a library
 // without SW_FEATURE_WIND, SW_ERROR_OUT_OF_MEMORY, SW_ERROR_BUSY.
 SwStatus sw_state_set_wind(struct SwState *state,

@@ -86,7 +86,7 @@ pub unsafe extern "C" fn sw_state_set_forces(state: *mut SwState, desc: *const S
     unsafe { writing(state, |state| set_forces(state, &read_descriptor("desc", desc)?)) }
 }
 
-/// Replaces the wind.
+/// Replaces the wind. It presses in a step as at its start, on SW_METHOD_SHELL_IMPLICIT as at its end, to first order.
 /// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_UNSUPPORTED by a library without SW_FEATURE_WIND,
 /// SW_ERROR_OUT_OF_MEMORY, SW_ERROR_BUSY.
 #[unsafe(no_mangle)]

@@ -1215,7 +1215,9 @@ static void wind_presses_like_a_weight_of_half_rho_c_v_squared(void) {
     step(weighed, 1, 1e-3);
     const double rise = tip_height(weighed);
     CHECK(rise > 0);
-    CHECK_NEAR(tip_height(blown), rise, 1e-6 * rise); /* Newton's residual; rounding for the modal methods */
+    /* The implicit shell feels the air of the step's end, where it goes along with it: h rho c v of its velocity less. */
+    const double gives_way = methods[m] == SW_METHOD_SHELL_IMPLICIT ? 1 + 1e-3 * density * drag * speed : 1;
+    CHECK_NEAR(gives_way * tip_height(blown), rise, 1e-6 * rise); /* Newton's residual; rounding for the modal methods */
     sw_state_destroy(blown);
     sw_state_destroy(weighed);
   }
