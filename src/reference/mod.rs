@@ -130,7 +130,7 @@ impl Solver {
         self.shell = shell;
     }
 
-    /// Goes on with the same shell on another rest shape: [`Shell::carried`]. What held directions take from the matrix is made anew where they
+    /// Goes on with the same shell on another rest shape: `Shell::carried`. What held directions take from the matrix is made anew where they
     /// turned. Fails when memory does not suffice.
     pub fn follow(&mut self, shell: Arc<Shell>) -> Result<()> {
         if shell.rollers != self.shell.rollers {
