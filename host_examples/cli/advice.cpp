@@ -76,7 +76,7 @@ bool loaded(const Scene &scene) {
   return scene.gravity != none || scene.loads.wind || !scene.loads.forces.empty();
 }
 
-// Whether gravity takes it away for nothing holds, leads or stops it.
+// Whether it falls away under gravity, because nothing holds, leads or stops it.
 bool falls(const Summary &summary) {
   const Scene &scene = summary.scene;
   return summary.info.zero_modes >= 6 && loaded(scene) && scene.supports.empty() && scene.handles.empty() && scene.colliders.empty() &&
@@ -158,17 +158,23 @@ void add_turns(const Summary &summary, std::vector<std::string> &words) {
                            static_cast<long long>(outside), frames.size()));
 }
 
-// Of the full shell, where other methods have their certificate.
-std::string full_shell_words(const Run &run) {
-  return "this is the full nonlinear shell, by which others are judged; a step is off by up to " +
-         format("%.2g %% of the motion", 100 * largest_step_error(run) / widest_frame(run).report.max_displacement);
+// What a step gets wrong by its own estimate, as a share of the largest displacement; 0 where nothing moves.
+double step_error_share(const Run &run) {
+  const double most = widest_frame(run).report.max_displacement;
+  return most > 0 ? largest_step_error(run) / most : 0;
 }
 
-// Steps that are too long for the motion, by their own estimate.
+// Of the full shell, where other methods have their certificate.
+void add_full_shell(const Summary &summary, std::vector<std::string> &words) {
+  const double share = step_error_share(summary.run);
+  if (host::is_full_shell(summary.scene.method) && share > 0)
+    words.push_back(format("this is the full nonlinear shell, by which others are judged; a step is off by up to %.2g %% of the motion", 100 * share));
+}
+
+// Steps that are too long for the motion.
 void add_step_error(const Summary &summary, std::vector<std::string> &words) {
-  const double error = largest_step_error(summary.run), most = widest_frame(summary.run).report.max_displacement;
-  if (error > kCoarse * most)
-    words.push_back(format("try: a step is off by up to %.2g %% of the motion: shorter steps help (--step, steps_per_frame)", 100 * error / most));
+  if (const double share = step_error_share(summary.run); share > kCoarse)
+    words.push_back(format("try: a step is off by up to %.2g %% of the motion: shorter steps help (--step, steps_per_frame)", 100 * share));
 }
 
 void add_handles(const Summary &summary, std::vector<std::string> &words) {
@@ -227,7 +233,7 @@ std::vector<std::string> closing_words(const Summary &summary) {
   if (falls(summary)) words.push_back("try: nothing is held, so that the shell falls: --pin low-x (support) holds an end of it");
   add_contact(summary, words);
   if (const std::string error = verdict(summary.run, host::needs_choice(summary.scene.method), summary.compared); !error.empty()) words.push_back(error);
-  if (host::is_full_shell(summary.scene.method) && largest_step_error(summary.run) > 0) words.push_back(full_shell_words(summary.run));
+  add_full_shell(summary, words);
   add_size_of_motion(summary, words);
   add_turns(summary, words);
   add_step_error(summary, words);

@@ -143,13 +143,10 @@ std::string method_words(const Scene &scene, const SwModelInfo &info) {
 void print_motion(const Scene &scene, const SwModelInfo &info, const Run &run) {
   heading("motion");
   row("method", method_words(scene, info));
-  double displacement = 0, rotation = 0;
-  for (const FrameRecord &f : run.frames) {
-    displacement = std::max(displacement, f.report.max_displacement);
-    rotation = std::max(rotation, f.report.max_rotation);
-  }
+  double rotation = 0;
+  for (const FrameRecord &f : run.frames) rotation = std::max(rotation, f.report.max_rotation);
   const char *unit = length_unit(scene);
-  row("largest displacement", format("%.6g %s", displacement, unit));
+  row("largest displacement", format("%.6g %s", widest_frame(run).report.max_displacement, unit));
   row("displacement at the end", format("%.6g %s", run.frames.back().report.max_displacement, unit));
   row("largest local rotation", format("%.3f rad", rotation));
   if (const uint64_t early = run.frames.back().report.unconverged_steps) row("steps not converged", count(early));
@@ -201,12 +198,6 @@ void print_handles(const Summary &summary) {
   row("most iterations in a step", count(handles.iterations));
 }
 
-double largest_displacement(const Run &run) {
-  double largest = 0;
-  for (const FrameRecord &f : run.frames) largest = std::max(largest, f.report.max_displacement);
-  return largest;
-}
-
 }  // namespace
 
 void print_summary(const Summary &summary) {
@@ -256,7 +247,7 @@ std::vector<std::string> violations(const Summary &summary, bool whole) {
   if (whole && expect.settled)
     judge.within("kinetic energy at the end, of the elastic", kinetic_share(run), Range{0, *expect.settled});
   if (whole) {
-    judge.within("largest displacement", largest_displacement(run), expect.max_displacement);
+    judge.within("largest displacement", widest_frame(run).report.max_displacement, expect.max_displacement);
     judge.within("displacement at the end", run.frames.back().report.max_displacement, expect.final_displacement);
   }
   return judge.sentences;

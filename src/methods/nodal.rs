@@ -419,8 +419,8 @@ impl Motion for Nodal {
         (elastic, self.solver.kinetic_energy(&self.velocity))
     }
 
-    /// Both of Euler's methods take the acceleration's part of a step for twice or none of what it is, h²/2 ü, and h ü is what the velocity
-    /// has changed by. At the range of numbers it is the largest of them.
+    /// Both of Euler's methods move by h² ü where h²/2 ü is right, and the velocity has changed by h ü. Beyond the range of numbers it is the
+    /// largest of them.
     fn step_error(&self) -> f64 {
         if self.stepped == 0.0 {
             return 0.0;

@@ -40,7 +40,7 @@ fn energies(rest: &[Vec3], bending: &[Box<dyn Energy>], poisson: f64) -> [f64; 3
 fn shapes() {
     println!("## Bent to a cylinder, and twisted\n");
     println!(
-        "Bending energy of a square of side 1 that is put on a cylinder of radius 5, whose lines are along y or turned by 30 degrees, and of one that is twisted to z = 0.001 x y,"
+        "Bending energy of a square of side 1. It is put on a cylinder of radius 5, whose lines are along y or turned by 30 degrees, or is twisted to z = 0.001 x y. Numbers are"
     );
     println!(
         "over D κ²/2 and D (1 − ν) τ² a unit of area. Koiter's is of ν = 0.3. The paper's D is 6 k_bend, and its ν on equilateral triangles −1/3.\n"

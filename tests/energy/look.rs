@@ -1,38 +1,14 @@
 //! Stiffness by look: a frequency or a sag gives the factor, in every method.
 
-use crate::common::*;
-use shellwarp::model::{Model, Options, Precision};
+use crate::stiffness::{METHODS, model};
+use shellwarp::model::Model;
 use shellwarp::state::{Method, Space, State};
 use shellwarp::step::Integrator;
-use shellwarp::{ErrorKind, Material, Mesh, Shell, Supports, Vec3, reduced};
+use shellwarp::{ErrorKind, Vec3};
 use std::sync::Arc;
 
 const LENGTH: f64 = 1.4;
 const GRAVITY: f64 = 2.0;
-
-/// A strip held at one end, along x.
-fn model(stiffer: f64) -> Arc<Model> {
-    let (positions, triangles) = equilateral_sheet(14, 4, LENGTH / 14.0);
-    let fixed = (0..positions.len() as u32).filter(|v| positions[*v as usize].x < 0.12).collect();
-    let material =
-        Material { k_area: 2e2 * stiffer, k_length: 2e2 * stiffer, k_bend: 0.02 * stiffer, area_density: 1.0 };
-    let mesh = Mesh::new(positions, &triangles).unwrap();
-    let shell = Shell::new(mesh, material, &Supports { fixed, ..Supports::default() }).unwrap();
-    let reduced = reduced::Options { fields: 8, poses: 6, ..Default::default() };
-    let options = Options { modes: 8, precision: Precision::F64, reduced, ..Options::default() };
-    Arc::new(Model::precompute(Arc::new(shell), &options, &mut |_, _| Ok(())).unwrap())
-}
-
-const METHODS: [Method; 8] = [
-    Method::Warp,
-    Method::VirtualWorkWarp,
-    Method::LinearModalAnalysis,
-    Method::RotationStrain,
-    Method::ReducedShell,
-    Method::PolynomialShell,
-    Method::ImplicitShell,
-    Method::ExplicitShell,
-];
 
 fn hanging(model: &Arc<Model>, method: Method) -> State {
     let mut state = State::new(model.clone(), method, Integrator::ImplicitEuler).unwrap();

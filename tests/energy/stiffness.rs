@@ -17,7 +17,7 @@ use std::sync::Arc;
 const FACTOR: f64 = 16.0;
 
 /// A strip held at one end, `stiffer` times as stiff.
-fn model(stiffer: f64) -> Arc<Model> {
+pub fn model(stiffer: f64) -> Arc<Model> {
     model_held(stiffer, 8, |x| x.x < 0.12)
 }
 
@@ -33,7 +33,7 @@ fn model_held(stiffer: f64, modes: usize, held: impl Fn(&Vec3) -> bool) -> Arc<M
     Arc::new(Model::precompute(Arc::new(shell), &options, &mut |_, _| Ok(())).unwrap())
 }
 
-const METHODS: [Method; 8] = [
+pub const METHODS: [Method; 8] = [
     Method::Warp,
     Method::VirtualWorkWarp,
     Method::LinearModalAnalysis,

@@ -36,19 +36,19 @@ fn model(shell: Arc<Shell>) -> Arc<Model> {
     Arc::new(Model::precompute(shell, &options, &mut |_, _| Ok(())).unwrap())
 }
 
-fn state(model: &Arc<Model>, method: Method) -> State {
+pub fn state(model: &Arc<Model>, method: Method) -> State {
     let mut state = State::new(model.clone(), method, Integrator::ImplicitEuler).unwrap();
     state.set_gravity(Vec3::new(0.0, 0.0, -0.5)).unwrap();
     state
 }
 
-fn positions(state: &State, space: Space) -> Vec<Vec3> {
+pub fn positions(state: &State, space: Space) -> Vec<Vec3> {
     let mut x = vec![Vec3::zeros(); state.model().shell.mass.len()];
     state.positions(space, |v, p| x[v] = p);
     x
 }
 
-fn furthest(a: &[Vec3], b: &[Vec3]) -> f64 {
+pub fn furthest(a: &[Vec3], b: &[Vec3]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max)
 }
 

@@ -1,6 +1,7 @@
 //! The full shell on a rest shape that moves: it is the shell of that shape, with the inertia of its motion.
 
 use crate::common::*;
+use crate::moving_rest::{furthest, positions, state};
 use nalgebra::UnitQuaternion;
 use shellwarp::collider::Solid;
 use shellwarp::constraint::{Constraint, Target};
@@ -11,7 +12,6 @@ use shellwarp::methods::Damping;
 use shellwarp::model::{Model, Options, Precision};
 use shellwarp::shell::Make;
 use shellwarp::state::{Method, Space, State};
-use shellwarp::step::Integrator;
 use shellwarp::support::{FrameMotion, Pose};
 use shellwarp::{ErrorKind, Material, Mesh, Shell, Supports, Vec3};
 use std::sync::Arc;
@@ -52,22 +52,6 @@ fn strip(angle: f64) -> Arc<Shell> {
 fn model(shell: Arc<Shell>, modes: usize) -> Arc<Model> {
     let options = Options { modes, precision: Precision::F64, ..Options::default() };
     Arc::new(Model::precompute(shell, &options, &mut |_, _| Ok(())).unwrap())
-}
-
-fn state(model: &Arc<Model>, method: Method) -> State {
-    let mut state = State::new(model.clone(), method, Integrator::ImplicitEuler).unwrap();
-    state.set_gravity(Vec3::new(0.0, 0.0, -0.5)).unwrap();
-    state
-}
-
-fn positions(state: &State, space: Space) -> Vec<Vec3> {
-    let mut x = vec![Vec3::zeros(); state.model().shell.mass.len()];
-    state.positions(space, |v, p| x[v] = p);
-    x
-}
-
-fn furthest(a: &[Vec3], b: &[Vec3]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max)
 }
 
 /// Steps that the explicit shell can take; the implicit one takes few.
