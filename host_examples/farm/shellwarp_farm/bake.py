@@ -106,7 +106,7 @@ def print_report(report, most=5):
              ("turned too far", [f"{name}: {facts['frames_out']} frames from {facts['first_out']}, rotation up to "
                                f"{facts['max_rotation']:.2f} rad" for name, facts in report["turned_too_far"].items()])]
     if report["certified"]:
-        print(f"last frames: {certified(report['certified'])}")
+        print(f"worst frames: {certified(report['certified'])}")
     for title, lines in lists:
         for line in lines[:most]:
             print(f"{title}: {line}")
@@ -116,13 +116,14 @@ def print_report(report, most=5):
 
 
 def certified(found):
-    """What the certificates of the last frames say, in a line."""
+    """What the certificates of the worst frames say, in a line."""
     known = {name: facts for name, facts in found.items() if "why" not in facts}
     if not known:
         return f"not certified: {next(iter(found.values()))['why']}"
-    worst = max(known, key=lambda name: known[name]["error"])
+    error = {name: facts.get("worst", facts)["error"] for name, facts in known.items()}   # an earlier version judged the last frame alone
+    worst = max(error, key=error.get)
     others = f"; {len(found) - len(known)} not certified" if len(known) < len(found) else ""
-    return f"at most {100 * known[worst]['error']:.2g} % off the full shell, {worst}{others}"
+    return f"at most {100 * error[worst]:.2g} % off the full shell, {worst}{others}"
 
 
 def verify_main(arguments):

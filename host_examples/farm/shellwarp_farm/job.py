@@ -5,7 +5,7 @@ import json
 import os
 import socket
 import time
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from pathlib import Path
 
 import numpy
@@ -30,7 +30,7 @@ from .usd_cache import UsdFile
 SUFFIXES = {"pc2": ".pc2", "usd": ".usdc"}
 RECORDS = "records"
 AIR = 1.2   # kg/m3
-CERTIFIED = 50_000   # vertices at most that a last frame is certified of
+CERTIFIED = 50_000   # vertices at most that a job is certified of
 
 
 def bake(job, model, before, out, cache, run="alone"):
@@ -132,10 +132,11 @@ def _bake(job, model_facts, job_hash, start, out, cache, log):
     with ExitStack() as stack, state_of(job, model) as state:
         bindings = [bind_itself(model, job, stack), *(stack.enter_context(bind(model, path)) for path in job["render"])]
         partials = {kind: stack.enter_context(files.whole_file(path)) for kind, path in paths.items()}
-        judged = simulate(job, state, start, partials, slowest_of(model), bindings, log)
+        why, widest = _not_certified(job, model), stack.enter_context(Widest())
+        judged = simulate(job, state, start, partials, slowest_of(model), bindings, widest if not why else None, log)
         partials["state"].write_bytes(state.save())
         times["simulate"] = time.perf_counter()
-        certified = _certified(job, state)
+        certified = {"why": why} if why else _certified(state, job["frames"][1], widest)
         log.say(certificate_words(certified))
     times["certify"] = time.perf_counter()
     outputs = {str(path.relative_to(out)): {"sha256": files.checksum(path), "bytes": path.stat().st_size}
@@ -156,25 +157,58 @@ def state_of(job, model):
     return model.state(*(job["simulation"][key] for key in ("method", "integrator", "deterministic")))
 
 
-def _certified(job, state):
-    """How far the last frame is off the full shell, a share of its displacement, or why that is not known: for the record."""
+class Widest:
+    """A copy of the state at the frame where it is furthest from rest."""
+
+    def __init__(self):
+        self.state, self.frame, self.most = None, None, 0.0
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        if self.state is not None:
+            self.state.close()
+
+    def look(self, state, frame, moved):
+        """Keeps a copy where this frame is further from rest than those before."""
+        if moved > self.most:
+            self.__exit__()
+            self.state, self.frame, self.most = state.clone(), frame, moved
+
+
+def _not_certified(job, model):
+    """Why a job is not certified; None where it is."""
     if not job["certify"]:
-        return {"why": "nobody asks for it"}
-    if state.n_vertices > CERTIFIED:
-        return {"why": f"more than {CERTIFIED} vertices"}
+        return "nobody asks for it"
+    return f"more than {CERTIFIED} vertices" if model.n_vertices > CERTIFIED else None
+
+
+def _certified(state, last, widest):
+    """How far the last frame is off the full shell, a share of its displacement, or why that is not known: for the record. `worst`:
+    the frame that is furthest off, of the last and the widest, and its error as a share of the largest displacement."""
     try:
         found = state.certify()
     except shellwarp.ShellwarpError as error:
         return {"why": str(error)}
-    return {name: found[name] for name in ("error", "max_error", "remaining")}
+    frames = [(last, found)]
+    if widest.state is not None and widest.frame != last:
+        with suppress(shellwarp.ShellwarpError):   # there is none of this shape
+            frames.append((widest.frame, widest.state.certify()))
+    moved = {last: state.report()["max_displacement"], widest.frame: widest.most}
+    frame, off = max(frames, key=lambda one: one[1]["error"] * moved[one[0]])
+    share = off["error"] * moved[frame] / widest.most if widest.most else off["error"]
+    return {**{name: found[name] for name in ("error", "max_error", "remaining")}, "worst": {"frame": frame, "error": share}}
 
 
 def certificate_words(certified):
     """The same in a line."""
     if "why" in certified:
-        return f"last frame: not certified: {certified['why']}"
+        return f"not certified: {certified['why']}"
     rough = ", roughly" if certified["remaining"] > 0.01 else ""
-    return f"last frame: {100 * certified['error']:.2g} % off the full shell{rough}"
+    worst = certified["worst"]
+    return (f"frame {worst['frame']}: {100 * worst['error']:.2g} % of the largest displacement off the full shell, at most; "
+            f"last frame: {100 * certified['error']:.2g} %{rough}")
 
 
 def _tell_model(log, job, facts, cache_report, model):
@@ -209,9 +243,9 @@ def bind_itself(model, job, stack):
         return None
 
 
-def simulate(job, state, start, partials, slowest, bindings, log):
+def simulate(job, state, start, partials, slowest, bindings, widest, log):
     """Runs the frames into the files: what the record says of the range of the method. `slowest`: the slowest mode's frequency,
-    `bindings`: of the shell's own vertices, for their velocities, and of each mesh that follows."""
+    `bindings`: of the shell's own vertices, for their velocities, and of each mesh that follows; `widest` looks at each frame."""
     first, last = job["frames"]
     _set_up(job, state, slowest)
     handles, supports, end = Handles(job), Supports(job), _seconds(job, last)
@@ -225,10 +259,10 @@ def simulate(job, state, start, partials, slowest, bindings, log):
         supports.begin(state, _seconds(job, first), end)
     with ExitStack() as files_to_close:
         writers = _writers(job, partials, files_to_close)  # by which mesh: the shell, then what follows it
-        return _write_frames(job, state, start is None, writers, bindings, (handles, supports), log)
+        return _write_frames(job, state, start is None, writers, bindings, (handles, supports), widest, log)
 
 
-def _write_frames(job, state, from_rest, writers, bindings, led, log):
+def _write_frames(job, state, from_rest, writers, bindings, led, widest, log):
     """Runs the frames and writes each: what the record says of the range of the method."""
     first, last = job["frames"]
     judged = {"frames_out": 0, "first_out": None, "max_rotation": 0.0, "worst_fraction": 0.0,
@@ -248,6 +282,8 @@ def _write_frames(job, state, from_rest, writers, bindings, led, log):
         report = state.report()
         if judged["first_out"] is None and not report["turn_in_range"]:
             log.say(f"frame {frame}: turned too far for the method, {report['max_rotation']:.2f} rad")
+        if widest is not None:
+            widest.look(state, frame, report["max_displacement"])
         _judge(judged, frame, report)
         judged["frames_handles_unmet"] += not all(found["met"] for found in state.constraint_report())
     for writer in itertools.chain(*writers):

@@ -5,11 +5,12 @@ import unittest
 
 import numpy
 import shellwarp
+from shellwarp.method import damping
 from test_contact import LIST, Case
 
 from shellwarp_farm.errors import SceneError
 from shellwarp_farm.job import hash_of
-from shellwarp_farm.model import model_tables
+from shellwarp_farm.model import model_tables, slowest_of
 from shellwarp_farm.simulated import mesh_at
 
 STILL = LIST.replace("gravity = [0, 0, -9.8]", "gravity = [0, 0, -1]")
@@ -29,15 +30,15 @@ class Motion(Case):
         k, t = min(frame // 6, 1), min(frame / 6 - min(frame // 6, 1), 1.0)
         return (1 - t) * points[k] + t * points[k + 1]
 
-    def alone(self, job, points, follow_rest):
+    def alone(self, job, points, follow_rest, method):
         """The library's own motion."""
         positions, triangles = mesh_at(job["mesh"])
         held = [0, 1, 2, 3, 4, 5, 36, 37, 38]
         with shellwarp.Model(shellwarp.Shell(positions, triangles, shellwarp.Material(5e3, 5e3, 2.7e-3, 0.3), fixed=held)) as model:
             model.precompute(modes=6, reduced_fields=0, support_fields=0 if follow_rest else 24)
-            state = model.state("warp")
+            state = model.state(method)
             state.set_gravity((0, 0, -1))
-            state.set_damping(0.1)
+            state.set_damping(**damping(method, 0.1, slowest=slowest_of(model)))
             move = state.move_rest if follow_rest else state.move_supports
             for frame in range(21):
                 move(self.at(points, frame), teleport=frame == 0)
@@ -51,19 +52,21 @@ class Motion(Case):
         return self.jobs("", text.replace("[0, 1, 2, 3, 4, 5]", "[0, 1, 2, 3, 4, 5, 36, 37, 38]"))["both"]
 
     def test_supports_and_rest_shapes_follow_as_the_librarys(self):
-        for follow_rest in (False, True):
-            with self.subTest(follow_rest=follow_rest):
-                job = self.job(MOVED.replace('motion = "card.pc2"', f'motion = "card.pc2"\nfollow_rest = {str(follow_rest).lower()}'))
+        for follow_rest, method in ((False, "warp"), (True, "warp"), (True, "shell-implicit")):
+            with self.subTest(follow_rest=follow_rest, method=method):
+                job = self.job(MOVED.replace('motion = "card.pc2"', f'motion = "card.pc2"\nfollow_rest = {str(follow_rest).lower()}')
+                               .replace('method = "warp"', f'method = "{method}"'))
                 points = self.write_motion()
                 self.assertEqual(model_tables(job)["options"]["support_fields"], 0 if follow_rest else 24)
                 record, frames = self.bake(job)
-                for frame, expected in self.alone(job, points, follow_rest):
+                for frame, expected in self.alone(job, points, follow_rest, method):
                     # 1e-7: times and positions round their last bits apart
                     self.assertLess(numpy.abs(frames[frame] - expected).max(), 1e-7, frame)
                 self.assertLess(numpy.abs(frames[12, 36:] - points[2, 36:]).max(), 1e-6)
                 self.assertEqual("why" in record["certified"], follow_rest)
                 middle = numpy.abs(frames[20, 21] - points[2, 21]).max()
-                self.assertGreater(middle, 1e-5)  # it sags between; positions are good to 1e-8
+                if method == "warp":   # it sags between, positions are good to 1e-8; a membrane that is held at both ends hardly does
+                    self.assertGreater(middle, 1e-5)
 
     def test_a_shot_goes_on_where_supports_and_rest_shape_were(self):
         for led in ('motion = "card.pc2"', 'motion = "card.pc2"\nfollow_rest = true'):
