@@ -84,18 +84,29 @@ mod tests {
         }
     }
 
+    /// Of strips held at one end: the slowest swing of 10 cm, 1.8751²/(2πL²) √(D/ρh), in Hz, and the length in cm at which L/8 = ρhgL⁴/(8D).
+    fn strip(sheet: &ElasticSheet) -> (f64, f64) {
+        let ElasticSheet { young, thickness, volume_density, .. } = sheet;
+        let (bending, weight) = (young * thickness.powi(3) / 12.0, volume_density * thickness);
+        let swing = 1.8751f64.powi(2) / (2.0 * std::f64::consts::PI * 0.1 * 0.1) * (bending / weight).sqrt();
+        (swing, 100.0 * (bending / (weight * 9.80665)).cbrt())
+    }
+
     /// The table and the list of the page.
     fn page() -> String {
         let row = |Preset { name, label, sheet, .. }: &Preset| {
             let ElasticSheet { young, poisson, thickness, volume_density } = sheet;
             let [name, label] = [name, label].map(|text| text.to_str().unwrap());
-            format!("| `{name}` | {label} | {young:e} | {poisson} | {thickness:e} | {volume_density} |\n")
+            let (swing, limp) = strip(sheet);
+            format!(
+                "| `{name}` | {label} | {young:e} | {poisson} | {thickness:e} | {volume_density} | {swing:.1} | {limp:.1} |\n"
+            )
         };
         let source = |Preset { name, source, .. }: &Preset| {
             let [name, source] = [name, source].map(|text| text.to_str().unwrap());
             format!("- `{name}`: {source}.\n")
         };
-        let head = "| name | label | E, Pa | ν | thickness, m | density, kg/m³ |\n|---|---|---|---|---|---|\n";
+        let head = "| name | label | E, Pa | ν | thickness, m | density, kg/m³ | 10 cm swing, Hz | sags by 1/8, cm |\n|---|---|---|---|---|---|---|---|\n";
         let rows: String = PRESETS.iter().map(row).collect();
         let sources: String = PRESETS.iter().map(source).collect();
         format!("{head}{rows}\n## Sources\n\n{sources}")
