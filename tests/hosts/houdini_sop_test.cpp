@@ -1069,8 +1069,8 @@ void what_a_user_can_mend_is_named_and_the_mesh_passes_through() {
   expect_error([](Scene &s) { s.cook.set_text("method", "linear"); }, "there is no method 'linear'; there are warp, ");
   expect_error([](Scene &s) { s.cook.set_text("method", "reduced-shell"), s.cook.set_text("supportgroup", ""); },
                "needs modes that bend it");
-  expect_error([](Scene &s) { s.cook.set("stiffnessfrom", {2}), s.cook.set_text("preset", "felt"); },
-               "there is no known material 'felt'; there are denim, ");
+  expect_error([](Scene &s) { s.cook.set("stiffnessfrom", {2}), s.cook.set_text("preset", "silk"); },
+               "there is no known material 'silk'; there are denim, ");
   expect_error([](Scene &s) { s.cook.set("stiffnessfrom", {3}); }, "the thickness of a sheet is 0");
   expect_error([](Scene &s) { s.put_box(-1), s.solid.fake_geometry().primitives.pop_back(); }, "the collider: ");
   expect_error([](Scene &s) { s.put_box(-1), s.solid.fake_geometry().primitives[2].closed = false; },
