@@ -56,15 +56,17 @@ class Player {
     return this.side.map((x) => x * width * (rank - (seen.length - 1) / 2));
   }
 
+  /** Of the box of all motions, where a track's shell is drawn. */
+  corners(track) {
+    const by = this.shift(track), { low, high } = this.box;
+    return [0, 1, 2, 3, 4, 5, 6, 7].map((k) => [0, 1, 2].map((c) => by[c] + (k >> c & 1 ? high : low)[c]));
+  }
+
   /** Far enough off that the box of every shown track is in view. */
   fit() {
     const { back, right, above } = cameraAxes(), aspect = canvas.width / canvas.height || 1;
     const tall = Math.tan(camera.field / 2) / 1.22, wide = tall * aspect;
-    const corners = [];
-    for (const track of tracks.filter((t) => t.shown)) {
-      const by = this.shift(track);
-      for (let k = 0; k < 8; k++) corners.push([0, 1, 2].map((c) => by[c] + (k >> c & 1 ? this.box.high[c] : this.box.low[c])));
-    }
+    const corners = tracks.filter((t) => t.shown).flatMap((track) => this.corners(track));
     if (!corners.length) return;
     const middle = [0, 1, 2].map((c) => (Math.min(...corners.map((x) => x[c])) + Math.max(...corners.map((x) => x[c]))) / 2);
     camera.target = middle;
@@ -284,14 +286,18 @@ class Player {
     element("labels").replaceChildren(...(several ? methods : []).flatMap((method, g) => {
       const track = tracks.find((t) => t.group === g && t.shown);
       if (!track) return [];
-      const by = this.shift(track), middle = [0, 1, 2].map((c) => by[c] + (this.box.low[c] + this.box.high[c]) / 2);
-      const top = add(middle, up, dot(up, this.box.high) - dot(up, middle) + 0.06 * this.box.size), p = [0, 1, 3].map((r) => matrix[r] * top[0] + matrix[4 + r] * top[1] + matrix[8 + r] * top[2] + matrix[12 + r]);
+      // Above all corners, as one sees them.
+      const places = this.corners(track).map((x) => {
+        const [across, upward, depth] = [0, 1, 3].map((r) => matrix[r] * x[0] + matrix[4 + r] * x[1] + matrix[8 + r] * x[2] + matrix[12 + r]);
+        return [across / depth, upward / depth];
+      });
+      const across = places.map((place) => place[0]), left = (Math.min(...across) + Math.max(...across)) / 2, top = Math.max(...places.map((place) => place[1]));
       const span = document.createElement("span");
       span.textContent = track.label;
       span.style.color = track.colour;
       span.style.maxWidth = `${92 / methods.length}%`;
-      span.style.left = `${50 + (50 * p[0]) / p[2]}%`;
-      span.style.top = `${50 - (50 * p[1]) / p[2]}%`;
+      span.style.left = `${50 + 50 * left}%`;
+      span.style.top = `max(5.5rem, calc(${50 - 50 * top}% - 0.4rem))`;
       return [span];
     }));
   }
