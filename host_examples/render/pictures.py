@@ -3,8 +3,8 @@
 
     pictures.py --cli build/bin/shellwarp --out docs/pictures/shellwarp.webp
 
-On the left the leaf of `shellwarp new-scene`, led around by its tip; on the right the scene `character`. Both repeat after 2.5 s, of which the
-second turn is shown. Takes about two minutes on one core; the renderer is not needed.
+On the left the leaf of `shellwarp new-scene`, led around by its tip; on the right the scene `character`, whose trousers touch its legs as in
+`character_body`. Both repeat after 2.5 s, of which the second turn is shown. Takes about two minutes on one core; the renderer is not needed.
 """
 
 import argparse
@@ -24,7 +24,7 @@ from raster import View, draw
 PERIOD, RATE = 2.5, 20       # seconds until all repeats; pictures a second
 SIZE = (380, 360)            # of either half
 LEAF, BALL = (92, 168, 74), (240, 185, 11)
-SHELLS = {"hat": (116, 76, 190), "torso": (205, 66, 54), "leg_left": (52, 104, 184), "leg_right": (52, 104, 184)}
+SHELLS = {"character_hat": (116, 76, 190), "character_torso": (205, 66, 54), "character_body_leg_left": (52, 104, 184), "character_body_leg_right": (52, 104, 184)}
 SCENES = Path(__file__).resolve().parents[2] / "tests" / "scenes"
 
 
@@ -73,9 +73,10 @@ def leaf_frames(cli, folder):
 
 
 def character_frames(cli, folder):
-    run(cli, folder, "run", SCENES / "character.toml", "--out", ".", "--frames", 450, "--no-certify", "-q")
-    motions = {name: read_cache(folder / f"character_{name}.pc2") for name in SHELLS}
-    triangles = {name: read_obj(folder / f"character_{name}_rest.obj")[1] for name in SHELLS}
+    for scene in ("character", "character_body"):
+        run(cli, folder, "run", SCENES / f"{scene}.toml", "--out", ".", "--frames", 450, "--no-certify", "-q")
+    motions = {name: read_cache(folder / f"{name}.pc2") for name in SHELLS}
+    triangles = {name: read_obj(folder / f"{name}_rest.obj")[1] for name in SHELLS}
     frames = []
     for k in range(round(PERIOD * RATE)):
         frame = round(60 * (2 * PERIOD + k / RATE))

@@ -128,7 +128,12 @@ fn steepest(shell: &Shell, field: &[Vec3]) -> f64 {
 }
 
 /// Appends to the orthonormal columns `basis` up to `wanted` orthonormal directions that hold most of `candidates`.
-pub fn extend(basis: &mut Mat<f64>, mut candidates: Mat<f64>, wanted: usize) -> Result<()> {
+pub fn extend(basis: &mut Mat<f64>, candidates: Mat<f64>, wanted: usize) -> Result<()> {
+    extend_by(basis, candidates, (wanted, LEAST_PART))
+}
+
+/// The same, of directions along which candidates have more than this part of the largest.
+pub fn extend_by(basis: &mut Mat<f64>, mut candidates: Mat<f64>, (wanted, least): (usize, f64)) -> Result<()> {
     let largest = (0..candidates.ncols()).map(|k| candidates.col(k).norm_l2()).fold(0.0, f64::max);
     for _ in 0..2 {
         let inside = basis.transpose() * &candidates;
@@ -137,7 +142,7 @@ pub fn extend(basis: &mut Mat<f64>, mut candidates: Mat<f64>, wanted: usize) -> 
     let gram = candidates.transpose() * &candidates;
     let (values, vectors) = symmetric_eigen(gram.as_ref())?;
     for k in (0..values.len()).rev().take(wanted) {
-        if values[k] <= (LEAST_PART * largest).powi(2) {
+        if values[k] <= (least * largest).powi(2) {
             break;
         }
         let mut y = &candidates * vectors.col(k);

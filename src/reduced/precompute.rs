@@ -50,11 +50,11 @@ impl ReducedShell {
         let trained = loads.train(shell, limits, &mut |share| report(0.1 + 0.4 * share))?;
         require_training(options, &trained)?;
         let inputs = loads.inputs(shell, modes, (rigid, derivatives))?;
-        let (basis, assumed) =
+        let (basis, known, assumed) =
             basis_and_stresses((&loads, &inputs, &trained), options.fields, &mut |share| report(0.5 + 0.1 * share))?;
         let fields = stored(shell, &basis, precision)?;
         let columns = unpacked(shell, &fields);
-        let (samples, fit) = sampled((shell, modes, &columns), (&loads, &assumed), options, &mut report)?;
+        let (samples, fit) = sampled((shell, known, &columns), (&loads, &assumed), options, &mut report)?;
         let shapes = loads.shapes(shell, &columns, (modes, &trained));
         let sources = polynomial::Sources { shell, columns: &columns, assumed: &assumed, shapes: &shapes };
         let polynomial = polynomial::make(&sources, &mut |share| report(0.9 + 0.07 * share))?;
@@ -132,22 +132,22 @@ fn require_support(shell: &Shell, modes: &Modes, options: &Options) -> Result<Op
     free_motions(shell, modes.zero_modes)
 }
 
-/// B√M, and how the membrane counts on it.
+/// B√M, how many of the fields are the modes and the weight's, and how the membrane counts on them.
 fn basis_and_stresses(
     (loads, inputs, trained): (&TrainingLoads, &BasisInputs, &[TrainingPose]),
     fields: usize,
     watch: Watch,
-) -> Result<(Mat<f64>, Assumed)> {
+) -> Result<(Mat<f64>, usize, Assumed)> {
     let poses: Vec<&[Vec3]> = trained.iter().map(|pose| &pose.displacement[..]).collect();
-    let basis = inputs.basis(&poses, fields)?;
+    let (basis, known) = inputs.basis(&poses, fields)?;
     let found = basis.ncols() - inputs.modes.shapes.len(); // all else goes by these: who asks for more than there are gets the same
     let membrane_share = loads.membrane_share(inputs, trained, found, watch)?;
-    Ok((basis, Assumed { stresses: inputs.stresses(&poses, found)?, membrane_share }))
+    Ok((basis, known, Assumed { stresses: inputs.stresses(&poses, found)?, membrane_share }))
 }
 
 /// Samples by the number of their rest rows, with their weights, and what these leave of the forces.
 fn sampled(
-    (shell, modes, columns): (&Arc<Shell>, &Modes, &[Vec<Vec3>]),
+    (shell, known, columns): (&Arc<Shell>, usize, &[Vec<Vec3>]),
     (loads, assumed): (&TrainingLoads, &Assumed),
     options: &Options,
     report: Watch,
@@ -165,7 +165,7 @@ fn sampled(
     let tolerance = if options.elements > 0 { 0.0 } else { TOLERANCE };
     let poses = loads.poses(shell, assumed, columns, &mut |share| report(0.6 + 0.1 * share))?;
     let mut watch = |share| report(0.7 + 0.2 * share);
-    let of = (&stiffness, modes.shapes.len());
+    let of = (&stiffness, known);
     let (weights, fit) = sampling::sample(shell, &all, of, (&poses, count, tolerance), &mut watch)?;
     Ok(((0u32..).zip(weights).filter(|(_, w)| *w > 0.0).collect(), fit))
 }

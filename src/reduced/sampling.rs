@@ -3,7 +3,7 @@
 //!
 //! With the reduced rest stiffness K = LLᵀ and poses q_s, the columns of the system are the elements' whitened forces L⁻¹ Bᵀ∇E_e(q_s),
 //! each pose scaled to a total of 1, and, for the rest stiffness, L⁻¹ K_e L⁻ᵀ ξ for a few fixed random vectors ξ, and L⁻¹ K_e e_k/√λ_k for
-//! each mode; the right-hand side is the sum over all elements. Likewise the parts S_e ε_e of the strains along the stress fields, which the
+//! each mode and each field of the weight; the right-hand side is the sum over all elements. Likewise the parts S_e ε_e of the strains along the stress fields, which the
 //! samples' forces follow from. Modes count more than the rest. What the samples still leave of their stiffness stays left out: a
 //! constant matrix that makes up for it at rest is wrong where the shell is bent far, and if negative buckles it.
 //!
@@ -24,7 +24,7 @@ use std::cmp::Ordering;
 const ENTRIES: usize = 80_000_000;
 /// Random vectors that the rest stiffness is tried on.
 const PROBES: usize = 12;
-/// How much more a mode's rest stiffness counts than a pose.
+/// How much more the rest stiffness of a mode, or of what the weight does to first order, counts than a pose.
 const MODE: f64 = 5.0;
 /// Elements whose forces are smaller than this part of the mean are left out: those of elements that are held all around are rounding,
 /// which a weight makes into noise that no search gets through.
@@ -48,7 +48,7 @@ fn forces_at(all: &ReducedEnergy, q: &[f64]) -> Vec<Forced> {
 
 /// Weights of all elements (in the order of the rest rows), at most `wanted` of them not 0, that reproduce the forces of `all` at
 /// `poses` and its rest stiffness as well as can be, or to `tolerance`; and what they leave of these, relative. `stiffness` is that at
-/// rest; the first `modes` fields are modes.
+/// rest; the first `modes` fields are modes and what the weight does to first order.
 pub fn sample(
     shell: &Shell,
     all: &ReducedEnergy,

@@ -38,6 +38,8 @@ pub fn affordable_iterations(n_vertices: usize) -> usize {
 const STRESSES: f64 = 0.3;
 /// What α is chosen between, where bending carries the loads and where the membrane does; by docs/evidence/front.md's validation loads and dinosaur.
 const MEMBRANE_SHARES: [f64; 2] = [LEAST_SHARE, 0.2];
+/// Fields are spent on what the weight does to first order beyond the modes, where that is more than this part of the most that it does.
+const LEAST_WEIGHT: f64 = 0.01;
 /// Equilibria that the choice takes, at least.
 const LEAST_TRIED: usize = 5;
 
@@ -56,19 +58,25 @@ pub(super) struct BasisInputs<'a> {
 }
 
 impl BasisInputs<'_> {
-    /// The modes and `wanted` fields, in mass-scaled unknowns.
-    pub(super) fn basis(&self, poses: &[&[Vec3]], wanted: usize) -> Result<Mat<f64>> {
+    /// The modes and `wanted` fields, in mass-scaled unknowns; and how many of them, the first, are modes or what the weight does to first order.
+    pub(super) fn basis(&self, poses: &[&[Vec3]], wanted: usize) -> Result<(Mat<f64>, usize)> {
         let derivatives = self.derivatives.iter().map(Vec::as_slice);
         let candidates: Vec<&[Vec3]> = derivatives.chain(poses.iter().copied()).collect();
+        let rigid = self.rigid.len();
         let first: Vec<&[Vec3]> = self.rigid.iter().chain(&self.modes.shapes).map(Vec::as_slice).collect();
         let mut basis = basis::columns(self.shell, &first);
-        basis::extend(&mut basis, basis::columns(self.shell, &self.answers), wanted)?;
-        let wanted = wanted + first.len() - basis.ncols();
-        basis::extend(&mut basis, basis::columns(self.shell, &candidates), wanted)?;
-        if self.rigid.is_empty() {
-            return Ok(basis);
+        let whole = basis.ncols() + wanted;
+        let weights = basis::columns(self.shell, &self.responses[..3]);
+        basis::extend_by(&mut basis, weights, (wanted, LEAST_WEIGHT))?;
+        let known = basis.ncols() - rigid;
+        for more in [basis::columns(self.shell, &self.answers), basis::columns(self.shell, &candidates)] {
+            let room = whole - basis.ncols();
+            basis::extend(&mut basis, more, room)?;
         }
-        Ok(basis.subcols(self.rigid.len(), basis.ncols() - self.rigid.len()).to_owned())
+        if rigid == 0 {
+            return Ok((basis, known));
+        }
+        Ok((basis.subcols(rigid, basis.ncols() - rigid).to_owned(), known))
     }
 
     /// S (stresses × the membrane's elements) beside so many fields.
@@ -206,14 +214,15 @@ impl TrainingLoads {
         Ok((0..right.ncols()).map(|k| basis::unscaled(shell, unit(k).as_ref())).collect())
     }
 
-    /// The rest shape's displacements to first order under accelerations that are uniform or linear in the place, as of any
-    /// frame.
+    /// The rest shape's displacements to first order under accelerations that are uniform, the first three, or linear in the place, as of
+    /// any frame.
     pub(super) fn responses(&self, shell: &Shell, loose: basis::Loose) -> Result<Vec<Vec<Vec3>>> {
         let rest = &shell.mesh.positions;
         let centre = rest.iter().fold(Vec3::zeros(), |sum, x| sum + x) / rest.len() as f64;
         let mut accelerations = vec![];
-        for axis in (0..3).map(|a| Vec3::ith(a, 1.0)) {
-            accelerations.push(vec![axis; rest.len()]);
+        let axes = [0, 1, 2].map(|axis| Vec3::ith(axis, 1.0));
+        accelerations.extend(axes.map(|axis| vec![axis; rest.len()]));
+        for axis in axes {
             accelerations.extend((0..3).map(|b| rest.iter().map(|x| axis * (x - centre)[b]).collect::<Vec<_>>()));
         }
         let mut right = basis::columns(shell, &accelerations);
@@ -300,7 +309,7 @@ impl TrainingLoads {
             return Ok(LEAST_SHARE);
         }
         let of: Vec<&[Vec3]> = of.into_iter().map(|pose| &pose.displacement[..]).collect();
-        let basis = inputs.basis(&of, fields)?;
+        let (basis, _) = inputs.basis(&of, fields)?;
         let columns: Vec<Vec<Vec3>> = (0..basis.ncols()).map(|k| basis::unscaled(shell, basis.col(k))).collect();
         let mut assumed = Assumed { stresses: inputs.stresses(&of, fields)?, membrane_share: LEAST_SHARE };
         let size = |q: &[f64]| norm_squared(q).sqrt();

@@ -23,4 +23,5 @@ mod reduced_motion;
 mod reduced_stressed;
 mod step_error;
 mod unloaded;
+mod weight;
 mod yielding;
