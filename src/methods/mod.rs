@@ -142,6 +142,10 @@ pub trait Motion: Send + Sync {
     fn feels_start(&self) -> bool {
         false
     }
+
+    /// Whether the steps that follow are parts and rounds of one, which together may take no more work than one.
+    fn share_work(&mut self, _sharing: bool) {}
+
     /// Makes room for steps in which energies act on so many points.
     fn expect_points(&mut self, _n: usize) {}
 

@@ -111,6 +111,9 @@ impl Nodal {
             solver.symplectic_euler(u, velocity, force, *damping, h)?;
             1
         } else {
+            if acting.again {
+                solver.step_again();
+            }
             solver.implicit_euler(u, velocity, force, *damping, h)?.iterations
         };
         self.turn_in();
@@ -279,6 +282,10 @@ impl Motion for Nodal {
 
     fn feels_start(&self) -> bool {
         self.explicit
+    }
+
+    fn share_work(&mut self, sharing: bool) {
+        self.solver.share_work(sharing);
     }
 
     fn follows_supports(&self) -> bool {

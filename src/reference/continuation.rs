@@ -39,7 +39,9 @@ impl Solver {
         self.constraints = Constraints::new(&self.shell, axes, list, &self.x);
         let cliques = self.constraints.cliques();
         if !cliques.iter().eq(&self.coupled) {
+            let spare = self.newton.spare;
             self.newton = Newton::new(&self.shell, &cliques)?;
+            self.newton.spare = spare;
             self.coupled = cliques.into_iter().map(<[u32]>::to_vec).collect();
         }
         Ok(())

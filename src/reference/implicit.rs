@@ -1,11 +1,11 @@
 //! Implicit (backward) Euler: u⁺ = u + h u̇⁺, M (u̇⁺ − u̇)/h + C(x) u̇⁺ + ∇E(x̄ + u⁺) = F.
 //!
-//! Solved as the minimum of the incremental potential of [`super::potential`], from the better of x and x + h u̇. Stable for
+//! Solved as the minimum of the incremental potential of [`super::potential`], from x or x + h u̇. Stable for
 //! every h. Of first order: it damps what it does not resolve, a mode λ by λh/2 a second, and loses energy in every step but
 //! one through a snap, where E is concave along the step by more than M/h².
 
 use super::constraints::Constraints;
-use super::newton::Stop;
+use super::newton::{Stop, UNBOUNDED};
 use super::potential::{Potential, Step};
 use super::{Rayleigh, Solver, check_step, continuation, free_norm};
 use crate::{Error, ErrorKind, Result, Vec3};
@@ -15,6 +15,10 @@ const TOLERANCE: f64 = 1e-9;
 
 /// A step takes a handful of iterations; a violent one some dozens.
 const MAX_ITERATIONS: usize = 500;
+
+/// Linear solves of a step, at most, with all parts and rounds that contact takes it in. A handful is usual. Of the
+/// contact cells of docs/evidence/stability.md, but for drops and beds, the longest step took 436.
+pub const STEP_SOLVES: usize = 2000;
 
 /// How a step was solved.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -27,11 +31,41 @@ pub struct StepReport {
 
 impl Solver {
     /// Advances displacements and velocities by h > 0 under `forces` (all n_vertices). They are untouched when it fails:
-    /// with [`ErrorKind::Numerical`] when Newton's iteration does not converge.
+    /// with [`ErrorKind::Numerical`] when Newton's iteration does not converge, or the step takes too many linear solves.
     pub fn implicit_euler(
         &mut self,
         u: &mut [Vec3],
         velocity: &mut [Vec3],
+        forces: &[Vec3],
+        damping: Rayleigh,
+        h: f64,
+    ) -> Result<StepReport> {
+        if !self.sharing {
+            self.newton.spare = STEP_SOLVES;
+        }
+        let report = self.step_implicitly((u, velocity), forces, damping, h);
+        self.newton.coasting = false;
+        self.again = false;
+        if !self.sharing {
+            self.newton.spare = UNBOUNDED;
+        }
+        report
+    }
+
+    /// Whether the steps that follow are parts or rounds of one, which share its linear solves.
+    pub fn share_work(&mut self, sharing: bool) {
+        self.sharing = sharing;
+        self.newton.spare = if sharing { STEP_SOLVES } else { UNBOUNDED };
+    }
+
+    /// The next step is the last one once more, with other forces on it: it is searched for from where that ended.
+    pub fn step_again(&mut self) {
+        self.again = self.ended.len() == self.x.len();
+    }
+
+    fn step_implicitly(
+        &mut self,
+        (u, velocity): (&mut [Vec3], &mut [Vec3]),
         forces: &[Vec3],
         damping: Rayleigh,
         h: f64,
@@ -41,14 +75,21 @@ impl Solver {
         self.place(u);
         self.origin.copy_from_slice(&self.x);
         let scale = self.force_scale(velocity, forces, h);
-        let Self { shell, newton, origin, x, constraints, points, damped, drag, .. } = &mut *self;
+        let Self { shell, newton, origin, x, constraints, points, damped, drag, again, ended, .. } = &mut *self;
         let step = Some(Step { h, velocity, damping, damped, drag });
         let points = Self::points(points);
         let potential = Potential { shell, origin, load: forces, step, constraints: &Constraints::none(), points };
-        potential.free().for_each(|v| x[v] += h * velocity[v]);
-        let (coasting, still) = (potential.value(x).0, potential.value(origin).0);
-        if coasting.is_nan() || coasting > still {
-            x.copy_from_slice(origin);
+        if *again {
+            potential.free().for_each(|v| x[v] = ended[v]);
+        } else {
+            potential.free().for_each(|v| x[v] += h * velocity[v]);
+            newton.coasting = newton.is_mixed() && constraints.is_empty();
+        }
+        if !newton.coasting {
+            let (there, still) = (potential.value(x).0, potential.value(origin).0);
+            if there.is_nan() || there > still {
+                x.copy_from_slice(origin);
+            }
         }
         let stop = Stop { tolerance: TOLERANCE, scale, max_iterations: MAX_ITERATIONS };
         let end = continuation::step(newton, constraints, &potential, x, (stop, &mut |_| Ok(())))?;
@@ -66,6 +107,7 @@ impl Solver {
             Potential { shell, origin, load: forces, step, constraints, points }.whole_gradient(x, &mut gradient);
             self.record_outcomes(&gradient);
         }
+        self.ended.clone_from(&self.x);
         for v in self.shell.free.iter().map(|&v| v as usize) {
             let d = self.x[v] - self.origin[v];
             u[v] += d;

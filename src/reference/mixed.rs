@@ -12,6 +12,9 @@
 //! A pose that a method of few fields has is stretched a little everywhere, and the stress of that would spoil the first tangents. So a search
 //! from such a pose begins with a membrane that has none, Gauss and Newton's tangent there: its step finds the stress that balances the load.
 //!
+//! A step in time begins where the shell coasts to or where it is, and with the membrane's stress there where it is: that is nearly what it ends
+//! with, while coasting along a straight line stretches a shell that turns. The last step of a search, among rounding errors, is one with the factor at hand.
+//!
 //! Where the tangent is not positive definite the shell is about to snap. There τM is added, more of it until it is, and less in each
 //! step after that.
 
@@ -44,9 +47,15 @@ const PRODUCTS: usize = 8;
 const LOOSE: f64 = 1e-5;
 const TELLING: f64 = 1e-2;
 
-/// Of the force, what a solution by an earlier factor may leave: little enough for the step after it to end the search, and no less than this.
+/// Of the force, what a solution by an earlier factor may leave: little enough for the step after it to end the search, or about what the next
+/// step leaves anyway, by what the last one left to this power (Eisenstat, Walker 1996); and no less than the last number.
 const SOLVED: f64 = 1e-2;
+const SUPERLINEAR: f64 = 1.5;
 const LEAST_SOLVED: f64 = 1e-6;
+
+/// A step by an earlier factor that leaves more than this part of the force is the last one by it: so each factor ends a search or falls behind
+/// within so many steps as halve all digits.
+const SLOW: f64 = 0.5;
 
 /// What to do where the tangent is not positive definite.
 #[derive(Clone, Copy, PartialEq)]
@@ -87,11 +96,19 @@ impl Newton {
         (stop, unstable): (Stop, Unstable),
         watch: &mut dyn FnMut(f64) -> Result<()>,
     ) -> Result<Option<Convergence>> {
-        let from = potential.value(x).0;
         self.made_at = None;
         self.foreseen.clear();
-        self.lowest.copy_from_slice(x);
         let mut stress = std::mem::take(&mut self.stress);
+        let mut from = potential.value(x).0;
+        self.lowest.copy_from_slice(x);
+        if self.coasting {
+            let still = potential.value(potential.origin).0;
+            if from.is_nan() || from > still {
+                from = still;
+                self.lowest.copy_from_slice(potential.origin);
+            }
+            self.choose_start(potential, x, &mut stress);
+        }
         let found = self.mixed_steps(potential, x, (stop, unstable), (from, &mut stress), watch);
         self.stress = stress;
         if let Ok(Some(end)) = found {
@@ -115,14 +132,19 @@ impl Newton {
         let shell = potential.shell;
         let most = self.factorizations + FACTORIZATIONS.min(stop.max_iterations);
         let (mut shift, mut stable, mut last) = (Shift::default(), false, f64::INFINITY);
-        for iterations in 0.. {
+        let mut kept = false;
+        for iterations in 0..=stop.max_iterations {
             potential.gradient(x, &mut self.gradient);
             let force = free_norm(shell, &self.gradient);
             let residual = force / stop.scale;
             watch(residual)?;
-            let stagnates = force > 0.5 * last && self.noise.explains(shell, &self.gradient);
-            if residual <= stop.tolerance || stagnates {
+            let explained = self.noise.explains(shell, &self.gradient);
+            if residual <= stop.tolerance || (explained && force > 0.5 * last) {
                 return Ok(stable.then_some(Convergence { converged: true, iterations, residual }));
+            }
+            if explained && stable && potential.step.is_some() && self.made_at.is_some() {
+                let residual = self.correct_last(potential, x, force)? / stop.scale;
+                return Ok(Some(Convergence { converged: true, iterations: iterations + 1, residual }));
             }
             if iterations == 0 {
                 self.begin(potential, x, stress);
@@ -133,14 +155,16 @@ impl Newton {
                     self.lowest.copy_from_slice(x);
                 }
             }
+            let enough = self.enough(potential, stop, [force, last]);
+            let near = !(kept && force > SLOW * last) && self.is_factor_near(potential, force, stop);
             last = force;
-            let enough = (0.1 * stop.tolerance * stop.scale / force).clamp(LEAST_SOLVED, SOLVED);
-            let near = self.is_factor_near(potential, force, stop);
             if self.factorizations >= most {
                 break;
             }
+            let made = self.factorizations;
             let wanted = (&mut *stress, [force, enough], near);
             let Some(bare) = self.next_direction(potential, x, wanted, (&mut shift, unstable))? else { break };
+            kept = self.factorizations == made;
             if iterations == 0 {
                 self.foresee_end(potential, x);
             }
@@ -156,9 +180,39 @@ impl Newton {
     /// The first stress.
     fn begin(&self, potential: &Potential, x: &[Vec3], stress: &mut Vec<f64>) {
         foresee(potential, x, x, stress);
+        let membrane = &mut stress[..potential.shell.energy.n_membrane()];
         if self.foreign {
-            stress[..potential.shell.energy.n_membrane()].fill(0.0);
+            membrane.fill(0.0);
+        } else if self.coasting {
+            let mut each = membrane.iter_mut();
+            potential.shell.energy.visit_strains(potential.origin, &mut |_, strain| {
+                each.next().into_iter().for_each(|stress| *stress = strain);
+            });
         }
+    }
+
+    /// Takes `x`, where the shell coasts to, back to where it is if that leaves less force, but for what the membrane stretches on the way.
+    fn choose_start(&mut self, potential: &Potential, x: &mut [Vec3], stress: &mut Vec<f64>) {
+        self.begin(potential, x, stress);
+        potential.mixed_gradient(x, stress, &mut self.gradient);
+        let coasting = free_norm(potential.shell, &self.gradient);
+        potential.gradient(potential.origin, &mut self.gradient);
+        let still = free_norm(potential.shell, &self.gradient);
+        if coasting.is_nan() || coasting > still {
+            x.copy_from_slice(potential.origin);
+        }
+    }
+
+    /// Moves `x`, where rounding explains the force that is left, by one more step of the factor at hand unless that leaves more force. Returns the force.
+    fn correct_last(&mut self, potential: &Potential, x: &mut [Vec3], force: f64) -> Result<f64> {
+        self.solve_by_gradient(potential)?;
+        self.try_step(potential, x, 1.0);
+        potential.gradient(&self.trial, &mut self.gradient);
+        let left = free_norm(potential.shell, &self.gradient);
+        if left < force {
+            x.copy_from_slice(&self.trial);
+        }
+        Ok(left.min(force))
     }
 
     /// Finds Δ by the tangent of a stress, for ‖∇Φ‖ and the part of it that Δ may leave, as in [`Tangent`]. In a search from a foreign pose the
@@ -215,6 +269,16 @@ impl Newton {
         let telling =
             self.foreign || potential.step.is_some() || stop.tolerance >= LOOSE || made_at <= TELLING * stop.scale;
         self.reusing && telling && force <= NEAR * made_at
+    }
+
+    /// Of the force that is left after `last`, what a direction may leave. Steps in time end among rounding errors and need no more.
+    fn enough(&self, potential: &Potential, stop: Stop, [force, last]: [f64; 2]) -> f64 {
+        let (mut goal, mut next) = (stop.tolerance * stop.scale, 0.0);
+        if potential.step.is_some() {
+            goal = goal.max(self.noise.norm());
+            next = libm::pow(force / last, SUPERLINEAR);
+        }
+        (0.1 * goal / force).max(next).clamp(LEAST_SOLVED, SOLVED)
     }
 
     /// Takes down where Δ leads from `x`.

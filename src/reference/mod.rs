@@ -25,7 +25,7 @@ mod sag;
 pub use correction::{CORRECTED, Correction, Load, SolverPool};
 pub use equilibrium::{Equilibrium, EquilibriumOptions, EquilibriumProgress};
 pub use free_motion::{FreeMotions, Held};
-pub use implicit::StepReport;
+pub use implicit::{STEP_SOLVES, StepReport};
 pub use orientation::{Ring, vertex_rotations};
 pub use sag::{sagged, settled};
 
@@ -64,6 +64,11 @@ pub struct Solver {
     /// What became of them, and their work.
     outcomes: Vec<Outcome>,
     constraint_work: f64,
+    /// Whether steps share the linear solves of one, and whether the next one is the last one again.
+    sharing: bool,
+    again: bool,
+    /// Positions where the last implicit step ended (n_vertices), or none.
+    ended: Vec<Vec3>,
     /// Positions the call starts from (n_vertices).
     origin: Vec<Vec3>,
     /// Positions being found (n_vertices).
@@ -89,6 +94,9 @@ impl Solver {
             coupled,
             outcomes,
             constraint_work: 0.0,
+            sharing: false,
+            again: false,
+            ended: vec![],
             origin,
             x,
             force,

@@ -12,6 +12,7 @@ mod conjugate;
 mod stability;
 
 use super::free_norm;
+use super::implicit::STEP_SOLVES;
 use super::mixed::Unstable;
 use super::noise::Noise;
 use super::potential::Potential;
@@ -31,6 +32,9 @@ const TRIALS: usize = 40;
 
 /// Steps in a row that may leave Φ above the mark.
 const VENTURES: usize = 2;
+
+/// Linear solves of a search that is not of a step.
+pub(super) const UNBOUNDED: usize = usize::MAX;
 
 /// The shortest share of Δ to venture.
 const SHORTEST_REACH: f64 = 0.05;
@@ -84,6 +88,10 @@ pub struct Newton {
     pub(super) factorizations: usize,
     /// ‖∇Φ‖ where the factor was made, if it is that of a tangent of the present search.
     pub(super) made_at: Option<f64>,
+    /// Linear solves that the present step may still take.
+    pub(super) spare: usize,
+    /// The next search with the stress as an unknown is of a step, from where the shell coasts to.
+    pub(super) coasting: bool,
     /// Where the first step of the last search with the stress as an unknown would have gone (n_vertices).
     pub(super) foreseen: Vec<Vec3>,
     conjugate: Conjugate,
@@ -121,8 +129,8 @@ impl Newton {
 
     /// Another with the settings of this one.
     pub fn renewed(&self, other: Self) -> Self {
-        let Self { mixed, reusing, foreign, factorizations, .. } = *self;
-        Self { mixed, reusing, foreign, factorizations, ..other }
+        let Self { mixed, reusing, foreign, factorizations, spare, .. } = *self;
+        Self { mixed, reusing, foreign, factorizations, spare, ..other }
     }
 
     /// Multiplications of a factorization and entries of the factor.
@@ -174,6 +182,8 @@ impl Newton {
             mixed: true,
             factorizations: 0,
             made_at: None,
+            spare: UNBOUNDED,
+            coasting: false,
             foreseen: vec![],
             conjugate: Conjugate::default(),
             reusing: true,
@@ -326,19 +336,38 @@ impl Newton {
     /// Δ and ∇Φ·Δ, or `None` unless the matrix is positive definite.
     pub(super) fn solve(&mut self, potential: &Potential) -> Result<Option<f64>> {
         self.matrix.require_finite()?;
+        self.spend()?;
         self.factorizations += 1;
         self.made_at = None;
         if !self.symbolic.refactorize(&self.matrix.lower, &mut self.factor)? {
             return Ok(None);
         }
+        self.solve_by_gradient(potential)?;
+        let slope = self.slope(potential);
+        Ok((slope < 0.0 && slope.is_finite()).then_some(slope))
+    }
+
+    /// Δ with the factor at hand.
+    pub(super) fn solve_by_gradient(&mut self, potential: &Potential) -> Result<()> {
         for (i, v) in potential.free().enumerate() {
             self.direction[3 * i..3 * i + 3].copy_from_slice((-self.gradient[v]).as_slice());
         }
         let n = self.direction.len();
         self.symbolic.solve_in_place(&self.factor, MatMut::from_column_major_slice_mut(&mut self.direction, n, 1))?;
         self.balance_momenta(potential);
-        let slope = self.slope(potential);
-        Ok((slope < 0.0 && slope.is_finite()).then_some(slope))
+        Ok(())
+    }
+
+    /// Takes one of the linear solves that are left to the step.
+    pub(super) fn spend(&mut self) -> Result<()> {
+        if self.spare == 0 {
+            return Err(Error::new(
+                ErrorKind::Numerical,
+                format!("the step is given up after {STEP_SOLVES} linear solves: take shorter steps"),
+            ));
+        }
+        self.spare -= 1;
+        Ok(())
     }
 
     /// Moves each component that floats, without a constraint or an energy on it, so that Δ gives it the momentum that the forces ask for. Elastic and viscous forces do

@@ -54,6 +54,11 @@ impl Noise {
         if force <= self.floor[i] { 0.0 } else { force }
     }
 
+    /// Of a force that is rounding at every free vertex, at most; 0 before H is known.
+    pub fn norm(&self) -> f64 {
+        self.floor.iter().map(|floor| floor * floor).sum::<f64>().sqrt()
+    }
+
     /// Whether H is known and every free vertex's force is no more than rounding.
     pub fn explains(&self, shell: &Shell, gradient: &[Vec3]) -> bool {
         let above = |(i, &v): (usize, &u32)| self.above_floor(i, gradient[v as usize].norm()) > 0.0;

@@ -240,7 +240,9 @@ impl State {
     pub(super) fn step_touching(&mut self, load: &BodyLoad, way: Way, h: f64) -> Result<()> {
         let Some(mut contacts) = self.contacts.take() else { return Ok(()) };
         let parts = contacts.parts();
+        self.motion.share_work(true);
         let outcome = self.take_parts(&mut contacts, load, way, (h, parts));
+        self.motion.share_work(false);
         self.contacts = Some(contacts);
         outcome
     }

@@ -4,7 +4,7 @@
 //!
 //! And of steps of 1/30 s of shells that fall from rest and swing, with a factor for each direction and with earlier ones.
 //!
-//! usage: solver [--docs FILE] [steps | SHELL ...]
+//! usage: solver [--docs FILE] [steps [SHELL ...] | SHELL ...]
 #![allow(missing_docs)]
 
 #[path = "../common/mod.rs"]
@@ -109,7 +109,7 @@ fn swing(shell: &Arc<Shell>, (gravity, frames): (f64, usize)) -> [Swing; 2] {
     swings
 }
 
-fn frames() -> String {
+fn frames(only: &[String]) -> String {
     let mut table = format!(
         "Steps of 1/30 s from rest under 9.8 m/s²; `make bench-solver` on {} (load {}). With a factor for each direction → with earlier ones. \
          Apart: where they end, relative, by mass.\n\n\
@@ -124,7 +124,9 @@ fn frames() -> String {
         ("dinosaur", dinosaur(), 6),
         ("sheet", sheet(), 6),
     ];
-    for (name, shell, frames) in shells {
+    for (name, shell, frames) in
+        shells.into_iter().filter(|(name, ..)| only.is_empty() || only.iter().any(|o| o == name))
+    {
         let shell = Arc::new(shell);
         let swings = swing(&shell, (9.8, frames));
         let [[a, b, c], [_, d, e]] = [0, 1].map(|k: usize| swings[k].per_frame(frames));
@@ -161,7 +163,8 @@ fn main() {
     let mut arguments: Vec<String> = std::env::args().skip(1).collect();
     let docs = arguments.iter().position(|a| a == "--docs").map(|i| arguments.drain(i..i + 2).nth(1).expect("a file"));
     if arguments.iter().any(|a| a == "steps") {
-        let table = frames();
+        let only: Vec<String> = arguments.into_iter().filter(|a| a != "steps").collect();
+        let table = frames(&only);
         docs.iter().for_each(|file| docs::put_section(file, "steps", &table).unwrap());
         return;
     }
@@ -209,8 +212,8 @@ fn main() {
     }
     if let Some(file) = docs {
         docs::put_section(&file, "solver", &table).unwrap();
-        docs::put_section(&file, "steps", &frames()).unwrap();
+        docs::put_section(&file, "steps", &frames(&[])).unwrap();
     } else if arguments.is_empty() {
-        frames();
+        frames(&[]);
     }
 }

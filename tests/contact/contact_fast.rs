@@ -285,3 +285,35 @@ fn a_handle_that_drags_a_shell_over_a_ball_does_not_drag_it_through() {
         assert_eq!((under, passed), (0, 0), "{} {:?}", m.0, m.1);
     }
 }
+
+/// A cell of the stability map. Contacts came and went there from one iteration to the next, at no cost of a factorization, and no count of these
+/// ended the search.
+#[test]
+fn a_strip_too_soft_to_carry_itself_falls_over_a_ball_that_rises() {
+    let (positions, triangles) = equilateral_sheet(21, 5, 0.2);
+    let material = Material { area_density: 1.0, k_area: 1e-5, k_length: 1e-5, k_bend: 1e-9 };
+    let fixed = (0..positions.len() as u32).filter(|v| positions[*v as usize].x < 0.25).collect();
+    let supports = Supports { fixed, ..Default::default() };
+    let shell = Shell::new(Mesh::new(positions, &triangles).unwrap(), material, &supports).unwrap();
+    let options = Options { modes: 8, ..Options::default() };
+    let model = Arc::new(Model::precompute(Arc::new(shell), &options, &mut |_, _| Ok(())).unwrap());
+    let mut state = State::new(model.clone(), Method::ImplicitShell, ImplicitEuler).unwrap();
+    state.set_gravity(Vec3::new(0.0, 0.0, -0.05)).unwrap();
+    state.set_damping(&Damping { mass_coefficient: 1.0, ..Damping::default() }).unwrap();
+    let size = model.shell.mesh.size;
+    let at = |k: usize| {
+        let rise = 0.02 * size * (k as f64 / 30.0).min(1.0);
+        Pose { origin: Vec3::new(3.0, 0.0, rise - 0.3), ..Pose::identity() }
+    };
+    let ball = Obstacle::new(Arc::new(Solid::sphere(0.3).unwrap()), at(0)).with_friction(0.3);
+    state.set_obstacles(vec![ball]).unwrap();
+    let mut met = 0;
+    for k in 1..=90 {
+        state.move_obstacle(0, at(k), false).unwrap();
+        state.step(1.0 / 30.0).unwrap();
+        met = met.max(state.contact_summary().count);
+        // As the stability map asks: a thousandth of the size.
+        assert!(state.contact_summary().deepest < 1e-3 * size, "step {k}: {:?}", state.contact_summary());
+    }
+    assert!(met > 0, "it touches");
+}

@@ -2,7 +2,7 @@
 
 use crate::common::{equilateral_sheet, gravity, leaf, mass_error};
 use shellwarp::energy::{Curvature, Mat3};
-use shellwarp::reference::{EquilibriumOptions, Rayleigh, Solver};
+use shellwarp::reference::{EquilibriumOptions, Rayleigh, STEP_SOLVES, Solver};
 use shellwarp::{Material, Mesh, Shell, Supports, Vec3};
 use std::sync::Arc;
 
@@ -151,4 +151,68 @@ fn shear_along_the_rim_of_a_card_is_found_or_refused_within_so_many_factorizatio
             }
         }
     }
+}
+
+/// A sheet of 72 vertices that hangs from one side.
+fn hanging() -> (Arc<Shell>, Vec<Vec3>) {
+    let (positions, triangles) = equilateral_sheet(8, 8, 0.125);
+    let fixed = (0..positions.len() as u32).filter(|&v| positions[v as usize].x < 0.1).collect();
+    let supports = Supports { fixed, ..Supports::default() };
+    let shell = Shell::new(Mesh::new(positions, &triangles).unwrap(), Material::default(), &supports).unwrap();
+    let forces = shell.mass.iter().map(|m| Vec3::new(0.2, 0.1, -1.0) * (9.8 * m)).collect();
+    (Arc::new(shell), forces)
+}
+
+#[test]
+fn steps_that_share_their_work_end_with_an_error_that_moves_nothing() {
+    let (shell, forces) = hanging();
+    let mut solver = Solver::new(shell.clone()).unwrap();
+    let mut u = vec![Vec3::zeros(); forces.len()];
+    let mut velocity = u.clone();
+    solver.share_work(true);
+    let mut taken = 0;
+    let mut failed = None;
+    // A load that turns round in each step, so that each takes some solves.
+    for k in 0..STEP_SOLVES {
+        let before = (u.clone(), velocity.clone());
+        let turned: Vec<Vec3> = forces.iter().map(|f| if k % 2 == 0 { *f } else { -f }).collect();
+        match solver.implicit_euler(&mut u, &mut velocity, &turned, Rayleigh::default(), 1.0 / 30.0) {
+            Ok(report) => taken += report.iterations,
+            Err(error) => {
+                failed = Some((before, error));
+                break;
+            }
+        }
+    }
+    let (before, error) = failed.expect("so many steps take more");
+    assert_eq!(error.kind, shellwarp::ErrorKind::Numerical, "{error}");
+    assert!(error.to_string().contains("2000 linear solves"), "{error}");
+    assert!((u, velocity) == before, "a step that fails moves nothing");
+    // A step also counts its last correction, and what it tries in vain is no iteration.
+    assert!(taken > STEP_SOLVES / 2 && taken < 2 * STEP_SOLVES, "{taken}");
+    let (mut u, mut velocity) = before;
+    solver.share_work(false);
+    solver.implicit_euler(&mut u, &mut velocity, &forces, Rayleigh::default(), 1.0 / 30.0).unwrap();
+    assert!(solver.equilibrium(&u, &forces, &EquilibriumOptions::default(), &mut |_| Ok(())).is_ok());
+}
+
+#[test]
+fn a_step_again_from_its_end_ends_there_at_once() {
+    let (shell, forces) = hanging();
+    let mut solver = Solver::new(shell.clone()).unwrap();
+    let still = vec![Vec3::zeros(); forces.len()];
+    let mut ends = vec![];
+    for again in [false, true] {
+        let (mut u, mut velocity) = (still.clone(), still.clone());
+        if again {
+            solver.step_again();
+        }
+        let step = solver.implicit_euler(&mut u, &mut velocity, &forces, Rayleigh::default(), 1.0 / 30.0).unwrap();
+        ends.push((u, step.iterations));
+    }
+    let [(first, many), (second, few)] = &ends[..] else { unreachable!() };
+    assert!(*few <= 2 && few < many, "{few} and {many}");
+    // To ten times the tolerance of a step.
+    let apart = mass_error(&shell, second, first);
+    assert!(apart < 1e-9, "{apart:e}");
 }

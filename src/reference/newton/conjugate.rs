@@ -37,6 +37,7 @@ impl Newton {
         tolerance: f64,
         most: usize,
     ) -> Result<bool> {
+        self.spend()?;
         let n = self.direction.len();
         let Conjugate { mut left, mut found, mut way, mut product } = std::mem::take(&mut self.conjugate);
         left.clear();

@@ -8,6 +8,7 @@ use crate::mesh::P3;
 use anyhow::Result;
 use shellwarp::ffi::state::SW_INTEGRATOR_EXACT;
 use std::cell::RefCell;
+use std::collections::BTreeSet;
 
 const H: f64 = 1.0 / 60.0;
 
@@ -256,6 +257,47 @@ fn extremes(library: &Library) -> Vec<Cell> {
     cells
 }
 
+/// A free strip that falls flat on a plane, by the height in sizes.
+fn drops(library: &Library) -> Vec<Cell> {
+    let mut cells = vec![];
+    for height in [0.01, 0.1, 1.0, 10.0, 100.0] {
+        let problem = Problem { fixed: vec![], modes: 16, damping: 0.0, gravity: [0.0, 0.0, -9.81], ..strip(4) };
+        let way = height * problem.size();
+        // A second after it lands.
+        let steps = ((2.0 * way / 9.81).sqrt() / H).ceil() as usize + 60;
+        let problem = Problem { steps: vec![H; steps], ..problem };
+        let plane = Collider { friction: 0.3, ..Collider::still(Solid::Plane, [0.0, 0.0, -way]) };
+        let case = format!("a free strip falls from {height} sizes onto a plane");
+        cells.extend(Scene::new(case, problem, vec![plane]).stays_out(library));
+    }
+    cells
+}
+
+/// The held strip falls onto a bed of balls, each under a vertex of its outer half.
+fn beds(library: &Library) -> Vec<Cell> {
+    let mut cells = vec![];
+    for [along, across] in [[1, 1], [2, 2], [5, 4], [10, 5], [20, 10]] {
+        let problem = falling();
+        let (length, width) = (problem.mesh.length(), 0.8);
+        let apart = [0.5 * length / along as f64, width / across as f64];
+        let radius = 0.5 * apart[0].min(apart[1]);
+        let top = -0.02 * problem.size();
+        let nearest = |k: usize| {
+            let [x, y] = [(k % along) as f64, (k / along) as f64];
+            problem.mesh.nearest([0.5 * length + (x + 0.5) * apart[0], (y + 0.5) * apart[1] - 0.5 * width])
+        };
+        let under: BTreeSet<usize> = (0..along * across).map(nearest).collect();
+        let ball = |v: &usize| {
+            let [x, y, _] = problem.mesh.positions[*v];
+            Collider { friction: 0.3, ..Collider::still(Solid::Ball(radius), [x, y, top - radius]) }
+        };
+        let balls: Vec<Collider> = under.iter().map(ball).collect();
+        let case = format!("a bed of {} balls", balls.len());
+        cells.extend(Scene::new(case, problem.clone(), balls).stays_out(library));
+    }
+    cells
+}
+
 pub fn all(library: &Library) -> Vec<Cell> {
-    [fast, thin, at_rest, deep, friction, extremes].iter().flat_map(|cells| cells(library)).collect()
+    [fast, thin, at_rest, deep, friction, extremes, drops, beds].iter().flat_map(|cells| cells(library)).collect()
 }
