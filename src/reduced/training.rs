@@ -291,7 +291,8 @@ impl TrainingLoads {
 
     /// α, of [`MEMBRANE_SHARES`]: that with which fields and stress fields of pulls alone come nearest to the equilibria under gravity and
     /// pressure, which they only nearly hold. Where bending carries the loads the membrane locks unless its share is least; where the
-    /// membrane does, as in a closed trouser leg, stress fields alone are soft. The least where there are too few equilibria to tell.
+    /// membrane does, as in a closed trouser leg, stress fields alone are soft. Of a shell that buckles few are found whole: then halves and
+    /// parts count, too. The least where there are too few equilibria to tell.
     pub(super) fn membrane_share(
         &self,
         inputs: &BasisInputs,
@@ -301,10 +302,12 @@ impl TrainingLoads {
     ) -> Result<f64> {
         let (shell, loads) = (inputs.shell, self.loads(inputs.shell));
         let full_strength = loads.len() / 2;
-        let (tried, of): (Vec<&TrainingPose>, Vec<&TrainingPose>) =
+        let (mut tried, of): (Vec<&TrainingPose>, Vec<&TrainingPose>) =
             trained.iter().partition(|pose| pose.load % full_strength < DISTRIBUTED);
-        let tried: Vec<&TrainingPose> =
-            tried.into_iter().filter(|pose| pose.whole && pose.load < full_strength).collect();
+        let is_whole = |pose: &&&TrainingPose| pose.whole && pose.load < full_strength;
+        if tried.iter().filter(is_whole).count() >= LEAST_TRIED {
+            tried.retain(|pose| is_whole(&pose));
+        }
         if tried.len() < LEAST_TRIED || of.len() < LEAST_TRIED {
             return Ok(LEAST_SHARE);
         }
@@ -365,9 +368,9 @@ impl TrainingLoads {
         Ok(Gate { strain, ..Gate::of(tried) })
     }
 
-    /// The load that a pose balances: of a shell that moves freely, with what its pins bear.
+    /// The load that a pose balances: of a shell that moves freely, with what its pins bear; a part of it, where the search ended there.
     fn borne<'a>(&self, shell: &Shell, loads: &'a [Vec<Vec3>], pose: &TrainingPose) -> Cow<'a, [Vec3]> {
-        if self.free.is_none() {
+        if self.free.is_none() && pose.whole {
             return Cow::from(&loads[pose.load][..]);
         }
         let mut force = vec![Vec3::zeros(); shell.mass.len()];

@@ -15,7 +15,7 @@ use std::sync::Arc;
 const SHADE: Material = Material { k_area: 273.0, k_length: 5.2, k_bend: 3.0e-5, area_density: 1.0 };
 
 /// Closed, 0.3 high, of radius 0.08 at the bottom, where it is held, and 0.05 at the top.
-fn lampshade() -> Arc<Model> {
+fn lampshade(fields: usize, poses: usize) -> Arc<Model> {
     let around = 0.5;
     let (mut positions, triangles) = closed(rectangle(Family::Diagonal, 24, around, 0.3), around);
     for x in &mut positions {
@@ -25,27 +25,44 @@ fn lampshade() -> Arc<Model> {
     let fixed = (0..positions.len() as u32).filter(|v| positions[*v as usize].z < 1e-9).collect();
     let supports = Supports { clamped: fixed, ..Supports::default() };
     let shell = Arc::new(Shell::new(Mesh::new(positions, &triangles).unwrap(), SHADE, &supports).unwrap());
-    let reduced = reduced::Options { fields: 20, poses: 16, ..Default::default() };
+    let reduced = reduced::Options { fields, poses, ..Default::default() };
     let options = Options { modes: 8, precision: Precision::F64, reduced, ..Options::default() };
     Arc::new(Model::precompute(shell, &options, &mut |_, _| Ok(())).unwrap())
 }
 
+fn hung(model: &Arc<Model>, method: Method, gravity: Vec3) -> Vec<Vec3> {
+    let mut state = State::new(model.clone(), method, Integrator::Exact).unwrap();
+    state.set_gravity(gravity).unwrap();
+    state.equilibrium().unwrap();
+    displacements(&state)
+}
+
+/// Of the polynomial and of samples, in shares of the displacement.
+fn errors(model: &Arc<Model>, gravity: Vec3) -> [f64; 2] {
+    let exact = hung(model, Method::ImplicitShell, gravity);
+    let errors = [Method::PolynomialShell, Method::ReducedShell]
+        .map(|method| mass_error(&model.shell, &hung(model, method, gravity), &exact));
+    println!("{gravity:?}: polynomial {:.2e}, samples {:.2e}", errors[0], errors[1]);
+    errors
+}
+
 #[test]
 fn a_lampshade_answers_a_small_weight_along_every_axis() {
-    let model = lampshade();
-    let hung = |method, gravity: Vec3| {
-        let mut state = State::new(model.clone(), method, Integrator::Exact).unwrap();
-        state.set_gravity(gravity).unwrap();
-        state.equilibrium().unwrap();
-        displacements(&state)
-    };
+    let model = lampshade(20, 16);
     for axis in 0..3 {
-        let gravity = 0.04 * Vec3::ith(axis, 1.0);
-        let exact = hung(Method::ImplicitShell, gravity);
-        let off = |method| mass_error(&model.shell, &hung(method, gravity), &exact);
-        let (polynomial, samples) = (off(Method::PolynomialShell), off(Method::ReducedShell));
-        println!("axis {axis}: polynomial {polynomial:.2e}, samples {samples:.2e}");
-        // Of the polynomial's forms, and of what samples may leave of forces (TOLERANCE, where that many elements suffice).
-        assert!(polynomial < 0.01 && samples < 0.1, "axis {axis}: {polynomial} {samples}");
+        let [polynomial, samples] = errors(&model, 0.04 * Vec3::ith(axis, 1.0));
+        // What the polynomial leaves of its forms, and twice what samples may leave of forces (TOLERANCE).
+        assert!(polynomial < 0.01 && samples < 0.02, "axis {axis}: {polynomial} {samples}");
+    }
+}
+
+/// Most of its training loads dent it. With the least share of the membrane, which was taken for want of whole equilibria, it gave way under
+/// half of what it bears.
+#[test]
+fn a_lampshade_of_many_fields_bears_its_weight() {
+    let model = lampshade(64, 52);
+    for gravity in [Vec3::new(0.0, 0.0, -8.0), Vec3::new(4.0, 0.0, -8.0)] {
+        let [polynomial, samples] = errors(&model, gravity);
+        assert!(polynomial < 0.03 && samples < 0.03, "{polynomial} {samples}");
     }
 }
