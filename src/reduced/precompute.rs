@@ -54,9 +54,10 @@ impl ReducedShell {
             basis_and_stresses((&loads, &inputs, &trained), options.fields, &mut |share| report(0.5 + 0.1 * share))?;
         let fields = stored(shell, &basis, precision)?;
         let columns = unpacked(shell, &fields);
-        let (samples, fit) = sampled((shell, known, &columns), (&loads, &assumed), options, &mut report)?;
+        let (samples, fit, stiffness) = sampled((shell, known, &columns), (&loads, &assumed), options, &mut report)?;
         let shapes = loads.shapes(shell, &columns, (modes, &trained));
-        let sources = polynomial::Sources { shell, columns: &columns, assumed: &assumed, shapes: &shapes };
+        let sources =
+            polynomial::Sources { shell, columns: &columns, assumed: &assumed, shapes: &shapes, stiffness: &stiffness };
         let polynomial = polynomial::make(&sources, &mut |share| report(0.9 + 0.07 * share))?;
         let assumed = assumed.at(&samples);
         let mut reduced = Self::assemble(shell, (modes.shapes.len(), fields), samples, assumed)?;
@@ -145,13 +146,13 @@ fn basis_and_stresses(
     Ok((basis, known, Assumed { stresses: inputs.stresses(&poses, found)?, membrane_share }))
 }
 
-/// Samples by the number of their rest rows, with their weights, and what these leave of the forces.
+/// Samples by the number of their rest rows, with their weights, and what these leave of the forces; and the stiffness at rest of all elements.
 fn sampled(
     (shell, known, columns): (&Arc<Shell>, usize, &[Vec<Vec3>]),
     (loads, assumed): (&TrainingLoads, &Assumed),
     options: &Options,
     report: Watch,
-) -> Result<(Vec<(u32, f64)>, f64)> {
+) -> Result<(Vec<(u32, f64)>, f64, DMatrix<f64>)> {
     let whole = vec![1.0; shell.energy.n_elements()];
     let mut all = ReducedEnergy::new(shell, columns, &whole);
     assumed.set(&mut all, &whole, 1);
@@ -159,7 +160,7 @@ fn sampled(
     all.hessian(&vec![0.0; all.n()], Curvature::Exact, &mut all.scratch(), &mut stiffness);
     report(0.6)?;
     if options.elements >= all.n_elements() {
-        return Ok(((0u32..).zip(whole).collect(), 0.0));
+        return Ok(((0u32..).zip(whole).collect(), 0.0, stiffness));
     }
     let count = if options.elements > 0 { options.elements } else { MOST_ELEMENTS * columns.len() };
     let tolerance = if options.elements > 0 { 0.0 } else { TOLERANCE };
@@ -167,7 +168,7 @@ fn sampled(
     let mut watch = |share| report(0.7 + 0.2 * share);
     let of = (&stiffness, known);
     let (weights, fit) = sampling::sample(shell, &all, of, (&poses, count, tolerance), &mut watch)?;
-    Ok(((0u32..).zip(weights).filter(|(_, w)| *w > 0.0).collect(), fit))
+    Ok(((0u32..).zip(weights).filter(|(_, w)| *w > 0.0).collect(), fit, stiffness))
 }
 
 /// The basis rounded to its run-time precision, which everything else follows from.

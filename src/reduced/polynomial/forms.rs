@@ -8,7 +8,7 @@
 
 use super::bends::{Bend, Pairs, cubic, hessians};
 use super::pairs::{self, Rows};
-use super::{Coefficients, PolynomialEnergy};
+use super::{Coefficients, Form, PolynomialEnergy};
 use crate::energy::{Mirror, Term};
 use crate::modes::symmetric_eigen;
 use crate::reduced::products::WIDTH;
@@ -17,7 +17,7 @@ use crate::reduced::{Assumed, basis};
 use crate::{ErrorKind, Result, Shell, Vec3};
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, Par};
-use nalgebra::{DMatrix, SymmetricEigen};
+use nalgebra::{Cholesky, DMatrix, DVector, SymmetricEigen};
 
 /// Residual fields where bending carries the loads, and where the membrane does; and corrections of bending.
 const RESIDUALS: usize = 4;
@@ -32,6 +32,9 @@ const MOST: [f64; 2] = [1.0, 0.7];
 const GAINS: usize = 10_000_000;
 /// φ of a negative weight is near s² up to this multiple of the largest s of the shapes.
 const BEYOND: f64 = 3.0;
+/// Of the shell's stiffness at rest, the least that the polynomial has along any direction. Where fields stretch hinges the cubic can be softer
+/// than none, and few forms correct it.
+const LEAST_STIFFNESS: f64 = 0.5;
 /// Bends whose products are summed at once.
 const CHUNK: usize = 512;
 
@@ -45,6 +48,8 @@ pub struct Sources<'a> {
     pub assumed: &'a Assumed,
     /// Shapes q that the shell is likely to take.
     pub shapes: &'a [Vec<f64>],
+    /// At rest, of all elements.
+    pub stiffness: &'a DMatrix<f64>,
 }
 
 /// The energy; none where its numbers leave the range, or that of the shell is none of the terms above. `watch` is told the share of the work done.
@@ -115,9 +120,31 @@ fn coefficients(sources: &Sources, told: &Told, watch: &mut dyn FnMut(f64) -> Re
             form.bound = bound(&strained, k);
         }
     }
-    let [bending, stiffness] = hessians(bends, &rows);
+    let [mut bending, stiffness] = hessians(bends, &rows);
+    stiffen(&mut bending, &forms, sources.stiffness);
     watch(0.8)?;
     Ok(Coefficients { forms, membrane, bending, stiffness, cubic: cubic(bends, &rows) })
+}
+
+/// Makes the stiffness at rest, C₂ + Σ w A Aᵀ, that of the shell along directions where it is less than [`LEAST_STIFFNESS`] of it.
+fn stiffen(bending: &mut DMatrix<f64>, forms: &[Form], stiffness: &DMatrix<f64>) {
+    let mut own = bending.clone();
+    for form in forms {
+        let linear = DVector::from_column_slice(&form.linear);
+        own.ger(form.weight, &linear, &linear, 1.0);
+    }
+    let Some(lower) = Cholesky::new(stiffness.clone()).map(|factor| factor.l()) else { return };
+    let Some(half) = lower.solve_lower_triangular(&own) else { return };
+    let Some(whitened) = lower.solve_lower_triangular(&half.transpose()) else { return };
+    if !whitened.iter().all(|x| x.is_finite()) {
+        return;
+    }
+    let SymmetricEigen { eigenvalues, eigenvectors } = SymmetricEigen::new(whitened);
+    for (share, direction) in eigenvalues.iter().zip(eigenvectors.column_iter()).filter(|(x, _)| **x < LEAST_STIFFNESS)
+    {
+        let force = &lower * direction;
+        bending.ger(1.0 - share, &force, &force, 1.0);
+    }
 }
 
 /// The vertices' places, and those of the images.
