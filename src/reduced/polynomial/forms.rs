@@ -32,9 +32,11 @@ const MOST: [f64; 2] = [1.0, 0.7];
 const GAINS: usize = 10_000_000;
 /// φ of a negative weight is near s² up to this multiple of the largest s of the shapes.
 const BEYOND: f64 = 3.0;
-/// Of the shell's stiffness at rest, the least that the polynomial has along any direction. Where fields stretch hinges the cubic can be softer
-/// than none, and few forms correct it.
+/// Of the stiffness at rest that bending and the membrane's forms have, the least that the polynomial has along any direction. Where fields stretch
+/// hinges the cubic can be softer than none, and few forms correct it.
 const LEAST_STIFFNESS: f64 = 0.5;
+/// Of the whole stiffness, what stands for that of directions which neither bend nor strain along a form.
+const NEXT_TO_NOTHING: f64 = 1e-6;
 /// Bends whose products are summed at once.
 const CHUNK: usize = 512;
 
@@ -121,19 +123,28 @@ fn coefficients(sources: &Sources, told: &Told, watch: &mut dyn FnMut(f64) -> Re
         }
     }
     let [mut bending, stiffness] = hessians(bends, &rows);
-    stiffen(&mut bending, &forms, sources.stiffness);
+    stiffen(&mut bending, (&forms, membrane), &stiffness, sources.stiffness);
     watch(0.8)?;
     Ok(Coefficients { forms, membrane, bending, stiffness, cubic: cubic(bends, &rows) })
 }
 
-/// Makes the stiffness at rest, C₂ + Σ w A Aᵀ, that of the shell along directions where it is less than [`LEAST_STIFFNESS`] of it.
-fn stiffen(bending: &mut DMatrix<f64>, forms: &[Form], stiffness: &DMatrix<f64>) {
-    let mut own = bending.clone();
-    for form in forms {
+/// Makes the stiffness at rest, C₂ + Σ w A Aᵀ, that of bending's own Hessian and the membrane's forms along directions where it is less than
+/// [`LEAST_STIFFNESS`] of it.
+fn stiffen(
+    bending: &mut DMatrix<f64>,
+    (forms, membrane): (&[Form], usize),
+    exact: &DMatrix<f64>,
+    whole: &DMatrix<f64>,
+) {
+    let (mut own, mut wanted) = (bending.clone(), exact + NEXT_TO_NOTHING * whole);
+    for (k, form) in forms.iter().enumerate() {
         let linear = DVector::from_column_slice(&form.linear);
         own.ger(form.weight, &linear, &linear, 1.0);
+        if k < membrane {
+            wanted.ger(form.weight, &linear, &linear, 1.0);
+        }
     }
-    let Some(lower) = Cholesky::new(stiffness.clone()).map(|factor| factor.l()) else { return };
+    let Some(lower) = Cholesky::new(wanted).map(|factor| factor.l()) else { return };
     let Some(half) = lower.solve_lower_triangular(&own) else { return };
     let Some(whitened) = lower.solve_lower_triangular(&half.transpose()) else { return };
     if !whitened.iter().all(|x| x.is_finite()) {
