@@ -658,8 +658,8 @@ typedef struct SwPrecomputeDesc {
   double handle_distance;
   // The vertices that handles move (n_handles). A reduced shell reads them, too, and spends up to
   // half of its fields on how it gives there: three for pulls at each, and three for turns where
-  // the half has room for those of all. From 24 fields on its training leads the full shell by
-  // them, by a fifth of its size where it gives most, the others held at rest.
+  // the half has room for those of all. Its training leads the full shell by them, by a fifth of
+  // its size where it gives most, the others held at rest.
   const uint32_t *handles;
   // Length of handles.
   uint32_t n_handles;

@@ -119,8 +119,8 @@ pub struct SwPrecomputeDesc {
     /// others as well can ask for more modes; see auto_error for what is judged there.
     pub handle_distance: f64,
     /// The vertices that handles move (n_handles). A reduced shell reads them, too, and spends up to half of its fields on how it gives there:
-    /// three for pulls at each, and three for turns where the half has room for those of all. From 24 fields on its
-    /// training leads the full shell by them, by a fifth of its size where it gives most, the others held at rest.
+    /// three for pulls at each, and three for turns where the half has room for those of all. Its training leads the full shell by them, by a
+    /// fifth of its size where it gives most, the others held at rest.
     pub handles: *const u32,
     /// Length of handles.
     pub n_handles: u32,

@@ -16,9 +16,6 @@ const FAR: f64 = 0.2;
 const ACROSS: f64 = 0.06;
 const TURN: f64 = 0.5;
 
-/// Fields that leads are for, at least: fewer are wanted for what loads do. With 20, a saddle that falls was 45 % off in place of 6.
-const LEAST_FIELDS: usize = 24;
-
 /// The handles of a training, and what follows from them.
 #[derive(Default)]
 pub(super) struct Handles {
@@ -29,10 +26,8 @@ pub(super) struct Handles {
     /// The displacements to first order under a pull at each along each axis, and under a couple of its triangles' corners about each. Where nothing
     /// holds the shell, inertia takes the rest: inertia-relief attachment modes (Craig 1987). Of a norm each.
     pub(super) answers: Vec<Vec<Vec3>>,
-    /// Where they go; nowhere below [`LEAST_FIELDS`].
+    /// Where they go.
     pub(super) leads: Vec<Lead>,
-    /// Fields that there will be.
-    fields: usize,
 }
 
 /// How one handle is led, the others held at rest.
@@ -56,7 +51,7 @@ impl Handles {
         }
         vertices.truncate(fields / 6);
         let turning = 12 * vertices.len() <= fields;
-        Ok(Self { vertices, turning, fields, ..Self::default() })
+        Ok(Self { vertices, turning, ..Self::default() })
     }
 
     /// Finds the answers, and at most so many leads.
@@ -73,7 +68,7 @@ impl Handles {
         basis::solve_rest(shell, &mut right, loose)?;
         let unit = |k: usize| right.col(k) * faer::Scale(1.0 / right.col(k).norm_l2().max(f64::MIN_POSITIVE));
         self.answers = (0..right.ncols()).map(|k| basis::unscaled(shell, unit(k).as_ref())).collect();
-        if self.fields >= LEAST_FIELDS && self.hold(shell) {
+        if self.hold(shell) {
             let column = |k: usize, v: usize| basis::unscaled(shell, right.col(k))[v];
             let compliance = |(i, &v): (usize, &usize)| Matrix3::from_columns(&[0, 1, 2].map(|a| column(3 * i + a, v)));
             let compliances: Vec<Matrix3<f64>> = self.vertices.iter().enumerate().map(compliance).collect();
