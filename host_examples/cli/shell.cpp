@@ -144,7 +144,7 @@ bool any_needs_fields(const Scene &scene) {
 
 void add_reduced(const Scene &scene, SwPrecomputeDesc &desc) {
   desc.reduced_fields = scene.reduced.fields;
-  if (!desc.reduced_fields && any_needs_fields(scene)) desc.reduced_fields = scene.handles.empty() ? host::kFields : host::kFieldsWithHandles;
+  if (!desc.reduced_fields && any_needs_fields(scene)) desc.reduced_fields = host::kFields;
   desc.reduced_elements = scene.reduced.elements;
   desc.reduced_poses = scene.reduced.poses;
   if (!scene.reduced.trained) desc.reduced_flags |= SW_REDUCED_UNTRAINED;
