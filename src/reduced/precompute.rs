@@ -22,6 +22,8 @@ const MOST_ELEMENTS: usize = 16;
 const LEAST_ITERATIONS: usize = 80;
 const LEAST_JUDGED: usize = 4;
 
+/// The numbers of the rest rows of elements, and their weights.
+type Samples = Vec<(u32, f64)>;
 /// Hears of the share of the work that is done.
 type Watch<'a> = &'a mut dyn FnMut(f64) -> Result<()>;
 
@@ -152,7 +154,7 @@ fn sampled(
     (loads, assumed): (&TrainingLoads, &Assumed),
     options: &Options,
     report: Watch,
-) -> Result<(Vec<(u32, f64)>, f64, DMatrix<f64>)> {
+) -> Result<(Samples, f64, DMatrix<f64>)> {
     let whole = vec![1.0; shell.energy.n_elements()];
     let mut all = ReducedEnergy::new(shell, columns, &whole);
     assumed.set(&mut all, &whole, 1);
