@@ -3,8 +3,8 @@
 //!
 //! With the reduced rest stiffness K = LLᵀ and poses q_s, the columns of the system are the elements' whitened forces L⁻¹ Bᵀ∇E_e(q_s),
 //! each pose scaled to a total of 1, and, for the rest stiffness, L⁻¹ K_e L⁻ᵀ ξ for a few fixed random vectors ξ, and L⁻¹ K_e e_k/√λ_k for
-//! each mode and each field of the weight; the right-hand side is the sum over all elements. Likewise the parts S_e ε_e of the strains along the stress fields, which the
-//! samples' forces follow from. Modes count more than the rest. What the samples still leave of their stiffness stays left out: a
+//! each mode and each field of the weight; the right-hand side is the sum over all elements. Likewise the parts S_e ε_e of the strains along the
+//! stress fields, which the samples' forces follow from. Modes and the weight's fields count more than the rest. What the samples still leave of their stiffness stays left out: a
 //! constant matrix that makes up for it at rest is wrong where the shell is bent far, and if negative buckles it.
 //!
 //! Creases that yield, the last elements, all stand for themselves, and the rest of the elements for the rest: rest angles of their own are known at each.

@@ -304,9 +304,9 @@ impl TrainingLoads {
         let full_strength = loads.len() / 2;
         let (mut tried, of): (Vec<&TrainingPose>, Vec<&TrainingPose>) =
             trained.iter().partition(|pose| pose.load % full_strength < DISTRIBUTED);
-        let is_whole = |pose: &&&TrainingPose| pose.whole && pose.load < full_strength;
-        if tried.iter().filter(is_whole).count() >= LEAST_TRIED {
-            tried.retain(|pose| is_whole(&pose));
+        let is_whole = |pose: &TrainingPose| pose.whole && pose.load < full_strength;
+        if tried.iter().filter(|pose| is_whole(pose)).count() >= LEAST_TRIED {
+            tried.retain(|pose| is_whole(pose));
         }
         if tried.len() < LEAST_TRIED || of.len() < LEAST_TRIED {
             return Ok(LEAST_SHARE);

@@ -147,6 +147,8 @@ def draw():
             parts += [f'<path d="M{left} {y(e):.1f}H{wide - right}" stroke="#e3e6ec"/>', text(left - 8, y(e) + 4, f"{100 * e:g} %", 'text-anchor="end"')]
     for method in KNOBS:
         curve = [(t, e) for name, t, e in rows if name == method]
+        if not curve:   # not measured yet
+            continue
         way = " ".join(f"{x(t):.1f},{y(e):.1f}" for t, e in curve)
         parts.append(f'<polyline points="{way}" fill="none" stroke="{COLOURS[method]}" stroke-width="2"/>')
         parts += [f'<circle cx="{x(t):.1f}" cy="{y(e):.1f}" r="3.5" fill="{COLOURS[method]}"/>' for t, e in curve]

@@ -5,7 +5,7 @@ import json
 import os
 import socket
 import time
-from contextlib import ExitStack, suppress
+from contextlib import ExitStack, closing, suppress
 from pathlib import Path
 
 import numpy
@@ -132,7 +132,7 @@ def _bake(job, model_facts, job_hash, start, out, cache, log):
     with ExitStack() as stack, state_of(job, model) as state:
         bindings = [bind_itself(model, job, stack), *(stack.enter_context(bind(model, path)) for path in job["render"])]
         partials = {kind: stack.enter_context(files.whole_file(path)) for kind, path in paths.items()}
-        why, widest = _not_certified(job, model), stack.enter_context(Widest())
+        why, widest = _not_certified(job, model), stack.enter_context(closing(Widest()))
         judged = simulate(job, state, start, partials, slowest_of(model), bindings, widest if not why else None, log)
         partials["state"].write_bytes(state.save())
         times["simulate"] = time.perf_counter()
@@ -163,17 +163,15 @@ class Widest:
     def __init__(self):
         self.state, self.frame, self.most = None, None, 0.0
 
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *_):
+    def close(self):
+        """Lets go of the copy."""
         if self.state is not None:
             self.state.close()
 
     def look(self, state, frame, moved):
         """Keeps a copy where this frame is further from rest than those before."""
         if moved > self.most:
-            self.__exit__()
+            self.close()
             self.state, self.frame, self.most = state.clone(), frame, moved
 
 
