@@ -130,10 +130,11 @@ def draw():
     from math import log10
 
     with open(TABLE, encoding="utf-8", newline="") as file:
-        rows = [(row["method"], float(row["frame_us"]), float(row["error"])) for row in csv.DictReader(file)]
-    wide, tall, left, right, top, bottom = 760, 400, 62, 150, 34, 52
-    floor = 0.5 * min(error for _, _, error in rows if error > 0)   # where the full shell stands, whose error is none
-    low_x, high_x = 0.6 * min(t for _, t, _ in rows), 1.6 * max(t for _, t, _ in rows)
+        rows = list(csv.DictReader(file))
+    times, errors = ([float(row[name]) for row in rows] for name in ("frame_us", "error"))
+    wide, tall, left, right, top, bottom = 760, 400, 76, 150, 34, 52
+    floor = 0.5 * min(error for error in errors if error > 0)   # where the full shell stands, whose error is none
+    low_x, high_x = 0.6 * min(times), 1.6 * max(times)
     x = lambda t: left + (wide - left - right) * log10(t / low_x) / log10(high_x / low_x)
     y = lambda e: top + (tall - top - bottom) * log10(1.5 / max(e, floor)) / log10(1.5 / floor)
     text = lambda a, b, words, more="": f'<text x="{a:.1f}" y="{b:.1f}" {more}>{words}</text>'
@@ -145,17 +146,24 @@ def draw():
             parts += [f'<path d="M{x(t):.1f} {top}V{tall - bottom}" stroke="#e3e6ec"/>', text(x(t), tall - bottom + 18, words, 'text-anchor="middle"')]
         if floor <= e <= 1.5:
             parts += [f'<path d="M{left} {y(e):.1f}H{wide - right}" stroke="#e3e6ec"/>', text(left - 8, y(e) + 4, f"{100 * e:g} %", 'text-anchor="end"')]
-    for method in KNOBS:
-        curve = [(t, e) for name, t, e in rows if name == method]
+    curves = {method: [(x(float(row["frame_us"])), y(float(row["error"]))) for row in rows if row["method"] == method] for method in KNOBS}
+    for method, curve in curves.items():
+        way = " ".join(f"{a:.1f},{b:.1f}" for a, b in curve)
+        parts.append(f'<polyline points="{way}" fill="none" stroke="{COLOURS[method]}" stroke-width="2"/>')
+        parts += [f'<circle cx="{a:.1f}" cy="{b:.1f}" r="3.5" fill="{COLOURS[method]}"/>' for a, b in curve]
+    # Each label behind its curve's last point, or as near as it lies on no other and on no curve.
+    between = lambda one, other: [(one[0] + k / 20 * (other[0] - one[0]), one[1] + k / 20 * (other[1] - one[1])) for k in range(21)]
+    ways = [place for curve in curves.values() for ends in zip(curve, curve[1:] or curve) for place in between(*ends)]
+    taken = [(a - 4, a + 4, b) for a, b in ways]
+    for method, curve in sorted(curves.items(), key=lambda item: item[1][-1:]):
         if not curve:   # not measured yet
             continue
-        way = " ".join(f"{x(t):.1f},{y(e):.1f}" for t, e in curve)
-        parts.append(f'<polyline points="{way}" fill="none" stroke="{COLOURS[method]}" stroke-width="2"/>')
-        parts += [f'<circle cx="{x(t):.1f}" cy="{y(e):.1f}" r="3.5" fill="{COLOURS[method]}"/>' for t, e in curve]
-        t, e = curve[0 if method == "lma" else -1]
-        below = 20 if method == "lma" else 16 if method == "rotation-strain" else 4   # clear of the curves beside
         words = NAMES[method] + (": no error" if method == "shell-implicit" else "")
-        parts.append(text(x(t) + (-4 if method == "lma" else 10), y(e) + below, words, f'fill="{COLOURS[method]}" font-weight="600"'))
+        a, b, width = curve[-1][0] + 10, curve[-1][1] + 4, 7.6 * len(words)
+        free = lambda b: not any(a < right and left < a + width and abs(b - 4 - middle) < 12 for left, right, middle in taken)
+        b = min((b + off for off in range(-tall, tall) if free(b + off)), key=lambda place: abs(place - b))
+        taken.append((a, a + width, b - 4))
+        parts.append(text(a, b, words, f'fill="{COLOURS[method]}" font-weight="600"'))
     axes = [text(left, 20, "Error against the full shell", 'font-weight="600" fill="#23272f"'),
             text((left + wide - right) / 2, tall - 12, "time of a frame: a step and all 363 positions, one core", 'text-anchor="middle"')]
     PICTURE.parent.mkdir(exist_ok=True)
